@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <string>
+
+#include "estimation/wheel_odometry.hpp"
+#include "mapping/occupancy_grid.hpp"
+#include "slam/localizer.hpp"
+
+namespace slam {
+
+/// Where a sensor's samples come from: "device", "lcm" (other people's drivers) or "none".
+struct LidarDeviceConfig {
+  std::string source = "device";
+  std::string port = "/dev/rplidar";
+  int baud = 115200;               ///< [bit/s]
+  std::string scan_mode = "auto";  ///< "auto", "express", "standard"
+};
+
+struct BaseDeviceConfig {
+  std::string source = "device";
+  std::string port = "/dev/handsfree";
+  int baud = 921600;            ///< [bit/s]
+  DifferentialBase geometry;
+  double mileage_rate = 50.0;   ///< [Hz] polls of the wheel angles
+  double imu_rate = 100.0;      ///< [Hz] polls of the IMU; readings that did not change are not used
+  double sample_age = 0.010;    ///< [s] mean age of the board's values when it answers (it refreshes at 50 Hz)
+};
+
+struct ImuDeviceConfig {
+  std::string source = "device";  ///< "device": the base board's IMU
+};
+
+struct LcmConfig {
+  std::string url = "udpm://239.255.76.67:7667?ttl=0";
+  double pose_rate = 100.0;     ///< [Hz] POSE, SLAM_POSE, SLAM_ODOMETRY
+  double map_refresh = 5.0;     ///< [s] all tiles once
+  bool commands = false;        ///< obey SLAM_COMMAND
+};
+
+struct RuntimeConfig {
+  double estimator_rate = 200.0;  ///< [Hz]
+  double base_rate = 200.0;       ///< [Hz]
+  bool realtime = true;           ///< SCHED_FIFO and mlockall where permitted
+  int base_priority = 80;         ///< SCHED_FIFO
+  int lidar_priority = 75;
+  int estimator_priority = 70;
+};
+
+struct OutputConfig {
+  std::string map = "";        ///< prefix of the map files written at the end and on save_map; empty: none
+  std::string record = "";     ///< LCM event log of all that is published; empty: none
+};
+
+/// All of slamd's settings. slam-replay uses the parts that are not about devices.
+struct Config {
+  LidarDeviceConfig lidar_device;
+  BaseDeviceConfig base_device;
+  ImuDeviceConfig imu_device;
+  LocalizerConfig localizer;
+  OccupancyGridConfig map;
+  LcmConfig lcm;
+  RuntimeConfig runtime;
+  OutputConfig output;
+};
+
+}  // namespace slam

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/config_loader.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <numeric>
+#include <sstream>
+#include <toml++/toml.h>
+
+#include "app/config_schema.hpp"
+
+namespace slam {
+namespace {
+
+std::string join(const std::vector<std::string>& lines, const char* separator) {
+  std::string text;
+  for (const std::string& line : lines) text += (text.empty() ? "" : separator) + line;
+  return text;
+}
+
+/// Levenshtein distance, for "did you mean".
+std::size_t editDistance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
+    }
+  }
+  return row.back();
+}
+
+std::string closest(const std::string& word, const std::vector<std::string>& known) {
+  const auto best = std::min_element(known.begin(), known.end(), [&](const auto& a, const auto& b) {
+    return editDistance(word, a) < editDistance(word, b);
+  });
+  if (best == known.end() || editDistance(word, *best) > std::max<std::size_t>(2, word.size() / 3)) return "";
+  return *best;
+}
+
+class TomlLoader : public ConfigVisitor {
+ public:
+  TomlLoader(const toml::table& root, std::string name) : root_(root), name_(std::move(name)) {}
+
+  void section(const char* name, const char*) override {
+    section_ = name;
+    table_ = nullptr;
+    known_[section_];
+    const toml::node* node = root_.get(section_);
+    if (node == nullptr) return;
+    table_ = node->as_table();
+    if (table_ == nullptr) problem(*node, section_, "must be a table", "write [" + section_ + "]");
+  }
+  void field(const FieldInfo& info, double& value, double min, double max) override {
+    const toml::node* node = find(info);
+    if (node == nullptr) return;
+    const auto number = node->value<double>();
+    if (!node->is_number() || !number) return wrongType(*node, info, "a number");
+    if (!(*number >= min && *number <= max)) return outOfRange(*node, info, *number, min, max);
+    value = *number;
+  }
+  void field(const FieldInfo& info, int& value, int min, int max) override {
+    const toml::node* node = find(info);
+    if (node == nullptr) return;
+    const auto number = node->value_exact<std::int64_t>();
+    if (!number) return wrongType(*node, info, "a whole number");
+    if (*number < min || *number > max) return outOfRange(*node, info, static_cast<double>(*number), min, max);
+    value = static_cast<int>(*number);
+  }
+  void field(const FieldInfo& info, bool& value) override {
+    const toml::node* node = find(info);
+    if (node == nullptr) return;
+    const auto boolean = node->value_exact<bool>();
+    if (!boolean) return wrongType(*node, info, "true or false");
+    value = *boolean;
+  }
+  void field(const FieldInfo& info, std::string& value, const std::vector<std::string>& choices) override {
+    const toml::node* node = find(info);
+    if (node == nullptr) return;
+    const auto text = node->value_exact<std::string>();
+    if (!text) return wrongType(*node, info, "text in quotes");
+    if (!choices.empty() && std::find(choices.begin(), choices.end(), *text) == choices.end()) {
+      return problem(*node, fullKey(info.key), "\"" + *text + "\" is not a choice", "use one of: " + join(choices, ", "));
+    }
+    value = *text;
+  }
+
+  /// To be called after the visit, when all keys are known.
+  void checkUnknown() {
+    std::vector<std::string> sections;
+    for (const auto& [name, keys] : known_) sections.push_back(name);
+    for (const auto& [key, node] : root_) {
+      const std::string name(key.str());
+      if (!known_.count(name)) {
+        unknown(node, name, closest(name, sections), "");
+        continue;
+      }
+      const toml::table* table = node.as_table();
+      if (table == nullptr) continue;
+      for (const auto& [inner, inner_node] : *table) {
+        const std::string word(inner.str());
+        const auto& keys = known_[name];
+        if (std::find(keys.begin(), keys.end(), word) == keys.end()) {
+          unknown(inner_node, name + "." + word, closest(word, keys), elsewhere(word));
+        }
+      }
+    }
+  }
+
+  std::vector<std::string> takeProblems() {
+    std::stable_sort(problems_.begin(), problems_.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<std::string> lines;
+    for (auto& [position, line] : problems_) lines.push_back(std::move(line));
+    return lines;
+  }
+
+ private:
+  std::string fullKey(const char* key) const { return section_ + "." + key; }
+
+  const toml::node* find(const FieldInfo& info) {
+    known_[section_].push_back(info.key);
+    return table_ == nullptr ? nullptr : table_->get(info.key);
+  }
+  std::string elsewhere(const std::string& word) const {
+    for (const auto& [name, keys] : known_) {
+      if (std::find(keys.begin(), keys.end(), word) != keys.end()) return name;
+    }
+    return "";
+  }
+  void unknown(const toml::node& node, const std::string& key, const std::string& like, const std::string& section) {
+    std::string mend = "remove it, or see slamd --print-config for all keys";
+    if (!like.empty()) mend = "did you mean '" + like + "'?";
+    if (like.empty() && !section.empty()) mend = "it belongs into [" + section + "]";
+    problem(node, key, "unknown key", mend);
+  }
+  void wrongType(const toml::node& node, const FieldInfo& info, const char* wanted) {
+    std::ostringstream is;
+    is << node.type();
+    problem(node, fullKey(info.key), "is " + is.str(), std::string("must be ") + wanted);
+  }
+  void outOfRange(const toml::node& node, const FieldInfo& info, double value, double min, double max) {
+    std::ostringstream what, mend;
+    what << value << " is out of range";
+    mend << "use " << min << " to " << max << (*info.unit ? " " : "") << info.unit;
+    problem(node, fullKey(info.key), what.str(), mend.str());
+  }
+  void problem(const toml::node& node, const std::string& key, const std::string& what, const std::string& mend) {
+    const auto at = node.source().begin;
+    std::ostringstream line;
+    line << name_ << ":" << at.line << ":" << at.column << ": " << key << ": " << what << "; " << mend;
+    problems_.emplace_back(std::pair(at.line, at.column), line.str());
+  }
+
+  const toml::table& root_;
+  std::string name_;
+  std::string section_;
+  const toml::table* table_ = nullptr;
+  std::map<std::string, std::vector<std::string>> known_;
+  std::vector<std::pair<std::pair<toml::source_index, toml::source_index>, std::string>> problems_;
+};
+
+void load(const std::string& text, const std::string& name, Config& config, std::vector<std::string>& problems) {
+  try {
+    const toml::table root = toml::parse(text, name);
+    TomlLoader loader(root, name);
+    visitConfig(config, loader);
+    loader.checkUnknown();
+    for (std::string& line : loader.takeProblems()) problems.push_back(std::move(line));
+  } catch (const toml::parse_error& error) {
+    std::ostringstream line;
+    line << name << ":" << error.source().begin.line << ":" << error.source().begin.column << ": "
+         << error.description() << "; mend the TOML syntax there";
+    problems.push_back(line.str());
+  }
+}
+
+/// What no single key can be asked for.
+void checkTogether(const Config& config, const std::string& name, std::vector<std::string>& problems) {
+  const LidarModel& lidar = config.localizer.lidar;
+  const auto complain = [&](const std::string& what) { problems.push_back(name + ":1:1: " + what); };
+  if (lidar.range_min >= lidar.range_max) {
+    complain("lidar.range_min: is not below lidar.range_max; lower the one or raise the other");
+  }
+  if (config.imu_device.source == "device" && config.base_device.source != "device") {
+    complain("imu.source: \"device\" means the base's board, but base.source is \"" + config.base_device.source +
+             "\"; set imu.source to \"lcm\" or \"none\"");
+  }
+  if (config.localizer.match.final_pair_distance > config.localizer.match.initial_pair_distance) {
+    complain("match.final_pair_distance: is above match.initial_pair_distance; lower the one or raise the other");
+  }
+}
+
+}  // namespace
+
+ConfigError::ConfigError(const std::vector<std::string>& problems) : std::runtime_error(join(problems, "\n")) {}
+
+Config parseConfig(const std::string& text, const std::string& name, const std::vector<std::string>& overrides) {
+  Config config;
+  std::vector<std::string> problems;
+  load(text, name, config, problems);
+  for (const std::string& line : overrides) load(line, "--set " + line, config, problems);
+  if (problems.empty()) checkTogether(config, name, problems);
+  if (!problems.empty()) throw ConfigError(problems);
+  return config;
+}
+
+Config loadConfig(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  if (!in || std::filesystem::is_directory(file)) {
+    throw ConfigError({file.string() + ":1:1: cannot read: " + (errno ? std::strerror(errno) : "is it a file?") +
+                       "; give the path of a config file (config/slamd.toml is a template)"});
+  }
+  return parseConfig(text.str(), file.string(), overrides);
+}
+
+}  // namespace slam

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/config_printer.hpp"
+
+#include <array>
+#include <charconv>
+
+#include "app/config_schema.hpp"
+
+namespace slam {
+namespace {
+
+/// Shortest text that reads back to the same number, and reads as a TOML float.
+std::string number(double value) {
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  std::string shortest(text.data(), end);
+  if (shortest.find_first_of(".en") == std::string::npos) shortest += ".0";
+  return shortest;
+}
+
+std::string quoted(const std::string& value) {
+  std::string text = "\"";
+  for (const char c : value) {
+    if (c == '"' || c == '\\') text += '\\';
+    text += c;
+  }
+  return text + "\"";
+}
+
+class Printer : public ConfigVisitor {
+ public:
+  explicit Printer(bool as_template) : as_template_(as_template) {}
+
+  void section(const char* name, const char* meaning) override {
+    if (!text.empty()) text += "\n";
+    text += std::string("# ") + meaning + "\n[" + name + "]\n";
+  }
+  void field(const FieldInfo& info, double& value, double min, double max) override {
+    line(info, number(value), number(min) + " to " + number(max));
+  }
+  void field(const FieldInfo& info, int& value, int min, int max) override {
+    line(info, std::to_string(value), std::to_string(min) + " to " + std::to_string(max));
+  }
+  void field(const FieldInfo& info, bool& value) override { line(info, value ? "true" : "false", "true or false"); }
+  void field(const FieldInfo& info, std::string& value, const std::vector<std::string>& choices) override {
+    std::string range = choices.empty() ? "text" : "";
+    for (const std::string& choice : choices) range += (range.empty() ? "" : " | ") + quoted(choice);
+    line(info, quoted(value), range);
+  }
+
+  std::string text;
+
+ private:
+  void line(const FieldInfo& info, const std::string& value, const std::string& range) {
+    if (!as_template_) {
+      text += std::string(info.key) + " = " + value + "\n";
+      return;
+    }
+    const std::string unit = *info.unit ? std::string(" [") + info.unit + "]" : "";
+    text += std::string("\n# ") + info.meaning + unit + "; " + range + "\n#" + info.key + " = " + value + "\n";
+  }
+
+  bool as_template_;
+};
+
+}  // namespace
+
+std::string printConfig(const Config& config) {
+  Config copy = config;
+  Printer printer(false);
+  visitConfig(copy, printer);
+  return printer.text;
+}
+
+std::string printTemplate() {
+  Config defaults;
+  Printer printer(true);
+  visitConfig(defaults, printer);
+  return "# slamd's configuration, with every key at its default. Take the # off a line and change it. An unknown key or a\n"
+         "# value out of range refuses to start: check with  slamd --config FILE --check-config\n"
+         "# Written by  slamd --print-template\n\n" +
+         printer.text;
+}
+
+}  // namespace slam

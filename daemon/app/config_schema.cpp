@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/config_schema.hpp"
+
+#include <numbers>
+
+namespace slam {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+const std::vector<std::string> kSources = {"device", "lcm", "none"};
+const std::vector<std::string> kAnyText;
+
+void visitDevices(Config& config, ConfigVisitor& v) {
+  LidarDeviceConfig& lidar = config.lidar_device;
+  LidarModel& model = config.localizer.lidar;
+  v.section("lidar", "2D lidar (RPLidar A1/A2), its place on the robot and what its ranges are worth");
+  v.field({"source", "", "where scans come from: the device, LCM channel SLAM_SCAN, or nowhere"}, lidar.source, kSources);
+  v.field({"port", "", "serial port or pseudo-terminal"}, lidar.port, kAnyText);
+  v.field({"baud", "bit/s", "115200 for A1 and A2M8, 256000 for A2M7, A2M12 and A3"}, lidar.baud, 9600, 4000000);
+  v.field({"scan_mode", "", "auto takes the densest mode that the unit offers and slamd reads"}, lidar.scan_mode,
+          {"auto", "express", "standard"});
+  v.field({"x", "m", "T_base_lidar: lidar ahead of the base's turning centre"}, model.T_base_lidar.x, -5.0, 5.0);
+  v.field({"y", "m", "T_base_lidar: lidar left of the base's turning centre"}, model.T_base_lidar.y, -5.0, 5.0);
+  v.field({"yaw", "rad", "T_base_lidar: direction of the lidar's zero, counter-clockwise from forward"},
+          model.T_base_lidar.theta, -kPi, kPi);
+  v.field({"range_min", "m", "shorter returns are not obstacles (e.g. the robot itself)"}, model.range_min, 0.0, 10.0);
+  v.field({"range_max", "m", "longer returns are not trusted"}, model.range_max, 0.5, 200.0);
+  v.field({"range_sigma", "m", "standard deviation of one range"}, model.range_sigma, 0.0005, 0.5);
+  v.field({"time_offset", "s", "added to the lidar's stamps"}, model.time_offset, -1.0, 1.0);
+
+  BaseDeviceConfig& base = config.base_device;
+  v.section("base", "wheels (HandsFree controller board) and the geometry of the differential base");
+  v.field({"source", "", "where wheel samples come from: the board, LCM channel SLAM_WHEELS, or nowhere"}, base.source,
+          kSources);
+  v.field({"port", "", "serial port or pseudo-terminal of the board"}, base.port, kAnyText);
+  v.field({"baud", "bit/s", "of the board's port"}, base.baud, 9600, 4000000);
+  v.field({"wheel_radius", "m", "radius of a driven wheel"}, base.geometry.wheel_radius, 0.005, 1.0);
+  v.field({"half_track", "m", "half the distance between the driven wheels (body_radius of the firmware)"},
+          base.geometry.half_track, 0.01, 2.0);
+  v.field({"mileage_rate", "Hz", "polls of the wheel angles"}, base.mileage_rate, 1.0, 200.0);
+  v.field({"imu_rate", "Hz", "polls of the board's IMU"}, base.imu_rate, 1.0, 200.0);
+  v.field({"sample_age", "s", "mean age of a value when the board sends it (half its refresh period)"}, base.sample_age,
+          0.0, 0.2);
+
+  v.section("imu", "inertial unit");
+  v.field({"source", "", "where IMU samples come from: the base's board, LCM channel SLAM_IMU, or nowhere"},
+          config.imu_device.source, kSources);
+}
+
+void visitEkf(EkfConfig& ekf, EkfTimelineConfig& timeline, ConfigVisitor& v) {
+  v.section("ekf", "Kalman filter of wheels and IMU; a random walk per sqrt(s) grows with the root of time");
+  v.field({"acceleration_noise", "m/s per sqrt(s)", "how fast the speed changes"}, ekf.acceleration_noise, 0.01, 100.0);
+  v.field({"angular_acceleration_noise", "rad/s per sqrt(s)", "how fast the turn rate changes"},
+          ekf.angular_acceleration_noise, 0.01, 100.0);
+  v.field({"gyro_bias_noise", "rad/s per sqrt(s)", "wander of the gyro's bias"}, ekf.gyro_bias_noise, 0.0, 0.1);
+  v.field({"initial_gyro_bias_sigma", "rad/s", "of the gyro's bias at start"}, ekf.initial_gyro_bias_sigma, 1e-5, 1.0);
+  v.field({"translation_noise", "m per sqrt(m)", "of the wheels' distance"}, ekf.translation_noise, 0.0, 1.0);
+  v.field({"rotation_noise_per_metre", "rad per sqrt(m)", "of the wheels' heading, without gyro"},
+          ekf.rotation_noise_per_metre, 0.0, 1.0);
+  v.field({"rotation_noise_wheels", "rad per sqrt(rad)", "of the wheels' heading, without gyro"},
+          ekf.rotation_noise_wheels, 0.0, 1.0);
+  v.field({"rotation_noise_gyro", "rad per sqrt(rad)", "scale error of the gyro"}, ekf.rotation_noise_gyro, 0.0, 1.0);
+  v.field({"rotation_drift", "rad per sqrt(s)", "of the heading, always"}, ekf.rotation_drift, 1e-6, 0.1);
+  v.field({"translation_drift", "m per sqrt(s)", "of the position, always"}, ekf.translation_drift, 1e-6, 0.1);
+  v.field({"wheel_speed_sigma", "m/s", "of one wheel sample"}, ekf.wheel_speed_sigma, 1e-4, 1.0);
+  v.field({"wheel_turn_rate_sigma", "rad/s", "of one wheel sample"}, ekf.wheel_turn_rate_sigma, 1e-4, 5.0);
+  v.field({"wheel_turn_rate_scale", "1", "relative error of the wheels' turn rate"}, ekf.wheel_turn_rate_scale, 0.0, 1.0);
+  v.field({"gyro_sigma", "rad/s", "of one gyro sample"}, ekf.gyro_sigma, 1e-5, 1.0);
+  v.field({"gyro_timeout", "s", "without a gyro sample the wheels give the turn rate"}, ekf.gyro_timeout, 0.01, 10.0);
+  v.field({"slip_angle", "rad", "wheels and gyro differing by more within slip_window is slip"}, ekf.slip_angle, 1e-3, 3.0);
+  v.field({"slip_scale", "1", "... and by more than this share of the angle turned in it"}, ekf.slip_scale, 0.0, 1.0);
+  v.field({"slip_window", "s", "memory of the slip test"}, ekf.slip_window, 0.02, 10.0);
+  v.field({"slip_speed_sigma", "m/s", "of one wheel sample while slipping"}, ekf.slip_speed_sigma, 1e-3, 10.0);
+  v.field({"gate_probability", "1", "share of good measurements that the innovation gates let pass"},
+          ekf.gate_probability, 0.9, 0.999999);
+  v.field({"max_coast", "s", "without any sample the pose moves on for no longer"}, ekf.max_coast, 0.0, 10.0);
+  v.field({"standstill_speed", "m/s", "wheels slower than this may stand still"}, ekf.standstill.max_speed, 0.0, 0.1);
+  v.field({"standstill_turn_rate", "rad/s", "wheels turning slower than this may stand still"},
+          ekf.standstill.max_turn_rate, 0.0, 0.5);
+  v.field({"standstill_gyro_swing", "rad/s", "largest minus smallest gyro reading at standstill"},
+          ekf.standstill.max_gyro_swing, 0.0, 1.0);
+  v.field({"standstill_time", "s", "quiet for so long is standstill"}, ekf.standstill.min_time, 0.05, 10.0);
+  v.field({"window", "s", "a sample up to this much late is fused at its own stamp"}, timeline.window, 0.05, 10.0);
+}
+
+void visitFrontEnd(LocalizerConfig& localizer, ConfigVisitor& v) {
+  MatchConfig& match = localizer.match;
+  v.section("match", "point-to-line matching of scans");
+  v.field({"max_iterations", "", "then the match has failed"}, match.max_iterations, 1, 1000);
+  v.field({"min_pairs", "", "fewer matched points is a failure"}, match.min_pairs, 3, 4000);
+  v.field({"initial_pair_distance", "m", "gate on a pair's distance in the first iteration"},
+          match.initial_pair_distance, 0.02, 2.0);
+  v.field({"final_pair_distance", "m", "gate on a pair's distance at the end"}, match.final_pair_distance, 0.02, 2.0);
+  v.field({"kernel_scale", "m", "residual at which a pair has lost 3/4 of its weight"}, match.kernel_scale, 0.005, 1.0);
+  v.field({"overlap_distance", "m", "a point this near to its line agrees with the reference"}, match.overlap_distance,
+          0.005, 1.0);
+  v.field({"min_overlap", "1", "a smaller share of agreeing points is no match"}, match.min_overlap, 0.0, 1.0);
+  v.field({"min_information", "1", "a direction seen by a smaller share of the pairs is blind"}, match.min_information,
+          0.0, 0.5);
+
+  KeyframeConfig& keyframe = localizer.keyframe;
+  v.section("keyframe", "when a scan is kept for reference and map");
+  v.field({"translation", "m", "since the last keyframe"}, keyframe.translation, 0.01, 10.0);
+  v.field({"rotation", "rad", "since the last keyframe"}, keyframe.rotation, 0.01, kPi);
+  v.field({"overlap", "1", "a smaller share of points that meet the reference makes a keyframe at once"},
+          keyframe.overlap, 0.0, 1.0);
+  v.field({"max_failures", "", "unmatched scans in a row, then one is kept where the filter believes to be"},
+          keyframe.max_failures, 1, 10000);
+
+  v.section("localisation", "when a pose is called degraded or lost");
+  v.field({"degraded_after", "s", "without a matched scan"}, localizer.degraded_after, 0.1, 60.0);
+  v.field({"lost_position_sigma", "m", "a position this uncertain is not valid"}, localizer.lost_position_sigma, 0.05,
+          100.0);
+}
+
+void visitMap(OccupancyGridConfig& map, OutputConfig& output, ConfigVisitor& v) {
+  v.section("map", "occupancy grid");
+  v.field({"resolution", "m", "side of a cell"}, map.resolution, 0.005, 1.0);
+  v.field({"max_range", "m", "longer returns are not drawn"}, map.max_range, 0.5, 200.0);
+  v.field({"hit_probability", "1", "P(occupied) after a beam ended in a cell"}, map.lidar.hit_probability, 0.51, 0.99);
+  v.field({"miss_probability", "1", "P(occupied) after a beam crossed a cell"}, map.lidar.miss_probability, 0.01, 0.49);
+  v.field({"min_probability", "1", "a cell never gets surer of being free"}, map.lidar.min_probability, 0.001, 0.19);
+  v.field({"max_probability", "1", "a cell never gets surer of being occupied"}, map.lidar.max_probability, 0.66, 0.999);
+
+  v.section("output", "files written; ~ and variables are not expanded");
+  v.field({"map", "", "prefix of map files (.yaml, .pgm, .png) written at the end; empty: none"}, output.map, kAnyText);
+  v.field({"record", "", "LCM event log of all that is published, also without network; empty: none"}, output.record,
+          kAnyText);
+}
+
+void visitDaemon(LcmConfig& lcm, RuntimeConfig& runtime, ConfigVisitor& v) {
+  v.section("lcm", "publishing");
+  v.field({"url", "", "LCM provider; ttl=0 keeps messages on this machine"}, lcm.url, kAnyText);
+  v.field({"pose_rate", "Hz", "POSE, SLAM_POSE and SLAM_ODOMETRY between scans"}, lcm.pose_rate, 1.0, 200.0);
+  v.field({"map_refresh", "s", "all tiles are sent once in this time"}, lcm.map_refresh, 0.5, 3600.0);
+  v.field({"commands", "", "obey SLAM_COMMAND from anybody on the network"}, lcm.commands);
+
+  v.section("runtime", "threads");
+  v.field({"estimator_rate", "Hz", "of the estimator thread"}, runtime.estimator_rate, 20.0, 1000.0);
+  v.field({"base_rate", "Hz", "of the base thread"}, runtime.base_rate, 20.0, 1000.0);
+  v.field({"realtime", "", "SCHED_FIFO and locked memory where permitted; a warning where not"}, runtime.realtime);
+  v.field({"base_priority", "", "SCHED_FIFO priority"}, runtime.base_priority, 1, 99);
+  v.field({"lidar_priority", "", "SCHED_FIFO priority"}, runtime.lidar_priority, 1, 99);
+  v.field({"estimator_priority", "", "SCHED_FIFO priority"}, runtime.estimator_priority, 1, 99);
+}
+
+}  // namespace
+
+void visitConfig(Config& config, ConfigVisitor& visitor) {
+  visitDevices(config, visitor);
+  visitMap(config.map, config.output, visitor);
+  visitDaemon(config.lcm, config.runtime, visitor);
+  visitEkf(config.localizer.ekf, config.localizer.timeline, visitor);
+  visitFrontEnd(config.localizer, visitor);
+}
+
+}  // namespace slam

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bus/checked_decode.hpp"
+
+namespace slam {
+namespace {
+
+using Bytes = std::span<const std::uint8_t>;
+constexpr std::size_t kFingerprint = 8;
+
+/// Big-endian int32 at `offset`, or std::nullopt past the end.
+std::optional<std::int32_t> int32At(Bytes data, std::size_t offset) {
+  if (data.size() < offset + 4) return std::nullopt;
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i) value = value << 8 | data[offset + i];
+  return static_cast<std::int32_t>(value);
+}
+
+/// A message of `head` bytes, then a count, then `per_element` bytes each.
+bool hasArraySize(Bytes data, std::size_t head, std::size_t per_element, std::int32_t max_count) {
+  const auto count = int32At(data, head);
+  return count && *count >= 0 && *count <= max_count &&
+         data.size() == head + 4 + static_cast<std::size_t>(*count) * per_element;
+}
+
+/// End of the string that begins at `offset`: a count (terminator included), the characters and a zero.
+std::optional<std::size_t> stringEnd(Bytes data, std::size_t offset) {
+  const auto count = int32At(data, offset);
+  if (!count || *count < 1 || static_cast<std::size_t>(*count) > data.size() - offset - 4) return std::nullopt;
+  const std::size_t end = offset + 4 + static_cast<std::size_t>(*count);
+  return data[end - 1] == 0 ? std::optional(end) : std::nullopt;
+}
+
+template <typename Message>
+std::optional<Message> decode(Bytes data) {
+  Message message{};
+  const int used = message.decode(data.data(), 0, static_cast<int>(data.size()));
+  return used == static_cast<int>(data.size()) ? std::optional(std::move(message)) : std::nullopt;
+}
+
+}  // namespace
+
+template <>
+std::optional<scan_t> decodeChecked(Bytes data) {
+  constexpr std::size_t kHead = kFingerprint + 8 + 4 + 4;
+  return hasArraySize(data, kHead, 16, 65536) ? decode<scan_t>(data) : std::nullopt;
+}
+
+template <>
+std::optional<wheels_t> decodeChecked(Bytes data) {
+  constexpr std::size_t kHead = kFingerprint + 8 + 24 + 1;
+  return hasArraySize(data, kHead, 8, 8) ? decode<wheels_t>(data) : std::nullopt;
+}
+
+template <>
+std::optional<imu_t> decodeChecked(Bytes data) {
+  return data.size() == kFingerprint + 8 + 48 ? decode<imu_t>(data) : std::nullopt;
+}
+
+template <>
+std::optional<command_t> decodeChecked(Bytes data) {
+  const auto verb_end = stringEnd(data, kFingerprint + 8 + 4);
+  const auto argument_end = verb_end ? stringEnd(data, *verb_end) : std::nullopt;
+  return argument_end && data.size() == *argument_end + 24 ? decode<command_t>(data) : std::nullopt;
+}
+
+}  // namespace slam

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bus/event_log.hpp"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+namespace slam {
+namespace {
+
+constexpr std::uint32_t kSync = 0xEDA1DA01;
+constexpr std::size_t kHeader = 28;            // sync, event number, time, channel length, data length
+constexpr std::size_t kMaxChannel = 63;        // LCM's limit
+constexpr std::size_t kMaxData = 1 << 28;      // LCM's limit for a sender
+constexpr std::size_t kChunk = 1 << 16;
+
+}  // namespace
+
+EventLogReader::EventLogReader(const std::filesystem::path& file) {
+  file_ = gzopen(file.c_str(), "rb");
+  if (file_ == nullptr) throw std::runtime_error(file.string() + ": cannot open: " + std::strerror(errno));
+  bool found = false;
+  while (!found && fill(4)) {
+    found = bigEndian(0, 4) == kSync;
+    if (!found) ++begin_, ++skipped_;
+  }
+  if (found) return;
+  gzclose(static_cast<gzFile>(file_));
+  throw std::runtime_error(file.string() + ": no LCM event in it; is it an LCM log (slam-convert makes one)?");
+}
+
+EventLogReader::~EventLogReader() { gzclose(static_cast<gzFile>(file_)); }
+
+bool EventLogReader::fill(std::size_t bytes) {
+  while (buffer_.size() - begin_ < bytes && !end_) {
+    if (begin_ > kChunk) {
+      buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(begin_));
+      begin_ = 0;
+    }
+    const std::size_t size = buffer_.size();
+    buffer_.resize(size + kChunk);
+    const int got = gzread(static_cast<gzFile>(file_), buffer_.data() + size, kChunk);
+    buffer_.resize(size + static_cast<std::size_t>(std::max(0, got)));
+    end_ = got <= 0;  // a damaged gzip stream ends here, too
+  }
+  return buffer_.size() - begin_ >= bytes;
+}
+
+std::uint64_t EventLogReader::bigEndian(std::size_t offset, std::size_t bytes) const {
+  std::uint64_t value = 0;
+  for (std::size_t i = 0; i < bytes; ++i) value = value << 8 | buffer_[begin_ + offset + i];
+  return value;
+}
+
+bool EventLogReader::next(LogEvent& event) {
+  while (fill(kHeader)) {
+    if (bigEndian(0, 4) != kSync) {
+      ++begin_, ++skipped_;
+      continue;
+    }
+    const std::uint64_t channel = bigEndian(20, 4), data = bigEndian(24, 4);
+    if (channel == 0 || channel > kMaxChannel || data > kMaxData) {
+      ++begin_, ++skipped_;
+      continue;
+    }
+    const std::size_t size = kHeader + channel + data;
+    if (!fill(size)) {
+      // Cut off, or a damaged length that reaches past the end: whole records may still follow it.
+      truncated_ = true;
+      ++begin_, ++skipped_;
+      continue;
+    }
+    if (fill(size + 4) && bigEndian(size, 4) != kSync) {
+      // No record follows where this one claims to end, so its length is not to be trusted.
+      ++begin_, ++skipped_;
+      continue;
+    }
+    const auto at = buffer_.begin() + static_cast<std::ptrdiff_t>(begin_);
+    event.utime = static_cast<std::int64_t>(bigEndian(12, 8));
+    event.channel.assign(at + kHeader, at + static_cast<std::ptrdiff_t>(kHeader + channel));
+    event.data.assign(at + static_cast<std::ptrdiff_t>(kHeader + channel), at + static_cast<std::ptrdiff_t>(size));
+    begin_ += size;
+    return true;
+  }
+  skipped_ += buffer_.size() - begin_;
+  if (buffer_.size() > begin_) truncated_ = true;
+  begin_ = buffer_.size();
+  return false;
+}
+
+EventLogWriter::EventLogWriter(const std::filesystem::path& file)
+    : log_(std::make_unique<lcm::LogFile>(file.string(), "w")) {
+  if (!log_->good()) throw std::runtime_error(file.string() + ": cannot write: " + std::strerror(errno));
+}
+
+bool EventLogWriter::write(std::int64_t utime, const std::string& channel, std::span<const std::uint8_t> data) {
+  lcm::LogEvent event;
+  event.eventnum = event_number_++;
+  event.timestamp = utime;
+  event.channel = channel;
+  event.datalen = static_cast<std::int32_t>(data.size());
+  event.data = const_cast<std::uint8_t*>(data.data());
+  return log_->writeEvent(&event) == 0;
+}
+
+}  // namespace slam

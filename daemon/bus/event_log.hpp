@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <lcm/lcm-cpp.hpp>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace slam {
+
+/// One record of an LCM event log.
+struct LogEvent {
+  std::int64_t utime = 0;  ///< [µs since the epoch] when it was logged
+  std::string channel;
+  std::vector<std::uint8_t> data;
+};
+
+/// Reads an LCM event log, plain or gzip-compressed.
+///
+/// liblcm's own reader ends at the first damaged record; this one looks for the next sync word (EDA1DA01), counts what
+/// it had to skip, and bounds every length, so that a cut or corrupted log gives all that is whole in it.
+class EventLogReader {
+ public:
+  /// @throws std::runtime_error when the file cannot be opened or holds no record at all
+  explicit EventLogReader(const std::filesystem::path& file);
+  ~EventLogReader();
+  EventLogReader(const EventLogReader&) = delete;
+  EventLogReader& operator=(const EventLogReader&) = delete;
+
+  /// @return false at the end of the log
+  bool next(LogEvent& event);
+
+  std::uint64_t skippedBytes() const { return skipped_; }  ///< bytes that belong to no record
+  bool truncated() const { return truncated_; }            ///< the last record was cut off
+
+ private:
+  bool fill(std::size_t bytes);
+  std::uint64_t bigEndian(std::size_t offset, std::size_t bytes) const;
+
+  void* file_ = nullptr;  // gzFile
+  std::vector<std::uint8_t> buffer_;
+  std::size_t begin_ = 0;
+  bool end_ = false;
+  std::uint64_t skipped_ = 0;
+  bool truncated_ = false;
+};
+
+/// Writes an LCM event log that lcm-logplayer reads.
+class EventLogWriter {
+ public:
+  /// @throws std::runtime_error when the file cannot be opened for writing
+  explicit EventLogWriter(const std::filesystem::path& file);
+
+  /// @return false when the record could not be written (disk full)
+  bool write(std::int64_t utime, const std::string& channel, std::span<const std::uint8_t> data);
+  template <typename Message>
+  bool writeMessage(std::int64_t utime, const std::string& channel, const Message& message) {
+    buffer_.resize(static_cast<std::size_t>(message.getEncodedSize()));
+    message.encode(buffer_.data(), 0, static_cast<int>(buffer_.size()));
+    return write(utime, channel, buffer_);
+  }
+
+ private:
+  std::unique_ptr<lcm::LogFile> log_;
+  std::int64_t event_number_ = 0;
+  std::vector<std::uint8_t> buffer_;
+};
+
+}  // namespace slam

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bus/messages.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace slam {
+namespace {
+
+void copyCovariance(const Eigen::Matrix3d& covariance, double (&out)[9]) {
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(static_cast<double*>(out)) = covariance;
+}
+
+void copyTwist(const Twist2& twist, double (&out)[3]) {
+  out[0] = twist.vx;
+  out[1] = twist.vy;
+  out[2] = twist.omega;
+}
+
+}  // namespace
+
+bot_core::pose_t toPoseMessage(const PoseEstimate& estimate, std::int64_t utime) {
+  bot_core::pose_t message{};
+  const Pose2& T = estimate.T_map_base;
+  const double c = std::cos(T.theta), s = std::sin(T.theta);
+  message.utime = utime;
+  message.pos[0] = T.x;
+  message.pos[1] = T.y;
+  message.vel[0] = c * estimate.twist.vx - s * estimate.twist.vy;
+  message.vel[1] = s * estimate.twist.vx + c * estimate.twist.vy;
+  message.orientation[0] = std::cos(T.theta / 2.0);
+  message.orientation[3] = std::sin(T.theta / 2.0);
+  message.rotation_rate[2] = estimate.twist.omega;
+  return message;
+}
+
+pose_estimate_t toMessage(const PoseEstimate& estimate, std::int64_t utime, std::int32_t map_id) {
+  pose_estimate_t message{};
+  message.utime = utime;
+  message.map_id = map_id;
+  message.x = estimate.T_map_base.x;
+  message.y = estimate.T_map_base.y;
+  message.theta = estimate.T_map_base.theta;
+  copyCovariance(estimate.covariance, message.covariance);
+  copyTwist(estimate.twist, message.twist);
+  message.state = static_cast<std::uint8_t>(estimate.state);
+  message.match_quality = static_cast<float>(estimate.match_quality);
+  return message;
+}
+
+odometry_t toMessage(const OdometryEstimate& estimate, std::int64_t utime) {
+  odometry_t message{};
+  message.utime = utime;
+  message.x = estimate.T_odom_base.x;
+  message.y = estimate.T_odom_base.y;
+  message.theta = estimate.T_odom_base.theta;
+  copyCovariance(estimate.covariance, message.covariance);
+  copyTwist(estimate.twist, message.twist);
+  message.gyro_bias = estimate.gyro_bias;
+  message.slip = estimate.slip;
+  message.standstill = estimate.standstill;
+  message.map_odom[0] = estimate.T_map_odom.x;
+  message.map_odom[1] = estimate.T_map_odom.y;
+  message.map_odom[2] = estimate.T_map_odom.theta;
+  return message;
+}
+
+scan_t toMessage(const LaserScan& scan, std::int64_t utime) {
+  scan_t message{};
+  message.utime = utime;
+  message.range_min = scan.range_min;
+  message.range_max = scan.range_max;
+  message.nbeams = scan.size;
+  for (const Beam& beam : scan.beams()) {
+    message.ranges.push_back(beam.range);
+    message.bearings.push_back(beam.bearing);
+    message.time_offsets.push_back(beam.time_offset);
+    message.intensities.push_back(beam.intensity);
+  }
+  return message;
+}
+
+wheels_t toMessage(const WheelSample& sample, std::int64_t utime, std::span<const double> angles) {
+  wheels_t message{};
+  message.utime = utime;
+  message.x = sample.T_wheels_base.x;
+  message.y = sample.T_wheels_base.y;
+  message.theta = sample.T_wheels_base.theta;
+  message.turn_rate_known = sample.turn_rate_known;
+  message.nwheels = static_cast<std::int32_t>(angles.size());
+  message.angles.assign(angles.begin(), angles.end());
+  return message;
+}
+
+imu_t toMessage(const ImuSample& sample, std::int64_t utime) {
+  imu_t message{};
+  message.utime = utime;
+  for (int i = 0; i < 3; ++i) {
+    message.gyro[i] = sample.gyro[i];
+    message.accel[i] = sample.accel[i];
+  }
+  return message;
+}
+
+bot_core::planar_lidar_t toLaserMessage(const LaserScan& scan, std::int64_t utime, int beams) {
+  bot_core::planar_lidar_t message{};
+  const double step = 2.0 * std::numbers::pi / beams;
+  message.utime = utime;
+  message.rad0 = static_cast<float>(-std::numbers::pi);
+  message.radstep = static_cast<float>(step);
+  message.nranges = message.nintensities = beams;
+  message.ranges.assign(static_cast<std::size_t>(beams), 0.0F);
+  message.intensities.assign(static_cast<std::size_t>(beams), 0.0F);
+  for (const Beam& beam : scan.beams()) {
+    if (!scan.isReturn(beam)) continue;
+    const double turns = (static_cast<double>(beam.bearing) + std::numbers::pi) / step;
+    const auto i = static_cast<std::size_t>(((std::lround(turns) % beams) + beams) % beams);
+    if (message.ranges[i] != 0.0F && message.ranges[i] <= beam.range) continue;
+    message.ranges[i] = beam.range;
+    message.intensities[i] = beam.intensity;
+  }
+  return message;
+}
+
+map_meta_t toMetaMessage(const OccupancyGrid& grid, std::int64_t utime, std::int32_t map_id, std::int32_t keyframes) {
+  map_meta_t message{};
+  message.utime = utime;
+  message.map_id = map_id;
+  message.resolution = grid.resolution();
+  message.tile_side = OccupancyGrid::kTileSide;
+  message.tiles = grid.tiles().tileCount();
+  message.keyframes = keyframes;
+  bool first = true;
+  grid.tiles().forEachTile([&](TileIndex tile, const OccupancyGrid::Tiles::Tile&) {
+    message.column_min = first ? tile.column : std::min(message.column_min, tile.column);
+    message.column_max = first ? tile.column : std::max(message.column_max, tile.column);
+    message.row_min = first ? tile.row : std::min(message.row_min, tile.row);
+    message.row_max = first ? tile.row : std::max(message.row_max, tile.row);
+    first = false;
+  });
+  return message;
+}
+
+map_tile_t toTileMessage(const OccupancyGrid& grid, TileIndex tile, std::int64_t utime, std::int32_t map_id) {
+  constexpr std::uint8_t kUnknown = 255;
+  map_tile_t message{};
+  message.utime = utime;
+  message.map_id = map_id;
+  message.column = tile.column;
+  message.row = tile.row;
+  message.side = OccupancyGrid::kTileSide;
+  message.ncells = message.side * message.side;
+  message.cells.assign(static_cast<std::size_t>(message.ncells), kUnknown);
+  if (const auto* data = grid.tiles().find(tile)) {
+    std::transform(data->cells.begin(), data->cells.end(), message.cells.begin(), [](const OccupancyGrid::Cell& cell) {
+      if (cell.scan == 0) return kUnknown;
+      return static_cast<std::uint8_t>(std::lround(100.0 * toProbability(cell.log_odds)));
+    });
+  }
+  return message;
+}
+
+std::optional<LaserScan> fromMessage(const scan_t& message) {
+  const bool limits = std::isfinite(message.range_min) && std::isfinite(message.range_max) && message.range_min >= 0.0F &&
+                      message.range_max > message.range_min;
+  if (message.utime == 0 || !limits || message.nbeams > LaserScan::kCapacity) return std::nullopt;
+  LaserScan scan;
+  scan.stamp = fromMicroseconds(message.utime);
+  scan.range_min = message.range_min;
+  scan.range_max = message.range_max;
+  for (std::size_t i = 0; i < message.ranges.size(); ++i) {
+    Beam beam{message.ranges[i], message.bearings[i], message.time_offsets[i], message.intensities[i]};
+    constexpr float kLongestTurn = 10.0F;  // [s] no lidar turns slower; keeps hostile offsets out of the stamps
+    if (!std::isfinite(beam.bearing) || !(std::abs(beam.time_offset) < kLongestTurn)) beam = {};
+    if (!std::isfinite(beam.range) || beam.range < 0.0F) beam.range = 0.0F;
+    scan.push(beam);
+  }
+  return scan;
+}
+
+std::optional<WheelSample> fromMessage(const wheels_t& message) {
+  const Pose2 pose{message.x, message.y, message.theta};
+  if (message.utime == 0 || !isFinite(pose)) return std::nullopt;
+  return WheelSample{fromMicroseconds(message.utime), pose, message.turn_rate_known != 0};
+}
+
+std::optional<ImuSample> fromMessage(const imu_t& message) {
+  const ImuSample sample{fromMicroseconds(message.utime), Eigen::Vector3d(message.gyro),
+                         Eigen::Vector3d(message.accel)};
+  if (message.utime == 0 || !sample.gyro.allFinite() || !sample.accel.allFinite()) return std::nullopt;
+  return sample;
+}
+
+}  // namespace slam

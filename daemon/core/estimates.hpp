@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "core/pose2.hpp"
+#include "core/timestamp.hpp"
+
+namespace slam {
+
+/// What a consumer may do with a pose.
+enum class LocalisationState : std::uint8_t {
+  kInitialising,  ///< no scan has been placed yet
+  kLocalised,     ///< the newest scan was matched
+  kDegraded,      ///< the pose is carried on by wheels and IMU, or by the scans without them
+  kLost,          ///< the pose is not valid
+};
+
+/// Velocity of base in its own axes.
+struct Twist2 {
+  double vx = 0.0;     ///< [m/s] forward
+  double vy = 0.0;     ///< [m/s] left
+  double omega = 0.0;  ///< [rad/s] counter-clockwise
+};
+
+/// Pose of base in map.
+struct PoseEstimate {
+  Timestamp stamp;
+  Pose2 T_map_base;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, theta) in map [m, m, rad]
+  Twist2 twist;
+  LocalisationState state = LocalisationState::kInitialising;
+  double match_quality = 0.0;  ///< share of the newest scan's points that met the reference, 0..1
+};
+
+/// Fused wheels and IMU, without the lidar: smooth, drifting, never jumps.
+struct OdometryEstimate {
+  Timestamp stamp;
+  Pose2 T_odom_base;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, theta) in odom [m, m, rad]
+  Twist2 twist;
+  double gyro_bias = 0.0;  ///< [rad/s] reading of the gyro's z axis at rest
+  bool slip = false;       ///< wheels contradict the gyro
+  bool standstill = false;
+  Pose2 T_map_odom;  ///< joins the two: T_map_base = T_map_odom * T_odom_base
+};
+
+}  // namespace slam

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "core/pose2.hpp"
+#include "core/scan.hpp"
+#include "core/timestamp.hpp"
+
+namespace slam {
+
+/// A scan kept for the map: deskewed returns and where they were taken. Fixed capacity, so that it crosses queues
+/// without allocation.
+struct Keyframe {
+  struct Point {
+    float x, y;  ///< [m] in base
+  };
+
+  std::int32_t id = 0;  ///< counts from 0
+  Timestamp stamp;
+  Pose2 T_map_base;
+  Pose2 T_base_lidar;
+  int size = 0;
+  std::array<Point, LaserScan::kCapacity> storage;
+
+  std::span<const Point> points() const { return {storage.data(), static_cast<std::size_t>(size)}; }
+};
+
+}  // namespace slam

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "core/timestamp.hpp"
+
+namespace slam {
+
+/// One range sample of a lidar.
+struct Beam {
+  float range = 0.0F;        ///< [m]; 0: no return (which says nothing about the space along the beam)
+  float bearing = 0.0F;      ///< [rad] in the lidar's frame, counter-clockwise from its x axis
+  float time_offset = 0.0F;  ///< [s] from the scan's stamp to this sample
+  float intensity = 0.0F;    ///< device units, larger is brighter; 0 where the device gives none
+};
+
+/// One turn of the lidar, beams in acquisition order. Fixed capacity, so that it crosses queues without allocation.
+struct LaserScan {
+  static constexpr int kCapacity = 4096;
+
+  Timestamp stamp;          ///< the instant that Beam::time_offset counts from; drivers set it to the first beam
+  float range_min = 0.15F;  ///< [m] shorter returns are not obstacles
+  float range_max = 12.0F;  ///< [m] longer returns are not trusted
+  int size = 0;
+  std::array<Beam, kCapacity> storage;
+
+  std::span<const Beam> beams() const { return {storage.data(), static_cast<std::size_t>(size)}; }
+  /// @return false when the scan is full; the beam is then not added
+  bool push(const Beam& beam) {
+    if (size >= kCapacity) return false;
+    storage[static_cast<std::size_t>(size++)] = beam;
+    return true;
+  }
+  bool isReturn(const Beam& beam) const { return beam.range >= range_min && beam.range <= range_max; }
+};
+
+}  // namespace slam

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimation/ekf.hpp"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+namespace slam {
+namespace {
+
+/// Chi-square quantile by Wilson and Hilferty's cube approximation (1931), within 2 % for p > 0.9.
+/// @param z standard normal quantile of the same probability
+double chiSquareQuantile(int degrees, double z) {
+  const double a = 2.0 / (9.0 * degrees);
+  const double root = 1.0 - a + z * std::sqrt(a);
+  return degrees * root * root * root;
+}
+
+/// Standard normal quantile for p in (0.5, 1), Abramowitz and Stegun 26.2.23 (error below 4.5e-4).
+double normalQuantile(double p) {
+  const double t = std::sqrt(-2.0 * std::log(1.0 - p));
+  return t - (2.515517 + t * (0.802853 + t * 0.010328)) / (1.0 + t * (1.432788 + t * (0.189269 + t * 0.001308)));
+}
+
+double square(double value) { return value * value; }
+
+constexpr int kMaxRejectedPoses = 2;  // consecutive matched scans outside the gate: then the filter is wrong, not they
+
+}  // namespace
+
+Ekf::Ekf(const EkfConfig& config, Timestamp stamp, const Pose2& pose) : config_(&config), stamp_(stamp) {
+  x_.head<3>() = pose.vector();
+  P_.diagonal() << 1e-8, 1e-8, 1e-8, square(0.5), square(0.5), square(config.initial_gyro_bias_sigma);
+}
+
+void Ekf::predict(Timestamp stamp) {
+  if (stamp <= stamp_) return;
+  const EkfConfig& c = *config_;
+  const double dt = toSeconds(stamp - stamp_);
+  const double moved_time = std::min(dt, c.max_coast);
+  stamp_ = stamp;
+
+  const double v = x_[kSpeed], omega = x_[kTurnRate];
+  const double half_turn = 0.5 * omega * moved_time;
+  const double sinc = std::abs(half_turn) < 1e-6 ? 1.0 : std::sin(half_turn) / half_turn;
+  const double heading = x_[kTheta] + half_turn, chord = moved_time * sinc;
+  const double cos_h = std::cos(heading), sin_h = std::sin(heading);
+
+  // (13): the arc of constant twist, written as its chord
+  x_[kX] += v * chord * cos_h;
+  x_[kY] += v * chord * sin_h;
+  x_[kTheta] = wrapAngle(x_[kTheta] + omega * moved_time);
+
+  Matrix A = Matrix::Identity();
+  A(kX, kTheta) = -v * chord * sin_h;
+  A(kY, kTheta) = v * chord * cos_h;
+  A(kX, kSpeed) = chord * cos_h;
+  A(kY, kSpeed) = chord * sin_h;
+  A(kX, kTurnRate) = -0.5 * moved_time * v * chord * sin_h;
+  A(kY, kTurnRate) = 0.5 * moved_time * v * chord * cos_h;
+  A(kTheta, kTurnRate) = moved_time;
+
+  const double distance = std::abs(v) * moved_time, turned = std::abs(omega) * moved_time;
+  const double translation = square(c.translation_noise) * distance + square(c.translation_drift) * dt;
+  double rotation = square(c.rotation_drift) * dt;
+  if (gyroActive()) {
+    rotation += square(c.rotation_noise_gyro) * turned;
+  } else {
+    rotation += square(c.rotation_noise_wheels) * turned + square(c.rotation_noise_per_metre) * distance;
+  }
+  Vector Q;
+  Q << translation, translation, rotation, square(c.acceleration_noise) * dt,
+      square(c.angular_acceleration_noise) * dt, square(c.gyro_bias_noise) * dt;
+  P_ = A * P_ * A.transpose();  // (14)
+  P_.diagonal() += Q;
+}
+
+template <int N>
+UpdateResult Ekf::correct(const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 6>& H,
+                          const Eigen::Matrix<double, N, N>& R, bool consider_bias, bool gated) {
+  if (!innovation.allFinite()) return UpdateResult::kUseless;
+  const Eigen::Matrix<double, 6, N> PHt = P_ * H.transpose();
+  const Eigen::Matrix<double, N, N> S = H * PHt + R;
+  const Eigen::LLT<Eigen::Matrix<double, N, N>> S_llt(S);
+  if (S_llt.info() != Eigen::Success) return UpdateResult::kUseless;
+  if (gated) {
+    const double z = normalQuantile(config_->gate_probability);
+    if (innovation.dot(S_llt.solve(innovation)) > chiSquareQuantile(N, z)) return UpdateResult::kRejected;
+  }
+  Eigen::Matrix<double, 6, N> K = S_llt.solve(PHt.transpose()).transpose();  // (15)
+  if (consider_bias) K.row(kGyroBias).setZero();
+  x_ += K * innovation;  // (16)
+  x_[kTheta] = wrapAngle(x_[kTheta]);
+  const Matrix I_KH = Matrix::Identity() - K * H;
+  P_ = I_KH * P_ * I_KH.transpose() + K * R * K.transpose();  // (17) in Joseph form
+  P_ = (0.5 * (P_ + P_.transpose())).eval();
+  return UpdateResult::kFused;
+}
+
+bool Ekf::detectSlip(double wheel_rate, double gyro_rate, double interval) {
+  const double leak = std::exp(-interval / config_->slip_window);
+  slip_evidence_ = leak * slip_evidence_ + (wheel_rate - gyro_rate) * interval;
+  slip_turned_ = leak * slip_turned_ + std::abs(gyro_rate) * interval;
+  return std::abs(slip_evidence_) > config_->slip_angle + config_->slip_scale * slip_turned_;
+}
+
+UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Duration interval,
+                               std::optional<double> gyro_mean) {
+  const EkfConfig& c = *config_;
+  const double seconds = toSeconds(interval);
+  if (!(seconds > 0.0) || !std::isfinite(twist.vx) || !std::isfinite(twist.omega)) return UpdateResult::kUseless;
+
+  standstill_.addWheels(stamp_, twist.vx, turn_rate_known ? twist.omega : 0.0, c.standstill);
+  slip_ = turn_rate_known && gyro_mean && detectSlip(twist.omega, *gyro_mean - x_[kGyroBias], seconds);
+
+  UpdateResult result;
+  if (turn_rate_known && !slip_) {
+    Eigen::Matrix<double, 2, 6> H = Eigen::Matrix<double, 2, 6>::Zero();
+    H(0, kSpeed) = H(1, kTurnRate) = 1.0;
+    const Eigen::Matrix2d R =
+        Eigen::Vector2d(square(c.wheel_speed_sigma),
+                        square(c.wheel_turn_rate_sigma) + square(c.wheel_turn_rate_scale * twist.omega))
+            .asDiagonal();
+    const Eigen::Vector2d innovation(twist.vx - x_[kSpeed], twist.omega - x_[kTurnRate]);
+    result = correct<2>(innovation, H, R, true, true);
+  } else {
+    Eigen::Matrix<double, 1, 6> H = Eigen::Matrix<double, 1, 6>::Zero();
+    H(0, kSpeed) = 1.0;
+    const double sigma = slip_ ? c.slip_speed_sigma : c.wheel_speed_sigma;
+    result = correct<1>(Eigen::Matrix<double, 1, 1>(twist.vx - x_[kSpeed]), H,
+                        Eigen::Matrix<double, 1, 1>(square(sigma)), true, true);
+  }
+  ++(result == UpdateResult::kFused ? counters_.wheels_fused : counters_.wheels_rejected);
+  updateStandstill();
+  return result;
+}
+
+UpdateResult Ekf::updateGyro(double rate) {
+  if (!std::isfinite(rate)) return UpdateResult::kUseless;
+  standstill_.addGyro(stamp_, rate, x_[kGyroBias], config_->standstill);
+  Eigen::Matrix<double, 1, 6> H = Eigen::Matrix<double, 1, 6>::Zero();
+  H(0, kTurnRate) = H(0, kGyroBias) = 1.0;
+  const UpdateResult result =
+      correct<1>(Eigen::Matrix<double, 1, 1>(rate - x_[kTurnRate] - x_[kGyroBias]), H,
+                 Eigen::Matrix<double, 1, 1>(square(config_->gyro_sigma)), false, true);
+  ++(result == UpdateResult::kFused ? counters_.gyro_fused : counters_.gyro_rejected);
+  gyro_stamp_ = stamp_;
+  return result;
+}
+
+void Ekf::updateStandstill() {
+  if (!standstill()) return;
+  Eigen::Matrix<double, 2, 6> H = Eigen::Matrix<double, 2, 6>::Zero();
+  H(0, kSpeed) = H(1, kTurnRate) = 1.0;
+  const Eigen::Matrix2d R =
+      Eigen::Vector2d(square(config_->standstill_speed_sigma), square(config_->standstill_turn_rate_sigma)).asDiagonal();
+  correct<2>(Eigen::Vector2d(-x_[kSpeed], -x_[kTurnRate]), H, R, false, false);
+  ++counters_.standstill_updates;
+}
+
+UpdateResult Ekf::updatePose(const PoseMeasurement& measurement) {
+  const int n = measurement.observable;
+  if (n <= 0) return UpdateResult::kUseless;
+  Eigen::Vector3d error = measurement.T_map_base.vector() - x_.head<3>();
+  error.z() = wrapAngle(error.z());
+
+  // Blind directions take no part: they get a zero row in H, a zero innovation and a unit variance of their own.
+  Eigen::Matrix<double, 3, 6> H = Eigen::Matrix<double, 3, 6>::Zero();
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d innovation = Eigen::Vector3d::Zero();
+  const auto U = measurement.directions.leftCols(n);
+  H.topLeftCorner(n, 3) = U.transpose();
+  innovation.head(n) = U.transpose() * error;
+  R.topLeftCorner(n, n) = U.transpose() * measurement.covariance * U;
+
+  UpdateResult result = correct<3>(innovation, H, R, false, true);
+  if (result == UpdateResult::kRejected && ++rejected_in_a_row_ > kMaxRejectedPoses) {
+    // Scan after scan contradicts the filter: the robot was moved or the wheels slipped. Believe the scans.
+    P_.topLeftCorner<3, 3>() += (2.0 * error * error.transpose()).eval();
+    result = correct<3>(innovation, H, R, false, false);
+  }
+  if (result == UpdateResult::kFused) rejected_in_a_row_ = 0;
+  ++(result == UpdateResult::kFused ? counters_.poses_fused : counters_.poses_rejected);
+  return result;
+}
+
+void Ekf::setPose(const Pose2& pose, const Eigen::Vector3d& sigma) {
+  x_.head<3>() = pose.vector();
+  P_.topRows<3>().setZero();
+  P_.leftCols<3>().setZero();
+  P_.diagonal().head<3>() = sigma.cwiseAbs2();
+  rejected_in_a_row_ = 0;
+}
+
+}  // namespace slam

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+
+#include "core/estimates.hpp"
+#include "core/pose2.hpp"
+#include "core/samples.hpp"
+#include "core/timestamp.hpp"
+#include "estimation/standstill.hpp"
+
+namespace slam {
+
+/// Noise of the robot and its sensors. A random walk of strength q has standard deviation q * sqrt(interval).
+struct EkfConfig {
+  double acceleration_noise = 2.0;               ///< [m/s per sqrt(s)] how fast the speed changes
+  double angular_acceleration_noise = 6.0;       ///< [rad/s per sqrt(s)] how fast the turn rate changes
+  double gyro_bias_noise = 2e-5;                 ///< [rad/s per sqrt(s)]
+  double initial_gyro_bias_sigma = 0.02;         ///< [rad/s]
+  double translation_noise = 0.02;               ///< [m per sqrt(m)] of wheel odometry
+  double rotation_noise_per_metre = 0.02;        ///< [rad per sqrt(m)] of wheel odometry, without gyro
+  double rotation_noise_wheels = 0.10;           ///< [rad per sqrt(rad)] of wheel odometry, without gyro
+  double rotation_noise_gyro = 0.01;             ///< [rad per sqrt(rad)] scale error of the gyro
+  double rotation_drift = 0.0005;                ///< [rad per sqrt(s)] always
+  double translation_drift = 0.0005;             ///< [m per sqrt(s)] always
+  double wheel_speed_sigma = 0.01;               ///< [m/s] of one wheel sample
+  double wheel_turn_rate_sigma = 0.05;           ///< [rad/s] of one wheel sample
+  double wheel_turn_rate_scale = 0.05;           ///< [1] error of wheel turn rate per turn rate
+  double gyro_sigma = 0.005;                     ///< [rad/s] of one gyro sample
+  double gyro_timeout = 0.2;                     ///< [s] without a gyro sample the wheels give the turn rate
+  double standstill_speed_sigma = 0.001;         ///< [m/s] zero-velocity update
+  double standstill_turn_rate_sigma = 0.0003;    ///< [rad/s] zero-rate update
+  double slip_angle = 0.035;                     ///< [rad] wheels and gyro differing by more within slip_window is slip
+  double slip_scale = 0.10;                      ///< [1] and by more than this share of the angle turned in it
+  double slip_window = 0.25;                     ///< [s]
+  double slip_speed_sigma = 0.15;                ///< [m/s] of one wheel sample while slipping
+  double gate_probability = 0.9999;              ///< share of good measurements that the chi-square gates let pass
+  double max_coast = 0.5;                        ///< [s] without any sample the pose is moved on for no longer
+  StandstillConfig standstill;
+};
+
+enum class UpdateResult : std::uint8_t { kFused, kRejected, kUseless };
+
+/// What the gates let through and what they stopped.
+struct EkfCounters {
+  std::uint32_t wheels_fused = 0, wheels_rejected = 0;
+  std::uint32_t gyro_fused = 0, gyro_rejected = 0;
+  std::uint32_t poses_fused = 0, poses_rejected = 0;
+  std::uint32_t standstill_updates = 0;
+};
+
+/// Extended Kalman filter of wheels and IMU, eq. (7)-(17) of the paper (section III.A), on the state
+///
+///     x = (x, y, theta, v, omega, b_g)        [m, m, rad, m/s, rad/s, rad/s]
+///
+/// The motion model f moves the pose along the arc of constant v and omega; v, omega and the gyro bias b_g are random
+/// walks. Sensors correct one after another, wheels first, then IMU, then (in the pose filter) a matched scan, each on
+/// the result of the one before. Corrections use the Joseph form, which keeps P positive definite for any gain.
+///
+/// A plain value without I/O or allocation: EkfTimeline keeps copies of it. Not safe for concurrent writes.
+class Ekf {
+ public:
+  using Vector = Eigen::Matrix<double, 6, 1>;
+  using Matrix = Eigen::Matrix<double, 6, 6>;
+  enum Index { kX, kY, kTheta, kSpeed, kTurnRate, kGyroBias };
+
+  explicit Ekf(const EkfConfig& config = {}, Timestamp stamp = {}, const Pose2& pose = {});
+
+  /// Prediction stage, eq. (13)-(14), to `stamp`; an earlier stamp changes nothing.
+  void predict(Timestamp stamp);
+
+  /// Wheels: mean body twist over the interval that begins now. @param gyro_mean mean reading of the gyro over the same
+  /// interval [rad/s], for the slip test. The wheels never correct the gyro bias: their own systematic errors (radius,
+  /// track) would pass for it, so its gain is zero (a "considered" state, Schmidt 1966).
+  UpdateResult updateWheels(const Twist2& twist, bool turn_rate_known, Duration interval,
+                            std::optional<double> gyro_mean);
+  /// Gyro about z [rad/s], h = omega + b_g.
+  UpdateResult updateGyro(double rate);
+  /// A matched scan, along its observable directions only.
+  UpdateResult updatePose(const PoseMeasurement& measurement);
+
+  /// Sets the pose, e.g. by command. @param sigma [m, m, rad]
+  void setPose(const Pose2& pose, const Eigen::Vector3d& sigma);
+
+  Timestamp stamp() const { return stamp_; }
+  Pose2 pose() const { return Pose2::fromVector(x_.head<3>()); }
+  Twist2 twist() const { return {x_[kSpeed], 0.0, x_[kTurnRate]}; }
+  double gyroBias() const { return x_[kGyroBias]; }
+  const Vector& state() const { return x_; }
+  const Matrix& covariance() const { return P_; }
+  bool slip() const { return slip_; }
+  bool standstill() const { return standstill_.active(stamp_, config_->standstill); }
+  const EkfCounters& counters() const { return counters_; }
+
+ private:
+  template <int N>
+  UpdateResult correct(const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 6>& H,
+                       const Eigen::Matrix<double, N, N>& R, bool consider_bias, bool gated);
+  void updateStandstill();
+  bool gyroActive() const { return gyro_stamp_ && toSeconds(stamp_ - *gyro_stamp_) < config_->gyro_timeout; }
+  bool detectSlip(double wheel_rate, double gyro_rate, double interval);
+
+  const EkfConfig* config_;  // owned by whoever owns the filter; a copy of the filter shares it
+  Timestamp stamp_;
+  Vector x_ = Vector::Zero();
+  Matrix P_ = Matrix::Zero();
+  std::optional<Timestamp> gyro_stamp_;
+  Standstill standstill_;
+  double slip_evidence_ = 0.0;  // [rad] wheels minus gyro, leaky over slip_window
+  double slip_turned_ = 0.0;    // [rad] angle turned, leaky over slip_window
+  bool slip_ = false;
+  int rejected_in_a_row_ = 0;   // pose measurements
+  EkfCounters counters_;
+};
+
+}  // namespace slam

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimation/ekf_timeline.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+namespace slam {
+
+EkfTimeline::EkfTimeline(const EkfConfig& ekf_config, const EkfTimelineConfig& config)
+    : ekf_config_(std::make_unique<const EkfConfig>(ekf_config)),
+      config_(config),
+      ring_(static_cast<std::size_t>(config.capacity), Entry{{}, ImuSample{}, Ekf(*ekf_config_)}),
+      base_(*ekf_config_) {}
+
+UpdateResult EkfTimeline::add(const WheelSample& sample) {
+  return isFinite(sample.T_wheels_base) ? insert(sample.stamp, sample) : UpdateResult::kUseless;
+}
+
+UpdateResult EkfTimeline::add(const ImuSample& sample) {
+  return sample.gyro.allFinite() ? insert(sample.stamp, sample) : UpdateResult::kUseless;
+}
+
+UpdateResult EkfTimeline::add(const PoseMeasurement& measurement) {
+  const bool finite = isFinite(measurement.T_map_base) && measurement.covariance.allFinite();
+  return finite ? insert(measurement.stamp, measurement) : UpdateResult::kUseless;
+}
+
+void EkfTimeline::setPose(const Pose2& pose, const Eigen::Vector3d& sigma) {
+  if (size_ > 0) base_ = entry(size_ - 1).after;
+  base_.setPose(pose, sigma);
+  size_ = 0;
+}
+
+UpdateResult EkfTimeline::insert(Timestamp stamp, const Sample& sample) {
+  if (!started_) {
+    base_ = Ekf(*ekf_config_, stamp, base_.pose());
+    started_ = true;
+  }
+  if (stamp < base_.stamp()) {
+    ++too_old_;
+    return UpdateResult::kUseless;
+  }
+  makeRoom(std::max(stamp, newestStamp()));
+
+  const auto key = std::tuple(stamp, sample.index());
+  std::size_t place = size_;
+  while (place > 0 && key < std::tuple(entry(place - 1).stamp, entry(place - 1).sample.index())) --place;
+  if (place < size_) ++late_fused_;
+  ++size_;
+  for (std::size_t i = size_ - 1; i > place; --i) entry(i) = entry(i - 1);
+  entry(place).stamp = stamp;
+  entry(place).sample = sample;
+
+  // A wheel sample completes the interval that began at the wheel sample before it.
+  const bool wheels = std::holds_alternative<WheelSample>(sample);
+  const std::size_t first = wheels ? wheelsBefore(place).value_or(place) : place;
+  run(first);
+  return entry(first).result;
+}
+
+void EkfTimeline::makeRoom(Timestamp newest) {
+  // The last wheel sample stays, however old: the next one is measured against it.
+  while (size_ > 1 && toSeconds(newest - entry(0).stamp) > config_.window &&
+         (!std::holds_alternative<WheelSample>(entry(0).sample) || wheelsFrom(1))) {
+    popOldest();
+  }
+  if (size_ == ring_.size()) popOldest();
+}
+
+void EkfTimeline::popOldest() {
+  base_ = entry(0).after;
+  begin_ = (begin_ + 1) % ring_.size();
+  --size_;
+}
+
+std::optional<std::size_t> EkfTimeline::wheelsBefore(std::size_t end) const {
+  for (std::size_t i = end; i-- > 0;) {
+    if (std::holds_alternative<WheelSample>(entry(i).sample)) return i;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::size_t> EkfTimeline::wheelsFrom(std::size_t begin) const {
+  for (std::size_t i = begin; i < size_; ++i) {
+    if (std::holds_alternative<WheelSample>(entry(i).sample)) return i;
+  }
+  return std::nullopt;
+}
+
+void EkfTimeline::run(std::size_t first) {
+  for (std::size_t i = first; i < size_; ++i) {
+    Ekf ekf = i == 0 ? base_ : entry(i - 1).after;
+    ekf.predict(entry(i).stamp);
+    entry(i).result = apply(i, ekf);
+    entry(i).after = ekf;
+  }
+}
+
+UpdateResult EkfTimeline::apply(std::size_t i, Ekf& ekf) const {
+  if (const auto* pose = std::get_if<PoseMeasurement>(&entry(i).sample)) return ekf.updatePose(*pose);
+  if (const auto* imu = std::get_if<ImuSample>(&entry(i).sample)) return ekf.updateGyro(imu->gyro.z());
+
+  const auto next = wheelsFrom(i + 1);
+  if (!next) return UpdateResult::kUseless;  // the interval that begins here is not over yet
+  const auto& from = std::get<WheelSample>(entry(i).sample);
+  const auto& to = std::get<WheelSample>(entry(*next).sample);
+  const Duration interval = to.stamp - from.stamp;
+  if (interval <= Duration::zero()) return UpdateResult::kUseless;
+
+  double gyro_sum = 0.0;
+  int gyro_count = 0;
+  for (std::size_t j = i + 1; j < *next; ++j) {
+    if (const auto* imu = std::get_if<ImuSample>(&entry(j).sample)) {
+      gyro_sum += imu->gyro.z();
+      ++gyro_count;
+    }
+  }
+  const Eigen::Vector3d travel = log(between(from.T_wheels_base, to.T_wheels_base)) / toSeconds(interval);
+  return ekf.updateWheels({travel.x(), travel.y(), travel.z()}, to.turn_rate_known, interval,
+                          gyro_count > 0 ? std::optional(gyro_sum / gyro_count) : std::nullopt);
+}
+
+Ekf EkfTimeline::at(Timestamp stamp) const {
+  std::size_t i = size_;
+  while (i > 0 && entry(i - 1).stamp > stamp) --i;
+  Ekf ekf = i == 0 ? base_ : entry(i - 1).after;
+  ekf.predict(stamp);
+  return ekf;
+}
+
+void EkfTimeline::fillHistory(Timestamp from, Timestamp to, PoseHistory& history) const {
+  history.clear();
+  history.push(from, at(from).pose());
+  std::size_t i = size_;
+  while (i > 0 && entry(i - 1).stamp > from) --i;
+  for (; i < size_ && entry(i).stamp < to; ++i) history.push(entry(i).stamp, entry(i).after.pose());
+  history.push(to, at(to).pose());
+}
+
+}  // namespace slam

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "core/pose_history.hpp"
+#include "core/samples.hpp"
+#include "estimation/ekf.hpp"
+
+namespace slam {
+
+struct EkfTimelineConfig {
+  double window = 1.0;  ///< [s] a sample this much older than the newest is still fused at its own stamp
+  int capacity = 1024;  ///< samples kept at most; bounds the window at high rates
+};
+
+/// Feeds an Ekf in stamp order whatever the order of arrival.
+///
+/// The newest samples are kept with the filter state after each. A sample that arrives late is put at its place and
+/// the filter is run again from there, so the result is the one of the right order. What is older than the window is
+/// counted and dropped. Samples of one stamp are used as: matched scan, wheels, IMU.
+///
+/// The difference of two wheel samples is a mean over the interval between them, so it is fused at the interval's
+/// beginning: there it is the velocity that holds until its end, and the dead reckoning over the interval is exact.
+///
+/// No allocation after construction.
+class EkfTimeline {
+ public:
+  EkfTimeline(const EkfConfig& ekf_config, const EkfTimelineConfig& config);
+
+  UpdateResult add(const WheelSample& sample);
+  UpdateResult add(const ImuSample& sample);
+  UpdateResult add(const PoseMeasurement& measurement);
+
+  /// Forgets all samples and goes on from `pose` at the newest stamp, keeping the gyro bias and its variance.
+  void setPose(const Pose2& pose, const Eigen::Vector3d& sigma);
+
+  bool started() const { return started_; }
+  Timestamp newestStamp() const { return size_ > 0 ? entry(size_ - 1).stamp : base_.stamp(); }
+  Timestamp oldestStamp() const { return base_.stamp(); }
+
+  /// Filter state at `stamp`, predicted forward from the newest sample before it; the oldest state if it is too early.
+  Ekf at(Timestamp stamp) const;
+  /// Poses from `from` to `to`, both included, at each sample between.
+  void fillHistory(Timestamp from, Timestamp to, PoseHistory& history) const;
+
+  std::uint32_t lateFused() const { return late_fused_; }
+  std::uint32_t tooOld() const { return too_old_; }
+
+ private:
+  using Sample = std::variant<PoseMeasurement, WheelSample, ImuSample>;  // in the order of use at equal stamps
+  struct Entry {
+    Timestamp stamp;
+    Sample sample;
+    Ekf after;  // state once this sample is used
+    UpdateResult result = UpdateResult::kUseless;
+  };
+
+  UpdateResult insert(Timestamp stamp, const Sample& sample);
+  void makeRoom(Timestamp newest);
+  void popOldest();
+  void run(std::size_t first);
+  UpdateResult apply(std::size_t i, Ekf& ekf) const;
+  std::optional<std::size_t> wheelsBefore(std::size_t end) const;
+  std::optional<std::size_t> wheelsFrom(std::size_t begin) const;
+  Entry& entry(std::size_t i) { return ring_[(begin_ + i) % ring_.size()]; }
+  const Entry& entry(std::size_t i) const { return ring_[(begin_ + i) % ring_.size()]; }
+
+  std::unique_ptr<const EkfConfig> ekf_config_;  // at a fixed address: the filter states refer to it
+  EkfTimelineConfig config_;
+  std::vector<Entry> ring_;
+  std::size_t begin_ = 0, size_ = 0;
+  Ekf base_;  // state before the oldest entry
+  bool started_ = false;
+  std::uint32_t late_fused_ = 0, too_old_ = 0;
+};
+
+}  // namespace slam

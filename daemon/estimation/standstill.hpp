@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <optional>
+
+#include "core/timestamp.hpp"
+
+namespace slam {
+
+struct StandstillConfig {
+  double max_speed = 0.004;       ///< [m/s] of the wheels
+  double max_turn_rate = 0.01;    ///< [rad/s] of the wheels
+  double max_gyro_swing = 0.035;  ///< [rad/s] largest minus smallest gyro reading while standing
+  double max_gyro_rate = 0.10;    ///< [rad/s] of gyro minus its bias: more is a robot carried or turned by hand
+  double min_time = 0.4;          ///< [s] wheels and gyro must be quiet for this long
+};
+
+/// Says whether the robot stands still, from wheels and, where there is one, the gyro. A plain value: it is copied with
+/// the filter state that it belongs to.
+class Standstill {
+ public:
+  /// @param speed [m/s], turn_rate [rad/s]: mean over the interval that ends at `stamp`
+  void addWheels(Timestamp stamp, double speed, double turn_rate, const StandstillConfig& config);
+  /// @param rate reading of the gyro [rad/s]; @param bias its present bias estimate [rad/s]
+  void addGyro(Timestamp stamp, double rate, double bias, const StandstillConfig& config);
+
+  bool active(Timestamp now, const StandstillConfig& config) const {
+    return quiet_since_ && toSeconds(now - *quiet_since_) >= config.min_time;
+  }
+
+ private:
+  std::optional<Timestamp> quiet_since_;
+  double gyro_min_ = 0.0, gyro_max_ = 0.0;  // [rad/s] extremes since quiet_since_
+  bool gyro_seen_ = false;
+};
+
+}  // namespace slam

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "mapping/map_files.hpp"
+
+#include <png.h>
+
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <iomanip>
+#include <sstream>
+#include <stdexcept>
+
+namespace slam {
+namespace {
+
+namespace fs = std::filesystem;
+using Rgb = std::array<std::uint8_t, 3>;
+
+[[noreturn]] void fail(const fs::path& file, const std::string& what) {
+  throw std::runtime_error(file.string() + ": " + what);
+}
+
+void replaceFile(const fs::path& file, const std::string& content) {
+  const fs::path temporary = file.string() + ".new";
+  {
+    std::ofstream out(temporary, std::ios::binary);
+    out.write(content.data(), static_cast<std::streamsize>(content.size()));
+    out.flush();
+    if (!out) fail(temporary, std::string("cannot write: ") + std::strerror(errno));
+  }
+  std::error_code error;
+  fs::rename(temporary, file, error);
+  if (error) fail(file, "cannot replace: " + error.message());
+}
+
+std::string encodePng(const MapImage& image, std::span<const Eigen::Vector2d> path) {
+  std::vector<Rgb> pixels(image.cells.size());
+  for (std::size_t i = 0; i < image.cells.size(); ++i) {
+    const std::uint8_t value = image.cells[i];
+    pixels[i] = value == MapImage::kUnknown ? Rgb{205, 205, 205} : Rgb{value, value, value};
+  }
+  for (const Eigen::Vector2d& p : path) {
+    const int column = static_cast<int>(std::floor((p.x() - image.origin_x) / image.resolution));
+    const int row = static_cast<int>(std::floor((p.y() - image.origin_y) / image.resolution));
+    if (column < 0 || row < 0 || column >= image.width || row >= image.height) continue;
+    pixels[static_cast<std::size_t>(image.height - 1 - row) * static_cast<std::size_t>(image.width) +
+           static_cast<std::size_t>(column)] = {40, 90, 220};
+  }
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(image.width);
+  png.height = static_cast<png_uint_32>(image.height);
+  png.format = PNG_FORMAT_RGB;
+  png_alloc_size_t bytes = 0;
+  if (!png_image_write_to_memory(&png, nullptr, &bytes, 0, pixels.data(), 0, nullptr)) {
+    throw std::runtime_error(std::string("png: ") + png.message);
+  }
+  std::string content(bytes, '\0');
+  if (!png_image_write_to_memory(&png, content.data(), &bytes, 0, pixels.data(), 0, nullptr)) {
+    throw std::runtime_error(std::string("png: ") + png.message);
+  }
+  content.resize(bytes);
+  return content;
+}
+
+std::string yamlText(const fs::path& prefix, const MapImage& image) {
+  std::ostringstream yaml;
+  yaml << std::setprecision(17) << "image: " << prefix.filename().string() << ".pgm\n"
+       << "mode: trinary\n"
+       << "resolution: " << image.resolution << "\n"
+       << "origin: [" << image.origin_x << ", " << image.origin_y << ", 0]\n"
+       << "negate: 0\n"
+       << std::setprecision(6) << "occupied_thresh: " << MapImage::kOccupiedThreshold << "\n"
+       << "free_thresh: " << MapImage::kFreeThreshold << "\n";
+  return yaml.str();
+}
+
+std::string readWhole(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) fail(file, std::string("cannot read: ") + std::strerror(errno));
+  std::ostringstream content;
+  content << in.rdbuf();
+  return content.str();
+}
+
+/// The value after `key:` of a flat YAML file, as map_server writes it.
+std::string yamlValue(const fs::path& file, const std::string& text, const std::string& key) {
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind(key + ":", 0) != 0) continue;
+    const auto begin = line.find_first_not_of(" \t", key.size() + 1);
+    return begin == std::string::npos ? "" : line.substr(begin, line.find_last_not_of(" \t\r") + 1 - begin);
+  }
+  fail(file, "no key '" + key + "'; is it a map_server file?");
+}
+
+}  // namespace
+
+void writeMapFiles(const fs::path& prefix, const MapImage& image, std::span<const Eigen::Vector2d> path) {
+  std::ostringstream header;
+  header << "P5\n" << image.width << " " << image.height << "\n255\n";
+  const std::string pgm =
+      header.str() + std::string(reinterpret_cast<const char*>(image.cells.data()), image.cells.size());
+  replaceFile(prefix.string() + ".pgm", pgm);
+  replaceFile(prefix.string() + ".yaml", yamlText(prefix, image));
+  replaceFile(prefix.string() + ".png", encodePng(image, path));
+}
+
+MapImage readMapFiles(const fs::path& yaml) {
+  const std::string text = readWhole(yaml);
+  MapImage image;
+  try {
+    image.resolution = std::stod(yamlValue(yaml, text, "resolution"));
+    std::string origin = yamlValue(yaml, text, "origin");
+    for (char& c : origin) c = (c == '[' || c == ']' || c == ',') ? ' ' : c;
+    std::istringstream numbers(origin);
+    if (!(numbers >> image.origin_x >> image.origin_y)) fail(yaml, "origin is not [x, y, yaw]");
+  } catch (const std::logic_error&) {
+    fail(yaml, "resolution is not a number");
+  }
+  if (!(image.resolution > 0.0)) fail(yaml, "resolution must be above 0");
+
+  const fs::path pgm = yaml.parent_path() / yamlValue(yaml, text, "image");
+  const std::string content = readWhole(pgm);
+  std::istringstream header(content);
+  std::string magic;
+  int max_value = 0;
+  header >> magic;
+  while ((header >> std::ws).peek() == '#') header.ignore(4096, '\n');
+  header >> image.width >> image.height >> max_value;
+  if (!header || magic != "P5" || max_value != 255 || image.width <= 0 || image.height <= 0) {
+    fail(pgm, "not a binary 8-bit PGM");
+  }
+  const auto begin = static_cast<std::size_t>(header.tellg()) + 1;
+  const auto size = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+  if (content.size() < begin || content.size() - begin < size) fail(pgm, "shorter than its header says");
+  for (std::size_t i = 0; i < size; ++i) {
+    const double probability = (255 - static_cast<std::uint8_t>(content[begin + i])) / 255.0;
+    image.cells.push_back(classify(probability));
+  }
+  return image;
+}
+
+}  // namespace slam

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <Eigen/Core>
+#include <filesystem>
+#include <span>
+
+#include "mapping/map_image.hpp"
+
+namespace slam {
+
+/// Writes PREFIX.yaml, PREFIX.pgm (the pair that map_server loads) and PREFIX.png (for people, with the path in blue).
+/// Each file is written beside its place and renamed, so that a crash leaves the old one whole.
+/// @param path [m] positions in map to draw into the PNG; may be empty
+/// @throws std::runtime_error with file and reason when a file cannot be written
+void writeMapFiles(const std::filesystem::path& prefix, const MapImage& image,
+                   std::span<const Eigen::Vector2d> path = {});
+
+/// Reads a map_server pair with a binary PGM (P5, 8 bit) and `mode: trinary`.
+/// @throws std::runtime_error with file and reason
+MapImage readMapFiles(const std::filesystem::path& yaml);
+
+}  // namespace slam

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "mapping/map_image.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace slam {
+
+std::uint8_t classify(double probability) {
+  if (probability > MapImage::kOccupiedThreshold) return MapImage::kOccupied;
+  return probability < MapImage::kFreeThreshold ? MapImage::kFree : MapImage::kUnknown;
+}
+
+MapImage renderMap(const OccupancyGrid& grid) {
+  constexpr int kSide = OccupancyGrid::kTileSide;
+  CellIndex low{std::numeric_limits<int>::max(), std::numeric_limits<int>::max()};
+  CellIndex high{std::numeric_limits<int>::min(), std::numeric_limits<int>::min()};
+  const auto forEachCell = [&](auto&& visit) {
+    grid.tiles().forEachTile([&](TileIndex tile, const OccupancyGrid::Tiles::Tile& data) {
+      for (int row = 0; row < kSide; ++row) {
+        for (int column = 0; column < kSide; ++column) {
+          const std::uint8_t value = classify(toProbability(data.at(column, row).log_odds));
+          if (value == MapImage::kUnknown) continue;
+          visit(CellIndex{tile.column * kSide + column, tile.row * kSide + row}, value);
+        }
+      }
+    });
+  };
+  forEachCell([&](CellIndex cell, std::uint8_t) {
+    low = {std::min(low.column, cell.column), std::min(low.row, cell.row)};
+    high = {std::max(high.column, cell.column), std::max(high.row, cell.row)};
+  });
+  if (low.column > high.column) low = high = {0, 0};
+
+  MapImage image;
+  image.width = high.column - low.column + 1;
+  image.height = high.row - low.row + 1;
+  image.resolution = grid.resolution();
+  image.origin_x = low.column * grid.resolution();
+  image.origin_y = low.row * grid.resolution();
+  image.cells.assign(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height),
+                     MapImage::kUnknown);
+  forEachCell([&](CellIndex cell, std::uint8_t value) {
+    image.at(cell.column - low.column, cell.row - low.row) = value;
+  });
+  return image;
+}
+
+}  // namespace slam

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "mapping/occupancy_grid.hpp"
+
+namespace slam {
+
+/// A rectangle of a map in the three values of map_server, row by row from the top (largest y) as in an image file.
+struct MapImage {
+  static constexpr std::uint8_t kOccupied = 0, kFree = 254, kUnknown = 205;
+  static constexpr double kOccupiedThreshold = 0.65;  ///< [1] more is occupied
+  static constexpr double kFreeThreshold = 0.196;     ///< [1] less is free; with 0.25, value 205 would load as free
+
+  int width = 0, height = 0;                 ///< [cells]
+  double resolution = 0.05;                  ///< [m]
+  double origin_x = 0.0, origin_y = 0.0;     ///< [m] lower-left corner of the lower-left cell in map
+  std::vector<std::uint8_t> cells;           ///< width * height
+
+  std::uint8_t& at(int column, int row) {
+    return cells[static_cast<std::size_t>(height - 1 - row) * static_cast<std::size_t>(width) +
+                 static_cast<std::size_t>(column)];
+  }
+  std::uint8_t at(int column, int row) const { return const_cast<MapImage*>(this)->at(column, row); }
+};
+
+std::uint8_t classify(double probability);
+
+/// The bounding box of all cells that are not unknown; empty grid: an image of one unknown cell.
+MapImage renderMap(const OccupancyGrid& grid);
+
+}  // namespace slam

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include "core/pose2.hpp"
+#include "core/pose_history.hpp"
+#include "core/scan.hpp"
+#include "matching/scan_points.hpp"
+
+namespace slam {
+
+/// Undoes the motion within a scan: each return is taken to base at the scan's stamp by the pose at its own time.
+///
+/// @param scan         beams in acquisition order, any time offsets
+/// @param stamp        the scan's stamp in the history's time
+/// @param T_base_lidar extrinsics
+/// @param history      poses of base over the scan, in any frame; empty: the robot is taken to stand still
+/// @param points       out: the returns within the scan's limits, without normals; its capacity is reused
+void deskew(const LaserScan& scan, Timestamp stamp, const Pose2& T_base_lidar, const PoseHistory& history,
+            ScanPoints& points);
+
+}  // namespace slam

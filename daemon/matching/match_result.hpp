@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "core/pose2.hpp"
+
+namespace slam {
+
+enum class MatchStatus : std::uint8_t {
+  kConverged,       ///< the pose may be fused
+  kUnobservable,    ///< converged, but blind in 3 - observable directions: there the pose is still the guess
+  kIterationLimit,  ///< still moving when the iterations were used up
+  kTooFewPairs,     ///< hardly any point met the reference
+  kLowOverlap,      ///< converged where too many points contradict the reference: probably a wrong minimum
+};
+
+/// Outcome of any matcher of this folder.
+struct MatchResult {
+  MatchStatus status = MatchStatus::kIterationLimit;
+  Pose2 T_ref_base;                                          ///< last iterate; fuse it only if usable()
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();      ///< of (x, y, theta) in the reference [m, m, rad], within
+                                                             ///< the observable directions; zero unless usable()
+  Eigen::Matrix3d directions = Eigen::Matrix3d::Identity();  ///< columns: unit directions, the observable ones first
+  int observable = 0;                                        ///< 0..3
+  int pairs = 0;                                             ///< points matched at the last iterate
+  double overlap = 0.0;  ///< share of the points within overlap_distance of the reference, 0..1
+  double residual = 0.0; ///< [m] RMS distance of those from their lines (point to point: from their points)
+  int iterations = 0;
+
+  bool usable() const {
+    return status == MatchStatus::kConverged || (status == MatchStatus::kUnobservable && observable > 0);
+  }
+};
+
+/// Settings shared by matchPointToPoint() and matchPointToLine().
+struct MatchConfig {
+  int max_iterations = 40;
+  int min_pairs = 20;                    ///< fewer matched points than this is a failure
+  double initial_pair_distance = 0.60;   ///< [m] gate on the distance of a pair in the first iteration ...
+  double final_pair_distance = 0.20;     ///< [m] ... narrowed to this
+  double pair_distance_decay = 0.70;     ///< [1] per iteration
+  double kernel_scale = 0.05;            ///< [m] residual at which a pair has lost 3/4 of its weight
+  double translation_tolerance = 5e-4;   ///< [m] a step below both tolerances has converged
+  double rotation_tolerance = 2e-4;      ///< [rad]
+  double range_sigma = 0.015;            ///< [m] standard deviation of one lidar range
+  double overlap_distance = 0.10;        ///< [m] a point this near to its line agrees with the reference
+  double min_overlap = 0.50;             ///< [1] less agreement than this is no match
+  double min_information = 0.01;         ///< [1] a direction seen by less than this share of the pairs is blind
+};
+
+}  // namespace slam

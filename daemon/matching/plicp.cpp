@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "matching/plicp.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "matching/normal_equations.hpp"
+
+namespace slam {
+namespace {
+
+constexpr double kSameFace = 0.2;  // cosine: a point and a surfel whose normals differ by more are two faces
+
+struct Sums {
+  NormalEquations equations;
+  int agreeing = 0;              // pairs within overlap_distance of their line
+  double agreeing_error = 0.0;   // [m^2] sum of their squared residuals
+};
+
+Sums linearize(const Reference& reference, std::span<const ScanPoint> points, const Pose2& T, double gate,
+               double kernel_scale, const MatchConfig& config) {
+  const double c = std::cos(T.theta), s = std::sin(T.theta);
+  const double gate_squared = gate * gate, inverse_kernel = 1.0 / (kernel_scale * kernel_scale);
+  double h00 = 0, h01 = 0, h02 = 0, h11 = 0, h12 = 0, h22 = 0, g0 = 0, g1 = 0, g2 = 0;
+  double f00 = 0, f01 = 0, f02 = 0, f11 = 0, f12 = 0, f22 = 0;
+  Sums sums;
+  NormalEquations& eq = sums.equations;
+  for (const ScanPoint& point : points) {
+    const double rx = c * point.position.x() - s * point.position.y();  // R p
+    const double ry = s * point.position.x() + c * point.position.y();
+    const Eigen::Vector2d p(T.x + rx, T.y + ry);
+    const Surfel* surfel = reference.nearest(p, gate);
+    if (surfel == nullptr) continue;
+    const double nx = surfel->nx, ny = surfel->ny;
+    const double dx = p.x() - surfel->x, dy = p.y() - surfel->y;
+    if (dx * dx + dy * dy > gate_squared) continue;
+    const double mx = c * point.normal.x() - s * point.normal.y(), my = s * point.normal.x() + c * point.normal.y();
+    if (point.hasNormal() && nx * mx + ny * my < kSameFace) continue;
+
+    const double e = nx * dx + ny * dy;
+    const double k = 1.0 / (1.0 + e * e * inverse_kernel);
+    const double w = k * k;
+    const double jt = ny * rx - nx * ry;         // n . R' p
+    const double ft = nx * rx + ny * ry;         // t . R' p, t = (-ny, nx) along the wall
+    const double v = w * surfel->normal_variance;
+    h00 += w * nx * nx, h01 += w * nx * ny, h02 += w * nx * jt, h11 += w * ny * ny, h12 += w * ny * jt;
+    h22 += w * jt * jt, g0 += w * nx * e, g1 += w * ny * e, g2 += w * jt * e;
+    f00 += v * ny * ny, f01 -= v * nx * ny, f02 -= v * ny * ft, f11 += v * nx * nx, f12 += v * nx * ft;
+    f22 += v * ft * ft;
+    eq.weight += w;
+    eq.squared_error += w * e * e;
+    ++eq.pairs;
+    if (std::abs(e) < config.overlap_distance) {
+      ++sums.agreeing;
+      sums.agreeing_error += e * e;
+    }
+  }
+  eq.H << h00, h01, h02, h01, h11, h12, h02, h12, h22;
+  eq.feigned << f00, f01, f02, f01, f11, f12, f02, f12, f22;
+  eq.g << g0, g1, g2;
+  return sums;
+}
+
+double meanRange(std::span<const ScanPoint> points) {
+  double sum = 0.0;
+  for (const ScanPoint& point : points) sum += point.range;
+  return points.empty() ? 1.0 : std::max(0.1, sum / static_cast<double>(points.size()));
+}
+
+}  // namespace
+
+MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoint> points, const Pose2& guess,
+                             const MatchConfig& config) noexcept {
+  MatchResult result{.T_ref_base = guess};
+  Pose2& T = result.T_ref_base;
+  const double lever = meanRange(points);
+  double gate = std::max(config.initial_pair_distance, config.final_pair_distance);
+  while (result.iterations < config.max_iterations) {
+    ++result.iterations;
+    const double kernel_scale = config.kernel_scale * std::max(1.0, gate / config.final_pair_distance);
+    const Sums sums = linearize(reference, points, T, gate, kernel_scale, config);
+    const NormalEquations& equations = sums.equations;
+    result.pairs = equations.pairs;
+    result.overlap = points.empty() ? 0.0 : static_cast<double>(sums.agreeing) / static_cast<double>(points.size());
+    result.status = MatchStatus::kTooFewPairs;
+    if (equations.pairs < config.min_pairs) return result;
+
+    const ObservableStep solution = solveObservable(equations, lever, config.min_information);
+    result.observable = solution.observable;
+    result.status = MatchStatus::kUnobservable;
+    if (solution.observable == 0) return result;
+
+    T = {T.x + solution.step.x(), T.y + solution.step.y(), wrapAngle(T.theta + solution.step.z())};
+    const bool narrow = gate <= config.final_pair_distance;
+    gate = std::max(config.final_pair_distance, gate * config.pair_distance_decay);
+    const bool settled = solution.step.head<2>().norm() < config.translation_tolerance &&
+                         std::abs(solution.step.z()) < config.rotation_tolerance;
+    if (!settled) continue;
+    if (!narrow) {  // nothing moves at the wide gate: go to the narrow one at once
+      gate = config.final_pair_distance;
+      continue;
+    }
+
+    result.residual = std::sqrt(sums.agreeing_error / std::max(1, sums.agreeing));
+    const double variance = std::max(config.range_sigma * config.range_sigma, equations.squared_error / equations.weight);
+    result.covariance = variance * solution.inverse;
+    result.directions = solution.directions;
+    if (result.overlap < config.min_overlap) {
+      result.status = MatchStatus::kLowOverlap;
+    } else {
+      result.status = solution.observable == 3 ? MatchStatus::kConverged : MatchStatus::kUnobservable;
+    }
+    return result;
+  }
+  result.status = MatchStatus::kIterationLimit;
+  return result;
+}
+
+}  // namespace slam

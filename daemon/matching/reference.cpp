@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "matching/reference.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace slam {
+namespace {
+
+constexpr double kSameWall = 0.6;  // cosine: normals within 53 degrees may be one wall
+
+}  // namespace
+
+Reference::Grid::Grid(double cell, double radius, double extent) : inverse_cell(1.0 / cell) {
+  const auto side = std::bit_ceil(static_cast<unsigned>(std::ceil(extent / cell)));
+  mask = static_cast<int>(side) - 1;
+  shift = std::countr_zero(side);
+  cells.assign(static_cast<std::size_t>(side) * side, kNone);
+  const int reach = static_cast<int>(std::ceil(radius / cell));
+  for (int row = -reach; row <= reach; ++row) {
+    for (int column = -reach; column <= reach; ++column) {
+      const double distance = std::hypot(column, row) * cell;
+      if (distance <= radius) disc.push_back({column, row, static_cast<float>(distance * distance)});
+    }
+  }
+  std::stable_sort(disc.begin(), disc.end(),
+                   [](const Offset& a, const Offset& b) { return a.distance_squared < b.distance_squared; });
+}
+
+Reference::Reference(const ReferenceConfig& config)
+    : config_(config),
+      fine_(config.fine_cell, config.fine_radius, config.extent),
+      coarse_(config.coarse_cell, config.coarse_radius, config.extent),
+      half_extent_(0.5 * std::min((fine_.mask + 1) * config.fine_cell, (coarse_.mask + 1) * config.coarse_cell) -
+                   config.coarse_radius) {
+  surfels_.reserve(static_cast<std::size_t>(config.max_surfels));
+  free_.reserve(static_cast<std::size_t>(config.max_surfels));
+}
+
+void Reference::clear() {
+  std::fill(fine_.cells.begin(), fine_.cells.end(), kNone);
+  std::fill(coarse_.cells.begin(), coarse_.cells.end(), kNone);
+  surfels_.clear();
+  free_.clear();
+  count_ = 0;
+}
+
+void Reference::recentre(const Eigen::Vector2d& centre) {
+  if ((centre - centre_).lpNorm<Eigen::Infinity>() < 0.5 * half_extent_) return;
+  centre_ = centre;
+  for (std::size_t i = 0; i < surfels_.size(); ++i) {
+    Surfel& surfel = surfels_[i];
+    if (surfel.observations == 0.0F || inWindow({surfel.x, surfel.y})) continue;
+    surfel.observations = 0.0F;
+    free_.push_back(static_cast<std::int32_t>(i));
+    --count_;
+  }
+  rebuildTables();
+}
+
+void Reference::rebuildTables() {
+  std::fill(fine_.cells.begin(), fine_.cells.end(), kNone);
+  std::fill(coarse_.cells.begin(), coarse_.cells.end(), kNone);
+  for (std::size_t i = 0; i < surfels_.size(); ++i) {
+    if (surfels_[i].observations == 0.0F) continue;
+    enter(fine_, static_cast<std::int32_t>(i));
+    enter(coarse_, static_cast<std::int32_t>(i));
+  }
+}
+
+int Reference::add(const Pose2& T_ref_base, std::span<const ScanPoint> points) {
+  const double c = std::cos(T_ref_base.theta), s = std::sin(T_ref_base.theta);
+  const int before = count_;
+  for (const ScanPoint& point : points) {
+    if (!point.hasNormal()) continue;
+    const Eigen::Vector2d p = T_ref_base * point.position;
+    if (!inWindow(p)) continue;
+    const Eigen::Vector2d normal(c * point.normal.x() - s * point.normal.y(),
+                                 s * point.normal.x() + c * point.normal.y());
+    if (!merge(p, normal, point.normal_variance)) insert(p, normal, point.normal_variance);
+  }
+  return count_ - before;
+}
+
+bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, double normal_variance) {
+  const std::int32_t id = fine_.cells[fine_.index(p)];
+  if (id == kNone) return false;
+  Surfel& surfel = surfels_[static_cast<std::size_t>(id)];
+  const Eigen::Vector2d n(surfel.nx, surfel.ny), d = p - Eigen::Vector2d(surfel.x, surfel.y);
+  const double across = n.dot(d), along = n.x() * d.y() - n.y() * d.x();
+  if (std::abs(along) > config_.surfel_spacing || std::abs(across) > config_.merge_distance) return false;
+  if (n.dot(normal) < kSameWall) return false;
+
+  // The mean moves across the wall only: along it the points say nothing, and the spacing stays.
+  const double weight = 1.0 / (surfel.observations + 1.0);
+  surfel.x += static_cast<float>(weight * across * n.x());
+  surfel.y += static_cast<float>(weight * across * n.y());
+  const double gain = surfel.normal_variance / (surfel.normal_variance + normal_variance);
+  const Eigen::Vector2d blended = (n + gain * (normal - n)).normalized();
+  surfel.nx = static_cast<float>(blended.x());
+  surfel.ny = static_cast<float>(blended.y());
+  const double floor = normal_variance / config_.max_observations;
+  surfel.normal_variance = static_cast<float>(std::max(floor, (1.0 - gain) * surfel.normal_variance));
+  surfel.observations = std::min(surfel.observations + 1.0F, static_cast<float>(config_.max_observations));
+  return true;
+}
+
+void Reference::insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, double normal_variance) {
+  std::int32_t id = kNone;
+  if (!free_.empty()) {
+    id = free_.back();
+    free_.pop_back();
+  } else if (static_cast<int>(surfels_.size()) < config_.max_surfels) {
+    id = static_cast<std::int32_t>(surfels_.size());
+    surfels_.emplace_back();
+  } else {
+    return;
+  }
+  surfels_[static_cast<std::size_t>(id)] = {
+      static_cast<float>(p.x()),      static_cast<float>(p.y()),           static_cast<float>(normal.x()),
+      static_cast<float>(normal.y()), static_cast<float>(normal_variance), 1.0F};
+  ++count_;
+  enter(fine_, id);
+  enter(coarse_, id);
+}
+
+void Reference::enter(Grid& grid, std::int32_t id) {
+  const Surfel& surfel = surfels_[static_cast<std::size_t>(id)];
+  const int column = grid.coordinate(surfel.x), row = grid.coordinate(surfel.y);
+  const double cell = 1.0 / grid.inverse_cell;
+  for (const Offset& offset : grid.disc) {
+    const int c = column + offset.column, r = row + offset.row;
+    std::int32_t& occupant = grid.cells[grid.index(c, r)];
+    if (occupant != kNone) {
+      const double x = (c + 0.5) * cell, y = (r + 0.5) * cell;
+      const Surfel& other = surfels_[static_cast<std::size_t>(occupant)];
+      const double mine = (surfel.x - x) * (surfel.x - x) + (surfel.y - y) * (surfel.y - y);
+      const double theirs = (other.x - x) * (other.x - x) + (other.y - y) * (other.y - y);
+      if (theirs <= mine) continue;
+    }
+    occupant = id;
+  }
+}
+
+}  // namespace slam

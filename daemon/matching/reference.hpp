@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <Eigen/Core>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/pose2.hpp"
+#include "matching/scan_points.hpp"
+
+namespace slam {
+
+struct ReferenceConfig {
+  double extent = 102.4;        ///< [m] side of the square kept around the robot; rounded up to a power of two of cells
+  double fine_cell = 0.05;      ///< [m] of the table used near convergence
+  double fine_radius = 0.25;    ///< [m] it knows the nearest surfel up to here
+  double coarse_cell = 0.20;    ///< [m] of the table used while the guess is still far
+  double coarse_radius = 1.0;   ///< [m] it knows the nearest surfel up to here
+  double surfel_spacing = 0.05; ///< [m] points closer than this along a wall are one surfel
+  double merge_distance = 0.08; ///< [m] and closer than this across it
+  int max_observations = 30;    ///< weight of a surfel's past: more makes the reference stiffer
+  int max_surfels = 1 << 17;    ///< memory bound
+};
+
+/// A piece of wall: mean of the points seen there, with its line.
+struct Surfel {
+  float x = 0.0F, y = 0.0F;     ///< [m] in the reference frame
+  float nx = 0.0F, ny = 0.0F;   ///< unit normal, towards free space
+  float normal_variance = 0.0F; ///< [rad^2]
+  float observations = 0.0F;    ///< points merged, at most max_observations
+};
+
+/// The fixed set that scans are matched against: surfels of the keyframes around the robot, with two look-up tables that
+/// hold, for each cell, the surfel nearest to the cell's centre. A look-up costs one table access whatever the size.
+///
+/// The tables are tori over a square window that follows the robot: moving it clears the strips that leave it. Memory is
+/// taken at construction; nothing allocates afterwards.
+class Reference {
+ public:
+  explicit Reference(const ReferenceConfig& config = {});
+
+  void clear();
+  /// Moves the window when `centre` has left its middle half. Surfels that leave it are forgotten.
+  void recentre(const Eigen::Vector2d& centre);
+  /// Adds the points that have a normal; merges those that meet a surfel of the same wall.
+  /// @return number of new surfels
+  int add(const Pose2& T_ref_base, std::span<const ScanPoint> points);
+
+  /// @param reach [m] how far to look; beyond fine_radius the coarse table is asked too, and no further than its radius
+  /// @return the surfel nearest to p, give or take half a cell of the table that answers, or nullptr
+  const Surfel* nearest(const Eigen::Vector2d& p, double reach) const {
+    std::int32_t id = fine_.cells[fine_.index(p)];
+    if (id == kNone && reach > config_.fine_radius) id = coarse_.cells[coarse_.index(p)];
+    return id == kNone ? nullptr : &surfels_[static_cast<std::size_t>(id)];
+  }
+
+  std::span<const Surfel> surfels() const { return surfels_; }  ///< includes forgotten ones: observations == 0
+  int size() const { return count_; }
+  const ReferenceConfig& config() const { return config_; }
+
+ private:
+  static constexpr std::int32_t kNone = -1;
+  struct Offset {
+    int column, row;
+    float distance_squared;  // [m^2]
+  };
+  struct Grid {
+    double inverse_cell;  // [1/m]
+    int mask;             // side - 1, side a power of two
+    int shift;            // log2(side)
+    std::vector<std::int32_t> cells;
+    std::vector<Offset> disc;  // cells within the radius, nearest first
+
+    Grid(double cell, double radius, double extent);
+    int coordinate(double metres) const { return static_cast<int>(std::floor(metres * inverse_cell)); }
+    std::size_t index(int column, int row) const {
+      return (static_cast<std::size_t>(row & mask) << shift) | static_cast<std::size_t>(column & mask);
+    }
+    std::size_t index(const Eigen::Vector2d& p) const { return index(coordinate(p.x()), coordinate(p.y())); }
+  };
+
+  bool inWindow(const Eigen::Vector2d& p) const {
+    return std::abs(p.x() - centre_.x()) < half_extent_ && std::abs(p.y() - centre_.y()) < half_extent_;
+  }
+  bool merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, double normal_variance);
+  void insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, double normal_variance);
+  void enter(Grid& grid, std::int32_t id);
+  void rebuildTables();
+
+  ReferenceConfig config_;
+  Grid fine_, coarse_;
+  double half_extent_;
+  Eigen::Vector2d centre_ = Eigen::Vector2d::Zero();
+  std::vector<Surfel> surfels_;
+  std::vector<std::int32_t> free_;
+  int count_ = 0;
+};
+
+}  // namespace slam

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+namespace slam {
+
+/// One point of a deskewed scan, in base at the scan's stamp.
+struct ScanPoint {
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();  ///< [m]
+  Eigen::Vector2d normal = Eigen::Vector2d::Zero();    ///< unit, towards the lidar; zero where no line was found
+  double normal_variance = 0.0;                        ///< [rad^2] of the normal's direction
+  double range = 0.0;                                  ///< [m] from the lidar, as measured
+
+  bool hasNormal() const { return normal != Eigen::Vector2d::Zero(); }
+};
+
+/// Points in acquisition order. Reserve LaserScan::kCapacity once and it never allocates again.
+using ScanPoints = std::vector<ScanPoint>;
+
+}  // namespace slam

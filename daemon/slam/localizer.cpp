@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "slam/localizer.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "matching/deskew.hpp"
+#include "matching/plicp.hpp"
+
+namespace slam {
+namespace {
+
+constexpr std::size_t kHistoryCapacity = 1024;  // poses within one scan
+
+Timestamp lastBeam(const LaserScan& scan, Timestamp stamp) {
+  return scan.size > 0 ? stamp + std::max(Duration(0), fromSeconds(scan.beams().back().time_offset)) : stamp;
+}
+
+}  // namespace
+
+Localizer::Localizer(const LocalizerConfig& config, Stopwatch stopwatch)
+    : config_(config),
+      stopwatch_(stopwatch),
+      odometry_(config.ekf, config.timeline),
+      pose_(config.ekf, config.timeline),
+      reference_(config.reference),
+      history_(kHistoryCapacity) {
+  config_.normals.range_sigma = config_.match.range_sigma = config_.lidar.range_sigma;
+  points_.reserve(LaserScan::kCapacity);
+}
+
+void Localizer::add(const WheelSample& sample) {
+  WheelSample sequenced = sample;
+  sequenced.stamp = wheel_stamps_.next(sample.stamp);
+  odometry_.add(sequenced);
+  pose_.add(sequenced);
+}
+
+void Localizer::add(const ImuSample& sample) {
+  odometry_.add(sample);
+  pose_.add(sample);
+}
+
+ScanOutcome Localizer::add(const LaserScan& recorded) {
+  ScanOutcome outcome;
+  outcome.stamp = scan_stamps_.next(recorded.stamp) + fromSeconds(config_.lidar.time_offset);
+  ++counters_.scans;
+  if (pose_.started() && outcome.stamp < pose_.oldestStamp()) {
+    ++counters_.scans_too_late;
+    return outcome;
+  }
+
+  pose_.fillHistory(outcome.stamp, lastBeam(recorded, outcome.stamp), history_);
+  deskew(recorded, outcome.stamp, config_.lidar.T_base_lidar, history_, points_);
+  estimateNormals(points_, config_.lidar.T_base_lidar.translation(), config_.normals);
+
+  const Pose2 guess = pose_.at(outcome.stamp).pose();
+  if (!last_keyframe_) {
+    if (static_cast<int>(points_.size()) < config_.match.min_pairs) return outcome;
+    pose_.add(PoseMeasurement{outcome.stamp, guess, 1e-8 * Eigen::Matrix3d::Identity()});
+    last_match_ = outcome.stamp;
+    outcome.keyframe = keep(outcome.stamp, guess);
+    return outcome;
+  }
+
+  reference_.recentre(guess.translation());
+  const Timestamp before = stopwatch_ ? stopwatch_() : Timestamp{};
+  outcome.match = matchPointToLine(reference_, points_, guess, config_.match);
+  if (stopwatch_) outcome.match_time = stopwatch_() - before;
+  overlap_ = outcome.match.overlap;
+  if (outcome.match.usable()) {
+    const UpdateResult update =
+        pose_.add(PoseMeasurement{outcome.stamp, outcome.match.T_ref_base, outcome.match.covariance,
+                                  outcome.match.directions, outcome.match.observable});
+    outcome.fused = update == UpdateResult::kFused;
+  }
+  if (outcome.fused) {
+    ++(outcome.match.observable == 3 ? counters_.matched : counters_.partly_observable);
+    last_match_ = outcome.stamp;
+    failures_ = 0;
+    const Pose2 T_map_base = pose_.at(outcome.stamp).pose();
+    if (wantsKeyframe(T_map_base, outcome.match)) outcome.keyframe = keep(outcome.stamp, T_map_base);
+  } else {
+    // A failed match never moves the pose: the filter carries on. When it lasts, the robot has left what the reference
+    // knows, so the scan extends it from where the filter believes to be.
+    ++(outcome.match.usable() ? counters_.gated : counters_.unmatched);
+    if (++failures_ > config_.keyframe.max_failures) {
+      failures_ = 0;
+      outcome.keyframe = keep(outcome.stamp, guess);
+    }
+  }
+  return outcome;
+}
+
+bool Localizer::wantsKeyframe(const Pose2& T_map_base, const MatchResult& match) const {
+  const Pose2 moved = between(*last_keyframe_, T_map_base);
+  return std::hypot(moved.x, moved.y) > config_.keyframe.translation ||
+         std::abs(moved.theta) > config_.keyframe.rotation || match.overlap < config_.keyframe.overlap;
+}
+
+const Keyframe* Localizer::keep(Timestamp stamp, const Pose2& T_map_base) {
+  reference_.add(T_map_base, points_);
+  last_keyframe_ = T_map_base;
+  keyframe_.id = static_cast<std::int32_t>(counters_.keyframes++);
+  keyframe_.stamp = stamp;
+  keyframe_.T_map_base = T_map_base;
+  keyframe_.T_base_lidar = config_.lidar.T_base_lidar;
+  keyframe_.size = 0;
+  for (const ScanPoint& point : points_) {
+    keyframe_.storage[static_cast<std::size_t>(keyframe_.size++)] = {static_cast<float>(point.position.x()),
+                                                                     static_cast<float>(point.position.y())};
+  }
+  return &keyframe_;
+}
+
+LocalisationState Localizer::state(Timestamp stamp, const Eigen::Matrix3d& covariance) const {
+  if (!last_match_) return LocalisationState::kInitialising;
+  const double sigma = std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
+  if (sigma > config_.lost_position_sigma) return LocalisationState::kLost;
+  const bool old = toSeconds(stamp - *last_match_) > config_.degraded_after;
+  return old || failures_ > 0 ? LocalisationState::kDegraded : LocalisationState::kLocalised;
+}
+
+PoseEstimate Localizer::estimate(Timestamp stamp) const {
+  const Ekf ekf = pose_.at(stamp);
+  PoseEstimate estimate{.stamp = stamp,
+                        .T_map_base = ekf.pose(),
+                        .covariance = ekf.covariance().topLeftCorner<3, 3>(),
+                        .twist = ekf.twist(),
+                        .match_quality = overlap_};
+  estimate.state = state(stamp, estimate.covariance);
+  return estimate;
+}
+
+OdometryEstimate Localizer::odometry(Timestamp stamp) const {
+  const Ekf ekf = odometry_.at(stamp);
+  return {.stamp = stamp,
+          .T_odom_base = ekf.pose(),
+          .covariance = ekf.covariance().topLeftCorner<3, 3>(),
+          .twist = ekf.twist(),
+          .gyro_bias = ekf.gyroBias(),
+          .slip = ekf.slip(),
+          .standstill = ekf.standstill(),
+          .T_map_odom = pose_.at(stamp).pose() * ekf.pose().inverse()};
+}
+
+void Localizer::setPose(const Pose2& T_map_base, const Eigen::Vector3d& sigma) { pose_.setPose(T_map_base, sigma); }
+
+LocalizerCounters Localizer::counters() const {
+  LocalizerCounters counters = counters_;
+  counters.scans_retimed = scan_stamps_.retimed();
+  counters.clock_resets = scan_stamps_.clockResets() + wheel_stamps_.clockResets();
+  counters.samples_late = odometry_.lateFused();
+  counters.samples_too_old = odometry_.tooOld();
+  return counters;
+}
+
+}  // namespace slam

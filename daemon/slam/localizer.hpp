@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+
+#include "core/estimates.hpp"
+#include "core/keyframe.hpp"
+#include "core/pose_history.hpp"
+#include "core/samples.hpp"
+#include "core/scan.hpp"
+#include "estimation/ekf_timeline.hpp"
+#include "matching/match_result.hpp"
+#include "matching/normals.hpp"
+#include "matching/reference.hpp"
+#include "slam/stamp_sequencer.hpp"
+
+namespace slam {
+
+/// Extrinsics of the lidar and what its readings are worth.
+struct LidarModel {
+  Pose2 T_base_lidar;
+  double range_min = 0.15;       ///< [m] shorter returns are not obstacles
+  double range_max = 12.0;       ///< [m] longer returns are not trusted
+  double range_sigma = 0.015;    ///< [m] standard deviation of one range
+  double time_offset = 0.0;      ///< [s] added to the lidar's stamps
+};
+
+/// When a scan is kept for reference and map.
+struct KeyframeConfig {
+  double translation = 0.20;  ///< [m] since the last keyframe
+  double rotation = 0.17;     ///< [rad] since the last keyframe
+  double overlap = 0.70;      ///< [1] share of points that meet the reference: fewer makes a keyframe at once
+  int max_failures = 8;       ///< scans in a row without a match, then one is kept at the filter's pose
+};
+
+struct LocalizerConfig {
+  LidarModel lidar;
+  EkfConfig ekf;
+  EkfTimelineConfig timeline;
+  NormalConfig normals;
+  ReferenceConfig reference;
+  MatchConfig match;
+  KeyframeConfig keyframe;
+  double degraded_after = 1.0;      ///< [s] without a matched scan
+  double lost_position_sigma = 1.0; ///< [m] a position this uncertain is not valid
+};
+
+struct LocalizerCounters {
+  std::uint32_t scans = 0, matched = 0, partly_observable = 0, unmatched = 0, gated = 0, keyframes = 0;
+  std::uint32_t scans_too_late = 0;     ///< older than the filter's window
+  std::uint32_t scans_retimed = 0;      ///< stamp not after its predecessor's
+  std::uint32_t clock_resets = 0;       ///< stamps jumped back by seconds
+  std::uint32_t samples_late = 0;       ///< wheel and IMU samples fused at their place behind newer ones
+  std::uint32_t samples_too_old = 0;    ///< wheel and IMU samples dropped
+};
+
+/// What one scan did.
+struct ScanOutcome {
+  Timestamp stamp;                     ///< of the scan in the filter's time
+  MatchResult match;
+  Duration match_time{0};              ///< spent in the matcher; 0 without a stopwatch
+  bool fused = false;                  ///< the match passed the filter's gate
+  const Keyframe* keyframe = nullptr;  ///< set when the scan became one; valid until the next scan
+};
+
+/// The front end: the paper's pipeline from sensors to pose.
+///
+/// Two filters run over the same wheels and IMU: the odometry filter never sees the lidar and drifts smoothly in odom;
+/// the pose filter also fuses matched scans and lives in map. T_map_odom joins them.
+///
+/// No thread, clock or I/O; after construction no allocation. Not safe for concurrent use.
+class Localizer {
+ public:
+  /// Reads a clock for statistics only; given from outside, because this folder cannot read one.
+  using Stopwatch = Timestamp (*)();
+
+  explicit Localizer(const LocalizerConfig& config, Stopwatch stopwatch = nullptr);
+
+  void add(const WheelSample& sample);
+  void add(const ImuSample& sample);
+  ScanOutcome add(const LaserScan& scan);
+
+  /// Pose of base in map at `stamp`, predicted from the newest samples.
+  PoseEstimate estimate(Timestamp stamp) const;
+  OdometryEstimate odometry(Timestamp stamp) const;
+
+  /// Moves the robot in the map, by command. @param sigma [m, m, rad]
+  void setPose(const Pose2& T_map_base, const Eigen::Vector3d& sigma);
+
+  const LocalizerConfig& config() const { return config_; }
+  LocalizerCounters counters() const;
+  EkfCounters filterCounters() const { return pose_.at(pose_.newestStamp()).counters(); }
+  int referenceSize() const { return reference_.size(); }
+
+ private:
+  LocalisationState state(Timestamp stamp, const Eigen::Matrix3d& covariance) const;
+  bool wantsKeyframe(const Pose2& T_map_base, const MatchResult& match) const;
+  const Keyframe* keep(Timestamp stamp, const Pose2& T_map_base);
+
+  LocalizerConfig config_;
+  Stopwatch stopwatch_;
+  EkfTimeline odometry_, pose_;
+  StampSequencer wheel_stamps_, scan_stamps_;
+  Reference reference_;
+  PoseHistory history_;
+  ScanPoints points_;
+  Keyframe keyframe_;
+  std::optional<Pose2> last_keyframe_;
+  std::optional<Timestamp> last_match_;
+  double overlap_ = 0.0;
+  int failures_ = 0;
+  LocalizerCounters counters_;
+};
+
+}  // namespace slam

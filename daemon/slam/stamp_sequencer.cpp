@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "slam/stamp_sequencer.hpp"
+
+#include <algorithm>
+
+namespace slam {
+namespace {
+
+constexpr double kReset = 5.0;          // [s] a jump back by more is a clock that was set
+constexpr double kLeastShare = 0.25;    // of the usual interval, between two stamps
+constexpr double kMemory = 0.05;        // gain of the running mean
+constexpr double kLongestShare = 3.0;   // of the usual interval: longer ones are pauses, not the stream's rate
+
+}  // namespace
+
+Timestamp StampSequencer::next(Timestamp recorded) {
+  if (!last_) {
+    last_recorded_ = last_ = recorded;
+    return recorded;
+  }
+  if (toSeconds(*last_recorded_ - recorded) > kReset) {
+    ++clock_resets_;
+    shift_ = *last_ + fromSeconds(interval_) - recorded;
+  }
+  const double step = std::max(0.0, toSeconds(recorded - *last_recorded_));
+  if (interval_ == 0.0) {
+    interval_ = step;
+  } else {
+    interval_ += kMemory * (std::min(step, kLongestShare * interval_) - interval_);
+  }
+  last_recorded_ = recorded;
+
+  const Timestamp least = *last_ + std::max(Duration(1), fromSeconds(kLeastShare * interval_));
+  Timestamp stamp = recorded + shift_;
+  if (stamp < least) {
+    stamp = least;
+    ++retimed_;
+  }
+  last_ = stamp;
+  return stamp;
+}
+
+}  // namespace slam

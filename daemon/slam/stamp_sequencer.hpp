@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <optional>
+
+#include "core/timestamp.hpp"
+
+namespace slam {
+
+/// Makes the stamps of one sensor's stream increase, in the order the samples came.
+///
+/// Recorded logs have stamps that go back by tenths of a second or nearly coincide, though their samples are in order.
+/// A stamp that is not at least a quarter of the usual interval after its predecessor is moved there; the stream
+/// catches up as soon as the recorded stamps are ahead again. A jump back by more than `reset` is a clock that was set:
+/// from then on stamps are shifted so that time goes on.
+class StampSequencer {
+ public:
+  Timestamp next(Timestamp recorded);
+
+  std::uint32_t retimed() const { return retimed_; }
+  std::uint32_t clockResets() const { return clock_resets_; }
+
+ private:
+  std::optional<Timestamp> last_recorded_, last_;
+  Duration shift_{0};
+  double interval_ = 0.0;  // [s] running mean
+  std::uint32_t retimed_ = 0, clock_resets_ = 0;
+};
+
+}  // namespace slam

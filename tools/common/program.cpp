@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/common/program.hpp"
+
+#include <unistd.h>
+
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <cstdio>
+#include <iostream>
+
+namespace slam {
+
+int runProgram(CLI::App& app, int argc, char** argv, const std::string& version, const std::string& example,
+               const std::function<int()>& body) {
+  app.set_version_flag("--version", app.get_name() + " " + version);
+  app.footer("Example:\n  " + example);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp& help) {
+    return app.exit(help);
+  } catch (const CLI::CallForAllHelp& help) {
+    return app.exit(help);
+  } catch (const CLI::CallForVersion& wanted) {
+    return app.exit(wanted);
+  } catch (const CLI::ParseError& error) {
+    std::cerr << app.get_name() << ": " << error.what() << "; see " << app.get_name() << " --help\n";
+    return kBadUsage;
+  }
+  try {
+    return body();
+  } catch (const BadConfig& error) {
+    std::cerr << error.what() << "\n";
+    return kBadConfig;
+  } catch (const std::exception& error) {
+    endProgress();
+    std::cerr << app.get_name() << ": " << error.what() << "\n";
+    return kFailed;
+  }
+}
+
+void showProgress(const std::string& text) {
+  if (isatty(STDERR_FILENO)) std::fprintf(stderr, "\r%s\033[K", text.c_str());
+}
+
+void endProgress() {
+  if (isatty(STDERR_FILENO)) std::fprintf(stderr, "\r\033[K");
+}
+
+}  // namespace slam

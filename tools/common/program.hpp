@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <CLI/App.hpp>
+#include <functional>
+#include <string>
+
+namespace slam {
+
+/// Exit codes shared by all programs.
+enum ExitCode : int { kDone = 0, kFailed = 1, kBadUsage = 2, kBadConfig = 78 };
+
+/// A configuration that was refused; its text is the whole message.
+struct BadConfig : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Parses the command line and runs `body`. Gives every program the same --help (with `example` at its end), --version,
+/// exit codes and one-line errors on stderr.
+int runProgram(CLI::App& app, int argc, char** argv, const std::string& version, const std::string& example,
+               const std::function<int()>& body);
+
+/// Writes progress on one line of a terminal; silent where stderr is not a terminal.
+void showProgress(const std::string& text);
+void endProgress();
+
+}  // namespace slam

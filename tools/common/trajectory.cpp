@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/common/trajectory.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <sstream>
+#include <stdexcept>
+
+namespace slam {
+
+TrajectoryWriter::TrajectoryWriter(const std::filesystem::path& file) : file_(file), out_(file) {
+  if (!out_) throw std::runtime_error(file.string() + ": cannot write: " + std::strerror(errno));
+}
+
+void TrajectoryWriter::write(std::int64_t utime, const Pose2& pose) {
+  char row[160];
+  std::snprintf(row, sizeof row, "%lld.%06lld %.6f %.6f 0 0 0 %.9f %.9f\n", static_cast<long long>(utime / 1000000),
+                static_cast<long long>(utime % 1000000), pose.x, pose.y, std::sin(pose.theta / 2.0),
+                std::cos(pose.theta / 2.0));
+  out_ << row;
+}
+
+void TrajectoryWriter::close() {
+  out_.close();
+  if (!out_) throw std::runtime_error(file_.string() + ": cannot write all of it: " + std::strerror(errno));
+}
+
+Trajectory readTrajectory(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  if (!in) throw std::runtime_error(file.string() + ": cannot read: " + std::strerror(errno));
+  Trajectory trajectory;
+  int number = 0;
+  for (std::string line; std::getline(in, line);) {
+    ++number;
+    if (line.empty() || line[0] == '#') continue;
+    long double t = 0.0L;  // seconds since the epoch with microseconds need more than a double's half digit
+    double x, y, z, qx, qy, qz, qw;
+    std::istringstream row(line);
+    if (!(row >> t >> x >> y >> z >> qx >> qy >> qz >> qw)) {
+      throw std::runtime_error(file.string() + ":" + std::to_string(number) +
+                               ": not a TUM row; expected 't tx ty tz qx qy qz qw'");
+    }
+    const auto nanoseconds = static_cast<std::int64_t>(t * 1e9L + 0.5L);
+    trajectory.push_back({Timestamp(Duration(nanoseconds)), {x, y, wrapAngle(2.0 * std::atan2(qz, qw))}});
+  }
+  if (trajectory.empty()) throw std::runtime_error(file.string() + ": no pose in it");
+  std::stable_sort(trajectory.begin(), trajectory.end(),
+                   [](const StampedPose& a, const StampedPose& b) { return a.stamp < b.stamp; });
+  return trajectory;
+}
+
+std::optional<Pose2> poseAt(const Trajectory& trajectory, Timestamp stamp, Duration tolerance) {
+  const auto after = std::lower_bound(trajectory.begin(), trajectory.end(), stamp,
+                                      [](const StampedPose& row, Timestamp t) { return row.stamp < t; });
+  const auto before = after == trajectory.begin() ? trajectory.end() : std::prev(after);
+  const bool have_after = after != trajectory.end(), have_before = before != trajectory.end();
+  const Duration gap_after = have_after ? after->stamp - stamp : Duration::max();
+  const Duration gap_before = have_before ? stamp - before->stamp : Duration::max();
+  if (std::min(gap_after, gap_before) <= tolerance) return (gap_after <= gap_before ? after : before)->pose;
+  if (!have_after || !have_before) return std::nullopt;
+  return interpolate(before->pose, after->pose, toSeconds(gap_before) / toSeconds(after->stamp - before->stamp));
+}
+
+}  // namespace slam

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <vector>
+
+#include "core/pose2.hpp"
+#include "core/pose_history.hpp"
+
+namespace slam {
+
+/// Writes a trajectory in TUM format: `t tx ty tz qx qy qz qw`, seconds with 6 decimals, one row a pose.
+class TrajectoryWriter {
+ public:
+  /// @throws std::runtime_error when the file cannot be opened
+  explicit TrajectoryWriter(const std::filesystem::path& file);
+  void write(std::int64_t utime, const Pose2& pose);
+  /// @throws std::runtime_error when anything written was lost (disk full)
+  void close();
+
+ private:
+  std::filesystem::path file_;
+  std::ofstream out_;
+};
+
+/// Poses sorted by stamp (rows of equal stamps keep their order).
+using Trajectory = std::vector<StampedPose>;
+
+/// @throws std::runtime_error with file and line for a row that is not eight numbers, or when there is no row
+Trajectory readTrajectory(const std::filesystem::path& file);
+
+/// @return the row within `tolerance` of the stamp, else interpolated between its neighbours; std::nullopt outside
+std::optional<Pose2> poseAt(const Trajectory& trajectory, Timestamp stamp,
+                            Duration tolerance = std::chrono::milliseconds(2));
+
+}  // namespace slam

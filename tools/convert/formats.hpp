@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <filesystem>
+#include <string>
+
+#include "tools/convert/log_output.hpp"
+
+/// One function per recorded format. Each reads all of its input, counts what it does not understand and goes on.
+/// All throw std::runtime_error when the input cannot be opened, holds no sample, or the output cannot be written.
+namespace slam {
+
+/// CARMEN text logs: FLASER (with its odom_* as wheels) and ODOM lines.
+ConvertReport convertCarmen(const std::filesystem::path& in, const std::filesystem::path& out);
+
+/// Our log to CARMEN: FLASER lines with the wheels' pose at each scan, 180 or 360 degrees in equal steps.
+ConvertReport convertToCarmen(const std::filesystem::path& in, const std::filesystem::path& out);
+
+/// Comma-separated tables with a header line each, all on one clock; an empty path is left out.
+struct CsvInput {
+  std::filesystem::path scans;     ///< t_s, then raw words: range_cm = word & 8191 (8191: none), from -90 deg in equal steps
+  std::filesystem::path speed;     ///< t_s,v_m_s
+  std::filesystem::path imu;       ///< t_s | stamp_s, ax_g..az_g, wx_rad_s..wz_rad_s
+  std::filesystem::path encoders;  ///< stamp_s, front right, front left, rear right, rear left ticks per interval
+  double metres_per_tick = 0.0022168;  ///< of the encoders (254 mm wheel, 360 counts a turn)
+  double half_track = 0.44;            ///< [m] of the encoders' base: half its effective track
+  double imu_sign_z = 1.0;             ///< -1 where the IMU's z axis points down
+};
+ConvertReport convertCsv(const CsvInput& in, const std::filesystem::path& out);
+
+/// Mines ParisTech rover (.dat): wheel ticks and a Hokuyo URG-04LX of 682 beams.
+ConvertReport convertMines(const std::filesystem::path& in, const std::filesystem::path& out);
+
+/// CMU Wean Hall (robotdata*.log): O and L lines in cm and rad.
+ConvertReport convertWean(const std::filesystem::path& in, const std::filesystem::path& out);
+
+/// LCM event logs of Maebot and MBot: RPLidar, encoders and IMU.
+ConvertReport convertMbot(const std::filesystem::path& in, const std::filesystem::path& out);
+
+}  // namespace slam

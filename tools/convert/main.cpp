@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <CLI/App.hpp>
+#include <iostream>
+
+#include "tools/common/program.hpp"
+#include "tools/convert/formats.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+void printReport(const std::string& out, const slam::ConvertReport& report) {
+  std::cout << out << ": " << report.scans << " scans, " << report.wheels << " wheel samples, " << report.imu
+            << " IMU samples";
+  if (report.rejected > 0) {
+    std::cout << "; " << report.rejected << " records refused, first at " << report.first_rejection;
+  }
+  std::cout << "\n";
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Converts recorded data of other systems to an LCM event log that slam-replay reads, and back",
+               "slam-convert");
+  app.require_subcommand(1);
+  std::string in, out;
+  using Convert = slam::ConvertReport (*)(const fs::path&, const fs::path&);
+  const auto add = [&](const char* name, const char* what, Convert convert) {
+    CLI::App* command = app.add_subcommand(name, what);
+    command->add_option("IN", in, "input, plain or .gz")->required();
+    command->add_option("OUT", out, "output")->required();
+    return std::pair(command, convert);
+  };
+  const std::pair<CLI::App*, Convert> commands[] = {
+      add("carmen", "CARMEN log (FLASER and ODOM lines) to LCM log", slam::convertCarmen),
+      add("to-carmen", "our LCM log to CARMEN", slam::convertToCarmen),
+      add("mines", "Mines ParisTech rover .dat to LCM log", slam::convertMines),
+      add("wean", "CMU Wean Hall robotdata .log to LCM log", slam::convertWean),
+      add("mbot", "LCM log of a Maebot or MBot to ours", slam::convertMbot),
+  };
+  slam::CsvInput csv;
+  bool imu_z_down = false;
+  CLI::App* csv_command = app.add_subcommand("csv", "tables of scans, speed, encoders and IMU to LCM log");
+  csv_command->add_option("--scans", csv.scans, "t_s and raw SICK words of a half turn");
+  csv_command->add_option("--speed", csv.speed, "t_s,v_m_s");
+  csv_command->add_option("--imu", csv.imu, "t_s,ax_g,ay_g,az_g,wx_rad_s,wy_rad_s,wz_rad_s");
+  csv_command->add_flag("--imu-z-down", imu_z_down, "the IMU's z axis points down: turn its sign");
+  csv_command->add_option("--encoders", csv.encoders, "stamp_s and ticks per interval of four wheels");
+  csv_command->add_option("--metres-per-tick", csv.metres_per_tick, "of the encoders")->capture_default_str();
+  csv_command->add_option("--half-track", csv.half_track, "[m] half the effective track")->capture_default_str();
+  csv_command->add_option("OUT", out, "output")->required();
+
+  return slam::runProgram(app, argc, argv, SLAMD_VERSION, "slam-convert carmen intel.clf.gz intel.lcm", [&] {
+    if (csv_command->parsed()) {
+      csv.imu_sign_z = imu_z_down ? -1.0 : 1.0;
+      printReport(out, slam::convertCsv(csv, out));
+    }
+    for (const auto& [command, convert] : commands) {
+      if (command->parsed()) printReport(out, convert(in, out));
+    }
+    return slam::kDone;
+  });
+}

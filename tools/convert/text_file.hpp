@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace slam {
+
+/// Lines of a text file, plain or gzip-compressed.
+class TextFile {
+ public:
+  /// @throws std::runtime_error when it cannot be opened
+  explicit TextFile(const std::filesystem::path& file);
+  ~TextFile();
+  TextFile(const TextFile&) = delete;
+  TextFile& operator=(const TextFile&) = delete;
+
+  bool next(std::string& line);
+  int lineNumber() const { return line_number_; }  ///< of the last line, from 1
+
+ private:
+  void* file_;  // gzFile
+  int line_number_ = 0;
+};
+
+/// Words between blanks or commas.
+std::vector<std::string_view> splitWords(std::string_view line);
+
+/// @return std::nullopt unless the whole word is a number that is finite
+std::optional<double> toNumber(std::string_view word);
+/// @return std::nullopt unless all words from `first` on are numbers
+std::optional<std::vector<double>> toNumbers(const std::vector<std::string_view>& words, std::size_t first = 0);
+
+/// Seconds written in decimal to microseconds, exactly (a double has too few digits for some epochs).
+std::optional<std::int64_t> toMicroseconds(std::string_view seconds);
+
+}  // namespace slam

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <CLI/App.hpp>
+#include <cstdio>
+
+#include "mapping/map_files.hpp"
+#include "tools/common/program.hpp"
+#include "tools/eval/map_metrics.hpp"
+#include "tools/eval/metrics.hpp"
+
+namespace {
+
+void printRelations(const slam::RelationErrors& e, bool json) {
+  if (json) {
+    std::printf(
+        "{\"relations\": %d, \"left_out\": %d, \"translation_m\": {\"mean\": %.6f, \"std\": %.6f}, "
+        "\"rotation_deg\": {\"mean\": %.6f, \"std\": %.6f}, \"squared_translation_m2\": {\"mean\": %.8f, \"std\": %.8f}, "
+        "\"squared_rotation_deg2\": {\"mean\": %.8f, \"std\": %.8f}}\n",
+        e.used, e.left_out, e.translation.mean, e.translation.deviation, e.rotation.mean, e.rotation.deviation,
+        e.squared_translation.mean, e.squared_translation.deviation, e.squared_rotation.mean,
+        e.squared_rotation.deviation);
+    return;
+  }
+  std::printf("relations used            %d (%d outside the trajectory's time left out)\n", e.used, e.left_out);
+  std::printf("translation [m]           %.4f +- %.4f\n", e.translation.mean, e.translation.deviation);
+  std::printf("rotation [deg]            %.3f +- %.3f\n", e.rotation.mean, e.rotation.deviation);
+  std::printf("squared translation [m^2] %.6f +- %.6f\n", e.squared_translation.mean, e.squared_translation.deviation);
+  std::printf("squared rotation [deg^2]  %.5f +- %.5f\n", e.squared_rotation.mean, e.squared_rotation.deviation);
+}
+
+void printAte(const slam::AteErrors& e, bool json) {
+  if (json) {
+    std::printf(
+        "{\"poses\": %d, \"left_out\": %d, \"rmse_m\": %.6f, \"mean_m\": %.6f, \"max_m\": %.6f, "
+        "\"rotation_mean_deg\": %.6f}\n",
+        e.used, e.left_out, e.rmse, e.mean, e.max, e.rotation_mean);
+    return;
+  }
+  std::printf("poses used     %d (%d outside the truth's time left out)\n", e.used, e.left_out);
+  std::printf("ATE RMSE [m]   %.4f\nmean [m]       %.4f\nworst [m]      %.4f\n", e.rmse, e.mean, e.max);
+  std::printf("heading [deg]  %.3f mean\n", e.rotation_mean);
+}
+
+void printMap(const slam::MapErrors& e, bool json) {
+  if (json) {
+    std::printf(
+        "{\"cells\": %d, \"completeness\": %.5f, \"occupied\": {\"precision\": %.5f, \"recall\": %.5f, \"f1\": %.5f}, "
+        "\"free\": {\"precision\": %.5f, \"recall\": %.5f, \"f1\": %.5f}}\n",
+        e.compared, e.completeness, e.occupied.precision, e.occupied.recall, e.occupied.f1, e.free.precision,
+        e.free.recall, e.free.f1);
+    return;
+  }
+  std::printf("cells known in the truth  %d, of which the map knows %.1f %%\n", e.compared, 100.0 * e.completeness);
+  std::printf("%-10s %9s %9s %9s\n", "", "precision", "recall", "F1");
+  std::printf("%-10s %8.1f%% %8.1f%% %8.1f%%\n", "occupied", 100.0 * e.occupied.precision, 100.0 * e.occupied.recall,
+              100.0 * e.occupied.f1);
+  std::printf("%-10s %8.1f%% %8.1f%% %8.1f%%\n", "free", 100.0 * e.free.precision, 100.0 * e.free.recall,
+              100.0 * e.free.f1);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Accuracy of trajectories and maps", "slam-eval");
+  app.require_subcommand(1);
+  std::string estimate, truth;
+  bool json = false, no_align = false;
+  const auto add = [&](const char* name, const char* what, const char* first, const char* second) {
+    CLI::App* command = app.add_subcommand(name, what);
+    command->add_option(first, estimate)->required();
+    command->add_option(second, truth)->required();
+    command->add_flag("--json", json, "machine-readable");
+    return command;
+  };
+  CLI::App* relations = add("relations", "trajectory against known relative poses", "TRAJ.tum", "FILE.relations");
+  CLI::App* ate = add("ate", "absolute trajectory error after rigid alignment", "TRAJ.tum", "TRUTH.tum");
+  ate->add_flag("--no-align", no_align, "compare in the files' own frames");
+  CLI::App* map = add("map", "occupied and free cells against a true map", "MAP.yaml", "TRUTH.yaml");
+
+  return slam::runProgram(app, argc, argv, SLAMD_VERSION, "slam-eval relations out/trajectory.tum intel.relations", [&] {
+    if (relations->parsed()) {
+      const auto errors = slam::relationErrors(slam::readTrajectory(estimate), slam::readRelations(truth));
+      if (errors.used == 0) throw std::runtime_error("no relation lies within the trajectory's time");
+      printRelations(errors, json);
+    } else if (ate->parsed()) {
+      const auto errors = slam::absoluteErrors(slam::readTrajectory(estimate), slam::readTrajectory(truth), !no_align);
+      if (errors.used == 0) throw std::runtime_error("the two trajectories have no time in common");
+      printAte(errors, json);
+    } else if (map->parsed()) {
+      printMap(slam::compareMaps(slam::readMapFiles(estimate), slam::readMapFiles(truth)), json);
+    }
+    return slam::kDone;
+  });
+}

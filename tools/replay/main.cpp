@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <CLI/App.hpp>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+
+#include "app/config_loader.hpp"
+#include "tools/common/program.hpp"
+#include "tools/replay/replay.hpp"
+
+namespace {
+
+void printSummary(const slam::ReplayStats& stats) {
+  const auto& l = stats.localizer;
+  std::printf("%u scans of %.1f s: %u matched, %u partly observable, %u not matched; %u keyframes, %d loop closures\n",
+              l.scans, stats.log_s, l.matched, l.partly_observable, l.unmatched + l.gated, l.keyframes,
+              stats.loop_closures);
+  std::printf("CPU %.2f s (%.0f times real time), peak memory %.1f MB, match p50 %.0f us, scan p50 %.0f us p99 %.0f us\n",
+              stats.cpu_s, stats.log_s / std::max(1e-9, stats.cpu_s), stats.peak_rss_mb,
+              slam::quantiles(stats.match_us).p50, slam::quantiles(stats.scan_us).p50,
+              slam::quantiles(stats.scan_us).p99);
+}
+
+void warnOfDamage(const std::string& log, const slam::ReplayStats& stats) {
+  if (stats.truncated) std::cerr << "slam-replay: " << log << ": its last record is cut off; used all before it\n";
+  if (stats.skipped_bytes > 0) {
+    std::cerr << "slam-replay: " << log << ": skipped " << stats.skipped_bytes << " damaged bytes\n";
+  }
+  if (stats.rejected_messages > 0) {
+    std::cerr << "slam-replay: " << log << ": refused " << stats.rejected_messages << " messages that do not decode\n";
+  }
+  if (stats.localizer.clock_resets > 0) {
+    std::cerr << "slam-replay: " << log << ": time went back by seconds " << stats.localizer.clock_resets << " times\n";
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Runs slamd's pipeline over a recorded log", "slam-replay");
+  std::string config_file, stats_file;
+  std::vector<std::string> overrides;
+  slam::ReplayOptions options;
+  app.add_option("--config", config_file, "slamd configuration (TOML)")->required();
+  app.add_option("--set", overrides, "section.key=value over the file; may be repeated");
+  app.add_option("--log", options.log, "LCM event log with SLAM_SCAN, SLAM_WHEELS, SLAM_IMU")->required();
+  app.add_option("--trajectory", options.trajectory, "write final poses, one a scan (TUM)");
+  app.add_option("--causal", options.causal, "write poses as known at each scan's time (TUM)");
+  app.add_option("--odometry", options.odometry, "write fused wheels and IMU, without lidar (TUM)");
+  app.add_option("--map", options.map, "write map files with this prefix (.yaml .pgm .png)");
+  app.add_option("--stats", stats_file, "write statistics (JSON)");
+
+  return slam::runProgram(
+      app, argc, argv, SLAMD_VERSION,
+      "slam-replay --config config/carmen.toml --log intel.lcm --trajectory intel.tum --map out/intel", [&] {
+        slam::Config config;
+        try {
+          config = slam::loadConfig(config_file, overrides);
+        } catch (const slam::ConfigError& error) {
+          throw slam::BadConfig(error.what());
+        }
+        int shown = -1;
+        const slam::ReplayStats stats = slam::replay(config, options, [&](double seconds) {
+          if (static_cast<int>(seconds) / 10 == shown) return;
+          shown = static_cast<int>(seconds) / 10;
+          slam::showProgress("replaying: " + std::to_string(static_cast<int>(seconds)) + " s of the log");
+        });
+        slam::endProgress();
+        if (!stats_file.empty()) {
+          std::ofstream out(stats_file);
+          out << stats.json();
+          if (!out.flush()) throw std::runtime_error(stats_file + ": cannot write");
+        }
+        warnOfDamage(options.log, stats);
+        printSummary(stats);
+        return slam::kDone;
+      });
+}

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/replay/replay.hpp"
+
+#include <chrono>
+#include <optional>
+
+#include "bus/channels.hpp"
+#include "bus/checked_decode.hpp"
+#include "bus/event_log.hpp"
+#include "bus/messages.hpp"
+#include "mapping/map_files.hpp"
+#include "tools/common/trajectory.hpp"
+
+namespace slam {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double microsecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
+}
+
+Timestamp stopwatch() { return Timestamp(std::chrono::duration_cast<Duration>(Clock::now().time_since_epoch())); }
+
+std::optional<TrajectoryWriter> writerFor(const std::filesystem::path& file) {
+  return file.empty() ? std::nullopt : std::optional<TrajectoryWriter>(file);
+}
+
+/// One run: the log's samples go through the same Localizer and Mapper as in the daemon.
+class Run {
+ public:
+  Run(const Config& config, const ReplayOptions& options)
+      : localizer_(config.localizer, &stopwatch),
+        mapper_(config.map),
+        final_(writerFor(options.trajectory)),
+        causal_(writerFor(options.causal)),
+        odometry_(writerFor(options.odometry)) {}
+
+  void feed(const LogEvent& event) {
+    if (event.channel == channel::kScan) {
+      const auto message = decodeChecked<scan_t>(event.data);
+      const auto scan = message ? fromMessage(*message) : std::nullopt;
+      scan ? addScan(*scan, message->utime) : reject();
+    } else if (event.channel == channel::kWheels) {
+      const auto message = decodeChecked<wheels_t>(event.data);
+      const auto sample = message ? fromMessage(*message) : std::nullopt;
+      sample ? localizer_.add(*sample) : reject();
+    } else if (event.channel == channel::kImu) {
+      const auto message = decodeChecked<imu_t>(event.data);
+      const auto sample = message ? fromMessage(*message) : std::nullopt;
+      sample ? localizer_.add(*sample) : reject();
+    }
+  }
+
+  ReplayStats finish(const ReplayOptions& options) {
+    for (const auto& [utime, pose] : poses_) {
+      if (final_) final_->write(utime, pose);
+    }
+    for (auto* writer : {&final_, &causal_, &odometry_}) {
+      if (*writer) (*writer)->close();
+    }
+    if (!options.map.empty()) writeMapFiles(options.map, renderMap(mapper_.grid()), mapper_.path());
+    stats_.localizer = localizer_.counters();
+    return std::move(stats_);
+  }
+
+ private:
+  void reject() { ++stats_.rejected_messages; }
+
+  void addScan(const LaserScan& scan, std::int64_t utime) {
+    const auto start = Clock::now();
+    const ScanOutcome outcome = localizer_.add(scan);
+    const PoseEstimate estimate = localizer_.estimate(outcome.stamp);
+    stats_.scan_us.push_back(microsecondsSince(start));
+    if (outcome.match.iterations > 0) stats_.match_us.push_back(1e6 * toSeconds(outcome.match_time));
+    if (outcome.keyframe != nullptr) mapper_.add(*outcome.keyframe);
+
+    poses_.emplace_back(utime, estimate.T_map_base);
+    if (causal_) causal_->write(utime, estimate.T_map_base);
+    if (odometry_) odometry_->write(utime, localizer_.odometry(outcome.stamp).T_odom_base);
+  }
+
+  Localizer localizer_;
+  Mapper mapper_;
+  std::optional<TrajectoryWriter> final_, causal_, odometry_;
+  std::vector<std::pair<std::int64_t, Pose2>> poses_;
+  ReplayStats stats_;
+};
+
+}  // namespace
+
+ReplayStats replay(const Config& config, const ReplayOptions& options,
+                   const std::function<void(double log_seconds)>& progress) {
+  const auto start = Clock::now();
+  const double cpu_before = processCpuSeconds();
+  EventLogReader log(options.log);
+  Run run(config, options);
+  std::int64_t first = 0, last = 0;
+  for (LogEvent event; log.next(event);) {
+    if (first == 0) first = event.utime;
+    last = std::max(last, event.utime);
+    run.feed(event);
+    if (progress) progress(1e-6 * static_cast<double>(last - first));
+  }
+  ReplayStats stats = run.finish(options);
+  if (stats.localizer.scans == 0) {
+    throw std::runtime_error(options.log.string() + ": no SLAM_SCAN in it; slam-convert makes logs for slam-replay");
+  }
+  stats.log_s = 1e-6 * static_cast<double>(last - first);
+  stats.wall_s = 1e-6 * microsecondsSince(start);
+  stats.cpu_s = processCpuSeconds() - cpu_before;
+  stats.peak_rss_mb = peakResidentMegabytes();
+  stats.skipped_bytes = log.skippedBytes();
+  stats.truncated = log.truncated();
+  return stats;
+}
+
+}  // namespace slam

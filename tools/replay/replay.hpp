@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "app/config.hpp"
+#include "slam/mapper.hpp"
+#include "tools/replay/stats.hpp"
+
+namespace slam {
+
+struct ReplayOptions {
+  std::filesystem::path log;
+  std::filesystem::path trajectory, causal, odometry;  ///< TUM files to write; empty: not
+  std::filesystem::path map;                           ///< prefix of map files to write; empty: not
+};
+
+/// Runs the pipeline over a log in one thread, as fast as it goes. Same log, config and binary give the same bytes.
+/// @throws std::runtime_error when the log cannot be read, holds no scan, or an output cannot be written
+ReplayStats replay(const Config& config, const ReplayOptions& options,
+                   const std::function<void(double log_seconds)>& progress = {});
+
+}  // namespace slam

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "slam/localizer.hpp"
+
+namespace slam {
+
+struct Quantiles {
+  double p50 = 0.0, p99 = 0.0, max = 0.0;
+};
+Quantiles quantiles(std::vector<double> values);
+
+/// What slam-replay --stats writes.
+struct ReplayStats {
+  LocalizerCounters localizer;
+  int loop_closures = 0;
+  double log_s = 0.0, wall_s = 0.0, cpu_s = 0.0, peak_rss_mb = 0.0;
+  std::vector<double> match_us, scan_us, optimise_ms;
+  std::uint64_t rejected_messages = 0;  ///< that did not decode
+  std::uint64_t skipped_bytes = 0;      ///< of the log that belong to no record
+  bool truncated = false;
+
+  std::string json() const;
+};
+
+/// [s] of CPU this process has used, and its peak memory [MB].
+double processCpuSeconds();
+double peakResidentMegabytes();
+
+}  // namespace slam
