@@ -91,13 +91,19 @@ void visitFrontEnd(LocalizerConfig& localizer, ConfigVisitor& v) {
   v.field({"initial_pair_distance", "m", "gate on a pair's distance in the first iteration"},
           match.initial_pair_distance, 0.02, 2.0);
   v.field({"final_pair_distance", "m", "gate on a pair's distance at the end"}, match.final_pair_distance, 0.02, 2.0);
-  v.field({"kernel_scale", "m", "residual at which a pair has lost 3/4 of its weight"}, match.kernel_scale, 0.005, 1.0);
+  v.field({"kernel_scale", "m", "residual at which a pair has lost half its weight"}, match.kernel_scale, 0.005, 1.0);
+  v.field({"point_weight", "1", "of a point that lies on no line against one that does"}, match.point_weight, 0.0, 1.0);
   v.field({"overlap_distance", "m", "a point this near to its line agrees with the reference"}, match.overlap_distance,
           0.005, 1.0);
   v.field({"min_overlap", "1", "a smaller share of agreeing points is no match"}, match.min_overlap, 0.0, 1.0);
   v.field({"min_information", "1", "a direction seen by a smaller share of the pairs is blind"}, match.min_information,
           0.0, 0.5);
 
+  ReferenceConfig& reference = localizer.reference;
+  v.section("reference", "what scans are matched against");
+  v.field({"max_observations", "", "x"}, reference.max_observations, 1, 1000000);
+  v.field({"surfel_spacing", "m", "x"}, reference.surfel_spacing, 0.01, 1.0);
+  v.field({"merge_distance", "m", "x"}, reference.merge_distance, 0.01, 1.0);
   KeyframeConfig& keyframe = localizer.keyframe;
   v.section("keyframe", "when a scan is kept for reference and map");
   v.field({"translation", "m", "since the last keyframe"}, keyframe.translation, 0.01, 10.0);

@@ -18,12 +18,12 @@ struct EkfConfig {
   double angular_acceleration_noise = 6.0;       ///< [rad/s per sqrt(s)] how fast the turn rate changes
   double gyro_bias_noise = 2e-5;                 ///< [rad/s per sqrt(s)]
   double initial_gyro_bias_sigma = 0.02;         ///< [rad/s]
-  double translation_noise = 0.02;               ///< [m per sqrt(m)] of wheel odometry
-  double rotation_noise_per_metre = 0.02;        ///< [rad per sqrt(m)] of wheel odometry, without gyro
-  double rotation_noise_wheels = 0.10;           ///< [rad per sqrt(rad)] of wheel odometry, without gyro
+  double translation_noise = 0.10;               ///< [m per sqrt(m)] of wheel odometry
+  double rotation_noise_per_metre = 0.03;        ///< [rad per sqrt(m)] of wheel odometry, without gyro
+  double rotation_noise_wheels = 0.30;           ///< [rad per sqrt(rad)] of wheel odometry, without gyro
   double rotation_noise_gyro = 0.01;             ///< [rad per sqrt(rad)] scale error of the gyro
-  double rotation_drift = 0.0005;                ///< [rad per sqrt(s)] always
-  double translation_drift = 0.0005;             ///< [m per sqrt(s)] always
+  double rotation_drift = 0.005;                 ///< [rad per sqrt(s)] always
+  double translation_drift = 0.005;              ///< [m per sqrt(s)] always
   double wheel_speed_sigma = 0.01;               ///< [m/s] of one wheel sample
   double wheel_turn_rate_sigma = 0.05;           ///< [rad/s] of one wheel sample
   double wheel_turn_rate_scale = 0.05;           ///< [1] error of wheel turn rate per turn rate

@@ -38,11 +38,12 @@ struct MatchConfig {
   int max_iterations = 40;
   int min_pairs = 20;                    ///< fewer matched points than this is a failure
   double initial_pair_distance = 0.60;   ///< [m] gate on the distance of a pair in the first iteration ...
-  double final_pair_distance = 0.20;     ///< [m] ... narrowed to this
+  double final_pair_distance = 0.50;     ///< [m] ... narrowed to this
   double pair_distance_decay = 0.70;     ///< [1] per iteration
   double kernel_scale = 0.05;            ///< [m] residual at which a pair has lost 3/4 of its weight
-  double translation_tolerance = 5e-4;   ///< [m] a step below both tolerances has converged
-  double rotation_tolerance = 2e-4;      ///< [rad]
+  double translation_tolerance = 3e-4;   ///< [m] a step below both tolerances has converged
+  double rotation_tolerance = 1e-4;      ///< [rad]
+  double point_weight = 0.3;             ///< [1] of a corner point against a point on a wall
   double range_sigma = 0.015;            ///< [m] standard deviation of one lidar range
   double overlap_distance = 0.10;        ///< [m] a point this near to its line agrees with the reference
   double min_overlap = 0.50;             ///< [1] less agreement than this is no match

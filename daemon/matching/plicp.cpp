@@ -11,6 +11,8 @@ namespace {
 
 constexpr double kSameFace = 0.2;  // cosine: a point and a surfel whose normals differ by more are two faces
 
+constexpr double kDamping = 0.7;   // per change of the step's direction
+
 struct Sums {
   NormalEquations equations;
   int agreeing = 0;              // pairs within overlap_distance of their line
@@ -34,12 +36,24 @@ Sums linearize(const Reference& reference, std::span<const ScanPoint> points, co
     const double nx = surfel->nx, ny = surfel->ny;
     const double dx = p.x() - surfel->x, dy = p.y() - surfel->y;
     if (dx * dx + dy * dy > gate_squared) continue;
+    const double trust = surfel->observations / (1.0 + surfel->observations);  // its own error beside the point's
+    if (!surfel->isLine()) {
+      const double k = 1.0 / (1.0 + (dx * dx + dy * dy) * inverse_kernel);
+      const double w = k * trust * config.point_weight;
+      h00 += w, h11 += w, h02 -= w * ry, h12 += w * rx, h22 += w * (rx * rx + ry * ry);
+      g0 += w * dx, g1 += w * dy, g2 += w * (rx * dy - ry * dx);
+      eq.weight += w;
+      eq.squared_error += w * (dx * dx + dy * dy);
+      ++eq.pairs;
+      if (std::hypot(dx, dy) < config.overlap_distance) ++sums.agreeing;
+      continue;
+    }
     const double mx = c * point.normal.x() - s * point.normal.y(), my = s * point.normal.x() + c * point.normal.y();
     if (point.hasNormal() && nx * mx + ny * my < kSameFace) continue;
 
     const double e = nx * dx + ny * dy;
     const double k = 1.0 / (1.0 + e * e * inverse_kernel);
-    const double w = k * k;
+    const double w = k * trust;
     const double jt = ny * rx - nx * ry;         // n . R' p
     const double ft = nx * rx + ny * ry;         // t . R' p, t = (-ny, nx) along the wall
     const double v = w * surfel->normal_variance;
@@ -75,9 +89,11 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
   Pose2& T = result.T_ref_base;
   const double lever = meanRange(points);
   double gate = std::max(config.initial_pair_distance, config.final_pair_distance);
+  double damping = 1.0;  // pairs that swap to and fro make the step oscillate: shorten it
+  Eigen::Vector3d last_step = Eigen::Vector3d::Zero();
   while (result.iterations < config.max_iterations) {
     ++result.iterations;
-    const double kernel_scale = config.kernel_scale * std::max(1.0, gate / config.final_pair_distance);
+    const double kernel_scale = config.kernel_scale;
     const Sums sums = linearize(reference, points, T, gate, kernel_scale, config);
     const NormalEquations& equations = sums.equations;
     result.pairs = equations.pairs;
@@ -90,11 +106,14 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
     result.status = MatchStatus::kUnobservable;
     if (solution.observable == 0) return result;
 
-    T = {T.x + solution.step.x(), T.y + solution.step.y(), wrapAngle(T.theta + solution.step.z())};
+    if (solution.step.dot(last_step) < 0.0) damping *= kDamping;
+    last_step = solution.step;
+    const Eigen::Vector3d step = damping * solution.step;
+    T = {T.x + step.x(), T.y + step.y(), wrapAngle(T.theta + step.z())};
     const bool narrow = gate <= config.final_pair_distance;
     gate = std::max(config.final_pair_distance, gate * config.pair_distance_decay);
-    const bool settled = solution.step.head<2>().norm() < config.translation_tolerance &&
-                         std::abs(solution.step.z()) < config.rotation_tolerance;
+    const bool settled = step.head<2>().norm() < config.translation_tolerance &&
+                         std::abs(step.z()) < config.rotation_tolerance;
     if (!settled) continue;
     if (!narrow) {  // nothing moves at the wide gate: go to the narrow one at once
       gate = config.final_pair_distance;

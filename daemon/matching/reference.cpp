@@ -73,7 +73,6 @@ int Reference::add(const Pose2& T_ref_base, std::span<const ScanPoint> points) {
   const double c = std::cos(T_ref_base.theta), s = std::sin(T_ref_base.theta);
   const int before = count_;
   for (const ScanPoint& point : points) {
-    if (!point.hasNormal()) continue;
     const Eigen::Vector2d p = T_ref_base * point.position;
     if (!inWindow(p)) continue;
     const Eigen::Vector2d normal(c * point.normal.x() - s * point.normal.y(),
@@ -88,6 +87,15 @@ bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, d
   if (id == kNone) return false;
   Surfel& surfel = surfels_[static_cast<std::size_t>(id)];
   const Eigen::Vector2d n(surfel.nx, surfel.ny), d = p - Eigen::Vector2d(surfel.x, surfel.y);
+  if (normal.isZero() || !surfel.isLine()) {
+    if (!normal.isZero() || surfel.isLine()) return surfel.isLine() && d.norm() < config_.surfel_spacing;
+    if (d.norm() > config_.surfel_spacing) return false;
+    const double point_weight = 1.0 / (surfel.observations + 1.0);
+    surfel.x += static_cast<float>(point_weight * d.x());
+    surfel.y += static_cast<float>(point_weight * d.y());
+    surfel.observations = std::min(surfel.observations + 1.0F, static_cast<float>(config_.max_observations));
+    return true;
+  }
   const double across = n.dot(d), along = n.x() * d.y() - n.y() * d.x();
   if (std::abs(along) > config_.surfel_spacing || std::abs(across) > config_.merge_distance) return false;
   if (n.dot(normal) < kSameWall) return false;

@@ -29,6 +29,7 @@ struct Surfel {
   float nx = 0.0F, ny = 0.0F;   ///< unit normal, towards free space
   float normal_variance = 0.0F; ///< [rad^2]
   float observations = 0.0F;    ///< points merged, at most max_observations
+  bool isLine() const { return nx != 0.0F || ny != 0.0F; }
 };
 
 /// The fixed set that scans are matched against: surfels of the keyframes around the robot, with two look-up tables that
