@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "runtime/clock.hpp"
+
+#include <ctime>
+
+namespace slam {
+namespace {
+
+Duration read(clockid_t clock) {
+  timespec t{};
+  clock_gettime(clock, &t);
+  return std::chrono::seconds(t.tv_sec) + std::chrono::nanoseconds(t.tv_nsec);
+}
+
+}  // namespace
+
+Timestamp monotonicNow() { return Timestamp(read(CLOCK_MONOTONIC)); }
+
+Duration wallClockOffset() {
+  const Duration before = read(CLOCK_MONOTONIC), wall = read(CLOCK_REALTIME), after = read(CLOCK_MONOTONIC);
+  return wall - (before + (after - before) / 2);
+}
+
+}  // namespace slam

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "runtime/worker.hpp"
+
+#include <csignal>
+#include <ctime>
+#include <system_error>
+
+#include "runtime/clock.hpp"
+#include "runtime/realtime.hpp"
+
+namespace slam {
+namespace {
+
+constexpr std::size_t kStack = 1 << 20;  // [bytes] all of it is locked into memory
+
+void sleepUntil(Timestamp deadline) {
+  const auto ns = deadline.time_since_epoch().count();
+  const timespec t{static_cast<time_t>(ns / 1000000000), static_cast<long>(ns % 1000000000)};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
+  }
+}
+
+}  // namespace
+
+Worker::Worker(const WorkerConfig& config, std::function<void()> body) : config_(config), body_(std::move(body)) {}
+
+void Worker::start() {
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  pthread_attr_setstacksize(&attributes, kStack);
+  // Signals belong to the supervisor.
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  const int error = pthread_create(&thread_, &attributes, &Worker::entry, this);
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  pthread_attr_destroy(&attributes);
+  if (error != 0) throw std::system_error(error, std::generic_category(), "thread " + config_.name);
+  running_ = true;
+}
+
+void Worker::stop() {
+  stopping_ = true;
+  if (!running_) return;
+  pthread_join(thread_, nullptr);
+  running_ = false;
+}
+
+void* Worker::entry(void* self) {
+  static_cast<Worker*>(self)->run();
+  return nullptr;
+}
+
+void Worker::run() {
+  nameThread(config_.name);
+  if (config_.priority > 0) warning_ = setFifoPriority(config_.priority);
+  const Duration period = config_.rate > 0.0 ? fromSeconds(1.0 / config_.rate) : Duration(0);
+  Timestamp deadline = monotonicNow();
+  while (!stopping_) {
+    const Timestamp begin = monotonicNow();
+    if (period > Duration(0)) lateness_.add(begin - deadline);
+    body_();
+    const Timestamp end = monotonicNow();
+    duration_.add(end - begin);
+    ticks_.fetch_add(1, std::memory_order_release);
+    if (period == Duration(0)) continue;
+    deadline += period;
+    if (end > deadline) {
+      const auto missed = (end - deadline) / period + 1;
+      overruns_.fetch_add(static_cast<std::uint64_t>(missed), std::memory_order_relaxed);
+      deadline += missed * period;
+    }
+    sleepUntil(deadline);
+  }
+}
+
+}  // namespace slam

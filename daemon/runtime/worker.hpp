@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <pthread.h>
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "core/timestamp.hpp"
+#include "runtime/latency_histogram.hpp"
+
+namespace slam {
+
+struct WorkerConfig {
+  std::string name;
+  double rate = 0.0;   ///< [Hz] fixed rate; 0: the body waits by itself and is called again at once
+  int priority = 0;    ///< SCHED_FIFO; 0: normal scheduling
+};
+
+/// A thread that calls its body until it is told to stop: at a fixed rate by absolute deadlines, or as often as the body
+/// returns. A tick that ends after the next one's deadline is an overrun; the deadlines it missed are skipped, not
+/// caught up, so that a hiccup does not become a burst.
+class Worker {
+ public:
+  Worker(const WorkerConfig& config, std::function<void()> body);
+  ~Worker() { stop(); }
+  Worker(const Worker&) = delete;
+  Worker& operator=(const Worker&) = delete;
+
+  /// Starts the thread. @throws std::system_error when it cannot be made
+  void start();
+  /// Asks the thread to end and joins it.
+  void stop();
+  void requestStop() { stopping_ = true; }
+  const std::atomic<bool>& stopping() const { return stopping_; }
+
+  const std::string& name() const { return config_.name; }
+  double rate() const { return config_.rate; }
+  std::uint64_t ticks() const { return ticks_.load(std::memory_order_relaxed); }
+  std::uint64_t overruns() const { return overruns_.load(std::memory_order_relaxed); }
+  /// How late ticks began; empty without a fixed rate.
+  const LatencyHistogram& lateness() const { return lateness_; }
+  const LatencyHistogram& duration() const { return duration_; }
+  /// What stood in the way of real-time scheduling; empty: nothing. Valid once the first tick has begun.
+  const std::string& warning() const { return warning_; }
+
+ private:
+  static void* entry(void* self);
+  void run();
+
+  WorkerConfig config_;
+  std::function<void()> body_;
+  pthread_t thread_{};
+  bool running_ = false;
+  std::atomic<bool> stopping_{false};
+  std::atomic<std::uint64_t> ticks_{0}, overruns_{0};
+  LatencyHistogram lateness_, duration_;
+  std::string warning_;
+};
+
+}  // namespace slam

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "core/timestamp.hpp"
+
+namespace slam {
+
+/// What a read from a port brought.
+struct ReadResult {
+  enum Status : std::uint8_t { kData, kTimeout, kClosed } status = kTimeout;  ///< kClosed: hung up, do not use it again
+  std::size_t size = 0;                                                       ///< [bytes]
+};
+
+/// A serial line: libserialport for real ports, a raw descriptor for pseudo-terminals (which libserialport refuses).
+/// One thread at a time. Reading waits on the descriptor and never spins.
+class ByteStream {
+ public:
+  virtual ~ByteStream() = default;
+
+  /// Waits up to `timeout` for at least one byte, then takes what is there.
+  ReadResult read(std::span<std::uint8_t> out, Duration timeout);
+  /// @return false when not all bytes could be handed to the line
+  virtual bool write(std::span<const std::uint8_t> bytes) = 0;
+  virtual void discardInput() = 0;
+  /// Modem line DTR; false where the line has none (pseudo-terminal).
+  virtual bool setDtr(bool on) = 0;
+
+ protected:
+  virtual int descriptor() const = 0;
+  /// @return bytes taken without waiting; -1: hung up
+  virtual int take(std::span<std::uint8_t> out) = 0;
+};
+
+/// Result of opening: a stream, or why not.
+struct OpenedPort {
+  std::unique_ptr<ByteStream> stream;
+  const char* problem = "";  ///< static text; empty when opened
+};
+
+/// Opens 8N1 without flow control and locks the port against others.
+OpenedPort openPort(const std::string& path, int baud);
+
+/// A stream over a descriptor that is open already; takes ownership.
+std::unique_ptr<ByteStream> makeDescriptorStream(int descriptor);
+
+}  // namespace slam

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <atomic>
+#include <cstdint>
+
+#include "core/timestamp.hpp"
+
+namespace slam {
+
+enum class DeviceState : std::uint8_t { kAbsent, kOpening, kStreaming, kStale, kFault };
+
+/// What a driver's thread lets the supervisor see. Written by one thread, read by any; no lock.
+struct DeviceStatus {
+  std::atomic<DeviceState> state{DeviceState::kAbsent};
+  std::atomic<const char*> reason{"not opened yet"};  ///< static text
+  std::atomic<std::int64_t> last_sample_ns{0};        ///< stamp of the last good sample, 0: none yet
+  std::atomic<std::int64_t> samples{0};
+  std::atomic<std::int64_t> rejects{0};
+
+  void set(DeviceState new_state, const char* why) {
+    reason.store(why, std::memory_order_relaxed);
+    state.store(new_state, std::memory_order_release);
+  }
+  void countSample(Timestamp stamp) {
+    last_sample_ns.store(stamp.time_since_epoch().count(), std::memory_order_relaxed);
+    samples.fetch_add(1, std::memory_order_relaxed);
+  }
+};
+
+}  // namespace slam

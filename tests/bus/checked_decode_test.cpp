@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bus/checked_decode.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "bus/encoding.hpp"
+
+namespace slam {
+namespace {
+
+using test::encoded;
+using Bytes = std::vector<std::uint8_t>;
+
+template <typename Message>
+Message sample();
+
+template <>
+scan_t sample() {
+  scan_t message{};
+  message.utime = 1;
+  message.range_max = 12.0F;
+  message.nbeams = 3;
+  message.ranges = message.bearings = message.time_offsets = message.intensities = {1.0F, 2.0F, 3.0F};
+  return message;
+}
+
+template <>
+wheels_t sample() {
+  wheels_t message{};
+  message.utime = 1;
+  message.nwheels = 2;
+  message.angles = {1.0, 2.0};
+  return message;
+}
+
+template <>
+imu_t sample() {
+  imu_t message{};
+  message.utime = 1;
+  message.gyro[2] = 0.5;
+  return message;
+}
+
+template <>
+command_t sample() {
+  command_t message{};
+  message.utime = 1;
+  message.verb = "save_map";
+  message.argument = "/tmp/map";
+  return message;
+}
+
+/// The message with the 32-bit word at `offset` replaced, cut or filled with zeros to `size` bytes.
+Bytes patched(Bytes data, std::size_t offset, std::uint32_t word, std::size_t size) {
+  for (std::size_t i = 0; i < 4; ++i) data.at(offset + i) = static_cast<std::uint8_t>(word >> (24 - 8 * i));
+  data.resize(size);
+  data.shrink_to_fit();  // so that the address sanitizer sees a read behind the end
+  return data;
+}
+
+template <typename Message>
+class DecodeChecked : public testing::Test {};
+using Subscribed = testing::Types<scan_t, wheels_t, imu_t, command_t>;
+TYPED_TEST_SUITE(DecodeChecked, Subscribed);
+
+TYPED_TEST(DecodeChecked, ReadsWhatWasWritten) {
+  const Bytes data = encoded(sample<TypeParam>());
+  const auto decoded = decodeChecked<TypeParam>(data);
+  ASSERT_TRUE(decoded);
+  EXPECT_EQ(encoded(*decoded), data);
+}
+
+TYPED_TEST(DecodeChecked, RefusesEveryTruncation) {
+  const Bytes data = encoded(sample<TypeParam>());
+  for (std::size_t size = 0; size < data.size(); ++size) {
+    EXPECT_FALSE(decodeChecked<TypeParam>(Bytes(data.begin(), data.begin() + static_cast<std::ptrdiff_t>(size))))
+        << size << " of " << data.size() << " bytes";
+  }
+}
+
+TYPED_TEST(DecodeChecked, RefusesBytesBehindTheMessage) {
+  Bytes data = encoded(sample<TypeParam>());
+  data.push_back(0);
+  EXPECT_FALSE(decodeChecked<TypeParam>(data));
+}
+
+TYPED_TEST(DecodeChecked, RefusesAnotherFingerprint) {
+  const Bytes good = encoded(sample<TypeParam>());
+  for (std::size_t i = 0; i < 8; ++i) {
+    Bytes data = good;
+    data[i] ^= 0x10;
+    EXPECT_FALSE(decodeChecked<TypeParam>(data));
+  }
+}
+
+TYPED_TEST(DecodeChecked, SurvivesEveryFlippedBit) {
+  const Bytes good = encoded(sample<TypeParam>());
+  for (std::size_t bit = 0; bit < 8 * good.size(); ++bit) {
+    Bytes data = good;
+    data[bit / 8] = static_cast<std::uint8_t>(data[bit / 8] ^ (1U << (bit % 8)));
+    const auto decoded = decodeChecked<TypeParam>(data);
+    if (decoded) EXPECT_EQ(static_cast<std::size_t>(decoded->getEncodedSize()), data.size());
+  }
+}
+
+TYPED_TEST(DecodeChecked, SurvivesRandomBytes) {
+  std::mt19937 random(1);
+  const Bytes good = encoded(sample<TypeParam>());
+  for (int round = 0; round < 20'000; ++round) {
+    Bytes data(random() % 200);
+    for (std::uint8_t& byte : data) byte = static_cast<std::uint8_t>(random());
+    EXPECT_FALSE(decodeChecked<TypeParam>(data));
+    std::copy_n(good.begin(), std::min<std::size_t>(8, data.size()), data.begin());  // behind the right fingerprint
+    const auto decoded = decodeChecked<TypeParam>(data);
+    if (decoded) EXPECT_EQ(static_cast<std::size_t>(decoded->getEncodedSize()), data.size());
+  }
+}
+
+TEST(DecodeCheckedScan, RefusesACountThatTheDatagramCannotHold) {
+  const Bytes good = encoded(sample<scan_t>());
+  constexpr std::size_t kCountOffset = 8 + 8 + 4 + 4;
+  EXPECT_TRUE(decodeChecked<scan_t>(patched(good, kCountOffset, 3, good.size())));
+  // 2 GiB, then counts whose size in bytes wraps around in 32 bits, then negative ones.
+  for (const std::uint32_t count : {0x1FFFFFFFU, 0x10000000U, 0x10000003U, 0x40000000U, 0x40000003U, 0x7FFFFFFFU,
+                                    0x80000000U, 0x80000003U, 0xFFFFFFFFU, 4U, 2U, 0U}) {
+    for (const std::size_t size : {std::size_t{28}, std::size_t{34}, good.size()}) {
+      if (count == 0 && size == 28) continue;  // that is a scan of no beams
+      EXPECT_FALSE(decodeChecked<scan_t>(patched(good, kCountOffset, count, size))) << count << " in " << size;
+    }
+  }
+}
+
+TEST(DecodeCheckedWheels, RefusesACountThatTheDatagramCannotHold) {
+  const Bytes good = encoded(sample<wheels_t>());
+  constexpr std::size_t kCountOffset = 8 + 8 + 3 * 8 + 1;
+  EXPECT_TRUE(decodeChecked<wheels_t>(patched(good, kCountOffset, 2, good.size())));
+  for (const std::uint32_t count : {0x0FFFFFFFU, 0x20000002U, 0x7FFFFFFFU, 0x80000002U, 0xFFFFFFFFU, 3U, 1U, 0U}) {
+    EXPECT_FALSE(decodeChecked<wheels_t>(patched(good, kCountOffset, count, good.size()))) << count;
+  }
+}
+
+TEST(DecodeCheckedCommand, RefusesATextLengthThatTheDatagramCannotHold) {
+  const Bytes good = encoded(sample<command_t>());
+  constexpr std::size_t kVerbOffset = 8 + 8 + 4, kArgumentOffset = kVerbOffset + 4 + sizeof("save_map");
+  for (const std::size_t offset : {kVerbOffset, kArgumentOffset}) {
+    EXPECT_TRUE(decodeChecked<command_t>(patched(good, offset, 9, good.size())));
+    // Length 0 lacks the final zero that each LCM text has; lcm-gen's decoder would take length - 1.
+    for (const std::uint32_t length : {0U, 1U, 8U, 10U, 0x7FFFFFFFU, 0x80000009U, 0xFFFFFFFFU}) {
+      EXPECT_FALSE(decodeChecked<command_t>(patched(good, offset, length, good.size()))) << length << " at " << offset;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace slam

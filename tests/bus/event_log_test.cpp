@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bus/event_log.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <cstdint>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace slam {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+constexpr Bytes::value_type kSync[] = {0xED, 0xA1, 0xDA, 0x01};
+constexpr std::size_t kHeader = 28;  // sync, event number, utime, lengths of channel and data
+
+std::string temporary(const std::string& name) {
+  return testing::TempDir() + "slamd_event_log_" + std::to_string(getpid()) + "_" + name;
+}
+
+/// A new file at each call, removed at the end.
+class File {
+ public:
+  explicit File(const Bytes& content, const std::string& name = "file.lcm") : path(temporary(name)) {
+    std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(content.data()), std::ssize(content));
+  }
+  ~File() { std::filesystem::remove(path); }
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+
+  const std::string path;
+};
+
+struct Content {
+  std::vector<LogEvent> events;
+  std::uint64_t skipped = 0;
+  bool truncated = false;
+};
+
+Content read(const std::string& path) {
+  EventLogReader reader(path);
+  Content content;
+  for (LogEvent event; reader.next(event);) content.events.push_back(event);
+  content.skipped = reader.skippedBytes();
+  content.truncated = reader.truncated();
+  return content;
+}
+
+bool operator==(const LogEvent& a, const LogEvent& b) {
+  return a.utime == b.utime && a.channel == b.channel && a.data == b.data;
+}
+
+const std::vector<LogEvent>& someEvents() {
+  static const std::vector<LogEvent> events = [] {
+    std::vector<LogEvent> list;
+    for (int i = 0; i < 8; ++i) {
+      Bytes data(static_cast<std::size_t>(5 + 7 * i));
+      for (std::size_t k = 0; k < data.size(); ++k) data[k] = static_cast<std::uint8_t>(31 * k + static_cast<unsigned>(i));
+      list.push_back({1'700'000'000'000'000 + 1000 * i, i % 2 ? "SLAM_WHEELS" : "SLAM_SCAN", data});
+    }
+    return list;
+  }();
+  return events;
+}
+
+std::size_t sizeInLog(const LogEvent& event) { return kHeader + event.channel.size() + event.data.size(); }
+
+Bytes logOf(const std::vector<LogEvent>& events) {
+  const std::string path = temporary("written.lcm");
+  {
+    EventLogWriter writer(path);
+    for (const LogEvent& event : events) EXPECT_TRUE(writer.write(event.utime, event.channel, event.data));
+  }
+  std::ifstream in(path, std::ios::binary);
+  Bytes bytes{std::istreambuf_iterator<char>(in), {}};
+  std::filesystem::remove(path);
+  return bytes;
+}
+
+/// How many of the events given are in the list, in order.
+std::size_t intact(const std::vector<LogEvent>& given, const std::vector<LogEvent>& list) {
+  std::size_t count = 0, from = 0;
+  for (const LogEvent& event : given) {
+    for (std::size_t i = from; i < list.size(); ++i) {
+      if (!(list[i] == event)) continue;
+      ++count;
+      from = i + 1;
+      break;
+    }
+  }
+  return count;
+}
+
+TEST(EventLog, GivesBackWhatWasWritten) {
+  const Content content = read(File(logOf(someEvents())).path);
+  EXPECT_TRUE(content.events == someEvents());
+  EXPECT_EQ(content.skipped, 0U);
+  EXPECT_FALSE(content.truncated);
+}
+
+TEST(EventLog, IsReadByLiblcm) {
+  const File file(logOf(someEvents()));
+  lcm::LogFile log(file.path, "r");
+  ASSERT_TRUE(log.good());
+  for (std::size_t i = 0; i < someEvents().size(); ++i) {
+    const lcm::LogEvent* event = log.readNextEvent();
+    ASSERT_NE(event, nullptr);
+    EXPECT_EQ(event->eventnum, static_cast<std::int64_t>(i));
+    EXPECT_EQ(event->timestamp, someEvents()[i].utime);
+    EXPECT_EQ(event->channel, someEvents()[i].channel);
+    EXPECT_EQ(event->datalen, static_cast<std::int32_t>(someEvents()[i].data.size()));
+  }
+  EXPECT_EQ(log.readNextEvent(), nullptr);
+}
+
+TEST(EventLog, MayHoldTheSyncWordInAMessage) {
+  const std::vector<LogEvent> events = {{1, "A", Bytes(kSync, kSync + 4)}, {2, "B", {}}, {3, "C", {1}}};
+  const Content content = read(File(logOf(events)).path);
+  EXPECT_TRUE(content.events == events);
+  EXPECT_EQ(content.skipped, 0U);
+}
+
+TEST(EventLogReader, GivesAllWholeRecordsOfALogCutAnywhere) {
+  const Bytes bytes = logOf(someEvents());
+  std::size_t whole = 0, end = sizeInLog(someEvents()[0]);
+  for (std::size_t size = end; size < bytes.size(); ++size) {
+    while (whole < someEvents().size() && end <= size) {
+      ++whole;
+      if (whole < someEvents().size()) end += sizeInLog(someEvents()[whole]);
+    }
+    const Content content = read(File(Bytes(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size))).path);
+    ASSERT_EQ(content.events.size(), whole) << "cut to " << size;
+    EXPECT_EQ(intact(someEvents(), content.events), whole) << "cut to " << size;
+    const bool between_records = size == end - sizeInLog(someEvents()[whole]);
+    EXPECT_EQ(content.truncated, !between_records) << "cut to " << size;
+  }
+}
+
+TEST(EventLogReader, LosesNoOtherRecordToOneDamagedByte) {
+  const Bytes good = logOf(someEvents());
+  std::size_t begin = 0, record = 0;
+  for (std::size_t i = 0; i < good.size(); ++i) {
+    if (i == begin + sizeInLog(someEvents()[record])) begin += sizeInLog(someEvents()[record++]);
+    for (const std::uint8_t flip : {0x01, 0x80, 0xFF}) {
+      Bytes bytes = good;
+      bytes[i] ^= flip;
+      const Content content = read(File(bytes).path);
+      EXPECT_GE(intact(someEvents(), content.events), someEvents().size() - 1)
+          << "byte " << i - begin << " of record " << record << " flipped by " << int{flip};
+    }
+  }
+}
+
+TEST(EventLogReader, CountsTheBytesThatBelongToNoRecord) {
+  const Bytes good = logOf(someEvents());
+  const auto middle = static_cast<std::ptrdiff_t>(sizeInLog(someEvents()[0]) + sizeInLog(someEvents()[1]));
+  Bytes bytes = good;
+  bytes.insert(bytes.begin() + middle, 1000, 0x55);
+  bytes.insert(bytes.begin(), 10, 0xED);
+  const Content content = read(File(bytes).path);
+  EXPECT_TRUE(content.events == someEvents());
+  EXPECT_EQ(content.skipped, 1010U);
+}
+
+TEST(EventLogReader, ReadsGzip) {
+  const std::string path = temporary("log.gz");
+  const Bytes bytes = logOf(someEvents());
+  gzFile out = gzopen(path.c_str(), "wb");
+  ASSERT_EQ(gzwrite(out, bytes.data(), static_cast<unsigned>(bytes.size())), static_cast<int>(bytes.size()));
+  gzclose(out);
+  EXPECT_TRUE(read(path).events == someEvents());
+
+  std::filesystem::resize_file(path, std::filesystem::file_size(path) - 12);  // copying stopped short
+  const Content cut = read(path);
+  EXPECT_GE(cut.events.size(), 1U);
+  EXPECT_EQ(intact(someEvents(), cut.events), cut.events.size());
+  std::filesystem::remove(path);
+}
+
+TEST(EventLogReader, RefusesWhatIsNoLog) {
+  EXPECT_THROW(read(temporary("missing")), std::runtime_error);
+  EXPECT_THROW(read(File({}).path), std::runtime_error);
+  EXPECT_THROW(read(File(Bytes(100'000, 0x55)).path), std::runtime_error);
+  EXPECT_THROW(read(testing::TempDir()), std::runtime_error);
+  Bytes one = logOf({someEvents()[0]});
+  one.pop_back();
+  EXPECT_THROW(read(File(one).path), std::runtime_error) << "a cut record is none";
+}
+
+TEST(EventLogWriter, SaysWhenItCannotWrite) {
+  EXPECT_THROW(EventLogWriter("/nonexistent/log.lcm"), std::runtime_error);
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+  EventLogWriter full("/dev/full");
+  bool good = true;
+  for (int i = 0; i < 10; ++i) good = full.write(i, "A", Bytes(100'000)) && good;
+  EXPECT_FALSE(good);
+}
+
+}  // namespace
+}  // namespace slam

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bus/messages.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "bus/checked_decode.hpp"
+#include "bus/encoding.hpp"
+
+namespace slam {
+namespace {
+
+using test::encoded;
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr std::int64_t kUtime = 1'700'000'000'123'456;
+constexpr int kLargestMessage = 65'499;  // [bytes] bigger ones are lost by Debian's liblcm at times
+
+LaserScan scanOf(int beams) {
+  LaserScan scan;
+  scan.stamp = fromMicroseconds(kUtime);
+  for (int i = 0; i < beams; ++i) {
+    const float step = static_cast<float>(i) / static_cast<float>(beams);
+    scan.push({.range = 1.0F + step, .bearing = 6.0F * step - 3.0F, .time_offset = 0.1F * step, .intensity = 10.0F});
+  }
+  return scan;
+}
+
+template <typename Sample>
+auto throughTheWire(const Sample& sample) {
+  const auto message = toMessage(sample, kUtime);
+  const auto decoded = decodeChecked<std::remove_const_t<decltype(message)>>(encoded(message));
+  return decoded ? fromMessage(*decoded) : std::nullopt;
+}
+
+PoseEstimate somePose() {
+  PoseEstimate estimate;
+  estimate.T_map_base = {1.0, -2.0, kPi / 2};
+  estimate.covariance << 1, 2, 3, 2, 5, 6, 3, 6, 9;
+  estimate.twist = {0.5, 0.1, -0.3};
+  estimate.state = LocalisationState::kDegraded;
+  estimate.match_quality = 0.75;
+  return estimate;
+}
+
+OccupancyGrid gridWithOneWallPoint() {
+  Keyframe keyframe;
+  keyframe.T_map_base = {0.51, 0.52, 0.0};
+  OccupancyGrid grid;
+  grid.add(keyframe);
+  return grid;
+}
+
+TEST(ScanMessage, BringsAScanThroughTheWireUnchanged) {
+  const LaserScan scan = scanOf(360);
+  const auto back = throughTheWire(scan);
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->stamp, fromMicroseconds(kUtime));
+  EXPECT_EQ(back->range_min, scan.range_min);
+  EXPECT_EQ(back->range_max, scan.range_max);
+  ASSERT_EQ(back->size, scan.size);
+  for (int i = 0; i < scan.size; ++i) {
+    const Beam &a = scan.beams()[static_cast<std::size_t>(i)], &b = back->beams()[static_cast<std::size_t>(i)];
+    EXPECT_EQ(std::tie(a.range, a.bearing, a.time_offset, a.intensity),
+              std::tie(b.range, b.bearing, b.time_offset, b.intensity));
+  }
+}
+
+TEST(ScanMessage, OfTheLargestScanFitsOneDatagram) {
+  EXPECT_LT(toMessage(scanOf(LaserScan::kCapacity), kUtime).getEncodedSize(), kLargestMessage);
+}
+
+TEST(ScanMessage, OfNoBeamsIsAScan) { EXPECT_TRUE(throughTheWire(scanOf(0))); }
+
+TEST(ScanMessage, BadBeamsBecomeNoReturnAndTheOthersStay) {
+  scan_t message = toMessage(scanOf(8), kUtime);
+  message.ranges[1] = std::numeric_limits<float>::quiet_NaN();
+  message.ranges[2] = std::numeric_limits<float>::infinity();
+  message.ranges[3] = -1.0F;
+  message.bearings[4] = std::numeric_limits<float>::quiet_NaN();
+  message.time_offsets[5] = std::numeric_limits<float>::infinity();
+  const auto scan = fromMessage(message);
+  ASSERT_TRUE(scan);
+  int returns = 0;
+  for (const Beam& beam : scan->beams()) {
+    EXPECT_TRUE(std::isfinite(beam.range) && std::isfinite(beam.bearing) && std::isfinite(beam.time_offset));
+    returns += scan->isReturn(beam);
+  }
+  EXPECT_EQ(returns, 3);
+}
+
+TEST(ScanMessage, ThatCannotBeAScanIsRefused) {
+  const auto refuses = [](auto&& spoil) {
+    scan_t message = toMessage(scanOf(8), kUtime);
+    spoil(message);
+    return !fromMessage(message).has_value();
+  };
+  EXPECT_TRUE(refuses([](scan_t& m) { m.utime = 0; }));
+  EXPECT_TRUE(refuses([](scan_t& m) { m.utime = std::numeric_limits<std::int64_t>::max(); }));
+  EXPECT_TRUE(refuses([](scan_t& m) { m.range_min = std::numeric_limits<float>::quiet_NaN(); }));
+  EXPECT_TRUE(refuses([](scan_t& m) { m.range_max = std::numeric_limits<float>::infinity(); }));
+  EXPECT_TRUE(refuses([](scan_t& m) {
+    m.nbeams = LaserScan::kCapacity + 1;
+    for (auto* values : {&m.ranges, &m.bearings, &m.time_offsets, &m.intensities}) {
+      values->resize(static_cast<std::size_t>(m.nbeams), 1.0F);
+    }
+  }));
+}
+
+TEST(WheelsMessage, BringsASampleThroughTheWireUnchanged) {
+  for (const bool turn_rate_known : {true, false}) {
+    const WheelSample sample{.T_wheels_base = {1.0, -2.0, 0.5}, .turn_rate_known = turn_rate_known};
+    const auto back = throughTheWire(sample);
+    ASSERT_TRUE(back);
+    EXPECT_EQ(back->stamp, fromMicroseconds(kUtime));
+    EXPECT_EQ(back->T_wheels_base, sample.T_wheels_base);
+    EXPECT_EQ(back->turn_rate_known, turn_rate_known);
+  }
+}
+
+TEST(WheelsMessage, CarriesTheAnglesOfTheWheels) {
+  const std::vector<double> angles = {1.5, -2.5};
+  const auto message = decodeChecked<wheels_t>(encoded(toMessage(WheelSample{}, kUtime, angles)));
+  ASSERT_TRUE(message);
+  EXPECT_EQ(message->angles, angles);
+}
+
+TEST(WheelsMessage, ThatCannotBeAMeasurementIsRefused) {
+  wheels_t message = toMessage(WheelSample{}, kUtime);
+  ASSERT_TRUE(fromMessage(message));
+  EXPECT_FALSE(fromMessage(toMessage(WheelSample{}, 0)));
+  message.theta = kNaN;
+  EXPECT_FALSE(fromMessage(message));
+}
+
+TEST(ImuMessage, BringsASampleThroughTheWireUnchanged) {
+  const ImuSample sample{.gyro = {0.1, -0.2, 0.3}, .accel = {1.0, 2.0, 9.81}};
+  const auto back = throughTheWire(sample);
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->stamp, fromMicroseconds(kUtime));
+  EXPECT_EQ(back->gyro, sample.gyro);
+  EXPECT_EQ(back->accel, sample.accel);
+}
+
+TEST(ImuMessage, ThatCannotBeAMeasurementIsRefused) {
+  EXPECT_FALSE(fromMessage(toMessage(ImuSample{}, 0)));
+  EXPECT_FALSE(fromMessage(toMessage(ImuSample{.gyro = {0, 0, kNaN}}, kUtime)));
+  EXPECT_FALSE(fromMessage(toMessage(ImuSample{.accel = {HUGE_VAL, 0, 0}}, kUtime)));
+}
+
+TEST(PoseMessage, IsWhatViewersOfBotCoreExpect) {
+  const bot_core::pose_t message = toPoseMessage(somePose(), kUtime);
+  EXPECT_EQ(message.utime, kUtime);
+  EXPECT_THAT(message.pos, testing::ElementsAre(1.0, -2.0, 0.0));
+  const double half = std::sqrt(0.5);  // a quarter turn: w, x, y, z
+  EXPECT_THAT(message.orientation, testing::Pointwise(testing::DoubleNear(1e-12), {half, 0.0, 0.0, half}));
+  EXPECT_THAT(message.vel, testing::Pointwise(testing::DoubleNear(1e-12), {-0.1, 0.5, 0.0}));  // in map axes
+  EXPECT_THAT(message.rotation_rate, testing::Pointwise(testing::DoubleNear(1e-12), {0.0, 0.0, -0.3}));
+  EXPECT_THAT(message.accel, testing::Each(0.0));
+}
+
+TEST(PoseEstimateMessage, CarriesEveryField) {
+  const pose_estimate_t message = toMessage(somePose(), kUtime, 7);
+  EXPECT_EQ(message.utime, kUtime);
+  EXPECT_EQ(message.map_id, 7);
+  EXPECT_EQ((Pose2{message.x, message.y, message.theta}), somePose().T_map_base);
+  EXPECT_THAT(message.covariance, testing::ElementsAre(1, 2, 3, 2, 5, 6, 3, 6, 9));
+  EXPECT_THAT(message.twist, testing::ElementsAre(0.5, 0.1, -0.3));
+  EXPECT_EQ(message.state, 2);
+  EXPECT_FLOAT_EQ(message.match_quality, 0.75F);
+}
+
+TEST(OdometryMessage, CarriesEveryField) {
+  OdometryEstimate estimate;
+  estimate.T_odom_base = {1, 2, 0.3};
+  estimate.covariance << 1, 2, 3, 2, 5, 6, 3, 6, 9;
+  estimate.twist = {0.5, 0.1, -0.3};
+  estimate.gyro_bias = 0.01;
+  estimate.slip = true;
+  estimate.T_map_odom = {4, 5, 0.6};
+  const odometry_t message = toMessage(estimate, kUtime);
+  EXPECT_EQ(message.utime, kUtime);
+  EXPECT_EQ((Pose2{message.x, message.y, message.theta}), estimate.T_odom_base);
+  EXPECT_THAT(message.covariance, testing::ElementsAre(1, 2, 3, 2, 5, 6, 3, 6, 9));
+  EXPECT_THAT(message.twist, testing::ElementsAre(0.5, 0.1, -0.3));
+  EXPECT_EQ(message.gyro_bias, 0.01);
+  EXPECT_TRUE(message.slip);
+  EXPECT_FALSE(message.standstill);
+  EXPECT_THAT(message.map_odom, testing::ElementsAre(4, 5, 0.6));
+}
+
+TEST(LaserMessage, ShowsTheNearestReturnOfEachBearingStep) {
+  LaserScan scan;
+  const float bearing = 0.3F;
+  scan.push({.range = 5.0F, .bearing = bearing});
+  scan.push({.range = 3.0F, .bearing = bearing});
+  scan.push({.range = 0.0F, .bearing = bearing});                                      // no return says nothing
+  scan.push({.range = 4.0F, .bearing = -2.0F + 2.0F * static_cast<float>(kPi)});       // the same bearing as -2
+  scan.push({.range = 2.0F * scan.range_max, .bearing = 1.5F});                        // not trusted
+  const bot_core::planar_lidar_t message = toLaserMessage(scan, kUtime, 360);
+  EXPECT_EQ(message.utime, kUtime);
+  ASSERT_EQ(message.nranges, 360);
+  ASSERT_EQ(message.ranges.size(), 360U);
+  EXPECT_EQ(message.intensities.size(), static_cast<std::size_t>(message.nintensities));
+  EXPECT_NEAR(message.radstep, 2 * kPi / 360, 1e-6);
+  const auto rangeAt = [&](double angle) {
+    const auto step = static_cast<int>(std::lround(std::remainder(angle - message.rad0, 2 * kPi) / message.radstep));
+    return message.ranges[static_cast<std::size_t>((step + 360) % 360)];
+  };
+  EXPECT_FLOAT_EQ(rangeAt(0.3), 3.0F);
+  EXPECT_FLOAT_EQ(rangeAt(-2.0), 4.0F);
+  EXPECT_EQ(std::count(message.ranges.begin(), message.ranges.end(), 0.0F), 358);
+}
+
+TEST(LaserMessage, OfTheLargestScanFitsOneDatagram) {
+  EXPECT_LT(toLaserMessage(scanOf(LaserScan::kCapacity), kUtime).getEncodedSize(), kLargestMessage);
+}
+
+TEST(MapMessages, OfAnEmptyGridSayThatThereIsNothing) {
+  const map_meta_t meta = toMetaMessage(OccupancyGrid{}, kUtime, 3, 0);
+  EXPECT_EQ(meta.tiles, 0);
+  EXPECT_EQ(meta.map_id, 3);
+  EXPECT_EQ(meta.resolution, OccupancyGridConfig{}.resolution);
+  const map_tile_t tile = toTileMessage(OccupancyGrid{}, {0, 0}, kUtime, 3);
+  EXPECT_THAT(tile.cells, testing::Each(std::uint8_t{255}));
+}
+
+}  // namespace
+}  // namespace slam

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "slam/stamp_sequencer.hpp"
+
+#include <gtest/gtest.h>
+#include <random>
+
+namespace slam {
+namespace {
+
+using std::chrono::milliseconds;
+
+Timestamp at(std::int64_t ms) { return Timestamp(milliseconds(ms)); }
+
+/// Feeds stamps of a steady 10 Hz stream. @return stamp of the last [ms]
+std::int64_t feedSteady(StampSequencer& sequencer, std::int64_t from_ms, int count) {
+  std::int64_t ms = from_ms;
+  for (int i = 0; i < count; ++i) sequencer.next(at(ms = from_ms + 100 * i));
+  return ms;
+}
+
+TEST(StampSequencer, StampsIncreaseWhateverIsRecorded) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> jitter(0.0, 0.15);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  StampSequencer sequencer;
+  Timestamp clock = at(1'000'000), last = Timestamp::min();
+  for (int i = 0; i < 20'000; ++i) {
+    clock += milliseconds(100);
+    if (uniform(random) < 0.002) clock += fromSeconds(2e4 * (uniform(random) - 0.5));  // set, forth or back
+    const Timestamp stamp = sequencer.next(clock + fromSeconds(jitter(random)));
+    ASSERT_GT(stamp, last) << i;
+    last = stamp;
+  }
+  EXPECT_GT(sequencer.retimed(), 0U);
+  EXPECT_GT(sequencer.clockResets(), 0U);
+}
+
+TEST(StampSequencer, LeavesAGoodStreamAlone) {
+  std::mt19937 random(2);
+  std::uniform_int_distribution<int> interval(70, 130);
+  StampSequencer sequencer;
+  std::int64_t ms = 5000;
+  for (int i = 0; i < 1000; ++i) {
+    ms += interval(random);
+    ASSERT_EQ(sequencer.next(at(ms)), at(ms));
+  }
+  EXPECT_EQ(sequencer.retimed(), 0U);
+  EXPECT_EQ(sequencer.clockResets(), 0U);
+}
+
+TEST(StampSequencer, MovesACoincidingStampByAQuarterOfTheUsualInterval) {
+  StampSequencer sequencer;
+  const std::int64_t last = feedSteady(sequencer, 0, 100);
+  EXPECT_NEAR(toSeconds(sequencer.next(at(last)) - at(last)), 0.025, 0.003);
+  EXPECT_EQ(sequencer.retimed(), 1U);
+}
+
+TEST(StampSequencer, CatchesUpAfterAStepBackOfTenthsOfASecond) {
+  StampSequencer sequencer;
+  const std::int64_t last = feedSteady(sequencer, 0, 100);
+  Timestamp previous = at(last);
+  for (int i = 1; i <= 20; ++i) {  // the recorder's clock went back by 0.3 s
+    const Timestamp recorded = at(last - 300 + 100 * i), stamp = sequencer.next(recorded);
+    EXPECT_GT(stamp, previous);
+    EXPECT_GE(stamp, recorded);
+    if (i > 5) EXPECT_EQ(stamp, recorded) << i;
+    previous = stamp;
+  }
+  EXPECT_GE(sequencer.retimed(), 3U);
+  EXPECT_EQ(sequencer.clockResets(), 0U);
+}
+
+TEST(StampSequencer, GoesOnWhenTheClockIsSetBackFar) {
+  StampSequencer sequencer;
+  const Timestamp last = at(feedSteady(sequencer, 10'000'000, 100));
+  const Timestamp first = sequencer.next(at(0));
+  EXPECT_GT(first, last);
+  EXPECT_LT(first, last + milliseconds(500));
+  for (int i = 1; i < 100; ++i) EXPECT_EQ(sequencer.next(at(100 * i)), first + milliseconds(100 * i));
+  EXPECT_EQ(sequencer.clockResets(), 1U);
+}
+
+TEST(StampSequencer, ShiftsAddUpWhenTheClockIsSetBackAgain) {
+  StampSequencer sequencer;
+  Timestamp last = at(feedSteady(sequencer, 10'000'000, 100));
+  for (int set = 1; set <= 3; ++set) {
+    for (int i = 0; i < 50; ++i) {
+      const Timestamp stamp = sequencer.next(at(1'000'000 - 200'000 * set + 100 * i));
+      EXPECT_GT(stamp, last);
+      EXPECT_LT(stamp, last + milliseconds(500));
+      last = stamp;
+    }
+    EXPECT_EQ(sequencer.clockResets(), static_cast<std::uint32_t>(set));
+  }
+}
+
+TEST(StampSequencer, APauseIsNotAnInterval) {
+  StampSequencer sequencer;
+  const std::int64_t last = feedSteady(sequencer, 0, 100);
+  for (int i = 0; i < 50; ++i) {
+    const Timestamp recorded = at(last + 60'000 + 100 * i);
+    EXPECT_EQ(sequencer.next(recorded), recorded) << i;
+  }
+  EXPECT_EQ(sequencer.retimed(), 0U);
+}
+
+}  // namespace
+}  // namespace slam
