@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bus/checked_decode.hpp"
 
-#include <gtest/gtest.h>
-
+#include <algorithm>
 #include <cstdint>
+#include <gtest/gtest.h>
 #include <random>
 #include <vector>
 
@@ -103,7 +103,9 @@ TYPED_TEST(DecodeChecked, SurvivesEveryFlippedBit) {
     Bytes data = good;
     data[bit / 8] = static_cast<std::uint8_t>(data[bit / 8] ^ (1U << (bit % 8)));
     const auto decoded = decodeChecked<TypeParam>(data);
-    if (decoded) EXPECT_EQ(static_cast<std::size_t>(decoded->getEncodedSize()), data.size());
+    if (decoded) {
+      EXPECT_EQ(static_cast<std::size_t>(decoded->getEncodedSize()), data.size());
+    }
   }
 }
 
@@ -116,7 +118,9 @@ TYPED_TEST(DecodeChecked, SurvivesRandomBytes) {
     EXPECT_FALSE(decodeChecked<TypeParam>(data));
     std::copy_n(good.begin(), std::min<std::size_t>(8, data.size()), data.begin());  // behind the right fingerprint
     const auto decoded = decodeChecked<TypeParam>(data);
-    if (decoded) EXPECT_EQ(static_cast<std::size_t>(decoded->getEncodedSize()), data.size());
+    if (decoded) {
+      EXPECT_EQ(static_cast<std::size_t>(decoded->getEncodedSize()), data.size());
+    }
   }
 }
 

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bus/event_log.hpp"
 
-#include <gtest/gtest.h>
-#include <unistd.h>
-#include <zlib.h>
-
+#include <algorithm>
 #include <cstdint>
+#include <filesystem>
 #include <fstream>
+#include <gtest/gtest.h>
+#include <iterator>
 #include <stdexcept>
 #include <string>
+#include <unistd.h>
 #include <vector>
+#include <zlib.h>
 
 namespace slam {
 namespace {
@@ -50,8 +52,12 @@ Content read(const std::string& path) {
   return content;
 }
 
-bool operator==(const LogEvent& a, const LogEvent& b) {
+bool same(const LogEvent& a, const LogEvent& b) {
   return a.utime == b.utime && a.channel == b.channel && a.data == b.data;
+}
+bool same(const std::vector<LogEvent>& a, const std::vector<LogEvent>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const LogEvent& x, const LogEvent& y) { return same(x, y); });
 }
 
 const std::vector<LogEvent>& someEvents() {
@@ -59,7 +65,8 @@ const std::vector<LogEvent>& someEvents() {
     std::vector<LogEvent> list;
     for (int i = 0; i < 8; ++i) {
       Bytes data(static_cast<std::size_t>(5 + 7 * i));
-      for (std::size_t k = 0; k < data.size(); ++k) data[k] = static_cast<std::uint8_t>(31 * k + static_cast<unsigned>(i));
+      for (std::size_t k = 0; k < data.size(); ++k)
+        data[k] = static_cast<std::uint8_t>(31 * k + static_cast<unsigned>(i));
       list.push_back({1'700'000'000'000'000 + 1000 * i, i % 2 ? "SLAM_WHEELS" : "SLAM_SCAN", data});
     }
     return list;
@@ -86,7 +93,7 @@ std::size_t intact(const std::vector<LogEvent>& given, const std::vector<LogEven
   std::size_t count = 0, from = 0;
   for (const LogEvent& event : given) {
     for (std::size_t i = from; i < list.size(); ++i) {
-      if (!(list[i] == event)) continue;
+      if (!same(list[i], event)) continue;
       ++count;
       from = i + 1;
       break;
@@ -97,7 +104,7 @@ std::size_t intact(const std::vector<LogEvent>& given, const std::vector<LogEven
 
 TEST(EventLog, GivesBackWhatWasWritten) {
   const Content content = read(File(logOf(someEvents())).path);
-  EXPECT_TRUE(content.events == someEvents());
+  EXPECT_TRUE(same(content.events, someEvents()));
   EXPECT_EQ(content.skipped, 0U);
   EXPECT_FALSE(content.truncated);
 }
@@ -120,7 +127,7 @@ TEST(EventLog, IsReadByLiblcm) {
 TEST(EventLog, MayHoldTheSyncWordInAMessage) {
   const std::vector<LogEvent> events = {{1, "A", Bytes(kSync, kSync + 4)}, {2, "B", {}}, {3, "C", {1}}};
   const Content content = read(File(logOf(events)).path);
-  EXPECT_TRUE(content.events == events);
+  EXPECT_TRUE(same(content.events, events));
   EXPECT_EQ(content.skipped, 0U);
 }
 
@@ -145,12 +152,16 @@ TEST(EventLogReader, LosesNoOtherRecordToOneDamagedByte) {
   std::size_t begin = 0, record = 0;
   for (std::size_t i = 0; i < good.size(); ++i) {
     if (i == begin + sizeInLog(someEvents()[record])) begin += sizeInLog(someEvents()[record++]);
-    for (const std::uint8_t flip : {0x01, 0x80, 0xFF}) {
+    for (const int flip : {0x01, 0x80, 0xFF}) {
       Bytes bytes = good;
-      bytes[i] ^= flip;
+      bytes[i] = static_cast<std::uint8_t>(bytes[i] ^ flip);
       const Content content = read(File(bytes).path);
-      EXPECT_GE(intact(someEvents(), content.events), someEvents().size() - 1)
-          << "byte " << i - begin << " of record " << record << " flipped by " << int{flip};
+      const std::string where = "byte " + std::to_string(i - begin) + " of record " + std::to_string(record) +
+                                " flipped by " + std::to_string(flip);
+      ASSERT_GE(intact(someEvents(), content.events), someEvents().size() - 1) << where;
+      if (record + 1 < someEvents().size()) {
+        ASSERT_FALSE(content.truncated) << where;
+      }
     }
   }
 }
@@ -162,7 +173,7 @@ TEST(EventLogReader, CountsTheBytesThatBelongToNoRecord) {
   bytes.insert(bytes.begin() + middle, 1000, 0x55);
   bytes.insert(bytes.begin(), 10, 0xED);
   const Content content = read(File(bytes).path);
-  EXPECT_TRUE(content.events == someEvents());
+  EXPECT_TRUE(same(content.events, someEvents()));
   EXPECT_EQ(content.skipped, 1010U);
 }
 
@@ -172,7 +183,7 @@ TEST(EventLogReader, ReadsGzip) {
   gzFile out = gzopen(path.c_str(), "wb");
   ASSERT_EQ(gzwrite(out, bytes.data(), static_cast<unsigned>(bytes.size())), static_cast<int>(bytes.size()));
   gzclose(out);
-  EXPECT_TRUE(read(path).events == someEvents());
+  EXPECT_TRUE(same(read(path).events, someEvents()));
 
   std::filesystem::resize_file(path, std::filesystem::file_size(path) - 12);  // copying stopped short
   const Content cut = read(path);
@@ -186,9 +197,6 @@ TEST(EventLogReader, RefusesWhatIsNoLog) {
   EXPECT_THROW(read(File({}).path), std::runtime_error);
   EXPECT_THROW(read(File(Bytes(100'000, 0x55)).path), std::runtime_error);
   EXPECT_THROW(read(testing::TempDir()), std::runtime_error);
-  Bytes one = logOf({someEvents()[0]});
-  one.pop_back();
-  EXPECT_THROW(read(File(one).path), std::runtime_error) << "a cut record is none";
 }
 
 TEST(EventLogWriter, SaysWhenItCannotWrite) {

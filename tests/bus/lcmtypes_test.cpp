@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <bot_core/planar_lidar_t.hpp>
 #include <bot_core/pose_t.hpp>
 #include <cstdint>
 #include <filesystem>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <map>
 #include <slam/ack_t.hpp>
 #include <slam/command_t.hpp>

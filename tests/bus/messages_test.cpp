@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bus/messages.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <limits>
+#include <memory>
 #include <numbers>
+#include <tuple>
+#include <type_traits>
 #include <vector>
 
 #include "bus/checked_decode.hpp"
@@ -51,10 +54,12 @@ PoseEstimate somePose() {
 }
 
 OccupancyGrid gridWithOneWallPoint() {
-  Keyframe keyframe;
-  keyframe.T_map_base = {0.51, 0.52, 0.0};
+  auto keyframe = std::make_unique<Keyframe>();
+  keyframe->T_map_base = {0.525, 0.525, 0.0};
+  keyframe->storage[0] = {2.0F, 0.0F};
+  keyframe->size = 1;
   OccupancyGrid grid;
-  grid.add(keyframe);
+  grid.add(*keyframe);
   return grid;
 }
 
@@ -116,7 +121,7 @@ TEST(ScanMessage, ThatCannotBeAScanIsRefused) {
 
 TEST(WheelsMessage, BringsASampleThroughTheWireUnchanged) {
   for (const bool turn_rate_known : {true, false}) {
-    const WheelSample sample{.T_wheels_base = {1.0, -2.0, 0.5}, .turn_rate_known = turn_rate_known};
+    const WheelSample sample{.stamp = {}, .T_wheels_base = {1.0, -2.0, 0.5}, .turn_rate_known = turn_rate_known};
     const auto back = throughTheWire(sample);
     ASSERT_TRUE(back);
     EXPECT_EQ(back->stamp, fromMicroseconds(kUtime));
@@ -141,7 +146,7 @@ TEST(WheelsMessage, ThatCannotBeAMeasurementIsRefused) {
 }
 
 TEST(ImuMessage, BringsASampleThroughTheWireUnchanged) {
-  const ImuSample sample{.gyro = {0.1, -0.2, 0.3}, .accel = {1.0, 2.0, 9.81}};
+  const ImuSample sample{.stamp = {}, .gyro = {0.1, -0.2, 0.3}, .accel = {1.0, 2.0, 9.81}};
   const auto back = throughTheWire(sample);
   ASSERT_TRUE(back);
   EXPECT_EQ(back->stamp, fromMicroseconds(kUtime));
@@ -151,8 +156,8 @@ TEST(ImuMessage, BringsASampleThroughTheWireUnchanged) {
 
 TEST(ImuMessage, ThatCannotBeAMeasurementIsRefused) {
   EXPECT_FALSE(fromMessage(toMessage(ImuSample{}, 0)));
-  EXPECT_FALSE(fromMessage(toMessage(ImuSample{.gyro = {0, 0, kNaN}}, kUtime)));
-  EXPECT_FALSE(fromMessage(toMessage(ImuSample{.accel = {HUGE_VAL, 0, 0}}, kUtime)));
+  EXPECT_FALSE(fromMessage(toMessage(ImuSample{.stamp = {}, .gyro = {0, 0, kNaN}}, kUtime)));
+  EXPECT_FALSE(fromMessage(toMessage(ImuSample{.stamp = {}, .gyro = {0, 0, 0}, .accel = {HUGE_VAL, 0, 0}}, kUtime)));
 }
 
 TEST(PoseMessage, IsWhatViewersOfBotCoreExpect) {
@@ -201,9 +206,9 @@ TEST(LaserMessage, ShowsTheNearestReturnOfEachBearingStep) {
   const float bearing = 0.3F;
   scan.push({.range = 5.0F, .bearing = bearing});
   scan.push({.range = 3.0F, .bearing = bearing});
-  scan.push({.range = 0.0F, .bearing = bearing});                                      // no return says nothing
-  scan.push({.range = 4.0F, .bearing = -2.0F + 2.0F * static_cast<float>(kPi)});       // the same bearing as -2
-  scan.push({.range = 2.0F * scan.range_max, .bearing = 1.5F});                        // not trusted
+  scan.push({.range = 0.0F, .bearing = bearing});                                 // no return says nothing
+  scan.push({.range = 4.0F, .bearing = -2.0F + 2.0F * static_cast<float>(kPi)});  // the same bearing as -2
+  scan.push({.range = 2.0F * scan.range_max, .bearing = 1.5F});                   // not trusted
   const bot_core::planar_lidar_t message = toLaserMessage(scan, kUtime, 360);
   EXPECT_EQ(message.utime, kUtime);
   ASSERT_EQ(message.nranges, 360);
@@ -230,6 +235,42 @@ TEST(MapMessages, OfAnEmptyGridSayThatThereIsNothing) {
   EXPECT_EQ(meta.resolution, OccupancyGridConfig{}.resolution);
   const map_tile_t tile = toTileMessage(OccupancyGrid{}, {0, 0}, kUtime, 3);
   EXPECT_THAT(tile.cells, testing::Each(std::uint8_t{255}));
+}
+
+TEST(MapMessages, ShowTheCellsOfTheGrid) {
+  const OccupancyGrid grid = gridWithOneWallPoint();
+  const map_meta_t meta = toMetaMessage(grid, kUtime, 3, 1);
+  EXPECT_EQ(meta.tile_side, OccupancyGrid::kTileSide);
+  EXPECT_THAT(meta.origin, testing::Each(0.0));
+  EXPECT_EQ(meta.tiles, 1);
+  EXPECT_EQ(meta.keyframes, 1);
+  EXPECT_EQ((std::vector{meta.column_min, meta.column_max, meta.row_min, meta.row_max}), std::vector(4, 0));
+
+  const map_tile_t tile = toTileMessage(grid, {0, 0}, kUtime, 3);
+  EXPECT_LT(tile.getEncodedSize(), kLargestMessage);
+  ASSERT_EQ(tile.ncells, tile.side * tile.side);
+  const auto cell = [&](double x, double y) {
+    const CellIndex at = grid.cellAt({x, y});
+    return tile.cells[static_cast<std::size_t>(at.row * tile.side + at.column)];
+  };
+  EXPECT_EQ(cell(2.525, 0.525), 70);  // one look: hit_probability
+  EXPECT_EQ(cell(1.525, 0.525), 33);  // miss_probability
+  EXPECT_EQ(cell(0.525, 2.525), 255);
+}
+
+TEST(MapMessages, NameTilesLeftAndBelowOfTheOrigin) {
+  auto keyframe = std::make_unique<Keyframe>();
+  keyframe->T_map_base = {-0.5, -0.5, 0.0};
+  keyframe->storage[0] = {-1.0F, 0.0F};
+  keyframe->size = 1;
+  OccupancyGrid grid;
+  grid.add(*keyframe);
+  const map_meta_t meta = toMetaMessage(grid, kUtime, 3, 1);
+  EXPECT_EQ((std::vector{meta.column_min, meta.column_max, meta.row_min, meta.row_max}), std::vector(4, -1));
+  const map_tile_t tile = toTileMessage(grid, {-1, -1}, kUtime, 3);
+  EXPECT_EQ(tile.column, -1);
+  EXPECT_EQ(tile.row, -1);
+  EXPECT_THAT(tile.cells, testing::Contains(std::uint8_t{70}));
 }
 
 }  // namespace

@@ -63,7 +63,9 @@ TEST(StampSequencer, CatchesUpAfterAStepBackOfTenthsOfASecond) {
     const Timestamp recorded = at(last - 300 + 100 * i), stamp = sequencer.next(recorded);
     EXPECT_GT(stamp, previous);
     EXPECT_GE(stamp, recorded);
-    if (i > 5) EXPECT_EQ(stamp, recorded) << i;
+    if (i > 5) {
+      EXPECT_EQ(stamp, recorded) << i;
+    }
     previous = stamp;
   }
   EXPECT_GE(sequencer.retimed(), 3U);
@@ -102,6 +104,18 @@ TEST(StampSequencer, APauseIsNotAnInterval) {
     EXPECT_EQ(sequencer.next(recorded), recorded) << i;
   }
   EXPECT_EQ(sequencer.retimed(), 0U);
+}
+
+TEST(StampSequencer, APauseAfterTheVeryFirstStampIsSoonForgotten) {
+  StampSequencer sequencer;
+  sequencer.next(at(0));
+  double ahead = 0.0;  // [s] of what was recorded
+  for (int i = 0; i < 100; ++i) {
+    const Timestamp recorded = at(3000 + 100 * i);
+    ahead = toSeconds(sequencer.next(recorded) - recorded);
+    ASSERT_LE(ahead, 1.0) << i;
+  }
+  EXPECT_EQ(ahead, 0.0);
 }
 
 }  // namespace

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/bus_thread.hpp"
+
+#include <poll.h>
+
+#include <cmath>
+
+#include "app/log.hpp"
+#include "bus/channels.hpp"
+#include "bus/checked_decode.hpp"
+#include "bus/messages.hpp"
+#include "slam/ack_t.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr Duration kReconnect = 1s;
+constexpr int kWait = 50;  // [ms] without a wake-up
+
+std::span<const std::uint8_t> bytesOf(const lcm::ReceiveBuffer* buffer) {
+  return {static_cast<const std::uint8_t*>(buffer->data), buffer->data_size};
+}
+
+}  // namespace
+
+BusThread::BusThread(const Config& config, Exchange& exchange, const WallClock& clock)
+    : config_(config),
+      exchange_(exchange),
+      clock_(clock),
+      scan_(std::make_unique<ReceivedScan>()),
+      worker_({.name = "bus"}, [this] { tick(); }) {
+  if (!config.output.record.empty()) record_ = std::make_unique<EventLogWriter>(config.output.record);
+  for (DeviceStatus* status : {&lidar_, &wheels_, &imu_}) status->set(DeviceState::kOpening, "waiting for messages on LCM");
+}
+
+BusThread::~BusThread() { worker_.stop(); }
+
+void BusThread::connect() {
+  next_connect_ = monotonicNow() + kReconnect;
+  lcm_ = std::make_unique<lcm::LCM>(config_.lcm.url);
+  connected_ = lcm_->good();
+  if (!connected_) {
+    lcm_.reset();
+    return;
+  }
+  subscribe();
+  logInfo("LCM connected: " + config_.lcm.url);
+}
+
+void BusThread::subscribe() {
+  if (config_.lidar_device.source == "lcm") lcm_->subscribe(channel::kScan, &BusThread::onScan, this);
+  if (config_.base_device.source == "lcm") lcm_->subscribe(channel::kWheels, &BusThread::onWheels, this);
+  if (config_.imu_device.source == "lcm") lcm_->subscribe(channel::kImu, &BusThread::onImu, this);
+  if (config_.lcm.commands) lcm_->subscribe(channel::kCommand, &BusThread::onCommand, this);
+}
+
+void BusThread::tick() {
+  if (!lcm_ && monotonicNow() >= next_connect_) connect();
+  pollfd waiting[2] = {{exchange_.bus_wakeup.descriptor(), POLLIN, 0}, {lcm_ ? lcm_->getFileno() : -1, POLLIN, 0}};
+  ::poll(waiting, 2, kWait);
+  exchange_.bus_wakeup.clear();
+  // All that is there, but no more than a queue holds: publishing must have its turn under any load.
+  for (int i = 0; i < 64 && lcm_ && lcm_->handleTimeout(0) > 0; ++i) {
+  }
+  publishPose();
+  publishRaw();
+  exchange_.map_meta.drain([this](const map_meta_t& meta) { publish(channel::kMapMeta, meta); });
+  exchange_.map_tiles.drain([this](const map_tile_t& tile) { publish(channel::kMapTile, tile); });
+  exchange_.health.drain([this](const health_t& health) { publish(channel::kHealth, health); });
+
+  const Timestamp now = monotonicNow();
+  if (now >= next_refresh_) {
+    next_refresh_ = now + fromSeconds(config_.lcm.map_refresh);
+    exchange_.refresh_map = true;
+  }
+}
+
+template <typename Message>
+void BusThread::publish(const char* channel, const Message& message) {
+  buffer_.resize(static_cast<std::size_t>(message.getEncodedSize()));
+  message.encode(buffer_.data(), 0, static_cast<int>(buffer_.size()));
+  if (lcm_) {
+    const bool sent = lcm_->publish(channel, buffer_.data(), static_cast<unsigned>(buffer_.size())) == 0;
+    ++(sent ? exchange_.published : exchange_.publish_failures);
+  } else {
+    ++exchange_.publish_failures;
+  }
+  if (record_ && !record_->write(clock_.utime(monotonicNow()), channel, buffer_) && !record_failed_) {
+    record_failed_ = true;
+    logError(config_.output.record + ": cannot write the record any more; is the disk full?");
+  }
+}
+
+void BusThread::publishPose() {
+  if (!exchange_.pose_for_bus.load(snapshot_)) return;
+  const std::int64_t utime = clock_.utime(snapshot_.pose.stamp);
+  publish(channel::kOdometry, toMessage(snapshot_.odometry, utime));
+  publish(channel::kSlamPose, toMessage(snapshot_.pose, utime, snapshot_.map_id));
+  // POSE has no field for "not valid", so it is silent until there is a pose that is.
+  const bool valid = snapshot_.pose.state == LocalisationState::kLocalised ||
+                     snapshot_.pose.state == LocalisationState::kDegraded;
+  if (valid) publish(channel::kPose, toPoseMessage(snapshot_.pose, utime));
+  if (snapshot_.scans != scans_published_) {
+    scans_published_ = snapshot_.scans;
+    exchange_.scan_to_pose.add(monotonicNow() - snapshot_.scan_received);
+  }
+}
+
+void BusThread::publishRaw() {
+  exchange_.wheels_out.drain([this](const WheelReading& reading) {
+    publish(channel::kWheels, toMessage(reading.sample, clock_.utime(reading.sample.stamp), reading.angles));
+  });
+  exchange_.imu_out.drain([this](const ImuSample& sample) {
+    publish(channel::kImu, toMessage(sample, clock_.utime(sample.stamp)));
+  });
+  exchange_.scans_out.drain([this](const ReceivedScan& received) {
+    const std::int64_t utime = clock_.utime(received.scan.stamp);
+    publish(channel::kScan, toMessage(received.scan, utime));
+    publish(channel::kLaser, toLaserMessage(received.scan, utime));
+  });
+}
+
+void BusThread::onScan(const lcm::ReceiveBuffer* buffer, const std::string&) {
+  const auto message = decodeChecked<scan_t>(bytesOf(buffer));
+  const auto scan = message ? fromMessage(*message) : std::nullopt;
+  if (!scan) {
+    ++exchange_.bad_messages;
+    lidar_.rejects.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
+  scan_->scan = *scan;
+  scan_->scan.stamp = clock_.stamp(message->utime);
+  scan_->received = monotonicNow();
+  lidar_.countSample(scan_->received);
+  lidar_.set(DeviceState::kStreaming, "");
+  exchange_.scans.tryPush(*scan_);
+  publish(channel::kLaser, toLaserMessage(*scan, message->utime));
+}
+
+void BusThread::onWheels(const lcm::ReceiveBuffer* buffer, const std::string&) {
+  const auto message = decodeChecked<wheels_t>(bytesOf(buffer));
+  auto sample = message ? fromMessage(*message) : std::nullopt;
+  if (!sample) {
+    ++exchange_.bad_messages;
+    wheels_.rejects.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
+  sample->stamp = clock_.stamp(message->utime);
+  wheels_.countSample(monotonicNow());
+  wheels_.set(DeviceState::kStreaming, "");
+  exchange_.wheels.tryPush({*sample, {}});
+}
+
+void BusThread::onImu(const lcm::ReceiveBuffer* buffer, const std::string&) {
+  const auto message = decodeChecked<imu_t>(bytesOf(buffer));
+  auto sample = message ? fromMessage(*message) : std::nullopt;
+  if (!sample) {
+    ++exchange_.bad_messages;
+    imu_.rejects.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
+  sample->stamp = clock_.stamp(message->utime);
+  imu_.countSample(monotonicNow());
+  imu_.set(DeviceState::kStreaming, "");
+  exchange_.imu.tryPush(*sample);
+}
+
+void BusThread::acknowledge(std::int32_t id, bool accepted, const std::string& message) {
+  ack_t ack{};
+  ack.utime = clock_.utime(monotonicNow());
+  ack.id = id;
+  ack.accepted = accepted;
+  ack.message = message;
+  publish(channel::kAck, ack);
+}
+
+void BusThread::onCommand(const lcm::ReceiveBuffer* buffer, const std::string&) {
+  const auto command = decodeChecked<command_t>(bytesOf(buffer));
+  if (!command) {
+    ++exchange_.bad_messages;
+    return;
+  }
+  const Pose2 pose{command->pose[0], command->pose[1], command->pose[2]};
+  if (command->verb == "save_map") {
+    if (config_.output.map.empty()) return acknowledge(command->id, false, "output.map is not set in the configuration");
+    exchange_.save_map = true;
+    acknowledge(command->id, true, "saving to " + config_.output.map + ".yaml");
+  } else if (command->verb == "set_pose") {
+    if (!isFinite(pose)) return acknowledge(command->id, false, "the pose is not finite");
+    const bool taken = exchange_.commands.tryPush({EstimatorCommand::kSetPose, pose});
+    acknowledge(command->id, taken, taken ? "pose set" : "too many commands at once");
+  } else if (command->verb == "reset") {
+    const bool taken = exchange_.commands.tryPush({EstimatorCommand::kReset, {}});
+    acknowledge(command->id, taken, taken ? "a new map begins" : "too many commands at once");
+  } else {
+    acknowledge(command->id, false, "unknown verb; known are save_map, set_pose, reset");
+  }
+}
+
+}  // namespace slam

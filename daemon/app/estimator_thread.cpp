@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/estimator_thread.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/clock.hpp"
+
+namespace slam {
+namespace {
+
+const Eigen::Vector3d kSetPoseSigma(0.2, 0.2, 0.1);  // [m, m, rad] of a pose given by a person
+
+}  // namespace
+
+EstimatorThread::EstimatorThread(const Config& config, Exchange& exchange)
+    : config_(config),
+      exchange_(exchange),
+      localizer_(std::make_unique<Localizer>(config.localizer, &monotonicNow)),
+      ticks_per_pose_(static_cast<std::uint64_t>(
+          std::max(1.0, std::round(config.runtime.estimator_rate / config.lcm.pose_rate)))),
+      worker_({.name = "estimator",
+               .rate = config.runtime.estimator_rate,
+               .priority = config.runtime.realtime ? config.runtime.estimator_priority : 0},
+              [this] { tick(); }) {}
+
+void EstimatorThread::tick() {
+  exchange_.commands.drain([this](const EstimatorCommand& command) { obey(command); });
+  exchange_.wheels.drain([this](const WheelReading& reading) { localizer_->add(reading.sample); });
+  exchange_.imu.drain([this](const ImuSample& sample) { localizer_->add(sample); });
+  bool scanned = false;
+  exchange_.scans.popOne([&](const ReceivedScan& received) { scanned = addScan(received); });
+
+  if (ticks_++ % ticks_per_pose_ != 0 && !scanned) return;
+  const Timestamp now = monotonicNow();
+  snapshot_.pose = localizer_->estimate(now);
+  snapshot_.odometry = localizer_->odometry(now);
+  snapshot_.counters = localizer_->counters();
+  snapshot_.filter = localizer_->filterCounters();
+  exchange_.pose_for_bus.store(snapshot_);
+  exchange_.pose_for_supervisor.store(snapshot_);
+  exchange_.bus_wakeup.notify();
+}
+
+bool EstimatorThread::addScan(const ReceivedScan& received) {
+  const Timestamp begin = monotonicNow();
+  const ScanOutcome outcome = localizer_->add(received.scan);
+  exchange_.scan_work.add(monotonicNow() - begin);
+  if (outcome.match.iterations > 0) exchange_.match.add(outcome.match_time);
+  if (outcome.keyframe != nullptr) exchange_.keyframes.tryPush(*outcome.keyframe);
+  ++snapshot_.scans;
+  snapshot_.scan_received = received.received;
+  return true;
+}
+
+void EstimatorThread::obey(const EstimatorCommand& command) {
+  if (command.kind == EstimatorCommand::kSetPose) {
+    localizer_->setPose(command.T_map_base, kSetPoseSigma);
+    return;
+  }
+  // A new map: the one place where this thread allocates after start-up, on a person's command.
+  localizer_ = std::make_unique<Localizer>(config_.localizer, &monotonicNow);
+  ++snapshot_.map_id;
+}
+
+}  // namespace slam

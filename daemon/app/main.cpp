@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <csignal>
+#include <iostream>
+
+#include "app/config_loader.hpp"
+#include "app/config_printer.hpp"
+#include "app/log.hpp"
+#include "app/supervisor.hpp"
+
+namespace {
+
+constexpr int kFailed = 1, kBadUsage = 2, kBadConfig = 78;
+
+int runDaemon(const slam::Config& config) {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+  try {
+    slam::Supervisor supervisor(config);
+    return supervisor.run();
+  } catch (const std::exception& error) {
+    slam::logError(error.what());
+    return kFailed;
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Real-time SLAM daemon for an indoor robot with lidar, wheels and IMU", "slamd");
+  std::string config_file;
+  std::vector<std::string> overrides;
+  bool check = false, print = false, print_template = false;
+  app.add_option("--config", config_file, "configuration (TOML)");
+  app.add_option("--set", overrides, "section.key=value over the file; may be repeated");
+  app.add_flag("--check-config", check, "check the configuration and exit");
+  app.add_flag("--print-config", print, "print the effective configuration and exit");
+  app.add_flag("--print-template", print_template, "print a configuration file with every key explained, and exit");
+  app.set_version_flag("--version", "slamd " SLAMD_VERSION);
+  app.footer("Example:\n  slamd --config /etc/slamd/slamd.toml");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& wanted) {
+    return app.exit(wanted);
+  } catch (const CLI::ParseError& error) {
+    std::cerr << "slamd: " << error.what() << "; see slamd --help\n";
+    return kBadUsage;
+  }
+  if (print_template) {
+    std::cout << slam::printTemplate();
+    return 0;
+  }
+  if (config_file.empty()) {
+    std::cerr << "slamd: --config is required; see slamd --help\n";
+    return kBadUsage;
+  }
+  slam::Config config;
+  try {
+    config = slam::loadConfig(config_file, overrides);
+  } catch (const slam::ConfigError& error) {
+    std::cerr << error.what() << "\n";
+    return kBadConfig;
+  }
+  if (print) std::cout << slam::printConfig(config);
+  if (check && !print) std::cout << config_file << ": good\n";
+  return check || print ? 0 : runDaemon(config);
+}

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/mapper_thread.hpp"
+
+#include <algorithm>
+
+#include "app/log.hpp"
+#include "bus/messages.hpp"
+#include "mapping/map_files.hpp"
+
+namespace slam {
+namespace {
+
+constexpr double kRate = 10.0;  // [Hz]
+
+}  // namespace
+
+MapperThread::MapperThread(const Config& config, Exchange& exchange, const WallClock& clock)
+    : config_(config),
+      exchange_(exchange),
+      clock_(clock),
+      mapper_(config.map),
+      worker_({.name = "mapper", .rate = kRate}, [this] { tick(); }) {}
+
+void MapperThread::tick() {
+  const Timestamp begin = monotonicNow();
+  const auto drawn = exchange_.keyframes.drain([this](const Keyframe& keyframe) { draw(keyframe); });
+  if (drawn > 0) exchange_.map_update.add(monotonicNow() - begin);
+  for (const TileIndex& tile : mapper_.takeChangedTiles()) {
+    if (std::find(unsent_.begin(), unsent_.end(), tile) == unsent_.end()) unsent_.push_back(tile);
+  }
+  if (exchange_.refresh_map.exchange(false)) {
+    unsent_.clear();
+    mapper_.grid().tiles().forEachTile([this](TileIndex tile, const auto&) { unsent_.push_back(tile); });
+    meta_due_ = true;
+  }
+  sendTiles();
+  if (exchange_.save_map.exchange(false)) save();
+}
+
+void MapperThread::draw(const Keyframe& keyframe) {
+  if (keyframe.id == 0 && !mapper_.path().empty()) {  // the estimator began anew
+    mapper_.reset();
+    unsent_.clear();
+    ++map_id_;
+  }
+  mapper_.add(keyframe);
+  utime_ = clock_.utime(keyframe.stamp);
+  meta_due_ = true;
+  exchange_.map_keyframes.store(static_cast<std::int64_t>(mapper_.path().size()), std::memory_order_relaxed);
+}
+
+void MapperThread::sendTiles() {
+  if (meta_due_ && exchange_.map_meta.hasRoom()) {
+    exchange_.map_meta.tryPush(
+        toMetaMessage(mapper_.grid(), utime_, map_id_, static_cast<std::int32_t>(mapper_.path().size())));
+    meta_due_ = false;
+  }
+  // A few at a time: a burst of a whole map would overrun subscribers' receive buffers.
+  constexpr std::size_t kTilesPerTick = 40;
+  std::size_t sent = 0;
+  while (sent < std::min(kTilesPerTick, unsent_.size()) && exchange_.map_tiles.hasRoom()) {
+    exchange_.map_tiles.tryPush(toTileMessage(mapper_.grid(), unsent_[sent++], utime_, map_id_));
+  }
+  unsent_.erase(unsent_.begin(), unsent_.begin() + static_cast<std::ptrdiff_t>(sent));
+  if (sent > 0) exchange_.bus_wakeup.notify();
+}
+
+void MapperThread::save() {
+  if (config_.output.map.empty()) return;
+  try {
+    writeMapFiles(config_.output.map, renderMap(mapper_.grid()), mapper_.path());
+    logInfo("map of " + std::to_string(mapper_.path().size()) + " keyframes saved to " + config_.output.map + ".yaml");
+  } catch (const std::exception& error) {
+    logError(std::string("map not saved: ") + error.what());
+  }
+}
+
+}  // namespace slam

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <string>
+#include <vector>
+
+#include "app/config.hpp"
+#include "app/exchange.hpp"
+#include "runtime/clock.hpp"
+#include "runtime/worker.hpp"
+#include "slam/mapper.hpp"
+
+namespace slam {
+
+/// Thread *mapper*: draws keyframes and sends the tiles that changed.
+class MapperThread {
+ public:
+  MapperThread(const Config& config, Exchange& exchange, const WallClock& clock);
+  Worker& worker() { return worker_; }
+
+  /// Writes the map files, if the configuration names any. For after the thread has stopped.
+  void save();
+
+ private:
+  void tick();
+  void draw(const Keyframe& keyframe);
+  void sendTiles();
+
+  const Config& config_;
+  Exchange& exchange_;
+  const WallClock& clock_;
+  Mapper mapper_;
+  std::vector<TileIndex> unsent_;
+  std::int32_t map_id_ = 0;
+  std::int64_t utime_ = 0;  // of the newest keyframe
+  bool meta_due_ = false;
+  Worker worker_;
+};
+
+}  // namespace slam

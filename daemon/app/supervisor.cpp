@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/supervisor.hpp"
+
+#include <systemd/sd-daemon.h>
+
+#include <csignal>
+#include <cstdio>
+#include <ctime>
+
+#include "app/log.hpp"
+#include "app/process_usage.hpp"
+#include "runtime/realtime.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr Duration kPeriod = 100ms;
+constexpr Duration kHealthPeriod = 1s;
+constexpr Duration kRealtimeStall = 500ms;   // a fixed-rate thread that ticks no more often is stuck
+constexpr Duration kConnectStall = 12s;      // the lidar's start-up sequence, resets included
+constexpr Duration kStaleAfter = 1s;         // without a sample
+constexpr Duration kClockStep = 500ms;
+
+const char* const kStateNames[] = {"ABSENT", "OPENING", "STREAMING", "STALE", "FAULT"};
+const char* const kLocalisationNames[] = {"initialising", "localised", "degraded", "lost"};
+
+counter_t counter(const std::string& name, std::uint64_t value) {
+  counter_t c{};
+  c.name = name;
+  c.value = static_cast<std::int64_t>(value);
+  return c;
+}
+
+stage_health_t stage(const std::string& name, const LatencyHistogram& histogram) {
+  const auto summary = histogram.summary();
+  stage_health_t s{};
+  s.name = name;
+  s.count = summary.count;
+  s.p50_us = summary.p50_us;
+  s.p99_us = summary.p99_us;
+  s.max_us = summary.max_us;
+  return s;
+}
+
+}  // namespace
+
+Supervisor::Supervisor(const Config& config)
+    : config_(config),
+      estimator_(config_, exchange_),
+      mapper_(config_, exchange_, clock_),
+      bus_(config_, exchange_, clock_) {
+  const bool own_base = config_.base_device.source == "device";
+  if (own_base) base_ = std::make_unique<BaseThread>(config_, exchange_);
+  if (config_.lidar_device.source == "device") lidar_ = std::make_unique<LidarThread>(config_, exchange_);
+
+  constexpr double kLidarRate = 5.5, kLcmRate = 0.0;  // [Hz] 0: whatever comes
+  if (lidar_) devices_.push_back({"lidar", &lidar_->driver().status(), kLidarRate, "", 0});
+  if (config_.lidar_device.source == "lcm") devices_.push_back({"lidar", &bus_.lidarStatus(), kLcmRate, "", 0});
+  if (own_base) devices_.push_back({"base", &base_->board().wheelStatus(), config_.base_device.mileage_rate, "", 0});
+  if (config_.base_device.source == "lcm") devices_.push_back({"base", &bus_.wheelStatus(), kLcmRate, "", 0});
+  if (config_.imu_device.source == "device") {
+    devices_.push_back({"imu", &base_->board().imuStatus(), config_.base_device.imu_rate, "", 0});
+  }
+  if (config_.imu_device.source == "lcm") devices_.push_back({"imu", &bus_.imuStatus(), kLcmRate, "", 0});
+
+  watched_ = {{&estimator_.worker(), kRealtimeStall}, {&mapper_.worker(), 2s}, {&bus_.worker(), 2s}};
+  if (base_) watched_.push_back({&base_->worker(), kRealtimeStall});
+  if (lidar_) watched_.push_back({&lidar_->worker(), kConnectStall});
+}
+
+void Supervisor::start() {
+  if (config_.runtime.realtime) {
+    const std::string problem = lockMemory();
+    if (!problem.empty()) logWarning(problem);
+  }
+  started_ = monotonicNow();
+  next_health_ = started_ + kHealthPeriod;
+  for (Watched& watched : watched_) {
+    watched.moved = started_;
+    watched.worker->start();
+  }
+  sd_notify(0, "READY=1");
+  logInfo("running, version " SLAMD_VERSION);
+}
+
+int Supervisor::run() {
+  start();
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  const timespec period{0, static_cast<long>(kPeriod.count())};
+  while (sigtimedwait(&signals, nullptr, &period) < 0) {
+    const Timestamp now = monotonicNow();
+    exchange_.pose_for_supervisor.load(snapshot_);
+    logDeviceChanges();
+    warnOnce();
+    watch(now);
+    if (now >= next_health_) sendHealth(now);
+  }
+  stop();
+  return 0;
+}
+
+void Supervisor::stop() {
+  sd_notify(0, "STOPPING=1");
+  logInfo("stopping");
+  for (Watched& watched : watched_) watched.worker->requestStop();  // all at once, then wait for each
+  for (Watched& watched : watched_) {
+    if (watched.worker != &mapper_.worker()) watched.worker->stop();
+  }
+  if (lidar_) lidar_->driver().stop();
+  if (base_) base_->board().stop();
+  mapper_.worker().stop();
+  mapper_.save();
+}
+
+void Supervisor::watch(Timestamp now) {
+  const Worker* stuck = nullptr;
+  for (Watched& watched : watched_) {
+    const std::uint64_t ticks = watched.worker->ticks();
+    if (ticks != watched.ticks) {
+      watched.ticks = ticks;
+      watched.moved = now;
+    } else if (now - watched.moved > watched.limit) {
+      stuck = watched.worker;
+    }
+  }
+  if (stuck == nullptr) sd_notify(0, "WATCHDOG=1");
+  if (stuck != nullptr && !stalled_) logError("thread " + stuck->name() + " does not tick: watchdog not fed");
+  stalled_ = stuck != nullptr;
+}
+
+void Supervisor::warnOnce() {
+  if (!warned_ && estimator_.worker().ticks() > 0) {
+    warned_ = true;
+    if (!estimator_.worker().warning().empty()) logWarning(estimator_.worker().warning());
+  }
+  if (!clock_step_logged_ && std::chrono::abs(clock_.drift()) > kClockStep) {
+    clock_step_logged_ = true;
+    logWarning("the wall clock was set; stamps go on from the old one");
+  }
+  if (!bus_logged_ && !bus_.connected() && monotonicNow() - started_ > 1s) {
+    bus_logged_ = true;
+    logWarning("LCM has no multicast route, nothing is published; mend: ip link set lo multicast on && "
+               "ip route add 224.0.0.0/4 dev lo");
+  }
+}
+
+std::string Supervisor::reasonOf(const Device& device, Timestamp now) const {
+  const auto state = device.status->state.load(std::memory_order_acquire);
+  const std::int64_t last = device.status->last_sample_ns.load(std::memory_order_relaxed);
+  const Duration age = now - Timestamp(Duration(last));
+  const std::string reason = device.status->reason.load(std::memory_order_relaxed);
+  if (last == 0 || age < kStaleAfter) return reason;
+  char text[64];
+  std::snprintf(text, sizeof text, "no data for %.1f s", toSeconds(age));
+  return state == DeviceState::kStreaming ? std::string(text) + ", port present" : std::string(text) + ", " + reason;
+}
+
+void Supervisor::logDeviceChanges() {
+  for (Device& device : devices_) {
+    const auto state = device.status->state.load(std::memory_order_acquire);
+    const std::string reason = device.status->reason.load(std::memory_order_relaxed);
+    const std::string text = std::string(kStateNames[static_cast<int>(state)]) + (reason.empty() ? "" : ": ") + reason;
+    // A device that fails to open goes through OPENING at each try: only news is logged.
+    if (state == DeviceState::kOpening || text == device.logged) continue;
+    device.logged = text;
+    state == DeviceState::kStreaming ? logInfo(device.name + " " + text) : logWarning(device.name + " " + text);
+  }
+}
+
+std::string Supervisor::summary(Timestamp now) const {
+  std::string text = std::string("pose ") + kLocalisationNames[static_cast<int>(snapshot_.pose.state)];
+  for (const Device& device : devices_) {
+    const std::string reason = reasonOf(device, now);
+    if (!reason.empty()) text += "; " + device.name + ": " + reason;
+  }
+  if (!bus_.connected()) text += "; LCM: no multicast route";
+  return text;
+}
+
+void Supervisor::sendHealth(Timestamp now) {
+  next_health_ += kHealthPeriod;
+  health_t health{};
+  health.utime = clock_.utime(now);
+  health.uptime = toSeconds(now - started_);
+  health.localisation = static_cast<std::uint8_t>(snapshot_.pose.state);
+  health.summary = summary(now);
+  const double cpu = cpuSeconds();
+  health.cpu = cpu - cpu_;
+  cpu_ = cpu;
+  health.memory_mb = residentMegabytes();
+  const std::string& file = config_.output.map.empty() ? config_.output.record : config_.output.map;
+  health.disk_free_mb = file.empty() ? -1.0 : diskFreeMegabytes(file);
+
+  for (Device& device : devices_) {
+    device_health_t d{};
+    d.name = device.name;
+    d.state = static_cast<std::uint8_t>(device.status->state.load(std::memory_order_acquire));
+    d.reason = reasonOf(device, now);
+    const std::int64_t last = device.status->last_sample_ns.load(std::memory_order_relaxed);
+    d.age = last == 0 ? -1.0 : toSeconds(now - Timestamp(Duration(last)));
+    const bool silent = d.age > toSeconds(kStaleAfter);
+    if (silent && d.state == static_cast<std::uint8_t>(DeviceState::kStreaming)) {
+      d.state = static_cast<std::uint8_t>(DeviceState::kStale);
+    }
+    d.samples = device.status->samples.load(std::memory_order_relaxed);
+    d.rate = static_cast<double>(d.samples - device.samples) / toSeconds(kHealthPeriod);
+    device.samples = d.samples;
+    d.expected = device.expected;
+    d.rejects = device.status->rejects.load(std::memory_order_relaxed);
+    health.devices.push_back(std::move(d));
+  }
+  for (const Watched& watched : watched_) {
+    health.stages.push_back(stage(watched.worker->name() + ".work", watched.worker->duration()));
+    if (watched.worker->rate() > 0.0) {
+      health.stages.push_back(stage(watched.worker->name() + ".late", watched.worker->lateness()));
+      health.counters.push_back(counter(watched.worker->name() + ".overruns", watched.worker->overruns()));
+    }
+    health.counters.push_back(counter(watched.worker->name() + ".ticks", watched.worker->ticks()));
+  }
+  for (const auto& [name, histogram] : {std::pair("match", &exchange_.match), {"scan_work", &exchange_.scan_work},
+                                        {"scan_to_pose", &exchange_.scan_to_pose}, {"map", &exchange_.map_update}}) {
+    health.stages.push_back(stage(name, *histogram));
+  }
+  const LocalizerCounters& l = snapshot_.counters;
+  const EkfCounters& f = snapshot_.filter;
+  for (const counter_t& c :
+       {counter("scans", l.scans), counter("scans.matched", l.matched), counter("scans.partly_observable", l.partly_observable),
+        counter("scans.unmatched", l.unmatched), counter("scans.gated", l.gated), counter("scans.retimed", l.scans_retimed),
+        counter("scans.too_late", l.scans_too_late), counter("keyframes", l.keyframes),
+        counter("samples.late", l.samples_late), counter("samples.too_old", l.samples_too_old),
+        counter("ekf.wheels_rejected", f.wheels_rejected), counter("ekf.gyro_rejected", f.gyro_rejected),
+        counter("ekf.poses_rejected", f.poses_rejected), counter("ekf.standstill_updates", f.standstill_updates),
+        counter("drops.scans", exchange_.scans.drops()), counter("drops.wheels", exchange_.wheels.drops()),
+        counter("drops.imu", exchange_.imu.drops()), counter("drops.keyframes", exchange_.keyframes.drops()),
+        counter("lcm.published", static_cast<std::uint64_t>(exchange_.published.load())),
+        counter("lcm.failures", static_cast<std::uint64_t>(exchange_.publish_failures.load())),
+        counter("lcm.bad_messages", static_cast<std::uint64_t>(exchange_.bad_messages.load()))}) {
+    health.counters.push_back(c);
+  }
+  health.ndevices = static_cast<std::int32_t>(health.devices.size());
+  health.nstages = static_cast<std::int32_t>(health.stages.size());
+  health.ncounters = static_cast<std::int32_t>(health.counters.size());
+  exchange_.health.tryPush(health);
+  exchange_.bus_wakeup.notify();
+  sd_notify(0, ("STATUS=" + health.summary).c_str());
+}
+
+}  // namespace slam

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/bus_thread.hpp"
+#include "app/config.hpp"
+#include "app/devices.hpp"
+#include "app/estimator_thread.hpp"
+#include "app/exchange.hpp"
+#include "app/mapper_thread.hpp"
+
+namespace slam {
+
+/// Owns all threads of the daemon. Logs what the real-time threads may not, feeds systemd's watchdog only while every
+/// thread ticks, sends SLAM_HEALTH, and stops all on SIGINT or SIGTERM.
+class Supervisor {
+ public:
+  /// @throws std::exception when something that a restart cannot mend is missing
+  explicit Supervisor(const Config& config);
+
+  /// Runs until a signal. The calling thread must have SIGINT and SIGTERM blocked. @return exit code
+  int run();
+
+ private:
+  /// One device as the supervisor sees it, whatever thread feeds it.
+  struct Device {
+    std::string name;
+    DeviceStatus* status;
+    double expected;  // [Hz]
+    std::string logged;  // state and reason logged last
+    std::int64_t samples = 0;  // at the last health message
+  };
+  struct Watched {
+    Worker* worker;
+    Duration limit;  // between two ticks
+    std::uint64_t ticks = 0;
+    Timestamp moved{};
+  };
+
+  void start();
+  void stop();
+  void watch(Timestamp now);
+  void logDeviceChanges();
+  void warnOnce();
+  void sendHealth(Timestamp now);
+  std::string reasonOf(const Device& device, Timestamp now) const;
+  std::string summary(Timestamp now) const;
+
+  const Config config_;
+  WallClock clock_;
+  Exchange exchange_;
+  std::unique_ptr<BaseThread> base_;
+  std::unique_ptr<LidarThread> lidar_;
+  EstimatorThread estimator_;
+  MapperThread mapper_;
+  BusThread bus_;
+  std::vector<Device> devices_;
+  std::vector<Watched> watched_;
+  PoseSnapshot snapshot_;
+  Timestamp started_{}, next_health_{};
+  double cpu_ = 0.0;  // [s] at the last health message
+  bool stalled_ = false, warned_ = false, clock_step_logged_ = false, bus_logged_ = false;
+};
+
+}  // namespace slam

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/config_loader.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <string>
+#include <unistd.h>
+#include <vector>
+
+#include "app/config_values.hpp"
+
+namespace slam {
+namespace {
+
+using test::differences;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::MatchesRegex;
+using testing::StartsWith;
+
+/// The lines of the refusal; empty when the text is accepted.
+std::vector<std::string> problemsOf(const std::string& text, const std::vector<std::string>& overrides = {}) {
+  try {
+    parseConfig(text, "robot.toml", overrides);
+    return {};
+  } catch (const ConfigError& error) {
+    std::vector<std::string> lines(1);
+    for (const char* c = error.what(); *c != 0; ++c) {
+      if (*c == '\n') {
+        lines.emplace_back();
+      } else {
+        lines.back() += *c;
+      }
+    }
+    if (lines.back().empty()) lines.pop_back();
+    return lines;
+  }
+}
+
+/// A text with one bad value and what its refusal begins with.
+struct BadText {
+  const char* what;
+  const char* text;
+  const char* place;
+};
+void PrintTo(const BadText& bad, std::ostream* out) { *out << bad.what; }
+
+class RefusedText : public testing::TestWithParam<BadText> {};
+
+TEST_P(RefusedText, IsNamedWithItsPlace) {
+  EXPECT_THAT(problemsOf(GetParam().text), ElementsAre(StartsWith(GetParam().place))) << GetParam().text;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    ParseConfig, RefusedText,
+    testing::Values(BadText{"UnknownKey", "[lidar]\n  range_mux = 3.0\n", "robot.toml:2:3: lidar.range_mux: "},
+                    BadText{"UnknownSection", "[lidr]\nx = 1.0\n", "robot.toml:1:"},
+                    BadText{"KeyOutsideOfSections", "range_max = 3.0\n", "robot.toml:1:1: range_max: "},
+                    BadText{"TextForNumber", "[lidar]\nrange_max = \"3\"\n", "robot.toml:2:"},
+                    BadText{"BooleanForNumber", "[lidar]\nrange_max = true\n", "robot.toml:2:"},
+                    BadText{"FractionForInteger", "[lidar]\nbaud = 115200.5\n", "robot.toml:2:"},
+                    BadText{"NumberForBoolean", "[lcm]\ncommands = 1\n", "robot.toml:2:"},
+                    BadText{"NumberForText", "[lidar]\nport = 1\n", "robot.toml:2:"},
+                    BadText{"ListForNumber", "[lidar]\nrange_max = [3.0]\n", "robot.toml:2:"},
+                    BadText{"TableForNumber", "[lidar.range_max]\nx = 3.0\n", "robot.toml:1:"},
+                    BadText{"NumberForSection", "lidar = 3\n", "robot.toml:1:"},
+                    BadText{"ListOfSections", "[[lidar]]\nrange_max = 3.0\n", "robot.toml:1:"},
+                    BadText{"UnknownChoice", "[lidar]\nsource = \"usb\"\n", "robot.toml:2:"},
+                    BadText{"TooLarge", "[lidar]\nrange_max = 201\n", "robot.toml:2:"},
+                    BadText{"TooSmall", "[lidar]\nrange_max = -1.0\n", "robot.toml:2:"},
+                    BadText{"NaN", "[lidar]\nrange_max = nan\n", "robot.toml:2:"},
+                    BadText{"NegativeNaN", "[lidar]\nrange_max = -nan\n", "robot.toml:2:"},
+                    BadText{"Infinity", "[lidar]\nrange_max = inf\n", "robot.toml:2:"},
+                    BadText{"NegativeInfinity", "[lidar]\nx = -inf\n", "robot.toml:2:"},
+                    BadText{"IntegerThatWrapsAround", "[lidar]\nbaud = 4295082496\n", "robot.toml:2:"},
+                    BadText{"IntegerBeyond64Bits", "[lidar]\nbaud = 99999999999999999999\n", "robot.toml:2:"},
+                    BadText{"KeyTwice", "[lidar]\nx = 1.0\nx = 2.0\n", "robot.toml:3:"},
+                    BadText{"BrokenSyntax", "[lidar]\nrange_max == 3\n", "robot.toml:2:"},
+                    BadText{"InvalidUtf8", "[lidar]\nport = \"\xff\xfe\"\n", "robot.toml:2:"}),
+    [](const auto& info) { return std::string(info.param.what); });
+
+TEST(ParseConfig, GivesTheDefaultsForAnEmptyText) {
+  EXPECT_THAT(differences(parseConfig("", "robot.toml"), Config{}), IsEmpty());
+}
+
+TEST(ParseConfig, ChangesWhatTheTextNamesAndNothingElse) {
+  const Config config =
+      parseConfig("[lidar]\nrange_max = 8.5\nsource = \"lcm\"\n[lcm]\ncommands = true\n", "robot.toml");
+  EXPECT_EQ(config.localizer.lidar.range_max, 8.5);
+  EXPECT_EQ(config.lidar_device.source, "lcm");
+  EXPECT_TRUE(config.lcm.commands);
+  EXPECT_THAT(differences(config, Config{}), ElementsAre("lcm.commands", "lidar.range_max", "lidar.source"));
+}
+
+TEST(ParseConfig, TakesAnIntegerForANumber) {
+  EXPECT_EQ(parseConfig("[lidar]\nrange_max = 8\n", "robot.toml").localizer.lidar.range_max, 8.0);
+}
+
+TEST(ParseConfig, TakesTheEndsOfARange) {
+  EXPECT_THAT(problemsOf("[lidar]\nrange_max = 200.0\nx = -5.0\ny = 5\nbaud = 9600\n"), IsEmpty());
+}
+
+TEST(ParseConfig, ReadsLineEndsOfWindows) { EXPECT_THAT(problemsOf("[lidar]\r\nrange_max = 8.5\r\n"), IsEmpty()); }
+
+TEST(ParseConfig, AsksDidYouMean) {
+  EXPECT_THAT(problemsOf("[lidar]\nrange_mux = 3.0\n"),
+              ElementsAre(AllOf(HasSubstr("did you mean"), HasSubstr("range_max"))));
+  EXPECT_THAT(problemsOf("[lidr]\n"), ElementsAre(AllOf(HasSubstr("did you mean"), HasSubstr("lidar"))));
+}
+
+TEST(ParseConfig, SaysHowToMendAValue) {
+  EXPECT_THAT(problemsOf("[lidar]\nrange_max = 201.0\n"),
+              ElementsAre(AllOf(HasSubstr("0.5"), HasSubstr("200"), HasSubstr("lidar.range_max"))));
+  EXPECT_THAT(problemsOf("[lidar]\nsource = \"usb\"\n"), ElementsAre(AllOf(HasSubstr("device"), HasSubstr("lcm"))));
+}
+
+TEST(ParseConfig, NamesAllProblemsAtOnceInTheOrderOfTheFile) {
+  auto problems = problemsOf(
+      "[lidar]\n"
+      "range_mux = 3.0\n"
+      "baud = \"fast\"\n"
+      "x = nan\n"
+      "[nonsense]\n"
+      "[lcm]\n"
+      "pose_rate = 1e9\n");
+  std::vector<std::string> places;
+  for (const std::string& problem : problems) places.push_back(problem.substr(0, sizeof("robot.toml:2") - 1));
+  EXPECT_THAT(places, testing::UnorderedElementsAre("robot.toml:2", "robot.toml:3", "robot.toml:4", "robot.toml:5",
+                                                    "robot.toml:7"));
+  EXPECT_THAT(problems, testing::Each(MatchesRegex("robot\\.toml:[0-9]+:[0-9]+: [a-z_.]+: .+; .+")));
+}
+
+TEST(Overrides, AreAppliedOverTheFile) {
+  const Config config = parseConfig("[lidar]\nrange_max = 8.0\n", "robot.toml",
+                                    {"lidar.range_max=9.5", "lcm.commands=true", "lidar.baud=256000"});
+  EXPECT_EQ(config.localizer.lidar.range_max, 9.5);
+  EXPECT_TRUE(config.lcm.commands);
+  EXPECT_EQ(config.lidar_device.baud, 256000);
+}
+
+TEST(Overrides, TakeTextWithAndWithoutQuotes) {
+  const Config config =
+      parseConfig("", "robot.toml", {"lidar.source=lcm", "lidar.port=\"/dev/tty lidar\"", "base.port=/dev/ttyUSB0"});
+  EXPECT_EQ(config.lidar_device.source, "lcm");
+  EXPECT_EQ(config.lidar_device.port, "/dev/tty lidar");
+  EXPECT_EQ(config.base_device.port, "/dev/ttyUSB0");
+}
+
+TEST(Overrides, MayHoldEqualSigns) {
+  EXPECT_EQ(parseConfig("", "robot.toml", {"lcm.url=udpm://239.255.76.68:7667?ttl=1"}).lcm.url,
+            "udpm://239.255.76.68:7667?ttl=1");
+}
+
+TEST(Overrides, AreCheckedLikeTheFileAndTogetherWithIt) {
+  for (const char* bad :
+       {"lidar.range_mux=3", "lidar.range_max=far", "lidar.range_max=1e9", "lidar.range_max=nan", "lidar.range_max",
+        "range_max=3", "lidar.range_max=", "=3", "", "nonsense.x=3", "lidar.baud=1]\n[lcm"}) {
+    EXPECT_EQ(problemsOf("", {bad}).size(), 1U) << bad;
+  }
+  EXPECT_EQ(problemsOf("[lidar]\nrange_mux = 1.0\n", {"lidar.range_mix=3", "lidar.x=9"}).size(), 3U);
+  EXPECT_THAT(problemsOf("", {"lidar.range_mux=3"}),
+              ElementsAre(AllOf(HasSubstr("lidar.range_mux"), HasSubstr("range_max"))));
+}
+
+TEST(LoadConfig, TakesEveryFileOfTheRepository) {
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(SLAMD_SOURCE_DIR) / "config")) {
+    if (entry.path().extension() != ".toml") continue;
+    ++files;
+    EXPECT_NO_THROW(loadConfig(entry.path())) << entry.path();
+  }
+  EXPECT_GE(files, 1);
+}
+
+TEST(LoadConfig, NamesTheFileInItsRefusal) {
+  const std::string path = testing::TempDir() + "slamd_config_" + std::to_string(getpid()) + ".toml";
+  std::ofstream(path) << "[lidar]\nrange_max = 1e9\n";
+  try {
+    loadConfig(path);
+    ADD_FAILURE() << "not refused";
+  } catch (const ConfigError& error) {
+    EXPECT_THAT(error.what(), StartsWith(path + ":2:"));
+  }
+  std::filesystem::remove(path);
+}
+
+TEST(LoadConfig, RefusesAMissingFileByName) {
+  try {
+    loadConfig("/nonexistent/robot.toml");
+    ADD_FAILURE() << "not refused";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("/nonexistent/robot.toml"));
+  }
+  EXPECT_THROW(loadConfig(testing::TempDir()), std::runtime_error) << "a folder";
+}
+
+}  // namespace
+}  // namespace slam

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/config_printer.hpp"
+
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <iterator>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include "app/config_loader.hpp"
+#include "app/config_values.hpp"
+
+namespace slam {
+namespace {
+
+using test::differences;
+
+/// Moves every key away from its default, to values that are hard to print.
+class Change : public ConfigVisitor {
+ public:
+  void section(const char*, const char*) override {}
+  void field(const FieldInfo&, double& value, double min, double max) override { value = min + (max - min) / 3.0; }
+  void field(const FieldInfo&, int& value, int min, int) override { value = min; }
+  void field(const FieldInfo&, bool& value) override { value = !value; }
+  void field(const FieldInfo&, std::string& value, const std::vector<std::string>& choices) override {
+    value = choices.empty() ? "/a b/\"quoted\"\\new\n\ttab # no comment \u00e9\x01" : choices.back();
+  }
+};
+
+std::string textOf(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  EXPECT_TRUE(in.good()) << path << " is missing";
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(PrintConfig, IsReadBackToTheSameValues) {
+  Config config;
+  EXPECT_THAT(differences(parseConfig(printConfig(config), "printed"), config), testing::IsEmpty());
+  Change change;
+  visitConfig(config, change);
+  EXPECT_THAT(differences(parseConfig(printConfig(config), "printed"), config), testing::IsEmpty());
+  EXPECT_EQ(printConfig(parseConfig(printConfig(config), "printed")), printConfig(config));
+}
+
+TEST(PrintConfig, KeepsTheEnds) {
+  for (const bool upper : {false, true}) {
+    class ToEnd : public Change {
+     public:
+      explicit ToEnd(bool to_max) : to_max_(to_max) {}
+      void field(const FieldInfo&, double& value, double min, double max) override { value = to_max_ ? max : min; }
+      void field(const FieldInfo&, int& value, int min, int max) override { value = to_max_ ? max : min; }
+      using Change::field;
+
+     private:
+      bool to_max_;
+    };
+    Config config;
+    ToEnd to_end(upper);
+    visitConfig(config, to_end);
+    EXPECT_THAT(differences(parseConfig(printConfig(config), "printed"), config), testing::IsEmpty());
+  }
+}
+
+TEST(PrintTemplate, IsTheFileInTheRepository) {
+  EXPECT_TRUE(textOf(std::string(SLAMD_SOURCE_DIR) + "/config/slamd.toml") == printTemplate())
+      << "write it anew: slamd --print-template > config/slamd.toml";
+}
+
+TEST(PrintTemplate, SetsNothing) {
+  EXPECT_THAT(differences(parseConfig(printTemplate(), "template"), Config{}), testing::IsEmpty());
+}
+
+TEST(PrintTemplate, HoldsEveryKeyReadyToUncomment) {
+  const std::string text = printTemplate();
+  const std::string uncommented = std::regex_replace(text, std::regex("(^|\n)#([a-z_0-9]+ = )"), "$1$2");
+  EXPECT_THAT(differences(parseConfig(uncommented, "template"), Config{}), testing::IsEmpty());
+  const std::regex key_line("\n[a-z_0-9]+ = ");
+  const auto keys = std::distance(std::sregex_iterator(uncommented.begin(), uncommented.end(), key_line), {});
+  EXPECT_EQ(static_cast<std::size_t>(keys), test::valuesOf(Config{}).size());
+}
+
+}  // namespace
+}  // namespace slam

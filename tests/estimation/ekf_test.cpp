@@ -1,0 +1,422 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimation/ekf.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+#include <limits>
+#include <random>
+
+#include "support/allocations.hpp"
+
+namespace slam {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+const EkfConfig kConfig;
+
+void expectHealthy(const Ekf& ekf, const char* after) {
+  ASSERT_TRUE(ekf.state().allFinite()) << after << ": " << ekf.state().transpose();
+  const Ekf::Matrix& P = ekf.covariance();
+  ASSERT_TRUE(P.allFinite()) << after << '\n' << P;
+  const Ekf::Vector sigma = P.diagonal().cwiseSqrt();
+  ASSERT_GT(P.diagonal().minCoeff(), 0.0) << after << '\n' << P;
+  const Ekf::Vector inverse = sigma.cwiseInverse();
+  const Ekf::Matrix correlation = inverse.asDiagonal() * P * inverse.asDiagonal();  // of one scale whatever the units
+  ASSERT_LT((correlation - correlation.transpose()).cwiseAbs().maxCoeff(), 1e-9) << after << '\n' << correlation;
+  const Eigen::SelfAdjointEigenSolver<Ekf::Matrix> solver(correlation, Eigen::EigenvaluesOnly);
+  ASSERT_GT(solver.eigenvalues().minCoeff(), -1e-12) << after << '\n' << correlation;  // -rounding
+}
+
+/// Drives a filter with wheels at 50 Hz and a gyro at 100 Hz; what they read may differ from each other.
+struct Drive {
+  Ekf ekf;
+  double speed = 0.0, wheel_rate = 0.0, gyro = 0.0;
+  double wheel_noise = 0.0, gyro_noise = 0.0;
+  bool has_gyro = true, turn_rate_known = true;
+  std::mt19937 random{1};
+
+  explicit Drive(const EkfConfig& config = kConfig) : ekf(config) {}
+
+  void run(double seconds) {
+    std::normal_distribution<double> normal;
+    const int cycles = static_cast<int>(std::lround(seconds / 0.02));
+    for (int i = 0; i < cycles; ++i) {
+      const double readings[] = {gyro + gyro_noise * normal(random), gyro + gyro_noise * normal(random)};
+      ekf.updateWheels({speed + wheel_noise * normal(random), 0.0, wheel_rate + wheel_noise * normal(random)},
+                       turn_rate_known, milliseconds(20),
+                       has_gyro ? std::optional((readings[0] + readings[1]) / 2) : std::nullopt);
+      for (const double reading : readings) {
+        ekf.predict(ekf.stamp() + milliseconds(10));
+        if (has_gyro) ekf.updateGyro(reading);
+      }
+    }
+  }
+};
+
+Eigen::Matrix3d randomRotation(std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  return Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random))
+      .normalized()
+      .toRotationMatrix();
+}
+
+PoseMeasurement measured(const Pose2& pose, const Eigen::Vector3d& sigma) {
+  PoseMeasurement measurement;
+  measurement.T_map_base = pose;
+  measurement.covariance = sigma.array().square().matrix().asDiagonal();
+  return measurement;
+}
+
+TEST(Ekf, StaysFiniteSymmetricAndPositiveDefiniteUnderAnyInput) {
+  constexpr double kExtremes[] = {0.0,   -0.0,  1e-300, -1e-12, 1e6,
+                                  -1e12, 1e150, 1e200,  -1e300, std::numeric_limits<double>::max(),
+                                  kNan,  kInf,  -kInf};
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(0.0, 1.0);
+    std::normal_distribution<double> normal;
+    const double wild = seed <= 5 ? 0.0 : 0.05;  // share of extreme values
+    const auto value = [&](double scale) {
+      return uniform(random) < wild ? kExtremes[random() % std::size(kExtremes)] : scale * normal(random);
+    };
+    Ekf ekf(kConfig, Timestamp(milliseconds(1000)));
+    ekf.predict(ekf.stamp() + milliseconds(1));
+    for (int step = 0; step < 2000; ++step) {
+      const char* what = "predict";
+      switch (random() % 5) {
+        case 0:
+          ekf.predict(ekf.stamp() +
+                      fromSeconds(wild > 0 && random() % 50 == 0 ? 1e4 * normal(random) : 0.05 * uniform(random)));
+          break;
+        case 1:
+          what = "updateWheels";
+          ekf.updateWheels({value(0.5), value(0.01), value(1.0)}, random() % 4 != 0,
+                           fromSeconds(random() % 20 == 0 ? 0.0 : 0.1 * uniform(random)),
+                           random() % 2 == 0 ? std::optional(value(1.0)) : std::nullopt);
+          break;
+        case 2:
+          what = "updateGyro";
+          ekf.updateGyro(value(1.0));
+          break;
+        case 3: {
+          what = "updatePose";
+          PoseMeasurement measurement = measured(ekf.pose() * Pose2{value(0.05), value(0.05), value(0.02)},
+                                                 {value(0.05), value(0.05), value(0.02)});
+          measurement.directions = randomRotation(random);
+          measurement.observable = static_cast<int>(random() % 4);
+          if (random() % 20 == 0) measurement.covariance.setZero();  // as if it were exact
+          ekf.updatePose(measurement);
+          break;
+        }
+        default:
+          what = "setPose";
+          if (random() % 20 == 0) ekf.setPose({normal(random), normal(random), 3 * normal(random)}, {0.1, 0.2, 0.3});
+      }
+      expectHealthy(ekf, what);
+      if (testing::Test::HasFatalFailure()) FAIL() << "seed " << seed << " step " << step;
+    }
+  }
+}
+
+TEST(Ekf, NumbersThatAreNoneChangeNothing) {
+  Drive drive;
+  drive.speed = 0.3;
+  drive.run(1.0);
+  const auto changesNothing = [&](auto&& update) {
+    Ekf ekf = drive.ekf;
+    return update(ekf) != UpdateResult::kFused && ekf.state() == drive.ekf.state() &&
+           ekf.covariance() == drive.ekf.covariance();
+  };
+  for (const double bad : {kNan, kInf, -kInf}) {
+    const auto wheels = [](const Twist2& twist) {
+      return [=](Ekf& ekf) { return ekf.updateWheels(twist, true, milliseconds(20), 0.0); };
+    };
+    const auto match = [](const Pose2& pose, const Eigen::Vector3d& sigma) {
+      return [=](Ekf& ekf) { return ekf.updatePose(measured(pose, sigma)); };
+    };
+    EXPECT_TRUE(changesNothing([&](Ekf& ekf) { return ekf.updateGyro(bad); })) << bad;
+    EXPECT_TRUE(changesNothing(wheels({bad, 0, 0}))) << bad;
+    EXPECT_TRUE(changesNothing(wheels({0, 0, bad}))) << bad;
+    EXPECT_TRUE(changesNothing(match({bad, 0, 0}, {0.1, 0.1, 0.1}))) << bad;
+    EXPECT_TRUE(changesNothing(match({0, 0, bad}, {0.1, 0.1, 0.1}))) << bad;
+    EXPECT_TRUE(changesNothing(match(drive.ekf.pose(), {bad, 0.1, 0.1}))) << bad;
+  }
+}
+
+TEST(Ekf, LearnsTheGyroBiasAtStandstillFromNoisyReadings) {
+  Drive drive;
+  drive.gyro = 0.02;
+  drive.gyro_noise = 0.003;
+  drive.run(20.0);
+  EXPECT_TRUE(drive.ekf.standstill());
+  EXPECT_GT(drive.ekf.counters().standstill_updates, 100U);
+  EXPECT_NEAR(drive.ekf.gyroBias(), 0.02, 5e-4);
+  EXPECT_LT(std::sqrt(drive.ekf.covariance()(Ekf::kGyroBias, Ekf::kGyroBias)), 2e-3);
+  const Pose2 rested = drive.ekf.pose();
+  drive.run(60.0);  // the heading then stays although the gyro says 69 degrees
+  EXPECT_NEAR(drive.ekf.pose().theta, rested.theta, 0.01);
+  EXPECT_LT(between(rested, drive.ekf.pose()).translation().norm(), 0.005);
+}
+
+TEST(Ekf, FollowsANoisyArc) {
+  Drive drive;
+  drive.speed = 0.4;
+  drive.wheel_rate = drive.gyro = 0.3;
+  drive.wheel_noise = 0.01;
+  drive.gyro_noise = 0.005;
+  drive.run(1.0);
+  const Pose2 start = drive.ekf.pose();
+  drive.run(10.0);
+  const Pose2 error = between(start * exp({4.0, 0.0, 3.0}), drive.ekf.pose());
+  EXPECT_LT(error.translation().norm(), 0.04);
+  EXPECT_LT(std::abs(error.theta), 0.02);
+  EXPECT_FALSE(drive.ekf.slip());
+  EXPECT_FALSE(drive.ekf.standstill());
+  EXPECT_EQ(drive.ekf.counters().wheels_rejected + drive.ekf.counters().gyro_rejected, 0U);
+}
+
+TEST(Ekf, MovesAlongTheArcOfItsTwistBetweenSamples) {
+  Drive drive;
+  drive.speed = 0.5;
+  drive.wheel_rate = drive.gyro = -1.0;
+  drive.run(2.0);
+  const Pose2 start = drive.ekf.pose();
+  const Twist2 twist = drive.ekf.twist();
+  EXPECT_NEAR(twist.vx, 0.5, 1e-3);
+  EXPECT_NEAR(twist.omega, -1.0, 2e-2);
+  for (const double seconds : {0.1, 0.3}) {
+    Ekf coasting = drive.ekf;
+    coasting.predict(coasting.stamp() + fromSeconds(seconds));
+    const Pose2 error = between(start * exp(seconds * Eigen::Vector3d{twist.vx, 0, twist.omega}), coasting.pose());
+    EXPECT_LT(error.vector().cwiseAbs().maxCoeff(), 1e-9);
+  }
+}
+
+TEST(Ekf, AnUncertainHeadingBecomesAnUncertainPlace) {
+  Drive drive;
+  drive.speed = 0.5;
+  drive.run(0.5);
+  drive.ekf.setPose({1, 2, 0.8}, {0.01, 0.01, 0.1});
+  drive.run(4.0);  // 2 m straight ahead: sideways sigma of 2 m * 0.1 rad
+  const Eigen::Vector2d sideways{-std::sin(0.8), std::cos(0.8)};
+  const double variance = sideways.dot(drive.ekf.covariance().topLeftCorner<2, 2>() * sideways);
+  EXPECT_GT(std::sqrt(variance), 0.2);
+  EXPECT_LT(std::sqrt(variance), 0.3);
+}
+
+TEST(Ekf, DoesNotCoastForeverNorBackInTime) {
+  Drive drive;
+  drive.speed = 1.0;
+  drive.run(2.0);
+  Ekf ekf = drive.ekf;
+  ekf.predict(ekf.stamp() - milliseconds(100));
+  EXPECT_EQ(ekf.stamp(), drive.ekf.stamp());
+  EXPECT_EQ(ekf.state(), drive.ekf.state());
+  EXPECT_EQ(ekf.covariance(), drive.ekf.covariance());
+
+  ekf.predict(ekf.stamp() + milliseconds(30'000));
+  EXPECT_NEAR(between(drive.ekf.pose(), ekf.pose()).x, kConfig.max_coast, 0.05);
+  EXPECT_EQ(ekf.stamp(), drive.ekf.stamp() + milliseconds(30'000));
+
+  Ekf stepped = drive.ekf;
+  for (int i = 0; i < 300; ++i) stepped.predict(stepped.stamp() + milliseconds(100));
+  EXPECT_NEAR(between(drive.ekf.pose(), stepped.pose()).x, kConfig.max_coast, 0.05);
+}
+
+TEST(Ekf, FlagsSlippingWheelsAndDistrustsThem) {
+  Drive drive;
+  drive.speed = 0.3;
+  drive.gyro_noise = 0.003;
+  drive.run(2.0);
+  ASSERT_FALSE(drive.ekf.slip());
+  const double sure = drive.ekf.covariance()(Ekf::kSpeed, Ekf::kSpeed);
+  const double heading = drive.ekf.pose().theta;
+
+  drive.wheel_rate = 1.0;  // one wheel spins; the gyro knows that the robot does not turn
+  drive.run(0.5);
+  EXPECT_TRUE(drive.ekf.slip());
+  EXPECT_GT(drive.ekf.covariance()(Ekf::kSpeed, Ekf::kSpeed), 4 * sure);
+  drive.run(2.0);
+  EXPECT_NEAR(drive.ekf.pose().theta, heading, 0.05);
+
+  drive.wheel_rate = 0.0;
+  drive.run(2.0);
+  EXPECT_FALSE(drive.ekf.slip());
+}
+
+TEST(Ekf, AWrongTrackWidthIsNoSlip) {
+  Drive drive;
+  drive.speed = 0.3;
+  drive.gyro = 2.0;
+  drive.wheel_rate = 2.0 * 1.05;
+  drive.gyro_noise = 0.003;
+  for (int i = 0; i < 500; ++i) {
+    drive.run(0.02);
+    ASSERT_FALSE(drive.ekf.slip()) << i;
+  }
+}
+
+TEST(Ekf, WheelsNeverChangeTheGyroBias) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  Drive drive;
+  drive.speed = 0.5;
+  drive.wheel_rate = 0.45;  // a systematic error of the wheels
+  drive.gyro = 0.5;
+  drive.gyro_noise = 0.005;
+  for (int i = 0; i < 500; ++i) {
+    drive.run(0.02);
+    const Ekf before = drive.ekf;
+    drive.ekf.updateWheels({0.5 + 0.1 * normal(random), 0, 0.45 + 0.1 * normal(random)}, true, milliseconds(20),
+                           0.5 + 0.01 * normal(random));
+    ASSERT_EQ(drive.ekf.gyroBias(), before.gyroBias());
+    ASSERT_NEAR(drive.ekf.covariance()(Ekf::kGyroBias, Ekf::kGyroBias),
+                before.covariance()(Ekf::kGyroBias, Ekf::kGyroBias), 1e-15);
+  }
+}
+
+TEST(Ekf, TurnsByTheWheelsOnlyWhenThereIsNoGyro) {
+  Drive wheels_only;
+  wheels_only.has_gyro = false;
+  wheels_only.speed = 0.3;
+  wheels_only.wheel_rate = 0.5;
+  wheels_only.run(3.0);
+  EXPECT_NEAR(wheels_only.ekf.twist().omega, 0.5, 0.01);
+
+  Drive both;
+  both.speed = 0.3;
+  both.wheel_rate = 0.5;
+  both.gyro = 0.52;  // less than slip
+  both.run(3.0);
+  EXPECT_NEAR(both.ekf.pose().theta, 3.0 * 0.52, 0.02);
+
+  Drive speed_only;
+  speed_only.has_gyro = speed_only.turn_rate_known = false;
+  speed_only.speed = 0.3;
+  speed_only.wheel_rate = 0.5;
+  speed_only.run(3.0);
+  EXPECT_EQ(speed_only.ekf.pose().theta, 0.0);
+  EXPECT_NEAR(speed_only.ekf.twist().vx, 0.3, 0.01);
+}
+
+TEST(Ekf, GatesLetTheConfiguredShareOfGoodMeasurementsPass) {
+  EkfConfig config;
+  config.gate_probability = 0.9;
+  std::mt19937 random(4);
+  std::normal_distribution<double> normal;
+  for (int observable = 1; observable <= 3; ++observable) {
+    int rejected = 0;
+    constexpr int kTrials = 4000;
+    for (int i = 0; i < kTrials; ++i) {
+      Ekf ekf(config);
+      ekf.setPose({1, 2, 0.5}, {0.03, 0.04, 0.02});
+      PoseMeasurement measurement = measured({1 + 0.05 * normal(random), 2 + std::hypot(0.04, 0.06) * normal(random),
+                                              0.5 + std::hypot(0.02, 0.01) * normal(random)},
+                                             {0.04, 0.06, 0.01});
+      measurement.observable = observable;
+      const UpdateResult result = ekf.updatePose(measurement);
+      EXPECT_EQ(ekf.counters().poses_rejected, result == UpdateResult::kRejected ? 1U : 0U);
+      EXPECT_EQ(ekf.counters().poses_fused, result == UpdateResult::kFused ? 1U : 0U);
+      rejected += result == UpdateResult::kRejected;
+    }
+    EXPECT_NEAR(rejected, 0.1 * kTrials, 100) << observable;  // 5 sigma
+  }
+}
+
+TEST(Ekf, AnOutlierIsCountedAndChangesNothing) {
+  Drive drive;
+  drive.speed = 0.3;
+  drive.run(1.0);
+  drive.ekf.setPose({}, {0.02, 0.02, 0.01});
+  const Ekf before = drive.ekf;
+  EXPECT_EQ(drive.ekf.updatePose(measured({1.0, 0, 0}, {0.02, 0.02, 0.01})), UpdateResult::kRejected);
+  EXPECT_EQ(drive.ekf.updateGyro(50.0), UpdateResult::kRejected);
+  EXPECT_EQ(drive.ekf.counters().poses_rejected, before.counters().poses_rejected + 1);
+  EXPECT_EQ(drive.ekf.counters().gyro_rejected, before.counters().gyro_rejected + 1);
+  EXPECT_EQ(drive.ekf.state(), before.state());
+  EXPECT_EQ(drive.ekf.covariance(), before.covariance());
+}
+
+TEST(Ekf, ABlindDirectionLearnsNothing) {
+  std::mt19937 random(5);
+  for (int i = 0; i < 200; ++i) {
+    Ekf ekf(kConfig);
+    const Pose2 pose{1, -2, 0.5};
+    ekf.setPose(pose, {0.1, 0.1, 0.1});  // round, so that no correlation carries over from the seen directions
+    PoseMeasurement measurement = measured(pose, {0.02, 0.03, 0.01});
+    measurement.directions = randomRotation(random);
+    measurement.observable = 1 + i % 2;
+    Eigen::Vector3d innovation = 0.05 * measurement.directions.col(0);
+    for (int blind = measurement.observable; blind < 3; ++blind) innovation += 1.0 * measurement.directions.col(blind);
+    measurement.T_map_base = Pose2::fromVector(pose.vector() + innovation);
+
+    ASSERT_EQ(ekf.updatePose(measurement), UpdateResult::kFused);
+
+    for (int j = 0; j < 3; ++j) {
+      const Eigen::Vector3d u = measurement.directions.col(j);
+      const double variance = u.dot(ekf.covariance().topLeftCorner<3, 3>() * u);
+      const double moved = u.dot(ekf.pose().vector() - pose.vector());
+      if (j < measurement.observable) {
+        EXPECT_LT(variance, 0.5 * 0.01);
+      } else {
+        EXPECT_NEAR(variance, 0.01, 1e-12);
+        EXPECT_NEAR(moved, 0.0, 1e-12);
+      }
+      if (j == 0) {
+        EXPECT_GT(moved, 0.02);
+      }
+    }
+  }
+}
+
+TEST(Ekf, AMeasurementThatSeesNothingIsUseless) {
+  Ekf ekf(kConfig);
+  ekf.setPose({}, {0.1, 0.1, 0.1});
+  const Ekf before = ekf;
+  PoseMeasurement measurement = measured({0.05, 0.05, 0.05}, {0.01, 0.01, 0.01});
+  measurement.observable = 0;
+  EXPECT_EQ(ekf.updatePose(measurement), UpdateResult::kUseless);
+  EXPECT_EQ(ekf.state(), before.state());
+  EXPECT_EQ(ekf.covariance(), before.covariance());
+}
+
+TEST(Ekf, FusesTwoHeadingsAcrossTheHalfTurn) {
+  Ekf ekf(kConfig);
+  ekf.setPose({0, 0, 3.13}, {0.1, 0.1, 0.05});
+  ASSERT_EQ(ekf.updatePose(measured({0, 0, -3.13}, {0.1, 0.1, 0.05})), UpdateResult::kFused);
+  EXPECT_NEAR(std::abs(ekf.pose().theta), std::numbers::pi, 1e-6);  // half way
+}
+
+TEST(Ekf, SetPoseKeepsTheBiasAndSetsTheUncertainty) {
+  Drive drive;
+  drive.gyro = 0.01;
+  drive.run(10.0);
+  const Ekf before = drive.ekf;
+  drive.ekf.setPose({4, 5, 6}, {0.1, 0.2, 0.3});
+  EXPECT_NEAR(drive.ekf.pose().x, 4, 1e-12);
+  EXPECT_NEAR(drive.ekf.pose().y, 5, 1e-12);
+  EXPECT_NEAR(drive.ekf.pose().theta, wrapAngle(6), 1e-12);
+  const Eigen::Matrix3d expected = Eigen::Vector3d{0.01, 0.04, 0.09}.asDiagonal();
+  EXPECT_LT((drive.ekf.covariance().topLeftCorner<3, 3>() - expected).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_EQ(drive.ekf.gyroBias(), before.gyroBias());
+  EXPECT_EQ(drive.ekf.covariance()(Ekf::kGyroBias, Ekf::kGyroBias),
+            before.covariance()(Ekf::kGyroBias, Ekf::kGyroBias));
+  expectHealthy(drive.ekf, "setPose");
+}
+
+TEST(Ekf, DoesNotAllocate) {
+  Drive drive;
+  EXPECT_EQ(test::allocationsDuring([&] {
+              drive.run(2.0);
+              drive.ekf.updatePose(measured(drive.ekf.pose(), {0.1, 0.1, 0.1}));
+              drive.ekf.setPose({}, {0.1, 0.1, 0.1});
+            }),
+            0U);
+}
+
+}  // namespace
+}  // namespace slam
