@@ -64,6 +64,7 @@ void visitEkf(EkfConfig& ekf, EkfTimelineConfig& timeline, ConfigVisitor& v) {
   v.field({"translation_drift", "m per sqrt(s)", "of the position, always"}, ekf.translation_drift, 1e-6, 0.1);
   v.field({"wheel_speed_sigma", "m/s", "of one wheel sample"}, ekf.wheel_speed_sigma, 1e-4, 1.0);
   v.field({"wheel_turn_rate_sigma", "rad/s", "of one wheel sample"}, ekf.wheel_turn_rate_sigma, 1e-4, 5.0);
+  v.field({"wheel_turn_rate_sigma_gyro", "rad/s", "the same while a gyro runs"}, ekf.wheel_turn_rate_sigma_gyro, 1e-4, 5.0);
   v.field({"wheel_turn_rate_scale", "1", "relative error of the wheels' turn rate"}, ekf.wheel_turn_rate_scale, 0.0, 1.0);
   v.field({"gyro_sigma", "rad/s", "of one gyro sample"}, ekf.gyro_sigma, 1e-5, 1.0);
   v.field({"gyro_timeout", "s", "without a gyro sample the wheels give the turn rate"}, ekf.gyro_timeout, 0.01, 10.0);

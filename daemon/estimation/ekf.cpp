@@ -116,10 +116,10 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
   if (turn_rate_known && !slip_) {
     Eigen::Matrix<double, 2, 6> H = Eigen::Matrix<double, 2, 6>::Zero();
     H(0, kSpeed) = H(1, kTurnRate) = 1.0;
-    const Eigen::Matrix2d R =
-        Eigen::Vector2d(square(c.wheel_speed_sigma),
-                        square(c.wheel_turn_rate_sigma) + square(c.wheel_turn_rate_scale * twist.omega))
-            .asDiagonal();
+    const double turn_sigma = gyroActive() ? c.wheel_turn_rate_sigma_gyro : c.wheel_turn_rate_sigma;
+    const Eigen::Matrix2d R = Eigen::Vector2d(square(c.wheel_speed_sigma),
+                                              square(turn_sigma) + square(c.wheel_turn_rate_scale * twist.omega))
+                                  .asDiagonal();
     const Eigen::Vector2d innovation(twist.vx - x_[kSpeed], twist.omega - x_[kTurnRate]);
     result = correct<2>(innovation, H, R, true, true);
   } else {
@@ -139,12 +139,21 @@ UpdateResult Ekf::updateGyro(double rate) {
   standstill_.addGyro(stamp_, rate, x_[kGyroBias], config_->standstill);
   Eigen::Matrix<double, 1, 6> H = Eigen::Matrix<double, 1, 6>::Zero();
   H(0, kTurnRate) = H(0, kGyroBias) = 1.0;
+  // While driving, the predicted turn rate comes from the wheels: learning the bias from the difference would let their
+  // systematic errors in again. The bias is learned at standstill and from matched scans.
   const UpdateResult result =
       correct<1>(Eigen::Matrix<double, 1, 1>(rate - x_[kTurnRate] - x_[kGyroBias]), H,
-                 Eigen::Matrix<double, 1, 1>(square(config_->gyro_sigma)), false, true);
+                 Eigen::Matrix<double, 1, 1>(square(config_->gyro_sigma)), !standstill(), true);
   ++(result == UpdateResult::kFused ? counters_.gyro_fused : counters_.gyro_rejected);
   gyro_stamp_ = stamp_;
   return result;
+}
+
+bool Ekf::standstill() const {
+  // At start the gyro's bias is unknown and would turn the pose for as long as standstill takes to be believed. Wheels
+  // that do not move are then the better word from their first sample on.
+  const bool bias_known = P_(kGyroBias, kGyroBias) < square(0.5 * config_->initial_gyro_bias_sigma);
+  return standstill_.active(stamp_, bias_known ? config_->standstill.min_time : 0.0);
 }
 
 void Ekf::updateStandstill() {

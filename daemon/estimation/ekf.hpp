@@ -26,6 +26,8 @@ struct EkfConfig {
   double translation_drift = 0.005;              ///< [m per sqrt(s)] always
   double wheel_speed_sigma = 0.01;               ///< [m/s] of one wheel sample
   double wheel_turn_rate_sigma = 0.05;           ///< [rad/s] of one wheel sample
+  double wheel_turn_rate_sigma_gyro = 0.3;       ///< [rad/s] the same while a gyro runs: a slipping wheel lies by as
+                                                 ///< much, and must not make the gyro look wrong
   double wheel_turn_rate_scale = 0.05;           ///< [1] error of wheel turn rate per turn rate
   double gyro_sigma = 0.005;                     ///< [rad/s] of one gyro sample
   double gyro_timeout = 0.2;                     ///< [s] without a gyro sample the wheels give the turn rate
@@ -75,7 +77,7 @@ class Ekf {
   /// track) would pass for it, so its gain is zero (a "considered" state, Schmidt 1966).
   UpdateResult updateWheels(const Twist2& twist, bool turn_rate_known, Duration interval,
                             std::optional<double> gyro_mean);
-  /// Gyro about z [rad/s], h = omega + b_g.
+  /// Gyro about z [rad/s], h = omega + b_g. Corrects the bias at standstill only, for the same reason.
   UpdateResult updateGyro(double rate);
   /// A matched scan, along its observable directions only.
   UpdateResult updatePose(const PoseMeasurement& measurement);
@@ -90,7 +92,7 @@ class Ekf {
   const Vector& state() const { return x_; }
   const Matrix& covariance() const { return P_; }
   bool slip() const { return slip_; }
-  bool standstill() const { return standstill_.active(stamp_, config_->standstill); }
+  bool standstill() const;
   const EkfCounters& counters() const { return counters_; }
 
  private:

@@ -23,8 +23,9 @@ class Standstill {
   /// @param rate reading of the gyro [rad/s]; @param bias its present bias estimate [rad/s]
   void addGyro(Timestamp stamp, double rate, double bias, const StandstillConfig& config);
 
-  bool active(Timestamp now, const StandstillConfig& config) const {
-    return quiet_since_ && toSeconds(now - *quiet_since_) >= config.min_time;
+  /// @param min_time [s] quiet for so long is standstill
+  bool active(Timestamp now, double min_time) const {
+    return quiet_since_ && toSeconds(now - *quiet_since_) >= min_time;
   }
 
  private:

@@ -64,7 +64,8 @@ const std::vector<LogEvent>& someEvents() {
   static const std::vector<LogEvent> events = [] {
     std::vector<LogEvent> list;
     for (int i = 0; i < 8; ++i) {
-      Bytes data(static_cast<std::size_t>(5 + 7 * i));
+      // No length damaged as below leads from one record to the begin of another, which no reader could tell.
+      Bytes data(static_cast<std::size_t>(6 + 11 * i));
       for (std::size_t k = 0; k < data.size(); ++k)
         data[k] = static_cast<std::uint8_t>(31 * k + static_cast<unsigned>(i));
       list.push_back({1'700'000'000'000'000 + 1000 * i, i % 2 ? "SLAM_WHEELS" : "SLAM_SCAN", data});

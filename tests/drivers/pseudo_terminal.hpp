@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <fcntl.h>
+#include <filesystem>
+#include <poll.h>
+#include <span>
+#include <stdexcept>
+#include <stdlib.h>  // NOLINT: posix_openpt
+#include <string>
+#include <termios.h>
+#include <thread>
+#include <unistd.h>
+#include <vector>
+
+#include "runtime/clock.hpp"
+
+namespace slam::test {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// The device's end of a raw pseudo-terminal, held behind a link as udev does, so that a device can be plugged in again
+/// under the same name.
+class PseudoTerminal {
+ public:
+  PseudoTerminal() {
+    static int count = 0;
+    link_ = std::filesystem::temp_directory_path() /
+            ("slamd_pty_" + std::to_string(getpid()) + "_" + std::to_string(count++));
+    plug();
+  }
+  ~PseudoTerminal() {
+    unplug();
+    std::filesystem::remove(link_);
+  }
+  PseudoTerminal(const PseudoTerminal&) = delete;
+  PseudoTerminal& operator=(const PseudoTerminal&) = delete;
+
+  const std::string& path() const { return link_; }
+  bool plugged() const { return master_ >= 0; }
+
+  void plug() {
+    unplug();
+    master_ = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    if (master_ < 0 || grantpt(master_) != 0 || unlockpt(master_) != 0) throw std::runtime_error("no pseudo-terminal");
+    const std::string slave = ptsname(master_);
+    keeper_ = open(slave.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);  // keeps the line up while nobody has it open
+    termios settings{};
+    tcgetattr(keeper_, &settings);
+    cfmakeraw(&settings);
+    tcsetattr(keeper_, TCSANOW, &settings);
+    std::filesystem::remove(link_);
+    std::filesystem::create_symlink(slave, link_);
+  }
+  /// What a pulled cable is to the computer: hang-up, and no such device.
+  void unplug() {
+    if (master_ < 0) return;
+    close(keeper_);
+    close(master_);
+    master_ = keeper_ = -1;
+    std::filesystem::remove(link_);
+  }
+
+  /// Bytes that arrive within `timeout`, empty if none.
+  Bytes read(Duration timeout) {
+    Bytes bytes(4096);
+    pollfd descriptor{master_, POLLIN, 0};
+    const timespec limit{timeout.count() / 1'000'000'000, timeout.count() % 1'000'000'000};
+    const ssize_t size = ppoll(&descriptor, 1, &limit, nullptr) == 1 ? ::read(master_, bytes.data(), bytes.size()) : 0;
+    bytes.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
+    return bytes;
+  }
+  /// Drops what does not fit, as a UART does.
+  void write(std::span<const std::uint8_t> bytes) {
+    if (master_ >= 0 && ::write(master_, bytes.data(), bytes.size()) < 0) return;
+  }
+
+ private:
+  std::string link_;
+  int master_ = -1, keeper_ = -1;
+};
+
+/// Polls a condition of another thread. @return false when it did not come true in time
+template <typename Condition>
+[[nodiscard]] bool waitUntil(Condition&& condition, Duration limit = std::chrono::seconds(20)) {
+  const Timestamp deadline = monotonicNow() + limit;
+  while (!condition()) {
+    if (monotonicNow() > deadline) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return true;
+}
+
+}  // namespace slam::test

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "mapping/map_files.hpp"
+
+#include <cstdio>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <map>
+#include <random>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <unistd.h>
+
+namespace slam {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+
+class MapFiles : public testing::Test {
+ protected:
+  MapFiles() {
+    folder_ = fs::path(testing::TempDir()) / ("slamd_map_files_" + std::to_string(getpid()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~MapFiles() override { fs::remove_all(folder_); }
+
+  fs::path file(const std::string& name) const { return folder_ / name; }
+  std::string content(const std::string& name) const {
+    std::ifstream stream(file(name), std::ios::binary);
+    EXPECT_TRUE(stream) << name;
+    return {std::istreambuf_iterator<char>(stream), {}};
+  }
+  void put(const std::string& name, const std::string& text) const {
+    std::ofstream(file(name), std::ios::binary) << text;
+  }
+  /// @return what the error of reading `name` says; empty without an error
+  std::string readError(const std::string& name) const {
+    try {
+      readMapFiles(file(name));
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return {};
+  }
+
+  fs::path folder_;
+};
+
+MapImage randomImage(int width, int height) {
+  std::mt19937 random(1);
+  MapImage image{
+      .width = width, .height = height, .resolution = 0.05, .origin_x = -12.35, .origin_y = 3.7, .cells = {}};
+  constexpr std::uint8_t kValues[] = {MapImage::kOccupied, MapImage::kFree, MapImage::kUnknown};
+  for (int i = 0; i < width * height; ++i) image.cells.push_back(kValues[random() % 3]);
+  return image;
+}
+
+void expectSame(const MapImage& actual, const MapImage& expected) {
+  EXPECT_EQ(actual.width, expected.width);
+  EXPECT_EQ(actual.height, expected.height);
+  EXPECT_NEAR(actual.resolution, expected.resolution, 1e-9);
+  EXPECT_NEAR(actual.origin_x, expected.origin_x, 1e-6);
+  EXPECT_NEAR(actual.origin_y, expected.origin_y, 1e-6);
+  EXPECT_EQ(actual.cells, expected.cells);
+}
+
+constexpr char kYaml[] =
+    "image: map.pgm\nmode: trinary\nresolution: 0.05\norigin: [-1, -2, 0]\nnegate: 0\noccupied_thresh: 0.65\n"
+    "free_thresh: 0.196\n";
+
+std::string pgm(const std::string& header, std::initializer_list<int> values) {
+  std::string text = header;
+  for (const int value : values) text.push_back(static_cast<char>(value));
+  return text;
+}
+
+TEST_F(MapFiles, WhatWasWrittenIsReadBack) {
+  for (const auto& [width, height] : {std::pair{1, 1}, {37, 21}, {1, 300}, {300, 1}}) {
+    const MapImage image = randomImage(width, height);
+    writeMapFiles(file("map"), image);
+    expectSame(readMapFiles(file("map.yaml")), image);
+  }
+}
+
+TEST_F(MapFiles, ThePgmHasItsFirstRowAtTheTop) {
+  MapImage image{.width = 2, .height = 3, .cells = std::vector<std::uint8_t>(6, MapImage::kUnknown)};
+  image.at(0, 2) = MapImage::kOccupied;  // upper left
+  image.at(1, 0) = MapImage::kFree;      // lower right
+  writeMapFiles(file("map"), image);
+  const std::string bytes = content("map.pgm");
+  std::istringstream header(bytes);
+  std::string magic;
+  int width = 0, height = 0, maximum = 0;
+  header >> magic >> width >> height >> maximum;
+  EXPECT_EQ(magic, "P5");
+  EXPECT_EQ(width, 2);
+  EXPECT_EQ(height, 3);
+  EXPECT_EQ(maximum, 255);
+  ASSERT_GT(bytes.size(), 6U);
+  EXPECT_EQ(bytes.substr(bytes.size() - 6), pgm("", {0, 205, 205, 205, 205, 254}));
+}
+
+TEST_F(MapFiles, TheYamlSaysWhatMapServerNeeds) {
+  writeMapFiles(file("map"), randomImage(4, 5));
+  std::istringstream yaml(content("map.yaml"));
+  std::map<std::string, std::string> values;
+  for (std::string line; std::getline(yaml, line);) {
+    if (const auto colon = line.find(": "); colon != std::string::npos)
+      values[line.substr(0, colon)] = line.substr(colon + 2);
+  }
+  EXPECT_EQ(values["image"], "map.pgm");  // beside the yaml, so that both can be moved
+  EXPECT_EQ(values["mode"], "trinary");
+  EXPECT_EQ(values["negate"], "0");
+  EXPECT_EQ(values["occupied_thresh"], "0.65");
+  EXPECT_EQ(values["free_thresh"], "0.196");
+  EXPECT_DOUBLE_EQ(std::stod(values["resolution"]), 0.05);
+  double x = 0, y = 0, yaw = 1;
+  ASSERT_EQ(std::sscanf(values["origin"].c_str(), "[%lf, %lf, %lf]", &x, &y, &yaw), 3);
+  EXPECT_DOUBLE_EQ(x, -12.35);
+  EXPECT_DOUBLE_EQ(y, 3.7);
+  EXPECT_EQ(yaw, 0.0);
+}
+
+TEST_F(MapFiles, WritesThreeFilesAndLeavesNoOthers) {
+  const std::vector<Eigen::Vector2d> path{{-12.0, 3.8}, {-11.0, 4.0}, {1e6, -1e6}};   // also beyond the image
+  for (int i = 0; i < 2; ++i) writeMapFiles(file("map"), randomImage(20, 10), path);  // the second over the first
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder_)) names.push_back(entry.path().filename());
+  EXPECT_THAT(names, testing::UnorderedElementsAre("map.yaml", "map.pgm", "map.png"));
+  EXPECT_EQ(content("map.png").substr(0, 4), "\x89PNG");
+}
+
+TEST_F(MapFiles, ADotInThePrefixIsNoExtension) {
+  writeMapFiles(file("map.2024"), randomImage(3, 3));
+  expectSame(readMapFiles(file("map.2024.yaml")), randomImage(3, 3));
+}
+
+TEST_F(MapFiles, ReadsTheFilesOfOthers) {
+  put("map.yaml", kYaml);
+  put("map.pgm", pgm("P5\n# CREATOR: map_saver 0.05 m/pix\n2 2\n255\n", {0, 10, 205, 250}));
+  const MapImage image = readMapFiles(file("map.yaml"));
+  EXPECT_EQ(image.cells, (std::vector<std::uint8_t>{0, 0, 205, 254}));  // in the three values
+  EXPECT_EQ(image.origin_x, -1.0);
+  EXPECT_EQ(image.origin_y, -2.0);
+}
+
+TEST_F(MapFiles, MissingFilesAreNamed) {
+  EXPECT_THAT(readError("absent.yaml"), HasSubstr("absent.yaml"));
+  put("map.yaml", kYaml);
+  EXPECT_THAT(readError("map.yaml"), HasSubstr("map.pgm"));
+}
+
+TEST_F(MapFiles, BrokenImagesAreNamed) {
+  put("map.yaml", kYaml);
+  for (const std::string& broken :
+       {std::string(), std::string("P5\n2"), pgm("P5\n2 2\n255\n", {0, 0, 0}), std::string("P2\n2 1\n255\n0 0\n"),
+        pgm("P5\n-2 -2\n255\n", {0, 0, 0, 0}), pgm("P5\n2 2\n65535\n", {0, 0, 0, 0, 0, 0, 0, 0}),
+        std::string("P5\n2000000000 2000000000\n255\n"), pgm("P5\n0 2\n255\n", {})}) {
+    put("map.pgm", broken);
+    EXPECT_THAT(readError("map.yaml"), HasSubstr("map.pgm")) << broken;
+  }
+}
+
+TEST_F(MapFiles, MissingKeysInTheYamlAreNamed) {
+  writeMapFiles(file("map"), randomImage(5, 4));
+  const std::string whole = content("map.yaml");
+  for (const char* key : {"image", "resolution", "origin"}) {
+    std::istringstream lines(whole);
+    std::string without;
+    for (std::string line; std::getline(lines, line);)
+      if (!line.starts_with(key)) without += line + '\n';
+    put("map.yaml", without);
+    EXPECT_THAT(readError("map.yaml"), AllOf(HasSubstr("map.yaml"), HasSubstr(key)));
+  }
+}
+
+TEST_F(MapFiles, BrokenNumbersInTheYamlAreNamed) {
+  put("map.pgm", pgm("P5\n1 1\n255\n", {0}));
+  for (const auto& [good, bad] : {std::pair{"0.05", "wide"},
+                                  {"0.05", "0"},
+                                  {"0.05", "-1"},
+                                  {"0.05", "nan"},
+                                  {"[-1, -2, 0]", "[-1"},
+                                  {"trinary", "scale"}}) {
+    std::string yaml = kYaml;
+    yaml.replace(yaml.find(good), std::string(good).size(), bad);
+    put("map.yaml", yaml);
+    EXPECT_THAT(readError("map.yaml"), HasSubstr("map.yaml")) << bad;
+  }
+}
+
+TEST_F(MapFiles, AFileThatCannotBeWrittenIsNamed) {
+  try {
+    writeMapFiles(file("no_such_folder") / "map", randomImage(2, 2));
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("no_such_folder"));
+  }
+}
+
+}  // namespace
+}  // namespace slam

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "runtime/worker.hpp"
+
+#include <chrono>
+#include <gtest/gtest.h>
+#include <thread>
+
+#include "runtime/clock.hpp"
+
+namespace slam {
+namespace {
+
+using std::chrono::milliseconds;
+
+template <typename Condition>
+[[nodiscard]] bool waitUntil(Condition&& condition, Duration limit = std::chrono::seconds(20)) {
+  const Timestamp deadline = monotonicNow() + limit;
+  while (!condition()) {
+    if (monotonicNow() > deadline) return false;
+    std::this_thread::sleep_for(milliseconds(1));
+  }
+  return true;
+}
+
+TEST(Worker, DoesNotRunBeforeItsStart) {
+  Worker worker({.name = "idle", .rate = 1000.0}, [] { FAIL(); });
+  EXPECT_EQ(worker.ticks(), 0U);
+  EXPECT_EQ(worker.name(), "idle");
+  EXPECT_EQ(worker.rate(), 1000.0);
+  worker.stop();  // nothing to stop
+}
+
+TEST(Worker, TicksAtAFixedRate) {
+  const Timestamp begin = monotonicNow();
+  std::atomic<int> calls{0};
+  Worker worker({.name = "ticker", .rate = 200.0}, [&] { ++calls; });
+  worker.start();
+  ASSERT_TRUE(waitUntil([&] { return worker.ticks() >= 20; }));
+  worker.stop();
+  const auto elapsed = toSeconds(monotonicNow() - begin);
+  EXPECT_LE(static_cast<double>(worker.ticks()), elapsed * 200.0 + 1.0) << "never faster than its rate";
+  EXPECT_EQ(worker.ticks(), static_cast<std::uint64_t>(calls));
+  EXPECT_EQ(worker.duration().summary().count, calls);
+  EXPECT_GE(worker.lateness().summary().count, calls - 1);
+  EXPECT_EQ(worker.warning(), "") << "normal scheduling needs no rights";
+}
+
+TEST(Worker, CountsAnOverrunAndSkipsTheDeadlinesItMissed) {
+  constexpr double kRate = 50.0;
+  std::atomic<bool> hold{false}, held{false};
+  Worker worker({.name = "slow", .rate = kRate}, [&] {
+    if (!hold) return;
+    held = true;
+    held.notify_all();
+    hold.wait(true);
+  });
+  worker.start();
+  ASSERT_TRUE(waitUntil([&] { return worker.ticks() >= 2; }));
+  const std::uint64_t overruns = worker.overruns();
+  hold = true;
+  held.wait(false);
+  const Timestamp blocked = monotonicNow();
+  ASSERT_TRUE(waitUntil([&] { return monotonicNow() - blocked > milliseconds(500); }));  // 25 deadlines pass
+  const std::uint64_t before = worker.ticks();
+  const Timestamp released = monotonicNow();
+  hold = false;
+  hold.notify_all();
+  ASSERT_TRUE(waitUntil([&] { return worker.ticks() >= before + 4; }));
+  const std::uint64_t after = worker.ticks();
+  const double elapsed = toSeconds(monotonicNow() - released);
+  EXPECT_GT(worker.overruns(), overruns);
+  EXPECT_LE(static_cast<double>(after - before), elapsed * kRate + 3.0) << "no burst";
+  worker.stop();
+  EXPECT_GE(worker.duration().summary().max_us, 500e3);
+}
+
+TEST(Worker, WithoutARateCallsItsBodyAgainAtOnce) {
+  std::atomic<int> permits{0}, calls{0};
+  std::atomic<bool> quit{false};
+  Worker worker({.name = "free"}, [&] {
+    while (permits == 0 && !quit) std::this_thread::yield();
+    if (quit) return;
+    --permits;
+    ++calls;
+  });
+  worker.start();
+  permits = 500;
+  EXPECT_TRUE(waitUntil([&] { return calls == 500; }));
+  worker.requestStop();
+  EXPECT_TRUE(worker.stopping());
+  quit = true;
+  worker.stop();
+  EXPECT_EQ(calls, 500);
+  EXPECT_EQ(worker.lateness().summary().count, 0);
+  EXPECT_EQ(worker.overruns(), 0U);
+}
+
+TEST(Worker, EndsWhenItsBodyAsksForIt) {
+  Worker* self = nullptr;
+  int calls = 0;
+  Worker worker({.name = "once", .rate = 1000.0}, [&] {
+    ++calls;
+    self->requestStop();
+  });
+  self = &worker;
+  worker.start();
+  ASSERT_TRUE(waitUntil([&] { return worker.stopping().load(); }));
+  worker.stop();
+  EXPECT_EQ(calls, 1);
+}
+
+TEST(Worker, IsJoinedByStopAndByItsDestructor) {
+  int plain = 0;  // read after the join: ThreadSanitizer would object otherwise
+  {
+    std::atomic<bool> ran{false};
+    Worker worker({.name = "joined", .rate = 1000.0}, [&] {
+      ++plain;
+      ran = true;
+    });
+    worker.start();
+    ASSERT_TRUE(waitUntil([&] { return ran.load(); }));
+  }
+  EXPECT_GE(plain, 1);
+}
+
+TEST(Worker, SaysWhatStandsInTheWayOfRealTimeScheduling) {
+  Worker worker({.name = "realtime", .rate = 1000.0, .priority = 10}, [] {});
+  worker.start();
+  ASSERT_TRUE(waitUntil([&] { return worker.ticks() > 0; }));
+  worker.stop();
+  if (worker.warning().empty()) GTEST_SKIP() << "this process may use SCHED_FIFO";
+  EXPECT_GT(worker.warning().size(), 10U);
+}
+
+}  // namespace
+}  // namespace slam

@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/convert/formats.hpp"
+
+#include <cmath>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "bus/channels.hpp"
+#include "bus/checked_decode.hpp"
+#include "bus/messages.hpp"
+#include "tools/convert/text_file.hpp"
+#include "tools/files.hpp"
+
+namespace slam {
+namespace {
+
+using test::Folder;
+using test::recorded;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+struct Log {
+  std::vector<std::int64_t> event_times;
+  std::vector<std::int64_t> scan_utimes;
+  std::vector<LaserScan> scans;
+  std::vector<WheelSample> wheels;
+  int imu = 0;
+};
+
+Log readLog(const std::filesystem::path& path) {
+  Log log;
+  EventLogReader reader(path);
+  for (LogEvent event; reader.next(event);) {
+    log.event_times.push_back(event.utime);
+    if (event.channel == channel::kScan) {
+      const auto message = decodeChecked<scan_t>(event.data);
+      const auto scan = message ? fromMessage(*message) : std::nullopt;
+      EXPECT_TRUE(scan);
+      if (!scan) continue;
+      log.scan_utimes.push_back(message->utime);
+      log.scans.push_back(*scan);
+    } else if (event.channel == channel::kWheels) {
+      const auto message = decodeChecked<wheels_t>(event.data);
+      const auto sample = message ? fromMessage(*message) : std::nullopt;
+      EXPECT_TRUE(sample);
+      if (sample) log.wheels.push_back(*sample);
+    } else if (event.channel == channel::kImu) {
+      ++log.imu;
+      const auto message = decodeChecked<imu_t>(event.data);
+      EXPECT_TRUE(message && fromMessage(*message));
+    }
+  }
+  return log;
+}
+
+/// @param ranges as text, so that a test can write anything
+std::string flaser(const std::vector<std::string>& ranges, const std::string& stamp, const std::string& odometry) {
+  std::string line = "FLASER " + std::to_string(ranges.size());
+  for (const std::string& range : ranges) line += " " + range;
+  return line + " 9 9 9 " + odometry + " " + stamp + " host 0.1\n";
+}
+std::string flaser(std::size_t beams, const std::string& stamp, const std::string& odometry = "1 2 0.5") {
+  return flaser(std::vector<std::string>(beams, "3.25"), stamp, odometry);
+}
+
+class Carmen : public testing::Test {
+ protected:
+  Log convert(const std::string& text) {
+    report_ = convertCarmen(folder_.write("in.clf", text), folder_ / "out.lcm");
+    return readLog(folder_ / "out.lcm");
+  }
+  const Folder folder_;
+  ConvertReport report_;
+};
+
+TEST_F(Carmen, TakesTheOdometryOfFlaserLinesNotTheirFirstPose) {
+  const Log log = convert(flaser(180, "100.5") + "ODOM 3 4 -0.5 0.1 0.2 0 101.25 host 0.2\n");
+  EXPECT_EQ(report_.scans, 1);
+  EXPECT_EQ(report_.wheels, 2);
+  EXPECT_EQ(report_.rejected, 0);
+  ASSERT_EQ(log.wheels.size(), 2U);
+  EXPECT_EQ(log.wheels[0].T_wheels_base, (Pose2{1, 2, 0.5}));
+  EXPECT_EQ(log.wheels[1].T_wheels_base, (Pose2{3, 4, -0.5}));
+  EXPECT_EQ(log.wheels[1].stamp, fromMicroseconds(101'250'000));
+  EXPECT_THAT(log.scan_utimes, ElementsAre(100'500'000));
+}
+
+TEST_F(Carmen, SpreadsTheBeamsOver180Degrees) {
+  const struct {
+    std::size_t beams;
+    double step;  // [deg]
+  } cases[] = {{180, 1.0}, {181, 1.0}, {360, 0.5}, {361, 0.5}};
+  for (const auto& [beams, step] : cases) {
+    const Log log = convert(flaser(beams, "100.5"));
+    ASSERT_EQ(log.scans.size(), 1U) << beams;
+    const auto scan = log.scans[0].beams();
+    ASSERT_EQ(scan.size(), beams);
+    EXPECT_NEAR(scan[0].bearing, -90 * kDegree, 1e-5) << beams;
+    for (std::size_t i = 1; i < beams; ++i) EXPECT_NEAR(scan[i].bearing - scan[i - 1].bearing, step * kDegree, 1e-5);
+    EXPECT_FLOAT_EQ(scan[7].range, 3.25F);
+    EXPECT_TRUE(log.scans[0].isReturn(scan[7]));
+  }
+}
+
+TEST_F(Carmen, TakesCodesAndNonsenseForNoReturn) {
+  for (const char* word : {"81.83", "81.91", "0", "0.00", "-1"}) {
+    std::vector<std::string> ranges(180, "3.25");
+    ranges[5] = word;
+    const Log log = convert(flaser(ranges, "100.5", "0 0 0"));
+    ASSERT_EQ(log.scans.size(), 1U) << word;
+    const auto beams = log.scans[0].beams();
+    EXPECT_FALSE(log.scans[0].isReturn(beams[5])) << word;
+    EXPECT_TRUE(log.scans[0].isReturn(beams[4]) && log.scans[0].isReturn(beams[6])) << word;
+  }
+}
+
+TEST_F(Carmen, LetsNoRangeThroughThatIsNotFinite) {
+  for (const char* word : {"nan", "-nan", "inf", "1e999"}) {
+    std::vector<std::string> ranges(180, "3.25");
+    ranges[5] = word;
+    const Log log = convert(flaser(180, "100.0") + flaser(ranges, "100.5", "0 0 0") + flaser(180, "101.0"));
+    EXPECT_EQ(report_.scans + report_.rejected, 3) << word;
+    EXPECT_EQ(log.scans.size(), static_cast<std::size_t>(report_.scans));
+    for (const LaserScan& scan : log.scans) {
+      for (const Beam& beam : scan.beams()) EXPECT_TRUE(std::isfinite(beam.range));
+    }
+  }
+}
+
+TEST_F(Carmen, CountsLinesThatItDoesNotUnderstandAndGoesOn) {
+  std::string cut = flaser(180, "100.1");
+  cut = cut.substr(0, cut.size() / 2) + "\n";
+  const Log log = convert("# comment\nPARAM robot_front_laser_max 81.9\n" + flaser(180, "100.0") + cut +
+                          "FLASER\nFLASER -5 1 2\nFLASER 99999999999 1 2\nFLASER x\nODOM 1 2\n"
+                          "ODOM nan 2 3 0 0 0 100.2 host 0\n" +
+                          flaser(180, "1e999") + flaser(180, "101.0"));
+  EXPECT_EQ(report_.scans, 2);
+  EXPECT_EQ(report_.rejected, 8);
+  EXPECT_THAT(report_.first_rejection, HasSubstr("in.clf:4"));
+  EXPECT_THAT(log.scan_utimes, ElementsAre(100'000'000, 101'000'000));
+}
+
+TEST_F(Carmen, KeepsTheOrderOfTheFileAndTheStampsAsRecorded) {
+  const Log log = convert(flaser(180, "100.0") + flaser(180, "100.3") + flaser(180, "100.1") + flaser(180, "100.1") +
+                          flaser(180, "100.4"));
+  EXPECT_THAT(log.scan_utimes, ElementsAre(100'000'000, 100'300'000, 100'100'000, 100'100'000, 100'400'000));
+  EXPECT_TRUE(std::is_sorted(log.event_times.begin(), log.event_times.end()));
+}
+
+TEST_F(Carmen, ReadsEveryDigitOfAStamp) {
+  EXPECT_THAT(convert(flaser(180, "976052857.278917")).scan_utimes, ElementsAre(976'052'857'278'917));
+}
+
+TEST_F(Carmen, ReadsLineEndsOfWindows) {
+  std::string text = flaser(180, "100.5");
+  text.insert(text.size() - 1, "\r");
+  EXPECT_EQ(convert(text).scans.size(), 1U);
+}
+
+TEST_F(Carmen, RefusesAFileWithoutSamples) {
+  EXPECT_THROW(convert(""), std::runtime_error);
+  EXPECT_THROW(convert("# nothing here\n"), std::runtime_error);
+  EXPECT_THROW(convertCarmen(folder_ / "missing.clf", folder_ / "out.lcm"), std::runtime_error);
+  EXPECT_THROW(convertCarmen(folder_.write("a.clf", flaser(180, "1")), "/nonexistent/out.lcm"), std::runtime_error);
+}
+
+TEST_F(Carmen, ComesBackFromOurLogAsItWent) {
+  std::string text;
+  for (int i = 0; i < 5; ++i) {
+    std::vector<std::string> ranges;
+    for (int k = 0; k < 180; ++k) ranges.push_back(k % 50 == 7 ? "81.83" : std::to_string(1 + 0.01 * k + 0.1 * i));
+    text +=
+        flaser(ranges, "976052857." + std::to_string(278'917 + 100'000 * i), "1.5 -2.25 " + std::to_string(0.1 * i));
+  }
+  const Log before = convert(text);
+  const ConvertReport back = convertToCarmen(folder_ / "out.lcm", folder_ / "back.clf");
+  EXPECT_EQ(back.scans, 5);
+  EXPECT_EQ(back.rejected, 0);
+  const Log after = convert(test::contentOf(folder_ / "back.clf"));
+  EXPECT_EQ(after.scan_utimes, before.scan_utimes);
+  ASSERT_EQ(after.scans.size(), 5U);
+  ASSERT_EQ(after.wheels.size(), 5U);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_NEAR(after.wheels[i].T_wheels_base.x, 1.5, 1e-6);
+    EXPECT_NEAR(after.wheels[i].T_wheels_base.y, -2.25, 1e-6);
+    EXPECT_NEAR(after.wheels[i].T_wheels_base.theta, 0.1 * static_cast<double>(i), 1e-6);
+    const auto a = before.scans[i].beams(), b = after.scans[i].beams();
+    ASSERT_EQ(b.size(), a.size());
+    for (std::size_t k = 0; k < a.size(); ++k) {
+      EXPECT_NEAR(b[k].bearing, a[k].bearing, 1e-4);
+      EXPECT_EQ(after.scans[i].isReturn(b[k]), before.scans[i].isReturn(a[k]));
+      if (before.scans[i].isReturn(a[k])) {
+        EXPECT_NEAR(b[k].range, a[k].range, 0.0051);
+      }
+    }
+  }
+}
+
+TEST(ConvertCsv, UnpacksRangeAndIntensityOfAWord) {
+  const Folder folder;
+  std::string scan = "# t_s then words\n1.5";
+  for (int i = 0; i < 361; ++i) scan += i == 10 ? ",8191" : i == 20 ? ",25026" : ",100";  // 25026 = (3 << 13) + 450
+  CsvInput in;
+  in.scans = folder.write("scans.csv", scan + "\n");
+  in.speed = folder.write("speed.csv", "t_s,v_m_s\n1.0,0\n1.5,1\n2.0,1\n2.5,1\n");
+  const ConvertReport report = convertCsv(in, folder / "out.lcm");
+  EXPECT_EQ(report.scans, 1);
+  EXPECT_EQ(report.wheels, 4);
+  EXPECT_EQ(report.rejected, 0);
+  const Log log = readLog(folder / "out.lcm");
+  ASSERT_EQ(log.scans.size(), 1U);
+  const auto beams = log.scans[0].beams();
+  ASSERT_EQ(beams.size(), 361U);
+  EXPECT_NEAR(beams[0].bearing, -90 * kDegree, 1e-5);
+  EXPECT_NEAR(beams[360].bearing, 90 * kDegree, 1e-5);
+  EXPECT_FALSE(log.scans[0].isReturn(beams[10]));
+  EXPECT_NEAR(beams[20].range, 4.5, 1e-5);
+  EXPECT_EQ(beams[20].intensity, 3.0F);
+  ASSERT_EQ(log.wheels.size(), 4U);
+  EXPECT_FALSE(log.wheels[0].turn_rate_known);
+  EXPECT_NEAR(log.wheels[3].T_wheels_base.x - log.wheels[2].T_wheels_base.x, 0.5, 1e-6);
+}
+
+// What shared/data/README.md says of each recording.
+
+double pathLength(const std::vector<WheelSample>& wheels) {
+  double metres = 0.0;
+  for (std::size_t i = 1; i < wheels.size(); ++i) {
+    metres += between(wheels[i - 1].T_wheels_base, wheels[i].T_wheels_base).translation().norm();
+  }
+  return metres;
+}
+
+void expectHandfulRejected(const ConvertReport& report) { EXPECT_LE(report.rejected, 5) << report.first_rejection; }
+
+TEST(RecordedData, OfIntelHas5505Scans) {
+  SLAM_SKIP_WITHOUT(recorded("intel/intel.clf.gz"));
+  const Folder folder;
+  const ConvertReport report = convertCarmen(recorded("intel/intel.clf.gz"), folder / "out.lcm");
+  EXPECT_EQ(report.scans, 5505);
+  EXPECT_EQ(report.rejected, 0) << report.first_rejection;
+}
+
+TEST(RecordedData, OfTheUnswVehicleHas8292Scans) {
+  SLAM_SKIP_WITHOUT(recorded("unsw_ugv/scans.csv.gz"));
+  const Folder folder;
+  CsvInput in;
+  in.scans = recorded("unsw_ugv/scans.csv.gz");
+  in.speed = recorded("unsw_ugv/speed.csv.gz");
+  in.imu = recorded("unsw_ugv/imu.csv.gz");
+  in.imu_sign_z = -1.0;
+  const ConvertReport report = convertCsv(in, folder / "out.lcm");
+  EXPECT_EQ(report.scans, 8292);
+  EXPECT_NEAR(report.wheels, 222.8 * 200, 100);
+  EXPECT_NEAR(report.imu, 222.8 * 200, 100);
+  expectHandfulRejected(report);
+  const Log log = readLog(folder / "out.lcm");
+  EXPECT_NEAR(pathLength(log.wheels), 26.0, 0.5);
+}
+
+TEST(RecordedData, OfTheMinesRoverHas756Scans) {
+  SLAM_SKIP_WITHOUT(recorded("mines/exp1.dat.gz"));
+  const Folder folder;
+  const ConvertReport report = convertMines(recorded("mines/exp1.dat.gz"), folder / "out.lcm");
+  EXPECT_EQ(report.scans, 756);
+  expectHandfulRejected(report);
+  const Log log = readLog(folder / "out.lcm");
+  ASSERT_EQ(log.scans.size(), 756U);
+  EXPECT_NEAR(toSeconds(log.scans.back().stamp - log.scans.front().stamp), 74.6, 0.2);
+  EXPECT_NEAR(pathLength(log.wheels), 46.0, 2.0);
+}
+
+TEST(RecordedData, OfWeanHallHas2251Scans) {
+  SLAM_SKIP_WITHOUT(recorded("wean/robotdata2.log.gz"));
+  const Folder folder;
+  const ConvertReport report = convertWean(recorded("wean/robotdata2.log.gz"), folder / "out.lcm");
+  EXPECT_EQ(report.scans, 2251);
+  expectHandfulRejected(report);
+  const Log log = readLog(folder / "out.lcm");
+  ASSERT_FALSE(log.scans.empty());
+  EXPECT_NEAR(toSeconds(log.scans.back().stamp - log.scans.front().stamp), 239.6, 1.0);
+  EXPECT_NEAR(log.scans[0].beams()[0].range, 0.64, 1e-5);
+  EXPECT_NEAR(log.wheels[0].T_wheels_base.x, 0.49022, 1e-5);
+}
+
+TEST(RecordedData, OfTheMaebotHas459Scans) {
+  SLAM_SKIP_WITHOUT(recorded("mbot/maebot_convex.lcm.gz"));
+  const Folder folder;
+  const ConvertReport report = convertMbot(recorded("mbot/maebot_convex.lcm.gz"), folder / "out.lcm");
+  EXPECT_EQ(report.scans, 459);
+  expectHandfulRejected(report);
+  const Log log = readLog(folder / "out.lcm");
+  ASSERT_EQ(log.scans.size(), 459U);
+  EXPECT_TRUE(std::is_sorted(log.event_times.begin(), log.event_times.end()));
+  for (const LaserScan& scan : log.scans) {
+    EXPECT_GE(scan.size, 286);
+    EXPECT_LE(scan.size, 310);
+  }
+  const auto beams = log.scans[100].beams();
+  EXPECT_LT(std::remainder(beams[101].bearing - beams[100].bearing, 2 * std::numbers::pi), 0.0) << "turns clockwise";
+  EXPECT_NEAR(beams.back().time_offset, 1.0 / 6.6, 0.02);
+  double turned = 0.0;
+  for (std::size_t i = 1; i < log.wheels.size(); ++i) {
+    turned += std::abs(between(log.wheels[i - 1].T_wheels_base, log.wheels[i].T_wheels_base).theta) / kDegree;
+  }
+  EXPECT_NEAR(turned, 2357, 120);
+  EXPECT_NEAR(pathLength(log.wheels), 6.2, 0.6);
+}
+
+}  // namespace
+}  // namespace slam

@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/replay/replay.hpp"
+
+#include <cmath>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <memory>
+#include <numbers>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "app/config_loader.hpp"
+#include "bus/channels.hpp"
+#include "bus/event_log.hpp"
+#include "bus/messages.hpp"
+#include "mapping/map_files.hpp"
+#include "tools/common/trajectory.hpp"
+#include "tools/convert/formats.hpp"
+#include "tools/eval/metrics.hpp"
+#include "tools/files.hpp"
+
+namespace slam {
+namespace {
+
+using test::contentOf;
+using test::Folder;
+using test::recorded;
+
+constexpr double kPi = std::numbers::pi;
+constexpr std::int64_t kStart = 1'700'000'000'000'000;
+constexpr double kHalfRoom = 3.0;      // [m] half a side of the square room
+constexpr double kScanPeriod = 0.1;    // [s]
+constexpr double kWheelPeriod = 0.02;  // [s]
+constexpr double kSeconds = 10.0;
+constexpr int kBeams = 360;
+
+/// A drive off the room's middle: at rest for a second, then along a bend. Pose of base in the room.
+Pose2 truthAt(double seconds) {
+  const double driven = std::max(0.0, seconds - 1.0);
+  return Pose2{-1.5, -1.2, 0.1} * exp({0.25 * driven, 0.0, 0.15 * driven});
+}
+
+/// Distance from `origin` to the wall along `angle`, in a room with one block in a corner, so that it is not symmetric.
+double rayCast(const Pose2& origin, double angle) {
+  const double dx = std::cos(angle), dy = std::sin(angle);
+  double nearest = 1e9;
+  const auto wall = [&](double position, double direction, double start, double other, double other_direction,
+                        double from, double to) {
+    const double t = (position - start) / direction;
+    const double along = other + t * other_direction;
+    if (t > 0 && along >= from && along <= to) nearest = std::min(nearest, t);
+  };
+  for (const double side : {-kHalfRoom, kHalfRoom}) {
+    wall(side, dx, origin.x, origin.y, dy, -kHalfRoom, kHalfRoom);
+    wall(side, dy, origin.y, origin.x, dx, -kHalfRoom, kHalfRoom);
+  }
+  wall(2.0, dx, origin.x, origin.y, dy, 1.5, kHalfRoom);
+  wall(1.5, dy, origin.y, origin.x, dx, 2.0, kHalfRoom);
+  return nearest;
+}
+
+std::int64_t utimeOf(double seconds) { return kStart + std::llround(seconds * 1e6); }
+
+/// What the robot records on its drive. Wheels measure 3 % too far and drift in heading; ranges have 1 cm noise.
+/// @param stamp_of gives the stamp that scan number i is recorded with
+template <typename StampOf>
+void writeDrive(const std::filesystem::path& path, StampOf&& stamp_of) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0.0, 0.01);
+  EventLogWriter log(path);
+  Pose2 wheels;
+  auto scan = std::make_unique<LaserScan>();
+  const int steps = static_cast<int>(std::lround(kSeconds / kWheelPeriod));
+  const int per_scan = static_cast<int>(std::lround(kScanPeriod / kWheelPeriod));
+  for (int step = 1; step <= steps; ++step) {
+    const double now = step * kWheelPeriod;
+    const Eigen::Vector3d motion = slam::log(between(truthAt(now - kWheelPeriod), truthAt(now)));
+    wheels = wheels * exp({1.03 * motion.x(), 0.0, 1.02 * motion.z() + 0.01 * motion.x()});
+    WheelSample sample;
+    sample.T_wheels_base = wheels;
+    log.writeMessage(utimeOf(now), channel::kWheels, toMessage(sample, utimeOf(now)));
+    if (step % per_scan != 0) continue;
+    const double begin = now - kScanPeriod;
+    scan->size = 0;
+    for (int i = 0; i < kBeams; ++i) {
+      const double offset = kScanPeriod * i / kBeams, bearing = 2 * kPi * i / kBeams - kPi;
+      const Pose2 pose = truthAt(begin + offset);
+      scan->push({.range = static_cast<float>(rayCast(pose, pose.theta + bearing) + noise(random)),
+                  .bearing = static_cast<float>(bearing),
+                  .time_offset = static_cast<float>(offset),
+                  .intensity = 0.0F});
+    }
+    log.writeMessage(utimeOf(now), channel::kScan, toMessage(*scan, stamp_of(step / per_scan - 1)));
+  }
+}
+
+std::int64_t trueStamp(int scan) { return utimeOf(scan * kScanPeriod); }
+
+Config driveConfig() {
+  Config config;
+  config.localizer.lidar.range_sigma = 0.01;
+  return config;
+}
+
+ReplayOptions outputsIn(const Folder& folder, const std::string& name) {
+  ReplayOptions options;
+  options.log = folder / "drive.lcm";
+  options.trajectory = folder / (name + ".tum");
+  options.causal = folder / (name + "_causal.tum");
+  options.odometry = folder / (name + "_odometry.tum");
+  options.map = folder / name;
+  return options;
+}
+
+std::vector<std::int64_t> stampsOf(const std::filesystem::path& tum) {
+  std::istringstream in(contentOf(tum));
+  std::vector<std::int64_t> stamps;
+  for (std::string line; std::getline(in, line);) {
+    const auto digits = line.substr(0, line.find(' '));
+    const auto point = digits.find('.');
+    stamps.push_back(std::stoll(digits.substr(0, point)) * 1'000'000 + std::stoll(digits.substr(point + 1, 6)));
+  }
+  return stamps;
+}
+
+/// Largest error of the motion since the first row.
+void expectMotion(const std::filesystem::path& tum, double metres, double radians) {
+  const Trajectory rows = readTrajectory(tum);
+  double worst_metres = 0.0, worst_radians = 0.0;
+  for (const StampedPose& row : rows) {
+    const double seconds = toSeconds(row.stamp - fromMicroseconds(kStart));
+    const Pose2 error = between(between(truthAt(0.0), truthAt(seconds)), between(rows.front().pose, row.pose));
+    worst_metres = std::max(worst_metres, error.translation().norm());
+    worst_radians = std::max(worst_radians, std::abs(error.theta));
+  }
+  EXPECT_LT(worst_metres, metres) << tum;
+  EXPECT_LT(worst_radians, radians) << tum;
+}
+
+TEST(Replay, RecoversTheMotionThatTheWheelsMisjudge) {
+  const Folder folder;
+  writeDrive(folder / "drive.lcm", trueStamp);
+  const ReplayStats stats = replay(driveConfig(), outputsIn(folder, "a"));
+  EXPECT_EQ(stats.localizer.scans, 100U);
+  EXPECT_NEAR(stats.log_s, kSeconds, 0.2);
+  EXPECT_EQ(stats.rejected_messages, 0U);
+  EXPECT_FALSE(stats.truncated);
+  expectMotion(folder / "a.tum", 0.03, 0.01);
+  expectMotion(folder / "a_causal.tum", 0.03, 0.01);
+  expectMotion(folder / "a_odometry.tum", 0.30, 0.15);
+}
+
+TEST(Replay, DrawsTheWallsOfTheRoom) {
+  const Folder folder;
+  writeDrive(folder / "drive.lcm", trueStamp);
+  replay(driveConfig(), outputsIn(folder, "a"));
+  EXPECT_GT(std::filesystem::file_size(folder / "a.png"), 0U);
+  const MapImage map = readMapFiles(folder / "a.yaml");
+  const Pose2 T_map_room = readTrajectory(folder / "a.tum").front().pose * truthAt(0.0).inverse();
+  const auto cellAt = [&](const Eigen::Vector2d& p_room, int by_column, int by_row) {
+    const Eigen::Vector2d p = T_map_room * p_room;
+    const int column = static_cast<int>(std::floor((p.x() - map.origin_x) / map.resolution)) + by_column;
+    const int row = static_cast<int>(std::floor((p.y() - map.origin_y) / map.resolution)) + by_row;
+    const bool inside = column >= 0 && row >= 0 && column < map.width && row < map.height;
+    return inside ? map.at(column, row) : MapImage::kUnknown;
+  };
+  int walls = 0, drawn = 0;
+  for (double along = -2.9; along < 1.4; along += 0.05) {
+    for (const Eigen::Vector2d& p : {Eigen::Vector2d(along, -kHalfRoom), Eigen::Vector2d(along, kHalfRoom),
+                                     Eigen::Vector2d(-kHalfRoom, along), Eigen::Vector2d(kHalfRoom, along)}) {
+      bool occupied = false;
+      for (int dc = -1; dc <= 1; ++dc) {
+        for (int dr = -1; dr <= 1; ++dr) occupied |= cellAt(p, dc, dr) == MapImage::kOccupied;
+      }
+      ++walls;
+      drawn += occupied;
+    }
+  }
+  EXPECT_GT(drawn, 0.9 * walls);
+  EXPECT_EQ(cellAt({0.0, 0.0}, 0, 0), MapImage::kFree);
+  EXPECT_EQ(cellAt({2.6, 2.4}, 0, 0), MapImage::kUnknown) << "inside the block";
+}
+
+TEST(Replay, OfTheSameLogGivesTheSameBytes) {
+  const Folder folder;
+  writeDrive(folder / "drive.lcm", trueStamp);
+  replay(driveConfig(), outputsIn(folder, "a"));
+  replay(driveConfig(), outputsIn(folder, "b"));
+  for (const char* end : {".tum", "_causal.tum", "_odometry.tum", ".pgm", ".png"}) {
+    EXPECT_TRUE(contentOf(folder / (std::string("a") + end)) == contentOf(folder / (std::string("b") + end))) << end;
+  }
+  std::string yaml = contentOf(folder / "b.yaml");
+  yaml.at(yaml.find("b.pgm")) = 'a';
+  EXPECT_EQ(contentOf(folder / "a.yaml"), yaml);
+}
+
+TEST(Replay, WritesARowAScanWithTheStampAsRecorded) {
+  const Folder folder;
+  const auto disturbed = [](int scan) {  // one stamp goes back, one repeats, one jumps ahead
+    return trueStamp(scan) - (scan == 30) * 150'000 - (scan == 50) * 100'000 + (scan == 70) * 40'000;
+  };
+  writeDrive(folder / "drive.lcm", disturbed);
+  replay(driveConfig(), outputsIn(folder, "a"));
+  std::vector<std::int64_t> recorded_stamps;
+  for (int scan = 0; scan < 100; ++scan) recorded_stamps.push_back(disturbed(scan));
+  for (const char* end : {".tum", "_causal.tum", "_odometry.tum"}) {
+    EXPECT_EQ(stampsOf(folder / (std::string("a") + end)), recorded_stamps) << end;
+  }
+}
+
+TEST(Replay, GoesOnBehindDamageAndCountsIt) {
+  const Folder folder;
+  writeDrive(folder / "drive.lcm", trueStamp);
+  std::string bytes = contentOf(folder / "drive.lcm");
+  bytes.insert(bytes.size() / 2, 5000, 'x');  // inside a scan
+  bytes.resize(bytes.size() - 100);
+  folder.write("drive.lcm", bytes);
+  const ReplayStats stats = replay(driveConfig(), outputsIn(folder, "a"));
+  EXPECT_GE(stats.localizer.scans, 97U);
+  EXPECT_GE(stats.skipped_bytes, 5000U);
+  EXPECT_TRUE(stats.truncated);
+  expectMotion(folder / "a.tum", 0.03, 0.01);
+}
+
+TEST(Replay, CountsMessagesThatDoNotDecode) {
+  const Folder folder;
+  {
+    EventLogWriter log(folder / "drive.lcm");
+    const std::vector<std::uint8_t> nonsense(34, 0x7F);
+    for (const char* name : {channel::kScan, channel::kWheels, channel::kImu}) log.write(kStart, name, nonsense);
+    log.write(kStart, "SOMETHING_ELSE", nonsense);
+    log.writeMessage(kStart, channel::kScan, toMessage(LaserScan{}, kStart));
+  }
+  const ReplayStats stats = replay(driveConfig(), outputsIn(folder, "a"));
+  EXPECT_EQ(stats.rejected_messages, 3U);
+  EXPECT_EQ(stats.localizer.scans, 1U);
+}
+
+TEST(Replay, RefusesALogWithoutScansAndOutputsItCannotWrite) {
+  const Folder folder;
+  EXPECT_THROW(replay(driveConfig(), outputsIn(folder, "a")), std::runtime_error) << "no log";
+  {
+    EventLogWriter log(folder / "drive.lcm");
+    log.writeMessage(kStart, channel::kWheels, toMessage(WheelSample{}, kStart));
+  }
+  EXPECT_THROW(replay(driveConfig(), outputsIn(folder, "a")), std::runtime_error) << "no scan";
+  writeDrive(folder / "drive.lcm", trueStamp);
+  ReplayOptions options;
+  options.log = folder / "drive.lcm";
+  options.trajectory = "/nonexistent/a.tum";
+  EXPECT_THROW(replay(driveConfig(), options), std::runtime_error);
+  options.trajectory.clear();
+  options.map = "/nonexistent/a";
+  EXPECT_THROW(replay(driveConfig(), options), std::runtime_error);
+}
+
+TEST(ReplayStats, NameEveryFieldOfTheContract) {
+  const std::string json = ReplayStats{}.json();
+  for (const char* key : {"scans", "keyframes", "loop_closures", "log_s", "wall_s", "cpu_s", "peak_rss_mb", "match_us",
+                          "scan_us", "optimise_ms", "p50", "p99", "max"}) {
+    EXPECT_THAT(json, testing::HasSubstr('"' + std::string(key) + '"')) << key;
+  }
+  EXPECT_THAT(json, testing::Not(testing::HasSubstr("nan")));
+}
+
+TEST(ReplayStats, TakeQuantilesOfAllValues) {
+  std::vector<double> values;
+  for (int i = 100; i >= 1; --i) values.push_back(i);
+  const Quantiles result = quantiles(values);
+  EXPECT_NEAR(result.p50, 50.5, 0.5);
+  EXPECT_NEAR(result.p99, 99.0, 1.0);
+  EXPECT_EQ(result.max, 100.0);
+  EXPECT_EQ(quantiles({}).max, 0.0);
+}
+
+TEST(ReplayOfRecordedData, MeetsTheRelationsOfIntel) {
+  SLAM_SKIP_WITHOUT(recorded("intel/intel.clf.gz"));
+  SLAM_SKIP_WITHOUT(recorded("intel/intel.relations"));
+  const Folder folder;
+  convertCarmen(recorded("intel/intel.clf.gz"), folder / "intel.lcm");
+  ReplayOptions options;
+  options.log = folder / "intel.lcm";
+  options.trajectory = folder / "intel.tum";
+  const Config config = loadConfig(std::filesystem::path(SLAMD_SOURCE_DIR) / "config/carmen.toml");
+  EXPECT_EQ(replay(config, options).localizer.scans, 5505U);
+  EXPECT_EQ(stampsOf(folder / "intel.tum").size(), 5505U);
+  const RelationErrors errors =
+      relationErrors(readTrajectory(folder / "intel.tum"), readRelations(recorded("intel/intel.relations")));
+  EXPECT_GE(errors.used, 1030);
+  EXPECT_LE(errors.translation.mean, 0.05) << "[m]";
+  EXPECT_LE(errors.rotation.mean, 1.0) << "[deg]";
+}
+
+}  // namespace
+}  // namespace slam

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/convert/text_file.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include "core/timestamp.hpp"
+#include "tools/files.hpp"
+
+namespace slam {
+namespace {
+
+using testing::ElementsAre;
+
+std::vector<std::string> linesOf(const std::filesystem::path& path) {
+  TextFile file(path);
+  std::vector<std::string> lines;
+  for (std::string line; file.next(line);) {
+    lines.push_back(line);
+    EXPECT_EQ(file.lineNumber(), static_cast<int>(lines.size()));
+  }
+  return lines;
+}
+
+TEST(TextFile, GivesEachLineOnce) {
+  const test::Folder folder;
+  EXPECT_THAT(linesOf(folder.write("a", "one\n\nthree\n")), ElementsAre("one", "", "three"));
+  EXPECT_THAT(linesOf(folder.write("b", "one\nno line end")), ElementsAre("one", "no line end"));
+  EXPECT_THAT(linesOf(folder.write("c", "")), ElementsAre());
+  EXPECT_THROW(TextFile(folder / "missing"), std::runtime_error);
+}
+
+TEST(TextFile, GivesLongLinesWhole) {
+  const test::Folder folder;
+  const std::string one(300'000, 'x'), two((1 << 16) - 1, 'y');
+  EXPECT_THAT(linesOf(folder.write("a", one + "\n" + two + "\nz\n")), ElementsAre(one, two, "z"));
+}
+
+TEST(TextFile, ReadsGzip) {
+  const test::Folder folder;
+  gzFile out = gzopen((folder / "a.gz").c_str(), "wb");
+  gzputs(out, "one\ntwo\n");
+  gzclose(out);
+  EXPECT_THAT(linesOf(folder / "a.gz"), ElementsAre("one", "two"));
+}
+
+TEST(SplitWords, SplitsAtBlanksAndCommas) {
+  EXPECT_THAT(splitWords("  a b\tc,d, e "), ElementsAre("a", "b", "c", "d", "e"));
+  EXPECT_THAT(splitWords(""), ElementsAre());
+  EXPECT_THAT(splitWords(" \t"), ElementsAre());
+}
+
+TEST(ToNumber, TakesWholeFiniteNumbersOnly) {
+  EXPECT_EQ(toNumber("-1.5e2"), -150.0);
+  EXPECT_EQ(toNumber("7"), 7.0);
+  for (const char* bad : {"", "x", "1.5x", "1 ", "nan", "-nan", "inf", "-inf", "1e999", "--1", "."}) {
+    EXPECT_FALSE(toNumber(bad)) << bad;
+  }
+  EXPECT_EQ(toNumbers(splitWords("FLASER 1 2.5"), 1), (std::vector{1.0, 2.5}));
+  EXPECT_FALSE(toNumbers(splitWords("FLASER 1 2.5")));
+}
+
+TEST(ToMicroseconds, ReadsEveryDigit) {
+  EXPECT_EQ(toMicroseconds("976052857.278917"), 976'052'857'278'917);
+  EXPECT_EQ(toMicroseconds("1700000000.000001"), 1'700'000'000'000'001);
+  EXPECT_EQ(toMicroseconds("8999999999.740993"), 8'999'999'999'740'993);
+  EXPECT_EQ(toMicroseconds("12"), 12'000'000);
+  EXPECT_EQ(toMicroseconds("0.5"), 500'000);
+  EXPECT_EQ(toMicroseconds("12."), 12'000'000);
+  const auto long_fraction = toMicroseconds("1.2345674999999999999999");
+  ASSERT_TRUE(long_fraction);
+  EXPECT_NEAR(static_cast<double>(*long_fraction), 1'234'567, 1);
+}
+
+TEST(ToMicroseconds, RefusesWhatIsNoTime) {
+  for (const char* bad : {"", "x", "1.2.3", "1.2x", "nan", "inf", "99999999999999999999", "9223372036855.0", "."}) {
+    EXPECT_FALSE(toMicroseconds(bad)) << bad;
+  }
+}
+
+}  // namespace
+}  // namespace slam

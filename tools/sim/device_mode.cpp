@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/sim/device_mode.hpp"
+
+#include <csignal>
+#include <cstdio>
+#include <mutex>
+
+#include "runtime/clock.hpp"
+#include "runtime/worker.hpp"
+#include "tools/common/program.hpp"
+#include "tools/sim/board_emulator.hpp"
+#include "tools/sim/lidar_emulator.hpp"
+#include "tools/sim/lidar_model.hpp"
+#include "tools/sim/log_mode.hpp"
+#include "tools/sim/pseudo_terminal.hpp"
+#include "tools/sim/simulation.hpp"
+
+namespace slam::sim {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr Duration kBoardPeriod = 20ms;     // the board renews its values at 50 Hz
+constexpr Duration kAfterwards = 1s;        // standing at the end, so that the last pose is published
+constexpr Duration kLidarLag = 10ms;        // the emulator works this far behind the simulation, which has the poses
+
+class DeviceSession {
+ public:
+  DeviceSession(const SimOptions& options, const std::filesystem::path& directory)
+      : options_(options),
+        scene_(sceneFor(options)),
+        simulation_(scene_, options.seed, monotonicNow()),
+        lidar_model_(scene_.world, {}, options.seed),
+        truth_map_(scene_.world, LidarModel::kHeight - 0.02, LidarModel::kHeight + 0.02),
+        lidar_([this](Timestamp stamp, double bearing) { return measure(stamp, bearing); }, LidarModel::kTurnRate),
+        lidar_port_(directory / "lidar"),
+        board_port_(directory / "board"),
+        started_(simulation_.now()),
+        next_board_(simulation_.now()) {}
+
+  void run() {
+    Worker world({.name = "world", .rate = 1.0 / toSeconds(Simulation::kStep)}, [this] { stepWorld(); });
+    Worker lidar({.name = "lidar"}, [this] { serveLidar(); });
+    Worker board({.name = "board"}, [this] { serveBoard(); });
+    world.start();
+    lidar.start();
+    board.start();
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGINT);
+    sigaddset(&signals, SIGTERM);
+    const timespec period{0, 100000000};
+    while (!over() && sigtimedwait(&signals, nullptr, &period) < 0) showState();
+    endProgress();
+    for (Worker* worker : {&world, &lidar, &board}) worker->requestStop();
+    for (Worker* worker : {&world, &lidar, &board}) worker->stop();
+    std::vector<WaypointVisit> visits = simulation_.visits();
+    for (WaypointVisit& visit : visits) visit.stamp += clock_offset_;
+    writeTruth(options_, truth_, visits, truth_map_);
+  }
+
+ private:
+  void stepWorld() {
+    const std::lock_guard lock(mutex_);
+    if (!released_ && lidar_.scanning() && board_.greeted()) {
+      released_ = true;
+      released_at_ = simulation_.now();
+      simulation_.release();
+    }
+    // Catch up with the clock: a late tick must not slow the world down.
+    for (const Timestamp now = monotonicNow(); simulation_.now() < now;) {
+      simulation_.step();
+      truth_.push_back({simulation_.now() + clock_offset_, simulation_.robot().pose()});
+      if (simulation_.now() < next_board_) continue;
+      next_board_ += kBoardPeriod;
+      renewBoard();
+    }
+    if (simulation_.finished() && finished_at_ == Timestamp{}) finished_at_ = simulation_.now();
+  }
+
+  void renewBoard() {
+    const auto angles = simulation_.robot().encoderAngles();
+    const ImuReading reading = simulation_.robot().readImu();
+    robolink::Imu imu;
+    for (std::size_t i = 0; i < 3; ++i) {
+      imu.gyro[i] = static_cast<float>(reading.gyro[i]);
+      imu.accel[i] = static_cast<float>(reading.accel[i]);
+    }
+    board_.renew(angles[0], angles[1], imu, toSeconds(simulation_.now() - started_));
+  }
+
+  double measure(Timestamp stamp, double bearing) {
+    const Pose2 pose = simulation_.history().at(stamp, 1s).value_or(simulation_.robot().pose());
+    const double range = lidar_model_.measure(pose, bearing);
+    const Pose2 T_world_lidar = pose * LidarModel::kExtrinsics;
+    if (range > 0.0) {
+      truth_map_.see(T_world_lidar.translation(), T_world_lidar.theta + bearing, lidar_model_.trueRange(pose, bearing));
+    }
+    return range;
+  }
+
+  void serveLidar() {
+    std::array<std::uint8_t, 256> chunk;
+    const ReadResult result = lidar_port_.stream().read(chunk, 2ms);
+    std::vector<std::uint8_t> out;
+    {
+      const std::lock_guard lock(mutex_);
+      const Timestamp now = std::min(monotonicNow(), simulation_.now()) - kLidarLag;
+      lidar_.receive({chunk.data(), result.size}, now, out);
+      lidar_.stream(now, out);
+    }
+    if (!out.empty()) lidar_port_.send(out);
+  }
+
+  void serveBoard() {
+    std::array<std::uint8_t, 256> chunk;
+    const ReadResult result = board_port_.stream().read(chunk, 50ms);
+    std::vector<std::uint8_t> out;
+    {
+      const std::lock_guard lock(mutex_);
+      board_.receive({chunk.data(), result.size}, out);
+    }
+    if (!out.empty()) board_port_.send(out);
+  }
+
+  bool over() {
+    const std::lock_guard lock(mutex_);
+    const Timestamp now = simulation_.now();
+    const bool time_up = options_.seconds > 0.0 && released_ && now - released_at_ > fromSeconds(options_.seconds);
+    return time_up || (finished_at_ != Timestamp{} && now - finished_at_ > kAfterwards);
+  }
+
+  void showState() {
+    const std::lock_guard lock(mutex_);
+    const Pose2& pose = simulation_.robot().pose();
+    char text[120];
+    std::snprintf(text, sizeof text, "%s %5.1f s  x %6.2f m  y %6.2f m  heading %6.1f deg",
+                  released_ ? "driving" : "waiting for a driver", toSeconds(simulation_.now() - started_), pose.x, pose.y,
+                  pose.theta * 57.29578);
+    showProgress(text);
+  }
+
+  SimOptions options_;
+  std::mutex mutex_;  // guards all below; none of these threads is real-time
+  Scene scene_;
+  Simulation simulation_;
+  LidarModel lidar_model_;
+  TruthMap truth_map_;
+  LidarEmulator lidar_;
+  BoardEmulator board_;
+  PseudoTerminal lidar_port_, board_port_;
+  Duration clock_offset_ = wallClockOffset();
+  Timestamp started_, next_board_, released_at_{}, finished_at_{};
+  bool released_ = false;
+  std::vector<StampedPose> truth_;
+};
+
+}  // namespace
+
+void playDevices(const SimOptions& options, const std::filesystem::path& directory) {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  auto session = std::make_unique<DeviceSession>(options, directory);
+  std::printf("devices: %s %s\n", (directory / "lidar").c_str(), (directory / "board").c_str());
+  std::fflush(stdout);
+  session->run();
+}
+
+}  // namespace slam::sim

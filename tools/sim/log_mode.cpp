@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/sim/log_mode.hpp"
+
+#include <cmath>
+#include <fstream>
+#include <memory>
+#include <numbers>
+#include <stdexcept>
+
+#include "bus/channels.hpp"
+#include "bus/event_log.hpp"
+#include "bus/messages.hpp"
+#include "mapping/map_files.hpp"
+#include "tools/common/trajectory.hpp"
+#include "tools/sim/lidar_model.hpp"
+
+namespace slam::sim {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr Timestamp kStart{1700000000s};           // any epoch, the same for every run
+constexpr Duration kBoardPeriod = 20ms;            // the board renews its values at 50 Hz
+constexpr int kBeamsPerTurn = 360;
+
+/// Plays the sensors of one simulated drive into a log.
+class LogSession {
+ public:
+  LogSession(const SimOptions& options, const std::filesystem::path& file)
+      : options_(options),
+        scene_(sceneFor(options)),
+        simulation_(scene_, options.seed, kStart),
+        lidar_(scene_.world, {}, options.seed),
+        odometry_(kNominalBase),
+        truth_map_(scene_.world, LidarModel::kHeight - 0.02, LidarModel::kHeight + 0.02),
+        log_(file) {
+    simulation_.release();
+  }
+
+  void run() {
+    const Timestamp end = options_.seconds > 0.0 ? kStart + fromSeconds(options_.seconds) : Timestamp::max();
+    startTurn(kStart);
+    while (!simulation_.finished() && simulation_.now() < end) {
+      simulation_.step();
+      measureBeams();
+      if (simulation_.now() >= next_board_) {
+        next_board_ += kBoardPeriod;
+        readBoard();
+      }
+    }
+    writeTruth(options_, truth_, simulation_.visits(), truth_map_);
+  }
+
+ private:
+  void startTurn(Timestamp stamp) {
+    scan_->stamp = stamp;
+    scan_->size = 0;
+    scan_->range_min = static_cast<float>(LidarModel::kRangeMin);
+    scan_->range_max = static_cast<float>(LidarModel::kRangeMax);
+  }
+
+  void measureBeams() {
+    constexpr double kBeamTime = 1.0 / (LidarModel::kTurnRate * kBeamsPerTurn);
+    while (true) {
+      const Timestamp stamp = scan_->stamp + fromSeconds(kBeamTime * scan_->size);
+      if (stamp > simulation_.now()) return;
+      const Pose2 pose = *simulation_.history().at(stamp, kBoardPeriod);
+      // Clockwise from straight ahead, as the device turns.
+      const double bearing = wrapAngle(-2.0 * std::numbers::pi * scan_->size / kBeamsPerTurn);
+      const double range = lidar_.measure(pose, bearing);
+      const Pose2 T_world_lidar = pose * LidarModel::kExtrinsics;
+      if (range > 0.0) truth_map_.see(T_world_lidar.translation(), T_world_lidar.theta + bearing, lidar_.trueRange(pose, bearing));
+      scan_->push({.range = static_cast<float>(range),
+                   .bearing = static_cast<float>(bearing),
+                   .time_offset = static_cast<float>(toSeconds(stamp - scan_->stamp)),
+                   .intensity = range > 0.0 ? 15.0F : 0.0F});
+      if (scan_->size < kBeamsPerTurn) continue;
+      const std::int64_t utime = toMicroseconds(scan_->stamp);
+      truth_.push_back({fromMicroseconds(utime), *simulation_.history().at(scan_->stamp)});
+      write(simulation_.now(), channel::kScan, toMessage(*scan_, utime));
+      startTurn(stamp + fromSeconds(kBeamTime));
+    }
+  }
+
+  void readBoard() {
+    const Timestamp now = simulation_.now();
+    const auto angles = simulation_.robot().encoderAngles();
+    const WheelSample wheels{now, odometry_.add(angles[0], angles[1])};
+    write(now, channel::kWheels, toMessage(wheels, toMicroseconds(now), angles));
+    const ImuReading reading = simulation_.robot().readImu();
+    const ImuSample imu{now, Eigen::Vector3d(reading.gyro.data()), Eigen::Vector3d(reading.accel.data())};
+    write(now, channel::kImu, toMessage(imu, toMicroseconds(now)));
+  }
+
+  template <typename Message>
+  void write(Timestamp when, const char* channel, const Message& message) {
+    if (!log_.writeMessage(toMicroseconds(when), channel, message)) {
+      throw std::runtime_error("cannot write all of the log; is the disk full?");
+    }
+  }
+
+  SimOptions options_;
+  Scene scene_;
+  Simulation simulation_;
+  LidarModel lidar_;
+  WheelOdometry odometry_;
+  TruthMap truth_map_;
+  EventLogWriter log_;
+  std::unique_ptr<LaserScan> scan_ = std::make_unique<LaserScan>();
+  Timestamp next_board_ = kStart;
+  std::vector<StampedPose> truth_;
+};
+
+}  // namespace
+
+Scene sceneFor(const SimOptions& options) {
+  Scene scene = makeScene(options.scene, options.seed);
+  if (options.speed > 0.0) scene.speed = options.speed;
+  return scene;
+}
+
+void writeLog(const SimOptions& options, const std::filesystem::path& log) { LogSession(options, log).run(); }
+
+void writeTruth(const SimOptions& options, const std::vector<StampedPose>& poses,
+                const std::vector<WaypointVisit>& visits, const TruthMap& map) {
+  if (!options.truth.empty()) {
+    TrajectoryWriter writer(options.truth);
+    for (const StampedPose& row : poses) writer.write(toMicroseconds(row.stamp), row.pose);
+    writer.close();
+  }
+  if (!options.waypoints.empty()) {
+    TrajectoryWriter writer(options.waypoints);
+    for (const WaypointVisit& visit : visits) writer.write(toMicroseconds(visit.stamp), visit.pose);
+    writer.close();
+  }
+  if (!options.truth_map.empty()) writeMapFiles(options.truth_map, map.image());
+}
+
+}  // namespace slam::sim

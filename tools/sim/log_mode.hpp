@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <filesystem>
+
+#include "tools/sim/output.hpp"
+#include "tools/sim/simulation.hpp"
+#include "tools/sim/truth_map.hpp"
+
+namespace slam::sim {
+
+/// Simulates a drive faster than real time and writes its sensor log.
+/// @throws std::runtime_error when a file cannot be written
+void writeLog(const SimOptions& options, const std::filesystem::path& log);
+
+/// Truth files that both modes write at the end.
+void writeTruth(const SimOptions& options, const std::vector<StampedPose>& poses,
+                const std::vector<WaypointVisit>& visits, const TruthMap& map);
+
+/// Scene with the options' speed.
+Scene sceneFor(const SimOptions& options);
+
+}  // namespace slam::sim

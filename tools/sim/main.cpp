@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <CLI/App.hpp>
+#include <iostream>
+
+#include "tools/common/program.hpp"
+#include "tools/sim/device_mode.hpp"
+#include "tools/sim/log_mode.hpp"
+
+int main(int argc, char** argv) {
+  CLI::App app("Simulated robot: a sensor log faster than real time, or its devices at byte level in real time",
+               "slam-sim");
+  slam::sim::SimOptions options;
+  std::string log, devices;
+  const auto names = slam::sim::sceneNames();
+  app.add_option("--scene", options.scene, "world and drive")->check(CLI::IsMember(names))->capture_default_str();
+  app.add_option("--seed", options.seed, "of all that is left to chance")->capture_default_str();
+  app.add_option("--speed", options.speed, "[m/s] instead of the scene's")->check(CLI::Range(0.05, 2.0));
+  app.add_option("--seconds", options.seconds, "[s] of the drive at most")->check(CLI::Range(1.0, 1e6));
+  app.add_option("--log", log, "write an LCM event log");
+  app.add_option("--devices", devices, "play DIR/lidar and DIR/board in real time");
+  app.add_option("--truth", options.truth, "write true poses (TUM)");
+  app.add_option("--waypoints", options.waypoints, "write true poses at the measured waypoints (TUM)");
+  app.add_option("--truth-map", options.truth_map, "write the true map at the lidar's height, with this prefix");
+  return slam::runProgram(
+      app, argc, argv, SLAMD_VERSION, "slam-sim --scene corridor-loop --seed 3 --log loop.lcm --truth loop.tum", [&] {
+        if (log.empty() == devices.empty()) {
+          std::cerr << "slam-sim: give either --log OUT.lcm or --devices DIR; see slam-sim --help\n";
+          return static_cast<int>(slam::kBadUsage);
+        }
+        log.empty() ? slam::sim::playDevices(options, devices) : slam::sim::writeLog(options, log);
+        return static_cast<int>(slam::kDone);
+      });
+}

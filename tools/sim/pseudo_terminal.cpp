@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/sim/pseudo_terminal.hpp"
+
+#include <fcntl.h>
+#include <stdlib.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <system_error>
+
+namespace slam::sim {
+namespace {
+
+[[noreturn]] void fail(const std::string& what) { throw std::system_error(errno, std::generic_category(), what); }
+
+}  // namespace
+
+PseudoTerminal::PseudoTerminal(const std::filesystem::path& link) : link_(link) {
+  const int master = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (master < 0) fail("posix_openpt");
+  stream_ = makeDescriptorStream(master);
+  std::array<char, 128> name{};
+  if (grantpt(master) != 0 || unlockpt(master) != 0 || ptsname_r(master, name.data(), name.size()) != 0) fail("pty");
+  slave_ = open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC);
+  if (slave_ < 0) fail(name.data());
+  termios mode{};
+  tcgetattr(slave_, &mode);
+  cfmakeraw(&mode);
+  tcsetattr(slave_, TCSANOW, &mode);
+  std::filesystem::create_directories(link.parent_path());
+  std::filesystem::remove(link);
+  std::filesystem::create_symlink(name.data(), link);
+}
+
+PseudoTerminal::~PseudoTerminal() {
+  std::error_code error;
+  std::filesystem::remove(link_, error);
+  close(slave_);
+}
+
+void PseudoTerminal::send(std::span<const std::uint8_t> bytes) { stream_->write(bytes); }
+
+}  // namespace slam::sim

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "core/pose_history.hpp"
+#include "tools/sim/driver_model.hpp"
+#include "tools/sim/robot_model.hpp"
+#include "tools/sim/scenes.hpp"
+
+namespace slam::sim {
+
+/// True pose at a waypoint where accuracy is reported.
+struct WaypointVisit {
+  Timestamp stamp;
+  int waypoint = 0;  ///< index in the scene's route
+  Pose2 pose;
+};
+
+/// The robot on its way through a scene, in steps of kStep; time begins where the caller says.
+class Simulation {
+ public:
+  static constexpr Duration kStep = std::chrono::milliseconds(5);
+
+  Simulation(const Scene& scene, std::uint64_t seed, Timestamp start, const RobotErrors& errors = {});
+
+  void step();
+  /// The robot stands until this is called.
+  void release() { released_ = true; }
+
+  Timestamp now() const { return now_; }
+  bool finished() const { return driver_.finished(); }
+  RobotModel& robot() { return robot_; }
+  const PoseHistory& history() const { return history_; }  ///< true poses of the last seconds
+  const std::vector<WaypointVisit>& visits() const { return visits_; }
+
+ private:
+  DriverModel driver_;
+  RobotModel robot_;
+  PoseHistory history_{2000};
+  std::vector<WaypointVisit> visits_;
+  Timestamp now_;
+  bool released_ = false;
+};
+
+}  // namespace slam::sim
