@@ -102,9 +102,9 @@ void visitFrontEnd(LocalizerConfig& localizer, ConfigVisitor& v) {
 
   ReferenceConfig& reference = localizer.reference;
   v.section("reference", "what scans are matched against");
-  v.field({"max_observations", "", "x"}, reference.max_observations, 1, 1000000);
-  v.field({"surfel_spacing", "m", "x"}, reference.surfel_spacing, 0.01, 1.0);
-  v.field({"merge_distance", "m", "x"}, reference.merge_distance, 0.01, 1.0);
+  v.field({"max_observations", "", "weight of a surfel's past: more makes the reference stiffer"}, reference.max_observations, 1, 1000000);
+  v.field({"surfel_spacing", "m", "points closer than this along a wall are one"}, reference.surfel_spacing, 0.01, 1.0);
+  v.field({"merge_distance", "m", "and closer than this across it"}, reference.merge_distance, 0.01, 1.0);
   KeyframeConfig& keyframe = localizer.keyframe;
   v.section("keyframe", "when a scan is kept for reference and map");
   v.field({"translation", "m", "since the last keyframe"}, keyframe.translation, 0.01, 10.0);

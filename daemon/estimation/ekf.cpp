@@ -152,8 +152,8 @@ UpdateResult Ekf::updateGyro(double rate) {
 bool Ekf::standstill() const {
   // At start the gyro's bias is unknown and would turn the pose for as long as standstill takes to be believed. Wheels
   // that do not move are then the better word from their first sample on.
-  const bool bias_known = P_(kGyroBias, kGyroBias) < square(0.5 * config_->initial_gyro_bias_sigma);
-  return standstill_.active(stamp_, bias_known ? config_->standstill.min_time : 0.0);
+  const bool bias_unknown = gyroActive() && P_(kGyroBias, kGyroBias) > square(0.5 * config_->initial_gyro_bias_sigma);
+  return standstill_.active(stamp_, bias_unknown ? 0.0 : config_->standstill.min_time);
 }
 
 void Ekf::updateStandstill() {

@@ -54,7 +54,8 @@ Pose2 align(const PairSums& sums) {
 MatchResult matchPointToPoint(const Reference& reference, std::span<const ScanPoint> points, const Pose2& guess,
                               const MatchConfig& config) noexcept {
   MatchResult result{.T_ref_base = guess};
-  double gate = std::max(config.initial_pair_distance, config.final_pair_distance);
+  const double reach = config.initial_pair_distance + config.search_translation + config.search_rotation * meanRange(points);
+  double gate = std::max(reach, config.final_pair_distance);
   while (result.iterations < config.max_iterations) {
     ++result.iterations;
     const PairSums sums = pairUp(reference, points, result.T_ref_base, gate);

@@ -37,7 +37,9 @@ struct MatchResult {
 struct MatchConfig {
   int max_iterations = 40;
   int min_pairs = 20;                    ///< fewer matched points than this is a failure
-  double initial_pair_distance = 0.60;   ///< [m] gate on the distance of a pair in the first iteration ...
+  double search_translation = 0.0;       ///< [m] how far the guess may be off ...
+  double search_rotation = 0.0;          ///< [rad] ... beyond what initial_pair_distance covers
+  double initial_pair_distance = 1.00;   ///< [m] gate on the distance of a pair in the first iteration ...
   double final_pair_distance = 0.50;     ///< [m] ... narrowed to this
   double pair_distance_decay = 0.70;     ///< [1] per iteration
   double kernel_scale = 0.05;            ///< [m] residual at which a pair has lost 3/4 of its weight

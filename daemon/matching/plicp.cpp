@@ -75,12 +75,6 @@ Sums linearize(const Reference& reference, std::span<const ScanPoint> points, co
   return sums;
 }
 
-double meanRange(std::span<const ScanPoint> points) {
-  double sum = 0.0;
-  for (const ScanPoint& point : points) sum += point.range;
-  return points.empty() ? 1.0 : std::max(0.1, sum / static_cast<double>(points.size()));
-}
-
 }  // namespace
 
 MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoint> points, const Pose2& guess,
@@ -88,12 +82,15 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
   MatchResult result{.T_ref_base = guess};
   Pose2& T = result.T_ref_base;
   const double lever = meanRange(points);
-  double gate = std::max(config.initial_pair_distance, config.final_pair_distance);
+  const double reach = config.initial_pair_distance + config.search_translation + config.search_rotation * lever;
+  double gate = std::max(reach, config.final_pair_distance);
   double damping = 1.0;  // pairs that swap to and fro make the step oscillate: shorten it
   Eigen::Vector3d last_step = Eigen::Vector3d::Zero();
   while (result.iterations < config.max_iterations) {
     ++result.iterations;
-    const double kernel_scale = config.kernel_scale;
+    // A far guess makes large residuals of good pairs: the kernel narrows with the gate.
+    const double widening = std::max(1.0, gate / config.final_pair_distance);
+    const double kernel_scale = config.kernel_scale * widening * widening;
     const Sums sums = linearize(reference, points, T, gate, kernel_scale, config);
     const NormalEquations& equations = sums.equations;
     result.pairs = equations.pairs;

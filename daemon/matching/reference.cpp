@@ -137,6 +137,12 @@ void Reference::enter(Grid& grid, std::int32_t id) {
   const Surfel& surfel = surfels_[static_cast<std::size_t>(id)];
   const int column = grid.coordinate(surfel.x), row = grid.coordinate(surfel.y);
   const double cell = 1.0 / grid.inverse_cell;
+  if (cell > config_.surfel_spacing) {  // one surfel a cell is as good as many
+    const std::int32_t there = grid.cells[grid.index(column, row)];
+    const bool taken = there != kNone && grid.coordinate(surfels_[static_cast<std::size_t>(there)].x) == column &&
+                       grid.coordinate(surfels_[static_cast<std::size_t>(there)].y) == row;
+    if (taken) return;
+  }
   for (const Offset& offset : grid.disc) {
     const int c = column + offset.column, r = row + offset.row;
     std::int32_t& occupant = grid.cells[grid.index(c, r)];

@@ -16,7 +16,7 @@ struct ReferenceConfig {
   double fine_cell = 0.05;      ///< [m] of the table used near convergence
   double fine_radius = 0.25;    ///< [m] it knows the nearest surfel up to here
   double coarse_cell = 0.20;    ///< [m] of the table used while the guess is still far
-  double coarse_radius = 1.0;   ///< [m] it knows the nearest surfel up to here
+  double coarse_radius = 2.0;   ///< [m] it knows the nearest surfel up to here
   double surfel_spacing = 0.05; ///< [m] points closer than this along a wall are one surfel
   double merge_distance = 0.08; ///< [m] and closer than this across it
   int max_observations = 30;    ///< weight of a surfel's past: more makes the reference stiffer

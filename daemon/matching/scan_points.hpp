@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <Eigen/Core>
+#include <algorithm>
+#include <span>
 #include <vector>
 
 namespace slam {
@@ -17,5 +19,12 @@ struct ScanPoint {
 
 /// Points in acquisition order. Reserve LaserScan::kCapacity once and it never allocates again.
 using ScanPoints = std::vector<ScanPoint>;
+
+/// Mean distance of the points from the lidar [m]: the lever that makes a rotation comparable with a translation.
+inline double meanRange(std::span<const ScanPoint> points) {
+  double sum = 0.0;
+  for (const ScanPoint& point : points) sum += point.range;
+  return points.empty() ? 1.0 : std::max(0.1, sum / static_cast<double>(points.size()));
+}
 
 }  // namespace slam

@@ -32,7 +32,7 @@ struct Robot {
     }
     return active();
   }
-  bool active() const { return standstill.active(now, kConfig); }
+  bool active() const { return standstill.active(now, kConfig.min_time); }
 };
 
 TEST(Standstill, SeesARestingRobotThroughGyroNoiseAndBias) {
@@ -88,7 +88,7 @@ TEST(Standstill, AQuietGyroAloneProvesNothing) {  // it is quiet on a straight d
   Standstill standstill;
   Timestamp now;
   for (int i = 0; i < 500; ++i) standstill.addGyro(now += milliseconds(10), 0.0, 0.0, kConfig);
-  EXPECT_FALSE(standstill.active(now, kConfig));
+  EXPECT_FALSE(standstill.active(now, kConfig.min_time));
 }
 
 TEST(Standstill, ReadingsThatAreNoNumberAreNotQuiet) {

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <CLI/App.hpp>
+#include <cstdio>
+#include <numbers>
+
+#include "app/config_loader.hpp"
+#include "tools/bench/scan_pairs.hpp"
+#include "tools/common/program.hpp"
+
+namespace {
+
+struct NoiseRow {
+  double translation, rotation_degrees;  // [m], [deg]
+  double csm_success;                    // [%] of the CSM library on the same pairs
+};
+constexpr NoiseRow kRows[] = {{0.0, 0.0, 99.8}, {0.1, 5.0, 98.6}, {0.2, 10.0, 96.6}, {0.3, 20.0, 90.2}, {0.5, 30.0, 81.5}};
+
+void printMatchers(const std::vector<slam::ScanPair>& pairs, const slam::Config& config, std::uint64_t seed) {
+  std::printf("%zu pairs of scans, seed %llu; success: within 0.10 m and 2 deg\n", pairs.size(),
+              static_cast<unsigned long long>(seed));
+  std::printf("%-9s %-18s %8s %6s %14s %18s %12s %18s\n", "matcher", "noise", "success", "CSM", "wrong/refused",
+              "median error", "iterations", "time [us]");
+  for (const auto& [name, matcher] : {std::pair("ICP", slam::Matcher::kPointToPoint), {"PL-ICP", slam::Matcher::kPointToLine}}) {
+    for (const NoiseRow& row : kRows) {
+      const auto r = slam::matchPairs(pairs, matcher, row.translation, row.rotation_degrees * std::numbers::pi / 180.0,
+                                      seed, config);
+      std::printf("%-9s +-%.1f m, %4.1f deg %7.1f%% %5.1f%% %7d/%-6d %.4f m %.3f deg %5.0f p99 %-4.0f %6.0f p99 %-6.0f\n",
+                  name, row.translation, row.rotation_degrees, 100.0 * r.success, row.csm_success, r.wrong,
+                  r.wrong_refused, r.median_translation, r.median_rotation, r.median_iterations, r.p99_iterations,
+                  r.median_us, r.p99_us);
+    }
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Tables of matcher success; see tools/benchmark for all benchmarks", "slam-benchmark");
+  app.require_subcommand(1);
+  std::string config_file, log, relations;
+  std::vector<std::string> overrides;
+  std::uint64_t seed = 1;
+  CLI::App* matcher = app.add_subcommand("matcher", "ICP and PL-ICP on pairs of scans whose relation is known");
+  matcher->add_option("--config", config_file, "slamd configuration (TOML)")->required();
+  matcher->add_option("--set", overrides, "section.key=value over the file; may be repeated");
+  matcher->add_option("--seed", seed, "of the noise on the guesses")->capture_default_str();
+  matcher->add_option("LOG", log, "LCM event log")->required();
+  matcher->add_option("RELATIONS", relations, "known relative poses")->required();
+  return slam::runProgram(app, argc, argv, SLAMD_VERSION,
+                          "slam-benchmark matcher --config config/carmen.toml intel.lcm intel.relations", [&] {
+                            slam::Config config;
+                            try {
+                              config = slam::loadConfig(config_file, overrides);
+                            } catch (const slam::ConfigError& error) {
+                              throw slam::BadConfig(error.what());
+                            }
+                            printMatchers(slam::loadScanPairs(log, relations, config), config, seed);
+                            return slam::kDone;
+                          });
+}
