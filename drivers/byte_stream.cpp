@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/byte_stream.hpp"
 
+#include <array>
+#include <cerrno>
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/file.h>
 #include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
-
-#include <cerrno>
 
 #include "drivers/serial_port.hpp"
 
@@ -28,7 +29,12 @@ class DescriptorStream : public ByteStream {
     }
     return true;
   }
-  void discardInput() override { tcflush(descriptor_, TCIFLUSH); }
+  void discardInput() override {
+    std::array<std::uint8_t, 256> away;
+    if (tcflush(descriptor_, TCIFLUSH) == 0) return;
+    while (take(away) > 0) {
+    }
+  }
   bool setDtr(bool) override { return false; }
 
  protected:
@@ -47,7 +53,8 @@ class DescriptorStream : public ByteStream {
 
 ReadResult ByteStream::read(std::span<std::uint8_t> out, Duration timeout) {
   pollfd waiting{descriptor(), POLLIN, 0};
-  const timespec limit{static_cast<time_t>(timeout.count() / 1000000000), static_cast<long>(timeout.count() % 1000000000)};
+  const timespec limit{static_cast<time_t>(timeout.count() / 1000000000),
+                       static_cast<long>(timeout.count() % 1000000000)};
   const int ready = ppoll(&waiting, 1, &limit, nullptr);
   if (ready < 0) return {errno == EINTR ? ReadResult::kTimeout : ReadResult::kClosed, 0};
   if (ready == 0) return {};
@@ -58,7 +65,13 @@ ReadResult ByteStream::read(std::span<std::uint8_t> out, Duration timeout) {
   return {gone ? ReadResult::kClosed : ReadResult::kTimeout, 0};
 }
 
+bool lockPort(int descriptor) {
+  ioctl(descriptor, TIOCEXCL);  // keeps others out, but not root
+  return flock(descriptor, LOCK_EX | LOCK_NB) == 0;
+}
+
 std::unique_ptr<ByteStream> makeDescriptorStream(int descriptor) {
+  fcntl(descriptor, F_SETFL, fcntl(descriptor, F_GETFL) | O_NONBLOCK);
   return std::make_unique<DescriptorStream>(descriptor);
 }
 
@@ -67,18 +80,19 @@ OpenedPort openPort(const std::string& path, int baud) {
 
   const int fd = open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (fd < 0) {
-    if (errno == ENOENT || errno == ENODEV || errno == ENXIO) return {nullptr, "no such port: check cable and udev rule"};
+    if (errno == ENOENT || errno == ENODEV || errno == ENXIO)
+      return {nullptr, "no such port: check cable and udev rule"};
     if (errno == EACCES) return {nullptr, "no right to open the port: add the user to group dialout"};
     return {nullptr, "the port cannot be opened"};
   }
+  auto stream = makeDescriptorStream(fd);
   termios mode{};
-  if (tcgetattr(fd, &mode) == 0) {
-    cfmakeraw(&mode);
-    mode.c_cflag |= CLOCAL | CREAD;
-    tcsetattr(fd, TCSANOW, &mode);
-    ioctl(fd, TIOCEXCL);
-  }
-  return {makeDescriptorStream(fd), ""};
+  if (tcgetattr(fd, &mode) != 0) return {nullptr, "not a serial port: check the path"};
+  if (!lockPort(fd)) return {nullptr, "the port is in use by another program"};
+  cfmakeraw(&mode);
+  mode.c_cflag |= CLOCAL | CREAD;
+  tcsetattr(fd, TCSANOW, &mode);
+  return {std::move(stream), ""};
 }
 
 }  // namespace slam

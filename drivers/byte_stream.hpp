@@ -44,7 +44,10 @@ struct OpenedPort {
 /// Opens 8N1 without flow control and locks the port against others.
 OpenedPort openPort(const std::string& path, int baud);
 
-/// A stream over a descriptor that is open already; takes ownership.
+/// Locks an open port against other programs. @return false when one of them has it
+bool lockPort(int descriptor);
+
+/// A stream over a descriptor that is open already; takes ownership and makes it non-blocking.
 std::unique_ptr<ByteStream> makeDescriptorStream(int descriptor);
 
 }  // namespace slam

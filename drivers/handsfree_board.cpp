@@ -10,12 +10,12 @@ namespace {
 using namespace std::chrono_literals;
 using robolink::Command;
 
-constexpr Duration kAnswer = 50ms;          // a request not answered by then is lost
-constexpr Duration kStale = 500ms;          // no answer at all
-constexpr Duration kDead = 3s;              // then the port is opened anew
-constexpr Duration kRefresh = 60ms;         // the board renews its values every 20 to 50 ms
+constexpr Duration kAnswer = 50ms;   // a request not answered by then is lost
+constexpr Duration kStale = 500ms;   // no answer at all
+constexpr Duration kDead = 3s;       // then the port is opened anew
+constexpr Duration kRefresh = 60ms;  // the board renews its values every 20 to 50 ms
 constexpr Duration kFirstBackOff = 200ms, kLongestBackOff = 1s;
-constexpr float kImpossibleTurn = 20.0F;    // [rad] of a wheel between two readings: the counter started anew
+constexpr float kImpossibleTurn = 20.0F;  // [rad] of a wheel between two readings: the counter started anew
 
 }  // namespace
 
@@ -142,7 +142,8 @@ void HandsfreeBoard::watch(Timestamp now) {
     const std::int64_t last = status.last_sample_ns.load(std::memory_order_relaxed);
     return status.state == DeviceState::kStreaming && now.time_since_epoch().count() - last > kStale.count();
   };
-  if (now - answered_ > kDead) return close(now, DeviceState::kFault, "port present, but the board never answers: check baud rate and power");
+  if (now - answered_ > kDead)
+    return close(now, DeviceState::kFault, "port present, but the board never answers: check baud rate and power");
   if (now - answered_ > kStale) return setBoth(DeviceState::kStale, "the board does not answer: check its power");
   if (silent(imu_)) imu_.set(DeviceState::kStale, "the board answers, but its IMU values never change");
   if (silent(wheels_)) wheels_.set(DeviceState::kStale, "the board answers, but not with mileage");
@@ -155,7 +156,8 @@ void HandsfreeBoard::request(Timestamp now) {
     decoder_.reset();  // half a frame must not hold the next answer back
     wheels_.rejects.fetch_add(1, std::memory_order_relaxed);
   }
-  const auto next = std::min_element(polls_.begin(), polls_.end(), [](const Poll& a, const Poll& b) { return a.due < b.due; });
+  const auto next =
+      std::min_element(polls_.begin(), polls_.end(), [](const Poll& a, const Poll& b) { return a.due < b.due; });
   if (next->due > now) return;
   next->due = std::max(next->due + next->period, now);
   send(next->command);

@@ -36,7 +36,8 @@ std::vector<std::uint8_t> encodeExpressScan(std::uint8_t mode) {
 }
 
 std::vector<std::uint8_t> encodeMotorPwm(std::uint16_t pwm) {
-  const std::array<std::uint8_t, 2> payload = {static_cast<std::uint8_t>(pwm & 0xFF), static_cast<std::uint8_t>(pwm >> 8)};
+  const std::array<std::uint8_t, 2> payload = {static_cast<std::uint8_t>(pwm & 0xFF),
+                                               static_cast<std::uint8_t>(pwm >> 8)};
   return encodeRequest(Request::kSetMotorPwm, payload);
 }
 

@@ -49,8 +49,8 @@ std::array<std::uint8_t, kDescriptorSize> encodeDescriptor(const Descriptor& des
 std::optional<Descriptor> parseDescriptor(std::span<const std::uint8_t> bytes);
 
 struct DeviceInfo {
-  std::uint8_t model = 0;     ///< major id in the high nibble
-  std::uint16_t firmware = 0; ///< high byte major, low byte minor
+  std::uint8_t model = 0;      ///< major id in the high nibble
+  std::uint16_t firmware = 0;  ///< high byte major, low byte minor
   std::uint8_t hardware = 0;
   std::array<std::uint8_t, 16> serial{};
 };
@@ -69,10 +69,10 @@ std::optional<SampleRate> parseSampleRate(std::span<const std::uint8_t> data);
 
 /// One sample in device units, in acquisition order.
 struct Node {
-  std::uint16_t angle_q6 = 0;       ///< [deg * 64] clockwise seen from above, 0..23039
-  std::uint32_t distance_q2 = 0;    ///< [mm * 4]; 0: no echo
+  std::uint16_t angle_q6 = 0;     ///< [deg * 64] clockwise seen from above, 0..23039
+  std::uint32_t distance_q2 = 0;  ///< [mm * 4]; 0: no echo
   std::uint8_t quality = 0;
-  bool start = false;               ///< first node of a new turn
+  bool start = false;  ///< first node of a new turn
 };
 
 /// Standard node `81`, 5 bytes: no sync word and weak check bits.

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/rplidar_driver.hpp"
 
-#include <poll.h>
-
 #include <algorithm>
 #include <array>
+#include <poll.h>
 
 namespace slam {
 namespace {
@@ -13,12 +12,12 @@ using namespace std::chrono_literals;
 using rplidar::AnswerType;
 using rplidar::Request;
 
-constexpr Duration kAfterStop = 50ms;      // the unit needs 1 ms, its last packets a little more
-constexpr Duration kAnswer = 500ms;        // to a request
-constexpr Duration kBoot = 2s;             // after a reset
-constexpr Duration kSpinUp = 3s;           // from the start of the scan to the first node
-constexpr Duration kSilence = 500ms;       // while streaming
-constexpr int kResets = 3;                 // then the unit is at fault
+constexpr Duration kAfterStop = 50ms;         // the unit needs 1 ms, its last packets a little more
+constexpr Duration kAnswer = 500ms;           // to a request
+constexpr Duration kBoot = 2s;                // after a reset
+constexpr Duration kSpinUp = 3s;              // from the start of the scan to the first node
+constexpr Duration kSilence = 500ms;          // while streaming
+constexpr int kResets = 3;                    // then the unit is at fault
 constexpr int kFirmwareWithExpress = 0x0111;  // 1.17
 constexpr std::uint16_t kMotorPwm = 660;      // about 10 turns a second
 
@@ -52,6 +51,7 @@ bool RplidarDriver::openAndQuiet() {
   OpenedPort port = openPort(config_.port, config_.baud);
   if (!port.stream) return fail(DeviceState::kAbsent, port.problem);
   stream_ = std::move(port.stream);
+  hung_up_ = false;
   stream_->setDtr(true);  // motor off: a stale stream of an earlier run must not go on
   send(rplidar::encodeRequest(Request::kStop));
   drain(kAfterStop, 1s);
@@ -61,10 +61,11 @@ bool RplidarDriver::openAndQuiet() {
 bool RplidarDriver::identify() {
   for (int attempt = 0; attempt <= kResets && !cancelled(); ++attempt) {
     const auto health = rplidar::parseHealth(ask(Request::kGetHealth, AnswerType::kHealth, 3, kAnswer));
-    const auto info = health ? rplidar::parseInfo(ask(Request::kGetInfo, AnswerType::kInfo, 20, kAnswer)) : std::nullopt;
+    const auto info =
+        health ? rplidar::parseInfo(ask(Request::kGetInfo, AnswerType::kInfo, 20, kAnswer)) : std::nullopt;
     if (info && health->status != rplidar::HealthStatus::kError) {
       info_ = *info;
-      sample_rate_ = {508, 254};  // A1; firmware before 1.17 cannot be asked
+      sample_rate_ = {476, 500};  // of firmware before 1.17, which cannot be asked
       if (info_.firmware >= kFirmwareWithExpress) {
         const auto rate = rplidar::parseSampleRate(ask(Request::kGetSampleRate, AnswerType::kSampleRate, 4, kAnswer));
         if (rate) sample_rate_ = *rate;
@@ -74,11 +75,13 @@ bool RplidarDriver::identify() {
       motor_by_pwm_ = false;
       if (major >= 2) {
         send(rplidar::encodeRequest(Request::kGetAccessoryBoardFlag, zero));
-        motor_by_pwm_ = awaitDescriptor(AnswerType::kAccessoryBoardFlag, 4, kAnswer) && !input_.empty() && (input_[0] & 1);
+        motor_by_pwm_ =
+            awaitDescriptor(AnswerType::kAccessoryBoardFlag, 4, kAnswer) && !input_.empty() && (input_[0] & 1);
         input_.clear();
       }
       return true;
     }
+    if (hung_up_) return fail(DeviceState::kAbsent, "the port is gone: unplugged?");
     if (attempt == kResets) {
       const bool error = health && health->status == rplidar::HealthStatus::kError;
       return fail(DeviceState::kFault, error ? "the lidar reports a hardware error even after resets: see its manual"
@@ -94,24 +97,35 @@ bool RplidarDriver::identify() {
 }
 
 bool RplidarDriver::startScan() {
-  const bool express = config_.scan_mode == "express" || (config_.scan_mode == "auto" && info_.firmware >= kFirmwareWithExpress);
+  const bool automatic = config_.scan_mode == "auto";
+  setMotor(true);
+  const bool express = config_.scan_mode == "express" || (automatic && info_.firmware >= kFirmwareWithExpress);
+  if (startScan(express) || (automatic && express && startScan(false))) return true;
+  if (cancelled()) return fail(DeviceState::kAbsent, "stopped while opening");
+  return fail(DeviceState::kFault, "the lidar does not start its scan: check its 5 V supply");
+}
+
+bool RplidarDriver::startScan(bool express) {
   const AnswerType type = express ? AnswerType::kExpressCapsules : AnswerType::kStandardNodes;
   const std::size_t packet = express ? rplidar::kExpressCapsuleSize : rplidar::kStandardNodeSize;
   const double sample_time = 1e-6 * (express ? sample_rate_.express_us : sample_rate_.standard_us);
 
-  setMotor(true);
   send(express ? rplidar::encodeExpressScan() : rplidar::encodeRequest(Request::kScan));
   if (!awaitDescriptor(type, packet, kAnswer)) {
-    return fail(DeviceState::kFault, "the lidar does not start its scan: check its 5 V supply");
+    send(rplidar::encodeRequest(Request::kStop));
+    drain(kAfterStop, kAnswer);
+    return false;
   }
   decoder_ = std::make_unique<rplidar::StreamDecoder>(type, sample_time, byte_time_);
   assembler_.reset();
+  sample_clock_ = SampleClock(sample_time);
   last_node_ = now_() + kSpinUp - kSilence;  // the motor may take that long
   status_.set(DeviceState::kOpening, "waiting for the motor's speed");
   return true;
 }
 
 bool RplidarDriver::poll(Duration timeout) {
+  if (!stream_ || !decoder_) return false;
   std::array<std::uint8_t, 1024> chunk;
   std::size_t size = std::min(input_.size(), chunk.size());
   if (size > 0) {
@@ -129,7 +143,7 @@ bool RplidarDriver::poll(Duration timeout) {
     const Timestamp byte_arrival = arrival - fromSeconds(byte_time_ * static_cast<double>(size - 1 - i));
     for (const rplidar::TimedNode& timed : nodes_) {
       last_node_ = arrival;
-      const LaserScan* scan = assembler_.add(timed.node, byte_arrival - fromSeconds(timed.age));
+      const LaserScan* scan = assembler_.add(timed.node, sample_clock_.stamp(byte_arrival - fromSeconds(timed.age)));
       if (scan == nullptr) continue;
       status_.set(DeviceState::kStreaming, "");
       status_.countSample(arrival);
@@ -193,7 +207,10 @@ bool RplidarDriver::awaitDescriptor(AnswerType type, std::size_t size, Duration 
     const Duration left = end - now_();
     if (left <= 0ns || cancelled()) return false;
     const ReadResult result = stream_->read(chunk, left);
-    if (result.status == ReadResult::kClosed) return false;
+    if (result.status == ReadResult::kClosed) {
+      hung_up_ = true;
+      return false;
+    }
     input_.insert(input_.end(), chunk.begin(), chunk.begin() + static_cast<std::ptrdiff_t>(result.size));
     if (input_.size() > 8192) input_.erase(input_.begin(), input_.end() - rplidar::kDescriptorSize);
   }

@@ -10,14 +10,15 @@
 #include "drivers/byte_stream.hpp"
 #include "drivers/device_status.hpp"
 #include "drivers/rplidar_codec.hpp"
+#include "drivers/sample_clock.hpp"
 #include "drivers/scan_assembler.hpp"
 
 namespace slam {
 
 struct RplidarConfig {
   std::string port;
-  int baud = 115200;                ///< [bit/s]
-  std::string scan_mode = "auto";   ///< "auto", "express", "standard"
+  int baud = 115200;                           ///< [bit/s]
+  std::string scan_mode = "auto";              ///< "auto", "express", "standard"
   float range_min = 0.15F, range_max = 12.0F;  ///< [m] written into the scans
 };
 
@@ -47,6 +48,7 @@ class RplidarDriver {
   bool openAndQuiet();
   bool identify();
   bool startScan();
+  bool startScan(bool express);
   bool send(std::span<const std::uint8_t> bytes) { return stream_ && stream_->write(bytes); }
   void setMotor(bool on);
   void drain(Duration silence, Duration limit);
@@ -66,11 +68,13 @@ class RplidarDriver {
   rplidar::SampleRate sample_rate_;
   bool motor_by_pwm_ = false;
   const std::atomic<bool>* cancel_ = nullptr;  // of the present connect()
-  double byte_time_;  // [s]
+  double byte_time_;                           // [s]
   std::unique_ptr<rplidar::StreamDecoder> decoder_;
   rplidar::ScanAssembler assembler_;
   std::vector<rplidar::TimedNode> nodes_;
   Timestamp last_node_{};
+  SampleClock sample_clock_{1.0};
+  bool hung_up_ = false;
 };
 
 }  // namespace slam

@@ -13,7 +13,9 @@ class ScanAssembler {
   struct Limits {
     float range_min = 0.15F, range_max = 12.0F;  ///< [m]
   };
-  explicit ScanAssembler(const Limits& limits) { scan_.range_min = limits.range_min, scan_.range_max = limits.range_max; }
+  explicit ScanAssembler(const Limits& limits) {
+    scan_.range_min = limits.range_min, scan_.range_max = limits.range_max;
+  }
 
   /// @param stamp when the node was sampled
   /// @return the finished turn when this node starts the next one (valid until the next add()); the turn in which the

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/serial_port.hpp"
 
-#include <libserialport.h>
-#include <sys/ioctl.h>
-#include <termios.h>
-
 #include <cerrno>
 #include <filesystem>
+#include <libserialport.h>
+#include <termios.h>
 
 namespace slam {
 namespace {
@@ -62,7 +60,8 @@ bool isSerialPort(const std::string& path) {
 
 OpenedPort openSerialPort(const std::string& path, int baud) {
   sp_port* raw = nullptr;
-  if (sp_get_port_by_name(resolved(path).c_str(), &raw) != SP_OK) return {nullptr, "no such port: check cable and udev rule"};
+  if (sp_get_port_by_name(resolved(path).c_str(), &raw) != SP_OK)
+    return {nullptr, "no such port: check cable and udev rule"};
   Port port(raw);
   if (sp_open(raw, SP_MODE_READ_WRITE) != SP_OK) {
     if (errno == EACCES) return {nullptr, "no right to open the port: add the user to group dialout"};
@@ -74,7 +73,7 @@ OpenedPort openSerialPort(const std::string& path, int baud) {
                    sp_set_parity(raw, SP_PARITY_NONE) == SP_OK && sp_set_stopbits(raw, 1) == SP_OK &&
                    sp_set_flowcontrol(raw, SP_FLOWCONTROL_NONE) == SP_OK && sp_get_port_handle(raw, &fd) == SP_OK;
   if (!set) return {nullptr, "the port refuses its settings: check the baud rate"};
-  ioctl(fd, TIOCEXCL);  // 0.1.1 does not lock the port itself
+  if (!lockPort(fd)) return {nullptr, "the port is in use by another program"};  // 0.1.1 does not lock it itself
   termios mode{};
   if (tcgetattr(fd, &mode) == 0) {
     mode.c_cflag &= ~static_cast<tcflag_t>(HUPCL);  // else closing drops DTR, and an A1's motor spins again

@@ -42,11 +42,11 @@ struct Frame {
 };
 
 struct DecoderCounters {
-  std::uint32_t frames = 0;            ///< good ones for this receiver
+  std::uint32_t frames = 0;  ///< good ones for this receiver
   std::uint32_t bad_checksums = 0;
-  std::uint32_t bad_lengths = 0;       ///< 0 or above 1023
-  std::uint32_t foreign_frames = 0;    ///< good ones of or for somebody else
-  std::uint32_t skipped_bytes = 0;     ///< outside of frames
+  std::uint32_t bad_lengths = 0;     ///< 0 or above 1023
+  std::uint32_t foreign_frames = 0;  ///< good ones of or for somebody else
+  std::uint32_t skipped_bytes = 0;   ///< outside of frames
 };
 
 /// Finds frames in a stream of bytes. After damage it looks for the next FF FF inside what it holds already, so that a
@@ -93,7 +93,7 @@ std::optional<MotorVector> parseMotorVector(std::span<const std::uint8_t> payloa
 
 /// First block of the IMU answer; the second is not filled by the open firmware.
 struct Imu {
-  std::uint8_t online = 0;  ///< bit 0: 6-axis unit, 1: magnetometer, 2: barometer
+  std::uint8_t online = 0;       ///< bit 0: 6-axis unit, 1: magnetometer, 2: barometer
   std::array<float, 3> gyro{};   ///< [rad/s]
   std::array<float, 3> accel{};  ///< [m/s^2]
 };

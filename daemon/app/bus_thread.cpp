@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/bus_thread.hpp"
 
-#include <poll.h>
-
 #include <cmath>
+#include <poll.h>
 
 #include "app/log.hpp"
 #include "bus/channels.hpp"
@@ -31,7 +30,8 @@ BusThread::BusThread(const Config& config, Exchange& exchange, const WallClock& 
       scan_(std::make_unique<ReceivedScan>()),
       worker_({.name = "bus"}, [this] { tick(); }) {
   if (!config.output.record.empty()) record_ = std::make_unique<EventLogWriter>(config.output.record);
-  for (DeviceStatus* status : {&lidar_, &wheels_, &imu_}) status->set(DeviceState::kOpening, "waiting for messages on LCM");
+  for (DeviceStatus* status : {&lidar_, &wheels_, &imu_})
+    status->set(DeviceState::kOpening, "waiting for messages on LCM");
 }
 
 BusThread::~BusThread() { worker_.stop(); }
@@ -98,8 +98,8 @@ void BusThread::publishPose() {
   publish(channel::kOdometry, toMessage(snapshot_.odometry, utime));
   publish(channel::kSlamPose, toMessage(snapshot_.pose, utime, snapshot_.map_id));
   // POSE has no field for "not valid", so it is silent until there is a pose that is.
-  const bool valid = snapshot_.pose.state == LocalisationState::kLocalised ||
-                     snapshot_.pose.state == LocalisationState::kDegraded;
+  const bool valid =
+      snapshot_.pose.state == LocalisationState::kLocalised || snapshot_.pose.state == LocalisationState::kDegraded;
   if (valid) publish(channel::kPose, toPoseMessage(snapshot_.pose, utime));
   if (snapshot_.scans != scans_published_) {
     scans_published_ = snapshot_.scans;
@@ -111,9 +111,8 @@ void BusThread::publishRaw() {
   exchange_.wheels_out.drain([this](const WheelReading& reading) {
     publish(channel::kWheels, toMessage(reading.sample, clock_.utime(reading.sample.stamp), reading.angles));
   });
-  exchange_.imu_out.drain([this](const ImuSample& sample) {
-    publish(channel::kImu, toMessage(sample, clock_.utime(sample.stamp)));
-  });
+  exchange_.imu_out.drain(
+      [this](const ImuSample& sample) { publish(channel::kImu, toMessage(sample, clock_.utime(sample.stamp))); });
   exchange_.scans_out.drain([this](const ReceivedScan& received) {
     const std::int64_t utime = clock_.utime(received.scan.stamp);
     publish(channel::kScan, toMessage(received.scan, utime));
@@ -183,7 +182,8 @@ void BusThread::onCommand(const lcm::ReceiveBuffer* buffer, const std::string&) 
   }
   const Pose2 pose{command->pose[0], command->pose[1], command->pose[2]};
   if (command->verb == "save_map") {
-    if (config_.output.map.empty()) return acknowledge(command->id, false, "output.map is not set in the configuration");
+    if (config_.output.map.empty())
+      return acknowledge(command->id, false, "output.map is not set in the configuration");
     exchange_.save_map = true;
     acknowledge(command->id, true, "saving to " + config_.output.map + ".yaml");
   } else if (command->verb == "set_pose") {

@@ -23,7 +23,7 @@ class BusThread {
   Worker& worker() { return worker_; }
 
   bool connected() const { return connected_; }
-  DeviceStatus& lidarStatus() { return lidar_; }   ///< of a lidar that comes over LCM
+  DeviceStatus& lidarStatus() { return lidar_; }  ///< of a lidar that comes over LCM
   DeviceStatus& wheelStatus() { return wheels_; }
   DeviceStatus& imuStatus() { return imu_; }
 

@@ -19,11 +19,11 @@ struct LidarDeviceConfig {
 struct BaseDeviceConfig {
   std::string source = "device";
   std::string port = "/dev/handsfree";
-  int baud = 921600;            ///< [bit/s]
+  int baud = 921600;  ///< [bit/s]
   DifferentialBase geometry;
-  double mileage_rate = 50.0;   ///< [Hz] polls of the wheel angles
-  double imu_rate = 100.0;      ///< [Hz] polls of the IMU; readings that did not change are not used
-  double sample_age = 0.010;    ///< [s] mean age of the board's values when it answers (it refreshes at 50 Hz)
+  double mileage_rate = 50.0;  ///< [Hz] polls of the wheel angles
+  double imu_rate = 100.0;     ///< [Hz] polls of the IMU; readings that did not change are not used
+  double sample_age = 0.010;   ///< [s] mean age of the board's values when it answers (it refreshes at 50 Hz)
 };
 
 struct ImuDeviceConfig {
@@ -32,9 +32,9 @@ struct ImuDeviceConfig {
 
 struct LcmConfig {
   std::string url = "udpm://239.255.76.67:7667?ttl=0";
-  double pose_rate = 100.0;     ///< [Hz] POSE, SLAM_POSE, SLAM_ODOMETRY
-  double map_refresh = 5.0;     ///< [s] all tiles once
-  bool commands = false;        ///< obey SLAM_COMMAND
+  double pose_rate = 100.0;  ///< [Hz] POSE, SLAM_POSE, SLAM_ODOMETRY
+  double map_refresh = 5.0;  ///< [s] all tiles once
+  bool commands = false;     ///< obey SLAM_COMMAND
 };
 
 struct RuntimeConfig {
@@ -47,8 +47,8 @@ struct RuntimeConfig {
 };
 
 struct OutputConfig {
-  std::string map = "";        ///< prefix of the map files written at the end and on save_map; empty: none
-  std::string record = "";     ///< LCM event log of all that is published; empty: none
+  std::string map = "";     ///< prefix of the map files written at the end and on save_map; empty: none
+  std::string record = "";  ///< LCM event log of all that is published; empty: none
 };
 
 /// All of slamd's settings. slam-replay uses the parts that are not about devices.

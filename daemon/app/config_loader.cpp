@@ -88,7 +88,8 @@ class TomlLoader : public ConfigVisitor {
     const auto text = node->value_exact<std::string>();
     if (!text) return wrongType(*node, info, "text in quotes");
     if (!choices.empty() && std::find(choices.begin(), choices.end(), *text) == choices.end()) {
-      return problem(*node, fullKey(info.key), "\"" + *text + "\" is not a choice", "use one of: " + join(choices, ", "));
+      return problem(*node, fullKey(info.key), "\"" + *text + "\" is not a choice",
+                     "use one of: " + join(choices, ", "));
     }
     value = *text;
   }
@@ -100,7 +101,8 @@ class TomlLoader : public ConfigVisitor {
     for (const auto& [key, node] : root_) {
       const std::string name(key.str());
       if (!known_.count(name)) {
-        unknown(node, name, closest(name, sections), "");
+        const std::string section = node.is_table() ? "" : elsewhere(name);
+        unknown(node, name, section.empty() ? closest(name, sections) : "", section);
         continue;
       }
       const toml::table* table = node.as_table();
@@ -116,7 +118,8 @@ class TomlLoader : public ConfigVisitor {
   }
 
   std::vector<std::string> takeProblems() {
-    std::stable_sort(problems_.begin(), problems_.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::stable_sort(problems_.begin(), problems_.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
     std::vector<std::string> lines;
     for (auto& [position, line] : problems_) lines.push_back(std::move(line));
     return lines;
@@ -206,7 +209,13 @@ Config parseConfig(const std::string& text, const std::string& name, const std::
   Config config;
   std::vector<std::string> problems;
   load(text, name, config, problems);
-  for (const std::string& line : overrides) load(line, "--set " + line, config, problems);
+  for (const std::string& line : overrides) {
+    if (line.find('=') == std::string::npos || line.find('\n') != std::string::npos) {
+      problems.push_back("--set " + line + ":1:1: is not one setting; write section.key=value");
+    } else {
+      load(line, "--set " + line, config, problems);
+    }
+  }
   if (problems.empty()) checkTogether(config, name, problems);
   if (!problems.empty()) throw ConfigError(problems);
   return config;

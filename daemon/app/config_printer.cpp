@@ -3,6 +3,7 @@
 
 #include <array>
 #include <charconv>
+#include <cstdio>
 
 #include "app/config_schema.hpp"
 
@@ -21,6 +22,13 @@ std::string number(double value) {
 std::string quoted(const std::string& value) {
   std::string text = "\"";
   for (const char c : value) {
+    const auto code = static_cast<unsigned char>(c);
+    if (code < 0x20 || code == 0x7F) {
+      std::array<char, 8> escaped{};
+      std::snprintf(escaped.data(), escaped.size(), "\\u%04X", static_cast<unsigned>(code));
+      text += escaped.data();
+      continue;
+    }
     if (c == '"' || c == '\\') text += '\\';
     text += c;
   }
@@ -76,7 +84,8 @@ std::string printTemplate() {
   Config defaults;
   Printer printer(true);
   visitConfig(defaults, printer);
-  return "# slamd's configuration, with every key at its default. Take the # off a line and change it. An unknown key or a\n"
+  return "# slamd's configuration, with every key at its default. Take the # off a line and change it. An unknown key "
+         "or a\n"
          "# value out of range refuses to start: check with  slamd --config FILE --check-config\n"
          "# Written by  slamd --print-template\n\n" +
          printer.text;

@@ -14,7 +14,8 @@ void visitDevices(Config& config, ConfigVisitor& v) {
   LidarDeviceConfig& lidar = config.lidar_device;
   LidarModel& model = config.localizer.lidar;
   v.section("lidar", "2D lidar (RPLidar A1/A2), its place on the robot and what its ranges are worth");
-  v.field({"source", "", "where scans come from: the device, LCM channel SLAM_SCAN, or nowhere"}, lidar.source, kSources);
+  v.field({"source", "", "where scans come from: the device, LCM channel SLAM_SCAN, or nowhere"}, lidar.source,
+          kSources);
   v.field({"port", "", "serial port or pseudo-terminal"}, lidar.port, kAnyText);
   v.field({"baud", "bit/s", "115200 for A1 and A2M8, 256000 for A2M7, A2M12 and A3"}, lidar.baud, 9600, 4000000);
   v.field({"scan_mode", "", "auto takes the densest mode that the unit offers and slamd reads"}, lidar.scan_mode,
@@ -63,12 +64,14 @@ void visitEkf(EkfConfig& ekf, EkfTimelineConfig& timeline, ConfigVisitor& v) {
   v.field({"rotation_drift", "rad per sqrt(s)", "of the heading, always"}, ekf.rotation_drift, 1e-6, 0.1);
   v.field({"translation_drift", "m per sqrt(s)", "of the position, always"}, ekf.translation_drift, 1e-6, 0.1);
   v.field({"wheel_speed_sigma", "m/s", "of one wheel sample"}, ekf.wheel_speed_sigma, 1e-4, 1.0);
-  v.field({"wheel_turn_rate_sigma", "rad/s", "of one wheel sample"}, ekf.wheel_turn_rate_sigma, 1e-4, 5.0);
-  v.field({"wheel_turn_rate_sigma_gyro", "rad/s", "the same while a gyro runs"}, ekf.wheel_turn_rate_sigma_gyro, 1e-4, 5.0);
-  v.field({"wheel_turn_rate_scale", "1", "relative error of the wheels' turn rate"}, ekf.wheel_turn_rate_scale, 0.0, 1.0);
+  v.field({"wheel_turn_rate_sigma", "rad/s", "of one wheel sample; used without gyro only"}, ekf.wheel_turn_rate_sigma,
+          1e-4, 5.0);
+  v.field({"wheel_turn_rate_scale", "1", "relative error of the wheels' turn rate"}, ekf.wheel_turn_rate_scale, 0.0,
+          1.0);
   v.field({"gyro_sigma", "rad/s", "of one gyro sample"}, ekf.gyro_sigma, 1e-5, 1.0);
   v.field({"gyro_timeout", "s", "without a gyro sample the wheels give the turn rate"}, ekf.gyro_timeout, 0.01, 10.0);
-  v.field({"slip_angle", "rad", "wheels and gyro differing by more within slip_window is slip"}, ekf.slip_angle, 1e-3, 3.0);
+  v.field({"slip_angle", "rad", "wheels and gyro differing by more within slip_window is slip"}, ekf.slip_angle, 1e-3,
+          3.0);
   v.field({"slip_scale", "1", "... and by more than this share of the angle turned in it"}, ekf.slip_scale, 0.0, 1.0);
   v.field({"slip_window", "s", "memory of the slip test"}, ekf.slip_window, 0.02, 10.0);
   v.field({"slip_speed_sigma", "m/s", "of one wheel sample while slipping"}, ekf.slip_speed_sigma, 1e-3, 10.0);
@@ -102,7 +105,8 @@ void visitFrontEnd(LocalizerConfig& localizer, ConfigVisitor& v) {
 
   ReferenceConfig& reference = localizer.reference;
   v.section("reference", "what scans are matched against");
-  v.field({"max_observations", "", "weight of a surfel's past: more makes the reference stiffer"}, reference.max_observations, 1, 1000000);
+  v.field({"max_observations", "", "weight of a surfel's past: more makes the reference stiffer"},
+          reference.max_observations, 1, 1000000);
   v.field({"surfel_spacing", "m", "points closer than this along a wall are one"}, reference.surfel_spacing, 0.01, 1.0);
   v.field({"merge_distance", "m", "and closer than this across it"}, reference.merge_distance, 0.01, 1.0);
   KeyframeConfig& keyframe = localizer.keyframe;
@@ -127,7 +131,8 @@ void visitMap(OccupancyGridConfig& map, OutputConfig& output, ConfigVisitor& v) 
   v.field({"hit_probability", "1", "P(occupied) after a beam ended in a cell"}, map.lidar.hit_probability, 0.51, 0.99);
   v.field({"miss_probability", "1", "P(occupied) after a beam crossed a cell"}, map.lidar.miss_probability, 0.01, 0.49);
   v.field({"min_probability", "1", "a cell never gets surer of being free"}, map.lidar.min_probability, 0.001, 0.19);
-  v.field({"max_probability", "1", "a cell never gets surer of being occupied"}, map.lidar.max_probability, 0.66, 0.999);
+  v.field({"max_probability", "1", "a cell never gets surer of being occupied"}, map.lidar.max_probability, 0.66,
+          0.999);
 
   v.section("output", "files written; ~ and variables are not expanded");
   v.field({"map", "", "prefix of map files (.yaml, .pgm, .png) written at the end; empty: none"}, output.map, kAnyText);

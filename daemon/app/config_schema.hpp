@@ -10,7 +10,7 @@ namespace slam {
 /// What the file may say for one key. Declared once, in config_schema.cpp, for loading, checking and printing.
 struct FieldInfo {
   const char* key;
-  const char* unit;    ///< "" for none
+  const char* unit;  ///< "" for none
   const char* meaning;
 };
 

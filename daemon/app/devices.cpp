@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/devices.hpp"
 
-#include <poll.h>
-
 #include <algorithm>
+#include <poll.h>
 
 #include "runtime/clock.hpp"
 

@@ -17,8 +17,8 @@ EstimatorThread::EstimatorThread(const Config& config, Exchange& exchange)
     : config_(config),
       exchange_(exchange),
       localizer_(std::make_unique<Localizer>(config.localizer, &monotonicNow)),
-      ticks_per_pose_(static_cast<std::uint64_t>(
-          std::max(1.0, std::round(config.runtime.estimator_rate / config.lcm.pose_rate)))),
+      ticks_per_pose_(
+          static_cast<std::uint64_t>(std::max(1.0, std::round(config.runtime.estimator_rate / config.lcm.pose_rate)))),
       worker_({.name = "estimator",
                .rate = config.runtime.estimator_rate,
                .priority = config.runtime.realtime ? config.runtime.estimator_priority : 0},

@@ -35,8 +35,8 @@ struct PoseSnapshot {
   PoseEstimate pose;
   OdometryEstimate odometry;
   std::int32_t map_id = 0;
-  std::int64_t scans = 0;        ///< processed so far
-  Timestamp scan_received{};     ///< of the newest one
+  std::int64_t scans = 0;     ///< processed so far
+  Timestamp scan_received{};  ///< of the newest one
   LocalizerCounters counters;
   EkfCounters filter;
 };
@@ -58,18 +58,18 @@ struct Exchange {
   SpscQueue<ImuSample> imu_out{256};
   SpscQueue<ReceivedScan> scans_out{8};
 
-  SpscQueue<Keyframe> keyframes{64};              // estimator -> mapper
-  SpscQueue<EstimatorCommand> commands{8};        // bus -> estimator
-  SpscQueue<map_meta_t> map_meta{4};              // mapper -> bus
-  SpscQueue<map_tile_t> map_tiles{256};           // mapper -> bus
-  SpscQueue<health_t> health{4};                  // supervisor -> bus
+  SpscQueue<Keyframe> keyframes{64};        // estimator -> mapper
+  SpscQueue<EstimatorCommand> commands{8};  // bus -> estimator
+  SpscQueue<map_meta_t> map_meta{4};        // mapper -> bus
+  SpscQueue<map_tile_t> map_tiles{256};     // mapper -> bus
+  SpscQueue<health_t> health{4};            // supervisor -> bus
 
   LatestValue<PoseSnapshot> pose_for_bus;         // estimator -> bus
   LatestValue<PoseSnapshot> pose_for_supervisor;  // estimator -> supervisor
   Wakeup bus_wakeup;                              // estimator, mapper, supervisor -> bus
 
-  std::atomic<bool> save_map{false};              // bus -> mapper
-  std::atomic<bool> refresh_map{false};           // bus -> mapper: all tiles again
+  std::atomic<bool> save_map{false};     // bus -> mapper
+  std::atomic<bool> refresh_map{false};  // bus -> mapper: all tiles again
   LatencyHistogram match, scan_work, scan_to_pose, map_update;
   std::atomic<std::int64_t> published{0}, publish_failures{0}, bad_messages{0}, map_keyframes{0};
 };

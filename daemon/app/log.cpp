@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/log.hpp"
 
-#include <systemd/sd-daemon.h>
-
 #include <cstdio>
 #include <cstdlib>
+#include <systemd/sd-daemon.h>
 
 namespace slam {
 namespace {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/supervisor.hpp"
 
-#include <systemd/sd-daemon.h>
-
 #include <csignal>
 #include <cstdio>
 #include <ctime>
+#include <systemd/sd-daemon.h>
 
 #include "app/log.hpp"
 #include "app/process_usage.hpp"
@@ -17,9 +16,9 @@ namespace {
 using namespace std::chrono_literals;
 constexpr Duration kPeriod = 100ms;
 constexpr Duration kHealthPeriod = 1s;
-constexpr Duration kRealtimeStall = 500ms;   // a fixed-rate thread that ticks no more often is stuck
-constexpr Duration kConnectStall = 12s;      // the lidar's start-up sequence, resets included
-constexpr Duration kStaleAfter = 1s;         // without a sample
+constexpr Duration kRealtimeStall = 500ms;  // a fixed-rate thread that ticks no more often is stuck
+constexpr Duration kConnectStall = 12s;     // the lidar's start-up sequence, resets included
+constexpr Duration kStaleAfter = 1s;        // without a sample
 constexpr Duration kClockStep = 500ms;
 
 const char* const kStateNames[] = {"ABSENT", "OPENING", "STREAMING", "STALE", "FAULT"};
@@ -143,8 +142,9 @@ void Supervisor::warnOnce() {
   }
   if (!bus_logged_ && !bus_.connected() && monotonicNow() - started_ > 1s) {
     bus_logged_ = true;
-    logWarning("LCM has no multicast route, nothing is published; mend: ip link set lo multicast on && "
-               "ip route add 224.0.0.0/4 dev lo");
+    logWarning(
+        "LCM has no multicast route, nothing is published; mend: ip link set lo multicast on && "
+        "ip route add 224.0.0.0/4 dev lo");
   }
 }
 
@@ -221,24 +221,35 @@ void Supervisor::sendHealth(Timestamp now) {
     }
     health.counters.push_back(counter(watched.worker->name() + ".ticks", watched.worker->ticks()));
   }
-  for (const auto& [name, histogram] : {std::pair("match", &exchange_.match), {"scan_work", &exchange_.scan_work},
-                                        {"scan_to_pose", &exchange_.scan_to_pose}, {"map", &exchange_.map_update}}) {
+  for (const auto& [name, histogram] : {std::pair("match", &exchange_.match),
+                                        {"scan_work", &exchange_.scan_work},
+                                        {"scan_to_pose", &exchange_.scan_to_pose},
+                                        {"map", &exchange_.map_update}}) {
     health.stages.push_back(stage(name, *histogram));
   }
   const LocalizerCounters& l = snapshot_.counters;
   const EkfCounters& f = snapshot_.filter;
-  for (const counter_t& c :
-       {counter("scans", l.scans), counter("scans.matched", l.matched), counter("scans.partly_observable", l.partly_observable),
-        counter("scans.unmatched", l.unmatched), counter("scans.gated", l.gated), counter("scans.retimed", l.scans_retimed),
-        counter("scans.too_late", l.scans_too_late), counter("keyframes", l.keyframes),
-        counter("samples.late", l.samples_late), counter("samples.too_old", l.samples_too_old),
-        counter("ekf.wheels_rejected", f.wheels_rejected), counter("ekf.gyro_rejected", f.gyro_rejected),
-        counter("ekf.poses_rejected", f.poses_rejected), counter("ekf.standstill_updates", f.standstill_updates),
-        counter("drops.scans", exchange_.scans.drops()), counter("drops.wheels", exchange_.wheels.drops()),
-        counter("drops.imu", exchange_.imu.drops()), counter("drops.keyframes", exchange_.keyframes.drops()),
-        counter("lcm.published", static_cast<std::uint64_t>(exchange_.published.load())),
-        counter("lcm.failures", static_cast<std::uint64_t>(exchange_.publish_failures.load())),
-        counter("lcm.bad_messages", static_cast<std::uint64_t>(exchange_.bad_messages.load()))}) {
+  for (const counter_t& c : {counter("scans", l.scans),
+                             counter("scans.matched", l.matched),
+                             counter("scans.partly_observable", l.partly_observable),
+                             counter("scans.unmatched", l.unmatched),
+                             counter("scans.gated", l.gated),
+                             counter("scans.retimed", l.scans_retimed),
+                             counter("scans.too_late", l.scans_too_late),
+                             counter("keyframes", l.keyframes),
+                             counter("samples.late", l.samples_late),
+                             counter("samples.too_old", l.samples_too_old),
+                             counter("ekf.wheels_rejected", f.wheels_rejected),
+                             counter("ekf.gyro_rejected", f.gyro_rejected),
+                             counter("ekf.poses_rejected", f.poses_rejected),
+                             counter("ekf.standstill_updates", f.standstill_updates),
+                             counter("drops.scans", exchange_.scans.drops()),
+                             counter("drops.wheels", exchange_.wheels.drops()),
+                             counter("drops.imu", exchange_.imu.drops()),
+                             counter("drops.keyframes", exchange_.keyframes.drops()),
+                             counter("lcm.published", static_cast<std::uint64_t>(exchange_.published.load())),
+                             counter("lcm.failures", static_cast<std::uint64_t>(exchange_.publish_failures.load())),
+                             counter("lcm.bad_messages", static_cast<std::uint64_t>(exchange_.bad_messages.load()))}) {
     health.counters.push_back(c);
   }
   health.ndevices = static_cast<std::int32_t>(health.devices.size());

@@ -28,8 +28,8 @@ class Supervisor {
   struct Device {
     std::string name;
     DeviceStatus* status;
-    double expected;  // [Hz]
-    std::string logged;  // state and reason logged last
+    double expected;           // [Hz]
+    std::string logged;        // state and reason logged last
     std::int64_t samples = 0;  // at the last health message
   };
   struct Watched {

@@ -1,20 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bus/event_log.hpp"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
+#include <zlib.h>
 
 namespace slam {
 namespace {
 
 constexpr std::uint32_t kSync = 0xEDA1DA01;
-constexpr std::size_t kHeader = 28;            // sync, event number, time, channel length, data length
-constexpr std::size_t kMaxChannel = 63;        // LCM's limit
-constexpr std::size_t kMaxData = 1 << 28;      // LCM's limit for a sender
+constexpr std::size_t kHeader = 28;        // sync, event number, time, channel length, data length
+constexpr std::size_t kMaxChannel = 63;    // LCM's limit
+constexpr std::size_t kMaxData = 1 << 28;  // LCM's limit for a sender
 constexpr std::size_t kChunk = 1 << 16;
 
 }  // namespace
@@ -73,11 +72,19 @@ bool EventLogReader::next(LogEvent& event) {
       ++begin_, ++skipped_;
       continue;
     }
-    if (fill(size + 4) && bigEndian(size, 4) != kSync) {
-      // No record follows where this one claims to end, so its length is not to be trusted.
-      ++begin_, ++skipped_;
-      continue;
+    // Where no record follows the claimed end, either what follows is damaged or this length is: then the next record
+    // begins inside.
+    const bool at_end = !fill(size + 4) && buffer_.size() - begin_ == size;
+    const bool followed = fill(size + 4) && bigEndian(size, 4) == kSync;
+    if (!at_end && !followed) {
+      bool inside = false;
+      for (std::size_t i = 1; i < size && fill(i + 4) && !inside; ++i) inside = bigEndian(i, 4) == kSync;
+      if (inside) {
+        ++begin_, ++skipped_;
+        continue;
+      }
     }
+    truncated_ = false;
     const auto at = buffer_.begin() + static_cast<std::ptrdiff_t>(begin_);
     event.utime = static_cast<std::int64_t>(bigEndian(12, 8));
     event.channel.assign(at + kHeader, at + static_cast<std::ptrdiff_t>(kHeader + channel));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace slam {
@@ -17,6 +18,9 @@ void copyTwist(const Twist2& twist, double (&out)[3]) {
   out[1] = twist.vy;
   out[2] = twist.omega;
 }
+
+/// 0 is no stamp; beyond the other end nanoseconds would not fit into 64 bits.
+bool isStamp(std::int64_t utime) { return utime > 0 && utime < std::numeric_limits<std::int64_t>::max() / 4000; }
 
 }  // namespace
 
@@ -162,9 +166,9 @@ map_tile_t toTileMessage(const OccupancyGrid& grid, TileIndex tile, std::int64_t
 }
 
 std::optional<LaserScan> fromMessage(const scan_t& message) {
-  const bool limits = std::isfinite(message.range_min) && std::isfinite(message.range_max) && message.range_min >= 0.0F &&
-                      message.range_max > message.range_min;
-  if (message.utime == 0 || !limits || message.nbeams > LaserScan::kCapacity) return std::nullopt;
+  const bool limits = std::isfinite(message.range_min) && std::isfinite(message.range_max) &&
+                      message.range_min >= 0.0F && message.range_max > message.range_min;
+  if (!isStamp(message.utime) || !limits || message.nbeams > LaserScan::kCapacity) return std::nullopt;
   LaserScan scan;
   scan.stamp = fromMicroseconds(message.utime);
   scan.range_min = message.range_min;
@@ -181,14 +185,15 @@ std::optional<LaserScan> fromMessage(const scan_t& message) {
 
 std::optional<WheelSample> fromMessage(const wheels_t& message) {
   const Pose2 pose{message.x, message.y, message.theta};
-  if (message.utime == 0 || !isFinite(pose)) return std::nullopt;
+  if (!isStamp(message.utime) || !isFinite(pose)) return std::nullopt;
   return WheelSample{fromMicroseconds(message.utime), pose, message.turn_rate_known != 0};
 }
 
 std::optional<ImuSample> fromMessage(const imu_t& message) {
+  if (!isStamp(message.utime)) return std::nullopt;
   const ImuSample sample{fromMicroseconds(message.utime), Eigen::Vector3d(message.gyro),
                          Eigen::Vector3d(message.accel)};
-  if (message.utime == 0 || !sample.gyro.allFinite() || !sample.accel.allFinite()) return std::nullopt;
+  if (!sample.gyro.allFinite() || !sample.accel.allFinite()) return std::nullopt;
   return sample;
 }
 

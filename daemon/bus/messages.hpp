@@ -35,7 +35,8 @@ map_meta_t toMetaMessage(const OccupancyGrid& grid, std::int64_t utime, std::int
 map_tile_t toTileMessage(const OccupancyGrid& grid, TileIndex tile, std::int64_t utime, std::int32_t map_id);
 
 /// Stamps of the results count from the message's epoch: stamp = fromMicroseconds(utime).
-/// @return std::nullopt for a message that cannot be a measurement (a utime of 0, values that are not finite, too many
+/// @return std::nullopt for a message that cannot be a measurement (no plausible utime, values that are not finite, too
+/// many
 ///         beams); single bad beams become "no return"
 std::optional<LaserScan> fromMessage(const scan_t& message);
 std::optional<WheelSample> fromMessage(const wheels_t& message);

@@ -29,7 +29,7 @@ bool PoseHistory::push(Timestamp stamp, const Pose2& pose) {
 
 std::optional<Pose2> PoseHistory::at(Timestamp stamp, Duration extrapolation) const {
   if (size_ == 0) return std::nullopt;
-  const bool before = stamp < (*this)[0].stamp, after = stamp > newest().stamp;
+  const bool before = stamp<(*this)[0].stamp, after = stamp> newest().stamp;
   if (before && (*this)[0].stamp - stamp > extrapolation) return std::nullopt;
   if (after && stamp - newest().stamp > extrapolation) return std::nullopt;
   if (size_ == 1) return (*this)[0].pose;

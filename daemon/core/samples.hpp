@@ -10,9 +10,9 @@ namespace slam {
 /// What the wheels alone say: the pose they have dead-reckoned so far. Only differences between samples are used, so a
 /// lost sample loses nothing, and the origin is arbitrary. Any base (differential, omni, mecanum) can give it.
 struct WheelSample {
-  Timestamp stamp;               ///< when the wheels stood at these angles
-  Pose2 T_wheels_base;           ///< base in a frame that starts anywhere and drifts
-  bool turn_rate_known = true;   ///< false: the source measures speed only, theta of T_wheels_base says nothing
+  Timestamp stamp;              ///< when the wheels stood at these angles
+  Pose2 T_wheels_base;          ///< base in a frame that starts anywhere and drifts
+  bool turn_rate_known = true;  ///< false: the source measures speed only, theta of T_wheels_base says nothing
 };
 
 /// One reading of the inertial unit, in base axes (x forward, y left, z up).
@@ -26,7 +26,7 @@ struct ImuSample {
 struct PoseMeasurement {
   Timestamp stamp;
   Pose2 T_map_base;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();    ///< of (x, y, theta) in map [m, m, rad]
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();      ///< of (x, y, theta) in map [m, m, rad]
   Eigen::Matrix3d directions = Eigen::Matrix3d::Identity();  ///< columns: unit directions of (x, y, theta); the first
                                                              ///< `observable` of them were measured
   int observable = 3;                                        ///< 0..3

@@ -18,7 +18,7 @@ struct Beam {
 
 /// One turn of the lidar, beams in acquisition order. Fixed capacity, so that it crosses queues without allocation.
 struct LaserScan {
-  static constexpr int kCapacity = 4096;
+  static constexpr int kCapacity = 4080;  ///< as many as one LCM datagram holds
 
   Timestamp stamp;          ///< the instant that Beam::time_offset counts from; drivers set it to the first beam
   float range_min = 0.15F;  ///< [m] shorter returns are not obstacles

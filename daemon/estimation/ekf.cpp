@@ -25,6 +25,8 @@ double square(double value) { return value * value; }
 
 constexpr int kMaxRejectedPoses = 2;  // consecutive matched scans outside the gate: then the filter is wrong, not they
 
+constexpr double kFarthestPose = 1e3;  // [m] from the prediction: no robot is carried further between two scans
+
 }  // namespace
 
 Ekf::Ekf(const EkfConfig& config, Timestamp stamp, const Pose2& pose) : config_(&config), stamp_(stamp) {
@@ -68,23 +70,23 @@ void Ekf::predict(Timestamp stamp) {
     rotation += square(c.rotation_noise_wheels) * turned + square(c.rotation_noise_per_metre) * distance;
   }
   Vector Q;
-  Q << translation, translation, rotation, square(c.acceleration_noise) * dt,
-      square(c.angular_acceleration_noise) * dt, square(c.gyro_bias_noise) * dt;
+  Q << translation, translation, rotation, square(c.acceleration_noise) * dt, square(c.angular_acceleration_noise) * dt,
+      square(c.gyro_bias_noise) * dt;
   P_ = A * P_ * A.transpose();  // (14)
   P_.diagonal() += Q;
 }
 
 template <int N>
 UpdateResult Ekf::correct(const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 6>& H,
-                          const Eigen::Matrix<double, N, N>& R, bool consider_bias, bool gated) {
-  if (!innovation.allFinite()) return UpdateResult::kUseless;
+                          const Eigen::Matrix<double, N, N>& R, bool consider_bias, int gate_degrees) {
+  if (!innovation.allFinite() || !H.allFinite() || !R.allFinite()) return UpdateResult::kUseless;
   const Eigen::Matrix<double, 6, N> PHt = P_ * H.transpose();
   const Eigen::Matrix<double, N, N> S = H * PHt + R;
   const Eigen::LLT<Eigen::Matrix<double, N, N>> S_llt(S);
   if (S_llt.info() != Eigen::Success) return UpdateResult::kUseless;
-  if (gated) {
-    const double z = normalQuantile(config_->gate_probability);
-    if (innovation.dot(S_llt.solve(innovation)) > chiSquareQuantile(N, z)) return UpdateResult::kRejected;
+  if (gate_degrees > 0) {
+    const double limit = chiSquareQuantile(gate_degrees, normalQuantile(config_->gate_probability));
+    if (!(innovation.dot(S_llt.solve(innovation)) <= limit)) return UpdateResult::kRejected;  // also for NaN
   }
   Eigen::Matrix<double, 6, N> K = S_llt.solve(PHt.transpose()).transpose();  // (15)
   if (consider_bias) K.row(kGyroBias).setZero();
@@ -113,21 +115,21 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
   slip_ = turn_rate_known && gyro_mean && detectSlip(twist.omega, *gyro_mean - x_[kGyroBias], seconds);
 
   UpdateResult result;
-  if (turn_rate_known && !slip_) {
+  if (turn_rate_known && !gyroActive() && !slip_) {
     Eigen::Matrix<double, 2, 6> H = Eigen::Matrix<double, 2, 6>::Zero();
     H(0, kSpeed) = H(1, kTurnRate) = 1.0;
-    const double turn_sigma = gyroActive() ? c.wheel_turn_rate_sigma_gyro : c.wheel_turn_rate_sigma;
-    const Eigen::Matrix2d R = Eigen::Vector2d(square(c.wheel_speed_sigma),
-                                              square(turn_sigma) + square(c.wheel_turn_rate_scale * twist.omega))
-                                  .asDiagonal();
+    const Eigen::Matrix2d R =
+        Eigen::Vector2d(square(c.wheel_speed_sigma),
+                        square(c.wheel_turn_rate_sigma) + square(c.wheel_turn_rate_scale * twist.omega))
+            .asDiagonal();
     const Eigen::Vector2d innovation(twist.vx - x_[kSpeed], twist.omega - x_[kTurnRate]);
-    result = correct<2>(innovation, H, R, true, true);
+    result = correct<2>(innovation, H, R, true, 2);
   } else {
     Eigen::Matrix<double, 1, 6> H = Eigen::Matrix<double, 1, 6>::Zero();
     H(0, kSpeed) = 1.0;
     const double sigma = slip_ ? c.slip_speed_sigma : c.wheel_speed_sigma;
     result = correct<1>(Eigen::Matrix<double, 1, 1>(twist.vx - x_[kSpeed]), H,
-                        Eigen::Matrix<double, 1, 1>(square(sigma)), true, true);
+                        Eigen::Matrix<double, 1, 1>(square(sigma)), true, 1);
   }
   ++(result == UpdateResult::kFused ? counters_.wheels_fused : counters_.wheels_rejected);
   updateStandstill();
@@ -141,9 +143,8 @@ UpdateResult Ekf::updateGyro(double rate) {
   H(0, kTurnRate) = H(0, kGyroBias) = 1.0;
   // While driving, the predicted turn rate comes from the wheels: learning the bias from the difference would let their
   // systematic errors in again. The bias is learned at standstill and from matched scans.
-  const UpdateResult result =
-      correct<1>(Eigen::Matrix<double, 1, 1>(rate - x_[kTurnRate] - x_[kGyroBias]), H,
-                 Eigen::Matrix<double, 1, 1>(square(config_->gyro_sigma)), !standstill(), true);
+  const UpdateResult result = correct<1>(Eigen::Matrix<double, 1, 1>(rate - x_[kTurnRate] - x_[kGyroBias]), H,
+                                         Eigen::Matrix<double, 1, 1>(square(config_->gyro_sigma)), !standstill(), 1);
   ++(result == UpdateResult::kFused ? counters_.gyro_fused : counters_.gyro_rejected);
   gyro_stamp_ = stamp_;
   return result;
@@ -161,8 +162,9 @@ void Ekf::updateStandstill() {
   Eigen::Matrix<double, 2, 6> H = Eigen::Matrix<double, 2, 6>::Zero();
   H(0, kSpeed) = H(1, kTurnRate) = 1.0;
   const Eigen::Matrix2d R =
-      Eigen::Vector2d(square(config_->standstill_speed_sigma), square(config_->standstill_turn_rate_sigma)).asDiagonal();
-  correct<2>(Eigen::Vector2d(-x_[kSpeed], -x_[kTurnRate]), H, R, false, false);
+      Eigen::Vector2d(square(config_->standstill_speed_sigma), square(config_->standstill_turn_rate_sigma))
+          .asDiagonal();
+  correct<2>(Eigen::Vector2d(-x_[kSpeed], -x_[kTurnRate]), H, R, false, 0);
   ++counters_.standstill_updates;
 }
 
@@ -181,11 +183,11 @@ UpdateResult Ekf::updatePose(const PoseMeasurement& measurement) {
   innovation.head(n) = U.transpose() * error;
   R.topLeftCorner(n, n) = U.transpose() * measurement.covariance * U;
 
-  UpdateResult result = correct<3>(innovation, H, R, false, true);
-  if (result == UpdateResult::kRejected && ++rejected_in_a_row_ > kMaxRejectedPoses) {
+  UpdateResult result = correct<3>(innovation, H, R, false, n);
+  if (result == UpdateResult::kRejected && ++rejected_in_a_row_ > kMaxRejectedPoses && error.norm() < kFarthestPose) {
     // Scan after scan contradicts the filter: the robot was moved or the wheels slipped. Believe the scans.
     P_.topLeftCorner<3, 3>() += (2.0 * error * error.transpose()).eval();
-    result = correct<3>(innovation, H, R, false, false);
+    result = correct<3>(innovation, H, R, false, 0);
   }
   if (result == UpdateResult::kFused) rejected_in_a_row_ = 0;
   ++(result == UpdateResult::kFused ? counters_.poses_fused : counters_.poses_rejected);

@@ -14,31 +14,29 @@ namespace slam {
 
 /// Noise of the robot and its sensors. A random walk of strength q has standard deviation q * sqrt(interval).
 struct EkfConfig {
-  double acceleration_noise = 2.0;               ///< [m/s per sqrt(s)] how fast the speed changes
-  double angular_acceleration_noise = 6.0;       ///< [rad/s per sqrt(s)] how fast the turn rate changes
-  double gyro_bias_noise = 2e-5;                 ///< [rad/s per sqrt(s)]
-  double initial_gyro_bias_sigma = 0.02;         ///< [rad/s]
-  double translation_noise = 0.10;               ///< [m per sqrt(m)] of wheel odometry
-  double rotation_noise_per_metre = 0.03;        ///< [rad per sqrt(m)] of wheel odometry, without gyro
-  double rotation_noise_wheels = 0.30;           ///< [rad per sqrt(rad)] of wheel odometry, without gyro
-  double rotation_noise_gyro = 0.01;             ///< [rad per sqrt(rad)] scale error of the gyro
-  double rotation_drift = 0.005;                 ///< [rad per sqrt(s)] always
-  double translation_drift = 0.005;              ///< [m per sqrt(s)] always
-  double wheel_speed_sigma = 0.01;               ///< [m/s] of one wheel sample
-  double wheel_turn_rate_sigma = 0.05;           ///< [rad/s] of one wheel sample
-  double wheel_turn_rate_sigma_gyro = 0.3;       ///< [rad/s] the same while a gyro runs: a slipping wheel lies by as
-                                                 ///< much, and must not make the gyro look wrong
-  double wheel_turn_rate_scale = 0.05;           ///< [1] error of wheel turn rate per turn rate
-  double gyro_sigma = 0.005;                     ///< [rad/s] of one gyro sample
-  double gyro_timeout = 0.2;                     ///< [s] without a gyro sample the wheels give the turn rate
-  double standstill_speed_sigma = 0.001;         ///< [m/s] zero-velocity update
-  double standstill_turn_rate_sigma = 0.0003;    ///< [rad/s] zero-rate update
-  double slip_angle = 0.035;                     ///< [rad] wheels and gyro differing by more within slip_window is slip
-  double slip_scale = 0.10;                      ///< [1] and by more than this share of the angle turned in it
-  double slip_window = 0.25;                     ///< [s]
-  double slip_speed_sigma = 0.15;                ///< [m/s] of one wheel sample while slipping
-  double gate_probability = 0.9999;              ///< share of good measurements that the chi-square gates let pass
-  double max_coast = 0.5;                        ///< [s] without any sample the pose is moved on for no longer
+  double acceleration_noise = 2.0;             ///< [m/s per sqrt(s)] how fast the speed changes
+  double angular_acceleration_noise = 6.0;     ///< [rad/s per sqrt(s)] how fast the turn rate changes
+  double gyro_bias_noise = 2e-5;               ///< [rad/s per sqrt(s)]
+  double initial_gyro_bias_sigma = 0.02;       ///< [rad/s]
+  double translation_noise = 0.10;             ///< [m per sqrt(m)] of wheel odometry
+  double rotation_noise_per_metre = 0.03;      ///< [rad per sqrt(m)] of wheel odometry, without gyro
+  double rotation_noise_wheels = 0.30;         ///< [rad per sqrt(rad)] of wheel odometry, without gyro
+  double rotation_noise_gyro = 0.01;           ///< [rad per sqrt(rad)] scale error of the gyro
+  double rotation_drift = 0.005;               ///< [rad per sqrt(s)] always
+  double translation_drift = 0.005;            ///< [m per sqrt(s)] always
+  double wheel_speed_sigma = 0.01;             ///< [m/s] of one wheel sample
+  double wheel_turn_rate_sigma = 0.05;         ///< [rad/s] of one wheel sample; used without gyro only
+  double wheel_turn_rate_scale = 0.05;         ///< [1] error of wheel turn rate per turn rate
+  double gyro_sigma = 0.005;                   ///< [rad/s] of one gyro sample
+  double gyro_timeout = 0.2;                   ///< [s] without a gyro sample the wheels give the turn rate
+  double standstill_speed_sigma = 0.001;       ///< [m/s] zero-velocity update
+  double standstill_turn_rate_sigma = 0.0003;  ///< [rad/s] zero-rate update
+  double slip_angle = 0.035;                   ///< [rad] wheels and gyro differing by more within slip_window is slip
+  double slip_scale = 0.10;                    ///< [1] and by more than this share of the angle turned in it
+  double slip_window = 0.25;                   ///< [s]
+  double slip_speed_sigma = 0.15;              ///< [m/s] of one wheel sample while slipping
+  double gate_probability = 0.9999;            ///< share of good measurements that the chi-square gates let pass
+  double max_coast = 0.5;                      ///< [s] without any sample the pose is moved on for no longer
   StandstillConfig standstill;
 };
 
@@ -67,14 +65,15 @@ class Ekf {
   using Matrix = Eigen::Matrix<double, 6, 6>;
   enum Index { kX, kY, kTheta, kSpeed, kTurnRate, kGyroBias };
 
-  explicit Ekf(const EkfConfig& config = {}, Timestamp stamp = {}, const Pose2& pose = {});
+  explicit Ekf(const EkfConfig& config, Timestamp stamp = {}, const Pose2& pose = {});
 
   /// Prediction stage, eq. (13)-(14), to `stamp`; an earlier stamp changes nothing.
   void predict(Timestamp stamp);
 
   /// Wheels: mean body twist over the interval that begins now. @param gyro_mean mean reading of the gyro over the same
-  /// interval [rad/s], for the slip test. The wheels never correct the gyro bias: their own systematic errors (radius,
-  /// track) would pass for it, so its gain is zero (a "considered" state, Schmidt 1966).
+  /// interval [rad/s], for the slip test. While a gyro runs the wheels give the speed only: what their radius, track
+  /// and slip do to the turn rate would pass for an error of the gyro. They never correct the gyro bias: its gain is
+  /// zero (a "considered" state, Schmidt 1966).
   UpdateResult updateWheels(const Twist2& twist, bool turn_rate_known, Duration interval,
                             std::optional<double> gyro_mean);
   /// Gyro about z [rad/s], h = omega + b_g. Corrects the bias at standstill only, for the same reason.
@@ -98,7 +97,7 @@ class Ekf {
  private:
   template <int N>
   UpdateResult correct(const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 6>& H,
-                       const Eigen::Matrix<double, N, N>& R, bool consider_bias, bool gated);
+                       const Eigen::Matrix<double, N, N>& R, bool consider_bias, int gate_degrees);
   void updateStandstill();
   bool gyroActive() const { return gyro_stamp_ && toSeconds(stamp_ - *gyro_stamp_) < config_->gyro_timeout; }
   bool detectSlip(double wheel_rate, double gyro_rate, double interval);
@@ -112,7 +111,7 @@ class Ekf {
   double slip_evidence_ = 0.0;  // [rad] wheels minus gyro, leaky over slip_window
   double slip_turned_ = 0.0;    // [rad] angle turned, leaky over slip_window
   bool slip_ = false;
-  int rejected_in_a_row_ = 0;   // pose measurements
+  int rejected_in_a_row_ = 0;  // pose measurements
   EkfCounters counters_;
 };
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "mapping/map_files.hpp"
 
-#include <png.h>
-
 #include <array>
 #include <cerrno>
 #include <cmath>
@@ -10,6 +8,8 @@
 #include <cstring>
 #include <fstream>
 #include <iomanip>
+#include <optional>
+#include <png.h>
 #include <sstream>
 #include <stdexcept>
 
@@ -87,14 +87,26 @@ std::string readWhole(const fs::path& file) {
 }
 
 /// The value after `key:` of a flat YAML file, as map_server writes it.
-std::string yamlValue(const fs::path& file, const std::string& text, const std::string& key) {
+std::optional<std::string> findYamlValue(const std::string& text, const std::string& key) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
     if (line.rfind(key + ":", 0) != 0) continue;
     const auto begin = line.find_first_not_of(" \t", key.size() + 1);
     return begin == std::string::npos ? "" : line.substr(begin, line.find_last_not_of(" \t\r") + 1 - begin);
   }
-  fail(file, "no key '" + key + "'; is it a map_server file?");
+  return std::nullopt;
+}
+
+std::string yamlValue(const fs::path& file, const std::string& text, const std::string& key) {
+  const auto value = findYamlValue(text, key);
+  if (!value) fail(file, "no key '" + key + "'; is it a map_server file?");
+  return *value;
+}
+
+/// What this reader cannot honour must not be passed over.
+void requireYaml(const fs::path& file, const std::string& text, const std::string& key, const std::string& wanted) {
+  const auto value = findYamlValue(text, key);
+  if (value && *value != wanted) fail(file, key + ": '" + *value + "' is not supported; only '" + wanted + "' is");
 }
 
 }  // namespace
@@ -111,13 +123,17 @@ void writeMapFiles(const fs::path& prefix, const MapImage& image, std::span<cons
 
 MapImage readMapFiles(const fs::path& yaml) {
   const std::string text = readWhole(yaml);
+  requireYaml(yaml, text, "mode", "trinary");
+  requireYaml(yaml, text, "negate", "0");
   MapImage image;
   try {
     image.resolution = std::stod(yamlValue(yaml, text, "resolution"));
     std::string origin = yamlValue(yaml, text, "origin");
     for (char& c : origin) c = (c == '[' || c == ']' || c == ',') ? ' ' : c;
     std::istringstream numbers(origin);
-    if (!(numbers >> image.origin_x >> image.origin_y)) fail(yaml, "origin is not [x, y, yaw]");
+    double yaw = 0.0;
+    if (!(numbers >> image.origin_x >> image.origin_y >> yaw)) fail(yaml, "origin is not [x, y, yaw]");
+    if (yaw != 0.0) fail(yaml, "origin: a yaw other than 0 is not supported");
   } catch (const std::logic_error&) {
     fail(yaml, "resolution is not a number");
   }

@@ -40,9 +40,8 @@ MapImage renderMap(const OccupancyGrid& grid) {
   image.origin_y = low.row * grid.resolution();
   image.cells.assign(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height),
                      MapImage::kUnknown);
-  forEachCell([&](CellIndex cell, std::uint8_t value) {
-    image.at(cell.column - low.column, cell.row - low.row) = value;
-  });
+  forEachCell(
+      [&](CellIndex cell, std::uint8_t value) { image.at(cell.column - low.column, cell.row - low.row) = value; });
   return image;
 }
 

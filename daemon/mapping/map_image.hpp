@@ -13,10 +13,10 @@ struct MapImage {
   static constexpr double kOccupiedThreshold = 0.65;  ///< [1] more is occupied
   static constexpr double kFreeThreshold = 0.196;     ///< [1] less is free; with 0.25, value 205 would load as free
 
-  int width = 0, height = 0;                 ///< [cells]
-  double resolution = 0.05;                  ///< [m]
-  double origin_x = 0.0, origin_y = 0.0;     ///< [m] lower-left corner of the lower-left cell in map
-  std::vector<std::uint8_t> cells;           ///< width * height
+  int width = 0, height = 0;              ///< [cells]
+  double resolution = 0.05;               ///< [m]
+  double origin_x = 0.0, origin_y = 0.0;  ///< [m] lower-left corner of the lower-left cell in map
+  std::vector<std::uint8_t> cells;        ///< width * height
 
   std::uint8_t& at(int column, int row) {
     return cells[static_cast<std::size_t>(height - 1 - row) * static_cast<std::size_t>(width) +

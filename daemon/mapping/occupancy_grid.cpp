@@ -37,7 +37,8 @@ void OccupancyGrid::change(CellIndex index, LogOdds by) {
   if (cell.scan == scan_) return;
   cell.scan = scan_;
   cell.log_odds = static_cast<LogOdds>(std::clamp<int>(cell.log_odds + by, min_, max_));
-  if (changed_.empty() || (changed_.back() != tile && std::find(changed_.begin(), changed_.end(), tile) == changed_.end())) {
+  if (changed_.empty() ||
+      (changed_.back() != tile && std::find(changed_.begin(), changed_.end(), tile) == changed_.end())) {
     changed_.push_back(tile);
   }
 }

@@ -54,7 +54,8 @@ Pose2 align(const PairSums& sums) {
 MatchResult matchPointToPoint(const Reference& reference, std::span<const ScanPoint> points, const Pose2& guess,
                               const MatchConfig& config) noexcept {
   MatchResult result{.T_ref_base = guess};
-  const double reach = config.initial_pair_distance + config.search_translation + config.search_rotation * meanRange(points);
+  const double reach =
+      config.initial_pair_distance + config.search_translation + config.search_rotation * meanRange(points);
   double gate = std::max(reach, config.final_pair_distance);
   while (result.iterations < config.max_iterations) {
     ++result.iterations;
@@ -69,8 +70,8 @@ MatchResult matchPointToPoint(const Reference& reference, std::span<const ScanPo
     result.T_ref_base = next;
     const bool narrow = gate <= config.final_pair_distance;
     gate = std::max(config.final_pair_distance, gate * config.pair_distance_decay);
-    const bool settled = std::hypot(step.x, step.y) < config.translation_tolerance &&
-                         std::abs(step.theta) < config.rotation_tolerance;
+    const bool settled =
+        std::hypot(step.x, step.y) < config.translation_tolerance && std::abs(step.theta) < config.rotation_tolerance;
     if (!settled || !narrow) continue;
 
     result.residual = std::sqrt(sums.squared_distance / sums.pairs);

@@ -24,8 +24,8 @@ struct MatchResult {
   Eigen::Matrix3d directions = Eigen::Matrix3d::Identity();  ///< columns: unit directions, the observable ones first
   int observable = 0;                                        ///< 0..3
   int pairs = 0;                                             ///< points matched at the last iterate
-  double overlap = 0.0;  ///< share of the points within overlap_distance of the reference, 0..1
-  double residual = 0.0; ///< [m] RMS distance of those from their lines (point to point: from their points)
+  double overlap = 0.0;   ///< share of the points within overlap_distance of the reference, 0..1
+  double residual = 0.0;  ///< [m] RMS distance of those from their lines (point to point: from their points)
   int iterations = 0;
 
   bool usable() const {
@@ -36,20 +36,20 @@ struct MatchResult {
 /// Settings shared by matchPointToPoint() and matchPointToLine().
 struct MatchConfig {
   int max_iterations = 40;
-  int min_pairs = 20;                    ///< fewer matched points than this is a failure
-  double search_translation = 0.0;       ///< [m] how far the guess may be off ...
-  double search_rotation = 0.0;          ///< [rad] ... beyond what initial_pair_distance covers
-  double initial_pair_distance = 1.00;   ///< [m] gate on the distance of a pair in the first iteration ...
-  double final_pair_distance = 0.50;     ///< [m] ... narrowed to this
-  double pair_distance_decay = 0.70;     ///< [1] per iteration
-  double kernel_scale = 0.05;            ///< [m] residual at which a pair has lost 3/4 of its weight
-  double translation_tolerance = 3e-4;   ///< [m] a step below both tolerances has converged
-  double rotation_tolerance = 1e-4;      ///< [rad]
-  double point_weight = 0.3;             ///< [1] of a corner point against a point on a wall
-  double range_sigma = 0.015;            ///< [m] standard deviation of one lidar range
-  double overlap_distance = 0.10;        ///< [m] a point this near to its line agrees with the reference
-  double min_overlap = 0.50;             ///< [1] less agreement than this is no match
-  double min_information = 0.01;         ///< [1] a direction seen by less than this share of the pairs is blind
+  int min_pairs = 20;                   ///< fewer matched points than this is a failure
+  double search_translation = 0.0;      ///< [m] how far the guess may be off ...
+  double search_rotation = 0.0;         ///< [rad] ... beyond what initial_pair_distance covers
+  double initial_pair_distance = 1.00;  ///< [m] gate on the distance of a pair in the first iteration ...
+  double final_pair_distance = 0.50;    ///< [m] ... narrowed to this
+  double pair_distance_decay = 0.70;    ///< [1] per iteration
+  double kernel_scale = 0.05;           ///< [m] residual at which a pair has lost 3/4 of its weight
+  double translation_tolerance = 3e-4;  ///< [m] a step below both tolerances has converged
+  double rotation_tolerance = 1e-4;     ///< [rad]
+  double point_weight = 0.3;            ///< [1] of a corner point against a point on a wall
+  double range_sigma = 0.015;           ///< [m] standard deviation of one lidar range
+  double overlap_distance = 0.10;       ///< [m] a point this near to its line agrees with the reference
+  double min_overlap = 0.50;            ///< [1] less agreement than this is no match
+  double min_information = 0.01;        ///< [1] a direction seen by less than this share of the pairs is blind
 };
 
 }  // namespace slam

@@ -31,7 +31,8 @@ ObservableStep solveObservable(const NormalEquations& equations, double lever, d
   result.inverse = S * inverse * S;
   result.step = -result.inverse * equations.g;
 
-  // Directions in (x, y, theta): a blind direction must stay blind there, so span the observable ones as its complement.
+  // Directions in (x, y, theta): a blind direction must stay blind there, so span the observable ones as its
+  // complement.
   if (n == 3) return result;
   for (int i = n; i < 3; ++i) result.directions.col(i) = (S * kept.col(i)).normalized();
   if (n == 2) {
@@ -40,7 +41,8 @@ ObservableStep solveObservable(const NormalEquations& equations, double lever, d
     result.directions.col(0) = u;
     result.directions.col(1) = b.cross(u);
   } else {
-    result.directions.col(0) = Eigen::Vector3d(result.directions.col(1)).cross(Eigen::Vector3d(result.directions.col(2))).normalized();
+    result.directions.col(0) =
+        Eigen::Vector3d(result.directions.col(1)).cross(Eigen::Vector3d(result.directions.col(2))).normalized();
   }
   return result;
 }

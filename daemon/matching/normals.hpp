@@ -7,13 +7,13 @@
 namespace slam {
 
 struct NormalConfig {
-  double min_support = 0.12;       ///< [m] a line is fitted over neighbours up to this far on either side
-  int min_neighbours = 2;          ///< on either side together
-  int max_neighbours = 8;          ///< on one side
-  double max_gap = 0.20;           ///< [m] neighbours further apart than this are not one wall ...
-  double max_gap_per_range = 0.09; ///< [m/m] ... nor than this share of the range (1 degree beams at 79 degrees)
-  double range_sigma = 0.015;      ///< [m] standard deviation of one lidar range
-  double max_line_error = 0.04;    ///< [m] RMS distance of the neighbours from the line; more is a corner
+  double min_support = 0.12;        ///< [m] a line is fitted over neighbours up to this far on either side
+  int min_neighbours = 2;           ///< on either side together
+  int max_neighbours = 8;           ///< on one side
+  double max_gap = 0.20;            ///< [m] neighbours further apart than this are not one wall ...
+  double max_gap_per_range = 0.09;  ///< [m/m] ... nor than this share of the range (1 degree beams at 79 degrees)
+  double range_sigma = 0.015;       ///< [m] standard deviation of one lidar range
+  double max_line_error = 0.04;     ///< [m] RMS distance of the neighbours from the line; more is a corner
 };
 
 /// Fits a line through each point's neighbours in acquisition order and stores its normal and the normal's variance

@@ -11,12 +11,12 @@ namespace {
 
 constexpr double kSameFace = 0.2;  // cosine: a point and a surfel whose normals differ by more are two faces
 
-constexpr double kDamping = 0.7;   // per change of the step's direction
+constexpr double kDamping = 0.7;  // per change of the step's direction
 
 struct Sums {
   NormalEquations equations;
-  int agreeing = 0;              // pairs within overlap_distance of their line
-  double agreeing_error = 0.0;   // [m^2] sum of their squared residuals
+  int agreeing = 0;             // pairs within overlap_distance of their line
+  double agreeing_error = 0.0;  // [m^2] sum of their squared residuals
 };
 
 Sums linearize(const Reference& reference, std::span<const ScanPoint> points, const Pose2& T, double gate,
@@ -54,8 +54,8 @@ Sums linearize(const Reference& reference, std::span<const ScanPoint> points, co
     const double e = nx * dx + ny * dy;
     const double k = 1.0 / (1.0 + e * e * inverse_kernel);
     const double w = k * trust;
-    const double jt = ny * rx - nx * ry;         // n . R' p
-    const double ft = nx * rx + ny * ry;         // t . R' p, t = (-ny, nx) along the wall
+    const double jt = ny * rx - nx * ry;  // n . R' p
+    const double ft = nx * rx + ny * ry;  // t . R' p, t = (-ny, nx) along the wall
     const double v = w * surfel->normal_variance;
     h00 += w * nx * nx, h01 += w * nx * ny, h02 += w * nx * jt, h11 += w * ny * ny, h12 += w * ny * jt;
     h22 += w * jt * jt, g0 += w * nx * e, g1 += w * ny * e, g2 += w * jt * e;
@@ -109,8 +109,8 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
     T = {T.x + step.x(), T.y + step.y(), wrapAngle(T.theta + step.z())};
     const bool narrow = gate <= config.final_pair_distance;
     gate = std::max(config.final_pair_distance, gate * config.pair_distance_decay);
-    const bool settled = step.head<2>().norm() < config.translation_tolerance &&
-                         std::abs(step.z()) < config.rotation_tolerance;
+    const bool settled =
+        step.head<2>().norm() < config.translation_tolerance && std::abs(step.z()) < config.rotation_tolerance;
     if (!settled) continue;
     if (!narrow) {  // nothing moves at the wide gate: go to the narrow one at once
       gate = config.final_pair_distance;
@@ -118,7 +118,8 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
     }
 
     result.residual = std::sqrt(sums.agreeing_error / std::max(1, sums.agreeing));
-    const double variance = std::max(config.range_sigma * config.range_sigma, equations.squared_error / equations.weight);
+    const double variance =
+        std::max(config.range_sigma * config.range_sigma, equations.squared_error / equations.weight);
     result.covariance = variance * solution.inverse;
     result.directions = solution.directions;
     if (result.overlap < config.min_overlap) {

@@ -125,9 +125,9 @@ void Reference::insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, 
   } else {
     return;
   }
-  surfels_[static_cast<std::size_t>(id)] = {
-      static_cast<float>(p.x()),      static_cast<float>(p.y()),           static_cast<float>(normal.x()),
-      static_cast<float>(normal.y()), static_cast<float>(normal_variance), 1.0F};
+  surfels_[static_cast<std::size_t>(id)] = {static_cast<float>(p.x()),           static_cast<float>(p.y()),
+                                            static_cast<float>(normal.x()),      static_cast<float>(normal.y()),
+                                            static_cast<float>(normal_variance), 1.0F};
   ++count_;
   enter(fine_, id);
   enter(coarse_, id);

@@ -12,31 +12,32 @@
 namespace slam {
 
 struct ReferenceConfig {
-  double extent = 102.4;        ///< [m] side of the square kept around the robot; rounded up to a power of two of cells
-  double fine_cell = 0.05;      ///< [m] of the table used near convergence
-  double fine_radius = 0.25;    ///< [m] it knows the nearest surfel up to here
-  double coarse_cell = 0.20;    ///< [m] of the table used while the guess is still far
-  double coarse_radius = 2.0;   ///< [m] it knows the nearest surfel up to here
-  double surfel_spacing = 0.05; ///< [m] points closer than this along a wall are one surfel
-  double merge_distance = 0.08; ///< [m] and closer than this across it
-  int max_observations = 30;    ///< weight of a surfel's past: more makes the reference stiffer
-  int max_surfels = 1 << 17;    ///< memory bound
+  double extent = 102.4;       ///< [m] side of the square kept around the robot; rounded up to a power of two of cells
+  double fine_cell = 0.05;     ///< [m] of the table used near convergence
+  double fine_radius = 0.25;   ///< [m] it knows the nearest surfel up to here
+  double coarse_cell = 0.20;   ///< [m] of the table used while the guess is still far
+  double coarse_radius = 2.0;  ///< [m] it knows the nearest surfel up to here
+  double surfel_spacing = 0.05;  ///< [m] points closer than this along a wall are one surfel
+  double merge_distance = 0.08;  ///< [m] and closer than this across it
+  int max_observations = 30;     ///< weight of a surfel's past: more makes the reference stiffer
+  int max_surfels = 1 << 17;     ///< memory bound
 };
 
 /// A piece of wall: mean of the points seen there, with its line.
 struct Surfel {
-  float x = 0.0F, y = 0.0F;     ///< [m] in the reference frame
-  float nx = 0.0F, ny = 0.0F;   ///< unit normal, towards free space
-  float normal_variance = 0.0F; ///< [rad^2]
-  float observations = 0.0F;    ///< points merged, at most max_observations
+  float x = 0.0F, y = 0.0F;      ///< [m] in the reference frame
+  float nx = 0.0F, ny = 0.0F;    ///< unit normal, towards free space
+  float normal_variance = 0.0F;  ///< [rad^2]
+  float observations = 0.0F;     ///< points merged, at most max_observations
   bool isLine() const { return nx != 0.0F || ny != 0.0F; }
 };
 
-/// The fixed set that scans are matched against: surfels of the keyframes around the robot, with two look-up tables that
-/// hold, for each cell, the surfel nearest to the cell's centre. A look-up costs one table access whatever the size.
+/// The fixed set that scans are matched against: surfels of the keyframes around the robot, with two look-up tables
+/// that hold, for each cell, the surfel nearest to the cell's centre. A look-up costs one table access whatever the
+/// size.
 ///
-/// The tables are tori over a square window that follows the robot: moving it clears the strips that leave it. Memory is
-/// taken at construction; nothing allocates afterwards.
+/// The tables are tori over a square window that follows the robot: moving it clears the strips that leave it. Memory
+/// is taken at construction; nothing allocates afterwards.
 class Reference {
  public:
   explicit Reference(const ReferenceConfig& config = {});

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "runtime/realtime.hpp"
 
+#include <cerrno>
+#include <cstring>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
-
-#include <cerrno>
-#include <cstring>
 
 namespace slam {
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
-#include <pthread.h>
-
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <pthread.h>
 #include <string>
 
 #include "core/timestamp.hpp"
@@ -14,12 +13,12 @@ namespace slam {
 
 struct WorkerConfig {
   std::string name;
-  double rate = 0.0;   ///< [Hz] fixed rate; 0: the body waits by itself and is called again at once
-  int priority = 0;    ///< SCHED_FIFO; 0: normal scheduling
+  double rate = 0.0;  ///< [Hz] fixed rate; 0: the body waits by itself and is called again at once
+  int priority = 0;   ///< SCHED_FIFO; 0: normal scheduling
 };
 
-/// A thread that calls its body until it is told to stop: at a fixed rate by absolute deadlines, or as often as the body
-/// returns. A tick that ends after the next one's deadline is an overrun; the deadlines it missed are skipped, not
+/// A thread that calls its body until it is told to stop: at a fixed rate by absolute deadlines, or as often as the
+/// body returns. A tick that ends after the next one's deadline is an overrun; the deadlines it missed are skipped, not
 /// caught up, so that a hiccup does not become a burst.
 class Worker {
  public:

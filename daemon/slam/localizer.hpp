@@ -20,10 +20,10 @@ namespace slam {
 /// Extrinsics of the lidar and what its readings are worth.
 struct LidarModel {
   Pose2 T_base_lidar;
-  double range_min = 0.15;       ///< [m] shorter returns are not obstacles
-  double range_max = 12.0;       ///< [m] longer returns are not trusted
-  double range_sigma = 0.015;    ///< [m] standard deviation of one range
-  double time_offset = 0.0;      ///< [s] added to the lidar's stamps
+  double range_min = 0.15;     ///< [m] shorter returns are not obstacles
+  double range_max = 12.0;     ///< [m] longer returns are not trusted
+  double range_sigma = 0.015;  ///< [m] standard deviation of one range
+  double time_offset = 0.0;    ///< [s] added to the lidar's stamps
 };
 
 /// When a scan is kept for reference and map.
@@ -42,22 +42,22 @@ struct LocalizerConfig {
   ReferenceConfig reference;
   MatchConfig match;
   KeyframeConfig keyframe;
-  double degraded_after = 1.0;      ///< [s] without a matched scan
-  double lost_position_sigma = 1.0; ///< [m] a position this uncertain is not valid
+  double degraded_after = 1.0;       ///< [s] without a matched scan
+  double lost_position_sigma = 1.0;  ///< [m] a position this uncertain is not valid
 };
 
 struct LocalizerCounters {
   std::uint32_t scans = 0, matched = 0, partly_observable = 0, unmatched = 0, gated = 0, keyframes = 0;
-  std::uint32_t scans_too_late = 0;     ///< older than the filter's window
-  std::uint32_t scans_retimed = 0;      ///< stamp not after its predecessor's
-  std::uint32_t clock_resets = 0;       ///< stamps jumped back by seconds
-  std::uint32_t samples_late = 0;       ///< wheel and IMU samples fused at their place behind newer ones
-  std::uint32_t samples_too_old = 0;    ///< wheel and IMU samples dropped
+  std::uint32_t scans_too_late = 0;   ///< older than the filter's window
+  std::uint32_t scans_retimed = 0;    ///< stamp not after its predecessor's
+  std::uint32_t clock_resets = 0;     ///< stamps jumped back by seconds
+  std::uint32_t samples_late = 0;     ///< wheel and IMU samples fused at their place behind newer ones
+  std::uint32_t samples_too_old = 0;  ///< wheel and IMU samples dropped
 };
 
 /// What one scan did.
 struct ScanOutcome {
-  Timestamp stamp;                     ///< of the scan in the filter's time
+  Timestamp stamp;  ///< of the scan in the filter's time
   MatchResult match;
   Duration match_time{0};              ///< spent in the matcher; 0 without a stopwatch
   bool fused = false;                  ///< the match passed the filter's gate

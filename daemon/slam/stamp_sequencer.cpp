@@ -6,10 +6,11 @@
 namespace slam {
 namespace {
 
-constexpr double kReset = 5.0;          // [s] a jump back by more is a clock that was set
-constexpr double kLeastShare = 0.25;    // of the usual interval, between two stamps
-constexpr double kMemory = 0.05;        // gain of the running mean
-constexpr double kLongestShare = 3.0;   // of the usual interval: longer ones are pauses, not the stream's rate
+constexpr double kReset = 5.0;        // [s] a jump back by more is a clock that was set
+constexpr double kLeastShare = 0.25;  // of the usual interval, between two stamps
+constexpr int kFirstSteps = 5;
+constexpr double kMemory = 0.05;       // gain of the running mean
+constexpr double kLongestShare = 3.0;  // of the usual interval: longer ones are pauses, not the stream's rate
 
 }  // namespace
 
@@ -23,8 +24,8 @@ Timestamp StampSequencer::next(Timestamp recorded) {
     shift_ = *last_ + fromSeconds(interval_) - recorded;
   }
   const double step = std::max(0.0, toSeconds(recorded - *last_recorded_));
-  if (interval_ == 0.0) {
-    interval_ = step;
+  if (steps_ < kFirstSteps) {  // one of them may be a pause
+    if (step > 0.0) interval_ = steps_++ == 0 ? step : std::min(interval_, step);
   } else {
     interval_ += kMemory * (std::min(step, kLongestShare * interval_) - interval_);
   }

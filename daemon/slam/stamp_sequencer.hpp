@@ -23,7 +23,8 @@ class StampSequencer {
  private:
   std::optional<Timestamp> last_recorded_, last_;
   Duration shift_{0};
-  double interval_ = 0.0;  // [s] running mean
+  double interval_ = 0.0;  // [s] running mean, once some steps were seen; before, the shortest of them
+  int steps_ = 0;
   std::uint32_t retimed_ = 0, clock_resets_ = 0;
 };
 

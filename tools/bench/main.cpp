@@ -13,21 +13,23 @@ struct NoiseRow {
   double translation, rotation_degrees;  // [m], [deg]
   double csm_success;                    // [%] of the CSM library on the same pairs
 };
-constexpr NoiseRow kRows[] = {{0.0, 0.0, 99.8}, {0.1, 5.0, 98.6}, {0.2, 10.0, 96.6}, {0.3, 20.0, 90.2}, {0.5, 30.0, 81.5}};
+constexpr NoiseRow kRows[] = {
+    {0.0, 0.0, 99.8}, {0.1, 5.0, 98.6}, {0.2, 10.0, 96.6}, {0.3, 20.0, 90.2}, {0.5, 30.0, 81.5}};
 
 void printMatchers(const std::vector<slam::ScanPair>& pairs, const slam::Config& config, std::uint64_t seed) {
   std::printf("%zu pairs of scans, seed %llu; success: within 0.10 m and 2 deg\n", pairs.size(),
               static_cast<unsigned long long>(seed));
   std::printf("%-9s %-18s %8s %6s %14s %18s %12s %18s\n", "matcher", "noise", "success", "CSM", "wrong/refused",
               "median error", "iterations", "time [us]");
-  for (const auto& [name, matcher] : {std::pair("ICP", slam::Matcher::kPointToPoint), {"PL-ICP", slam::Matcher::kPointToLine}}) {
+  for (const auto& [name, matcher] :
+       {std::pair("ICP", slam::Matcher::kPointToPoint), {"PL-ICP", slam::Matcher::kPointToLine}}) {
     for (const NoiseRow& row : kRows) {
       const auto r = slam::matchPairs(pairs, matcher, row.translation, row.rotation_degrees * std::numbers::pi / 180.0,
                                       seed, config);
-      std::printf("%-9s +-%.1f m, %4.1f deg %7.1f%% %5.1f%% %7d/%-6d %.4f m %.3f deg %5.0f p99 %-4.0f %6.0f p99 %-6.0f\n",
-                  name, row.translation, row.rotation_degrees, 100.0 * r.success, row.csm_success, r.wrong,
-                  r.wrong_refused, r.median_translation, r.median_rotation, r.median_iterations, r.p99_iterations,
-                  r.median_us, r.p99_us);
+      std::printf(
+          "%-9s +-%.1f m, %4.1f deg %7.1f%% %5.1f%% %7d/%-6d %.4f m %.3f deg %5.0f p99 %-4.0f %6.0f p99 %-6.0f\n", name,
+          row.translation, row.rotation_degrees, 100.0 * r.success, row.csm_success, r.wrong, r.wrong_refused,
+          r.median_translation, r.median_rotation, r.median_iterations, r.p99_iterations, r.median_us, r.p99_us);
     }
   }
 }

@@ -39,7 +39,8 @@ double quantile(std::vector<double> values, double q) {
 /// The scan nearest to the stamp: some lie only a millisecond apart.
 const RecordedScan* find(const std::map<Timestamp, RecordedScan>& scans, Timestamp stamp) {
   auto nearest = scans.lower_bound(stamp);
-  if (nearest == scans.end() || (nearest != scans.begin() && stamp - std::prev(nearest)->first < nearest->first - stamp)) {
+  if (nearest == scans.end() ||
+      (nearest != scans.begin() && stamp - std::prev(nearest)->first < nearest->first - stamp)) {
     if (nearest == scans.begin()) return nullptr;
     --nearest;
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <sstream>
@@ -38,7 +39,8 @@ Trajectory readTrajectory(const std::filesystem::path& file) {
     long double t = 0.0L;  // seconds since the epoch with microseconds need more than a double's half digit
     double x, y, z, qx, qy, qz, qw;
     std::istringstream row(line);
-    if (!(row >> t >> x >> y >> z >> qx >> qy >> qz >> qw)) {
+    const bool eight = static_cast<bool>(row >> t >> x >> y >> z >> qx >> qy >> qz >> qw) && (row >> std::ws).eof();
+    if (!eight || !(std::abs(t) < 9.2e9L)) {
       throw std::runtime_error(file.string() + ":" + std::to_string(number) +
                                ": not a TUM row; expected 't tx ty tz qx qy qz qw'");
     }

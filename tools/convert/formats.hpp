@@ -17,10 +17,11 @@ ConvertReport convertToCarmen(const std::filesystem::path& in, const std::filesy
 
 /// Comma-separated tables with a header line each, all on one clock; an empty path is left out.
 struct CsvInput {
-  std::filesystem::path scans;     ///< t_s, then raw words: range_cm = word & 8191 (8191: none), from -90 deg in equal steps
-  std::filesystem::path speed;     ///< t_s,v_m_s
-  std::filesystem::path imu;       ///< t_s | stamp_s, ax_g..az_g, wx_rad_s..wz_rad_s
-  std::filesystem::path encoders;  ///< stamp_s, front right, front left, rear right, rear left ticks per interval
+  std::filesystem::path
+      scans;  ///< t_s, then raw words: range_cm = word & 8191 (8191: none), from -90 deg in equal steps
+  std::filesystem::path speed;         ///< t_s,v_m_s
+  std::filesystem::path imu;           ///< t_s | stamp_s, ax_g..az_g, wx_rad_s..wz_rad_s
+  std::filesystem::path encoders;      ///< stamp_s, front right, front left, rear right, rear left ticks per interval
   double metres_per_tick = 0.0022168;  ///< of the encoders (254 mm wheel, 360 counts a turn)
   double half_track = 0.44;            ///< [m] of the encoders' base: half its effective track
   double imu_sign_z = 1.0;             ///< -1 where the IMU's z axis points down

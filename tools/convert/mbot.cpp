@@ -12,11 +12,11 @@
 namespace slam {
 namespace {
 
-constexpr std::uint64_t kLidar = 0x89dc5b879a5056cf;          // lidar_t and its namesakes
-constexpr std::uint64_t kMaebotEncoders = 0x7d090bfb221d74f9; // 2016
-constexpr std::uint64_t kMaebotFeedback = 0x8dc5a028fca42ff9; // 2014-15
-constexpr std::uint64_t kMaebotImu = 0xed966784146237ec;      // 2016, raw counts, no time of its own
-constexpr std::uint64_t kMaebotSensors = 0xc320824c265e849a;  // 2014-15, raw counts
+constexpr std::uint64_t kLidar = 0x89dc5b879a5056cf;           // lidar_t and its namesakes
+constexpr std::uint64_t kMaebotEncoders = 0x7d090bfb221d74f9;  // 2016
+constexpr std::uint64_t kMaebotFeedback = 0x8dc5a028fca42ff9;  // 2014-15
+constexpr std::uint64_t kMaebotImu = 0xed966784146237ec;       // 2016, raw counts, no time of its own
+constexpr std::uint64_t kMaebotSensors = 0xc320824c265e849a;   // 2014-15, raw counts
 
 constexpr double kMetresPerTick = 8.2e-5, kHalfTrack = 0.0415;  // [m]
 constexpr double kGyroCounts = 131.0;                           // per deg/s
@@ -61,7 +61,8 @@ bool readScan(Fields& fields, LaserScan& scan, std::int64_t& utime) {
     scan.storage[static_cast<std::size_t>(i)].bearing = static_cast<float>(wrapAngle(-fields.real()));
   }
   for (auto i = 0; i < n; ++i) {
-    scan.storage[static_cast<std::size_t>(i)].time_offset = static_cast<float>(1e-6 * static_cast<double>(fields.int64() - utime));
+    scan.storage[static_cast<std::size_t>(i)].time_offset =
+        static_cast<float>(1e-6 * static_cast<double>(fields.int64() - utime));
   }
   for (auto i = 0; i < n; ++i) scan.storage[static_cast<std::size_t>(i)].intensity = fields.real();
   scan.stamp = fromMicroseconds(utime);
@@ -115,7 +116,8 @@ ConvertReport convertMbot(const std::filesystem::path& in, const std::filesystem
         continue;
       }
       if (have_ticks) {
-        const double travel_left = kMetresPerTick * (left - last_left), travel_right = kMetresPerTick * (right - last_right);
+        const double travel_left = kMetresPerTick * (left - last_left),
+                     travel_right = kMetresPerTick * (right - last_right);
         pose = pose * exp({0.5 * (travel_left + travel_right), 0.0, (travel_right - travel_left) / (2.0 * kHalfTrack)});
       }
       have_ticks = true;

@@ -12,8 +12,8 @@ namespace {
 constexpr double kWheelRadius = 0.077, kHalfTrack = 0.165;  // [m]
 constexpr double kTicksPerTurn = 2000.0;
 constexpr std::size_t kFirstRange = 24, kBeams = 682, kMargin = 70;
-constexpr double kFirstBearing = -2.0 * std::numbers::pi / 3.0;                    // [rad] of beam 0: 240 deg in all
-constexpr double kStep = (4.0 * std::numbers::pi / 3.0) / (kBeams - 1);            // [rad]
+constexpr double kFirstBearing = -2.0 * std::numbers::pi / 3.0;          // [rad] of beam 0: 240 deg in all
+constexpr double kStep = (4.0 * std::numbers::pi / 3.0) / (kBeams - 1);  // [rad]
 
 }  // namespace
 

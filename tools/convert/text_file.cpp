@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/convert/text_file.hpp"
 
-#include <zlib.h>
-
 #include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstring>
 #include <stdexcept>
+#include <zlib.h>
 
 namespace slam {
 

@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::size_t kBeams = 180;
 constexpr double kMetresPerUnit = 0.01;
-constexpr double kNoReturn = 81.0;            // [m] the SICK's largest reading
-constexpr std::int64_t kEpoch = 1000000;      // [us] the recording's clock begins at 0, which is no stamp
+constexpr double kNoReturn = 81.0;        // [m] the SICK's largest reading
+constexpr std::int64_t kEpoch = 1000000;  // [us] the recording's clock begins at 0, which is no stamp
 
 }  // namespace
 
@@ -47,8 +47,8 @@ ConvertReport convertWean(const std::filesystem::path& in, const std::filesystem
     for (std::size_t i = 0; i < kBeams; ++i) {
       const double range = (*numbers)[6 + i] * kMetresPerUnit;
       const double bearing = -std::numbers::pi / 2.0 + std::numbers::pi / kBeams * static_cast<double>(i);
-      scan->push({.range = range >= kNoReturn ? 0.0F : static_cast<float>(range),
-                  .bearing = static_cast<float>(bearing)});
+      scan->push(
+          {.range = range >= kNoReturn ? 0.0F : static_cast<float>(range), .bearing = static_cast<float>(bearing)});
     }
     log.add(arrival, *scan, utime);
     ++report.scans;

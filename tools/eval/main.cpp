@@ -13,7 +13,8 @@ void printRelations(const slam::RelationErrors& e, bool json) {
   if (json) {
     std::printf(
         "{\"relations\": %d, \"left_out\": %d, \"translation_m\": {\"mean\": %.6f, \"std\": %.6f}, "
-        "\"rotation_deg\": {\"mean\": %.6f, \"std\": %.6f}, \"squared_translation_m2\": {\"mean\": %.8f, \"std\": %.8f}, "
+        "\"rotation_deg\": {\"mean\": %.6f, \"std\": %.6f}, \"squared_translation_m2\": {\"mean\": %.8f, \"std\": "
+        "%.8f}, "
         "\"squared_rotation_deg2\": {\"mean\": %.8f, \"std\": %.8f}}\n",
         e.used, e.left_out, e.translation.mean, e.translation.deviation, e.rotation.mean, e.rotation.deviation,
         e.squared_translation.mean, e.squared_translation.deviation, e.squared_rotation.mean,
@@ -76,18 +77,20 @@ int main(int argc, char** argv) {
   ate->add_flag("--no-align", no_align, "compare in the files' own frames");
   CLI::App* map = add("map", "occupied and free cells against a true map", "MAP.yaml", "TRUTH.yaml");
 
-  return slam::runProgram(app, argc, argv, SLAMD_VERSION, "slam-eval relations out/trajectory.tum intel.relations", [&] {
-    if (relations->parsed()) {
-      const auto errors = slam::relationErrors(slam::readTrajectory(estimate), slam::readRelations(truth));
-      if (errors.used == 0) throw std::runtime_error("no relation lies within the trajectory's time");
-      printRelations(errors, json);
-    } else if (ate->parsed()) {
-      const auto errors = slam::absoluteErrors(slam::readTrajectory(estimate), slam::readTrajectory(truth), !no_align);
-      if (errors.used == 0) throw std::runtime_error("the two trajectories have no time in common");
-      printAte(errors, json);
-    } else if (map->parsed()) {
-      printMap(slam::compareMaps(slam::readMapFiles(estimate), slam::readMapFiles(truth)), json);
-    }
-    return slam::kDone;
-  });
+  return slam::runProgram(
+      app, argc, argv, SLAMD_VERSION, "slam-eval relations out/trajectory.tum intel.relations", [&] {
+        if (relations->parsed()) {
+          const auto errors = slam::relationErrors(slam::readTrajectory(estimate), slam::readRelations(truth));
+          if (errors.used == 0) throw std::runtime_error("no relation lies within the trajectory's time");
+          printRelations(errors, json);
+        } else if (ate->parsed()) {
+          const auto errors =
+              slam::absoluteErrors(slam::readTrajectory(estimate), slam::readTrajectory(truth), !no_align);
+          if (errors.used == 0) throw std::runtime_error("the two trajectories have no time in common");
+          printAte(errors, json);
+        } else if (map->parsed()) {
+          printMap(slam::compareMaps(slam::readMapFiles(estimate), slam::readMapFiles(truth)), json);
+        }
+        return slam::kDone;
+      });
 }

@@ -14,9 +14,7 @@ namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
-Timestamp stampOf(long double seconds) {
-  return Timestamp(Duration(static_cast<std::int64_t>(seconds * 1e9L + 0.5L)));
-}
+Timestamp stampOf(long double seconds) { return Timestamp(Duration(static_cast<std::int64_t>(seconds * 1e9L + 0.5L))); }
 
 MeanAndDeviation ofSquares(std::vector<double> values) {
   for (double& value : values) value *= value;

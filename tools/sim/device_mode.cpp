@@ -19,9 +19,9 @@ namespace slam::sim {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr Duration kBoardPeriod = 20ms;     // the board renews its values at 50 Hz
-constexpr Duration kAfterwards = 1s;        // standing at the end, so that the last pose is published
-constexpr Duration kLidarLag = 10ms;        // the emulator works this far behind the simulation, which has the poses
+constexpr Duration kBoardPeriod = 20ms;  // the board renews its values at 50 Hz
+constexpr Duration kAfterwards = 1s;     // standing at the end, so that the last pose is published
+constexpr Duration kLidarLag = 10ms;     // the emulator works this far behind the simulation, which has the poses
 
 class DeviceSession {
  public:
@@ -134,8 +134,8 @@ class DeviceSession {
     const Pose2& pose = simulation_.robot().pose();
     char text[120];
     std::snprintf(text, sizeof text, "%s %5.1f s  x %6.2f m  y %6.2f m  heading %6.1f deg",
-                  released_ ? "driving" : "waiting for a driver", toSeconds(simulation_.now() - started_), pose.x, pose.y,
-                  pose.theta * 57.29578);
+                  released_ ? "driving" : "waiting for a driver", toSeconds(simulation_.now() - started_), pose.x,
+                  pose.y, pose.theta * 57.29578);
     showProgress(text);
   }
 

@@ -7,11 +7,11 @@
 namespace slam::sim {
 namespace {
 
-constexpr double kAcceleration = 0.5;          // [m/s^2]
-constexpr double kAngularAcceleration = 2.0;   // [rad/s^2]
-constexpr double kAligned = 0.005;             // [rad]
-constexpr double kThere = 0.01;                // [m]
-constexpr double kSteering = 1.5;              // [1/s] heading correction while driving
+constexpr double kAcceleration = 0.5;         // [m/s^2]
+constexpr double kAngularAcceleration = 2.0;  // [rad/s^2]
+constexpr double kAligned = 0.005;            // [rad]
+constexpr double kThere = 0.01;               // [m]
+constexpr double kSteering = 1.5;             // [1/s] heading correction while driving
 
 /// Speed from which the remaining way can still be braked.
 double braking(double way, double deceleration, double limit) {
@@ -40,7 +40,8 @@ Twist2 DriverModel::command(const Pose2& pose, double dt) {
     switch (phase_) {
       case Phase::kTurn:
         turn = turnBy(bearing);
-        if (distance < kThere || (std::abs(bearing) < kAligned && std::abs(twist_.omega) < 0.05)) phase_ = Phase::kDrive;
+        if (distance < kThere || (std::abs(bearing) < kAligned && std::abs(twist_.omega) < 0.05))
+          phase_ = Phase::kDrive;
         break;
       case Phase::kDrive:
         speed = braking(distance, 0.5 * kAcceleration, scene_.speed) * std::max(0.0, std::cos(bearing));

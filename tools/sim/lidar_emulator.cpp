@@ -60,7 +60,7 @@ void LidarEmulator::handle(Request request, Timestamp now, std::vector<std::uint
   switch (request) {
     case Request::kGetInfo:
       answer(AnswerType::kInfo, {kModel, kFirmwareMinor, kFirmwareMajor, kHardware, 0x53, 0x4C, 0x41, 0x4D, 0x44, 0x2D,
-                                 0x53, 0x49, 0x4D, 0x2D, 0x30, 0x30, 0x30, 0x30, 0x30, 0x31},
+                                 0x53,   0x49,           0x4D,           0x2D,      0x30, 0x30, 0x30, 0x30, 0x30, 0x31},
              out);
       break;
     case Request::kGetHealth:
@@ -104,10 +104,11 @@ void LidarEmulator::stream(Timestamp now, std::vector<std::uint8_t>& out) {
       const double angle = rawAngle(sample_);
       const double range = measure_(taken(sample_), bearingOf(angle));
       const bool start = sample_ > 0 && angle < rawAngle(sample_ - 1);
-      const auto node = rplidar::encodeStandardNode({.angle_q6 = static_cast<std::uint16_t>(std::lround(angle * 64) % 23040),
-                                                     .distance_q2 = static_cast<std::uint32_t>(std::lround(range * 4000.0)),
-                                                     .quality = static_cast<std::uint8_t>(range > 0.0 ? 15 : 0),
-                                                     .start = start});
+      const auto node =
+          rplidar::encodeStandardNode({.angle_q6 = static_cast<std::uint16_t>(std::lround(angle * 64) % 23040),
+                                       .distance_q2 = static_cast<std::uint32_t>(std::lround(range * 4000.0)),
+                                       .quality = static_cast<std::uint8_t>(range > 0.0 ? 15 : 0),
+                                       .start = start});
       out.insert(out.end(), node.begin(), node.end());
     }
     return;

@@ -18,8 +18,8 @@ namespace slam::sim {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr Timestamp kStart{1700000000s};           // any epoch, the same for every run
-constexpr Duration kBoardPeriod = 20ms;            // the board renews its values at 50 Hz
+constexpr Timestamp kStart{1700000000s};  // any epoch, the same for every run
+constexpr Duration kBoardPeriod = 20ms;   // the board renews its values at 50 Hz
 constexpr int kBeamsPerTurn = 360;
 
 /// Plays the sensors of one simulated drive into a log.
@@ -68,7 +68,8 @@ class LogSession {
       const double bearing = wrapAngle(-2.0 * std::numbers::pi * scan_->size / kBeamsPerTurn);
       const double range = lidar_.measure(pose, bearing);
       const Pose2 T_world_lidar = pose * LidarModel::kExtrinsics;
-      if (range > 0.0) truth_map_.see(T_world_lidar.translation(), T_world_lidar.theta + bearing, lidar_.trueRange(pose, bearing));
+      if (range > 0.0)
+        truth_map_.see(T_world_lidar.translation(), T_world_lidar.theta + bearing, lidar_.trueRange(pose, bearing));
       scan_->push({.range = static_cast<float>(range),
                    .bearing = static_cast<float>(bearing),
                    .time_offset = static_cast<float>(toSeconds(stamp - scan_->stamp)),

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/sim/pseudo_terminal.hpp"
 
-#include <fcntl.h>
-#include <stdlib.h>
-#include <termios.h>
-#include <unistd.h>
-
 #include <array>
 #include <cerrno>
+#include <fcntl.h>
+#include <stdlib.h>
 #include <system_error>
+#include <termios.h>
+#include <unistd.h>
 
 namespace slam::sim {
 namespace {

@@ -16,7 +16,8 @@ double quantised(double value, double step) { return step * std::round(value / s
 }  // namespace
 
 RobotModel::RobotModel(const RobotErrors& errors, std::uint64_t seed) : errors_(errors), random_(seed) {
-  for (Wheel& wheel : wheels_) wheel.true_radius = kNominalBase.wheel_radius * (1.0 + errors.wheel_radius * normal_(random_));
+  for (Wheel& wheel : wheels_)
+    wheel.true_radius = kNominalBase.wheel_radius * (1.0 + errors.wheel_radius * normal_(random_));
   true_half_track_ = kNominalBase.half_track * (1.0 + errors.track * normal_(random_));
   gyro_scale_ = 1.0 + errors.gyro_scale * normal_(random_);
   gyro_bias_ = errors.gyro_bias * normal_(random_);
@@ -31,7 +32,8 @@ void RobotModel::step(const Twist2& command, double dt) {
   // The drive's controller makes the base move as commanded; the wheels turn as their true geometry asks, and spin on
   // top of that while they slip.
   const bool moving = std::abs(command.vx) + std::abs(command.omega) > 0.01;
-  const double speeds[2] = {command.vx - true_half_track_ * command.omega, command.vx + true_half_track_ * command.omega};
+  const double speeds[2] = {command.vx - true_half_track_ * command.omega,
+                            command.vx + true_half_track_ * command.omega};
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     Wheel& wheel = wheels_[i];
     const double draw = uniform_(random_);

@@ -13,16 +13,16 @@ namespace slam::sim {
 
 /// Errors of the simulated robot; what a seed draws from.
 struct RobotErrors {
-  double wheel_radius = 0.01;          ///< [1] relative, each wheel
-  double track = 0.01;                 ///< [1] relative
-  double slip_interval = 25.0;         ///< [s] mean time between slips of one wheel while driving
-  double slip_time = 0.3;              ///< [s] of one slip
-  double slip_factor = 0.5;            ///< [1] a slipping wheel turns faster by this share
-  double gyro_noise = 0.0015;          ///< [rad/s] of one reading (0.005 deg/s/sqrt(Hz), 50 Hz, and vibration)
-  double gyro_bias = 0.015;            ///< [rad/s] at start
-  double gyro_bias_walk = 2e-5;        ///< [rad/s per sqrt(s)] an MPU6050 at constant temperature
-  double gyro_scale = 0.005;           ///< [1] relative
-  double accel_noise = 0.05;           ///< [m/s^2]
+  double wheel_radius = 0.01;    ///< [1] relative, each wheel
+  double track = 0.01;           ///< [1] relative
+  double slip_interval = 25.0;   ///< [s] mean time between slips of one wheel while driving
+  double slip_time = 0.3;        ///< [s] of one slip
+  double slip_factor = 0.5;      ///< [1] a slipping wheel turns faster by this share
+  double gyro_noise = 0.0015;    ///< [rad/s] of one reading (0.005 deg/s/sqrt(Hz), 50 Hz, and vibration)
+  double gyro_bias = 0.015;      ///< [rad/s] at start
+  double gyro_bias_walk = 2e-5;  ///< [rad/s per sqrt(s)] an MPU6050 at constant temperature
+  double gyro_scale = 0.005;     ///< [1] relative
+  double accel_noise = 0.05;     ///< [m/s^2]
 };
 
 /// Geometry that the odometry believes in (the HandsFree "stone v3"), and its encoders.
@@ -51,9 +51,9 @@ class RobotModel {
 
  private:
   struct Wheel {
-    double true_radius;        // [m]
-    double angle = 0.0;        // [rad] turned
-    double slipping = 0.0;     // [s] left
+    double true_radius;     // [m]
+    double angle = 0.0;     // [rad] turned
+    double slipping = 0.0;  // [s] left
   };
 
   RobotErrors errors_;
@@ -61,7 +61,7 @@ class RobotModel {
   std::normal_distribution<double> normal_{0.0, 1.0};
   std::uniform_real_distribution<double> uniform_{0.0, 1.0};
   std::array<Wheel, 2> wheels_;
-  double true_half_track_;   // [m]
+  double true_half_track_;  // [m]
   double gyro_scale_, gyro_bias_;
   Pose2 pose_;
   Twist2 twist_;

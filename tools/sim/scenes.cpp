@@ -57,13 +57,13 @@ Scene meetingRoom() {
   for (const double x : {1.6, 3.0, 4.4}) addTable(scene.world, x, -3.0, 1.35, 1.6);
   for (const double x : {1.3, 2.1, 3.3, 4.6}) addChair(scene.world, x, -4.35);
   for (const double x : {1.8, 3.1, 4.2}) addChair(scene.world, x, -1.65);
-  scene.world.add(Box{-1.25, -2.6, 0.0, 0.5, 1.8, 0.0, 1.9});     // cupboard
-  scene.world.add(Box{7.25, -1.6, 0.0, 0.5, 1.1, 0.0, 1.2});      // sideboard
-  scene.world.add(Box{2.4, 0.62, 0.0, 2.2, 0.4, 0.0, 0.8});       // radiator
-  scene.world.add(Box{5.6, -6.5, 0.35, 0.6, 0.4, 0.0, 0.7});      // crate, put down askew
-  scene.world.add(Cylinder{-1.1, 0.4, 0.22, 0.0, 1.1});           // plant
-  scene.world.add(Cylinder{7.2, -6.3, 0.18, 0.0, 0.6});           // bin
-  scene.world.add(Cylinder{0.6, -5.0, 0.12, 0.0, 2.5});           // pillar
+  scene.world.add(Box{-1.25, -2.6, 0.0, 0.5, 1.8, 0.0, 1.9});  // cupboard
+  scene.world.add(Box{7.25, -1.6, 0.0, 0.5, 1.1, 0.0, 1.2});   // sideboard
+  scene.world.add(Box{2.4, 0.62, 0.0, 2.2, 0.4, 0.0, 0.8});    // radiator
+  scene.world.add(Box{5.6, -6.5, 0.35, 0.6, 0.4, 0.0, 0.7});   // crate, put down askew
+  scene.world.add(Cylinder{-1.1, 0.4, 0.22, 0.0, 1.1});        // plant
+  scene.world.add(Cylinder{7.2, -6.3, 0.18, 0.0, 0.6});        // bin
+  scene.world.add(Cylinder{0.6, -5.0, 0.12, 0.0, 2.5});        // pillar
   scene.route = {{.pose = {6.0, 0.0, -30 * kDegree}, .measured = true},
                  {.pose = {6.0, -3.0, -90 * kDegree}, .measured = true},
                  {.pose = {6.0, -6.0, -90 * kDegree}, .measured = true},

@@ -11,10 +11,10 @@ namespace slam::sim {
 
 /// A place to drive to in a straight line, turning on the spot before and after.
 struct Waypoint {
-  Pose2 pose;               ///< in world; the robot stops with this heading ...
-  bool stop = true;         ///< ... or passes through without turning to it
-  double pause = 1.0;       ///< [s] standing there
-  bool measured = false;    ///< accuracy is reported here
+  Pose2 pose;             ///< in world; the robot stops with this heading ...
+  bool stop = true;       ///< ... or passes through without turning to it
+  double pause = 1.0;     ///< [s] standing there
+  bool measured = false;  ///< accuracy is reported here
 };
 
 /// A world and a drive through it. The robot starts at the origin, so world and map coincide.
@@ -22,9 +22,9 @@ struct Scene {
   std::string name;
   World world = {};
   std::vector<Waypoint> route = {};
-  double speed = 0.2;                 ///< [m/s]
-  double turn_rate = 0.5236;          ///< [rad/s] on the spot
-  double settle = 2.0;                ///< [s] standing before the drive
+  double speed = 0.2;         ///< [m/s]
+  double turn_rate = 0.5236;  ///< [rad/s] on the spot
+  double settle = 2.0;        ///< [s] standing before the drive
 };
 
 std::vector<std::string> sceneNames();

@@ -23,7 +23,7 @@ class TruthMap {
  private:
   const World& world_;
   double bottom_, top_;
-  MapImage image_;          // cells: kFree where something was looked through or at
+  MapImage image_;  // cells: kFree where something was looked through or at
 };
 
 }  // namespace slam::sim

@@ -66,7 +66,8 @@ void World::addWall(const Eigen::Vector2d& from, const Eigen::Vector2d& to, doub
   add(Box{middle.x(), middle.y(), std::atan2(along.y(), along.x()), along.norm() + thickness, thickness, 0.0, top});
 }
 
-std::optional<double> World::castRay(const Eigen::Vector3d& from, const Eigen::Vector3d& direction, double reach) const {
+std::optional<double> World::castRay(const Eigen::Vector3d& from, const Eigen::Vector3d& direction,
+                                     double reach) const {
   double nearest = kNever;
   for (const Box& box : boxes_) nearest = std::min(nearest, castBox(box, from, direction));
   for (const Cylinder& cylinder : cylinders_) nearest = std::min(nearest, castCylinder(cylinder, from, direction));
