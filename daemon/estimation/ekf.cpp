@@ -139,6 +139,7 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
 UpdateResult Ekf::updateGyro(double rate) {
   if (!std::isfinite(rate)) return UpdateResult::kUseless;
   standstill_.addGyro(stamp_, rate, x_[kGyroBias], config_->standstill);
+  updateStandstill();  // here too: between two wheel samples the turn rate has become uncertain again
   Eigen::Matrix<double, 1, 6> H = Eigen::Matrix<double, 1, 6>::Zero();
   H(0, kTurnRate) = H(0, kGyroBias) = 1.0;
   // While driving, the predicted turn rate comes from the wheels: learning the bias from the difference would let their

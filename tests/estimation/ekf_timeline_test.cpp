@@ -11,6 +11,8 @@
 namespace slam {
 namespace {
 
+using namespace std::chrono_literals;
+
 using std::chrono::milliseconds;
 using AnySample = std::variant<PoseMeasurement, WheelSample, ImuSample>;
 
@@ -285,6 +287,19 @@ TEST(EkfTimeline, DoesNotAllocateAfterConstruction) {
               run(timeline, samples);
             }),
             0U);
+}
+
+TEST(EkfTimeline, LearnsTheGyroBiasAtStandstillWhenGyroAndWheelsNeverComeTogether) {
+  // The board's answers interleave: no gyro sample has the stamp of a wheel sample.
+  EkfTimeline timeline({}, {});
+  const Timestamp start{100s};
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0.0, 0.0015);
+  for (int i = 0; i < 100; ++i) {
+    timeline.add(ImuSample{start + i * 20ms + 7ms, {0, 0, -0.0118 + noise(random)}, {0, 0, 9.81}});
+    if (i % 4 == 0) timeline.add(WheelSample{start + i * 20ms, {}});
+  }
+  EXPECT_NEAR(timeline.at(timeline.newestStamp()).gyroBias(), -0.0118, 0.001);
 }
 
 }  // namespace

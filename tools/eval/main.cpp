@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/App.hpp>
+#include <algorithm>
 #include <cstdio>
 
 #include "mapping/map_files.hpp"
 #include "tools/common/program.hpp"
+#include "tools/eval/live_report.hpp"
 #include "tools/eval/map_metrics.hpp"
 #include "tools/eval/metrics.hpp"
 
@@ -58,6 +60,18 @@ void printMap(const slam::MapErrors& e, bool json) {
               100.0 * e.free.f1);
 }
 
+void printWaypoints(const slam::WaypointErrors& e, bool json) {
+  if (e.position.empty()) throw std::runtime_error("no waypoint lies within the trajectory's time");
+  const auto mean = [](const std::vector<double>& values) { return slam::meanAndDeviation(values).mean; };
+  const double worst = *std::max_element(e.position.begin(), e.position.end());
+  const double worst_heading = *std::max_element(e.heading.begin(), e.heading.end());
+  std::printf(json ? "{\"waypoints\": %zu, \"left_out\": %d, \"position_m\": {\"mean\": %.6f, \"worst\": %.6f}, "
+                     "\"heading_deg\": {\"mean\": %.6f, \"worst\": %.6f}}\n"
+                   : "waypoints %zu (%d left out)\nposition [m]   mean %.4f  worst %.4f\n"
+                     "heading [deg]  mean %.3f  worst %.3f\n",
+              e.position.size(), e.left_out, mean(e.position), worst, mean(e.heading), worst_heading);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -75,6 +89,15 @@ int main(int argc, char** argv) {
   CLI::App* relations = add("relations", "trajectory against known relative poses", "TRAJ.tum", "FILE.relations");
   CLI::App* ate = add("ate", "absolute trajectory error after rigid alignment", "TRAJ.tum", "TRUTH.tum");
   ate->add_flag("--no-align", no_align, "compare in the files' own frames");
+  CLI::App* waypoints = add("waypoints", "position and heading at a few true poses", "TRAJ.tum", "WAYPOINTS.tum");
+  slam::LiveInput live_input;
+  CLI::App* live = app.add_subcommand("live", "table of a recorded live run of slamd against the simulator's truth");
+  live->add_option("--record", live_input.record, "slamd's record (output.record)")->required();
+  live->add_option("--truth", live_input.truth, "true poses (TUM)")->required();
+  live->add_option("--waypoints", live_input.waypoints, "true poses at the measured waypoints (TUM)");
+  live->add_option("--map", live_input.map, "map written by slamd (yaml)");
+  live->add_option("--truth-map", live_input.truth_map, "true map (yaml)");
+  live->add_option("--trajectory", live_input.trajectory, "write SLAM's poses (TUM)");
   CLI::App* map = add("map", "occupied and free cells against a true map", "MAP.yaml", "TRUTH.yaml");
 
   return slam::runProgram(
@@ -88,6 +111,10 @@ int main(int argc, char** argv) {
               slam::absoluteErrors(slam::readTrajectory(estimate), slam::readTrajectory(truth), !no_align);
           if (errors.used == 0) throw std::runtime_error("the two trajectories have no time in common");
           printAte(errors, json);
+        } else if (waypoints->parsed()) {
+          printWaypoints(slam::waypointErrors(slam::readTrajectory(estimate), slam::readTrajectory(truth)), json);
+        } else if (live->parsed()) {
+          slam::printLiveReport(live_input);
         } else if (map->parsed()) {
           printMap(slam::compareMaps(slam::readMapFiles(estimate), slam::readMapFiles(truth)), json);
         }

@@ -75,6 +75,21 @@ RelationErrors relationErrors(const Trajectory& trajectory, const std::vector<Re
   return errors;
 }
 
+WaypointErrors waypointErrors(const Trajectory& estimate, const Trajectory& waypoints) {
+  WaypointErrors errors;
+  for (const StampedPose& waypoint : waypoints) {
+    const auto pose = poseAt(estimate, waypoint.stamp);
+    if (!pose) {
+      ++errors.left_out;
+      continue;
+    }
+    const Pose2 error = between(waypoint.pose, *pose);
+    errors.position.push_back(std::hypot(error.x, error.y));
+    errors.heading.push_back(std::abs(error.theta) * kDegrees);
+  }
+  return errors;
+}
+
 AteErrors absoluteErrors(const Trajectory& estimate, const Trajectory& truth, bool align) {
   AteErrors errors;
   std::vector<std::pair<Pose2, Pose2>> pairs;  // estimate, truth

@@ -41,4 +41,12 @@ struct AteErrors {
 };
 AteErrors absoluteErrors(const Trajectory& estimate, const Trajectory& truth, bool align = true);
 
+/// Errors at the stamps of a few true poses, in the files' own frames.
+struct WaypointErrors {
+  std::vector<double> position;  ///< [m] one a waypoint, in their order
+  std::vector<double> heading;   ///< [deg] absolute
+  int left_out = 0;              ///< outside the estimate's time
+};
+WaypointErrors waypointErrors(const Trajectory& estimate, const Trajectory& waypoints);
+
 }  // namespace slam

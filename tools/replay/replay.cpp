@@ -34,7 +34,8 @@ class Run {
         mapper_(config.map),
         final_(writerFor(options.trajectory)),
         causal_(writerFor(options.causal)),
-        odometry_(writerFor(options.odometry)) {}
+        odometry_(writerFor(options.odometry)),
+        wheels_(writerFor(options.wheels)) {}
 
   void feed(const LogEvent& event) {
     if (event.channel == channel::kScan) {
@@ -44,7 +45,7 @@ class Run {
     } else if (event.channel == channel::kWheels) {
       const auto message = decodeChecked<wheels_t>(event.data);
       const auto sample = message ? fromMessage(*message) : std::nullopt;
-      sample ? localizer_.add(*sample) : reject();
+      sample ? addWheels(*sample, message->utime) : reject();
     } else if (event.channel == channel::kImu) {
       const auto message = decodeChecked<imu_t>(event.data);
       const auto sample = message ? fromMessage(*message) : std::nullopt;
@@ -56,7 +57,7 @@ class Run {
     for (const auto& [utime, pose] : poses_) {
       if (final_) final_->write(utime, pose);
     }
-    for (auto* writer : {&final_, &causal_, &odometry_}) {
+    for (auto* writer : {&final_, &causal_, &odometry_, &wheels_}) {
       if (*writer) (*writer)->close();
     }
     if (!options.map.empty()) writeMapFiles(options.map, renderMap(mapper_.grid()), mapper_.path());
@@ -66,6 +67,11 @@ class Run {
 
  private:
   void reject() { ++stats_.rejected_messages; }
+
+  void addWheels(const WheelSample& sample, std::int64_t utime) {
+    localizer_.add(sample);
+    if (wheels_) wheels_->write(utime, sample.T_wheels_base);
+  }
 
   void addScan(const LaserScan& scan, std::int64_t utime) {
     const auto start = Clock::now();
@@ -82,7 +88,7 @@ class Run {
 
   Localizer localizer_;
   Mapper mapper_;
-  std::optional<TrajectoryWriter> final_, causal_, odometry_;
+  std::optional<TrajectoryWriter> final_, causal_, odometry_, wheels_;
   std::vector<std::pair<std::int64_t, Pose2>> poses_;
   ReplayStats stats_;
 };

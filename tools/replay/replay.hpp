@@ -13,8 +13,8 @@ namespace slam {
 
 struct ReplayOptions {
   std::filesystem::path log;
-  std::filesystem::path trajectory, causal, odometry;  ///< TUM files to write; empty: not
-  std::filesystem::path map;                           ///< prefix of map files to write; empty: not
+  std::filesystem::path trajectory, causal, odometry, wheels;  ///< TUM files to write; empty: not
+  std::filesystem::path map;                                   ///< prefix of map files to write; empty: not
 };
 
 /// Runs the pipeline over a log in one thread, as fast as it goes. Same log, config and binary give the same bytes.

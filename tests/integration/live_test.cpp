@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// slamd as a user runs it: the simulator's byte-level devices on one side, the real liblcm over UDP on the other.
+#include <bot_core/planar_lidar_t.hpp>
+#include <bot_core/pose_t.hpp>
+#include <filesystem>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <lcm/lcm-cpp.hpp>
+#include <map>
+#include <slam/ack_t.hpp>
+#include <slam/command_t.hpp>
+#include <slam/health_t.hpp>
+#include <slam/map_meta_t.hpp>
+#include <slam/map_tile_t.hpp>
+#include <slam/odometry_t.hpp>
+#include <slam/pose_estimate_t.hpp>
+#include <sstream>
+
+#include "bus/channels.hpp"
+#include "bus/checked_decode.hpp"
+#include "bus/event_log.hpp"
+#include "bus/messages.hpp"
+#include "support/process.hpp"
+
+namespace slam {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+using test::Process;
+
+const std::string kBin = SLAMD_BINARY_DIR;
+const std::string kUrl = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";
+
+/// Counts messages by channel and keeps the last of each.
+class Listener {
+ public:
+  explicit Listener() : lcm_(kUrl) { lcm_.subscribe(".*", &Listener::take, this)->setQueueCapacity(1000); }
+
+  bool good() { return lcm_.good(); }
+  lcm::LCM& lcm() { return lcm_; }
+
+  /// Listens until the condition holds. @return false when it does not by the deadline
+  template <typename Condition>
+  bool until(Condition&& condition, std::chrono::milliseconds limit) {
+    const auto end = Clock::now() + limit;
+    while (!condition()) {
+      if (Clock::now() > end) return false;
+      lcm_.handleTimeout(50);
+    }
+    return true;
+  }
+  void listenFor(std::chrono::milliseconds time) {
+    until([] { return false; }, time);
+  }
+
+  int count(const std::string& channel) { return counts_[channel]; }
+  void forget() { counts_.clear(); }
+
+  template <typename Message>
+  std::optional<Message> last(const std::string& channel) {
+    const auto at = data_.find(channel);
+    Message message{};
+    if (at == data_.end()) return std::nullopt;
+    const int size = static_cast<int>(at->second.size());
+    return message.decode(at->second.data(), 0, size) == size ? std::optional(message) : std::nullopt;
+  }
+  std::size_t largest() const { return largest_; }
+
+ private:
+  void take(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
+    ++counts_[channel];
+    const auto* bytes = static_cast<const std::uint8_t*>(buffer->data);
+    data_[channel].assign(bytes, bytes + buffer->data_size);
+    largest_ = std::max<std::size_t>(largest_, buffer->data_size);
+  }
+
+  lcm::LCM lcm_;
+  std::map<std::string, int> counts_;
+  std::map<std::string, std::vector<std::uint8_t>> data_;
+  std::size_t largest_ = 0;
+};
+
+class Live : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(testing::TempDir()) /
+              (std::string("live_") + testing::UnitTest::GetInstance()->current_test_info()->name() +
+               std::to_string(getpid()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override {
+    sim_.reset();
+    slamd_.reset();
+    if (!HasFailure()) fs::remove_all(folder_);
+  }
+
+  void startSimulator(const std::string& seconds) {
+    sim_.emplace(std::vector<std::string>{kBin + "/slam-sim", "--scene", "tile-rectangle", "--seconds", seconds,
+                                          "--devices", folder_ / "devices"},
+                 folder_ / "sim.txt");
+    const auto end = Clock::now() + 5s;
+    while (!fs::exists(folder_ / "devices" / "board") && Clock::now() < end) usleep(20000);
+  }
+  void startDaemon(std::vector<std::string> settings) {
+    std::vector<std::string> command = {kBin + "/slamd", "--config",
+                                        std::string(SLAMD_SOURCE_DIR) + "/config/sim.toml"};
+    settings.push_back("lidar.port='" + (folder_ / "devices/lidar").string() + "'");
+    settings.push_back("base.port='" + (folder_ / "devices/board").string() + "'");
+    settings.push_back("output.map='" + (folder_ / "map").string() + "'");
+    for (const std::string& setting : settings) command.insert(command.end(), {"--set", setting});
+    slamd_.emplace(command, folder_ / "slamd.txt");
+  }
+  std::string daemonLog() {
+    std::ifstream in(folder_ / "slamd.txt");
+    std::ostringstream text;
+    text << in.rdbuf();
+    return text.str();
+  }
+
+  fs::path folder_;
+  std::optional<Process> sim_, slamd_;
+};
+
+TEST_F(Live, PublishesEveryChannelAtItsRate) {
+  Listener listener;
+  ASSERT_TRUE(listener.good());
+  startSimulator("60");
+  startDaemon({});
+  const bool localised = listener.until(
+      [&] {
+        const auto pose = listener.last<pose_estimate_t>(channel::kSlamPose);
+        return pose && pose->state == 1 && listener.count(channel::kHealth) > 0;
+      },
+      15s);
+  ASSERT_TRUE(localised) << daemonLog();
+
+  Process logger({"lcm-logger", "-q", "-f", "--lcm-url=" + kUrl, folder_ / "recorded.lcm"}, folder_ / "logger.txt");
+  listener.forget();
+  constexpr int kSeconds = 8;
+  listener.listenFor(std::chrono::seconds(kSeconds));
+
+  // Rates with room for a loaded machine; sanitizers slow everything down, but not by half.
+  EXPECT_THAT(listener.count(channel::kPose), testing::AllOf(testing::Ge(60 * kSeconds), testing::Le(140 * kSeconds)));
+  EXPECT_GE(listener.count(channel::kSlamPose), 60 * kSeconds);
+  EXPECT_GE(listener.count(channel::kOdometry), 60 * kSeconds);
+  EXPECT_THAT(listener.count(channel::kScan), testing::AllOf(testing::Ge(4 * kSeconds), testing::Le(7 * kSeconds)));
+  EXPECT_NEAR(listener.count(channel::kLaser), listener.count(channel::kScan), 1);
+  EXPECT_GE(listener.count(channel::kWheels), 15 * kSeconds);  // only values that are new are sent
+  EXPECT_GE(listener.count(channel::kImu), 25 * kSeconds);
+  EXPECT_GE(listener.count(channel::kHealth), kSeconds - 2);
+  EXPECT_GE(listener.count(channel::kMapMeta), 1);
+  EXPECT_GE(listener.count(channel::kMapTile), 1);
+  EXPECT_LT(listener.largest(), 65499U);
+
+  const auto scan = listener.last<scan_t>(channel::kScan);
+  ASSERT_TRUE(scan);
+  EXPECT_GT(scan->nbeams, 500);  // express mode: 4000 samples a second, 5.5 turns
+  EXPECT_NEAR(scan->time_offsets.back(), 1.0 / 5.5, 0.02);
+  const auto now =
+      std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch());
+  EXPECT_NEAR(static_cast<double>(scan->utime), static_cast<double>(now.count()), 2e6);
+
+  const auto pose = listener.last<bot_core::pose_t>(channel::kPose);
+  ASSERT_TRUE(pose);
+  EXPECT_NEAR(std::hypot(pose->orientation[0], pose->orientation[3]), 1.0, 1e-9);
+  const auto imu = listener.last<imu_t>(channel::kImu);
+  ASSERT_TRUE(imu);
+  EXPECT_NEAR(imu->accel[2], 9.8, 0.5);
+  const auto tile = listener.last<map_tile_t>(channel::kMapTile);
+  ASSERT_TRUE(tile);
+  EXPECT_EQ(tile->ncells, tile->side * tile->side);
+  const auto health = listener.last<health_t>(channel::kHealth);
+  ASSERT_TRUE(health);
+  for (const device_health_t& device : health->devices)
+    EXPECT_EQ(device.state, 2) << device.name << ": " << device.reason;
+
+  // What lcm-logger wrote, slam-replay reads.
+  logger.signal(SIGTERM);
+  logger.wait(5s);
+  Process replay({kBin + "/slam-replay", "--config", std::string(SLAMD_SOURCE_DIR) + "/config/sim.toml", "--log",
+                  folder_ / "recorded.lcm", "--trajectory", folder_ / "replayed.tum"},
+                 folder_ / "replay.txt");
+  EXPECT_EQ(replay.wait(20s), 0);
+  EXPECT_GT(fs::file_size(folder_ / "replayed.tum"), 1000U);
+}
+
+TEST_F(Live, StopsOnSigtermWithTheMapSaved) {
+  Listener listener;
+  ASSERT_TRUE(listener.good());
+  startSimulator("60");
+  startDaemon({});
+  ASSERT_TRUE(listener.until([&] { return listener.count(channel::kMapTile) > 3; }, 15s)) << daemonLog();
+  slamd_->signal(SIGTERM);
+  EXPECT_EQ(slamd_->wait(2s), 0) << daemonLog();
+  for (const char* ending : {".yaml", ".pgm", ".png"}) EXPECT_TRUE(fs::exists(folder_ / ("map" + std::string(ending))));
+}
+
+TEST_F(Live, SaysInWordsWhatIsMissing) {
+  Listener listener;
+  ASSERT_TRUE(listener.good());
+  startDaemon({});  // no simulator: neither lidar nor board
+  const auto lidarReason = [&] {
+    const auto health = listener.last<health_t>(channel::kHealth);
+    return health && !health->devices.empty() ? health->devices[0].reason : std::string();
+  };
+  ASSERT_TRUE(listener.until([&] { return lidarReason().find("no such port") != std::string::npos; }, 10s))
+      << daemonLog();
+  EXPECT_EQ(listener.count(channel::kPose), 0);  // no pose is published as valid that is not
+
+  startSimulator("60");  // plugged in while the daemon runs
+  EXPECT_TRUE(listener.until([&] { return listener.count(channel::kPose) > 10; }, 15s)) << daemonLog();
+
+  sim_.reset();  // both unplugged
+  listener.forget();
+  EXPECT_TRUE(listener.until([&] { return lidarReason().find("no such port") != std::string::npos; }, 10s))
+      << daemonLog();
+  EXPECT_GT(listener.count(channel::kSlamPose), 0);
+  slamd_->signal(SIGTERM);
+  EXPECT_EQ(slamd_->wait(2s), 0) << daemonLog();
+}
+
+TEST_F(Live, TakesSensorsFromLcm) {
+  Process sim({kBin + "/slam-sim", "--scene", "tile-rectangle", "--seconds", "6", "--log", folder_ / "sim.lcm"},
+              folder_ / "sim.txt");
+  ASSERT_EQ(sim.wait(20s), 0);
+  Listener listener;
+  ASSERT_TRUE(listener.good());
+  startDaemon({"lidar.source='lcm'", "base.source='lcm'", "imu.source='lcm'"});
+  ASSERT_TRUE(listener.until([&] { return listener.count(channel::kHealth) > 0; }, 10s)) << daemonLog();
+
+  // Hostile datagrams first: they are counted, and the good ones behind them are used.
+  const std::vector<std::uint8_t> hostile(34, 0x7F);
+  for (const char* name : {channel::kScan, channel::kWheels, channel::kImu}) {
+    for (int i = 0; i < 20; ++i) listener.lcm().publish(name, hostile.data(), static_cast<unsigned>(hostile.size()));
+  }
+  // The log's own pace: its stamps moved to now.
+  EventLogReader log(folder_ / "sim.lcm");
+  const auto start = Clock::now();
+  const auto epoch =
+      std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch());
+  std::int64_t first = 0;
+  for (LogEvent event; log.next(event);) {
+    if (first == 0) first = event.utime;
+    const auto due = start + std::chrono::microseconds(event.utime - first);
+    while (Clock::now() < due) listener.lcm().handleTimeout(1);
+    const std::int64_t shift = epoch.count() - first;
+    const auto send = [&](auto message) {
+      message.utime += shift;
+      listener.lcm().publish(event.channel, &message);
+    };
+    if (event.channel == channel::kScan) send(*decodeChecked<scan_t>(event.data));
+    if (event.channel == channel::kWheels) send(*decodeChecked<wheels_t>(event.data));
+    if (event.channel == channel::kImu) send(*decodeChecked<imu_t>(event.data));
+  }
+  const auto pose = listener.last<pose_estimate_t>(channel::kSlamPose);
+  ASSERT_TRUE(pose);
+  EXPECT_EQ(pose->state, 1) << daemonLog();
+  EXPECT_GT(pose->match_quality, 0.7);
+  ASSERT_TRUE(listener.until(
+      [&] {
+        const auto health = listener.last<health_t>(channel::kHealth);
+        if (!health) return false;
+        for (const counter_t& counter : health->counters) {
+          if (counter.name == "lcm.bad_messages" && counter.value >= 50) return true;
+        }
+        return false;
+      },
+      5s));
+}
+
+TEST_F(Live, ObeysCommandsOnlyWhereTheConfigurationAllows) {
+  Listener listener;
+  ASSERT_TRUE(listener.good());
+  startSimulator("60");
+  command_t command{};
+  command.id = 7;
+  command.verb = "set_pose";
+  command.pose[0] = 3.0;
+  const auto ask = [&](std::chrono::milliseconds limit) {
+    listener.forget();
+    return listener.until(
+        [&] {
+          ++command.id;
+          listener.lcm().publish(channel::kCommand, &command);
+          return listener.count(channel::kAck) > 0;
+        },
+        limit);
+  };
+  startDaemon({});
+  ASSERT_TRUE(listener.until([&] { return listener.count(channel::kPose) > 0; }, 15s)) << daemonLog();
+  EXPECT_FALSE(ask(1s));
+  slamd_->signal(SIGTERM);
+  ASSERT_EQ(slamd_->wait(2s), 0);
+
+  startDaemon({"lcm.commands=true"});
+  listener.forget();
+  ASSERT_TRUE(listener.until([&] { return listener.count(channel::kPose) > 0; }, 15s)) << daemonLog();
+  ASSERT_TRUE(ask(5s)) << daemonLog();
+  EXPECT_TRUE(listener.last<ack_t>(channel::kAck)->accepted);
+  EXPECT_TRUE(listener.until(
+      [&] {
+        const auto pose = listener.last<pose_estimate_t>(channel::kSlamPose);
+        return pose && std::abs(pose->x - 3.0) < 0.6;
+      },
+      5s));
+  command.verb = "make_coffee";
+  ASSERT_TRUE(ask(5s));
+  EXPECT_FALSE(listener.last<ack_t>(channel::kAck)->accepted);
+  EXPECT_THAT(listener.last<ack_t>(channel::kAck)->message, testing::HasSubstr("unknown verb"));
+}
+
+TEST_F(Live, GoesOnWithoutMulticastRoute) {
+  Process away({"ip", "route", "del", "224.0.0.0/4"}, folder_ / "ip.txt");
+  ASSERT_EQ(away.wait(5s), 0);
+  startSimulator("60");
+  startDaemon({"output.record='" + (folder_ / "record.lcm").string() + "'"});
+  const auto end = Clock::now() + 15s;
+  while (daemonLog().find("no multicast route") == std::string::npos && Clock::now() < end) usleep(50000);
+  EXPECT_THAT(daemonLog(), testing::HasSubstr("ip route add 224.0.0.0/4 dev lo"));
+
+  Process back({"ip", "route", "add", "224.0.0.0/4", "dev", "lo"}, folder_ / "ip.txt");  // and it heals
+  ASSERT_EQ(back.wait(5s), 0);
+  Listener listener;
+  ASSERT_TRUE(listener.good());
+  EXPECT_TRUE(listener.until([&] { return listener.count(channel::kPose) > 10; }, 15s)) << daemonLog();
+  slamd_->signal(SIGINT);
+  EXPECT_EQ(slamd_->wait(2s), 0) << daemonLog();
+  EventLogReader record(folder_ / "record.lcm");  // which needed no network
+  std::map<std::string, int> counts;
+  for (LogEvent event; record.next(event);) ++counts[event.channel];
+  EXPECT_GT(counts[channel::kSlamPose], 100);
+  EXPECT_GT(counts[channel::kScan], 3);
+}
+
+}  // namespace
+}  // namespace slam

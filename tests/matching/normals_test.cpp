@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "matching/normals.hpp"
+
+#include <gtest/gtest.h>
+
+#include "matching/scanning.hpp"
+
+namespace slam {
+namespace {
+
+using test::Room;
+
+TEST(Normals, ClaimTheVarianceTheyHave) {
+  const Room corridor{.length = 1e6, .width = 2.0, .reach = 6.0, .range_sigma = 0.01};
+  std::mt19937 random(1);
+  double ratio = 0.0;
+  int count = 0;
+  for (int trial = 0; trial < 50; ++trial) {
+    for (const ScanPoint& point : test::scanPoints(corridor, Pose2{}, random)) {
+      if (!point.hasNormal()) continue;
+      const double error = std::atan2(point.normal.x(), std::abs(point.normal.y()));
+      ratio += error * error / point.normal_variance;
+      ++count;
+    }
+  }
+  EXPECT_GT(count, 5000);
+  EXPECT_LT(ratio / count, 2.0);  // 1 for a perfect variance
+  EXPECT_GT(ratio / count, 0.2);
+}
+
+TEST(Normals, LookTowardsTheLidarAndStandOnTheWalls) {
+  std::mt19937 random(2);
+  const Room room{};
+  for (const ScanPoint& point : test::scanPoints(room, Pose2{}, random)) {
+    if (!point.hasNormal()) continue;
+    EXPECT_LT(point.normal.dot(point.position), 0.0);
+    EXPECT_GT(point.normal.cwiseAbs().maxCoeff(), 0.9);
+  }
+}
+
+TEST(Normals, AreMissingAtCornersAndAcrossGaps) {
+  ScanPoints points;
+  for (int i = 0; i < 10; ++i) points.push_back({.position = {1.0, 0.02 * i}, .range = 1.0});
+  for (int i = 0; i < 10; ++i) points.push_back({.position = {1.0 + 0.02 * (i + 1), 0.18}, .range = 1.0});
+  points.push_back({.position = {9.0, 9.0}, .range = 12.0});
+  estimateNormals(points, Eigen::Vector2d::Zero());
+  EXPECT_TRUE(points[2].hasNormal());
+  EXPECT_TRUE(points[17].hasNormal());
+  EXPECT_FALSE(points[9].hasNormal());   // the corner itself
+  EXPECT_FALSE(points[20].hasNormal());  // alone
+}
+
+}  // namespace
+}  // namespace slam

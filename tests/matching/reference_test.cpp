@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "matching/reference.hpp"
+
+#include <gtest/gtest.h>
+
+#include "matching/scanning.hpp"
+#include "support/allocations.hpp"
+
+namespace slam {
+namespace {
+
+using test::Room;
+using test::scanPoints;
+
+TEST(Reference, AveragesTheNoiseOfManyScans) {
+  const Room room{.range_sigma = 0.015};
+  std::mt19937 random(1);
+  Reference reference;
+  for (int i = 0; i < 20; ++i) reference.add(Pose2{}, scanPoints(room, Pose2{}, random));
+  double squares = 0.0;
+  int count = 0;
+  for (const Surfel& surfel : reference.surfels()) {
+    if (!surfel.isLine() || surfel.observations < 10) continue;
+    const double error = std::min(std::abs(std::abs(surfel.x) - 3.0), std::abs(std::abs(surfel.y) - 2.0));
+    squares += error * error;
+    ++count;
+  }
+  ASSERT_GT(count, 100);
+  EXPECT_LT(std::sqrt(squares / count), 0.008);  // half of one range's sigma
+}
+
+TEST(Reference, FindsTheNearestSurfelGiveOrTakeHalfACell) {
+  std::mt19937 random(2);
+  Reference reference;
+  reference.add(Pose2{}, scanPoints(Room{.range_sigma = 0.005}, Pose2{}, random));
+  std::uniform_real_distribution<double> x(-3.2, 3.2), y(-2.2, 2.2);
+  int found = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Eigen::Vector2d p(x(random), y(random));
+    double nearest = 1e9;
+    for (const Surfel& surfel : reference.surfels()) {
+      nearest = std::min(nearest, (Eigen::Vector2d(surfel.x, surfel.y) - p).norm());
+    }
+    const Surfel* surfel = reference.nearest(p, 0.2);
+    if (nearest < 0.2) {
+      ASSERT_NE(surfel, nullptr);
+      EXPECT_LT((Eigen::Vector2d(surfel->x, surfel->y) - p).norm(), nearest + 0.08);
+      ++found;
+    }
+  }
+  EXPECT_GT(found, 100);
+}
+
+TEST(Reference, DoesNotGrowWhereItKnowsEverything) {
+  const Room room{.range_sigma = 0.01};
+  std::mt19937 random(3);
+  Reference reference;
+  for (int i = 0; i < 30; ++i) reference.add(Pose2{}, scanPoints(room, Pose2{}, random));
+  const int before = reference.size();
+  for (int i = 0; i < 30; ++i) reference.add(Pose2{}, scanPoints(room, Pose2{}, random));
+  EXPECT_LT(reference.size() - before, before / 20);
+}
+
+TEST(Reference, ForgetsWhatLeavesItsWindowAndKeepsTheRest) {
+  std::mt19937 random(4);
+  Reference reference({.extent = 50.0, .max_surfels = 20000});
+  const auto points = scanPoints(Room{}, Pose2{}, random);
+  for (int step = 0; step < 40; ++step) {
+    const Pose2 pose{3.0 * step, 0, 0};
+    reference.recentre(pose.translation());
+    reference.add(pose, points);
+    ASSERT_NE(reference.nearest(pose * Eigen::Vector2d(3.0, 0.0), 0.2), nullptr);
+    ASSERT_LT(reference.size(), 10000);
+  }
+  // The tables are tori: what is found at a forgotten place lies a whole window further on.
+  const Surfel* alias = reference.nearest({3.0, 0.0}, 0.2);
+  EXPECT_TRUE(alias == nullptr || std::abs(alias->x - 3.0F) > 25.0F);
+}
+
+TEST(Reference, DoesNotAllocateAfterConstruction) {
+  std::mt19937 random(5);
+  Reference reference;
+  const auto points = scanPoints(Room{}, Pose2{}, random);
+  EXPECT_EQ(test::allocationsDuring([&] {
+              reference.add(Pose2{}, points);
+              reference.recentre({60.0, 0.0});
+              reference.add({60.0, 0.0, 0.0}, points);
+            }),
+            0U);
+}
+
+}  // namespace
+}  // namespace slam
