@@ -12,9 +12,10 @@
 namespace slam {
 
 struct ReplayOptions {
-  std::filesystem::path log;
-  std::filesystem::path trajectory, causal, odometry, wheels;  ///< TUM files to write; empty: not
-  std::filesystem::path map;                                   ///< prefix of map files to write; empty: not
+  std::filesystem::path log = {};
+  std::filesystem::path trajectory = {}, causal = {};  ///< TUM files to write; empty: not
+  std::filesystem::path odometry = {}, wheels = {};    ///< the same without the lidar, and of the wheels alone
+  std::filesystem::path map = {};                      ///< prefix of map files to write; empty: not
 };
 
 /// Runs the pipeline over a log in one thread, as fast as it goes. Same log, config and binary give the same bytes.

@@ -24,6 +24,12 @@ double DriverModel::approach(double value, double target, double step) const {
   return value + std::clamp(target - value, -step, step);
 }
 
+void DriverModel::beginPause(double seconds) {
+  phase_ = Phase::kPause;
+  wait_ = seconds;
+  reported_ = false;
+}
+
 Twist2 DriverModel::command(const Pose2& pose, double dt) {
   reached_ = -1;
   double speed = 0.0, turn = 0.0;
@@ -47,14 +53,12 @@ Twist2 DriverModel::command(const Pose2& pose, double dt) {
         speed = braking(distance, 0.5 * kAcceleration, scene_.speed) * std::max(0.0, std::cos(bearing));
         turn = distance > 0.1 ? kSteering * bearing : 0.0;
         if (distance < kThere || (distance < 0.2 && std::cos(bearing) < 0.0)) {
-          wait_ = goal.pause;
-          reported_ = false;
-          phase_ = goal.stop ? Phase::kAlign : Phase::kPause;
+          goal.stop ? void(phase_ = Phase::kAlign) : beginPause(goal.pause);
         }
         break;
       case Phase::kAlign:
         turn = turnBy(align);
-        if (std::abs(align) < kAligned && std::abs(twist_.omega) < 0.02) phase_ = Phase::kPause;
+        if (std::abs(align) < kAligned && std::abs(twist_.omega) < 0.02) beginPause(goal.pause);
         break;
       case Phase::kPause:
         wait_ -= dt;

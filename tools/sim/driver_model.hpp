@@ -24,6 +24,7 @@ class DriverModel {
 
  private:
   enum class Phase { kTurn, kDrive, kAlign, kPause };
+  void beginPause(double seconds);
   double approach(double value, double target, double step) const;
 
   const Scene& scene_;

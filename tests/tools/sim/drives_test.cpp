@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Whole simulated drives through the pipeline: the accuracy that must not get worse.
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <iterator>
+
+#include "app/config_loader.hpp"
+#include "tools/eval/metrics.hpp"
+#include "tools/replay/replay.hpp"
+#include "tools/sim/log_mode.hpp"
+#include "tools/sim/robot_model.hpp"
+
+namespace slam::sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct DriveFiles {
+  fs::path folder = fs::path(testing::TempDir()) / ("drive_" + std::to_string(getpid()));
+  fs::path log = folder / "log.lcm", truth = folder / "truth.tum", waypoints = folder / "way.tum";
+  fs::path slam = folder / "slam.tum", odometry = folder / "odometry.tum", wheels = folder / "wheels.tum";
+
+  DriveFiles() { fs::create_directories(folder); }
+  ~DriveFiles() { fs::remove_all(folder); }
+
+  ReplayStats drive(const std::string& scene, std::uint64_t seed, double seconds = 0.0) const {
+    writeLog({.scene = scene, .seed = seed, .seconds = seconds, .truth = truth, .waypoints = waypoints}, log);
+    const Config config = loadConfig(std::string(SLAMD_SOURCE_DIR) + "/config/sim.toml",
+                                     {"lidar.source='lcm'", "base.source='lcm'", "imu.source='lcm'"});
+    return replay(config, {.log = log, .trajectory = slam, .odometry = odometry, .wheels = wheels});
+  }
+  WaypointErrors atWaypoints(const fs::path& trajectory) const {
+    return waypointErrors(readTrajectory(trajectory), readTrajectory(waypoints));
+  }
+};
+
+double mean(const std::vector<double>& values) { return meanAndDeviation(values).mean; }
+
+TEST(SimulatedDrive, FusedOdometryIsFarBetterThanWheelsOnThePapersRectangle) {
+  const DriveFiles files;
+  double wheels = 0.0, fused = 0.0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    files.drive("tile-rectangle", seed);
+    wheels += mean(files.atWaypoints(files.wheels).position);
+    fused += mean(files.atWaypoints(files.odometry).position);
+  }
+  EXPECT_LT(fused, 0.4 * wheels);  // the paper: 0.67; measured here: 0.09
+}
+
+TEST(SimulatedDrive, SlamMeetsTheWaypointsOfTheMeetingRoom) {
+  const DriveFiles files;
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const ReplayStats stats = files.drive("meeting-room", seed);
+    const WaypointErrors errors = files.atWaypoints(files.slam);
+    ASSERT_EQ(errors.position.size(), 5U);
+    for (const double metres : errors.position) EXPECT_LT(metres, 0.05);
+    for (const double degrees : errors.heading) EXPECT_LT(degrees, 1.0);
+    EXPECT_EQ(stats.localizer.unmatched, 0U);
+  }
+}
+
+TEST(SimulatedDrive, SlamComesRoundTheCorridorLoop) {
+  const DriveFiles files;
+  files.drive("corridor-loop", 1);
+  const AteErrors errors = absoluteErrors(readTrajectory(files.slam), readTrajectory(files.truth), false);
+  EXPECT_LT(errors.rmse, 0.25);  // 124 m without loop closure
+  EXPECT_GT(errors.used, 1000);
+}
+
+TEST(SimulatedDrive, OfOneSeedIsTheSameToTheByte) {
+  const DriveFiles a;
+  const auto bytes = [](const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  a.drive("meeting-room", 5, 20.0);
+  const std::string log = bytes(a.log), slam = bytes(a.slam);
+  a.drive("meeting-room", 5, 20.0);
+  EXPECT_EQ(log, bytes(a.log));
+  EXPECT_EQ(slam, bytes(a.slam));
+  a.drive("meeting-room", 6, 20.0);
+  EXPECT_NE(log, bytes(a.log));
+}
+
+TEST(RobotModel, CountsEncoderTicksAndSlips) {
+  RobotModel robot({}, 3);
+  for (int i = 0; i < 60 * 200; ++i) robot.step({0.2, 0.0, 0.0}, 0.005);
+  const auto angles = robot.encoderAngles();
+  constexpr double kCount = 2.0 * 3.14159265358979323846 / kCountsPerTurn;
+  for (const double angle : angles) EXPECT_NEAR(angle / kCount, std::round(angle / kCount), 1e-6);
+  EXPECT_GT(robot.slips(), 0);
+  EXPECT_NEAR(robot.pose().x, 12.0, 1e-6);
+  EXPECT_NEAR(angles[0] * kNominalBase.wheel_radius, 12.0, 0.6);  // radius errors and slip
+}
+
+}  // namespace
+}  // namespace slam::sim
