@@ -120,49 +120,36 @@ void BusThread::publishRaw() {
   });
 }
 
-void BusThread::onScan(const lcm::ReceiveBuffer* buffer, const std::string&) {
-  const auto message = decodeChecked<scan_t>(bytesOf(buffer));
-  const auto scan = message ? fromMessage(*message) : std::nullopt;
-  if (!scan) {
+template <typename Message>
+auto BusThread::receive(const lcm::ReceiveBuffer* buffer, DeviceStatus& status) {
+  const auto message = decodeChecked<Message>(bytesOf(buffer));
+  auto sample = message ? fromMessage(*message) : std::nullopt;
+  if (sample) {
+    sample->stamp = clock_.stamp(message->utime);
+    status.countSample(monotonicNow());
+    status.set(DeviceState::kStreaming, "");
+  } else {
     ++exchange_.bad_messages;
-    lidar_.rejects.fetch_add(1, std::memory_order_relaxed);
-    return;
+    status.rejects.fetch_add(1, std::memory_order_relaxed);
   }
+  return sample;
+}
+
+void BusThread::onScan(const lcm::ReceiveBuffer* buffer, const std::string&) {
+  const auto scan = receive<scan_t>(buffer, lidar_);
+  if (!scan) return;
   scan_->scan = *scan;
-  scan_->scan.stamp = clock_.stamp(message->utime);
   scan_->received = monotonicNow();
-  lidar_.countSample(scan_->received);
-  lidar_.set(DeviceState::kStreaming, "");
   exchange_.scans.tryPush(*scan_);
-  publish(channel::kLaser, toLaserMessage(*scan, message->utime));
+  publish(channel::kLaser, toLaserMessage(*scan, clock_.utime(scan->stamp)));
 }
 
 void BusThread::onWheels(const lcm::ReceiveBuffer* buffer, const std::string&) {
-  const auto message = decodeChecked<wheels_t>(bytesOf(buffer));
-  auto sample = message ? fromMessage(*message) : std::nullopt;
-  if (!sample) {
-    ++exchange_.bad_messages;
-    wheels_.rejects.fetch_add(1, std::memory_order_relaxed);
-    return;
-  }
-  sample->stamp = clock_.stamp(message->utime);
-  wheels_.countSample(monotonicNow());
-  wheels_.set(DeviceState::kStreaming, "");
-  exchange_.wheels.tryPush({*sample, {}});
+  if (const auto sample = receive<wheels_t>(buffer, wheels_)) exchange_.wheels.tryPush({*sample, {}});
 }
 
 void BusThread::onImu(const lcm::ReceiveBuffer* buffer, const std::string&) {
-  const auto message = decodeChecked<imu_t>(bytesOf(buffer));
-  auto sample = message ? fromMessage(*message) : std::nullopt;
-  if (!sample) {
-    ++exchange_.bad_messages;
-    imu_.rejects.fetch_add(1, std::memory_order_relaxed);
-    return;
-  }
-  sample->stamp = clock_.stamp(message->utime);
-  imu_.countSample(monotonicNow());
-  imu_.set(DeviceState::kStreaming, "");
-  exchange_.imu.tryPush(*sample);
+  if (const auto sample = receive<imu_t>(buffer, imu_)) exchange_.imu.tryPush(*sample);
 }
 
 void BusThread::acknowledge(std::int32_t id, bool accepted, const std::string& message) {

@@ -37,6 +37,9 @@ class BusThread {
   void publish(const char* channel, const Message& message);
   void acknowledge(std::int32_t id, bool accepted, const std::string& message);
 
+  /// Decodes a sensor message; what cannot be one is counted. @return the sample, its stamp in our time
+  template <typename Message>
+  auto receive(const lcm::ReceiveBuffer* buffer, DeviceStatus& status);
   void onScan(const lcm::ReceiveBuffer* buffer, const std::string& channel);
   void onWheels(const lcm::ReceiveBuffer* buffer, const std::string& channel);
   void onImu(const lcm::ReceiveBuffer* buffer, const std::string& channel);

@@ -7,7 +7,7 @@
 #include <systemd/sd-daemon.h>
 
 #include "app/log.hpp"
-#include "app/process_usage.hpp"
+#include "runtime/process_usage.hpp"
 #include "runtime/realtime.hpp"
 
 namespace slam {

@@ -31,7 +31,7 @@ ConvertReport convertCsv(const CsvInput& in, const std::filesystem::path& out);
 /// Mines ParisTech rover (.dat): wheel ticks and a Hokuyo URG-04LX of 682 beams.
 ConvertReport convertMines(const std::filesystem::path& in, const std::filesystem::path& out);
 
-/// CMU Wean Hall (robotdata*.log): O and L lines in cm and rad.
+/// CMU Wean Hall (robotdata*.log): L lines in cm and rad, with the odometry they carry.
 ConvertReport convertWean(const std::filesystem::path& in, const std::filesystem::path& out);
 
 /// LCM event logs of Maebot and MBot: RPLidar, encoders and IMU.

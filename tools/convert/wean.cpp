@@ -35,13 +35,15 @@ ConvertReport convertWean(const std::filesystem::path& in, const std::filesystem
                     "not an O line of 5 or an L line of 188 words");
       continue;
     }
+    // An L line's odometry was interpolated to the moment of the scan, which lies before the line's stamp; an O line's is
+    // of its stamp. Mixed they would go to and fro, so the scans' own are used.
+    if (!laser) continue;
     const std::int64_t utime = *seconds + kEpoch;
     arrival = std::max(arrival, utime);
     const WheelSample wheels{fromMicroseconds(utime),
                              {(*numbers)[0] * kMetresPerUnit, (*numbers)[1] * kMetresPerUnit, (*numbers)[2]}};
     log.add(arrival, wheels, utime);
     ++report.wheels;
-    if (!laser) continue;
     scan->stamp = fromMicroseconds(utime);
     scan->size = 0;
     for (std::size_t i = 0; i < kBeams; ++i) {

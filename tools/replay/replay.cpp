@@ -9,6 +9,7 @@
 #include "bus/event_log.hpp"
 #include "bus/messages.hpp"
 #include "mapping/map_files.hpp"
+#include "runtime/process_usage.hpp"
 #include "tools/common/trajectory.hpp"
 
 namespace slam {
@@ -98,7 +99,7 @@ class Run {
 ReplayStats replay(const Config& config, const ReplayOptions& options,
                    const std::function<void(double log_seconds)>& progress) {
   const auto start = Clock::now();
-  const double cpu_before = processCpuSeconds();
+  const double cpu_before = cpuSeconds();
   EventLogReader log(options.log);
   Run run(config, options);
   std::int64_t first = 0, last = 0;
@@ -114,7 +115,7 @@ ReplayStats replay(const Config& config, const ReplayOptions& options,
   }
   stats.log_s = 1e-6 * static_cast<double>(last - first);
   stats.wall_s = 1e-6 * microsecondsSince(start);
-  stats.cpu_s = processCpuSeconds() - cpu_before;
+  stats.cpu_s = cpuSeconds() - cpu_before;
   stats.peak_rss_mb = peakResidentMegabytes();
   stats.skipped_bytes = log.skippedBytes();
   stats.truncated = log.truncated();

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <sys/resource.h>
-
 namespace slam {
 
 Quantiles quantiles(std::vector<double> values) {
@@ -38,21 +36,6 @@ std::string ReplayStats::json() const {
       static_cast<unsigned long long>(rejected_messages), static_cast<unsigned long long>(skipped_bytes),
       truncated ? "true" : "false");
   return text;
-}
-
-double processCpuSeconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
-double peakResidentMegabytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024.0;  // Linux gives KiB
 }
 
 }  // namespace slam

@@ -26,8 +26,4 @@ struct ReplayStats {
   std::string json() const;
 };
 
-/// [s] of CPU this process has used, and its peak memory [MB].
-double processCpuSeconds();
-double peakResidentMegabytes();
-
 }  // namespace slam
