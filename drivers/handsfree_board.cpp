@@ -73,8 +73,8 @@ bool HandsfreeBoard::receive() {
     }
   }
   const auto& counters = decoder_.counters();
-  wheels_.rejects.store(counters.bad_checksums + counters.bad_lengths + counters.foreign_frames,
-                        std::memory_order_relaxed);
+  const auto damaged = counters.bad_checksums + counters.bad_lengths + counters.foreign_frames;
+  wheels_.rejects.store(damaged + unanswered_, std::memory_order_relaxed);
   return true;
 }
 
@@ -154,7 +154,7 @@ void HandsfreeBoard::request(Timestamp now) {
     if (now - requested_ < kAnswer) return;
     pending_.reset();
     decoder_.reset();  // half a frame must not hold the next answer back
-    wheels_.rejects.fetch_add(1, std::memory_order_relaxed);
+    ++unanswered_;
   }
   const auto next =
       std::min_element(polls_.begin(), polls_.end(), [](const Poll& a, const Poll& b) { return a.due < b.due; });

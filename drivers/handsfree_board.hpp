@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -30,7 +31,8 @@ struct WheelAngles {
 
 /// Owns a HandsFree controller board: polls mileage and IMU over RoboLink, answers its handshake, survives its resets.
 ///
-/// To be ticked at a fixed rate by one thread; a tick never waits. At most one request is under way.
+/// To be ticked at a fixed rate by one thread; a tick never waits, but for opening the port when
+/// there is none. At most one request is under way.
 class HandsfreeBoard {
  public:
   struct Sinks {
@@ -80,7 +82,8 @@ class HandsfreeBoard {
   std::optional<robolink::Imu> last_imu_;
   Timestamp mileage_changed_{};
   bool restarted_ = true;
-  float battery_ = 0.0F;
+  std::uint32_t unanswered_ = 0;  // requests
+  std::atomic<float> battery_{0.0F};
 };
 
 }  // namespace slam

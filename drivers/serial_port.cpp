@@ -9,8 +9,6 @@
 namespace slam {
 namespace {
 
-constexpr unsigned kWriteTimeout = 200;  // [ms]
-
 struct PortDeleter {
   void operator()(sp_port* port) const {
     sp_close(port);
@@ -24,7 +22,7 @@ class SerialPort : public ByteStream {
   SerialPort(Port port, int descriptor) : port_(std::move(port)), descriptor_(descriptor) {}
 
   bool write(std::span<const std::uint8_t> bytes) override {
-    const int n = sp_blocking_write(port_.get(), bytes.data(), bytes.size(), kWriteTimeout);
+    const int n = sp_nonblocking_write(port_.get(), bytes.data(), bytes.size());
     return n == static_cast<int>(bytes.size());
   }
   void discardInput() override { sp_flush(port_.get(), SP_BUF_INPUT); }

@@ -63,7 +63,7 @@ class Decoder {
   /// The next frame among the bytes held already, without new input.
   std::optional<Frame> flush();
 
-  void reset() { size_ = 0; }
+  void reset() { size_ = delivered_ = 0; }
   const DecoderCounters& counters() const { return counters_; }
 
  private:

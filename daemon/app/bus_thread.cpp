@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/bus_thread.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <poll.h>
 
@@ -14,8 +15,9 @@ namespace slam {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr Duration kReconnect = 1s;
-constexpr int kWait = 50;  // [ms] without a wake-up
+constexpr Duration kLongestReconnect = 8s;
+constexpr Duration kFarAhead = 1s;  // a stamp of somebody else's this far in the future is wrong
+constexpr int kWait = 50;           // [ms] without a wake-up
 
 std::span<const std::uint8_t> bytesOf(const lcm::ReceiveBuffer* buffer) {
   return {static_cast<const std::uint8_t*>(buffer->data), buffer->data_size};
@@ -37,7 +39,8 @@ BusThread::BusThread(const Config& config, Exchange& exchange, const WallClock& 
 BusThread::~BusThread() { worker_.stop(); }
 
 void BusThread::connect() {
-  next_connect_ = monotonicNow() + kReconnect;
+  reconnect_ = std::min(2 * reconnect_, kLongestReconnect);  // liblcm prints two lines at each failure
+  next_connect_ = monotonicNow() + reconnect_;
   lcm_ = std::make_unique<lcm::LCM>(config_.lcm.url);
   connected_ = lcm_->good();
   if (!connected_) {
@@ -65,6 +68,7 @@ void BusThread::tick() {
   }
   publishPose();
   publishRaw();
+  acknowledgeSave();
   exchange_.map_meta.drain([this](const map_meta_t& meta) { publish(channel::kMapMeta, meta); });
   exchange_.map_tiles.drain([this](const map_tile_t& tile) { publish(channel::kMapTile, tile); });
   exchange_.health.drain([this](const health_t& health) { publish(channel::kHealth, health); });
@@ -124,6 +128,7 @@ template <typename Message>
 auto BusThread::receive(const lcm::ReceiveBuffer* buffer, DeviceStatus& status) {
   const auto message = decodeChecked<Message>(bytesOf(buffer));
   auto sample = message ? fromMessage(*message) : std::nullopt;
+  if (sample && clock_.stamp(message->utime) > monotonicNow() + kFarAhead) sample.reset();
   if (sample) {
     sample->stamp = clock_.stamp(message->utime);
     status.countSample(monotonicNow());
@@ -152,6 +157,14 @@ void BusThread::onImu(const lcm::ReceiveBuffer* buffer, const std::string&) {
   if (const auto sample = receive<imu_t>(buffer, imu_)) exchange_.imu.tryPush(*sample);
 }
 
+void BusThread::acknowledgeSave() {
+  const SaveOutcome outcome = exchange_.map_saved;
+  if (!saving_ || outcome == SaveOutcome::kNone) return;
+  const bool saved = outcome == SaveOutcome::kSaved;
+  acknowledge(*saving_, saved, saved ? "saved to " + config_.output.map + ".yaml" : "not saved; the log says why");
+  saving_.reset();
+}
+
 void BusThread::acknowledge(std::int32_t id, bool accepted, const std::string& message) {
   ack_t ack{};
   ack.utime = clock_.utime(monotonicNow());
@@ -171,8 +184,10 @@ void BusThread::onCommand(const lcm::ReceiveBuffer* buffer, const std::string&) 
   if (command->verb == "save_map") {
     if (config_.output.map.empty())
       return acknowledge(command->id, false, "output.map is not set in the configuration");
+    if (!command->argument.empty()) return acknowledge(command->id, false, "the place is output.map; give no argument");
+    exchange_.map_saved = SaveOutcome::kNone;
+    saving_ = command->id;
     exchange_.save_map = true;
-    acknowledge(command->id, true, "saving to " + config_.output.map + ".yaml");
   } else if (command->verb == "set_pose") {
     if (!isFinite(pose)) return acknowledge(command->id, false, "the pose is not finite");
     const bool taken = exchange_.commands.tryPush({EstimatorCommand::kSetPose, pose});

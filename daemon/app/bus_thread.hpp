@@ -2,6 +2,7 @@
 #pragma once
 #include <lcm/lcm-cpp.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "app/config.hpp"
@@ -35,6 +36,7 @@ class BusThread {
   void publishRaw();
   template <typename Message>
   void publish(const char* channel, const Message& message);
+  void acknowledgeSave();
   void acknowledge(std::int32_t id, bool accepted, const std::string& message);
 
   /// Decodes a sensor message; what cannot be one is counted. @return the sample, its stamp in our time
@@ -53,6 +55,8 @@ class BusThread {
   bool record_failed_ = false;
   std::atomic<bool> connected_{false};
   Timestamp next_connect_{}, next_refresh_{};
+  Duration reconnect_ = std::chrono::milliseconds(500);
+  std::optional<std::int32_t> saving_;  // id of a save_map command that the mapper works on
   PoseSnapshot snapshot_;
   std::int64_t scans_published_ = 0;
   std::unique_ptr<ReceivedScan> scan_;

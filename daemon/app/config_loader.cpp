@@ -196,6 +196,16 @@ void checkTogether(const Config& config, const std::string& name, std::vector<st
     complain("imu.source: \"device\" means the base's board, but base.source is \"" + config.base_device.source +
              "\"; set imu.source to \"lcm\" or \"none\"");
   }
+  const std::string provider = config.lcm.url.substr(0, config.lcm.url.find("://"));
+  if (provider != "udpm" && provider != "mpudpm" && provider != "tcpq" && provider != "memq" && provider != "file") {
+    complain("lcm.url: \"" + config.lcm.url + "\" names no LCM provider; use udpm://ADDRESS:PORT?ttl=0");
+  }
+  if (config.lcm.pose_rate > config.runtime.estimator_rate) {
+    complain("lcm.pose_rate: is above runtime.estimator_rate; lower the one or raise the other");
+  }
+  if (config.base_device.mileage_rate + config.base_device.imu_rate + 1.0 > config.runtime.base_rate) {
+    complain("base.mileage_rate: with base.imu_rate it is more than runtime.base_rate can ask for; lower one of them");
+  }
   if (config.localizer.match.final_pair_distance > config.localizer.match.initial_pair_distance) {
     complain("match.final_pair_distance: is above match.initial_pair_distance; lower the one or raise the other");
   }

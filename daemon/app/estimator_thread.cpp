@@ -59,8 +59,7 @@ void EstimatorThread::obey(const EstimatorCommand& command) {
     return;
   }
   // A new map: the one place where this thread allocates after start-up, on a person's command.
-  localizer_ = std::make_unique<Localizer>(config_.localizer, &monotonicNow);
-  ++snapshot_.map_id;
+  localizer_ = std::make_unique<Localizer>(config_.localizer, &monotonicNow, ++snapshot_.map_id);
 }
 
 }  // namespace slam

@@ -47,6 +47,8 @@ struct EstimatorCommand {
   Pose2 T_map_base;
 };
 
+enum class SaveOutcome : std::uint8_t { kNone, kSaved, kFailed };
+
 /// All that crosses threads. Each queue has one producer and one consumer, named in its comment.
 struct Exchange {
   // base (or bus, for a sensor from LCM) -> estimator
@@ -68,8 +70,9 @@ struct Exchange {
   LatestValue<PoseSnapshot> pose_for_supervisor;  // estimator -> supervisor
   Wakeup bus_wakeup;                              // estimator, mapper, supervisor -> bus
 
-  std::atomic<bool> save_map{false};     // bus -> mapper
-  std::atomic<bool> refresh_map{false};  // bus -> mapper: all tiles again
+  std::atomic<bool> save_map{false};                       // bus -> mapper
+  std::atomic<SaveOutcome> map_saved{SaveOutcome::kNone};  // mapper -> bus: of the last save_map
+  std::atomic<bool> refresh_map{false};                    // bus -> mapper: all tiles again
   LatencyHistogram match, scan_work, scan_to_pose, map_update;
   std::atomic<std::int64_t> published{0}, publish_failures{0}, bad_messages{0}, map_keyframes{0};
 };

@@ -34,14 +34,14 @@ void MapperThread::tick() {
     meta_due_ = true;
   }
   sendTiles();
-  if (exchange_.save_map.exchange(false)) save();
+  if (exchange_.save_map.exchange(false)) exchange_.map_saved = save() ? SaveOutcome::kSaved : SaveOutcome::kFailed;
 }
 
 void MapperThread::draw(const Keyframe& keyframe) {
-  if (keyframe.id == 0 && !mapper_.path().empty()) {  // the estimator began anew
+  if (keyframe.map_id != map_id_) {  // the estimator began anew
     mapper_.reset();
     unsent_.clear();
-    ++map_id_;
+    map_id_ = keyframe.map_id;
   }
   mapper_.add(keyframe);
   utime_ = clock_.utime(keyframe.stamp);
@@ -65,13 +65,20 @@ void MapperThread::sendTiles() {
   if (sent > 0) exchange_.bus_wakeup.notify();
 }
 
-void MapperThread::save() {
-  if (config_.output.map.empty()) return;
+bool MapperThread::finish() {
+  exchange_.keyframes.drain([this](const Keyframe& keyframe) { draw(keyframe); });
+  return save();
+}
+
+bool MapperThread::save() {
+  if (config_.output.map.empty()) return true;
   try {
     writeMapFiles(config_.output.map, renderMap(mapper_.grid()), mapper_.path());
     logInfo("map of " + std::to_string(mapper_.path().size()) + " keyframes saved to " + config_.output.map + ".yaml");
+    return true;
   } catch (const std::exception& error) {
     logError(std::string("map not saved: ") + error.what());
+    return false;
   }
 }
 

@@ -17,13 +17,15 @@ class MapperThread {
   MapperThread(const Config& config, Exchange& exchange, const WallClock& clock);
   Worker& worker() { return worker_; }
 
-  /// Writes the map files, if the configuration names any. For after the thread has stopped.
-  void save();
+  /// For after the thread has stopped: draws what is left in the queue and writes the map files, if any are configured.
+  /// @return false when they could not be written
+  bool finish();
 
  private:
   void tick();
   void draw(const Keyframe& keyframe);
   void sendTiles();
+  bool save();
 
   const Config& config_;
   Exchange& exchange_;

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/supervisor.hpp"
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <ctime>
+#include <filesystem>
+#include <stdexcept>
 #include <systemd/sd-daemon.h>
 
 #include "app/log.hpp"
@@ -49,6 +52,11 @@ Supervisor::Supervisor(const Config& config)
       estimator_(config_, exchange_),
       mapper_(config_, exchange_, clock_),
       bus_(config_, exchange_, clock_) {
+  for (const std::string& file : {config_.output.map, config_.output.record}) {
+    const auto folder = std::filesystem::path(file).parent_path();
+    if (file.empty() || folder.empty() || std::filesystem::is_directory(folder)) continue;
+    throw std::runtime_error(file + ": its folder does not exist; make it, or change [output]");
+  }
   const bool own_base = config_.base_device.source == "device";
   if (own_base) base_ = std::make_unique<BaseThread>(config_, exchange_);
   if (config_.lidar_device.source == "device") lidar_ = std::make_unique<LidarThread>(config_, exchange_);
@@ -98,11 +106,10 @@ int Supervisor::run() {
     watch(now);
     if (now >= next_health_) sendHealth(now);
   }
-  stop();
-  return 0;
+  return stop() ? 0 : 1;
 }
 
-void Supervisor::stop() {
+bool Supervisor::stop() {
   sd_notify(0, "STOPPING=1");
   logInfo("stopping");
   for (Watched& watched : watched_) watched.worker->requestStop();  // all at once, then wait for each
@@ -112,7 +119,7 @@ void Supervisor::stop() {
   if (lidar_) lidar_->driver().stop();
   if (base_) base_->board().stop();
   mapper_.worker().stop();
-  mapper_.save();
+  return mapper_.finish();
 }
 
 void Supervisor::watch(Timestamp now) {
@@ -132,9 +139,11 @@ void Supervisor::watch(Timestamp now) {
 }
 
 void Supervisor::warnOnce() {
-  if (!warned_ && estimator_.worker().ticks() > 0) {
-    warned_ = true;
-    if (!estimator_.worker().warning().empty()) logWarning(estimator_.worker().warning());
+  for (Watched& watched : watched_) {
+    if (watched.warned || watched.worker->ticks() == 0) continue;
+    watched.warned = true;
+    if (!watched.worker->warning().empty())
+      logWarning("thread " + watched.worker->name() + ": " + watched.worker->warning());
   }
   if (!clock_step_logged_ && std::chrono::abs(clock_.drift()) > kClockStep) {
     clock_step_logged_ = true;
@@ -227,6 +236,10 @@ void Supervisor::sendHealth(Timestamp now) {
                                         {"map", &exchange_.map_update}}) {
     health.stages.push_back(stage(name, *histogram));
   }
+  if (base_) {
+    const auto millivolts = static_cast<std::uint64_t>(1000.0F * std::max(0.0F, base_->board().battery()));
+    health.counters.push_back(counter("base.battery_mv", millivolts));
+  }
   const LocalizerCounters& l = snapshot_.counters;
   const EkfCounters& f = snapshot_.filter;
   for (const counter_t& c : {counter("scans", l.scans),
@@ -236,6 +249,8 @@ void Supervisor::sendHealth(Timestamp now) {
                              counter("scans.gated", l.gated),
                              counter("scans.retimed", l.scans_retimed),
                              counter("scans.too_late", l.scans_too_late),
+                             counter("clock_resets", l.clock_resets),
+                             counter("samples.far_ahead", l.far_ahead),
                              counter("keyframes", l.keyframes),
                              counter("samples.late", l.samples_late),
                              counter("samples.too_old", l.samples_too_old),

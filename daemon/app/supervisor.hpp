@@ -37,10 +37,11 @@ class Supervisor {
     Duration limit;  // between two ticks
     std::uint64_t ticks = 0;
     Timestamp moved{};
+    bool warned = false;
   };
 
   void start();
-  void stop();
+  bool stop();  ///< false: the map was not saved
   void watch(Timestamp now);
   void logDeviceChanges();
   void warnOnce();
@@ -61,7 +62,7 @@ class Supervisor {
   PoseSnapshot snapshot_;
   Timestamp started_{}, next_health_{};
   double cpu_ = 0.0;  // [s] at the last health message
-  bool stalled_ = false, warned_ = false, clock_step_logged_ = false, bus_logged_ = false;
+  bool stalled_ = false, clock_step_logged_ = false, bus_logged_ = false;
 };
 
 }  // namespace slam

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <stdexcept>
 #include <zlib.h>
@@ -102,6 +103,8 @@ EventLogWriter::EventLogWriter(const std::filesystem::path& file)
     : log_(std::make_unique<lcm::LogFile>(file.string(), "w")) {
   if (!log_->good()) throw std::runtime_error(file.string() + ": cannot write: " + std::strerror(errno));
 }
+
+bool EventLogWriter::flush() { return std::fflush(log_->getFilePtr()) == 0; }
 
 bool EventLogWriter::write(std::int64_t utime, const std::string& channel, std::span<const std::uint8_t> data) {
   lcm::LogEvent event;

@@ -53,6 +53,8 @@ class EventLogWriter {
   /// @throws std::runtime_error when the file cannot be opened for writing
   explicit EventLogWriter(const std::filesystem::path& file);
 
+  /// @return false when something written so far is lost (disk full)
+  bool flush();
   /// @return false when the record could not be written (disk full)
   bool write(std::int64_t utime, const std::string& channel, std::span<const std::uint8_t> data);
   template <typename Message>

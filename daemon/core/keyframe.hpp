@@ -17,7 +17,8 @@ struct Keyframe {
     float x, y;  ///< [m] in base
   };
 
-  std::int32_t id = 0;  ///< counts from 0
+  std::int32_t map_id = 0;  ///< map that it belongs to
+  std::int32_t id = 0;      ///< counts from 0 in its map
   Timestamp stamp;
   Pose2 T_map_base;
   Pose2 T_base_lidar;

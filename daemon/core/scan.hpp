@@ -8,6 +8,12 @@
 
 namespace slam {
 
+/// Ranges that count as returns.
+struct RangeLimits {
+  float min = 0.15F, max = 12.0F;  ///< [m]
+  bool contains(float range) const { return range >= min && range <= max; }
+};
+
 /// One range sample of a lidar.
 struct Beam {
   float range = 0.0F;        ///< [m]; 0: no return (which says nothing about the space along the beam)

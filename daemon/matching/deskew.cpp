@@ -39,12 +39,12 @@ class MotionSince {
 
 }  // namespace
 
-void deskew(const LaserScan& scan, Timestamp stamp, const Pose2& T_base_lidar, const PoseHistory& history,
-            ScanPoints& points) {
+void deskew(const LaserScan& scan, const RangeLimits& limits, Timestamp stamp, const Pose2& T_base_lidar,
+            const PoseHistory& history, ScanPoints& points) {
   points.clear();
   MotionSince motion(history, stamp);
   for (const Beam& beam : scan.beams()) {
-    if (!scan.isReturn(beam) || !std::isfinite(beam.bearing)) continue;
+    if (!limits.contains(beam.range) || !std::isfinite(beam.bearing)) continue;
     const Eigen::Vector2d p_lidar(beam.range * std::cos(static_cast<double>(beam.bearing)),
                                   beam.range * std::sin(static_cast<double>(beam.bearing)));
     Eigen::Vector2d p_base = T_base_lidar * p_lidar;

@@ -10,11 +10,12 @@ namespace slam {
 /// Undoes the motion within a scan: each return is taken to base at the scan's stamp by the pose at its own time.
 ///
 /// @param scan         beams in acquisition order, any time offsets
+/// @param limits       other ranges are no returns
 /// @param stamp        the scan's stamp in the history's time
 /// @param T_base_lidar extrinsics
 /// @param history      poses of base over the scan, in any frame; empty: the robot is taken to stand still
-/// @param points       out: the returns within the scan's limits, without normals; its capacity is reused
-void deskew(const LaserScan& scan, Timestamp stamp, const Pose2& T_base_lidar, const PoseHistory& history,
-            ScanPoints& points);
+/// @param points       out: the returns, without normals; its capacity is reused
+void deskew(const LaserScan& scan, const RangeLimits& limits, Timestamp stamp, const Pose2& T_base_lidar,
+            const PoseHistory& history, ScanPoints& points);
 
 }  // namespace slam

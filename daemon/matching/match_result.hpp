@@ -42,7 +42,7 @@ struct MatchConfig {
   double initial_pair_distance = 1.00;  ///< [m] gate on the distance of a pair in the first iteration ...
   double final_pair_distance = 0.50;    ///< [m] ... narrowed to this
   double pair_distance_decay = 0.70;    ///< [1] per iteration
-  double kernel_scale = 0.05;           ///< [m] residual at which a pair has lost 3/4 of its weight
+  double kernel_scale = 0.05;           ///< [m] residual at which a pair has lost half its weight
   double translation_tolerance = 3e-4;  ///< [m] a step below both tolerances has converged
   double rotation_tolerance = 1e-4;     ///< [rad]
   double point_weight = 0.3;            ///< [1] of a corner point against a point on a wall

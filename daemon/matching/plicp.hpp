@@ -12,8 +12,8 @@ namespace slam {
 ///
 ///     J(R, t) = sum_i w_i e_i^2,    e_i = n_i . (R p_i + t - q_i)
 ///
-/// where q_i is the surfel nearest to R p_i + t, n_i its normal and w_i = (1 + (e_i/kernel_scale)^2)^-2
-/// (Geman-McClure). Each iteration searches the pairs within a gate that narrows, then takes one Gauss-Newton step with
+/// where q_i is the surfel nearest to R p_i + t, n_i its normal and w_i = (1 + (e_i/kernel_scale)^2)^-1
+/// (Cauchy). Each iteration searches the pairs within a gate that narrows, then takes one Gauss-Newton step with
 /// J_i = [n_i^T, n_i . R' p_i].
 ///
 /// Normals are estimated from noisy points, and their errors feign information along a wall: the expected share,

@@ -45,7 +45,7 @@ class Reference {
   void clear();
   /// Moves the window when `centre` has left its middle half. Surfels that leave it are forgotten.
   void recentre(const Eigen::Vector2d& centre);
-  /// Adds the points that have a normal; merges those that meet a surfel of the same wall.
+  /// Adds points; merges those that meet a surfel of the same wall, or of the same place where there is no line.
   /// @return number of new surfels
   int add(const Pose2& T_ref_base, std::span<const ScanPoint> points);
 

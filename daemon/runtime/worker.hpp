@@ -36,7 +36,7 @@ class Worker {
 
   const std::string& name() const { return config_.name; }
   double rate() const { return config_.rate; }
-  std::uint64_t ticks() const { return ticks_.load(std::memory_order_relaxed); }
+  std::uint64_t ticks() const { return ticks_.load(std::memory_order_acquire); }
   std::uint64_t overruns() const { return overruns_.load(std::memory_order_relaxed); }
   /// How late ticks began; empty without a fixed rate.
   const LatencyHistogram& lateness() const { return lateness_; }

@@ -18,9 +18,10 @@ Timestamp lastBeam(const LaserScan& scan, Timestamp stamp) {
 
 }  // namespace
 
-Localizer::Localizer(const LocalizerConfig& config, Stopwatch stopwatch)
+Localizer::Localizer(const LocalizerConfig& config, Stopwatch stopwatch, std::int32_t map_id)
     : config_(config),
       stopwatch_(stopwatch),
+      map_id_(map_id),
       odometry_(config.ekf, config.timeline),
       pose_(config.ekf, config.timeline),
       reference_(config.reference),
@@ -30,6 +31,7 @@ Localizer::Localizer(const LocalizerConfig& config, Stopwatch stopwatch)
 }
 
 void Localizer::add(const WheelSample& sample) {
+  if (!wheel_guard_.passes(sample.stamp)) return;
   WheelSample sequenced = sample;
   sequenced.stamp = wheel_stamps_.next(sample.stamp);
   odometry_.add(sequenced);
@@ -37,21 +39,28 @@ void Localizer::add(const WheelSample& sample) {
 }
 
 void Localizer::add(const ImuSample& sample) {
+  if (!imu_guard_.passes(sample.stamp)) return;
   odometry_.add(sample);
   pose_.add(sample);
 }
 
 ScanOutcome Localizer::add(const LaserScan& recorded) {
   ScanOutcome outcome;
-  outcome.stamp = scan_stamps_.next(recorded.stamp) + fromSeconds(config_.lidar.time_offset);
   ++counters_.scans;
+  if (!scan_guard_.passes(recorded.stamp)) {
+    outcome.stamp = pose_.newestStamp();
+    return outcome;
+  }
+  outcome.stamp = scan_stamps_.next(recorded.stamp) + fromSeconds(config_.lidar.time_offset);
   if (pose_.started() && outcome.stamp < pose_.oldestStamp()) {
     ++counters_.scans_too_late;
     return outcome;
   }
 
   pose_.fillHistory(outcome.stamp, lastBeam(recorded, outcome.stamp), history_);
-  deskew(recorded, outcome.stamp, config_.lidar.T_base_lidar, history_, points_);
+  const RangeLimits limits{std::max(recorded.range_min, static_cast<float>(config_.lidar.range_min)),
+                           std::min(recorded.range_max, static_cast<float>(config_.lidar.range_max))};
+  deskew(recorded, limits, outcome.stamp, config_.lidar.T_base_lidar, history_, points_);
   estimateNormals(points_, config_.lidar.T_base_lidar.translation(), config_.normals);
 
   const Pose2 guess = pose_.at(outcome.stamp).pose();
@@ -102,6 +111,7 @@ const Keyframe* Localizer::keep(Timestamp stamp, const Pose2& T_map_base) {
   reference_.add(T_map_base, points_);
   last_keyframe_ = T_map_base;
   keyframe_.id = static_cast<std::int32_t>(counters_.keyframes++);
+  keyframe_.map_id = map_id_;
   keyframe_.stamp = stamp;
   keyframe_.T_map_base = T_map_base;
   keyframe_.T_base_lidar = config_.lidar.T_base_lidar;
@@ -150,6 +160,7 @@ LocalizerCounters Localizer::counters() const {
   LocalizerCounters counters = counters_;
   counters.scans_retimed = scan_stamps_.retimed();
   counters.clock_resets = scan_stamps_.clockResets() + wheel_stamps_.clockResets();
+  counters.far_ahead = wheel_guard_.held() + imu_guard_.held() + scan_guard_.held();
   counters.samples_late = odometry_.lateFused();
   counters.samples_too_old = odometry_.tooOld();
   return counters;

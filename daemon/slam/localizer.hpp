@@ -53,6 +53,7 @@ struct LocalizerCounters {
   std::uint32_t clock_resets = 0;     ///< stamps jumped back by seconds
   std::uint32_t samples_late = 0;     ///< wheel and IMU samples fused at their place behind newer ones
   std::uint32_t samples_too_old = 0;  ///< wheel and IMU samples dropped
+  std::uint32_t far_ahead = 0;        ///< samples dropped whose stamp alone was seconds ahead
 };
 
 /// What one scan did.
@@ -75,7 +76,8 @@ class Localizer {
   /// Reads a clock for statistics only; given from outside, because this folder cannot read one.
   using Stopwatch = Timestamp (*)();
 
-  explicit Localizer(const LocalizerConfig& config, Stopwatch stopwatch = nullptr);
+  /// @param map_id written into the keyframes; a new one is a new map
+  explicit Localizer(const LocalizerConfig& config, Stopwatch stopwatch = nullptr, std::int32_t map_id = 0);
 
   void add(const WheelSample& sample);
   void add(const ImuSample& sample);
@@ -91,7 +93,6 @@ class Localizer {
   const LocalizerConfig& config() const { return config_; }
   LocalizerCounters counters() const;
   EkfCounters filterCounters() const { return pose_.at(pose_.newestStamp()).counters(); }
-  int referenceSize() const { return reference_.size(); }
 
  private:
   LocalisationState state(Timestamp stamp, const Eigen::Matrix3d& covariance) const;
@@ -100,7 +101,9 @@ class Localizer {
 
   LocalizerConfig config_;
   Stopwatch stopwatch_;
+  std::int32_t map_id_;
   EkfTimeline odometry_, pose_;
+  ForwardJumpGuard wheel_guard_, imu_guard_, scan_guard_;
   StampSequencer wheel_stamps_, scan_stamps_;
   Reference reference_;
   PoseHistory history_;

@@ -12,14 +12,9 @@ class Mapper {
  public:
   explicit Mapper(const OccupancyGridConfig& config = {}) : config_(config), grid_(config) {}
 
-  void add(const Keyframe& keyframe) {
-    grid_.add(keyframe);
-    path_.emplace_back(keyframe.T_map_base.x, keyframe.T_map_base.y);
-  }
-  void reset() {
-    grid_ = OccupancyGrid(config_);
-    path_.clear();
-  }
+  void add(const Keyframe& keyframe);
+  /// Forgets the map.
+  void reset();
 
   const OccupancyGrid& grid() const { return grid_; }
   std::vector<TileIndex> takeChangedTiles() { return grid_.takeChangedTiles(); }

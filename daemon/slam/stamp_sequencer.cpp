@@ -12,7 +12,21 @@ constexpr int kFirstSteps = 5;
 constexpr double kMemory = 0.05;       // gain of the running mean
 constexpr double kLongestShare = 3.0;  // of the usual interval: longer ones are pauses, not the stream's rate
 
+constexpr double kFarAhead = 3.0;  // [s] a step forward by more needs a second sample to be believed
+
 }  // namespace
+
+bool ForwardJumpGuard::passes(Timestamp recorded) {
+  const auto near = [&](Timestamp other) { return toSeconds(recorded - other) <= kFarAhead; };
+  if (last_ && !near(*last_) && !(held_ && near(*held_) && recorded >= *held_ - fromSeconds(kFarAhead))) {
+    held_ = recorded;
+    ++held_count_;
+    return false;
+  }
+  last_ = recorded;
+  held_.reset();
+  return true;
+}
 
 Timestamp StampSequencer::next(Timestamp recorded) {
   if (!last_) {

@@ -7,6 +7,19 @@
 
 namespace slam {
 
+/// Holds back a sample whose stamp is seconds ahead of its stream until the next one confirms it: a single damaged
+/// stamp must not make everything after it look old.
+class ForwardJumpGuard {
+ public:
+  /// @return false for a sample that must not be used
+  bool passes(Timestamp recorded);
+  std::uint32_t held() const { return held_count_; }
+
+ private:
+  std::optional<Timestamp> last_, held_;
+  std::uint32_t held_count_ = 0;
+};
+
 /// Makes the stamps of one sensor's stream increase, in the order the samples came.
 ///
 /// Recorded logs have stamps that go back by tenths of a second or nearly coincide, though their samples are in order.

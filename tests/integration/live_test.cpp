@@ -110,6 +110,9 @@ class Live : public testing::Test {
     settings.push_back("lidar.port='" + (folder_ / "devices/lidar").string() + "'");
     settings.push_back("base.port='" + (folder_ / "devices/board").string() + "'");
     settings.push_back("output.map='" + (folder_ / "map").string() + "'");
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    settings.push_back("runtime.realtime=false");  // the sanitizers' shadow memory cannot be locked
+#endif
     for (const std::string& setting : settings) command.insert(command.end(), {"--set", setting});
     slamd_.emplace(command, folder_ / "slamd.txt");
   }

@@ -40,7 +40,7 @@ TEST_P(DeskewTurnRate, LeavesWallsStraight) {
   const Pose2 start{0.3, -0.2, 0.2}, T_base_lidar{0.1, 0.05, 0.3};
   const Turn turn = turnAt({0.5, 0.0, GetParam()}, start, T_base_lidar);
   ScanPoints points;
-  deskew(turn.scan, kStart, T_base_lidar, turn.history, points);
+  deskew(turn.scan, {0.1F, 12.0F}, kStart, T_base_lidar, turn.history, points);
   ASSERT_EQ(points.size(), 360U);
   for (const ScanPoint& point : points) {
     const Eigen::Vector2d p = start * point.position;  // every point lies on a wall of the room
@@ -54,7 +54,7 @@ INSTANTIATE_TEST_SUITE_P(From0To2RadPerSecond, DeskewTurnRate, testing::Values(0
 TEST(Deskew, WithoutHistoryTakesTheRobotToStandStill) {
   const Turn turn = turnAt({0, 0, 0}, Pose2{}, Pose2{});
   ScanPoints points;
-  deskew(turn.scan, kStart, Pose2{}, PoseHistory(2), points);
+  deskew(turn.scan, {0.1F, 12.0F}, kStart, Pose2{}, PoseHistory(2), points);
   EXPECT_EQ(points.size(), 360U);
 }
 
@@ -67,7 +67,7 @@ TEST(Deskew, LeavesOutWhatIsNoReturn) {
     scan.push({.range = range});
   scan.push({.range = 1.0F, .bearing = nan});
   ScanPoints points;
-  deskew(scan, kStart, Pose2{}, PoseHistory(2), points);
+  deskew(scan, {0.15F, 10.0F}, kStart, Pose2{}, PoseHistory(2), points);
   EXPECT_EQ(points.size(), 1U);
 }
 
@@ -75,7 +75,10 @@ TEST(Deskew, DoesNotAllocateOnceItsOutputHasRoom) {
   const Turn turn = turnAt({0.5, 0, 1.0}, Pose2{}, Pose2{});
   ScanPoints points;
   points.reserve(LaserScan::kCapacity);
-  EXPECT_EQ(test::allocationsDuring([&] { deskew(turn.scan, kStart, Pose2{}, turn.history, points); }), 0U);
+  EXPECT_EQ(test::allocationsDuring([&] {
+              deskew(turn.scan, {0.1F, 12.0F}, kStart, Pose2{}, turn.history, points);
+            }),
+            0U);
 }
 
 }  // namespace

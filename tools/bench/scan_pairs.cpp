@@ -67,7 +67,8 @@ std::vector<ScanPair> loadScanPairs(const std::filesystem::path& log, const std:
       if (!scan) continue;
       RecordedScan& recorded = scans[scan->stamp];
       recorded.T_wheels_base = wheels;
-      deskew(*scan, scan->stamp, lidar.T_base_lidar, PoseHistory(2), recorded.points);
+      deskew(*scan, {static_cast<float>(lidar.range_min), static_cast<float>(lidar.range_max)}, scan->stamp,
+             lidar.T_base_lidar, PoseHistory(2), recorded.points);
       estimateNormals(recorded.points, lidar.T_base_lidar.translation(), normals);
     }
   }

@@ -101,6 +101,7 @@ ConvertReport convertCarmen(const std::filesystem::path& in, const std::filesyst
       ++report.wheels;
     }
   }
+  reportDamage(file, in, report);
   if (report.scans == 0) {
     throw std::runtime_error(in.string() + ": no usable FLASER line; is it a CARMEN log?" +
                              (report.rejected ? " First refused: " + report.first_rejection : ""));

@@ -27,6 +27,7 @@ void forEachRow(const std::filesystem::path& path, std::size_t columns, ConvertR
       report.reject(path.filename().string() + ":" + std::to_string(file.lineNumber()), "not a row of numbers");
     }
   }
+  reportDamage(file, path, report);
 }
 
 }  // namespace

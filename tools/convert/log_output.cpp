@@ -34,11 +34,9 @@ void LogOutput::write(const std::filesystem::path& file) {
   std::stable_sort(records_.begin(), records_.end(),
                    [](const Record& a, const Record& b) { return a.arrival < b.arrival; });
   EventLogWriter log(file);
-  for (const Record& record : records_) {
-    if (!log.write(record.arrival, record.channel, record.data)) {
-      throw std::runtime_error(file.string() + ": cannot write all of it; is the disk full?");
-    }
-  }
+  bool written = true;
+  for (const Record& record : records_) written = written && log.write(record.arrival, record.channel, record.data);
+  if (!written || !log.flush()) throw std::runtime_error(file.string() + ": cannot write all of it; is the disk full?");
 }
 
 }  // namespace slam

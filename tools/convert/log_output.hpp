@@ -9,6 +9,7 @@
 #include "bus/event_log.hpp"
 #include "core/samples.hpp"
 #include "core/scan.hpp"
+#include "tools/convert/text_file.hpp"
 
 namespace slam {
 
@@ -22,8 +23,16 @@ struct ConvertReport {
   }
 };
 
+/// Says so when a compressed input was cut off or damaged: what came before it was used.
+inline void reportDamage(const TextFile& file, const std::filesystem::path& name, ConvertReport& report) {
+  if (file.damaged()) {
+    report.reject(name.filename().string() + ":" + std::to_string(file.lineNumber()),
+                  "the compressed data is damaged here");
+  }
+}
+
 /// Collects samples of several sensors and writes them as one log in the order of arrival times. The stamp inside a
-/// message stays as recorded, also where it goes back; only the log's own event times are made to increase.
+/// message stays as recorded, also where it goes back; only the log's own event times never go back.
 class LogOutput {
  public:
   void add(std::int64_t arrival, const LaserScan& scan, std::int64_t utime);

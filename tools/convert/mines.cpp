@@ -57,6 +57,7 @@ ConvertReport convertMines(const std::filesystem::path& in, const std::filesyste
     ++report.wheels;
     ++report.scans;
   }
+  reportDamage(file, in, report);
   log.write(out);
   return report;
 }

@@ -25,7 +25,10 @@ bool TextFile::next(std::string& line) {
     if (!line.empty() && line.back() == '\n') break;
   }
   while (!line.empty() && (line.back() == '\n' || line.back() == '\r')) line.pop_back();
-  const bool got = !line.empty() || !gzeof(static_cast<gzFile>(file_));
+  int error = Z_OK;
+  gzerror(static_cast<gzFile>(file_), &error);
+  if (error != Z_OK && error != Z_STREAM_END) damaged_ = true;
+  const bool got = !line.empty() || (!damaged_ && !gzeof(static_cast<gzFile>(file_)));
   if (got) ++line_number_;
   return got;
 }

@@ -18,12 +18,15 @@ class TextFile {
   TextFile(const TextFile&) = delete;
   TextFile& operator=(const TextFile&) = delete;
 
+  /// @return false at the end, or where the compressed data is damaged
   bool next(std::string& line);
+  bool damaged() const { return damaged_; }
   int lineNumber() const { return line_number_; }  ///< of the last line, from 1
 
  private:
   void* file_;  // gzFile
   int line_number_ = 0;
+  bool damaged_ = false;
 };
 
 /// Words between blanks or commas.

@@ -35,8 +35,8 @@ ConvertReport convertWean(const std::filesystem::path& in, const std::filesystem
                     "not an O line of 5 or an L line of 188 words");
       continue;
     }
-    // An L line's odometry was interpolated to the moment of the scan, which lies before the line's stamp; an O line's is
-    // of its stamp. Mixed they would go to and fro, so the scans' own are used.
+    // An L line's odometry was interpolated to the moment of the scan, which lies before the line's stamp; an O line's
+    // is of its stamp. Mixed they would go to and fro, so the scans' own are used.
     if (!laser) continue;
     const std::int64_t utime = *seconds + kEpoch;
     arrival = std::max(arrival, utime);
@@ -55,6 +55,7 @@ ConvertReport convertWean(const std::filesystem::path& in, const std::filesystem
     log.add(arrival, *scan, utime);
     ++report.scans;
   }
+  reportDamage(file, in, report);
   log.write(out);
   return report;
 }

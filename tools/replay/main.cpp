@@ -13,8 +13,8 @@ namespace {
 void printSummary(const slam::ReplayStats& stats) {
   const auto& l = stats.localizer;
   std::printf("%u scans of %.1f s: %u matched, %u partly observable, %u not matched; %u keyframes, %d loop closures\n",
-              l.scans, stats.log_s, l.matched, l.partly_observable, l.unmatched + l.gated, l.keyframes,
-              stats.loop_closures);
+              l.scans, stats.log_s, l.matched, l.partly_observable, l.unmatched + l.gated + l.scans_too_late,
+              l.keyframes, stats.loop_closures);
   std::printf(
       "CPU %.2f s (%.0f times real time), peak memory %.1f MB, match p50 %.0f us, scan p50 %.0f us p99 %.0f us\n",
       stats.cpu_s, stats.log_s / std::max(1e-9, stats.cpu_s), stats.peak_rss_mb, slam::quantiles(stats.match_us).p50,

@@ -31,7 +31,10 @@ std::optional<TrajectoryWriter> writerFor(const std::filesystem::path& file) {
 class Run {
  public:
   Run(const Config& config, const ReplayOptions& options)
-      : localizer_(config.localizer, &stopwatch),
+      : use_lidar_(config.lidar_device.source != "none"),
+        use_wheels_(config.base_device.source != "none"),
+        use_imu_(config.imu_device.source != "none"),
+        localizer_(config.localizer, &stopwatch),
         mapper_(config.map),
         final_(writerFor(options.trajectory)),
         causal_(writerFor(options.causal)),
@@ -39,15 +42,15 @@ class Run {
         wheels_(writerFor(options.wheels)) {}
 
   void feed(const LogEvent& event) {
-    if (event.channel == channel::kScan) {
+    if (event.channel == channel::kScan && use_lidar_) {
       const auto message = decodeChecked<scan_t>(event.data);
       const auto scan = message ? fromMessage(*message) : std::nullopt;
       scan ? addScan(*scan, message->utime) : reject();
-    } else if (event.channel == channel::kWheels) {
+    } else if (event.channel == channel::kWheels && use_wheels_) {
       const auto message = decodeChecked<wheels_t>(event.data);
       const auto sample = message ? fromMessage(*message) : std::nullopt;
       sample ? addWheels(*sample, message->utime) : reject();
-    } else if (event.channel == channel::kImu) {
+    } else if (event.channel == channel::kImu && use_imu_) {
       const auto message = decodeChecked<imu_t>(event.data);
       const auto sample = message ? fromMessage(*message) : std::nullopt;
       sample ? localizer_.add(*sample) : reject();
@@ -87,6 +90,7 @@ class Run {
     if (odometry_) odometry_->write(utime, localizer_.odometry(outcome.stamp).T_odom_base);
   }
 
+  bool use_lidar_, use_wheels_, use_imu_;  // a source of "none" is left out of the log, too
   Localizer localizer_;
   Mapper mapper_;
   std::optional<TrajectoryWriter> final_, causal_, odometry_, wheels_;

@@ -47,6 +47,7 @@ class LogSession {
         readBoard();
       }
     }
+    if (!log_.flush()) throw std::runtime_error("cannot write all of the log; is the disk full?");
     writeTruth(options_, truth_, simulation_.visits(), truth_map_);
   }
 

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/sample_clock.hpp"
+
+#include <gtest/gtest.h>
+#include <random>
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr Duration kPeriod = 250us;
+constexpr Timestamp kStart{100s};
+
+TEST(SampleClock, FindsTheLeastDelayUnderJitterAndNeverGoesBack) {
+  SampleClock clock(toSeconds(kPeriod));
+  std::mt19937 random(1);
+  std::exponential_distribution<double> delay(1.0 / 0.002);  // 2 ms mean, now and then much more
+  Timestamp last{};
+  double worst = 0.0;
+  for (int i = 0; i < 20000; ++i) {
+    const Timestamp taken = kStart + i * kPeriod;
+    const Timestamp stamp = clock.stamp(taken + fromSeconds(std::min(0.02, delay(random))));
+    EXPECT_GE(stamp, last);
+    last = stamp;
+    if (i > 4000) worst = std::max(worst, std::abs(toSeconds(stamp - taken)));
+  }
+  EXPECT_LT(worst, 0.001);
+}
+
+TEST(SampleClock, BeginsAnewBehindAGap) {
+  SampleClock clock(toSeconds(kPeriod));
+  clock.stamp(kStart);
+  EXPECT_EQ(clock.stamp(kStart + 2s), kStart + 2s);
+}
+
+TEST(SampleClock, FollowsADeviceThatRunsSlow) {
+  SampleClock clock(toSeconds(kPeriod));
+  Timestamp stamp{};
+  const Duration real = kPeriod * 1003 / 1000;
+  for (int i = 0; i < 40000; ++i) stamp = clock.stamp(kStart + i * real);
+  EXPECT_LT(std::abs(toSeconds(stamp - (kStart + 39999 * real))), 0.001);
+}
+
+}  // namespace
+}  // namespace slam
