@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/config_printer.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -29,6 +30,13 @@ class Change : public ConfigVisitor {
   }
 };
 
+/// What no single key can be asked for, and every configuration must keep.
+void keepTogether(Config& config) {
+  config.lcm.url = "udpm://" + config.lcm.url;
+  config.lcm.pose_rate = std::min(config.lcm.pose_rate, config.runtime.estimator_rate);
+  config.base_device.mileage_rate = config.base_device.imu_rate = std::min(200.0, config.runtime.base_rate / 4.0);
+}
+
 std::string textOf(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   EXPECT_TRUE(in.good()) << path << " is missing";
@@ -40,6 +48,7 @@ TEST(PrintConfig, IsReadBackToTheSameValues) {
   EXPECT_THAT(differences(parseConfig(printConfig(config), "printed"), config), testing::IsEmpty());
   Change change;
   visitConfig(config, change);
+  keepTogether(config);
   EXPECT_THAT(differences(parseConfig(printConfig(config), "printed"), config), testing::IsEmpty());
   EXPECT_EQ(printConfig(parseConfig(printConfig(config), "printed")), printConfig(config));
 }
@@ -59,6 +68,7 @@ TEST(PrintConfig, KeepsTheEnds) {
     Config config;
     ToEnd to_end(upper);
     visitConfig(config, to_end);
+    keepTogether(config);
     EXPECT_THAT(differences(parseConfig(printConfig(config), "printed"), config), testing::IsEmpty());
   }
 }

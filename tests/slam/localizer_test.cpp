@@ -146,6 +146,29 @@ TEST(Localizer, SurvivesScansThatSayNothing) {
   EXPECT_EQ(drive.state(), LocalisationState::kLocalised);
 }
 
+TEST(Localizer, IsNotBlindedByOneSampleFromTheFuture) {
+  Drive drive;
+  drive.run(2.0, kStand);
+  drive.localizer->add(WheelSample{drive.now + 8s, {}});
+  drive.localizer->add(ImuSample{drive.now + 24h, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
+  auto scan = std::make_unique<LaserScan>();
+  scan->stamp = drive.now + 8s;
+  drive.localizer->add(*scan);
+  drive.run(5.0, kCurve);
+  EXPECT_EQ(drive.state(), LocalisationState::kLocalised);
+  EXPECT_LT(drive.error(), 0.03);
+  EXPECT_EQ(drive.localizer->counters().far_ahead, 3U);
+  EXPECT_EQ(drive.localizer->counters().scans_too_late, 0U);
+}
+
+TEST(Localizer, UsesNoReturnsOutsideTheLimitsOfTheConfiguration) {
+  LocalizerConfig config;
+  config.lidar.range_max = 1.0;  // no wall is that near
+  Drive drive(config);
+  drive.run(3.0, kStand);
+  EXPECT_EQ(drive.state(), LocalisationState::kInitialising);
+}
+
 TEST(Localizer, CountsTimeThatWentBackAndGoesOn) {
   Drive drive;
   drive.run(3.0, kStand);

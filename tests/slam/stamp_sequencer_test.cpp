@@ -118,5 +118,24 @@ TEST(StampSequencer, APauseAfterTheVeryFirstStampIsSoonForgotten) {
   EXPECT_EQ(ahead, 0.0);
 }
 
+TEST(ForwardJumpGuard, HoldsOneDamagedStampAndLetsTheStreamGoOn) {
+  ForwardJumpGuard guard;
+  const Timestamp start{std::chrono::seconds(100)};
+  for (int i = 0; i < 100; ++i) {
+    const Timestamp stamp = start + i * std::chrono::milliseconds(20);
+    EXPECT_EQ(guard.passes(i == 50 ? stamp + std::chrono::hours(24) : stamp), i != 50) << i;
+  }
+  EXPECT_EQ(guard.held(), 1U);
+}
+
+TEST(ForwardJumpGuard, BelievesAPauseOnceASecondSampleConfirmsIt) {
+  ForwardJumpGuard guard;
+  const Timestamp start{std::chrono::seconds(100)};
+  EXPECT_TRUE(guard.passes(start));
+  EXPECT_FALSE(guard.passes(start + std::chrono::seconds(60)));
+  EXPECT_TRUE(guard.passes(start + std::chrono::seconds(60) + std::chrono::milliseconds(20)));
+  EXPECT_TRUE(guard.passes(start + std::chrono::seconds(60) + std::chrono::milliseconds(40)));
+}
+
 }  // namespace
 }  // namespace slam

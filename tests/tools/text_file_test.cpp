@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/convert/text_file.hpp"
 
+#include <filesystem>
+#include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 #include <zlib.h>
 
 #include "core/timestamp.hpp"
@@ -77,6 +80,32 @@ TEST(ToMicroseconds, RefusesWhatIsNoTime) {
   for (const char* bad : {"", "x", "1.2.3", "1.2x", "nan", "inf", "99999999999999999999", "9223372036855.0", "."}) {
     EXPECT_FALSE(toMicroseconds(bad)) << bad;
   }
+}
+
+TEST(TextFile, EndsAtDamageOfCompressedDataAndSaysSo) {
+  const std::string path = testing::TempDir() + "damaged_" + std::to_string(getpid()) + ".gz";
+  gzFile out = gzopen(path.c_str(), "wb");
+  for (int i = 0; i < 20000; ++i) gzprintf(out, "line %d %d\n", i, i * 7919 % 1000);
+  gzclose(out);
+  const auto size = std::filesystem::file_size(path);
+  const auto readAll = [&] {
+    TextFile file(path);
+    int lines = 0;
+    for (std::string line; lines < 30000 && file.next(line);) ++lines;
+    return std::pair(lines, file.damaged());
+  };
+  EXPECT_EQ(readAll(), std::pair(20000, false));
+  std::filesystem::resize_file(path, size / 2);  // cut off
+  EXPECT_TRUE(readAll().second);
+  EXPECT_LT(readAll().first, 20000);
+  std::fstream(path, std::ios::in | std::ios::out | std::ios::binary)
+      .seekp(static_cast<std::streamoff>(size / 4))
+      .write("damage!", 7);
+  EXPECT_TRUE(readAll().second);
+  std::filesystem::remove(path);
+  TextFile folder(testing::TempDir());
+  std::string line;
+  EXPECT_FALSE(folder.next(line));
 }
 
 }  // namespace
