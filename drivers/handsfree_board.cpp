@@ -10,7 +10,7 @@ namespace {
 using namespace std::chrono_literals;
 using robolink::Command;
 
-constexpr Duration kAnswer = 50ms;   // a request not answered by then is lost
+constexpr Duration kAnswer = 100ms;  // a request not answered by then is lost
 constexpr Duration kStale = 500ms;   // no answer at all
 constexpr Duration kDead = 3s;       // then the port is opened anew
 constexpr Duration kRefresh = 60ms;  // the board renews its values every 20 to 50 ms
