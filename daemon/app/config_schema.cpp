@@ -77,6 +77,9 @@ void visitEkf(EkfConfig& ekf, EkfTimelineConfig& timeline, ConfigVisitor& v) {
   v.field({"slip_speed_sigma", "m/s", "of one wheel sample while slipping"}, ekf.slip_speed_sigma, 1e-3, 10.0);
   v.field({"gate_probability", "1", "share of good measurements that the innovation gates let pass"},
           ekf.gate_probability, 0.9, 0.999999);
+  v.field({"max_speed", "m/s", "a faster wheel sample is a fault"}, ekf.max_speed, 0.1, 100.0);
+  v.field({"max_turn_rate", "rad/s", "a faster wheel sample is a fault"}, ekf.max_turn_rate, 0.1, 100.0);
+  v.field({"doubt_memory", "", "matched scans over which the prediction is judged"}, ekf.doubt_memory, 1, 1000);
   v.field({"max_coast", "s", "without any sample the pose moves on for no longer"}, ekf.max_coast, 0.0, 10.0);
   v.field({"standstill_speed", "m/s", "wheels slower than this may stand still"}, ekf.standstill.max_speed, 0.0, 0.1);
   v.field({"standstill_turn_rate", "rad/s", "wheels turning slower than this may stand still"},
@@ -115,8 +118,24 @@ void visitFrontEnd(LocalizerConfig& localizer, ConfigVisitor& v) {
   v.field({"rotation", "rad", "since the last keyframe"}, keyframe.rotation, 0.01, kPi);
   v.field({"overlap", "1", "a smaller share of points that meet the reference makes a keyframe at once"},
           keyframe.overlap, 0.0, 1.0);
+  v.field({"familiarity", "1", "a scan that shows this share of well-known surfels adds nothing to the map's memory"},
+          keyframe.familiarity, 0.0, 1.0);
+  v.field({"look_period", "s", "between refreshes of the grid from a robot that stands still in a known place"},
+          keyframe.look_period, 0.1, 3600.0);
   v.field({"max_failures", "", "unmatched scans in a row, then one is kept where the filter believes to be"},
           keyframe.max_failures, 1, 10000);
+
+  v.section("search", "where a scan is looked for when the prediction leads to no match");
+  v.field({"translation", "m", "on either side of the prediction; grows with each further failure"},
+          localizer.search_window.translation, 0.0, 20.0);
+  v.field({"rotation", "rad", "on either side of the prediction; grows with each further failure"},
+          localizer.search_window.rotation, 0.0, kPi);
+  v.field({"max_doubt", "1", "scans that contradict the prediction by more make it one guess among others"},
+          localizer.max_doubt, 1.0, 1000.0);
+  v.field({"trusted_overlap", "1", "a found match with this share of agreeing points overrules the filter"},
+          localizer.search.trusted_overlap, 0.0, 1.0);
+  v.field({"ambiguity", "1", "a second place nearly as good as the best (ratio) makes both worthless"},
+          localizer.search.ambiguity, 0.0, 1.0);
 
   v.section("localisation", "when a pose is called degraded or lost");
   v.field({"degraded_after", "s", "without a matched scan"}, localizer.degraded_after, 0.1, 60.0);

@@ -10,7 +10,7 @@
 
 namespace slam {
 
-/// A scan kept for the map: deskewed returns and where they were taken. Fixed capacity, so that it crosses queues
+/// A scan handed to the map: deskewed returns and where they were taken. Fixed capacity, so that it crosses queues
 /// without allocation.
 struct Keyframe {
   struct Point {
@@ -18,7 +18,9 @@ struct Keyframe {
   };
 
   std::int32_t map_id = 0;  ///< map that it belongs to
-  std::int32_t id = 0;      ///< counts from 0 in its map
+  std::int32_t id = 0;      ///< counts from 0 in its map; of a look: the keyframe nearest to it
+  bool look = false;  ///< shows nothing new: it refreshes the grid and is then forgotten, so that a known place costs
+                      ///< no memory however long the robot stays
   Timestamp stamp;
   Pose2 T_map_base;
   Pose2 T_base_lidar;

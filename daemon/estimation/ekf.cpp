@@ -25,6 +25,8 @@ double square(double value) { return value * value; }
 
 constexpr int kMaxRejectedPoses = 2;  // consecutive matched scans outside the gate: then the filter is wrong, not they
 
+constexpr double kMaxContradiction = 100.0;  // one scan counts for no more in the doubt
+
 constexpr double kFarthestPose = 1e3;  // [m] from the prediction: no robot is carried further between two scans
 
 }  // namespace
@@ -70,15 +72,16 @@ void Ekf::predict(Timestamp stamp) {
     rotation += square(c.rotation_noise_wheels) * turned + square(c.rotation_noise_per_metre) * distance;
   }
   Vector Q;
-  Q << translation, translation, rotation, square(c.acceleration_noise) * dt, square(c.angular_acceleration_noise) * dt,
-      square(c.gyro_bias_noise) * dt;
+  Q << doubt() * translation, doubt() * translation, doubt() * rotation, square(c.acceleration_noise) * dt,
+      square(c.angular_acceleration_noise) * dt, square(c.gyro_bias_noise) * dt;
   P_ = A * P_ * A.transpose();  // (14)
   P_.diagonal() += Q;
 }
 
 template <int N>
 UpdateResult Ekf::correct(const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 6>& H,
-                          const Eigen::Matrix<double, N, N>& R, bool consider_bias, int gate_degrees) {
+                          const Eigen::Matrix<double, N, N>& R, bool consider_bias, int gate_degrees,
+                          double* normalised_innovation_squared) {
   if (!innovation.allFinite() || !H.allFinite() || !R.allFinite()) return UpdateResult::kUseless;
   const Eigen::Matrix<double, 6, N> PHt = P_ * H.transpose();
   const Eigen::Matrix<double, N, N> S = H * PHt + R;
@@ -86,7 +89,9 @@ UpdateResult Ekf::correct(const Eigen::Matrix<double, N, 1>& innovation, const E
   if (S_llt.info() != Eigen::Success) return UpdateResult::kUseless;
   if (gate_degrees > 0) {
     const double limit = chiSquareQuantile(gate_degrees, normalQuantile(config_->gate_probability));
-    if (!(innovation.dot(S_llt.solve(innovation)) <= limit)) return UpdateResult::kRejected;  // also for NaN
+    const double distance = innovation.dot(S_llt.solve(innovation));
+    if (normalised_innovation_squared) *normalised_innovation_squared = distance;
+    if (!(distance <= limit)) return UpdateResult::kRejected;  // also for NaN
   }
   Eigen::Matrix<double, 6, N> K = S_llt.solve(PHt.transpose()).transpose();  // (15)
   if (consider_bias) K.row(kGyroBias).setZero();
@@ -114,6 +119,11 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
   standstill_.addWheels(stamp_, twist.vx, turn_rate_known ? twist.omega : 0.0, c.standstill);
   slip_ = turn_rate_known && gyro_mean && detectSlip(twist.omega, *gyro_mean - x_[kGyroBias], seconds);
 
+  // The wheels' mean over an interval is the only word on what was driven in it: coasting through it at the old speed
+  // would be worse than any sample that the robot can have driven. One outside the gate is a sudden change of speed.
+  const bool possible = std::abs(twist.vx) < c.max_speed && std::abs(twist.omega) < c.max_turn_rate;
+  const auto sudden = [&](double innovation, Index state) { P_(state, state) += square(innovation); };
+
   UpdateResult result;
   if (turn_rate_known && !gyroActive() && !slip_) {
     Eigen::Matrix<double, 2, 6> H = Eigen::Matrix<double, 2, 6>::Zero();
@@ -124,12 +134,21 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
             .asDiagonal();
     const Eigen::Vector2d innovation(twist.vx - x_[kSpeed], twist.omega - x_[kTurnRate]);
     result = correct<2>(innovation, H, R, true, 2);
+    if (result == UpdateResult::kRejected && possible) {
+      sudden(innovation.x(), kSpeed);
+      sudden(innovation.y(), kTurnRate);
+      correct<2>(innovation, H, R, true, 0);
+    }
   } else {
     Eigen::Matrix<double, 1, 6> H = Eigen::Matrix<double, 1, 6>::Zero();
     H(0, kSpeed) = 1.0;
     const double sigma = slip_ ? c.slip_speed_sigma : c.wheel_speed_sigma;
-    result = correct<1>(Eigen::Matrix<double, 1, 1>(twist.vx - x_[kSpeed]), H,
-                        Eigen::Matrix<double, 1, 1>(square(sigma)), true, 1);
+    const Eigen::Matrix<double, 1, 1> innovation(twist.vx - x_[kSpeed]), R(square(sigma));
+    result = correct<1>(innovation, H, R, true, 1);
+    if (result == UpdateResult::kRejected && possible) {
+      sudden(innovation.x(), kSpeed);
+      correct<1>(innovation, H, R, true, 0);
+    }
   }
   ++(result == UpdateResult::kFused ? counters_.wheels_fused : counters_.wheels_rejected);
   updateStandstill();
@@ -184,9 +203,13 @@ UpdateResult Ekf::updatePose(const PoseMeasurement& measurement) {
   innovation.head(n) = U.transpose() * error;
   R.topLeftCorner(n, n) = U.transpose() * measurement.covariance * U;
 
-  UpdateResult result = correct<3>(innovation, H, R, false, n);
-  if (result == UpdateResult::kRejected && ++rejected_in_a_row_ > kMaxRejectedPoses && error.norm() < kFarthestPose) {
-    // Scan after scan contradicts the filter: the robot was moved or the wheels slipped. Believe the scans.
+  double distance = n;
+  UpdateResult result = correct<3>(innovation, H, R, false, n, &distance);
+  doubt_ += (std::min(distance / n, kMaxContradiction) - doubt_) / config_->doubt_memory;
+  const bool believe = result == UpdateResult::kRejected &&
+                       (measurement.confirmed || ++rejected_in_a_row_ > kMaxRejectedPoses) &&
+                       error.norm() < kFarthestPose;
+  if (believe) {  // the robot was moved or the wheels slipped
     P_.topLeftCorner<3, 3>() += (2.0 * error * error.transpose()).eval();
     result = correct<3>(innovation, H, R, false, 0);
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 
@@ -36,6 +37,9 @@ struct EkfConfig {
   double slip_window = 0.25;                   ///< [s]
   double slip_speed_sigma = 0.15;              ///< [m/s] of one wheel sample while slipping
   double gate_probability = 0.9999;            ///< share of good measurements that the chi-square gates let pass
+  double max_speed = 5.0;                      ///< [m/s] no indoor robot drives faster: such a wheel sample is a fault
+  double max_turn_rate = 10.0;                 ///< [rad/s] nor turns faster
+  int doubt_memory = 10;                       ///< matched scans over which the prediction is judged
   double max_coast = 0.5;                      ///< [s] without any sample the pose is moved on for no longer
   StandstillConfig standstill;
 };
@@ -91,13 +95,18 @@ class Ekf {
   const Vector& state() const { return x_; }
   const Matrix& covariance() const { return P_; }
   bool slip() const { return slip_; }
+  /// By how much matched scans contradict the prediction: their normalised innovation squared per degree of freedom,
+  /// averaged; at least 1. The pose's process noise is taken this many times larger, so that wheels which keep
+  /// contradicting the scans are outweighed.
+  double doubt() const { return std::max(1.0, doubt_); }
   bool standstill() const;
   const EkfCounters& counters() const { return counters_; }
 
  private:
   template <int N>
   UpdateResult correct(const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 6>& H,
-                       const Eigen::Matrix<double, N, N>& R, bool consider_bias, int gate_degrees);
+                       const Eigen::Matrix<double, N, N>& R, bool consider_bias, int gate_degrees,
+                       double* normalised_innovation_squared = nullptr);
   void updateStandstill();
   bool gyroActive() const { return gyro_stamp_ && toSeconds(stamp_ - *gyro_stamp_) < config_->gyro_timeout; }
   bool detectSlip(double wheel_rate, double gyro_rate, double interval);
@@ -111,6 +120,7 @@ class Ekf {
   double slip_evidence_ = 0.0;  // [rad] wheels minus gyro, leaky over slip_window
   double slip_turned_ = 0.0;    // [rad] angle turned, leaky over slip_window
   bool slip_ = false;
+  double doubt_ = 1.0;
   int rejected_in_a_row_ = 0;  // pose measurements
   EkfCounters counters_;
 };

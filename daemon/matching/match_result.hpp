@@ -13,6 +13,7 @@ enum class MatchStatus : std::uint8_t {
   kIterationLimit,  ///< still moving when the iterations were used up
   kTooFewPairs,     ///< hardly any point met the reference
   kLowOverlap,      ///< converged where too many points contradict the reference: probably a wrong minimum
+  kAmbiguous,       ///< another place of the searched window fits as well
 };
 
 /// Outcome of any matcher of this folder.
@@ -24,8 +25,9 @@ struct MatchResult {
   Eigen::Matrix3d directions = Eigen::Matrix3d::Identity();  ///< columns: unit directions, the observable ones first
   int observable = 0;                                        ///< 0..3
   int pairs = 0;                                             ///< points matched at the last iterate
-  double overlap = 0.0;   ///< share of the points within overlap_distance of the reference, 0..1
-  double residual = 0.0;  ///< [m] RMS distance of those from their lines (point to point: from their points)
+  double overlap = 0.0;      ///< share of the points within overlap_distance of the reference, 0..1
+  double familiarity = 0.0;  ///< share of the points that agree with a surfel seen familiar_observations times, 0..1
+  double residual = 0.0;     ///< [m] RMS distance of those from their lines (point to point: from their points)
   int iterations = 0;
 
   bool usable() const {
@@ -48,6 +50,7 @@ struct MatchConfig {
   double point_weight = 0.3;            ///< [1] of a corner point against a point on a wall
   double range_sigma = 0.015;           ///< [m] standard deviation of one lidar range
   double overlap_distance = 0.10;       ///< [m] a point this near to its line agrees with the reference
+  double familiar_observations = 5.0;   ///< [1] a surfel seen so often is known
   double min_overlap = 0.50;            ///< [1] less agreement than this is no match
   double min_information = 0.01;        ///< [1] a direction seen by less than this share of the pairs is blind
 };

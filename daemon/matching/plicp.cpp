@@ -15,6 +15,7 @@ constexpr double kDamping = 0.7;  // per change of the step's direction
 
 struct Sums {
   NormalEquations equations;
+  int familiar = 0;             // pairs that agree with a well-known surfel
   int agreeing = 0;             // pairs within overlap_distance of their line
   double agreeing_error = 0.0;  // [m^2] sum of their squared residuals
 };
@@ -45,7 +46,10 @@ Sums linearize(const Reference& reference, std::span<const ScanPoint> points, co
       eq.weight += w;
       eq.squared_error += w * (dx * dx + dy * dy);
       ++eq.pairs;
-      if (std::hypot(dx, dy) < config.overlap_distance) ++sums.agreeing;
+      if (std::hypot(dx, dy) < config.overlap_distance) {
+        ++sums.agreeing;
+        if (surfel->observations >= config.familiar_observations) ++sums.familiar;
+      }
       continue;
     }
     const double mx = c * point.normal.x() - s * point.normal.y(), my = s * point.normal.x() + c * point.normal.y();
@@ -66,6 +70,7 @@ Sums linearize(const Reference& reference, std::span<const ScanPoint> points, co
     ++eq.pairs;
     if (std::abs(e) < config.overlap_distance) {
       ++sums.agreeing;
+      if (surfel->observations >= config.familiar_observations) ++sums.familiar;
       sums.agreeing_error += e * e;
     }
   }
@@ -95,6 +100,7 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
     const NormalEquations& equations = sums.equations;
     result.pairs = equations.pairs;
     result.overlap = points.empty() ? 0.0 : static_cast<double>(sums.agreeing) / static_cast<double>(points.size());
+    result.familiarity = points.empty() ? 0.0 : static_cast<double>(sums.familiar) / static_cast<double>(points.size());
     result.status = MatchStatus::kTooFewPairs;
     if (equations.pairs < config.min_pairs) return result;
 

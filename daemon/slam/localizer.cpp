@@ -10,6 +10,7 @@
 namespace slam {
 namespace {
 
+constexpr double kClearlyBetter = 0.01;         // [1] of overlap, between guesses
 constexpr std::size_t kHistoryCapacity = 1024;  // poses within one scan
 
 Timestamp lastBeam(const LaserScan& scan, Timestamp stamp) {
@@ -25,6 +26,7 @@ Localizer::Localizer(const LocalizerConfig& config, Stopwatch stopwatch, std::in
       odometry_(config.ekf, config.timeline),
       pose_(config.ekf, config.timeline),
       reference_(config.reference),
+      search_(config.search),
       history_(kHistoryCapacity) {
   config_.normals.range_sigma = config_.match.range_sigma = config_.lidar.range_sigma;
   points_.reserve(LaserScan::kCapacity);
@@ -35,6 +37,7 @@ void Localizer::add(const WheelSample& sample) {
   WheelSample sequenced = sample;
   sequenced.stamp = wheel_stamps_.next(sample.stamp);
   odometry_.add(sequenced);
+  has_wheels_ = true;
   pose_.add(sequenced);
 }
 
@@ -63,32 +66,32 @@ ScanOutcome Localizer::add(const LaserScan& recorded) {
   deskew(recorded, limits, outcome.stamp, config_.lidar.T_base_lidar, history_, points_);
   estimateNormals(points_, config_.lidar.T_base_lidar.translation(), config_.normals);
 
-  const Pose2 guess = pose_.at(outcome.stamp).pose();
+  const Ekf predicted = pose_.at(outcome.stamp);
+  const Pose2 guess = predicted.pose();
   if (!last_keyframe_) {
     if (static_cast<int>(points_.size()) < config_.match.min_pairs) return outcome;
     pose_.add(PoseMeasurement{outcome.stamp, guess, 1e-8 * Eigen::Matrix3d::Identity()});
     last_match_ = outcome.stamp;
+    last_pose_ = guess;
     outcome.keyframe = keep(outcome.stamp, guess);
     return outcome;
   }
 
   reference_.recentre(guess.translation());
   const Timestamp before = stopwatch_ ? stopwatch_() : Timestamp{};
-  outcome.match = matchPointToLine(reference_, points_, guess, config_.match);
+  outcome.match = matchFromGuesses(predicted);
   if (stopwatch_) outcome.match_time = stopwatch_() - before;
+  outcome.fused = fuse(outcome.stamp, outcome.match, false);
+  if (!outcome.fused) searchAround(guess, outcome);
   overlap_ = outcome.match.overlap;
-  if (outcome.match.usable()) {
-    const UpdateResult update =
-        pose_.add(PoseMeasurement{outcome.stamp, outcome.match.T_ref_base, outcome.match.covariance,
-                                  outcome.match.directions, outcome.match.observable});
-    outcome.fused = update == UpdateResult::kFused;
-  }
   if (outcome.fused) {
     ++(outcome.match.observable == 3 ? counters_.matched : counters_.partly_observable);
     last_match_ = outcome.stamp;
     failures_ = 0;
     const Pose2 T_map_base = pose_.at(outcome.stamp).pose();
-    if (wantsKeyframe(T_map_base, outcome.match)) outcome.keyframe = keep(outcome.stamp, T_map_base);
+    last_motion_ = between(last_pose_, T_map_base);
+    last_pose_ = T_map_base;
+    outcome.keyframe = keepOrLook(outcome.stamp, T_map_base, outcome.match);
   } else {
     // A failed match never moves the pose: the filter carries on. When it lasts, the robot has left what the reference
     // knows, so the scan extends it from where the filter believes to be.
@@ -101,16 +104,66 @@ ScanOutcome Localizer::add(const LaserScan& recorded) {
   return outcome;
 }
 
-bool Localizer::wantsKeyframe(const Pose2& T_map_base, const MatchResult& match) const {
-  const Pose2 moved = between(*last_keyframe_, T_map_base);
-  return std::hypot(moved.x, moved.y) > config_.keyframe.translation ||
-         std::abs(moved.theta) > config_.keyframe.rotation || match.overlap < config_.keyframe.overlap;
+MatchResult Localizer::matchFromGuesses(const Ekf& predicted) const {
+  MatchResult best = matchPointToLine(reference_, points_, predicted.pose(), config_.match);
+  const bool wheels_help = has_wheels_ && predicted.doubt() < config_.max_doubt;
+  if (wheels_help && best.usable()) return best;
+  // Without wheels the prediction hangs on the scans' stamps, which jitter in many recordings. A robot that went on as
+  // between the last two scans, or that stands still, is as likely.
+  for (const Pose2& guess : {last_pose_ * last_motion_, last_pose_}) {
+    const MatchResult other = matchPointToLine(reference_, points_, guess, config_.match);
+    if (other.usable() && (!best.usable() || other.overlap > best.overlap + kClearlyBetter)) best = other;
+  }
+  return best;
+}
+
+bool Localizer::fuse(Timestamp stamp, const MatchResult& match, bool confirmed) {
+  return match.usable() && pose_.add(PoseMeasurement{stamp, match.T_ref_base, match.covariance, match.directions,
+                                                     match.observable, confirmed}) == UpdateResult::kFused;
+}
+
+void Localizer::searchAround(const Pose2& predicted, ScanOutcome& outcome) {
+  ++counters_.searched;
+  const double widening = 1.0 + failures_;
+  const SearchWindow window{widening * config_.search_window.translation, widening * config_.search_window.rotation};
+  const SearchResult found = search_.match(reference_, points_, predicted, window, config_.match);
+  if (!found.match.usable()) return;
+  outcome.match = found.match;
+  outcome.fused = fuse(outcome.stamp, found.match, found.match.overlap > config_.search.trusted_overlap);
+}
+
+const Keyframe* Localizer::keepOrLook(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match) {
+  const KeyframeConfig& config = config_.keyframe;
+  const auto movedFrom = [&](const Pose2& pose) {
+    const Pose2 moved = between(pose, T_map_base);
+    return std::hypot(moved.x, moved.y) > config.translation || std::abs(moved.theta) > config.rotation;
+  };
+  if (match.overlap < config.overlap) return keep(stamp, T_map_base);
+  if (match.familiarity < config.familiarity) {
+    return movedFrom(*last_keyframe_) ? keep(stamp, T_map_base) : nullptr;
+  }
+  const bool due = movedFrom(last_look_) || toSeconds(stamp - last_look_stamp_) > config.look_period;
+  return due ? look(stamp, T_map_base) : nullptr;
 }
 
 const Keyframe* Localizer::keep(Timestamp stamp, const Pose2& T_map_base) {
   reference_.add(T_map_base, points_);
   last_keyframe_ = T_map_base;
+  describe(stamp, T_map_base);
   keyframe_.id = static_cast<std::int32_t>(counters_.keyframes++);
+  keyframe_.look = false;
+  return &keyframe_;
+}
+
+const Keyframe* Localizer::look(Timestamp stamp, const Pose2& T_map_base) {
+  describe(stamp, T_map_base);
+  keyframe_.look = true;
+  return &keyframe_;
+}
+
+void Localizer::describe(Timestamp stamp, const Pose2& T_map_base) {
+  last_look_ = T_map_base;
+  last_look_stamp_ = stamp;
   keyframe_.map_id = map_id_;
   keyframe_.stamp = stamp;
   keyframe_.T_map_base = T_map_base;
@@ -120,7 +173,6 @@ const Keyframe* Localizer::keep(Timestamp stamp, const Pose2& T_map_base) {
     keyframe_.storage[static_cast<std::size_t>(keyframe_.size++)] = {static_cast<float>(point.position.x()),
                                                                      static_cast<float>(point.position.y())};
   }
-  return &keyframe_;
 }
 
 LocalisationState Localizer::state(Timestamp stamp, const Eigen::Matrix3d& covariance) const {

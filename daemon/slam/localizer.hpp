@@ -10,6 +10,7 @@
 #include "core/samples.hpp"
 #include "core/scan.hpp"
 #include "estimation/ekf_timeline.hpp"
+#include "matching/correlative.hpp"
 #include "matching/match_result.hpp"
 #include "matching/normals.hpp"
 #include "matching/reference.hpp"
@@ -30,6 +31,8 @@ struct LidarModel {
 struct KeyframeConfig {
   double translation = 0.20;  ///< [m] since the last keyframe
   double rotation = 0.17;     ///< [rad] since the last keyframe
+  double familiarity = 0.80;  ///< [1] a scan that shows this share of well-known surfels adds nothing: it is a look
+  double look_period = 1.0;   ///< [s] between looks of a robot that stands still in a known place
   double overlap = 0.70;      ///< [1] share of points that meet the reference: fewer makes a keyframe at once
   int max_failures = 8;       ///< scans in a row without a match, then one is kept at the filter's pose
 };
@@ -41,6 +44,9 @@ struct LocalizerConfig {
   NormalConfig normals;
   ReferenceConfig reference;
   MatchConfig match;
+  CorrelativeConfig search;
+  SearchWindow search_window;  ///< around the prediction, after a failed match; grows with each further failure
+  double max_doubt = 3.0;      ///< [1] Ekf::doubt() above which a prediction is one guess among others
   KeyframeConfig keyframe;
   double degraded_after = 1.0;       ///< [s] without a matched scan
   double lost_position_sigma = 1.0;  ///< [m] a position this uncertain is not valid
@@ -48,6 +54,7 @@ struct LocalizerConfig {
 
 struct LocalizerCounters {
   std::uint32_t scans = 0, matched = 0, partly_observable = 0, unmatched = 0, gated = 0, keyframes = 0;
+  std::uint32_t searched = 0;         ///< scans whose prediction led to no match and that were searched for
   std::uint32_t scans_too_late = 0;   ///< older than the filter's window
   std::uint32_t scans_retimed = 0;    ///< stamp not after its predecessor's
   std::uint32_t clock_resets = 0;     ///< stamps jumped back by seconds
@@ -62,7 +69,7 @@ struct ScanOutcome {
   MatchResult match;
   Duration match_time{0};              ///< spent in the matcher; 0 without a stopwatch
   bool fused = false;                  ///< the match passed the filter's gate
-  const Keyframe* keyframe = nullptr;  ///< set when the scan became one; valid until the next scan
+  const Keyframe* keyframe = nullptr;  ///< set when the scan became one, or a look; valid until the next scan
 };
 
 /// The front end: the paper's pipeline from sensors to pose.
@@ -95,9 +102,14 @@ class Localizer {
   EkfCounters filterCounters() const { return pose_.at(pose_.newestStamp()).counters(); }
 
  private:
+  MatchResult matchFromGuesses(const Ekf& predicted) const;
+  void searchAround(const Pose2& predicted, ScanOutcome& outcome);
+  bool fuse(Timestamp stamp, const MatchResult& match, bool confirmed);
   LocalisationState state(Timestamp stamp, const Eigen::Matrix3d& covariance) const;
-  bool wantsKeyframe(const Pose2& T_map_base, const MatchResult& match) const;
+  const Keyframe* keepOrLook(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match);
   const Keyframe* keep(Timestamp stamp, const Pose2& T_map_base);
+  const Keyframe* look(Timestamp stamp, const Pose2& T_map_base);
+  void describe(Timestamp stamp, const Pose2& T_map_base);
 
   LocalizerConfig config_;
   Stopwatch stopwatch_;
@@ -106,11 +118,16 @@ class Localizer {
   ForwardJumpGuard wheel_guard_, imu_guard_, scan_guard_;
   StampSequencer wheel_stamps_, scan_stamps_;
   Reference reference_;
+  CorrelativeMatcher search_;
   PoseHistory history_;
   ScanPoints points_;
   Keyframe keyframe_;
   std::optional<Pose2> last_keyframe_;
+  Pose2 last_look_;
+  Timestamp last_look_stamp_;
   std::optional<Timestamp> last_match_;
+  Pose2 last_pose_, last_motion_;  // at the last matched scan, and from the one before
+  bool has_wheels_ = false;
   double overlap_ = 0.0;
   int failures_ = 0;
   LocalizerCounters counters_;

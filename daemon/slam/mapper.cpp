@@ -5,7 +5,7 @@ namespace slam {
 
 void Mapper::add(const Keyframe& keyframe) {
   grid_.add(keyframe);
-  path_.emplace_back(keyframe.T_map_base.x, keyframe.T_map_base.y);
+  if (!keyframe.look) path_.emplace_back(keyframe.T_map_base.x, keyframe.T_map_base.y);
 }
 
 void Mapper::reset() {

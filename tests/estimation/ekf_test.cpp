@@ -420,6 +420,43 @@ TEST(Ekf, FusesTwoHeadingsAcrossTheHalfTurn) {
   EXPECT_NEAR(std::abs(ekf.pose().theta), std::numbers::pi, 1e-6);  // half way
 }
 
+TEST(Ekf, BelievesAConfirmedPoseOutsideItsGateAtOnce) {
+  Drive drive;
+  drive.run(10.0);
+  PoseMeasurement measurement = measured({1.0, 0, 0}, {0.02, 0.02, 0.01});
+  measurement.stamp = drive.ekf.stamp();
+  measurement.confirmed = true;
+  EXPECT_EQ(drive.ekf.updatePose(measurement), UpdateResult::kFused);
+  EXPECT_NEAR(drive.ekf.pose().x, 1.0, 0.01);
+  expectHealthy(drive.ekf, "confirmed");
+}
+
+TEST(Ekf, DoubtsAPredictionThatScansKeepContradicting) {
+  Ekf honest(kConfig), contradicted(kConfig);
+  for (int i = 1; i <= 40; ++i) {
+    for (Ekf* ekf : {&honest, &contradicted}) {
+      ekf->predict(Timestamp(std::chrono::milliseconds(200 * i)));
+      ekf->updateWheels({.vx = 0.5, .omega = 0.0}, true, std::chrono::milliseconds(200), std::nullopt);
+    }
+    honest.updatePose(measured(honest.pose(), {0.02, 0.02, 0.01}));
+    const Pose2 aside{contradicted.pose().x, contradicted.pose().y + 0.15, contradicted.pose().theta};
+    contradicted.updatePose(measured(aside, {0.02, 0.02, 0.01}));
+  }
+  EXPECT_LT(honest.doubt(), 1.5);
+  EXPECT_GT(contradicted.doubt(), 2.0);
+}
+
+TEST(Ekf, TakesASuddenChangeOfSpeedButNoImpossibleOne) {
+  Drive drive;
+  drive.run(10.0);
+  const auto before = drive.ekf.counters().wheels_rejected;
+  drive.ekf.updateWheels({.vx = 2.0, .omega = 0.0}, true, std::chrono::milliseconds(5), std::nullopt);
+  EXPECT_NEAR(drive.ekf.twist().vx, 2.0, 0.1);
+  EXPECT_EQ(drive.ekf.counters().wheels_rejected, before + 1);  // counted as a contradiction all the same
+  drive.ekf.updateWheels({.vx = 60.0, .omega = 0.0}, true, std::chrono::milliseconds(5), std::nullopt);
+  EXPECT_LT(drive.ekf.twist().vx, 3.0);
+}
+
 TEST(Ekf, SetPoseKeepsTheBiasAndSetsTheUncertainty) {
   Drive drive;
   drive.gyro = 0.01;

@@ -38,6 +38,8 @@ class Drive {
       }
     }
   }
+  /// The wheels claim a motion that was none.
+  void pretend(const Pose2& jump) { dead_reckoned_ = dead_reckoned_ * jump; }
   double error() const {
     const Pose2 difference = between(truth, localizer->estimate(now).T_map_base);
     return std::hypot(difference.x, difference.y);
@@ -88,6 +90,43 @@ TEST(Localizer, BelievesScansWhenTheWheelsSpinOnTheSpot) {
   drive.wheel_factor = 2.0;
   drive.run(5.0, {0.15, 0, 0});
   EXPECT_LT(drive.error(), 0.05);
+}
+
+TEST(Localizer, FindsItselfAfterTheWheelsPretendedAJump) {
+  for (const Pose2 jump : {Pose2{0.5, 0.0, 0.0}, Pose2{-0.3, 0.4, 0.0}, Pose2{0.1, 0.1, 1.0}}) {
+    Drive drive;
+    drive.imu = false;
+    drive.run(2.0, kStand);
+    drive.run(4.0, kCurve);
+    drive.pretend(jump);
+    drive.run(1.0, kCurve);
+    EXPECT_LT(drive.error(), 0.05);
+    EXPECT_EQ(drive.state(), LocalisationState::kLocalised);
+  }
+}
+
+TEST(Localizer, OutweighsWheelsThatKeepLying) {
+  Drive drive;
+  drive.imu = false;
+  drive.run(2.0, kStand);
+  drive.wheel_factor = -1.0;  // forwards is reported as backwards
+  drive.run(10.0, kCurve);
+  EXPECT_LT(drive.error(), 0.12);  // the wheels carry the pose astray for up to 180 ms after a scan
+  EXPECT_TRUE(drive.last.fused);
+}
+
+TEST(Localizer, StopsKeepingScansOfAKnownPlaceButGoesOnLooking) {
+  Drive drive;
+  drive.run(2.0, kStand);
+  for (int lap = 0; lap < 4; ++lap) drive.run(16.0, kCurve);  // circles of 0.75 m radius
+  const auto known = drive.localizer->counters().keyframes;
+  bool looked = false;
+  for (int step = 0; step < 160; ++step) {
+    drive.run(0.2, kCurve);
+    looked |= drive.last.keyframe != nullptr && drive.last.keyframe->look;
+  }
+  EXPECT_EQ(drive.localizer->counters().keyframes, known);
+  EXPECT_TRUE(looked);
 }
 
 TEST(Localizer, IsDegradedWithoutLidarAndLocalisedAgainWithIt) {

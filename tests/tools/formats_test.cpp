@@ -238,6 +238,32 @@ double pathLength(const std::vector<WheelSample>& wheels) {
 
 void expectHandfulRejected(const ConvertReport& report) { EXPECT_LE(report.rejected, 5) << report.first_rejection; }
 
+TEST_F(Carmen, CanBeDisturbedByFalseMotionsOfTheWheels) {
+  std::string text;
+  for (int i = 0; i < 100; ++i) text += flaser(180, std::to_string(2 + i), std::to_string(0.01 * i) + " 0 0");
+  const auto clean = convert(text);
+  Disturbance disturbance{.jumps = 1, .jump_translation = 0.5, .jump_rotation = 0.0, .seed = 4};
+  disturbLog(folder_ / "out.lcm", folder_ / "jumped.lcm", disturbance);
+  const Log jumped = readLog(folder_ / "jumped.lcm");
+  ASSERT_EQ(jumped.wheels.size(), clean.wheels.size());
+  int jumps = 0;
+  for (std::size_t i = 1; i < jumped.wheels.size(); ++i) {
+    const Pose2 step = between(jumped.wheels[i - 1].T_wheels_base, jumped.wheels[i].T_wheels_base);
+    jumps += std::abs(step.x - 0.01) > 1e-9 || std::abs(step.y) > 1e-9;
+  }
+  EXPECT_EQ(jumps, 1);
+  EXPECT_EQ(jumped.scans.size(), clean.scans.size());
+}
+
+TEST_F(Carmen, CanBeDisturbedByWheelsThatReportLate) {
+  std::string text;
+  for (int i = 0; i < 50; ++i) text += flaser(180, std::to_string(2 + i), std::to_string(0.01 * i) + " 0 0");
+  convert(text);
+  disturbLog(folder_ / "out.lcm", folder_ / "late.lcm", {.wheel_lag = 1.0});
+  const Log late = readLog(folder_ / "late.lcm");
+  EXPECT_NEAR(late.wheels[30].T_wheels_base.x, 0.29, 1e-9);  // a second is one line
+}
+
 TEST(RecordedData, OfIntelHas5505Scans) {
   SLAM_SKIP_WITHOUT(recorded("intel/intel.clf.gz"));
   const Folder folder;

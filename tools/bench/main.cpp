@@ -21,8 +21,9 @@ void printMatchers(const std::vector<slam::ScanPair>& pairs, const slam::Config&
               static_cast<unsigned long long>(seed));
   std::printf("%-9s %-18s %8s %6s %14s %18s %12s %18s\n", "matcher", "noise", "success", "CSM", "wrong/refused",
               "median error", "iterations", "time [us]");
-  for (const auto& [name, matcher] :
-       {std::pair("ICP", slam::Matcher::kPointToPoint), {"PL-ICP", slam::Matcher::kPointToLine}}) {
+  for (const auto& [name, matcher] : {std::pair("ICP", slam::Matcher::kPointToPoint),
+                                      {"PL-ICP", slam::Matcher::kPointToLine},
+                                      {"+search", slam::Matcher::kPointToLineOrSearch}}) {
     for (const NoiseRow& row : kRows) {
       const auto r = slam::matchPairs(pairs, matcher, row.translation, row.rotation_degrees * std::numbers::pi / 180.0,
                                       seed, config);

@@ -12,6 +12,7 @@
 #include "bus/checked_decode.hpp"
 #include "bus/event_log.hpp"
 #include "bus/messages.hpp"
+#include "matching/correlative.hpp"
 #include "matching/deskew.hpp"
 #include "matching/icp.hpp"
 #include "matching/normals.hpp"
@@ -90,6 +91,8 @@ PairReport matchPairs(const std::vector<ScanPair>& pairs, Matcher matcher, doubl
   match.search_translation = translation_noise;
   match.search_rotation = rotation_noise;
   Reference reference(config.localizer.reference);
+  CorrelativeMatcher search;
+  const SearchWindow window{translation_noise, rotation_noise};
 
   PairReport report;
   int successes = 0;
@@ -101,8 +104,10 @@ PairReport matchPairs(const std::vector<ScanPair>& pairs, Matcher matcher, doubl
                       pair.guess.y + translation_noise * uniform(random),
                       wrapAngle(pair.guess.theta + rotation_noise * uniform(random))};
     const auto begin = std::chrono::steady_clock::now();
-    const MatchResult result = matcher == Matcher::kPointToLine ? matchPointToLine(reference, pair.scan, guess, match)
-                                                                : matchPointToPoint(reference, pair.scan, guess, match);
+    const MatchResult result = matcher == Matcher::kPointToPoint ? matchPointToPoint(reference, pair.scan, guess, match)
+                               : matcher == Matcher::kPointToLine
+                                   ? matchPointToLine(reference, pair.scan, guess, match)
+                                   : search.matchOrSearch(reference, pair.scan, guess, window, match).match;
     times.push_back(std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - begin).count());
     iterations.push_back(result.iterations);
     const Pose2 error = between(pair.T_ref_scan, result.T_ref_base);

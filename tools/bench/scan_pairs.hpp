@@ -23,7 +23,7 @@ struct ScanPair {
 std::vector<ScanPair> loadScanPairs(const std::filesystem::path& log, const std::filesystem::path& relations,
                                     const Config& config, double max_interval = 6.0);
 
-enum class Matcher { kPointToPoint, kPointToLine };
+enum class Matcher { kPointToPoint, kPointToLine, kPointToLineOrSearch };
 
 /// Outcome over all pairs for one strength of noise on the guess.
 struct PairReport {

@@ -34,6 +34,20 @@ ConvertReport convertMines(const std::filesystem::path& in, const std::filesyste
 /// CMU Wean Hall (robotdata*.log): L lines in cm and rad, with the odometry they carry.
 ConvertReport convertWean(const std::filesystem::path& in, const std::filesystem::path& out);
 
+/// What may go wrong with a robot's wheels, to be added to a log of one where it did not.
+struct Disturbance {
+  int jumps = 0;                  ///< sudden false motions at random times
+  double jump_translation = 0.5;  ///< [m] of a jump, at most, in x and in y
+  double jump_rotation = 0.785;   ///< [rad] of a jump, at most
+  double noise = 0.0;             ///< [m per sqrt(m)] on distance, [rad per sqrt(m), rad per sqrt(rad)] on heading
+  double distance_scale = 0.0;    ///< [1] error of the wheels' radius
+  bool reverse_sign = false;      ///< driving backwards is reported as forwards
+  double wheel_lag = 0.0;         ///< [s] a sample says where the wheels stood so long before its stamp
+  std::uint64_t seed = 1;
+};
+ConvertReport disturbLog(const std::filesystem::path& in, const std::filesystem::path& out,
+                         const Disturbance& disturbance);
+
 /// LCM event logs of Maebot and MBot: RPLidar, encoders and IMU.
 ConvertReport convertMbot(const std::filesystem::path& in, const std::filesystem::path& out);
 

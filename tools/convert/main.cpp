@@ -51,11 +51,26 @@ int main(int argc, char** argv) {
   csv_command->add_option("--half-track", csv.half_track, "[m] half the effective track")->capture_default_str();
   csv_command->add_option("OUT", out, "output")->required();
 
+  slam::Disturbance disturbance;
+  CLI::App* disturb = app.add_subcommand("disturb", "our log with wheels that slip, lie or lag, to see what it does");
+  disturb->add_option("--jumps", disturbance.jumps, "sudden false motions at random times");
+  disturb->add_option("--jump-translation", disturbance.jump_translation, "[m] at most")->capture_default_str();
+  disturb->add_option("--jump-rotation", disturbance.jump_rotation, "[rad] at most")->capture_default_str();
+  disturb->add_option("--noise", disturbance.noise, "[m per sqrt(m), rad per sqrt(m) and per sqrt(rad)]");
+  disturb->add_option("--distance-scale", disturbance.distance_scale, "[1] error of the wheels' radius");
+  disturb->add_flag("--reverse-sign", disturbance.reverse_sign, "driving backwards is reported as forwards");
+  disturb->add_option("--wheel-lag", disturbance.wheel_lag,
+                      "[s] a wheel sample says where they stood so long before its stamp");
+  disturb->add_option("--seed", disturbance.seed, "of times, jumps and noise")->capture_default_str();
+  disturb->add_option("IN", in, "input, plain or .gz")->required();
+  disturb->add_option("OUT", out, "output")->required();
+
   return slam::runProgram(app, argc, argv, SLAMD_VERSION, "slam-convert carmen intel.clf.gz intel.lcm", [&] {
     if (csv_command->parsed()) {
       csv.imu_sign_z = imu_z_down ? -1.0 : 1.0;
       printReport(out, slam::convertCsv(csv, out));
     }
+    if (disturb->parsed()) printReport(out, slam::disturbLog(in, out, disturbance));
     for (const auto& [command, convert] : commands) {
       if (command->parsed()) printReport(out, convert(in, out));
     }

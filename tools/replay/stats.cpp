@@ -19,22 +19,22 @@ Quantiles quantiles(std::vector<double> values) {
 std::string ReplayStats::json() const {
   const Quantiles match = quantiles(match_us), scan = quantiles(scan_us), optimise = quantiles(optimise_ms);
   char text[2048];
-  std::snprintf(
-      text, sizeof text,
-      "{\"scans\": %u, \"keyframes\": %u, \"loop_closures\": %d, \"log_s\": %.3f, \"wall_s\": %.3f, "
-      "\"cpu_s\": %.3f, \"peak_rss_mb\": %.1f,\n"
-      " \"match_us\": {\"p50\": %.1f, \"p99\": %.1f, \"max\": %.1f},\n"
-      " \"scan_us\": {\"p50\": %.1f, \"p99\": %.1f, \"max\": %.1f},\n"
-      " \"optimise_ms\": {\"p50\": %.3f, \"max\": %.3f},\n"
-      " \"matched\": %u, \"partly_observable\": %u, \"unmatched\": %u, \"gated\": %u, \"scans_too_late\": %u, "
-      "\"scans_retimed\": %u, \"clock_resets\": %u, \"samples_late\": %u, \"samples_too_old\": %u,\n"
-      " \"rejected_messages\": %llu, \"skipped_bytes\": %llu, \"truncated\": %s}\n",
-      localizer.scans, localizer.keyframes, loop_closures, log_s, wall_s, cpu_s, peak_rss_mb, match.p50, match.p99,
-      match.max, scan.p50, scan.p99, scan.max, optimise.p50, optimise.max, localizer.matched,
-      localizer.partly_observable, localizer.unmatched, localizer.gated, localizer.scans_too_late,
-      localizer.scans_retimed, localizer.clock_resets, localizer.samples_late, localizer.samples_too_old,
-      static_cast<unsigned long long>(rejected_messages), static_cast<unsigned long long>(skipped_bytes),
-      truncated ? "true" : "false");
+  std::snprintf(text, sizeof text,
+                "{\"scans\": %u, \"keyframes\": %u, \"loop_closures\": %d, \"log_s\": %.3f, \"wall_s\": %.3f, "
+                "\"cpu_s\": %.3f, \"peak_rss_mb\": %.1f,\n"
+                " \"match_us\": {\"p50\": %.1f, \"p99\": %.1f, \"max\": %.1f},\n"
+                " \"scan_us\": {\"p50\": %.1f, \"p99\": %.1f, \"max\": %.1f},\n"
+                " \"optimise_ms\": {\"p50\": %.3f, \"max\": %.3f},\n"
+                " \"matched\": %u, \"partly_observable\": %u, \"unmatched\": %u, \"gated\": %u, \"searched\": %u, "
+                "\"scans_too_late\": %u, "
+                "\"scans_retimed\": %u, \"clock_resets\": %u, \"samples_late\": %u, \"samples_too_old\": %u,\n"
+                " \"rejected_messages\": %llu, \"skipped_bytes\": %llu, \"truncated\": %s}\n",
+                localizer.scans, localizer.keyframes, loop_closures, log_s, wall_s, cpu_s, peak_rss_mb, match.p50,
+                match.p99, match.max, scan.p50, scan.p99, scan.max, optimise.p50, optimise.max, localizer.matched,
+                localizer.partly_observable, localizer.unmatched, localizer.gated, localizer.searched,
+                localizer.scans_too_late, localizer.scans_retimed, localizer.clock_resets, localizer.samples_late,
+                localizer.samples_too_old, static_cast<unsigned long long>(rejected_messages),
+                static_cast<unsigned long long>(skipped_bytes), truncated ? "true" : "false");
   return text;
 }
 

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "matching/correlative.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "matching/plicp.hpp"
+
+namespace slam {
+
+CorrelativeMatcher::CorrelativeMatcher(const CorrelativeConfig& config) : config_(config) {
+  sample_.reserve(static_cast<std::size_t>(config.max_points));
+  rotated_.resize(static_cast<std::size_t>(config.max_points));
+  best_.reserve(static_cast<std::size_t>(config.refined) + 1);
+}
+
+SearchResult CorrelativeMatcher::match(const Reference& reference, std::span<const ScanPoint> points,
+                                       const Pose2& guess, const SearchWindow& window,
+                                       const MatchConfig& config) noexcept {
+  SearchResult result;
+  result.match = {.status = MatchStatus::kTooFewPairs, .T_ref_base = guess};
+  if (static_cast<int>(points.size()) < config.min_pairs) return result;
+  const std::size_t count = std::min(points.size(), static_cast<std::size_t>(config_.max_points));
+  sample_.clear();
+  for (std::size_t i = 0; i < count; ++i) sample_.push_back(points[i * points.size() / count].position);
+  scoreAll(reference, guess, window, meanRange(points));
+
+  MatchConfig narrow = config;  // the steps leave less to be found than a first guess does
+  narrow.initial_pair_distance = narrow.final_pair_distance;
+  narrow.search_translation = narrow.search_rotation = 0.0;
+  MatchResult second;
+  const auto better = [](const MatchResult& a, const MatchResult& b) {
+    return a.usable() != b.usable() ? a.usable() : a.overlap > b.overlap;
+  };
+  const auto elsewhere = [&](const Pose2& a, const Pose2& b) {
+    return std::hypot(a.x - b.x, a.y - b.y) > config_.distinct_distance ||
+           std::abs(wrapAngle(a.theta - b.theta)) > config_.distinct_rotation;
+  };
+  for (const Hypothesis& hypothesis : best_) {
+    const MatchResult refined = matchPointToLine(reference, points, hypothesis.T_ref_base, narrow);
+    if (better(refined, result.match)) {
+      if (result.match.usable() && elsewhere(refined.T_ref_base, result.match.T_ref_base)) second = result.match;
+      result.match = refined;
+    } else if (refined.usable() && elsewhere(refined.T_ref_base, result.match.T_ref_base) && better(refined, second)) {
+      second = refined;
+    }
+  }
+  if (!result.match.usable()) return result;
+  if (second.usable() && elsewhere(second.T_ref_base, result.match.T_ref_base)) {
+    result.runner_up = second.overlap / result.match.overlap;
+  }
+  if (result.runner_up > config_.ambiguity) result.match.status = MatchStatus::kAmbiguous;
+  return result;
+}
+
+SearchResult CorrelativeMatcher::matchOrSearch(const Reference& reference, std::span<const ScanPoint> points,
+                                               const Pose2& guess, const SearchWindow& window,
+                                               const MatchConfig& config) noexcept {
+  const SearchResult direct{.match = matchPointToLine(reference, points, guess, config)};
+  if (direct.match.usable() && direct.match.overlap >= config_.trusted_overlap) return direct;
+  SearchResult searched = match(reference, points, guess, window, config);
+  const bool found = searched.match.usable() || searched.match.status == MatchStatus::kAmbiguous;
+  return found && (!direct.match.usable() || searched.match.overlap > direct.match.overlap) ? searched : direct;
+}
+
+void CorrelativeMatcher::scoreAll(const Reference& reference, const Pose2& guess, const SearchWindow& window,
+                                  double lever) {
+  // Odd numbers of steps, so that the guess itself is among the hypotheses.
+  double step = config_.translation_step;
+  int turns = 0, shifts = 0;
+  for (;; step *= 1.25) {
+    turns = static_cast<int>(std::ceil(std::min(window.rotation, std::numbers::pi) * lever / step));
+    shifts = static_cast<int>(std::ceil(window.translation / step));
+    if ((2.0 * turns + 1) * (2.0 * shifts + 1) * (2.0 * shifts + 1) <= config_.max_hypotheses) break;
+  }
+  const double kernel = std::max(config_.kernel_scale, step), kernel_squared = kernel * kernel;
+  best_.clear();
+  for (int turn = -turns; turn <= turns; ++turn) {
+    const double theta = wrapAngle(guess.theta + turn * step / lever);
+    const Pose2 rotation{0.0, 0.0, theta};
+    for (std::size_t i = 0; i < sample_.size(); ++i) rotated_[i] = rotation * sample_[i];
+    for (int row = -shifts; row <= shifts; ++row) {
+      for (int column = -shifts; column <= shifts; ++column) {
+        const Eigen::Vector2d t(guess.x + column * step, guess.y + row * step);
+        double sum = 0.0;
+        for (std::size_t i = 0; i < sample_.size(); ++i) {
+          const Eigen::Vector2d p = rotated_[i] + t;
+          const Surfel* surfel = reference.nearest(p, kernel);
+          if (surfel == nullptr) continue;
+          const double dx = p.x() - surfel->x, dy = p.y() - surfel->y;
+          sum += std::max(0.0, 1.0 - (dx * dx + dy * dy) / kernel_squared);
+        }
+        keepBest(
+            {{t.x(), t.y(), theta}, static_cast<float>(sum / static_cast<double>(sample_.size())), turn, column, row});
+      }
+    }
+  }
+}
+
+void CorrelativeMatcher::keepBest(const Hypothesis& hypothesis) {
+  if (static_cast<int>(best_.size()) == config_.refined && hypothesis.score <= best_.back().score) return;
+  const auto adjacent = [&](const Hypothesis& other) {
+    return std::abs(other.turn - hypothesis.turn) <= 1 && std::abs(other.column - hypothesis.column) <= 1 &&
+           std::abs(other.row - hypothesis.row) <= 1;
+  };
+  // A neighbour of a better hypothesis is the same hill; of worse ones it takes the place.
+  if (std::any_of(best_.begin(), best_.end(),
+                  [&](const Hypothesis& other) { return adjacent(other) && other.score >= hypothesis.score; })) {
+    return;
+  }
+  std::erase_if(best_, adjacent);
+  const auto place =
+      std::find_if(best_.begin(), best_.end(), [&](const Hypothesis& other) { return other.score < hypothesis.score; });
+  best_.insert(place, hypothesis);
+  if (static_cast<int>(best_.size()) > config_.refined) best_.pop_back();
+}
+
+}  // namespace slam
