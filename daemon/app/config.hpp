@@ -4,6 +4,7 @@
 
 #include "estimation/wheel_odometry.hpp"
 #include "mapping/occupancy_grid.hpp"
+#include "slam/back_end.hpp"
 #include "slam/localizer.hpp"
 
 namespace slam {
@@ -57,10 +58,20 @@ struct Config {
   BaseDeviceConfig base_device;
   ImuDeviceConfig imu_device;
   LocalizerConfig localizer;
+  BackEndConfig back_end;
   OccupancyGridConfig map;
   LcmConfig lcm;
   RuntimeConfig runtime;
   OutputConfig output;
 };
+
+/// Settings of the back end: its own, and those that it shares with the front end.
+inline BackEndConfig backEndConfig(const Config& config) {
+  BackEndConfig back_end = config.back_end;
+  back_end.reference = config.localizer.reference;
+  back_end.match = config.localizer.match;
+  back_end.match.range_sigma = config.localizer.lidar.range_sigma;
+  return back_end;
+}
 
 }  // namespace slam

@@ -25,6 +25,10 @@ EstimatorThread::EstimatorThread(const Config& config, Exchange& exchange)
               [this] { tick(); }) {}
 
 void EstimatorThread::tick() {
+  exchange_.corrections.popOne([this](MapCorrection* correction) {
+    if (correction->map_id == snapshot_.map_id) localizer_->apply(*correction);
+    exchange_.used_corrections.tryPush(correction);
+  });
   exchange_.commands.drain([this](const EstimatorCommand& command) { obey(command); });
   exchange_.wheels.drain([this](const WheelReading& reading) { localizer_->add(reading.sample); });
   exchange_.imu.drain([this](const ImuSample& sample) { localizer_->add(sample); });
@@ -44,7 +48,7 @@ void EstimatorThread::tick() {
 
 bool EstimatorThread::addScan(const ReceivedScan& received) {
   const Timestamp begin = monotonicNow();
-  const ScanOutcome outcome = localizer_->add(received.scan);
+  const ScanOutcome outcome = localizer_->add(received.scan, exchange_.keyframes.hasRoom());
   exchange_.scan_work.add(monotonicNow() - begin);
   if (outcome.match.iterations > 0) exchange_.match.add(outcome.match_time);
   if (outcome.keyframe != nullptr) exchange_.keyframes.tryPush(*outcome.keyframe);

@@ -2,10 +2,12 @@
 #pragma once
 #include <array>
 #include <atomic>
+#include <memory>
 #include <optional>
 #include <slam/health_t.hpp>
 #include <slam/map_meta_t.hpp>
 #include <slam/map_tile_t.hpp>
+#include <vector>
 
 #include "core/estimates.hpp"
 #include "core/keyframe.hpp"
@@ -16,6 +18,7 @@
 #include "runtime/spsc_queue.hpp"
 #include "runtime/wakeup.hpp"
 #include "slam/localizer.hpp"
+#include "slam/mapper.hpp"
 
 namespace slam {
 
@@ -41,6 +44,14 @@ struct PoseSnapshot {
   EkfCounters filter;
 };
 
+/// What the graph thread tells the mapper: a scan to draw, and new poses when a loop was closed.
+struct MapChange {
+  std::int32_t map_id = 0;
+  Timestamp stamp;
+  MapScan scan;
+  std::vector<Pose2> poses;  ///< of keyframes 0, 1, ...; empty: as before
+};
+
 /// A command that the estimator carries out.
 struct EstimatorCommand {
   enum Kind : std::uint8_t { kSetPose, kReset } kind = kSetPose;
@@ -60,11 +71,14 @@ struct Exchange {
   SpscQueue<ImuSample> imu_out{256};
   SpscQueue<ReceivedScan> scans_out{8};
 
-  SpscQueue<Keyframe> keyframes{64};        // estimator -> mapper
-  SpscQueue<EstimatorCommand> commands{8};  // bus -> estimator
-  SpscQueue<map_meta_t> map_meta{4};        // mapper -> bus
-  SpscQueue<map_tile_t> map_tiles{256};     // mapper -> bus
-  SpscQueue<health_t> health{4};            // supervisor -> bus
+  SpscQueue<Keyframe> keyframes{64};                             // estimator -> graph
+  SpscQueue<MapCorrection*> corrections{2};                      // graph -> estimator, who gives it back by
+  SpscQueue<MapCorrection*> used_corrections{2};                 // estimator -> graph: one at most is on its way
+  SpscQueue<std::shared_ptr<const MapChange>> map_changes{256};  // graph -> mapper
+  SpscQueue<EstimatorCommand> commands{8};                       // bus -> estimator
+  SpscQueue<map_meta_t> map_meta{4};                             // mapper -> bus
+  SpscQueue<map_tile_t> map_tiles{256};                          // mapper -> bus
+  SpscQueue<health_t> health{4};                                 // supervisor -> bus
 
   LatestValue<PoseSnapshot> pose_for_bus;         // estimator -> bus
   LatestValue<PoseSnapshot> pose_for_supervisor;  // estimator -> supervisor
@@ -73,8 +87,9 @@ struct Exchange {
   std::atomic<bool> save_map{false};                       // bus -> mapper
   std::atomic<SaveOutcome> map_saved{SaveOutcome::kNone};  // mapper -> bus: of the last save_map
   std::atomic<bool> refresh_map{false};                    // bus -> mapper: all tiles again
-  LatencyHistogram match, scan_work, scan_to_pose, map_update;
+  LatencyHistogram match, scan_work, scan_to_pose, map_update, optimise;
   std::atomic<std::int64_t> published{0}, publish_failures{0}, bad_messages{0}, map_keyframes{0};
+  std::atomic<std::int64_t> loop_closures{0}, revoked_closures{0};
 };
 
 }  // namespace slam

@@ -2,6 +2,7 @@
 #include "app/mapper_thread.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "app/log.hpp"
 #include "bus/messages.hpp"
@@ -10,7 +11,8 @@
 namespace slam {
 namespace {
 
-constexpr double kRate = 10.0;  // [Hz]
+constexpr double kRate = 10.0;      // [Hz]
+constexpr int kScansPerTick = 100;  // drawn anew after a loop closure: about 20 ms
 
 }  // namespace
 
@@ -23,8 +25,9 @@ MapperThread::MapperThread(const Config& config, Exchange& exchange, const WallC
 
 void MapperThread::tick() {
   const Timestamp begin = monotonicNow();
-  const auto drawn = exchange_.keyframes.drain([this](const Keyframe& keyframe) { draw(keyframe); });
-  if (drawn > 0) exchange_.map_update.add(monotonicNow() - begin);
+  const auto drawn = exchange_.map_changes.drain([this](const auto& change) { draw(*change); });
+  const bool redrawing = mapper_.work(kScansPerTick);
+  if (drawn > 0 || redrawing) exchange_.map_update.add(monotonicNow() - begin);
   for (const TileIndex& tile : mapper_.takeChangedTiles()) {
     if (std::find(unsent_.begin(), unsent_.end(), tile) == unsent_.end()) unsent_.push_back(tile);
   }
@@ -37,22 +40,22 @@ void MapperThread::tick() {
   if (exchange_.save_map.exchange(false)) exchange_.map_saved = save() ? SaveOutcome::kSaved : SaveOutcome::kFailed;
 }
 
-void MapperThread::draw(const Keyframe& keyframe) {
-  if (keyframe.map_id != map_id_) {  // the estimator began anew
+void MapperThread::draw(const MapChange& change) {
+  if (change.map_id != map_id_) {  // the estimator began anew
     mapper_.reset();
     unsent_.clear();
-    map_id_ = keyframe.map_id;
+    map_id_ = change.map_id;
   }
-  mapper_.add(keyframe);
-  utime_ = clock_.utime(keyframe.stamp);
+  mapper_.add(change.scan);
+  if (!change.poses.empty()) mapper_.move(change.poses);
+  utime_ = clock_.utime(change.stamp);
   meta_due_ = true;
-  exchange_.map_keyframes.store(static_cast<std::int64_t>(mapper_.path().size()), std::memory_order_relaxed);
+  exchange_.map_keyframes.store(mapper_.keyframes(), std::memory_order_relaxed);
 }
 
 void MapperThread::sendTiles() {
   if (meta_due_ && exchange_.map_meta.hasRoom()) {
-    exchange_.map_meta.tryPush(
-        toMetaMessage(mapper_.grid(), utime_, map_id_, static_cast<std::int32_t>(mapper_.path().size())));
+    exchange_.map_meta.tryPush(toMetaMessage(mapper_.grid(), utime_, map_id_, mapper_.keyframes()));
     meta_due_ = false;
   }
   // A few at a time: a burst of a whole map would overrun subscribers' receive buffers.
@@ -66,15 +69,16 @@ void MapperThread::sendTiles() {
 }
 
 bool MapperThread::finish() {
-  exchange_.keyframes.drain([this](const Keyframe& keyframe) { draw(keyframe); });
+  exchange_.map_changes.drain([this](const auto& change) { draw(*change); });
   return save();
 }
 
 bool MapperThread::save() {
   if (config_.output.map.empty()) return true;
+  mapper_.work(std::numeric_limits<int>::max());
   try {
     writeMapFiles(config_.output.map, renderMap(mapper_.grid()), mapper_.path());
-    logInfo("map of " + std::to_string(mapper_.path().size()) + " keyframes saved to " + config_.output.map + ".yaml");
+    logInfo("map of " + std::to_string(mapper_.keyframes()) + " keyframes saved to " + config_.output.map + ".yaml");
     return true;
   } catch (const std::exception& error) {
     logError(std::string("map not saved: ") + error.what());

@@ -23,7 +23,7 @@ class MapperThread {
 
  private:
   void tick();
-  void draw(const Keyframe& keyframe);
+  void draw(const MapChange& change);
   void sendTiles();
   bool save();
 

@@ -21,6 +21,7 @@ constexpr Duration kPeriod = 100ms;
 constexpr Duration kHealthPeriod = 1s;
 constexpr Duration kRealtimeStall = 500ms;  // a fixed-rate thread that ticks no more often is stuck
 constexpr Duration kConnectStall = 12s;     // the lidar's start-up sequence, resets included
+constexpr Duration kGraphStall = 10s;       // an optimisation of a very large map, on a small computer
 constexpr Duration kStaleAfter = 1s;        // without a sample
 constexpr Duration kClockStep = 500ms;
 
@@ -50,6 +51,7 @@ stage_health_t stage(const std::string& name, const LatencyHistogram& histogram)
 Supervisor::Supervisor(const Config& config)
     : config_(config),
       estimator_(config_, exchange_),
+      graph_(config_, exchange_),
       mapper_(config_, exchange_, clock_),
       bus_(config_, exchange_, clock_) {
   for (const std::string& file : {config_.output.map, config_.output.record}) {
@@ -71,7 +73,10 @@ Supervisor::Supervisor(const Config& config)
   }
   if (config_.imu_device.source == "lcm") devices_.push_back({"imu", &bus_.imuStatus(), kLcmRate, "", 0});
 
-  watched_ = {{&estimator_.worker(), kRealtimeStall}, {&mapper_.worker(), 2s}, {&bus_.worker(), 2s}};
+  watched_ = {{&estimator_.worker(), kRealtimeStall},
+              {&graph_.worker(), kGraphStall},
+              {&mapper_.worker(), 2s},
+              {&bus_.worker(), 2s}};
   if (base_) watched_.push_back({&base_->worker(), kRealtimeStall});
   if (lidar_) watched_.push_back({&lidar_->worker(), kConnectStall});
 }
@@ -119,6 +124,7 @@ bool Supervisor::stop() {
   if (lidar_) lidar_->driver().stop();
   if (base_) base_->board().stop();
   mapper_.worker().stop();
+  graph_.finish();
   return mapper_.finish();
 }
 
@@ -233,7 +239,8 @@ void Supervisor::sendHealth(Timestamp now) {
   for (const auto& [name, histogram] : {std::pair("match", &exchange_.match),
                                         {"scan_work", &exchange_.scan_work},
                                         {"scan_to_pose", &exchange_.scan_to_pose},
-                                        {"map", &exchange_.map_update}}) {
+                                        {"map", &exchange_.map_update},
+                                        {"loop_closure", &exchange_.optimise}}) {
     health.stages.push_back(stage(name, *histogram));
   }
   if (base_) {
@@ -242,29 +249,33 @@ void Supervisor::sendHealth(Timestamp now) {
   }
   const LocalizerCounters& l = snapshot_.counters;
   const EkfCounters& f = snapshot_.filter;
-  for (const counter_t& c : {counter("scans", l.scans),
-                             counter("scans.matched", l.matched),
-                             counter("scans.partly_observable", l.partly_observable),
-                             counter("scans.unmatched", l.unmatched),
-                             counter("scans.gated", l.gated),
-                             counter("scans.retimed", l.scans_retimed),
-                             counter("scans.too_late", l.scans_too_late),
-                             counter("clock_resets", l.clock_resets),
-                             counter("samples.far_ahead", l.far_ahead),
-                             counter("keyframes", l.keyframes),
-                             counter("samples.late", l.samples_late),
-                             counter("samples.too_old", l.samples_too_old),
-                             counter("ekf.wheels_rejected", f.wheels_rejected),
-                             counter("ekf.gyro_rejected", f.gyro_rejected),
-                             counter("ekf.poses_rejected", f.poses_rejected),
-                             counter("ekf.standstill_updates", f.standstill_updates),
-                             counter("drops.scans", exchange_.scans.drops()),
-                             counter("drops.wheels", exchange_.wheels.drops()),
-                             counter("drops.imu", exchange_.imu.drops()),
-                             counter("drops.keyframes", exchange_.keyframes.drops()),
-                             counter("lcm.published", static_cast<std::uint64_t>(exchange_.published.load())),
-                             counter("lcm.failures", static_cast<std::uint64_t>(exchange_.publish_failures.load())),
-                             counter("lcm.bad_messages", static_cast<std::uint64_t>(exchange_.bad_messages.load()))}) {
+  for (const counter_t& c :
+       {counter("scans", l.scans),
+        counter("scans.matched", l.matched),
+        counter("scans.partly_observable", l.partly_observable),
+        counter("scans.unmatched", l.unmatched),
+        counter("scans.gated", l.gated),
+        counter("scans.retimed", l.scans_retimed),
+        counter("scans.too_late", l.scans_too_late),
+        counter("clock_resets", l.clock_resets),
+        counter("samples.far_ahead", l.far_ahead),
+        counter("keyframes", l.keyframes),
+        counter("scans.searched", l.searched),
+        counter("loop_closures", static_cast<std::uint64_t>(exchange_.loop_closures.load())),
+        counter("loop_closures.revoked", static_cast<std::uint64_t>(exchange_.revoked_closures.load())),
+        counter("samples.late", l.samples_late),
+        counter("samples.too_old", l.samples_too_old),
+        counter("ekf.wheels_rejected", f.wheels_rejected),
+        counter("ekf.gyro_rejected", f.gyro_rejected),
+        counter("ekf.poses_rejected", f.poses_rejected),
+        counter("ekf.standstill_updates", f.standstill_updates),
+        counter("drops.scans", exchange_.scans.drops()),
+        counter("drops.wheels", exchange_.wheels.drops()),
+        counter("drops.imu", exchange_.imu.drops()),
+        counter("drops.keyframes", exchange_.keyframes.drops()),
+        counter("lcm.published", static_cast<std::uint64_t>(exchange_.published.load())),
+        counter("lcm.failures", static_cast<std::uint64_t>(exchange_.publish_failures.load())),
+        counter("lcm.bad_messages", static_cast<std::uint64_t>(exchange_.bad_messages.load()))}) {
     health.counters.push_back(c);
   }
   health.ndevices = static_cast<std::int32_t>(health.devices.size());

@@ -9,6 +9,7 @@
 #include "app/devices.hpp"
 #include "app/estimator_thread.hpp"
 #include "app/exchange.hpp"
+#include "app/graph_thread.hpp"
 #include "app/mapper_thread.hpp"
 
 namespace slam {
@@ -55,6 +56,7 @@ class Supervisor {
   std::unique_ptr<BaseThread> base_;
   std::unique_ptr<LidarThread> lidar_;
   EstimatorThread estimator_;
+  GraphThread graph_;
   MapperThread mapper_;
   BusThread bus_;
   std::vector<Device> devices_;

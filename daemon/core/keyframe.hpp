@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "core/pose2.hpp"
 #include "core/scan.hpp"
@@ -14,7 +16,11 @@ namespace slam {
 /// without allocation.
 struct Keyframe {
   struct Point {
-    float x, y;  ///< [m] in base
+    static constexpr double kAngle = 1e-4;  ///< [rad] unit of the two fields below
+    static constexpr std::int16_t kNoNormal = INT16_MIN;
+    float x, y;                       ///< [m] in base
+    std::int16_t normal = kNoNormal;  ///< direction of the wall's normal in base; kNoNormal: on no line
+    std::uint16_t normal_sigma = 0;   ///< standard deviation of that direction
   };
 
   std::int32_t map_id = 0;  ///< map that it belongs to
@@ -22,12 +28,28 @@ struct Keyframe {
   bool look = false;  ///< shows nothing new: it refreshes the grid and is then forgotten, so that a known place costs
                       ///< no memory however long the robot stays
   Timestamp stamp;
-  Pose2 T_map_base;
+  Pose2 T_map_base;       ///< as the front end knew it then
+  Pose2 T_previous_base;  ///< relative to the keyframe before it; of a look: relative to keyframe `id`
   Pose2 T_base_lidar;
+  Eigen::Matrix3d step_covariance = Eigen::Matrix3d::Zero();  ///< of this pose relative to the keyframe before it
+                                                              ///< (x, y, theta) in that one's base [m, m, rad]
   int size = 0;
   std::array<Point, LaserScan::kCapacity> storage;
 
   std::span<const Point> points() const { return {storage.data(), static_cast<std::size_t>(size)}; }
+};
+
+/// What is stored of a keyframe's scan: no more than it needs.
+struct StoredScan {
+  Timestamp stamp;
+  Pose2 T_base_lidar;
+  std::vector<Keyframe::Point> points;  ///< [m] in base, in acquisition order
+
+  StoredScan() = default;
+  explicit StoredScan(const Keyframe& keyframe)
+      : stamp(keyframe.stamp),
+        T_base_lidar(keyframe.T_base_lidar),
+        points(keyframe.points().begin(), keyframe.points().end()) {}
 };
 
 }  // namespace slam

@@ -49,12 +49,24 @@ class TiledGrid {
   /// @return the tile, made if missing
   Tile& make(TileIndex tile) {
     grow(tile);
-    auto& slot = directory_[static_cast<std::size_t>((tile.row - first_.row) * columns_ + tile.column - first_.column)];
-    if (!slot) {
-      slot = std::make_unique<Tile>();
+    auto& place = directory_[slot(tile)];
+    if (!place) {
+      place = std::make_unique<Tile>();
       ++count_;
     }
-    return *slot;
+    return *place;
+  }
+
+  /// Takes a tile out; nullptr where there is none.
+  std::unique_ptr<Tile> take(TileIndex tile) {
+    if (find(tile) == nullptr) return nullptr;
+    --count_;
+    return std::move(directory_[slot(tile)]);
+  }
+  /// Puts a tile in the place of the one there, if any.
+  void put(TileIndex tile, std::unique_ptr<Tile> content) {
+    make(tile);
+    directory_[slot(tile)] = std::move(content);
   }
 
   Cell& cell(CellIndex index) { return make(tileOf(index)).at(index.column & (kSide - 1), index.row & (kSide - 1)); }
@@ -79,6 +91,9 @@ class TiledGrid {
   void clear() { *this = TiledGrid(); }
 
  private:
+  std::size_t slot(TileIndex tile) const {
+    return static_cast<std::size_t>((tile.row - first_.row) * columns_ + tile.column - first_.column);
+  }
   static int floorDivide(int value) { return value >= 0 ? value / kSide : -((-value + kSide - 1) / kSide); }
 
   void grow(TileIndex tile) {

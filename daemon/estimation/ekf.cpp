@@ -2,6 +2,7 @@
 #include "estimation/ekf.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <cmath>
 
 namespace slam {
@@ -224,6 +225,13 @@ void Ekf::setPose(const Pose2& pose, const Eigen::Vector3d& sigma) {
   P_.leftCols<3>().setZero();
   P_.diagonal().head<3>() = sigma.cwiseAbs2();
   rejected_in_a_row_ = 0;
+}
+
+void Ekf::transform(const Pose2& T_new_old) {
+  x_.head<3>() = (T_new_old * pose()).vector();
+  Matrix rotation = Matrix::Identity();
+  rotation.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(T_new_old.theta).toRotationMatrix();
+  P_ = (rotation * P_ * rotation.transpose()).eval();
 }
 
 }  // namespace slam

@@ -88,6 +88,9 @@ class Ekf {
   /// Sets the pose, e.g. by command. @param sigma [m, m, rad]
   void setPose(const Pose2& pose, const Eigen::Vector3d& sigma);
 
+  /// The map moved: rewrites pose and covariance in its new frame. @param T_new_old old map coordinates to new ones
+  void transform(const Pose2& T_new_old);
+
   Timestamp stamp() const { return stamp_; }
   Pose2 pose() const { return Pose2::fromVector(x_.head<3>()); }
   Twist2 twist() const { return {x_[kSpeed], 0.0, x_[kTurnRate]}; }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimation/ekf_timeline.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <tuple>
 
@@ -29,6 +30,20 @@ void EkfTimeline::setPose(const Pose2& pose, const Eigen::Vector3d& sigma) {
   if (size_ > 0) base_ = entry(size_ - 1).after;
   base_.setPose(pose, sigma);
   size_ = 0;
+}
+
+void EkfTimeline::transform(const Pose2& T_new_old) {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  rotation.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(T_new_old.theta).toRotationMatrix();
+  base_.transform(T_new_old);
+  for (std::size_t i = 0; i < size_; ++i) {
+    entry(i).after.transform(T_new_old);
+    if (auto* pose = std::get_if<PoseMeasurement>(&entry(i).sample)) {
+      pose->T_map_base = T_new_old * pose->T_map_base;
+      pose->covariance = (rotation * pose->covariance * rotation.transpose()).eval();
+      pose->directions = (rotation * pose->directions).eval();
+    }
+  }
 }
 
 UpdateResult EkfTimeline::insert(Timestamp stamp, const Sample& sample) {

@@ -39,6 +39,10 @@ class EkfTimeline {
   void setPose(const Pose2& pose, const Eigen::Vector3d& sigma);
 
   bool started() const { return started_; }
+  /// The map moved: rewrites all states and pose measurements of the window in its new frame, so that late samples are
+  /// still fused right. @param T_new_old old map coordinates to new ones
+  void transform(const Pose2& T_new_old);
+
   Timestamp newestStamp() const { return size_ > 0 ? entry(size_ - 1).stamp : base_.stamp(); }
   Timestamp oldestStamp() const { return base_.stamp(); }
 

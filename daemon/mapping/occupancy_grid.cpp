@@ -15,13 +15,14 @@ OccupancyGrid::OccupancyGrid(const OccupancyGridConfig& config)
       min_(toLogOdds(config.lidar.min_probability)),
       max_(toLogOdds(config.lidar.max_probability)) {}
 
-void OccupancyGrid::add(const Keyframe& keyframe) {
+void OccupancyGrid::add(const Pose2& T_map_base, const Pose2& T_base_lidar, std::span<const Keyframe::Point> points) {
   if (++scan_ == 0) ++scan_;  // 0 marks a cell that no scan has changed
-  const Eigen::Vector2d lidar = keyframe.T_map_base * keyframe.T_base_lidar.translation();
+  const Eigen::Vector2d lidar = T_map_base * T_base_lidar.translation();
   const double max_squared = config_.max_range * config_.max_range;
   ends_.clear();
-  for (const Keyframe::Point& point : keyframe.points()) {
-    const Eigen::Vector2d end = keyframe.T_map_base * Eigen::Vector2d(point.x, point.y);
+  touched_.clear();
+  for (const Keyframe::Point& point : points) {
+    const Eigen::Vector2d end = T_map_base * Eigen::Vector2d(point.x, point.y);
     if ((end - lidar).squaredNorm() <= max_squared) ends_.push_back(cellAt(end));
   }
   for (const CellIndex& end : ends_) change(end, hit_);
@@ -29,17 +30,41 @@ void OccupancyGrid::add(const Keyframe& keyframe) {
   for (const CellIndex& end : ends_) {
     traverseRay(start, end, [this](CellIndex cell) { change(cell, miss_); });
   }
+  for (const TileIndex& tile : touched_) markChanged(tile);
 }
 
 void OccupancyGrid::change(CellIndex index, LogOdds by) {
   const TileIndex tile = Tiles::tileOf(index);
+  if (!grows_ && tiles_.find(tile) == nullptr) return;
   Cell& cell = tiles_.cell(index);
   if (cell.scan == scan_) return;
   cell.scan = scan_;
   cell.log_odds = static_cast<LogOdds>(std::clamp<int>(cell.log_odds + by, min_, max_));
-  if (changed_.empty() ||
-      (changed_.back() != tile && std::find(changed_.begin(), changed_.end(), tile) == changed_.end())) {
-    changed_.push_back(tile);
+  if (touched_.empty() ||
+      (touched_.back() != tile && std::find(touched_.begin(), touched_.end(), tile) == touched_.end())) {
+    touched_.push_back(tile);
+  }
+}
+
+void OccupancyGrid::markChanged(TileIndex tile) {
+  if (std::find(changed_.begin(), changed_.end(), tile) == changed_.end()) changed_.push_back(tile);
+}
+
+OccupancyGrid OccupancyGrid::patch(const OccupancyGridConfig& config, std::span<const TileIndex> tiles) {
+  OccupancyGrid patch(config);
+  patch.grows_ = false;
+  for (const TileIndex& tile : tiles) patch.tiles_.make(tile);
+  return patch;
+}
+
+void OccupancyGrid::replaceBy(OccupancyGrid&& patch) {
+  std::vector<TileIndex> tiles;
+  patch.tiles_.forEachTile([&](TileIndex tile, const auto&) { tiles.push_back(tile); });
+  for (const TileIndex& tile : tiles) {
+    auto content = patch.tiles_.take(tile);
+    for (Cell& cell : content->cells) cell.scan = 0;  // serials of the patch mean nothing here
+    tiles_.put(tile, std::move(content));
+    markChanged(tile);
   }
 }
 

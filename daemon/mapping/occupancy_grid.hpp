@@ -46,9 +46,17 @@ class OccupancyGrid {
 
   explicit OccupancyGrid(const OccupancyGridConfig& config = {});
 
-  /// Draws one keyframe: first the cells its beams ended in, then those they crossed, so that a grazing beam does not
+  /// Draws one scan: first the cells its beams ended in, then those they crossed, so that a grazing beam does not
   /// erase the wall its neighbour hit. Each cell changes once.
-  void add(const Keyframe& keyframe);
+  void add(const Pose2& T_map_base, const Pose2& T_base_lidar, std::span<const Keyframe::Point> points);
+  void add(const Keyframe& keyframe) { add(keyframe.T_map_base, keyframe.T_base_lidar, keyframe.points()); }
+  /// Tiles that the last scan changed, each once.
+  const std::vector<TileIndex>& touched() const { return touched_; }
+
+  /// A grid that draws only into the tiles given, for drawing part of a map anew.
+  static OccupancyGrid patch(const OccupancyGridConfig& config, std::span<const TileIndex> tiles);
+  /// Puts the tiles of a patch into the places of ours.
+  void replaceBy(OccupancyGrid&& patch);
 
   CellIndex cellAt(const Eigen::Vector2d& p_map) const {
     return {static_cast<int>(std::floor(p_map.x() * inverse_resolution_)),
@@ -63,13 +71,15 @@ class OccupancyGrid {
 
  private:
   void change(CellIndex cell, LogOdds by);
+  void markChanged(TileIndex tile);
 
   OccupancyGridConfig config_;
   double inverse_resolution_;
   LogOdds hit_, miss_, min_, max_;
   Tiles tiles_;
   std::uint16_t scan_ = 0;
-  std::vector<TileIndex> changed_;
+  bool grows_ = true;  // false: a patch
+  std::vector<TileIndex> changed_, touched_;
   std::vector<CellIndex> ends_;  // of the present keyframe's beams
 };
 

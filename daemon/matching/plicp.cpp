@@ -46,7 +46,7 @@ Sums linearize(const Reference& reference, std::span<const ScanPoint> points, co
       eq.weight += w;
       eq.squared_error += w * (dx * dx + dy * dy);
       ++eq.pairs;
-      if (std::hypot(dx, dy) < config.overlap_distance) {
+      if (dx * dx + dy * dy < config.overlap_distance * config.overlap_distance) {
         ++sums.agreeing;
         if (surfel->observations >= config.familiar_observations) ++sums.familiar;
       }

@@ -38,7 +38,8 @@ Reference::Reference(const ReferenceConfig& config)
   free_.reserve(static_cast<std::size_t>(config.max_surfels));
 }
 
-void Reference::clear() {
+void Reference::clear(const Eigen::Vector2d& centre) {
+  centre_ = centre;
   std::fill(fine_.cells.begin(), fine_.cells.end(), kNone);
   std::fill(coarse_.cells.begin(), coarse_.cells.end(), kNone);
   surfels_.clear();

@@ -42,7 +42,8 @@ class Reference {
  public:
   explicit Reference(const ReferenceConfig& config = {});
 
-  void clear();
+  /// Forgets all surfels and puts the window around `centre`.
+  void clear(const Eigen::Vector2d& centre = Eigen::Vector2d::Zero());
   /// Moves the window when `centre` has left its middle half. Surfels that leave it are forgotten.
   void recentre(const Eigen::Vector2d& centre);
   /// Adds points; merges those that meet a surfel of the same wall, or of the same place where there is no line.

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "slam/localizer.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "matching/deskew.hpp"
 #include "matching/plicp.hpp"
@@ -10,11 +12,23 @@
 namespace slam {
 namespace {
 
-constexpr double kClearlyBetter = 0.01;         // [1] of overlap, between guesses
-constexpr std::size_t kHistoryCapacity = 1024;  // poses within one scan
+constexpr double kClearlyBetter = 0.01;               // [1] of overlap, between guesses
+constexpr std::size_t kReferenceKeyframes = 1 << 14;  // more are not looked for
+constexpr double kMinStepSigma = 1e-4;                // [m, rad] keeps a step's covariance regular
+constexpr std::size_t kHistoryCapacity = 1024;        // poses within one scan
 
 Timestamp lastBeam(const LaserScan& scan, Timestamp stamp) {
   return scan.size > 0 ? stamp + std::max(Duration(0), fromSeconds(scan.beams().back().time_offset)) : stamp;
+}
+
+Keyframe::Point stored(const ScanPoint& point) {
+  Keyframe::Point out{.x = static_cast<float>(point.position.x()), .y = static_cast<float>(point.position.y())};
+  if (!point.hasNormal()) return out;
+  const double units = 1.0 / Keyframe::Point::kAngle;
+  out.normal = static_cast<std::int16_t>(std::lround(units * std::atan2(point.normal.y(), point.normal.x())));
+  out.normal_sigma =
+      static_cast<std::uint16_t>(std::min(65535.0, std::round(units * std::sqrt(point.normal_variance))));
+  return out;
 }
 
 }  // namespace
@@ -30,6 +44,8 @@ Localizer::Localizer(const LocalizerConfig& config, Stopwatch stopwatch, std::in
       history_(kHistoryCapacity) {
   config_.normals.range_sigma = config_.match.range_sigma = config_.lidar.range_sigma;
   points_.reserve(LaserScan::kCapacity);
+  for (RecentScan& recent : recent_) recent.points.reserve(LaserScan::kCapacity);
+  reference_keyframes_.reserve(kReferenceKeyframes);
 }
 
 void Localizer::add(const WheelSample& sample) {
@@ -47,7 +63,7 @@ void Localizer::add(const ImuSample& sample) {
   pose_.add(sample);
 }
 
-ScanOutcome Localizer::add(const LaserScan& recorded) {
+ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
   ScanOutcome outcome;
   ++counters_.scans;
   if (!scan_guard_.passes(recorded.stamp)) {
@@ -69,7 +85,7 @@ ScanOutcome Localizer::add(const LaserScan& recorded) {
   const Ekf predicted = pose_.at(outcome.stamp);
   const Pose2 guess = predicted.pose();
   if (!last_keyframe_) {
-    if (static_cast<int>(points_.size()) < config_.match.min_pairs) return outcome;
+    if (static_cast<int>(points_.size()) < config_.match.min_pairs || !may_keep) return outcome;
     pose_.add(PoseMeasurement{outcome.stamp, guess, 1e-8 * Eigen::Matrix3d::Identity()});
     last_match_ = outcome.stamp;
     last_pose_ = guess;
@@ -89,15 +105,17 @@ ScanOutcome Localizer::add(const LaserScan& recorded) {
     last_match_ = outcome.stamp;
     failures_ = 0;
     const Pose2 T_map_base = pose_.at(outcome.stamp).pose();
+    accumulateDrift(T_map_base, &outcome.match);
     last_motion_ = between(last_pose_, T_map_base);
     last_pose_ = T_map_base;
-    outcome.keyframe = keepOrLook(outcome.stamp, T_map_base, outcome.match);
+    if (may_keep) outcome.keyframe = keepOrLook(outcome.stamp, T_map_base, outcome.match);
   } else {
     // A failed match never moves the pose: the filter carries on. When it lasts, the robot has left what the reference
     // knows, so the scan extends it from where the filter believes to be.
     ++(outcome.match.usable() ? counters_.gated : counters_.unmatched);
-    if (++failures_ > config_.keyframe.max_failures) {
+    if (++failures_ > config_.keyframe.max_failures && may_keep) {
       failures_ = 0;
+      accumulateDrift(guess, nullptr);
       outcome.keyframe = keep(outcome.stamp, guess);
     }
   }
@@ -148,17 +166,100 @@ const Keyframe* Localizer::keepOrLook(Timestamp stamp, const Pose2& T_map_base, 
 
 const Keyframe* Localizer::keep(Timestamp stamp, const Pose2& T_map_base) {
   reference_.add(T_map_base, points_);
-  last_keyframe_ = T_map_base;
   describe(stamp, T_map_base);
   keyframe_.id = static_cast<std::int32_t>(counters_.keyframes++);
   keyframe_.look = false;
+  keyframe_.T_previous_base = last_keyframe_ ? between(*last_keyframe_, T_map_base) : Pose2{};
+  if (last_keyframe_) {
+    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+    turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-last_keyframe_->theta).toRotationMatrix();
+    keyframe_.step_covariance = turn * drift_ * turn.transpose();
+  }
+  keyframe_.step_covariance.diagonal().array() += kMinStepSigma * kMinStepSigma;
+  drift_.setZero();
+  last_keyframe_ = T_map_base;
+  if (reference_keyframes_.size() < kReferenceKeyframes) reference_keyframes_.push_back({keyframe_.id, T_map_base});
+  RecentScan& recent = recent_[static_cast<std::size_t>(keyframe_.id) % recent_.size()];
+  recent.id = keyframe_.id;
+  recent.points = points_;
   return &keyframe_;
 }
 
 const Keyframe* Localizer::look(Timestamp stamp, const Pose2& T_map_base) {
   describe(stamp, T_map_base);
+  const Anchored anchored = anchor(T_map_base);
+  keyframe_.id = anchored.keyframe;
+  keyframe_.T_previous_base = anchored.T_keyframe_base;
   keyframe_.look = true;
   return &keyframe_;
+}
+
+void Localizer::accumulateDrift(const Pose2& T_map_base, const MatchResult* match) {
+  const Pose2 moved = between(drift_pose_, T_map_base);
+  drift_pose_ = T_map_base;
+  const double distance = std::hypot(moved.x, moved.y), turned = std::abs(moved.theta);
+  const auto square = [](double value) { return value * value; };
+  const DriftConfig& d = config_.drift;
+  const EkfConfig& wheels = config_.ekf;
+  Eigen::Vector3d matched(square(d.translation) * distance, square(d.translation) * distance,
+                          square(d.rotation_per_metre) * distance + square(d.rotation_per_radian) * turned);
+  drift_ += matched.asDiagonal();
+  if (match != nullptr && match->observable == 3) return;
+  const double position = square(wheels.translation_noise) * distance;
+  const double heading =
+      square(wheels.rotation_noise_per_metre) * distance + square(wheels.rotation_noise_wheels) * turned;
+  const Eigen::Matrix3d unmatched = Eigen::Vector3d(position, position, heading).asDiagonal();
+  Eigen::Matrix3d blind = Eigen::Matrix3d::Identity();
+  if (match != nullptr) {
+    const auto unseen = match->directions.rightCols(3 - match->observable);
+    blind = unseen * unseen.transpose();
+  }
+  drift_ += blind * unmatched * blind.transpose();
+}
+
+void Localizer::apply(MapCorrection& correction) {
+  // The nearest keyframe that both references hold says how the map moved here.
+  const Pose2 here = pose_.at(pose_.newestStamp()).pose();
+  Pose2 T_new_old;
+  double nearest = std::numeric_limits<double>::infinity();
+  auto corrected = correction.keyframes.begin();
+  for (const ReferenceKeyframe& old : reference_keyframes_) {
+    while (corrected != correction.keyframes.end() && corrected->id < old.id) ++corrected;
+    if (corrected == correction.keyframes.end()) break;
+    if (corrected->id != old.id) continue;
+    const double distance = (old.T_map_base.translation() - here.translation()).squaredNorm();
+    if (distance >= nearest) continue;
+    nearest = distance;
+    T_new_old = corrected->T_map_base * old.T_map_base.inverse();
+  }
+  std::swap(reference_, correction.reference);
+  std::swap(reference_keyframes_, correction.keyframes);
+  for (const ReferenceKeyframe& old : correction.keyframes) {
+    const RecentScan& recent = recent_[static_cast<std::size_t>(old.id) % recent_.size()];
+    if (old.id <= correction.newest || recent.id != old.id) continue;
+    reference_.add(T_new_old * old.T_map_base, recent.points);
+    if (reference_keyframes_.size() < kReferenceKeyframes) {
+      reference_keyframes_.push_back({old.id, T_new_old * old.T_map_base});
+    }
+  }
+  pose_.transform(T_new_old);
+  for (Pose2* pose : {&last_pose_, &last_look_, &drift_pose_}) *pose = T_new_old * *pose;
+  if (last_keyframe_) *last_keyframe_ = T_new_old * *last_keyframe_;
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(T_new_old.theta).toRotationMatrix();
+  drift_ = (turn * drift_ * turn.transpose()).eval();
+}
+
+Localizer::Anchored Localizer::anchor(const Pose2& T_map_base) const {
+  const ReferenceKeyframe* nearest = nullptr;
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const ReferenceKeyframe& keyframe : reference_keyframes_) {
+    const double distance = (keyframe.T_map_base.translation() - T_map_base.translation()).squaredNorm();
+    if (distance >= shortest) continue;
+    shortest = distance;
+    nearest = &keyframe;
+  }
+  return nearest == nullptr ? Anchored{} : Anchored{nearest->id, between(nearest->T_map_base, T_map_base)};
 }
 
 void Localizer::describe(Timestamp stamp, const Pose2& T_map_base) {
@@ -170,8 +271,7 @@ void Localizer::describe(Timestamp stamp, const Pose2& T_map_base) {
   keyframe_.T_base_lidar = config_.lidar.T_base_lidar;
   keyframe_.size = 0;
   for (const ScanPoint& point : points_) {
-    keyframe_.storage[static_cast<std::size_t>(keyframe_.size++)] = {static_cast<float>(point.position.x()),
-                                                                     static_cast<float>(point.position.y())};
+    keyframe_.storage[static_cast<std::size_t>(keyframe_.size++)] = stored(point);
   }
 }
 
@@ -206,7 +306,13 @@ OdometryEstimate Localizer::odometry(Timestamp stamp) const {
           .T_map_odom = pose_.at(stamp).pose() * ekf.pose().inverse()};
 }
 
-void Localizer::setPose(const Pose2& T_map_base, const Eigen::Vector3d& sigma) { pose_.setPose(T_map_base, sigma); }
+void Localizer::setPose(const Pose2& T_map_base, const Eigen::Vector3d& sigma) {
+  // The keyframe before and the next one are then joined by the person's word only.
+  const Pose2 jump = between(pose_.at(pose_.newestStamp()).pose(), T_map_base);
+  drift_ += sigma.cwiseAbs2().asDiagonal();
+  drift_ += jump.vector() * jump.vector().transpose();
+  pose_.setPose(T_map_base, sigma);
+}
 
 LocalizerCounters Localizer::counters() const {
   LocalizerCounters counters = counters_;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "core/estimates.hpp"
 #include "core/keyframe.hpp"
@@ -14,6 +16,7 @@
 #include "matching/match_result.hpp"
 #include "matching/normals.hpp"
 #include "matching/reference.hpp"
+#include "slam/map_correction.hpp"
 #include "slam/stamp_sequencer.hpp"
 
 namespace slam {
@@ -37,6 +40,14 @@ struct KeyframeConfig {
   int max_failures = 8;       ///< scans in a row without a match, then one is kept at the filter's pose
 };
 
+/// How the pose drifts from keyframe to keyframe while scans are matched; a random walk of strength q has standard
+/// deviation q * sqrt(distance). Without matches, and along blind directions, the wheels' noise counts instead.
+struct DriftConfig {
+  double translation = 0.01;           ///< [m per sqrt(m)]
+  double rotation_per_metre = 0.001;   ///< [rad per sqrt(m)]
+  double rotation_per_radian = 0.003;  ///< [rad per sqrt(rad)]
+};
+
 struct LocalizerConfig {
   LidarModel lidar;
   EkfConfig ekf;
@@ -48,6 +59,7 @@ struct LocalizerConfig {
   SearchWindow search_window;  ///< around the prediction, after a failed match; grows with each further failure
   double max_doubt = 3.0;      ///< [1] Ekf::doubt() above which a prediction is one guess among others
   KeyframeConfig keyframe;
+  DriftConfig drift;
   double degraded_after = 1.0;       ///< [s] without a matched scan
   double lost_position_sigma = 1.0;  ///< [m] a position this uncertain is not valid
 };
@@ -88,7 +100,8 @@ class Localizer {
 
   void add(const WheelSample& sample);
   void add(const ImuSample& sample);
-  ScanOutcome add(const LaserScan& scan);
+  /// @param may_keep false: the scan becomes no keyframe, because nobody could take it
+  ScanOutcome add(const LaserScan& scan, bool may_keep = true);
 
   /// Pose of base in map at `stamp`, predicted from the newest samples.
   PoseEstimate estimate(Timestamp stamp) const;
@@ -96,6 +109,17 @@ class Localizer {
 
   /// Moves the robot in the map, by command. @param sigma [m, m, rad]
   void setPose(const Pose2& T_map_base, const Eigen::Vector3d& sigma);
+
+  /// Goes on in the map as the back end has corrected it: pose and reference change together, the pose rigidly by the
+  /// motion of the keyframe nearest to the robot. @return the old reference, to be recycled outside the pose path
+  void apply(MapCorrection& correction);
+
+  /// The keyframe nearest to a pose, and the pose relative to it.
+  struct Anchored {
+    int keyframe = -1;  ///< -1: there is none yet
+    Pose2 T_keyframe_base;
+  };
+  Anchored anchor(const Pose2& T_map_base) const;
 
   const LocalizerConfig& config() const { return config_; }
   LocalizerCounters counters() const;
@@ -109,6 +133,7 @@ class Localizer {
   const Keyframe* keepOrLook(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match);
   const Keyframe* keep(Timestamp stamp, const Pose2& T_map_base);
   const Keyframe* look(Timestamp stamp, const Pose2& T_map_base);
+  void accumulateDrift(const Pose2& T_map_base, const MatchResult* match);
   void describe(Timestamp stamp, const Pose2& T_map_base);
 
   LocalizerConfig config_;
@@ -118,6 +143,12 @@ class Localizer {
   ForwardJumpGuard wheel_guard_, imu_guard_, scan_guard_;
   StampSequencer wheel_stamps_, scan_stamps_;
   Reference reference_;
+  std::vector<ReferenceKeyframe> reference_keyframes_;  // by id
+  struct RecentScan {
+    int id = -1;
+    ScanPoints points;
+  };
+  std::array<RecentScan, 4> recent_;  // newest keyframes, which a correction may not know yet
   CorrelativeMatcher search_;
   PoseHistory history_;
   ScanPoints points_;
@@ -126,7 +157,9 @@ class Localizer {
   Pose2 last_look_;
   Timestamp last_look_stamp_;
   std::optional<Timestamp> last_match_;
-  Pose2 last_pose_, last_motion_;  // at the last matched scan, and from the one before
+  Pose2 drift_pose_;
+  Eigen::Matrix3d drift_ = Eigen::Matrix3d::Zero();  // in map, since the last keyframe
+  Pose2 last_pose_, last_motion_;                    // at the last matched scan, and from the one before
   bool has_wheels_ = false;
   double overlap_ = 0.0;
   int failures_ = 0;

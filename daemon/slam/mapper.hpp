@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "core/keyframe.hpp"
@@ -7,24 +11,67 @@
 
 namespace slam {
 
-/// Back end: draws keyframes into the map. Not safe for concurrent use.
+/// A scan with the pose to draw it at.
+struct MapScan {
+  int id = -1;  ///< of the keyframe, counting from 0; -1: a look, drawn once and forgotten
+  Pose2 T_map_base;
+  std::shared_ptr<const StoredScan> scan;
+};
+
+/// Draws keyframes and looks into the grid, and draws anew what a loop closure moved.
+///
+/// move() only notes the new poses. work() then draws the tiles that moved keyframes lie on, old place and new, from
+/// all keyframes that touch them, into a patch beside the grid, a few scans at a call; the finished patch takes the
+/// tiles' places at once. The result is the grid that drawing all keyframes at their new poses would give, give or take
+/// keyframes that moved by less than a fifth of a cell.
+///
+/// Not safe for concurrent use.
 class Mapper {
  public:
   explicit Mapper(const OccupancyGridConfig& config = {}) : config_(config), grid_(config) {}
 
-  void add(const Keyframe& keyframe);
+  void add(const MapScan& scan);
+  /// @param T_map_base new poses of keyframes 0, 1, ...; further ones stay
+  void move(std::span<const Pose2> T_map_base);
+  /// Draws up to `scans` scans of what is left to draw anew. @return true while something is left
+  bool work(int scans);
   /// Forgets the map.
   void reset();
 
   const OccupancyGrid& grid() const { return grid_; }
   std::vector<TileIndex> takeChangedTiles() { return grid_.takeChangedTiles(); }
+  int keyframes() const { return static_cast<int>(keyframes_.size()); }
   /// [m] positions of the keyframes in map
-  const std::vector<Eigen::Vector2d>& path() const { return path_; }
+  std::vector<Eigen::Vector2d> path() const;
 
  private:
+  struct Drawn {
+    std::shared_ptr<const StoredScan> scan;
+    Pose2 T_map_base, T_map_base_drawn;
+    std::vector<TileIndex> tiles;  // touched where it is drawn
+  };
+  struct Moved {
+    std::size_t keyframe;
+    Pose2 T_map_base;
+    std::vector<TileIndex> tiles;  // where it will be drawn
+  };
+  struct Redraw {
+    std::size_t examined = 0;      // keyframes looked at for having moved
+    std::vector<Moved> moved;      // by keyframe
+    std::vector<TileIndex> dirty;  // sorted once all are examined
+    std::optional<OccupancyGrid> patch;
+    std::vector<std::pair<std::size_t, Pose2>> scans;  // keyframes to draw and where
+    std::size_t next = 0;
+  };
+  bool hasMoved(const Drawn& keyframe) const;
+  int examine(int scans);
+  void preparePatch();
+  void finishRedraw();
+
   OccupancyGridConfig config_;
   OccupancyGrid grid_;
-  std::vector<Eigen::Vector2d> path_;
+  std::vector<Drawn> keyframes_;
+  std::optional<Redraw> redraw_;
 };
 
 }  // namespace slam

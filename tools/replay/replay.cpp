@@ -2,6 +2,7 @@
 #include "tools/replay/replay.hpp"
 
 #include <chrono>
+#include <limits>
 #include <optional>
 
 #include "bus/channels.hpp"
@@ -10,6 +11,7 @@
 #include "bus/messages.hpp"
 #include "mapping/map_files.hpp"
 #include "runtime/process_usage.hpp"
+#include "slam/back_end.hpp"
 #include "tools/common/trajectory.hpp"
 
 namespace slam {
@@ -35,6 +37,7 @@ class Run {
         use_wheels_(config.base_device.source != "none"),
         use_imu_(config.imu_device.source != "none"),
         localizer_(config.localizer, &stopwatch),
+        back_end_(backEndConfig(config)),
         mapper_(config.map),
         final_(writerFor(options.trajectory)),
         causal_(writerFor(options.causal)),
@@ -58,12 +61,15 @@ class Run {
   }
 
   ReplayStats finish(const ReplayOptions& options) {
-    for (const auto& [utime, pose] : poses_) {
-      if (final_) final_->write(utime, pose);
+    for (const auto& [utime, anchored] : poses_) {
+      const Pose2 T_map_keyframe = anchored.keyframe < 0 ? Pose2{} : back_end_.keyframes().pose(anchored.keyframe);
+      if (final_) final_->write(utime, T_map_keyframe * anchored.T_keyframe_base);
     }
+    stats_.loop_closures = back_end_.counters().loop_closures;
     for (auto* writer : {&final_, &causal_, &odometry_, &wheels_}) {
       if (*writer) (*writer)->close();
     }
+    mapper_.work(std::numeric_limits<int>::max());
     if (!options.map.empty()) writeMapFiles(options.map, renderMap(mapper_.grid()), mapper_.path());
     stats_.localizer = localizer_.counters();
     return std::move(stats_);
@@ -83,18 +89,30 @@ class Run {
     const PoseEstimate estimate = localizer_.estimate(outcome.stamp);
     stats_.scan_us.push_back(microsecondsSince(start));
     if (outcome.match.iterations > 0) stats_.match_us.push_back(1e6 * toSeconds(outcome.match_time));
-    if (outcome.keyframe != nullptr) mapper_.add(*outcome.keyframe);
-
-    poses_.emplace_back(utime, estimate.T_map_base);
+    if (outcome.keyframe != nullptr) {
+      back_end_.add(*outcome.keyframe);
+      mapper_.add(back_end_.mapScan(*outcome.keyframe));
+      if (generation_ != back_end_.generation()) {
+        mapper_.move(back_end_.keyframes().graph().poses());  // drawn when somebody looks
+        generation_ = back_end_.generation();
+      }
+      if (auto correction = back_end_.takeCorrection()) {
+        localizer_.apply(*correction);
+        back_end_.recycle(std::move(correction));
+      }
+    }
+    poses_.emplace_back(utime, localizer_.anchor(estimate.T_map_base));
     if (causal_) causal_->write(utime, estimate.T_map_base);
     if (odometry_) odometry_->write(utime, localizer_.odometry(outcome.stamp).T_odom_base);
   }
 
   bool use_lidar_, use_wheels_, use_imu_;  // a source of "none" is left out of the log, too
   Localizer localizer_;
+  BackEnd back_end_;
   Mapper mapper_;
   std::optional<TrajectoryWriter> final_, causal_, odometry_, wheels_;
-  std::vector<std::pair<std::int64_t, Pose2>> poses_;
+  std::vector<std::pair<std::int64_t, Localizer::Anchored>> poses_;
+  int generation_ = 0;  // of the back end's poses in the map
   ReplayStats stats_;
 };
 

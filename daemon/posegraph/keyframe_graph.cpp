@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "posegraph/keyframe_graph.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+
+namespace slam {
+
+void KeyframeGraph::add(const Keyframe& keyframe) {
+  const int id = size();
+  const Pose2 T_map_base = id == 0 ? keyframe.T_map_base : pose(id - 1) * keyframe.T_previous_base;
+  add(std::make_shared<const StoredScan>(keyframe), T_map_base);
+  if (id == 0) return;
+  graph_.addEdge({.from = id - 1,
+                  .to = id,
+                  .T_from_to = keyframe.T_previous_base,
+                  .information = keyframe.step_covariance.inverse(),
+                  .kind = EdgeKind::kMotion});
+}
+
+void KeyframeGraph::add(std::shared_ptr<const StoredScan> scan, const Pose2& T_map_base) {
+  graph_.addNode(T_map_base);
+  scans_.push_back(std::move(scan));
+}
+
+std::vector<int> KeyframeGraph::near(const Eigen::Vector2d& p_map, double radius) const {
+  std::vector<int> ids;
+  for (int id = 0; id < size(); ++id) {
+    if ((pose(id).translation() - p_map).squaredNorm() < radius * radius) ids.push_back(id);
+  }
+  return ids;
+}
+
+void KeyframeGraph::points(int id, ScanPoints& points) const {
+  const StoredScan& stored = *scan(id);
+  const Eigen::Vector2d lidar = stored.T_base_lidar.translation();
+  points.clear();
+  for (const Keyframe::Point& point : stored.points) {
+    const Eigen::Vector2d position(point.x, point.y);
+    ScanPoint& out = points.emplace_back(ScanPoint{.position = position, .range = (position - lidar).norm()});
+    if (point.normal == Keyframe::Point::kNoNormal) continue;
+    const double angle = point.normal * Keyframe::Point::kAngle, sigma = point.normal_sigma * Keyframe::Point::kAngle;
+    out.normal = {std::cos(angle), std::sin(angle)};
+    out.normal_variance = sigma * sigma;
+  }
+}
+
+void KeyframeGraph::addTo(Reference& reference, std::span<const int> ids) const {
+  for (const int id : ids) {
+    points(id, scratch_);
+    reference.add(pose(id), scratch_);
+  }
+}
+
+}  // namespace slam

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "posegraph/loop_closure.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+
+namespace slam {
+namespace {
+
+constexpr double kSigmas = 3.0;         // of the searched window
+constexpr double kMinSearch = 0.30;     // [m]
+constexpr double kMinTurn = 0.05;       // [rad]
+constexpr double kMaxTurn = 0.8;        // [rad]
+constexpr double kSubmapExtent = 51.2;  // [m]
+
+double distance(const Pose2& a, const Pose2& b) { return std::hypot(a.x - b.x, a.y - b.y); }
+
+CorrelativeConfig offlineSearch() {
+  CorrelativeConfig config;
+  config.max_hypotheses = 1 << 17;  // not in the pose path: it may take its time
+  return config;
+}
+
+}  // namespace
+
+LoopClosureSearch::LoopClosureSearch(const LoopClosureConfig& config, const ReferenceConfig& reference,
+                                     const MatchConfig& match)
+    : config_(config),
+      match_(match),
+      submap_([&] {
+        ReferenceConfig small = reference;
+        small.extent = std::min(kSubmapExtent, reference.extent);
+        return small;
+      }()),
+      matcher_(offlineSearch()) {
+  match_.min_overlap = config.min_overlap;
+}
+
+std::vector<Edge> LoopClosureSearch::search(const KeyframeGraph& keyframes) {
+  const int newest = keyframes.size() - 1;
+  for (; seen_ < newest; ++seen_) path_ += distance(keyframes.pose(seen_), keyframes.pose(seen_ + 1));
+  if (path_ - searched_at_ < config_.search_interval) return {};
+  const auto place = candidate(keyframes, newest);
+  if (!place) return {};
+  searched_at_ = path_;
+  ++counters_.searches;
+  const auto edge = verify(keyframes, newest, *place);
+  if (!edge) return {};
+  ++counters_.found;
+
+  const double overlap_sure = place->window.translation <= config_.sure_window ? config_.sure_overlap : 2.0;
+  std::erase_if(pending_, [&](const Pending& p) { return path_ - p.path > config_.pending_distance; });
+  std::vector<Edge> accepted;
+  if (last_overlap_ >= overlap_sure) {
+    accepted.push_back(*edge);
+  } else {
+    for (const Pending& other : pending_) {
+      if (agree(keyframes, other.edge, *edge)) accepted.push_back(other.edge);
+    }
+    if (accepted.empty()) {
+      counters_.inconsistent += pending_.empty() ? 0 : 1;
+      pending_.push_back({*edge, path_});
+      return {};
+    }
+    accepted.push_back(*edge);
+  }
+  pending_.clear();
+  counters_.accepted += static_cast<int>(accepted.size());
+  return accepted;
+}
+
+std::optional<LoopClosureSearch::Candidate> LoopClosureSearch::candidate(const KeyframeGraph& keyframes,
+                                                                         int newest) const {
+  const Pose2& here = keyframes.pose(newest);
+  const double far = config_.max_search;
+  auto near = keyframes.near(here.translation(), far);
+  const double active = config_.active_sigma * config_.active_sigma;
+  for (const auto& reached : keyframes.graph().reach(newest, active)) {
+    std::erase(near, reached.node);
+    if (near.empty()) return std::nullopt;
+  }
+  if (near.empty()) return std::nullopt;
+
+  // How far off may each be? What was never reached within the bound is as far as the bound.
+  std::unordered_map<int, PoseGraph::Reached> reached;
+  for (const auto& node : keyframes.graph().reach(newest, far * far)) reached[node.node] = node;
+  std::optional<Candidate> best;
+  double best_cost = std::numeric_limits<double>::infinity();
+  for (const int id : near) {
+    const auto found = reached.find(id);
+    const double position = found == reached.end() ? far * far : found->second.position_variance;
+    const double heading = found == reached.end() ? kMaxTurn * kMaxTurn : found->second.heading_variance;
+    const double window = std::clamp(kSigmas * std::sqrt(position), kMinSearch, far);
+    const Pose2 relative = between(here, keyframes.pose(id));
+    const double apart = std::hypot(relative.x, relative.y);
+    if (apart > window + 2.0) continue;  // more than the drift and a look around the corner
+    const double cost =
+        apart + 1.0 - std::cos(relative.theta);  // half a lidar sees the same only in the same direction
+    if (cost >= best_cost) continue;
+    best_cost = cost;
+    best = Candidate{id, {window, std::clamp(kSigmas * std::sqrt(heading), kMinTurn, kMaxTurn)}};
+  }
+  return best;
+}
+
+void LoopClosureSearch::gatherQuery(const KeyframeGraph& keyframes, int newest) {
+  query_.clear();
+  const Pose2 T_newest_map = keyframes.pose(newest).inverse();
+  double length = 0.0;
+  for (int id = newest; id >= 0; --id) {
+    if (id < newest) length += distance(keyframes.pose(id), keyframes.pose(id + 1));
+    if (length > config_.query_length) break;
+    keyframes.points(id, scratch_);
+    const Pose2 T_newest_id = T_newest_map * keyframes.pose(id);
+    const Pose2 turn{0.0, 0.0, T_newest_id.theta};
+    for (ScanPoint point : scratch_) {
+      point.position = T_newest_id * point.position;
+      point.normal = turn * point.normal;
+      query_.push_back(point);
+    }
+  }
+  const auto limit = static_cast<std::size_t>(config_.max_query_points);
+  if (query_.size() <= limit) return;
+  for (std::size_t i = 0; i < limit; ++i) query_[i] = query_[i * query_.size() / limit];
+  query_.resize(limit);
+}
+
+std::optional<Edge> LoopClosureSearch::verify(const KeyframeGraph& keyframes, int newest, const Candidate& place) {
+  // The submap: keyframes around the candidate that are one map with it, but not with the robot.
+  const double active = config_.active_sigma * config_.active_sigma;
+  std::vector<int> members;
+  for (const auto& reached : keyframes.graph().reach(place.id, active)) {
+    if (distance(keyframes.pose(reached.node), keyframes.pose(place.id)) < config_.submap_radius) {
+      members.push_back(reached.node);
+    }
+  }
+  for (const auto& reached : keyframes.graph().reach(newest, active)) std::erase(members, reached.node);
+  const auto nearer = [&](int a, int b) {
+    return distance(keyframes.pose(a), keyframes.pose(place.id)) <
+           distance(keyframes.pose(b), keyframes.pose(place.id));
+  };
+  std::sort(members.begin(), members.end(), nearer);
+  if (static_cast<int>(members.size()) > config_.max_submap)
+    members.resize(static_cast<std::size_t>(config_.max_submap));
+  std::sort(members.begin(), members.end());
+  submap_.clear(keyframes.pose(place.id).translation());
+  keyframes.addTo(submap_, members);
+  gatherQuery(keyframes, newest);
+
+  const SearchResult found = matcher_.match(submap_, query_, keyframes.pose(newest), place.window, match_);
+  if (found.match.status == MatchStatus::kAmbiguous) ++counters_.ambiguous;
+  if (!found.match.usable() || found.match.overlap < config_.min_overlap) return std::nullopt;
+  last_overlap_ = found.match.overlap;
+
+  // The covariance: of the match, not below the floor, in the observable directions, turned into the candidate's base.
+  const double c = std::cos(keyframes.pose(place.id).theta), s = std::sin(keyframes.pose(place.id).theta);
+  Eigen::Matrix3d turn;
+  turn << c, s, 0, -s, c, 0, 0, 0, 1;
+  const auto seen = found.match.directions.leftCols(found.match.observable);
+  Eigen::Matrix3d covariance = found.match.covariance;
+  covariance.diagonal() +=
+      Eigen::Vector3d(config_.translation_sigma, config_.translation_sigma, config_.rotation_sigma).cwiseAbs2();
+  const Eigen::MatrixXd information = (seen.transpose() * covariance * seen).inverse();
+  return Edge{.from = place.id,
+              .to = newest,
+              .T_from_to = between(keyframes.pose(place.id), found.match.T_ref_base),
+              .information = turn * (seen * information * seen.transpose()) * turn.transpose(),
+              .kind = EdgeKind::kLoopClosure};
+}
+
+bool LoopClosureSearch::agree(const KeyframeGraph& keyframes, const Edge& a, const Edge& b) const {
+  // Around the loop a.from -> a.to -> b.to -> b.from -> a.from; the second and last leg are known from the graph.
+  const Pose2 there = a.T_from_to * between(keyframes.pose(a.to), keyframes.pose(b.to));
+  const Pose2 back = between(keyframes.pose(a.from), keyframes.pose(b.from)) * b.T_from_to;
+  const Pose2 gap = between(there, back);
+  return std::hypot(gap.x, gap.y) < config_.consistency && std::abs(gap.theta) < config_.consistency;
+}
+
+}  // namespace slam

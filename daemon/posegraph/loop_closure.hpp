@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <optional>
+#include <vector>
+
+#include "matching/correlative.hpp"
+#include "matching/reference.hpp"
+#include "posegraph/keyframe_graph.hpp"
+
+namespace slam {
+
+struct LoopClosureConfig {
+  double active_sigma = 0.05;       ///< [m] keyframes known this well relative to the robot are one map with it
+  double search_interval = 0.5;     ///< [m] between two searches
+  double max_search = 8.0;          ///< [m] no drift is taken to be larger
+  double submap_radius = 8.0;       ///< [m] keyframes this near to a candidate are matched against
+  int max_submap = 40;              ///< keyframes at most
+  double query_length = 3.0;        ///< [m] of the newest path are matched as one scan
+  int max_query_points = 720;       ///< of it
+  double min_overlap = 0.60;        ///< [1] of the query's points agree with the submap
+  double sure_overlap = 0.70;       ///< [1] so many, in a window below sure_window, and one match is enough
+  double sure_window = 1.0;         ///< [m]
+  double consistency = 0.3;         ///< [m] two closures agree when they differ by less over the path between them
+  double pending_distance = 15.0;   ///< [m] of path that a closure waits for another one that agrees
+  double translation_sigma = 0.02;  ///< [m] floor of a closure's standard deviation
+  double rotation_sigma = 0.005;    ///< [rad]
+  double max_chi_square = 16.0;     ///< [1] an accepted closure that contradicts the rest by more is revoked
+};
+
+/// Finds where the robot has come back to an old part of the map.
+///
+/// Candidates are keyframes near the newest one that are not known well relative to it; how far to search follows from
+/// the graph's covariance. The newest scans are matched as one against the submap around a candidate by a correlative
+/// search and point-to-line matching. A closure is accepted when most points agree, no other place of the window fits
+/// as well, and, where the window is wide, a second closure agrees with it.
+class LoopClosureSearch {
+ public:
+  LoopClosureSearch(const LoopClosureConfig& config, const ReferenceConfig& reference, const MatchConfig& match);
+
+  /// @return edges to add to the graph; empty most of the time
+  std::vector<Edge> search(const KeyframeGraph& keyframes);
+
+  struct Counters {
+    int searches = 0, found = 0, ambiguous = 0, accepted = 0, inconsistent = 0;
+  };
+  const Counters& counters() const { return counters_; }
+
+ private:
+  struct Candidate {
+    int id;
+    SearchWindow window;
+  };
+  struct Pending {
+    Edge edge;
+    double path;  // [m] driven when it was found
+  };
+  std::optional<Candidate> candidate(const KeyframeGraph& keyframes, int newest) const;
+  std::optional<Edge> verify(const KeyframeGraph& keyframes, int newest, const Candidate& candidate);
+  void gatherQuery(const KeyframeGraph& keyframes, int newest);
+  bool agree(const KeyframeGraph& keyframes, const Edge& a, const Edge& b) const;
+
+  LoopClosureConfig config_;
+  MatchConfig match_;
+  Reference submap_;
+  CorrelativeMatcher matcher_;
+  ScanPoints query_, scratch_;
+  std::vector<Pending> pending_;
+  double last_overlap_ = 0.0;               // [1] of the last closure found
+  double path_ = 0.0, searched_at_ = -1e9;  // [m] driven, and at the last search
+  int seen_ = 0;                            // keyframes whose motion is in path_
+  Counters counters_;
+};
+
+}  // namespace slam

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "posegraph/optimiser.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace slam {
+namespace {
+
+constexpr double kFirstDamping = 1e-8;  // [1] of the diagonal
+constexpr double kMaxDamping = 1e6;
+
+struct Linearised {
+  Eigen::Vector3d error;
+  Eigen::Matrix3d by_from, by_to;  // derivative by (x, y, theta) of either pose in map
+};
+
+/// e = (R_m^T (R_i^T (t_j - t_i) - t_m), theta_j - theta_i - theta_m), m the measured relative pose.
+Linearised linearised(const Edge& edge, const Pose2& from, const Pose2& to) {
+  const double ci = std::cos(from.theta), si = std::sin(from.theta);
+  const double cm = std::cos(edge.T_from_to.theta), sm = std::sin(edge.T_from_to.theta);
+  Eigen::Matrix2d Ri_T, dRi_T, Rm_T;
+  Ri_T << ci, si, -si, ci;
+  dRi_T << -si, ci, -ci, -si;
+  Rm_T << cm, sm, -sm, cm;
+  const Eigen::Vector2d t(to.x - from.x, to.y - from.y);
+  Linearised result;
+  result.error.head<2>() = Rm_T * (Ri_T * t - edge.T_from_to.translation());
+  result.error.z() = wrapAngle(to.theta - from.theta - edge.T_from_to.theta);
+  result.by_from.setZero();
+  result.by_from.topLeftCorner<2, 2>() = -Rm_T * Ri_T;
+  result.by_from.topRightCorner<2, 1>() = Rm_T * dRi_T * t;
+  result.by_from(2, 2) = -1.0;
+  result.by_to.setZero();
+  result.by_to.topLeftCorner<2, 2>() = Rm_T * Ri_T;
+  result.by_to(2, 2) = 1.0;
+  return result;
+}
+
+}  // namespace
+
+void Optimiser::analyse(const PoseGraph& graph) {
+  // Node 0 is fixed: node n has rows and columns 3 (n - 1) ...
+  const int size = 3 * (graph.size() - 1);
+  std::vector<Eigen::Triplet<double>> entries;
+  const auto addBlock = [&](int row, int column) {
+    for (int c = 0; c < 3; ++c) {
+      for (int r = 0; r < 3; ++r) {
+        if (3 * row + r >= 3 * column + c) entries.emplace_back(3 * row + r, 3 * column + c, 0.0);
+      }
+    }
+  };
+  for (int node = 0; node + 1 < graph.size(); ++node) addBlock(node, node);
+  for (const Edge& edge : graph.edges()) {
+    const int a = std::max(edge.from, edge.to) - 1, b = std::min(edge.from, edge.to) - 1;
+    if (b >= 0) addBlock(a, b);
+  }
+  H_.resize(size, size);
+  H_.setFromTriplets(entries.begin(), entries.end());
+  H_.makeCompressed();
+  cholesky_.analyzePattern(H_);
+
+  const auto valueOf = [&](int row, int column) {
+    const int* first = H_.innerIndexPtr() + H_.outerIndexPtr()[column];
+    const int* last = H_.innerIndexPtr() + H_.outerIndexPtr()[column + 1];
+    return static_cast<int>(std::lower_bound(first, last, row) - H_.innerIndexPtr());
+  };
+  blocks_.clear();
+  for (const Edge& edge : graph.edges()) {
+    Block block{};
+    const int i = edge.from - 1, j = edge.to - 1;
+    block.transposed = edge.from > edge.to;
+    for (int c = 0; c < 3; ++c) {
+      block.diagonal_from[c] = i >= 0 ? valueOf(3 * i + c, 3 * i + c) : -1;
+      block.diagonal_to[c] = j >= 0 ? valueOf(3 * j + c, 3 * j + c) : -1;
+      block.off_diagonal[c] = i >= 0 && j >= 0 ? valueOf(3 * std::max(i, j), 3 * std::min(i, j) + c) : -1;
+    }
+    blocks_.push_back(block);
+  }
+  diagonal_.resize(static_cast<std::size_t>(size));
+  for (int k = 0; k < size; ++k) diagonal_[static_cast<std::size_t>(k)] = valueOf(k, k);
+  analysed_edges_ = graph.edges().size();
+  analysed_nodes_ = graph.size();
+}
+
+double Optimiser::robustCost(const Edge& edge, double chi_square) const {
+  if (edge.kind == EdgeKind::kMotion) return 0.5 * chi_square;
+  const double s2 = config_.kernel_scale * config_.kernel_scale;
+  return 0.5 * s2 * std::log1p(chi_square / s2);
+}
+
+double Optimiser::cost(const PoseGraph& graph, std::span<const Pose2> poses) const {
+  double sum = 0.0;
+  for (const Edge& edge : graph.edges()) {
+    if (edge.revoked) continue;
+    sum += robustCost(
+        edge, chiSquare(edge, poses[static_cast<std::size_t>(edge.from)], poses[static_cast<std::size_t>(edge.to)]));
+  }
+  return sum;
+}
+
+double Optimiser::linearise(const PoseGraph& graph, std::span<const Pose2> poses) {
+  std::fill(H_.valuePtr(), H_.valuePtr() + H_.nonZeros(), 0.0);
+  g_ = Eigen::VectorXd::Zero(H_.rows());
+  double sum = 0.0;
+  const double s2 = config_.kernel_scale * config_.kernel_scale;
+  for (std::size_t e = 0; e < graph.edges().size(); ++e) {
+    const Edge& edge = graph.edges()[e];
+    if (edge.revoked) continue;
+    const Linearised l =
+        linearised(edge, poses[static_cast<std::size_t>(edge.from)], poses[static_cast<std::size_t>(edge.to)]);
+    const double chi_square = l.error.dot(edge.information * l.error);
+    sum += robustCost(edge, chi_square);
+    const double weight = edge.kind == EdgeKind::kMotion ? 1.0 : 1.0 / (1.0 + chi_square / s2);
+    const Eigen::Matrix3d W = weight * edge.information;
+    const Eigen::Matrix3d from_W = l.by_from.transpose() * W, to_W = l.by_to.transpose() * W;
+    const Block& block = blocks_[e];
+    const auto addDiagonal = [&](const int* columns, const Eigen::Matrix3d& M) {
+      for (int c = 0; c < 3; ++c) {
+        for (int r = c; r < 3; ++r) H_.valuePtr()[columns[c] + r - c] += M(r, c);
+      }
+    };
+    if (block.diagonal_from[0] >= 0) {
+      addDiagonal(block.diagonal_from, from_W * l.by_from);
+      g_.segment<3>(3 * (edge.from - 1)) += from_W * l.error;
+    }
+    if (block.diagonal_to[0] >= 0) {
+      addDiagonal(block.diagonal_to, to_W * l.by_to);
+      g_.segment<3>(3 * (edge.to - 1)) += to_W * l.error;
+    }
+    if (block.off_diagonal[0] >= 0) {
+      const Eigen::Matrix3d M =
+          block.transposed ? Eigen::Matrix3d(from_W * l.by_to) : Eigen::Matrix3d(to_W * l.by_from);
+      for (int c = 0; c < 3; ++c) {
+        for (int r = 0; r < 3; ++r) H_.valuePtr()[block.off_diagonal[c] + r] += M(r, c);
+      }
+    }
+  }
+  return sum;
+}
+
+OptimiserReport Optimiser::optimise(PoseGraph& graph) {
+  OptimiserReport report;
+  if (graph.size() < 2) return report;
+  if (analysed_edges_ != graph.edges().size() || analysed_nodes_ != graph.size()) analyse(graph);
+  std::vector<Pose2> poses(graph.poses().begin(), graph.poses().end()), tried = poses;
+  double damping = kFirstDamping;
+  double now = linearise(graph, poses);
+  report.cost_before = report.cost_after = now;
+  while (report.iterations < config_.max_iterations && damping < kMaxDamping) {
+    ++report.iterations;
+    // Levenberg: a share of the diagonal is added to it.
+    for (const int k : diagonal_) H_.valuePtr()[k] *= 1.0 + damping;
+    cholesky_.factorize(H_);
+    for (const int k : diagonal_) H_.valuePtr()[k] /= 1.0 + damping;
+    if (cholesky_.info() != Eigen::Success) {
+      damping = std::max(1e-6, 10.0 * damping);
+      continue;
+    }
+    const Eigen::VectorXd step = cholesky_.solve(-g_);
+    if (!step.allFinite()) return report;
+    for (int n = 1; n < graph.size(); ++n) {
+      const auto d = step.segment<3>(3 * (n - 1));
+      const Pose2& pose = poses[static_cast<std::size_t>(n)];
+      tried[static_cast<std::size_t>(n)] = {pose.x + d.x(), pose.y + d.y(), wrapAngle(pose.theta + d.z())};
+    }
+    const double after = cost(graph, tried);
+    if (!(after <= now)) {
+      damping = std::max(1e-6, 10.0 * damping);
+      continue;
+    }
+    poses = tried;
+    const bool settled =
+        now - after <= config_.relative_tolerance * now || step.lpNorm<Eigen::Infinity>() < config_.step_tolerance;
+    damping *= 0.1;
+    report.cost_after = now = after;
+    if (settled) {
+      report.converged = true;
+      break;
+    }
+    now = linearise(graph, poses);
+  }
+  for (int n = 1; n < graph.size(); ++n) graph.setPose(n, poses[static_cast<std::size_t>(n)]);
+  return report;
+}
+
+}  // namespace slam

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/pose2.hpp"
+
+namespace slam {
+
+enum class EdgeKind : std::uint8_t {
+  kMotion,       ///< from one keyframe to the next
+  kLoopClosure,  ///< between keyframes that saw the same place at different times; may be wrong
+};
+
+/// A measured relative pose of two nodes.
+struct Edge {
+  int from = 0, to = 0;
+  Pose2 T_from_to;
+  Eigen::Matrix3d information = Eigen::Matrix3d::Identity();  ///< inverse covariance of (x, y, theta) in `from`, may be
+                                                              ///< singular: a blind direction
+  EdgeKind kind = EdgeKind::kMotion;
+  bool revoked = false;  ///< taken back; counts for nothing
+};
+
+/// What an edge leaves unknown.
+struct EdgeVariances {
+  double position, heading;  ///< [m^2] the larger of x and y, [rad^2]
+  double length;             ///< [m] of the edge
+};
+
+/// Poses and the measurements between them. Not safe for concurrent use.
+class PoseGraph {
+ public:
+  /// @return its id, counting from 0
+  int addNode(const Pose2& T_map_node);
+  int addEdge(const Edge& edge);
+  void revoke(int edge) { edges_[static_cast<std::size_t>(edge)].revoked = true; }
+  void restore(int edge) { edges_[static_cast<std::size_t>(edge)].revoked = false; }
+
+  int size() const { return static_cast<int>(poses_.size()); }
+  const Pose2& pose(int node) const { return poses_[static_cast<std::size_t>(node)]; }
+  void setPose(int node, const Pose2& T_map_node) { poses_[static_cast<std::size_t>(node)] = T_map_node; }
+  std::span<const Pose2> poses() const { return poses_; }
+  std::span<const Edge> edges() const { return edges_; }
+
+  /// A node and what is not known of its position relative to another.
+  struct Reached {
+    int node;
+    double position_variance;  ///< [m^2] the larger of x and y
+    double heading_variance;   ///< [rad^2]
+  };
+  /// Nodes whose position relative to `anchor` is known to within `max_position_variance` [m^2], along the best chain
+  /// of edges. The variance is a bound from above: several chains know more than the best one.
+  std::vector<Reached> reach(int anchor, double max_position_variance) const;
+
+ private:
+  std::vector<Pose2> poses_;
+  std::vector<Edge> edges_;
+  std::vector<EdgeVariances> variances_;
+  std::vector<std::vector<int>> edges_of_;  // edges at each node
+  mutable std::vector<double> best_;        // scratch of reach(): [m^2], infinite where not reached
+};
+
+/// z - h(x): the difference between the measured and the present relative pose, in the measured pose's frame, weighted
+/// by the information. @return squared Mahalanobis distance [1]
+double chiSquare(const Edge& edge, const Pose2& T_map_from, const Pose2& T_map_to);
+
+}  // namespace slam

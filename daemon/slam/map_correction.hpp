@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <vector>
+
+#include "core/pose2.hpp"
+#include "matching/reference.hpp"
+
+namespace slam {
+
+/// A keyframe as the reference holds it.
+struct ReferenceKeyframe {
+  int id = 0;
+  Pose2 T_map_base;
+};
+
+/// What the back end gives the Localizer: the part of the map around the robot, built anew. Handed over whole and
+/// handed back with the old one inside, so that the pose path neither builds nor frees it.
+struct MapCorrection {
+  explicit MapCorrection(const ReferenceConfig& config) : reference(config) {}
+  Reference reference;
+  std::vector<ReferenceKeyframe> keyframes;  ///< in the reference, by id
+  std::int32_t map_id = 0;                   ///< of the map that it corrects
+  int newest = -1;                           ///< newest keyframe that the back end knew
+};
+
+}  // namespace slam
