@@ -4,6 +4,10 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
+#include <optional>
+#include <random>
 
 #include "tools/calibrate/closed_form.hpp"
 
@@ -14,13 +18,17 @@ using Vector = RobotGeometry::Vector;
 using Matrix = Observability::Matrix;
 
 constexpr int kMaxSteps = 30;
-constexpr double kConverged = 1e-10;                 // [1] length of a step against the geometry's
-constexpr double kMedianOf1 = 0.4549;                // of a chi-square of 1 degree of freedom ...
-constexpr double kMedianOf2 = 1.3863;                // ... and of 2
+constexpr int kMaxRounds = 30;
+constexpr double kMaxFactor = 3.0;     // [1] between the configured and the true radii and track
+constexpr int kHandfuls = 200;         // with a third of outliers, 17 of them are expected to be without any
+constexpr int kHandful = 6;            // motions; three determine the geometry
+constexpr double kConverged = 1e-10;   // [1] length of a step against the geometry's
+constexpr double kMedianOf1 = 0.4549;  // of a chi-square of 1 degree of freedom ...
+constexpr double kMedianOf2 = 1.3863;  // ... and of 2
 constexpr int kTurnUnknowns = 2, kPathUnknowns = 4;  // J21, J22 show in the turns, the rest in the translations
 
 Eigen::Vector3d residual(const RobotGeometry& geometry, const LidarMotion& motion) {
-  const Pose2 predicted = predictMotion(geometry, motion.wheels).T_begin_end;
+  const Pose2 predicted = predictPose(geometry, motion.wheels);
   return {motion.T_begin_end.x - predicted.x, motion.T_begin_end.y - predicted.y,
           wrapAngle(motion.T_begin_end.theta - predicted.theta)};
 }
@@ -41,10 +49,23 @@ NormalEquations linearize(const RobotGeometry& geometry, std::span<const LidarMo
   return sum;
 }
 
+/// Slip without turning looks like a track without end: where there is more slip than turns, only this tells them
+/// apart.
+bool plausible(const RobotGeometry& geometry, const RobotGeometry& configured) {
+  const auto near = [](double value, double believed) {
+    return value > believed / kMaxFactor && value < believed * kMaxFactor;
+  };
+  return near(geometry.left_radius, configured.left_radius) && near(geometry.right_radius, configured.right_radius) &&
+         near(geometry.track, configured.track);
+}
+
 RobotGeometry estimate(std::span<const LidarMotion> motions, const RobotGeometry& configured) {
   const Observability observability(linearize(configured, motions).information, configured);
   RobotGeometry geometry = configured;
-  if (observability.weakDirections() == 0) geometry = solveClosedForm(motions).value_or(configured);
+  if (observability.weakDirections() == 0) {
+    const auto solution = solveClosedForm(motions);
+    if (solution && plausible(*solution, configured)) geometry = *solution;
+  }
   for (int i = 0; i < kMaxSteps; ++i) {
     const NormalEquations equations = linearize(geometry, motions);
     const Vector step = observability.solve(equations.information, equations.gradient);
@@ -114,16 +135,62 @@ std::vector<LidarMotion> scaled(std::vector<LidarMotion> motions, const NoiseSca
   return motions;
 }
 
-/// Removes the motions that fit worst, if beyond the gate, and at most `count` of them.
-/// @return number removed
-int discardWorst(std::vector<LidarMotion>& motions, std::span<const Misfit> misfits, double gate, int count) {
-  std::vector<std::size_t> order(motions.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return misfits[a].all > misfits[b].all; });
-  const auto end = std::find_if(order.begin(), order.begin() + count, [&](auto i) { return misfits[i].all <= gate; });
-  std::sort(order.begin(), end, std::greater<>());
-  for (auto i = order.begin(); i != end; ++i) motions.erase(motions.begin() + static_cast<std::ptrdiff_t>(*i));
-  return static_cast<int>(end - order.begin());
+/// Closed forms of random handfuls of motions: some of them are free of outliers.
+std::vector<RobotGeometry> candidates(std::span<const LidarMotion> motions, const RobotGeometry& configured) {
+  std::mt19937 random(1);
+  std::vector<RobotGeometry> candidates;
+  for (int i = 0; i < kHandfuls; ++i) {
+    std::vector<LidarMotion> handful;
+    std::sample(motions.begin(), motions.end(), std::back_inserter(handful), kHandful, random);
+    const auto geometry = solveClosedForm(handful);
+    if (geometry && plausible(*geometry, configured)) candidates.push_back(*geometry);
+  }
+  return candidates;
+}
+
+/// The candidate that most motions agree with. What agreement is, the noise of the better half tells: that of the
+/// least median of squares [Rousseeuw 1984]. The least median itself would not do: where most motions are straight it
+/// says nothing about the turns.
+std::optional<RobotGeometry> mostAgreed(std::span<const LidarMotion> motions, const RobotGeometry& configured,
+                                        double gate) {
+  const std::vector<RobotGeometry> geometries = candidates(motions, configured);
+  const auto best = [&](auto&& cost) {
+    return std::min_element(geometries.begin(), geometries.end(),
+                            [&](const auto& a, const auto& b) { return cost(a) < cost(b); });
+  };
+  const auto least = best([&](const RobotGeometry& g) { return median(misfits(g, motions), &Misfit::all); });
+  if (least == geometries.end()) return std::nullopt;
+  const auto weighted = scaled({motions.begin(), motions.end()}, robustScale(misfits(*least, motions)));
+  return *best([&](const RobotGeometry& g) {
+    double cost = 0.0;
+    for (const Misfit& misfit : misfits(g, weighted)) cost += std::min(misfit.all, gate);
+    return cost;
+  });
+}
+
+/// The motions within the gate of a geometry, for the noise that the better half of all motions shows.
+struct Agreement {
+  std::vector<LidarMotion> motions;  // their covariances scaled to that noise
+  std::vector<std::size_t> indices;
+};
+
+Agreement agreeing(const RobotGeometry& geometry, std::span<const LidarMotion> motions, double gate) {
+  const NoiseScale scale = robustScale(misfits(geometry, motions));
+  const std::vector<LidarMotion> weighted = scaled({motions.begin(), motions.end()}, scale);
+  const std::vector<Misfit> misfit = misfits(geometry, weighted);
+  Agreement agreement;
+  for (std::size_t i = 0; i < weighted.size(); ++i) {
+    if (misfit[i].all > gate) continue;
+    agreement.motions.push_back(weighted[i]);
+    agreement.indices.push_back(i);
+  }
+  return agreement;
+}
+
+RobotGeometry firstGeometry(std::span<const LidarMotion> motions, const RobotGeometry& configured, double gate) {
+  const Observability observability(linearize(configured, motions).information, configured);
+  const auto robust = observability.weakDirections() == 0 ? mostAgreed(motions, configured, gate) : std::nullopt;
+  return robust ? *robust : estimate(motions, configured);
 }
 
 void describeFit(Calibration& result, std::span<const LidarMotion> motions, const NoiseScale& scale) {
@@ -142,41 +209,38 @@ void describeFit(Calibration& result, std::span<const LidarMotion> motions, cons
 
 }  // namespace
 
-Calibration calibrate(std::vector<LidarMotion> motions, const RobotGeometry& configured,
+Calibration calibrate(std::span<const LidarMotion> motions, const RobotGeometry& configured,
                       const CalibrationConfig& config) {
   Calibration result{.geometry = configured, .used = static_cast<int>(motions.size())};
   if (result.used < config.min_motions) return result;
-  const double least = config.min_kept * result.used;
-  const int at_once = std::max(1, static_cast<int>(config.discard_share * result.used));
 
-  // The noise level changes what counts as determined and as an outlier, so the last round must begin with the level
-  // that the one before it found.
-  NoiseScale scale;
-  for (bool settled = false;;) {
-    const auto weighted = scaled(motions, scale);
-    result.geometry = estimate(weighted, configured);
-    const auto misfit = misfits(result.geometry, motions);
-    scale = robustScale(misfit);
-    const auto level = scaled(motions, scale);
-    const int discarded = discardWorst(motions, misfits(result.geometry, level), config.gate, at_once);
-    result.rejected += discarded;
-    result.used -= discarded;
-    if (result.used < least) {
-      result.status = CalibrationStatus::kContradicted;
-      return result;
-    }
-    if (discarded == 0 && settled) break;
-    settled = discarded == 0;
+  // The noise level decides what counts as determined and as an outlier, so both are repeated until they agree.
+  result.geometry = firstGeometry(motions, configured, config.gate);
+  Agreement agreement;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    Agreement next = agreeing(result.geometry, motions, config.gate);
+    const bool settled = next.indices == agreement.indices;
+    agreement = std::move(next);
+    if (settled || agreement.indices.empty()) break;
+    result.geometry = estimate(agreement.motions, configured);
+  }
+  result.used = static_cast<int>(agreement.indices.size());
+  result.rejected = static_cast<int>(motions.size()) - result.used;
+  if (result.used < config.min_kept * static_cast<double>(motions.size()) || !plausible(result.geometry, configured)) {
+    result.status = CalibrationStatus::kContradicted;
+    return result;
   }
 
-  scale = finalScale(misfits(result.geometry, motions));
-  const auto weighted = scaled(motions, scale);
-  const Observability observability(linearize(result.geometry, weighted).information, result.geometry);
+  std::vector<LidarMotion> used;
+  for (const std::size_t i : agreement.indices) used.push_back(motions[i]);
+  const NoiseScale scale = finalScale(misfits(result.geometry, used));
+  const auto weighted = scaled(used, scale);
+  const Observability observability(linearize(result.geometry, weighted).information, configured);
   result.covariance = observability.covariance();
   result.determined = observability.determined();
   const bool all = std::all_of(result.determined.begin(), result.determined.end(), [](bool known) { return known; });
   result.status = all ? CalibrationStatus::kDone : CalibrationStatus::kPartly;
-  describeFit(result, motions, scale);
+  describeFit(result, used, scale);
   return result;
 }
 

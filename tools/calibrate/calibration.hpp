@@ -11,10 +11,9 @@
 namespace slam {
 
 struct CalibrationConfig {
-  int min_motions = 10;         ///< fewer are refused
-  double gate = 16.27;          ///< [1] chi-square of a motion's residual beyond which it may be an outlier (99.9 %)
-  double discard_share = 0.05;  ///< [1] of the motions, discarded at most before the geometry is estimated anew
-  double min_kept = 0.5;        ///< [1] share of the motions that must agree
+  int min_motions = 10;  ///< fewer are refused
+  double gate = 16.27;   ///< [1] chi-square of a motion's residual, 3 degrees of freedom, beyond which it is an outlier
+  double min_kept = 0.5;  ///< [1] share of the motions that must agree
 };
 
 enum class CalibrationStatus {
@@ -42,14 +41,17 @@ struct Calibration {
 /// Simultaneous calibration of wheels and lidar by maximum likelihood [Censi 2013] (see wheel_model.hpp): the geometry
 /// that makes  sum_k || s_k - s(geometry, wheels_k) ||^2  least, weighted by the motions' covariances.
 ///
-/// The closed form (closed_form.hpp) starts Gauss-Newton steps with the full covariances. As in the paper the motions
-/// that fit worst (slip, a wrong match) are then discarded and all is estimated anew; here only those beyond a gate
-/// are, against a noise level taken from the median, until none is left. The covariance is the inverse of the Fisher
-/// information, for the noise that the residuals show in translation and in rotation, or that the motions claim where
-/// that is more. What the information does not determine stays as configured and is marked.
+/// The closed form (closed_form.hpp) starts Gauss-Newton steps with the full covariances. As in the paper, motions that
+/// fit worst (slip, a wrong match) are discarded and all is estimated anew until nothing changes. The paper discards a
+/// fixed share; slip on a real floor can spoil a third, so here it is what lies beyond a gate, against the noise that
+/// the better half shows, and the first estimate already is one that half of the motions agree on.
+///
+/// The covariance is the inverse of the Fisher information, for the noise that the residuals show in translation and in
+/// rotation, or that the motions claim where that is more. What the information does not determine stays as configured
+/// and is marked.
 ///
 /// @param configured  the geometry believed so far: starts the estimate where the closed form is singular
-Calibration calibrate(std::vector<LidarMotion> motions, const RobotGeometry& configured,
+Calibration calibrate(std::span<const LidarMotion> motions, const RobotGeometry& configured,
                       const CalibrationConfig& config = {});
 
 }  // namespace slam

@@ -73,14 +73,15 @@ std::vector<LidarMotion> selectMotions(const SensorLog& log, const RobotGeometry
       begin = &scan;
       continue;
     }
-    LidarMotion motion = lidarMotion(*begin, scan, configured.T_base_lidar);
-    const Pose2& moved = motion.T_begin_end;
-    if (moved.translation().norm() < config.translation && std::abs(moved.theta) < config.rotation) continue;
     auto wheels = wheelsBetween(log.wheels, begin->stamp, scan.stamp, configured, config);
+    if (wheels) {
+      const Pose2 moved = predictPose(configured, *wheels);
+      if (moved.translation().norm() < config.translation && std::abs(moved.theta) < config.rotation) continue;
+      LidarMotion motion = lidarMotion(*begin, scan, configured.T_base_lidar);
+      motion.wheels = *std::move(wheels);
+      if (positive(motion.covariance)) motions.push_back(std::move(motion));
+    }
     begin = &scan;
-    if (!wheels || !positive(motion.covariance)) continue;
-    motion.wheels = *std::move(wheels);
-    motions.push_back(std::move(motion));
   }
   return motions;
 }

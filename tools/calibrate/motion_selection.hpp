@@ -18,7 +18,8 @@ struct MotionConfig {
 };
 
 /// Cuts a log into motions that follow each other, from matched scan to matched scan. The wheels' angles at a scan's
-/// stamp are interpolated between the two readings around it.
+/// stamp are interpolated between the two readings around it. The wheels decide where a motion ends: a lidar that ended
+/// its own would do so where its errors add to the motion, which makes the radii come out too small.
 /// @param configured  as the log was matched with: its T_base_lidar turns the matches' T_map_base to T_map_lidar
 std::vector<LidarMotion> selectMotions(const SensorLog& log, const RobotGeometry& configured,
                                        const MotionConfig& config = {});

@@ -15,8 +15,8 @@ constexpr double kMaxArcSpread = 0.05;     // [1] smaller against larger singula
 
 }  // namespace
 
-Observability::Observability(const Matrix& information, const RobotGeometry& g) {
-  size_ << g.left_radius, g.right_radius, g.track, g.track, g.track, 1.0;
+Observability::Observability(const Matrix& information, const RobotGeometry& size) {
+  size_ << size.left_radius, size.right_radius, size.track, size.track, size.track, 1.0;
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(size_.asDiagonal() * information * size_.asDiagonal());
   eigenvalues_ = solver.eigenvalues();
   directions_ = solver.eigenvectors();

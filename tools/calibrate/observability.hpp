@@ -21,7 +21,8 @@ class Observability {
   static constexpr double kMaxSigma = 0.1;
 
   /// @param information  of RobotGeometry::vector(): sum of J' covariance^-1 J over the motions
-  Observability(const Matrix& information, const RobotGeometry& geometry);
+  /// @param size         gives the robot's size: the geometry as configured
+  Observability(const Matrix& information, const RobotGeometry& size);
 
   int weakDirections() const { return weak_; }
   /// Moves along the determined directions only.

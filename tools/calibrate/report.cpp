@@ -14,6 +14,8 @@ namespace {
 constexpr double kInterval = 1.96;  // [1] sigmas to either side that hold 95 %
 constexpr double kDegree = std::numbers::pi / 180.0;
 
+constexpr double kManyRejected = 0.3;  // [1] of the motions
+
 struct Row {
   const char* name;
   const char* key;  // of the JSON
@@ -81,6 +83,12 @@ std::string remarks(const CalibrationReport& report) {
     text += "Not determined by this log:";
     for (std::size_t i = 0; i < open.size(); ++i) text += (i > 0 ? ", " : " ") + open[i].substr(0, open[i].find(" ["));
     text += std::string(". ") + describe(report.result.drive) + ".\n";
+  }
+  if (report.result.rejected > kManyRejected * (report.result.used + report.result.rejected)) {
+    text += format(
+        "%d motions contradict the others, which is much: wheels that slip, wrong matches, or lidar stamps that "
+        "are off (lidar.time_offset). The intervals speak for the rest only.\n",
+        report.result.rejected);
   }
   if (radiiDetermined(report.result)) text += ratioInWords(report.result);
   if (!report.angles_recorded) {

@@ -4,6 +4,12 @@
 namespace slam {
 namespace {
 
+/// Twist of one step: rho_x [m], rho_y [m], theta [rad].
+Eigen::Vector3d twist(const RobotGeometry& g, const WheelStep& step) {
+  const double left = g.left_radius * step.left, right = g.right_radius * step.right;
+  return {(left + right) / 2.0, 0.0, (right - left) / g.track};
+}
+
 struct BaseMotion {
   Pose2 T_begin_end;
   Eigen::Matrix3d jacobian = Eigen::Matrix3d::Zero();  // by (r_L, r_R, b)
@@ -12,12 +18,11 @@ struct BaseMotion {
 BaseMotion deadReckon(const RobotGeometry& g, std::span<const WheelStep> wheels) {
   BaseMotion motion;
   for (const WheelStep& step : wheels) {
-    const double turn = (g.right_radius * step.right - g.left_radius * step.left) / g.track;
-    const Eigen::Vector3d xi{(g.left_radius * step.left + g.right_radius * step.right) / 2.0, 0.0, turn};
+    const Eigen::Vector3d xi = twist(g, step);
     Eigen::Matrix3d J_xi;
     J_xi << step.left / 2.0, step.right / 2.0, 0.0,  //
         0.0, 0.0, 0.0,                               //
-        -step.left / g.track, step.right / g.track, -turn / g.track;
+        -step.left / g.track, step.right / g.track, -xi.z() / g.track;
 
     const Pose2 arc = exp(xi);
     const BinaryJacobians compose = composeJacobians(motion.T_begin_end, arc);
@@ -29,6 +34,12 @@ BaseMotion deadReckon(const RobotGeometry& g, std::span<const WheelStep> wheels)
 }
 
 }  // namespace
+
+Pose2 predictPose(const RobotGeometry& geometry, std::span<const WheelStep> wheels) {
+  Pose2 T_begin_end;
+  for (const WheelStep& step : wheels) T_begin_end = T_begin_end * exp(twist(geometry, step));
+  return between(geometry.T_base_lidar, T_begin_end * geometry.T_base_lidar);
+}
 
 PredictedMotion predictMotion(const RobotGeometry& geometry, std::span<const WheelStep> wheels) {
   const BaseMotion base = deadReckon(geometry, wheels);

@@ -47,6 +47,7 @@ struct PredictedMotion {
 ///
 /// [Censi 2013] A. Censi, A. Franchi, L. Marchionni, G. Oriolo, "Simultaneous calibration of odometry and sensor
 /// parameters for mobile robots", IEEE Transactions on Robotics 29(2).
+Pose2 predictPose(const RobotGeometry& geometry, std::span<const WheelStep> wheels);
 PredictedMotion predictMotion(const RobotGeometry& geometry, std::span<const WheelStep> wheels);
 
 }  // namespace slam

@@ -34,6 +34,11 @@ struct ImuReading {
   std::array<double, 3> accel{};  ///< [m/s^2]
 };
 
+/// What the odometry's beliefs are off from.
+struct TrueBase {
+  double left_radius, right_radius, half_track;  ///< [m]
+};
+
 /// Differential drive with imperfect wheels and an imperfect gyro.
 class RobotModel {
  public:
@@ -48,6 +53,7 @@ class RobotModel {
   std::array<double, 2> encoderAngles() const;
   ImuReading readImu();
   int slips() const { return slips_; }
+  TrueBase trueBase() const { return {wheels_[0].true_radius, wheels_[1].true_radius, true_half_track_}; }
 
  private:
   struct Wheel {
