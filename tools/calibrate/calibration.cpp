@@ -4,12 +4,14 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <limits>
 #include <optional>
 #include <random>
 
 #include "tools/calibrate/closed_form.hpp"
+#include "tools/calibrate/misfit.hpp"
 
 namespace slam {
 namespace {
@@ -19,19 +21,10 @@ using Matrix = Observability::Matrix;
 
 constexpr int kMaxSteps = 30;
 constexpr int kMaxRounds = 30;
-constexpr double kMaxFactor = 3.0;     // [1] between the configured and the true radii and track
-constexpr int kHandfuls = 200;         // with a third of outliers, 17 of them are expected to be without any
-constexpr int kHandful = 6;            // motions; three determine the geometry
-constexpr double kConverged = 1e-10;   // [1] length of a step against the geometry's
-constexpr double kMedianOf1 = 0.4549;  // of a chi-square of 1 degree of freedom ...
-constexpr double kMedianOf2 = 1.3863;  // ... and of 2
-constexpr int kTurnUnknowns = 2, kPathUnknowns = 4;  // J21, J22 show in the turns, the rest in the translations
-
-Eigen::Vector3d residual(const RobotGeometry& geometry, const LidarMotion& motion) {
-  const Pose2 predicted = predictPose(geometry, motion.wheels);
-  return {motion.T_begin_end.x - predicted.x, motion.T_begin_end.y - predicted.y,
-          wrapAngle(motion.T_begin_end.theta - predicted.theta)};
-}
+constexpr double kMaxFactor = 3.0;    // [1] between the configured and the true radii and track
+constexpr int kHandfuls = 200;        // with a third of outliers, 17 of them are expected to be without any
+constexpr int kHandful = 6;           // motions; three determine the geometry
+constexpr double kConverged = 1e-10;  // [1] length of a step against the geometry's
 
 struct NormalEquations {
   Matrix information = Matrix::Zero();
@@ -75,66 +68,6 @@ RobotGeometry estimate(std::span<const LidarMotion> motions, const RobotGeometry
   return geometry;
 }
 
-/// Squared residual of a motion against its covariance.
-struct Misfit {
-  double translation, rotation;  // [1] chi-square of 2 and of 1 degree of freedom
-  double all;                    // [1] of 3
-};
-
-std::vector<Misfit> misfits(const RobotGeometry& geometry, std::span<const LidarMotion> motions) {
-  std::vector<Misfit> misfits;
-  for (const LidarMotion& motion : motions) {
-    const Eigen::Vector3d e = residual(geometry, motion);
-    const Eigen::Vector2d e_xy = e.head<2>();
-    const Eigen::Matrix2d P_xy = motion.covariance.topLeftCorner<2, 2>();
-    misfits.push_back({e_xy.dot(P_xy.ldlt().solve(e_xy)), e.z() * e.z() / motion.covariance(2, 2),
-                       e.dot(motion.covariance.ldlt().solve(e))});
-  }
-  return misfits;
-}
-
-double median(std::span<const Misfit> misfits, double Misfit::*part) {
-  std::vector<double> values;
-  for (const Misfit& misfit : misfits) values.push_back(misfit.*part);
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-double sum(std::span<const Misfit> misfits, double Misfit::*part) {
-  double sum = 0.0;
-  for (const Misfit& misfit : misfits) sum += misfit.*part;
-  return sum;
-}
-
-/// How much larger the residuals are than the motions' covariances say.
-struct NoiseScale {
-  double translation = 1.0, rotation = 1.0;  // [1] of sigmas, at least 1
-
-  static NoiseScale fromVariances(double translation, double rotation) {
-    return {std::sqrt(std::max(1.0, translation)), std::sqrt(std::max(1.0, rotation))};
-  }
-};
-
-NoiseScale robustScale(std::span<const Misfit> misfits) {
-  return NoiseScale::fromVariances(median(misfits, &Misfit::translation) / kMedianOf2,
-                                   median(misfits, &Misfit::rotation) / kMedianOf1);
-}
-
-NoiseScale finalScale(std::span<const Misfit> misfits) {
-  const auto n = static_cast<double>(misfits.size());
-  return NoiseScale::fromVariances(sum(misfits, &Misfit::translation) / (2.0 * n - kPathUnknowns),
-                                   sum(misfits, &Misfit::rotation) / (n - kTurnUnknowns));
-}
-
-std::vector<LidarMotion> scaled(std::vector<LidarMotion> motions, const NoiseScale& scale) {
-  const Eigen::Vector3d factors{scale.translation, scale.translation, scale.rotation};
-  for (LidarMotion& motion : motions) {
-    motion.covariance = factors.asDiagonal() * motion.covariance * factors.asDiagonal();
-  }
-  return motions;
-}
-
 /// Closed forms of random handfuls of motions: some of them are free of outliers.
 std::vector<RobotGeometry> candidates(std::span<const LidarMotion> motions, const RobotGeometry& configured) {
   std::mt19937 random(1);
@@ -158,7 +91,7 @@ std::optional<RobotGeometry> mostAgreed(std::span<const LidarMotion> motions, co
     return std::min_element(geometries.begin(), geometries.end(),
                             [&](const auto& a, const auto& b) { return cost(a) < cost(b); });
   };
-  const auto least = best([&](const RobotGeometry& g) { return median(misfits(g, motions), &Misfit::all); });
+  const auto least = best([&](const RobotGeometry& g) { return medianMisfit(misfits(g, motions)); });
   if (least == geometries.end()) return std::nullopt;
   const auto weighted = scaled({motions.begin(), motions.end()}, robustScale(misfits(*least, motions)));
   return *best([&](const RobotGeometry& g) {
@@ -233,13 +166,17 @@ Calibration calibrate(std::span<const LidarMotion> motions, const RobotGeometry&
 
   std::vector<LidarMotion> used;
   for (const std::size_t i : agreement.indices) used.push_back(motions[i]);
-  const NoiseScale scale = finalScale(misfits(result.geometry, used));
+  const NoiseScale scale = fittedScale(misfits(result.geometry, used));
   const auto weighted = scaled(used, scale);
   const Observability observability(linearize(result.geometry, weighted).information, configured);
   result.covariance = observability.covariance();
   result.determined = observability.determined();
-  const bool all = std::all_of(result.determined.begin(), result.determined.end(), [](bool known) { return known; });
-  result.status = all ? CalibrationStatus::kDone : CalibrationStatus::kPartly;
+  const auto everything = scaled({motions.begin(), motions.end()}, scale);
+  const Observability of_all(linearize(result.geometry, everything).information, configured);
+  const auto complete = [](const auto& known) { return std::all_of(known.begin(), known.end(), std::identity()); };
+  result.status = complete(result.determined)     ? CalibrationStatus::kDone
+                  : complete(of_all.determined()) ? CalibrationStatus::kContradicted
+                                                  : CalibrationStatus::kPartly;
   describeFit(result, used, scale);
   return result;
 }

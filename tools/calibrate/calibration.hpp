@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <array>
+#include <cmath>
 #include <span>
-#include <string>
-#include <vector>
 
 #include "tools/calibrate/observability.hpp"
 #include "tools/calibrate/wheel_model.hpp"
@@ -20,7 +19,7 @@ enum class CalibrationStatus {
   kDone,
   kPartly,        ///< some parameters are not determined: see Calibration::determined
   kTooFew,        ///< motions
-  kContradicted,  ///< no geometry fits most of the motions
+  kContradicted,  ///< no geometry fits most of the motions, or none those that would determine it
 };
 
 struct Calibration {

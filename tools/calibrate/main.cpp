@@ -54,7 +54,7 @@ void refuse(const std::string& file, const slam::Calibration& calibration) {
   }
   if (calibration.status == slam::CalibrationStatus::kContradicted) {
     throw std::runtime_error(file +
-                             ": wheels and lidar contradict each other in more than half of the motions; check "
+                             ": wheels and lidar contradict each other in too many motions; check "
                              "left and right wheel, their signs, and the lidar's direction of turning");
   }
 }
