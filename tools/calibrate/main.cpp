@@ -54,8 +54,9 @@ void refuse(const std::string& file, const slam::Calibration& calibration) {
   }
   if (calibration.status == slam::CalibrationStatus::kContradicted) {
     throw std::runtime_error(file +
-                             ": wheels and lidar contradict each other in too many motions; check "
-                             "left and right wheel, their signs, and the lidar's direction of turning");
+                             ": wheels and lidar contradict each other in too many motions; check that the "
+                             "configured wheel radius and track are about right, left and right wheel and their signs, "
+                             "and the lidar's direction of turning");
   }
 }
 

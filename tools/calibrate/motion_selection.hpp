@@ -13,7 +13,7 @@ struct MotionConfig {
   double rotation = 0.35;        ///< [rad] ... and so does this
   double max_time = 5.0;         ///< [s] a motion that takes longer is dropped
   double max_scan_gap = 1.0;     ///< [s] between two matched scans
-  double max_wheel_gap = 0.3;    ///< [s] between two readings of the wheels
+  double max_wheel_gap = 1.0;    ///< [s] between two readings of the wheels
   double max_wheel_speed = 3.0;  ///< [m/s] a faster wheel is a counter that began anew
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/calibrate/report.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdarg>
@@ -15,6 +16,9 @@ constexpr double kInterval = 1.96;  // [1] sigmas to either side that hold 95 %
 constexpr double kDegree = std::numbers::pi / 180.0;
 
 constexpr double kManyRejected = 0.3;  // [1] of the motions
+constexpr double kMuchNoise = 5.0;     // [1] residuals against the matches' claims
+constexpr double kMuchMoved = 0.02;    // [m] of the lidar against its configured place ...
+constexpr double kMuchTurned = 0.05;   // [rad] ... and yaw
 
 struct Row {
   const char* name;
@@ -76,6 +80,22 @@ std::vector<std::string> openParameters(const Calibration& c) {
   return open;
 }
 
+/// Where the motions disagree by more than chance.
+std::string warning(const Calibration& c) {
+  const bool many = c.rejected > kManyRejected * (c.used + c.rejected);
+  if (!many && std::max(c.translation_noise, c.rotation_noise) < kMuchNoise) return {};
+  return format(
+      "Wheels and lidar disagree by much: %d of %d motions rejected, residuals of the rest %.1f (translation) and %.1f "
+      "(rotation) times what the matches claim. Slip, wrong matches, or lidar stamps that are off (lidar.time_offset)? "
+      "The intervals may be too narrow.\n",
+      c.rejected, c.used + c.rejected, c.translation_noise, c.rotation_noise);
+}
+
+bool lidarMoved(const CalibrationReport& report) {
+  const Pose2 moved = between(report.configured.T_base_lidar, report.result.geometry.T_base_lidar);
+  return moved.translation().norm() > kMuchMoved || std::abs(moved.theta) > kMuchTurned;
+}
+
 std::string remarks(const CalibrationReport& report) {
   std::string text;
   const auto open = openParameters(report.result);
@@ -84,11 +104,12 @@ std::string remarks(const CalibrationReport& report) {
     for (std::size_t i = 0; i < open.size(); ++i) text += (i > 0 ? ", " : " ") + open[i].substr(0, open[i].find(" ["));
     text += std::string(". ") + describe(report.result.drive) + ".\n";
   }
-  if (report.result.rejected > kManyRejected * (report.result.used + report.result.rejected)) {
-    text += format(
-        "%d motions contradict the others, which is much: wheels that slip, wrong matches, or lidar stamps that "
-        "are off (lidar.time_offset). The intervals speak for the rest only.\n",
-        report.result.rejected);
+  text += warning(report.result);
+  if (lidarMoved(report)) {
+    text +=
+        "The lidar sits elsewhere than configured, which bends the scans of a moving robot a little: take the values "
+        "over "
+        "and run again.\n";
   }
   if (radiiDetermined(report.result)) text += ratioInWords(report.result);
   if (!report.angles_recorded) {

@@ -54,12 +54,23 @@ TEST(CalibrationReport, GivesNoNumberForWhatIsNotDetermined) {
 TEST(CalibrationReport, SaysWhereTheAnglesComeFromAndWhatWasRejected) {
   CalibrationReport report = reportOf(Drive::kVaried);
   EXPECT_THAT(report.table(), Not(HasSubstr("dead reckoning")));
-  EXPECT_THAT(report.table(), Not(HasSubstr("contradict")));
+  EXPECT_THAT(report.table(), Not(HasSubstr("disagree")));
   report.angles_recorded = false;
   report.result.rejected = report.result.used;
   EXPECT_THAT(report.table(), HasSubstr("The log has no wheel angles"));
-  EXPECT_THAT(report.table(), HasSubstr("80 motions contradict the others"));
+  EXPECT_THAT(report.table(), HasSubstr("disagree by much: 80 of 160 motions rejected"));
   EXPECT_THAT(report.json(), HasSubstr("\"wheel_angles\": \"from dead reckoning\""));
+}
+
+TEST(CalibrationReport, WarnsOfNoiseBeyondTheClaims) {
+  EXPECT_THAT(reportOf(Drive::kVaried, 8.0).table(), HasSubstr("The intervals may be too narrow."));
+}
+
+TEST(CalibrationReport, AsksForASecondRunWhereTheLidarSitsElsewhere) {
+  CalibrationReport report = reportOf(Drive::kVaried);
+  EXPECT_THAT(report.table(), HasSubstr("run again"));
+  report.configured = report.result.geometry;
+  EXPECT_THAT(report.table(), Not(HasSubstr("run again")));
 }
 
 TEST(CalibrationReport, HasEveryFieldInJson) {
