@@ -6,7 +6,6 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
-#include <limits>
 #include <optional>
 #include <random>
 
@@ -68,15 +67,17 @@ RobotGeometry estimate(std::span<const LidarMotion> motions, const RobotGeometry
   return geometry;
 }
 
-/// Closed forms of random handfuls of motions: some of them are free of outliers.
+/// Estimates from random handfuls of motions: some of them are free of outliers.
 std::vector<RobotGeometry> candidates(std::span<const LidarMotion> motions, const RobotGeometry& configured) {
   std::mt19937 random(1);
   std::vector<RobotGeometry> candidates;
   for (int i = 0; i < kHandfuls; ++i) {
     std::vector<LidarMotion> handful;
     std::sample(motions.begin(), motions.end(), std::back_inserter(handful), kHandful, random);
-    const auto geometry = solveClosedForm(handful);
-    if (geometry && plausible(*geometry, configured)) candidates.push_back(*geometry);
+    const auto solution = solveClosedForm(handful);
+    const bool usable = solution && plausible(*solution, configured);
+    const RobotGeometry geometry = usable ? *solution : estimate(handful, configured);
+    if (plausible(geometry, configured)) candidates.push_back(geometry);
   }
   return candidates;
 }
@@ -87,14 +88,15 @@ std::vector<RobotGeometry> candidates(std::span<const LidarMotion> motions, cons
 std::optional<RobotGeometry> mostAgreed(std::span<const LidarMotion> motions, const RobotGeometry& configured,
                                         double gate) {
   const std::vector<RobotGeometry> geometries = candidates(motions, configured);
+  if (geometries.empty()) return std::nullopt;
   const auto best = [&](auto&& cost) {
-    return std::min_element(geometries.begin(), geometries.end(),
-                            [&](const auto& a, const auto& b) { return cost(a) < cost(b); });
+    std::vector<double> costs;
+    std::transform(geometries.begin(), geometries.end(), std::back_inserter(costs), cost);
+    return geometries[static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin())];
   };
-  const auto least = best([&](const RobotGeometry& g) { return medianMisfit(misfits(g, motions)); });
-  if (least == geometries.end()) return std::nullopt;
-  const auto weighted = scaled({motions.begin(), motions.end()}, robustScale(misfits(*least, motions)));
-  return *best([&](const RobotGeometry& g) {
+  const RobotGeometry least = best([&](const RobotGeometry& g) { return medianMisfit(misfits(g, motions)); });
+  const auto weighted = scaled({motions.begin(), motions.end()}, robustScale(misfits(least, motions)));
+  return best([&](const RobotGeometry& g) {
     double cost = 0.0;
     for (const Misfit& misfit : misfits(g, weighted)) cost += std::min(misfit.all, gate);
     return cost;
@@ -126,7 +128,7 @@ RobotGeometry firstGeometry(std::span<const LidarMotion> motions, const RobotGeo
   return robust ? *robust : estimate(motions, configured);
 }
 
-void describeFit(Calibration& result, std::span<const LidarMotion> motions, const NoiseScale& scale) {
+void describeResiduals(Calibration& result, std::span<const LidarMotion> motions) {
   for (const LidarMotion& motion : motions) {
     const Eigen::Vector3d e = residual(result.geometry, motion);
     result.translation_residual += e.head<2>().squaredNorm();
@@ -135,9 +137,31 @@ void describeFit(Calibration& result, std::span<const LidarMotion> motions, cons
   const auto count = static_cast<double>(motions.size());
   result.translation_residual = std::sqrt(result.translation_residual / count);
   result.rotation_residual = std::sqrt(result.rotation_residual / count);
+}
+
+/// What the motions used determine, and whether that is less than all motions would.
+void judge(Calibration& result, std::span<const LidarMotion> motions, std::span<const LidarMotion> used,
+           const RobotGeometry& configured) {
+  const NoiseScale scale = fittedScale(misfits(result.geometry, used));
+  const auto observabilityOf = [&](std::span<const LidarMotion> some) {
+    const auto weighted = scaled({some.begin(), some.end()}, scale);
+    return Observability(linearize(result.geometry, weighted).information, configured);
+  };
+  const auto complete = [](const auto& known) { return std::all_of(known.begin(), known.end(), std::identity()); };
+  const Observability observability = observabilityOf(used);
+  result.covariance = observability.covariance();
+  result.determined = observability.determined();
+  result.status = CalibrationStatus::kDone;
+  if (!complete(result.determined)) {
+    // Slip looks like turning to the wheels alone, so the lidar has to have seen a varied drive, too.
+    const bool contradicted =
+        complete(observabilityOf(motions).determined()) && driveKind(motions, result.geometry) == DriveKind::kVaried;
+    result.status = contradicted ? CalibrationStatus::kContradicted : CalibrationStatus::kPartly;
+  }
   result.translation_noise = scale.translation;
   result.rotation_noise = scale.rotation;
-  result.drive = driveKind(motions, result.geometry);
+  result.drive = driveKind(used, result.geometry);
+  describeResiduals(result, used);
 }
 
 }  // namespace
@@ -166,18 +190,7 @@ Calibration calibrate(std::span<const LidarMotion> motions, const RobotGeometry&
 
   std::vector<LidarMotion> used;
   for (const std::size_t i : agreement.indices) used.push_back(motions[i]);
-  const NoiseScale scale = fittedScale(misfits(result.geometry, used));
-  const auto weighted = scaled(used, scale);
-  const Observability observability(linearize(result.geometry, weighted).information, configured);
-  result.covariance = observability.covariance();
-  result.determined = observability.determined();
-  const auto everything = scaled({motions.begin(), motions.end()}, scale);
-  const Observability of_all(linearize(result.geometry, everything).information, configured);
-  const auto complete = [](const auto& known) { return std::all_of(known.begin(), known.end(), std::identity()); };
-  result.status = complete(result.determined)     ? CalibrationStatus::kDone
-                  : complete(of_all.determined()) ? CalibrationStatus::kContradicted
-                                                  : CalibrationStatus::kPartly;
-  describeFit(result, used, scale);
+  judge(result, motions, used, configured);
   return result;
 }
 

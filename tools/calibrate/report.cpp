@@ -102,7 +102,7 @@ std::string remarks(const CalibrationReport& report) {
   if (!open.empty()) {
     text += "Not determined by this log:";
     for (std::size_t i = 0; i < open.size(); ++i) text += (i > 0 ? ", " : " ") + open[i].substr(0, open[i].find(" ["));
-    text += std::string(". ") + describe(report.result.drive) + ".\n";
+    text += std::string(": ") + describe(report.result.drive) + ".\n";
   }
   text += warning(report.result);
   if (lidarMoved(report)) {

@@ -97,6 +97,16 @@ TEST(Calibration, OfStraightDrivingKeepsWhatItCannotSee) {
   EXPECT_NEAR(result.geometry.T_base_lidar.x, kBelieved.T_base_lidar.x, 1e-3);
 }
 
+TEST(Calibration, DoesNotTakeSlipForTurns) {
+  auto motions = MotionMaker(1).make(Drive::kStraight, 60);
+  for (std::size_t i = 0; i < 12; ++i) MotionMaker::slip(motions[i]);
+  const Calibration result = calibrate(motions, kBelieved);
+  EXPECT_EQ(result.status, CalibrationStatus::kPartly);
+  EXPECT_EQ(result.drive, DriveKind::kStraight);
+  EXPECT_EQ(result.rejected, 12);
+  EXPECT_THAT(result.determined, ElementsAre(true, true, false, false, false, true));
+}
+
 TEST(Calibration, OfTurningOnTheSpotOrOneArcIsPartial) {
   const Calibration spot = calibrate(MotionMaker(1).make(Drive::kOnTheSpot, 60), kBelieved);
   EXPECT_EQ(spot.status, CalibrationStatus::kPartly);

@@ -40,7 +40,7 @@ TEST(CalibrationReport, SaysHowTheWheelsDiffer) {
 TEST(CalibrationReport, GivesNoNumberForWhatIsNotDetermined) {
   const CalibrationReport report = reportOf(Drive::kStraight);
   const std::string table = report.table(), json = report.json();
-  EXPECT_THAT(table, HasSubstr("Not determined by this log: track, lidar x, lidar y. "));
+  EXPECT_THAT(table, HasSubstr("Not determined by this log: track, lidar x, lidar y: the robot only drove straight"));
   EXPECT_THAT(table, HasSubstr("turn both ways"));
   EXPECT_THAT(table, HasSubstr("# half_track: not determined"));
   EXPECT_THAT(json, HasSubstr("\"track_m\": {\"configured\": 0.3180000, \"determined\": false}"));
