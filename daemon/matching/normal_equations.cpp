@@ -5,7 +5,7 @@
 
 namespace slam {
 
-ObservableStep solveObservable(const NormalEquations& equations, double lever, double min_information) {
+ObservableStep solveObservable(const NormalEquations& equations, double lever, double min_information, int most) {
   ObservableStep result;
   const Eigen::Vector3d scale(1.0, 1.0, 1.0 / lever);  // theta -> metres at the mean distance
   const Eigen::Matrix3d S = scale.asDiagonal();
@@ -20,7 +20,7 @@ ObservableStep solveObservable(const NormalEquations& equations, double lever, d
   int n = 0, blind = 3;
   for (int i = 2; i >= 0; --i) {
     const Eigen::Vector3d v = eigen.eigenvectors().col(i);
-    const bool seen = eigen.eigenvalues()[i] > threshold + v.dot(feigned * v);
+    const bool seen = n < most && eigen.eigenvalues()[i] > threshold + v.dot(feigned * v);
     kept.col(seen ? n++ : --blind) = v;
   }
   result.observable = n;
@@ -30,6 +30,7 @@ ObservableStep solveObservable(const NormalEquations& equations, double lever, d
   const Eigen::Matrix3d inverse = U * (U.transpose() * H * U).inverse() * U.transpose();
   result.inverse = S * inverse * S;
   result.step = -result.inverse * equations.g;
+  result.weakest = S * kept.col(n - 1);
 
   // Directions in (x, y, theta): a blind direction must stay blind there, so span the observable ones as its
   // complement.

@@ -22,9 +22,11 @@ struct ObservableStep {
   Eigen::Matrix3d directions = Eigen::Matrix3d::Identity();  ///< as in MatchResult
   int observable = 0;
   Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();  ///< pseudo-inverse of H on the observable directions
+  Eigen::Vector3d weakest = Eigen::Vector3d::Zero();  ///< observable direction that is seen least; a metre at the lever
 };
 
 /// @param lever [m] mean distance of the points: makes rotation comparable with translation
-ObservableStep solveObservable(const NormalEquations& equations, double lever, double min_information);
+/// @param most  directions to use at most; the weakest are left out first
+ObservableStep solveObservable(const NormalEquations& equations, double lever, double min_information, int most = 3);
 
 }  // namespace slam

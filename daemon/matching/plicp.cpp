@@ -13,6 +13,8 @@ constexpr double kSameFace = 0.2;  // cosine: a point and a surfel whose normals
 
 constexpr double kDamping = 0.7;  // per change of the step's direction
 
+constexpr double kMinConfirmed = 0.1;  // of a direction's information; along a bare wall noise seldom feigns more
+
 struct Sums {
   NormalEquations equations;
   int familiar = 0;             // pairs that agree with a well-known surfel
@@ -80,6 +82,22 @@ Sums linearize(const Reference& reference, std::span<const ScanPoint> points, co
   return sums;
 }
 
+/// Share of the promised information along `direction` that the gradient shows when the scan is displaced by a surfel
+/// either way and the pairs are searched anew, 0..1. Points in a row find a partner wherever they are moved to: what
+/// they seem to know of the direction along the row is not there.
+double confirmedShare(const Reference& reference, std::span<const ScanPoint> points, const Pose2& T, double gate,
+                      const Eigen::Vector3d& direction, const MatchConfig& config) {
+  const double distance = std::min(reference.config().surfel_spacing, config.overlap_distance);
+  const auto displaced = [&](double metres) {
+    const Pose2 moved = Pose2::fromVector(T.vector() + metres * direction);
+    return linearize(reference, points, moved, gate, config.kernel_scale, config).equations;
+  };
+  const NormalEquations ahead = displaced(distance), behind = displaced(-distance);
+  const double found = direction.dot(ahead.g - behind.g);
+  const double promised = distance * direction.dot((ahead.H + behind.H) * direction);
+  return promised > 0.0 ? std::clamp(found / promised, 0.0, 1.0) : 0.0;
+}
+
 }  // namespace
 
 MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoint> points, const Pose2& guess,
@@ -89,6 +107,7 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
   const double lever = meanRange(points);
   const double reach = config.initial_pair_distance + config.search_translation + config.search_rotation * lever;
   double gate = std::max(reach, config.final_pair_distance);
+  int most = 3;          // directions believed observable
   double damping = 1.0;  // pairs that swap to and fro make the step oscillate: shorten it
   Eigen::Vector3d last_step = Eigen::Vector3d::Zero();
   while (result.iterations < config.max_iterations) {
@@ -104,7 +123,7 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
     result.status = MatchStatus::kTooFewPairs;
     if (equations.pairs < config.min_pairs) return result;
 
-    const ObservableStep solution = solveObservable(equations, lever, config.min_information);
+    const ObservableStep solution = solveObservable(equations, lever, config.min_information, most);
     result.observable = solution.observable;
     result.status = MatchStatus::kUnobservable;
     if (solution.observable == 0) return result;
@@ -123,11 +142,24 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
       continue;
     }
 
+    const Eigen::Vector3d weakest = solution.weakest;
+    const double confirmed = confirmedShare(reference, points, T, gate, weakest, config);
+    if (confirmed < kMinConfirmed) {  // blind: settle once more without it
+      most = solution.observable - 1;
+      continue;
+    }
+
     result.residual = std::sqrt(sums.agreeing_error / std::max(1, sums.agreeing));
     const double variance =
         std::max(config.range_sigma * config.range_sigma, equations.squared_error / equations.weight);
-    result.covariance = variance * solution.inverse;
+    // An error is the gradient's noise by its slope, and of the slope only the confirmed share is there.
+    const double excess = (1.0 / (confirmed * confirmed) - 1.0) / weakest.dot(equations.H * weakest);
+    result.covariance = variance * (solution.inverse + excess * weakest * weakest.transpose());
     result.directions = solution.directions;
+    // Earlier iterations may have taken a direction that is blind for a visible one: take their steps back.
+    const auto blind = result.directions.rightCols(3 - result.observable);
+    const Eigen::Vector3d moved(T.x - guess.x, T.y - guess.y, wrapAngle(T.theta - guess.theta));
+    T = Pose2::fromVector(T.vector() - blind * (blind.transpose() * moved));
     if (result.overlap < config.min_overlap) {
       result.status = MatchStatus::kLowOverlap;
     } else {

@@ -21,6 +21,12 @@ namespace slam {
 /// eigenvalues are judged. Directions in which less than min_information of the pairs remains are blind: no step is
 /// taken along them, and the result names them.
 ///
+/// The covariance is variance (sum w J^T J)^-1, where w holds the surfels' own errors beside the points'. The pairs of
+/// points in a row (grazing beams, walls too noisy for a line) feign information, too, so the weakest direction is put
+/// to the test at the end: displaced by a surfel either way and paired anew, does the gradient change as H says? Its
+/// standard deviation grows by the inverse of the share that it does; where next to nothing is left it is blind. What
+/// the pose moved along blind directions before they were known is taken back.
+///
 /// @param reference  surfels in the reference frame
 /// @param points     new scan in base, deskewed, with normals where a line was found (they tell wall faces apart)
 /// @param guess      first T_ref_base, expected within initial_pair_distance of the truth
