@@ -8,6 +8,15 @@
 #include "matching/plicp.hpp"
 
 namespace slam {
+namespace {
+
+constexpr double kMostlyTranslation = 0.5;  // of a unit direction: the rest is rotation
+constexpr double kSameOverlap = 0.02;       // [1] less is no difference
+constexpr double kSlideStep = 0.05;         // [m]
+constexpr double kSlideKernel = 0.15;       // [m]
+constexpr float kClearGain = 0.02F;         // [1] of the score that sliding must bring
+
+}  // namespace
 
 CorrelativeMatcher::CorrelativeMatcher(const CorrelativeConfig& config) : config_(config) {
   sample_.reserve(static_cast<std::size_t>(config.max_points));
@@ -21,9 +30,7 @@ SearchResult CorrelativeMatcher::match(const Reference& reference, std::span<con
   SearchResult result;
   result.match = {.status = MatchStatus::kTooFewPairs, .T_ref_base = guess};
   if (static_cast<int>(points.size()) < config.min_pairs) return result;
-  const std::size_t count = std::min(points.size(), static_cast<std::size_t>(config_.max_points));
-  sample_.clear();
-  for (std::size_t i = 0; i < count; ++i) sample_.push_back(points[i * points.size() / count].position);
+  sample(points);
   scoreAll(reference, guess, window, meanRange(points));
 
   MatchConfig narrow = config;  // the steps leave less to be found than a first guess does
@@ -47,6 +54,7 @@ SearchResult CorrelativeMatcher::match(const Reference& reference, std::span<con
     }
   }
   if (!result.match.usable()) return result;
+  if (result.match.observable < 3) slide(reference, window.translation, result.match);
   if (second.usable() && elsewhere(second.T_ref_base, result.match.T_ref_base)) {
     result.runner_up = second.overlap / result.match.overlap;
   }
@@ -57,11 +65,24 @@ SearchResult CorrelativeMatcher::match(const Reference& reference, std::span<con
 SearchResult CorrelativeMatcher::matchOrSearch(const Reference& reference, std::span<const ScanPoint> points,
                                                const Pose2& guess, const SearchWindow& window,
                                                const MatchConfig& config) noexcept {
-  const SearchResult direct{.match = matchPointToLine(reference, points, guess, config)};
-  if (direct.match.usable() && direct.match.overlap >= config_.trusted_overlap) return direct;
+  SearchResult direct{.match = matchPointToLine(reference, points, guess, config)};
+  if (direct.match.usable() && direct.match.overlap >= config_.trusted_overlap) {
+    if (direct.match.observable < 3) {
+      sample(points);
+      slide(reference, window.translation, direct.match);
+    }
+    return direct;
+  }
   SearchResult searched = match(reference, points, guess, window, config);
   const bool found = searched.match.usable() || searched.match.status == MatchStatus::kAmbiguous;
-  return found && (!direct.match.usable() || searched.match.overlap > direct.match.overlap) ? searched : direct;
+  const bool better = !direct.match.usable() || searched.match.overlap > direct.match.overlap - kSameOverlap;
+  return found && better ? searched : direct;
+}
+
+void CorrelativeMatcher::sample(std::span<const ScanPoint> points) {
+  const std::size_t count = std::min(points.size(), static_cast<std::size_t>(config_.max_points));
+  sample_.clear();
+  for (std::size_t i = 0; i < count; ++i) sample_.push_back(points[i * points.size() / count].position);
 }
 
 void CorrelativeMatcher::scoreAll(const Reference& reference, const Pose2& guess, const SearchWindow& window,
@@ -74,7 +95,7 @@ void CorrelativeMatcher::scoreAll(const Reference& reference, const Pose2& guess
     shifts = static_cast<int>(std::ceil(window.translation / step));
     if ((2.0 * turns + 1) * (2.0 * shifts + 1) * (2.0 * shifts + 1) <= config_.max_hypotheses) break;
   }
-  const double kernel = std::max(config_.kernel_scale, step), kernel_squared = kernel * kernel;
+  const double kernel = std::max(config_.kernel_scale, step);
   best_.clear();
   for (int turn = -turns; turn <= turns; ++turn) {
     const double theta = wrapAngle(guess.theta + turn * step / lever);
@@ -83,18 +104,39 @@ void CorrelativeMatcher::scoreAll(const Reference& reference, const Pose2& guess
     for (int row = -shifts; row <= shifts; ++row) {
       for (int column = -shifts; column <= shifts; ++column) {
         const Eigen::Vector2d t(guess.x + column * step, guess.y + row * step);
-        double sum = 0.0;
-        for (std::size_t i = 0; i < sample_.size(); ++i) {
-          const Eigen::Vector2d p = rotated_[i] + t;
-          const Surfel* surfel = reference.nearest(p, kernel);
-          if (surfel == nullptr) continue;
-          const double dx = p.x() - surfel->x, dy = p.y() - surfel->y;
-          sum += std::max(0.0, 1.0 - (dx * dx + dy * dy) / kernel_squared);
-        }
-        keepBest(
-            {{t.x(), t.y(), theta}, static_cast<float>(sum / static_cast<double>(sample_.size())), turn, column, row});
+        keepBest({{t.x(), t.y(), theta}, score(reference, t, kernel), turn, column, row});
       }
     }
+  }
+}
+
+float CorrelativeMatcher::score(const Reference& reference, const Eigen::Vector2d& translation, double kernel) const {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < sample_.size(); ++i) {
+    const Eigen::Vector2d p = rotated_[i] + translation;
+    const Surfel* surfel = reference.nearest(p, kernel);
+    if (surfel == nullptr) continue;
+    const double dx = p.x() - surfel->x, dy = p.y() - surfel->y;
+    sum += std::max(0.0, 1.0 - (dx * dx + dy * dy) / (kernel * kernel));
+  }
+  return static_cast<float>(sum / static_cast<double>(sample_.size()));
+}
+
+void CorrelativeMatcher::slide(const Reference& reference, double reach, MatchResult& match) {
+  const Eigen::Vector2d along = match.directions.col(2).head<2>();
+  if (match.observable != 2 || along.norm() < kMostlyTranslation) return;
+  const Pose2 rotation{0.0, 0.0, match.T_ref_base.theta};
+  for (std::size_t i = 0; i < sample_.size(); ++i) rotated_[i] = rotation * sample_[i];
+  const Eigen::Vector2d start = match.T_ref_base.translation(), direction = along.normalized();
+  const int steps = static_cast<int>(std::ceil(reach / kSlideStep));
+  float best = score(reference, start, kSlideKernel) + kClearGain;
+  for (int i = -steps; i <= steps; ++i) {
+    const Eigen::Vector2d t = start + i * kSlideStep * direction;
+    const float there = score(reference, t, kSlideKernel);
+    if (there <= best) continue;
+    best = there;
+    match.T_ref_base.x = t.x();
+    match.T_ref_base.y = t.y();
   }
 }
 

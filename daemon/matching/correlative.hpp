@@ -43,7 +43,8 @@ class CorrelativeMatcher {
   explicit CorrelativeMatcher(const CorrelativeConfig& config = {});
 
   /// @param guess first T_ref_base, the middle of the window
-  /// @return      never throws; status as of matchPointToLine(), or kAmbiguous
+  /// @return      never throws; status as of matchPointToLine(), or kAmbiguous. Along a blind direction, which stays
+  ///              unclaimed, the pose is the window's place where most points come near the reference
   SearchResult match(const Reference& reference, std::span<const ScanPoint> points, const Pose2& guess,
                      const SearchWindow& window, const MatchConfig& config) noexcept;
 
@@ -58,7 +59,10 @@ class CorrelativeMatcher {
     int turn, column, row;
   };
 
+  void sample(std::span<const ScanPoint> points);
   void scoreAll(const Reference& reference, const Pose2& guess, const SearchWindow& window, double lever);
+  float score(const Reference& reference, const Eigen::Vector2d& translation, double kernel) const;
+  void slide(const Reference& reference, double reach, MatchResult& match);
   void keepBest(const Hypothesis& hypothesis);
 
   CorrelativeConfig config_;

@@ -19,7 +19,7 @@ struct ReferenceConfig {
   double coarse_radius = 2.0;  ///< [m] it knows the nearest surfel up to here
   double surfel_spacing = 0.05;  ///< [m] points closer than this along a wall are one surfel
   double merge_distance = 0.08;  ///< [m] and closer than this across it
-  int max_observations = 30;     ///< weight of a surfel's past: more makes the reference stiffer
+  int max_observations = 100;    ///< weight of a surfel's past: more makes the reference stiffer
   int max_surfels = 1 << 17;     ///< memory bound
 };
 
