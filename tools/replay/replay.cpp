@@ -89,6 +89,7 @@ class Run {
     const PoseEstimate estimate = localizer_.estimate(outcome.stamp);
     stats_.scan_us.push_back(microsecondsSince(start));
     if (outcome.match.iterations > 0) stats_.match_us.push_back(1e6 * toSeconds(outcome.match_time));
+    poses_.emplace_back(utime, localizer_.anchor(estimate.T_map_base));  // before a correction moves the keyframes
     if (outcome.keyframe != nullptr) {
       back_end_.add(*outcome.keyframe);
       mapper_.add(back_end_.mapScan(*outcome.keyframe));
@@ -101,7 +102,6 @@ class Run {
         back_end_.recycle(std::move(correction));
       }
     }
-    poses_.emplace_back(utime, localizer_.anchor(estimate.T_map_base));
     if (causal_) causal_->write(utime, estimate.T_map_base);
     if (odometry_) odometry_->write(utime, localizer_.odometry(outcome.stamp).T_odom_base);
   }
