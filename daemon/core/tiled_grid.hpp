@@ -2,6 +2,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <memory>
 #include <utility>
@@ -94,7 +95,7 @@ class TiledGrid {
   std::size_t slot(TileIndex tile) const {
     return static_cast<std::size_t>((tile.row - first_.row) * columns_ + tile.column - first_.column);
   }
-  static int floorDivide(int value) { return value >= 0 ? value / kSide : -((-value + kSide - 1) / kSide); }
+  static int floorDivide(int value) { return value >> std::countr_zero(static_cast<unsigned>(kSide)); }
 
   void grow(TileIndex tile) {
     if (columns_ == 0) {

@@ -25,8 +25,10 @@ void OccupancyGrid::add(const Pose2& T_map_base, const Pose2& T_base_lidar, std:
     const Eigen::Vector2d end = T_map_base * Eigen::Vector2d(point.x, point.y);
     if ((end - lidar).squaredNorm() <= max_squared) ends_.push_back(cellAt(end));
   }
-  for (const CellIndex& end : ends_) change(end, hit_);
+  if (ends_.empty()) return;
   const CellIndex start = cellAt(lidar);
+  enter(Tiles::tileOf(start));
+  for (const CellIndex& end : ends_) change(end, hit_);
   for (const CellIndex& end : ends_) {
     traverseRay(start, end, [this](CellIndex cell) { change(cell, miss_); });
   }
@@ -35,15 +37,21 @@ void OccupancyGrid::add(const Pose2& T_map_base, const Pose2& T_base_lidar, std:
 
 void OccupancyGrid::change(CellIndex index, LogOdds by) {
   const TileIndex tile = Tiles::tileOf(index);
-  if (!grows_ && tiles_.find(tile) == nullptr) return;
-  Cell& cell = tiles_.cell(index);
+  if (pen_.index != tile) enter(tile);
+  if (pen_.tile == nullptr) return;
+  Cell& cell = pen_.tile->at(index.column & (kTileSide - 1), index.row & (kTileSide - 1));
   if (cell.scan == scan_) return;
   cell.scan = scan_;
   cell.log_odds = static_cast<LogOdds>(std::clamp<int>(cell.log_odds + by, min_, max_));
-  if (touched_.empty() ||
-      (touched_.back() != tile && std::find(touched_.begin(), touched_.end(), tile) == touched_.end())) {
-    touched_.push_back(tile);
-  }
+  if (pen_.touched) return;
+  pen_.touched = true;
+  touched_.push_back(tile);
+}
+
+void OccupancyGrid::enter(TileIndex tile) {
+  pen_.index = tile;
+  pen_.tile = grows_ ? &tiles_.make(tile) : tiles_.find(tile);
+  pen_.touched = std::find(touched_.begin(), touched_.end(), tile) != touched_.end();
 }
 
 void OccupancyGrid::markChanged(TileIndex tile) {

@@ -71,6 +71,7 @@ class OccupancyGrid {
 
  private:
   void change(CellIndex cell, LogOdds by);
+  void enter(TileIndex tile);
   void markChanged(TileIndex tile);
 
   OccupancyGridConfig config_;
@@ -79,6 +80,11 @@ class OccupancyGrid {
   Tiles tiles_;
   std::uint16_t scan_ = 0;
   bool grows_ = true;  // false: a patch
+  struct Pen {
+    TileIndex index;
+    Tiles::Tile* tile = nullptr;  // nullptr: outside a patch
+    bool touched = false;         // is in touched_
+  } pen_;                         // the tile being drawn into: most cells of a ray lie in the one before's
   std::vector<TileIndex> changed_, touched_;
   std::vector<CellIndex> ends_;  // of the present keyframe's beams
 };
