@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 
+#include "mapping/map_image.hpp"
 #include "tools/convert/log_output.hpp"
 
 /// One function per recorded format. Each reads all of its input, counts what it does not understand and goes on.
@@ -33,6 +34,10 @@ ConvertReport convertMines(const std::filesystem::path& in, const std::filesyste
 
 /// CMU Wean Hall (robotdata*.log): L lines in cm and rad, with the odometry they carry.
 ConvertReport convertWean(const std::filesystem::path& in, const std::filesystem::path& out);
+
+/// Map in the text format of Beesoft, as of Wean Hall: probabilities of being free, below 0 where unknown.
+/// @throws std::runtime_error naming file and line when it is not one
+MapImage readBeesoftMap(const std::filesystem::path& in);
 
 /// What may go wrong with a robot's wheels, to be added to a log of one where it did not.
 struct Disturbance {

@@ -2,6 +2,7 @@
 #include <CLI/App.hpp>
 #include <iostream>
 
+#include "mapping/map_files.hpp"
 #include "tools/common/program.hpp"
 #include "tools/convert/formats.hpp"
 
@@ -65,11 +66,16 @@ int main(int argc, char** argv) {
   disturb->add_option("IN", in, "input, plain or .gz")->required();
   disturb->add_option("OUT", out, "output")->required();
 
+  CLI::App* map = app.add_subcommand("wean-map", "the map that comes with Wean Hall's logs to OUT.yaml, .pgm and .png");
+  map->add_option("IN", in, "input, plain or .gz")->required();
+  map->add_option("OUT", out, "prefix of the map files")->required();
+
   return slam::runProgram(app, argc, argv, SLAMD_VERSION, "slam-convert carmen intel.clf.gz intel.lcm", [&] {
     if (csv_command->parsed()) {
       csv.imu_sign_z = imu_z_down ? -1.0 : 1.0;
       printReport(out, slam::convertCsv(csv, out));
     }
+    if (map->parsed()) slam::writeMapFiles(out, slam::readBeesoftMap(in), {});
     if (disturb->parsed()) printReport(out, slam::disturbLog(in, out, disturbance));
     for (const auto& [command, convert] : commands) {
       if (command->parsed()) printReport(out, convert(in, out));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <memory>
 #include <numbers>
+#include <stdexcept>
 
 #include "tools/convert/formats.hpp"
 #include "tools/convert/text_file.hpp"
@@ -11,6 +12,7 @@ namespace {
 constexpr std::size_t kBeams = 180;
 constexpr double kMetresPerUnit = 0.01;
 constexpr double kNoReturn = 81.0;        // [m] the SICK's largest reading
+constexpr double kMostCells = 20000;      // of a map's side
 constexpr std::int64_t kEpoch = 1000000;  // [us] the recording's clock begins at 0, which is no stamp
 
 }  // namespace
@@ -58,6 +60,56 @@ ConvertReport convertWean(const std::filesystem::path& in, const std::filesystem
   reportDamage(file, in, report);
   log.write(out);
   return report;
+}
+
+MapImage readBeesoftMap(const std::filesystem::path& in) {
+  TextFile file(in);
+  MapImage image;
+  image.resolution = 0.0;
+  double shift_x = 0.0, shift_y = 0.0;
+  int column = 0;  // a line of numbers is a column of the map: x grows from line to line, y within one
+  for (std::string line; file.next(line);) {
+    const auto words = splitWords(line);
+    if (words.empty()) continue;
+    const auto last = toNumber(words.back());
+    const auto complain = [&](const std::string& what) {
+      throw std::runtime_error(in.string() + ":" + std::to_string(file.lineNumber()) + ": " + what);
+    };
+    if (!last) complain("not a number at the end of the line");
+    if (words[0] == "robot_specifications->resolution") {
+      image.resolution = *last * kMetresPerUnit;
+    } else if (words[0] == "robot_specifications->autoshifted_x") {
+      shift_x = *last * kMetresPerUnit;
+    } else if (words[0] == "robot_specifications->autoshifted_y") {
+      shift_y = *last * kMetresPerUnit;
+    } else if (words[0] == "global_map[0]:") {
+      const auto size = toNumbers(words, 1);
+      if (!size || size->size() != 2 || (*size)[0] < 1.0 || (*size)[1] < 1.0 || (*size)[0] > kMostCells ||
+          (*size)[1] > kMostCells) {
+        complain("no size after global_map[0]:");
+      }
+      image.width = static_cast<int>((*size)[0]);
+      image.height = static_cast<int>((*size)[1]);
+      image.cells.assign(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height),
+                         MapImage::kUnknown);
+    } else if (image.width > 0) {
+      const auto cells = toNumbers(words);
+      if (!cells || static_cast<int>(cells->size()) != image.height || column >= image.width) {
+        complain("not one of " + std::to_string(image.width) + " lines of " + std::to_string(image.height) + " cells");
+      }
+      for (int row = 0; row < image.height; ++row) {
+        const double free = (*cells)[static_cast<std::size_t>(row)];  // below 0: unknown
+        if (free >= 0.0) image.at(column, row) = classify(1.0 - free);
+      }
+      ++column;
+    }
+  }
+  if (file.damaged() || image.width == 0 || column != image.width || !(image.resolution > 0.0)) {
+    throw std::runtime_error(in.string() + ": not a whole map with its resolution and size");
+  }
+  image.origin_x = -shift_x;
+  image.origin_y = -shift_y;
+  return image;
 }
 
 }  // namespace slam

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "posegraph/global_search.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace slam {
+namespace {
+
+constexpr double kFull = 255.0;    // of a level's value
+constexpr double kSigmas = 2.5;    // of the kernel, then it is 0
+constexpr double kTurnStep = 1.5;  // [cells] that a point at mean range moves at a step of the turn
+
+}  // namespace
+
+/// The points turned to each direction, in cells.
+struct GlobalSearch::Query {
+  struct Point {
+    int column, row;
+  };
+  int turns = 0;
+  double step = 0.0;          // [rad]
+  int count = 0;              // points
+  std::vector<Point> points;  // turn by turn
+  std::span<const Point> at(int turn) const {
+    return {points.data() + static_cast<std::size_t>(turn) * static_cast<std::size_t>(count),
+            static_cast<std::size_t>(count)};
+  }
+};
+
+GlobalSearch::GlobalSearch(std::span<const Eigen::Vector2d> walls, const GlobalSearchConfig& config)
+    : config_(config), cell_(config.cell) {
+  if (walls.empty()) return;
+  Eigen::Vector2d low = walls.front(), high = walls.front();
+  for (const Eigen::Vector2d& p : walls) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  // A margin on all sides takes the kernel and lets a coarse level look beyond the border.
+  const Eigen::Vector2d size = high - low;
+  cell_ = std::max(config.cell, std::sqrt(size.x() * size.y() / config.max_cells));
+  margin_ = (1 << (config.levels - 1)) + static_cast<int>(std::ceil(kSigmas * config.kernel_sigma / cell_));
+  columns_ = static_cast<int>(std::ceil(size.x() / cell_)) + 1 + 2 * margin_;
+  rows_ = static_cast<int>(std::ceil(size.y() / cell_)) + 1 + 2 * margin_;
+  origin_ = low - Eigen::Vector2d::Constant(margin_ * cell_);
+
+  const auto index = [&](int column, int row) {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column);
+  };
+  levels_.resize(static_cast<std::size_t>(config.levels));
+  levels_[0].values.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), 0);
+  levels_[0].reach = 1;
+  const int disc = static_cast<int>(std::ceil(kSigmas * config.kernel_sigma / cell_));
+  for (const Eigen::Vector2d& p : walls) {
+    const Eigen::Vector2d at = (p - origin_) / cell_;
+    const int column = static_cast<int>(at.x()), row = static_cast<int>(at.y());
+    for (int r = row - disc; r <= row + disc; ++r) {
+      for (int c = column - disc; c <= column + disc; ++c) {
+        const double distance = cell_ * std::hypot(c + 0.5 - at.x(), r + 0.5 - at.y()) / config.kernel_sigma;
+        if (distance > kSigmas || c < 0 || r < 0 || c >= columns_ || r >= rows_) continue;
+        const auto value = static_cast<std::uint8_t>(kFull * std::exp(-0.5 * distance * distance));
+        std::uint8_t& there = levels_[0].values[index(c, r)];
+        there = std::max(there, value);
+      }
+    }
+  }
+  // Each level is the maximum of four of the level below.
+  for (std::size_t l = 1; l < levels_.size(); ++l) {
+    const Level& below = levels_[l - 1];
+    levels_[l].reach = 2 * below.reach;
+    levels_[l].values = below.values;
+    for (int r = 0; r < rows_; ++r) {
+      for (int c = 0; c < columns_; ++c) {
+        const int right = std::min(c + below.reach, columns_ - 1), up = std::min(r + below.reach, rows_ - 1);
+        std::uint8_t& value = levels_[l].values[index(c, r)];
+        value = std::max(
+            {value, below.values[index(right, r)], below.values[index(c, up)], below.values[index(right, up)]});
+      }
+    }
+  }
+}
+
+std::optional<GlobalPlace> GlobalSearch::search(std::span<const ScanPoint> points, double min_score) const {
+  if (levels_.empty()) return std::nullopt;
+  std::vector<Eigen::Vector2d> near;
+  double sum = 0.0;
+  for (const ScanPoint& point : points) {
+    if (point.position.norm() > config_.max_range) continue;
+    near.push_back(point.position);
+    sum += point.position.norm();
+  }
+  if (near.empty()) return std::nullopt;
+  Query query;
+  query.count = static_cast<int>(std::min(near.size(), static_cast<std::size_t>(config_.max_points)));
+  const double lever = std::max(1.0, sum / static_cast<double>(near.size()));
+  query.turns = static_cast<int>(std::ceil(2.0 * std::numbers::pi * lever / (kTurnStep * cell_)));
+  query.step = 2.0 * std::numbers::pi / query.turns;
+  query.points.reserve(static_cast<std::size_t>(query.turns * query.count));
+  for (int turn = 0; turn < query.turns; ++turn) {
+    const double c = std::cos(turn * query.step) / cell_, s = std::sin(turn * query.step) / cell_;
+    for (int i = 0; i < query.count; ++i) {
+      const Eigen::Vector2d& p =
+          near[static_cast<std::size_t>(i) * near.size() / static_cast<std::size_t>(query.count)];
+      query.points.push_back({static_cast<int>(std::floor(c * p.x() - s * p.y() + 0.5)),
+                              static_cast<int>(std::floor(s * p.x() + c * p.y() + 0.5))});
+    }
+  }
+
+  const double full = kFull * query.count;
+  const Best best = bestOf(query, static_cast<int>(min_score * full), nullptr);
+  if (best.score < 0) return std::nullopt;
+  GlobalPlace place{toPose(query, best.pose), best.score / full, config_.runner_up_floor, std::nullopt};
+  const Best other = bestOf(query, static_cast<int>(config_.runner_up_floor * best.score), &best.pose);
+  if (other.score >= 0) {
+    place.runner_up = static_cast<double>(other.score) / best.score;
+    place.T_map_query_elsewhere = toPose(query, other.pose);
+  }
+  return place;
+}
+
+GlobalSearch::Best GlobalSearch::bestOf(const Query& query, int threshold, const Pose* elsewhere) const {
+  // The query's origin lies within the walls' bounding box.
+  struct Candidate {
+    Pose pose;
+    int bound;
+  };
+  const int coarsest = static_cast<int>(levels_.size()) - 1, step = levels_.back().reach;
+  std::vector<Candidate> candidates;
+  for (int turn = 0; turn < query.turns; ++turn) {
+    for (int row = margin_; row < rows_ - margin_; row += step) {
+      for (int column = margin_; column < columns_ - margin_; column += step) {
+        const Pose pose{turn, column, row};
+        const int bound = score(query, coarsest, pose);
+        if (bound > threshold) candidates.push_back({pose, bound});
+      }
+    }
+  }
+  std::sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) { return a.bound > b.bound; });
+  Best best;
+  best.score = threshold;
+  for (const Candidate& candidate : candidates) {
+    if (candidate.bound <= best.score) break;
+    branch(query, coarsest, candidate.pose, candidate.bound, elsewhere, best);
+  }
+  if (best.score == threshold) best.score = -1;
+  return best;
+}
+
+void GlobalSearch::branch(const Query& query, int level, const Pose& pose, int bound, const Pose* elsewhere,
+                          Best& best) const {
+  const int reach = levels_[static_cast<std::size_t>(level)].reach;
+  if (elsewhere != nullptr && !distinct(query, pose, *elsewhere, reach)) return;
+  if (level == 0) {
+    best = {pose, bound};
+    return;
+  }
+  // Best first: a good leaf early cuts off more of the rest.
+  const int half = reach / 2;
+  std::array<Pose, 4> children;
+  std::array<int, 4> bounds;
+  for (int i = 0; i < 4; ++i) {
+    const auto n = static_cast<std::size_t>(i);
+    children[n] = {pose.turn, pose.column + (i & 1) * half, pose.row + (i >> 1) * half};
+    bounds[n] = score(query, level - 1, children[n]);
+  }
+  for (int i = 0; i < 4; ++i) {
+    const auto next = static_cast<std::size_t>(std::max_element(bounds.begin(), bounds.end()) - bounds.begin());
+    if (bounds[next] <= best.score) return;
+    branch(query, level - 1, children[next], bounds[next], elsewhere, best);
+    bounds[next] = -1;
+  }
+}
+
+/// Whether a block of poses, `steps` cells wide, holds one that is another place than `b`.
+bool GlobalSearch::distinct(const Query& query, const Pose& a, const Pose& b, int steps) const {
+  const int turns = std::abs(a.turn - b.turn);
+  if (std::min(turns, query.turns - turns) * query.step > config_.distinct_rotation) return true;
+  const auto farthest = [&](int from, int to) {
+    return std::max(std::abs(from - to), std::abs(from + steps - 1 - to));
+  };
+  return std::hypot(farthest(a.column, b.column), farthest(a.row, b.row)) * cell_ > config_.distinct_distance;
+}
+
+int GlobalSearch::score(const Query& query, int level, const Pose& pose) const {
+  const std::uint8_t* values = levels_[static_cast<std::size_t>(level)].values.data();
+  const int reach = levels_[static_cast<std::size_t>(level)].reach;
+  int sum = 0;
+  for (const Query::Point& point : query.at(pose.turn)) {
+    int column = point.column + pose.column, row = point.row + pose.row;
+    if (column <= -reach || row <= -reach) continue;  // a block that begins before the border may still reach into it,
+    column = std::max(column, 0), row = std::max(row, 0);  // and what it covers then is at the border
+    if (column >= columns_ || row >= rows_) continue;
+    sum +=
+        values[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column)];
+  }
+  return sum;
+}
+
+Pose2 GlobalSearch::toPose(const Query& query, const Pose& pose) const {
+  return {origin_.x() + (pose.column + 0.5) * cell_, origin_.y() + (pose.row + 0.5) * cell_,
+          wrapAngle(pose.turn * query.step)};
+}
+
+}  // namespace slam

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/pose2.hpp"
+#include "matching/scan_points.hpp"
+
+namespace slam {
+
+struct GlobalSearchConfig {
+  double cell = 0.10;               ///< [m] of the finest level; more where a map would need more than max_cells
+  int max_cells = 1 << 22;          ///< of a level: bounds the memory, one byte a cell and level
+  int levels = 6;                   ///< the coarsest one steps by 2^(levels - 1) cells
+  double kernel_sigma = 0.15;       ///< [m] a point this far from a wall has lost 40 % of its score
+  int max_points = 240;             ///< of the query
+  double max_range = 15.0;          ///< [m] points further away are left out: turned a little, they are anywhere
+  double distinct_distance = 1.0;   ///< [m] results further apart than this ...
+  double distinct_rotation = 0.35;  ///< [rad] ... or this are two places
+  double runner_up_floor = 0.7;     ///< [1] of the best score: a second place that is worse is not looked for
+};
+
+/// Best place of a query in a map, and how good the best place elsewhere is.
+struct GlobalPlace {
+  Pose2 T_map_query;
+  double score = 0.0;                          ///< [1] mean over the points: 1 when all lie on walls
+  double runner_up = 0.0;                      ///< [1] score of the best other place / score, at least runner_up_floor
+  std::optional<Pose2> T_map_query_elsewhere;  ///< that other place, when there is one above the floor
+};
+
+/// Finds points in a whole map without a guess: branch and bound over a pyramid of smoothed walls, exact on its grid of
+/// poses. [Hess 2016] W. Hess et al., "Real-time loop closure in 2D LIDAR SLAM", Proc. ICRA 2016, section V.
+///
+/// Built once for a map; searching does not change it. Allocates.
+class GlobalSearch {
+ public:
+  /// @param walls [m] points of the map's walls
+  explicit GlobalSearch(std::span<const Eigen::Vector2d> walls, const GlobalSearchConfig& config = {});
+
+  /// @param query     points in the query's frame, whose origin the robot stands near
+  /// @param min_score [1] no place with less is looked for
+  /// @return nothing when there is no such place
+  std::optional<GlobalPlace> search(std::span<const ScanPoint> query, double min_score) const;
+
+ private:
+  struct Pose {
+    int turn, column, row;
+  };
+  struct Best {
+    Pose pose{};
+    int score = -1;
+  };
+  struct Query;
+  struct Level {
+    int reach = 0;  // cells that it covers, to the right and up
+    std::vector<std::uint8_t> values;
+  };
+
+  int score(const Query& query, int level, const Pose& pose) const;
+  void branch(const Query& query, int level, const Pose& pose, int bound, const Pose* elsewhere, Best& best) const;
+  Best bestOf(const Query& query, int threshold, const Pose* elsewhere) const;
+  bool distinct(const Query& query, const Pose& a, const Pose& b, int steps) const;
+  Pose2 toPose(const Query& query, const Pose& pose) const;
+
+  GlobalSearchConfig config_;
+  double cell_ = 0.1;
+  Eigen::Vector2d origin_ = Eigen::Vector2d::Zero();  // lower-left corner of cell (0, 0) of the finest level
+  int columns_ = 0, rows_ = 0, margin_ = 0;           // of all levels
+  std::vector<Level> levels_;                         // finest first
+};
+
+}  // namespace slam
