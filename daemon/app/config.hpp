@@ -47,6 +47,14 @@ struct RuntimeConfig {
   int estimator_priority = 70;
 };
 
+/// Maps that outlast the daemon.
+struct StoreConfig {
+  std::string directory = "";        ///< of all maps; empty: none are stored
+  std::string map = "";              ///< to begin with; empty: the newest
+  double journal_period = 1.0;       ///< [s]
+  double checkpoint_period = 120.0;  ///< [s]
+};
+
 struct OutputConfig {
   std::string map = "";     ///< prefix of the map files written at the end and on save_map; empty: none
   std::string record = "";  ///< LCM event log of all that is published; empty: none
@@ -54,6 +62,8 @@ struct OutputConfig {
 
 /// All of slamd's settings. slam-replay uses the parts that are not about devices.
 struct Config {
+  std::string mode = "slam";  ///< "slam", "localise"
+  StoreConfig store;
   LidarDeviceConfig lidar_device;
   BaseDeviceConfig base_device;
   ImuDeviceConfig imu_device;
@@ -71,7 +81,14 @@ inline BackEndConfig backEndConfig(const Config& config) {
   back_end.reference = config.localizer.reference;
   back_end.match = config.localizer.match;
   back_end.match.range_sigma = config.localizer.lidar.range_sigma;
+  back_end.localise_only = config.mode == "localise";
   return back_end;
+}
+
+inline LocalizerConfig localizerConfig(const Config& config) {
+  LocalizerConfig localizer = config.localizer;
+  localizer.localise_only = config.mode == "localise";
+  return localizer;
 }
 
 }  // namespace slam

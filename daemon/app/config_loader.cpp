@@ -53,6 +53,10 @@ class TomlLoader : public ConfigVisitor {
   void section(const char* name, const char*) override {
     section_ = name;
     table_ = nullptr;
+    if (section_.empty()) {  // keys before the first section
+      table_ = &root_;
+      return;
+    }
     known_[section_];
     const toml::node* node = root_.get(section_);
     if (node == nullptr) return;
@@ -98,8 +102,10 @@ class TomlLoader : public ConfigVisitor {
   void checkUnknown() {
     std::vector<std::string> sections;
     for (const auto& [name, keys] : known_) sections.push_back(name);
+    sections.insert(sections.end(), top_level_.begin(), top_level_.end());
     for (const auto& [key, node] : root_) {
       const std::string name(key.str());
+      if (isTopLevel(name)) continue;
       if (!known_.count(name)) {
         const std::string section = node.is_table() ? "" : elsewhere(name);
         unknown(node, name, section.empty() ? closest(name, sections) : "", section);
@@ -126,10 +132,14 @@ class TomlLoader : public ConfigVisitor {
   }
 
  private:
-  std::string fullKey(const char* key) const { return section_ + "." + key; }
+  std::string fullKey(const char* key) const { return (section_.empty() ? "" : section_ + ".") + key; }
+
+  bool isTopLevel(const std::string& key) const {
+    return std::find(top_level_.begin(), top_level_.end(), key) != top_level_.end();
+  }
 
   const toml::node* find(const FieldInfo& info) {
-    known_[section_].push_back(info.key);
+    (section_.empty() ? top_level_ : known_[section_]).push_back(info.key);
     return table_ == nullptr ? nullptr : table_->get(info.key);
   }
   std::string elsewhere(const std::string& word) const {
@@ -166,7 +176,8 @@ class TomlLoader : public ConfigVisitor {
   std::string name_;
   std::string section_;
   const toml::table* table_ = nullptr;
-  std::map<std::string, std::vector<std::string>> known_;
+  std::map<std::string, std::vector<std::string>> known_;  // keys by section
+  std::vector<std::string> top_level_;                     // keys before the first section
   std::vector<std::pair<std::pair<toml::source_index, toml::source_index>, std::string>> problems_;
 };
 

@@ -41,7 +41,8 @@ class Printer : public ConfigVisitor {
 
   void section(const char* name, const char* meaning) override {
     if (!text.empty()) text += "\n";
-    text += std::string("# ") + meaning + "\n[" + name + "]\n";
+    text += std::string("# ") + meaning + "\n";
+    if (*name != '\0') text += std::string("[") + name + "]\n";
   }
   void field(const FieldInfo& info, double& value, double min, double max) override {
     line(info, number(value), number(min) + " to " + number(max));

@@ -10,6 +10,20 @@ constexpr double kPi = std::numbers::pi;
 const std::vector<std::string> kSources = {"device", "lcm", "none"};
 const std::vector<std::string> kAnyText;
 
+void visitModeAndStore(Config& config, ConfigVisitor& v) {
+  v.section("", "what slamd does");
+  v.field({"mode", "", "slam: extend the newest map, or begin one; localise: find and follow the robot in a given map"},
+          config.mode, {"slam", "localise"});
+  StoreConfig& store = config.store;
+  v.section("store", "maps that outlast the daemon: keyframes, graph, grid, calibration, last pose");
+  v.field({"directory", "", "folder of the maps; empty: a map ends with the daemon"}, store.directory, kAnyText);
+  v.field(
+      {"map", "", "map to begin with: a name in the folder, or a map_server .yaml to localise in; empty: the newest"},
+      store.map, kAnyText);
+  v.field({"journal_period", "s", "what is newer may be lost when the power is cut"}, store.journal_period, 0.1, 60.0);
+  v.field({"checkpoint_period", "s", "between two whole writings of the map"}, store.checkpoint_period, 1.0, 86400.0);
+}
+
 void visitDevices(Config& config, ConfigVisitor& v) {
   LidarDeviceConfig& lidar = config.lidar_device;
   LidarModel& model = config.localizer.lidar;
@@ -139,8 +153,41 @@ void visitFrontEnd(LocalizerConfig& localizer, ConfigVisitor& v) {
 
   v.section("localisation", "when a pose is called degraded or lost");
   v.field({"degraded_after", "s", "without a matched scan"}, localizer.degraded_after, 0.1, 60.0);
+  v.field({"kidnap_distance", "m", "no match this near to where there was one: the robot was carried away"},
+          localizer.kidnap_distance, 0.0, 100.0);
   v.field({"lost_position_sigma", "m", "a position this uncertain is not valid"}, localizer.lost_position_sigma, 0.05,
           100.0);
+}
+
+void visitBackEnd(BackEndConfig& back_end, DriftConfig& drift, ConfigVisitor& v) {
+  LoopClosureConfig& closure = back_end.closure;
+  v.section("loop_closure", "where the robot has come back to an old part of the map");
+  v.field({"enabled", "", "false: the map is never corrected"}, back_end.close_loops);
+  v.field({"max_search", "m", "no drift is taken to be larger"}, closure.max_search, 0.3, 50.0);
+  v.field({"min_overlap", "1", "share of the newest scans' points that must agree with the old map"},
+          closure.min_overlap, 0.1, 1.0);
+  v.field({"sure_overlap", "1", "so many in a narrow window, and one closure needs no second"}, closure.sure_overlap,
+          0.1, 1.0);
+  v.field({"consistency", "m", "two closures agree when they differ by less over the path between them"},
+          closure.consistency, 0.01, 5.0);
+  v.field({"max_chi_square", "1", "a closure that contradicts the rest by more is taken back"}, closure.max_chi_square,
+          1.0, 10000.0);
+  v.field({"active_sigma", "m", "the map is one where its parts are known this well relative to each other"},
+          closure.active_sigma, 0.005, 5.0);
+  v.field({"drift_translation", "m per sqrt(m)", "of matched scans, from keyframe to keyframe"}, drift.translation,
+          1e-4, 1.0);
+  v.field({"drift_rotation_per_metre", "rad per sqrt(m)", "of matched scans"}, drift.rotation_per_metre, 1e-5, 1.0);
+  v.field({"drift_rotation_per_radian", "rad per sqrt(rad)", "of matched scans"}, drift.rotation_per_radian, 1e-5, 1.0);
+
+  RelocalisationConfig& found = back_end.relocalisation;
+  v.section("relocalisation", "how a lost robot is found in the whole map");
+  v.field({"min_overlap", "1", "share of the points that must agree with the map"}, found.min_overlap, 0.1, 1.0);
+  v.field({"ambiguity", "1", "a second place with such a share of the best one's score: the robot says nothing yet"},
+          found.ambiguity, 0.5, 1.0);
+  v.field({"sure_overlap", "1", "so many, and one find needs no second"}, found.sure_overlap, 0.1, 1.0);
+  v.field({"sure_runner_up", "1", "... if no other place has such a share of its score"}, found.sure_runner_up, 0.5,
+          1.0);
+  v.field({"confirm_path", "m", "further on, a second find must agree"}, found.confirm_path, 0.0, 100.0);
 }
 
 void visitMap(OccupancyGridConfig& map, OutputConfig& output, ConfigVisitor& v) {
@@ -178,11 +225,13 @@ void visitDaemon(LcmConfig& lcm, RuntimeConfig& runtime, ConfigVisitor& v) {
 }  // namespace
 
 void visitConfig(Config& config, ConfigVisitor& visitor) {
+  visitModeAndStore(config, visitor);
   visitDevices(config, visitor);
   visitMap(config.map, config.output, visitor);
   visitDaemon(config.lcm, config.runtime, visitor);
   visitEkf(config.localizer.ekf, config.localizer.timeline, visitor);
   visitFrontEnd(config.localizer, visitor);
+  visitBackEnd(config.back_end, config.localizer.drift, visitor);
 }
 
 }  // namespace slam

@@ -16,7 +16,7 @@ const Eigen::Vector3d kSetPoseSigma(0.2, 0.2, 0.1);  // [m, m, rad] of a pose gi
 EstimatorThread::EstimatorThread(const Config& config, Exchange& exchange)
     : config_(config),
       exchange_(exchange),
-      localizer_(std::make_unique<Localizer>(config.localizer, &monotonicNow)),
+      localizer_(std::make_unique<Localizer>(localizerConfig(config), &monotonicNow)),
       ticks_per_pose_(
           static_cast<std::uint64_t>(std::max(1.0, std::round(config.runtime.estimator_rate / config.lcm.pose_rate)))),
       worker_({.name = "estimator",
@@ -63,7 +63,8 @@ void EstimatorThread::obey(const EstimatorCommand& command) {
     return;
   }
   // A new map: the one place where this thread allocates after start-up, on a person's command.
-  localizer_ = std::make_unique<Localizer>(config_.localizer, &monotonicNow, ++snapshot_.map_id);
+  localizer_ = std::make_unique<Localizer>(localizerConfig(config_), &monotonicNow,
+                                           LocalizerStart{.map_id = ++snapshot_.map_id});
 }
 
 }  // namespace slam

@@ -44,11 +44,11 @@ struct PoseSnapshot {
   EkfCounters filter;
 };
 
-/// What the graph thread tells the mapper: a scan to draw, and new poses when a loop was closed.
+/// What the graph thread tells the mapper: scans to draw, and new poses when a loop was closed.
 struct MapChange {
   std::int32_t map_id = 0;
   Timestamp stamp;
-  MapScan scan;
+  std::vector<MapScan> scans;
   std::vector<Pose2> poses;  ///< of keyframes 0, 1, ...; empty: as before
 };
 

@@ -44,7 +44,7 @@ void GraphThread::add(const Keyframe& keyframe) {
   auto change = std::make_shared<MapChange>();
   change->map_id = map_id_;
   change->stamp = keyframe.stamp;
-  change->scan = back_end_->mapScan(keyframe);
+  change->scans = back_end_->mapScans(keyframe);
   if (generation_ != back_end_->generation()) {
     const BackEndCounters& counters = back_end_->counters();
     exchange_.optimise.add(monotonicNow() - begin);

@@ -46,7 +46,7 @@ void MapperThread::draw(const MapChange& change) {
     unsent_.clear();
     map_id_ = change.map_id;
   }
-  mapper_.add(change.scan);
+  for (const MapScan& scan : change.scans) mapper_.add(scan);
   if (!change.poses.empty()) mapper_.move(change.poses);
   utime_ = clock_.utime(change.stamp);
   meta_due_ = true;

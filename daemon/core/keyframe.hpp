@@ -12,6 +12,13 @@
 
 namespace slam {
 
+/// How a keyframe hangs together with the one before it.
+enum class KeyframeOrigin : std::uint8_t {
+  kContinued,  ///< by the motion between them
+  kLost,       ///< not at all: a new segment begins, whose poses are relative to its own beginning
+  kGiven,      ///< a new segment begins, whose place a person gave
+};
+
 /// A scan handed to the map: deskewed returns and where they were taken. Fixed capacity, so that it crosses queues
 /// without allocation.
 struct Keyframe {
@@ -23,8 +30,10 @@ struct Keyframe {
     std::uint16_t normal_sigma = 0;   ///< standard deviation of that direction
   };
 
-  std::int32_t map_id = 0;  ///< map that it belongs to
-  std::int32_t id = 0;      ///< counts from 0 in its map; of a look: the keyframe nearest to it
+  std::int32_t map_id = 0;   ///< map that it belongs to
+  std::int32_t id = 0;       ///< counts from 0 in its map; of a look: the keyframe nearest to it
+  std::int32_t segment = 0;  ///< counts the times that the place in the map was lost or given
+  KeyframeOrigin origin = KeyframeOrigin::kContinued;
   bool look = false;  ///< shows nothing new: it refreshes the grid and is then forgotten, so that a known place costs
                       ///< no memory however long the robot stays
   Timestamp stamp;

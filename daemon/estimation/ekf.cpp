@@ -34,6 +34,7 @@ constexpr double kFarthestPose = 1e3;  // [m] from the prediction: no robot is c
 
 Ekf::Ekf(const EkfConfig& config, Timestamp stamp, const Pose2& pose) : config_(&config), stamp_(stamp) {
   x_.head<3>() = pose.vector();
+  x_[kGyroBias] = config.initial_gyro_bias;
   P_.diagonal() << 1e-8, 1e-8, 1e-8, square(0.5), square(0.5), square(config.initial_gyro_bias_sigma);
 }
 

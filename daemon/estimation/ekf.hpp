@@ -19,6 +19,8 @@ struct EkfConfig {
   double angular_acceleration_noise = 6.0;     ///< [rad/s per sqrt(s)] how fast the turn rate changes
   double gyro_bias_noise = 2e-5;               ///< [rad/s per sqrt(s)]
   double initial_gyro_bias_sigma = 0.02;       ///< [rad/s]
+  double initial_gyro_bias = 0.0;              ///< [rad/s] as known from the last run
+  Pose2 initial_pose;                          ///< of base
   double translation_noise = 0.10;             ///< [m per sqrt(m)] of wheel odometry
   double rotation_noise_per_metre = 0.03;      ///< [rad per sqrt(m)] of wheel odometry, without gyro
   double rotation_noise_wheels = 0.30;         ///< [rad per sqrt(rad)] of wheel odometry, without gyro

@@ -2,6 +2,7 @@
 #include "mapping/map_image.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace slam {
@@ -43,6 +44,24 @@ MapImage renderMap(const OccupancyGrid& grid) {
   forEachCell(
       [&](CellIndex cell, std::uint8_t value) { image.at(cell.column - low.column, cell.row - low.row) = value; });
   return image;
+}
+
+OccupancyGrid toGrid(const MapImage& image) {
+  OccupancyGridConfig config;
+  config.resolution = image.resolution;
+  OccupancyGrid grid(config);
+  const int left = static_cast<int>(std::lround(image.origin_x / image.resolution));
+  const int bottom = static_cast<int>(std::lround(image.origin_y / image.resolution));
+  for (int row = 0; row < image.height; ++row) {
+    for (int column = 0; column < image.width; ++column) {
+      const std::uint8_t value = image.at(column, row);
+      if (value == MapImage::kUnknown) continue;
+      const double probability =
+          value == MapImage::kOccupied ? config.lidar.max_probability : config.lidar.min_probability;
+      grid.set({left + column, bottom + row}, toLogOdds(probability));
+    }
+  }
+  return grid;
 }
 
 }  // namespace slam

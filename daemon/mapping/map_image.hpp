@@ -30,4 +30,8 @@ std::uint8_t classify(double probability);
 /// The bounding box of all cells that are not unknown; empty grid: an image of one unknown cell.
 MapImage renderMap(const OccupancyGrid& grid);
 
+/// The grid that an image shows: as sure of its cells as a grid can be. The cells lie on the image's own raster: their
+/// corners are off by what the image's origin is off from a multiple of the resolution, half a cell at most.
+OccupancyGrid toGrid(const MapImage& image);
+
 }  // namespace slam

@@ -35,6 +35,10 @@ void OccupancyGrid::add(const Pose2& T_map_base, const Pose2& T_base_lidar, std:
   for (const TileIndex& tile : touched_) markChanged(tile);
 }
 
+void OccupancyGrid::set(CellIndex cell, LogOdds log_odds) {
+  tiles_.cell(cell).log_odds = std::clamp(log_odds, min_, max_);
+}
+
 void OccupancyGrid::change(CellIndex index, LogOdds by) {
   const TileIndex tile = Tiles::tileOf(index);
   if (pen_.index != tile) enter(tile);

@@ -50,6 +50,8 @@ class OccupancyGrid {
   /// erase the wall its neighbour hit. Each cell changes once.
   void add(const Pose2& T_map_base, const Pose2& T_base_lidar, std::span<const Keyframe::Point> points);
   void add(const Keyframe& keyframe) { add(keyframe.T_map_base, keyframe.T_base_lidar, keyframe.points()); }
+  /// Writes one cell, as of a stored map.
+  void set(CellIndex cell, LogOdds log_odds);
   /// Tiles that the last scan changed, each once.
   const std::vector<TileIndex>& touched() const { return touched_; }
 

@@ -45,6 +45,33 @@ void KeyframeGraph::points(int id, ScanPoints& points) const {
   }
 }
 
+void KeyframeGraph::gather(int newest, int oldest, double length, int limit, ScanPoints& points) const {
+  points.clear();
+  const Pose2 T_newest_map = pose(newest).inverse();
+  double path = 0.0;
+  for (int id = newest; id >= oldest; --id) {
+    if (id < newest) path += (pose(id).translation() - pose(id + 1).translation()).norm();
+    if (path > length) break;
+    this->points(id, scratch_);
+    const Pose2 T_newest_id = T_newest_map * pose(id);
+    const Pose2 turn{0.0, 0.0, T_newest_id.theta};
+    for (ScanPoint point : scratch_) {
+      point.position = T_newest_id * point.position;
+      point.normal = turn * point.normal;
+      points.push_back(point);
+    }
+  }
+  const auto most = static_cast<std::size_t>(limit);
+  if (points.size() <= most) return;
+  for (std::size_t i = 0; i < most; ++i) points[i] = points[i * points.size() / most];
+  points.resize(most);
+}
+
+void KeyframeGraph::truncate(int count) {
+  graph_.truncate(count);
+  scans_.resize(static_cast<std::size_t>(count));
+}
+
 void KeyframeGraph::addTo(Reference& reference, std::span<const int> ids) const {
   for (const int id : ids) {
     points(id, scratch_);

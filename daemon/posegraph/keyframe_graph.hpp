@@ -16,7 +16,7 @@ class KeyframeGraph {
  public:
   /// Adds a keyframe and the motion edge from its predecessor; its id must be size().
   void add(const Keyframe& keyframe);
-  /// Adds a node of a stored map, without an edge.
+  /// Adds a keyframe, or a part of a given map, without an edge.
   void add(std::shared_ptr<const StoredScan> scan, const Pose2& T_map_base);
 
   PoseGraph& graph() { return graph_; }
@@ -29,8 +29,13 @@ class KeyframeGraph {
   std::vector<int> near(const Eigen::Vector2d& p_map, double radius) const;
   /// A keyframe's points, with normals, in its own base. @param points out: replaced
   void points(int id, ScanPoints& points) const;
+  /// Points of keyframe `newest` and of those before it, back to `oldest` or until their path is `length` [m] long, in
+  /// newest's base. @param points out: replaced; every n-th, so that there are at most `limit`
+  void gather(int newest, int oldest, double length, int limit, ScanPoints& points) const;
   /// Adds the keyframes to a reference in map.
   void addTo(Reference& reference, std::span<const int> ids) const;
+  /// Forgets the keyframes from id `count` on. Only where no edge was added since.
+  void truncate(int count);
 
  private:
   PoseGraph graph_;

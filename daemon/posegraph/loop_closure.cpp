@@ -26,6 +26,18 @@ CorrelativeConfig offlineSearch() {
 
 }  // namespace
 
+Eigen::Matrix3d closureInformation(const MatchResult& match, const Pose2& T_map_from, double translation_sigma,
+                                   double rotation_sigma) {
+  const double c = std::cos(T_map_from.theta), s = std::sin(T_map_from.theta);
+  Eigen::Matrix3d turn;
+  turn << c, s, 0, -s, c, 0, 0, 0, 1;
+  const auto seen = match.directions.leftCols(match.observable);
+  Eigen::Matrix3d covariance = match.covariance;
+  covariance.diagonal() += Eigen::Vector3d(translation_sigma, translation_sigma, rotation_sigma).cwiseAbs2();
+  const Eigen::MatrixXd information = (seen.transpose() * covariance * seen).inverse();
+  return turn * (seen * information * seen.transpose()) * turn.transpose();
+}
+
 LoopClosureSearch::LoopClosureSearch(const LoopClosureConfig& config, const ReferenceConfig& reference,
                                      const MatchConfig& match)
     : config_(config),
@@ -106,28 +118,6 @@ std::optional<LoopClosureSearch::Candidate> LoopClosureSearch::candidate(const K
   return best;
 }
 
-void LoopClosureSearch::gatherQuery(const KeyframeGraph& keyframes, int newest) {
-  query_.clear();
-  const Pose2 T_newest_map = keyframes.pose(newest).inverse();
-  double length = 0.0;
-  for (int id = newest; id >= 0; --id) {
-    if (id < newest) length += distance(keyframes.pose(id), keyframes.pose(id + 1));
-    if (length > config_.query_length) break;
-    keyframes.points(id, scratch_);
-    const Pose2 T_newest_id = T_newest_map * keyframes.pose(id);
-    const Pose2 turn{0.0, 0.0, T_newest_id.theta};
-    for (ScanPoint point : scratch_) {
-      point.position = T_newest_id * point.position;
-      point.normal = turn * point.normal;
-      query_.push_back(point);
-    }
-  }
-  const auto limit = static_cast<std::size_t>(config_.max_query_points);
-  if (query_.size() <= limit) return;
-  for (std::size_t i = 0; i < limit; ++i) query_[i] = query_[i * query_.size() / limit];
-  query_.resize(limit);
-}
-
 std::optional<Edge> LoopClosureSearch::verify(const KeyframeGraph& keyframes, int newest, const Candidate& place) {
   // The submap: keyframes around the candidate that are one map with it, but not with the robot.
   const double active = config_.active_sigma * config_.active_sigma;
@@ -148,26 +138,18 @@ std::optional<Edge> LoopClosureSearch::verify(const KeyframeGraph& keyframes, in
   std::sort(members.begin(), members.end());
   submap_.clear(keyframes.pose(place.id).translation());
   keyframes.addTo(submap_, members);
-  gatherQuery(keyframes, newest);
+  keyframes.gather(newest, 0, config_.query_length, config_.max_query_points, query_);
 
   const SearchResult found = matcher_.match(submap_, query_, keyframes.pose(newest), place.window, match_);
   if (found.match.status == MatchStatus::kAmbiguous) ++counters_.ambiguous;
   if (!found.match.usable() || found.match.overlap < config_.min_overlap) return std::nullopt;
   last_overlap_ = found.match.overlap;
 
-  // The covariance: of the match, not below the floor, in the observable directions, turned into the candidate's base.
-  const double c = std::cos(keyframes.pose(place.id).theta), s = std::sin(keyframes.pose(place.id).theta);
-  Eigen::Matrix3d turn;
-  turn << c, s, 0, -s, c, 0, 0, 0, 1;
-  const auto seen = found.match.directions.leftCols(found.match.observable);
-  Eigen::Matrix3d covariance = found.match.covariance;
-  covariance.diagonal() +=
-      Eigen::Vector3d(config_.translation_sigma, config_.translation_sigma, config_.rotation_sigma).cwiseAbs2();
-  const Eigen::MatrixXd information = (seen.transpose() * covariance * seen).inverse();
   return Edge{.from = place.id,
               .to = newest,
               .T_from_to = between(keyframes.pose(place.id), found.match.T_ref_base),
-              .information = turn * (seen * information * seen.transpose()) * turn.transpose(),
+              .information = closureInformation(found.match, keyframes.pose(place.id), config_.translation_sigma,
+                                                config_.rotation_sigma),
               .kind = EdgeKind::kLoopClosure};
 }
 

@@ -27,6 +27,11 @@ struct LoopClosureConfig {
   double max_chi_square = 16.0;     ///< [1] an accepted closure that contradicts the rest by more is revoked
 };
 
+/// Information of a closure: of the match, its covariance not below the floor, in the directions that it saw, turned
+/// into the base of the keyframe that the edge begins at.
+Eigen::Matrix3d closureInformation(const MatchResult& match, const Pose2& T_map_from, double translation_sigma,
+                                   double rotation_sigma);
+
 /// Finds where the robot has come back to an old part of the map.
 ///
 /// Candidates are keyframes near the newest one that are not known well relative to it; how far to search follows from
@@ -56,14 +61,13 @@ class LoopClosureSearch {
   };
   std::optional<Candidate> candidate(const KeyframeGraph& keyframes, int newest) const;
   std::optional<Edge> verify(const KeyframeGraph& keyframes, int newest, const Candidate& candidate);
-  void gatherQuery(const KeyframeGraph& keyframes, int newest);
   bool agree(const KeyframeGraph& keyframes, const Edge& a, const Edge& b) const;
 
   LoopClosureConfig config_;
   MatchConfig match_;
   Reference submap_;
   CorrelativeMatcher matcher_;
-  ScanPoints query_, scratch_;
+  ScanPoints query_;
   std::vector<Pending> pending_;
   double last_overlap_ = 0.0;               // [1] of the last closure found
   double path_ = 0.0, searched_at_ = -1e9;  // [m] driven, and at the last search

@@ -38,6 +38,18 @@ int PoseGraph::addEdge(const Edge& edge) {
   return id;
 }
 
+void PoseGraph::truncate(int count) {
+  const std::vector<Edge> edges = std::exchange(edges_, {});
+  const auto size = static_cast<std::size_t>(count);
+  poses_.resize(size);
+  best_.resize(size);
+  variances_.clear();
+  edges_of_.assign(size, {});
+  for (const Edge& edge : edges) {
+    if (edge.from < count && edge.to < count) addEdge(edge);
+  }
+}
+
 std::vector<PoseGraph::Reached> PoseGraph::reach(int anchor, double max_position_variance) const {
   // Dijkstra's algorithm on the position's variance. A heading error swings all of the chain that follows, so its
   // covariance with the position is carried along; that bounds curved chains, too.

@@ -37,6 +37,8 @@ class PoseGraph {
   /// @return its id, counting from 0
   int addNode(const Pose2& T_map_node);
   int addEdge(const Edge& edge);
+  /// Forgets the nodes from `count` on, and their edges.
+  void truncate(int count);
   void revoke(int edge) { edges_[static_cast<std::size_t>(edge)].revoked = true; }
   void restore(int edge) { edges_[static_cast<std::size_t>(edge)].revoked = false; }
 

@@ -3,29 +3,182 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace slam {
 namespace {
 
 constexpr double kTake = 2.0, kLeave = 3.0;  // times active_sigma: of keyframes taken into and out of the reference
+constexpr double kNoInformation = 1e-6;      // [1/m^2, 1/rad^2]
+constexpr double kSeenFrom = 5.0;            // [m] a map knows what lies this near to its keyframes
+const Eigen::Vector3d kGivenSigma(0.2, 0.2, 0.1);  // [m, m, rad]
+constexpr SearchWindow kGivenWindow{1.0, 0.6};     // around a pose that a person gave
 
 }  // namespace
 
 BackEnd::BackEnd(const BackEndConfig& config)
     : config_(config), search_(config.closure, config.reference, config.match), optimiser_(config.optimiser) {}
 
+void BackEnd::load(KeyframeGraph map) {
+  keyframes_ = std::move(map);
+  given_size_ = segment_first_ = keyframes_.size();
+  const auto size = static_cast<std::size_t>(given_size_);
+  in_reference_.resize(size);
+  is_in_reference_.assign(size, 0);
+  is_in_map_.assign(size, 1);
+  placed_ = given_size_ == 0;
+}
+
 void BackEnd::add(const Keyframe& keyframe, bool may_correct) {
+  just_placed_ = -1;
   if (!keyframe.look) {
-    keyframes_.add(keyframe);
     ++counters_.keyframes;
-    in_reference_.push_back(keyframes_.pose(keyframe.id));  // the front end has put it there itself
-    is_in_reference_.push_back(1);
+    if (keyframe.origin != KeyframeOrigin::kContinued) {
+      beginSegment(keyframe);
+    } else {
+      keyframes_.add(keyframe);
+      in_reference_.push_back(keyframes_.pose(keyframe.id));  // the front end has put it there itself
+      is_in_reference_.push_back(1);
+      is_in_map_.push_back(placed_);
+    }
+    if (!placed_ && may_correct) findSegment();
+    if (!placed_ || just_placed_ >= 0) return;
     linkToReference();
     if (config_.close_loops) closeLoops();
   }
-  if (!config_.close_loops || !may_correct || keyframes_.size() == 0) return;
-  const int anchor = keyframe.look ? keyframe.id : keyframes_.size() - 1;
-  renewReferenceIfStale(anchor);
+  if (!may_correct || !placed_ || keyframe.segment != segment_ || keyframes_.size() == 0) return;
+  if (config_.localise_only) {
+    followInGivenMap((keyframe.look ? keyframe.T_map_base : keyframes_.pose(keyframe.id)).translation());
+  } else if (config_.close_loops) {
+    renewReferenceIfStale(keyframe.look ? keyframe.id : keyframes_.size() - 1);
+  }
+}
+
+void BackEnd::beginSegment(const Keyframe& keyframe) {
+  if (config_.localise_only) {  // the segment before was not part of the map
+    const auto size = static_cast<std::size_t>(given_size_);
+    keyframes_.truncate(given_size_);
+    in_reference_.resize(size);
+    is_in_reference_.resize(size);
+    is_in_map_.resize(size);
+  }
+  segment_first_ = keyframe.id;
+  segment_ = keyframe.segment;
+  segment_origin_ = keyframe.origin;
+  placed_ = false;
+  std::fill(is_in_reference_.begin(), is_in_reference_.end(), 0);
+  keyframes_.add(std::make_shared<const StoredScan>(keyframe), keyframe.T_map_base);
+  in_reference_.push_back(keyframe.T_map_base);
+  is_in_reference_.push_back(1);
+  is_in_map_.push_back(0);
+  if (keyframe.id > 0 && !config_.localise_only) {
+    // An edge that knows nothing keeps the graph in one piece.
+    keyframes_.graph().addEdge({.from = keyframe.id - 1,
+                                .to = keyframe.id,
+                                .T_from_to = between(keyframes_.pose(keyframe.id - 1), keyframe.T_map_base),
+                                .information = kNoInformation * Eigen::Matrix3d::Identity(),
+                                .kind = EdgeKind::kMotion});
+  }
+  // In a given map the search's pyramid stays good.
+  const bool known = relocalisation_ && config_.localise_only;
+  if (!relocalisation_) relocalisation_.emplace(config_.relocalisation, config_.reference, config_.match);
+  known ? relocalisation_->begin() : relocalisation_->begin(keyframes_, mapIds());
+}
+
+std::vector<int> BackEnd::mapIds() const {
+  std::vector<int> ids;
+  for (int id = 0; id < keyframes_.size(); ++id) {
+    if (inMap(id)) ids.push_back(id);
+  }
+  return ids;
+}
+
+void BackEnd::findSegment() {
+  const int newest = keyframes_.size() - 1;
+  if (segment_origin_ == KeyframeOrigin::kGiven) {
+    if (const auto found = relocalisation_->searchNear(keyframes_, segment_first_, newest, kGivenWindow)) {
+      placeSegment(*found);
+    } else if (newest - segment_first_ + 1 >= config_.given_attempts) {
+      giveUpGivenPose(newest);
+    }
+  } else if (const auto found = relocalisation_->search(keyframes_, segment_first_, newest);
+             found && found->confirmed) {
+    placeSegment(*found);
+  }
+  counters_.relocalisation = relocalisation_->counters();
+}
+
+void BackEnd::giveUpGivenPose(int newest) {
+  const auto near = keyframes_.near(keyframes_.pose(newest).translation(), kSeenFrom);
+  const bool known = std::any_of(near.begin(), near.end(), [&](int id) { return inMap(id); });
+  if (known || config_.localise_only) {  // it does not look as it should: the robot may be anywhere
+    segment_origin_ = KeyframeOrigin::kLost;
+  } else {  // the map says nothing about the place: the person's word counts
+    Relocalisation::Found given{keyframes_.pose(newest), {}, true};
+    given.match.covariance = kGivenSigma.cwiseAbs2().asDiagonal();
+    given.match.directions.setIdentity();
+    given.match.observable = 3;
+    placeSegment(given);
+  }
+}
+
+void BackEnd::placeSegment(const Relocalisation::Found& found) {
+  const int newest = keyframes_.size() - 1;
+  const Pose2 T_map_segment = found.T_map_newest * keyframes_.pose(newest).inverse();
+  for (int id = segment_first_; id <= newest; ++id) {
+    keyframes_.graph().setPose(id, T_map_segment * keyframes_.pose(id));
+  }
+  placed_ = true;
+  ++counters_.placed;
+  if (config_.localise_only) {
+    followInGivenMap(found.T_map_newest.translation());
+    if (due_) due_->T_map_segment = T_map_segment;
+    return;
+  }
+  // Joined at the map's keyframe nearest to the newest one.
+  int nearest = -1;
+  double shortest = std::numeric_limits<double>::infinity();
+  for (int id = 0; id < segment_first_; ++id) {
+    const double apart = (keyframes_.pose(id).translation() - found.T_map_newest.translation()).norm();
+    if (!inMap(id) || apart >= shortest) continue;
+    shortest = apart;
+    nearest = id;
+  }
+  keyframes_.graph().addEdge(
+      {.from = nearest,
+       .to = newest,
+       .T_from_to = between(keyframes_.pose(nearest), found.T_map_newest),
+       .information = closureInformation(found.match, keyframes_.pose(nearest), config_.closure.translation_sigma,
+                                         config_.closure.rotation_sigma),
+       .kind = EdgeKind::kLoopClosure});
+  std::fill(is_in_map_.begin() + segment_first_, is_in_map_.end(), 1);
+  just_placed_ = segment_first_;
+  ++generation_;
+  renewReference(keyframes_.pose(newest).translation(), knownFrom(newest));
+  due_->T_map_segment = T_map_segment;
+}
+
+/// The keyframes around `anchor` whose place relative to it is known well enough to be matched against.
+std::vector<int> BackEnd::knownFrom(int anchor) const {
+  const Eigen::Vector2d robot = keyframes_.pose(anchor).translation();
+  std::vector<int> known;
+  for (const auto& reached : keyframes_.graph().reach(anchor, std::pow(kTake * config_.closure.active_sigma, 2))) {
+    if ((keyframes_.pose(reached.node).translation() - robot).norm() <= config_.reference_radius) {
+      known.push_back(reached.node);
+    }
+  }
+  std::sort(known.begin(), known.end());
+  return known;
+}
+
+void BackEnd::followInGivenMap(const Eigen::Vector2d& robot) {
+  const bool has_reference = segment_of_reference_ == segment_;
+  if (has_reference && (robot - reference_centre_).norm() < config_.renewal_travel) return;
+  auto ids = keyframes_.near(robot, config_.reference_radius);
+  std::erase_if(ids, [&](int id) { return id >= given_size_; });
+  renewReference(robot, ids);
+  reference_centre_ = robot;
+  segment_of_reference_ = segment_;
 }
 
 void BackEnd::linkToReference() {
@@ -74,12 +227,14 @@ void BackEnd::renewReferenceIfStale(int anchor) {
   }
   if (!stale) return;
   std::sort(wanted.begin(), wanted.end());
-  renewReference(anchor, wanted);
+  renewReference(robot, wanted);
 }
 
-void BackEnd::renewReference(int anchor, const std::vector<int>& active) {
+void BackEnd::renewReference(const Eigen::Vector2d& robot, const std::vector<int>& active) {
   due_ = spare_ ? std::move(spare_) : std::make_unique<MapCorrection>(config_.reference);
-  due_->reference.clear(keyframes_.pose(anchor).translation());
+  due_->reference.clear(robot);
+  due_->T_map_segment.reset();
+  due_->segment = segment_;
   keyframes_.addTo(due_->reference, active);
   due_->keyframes.clear();
   std::fill(is_in_reference_.begin(), is_in_reference_.end(), 0);
@@ -92,9 +247,18 @@ void BackEnd::renewReference(int anchor, const std::vector<int>& active) {
   ++counters_.corrections;
 }
 
-MapScan BackEnd::mapScan(const Keyframe& keyframe) const {
-  if (!keyframe.look) return {keyframe.id, keyframes_.pose(keyframe.id), keyframes_.scan(keyframe.id)};
-  return {-1, keyframes_.pose(keyframe.id) * keyframe.T_previous_base, std::make_shared<const StoredScan>(keyframe)};
+std::vector<MapScan> BackEnd::mapScans(const Keyframe& keyframe) const {
+  std::vector<MapScan> scans;
+  if (!placed_ || config_.localise_only || keyframe.segment != segment_) return scans;
+  if (keyframe.look) {
+    scans.push_back(
+        {-1, keyframes_.pose(keyframe.id) * keyframe.T_previous_base, std::make_shared<const StoredScan>(keyframe)});
+    return scans;
+  }
+  for (int id = just_placed_ < 0 ? keyframe.id : just_placed_; id <= keyframe.id; ++id) {
+    scans.push_back({id, keyframes_.pose(id), keyframes_.scan(id)});
+  }
+  return scans;
 }
 
 std::unique_ptr<MapCorrection> BackEnd::takeCorrection() { return std::move(due_); }

@@ -7,6 +7,7 @@
 #include "posegraph/keyframe_graph.hpp"
 #include "posegraph/loop_closure.hpp"
 #include "posegraph/optimiser.hpp"
+#include "posegraph/relocalisation.hpp"
 #include "slam/map_correction.hpp"
 #include "slam/mapper.hpp"
 
@@ -14,22 +15,28 @@ namespace slam {
 
 struct BackEndConfig {
   LoopClosureConfig closure;
+  RelocalisationConfig relocalisation;
   OptimiserConfig optimiser;
   ReferenceConfig reference;
   MatchConfig match;
   bool close_loops = true;
+  bool localise_only = false;  ///< the map stays as it was loaded
   double link_distance = 1.0;  ///< [m] a new keyframe is joined to the nearest of the reference up to here ...
   int link_age = 10;           ///< ... that is so many keyframes older: both were matched to one reference
   double link_translation_sigma = 0.02;  ///< [m] of such an edge
   double link_rotation_sigma = 0.005;    ///< [rad]
   double reference_radius = 25.0;        ///< [m] keyframes this near to the robot are put into its reference
+  double renewal_travel = 8.0;           ///< [m] in a given map the reference follows the robot in such steps
+  int given_attempts = 3;                ///< keyframes that are compared with the map around a pose that a person gave
   double renewal_radius = 8.0;           ///< [m] what becomes known or unknown within this distance renews it
   double renewal_shift = 0.01;           ///< [m] a keyframe of the reference that moved further renews it
 };
 
 struct BackEndCounters {
   int keyframes = 0, loop_closures = 0, revoked = 0, optimisations = 0, corrections = 0;
+  int placed = 0;  ///< segments found in the map
   LoopClosureSearch::Counters search;
+  Relocalisation::Counters relocalisation;
 };
 
 /// The back end: keyframes and what joins them. Closes loops, optimises the graph, and decides which part of the map
@@ -37,38 +44,64 @@ struct BackEndCounters {
 /// robot's drift has lost touch with come back only when a loop closure has put them in place, so that two copies of
 /// one wall never pull at a scan.
 ///
+/// A robot that is lost maps a segment of its own, which the back end looks for in the map; only when it is found there
+/// do its keyframes become part of the map.
+///
 /// No thread, clock or I/O. Allocates. Not safe for concurrent use.
 class BackEnd {
  public:
   explicit BackEnd(const BackEndConfig& config);
 
-  /// Takes a keyframe (ids count from 0 without gaps) or a look.
+  /// Goes on in a stored map: the robot has to be found in it. Before the first add().
+  void load(KeyframeGraph map);
+
+  /// Takes a keyframe (ids count from 0, or from the size of the map loaded, without gaps) or a look.
   /// @param may_correct false: no correction is made, because the last one is still on its way
   void add(const Keyframe& keyframe, bool may_correct = true);
 
-  /// The keyframe or look just added, for the Mapper, at its pose as known now.
-  MapScan mapScan(const Keyframe& keyframe) const;
+  /// What the keyframe or look just added gives the Mapper to draw, at its pose as known now: nothing while the robot
+  /// is lost or in a map that is only given, the whole segment when it has been found.
+  std::vector<MapScan> mapScans(const Keyframe& keyframe) const;
 
   /// The correction that has become due, if any; give used ones back to recycle their memory.
   std::unique_ptr<MapCorrection> takeCorrection();
   void recycle(std::unique_ptr<MapCorrection> used) { spare_ = std::move(used); }
 
   const KeyframeGraph& keyframes() const { return keyframes_; }
+  /// Whether a keyframe is part of the map; one of a segment that was not found yet is not.
+  bool inMap(int id) const { return is_in_map_[static_cast<std::size_t>(id)] != 0; }
   /// Counts up whenever poses of known keyframes changed.
   int generation() const { return generation_; }
   const BackEndCounters& counters() const { return counters_; }
 
  private:
+  void beginSegment(const Keyframe& keyframe);
+  void findSegment();
+  void giveUpGivenPose(int newest);
+  void placeSegment(const Relocalisation::Found& found);
+  std::vector<int> mapIds() const;
+  void followInGivenMap(const Eigen::Vector2d& robot);
   void closeLoops();
   void revokeContradicted();
   void linkToReference();
   void renewReferenceIfStale(int anchor);
-  void renewReference(int anchor, const std::vector<int>& active);
+  void renewReference(const Eigen::Vector2d& robot, const std::vector<int>& active);
+  std::vector<int> knownFrom(int anchor) const;
 
   BackEndConfig config_;
   KeyframeGraph keyframes_;
   LoopClosureSearch search_;
   Optimiser optimiser_;
+  std::optional<Relocalisation> relocalisation_;  // made when needed: its tables are large
+  int given_size_ = 0;                            // keyframes of the map loaded
+  int segment_first_ = 0;                         // first keyframe of the present segment ...
+  std::int32_t segment_ = 0;                      // ... its number ...
+  KeyframeOrigin segment_origin_ = KeyframeOrigin::kContinued;
+  bool placed_ = true;    // ... and whether its place in the map is known
+  int just_placed_ = -1;  // first keyframe of a segment that the last add() placed
+  Eigen::Vector2d reference_centre_ = Eigen::Vector2d::Zero();  // [m] in a given map
+  std::int32_t segment_of_reference_ = -1;
+  std::vector<char> is_in_map_;        // by keyframe
   std::vector<Pose2> in_reference_;    // pose of each keyframe in the front end's reference ...
   std::vector<char> is_in_reference_;  // ... where this is set
   std::unique_ptr<MapCorrection> due_, spare_;

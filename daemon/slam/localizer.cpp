@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "matching/deskew.hpp"
 #include "matching/plicp.hpp"
@@ -31,17 +32,26 @@ Keyframe::Point stored(const ScanPoint& point) {
   return out;
 }
 
+EkfConfig beginningAt(EkfConfig config, const Pose2& pose, double gyro_bias) {
+  config.initial_pose = pose;
+  config.initial_gyro_bias = gyro_bias;
+  return config;
+}
+
 }  // namespace
 
-Localizer::Localizer(const LocalizerConfig& config, Stopwatch stopwatch, std::int32_t map_id)
+Localizer::Localizer(const LocalizerConfig& config, Stopwatch stopwatch, const LocalizerStart& start)
     : config_(config),
       stopwatch_(stopwatch),
-      map_id_(map_id),
-      odometry_(config.ekf, config.timeline),
-      pose_(config.ekf, config.timeline),
+      start_(start),
+      odometry_(beginningAt(config.ekf, {}, start.gyro_bias), config.timeline),
+      pose_(beginningAt(config.ekf, start.T_map_base, start.gyro_bias), config.timeline),
       reference_(config.reference),
       search_(config.search),
-      history_(kHistoryCapacity) {
+      history_(kHistoryCapacity),
+      placed_(!start.in_known_map),
+      next_keyframe_(start.first_keyframe) {
+  if (start.in_known_map) origin_ = KeyframeOrigin::kLost;
   config_.normals.range_sigma = config_.match.range_sigma = config_.lidar.range_sigma;
   points_.reserve(LaserScan::kCapacity);
   for (RecentScan& recent : recent_) recent.points.reserve(LaserScan::kCapacity);
@@ -88,7 +98,8 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
     if (static_cast<int>(points_.size()) < config_.match.min_pairs || !may_keep) return outcome;
     pose_.add(PoseMeasurement{outcome.stamp, guess, 1e-8 * Eigen::Matrix3d::Identity()});
     last_match_ = outcome.stamp;
-    last_pose_ = guess;
+    last_pose_ = drift_pose_ = guess;
+    last_motion_ = {};
     outcome.keyframe = keep(outcome.stamp, guess);
     return outcome;
   }
@@ -113,13 +124,39 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
     // A failed match never moves the pose: the filter carries on. When it lasts, the robot has left what the reference
     // knows, so the scan extends it from where the filter believes to be.
     ++(outcome.match.usable() ? counters_.gated : counters_.unmatched);
-    if (++failures_ > config_.keyframe.max_failures && may_keep) {
-      failures_ = 0;
+    if (++failures_ <= config_.keyframe.max_failures || !may_keep) return outcome;
+    failures_ = 0;
+    if (carriedAway(guess)) {
+      beginSegment(KeyframeOrigin::kLost);
+    } else {
       accumulateDrift(guess, nullptr);
       outcome.keyframe = keep(outcome.stamp, guess);
     }
   }
   return outcome;
+}
+
+bool Localizer::carriedAway(const Pose2& predicted) const {
+  if (config_.localise_only) return true;
+  const Pose2 moved = between(last_pose_, predicted);
+  const Eigen::Matrix3d covariance = pose_.at(pose_.newestStamp()).covariance().topLeftCorner<3, 3>();
+  return std::sqrt(std::max(covariance(0, 0), covariance(1, 1))) > config_.lost_position_sigma ||
+         (std::hypot(moved.x, moved.y) < config_.kidnap_distance && std::abs(moved.theta) < config_.kidnap_rotation);
+}
+
+void Localizer::beginSegment(KeyframeOrigin origin) {
+  ++segment_;
+  ++counters_.lost;
+  was_placed_ |= placed_;
+  origin_ = origin;
+  placed_ = origin == KeyframeOrigin::kGiven;
+  extends_ = true;
+  if (config_.localise_only) next_keyframe_ = start_.first_keyframe;  // the segment before is forgotten
+  reference_.clear(pose_.at(pose_.newestStamp()).pose().translation());
+  reference_keyframes_.clear();
+  for (RecentScan& recent : recent_) recent.id = -1;
+  last_keyframe_.reset();
+  failures_ = 0;
 }
 
 MatchResult Localizer::matchFromGuesses(const Ekf& predicted) const {
@@ -156,6 +193,9 @@ const Keyframe* Localizer::keepOrLook(Timestamp stamp, const Pose2& T_map_base, 
     const Pose2 moved = between(pose, T_map_base);
     return std::hypot(moved.x, moved.y) > config.translation || std::abs(moved.theta) > config.rotation;
   };
+  if (!extends_) {
+    return movedFrom(last_look_) ? look(stamp, T_map_base) : nullptr;
+  }
   if (match.overlap < config.overlap) return keep(stamp, T_map_base);
   if (match.familiarity < config.familiarity) {
     return movedFrom(*last_keyframe_) ? keep(stamp, T_map_base) : nullptr;
@@ -167,14 +207,14 @@ const Keyframe* Localizer::keepOrLook(Timestamp stamp, const Pose2& T_map_base, 
 const Keyframe* Localizer::keep(Timestamp stamp, const Pose2& T_map_base) {
   reference_.add(T_map_base, points_);
   describe(stamp, T_map_base);
-  keyframe_.id = static_cast<std::int32_t>(counters_.keyframes++);
+  keyframe_.id = next_keyframe_++;
+  ++counters_.keyframes;
   keyframe_.look = false;
+  keyframe_.origin = std::exchange(origin_, KeyframeOrigin::kContinued);
   keyframe_.T_previous_base = last_keyframe_ ? between(*last_keyframe_, T_map_base) : Pose2{};
-  if (last_keyframe_) {
-    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-    turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-last_keyframe_->theta).toRotationMatrix();
-    keyframe_.step_covariance = turn * drift_ * turn.transpose();
-  }
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  if (last_keyframe_) turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-last_keyframe_->theta).toRotationMatrix();
+  keyframe_.step_covariance = turn * drift_ * turn.transpose();
   keyframe_.step_covariance.diagonal().array() += kMinStepSigma * kMinStepSigma;
   drift_.setZero();
   last_keyframe_ = T_map_base;
@@ -191,6 +231,7 @@ const Keyframe* Localizer::look(Timestamp stamp, const Pose2& T_map_base) {
   keyframe_.id = anchored.keyframe;
   keyframe_.T_previous_base = anchored.T_keyframe_base;
   keyframe_.look = true;
+  keyframe_.origin = KeyframeOrigin::kContinued;
   return &keyframe_;
 }
 
@@ -218,6 +259,7 @@ void Localizer::accumulateDrift(const Pose2& T_map_base, const MatchResult* matc
 }
 
 void Localizer::apply(MapCorrection& correction) {
+  if (correction.segment != segment_) return;
   // The nearest keyframe that both references hold says how the map moved here.
   const Pose2 here = pose_.at(pose_.newestStamp()).pose();
   Pose2 T_new_old;
@@ -232,11 +274,16 @@ void Localizer::apply(MapCorrection& correction) {
     nearest = distance;
     T_new_old = corrected->T_map_base * old.T_map_base.inverse();
   }
+  if (correction.T_map_segment) {
+    T_new_old = *correction.T_map_segment;
+    placed_ = true;
+    extends_ = !config_.localise_only;
+  }
   std::swap(reference_, correction.reference);
   std::swap(reference_keyframes_, correction.keyframes);
   for (const ReferenceKeyframe& old : correction.keyframes) {
     const RecentScan& recent = recent_[static_cast<std::size_t>(old.id) % recent_.size()];
-    if (old.id <= correction.newest || recent.id != old.id) continue;
+    if (old.id <= correction.newest || recent.id != old.id || !extends_) continue;
     reference_.add(T_new_old * old.T_map_base, recent.points);
     if (reference_keyframes_.size() < kReferenceKeyframes) {
       reference_keyframes_.push_back({old.id, T_new_old * old.T_map_base});
@@ -265,7 +312,8 @@ Localizer::Anchored Localizer::anchor(const Pose2& T_map_base) const {
 void Localizer::describe(Timestamp stamp, const Pose2& T_map_base) {
   last_look_ = T_map_base;
   last_look_stamp_ = stamp;
-  keyframe_.map_id = map_id_;
+  keyframe_.map_id = start_.map_id;
+  keyframe_.segment = segment_;
   keyframe_.stamp = stamp;
   keyframe_.T_map_base = T_map_base;
   keyframe_.T_base_lidar = config_.lidar.T_base_lidar;
@@ -277,6 +325,7 @@ void Localizer::describe(Timestamp stamp, const Pose2& T_map_base) {
 
 LocalisationState Localizer::state(Timestamp stamp, const Eigen::Matrix3d& covariance) const {
   if (!last_match_) return LocalisationState::kInitialising;
+  if (!placed_) return was_placed_ ? LocalisationState::kLost : LocalisationState::kInitialising;
   const double sigma = std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
   if (sigma > config_.lost_position_sigma) return LocalisationState::kLost;
   const bool old = toSeconds(stamp - *last_match_) > config_.degraded_after;
@@ -307,11 +356,9 @@ OdometryEstimate Localizer::odometry(Timestamp stamp) const {
 }
 
 void Localizer::setPose(const Pose2& T_map_base, const Eigen::Vector3d& sigma) {
-  // The keyframe before and the next one are then joined by the person's word only.
-  const Pose2 jump = between(pose_.at(pose_.newestStamp()).pose(), T_map_base);
-  drift_ += sigma.cwiseAbs2().asDiagonal();
-  drift_ += jump.vector() * jump.vector().transpose();
   pose_.setPose(T_map_base, sigma);
+  beginSegment(KeyframeOrigin::kGiven);
+  drift_ = sigma.cwiseAbs2().asDiagonal();
 }
 
 LocalizerCounters Localizer::counters() const {

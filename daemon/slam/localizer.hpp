@@ -60,12 +60,16 @@ struct LocalizerConfig {
   double max_doubt = 3.0;      ///< [1] Ekf::doubt() above which a prediction is one guess among others
   KeyframeConfig keyframe;
   DriftConfig drift;
+  bool localise_only = false;        ///< the map is given: scans do not extend it
+  double kidnap_distance = 0.5;      ///< [m] a robot that was localised this near cannot have left the known map: when
+  double kidnap_rotation = 0.5;      ///< [rad] its scans match no longer, it was carried away
   double degraded_after = 1.0;       ///< [s] without a matched scan
   double lost_position_sigma = 1.0;  ///< [m] a position this uncertain is not valid
 };
 
 struct LocalizerCounters {
   std::uint32_t scans = 0, matched = 0, partly_observable = 0, unmatched = 0, gated = 0, keyframes = 0;
+  std::uint32_t lost = 0;             ///< times that the place in the map was lost, or given by a person
   std::uint32_t searched = 0;         ///< scans whose prediction led to no match and that were searched for
   std::uint32_t scans_too_late = 0;   ///< older than the filter's window
   std::uint32_t scans_retimed = 0;    ///< stamp not after its predecessor's
@@ -84,6 +88,15 @@ struct ScanOutcome {
   const Keyframe* keyframe = nullptr;  ///< set when the scan became one, or a look; valid until the next scan
 };
 
+/// Where a Localizer begins.
+struct LocalizerStart {
+  std::int32_t map_id = 0;    ///< written into the keyframes; a new one is a new map
+  int first_keyframe = 0;     ///< id of its first keyframe: a stored map has so many
+  bool in_known_map = false;  ///< the map has content: the robot must be found in it
+  Pose2 T_map_base = {};      ///< last pose known
+  double gyro_bias = 0.0;     ///< [rad/s] last value known
+};
+
 /// The front end: the paper's pipeline from sensors to pose.
 ///
 /// Two filters run over the same wheels and IMU: the odometry filter never sees the lidar and drifts smoothly in odom;
@@ -95,8 +108,7 @@ class Localizer {
   /// Reads a clock for statistics only; given from outside, because this folder cannot read one.
   using Stopwatch = Timestamp (*)();
 
-  /// @param map_id written into the keyframes; a new one is a new map
-  explicit Localizer(const LocalizerConfig& config, Stopwatch stopwatch = nullptr, std::int32_t map_id = 0);
+  explicit Localizer(const LocalizerConfig& config, Stopwatch stopwatch = nullptr, const LocalizerStart& start = {});
 
   void add(const WheelSample& sample);
   void add(const ImuSample& sample);
@@ -107,11 +119,13 @@ class Localizer {
   PoseEstimate estimate(Timestamp stamp) const;
   OdometryEstimate odometry(Timestamp stamp) const;
 
-  /// Moves the robot in the map, by command. @param sigma [m, m, rad]
+  /// Moves the robot in the map, by command: a segment begins there, which the back end compares with the map.
+  /// @param sigma [m, m, rad]
   void setPose(const Pose2& T_map_base, const Eigen::Vector3d& sigma);
 
   /// Goes on in the map as the back end has corrected it: pose and reference change together, the pose rigidly by the
-  /// motion of the keyframe nearest to the robot. @return the old reference, to be recycled outside the pose path
+  /// motion of the keyframe nearest to the robot, or to where a lost robot was found. A correction made for another
+  /// segment changes nothing. @return the old reference, to be recycled outside the pose path
   void apply(MapCorrection& correction);
 
   /// The keyframe nearest to a pose, and the pose relative to it.
@@ -120,6 +134,11 @@ class Localizer {
     Pose2 T_keyframe_base;
   };
   Anchored anchor(const Pose2& T_map_base) const;
+
+  /// Counts up when the robot is lost, or its pose given by a person.
+  std::int32_t segment() const { return segment_; }
+  /// false: the pose is relative to the segment's beginning, not to the map
+  bool placed() const { return placed_; }
 
   const LocalizerConfig& config() const { return config_; }
   LocalizerCounters counters() const;
@@ -133,12 +152,14 @@ class Localizer {
   const Keyframe* keepOrLook(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match);
   const Keyframe* keep(Timestamp stamp, const Pose2& T_map_base);
   const Keyframe* look(Timestamp stamp, const Pose2& T_map_base);
+  bool carriedAway(const Pose2& predicted) const;
+  void beginSegment(KeyframeOrigin origin);
   void accumulateDrift(const Pose2& T_map_base, const MatchResult* match);
   void describe(Timestamp stamp, const Pose2& T_map_base);
 
   LocalizerConfig config_;
   Stopwatch stopwatch_;
-  std::int32_t map_id_;
+  LocalizerStart start_;
   EkfTimeline odometry_, pose_;
   ForwardJumpGuard wheel_guard_, imu_guard_, scan_guard_;
   StampSequencer wheel_stamps_, scan_stamps_;
@@ -161,6 +182,11 @@ class Localizer {
   Eigen::Matrix3d drift_ = Eigen::Matrix3d::Zero();  // in map, since the last keyframe
   Pose2 last_pose_, last_motion_;                    // at the last matched scan, and from the one before
   bool has_wheels_ = false;
+  std::int32_t segment_ = 0;
+  KeyframeOrigin origin_ = KeyframeOrigin::kContinued;  // of the next keyframe
+  bool placed_ = true, was_placed_ = false;
+  bool extends_ = true;  // the reference, by keyframes
+  int next_keyframe_ = 0;
   double overlap_ = 0.0;
   int failures_ = 0;
   LocalizerCounters counters_;

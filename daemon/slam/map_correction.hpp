@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/pose2.hpp"
@@ -19,7 +21,9 @@ struct MapCorrection {
   explicit MapCorrection(const ReferenceConfig& config) : reference(config) {}
   Reference reference;
   std::vector<ReferenceKeyframe> keyframes;  ///< in the reference, by id
+  std::optional<Pose2> T_map_segment;        ///< set: the lost segment has been found here in the map
   std::int32_t map_id = 0;                   ///< of the map that it corrects
+  std::int32_t segment = 0;                  ///< that the robot was in; void in another one
   int newest = -1;                           ///< newest keyframe that the back end knew
 };
 

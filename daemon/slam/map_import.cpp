@@ -68,7 +68,7 @@ Eigen::Vector2d normalAt(const MapImage& image, int column, int row) {
 
 }  // namespace
 
-KeyframeGraph importMap(const MapImage& image) {
+MapState importMap(const MapImage& image) {
   std::map<std::pair<int, int>, std::shared_ptr<StoredScan>> squares;
   for (int row = 0; row < image.height; ++row) {
     for (int column = 0; column < image.width; ++column) {
@@ -89,11 +89,13 @@ KeyframeGraph importMap(const MapImage& image) {
       scan->points.push_back(point);
     }
   }
-  KeyframeGraph keyframes;
+  MapState map;
+  map.picture_only = true;
   for (const auto& [square, scan] : squares) {
-    keyframes.add(scan, {(square.second + 0.5) * kSquare, (square.first + 0.5) * kSquare, 0.0});
+    map.keyframes.add(scan, {(square.second + 0.5) * kSquare, (square.first + 0.5) * kSquare, 0.0});
   }
-  return keyframes;
+  map.grid = toGrid(image);
+  return map;
 }
 
 }  // namespace slam

@@ -21,13 +21,14 @@ bool meet(const std::vector<TileIndex>& sorted, const std::vector<TileIndex>& ti
 
 void Mapper::add(const MapScan& scan) {
   grid_.add(scan.T_map_base, scan.scan->T_base_lidar, scan.scan->points);
-  if (scan.id >= 0) keyframes_.push_back({scan.scan, scan.T_map_base, scan.T_map_base, grid_.touched()});
+  if (scan.id >= 0) keyframes_.push_back({scan.id, scan.scan, scan.T_map_base, scan.T_map_base, grid_.touched()});
   if (redraw_ && redraw_->patch) redraw_->patch->add(scan.T_map_base, scan.scan->T_base_lidar, scan.scan->points);
 }
 
 void Mapper::move(std::span<const Pose2> T_map_base) {
-  for (std::size_t i = 0; i < std::min(T_map_base.size(), keyframes_.size()); ++i) {
-    keyframes_[i].T_map_base = T_map_base[i];
+  for (Drawn& keyframe : keyframes_) {
+    const auto id = static_cast<std::size_t>(keyframe.id);
+    if (id < T_map_base.size()) keyframe.T_map_base = T_map_base[id];
   }
   redraw_.emplace();  // begins anew: what was not finished is still drawn at its old place
 }
@@ -89,6 +90,16 @@ void Mapper::finishRedraw() {
     keyframes_[moved.keyframe].tiles = std::move(moved.tiles);
   }
   redraw_.reset();
+}
+
+void Mapper::load(std::span<const MapScan> keyframes, OccupancyGrid grid) {
+  reset();
+  for (const MapScan& keyframe : keyframes) {
+    OccupancyGrid alone(config_);
+    alone.add(keyframe.T_map_base, keyframe.scan->T_base_lidar, keyframe.scan->points);
+    keyframes_.push_back({keyframe.id, keyframe.scan, keyframe.T_map_base, keyframe.T_map_base, alone.touched()});
+  }
+  grid_ = std::move(grid);
 }
 
 void Mapper::reset() { *this = Mapper(config_); }

@@ -13,7 +13,7 @@ namespace slam {
 
 /// A scan with the pose to draw it at.
 struct MapScan {
-  int id = -1;  ///< of the keyframe, counting from 0; -1: a look, drawn once and forgotten
+  int id = -1;  ///< of the keyframe; -1: a look, drawn once and forgotten
   Pose2 T_map_base;
   std::shared_ptr<const StoredScan> scan;
 };
@@ -31,10 +31,12 @@ class Mapper {
   explicit Mapper(const OccupancyGridConfig& config = {}) : config_(config), grid_(config) {}
 
   void add(const MapScan& scan);
-  /// @param T_map_base new poses of keyframes 0, 1, ...; further ones stay
+  /// @param T_map_base new poses by keyframe id; further ones stay
   void move(std::span<const Pose2> T_map_base);
   /// Draws up to `scans` scans of what is left to draw anew. @return true while something is left
   bool work(int scans);
+  /// Goes on in a stored map: its keyframes, and the grid that they and looks were drawn into.
+  void load(std::span<const MapScan> keyframes, OccupancyGrid grid);
   /// Forgets the map.
   void reset();
 
@@ -46,6 +48,7 @@ class Mapper {
 
  private:
   struct Drawn {
+    int id;
     std::shared_ptr<const StoredScan> scan;
     Pose2 T_map_base, T_map_base_drawn;
     std::vector<TileIndex> tiles;  // touched where it is drawn

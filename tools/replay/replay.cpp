@@ -12,6 +12,7 @@
 #include "mapping/map_files.hpp"
 #include "runtime/process_usage.hpp"
 #include "slam/back_end.hpp"
+#include "slam/map_import.hpp"
 #include "tools/common/trajectory.hpp"
 
 namespace slam {
@@ -29,20 +30,37 @@ std::optional<TrajectoryWriter> writerFor(const std::filesystem::path& file) {
   return file.empty() ? std::nullopt : std::optional<TrajectoryWriter>(file);
 }
 
+LocalizerStart startIn(const std::optional<MapState>& map) {
+  if (!map || map->keyframes.size() == 0) return {};
+  return {.first_keyframe = map->keyframes.size(),
+          .in_known_map = true,
+          .T_map_base = map->T_map_base,
+          .gyro_bias = map->gyro_bias};
+}
+
 /// One run: the log's samples go through the same Localizer and Mapper as in the daemon.
 class Run {
  public:
-  Run(const Config& config, const ReplayOptions& options)
+  Run(const Config& config, const ReplayOptions& options, std::optional<MapState> map)
       : use_lidar_(config.lidar_device.source != "none"),
         use_wheels_(config.base_device.source != "none"),
         use_imu_(config.imu_device.source != "none"),
-        localizer_(config.localizer, &stopwatch),
+        localise_only_(config.mode == "localise"),
+        localizer_(localizerConfig(config), &stopwatch, startIn(map)),
         back_end_(backEndConfig(config)),
         mapper_(config.map),
         final_(writerFor(options.trajectory)),
         causal_(writerFor(options.causal)),
         odometry_(writerFor(options.odometry)),
-        wheels_(writerFor(options.wheels)) {}
+        wheels_(writerFor(options.wheels)) {
+    if (!map) return;
+    std::vector<MapScan> scans;
+    for (int id = 0; id < map->keyframes.size() && !map->picture_only; ++id) {
+      scans.push_back({id, map->keyframes.pose(id), map->keyframes.scan(id)});
+    }
+    mapper_.load(scans, std::move(map->grid));
+    back_end_.load(std::move(map->keyframes));
+  }
 
   void feed(const LogEvent& event) {
     if (event.channel == channel::kScan && use_lidar_) {
@@ -61,9 +79,10 @@ class Run {
   }
 
   ReplayStats finish(const ReplayOptions& options) {
-    for (const auto& [utime, anchored] : poses_) {
-      const Pose2 T_map_keyframe = anchored.keyframe < 0 ? Pose2{} : back_end_.keyframes().pose(anchored.keyframe);
-      if (final_) final_->write(utime, T_map_keyframe * anchored.T_keyframe_base);
+    for (const Row& row : poses_) {
+      const Pose2 T_map_keyframe =
+          row.anchored.keyframe < 0 ? Pose2{} : back_end_.keyframes().pose(row.anchored.keyframe);
+      if (final_) final_->write(row.utime, T_map_keyframe * row.anchored.T_keyframe_base);
     }
     stats_.loop_closures = back_end_.counters().loop_closures;
     for (auto* writer : {&final_, &causal_, &odometry_, &wheels_}) {
@@ -89,15 +108,19 @@ class Run {
     const PoseEstimate estimate = localizer_.estimate(outcome.stamp);
     stats_.scan_us.push_back(microsecondsSince(start));
     if (outcome.match.iterations > 0) stats_.match_us.push_back(1e6 * toSeconds(outcome.match_time));
-    poses_.emplace_back(utime, localizer_.anchor(estimate.T_map_base));  // before a correction moves the keyframes
+    // Before a correction moves the keyframes; in a given map, whose keyframes stay, the pose is its own anchor.
+    poses_.push_back(
+        {utime, localizer_.segment(),
+         localise_only_ ? Localizer::Anchored{-1, estimate.T_map_base} : localizer_.anchor(estimate.T_map_base)});
     if (outcome.keyframe != nullptr) {
       back_end_.add(*outcome.keyframe);
-      mapper_.add(back_end_.mapScan(*outcome.keyframe));
+      for (const MapScan& drawn : back_end_.mapScans(*outcome.keyframe)) mapper_.add(drawn);
       if (generation_ != back_end_.generation()) {
         mapper_.move(back_end_.keyframes().graph().poses());  // drawn when somebody looks
         generation_ = back_end_.generation();
       }
       if (auto correction = back_end_.takeCorrection()) {
+        if (localise_only_ && correction->T_map_segment) placeRows(*correction->T_map_segment);
         localizer_.apply(*correction);
         back_end_.recycle(std::move(correction));
       }
@@ -106,12 +129,26 @@ class Run {
     if (odometry_) odometry_->write(utime, localizer_.odometry(outcome.stamp).T_odom_base);
   }
 
+  /// The segment was found: where the robot was since it got lost is known now.
+  void placeRows(const Pose2& T_map_segment) {
+    for (auto row = poses_.rbegin(); row != poses_.rend() && row->segment == localizer_.segment(); ++row) {
+      row->anchored.T_keyframe_base = T_map_segment * row->anchored.T_keyframe_base;
+    }
+  }
+
+  struct Row {
+    std::int64_t utime;
+    std::int32_t segment;
+    Localizer::Anchored anchored;
+  };
+
   bool use_lidar_, use_wheels_, use_imu_;  // a source of "none" is left out of the log, too
+  bool localise_only_;
   Localizer localizer_;
   BackEnd back_end_;
   Mapper mapper_;
   std::optional<TrajectoryWriter> final_, causal_, odometry_, wheels_;
-  std::vector<std::pair<std::int64_t, Localizer::Anchored>> poses_;
+  std::vector<Row> poses_;
   int generation_ = 0;  // of the back end's poses in the map
   ReplayStats stats_;
 };
@@ -123,7 +160,14 @@ ReplayStats replay(const Config& config, const ReplayOptions& options,
   const auto start = Clock::now();
   const double cpu_before = cpuSeconds();
   EventLogReader log(options.log);
-  Run run(config, options);
+  std::optional<MapState> map;
+  if (!options.load_map.empty()) map = importMap(readMapFiles(options.load_map));
+  if (!map && config.mode == "localise") throw std::runtime_error("mode \"localise\" needs a map; give --load-map");
+  if (map && map->picture_only && config.mode != "localise") {
+    throw std::runtime_error(options.load_map.string() +
+                             ": a picture of a map cannot be extended; set mode to localise");
+  }
+  Run run(config, options, std::move(map));
   std::int64_t first = 0, last = 0;
   for (LogEvent event; log.next(event);) {
     if (first == 0) first = event.utime;
