@@ -82,105 +82,97 @@ GlobalSearch::GlobalSearch(std::span<const Eigen::Vector2d> walls, const GlobalS
   }
 }
 
-std::optional<GlobalPlace> GlobalSearch::search(std::span<const ScanPoint> points, double min_score) const {
-  if (levels_.empty()) return std::nullopt;
-  std::vector<Eigen::Vector2d> near;
-  double sum = 0.0;
-  for (const ScanPoint& point : points) {
-    if (point.position.norm() > config_.max_range) continue;
-    near.push_back(point.position);
-    sum += point.position.norm();
-  }
-  if (near.empty()) return std::nullopt;
+std::vector<GlobalPlace> GlobalSearch::search(std::span<const Eigen::Vector2d> points, double min_score, int most,
+                                              double share) const {
+  std::vector<GlobalPlace> places;
+  if (levels_.empty() || points.empty()) return places;
   Query query;
-  query.count = static_cast<int>(std::min(near.size(), static_cast<std::size_t>(config_.max_points)));
-  const double lever = std::max(1.0, sum / static_cast<double>(near.size()));
+  query.count = static_cast<int>(points.size());
+  double sum = 0.0;
+  for (const Eigen::Vector2d& p : points) sum += p.norm();
+  const double lever = std::max(1.0, sum / query.count);
   query.turns = static_cast<int>(std::ceil(2.0 * std::numbers::pi * lever / (kTurnStep * cell_)));
   query.step = 2.0 * std::numbers::pi / query.turns;
-  query.points.reserve(static_cast<std::size_t>(query.turns * query.count));
+  query.points.reserve(static_cast<std::size_t>(query.turns) * points.size());
   for (int turn = 0; turn < query.turns; ++turn) {
     const double c = std::cos(turn * query.step) / cell_, s = std::sin(turn * query.step) / cell_;
-    for (int i = 0; i < query.count; ++i) {
-      const Eigen::Vector2d& p =
-          near[static_cast<std::size_t>(i) * near.size() / static_cast<std::size_t>(query.count)];
+    for (const Eigen::Vector2d& p : points) {
       query.points.push_back({static_cast<int>(std::floor(c * p.x() - s * p.y() + 0.5)),
                               static_cast<int>(std::floor(s * p.x() + c * p.y() + 0.5))});
     }
   }
 
   const double full = kFull * query.count;
-  const Best best = bestOf(query, static_cast<int>(min_score * full), nullptr);
-  if (best.score < 0) return std::nullopt;
-  GlobalPlace place{toPose(query, best.pose), best.score / full, config_.runner_up_floor, std::nullopt};
-  const Best other = bestOf(query, static_cast<int>(config_.runner_up_floor * best.score), &best.pose);
-  if (other.score >= 0) {
-    place.runner_up = static_cast<double>(other.score) / best.score;
-    place.T_map_query_elsewhere = toPose(query, other.pose);
+  const int coarsest = static_cast<int>(levels_.size()) - 1;
+  int threshold = static_cast<int>(min_score * full);
+  const std::vector<Block> blocks = coarseBlocks(query, threshold);
+  std::vector<Pose> known;
+  while (static_cast<int>(known.size()) < most) {
+    Best best{{}, threshold};
+    for (const Block& block : blocks) {
+      if (block.bound <= best.score) break;
+      branch(query, coarsest, block, known, best);
+    }
+    if (best.score == threshold) break;
+    if (known.empty()) threshold = std::max(threshold, static_cast<int>(share * best.score));
+    known.push_back(best.pose);
+    places.push_back({toPose(query, best.pose), best.score / full});
   }
-  return place;
+  return places;
 }
 
-GlobalSearch::Best GlobalSearch::bestOf(const Query& query, int threshold, const Pose* elsewhere) const {
+std::vector<GlobalSearch::Block> GlobalSearch::coarseBlocks(const Query& query, int threshold) const {
   // The query's origin lies within the walls' bounding box.
-  struct Candidate {
-    Pose pose;
-    int bound;
-  };
   const int coarsest = static_cast<int>(levels_.size()) - 1, step = levels_.back().reach;
-  std::vector<Candidate> candidates;
+  std::vector<Block> blocks;
   for (int turn = 0; turn < query.turns; ++turn) {
     for (int row = margin_; row < rows_ - margin_; row += step) {
       for (int column = margin_; column < columns_ - margin_; column += step) {
         const Pose pose{turn, column, row};
         const int bound = score(query, coarsest, pose);
-        if (bound > threshold) candidates.push_back({pose, bound});
+        if (bound > threshold) blocks.push_back({pose, bound});
       }
     }
   }
-  std::sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) { return a.bound > b.bound; });
-  Best best;
-  best.score = threshold;
-  for (const Candidate& candidate : candidates) {
-    if (candidate.bound <= best.score) break;
-    branch(query, coarsest, candidate.pose, candidate.bound, elsewhere, best);
-  }
-  if (best.score == threshold) best.score = -1;
-  return best;
+  std::sort(blocks.begin(), blocks.end(), [](const Block& a, const Block& b) { return a.bound > b.bound; });
+  return blocks;
 }
 
-void GlobalSearch::branch(const Query& query, int level, const Pose& pose, int bound, const Pose* elsewhere,
+void GlobalSearch::branch(const Query& query, int level, const Block& block, std::span<const Pose> known,
                           Best& best) const {
   const int reach = levels_[static_cast<std::size_t>(level)].reach;
-  if (elsewhere != nullptr && !distinct(query, pose, *elsewhere, reach)) return;
+  if (!elsewhere(query, block.pose, reach, known)) return;
   if (level == 0) {
-    best = {pose, bound};
+    best = {block.pose, block.bound};
     return;
   }
   // Best first: a good leaf early cuts off more of the rest.
   const int half = reach / 2;
-  std::array<Pose, 4> children;
-  std::array<int, 4> bounds;
+  std::array<Block, 4> children;
   for (int i = 0; i < 4; ++i) {
-    const auto n = static_cast<std::size_t>(i);
-    children[n] = {pose.turn, pose.column + (i & 1) * half, pose.row + (i >> 1) * half};
-    bounds[n] = score(query, level - 1, children[n]);
+    const Pose pose{block.pose.turn, block.pose.column + (i & 1) * half, block.pose.row + (i >> 1) * half};
+    children[static_cast<std::size_t>(i)] = {pose, score(query, level - 1, pose)};
   }
   for (int i = 0; i < 4; ++i) {
-    const auto next = static_cast<std::size_t>(std::max_element(bounds.begin(), bounds.end()) - bounds.begin());
-    if (bounds[next] <= best.score) return;
-    branch(query, level - 1, children[next], bounds[next], elsewhere, best);
-    bounds[next] = -1;
+    const auto next = std::max_element(children.begin(), children.end(),
+                                       [](const Block& a, const Block& b) { return a.bound < b.bound; });
+    if (next->bound <= best.score) return;
+    branch(query, level - 1, *next, known, best);
+    next->bound = -1;
   }
 }
 
-/// Whether a block of poses, `steps` cells wide, holds one that is another place than `b`.
-bool GlobalSearch::distinct(const Query& query, const Pose& a, const Pose& b, int steps) const {
-  const int turns = std::abs(a.turn - b.turn);
-  if (std::min(turns, query.turns - turns) * query.step > config_.distinct_rotation) return true;
-  const auto farthest = [&](int from, int to) {
-    return std::max(std::abs(from - to), std::abs(from + steps - 1 - to));
-  };
-  return std::hypot(farthest(a.column, b.column), farthest(a.row, b.row)) * cell_ > config_.distinct_distance;
+/// Whether a block of poses, `width` cells wide, holds one that is another place than all that are known.
+bool GlobalSearch::elsewhere(const Query& query, const Pose& block, int width, std::span<const Pose> known) const {
+  return std::all_of(known.begin(), known.end(), [&](const Pose& other) {
+    const int turns = std::abs(block.turn - other.turn);
+    if (std::min(turns, query.turns - turns) * query.step > config_.distinct_rotation) return true;
+    const auto farthest = [&](int from, int to) {
+      return std::max(std::abs(from - to), std::abs(from + width - 1 - to));
+    };
+    return std::hypot(farthest(block.column, other.column), farthest(block.row, other.row)) * cell_ >
+           config_.distinct_distance;
+  });
 }
 
 int GlobalSearch::score(const Query& query, int level, const Pose& pose) const {

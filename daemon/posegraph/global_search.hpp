@@ -2,12 +2,10 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
 #include "core/pose2.hpp"
-#include "matching/scan_points.hpp"
 
 namespace slam {
 
@@ -16,19 +14,14 @@ struct GlobalSearchConfig {
   int max_cells = 1 << 22;          ///< of a level: bounds the memory, one byte a cell and level
   int levels = 6;                   ///< the coarsest one steps by 2^(levels - 1) cells
   double kernel_sigma = 0.15;       ///< [m] a point this far from a wall has lost 40 % of its score
-  int max_points = 240;             ///< of the query
-  double max_range = 15.0;          ///< [m] points further away are left out: turned a little, they are anywhere
   double distinct_distance = 1.0;   ///< [m] results further apart than this ...
   double distinct_rotation = 0.35;  ///< [rad] ... or this are two places
-  double runner_up_floor = 0.7;     ///< [1] of the best score: a second place that is worse is not looked for
 };
 
-/// Best place of a query in a map, and how good the best place elsewhere is.
+/// Where a query may lie in a map.
 struct GlobalPlace {
   Pose2 T_map_query;
-  double score = 0.0;                          ///< [1] mean over the points: 1 when all lie on walls
-  double runner_up = 0.0;                      ///< [1] score of the best other place / score, at least runner_up_floor
-  std::optional<Pose2> T_map_query_elsewhere;  ///< that other place, when there is one above the floor
+  double score = 0.0;  ///< [1] mean over the points: 1 when all lie on walls
 };
 
 /// Finds points in a whole map without a guess: branch and bound over a pyramid of smoothed walls, exact on its grid of
@@ -40,10 +33,14 @@ class GlobalSearch {
   /// @param walls [m] points of the map's walls
   explicit GlobalSearch(std::span<const Eigen::Vector2d> walls, const GlobalSearchConfig& config = {});
 
-  /// @param query     points in the query's frame, whose origin the robot stands near
+  /// @param query     [m] points in the query's frame, whose origin the robot stands near; the cost grows with their
+  ///                  number
   /// @param min_score [1] no place with less is looked for
-  /// @return nothing when there is no such place
-  std::optional<GlobalPlace> search(std::span<const ScanPoint> query, double min_score) const;
+  /// @param most      places looked for
+  /// @param share     [1] of the best place's score that the others reach at least
+  /// @return the best place and the best ones elsewhere, best first
+  std::vector<GlobalPlace> search(std::span<const Eigen::Vector2d> query, double min_score, int most,
+                                  double share) const;
 
  private:
   struct Pose {
@@ -59,10 +56,14 @@ class GlobalSearch {
     std::vector<std::uint8_t> values;
   };
 
+  struct Block {
+    Pose pose;
+    int bound;
+  };
+  std::vector<Block> coarseBlocks(const Query& query, int threshold) const;
   int score(const Query& query, int level, const Pose& pose) const;
-  void branch(const Query& query, int level, const Pose& pose, int bound, const Pose* elsewhere, Best& best) const;
-  Best bestOf(const Query& query, int threshold, const Pose* elsewhere) const;
-  bool distinct(const Query& query, const Pose& a, const Pose& b, int steps) const;
+  void branch(const Query& query, int level, const Block& block, std::span<const Pose> known, Best& best) const;
+  bool elsewhere(const Query& query, const Pose& block, int width, std::span<const Pose> known) const;
   Pose2 toPose(const Query& query, const Pose& pose) const;
 
   GlobalSearchConfig config_;

@@ -4,8 +4,12 @@
 #include <numbers>
 
 #include "app/config_loader.hpp"
+#include "mapping/map_files.hpp"
+#include "slam/map_import.hpp"
+#include "tools/bench/cold_starts.hpp"
 #include "tools/bench/scan_pairs.hpp"
 #include "tools/common/program.hpp"
+#include "tools/replay/stats.hpp"
 
 namespace {
 
@@ -35,6 +39,25 @@ void printMatchers(const std::vector<slam::ScanPair>& pairs, const slam::Config&
   }
 }
 
+void printColdStarts(const slam::ColdStartReport& report, bool verbose) {
+  if (verbose) {
+    for (const slam::ColdStart& start : report.starts) {
+      if (start.found) {
+        std::printf("at %6.1f s: found after %4.1f s, %.2f m %.1f deg off\n", start.begin, start.after,
+                    start.translation, start.rotation);
+      } else {
+        std::printf("at %6.1f s: not yet\n", start.begin);
+      }
+    }
+  }
+  const auto search = slam::quantiles(report.search_ms);
+  std::printf("%zu cold starts: %d right, %d wrong, %d not yet; %zu searches, median %.0f ms, p99 %.0f ms\n",
+              report.starts.size(), report.right, report.wrong, report.not_yet, report.search_ms.size(), search.p50,
+              search.p99);
+  std::printf("truth: one run over the whole log, mean overlap %.2f, lost %d times\n", report.truth_overlap,
+              report.truth_lost);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -49,6 +72,18 @@ int main(int argc, char** argv) {
   matcher->add_option("--seed", seed, "of the noise on the guesses")->capture_default_str();
   matcher->add_option("LOG", log, "LCM event log")->required();
   matcher->add_option("RELATIONS", relations, "known relative poses")->required();
+  CLI::App* localise = app.add_subcommand("localise", "cold starts all over a log in a given map");
+  std::string map;
+  int places = 50;
+  double seconds = 10.0;
+  bool verbose = false;
+  localise->add_option("--config", config_file, "slamd configuration (TOML)")->required();
+  localise->add_option("--set", overrides, "section.key=value over the file; may be repeated");
+  localise->add_option("--places", places, "number of starts")->capture_default_str()->check(CLI::Range(1, 100000));
+  localise->add_option("--seconds", seconds, "[s] that each drives at most")->capture_default_str();
+  localise->add_flag("--verbose", verbose, "a line for each start");
+  localise->add_option("LOG", log, "LCM event log")->required();
+  localise->add_option("MAP", map, "map_server .yaml")->required();
   return slam::runProgram(app, argc, argv, SLAMD_VERSION,
                           "slam-benchmark matcher --config config/carmen.toml intel.lcm intel.relations", [&] {
                             slam::Config config;
@@ -56,6 +91,12 @@ int main(int argc, char** argv) {
                               config = slam::loadConfig(config_file, overrides);
                             } catch (const slam::ConfigError& error) {
                               throw slam::BadConfig(error.what());
+                            }
+                            if (localise->parsed()) {
+                              config.mode = "localise";
+                              const auto state = slam::importMap(slam::readMapFiles(map));
+                              printColdStarts(slam::coldStarts(log, config, state, places, seconds), verbose);
+                              return slam::kDone;
                             }
                             printMatchers(slam::loadScanPairs(log, relations, config), config, seed);
                             return slam::kDone;
