@@ -62,11 +62,13 @@ std::vector<PoseGraph::Reached> PoseGraph::reach(int anchor, double max_position
       const int next = edge.from == step.node ? edge.to : edge.from;
       const EdgeVariances& variances = variances_[static_cast<std::size_t>(id)];
       const double length = variances.length;
-      const double position = step.position + (2.0 * step.cross + step.heading * length) * length + variances.position;
+      // Against its direction an edge's own heading error swings it, too; along it that swings only what follows.
+      const double swinging = step.heading + (edge.to == step.node ? variances.heading : 0.0);
+      const double position = step.position + (2.0 * step.cross + swinging * length) * length + variances.position;
       if (position > max_position_variance || position >= best_[static_cast<std::size_t>(next)]) continue;
       best_[static_cast<std::size_t>(next)] = position;
       touched.push_back(next);
-      queue.push({position, step.cross + step.heading * length, step.heading + variances.heading, next});
+      queue.push({position, step.cross + swinging * length, step.heading + variances.heading, next});
     }
   }
   for (const int node : touched) best_[static_cast<std::size_t>(node)] = kUnknown;
