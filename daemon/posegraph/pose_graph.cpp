@@ -2,7 +2,6 @@
 #include "posegraph/pose_graph.hpp"
 
 #include <Eigen/LU>
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <queue>
@@ -16,8 +15,10 @@ constexpr double kBlindVariance = 1e2;  // [m^2, rad^2] of a direction that an e
 EdgeVariances variancesOf(const Edge& edge) {
   const Eigen::Matrix3d regular = edge.information + Eigen::Matrix3d::Identity() / kBlindVariance;
   const Eigen::Matrix3d covariance = regular.inverse();
-  return {std::max(covariance(0, 0), covariance(1, 1)), covariance(2, 2),
-          std::hypot(edge.T_from_to.x, edge.T_from_to.y)};
+  // Along the worst direction: the next edge's axes may lie along it.
+  const double mean = 0.5 * (covariance(0, 0) + covariance(1, 1));
+  const double spread = std::hypot(0.5 * (covariance(0, 0) - covariance(1, 1)), covariance(0, 1));
+  return {mean + spread, covariance(2, 2), std::hypot(edge.T_from_to.x, edge.T_from_to.y)};
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ struct Edge {
 
 /// What an edge leaves unknown.
 struct EdgeVariances {
-  double position, heading;  ///< [m^2] the larger of x and y, [rad^2]
+  double position, heading;  ///< [m^2] along the worst direction, [rad^2]
   double length;             ///< [m] of the edge
 };
 
@@ -49,7 +49,7 @@ class PoseGraph {
   /// A node and what is not known of its position relative to another.
   struct Reached {
     int node;
-    double position_variance;  ///< [m^2] the larger of x and y
+    double position_variance;  ///< [m^2] along the worst direction
     double heading_variance;   ///< [rad^2]
   };
   /// Nodes whose position relative to `anchor` is known to within `max_position_variance` [m^2], along the best chain

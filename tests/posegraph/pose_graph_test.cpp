@@ -2,6 +2,7 @@
 #include "posegraph/pose_graph.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <gmock/gmock.h>
@@ -58,7 +59,7 @@ double sampledVariance(const PoseGraph& graph, int anchor, int node, std::mt1993
   constexpr int kSamples = 4000;
   std::normal_distribution<double> normal;
   const Pose2 truth = between(graph.pose(anchor), graph.pose(node));
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
   for (int sample = 0; sample < kSamples; ++sample) {
     std::vector<Pose2> poses{{}};
     for (const Edge& e : graph.edges()) {
@@ -68,9 +69,10 @@ double sampledVariance(const PoseGraph& graph, int anchor, int node, std::mt1993
       poses.push_back(poses[static_cast<std::size_t>(e.from)] * erred);
     }
     const Pose2 seen = between(poses[static_cast<std::size_t>(anchor)], poses[static_cast<std::size_t>(node)]);
-    sum += (seen.translation() - truth.translation()).cwiseAbs2();
+    const Eigen::Vector2d error = seen.translation() - truth.translation();
+    sum += error * error.transpose();
   }
-  return sum.maxCoeff() / kSamples;
+  return sum.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff() / kSamples;
 }
 
 TEST(PoseGraph, CountsIdsFromZero) {
