@@ -136,6 +136,9 @@ double Optimiser::linearise(const PoseGraph& graph, std::span<const Pose2> poses
       }
     }
   }
+  for (const int k : diagonal_) {
+    if (H_.valuePtr()[k] == 0.0) H_.valuePtr()[k] = 1.0;  // no edge says anything about it: it stays, as g is zero there
+  }
   return sum;
 }
 
