@@ -155,8 +155,8 @@ std::optional<Edge> LoopClosureSearch::verify(const KeyframeGraph& keyframes, in
   if (!found.match.usable() || found.match.overlap < config_.min_overlap) return std::nullopt;
   last_overlap_ = found.match.overlap;
 
-  // The covariance: of the match, not below the floor, in the observable directions, turned into the candidate's base.
-  const double c = std::cos(keyframes.pose(place.id).theta), s = std::sin(keyframes.pose(place.id).theta);
+  // The covariance: of the match, not below the floor, in the observable directions, turned into the matched base.
+  const double c = std::cos(found.match.T_ref_base.theta), s = std::sin(found.match.T_ref_base.theta);
   Eigen::Matrix3d turn;
   turn << c, s, 0, -s, c, 0, 0, 0, 1;
   const auto seen = found.match.directions.leftCols(found.match.observable);

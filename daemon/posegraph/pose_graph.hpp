@@ -19,8 +19,8 @@ enum class EdgeKind : std::uint8_t {
 struct Edge {
   int from = 0, to = 0;
   Pose2 T_from_to;
-  Eigen::Matrix3d information = Eigen::Matrix3d::Identity();  ///< inverse covariance of (x, y, theta) in `from`, may be
-                                                              ///< singular: a blind direction
+  Eigen::Matrix3d information = Eigen::Matrix3d::Identity();  ///< inverse covariance of (x, y, theta) in `to` as
+                                                              ///< measured, may be singular: a blind direction
   EdgeKind kind = EdgeKind::kMotion;
   bool revoked = false;  ///< taken back; counts for nothing
 };

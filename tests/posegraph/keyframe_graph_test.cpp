@@ -35,8 +35,20 @@ TEST(KeyframeGraph, JoinsEachKeyframeToItsPredecessor) {
     EXPECT_EQ(edge.to, i + 1);
     EXPECT_EQ(edge.kind, EdgeKind::kMotion);
     EXPECT_NEAR(chiSquare(edge, keyframes.pose(i), keyframes.pose(i + 1)), 0.0, 1e-12);
-    const Eigen::Matrix3d covariance = kSigma.cwiseAbs2().asDiagonal();
-    EXPECT_TRUE((edge.information * covariance).isIdentity(1e-9));
+  }
+}
+
+TEST(KeyframeGraph, AStepErrsInThePredecessorsAxesAsTheFrontEndClaims) {
+  for (const double turn : {0.0, 0.5, std::numbers::pi / 2, -2.0}) {
+    KeyframeDrive drive(test::furnishedRoom());
+    KeyframeGraph keyframes;
+    keyframes.add(drive.at({-1.5, -0.8, 0.3}, kSigma));
+    keyframes.add(drive.at({-1.1, -0.8, 0.3 + turn}, kSigma));
+    const Edge& edge = keyframes.graph().edges()[0];
+    const Pose2 step = edge.T_from_to;
+    EXPECT_NEAR(chiSquare(edge, {}, {step.x + kSigma.x(), step.y, step.theta}), 1.0, 1e-9) << turn;
+    EXPECT_NEAR(chiSquare(edge, {}, {step.x, step.y + kSigma.y(), step.theta}), 1.0, 1e-9) << turn;
+    EXPECT_NEAR(chiSquare(edge, {}, {step.x, step.y, step.theta + kSigma.z()}), 1.0, 1e-9) << turn;
   }
 }
 
