@@ -106,13 +106,16 @@ std::optional<LoopClosureSearch::Candidate> LoopClosureSearch::candidate(const K
   return best;
 }
 
-void LoopClosureSearch::gatherQuery(const KeyframeGraph& keyframes, int newest) {
+void LoopClosureSearch::gatherQuery(const KeyframeGraph& keyframes, int newest,
+                                    std::span<const PoseGraph::Reached> known) {
   query_.clear();
   const Pose2 T_newest_map = keyframes.pose(newest).inverse();
   double length = 0.0;
   for (int id = newest; id >= 0; --id) {
     if (id < newest) length += distance(keyframes.pose(id), keyframes.pose(id + 1));
     if (length > config_.query_length) break;
+    // One scan only as far as it is one piece; beyond, keyframes of the submap would match themselves.
+    if (std::none_of(known.begin(), known.end(), [&](const auto& reached) { return reached.node == id; })) break;
     keyframes.points(id, scratch_);
     const Pose2 T_newest_id = T_newest_map * keyframes.pose(id);
     const Pose2 turn{0.0, 0.0, T_newest_id.theta};
@@ -137,7 +140,8 @@ std::optional<Edge> LoopClosureSearch::verify(const KeyframeGraph& keyframes, in
       members.push_back(reached.node);
     }
   }
-  for (const auto& reached : keyframes.graph().reach(newest, active)) std::erase(members, reached.node);
+  const auto known = keyframes.graph().reach(newest, active);
+  for (const auto& reached : known) std::erase(members, reached.node);
   const auto nearer = [&](int a, int b) {
     return distance(keyframes.pose(a), keyframes.pose(place.id)) <
            distance(keyframes.pose(b), keyframes.pose(place.id));
@@ -148,7 +152,7 @@ std::optional<Edge> LoopClosureSearch::verify(const KeyframeGraph& keyframes, in
   std::sort(members.begin(), members.end());
   submap_.clear(keyframes.pose(place.id).translation());
   keyframes.addTo(submap_, members);
-  gatherQuery(keyframes, newest);
+  gatherQuery(keyframes, newest, known);
 
   const SearchResult found = matcher_.match(submap_, query_, keyframes.pose(newest), place.window, match_);
   if (found.match.status == MatchStatus::kAmbiguous) ++counters_.ambiguous;

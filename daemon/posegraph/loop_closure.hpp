@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "matching/correlative.hpp"
@@ -56,7 +57,7 @@ class LoopClosureSearch {
   };
   std::optional<Candidate> candidate(const KeyframeGraph& keyframes, int newest) const;
   std::optional<Edge> verify(const KeyframeGraph& keyframes, int newest, const Candidate& candidate);
-  void gatherQuery(const KeyframeGraph& keyframes, int newest);
+  void gatherQuery(const KeyframeGraph& keyframes, int newest, std::span<const PoseGraph::Reached> known);
   bool agree(const KeyframeGraph& keyframes, const Edge& a, const Edge& b) const;
 
   LoopClosureConfig config_;

@@ -199,6 +199,17 @@ TEST(LoopClosureSearch, ALoneClosureInAWideWindowWaitsForASecondThatAgrees) {
   visits.expectRight(0.03, 0.01);
 }
 
+TEST(LoopClosureSearch, DoesNotMatchOldKeyframesWithThemselves) {
+  // The robot comes back at once: the last keyframes before the step are as near as those behind it.
+  for (const Pose2& error : {Pose2{0.3, 0.0, 0.0}, Pose2{0.0, -0.3, 0.0}, Pose2{-0.2, 0.2, 0.05}}) {
+    Visits visits(test::furnishedRoom());
+    visits.visit(kStart, {}, kSharp);
+    visits.visit({1.5, 0.0, -2.8}, error, {0.12, 0.12, 0.03}, 5);
+    EXPECT_FALSE(visits.accepted.empty());
+    visits.expectRight(0.03, 0.01);
+  }
+}
+
 TEST(LoopClosureSearch, ForgetsALoneClosureAfterAWhile) {
   LoopClosureConfig config;
   config.pending_distance = 0.3;  // the next search comes too late
