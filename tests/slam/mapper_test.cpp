@@ -152,6 +152,19 @@ TEST_F(MapperTest, BeginsAnewWhenTheMapMovesAgain) {
   }
 }
 
+TEST_F(MapperTest, MovesThereAndBack) {
+  Mapper mapper(kConfig);
+  fill(mapper, 20);
+  const OccupancyGrid before = drawnFresh();
+  std::vector<Pose2> poses;
+  for (const MapScan& s : scans) poses.push_back(s.T_map_base);
+  mapper.move(disturbed());
+  finish(mapper, 7);
+  mapper.move(poses);
+  finish(mapper, 7);
+  EXPECT_TRUE(differences(mapper.grid(), before).empty());
+}
+
 TEST_F(MapperTest, KeyframesWithoutANewPoseStay) {
   Mapper mapper(kConfig);
   fill(mapper, 10);
