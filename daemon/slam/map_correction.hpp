@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "core/pose2.hpp"
@@ -16,9 +18,11 @@ struct ReferenceKeyframe {
 /// What the back end gives the Localizer: the part of the map around the robot, built anew. Handed over whole and
 /// handed back with the old one inside, so that the pose path neither builds nor frees it.
 struct MapCorrection {
-  explicit MapCorrection(const ReferenceConfig& config) : reference(config) {}
+  static constexpr std::size_t kMaxKeyframes = 1 << 14;  ///< more are not looked for
+
+  explicit MapCorrection(const ReferenceConfig& config) : reference(config) { keyframes.reserve(kMaxKeyframes); }
   Reference reference;
-  std::vector<ReferenceKeyframe> keyframes;  ///< in the reference, by id
+  std::vector<ReferenceKeyframe> keyframes;  ///< in the reference, by id; the Localizer adds to them
   std::int32_t map_id = 0;                   ///< of the map that it corrects
   int newest = -1;                           ///< newest keyframe that the back end knew
 };
