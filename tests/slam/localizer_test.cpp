@@ -362,6 +362,16 @@ TEST_F(CorrectedLocalizer, KeepsKeyframesNewerThanTheCorrection) {
   EXPECT_LT(distance(drive.last.keyframe->T_map_base, expected), 1e-9);
 }
 
+TEST_F(CorrectedLocalizer, TakesTheCorrectionForNoDrift) {
+  drive.localizer->apply(*corrected(upTo(newest()), {20.0, -30.0, 0.3}));
+  drive.keyframes = nullptr;
+  const auto known = drive.localizer->counters().keyframes;
+  drive.room = {.length = 8.0, .width = 6.0, .range_sigma = 0.01};  // one wall looks new, so a keyframe is kept
+  while (drive.localizer->counters().keyframes == known && drive.now < Timestamp{200s}) drive.run(0.18, kCurve);
+  ASSERT_NE(drive.last.keyframe, nullptr);
+  EXPECT_LT(std::sqrt(drive.last.keyframe->step_covariance(0, 0)), 0.03);
+}
+
 TEST_F(CorrectedLocalizer, ForgetsKeyframesThatTheCorrectionLeavesOut) {
   ASSERT_GT(newest(), 4);
   drive.localizer->apply(*corrected({newest() - 1, newest()}, {}));
