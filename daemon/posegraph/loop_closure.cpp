@@ -26,9 +26,8 @@ CorrelativeConfig offlineSearch() {
 
 }  // namespace
 
-Eigen::Matrix3d closureInformation(const MatchResult& match, const Pose2& T_map_from, double translation_sigma,
-                                   double rotation_sigma) {
-  const double c = std::cos(T_map_from.theta), s = std::sin(T_map_from.theta);
+Eigen::Matrix3d closureInformation(const MatchResult& match, double translation_sigma, double rotation_sigma) {
+  const double c = std::cos(match.T_ref_base.theta), s = std::sin(match.T_ref_base.theta);
   Eigen::Matrix3d turn;
   turn << c, s, 0, -s, c, 0, 0, 0, 1;
   const auto seen = match.directions.leftCols(match.observable);
@@ -127,7 +126,8 @@ std::optional<Edge> LoopClosureSearch::verify(const KeyframeGraph& keyframes, in
       members.push_back(reached.node);
     }
   }
-  for (const auto& reached : keyframes.graph().reach(newest, active)) std::erase(members, reached.node);
+  const auto known = keyframes.graph().reach(newest, active);
+  for (const auto& reached : known) std::erase(members, reached.node);
   const auto nearer = [&](int a, int b) {
     return distance(keyframes.pose(a), keyframes.pose(place.id)) <
            distance(keyframes.pose(b), keyframes.pose(place.id));
@@ -138,7 +138,13 @@ std::optional<Edge> LoopClosureSearch::verify(const KeyframeGraph& keyframes, in
   std::sort(members.begin(), members.end());
   submap_.clear(keyframes.pose(place.id).translation());
   keyframes.addTo(submap_, members);
-  keyframes.gather(newest, 0, config_.query_length, config_.max_query_points, query_);
+  // One scan only as far as it is one piece; beyond, keyframes of the submap would match themselves.
+  const auto isKnown = [&](int id) {
+    return std::any_of(known.begin(), known.end(), [&](const auto& reached) { return reached.node == id; });
+  };
+  int oldest = newest;
+  while (oldest > 0 && isKnown(oldest - 1)) --oldest;
+  keyframes.gather(newest, oldest, config_.query_length, config_.max_query_points, query_);
 
   const SearchResult found = matcher_.match(submap_, query_, keyframes.pose(newest), place.window, match_);
   if (found.match.status == MatchStatus::kAmbiguous) ++counters_.ambiguous;
@@ -148,8 +154,7 @@ std::optional<Edge> LoopClosureSearch::verify(const KeyframeGraph& keyframes, in
   return Edge{.from = place.id,
               .to = newest,
               .T_from_to = between(keyframes.pose(place.id), found.match.T_ref_base),
-              .information = closureInformation(found.match, keyframes.pose(place.id), config_.translation_sigma,
-                                                config_.rotation_sigma),
+              .information = closureInformation(found.match, config_.translation_sigma, config_.rotation_sigma),
               .kind = EdgeKind::kLoopClosure};
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "matching/correlative.hpp"
@@ -28,9 +29,8 @@ struct LoopClosureConfig {
 };
 
 /// Information of a closure: of the match, its covariance not below the floor, in the directions that it saw, turned
-/// into the base of the keyframe that the edge begins at.
-Eigen::Matrix3d closureInformation(const MatchResult& match, const Pose2& T_map_from, double translation_sigma,
-                                   double rotation_sigma);
+/// into the matched base.
+Eigen::Matrix3d closureInformation(const MatchResult& match, double translation_sigma, double rotation_sigma);
 
 /// Finds where the robot has come back to an old part of the map.
 ///

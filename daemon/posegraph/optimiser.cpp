@@ -136,6 +136,9 @@ double Optimiser::linearise(const PoseGraph& graph, std::span<const Pose2> poses
       }
     }
   }
+  for (const int k : diagonal_) {
+    if (H_.valuePtr()[k] == 0.0) H_.valuePtr()[k] = 1.0;  // no edge speaks of it: it stays, as g is zero there
+  }
   return sum;
 }
 
@@ -165,13 +168,17 @@ OptimiserReport Optimiser::optimise(PoseGraph& graph) {
       tried[static_cast<std::size_t>(n)] = {pose.x + d.x(), pose.y + d.y(), wrapAngle(pose.theta + d.z())};
     }
     const double after = cost(graph, tried);
+    const bool small = step.lpNorm<Eigen::Infinity>() < config_.step_tolerance;
     if (!(after <= now)) {
+      if (small && std::isfinite(after)) {  // no better but for rounding
+        report.converged = true;
+        break;
+      }
       damping = std::max(1e-6, 10.0 * damping);
       continue;
     }
     poses = tried;
-    const bool settled =
-        now - after <= config_.relative_tolerance * now || step.lpNorm<Eigen::Infinity>() < config_.step_tolerance;
+    const bool settled = small || now - after <= config_.relative_tolerance * now;
     damping *= 0.1;
     report.cost_after = now = after;
     if (settled) {

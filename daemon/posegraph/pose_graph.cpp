@@ -2,7 +2,6 @@
 #include "posegraph/pose_graph.hpp"
 
 #include <Eigen/LU>
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <queue>
@@ -16,8 +15,10 @@ constexpr double kBlindVariance = 1e2;  // [m^2, rad^2] of a direction that an e
 EdgeVariances variancesOf(const Edge& edge) {
   const Eigen::Matrix3d regular = edge.information + Eigen::Matrix3d::Identity() / kBlindVariance;
   const Eigen::Matrix3d covariance = regular.inverse();
-  return {std::max(covariance(0, 0), covariance(1, 1)), covariance(2, 2),
-          std::hypot(edge.T_from_to.x, edge.T_from_to.y)};
+  // Along the worst direction: the next edge's axes may lie along it.
+  const double mean = 0.5 * (covariance(0, 0) + covariance(1, 1));
+  const double spread = std::hypot(0.5 * (covariance(0, 0) - covariance(1, 1)), covariance(0, 1));
+  return {mean + spread, covariance(2, 2), std::hypot(edge.T_from_to.x, edge.T_from_to.y)};
 }
 
 }  // namespace
@@ -74,11 +75,13 @@ std::vector<PoseGraph::Reached> PoseGraph::reach(int anchor, double max_position
       const int next = edge.from == step.node ? edge.to : edge.from;
       const EdgeVariances& variances = variances_[static_cast<std::size_t>(id)];
       const double length = variances.length;
-      const double position = step.position + (2.0 * step.cross + step.heading * length) * length + variances.position;
+      // Against its direction an edge's own heading error swings it, too; along it that swings only what follows.
+      const double swinging = step.heading + (edge.to == step.node ? variances.heading : 0.0);
+      const double position = step.position + (2.0 * step.cross + swinging * length) * length + variances.position;
       if (position > max_position_variance || position >= best_[static_cast<std::size_t>(next)]) continue;
       best_[static_cast<std::size_t>(next)] = position;
       touched.push_back(next);
-      queue.push({position, step.cross + step.heading * length, step.heading + variances.heading, next});
+      queue.push({position, step.cross + swinging * length, step.heading + variances.heading, next});
     }
   }
   for (const int node : touched) best_[static_cast<std::size_t>(node)] = kUnknown;

@@ -19,15 +19,15 @@ enum class EdgeKind : std::uint8_t {
 struct Edge {
   int from = 0, to = 0;
   Pose2 T_from_to;
-  Eigen::Matrix3d information = Eigen::Matrix3d::Identity();  ///< inverse covariance of (x, y, theta) in `from`, may be
-                                                              ///< singular: a blind direction
+  Eigen::Matrix3d information = Eigen::Matrix3d::Identity();  ///< inverse covariance of (x, y, theta) in `to` as
+                                                              ///< measured, may be singular: a blind direction
   EdgeKind kind = EdgeKind::kMotion;
   bool revoked = false;  ///< taken back; counts for nothing
 };
 
 /// What an edge leaves unknown.
 struct EdgeVariances {
-  double position, heading;  ///< [m^2] the larger of x and y, [rad^2]
+  double position, heading;  ///< [m^2] along the worst direction, [rad^2]
   double length;             ///< [m] of the edge
 };
 
@@ -51,7 +51,7 @@ class PoseGraph {
   /// A node and what is not known of its position relative to another.
   struct Reached {
     int node;
-    double position_variance;  ///< [m^2] the larger of x and y
+    double position_variance;  ///< [m^2] along the worst direction
     double heading_variance;   ///< [rad^2]
   };
   /// Nodes whose position relative to `anchor` is known to within `max_position_variance` [m^2], along the best chain

@@ -117,6 +117,7 @@ void BackEnd::giveUpGivenPose(int newest) {
     Relocalisation::Found given{keyframes_.pose(newest), {}, true};
     given.match.covariance = kGivenSigma.cwiseAbs2().asDiagonal();
     given.match.directions.setIdentity();
+    given.match.T_ref_base = keyframes_.pose(newest);
     given.match.observable = 3;
     placeSegment(given);
   }
@@ -148,8 +149,7 @@ void BackEnd::placeSegment(const Relocalisation::Found& found) {
       {.from = nearest,
        .to = newest,
        .T_from_to = between(keyframes_.pose(nearest), found.T_map_newest),
-       .information = closureInformation(found.match, keyframes_.pose(nearest), config_.closure.translation_sigma,
-                                         config_.closure.rotation_sigma),
+       .information = closureInformation(found.match, config_.closure.translation_sigma, config_.closure.rotation_sigma),
        .kind = EdgeKind::kLoopClosure});
   std::fill(is_in_map_.begin() + segment_first_, is_in_map_.end(), 1);
   just_placed_ = segment_first_;

@@ -13,10 +13,9 @@
 namespace slam {
 namespace {
 
-constexpr double kClearlyBetter = 0.01;               // [1] of overlap, between guesses
-constexpr std::size_t kReferenceKeyframes = 1 << 14;  // more are not looked for
-constexpr double kMinStepSigma = 1e-4;                // [m, rad] keeps a step's covariance regular
-constexpr std::size_t kHistoryCapacity = 1024;        // poses within one scan
+constexpr double kClearlyBetter = 0.01;         // [1] of overlap, between guesses
+constexpr double kMinStepSigma = 1e-4;          // [m, rad] keeps a step's covariance regular
+constexpr std::size_t kHistoryCapacity = 1024;  // poses within one scan
 
 Timestamp lastBeam(const LaserScan& scan, Timestamp stamp) {
   return scan.size > 0 ? stamp + std::max(Duration(0), fromSeconds(scan.beams().back().time_offset)) : stamp;
@@ -55,7 +54,7 @@ Localizer::Localizer(const LocalizerConfig& config, Stopwatch stopwatch, const L
   config_.normals.range_sigma = config_.match.range_sigma = config_.lidar.range_sigma;
   points_.reserve(LaserScan::kCapacity);
   for (RecentScan& recent : recent_) recent.points.reserve(LaserScan::kCapacity);
-  reference_keyframes_.reserve(kReferenceKeyframes);
+  reference_keyframes_.reserve(MapCorrection::kMaxKeyframes);
 }
 
 void Localizer::add(const WheelSample& sample) {
@@ -218,7 +217,8 @@ const Keyframe* Localizer::keep(Timestamp stamp, const Pose2& T_map_base) {
   keyframe_.step_covariance.diagonal().array() += kMinStepSigma * kMinStepSigma;
   drift_.setZero();
   last_keyframe_ = T_map_base;
-  if (reference_keyframes_.size() < kReferenceKeyframes) reference_keyframes_.push_back({keyframe_.id, T_map_base});
+  if (reference_keyframes_.size() < MapCorrection::kMaxKeyframes)
+    reference_keyframes_.push_back({keyframe_.id, T_map_base});
   RecentScan& recent = recent_[static_cast<std::size_t>(keyframe_.id) % recent_.size()];
   recent.id = keyframe_.id;
   recent.points = points_;
@@ -285,7 +285,7 @@ void Localizer::apply(MapCorrection& correction) {
     const RecentScan& recent = recent_[static_cast<std::size_t>(old.id) % recent_.size()];
     if (old.id <= correction.newest || recent.id != old.id || !extends_) continue;
     reference_.add(T_new_old * old.T_map_base, recent.points);
-    if (reference_keyframes_.size() < kReferenceKeyframes) {
+    if (reference_keyframes_.size() < MapCorrection::kMaxKeyframes) {
       reference_keyframes_.push_back({old.id, T_new_old * old.T_map_base});
     }
   }

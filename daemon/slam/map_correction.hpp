@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -18,9 +19,11 @@ struct ReferenceKeyframe {
 /// What the back end gives the Localizer: the part of the map around the robot, built anew. Handed over whole and
 /// handed back with the old one inside, so that the pose path neither builds nor frees it.
 struct MapCorrection {
-  explicit MapCorrection(const ReferenceConfig& config) : reference(config) {}
+  static constexpr std::size_t kMaxKeyframes = 1 << 14;  ///< more are not looked for
+
+  explicit MapCorrection(const ReferenceConfig& config) : reference(config) { keyframes.reserve(kMaxKeyframes); }
   Reference reference;
-  std::vector<ReferenceKeyframe> keyframes;  ///< in the reference, by id
+  std::vector<ReferenceKeyframe> keyframes;  ///< in the reference, by id; the Localizer adds to them
   std::optional<Pose2> T_map_segment;        ///< set: the lost segment has been found here in the map
   std::int32_t map_id = 0;                   ///< of the map that it corrects
   std::int32_t segment = 0;                  ///< that the robot was in; void in another one

@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "slam/localizer.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <vector>
 
+#include "posegraph/keyframe_graph.hpp"
 #include "support/allocations.hpp"
 #include "support/simulated_room.hpp"
 
@@ -22,6 +28,7 @@ class Drive {
   std::unique_ptr<Localizer> localizer;
   Pose2 truth;
   Timestamp now{100s};
+  KeyframeGraph* keyframes = nullptr;  // takes what the localizer keeps
 
   void run(double seconds, const Eigen::Vector3d& twist) {
     const Timestamp end = now + fromSeconds(seconds);
@@ -35,6 +42,7 @@ class Drive {
         LaserScan scan = room.scan(truth, random_);
         scan.stamp = now;
         last = localizer->add(scan);
+        if (keyframes && last.keyframe && !last.keyframe->look) keyframes->add(*last.keyframe);
       }
     }
   }
@@ -222,6 +230,190 @@ TEST(Localizer, DoesNotAllocateAfterStartUp) {
   Drive drive;
   drive.run(1.0, kStand);
   EXPECT_EQ(test::allocationsDuring([&] { drive.run(5.0, kCurve); }), 0U);
+}
+
+/// A drive whose map is then corrected as a back end would.
+class CorrectedLocalizer : public testing::Test {
+ protected:
+  CorrectedLocalizer() {
+    drive.keyframes = &graph;
+    drive.run(2.0, kStand);
+    drive.run(8.0, kCurve);
+  }
+  Pose2 estimate() const { return drive.localizer->estimate(drive.now).T_map_base; }
+  /// The keyframes given, all moved alike.
+  std::unique_ptr<MapCorrection> corrected(const std::vector<int>& ids, const Pose2& motion) {
+    auto correction = std::make_unique<MapCorrection>(drive.localizer->config().reference);
+    correction->reference.clear((motion * estimate()).translation());
+    for (const int id : ids) {
+      graph.points(id, points);
+      correction->reference.add(motion * graph.pose(id), points);
+      correction->keyframes.push_back({id, motion * graph.pose(id)});
+    }
+    correction->newest = ids.empty() ? -1 : ids.back();
+    return correction;
+  }
+  std::vector<int> upTo(int newest) const {
+    std::vector<int> ids(static_cast<std::size_t>(newest) + 1);
+    std::iota(ids.begin(), ids.end(), 0);
+    return ids;
+  }
+  int newest() const { return graph.size() - 1; }
+  static double distance(const Pose2& a, const Pose2& b) { return std::hypot(a.x - b.x, a.y - b.y); }
+
+  Drive drive;
+  KeyframeGraph graph;
+  ScanPoints points;
+};
+
+const Pose2 kMotion{0.6, -0.4, 0.3};
+
+TEST_F(CorrectedLocalizer, MovesPoseAndKeyframesAsOne) {
+  const PoseEstimate before = drive.localizer->estimate(drive.now);
+  const Localizer::Anchored anchored = drive.localizer->anchor(before.T_map_base);
+  ASSERT_GE(anchored.keyframe, 0);
+  drive.localizer->apply(*corrected(upTo(newest()), kMotion));
+
+  const PoseEstimate after = drive.localizer->estimate(drive.now);
+  const Pose2 expected = kMotion * before.T_map_base;
+  EXPECT_LT(distance(after.T_map_base, expected), 1e-9);
+  EXPECT_NEAR(wrapAngle(after.T_map_base.theta - expected.theta), 0.0, 1e-9);
+  EXPECT_NEAR(after.twist.vx, before.twist.vx, 1e-9);
+  EXPECT_NEAR(after.covariance.trace(), before.covariance.trace(), 1e-12);
+  Eigen::Matrix2d turn;
+  turn << std::cos(kMotion.theta), -std::sin(kMotion.theta), std::sin(kMotion.theta), std::cos(kMotion.theta);
+  const Eigen::Matrix2d turned = turn * before.covariance.topLeftCorner<2, 2>() * turn.transpose();
+  EXPECT_LT((after.covariance.topLeftCorner<2, 2>() - turned).norm(), 1e-6 * turned.norm());
+
+  const Localizer::Anchored same = drive.localizer->anchor(after.T_map_base);
+  EXPECT_EQ(same.keyframe, anchored.keyframe);
+  EXPECT_LT(distance(same.T_keyframe_base, anchored.T_keyframe_base), 1e-9);
+}
+
+TEST_F(CorrectedLocalizer, GoesOnMatchingInTheCorrectedMap) {
+  for (const Pose2& motion : {kMotion, Pose2{-20.0, 35.0, 2.5}, Pose2{}}) {
+    drive.localizer->apply(*corrected(upTo(newest()), motion));
+    for (int id = 0; id < graph.size(); ++id) graph.graph().setPose(id, motion * graph.pose(id));
+    const Pose2 T_map_world = estimate() * drive.truth.inverse();
+    const LocalizerCounters before = drive.localizer->counters();
+    drive.run(5.0, kCurve);
+    EXPECT_LT(distance(estimate(), T_map_world * drive.truth), 0.04);
+    EXPECT_EQ(drive.state(), LocalisationState::kLocalised);
+    const LocalizerCounters after = drive.localizer->counters();
+    EXPECT_GE(after.matched, before.matched + 25);
+    EXPECT_EQ(after.unmatched + after.gated + after.searched, before.unmatched + before.gated + before.searched);
+  }
+}
+
+TEST_F(CorrectedLocalizer, JumpsOnceInMapAndNeverInOdom) {
+  const OdometryEstimate before = drive.localizer->odometry(drive.now);
+  drive.localizer->apply(*corrected(upTo(newest()), kMotion));
+  const OdometryEstimate after = drive.localizer->odometry(drive.now);
+  EXPECT_EQ(after.T_odom_base, before.T_odom_base);
+  EXPECT_EQ(after.covariance, before.covariance);
+  EXPECT_LT(distance(after.T_map_odom, kMotion * before.T_map_odom), 1e-9);
+  Pose2 odom = after.T_odom_base, map = estimate();
+  for (int step = 0; step < 100; ++step) {
+    drive.run(0.02, kCurve);
+    const Pose2 next_odom = drive.localizer->odometry(drive.now).T_odom_base, next_map = estimate();
+    ASSERT_LT(distance(odom, next_odom), 0.01) << step;
+    ASSERT_LT(distance(map, next_map), 0.03) << step;
+    odom = next_odom;
+    map = next_map;
+  }
+}
+
+TEST_F(CorrectedLocalizer, MovesLikeTheNearestKeyframe) {
+  auto correction = corrected(upTo(newest()), {});
+  const int nearest = drive.localizer->anchor(estimate()).keyframe;
+  for (ReferenceKeyframe& keyframe : correction->keyframes) {
+    keyframe.T_map_base = (keyframe.id == nearest ? kMotion : Pose2{5.0, 5.0, 1.0}) * keyframe.T_map_base;
+  }
+  const Pose2 expected = kMotion * estimate();
+  drive.localizer->apply(*correction);
+  EXPECT_LT(distance(estimate(), expected), 1e-9);
+}
+
+TEST_F(CorrectedLocalizer, KeepsKeyframesNewerThanTheCorrection) {
+  const Pose2 last = graph.pose(newest());
+  const auto surfels = corrected(upTo(newest()), kMotion)->reference.size();
+  auto correction = corrected(upTo(newest() - 2), kMotion);
+  const auto without = correction->reference.size();
+  drive.localizer->apply(*correction);
+  for (const int id : {newest() - 1, newest()}) {
+    const Localizer::Anchored there = drive.localizer->anchor(kMotion * graph.pose(id));
+    EXPECT_EQ(there.keyframe, id);
+    EXPECT_LT(distance(there.T_keyframe_base, {}), 1e-9);
+  }
+  // Their points are in the reference, too: applied once more, it comes back.
+  auto next = corrected(upTo(newest()), kMotion);
+  drive.localizer->apply(*next);
+  EXPECT_GE(next->reference.size(), without);
+  EXPECT_EQ(next->reference.size(), surfels);
+  EXPECT_EQ(next->keyframes.size(), static_cast<std::size_t>(graph.size()));
+
+  // The next keyframe's step begins where the moved one lies.
+  drive.keyframes = nullptr;
+  drive.room = {.length = 9.0, .width = 6.0, .range_sigma = 0.01};  // all looks new, so one is kept
+  const auto known = drive.localizer->counters().keyframes;
+  while (drive.localizer->counters().keyframes == known && drive.now < Timestamp{200s}) drive.run(0.18, kCurve);
+  ASSERT_NE(drive.last.keyframe, nullptr);
+  const Pose2 expected = kMotion * last * drive.last.keyframe->T_previous_base;
+  EXPECT_LT(distance(drive.last.keyframe->T_map_base, expected), 1e-9);
+}
+
+TEST_F(CorrectedLocalizer, TakesTheCorrectionForNoDrift) {
+  drive.localizer->apply(*corrected(upTo(newest()), {20.0, -30.0, 0.3}));
+  drive.keyframes = nullptr;
+  const auto known = drive.localizer->counters().keyframes;
+  drive.room = {.length = 8.0, .width = 6.0, .range_sigma = 0.01};  // one wall looks new, so a keyframe is kept
+  while (drive.localizer->counters().keyframes == known && drive.now < Timestamp{200s}) drive.run(0.18, kCurve);
+  ASSERT_NE(drive.last.keyframe, nullptr);
+  EXPECT_LT(std::sqrt(drive.last.keyframe->step_covariance(0, 0)), 0.03);
+}
+
+TEST_F(CorrectedLocalizer, ForgetsKeyframesThatTheCorrectionLeavesOut) {
+  ASSERT_GT(newest(), 4);
+  drive.localizer->apply(*corrected({newest() - 1, newest()}, {}));
+  for (int id = 0; id < newest() - 1; ++id) EXPECT_GE(drive.localizer->anchor(graph.pose(id)).keyframe, newest() - 1);
+}
+
+TEST_F(CorrectedLocalizer, StaysWhereItIsWhenNoKeyframeIsCommon) {
+  auto correction = corrected(upTo(newest()), kMotion);
+  for (ReferenceKeyframe& keyframe : correction->keyframes) keyframe.id += 1000;
+  correction->newest += 1000;
+  const Pose2 before = estimate();
+  drive.localizer->apply(*correction);
+  EXPECT_LT(distance(estimate(), before), 1e-9);
+}
+
+TEST_F(CorrectedLocalizer, HandsBackTheOldReference) {
+  auto correction = corrected(upTo(newest()), kMotion);
+  drive.localizer->apply(*correction);
+  ASSERT_EQ(correction->keyframes.size(), static_cast<std::size_t>(graph.size()));
+  for (const ReferenceKeyframe& keyframe : correction->keyframes)
+    EXPECT_LT(distance(keyframe.T_map_base, graph.pose(keyframe.id)), 1e-9);
+}
+
+TEST_F(CorrectedLocalizer, DoesNotAllocateForACorrection) {
+  auto correction = corrected(upTo(newest() - 2), kMotion);
+  drive.keyframes = nullptr;
+  EXPECT_EQ(test::allocationsDuring([&] { drive.localizer->apply(*correction); }), 0U);
+  const auto known = drive.localizer->counters().keyframes;
+  drive.room = {.length = 9.0, .width = 6.0, .range_sigma = 0.01};  // all looks new
+  EXPECT_EQ(test::allocationsDuring([&] { drive.run(10.0, kCurve); }), 0U);
+  EXPECT_GT(drive.localizer->counters().keyframes, known + 3);
+}
+
+TEST_F(CorrectedLocalizer, AnchorsAPoseToTheNearestKeyframe) {
+  const Localizer fresh{LocalizerConfig{}};
+  EXPECT_EQ(fresh.anchor({}).keyframe, -1);
+  for (int id = 0; id < graph.size(); ++id) {
+    const Localizer::Anchored there = drive.localizer->anchor(graph.pose(id) * Pose2{0.001, 0.002, 0.5});
+    EXPECT_EQ(there.keyframe, id);
+    EXPECT_LT(distance(there.T_keyframe_base, {0.001, 0.002, 0.0}), 1e-9);
+    EXPECT_NEAR(there.T_keyframe_base.theta, 0.5, 1e-9);
+  }
 }
 
 }  // namespace

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "slam/mapper.hpp"
+
+#include <algorithm>
+#include <gtest/gtest.h>
+#include <memory>
+#include <random>
+#include <vector>
+
+namespace slam {
+namespace {
+
+/// Cells never come near their limits, so that the order of scans does not matter.
+const OccupancyGridConfig kConfig{.resolution = 0.05,
+                                  .lidar = {.min_probability = 1e-4, .max_probability = 1.0 - 1e-4}};
+
+/// Scans of random points, spread over many tiles.
+class MapperTest : public testing::Test {
+ protected:
+  MapScan scan(const Pose2& T_map_base, int id) {
+    std::uniform_real_distribution<float> metres(-3.0F, 3.0F);
+    auto stored = std::make_shared<StoredScan>();
+    stored->T_base_lidar = {0.1, -0.05, 0.3};
+    for (int i = 0; i < 40; ++i) {
+      const float x = metres(random), y = metres(random);
+      stored->points.push_back({.x = x, .y = y});
+    }
+    return {id, T_map_base, stored};
+  }
+  Pose2 draw(double size) {
+    std::uniform_real_distribution<double> unit(-1.0, 1.0);
+    const double x = size * unit(random), y = size * unit(random);
+    return {x, y, unit(random)};
+  }
+  /// Adds keyframes all over a hall.
+  void fill(Mapper& mapper, int count) {
+    for (int i = 0; i < count; ++i) {
+      const int id = static_cast<int>(scans.size());
+      scans.push_back(scan(draw(10.0), id));
+      mapper.add(scans.back());
+    }
+  }
+  /// Moves every third keyframe. @return the poses of all
+  std::vector<Pose2> disturbed() {
+    std::vector<Pose2> poses;
+    for (MapScan& s : scans) {
+      if (s.id % 3 == 0) s.T_map_base = s.T_map_base * draw(0.5);
+      poses.push_back(s.T_map_base);
+    }
+    return poses;
+  }
+  OccupancyGrid drawnFresh() const {
+    OccupancyGrid grid(kConfig);
+    for (const MapScan& s : scans) grid.add(s.T_map_base, s.scan->T_base_lidar, s.scan->points);
+    return grid;
+  }
+
+  std::mt19937 random{1};
+  std::vector<MapScan> scans;  // keyframes as they should be drawn, by id
+};
+
+/// Cells whose values differ.
+std::vector<CellIndex> differences(const OccupancyGrid& a, const OccupancyGrid& b) {
+  std::vector<CellIndex> cells;
+  const auto compare = [&](const OccupancyGrid& one, const OccupancyGrid& other) {
+    one.tiles().forEachTile([&](TileIndex tile, const OccupancyGrid::Tiles::Tile&) {
+      for (int row = 0; row < OccupancyGrid::kTileSide; ++row) {
+        for (int column = 0; column < OccupancyGrid::kTileSide; ++column) {
+          const CellIndex cell{tile.column * OccupancyGrid::kTileSide + column,
+                               tile.row * OccupancyGrid::kTileSide + row};
+          if (one.logOdds(cell) != other.logOdds(cell)) cells.push_back(cell);
+        }
+      }
+    });
+  };
+  compare(a, b);
+  compare(b, a);
+  return cells;
+}
+
+/// @return calls of work() that it took
+int finish(Mapper& mapper, int portion) {
+  int calls = 1;
+  while (mapper.work(portion) && calls < 10000) ++calls;
+  return calls;
+}
+
+TEST_F(MapperTest, DrawsKeyframesWhereTheyAre) {
+  Mapper mapper(kConfig);
+  fill(mapper, 20);
+  EXPECT_EQ(mapper.keyframes(), 20);
+  EXPECT_TRUE(differences(mapper.grid(), drawnFresh()).empty());
+  EXPECT_FALSE(mapper.work(100)) << "nothing has moved";
+}
+
+TEST_F(MapperTest, DrawsAMovedMapAsIfItHadBeenThereFromTheBeginning) {
+  for (const int portion : {1, 2, 7, 1000}) {
+    scans.clear();
+    Mapper mapper(kConfig);
+    fill(mapper, 30);
+    const auto before = drawnFresh();
+    mapper.move(disturbed());
+    ASSERT_GT(differences(before, drawnFresh()).size(), 1000U);
+    const int calls = finish(mapper, portion);
+    EXPECT_TRUE(differences(mapper.grid(), drawnFresh()).empty()) << portion;
+    EXPECT_LE(calls, (10 + 30) / portion + 2) << "scans examined and drawn, " << portion;
+    EXPECT_FALSE(mapper.work(portion)) << "it is done";
+  }
+}
+
+TEST_F(MapperTest, ShowsNothingHalfDone) {
+  Mapper mapper(kConfig);
+  fill(mapper, 30);
+  const OccupancyGrid before = drawnFresh();
+  mapper.takeChangedTiles();
+  mapper.move(disturbed());
+  for (int call = 0; mapper.work(3); ++call) {
+    ASSERT_LT(call, 100);
+    ASSERT_TRUE(differences(mapper.grid(), before).empty()) << call;
+    ASSERT_TRUE(mapper.takeChangedTiles().empty()) << call;
+  }
+  const auto changed = mapper.takeChangedTiles();
+  for (const CellIndex& cell : differences(mapper.grid(), before)) {
+    ASSERT_NE(std::find(changed.begin(), changed.end(), OccupancyGrid::Tiles::tileOf(cell)), changed.end());
+  }
+}
+
+TEST_F(MapperTest, TakesKeyframesWhileItDrawsAnew) {
+  for (int calls = 0; calls < 40; ++calls) {
+    scans.clear();
+    Mapper mapper(kConfig);
+    fill(mapper, 20);
+    mapper.move(disturbed());
+    for (int i = 0; i < calls; ++i) mapper.work(1);
+    fill(mapper, 3);
+    finish(mapper, 1);
+    ASSERT_TRUE(differences(mapper.grid(), drawnFresh()).empty()) << "added after " << calls;
+  }
+}
+
+TEST_F(MapperTest, BeginsAnewWhenTheMapMovesAgain) {
+  for (const int calls : {0, 1, 5, 12, 25}) {
+    scans.clear();
+    Mapper mapper(kConfig);
+    fill(mapper, 20);
+    mapper.move(disturbed());
+    for (int i = 0; i < calls; ++i) mapper.work(1);
+    fill(mapper, 3);
+    mapper.move(disturbed());
+    finish(mapper, 2);
+    EXPECT_TRUE(differences(mapper.grid(), drawnFresh()).empty()) << "moved again after " << calls;
+  }
+}
+
+TEST_F(MapperTest, MovesThereAndBack) {
+  Mapper mapper(kConfig);
+  fill(mapper, 20);
+  const OccupancyGrid before = drawnFresh();
+  std::vector<Pose2> poses;
+  for (const MapScan& s : scans) poses.push_back(s.T_map_base);
+  mapper.move(disturbed());
+  finish(mapper, 7);
+  mapper.move(poses);
+  finish(mapper, 7);
+  EXPECT_TRUE(differences(mapper.grid(), before).empty());
+}
+
+TEST_F(MapperTest, KeyframesWithoutANewPoseStay) {
+  Mapper mapper(kConfig);
+  fill(mapper, 10);
+  std::vector<Pose2> known;
+  for (int i = 0; i < 6; ++i) known.push_back(scans[static_cast<std::size_t>(i)].T_map_base = draw(10.0));
+  mapper.move(known);
+  finish(mapper, 4);
+  EXPECT_TRUE(differences(mapper.grid(), drawnFresh()).empty());
+  known.resize(15);  // more than there are
+  for (std::size_t i = 0; i < 10; ++i) known[i] = scans[i].T_map_base;
+  mapper.move(known);
+  finish(mapper, 4);
+  EXPECT_TRUE(differences(mapper.grid(), drawnFresh()).empty());
+}
+
+TEST_F(MapperTest, SmallMovesCountOnceTheyAddUp) {
+  Mapper mapper(kConfig);
+  fill(mapper, 5);
+  const OccupancyGrid before = drawnFresh();
+  std::vector<Pose2> poses;
+  for (const MapScan& s : scans) poses.push_back(s.T_map_base);
+  const auto shift = [&](double metres) {
+    for (Pose2& pose : poses) pose.x += metres;
+    mapper.move(poses);
+    finish(mapper, 10);
+  };
+  shift(0.009);  // a fifth of a cell is 10 mm
+  EXPECT_TRUE(differences(mapper.grid(), before).empty());
+  EXPECT_DOUBLE_EQ(mapper.path()[3].x(), poses[3].x);
+  shift(0.009);
+  for (std::size_t i = 0; i < scans.size(); ++i) scans[i].T_map_base = poses[i];
+  EXPECT_TRUE(differences(mapper.grid(), drawnFresh()).empty());
+}
+
+TEST_F(MapperTest, ALookIsDrawnButNeverMoved) {
+  Mapper mapper(kConfig);
+  fill(mapper, 10);
+  const MapScan look = scan({40.0, 0.0, 0.0}, -1);  // far from all else
+  mapper.add(look);
+  const auto expected = [&] {
+    OccupancyGrid grid = drawnFresh();
+    grid.add(look.T_map_base, look.scan->T_base_lidar, look.scan->points);
+    return grid;
+  };
+  EXPECT_EQ(mapper.keyframes(), 10);
+  EXPECT_EQ(mapper.path().size(), 10U);
+  EXPECT_TRUE(differences(mapper.grid(), expected()).empty());
+  mapper.move(disturbed());
+  finish(mapper, 5);
+  EXPECT_TRUE(differences(mapper.grid(), expected()).empty());
+}
+
+TEST_F(MapperTest, ALookDuringTheRedrawIsNotLost) {
+  Mapper mapper(kConfig);
+  fill(mapper, 10);
+  mapper.move(disturbed());
+  for (int i = 0; i < 8; ++i) ASSERT_TRUE(mapper.work(1));  // the patch is begun
+  const MapScan look = scan({0.0, 0.0, 0.0}, -1);
+  mapper.add(look);
+  finish(mapper, 1);
+  OccupancyGrid expected = drawnFresh();
+  expected.add(look.T_map_base, look.scan->T_base_lidar, look.scan->points);
+  EXPECT_TRUE(differences(mapper.grid(), expected).empty());
+}
+
+TEST_F(MapperTest, ResetForgetsAllOfIt) {
+  Mapper mapper(kConfig);
+  fill(mapper, 10);
+  mapper.move(disturbed());
+  mapper.work(2);
+  mapper.reset();
+  EXPECT_EQ(mapper.keyframes(), 0);
+  EXPECT_EQ(mapper.grid().tiles().tileCount(), 0);
+  EXPECT_TRUE(mapper.path().empty());
+  EXPECT_FALSE(mapper.work(10));
+  scans.clear();
+  fill(mapper, 5);
+  EXPECT_TRUE(differences(mapper.grid(), drawnFresh()).empty());
+}
+
+TEST_F(MapperTest, TellsThePathAtTheNewPoses) {
+  Mapper mapper(kConfig);
+  fill(mapper, 5);
+  mapper.move(disturbed());
+  const auto path = mapper.path();
+  ASSERT_EQ(path.size(), 5U);
+  for (std::size_t i = 0; i < path.size(); ++i) EXPECT_EQ(path[i], scans[i].T_map_base.translation());
+}
+
+}  // namespace
+}  // namespace slam

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "core/keyframe.hpp"
+#include "matching/places.hpp"
+#include "matching/scan_points.hpp"
+
+namespace slam::test {
+
+inline Keyframe::Point keyframePoint(const ScanPoint& point) {
+  Keyframe::Point out{.x = static_cast<float>(point.position.x()), .y = static_cast<float>(point.position.y())};
+  if (!point.hasNormal()) return out;
+  const double sigma = std::sqrt(point.normal_variance) / Keyframe::Point::kAngle;
+  out.normal =
+      static_cast<std::int16_t>(std::lround(std::atan2(point.normal.y(), point.normal.x()) / Keyframe::Point::kAngle));
+  out.normal_sigma = static_cast<std::uint16_t>(std::min(65535.0, std::round(sigma)));
+  return out;
+}
+
+/// Keyframes of a drive, as the front end hands them over, with steps as wrong as the test wants them.
+class KeyframeDrive {
+ public:
+  explicit KeyframeDrive(Place scene, unsigned seed = 1) : place(std::move(scene)), random(seed) {}
+
+  /// A keyframe at a true pose. @param error of the measured step, @param sigma [m, m, rad] what the front end claims
+  const Keyframe& at(const Pose2& T_world_base, const Pose2& error, const Eigen::Vector3d& sigma) {
+    describe(T_world_base);
+    keyframe_->id = static_cast<std::int32_t>(truth.size());
+    keyframe_->look = false;
+    keyframe_->T_previous_base = truth.empty() ? Pose2{} : between(truth.back(), T_world_base) * error;
+    keyframe_->T_map_base = truth.empty() ? Pose2{} : measured.back() * keyframe_->T_previous_base;
+    keyframe_->step_covariance = sigma.cwiseAbs2().asDiagonal();
+    truth.push_back(T_world_base);
+    measured.push_back(keyframe_->T_map_base);
+    return *keyframe_;
+  }
+  /// A keyframe whose step errs at random, as the front end claims.
+  const Keyframe& at(const Pose2& T_world_base, const Eigen::Vector3d& sigma) {
+    std::normal_distribution<double> normal;
+    const Eigen::Vector3d e = sigma.cwiseProduct(Eigen::Vector3d(normal(random), normal(random), normal(random)));
+    return at(T_world_base, Pose2::fromVector(e), sigma);
+  }
+  /// A look from a true pose, anchored to a keyframe.
+  const Keyframe& look(const Pose2& T_world_base, int anchor) {
+    describe(T_world_base);
+    const auto i = static_cast<std::size_t>(anchor);
+    keyframe_->id = anchor;
+    keyframe_->look = true;
+    keyframe_->T_previous_base = between(truth[i], T_world_base);
+    keyframe_->T_map_base = measured[i] * keyframe_->T_previous_base;
+    return *keyframe_;
+  }
+
+  Pose2 trueRelative(int a, int b) const {
+    return between(truth[static_cast<std::size_t>(a)], truth[static_cast<std::size_t>(b)]);
+  }
+
+  Place place;
+  std::mt19937 random;
+  std::vector<Pose2> truth, measured;  ///< by id
+
+ private:
+  void describe(const Pose2& T_world_base) {
+    keyframe_->stamp += std::chrono::seconds(1);
+    keyframe_->size = 0;
+    for (const ScanPoint& point : place.scan(T_world_base, 0.01, random)) {
+      keyframe_->storage[static_cast<std::size_t>(keyframe_->size++)] = keyframePoint(point);
+    }
+  }
+  std::unique_ptr<Keyframe> keyframe_ = std::make_unique<Keyframe>();
+};
+
+/// A corridor 2 m wide around a block of 10 m by 6 m, with cupboards at irregular places.
+inline Place ringCorridor() {
+  Place place{.name = "Ring", .low = {-6.5, -4.5}, .high = {6.5, 4.5}, .reach = 10.0};
+  addWalls(place.world, {{-7, -5}, {7, -5}, {7, 5}, {-7, 5}});
+  addWalls(place.world, {{-5, -3}, {5, -3}, {5, 3}, {-5, 3}});
+  for (const double x : {-5.6, -2.1, 0.4, 3.7}) place.world.add(sim::Box{x, -4.8, 0.0, 0.9, 0.4});
+  for (const double x : {-4.0, -0.7, 4.3}) place.world.add(sim::Box{x, 4.85, 0.0, 1.2, 0.3});
+  for (const double y : {-2.2, 1.6}) place.world.add(sim::Box{6.8, y, 0.0, 0.4, 0.7});
+  for (const double y : {-3.1, -0.4, 2.9}) place.world.add(sim::Box{-6.85, y, 0.0, 0.3, 1.0});
+  place.world.add(sim::Cylinder{1.5, 3.2, 0.2});
+  place.world.add(sim::Cylinder{-2.5, -3.2, 0.25});
+  return place;
+}
+
+/// Pose on the middle of that corridor, counter-clockwise. @param distance [m] from its south-western corner
+inline Pose2 onRing(double distance) {
+  constexpr double kLength = 12.0, kWidth = 8.0;
+  double rest = std::fmod(distance, 2 * (kLength + kWidth));
+  Pose2 corner{-kLength / 2, -kWidth / 2, 0.0};
+  for (const double side : {kLength, kWidth, kLength, kWidth}) {
+    if (rest < side) break;
+    rest -= side;
+    corner = corner * Pose2{side, 0.0, std::numbers::pi / 2};
+  }
+  return corner * Pose2{rest, 0.0, 0.0};
+}
+
+}  // namespace slam::test
