@@ -196,6 +196,31 @@ TEST(Replay, OfTheSameLogGivesTheSameBytes) {
   EXPECT_EQ(contentOf(folder / "a.yaml"), yaml);
 }
 
+TEST(Replay, DrawsFramesByLogTimeAndOneAtTheEnd) {
+  const Folder folder;
+  writeDrive(folder / "drive.lcm", trueStamp);
+  ReplayOptions options;
+  options.log = folder / "drive.lcm";
+  options.viewer_period = 4.0;
+  for (const char* name : {"a", "b"}) {
+    options.viewer_frames = folder / name;
+    replay(driveConfig(), options);
+  }
+  std::istringstream index(contentOf(folder / "a/index.csv"));
+  std::vector<double> seconds;
+  std::string line;
+  std::getline(index, line);
+  for (std::string name, second; std::getline(std::getline(index, name, ','), second, ','); std::getline(index, line)) {
+    EXPECT_TRUE(contentOf(folder / ("a/" + name)) == contentOf(folder / ("b/" + name))) << name;
+    seconds.push_back(std::stod(second));
+  }
+  EXPECT_THAT(seconds, testing::ElementsAre(testing::DoubleNear(0.08, 0.01), testing::DoubleNear(4.08, 0.1),
+                                            testing::DoubleNear(8.08, 0.1), testing::DoubleNear(9.98, 0.01)));
+  EXPECT_EQ(contentOf(folder / "a/index.csv"), contentOf(folder / "b/index.csv"));
+  options.viewer_frames = folder / "drive.lcm";
+  EXPECT_THROW(replay(driveConfig(), options), std::runtime_error) << "a file is in the way";
+}
+
 TEST(Replay, WritesARowAScanWithTheStampAsRecorded) {
   const Folder folder;
   const auto disturbed = [](int scan) {  // one stamp goes back, one repeats, one jumps ahead

@@ -49,6 +49,11 @@ int main(int argc, char** argv) {
   app.add_option("--odometry", options.odometry, "write fused wheels and IMU, without lidar (TUM)");
   app.add_option("--wheels", options.wheels, "write the wheels' own dead reckoning, one row a wheel sample (TUM)");
   app.add_option("--map", options.map, "write map files with this prefix (.yaml .pgm .png)");
+  app.add_option("--viewer-frames", options.viewer_frames,
+                 "write pictures of map, robot, scan, path and loop closures into this folder, which is made");
+  app.add_option("--viewer-period", options.viewer_period, "[s] of log time between pictures")
+      ->check(CLI::Range(0.01, 1e6))
+      ->capture_default_str();
   app.add_option("--stats", stats_file, "write statistics (JSON)");
 
   return slam::runProgram(

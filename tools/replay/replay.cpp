@@ -10,9 +10,11 @@
 #include "bus/event_log.hpp"
 #include "bus/messages.hpp"
 #include "mapping/map_files.hpp"
+#include "matching/deskew.hpp"
 #include "runtime/process_usage.hpp"
 #include "slam/back_end.hpp"
 #include "tools/common/trajectory.hpp"
+#include "tools/replay/viewer_frames.hpp"
 
 namespace slam {
 namespace {
@@ -42,9 +44,13 @@ class Run {
         final_(writerFor(options.trajectory)),
         causal_(writerFor(options.causal)),
         odometry_(writerFor(options.odometry)),
-        wheels_(writerFor(options.wheels)) {}
+        wheels_(writerFor(options.wheels)) {
+    if (!options.viewer_frames.empty()) viewer_.emplace(options.viewer_frames, options.viewer_period);
+  }
 
-  void feed(const LogEvent& event) {
+  /// @param log_s [s] of the event since the log's begin
+  void feed(const LogEvent& event, double log_s) {
+    log_s_ = log_s;
     if (event.channel == channel::kScan && use_lidar_) {
       const auto message = decodeChecked<scan_t>(event.data);
       const auto scan = message ? fromMessage(*message) : std::nullopt;
@@ -72,6 +78,10 @@ class Run {
     mapper_.work(std::numeric_limits<int>::max());
     if (!options.map.empty()) writeMapFiles(options.map, renderMap(mapper_.grid()), mapper_.path());
     stats_.localizer = localizer_.counters();
+    if (viewer_) {
+      drawFrame();
+      viewer_->close();
+    }
     return std::move(stats_);
   }
 
@@ -104,6 +114,33 @@ class Run {
     poses_.emplace_back(utime, localizer_.anchor(estimate.T_map_base));
     if (causal_) causal_->write(utime, estimate.T_map_base);
     if (odometry_) odometry_->write(utime, localizer_.odometry(outcome.stamp).T_odom_base);
+    if (viewer_) {
+      see(scan, outcome.stamp);
+      if (viewer_->due(log_s_)) drawFrame();
+    }
+  }
+
+  /// Keeps the scan for the next frame.
+  void see(const LaserScan& scan, Timestamp stamp) {
+    const LidarModel& lidar = localizer_.config().lidar;
+    PoseHistory motion(2);
+    const Timestamp end = stamp + (scan.size > 0 ? fromSeconds(scan.beams().back().time_offset) : Duration(0));
+    for (const Timestamp t : {stamp, end}) motion.push(t, localizer_.odometry(t).T_odom_base);
+    deskew(scan, {static_cast<float>(lidar.range_min), static_cast<float>(lidar.range_max)}, stamp, lidar.T_base_lidar,
+           motion, points_);
+    seen_.clear();
+    for (const ScanPoint& point : points_) seen_.push_back(point.position);
+    seen_stamp_ = stamp;
+  }
+
+  void drawFrame() {
+    mapper_.work(std::numeric_limits<int>::max());
+    const PoseGraph& graph = back_end_.keyframes().graph();
+    viewer_->write(renderMap(mapper_.grid()), {.log_s = log_s_,
+                                               .T_map_base = localizer_.estimate(seen_stamp_).T_map_base,
+                                               .scan = seen_,
+                                               .keyframes = graph.poses(),
+                                               .edges = graph.edges()});
   }
 
   bool use_lidar_, use_wheels_, use_imu_;  // a source of "none" is left out of the log, too
@@ -113,6 +150,11 @@ class Run {
   std::optional<TrajectoryWriter> final_, causal_, odometry_, wheels_;
   std::vector<std::pair<std::int64_t, Localizer::Anchored>> poses_;
   int generation_ = 0;  // of the back end's poses in the map
+  std::optional<ViewerFrames> viewer_;
+  double log_s_ = 0.0;
+  ScanPoints points_;
+  std::vector<Eigen::Vector2d> seen_;  // points of the newest scan in base
+  Timestamp seen_stamp_;
   ReplayStats stats_;
 };
 
@@ -128,8 +170,9 @@ ReplayStats replay(const Config& config, const ReplayOptions& options,
   for (LogEvent event; log.next(event);) {
     if (first == 0) first = event.utime;
     last = std::max(last, event.utime);
-    run.feed(event);
-    if (progress) progress(1e-6 * static_cast<double>(last - first));
+    const double log_s = 1e-6 * static_cast<double>(last - first);
+    run.feed(event, log_s);
+    if (progress) progress(log_s);
   }
   ReplayStats stats = run.finish(options);
   if (stats.localizer.scans == 0) {
