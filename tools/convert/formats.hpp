@@ -48,7 +48,15 @@ struct Disturbance {
 ConvertReport disturbLog(const std::filesystem::path& in, const std::filesystem::path& out,
                          const Disturbance& disturbance);
 
+/// A reference trajectory that a log carries beside its sensors.
+struct MbotTruth {
+  std::filesystem::path file;  ///< TUM file to write; empty: none
+  std::string channel =
+      "SLAM_POSE";  ///< of pose_xyt_t: SLAM_POSE of the course's own SLAM, TRUE_POSE of motion capture
+};
+
 /// LCM event logs of Maebot and MBot: RPLidar, encoders and IMU.
-ConvertReport convertMbot(const std::filesystem::path& in, const std::filesystem::path& out);
+ConvertReport convertMbot(const std::filesystem::path& in, const std::filesystem::path& out,
+                          const MbotTruth& truth = {});
 
 }  // namespace slam

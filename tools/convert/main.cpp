@@ -12,6 +12,7 @@ namespace fs = std::filesystem;
 void printReport(const std::string& out, const slam::ConvertReport& report) {
   std::cout << out << ": " << report.scans << " scans, " << report.wheels << " wheel samples, " << report.imu
             << " IMU samples";
+  if (report.poses > 0) std::cout << ", " << report.poses << " poses";
   if (report.rejected > 0) {
     std::cout << "; " << report.rejected << " records refused, first at " << report.first_rejection;
   }
@@ -37,8 +38,14 @@ int main(int argc, char** argv) {
       add("to-carmen", "our LCM log to CARMEN", slam::convertToCarmen),
       add("mines", "Mines ParisTech rover .dat to LCM log", slam::convertMines),
       add("wean", "CMU Wean Hall robotdata .log to LCM log", slam::convertWean),
-      add("mbot", "LCM log of a Maebot or MBot to ours", slam::convertMbot),
   };
+  slam::MbotTruth truth;
+  CLI::App* mbot = app.add_subcommand("mbot", "LCM log of a Maebot or MBot to ours");
+  mbot->add_option("--truth", truth.file, "also write the poses that the log holds (TUM)");
+  mbot->add_option("--truth-channel", truth.channel, "where they are: the course's own SLAM, or TRUE_POSE")
+      ->capture_default_str();
+  mbot->add_option("IN", in, "input, plain or .gz")->required();
+  mbot->add_option("OUT", out, "output")->required();
   slam::CsvInput csv;
   bool imu_z_down = false;
   CLI::App* csv_command = app.add_subcommand("csv", "tables of scans, speed, encoders and IMU to LCM log");
@@ -70,6 +77,7 @@ int main(int argc, char** argv) {
       csv.imu_sign_z = imu_z_down ? -1.0 : 1.0;
       printReport(out, slam::convertCsv(csv, out));
     }
+    if (mbot->parsed()) printReport(out, slam::convertMbot(in, out, truth));
     if (disturb->parsed()) printReport(out, slam::disturbLog(in, out, disturbance));
     for (const auto& [command, convert] : commands) {
       if (command->parsed()) printReport(out, convert(in, out));
