@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "matching/deskew.hpp"
 #include "matching/plicp.hpp"
 
 namespace slam {
@@ -79,7 +78,7 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
   pose_.fillHistory(outcome.stamp, lastBeam(recorded, outcome.stamp), history_);
   const RangeLimits limits{std::max(recorded.range_min, static_cast<float>(config_.lidar.range_min)),
                            std::min(recorded.range_max, static_cast<float>(config_.lidar.range_max))};
-  deskew(recorded, limits, outcome.stamp, config_.lidar.T_base_lidar, history_, points_);
+  deskew(recorded, limits, outcome.stamp, config_.lidar.mounting(), history_, points_);
   estimateNormals(points_, config_.lidar.T_base_lidar.translation(), config_.normals);
 
   const Ekf predicted = pose_.at(outcome.stamp);

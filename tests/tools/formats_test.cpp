@@ -266,6 +266,38 @@ TEST_F(Carmen, CanBeDisturbedByWheelsThatReportLate) {
   EXPECT_NEAR(late.wheels[30].T_wheels_base.x, 0.29, 1e-9);  // a second is one line
 }
 
+TEST_F(Carmen, CanBeDisturbedByWrongMountsAndClocks) {
+  std::string text;
+  for (int i = 0; i < 40; ++i) {
+    text += flaser(180, std::to_string(102 + i), std::to_string(0.01 * i) + " 0 " + std::to_string(0.02 * i));
+  }
+  const auto clean = convert(text);
+  const auto disturbed = [&](const Disturbance& disturbance) {
+    disturbLog(folder_ / "out.lcm", folder_ / "wrong.lcm", disturbance);
+    return readLog(folder_ / "wrong.lcm");
+  };
+  const auto bearing = [](const Log& log) { return log.scans[0].beams()[30].bearing; };
+  EXPECT_NEAR(bearing(disturbed({.lidar_upside_down = true})), -bearing(clean), 1e-6);
+  EXPECT_NEAR(std::abs(bearing(disturbed({.lidar_turned = true})) - bearing(clean)), std::numbers::pi, 1e-5);
+
+  const Pose2 told = clean.wheels[20].T_wheels_base;
+  const Pose2 swapped = disturbed({.wheels_swapped = true}).wheels[20].T_wheels_base;
+  EXPECT_NEAR(swapped.theta, -told.theta, 1e-9);
+  EXPECT_NEAR(swapped.x, told.x, 1e-9);
+  const Pose2 backwards = disturbed({.wheels_backwards = true}).wheels[1].T_wheels_base;
+  EXPECT_NEAR(backwards.theta, -0.02, 1e-9);
+  EXPECT_LT(backwards.x, -0.009);
+
+  const Log twice = disturbed({.double_scans = true});
+  ASSERT_EQ(twice.scans.size(), 80U);
+  EXPECT_EQ(twice.scans[40].stamp, twice.scans[41].stamp);
+  const Log back = disturbed({.time_backwards = true});
+  EXPECT_EQ(back.scan_utimes[8], clean.scan_utimes[8]);
+  EXPECT_EQ(back.scan_utimes[9], clean.scan_utimes[9] - 300'000);
+  EXPECT_EQ(back.scan_utimes[38], clean.scan_utimes[38] - 30'000'000);
+  EXPECT_EQ(back.event_times, clean.event_times);
+}
+
 TEST(RecordedData, OfIntelHas5505Scans) {
   SLAM_SKIP_WITHOUT(recorded("intel/intel.clf.gz"));
   const Folder folder;

@@ -249,6 +249,41 @@ TEST(Replay, GoesOnBehindDamageAndCountsIt) {
   expectMotion(folder / "a.tum", 0.03, 0.01);
 }
 
+TEST(Replay, WarnsOfSensorsThatContradictEachOther) {
+  const Folder folder;
+  writeDrive(folder / "drive.lcm", trueStamp);
+  EXPECT_THAT(replay(driveConfig(), outputsIn(folder, "a")).warnings, testing::IsEmpty());
+  Config wrong = driveConfig();
+  wrong.localizer.lidar.upside_down = true;
+  const ReplayStats stats = replay(wrong, outputsIn(folder, "a"));
+  ASSERT_THAT(stats.warnings, testing::ElementsAre(testing::HasSubstr("upside down")));
+  EXPECT_THAT(stats.json(), testing::HasSubstr("\"warnings\": [\"" + stats.warnings[0] + "\"]"));
+}
+
+TEST(ReplayOfRecordedData, WarnsOfWhatIsWrongAndOfNothingElse) {
+  SLAM_SKIP_WITHOUT(recorded("mbot/maebot_convex.lcm.gz"));
+  const Folder folder;
+  convertMbot(recorded("mbot/maebot_convex.lcm.gz"), folder / "sound.lcm");
+  const Config config = loadConfig(std::filesystem::path(SLAMD_SOURCE_DIR) / "config/maebot.toml");
+  const auto warnings = [&](const Disturbance& disturbance) {
+    disturbLog(folder / "sound.lcm", folder / "drive.lcm", disturbance);
+    ReplayOptions options;
+    options.log = folder / "drive.lcm";
+    return replay(config, options).warnings;
+  };
+  using testing::ElementsAre;
+  using testing::HasSubstr;
+  EXPECT_THAT(warnings({}), testing::IsEmpty());
+  EXPECT_THAT(warnings({.lidar_upside_down = true}), ElementsAre(HasSubstr("lidar turns opposite to gyro and wheels")));
+  EXPECT_THAT(warnings({.lidar_turned = true}), ElementsAre(HasSubstr("lidar.yaw")));
+  EXPECT_THAT(warnings({.gyro_reversed = true}), ElementsAre(HasSubstr("the gyro turns opposite")));
+  EXPECT_THAT(warnings({.wheels_swapped = true}), ElementsAre(HasSubstr("left and right swapped")));
+  EXPECT_THAT(warnings({.wheels_backwards = true}), ElementsAre(HasSubstr("count backwards")));
+  EXPECT_THAT(warnings({.double_scans = true}), ElementsAre(HasSubstr("repeat the one before")));
+  EXPECT_THAT(warnings({.time_backwards = true}), ElementsAre(HasSubstr("stamped before the one before")));
+  EXPECT_THAT(warnings({.distance_scale = 1.0}), ElementsAre(HasSubstr("base.wheel_radius")));
+}
+
 TEST(Replay, CountsMessagesThatDoNotDecode) {
   const Folder folder;
   {
@@ -284,7 +319,7 @@ TEST(Replay, RefusesALogWithoutScansAndOutputsItCannotWrite) {
 TEST(ReplayStats, NameEveryFieldOfTheContract) {
   const std::string json = ReplayStats{}.json();
   for (const char* key : {"scans", "keyframes", "loop_closures", "log_s", "wall_s", "cpu_s", "peak_rss_mb", "match_us",
-                          "scan_us", "optimise_ms", "p50", "p99", "max"}) {
+                          "scan_us", "optimise_ms", "p50", "p99", "max", "warnings"}) {
     EXPECT_THAT(json, testing::HasSubstr('"' + std::string(key) + '"')) << key;
   }
   EXPECT_THAT(json, testing::Not(testing::HasSubstr("nan")));

@@ -59,7 +59,8 @@ int main(int argc, char** argv) {
   csv_command->add_option("OUT", out, "output")->required();
 
   slam::Disturbance disturbance;
-  CLI::App* disturb = app.add_subcommand("disturb", "our log with wheels that slip, lie or lag, to see what it does");
+  CLI::App* disturb =
+      app.add_subcommand("disturb", "our log with sensors that lie, lag or are mounted wrong, to see what it does");
   disturb->add_option("--jumps", disturbance.jumps, "sudden false motions at random times");
   disturb->add_option("--jump-translation", disturbance.jump_translation, "[m] at most")->capture_default_str();
   disturb->add_option("--jump-rotation", disturbance.jump_rotation, "[rad] at most")->capture_default_str();
@@ -68,6 +69,14 @@ int main(int argc, char** argv) {
   disturb->add_flag("--reverse-sign", disturbance.reverse_sign, "driving backwards is reported as forwards");
   disturb->add_option("--wheel-lag", disturbance.wheel_lag,
                       "[s] a wheel sample says where they stood so long before its stamp");
+  disturb->add_flag("--wheels-swapped", disturbance.wheels_swapped, "left and right: they turn the wrong way");
+  disturb->add_flag("--wheels-backwards", disturbance.wheels_backwards, "both count backwards");
+  disturb->add_flag("--gyro-reversed", disturbance.gyro_reversed, "its z axis points down");
+  disturb->add_flag("--lidar-upside-down", disturbance.lidar_upside_down, "its beams are mirrored");
+  disturb->add_flag("--lidar-turned", disturbance.lidar_turned, "by 180 degrees");
+  disturb->add_flag("--double-scans", disturbance.double_scans, "every scan is sent twice");
+  disturb->add_flag("--time-backwards", disturbance.time_backwards,
+                    "clocks are set back by 30 s in the middle, and every tenth scan by 0.3 s");
   disturb->add_option("--seed", disturbance.seed, "of times, jumps and noise")->capture_default_str();
   disturb->add_option("IN", in, "input, plain or .gz")->required();
   disturb->add_option("OUT", out, "output")->required();

@@ -105,7 +105,7 @@ OverlayErrors overlayVisits(const Trajectory& trajectory, const std::filesystem:
     motion.push(scan.stamp, *pose);
     if (const auto at_end = poseAt(trajectory, end, Duration(0))) motion.push(end, *at_end);
     deskew(scan, {static_cast<float>(lidar.range_min), static_cast<float>(lidar.range_max)}, scan.stamp,
-           lidar.T_base_lidar, motion, points);
+           lidar.mounting(), motion, points);
     if (first) {
       estimateNormals(points, lidar.T_base_lidar.translation(), normals);
       reference.add(*pose, points);

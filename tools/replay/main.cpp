@@ -32,6 +32,7 @@ void warnOfDamage(const std::string& log, const slam::ReplayStats& stats) {
   if (stats.localizer.clock_resets > 0) {
     std::cerr << "slam-replay: " << log << ": time went back by seconds " << stats.localizer.clock_resets << " times\n";
   }
+  for (const std::string& warning : stats.warnings) std::cerr << "warning: " << warning << "\n";
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "matching/deskew.hpp"
 #include "runtime/process_usage.hpp"
 #include "slam/back_end.hpp"
+#include "slam/motion_probe.hpp"
 #include "tools/common/trajectory.hpp"
 #include "tools/replay/viewer_frames.hpp"
 
@@ -39,6 +40,7 @@ class Run {
         use_wheels_(config.base_device.source != "none"),
         use_imu_(config.imu_device.source != "none"),
         localizer_(config.localizer, &stopwatch),
+        probe_(config.localizer),
         back_end_(backEndConfig(config)),
         mapper_(config.map),
         final_(writerFor(options.trajectory)),
@@ -62,7 +64,7 @@ class Run {
     } else if (event.channel == channel::kImu && use_imu_) {
       const auto message = decodeChecked<imu_t>(event.data);
       const auto sample = message ? fromMessage(*message) : std::nullopt;
-      sample ? localizer_.add(*sample) : reject();
+      sample ? addImu(*sample) : reject();
     }
   }
 
@@ -78,6 +80,7 @@ class Run {
     mapper_.work(std::numeric_limits<int>::max());
     if (!options.map.empty()) writeMapFiles(options.map, renderMap(mapper_.grid()), mapper_.path());
     stats_.localizer = localizer_.counters();
+    for (const SensorFinding& finding : probe_.findings().all()) stats_.warnings.push_back(describe(finding));
     if (viewer_) {
       drawFrame();
       viewer_->close();
@@ -88,12 +91,20 @@ class Run {
  private:
   void reject() { ++stats_.rejected_messages; }
 
+  void addImu(const ImuSample& sample) {
+    localizer_.add(sample);
+    probe_.add(sample);
+  }
+
   void addWheels(const WheelSample& sample, std::int64_t utime) {
     localizer_.add(sample);
+    probe_.add(sample);
     if (wheels_) wheels_->write(utime, sample.T_wheels_base);
   }
 
   void addScan(const LaserScan& scan, std::int64_t utime) {
+    probe_.add(scan);
+    probe_.work();
     const auto start = Clock::now();
     const ScanOutcome outcome = localizer_.add(scan);
     const PoseEstimate estimate = localizer_.estimate(outcome.stamp);
@@ -126,7 +137,7 @@ class Run {
     PoseHistory motion(2);
     const Timestamp end = stamp + (scan.size > 0 ? fromSeconds(scan.beams().back().time_offset) : Duration(0));
     for (const Timestamp t : {stamp, end}) motion.push(t, localizer_.odometry(t).T_odom_base);
-    deskew(scan, {static_cast<float>(lidar.range_min), static_cast<float>(lidar.range_max)}, stamp, lidar.T_base_lidar,
+    deskew(scan, {static_cast<float>(lidar.range_min), static_cast<float>(lidar.range_max)}, stamp, lidar.mounting(),
            motion, points_);
     seen_.clear();
     for (const ScanPoint& point : points_) seen_.push_back(point.position);
@@ -145,6 +156,7 @@ class Run {
 
   bool use_lidar_, use_wheels_, use_imu_;  // a source of "none" is left out of the log, too
   Localizer localizer_;
+  MotionProbe probe_;
   BackEnd back_end_;
   Mapper mapper_;
   std::optional<TrajectoryWriter> final_, causal_, odometry_, wheels_;
