@@ -36,10 +36,6 @@ double directionOf(const Pose2& motion) { return std::atan2(motion.y, motion.x) 
 
 }  // namespace
 
-bool SensorFindings::has(SensorFault fault) const {
-  return std::any_of(all().begin(), all().end(), [&](const SensorFinding& f) { return f.fault == fault; });
-}
-
 std::string describe(const SensorFinding& finding) {
   const char* text = "";
   double value = finding.value;

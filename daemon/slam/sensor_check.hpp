@@ -37,8 +37,8 @@ struct SensorFindings {
   std::size_t size = 0;
 
   void add(SensorFault fault, double value = 0.0) { storage[size++] = {fault, value}; }
-  std::span<const SensorFinding> all() const { return {storage.data(), size}; }
-  bool has(SensorFault fault) const;
+  std::span<const SensorFinding> all() const& { return {storage.data(), size}; }
+  std::span<const SensorFinding> all() const&& = delete;  // it would outlive them
 };
 
 /// One line for people: what was seen, and what to mend.

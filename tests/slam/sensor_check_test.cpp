@@ -50,8 +50,9 @@ struct Drive {
     return check;
   }
   std::vector<SensorFault> faults() const {
+    const SensorFindings findings = check().findings();
     std::vector<SensorFault> faults;
-    for (const SensorFinding& finding : check().findings().all()) faults.push_back(finding.fault);
+    for (const SensorFinding& finding : findings.all()) faults.push_back(finding.fault);
     return faults;
   }
 };
@@ -128,8 +129,9 @@ TEST(SensorCheck, CountsRepeatedAndMisdatedScansButForgivesAFew) {
   const auto faults = [](int scans, int repeated, int late, double back) {
     SensorCheck check;
     for (int i = 0; i < scans; ++i) check.addScan(i < repeated, i < late ? back : -0.1);
+    const SensorFindings findings = check.findings();
     std::vector<std::pair<SensorFault, double>> found;
-    for (const SensorFinding& finding : check.findings().all()) found.emplace_back(finding.fault, finding.value);
+    for (const SensorFinding& finding : findings.all()) found.emplace_back(finding.fault, finding.value);
     return found;
   };
   EXPECT_THAT(faults(1000, 9, 50, 0.3), IsEmpty());
