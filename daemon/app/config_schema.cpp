@@ -38,6 +38,8 @@ void visitDevices(Config& config, ConfigVisitor& v) {
   v.field({"y", "m", "T_base_lidar: lidar left of the base's turning centre"}, model.T_base_lidar.y, -5.0, 5.0);
   v.field({"yaw", "rad", "T_base_lidar: direction of the lidar's zero, counter-clockwise from forward"},
           model.T_base_lidar.theta, -kPi, kPi);
+  v.field({"upside_down", "", "the lidar hangs top down: its bearings grow clockwise, seen from above"},
+          model.upside_down);
   v.field({"range_min", "m", "shorter returns are not obstacles (e.g. the robot itself)"}, model.range_min, 0.0, 10.0);
   v.field({"range_max", "m", "longer returns are not trusted"}, model.range_max, 0.5, 200.0);
   v.field({"range_sigma", "m", "standard deviation of one range"}, model.range_sigma, 0.0005, 0.5);

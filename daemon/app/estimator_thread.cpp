@@ -17,6 +17,7 @@ EstimatorThread::EstimatorThread(const Config& config, Exchange& exchange)
     : config_(config),
       exchange_(exchange),
       localizer_(std::make_unique<Localizer>(localizerConfig(config), &monotonicNow)),
+      probe_(config.localizer),
       ticks_per_pose_(
           static_cast<std::uint64_t>(std::max(1.0, std::round(config.runtime.estimator_rate / config.lcm.pose_rate)))),
       worker_({.name = "estimator",
@@ -30,8 +31,14 @@ void EstimatorThread::tick() {
     exchange_.used_corrections.tryPush(correction);
   });
   exchange_.commands.drain([this](const EstimatorCommand& command) { obey(command); });
-  exchange_.wheels.drain([this](const WheelReading& reading) { localizer_->add(reading.sample); });
-  exchange_.imu.drain([this](const ImuSample& sample) { localizer_->add(sample); });
+  exchange_.wheels.drain([this](const WheelReading& reading) {
+    localizer_->add(reading.sample);
+    probe_.add(reading.sample);
+  });
+  exchange_.imu.drain([this](const ImuSample& sample) {
+    localizer_->add(sample);
+    probe_.add(sample);
+  });
   bool scanned = false;
   exchange_.scans.popOne([&](const ReceivedScan& received) { scanned = addScan(received); });
 
@@ -41,9 +48,11 @@ void EstimatorThread::tick() {
   snapshot_.odometry = localizer_->odometry(now);
   snapshot_.counters = localizer_->counters();
   snapshot_.filter = localizer_->filterCounters();
+  snapshot_.findings = probe_.findings();
   exchange_.pose_for_bus.store(snapshot_);
   exchange_.pose_for_supervisor.store(snapshot_);
   exchange_.bus_wakeup.notify();
+  if (scanned) probe_.work();  // when the pose is out
 }
 
 bool EstimatorThread::addScan(const ReceivedScan& received) {
@@ -52,6 +61,7 @@ bool EstimatorThread::addScan(const ReceivedScan& received) {
   exchange_.scan_work.add(monotonicNow() - begin);
   if (outcome.match.iterations > 0) exchange_.match.add(outcome.match_time);
   if (outcome.keyframe != nullptr) exchange_.keyframes.tryPush(*outcome.keyframe);
+  probe_.add(received.scan);
   ++snapshot_.scans;
   snapshot_.scan_received = received.received;
   return true;

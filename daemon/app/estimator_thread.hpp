@@ -5,6 +5,7 @@
 #include "app/config.hpp"
 #include "app/exchange.hpp"
 #include "runtime/worker.hpp"
+#include "slam/motion_probe.hpp"
 
 namespace slam {
 
@@ -22,6 +23,7 @@ class EstimatorThread {
   const Config& config_;
   Exchange& exchange_;
   std::unique_ptr<Localizer> localizer_;
+  MotionProbe probe_;
   PoseSnapshot snapshot_;
   std::uint64_t ticks_ = 0, ticks_per_pose_;
   Worker worker_;

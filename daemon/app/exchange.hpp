@@ -19,6 +19,7 @@
 #include "runtime/wakeup.hpp"
 #include "slam/localizer.hpp"
 #include "slam/mapper.hpp"
+#include "slam/sensor_check.hpp"
 
 namespace slam {
 
@@ -42,6 +43,7 @@ struct PoseSnapshot {
   Timestamp scan_received{};  ///< of the newest one
   LocalizerCounters counters;
   EkfCounters filter;
+  SensorFindings findings;
 };
 
 /// What the graph thread tells the mapper: scans to draw, and new poses when a loop was closed.

@@ -151,6 +151,11 @@ void Supervisor::warnOnce() {
     if (!watched.worker->warning().empty())
       logWarning("thread " + watched.worker->name() + ": " + watched.worker->warning());
   }
+  for (const SensorFinding& finding : snapshot_.findings.all()) {
+    bool& logged = fault_logged_[static_cast<std::size_t>(finding.fault)];
+    if (!logged) logWarning(describe(finding));
+    logged = true;
+  }
   if (!clock_step_logged_ && std::chrono::abs(clock_.drift()) > kClockStep) {
     clock_step_logged_ = true;
     logWarning("the wall clock was set; stamps go on from the old one");
@@ -192,6 +197,7 @@ std::string Supervisor::summary(Timestamp now) const {
     const std::string reason = reasonOf(device, now);
     if (!reason.empty()) text += "; " + device.name + ": " + reason;
   }
+  for (const SensorFinding& finding : snapshot_.findings.all()) text += "; " + describe(finding);
   if (!bus_.connected()) text += "; LCM: no multicast route";
   return text;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -64,6 +65,7 @@ class Supervisor {
   PoseSnapshot snapshot_;
   Timestamp started_{}, next_health_{};
   double cpu_ = 0.0;  // [s] at the last health message
+  std::array<bool, kSensorFaults> fault_logged_{};
   bool stalled_ = false, clock_step_logged_ = false, bus_logged_ = false;
 };
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "mapping/map_files.hpp"
 
-#include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -9,7 +8,6 @@
 #include <fstream>
 #include <iomanip>
 #include <optional>
-#include <png.h>
 #include <sstream>
 #include <stdexcept>
 
@@ -17,53 +15,20 @@ namespace slam {
 namespace {
 
 namespace fs = std::filesystem;
-using Rgb = std::array<std::uint8_t, 3>;
 
 [[noreturn]] void fail(const fs::path& file, const std::string& what) {
   throw std::runtime_error(file.string() + ": " + what);
 }
 
-void replaceFile(const fs::path& file, const std::string& content) {
-  const fs::path temporary = file.string() + ".new";
-  {
-    std::ofstream out(temporary, std::ios::binary);
-    out.write(content.data(), static_cast<std::streamsize>(content.size()));
-    out.flush();
-    if (!out) fail(temporary, std::string("cannot write: ") + std::strerror(errno));
-  }
-  std::error_code error;
-  fs::rename(temporary, file, error);
-  if (error) fail(file, "cannot replace: " + error.message());
-}
-
-std::string encodePng(const MapImage& image, std::span<const Eigen::Vector2d> path) {
-  std::vector<Rgb> pixels(image.cells.size());
-  for (std::size_t i = 0; i < image.cells.size(); ++i) {
-    const std::uint8_t value = image.cells[i];
-    pixels[i] = value == MapImage::kUnknown ? Rgb{205, 205, 205} : Rgb{value, value, value};
-  }
+/// The map with the path in blue.
+ColourImage picture(const MapImage& map, std::span<const Eigen::Vector2d> path) {
+  ColourImage image = colourMap(map);
   for (const Eigen::Vector2d& p : path) {
-    const int column = static_cast<int>(std::floor((p.x() - image.origin_x) / image.resolution));
-    const int row = static_cast<int>(std::floor((p.y() - image.origin_y) / image.resolution));
-    if (column < 0 || row < 0 || column >= image.width || row >= image.height) continue;
-    pixels[static_cast<std::size_t>(image.height - 1 - row) * static_cast<std::size_t>(image.width) +
-           static_cast<std::size_t>(column)] = {40, 90, 220};
+    const int column = static_cast<int>(std::floor((p.x() - map.origin_x) / map.resolution));
+    const int row = static_cast<int>(std::floor((p.y() - map.origin_y) / map.resolution));
+    image.set(column, map.height - 1 - row, kPathColour);
   }
-  png_image png{};
-  png.version = PNG_IMAGE_VERSION;
-  png.width = static_cast<png_uint_32>(image.width);
-  png.height = static_cast<png_uint_32>(image.height);
-  png.format = PNG_FORMAT_RGB;
-  png_alloc_size_t bytes = 0;
-  if (!png_image_write_to_memory(&png, nullptr, &bytes, 0, pixels.data(), 0, nullptr)) {
-    throw std::runtime_error(std::string("png: ") + png.message);
-  }
-  std::string content(bytes, '\0');
-  if (!png_image_write_to_memory(&png, content.data(), &bytes, 0, pixels.data(), 0, nullptr)) {
-    throw std::runtime_error(std::string("png: ") + png.message);
-  }
-  content.resize(bytes);
-  return content;
+  return image;
 }
 
 std::string yamlText(const fs::path& prefix, const MapImage& image) {
@@ -111,6 +76,19 @@ void requireYaml(const fs::path& file, const std::string& text, const std::strin
 
 }  // namespace
 
+void replaceFile(const fs::path& file, const std::string& content) {
+  const fs::path temporary = file.string() + ".new";
+  {
+    std::ofstream out(temporary, std::ios::binary);
+    out.write(content.data(), static_cast<std::streamsize>(content.size()));
+    out.flush();
+    if (!out) fail(temporary, std::string("cannot write: ") + std::strerror(errno));
+  }
+  std::error_code error;
+  fs::rename(temporary, file, error);
+  if (error) fail(file, "cannot replace: " + error.message());
+}
+
 void writeMapFiles(const fs::path& prefix, const MapImage& image, std::span<const Eigen::Vector2d> path) {
   std::ostringstream header;
   header << "P5\n" << image.width << " " << image.height << "\n255\n";
@@ -118,7 +96,7 @@ void writeMapFiles(const fs::path& prefix, const MapImage& image, std::span<cons
       header.str() + std::string(reinterpret_cast<const char*>(image.cells.data()), image.cells.size());
   replaceFile(prefix.string() + ".pgm", pgm);
   replaceFile(prefix.string() + ".yaml", yamlText(prefix, image));
-  replaceFile(prefix.string() + ".png", encodePng(image, path));
+  replaceFile(prefix.string() + ".png", encodePng(picture(image, path)));
 }
 
 MapImage readMapFiles(const fs::path& yaml) {

@@ -3,10 +3,16 @@
 #include <Eigen/Core>
 #include <filesystem>
 #include <span>
+#include <string>
 
+#include "mapping/colour_image.hpp"
 #include "mapping/map_image.hpp"
 
 namespace slam {
+
+/// Writes a file beside its place and renames it, so that a crash leaves the old one whole.
+/// @throws std::runtime_error with file and reason
+void replaceFile(const std::filesystem::path& file, const std::string& content);
 
 /// Writes PREFIX.yaml, PREFIX.pgm (the pair that map_server loads) and PREFIX.png (for people, with the path in blue).
 /// Each file is written beside its place and renamed, so that a crash leaves the old one whole.

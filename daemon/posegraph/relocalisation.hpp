@@ -92,8 +92,8 @@ class Relocalisation {
   ScanPoints query_;
   std::vector<Eigen::Vector2d> seen_from_;                  // [m] the lidar, for each of its points
   std::vector<Eigen::Vector2d> sample_, sample_seen_from_;  // [m] of the query
-  double path_ = 0.0, searched_at_ = -1e9;  // [m]
-  int seen_ = -1;                           // keyframe that path_ ends at
+  double path_ = 0.0, searched_at_ = -1e9;                  // [m]
+  int seen_ = -1;                                           // keyframe that path_ ends at
   Counters counters_;
 };
 

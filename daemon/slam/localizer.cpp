@@ -7,7 +7,6 @@
 #include <limits>
 #include <utility>
 
-#include "matching/deskew.hpp"
 #include "matching/plicp.hpp"
 
 namespace slam {
@@ -88,7 +87,7 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
   pose_.fillHistory(outcome.stamp, lastBeam(recorded, outcome.stamp), history_);
   const RangeLimits limits{std::max(recorded.range_min, static_cast<float>(config_.lidar.range_min)),
                            std::min(recorded.range_max, static_cast<float>(config_.lidar.range_max))};
-  deskew(recorded, limits, outcome.stamp, config_.lidar.T_base_lidar, history_, points_);
+  deskew(recorded, limits, outcome.stamp, config_.lidar.mounting(), history_, points_);
   estimateNormals(points_, config_.lidar.T_base_lidar.translation(), config_.normals);
 
   const Ekf predicted = pose_.at(outcome.stamp);
@@ -123,6 +122,7 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
     // A failed match never moves the pose: the filter carries on. When it lasts, the robot has left what the reference
     // knows, so the scan extends it from where the filter believes to be.
     ++(outcome.match.usable() ? counters_.gated : counters_.unmatched);
+    if (static_cast<int>(points_.size()) < config_.match.min_pairs) return outcome;  // it says nothing
     if (++failures_ <= config_.keyframe.max_failures || !may_keep) return outcome;
     failures_ = 0;
     if (carriedAway(guess)) {

@@ -13,6 +13,7 @@
 #include "core/scan.hpp"
 #include "estimation/ekf_timeline.hpp"
 #include "matching/correlative.hpp"
+#include "matching/deskew.hpp"
 #include "matching/match_result.hpp"
 #include "matching/normals.hpp"
 #include "matching/reference.hpp"
@@ -24,10 +25,13 @@ namespace slam {
 /// Extrinsics of the lidar and what its readings are worth.
 struct LidarModel {
   Pose2 T_base_lidar;
+  bool upside_down = false;    ///< its bearings grow clockwise, seen from above
   double range_min = 0.15;     ///< [m] shorter returns are not obstacles
   double range_max = 12.0;     ///< [m] longer returns are not trusted
   double range_sigma = 0.015;  ///< [m] standard deviation of one range
   double time_offset = 0.0;    ///< [s] added to the lidar's stamps
+
+  LidarMounting mounting() const { return {T_base_lidar, upside_down}; }
 };
 
 /// When a scan is kept for reference and map.

@@ -49,6 +49,22 @@ TEST_P(DeskewTurnRate, LeavesWallsStraight) {
   }
 }
 
+TEST_P(DeskewTurnRate, LeavesWallsStraightUnderALidarThatHangsTopDown) {
+  const Pose2 start{0.3, -0.2, 0.2}, T_base_lidar{0.1, 0.05, 0.3};
+  Turn turn = turnAt({0.5, 0.0, GetParam()}, start, T_base_lidar);
+  for (int i = 0; i < turn.scan.size; ++i) {
+    Beam& beam = turn.scan.storage[static_cast<std::size_t>(i)];
+    beam.bearing = -beam.bearing;
+  }
+  ScanPoints points;
+  deskew(turn.scan, {0.1F, 12.0F}, kStart, {T_base_lidar, true}, turn.history, points);
+  ASSERT_EQ(points.size(), 360U);
+  for (const ScanPoint& point : points) {
+    const Eigen::Vector2d p = start * point.position;
+    EXPECT_LT(std::min(std::abs(std::abs(p.x()) - 3.0), std::abs(std::abs(p.y()) - 2.0)), 0.002);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(From0To2RadPerSecond, DeskewTurnRate, testing::Values(0.0, 0.5, 1.0, -1.0, 2.0, -2.0));
 
 TEST(Deskew, WithoutHistoryTakesTheRobotToStandStill) {

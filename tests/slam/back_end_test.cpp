@@ -211,7 +211,9 @@ TEST(BackEnd, LooksAddNoKeyframes) {
     const Pose2 offset{0.02 * i, 0.1, 0.05 * i};
     const Keyframe& look = session.drive.look(session.drive.truth[3] * offset, 3);
     session.add(look);
-    const MapScan scan = session.back_end->mapScan(look);
+    const auto scans = session.back_end->mapScans(look);
+    ASSERT_EQ(scans.size(), 1U);
+    const MapScan& scan = scans.front();
     EXPECT_EQ(scan.id, -1);
     EXPECT_EQ(scan.T_map_base, session.back_end->keyframes().pose(3) * look.T_previous_base);
     EXPECT_EQ(scan.scan->points.size(), static_cast<std::size_t>(look.size));
@@ -227,7 +229,9 @@ TEST(BackEnd, GivesTheMapperKeyframesAtTheirCorrectedPoses) {
   session.comeBack({0.25, -0.2, 0.05}, kLost);
   const Keyframe& newest = session.drive.at(kStart, {}, kSharp);
   session.add(newest);
-  const MapScan scan = session.back_end->mapScan(newest);
+  const auto scans = session.back_end->mapScans(newest);
+  ASSERT_EQ(scans.size(), 1U);
+  const MapScan& scan = scans.front();
   EXPECT_EQ(scan.id, 2 * kVisit + 1);
   EXPECT_EQ(scan.T_map_base, session.back_end->keyframes().pose(scan.id));
   EXPECT_GT((scan.T_map_base.translation() - newest.T_map_base.translation()).norm(), 0.1) << "the front end's pose";

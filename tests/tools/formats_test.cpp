@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/convert/formats.hpp"
 
+#include <bit>
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,6 +12,7 @@
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
 #include "bus/messages.hpp"
+#include "tools/common/trajectory.hpp"
 #include "tools/convert/text_file.hpp"
 #include "tools/files.hpp"
 
@@ -264,6 +266,38 @@ TEST_F(Carmen, CanBeDisturbedByWheelsThatReportLate) {
   EXPECT_NEAR(late.wheels[30].T_wheels_base.x, 0.29, 1e-9);  // a second is one line
 }
 
+TEST_F(Carmen, CanBeDisturbedByWrongMountsAndClocks) {
+  std::string text;
+  for (int i = 0; i < 40; ++i) {
+    text += flaser(180, std::to_string(102 + i), std::to_string(0.01 * i) + " 0 " + std::to_string(0.02 * i));
+  }
+  const auto clean = convert(text);
+  const auto disturbed = [&](const Disturbance& disturbance) {
+    disturbLog(folder_ / "out.lcm", folder_ / "wrong.lcm", disturbance);
+    return readLog(folder_ / "wrong.lcm");
+  };
+  const auto bearing = [](const Log& log) { return log.scans[0].beams()[30].bearing; };
+  EXPECT_NEAR(bearing(disturbed({.lidar_upside_down = true})), -bearing(clean), 1e-6);
+  EXPECT_NEAR(std::abs(bearing(disturbed({.lidar_turned = true})) - bearing(clean)), std::numbers::pi, 1e-5);
+
+  const Pose2 told = clean.wheels[20].T_wheels_base;
+  const Pose2 swapped = disturbed({.wheels_swapped = true}).wheels[20].T_wheels_base;
+  EXPECT_NEAR(swapped.theta, -told.theta, 1e-9);
+  EXPECT_NEAR(swapped.x, told.x, 1e-9);
+  const Pose2 backwards = disturbed({.wheels_backwards = true}).wheels[1].T_wheels_base;
+  EXPECT_NEAR(backwards.theta, -0.02, 1e-9);
+  EXPECT_LT(backwards.x, -0.009);
+
+  const Log twice = disturbed({.double_scans = true});
+  ASSERT_EQ(twice.scans.size(), 80U);
+  EXPECT_EQ(twice.scans[40].stamp, twice.scans[41].stamp);
+  const Log back = disturbed({.time_backwards = true});
+  EXPECT_EQ(back.scan_utimes[8], clean.scan_utimes[8]);
+  EXPECT_EQ(back.scan_utimes[9], clean.scan_utimes[9] - 300'000);
+  EXPECT_EQ(back.scan_utimes[38], clean.scan_utimes[38] - 30'000'000);
+  EXPECT_EQ(back.event_times, clean.event_times);
+}
+
 TEST(RecordedData, OfIntelHas5505Scans) {
   SLAM_SKIP_WITHOUT(recorded("intel/intel.clf.gz"));
   const Folder folder;
@@ -312,6 +346,49 @@ TEST(RecordedData, OfWeanHallHas2251Scans) {
   EXPECT_NEAR(toSeconds(log.scans.back().stamp - log.scans.front().stamp), 239.6, 1.0);
   EXPECT_NEAR(log.scans[0].beams()[0].range, 0.64, 1e-5);
   EXPECT_NEAR(log.wheels[0].T_wheels_base.x, 0.49022, 1e-5);
+}
+
+TEST(Mbot, WritesThePosesOfTheLogOnItsOwnClock) {
+  const auto record = [](std::initializer_list<std::uint64_t> words, std::initializer_list<float> reals) {
+    std::vector<std::uint8_t> bytes;
+    const auto put = [&](std::uint64_t value, int size) {
+      for (int i = size - 1; i >= 0; --i) bytes.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
+    };
+    for (const std::uint64_t word : words) put(word, 8);
+    for (const float real : reals) put(std::bit_cast<std::uint32_t>(real), 4);
+    return bytes;
+  };
+  constexpr std::int64_t kNow = 1'700'000'000'000'000, kRobotNow = 5'000'000;
+  const Folder folder;
+  {
+    EventLogWriter log(folder / "in.lcm");
+    for (int i = 0; i < 3; ++i) {  // the second pose arrives late
+      const std::int64_t arrival = kNow + 100'000 * i + (i == 1 ? 30'000 : 2'000);
+      const auto stamp = static_cast<std::uint64_t>(kRobotNow + 100'000 * i);
+      const float x = 0.5F * static_cast<float>(i);
+      log.write(arrival, "SLAM_POSE", record({0x1f317af1246276ac, stamp}, {x, -1.0F, 0.25F}));
+      log.write(arrival, "TRUE_POSE", record({0x1f317af1246276ac, stamp}, {9.0F, 9.0F, 0.0F}));
+    }
+    log.write(kNow + 252'000, "SLAM_POSE", record({0x1f317af1246276ac, 5'250'000}, {1.0F}));
+    // One scan of one beam, or it is no log of a robot.
+    std::vector<std::uint8_t> scan = record({0x89dc5b879a5056cf, 5'000'000}, {std::bit_cast<float>(1), 2.0F, 0.0F});
+    const auto tail = record({5'000'000}, {0.0F});
+    scan.insert(scan.end(), tail.begin(), tail.end());
+    log.write(kNow + 300'000, "RPLIDAR_LASER", scan);
+  }
+  const ConvertReport report = convertMbot(folder / "in.lcm", folder / "out.lcm", {.file = folder / "truth.tum"});
+  EXPECT_EQ(report.poses, 3);
+  EXPECT_EQ(report.rejected, 1);
+  const Trajectory poses = readTrajectory(folder / "truth.tum");
+  ASSERT_EQ(poses.size(), 3U);
+  EXPECT_EQ(toMicroseconds(poses[1].stamp), kNow + 2'000 + 100'000) << "the least delay counts as none";
+  EXPECT_NEAR(poses[1].pose.x, 0.5, 1e-6);
+  EXPECT_NEAR(poses[1].pose.y, -1.0, 1e-6);
+  EXPECT_NEAR(poses[1].pose.theta, 0.25, 1e-6);
+  convertMbot(folder / "in.lcm", folder / "out.lcm", {.file = folder / "truth.tum", .channel = "TRUE_POSE"});
+  EXPECT_NEAR(readTrajectory(folder / "truth.tum")[0].pose.x, 9.0, 1e-6);
+  EXPECT_THROW(convertMbot(folder / "in.lcm", folder / "out.lcm", {.file = folder / "truth.tum", .channel = "NONE"}),
+               std::runtime_error);
 }
 
 TEST(RecordedData, OfTheMaebotHas459Scans) {

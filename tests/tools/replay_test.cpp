@@ -196,6 +196,31 @@ TEST(Replay, OfTheSameLogGivesTheSameBytes) {
   EXPECT_EQ(contentOf(folder / "a.yaml"), yaml);
 }
 
+TEST(Replay, DrawsFramesByLogTimeAndOneAtTheEnd) {
+  const Folder folder;
+  writeDrive(folder / "drive.lcm", trueStamp);
+  ReplayOptions options;
+  options.log = folder / "drive.lcm";
+  options.viewer_period = 4.0;
+  for (const char* name : {"a", "b"}) {
+    options.viewer_frames = folder / name;
+    replay(driveConfig(), options);
+  }
+  std::istringstream index(contentOf(folder / "a/index.csv"));
+  std::vector<double> seconds;
+  std::string line;
+  std::getline(index, line);
+  for (std::string name, second; std::getline(std::getline(index, name, ','), second, ','); std::getline(index, line)) {
+    EXPECT_TRUE(contentOf(folder / ("a/" + name)) == contentOf(folder / ("b/" + name))) << name;
+    seconds.push_back(std::stod(second));
+  }
+  EXPECT_THAT(seconds, testing::ElementsAre(testing::DoubleNear(0.08, 0.01), testing::DoubleNear(4.08, 0.1),
+                                            testing::DoubleNear(8.08, 0.1), testing::DoubleNear(9.98, 0.01)));
+  EXPECT_EQ(contentOf(folder / "a/index.csv"), contentOf(folder / "b/index.csv"));
+  options.viewer_frames = folder / "drive.lcm";
+  EXPECT_THROW(replay(driveConfig(), options), std::runtime_error) << "a file is in the way";
+}
+
 TEST(Replay, WritesARowAScanWithTheStampAsRecorded) {
   const Folder folder;
   const auto disturbed = [](int scan) {  // one stamp goes back, one repeats, one jumps ahead
@@ -222,6 +247,41 @@ TEST(Replay, GoesOnBehindDamageAndCountsIt) {
   EXPECT_GE(stats.skipped_bytes, 5000U);
   EXPECT_TRUE(stats.truncated);
   expectMotion(folder / "a.tum", 0.03, 0.01);
+}
+
+TEST(Replay, WarnsOfSensorsThatContradictEachOther) {
+  const Folder folder;
+  writeDrive(folder / "drive.lcm", trueStamp);
+  EXPECT_THAT(replay(driveConfig(), outputsIn(folder, "a")).warnings, testing::IsEmpty());
+  Config wrong = driveConfig();
+  wrong.localizer.lidar.upside_down = true;
+  const ReplayStats stats = replay(wrong, outputsIn(folder, "a"));
+  ASSERT_THAT(stats.warnings, testing::ElementsAre(testing::HasSubstr("upside down")));
+  EXPECT_THAT(stats.json(), testing::HasSubstr("\"warnings\": [\"" + stats.warnings[0] + "\"]"));
+}
+
+TEST(ReplayOfRecordedData, WarnsOfWhatIsWrongAndOfNothingElse) {
+  SLAM_SKIP_WITHOUT(recorded("mbot/maebot_convex.lcm.gz"));
+  const Folder folder;
+  convertMbot(recorded("mbot/maebot_convex.lcm.gz"), folder / "sound.lcm");
+  const Config config = loadConfig(std::filesystem::path(SLAMD_SOURCE_DIR) / "config/maebot.toml");
+  const auto warnings = [&](const Disturbance& disturbance) {
+    disturbLog(folder / "sound.lcm", folder / "drive.lcm", disturbance);
+    ReplayOptions options;
+    options.log = folder / "drive.lcm";
+    return replay(config, options).warnings;
+  };
+  using testing::ElementsAre;
+  using testing::HasSubstr;
+  EXPECT_THAT(warnings({}), testing::IsEmpty());
+  EXPECT_THAT(warnings({.lidar_upside_down = true}), ElementsAre(HasSubstr("lidar turns opposite to gyro and wheels")));
+  EXPECT_THAT(warnings({.lidar_turned = true}), ElementsAre(HasSubstr("lidar.yaw")));
+  EXPECT_THAT(warnings({.gyro_reversed = true}), ElementsAre(HasSubstr("the gyro turns opposite")));
+  EXPECT_THAT(warnings({.wheels_swapped = true}), ElementsAre(HasSubstr("left and right swapped")));
+  EXPECT_THAT(warnings({.wheels_backwards = true}), ElementsAre(HasSubstr("count backwards")));
+  EXPECT_THAT(warnings({.double_scans = true}), ElementsAre(HasSubstr("repeat the one before")));
+  EXPECT_THAT(warnings({.time_backwards = true}), ElementsAre(HasSubstr("stamped before the one before")));
+  EXPECT_THAT(warnings({.distance_scale = 1.0}), ElementsAre(HasSubstr("base.wheel_radius")));
 }
 
 TEST(Replay, CountsMessagesThatDoNotDecode) {
@@ -259,7 +319,7 @@ TEST(Replay, RefusesALogWithoutScansAndOutputsItCannotWrite) {
 TEST(ReplayStats, NameEveryFieldOfTheContract) {
   const std::string json = ReplayStats{}.json();
   for (const char* key : {"scans", "keyframes", "loop_closures", "log_s", "wall_s", "cpu_s", "peak_rss_mb", "match_us",
-                          "scan_us", "optimise_ms", "p50", "p99", "max"}) {
+                          "scan_us", "optimise_ms", "p50", "p99", "max", "warnings"}) {
     EXPECT_THAT(json, testing::HasSubstr('"' + std::string(key) + '"')) << key;
   }
   EXPECT_THAT(json, testing::Not(testing::HasSubstr("nan")));

@@ -69,7 +69,7 @@ std::vector<ScanPair> loadScanPairs(const std::filesystem::path& log, const std:
       RecordedScan& recorded = scans[scan->stamp];
       recorded.T_wheels_base = wheels;
       deskew(*scan, {static_cast<float>(lidar.range_min), static_cast<float>(lidar.range_max)}, scan->stamp,
-             lidar.T_base_lidar, PoseHistory(2), recorded.points);
+             lidar.mounting(), PoseHistory(2), recorded.points);
       estimateNormals(recorded.points, lidar.T_base_lidar.translation(), normals);
     }
   }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <stdexcept>
 
@@ -29,6 +31,8 @@ class WheelDisturbance {
     Pose2 motion = last_ ? between(*last_, recorded.T_wheels_base) : Pose2{};
     last_ = recorded.T_wheels_base;
     const double distance = std::hypot(motion.x, motion.y), turn = std::abs(motion.theta);
+    if (disturbance_.wheels_swapped) motion = {motion.x, -motion.y, -motion.theta};
+    if (disturbance_.wheels_backwards) motion = {-motion.x, -motion.y, -motion.theta};
     if (disturbance_.reverse_sign && motion.x < 0.0) motion.x = -motion.x;
     motion.x *= 1.0 + disturbance_.distance_scale;
     motion.x += disturbance_.noise * std::sqrt(distance) * normal_(random_);
@@ -56,6 +60,15 @@ class WheelDisturbance {
   Pose2 pose_;
 };
 
+/// What the lidar's mounting does to a scan.
+void mount(LaserScan& scan, const Disturbance& disturbance) {
+  for (int i = 0; i < scan.size; ++i) {
+    float& bearing = scan.storage[static_cast<std::size_t>(i)].bearing;
+    if (disturbance.lidar_upside_down) bearing = -bearing;
+    if (disturbance.lidar_turned) bearing = static_cast<float>(wrapAngle(bearing + std::numbers::pi));
+  }
+}
+
 std::pair<std::int64_t, std::int64_t> timeSpan(const std::filesystem::path& log) {
   EventLogReader reader(log);
   std::int64_t first = 0, last = 0;
@@ -71,18 +84,24 @@ ConvertReport disturbLog(const std::filesystem::path& in, const std::filesystem:
                          const Disturbance& disturbance) {
   const auto [first, last] = timeSpan(in);
   WheelDisturbance wheels(disturbance, first, last);
+  const std::int64_t middle = first + (last - first) / 2;
   EventLogReader reader(in);
   ConvertReport report;
   LogOutput log;
   for (LogEvent event; reader.next(event);) {
+    const std::int64_t set_back = disturbance.time_backwards && event.utime > middle ? 30'000'000 : 0;
     if (event.channel == channel::kScan) {
       const auto message = decodeChecked<scan_t>(event.data);
-      const auto scan = message ? fromMessage(*message) : std::nullopt;
-      if (scan) {
-        log.add(event.utime, *scan, message->utime);
-        ++report.scans;
-      } else {
+      auto scan = message ? fromMessage(*message) : std::nullopt;
+      if (!scan) {
         report.reject(in.filename().string(), "a SLAM_SCAN message that does not decode");
+        continue;
+      }
+      mount(*scan, disturbance);
+      const bool late = disturbance.time_backwards && report.scans % 10 == 9;
+      for (int copy = 0; copy < (disturbance.double_scans ? 2 : 1); ++copy) {
+        log.add(event.utime, *scan, message->utime - set_back - (late ? 300'000 : 0));
+        ++report.scans;
       }
     } else if (event.channel == channel::kWheels) {
       const auto message = decodeChecked<wheels_t>(event.data);
@@ -91,17 +110,18 @@ ConvertReport disturbLog(const std::filesystem::path& in, const std::filesystem:
         report.reject(in.filename().string(), "a SLAM_WHEELS message that does not decode");
         continue;
       }
-      log.add(event.utime, wheels.apply(*sample, message->utime), message->utime);
+      log.add(event.utime, wheels.apply(*sample, message->utime), message->utime - set_back);
       ++report.wheels;
     } else if (event.channel == channel::kImu) {
       const auto message = decodeChecked<imu_t>(event.data);
-      const auto sample = message ? fromMessage(*message) : std::nullopt;
-      if (sample) {
-        log.add(event.utime, *sample, message->utime);
-        ++report.imu;
-      } else {
+      auto sample = message ? fromMessage(*message) : std::nullopt;
+      if (!sample) {
         report.reject(in.filename().string(), "a SLAM_IMU message that does not decode");
+        continue;
       }
+      if (disturbance.gyro_reversed) sample->gyro.z() = -sample->gyro.z();
+      log.add(event.utime, *sample, message->utime - set_back);
+      ++report.imu;
     }
   }
   log.write(out);

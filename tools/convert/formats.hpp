@@ -39,7 +39,7 @@ ConvertReport convertWean(const std::filesystem::path& in, const std::filesystem
 /// @throws std::runtime_error naming file and line when it is not one
 MapImage readBeesoftMap(const std::filesystem::path& in);
 
-/// What may go wrong with a robot's wheels, to be added to a log of one where it did not.
+/// What may go wrong with a robot's sensors, to be added to a log of one where it did not.
 struct Disturbance {
   int jumps = 0;                  ///< sudden false motions at random times
   double jump_translation = 0.5;  ///< [m] of a jump, at most, in x and in y
@@ -48,12 +48,27 @@ struct Disturbance {
   double distance_scale = 0.0;    ///< [1] error of the wheels' radius
   bool reverse_sign = false;      ///< driving backwards is reported as forwards
   double wheel_lag = 0.0;         ///< [s] a sample says where the wheels stood so long before its stamp
+  bool wheels_swapped = false;    ///< left and right: the wheels turn the wrong way
+  bool wheels_backwards = false;  ///< both count backwards
+  bool gyro_reversed = false;     ///< its z axis points down
+  bool lidar_upside_down = false;
+  bool lidar_turned = false;    ///< by 180 degrees
+  bool double_scans = false;    ///< every scan is sent twice
+  bool time_backwards = false;  ///< all clocks are set back by 30 s in the middle, and every tenth scan by 0.3 s
   std::uint64_t seed = 1;
 };
 ConvertReport disturbLog(const std::filesystem::path& in, const std::filesystem::path& out,
                          const Disturbance& disturbance);
 
+/// A reference trajectory that a log carries beside its sensors.
+struct MbotTruth {
+  std::filesystem::path file;  ///< TUM file to write; empty: none
+  std::string channel =
+      "SLAM_POSE";  ///< of pose_xyt_t: SLAM_POSE of the course's own SLAM, TRUE_POSE of motion capture
+};
+
 /// LCM event logs of Maebot and MBot: RPLidar, encoders and IMU.
-ConvertReport convertMbot(const std::filesystem::path& in, const std::filesystem::path& out);
+ConvertReport convertMbot(const std::filesystem::path& in, const std::filesystem::path& out,
+                          const MbotTruth& truth = {});
 
 }  // namespace slam

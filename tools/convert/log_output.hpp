@@ -16,6 +16,7 @@ namespace slam {
 /// What a conversion did, for the line that the program prints.
 struct ConvertReport {
   int scans = 0, wheels = 0, imu = 0;
+  int poses = 0;                ///< of a reference trajectory, written apart
   int rejected = 0;             ///< records that were not understood
   std::string first_rejection;  ///< where and why, of the first
   void reject(const std::string& where, const std::string& why) {

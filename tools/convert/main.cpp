@@ -13,6 +13,7 @@ namespace fs = std::filesystem;
 void printReport(const std::string& out, const slam::ConvertReport& report) {
   std::cout << out << ": " << report.scans << " scans, " << report.wheels << " wheel samples, " << report.imu
             << " IMU samples";
+  if (report.poses > 0) std::cout << ", " << report.poses << " poses";
   if (report.rejected > 0) {
     std::cout << "; " << report.rejected << " records refused, first at " << report.first_rejection;
   }
@@ -38,8 +39,14 @@ int main(int argc, char** argv) {
       add("to-carmen", "our LCM log to CARMEN", slam::convertToCarmen),
       add("mines", "Mines ParisTech rover .dat to LCM log", slam::convertMines),
       add("wean", "CMU Wean Hall robotdata .log to LCM log", slam::convertWean),
-      add("mbot", "LCM log of a Maebot or MBot to ours", slam::convertMbot),
   };
+  slam::MbotTruth truth;
+  CLI::App* mbot = app.add_subcommand("mbot", "LCM log of a Maebot or MBot to ours");
+  mbot->add_option("--truth", truth.file, "also write the poses that the log holds (TUM)");
+  mbot->add_option("--truth-channel", truth.channel, "where they are: the course's own SLAM, or TRUE_POSE")
+      ->capture_default_str();
+  mbot->add_option("IN", in, "input, plain or .gz")->required();
+  mbot->add_option("OUT", out, "output")->required();
   slam::CsvInput csv;
   bool imu_z_down = false;
   CLI::App* csv_command = app.add_subcommand("csv", "tables of scans, speed, encoders and IMU to LCM log");
@@ -53,7 +60,8 @@ int main(int argc, char** argv) {
   csv_command->add_option("OUT", out, "output")->required();
 
   slam::Disturbance disturbance;
-  CLI::App* disturb = app.add_subcommand("disturb", "our log with wheels that slip, lie or lag, to see what it does");
+  CLI::App* disturb =
+      app.add_subcommand("disturb", "our log with sensors that lie, lag or are mounted wrong, to see what it does");
   disturb->add_option("--jumps", disturbance.jumps, "sudden false motions at random times");
   disturb->add_option("--jump-translation", disturbance.jump_translation, "[m] at most")->capture_default_str();
   disturb->add_option("--jump-rotation", disturbance.jump_rotation, "[rad] at most")->capture_default_str();
@@ -62,6 +70,14 @@ int main(int argc, char** argv) {
   disturb->add_flag("--reverse-sign", disturbance.reverse_sign, "driving backwards is reported as forwards");
   disturb->add_option("--wheel-lag", disturbance.wheel_lag,
                       "[s] a wheel sample says where they stood so long before its stamp");
+  disturb->add_flag("--wheels-swapped", disturbance.wheels_swapped, "left and right: they turn the wrong way");
+  disturb->add_flag("--wheels-backwards", disturbance.wheels_backwards, "both count backwards");
+  disturb->add_flag("--gyro-reversed", disturbance.gyro_reversed, "its z axis points down");
+  disturb->add_flag("--lidar-upside-down", disturbance.lidar_upside_down, "its beams are mirrored");
+  disturb->add_flag("--lidar-turned", disturbance.lidar_turned, "by 180 degrees");
+  disturb->add_flag("--double-scans", disturbance.double_scans, "every scan is sent twice");
+  disturb->add_flag("--time-backwards", disturbance.time_backwards,
+                    "clocks are set back by 30 s in the middle, and every tenth scan by 0.3 s");
   disturb->add_option("--seed", disturbance.seed, "of times, jumps and noise")->capture_default_str();
   disturb->add_option("IN", in, "input, plain or .gz")->required();
   disturb->add_option("OUT", out, "output")->required();
@@ -76,6 +92,7 @@ int main(int argc, char** argv) {
       printReport(out, slam::convertCsv(csv, out));
     }
     if (map->parsed()) slam::writeMapFiles(out, slam::readBeesoftMap(in), {});
+    if (mbot->parsed()) printReport(out, slam::convertMbot(in, out, truth));
     if (disturb->parsed()) printReport(out, slam::disturbLog(in, out, disturbance));
     for (const auto& [command, convert] : commands) {
       if (command->parsed()) printReport(out, convert(in, out));

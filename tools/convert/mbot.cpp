@@ -4,9 +4,11 @@
 #include <map>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <set>
 #include <stdexcept>
 
+#include "tools/common/trajectory.hpp"
 #include "tools/convert/formats.hpp"
 
 namespace slam {
@@ -17,6 +19,7 @@ constexpr std::uint64_t kMaebotEncoders = 0x7d090bfb221d74f9;  // 2016
 constexpr std::uint64_t kMaebotFeedback = 0x8dc5a028fca42ff9;  // 2014-15
 constexpr std::uint64_t kMaebotImu = 0xed966784146237ec;       // 2016, raw counts, no time of its own
 constexpr std::uint64_t kMaebotSensors = 0xc320824c265e849a;   // 2014-15, raw counts
+constexpr std::uint64_t kPose = 0x1f317af1246276ac;            // pose_xyt_t
 
 constexpr double kMetresPerTick = 8.2e-5, kHalfTrack = 0.0415;  // [m]
 constexpr double kGyroCounts = 131.0;                           // per deg/s
@@ -71,7 +74,7 @@ bool readScan(Fields& fields, LaserScan& scan, std::int64_t& utime) {
 
 }  // namespace
 
-ConvertReport convertMbot(const std::filesystem::path& in, const std::filesystem::path& out) {
+ConvertReport convertMbot(const std::filesystem::path& in, const std::filesystem::path& out, const MbotTruth& truth) {
   // The channels' clocks differ by a constant each. The least delay between an event's time and its utime is taken as
   // no delay at all, which puts every channel on the logging computer's clock.
   std::map<std::string, std::int64_t> offset;
@@ -95,6 +98,8 @@ ConvertReport convertMbot(const std::filesystem::path& in, const std::filesystem
   Pose2 pose;
   bool have_ticks = false;
   std::int32_t last_left = 0, last_right = 0;
+  std::optional<TrajectoryWriter> truth_poses;
+  if (!truth.file.empty()) truth_poses.emplace(truth.file);
   for (LogEvent event; log.next(event);) {
     Fields fields(event.data);
     const std::uint64_t type = fields.unsignedInteger(8);
@@ -137,7 +142,20 @@ ConvertReport convertMbot(const std::filesystem::path& in, const std::filesystem
       }
       output.add(event.utime, ImuSample{fromMicroseconds(event.utime), gyro, accel}, event.utime);
       ++report.imu;
+    } else if (type == kPose && truth_poses && event.channel == truth.channel) {
+      const std::int64_t utime = fields.int64() + offset[event.channel];
+      const double x = fields.real(), y = fields.real(), theta = fields.real();
+      if (!fields.ok() || !isFinite(Pose2{x, y, theta})) {
+        report.reject(where, "a pose that does not decode");
+        continue;
+      }
+      truth_poses->write(utime, {x, y, theta});
+      ++report.poses;
     }
+  }
+  if (truth_poses) truth_poses->close();
+  if (truth_poses && report.poses == 0) {
+    throw std::runtime_error(in.string() + ": no pose in it on channel " + truth.channel);
   }
   if (report.scans == 0) throw std::runtime_error(in.string() + ": no lidar scan of a Maebot or MBot in it");
   output.write(out);

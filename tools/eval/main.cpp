@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "app/config_loader.hpp"
 #include "mapping/map_files.hpp"
 #include "tools/common/program.hpp"
 #include "tools/eval/live_report.hpp"
 #include "tools/eval/map_metrics.hpp"
 #include "tools/eval/metrics.hpp"
+#include "tools/eval/overlay.hpp"
 
 namespace {
 
@@ -72,6 +74,21 @@ void printWaypoints(const slam::WaypointErrors& e, bool json) {
               e.position.size(), e.left_out, mean(e.position), worst, mean(e.heading), worst_heading);
 }
 
+void printOverlay(const slam::OverlayErrors& e, bool json) {
+  std::printf(json ? "{\"mean_m\": %.6f, \"paired\": %.4f, \"points\": %d, \"first_scans\": %d, \"last_scans\": %d}\n"
+                   : "point to line [m] %.4f mean\npaired            %.3f of %d points\n"
+                     "scans             %d of the first visit, %d of the last\n",
+              e.mean, e.paired, e.points, e.first_scans, e.last_scans);
+}
+
+slam::Config configOf(const std::string& file, const std::vector<std::string>& overrides) {
+  try {
+    return slam::loadConfig(file, overrides);
+  } catch (const slam::ConfigError& error) {
+    throw slam::BadConfig(error.what());
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -99,6 +116,15 @@ int main(int argc, char** argv) {
   live->add_option("--truth-map", live_input.truth_map, "true map (yaml)");
   live->add_option("--trajectory", live_input.trajectory, "write SLAM's poses (TUM)");
   CLI::App* map = add("map", "occupied and free cells against a true map", "MAP.yaml", "TRUTH.yaml");
+  slam::OverlayOptions overlay_options;
+  std::string config_file;
+  std::vector<std::string> overrides;
+  CLI::App* overlay =
+      add("overlay", "scans of the last visit to the start on the walls that the first one saw", "TRAJ.tum", "LOG.lcm");
+  overlay->add_option("--config", config_file, "slamd configuration (TOML)")->required();
+  overlay->add_option("--set", overrides, "section.key=value over the file; may be repeated");
+  overlay->add_option("--first-seconds", overlay_options.first_seconds, "[s] of the log that are the first visit")
+      ->capture_default_str();
 
   return slam::runProgram(
       app, argc, argv, SLAMD_VERSION, "slam-eval relations out/trajectory.tum intel.relations", [&] {
@@ -117,6 +143,9 @@ int main(int argc, char** argv) {
           slam::printLiveReport(live_input);
         } else if (map->parsed()) {
           printMap(slam::compareMaps(slam::readMapFiles(estimate), slam::readMapFiles(truth)), json);
+        } else if (overlay->parsed()) {
+          const slam::Config config = configOf(config_file, overrides);
+          printOverlay(slam::overlayVisits(slam::readTrajectory(estimate), truth, config, overlay_options), json);
         }
         return slam::kDone;
       });

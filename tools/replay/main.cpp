@@ -32,6 +32,7 @@ void warnOfDamage(const std::string& log, const slam::ReplayStats& stats) {
   if (stats.localizer.clock_resets > 0) {
     std::cerr << "slam-replay: " << log << ": time went back by seconds " << stats.localizer.clock_resets << " times\n";
   }
+  for (const std::string& warning : stats.warnings) std::cerr << "warning: " << warning << "\n";
 }
 
 }  // namespace
@@ -50,6 +51,11 @@ int main(int argc, char** argv) {
   app.add_option("--wheels", options.wheels, "write the wheels' own dead reckoning, one row a wheel sample (TUM)");
   app.add_option("--load-map", options.load_map, "begin in this map: a map_server .yaml, with mode = \"localise\"");
   app.add_option("--map", options.map, "write map files with this prefix (.yaml .pgm .png)");
+  app.add_option("--viewer-frames", options.viewer_frames,
+                 "write pictures of map, robot, scan, path and loop closures into this folder, which is made");
+  app.add_option("--viewer-period", options.viewer_period, "[s] of log time between pictures")
+      ->check(CLI::Range(0.01, 1e6))
+      ->capture_default_str();
   app.add_option("--stats", stats_file, "write statistics (JSON)");
 
   return slam::runProgram(

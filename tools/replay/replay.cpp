@@ -10,10 +10,13 @@
 #include "bus/event_log.hpp"
 #include "bus/messages.hpp"
 #include "mapping/map_files.hpp"
+#include "matching/deskew.hpp"
 #include "runtime/process_usage.hpp"
 #include "slam/back_end.hpp"
 #include "slam/map_import.hpp"
+#include "slam/motion_probe.hpp"
 #include "tools/common/trajectory.hpp"
+#include "tools/replay/viewer_frames.hpp"
 
 namespace slam {
 namespace {
@@ -47,12 +50,14 @@ class Run {
         use_imu_(config.imu_device.source != "none"),
         localise_only_(config.mode == "localise"),
         localizer_(localizerConfig(config), &stopwatch, startIn(map)),
+        probe_(config.localizer),
         back_end_(backEndConfig(config)),
         mapper_(config.map),
         final_(writerFor(options.trajectory)),
         causal_(writerFor(options.causal)),
         odometry_(writerFor(options.odometry)),
         wheels_(writerFor(options.wheels)) {
+    if (!options.viewer_frames.empty()) viewer_.emplace(options.viewer_frames, options.viewer_period);
     if (!map) return;
     std::vector<MapScan> scans;
     for (int id = 0; id < map->keyframes.size() && !map->picture_only; ++id) {
@@ -62,7 +67,9 @@ class Run {
     back_end_.load(std::move(map->keyframes));
   }
 
-  void feed(const LogEvent& event) {
+  /// @param log_s [s] of the event since the log's begin
+  void feed(const LogEvent& event, double log_s) {
+    log_s_ = log_s;
     if (event.channel == channel::kScan && use_lidar_) {
       const auto message = decodeChecked<scan_t>(event.data);
       const auto scan = message ? fromMessage(*message) : std::nullopt;
@@ -74,7 +81,7 @@ class Run {
     } else if (event.channel == channel::kImu && use_imu_) {
       const auto message = decodeChecked<imu_t>(event.data);
       const auto sample = message ? fromMessage(*message) : std::nullopt;
-      sample ? localizer_.add(*sample) : reject();
+      sample ? addImu(*sample) : reject();
     }
   }
 
@@ -91,18 +98,31 @@ class Run {
     mapper_.work(std::numeric_limits<int>::max());
     if (!options.map.empty()) writeMapFiles(options.map, renderMap(mapper_.grid()), mapper_.path());
     stats_.localizer = localizer_.counters();
+    for (const SensorFinding& finding : probe_.findings().all()) stats_.warnings.push_back(describe(finding));
+    if (viewer_) {
+      drawFrame();
+      viewer_->close();
+    }
     return std::move(stats_);
   }
 
  private:
   void reject() { ++stats_.rejected_messages; }
 
+  void addImu(const ImuSample& sample) {
+    localizer_.add(sample);
+    probe_.add(sample);
+  }
+
   void addWheels(const WheelSample& sample, std::int64_t utime) {
     localizer_.add(sample);
+    probe_.add(sample);
     if (wheels_) wheels_->write(utime, sample.T_wheels_base);
   }
 
   void addScan(const LaserScan& scan, std::int64_t utime) {
+    probe_.add(scan);
+    probe_.work();
     const auto start = Clock::now();
     const ScanOutcome outcome = localizer_.add(scan);
     const PoseEstimate estimate = localizer_.estimate(outcome.stamp);
@@ -127,6 +147,33 @@ class Run {
     }
     if (causal_) causal_->write(utime, estimate.T_map_base);
     if (odometry_) odometry_->write(utime, localizer_.odometry(outcome.stamp).T_odom_base);
+    if (viewer_) {
+      see(scan, outcome.stamp);
+      if (viewer_->due(log_s_)) drawFrame();
+    }
+  }
+
+  /// Keeps the scan for the next frame.
+  void see(const LaserScan& scan, Timestamp stamp) {
+    const LidarModel& lidar = localizer_.config().lidar;
+    PoseHistory motion(2);
+    const Timestamp end = stamp + (scan.size > 0 ? fromSeconds(scan.beams().back().time_offset) : Duration(0));
+    for (const Timestamp t : {stamp, end}) motion.push(t, localizer_.odometry(t).T_odom_base);
+    deskew(scan, {static_cast<float>(lidar.range_min), static_cast<float>(lidar.range_max)}, stamp, lidar.mounting(),
+           motion, points_);
+    seen_.clear();
+    for (const ScanPoint& point : points_) seen_.push_back(point.position);
+    seen_stamp_ = stamp;
+  }
+
+  void drawFrame() {
+    mapper_.work(std::numeric_limits<int>::max());
+    const PoseGraph& graph = back_end_.keyframes().graph();
+    viewer_->write(renderMap(mapper_.grid()), {.log_s = log_s_,
+                                               .T_map_base = localizer_.estimate(seen_stamp_).T_map_base,
+                                               .scan = seen_,
+                                               .keyframes = graph.poses(),
+                                               .edges = graph.edges()});
   }
 
   /// The segment was found: where the robot was since it got lost is known now.
@@ -145,11 +192,17 @@ class Run {
   bool use_lidar_, use_wheels_, use_imu_;  // a source of "none" is left out of the log, too
   bool localise_only_;
   Localizer localizer_;
+  MotionProbe probe_;
   BackEnd back_end_;
   Mapper mapper_;
   std::optional<TrajectoryWriter> final_, causal_, odometry_, wheels_;
   std::vector<Row> poses_;
   int generation_ = 0;  // of the back end's poses in the map
+  std::optional<ViewerFrames> viewer_;
+  double log_s_ = 0.0;
+  ScanPoints points_;
+  std::vector<Eigen::Vector2d> seen_;  // points of the newest scan in base
+  Timestamp seen_stamp_;
   ReplayStats stats_;
 };
 
@@ -172,8 +225,9 @@ ReplayStats replay(const Config& config, const ReplayOptions& options,
   for (LogEvent event; log.next(event);) {
     if (first == 0) first = event.utime;
     last = std::max(last, event.utime);
-    run.feed(event);
-    if (progress) progress(1e-6 * static_cast<double>(last - first));
+    const double log_s = 1e-6 * static_cast<double>(last - first);
+    run.feed(event, log_s);
+    if (progress) progress(log_s);
   }
   ReplayStats stats = run.finish(options);
   if (stats.localizer.scans == 0) {

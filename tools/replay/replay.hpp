@@ -17,6 +17,8 @@ struct ReplayOptions {
   std::filesystem::path odometry = {}, wheels = {};    ///< the same without the lidar, and of the wheels alone
   std::filesystem::path load_map = {};                 ///< map to begin in; empty: an unknown place
   std::filesystem::path map = {};                      ///< prefix of map files to write; empty: not
+  std::filesystem::path viewer_frames = {};            ///< folder for pictures of the run; empty: none
+  double viewer_period = 5.0;                          ///< [s] of log time between them
 };
 
 /// Runs the pipeline over a log in one thread, as fast as it goes. Same log, config and binary give the same bytes.

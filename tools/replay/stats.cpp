@@ -28,14 +28,16 @@ std::string ReplayStats::json() const {
                 " \"matched\": %u, \"partly_observable\": %u, \"unmatched\": %u, \"gated\": %u, \"searched\": %u, "
                 "\"scans_too_late\": %u, "
                 "\"scans_retimed\": %u, \"clock_resets\": %u, \"samples_late\": %u, \"samples_too_old\": %u,\n"
-                " \"rejected_messages\": %llu, \"skipped_bytes\": %llu, \"truncated\": %s}\n",
+                " \"rejected_messages\": %llu, \"skipped_bytes\": %llu, \"truncated\": %s,\n",
                 localizer.scans, localizer.keyframes, loop_closures, log_s, wall_s, cpu_s, peak_rss_mb, match.p50,
                 match.p99, match.max, scan.p50, scan.p99, scan.max, optimise.p50, optimise.max, localizer.matched,
                 localizer.partly_observable, localizer.unmatched, localizer.gated, localizer.searched,
                 localizer.scans_too_late, localizer.scans_retimed, localizer.clock_resets, localizer.samples_late,
                 localizer.samples_too_old, static_cast<unsigned long long>(rejected_messages),
                 static_cast<unsigned long long>(skipped_bytes), truncated ? "true" : "false");
-  return text;
+  std::string list;  // no text holds a quotation mark or a backslash
+  for (const std::string& warning : warnings) list += (list.empty() ? "\"" : ", \"") + warning + "\"";
+  return text + (" \"warnings\": [" + list + "]}\n");
 }
 
 }  // namespace slam

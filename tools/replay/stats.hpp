@@ -22,6 +22,7 @@ struct ReplayStats {
   std::uint64_t rejected_messages = 0;  ///< that did not decode
   std::uint64_t skipped_bytes = 0;      ///< of the log that belong to no record
   bool truncated = false;
+  std::vector<std::string> warnings;  ///< of sensors that contradict each other, one line each
 
   std::string json() const;
 };

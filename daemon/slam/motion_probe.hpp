@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <optional>
+
+#include "core/pose_history.hpp"
+#include "core/samples.hpp"
+#include "core/scan.hpp"
+#include "matching/reference.hpp"
+#include "matching/scan_points.hpp"
+#include "slam/localizer.hpp"
+#include "slam/sensor_check.hpp"
+
+namespace slam {
+
+/// Now and then measures how the robot moved between two scans by matching them with each other, and gives that with
+/// what wheels and gyro say to a SensorCheck.
+///
+/// The match starts from no motion and from the turn that gyro or wheels claim, either way round, and takes what fits
+/// best: it favours no sensor, so that it also works where the Localizer's prediction is opposite to what the lidar
+/// sees. Pairs are matched one after the other only while they show what there is little evidence of, and then one in
+/// half a minute.
+///
+/// No thread, clock or I/O; after construction no allocation. Not safe for concurrent use.
+class MotionProbe {
+ public:
+  explicit MotionProbe(const LocalizerConfig& config);
+
+  void add(const WheelSample& sample);
+  void add(const ImuSample& sample);
+  /// Cheap, also for a scan that is taken; the work on it is left to work().
+  void add(const LaserScan& scan);
+  /// Matches the pair that add() has completed, some tenths of a millisecond; otherwise does nothing.
+  void work();
+
+  const SensorFindings& findings() const { return findings_; }
+
+ private:
+  enum class Stage : std::uint8_t {
+    kIdle,     ///< no scan is held
+    kBegun,    ///< the first one is, and waits for the robot to move on
+    kEnded,    ///< both are, and wait for work()
+    kMatched,  ///< waits for wheels and gyro to reach the second one
+  };
+
+  void checkStream(const LaserScan& scan);
+  void take(const LaserScan& scan, ScanPoints& points);
+  void settle();
+  std::optional<Pose2> wheelMotion(Timestamp from, Timestamp to, Duration extrapolation) const;
+  std::optional<double> gyroTurn(Timestamp from, Timestamp to, Duration extrapolation) const;
+
+  LidarModel lidar_;
+  NormalConfig normals_;
+  MatchConfig match_;
+  PoseHistory wheels_, gyro_, at_rest_{2};  // the last stays empty: no sensor may shape the scans
+  bool wheels_turn_known_ = true;
+  Stage stage_ = Stage::kIdle;
+  Timestamp first_, second_, newest_, next_, last_match_;
+  double claimed_turn_ = 0.0;  // [rad] between the two
+  ScanPoints first_points_, second_points_;
+  Reference reference_;
+  MotionEvidence evidence_;
+  std::optional<Timestamp> last_scan_;
+  std::uint64_t last_ranges_ = 0;  // hash
+  SensorCheck check_;
+  SensorFindings findings_;
+};
+
+}  // namespace slam

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "core/pose2.hpp"
+
+namespace slam {
+
+/// What is wrong with a sensor, its mounting or its recording, as far as the sensors' own samples can tell.
+enum class SensorFault : std::uint8_t {
+  kLidarUpsideDown,     ///< turns opposite to gyro and wheels
+  kLidarAgainstGyro,    ///< turns opposite to the gyro, and no wheels decide who is right
+  kLidarAgainstWheels,  ///< turns opposite to the wheels, and no gyro decides who is right
+  kGyroReversed,        ///< the gyro turns opposite to lidar and wheels
+  kWheelsSwapped,       ///< the wheels turn opposite to lidar and gyro
+  kWheelsBackwards,     ///< the wheels turn and drive opposite to the lidar
+  kLidarYawOff,         ///< the lidar travels in another direction than the wheels; value: [rad] to add to its yaw
+  kWheelDistanceOff,    ///< value: the wheels' distance / the lidar's
+  kWheelTurnOff,        ///< value: the wheels' turn / the lidar's
+  kWheelsContradict,    ///< wheels and lidar do not move together at all
+  kScansRepeated,       ///< value: scans that repeat the one before them
+  kTimeBackwards,       ///< value: scans stamped before their predecessor
+};
+constexpr std::size_t kSensorFaults = 12;
+
+struct SensorFinding {
+  SensorFault fault = SensorFault::kLidarUpsideDown;
+  double value = 0.0;  ///< as the fault says
+};
+
+struct SensorFindings {
+  std::array<SensorFinding, kSensorFaults> storage{};
+  std::size_t size = 0;
+
+  void add(SensorFault fault, double value = 0.0) { storage[size++] = {fault, value}; }
+  std::span<const SensorFinding> all() const& { return {storage.data(), size}; }
+  std::span<const SensorFinding> all() const&& = delete;  // it would outlive them
+};
+
+/// One line for people: what was seen, and what to mend.
+std::string describe(const SensorFinding& finding);
+
+/// The motion of base between two scans, by each sensor alone.
+struct MotionEvidence {
+  Pose2 scans;                                ///< by matching one scan against the other, without a guess from others
+  bool turn_seen = true, travel_seen = true;  ///< what of it the scans could see
+  std::optional<Pose2> wheels = {};
+  bool wheels_turn_known = true;         ///< false: their theta says nothing
+  std::optional<double> gyro_turn = {};  ///< [rad]
+};
+
+/// How angles are spread over a circle: where most of them are, and how many. Adding costs one count.
+class AngleCounts {
+ public:
+  explicit AngleCounts(double period) : period_(period) {}
+  void add(double angle);
+
+  struct Peak {
+    double angle = 0.0;  ///< in [-period/2, period/2)
+    double share = 0.0;  ///< [1] of all angles that lie near it
+  };
+  Peak peak() const;
+  /// @return how many lie between two angles of [-period/2, period/2], give or take a bin
+  int between(double low, double high) const;
+  int count() const { return count_; }
+
+ private:
+  static constexpr int kBins = 72, kReach = 4;  // bins on either side of the peak's that belong to it
+  double period_;
+  std::array<std::int32_t, kBins> bins_{};
+  int count_ = 0;
+};
+
+/// Collects evidence of sensors that contradict each other and says what is wrong once most of it agrees.
+///
+/// Each pair of a motion by scans and the same by another sensor gives an angle atan2(scans, other): 45 degrees where
+/// they agree, -45 where they are opposite, any other where one is out of scale. Where most angles are alike, that is
+/// the finding; a few wrong matches, jumps or slips do not move it. The direction of travel gives the lidar's yaw.
+///
+/// No thread, clock or I/O, no allocation.
+class SensorCheck {
+ public:
+  SensorCheck();
+  void add(const MotionEvidence& evidence);
+  /// @param repeated the scan before it once more
+  /// @param back     [s] by how much it is stamped before the scan before it; 0 or less: it is not
+  void addScan(bool repeated, double back);
+
+  /// What the evidence says now, most of it taken together; empty as long as it is scarce or contradicts nothing.
+  SensorFindings findings() const;
+  /// @return whether there is little evidence yet of a robot's turns, or of its travel
+  bool wants(bool turn) const;
+
+ private:
+  enum class Relation : std::uint8_t { kUnknown, kAgrees, kScaled, kOpposite, kUnrelated };
+  Relation relation(const AngleCounts& angles) const;
+  void judgeDirections(SensorFindings& findings) const;
+  void judgeWheels(SensorFindings& findings) const;
+
+  AngleCounts gyro_turn_, wheel_turn_, wheel_distance_, wheel_direction_;
+  int pairs_ = 0, scans_ = 0, repeated_ = 0, backwards_ = 0, clock_steps_ = 0;
+};
+
+}  // namespace slam

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "slam/motion_probe.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <memory>
+#include <numbers>
+
+#include "support/allocations.hpp"
+#include "support/simulated_room.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::IsEmpty;
+using enum SensorFault;
+
+/// A robot that drives bends in a room, and what may be wrong with it.
+struct Drive {
+  bool upside_down = false, turned = false, twice = false, gyro = true;
+  double wheel_turn = 1.0, turn_rate = 0.6;
+  LocalizerConfig config = {};
+  std::unique_ptr<MotionProbe> probe = {};
+  Pose2 truth{-1.0, -0.5, 0.0}, reckoned = {};
+  Timestamp now{100s};
+  std::mt19937 random{1};
+  test::Room room{.length = 8.0, .width = 5.0, .range_sigma = 0.01};
+  int step = 0;
+
+  void run(double seconds) {
+    if (!probe) probe = std::make_unique<MotionProbe>(config);
+    for (const Timestamp end = now + fromSeconds(seconds); now < end;) {
+      now += 20ms;
+      const double rate = std::sin(toSeconds(now.time_since_epoch())) > 0.0 ? turn_rate : -0.3 * turn_rate;
+      truth = truth * exp({0.02 * 0.25, 0.0, 0.02 * rate});
+      reckoned = reckoned * exp({0.02 * 0.25, 0.0, 0.02 * wheel_turn * rate});
+      probe->add(WheelSample{now, reckoned});
+      if (gyro) probe->add(ImuSample{now, {0, 0, rate + 0.01}, {0, 0, 9.81}});
+      if (++step % 8 != 0) continue;
+      LaserScan scan = room.scan(truth, random);
+      scan.stamp = now;
+      for (int i = 0; i < scan.size; ++i) {
+        float& bearing = scan.storage[static_cast<std::size_t>(i)].bearing;
+        if (upside_down) bearing = -bearing;
+        if (turned) bearing = static_cast<float>(wrapAngle(bearing + std::numbers::pi));
+      }
+      for (int copy = 0; copy < (twice ? 2 : 1); ++copy) {
+        probe->add(scan);
+        probe->work();
+      }
+    }
+  }
+  std::vector<SensorFault> faults() {
+    run(40.0);
+    std::vector<SensorFault> faults;
+    for (const SensorFinding& finding : probe->findings().all()) faults.push_back(finding.fault);
+    return faults;
+  }
+};
+
+TEST(MotionProbe, SaysNothingOfASoundRobot) {
+  EXPECT_THAT(Drive{}.faults(), IsEmpty());
+  EXPECT_THAT((Drive{.gyro = false}).faults(), IsEmpty());
+}
+
+TEST(MotionProbe, FindsALidarThatHangsTopDownAlsoInFastTurns) {
+  EXPECT_THAT((Drive{.upside_down = true}).faults(), ElementsAre(kLidarUpsideDown));
+  EXPECT_THAT((Drive{.upside_down = true, .turn_rate = 2.0}).faults(), ElementsAre(kLidarUpsideDown));
+  EXPECT_THAT((Drive{.upside_down = true, .gyro = false}).faults(), ElementsAre(kLidarAgainstWheels));
+  Drive known{.upside_down = true};
+  known.config.lidar.upside_down = true;
+  EXPECT_THAT(known.faults(), IsEmpty());
+}
+
+TEST(MotionProbe, FindsATurnedLidarAndSwappedWheels) {
+  EXPECT_THAT((Drive{.turned = true, .turn_rate = 0.3}).faults(), ElementsAre(kLidarYawOff));
+  EXPECT_THAT((Drive{.wheel_turn = -1.0}).faults(), ElementsAre(kWheelsSwapped));
+}
+
+TEST(MotionProbe, FindsScansThatComeTwice) {
+  EXPECT_THAT((Drive{.twice = true}).faults(), ElementsAre(kScansRepeated));
+}
+
+TEST(MotionProbe, TakesEqualScansOfARobotAtRestForWhatTheyAre) {
+  Drive drive;
+  drive.run(1.0);
+  LaserScan scan = drive.room.scan(drive.truth, drive.random);
+  for (int i = 0; i < 100; ++i) {
+    drive.now += 100ms;
+    scan.stamp = drive.now;
+    drive.probe->add(WheelSample{drive.now, drive.reckoned});
+    drive.probe->add(ImuSample{drive.now, {0, 0, 0.001}, {0, 0, 9.81}});
+    drive.probe->add(scan);
+  }
+  EXPECT_EQ(drive.probe->findings().size, 0U);
+}
+
+TEST(MotionProbe, GoesOnAfterAClockWasSetBack) {
+  Drive drive{.upside_down = true};
+  drive.run(2.0);
+  drive.now -= 60s;
+  EXPECT_THAT(drive.faults(), ElementsAre(kLidarUpsideDown, kTimeBackwards));
+}
+
+TEST(MotionProbe, DoesNotAllocateAfterStartUp) {
+  Drive drive;
+  drive.run(1.0);
+  EXPECT_EQ(test::allocationsDuring([&] { drive.run(20.0); }), 0U);
+}
+
+}  // namespace
+}  // namespace slam

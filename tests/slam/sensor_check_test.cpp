@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "slam/sensor_check.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <random>
+
+#include "support/allocations.hpp"
+
+namespace slam {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using enum SensorFault;
+
+constexpr double kPi = std::numbers::pi, kDegree = kPi / 180.0;
+
+/// A drive of turns and of straight ways, with what each sensor makes of it; every tenth match is wrong.
+struct Drive {
+  double lidar_turn = 1.0, lidar_yaw = 0.0;
+  double wheel_turn = 1.0, wheel_distance = 1.0, gyro_turn = 1.0;
+  bool wheels = true, gyro = true, wheels_turn_known = true, turns = true;
+  int pairs = 60;
+
+  SensorCheck check() const {
+    std::mt19937 random(1);
+    std::normal_distribution<double> noise;
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    SensorCheck check;
+    for (int i = 0; i < pairs; ++i) {
+      const bool turning = turns && i % 2 == 0;
+      const Pose2 truth{0.12 * (uniform(random) > -0.8 ? 1.0 : -1.0), 0.0, turning ? 0.3 * uniform(random) : 0.0};
+      MotionEvidence evidence;
+      const auto noisy = [&](double value) { return value + 0.004 * noise(random); };
+      const Eigen::Rotation2Dd yaw(lidar_yaw);
+      const Eigen::Vector2d seen = yaw * Eigen::Vector2d(truth.x, 0.5 * truth.x * lidar_turn * truth.theta);
+      evidence.scans = {noisy(seen.x()), noisy(seen.y()), noisy(lidar_turn * truth.theta)};
+      if (i % 10 == 9) evidence.scans = {0.3 * uniform(random), 0.3 * uniform(random), 0.3 * uniform(random)};
+      const double wheel_theta = wheel_turn * truth.theta, told = wheel_distance * truth.x;
+      if (wheels) evidence.wheels = Pose2{noisy(told), noisy(0.5 * told * wheel_theta), noisy(wheel_theta)};
+      evidence.wheels_turn_known = wheels_turn_known;
+      if (gyro) evidence.gyro_turn = noisy(gyro_turn * truth.theta);
+      check.add(evidence);
+    }
+    return check;
+  }
+  std::vector<SensorFault> faults() const {
+    const SensorFindings findings = check().findings();
+    std::vector<SensorFault> faults;
+    for (const SensorFinding& finding : findings.all()) faults.push_back(finding.fault);
+    return faults;
+  }
+};
+
+TEST(SensorCheck, SaysNothingOfSensorsThatAgreeRoughly) {
+  EXPECT_THAT(Drive{}.faults(), IsEmpty());
+  EXPECT_THAT((Drive{.wheel_turn = 0.8, .wheel_distance = 1.2, .gyro_turn = 1.1}).faults(), IsEmpty());
+  EXPECT_THAT((Drive{.lidar_yaw = 10 * kDegree}).faults(), IsEmpty());
+  EXPECT_THAT((Drive{.wheels = false}).faults(), IsEmpty());
+  EXPECT_THAT((Drive{.gyro = false, .turns = false}).faults(), IsEmpty());
+  EXPECT_THAT((Drive{.lidar_turn = -1.0, .wheels = false, .gyro = false}).faults(), IsEmpty()) << "nobody contradicts";
+}
+
+TEST(SensorCheck, TellsWhoOfThreeTurnsTheWrongWay) {
+  EXPECT_THAT((Drive{.lidar_turn = -1.0}).faults(), ElementsAre(kLidarUpsideDown));
+  EXPECT_THAT((Drive{.gyro_turn = -1.0}).faults(), ElementsAre(kGyroReversed));
+  EXPECT_THAT((Drive{.wheel_turn = -1.0}).faults(), ElementsAre(kWheelsSwapped));
+  EXPECT_THAT((Drive{.wheel_turn = -1.0, .wheel_distance = -1.0}).faults(), ElementsAre(kWheelsBackwards));
+}
+
+TEST(SensorCheck, LeavesOpenWhoOfTwoTurnsTheWrongWay) {
+  EXPECT_THAT((Drive{.lidar_turn = -1.0, .gyro = false}).faults(), ElementsAre(kLidarAgainstWheels));
+  EXPECT_THAT((Drive{.lidar_turn = -1.0, .wheels = false}).faults(), ElementsAre(kLidarAgainstGyro));
+  EXPECT_THAT((Drive{.lidar_turn = -1.0, .wheels_turn_known = false}).faults(), ElementsAre(kLidarAgainstGyro));
+}
+
+TEST(SensorCheck, FindsATurnedLidarAndByHowMuch) {
+  for (const double yaw : {180 * kDegree, 90 * kDegree, -45 * kDegree}) {
+    const SensorFindings findings = Drive{.lidar_yaw = yaw}.check().findings();
+    ASSERT_EQ(findings.size, 1U) << yaw;
+    EXPECT_EQ(findings.storage[0].fault, kLidarYawOff);
+    EXPECT_NEAR(std::remainder(findings.storage[0].value + yaw, 2 * kPi), 0.0, 4 * kDegree);
+  }
+  EXPECT_THAT((Drive{.lidar_turn = -1.0, .lidar_yaw = kPi}).faults(), ElementsAre(kLidarUpsideDown, kLidarYawOff));
+}
+
+TEST(SensorCheck, FindsWheelsOutOfScale) {
+  const SensorFindings distance = Drive{.wheel_distance = 2.0}.check().findings();
+  ASSERT_EQ(distance.size, 1U);
+  EXPECT_EQ(distance.storage[0].fault, kWheelDistanceOff);
+  EXPECT_NEAR(distance.storage[0].value, 2.0, 0.2);
+  const SensorFindings turn = Drive{.wheel_turn = 0.4}.check().findings();
+  ASSERT_EQ(turn.size, 1U);
+  EXPECT_EQ(turn.storage[0].fault, kWheelTurnOff);
+  EXPECT_NEAR(turn.storage[0].value, 0.4, 0.06);
+}
+
+TEST(SensorCheck, FindsWheelsThatStandStillWhileTheLidarMoves) {
+  EXPECT_THAT((Drive{.wheel_turn = 0.0, .wheel_distance = 0.0, .pairs = 200}).faults(), ElementsAre(kWheelsContradict));
+}
+
+TEST(SensorCheck, WaitsForEvidence) {
+  EXPECT_THAT((Drive{.lidar_turn = -1.0, .pairs = 6}).faults(), IsEmpty());
+  SensorCheck blind = Drive{.pairs = 0}.check();
+  for (int i = 0; i < 100; ++i) {
+    blind.add({.scans = {-0.2, 0.0, -0.2},
+               .turn_seen = false,
+               .travel_seen = false,
+               .wheels = Pose2{0.2, 0.0, 0.2},
+               .gyro_turn = 0.2});
+  }
+  EXPECT_EQ(blind.findings().size, 0U) << "what the scans cannot see is no evidence";
+}
+
+TEST(SensorCheck, WantsTurnsAndTravelUntilItHasSeenThem) {
+  EXPECT_TRUE(SensorCheck().wants(true));
+  const SensorCheck straight = Drive{.turns = false}.check();
+  EXPECT_TRUE(straight.wants(true));
+  EXPECT_FALSE(straight.wants(false));
+  EXPECT_FALSE((Drive{.pairs = 200}).check().wants(true));
+}
+
+TEST(SensorCheck, CountsRepeatedAndMisdatedScansButForgivesAFew) {
+  const auto faults = [](int scans, int repeated, int late, double back) {
+    SensorCheck check;
+    for (int i = 0; i < scans; ++i) check.addScan(i < repeated, i < late ? back : -0.1);
+    const SensorFindings findings = check.findings();
+    std::vector<std::pair<SensorFault, double>> found;
+    for (const SensorFinding& finding : findings.all()) found.emplace_back(finding.fault, finding.value);
+    return found;
+  };
+  EXPECT_THAT(faults(1000, 9, 50, 0.3), IsEmpty());
+  EXPECT_THAT(faults(1000, 20, 0, 0.3), ElementsAre(std::pair(kScansRepeated, 20.0)));
+  EXPECT_THAT(faults(1000, 0, 150, 0.3), ElementsAre(std::pair(kTimeBackwards, 150.0)));
+  EXPECT_THAT(faults(1000, 0, 1, 30.0), ElementsAre(std::pair(kTimeBackwards, 1.0))) << "a clock was set";
+}
+
+TEST(SensorCheck, DescribesEachFaultInALineWithoutQuotationMarks) {
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < kSensorFaults; ++i) {
+    lines.push_back(describe({static_cast<SensorFault>(i), 2.0}));
+    EXPECT_GT(lines.back().size(), 20U);
+    EXPECT_LT(lines.back().size(), 200U);
+    EXPECT_EQ(lines.back().find_first_of("\n\"\\"), std::string::npos);
+  }
+  std::sort(lines.begin(), lines.end());
+  EXPECT_EQ(std::unique(lines.begin(), lines.end()), lines.end());
+  EXPECT_THAT(describe({kWheelDistanceOff, 2.0}), HasSubstr("200 %"));
+  EXPECT_THAT(describe({kLidarUpsideDown, 0.0}), HasSubstr("lidar.upside_down"));
+}
+
+TEST(AngleCounts, FindThePeakAcrossTheSeam) {
+  AngleCounts angles(2 * kPi);
+  for (int i = -10; i <= 10; ++i) angles.add(kPi + i * kDegree);
+  for (int i = 0; i < 7; ++i) angles.add(0.9 * i - 2.7);
+  EXPECT_NEAR(std::abs(angles.peak().angle), kPi, 3 * kDegree);
+  EXPECT_NEAR(angles.peak().share, 0.75, 0.04);
+  EXPECT_EQ(angles.count(), 28);
+  EXPECT_EQ(angles.between(-kPi, kPi), 28);
+  EXPECT_EQ(AngleCounts(1.0).peak().share, 0.0);
+}
+
+TEST(SensorCheck, DoesNotAllocate) {
+  SensorCheck check;
+  EXPECT_EQ(test::allocationsDuring([&] {
+              check.add({.scans = {0.1, 0.0, 0.1}, .wheels = Pose2{0.1, 0.0, 0.1}, .gyro_turn = 0.1});
+              check.addScan(true, 1.0);
+              check.findings();
+            }),
+            0U);
+}
+
+}  // namespace
+}  // namespace slam
