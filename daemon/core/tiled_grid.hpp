@@ -88,6 +88,14 @@ class TiledGrid {
     }
   }
 
+  /// A copy of all tiles: never by accident.
+  TiledGrid clone() const {
+    TiledGrid copy;
+    copy.first_ = first_, copy.columns_ = columns_, copy.rows_ = rows_, copy.count_ = count_;
+    for (const auto& tile : directory_) copy.directory_.push_back(tile ? std::make_unique<Tile>(*tile) : nullptr);
+    return copy;
+  }
+
   int tileCount() const { return count_; }
   void clear() { *this = TiledGrid(); }
 

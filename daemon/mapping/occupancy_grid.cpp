@@ -80,6 +80,13 @@ void OccupancyGrid::replaceBy(OccupancyGrid&& patch) {
   }
 }
 
+OccupancyGrid OccupancyGrid::clone() const {
+  OccupancyGrid copy(config_);
+  copy.tiles_ = tiles_.clone();
+  copy.scan_ = scan_;
+  return copy;
+}
+
 std::vector<TileIndex> OccupancyGrid::takeChangedTiles() { return std::exchange(changed_, {}); }
 
 }  // namespace slam

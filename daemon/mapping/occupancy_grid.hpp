@@ -60,6 +60,9 @@ class OccupancyGrid {
   /// Puts the tiles of a patch into the places of ours.
   void replaceBy(OccupancyGrid&& patch);
 
+  /// A copy of the cells.
+  OccupancyGrid clone() const;
+
   CellIndex cellAt(const Eigen::Vector2d& p_map) const {
     return {static_cast<int>(std::floor(p_map.x() * inverse_resolution_)),
             static_cast<int>(std::floor(p_map.y() * inverse_resolution_))};

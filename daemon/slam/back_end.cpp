@@ -19,13 +19,13 @@ constexpr SearchWindow kGivenWindow{1.0, 0.6};     // around a pose that a perso
 BackEnd::BackEnd(const BackEndConfig& config)
     : config_(config), search_(config.closure, config.reference, config.match), optimiser_(config.optimiser) {}
 
-void BackEnd::load(KeyframeGraph map) {
+void BackEnd::load(KeyframeGraph map, std::vector<char> in_map) {
   keyframes_ = std::move(map);
   given_size_ = segment_first_ = keyframes_.size();
   const auto size = static_cast<std::size_t>(given_size_);
   in_reference_.resize(size);
   is_in_reference_.assign(size, 0);
-  is_in_map_.assign(size, 1);
+  is_in_map_ = std::move(in_map);
   placed_ = given_size_ == 0;
 }
 

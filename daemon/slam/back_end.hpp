@@ -53,7 +53,7 @@ class BackEnd {
   explicit BackEnd(const BackEndConfig& config);
 
   /// Goes on in a stored map: the robot has to be found in it. Before the first add().
-  void load(KeyframeGraph map);
+  void load(KeyframeGraph map, std::vector<char> in_map);
 
   /// Takes a keyframe (ids count from 0, or from the size of the map loaded, without gaps) or a look.
   /// @param may_correct false: no correction is made, because the last one is still on its way
@@ -69,6 +69,7 @@ class BackEnd {
 
   const KeyframeGraph& keyframes() const { return keyframes_; }
   /// Whether a keyframe is part of the map; one of a segment that was not found yet is not.
+  const std::vector<char>& inMap() const { return is_in_map_; }
   bool inMap(int id) const { return is_in_map_[static_cast<std::size_t>(id)] != 0; }
   /// Counts up whenever poses of known keyframes changed.
   int generation() const { return generation_; }

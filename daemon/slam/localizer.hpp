@@ -139,6 +139,7 @@ class Localizer {
   };
   Anchored anchor(const Pose2& T_map_base) const;
 
+  Timestamp newestStamp() const { return pose_.newestStamp(); }
   /// Counts up when the robot is lost, or its pose given by a person.
   std::int32_t segment() const { return segment_; }
   /// false: the pose is relative to the segment's beginning, not to the map

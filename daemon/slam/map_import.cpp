@@ -94,7 +94,9 @@ MapState importMap(const MapImage& image) {
   for (const auto& [square, scan] : squares) {
     map.keyframes.add(scan, {(square.second + 0.5) * kSquare, (square.first + 0.5) * kSquare, 0.0});
   }
+  map.in_map.assign(squares.size(), 1);
   map.grid = toGrid(image);
+  map.grid_keyframes = map.keyframes.size();
   return map;
 }
 

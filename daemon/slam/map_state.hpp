@@ -1,17 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "core/pose2.hpp"
 #include "mapping/occupancy_grid.hpp"
 #include "posegraph/keyframe_graph.hpp"
+#include "slam/localizer.hpp"
+#include "slam/mapper.hpp"
 
 namespace slam {
 
 /// All that is needed to go on in a map another day.
 struct MapState {
   KeyframeGraph keyframes;
+  std::vector<char> in_map;  ///< by keyframe: 0 where its place in the map was never found
   OccupancyGrid grid;
+  int grid_keyframes = 0;     ///< so many keyframes are drawn into the grid; fewer than there are after a crash
   Pose2 T_map_base;           ///< where the robot was last
   double gyro_bias = 0.0;     ///< [rad/s]
   Pose2 T_base_lidar;         ///< extrinsics that the keyframes were taken with
@@ -19,5 +25,14 @@ struct MapState {
   std::int64_t utime = 0;     ///< [us] of the last keyframe
   bool picture_only = false;  ///< made from a picture of a map: it serves localisation alone
 };
+
+/// Where a Localizer begins in a stored map; in one without keyframes, at a new map's origin.
+LocalizerStart startIn(const MapState& map, std::int32_t map_id = 0);
+
+/// The keyframes of a stored map for the Mapper; those that its grid does not show yet are the last ones.
+std::vector<MapScan> scansOf(const MapState& map);
+
+/// What about the lidar is different from when the map was made, in words; empty: nothing that matters.
+std::string lidarMismatch(const MapState& map, const LidarModel& lidar);
 
 }  // namespace slam

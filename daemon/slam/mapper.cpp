@@ -92,14 +92,18 @@ void Mapper::finishRedraw() {
   redraw_.reset();
 }
 
-void Mapper::load(std::span<const MapScan> keyframes, OccupancyGrid grid) {
+void Mapper::load(std::span<const MapScan> keyframes, OccupancyGrid grid, int drawn) {
   reset();
+  grid_ = std::move(grid);
   for (const MapScan& keyframe : keyframes) {
+    if (keyframe.id >= drawn) {
+      add(keyframe);
+      continue;
+    }
     OccupancyGrid alone(config_);
     alone.add(keyframe.T_map_base, keyframe.scan->T_base_lidar, keyframe.scan->points);
     keyframes_.push_back({keyframe.id, keyframe.scan, keyframe.T_map_base, keyframe.T_map_base, alone.touched()});
   }
-  grid_ = std::move(grid);
 }
 
 void Mapper::reset() { *this = Mapper(config_); }

@@ -36,7 +36,8 @@ class Mapper {
   /// Draws up to `scans` scans of what is left to draw anew. @return true while something is left
   bool work(int scans);
   /// Goes on in a stored map: its keyframes, and the grid that they and looks were drawn into.
-  void load(std::span<const MapScan> keyframes, OccupancyGrid grid);
+  /// @param drawn keyframes with lower ids are in the grid; the others are drawn now
+  void load(std::span<const MapScan> keyframes, OccupancyGrid grid, int drawn);
   /// Forgets the map.
   void reset();
 

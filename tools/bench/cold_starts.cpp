@@ -59,7 +59,7 @@ class Robot {
             std::make_unique<Localizer>(localizerConfig(config), nullptr,
                                         LocalizerStart{.first_keyframe = map.keyframes.size(), .in_known_map = true})),
         back_end_(backEndConfig(config)) {
-    back_end_.load(map.keyframes);
+    back_end_.load(map.keyframes, map.in_map);
   }
 
   void add(const Sample& sample) {

@@ -49,7 +49,9 @@ int main(int argc, char** argv) {
   app.add_option("--causal", options.causal, "write poses as known at each scan's time (TUM)");
   app.add_option("--odometry", options.odometry, "write fused wheels and IMU, without lidar (TUM)");
   app.add_option("--wheels", options.wheels, "write the wheels' own dead reckoning, one row a wheel sample (TUM)");
-  app.add_option("--load-map", options.load_map, "begin in this map: a map_server .yaml, with mode = \"localise\"");
+  app.add_option("--load-map", options.load_map,
+                 "begin in this map: DIR/NAME of a store; with mode = \"localise\" also a map_server .yaml");
+  app.add_option("--save-map", options.save_map, "write the map with its graph, to go on in it: DIR/NAME");
   app.add_option("--map", options.map, "write map files with this prefix (.yaml .pgm .png)");
   app.add_option("--viewer-frames", options.viewer_frames,
                  "write pictures of map, robot, scan, path and loop closures into this folder, which is made");

@@ -2,6 +2,7 @@
 #include "tools/replay/replay.hpp"
 
 #include <chrono>
+#include <iostream>
 #include <limits>
 #include <optional>
 
@@ -13,8 +14,8 @@
 #include "matching/deskew.hpp"
 #include "runtime/process_usage.hpp"
 #include "slam/back_end.hpp"
-#include "slam/map_import.hpp"
 #include "slam/motion_probe.hpp"
+#include "store/map_store.hpp"
 #include "tools/common/trajectory.hpp"
 #include "tools/replay/viewer_frames.hpp"
 
@@ -33,14 +34,6 @@ std::optional<TrajectoryWriter> writerFor(const std::filesystem::path& file) {
   return file.empty() ? std::nullopt : std::optional<TrajectoryWriter>(file);
 }
 
-LocalizerStart startIn(const std::optional<MapState>& map) {
-  if (!map || map->keyframes.size() == 0) return {};
-  return {.first_keyframe = map->keyframes.size(),
-          .in_known_map = true,
-          .T_map_base = map->T_map_base,
-          .gyro_bias = map->gyro_bias};
-}
-
 /// One run: the log's samples go through the same Localizer and Mapper as in the daemon.
 class Run {
  public:
@@ -49,7 +42,7 @@ class Run {
         use_wheels_(config.base_device.source != "none"),
         use_imu_(config.imu_device.source != "none"),
         localise_only_(config.mode == "localise"),
-        localizer_(localizerConfig(config), &stopwatch, startIn(map)),
+        localizer_(localizerConfig(config), &stopwatch, map ? startIn(*map) : LocalizerStart{}),
         probe_(config.localizer),
         back_end_(backEndConfig(config)),
         mapper_(config.map),
@@ -59,12 +52,8 @@ class Run {
         wheels_(writerFor(options.wheels)) {
     if (!options.viewer_frames.empty()) viewer_.emplace(options.viewer_frames, options.viewer_period);
     if (!map) return;
-    std::vector<MapScan> scans;
-    for (int id = 0; id < map->keyframes.size() && !map->picture_only; ++id) {
-      scans.push_back({id, map->keyframes.pose(id), map->keyframes.scan(id)});
-    }
-    mapper_.load(scans, std::move(map->grid));
-    back_end_.load(std::move(map->keyframes));
+    mapper_.load(scansOf(*map), std::move(map->grid), map->grid_keyframes);
+    back_end_.load(std::move(map->keyframes), std::move(map->in_map));
   }
 
   /// @param log_s [s] of the event since the log's begin
@@ -96,6 +85,7 @@ class Run {
       if (*writer) (*writer)->close();
     }
     mapper_.work(std::numeric_limits<int>::max());
+    if (!options.save_map.empty()) saveMap(options.save_map);
     if (!options.map.empty()) writeMapFiles(options.map, renderMap(mapper_.grid()), mapper_.path());
     stats_.localizer = localizer_.counters();
     for (const SensorFinding& finding : probe_.findings().all()) stats_.warnings.push_back(describe(finding));
@@ -176,6 +166,23 @@ class Run {
                                                .edges = graph.edges()});
   }
 
+  void saveMap(const std::filesystem::path& path) {
+    const Timestamp now = poses_.empty() ? Timestamp{} : localizer_.newestStamp();
+    const PoseEstimate pose = localizer_.estimate(now);
+    MapState map;
+    map.keyframes = back_end_.keyframes();
+    map.in_map = back_end_.inMap();
+    map.grid = mapper_.grid().clone();
+    map.grid_keyframes = map.keyframes.size();
+    map.T_map_base = pose.T_map_base;
+    map.gyro_bias = localizer_.odometry(now).gyro_bias;
+    map.T_base_lidar = localizer_.config().lidar.T_base_lidar;
+    map.range_max = localizer_.config().lidar.range_max;
+    map.utime = poses_.empty() ? 0 : poses_.back().utime;
+    const auto folder = std::filesystem::absolute(path).lexically_normal();
+    MapStore(folder.parent_path(), folder.filename()).checkpoint(map);
+  }
+
   /// The segment was found: where the robot was since it got lost is known now.
   void placeRows(const Pose2& T_map_segment) {
     for (auto row = poses_.rbegin(); row != poses_.rend() && row->segment == localizer_.segment(); ++row) {
@@ -206,6 +213,17 @@ class Run {
   ReplayStats stats_;
 };
 
+MapState loadMap(const Config& config, const std::filesystem::path& path) {
+  LoadedMap loaded = openMap(path, config.map);
+  for (const std::string& remark : loaded.remarks) std::cerr << "slam-replay: " << remark << "\n";
+  const std::string mismatch = lidarMismatch(loaded.state, config.localizer.lidar);
+  if (!mismatch.empty()) throw std::runtime_error(path.string() + ": " + mismatch);
+  if (loaded.state.picture_only && config.mode != "localise") {
+    throw std::runtime_error(path.string() + ": a picture of a map cannot be extended; set mode to \"localise\"");
+  }
+  return std::move(loaded.state);
+}
+
 }  // namespace
 
 ReplayStats replay(const Config& config, const ReplayOptions& options,
@@ -214,12 +232,8 @@ ReplayStats replay(const Config& config, const ReplayOptions& options,
   const double cpu_before = cpuSeconds();
   EventLogReader log(options.log);
   std::optional<MapState> map;
-  if (!options.load_map.empty()) map = importMap(readMapFiles(options.load_map));
+  if (!options.load_map.empty()) map = loadMap(config, options.load_map);
   if (!map && config.mode == "localise") throw std::runtime_error("mode \"localise\" needs a map; give --load-map");
-  if (map && map->picture_only && config.mode != "localise") {
-    throw std::runtime_error(options.load_map.string() +
-                             ": a picture of a map cannot be extended; set mode to localise");
-  }
   Run run(config, options, std::move(map));
   std::int64_t first = 0, last = 0;
   for (LogEvent event; log.next(event);) {

@@ -16,6 +16,7 @@ struct ReplayOptions {
   std::filesystem::path trajectory = {}, causal = {};  ///< TUM files to write; empty: not
   std::filesystem::path odometry = {}, wheels = {};    ///< the same without the lidar, and of the wheels alone
   std::filesystem::path load_map = {};                 ///< map to begin in; empty: an unknown place
+  std::filesystem::path save_map = {};                 ///< map to write: DIR/NAME of a store; empty: not
   std::filesystem::path map = {};                      ///< prefix of map files to write; empty: not
   std::filesystem::path viewer_frames = {};            ///< folder for pictures of the run; empty: none
   double viewer_period = 5.0;                          ///< [s] of log time between them

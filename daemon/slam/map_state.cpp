@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "slam/map_state.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+namespace slam {
+namespace {
+
+constexpr double kMaxShift = 0.02;  // [m] of the lidar on the robot
+constexpr double kMaxTurn = 0.03;   // [rad]
+
+}  // namespace
+
+LocalizerStart startIn(const MapState& map, std::int32_t map_id) {
+  return {.map_id = map_id,
+          .first_keyframe = map.keyframes.size(),
+          .in_known_map = map.keyframes.size() > 0,
+          .T_map_base = map.T_map_base,
+          .gyro_bias = map.gyro_bias};
+}
+
+std::vector<MapScan> scansOf(const MapState& map) {
+  std::vector<MapScan> scans;
+  for (int id = 0; id < map.keyframes.size() && !map.picture_only; ++id) {
+    if (map.in_map[static_cast<std::size_t>(id)] == 0) continue;
+    scans.push_back({id, map.keyframes.pose(id), map.keyframes.scan(id)});
+  }
+  return scans;
+}
+
+std::string lidarMismatch(const MapState& map, const LidarModel& lidar) {
+  if (map.picture_only || map.keyframes.size() == 0) return "";
+  const Pose2 gap = between(map.T_base_lidar, lidar.T_base_lidar);
+  if (std::hypot(gap.x, gap.y) < kMaxShift && std::abs(gap.theta) < kMaxTurn) return "";
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "was made with the lidar at x %.3f m, y %.3f m, yaw %.3f rad, the configuration says %.3f, %.3f, %.3f; "
+                "mend [lidar], or begin a new map",
+                map.T_base_lidar.x, map.T_base_lidar.y, map.T_base_lidar.theta, lidar.T_base_lidar.x,
+                lidar.T_base_lidar.y, lidar.T_base_lidar.theta);
+  return text;
+}
+
+}  // namespace slam

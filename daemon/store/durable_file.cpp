@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "store/durable_file.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <unistd.h>
+#include <utility>
+#include <zlib.h>
+
+namespace slam {
+namespace {
+
+[[noreturn]] void fail(const std::filesystem::path& file, const char* what) {
+  throw std::runtime_error(file.string() + ": " + what + ": " + std::strerror(errno));
+}
+
+int openOrFail(const std::filesystem::path& file, int flags) {
+  const int descriptor = ::open(file.c_str(), flags | O_CLOEXEC, 0644);
+  if (descriptor < 0) fail(file, "cannot open");
+  return descriptor;
+}
+
+void writeAll(const std::filesystem::path& file, int descriptor, std::string_view content) {
+  while (!content.empty()) {
+    const ssize_t written = ::write(descriptor, content.data(), content.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) fail(file, "cannot write");
+    content.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+/// Closes a descriptor whatever happens.
+struct Closer {
+  int descriptor;
+  ~Closer() { ::close(descriptor); }
+};
+
+}  // namespace
+
+void writeDurably(const std::filesystem::path& file, std::string_view content) {
+  const Closer out{openOrFail(file, O_WRONLY | O_CREAT | O_TRUNC)};
+  writeAll(file, out.descriptor, content);
+  if (::fsync(out.descriptor) != 0) fail(file, "cannot sync");
+}
+
+void syncFolder(const std::filesystem::path& folder) {
+  const Closer in{openOrFail(folder, O_RDONLY | O_DIRECTORY)};
+  if (::fsync(in.descriptor) != 0) fail(folder, "cannot sync");
+}
+
+std::string readFile(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream content;
+  if (in) content << in.rdbuf();
+  if (!in || std::filesystem::is_directory(file)) fail(file, "cannot read");
+  return std::move(content).str();
+}
+
+std::uint32_t crc32Of(std::string_view content) {
+  return static_cast<std::uint32_t>(
+      ::crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), static_cast<z_size_t>(content.size())));
+}
+
+AppendFile::AppendFile(const std::filesystem::path& file, std::uint64_t keep)
+    : file_(file), descriptor_(openOrFail(file, O_WRONLY | O_CREAT)), size_(keep) {
+  if (::ftruncate(descriptor_, static_cast<off_t>(keep)) != 0 || ::lseek(descriptor_, 0, SEEK_END) < 0) {
+    ::close(descriptor_);
+    fail(file, "cannot truncate");
+  }
+}
+
+AppendFile::~AppendFile() { ::close(descriptor_); }
+
+void AppendFile::append(std::string_view content) {
+  try {
+    writeAll(file_, descriptor_, content);
+    size_ += content.size();
+  } catch (const std::runtime_error&) {
+    // Half a record would hide all that come after it.
+    if (::ftruncate(descriptor_, static_cast<off_t>(size_)) == 0) ::lseek(descriptor_, 0, SEEK_END);
+    throw;
+  }
+}
+
+void AppendFile::sync() {
+  if (::fdatasync(descriptor_) != 0) fail(file_, "cannot sync");
+}
+
+}  // namespace slam

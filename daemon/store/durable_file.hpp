@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace slam {
+
+/// Writes a new file and waits until it is on the disk.
+/// @throws std::runtime_error naming file and reason
+void writeDurably(const std::filesystem::path& file, std::string_view content);
+
+/// Waits until a folder's entries are on the disk. @throws std::runtime_error
+void syncFolder(const std::filesystem::path& folder);
+
+/// @throws std::runtime_error naming file and reason
+std::string readFile(const std::filesystem::path& file);
+
+/// CRC-32 as of zlib.
+std::uint32_t crc32Of(std::string_view content);
+
+/// A file that only grows.
+class AppendFile {
+ public:
+  /// Opens it, new or to go on behind `keep` bytes; what lies behind them is cut off. @throws std::runtime_error
+  AppendFile(const std::filesystem::path& file, std::uint64_t keep);
+  ~AppendFile();
+  AppendFile(const AppendFile&) = delete;
+  AppendFile& operator=(const AppendFile&) = delete;
+
+  /// All or nothing, as far as the file system lets it. @throws std::runtime_error, e.g. when the disk is full
+  void append(std::string_view content);
+  /// Waits until all is on the disk. @throws std::runtime_error
+  void sync();
+
+ private:
+  std::filesystem::path file_;
+  int descriptor_;
+  std::uint64_t size_;
+};
+
+}  // namespace slam

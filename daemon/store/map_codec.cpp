@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "store/map_codec.hpp"
+
+#include <array>
+#include <cmath>
+#include <iomanip>
+#include <sstream>
+#include <toml++/toml.h>
+#include <vector>
+#include <zlib.h>
+
+namespace slam {
+namespace {
+
+constexpr std::size_t kNodeBytes = 65, kPointBytes = 12, kEdgeBytes = 82;  // at least
+constexpr std::size_t kTileCells = OccupancyGrid::kTileSide * OccupancyGrid::kTileSide;
+constexpr std::size_t kTileBytes = 8 + 2 * kTileCells;
+constexpr int kFarthestTile = 1 << 20;              // from the origin
+constexpr std::uint64_t kLargestGrid = 1ULL << 32;  // [bytes] uncompressed
+
+double getFinite(BinaryReader& in) {
+  const auto value = in.get<double>();
+  if (!std::isfinite(value)) throw std::runtime_error("holds a number that is not finite");
+  return value;
+}
+
+void putPose(BinaryWriter& out, const Pose2& pose) {
+  for (const double value : {pose.x, pose.y, pose.theta}) out.put(value);
+}
+
+Pose2 getPose(BinaryReader& in) {
+  const double x = getFinite(in), y = getFinite(in);
+  return {x, y, getFinite(in)};
+}
+
+}  // namespace
+
+void encodeNode(BinaryWriter& out, const StoredScan& scan, const Pose2& T_map_base, bool in_map) {
+  out.put(static_cast<std::int64_t>(scan.stamp.time_since_epoch().count()));
+  putPose(out, T_map_base);
+  putPose(out, scan.T_base_lidar);
+  out.put(static_cast<std::uint8_t>(in_map));
+  out.put(static_cast<std::uint64_t>(scan.points.size()));
+  for (const Keyframe::Point& point : scan.points) {
+    out.put(point.x);
+    out.put(point.y);
+    out.put(point.normal);
+    out.put(point.normal_sigma);
+  }
+}
+
+void decodeNode(BinaryReader& in, MapState& map) {
+  auto scan = std::make_shared<StoredScan>();
+  scan->stamp = Timestamp(Duration(in.get<std::int64_t>()));
+  const Pose2 T_map_base = getPose(in);
+  scan->T_base_lidar = getPose(in);
+  const bool in_map = in.get<std::uint8_t>() != 0;
+  scan->points.resize(in.getCount(kPointBytes));
+  for (Keyframe::Point& point : scan->points) {
+    point.x = in.get<float>();
+    point.y = in.get<float>();
+    point.normal = in.get<std::int16_t>();
+    point.normal_sigma = in.get<std::uint16_t>();
+    if (!std::isfinite(point.x) || !std::isfinite(point.y))
+      throw std::runtime_error("holds a point that is not finite");
+  }
+  map.keyframes.add(std::move(scan), T_map_base);
+  map.in_map.push_back(in_map);
+}
+
+void encodeEdge(BinaryWriter& out, const Edge& edge) {
+  out.put(static_cast<std::int32_t>(edge.from));
+  out.put(static_cast<std::int32_t>(edge.to));
+  putPose(out, edge.T_from_to);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = row; column < 3; ++column) out.put(edge.information(row, column));
+  }
+  out.put(static_cast<std::uint8_t>(edge.kind));
+  out.put(static_cast<std::uint8_t>(edge.revoked));
+}
+
+void decodeEdge(BinaryReader& in, MapState& map) {
+  Edge edge;
+  edge.from = in.get<std::int32_t>();
+  edge.to = in.get<std::int32_t>();
+  edge.T_from_to = getPose(in);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = row; column < 3; ++column) {
+      edge.information(row, column) = edge.information(column, row) = getFinite(in);
+    }
+  }
+  const auto kind = in.get<std::uint8_t>();
+  edge.kind = static_cast<EdgeKind>(kind);
+  edge.revoked = in.get<std::uint8_t>() != 0;
+  const int size = map.keyframes.size();
+  if (edge.from < 0 || edge.to < 0 || edge.from >= size || edge.to >= size || edge.from == edge.to ||
+      kind > static_cast<std::uint8_t>(EdgeKind::kLoopClosure)) {
+    throw std::runtime_error("holds an edge between keyframes that are not there");
+  }
+  map.keyframes.graph().addEdge(edge);
+}
+
+void encodePoses(BinaryWriter& out, std::span<const Pose2> poses) {
+  out.put(static_cast<std::uint64_t>(poses.size()));
+  for (const Pose2& pose : poses) putPose(out, pose);
+}
+
+void decodePoses(BinaryReader& in, MapState& map) {
+  const std::size_t count = in.getCount(3 * sizeof(double));
+  if (count > static_cast<std::size_t>(map.keyframes.size()))
+    throw std::runtime_error("moves keyframes that are not there");
+  for (std::size_t id = 0; id < count; ++id) map.keyframes.graph().setPose(static_cast<int>(id), getPose(in));
+}
+
+std::string encodeKeyframes(const MapState& map) {
+  BinaryWriter out;
+  out.put(static_cast<std::uint64_t>(map.keyframes.size()));
+  for (int id = 0; id < map.keyframes.size(); ++id) {
+    encodeNode(out, *map.keyframes.scan(id), map.keyframes.pose(id), map.in_map[static_cast<std::size_t>(id)] != 0);
+  }
+  return out.take();
+}
+
+void decodeKeyframes(std::string_view bytes, MapState& map) {
+  BinaryReader in(bytes);
+  for (std::size_t left = in.getCount(kNodeBytes); left > 0; --left) decodeNode(in, map);
+}
+
+std::string encodeEdges(const MapState& map) {
+  BinaryWriter out;
+  const auto edges = map.keyframes.graph().edges();
+  out.put(static_cast<std::uint64_t>(edges.size()));
+  for (const Edge& edge : edges) encodeEdge(out, edge);
+  return out.take();
+}
+
+void decodeEdges(std::string_view bytes, MapState& map) {
+  BinaryReader in(bytes);
+  for (std::size_t left = in.getCount(kEdgeBytes); left > 0; --left) decodeEdge(in, map);
+}
+
+std::string encodeGrid(const OccupancyGrid& grid) {
+  BinaryWriter raw;
+  grid.tiles().forEachTile([&](TileIndex tile, const OccupancyGrid::Tiles::Tile& data) {
+    raw.put(static_cast<std::int32_t>(tile.column));
+    raw.put(static_cast<std::int32_t>(tile.row));
+    for (const OccupancyGrid::Cell& cell : data.cells) raw.put(cell.log_odds);
+  });
+  uLongf size = ::compressBound(raw.bytes().size());
+  std::string compressed(size, '\0');
+  if (::compress2(reinterpret_cast<Bytef*>(compressed.data()), &size,
+                  reinterpret_cast<const Bytef*>(raw.bytes().data()), raw.bytes().size(), Z_BEST_SPEED) != Z_OK) {
+    throw std::runtime_error("the grid cannot be compressed");
+  }
+  compressed.resize(size);
+  BinaryWriter out;
+  out.put(grid.resolution());
+  out.put(static_cast<std::uint64_t>(raw.bytes().size()));
+  out.putBytes(compressed);
+  return out.take();
+}
+
+OccupancyGrid decodeGrid(std::string_view bytes, OccupancyGridConfig config) {
+  BinaryReader in(bytes);
+  config.resolution = getFinite(in);
+  const auto size = in.get<std::uint64_t>();
+  if (!(config.resolution > 0.0) || size > kLargestGrid || size % kTileBytes != 0) {
+    throw std::runtime_error("its grid has no size or resolution");
+  }
+  const std::string_view compressed = bytes.substr(2 * sizeof(std::uint64_t));
+  std::string raw(size, '\0');
+  uLongf unpacked = size;
+  if (::uncompress(reinterpret_cast<Bytef*>(raw.data()), &unpacked, reinterpret_cast<const Bytef*>(compressed.data()),
+                   compressed.size()) != Z_OK ||
+      unpacked != size) {
+    throw std::runtime_error("its grid does not unpack");
+  }
+  OccupancyGrid grid(config);
+  for (BinaryReader tiles(raw); !tiles.atEnd();) {
+    const auto column = tiles.get<std::int32_t>(), row = tiles.get<std::int32_t>();
+    if (std::abs(column) > kFarthestTile || std::abs(row) > kFarthestTile)
+      throw std::runtime_error("a tile lies too far off");
+    for (int i = 0; i < static_cast<int>(kTileCells); ++i) {
+      const auto log_odds = tiles.get<LogOdds>();
+      if (log_odds == 0) continue;
+      grid.set({column * OccupancyGrid::kTileSide + i % OccupancyGrid::kTileSide,
+                row * OccupancyGrid::kTileSide + i / OccupancyGrid::kTileSide},
+               log_odds);
+    }
+  }
+  return grid;
+}
+
+std::string encodeState(const MapState& map) {
+  std::ostringstream text;
+  const auto pose = [](const Pose2& p) {
+    std::ostringstream list;
+    list << std::setprecision(17) << std::showpoint << "[" << p.x << ", " << p.y << ", " << p.theta << "]";
+    return list.str();
+  };
+  text << std::setprecision(17) << std::showpoint << "# last pose of base in map [m, m, rad]\n"
+       << "T_map_base = " << pose(map.T_map_base) << "\n# [us] since 1970, of that pose\nutime = " << map.utime
+       << "\n# [rad/s] about z\ngyro_bias = " << map.gyro_bias
+       << "\n# the lidar that the keyframes were taken with\nT_base_lidar = " << pose(map.T_base_lidar)
+       << "\nlidar_range_max = " << map.range_max << "  # [m]\n"
+       << "# scans drawn into the grid\ngrid_keyframes = " << map.grid_keyframes << "\n";
+  return text.str();
+}
+
+void decodeState(std::string_view text, MapState& map) {
+  try {
+    const toml::table table = toml::parse(text);
+    const auto number = [&](const char* key) {
+      const auto value = table[key].value<double>();
+      if (!value || !std::isfinite(*value)) throw std::runtime_error(std::string("has no number ") + key);
+      return *value;
+    };
+    const auto pose = [&](const char* key) {
+      std::array<double, 3> v{};
+      for (std::size_t i = 0; i < 3; ++i) {
+        const auto value = table[key][i].value<double>();
+        if (!value || !std::isfinite(*value)) throw std::runtime_error(std::string("has no pose ") + key);
+        v[i] = *value;
+      }
+      return Pose2{v[0], v[1], v[2]};
+    };
+    map.T_map_base = pose("T_map_base");
+    map.utime = static_cast<std::int64_t>(number("utime"));
+    map.gyro_bias = number("gyro_bias");
+    map.T_base_lidar = pose("T_base_lidar");
+    map.range_max = number("lidar_range_max");
+    map.grid_keyframes = static_cast<int>(number("grid_keyframes"));
+  } catch (const toml::parse_error& error) {
+    throw std::runtime_error(std::string(error.description()));
+  }
+}
+
+}  // namespace slam

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "slam/map_state.hpp"
+#include "store/durable_file.hpp"
+
+namespace slam {
+
+/// What has changed in a map since its last checkpoint, appended as it happens. Each record carries its length and a
+/// CRC: after a power cut the intact ones at the beginning count, the torn rest is cut off.
+class MapJournal {
+ public:
+  /// Begins behind `known`, the map as the checkpoint holds it. @throws std::runtime_error
+  MapJournal(const std::filesystem::path& file, const MapState& known);
+
+  /// Appends how `map` differs from what was written before. @throws std::runtime_error
+  void append(const MapState& map);
+  void sync() { file_.sync(); }
+
+  /// Applies the intact records of a journal to the map of its checkpoint.
+  struct Replayed {
+    int records = 0;
+    bool torn = false;   ///< something follows the intact records
+    bool moved = false;  ///< keyframes that the grid may show moved
+  };
+  static Replayed replay(const std::filesystem::path& file, MapState& map);
+
+ private:
+  void remember(const MapState& map);
+
+  AppendFile file_;
+  std::vector<Pose2> poses_;            // as written
+  std::vector<char> in_map_, revoked_;  // as written
+  std::string state_;
+};
+
+}  // namespace slam

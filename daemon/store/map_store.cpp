@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "store/map_store.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+
+#include "mapping/map_files.hpp"
+#include "slam/map_import.hpp"
+#include "store/map_codec.hpp"
+
+namespace slam {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr int kVersion = 1;
+constexpr int kKept = 2;  // generations
+const char* const kFiles[] = {"keyframes.bin", "graph.bin", "grid.bin", "state.toml"};
+const char* const kTemporary = "writing";
+
+/// A map that a newer slamd has written: to be left alone, not to be gone behind.
+struct NewerVersion : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+std::string numbered(int generation) {
+  char text[16];
+  std::snprintf(text, sizeof text, "%06d", generation);
+  return text;
+}
+
+fs::path journalOf(const fs::path& map, int generation) { return map / (numbered(generation) + ".journal"); }
+
+/// Generations that a map's folder holds, newest first.
+std::vector<int> generationsOf(const fs::path& map) {
+  std::vector<int> generations;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(map, error)) {
+    const std::string name = entry.path().filename().string();
+    const bool number = !name.empty() && name.size() <= 9 &&
+                        std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isdigit(c); });
+    if (number && entry.is_directory()) generations.push_back(std::stoi(name));
+  }
+  std::sort(generations.rbegin(), generations.rend());
+  return generations;
+}
+
+std::string manifestOf(const MapState& map, const std::map<std::string, std::string>& files) {
+  std::ostringstream text;
+  text << "slamd map\nversion " << kVersion << "\nutime " << map.utime << "\nkeyframes " << map.keyframes.size()
+       << "\n";
+  for (const auto& [name, content] : files) {
+    text << "file " << name << " " << content.size() << " " << crc32Of(content) << "\n";
+  }
+  return text.str() + "crc32 " + std::to_string(crc32Of(text.str())) + "\n";
+}
+
+struct Manifest {
+  std::int64_t utime = 0;
+  int keyframes = 0;
+  std::map<std::string, std::pair<std::size_t, std::uint32_t>> files;
+};
+
+Manifest readManifest(const fs::path& generation) {
+  const std::string text = readFile(generation / "MANIFEST");
+  std::istringstream lines(text);
+  Manifest manifest;
+  int version = 0;
+  bool whole = false;
+  for (std::string line, word; std::getline(lines, line);) {
+    std::istringstream words(line);
+    words >> word;
+    if (word == "version") {
+      words >> version;
+      if (version > kVersion) {
+        throw NewerVersion(generation.string() + ": format " + std::to_string(version) +
+                           " is of a newer slamd, this one reads " + std::to_string(kVersion) + "; update slamd");
+      }
+    } else if (word == "utime") {
+      words >> manifest.utime;
+    } else if (word == "keyframes") {
+      words >> manifest.keyframes;
+    } else if (word == "file") {
+      std::string name;
+      words >> name;
+      auto& [size, crc] = manifest.files[name];
+      words >> size >> crc;
+    } else if (word == "crc32") {
+      std::uint32_t crc = 0;
+      words >> crc;
+      whole = crc == crc32Of(std::string_view(text).substr(0, text.rfind("crc32 ")));
+    }
+  }
+  if (!whole || version < 1) throw std::runtime_error((generation / "MANIFEST").string() + ": is damaged");
+  return manifest;
+}
+
+std::string readChecked(const fs::path& generation, const Manifest& manifest, const std::string& name) {
+  const fs::path file = generation / name;
+  const auto listed = manifest.files.find(name);
+  if (listed == manifest.files.end()) throw std::runtime_error(file.string() + ": is not in the manifest");
+  std::string content = readFile(file);
+  if (content.size() != listed->second.first || crc32Of(content) != listed->second.second) {
+    throw std::runtime_error(file.string() + ": is damaged (its CRC differs)");
+  }
+  return content;
+}
+
+/// Reads one file of a generation; says which one it did not like.
+template <typename Decode>
+void decodeFile(const fs::path& generation, const Manifest& manifest, const char* name, Decode&& decode) {
+  const std::string content = readChecked(generation, manifest, name);
+  try {
+    decode(content);
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error((generation / name).string() + ": " + error.what());
+  }
+}
+
+/// Draws all keyframes of the map, in place of a grid that cannot be used.
+OccupancyGrid drawGrid(const MapState& map, const OccupancyGridConfig& config) {
+  OccupancyGrid grid(config);
+  for (int id = 0; id < map.keyframes.size(); ++id) {
+    const StoredScan& scan = *map.keyframes.scan(id);
+    if (map.in_map[static_cast<std::size_t>(id)] != 0) grid.add(map.keyframes.pose(id), scan.T_base_lidar, scan.points);
+  }
+  return grid;
+}
+
+/// One generation without its journal. A damaged grid is drawn anew: the keyframes hold what it showed.
+MapState loadGeneration(const fs::path& generation, const OccupancyGridConfig& config, bool& redraw,
+                        std::vector<std::string>& remarks) {
+  const Manifest manifest = readManifest(generation);
+  MapState map;
+  decodeFile(generation, manifest, kFiles[0], [&](const std::string& bytes) { decodeKeyframes(bytes, map); });
+  decodeFile(generation, manifest, kFiles[1], [&](const std::string& bytes) { decodeEdges(bytes, map); });
+  decodeFile(generation, manifest, kFiles[3], [&](const std::string& bytes) { decodeState(bytes, map); });
+  try {
+    decodeFile(generation, manifest, kFiles[2],
+               [&](const std::string& bytes) { map.grid = decodeGrid(bytes, config); });
+  } catch (const std::runtime_error& error) {
+    remarks.push_back(std::string(error.what()) + "; the grid was drawn anew from the keyframes");
+    redraw = true;
+  }
+  return map;
+}
+
+}  // namespace
+
+bool MapStore::isName(const std::string& name) {
+  return !name.empty() && name.size() <= 100 && name.front() != '.' &&
+         std::all_of(name.begin(), name.end(),
+                     [](unsigned char c) { return std::isalnum(c) || c == '-' || c == '_' || c == '.'; });
+}
+
+MapStore::MapStore(fs::path directory, std::string name)
+    : directory_(std::move(directory) / name), name_(std::move(name)) {
+  if (!isName(name_)) throw std::runtime_error("\"" + name_ + "\" is no name of a map; use letters, digits, - and _");
+  fs::create_directories(directory_);
+  for (const int generation : generationsOf(directory_)) generation_ = std::max(generation_, generation);
+}
+
+void MapStore::checkpoint(const MapState& map) {
+  const std::map<std::string, std::string> files = {{kFiles[0], encodeKeyframes(map)},
+                                                    {kFiles[1], encodeEdges(map)},
+                                                    {kFiles[2], encodeGrid(map.grid)},
+                                                    {kFiles[3], encodeState(map)}};
+  const fs::path temporary = directory_ / kTemporary;
+  fs::remove_all(temporary);
+  fs::create_directory(temporary);
+  for (const auto& [name, content] : files) writeDurably(temporary / name, content);
+  writeDurably(temporary / "MANIFEST", manifestOf(map, files));
+  syncFolder(temporary);
+  if (journal_) journal_->append(map), journal_->sync();  // the generation before leads up to this one
+  const int next = generation_ + 1;
+  fs::rename(temporary, directory_ / numbered(next));
+  journal_.emplace(journalOf(directory_, next), map);
+  syncFolder(directory_);
+  generation_ = next;
+  for (const int old : generationsOf(directory_)) {
+    if (old > generation_ - kKept) continue;
+    fs::remove_all(directory_ / numbered(old));
+    fs::remove(journalOf(directory_, old));
+  }
+}
+
+void MapStore::append(const MapState& map) {
+  if (journal_) journal_->append(map);
+}
+
+void MapStore::sync() {
+  if (journal_) journal_->sync();
+}
+
+LoadedMap MapStore::load(const fs::path& directory, const std::string& name, const OccupancyGridConfig& config) {
+  const fs::path folder = directory / name;
+  const auto generations = generationsOf(folder);
+  if (generations.empty()) throw std::runtime_error(folder.string() + ": holds no map");
+  LoadedMap loaded;
+  std::string first_problem;
+  for (const int generation : generations) {
+    bool redraw = false;
+    std::vector<std::string> remarks;
+    try {
+      loaded.state = loadGeneration(folder / numbered(generation), config, redraw, remarks);
+    } catch (const NewerVersion&) {
+      throw;
+    } catch (const std::runtime_error& error) {
+      if (first_problem.empty()) first_problem = error.what();
+      continue;
+    }
+    loaded.generation = generation;
+    if (!first_problem.empty()) {
+      remarks.insert(remarks.begin(), first_problem + "; used generation " + std::to_string(generation) + " instead");
+    }
+    // Journals lead from this generation to the next one, and on: also past a damaged one.
+    for (int next = generation; fs::exists(journalOf(folder, next)); ++next) {
+      const auto replayed = MapJournal::replay(journalOf(folder, next), loaded.state);
+      redraw |= replayed.moved;
+      if (!replayed.torn) continue;
+      remarks.push_back(journalOf(folder, next).string() + ": cut off behind record " +
+                        std::to_string(replayed.records) + "; used all before it");
+      break;
+    }
+    if (redraw) {
+      loaded.state.grid = drawGrid(loaded.state, config);
+      loaded.state.grid_keyframes = loaded.state.keyframes.size();
+    }
+    loaded.remarks = std::move(remarks);
+    return loaded;
+  }
+  throw std::runtime_error(first_problem + "; no generation of the map is intact");
+}
+
+std::vector<MapSummary> MapStore::list(const fs::path& directory) {
+  std::vector<MapSummary> maps;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(directory, error)) {
+    const std::string name = entry.path().filename().string();
+    const auto generations = generationsOf(entry.path());
+    if (!entry.is_directory() || !isName(name) || generations.empty()) continue;
+    MapSummary& summary = maps.emplace_back();
+    summary.name = name;
+    for (const int generation : generations) {
+      const fs::path folder = entry.path() / numbered(generation);
+      try {
+        const Manifest manifest = readManifest(folder);
+        for (const char* file : kFiles) readChecked(folder, manifest, file);
+        summary.generation = generation;
+        summary.keyframes = manifest.keyframes;
+        summary.utime = manifest.utime;
+        break;
+      } catch (const std::runtime_error& damage) {
+        if (summary.problem.empty()) summary.problem = damage.what();
+      }
+    }
+  }
+  std::sort(maps.begin(), maps.end(), [](const MapSummary& a, const MapSummary& b) { return a.name < b.name; });
+  return maps;
+}
+
+std::optional<std::string> MapStore::newest(const fs::path& directory) {
+  // By the file system's clock, which also counts journals: the robot's own may have been wrong.
+  std::optional<std::string> newest;
+  fs::file_time_type latest{};
+  std::error_code error;
+  for (const auto& map : fs::directory_iterator(directory, error)) {
+    if (!map.is_directory() || !isName(map.path().filename().string()) || generationsOf(map.path()).empty()) continue;
+    for (const auto& entry : fs::directory_iterator(map.path(), error)) {
+      const auto written = entry.last_write_time(error);
+      if (newest && written <= latest) continue;
+      newest = map.path().filename().string();
+      latest = written;
+    }
+  }
+  return newest;
+}
+
+LoadedMap openMap(const fs::path& path, const OccupancyGridConfig& grid) {
+  if (path.extension() == ".yaml") return {importMap(readMapFiles(path)), 0, {}};
+  const fs::path folder = fs::absolute(path).lexically_normal();
+  return folder.has_filename()
+             ? MapStore::load(folder.parent_path(), folder.filename(), grid)
+             : MapStore::load(folder.parent_path().parent_path(), folder.parent_path().filename(), grid);
+}
+
+}  // namespace slam
