@@ -69,6 +69,8 @@ void BusThread::tick() {
   publishPose();
   publishRaw();
   acknowledgeSave();
+  exchange_.map_answers.drain(
+      [this](const MapAnswer& answer) { acknowledge(answer.id, answer.accepted, answer.message); });
   exchange_.map_meta.drain([this](const map_meta_t& meta) { publish(channel::kMapMeta, meta); });
   exchange_.map_tiles.drain([this](const map_tile_t& tile) { publish(channel::kMapTile, tile); });
   exchange_.health.drain([this](const health_t& health) { publish(channel::kHealth, health); });
@@ -190,13 +192,16 @@ void BusThread::onCommand(const lcm::ReceiveBuffer* buffer, const std::string&) 
     exchange_.save_map = true;
   } else if (command->verb == "set_pose") {
     if (!isFinite(pose)) return acknowledge(command->id, false, "the pose is not finite");
-    const bool taken = exchange_.commands.tryPush({EstimatorCommand::kSetPose, pose});
+    const bool taken = exchange_.set_poses.tryPush({pose});
     acknowledge(command->id, taken, taken ? "pose set" : "too many commands at once");
-  } else if (command->verb == "reset") {
-    const bool taken = exchange_.commands.tryPush({EstimatorCommand::kReset, {}});
-    acknowledge(command->id, taken, taken ? "a new map begins" : "too many commands at once");
+  } else if (command->verb == "save" || command->verb == "load" || command->verb == "reset") {
+    const auto kind = command->verb == "save"   ? MapCommand::kSave
+                      : command->verb == "load" ? MapCommand::kLoad
+                                                : MapCommand::kReset;
+    const bool taken = exchange_.map_commands.tryPush({kind, command->id, command->argument});
+    if (!taken) acknowledge(command->id, false, "too many commands at once");  // otherwise the graph thread answers
   } else {
-    acknowledge(command->id, false, "unknown verb; known are save_map, set_pose, reset");
+    acknowledge(command->id, false, "unknown verb; known are save, load, set_pose, reset, save_map");
   }
 }
 

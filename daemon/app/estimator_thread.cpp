@@ -13,10 +13,9 @@ const Eigen::Vector3d kSetPoseSigma(0.2, 0.2, 0.1);  // [m, m, rad] of a pose gi
 
 }  // namespace
 
-EstimatorThread::EstimatorThread(const Config& config, Exchange& exchange)
-    : config_(config),
-      exchange_(exchange),
-      localizer_(std::make_unique<Localizer>(localizerConfig(config), &monotonicNow)),
+EstimatorThread::EstimatorThread(const Config& config, Exchange& exchange, std::unique_ptr<Localizer> localizer)
+    : exchange_(exchange),
+      localizer_(std::move(localizer)),
       probe_(config.localizer),
       ticks_per_pose_(
           static_cast<std::uint64_t>(std::max(1.0, std::round(config.runtime.estimator_rate / config.lcm.pose_rate)))),
@@ -26,11 +25,16 @@ EstimatorThread::EstimatorThread(const Config& config, Exchange& exchange)
               [this] { tick(); }) {}
 
 void EstimatorThread::tick() {
+  exchange_.localizers.popOne([this](Localizer* fresh) {
+    exchange_.used_localizers.tryPush(localizer_.release());
+    localizer_.reset(fresh);
+    snapshot_.map_id = fresh->mapId();
+  });
   exchange_.corrections.popOne([this](MapCorrection* correction) {
     if (correction->map_id == snapshot_.map_id) localizer_->apply(*correction);
     exchange_.used_corrections.tryPush(correction);
   });
-  exchange_.commands.drain([this](const EstimatorCommand& command) { obey(command); });
+  exchange_.set_poses.drain([this](const SetPose& given) { localizer_->setPose(given.T_map_base, kSetPoseSigma); });
   exchange_.wheels.drain([this](const WheelReading& reading) {
     localizer_->add(reading.sample);
     probe_.add(reading.sample);
@@ -51,6 +55,7 @@ void EstimatorThread::tick() {
   snapshot_.findings = probe_.findings();
   exchange_.pose_for_bus.store(snapshot_);
   exchange_.pose_for_supervisor.store(snapshot_);
+  exchange_.pose_for_graph.store(snapshot_);
   exchange_.bus_wakeup.notify();
   if (scanned) probe_.work();  // when the pose is out
 }
@@ -65,16 +70,6 @@ bool EstimatorThread::addScan(const ReceivedScan& received) {
   ++snapshot_.scans;
   snapshot_.scan_received = received.received;
   return true;
-}
-
-void EstimatorThread::obey(const EstimatorCommand& command) {
-  if (command.kind == EstimatorCommand::kSetPose) {
-    localizer_->setPose(command.T_map_base, kSetPoseSigma);
-    return;
-  }
-  // A new map: the one place where this thread allocates after start-up, on a person's command.
-  localizer_ = std::make_unique<Localizer>(localizerConfig(config_), &monotonicNow,
-                                           LocalizerStart{.map_id = ++snapshot_.map_id});
 }
 
 }  // namespace slam

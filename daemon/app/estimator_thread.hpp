@@ -12,15 +12,13 @@ namespace slam {
 /// Thread *estimator*: drains wheels, IMU and scans into the Localizer and hands out pose and keyframes.
 class EstimatorThread {
  public:
-  EstimatorThread(const Config& config, Exchange& exchange);
+  EstimatorThread(const Config& config, Exchange& exchange, std::unique_ptr<Localizer> localizer);
   Worker& worker() { return worker_; }
 
  private:
   void tick();
   bool addScan(const ReceivedScan& received);
-  void obey(const EstimatorCommand& command);
 
-  const Config& config_;
   Exchange& exchange_;
   std::unique_ptr<Localizer> localizer_;
   MotionProbe probe_;

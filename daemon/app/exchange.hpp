@@ -18,6 +18,7 @@
 #include "runtime/spsc_queue.hpp"
 #include "runtime/wakeup.hpp"
 #include "slam/localizer.hpp"
+#include "slam/map_state.hpp"
 #include "slam/mapper.hpp"
 #include "slam/sensor_check.hpp"
 
@@ -46,17 +47,33 @@ struct PoseSnapshot {
   SensorFindings findings;
 };
 
-/// What the graph thread tells the mapper: scans to draw, and new poses when a loop was closed.
+/// What the graph thread tells the mapper: scans to draw, new poses when a loop was closed, another map, or that it
+/// wants a copy of the grid.
 struct MapChange {
   std::int32_t map_id = 0;
   Timestamp stamp;
   std::vector<MapScan> scans;
-  std::vector<Pose2> poses;  ///< of keyframes 0, 1, ...; empty: as before
+  std::vector<Pose2> poses;                  ///< of keyframes 0, 1, ...; empty: as before
+  std::shared_ptr<const MapState> begin_in;  ///< set: a stored map to go on in
+  bool send_grid = false;
 };
 
-/// A command that the estimator carries out.
-struct EstimatorCommand {
-  enum Kind : std::uint8_t { kSetPose, kReset } kind = kSetPose;
+/// A command about the map, for the graph thread.
+struct MapCommand {
+  enum Kind : std::uint8_t { kSave, kLoad, kReset } kind = kSave;
+  std::int32_t id = 0;  ///< of the message
+  std::string name;     ///< of a map; empty: the present one
+};
+
+/// The answer to one.
+struct MapAnswer {
+  std::int32_t id = 0;
+  bool accepted = false;
+  std::string message;
+};
+
+/// A pose that a person gives.
+struct SetPose {
   Pose2 T_map_base;
 };
 
@@ -77,13 +94,19 @@ struct Exchange {
   SpscQueue<MapCorrection*> corrections{2};                      // graph -> estimator, who gives it back by
   SpscQueue<MapCorrection*> used_corrections{2};                 // estimator -> graph: one at most is on its way
   SpscQueue<std::shared_ptr<const MapChange>> map_changes{256};  // graph -> mapper
-  SpscQueue<EstimatorCommand> commands{8};                       // bus -> estimator
+  SpscQueue<SetPose> set_poses{8};                               // bus -> estimator
+  SpscQueue<MapCommand> map_commands{8};                         // bus -> graph
+  SpscQueue<MapAnswer> map_answers{16};                          // graph -> bus
+  SpscQueue<std::shared_ptr<OccupancyGrid>> grids{2};            // mapper -> graph: copies, on request
+  SpscQueue<Localizer*> localizers{2};                           // graph -> estimator: begins in another map ...
+  SpscQueue<Localizer*> used_localizers{2};                      // estimator -> graph: ... and gives the old one back
   SpscQueue<map_meta_t> map_meta{4};                             // mapper -> bus
   SpscQueue<map_tile_t> map_tiles{256};                          // mapper -> bus
   SpscQueue<health_t> health{4};                                 // supervisor -> bus
 
   LatestValue<PoseSnapshot> pose_for_bus;         // estimator -> bus
   LatestValue<PoseSnapshot> pose_for_supervisor;  // estimator -> supervisor
+  LatestValue<PoseSnapshot> pose_for_graph;       // estimator -> graph
   Wakeup bus_wakeup;                              // estimator, mapper, supervisor -> bus
 
   std::atomic<bool> save_map{false};                       // bus -> mapper
@@ -91,7 +114,7 @@ struct Exchange {
   std::atomic<bool> refresh_map{false};                    // bus -> mapper: all tiles again
   LatencyHistogram match, scan_work, scan_to_pose, map_update, optimise;
   std::atomic<std::int64_t> published{0}, publish_failures{0}, bad_messages{0}, map_keyframes{0};
-  std::atomic<std::int64_t> loop_closures{0}, revoked_closures{0};
+  std::atomic<std::int64_t> loop_closures{0}, revoked_closures{0}, relocalised{0};
 };
 
 }  // namespace slam

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/graph_thread.hpp"
 
+#include <utility>
+
 #include "app/log.hpp"
 #include "runtime/clock.hpp"
 
@@ -11,36 +13,178 @@ constexpr double kRate = 20.0;  // [Hz] keyframes come at a few per second
 
 }  // namespace
 
-GraphThread::GraphThread(const Config& config, Exchange& exchange)
-    : exchange_(exchange),
+GraphThread::GraphThread(const Config& config, Exchange& exchange, const WallClock& clock)
+    : all_config_(config),
+      exchange_(exchange),
+      clock_(clock),
+      keeper_(config),
       config_(backEndConfig(config)),
-      back_end_(std::make_unique<BackEnd>(config_)),
-      worker_({.name = "graph", .rate = kRate}, [this] { tick(); }) {}
+      worker_({.name = "graph", .rate = kRate}, [this] { tick(); }) {
+  beginIn(keeper_.begin());
+}
 
 GraphThread::~GraphThread() {
   worker_.stop();
   for (auto* queue : {&exchange_.corrections, &exchange_.used_corrections}) {
     queue->drain([](MapCorrection* correction) { delete correction; });
   }
+  for (auto* queue : {&exchange_.localizers, &exchange_.used_localizers}) {
+    queue->drain([](Localizer* localizer) { delete localizer; });
+  }
+}
+
+void GraphThread::beginIn(MapState map) {
+  start_ = startIn(map, map_id_);
+  last_pose_ = map.T_map_base;
+  gyro_bias_ = map.gyro_bias;
+  back_end_ = std::make_unique<BackEnd>(config_);
+  back_end_->load(map.keyframes, map.in_map);
+  generation_ = 0;
+  correction_away_ = false;
+  auto change = std::make_shared<MapChange>();
+  change->map_id = map_id_;
+  change->stamp = monotonicNow();
+  change->begin_in = std::make_shared<const MapState>(std::move(map));
+  changes_.push_back(std::move(change));
+}
+
+std::unique_ptr<Localizer> GraphThread::firstLocalizer() const {
+  return std::make_unique<Localizer>(localizerConfig(all_config_), &monotonicNow, start_);
 }
 
 void GraphThread::tick() {
+  exchange_.used_localizers.drain([](Localizer* used) { delete used; });
   exchange_.used_corrections.drain([this](MapCorrection* used) {
-    back_end_->recycle(std::unique_ptr<MapCorrection>(used));
+    std::unique_ptr<MapCorrection> correction(used);
+    if (correction->map_id != map_id_) return;
+    back_end_->recycle(std::move(correction));
     correction_away_ = false;
   });
   exchange_.keyframes.drain([this](const Keyframe& keyframe) { add(keyframe); });
+  exchange_.map_commands.drain([this](const MapCommand& command) { obey(command); });
+  keepMap();
   sendChanges();
 }
 
-void GraphThread::add(const Keyframe& keyframe) {
-  if (keyframe.map_id != map_id_) {  // the estimator began anew
-    back_end_ = std::make_unique<BackEnd>(config_);
-    map_id_ = keyframe.map_id;
-    generation_ = 0;
+void GraphThread::keepMap() {
+  if (exchange_.pose_for_graph.load(snapshot_) && snapshot_.map_id == map_id_) {
+    gyro_bias_ = snapshot_.odometry.gyro_bias;
+    const LocalisationState state = snapshot_.pose.state;
+    if (state == LocalisationState::kLocalised) last_pose_ = snapshot_.pose.T_map_base;
   }
+  const Timestamp now = monotonicNow();
+  exchange_.grids.drain([&](const std::shared_ptr<OccupancyGrid>& grid) {
+    grid_requested_ = false;
+    const MapState map = mapState(std::move(*grid));
+    const bool saved = keeper_.checkpoint(now, map, changes());
+    if (!pending_) return;
+    const MapCommand command = *std::exchange(pending_, std::nullopt);
+    if (command.kind == MapCommand::kSave && command.name.empty()) {
+      exchange_.map_answers.tryPush(
+          {command.id, saved, saved ? "saved as " + keeper_.name() : "not saved; the log says why"});
+    } else {
+      carryOut(command, map);
+    }
+  });
+  if (back_end_->keyframes().size() == 0) return;
+  if (keeper_.checkpointDue(now, changes())) requestGrid();
+  if (keeper_.journalDue(now, last_pose_, changes())) {
+    keeper_.journal(now, mapState(OccupancyGrid(all_config_.map)), changes());
+  }
+}
+
+void GraphThread::obey(const MapCommand& command) {
+  const bool writes = keeper_.writes();
+  std::string problem;
+  if (pending_) problem = "another command about the map is being carried out";
+  if (command.kind == MapCommand::kSave && !writes) {
+    problem = all_config_.mode == "localise" ? "mode is \"localise\": the map does not change"
+                                             : "store.directory is not set in the configuration";
+  }
+  if (command.kind == MapCommand::kSave && !command.name.empty() && !MapStore::isName(command.name)) {
+    problem = "\"" + command.name + "\" is no name of a map; use letters, digits, - and _";
+  }
+  if (command.kind == MapCommand::kReset && all_config_.mode == "localise") {
+    problem = "mode is \"localise\": the map stays; use set-pose to say where the robot is";
+  }
+  if (!problem.empty()) {
+    exchange_.map_answers.tryPush({command.id, false, problem});
+    return;
+  }
+  pending_ = command;  // the present map is stored first
+  requestGrid();
+}
+
+void GraphThread::carryOut(const MapCommand& command, const MapState& map) {
+  try {
+    if (command.kind == MapCommand::kSave) {
+      keeper_.saveAs(command.name, map);
+      exchange_.map_answers.tryPush({command.id, true, "saved as " + command.name});
+      return;
+    }
+    MapState next;
+    if (command.kind == MapCommand::kLoad) {
+      next = keeper_.load(command.name);
+    } else {
+      keeper_.beginNew();
+    }
+    ++map_id_;
+    beginIn(std::move(next));
+    auto localizer = firstLocalizer();
+    if (exchange_.localizers.tryPush(localizer.get())) localizer.release();
+    exchange_.map_answers.tryPush({command.id, true,
+                                   command.kind == MapCommand::kReset
+                                       ? "a new map begins"
+                                       : "loaded " + command.name + "; looking for the robot in it"});
+  } catch (const std::exception& error) {
+    exchange_.map_answers.tryPush({command.id, false, error.what()});
+  }
+}
+
+void GraphThread::requestGrid() {
+  if (grid_requested_) return;
+  grid_requested_ = true;
+  auto change = std::make_shared<MapChange>();
+  change->map_id = map_id_;
+  change->stamp = monotonicNow();
+  change->send_grid = true;
+  changes_.push_back(std::move(change));
+}
+
+MapState GraphThread::mapState(OccupancyGrid grid) const {
+  MapState map;
+  map.keyframes = back_end_->keyframes();
+  map.in_map = back_end_->inMap();
+  map.grid = std::move(grid);
+  map.grid_keyframes = map.keyframes.size();
+  map.T_map_base = last_pose_;
+  map.gyro_bias = gyro_bias_;
+  map.T_base_lidar = all_config_.localizer.lidar.T_base_lidar;
+  map.range_max = all_config_.localizer.lidar.range_max;
+  map.utime = clock_.utime(monotonicNow());
+  return map;
+}
+
+/// Counts up with whatever the stored map should show.
+std::int64_t GraphThread::changes() const {
+  return static_cast<std::int64_t>(back_end_->keyframes().size()) + back_end_->generation();
+}
+
+bool GraphThread::store(OccupancyGrid grid) {
+  if (!keeper_.writes() || back_end_->keyframes().size() == 0) return true;
+  exchange_.pose_for_graph.load(snapshot_);
+  return keeper_.checkpoint(monotonicNow(), mapState(std::move(grid)), changes());
+}
+
+void GraphThread::add(const Keyframe& keyframe) {
+  if (keyframe.map_id != map_id_) return;  // of the map before
   const Timestamp begin = monotonicNow();
+  const int placed = back_end_->counters().placed, closures = back_end_->counters().loop_closures;
   back_end_->add(keyframe, !correction_away_);
+  if (back_end_->counters().placed > placed) {
+    ++exchange_.relocalised;
+    logInfo("found in the map");
+  }
   auto change = std::make_shared<MapChange>();
   change->map_id = map_id_;
   change->stamp = keyframe.stamp;
@@ -53,8 +197,10 @@ void GraphThread::add(const Keyframe& keyframe) {
     generation_ = back_end_->generation();
     const auto poses = back_end_->keyframes().graph().poses();
     change->poses.assign(poses.begin(), poses.end());
-    logInfo("loop closed: " + std::to_string(counters.loop_closures) + " closures join " +
-            std::to_string(counters.keyframes) + " keyframes");
+    if (counters.loop_closures > closures) {
+      logInfo("loop closed: " + std::to_string(counters.loop_closures) + " closures join " +
+              std::to_string(counters.keyframes) + " keyframes");
+    }
   }
   changes_.push_back(std::move(change));
   if (auto correction = back_end_->takeCorrection()) {

@@ -2,34 +2,59 @@
 #pragma once
 #include <deque>
 #include <memory>
+#include <optional>
 
 #include "app/config.hpp"
 #include "app/exchange.hpp"
+#include "app/map_keeper.hpp"
+#include "runtime/clock.hpp"
 #include "runtime/worker.hpp"
 #include "slam/back_end.hpp"
 
 namespace slam {
 
 /// Thread *graph*: puts keyframes into the pose graph, closes loops, and hands corrections to the estimator and what
-/// is to be drawn to the mapper. It may take its time: nobody waits for it.
+/// is to be drawn to the mapper. Loads and stores the map. It may take its time: nobody waits for it.
 class GraphThread {
  public:
-  GraphThread(const Config& config, Exchange& exchange);
+  /// @throws std::runtime_error when the map to begin with is of no use
+  GraphThread(const Config& config, Exchange& exchange, const WallClock& clock);
   ~GraphThread();
   Worker& worker() { return worker_; }
 
+  /// The front end for the map to begin with.
+  std::unique_ptr<Localizer> firstLocalizer() const;
+
   /// For after the thread has stopped: takes what is left in the queue. Call it before the mapper's finish().
   void finish();
+  /// Stores the map with the grid as the mapper left it. @return false when it could not be written
+  bool store(OccupancyGrid grid);
 
  private:
   void tick();
+  void beginIn(MapState map);
+  void keepMap();
+  void obey(const MapCommand& command);
+  void carryOut(const MapCommand& command, const MapState& map);
+  void requestGrid();
+  MapState mapState(OccupancyGrid grid) const;
+  std::int64_t changes() const;
   void add(const Keyframe& keyframe);
   void sendChanges();
 
+  const Config& all_config_;
   Exchange& exchange_;
+  const WallClock& clock_;
+  MapKeeper keeper_;
   BackEndConfig config_;
   std::unique_ptr<BackEnd> back_end_;
+  LocalizerStart start_;
   std::int32_t map_id_ = 0;
+  PoseSnapshot snapshot_;
+  Pose2 last_pose_;         // the last one that was valid
+  double gyro_bias_ = 0.0;  // [rad/s]
+  bool grid_requested_ = false;
+  std::optional<MapCommand> pending_;  // waits for the grid
   int generation_ = 0;
   bool correction_away_ = false;
   std::deque<std::shared_ptr<const MapChange>> changes_;  // not yet in the mapper's queue

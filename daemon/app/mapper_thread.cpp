@@ -46,8 +46,17 @@ void MapperThread::draw(const MapChange& change) {
     unsent_.clear();
     map_id_ = change.map_id;
   }
+  if (change.begin_in) {
+    const MapState& map = *change.begin_in;
+    if (map.keyframes.size() > 0) mapper_.load(scansOf(map), map.grid.clone(), map.grid_keyframes);
+    exchange_.refresh_map = true;
+  }
   for (const MapScan& scan : change.scans) mapper_.add(scan);
   if (!change.poses.empty()) mapper_.move(change.poses);
+  if (change.send_grid) {
+    mapper_.work(std::numeric_limits<int>::max());
+    exchange_.grids.tryPush(std::make_shared<OccupancyGrid>(mapper_.grid().clone()));
+  }
   utime_ = clock_.utime(change.stamp);
   meta_due_ = true;
   exchange_.map_keyframes.store(mapper_.keyframes(), std::memory_order_relaxed);

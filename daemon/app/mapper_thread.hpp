@@ -20,6 +20,8 @@ class MapperThread {
   /// For after the thread has stopped: draws what is left in the queue and writes the map files, if any are configured.
   /// @return false when they could not be written
   bool finish();
+  /// For after the thread has stopped, too.
+  OccupancyGrid grid() { return mapper_.grid().clone(); }
 
  private:
   void tick();

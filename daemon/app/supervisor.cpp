@@ -50,8 +50,8 @@ stage_health_t stage(const std::string& name, const LatencyHistogram& histogram)
 
 Supervisor::Supervisor(const Config& config)
     : config_(config),
-      estimator_(config_, exchange_),
-      graph_(config_, exchange_),
+      graph_(config_, exchange_, clock_),
+      estimator_(config_, exchange_, graph_.firstLocalizer()),
       mapper_(config_, exchange_, clock_),
       bus_(config_, exchange_, clock_) {
   for (const std::string& file : {config_.output.map, config_.output.record}) {
@@ -107,6 +107,7 @@ int Supervisor::run() {
     const Timestamp now = monotonicNow();
     exchange_.pose_for_supervisor.load(snapshot_);
     logDeviceChanges();
+    logLocalisation();
     warnOnce();
     watch(now);
     if (now >= next_health_) sendHealth(now);
@@ -125,7 +126,8 @@ bool Supervisor::stop() {
   if (base_) base_->board().stop();
   mapper_.worker().stop();
   graph_.finish();
-  return mapper_.finish();
+  const bool drawn = mapper_.finish();
+  return graph_.store(mapper_.grid()) && drawn;
 }
 
 void Supervisor::watch(Timestamp now) {
@@ -189,6 +191,15 @@ void Supervisor::logDeviceChanges() {
     device.logged = text;
     state == DeviceState::kStreaming ? logInfo(device.name + " " + text) : logWarning(device.name + " " + text);
   }
+}
+
+void Supervisor::logLocalisation() {
+  const LocalisationState state = snapshot_.pose.state;
+  if (state == logged_localisation_ || state == LocalisationState::kDegraded) return;
+  const std::string text = std::string("pose ") + kLocalisationNames[static_cast<int>(state)];
+  state == LocalisationState::kLost ? logWarning(text + ": no pose is published until the robot is found in the map")
+                                    : logInfo(text);
+  logged_localisation_ = state;
 }
 
 std::string Supervisor::summary(Timestamp now) const {
@@ -268,6 +279,8 @@ void Supervisor::sendHealth(Timestamp now) {
         counter("keyframes", l.keyframes),
         counter("scans.searched", l.searched),
         counter("loop_closures", static_cast<std::uint64_t>(exchange_.loop_closures.load())),
+        counter("lost", l.lost),
+        counter("relocalised", static_cast<std::uint64_t>(exchange_.relocalised.load())),
         counter("loop_closures.revoked", static_cast<std::uint64_t>(exchange_.revoked_closures.load())),
         counter("samples.late", l.samples_late),
         counter("samples.too_old", l.samples_too_old),

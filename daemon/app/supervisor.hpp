@@ -46,6 +46,7 @@ class Supervisor {
   bool stop();  ///< false: the map was not saved
   void watch(Timestamp now);
   void logDeviceChanges();
+  void logLocalisation();
   void warnOnce();
   void sendHealth(Timestamp now);
   std::string reasonOf(const Device& device, Timestamp now) const;
@@ -56,13 +57,14 @@ class Supervisor {
   Exchange exchange_;
   std::unique_ptr<BaseThread> base_;
   std::unique_ptr<LidarThread> lidar_;
+  GraphThread graph_;  // before the estimator: it loads the map
   EstimatorThread estimator_;
-  GraphThread graph_;
   MapperThread mapper_;
   BusThread bus_;
   std::vector<Device> devices_;
   std::vector<Watched> watched_;
   PoseSnapshot snapshot_;
+  LocalisationState logged_localisation_ = LocalisationState::kInitialising;
   Timestamp started_{}, next_health_{};
   double cpu_ = 0.0;  // [s] at the last health message
   std::array<bool, kSensorFaults> fault_logged_{};

@@ -139,6 +139,7 @@ class Localizer {
   };
   Anchored anchor(const Pose2& T_map_base) const;
 
+  std::int32_t mapId() const { return start_.map_id; }
   Timestamp newestStamp() const { return pose_.newestStamp(); }
   /// Counts up when the robot is lost, or its pose given by a person.
   std::int32_t segment() const { return segment_; }

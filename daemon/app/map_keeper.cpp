@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/map_keeper.hpp"
+
+#include <cmath>
+#include <ctime>
+#include <filesystem>
+#include <stdexcept>
+
+#include "app/log.hpp"
+
+namespace slam {
+namespace {
+
+constexpr double kPoseMoved = 0.1;  // [m, rad] a pose that differs less is not written again
+
+std::string nameOfNow() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "map-%Y%m%d-%H%M%S", &utc);
+  return text;
+}
+
+}  // namespace
+
+MapState MapKeeper::begin() {
+  const StoreConfig& store = config_.store;
+  const bool localise = config_.mode == "localise";
+  const bool picture = std::filesystem::path(store.map).extension() == ".yaml";
+  std::string path = picture ? store.map : "";
+  if (!picture && !store.directory.empty()) {
+    name_ = !store.map.empty() ? store.map : MapStore::newest(store.directory).value_or("");
+    if (!name_.empty()) path = store.directory + "/" + name_;
+  }
+  if (path.empty() && localise) {
+    throw std::runtime_error("mode \"localise\" needs a map; set store.map, or store.directory to a folder with maps");
+  }
+  const bool exists = !path.empty() && std::filesystem::exists(path);
+  if (!exists && !path.empty() && (localise || picture)) throw std::runtime_error(path + ": there is no such map");
+  MapState map;
+  if (exists) {
+    try {
+      map = open(path);
+    } catch (const std::runtime_error& error) {
+      // A map that was asked for by name is not silently replaced by an empty one.
+      if (localise || !store.map.empty()) throw;
+      logError(std::string(error.what()) + "; a new map begins, that one is left as it is");
+      name_.clear();
+    }
+  }
+  if (localise || store.directory.empty()) return map;
+  if (name_.empty()) name_ = nameOfNow();
+  store_ = std::make_unique<MapStore>(store.directory, name_);
+  return map;
+}
+
+MapState MapKeeper::open(const std::string& path) {
+  LoadedMap loaded = openMap(path, config_.map);
+  for (const std::string& remark : loaded.remarks) logWarning(remark);
+  const std::string mismatch = lidarMismatch(loaded.state, config_.localizer.lidar);
+  if (!mismatch.empty()) throw std::runtime_error(path + ": " + mismatch);
+  if (loaded.state.picture_only && config_.mode != "localise") {
+    throw std::runtime_error(path + ": a picture of a map cannot be extended; set mode to \"localise\"");
+  }
+  logInfo("map " + path + " of " + std::to_string(loaded.state.keyframes.size()) + " keyframes");
+  return std::move(loaded.state);
+}
+
+MapState MapKeeper::load(const std::string& name) {
+  if (config_.store.directory.empty()) throw std::runtime_error("store.directory is not set in the configuration");
+  if (!MapStore::isName(name)) throw std::runtime_error("\"" + name + "\" is no name of a map");
+  MapState map = open(config_.store.directory + "/" + name);
+  name_ = name;
+  if (store_) store_ = std::make_unique<MapStore>(config_.store.directory, name_);
+  journalled_changes_ = checkpointed_changes_ = -1;
+  return map;
+}
+
+void MapKeeper::beginNew() {
+  if (!store_) return;
+  std::string name = nameOfNow();
+  for (int i = 2; std::filesystem::exists(config_.store.directory + "/" + name); ++i) {
+    name = nameOfNow() + "-" + std::to_string(i);
+  }
+  name_ = name;
+  store_ = std::make_unique<MapStore>(config_.store.directory, name_);
+  journalled_changes_ = checkpointed_changes_ = -1;
+}
+
+bool MapKeeper::journalDue(Timestamp now, const Pose2& T_map_base, std::int64_t changes) const {
+  if (!store_ || checkpointed_changes_ < 0 || toSeconds(now - journalled_) < config_.store.journal_period) return false;
+  const Pose2 moved = between(journalled_pose_, T_map_base);
+  return changes != journalled_changes_ || std::hypot(moved.x, moved.y) > kPoseMoved ||
+         std::abs(moved.theta) > kPoseMoved;
+}
+
+void MapKeeper::journal(Timestamp now, const MapState& map, std::int64_t changes) {
+  journalled_ = now;
+  const bool written = attempt("journal", [&] {
+    store_->append(map);
+    store_->sync();
+  });
+  if (!written) return;
+  journalled_changes_ = changes;
+  journalled_pose_ = map.T_map_base;
+}
+
+bool MapKeeper::checkpointDue(Timestamp now, std::int64_t changes) const {
+  if (!store_ || changes == checkpointed_changes_) return false;
+  return checkpointed_changes_ < 0 || toSeconds(now - checkpointed_) >= config_.store.checkpoint_period;
+}
+
+bool MapKeeper::checkpoint(Timestamp now, const MapState& map, std::int64_t changes) {
+  checkpointed_ = now;
+  if (!store_) return false;
+  if (!attempt("map", [&] { store_->checkpoint(map); })) return false;
+  checkpointed_changes_ = journalled_changes_ = changes;
+  journalled_pose_ = map.T_map_base;
+  return true;
+}
+
+void MapKeeper::saveAs(const std::string& name, const MapState& map) const {
+  if (config_.store.directory.empty()) throw std::runtime_error("store.directory is not set in the configuration");
+  MapStore(config_.store.directory, name).checkpoint(map);
+}
+
+bool MapKeeper::attempt(const std::string& what, const std::function<void()>& write) {
+  try {
+    write();
+    if (failing_) logInfo("the map is written again");
+    failing_ = false;
+    return true;
+  } catch (const std::exception& error) {
+    if (!failing_) logError(what + " not written: " + error.what());
+    failing_ = true;
+    return false;
+  }
+}
+
+}  // namespace slam

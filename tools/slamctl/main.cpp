@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <CLI/App.hpp>
+#include <cstdio>
+#include <ctime>
+#include <iostream>
+
+#include "app/config_loader.hpp"
+#include "mapping/map_files.hpp"
+#include "store/map_store.hpp"
+#include "tools/common/program.hpp"
+#include "tools/slamctl/remote.hpp"
+
+namespace {
+
+using namespace std::chrono_literals;
+constexpr auto kAnswerLimit = 20s;  // a large map on a slow disk
+constexpr auto kHealthLimit = 3s;   // it comes at 1 Hz
+
+const char* const kDeviceStates[] = {"ABSENT", "OPENING", "STREAMING", "STALE", "FAULT"};
+
+std::string timeText(std::int64_t utime) {
+  const auto seconds = static_cast<std::time_t>(utime / 1000000);
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &utc);
+  return utime == 0 ? "-" : text;
+}
+
+void printMaps(const std::string& directory) {
+  const auto maps = slam::MapStore::list(directory);
+  const auto newest = slam::MapStore::newest(directory);
+  std::printf("%-2s%-28s %10s %10s  %-19s  %s\n", "", "map", "keyframes", "generation", "saved (UTC)", "state");
+  for (const slam::MapSummary& map : maps) {
+    const char* state = map.generation == 0   ? "damaged"
+                        : map.problem.empty() ? "good"
+                                              : "good, newest generation damaged";
+    std::printf("%-2s%-28s %10d %10d  %-19s  %s\n", newest == map.name ? "*" : "", map.name.c_str(), map.keyframes,
+                map.generation, timeText(map.utime).c_str(), state);
+    if (!map.problem.empty()) std::printf("  %s\n", map.problem.c_str());
+  }
+  std::printf("%zu maps in %s%s\n", maps.size(), directory.c_str(), newest ? "; * is continued at start" : "");
+}
+
+void exportMap(const std::filesystem::path& map, const std::string& prefix, const slam::Config& config) {
+  const slam::LoadedMap loaded = slam::openMap(map, config.map);
+  for (const std::string& remark : loaded.remarks) std::cerr << "slamctl: " << remark << "\n";
+  slam::Mapper mapper(config.map);
+  mapper.load(slam::scansOf(loaded.state), loaded.state.grid.clone(), loaded.state.grid_keyframes);
+  slam::writeMapFiles(prefix, slam::renderMap(mapper.grid()), mapper.path());
+  std::printf("%s.yaml, .pgm and .png: map of %d keyframes\n", prefix.c_str(), loaded.state.keyframes.size());
+}
+
+void printStatus(const slam::health_t& health) {
+  std::printf("%s\nup %.0f s, CPU %.1f %% of a core, memory %.0f MB\n", health.summary.c_str(), health.uptime,
+              100.0 * health.cpu, health.memory_mb);
+  for (const auto& device : health.devices) {
+    std::printf("%-6s %-10s %6.1f Hz  rejected %lld  %s\n", device.name.c_str(),
+                kDeviceStates[std::min<std::size_t>(device.state, 4)], device.rate,
+                static_cast<long long>(device.rejects), device.reason.c_str());
+  }
+  for (const auto& counter : health.counters) {
+    for (const char* name : {"keyframes", "loop_closures", "lost", "relocalised"}) {
+      if (counter.name == name) std::printf("%s %lld  ", name, static_cast<long long>(counter.value));
+    }
+  }
+  std::printf("\n");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Asks and commands a running slamd; lists and exports its maps", "slamctl");
+  app.require_subcommand(1);
+  std::string config_file = "/etc/slamd/slamd.toml", maps, name, prefix, url;
+  std::vector<std::string> overrides;
+  std::array<double, 3> pose{};
+  app.add_option("--config", config_file, "slamd's configuration: LCM URL and folder of the maps")
+      ->capture_default_str();
+  app.add_option("--set", overrides, "section.key=value over the file; may be repeated");
+  app.add_option("--url", url, "LCM URL, in place of the configuration's");
+  app.add_option("--maps", maps, "folder of the maps, in place of the configuration's");
+  const auto* status = app.add_subcommand("status", "what slamd does, and how its devices are");
+  auto* save = app.add_subcommand("save", "store the map now; with a NAME, a copy under that name");
+  save->add_option("NAME", name, "letters, digits, - and _");
+  auto* load = app.add_subcommand("load", "store the present map and go on in another one");
+  load->add_option("NAME", name, "of a map")->required();
+  const auto* list = app.add_subcommand("list", "all stored maps; checks their CRCs");
+  auto* export_map = app.add_subcommand("export", "a stored map as map_server files");
+  export_map->add_option("NAME", name, "of a map")->required();
+  export_map->add_option("PREFIX", prefix, "of the .yaml, .pgm and .png to write")->required();
+  auto* set_pose = app.add_subcommand("set-pose", "say where the robot is in the map");
+  set_pose->add_option("X", pose[0], "[m]")->required();
+  set_pose->add_option("Y", pose[1], "[m]")->required();
+  set_pose->add_option("THETA", pose[2], "[rad] counter-clockwise from the map's x axis")->required();
+  const auto* reset = app.add_subcommand("reset", "store the present map and begin a new one");
+  for (CLI::App* command : app.get_subcommands({})) command->fallthrough();
+
+  return slam::runProgram(app, argc, argv, SLAMD_VERSION, "slamctl save kitchen", [&] {
+    slam::Config config;
+    const bool given = app.count("--config") > 0 || std::filesystem::exists(config_file);
+    try {
+      config = given ? slam::loadConfig(config_file, overrides) : slam::parseConfig("", "defaults", overrides);
+    } catch (const slam::ConfigError& error) {
+      throw slam::BadConfig(error.what());
+    }
+    if (!maps.empty()) config.store.directory = maps;
+    if (!url.empty()) config.lcm.url = url;
+    if (list->parsed() || export_map->parsed()) {
+      const std::string& directory = config.store.directory;
+      if (directory.empty())
+        throw std::runtime_error("no folder of maps; set store.directory in the configuration or give --maps");
+      if (!std::filesystem::is_directory(directory))
+        throw std::runtime_error(directory + ": there is no such folder of maps");
+      if (list->parsed()) printMaps(directory);
+      if (export_map->parsed()) {
+        if (!slam::MapStore::isName(name)) throw std::runtime_error("\"" + name + "\" is no name of a map");
+        exportMap(std::filesystem::path(directory) / name, prefix, config);
+      }
+      return slam::kDone;
+    }
+    slam::Remote remote(config.lcm.url);
+    if (status->parsed()) {
+      const auto health = remote.health(kHealthLimit);
+      if (!health)
+        throw std::runtime_error("no slamd is heard on " + config.lcm.url + "; is it running? systemctl status slamd");
+      printStatus(*health);
+      return slam::kDone;
+    }
+    const std::string verb = save->parsed()       ? "save"
+                             : load->parsed()     ? "load"
+                             : set_pose->parsed() ? "set_pose"
+                                                  : "reset";
+    static_cast<void>(reset);
+    const auto ack = remote.ask(verb, name, pose, kAnswerLimit);
+    if (!ack)
+      throw std::runtime_error("no answer on " + config.lcm.url + "; is slamd running, with lcm.commands = true?");
+    if (!ack->accepted) throw std::runtime_error(ack->message);
+    std::printf("%s\n", ack->message.c_str());
+    return slam::kDone;
+  });
+}
