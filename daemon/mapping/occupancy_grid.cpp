@@ -15,6 +15,19 @@ OccupancyGrid::OccupancyGrid(const OccupancyGridConfig& config)
       min_(toLogOdds(config.lidar.min_probability)),
       max_(toLogOdds(config.lidar.max_probability)) {}
 
+inline void OccupancyGrid::change(CellIndex index, LogOdds by) {
+  const TileIndex tile = Tiles::tileOf(index);
+  if (pen_.index != tile) enter(tile);
+  if (pen_.tile == nullptr) return;
+  Cell& cell = pen_.tile->at(index.column & (kTileSide - 1), index.row & (kTileSide - 1));
+  if (cell.scan == scan_) return;
+  cell.scan = scan_;
+  cell.log_odds = static_cast<LogOdds>(std::clamp<int>(cell.log_odds + by, min_, max_));
+  if (pen_.touched) return;
+  pen_.touched = true;
+  touched_.push_back(tile);
+}
+
 void OccupancyGrid::add(const Pose2& T_map_base, const Pose2& T_base_lidar, std::span<const Keyframe::Point> points) {
   if (++scan_ == 0) ++scan_;  // 0 marks a cell that no scan has changed
   const Eigen::Vector2d lidar = T_map_base * T_base_lidar.translation();
@@ -37,19 +50,6 @@ void OccupancyGrid::add(const Pose2& T_map_base, const Pose2& T_base_lidar, std:
 
 void OccupancyGrid::set(CellIndex cell, LogOdds log_odds) {
   tiles_.cell(cell).log_odds = std::clamp(log_odds, min_, max_);
-}
-
-void OccupancyGrid::change(CellIndex index, LogOdds by) {
-  const TileIndex tile = Tiles::tileOf(index);
-  if (pen_.index != tile) enter(tile);
-  if (pen_.tile == nullptr) return;
-  Cell& cell = pen_.tile->at(index.column & (kTileSide - 1), index.row & (kTileSide - 1));
-  if (cell.scan == scan_) return;
-  cell.scan = scan_;
-  cell.log_odds = static_cast<LogOdds>(std::clamp<int>(cell.log_odds + by, min_, max_));
-  if (pen_.touched) return;
-  pen_.touched = true;
-  touched_.push_back(tile);
 }
 
 void OccupancyGrid::enter(TileIndex tile) {
