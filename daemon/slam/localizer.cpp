@@ -181,9 +181,10 @@ void Localizer::searchAround(const Pose2& predicted, ScanOutcome& outcome) {
   const double widening = 1.0 + failures_;
   const SearchWindow window{widening * config_.search_window.translation, widening * config_.search_window.rotation};
   const SearchResult found = search_.match(reference_, points_, predicted, window, config_.match);
-  if (!found.match.usable()) return;
+  // Among so many places one fits by half wherever the robot is: a find needs more agreement than a prediction does.
+  if (!found.match.usable() || found.match.overlap < config_.search.trusted_overlap) return;
   outcome.match = found.match;
-  outcome.fused = fuse(outcome.stamp, found.match, found.match.overlap > config_.search.trusted_overlap);
+  outcome.fused = fuse(outcome.stamp, found.match, true);
 }
 
 const Keyframe* Localizer::keepOrLook(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match) {

@@ -81,6 +81,8 @@ class Run {
       if (final_) final_->write(row.utime, T_map_keyframe * row.anchored.T_keyframe_base);
     }
     stats_.loop_closures = back_end_.counters().loop_closures;
+    stats_.revoked = back_end_.counters().revoked;
+    stats_.relocalised = back_end_.counters().placed;
     for (auto* writer : {&final_, &causal_, &odometry_, &wheels_}) {
       if (*writer) (*writer)->close();
     }
@@ -123,9 +125,11 @@ class Run {
         {utime, localizer_.segment(),
          localise_only_ ? Localizer::Anchored{-1, estimate.T_map_base} : localizer_.anchor(estimate.T_map_base)});
     if (outcome.keyframe != nullptr) {
+      const auto begin = Clock::now();
       back_end_.add(*outcome.keyframe);
       for (const MapScan& drawn : back_end_.mapScans(*outcome.keyframe)) mapper_.add(drawn);
       if (generation_ != back_end_.generation()) {
+        stats_.optimise_ms.push_back(1e-3 * microsecondsSince(begin));
         mapper_.move(back_end_.keyframes().graph().poses());  // drawn when somebody looks
         generation_ = back_end_.generation();
       }

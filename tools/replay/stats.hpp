@@ -16,9 +16,11 @@ Quantiles quantiles(std::vector<double> values);
 /// What slam-replay --stats writes.
 struct ReplayStats {
   LocalizerCounters localizer;
-  int loop_closures = 0;
+  int loop_closures = 0, revoked = 0;  ///< closures that stand, and that were taken back
+  int relocalised = 0;                 ///< times that a lost robot was found in the map
   double log_s = 0.0, wall_s = 0.0, cpu_s = 0.0, peak_rss_mb = 0.0;
-  std::vector<double> match_us, scan_us, optimise_ms;
+  std::vector<double> match_us, scan_us;
+  std::vector<double> optimise_ms;      ///< of each closure: search, optimisation, reference anew
   std::uint64_t rejected_messages = 0;  ///< that did not decode
   std::uint64_t skipped_bytes = 0;      ///< of the log that belong to no record
   bool truncated = false;
