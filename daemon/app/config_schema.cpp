@@ -16,7 +16,9 @@ void visitModeAndStore(Config& config, ConfigVisitor& v) {
           config.mode, {"slam", "localise"});
   StoreConfig& store = config.store;
   v.section("store", "maps that outlast the daemon: keyframes, graph, grid, calibration, last pose");
-  v.field({"directory", "", "folder of the maps; empty: a map ends with the daemon"}, store.directory, kAnyText);
+  v.field(
+      {"directory", "", "folder of the maps; empty: as a service /var/lib/slamd/maps, else a map ends with the daemon"},
+      store.directory, kAnyText);
   v.field(
       {"map", "", "map to begin with: a name in the folder, or a map_server .yaml to localise in; empty: the newest"},
       store.map, kAnyText);

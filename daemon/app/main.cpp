@@ -3,6 +3,7 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <csignal>
+#include <cstdlib>
 #include <iostream>
 
 #include "app/config_loader.hpp"
@@ -67,6 +68,9 @@ int main(int argc, char** argv) {
     std::cerr << error.what() << "\n";
     return kBadConfig;
   }
+  // As a service, systemd says where state is kept.
+  const char* state = std::getenv("STATE_DIRECTORY");
+  if (config.store.directory.empty() && state != nullptr) config.store.directory = std::string(state) + "/maps";
   if (print) std::cout << slam::printConfig(config);
   if (check && !print) std::cout << config_file << ": good\n";
   return check || print ? 0 : runDaemon(config);

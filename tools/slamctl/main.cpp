@@ -16,6 +16,7 @@ using namespace std::chrono_literals;
 constexpr auto kAnswerLimit = 20s;  // a large map on a slow disk
 constexpr auto kHealthLimit = 3s;   // it comes at 1 Hz
 
+const char* const kServiceMaps = "/var/lib/slamd/maps";
 const char* const kDeviceStates[] = {"ABSENT", "OPENING", "STREAMING", "STALE", "FAULT"};
 
 std::string timeText(std::int64_t utime) {
@@ -107,7 +108,9 @@ int main(int argc, char** argv) {
     if (!maps.empty()) config.store.directory = maps;
     if (!url.empty()) config.lcm.url = url;
     if (list->parsed() || export_map->parsed()) {
-      const std::string& directory = config.store.directory;
+      const std::string directory = config.store.directory.empty() && std::filesystem::is_directory(kServiceMaps)
+                                        ? kServiceMaps
+                                        : config.store.directory;
       if (directory.empty())
         throw std::runtime_error("no folder of maps; set store.directory in the configuration or give --maps");
       if (!std::filesystem::is_directory(directory))
