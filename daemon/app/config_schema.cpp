@@ -185,13 +185,15 @@ void visitBackEnd(BackEndConfig& back_end, DriftConfig& drift, ConfigVisitor& v)
 
   RelocalisationConfig& found = back_end.relocalisation;
   v.section("relocalisation", "how a lost robot is found in the whole map");
-  v.field({"min_overlap", "1", "share of the points that must agree with the map"}, found.min_overlap, 0.1, 1.0);
-  v.field({"ambiguity", "1", "a second place with such a share of the best one's score: the robot says nothing yet"},
-          found.ambiguity, 0.5, 1.0);
-  v.field({"sure_overlap", "1", "so many, and one find needs no second"}, found.sure_overlap, 0.1, 1.0);
-  v.field({"sure_runner_up", "1", "... if no other place has such a share of its score"}, found.sure_runner_up, 0.5,
+  v.field({"min_overlap", "1", "share of the points that must agree with the map around a pose that a person gave"},
+          found.min_overlap, 0.1, 1.0);
+  v.field({"min_seen", "1", "share of the walls seen that must be at their places in the map"}, found.min_seen, 0.1,
           1.0);
-  v.field({"confirm_path", "m", "further on, a second find must agree"}, found.confirm_path, 0.0, 100.0);
+  v.field({"sure_lead", "1", "of the best place's log-likelihood over any other's: it is believed at once"},
+          found.sure_lead, 1.0, 1000.0);
+  v.field({"min_lead", "1", "with so much it is believed if it was the best one further back, too"}, found.min_lead,
+          1.0, 1000.0);
+  v.field({"confirm_path", "m", "... so much further back"}, found.confirm_path, 0.0, 100.0);
 }
 
 void visitMap(OccupancyGridConfig& map, OutputConfig& output, ConfigVisitor& v) {

@@ -5,6 +5,7 @@
 
 #include "app/log.hpp"
 #include "runtime/clock.hpp"
+#include "slam/map_import.hpp"
 
 namespace slam {
 namespace {
@@ -18,7 +19,6 @@ GraphThread::GraphThread(const Config& config, Exchange& exchange, const WallClo
       exchange_(exchange),
       clock_(clock),
       keeper_(config),
-      config_(backEndConfig(config)),
       worker_({.name = "graph", .rate = kRate}, [this] { tick(); }) {
   beginIn(keeper_.begin());
 }
@@ -35,6 +35,11 @@ GraphThread::~GraphThread() {
 
 void GraphThread::beginIn(MapState map) {
   start_ = startIn(map, map_id_);
+  fitting_ = all_config_;
+  if (map.picture_only) {
+    fitting_.localizer.match = matchInPicture(fitting_.localizer.match, map.grid.resolution());
+  }
+  config_ = backEndConfig(fitting_);
   last_pose_ = map.T_map_base;
   gyro_bias_ = map.gyro_bias;
   back_end_ = std::make_unique<BackEnd>(config_);
@@ -49,7 +54,7 @@ void GraphThread::beginIn(MapState map) {
 }
 
 std::unique_ptr<Localizer> GraphThread::firstLocalizer() const {
-  return std::make_unique<Localizer>(localizerConfig(all_config_), &monotonicNow, start_);
+  return std::make_unique<Localizer>(localizerConfig(fitting_), &monotonicNow, start_);
 }
 
 void GraphThread::tick() {

@@ -46,6 +46,7 @@ class GraphThread {
   Exchange& exchange_;
   const WallClock& clock_;
   MapKeeper keeper_;
+  Config fitting_;  // to the map: a picture is coarser than the scans
   BackEndConfig config_;
   std::unique_ptr<BackEnd> back_end_;
   LocalizerStart start_;

@@ -53,6 +53,9 @@ struct StoredScan {
   Timestamp stamp;
   Pose2 T_base_lidar;
   std::vector<Keyframe::Point> points;  ///< [m] in base, in acquisition order
+  /// [m] in base. Of a picture, whose points are the borders of its walls, seen from nowhere: its free cells, and those
+  /// within the walls.
+  std::vector<Eigen::Vector2f> free, solid;
 
   StoredScan() = default;
   explicit StoredScan(const Keyframe& keyframe)

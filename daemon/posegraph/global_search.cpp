@@ -103,20 +103,24 @@ std::vector<GlobalPlace> GlobalSearch::search(std::span<const Eigen::Vector2d> p
   }
 
   const double full = kFull * query.count;
-  const int coarsest = static_cast<int>(levels_.size()) - 1;
   int threshold = static_cast<int>(min_score * full);
-  const std::vector<Block> blocks = coarseBlocks(query, threshold);
+  std::vector<Block> open = coarseBlocks(query, threshold);
+  std::make_heap(open.begin(), open.end());
   std::vector<Pose> known;
-  while (static_cast<int>(known.size()) < most) {
-    Best best{{}, threshold};
-    for (const Block& block : blocks) {
-      if (block.bound <= best.score) break;
-      branch(query, coarsest, block, known, best);
+  // Best first: a pose that comes out on top scores no less than any block's bound.
+  while (!open.empty() && static_cast<int>(known.size()) < most) {
+    std::pop_heap(open.begin(), open.end());
+    const Block block = open.back();
+    open.pop_back();
+    if (block.bound <= threshold) break;
+    if (!elsewhere(query, block.pose, levels_[static_cast<std::size_t>(block.level)].reach, known)) continue;
+    if (block.level == 0) {
+      if (known.empty()) threshold = std::max(threshold, static_cast<int>(share * block.bound));
+      known.push_back(block.pose);
+      places.push_back({toPose(query, block.pose), block.bound / full});
+    } else {
+      branch(query, block, threshold, open);
     }
-    if (best.score == threshold) break;
-    if (known.empty()) threshold = std::max(threshold, static_cast<int>(share * best.score));
-    known.push_back(best.pose);
-    places.push_back({toPose(query, best.pose), best.score / full});
   }
   return places;
 }
@@ -130,35 +134,21 @@ std::vector<GlobalSearch::Block> GlobalSearch::coarseBlocks(const Query& query, 
       for (int column = margin_; column < columns_ - margin_; column += step) {
         const Pose pose{turn, column, row};
         const int bound = score(query, coarsest, pose);
-        if (bound > threshold) blocks.push_back({pose, bound});
+        if (bound > threshold) blocks.push_back({pose, coarsest, bound});
       }
     }
   }
-  std::sort(blocks.begin(), blocks.end(), [](const Block& a, const Block& b) { return a.bound > b.bound; });
   return blocks;
 }
 
-void GlobalSearch::branch(const Query& query, int level, const Block& block, std::span<const Pose> known,
-                          Best& best) const {
-  const int reach = levels_[static_cast<std::size_t>(level)].reach;
-  if (!elsewhere(query, block.pose, reach, known)) return;
-  if (level == 0) {
-    best = {block.pose, block.bound};
-    return;
-  }
-  // Best first: a good leaf early cuts off more of the rest.
-  const int half = reach / 2;
-  std::array<Block, 4> children;
+void GlobalSearch::branch(const Query& query, const Block& block, int threshold, std::vector<Block>& open) const {
+  const int level = block.level - 1, half = levels_[static_cast<std::size_t>(level)].reach;
   for (int i = 0; i < 4; ++i) {
     const Pose pose{block.pose.turn, block.pose.column + (i & 1) * half, block.pose.row + (i >> 1) * half};
-    children[static_cast<std::size_t>(i)] = {pose, score(query, level - 1, pose)};
-  }
-  for (int i = 0; i < 4; ++i) {
-    const auto next = std::max_element(children.begin(), children.end(),
-                                       [](const Block& a, const Block& b) { return a.bound < b.bound; });
-    if (next->bound <= best.score) return;
-    branch(query, level - 1, *next, known, best);
-    next->bound = -1;
+    const int bound = score(query, level, pose);
+    if (bound <= threshold) continue;
+    open.push_back({pose, level, bound});
+    std::push_heap(open.begin(), open.end());
   }
 }
 

@@ -14,7 +14,7 @@ struct GlobalSearchConfig {
   int max_cells = 1 << 22;          ///< of a level: bounds the memory, one byte a cell and level
   int levels = 6;                   ///< the coarsest one steps by 2^(levels - 1) cells
   double kernel_sigma = 0.15;       ///< [m] a point this far from a wall has lost 40 % of its score
-  double distinct_distance = 1.0;   ///< [m] results further apart than this ...
+  double distinct_distance = 0.75;  ///< [m] results further apart than this ...
   double distinct_rotation = 0.35;  ///< [rad] ... or this are two places
 };
 
@@ -46,10 +46,6 @@ class GlobalSearch {
   struct Pose {
     int turn, column, row;
   };
-  struct Best {
-    Pose pose{};
-    int score = -1;
-  };
   struct Query;
   struct Level {
     int reach = 0;  // cells that it covers, to the right and up
@@ -57,12 +53,15 @@ class GlobalSearch {
   };
 
   struct Block {
-    Pose pose;
-    int bound;
+    Pose pose;  // its lower left corner
+    int level, bound;
+    bool operator<(const Block& other) const {  // depth first among equals
+      return bound != other.bound ? bound < other.bound : level > other.level;
+    }
   };
   std::vector<Block> coarseBlocks(const Query& query, int threshold) const;
   int score(const Query& query, int level, const Pose& pose) const;
-  void branch(const Query& query, int level, const Block& block, std::span<const Pose> known, Best& best) const;
+  void branch(const Query& query, const Block& block, int threshold, std::vector<Block>& open) const;
   bool elsewhere(const Query& query, const Pose& block, int width, std::span<const Pose> known) const;
   Pose2 toPose(const Query& query, const Pose& pose) const;
 

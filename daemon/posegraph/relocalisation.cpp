@@ -12,9 +12,6 @@ namespace slam {
 namespace {
 
 constexpr double kSubmapExtent = 102.4;  // [m]
-constexpr double kBeforeEnd = 1.0;       // [m]
-constexpr double kRayStep = 0.1;         // [m]
-constexpr double kEnters = 0.3;          // cosine: a ray that grazes a wall may lie on either side of it
 constexpr int kDirections = 12;          // of walls
 
 ReferenceConfig submapConfig(ReferenceConfig config) {
@@ -33,14 +30,9 @@ Relocalisation::Relocalisation(const RelocalisationConfig& config, const Referen
 void Relocalisation::begin(const KeyframeGraph& keyframes, std::span<const int> map) {
   begin();
   in_map_.assign(static_cast<std::size_t>(keyframes.size()), 0);
-  std::vector<Eigen::Vector2d> walls;
-  ScanPoints points;
-  for (const int id : map) {
-    in_map_[static_cast<std::size_t>(id)] = 1;
-    keyframes.points(id, points);
-    for (const ScanPoint& point : points) walls.push_back(keyframes.pose(id) * point.position);
-  }
-  global_.emplace(walls, config_.search);
+  for (const int id : map) in_map_[static_cast<std::size_t>(id)] = 1;
+  field_.emplace(keyframes, map);
+  global_.emplace(field_->wallPoints(), config_.search);
 }
 
 void Relocalisation::begin() {
@@ -57,43 +49,47 @@ std::optional<Relocalisation::Found> Relocalisation::search(const KeyframeGraph&
   if (!global_ || path_ - searched_at_ < config_.interval) return std::nullopt;
   searched_at_ = path_;
   ++counters_.searches;
-  keyframes.gather(newest, oldest, config_.query_length, config_.max_query_points, query_, &seen_from_);
+  keyframes.gather(newest, oldest, config_.query_length, config_.max_query_points, query_);
   sampleDirections();
-  const auto places = candidates(keyframes);
-  if (places.empty()) {
+  view_.gather(keyframes, oldest, newest, config_.query_length, config_.part_length);
+  const std::vector<PlaceFit> places = candidates();
+  if (places.empty() || places.front().seen < config_.min_seen) {
     ++counters_.refused;
     return std::nullopt;
   }
-  const Candidate& best = places.front();
-  const double runner_up = places.size() > 1 ? places[1].score / best.score : 0.0;
-  if (runner_up > config_.ambiguity) {
+  const PlaceFit& best = places.front();
+  const double lead = places.size() > 1 ? best.log_likelihood - places[1].log_likelihood : config_.sure_lead;
+  const bool confirmed = confirm({best.T_map_newest * keyframes.pose(newest).inverse(), path_}, keyframes.pose(newest));
+  if (lead < config_.min_lead) {
     ++counters_.ambiguous;
     return std::nullopt;
   }
   ++counters_.found;
-  const Find find{best.T_map_query * keyframes.pose(newest).inverse(), path_};
-  const bool confirmed = confirm(find, keyframes.pose(newest), best.match.overlap, runner_up);
-  counters_.confirmed += confirmed ? 1 : 0;
-  return Found{best.T_map_query, best.match, confirmed};
+  buildSubmap(keyframes, best.T_map_newest.translation());
+  Found found{best.T_map_newest, matchPointToLine(submap_, query_, best.T_map_newest, match_)};
+  found.confirmed = found.match.usable() && (confirmed || lead >= config_.sure_lead);
+  counters_.confirmed += found.confirmed ? 1 : 0;
+  return found;
 }
 
-std::vector<Relocalisation::Candidate> Relocalisation::candidates(const KeyframeGraph& keyframes) {
-  std::vector<Candidate> candidates;
+/// The places that the segment may have in the map, most likely first, each once.
+std::vector<PlaceFit> Relocalisation::candidates() const {
+  std::vector<PlaceFit> fits, places;
   for (const GlobalPlace& place : global_->search(sample_, config_.min_score, config_.places, config_.place_share)) {
-    buildSubmap(keyframes, place.T_map_query.translation());
-    Candidate candidate;
-    candidate.match = matchPointToLine(submap_, query_, place.T_map_query, match_);
-    if (!candidate.match.usable() || candidate.match.observable < 3) continue;
-    candidate.T_map_query = candidate.match.T_ref_base;
-    candidate.score = fineScore(candidate.T_map_query);
-    const bool same = std::any_of(candidates.begin(), candidates.end(), [&](const Candidate& other) {
-      const Pose2 gap = between(other.T_map_query, candidate.T_map_query);
-      return std::hypot(gap.x, gap.y) < config_.confirm_distance && std::abs(gap.theta) < config_.confirm_rotation;
-    });
-    if (!same) candidates.push_back(candidate);
+    fits.push_back(fitPlace(*field_, view_, place.T_map_query, config_.beams));
   }
-  std::sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
-  return candidates;
+  std::sort(fits.begin(), fits.end(), [](const auto& a, const auto& b) { return a.log_likelihood > b.log_likelihood; });
+  for (const PlaceFit& fit : fits) {
+    const bool known = std::any_of(places.begin(), places.end(),
+                                   [&](const PlaceFit& other) { return same(other.T_map_newest, fit.T_map_newest); });
+    if (!known) places.push_back(fit);
+  }
+  return places;
+}
+
+bool Relocalisation::same(const Pose2& a, const Pose2& b) const {
+  const Pose2 gap = between(a, b);
+  return std::hypot(gap.x, gap.y) < config_.same_distance && std::abs(gap.theta) < config_.same_rotation;
 }
 
 /// Fills sample_: each direction of wall gives as many points, as far as it has them.
@@ -108,45 +104,14 @@ void Relocalisation::sampleDirections() {
   }
   std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.size() < b.size(); });
   sample_.clear();
-  sample_seen_from_.clear();
   std::size_t left = static_cast<std::size_t>(config_.max_search_points), groups = points.size();
   for (const auto& group : points) {
     const std::size_t count = std::min(group.size(), left / groups--);
     for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t point = group[i * group.size() / count];
-      sample_.push_back(query_[point].position);
-      sample_seen_from_.push_back(seen_from_[point]);
+      sample_.push_back(query_[group[i * group.size() / count]].position);
     }
     left -= count;
   }
-}
-
-double Relocalisation::fineScore(const Pose2& T_map_query) const {
-  const double kernel_squared = config_.fine_kernel * config_.fine_kernel;
-  double sum = 0.0;
-  for (std::size_t i = 0; i < sample_.size(); ++i) {
-    const Eigen::Vector2d p = T_map_query * sample_[i];
-    const Surfel* surfel = submap_.nearest(p, config_.fine_kernel);
-    if (surfel != nullptr) {
-      sum += std::max(0.0, 1.0 - (p - Eigen::Vector2d(surfel->x, surfel->y)).squaredNorm() / kernel_squared);
-    }
-    if (seenThroughWall(T_map_query * sample_seen_from_[i], p)) sum -= 1.0;
-  }
-  return std::max(0.0, sum / static_cast<double>(sample_.size()));
-}
-
-/// Whether the line of sight enters a wall of the map well before its end.
-bool Relocalisation::seenThroughWall(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
-  const double length = (to - from).norm() - kBeforeEnd;
-  const Eigen::Vector2d direction = (to - from).normalized();
-  for (double s = kRayStep; s < length; s += kRayStep) {
-    const Eigen::Vector2d p = from + s * direction;
-    const Surfel* surfel = submap_.nearest(p, kRayStep);
-    if (surfel == nullptr || !surfel->isLine()) continue;
-    const bool at = (p - Eigen::Vector2d(surfel->x, surfel->y)).squaredNorm() < kRayStep * kRayStep;
-    if (at && direction.x() * surfel->nx + direction.y() * surfel->ny < -kEnters) return true;
-  }
-  return false;
 }
 
 std::optional<Relocalisation::Found> Relocalisation::searchNear(const KeyframeGraph& keyframes, int oldest, int newest,
@@ -167,12 +132,11 @@ void Relocalisation::buildSubmap(const KeyframeGraph& keyframes, const Eigen::Ve
   keyframes.addTo(submap_, members);
 }
 
-bool Relocalisation::confirm(const Find& find, const Pose2& T_segment_base, double overlap, double runner_up) {
-  if (overlap >= config_.sure_overlap && runner_up <= config_.sure_runner_up) return true;
+/// Whether the best place further back was the same.
+bool Relocalisation::confirm(const Find& find, const Pose2& T_segment_base) {
   const bool agrees = std::any_of(finds_.begin(), finds_.end(), [&](const Find& other) {
-    const Pose2 gap = between(other.T_map_segment * T_segment_base, find.T_map_segment * T_segment_base);
-    return find.path - other.path >= config_.confirm_path && std::hypot(gap.x, gap.y) < config_.confirm_distance &&
-           std::abs(gap.theta) < config_.confirm_rotation;
+    return find.path - other.path >= config_.confirm_path &&
+           same(other.T_map_segment * T_segment_base, find.T_map_segment * T_segment_base);
   });
   finds_.push_back(find);
   return agrees;

@@ -8,33 +8,36 @@
 #include "matching/reference.hpp"
 #include "posegraph/global_search.hpp"
 #include "posegraph/keyframe_graph.hpp"
+#include "posegraph/place_likelihood.hpp"
+#include "posegraph/wall_field.hpp"
 
 namespace slam {
 
 struct RelocalisationConfig {
   GlobalSearchConfig search;
-  double interval = 0.5;          ///< [m] of path between two searches
-  double query_length = 8.0;      ///< [m] of the newest path are searched for as one scan
-  int max_query_points = 1440;    ///< of it
-  int max_search_points = 240;    ///< of it are searched for, as many along the walls as across them
-  double max_range = 40.0;        ///< [m] points further from the robot are left out: the map is too coarse for them
-  double min_score = 0.35;        ///< [1] of the search
-  int places = 6;                 ///< best places of the search that are compared by point-to-line matching ...
-  double place_share = 0.8;       ///< [1] ... if they reach such a share of the best one's score
-  double submap_radius = 40.0;    ///< [m] of the map around a place are matched against
-  double fine_kernel = 0.25;      ///< [m] a point this far from the map no longer counts when places are compared
-  double min_overlap = 0.50;      ///< [1] of the query's points agree with the map
-  double ambiguity = 0.92;        ///< [1] a second place with such a share of the best one's score: both are doubtful
-  double sure_overlap = 0.70;     ///< [1] with so many and ...
-  double sure_runner_up = 0.75;   ///< [1] ... a second place no better, one find is enough
-  double confirm_path = 1.0;      ///< [m] otherwise another find, so much further on ...
-  double confirm_distance = 0.4;  ///< [m] ... must agree to this
-  double confirm_rotation = 0.1;  ///< [rad]
+  double interval = 0.5;        ///< [m] of path between two searches
+  double query_length = 8.0;    ///< [m] of the newest path are searched for as one scan
+  int max_query_points = 1440;  ///< of it
+  int max_search_points = 240;  ///< of it are searched for, as many along the walls as across them
+  double max_range = 40.0;      ///< [m] points further from the robot are left out: the map is too coarse for them
+  double min_score = 0.35;      ///< [1] of the search
+  int places = 120;             ///< best places of the search that are compared ...
+  double place_share = 0.7;     ///< [1] ... if they reach such a share of the best one's score
+  BeamModel beams;              ///< that they are compared by
+  double part_length = 2.0;     ///< [m] of path that fits the map as it is
+  double submap_radius = 40.0;  ///< [m] of the map around a place are matched against
+  double min_seen = 0.5;        ///< [1] of the walls seen are at their places in the map: else it is another building
+  double min_overlap = 0.50;    ///< [1] of the points agree with the map around a pose that a person gave
+  double sure_lead = 20.0;      ///< of the best place's log-likelihood over any other's: it is believed at once
+  double min_lead = 15.0;       ///< with so much it is believed ...
+  double confirm_path = 1.0;    ///< [m] ... if it was the best one so much further back, too
+  double same_distance = 0.5;   ///< [m] results nearer than this ...
+  double same_rotation = 0.15;  ///< [rad] ... are one place
 };
 
 /// Finds a robot that does not know where it is in a map: the segment that it has mapped since is searched for in the
-/// whole map, the best places are compared by point-to-line matching, and the best one is believed when no other fits
-/// as well and, unless it is very clear, a second find further along the path agrees.
+/// whole map, the places found are compared by the likelihood of all beams, and the best one is believed when it leads
+/// all others clearly, or less clearly but for a stretch of path. Where places look alike it says nothing.
 ///
 /// Points are drawn from walls of all directions alike (normal-space sampling), so that the few that tell one place of
 /// a corridor from the next weigh as much as the many that do not. [Rusinkiewicz 2001] S. Rusinkiewicz and M. Levoy,
@@ -71,29 +74,24 @@ class Relocalisation {
     double path;  // [m] driven in the segment
   };
   void sampleDirections();
-  bool seenThroughWall(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
-  double fineScore(const Pose2& T_map_query) const;
-  struct Candidate {
-    Pose2 T_map_query;
-    MatchResult match;
-    double score = 0.0;
-  };
-  std::vector<Candidate> candidates(const KeyframeGraph& keyframes);
+  std::vector<PlaceFit> candidates() const;
+  bool same(const Pose2& a, const Pose2& b) const;
   void buildSubmap(const KeyframeGraph& keyframes, const Eigen::Vector2d& centre);
-  bool confirm(const Find& find, const Pose2& T_segment_base, double overlap, double runner_up);
+  bool confirm(const Find& find, const Pose2& T_segment_base);
 
   RelocalisationConfig config_;
   MatchConfig match_;
   Reference submap_;
   CorrelativeMatcher matcher_;
   std::optional<GlobalSearch> global_;
+  std::optional<WallField> field_;
+  SegmentView view_;
   std::vector<char> in_map_;  // by keyframe
   std::vector<Find> finds_;   // of this segment, not yet believed
   ScanPoints query_;
-  std::vector<Eigen::Vector2d> seen_from_;                  // [m] the lidar, for each of its points
-  std::vector<Eigen::Vector2d> sample_, sample_seen_from_;  // [m] of the query
-  double path_ = 0.0, searched_at_ = -1e9;                  // [m]
-  int seen_ = -1;                                           // keyframe that path_ ends at
+  std::vector<Eigen::Vector2d> sample_;     // [m] of the query, as many points of each direction
+  double path_ = 0.0, searched_at_ = -1e9;  // [m]
+  int seen_ = -1;                           // keyframe that path_ ends at
   Counters counters_;
 };
 

@@ -72,14 +72,20 @@ MapState importMap(const MapImage& image) {
   std::map<std::pair<int, int>, std::shared_ptr<StoredScan>> squares;
   for (int row = 0; row < image.height; ++row) {
     for (int column = 0; column < image.width; ++column) {
-      if (!border(image, column, row)) continue;
+      const bool is_free = free(image, column, row);
+      if (!is_free && !occupied(image, column, row)) continue;
       const double x = image.origin_x + (column + 0.5) * image.resolution;
       const double y = image.origin_y + (row + 0.5) * image.resolution;
       const std::pair square{static_cast<int>(std::floor(y / kSquare)), static_cast<int>(std::floor(x / kSquare))};
       auto& scan = squares[square];
       if (!scan) scan = std::make_shared<StoredScan>();
-      Keyframe::Point point{.x = static_cast<float>(x - (square.second + 0.5) * kSquare),
-                            .y = static_cast<float>(y - (square.first + 0.5) * kSquare)};
+      const Eigen::Vector2f p(static_cast<float>(x - (square.second + 0.5) * kSquare),
+                              static_cast<float>(y - (square.first + 0.5) * kSquare));
+      if (!border(image, column, row)) {
+        (is_free ? scan->free : scan->solid).push_back(p);
+        continue;
+      }
+      Keyframe::Point point{.x = p.x(), .y = p.y()};
       const Eigen::Vector2d normal = normalAt(image, column, row);
       if (!normal.isZero()) {
         point.normal =
@@ -98,6 +104,11 @@ MapState importMap(const MapImage& image) {
   map.grid = toGrid(image);
   map.grid_keyframes = map.keyframes.size();
   return map;
+}
+
+MatchConfig matchInPicture(MatchConfig match, double resolution) {
+  match.overlap_distance += 0.5 * resolution;
+  return match;
 }
 
 }  // namespace slam

@@ -21,13 +21,13 @@ struct ColdStartReport {
   std::vector<ColdStart> starts;
   int right = 0, wrong = 0, not_yet = 0;  ///< right: within 0.5 m and 10 deg
   std::vector<double> search_ms;          ///< of each search over the whole map
-  double truth_overlap = 0.0;             ///< [1] mean over the scans of the run that is taken for the truth
-  int truth_lost = 0;                     ///< times that run lost itself
+  double truth_seen = 0.0;                ///< [1] see LogTruth
+  double truth_lead = 0.0;
 };
 
-/// Starts at `places` moments, evenly spaced over the log, and lets each drive for at most `seconds`. The truth is a
-/// run over the whole log, each pose seen from its end.
-/// @throws std::runtime_error when the log cannot be read or the whole run does not find itself
+/// Starts at `places` moments, evenly spaced over the log, and lets each drive for at most `seconds`. The truth is
+/// fitLog(), which the robot under test does not take part in.
+/// @throws std::runtime_error when the log cannot be read or does not fit the map
 ColdStartReport coldStarts(const std::filesystem::path& log, const Config& config, const MapState& map, int places,
                            double seconds);
 

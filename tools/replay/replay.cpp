@@ -14,6 +14,7 @@
 #include "matching/deskew.hpp"
 #include "runtime/process_usage.hpp"
 #include "slam/back_end.hpp"
+#include "slam/map_import.hpp"
 #include "slam/motion_probe.hpp"
 #include "store/map_store.hpp"
 #include "tools/common/trajectory.hpp"
@@ -238,7 +239,11 @@ ReplayStats replay(const Config& config, const ReplayOptions& options,
   std::optional<MapState> map;
   if (!options.load_map.empty()) map = loadMap(config, options.load_map);
   if (!map && config.mode == "localise") throw std::runtime_error("mode \"localise\" needs a map; give --load-map");
-  Run run(config, options, std::move(map));
+  Config fitting = config;
+  if (map && map->picture_only) {
+    fitting.localizer.match = matchInPicture(config.localizer.match, map->grid.resolution());
+  }
+  Run run(fitting, options, std::move(map));
   std::int64_t first = 0, last = 0;
   for (LogEvent event; log.next(event);) {
     if (first == 0) first = event.utime;

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <filesystem>
+#include <memory>
+#include <variant>
+#include <vector>
+
+#include "app/config.hpp"
+#include "core/samples.hpp"
+#include "core/scan.hpp"
+#include "slam/map_state.hpp"
+
+namespace slam {
+
+using LogSample = std::variant<std::unique_ptr<LaserScan>, WheelSample, ImuSample>;
+
+/// The samples of a log in its order.
+std::vector<LogSample> readSamples(const std::filesystem::path& log);
+
+/// Where the robot of a log was in a given map.
+struct LogTruth {
+  struct Row {
+    Timestamp stamp;
+    Pose2 T_map_base;
+  };
+  std::vector<Row> rows;  ///< one a scan
+  double seen = 0.0;      ///< [1] share of the walls of the log's own map that are at their places in the given one
+  double lead = 0.0;      ///< log-likelihood over the second best place for the whole log
+};
+
+/// The log's own map, made without the given one, is laid into it as a whole: of all places the one that explains the
+/// whole log best, then stretch by stretch, since both maps are bent. No pose depends on how a robot without a guess
+/// finds itself, and along a bare corridor the log's own map bridges what the given one does not tell.
+/// @throws std::runtime_error when the log holds no scans, or fits nowhere
+LogTruth fitLog(const std::vector<LogSample>& samples, const Config& config, const MapState& map);
+
+}  // namespace slam
