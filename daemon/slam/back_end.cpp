@@ -145,12 +145,14 @@ void BackEnd::placeSegment(const Relocalisation::Found& found) {
     shortest = apart;
     nearest = id;
   }
-  keyframes_.graph().addEdge({.from = nearest,
-                              .to = newest,
-                              .T_from_to = between(keyframes_.pose(nearest), found.T_map_newest),
-                              .information = closureInformation(found.match, config_.closure.translation_sigma,
-                                                                config_.closure.rotation_sigma),
-                              .kind = EdgeKind::kLoopClosure});
+  if (nearest >= 0) {  // else the map begins with this segment
+    keyframes_.graph().addEdge({.from = nearest,
+                                .to = newest,
+                                .T_from_to = between(keyframes_.pose(nearest), found.T_map_newest),
+                                .information = closureInformation(found.match, config_.closure.translation_sigma,
+                                                                  config_.closure.rotation_sigma),
+                                .kind = EdgeKind::kLoopClosure});
+  }
   std::fill(is_in_map_.begin() + segment_first_, is_in_map_.end(), 1);
   just_placed_ = segment_first_;
   ++generation_;
