@@ -408,7 +408,7 @@ TEST_F(LiveMaps, OutliveAKill) {
   ASSERT_TRUE(listener.good());
   startSimulator("100");
   startKeeper();
-  ASSERT_TRUE(listener.until([&] { return isLocalised(listener) && counterOf(listener, "keyframes") > 7; }, 40s))
+  ASSERT_TRUE(listener.until([&] { return isLocalised(listener) && counterOf(listener, "keyframes") > 4; }, 40s))
       << daemonLog();
   const std::int64_t keyframes = counterOf(listener, "keyframes");
   slamd_->signal(SIGKILL);
