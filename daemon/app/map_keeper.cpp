@@ -22,6 +22,14 @@ std::string nameOfNow() {
   return text;
 }
 
+/// A name that no map has yet: without a clock of its own a robot starts at the same time again and again.
+std::string newNameIn(const std::string& directory) {
+  const std::string now = nameOfNow();
+  std::string name = now;
+  for (int i = 2; std::filesystem::exists(directory + "/" + name); ++i) name = now + "-" + std::to_string(i);
+  return name;
+}
+
 }  // namespace
 
 MapState MapKeeper::begin() {
@@ -50,7 +58,7 @@ MapState MapKeeper::begin() {
     }
   }
   if (localise || store.directory.empty()) return map;
-  if (name_.empty()) name_ = nameOfNow();
+  if (name_.empty()) name_ = newNameIn(store.directory);
   store_ = std::make_unique<MapStore>(store.directory, name_);
   return map;
 }
@@ -79,11 +87,7 @@ MapState MapKeeper::load(const std::string& name) {
 
 void MapKeeper::beginNew() {
   if (!store_) return;
-  std::string name = nameOfNow();
-  for (int i = 2; std::filesystem::exists(config_.store.directory + "/" + name); ++i) {
-    name = nameOfNow() + "-" + std::to_string(i);
-  }
-  name_ = name;
+  name_ = newNameIn(config_.store.directory);
   store_ = std::make_unique<MapStore>(config_.store.directory, name_);
   journalled_changes_ = checkpointed_changes_ = -1;
 }

@@ -113,6 +113,10 @@ void BackEnd::giveUpGivenPose(int newest) {
   const bool known = std::any_of(near.begin(), near.end(), [&](int id) { return inMap(id); });
   if (known || config_.localise_only) {  // it does not look as it should: the robot may be anywhere
     segment_origin_ = KeyframeOrigin::kLost;
+    due_ = spare_ ? std::move(spare_) : std::make_unique<MapCorrection>(config_.reference);
+    due_->T_map_segment.reset();
+    due_->refuted = true;
+    due_->segment = segment_;
   } else {  // the map says nothing about the place: the person's word counts
     Relocalisation::Found given{keyframes_.pose(newest), {}, true};
     given.match.covariance = kGivenSigma.cwiseAbs2().asDiagonal();
@@ -145,12 +149,14 @@ void BackEnd::placeSegment(const Relocalisation::Found& found) {
     shortest = apart;
     nearest = id;
   }
-  keyframes_.graph().addEdge({.from = nearest,
-                              .to = newest,
-                              .T_from_to = between(keyframes_.pose(nearest), found.T_map_newest),
-                              .information = closureInformation(found.match, config_.closure.translation_sigma,
-                                                                config_.closure.rotation_sigma),
-                              .kind = EdgeKind::kLoopClosure});
+  if (nearest >= 0) {  // else the map begins with this segment
+    keyframes_.graph().addEdge({.from = nearest,
+                                .to = newest,
+                                .T_from_to = between(keyframes_.pose(nearest), found.T_map_newest),
+                                .information = closureInformation(found.match, config_.closure.translation_sigma,
+                                                                  config_.closure.rotation_sigma),
+                                .kind = EdgeKind::kLoopClosure});
+  }
   std::fill(is_in_map_.begin() + segment_first_, is_in_map_.end(), 1);
   just_placed_ = segment_first_;
   ++generation_;
@@ -234,6 +240,7 @@ void BackEnd::renewReference(const Eigen::Vector2d& robot, const std::vector<int
   due_ = spare_ ? std::move(spare_) : std::make_unique<MapCorrection>(config_.reference);
   due_->reference.clear(robot);
   due_->T_map_segment.reset();
+  due_->refuted = false;
   due_->segment = segment_;
   keyframes_.addTo(due_->reference, active);
   due_->keyframes.clear();

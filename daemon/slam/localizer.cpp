@@ -261,6 +261,11 @@ void Localizer::accumulateDrift(const Pose2& T_map_base, const MatchResult* matc
 
 void Localizer::apply(MapCorrection& correction) {
   if (correction.segment != segment_) return;
+  if (correction.refuted) {
+    placed_ = false;
+    was_placed_ = true;
+    return;
+  }
   // The nearest keyframe that both references hold says how the map moved here.
   const Pose2 here = pose_.at(pose_.newestStamp()).pose();
   Pose2 T_new_old;

@@ -128,8 +128,9 @@ class Localizer {
   void setPose(const Pose2& T_map_base, const Eigen::Vector3d& sigma);
 
   /// Goes on in the map as the back end has corrected it: pose and reference change together, the pose rigidly by the
-  /// motion of the keyframe nearest to the robot, or to where a lost robot was found. A correction made for another
-  /// segment changes nothing. @return the old reference, to be recycled outside the pose path
+  /// motion of the keyframe nearest to the robot, or to where a lost robot was found. One that refutes a given pose
+  /// says that the robot is lost, one made for another segment changes nothing. @return the old reference, to be
+  /// recycled outside the pose path
   void apply(MapCorrection& correction);
 
   /// The keyframe nearest to a pose, and the pose relative to it.

@@ -95,6 +95,7 @@ void Mapper::finishRedraw() {
 void Mapper::load(std::span<const MapScan> keyframes, OccupancyGrid grid, int drawn) {
   reset();
   grid_ = std::move(grid);
+  config_.resolution = grid_.resolution();  // patches have to fit
   for (const MapScan& keyframe : keyframes) {
     if (keyframe.id >= drawn) {
       add(keyframe);
@@ -106,7 +107,7 @@ void Mapper::load(std::span<const MapScan> keyframes, OccupancyGrid grid, int dr
   }
 }
 
-void Mapper::reset() { *this = Mapper(config_); }
+void Mapper::reset() { *this = Mapper(configured_); }
 
 std::vector<Eigen::Vector2d> Mapper::path() const {
   std::vector<Eigen::Vector2d> path;

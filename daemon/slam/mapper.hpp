@@ -28,7 +28,7 @@ struct MapScan {
 /// Not safe for concurrent use.
 class Mapper {
  public:
-  explicit Mapper(const OccupancyGridConfig& config = {}) : config_(config), grid_(config) {}
+  explicit Mapper(const OccupancyGridConfig& config = {}) : configured_(config), config_(config), grid_(config) {}
 
   void add(const MapScan& scan);
   /// @param T_map_base new poses by keyframe id; further ones stay
@@ -72,7 +72,7 @@ class Mapper {
   void preparePatch();
   void finishRedraw();
 
-  OccupancyGridConfig config_;
+  OccupancyGridConfig configured_, config_;  // of a new map, of this one
   OccupancyGrid grid_;
   std::vector<Drawn> keyframes_;
   std::optional<Redraw> redraw_;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "store/map_codec.hpp"
 
+#include <algorithm>
 #include <array>
+#include <climits>
 #include <cmath>
 #include <iomanip>
 #include <sstream>
@@ -15,8 +17,9 @@ namespace {
 constexpr std::size_t kNodeBytes = 65, kPointBytes = 12, kEdgeBytes = 82;  // at least
 constexpr std::size_t kTileCells = OccupancyGrid::kTileSide * OccupancyGrid::kTileSide;
 constexpr std::size_t kTileBytes = 8 + 2 * kTileCells;
-constexpr int kFarthestTile = 1 << 20;              // from the origin
-constexpr std::uint64_t kLargestGrid = 1ULL << 32;  // [bytes] uncompressed
+constexpr int kFarthestTile = 1 << 20;        // from the origin
+constexpr std::int64_t kMostTiles = 1 << 22;  // in the bounding box of all
+constexpr std::uint64_t kMostPacked = 1100;   // [1] no more than so many times is anything compressed by deflate
 
 double getFinite(BinaryReader& in) {
   const auto value = in.get<double>();
@@ -164,10 +167,10 @@ OccupancyGrid decodeGrid(std::string_view bytes, OccupancyGridConfig config) {
   BinaryReader in(bytes);
   config.resolution = getFinite(in);
   const auto size = in.get<std::uint64_t>();
-  if (!(config.resolution > 0.0) || size > kLargestGrid || size % kTileBytes != 0) {
+  const std::string_view compressed = bytes.substr(2 * sizeof(std::uint64_t));
+  if (!(config.resolution > 0.0) || size / kMostPacked > compressed.size() || size % kTileBytes != 0) {
     throw std::runtime_error("its grid has no size or resolution");
   }
-  const std::string_view compressed = bytes.substr(2 * sizeof(std::uint64_t));
   std::string raw(size, '\0');
   uLongf unpacked = size;
   if (::uncompress(reinterpret_cast<Bytef*>(raw.data()), &unpacked, reinterpret_cast<const Bytef*>(compressed.data()),
@@ -176,10 +179,14 @@ OccupancyGrid decodeGrid(std::string_view bytes, OccupancyGridConfig config) {
     throw std::runtime_error("its grid does not unpack");
   }
   OccupancyGrid grid(config);
+  std::int64_t left = kFarthestTile, right = -kFarthestTile, bottom = left, top = right;
   for (BinaryReader tiles(raw); !tiles.atEnd();) {
     const auto column = tiles.get<std::int32_t>(), row = tiles.get<std::int32_t>();
-    if (std::abs(column) > kFarthestTile || std::abs(row) > kFarthestTile)
+    if (column < -kFarthestTile || column > kFarthestTile || row < -kFarthestTile || row > kFarthestTile)
       throw std::runtime_error("a tile lies too far off");
+    left = std::min<std::int64_t>(left, column), right = std::max<std::int64_t>(right, column);
+    bottom = std::min<std::int64_t>(bottom, row), top = std::max<std::int64_t>(top, row);
+    if ((right - left + 1) * (top - bottom + 1) > kMostTiles) throw std::runtime_error("its tiles lie too far apart");
     for (int i = 0; i < static_cast<int>(kTileCells); ++i) {
       const auto log_odds = tiles.get<LogOdds>();
       if (log_odds == 0) continue;
@@ -225,11 +232,16 @@ void decodeState(std::string_view text, MapState& map) {
       return Pose2{v[0], v[1], v[2]};
     };
     map.T_map_base = pose("T_map_base");
-    map.utime = static_cast<std::int64_t>(number("utime"));
+    const auto integer = [&](const char* key) {
+      const auto value = table[key].value<std::int64_t>();
+      if (!value || *value < 0) throw std::runtime_error(std::string("has no count ") + key);
+      return *value;
+    };
+    map.utime = integer("utime");
     map.gyro_bias = number("gyro_bias");
     map.T_base_lidar = pose("T_base_lidar");
     map.range_max = number("lidar_range_max");
-    map.grid_keyframes = static_cast<int>(number("grid_keyframes"));
+    map.grid_keyframes = static_cast<int>(std::min<std::int64_t>(integer("grid_keyframes"), INT_MAX));
   } catch (const toml::parse_error& error) {
     throw std::runtime_error(std::string(error.description()));
   }

@@ -8,22 +8,36 @@
 namespace slam {
 namespace {
 
-enum Record : std::uint8_t { kNode = 1, kEdge = 2, kPoses = 3, kInMap = 4, kRevoked = 5, kState = 6 };
+enum Entry : std::uint8_t { kNode = 1, kEdge = 2, kPoses = 3, kInMap = 4, kRevoked = 5, kState = 6, kBase = 7 };
 constexpr std::uint32_t kMagic = 0x4A4D4C53;  // "SLMJ"
 
-void putRecord(BinaryWriter& out, Record type, const std::string& payload) {
-  BinaryWriter record;
-  record.put(static_cast<std::uint8_t>(type));
-  record.putBytes(payload);
-  out.put(kMagic);
-  out.put(static_cast<std::uint32_t>(record.bytes().size()));
-  out.put(crc32Of(record.bytes()));
-  out.putBytes(record.bytes());
+void putEntry(BinaryWriter& out, Entry kind, std::string_view payload) {
+  out.put(static_cast<std::uint8_t>(kind));
+  out.put(static_cast<std::uint64_t>(payload.size()));
+  out.putBytes(payload);
 }
 
-void applyRecord(std::string_view bytes, MapState& map, bool& moved) {
+std::string recordOf(std::string_view entries) {
+  BinaryWriter out;
+  out.put(kMagic);
+  out.put(static_cast<std::uint32_t>(entries.size()));
+  out.put(crc32Of(entries));
+  out.putBytes(entries);
+  return out.take();
+}
+
+/// What entries may refer to: a journal fits no other map.
+std::uint32_t fingerprintOf(const MapState& map) {
+  BinaryWriter out;
+  encodePoses(out, map.keyframes.graph().poses());
+  out.putBytes({map.in_map.data(), map.in_map.size()});
+  for (const Edge& edge : map.keyframes.graph().edges()) out.put(static_cast<std::uint8_t>(edge.revoked));
+  return crc32Of(out.bytes());
+}
+
+void applyEntry(Entry kind, std::string_view bytes, MapState& map, bool& moved) {
   BinaryReader in(bytes);
-  switch (in.get<std::uint8_t>()) {
+  switch (kind) {
     case kNode:
       decodeNode(in, map);
       break;
@@ -35,9 +49,10 @@ void applyRecord(std::string_view bytes, MapState& map, bool& moved) {
       moved = true;
       break;
     case kInMap: {
-      const auto first = in.get<std::uint32_t>();
-      if (first > map.in_map.size()) throw std::runtime_error("names a keyframe that is not there");
-      std::fill(map.in_map.begin() + first, map.in_map.end(), 1);
+      const auto first = in.get<std::uint32_t>(), end = in.get<std::uint32_t>();
+      if (first > end || end > map.in_map.size()) throw std::runtime_error("names a keyframe that is not there");
+      std::fill(map.in_map.begin() + first, map.in_map.begin() + end, 1);
+      moved = true;
       break;
     }
     case kRevoked: {
@@ -48,17 +63,29 @@ void applyRecord(std::string_view bytes, MapState& map, bool& moved) {
               : map.keyframes.graph().restore(static_cast<int>(edge));
       break;
     }
-    case kState:
-      decodeState(in.getBytes(bytes.size() - 1), map);
+    case kState: {
+      const int drawn = map.grid_keyframes;  // the grid is still the checkpoint's
+      decodeState(bytes, map);
+      map.grid_keyframes = drawn;
+      break;
+    }
+    case kBase:
+      if (in.get<std::uint32_t>() != fingerprintOf(map)) throw std::runtime_error("continues another map");
       break;
     default:
-      throw std::runtime_error("holds a record of an unknown kind");
+      throw std::runtime_error("holds an entry of an unknown kind");
   }
 }
 
 }  // namespace
 
-MapJournal::MapJournal(const std::filesystem::path& file, const MapState& known) : file_(file, 0) { remember(known); }
+MapJournal::MapJournal(const std::filesystem::path& file, const MapState& known) : file_(file, 0) {
+  BinaryWriter base, entries;
+  base.put(fingerprintOf(known));
+  putEntry(entries, kBase, base.bytes());
+  file_.append(recordOf(entries.bytes()));
+  remember(known);
+}
 
 void MapJournal::remember(const MapState& map) {
   const auto poses = map.keyframes.graph().poses();
@@ -76,35 +103,38 @@ void MapJournal::append(const MapState& map) {
   for (int id = static_cast<int>(poses_.size()); id < graph.size(); ++id) {
     BinaryWriter node;
     encodeNode(node, *map.keyframes.scan(id), graph.pose(id), map.in_map[static_cast<std::size_t>(id)] != 0);
-    putRecord(out, kNode, node.bytes());
+    putEntry(out, kNode, node.bytes());
   }
   for (std::size_t e = revoked_.size(); e < graph.edges().size(); ++e) {
     BinaryWriter edge;
     encodeEdge(edge, graph.edges()[e]);
-    putRecord(out, kEdge, edge.bytes());
+    putEntry(out, kEdge, edge.bytes());
   }
   for (std::size_t e = 0; e < revoked_.size(); ++e) {
     if (graph.edges()[e].revoked == (revoked_[e] != 0)) continue;
     BinaryWriter revoked;
     revoked.put(static_cast<std::uint32_t>(e));
     revoked.put(static_cast<std::uint8_t>(graph.edges()[e].revoked));
-    putRecord(out, kRevoked, revoked.bytes());
+    putEntry(out, kRevoked, revoked.bytes());
   }
-  // A segment that was found: from its first keyframe on all are part of the map.
-  const auto found = std::mismatch(in_map_.begin(), in_map_.end(), map.in_map.begin()).first;
-  if (found != in_map_.end()) {
-    BinaryWriter first;
-    first.put(static_cast<std::uint32_t>(found - in_map_.begin()));
-    putRecord(out, kInMap, first.bytes());
+  // Segments that were found. One that followed and was not found yet is not part of the map.
+  const auto isNew = [&](std::size_t id) { return map.in_map[id] != 0 && in_map_[id] == 0; };
+  for (std::size_t first = 0, end = 0; first < in_map_.size(); first = end + 1) {
+    for (end = first; end < in_map_.size() && isNew(end);) ++end;
+    if (end == first) continue;
+    BinaryWriter found;
+    found.put(static_cast<std::uint32_t>(first));
+    found.put(static_cast<std::uint32_t>(end));
+    putEntry(out, kInMap, found.bytes());
   }
   if (moved) {
     BinaryWriter poses;
     encodePoses(poses, graph.poses());
-    putRecord(out, kPoses, poses.bytes());
+    putEntry(out, kPoses, poses.bytes());
   }
-  if (const std::string state = encodeState(map); state != state_) putRecord(out, kState, state);
+  if (const std::string state = encodeState(map); state != state_) putEntry(out, kState, state);
   if (out.bytes().empty()) return;
-  file_.append(out.bytes());
+  file_.append(recordOf(out.bytes()));
   remember(map);
 }
 
@@ -119,7 +149,10 @@ MapJournal::Replayed MapJournal::replay(const std::filesystem::path& file, MapSt
       const auto crc = in.get<std::uint32_t>();
       const std::string_view record = in.getBytes(size);
       if (crc32Of(record) != crc) break;
-      applyRecord(record, map, replayed.moved);
+      for (BinaryReader entries(record); !entries.atEnd();) {
+        const auto kind = static_cast<Entry>(entries.get<std::uint8_t>());
+        applyEntry(kind, entries.getBytes(entries.getCount(1)), map, replayed.moved);
+      }
     } catch (const std::runtime_error&) {
       break;
     }

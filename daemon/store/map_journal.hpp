@@ -9,8 +9,10 @@
 
 namespace slam {
 
-/// What has changed in a map since its last checkpoint, appended as it happens. Each record carries its length and a
-/// CRC: after a power cut the intact ones at the beginning count, the torn rest is cut off.
+/// What has changed in a map since its last checkpoint, appended as it happens. The first record says which state of
+/// the map the journal continues; each further one is all that one append() wrote, so that no keyframe comes without
+/// its edges. Each carries its length and a CRC: after a power cut the intact ones at the beginning count, the torn
+/// rest is cut off.
 class MapJournal {
  public:
   /// Begins behind `known`, the map as the checkpoint holds it. @throws std::runtime_error

@@ -169,17 +169,27 @@ void MapStore::checkpoint(const MapState& map) {
                                                     {kFiles[2], encodeGrid(map.grid)},
                                                     {kFiles[3], encodeState(map)}};
   const fs::path temporary = directory_ / kTemporary;
-  fs::remove_all(temporary);
-  fs::create_directory(temporary);
-  for (const auto& [name, content] : files) writeDurably(temporary / name, content);
-  writeDurably(temporary / "MANIFEST", manifestOf(map, files));
-  syncFolder(temporary);
-  if (journal_) journal_->append(map), journal_->sync();  // the generation before leads up to this one
   const int next = generation_ + 1;
-  fs::rename(temporary, directory_ / numbered(next));
-  journal_.emplace(journalOf(directory_, next), map);
-  syncFolder(directory_);
+  try {
+    fs::remove_all(temporary);
+    fs::create_directory(temporary);
+    for (const auto& [name, content] : files) writeDurably(temporary / name, content);
+    writeDurably(temporary / "MANIFEST", manifestOf(map, files));
+    syncFolder(temporary);
+    if (journal_) journal_->append(map), journal_->sync();  // the generation before leads up to this one
+    // Before the generation is there: whatever fails up to then, the old journal goes on.
+    auto journal = std::make_unique<MapJournal>(journalOf(directory_, next), map);
+    journal->sync();
+    fs::rename(temporary, directory_ / numbered(next));
+    journal_ = std::move(journal);
+  } catch (const std::exception&) {
+    std::error_code ignored;  // on a full disk the journal needs the room
+    fs::remove_all(temporary, ignored);
+    fs::remove(journalOf(directory_, next), ignored);
+    throw;
+  }
   generation_ = next;
+  syncFolder(directory_);
   for (const int old : generationsOf(directory_)) {
     if (old > generation_ - kKept) continue;
     fs::remove_all(directory_ / numbered(old));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -59,7 +60,7 @@ class MapStore {
 
   /// All maps of a folder, by name. Checks every CRC.
   static std::vector<MapSummary> list(const std::filesystem::path& directory);
-  /// The map whose state is the newest, if there is one that is intact.
+  /// The map that was written last, intact or not, if there is one.
   static std::optional<std::string> newest(const std::filesystem::path& directory);
   /// Letters, digits, - _ and . not at the beginning: a name that is no path.
   static bool isName(const std::string& name);
@@ -68,7 +69,7 @@ class MapStore {
   std::filesystem::path directory_;  // of this map
   std::string name_;
   int generation_ = 0;
-  std::optional<MapJournal> journal_;
+  std::unique_ptr<MapJournal> journal_;
 };
 
 /// A map by its path: of a map_server .yaml, or a map's folder in a store.

@@ -324,6 +324,116 @@ TEST_F(Live, ObeysCommandsOnlyWhereTheConfigurationAllows) {
   EXPECT_THAT(listener.last<ack_t>(channel::kAck)->message, testing::HasSubstr("unknown verb"));
 }
 
+/// A slamd that keeps its maps, and slamctl beside it.
+class LiveMaps : public Live {
+ protected:
+  void SetUp() override {
+    Live::SetUp();
+    fs::create_directories(maps());
+  }
+  fs::path maps() const { return folder_ / "maps"; }
+  void startKeeper(std::vector<std::string> settings = {}) {
+    settings.insert(settings.end(),
+                    {"lcm.commands=true", "store.directory='" + maps().string() + "'", "store.journal_period=0.2"});
+    startDaemon(std::move(settings));
+  }
+  /// After its predecessor's end. @return whether it is heard
+  bool restartKeeper(Listener& listener, std::vector<std::string> settings = {}) {
+    listener.listenFor(200ms);  // what the one before has sent
+    listener.forget();
+    startKeeper(std::move(settings));
+    return listener.until([&] { return listener.count(channel::kHealth) > 0; }, 10s);
+  }
+  int slamctl(const std::vector<std::string>& words) {
+    std::vector<std::string> command = {kBin + "/slamctl", "--config",
+                                        std::string(SLAMD_SOURCE_DIR) + "/config/sim.toml", "--maps", maps()};
+    command.insert(command.end(), words.begin(), words.end());
+    Process process(command, folder_ / "slamctl.txt");
+    return process.wait(25s).value_or(-1);
+  }
+  std::string said() const {
+    std::ifstream in(folder_ / "slamctl.txt");
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  static std::int64_t counterOf(Listener& listener, const std::string& name) {
+    const auto health = listener.last<health_t>(channel::kHealth);
+    if (!health) return -1;
+    for (const counter_t& counter : health->counters) {
+      if (counter.name == name) return counter.value;
+    }
+    return -1;
+  }
+  static bool isLocalised(Listener& listener) {
+    const auto pose = listener.last<pose_estimate_t>(channel::kSlamPose);
+    return pose && pose->state == 1;
+  }
+};
+
+TEST_F(LiveMaps, ObeySlamctl) {
+  Listener listener;
+  ASSERT_TRUE(listener.good());
+  startSimulator("60");
+  startKeeper();
+  ASSERT_TRUE(listener.until([&] { return isLocalised(listener) && counterOf(listener, "keyframes") > 2; }, 20s))
+      << daemonLog();
+  EXPECT_EQ(slamctl({"status"}), 0) << said();
+  EXPECT_THAT(said(), testing::AllOf(testing::HasSubstr("STREAMING"), testing::HasSubstr("keyframes")));
+  EXPECT_EQ(slamctl({"save"}), 0) << said();
+  EXPECT_EQ(slamctl({"save", "kitchen"}), 0) << said();
+  EXPECT_THAT(said(), testing::HasSubstr("saved as kitchen"));
+  EXPECT_EQ(slamctl({"save", "../kitchen"}), 1);
+  EXPECT_EQ(slamctl({"list"}), 0);
+  EXPECT_THAT(said(), testing::AllOf(testing::HasSubstr("kitchen "), testing::HasSubstr("2 maps in")));
+  EXPECT_EQ(slamctl({"export", "kitchen", folder_ / "picture"}), 0) << said();
+  EXPECT_EQ(slamctl({"load", "nowhere"}), 1);
+  EXPECT_THAT(said(), testing::HasSubstr("nowhere"));
+  EXPECT_TRUE(isLocalised(listener));
+
+  EXPECT_EQ(slamctl({"load", "kitchen"}), 0) << said();
+  listener.forget();
+  EXPECT_TRUE(listener.until([&] { return isLocalised(listener) && counterOf(listener, "relocalised") > 0; }, 30s))
+      << daemonLog();
+  const auto pose = listener.last<pose_estimate_t>(channel::kSlamPose);
+  EXPECT_EQ(slamctl({"set-pose", std::to_string(pose->x), std::to_string(pose->y), "0"}), 0) << said();
+  EXPECT_EQ(slamctl({"reset"}), 0) << said();
+  EXPECT_EQ(slamctl({"list"}), 0);
+  EXPECT_THAT(said(), testing::HasSubstr("kitchen "));
+  slamd_->signal(SIGTERM);
+  EXPECT_EQ(slamd_->wait(5s), 0) << daemonLog();
+  EXPECT_EQ(slamctl({"status"}), 1) << "nobody is there";
+}
+
+TEST_F(LiveMaps, OutliveAKill) {
+  Listener listener;
+  ASSERT_TRUE(listener.good());
+  startSimulator("100");
+  startKeeper();
+  ASSERT_TRUE(listener.until([&] { return isLocalised(listener) && counterOf(listener, "keyframes") > 4; }, 40s))
+      << daemonLog();
+  const std::int64_t keyframes = counterOf(listener, "keyframes");
+  slamd_->signal(SIGKILL);
+  ASSERT_EQ(slamd_->wait(5s), 128 + SIGKILL);
+  EXPECT_EQ(slamctl({"list"}), 0);
+  EXPECT_THAT(said(), testing::AllOf(testing::HasSubstr("good"), testing::HasSubstr("1 maps in")));
+
+  ASSERT_TRUE(restartKeeper(listener)) << daemonLog();
+  const std::string log = daemonLog();
+  const auto of = log.find(" of ", log.find("map /"));
+  ASSERT_NE(of, std::string::npos) << log;
+  EXPECT_GE(std::stoll(log.substr(of + 4)), keyframes - 1) << "all but what the journal did not hold yet";
+  EXPECT_TRUE(listener.until([&] { return isLocalised(listener) && counterOf(listener, "relocalised") == 1; }, 30s))
+      << daemonLog();
+  slamd_->signal(SIGTERM);
+  EXPECT_EQ(slamd_->wait(5s), 0) << daemonLog();
+
+  ASSERT_TRUE(restartKeeper(listener, {"mode='localise'"})) << daemonLog();
+  EXPECT_EQ(slamctl({"save"}), 1);
+  EXPECT_THAT(said(), testing::HasSubstr("mode is \"localise\""));
+  EXPECT_EQ(slamctl({"reset"}), 1);
+  slamd_->signal(SIGTERM);
+  EXPECT_EQ(slamd_->wait(5s), 0) << daemonLog();
+}
+
 TEST_F(Live, GoesOnWithoutMulticastRoute) {
   Process away({"ip", "route", "del", "224.0.0.0/4"}, folder_ / "ip.txt");
   ASSERT_EQ(away.wait(5s), 0);

@@ -70,5 +70,17 @@ TEST(RenderMap, OfAnEmptyGridIsOneUnknownCell) {
   EXPECT_DOUBLE_EQ(image.resolution, 0.2);
 }
 
+TEST(ToGrid, ShowsTheImageAgain) {
+  OccupancyGrid grid({.resolution = 0.1, .lidar = {}});
+  look(grid, {-3, -70}, {-3, 5}, 8);
+  look(grid, {2, -70}, {100, -71}, 8);
+  const MapImage image = renderMap(grid), again = renderMap(toGrid(image));
+  EXPECT_EQ(again.width, image.width);
+  EXPECT_EQ(again.cells, image.cells);
+  EXPECT_DOUBLE_EQ(again.origin_x, image.origin_x);
+  EXPECT_DOUBLE_EQ(again.origin_y, image.origin_y);
+  EXPECT_EQ(again.resolution, image.resolution);
+}
+
 }  // namespace
 }  // namespace slam

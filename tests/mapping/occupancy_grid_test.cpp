@@ -154,5 +154,20 @@ TEST(OccupancyGrid, LogOddsAndProbabilityAreInverse) {
   EXPECT_EQ(toProbability(0), 0.5);
 }
 
+TEST(OccupancyGrid, ACopyIsIndependentAndSetStaysWithinTheClamp) {
+  OccupancyGrid grid(kConfig);
+  grid.set({-5, 70}, 32000);
+  grid.set({6, -70}, -32000);
+  EXPECT_EQ(grid.logOdds({-5, 70}), toLogOdds(kConfig.lidar.max_probability));
+  EXPECT_EQ(grid.logOdds({6, -70}), toLogOdds(kConfig.lidar.min_probability));
+  OccupancyGrid copy = grid.clone();
+  EXPECT_EQ(copy.tiles().tileCount(), 2);
+  EXPECT_EQ(copy.logOdds({-5, 70}), grid.logOdds({-5, 70}));
+  copy.set({-5, 70}, 1);
+  copy.set({500, 500}, 1);
+  EXPECT_EQ(grid.logOdds({-5, 70}), toLogOdds(kConfig.lidar.max_probability));
+  EXPECT_EQ(grid.tiles().tileCount(), 2);
+}
+
 }  // namespace
 }  // namespace slam

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <memory>
 #include <random>
+#include <utility>
 #include <vector>
 
 namespace slam {
@@ -252,6 +253,27 @@ TEST_F(MapperTest, TellsThePathAtTheNewPoses) {
   const auto path = mapper.path();
   ASSERT_EQ(path.size(), 5U);
   for (std::size_t i = 0; i < path.size(); ++i) EXPECT_EQ(path[i], scans[i].T_map_base.translation());
+}
+
+TEST_F(MapperTest, GoesOnInALoadedMapAtItsResolution) {
+  OccupancyGridConfig coarse = kConfig;
+  coarse.resolution = 0.2;
+  Mapper mapper(coarse);
+  fill(mapper, 20);
+  OccupancyGrid stored = mapper.grid().clone();
+  fill(mapper, 3);  // not in the stored grid
+  Mapper next(kConfig);
+  next.load(scans, std::move(stored), 20);
+  EXPECT_EQ(next.keyframes(), 23);
+  const std::vector<Pose2> poses = disturbed();
+  next.move(poses);
+  next.work(1 << 20);
+  mapper.move(poses);
+  mapper.work(1 << 20);
+  EXPECT_EQ(next.grid().resolution(), 0.2);
+  EXPECT_TRUE(differences(next.grid(), mapper.grid()).empty());
+  next.reset();
+  EXPECT_EQ(next.grid().resolution(), kConfig.resolution);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <map>
 #include <memory>
 #include <numbers>
 #include <random>
@@ -16,6 +17,7 @@
 #include "bus/event_log.hpp"
 #include "bus/messages.hpp"
 #include "mapping/map_files.hpp"
+#include "store/map_store.hpp"
 #include "tools/common/trajectory.hpp"
 #include "tools/convert/formats.hpp"
 #include "tools/eval/metrics.hpp"
@@ -314,6 +316,89 @@ TEST(Replay, RefusesALogWithoutScansAndOutputsItCannotWrite) {
   options.trajectory.clear();
   options.map = "/nonexistent/a";
   EXPECT_THROW(replay(driveConfig(), options), std::runtime_error);
+}
+
+/// A map made by the drive, and options that begin in it.
+ReplayOptions beginInMapOf(const Folder& folder, const std::string& name) {
+  writeDrive(folder / "drive.lcm", trueStamp);
+  ReplayOptions first = outputsIn(folder, "first"), next = outputsIn(folder, name);
+  first.save_map = next.load_map = folder / "maps/room";
+  replay(driveConfig(), first);
+  return next;
+}
+
+std::map<std::string, std::string> filesOf(const std::filesystem::path& path) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(path)) {
+    if (entry.is_regular_file()) files[entry.path()] = contentOf(entry.path());
+  }
+  return files;
+}
+
+TEST(Replay, FollowsTheRobotInAGivenMapAndLeavesTheMapAlone) {
+  const Folder folder;
+  const ReplayOptions options = beginInMapOf(folder, "second");
+  const auto before = filesOf(folder / "maps");
+  ASSERT_EQ(before.size(), 6U);
+  Config config = driveConfig();
+  config.mode = "localise";
+  replay(config, options);
+  EXPECT_EQ(filesOf(folder / "maps"), before);
+  const Trajectory first = readTrajectory(folder / "first.tum"), second = readTrajectory(folder / "second.tum");
+  ASSERT_EQ(second.size(), first.size());
+  double worst = 0.0;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    worst = std::max(worst, between(first[i].pose, second[i].pose).translation().norm());
+  }
+  EXPECT_LT(worst, 0.03) << "in the map's own frame, from the first scan on";
+  expectMotion(folder / "second.tum", 0.03, 0.02);
+}
+
+TEST(Replay, GoesOnInALoadedMap) {
+  const Folder folder;
+  ReplayOptions options = beginInMapOf(folder, "second");
+  options.save_map = folder / "maps/longer";
+  const ReplayStats stats = replay(driveConfig(), options);
+  const MapState first = MapStore::load(folder / "maps", "room", {}).state;
+  const MapState longer = MapStore::load(folder / "maps", "longer", {}).state;
+  const int added = static_cast<int>(stats.localizer.keyframes);
+  EXPECT_EQ(longer.keyframes.size(), first.keyframes.size() + added);
+  EXPECT_LT(added, first.keyframes.size());
+  EXPECT_THAT(longer.in_map, testing::Each(testing::Ne(0)));
+  const Pose2 end = readTrajectory(folder / "first.tum").back().pose;
+  EXPECT_LT(between(end, longer.T_map_base).translation().norm(), 0.03);
+  options.load_map = options.save_map;  // and on
+  options.save_map.clear();
+  EXPECT_LT(replay(driveConfig(), options).localizer.keyframes, first.keyframes.size());
+}
+
+TEST(Replay, SaysInOneLineWhatIsWrongWithAMap) {
+  const Folder folder;
+  ReplayOptions options = beginInMapOf(folder, "second");
+  Config config = driveConfig();
+  const auto refusal = [&] {
+    const std::string text = test::refusalOf([&] { replay(config, options); });
+    EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+    return text;
+  };
+  using testing::HasSubstr;
+  const auto map = options.load_map;
+  options.load_map = folder / "maps/missing";
+  EXPECT_THAT(refusal(), HasSubstr("maps/missing: holds no map"));
+  options.load_map = folder / "first.yaml";
+  EXPECT_THAT(refusal(), HasSubstr("a picture of a map cannot be extended"));
+  options.load_map = map;
+  config.localizer.lidar.T_base_lidar.theta = 0.5;
+  EXPECT_THAT(refusal(), HasSubstr("mend [lidar]"));
+  config = driveConfig();
+  options.load_map.clear();
+  config.mode = "localise";
+  EXPECT_THAT(refusal(), HasSubstr("give --load-map"));
+  config.mode = "slam";
+  options.save_map = folder / "drive.lcm/map";
+  EXPECT_NE(refusal(), "");
+  options.save_map = folder / "maps/a name";
+  EXPECT_THAT(refusal(), HasSubstr("is no name of a map"));
 }
 
 TEST(ReplayStats, NameEveryFieldOfTheContract) {

@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A robot that is carried away, begins in a stored map, or is told where it is: the whole pipeline.
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "support/simulated_robot.hpp"
+#include "support/stored_map.hpp"
+
+namespace slam {
+namespace {
+
+using test::Robot;
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kTold = 0.3;  // [m] a pose that is further off is wrong
+const Pose2 kStart{1.2, 2.5, 0.0}, kInA{2.8, 1.6, 0.0}, kInB{10.2, 2.0, 0.0};
+const Eigen::Vector3d kCircle(0.3, 0.0, 0.5);  // [m/s, m/s, rad/s] free of walls from kInA and kInB
+
+/// A room and a crooked hall with a door between them. In two rooms of one shape half of a scan agrees, and no match is
+/// missed.
+test::Place flat() {
+  test::Place place{.name = "Flat", .low = {0.3, 0.3}, .high = {13.7, 4.7}, .reach = 10.0};
+  test::addWalls(place.world, {{0, 0}, {6, 0}, {16, -3}, {14, 4}, {10, 8}, {6, 5}, {0, 5}});
+  place.world.addWall({6.0, 0.0}, {6.0, 1.9});
+  place.world.addWall({6.0, 3.1}, {6.0, 5.0});
+  place.world.add(sim::Box{1.0, 4.3, 0.0, 1.5, 0.9});
+  place.world.add(sim::Box{4.6, 0.7, 0.4, 1.0, 0.7});
+  place.world.add(sim::Cylinder{9.0, 1.4, 0.3});
+  place.world.add(sim::Box{12.3, 1.5, 0.7, 0.9, 0.6});
+  place.world.add(sim::Box{7.2, 0.6, 0.0, 1.2, 0.6});
+  return place;
+}
+
+/// From the start through both rooms and back.
+void tour(Robot& robot) {
+  robot.run(1.0, {0, 0, 0});
+  for (const double side : {9.1, 1.2, 1.1}) robot.drive(side), robot.turn(kPi / 2);
+  robot.drive(1.2);
+  robot.turn(-kPi / 2);
+  robot.drive(8.0);
+  robot.turn(kPi);
+  robot.drive(1.0);
+}
+
+/// A map of both rooms, made once.
+const MapState& given() {
+  static const MapState map = [] {
+    Robot robot(flat(), kStart);
+    tour(robot);
+    EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
+    EXPECT_LT(robot.error(kStart), 0.05);
+    return robot.map();
+  }();
+  return map;
+}
+
+MapState copyOf(const MapState& map) {
+  MapState copy;
+  copy.keyframes = map.keyframes;
+  copy.in_map = map.in_map;
+  copy.grid = map.grid.clone();
+  copy.grid_keyframes = map.grid_keyframes;
+  copy.T_map_base = map.T_map_base;
+  return copy;
+}
+
+/// A robot that goes on in that map.
+class Kidnapping : public testing::TestWithParam<bool> {
+ protected:
+  Kidnapping() : robot(flat(), kInA, GetParam(), copyOf(given())) {
+    robot.after_scan = [this] {
+      const bool wrong = robot.error(kStart) > kTold;
+      wrong_poses += wrong && robot.state() == LocalisationState::kLocalised;
+      was_lost |= robot.state() == LocalisationState::kLost;
+      if (!robot.localizer->placed()) drawn_while_lost = std::max(drawn_while_lost, robot.mapper.keyframes());
+    };
+  }
+  /// @return whether it was found within a distance
+  bool driveUntilFound(double metres) {
+    for (double driven = 0.0; driven < metres; driven += 0.06) {
+      robot.run(0.2, kCircle);
+      if (robot.localizer->placed() && robot.state() == LocalisationState::kLocalised) return true;
+    }
+    return false;
+  }
+  Robot robot;
+  int wrong_poses = 0;  // that were called good
+  bool was_lost = false;
+  int drawn_while_lost = 0;
+};
+
+TEST_P(Kidnapping, IsNoticedAndTheRobotFoundAgain) {
+  EXPECT_EQ(robot.state(), LocalisationState::kInitialising);
+  ASSERT_TRUE(driveUntilFound(6.0));
+  robot.run(1.3, kCircle);
+  EXPECT_LT(robot.error(kStart), 0.05);
+  const int keyframes = robot.mapper.keyframes();
+
+  robot.truth = kInB;
+  int scans = 0;
+  for (; robot.state() != LocalisationState::kLost && scans < 100; ++scans) robot.run(0.2, {0, 0, 0});
+  EXPECT_LE(scans, robot.localizer->config().keyframe.max_failures + 2);
+  EXPECT_EQ(robot.localizer->counters().lost, 1U);
+  const int first = robot.back_end.keyframes().size();
+  for (int i = 0; i < 4 && !robot.localizer->placed(); ++i) {
+    robot.run(0.2, kCircle);
+    for (int id = first; id < robot.back_end.keyframes().size(); ++id) {
+      EXPECT_EQ(robot.back_end.inMap(id), robot.localizer->placed() && !GetParam()) << id;
+    }
+  }
+  ASSERT_TRUE(driveUntilFound(8.0));
+  EXPECT_LT(robot.error(kStart), 0.05);
+  robot.run(6.7, kCircle);
+  EXPECT_LT(robot.error(kStart), 0.05);
+  EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
+  EXPECT_EQ(robot.localizer->counters().lost, 1U);
+  EXPECT_EQ(robot.back_end.counters().placed, 2);
+  EXPECT_EQ(wrong_poses, 0);
+  EXPECT_EQ(drawn_while_lost, keyframes) << "what an unfound robot sees is not drawn";
+  if (GetParam()) return;
+  EXPECT_GT(robot.mapper.keyframes(), keyframes) << "found, it is drawn";
+  for (int id = 0; id < robot.back_end.keyframes().size(); ++id) EXPECT_TRUE(robot.back_end.inMap(id)) << id;
+}
+
+TEST_P(Kidnapping, APersonWhoIsRightIsBelieved) {
+  ASSERT_TRUE(driveUntilFound(6.0));
+  robot.truth = kInB;
+  robot.run(0.4, kCircle);
+  robot.localizer->setPose(between(kStart, robot.truth) * Pose2{0.2, -0.1, 0.1}, {0.2, 0.2, 0.1});
+  robot.run(3.3, kCircle);
+  EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
+  EXPECT_LT(robot.error(kStart), 0.05);
+  EXPECT_EQ(robot.back_end.counters().placed, 2);
+}
+
+TEST_P(Kidnapping, APersonWhoIsWrongIsOverruled) {
+  ASSERT_TRUE(driveUntilFound(6.0));
+  robot.localizer->setPose(between(kStart, robot.truth) * Pose2{3.0, 0.2, 0.0}, {0.2, 0.2, 0.1});
+  for (int i = 0; i < 40 && !was_lost; ++i) robot.run(0.2, kCircle);
+  EXPECT_TRUE(was_lost) << "the map says otherwise";
+  wrong_poses = 0;  // until then the person's word counted
+  ASSERT_TRUE(driveUntilFound(8.0));
+  EXPECT_LT(robot.error(kStart), 0.05);
+  robot.run(5.0, kCircle);
+  EXPECT_LT(robot.error(kStart), 0.05);
+  EXPECT_EQ(wrong_poses, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(InModes, Kidnapping, testing::Bool(),
+                         [](const auto& mode) { return mode.param ? "Localise" : "Slam"; });
+
+/// The flat, and a yard elsewhere that no map knows.
+test::Place withUnknownYard() {
+  test::Place place = flat();
+  test::addWalls(place.world, {{20, -10}, {38, -8}, {36, 9}, {24, 12}, {19, 4}});
+  place.world.add(sim::Box{31.0, 2.0, 0.5, 1.5, 1.0});
+  place.world.add(sim::Box{26.0, -4.0, 0.2, 2.0, 0.6});
+  place.world.add(sim::Box{27.5, 4.5, 1.0, 3.0, 0.5});
+  place.world.add(sim::Cylinder{24.5, 0.5, 0.3});
+  return place;
+}
+
+TEST(KidnappedRobot, IsLostWhereTheMapKnowsNothing) {
+  Robot robot(withUnknownYard(), kInA, false, copyOf(given()));
+  robot.run(20.0, kCircle);
+  ASSERT_EQ(robot.state(), LocalisationState::kLocalised);
+  const int first = robot.back_end.keyframes().size(), drawn = robot.mapper.keyframes();
+  const OccupancyGrid grid = robot.mapper.grid().clone();
+  robot.truth = {28.0, 0.0, 0.3};
+  robot.run(3.0, {0, 0, 0});
+  robot.after_scan = [&] { ASSERT_EQ(robot.state(), LocalisationState::kLost); };
+  robot.run(12.0, kCircle);
+  EXPECT_GT(robot.back_end.keyframes().size(), first + 2);
+  for (int id = first; id < robot.back_end.keyframes().size(); ++id) EXPECT_FALSE(robot.back_end.inMap(id)) << id;
+  EXPECT_EQ(robot.mapper.keyframes(), drawn);
+  EXPECT_TRUE(test::sameCells(robot.mapper.grid(), grid)) << "what an unfound robot sees is not drawn";
+}
+
+TEST(KidnappedRobot, IsBelievedWhereTheMapKnowsNothing) {
+  Robot robot(withUnknownYard(), kStart);
+  robot.run(1.0, {0, 0, 0});
+  robot.drive(8.0);
+  robot.truth = {28.0, 0.0, 0.3};
+  robot.localizer->setPose(between(kStart, robot.truth), {0.2, 0.2, 0.1});
+  robot.drive(2.0);
+  EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
+  EXPECT_LT(robot.error(kStart), 0.1);
+  EXPECT_EQ(robot.back_end.counters().placed, 1);
+  const int newest = robot.back_end.keyframes().size() - 1;
+  EXPECT_TRUE(robot.back_end.inMap(newest));
+  const Eigen::Vector2d here = between(kStart, robot.truth).translation();
+  EXPECT_LT(robot.mapper.grid().logOdds(robot.mapper.grid().cellAt(here)), 0) << "the yard is drawn";
+}
+
+TEST(KidnappedRobot, MayBeToldItsPoseInAnEmptyMap) {
+  Robot robot(flat(), kStart);
+  robot.localizer->setPose({1.0, 2.0, 0.0}, {0.2, 0.2, 0.1});
+  robot.run(1.0, {0, 0, 0});
+  robot.drive(4.0);
+  EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
+  EXPECT_LT(robot.error(kStart * Pose2{1.0, 2.0, 0.0}.inverse()), 0.1);
+  EXPECT_TRUE(robot.back_end.inMap(0));
+  EXPECT_GT(robot.mapper.keyframes(), 5);
+}
+
+TEST(GivenMap, StaysAsItIsWhateverTheRobotMeets) {
+  test::Place place = flat();
+  place.world.add(sim::Box{4.2, 4.2, 0.4, 0.8, 0.6});  // put there since
+  Robot robot(place, kInA, true, copyOf(given()));
+  robot.run(20.0, kCircle);
+  EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
+  for (const Pose2& thrown : {kInB, kInA, kInB}) {
+    robot.truth = thrown;
+    robot.run(20.0, kCircle);
+  }
+  robot.localizer->setPose({0.0, 0.0, 1.0}, {0.2, 0.2, 0.1});
+  robot.run(4.0, kCircle);
+  EXPECT_GE(robot.localizer->counters().lost, 4U);
+
+  const MapState after = robot.map();
+  MapState part;
+  const int size = given().keyframes.size();
+  for (int id = 0; id < size; ++id) part.keyframes.add(after.keyframes.scan(id), after.keyframes.pose(id));
+  for (const Edge& edge : after.keyframes.graph().edges()) {
+    if (edge.from < size && edge.to < size) part.keyframes.graph().addEdge(edge);
+  }
+  part.in_map.assign(after.in_map.begin(), after.in_map.begin() + size);
+  part.T_map_base = given().T_map_base;
+  EXPECT_EQ(test::differenceOf(part, given()), "");
+  EXPECT_TRUE(test::sameCells(after.grid, given().grid));
+  EXPECT_EQ(robot.mapper.keyframes(), size);
+  EXPECT_EQ(robot.back_end.generation(), 0);
+}
+
+}  // namespace
+}  // namespace slam

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "store/durable_file.hpp"
+
+#include <csignal>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <string>
+
+#include "support/file_size_limit.hpp"
+#include "tools/files.hpp"
+
+namespace slam {
+namespace {
+
+using test::contentOf;
+using test::FileSizeLimit;
+using test::Folder;
+using test::refusalOf;
+
+TEST(DurableFile, ReadsBackWhatItWrote) {
+  const Folder folder;
+  std::string all;
+  for (int i = 0; i < 256; ++i) all += static_cast<char>(i);
+  for (const std::string& content : {all, std::string(), std::string(1 << 20, 'x'), std::string("short")}) {
+    writeDurably(folder / "file", content);  // over the one before
+    EXPECT_TRUE(readFile(folder / "file") == content);
+  }
+  syncFolder(folder / "");
+}
+
+TEST(DurableFile, NamesFileAndReason) {
+  const Folder folder;
+  folder.write("file", "x");
+  using testing::HasSubstr;
+  EXPECT_THAT(refusalOf([&] { readFile(folder / "missing"); }), HasSubstr("missing: cannot read: No such file"));
+  EXPECT_THAT(refusalOf([&] { readFile(folder / ""); }), HasSubstr("cannot read"));
+  EXPECT_THAT(refusalOf([&] { writeDurably(folder / "no/file", "x"); }), HasSubstr("no/file: cannot open: No such"));
+  EXPECT_THAT(refusalOf([&] { AppendFile(folder / "no/file", 0); }), HasSubstr("cannot open"));
+  EXPECT_THAT(refusalOf([&] { syncFolder(folder / "file"); }), HasSubstr("Not a directory"));
+}
+
+TEST(DurableFile, SaysThatTheDiskIsFull) {
+  const Folder folder;
+  const FileSizeLimit limit(1000);
+  EXPECT_THAT(refusalOf([&] { writeDurably(folder / "file", std::string(1001, 'x')); }),
+              testing::HasSubstr("cannot write: File too large"));
+}
+
+TEST(DurableFile, ChecksumsAsZlibDoes) {
+  EXPECT_EQ(crc32Of(""), 0U);
+  EXPECT_EQ(crc32Of("123456789"), 0xCBF43926U);
+}
+
+TEST(AppendFile, GoesOnBehindWhatIsToBeKept) {
+  const Folder folder;
+  {
+    AppendFile file(folder / "file", 0);
+    file.append("one ");
+    file.append("two ");
+    file.sync();
+  }
+  EXPECT_EQ(contentOf(folder / "file"), "one two ");
+  AppendFile(folder / "file", 4).append("three");
+  EXPECT_EQ(contentOf(folder / "file"), "one three");
+  AppendFile(folder / "file", 0).append("new");
+  EXPECT_EQ(contentOf(folder / "file"), "new");
+}
+
+TEST(AppendFile, TakesBackTheHalfThatFitted) {
+  const Folder folder;
+  AppendFile file(folder / "file", 0);
+  file.append(std::string(700, 'a'));
+  {
+    const FileSizeLimit limit(1000);
+    EXPECT_THROW(file.append(std::string(700, 'b')), std::runtime_error);
+    EXPECT_EQ(contentOf(folder / "file"), std::string(700, 'a'));
+    file.append("c");  // there is room for that
+  }
+  file.append("d");
+  EXPECT_EQ(contentOf(folder / "file"), std::string(700, 'a') + "cd");
+}
+
+}  // namespace
+}  // namespace slam

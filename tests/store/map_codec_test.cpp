@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "store/map_codec.hpp"
+
+#include <cmath>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <limits>
+#include <random>
+#include <zlib.h>
+
+#include "support/stored_map.hpp"
+#include "tools/files.hpp"
+
+namespace slam {
+namespace {
+
+using test::ChangingMap;
+using test::refusalOf;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+MapState decoded(const MapState& map) {
+  MapState back;
+  decodeKeyframes(encodeKeyframes(map), back);
+  decodeEdges(encodeEdges(map), back);
+  decodeState(encodeState(map), back);
+  back.grid = decodeGrid(encodeGrid(map.grid), {});
+  return back;
+}
+
+/// A grid's bytes as anybody may write them.
+std::string packed(const std::string& raw, std::uint64_t claimed, double resolution = 0.1) {
+  std::string compressed(::compressBound(raw.size()), '\0');
+  uLongf size = compressed.size();
+  ::compress(reinterpret_cast<Bytef*>(compressed.data()), &size, reinterpret_cast<const Bytef*>(raw.data()),
+             raw.size());
+  compressed.resize(size);
+  BinaryWriter out;
+  out.put(resolution);
+  out.put(claimed);
+  out.putBytes(compressed);
+  return out.take();
+}
+
+std::string tileAt(int column, int row) {
+  BinaryWriter out;
+  out.put(std::int32_t{column});
+  out.put(std::int32_t{row});
+  for (int i = 0; i < OccupancyGrid::kTileSide * OccupancyGrid::kTileSide; ++i) out.put(LogOdds{100});
+  return out.take();
+}
+
+TEST(MapCodec, GivesBackTheMap) {
+  ChangingMap changing(6);
+  changing.addKeyframe(false);
+  changing.map.keyframes.graph().revoke(5);
+  changing.map.T_map_base = {-1.0 / 3.0, 1e-9, -3.0};
+  changing.map.gyro_bias = -1.23456789012345e-5;
+  const MapState back = decoded(changing.map);
+  EXPECT_EQ(test::differenceOf(changing.map, back), "");
+  EXPECT_EQ(back.grid_keyframes, changing.map.grid_keyframes);
+  EXPECT_TRUE(test::sameCells(changing.map.grid, back.grid));
+}
+
+TEST(MapCodec, GivesBackAnEmptyMap) {
+  MapState empty;
+  const MapState back = decoded(empty);
+  EXPECT_EQ(test::differenceOf(empty, back), "");
+  EXPECT_EQ(back.grid.tiles().tileCount(), 0);
+}
+
+TEST(MapCodec, KeepsTilesOnAllSidesOfTheOrigin) {
+  OccupancyGrid grid(test::smallGrid());
+  const std::vector<CellIndex> cells = {{-1, -1}, {0, 0}, {63, 64}, {-64, -65}, {-300, 500}};
+  for (const CellIndex& cell : cells) grid.set(cell, static_cast<LogOdds>(cell.column - 7));
+  EXPECT_TRUE(test::sameCells(grid, decodeGrid(encodeGrid(grid), {})));
+}
+
+TEST(MapCodec, RefusesEveryPartThatIsCutOff) {
+  ChangingMap changing;
+  const auto refuses = [](const std::string& bytes, auto&& decode) {
+    for (std::size_t size = 0; size < bytes.size(); ++size) {
+      EXPECT_THROW(decode(std::string_view(bytes).substr(0, size)), std::runtime_error) << size;
+    }
+  };
+  refuses(encodeKeyframes(changing.map), [](std::string_view bytes) {
+    MapState map;
+    decodeKeyframes(bytes, map);
+  });
+  refuses(encodeEdges(changing.map), [&](std::string_view bytes) {
+    MapState map = changing.copy();
+    decodeEdges(bytes, map);
+  });
+  refuses(encodeGrid(changing.map.grid), [](std::string_view bytes) { decodeGrid(bytes, {}); });
+}
+
+TEST(MapCodec, RefusesNumbersThatAreNotFinite) {
+  ChangingMap changing(2);
+  MapState bad = changing.copy(), into;
+  bad.keyframes.graph().setPose(1, {0.0, kNan, 0.0});
+  EXPECT_THAT(refusalOf([&] { decodeKeyframes(encodeKeyframes(bad), into); }), testing::HasSubstr("not finite"));
+  Edge edge;
+  edge.to = 1;
+  edge.information(2, 2) = std::numeric_limits<double>::infinity();
+  changing.map.keyframes.graph().addEdge(edge);
+  EXPECT_THAT(refusalOf([&] { decodeEdges(encodeEdges(changing.map), bad); }), testing::HasSubstr("not finite"));
+  bad.gyro_bias = kNan;
+  EXPECT_THROW(decodeState(encodeState(bad), into), std::runtime_error);
+  EXPECT_THROW(decodeGrid(packed(tileAt(0, 0), tileAt(0, 0).size(), kNan), {}), std::runtime_error);
+}
+
+TEST(MapCodec, RefusesEdgesAndPosesOfKeyframesThatAreNotThere) {
+  const ChangingMap changing(4);
+  for (const auto& [from, to] : {std::pair{0, 4}, {-1, 0}, {2, 2}, {4, 0}, {0, 1 << 30}}) {
+    BinaryWriter out;
+    Edge edge;
+    edge.from = from;
+    edge.to = to;
+    encodeEdge(out, edge);
+    MapState map = changing.copy();
+    BinaryReader in(out.bytes());
+    EXPECT_THROW(decodeEdge(in, map), std::runtime_error) << from << " to " << to;
+  }
+  BinaryWriter out;
+  encodePoses(out, std::vector<Pose2>(5));
+  MapState map = changing.copy();
+  BinaryReader in(out.bytes());
+  EXPECT_THROW(decodePoses(in, map), std::runtime_error);
+}
+
+TEST(MapCodec, TakesNoMoreMemoryThanTheBytesAreWorth) {
+  const std::string tile = tileAt(0, 0);
+  EXPECT_NO_THROW(decodeGrid(packed(tile, tile.size()), {}));
+  EXPECT_THROW(decodeGrid(packed(tile, 2 * tile.size()), {}), std::runtime_error);
+  EXPECT_THROW(decodeGrid(packed(tile, tile.size() << 18), {}), std::runtime_error) << "gigabytes claimed";
+  EXPECT_THROW(decodeGrid(packed(tile, std::numeric_limits<std::uint64_t>::max()), {}), std::runtime_error);
+  const std::string far = tileAt(-(1 << 20), -(1 << 20)) + tileAt(1 << 20, 1 << 20);
+  EXPECT_THROW(decodeGrid(packed(far, far.size()), {}), std::runtime_error) << "a directory of terabytes";
+  const std::string farther = tileAt(std::numeric_limits<int>::min(), 0);
+  EXPECT_THROW(decodeGrid(packed(farther, farther.size()), {}), std::runtime_error);
+}
+
+TEST(MapCodec, RefusesAStateThatSaysTooLittle) {
+  const std::string whole = encodeState(ChangingMap().map);
+  MapState map;
+  for (const char* key : {"T_map_base", "utime", "gyro_bias", "T_base_lidar", "lidar_range_max", "grid_keyframes"}) {
+    std::string text = whole;
+    text.insert(text.find(std::string("\n").append(key)) + 1, "other_");
+    EXPECT_THAT(refusalOf([&] { decodeState(text, map); }), testing::HasSubstr(key));
+  }
+  for (const char* text : {"utime = ", "utime = [", "= 3", "T_map_base = [1.0, 2.0]"}) {
+    EXPECT_THROW(decodeState(text, map), std::runtime_error) << text;
+  }
+}
+
+TEST(MapCodec, SurvivesGarbage) {
+  ChangingMap changing;
+  const std::string parts[] = {encodeKeyframes(changing.map), encodeEdges(changing.map), encodeGrid(changing.map.grid),
+                               encodeState(changing.map)};
+  std::mt19937 random(11);
+  std::uniform_int_distribution<int> byte(0, 255), length(0, 300), kind(0, 2);
+  for (int round = 0; round < 3000; ++round) {
+    const std::size_t part = static_cast<std::size_t>(round) % 4;
+    std::string bytes = parts[part];
+    switch (kind(random)) {
+      case 0:  // nothing but noise
+        bytes.resize(static_cast<std::size_t>(length(random)));
+        for (char& c : bytes) c = static_cast<char>(byte(random));
+        break;
+      case 1:  // a few bytes flipped
+        for (int i = 0; i < 4; ++i)
+          bytes[std::uniform_int_distribution<std::size_t>(0, bytes.size() - 1)(random)] =
+              static_cast<char>(byte(random));
+        break;
+      default:  // the count, which comes first
+        for (std::size_t i = 0; i < 16; ++i)
+          bytes[i] = static_cast<char>(byte(random) & (byte(random) > 128 ? 0xFF : 0));
+    }
+    try {
+      MapState map = changing.copy();
+      if (part == 0) decodeKeyframes(bytes, map);
+      if (part == 1) decodeEdges(bytes, map);
+      if (part == 2) decodeGrid(bytes, {});
+      if (part == 3) decodeState(bytes, map);
+      for (const Edge& edge : map.keyframes.graph().edges()) {
+        ASSERT_LT(std::max(edge.from, edge.to), map.keyframes.size());
+        ASSERT_TRUE(edge.information.allFinite());
+      }
+      for (const Pose2& pose : map.keyframes.graph().poses()) ASSERT_TRUE(std::isfinite(pose.x + pose.y + pose.theta));
+      ASSERT_TRUE(std::isfinite(map.gyro_bias));
+    } catch (const std::runtime_error& refusal) {
+      ASSERT_NE(std::string(refusal.what()), "");
+    }
+  }
+}
+
+}  // namespace
+}  // namespace slam

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "store/map_journal.hpp"
+
+#include <functional>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <vector>
+
+#include "support/file_size_limit.hpp"
+#include "support/stored_map.hpp"
+#include "tools/files.hpp"
+
+namespace slam {
+namespace {
+
+using test::ChangingMap;
+using test::contentOf;
+using test::differenceOf;
+using test::Folder;
+
+/// What may happen to a map between two writings.
+const std::vector<std::function<void(ChangingMap&)>> kChanges = {
+    [](ChangingMap& m) { m.addKeyframe(true); },
+    [](ChangingMap& m) { m.touch(); },
+    [](ChangingMap& m) {
+      m.addKeyframe(true);
+      m.addKeyframe(true);
+      m.closeLoop(1, 5);
+      m.move();
+    },
+    [](ChangingMap& m) { m.map.keyframes.graph().revoke(3); },
+    [](ChangingMap& m) { m.addKeyframe(false), m.addKeyframe(false); },
+    [](ChangingMap& m) { m.map.keyframes.graph().restore(3); },
+    [](ChangingMap& m) {  // found, and lost again before it was written
+      m.map.in_map[7] = m.map.in_map[8] = 1;
+      m.addKeyframe(false);
+      m.move();
+    },
+    [](ChangingMap& m) { m.map.in_map[9] = 1, m.touch(); },
+};
+
+/// A journal of these changes and the map as it was at its begin and after each record.
+struct Written {
+  explicit Written(const std::filesystem::path& file) {
+    ChangingMap changing;
+    MapJournal journal(file, changing.map);
+    sizes.push_back(std::filesystem::file_size(file));
+    states.push_back(changing.copy());
+    for (const auto& change : kChanges) {
+      change(changing);
+      journal.append(changing.map);
+      sizes.push_back(std::filesystem::file_size(file));
+      states.push_back(changing.copy());
+    }
+    journal.sync();
+  }
+  MapState base() const { return ChangingMap().copy(); }
+  std::vector<std::uintmax_t> sizes;
+  std::vector<MapState> states;
+};
+
+TEST(MapJournal, LeadsFromTheCheckpointToTheMap) {
+  const Folder folder;
+  const Written written(folder / "journal");
+  MapState map = written.base();
+  const auto replayed = MapJournal::replay(folder / "journal", map);
+  EXPECT_EQ(differenceOf(map, written.states.back()), "");
+  EXPECT_FALSE(replayed.torn);
+  EXPECT_TRUE(replayed.moved);
+  EXPECT_EQ(replayed.records, static_cast<int>(kChanges.size()) + 1);
+}
+
+TEST(MapJournal, CutAnywhereItYieldsAllThatWasWrittenBefore) {
+  const Folder folder;
+  const Written written(folder / "journal");
+  const std::string whole = contentOf(folder / "journal");
+  std::size_t intact = 0;
+  for (std::size_t size = 0; size <= whole.size(); ++size) {
+    while (intact < written.sizes.size() && written.sizes[intact] <= size) ++intact;
+    folder.write("cut", whole.substr(0, size));
+    MapState map = written.base();
+    const auto replayed = MapJournal::replay(folder / "cut", map);
+    ASSERT_EQ(differenceOf(map, written.states[intact == 0 ? 0 : intact - 1]), "") << size;
+    ASSERT_EQ(replayed.records, static_cast<int>(intact)) << size;
+    ASSERT_EQ(replayed.torn, size != 0 && (intact == 0 || size != written.sizes[intact - 1])) << size;
+  }
+}
+
+TEST(MapJournal, OneFlippedByteCutsItOffThere) {
+  const Folder folder;
+  const Written written(folder / "journal");
+  const std::string whole = contentOf(folder / "journal");
+  std::size_t record = 0;
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    while (written.sizes[record] <= at) ++record;
+    for (const char flip : {'\x01', '\x40', '\xFF'}) {
+      std::string damaged = whole;
+      damaged[at] = static_cast<char>(damaged[at] ^ flip);
+      folder.write("damaged", damaged);
+      MapState map = written.base();
+      const auto replayed = MapJournal::replay(folder / "damaged", map);
+      ASSERT_EQ(differenceOf(map, written.states[record == 0 ? 0 : record - 1]), "") << at;
+      ASSERT_TRUE(replayed.torn) << at;
+      ASSERT_EQ(replayed.records, static_cast<int>(record)) << at;
+    }
+  }
+}
+
+TEST(MapJournal, TakesNothingThatStandsBehindDamage) {
+  const Folder folder;
+  const Written written(folder / "journal");
+  std::string content = contentOf(folder / "journal");
+  content.insert(written.sizes[3], "x");
+  folder.write("damaged", content);
+  MapState map = written.base();
+  EXPECT_EQ(MapJournal::replay(folder / "damaged", map).records, 4);
+  EXPECT_EQ(differenceOf(map, written.states[3]), "");
+}
+
+TEST(MapJournal, ContinuesNoOtherMap) {
+  const Folder folder;
+  const Written written(folder / "journal");
+  ChangingMap longer(5), moved, undone;
+  moved.move();
+  undone.map.keyframes.graph().revoke(1);
+  for (const ChangingMap* other : {&longer, &moved, &undone}) {
+    MapState map = other->copy();
+    const auto replayed = MapJournal::replay(folder / "journal", map);
+    EXPECT_EQ(replayed.records, 0);
+    EXPECT_TRUE(replayed.torn);
+    EXPECT_EQ(differenceOf(map, other->map), "");
+  }
+}
+
+TEST(MapJournal, LeavesItToTheGridWhatItShows) {
+  const Folder folder;
+  ChangingMap changing;
+  MapJournal journal(folder / "journal", changing.map);
+  changing.addKeyframe(true);
+  changing.touch();
+  changing.map.grid_keyframes = changing.map.keyframes.size();
+  journal.append(changing.map);
+  MapState map = ChangingMap().copy();
+  EXPECT_FALSE(MapJournal::replay(folder / "journal", map).moved);
+  EXPECT_EQ(map.keyframes.size(), 5);
+  EXPECT_EQ(map.grid_keyframes, 4) << "the stored grid does not show the new one";
+}
+
+TEST(MapJournal, HasTheGridDrawnAnewForASegmentThatWasFound) {
+  const Folder folder;
+  ChangingMap changing;
+  changing.addKeyframe(false);
+  MapState map = changing.copy();
+  MapJournal journal(folder / "journal", changing.map);
+  changing.map.in_map[4] = 1;
+  journal.append(changing.map);
+  EXPECT_TRUE(MapJournal::replay(folder / "journal", map).moved);
+  EXPECT_EQ(differenceOf(map, changing.map), "");
+}
+
+TEST(MapJournal, WritesNothingWhereNothingChanged) {
+  const Folder folder;
+  ChangingMap changing;
+  MapJournal journal(folder / "journal", changing.map);
+  changing.addKeyframe(true);
+  journal.append(changing.map);
+  const auto size = std::filesystem::file_size(folder / "journal");
+  journal.append(changing.map);
+  EXPECT_EQ(std::filesystem::file_size(folder / "journal"), size);
+}
+
+TEST(MapJournal, WritesLaterWhatTheFullDiskRefused) {
+  const Folder folder;
+  ChangingMap changing;
+  MapJournal journal(folder / "journal", changing.map);
+  changing.addKeyframe(true);
+  journal.append(changing.map);
+  {
+    const test::FileSizeLimit limit(std::filesystem::file_size(folder / "journal") + 50);
+    changing.addKeyframe(false);
+    changing.closeLoop(0, 5);
+    EXPECT_THROW(journal.append(changing.map), std::runtime_error);
+    changing.map.in_map[5] = 1;
+    changing.move();
+    EXPECT_THROW(journal.append(changing.map), std::runtime_error);
+  }
+  changing.addKeyframe(true);
+  journal.append(changing.map);
+  MapState map = ChangingMap().copy();
+  EXPECT_FALSE(MapJournal::replay(folder / "journal", map).torn);
+  EXPECT_EQ(differenceOf(map, changing.map), "");
+}
+
+}  // namespace
+}  // namespace slam

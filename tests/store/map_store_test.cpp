@@ -1,0 +1,445 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "store/map_store.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <optional>
+#include <vector>
+
+#include "mapping/map_files.hpp"
+#include "support/file_size_limit.hpp"
+#include "support/stored_map.hpp"
+#include "tools/files.hpp"
+
+namespace slam {
+namespace {
+
+namespace fs = std::filesystem;
+using test::ChangingMap;
+using test::contentOf;
+using test::differenceOf;
+using test::Folder;
+using test::refusalOf;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+const OccupancyGridConfig kGrid = test::smallGrid();
+
+/// A map of two generations, each with a journal, and the map as it was at each writing.
+class Drive {
+ public:
+  explicit Drive(const fs::path& directory, const std::string& name = "home") : store(directory, name) {
+    checkpoint();
+    changing.addKeyframe(true);
+    append();
+    changing.addKeyframe(false);
+    changing.closeLoop(0, 3);
+    append();
+    changing.map.in_map.back() = 1;
+    changing.move();
+    changing.addKeyframe(true);
+    changing.touch();
+    checkpoint();  // also the journal's last record
+    changing.addKeyframe(true);
+    changing.map.keyframes.graph().revoke(2);
+    append();
+    changing.addKeyframe(false);
+    changing.touch();
+    append();
+  }
+  void checkpoint() {
+    changing.map.grid = test::drawn(changing.map);
+    changing.map.grid_keyframes = changing.map.keyframes.size();
+    store.checkpoint(changing.map);
+    states.push_back(changing.copy());
+  }
+  void append() {
+    store.append(changing.map);
+    store.sync();
+    states.push_back(changing.copy());
+  }
+  /// Which of the states it is; -1: none, so that it is made up.
+  int find(const MapState& map) const {
+    for (std::size_t i = states.size(); i-- > 0;) {
+      if (differenceOf(map, states[i]).empty()) return static_cast<int>(i);
+    }
+    return -1;
+  }
+
+  MapStore store;
+  ChangingMap changing;
+  std::vector<MapState> states;
+};
+constexpr int kFirst = 0, kSecond = 3, kLast = 5;  // states: of generation 1, of generation 2, of all
+
+const char* const kFiles[] = {"keyframes.bin", "graph.bin", "grid.bin", "state.toml", "MANIFEST"};
+
+/// Calls body() for each byte of a file with that byte flipped, and mends the file.
+template <typename Body>
+void forEachFlip(const fs::path& file, Body&& body) {
+  const std::string whole = contentOf(file);
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    for (const char flip : {'\x01', '\x08', '\xFF'}) {
+      std::string damaged = whole;
+      damaged[at] = static_cast<char>(damaged[at] ^ flip);
+      std::ofstream(file, std::ios::binary) << damaged;
+      body(file.filename().string() + " byte " + std::to_string(at));
+      if (testing::Test::HasFatalFailure()) return;
+    }
+  }
+  std::ofstream(file, std::ios::binary) << whole;
+}
+
+void damage(const fs::path& file) {
+  std::string content = contentOf(file);
+  content.at(content.size() / 2) ^= '\x10';
+  std::ofstream(file, std::ios::binary) << content;
+}
+
+/// The grid shows the keyframes that are said to be drawn.
+void expectGridOf(const LoadedMap& loaded) {
+  Mapper mapper(kGrid);
+  mapper.load(scansOf(loaded.state), loaded.state.grid.clone(), loaded.state.grid_keyframes);
+  EXPECT_TRUE(test::sameCells(mapper.grid(), test::drawn(loaded.state)));
+}
+
+bool oneSentence(const std::string& text) { return !text.empty() && text.find('\n') == std::string::npos; }
+
+TEST(MapStore, LoadsWhatWasWrittenLast) {
+  const Folder folder;
+  const Drive drive(folder / "");
+  const LoadedMap loaded = MapStore::load(folder / "", "home", kGrid);
+  EXPECT_EQ(drive.find(loaded.state), kLast) << differenceOf(loaded.state, drive.states.back());
+  EXPECT_EQ(loaded.generation, 2);
+  EXPECT_THAT(loaded.remarks, IsEmpty());
+  expectGridOf(loaded);
+}
+
+TEST(MapStore, LoadsTheSameFromTheGenerationBeforeAndBothJournals) {
+  for (const char* file : {"keyframes.bin", "graph.bin", "state.toml", "MANIFEST"}) {
+    const Folder folder;
+    const Drive drive(folder / "");
+    damage(folder / "home/000002" / file);
+    const LoadedMap loaded = MapStore::load(folder / "", "home", kGrid);
+    EXPECT_EQ(drive.find(loaded.state), kLast) << file;
+    EXPECT_EQ(loaded.generation, 1);
+    ASSERT_EQ(loaded.remarks.size(), 1U);
+    EXPECT_THAT(loaded.remarks[0], AllOf(HasSubstr(file), HasSubstr("used generation 1 instead")));
+    expectGridOf(loaded);
+  }
+}
+
+TEST(MapStore, LosesNothingByAFlippedByteInTheNewestGeneration) {
+  const Folder folder;
+  const Drive drive(folder / "");
+  for (const char* name : kFiles) {
+    const bool grid = std::string(name) == "grid.bin", manifest = std::string(name) == "MANIFEST";
+    forEachFlip(folder / "home/000002" / name, [&](const std::string& where) {
+      std::optional<LoadedMap> loaded;
+      const std::string refusal = refusalOf([&] { loaded = MapStore::load(folder / "", "home", kGrid); });
+      if (!loaded) {
+        ASSERT_TRUE(manifest) << where << ": " << refusal;
+        ASSERT_THAT(refusal, HasSubstr("newer slamd")) << where;
+        ASSERT_TRUE(oneSentence(refusal)) << refusal;
+        return;
+      }
+      ASSERT_EQ(drive.find(loaded->state), kLast) << where;
+      if (!manifest) {
+        ASSERT_EQ(loaded->remarks.size(), 1U) << where;
+      }
+      ASSERT_EQ(loaded->generation, grid || loaded->remarks.empty() ? 2 : 1) << where;
+      if (loaded->remarks.empty()) return;
+      ASSERT_TRUE(test::sameCells(loaded->state.grid, test::drawn(loaded->state))) << where;
+    });
+  }
+}
+
+TEST(MapStore, LosesNothingByAFlippedByteInTheGenerationBefore) {
+  const Folder folder;
+  const Drive drive(folder / "");
+  const auto unchanged = [&](const std::string& where) {
+    const LoadedMap loaded = MapStore::load(folder / "", "home", kGrid);
+    ASSERT_EQ(drive.find(loaded.state), kLast) << where;
+    ASSERT_THAT(loaded.remarks, IsEmpty()) << where;
+  };
+  for (const char* name : kFiles) forEachFlip(folder / "home/000001" / name, unchanged);
+  forEachFlip(folder / "home/000001.journal", unchanged);
+}
+
+TEST(MapStore, LosesOnlyTheJournalsEndByAFlippedByteInIt) {
+  const Folder folder;
+  const Drive drive(folder / "");
+  forEachFlip(folder / "home/000002.journal", [&](const std::string& where) {
+    const LoadedMap loaded = MapStore::load(folder / "", "home", kGrid);
+    const int state = drive.find(loaded.state);
+    ASSERT_TRUE(state >= kSecond && state < kLast) << where;
+    ASSERT_EQ(loaded.remarks.size(), 1U) << where;
+    ASSERT_THAT(loaded.remarks[0], HasSubstr("cut off")) << where;
+  });
+  damage(folder / "home/000002/graph.bin");
+  forEachFlip(folder / "home/000001.journal", [&](const std::string& where) {
+    const LoadedMap loaded = MapStore::load(folder / "", "home", kGrid);
+    const int state = drive.find(loaded.state);
+    ASSERT_TRUE(state >= kFirst && state < kSecond) << where;
+    ASSERT_EQ(loaded.remarks.size(), 2U) << where;
+  });
+}
+
+TEST(MapStore, SaysInOneSentenceThatNoGenerationIsIntact) {
+  const Folder folder;
+  const Drive drive(folder / "");
+  damage(folder / "home/000002/keyframes.bin");
+  for (const char* name : {"keyframes.bin", "graph.bin", "state.toml", "MANIFEST"}) {
+    forEachFlip(folder / "home/000001" / name, [&](const std::string& where) {
+      std::optional<LoadedMap> loaded;
+      const std::string refusal = refusalOf([&] { loaded = MapStore::load(folder / "", "home", kGrid); });
+      if (loaded) {  // of its last byte, a line's end, nothing depends
+        ASSERT_EQ(drive.find(loaded->state), kLast) << where;
+      } else {
+        ASSERT_TRUE(oneSentence(refusal)) << refusal;
+        ASSERT_THAT(refusal, AllOf(HasSubstr((folder / "home").string()))) << where;
+      }
+    });
+  }
+}
+
+TEST(MapStore, ReadsAMapWhoseJournalIsCutAnywhere) {
+  const Folder folder;
+  const Drive drive(folder / "");
+  const std::string whole = contentOf(folder / "home/000002.journal");
+  int before = kSecond;
+  for (std::size_t size = 0; size <= whole.size(); ++size) {
+    folder.write("home/000002.journal", whole.substr(0, size));
+    const int state = drive.find(MapStore::load(folder / "", "home", kGrid).state);
+    ASSERT_GE(state, before) << size;
+    before = state;
+  }
+  EXPECT_EQ(before, kLast);
+}
+
+TEST(MapStore, GoesBehindAGenerationWithAFileMissing) {
+  for (const char* name : kFiles) {
+    const Folder folder;
+    const Drive drive(folder / "");
+    fs::remove(folder / "home/000002" / name);
+    const LoadedMap loaded = MapStore::load(folder / "", "home", kGrid);
+    EXPECT_EQ(drive.find(loaded.state), kLast) << name;
+    EXPECT_EQ(loaded.remarks.size(), 1U);
+    expectGridOf(loaded);
+  }
+}
+
+TEST(MapStore, LosesNothingByACheckpointThatWasInterrupted) {
+  const Folder folder;
+  Drive drive(folder / "");
+  const fs::path map = folder / "home";
+  const auto expectAll = [&](const std::string& stage) {
+    const LoadedMap loaded = MapStore::load(folder / "", "home", kGrid);
+    EXPECT_EQ(drive.find(loaded.state), kLast) << stage;
+    EXPECT_THAT(loaded.remarks, IsEmpty()) << stage;
+  };
+  fs::create_directory(map / "writing");
+  expectAll("begun");
+  for (const char* name : kFiles) {
+    const std::string content = contentOf(map / "000002" / name);
+    folder.write(std::string("home/writing/") + name, content.substr(0, content.size() / 2));
+    expectAll(std::string("half of ") + name);
+    folder.write(std::string("home/writing/") + name, content);
+    expectAll(std::string("all of ") + name);
+  }
+  // Renamed, and the power went before the journal was there; the other way round; with a torn journal.
+  for (const bool renamed : {true, false}) {
+    const Folder copy;
+    fs::copy(map, copy / "home", fs::copy_options::recursive);
+    MapStore next(copy / "", "home");
+    drive.changing.map.grid = test::drawn(drive.changing.map);
+    next.checkpoint(drive.changing.map);
+    renamed ? fs::remove(copy / "home/000003.journal") : fs::remove_all(copy / "home/000003") > 0;
+    if (!renamed) {
+      fs::copy(map / "000001", copy / "home/000001", fs::copy_options::recursive | fs::copy_options::skip_existing);
+    }
+    const LoadedMap loaded = MapStore::load(copy / "", "home", kGrid);
+    EXPECT_EQ(drive.find(loaded.state), kLast) << renamed;
+    EXPECT_THAT(loaded.remarks, IsEmpty()) << renamed;
+  }
+  drive.changing.addKeyframe(true);
+  drive.checkpoint();  // the next one clears the rest away
+  EXPECT_FALSE(fs::exists(map / "writing"));
+  EXPECT_EQ(MapStore::load(folder / "", "home", kGrid).generation, 3);
+}
+
+TEST(MapStore, AppliesNoJournalToAMapThatItDoesNotContinue) {
+  // The map is loaded and extended before the first checkpoint; that the journal before it does not know.
+  const Folder folder;
+  { const Drive drive(folder / ""); }
+  LoadedMap first = MapStore::load(folder / "", "home", kGrid);
+  ChangingMap changing(static_cast<int>(first.state.keyframes.size()) + 3);
+  MapStore store(folder / "", "home");
+  store.checkpoint(changing.map);
+  changing.addKeyframe(true);
+  store.append(changing.map);
+  damage(folder / "home/000003/keyframes.bin");
+  const LoadedMap loaded = MapStore::load(folder / "", "home", kGrid);
+  EXPECT_EQ(differenceOf(loaded.state, first.state), "");
+  ASSERT_EQ(loaded.remarks.size(), 2U);
+  EXPECT_THAT(loaded.remarks[1], HasSubstr("000003.journal: cut off behind record 0"));
+}
+
+TEST(MapStore, KeepsTwoGenerations) {
+  const Folder folder;
+  Drive drive(folder / "");
+  for (int i = 0; i < 5; ++i) {
+    drive.changing.addKeyframe(true);
+    drive.checkpoint();
+  }
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder / "home")) names.push_back(entry.path().filename());
+  std::sort(names.begin(), names.end());
+  EXPECT_THAT(names, ElementsAre("000006", "000006.journal", "000007", "000007.journal"));
+}
+
+TEST(MapStore, GoesOnCountingInAStoredMap) {
+  const Folder folder;
+  { const Drive drive(folder / ""); }
+  LoadedMap loaded = MapStore::load(folder / "", "home", kGrid);
+  MapStore store(folder / "", "home");
+  store.append(loaded.state);  // without a checkpoint it has nothing to add to
+  store.checkpoint(loaded.state);
+  EXPECT_EQ(MapStore::load(folder / "", "home", kGrid).generation, 3);
+  EXPECT_TRUE(fs::exists(folder / "home/000002"));
+}
+
+TEST(MapStore, LeavesAMapOfANewerSlamdAlone) {
+  const Folder folder;
+  const Drive drive(folder / "");
+  const fs::path manifest = folder / "home/000002/MANIFEST";
+  std::string text = contentOf(manifest);
+  text.replace(text.find("version 1"), 9, "version 2");
+  text.resize(text.rfind("crc32 "));
+  text += "crc32 " + std::to_string(crc32Of(text)) + "\n";
+  std::ofstream(manifest, std::ios::binary) << text;
+  const std::string refusal = refusalOf([&] { MapStore::load(folder / "", "home", kGrid); });
+  EXPECT_THAT(refusal, AllOf(HasSubstr("format 2"), HasSubstr("newer slamd"), HasSubstr("update slamd")));
+  EXPECT_TRUE(oneSentence(refusal));
+  EXPECT_THAT(MapStore::list(folder / "")[0].problem, HasSubstr("newer slamd"));
+}
+
+TEST(MapStore, AFullDiskLeavesTheGenerationsBeforeAndTheJournalGoesOn) {
+  const Folder folder;
+  Drive drive(folder / "");
+  const auto largest = fs::file_size(folder / "home/000002/keyframes.bin");
+  for (const auto bytes : {std::uintmax_t{0}, std::uintmax_t{100}, largest}) {
+    drive.changing.addKeyframe(true);
+    drive.changing.touch();
+    {
+      const test::FileSizeLimit limit(bytes);
+      EXPECT_TRUE(oneSentence(refusalOf([&] { drive.store.checkpoint(drive.changing.map); })));
+    }
+    EXPECT_FALSE(fs::exists(folder / "home/writing")) << "the journal needs the room";
+    drive.append();
+    const LoadedMap loaded = MapStore::load(folder / "", "home", kGrid);
+    EXPECT_EQ(loaded.generation, 2);
+    EXPECT_THAT(loaded.remarks, IsEmpty());
+    EXPECT_EQ(differenceOf(loaded.state, drive.changing.map), "");
+  }
+  drive.checkpoint();
+  EXPECT_EQ(MapStore::load(folder / "", "home", kGrid).generation, 3);
+}
+
+TEST(MapStore, ACheckpointWorksAgainAfterOneThatFailedAtItsEnd) {
+  const Folder folder;
+  Drive drive(folder / "");
+  fs::create_directories(folder / "home/000003.journal/in the way");
+  EXPECT_THROW(drive.store.checkpoint(drive.changing.map), std::exception);
+  drive.append();
+  fs::remove_all(folder / "home/000003.journal");
+  EXPECT_EQ(MapStore::load(folder / "", "home", kGrid).generation, 2);
+  drive.checkpoint();
+  drive.changing.addKeyframe(true);
+  drive.append();
+  const LoadedMap loaded = MapStore::load(folder / "", "home", kGrid);
+  EXPECT_EQ(loaded.generation, 3);
+  EXPECT_EQ(differenceOf(loaded.state, drive.changing.map), "");
+}
+
+TEST(MapStore, TakesNamesThatAreNoPaths) {
+  const Folder folder;
+  for (const char* good : {"home", "map-20260101-120000", "a.b", "_", "A_9"})
+    EXPECT_TRUE(MapStore::isName(good)) << good;
+  for (const std::string bad : {"", ".", "..", "../x", "a/b", "/tmp/x", ".hidden", "a b", "a\n", "ä", "a;b"}) {
+    EXPECT_FALSE(MapStore::isName(bad)) << bad;
+    EXPECT_TRUE(oneSentence(refusalOf([&] { MapStore(folder / "maps", bad); })) || bad == "a\n") << bad;
+  }
+  EXPECT_FALSE(MapStore::isName(std::string("a\0b", 3)));
+  EXPECT_FALSE(MapStore::isName(std::string(101, 'a')));
+  EXPECT_FALSE(fs::exists(folder / "maps")) << "a refusal makes no folder";
+}
+
+TEST(MapStore, RefusesWhatIsNoMap) {
+  const Folder folder;
+  fs::create_directories(folder / "empty");
+  fs::create_directories(folder / "odd/000001");
+  folder.write("odd/000002", "a file");
+  for (const char* name : {"missing", "empty", "odd"}) {
+    EXPECT_TRUE(oneSentence(refusalOf([&] { MapStore::load(folder / "", name, kGrid); }))) << name;
+  }
+}
+
+TEST(MapStore, ListsMapsAndTheirDamage) {
+  const Folder folder;
+  EXPECT_THAT(MapStore::list(folder / "maps"), IsEmpty());
+  EXPECT_EQ(MapStore::newest(folder / "maps"), std::nullopt);
+  const Drive good(folder / "maps", "good"), half(folder / "maps", "half"), bad(folder / "maps", "bad");
+  fs::create_directories(folder / "maps/no map");
+  fs::create_directories(folder / "maps/empty");
+  folder.write("maps/file", "");
+  damage(folder / "maps/half/000002/grid.bin");
+  for (const char* generation : {"000001", "000002"}) damage(folder / "maps/bad" / generation / "state.toml");
+  const auto maps = MapStore::list(folder / "maps");
+  ASSERT_EQ(maps.size(), 3U);
+  EXPECT_EQ(maps[0].name, "bad");
+  EXPECT_EQ(maps[0].generation, 0);
+  EXPECT_THAT(maps[0].problem, HasSubstr("000002/state.toml: is damaged"));
+  EXPECT_EQ(maps[1].name, "good");
+  EXPECT_EQ(maps[1].generation, 2);
+  EXPECT_EQ(maps[1].keyframes, good.states[kSecond].keyframes.size());
+  EXPECT_EQ(maps[1].utime, good.states[kSecond].utime);
+  EXPECT_EQ(maps[1].problem, "");
+  EXPECT_EQ(maps[2].generation, 1);
+  EXPECT_THAT(maps[2].problem, HasSubstr("grid.bin"));
+}
+
+TEST(MapStore, TheNewestMapIsTheOneWrittenLast) {
+  const Folder folder;
+  Drive a(folder / "", "a"), b(folder / "", "b");
+  const auto now = fs::file_time_type::clock::now();
+  for (const char* name : {"a", "b"}) {
+    for (const auto& entry : fs::directory_iterator(folder / name)) {
+      fs::last_write_time(entry.path(), now - std::chrono::hours(name[0] == 'a' ? 2 : 1));
+    }
+  }
+  EXPECT_EQ(MapStore::newest(folder / ""), "b");
+  a.changing.addKeyframe(true);
+  a.append();  // a journal counts
+  EXPECT_EQ(MapStore::newest(folder / ""), "a");
+}
+
+TEST(OpenMap, TakesAFolderOrAPicture) {
+  const Folder folder;
+  const Drive drive(folder / "");
+  for (const fs::path& path : {folder / "home", folder / "home/", folder / "./home"}) {
+    EXPECT_EQ(drive.find(openMap(path, kGrid).state), kLast) << path;
+  }
+  writeMapFiles(folder / "picture", renderMap(drive.changing.map.grid), {});
+  EXPECT_TRUE(openMap(folder / "picture.yaml", kGrid).state.picture_only);
+  EXPECT_TRUE(oneSentence(refusalOf([&] { openMap(folder / "missing.yaml", kGrid); })));
+  EXPECT_TRUE(oneSentence(refusalOf([&] { openMap(folder / "missing", kGrid); })));
+}
+
+}  // namespace
+}  // namespace slam

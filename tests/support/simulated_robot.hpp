@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <random>
+#include <utility>
+
+#include "matching/places.hpp"
+#include "slam/back_end.hpp"
+#include "slam/map_state.hpp"
+
+namespace slam::test {
+
+/// A robot with wheels, gyro and lidar in a simulated place, and the whole pipeline, in virtual time.
+class Robot {
+ public:
+  static constexpr int kBeams = 360;
+
+  /// @param map to begin in; empty: an unknown place
+  explicit Robot(const Place& place, const Pose2& start, bool localise_only = false,
+                 std::optional<MapState> map = std::nullopt)
+      : truth(start), place_(place), back_end(backEndConfig(localise_only)) {
+    LocalizerConfig config;
+    config.lidar.range_sigma = 0.01;
+    config.localise_only = localise_only;
+    localizer = std::make_unique<Localizer>(config, nullptr, map ? startIn(*map) : LocalizerStart{});
+    if (!map) return;
+    mapper.load(scansOf(*map), std::move(map->grid), map->grid_keyframes);
+    back_end.load(std::move(map->keyframes), std::move(map->in_map));
+  }
+
+  void run(double seconds, const Eigen::Vector3d& twist) {
+    for (const Timestamp end = now + fromSeconds(seconds); now < end;) {
+      now += std::chrono::milliseconds(20);
+      truth = truth * exp(0.02 * twist);
+      wheels_ = wheels_ * exp(0.02 * Eigen::Vector3d(1.01 * twist.x(), 0.0, 0.99 * twist.z()));
+      localizer->add(WheelSample{now, wheels_});
+      localizer->add(ImuSample{now, {0, 0, twist.z() + 0.01 + 0.001 * noise_(random_)}, {0, 0, 9.81}});
+      if (++step_ % 10 != 0) continue;  // 5 Hz
+      take(scan());
+      if (after_scan) after_scan();
+    }
+  }
+  void drive(double metres) { run(metres / 0.4, {0.4, 0.0, 0.0}); }
+  void turn(double radians) { run(std::abs(radians) / 0.8, {0.0, 0.0, std::copysign(0.8, radians)}); }
+
+  PoseEstimate estimate() const { return localizer->estimate(now); }
+  LocalisationState state() const { return estimate().state; }
+  /// Of the pose in map, which begins at T_world_map [m].
+  double error(const Pose2& T_world_map) const {
+    return (estimate().T_map_base.translation() - between(T_world_map, truth).translation()).norm();
+  }
+  MapState map() {
+    mapper.work(1 << 30);
+    MapState map;
+    map.keyframes = back_end.keyframes();
+    map.in_map = back_end.inMap();
+    map.grid = mapper.grid().clone();
+    map.grid_keyframes = map.keyframes.size();
+    map.T_map_base = estimate().T_map_base;
+    return map;
+  }
+
+  Pose2 truth;  ///< in the world; may be changed at any time, which wheels and gyro do not see
+  Timestamp now{std::chrono::seconds(100)};
+  std::function<void()> after_scan;
+
+ private:
+  static BackEndConfig backEndConfig(bool localise_only) {
+    BackEndConfig config;
+    config.match.range_sigma = 0.01;
+    config.localise_only = localise_only;
+    return config;
+  }
+  LaserScan scan() {
+    LaserScan scan;
+    scan.stamp = now;
+    scan.range_min = 0.05F;
+    scan.range_max = static_cast<float>(place_.reach);
+    for (int i = 0; i < kBeams; ++i) {
+      const double bearing = wrapAngle(2.0 * std::numbers::pi * i / kBeams), direction = truth.theta + bearing;
+      const auto range =
+          place_.world.castRay({truth.x, truth.y, 0.2}, {std::cos(direction), std::sin(direction), 0.0}, place_.reach);
+      scan.push({.range = range ? static_cast<float>(*range + 0.01 * noise_(random_)) : 0.0F,
+                 .bearing = static_cast<float>(bearing)});
+    }
+    return scan;
+  }
+  void take(const LaserScan& scan) {
+    const ScanOutcome outcome = localizer->add(scan);
+    if (outcome.keyframe == nullptr) return;
+    back_end.add(*outcome.keyframe);
+    for (const MapScan& drawn : back_end.mapScans(*outcome.keyframe)) mapper.add(drawn);
+    if (generation_ != back_end.generation()) mapper.move(back_end.keyframes().graph().poses());
+    generation_ = back_end.generation();
+    if (auto correction = back_end.takeCorrection()) {
+      localizer->apply(*correction);
+      back_end.recycle(std::move(correction));
+    }
+  }
+
+  Place place_;
+  Pose2 wheels_;
+  std::mt19937 random_{3};
+  std::normal_distribution<double> noise_{0.0, 1.0};
+  int step_ = 0, generation_ = 0;
+
+ public:
+  std::unique_ptr<Localizer> localizer;
+  BackEnd back_end;
+  Mapper mapper;
+};
+
+}  // namespace slam::test
