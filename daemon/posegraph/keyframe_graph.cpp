@@ -48,10 +48,8 @@ void KeyframeGraph::points(int id, ScanPoints& points) const {
   }
 }
 
-void KeyframeGraph::gather(int newest, int oldest, double length, int limit, ScanPoints& points,
-                           std::vector<Eigen::Vector2d>* seen_from) const {
+void KeyframeGraph::gather(int newest, int oldest, double length, int limit, ScanPoints& points) const {
   points.clear();
-  if (seen_from != nullptr) seen_from->clear();
   const Pose2 T_newest_map = pose(newest).inverse();
   double path = 0.0;
   for (int id = newest; id >= oldest; --id) {
@@ -65,16 +63,11 @@ void KeyframeGraph::gather(int newest, int oldest, double length, int limit, Sca
       point.normal = turn * point.normal;
       points.push_back(point);
     }
-    if (seen_from != nullptr) seen_from->resize(points.size(), T_newest_id * scan(id)->T_base_lidar.translation());
   }
   const auto most = static_cast<std::size_t>(limit);
   if (points.size() <= most) return;
-  for (std::size_t i = 0; i < most; ++i) {
-    points[i] = points[i * points.size() / most];
-    if (seen_from != nullptr) (*seen_from)[i] = (*seen_from)[i * points.size() / most];
-  }
+  for (std::size_t i = 0; i < most; ++i) points[i] = points[i * points.size() / most];
   points.resize(most);
-  if (seen_from != nullptr) seen_from->resize(most);
 }
 
 void KeyframeGraph::truncate(int count) {

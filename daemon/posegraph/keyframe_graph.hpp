@@ -31,9 +31,7 @@ class KeyframeGraph {
   void points(int id, ScanPoints& points) const;
   /// Points of keyframe `newest` and of those before it, back to `oldest` or until their path is `length` [m] long, in
   /// newest's base. @param points out: replaced; every n-th, so that there are at most `limit`
-  /// @param seen_from out, unless null: position of the lidar for each point
-  void gather(int newest, int oldest, double length, int limit, ScanPoints& points,
-              std::vector<Eigen::Vector2d>* seen_from = nullptr) const;
+  void gather(int newest, int oldest, double length, int limit, ScanPoints& points) const;
   /// Adds the keyframes to a reference in map.
   void addTo(Reference& reference, std::span<const int> ids) const;
   /// Forgets the keyframes from id `count` on. Only where no edge was added since.

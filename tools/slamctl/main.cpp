@@ -94,7 +94,7 @@ int main(int argc, char** argv) {
   set_pose->add_option("X", pose[0], "[m]")->required();
   set_pose->add_option("Y", pose[1], "[m]")->required();
   set_pose->add_option("THETA", pose[2], "[rad] counter-clockwise from the map's x axis")->required();
-  const auto* reset = app.add_subcommand("reset", "store the present map and begin a new one");
+  app.add_subcommand("reset", "store the present map and begin a new one");
   for (CLI::App* command : app.get_subcommands({})) command->fallthrough();
 
   return slam::runProgram(app, argc, argv, SLAMD_VERSION, "slamctl save kitchen", [&] {
@@ -134,7 +134,6 @@ int main(int argc, char** argv) {
                              : load->parsed()     ? "load"
                              : set_pose->parsed() ? "set_pose"
                                                   : "reset";
-    static_cast<void>(reset);
     const auto ack = remote.ask(verb, name, pose, kAnswerLimit);
     if (!ack)
       throw std::runtime_error("no answer on " + config.lcm.url + "; is slamd running, with lcm.commands = true?");
