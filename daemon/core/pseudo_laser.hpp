@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "core/timestamp.hpp"
+
+namespace slam {
+
+/// What a depth image says about one bearing: three values, because no return is no free space.
+struct PseudoBeam {
+  enum class Kind : std::uint8_t {
+    kUnknown = 0,  ///< nothing can be said
+    kFree = 1,     ///< nothing stands between free_from and range; what lies behind is not known
+    kHit = 2,      ///< the nearest obstacle stands at range, and nothing between free_from and it
+  };
+  Kind kind = Kind::kUnknown;
+  float range = 0.0F;      ///< [m] along the floor, from the camera
+  float free_from = 0.0F;  ///< [m] nearer than this nothing is known; at most range
+  float solid_to =
+      0.0F;  ///< [m] of a hit: as far behind it the obstacle was seen to go on (a table top); at least range
+};
+
+/// A depth image projected to one obstacle per bearing, in the camera's frame levelled to the floor (x forward, y
+/// left). Fixed capacity, so that it crosses queues without allocation.
+struct PseudoLaser {
+  static constexpr int kCapacity = 1024;
+
+  Timestamp stamp;            ///< of the depth image
+  float bearing_min = 0.0F;   ///< [rad] of beam 0, counter-clockwise from x
+  float bearing_step = 0.0F;  ///< [rad] from one beam to the next
+  int size = 0;
+  std::array<PseudoBeam, kCapacity> storage;
+
+  std::span<const PseudoBeam> beams() const { return {storage.data(), static_cast<std::size_t>(size)}; }
+};
+
+}  // namespace slam
