@@ -69,6 +69,7 @@ class DeviceSession {
     // Catch up with the clock: a late tick must not slow the world down.
     for (const Timestamp now = monotonicNow(); simulation_.now() < now;) {
       simulation_.step();
+      scene_.world.setTime(simulation_.driveTime());
       truth_.push_back({simulation_.now() + clock_offset_, simulation_.robot().pose()});
       if (simulation_.now() < next_board_) continue;
       next_board_ += kBoardPeriod;

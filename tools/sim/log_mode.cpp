@@ -41,6 +41,7 @@ class LogSession {
     startTurn(kStart);
     while (!simulation_.finished() && simulation_.now() < end) {
       simulation_.step();
+      scene_.world.setTime(simulation_.driveTime());
       measureBeams();
       if (simulation_.now() >= next_board_) {
         next_board_ += kBoardPeriod;

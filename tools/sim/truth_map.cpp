@@ -9,7 +9,7 @@ namespace slam::sim {
 
 TruthMap::TruthMap(const World& world, double bottom, double top, double resolution)
     : world_(world), bottom_(bottom), top_(top) {
-  const World::Bounds bounds = world.bounds();
+  const Bounds bounds = world.bounds();
   const auto cells = [&](double metres) { return static_cast<int>(std::floor(metres / resolution)); };
   image_.resolution = resolution;
   const int left = cells(bounds.low.x()) - 1, low = cells(bounds.low.y()) - 1;
