@@ -30,7 +30,7 @@ class DeviceSession {
         scene_(sceneFor(options)),
         simulation_(scene_, options.seed, monotonicNow()),
         lidar_model_(scene_.world, {}, options.seed),
-        truth_map_(scene_.world, LidarModel::kHeight - 0.02, LidarModel::kHeight + 0.02),
+        seen_(scene_.world, options.seed),
         lidar_([this](Timestamp stamp, double bearing) { return measure(stamp, bearing); }, LidarModel::kTurnRate),
         lidar_port_(directory / "lidar"),
         board_port_(directory / "board"),
@@ -55,7 +55,7 @@ class DeviceSession {
     for (Worker* worker : {&world, &lidar, &board}) worker->stop();
     std::vector<WaypointVisit> visits = simulation_.visits();
     for (WaypointVisit& visit : visits) visit.stamp += clock_offset_;
-    writeTruth(options_, truth_, visits, truth_map_);
+    writeTruth(options_, truth_, visits, seen_);
   }
 
  private:
@@ -69,11 +69,13 @@ class DeviceSession {
     // Catch up with the clock: a late tick must not slow the world down.
     for (const Timestamp now = monotonicNow(); simulation_.now() < now;) {
       simulation_.step();
+      scene_.world.setTime(simulation_.driveTime());
       truth_.push_back({simulation_.now() + clock_offset_, simulation_.robot().pose()});
       if (simulation_.now() < next_board_) continue;
       next_board_ += kBoardPeriod;
       renewBoard();
     }
+    if (!options_.truth_map.empty()) seen_.addView(simulation_.robot().pose(), simulation_.now());
     if (simulation_.finished() && finished_at_ == Timestamp{}) finished_at_ = simulation_.now();
   }
 
@@ -91,10 +93,7 @@ class DeviceSession {
   double measure(Timestamp stamp, double bearing) {
     const Pose2 pose = simulation_.history().at(stamp, 1s).value_or(simulation_.robot().pose());
     const double range = lidar_model_.measure(pose, bearing);
-    const Pose2 T_world_lidar = pose * LidarModel::kExtrinsics;
-    if (range > 0.0) {
-      truth_map_.see(T_world_lidar.translation(), T_world_lidar.theta + bearing, lidar_model_.trueRange(pose, bearing));
-    }
+    if (range > 0.0) seen_.addBeam(pose, bearing, lidar_model_.trueRange(pose, bearing));
     return range;
   }
 
@@ -144,7 +143,7 @@ class DeviceSession {
   Scene scene_;
   Simulation simulation_;
   LidarModel lidar_model_;
-  TruthMap truth_map_;
+  TruthRecorder seen_;
   LidarEmulator lidar_;
   BoardEmulator board_;
   PseudoTerminal lidar_port_, board_port_;

@@ -25,13 +25,14 @@ constexpr int kBeamsPerTurn = 360;
 /// Plays the sensors of one simulated drive into a log.
 class LogSession {
  public:
-  LogSession(const SimOptions& options, const std::filesystem::path& file)
+  LogSession(const SimOptions& options, const std::filesystem::path& file, DepthConsumer depth)
       : options_(options),
         scene_(sceneFor(options)),
         simulation_(scene_, options.seed, kStart),
         lidar_(scene_.world, {}, options.seed),
         odometry_(kNominalBase),
-        truth_map_(scene_.world, LidarModel::kHeight - 0.02, LidarModel::kHeight + 0.02),
+        seen_(scene_.world, options.seed),
+        depth_(kStart, options.seed, std::move(depth)),
         log_(file) {
     simulation_.release();
   }
@@ -41,14 +42,18 @@ class LogSession {
     startTurn(kStart);
     while (!simulation_.finished() && simulation_.now() < end) {
       simulation_.step();
+      scene_.world.setTime(simulation_.driveTime());
       measureBeams();
+      const Pose2& pose = simulation_.robot().pose();
+      if (!options_.truth_map.empty()) seen_.addView(pose, simulation_.now());
+      depth_.step(scene_.world, pose, simulation_.now());
       if (simulation_.now() >= next_board_) {
         next_board_ += kBoardPeriod;
         readBoard();
       }
     }
     if (!log_.flush()) throw std::runtime_error("cannot write all of the log; is the disk full?");
-    writeTruth(options_, truth_, simulation_.visits(), truth_map_);
+    writeTruth(options_, truth_, simulation_.visits(), seen_);
   }
 
  private:
@@ -68,9 +73,7 @@ class LogSession {
       // Clockwise from straight ahead, as the device turns.
       const double bearing = wrapAngle(-2.0 * std::numbers::pi * scan_->size / kBeamsPerTurn);
       const double range = lidar_.measure(pose, bearing);
-      const Pose2 T_world_lidar = pose * LidarModel::kExtrinsics;
-      if (range > 0.0)
-        truth_map_.see(T_world_lidar.translation(), T_world_lidar.theta + bearing, lidar_.trueRange(pose, bearing));
+      if (range > 0.0) seen_.addBeam(pose, bearing, lidar_.trueRange(pose, bearing));
       scan_->push({.range = static_cast<float>(range),
                    .bearing = static_cast<float>(bearing),
                    .time_offset = static_cast<float>(toSeconds(stamp - scan_->stamp)),
@@ -105,7 +108,8 @@ class LogSession {
   Simulation simulation_;
   LidarModel lidar_;
   WheelOdometry odometry_;
-  TruthMap truth_map_;
+  TruthRecorder seen_;
+  DepthSampler depth_;
   EventLogWriter log_;
   std::unique_ptr<LaserScan> scan_ = std::make_unique<LaserScan>();
   Timestamp next_board_ = kStart;
@@ -120,10 +124,12 @@ Scene sceneFor(const SimOptions& options) {
   return scene;
 }
 
-void writeLog(const SimOptions& options, const std::filesystem::path& log) { LogSession(options, log).run(); }
+void writeLog(const SimOptions& options, const std::filesystem::path& log, DepthConsumer depth) {
+  LogSession(options, log, std::move(depth)).run();
+}
 
 void writeTruth(const SimOptions& options, const std::vector<StampedPose>& poses,
-                const std::vector<WaypointVisit>& visits, const TruthMap& map) {
+                const std::vector<WaypointVisit>& visits, const TruthRecorder& seen) {
   if (!options.truth.empty()) {
     TrajectoryWriter writer(options.truth);
     for (const StampedPose& row : poses) writer.write(toMicroseconds(row.stamp), row.pose);
@@ -134,7 +140,8 @@ void writeTruth(const SimOptions& options, const std::vector<StampedPose>& poses
     for (const WaypointVisit& visit : visits) writer.write(toMicroseconds(visit.stamp), visit.pose);
     writer.close();
   }
-  if (!options.truth_map.empty()) writeMapFiles(options.truth_map, map.image());
+  if (!options.truth_map.empty()) writeMapFiles(options.truth_map, seen.bandMap());
+  if (!options.truth_map_lidar.empty()) writeMapFiles(options.truth_map_lidar, seen.lidarMap());
 }
 
 }  // namespace slam::sim

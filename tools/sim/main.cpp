@@ -20,7 +20,10 @@ int main(int argc, char** argv) {
   app.add_option("--devices", devices, "play DIR/lidar and DIR/board in real time");
   app.add_option("--truth", options.truth, "write true poses (TUM)");
   app.add_option("--waypoints", options.waypoints, "write true poses at the measured waypoints (TUM)");
-  app.add_option("--truth-map", options.truth_map, "write the true map at the lidar's height, with this prefix");
+  app.add_option("--truth-map", options.truth_map,
+                 "write the true map from floor clearance to robot height, with this prefix");
+  app.add_option("--truth-map-lidar", options.truth_map_lidar,
+                 "write the true map at the lidar's height, with this prefix");
   return slam::runProgram(
       app, argc, argv, SLAMD_VERSION, "slam-sim --scene corridor-loop --seed 3 --log loop.lcm --truth loop.tum", [&] {
         if (log.empty() == devices.empty()) {

@@ -10,11 +10,12 @@ namespace slam::sim {
 struct SimOptions {
   std::string scene = "meeting-room";
   std::uint64_t seed = 1;
-  double speed = 0.0;                    ///< [m/s] 0: the scene's
-  double seconds = 0.0;                  ///< [s] 0: the whole route
-  std::filesystem::path truth = {};      ///< TUM file of true poses; empty: none
-  std::filesystem::path waypoints = {};  ///< true poses at the measured waypoints; empty: none
-  std::filesystem::path truth_map = {};  ///< prefix of the true map at the lidar's height; empty: none
+  double speed = 0.0;                          ///< [m/s] 0: the scene's
+  double seconds = 0.0;                        ///< [s] 0: the whole route
+  std::filesystem::path truth = {};            ///< TUM file of true poses; empty: none
+  std::filesystem::path waypoints = {};        ///< true poses at the measured waypoints; empty: none
+  std::filesystem::path truth_map = {};        ///< prefix of the true map of the robot's height band; empty: none
+  std::filesystem::path truth_map_lidar = {};  ///< prefix of the true map at the lidar's height; empty: none
 };
 
 }  // namespace slam::sim

@@ -10,6 +10,7 @@ Simulation::Simulation(const Scene& scene, std::uint64_t seed, Timestamp start, 
 
 void Simulation::step() {
   const double dt = toSeconds(kStep);
+  if (released_) ++driven_;
   robot_.step(released_ ? driver_.command(robot_.pose(), dt) : Twist2{}, dt);
   now_ += kStep;
   history_.push(now_, robot_.pose());

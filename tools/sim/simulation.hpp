@@ -29,6 +29,8 @@ class Simulation {
   void release() { released_ = true; }
 
   Timestamp now() const { return now_; }
+  /// Time since the release [s], 0 before: the time that the world's moving things go by.
+  double driveTime() const { return toSeconds(driven_ * kStep); }
   bool finished() const { return driver_.finished(); }
   RobotModel& robot() { return robot_; }
   const PoseHistory& history() const { return history_; }  ///< true poses of the last seconds
@@ -41,6 +43,7 @@ class Simulation {
   std::vector<WaypointVisit> visits_;
   Timestamp now_;
   bool released_ = false;
+  std::int64_t driven_ = 0;  // steps since the release
 };
 
 }  // namespace slam::sim

@@ -3,112 +3,47 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace slam::sim {
-namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
-
-/// The part of a ray between two parallel planes, narrowed by each call.
-struct Interval {
-  double enter = 0.0, leave = kNever;
-
-  void clip(double origin, double direction, double low, double high) {
-    if (std::abs(direction) < 1e-12) {
-      if (origin < low || origin > high) leave = -1.0;
-      return;
-    }
-    const double a = (low - origin) / direction, b = (high - origin) / direction;
-    enter = std::max(enter, std::min(a, b));
-    leave = std::min(leave, std::max(a, b));
-  }
-  double hit() const { return enter <= leave ? enter : kNever; }
-};
-
-double castBox(const Box& box, const Eigen::Vector3d& from, const Eigen::Vector3d& direction) {
-  const double c = std::cos(box.yaw), s = std::sin(box.yaw);
-  const double dx = from.x() - box.x, dy = from.y() - box.y;
-  Interval interval;
-  interval.clip(c * dx + s * dy, c * direction.x() + s * direction.y(), -box.length / 2, box.length / 2);
-  interval.clip(-s * dx + c * dy, -s * direction.x() + c * direction.y(), -box.width / 2, box.width / 2);
-  interval.clip(from.z(), direction.z(), box.bottom, box.top);
-  return interval.hit();
+void World::add(const Person& person) {
+  persons_.push_back(person);
+  setTime(time_);
 }
 
-/// Roots of the ray with a circle or sphere: |o + t d|^2 = r^2. @return first and second, or nothing
-std::optional<std::pair<double, double>> roots(double dd, double od, double oo, double radius) {
-  const double discriminant = od * od - dd * (oo - radius * radius);
-  if (dd < 1e-12 || discriminant < 0.0) return std::nullopt;
-  const double root = std::sqrt(discriminant);
-  return std::pair((-od - root) / dd, (-od + root) / dd);
+void World::add(const MovedThing& thing) {
+  moved_.push_back(thing);
+  lasting_.append(thing.after);
+  setTime(time_);
 }
-
-double castCylinder(const Cylinder& cylinder, const Eigen::Vector3d& from, const Eigen::Vector3d& direction) {
-  const Eigen::Vector2d o(from.x() - cylinder.x, from.y() - cylinder.y), d = direction.head<2>();
-  const auto side = roots(d.squaredNorm(), o.dot(d), o.squaredNorm(), cylinder.radius);
-  if (!side) return kNever;
-  Interval interval{std::max(0.0, side->first), side->second};
-  interval.clip(from.z(), direction.z(), cylinder.bottom, cylinder.top);
-  return interval.hit();
-}
-
-double castSphere(const Sphere& sphere, const Eigen::Vector3d& from, const Eigen::Vector3d& direction) {
-  const Eigen::Vector3d o = from - Eigen::Vector3d(sphere.x, sphere.y, sphere.z);
-  const auto hit = roots(direction.squaredNorm(), o.dot(direction), o.squaredNorm(), sphere.radius);
-  return hit && hit->second >= 0.0 ? std::max(0.0, hit->first) : kNever;
-}
-
-}  // namespace
 
 void World::addWall(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double thickness, double top) {
   const Eigen::Vector2d middle = 0.5 * (from + to), along = to - from;
   add(Box{middle.x(), middle.y(), std::atan2(along.y(), along.x()), along.norm() + thickness, thickness, 0.0, top});
 }
 
+void World::setTime(double time) {
+  time_ = time;
+  moving_.clear();
+  for (const Person& person : persons_) person.addTo(moving_, time);
+  for (const MovedThing& thing : moved_) moving_.append(time < thing.time ? thing.before : thing.after);
+}
+
 std::optional<double> World::castRay(const Eigen::Vector3d& from, const Eigen::Vector3d& direction,
                                      double reach) const {
-  double nearest = kNever;
-  for (const Box& box : boxes_) nearest = std::min(nearest, castBox(box, from, direction));
-  for (const Cylinder& cylinder : cylinders_) nearest = std::min(nearest, castCylinder(cylinder, from, direction));
-  for (const Sphere& sphere : spheres_) nearest = std::min(nearest, castSphere(sphere, from, direction));
+  const double nearest = std::min(still_.castRay(from, direction), moving_.castRay(from, direction));
   return nearest <= reach ? std::optional(nearest) : std::nullopt;
 }
 
 bool World::occupied(const Eigen::Vector2d& p, double bottom, double top, double margin) const {
-  for (const Box& box : boxes_) {
-    if (box.top < bottom || box.bottom > top) continue;
-    const double c = std::cos(box.yaw), s = std::sin(box.yaw);
-    const double dx = p.x() - box.x, dy = p.y() - box.y;
-    const double along = std::max(0.0, std::abs(c * dx + s * dy) - box.length / 2);
-    const double across = std::max(0.0, std::abs(-s * dx + c * dy) - box.width / 2);
-    if (std::hypot(along, across) <= margin) return true;
-  }
-  for (const Cylinder& cylinder : cylinders_) {
-    if (cylinder.top < bottom || cylinder.bottom > top) continue;
-    if (std::hypot(p.x() - cylinder.x, p.y() - cylinder.y) <= cylinder.radius + margin) return true;
-  }
-  for (const Sphere& sphere : spheres_) {
-    const double z = std::clamp(sphere.z, bottom, top) - sphere.z;  // the band's height nearest to the centre
-    if (std::abs(z) > sphere.radius) continue;
-    const double radius = std::sqrt(sphere.radius * sphere.radius - z * z);
-    if (std::hypot(p.x() - sphere.x, p.y() - sphere.y) <= radius + margin) return true;
-  }
-  return false;
+  return still_.occupied(p, bottom, top, margin) || lasting_.occupied(p, bottom, top, margin);
 }
 
-World::Bounds World::bounds() const {
-  Bounds bounds{Eigen::Vector2d::Constant(kNever), Eigen::Vector2d::Constant(-kNever)};
-  const auto include = [&](double x, double y, double reach_x, double reach_y) {
-    bounds.low = bounds.low.cwiseMin(Eigen::Vector2d(x - reach_x, y - reach_y));
-    bounds.high = bounds.high.cwiseMax(Eigen::Vector2d(x + reach_x, y + reach_y));
-  };
-  for (const Box& box : boxes_) {
-    const double c = std::abs(std::cos(box.yaw)) / 2, s = std::abs(std::sin(box.yaw)) / 2;
-    include(box.x, box.y, c * box.length + s * box.width, s * box.length + c * box.width);
-  }
-  for (const Cylinder& cylinder : cylinders_) include(cylinder.x, cylinder.y, cylinder.radius, cylinder.radius);
-  for (const Sphere& sphere : spheres_) include(sphere.x, sphere.y, sphere.radius, sphere.radius);
+Bounds World::bounds() const {
+  Bounds bounds = still_.bounds();
+  const Bounds moved = lasting_.bounds();
+  bounds.low = bounds.low.cwiseMin(moved.low);
+  bounds.high = bounds.high.cwiseMax(moved.high);
   return bounds;
 }
 

@@ -63,5 +63,33 @@ TEST(World, ABandCutsASphereAtItsWidestHeight) {
   EXPECT_TRUE(world.occupied({0.25, 0.0}, 0.0, 0.1));
 }
 
+TEST(World, ShowsAPersonOnlyWhileItIsThereAndNeverAsLasting) {
+  World world;
+  world.add(Cylinder{9.0, 0.0, 0.1, 0.0, 2.0});
+  world.add(Person{.path = {{3.0, -1.0}, {3.0, 1.0}}, .speed = 0.5, .begin = 5.0, .end = 9.0});
+  const auto range = [&](double time) {
+    world.setTime(time);
+    return world.castRay({0.0, 0.0, 1.2}, {1.0, 0.0, 0.0}, 20.0).value();
+  };
+  EXPECT_NEAR(range(0.0), 8.9, 1e-12);
+  EXPECT_NEAR(range(7.0), 2.8, 1e-12);  // the torso
+  EXPECT_FALSE(world.occupied({3.0, 0.0}, 0.0, 2.0, 0.3));
+  EXPECT_EQ(world.bounds().low.x(), 8.9);
+  EXPECT_NEAR(range(9.0), 8.9, 1e-12);
+}
+
+TEST(World, CountsAMovedThingAtItsLastPlaceAndShowsItWhereItIs) {
+  World world;
+  world.add(MovedThing{
+      .before = {.boxes = {{2.0, 0.0, 0.0, 1.0, 1.0}}}, .after = {.boxes = {{5.0, 0.0, 0.0, 1.0, 1.0}}}, .time = 30.0});
+  const auto range = [&] { return world.castRay({0.0, 0.0, 0.5}, {1.0, 0.0, 0.0}, 20.0).value(); };
+  EXPECT_NEAR(range(), 1.5, 1e-12);
+  EXPECT_FALSE(world.occupied({2.0, 0.0}, 0.0, 1.0));
+  EXPECT_TRUE(world.occupied({5.0, 0.0}, 0.0, 1.0));
+  world.setTime(30.0);
+  EXPECT_NEAR(range(), 4.5, 1e-12);
+  EXPECT_NEAR(world.bounds().high.x(), 5.5, 1e-12);
+}
+
 }  // namespace
 }  // namespace slam::sim
