@@ -10,6 +10,7 @@
 #include "bus/channels.hpp"
 #include "bus/event_log.hpp"
 #include "bus/messages.hpp"
+#include "mapping/depth_projection.hpp"
 #include "mapping/map_files.hpp"
 #include "tools/common/trajectory.hpp"
 #include "tools/sim/lidar_model.hpp"
@@ -32,7 +33,11 @@ class LogSession {
         lidar_(scene_.world, {}, options.seed),
         odometry_(kNominalBase),
         seen_(scene_.world, options.seed),
-        depth_(kStart, options.seed, std::move(depth)),
+        projection_({.extrinsics = {.x = DepthCamera::kExtrinsics.x, .z = DepthCamera::kHeight},
+                     .floor_clearance = TruthRecorder::kRobotBand.bottom,
+                     .robot_height = TruthRecorder::kRobotBand.top}),
+        depth_(kStart, options.seed,
+               options.depth ? [this](const DepthImage& image, const Pose2&) { addDepth(image); } : std::move(depth)),
         log_(file) {
     simulation_.release();
   }
@@ -86,6 +91,11 @@ class LogSession {
     }
   }
 
+  void addDepth(const DepthImage& image) {
+    if (projection_.project(image) != DepthStatus::kOk) return;  // as the daemon does
+    write(simulation_.now(), channel::kDepth, toMessage(projection_.laser(), toMicroseconds(image.stamp)));
+  }
+
   void readBoard() {
     const Timestamp now = simulation_.now();
     const auto angles = simulation_.robot().encoderAngles();
@@ -109,6 +119,7 @@ class LogSession {
   LidarModel lidar_;
   WheelOdometry odometry_;
   TruthRecorder seen_;
+  DepthProjection projection_;
   DepthSampler depth_;
   EventLogWriter log_;
   std::unique_ptr<LaserScan> scan_ = std::make_unique<LaserScan>();
