@@ -17,7 +17,7 @@ int main(int argc, char** argv) {
   app.add_option("--speed", options.speed, "[m/s] instead of the scene's")->check(CLI::Range(0.05, 2.0));
   app.add_option("--seconds", options.seconds, "[s] of the drive at most")->check(CLI::Range(1.0, 1e6));
   app.add_option("--log", log, "write an LCM event log");
-  app.add_option("--devices", devices, "play DIR/lidar and DIR/board in real time");
+  app.add_option("--devices", devices, "play DIR/lidar, DIR/board and DIR/depth in real time");
   app.add_option("--truth", options.truth, "write true poses (TUM)");
   app.add_option("--waypoints", options.waypoints, "write true poses at the measured waypoints (TUM)");
   app.add_option("--truth-map", options.truth_map,
