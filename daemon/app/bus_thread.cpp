@@ -32,7 +32,7 @@ BusThread::BusThread(const Config& config, Exchange& exchange, const WallClock& 
       scan_(std::make_unique<ReceivedScan>()),
       worker_({.name = "bus"}, [this] { tick(); }) {
   if (!config.output.record.empty()) record_ = std::make_unique<EventLogWriter>(config.output.record);
-  for (DeviceStatus* status : {&lidar_, &wheels_, &imu_})
+  for (DeviceStatus* status : {&lidar_, &wheels_, &imu_, &depth_})
     status->set(DeviceState::kOpening, "waiting for messages on LCM");
 }
 
@@ -55,6 +55,7 @@ void BusThread::subscribe() {
   if (config_.lidar_device.source == "lcm") lcm_->subscribe(channel::kScan, &BusThread::onScan, this);
   if (config_.base_device.source == "lcm") lcm_->subscribe(channel::kWheels, &BusThread::onWheels, this);
   if (config_.imu_device.source == "lcm") lcm_->subscribe(channel::kImu, &BusThread::onImu, this);
+  if (config_.depth_device.source == "lcm") lcm_->subscribe(channel::kDepth, &BusThread::onDepth, this);
   if (config_.lcm.commands) lcm_->subscribe(channel::kCommand, &BusThread::onCommand, this);
 }
 
@@ -124,6 +125,8 @@ void BusThread::publishRaw() {
     publish(channel::kScan, toMessage(received.scan, utime));
     publish(channel::kLaser, toLaserMessage(received.scan, utime));
   });
+  exchange_.views_out.drain(
+      [this](const PseudoLaser& laser) { publish(channel::kDepth, toMessage(laser, clock_.utime(laser.stamp))); });
 }
 
 template <typename Message>
@@ -157,6 +160,10 @@ void BusThread::onWheels(const lcm::ReceiveBuffer* buffer, const std::string&) {
 
 void BusThread::onImu(const lcm::ReceiveBuffer* buffer, const std::string&) {
   if (const auto sample = receive<imu_t>(buffer, imu_)) exchange_.imu.tryPush(*sample);
+}
+
+void BusThread::onDepth(const lcm::ReceiveBuffer* buffer, const std::string&) {
+  if (const auto laser = receive<depth_t>(buffer, depth_)) exchange_.views.tryPush(*laser);
 }
 
 void BusThread::acknowledgeSave() {

@@ -27,6 +27,7 @@ class BusThread {
   DeviceStatus& lidarStatus() { return lidar_; }  ///< of a lidar that comes over LCM
   DeviceStatus& wheelStatus() { return wheels_; }
   DeviceStatus& imuStatus() { return imu_; }
+  DeviceStatus& depthStatus() { return depth_; }
 
  private:
   void tick();
@@ -45,6 +46,7 @@ class BusThread {
   void onScan(const lcm::ReceiveBuffer* buffer, const std::string& channel);
   void onWheels(const lcm::ReceiveBuffer* buffer, const std::string& channel);
   void onImu(const lcm::ReceiveBuffer* buffer, const std::string& channel);
+  void onDepth(const lcm::ReceiveBuffer* buffer, const std::string& channel);
   void onCommand(const lcm::ReceiveBuffer* buffer, const std::string& channel);
 
   const Config& config_;
@@ -61,7 +63,7 @@ class BusThread {
   std::int64_t scans_published_ = 0;
   std::unique_ptr<ReceivedScan> scan_;
   std::vector<std::uint8_t> buffer_;
-  DeviceStatus lidar_, wheels_, imu_;
+  DeviceStatus lidar_, wheels_, imu_, depth_;
   Worker worker_;
 };
 

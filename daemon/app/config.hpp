@@ -3,6 +3,7 @@
 #include <string>
 
 #include "estimation/wheel_odometry.hpp"
+#include "mapping/depth_projection.hpp"
 #include "mapping/occupancy_grid.hpp"
 #include "slam/back_end.hpp"
 #include "slam/localizer.hpp"
@@ -31,6 +32,15 @@ struct ImuDeviceConfig {
   std::string source = "device";  ///< "device": the base board's IMU
 };
 
+struct DepthDeviceConfig {
+  std::string source = "device";
+  std::string uri = "";           ///< OpenNI2's, or a recording (.oni); empty: the first camera
+  int width = 640, height = 480;  ///< [pixel]
+  int rate = 30;                  ///< [Hz]
+  std::string record = "";        ///< .oni file; empty: none
+  DepthProjectionConfig projection{.extrinsics = {.x = 0.10, .z = 0.40}, .floor = {}};
+};
+
 struct LcmConfig {
   std::string url = "udpm://239.255.76.67:7667?ttl=0";
   double pose_rate = 100.0;  ///< [Hz] POSE, SLAM_POSE, SLAM_ODOMETRY
@@ -44,6 +54,7 @@ struct RuntimeConfig {
   bool realtime = true;           ///< SCHED_FIFO and mlockall where permitted
   int base_priority = 80;         ///< SCHED_FIFO
   int lidar_priority = 75;
+  int depth_priority = 72;
   int estimator_priority = 70;
 };
 
@@ -67,6 +78,7 @@ struct Config {
   LidarDeviceConfig lidar_device;
   BaseDeviceConfig base_device;
   ImuDeviceConfig imu_device;
+  DepthDeviceConfig depth_device;
   LocalizerConfig localizer;
   BackEndConfig back_end;
   OccupancyGridConfig map;
@@ -81,6 +93,7 @@ inline BackEndConfig backEndConfig(const Config& config) {
   back_end.reference = config.localizer.reference;
   back_end.match = config.localizer.match;
   back_end.match.range_sigma = config.localizer.lidar.range_sigma;
+  back_end.T_base_depth = config.depth_device.projection.extrinsics.levelled();
   back_end.localise_only = config.mode == "localise";
   return back_end;
 }

@@ -207,6 +207,14 @@ void checkTogether(const Config& config, const std::string& name, std::vector<st
     complain("imu.source: \"device\" means the base's board, but base.source is \"" + config.base_device.source +
              "\"; set imu.source to \"lcm\" or \"none\"");
   }
+  const DepthProjectionConfig& depth = config.depth_device.projection;
+  if (depth.floor_clearance >= depth.robot_height || depth.floor_clearance >= depth.extrinsics.z) {
+    complain("depth.floor_clearance: is not below depth.robot_height and depth.z; lower it");
+  }
+  if (depth.range_min >= depth.range_max) {
+    complain("depth.range_min: is not below depth.range_max; lower the one or raise the other");
+  }
+  if (depth.median == 2) complain("depth.median: 2 images have no median; use 1 or 3");
   const std::string provider = config.lcm.url.substr(0, config.lcm.url.find("://"));
   if (provider != "udpm" && provider != "mpudpm" && provider != "tcpq" && provider != "memq" && provider != "file") {
     complain("lcm.url: \"" + config.lcm.url + "\" names no LCM provider; use udpm://ADDRESS:PORT?ttl=0");

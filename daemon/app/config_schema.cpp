@@ -66,6 +66,37 @@ void visitDevices(Config& config, ConfigVisitor& v) {
           config.imu_device.source, kSources);
 }
 
+void visitDepth(DepthDeviceConfig& depth, DepthViewConfig& view, ConfigVisitor& v) {
+  DepthProjectionConfig& projection = depth.projection;
+  DepthExtrinsics& at = projection.extrinsics;
+  v.section("depth",
+            "depth camera (Asus Xtion Pro Live, OpenNI2), its place on the robot and what becomes of its images");
+  v.field({"source", "", "where depth comes from: the camera, LCM channel SLAM_DEPTH, or nowhere"}, depth.source,
+          kSources);
+  v.field({"uri", "", "of the camera in OpenNI2, or a recording (.oni) that is played; empty: the first camera"},
+          depth.uri, kAnyText);
+  v.field({"width", "pixel", "of the images: 640 (30 Hz), 320 (30 or 60 Hz), 160"}, depth.width, 160, 1280);
+  v.field({"height", "pixel", "of the images: 480, 240, 120"}, depth.height, 120, 1024);
+  v.field({"rate", "Hz", "of the images"}, depth.rate, 1, 120);
+  v.field({"record", "", "file (.oni) that the images are recorded to; empty: none"}, depth.record, kAnyText);
+  v.field({"x", "m", "camera ahead of the base's turning centre"}, at.x, -5.0, 5.0);
+  v.field({"y", "m", "camera left of the base's turning centre"}, at.y, -5.0, 5.0);
+  v.field({"z", "m", "camera above the floor"}, at.z, 0.06, 3.0);
+  v.field({"roll", "rad", "camera turned about its axis, right side down"}, at.roll, -kPi, kPi);
+  v.field({"pitch", "rad", "camera looking down"}, at.pitch, -1.2, 1.2);
+  v.field({"yaw", "rad", "camera turned to the left"}, at.yaw, -kPi, kPi);
+  v.field({"time_offset", "s", "added to the camera's stamps"}, view.time_offset, -1.0, 1.0);
+  v.field({"floor_clearance", "m", "what is lower is driven over"}, projection.floor_clearance, 0.01, 0.5);
+  v.field({"robot_height", "m", "what begins higher is driven under"}, projection.robot_height, 0.05, 3.0);
+  v.field({"range_min", "m", "nearer depth is not trusted"}, projection.range_min, 0.1, 5.0);
+  v.field({"range_max", "m", "obstacles beyond are left to the lidar; the depth's steps are 5 cm at 4 m"},
+          projection.range_max, 0.5, 10.0);
+  v.field({"median", "", "images whose pixel-wise median is used: 1 (none) or 3, for a robot that moves slowly"},
+          projection.median, 1, 3);
+  v.field({"max_tilt", "rad", "bracket and suspension give no more; the floor is followed up to here"},
+          projection.floor.max_tilt, 0.0, 0.3);
+}
+
 void visitEkf(EkfConfig& ekf, EkfTimelineConfig& timeline, ConfigVisitor& v) {
   v.section("ekf", "Kalman filter of wheels and IMU; a random walk per sqrt(s) grows with the root of time");
   v.field({"acceleration_noise", "m/s per sqrt(s)", "how fast the speed changes"}, ekf.acceleration_noise, 0.01, 100.0);
@@ -200,10 +231,22 @@ void visitMap(OccupancyGridConfig& map, OutputConfig& output, ConfigVisitor& v) 
   v.section("map", "occupancy grid");
   v.field({"resolution", "m", "side of a cell"}, map.resolution, 0.005, 1.0);
   v.field({"max_range", "m", "longer returns are not drawn"}, map.max_range, 0.5, 200.0);
+  std::string fusion = map.fusion == Fusion::kPaper ? "paper" : "layers";
+  v.field({"fusion", "", "of lidar and depth; layers: later looks can take back what earlier ones said; paper: never"},
+          fusion, {"layers", "paper"});
+  map.fusion = fusion == "paper" ? Fusion::kPaper : Fusion::kLayers;
   v.field({"hit_probability", "1", "P(occupied) after a beam ended in a cell"}, map.lidar.hit_probability, 0.51, 0.99);
   v.field({"miss_probability", "1", "P(occupied) after a beam crossed a cell"}, map.lidar.miss_probability, 0.01, 0.49);
   v.field({"min_probability", "1", "a cell never gets surer of being free"}, map.lidar.min_probability, 0.001, 0.19);
   v.field({"max_probability", "1", "a cell never gets surer of being occupied"}, map.lidar.max_probability, 0.66,
+          0.999);
+  v.field({"depth_hit_probability", "1", "P(occupied) after the depth camera saw an obstacle in a cell"},
+          map.depth.hit_probability, 0.51, 0.99);
+  v.field({"depth_miss_probability", "1", "P(occupied) after the depth camera looked through a cell at all heights"},
+          map.depth.miss_probability, 0.01, 0.49);
+  v.field({"depth_min_probability", "1", "same limit for the depth camera's layer"}, map.depth.min_probability, 0.001,
+          0.19);
+  v.field({"depth_max_probability", "1", "same limit for the depth camera's layer"}, map.depth.max_probability, 0.66,
           0.999);
 
   v.section("output", "files written; ~ and variables are not expanded");
@@ -225,6 +268,7 @@ void visitDaemon(LcmConfig& lcm, RuntimeConfig& runtime, ConfigVisitor& v) {
   v.field({"realtime", "", "SCHED_FIFO and locked memory where permitted; a warning where not"}, runtime.realtime);
   v.field({"base_priority", "", "SCHED_FIFO priority"}, runtime.base_priority, 1, 99);
   v.field({"lidar_priority", "", "SCHED_FIFO priority"}, runtime.lidar_priority, 1, 99);
+  v.field({"depth_priority", "", "SCHED_FIFO priority"}, runtime.depth_priority, 1, 99);
   v.field({"estimator_priority", "", "SCHED_FIFO priority"}, runtime.estimator_priority, 1, 99);
 }
 
@@ -233,6 +277,7 @@ void visitDaemon(LcmConfig& lcm, RuntimeConfig& runtime, ConfigVisitor& v) {
 void visitConfig(Config& config, ConfigVisitor& visitor) {
   visitModeAndStore(config, visitor);
   visitDevices(config, visitor);
+  visitDepth(config.depth_device, config.localizer.depth, visitor);
   visitMap(config.map, config.output, visitor);
   visitDaemon(config.lcm, config.runtime, visitor);
   visitEkf(config.localizer.ekf, config.localizer.timeline, visitor);

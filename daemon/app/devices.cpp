@@ -11,11 +11,27 @@ namespace {
 
 using namespace std::chrono_literals;
 constexpr Duration kFirstBackOff = 100ms, kLongestBackOff = 1s;
-constexpr Duration kPollTimeout = 100ms;  // the longest that a request to stop waits for the lidar thread
+constexpr Duration kPollTimeout = 100ms;  // the longest that a request to stop waits for a device's thread
+
+/// One round of a thread that owns a device: reads, or tries to connect.
+template <typename Driver>
+void keepConnected(Driver& driver, bool& connected, BackOff& back_off, const std::atomic<bool>& cancel) {
+  if (connected) {
+    connected = driver.poll(kPollTimeout);
+    return;
+  }
+  connected = driver.connect(cancel);
+  connected ? back_off.reset() : back_off.wait(cancel);
+}
 
 int priority(const Config& config, int wanted) { return config.runtime.realtime ? wanted : 0; }
 
 }  // namespace
+
+void BackOff::wait(const std::atomic<bool>& cancel) {
+  wait_ = std::clamp(2 * wait_, kFirstBackOff, kLongestBackOff);
+  for (const Timestamp end = monotonicNow() + wait_; monotonicNow() < end && !cancel;) ::poll(nullptr, 0, 20);
+}
 
 BaseThread::BaseThread(const Config& config, Exchange& exchange)
     : exchange_(exchange),
@@ -62,31 +78,44 @@ LidarThread::~LidarThread() {
   driver_.stop();
 }
 
-void LidarThread::run() {
-  if (connected_) {
-    connected_ = driver_.poll(kPollTimeout);
-    return;
-  }
-  connected_ = driver_.connect(worker_.stopping());
-  if (connected_) {
-    back_off_ = 0ns;
-  } else {
-    waitBackOff();
-  }
-}
-
-void LidarThread::waitBackOff() {
-  back_off_ = std::clamp(2 * back_off_, kFirstBackOff, kLongestBackOff);
-  for (const Timestamp end = monotonicNow() + back_off_; monotonicNow() < end && !worker_.stopping();) {
-    ::poll(nullptr, 0, 20);
-  }
-}
+void LidarThread::run() { keepConnected(driver_, connected_, back_off_, worker_.stopping()); }
 
 void LidarThread::addScan(const LaserScan& scan) {
   scan_->scan = scan;
   scan_->received = monotonicNow();
   exchange_.scans.tryPush(*scan_);
   exchange_.scans_out.tryPush(*scan_);
+}
+
+DepthThread::DepthThread(const Config& config, Exchange& exchange)
+    : exchange_(exchange),
+      projection_(config.depth_device.projection),
+      camera_({.uri = config.depth_device.uri,
+               .width = config.depth_device.width,
+               .height = config.depth_device.height,
+               .rate = config.depth_device.rate,
+               .record = config.depth_device.record},
+              &monotonicNow, [this](const DepthImage& image) { addImage(image); }),
+      worker_({.name = "depth", .priority = priority(config, config.runtime.depth_priority)}, [this] { run(); }) {}
+
+DepthThread::~DepthThread() {
+  worker_.stop();
+  camera_.stop();
+}
+
+void DepthThread::run() { keepConnected(camera_, connected_, back_off_, worker_.stopping()); }
+
+void DepthThread::addImage(const DepthImage& image) {
+  const Timestamp begin = monotonicNow();
+  const DepthProjection::Status status = projection_.project(image);
+  exchange_.depth_work.add(monotonicNow() - begin);
+  camera_.status().set(DeviceState::kStreaming, describe(status));
+  if (status != DepthProjection::Status::kOk) {
+    camera_.status().rejects.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
+  exchange_.views.tryPush(projection_.laser());
+  exchange_.views_out.tryPush(projection_.laser());
 }
 
 }  // namespace slam

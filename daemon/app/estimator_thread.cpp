@@ -43,6 +43,9 @@ void EstimatorThread::tick() {
     localizer_->add(sample);
     probe_.add(sample);
   });
+  exchange_.views.drain([this](const PseudoLaser& laser) {
+    if (const DepthSight* sight = localizer_->add(laser)) exchange_.sights.tryPush(*sight);
+  });
   bool scanned = false;
   exchange_.scans.popOne([&](const ReceivedScan& received) { scanned = addScan(received); });
 

@@ -11,6 +11,7 @@
 
 #include "core/estimates.hpp"
 #include "core/keyframe.hpp"
+#include "core/pseudo_laser.hpp"
 #include "core/samples.hpp"
 #include "core/scan.hpp"
 #include "runtime/latency_histogram.hpp"
@@ -47,12 +48,19 @@ struct PoseSnapshot {
   SensorFindings findings;
 };
 
-/// What the graph thread tells the mapper: scans to draw, new poses when a loop was closed, another map, or that it
-/// wants a copy of the grid.
+/// The mapper's share of a map: what is drawn, and the depth views it was drawn from.
+struct DrawnMap {
+  OccupancyGrid grid;
+  std::vector<MapView> views;
+};
+
+/// What the graph thread tells the mapper: scans and depth views to draw, new poses when a loop was closed, another
+/// map, or that it wants a copy of the grid.
 struct MapChange {
   std::int32_t map_id = 0;
   Timestamp stamp;
   std::vector<MapScan> scans;
+  std::vector<MapView> views;
   std::vector<Pose2> poses;                  ///< of keyframes 0, 1, ...; empty: as before
   std::shared_ptr<const MapState> begin_in;  ///< set: a stored map to go on in
   bool send_grid = false;
@@ -85,19 +93,22 @@ struct Exchange {
   SpscQueue<WheelReading> wheels{256};
   SpscQueue<ImuSample> imu{256};
   SpscQueue<ReceivedScan> scans{8};  // lidar (or bus) -> estimator
-  // base, lidar -> bus: the raw samples of our own devices
+  SpscQueue<PseudoLaser> views{8};   // depth (or bus) -> estimator
+  // base, lidar, depth -> bus: the raw samples of our own devices
   SpscQueue<WheelReading> wheels_out{256};
   SpscQueue<ImuSample> imu_out{256};
   SpscQueue<ReceivedScan> scans_out{8};
+  SpscQueue<PseudoLaser> views_out{8};
 
   SpscQueue<Keyframe> keyframes{64};                             // estimator -> graph
+  SpscQueue<DepthSight> sights{64};                              // estimator -> graph
   SpscQueue<MapCorrection*> corrections{2};                      // graph -> estimator, who gives it back by
   SpscQueue<MapCorrection*> used_corrections{2};                 // estimator -> graph: one at most is on its way
   SpscQueue<std::shared_ptr<const MapChange>> map_changes{256};  // graph -> mapper
   SpscQueue<SetPose> set_poses{8};                               // bus -> estimator
   SpscQueue<MapCommand> map_commands{8};                         // bus -> graph
   SpscQueue<MapAnswer> map_answers{16};                          // graph -> bus
-  SpscQueue<std::shared_ptr<OccupancyGrid>> grids{2};            // mapper -> graph: copies, on request
+  SpscQueue<std::shared_ptr<DrawnMap>> grids{2};                 // mapper -> graph: copies, on request
   SpscQueue<Localizer*> localizers{2};                           // graph -> estimator: begins in another map ...
   SpscQueue<Localizer*> used_localizers{2};                      // estimator -> graph: ... and gives the old one back
   SpscQueue<map_meta_t> map_meta{4};                             // mapper -> bus
@@ -112,7 +123,7 @@ struct Exchange {
   std::atomic<bool> save_map{false};                       // bus -> mapper
   std::atomic<SaveOutcome> map_saved{SaveOutcome::kNone};  // mapper -> bus: of the last save_map
   std::atomic<bool> refresh_map{false};                    // bus -> mapper: all tiles again
-  LatencyHistogram match, scan_work, scan_to_pose, map_update, optimise;
+  LatencyHistogram match, scan_work, scan_to_pose, map_update, optimise, depth_work;
   std::atomic<std::int64_t> published{0}, publish_failures{0}, bad_messages{0}, map_keyframes{0};
   std::atomic<std::int64_t> loop_closures{0}, revoked_closures{0}, relocalised{0};
 };

@@ -65,7 +65,7 @@ void GraphThread::tick() {
     back_end_->recycle(std::move(correction));
     correction_away_ = false;
   });
-  exchange_.keyframes.drain([this](const Keyframe& keyframe) { add(keyframe); });
+  takeIn();
   exchange_.map_commands.drain([this](const MapCommand& command) { obey(command); });
   keepMap();
   sendChanges();
@@ -78,9 +78,9 @@ void GraphThread::keepMap() {
     if (state == LocalisationState::kLocalised) last_pose_ = snapshot_.pose.T_map_base;
   }
   const Timestamp now = monotonicNow();
-  exchange_.grids.drain([&](const std::shared_ptr<OccupancyGrid>& grid) {
+  exchange_.grids.drain([&](const std::shared_ptr<DrawnMap>& drawn) {
     grid_requested_ = false;
-    const MapState map = mapState(std::move(*grid));
+    const MapState map = mapState(std::move(*drawn));
     const bool saved = keeper_.checkpoint(now, map, changes());
     if (!pending_) return;
     const MapCommand command = *std::exchange(pending_, std::nullopt);
@@ -94,7 +94,7 @@ void GraphThread::keepMap() {
   if (back_end_->keyframes().size() == 0) return;
   if (keeper_.checkpointDue(now, changes())) requestGrid();
   if (keeper_.journalDue(now, last_pose_, changes())) {
-    keeper_.journal(now, mapState(OccupancyGrid(all_config_.map)), changes());
+    keeper_.journal(now, mapState({OccupancyGrid(all_config_.map), {}}), changes());
   }
 }
 
@@ -156,11 +156,12 @@ void GraphThread::requestGrid() {
   changes_.push_back(std::move(change));
 }
 
-MapState GraphThread::mapState(OccupancyGrid grid) const {
+MapState GraphThread::mapState(DrawnMap drawn) const {
   MapState map;
   map.keyframes = back_end_->keyframes();
   map.in_map = back_end_->inMap();
-  map.grid = std::move(grid);
+  map.grid = std::move(drawn.grid);
+  map.views = std::move(drawn.views);
   map.grid_keyframes = map.keyframes.size();
   map.T_map_base = last_pose_;
   map.gyro_bias = gyro_bias_;
@@ -175,10 +176,29 @@ std::int64_t GraphThread::changes() const {
   return static_cast<std::int64_t>(back_end_->keyframes().size()) + back_end_->generation();
 }
 
-bool GraphThread::store(OccupancyGrid grid) {
+bool GraphThread::store(DrawnMap drawn) {
   if (!keeper_.writes() || back_end_->keyframes().size() == 0) return true;
   exchange_.pose_for_graph.load(snapshot_);
-  return keeper_.checkpoint(monotonicNow(), mapState(std::move(grid)), changes());
+  return keeper_.checkpoint(monotonicNow(), mapState(std::move(drawn)), changes());
+}
+
+void GraphThread::takeIn() {
+  // Sights first: the keyframe that one was seen near is in the other queue by then.
+  sights_.clear();
+  exchange_.sights.drain([this](const DepthSight& sight) { sights_.push_back(sight); });
+  exchange_.keyframes.drain([this](const Keyframe& keyframe) { add(keyframe); });
+  for (const DepthSight& sight : sights_) add(sight);
+}
+
+void GraphThread::add(const DepthSight& sight) {
+  if (sight.map_id != map_id_) return;
+  const auto view = back_end_->mapView(sight);
+  if (!view) return;
+  auto change = std::make_shared<MapChange>();
+  change->map_id = map_id_;
+  change->stamp = sight.laser.stamp;
+  change->views.push_back(*view);
+  changes_.push_back(std::move(change));
 }
 
 void GraphThread::add(const Keyframe& keyframe) {
@@ -223,7 +243,7 @@ void GraphThread::sendChanges() {
 }
 
 void GraphThread::finish() {
-  exchange_.keyframes.drain([this](const Keyframe& keyframe) { add(keyframe); });
+  takeIn();
   sendChanges();
 }
 

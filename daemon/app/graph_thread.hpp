@@ -28,7 +28,7 @@ class GraphThread {
   /// For after the thread has stopped: takes what is left in the queue. Call it before the mapper's finish().
   void finish();
   /// Stores the map with the grid as the mapper left it. @return false when it could not be written
-  bool store(OccupancyGrid grid);
+  bool store(DrawnMap drawn);
 
  private:
   void tick();
@@ -37,9 +37,11 @@ class GraphThread {
   void obey(const MapCommand& command);
   void carryOut(const MapCommand& command, const MapState& map);
   void requestGrid();
-  MapState mapState(OccupancyGrid grid) const;
+  MapState mapState(DrawnMap drawn) const;
   std::int64_t changes() const;
+  void takeIn();
   void add(const Keyframe& keyframe);
+  void add(const DepthSight& sight);
   void sendChanges();
 
   const Config& all_config_;
@@ -58,6 +60,7 @@ class GraphThread {
   std::optional<MapCommand> pending_;  // waits for the grid
   int generation_ = 0;
   bool correction_away_ = false;
+  std::vector<DepthSight> sights_;
   std::deque<std::shared_ptr<const MapChange>> changes_;  // not yet in the mapper's queue
   Worker worker_;
 };

@@ -48,14 +48,15 @@ void MapperThread::draw(const MapChange& change) {
   }
   if (change.begin_in) {
     const MapState& map = *change.begin_in;
-    if (map.keyframes.size() > 0) mapper_.load(scansOf(map), map.grid.clone(), map.grid_keyframes);
+    if (map.keyframes.size() > 0) mapper_.load(scansOf(map), viewsOf(map), map.grid.clone(), map.grid_keyframes);
     exchange_.refresh_map = true;
   }
   for (const MapScan& scan : change.scans) mapper_.add(scan);
+  for (const MapView& view : change.views) mapper_.add(view);
   if (!change.poses.empty()) mapper_.move(change.poses);
   if (change.send_grid) {
     mapper_.work(std::numeric_limits<int>::max());
-    exchange_.grids.tryPush(std::make_shared<OccupancyGrid>(mapper_.grid().clone()));
+    exchange_.grids.tryPush(std::make_shared<DrawnMap>(drawn()));
   }
   utime_ = clock_.utime(change.stamp);
   meta_due_ = true;

@@ -21,7 +21,7 @@ class MapperThread {
   /// @return false when they could not be written
   bool finish();
   /// For after the thread has stopped, too.
-  OccupancyGrid grid() { return mapper_.grid().clone(); }
+  DrawnMap drawn() const { return {mapper_.grid().clone(), mapper_.views()}; }
 
  private:
   void tick();

@@ -73,12 +73,20 @@ Supervisor::Supervisor(const Config& config)
   }
   if (config_.imu_device.source == "lcm") devices_.push_back({"imu", &bus_.imuStatus(), kLcmRate, "", 0});
 
+  const DepthDeviceConfig& depth = config_.depth_device;
+  if (depth.source == "device") {
+    depth_ = std::make_unique<DepthThread>(config_, exchange_);
+    devices_.push_back({"depth", &depth_->camera().status(), static_cast<double>(depth.rate), "", 0});
+  }
+  if (depth.source == "lcm") devices_.push_back({"depth", &bus_.depthStatus(), kLcmRate, "", 0});
+
   watched_ = {{&estimator_.worker(), kRealtimeStall},
               {&graph_.worker(), kGraphStall},
               {&mapper_.worker(), 2s},
               {&bus_.worker(), 2s}};
   if (base_) watched_.push_back({&base_->worker(), kRealtimeStall});
   if (lidar_) watched_.push_back({&lidar_->worker(), kConnectStall});
+  if (depth_) watched_.push_back({&depth_->worker(), kConnectStall});
 }
 
 void Supervisor::start() {
@@ -123,11 +131,12 @@ bool Supervisor::stop() {
     if (watched.worker != &mapper_.worker()) watched.worker->stop();
   }
   if (lidar_) lidar_->driver().stop();
+  if (depth_) depth_->camera().stop();
   if (base_) base_->board().stop();
   mapper_.worker().stop();
   graph_.finish();
   const bool drawn = mapper_.finish();
-  return graph_.store(mapper_.grid()) && drawn;
+  return graph_.store(mapper_.drawn()) && drawn;
 }
 
 void Supervisor::watch(Timestamp now) {
@@ -256,6 +265,7 @@ void Supervisor::sendHealth(Timestamp now) {
   for (const auto& [name, histogram] : {std::pair("match", &exchange_.match),
                                         {"scan_work", &exchange_.scan_work},
                                         {"scan_to_pose", &exchange_.scan_to_pose},
+                                        {"depth", &exchange_.depth_work},
                                         {"map", &exchange_.map_update},
                                         {"loop_closure", &exchange_.optimise}}) {
     health.stages.push_back(stage(name, *histogram));
@@ -291,6 +301,10 @@ void Supervisor::sendHealth(Timestamp now) {
         counter("drops.scans", exchange_.scans.drops()),
         counter("drops.wheels", exchange_.wheels.drops()),
         counter("drops.imu", exchange_.imu.drops()),
+        counter("views", l.views),
+        counter("views.unplaced", l.views_unplaced),
+        counter("drops.views", exchange_.views.drops()),
+        counter("drops.sights", exchange_.sights.drops()),
         counter("drops.keyframes", exchange_.keyframes.drops()),
         counter("lcm.published", static_cast<std::uint64_t>(exchange_.published.load())),
         counter("lcm.failures", static_cast<std::uint64_t>(exchange_.publish_failures.load())),

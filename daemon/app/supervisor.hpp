@@ -57,6 +57,7 @@ class Supervisor {
   Exchange exchange_;
   std::unique_ptr<BaseThread> base_;
   std::unique_ptr<LidarThread> lidar_;
+  std::unique_ptr<DepthThread> depth_;
   GraphThread graph_;  // before the estimator: it loads the map
   EstimatorThread estimator_;
   MapperThread mapper_;

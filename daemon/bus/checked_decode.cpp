@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bus/checked_decode.hpp"
 
+#include "core/pseudo_laser.hpp"
+
 namespace slam {
 namespace {
 
@@ -54,6 +56,12 @@ std::optional<wheels_t> decodeChecked(Bytes data) {
 template <>
 std::optional<imu_t> decodeChecked(Bytes data) {
   return data.size() == kFingerprint + 8 + 48 ? decode<imu_t>(data) : std::nullopt;
+}
+
+template <>
+std::optional<depth_t> decodeChecked(Bytes data) {
+  constexpr std::size_t kHead = kFingerprint + 8 + 4 + 4;
+  return hasArraySize(data, kHead, 13, PseudoLaser::kCapacity) ? decode<depth_t>(data) : std::nullopt;
 }
 
 template <>

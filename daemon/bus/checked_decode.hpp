@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <slam/command_t.hpp>
+#include <slam/depth_t.hpp>
 #include <slam/imu_t.hpp>
 #include <slam/scan_t.hpp>
 #include <slam/wheels_t.hpp>
@@ -23,6 +24,8 @@ template <>
 std::optional<wheels_t> decodeChecked(std::span<const std::uint8_t> data);
 template <>
 std::optional<imu_t> decodeChecked(std::span<const std::uint8_t> data);
+template <>
+std::optional<depth_t> decodeChecked(std::span<const std::uint8_t> data);
 template <>
 std::optional<command_t> decodeChecked(std::span<const std::uint8_t> data);
 

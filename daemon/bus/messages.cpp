@@ -107,6 +107,21 @@ imu_t toMessage(const ImuSample& sample, std::int64_t utime) {
   return message;
 }
 
+depth_t toMessage(const PseudoLaser& laser, std::int64_t utime) {
+  depth_t message{};
+  message.utime = utime;
+  message.bearing_min = laser.bearing_min;
+  message.bearing_step = laser.bearing_step;
+  message.nbeams = laser.size;
+  for (const PseudoBeam& beam : laser.beams()) {
+    message.ranges.push_back(beam.range);
+    message.free_from.push_back(beam.free_from);
+    message.solid_to.push_back(beam.solid_to);
+    message.kinds.push_back(static_cast<std::uint8_t>(beam.kind));
+  }
+  return message;
+}
+
 bot_core::planar_lidar_t toLaserMessage(const LaserScan& scan, std::int64_t utime, int beams) {
   bot_core::planar_lidar_t message{};
   const double step = 2.0 * std::numbers::pi / beams;
@@ -157,9 +172,9 @@ map_tile_t toTileMessage(const OccupancyGrid& grid, TileIndex tile, std::int64_t
   message.ncells = message.side * message.side;
   message.cells.assign(static_cast<std::size_t>(message.ncells), kUnknown);
   if (const auto* data = grid.tiles().find(tile)) {
-    std::transform(data->cells.begin(), data->cells.end(), message.cells.begin(), [](const OccupancyGrid::Cell& cell) {
-      if (cell.scan == 0) return kUnknown;
-      return static_cast<std::uint8_t>(std::lround(100.0 * toProbability(cell.log_odds)));
+    std::transform(data->cells.begin(), data->cells.end(), message.cells.begin(), [&](const OccupancyGrid::Cell& cell) {
+      if (!cell.seen()) return kUnknown;
+      return static_cast<std::uint8_t>(std::lround(100.0 * toProbability(grid.fused(cell))));
     });
   }
   return message;
@@ -195,6 +210,26 @@ std::optional<ImuSample> fromMessage(const imu_t& message) {
                          Eigen::Vector3d(message.accel)};
   if (!sample.gyro.allFinite() || !sample.accel.allFinite()) return std::nullopt;
   return sample;
+}
+
+std::optional<PseudoLaser> fromMessage(const depth_t& message) {
+  const bool bearings = std::isfinite(message.bearing_min) && std::isfinite(message.bearing_step) &&
+                        std::abs(message.bearing_min) < 10.0F && std::abs(message.bearing_step) < 1.0F;
+  if (!isStamp(message.utime) || !bearings || message.nbeams > PseudoLaser::kCapacity) return std::nullopt;
+  PseudoLaser laser;
+  laser.stamp = fromMicroseconds(message.utime);
+  laser.bearing_min = message.bearing_min;
+  laser.bearing_step = message.bearing_step;
+  laser.size = message.nbeams;
+  for (std::size_t i = 0; i < message.ranges.size(); ++i) {
+    constexpr float kFarthest = 100.0F;  // [m] no depth camera sees further; keeps hostile ranges out of the map
+    const float range = message.ranges[i], from = message.free_from[i], to = message.solid_to[i];
+    const bool sound = range > 0.0F && from >= 0.0F && from <= range && to >= range && to < kFarthest;
+    const auto kind = static_cast<std::uint8_t>(message.kinds[i]);
+    if (!sound || kind == 0 || kind > static_cast<std::uint8_t>(PseudoBeam::Kind::kHit)) continue;
+    laser.storage[i] = {static_cast<PseudoBeam::Kind>(kind), range, from, to};
+  }
+  return laser;
 }
 
 }  // namespace slam

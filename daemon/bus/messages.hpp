@@ -4,6 +4,7 @@
 #include <bot_core/pose_t.hpp>
 #include <cstdint>
 #include <optional>
+#include <slam/depth_t.hpp>
 #include <slam/imu_t.hpp>
 #include <slam/map_meta_t.hpp>
 #include <slam/map_tile_t.hpp>
@@ -14,6 +15,7 @@
 #include <span>
 
 #include "core/estimates.hpp"
+#include "core/pseudo_laser.hpp"
 #include "core/samples.hpp"
 #include "core/scan.hpp"
 #include "mapping/occupancy_grid.hpp"
@@ -29,6 +31,7 @@ scan_t toMessage(const LaserScan& scan, std::int64_t utime);
 /// @param angles [rad] of each wheel, may be empty
 wheels_t toMessage(const WheelSample& sample, std::int64_t utime, std::span<const double> angles = {});
 imu_t toMessage(const ImuSample& sample, std::int64_t utime);
+depth_t toMessage(const PseudoLaser& laser, std::int64_t utime);
 /// The scan resampled to `beams` equal bearing steps over the full turn; the nearest return of a step counts.
 bot_core::planar_lidar_t toLaserMessage(const LaserScan& scan, std::int64_t utime, int beams = 720);
 map_meta_t toMetaMessage(const OccupancyGrid& grid, std::int64_t utime, std::int32_t map_id, std::int32_t keyframes);
@@ -37,9 +40,10 @@ map_tile_t toTileMessage(const OccupancyGrid& grid, TileIndex tile, std::int64_t
 /// Stamps of the results count from the message's epoch: stamp = fromMicroseconds(utime).
 /// @return std::nullopt for a message that cannot be a measurement (no plausible utime, values that are not finite, too
 /// many
-///         beams); single bad beams become "no return"
+///         beams); single bad beams become "no return" or "unknown"
 std::optional<LaserScan> fromMessage(const scan_t& message);
 std::optional<WheelSample> fromMessage(const wheels_t& message);
 std::optional<ImuSample> fromMessage(const imu_t& message);
+std::optional<PseudoLaser> fromMessage(const depth_t& message);
 
 }  // namespace slam

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include "core/pose2.hpp"
 #include "core/timestamp.hpp"
 
 namespace slam {
@@ -34,6 +35,14 @@ struct PseudoLaser {
   std::array<PseudoBeam, kCapacity> storage;
 
   std::span<const PseudoBeam> beams() const { return {storage.data(), static_cast<std::size_t>(size)}; }
+};
+
+/// A pseudo-laser and the keyframe it was seen near.
+struct DepthSight {
+  std::int32_t map_id = 0, segment = 0;  ///< as of Keyframe
+  std::int32_t keyframe = -1;            ///< id
+  Pose2 T_keyframe_base;                 ///< at the image's stamp
+  PseudoLaser laser;
 };
 
 }  // namespace slam

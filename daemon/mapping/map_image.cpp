@@ -20,7 +20,7 @@ MapImage renderMap(const OccupancyGrid& grid) {
     grid.tiles().forEachTile([&](TileIndex tile, const OccupancyGrid::Tiles::Tile& data) {
       for (int row = 0; row < kSide; ++row) {
         for (int column = 0; column < kSide; ++column) {
-          const std::uint8_t value = classify(toProbability(data.at(column, row).log_odds));
+          const std::uint8_t value = classify(toProbability(grid.fused(data.at(column, row))));
           if (value == MapImage::kUnknown) continue;
           visit(CellIndex{tile.column * kSide + column, tile.row * kSide + row}, value);
         }

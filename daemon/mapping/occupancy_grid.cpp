@@ -7,49 +7,93 @@
 
 namespace slam {
 
+OccupancyGrid::Layer::Layer(LogOdds Cell::*of_cell, const InverseSensorModel& model, Fusion fusion)
+    : value(of_cell),
+      hit(toLogOdds(model.hit_probability)),
+      miss(toLogOdds(model.miss_probability)),
+      min(toLogOdds(model.min_probability)),
+      max(toLogOdds(model.max_probability)),
+      keeps_obstacles(fusion == Fusion::kPaper) {}
+
 OccupancyGrid::OccupancyGrid(const OccupancyGridConfig& config)
     : config_(config),
       inverse_resolution_(1.0 / config.resolution),
-      hit_(toLogOdds(config.lidar.hit_probability)),
-      miss_(toLogOdds(config.lidar.miss_probability)),
-      min_(toLogOdds(config.lidar.min_probability)),
-      max_(toLogOdds(config.lidar.max_probability)) {}
+      lidar_(&Cell::lidar, config.lidar, config.fusion),
+      depth_(&Cell::depth, config.depth, config.fusion) {}
 
-inline void OccupancyGrid::change(CellIndex index, LogOdds by) {
+inline void OccupancyGrid::change(CellIndex index, const Layer& layer, LogOdds by) {
   const TileIndex tile = Tiles::tileOf(index);
   if (pen_.index != tile) enter(tile);
   if (pen_.tile == nullptr) return;
   Cell& cell = pen_.tile->at(index.column & (kTileSide - 1), index.row & (kTileSide - 1));
-  if (cell.scan == scan_) return;
-  cell.scan = scan_;
-  cell.log_odds = static_cast<LogOdds>(std::clamp<int>(cell.log_odds + by, min_, max_));
+  if (cell.look == look_) return;
+  cell.look = look_;
+  LogOdds& value = cell.*layer.value;
+  // Bayes, eq. 18 of the paper: a sum in log-odds. Clamped, so that it can change again.
+  if (value != kCertain) value = static_cast<LogOdds>(std::clamp<int>(value + by, layer.min, layer.max));
+  if (layer.keeps_obstacles && value > 0) value = kCertain;
   if (pen_.touched) return;
   pen_.touched = true;
   touched_.push_back(tile);
 }
 
+void OccupancyGrid::begin() {
+  if (++look_ == 0) ++look_;  // 0 marks a cell that nothing has changed
+  hits_.clear();
+  rays_.clear();
+  touched_.clear();
+}
+
 void OccupancyGrid::add(const Pose2& T_map_base, const Pose2& T_base_lidar, std::span<const Keyframe::Point> points) {
-  if (++scan_ == 0) ++scan_;  // 0 marks a cell that no scan has changed
+  begin();
   const Eigen::Vector2d lidar = T_map_base * T_base_lidar.translation();
   const double max_squared = config_.max_range * config_.max_range;
-  ends_.clear();
-  touched_.clear();
+  const CellIndex start = cellAt(lidar);
   for (const Keyframe::Point& point : points) {
     const Eigen::Vector2d end = T_map_base * Eigen::Vector2d(point.x, point.y);
-    if ((end - lidar).squaredNorm() <= max_squared) ends_.push_back(cellAt(end));
+    if ((end - lidar).squaredNorm() > max_squared) continue;
+    hits_.push_back(cellAt(end));
+    rays_.push_back({start, hits_.back()});
   }
-  if (ends_.empty()) return;
-  const CellIndex start = cellAt(lidar);
-  enter(Tiles::tileOf(start));
-  for (const CellIndex& end : ends_) change(end, hit_);
-  for (const CellIndex& end : ends_) {
-    traverseRay(start, end, [this](CellIndex cell) { change(cell, miss_); });
+  draw(lidar_);
+}
+
+void OccupancyGrid::add(const Pose2& T_map_depth, const DepthView& view) {
+  begin();
+  const Eigen::Vector2d camera = T_map_depth.translation();
+  for (const DepthView::Beam& beam : view.beams) {
+    const double direction = T_map_depth.theta + beam.bearing;
+    const Eigen::Vector2d ray(std::cos(direction), std::sin(direction));
+    const CellIndex end = cellAt(camera + beam.range * ray);
+    if (beam.free_from < beam.range) rays_.push_back({cellAt(camera + beam.free_from * ray), end});
+    if (!beam.hit) continue;
+    hits_.push_back(end);
+    if (beam.solid_to <= beam.range) continue;
+    const CellIndex last = cellAt(camera + beam.solid_to * ray);
+    traverseRay(end, last, [this](CellIndex cell) { hits_.push_back(cell); });
+    hits_.push_back(last);
+  }
+  draw(depth_);
+}
+
+/// First the hits, then what was seen through, so that a grazing beam does not erase the wall its neighbour hit.
+void OccupancyGrid::draw(const Layer& layer) {
+  if (hits_.empty() && rays_.empty()) return;
+  enter(Tiles::tileOf(hits_.empty() ? rays_.front().from : hits_.front()));
+  for (const CellIndex& hit : hits_) change(hit, layer, layer.hit);
+  for (const Ray& ray : rays_) {
+    traverseRay(ray.from, ray.to, [&](CellIndex cell) { change(cell, layer, layer.miss); });
   }
   for (const TileIndex& tile : touched_) markChanged(tile);
 }
 
-void OccupancyGrid::set(CellIndex cell, LogOdds log_odds) {
-  tiles_.cell(cell).log_odds = std::clamp(log_odds, min_, max_);
+void OccupancyGrid::set(CellIndex cell, LogOdds lidar, LogOdds depth) {
+  const auto bounded = [](LogOdds value, const Layer& layer) {
+    return layer.keeps_obstacles && value > 0 ? kCertain : std::clamp(value, layer.min, layer.max);
+  };
+  Cell& written = tiles_.cell(cell);
+  written.lidar = bounded(lidar, lidar_);
+  written.depth = bounded(depth, depth_);
 }
 
 void OccupancyGrid::enter(TileIndex tile) {
@@ -74,7 +118,7 @@ void OccupancyGrid::replaceBy(OccupancyGrid&& patch) {
   patch.tiles_.forEachTile([&](TileIndex tile, const auto&) { tiles.push_back(tile); });
   for (const TileIndex& tile : tiles) {
     auto content = patch.tiles_.take(tile);
-    for (Cell& cell : content->cells) cell.scan = 0;  // serials of the patch mean nothing here
+    for (Cell& cell : content->cells) cell.look = cell.seen() ? look_ : 0;  // serials of the patch mean nothing here
     tiles_.put(tile, std::move(content));
     markChanged(tile);
   }
@@ -83,7 +127,7 @@ void OccupancyGrid::replaceBy(OccupancyGrid&& patch) {
 OccupancyGrid OccupancyGrid::clone() const {
   OccupancyGrid copy(config_);
   copy.tiles_ = tiles_.clone();
-  copy.scan_ = scan_;
+  copy.look_ = look_;
   return copy;
 }
 

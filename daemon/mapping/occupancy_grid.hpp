@@ -6,8 +6,10 @@
 #include <span>
 #include <vector>
 
+#include "core/depth_view.hpp"
 #include "core/keyframe.hpp"
 #include "core/tiled_grid.hpp"
+#include "mapping/layer_fusion.hpp"
 
 namespace slam {
 
@@ -21,26 +23,20 @@ struct InverseSensorModel {
 
 struct OccupancyGridConfig {
   double resolution = 0.05;  ///< [m] side of a cell
-  double max_range = 30.0;   ///< [m] longer returns are not drawn
-  InverseSensorModel lidar;
+  double max_range = 30.0;   ///< [m] longer returns of the lidar are not drawn
+  Fusion fusion = Fusion::kLayers;
+  InverseSensorModel lidar = {}, depth = {};
 };
 
-/// log(p / (1 - p)) in units of 1/kLogOddsScale; 0 is p = 0.5, and a cell that was never seen.
-using LogOdds = std::int16_t;
-inline constexpr double kLogOddsScale = 1000.0;
-
-inline LogOdds toLogOdds(double probability) {
-  return static_cast<LogOdds>(std::lround(kLogOddsScale * std::log(probability / (1.0 - probability))));
-}
-inline double toProbability(LogOdds log_odds) { return 1.0 / (1.0 + std::exp(-log_odds / kLogOddsScale)); }
-
-/// Occupancy grid with a lidar layer. Cell (0, 0) has its lower-left corner at the map frame's origin.
+/// Occupancy grid with a lidar layer, which knows one height, and a depth layer, which knows the robot's whole height.
+/// Cell (0, 0) has its lower-left corner at the map frame's origin.
 class OccupancyGrid {
  public:
   static constexpr int kTileSide = 64;
   struct Cell {
-    LogOdds log_odds = 0;
-    std::uint16_t scan = 0;  // serial of the scan that changed it last: a scan changes a cell once
+    LogOdds lidar = 0, depth = 0;  ///< the layers
+    std::uint16_t look = 0;        ///< serial of the scan or depth view that changed it last: each changes a cell once
+    bool seen() const { return look != 0 || lidar != 0 || depth != 0; }
   };
   using Tiles = TiledGrid<Cell, kTileSide>;
 
@@ -50,9 +46,12 @@ class OccupancyGrid {
   /// erase the wall its neighbour hit. Each cell changes once.
   void add(const Pose2& T_map_base, const Pose2& T_base_lidar, std::span<const Keyframe::Point> points);
   void add(const Keyframe& keyframe) { add(keyframe.T_map_base, keyframe.T_base_lidar, keyframe.points()); }
+  /// Draws what a depth camera saw, as add() of a scan does, into the depth layer.
+  /// @param T_map_depth the camera, levelled
+  void add(const Pose2& T_map_depth, const DepthView& view);
   /// Writes one cell, as of a stored map.
-  void set(CellIndex cell, LogOdds log_odds);
-  /// Tiles that the last scan changed, each once.
+  void set(CellIndex cell, LogOdds lidar, LogOdds depth = 0);
+  /// Tiles that the last scan or view changed, each once.
   const std::vector<TileIndex>& touched() const { return touched_; }
 
   /// A grid that draws only into the tiles given, for drawing part of a map anew.
@@ -69,21 +68,32 @@ class OccupancyGrid {
   }
   double resolution() const { return config_.resolution; }
   const Tiles& tiles() const { return tiles_; }
-  LogOdds logOdds(CellIndex cell) const { return tiles_.read(cell).log_odds; }
+  /// Both layers as one, by the configured fusion.
+  LogOdds fused(const Cell& cell) const { return slam::fused(config_.fusion, cell.lidar, cell.depth); }
+  LogOdds logOdds(CellIndex cell) const { return fused(tiles_.read(cell)); }
 
   /// Tiles changed since the last call, each once, in the order of change.
   std::vector<TileIndex> takeChangedTiles();
 
  private:
-  void change(CellIndex cell, LogOdds by);
+  /// A layer and how it changes.
+  struct Layer {
+    Layer(LogOdds Cell::*of_cell, const InverseSensorModel& model, Fusion fusion);
+    LogOdds Cell::*value;
+    LogOdds hit, miss, min, max;
+    bool keeps_obstacles;  // [Paper eq. 19]
+  };
+  void begin();
+  void change(CellIndex cell, const Layer& layer, LogOdds by);
+  void draw(const Layer& layer);
   void enter(TileIndex tile);
   void markChanged(TileIndex tile);
 
   OccupancyGridConfig config_;
   double inverse_resolution_;
-  LogOdds hit_, miss_, min_, max_;
+  Layer lidar_, depth_;
   Tiles tiles_;
-  std::uint16_t scan_ = 0;
+  std::uint16_t look_ = 0;
   bool grows_ = true;  // false: a patch
   struct Pen {
     TileIndex index;
@@ -91,7 +101,11 @@ class OccupancyGrid {
     bool touched = false;         // is in touched_
   } pen_;                         // the tile being drawn into: most cells of a ray lie in the one before's
   std::vector<TileIndex> changed_, touched_;
-  std::vector<CellIndex> ends_;  // of the present keyframe's beams
+  struct Ray {
+    CellIndex from, to;  // `to` excluded
+  };
+  std::vector<CellIndex> hits_;  // of the present scan or view ...
+  std::vector<Ray> rays_;        // ... and what it saw through
 };
 
 }  // namespace slam

@@ -268,6 +268,13 @@ std::vector<MapScan> BackEnd::mapScans(const Keyframe& keyframe) const {
   return scans;
 }
 
+std::optional<MapView> BackEnd::mapView(const DepthSight& sight) const {
+  const bool known = sight.keyframe >= 0 && sight.keyframe < keyframes_.size() && inMap(sight.keyframe);
+  if (!placed_ || config_.localise_only || sight.segment != segment_ || !known) return std::nullopt;
+  return MapView{sight.keyframe, keyframes_.pose(sight.keyframe), sight.T_keyframe_base,
+                 std::make_shared<const DepthView>(sight.laser, config_.T_base_depth)};
+}
+
 std::unique_ptr<MapCorrection> BackEnd::takeCorrection() { return std::move(due_); }
 
 void BackEnd::closeLoops() {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/keyframe.hpp"
+#include "core/pseudo_laser.hpp"
 #include "posegraph/keyframe_graph.hpp"
 #include "posegraph/loop_closure.hpp"
 #include "posegraph/optimiser.hpp"
@@ -21,6 +22,7 @@ struct BackEndConfig {
   MatchConfig match;
   bool close_loops = true;
   bool localise_only = false;  ///< the map stays as it was loaded
+  Pose2 T_base_depth;          ///< of the levelled depth camera
   double link_distance = 1.0;  ///< [m] a new keyframe is joined to the nearest of the reference up to here ...
   int link_age = 10;           ///< ... that is so many keyframes older: both were matched to one reference
   double link_translation_sigma = 0.02;  ///< [m] of such an edge
@@ -62,6 +64,8 @@ class BackEnd {
   /// What the keyframe or look just added gives the Mapper to draw, at its pose as known now: nothing while the robot
   /// is lost or in a map that is only given, the whole segment when it has been found.
   std::vector<MapScan> mapScans(const Keyframe& keyframe) const;
+  /// The same of a depth image.
+  std::optional<MapView> mapView(const DepthSight& sight) const;
 
   /// The correction that has become due, if any; give used ones back to recycle their memory.
   std::unique_ptr<MapCorrection> takeCorrection();

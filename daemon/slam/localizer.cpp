@@ -35,6 +35,7 @@ EkfConfig beginningAt(EkfConfig config, const Pose2& pose, double gyro_bias) {
   config.initial_gyro_bias = gyro_bias;
   return config;
 }
+constexpr Duration kLongestPrediction = std::chrono::milliseconds(200);  // of the pose at a depth image
 
 }  // namespace
 
@@ -133,6 +134,28 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
     }
   }
   return outcome;
+}
+
+const DepthSight* Localizer::add(const PseudoLaser& laser) {
+  const Timestamp stamp = laser.stamp + fromSeconds(config_.depth.time_offset);
+  const bool known = last_match_ && stamp >= pose_.oldestStamp() && stamp <= pose_.newestStamp() + kLongestPrediction;
+  const PoseEstimate seen_from = known ? estimate(stamp) : PoseEstimate{};
+  const Anchored anchored = anchor(seen_from.T_map_base);
+  if (!known || seen_from.state != LocalisationState::kLocalised || anchored.keyframe < 0) {
+    ++counters_.views_unplaced;
+    return nullptr;
+  }
+  const Pose2 T_odom_base = odometry_.at(stamp).pose();
+  if (last_view_ && stamp - last_view_stamp_ < fromSeconds(config_.depth.period) && stamp >= last_view_stamp_) {
+    const Pose2 moved = between(*last_view_, T_odom_base);
+    const bool far = std::hypot(moved.x, moved.y) >= config_.depth.translation;
+    if (!far && std::abs(moved.theta) < config_.depth.rotation) return nullptr;
+  }
+  last_view_ = T_odom_base;
+  last_view_stamp_ = stamp;
+  ++counters_.views;
+  sight_ = {start_.map_id, segment_, anchored.keyframe, anchored.T_keyframe_base, laser};
+  return &sight_;
 }
 
 bool Localizer::carriedAway(const Pose2& predicted) const {

@@ -9,6 +9,7 @@
 #include "core/estimates.hpp"
 #include "core/keyframe.hpp"
 #include "core/pose_history.hpp"
+#include "core/pseudo_laser.hpp"
 #include "core/samples.hpp"
 #include "core/scan.hpp"
 #include "estimation/ekf_timeline.hpp"
@@ -52,8 +53,18 @@ struct DriftConfig {
   double rotation_per_radian = 0.003;  ///< [rad per sqrt(rad)]
 };
 
+/// When what the depth camera sees is drawn. Views from one place have the same errors: many of them prove no more than
+/// one, but they show what has changed there.
+struct DepthViewConfig {
+  double time_offset = 0.0;   ///< [s] added to the camera's stamps
+  double translation = 0.05;  ///< [m] since the last view
+  double rotation = 0.05;     ///< [rad] since the last view
+  double period = 0.2;        ///< [s] since the last view
+};
+
 struct LocalizerConfig {
   LidarModel lidar;
+  DepthViewConfig depth;
   EkfConfig ekf;
   EkfTimelineConfig timeline;
   NormalConfig normals;
@@ -81,6 +92,8 @@ struct LocalizerCounters {
   std::uint32_t samples_late = 0;     ///< wheel and IMU samples fused at their place behind newer ones
   std::uint32_t samples_too_old = 0;  ///< wheel and IMU samples dropped
   std::uint32_t far_ahead = 0;        ///< samples dropped whose stamp alone was seconds ahead
+  std::uint32_t views = 0;            ///< depth images drawn
+  std::uint32_t views_unplaced = 0;   ///< depth images dropped because the pose at their stamp was not valid or known
 };
 
 /// What one scan did.
@@ -118,6 +131,9 @@ class Localizer {
   void add(const ImuSample& sample);
   /// @param may_keep false: the scan becomes no keyframe, because nobody could take it
   ScanOutcome add(const LaserScan& scan, bool may_keep = true);
+
+  /// @return where a depth image was seen from, if it is to be drawn; valid until the next call
+  const DepthSight* add(const PseudoLaser& laser);
 
   /// Pose of base in map at `stamp`, predicted from the newest samples.
   PoseEstimate estimate(Timestamp stamp) const;
@@ -180,6 +196,9 @@ class Localizer {
   CorrelativeMatcher search_;
   PoseHistory history_;
   ScanPoints points_;
+  DepthSight sight_;
+  std::optional<Pose2> last_view_;  // in odom
+  Timestamp last_view_stamp_;
   Keyframe keyframe_;
   std::optional<Pose2> last_keyframe_;
   Pose2 last_look_;

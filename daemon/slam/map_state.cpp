@@ -29,6 +29,12 @@ std::vector<MapScan> scansOf(const MapState& map) {
   return scans;
 }
 
+std::vector<MapView> viewsOf(const MapState& map) {
+  std::vector<MapView> views = map.views;
+  for (MapView& view : views) view.T_map_keyframe = map.keyframes.pose(view.keyframe);
+  return views;
+}
+
 std::string lidarMismatch(const MapState& map, const LidarModel& lidar) {
   if (map.picture_only || map.keyframes.size() == 0) return "";
   const Pose2 gap = between(map.T_base_lidar, lidar.T_base_lidar);

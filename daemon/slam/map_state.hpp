@@ -17,13 +17,14 @@ struct MapState {
   KeyframeGraph keyframes;
   std::vector<char> in_map;  ///< by keyframe: 0 where its place in the map was never found
   OccupancyGrid grid;
-  int grid_keyframes = 0;     ///< so many keyframes are drawn into the grid; fewer than there are after a crash
-  Pose2 T_map_base;           ///< where the robot was last
-  double gyro_bias = 0.0;     ///< [rad/s]
-  Pose2 T_base_lidar;         ///< extrinsics that the keyframes were taken with
-  double range_max = 0.0;     ///< [m] of the lidar
-  std::int64_t utime = 0;     ///< [us] of the last keyframe
-  bool picture_only = false;  ///< made from a picture of a map: it serves localisation alone
+  std::vector<MapView> views;  ///< of the depth camera; their keyframes' poses are those of `keyframes`
+  int grid_keyframes = 0;      ///< so many keyframes are drawn into the grid; fewer than there are after a crash
+  Pose2 T_map_base;            ///< where the robot was last
+  double gyro_bias = 0.0;      ///< [rad/s]
+  Pose2 T_base_lidar;          ///< extrinsics that the keyframes were taken with
+  double range_max = 0.0;      ///< [m] of the lidar
+  std::int64_t utime = 0;      ///< [us] of the last keyframe
+  bool picture_only = false;   ///< made from a picture of a map: it serves localisation alone
 };
 
 /// Where a Localizer begins in a stored map; in one without keyframes, at a new map's origin.
@@ -31,6 +32,8 @@ LocalizerStart startIn(const MapState& map, std::int32_t map_id = 0);
 
 /// The keyframes of a stored map for the Mapper; those that its grid does not show yet are the last ones.
 std::vector<MapScan> scansOf(const MapState& map);
+/// Its depth views, where their keyframes are now.
+std::vector<MapView> viewsOf(const MapState& map);
 
 /// What about the lidar is different from when the map was made, in words; empty: nothing that matters.
 std::string lidarMismatch(const MapState& map, const LidarModel& lidar);

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/depth_view.hpp"
 #include "core/keyframe.hpp"
 #include "mapping/occupancy_grid.hpp"
 
@@ -18,7 +19,24 @@ struct MapScan {
   std::shared_ptr<const StoredScan> scan;
 };
 
-/// Draws keyframes and looks into the grid, and draws anew what a loop closure moved.
+/// What the depth camera saw near a keyframe, with which it moves.
+struct MapView {
+  int keyframe = -1;  ///< id
+  Pose2 T_map_keyframe, T_keyframe_base;
+  std::shared_ptr<const DepthView> view;
+
+  Pose2 T_map_base() const { return T_map_keyframe * T_keyframe_base; }
+};
+
+/// Which depth views are kept to be drawn anew: a few for each keyframe, so that a known place costs no memory however
+/// long the robot stays. A newer view takes the place of an older one from the same place.
+struct ViewMemoryConfig {
+  std::size_t per_keyframe = 3;  ///< views, then the newest takes the place of the oldest
+  double same_distance = 0.15;   ///< [m] views nearer than this ...
+  double same_rotation = 0.20;   ///< [rad] ... and turned by less are of the same place
+};
+
+/// Draws keyframes, looks and depth views into the grid, and draws anew what a loop closure moved.
 ///
 /// move() only notes the new poses. work() then draws the tiles that moved keyframes lie on, old place and new, from
 /// all keyframes that touch them, into a patch beside the grid, a few scans at a call; the finished patch takes the
@@ -31,50 +49,64 @@ class Mapper {
   explicit Mapper(const OccupancyGridConfig& config = {}) : configured_(config), config_(config), grid_(config) {}
 
   void add(const MapScan& scan);
+  void add(const MapView& view);
   /// @param T_map_base new poses by keyframe id; further ones stay
   void move(std::span<const Pose2> T_map_base);
   /// Draws up to `scans` scans of what is left to draw anew. @return true while something is left
   bool work(int scans);
   /// Goes on in a stored map: its keyframes, and the grid that they and looks were drawn into.
   /// @param drawn keyframes with lower ids are in the grid; the others are drawn now
-  void load(std::span<const MapScan> keyframes, OccupancyGrid grid, int drawn);
+  /// @param views that the grid shows already
+  void load(std::span<const MapScan> keyframes, std::span<const MapView> views, OccupancyGrid grid, int drawn);
   /// Forgets the map.
   void reset();
 
   const OccupancyGrid& grid() const { return grid_; }
   std::vector<TileIndex> takeChangedTiles() { return grid_.takeChangedTiles(); }
-  int keyframes() const { return static_cast<int>(keyframes_.size()); }
+  int keyframes() const { return keyframes_; }
+  /// The depth views kept.
+  std::vector<MapView> views() const;
   /// [m] positions of the keyframes in map
   std::vector<Eigen::Vector2d> path() const;
 
  private:
   struct Drawn {
-    int id;
-    std::shared_ptr<const StoredScan> scan;
-    Pose2 T_map_base, T_map_base_drawn;
+    int keyframe;                            // that it moves with
+    Pose2 T_keyframe_base;                   // identity: the keyframe's own scan
+    std::shared_ptr<const StoredScan> scan;  // one of these two
+    std::shared_ptr<const DepthView> view;
+    Pose2 T_map_keyframe, T_map_base_drawn;
     std::vector<TileIndex> tiles;  // touched where it is drawn
+
+    Pose2 T_map_base() const { return T_map_keyframe * T_keyframe_base; }
+    void drawInto(OccupancyGrid& grid, const Pose2& T_map_base) const;
   };
   struct Moved {
-    std::size_t keyframe;
+    std::size_t index;
     Pose2 T_map_base;
     std::vector<TileIndex> tiles;  // where it will be drawn
   };
   struct Redraw {
-    std::size_t examined = 0;      // keyframes looked at for having moved
-    std::vector<Moved> moved;      // by keyframe
+    std::size_t examined = 0;      // of drawn_, looked at for having moved
+    std::vector<Moved> moved;      // by index
     std::vector<TileIndex> dirty;  // sorted once all are examined
     std::optional<OccupancyGrid> patch;
-    std::vector<std::pair<std::size_t, Pose2>> scans;  // keyframes to draw and where
+    std::vector<std::pair<std::size_t, Pose2>> scans;  // what to draw of drawn_ and where
     std::size_t next = 0;
   };
-  bool hasMoved(const Drawn& keyframe) const;
+  bool hasMoved(const Drawn& drawn) const;
+  void draw(const Drawn& drawn);
+  void keep(Drawn drawn);
+  std::size_t* placeOf(const Drawn& view);
   int examine(int scans);
   void preparePatch();
   void finishRedraw();
 
   OccupancyGridConfig configured_, config_;  // of a new map, of this one
   OccupancyGrid grid_;
-  std::vector<Drawn> keyframes_;
+  std::vector<Drawn> drawn_;
+  int keyframes_ = 0;                               // of these
+  std::vector<std::vector<std::size_t>> views_of_;  // in drawn_, by keyframe
   std::optional<Redraw> redraw_;
 };
 

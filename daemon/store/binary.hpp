@@ -53,6 +53,8 @@ class BinaryReader {
     if (count > bytes_.size() / size) throw std::runtime_error("counts more than it holds");
     return static_cast<std::size_t>(count);
   }
+  /// All that is left.
+  std::string_view rest() { return getBytes(bytes_.size()); }
   bool atEnd() const { return bytes_.empty(); }
 
  private:

@@ -15,6 +15,8 @@ namespace slam {
 namespace {
 
 constexpr std::size_t kNodeBytes = 65, kPointBytes = 12, kEdgeBytes = 82;  // at least
+constexpr std::size_t kViewBytes = 68, kBeamBytes = 17;
+constexpr float kFarthestReturn = 1000.0F;  // [m]
 constexpr std::size_t kTileCells = OccupancyGrid::kTileSide * OccupancyGrid::kTileSide;
 constexpr std::size_t kTileBytes = 8 + 2 * kTileCells;
 constexpr int kFarthestTile = 1 << 20;        // from the origin
@@ -34,6 +36,62 @@ void putPose(BinaryWriter& out, const Pose2& pose) {
 Pose2 getPose(BinaryReader& in) {
   const double x = getFinite(in), y = getFinite(in);
   return {x, y, getFinite(in)};
+}
+
+std::string encodeLayer(const OccupancyGrid& grid, LogOdds OccupancyGrid::Cell::*layer) {
+  BinaryWriter raw;
+  grid.tiles().forEachTile([&](TileIndex tile, const OccupancyGrid::Tiles::Tile& data) {
+    raw.put(static_cast<std::int32_t>(tile.column));
+    raw.put(static_cast<std::int32_t>(tile.row));
+    for (const OccupancyGrid::Cell& cell : data.cells) raw.put(cell.*layer);
+  });
+  uLongf size = ::compressBound(raw.bytes().size());
+  std::string compressed(size, '\0');
+  if (::compress2(reinterpret_cast<Bytef*>(compressed.data()), &size,
+                  reinterpret_cast<const Bytef*>(raw.bytes().data()), raw.bytes().size(), Z_BEST_SPEED) != Z_OK) {
+    throw std::runtime_error("the grid cannot be compressed");
+  }
+  compressed.resize(size);
+  BinaryWriter out;
+  out.put(grid.resolution());
+  out.put(static_cast<std::uint64_t>(raw.bytes().size()));
+  out.putBytes(compressed);
+  return out.take();
+}
+
+/// Calls set(CellIndex, LogOdds) for each cell that something is known of.
+template <typename Set>
+void decodeLayer(std::string_view bytes, Set&& set) {
+  BinaryReader in(bytes);
+  const double resolution = getFinite(in);
+  const auto size = in.get<std::uint64_t>();
+  const std::string_view compressed = in.rest();
+  if (!(resolution > 0.0) || size / kMostPacked > compressed.size() || size % kTileBytes != 0) {
+    throw std::runtime_error("its grid has no size or resolution");
+  }
+  std::string raw(size, '\0');
+  uLongf unpacked = size;
+  if (::uncompress(reinterpret_cast<Bytef*>(raw.data()), &unpacked, reinterpret_cast<const Bytef*>(compressed.data()),
+                   compressed.size()) != Z_OK ||
+      unpacked != size) {
+    throw std::runtime_error("its grid does not unpack");
+  }
+  std::int64_t left = kFarthestTile, right = -kFarthestTile, bottom = left, top = right;
+  for (BinaryReader tiles(raw); !tiles.atEnd();) {
+    const auto column = tiles.get<std::int32_t>(), row = tiles.get<std::int32_t>();
+    if (column < -kFarthestTile || column > kFarthestTile || row < -kFarthestTile || row > kFarthestTile)
+      throw std::runtime_error("a tile lies too far off");
+    left = std::min<std::int64_t>(left, column), right = std::max<std::int64_t>(right, column);
+    bottom = std::min<std::int64_t>(bottom, row), top = std::max<std::int64_t>(top, row);
+    if ((right - left + 1) * (top - bottom + 1) > kMostTiles) throw std::runtime_error("its tiles lie too far apart");
+    for (int i = 0; i < static_cast<int>(kTileCells); ++i) {
+      const auto log_odds = tiles.get<LogOdds>();
+      if (log_odds == 0) continue;
+      set(CellIndex{column * OccupancyGrid::kTileSide + i % OccupancyGrid::kTileSide,
+                    row * OccupancyGrid::kTileSide + i / OccupancyGrid::kTileSide},
+          log_odds);
+    }
+  }
 }
 
 }  // namespace
@@ -142,60 +200,61 @@ void decodeEdges(std::string_view bytes, MapState& map) {
   for (std::size_t left = in.getCount(kEdgeBytes); left > 0; --left) decodeEdge(in, map);
 }
 
-std::string encodeGrid(const OccupancyGrid& grid) {
-  BinaryWriter raw;
-  grid.tiles().forEachTile([&](TileIndex tile, const OccupancyGrid::Tiles::Tile& data) {
-    raw.put(static_cast<std::int32_t>(tile.column));
-    raw.put(static_cast<std::int32_t>(tile.row));
-    for (const OccupancyGrid::Cell& cell : data.cells) raw.put(cell.log_odds);
-  });
-  uLongf size = ::compressBound(raw.bytes().size());
-  std::string compressed(size, '\0');
-  if (::compress2(reinterpret_cast<Bytef*>(compressed.data()), &size,
-                  reinterpret_cast<const Bytef*>(raw.bytes().data()), raw.bytes().size(), Z_BEST_SPEED) != Z_OK) {
-    throw std::runtime_error("the grid cannot be compressed");
-  }
-  compressed.resize(size);
+std::string encodeGrid(const OccupancyGrid& grid) { return encodeLayer(grid, &OccupancyGrid::Cell::lidar); }
+
+OccupancyGrid decodeGrid(std::string_view bytes, OccupancyGridConfig config) {
+  config.resolution = BinaryReader(bytes).get<double>();
+  if (!(config.resolution > 0.0) || !std::isfinite(config.resolution)) throw std::runtime_error("its grid has no size");
+  OccupancyGrid grid(config);
+  decodeLayer(bytes, [&](CellIndex cell, LogOdds lidar) { grid.set(cell, lidar); });
+  return grid;
+}
+
+std::string encodeDepth(const MapState& map) {
   BinaryWriter out;
-  out.put(grid.resolution());
-  out.put(static_cast<std::uint64_t>(raw.bytes().size()));
-  out.putBytes(compressed);
+  out.put(static_cast<std::uint64_t>(map.views.size()));
+  for (const MapView& view : map.views) {
+    out.put(static_cast<std::int32_t>(view.keyframe));
+    putPose(out, view.T_keyframe_base);
+    out.put(static_cast<std::int64_t>(view.view->stamp.time_since_epoch().count()));
+    putPose(out, view.view->T_base_depth);
+    out.put(static_cast<std::uint64_t>(view.view->beams.size()));
+    for (const DepthView::Beam& beam : view.view->beams) {
+      for (const float value : {beam.bearing, beam.range, beam.free_from, beam.solid_to}) out.put(value);
+      out.put(static_cast<std::uint8_t>(beam.hit));
+    }
+  }
+  out.putBytes(encodeLayer(map.grid, &OccupancyGrid::Cell::depth));
   return out.take();
 }
 
-OccupancyGrid decodeGrid(std::string_view bytes, OccupancyGridConfig config) {
+void decodeDepth(std::string_view bytes, MapState& map) {
   BinaryReader in(bytes);
-  config.resolution = getFinite(in);
-  const auto size = in.get<std::uint64_t>();
-  const std::string_view compressed = bytes.substr(2 * sizeof(std::uint64_t));
-  if (!(config.resolution > 0.0) || size / kMostPacked > compressed.size() || size % kTileBytes != 0) {
-    throw std::runtime_error("its grid has no size or resolution");
-  }
-  std::string raw(size, '\0');
-  uLongf unpacked = size;
-  if (::uncompress(reinterpret_cast<Bytef*>(raw.data()), &unpacked, reinterpret_cast<const Bytef*>(compressed.data()),
-                   compressed.size()) != Z_OK ||
-      unpacked != size) {
-    throw std::runtime_error("its grid does not unpack");
-  }
-  OccupancyGrid grid(config);
-  std::int64_t left = kFarthestTile, right = -kFarthestTile, bottom = left, top = right;
-  for (BinaryReader tiles(raw); !tiles.atEnd();) {
-    const auto column = tiles.get<std::int32_t>(), row = tiles.get<std::int32_t>();
-    if (column < -kFarthestTile || column > kFarthestTile || row < -kFarthestTile || row > kFarthestTile)
-      throw std::runtime_error("a tile lies too far off");
-    left = std::min<std::int64_t>(left, column), right = std::max<std::int64_t>(right, column);
-    bottom = std::min<std::int64_t>(bottom, row), top = std::max<std::int64_t>(top, row);
-    if ((right - left + 1) * (top - bottom + 1) > kMostTiles) throw std::runtime_error("its tiles lie too far apart");
-    for (int i = 0; i < static_cast<int>(kTileCells); ++i) {
-      const auto log_odds = tiles.get<LogOdds>();
-      if (log_odds == 0) continue;
-      grid.set({column * OccupancyGrid::kTileSide + i % OccupancyGrid::kTileSide,
-                row * OccupancyGrid::kTileSide + i / OccupancyGrid::kTileSide},
-               log_odds);
+  std::vector<MapView> views(in.getCount(kViewBytes));
+  for (MapView& view : views) {
+    view.keyframe = in.get<std::int32_t>();
+    if (view.keyframe < 0 || view.keyframe >= map.keyframes.size()) {
+      throw std::runtime_error("holds a view of a keyframe that is not there");
     }
+    view.T_map_keyframe = map.keyframes.pose(view.keyframe);
+    view.T_keyframe_base = getPose(in);
+    auto depth = std::make_shared<DepthView>();
+    depth->stamp = Timestamp(Duration(in.get<std::int64_t>()));
+    depth->T_base_depth = getPose(in);
+    depth->beams.resize(in.getCount(kBeamBytes));
+    for (DepthView::Beam& beam : depth->beams) {
+      for (float* value : {&beam.bearing, &beam.range, &beam.free_from, &beam.solid_to}) *value = in.get<float>();
+      beam.hit = in.get<std::uint8_t>() != 0;
+      const bool sound = std::isfinite(beam.bearing) && beam.free_from >= 0.0F && beam.range >= beam.free_from &&
+                         beam.solid_to >= beam.range && beam.solid_to < kFarthestReturn;
+      if (!sound) throw std::runtime_error("holds a beam that is none");
+    }
+    view.view = std::move(depth);
   }
-  return grid;
+  std::vector<std::pair<CellIndex, LogOdds>> cells;  // the grid stays as it is where they do not unpack
+  decodeLayer(in.rest(), [&](CellIndex cell, LogOdds depth) { cells.emplace_back(cell, depth); });
+  for (const auto& [cell, depth] : cells) map.grid.set(cell, map.grid.tiles().read(cell).lidar, depth);
+  map.views = std::move(views);
 }
 
 std::string encodeState(const MapState& map) {

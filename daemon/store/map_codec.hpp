@@ -25,10 +25,15 @@ void decodeKeyframes(std::string_view bytes, MapState& map);
 std::string encodeEdges(const MapState& map);
 void decodeEdges(std::string_view bytes, MapState& map);
 
-/// Log-odds tile by tile, compressed.
+/// Log-odds of the lidar layer tile by tile, compressed.
 std::string encodeGrid(const OccupancyGrid& grid);
 /// @param config of the grid to make; its resolution is the stored one
 OccupancyGrid decodeGrid(std::string_view bytes, OccupancyGridConfig config);
+
+/// Depth layer as encodeGrid does, and the views kept.
+std::string encodeDepth(const MapState& map);
+/// @param map with keyframes and a grid of the same resolution; unchanged where it throws
+void decodeDepth(std::string_view bytes, MapState& map);
 
 /// Last pose, bias and calibration, as TOML for people to read.
 std::string encodeState(const MapState& map);

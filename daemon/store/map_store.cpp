@@ -19,6 +19,7 @@ namespace fs = std::filesystem;
 constexpr int kVersion = 1;
 constexpr int kKept = 2;  // generations
 const char* const kFiles[] = {"keyframes.bin", "graph.bin", "grid.bin", "state.toml"};
+const char* const kDepthFile = "depth.bin";  // a map without a depth camera may lack it
 const char* const kTemporary = "writing";
 
 /// A map that a newer slamd has written: to be left alone, not to be gone behind.
@@ -127,6 +128,7 @@ OccupancyGrid drawGrid(const MapState& map, const OccupancyGridConfig& config) {
     const StoredScan& scan = *map.keyframes.scan(id);
     if (map.in_map[static_cast<std::size_t>(id)] != 0) grid.add(map.keyframes.pose(id), scan.T_base_lidar, scan.points);
   }
+  for (const MapView& view : viewsOf(map)) grid.add(view.T_map_base() * view.view->T_base_depth, *view.view);
   return grid;
 }
 
@@ -144,6 +146,14 @@ MapState loadGeneration(const fs::path& generation, const OccupancyGridConfig& c
   } catch (const std::runtime_error& error) {
     remarks.push_back(std::string(error.what()) + "; the grid was drawn anew from the keyframes");
     redraw = true;
+    map.grid = OccupancyGrid(config);
+  }
+  if (manifest.files.contains(kDepthFile)) {
+    try {
+      decodeFile(generation, manifest, kDepthFile, [&](const std::string& bytes) { decodeDepth(bytes, map); });
+    } catch (const std::runtime_error& error) {
+      remarks.push_back(std::string(error.what()) + "; what the depth camera saw is lost");
+    }
   }
   return map;
 }
@@ -167,7 +177,8 @@ void MapStore::checkpoint(const MapState& map) {
   const std::map<std::string, std::string> files = {{kFiles[0], encodeKeyframes(map)},
                                                     {kFiles[1], encodeEdges(map)},
                                                     {kFiles[2], encodeGrid(map.grid)},
-                                                    {kFiles[3], encodeState(map)}};
+                                                    {kFiles[3], encodeState(map)},
+                                                    {kDepthFile, encodeDepth(map)}};
   const fs::path temporary = directory_ / kTemporary;
   const int next = generation_ + 1;
   try {

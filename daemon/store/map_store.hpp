@@ -31,7 +31,8 @@ struct LoadedMap {
 ///     NAME/000007/MANIFEST        format version, and size and CRC-32 of each other file and of itself
 ///     NAME/000007/keyframes.bin   scans and poses
 ///     NAME/000007/graph.bin       edges
-///     NAME/000007/grid.bin        occupancy
+///     NAME/000007/grid.bin        occupancy by the lidar
+///     NAME/000007/depth.bin       occupancy by the depth camera, and the views it was drawn from
 ///     NAME/000007/state.toml      last pose, gyro bias, calibration
 ///     NAME/000007.journal         what came after generation 7
 ///

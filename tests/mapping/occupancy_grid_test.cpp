@@ -58,8 +58,7 @@ TEST(OccupancyGrid, EachCellChangesOnceAScan) {
     const OccupancyGrid::Tiles* tiles = &grid.tiles();
     std::vector<std::pair<CellIndex, LogOdds>> before;
     for (int row = -40; row < 40; ++row)
-      for (int column = -40; column < 40; ++column)
-        before.push_back({{column, row}, tiles->read({column, row}).log_odds});
+      for (int column = -40; column < 40; ++column) before.push_back({{column, row}, tiles->read({column, row}).lidar});
     const auto scan = keyframe(kInCellZero, {});
     for (scan->size = 0; scan->size < 500; ++scan->size)
       scan->storage[static_cast<std::size_t>(scan->size)] = {metres(random), metres(random)};

@@ -263,7 +263,7 @@ TEST_F(MapperTest, GoesOnInALoadedMapAtItsResolution) {
   OccupancyGrid stored = mapper.grid().clone();
   fill(mapper, 3);  // not in the stored grid
   Mapper next(kConfig);
-  next.load(scans, std::move(stored), 20);
+  next.load(scans, {}, std::move(stored), 20);
   EXPECT_EQ(next.keyframes(), 23);
   const std::vector<Pose2> poses = disturbed();
   next.move(poses);

@@ -104,7 +104,7 @@ void damage(const fs::path& file) {
 /// The grid shows the keyframes that are said to be drawn.
 void expectGridOf(const LoadedMap& loaded) {
   Mapper mapper(kGrid);
-  mapper.load(scansOf(loaded.state), loaded.state.grid.clone(), loaded.state.grid_keyframes);
+  mapper.load(scansOf(loaded.state), viewsOf(loaded.state), loaded.state.grid.clone(), loaded.state.grid_keyframes);
   EXPECT_TRUE(test::sameCells(mapper.grid(), test::drawn(loaded.state)));
 }
 

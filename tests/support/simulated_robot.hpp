@@ -28,7 +28,7 @@ class Robot {
     config.localise_only = localise_only;
     localizer = std::make_unique<Localizer>(config, nullptr, map ? startIn(*map) : LocalizerStart{});
     if (!map) return;
-    mapper.load(scansOf(*map), std::move(map->grid), map->grid_keyframes);
+    mapper.load(scansOf(*map), viewsOf(*map), std::move(map->grid), map->grid_keyframes);
     back_end.load(std::move(map->keyframes), std::move(map->in_map));
   }
 

@@ -120,8 +120,8 @@ inline bool sameCells(const OccupancyGrid& a, const OccupancyGrid& b) {
     part.tiles().forEachTile([&](TileIndex tile, const OccupancyGrid::Tiles::Tile& data) {
       for (int i = 0; i < OccupancyGrid::kTileSide * OccupancyGrid::kTileSide; ++i) {
         const int column = i % OccupancyGrid::kTileSide, row = i / OccupancyGrid::kTileSide;
-        same &= data.at(column, row).log_odds == whole.logOdds({tile.column * OccupancyGrid::kTileSide + column,
-                                                                tile.row * OccupancyGrid::kTileSide + row});
+        same &= part.fused(data.at(column, row)) == whole.logOdds({tile.column * OccupancyGrid::kTileSide + column,
+                                                                   tile.row * OccupancyGrid::kTileSide + row});
       }
     });
     return same;

@@ -42,6 +42,7 @@ class Run {
       : use_lidar_(config.lidar_device.source != "none"),
         use_wheels_(config.base_device.source != "none"),
         use_imu_(config.imu_device.source != "none"),
+        use_depth_(config.depth_device.source != "none"),
         localise_only_(config.mode == "localise"),
         localizer_(localizerConfig(config), &stopwatch, map ? startIn(*map) : LocalizerStart{}),
         probe_(config.localizer),
@@ -53,7 +54,7 @@ class Run {
         wheels_(writerFor(options.wheels)) {
     if (!options.viewer_frames.empty()) viewer_.emplace(options.viewer_frames, options.viewer_period);
     if (!map) return;
-    mapper_.load(scansOf(*map), std::move(map->grid), map->grid_keyframes);
+    mapper_.load(scansOf(*map), viewsOf(*map), std::move(map->grid), map->grid_keyframes);
     back_end_.load(std::move(map->keyframes), std::move(map->in_map));
   }
 
@@ -72,6 +73,10 @@ class Run {
       const auto message = decodeChecked<imu_t>(event.data);
       const auto sample = message ? fromMessage(*message) : std::nullopt;
       sample ? addImu(*sample) : reject();
+    } else if (event.channel == channel::kDepth && use_depth_) {
+      const auto message = decodeChecked<depth_t>(event.data);
+      const auto laser = message ? fromMessage(*message) : std::nullopt;
+      laser ? addDepth(*laser) : reject();
     }
   }
 
@@ -105,6 +110,12 @@ class Run {
   void addImu(const ImuSample& sample) {
     localizer_.add(sample);
     probe_.add(sample);
+  }
+
+  void addDepth(const PseudoLaser& laser) {
+    const DepthSight* sight = localizer_.add(laser);
+    const auto view = sight != nullptr ? back_end_.mapView(*sight) : std::nullopt;
+    if (view) mapper_.add(*view);
   }
 
   void addWheels(const WheelSample& sample, std::int64_t utime) {
@@ -178,6 +189,7 @@ class Run {
     map.keyframes = back_end_.keyframes();
     map.in_map = back_end_.inMap();
     map.grid = mapper_.grid().clone();
+    map.views = mapper_.views();
     map.grid_keyframes = map.keyframes.size();
     map.T_map_base = pose.T_map_base;
     map.gyro_bias = localizer_.odometry(now).gyro_bias;
@@ -201,7 +213,7 @@ class Run {
     Localizer::Anchored anchored;
   };
 
-  bool use_lidar_, use_wheels_, use_imu_;  // a source of "none" is left out of the log, too
+  bool use_lidar_, use_wheels_, use_imu_, use_depth_;  // a source of "none" is left out of the log, too
   bool localise_only_;
   Localizer localizer_;
   MotionProbe probe_;

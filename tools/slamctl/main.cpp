@@ -47,7 +47,8 @@ void exportMap(const std::filesystem::path& map, const std::string& prefix, cons
   const slam::LoadedMap loaded = slam::openMap(map, config.map);
   for (const std::string& remark : loaded.remarks) std::cerr << "slamctl: " << remark << "\n";
   slam::Mapper mapper(config.map);
-  mapper.load(slam::scansOf(loaded.state), loaded.state.grid.clone(), loaded.state.grid_keyframes);
+  mapper.load(slam::scansOf(loaded.state), slam::viewsOf(loaded.state), loaded.state.grid.clone(),
+              loaded.state.grid_keyframes);
   slam::writeMapFiles(prefix, slam::renderMap(mapper.grid()), mapper.path());
   std::printf("%s.yaml, .pgm and .png: map of %d keyframes\n", prefix.c_str(), loaded.state.keyframes.size());
 }

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "core/depth_image.hpp"
+#include "core/pose2.hpp"
+#include "core/pseudo_laser.hpp"
+#include "mapping/floor_tracker.hpp"
+
+namespace slam {
+
+/// Where the depth camera sits on the robot: x forward, y left, z up from the floor below base; roll, pitch and yaw
+/// about these axes (applied in the order yaw, pitch, roll; a positive pitch looks down), of the camera looking along
+/// x.
+struct DepthExtrinsics {
+  double x = 0.0, y = 0.0, z = 0.0;           ///< [m]
+  double roll = 0.0, pitch = 0.0, yaw = 0.0;  ///< [rad]
+
+  /// The camera levelled to the floor, T_base_depth.
+  Pose2 levelled() const { return {x, y, yaw}; }
+};
+
+struct DepthProjectionConfig {
+  DepthExtrinsics extrinsics;
+  double floor_clearance = 0.05;  ///< [m] what is lower is driven over
+  double robot_height = 0.80;     ///< [m] what begins higher is driven under
+  double range_min = 0.5;         ///< [m] depth below is not trusted: the camera's blind zone
+  double range_max = 4.0;         ///< [m] obstacles beyond are not reported; quantisation alone is 5 cm there
+  double bearing_step = 0.0087;   ///< [rad] of the beams; half a degree is 3.5 cm at range_max
+  int median = 1;                 ///< images whose pixel-wise median is projected: 1 (none) or 3
+  FloorTrackerConfig floor = {};
+};
+
+enum class DepthStatus : std::uint8_t {
+  kOk,
+  kWrongSize,   ///< pixels and intrinsics do not agree
+  kNoDepth,     ///< hardly any pixel holds a depth: covered, blinded or broken
+  kTilted,      ///< the floor is not where the extrinsics put it
+  kBelowFloor,  ///< much of the image lies below the floor
+};
+
+/// @return what is wrong, in words; empty: nothing
+const char* describe(DepthStatus status);
+
+/// Projects depth images to the nearest obstacle per bearing. [Paper] "Indoor Robot SLAM with Multi-Sensor Fusion",
+/// section IV.B (pseudo two-dimensional laser data), with free space claimed only where it was seen: a beam is free
+/// where all heights from the floor to the robot's top were looked through.
+///
+/// The small tilt of bracket and suspension is estimated from the floor itself. No thread, clock or I/O; after the
+/// first image of a size no allocation. Not safe for concurrent use.
+class DepthProjection {
+ public:
+  /// @throws std::invalid_argument where the configuration has no camera height or no beams
+  explicit DepthProjection(const DepthProjectionConfig& config);
+
+  using Status = DepthStatus;
+  /// @return kOk and the beams in laser(), or why the image is of no use
+  Status project(const DepthImage& image);
+
+  const PseudoLaser& laser() const { return laser_; }
+  const FloorPlane& floor() const { return floor_.plane(); }
+  /// [rad] of the floor against the extrinsics when the last image was kTilted
+  double tilt() const { return tilt_; }
+
+ private:
+  struct Pixel {
+    float across;        // [1] distance along the floor per depth
+    float up;            // [1] height gained per depth
+    std::uint16_t beam;  // of its bearing
+  };
+  struct Band {                                 // pixels of one beam that look up or down alike
+    float slope_low = 0.0F, slope_high = 0.0F;  // [1] height gained per distance along the floor
+    int pixels = 0, valid = 0;
+  };
+  struct Slot {
+    int points = 0;
+    float sum = 0.0F;  // [m] of ranges
+  };
+  void prepare(const DepthIntrinsics& intrinsics);
+  const std::vector<std::uint16_t>& smoothed(const std::vector<std::uint16_t>& depth);
+  Status trackFloor(const DepthImage& image, const std::vector<std::uint16_t>& depth);
+  void sortPixels(const std::vector<std::uint16_t>& depth);
+  PseudoBeam beamOf(int beam) const;
+  int firstObstacle(int beam) const;
+  PseudoBeam hitAt(int beam, int slot, double covered_from) const;
+  PseudoBeam freeOf(int beam, double covered_from) const;
+  double coveredFrom(int beam) const;
+  bool blindBetween(int beam, const Band& band, double* from, double* to) const;
+
+  DepthProjectionConfig config_;
+  FloorTracker floor_;
+  DepthIntrinsics intrinsics_;
+  std::vector<Pixel> pixels_;
+  std::vector<float> beam_cos_, beam_sin_;
+  int slots_, min_points_ = 1;
+  std::vector<Slot> slot_of_;  // obstacle points by beam and range
+  std::vector<Band> band_of_;  // by beam and rows
+  std::vector<float> lift_;    // [1] by beam: height per distance that the floor's tilt adds
+  std::vector<Eigen::Vector3f> points_;
+  std::vector<std::uint16_t> older_, oldest_, median_;
+  PseudoLaser laser_;
+  double tilt_ = 0.0;
+};
+
+}  // namespace slam

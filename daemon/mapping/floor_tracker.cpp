@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "mapping/floor_tracker.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace slam {
+namespace {
+
+constexpr int kIterations = 3;
+constexpr double kPriorOffset = 0.02;     // [m] the plane stays where it is where an image does not tell,
+constexpr double kPriorSlope = 0.02;      // [1] by a prior around the plane before
+constexpr double kPointSigma = 0.01;      // [m] of a floor point, all errors of one image together
+constexpr int kIndependent = 30;          // so many points of an image are worth independent ones at most
+constexpr int kHypotheses = 60;           // planes tried elsewhere
+constexpr double kMaxLean = 0.45;         // [rad] a plane that leans more (26 deg) is no floor
+constexpr double kHeightDoubt = 0.3;      // [1] of the camera's distance to a plane that may be the floor
+constexpr double kThickness = 0.02;       // [m] of a plane ...
+constexpr double kThicknessSlope = 0.01;  // [1] ... and per metre of distance
+constexpr double kDominant = 0.4;         // [1] share of all points that a floor elsewhere must have
+
+}  // namespace
+
+FloorTracker::Fit FloorTracker::fitNear(const std::vector<Eigen::Vector3f>& points, const FloorPlane& guess) const {
+  Fit fit{guess};
+  for (int i = 0; i < kIterations; ++i) {
+    Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d g = Eigen::Vector3d::Zero();
+    fit.points = 0;
+    for (const Eigen::Vector3f& p : points) {
+      const double e = p.z() - fit.plane.height(p.x(), p.y());
+      if (std::abs(e) > config_.gate + config_.gate_slope * p.x()) continue;
+      const Eigen::Vector3d J(1.0, p.x(), p.y());
+      H += J * J.transpose();
+      g += e * J;
+      ++fit.points;
+    }
+    if (fit.points < config_.min_points) return fit;
+    const double weight = std::min(1.0, static_cast<double>(kIndependent) / fit.points) / (kPointSigma * kPointSigma);
+    const Eigen::Vector3d prior(1.0 / (kPriorOffset * kPriorOffset), 1.0 / (kPriorSlope * kPriorSlope),
+                                1.0 / (kPriorSlope * kPriorSlope));
+    const Eigen::Vector3d off(fit.plane.offset - guess.offset, fit.plane.slope_x - guess.slope_x,
+                              fit.plane.slope_y - guess.slope_y);
+    H *= weight;
+    H.diagonal() += prior;
+    const Eigen::Vector3d step = H.ldlt().solve(weight * g - prior.cwiseProduct(off));
+    fit.plane.offset += step.x();
+    fit.plane.slope_x += step.y();
+    fit.plane.slope_y += step.z();
+  }
+  return fit;
+}
+
+std::optional<double> FloorTracker::update(Timestamp stamp, const std::vector<Eigen::Vector3f>& points,
+                                           double camera_height) {
+  const Fit fit = fitNear(points, plane_);
+  const bool inside = fit.plane.tilt() <= config_.max_tilt && std::abs(fit.plane.offset) <= config_.max_offset;
+  if (fit.points < config_.min_points || !inside) {
+    const auto tilt = findElsewhere(points, camera_height, inside ? fit.points : 0);
+    if (tilt) return tilt;
+  }
+  if (fit.points < config_.min_points) return std::nullopt;
+  // Bounded, towards where it was found.
+  const double share = last_ ? std::clamp(toSeconds(stamp - *last_) / config_.settle_time, 0.0, 1.0) : 1.0;
+  last_ = stamp;
+  FloorPlane target = fit.plane;
+  target.offset = std::clamp(target.offset, -config_.max_offset, config_.max_offset);
+  if (const double tilt = target.tilt(); tilt > config_.max_tilt) {
+    target.slope_x *= config_.max_tilt / tilt;
+    target.slope_y *= config_.max_tilt / tilt;
+  }
+  plane_.offset += share * (target.offset - plane_.offset);
+  plane_.slope_x += share * (target.slope_x - plane_.slope_x);
+  plane_.slope_y += share * (target.slope_y - plane_.slope_y);
+  return std::nullopt;
+}
+
+/// RANSAC: a plane at about the floor's distance from the camera that holds most of what the camera sees.
+/// [Fischler 1981] M. Fischler and R. Bolles, "Random sample consensus", Comm. ACM 24(6).
+std::optional<double> FloorTracker::findElsewhere(const std::vector<Eigen::Vector3f>& points, double camera_height,
+                                                  int points_of_floor) const {
+  if (static_cast<int>(points.size()) < 4 * config_.min_points) return std::nullopt;
+  std::minstd_rand random(1);  // the same for the same image
+  std::uniform_int_distribution<std::size_t> pick(0, points.size() - 1);
+  const Eigen::Vector3d camera(0.0, 0.0, camera_height);
+  int most = std::max(2 * points_of_floor, static_cast<int>(kDominant * static_cast<double>(points.size())));
+  std::optional<double> tilt;
+  for (int i = 0; i < kHypotheses; ++i) {
+    const Eigen::Vector3d a = points[pick(random)].cast<double>();
+    const Eigen::Vector3d b = points[pick(random)].cast<double>(), c = points[pick(random)].cast<double>();
+    Eigen::Vector3d normal = (b - a).cross(c - a);
+    if (normal.norm() < 0.05) continue;  // [m^2] three points too close together
+    normal.normalize();
+    const double lean = std::acos(std::min(1.0, std::abs(normal.z())));
+    const double distance = std::abs(normal.dot(camera - a));
+    if (lean > kMaxLean || std::abs(distance - camera_height) > kHeightDoubt * camera_height) continue;
+    const auto inliers = std::count_if(points.begin(), points.end(), [&](const Eigen::Vector3f& p) {
+      return std::abs(normal.dot(p.cast<double>() - a)) < kThickness + kThicknessSlope * p.x();
+    });
+    if (inliers <= most) continue;
+    const bool above = a.z() > camera_height;  // as of a camera that stands on its head
+    const double found = above ? std::numbers::pi - lean : lean;
+    if (found <= config_.max_tilt) continue;
+    most = static_cast<int>(inliers);
+    tilt = found;
+  }
+  return tilt;
+}
+
+}  // namespace slam

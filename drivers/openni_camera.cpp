@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/openni_camera.hpp"
+
+#include <OpenNI.h>
+#include <algorithm>
+#include <filesystem>
+#include <poll.h>
+
+#include "drivers/device_clock.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr Duration kSilence = 1s;  // without an image the camera has frozen
+
+/// Tells when a device is unplugged. Called by OpenNI2's own thread: it only sets a flag.
+class Unplugged : public openni::OpenNI::DeviceDisconnectedListener {
+ public:
+  void onDeviceDisconnected(const openni::DeviceInfo*) override { happened_ = true; }
+  bool take() { return happened_.exchange(false); }
+
+ private:
+  std::atomic<bool> happened_{false};
+};
+
+}  // namespace
+
+struct OpenniCamera::Stream {
+  ~Stream() {
+    if (recorder.isValid()) {
+      recorder.stop();
+      recorder.destroy();
+    }
+    stream.stop();
+    stream.destroy();
+    device.close();
+    openni::OpenNI::removeDeviceDisconnectedListener(&unplugged);
+    openni::OpenNI::shutdown();
+  }
+
+  Unplugged unplugged;
+  openni::Device device;
+  openni::VideoStream stream;
+  openni::VideoFrameRef frame;
+  openni::Recorder recorder;
+  bool mirrored = false;
+  int frames_left = 0;  // of a recording
+  DeviceClock clock;
+  Timestamp last_image{};
+  Timestamp first_shown{};  // of a recording
+  Duration first_stamp{0};
+};
+
+OpenniCamera::OpenniCamera(const OpenniConfig& config, Clock now, Sink sink)
+    : config_(config), now_(now), sink_(std::move(sink)) {}
+
+OpenniCamera::~OpenniCamera() = default;
+
+bool OpenniCamera::fail(DeviceState state, const char* reason) {
+  stream_.reset();
+  status_.set(state, reason);
+  return false;
+}
+
+void OpenniCamera::stop() { stream_.reset(); }
+
+bool OpenniCamera::connect(const std::atomic<bool>& cancel) {
+  if (finished_) return fail(DeviceState::kAbsent, "the recording is over");
+  status_.set(DeviceState::kOpening, "looking for the camera");
+  stream_ = std::make_unique<Stream>();
+  // Each attempt enumerates anew: without udev OpenNI2 does not notice a camera that comes later.
+  openni::OpenNI::addDeviceDisconnectedListener(&stream_->unplugged);
+  if (openni::OpenNI::initialize() != openni::STATUS_OK) {
+    return fail(DeviceState::kFault, "OpenNI2 does not start; is libopenni2-0 installed with its drivers?");
+  }
+  if (cancel || !open() || !setMode()) return false;
+  startRecording();
+  if (stream_->stream.start() != openni::STATUS_OK) {
+    return fail(DeviceState::kFault, "the camera does not start its depth stream; USB 2 port, enough bandwidth?");
+  }
+  if (stream_->recorder.isValid() && stream_->recorder.start() != openni::STATUS_OK) {
+    return fail(DeviceState::kFault, "the recording does not start; can depth.record be written?");
+  }
+  stream_->last_image = now_();
+  status_.set(DeviceState::kStreaming, stream_->recorder.isValid() || config_.record.empty()
+                                           ? ""
+                                           : "depth.record cannot be written; the images are used all the same");
+  return true;
+}
+
+bool OpenniCamera::open() {
+  const bool recording = std::filesystem::path(config_.uri).extension() == ".oni";
+  if (recording && !std::filesystem::exists(config_.uri)) {
+    return fail(DeviceState::kAbsent, "there is no such recording; see depth.uri");
+  }
+  openni::Array<openni::DeviceInfo> devices;
+  openni::OpenNI::enumerateDevices(&devices);
+  if (!recording && devices.getSize() == 0) {
+    return fail(DeviceState::kAbsent, "no camera found: check plug, power, and the udev rules");
+  }
+  const char* uri = config_.uri.empty() ? openni::ANY_DEVICE : config_.uri.c_str();
+  if (stream_->device.open(uri) != openni::STATUS_OK) {
+    return fail(DeviceState::kFault, recording
+                                         ? "the recording cannot be opened"
+                                         : "the camera cannot be opened: check rights, and other programs using it");
+  }
+  if (stream_->stream.create(stream_->device, openni::SENSOR_DEPTH) != openni::STATUS_OK) {
+    return fail(DeviceState::kFault, "the device has no depth stream");
+  }
+  return true;
+}
+
+/// Mode and mirroring are set and read back: their defaults differ between machines.
+bool OpenniCamera::setMode() {
+  openni::VideoStream& stream = stream_->stream;
+  if (stream_->device.isFile()) {
+    openni::PlaybackControl* playback = stream_->device.getPlaybackControl();
+    if (playback == nullptr || playback->setSpeed(-1.0F) != openni::STATUS_OK ||
+        playback->setRepeatEnabled(false) != openni::STATUS_OK) {
+      return fail(DeviceState::kFault, "the recording cannot be played image by image");
+    }
+    stream_->frames_left = playback->getNumberOfFrames(stream);
+  } else {
+    openni::VideoMode mode;
+    mode.setResolution(config_.width, config_.height);
+    mode.setFps(config_.rate);
+    mode.setPixelFormat(openni::PIXEL_FORMAT_DEPTH_1_MM);
+    if (stream.setVideoMode(mode) != openni::STATUS_OK) {
+      return fail(DeviceState::kFault, "the camera does not offer this width, height and rate; see [depth]");
+    }
+    const openni::VideoMode set = stream.getVideoMode();
+    if (set.getResolutionX() != config_.width || set.getResolutionY() != config_.height ||
+        set.getPixelFormat() != openni::PIXEL_FORMAT_DEPTH_1_MM) {
+      return fail(DeviceState::kFault, "the camera did not take the mode that it was given");
+    }
+    stream.setMirroringEnabled(false);
+  }
+  stream_->mirrored = stream.getMirroringEnabled();  // where it cannot be switched off, the image is turned here
+  const openni::VideoMode mode = stream.getVideoMode();
+  if (mode.getPixelFormat() != openni::PIXEL_FORMAT_DEPTH_1_MM) {
+    return fail(DeviceState::kFault, "the depth is not in the 1 mm format");
+  }
+  const double horizontal = stream.getHorizontalFieldOfView(), vertical = stream.getVerticalFieldOfView();
+  const auto plausible = [](double angle) { return angle > 0.1 && angle < 2.8; };
+  if (!plausible(horizontal) || !plausible(vertical) || mode.getResolutionX() <= 0 || mode.getResolutionY() <= 0) {
+    return fail(DeviceState::kFault, "the camera tells no field of view");
+  }
+  image_.intrinsics =
+      DepthIntrinsics::fromFieldOfView(mode.getResolutionX(), mode.getResolutionY(), horizontal, vertical);
+  image_.depth.assign(image_.intrinsics.pixels(), 0);
+  return true;
+}
+
+void OpenniCamera::startRecording() {
+  if (config_.record.empty() || stream_->device.isFile()) return;
+  openni::Recorder& recorder = stream_->recorder;
+  if (recorder.create(config_.record.c_str()) != openni::STATUS_OK) return;
+  if (recorder.attach(stream_->stream, false) != openni::STATUS_OK) recorder.destroy();
+}
+
+bool OpenniCamera::poll(Duration timeout) {
+  if (stream_->unplugged.take()) return fail(DeviceState::kAbsent, "the camera was unplugged");
+  if (stream_->device.isFile()) {
+    if (stream_->frames_left == 0) {
+      finished_ = true;
+      return fail(DeviceState::kAbsent, "the recording is over");
+    }
+    --stream_->frames_left;
+    return readImage();
+  }
+  openni::VideoStream* stream = &stream_->stream;
+  int ready = -1;
+  const int wait = static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(timeout).count());
+  if (openni::OpenNI::waitForAnyStream(&stream, 1, &ready, wait) == openni::STATUS_OK) return readImage();
+  if (now_() - stream_->last_image < kSilence) return true;
+  return fail(DeviceState::kFault, "no image for 1 s: the camera has frozen or left the bus");
+}
+
+bool OpenniCamera::readImage() {
+  openni::VideoFrameRef& frame = stream_->frame;
+  if (stream_->stream.readFrame(&frame) != openni::STATUS_OK || !frame.isValid()) {
+    return fail(DeviceState::kFault, "an image cannot be read");
+  }
+  const Timestamp arrival = now_();
+  stream_->last_image = arrival;
+  const DepthIntrinsics& intrinsics = image_.intrinsics;
+  const auto row = static_cast<std::size_t>(intrinsics.width) * sizeof(std::uint16_t);
+  const bool expected =
+      frame.getSensorType() == openni::SENSOR_DEPTH && frame.getWidth() == intrinsics.width &&
+      frame.getHeight() == intrinsics.height && !frame.getCroppingEnabled() &&
+      frame.getVideoMode().getPixelFormat() == openni::PIXEL_FORMAT_DEPTH_1_MM &&
+      static_cast<std::size_t>(frame.getStrideInBytes()) >= row &&
+      static_cast<std::size_t>(frame.getDataSize()) >=
+          static_cast<std::size_t>(frame.getStrideInBytes()) * (intrinsics.pixels() / intrinsics.width);
+  if (!expected) {
+    status_.rejects.fetch_add(1, std::memory_order_relaxed);
+    frame.release();
+    return true;
+  }
+  const auto* bytes = static_cast<const std::uint8_t*>(frame.getData());
+  for (int v = 0; v < intrinsics.height; ++v) {
+    const auto* from = reinterpret_cast<const std::uint16_t*>(bytes + v * frame.getStrideInBytes());
+    auto to = image_.depth.begin() + static_cast<std::ptrdiff_t>(v) * intrinsics.width;
+    stream_->mirrored ? std::reverse_copy(from, from + intrinsics.width, to)
+                      : std::copy(from, from + intrinsics.width, to);
+  }
+  const Duration device = std::chrono::microseconds(frame.getTimestamp());
+  frame.release();
+  if (stream_->device.isFile()) {
+    if (stream_->first_shown == Timestamp{}) {
+      stream_->first_shown = arrival;
+      stream_->first_stamp = device;
+    }
+    image_.stamp = stream_->first_shown + (device - stream_->first_stamp);
+    while (now_() < image_.stamp) ::poll(nullptr, 0, 1 + static_cast<int>((image_.stamp - now_()) / 1ms));
+  } else {
+    image_.stamp = stream_->clock.stamp(device, arrival);
+  }
+  status_.countSample(image_.stamp);
+  sink_(image_);
+  return true;
+}
+
+}  // namespace slam

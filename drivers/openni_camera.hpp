@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "core/depth_image.hpp"
+#include "drivers/device_status.hpp"
+
+namespace slam {
+
+struct OpenniConfig {
+  std::string uri;                ///< of the device, or the path of a recording (.oni); empty: the first camera
+  int width = 640, height = 480;  ///< [pixel]
+  int rate = 30;                  ///< [Hz]
+  std::string record;             ///< .oni file to record the depth stream to; empty: none
+};
+
+/// Owns a depth camera, or a recording, through OpenNI2.
+///
+/// To be run by one thread: connect() until it succeeds, then poll() until it returns false. Waits on OpenNI2's event.
+/// A recording is played once, image by image without loss, at the pace of its stamps.
+class OpenniCamera {
+ public:
+  using Sink = std::function<void(const DepthImage&)>;
+  using Clock = Timestamp (*)();
+
+  OpenniCamera(const OpenniConfig& config, Clock now, Sink sink);
+  ~OpenniCamera();
+
+  /// Looks for the camera, sets its mode, reads back what it made of it, and starts the stream.
+  /// @return false with the reason in status()
+  bool connect(const std::atomic<bool>& cancel);
+  /// Waits up to `timeout` for an image and hands it to the sink.
+  /// @return false when the connection is over (unplugged, or silent for longer than any image takes)
+  bool poll(Duration timeout);
+  void stop();
+
+  DeviceStatus& status() { return status_; }
+  /// A recording has been played to its end.
+  bool finished() const { return finished_; }
+
+ private:
+  struct Stream;  // OpenNI2's part
+  bool fail(DeviceState state, const char* reason);
+  bool open();
+  bool setMode();
+  void startRecording();
+  bool readImage();
+
+  OpenniConfig config_;
+  Clock now_;
+  Sink sink_;
+  DeviceStatus status_;
+  std::unique_ptr<Stream> stream_;
+  DepthImage image_;
+  bool finished_ = false;
+};
+
+}  // namespace slam
