@@ -59,6 +59,8 @@ class SimulatedXtion : public testing::Test {
     setenv("SLAM_SIM_DEVICES", directory_.c_str(), 1);
   }
   ~SimulatedXtion() override {
+    stream_.destroy();
+    device_.close();
     openni::OpenNI::shutdown();
     simulator_.reset();
     fs::remove_all(directory_);
