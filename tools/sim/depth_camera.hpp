@@ -2,6 +2,7 @@
 #pragma once
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
 #include "core/depth_image.hpp"

@@ -4,11 +4,14 @@
 #include <csignal>
 #include <cstdio>
 #include <mutex>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include "runtime/clock.hpp"
 #include "runtime/worker.hpp"
 #include "tools/common/program.hpp"
 #include "tools/sim/board_emulator.hpp"
+#include "tools/sim/depth_server.hpp"
 #include "tools/sim/lidar_emulator.hpp"
 #include "tools/sim/lidar_model.hpp"
 #include "tools/sim/log_mode.hpp"
@@ -21,6 +24,7 @@ namespace {
 using namespace std::chrono_literals;
 constexpr Duration kBoardPeriod = 20ms;  // the board renews its values at 50 Hz
 constexpr Duration kAfterwards = 1s;     // standing at the end, so that the last pose is published
+constexpr int kDepthNiceness = 5;        // of the thread that renders
 constexpr Duration kLidarLag = 10ms;     // the emulator works this far behind the simulation, which has the poses
 
 class DeviceSession {
@@ -34,6 +38,8 @@ class DeviceSession {
         lidar_([this](Timestamp stamp, double bearing) { return measure(stamp, bearing); }, LidarModel::kTurnRate),
         lidar_port_(directory / "lidar"),
         board_port_(directory / "board"),
+        depth_server_(directory / "depth", scene_.world, options.seed,
+                      [this](Timestamp stamp) { return viewpoint(stamp); }),
         started_(simulation_.now()),
         next_board_(simulation_.now()) {}
 
@@ -41,9 +47,8 @@ class DeviceSession {
     Worker world({.name = "world", .rate = 1.0 / toSeconds(Simulation::kStep)}, [this] { stepWorld(); });
     Worker lidar({.name = "lidar"}, [this] { serveLidar(); });
     Worker board({.name = "board"}, [this] { serveBoard(); });
-    world.start();
-    lidar.start();
-    board.start();
+    Worker depth({.name = "depth"}, [this] { serveDepth(); });
+    for (Worker* worker : {&world, &lidar, &board, &depth}) worker->start();
     sigset_t signals;
     sigemptyset(&signals);
     sigaddset(&signals, SIGINT);
@@ -51,8 +56,8 @@ class DeviceSession {
     const timespec period{0, 100000000};
     while (!over() && sigtimedwait(&signals, nullptr, &period) < 0) showState();
     endProgress();
-    for (Worker* worker : {&world, &lidar, &board}) worker->requestStop();
-    for (Worker* worker : {&world, &lidar, &board}) worker->stop();
+    for (Worker* worker : {&world, &lidar, &board, &depth}) worker->requestStop();
+    for (Worker* worker : {&world, &lidar, &board, &depth}) worker->stop();
     std::vector<WaypointVisit> visits = simulation_.visits();
     for (WaypointVisit& visit : visits) visit.stamp += clock_offset_;
     writeTruth(options_, truth_, visits, seen_);
@@ -121,6 +126,22 @@ class DeviceSession {
     if (!out.empty()) board_port_.send(out);
   }
 
+  /// Where the camera was at an instant; it renders without the lock.
+  std::optional<DepthViewpoint> viewpoint(Timestamp stamp) {
+    const std::lock_guard lock(mutex_);
+    const auto pose = simulation_.history().at(stamp);
+    if (!pose) return std::nullopt;
+    return DepthViewpoint{*pose, simulation_.driveTime() - toSeconds(simulation_.now() - stamp)};
+  }
+
+  void serveDepth() {
+    if (!depth_is_nice_) {  // rendering gives way to the other devices, whose bytes are due to the millisecond
+      setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kDepthNiceness);
+      depth_is_nice_ = true;
+    }
+    depth_server_.serve(100ms);
+  }
+
   bool over() {
     const std::lock_guard lock(mutex_);
     const Timestamp now = simulation_.now();
@@ -139,7 +160,7 @@ class DeviceSession {
   }
 
   SimOptions options_;
-  std::mutex mutex_;  // guards all below; none of these threads is real-time
+  std::mutex mutex_;  // guards all below but what says otherwise; none of these threads is real-time
   Scene scene_;
   Simulation simulation_;
   LidarModel lidar_model_;
@@ -147,6 +168,8 @@ class DeviceSession {
   LidarEmulator lidar_;
   BoardEmulator board_;
   PseudoTerminal lidar_port_, board_port_;
+  DepthServer depth_server_;    // of its thread alone
+  bool depth_is_nice_ = false;  // of the same
   Duration clock_offset_ = wallClockOffset();
   Timestamp started_, next_board_, released_at_{}, finished_at_{};
   bool released_ = false;
@@ -162,7 +185,8 @@ void playDevices(const SimOptions& options, const std::filesystem::path& directo
   sigaddset(&signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   auto session = std::make_unique<DeviceSession>(options, directory);
-  std::printf("devices: %s %s\n", (directory / "lidar").c_str(), (directory / "board").c_str());
+  std::printf("devices: %s %s %s\n", (directory / "lidar").c_str(), (directory / "board").c_str(),
+              (directory / "depth").c_str());
   std::fflush(stdout);
   session->run();
 }

@@ -6,8 +6,9 @@
 
 namespace slam::sim {
 
-/// Plays the robot in real time at byte level on pseudo-terminals DIR/lidar and DIR/board. It stands until both devices
-/// are in use, then drives the route and ends; SIGINT and SIGTERM end it early, with the truth files written.
+/// Plays the robot in real time at byte level on pseudo-terminals DIR/lidar and DIR/board, and its depth camera on the
+/// socket DIR/depth (depth_wire.hpp). It stands until lidar and board are in use, then drives the route and ends;
+/// SIGINT and SIGTERM end it early, with the truth files written.
 /// @throws std::runtime_error, std::system_error when devices or files cannot be made
 void playDevices(const SimOptions& options, const std::filesystem::path& directory);
 
