@@ -60,8 +60,11 @@ std::optional<imu_t> decodeChecked(Bytes data) {
 
 template <>
 std::optional<depth_t> decodeChecked(Bytes data) {
-  constexpr std::size_t kHead = kFingerprint + 8 + 4 + 4;
-  return hasArraySize(data, kHead, 13, PseudoLaser::kCapacity) ? decode<depth_t>(data) : std::nullopt;
+  constexpr std::size_t kHead = kFingerprint + 8 + 4 + 4, kBeam = 4 + 4 + 1, kSurface = 2 + 4 + 4;
+  const auto beams = int32At(data, kHead);
+  if (!beams || *beams < 0 || *beams > PseudoLaser::kCapacity) return std::nullopt;
+  const std::size_t surfaces = kHead + 4 + static_cast<std::size_t>(*beams) * kBeam;
+  return hasArraySize(data, surfaces, kSurface, PseudoLaser::kSurfaceCapacity) ? decode<depth_t>(data) : std::nullopt;
 }
 
 template <>

@@ -19,6 +19,8 @@ void copyTwist(const Twist2& twist, double (&out)[3]) {
   out[2] = twist.omega;
 }
 
+constexpr float kFarthestDepth = 100.0F;  // [m] no depth camera sees further; keeps hostile ranges out of the map
+
 /// 0 is no stamp; beyond the other end nanoseconds would not fit into 64 bits.
 bool isStamp(std::int64_t utime) { return utime > 0 && utime < std::numeric_limits<std::int64_t>::max() / 4000; }
 
@@ -116,8 +118,13 @@ depth_t toMessage(const PseudoLaser& laser, std::int64_t utime) {
   for (const PseudoBeam& beam : laser.beams()) {
     message.ranges.push_back(beam.range);
     message.free_from.push_back(beam.free_from);
-    message.solid_to.push_back(beam.solid_to);
     message.kinds.push_back(static_cast<std::uint8_t>(beam.kind));
+  }
+  message.nsurfaces = laser.surface_count;
+  for (const PseudoLaser::Surface& surface : laser.surfaces()) {
+    message.surface_beams.push_back(static_cast<std::int16_t>(surface.beam));
+    message.surface_from.push_back(surface.from);
+    message.surface_to.push_back(surface.to);
   }
   return message;
 }
@@ -222,12 +229,17 @@ std::optional<PseudoLaser> fromMessage(const depth_t& message) {
   laser.bearing_step = message.bearing_step;
   laser.size = message.nbeams;
   for (std::size_t i = 0; i < message.ranges.size(); ++i) {
-    constexpr float kFarthest = 100.0F;  // [m] no depth camera sees further; keeps hostile ranges out of the map
-    const float range = message.ranges[i], from = message.free_from[i], to = message.solid_to[i];
-    const bool sound = range > 0.0F && from >= 0.0F && from <= range && to >= range && to < kFarthest;
+    const float range = message.ranges[i], from = message.free_from[i];
+    const bool sound = range > 0.0F && from >= 0.0F && from <= range && range < kFarthestDepth;
     const auto kind = static_cast<std::uint8_t>(message.kinds[i]);
     if (!sound || kind == 0 || kind > static_cast<std::uint8_t>(PseudoBeam::Kind::kHit)) continue;
-    laser.storage[i] = {static_cast<PseudoBeam::Kind>(kind), range, from, to};
+    laser.storage[i] = {static_cast<PseudoBeam::Kind>(kind), range, from};
+  }
+  for (std::size_t i = 0; i < message.surface_beams.size(); ++i) {
+    const float from = message.surface_from[i], to = message.surface_to[i];
+    const bool sound = message.surface_beams[i] >= 0 && message.surface_beams[i] < laser.size && from > 0.0F &&
+                       to >= from && to < kFarthestDepth;
+    if (sound) laser.push({static_cast<std::uint16_t>(message.surface_beams[i]), from, to});
   }
   return laser;
 }

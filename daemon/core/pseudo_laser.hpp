@@ -19,22 +19,38 @@ struct PseudoBeam {
   Kind kind = Kind::kUnknown;
   float range = 0.0F;      ///< [m] along the floor, from the camera
   float free_from = 0.0F;  ///< [m] nearer than this nothing is known; at most range
-  float solid_to =
-      0.0F;  ///< [m] of a hit: as far behind it the obstacle was seen to go on (a table top); at least range
 };
 
-/// A depth image projected to one obstacle per bearing, in the camera's frame levelled to the floor (x forward, y
-/// left). Fixed capacity, so that it crosses queues without allocation.
+/// A depth image projected to the nearest obstacle per bearing, in the camera's frame levelled to the floor (x forward,
+/// y left). Fixed capacity, so that it crosses queues without allocation.
 struct PseudoLaser {
-  static constexpr int kCapacity = 1024;
+  static constexpr int kCapacity = 1024, kSurfaceCapacity = 2048;
+
+  /// Part of an obstacle behind the nearest one: a table top behind its edge, or behind a chair.
+  struct Surface {
+    std::uint16_t beam = 0;
+    float from = 0.0F, to = 0.0F;  ///< [m] along the floor, from the camera
+  };
 
   Timestamp stamp;            ///< of the depth image
   float bearing_min = 0.0F;   ///< [rad] of beam 0, counter-clockwise from x
   float bearing_step = 0.0F;  ///< [rad] from one beam to the next
   int size = 0;
   std::array<PseudoBeam, kCapacity> storage;
+  int surface_count = 0;
+  std::array<Surface, kSurfaceCapacity> surface_storage;
 
   std::span<const PseudoBeam> beams() const { return {storage.data(), static_cast<std::size_t>(size)}; }
+  std::span<const Surface> surfaces() const {
+    return {surface_storage.data(), static_cast<std::size_t>(surface_count)};
+  }
+  float bearing(int beam) const { return bearing_min + static_cast<float>(beam) * bearing_step; }
+  /// @return false when there are too many; it is then not added
+  bool push(const Surface& surface) {
+    if (surface_count >= kSurfaceCapacity) return false;
+    surface_storage[static_cast<std::size_t>(surface_count++)] = surface;
+    return true;
+  }
 };
 
 /// A pseudo-laser and the keyframe it was seen near.

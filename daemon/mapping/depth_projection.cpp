@@ -18,7 +18,7 @@ constexpr double kMinValid = 0.5;           // [1] share of a band's pixels with
 constexpr double kPointsPerPixel = 8.0 / (640 * 480);  // of an obstacle: fewer are flying pixels
 constexpr int kFewestPoints = 3;
 constexpr double kSigma = 2.9e-3;      // [1/m] times depth squared: a step of the depth's quantisation
-constexpr double kThick = 0.15;        // [m] an obstacle that goes on for less is a wall and its noise
+constexpr int kPeak = 4;               // a slot with so many times the points is the wall, the other its noise
 constexpr double kFewestValid = 0.02;  // [1] share of all pixels with depth
 constexpr double kMostBelow = 0.15;    // [1] share of the floor's points that lie below it: no stairs are so wide
 constexpr double kBelow = 0.10;        // [m] under the floor
@@ -118,7 +118,14 @@ DepthProjection::Status DepthProjection::project(const DepthImage& image) {
   const std::vector<std::uint16_t>& depth = smoothed(image.depth);
   if (const Status status = trackFloor(image, depth); status != Status::kOk) return status;
   sortPixels(depth);
-  for (int beam = 0; beam < laser_.size; ++beam) laser_.storage[static_cast<std::size_t>(beam)] = beamOf(beam);
+  laser_.surface_count = 0;
+  for (int beam = 0; beam < laser_.size; ++beam) {
+    const int slot = firstObstacle(beam);
+    const double covered_from = coveredFrom(beam);
+    laser_.storage[static_cast<std::size_t>(beam)] =
+        slot >= 0 ? hitAt(beam, slot, covered_from) : freeOf(beam, covered_from);
+    if (slot >= 0) addSurfaces(beam, slot);
+  }
   return Status::kOk;
 }
 
@@ -200,12 +207,6 @@ void DepthProjection::sortPixels(const std::vector<std::uint16_t>& depth) {
   }
 }
 
-PseudoBeam DepthProjection::beamOf(int beam) const {
-  const double covered_from = coveredFrom(beam);
-  const int slot = firstObstacle(beam);
-  return slot >= 0 ? hitAt(beam, slot, covered_from) : freeOf(beam, covered_from);
-}
-
 /// Slot in which the nearest obstacle is seen best, or -1.
 int DepthProjection::firstObstacle(int beam) const {
   const Slot* slots = &slot_of_[static_cast<std::size_t>(beam) * static_cast<std::size_t>(slots_)];
@@ -267,18 +268,45 @@ PseudoBeam DepthProjection::hitAt(int beam, int slot, double covered_from) const
     const Band& band = band_of_[static_cast<std::size_t>(beam * kBands + i)];
     if (blindBetween(beam, band, &from, &to) && from < range) free_from = std::max(free_from, to);
   }
-  int last = slot;
-  for (int i = slot + 1, empty = 0; i < slots_ && empty < 2; ++i) {
-    empty = slots[i].points < kFewestPoints ? empty + 1 : 0;
-    if (empty == 0) last = i;
-  }
-  const double solid_to = kSlot * (last + 0.5);
   PseudoBeam result{.kind = PseudoBeam::Kind::kHit};
   result.range = static_cast<float>(range);
   result.free_from = static_cast<float>(std::min(free_from, range));
-  const double noise = std::max(kThick, 4.0 * kSigma * range * range);
-  result.solid_to = static_cast<float>(solid_to - range > noise ? solid_to : range);
   return result;
+}
+
+/// What is seen of obstacles behind the nearest one: stretches of slots with points.
+void DepthProjection::addSurfaces(int beam, int hit_slot) {
+  for (int first = hit_slot + 1; first < slots_; ++first) {
+    if (!isSurface(beam, first)) continue;
+    int last = first;
+    while (last + 1 < slots_ && (isSurface(beam, last + 1) || isSurface(beam, last + 2))) ++last;
+    laser_.push({static_cast<std::uint16_t>(beam), static_cast<float>(kSlot * (first + 0.5)),
+                 static_cast<float>(kSlot * (last + 0.5))});
+    first = last;
+  }
+}
+
+/// Whether a slot's points are those of a surface: its neighbours have some, too, as flying pixels do not, and they are
+/// not the noise around a wall, of which most points lie in a slot near by.
+bool DepthProjection::isSurface(int beam, int slot) const {
+  const auto points = [&](int b, int s) {
+    if (b < 0 || b >= laser_.size || s < 0 || s >= slots_) return 0;
+    return slot_of_[static_cast<std::size_t>(b) * static_cast<std::size_t>(slots_) + static_cast<std::size_t>(s)]
+        .points;
+  };
+  const int own = points(beam, slot);
+  if (own == 0) return false;
+  int around = 0;
+  for (int b = beam - 1; b <= beam + 1; ++b) {
+    for (int s = slot - 1; s <= slot + 1; ++s) around += points(b, s);
+  }
+  if (around < min_points_ + 1) return false;
+  const double range = kSlot * (slot + 0.5);
+  const int noise = 1 + static_cast<int>(std::ceil(2.0 * kSigma * range * range / kSlot));
+  for (int s = slot - noise; s <= slot + noise; ++s) {
+    if (points(beam, s) > kPeak * own) return false;
+  }
+  return true;
 }
 
 PseudoBeam DepthProjection::freeOf(int beam, double covered_from) const {
@@ -303,7 +331,7 @@ PseudoBeam DepthProjection::freeOf(int beam, double covered_from) const {
   }
   if (!(to - from > kSlot)) return {};
   PseudoBeam result{.kind = PseudoBeam::Kind::kFree};
-  result.range = result.solid_to = static_cast<float>(to);
+  result.range = static_cast<float>(to);
   result.free_from = static_cast<float>(from);
   return result;
 }

@@ -82,9 +82,10 @@ class DepthProjection {
   const std::vector<std::uint16_t>& smoothed(const std::vector<std::uint16_t>& depth);
   Status trackFloor(const DepthImage& image, const std::vector<std::uint16_t>& depth);
   void sortPixels(const std::vector<std::uint16_t>& depth);
-  PseudoBeam beamOf(int beam) const;
   int firstObstacle(int beam) const;
   PseudoBeam hitAt(int beam, int slot, double covered_from) const;
+  void addSurfaces(int beam, int hit_slot);
+  bool isSurface(int beam, int slot) const;
   PseudoBeam freeOf(int beam, double covered_from) const;
   double coveredFrom(int beam) const;
   bool blindBetween(int beam, const Band& band, double* from, double* to) const;

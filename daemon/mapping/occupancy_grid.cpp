@@ -66,11 +66,13 @@ void OccupancyGrid::add(const Pose2& T_map_depth, const DepthView& view) {
     const Eigen::Vector2d ray(std::cos(direction), std::sin(direction));
     const CellIndex end = cellAt(camera + beam.range * ray);
     if (beam.free_from < beam.range) rays_.push_back({cellAt(camera + beam.free_from * ray), end});
-    if (!beam.hit) continue;
-    hits_.push_back(end);
-    if (beam.solid_to <= beam.range) continue;
-    const CellIndex last = cellAt(camera + beam.solid_to * ray);
-    traverseRay(end, last, [this](CellIndex cell) { hits_.push_back(cell); });
+    if (beam.hit) hits_.push_back(end);
+  }
+  for (const DepthView::Surface& surface : view.surfaces) {
+    const double direction = T_map_depth.theta + surface.bearing;
+    const Eigen::Vector2d ray(std::cos(direction), std::sin(direction));
+    const CellIndex last = cellAt(camera + surface.to * ray);
+    traverseRay(cellAt(camera + surface.from * ray), last, [this](CellIndex cell) { hits_.push_back(cell); });
     hits_.push_back(last);
   }
   draw(depth_);

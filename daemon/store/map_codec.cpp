@@ -15,7 +15,7 @@ namespace slam {
 namespace {
 
 constexpr std::size_t kNodeBytes = 65, kPointBytes = 12, kEdgeBytes = 82;  // at least
-constexpr std::size_t kViewBytes = 68, kBeamBytes = 17;
+constexpr std::size_t kViewBytes = 76, kBeamBytes = 13, kSurfaceBytes = 12;
 constexpr float kFarthestReturn = 1000.0F;  // [m]
 constexpr std::size_t kTileCells = OccupancyGrid::kTileSide * OccupancyGrid::kTileSide;
 constexpr std::size_t kTileBytes = 8 + 2 * kTileCells;
@@ -28,6 +28,9 @@ double getFinite(BinaryReader& in) {
   if (!std::isfinite(value)) throw std::runtime_error("holds a number that is not finite");
   return value;
 }
+
+/// [m] along a ray
+bool isStretch(float from, float to) { return from >= 0.0F && to >= from && to < kFarthestReturn; }
 
 void putPose(BinaryWriter& out, const Pose2& pose) {
   for (const double value : {pose.x, pose.y, pose.theta}) out.put(value);
@@ -220,8 +223,12 @@ std::string encodeDepth(const MapState& map) {
     putPose(out, view.view->T_base_depth);
     out.put(static_cast<std::uint64_t>(view.view->beams.size()));
     for (const DepthView::Beam& beam : view.view->beams) {
-      for (const float value : {beam.bearing, beam.range, beam.free_from, beam.solid_to}) out.put(value);
+      for (const float value : {beam.bearing, beam.range, beam.free_from}) out.put(value);
       out.put(static_cast<std::uint8_t>(beam.hit));
+    }
+    out.put(static_cast<std::uint64_t>(view.view->surfaces.size()));
+    for (const DepthView::Surface& surface : view.view->surfaces) {
+      for (const float value : {surface.bearing, surface.from, surface.to}) out.put(value);
     }
   }
   out.putBytes(encodeLayer(map.grid, &OccupancyGrid::Cell::depth));
@@ -243,11 +250,18 @@ void decodeDepth(std::string_view bytes, MapState& map) {
     depth->T_base_depth = getPose(in);
     depth->beams.resize(in.getCount(kBeamBytes));
     for (DepthView::Beam& beam : depth->beams) {
-      for (float* value : {&beam.bearing, &beam.range, &beam.free_from, &beam.solid_to}) *value = in.get<float>();
+      for (float* value : {&beam.bearing, &beam.range, &beam.free_from}) *value = in.get<float>();
       beam.hit = in.get<std::uint8_t>() != 0;
-      const bool sound = std::isfinite(beam.bearing) && beam.free_from >= 0.0F && beam.range >= beam.free_from &&
-                         beam.solid_to >= beam.range && beam.solid_to < kFarthestReturn;
-      if (!sound) throw std::runtime_error("holds a beam that is none");
+      if (!(std::isfinite(beam.bearing) && isStretch(beam.free_from, beam.range))) {
+        throw std::runtime_error("holds a beam that is none");
+      }
+    }
+    depth->surfaces.resize(in.getCount(kSurfaceBytes));
+    for (DepthView::Surface& surface : depth->surfaces) {
+      for (float* value : {&surface.bearing, &surface.from, &surface.to}) *value = in.get<float>();
+      if (!(std::isfinite(surface.bearing) && isStretch(surface.from, surface.to))) {
+        throw std::runtime_error("holds a surface that is none");
+      }
     }
     view.view = std::move(depth);
   }
