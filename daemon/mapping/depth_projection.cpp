@@ -24,7 +24,10 @@ constexpr double kMostBelow = 0.15;    // [1] share of the floor's points that l
 constexpr double kBelow = 0.10;        // [m] under the floor
 constexpr int kThinning = 8;           // every so many pixels, in row and column, serve to find the floor
 
+/// 0 is no depth: of two that are left the farther one, of one nothing.
 std::uint16_t medianOf(std::uint16_t a, std::uint16_t b, std::uint16_t c) {
+  const int missing = (a == 0) + (b == 0) + (c == 0);
+  if (missing > 0) return missing > 1 ? std::uint16_t{0} : std::max({a, b, c});
   return std::max(std::min(a, b), std::min(std::max(a, b), c));
 }
 

@@ -11,29 +11,35 @@
 namespace slam {
 namespace {
 
-constexpr int kIterations = 3;
-constexpr double kPriorOffset = 0.02;     // [m] the plane stays where it is where an image does not tell,
-constexpr double kPriorSlope = 0.02;      // [1] by a prior around the plane before
-constexpr double kPointSigma = 0.01;      // [m] of a floor point, all errors of one image together
-constexpr int kIndependent = 30;          // so many points of an image are worth independent ones at most
-constexpr int kHypotheses = 60;           // planes tried elsewhere
-constexpr double kMaxLean = 0.45;         // [rad] a plane that leans more (26 deg) is no floor
-constexpr double kHeightDoubt = 0.3;      // [1] of the camera's distance to a plane that may be the floor
-constexpr double kThickness = 0.02;       // [m] of a plane ...
-constexpr double kThicknessSlope = 0.01;  // [1] ... and per metre of distance
-constexpr double kDominant = 0.4;         // [1] share of all points that a floor elsewhere must have
+constexpr int kIterations = 4;
+constexpr double kFinalGate = 0.015, kFinalGateSlope = 0.008;  // [m], [1] a wall's foot is no floor
+constexpr double kPriorOffset = 0.02;              // [m] the plane stays where it is where an image does not tell,
+constexpr double kPriorSlope = 0.02;               // [1] by a prior around the plane before
+constexpr double kPointSigma = 0.01;               // [m] of a floor point, all errors of one image together
+constexpr int kIndependent = 30;                   // so many points of an image are worth independent ones at most
+constexpr int kHypotheses = 200;                   // planes tried elsewhere
+constexpr double kMaxLean = 0.45;                  // [rad] a plane that leans more (26 deg) is no floor
+constexpr double kNearest = 0.5, kFarthest = 2.0;  // [1] times the camera's height: distance of what may be the floor
+constexpr double kThickness = 0.02;                // [m] of a plane ...
+constexpr double kThicknessSlope = 0.01;           // [1] ... and per metre of distance
+constexpr double kScarce = 0.25;     // [1] share of all points: with fewer on the floor it may lie elsewhere
+constexpr std::size_t kCounted = 4;  // every so many points are asked whether they lie on a plane
+constexpr double kDominant = 0.25;   // [1] share of all points that a floor elsewhere must have
 
 }  // namespace
 
 FloorTracker::Fit FloorTracker::fitNear(const std::vector<Eigen::Vector3f>& points, const FloorPlane& guess) const {
   Fit fit{guess};
   for (int i = 0; i < kIterations; ++i) {
+    const double narrow = static_cast<double>(i) / (kIterations - 1);
+    const double gate = std::lerp(config_.gate, kFinalGate, narrow);
+    const double slope = std::lerp(last_ ? config_.gate_slope : config_.max_tilt, kFinalGateSlope, narrow);
     Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
     Eigen::Vector3d g = Eigen::Vector3d::Zero();
     fit.points = 0;
     for (const Eigen::Vector3f& p : points) {
       const double e = p.z() - fit.plane.height(p.x(), p.y());
-      if (std::abs(e) > config_.gate + config_.gate_slope * p.x()) continue;
+      if (std::abs(e) > gate + slope * p.x()) continue;
       const Eigen::Vector3d J(1.0, p.x(), p.y());
       H += J * J.transpose();
       g += e * J;
@@ -59,7 +65,7 @@ std::optional<double> FloorTracker::update(Timestamp stamp, const std::vector<Ei
                                            double camera_height) {
   const Fit fit = fitNear(points, plane_);
   const bool inside = fit.plane.tilt() <= config_.max_tilt && std::abs(fit.plane.offset) <= config_.max_offset;
-  if (fit.points < config_.min_points || !inside) {
+  if (!inside || fit.points < kScarce * static_cast<double>(points.size())) {
     const auto tilt = findElsewhere(points, camera_height, inside ? fit.points : 0);
     if (tilt) return tilt;
   }
@@ -97,16 +103,23 @@ std::optional<double> FloorTracker::findElsewhere(const std::vector<Eigen::Vecto
     normal.normalize();
     const double lean = std::acos(std::min(1.0, std::abs(normal.z())));
     const double distance = std::abs(normal.dot(camera - a));
-    if (lean > kMaxLean || std::abs(distance - camera_height) > kHeightDoubt * camera_height) continue;
-    const auto inliers = std::count_if(points.begin(), points.end(), [&](const Eigen::Vector3f& p) {
-      return std::abs(normal.dot(p.cast<double>() - a)) < kThickness + kThicknessSlope * p.x();
-    });
+    if (lean > kMaxLean || distance < kNearest * camera_height || distance > kFarthest * camera_height) {
+      continue;
+    }
+    const bool level = lean <= config_.max_tilt, above = a.z() > camera_height;  // above: as of a camera on its head
+    // A level plane may be a table; it is taken for the floor only where no other floor is seen.
+    const bool elsewhere =
+        std::abs(distance - camera_height) > 2.0 * config_.max_offset && points_of_floor < config_.min_points;
+    if (level && !above && !elsewhere) continue;
+    int inliers = 0;
+    for (std::size_t k = 0; k < points.size(); k += kCounted) {
+      const Eigen::Vector3f& p = points[k];
+      inliers += std::abs(normal.dot(p.cast<double>() - a)) < kThickness + kThicknessSlope * p.x();
+    }
+    inliers *= static_cast<int>(kCounted);
     if (inliers <= most) continue;
-    const bool above = a.z() > camera_height;  // as of a camera that stands on its head
-    const double found = above ? std::numbers::pi - lean : lean;
-    if (found <= config_.max_tilt) continue;
-    most = static_cast<int>(inliers);
-    tilt = found;
+    most = inliers;
+    tilt = above ? std::numbers::pi - lean : lean;
   }
   return tilt;
 }

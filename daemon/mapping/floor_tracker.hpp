@@ -23,7 +23,7 @@ struct FloorTrackerConfig {
   double max_tilt = 0.052;   ///< [rad] the bracket and the suspension give no more (3 deg); followed up to here
   double max_offset = 0.04;  ///< [m] same of the height
   double gate = 0.03;        ///< [m] points further from the plane as known are no floor ...
-  double gate_slope = 0.02;  ///< [1] ... and so much per metre of distance, for the depth's noise and fast pitching
+  double gate_slope = 0.02;  ///< [1] ... and so much per metre of distance, for fast pitching; max_tilt at first
   double settle_time = 0.3;  ///< [s] in which the plane follows: a robot that brakes nods for longer
   int min_points = 60;       ///< fewer floor points say nothing
 };
@@ -39,8 +39,8 @@ class FloorTracker {
   /// @param points points of one image, thinned out, in the levelled camera's frame, z up from where the floor should
   /// be
   /// @param camera_height [m] of the camera above the floor
-  /// @return the tilt [rad] of the floor against where the extrinsics put it, when that is beyond the bounds; the plane
-  /// is then not changed
+  /// @return the tilt [rad] of the floor against where the extrinsics put it, when that or its height is beyond the
+  /// bounds; the plane is then not changed
   std::optional<double> update(Timestamp stamp, const std::vector<Eigen::Vector3f>& points, double camera_height);
 
   const FloorPlane& plane() const { return plane_; }

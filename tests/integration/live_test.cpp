@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // slamd as a user runs it: the simulator's byte-level devices on one side, the real liblcm over UDP on the other.
+#include <algorithm>
 #include <bot_core/planar_lidar_t.hpp>
 #include <bot_core/pose_t.hpp>
 #include <filesystem>
@@ -10,6 +11,7 @@
 #include <map>
 #include <slam/ack_t.hpp>
 #include <slam/command_t.hpp>
+#include <slam/depth_t.hpp>
 #include <slam/health_t.hpp>
 #include <slam/map_meta_t.hpp>
 #include <slam/map_tile_t.hpp>
@@ -97,6 +99,10 @@ class Live : public testing::Test {
               (std::string("live_") + testing::UnitTest::GetInstance()->current_test_info()->name() +
                std::to_string(getpid()));
     fs::create_directories(folder_);
+    // The simulated driver of OpenNI2, as the real library finds it.
+    setenv("LD_LIBRARY_PATH", (kBin + "/../lib/openni2").c_str(), 1);
+    setenv("SLAM_SIM_DEVICES", (folder_ / "devices").c_str(), 1);
+    setenv("ASAN_OPTIONS", "detect_leaks=0", 1);  // OpenNI2 never frees its drivers
   }
   void TearDown() override {
     sim_.reset();
@@ -158,6 +164,7 @@ TEST_F(Live, PublishesEveryChannelAtItsRate) {
   EXPECT_THAT(listener.count(channel::kScan),
               testing::AllOf(testing::Ge(4 * kSeconds / kPatience), testing::Le(7 * kSeconds)));
   EXPECT_NEAR(listener.count(channel::kLaser), listener.count(channel::kScan), 1);
+  EXPECT_GE(listener.count(channel::kDepth), 15 * kSeconds / kPatience);
   EXPECT_GE(listener.count(channel::kWheels), 15 * kSeconds / kPatience);  // only values that are new are sent
   EXPECT_GE(listener.count(channel::kImu), 25 * kSeconds / kPatience);
   EXPECT_GE(listener.count(channel::kHealth), kSeconds - 2);
@@ -179,6 +186,11 @@ TEST_F(Live, PublishesEveryChannelAtItsRate) {
   const auto imu = listener.last<imu_t>(channel::kImu);
   ASSERT_TRUE(imu);
   EXPECT_NEAR(imu->accel[2], 9.8, 0.5);
+  const auto depth = listener.last<depth_t>(channel::kDepth);
+  ASSERT_TRUE(depth);
+  EXPECT_EQ(depth->nbeams, 118);  // half a degree each
+  EXPECT_GT(std::count_if(depth->kinds.begin(), depth->kinds.end(), [](auto kind) { return kind == 2; }), 20);
+  EXPECT_LT(std::abs(static_cast<double>(depth->utime - now.count())), 2e6);
   const auto tile = listener.last<map_tile_t>(channel::kMapTile);
   ASSERT_TRUE(tile);
   EXPECT_EQ(tile->ncells, tile->side * tile->side);

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "mapping/floor_tracker.hpp"
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+#include <random>
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr double kHeight = 0.4;  // [m] of the camera
+
+/// Points that a camera sees of a flat floor and a wall, thrown off by wrong extrinsics and noise.
+class Scenery {
+ public:
+  /// @param pitch, roll [rad] of the true camera beyond what is believed; @param lift [m] of its true height
+  std::vector<Eigen::Vector3f> look(double pitch, double roll, double lift, double floor_share = 0.6) {
+    std::vector<Eigen::Vector3f> points;
+    const Eigen::Matrix3d tilt =
+        (Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) * Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()))
+            .toRotationMatrix();
+    for (int i = 0; i < 1500; ++i) {
+      const bool floor = i < 1500 * floor_share;
+      const Eigen::Vector3d p(floor ? draw(0.9, 3.5) : 3.6, draw(-1.5, 1.5), floor ? 0.0 : draw(0.0, 1.2));
+      const Eigen::Vector3d from_camera = p - Eigen::Vector3d(0.0, 0.0, kHeight + lift);
+      const double stretch = 1.0 + 0.0015 * p.x() * normal_(random_);  // depth noise along the ray
+      const Eigen::Vector3d believed = tilt.transpose() * (stretch * from_camera);
+      points.push_back((believed + Eigen::Vector3d(0.0, 0.0, kHeight)).cast<float>());
+    }
+    return points;
+  }
+
+ private:
+  double draw(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
+  std::mt19937 random_{3};
+  std::normal_distribution<double> normal_{0.0, 1.0};
+};
+
+TEST(FloorTracker, FindsASmallTiltAndHeightUnderNoise) {
+  FloorTracker tracker({});
+  Scenery scenery;
+  Timestamp stamp{10s};
+  for (int i = 0; i < 60; ++i, stamp += 33ms) {
+    ASSERT_FALSE(tracker.update(stamp, scenery.look(0.02, -0.015, 0.01), kHeight));
+  }
+  // A camera that looks down by more than it believes sees the floor rise before it.
+  EXPECT_NEAR(tracker.plane().slope_x, 0.02, 0.003);
+  EXPECT_NEAR(std::abs(tracker.plane().slope_y), 0.015, 0.003);
+  for (const auto& p : scenery.look(0.02, -0.015, 0.01, 1.0)) {
+    ASSERT_NEAR(p.z(), tracker.plane().height(p.x(), p.y()), 0.035);
+  }
+}
+
+TEST(FloorTracker, FollowsARobotThatNods) {
+  FloorTracker tracker({});
+  Scenery scenery;
+  Timestamp stamp{10s};
+  double worst = 0.0;
+  for (int i = 0; i < 200; ++i, stamp += 33ms) {
+    const double pitch = 0.02 * std::sin(0.02 * i);
+    tracker.update(stamp, scenery.look(pitch, 0.0, 0.0), kHeight);
+    if (i > 20) worst = std::max(worst, std::abs(tracker.plane().slope_x - pitch));
+  }
+  EXPECT_LT(worst, 0.012);
+}
+
+TEST(FloorTracker, StaysWithinItsBounds) {
+  FloorTracker tracker({});
+  Scenery scenery;
+  Timestamp stamp{10s};
+  for (int i = 0; i < 200; ++i, stamp += 33ms) tracker.update(stamp, scenery.look(0.0003 * i, 0.0, 0.0), kHeight);
+  EXPECT_LE(tracker.plane().tilt(), FloorTrackerConfig{}.max_tilt + 1e-9);
+}
+
+TEST(FloorTracker, TellsTenDegreesTooMuchAndACameraOnItsHead) {
+  Scenery scenery;
+  for (const double pitch : {0.1745, -0.1745}) {
+    FloorTracker tracker({});
+    const auto tilt = tracker.update(Timestamp{10s}, scenery.look(pitch, 0.0, 0.0), kHeight);
+    ASSERT_TRUE(tilt) << pitch;
+    EXPECT_NEAR(*tilt, 0.1745, 0.03);
+  }
+  FloorTracker tracker({});
+  const auto tilt = tracker.update(Timestamp{10s}, scenery.look(0.0, 3.14159, 0.0), kHeight);
+  ASSERT_TRUE(tilt);
+  EXPECT_GT(*tilt, 3.0);
+}
+
+TEST(FloorTracker, ADeskOrAWallIsNoFloor) {
+  FloorTracker tracker({});
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> metres(-0.5F, 0.5F);
+  std::vector<Eigen::Vector3f> desk, wall;
+  for (int i = 0; i < 1000; ++i) {
+    desk.emplace_back(1.5F + metres(random), metres(random), 0.72F);  // 0.32 m above the camera's height, but level
+    wall.emplace_back(1.0F, metres(random), 0.4F + 0.6F * metres(random));
+  }
+  EXPECT_FALSE(tracker.update(Timestamp{10s}, wall, kHeight));
+  EXPECT_EQ(tracker.plane().tilt(), 0.0);
+  EXPECT_EQ(tracker.plane().offset, 0.0);
+}
+
+}  // namespace
+}  // namespace slam
