@@ -18,6 +18,21 @@ ColourImage colourMap(const MapImage& map, int scale) {
   return image;
 }
 
+ColourImage sideBySide(const ColourImage& left, const ColourImage& right) {
+  constexpr int kGap = 16;  // [pixels]
+  constexpr Rgb kGrey{120, 120, 120};
+  ColourImage both{left.width + kGap + right.width, std::max(left.height, right.height), {}};
+  both.pixels.assign(static_cast<std::size_t>(both.width) * static_cast<std::size_t>(both.height), kGrey);
+  const auto paste = [&](const ColourImage& image, int at) {
+    for (int row = 0; row < image.height; ++row) {
+      for (int column = 0; column < image.width; ++column) both.set(at + column, row, image.at(column, row));
+    }
+  };
+  paste(left, 0);
+  paste(right, left.width + kGap);
+  return both;
+}
+
 std::string encodePng(const ColourImage& image) {
   png_image png{};
   png.version = PNG_IMAGE_VERSION;

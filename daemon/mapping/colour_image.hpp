@@ -32,6 +32,9 @@ struct ColourImage {
 /// Occupied black, free white, unknown grey. @param scale [pixels] side of a cell
 ColourImage colourMap(const MapImage& map, int scale = 1);
 
+/// Two pictures side by side, the left one first, with a grey gap between; the lower one is filled up with grey.
+ColourImage sideBySide(const ColourImage& left, const ColourImage& right);
+
 /// @return the bytes of a PNG file. @throws std::runtime_error when libpng refuses
 std::string encodePng(const ColourImage& image);
 

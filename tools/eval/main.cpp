@@ -2,8 +2,10 @@
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <fstream>
 
 #include "app/config_loader.hpp"
+#include "mapping/colour_image.hpp"
 #include "mapping/map_files.hpp"
 #include "tools/common/program.hpp"
 #include "tools/eval/live_report.hpp"
@@ -49,9 +51,9 @@ void printMap(const slam::MapErrors& e, bool json) {
   if (json) {
     std::printf(
         "{\"cells\": %d, \"completeness\": %.5f, \"occupied\": {\"precision\": %.5f, \"recall\": %.5f, \"f1\": %.5f}, "
-        "\"free\": {\"precision\": %.5f, \"recall\": %.5f, \"f1\": %.5f}}\n",
+        "\"free\": {\"precision\": %.5f, \"recall\": %.5f, \"f1\": %.5f}, \"false_obstacles\": %.5f}\n",
         e.compared, e.completeness, e.occupied.precision, e.occupied.recall, e.occupied.f1, e.free.precision,
-        e.free.recall, e.free.f1);
+        e.free.recall, e.free.f1, e.false_obstacles);
     return;
   }
   std::printf("cells known in the truth  %d, of which the map knows %.1f %%\n", e.compared, 100.0 * e.completeness);
@@ -60,6 +62,15 @@ void printMap(const slam::MapErrors& e, bool json) {
               100.0 * e.occupied.f1);
   std::printf("%-10s %8.1f%% %8.1f%% %8.1f%%\n", "free", 100.0 * e.free.precision, 100.0 * e.free.recall,
               100.0 * e.free.f1);
+  std::printf("free cells called occupied  %.2f %%\n", 100.0 * e.false_obstacles);
+}
+
+void writePair(const std::string& left, const std::string& right, const std::string& out) {
+  constexpr int kScale = 3;  // [pixels] side of a cell
+  const auto picture = [](const std::string& file) { return slam::colourMap(slam::readMapFiles(file), kScale); };
+  std::ofstream png(out, std::ios::binary);
+  png << slam::encodePng(slam::sideBySide(picture(left), picture(right)));
+  if (!png.flush()) throw std::runtime_error(out + ": cannot be written");
 }
 
 void printWaypoints(const slam::WaypointErrors& e, bool json) {
@@ -116,6 +127,11 @@ int main(int argc, char** argv) {
   live->add_option("--truth-map", live_input.truth_map, "true map (yaml)");
   live->add_option("--trajectory", live_input.trajectory, "write SLAM's poses (TUM)");
   CLI::App* map = add("map", "occupied and free cells against a true map", "MAP.yaml", "TRUTH.yaml");
+  std::string picture;
+  CLI::App* pair = app.add_subcommand("pair", "picture of two maps side by side");
+  pair->add_option("LEFT.yaml", estimate)->required();
+  pair->add_option("RIGHT.yaml", truth)->required();
+  pair->add_option("OUT.png", picture)->required();
   slam::OverlayOptions overlay_options;
   std::string config_file;
   std::vector<std::string> overrides;
@@ -143,6 +159,8 @@ int main(int argc, char** argv) {
           slam::printLiveReport(live_input);
         } else if (map->parsed()) {
           printMap(slam::compareMaps(slam::readMapFiles(estimate), slam::readMapFiles(truth)), json);
+        } else if (pair->parsed()) {
+          writePair(estimate, truth, picture);
         } else if (overlay->parsed()) {
           const slam::Config config = configOf(config_file, overrides);
           printOverlay(slam::overlayVisits(slam::readTrajectory(estimate), truth, config, overlay_options), json);

@@ -41,6 +41,7 @@ PrecisionRecall score(int right_of_claimed, int claimed, int found_of_true, int 
 MapErrors compareMaps(const MapImage& map, const MapImage& truth, const Pose2& T_truth_map) {
   MapErrors errors;
   const double reach = std::max(map.resolution, truth.resolution);
+  int open = 0, false_obstacles = 0;
   int true_occupied = 0, found_occupied = 0, true_free = 0, found_free = 0, known = 0;
   const Pose2 T_map_truth = T_truth_map.inverse();
   for (int row = 0; row < truth.height; ++row) {
@@ -56,6 +57,9 @@ MapErrors compareMaps(const MapImage& map, const MapImage& truth, const Pose2& T
       } else {
         ++true_free;
         if (lookUp(map, p) == MapImage::kFree) ++found_free;
+        if (occupiedNear(truth, centre(truth, column, row), truth.resolution)) continue;
+        ++open;
+        if (lookUp(map, p) == MapImage::kOccupied) ++false_obstacles;
       }
     }
   }
@@ -78,6 +82,7 @@ MapErrors compareMaps(const MapImage& map, const MapImage& truth, const Pose2& T
   }
   errors.occupied = score(right_occupied, claimed_occupied, found_occupied, true_occupied);
   errors.free = score(right_free, claimed_free, found_free, true_free);
+  errors.false_obstacles = open > 0 ? static_cast<double>(false_obstacles) / open : 0.0;
   errors.completeness = errors.compared > 0 ? static_cast<double>(known) / errors.compared : 0.0;
   return errors;
 }
