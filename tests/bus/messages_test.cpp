@@ -273,5 +273,39 @@ TEST(MapMessages, NameTilesLeftAndBelowOfTheOrigin) {
   EXPECT_THAT(tile.cells, testing::Contains(std::uint8_t{70}));
 }
 
+TEST(Messages, APseudoLaserComesBackAsItWasAndHostileBeamsBecomeUnknown) {
+  PseudoLaser laser;
+  laser.stamp = fromMicroseconds(1'700'000'000'000'000);
+  laser.bearing_min = -0.5F;
+  laser.bearing_step = 0.01F;
+  laser.size = 3;
+  laser.storage[0] = {PseudoBeam::Kind::kHit, 2.0F, 1.0F};
+  laser.storage[1] = {PseudoBeam::Kind::kFree, 4.0F, 1.0F};
+  laser.push({0, 2.2F, 2.8F});
+  depth_t message = toMessage(laser, 1'700'000'000'000'000);
+  auto back = fromMessage(message);
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->stamp, laser.stamp);
+  EXPECT_EQ(back->size, 3);
+  EXPECT_EQ(back->storage[0].kind, PseudoBeam::Kind::kHit);
+  EXPECT_EQ(back->storage[1].range, 4.0F);
+  EXPECT_EQ(back->storage[2].kind, PseudoBeam::Kind::kUnknown);
+  ASSERT_EQ(back->surface_count, 1);
+  EXPECT_EQ(back->surfaces()[0].to, 2.8F);
+
+  message.ranges = {std::numeric_limits<float>::quiet_NaN(), 1e30F, -1.0F};
+  message.kinds = {2, 2, 1};
+  message.surface_beams = {77};
+  back = fromMessage(message);
+  ASSERT_TRUE(back);
+  for (const PseudoBeam& beam : back->beams()) EXPECT_EQ(beam.kind, PseudoBeam::Kind::kUnknown);
+  EXPECT_EQ(back->surface_count, 0);
+  message.bearing_step = std::numeric_limits<float>::infinity();
+  EXPECT_FALSE(fromMessage(message));
+  message.bearing_step = 0.01F;
+  message.utime = 0;
+  EXPECT_FALSE(fromMessage(message));
+}
+
 }  // namespace
 }  // namespace slam

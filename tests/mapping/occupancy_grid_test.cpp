@@ -168,5 +168,57 @@ TEST(OccupancyGrid, ACopyIsIndependentAndSetStaysWithinTheClamp) {
   EXPECT_EQ(grid.tiles().tileCount(), 2);
 }
 
+/// A camera at the origin that sees one beam straight ahead.
+DepthView viewOf(std::vector<DepthView::Beam> beams, std::vector<DepthView::Surface> surfaces = {}) {
+  DepthView view;
+  view.beams = std::move(beams);
+  view.surfaces = std::move(surfaces);
+  return view;
+}
+
+TEST(OccupancyGrid, ADepthViewIsFreeFromWhereAllHeightsAreSeenToItsHit) {
+  OccupancyGrid grid(kConfig);
+  grid.add(kInCellZero, viewOf({{0.0F, 2.0F, 1.0F, true}}, {{0.0F, 2.5F, 2.8F}}));
+  for (int column = 0; column < 10; ++column) EXPECT_EQ(grid.logOdds({column, 0}), 0) << column;
+  for (int column = 10; column < 20; ++column) EXPECT_LT(grid.logOdds({column, 0}), 0) << column;
+  EXPECT_GT(grid.logOdds({20, 0}), 0);
+  EXPECT_EQ(grid.logOdds({22, 0}), 0) << "between the obstacles nothing is known";
+  for (int column = 25; column <= 28; ++column) EXPECT_GT(grid.logOdds({column, 0}), 0) << column;
+  EXPECT_EQ(grid.logOdds({30, 0}), 0);
+}
+
+TEST(OccupancyGrid, ATableTopStaysHoweverOftenTheLidarLooksUnderIt) {
+  OccupancyGrid grid(kConfig);
+  grid.add(kInCellZero, viewOf({{0.0F, 2.0F, 1.0F, true}}));
+  for (int i = 0; i < 50; ++i) grid.add(*keyframe(kInCellZero, {{4.0F, 0.0F}}));
+  EXPECT_EQ(classify(toProbability(grid.logOdds({20, 0}))), MapImage::kOccupied);
+  EXPECT_EQ(classify(toProbability(grid.logOdds({15, 0}))), MapImage::kFree);
+}
+
+TEST(OccupancyGrid, AFalseHitOfTheCameraFadesWhenItIsLookedThroughButNotInThePapersFusion) {
+  for (const Fusion fusion : {Fusion::kLayers, Fusion::kPaper}) {
+    OccupancyGridConfig config = kConfig;
+    config.fusion = fusion;
+    OccupancyGrid grid(config);
+    grid.add(kInCellZero, viewOf({{0.0F, 2.0F, 1.0F, true}}));
+    for (int i = 0; i < 5; ++i) grid.add(kInCellZero, viewOf({{0.0F, 3.0F, 1.0F, false}}));
+    const auto expected = fusion == Fusion::kLayers ? MapImage::kFree : MapImage::kOccupied;
+    EXPECT_EQ(classify(toProbability(grid.logOdds({20, 0}))), expected) << static_cast<int>(fusion);
+  }
+}
+
+TEST(OccupancyGrid, APatchBringsBothLayersAndWhatWasSeen) {
+  OccupancyGrid grid(kConfig);
+  const TileIndex tile{0, 0};
+  OccupancyGrid patch = OccupancyGrid::patch(kConfig, {&tile, 1});
+  patch.add(*keyframe(kInCellZero, {{1.0F, 0.0F}}));
+  patch.add(kInCellZero, viewOf({{0.0F, 2.0F, 1.0F, true}}));
+  grid.replaceBy(std::move(patch));
+  EXPECT_GT(grid.logOdds({10, 0}), kMiss) << "lidar";
+  EXPECT_GT(grid.logOdds({20, 0}), 0) << "depth";
+  EXPECT_TRUE(grid.tiles().read({5, 0}).seen());
+  EXPECT_FALSE(grid.tiles().read({5, 5}).seen());
+}
+
 }  // namespace
 }  // namespace slam

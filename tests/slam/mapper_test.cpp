@@ -2,6 +2,7 @@
 #include "slam/mapper.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <memory>
 #include <random>
@@ -274,6 +275,43 @@ TEST_F(MapperTest, GoesOnInALoadedMapAtItsResolution) {
   EXPECT_TRUE(differences(next.grid(), mapper.grid()).empty());
   next.reset();
   EXPECT_EQ(next.grid().resolution(), kConfig.resolution);
+}
+
+/// A view with one obstacle 2 m ahead of the camera.
+std::shared_ptr<const DepthView> obstacleAhead(Timestamp stamp) {
+  auto view = std::make_shared<DepthView>();
+  view->stamp = stamp;
+  view->beams.push_back({0.0F, 2.0F, 1.0F, true});
+  return view;
+}
+
+TEST_F(MapperTest, ADepthViewMovesWithItsKeyframe) {
+  Mapper mapper(kConfig);
+  fill(mapper, 3);
+  mapper.add(MapView{1, scans[1].T_map_base, {0.1, 0.0, 0.2}, obstacleAhead(Timestamp{})});
+  scans[1].T_map_base = scans[1].T_map_base * Pose2{0.5, 0.3, 0.4};
+  std::vector<Pose2> poses;
+  for (const MapScan& s : scans) poses.push_back(s.T_map_base);
+  mapper.move(poses);
+  finish(mapper, 2);
+  OccupancyGrid expected = drawnFresh();
+  expected.add(scans[1].T_map_base * Pose2{0.1, 0.0, 0.2}, *obstacleAhead(Timestamp{}));
+  EXPECT_TRUE(differences(mapper.grid(), expected).empty());
+}
+
+TEST_F(MapperTest, KeepsAFewViewsOfAKeyframeHoweverManyItDraws) {
+  Mapper mapper(kConfig);
+  fill(mapper, 2);
+  for (int i = 0; i < 1000; ++i) {
+    const Pose2 from{0.01 * (i % 7), 0.0, 1.5 * std::sin(0.1 * i)};
+    mapper.add(MapView{i % 2, scans[0].T_map_base, from, obstacleAhead(Timestamp{std::chrono::milliseconds(100 * i)})});
+  }
+  const auto views = mapper.views();
+  EXPECT_LE(views.size(), 2 * ViewMemoryConfig{}.per_keyframe);
+  EXPECT_GE(views.size(), 4U);
+  for (const MapView& view : views) {
+    EXPECT_GT(view.view->stamp, Timestamp{std::chrono::seconds(80)}) << "the newest stay";
+  }
 }
 
 }  // namespace

@@ -194,5 +194,48 @@ TEST(MapCodec, SurvivesGarbage) {
   }
 }
 
+TEST(MapCodec, DepthComesBackAsItWas) {
+  MapState map;
+  auto scan = std::make_shared<StoredScan>();
+  map.keyframes.add(scan, {1.0, 2.0, 0.5});
+  map.in_map.push_back(1);
+  auto view = std::make_shared<DepthView>();
+  view->stamp = Timestamp(std::chrono::seconds(7));
+  view->T_base_depth = {0.1, 0.0, 0.02};
+  view->beams = {{-0.1F, 2.0F, 1.0F, true}, {0.1F, 3.0F, 3.0F, false}};
+  view->surfaces = {{-0.1F, 2.2F, 2.9F}};
+  map.views.push_back({0, {1.0, 2.0, 0.5}, {0.2, 0.1, 0.3}, view});
+  for (const MapView& drawn : map.views) map.grid.add(drawn.T_map_base() * view->T_base_depth, *view);
+  const std::string bytes = encodeDepth(map);
+
+  MapState back;
+  back.keyframes.add(scan, {1.0, 2.0, 0.5});
+  back.in_map.push_back(1);
+  decodeDepth(bytes, back);
+  ASSERT_EQ(back.views.size(), 1U);
+  const DepthView& read = *back.views.front().view;
+  EXPECT_EQ(read.stamp, view->stamp);
+  EXPECT_EQ(read.T_base_depth, view->T_base_depth);
+  EXPECT_EQ(back.views.front().T_keyframe_base, map.views.front().T_keyframe_base);
+  ASSERT_EQ(read.beams.size(), 2U);
+  EXPECT_EQ(read.beams[0].range, 2.0F);
+  EXPECT_TRUE(read.beams[0].hit);
+  ASSERT_EQ(read.surfaces.size(), 1U);
+  EXPECT_EQ(read.surfaces[0].to, 2.9F);
+  EXPECT_EQ(encodeDepth(back), bytes) << "the layer, too";
+
+  // Cut off anywhere, or of keyframes that are not there, it is refused, and the map stays as it is.
+  for (std::size_t size = 0; size < bytes.size(); size += 3) {
+    MapState other;
+    other.keyframes.add(scan, {});
+    other.in_map.push_back(1);
+    EXPECT_THROW(decodeDepth(std::string_view(bytes).substr(0, size), other), std::runtime_error) << size;
+    EXPECT_TRUE(other.views.empty());
+    EXPECT_EQ(other.grid.tiles().tileCount(), 0);
+  }
+  MapState empty;
+  EXPECT_THROW(decodeDepth(bytes, empty), std::runtime_error);
+}
+
 }  // namespace
 }  // namespace slam
