@@ -93,7 +93,7 @@ void printAccuracy(const LiveInput& input, const Record& record) {
 void printMap(const LiveInput& input) {
   if (input.map.empty() || input.truth_map.empty()) return;
   const MapErrors map = compareMaps(readMapFiles(input.map), readMapFiles(input.truth_map));
-  std::printf("\n| map at the lidar's height | |\n|---|---|\n");
+  std::printf("\n| map in the robot's height band | |\n|---|---|\n");
   std::printf("| known, of the cells the robot could see | %.1f %% |\n", 100.0 * map.completeness);
   std::printf("| occupied cells: precision, recall | %.1f %%, %.1f %% |\n", 100.0 * map.occupied.precision,
               100.0 * map.occupied.recall);
