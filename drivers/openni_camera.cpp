@@ -12,6 +12,7 @@ namespace slam {
 namespace {
 
 using namespace std::chrono_literals;
+constexpr Duration kEnumeration = 500ms;
 constexpr Duration kSilence = 1s;  // without an image the camera has frozen
 
 /// Tells when a device is unplugged. Called by OpenNI2's own thread: it only sets a flag.
@@ -74,7 +75,7 @@ bool OpenniCamera::connect(const std::atomic<bool>& cancel) {
   if (openni::OpenNI::initialize() != openni::STATUS_OK) {
     return fail(DeviceState::kFault, "OpenNI2 does not start; is libopenni2-0 installed with its drivers?");
   }
-  if (cancel || !open() || !setMode()) return false;
+  if (cancel || !open(cancel) || !setMode()) return false;
   startRecording();
   if (stream_->stream.start() != openni::STATUS_OK) {
     return fail(DeviceState::kFault, "the camera does not start its depth stream; USB 2 port, enough bandwidth?");
@@ -89,13 +90,18 @@ bool OpenniCamera::connect(const std::atomic<bool>& cancel) {
   return true;
 }
 
-bool OpenniCamera::open() {
+bool OpenniCamera::open(const std::atomic<bool>& cancel) {
   const bool recording = std::filesystem::path(config_.uri).extension() == ".oni";
   if (recording && !std::filesystem::exists(config_.uri)) {
     return fail(DeviceState::kAbsent, "there is no such recording; see depth.uri");
   }
   openni::Array<openni::DeviceInfo> devices;
-  openni::OpenNI::enumerateDevices(&devices);
+  // A driver may tell of its devices a little after it was started.
+  for (const Timestamp end = now_() + kEnumeration; !recording;) {
+    openni::OpenNI::enumerateDevices(&devices);
+    if (devices.getSize() > 0 || now_() > end || cancel) break;
+    ::poll(nullptr, 0, 50);
+  }
   if (!recording && devices.getSize() == 0) {
     return fail(DeviceState::kAbsent, "no camera found: check plug, power, and the udev rules");
   }

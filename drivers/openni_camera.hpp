@@ -44,7 +44,7 @@ class OpenniCamera {
  private:
   struct Stream;  // OpenNI2's part
   bool fail(DeviceState state, const char* reason);
-  bool open();
+  bool open(const std::atomic<bool>& cancel);
   bool setMode();
   void startRecording();
   bool readImage();
