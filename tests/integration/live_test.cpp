@@ -41,6 +41,11 @@ constexpr bool kSanitized = true;  // several times slower: rates are asked for 
 #else
 constexpr bool kSanitized = false;
 #endif
+#if defined(__SANITIZE_THREAD__)
+constexpr bool kCamera = false;  // OpenNI2 is not instrumented, and finds no driver of this build
+#else
+constexpr bool kCamera = true;
+#endif
 constexpr int kPatience = kSanitized ? 3 : 1;
 
 /// Counts messages by channel and keeps the last of each.
@@ -124,6 +129,7 @@ class Live : public testing::Test {
     settings.push_back("base.port='" + (folder_ / "devices/board").string() + "'");
     settings.push_back("output.map='" + (folder_ / "map").string() + "'");
     if (kSanitized) settings.push_back("runtime.realtime=false");  // the sanitizers' shadow memory cannot be locked
+    if (!kCamera) settings.push_back("depth.source='none'");
     for (const std::string& setting : settings) command.insert(command.end(), {"--set", setting});
     slamd_.emplace(command, folder_ / "slamd.txt");
   }
@@ -164,7 +170,9 @@ TEST_F(Live, PublishesEveryChannelAtItsRate) {
   EXPECT_THAT(listener.count(channel::kScan),
               testing::AllOf(testing::Ge(4 * kSeconds / kPatience), testing::Le(7 * kSeconds)));
   EXPECT_NEAR(listener.count(channel::kLaser), listener.count(channel::kScan), 1);
-  EXPECT_GE(listener.count(channel::kDepth), 15 * kSeconds / kPatience);
+  if (kCamera) {
+    EXPECT_GE(listener.count(channel::kDepth), 15 * kSeconds / kPatience);
+  }
   EXPECT_GE(listener.count(channel::kWheels), 15 * kSeconds / kPatience);  // only values that are new are sent
   EXPECT_GE(listener.count(channel::kImu), 25 * kSeconds / kPatience);
   EXPECT_GE(listener.count(channel::kHealth), kSeconds - 2);
@@ -186,11 +194,12 @@ TEST_F(Live, PublishesEveryChannelAtItsRate) {
   const auto imu = listener.last<imu_t>(channel::kImu);
   ASSERT_TRUE(imu);
   EXPECT_NEAR(imu->accel[2], 9.8, 0.5);
-  const auto depth = listener.last<depth_t>(channel::kDepth);
-  ASSERT_TRUE(depth);
-  EXPECT_EQ(depth->nbeams, 118);  // half a degree each
-  EXPECT_GT(std::count_if(depth->kinds.begin(), depth->kinds.end(), [](auto kind) { return kind == 2; }), 20);
-  EXPECT_LT(std::abs(static_cast<double>(depth->utime - now.count())), 2e6);
+  const auto depth = listener.last<depth_t>(channel::kDepth).value_or(depth_t{});
+  if (kCamera) {
+    EXPECT_EQ(depth.nbeams, 118);  // half a degree each
+    EXPECT_GT(std::count_if(depth.kinds.begin(), depth.kinds.end(), [](auto kind) { return kind == 2; }), 20);
+    EXPECT_LT(std::abs(static_cast<double>(depth.utime - now.count())), 2e6);
+  }
   const auto tile = listener.last<map_tile_t>(channel::kMapTile);
   ASSERT_TRUE(tile);
   EXPECT_EQ(tile->ncells, tile->side * tile->side);
