@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
+#include <type_traits>
+#include <vector>
 
 namespace slam {
 namespace {
@@ -20,6 +23,15 @@ void copyTwist(const Twist2& twist, double (&out)[3]) {
 }
 
 constexpr float kFarthestDepth = 100.0F;  // [m] no depth camera sees further; keeps hostile ranges out of the map
+
+/// One member of each item, as the arrays of a message want it.
+template <typename Items, typename Member>
+auto column(const Items& items, Member member) {
+  std::vector<std::decay_t<decltype(std::invoke(member, *items.begin()))>> values;
+  values.reserve(items.size());
+  for (const auto& item : items) values.push_back(std::invoke(member, item));
+  return values;
+}
 
 /// 0 is no stamp; beyond the other end nanoseconds would not fit into 64 bits.
 bool isStamp(std::int64_t utime) { return utime > 0 && utime < std::numeric_limits<std::int64_t>::max() / 4000; }
@@ -78,12 +90,10 @@ scan_t toMessage(const LaserScan& scan, std::int64_t utime) {
   message.range_min = scan.range_min;
   message.range_max = scan.range_max;
   message.nbeams = scan.size;
-  for (const Beam& beam : scan.beams()) {
-    message.ranges.push_back(beam.range);
-    message.bearings.push_back(beam.bearing);
-    message.time_offsets.push_back(beam.time_offset);
-    message.intensities.push_back(beam.intensity);
-  }
+  message.ranges = column(scan.beams(), &Beam::range);
+  message.bearings = column(scan.beams(), &Beam::bearing);
+  message.time_offsets = column(scan.beams(), &Beam::time_offset);
+  message.intensities = column(scan.beams(), &Beam::intensity);
   return message;
 }
 
@@ -115,17 +125,14 @@ depth_t toMessage(const PseudoLaser& laser, std::int64_t utime) {
   message.bearing_min = laser.bearing_min;
   message.bearing_step = laser.bearing_step;
   message.nbeams = laser.size;
-  for (const PseudoBeam& beam : laser.beams()) {
-    message.ranges.push_back(beam.range);
-    message.free_from.push_back(beam.free_from);
-    message.kinds.push_back(static_cast<std::uint8_t>(beam.kind));
-  }
+  message.ranges = column(laser.beams(), &PseudoBeam::range);
+  message.free_from = column(laser.beams(), &PseudoBeam::free_from);
+  message.kinds = column(laser.beams(), [](const PseudoBeam& beam) { return static_cast<std::uint8_t>(beam.kind); });
   message.nsurfaces = laser.surface_count;
-  for (const PseudoLaser::Surface& surface : laser.surfaces()) {
-    message.surface_beams.push_back(static_cast<std::int16_t>(surface.beam));
-    message.surface_from.push_back(surface.from);
-    message.surface_to.push_back(surface.to);
-  }
+  const auto beamOf = [](const PseudoLaser::Surface& surface) { return static_cast<std::int16_t>(surface.beam); };
+  message.surface_beams = column(laser.surfaces(), beamOf);
+  message.surface_from = column(laser.surfaces(), &PseudoLaser::Surface::from);
+  message.surface_to = column(laser.surfaces(), &PseudoLaser::Surface::to);
   return message;
 }
 

@@ -22,11 +22,15 @@ std::uint8_t at(const MapImage& image, double x, double y) {
                   static_cast<int>(std::floor((y - image.origin_y) / image.resolution)));
 }
 
+/// A table before a wall, of which the lidar has sent one ray to the wall.
+struct RayToTheWall {
+  World world = tableBeforeAWall();
+  TruthMap map;
+  explicit RayToTheWall(const HeightBand& band) : map(world, band, kPlane) { map.seeRay({0.0, 0.02}, 0.0, 4.0); }
+};
+
 TEST(TruthMap, WhatOnlyARayPassedUnderIsNotKnown) {
-  const World world = tableBeforeAWall();
-  TruthMap map(world, kBand, kPlane);
-  map.seeRay({0.0, 0.02}, 0.0, 4.0);
-  const MapImage image = map.image();
+  const MapImage image = RayToTheWall(kBand).map.image();
   EXPECT_EQ(at(image, 1.0, 0.02), MapImage::kFree);
   EXPECT_EQ(at(image, 2.0, 0.02), MapImage::kUnknown);
   EXPECT_EQ(at(image, 3.0, 0.02), MapImage::kFree);
@@ -35,9 +39,8 @@ TEST(TruthMap, WhatOnlyARayPassedUnderIsNotKnown) {
 }
 
 TEST(TruthMap, WhatACameraSawOfATopIsOccupied) {
-  const World world = tableBeforeAWall();
-  TruthMap map(world, kBand, kPlane);
-  map.seeRay({0.0, 0.02}, 0.0, 4.0);
+  RayToTheWall seen(kBand);
+  TruthMap& map = seen.map;
   map.seeSurface({1.5, 0.02}, {1.0, 0.0});
   map.seeSurface({1.0, 0.02}, {1.0, 0.0});  // someone who has left since
   map.seeSurface({1.0, 0.52}, {1.0, 0.0});
@@ -52,11 +55,9 @@ TEST(TruthMap, WhatACameraSawOfATopIsOccupied) {
 }
 
 TEST(TruthMap, OfTheScannedPlaneAloneHasTheTableFree) {
-  const World world = tableBeforeAWall();
-  TruthMap map(world, kPlane, kPlane);
-  map.seeRay({0.0, 0.02}, 0.0, 4.0);
-  EXPECT_EQ(at(map.image(), 2.0, 0.02), MapImage::kFree);
-  EXPECT_EQ(at(map.image(), 4.02, 0.02), MapImage::kOccupied);
+  const MapImage image = RayToTheWall(kPlane).map.image();
+  EXPECT_EQ(at(image, 2.0, 0.02), MapImage::kFree);
+  EXPECT_EQ(at(image, 4.02, 0.02), MapImage::kOccupied);
 }
 
 }  // namespace
