@@ -5,22 +5,12 @@
 #include <vector>
 
 #include "core/depth_image.hpp"
-#include "core/pose2.hpp"
 #include "core/pseudo_laser.hpp"
+#include "mapping/beam_sight.hpp"
+#include "mapping/depth_rays.hpp"
 #include "mapping/floor_tracker.hpp"
 
 namespace slam {
-
-/// Where the depth camera sits on the robot: x forward, y left, z up from the floor below base; roll, pitch and yaw
-/// about these axes (applied in the order yaw, pitch, roll; a positive pitch looks down), of the camera looking along
-/// x.
-struct DepthExtrinsics {
-  double x = 0.0, y = 0.0, z = 0.0;           ///< [m]
-  double roll = 0.0, pitch = 0.0, yaw = 0.0;  ///< [rad]
-
-  /// The camera levelled to the floor, T_base_depth.
-  Pose2 levelled() const { return {x, y, yaw}; }
-};
 
 struct DepthProjectionConfig {
   DepthExtrinsics extrinsics;
@@ -65,15 +55,6 @@ class DepthProjection {
   double tilt() const { return tilt_; }
 
  private:
-  struct Pixel {
-    float across;        // [1] distance along the floor per depth
-    float up;            // [1] height gained per depth
-    std::uint16_t beam;  // of its bearing
-  };
-  struct Band {                                 // pixels of one beam that look up or down alike
-    float slope_low = 0.0F, slope_high = 0.0F;  // [1] height gained per distance along the floor
-    int pixels = 0, valid = 0;
-  };
   struct Slot {
     int points = 0;
     float sum = 0.0F;  // [m] of ranges
@@ -83,21 +64,17 @@ class DepthProjection {
   Status trackFloor(const DepthImage& image, const std::vector<std::uint16_t>& depth);
   void sortPixels(const std::vector<std::uint16_t>& depth);
   int firstObstacle(int beam) const;
-  PseudoBeam hitAt(int beam, int slot, double covered_from) const;
+  float rangeAround(int beam, int slot) const;
+  BeamSight sightOf(int beam) const;
   void addSurfaces(int beam, int hit_slot);
   bool isSurface(int beam, int slot) const;
-  PseudoBeam freeOf(int beam, double covered_from) const;
-  double coveredFrom(int beam) const;
-  bool blindBetween(int beam, const Band& band, double* from, double* to) const;
 
   DepthProjectionConfig config_;
   FloorTracker floor_;
-  DepthIntrinsics intrinsics_;
-  std::vector<Pixel> pixels_;
-  std::vector<float> beam_cos_, beam_sin_;
+  DepthRays rays_;
   int slots_, min_points_ = 1;
   std::vector<Slot> slot_of_;  // obstacle points by beam and range
-  std::vector<Band> band_of_;  // by beam and rows
+  std::vector<int> valid_;     // pixels with depth, by beam and band
   std::vector<float> lift_;    // [1] by beam: height per distance that the floor's tilt adds
   std::vector<Eigen::Vector3f> points_;
   std::vector<std::uint16_t> older_, oldest_, median_;

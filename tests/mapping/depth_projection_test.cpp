@@ -35,6 +35,14 @@ class Projection : public testing::Test {
     ++frame_;
     return image;
   }
+  /// A projection that takes the median, with the images it needs for it.
+  DepthProjection withMedian() {
+    DepthProjectionConfig config = mounted();
+    config.median = 3;
+    DepthProjection projection(config);
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(projection.project(look()), DepthStatus::kOk);
+    return projection;
+  }
   const PseudoBeam& beamAt(const DepthProjection& projection, double bearing) {
     const PseudoLaser& laser = projection.laser();
     const auto i = std::lround((bearing - laser.bearing_min) / laser.bearing_step);
@@ -189,10 +197,7 @@ TEST_F(Projection, FollowsAChangeOfMode) {
 }
 
 TEST_F(Projection, TheMedianLeavesOutWhatOneImageAloneShows) {
-  DepthProjectionConfig config = mounted();
-  config.median = 3;
-  DepthProjection projection(config);
-  for (int i = 0; i < 3; ++i) ASSERT_EQ(projection.project(look()), DepthStatus::kOk);
+  DepthProjection projection = withMedian();
   look();
   const int width = image.intrinsics.width;
   for (int v = 200; v < 300; ++v) std::fill_n(image.depth.begin() + v * width + 300, 40, 1500);
@@ -204,10 +209,7 @@ TEST_F(Projection, TheMedianLeavesOutWhatOneImageAloneShows) {
 }
 
 TEST_F(Projection, AllocatesNothingBehindTheFirstImage) {
-  DepthProjectionConfig config = mounted();
-  config.median = 3;
-  DepthProjection projection(config);
-  for (int i = 0; i < 3; ++i) projection.project(look());
+  DepthProjection projection = withMedian();
   for (int i = 0; i < 5; ++i) {
     look();
     EXPECT_EQ(test::allocationsDuring([&] { projection.project(image); }), 0U);

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/depth_image.hpp"
+#include "core/pose2.hpp"
+
+namespace slam {
+
+/// Where the depth camera sits on the robot: x forward, y left, z up from the floor below base; roll, pitch and yaw
+/// about these axes (applied in the order yaw, pitch, roll; a positive pitch looks down), of the camera looking along
+/// x.
+struct DepthExtrinsics {
+  double x = 0.0, y = 0.0, z = 0.0;           ///< [m]
+  double roll = 0.0, pitch = 0.0, yaw = 0.0;  ///< [rad]
+
+  /// The camera levelled to the floor, T_base_depth.
+  Pose2 levelled() const { return {x, y, yaw}; }
+};
+
+/// The directions in which a depth camera's pixels look, sorted into beams of equal bearing and, within a beam, into
+/// bands of rows. In the camera's frame, levelled to the floor by the extrinsics' pitch and roll.
+class DepthRays {
+ public:
+  static constexpr int kBands = 32;  ///< groups of rows
+
+  struct Pixel {
+    float across;        ///< [1] distance along the floor per depth
+    float up;            ///< [1] height gained per depth
+    std::uint16_t beam;  ///< of its bearing
+  };
+  /// Pixels of one beam that look up or down alike.
+  struct Band {
+    float slope_low = 0.0F, slope_high = 0.0F;  ///< [1] height gained per distance along the floor
+    int pixels = 0;
+  };
+
+  /// @param bearing_step [rad] wanted between two beams @param most beams
+  void prepare(const DepthExtrinsics& extrinsics, const DepthIntrinsics& intrinsics, double bearing_step, int most);
+
+  const DepthIntrinsics& intrinsics() const { return intrinsics_; }
+  int beams() const { return static_cast<int>(cos_.size()); }
+  float bearingMin() const { return bearing_min_; }    ///< [rad] of beam 0
+  float bearingStep() const { return bearing_step_; }  ///< [rad]
+  float cosine(std::size_t beam) const { return cos_[beam]; }
+  float sine(std::size_t beam) const { return sin_[beam]; }
+
+  const Pixel& pixel(std::size_t i) const { return pixels_[i]; }  ///< by row, then column
+  /// Index of the first beam's band that holds row v; band k of beam b is at b * kBands + k.
+  std::size_t bandOfRow(std::size_t v) const { return v * kBands / static_cast<std::size_t>(intrinsics_.height); }
+  std::span<const Band> bands(int beam) const {
+    return std::span(bands_).subspan(static_cast<std::size_t>(beam) * kBands, kBands);
+  }
+
+ private:
+  DepthIntrinsics intrinsics_;
+  float bearing_min_ = 0.0F, bearing_step_ = 0.0F;
+  std::vector<float> cos_, sin_;
+  std::vector<Pixel> pixels_;
+  std::vector<Band> bands_;
+};
+
+}  // namespace slam
