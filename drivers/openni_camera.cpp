@@ -46,7 +46,8 @@ struct OpenniCamera::Stream {
   openni::VideoFrameRef frame;
   openni::Recorder recorder;
   bool mirrored = false;
-  int frames_left = 0;  // of a recording
+  const char* note = "";  // what goes on beside a stream that is sound
+  int frames_left = 0;    // of a recording
   DeviceClock clock;
   Timestamp last_image{};
   Timestamp first_shown{};  // of a recording
@@ -84,9 +85,10 @@ bool OpenniCamera::connect(const std::atomic<bool>& cancel) {
     return fail(DeviceState::kFault, "the recording does not start; can depth.record be written?");
   }
   stream_->last_image = now_();
-  status_.set(DeviceState::kStreaming, stream_->recorder.isValid() || config_.record.empty()
-                                           ? ""
-                                           : "depth.record cannot be written; the images are used all the same");
+  if (!stream_->recorder.isValid() && !config_.record.empty() && !stream_->device.isFile()) {
+    stream_->note = "depth.record cannot be written; the images are used all the same";
+  }
+  status_.set(DeviceState::kStreaming, stream_->note);
   return true;
 }
 
@@ -224,7 +226,9 @@ bool OpenniCamera::readImage() {
     image_.stamp = stream_->clock.stamp(device, arrival);
   }
   status_.countSample(image_.stamp);
-  sink_(image_);
+  const char* problem = sink_(image_);
+  status_.set(DeviceState::kStreaming, *problem != '\0' ? problem : stream_->note);
+  if (*problem != '\0') status_.rejects.fetch_add(1, std::memory_order_relaxed);
   return true;
 }
 

@@ -23,7 +23,8 @@ struct OpenniConfig {
 /// A recording is played once, image by image without loss, at the pace of its stamps.
 class OpenniCamera {
  public:
-  using Sink = std::function<void(const DepthImage&)>;
+  /// @return why the image is of no use, in static words; empty: it was used
+  using Sink = std::function<const char*(const DepthImage&)>;
   using Clock = Timestamp (*)();
 
   OpenniCamera(const OpenniConfig& config, Clock now, Sink sink);

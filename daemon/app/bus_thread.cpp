@@ -52,10 +52,10 @@ void BusThread::connect() {
 }
 
 void BusThread::subscribe() {
-  if (config_.lidar_device.source == "lcm") lcm_->subscribe(channel::kScan, &BusThread::onScan, this);
-  if (config_.base_device.source == "lcm") lcm_->subscribe(channel::kWheels, &BusThread::onWheels, this);
-  if (config_.imu_device.source == "lcm") lcm_->subscribe(channel::kImu, &BusThread::onImu, this);
-  if (config_.depth_device.source == "lcm") lcm_->subscribe(channel::kDepth, &BusThread::onDepth, this);
+  if (config_.lidar_device.driver == "lcm") lcm_->subscribe(channel::kScan, &BusThread::onScan, this);
+  if (config_.base_device.driver == "lcm") lcm_->subscribe(channel::kWheels, &BusThread::onWheels, this);
+  if (config_.imu_device.driver == "lcm") lcm_->subscribe(channel::kImu, &BusThread::onImu, this);
+  if (config_.depth_device.driver == "lcm") lcm_->subscribe(channel::kDepth, &BusThread::onDepth, this);
   if (config_.lcm.commands) lcm_->subscribe(channel::kCommand, &BusThread::onCommand, this);
 }
 

@@ -14,7 +14,7 @@
 
 namespace slam {
 
-/// Thread *bus*: everything that touches LCM. Publishes, takes commands, and takes samples of sensors whose source is
+/// Thread *bus*: everything that touches LCM. Publishes, takes commands, and takes samples of sensors whose driver is
 /// "lcm". Without a multicast route it keeps trying; whatever is published also goes into the record, if there is one.
 class BusThread {
  public:

@@ -10,16 +10,16 @@
 
 namespace slam {
 
-/// Where a sensor's samples come from: "device", "lcm" (other people's drivers) or "none".
+/// Who reads a sensor: a driver of ours, "lcm" (other people's programs) or "none".
 struct LidarDeviceConfig {
-  std::string source = "device";
+  std::string driver = "rplidar";
   std::string port = "/dev/rplidar";
   int baud = 115200;               ///< [bit/s]
   std::string scan_mode = "auto";  ///< "auto", "express", "standard"
 };
 
 struct BaseDeviceConfig {
-  std::string source = "device";
+  std::string driver = "handsfree";
   std::string port = "/dev/handsfree";
   int baud = 921600;  ///< [bit/s]
   DifferentialBase geometry;
@@ -29,11 +29,11 @@ struct BaseDeviceConfig {
 };
 
 struct ImuDeviceConfig {
-  std::string source = "device";  ///< "device": the base board's IMU
+  std::string driver = "handsfree";  ///< "handsfree": the base board's IMU
 };
 
 struct DepthDeviceConfig {
-  std::string source = "device";
+  std::string driver = "openni2";
   std::string uri = "";           ///< OpenNI2's, or a recording (.oni); empty: the first camera
   int width = 640, height = 480;  ///< [pixel]
   int rate = 30;                  ///< [Hz]

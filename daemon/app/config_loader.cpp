@@ -203,9 +203,9 @@ void checkTogether(const Config& config, const std::string& name, std::vector<st
   if (lidar.range_min >= lidar.range_max) {
     complain("lidar.range_min: is not below lidar.range_max; lower the one or raise the other");
   }
-  if (config.imu_device.source == "device" && config.base_device.source != "device") {
-    complain("imu.source: \"device\" means the base's board, but base.source is \"" + config.base_device.source +
-             "\"; set imu.source to \"lcm\" or \"none\"");
+  if (config.imu_device.driver == "handsfree" && config.base_device.driver != "handsfree") {
+    complain("imu.driver: \"handsfree\" means the base's board, but base.driver is \"" + config.base_device.driver +
+             "\"; set imu.driver to \"lcm\" or \"none\"");
   }
   const DepthProjectionConfig& depth = config.depth_device.projection;
   if (depth.floor_clearance >= depth.robot_height || depth.floor_clearance >= depth.extrinsics.z) {

@@ -7,7 +7,6 @@ namespace slam {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-const std::vector<std::string> kSources = {"device", "lcm", "none"};
 const std::vector<std::string> kAnyText;
 
 void visitModeAndStore(Config& config, ConfigVisitor& v) {
@@ -30,8 +29,8 @@ void visitDevices(Config& config, ConfigVisitor& v) {
   LidarDeviceConfig& lidar = config.lidar_device;
   LidarModel& model = config.localizer.lidar;
   v.section("lidar", "2D lidar (RPLidar A1/A2), its place on the robot and what its ranges are worth");
-  v.field({"source", "", "where scans come from: the device, LCM channel SLAM_SCAN, or nowhere"}, lidar.source,
-          kSources);
+  v.field({"driver", "", "who reads the lidar: slamd, somebody who sends SLAM_SCAN over LCM, or nobody"}, lidar.driver,
+          {"rplidar", "lcm", "none"});
   v.field({"port", "", "serial port or pseudo-terminal"}, lidar.port, kAnyText);
   v.field({"baud", "bit/s", "115200 for A1 and A2M8, 256000 for A2M7, A2M12 and A3"}, lidar.baud, 9600, 4000000);
   v.field({"scan_mode", "", "auto takes the densest mode that the unit offers and slamd reads"}, lidar.scan_mode,
@@ -49,8 +48,8 @@ void visitDevices(Config& config, ConfigVisitor& v) {
 
   BaseDeviceConfig& base = config.base_device;
   v.section("base", "wheels (HandsFree controller board) and the geometry of the differential base");
-  v.field({"source", "", "where wheel samples come from: the board, LCM channel SLAM_WHEELS, or nowhere"}, base.source,
-          kSources);
+  v.field({"driver", "", "who reads the wheels: slamd from a HandsFree board, SLAM_WHEELS over LCM, or nobody"},
+          base.driver, {"handsfree", "lcm", "none"});
   v.field({"port", "", "serial port or pseudo-terminal of the board"}, base.port, kAnyText);
   v.field({"baud", "bit/s", "of the board's port"}, base.baud, 9600, 4000000);
   v.field({"wheel_radius", "m", "radius of a driven wheel"}, base.geometry.wheel_radius, 0.005, 1.0);
@@ -62,8 +61,8 @@ void visitDevices(Config& config, ConfigVisitor& v) {
           0.0, 0.2);
 
   v.section("imu", "inertial unit");
-  v.field({"source", "", "where IMU samples come from: the base's board, LCM channel SLAM_IMU, or nowhere"},
-          config.imu_device.source, kSources);
+  v.field({"driver", "", "who reads the IMU: slamd from the base's HandsFree board, SLAM_IMU over LCM, or nobody"},
+          config.imu_device.driver, {"handsfree", "lcm", "none"});
 }
 
 void visitDepth(DepthDeviceConfig& depth, DepthViewConfig& view, ConfigVisitor& v) {
@@ -71,8 +70,8 @@ void visitDepth(DepthDeviceConfig& depth, DepthViewConfig& view, ConfigVisitor& 
   DepthExtrinsics& at = projection.extrinsics;
   v.section("depth",
             "depth camera (Asus Xtion Pro Live, OpenNI2), its place on the robot and what becomes of its images");
-  v.field({"source", "", "where depth comes from: the camera, LCM channel SLAM_DEPTH, or nowhere"}, depth.source,
-          kSources);
+  v.field({"driver", "", "who reads the camera: slamd through OpenNI2, SLAM_DEPTH over LCM, or nobody"}, depth.driver,
+          {"openni2", "lcm", "none"});
   v.field({"uri", "", "of the camera in OpenNI2, or a recording (.oni) that is played; empty: the first camera"},
           depth.uri, kAnyText);
   v.field({"width", "pixel", "of the images: 640 (30 Hz), 320 (30 or 60 Hz), 160"}, depth.width, 160, 1280);

@@ -59,26 +59,26 @@ Supervisor::Supervisor(const Config& config)
     if (file.empty() || folder.empty() || std::filesystem::is_directory(folder)) continue;
     throw std::runtime_error(file + ": its folder does not exist; make it, or change [output]");
   }
-  const bool own_base = config_.base_device.source == "device";
+  const bool own_base = config_.base_device.driver == "handsfree";
   if (own_base) base_ = std::make_unique<BaseThread>(config_, exchange_);
-  if (config_.lidar_device.source == "device") lidar_ = std::make_unique<LidarThread>(config_, exchange_);
+  if (config_.lidar_device.driver == "rplidar") lidar_ = makeLidarThread(config_, exchange_);
 
   constexpr double kLidarRate = 5.5, kLcmRate = 0.0;  // [Hz] 0: whatever comes
   if (lidar_) devices_.push_back({"lidar", &lidar_->driver().status(), kLidarRate, "", 0});
-  if (config_.lidar_device.source == "lcm") devices_.push_back({"lidar", &bus_.lidarStatus(), kLcmRate, "", 0});
+  if (config_.lidar_device.driver == "lcm") devices_.push_back({"lidar", &bus_.lidarStatus(), kLcmRate, "", 0});
   if (own_base) devices_.push_back({"base", &base_->board().wheelStatus(), config_.base_device.mileage_rate, "", 0});
-  if (config_.base_device.source == "lcm") devices_.push_back({"base", &bus_.wheelStatus(), kLcmRate, "", 0});
-  if (config_.imu_device.source == "device") {
+  if (config_.base_device.driver == "lcm") devices_.push_back({"base", &bus_.wheelStatus(), kLcmRate, "", 0});
+  if (config_.imu_device.driver == "handsfree") {
     devices_.push_back({"imu", &base_->board().imuStatus(), config_.base_device.imu_rate, "", 0});
   }
-  if (config_.imu_device.source == "lcm") devices_.push_back({"imu", &bus_.imuStatus(), kLcmRate, "", 0});
+  if (config_.imu_device.driver == "lcm") devices_.push_back({"imu", &bus_.imuStatus(), kLcmRate, "", 0});
 
   const DepthDeviceConfig& depth = config_.depth_device;
-  if (depth.source == "device") {
-    depth_ = std::make_unique<DepthThread>(config_, exchange_);
-    devices_.push_back({"depth", &depth_->camera().status(), static_cast<double>(depth.rate), "", 0});
+  if (depth.driver == "openni2") {
+    depth_ = makeDepthThread(config_, exchange_);
+    devices_.push_back({"depth", &depth_->driver().status(), static_cast<double>(depth.rate), "", 0});
   }
-  if (depth.source == "lcm") devices_.push_back({"depth", &bus_.depthStatus(), kLcmRate, "", 0});
+  if (depth.driver == "lcm") devices_.push_back({"depth", &bus_.depthStatus(), kLcmRate, "", 0});
 
   watched_ = {{&estimator_.worker(), kRealtimeStall},
               {&graph_.worker(), kGraphStall},
@@ -131,7 +131,7 @@ bool Supervisor::stop() {
     if (watched.worker != &mapper_.worker()) watched.worker->stop();
   }
   if (lidar_) lidar_->driver().stop();
-  if (depth_) depth_->camera().stop();
+  if (depth_) depth_->driver().stop();
   if (base_) base_->board().stop();
   mapper_.worker().stop();
   graph_.finish();

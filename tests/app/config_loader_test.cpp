@@ -70,7 +70,7 @@ INSTANTIATE_TEST_SUITE_P(
                     BadText{"TableForNumber", "[lidar.range_max]\nx = 3.0\n", "robot.toml:1:"},
                     BadText{"NumberForSection", "lidar = 3\n", "robot.toml:1:"},
                     BadText{"ListOfSections", "[[lidar]]\nrange_max = 3.0\n", "robot.toml:1:"},
-                    BadText{"UnknownChoice", "[lidar]\nsource = \"usb\"\n", "robot.toml:2:"},
+                    BadText{"UnknownChoice", "[lidar]\ndriver = \"usb\"\n", "robot.toml:2:"},
                     BadText{"TooLarge", "[lidar]\nrange_max = 201\n", "robot.toml:2:"},
                     BadText{"TooSmall", "[lidar]\nrange_max = -1.0\n", "robot.toml:2:"},
                     BadText{"NaN", "[lidar]\nrange_max = nan\n", "robot.toml:2:"},
@@ -90,11 +90,11 @@ TEST(ParseConfig, GivesTheDefaultsForAnEmptyText) {
 
 TEST(ParseConfig, ChangesWhatTheTextNamesAndNothingElse) {
   const Config config =
-      parseConfig("[lidar]\nrange_max = 8.5\nsource = \"lcm\"\n[lcm]\ncommands = true\n", "robot.toml");
+      parseConfig("[lidar]\nrange_max = 8.5\ndriver = \"lcm\"\n[lcm]\ncommands = true\n", "robot.toml");
   EXPECT_EQ(config.localizer.lidar.range_max, 8.5);
-  EXPECT_EQ(config.lidar_device.source, "lcm");
+  EXPECT_EQ(config.lidar_device.driver, "lcm");
   EXPECT_TRUE(config.lcm.commands);
-  EXPECT_THAT(differences(config, Config{}), ElementsAre("lcm.commands", "lidar.range_max", "lidar.source"));
+  EXPECT_THAT(differences(config, Config{}), ElementsAre("lcm.commands", "lidar.driver", "lidar.range_max"));
 }
 
 TEST(ParseConfig, TakesAnIntegerForANumber) {
@@ -116,7 +116,7 @@ TEST(ParseConfig, AsksDidYouMean) {
 TEST(ParseConfig, SaysHowToMendAValue) {
   EXPECT_THAT(problemsOf("[lidar]\nrange_max = 201.0\n"),
               ElementsAre(AllOf(HasSubstr("0.5"), HasSubstr("200"), HasSubstr("lidar.range_max"))));
-  EXPECT_THAT(problemsOf("[lidar]\nsource = \"usb\"\n"), ElementsAre(AllOf(HasSubstr("device"), HasSubstr("lcm"))));
+  EXPECT_THAT(problemsOf("[lidar]\ndriver = \"usb\"\n"), ElementsAre(AllOf(HasSubstr("rplidar"), HasSubstr("lcm"))));
 }
 
 TEST(ParseConfig, NamesAllProblemsAtOnceInTheOrderOfTheFile) {

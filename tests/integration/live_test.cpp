@@ -129,7 +129,7 @@ class Live : public testing::Test {
     settings.push_back("base.port='" + (folder_ / "devices/board").string() + "'");
     settings.push_back("output.map='" + (folder_ / "map").string() + "'");
     if (kSanitized) settings.push_back("runtime.realtime=false");  // the sanitizers' shadow memory cannot be locked
-    if (!kCamera) settings.push_back("depth.source='none'");
+    if (!kCamera) settings.push_back("depth.driver='none'");
     for (const std::string& setting : settings) command.insert(command.end(), {"--set", setting});
     slamd_.emplace(command, folder_ / "slamd.txt");
   }
@@ -260,7 +260,7 @@ TEST_F(Live, TakesSensorsFromLcm) {
   ASSERT_EQ(sim.wait(20s), 0);
   Listener listener;
   ASSERT_TRUE(listener.good());
-  startDaemon({"lidar.source='lcm'", "base.source='lcm'", "imu.source='lcm'"});
+  startDaemon({"lidar.driver='lcm'", "base.driver='lcm'", "imu.driver='lcm'"});
   ASSERT_TRUE(listener.until([&] { return listener.count(channel::kHealth) > 0; }, 10s)) << daemonLog();
 
   // Hostile datagrams first: they are counted, and the good ones behind them are used.

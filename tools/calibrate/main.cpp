@@ -16,8 +16,8 @@ slam::Config configFrom(const std::string& file, const std::vector<std::string>&
   try {
     const slam::Config config =
         file.empty() ? slam::parseConfig("", "defaults", overrides) : slam::loadConfig(file, overrides);
-    if (config.lidar_device.source == "none" || config.base_device.source == "none") {
-      throw slam::BadConfig("slam-calibrate: lidar.source and base.source: \"none\"; calibration needs both");
+    if (config.lidar_device.driver == "none" || config.base_device.driver == "none") {
+      throw slam::BadConfig("slam-calibrate: lidar.driver and base.driver: \"none\"; calibration needs both");
     }
     return config;
   } catch (const slam::ConfigError& error) {

@@ -52,7 +52,7 @@ class WheelCollector {
 class LogFeeder {
  public:
   explicit LogFeeder(const Config& config)
-      : use_imu_(config.imu_device.source != "none"),
+      : use_imu_(config.imu_device.driver != "none"),
         localizer_(config.localizer),
         wheels_(config.base_device.geometry) {}
 

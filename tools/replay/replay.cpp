@@ -39,10 +39,10 @@ std::optional<TrajectoryWriter> writerFor(const std::filesystem::path& file) {
 class Run {
  public:
   Run(const Config& config, const ReplayOptions& options, std::optional<MapState> map)
-      : use_lidar_(config.lidar_device.source != "none"),
-        use_wheels_(config.base_device.source != "none"),
-        use_imu_(config.imu_device.source != "none"),
-        use_depth_(config.depth_device.source != "none"),
+      : use_lidar_(config.lidar_device.driver != "none"),
+        use_wheels_(config.base_device.driver != "none"),
+        use_imu_(config.imu_device.driver != "none"),
+        use_depth_(config.depth_device.driver != "none"),
         localise_only_(config.mode == "localise"),
         localizer_(localizerConfig(config), &stopwatch, map ? startIn(*map) : LocalizerStart{}),
         probe_(config.localizer),
@@ -213,7 +213,7 @@ class Run {
     Localizer::Anchored anchored;
   };
 
-  bool use_lidar_, use_wheels_, use_imu_, use_depth_;  // a source of "none" is left out of the log, too
+  bool use_lidar_, use_wheels_, use_imu_, use_depth_;  // a driver of "none" is left out of the log, too
   bool localise_only_;
   Localizer localizer_;
   MotionProbe probe_;
