@@ -35,7 +35,8 @@ constexpr double kFarthestPose = 1e3;  // [m] from the prediction: no robot is c
 Ekf::Ekf(const EkfConfig& config, Timestamp stamp, const Pose2& pose) : config_(&config), stamp_(stamp) {
   x_.head<3>() = pose.vector();
   x_[kGyroBias] = config.initial_gyro_bias;
-  P_.diagonal() << 1e-8, 1e-8, 1e-8, square(0.5), square(0.5), square(config.initial_gyro_bias_sigma);
+  P_.diagonal() << 1e-8, 1e-8, 1e-8, square(0.5), square(0.5), square(config.initial_gyro_bias_sigma),
+      config.holonomic ? square(0.5) : 0.0;
 }
 
 void Ekf::predict(Timestamp stamp) {
@@ -45,27 +46,30 @@ void Ekf::predict(Timestamp stamp) {
   const double moved_time = std::min(dt, c.max_coast);
   stamp_ = stamp;
 
-  const double v = x_[kSpeed], omega = x_[kTurnRate];
+  const double v = x_[kSpeed], vy = x_[kLateralSpeed], omega = x_[kTurnRate];
   const double half_turn = 0.5 * omega * moved_time;
   const double sinc = std::abs(half_turn) < 1e-6 ? 1.0 : std::sin(half_turn) / half_turn;
   const double heading = x_[kTheta] + half_turn, chord = moved_time * sinc;
   const double cos_h = std::cos(heading), sin_h = std::sin(heading);
 
   // (13): the arc of constant twist, written as its chord
-  x_[kX] += v * chord * cos_h;
-  x_[kY] += v * chord * sin_h;
+  const double dx = chord * (v * cos_h - vy * sin_h), dy = chord * (v * sin_h + vy * cos_h);
+  x_[kX] += dx;
+  x_[kY] += dy;
   x_[kTheta] = wrapAngle(x_[kTheta] + omega * moved_time);
 
   Matrix A = Matrix::Identity();
-  A(kX, kTheta) = -v * chord * sin_h;
-  A(kY, kTheta) = v * chord * cos_h;
+  A(kX, kTheta) = -dy;
+  A(kY, kTheta) = dx;
   A(kX, kSpeed) = chord * cos_h;
   A(kY, kSpeed) = chord * sin_h;
-  A(kX, kTurnRate) = -0.5 * moved_time * v * chord * sin_h;
-  A(kY, kTurnRate) = 0.5 * moved_time * v * chord * cos_h;
+  A(kX, kTurnRate) = -0.5 * moved_time * dy;
+  A(kY, kTurnRate) = 0.5 * moved_time * dx;
+  A(kX, kLateralSpeed) = -chord * sin_h;
+  A(kY, kLateralSpeed) = chord * cos_h;
   A(kTheta, kTurnRate) = moved_time;
 
-  const double distance = std::abs(v) * moved_time, turned = std::abs(omega) * moved_time;
+  const double distance = std::hypot(v, vy) * moved_time, turned = std::abs(omega) * moved_time;
   const double translation = square(c.translation_noise) * distance + square(c.translation_drift) * dt;
   double rotation = square(c.rotation_drift) * dt;
   if (gyroActive()) {
@@ -75,17 +79,18 @@ void Ekf::predict(Timestamp stamp) {
   }
   Vector Q;
   Q << doubt() * translation, doubt() * translation, doubt() * rotation, square(c.acceleration_noise) * dt,
-      square(c.angular_acceleration_noise) * dt, square(c.gyro_bias_noise) * dt;
+      square(c.angular_acceleration_noise) * dt, square(c.gyro_bias_noise) * dt,
+      c.holonomic ? square(c.acceleration_noise) * dt : 0.0;
   P_ = A * P_ * A.transpose();  // (14)
   P_.diagonal() += Q;
 }
 
 template <int N>
-UpdateResult Ekf::correct(const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 6>& H,
+UpdateResult Ekf::correct(const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 7>& H,
                           const Eigen::Matrix<double, N, N>& R, bool consider_bias, int gate_degrees,
                           double* normalised_innovation_squared) {
   if (!innovation.allFinite() || !H.allFinite() || !R.allFinite()) return UpdateResult::kUseless;
-  const Eigen::Matrix<double, 6, N> PHt = P_ * H.transpose();
+  const Eigen::Matrix<double, 7, N> PHt = P_ * H.transpose();
   const Eigen::Matrix<double, N, N> S = H * PHt + R;
   const Eigen::LLT<Eigen::Matrix<double, N, N>> S_llt(S);
   if (S_llt.info() != Eigen::Success) return UpdateResult::kUseless;
@@ -95,7 +100,7 @@ UpdateResult Ekf::correct(const Eigen::Matrix<double, N, 1>& innovation, const E
     if (normalised_innovation_squared) *normalised_innovation_squared = distance;
     if (!(distance <= limit)) return UpdateResult::kRejected;  // also for NaN
   }
-  Eigen::Matrix<double, 6, N> K = S_llt.solve(PHt.transpose()).transpose();  // (15)
+  Eigen::Matrix<double, 7, N> K = S_llt.solve(PHt.transpose()).transpose();  // (15)
   if (consider_bias) K.row(kGyroBias).setZero();
   x_ += K * innovation;  // (16)
   x_[kTheta] = wrapAngle(x_[kTheta]);
@@ -112,23 +117,39 @@ bool Ekf::detectSlip(double wheel_rate, double gyro_rate, double interval) {
   return std::abs(slip_evidence_) > config_->slip_angle + config_->slip_scale * slip_turned_;
 }
 
+/// The wheels' speed along one axis of the base. @param possible the robot can have driven it, however sudden
+UpdateResult Ekf::correctSpeed(Index state, double speed, bool possible) {
+  Eigen::Matrix<double, 1, 7> H = Eigen::Matrix<double, 1, 7>::Zero();
+  H(0, state) = 1.0;
+  const double sigma = slip_ ? config_->slip_speed_sigma : config_->wheel_speed_sigma;
+  const Eigen::Matrix<double, 1, 1> innovation(speed - x_[state]), R(square(sigma));
+  const UpdateResult result = correct<1>(innovation, H, R, true, 1);
+  if (result == UpdateResult::kRejected && possible) {
+    P_(state, state) += square(innovation.x());
+    correct<1>(innovation, H, R, true, 0);
+  }
+  return result;
+}
+
 UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Duration interval,
                                std::optional<double> gyro_mean) {
   const EkfConfig& c = *config_;
   const double seconds = toSeconds(interval);
-  if (!(seconds > 0.0) || !std::isfinite(twist.vx) || !std::isfinite(twist.omega)) return UpdateResult::kUseless;
+  const double vy = c.holonomic ? twist.vy : 0.0;
+  const bool finite = std::isfinite(twist.vx) && std::isfinite(vy) && std::isfinite(twist.omega);
+  if (!(seconds > 0.0) || !finite) return UpdateResult::kUseless;
 
-  standstill_.addWheels(stamp_, twist.vx, turn_rate_known ? twist.omega : 0.0, c.standstill);
+  standstill_.addWheels(stamp_, std::hypot(twist.vx, vy), turn_rate_known ? twist.omega : 0.0, c.standstill);
   slip_ = turn_rate_known && gyro_mean && detectSlip(twist.omega, *gyro_mean - x_[kGyroBias], seconds);
 
   // The wheels' mean over an interval is the only word on what was driven in it: coasting through it at the old speed
   // would be worse than any sample that the robot can have driven. One outside the gate is a sudden change of speed.
-  const bool possible = std::abs(twist.vx) < c.max_speed && std::abs(twist.omega) < c.max_turn_rate;
+  const bool possible = std::hypot(twist.vx, vy) < c.max_speed && std::abs(twist.omega) < c.max_turn_rate;
   const auto sudden = [&](double innovation, Index state) { P_(state, state) += square(innovation); };
 
   UpdateResult result;
   if (turn_rate_known && !gyroActive() && !slip_) {
-    Eigen::Matrix<double, 2, 6> H = Eigen::Matrix<double, 2, 6>::Zero();
+    Eigen::Matrix<double, 2, 7> H = Eigen::Matrix<double, 2, 7>::Zero();
     H(0, kSpeed) = H(1, kTurnRate) = 1.0;
     const Eigen::Matrix2d R =
         Eigen::Vector2d(square(c.wheel_speed_sigma),
@@ -142,16 +163,9 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
       correct<2>(innovation, H, R, true, 0);
     }
   } else {
-    Eigen::Matrix<double, 1, 6> H = Eigen::Matrix<double, 1, 6>::Zero();
-    H(0, kSpeed) = 1.0;
-    const double sigma = slip_ ? c.slip_speed_sigma : c.wheel_speed_sigma;
-    const Eigen::Matrix<double, 1, 1> innovation(twist.vx - x_[kSpeed]), R(square(sigma));
-    result = correct<1>(innovation, H, R, true, 1);
-    if (result == UpdateResult::kRejected && possible) {
-      sudden(innovation.x(), kSpeed);
-      correct<1>(innovation, H, R, true, 0);
-    }
+    result = correctSpeed(kSpeed, twist.vx, possible);
   }
+  if (c.holonomic) correctSpeed(kLateralSpeed, vy, possible);
   ++(result == UpdateResult::kFused ? counters_.wheels_fused : counters_.wheels_rejected);
   updateStandstill();
   return result;
@@ -161,7 +175,7 @@ UpdateResult Ekf::updateGyro(double rate) {
   if (!std::isfinite(rate)) return UpdateResult::kUseless;
   standstill_.addGyro(stamp_, rate, x_[kGyroBias], config_->standstill);
   updateStandstill();  // here too: between two wheel samples the turn rate has become uncertain again
-  Eigen::Matrix<double, 1, 6> H = Eigen::Matrix<double, 1, 6>::Zero();
+  Eigen::Matrix<double, 1, 7> H = Eigen::Matrix<double, 1, 7>::Zero();
   H(0, kTurnRate) = H(0, kGyroBias) = 1.0;
   // While driving, the predicted turn rate comes from the wheels: learning the bias from the difference would let their
   // systematic errors in again. The bias is learned at standstill and from matched scans.
@@ -181,12 +195,17 @@ bool Ekf::standstill() const {
 
 void Ekf::updateStandstill() {
   if (!standstill()) return;
-  Eigen::Matrix<double, 2, 6> H = Eigen::Matrix<double, 2, 6>::Zero();
+  Eigen::Matrix<double, 2, 7> H = Eigen::Matrix<double, 2, 7>::Zero();
   H(0, kSpeed) = H(1, kTurnRate) = 1.0;
   const Eigen::Matrix2d R =
       Eigen::Vector2d(square(config_->standstill_speed_sigma), square(config_->standstill_turn_rate_sigma))
           .asDiagonal();
   correct<2>(Eigen::Vector2d(-x_[kSpeed], -x_[kTurnRate]), H, R, false, 0);
+  if (config_->holonomic) {
+    Eigen::Matrix<double, 1, 7> across = Eigen::Matrix<double, 1, 7>::Zero();
+    across(0, kLateralSpeed) = 1.0;
+    correct<1>(Eigen::Matrix<double, 1, 1>(-x_[kLateralSpeed]), across, R.topLeftCorner<1, 1>(), false, 0);
+  }
   ++counters_.standstill_updates;
 }
 
@@ -197,7 +216,7 @@ UpdateResult Ekf::updatePose(const PoseMeasurement& measurement) {
   error.z() = wrapAngle(error.z());
 
   // Blind directions take no part: they get a zero row in H, a zero innovation and a unit variance of their own.
-  Eigen::Matrix<double, 3, 6> H = Eigen::Matrix<double, 3, 6>::Zero();
+  Eigen::Matrix<double, 3, 7> H = Eigen::Matrix<double, 3, 7>::Zero();
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d innovation = Eigen::Vector3d::Zero();
   const auto U = measurement.directions.leftCols(n);

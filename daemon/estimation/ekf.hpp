@@ -43,6 +43,7 @@ struct EkfConfig {
   double max_turn_rate = 10.0;                 ///< [rad/s] nor turns faster
   int doubt_memory = 10;                       ///< matched scans over which the prediction is judged
   double max_coast = 0.5;                      ///< [s] without any sample the pose is moved on for no longer
+  bool holonomic = false;                      ///< the base can move sideways (omni, mecanum)
   StandstillConfig standstill;
 };
 
@@ -58,18 +59,19 @@ struct EkfCounters {
 
 /// Extended Kalman filter of wheels and IMU, eq. (7)-(17) of the paper (section III.A), on the state
 ///
-///     x = (x, y, theta, v, omega, b_g)        [m, m, rad, m/s, rad/s, rad/s]
+///     x = (x, y, theta, v, omega, b_g, v_y)        [m, m, rad, m/s, rad/s, rad/s, m/s]
 ///
-/// The motion model f moves the pose along the arc of constant v and omega; v, omega and the gyro bias b_g are random
-/// walks. Sensors correct one after another, wheels first, then IMU, then (in the pose filter) a matched scan, each on
-/// the result of the one before. Corrections use the Joseph form, which keeps P positive definite for any gain.
+/// The motion model f moves the pose along the arc of constant v, v_y and omega; these and the gyro bias b_g are random
+/// walks. v_y, the speed to the left, is not the paper's: a base that cannot move sideways keeps it at zero, exactly.
+/// Sensors correct one after another, wheels first, then IMU, then (in the pose filter) a matched scan, each on the
+/// result of the one before. Corrections use the Joseph form, which keeps P positive definite for any gain.
 ///
 /// A plain value without I/O or allocation: EkfTimeline keeps copies of it. Not safe for concurrent writes.
 class Ekf {
  public:
-  using Vector = Eigen::Matrix<double, 6, 1>;
-  using Matrix = Eigen::Matrix<double, 6, 6>;
-  enum Index { kX, kY, kTheta, kSpeed, kTurnRate, kGyroBias };
+  using Vector = Eigen::Matrix<double, 7, 1>;
+  using Matrix = Eigen::Matrix<double, 7, 7>;
+  enum Index { kX, kY, kTheta, kSpeed, kTurnRate, kGyroBias, kLateralSpeed };
 
   explicit Ekf(const EkfConfig& config, Timestamp stamp = {}, const Pose2& pose = {});
 
@@ -95,7 +97,7 @@ class Ekf {
 
   Timestamp stamp() const { return stamp_; }
   Pose2 pose() const { return Pose2::fromVector(x_.head<3>()); }
-  Twist2 twist() const { return {x_[kSpeed], 0.0, x_[kTurnRate]}; }
+  Twist2 twist() const { return {x_[kSpeed], x_[kLateralSpeed], x_[kTurnRate]}; }
   double gyroBias() const { return x_[kGyroBias]; }
   const Vector& state() const { return x_; }
   const Matrix& covariance() const { return P_; }
@@ -109,9 +111,10 @@ class Ekf {
 
  private:
   template <int N>
-  UpdateResult correct(const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 6>& H,
+  UpdateResult correct(const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 7>& H,
                        const Eigen::Matrix<double, N, N>& R, bool consider_bias, int gate_degrees,
                        double* normalised_innovation_squared = nullptr);
+  UpdateResult correctSpeed(Index state, double speed, bool possible);
   void updateStandstill();
   bool gyroActive() const { return gyro_stamp_ && toSeconds(stamp_ - *gyro_stamp_) < config_->gyro_timeout; }
   bool detectSlip(double wheel_rate, double gyro_rate, double interval);

@@ -18,16 +18,29 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 const EkfConfig kConfig;
 
-void expectHealthy(const Ekf& ekf, const char* after) {
+EkfConfig holonomic() {
+  EkfConfig config;
+  config.holonomic = true;
+  return config;
+}
+
+/// A base that cannot move sideways has no lateral speed, and knows it for sure: the rest must be positive definite.
+void expectHealthy(const Ekf& ekf, const char* after, bool is_holonomic = false) {
   ASSERT_TRUE(ekf.state().allFinite()) << after << ": " << ekf.state().transpose();
-  const Ekf::Matrix& P = ekf.covariance();
+  if (!is_holonomic) {
+    ASSERT_EQ(ekf.state()[Ekf::kLateralSpeed], 0.0) << after;
+    ASSERT_TRUE(ekf.covariance().row(Ekf::kLateralSpeed).isZero(0.0)) << after << '\n' << ekf.covariance();
+  }
+  const int size = is_holonomic ? 7 : 6;
+  const Eigen::MatrixXd P = ekf.covariance().topLeftCorner(size, size);
   ASSERT_TRUE(P.allFinite()) << after << '\n' << P;
-  const Ekf::Vector sigma = P.diagonal().cwiseSqrt();
+  const Eigen::VectorXd sigma = P.diagonal().cwiseSqrt();
   ASSERT_GT(P.diagonal().minCoeff(), 0.0) << after << '\n' << P;
-  const Ekf::Vector inverse = sigma.cwiseInverse();
-  const Ekf::Matrix correlation = inverse.asDiagonal() * P * inverse.asDiagonal();  // of one scale whatever the units
+  const Eigen::VectorXd inverse = sigma.cwiseInverse();
+  const Eigen::MatrixXd correlation =
+      inverse.asDiagonal() * P * inverse.asDiagonal();  // of one scale whatever the units
   ASSERT_LT((correlation - correlation.transpose()).cwiseAbs().maxCoeff(), 1e-9) << after << '\n' << correlation;
-  const Eigen::SelfAdjointEigenSolver<Ekf::Matrix> solver(correlation, Eigen::EigenvaluesOnly);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(correlation, Eigen::EigenvaluesOnly);
   ASSERT_GT(solver.eigenvalues().minCoeff(), -1e-12) << after << '\n' << correlation;  // -rounding
 }
 
@@ -35,7 +48,7 @@ void expectHealthy(const Ekf& ekf, const char* after) {
 /// What the two read may differ from each other.
 struct Drive {
   Ekf ekf;
-  double speed = 0.0, wheel_rate = 0.0, gyro = 0.0;
+  double speed = 0.0, lateral = 0.0, wheel_rate = 0.0, gyro = 0.0;
   double wheel_noise = 0.0, gyro_noise = 0.0;
   bool has_gyro = true, turn_rate_known = true;
   std::mt19937 random{1};
@@ -47,7 +60,7 @@ struct Drive {
     const int cycles = static_cast<int>(std::lround(seconds / 0.02));
     for (int i = 0; i < cycles; ++i) {
       const double readings[] = {gyro + gyro_noise * normal(random), gyro + gyro_noise * normal(random)};
-      ekf.updateWheels({speed + wheel_noise * normal(random), 0.0, wheel_rate + wheel_noise * normal(random)},
+      ekf.updateWheels({speed + wheel_noise * normal(random), lateral, wheel_rate + wheel_noise * normal(random)},
                        turn_rate_known, milliseconds(20),
                        has_gyro ? std::optional((readings[0] + readings[1]) / 2) : std::nullopt);
       for (const double reading : readings) {
@@ -72,7 +85,11 @@ PoseMeasurement measured(const Pose2& pose, const Eigen::Vector3d& sigma) {
   return measurement;
 }
 
-TEST(Ekf, StaysFiniteSymmetricAndPositiveDefiniteUnderAnyInput) {
+class EkfOfEitherBase : public testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(Holonomic, EkfOfEitherBase, testing::Bool());
+
+TEST_P(EkfOfEitherBase, StaysFiniteSymmetricAndPositiveDefiniteUnderAnyInput) {
+  const EkfConfig config = GetParam() ? holonomic() : kConfig;
   constexpr double kExtremes[] = {0.0,   -0.0,  1e-300, -1e-12, 1e6,
                                   -1e12, 1e150, 1e200,  -1e300, std::numeric_limits<double>::max(),
                                   kNan,  kInf,  -kInf};
@@ -84,7 +101,7 @@ TEST(Ekf, StaysFiniteSymmetricAndPositiveDefiniteUnderAnyInput) {
     const auto value = [&](double scale) {
       return uniform(random) < wild ? kExtremes[random() % std::size(kExtremes)] : scale * normal(random);
     };
-    Ekf ekf(kConfig, Timestamp(milliseconds(1000)));
+    Ekf ekf(config, Timestamp(milliseconds(1000)));
     ekf.predict(ekf.stamp() + milliseconds(1));
     for (int step = 0; step < 2000; ++step) {
       const char* what = "predict";
@@ -119,7 +136,7 @@ TEST(Ekf, StaysFiniteSymmetricAndPositiveDefiniteUnderAnyInput) {
           what = "setPose";
           if (random() % 20 == 0) ekf.setPose({normal(random), normal(random), 3 * normal(random)}, {0.1, 0.2, 0.3});
       }
-      expectHealthy(ekf, what);
+      expectHealthy(ekf, what, GetParam());
       if (testing::Test::HasFatalFailure()) FAIL() << "seed " << seed << " step " << step;
     }
   }
@@ -221,6 +238,49 @@ TEST(Ekf, AnUncertainTwistBecomesAnUncertainPose) {
   EXPECT_NEAR(after(Ekf::kTheta, Ekf::kTheta), 1e-4 + 0.04 * before(Ekf::kTurnRate, Ekf::kTurnRate), 1e-5);
   EXPECT_NEAR(after(Ekf::kX, Ekf::kSpeed), 0.2 * before(Ekf::kSpeed, Ekf::kSpeed), 1e-9);
   EXPECT_NEAR(after(Ekf::kTheta, Ekf::kTurnRate), 0.2 * before(Ekf::kTurnRate, Ekf::kTurnRate), 1e-9);
+}
+
+TEST(Ekf, AHolonomicBaseIsFollowedSideways) {
+  static const EkfConfig config = holonomic();
+  Drive drive(config);
+  drive.lateral = 0.4;
+  drive.wheel_noise = 0.01;
+  drive.gyro_noise = 0.005;
+  drive.run(0.5);
+  drive.ekf.setPose({0, 0, 0.6}, {0.01, 0.01, 0.01});
+  drive.run(5.0);  // 2 m to the left
+  const Pose2 moved = between(Pose2{0, 0, 0.6}, drive.ekf.pose());
+  EXPECT_NEAR(moved.y, 2.0, 0.05);
+  EXPECT_NEAR(moved.x, 0.0, 0.05);
+  EXPECT_NEAR(drive.ekf.twist().vy, 0.4, 0.03);
+  drive.lateral = drive.wheel_noise = 0.0;
+  drive.run(2.0);
+  EXPECT_NEAR(drive.ekf.twist().vy, 0.0, 1e-3) << "and stands when it stands";
+  EXPECT_TRUE(drive.ekf.standstill());
+}
+
+TEST(Ekf, AHolonomicBaseOnACircleFacesItsCentre) {
+  static const EkfConfig config = holonomic();
+  Drive drive(config);
+  drive.lateral = 0.5;
+  drive.gyro = drive.wheel_rate = -0.5;
+  drive.run(0.5);
+  drive.ekf.setPose({1, 0, 0}, {0.01, 0.01, 0.01});  // the centre is 1 m ahead, to the left is round it clockwise
+  for (int i = 0; i < 10; ++i) {
+    drive.run(0.5);
+    const Pose2 pose = drive.ekf.pose();
+    EXPECT_NEAR(std::hypot(pose.x - 2.0, pose.y), 1.0, 0.02);
+  }
+}
+
+TEST(Ekf, ABaseThatCannotMoveSidewaysTakesNoWordOfIt) {
+  Drive straight, drifting;
+  straight.speed = drifting.speed = 0.5;
+  drifting.lateral = 0.2;
+  straight.run(3.0);
+  drifting.run(3.0);
+  EXPECT_EQ(straight.ekf.state(), drifting.ekf.state());
+  EXPECT_EQ(straight.ekf.covariance(), drifting.ekf.covariance());
 }
 
 TEST(Ekf, DoesNotCoastForeverNorBackInTime) {
