@@ -17,6 +17,7 @@ namespace slam::sim {
 namespace {
 
 using namespace std::chrono_literals;
+constexpr std::size_t kDelayedFrames = 128;
 constexpr Duration kRequestTimeout = 1s;  // a client that has not asked by then is sent away
 
 /// @return events that came, 0 after the limit
@@ -36,37 +37,58 @@ short wait(int descriptor, short events, Duration limit) {
 DepthServer::DepthServer(const std::filesystem::path& path, const World& world, std::uint64_t seed,
                          DepthStream::Viewpoint viewpoint)
     : path_(path), world_(world), seed_(seed), viewpoint_(std::move(viewpoint)) {
+  std::filesystem::create_directories(path.parent_path());
+  listen();
+}
+
+void DepthServer::listen() {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   errno = ENAMETOOLONG;
-  if (path.native().size() >= sizeof address.sun_path) fail(path);
-  std::memcpy(address.sun_path, path.c_str(), path.native().size());
-  std::filesystem::create_directories(path.parent_path());
-  unlink(path.c_str());
+  if (path_.native().size() >= sizeof address.sun_path) fail(path_);
+  std::memcpy(address.sun_path, path_.c_str(), path_.native().size());
+  unlink(path_.c_str());
   listener_ = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  if (listener_ < 0) fail(path);
-  if (bind(listener_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 || listen(listener_, 4) != 0) {
+  if (listener_ < 0) fail(path_);
+  if (bind(listener_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+      ::listen(listener_, 4) != 0) {
     const int error = errno;
     close(listener_);
     errno = error;
-    fail(path);
+    fail(path_);
   }
 }
 
-DepthServer::~DepthServer() {
+void DepthServer::unplug() {
   dropClient();
-  close(listener_);
+  if (listener_ >= 0) close(listener_);
+  listener_ = -1;
   unlink(path_.c_str());
+}
+
+DepthServer::~DepthServer() { unplug(); }
+
+bool DepthServer::inject(std::string_view kind, double value) {
+  const bool was_unplugged = faults_.unplugged();
+  if (!faults_.inject(kind, value)) return false;
+  if (faults_.unplugged() && !was_unplugged) unplug();
+  if (!faults_.unplugged() && was_unplugged) listen();
+  return true;
 }
 
 void DepthServer::dropClient() {
   if (client_ >= 0) close(client_);
   client_ = -1;
   stream_.reset();
+  delayed_.clear();
   out_.clear();
 }
 
 void DepthServer::serve(Duration limit) {
+  if (faults_.unplugged()) {
+    poll(nullptr, 0, static_cast<int>(limit / 1ms));
+    return;
+  }
   if (client_ < 0) return accept(limit);
   if (!stream_) return readRequest(limit);
   stream(limit);
@@ -98,16 +120,28 @@ void DepthServer::readRequest(Duration limit) {
 void DepthServer::stream(Duration limit) {
   const Timestamp now = monotonicNow();
   stream_->capture(now);
-  if (out_.empty()) {
-    out_ = stream_->take(now);
-    sent_ = 0;
-  }
+  takeFrame(now);
   const auto events = static_cast<short>(out_.empty() ? POLLIN : POLLIN | POLLOUT);
   // While a frame is on its way, the next one waits in the stream.
-  const Timestamp next = out_.empty() ? stream_->next() : std::max(stream_->next(), now + 1ms);
+  Timestamp next = out_.empty() ? stream_->next() : std::max(stream_->next(), now + 1ms);
+  if (out_.empty() && !delayed_.empty()) next = std::min(next, delayed_.front().due);
   const short came = wait(client_, events, std::min(limit, next - now));
   if (came & (POLLIN | POLLHUP | POLLERR)) return dropClient();  // it has nothing more to say: it is gone
   if (came & POLLOUT) send();
+}
+
+void DepthServer::takeFrame(Timestamp now) {
+  // While a frame is on its way the next ones wait in the stream, which loses some as the device would; but a line that
+  // delays holds many.
+  const bool room = faults_.delay() > Duration(0) ? delayed_.size() < kDelayedFrames : out_.empty() && delayed_.empty();
+  if (room) {
+    std::vector<std::uint8_t> frame = stream_->take(now);
+    if (!frame.empty() && faults_.spoil(frame)) delayed_.push_back({now + faults_.delay(), std::move(frame)});
+  }
+  if (!out_.empty() || delayed_.empty() || delayed_.front().due > now) return;
+  out_ = std::move(delayed_.front().bytes);
+  delayed_.pop_front();
+  sent_ = 0;
 }
 
 void DepthServer::send() {

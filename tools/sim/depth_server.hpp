@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <optional>
 #include <vector>
 
+#include "tools/sim/depth_faults.hpp"
 #include "tools/sim/depth_stream.hpp"
 
 namespace slam::sim {
@@ -20,13 +22,18 @@ class DepthServer {
   DepthServer(const DepthServer&) = delete;
   DepthServer& operator=(const DepthServer&) = delete;
 
+  /// @return false for a fault that DepthFaults does not know
+  bool inject(std::string_view kind, double value);
   /// Does what there is to do, or waits for it; returns after `limit` or earlier.
   void serve(Duration limit);
 
  private:
+  void listen();
+  void unplug();
   void accept(Duration limit);
   void readRequest(Duration limit);
   void stream(Duration limit);
+  void takeFrame(Timestamp now);
   void send();
   void dropClient();
 
@@ -37,6 +44,12 @@ class DepthServer {
   int listener_ = -1, client_ = -1;
   Timestamp accepted_{};
   std::optional<DepthStream> stream_;
+  DepthFaults faults_;
+  struct Delayed {
+    Timestamp due;
+    std::vector<std::uint8_t> bytes;
+  };
+  std::deque<Delayed> delayed_;
   std::vector<std::uint8_t> out_;  // frame on its way
   std::size_t sent_ = 0;           // [bytes] of it
 };

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/sim/device_mode.hpp"
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <fstream>
 #include <mutex>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -12,10 +14,11 @@
 #include "tools/common/program.hpp"
 #include "tools/sim/board_emulator.hpp"
 #include "tools/sim/depth_server.hpp"
+#include "tools/sim/fault_script.hpp"
+#include "tools/sim/faulty_line.hpp"
 #include "tools/sim/lidar_emulator.hpp"
 #include "tools/sim/lidar_model.hpp"
 #include "tools/sim/log_mode.hpp"
-#include "tools/sim/pseudo_terminal.hpp"
 #include "tools/sim/simulation.hpp"
 
 namespace slam::sim {
@@ -36,10 +39,12 @@ class DeviceSession {
         lidar_model_(scene_.world, {}, options.seed),
         seen_(scene_.world, options.seed),
         lidar_([this](Timestamp stamp, double bearing) { return measure(stamp, bearing); }, LidarModel::kTurnRate),
-        lidar_port_(directory / "lidar"),
-        board_port_(directory / "board"),
+        lidar_line_(directory / "lidar"),
+        board_line_(directory / "board"),
         depth_server_(directory / "depth", scene_.world, options.seed,
                       [this](Timestamp stamp) { return viewpoint(stamp); }),
+        script_(readScript(options.faults)),
+        pipe_(directory / "faults"),
         started_(simulation_.now()),
         next_board_(simulation_.now()) {}
 
@@ -54,7 +59,10 @@ class DeviceSession {
     sigaddset(&signals, SIGINT);
     sigaddset(&signals, SIGTERM);
     const timespec period{0, 100000000};
-    while (!over() && sigtimedwait(&signals, nullptr, &period) < 0) showState();
+    while (!over() && sigtimedwait(&signals, nullptr, &period) < 0) {
+      collectFaults();
+      showState();
+    }
     endProgress();
     for (Worker* worker : {&world, &lidar, &board, &depth}) worker->requestStop();
     for (Worker* worker : {&world, &lidar, &board, &depth}) worker->stop();
@@ -103,27 +111,67 @@ class DeviceSession {
   }
 
   void serveLidar() {
-    std::array<std::uint8_t, 256> chunk;
-    const ReadResult result = lidar_port_.stream().read(chunk, 2ms);
+    injectInto("lidar", [this](const Fault& fault) { return lidar_line_.inject(fault.kind, fault.value); });
+    const std::vector<std::uint8_t> in = lidar_line_.receive(2ms);
     std::vector<std::uint8_t> out;
     {
       const std::lock_guard lock(mutex_);
       const Timestamp now = std::min(monotonicNow(), simulation_.now()) - kLidarLag;
-      lidar_.receive({chunk.data(), result.size}, now, out);
+      lidar_.receive(in, now, out);
       lidar_.stream(now, out);
     }
-    if (!out.empty()) lidar_port_.send(out);
+    lidar_line_.send(std::move(out), monotonicNow());
   }
 
   void serveBoard() {
-    std::array<std::uint8_t, 256> chunk;
-    const ReadResult result = board_port_.stream().read(chunk, 50ms);
+    injectInto("board", [this](const Fault& fault) { return board_line_.inject(fault.kind, fault.value); });
+    const std::vector<std::uint8_t> in = board_line_.receive(2ms);
     std::vector<std::uint8_t> out;
     {
       const std::lock_guard lock(mutex_);
-      board_.receive({chunk.data(), result.size}, out);
+      board_.receive(in, out);
     }
-    if (!out.empty()) board_port_.send(out);
+    board_line_.send(std::move(out), monotonicNow());
+  }
+
+  std::vector<ScheduledFault> readScript(const std::filesystem::path& file) {
+    if (file.empty()) return {};
+    std::ifstream in(file);
+    if (!in) throw std::runtime_error(file.string() + ": cannot be read");
+    return readFaultScript(in, file.string());
+  }
+
+  /// Faults that are due, by the script or by the pipe, go to the threads of their devices.
+  void collectFaults() {
+    const std::lock_guard lock(mutex_);
+    for (; next_fault_ < script_.size() && script_[next_fault_].at <= simulation_.now() - started_; ++next_fault_) {
+      due_.push_back(script_[next_fault_].fault);
+    }
+    for (const std::string& line : pipe_.read()) {
+      if (const auto fault = parseFault(line)) {
+        due_.push_back(*fault);
+      } else {
+        std::fprintf(stderr, "slam-sim: no fault: %s; write DEVICE KIND [VALUE]\n", line.c_str());
+      }
+    }
+  }
+
+  /// Hands a device the faults that are due for it. @param inject returns false for one that it does not know
+  template <typename Inject>
+  void injectInto(std::string_view device, Inject&& inject) {
+    std::vector<Fault> mine;
+    {
+      const std::lock_guard lock(mutex_);
+      const auto others =
+          std::stable_partition(due_.begin(), due_.end(), [&](const Fault& fault) { return fault.device == device; });
+      mine.assign(due_.begin(), others);
+      due_.erase(due_.begin(), others);
+    }
+    for (const Fault& fault : mine) {
+      if (inject(fault)) continue;
+      std::fprintf(stderr, "slam-sim: the %s knows no fault \"%s\" of %g\n", fault.device.c_str(), fault.kind.c_str(),
+                   fault.value);
+    }
   }
 
   /// Where the camera was at an instant; it renders without the lock.
@@ -139,6 +187,7 @@ class DeviceSession {
       setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kDepthNiceness);
       depth_is_nice_ = true;
     }
+    injectInto("depth", [this](const Fault& fault) { return depth_server_.inject(fault.kind, fault.value); });
     depth_server_.serve(100ms);
   }
 
@@ -167,9 +216,13 @@ class DeviceSession {
   TruthRecorder seen_;
   LidarEmulator lidar_;
   BoardEmulator board_;
-  PseudoTerminal lidar_port_, board_port_;
-  DepthServer depth_server_;    // of its thread alone
-  bool depth_is_nice_ = false;  // of the same
+  FaultyLine lidar_line_, board_line_;  // of their threads alone
+  DepthServer depth_server_;            // of its thread alone
+  bool depth_is_nice_ = false;          // of the same
+  std::vector<ScheduledFault> script_;
+  std::size_t next_fault_ = 0;
+  FaultPipe pipe_;
+  std::vector<Fault> due_;
   Duration clock_offset_ = wallClockOffset();
   Timestamp started_, next_board_, released_at_{}, finished_at_{};
   bool released_ = false;

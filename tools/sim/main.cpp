@@ -20,6 +20,9 @@ int main(int argc, char** argv) {
   app.add_flag("--no-depth", no_depth, "leave the depth camera out of the log: twice as fast");
   app.add_option("--log", log, "write an LCM event log");
   app.add_option("--devices", devices, "play DIR/lidar, DIR/board and DIR/depth in real time");
+  app.add_option("--faults", options.faults,
+                 "with --devices: a script of SECONDS DEVICE KIND [VALUE], e.g. 12.5 lidar unplug 1; while it plays,\n"
+                 "lines of DEVICE KIND [VALUE] can be written to DIR/faults");
   app.add_option("--truth", options.truth, "write true poses (TUM)");
   app.add_option("--waypoints", options.waypoints, "write true poses at the measured waypoints (TUM)");
   app.add_option("--truth-map", options.truth_map,

@@ -13,6 +13,7 @@ struct SimOptions {
   double speed = 0.0;                          ///< [m/s] 0: the scene's
   double seconds = 0.0;                        ///< [s] 0: the whole route
   bool depth = false;                          ///< render the depth camera for a log: half of the work
+  std::filesystem::path faults = {};           ///< script of what goes wrong with the devices; empty: nothing
   std::filesystem::path truth = {};            ///< TUM file of true poses; empty: none
   std::filesystem::path waypoints = {};        ///< true poses at the measured waypoints; empty: none
   std::filesystem::path truth_map = {};        ///< prefix of the true map of the robot's height band; empty: none

@@ -75,6 +75,17 @@ TEST_F(DepthServerTest, IsNotKeptUpByAClientThatDoesNotRead) {
   EXPECT_GE(gaps, 1);  // frames are lost, and none is torn
 }
 
+TEST(DepthServer, ComesBackWhenPluggedInAgain) {
+  const fs::path path = fs::path(testing::TempDir()) / ("depth_plug_" + std::to_string(getpid()));
+  DepthServer server(path, World{}, 1, [](Timestamp) { return std::optional<DepthViewpoint>(); });
+  ASSERT_TRUE(server.inject("unplug", 1));
+  EXPECT_FALSE(isServed(path));
+  server.serve(1ms);
+  ASSERT_TRUE(server.inject("unplug", 0));
+  EXPECT_TRUE(isServed(path));
+  EXPECT_FALSE(server.inject("burn", 1));
+}
+
 TEST(DepthServer, LeavesNoSocketBehindAndTakesTheOneThatWasLeft) {
   const fs::path path = fs::path(testing::TempDir()) / ("depth_left_" + std::to_string(getpid()));
   const auto nowhere = [](Timestamp) { return std::optional<DepthViewpoint>(); };

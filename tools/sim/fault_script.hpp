@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <filesystem>
+#include <istream>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/timestamp.hpp"
+
+namespace slam::sim {
+
+/// Something that goes wrong with a device, or right again.
+struct Fault {
+  std::string device;  ///< "lidar", "board", "depth", "can"
+  std::string kind;    ///< what the device's emulator or its line knows
+  double value = 1.0;
+};
+
+struct ScheduledFault {
+  Duration at{0};  ///< since the devices began to play
+  Fault fault;
+  int line = 0;  ///< of the script
+};
+
+/// `DEVICE KIND [VALUE]`, VALUE 1 where it is left out. @return std::nullopt for anything else
+std::optional<Fault> parseFault(std::string_view text);
+
+/// One fault a line, `SECONDS DEVICE KIND [VALUE]`, in any order; # begins a comment.
+/// @return by time @throws std::runtime_error `name:line: what; mend`
+std::vector<ScheduledFault> readFaultScript(std::istream& in, const std::string& name);
+
+/// A named pipe that takes faults at run time: `echo "lidar unplug 1" > DIR/faults`.
+class FaultPipe {
+ public:
+  /// @throws std::system_error when the pipe cannot be made
+  explicit FaultPipe(const std::filesystem::path& path);
+  ~FaultPipe();
+  FaultPipe(const FaultPipe&) = delete;
+  FaultPipe& operator=(const FaultPipe&) = delete;
+
+  /// Whole lines that were written since the last call. Does not wait.
+  std::vector<std::string> read();
+
+ private:
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+  std::string rest_;  // of an unfinished line
+};
+
+}  // namespace slam::sim
