@@ -13,7 +13,14 @@ namespace {
 
 using namespace std::chrono_literals;
 constexpr Duration kEnumeration = 500ms;
-constexpr Duration kSilence = 1s;  // without an image the camera has frozen
+constexpr Duration kSilence = 900ms;  // without an image the camera has frozen
+constexpr int kFruitless = 2;         // connections without an image, then the camera is reset
+// Each start of OpenNI2 loses some memory (136 kB with Debian's drivers), and a camera that is reset again and again
+// never comes to itself: both are done ever more seldom.
+constexpr Duration kFirstRestart = 1s, kSeldomRestart = 3600s;
+constexpr Duration kFirstReset = 10s, kSeldomReset = 600s;
+constexpr std::uint16_t kProducts[] = {0x0500, 0x0600, 0x0601, 0x0609};
+constexpr UsbKind kPrimeSense{0x1D27, kProducts};
 
 /// Tells when a device is unplugged. Called by OpenNI2's own thread: it only sets a flag.
 class Unplugged : public openni::OpenNI::DeviceDisconnectedListener {
@@ -27,6 +34,21 @@ class Unplugged : public openni::OpenNI::DeviceDisconnectedListener {
 
 }  // namespace
 
+/// OpenNI2 itself, which lives as long as it can: see above.
+struct OpenniCamera::Library {
+  Library() {
+    openni::OpenNI::addDeviceDisconnectedListener(&unplugged);
+    started = openni::OpenNI::initialize() == openni::STATUS_OK;
+  }
+  ~Library() {
+    openni::OpenNI::removeDeviceDisconnectedListener(&unplugged);
+    openni::OpenNI::shutdown();
+  }
+  Unplugged unplugged;
+  bool started = false;
+  bool waited = false;  // for its drivers' first words
+};
+
 struct OpenniCamera::Stream {
   ~Stream() {
     if (recorder.isValid()) {
@@ -36,11 +58,8 @@ struct OpenniCamera::Stream {
     stream.stop();
     stream.destroy();
     device.close();
-    openni::OpenNI::removeDeviceDisconnectedListener(&unplugged);
-    openni::OpenNI::shutdown();
   }
 
-  Unplugged unplugged;
   openni::Device device;
   openni::VideoStream stream;
   openni::VideoFrameRef frame;
@@ -54,8 +73,13 @@ struct OpenniCamera::Stream {
   Duration first_stamp{0};
 };
 
-OpenniCamera::OpenniCamera(const OpenniConfig& config, Clock now, Sink sink)
-    : config_(config), now_(now), sink_(std::move(sink)) {}
+OpenniCamera::OpenniCamera(const OpenniConfig& config, Clock now, Sink sink, std::unique_ptr<UsbWatch> usb)
+    : config_(config),
+      now_(now),
+      sink_(std::move(sink)),
+      usb_(usb ? std::move(usb) : makeUsbWatch(kPrimeSense)),
+      restart_wait_(kFirstRestart),
+      reset_wait_(kFirstReset) {}
 
 OpenniCamera::~OpenniCamera() = default;
 
@@ -67,15 +91,43 @@ bool OpenniCamera::fail(DeviceState state, const char* reason) {
 
 void OpenniCamera::stop() { stream_.reset(); }
 
+bool OpenniCamera::returned() {
+  const bool arrived = usb_->arrived();
+  if (arrived) next_restart_ = now_();
+  return arrived;
+}
+
+bool OpenniCamera::startLibrary() {
+  if (!library_ && now_() >= next_restart_) restartLibrary();
+  if (library_ && library_->started) return true;
+  library_.reset();
+  return fail(DeviceState::kFault, "OpenNI2 does not start; is libopenni2-0 installed with its drivers?");
+}
+
+void OpenniCamera::restartLibrary() {
+  library_.reset();
+  library_ = std::make_unique<Library>();
+  next_restart_ = now_() + restart_wait_;
+  restart_wait_ = std::min(2 * restart_wait_, kSeldomRestart);
+}
+
+void OpenniCamera::resetSilentCamera() {
+  const Timestamp now = now_();
+  if (fruitless_ < kFruitless || now < next_reset_ || !usb_->present()) return;
+  status_.set(DeviceState::kOpening, "the camera sends no images: resetting it on the USB");
+  if (*usb_->reset() != '\0') return;  // the next attempt says what is the matter
+  fruitless_ = 0;
+  next_reset_ = now + reset_wait_;
+  reset_wait_ = std::min(2 * reset_wait_, kSeldomReset);
+}
+
 bool OpenniCamera::connect(const std::atomic<bool>& cancel) {
   if (finished_) return fail(DeviceState::kAbsent, "the recording is over");
   status_.set(DeviceState::kOpening, "looking for the camera");
-  stream_ = std::make_unique<Stream>();
-  // Each attempt enumerates anew: without udev OpenNI2 does not notice a camera that comes later.
-  openni::OpenNI::addDeviceDisconnectedListener(&stream_->unplugged);
-  if (openni::OpenNI::initialize() != openni::STATUS_OK) {
-    return fail(DeviceState::kFault, "OpenNI2 does not start; is libopenni2-0 installed with its drivers?");
-  }
+  resetSilentCamera();
+  if (!startLibrary()) return false;
+  library_->unplugged.take();  // what happened to the one before
+  ++fruitless_;                // until an image says otherwise
   if (cancel || !open(cancel) || !setMode()) return false;
   startRecording();
   if (stream_->stream.start() != openni::STATUS_OK) {
@@ -97,16 +149,8 @@ bool OpenniCamera::open(const std::atomic<bool>& cancel) {
   if (recording && !std::filesystem::exists(config_.uri)) {
     return fail(DeviceState::kAbsent, "there is no such recording; see depth.uri");
   }
-  openni::Array<openni::DeviceInfo> devices;
-  // A driver may tell of its devices a little after it was started.
-  for (const Timestamp end = now_() + kEnumeration; !recording;) {
-    openni::OpenNI::enumerateDevices(&devices);
-    if (devices.getSize() > 0 || now_() > end || cancel) break;
-    ::poll(nullptr, 0, 50);
-  }
-  if (!recording && devices.getSize() == 0) {
-    return fail(DeviceState::kAbsent, "no camera found: check plug, power, and the udev rules");
-  }
+  if (!recording && !findCamera(cancel)) return false;
+  stream_ = std::make_unique<Stream>();
   const char* uri = config_.uri.empty() ? openni::ANY_DEVICE : config_.uri.c_str();
   if (stream_->device.open(uri) != openni::STATUS_OK) {
     return fail(DeviceState::kFault, recording
@@ -117,6 +161,26 @@ bool OpenniCamera::open(const std::atomic<bool>& cancel) {
     return fail(DeviceState::kFault, "the device has no depth stream");
   }
   return true;
+}
+
+bool OpenniCamera::findCamera(const std::atomic<bool>& cancel) {
+  openni::Array<openni::DeviceInfo> devices;
+  // A driver may tell of its devices a little after it was started.
+  for (const Timestamp end = now_() + (library_->waited ? Duration(0) : kEnumeration);;) {
+    openni::OpenNI::enumerateDevices(&devices);
+    if (devices.getSize() > 0) return true;
+    if (now_() >= end || cancel) break;
+    ::poll(nullptr, 0, 50);
+  }
+  library_->waited = true;
+  fruitless_ = 0;  // there is none to be reset
+  if (!usb_->present()) {
+    restart_wait_ = kFirstRestart;
+    return fail(DeviceState::kAbsent, "no camera found: check plug and power");
+  }
+  // Without udev OpenNI2 does not notice a camera that came after it was started.
+  if (now_() >= next_restart_) restartLibrary();
+  return fail(DeviceState::kAbsent, "a camera is on the USB, but OpenNI2 does not find it: check the udev rules");
 }
 
 /// Mode and mirroring are set and read back: their defaults differ between machines.
@@ -168,7 +232,7 @@ void OpenniCamera::startRecording() {
 }
 
 bool OpenniCamera::poll(Duration timeout) {
-  if (stream_->unplugged.take()) return fail(DeviceState::kAbsent, "the camera was unplugged");
+  if (library_->unplugged.take()) return fail(DeviceState::kAbsent, "the camera was unplugged");
   if (stream_->device.isFile()) {
     if (stream_->frames_left == 0) {
       finished_ = true;
@@ -182,7 +246,7 @@ bool OpenniCamera::poll(Duration timeout) {
   const int wait = static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(timeout).count());
   if (openni::OpenNI::waitForAnyStream(&stream, 1, &ready, wait) == openni::STATUS_OK) return readImage();
   if (now_() - stream_->last_image < kSilence) return true;
-  return fail(DeviceState::kFault, "no image for 1 s: the camera has frozen or left the bus");
+  return fail(DeviceState::kFault, "no image for 0.9 s: the camera has frozen or left the bus");
 }
 
 bool OpenniCamera::readImage() {
@@ -192,6 +256,8 @@ bool OpenniCamera::readImage() {
   }
   const Timestamp arrival = now_();
   stream_->last_image = arrival;
+  fruitless_ = 0;
+  restart_wait_ = kFirstRestart;
   const DepthIntrinsics& intrinsics = image_.intrinsics;
   const auto row = static_cast<std::size_t>(intrinsics.width) * sizeof(std::uint16_t);
   const bool expected =

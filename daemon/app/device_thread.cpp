@@ -14,9 +14,9 @@ constexpr Duration kFirstBackOff = 100ms, kLongestBackOff = 1s;
 
 }  // namespace
 
-void BackOff::wait(const std::atomic<bool>& cancel) {
+void BackOff::wait(const std::function<bool()>& enough) {
   wait_ = std::clamp(2 * wait_, kFirstBackOff, kLongestBackOff);
-  for (const Timestamp end = monotonicNow() + wait_; monotonicNow() < end && !cancel;) ::poll(nullptr, 0, 20);
+  for (const Timestamp end = monotonicNow() + wait_; monotonicNow() < end && !enough();) ::poll(nullptr, 0, 20);
 }
 
 }  // namespace slam

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
-#include <atomic>
-#include <string>
+#include <functional>
 #include <utility>
 
 #include "core/timestamp.hpp"
@@ -13,7 +12,8 @@ namespace slam {
 class BackOff {
  public:
   void reset() { wait_ = Duration(0); }
-  void wait(const std::atomic<bool>& cancel);
+  /// @param enough is asked every few milliseconds: true ends the wait
+  void wait(const std::function<bool()>& enough);
 
  private:
   Duration wait_{0};
@@ -45,7 +45,13 @@ class DeviceThread {
       return;
     }
     connected_ = driver_.connect(worker_.stopping());
-    connected_ ? back_off_.reset() : back_off_.wait(worker_.stopping());
+    if (connected_) return back_off_.reset();
+    back_off_.wait([this] {
+      if constexpr (requires { driver_.returned(); }) {
+        if (driver_.returned()) return true;
+      }
+      return worker_.stopping().load();
+    });
   }
 
   Driver driver_;

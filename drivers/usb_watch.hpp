@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <span>
+
+namespace slam {
+
+/// A kind of USB device: one vendor, some products.
+struct UsbKind {
+  std::uint16_t vendor;
+  std::span<const std::uint16_t> products;
+};
+
+/// Looks after a kind of device on the USB. One thread at a time.
+class UsbWatch {
+ public:
+  virtual ~UsbWatch() = default;
+
+  /// Is such a device on the bus? Asks the system, also where there is no udev.
+  virtual bool present() = 0;
+  /// Has one been plugged in since the last call? By hot-plug events; never true where there is no udev.
+  virtual bool arrived() = 0;
+  /// Resets the first such device, as pulling its plug would. Nobody may hold it.
+  /// @return what stood in the way, in static words; empty: done
+  virtual const char* reset() = 0;
+};
+
+/// Through libusb. Where that does not start, nothing is ever present.
+std::unique_ptr<UsbWatch> makeUsbWatch(const UsbKind& kind);
+
+}  // namespace slam

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/usb_watch.hpp"
+
+#include <gtest/gtest.h>
+
+namespace slam {
+namespace {
+
+// Of no maker: what is asked of the real bus here must be true on every machine.
+constexpr std::uint16_t kProducts[] = {0x0001, 0x0002};
+constexpr UsbKind kNobody{0xFFFF, kProducts};
+
+TEST(UsbWatch, SaysThatADeviceNobodyMakesIsNotThere) {
+  const auto usb = makeUsbWatch(kNobody);
+  EXPECT_FALSE(usb->present());
+  EXPECT_FALSE(usb->arrived());
+  EXPECT_STREQ(usb->reset(), "it is not on the bus");
+}
+
+TEST(UsbWatch, CanBeAskedForLong) {
+  const auto usb = makeUsbWatch(kNobody);
+  for (int i = 0; i < 200; ++i) {
+    ASSERT_FALSE(usb->present());
+    ASSERT_FALSE(usb->arrived());
+  }
+}
+
+}  // namespace
+}  // namespace slam
