@@ -19,8 +19,6 @@ constexpr int kFruitless = 2;         // connections without an image, then the 
 // never comes to itself: both are done ever more seldom.
 constexpr Duration kFirstRestart = 1s, kSeldomRestart = 3600s;
 constexpr Duration kFirstReset = 10s, kSeldomReset = 600s;
-constexpr std::uint16_t kProducts[] = {0x0500, 0x0600, 0x0601, 0x0609};
-constexpr UsbKind kPrimeSense{0x1D27, kProducts};
 
 /// Tells when a device is unplugged. Called by OpenNI2's own thread: it only sets a flag.
 class Unplugged : public openni::OpenNI::DeviceDisconnectedListener {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/serial_port.hpp"
 
+#include <array>
 #include <cerrno>
+#include <cstdio>
 #include <filesystem>
 #include <libserialport.h>
 #include <termios.h>
@@ -54,6 +56,27 @@ bool isSerialPort(const std::string& path) {
   if (sp_get_port_by_name(resolved(path).c_str(), &port) != SP_OK) return false;
   sp_free_port(port);
   return true;
+}
+
+std::vector<SerialPortInfo> serialPorts() {
+  std::vector<SerialPortInfo> found;
+  sp_port** list = nullptr;
+  if (sp_list_ports(&list) != SP_OK) return found;
+  for (sp_port** port = list; *port != nullptr; ++port) {
+    SerialPortInfo info{sp_get_port_name(*port), ""};
+    int vendor = 0, product = 0;
+    if (sp_get_port_usb_vid_pid(*port, &vendor, &product) == SP_OK) {
+      std::array<char, 16> ids{};
+      std::snprintf(ids.data(), ids.size(), "%04x:%04x", static_cast<unsigned>(vendor), static_cast<unsigned>(product));
+      info.description = ids.data();
+    }
+    for (const char* text : {sp_get_port_usb_product(*port), sp_get_port_usb_serial(*port)}) {
+      if (text != nullptr) info.description += std::string(info.description.empty() ? "" : " ") + text;
+    }
+    found.push_back(std::move(info));
+  }
+  sp_free_port_list(list);
+  return found;
 }
 
 OpenedPort openSerialPort(const std::string& path, int baud) {

@@ -33,6 +33,17 @@ class LibusbWatch : public UsbWatch {
     return found;
   }
 
+  bool permitted() override {
+    bool opened = false;
+    forEach([&](libusb_device* device) {
+      libusb_device_handle* handle = nullptr;
+      if (libusb_open(device, &handle) != LIBUSB_SUCCESS) return;
+      opened = true;
+      libusb_close(handle);
+    });
+    return opened;
+  }
+
   bool arrived() override {
     if (context_ == nullptr) return false;
     timeval at_once{0, 0};

@@ -38,6 +38,7 @@ struct FakeUsb : UsbWatch {
   int resets = 0;
   std::function<void()> at_reset = [] {};
   bool present() override { return on_bus; }
+  bool permitted() override { return on_bus; }
   bool arrived() override { return std::exchange(plugged_in, false); }
   const char* reset() override {
     ++resets;

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/usb_watch.hpp"
 
+#include <cstdio>
+#include <fstream>
 #include <gtest/gtest.h>
+#include <string>
 
 namespace slam {
 namespace {
@@ -13,8 +16,22 @@ constexpr UsbKind kNobody{0xFFFF, kProducts};
 TEST(UsbWatch, SaysThatADeviceNobodyMakesIsNotThere) {
   const auto usb = makeUsbWatch(kNobody);
   EXPECT_FALSE(usb->present());
+  EXPECT_FALSE(usb->permitted());
   EXPECT_FALSE(usb->arrived());
   EXPECT_STREQ(usb->reset(), "it is not on the bus");
+}
+
+TEST(UsbWatch, TheUdevRulesNameTheCamerasThatAreWatched) {
+  std::ifstream in(std::string(SLAMD_SOURCE_DIR) + "/systemd/70-slamd.rules");
+  const std::string rules{std::istreambuf_iterator<char>(in), {}};
+  std::string products;
+  for (const std::uint16_t product : kPrimeSense.products) {
+    char id[8];
+    std::snprintf(id, sizeof id, "|%04x", product);
+    products += id;
+  }
+  EXPECT_NE(rules.find("ATTR{idVendor}==\"1d27\", ATTR{idProduct}==\"" + products.substr(1) + "\""), std::string::npos)
+      << products;
 }
 
 TEST(UsbWatch, CanBeAskedForLong) {

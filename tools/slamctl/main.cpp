@@ -8,6 +8,7 @@
 #include "mapping/map_files.hpp"
 #include "store/map_store.hpp"
 #include "tools/common/program.hpp"
+#include "tools/slamctl/doctor.hpp"
 #include "tools/slamctl/remote.hpp"
 
 namespace {
@@ -83,6 +84,8 @@ int main(int argc, char** argv) {
   app.add_option("--url", url, "LCM URL, in place of the configuration's");
   app.add_option("--maps", maps, "folder of the maps, in place of the configuration's");
   const auto* status = app.add_subcommand("status", "what slamd does, and how its devices are");
+  const auto* doctor = app.add_subcommand(
+      "doctor", "check devices, rights, rates, LCM, real time, disk and clock, and print the mend for each fault");
   auto* save = app.add_subcommand("save", "store the map now; with a NAME, a copy under that name");
   save->add_option("NAME", name, "letters, digits, - and _");
   auto* load = app.add_subcommand("load", "store the present map and go on in another one");
@@ -123,6 +126,7 @@ int main(int argc, char** argv) {
       }
       return slam::kDone;
     }
+    if (doctor->parsed()) return slam::print(slam::diagnose(config)) == 0 ? slam::kDone : slam::kFailed;
     slam::Remote remote(config.lcm.url);
     if (status->parsed()) {
       const auto health = remote.health(kHealthLimit);

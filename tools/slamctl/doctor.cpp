@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/slamctl/doctor.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <fstream>
+#include <lcm/lcm-cpp.hpp>
+#include <net/if.h>
+#include <sys/resource.h>
+#include <sys/timex.h>
+#include <thread>
+#include <unistd.h>
+
+#include "drivers/openni_camera.hpp"
+#include "runtime/process_usage.hpp"
+#include "runtime/realtime.hpp"
+#include "tools/slamctl/remote.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr double kLittleRoom = 200.0;   // [MB] for maps, and the log of a drive
+constexpr double kRateTolerance = 0.8;  // [1] of the expected rate
+constexpr std::time_t kYear2024 = 1704067200;
+constexpr auto kHealthLimit = 3s;  // it comes at 1 Hz
+const char* const kStates[] = {"ABSENT", "OPENING", "STREAMING", "STALE", "FAULT"};
+
+std::string number(const char* format, double value) {
+  char text[64];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+std::string listed(const std::vector<SerialPortInfo>& ports) {
+  if (ports.empty()) return "this machine has no serial port";
+  std::string text = "there are";
+  for (const SerialPortInfo& port : ports) {
+    text += " " + port.path + " (" + (port.description.empty() ? "no description" : port.description) + ")";
+  }
+  return text;
+}
+
+}  // namespace
+
+Finding checkPort(const std::string& device, const std::string& path, const std::string& key,
+                  const std::vector<SerialPortInfo>& others) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) {
+    return {Finding::kFault, device + ": no port " + path,
+            "plug it in; " + listed(others) + "; set " + key +
+                ", or install the udev rules: sudo udevadm control --reload"
+                " && sudo udevadm trigger"};
+  }
+  const auto target = std::filesystem::canonical(path, error).string();
+  const std::string name = target == path || target.empty() ? path : path + " -> " + target;
+  if (access(path.c_str(), R_OK | W_OK) != 0) {
+    return {Finding::kFault, device + ": no right to open " + name,
+            "sudo usermod -aG dialout $USER, and log in again; the service has the right by its unit"};
+  }
+  return {Finding::kGood, device + ": " + name, ""};
+}
+
+Finding checkCamera(UsbWatch& usb) {
+  if (!usb.present()) {
+    return {Finding::kFault, "depth: no PrimeSense camera on the USB",
+            "plug it into a USB 2 port or a powered hub; lsusb -d 1d27: must list it; or set depth.driver = \"none\""};
+  }
+  if (!usb.permitted()) {
+    return {
+        Finding::kFault, "depth: no right to open the camera",
+        "sudo apt install libopenni2-0, sudo udevadm control --reload && sudo udevadm trigger, and plug it in again"};
+  }
+  return {Finding::kGood, "depth: a PrimeSense camera is on the USB", ""};
+}
+
+Finding checkCan(const std::string& interface, const std::filesystem::path& net) {
+  const std::string up = "sudo ip link set " + interface + " up type can bitrate 500000 restart-ms 100";
+  std::error_code error;
+  if (!std::filesystem::exists(net / interface, error)) {
+    return {Finding::kFault, "CAN: no interface " + interface,
+            "plug the adapter in, then " + up + "; or set can.interface"};
+  }
+  unsigned flags = 0;
+  std::ifstream(net / interface / "flags") >> std::hex >> flags;
+  if ((flags & IFF_UP) == 0) return {Finding::kFault, "CAN: " + interface + " is down", up};
+  int queue = 0;
+  std::ifstream(net / interface / "tx_queue_len") >> queue;
+  if (queue > 0 && queue < 128) {
+    return {Finding::kWarning, "CAN: " + interface + " queues only " + std::to_string(queue) + " frames",
+            "sudo ip link set " + interface + " txqueuelen 256"};
+  }
+  return {Finding::kGood, "CAN: " + interface + " is up", ""};
+}
+
+Finding checkLcm(const std::string& url) {
+  const Finding no_route{Finding::kFault, "LCM: no multicast route for " + url,
+                         "sudo ip link set lo multicast on && sudo ip route add 224.0.0.0/4 dev lo"};
+  lcm::LCM lcm(url);
+  if (!lcm.good()) return no_route;
+  struct Echo {
+    std::vector<std::uint8_t> bytes;
+    void take(const lcm::ReceiveBuffer* buffer, const std::string&) {
+      const auto* data = static_cast<const std::uint8_t*>(buffer->data);
+      bytes.assign(data, data + buffer->data_size);
+    }
+  } echo;
+  const std::string channel = "SLAM_DOCTOR_" + std::to_string(getpid());
+  lcm.subscribe(channel, &Echo::take, &echo);
+  const std::vector<std::uint8_t> sent(60000, 0x5A);  // about as large as messages get
+  if (lcm.publish(channel, sent.data(), static_cast<unsigned>(sent.size())) != 0) return no_route;
+  lcm.handleTimeout(1000);
+  if (echo.bytes == sent) return {Finding::kGood, "LCM: " + url + " carries messages", ""};
+  return {Finding::kFault, "LCM: a message to itself did not come back over " + url,
+          "check the firewall for UDP port 7667, and the route: ip route get 239.255.76.67"};
+}
+
+Findings checkRealtime(int priority) {
+  std::string fifo;
+  std::thread([&] { fifo = setFifoPriority(priority); }).join();
+  Findings findings;
+  if (fifo.empty()) {
+    findings.push_back({Finding::kGood, "real time: SCHED_FIFO is permitted", ""});
+  } else {
+    findings.push_back({Finding::kWarning, "real time: this user may not use SCHED_FIFO",
+                        "run slamd as a service, or: echo \"$USER - rtprio 95\" | sudo tee -a "
+                        "/etc/security/limits.d/slamd.conf, and log in again"});
+  }
+  rlimit limit{};
+  getrlimit(RLIMIT_MEMLOCK, &limit);
+  constexpr rlim_t kEnough = 512U << 20;  // [bytes]
+  if (geteuid() == 0 || limit.rlim_cur >= kEnough) {
+    findings.push_back({Finding::kGood, "real time: memory may be locked", ""});
+  } else {
+    findings.push_back({Finding::kWarning, "real time: this user may not lock its memory",
+                        "run slamd as a service, or: echo \"$USER - memlock unlimited\" | sudo tee -a "
+                        "/etc/security/limits.d/slamd.conf, and log in again"});
+  }
+  return findings;
+}
+
+Finding checkDisk(const std::string& what, const std::filesystem::path& directory) {
+  std::error_code error;
+  const std::string name = "disk: " + what + " in " + directory.string();
+  if (!std::filesystem::is_directory(directory, error)) {
+    return {Finding::kFault, name + ": there is no such folder", "mkdir -p " + directory.string()};
+  }
+  if (access(directory.c_str(), W_OK | X_OK) != 0) {
+    return {Finding::kFault, name + ": no right to write there", "sudo chown $USER " + directory.string()};
+  }
+  const double free = diskFreeMegabytes((directory / "map").string());
+  if (free >= 0.0 && free < kLittleRoom) {
+    return {Finding::kWarning, name + number(": only %.0f MB are free", free),
+            "make room: du -sh " + directory.string() + "/*"};
+  }
+  return {Finding::kGood, name + number(", %.0f MB free", free), ""};
+}
+
+Finding checkClock() {
+  if (std::time(nullptr) < kYear2024) {
+    return {Finding::kFault, "clock: its year is not true",
+            "sudo timedatectl set-ntp true, or set it: sudo date -s ..."};
+  }
+  timex state{};
+  if (adjtimex(&state) == TIME_ERROR || (state.status & STA_UNSYNC) != 0) {
+    return {Finding::kWarning, "clock: not synchronised; stamps of other machines will not agree with slamd's",
+            "sudo timedatectl set-ntp true"};
+  }
+  return {Finding::kGood, "clock: synchronised", ""};
+}
+
+Findings checkHealth(const health_t& health) {
+  Findings findings;
+  for (const device_health_t& device : health.devices) {
+    const std::string name = "slamd, " + device.name + ": " + kStates[std::min<std::size_t>(device.state, 4)];
+    constexpr std::uint8_t kStreaming = 2;
+    if (device.state != kStreaming) {
+      findings.push_back({Finding::kFault, name, device.reason});
+    } else if (device.rate < kRateTolerance * device.expected) {
+      findings.push_back(
+          {Finding::kWarning,
+           name + number(", %.1f Hz", device.rate) + number(" where %.1f Hz are expected", device.expected),
+           device.reason.empty() ? "check the CPU's load, and the device's cable" : device.reason});
+    } else {
+      findings.push_back({Finding::kGood, name + number(", %.1f Hz", device.rate), ""});
+    }
+  }
+  return findings;
+}
+
+Findings diagnose(const Config& config) {
+  Findings findings;
+  const auto ports = serialPorts();
+  if (config.lidar_device.driver == "rplidar") {
+    findings.push_back(checkPort("lidar", config.lidar_device.port, "lidar.port", ports));
+  }
+  if (config.base_device.driver == "handsfree") {
+    findings.push_back(checkPort("base", config.base_device.port, "base.port", ports));
+  }
+  if (config.depth_device.driver == "openni2" && config.depth_device.uri.empty()) {
+    const auto usb = makeUsbWatch(kPrimeSense);
+    findings.push_back(checkCamera(*usb));
+  }
+  const Finding lcm = checkLcm(config.lcm.url);
+  findings.push_back(lcm);
+  if (config.runtime.realtime) {
+    for (Finding& finding : checkRealtime(config.runtime.base_priority)) findings.push_back(std::move(finding));
+  }
+  if (!config.store.directory.empty()) findings.push_back(checkDisk("maps", config.store.directory));
+  for (const auto& [what, file] : {std::pair("map files", config.output.map), {"recording", config.output.record}}) {
+    if (file.empty()) continue;
+    const auto folder = std::filesystem::path(file).parent_path();
+    findings.push_back(checkDisk(what, folder.empty() ? "." : folder));
+  }
+  findings.push_back(checkClock());
+  if (lcm.level == Finding::kFault) return findings;
+  if (const auto health = Remote(config.lcm.url).health(kHealthLimit)) {
+    for (Finding& finding : checkHealth(*health)) findings.push_back(std::move(finding));
+  } else {
+    findings.push_back({Finding::kWarning, "slamd: it is not heard on " + config.lcm.url,
+                        "sudo systemctl start slamd; journalctl -u slamd -n 50 tells why it ended"});
+  }
+  return findings;
+}
+
+int print(const Findings& findings) {
+  const char* const words[] = {"ok", "warning", "FAULT"};
+  int counts[] = {0, 0, 0};
+  for (const Finding& finding : findings) {
+    ++counts[finding.level];
+    std::printf("%-8s %s\n", words[finding.level], finding.what.c_str());
+    if (!finding.mend.empty()) std::printf("%-8s   mend: %s\n", "", finding.mend.c_str());
+  }
+  std::printf("%d faults, %d warnings, %d good\n", counts[Finding::kFault], counts[Finding::kWarning],
+              counts[Finding::kGood]);
+  return counts[Finding::kFault];
+}
+
+}  // namespace slam

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <filesystem>
+#include <slam/health_t.hpp>
+#include <string>
+#include <vector>
+
+#include "app/config.hpp"
+#include "drivers/serial_port.hpp"
+#include "drivers/usb_watch.hpp"
+
+namespace slam {
+
+/// What one check found.
+struct Finding {
+  enum Level : std::uint8_t { kGood, kWarning, kFault } level = kGood;
+  std::string what;  ///< begins with what was looked at
+  std::string mend;  ///< the command or setting that helps; empty when all is good
+};
+using Findings = std::vector<Finding>;
+
+/// The port of a serial device: is it there, may it be opened? It is not opened: that would stop a lidar's motor.
+/// @param key of the configuration, for the mend @param others ports of this machine, to choose from
+Finding checkPort(const std::string& device, const std::string& path, const std::string& key,
+                  const std::vector<SerialPortInfo>& others);
+Finding checkCamera(UsbWatch& usb);
+/// @param net the system's list of network interfaces (/sys/class/net)
+Finding checkCan(const std::string& interface, const std::filesystem::path& net = "/sys/class/net");
+/// Sends itself a message.
+Finding checkLcm(const std::string& url);
+/// Tries in a thread of its own what slamd's threads do. @param priority the highest of them
+Findings checkRealtime(int priority);
+/// Is there room, and may it be written? @param what it holds
+Finding checkDisk(const std::string& what, const std::filesystem::path& directory);
+Finding checkClock();
+/// What a running slamd says of itself: states and rates of its devices.
+Findings checkHealth(const health_t& health);
+
+/// All that the configuration asks for.
+Findings diagnose(const Config& config);
+
+/// A line for each, with its mend below. @return the number of faults
+int print(const Findings& findings);
+
+}  // namespace slam
