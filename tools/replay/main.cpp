@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/App.hpp>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
@@ -9,6 +10,17 @@
 #include "tools/replay/replay.hpp"
 
 namespace {
+
+/// Says what the log tells of the lidar's stamps against the gyro's, once it is more than noise.
+void printOffset(const slam::ReplayStats& stats, double configured) {
+  constexpr double kNoticed = 0.002;  // [s]
+  if (!stats.lidar_gyro_offset) return;
+  const auto& [offset, sigma, turns] = *stats.lidar_gyro_offset;
+  std::printf("lidar to gyro: %+.1f ms (sigma %.1f ms, %d turns)", 1e3 * offset, 1e3 * sigma, turns);
+  if (std::abs(offset) > std::max(3.0 * sigma, kNoticed))
+    std::printf("; set lidar.time_offset = %.4f", configured + offset);
+  std::printf("\n");
+}
 
 void printSummary(const slam::ReplayStats& stats) {
   const auto& l = stats.localizer;
@@ -83,6 +95,7 @@ int main(int argc, char** argv) {
         }
         warnOfDamage(options.log, stats);
         printSummary(stats);
+        printOffset(stats, config.localizer.lidar.time_offset);
         return slam::kDone;
       });
 }

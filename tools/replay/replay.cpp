@@ -96,6 +96,7 @@ class Run {
     if (!options.save_map.empty()) saveMap(options.save_map);
     if (!options.map.empty()) writeMapFiles(options.map, renderMap(mapper_.grid()), mapper_.path());
     stats_.localizer = localizer_.counters();
+    stats_.lidar_gyro_offset = offset_.estimate();
     for (const SensorFinding& finding : probe_.findings().all()) stats_.warnings.push_back(describe(finding));
     if (viewer_) {
       drawFrame();
@@ -110,6 +111,7 @@ class Run {
   void addImu(const ImuSample& sample) {
     localizer_.add(sample);
     probe_.add(sample);
+    offset_.addGyro(sample.stamp, sample.gyro.z());
   }
 
   void addDepth(const PseudoLaser& laser) {
@@ -131,6 +133,7 @@ class Run {
     const ScanOutcome outcome = localizer_.add(scan);
     const PoseEstimate estimate = localizer_.estimate(outcome.stamp);
     stats_.scan_us.push_back(microsecondsSince(start));
+    if (outcome.fused && outcome.match.observable == 3) offset_.addScan(outcome.stamp, outcome.match.T_ref_base.theta);
     if (outcome.match.iterations > 0) stats_.match_us.push_back(1e6 * toSeconds(outcome.match_time));
     // Before a correction moves the keyframes; in a given map, whose keyframes stay, the pose is its own anchor.
     poses_.push_back(
@@ -217,6 +220,7 @@ class Run {
   bool localise_only_;
   Localizer localizer_;
   MotionProbe probe_;
+  LidarGyroOffset offset_;
   BackEnd back_end_;
   Mapper mapper_;
   std::optional<TrajectoryWriter> final_, causal_, odometry_, wheels_;

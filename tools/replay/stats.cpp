@@ -36,9 +36,14 @@ std::string ReplayStats::json() const {
                 relocalised, revoked, localizer.scans_too_late, localizer.scans_retimed, localizer.clock_resets,
                 localizer.samples_late, localizer.samples_too_old, static_cast<unsigned long long>(rejected_messages),
                 static_cast<unsigned long long>(skipped_bytes), truncated ? "true" : "false");
+  char offset[80] = " \"lidar_gyro_offset_s\": null,\n";
+  if (lidar_gyro_offset) {
+    std::snprintf(offset, sizeof offset, " \"lidar_gyro_offset_s\": %.4f, \"lidar_gyro_offset_sigma_s\": %.4f,\n",
+                  lidar_gyro_offset->offset, lidar_gyro_offset->sigma);
+  }
   std::string list;  // no text holds a quotation mark or a backslash
   for (const std::string& warning : warnings) list += (list.empty() ? "\"" : ", \"") + warning + "\"";
-  return text + (" \"warnings\": [" + list + "]}\n");
+  return text + std::string(offset) + (" \"warnings\": [" + list + "]}\n");
 }
 
 }  // namespace slam

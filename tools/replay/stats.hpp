@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "slam/localizer.hpp"
+#include "tools/replay/time_offset.hpp"
 
 namespace slam {
 
@@ -24,7 +26,8 @@ struct ReplayStats {
   std::uint64_t rejected_messages = 0;  ///< that did not decode
   std::uint64_t skipped_bytes = 0;      ///< of the log that belong to no record
   bool truncated = false;
-  std::vector<std::string> warnings;  ///< of sensors that contradict each other, one line each
+  std::optional<LidarGyroOffset::Estimate> lidar_gyro_offset;  ///< what is left of it with the configured one
+  std::vector<std::string> warnings;                           ///< of sensors that contradict each other, one line each
 
   std::string json() const;
 };
