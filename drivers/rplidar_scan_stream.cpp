@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/rplidar_scan_stream.hpp"
 
+#include <utility>
+
 namespace slam::rplidar {
 
 ScanStream::ScanStream(const Format& format)
@@ -23,8 +25,9 @@ int ScanStream::push(std::span<const std::uint8_t> bytes, Timestamp arrival, con
       assembler_.reset();  // its angles count from another zero
     }
     const Timestamp byte_arrival = arrival - fromSeconds(format_.byte_time * static_cast<double>(bytes.size() - 1 - i));
+    int lost = decoder_.lost();
     for (const TimedNode& timed : nodes_) {
-      const Timestamp stamp = clock_.stamp(byte_arrival - fromSeconds(timed.age), timed.lost);
+      const Timestamp stamp = clock_.stamp(byte_arrival - fromSeconds(timed.age), std::exchange(lost, 0));
       if (const LaserScan* scan = assembler_.add(timed.node, stamp)) sink(*scan);
     }
     count += static_cast<int>(nodes_.size());

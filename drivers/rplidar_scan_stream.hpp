@@ -44,7 +44,7 @@ class ScanStream {
     AnswerType type = AnswerType::kStandardNodes;
     double sample_time = 508e-6;         ///< [s] per sample
     double byte_time = 10.0 / 115200.0;  ///< [s] on the line
-    RangeLimits limits;                  ///< written into the scans
+    RangeLimits limits{};                ///< written into the scans
   };
   using Sink = std::function<void(const LaserScan&)>;
 

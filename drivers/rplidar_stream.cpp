@@ -42,6 +42,7 @@ void StreamDecoder::reset() {
   aligned_ = false;
   held_head_.reset();
   first_capsule_ = true;
+  width_q6_ = 0;
 }
 
 void StreamDecoder::drop(std::size_t bytes) {
@@ -50,13 +51,14 @@ void StreamDecoder::drop(std::size_t bytes) {
 }
 
 /// The unit samples and sends on while a receiver skips bytes: each skipped packet is its samples lost.
-int StreamDecoder::lostBefore(std::uint64_t packet_begin) {
+void StreamDecoder::countLost(std::uint64_t packet_begin) {
   const std::uint64_t skipped = packet_begin - next_expected_.value_or(packet_begin);
   next_expected_ = packet_begin + format_.size;
-  return static_cast<int>((skipped + format_.size / 2) / format_.size) * format_.samples;
+  lost_ += static_cast<int>((skipped + format_.size / 2) / format_.size) * format_.samples;
 }
 
 void StreamDecoder::push(std::uint8_t byte, std::vector<TimedNode>& nodes) {
+  lost_ = 0;
   buffer_.push_back(byte);
   type_ == AnswerType::kStandardNodes ? pushStandard(nodes) : pushCapsule(nodes);
 }
@@ -68,7 +70,8 @@ void StreamDecoder::pushStandard(std::vector<TimedNode>& nodes) {
   const auto take = [&](const Node& node, std::size_t bytes_after) {
     // Sampling ended half a sample before the node was sent, after one sample in the unit's filter (vendor's SDK).
     const double age = 1.5 * sample_time_ + static_cast<double>(kStandardNodeSize + bytes_after) * byte_time_;
-    nodes.push_back({node, age, lostBefore(buffer_begin_)});
+    countLost(buffer_begin_);
+    nodes.push_back({node, age});
     ++counters_.nodes;
     drop(kStandardNodeSize);
   };
@@ -96,7 +99,8 @@ void StreamDecoder::pushCapsule(std::vector<TimedNode>& nodes) {
     const std::span<const std::uint8_t> bytes{buffer_.data(), format_.size};
     const auto head = parseCapsuleHead(bytes);
     if (!head) {
-      if (hasCapsuleSync(bytes)) ++counters_.bad_checksums;
+      if (aligned_ || hasCapsuleSync(bytes)) ++counters_.bad_checksums;
+      aligned_ = false;
       held_head_.reset();
       drop(1);
       ++counters_.skipped_bytes;
@@ -107,6 +111,7 @@ void StreamDecoder::pushCapsule(std::vector<TimedNode>& nodes) {
       held_head_.reset();
     }
     first_capsule_ = false;
+    aligned_ = true;
     if (held_head_) decodeHeld(*head, nodes);
     held_head_ = head;
     held_begin_ = buffer_begin_;
@@ -116,8 +121,12 @@ void StreamDecoder::pushCapsule(std::vector<TimedNode>& nodes) {
 }
 
 void StreamDecoder::decodeHeld(const CapsuleHead& next_head, std::vector<TimedNode>& nodes) {
-  if (CapsuleSpan(held_head_->start_angle_q6, next_head.start_angle_q6, 1).widthQ6() > kHalfTurnQ6) {
-    ++counters_.wild_angles;  // no motor is that fast: whole capsules are missing, or it turned back
+  // A motor's speed changes slowly. If the angle jumps, capsules are missing that no damage tells of.
+  const int width = CapsuleSpan(held_head_->start_angle_q6, next_head.start_angle_q6, 1).widthQ6();
+  const int last_width = std::exchange(width_q6_, width);
+  if (width > kHalfTurnQ6 || (last_width > 0 && (2 * width > 3 * last_width || 3 * width < 2 * last_width))) {
+    ++counters_.wild_angles;
+    width_q6_ = 0;
     return;
   }
   const std::span<const std::uint8_t> held{held_.data(), format_.size}, next{buffer_.data(), format_.size};
@@ -133,12 +142,12 @@ void StreamDecoder::decodeHeld(const CapsuleHead& next_head, std::vector<TimedNo
 
 template <typename Nodes>
 void StreamDecoder::emit(const Nodes& decoded, std::vector<TimedNode>& nodes) {
-  int lost = lostBefore(held_begin_);
+  countLost(held_begin_);
   for (int k = 0; k < format_.samples; ++k) {
     // Age at the arrival of the capsule after the one that holds the sample.
     const double age = sample_time_ * (1.5 + format_.samples + (format_.samples - 1 - k)) +
                        static_cast<double>(format_.size) * byte_time_;
-    nodes.push_back({decoded[static_cast<std::size_t>(k)], age, std::exchange(lost, 0)});
+    nodes.push_back({decoded[static_cast<std::size_t>(k)], age});
   }
   counters_.nodes += static_cast<std::uint64_t>(format_.samples);
 }

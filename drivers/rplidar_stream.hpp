@@ -23,9 +23,9 @@ std::optional<PacketFormat> packetFormat(std::uint8_t type);
 struct DecoderCounters {
   std::uint64_t nodes = 0;
   std::uint32_t bad_check_bits = 0;  ///< standard nodes whose S or C bits are wrong
-  std::uint32_t bad_checksums = 0;   ///< capsules
+  std::uint32_t bad_checksums = 0;   ///< capsules, or none where one was due
   std::uint32_t encoder_resets = 0;  ///< capsules with a late S bit
-  std::uint32_t wild_angles = 0;     ///< capsules whose successor is more than half a turn away
+  std::uint32_t wild_angles = 0;     ///< capsules whose successor is not where it should be
   std::uint32_t skipped_bytes = 0;   ///< bytes that belonged to no node or capsule
 };
 
@@ -33,7 +33,6 @@ struct DecoderCounters {
 struct TimedNode {
   Node node;
   double age = 0.0;  ///< [s] from sampling to the arrival of the last byte of its packet
-  int lost = 0;      ///< samples missing between the node before this one and this one, judged by their bytes
 };
 
 /// Nodes out of a scan's stream of bytes, whatever damage it has. After damage it realigns: for standard nodes it asks
@@ -52,6 +51,8 @@ class StreamDecoder {
   /// Takes one byte; appends the nodes it completes to `nodes`.
   void push(std::uint8_t byte, std::vector<TimedNode>& nodes);
   void reset();
+  /// Samples missing before the first node of the last push(), judged by the bytes skipped.
+  int lost() const { return lost_; }
   const DecoderCounters& counters() const { return counters_; }
 
  private:
@@ -60,7 +61,7 @@ class StreamDecoder {
   void decodeHeld(const CapsuleHead& next_head, std::vector<TimedNode>& nodes);
   template <typename Nodes>
   void emit(const Nodes& decoded, std::vector<TimedNode>& nodes);
-  int lostBefore(std::uint64_t packet_begin);
+  void countLost(std::uint64_t packet_begin);
   void drop(std::size_t bytes);
 
   AnswerType type_;
@@ -69,11 +70,13 @@ class StreamDecoder {
   std::vector<std::uint8_t> buffer_;
   std::uint64_t buffer_begin_ = 0;              // [bytes] of the stream before the buffer
   std::optional<std::uint64_t> next_expected_;  // [bytes] where the packet after the one decoded last begins
-  bool aligned_ = false;                        // standard nodes
-  std::optional<CapsuleHead> held_head_;        // a capsule waits for the start angle of the next one
+  int lost_ = 0;
+  bool aligned_ = false;                  // standard nodes
+  std::optional<CapsuleHead> held_head_;  // a capsule waits for the start angle of the next one
   std::array<std::uint8_t, kUltraCapsuleSize> held_{};
   std::uint64_t held_begin_ = 0;  // [bytes]
   bool first_capsule_ = true;
+  int width_q6_ = 0;  // [deg * 64] from the last capsule to its successor; 0: not known
   DecoderCounters counters_;
 };
 
