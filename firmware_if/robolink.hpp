@@ -17,10 +17,8 @@ enum class Command : std::uint8_t {
   kShakingHands = 0,
   kGetSystemInfo = 1,
   kSetRobotSpeed = 12,
-  kGetRobotSpeed = 13,
   kGetMotorSpeed = 15,
   kGetMotorMileage = 16,
-  kGetGlobalCoordinate = 17,
   kClearCoordinateData = 19,
   kGetImu = 24,
   kReadChassisParameters = 28,
@@ -124,7 +122,7 @@ struct SystemInfo {
   float cpu_usage = 0.0F;        ///< [%]
   float battery = 0.0F;          ///< [V]
   float power_remain = 0.0F;     ///< [%]
-  LocalTime local_time;
+  LocalTime local_time = {};
 };
 inline constexpr std::size_t kSystemInfoSize = 37;
 std::array<std::uint8_t, kSystemInfoSize> encodeSystemInfo(const SystemInfo& value);
