@@ -10,9 +10,12 @@
 #include <thread>
 #include <unistd.h>
 
+#include "drivers/byte_stream.hpp"
 #include "drivers/can_base.hpp"
 #include "drivers/can_socket.hpp"
+#include "firmware_if/robolink.hpp"
 #include "runtime/clock.hpp"
+#include "support/process.hpp"
 #include "tools/sim/can_bus.hpp"
 
 namespace slam {
@@ -254,6 +257,51 @@ TEST_F(VirtualCan, IsMissedWithinASecondAndUsedAgain) {
   pair.bus_->emulator().inject("silent", 1);
   EXPECT_LT(pair.runUntil(lost, 5s), 1.0);
   EXPECT_THAT(pair.reason(), HasSubstr("no frames of the left wheel (node 0x10)"));
+}
+
+TEST_F(VirtualCan, IsFedBySlamSim) {
+  ip("del vcan0");
+  const std::vector<std::string> command = {"slam-sim", "--devices", "/tmp/devices", "--can", "vcan0"};
+  EXPECT_EQ(test::Process(command, "/tmp/sim.txt").wait(20s), 1) << "an interface that is not there";
+  ip("add vcan0 type vcan");
+  ip("set vcan0 up");
+  test::Process simulator(command, "/tmp/sim.txt");
+  int wheels = 0, samples = 0;
+  CanBase driver({.interface = "vcan0"}, monotonicNow,
+                 {.wheels = [&](const WheelAngles&) { ++wheels; }, .imu = [&](const ImuSample&) { ++samples; }});
+  for (const Timestamp end = monotonicNow() + 20s; (wheels < 200 || samples < 200) && monotonicNow() < end;) {
+    driver.tick();
+    std::this_thread::sleep_for(2ms);
+  }
+  EXPECT_EQ(driver.wheelStatus().state, DeviceState::kStreaming) << driver.wheelStatus().reason.load();
+  EXPECT_EQ(driver.imuStatus().state, DeviceState::kStreaming) << driver.imuStatus().reason.load();
+  EXPECT_GE(wheels, 200);
+  EXPECT_GE(samples, 200);
+  EXPECT_EQ(driver.wheelStatus().rejects.load(), 0);
+  simulator.signal(SIGTERM);
+  EXPECT_EQ(simulator.wait(20s), 0);
+  if (HasFailure()) std::system("cat /tmp/sim.txt");
+}
+
+TEST(UsbSerial, OpensByNameSetsDtrAndPassesData) {
+  OpenedPort port = openPort("/dev/ttyUSB0", 921600);
+  ASSERT_TRUE(port.stream) << port.problem;
+  EXPECT_STREQ(openPort("/dev/ttyUSB0", 921600).problem, "the port is in use by another program");
+  EXPECT_TRUE(port.stream->setDtr(false));
+  EXPECT_TRUE(port.stream->setDtr(true));
+  std::array<std::uint8_t, robolink::kMaxFrame> request;
+  const auto size =
+      robolink::encodeFrame(robolink::kMaster, robolink::kSlave, robolink::Command::kGetSystemInfo, {}, request);
+  robolink::Decoder decoder;
+  std::optional<robolink::Frame> answer;
+  for (const Timestamp end = monotonicNow() + 10s; !answer && monotonicNow() < end;) {
+    ASSERT_TRUE(port.stream->write({request.data(), size}));
+    std::array<std::uint8_t, 256> chunk;
+    const ReadResult result = port.stream->read(chunk, 500ms);
+    for (std::size_t i = 0; i < result.size && !answer; ++i) answer = decoder.push(chunk[i]);
+  }
+  ASSERT_TRUE(answer) << "of the board, to any request before its handshake";
+  EXPECT_EQ(answer->command, static_cast<std::uint8_t>(robolink::Command::kShakingHands));
 }
 
 TEST(EmulatedController, CarriesWheelsImuAndCommandsAtItsBitRate) {
