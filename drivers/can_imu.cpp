@@ -48,7 +48,6 @@ bool CanImu::begin(std::uint32_t ticks, Timestamp arrival) {
     candidate_ = offset;
     return false;
   }
-  if (!follows) clock_ = {};
   candidate_.reset();
   ticks_ = ticks_then;
   device_ = device;

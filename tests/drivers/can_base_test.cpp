@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -232,12 +233,16 @@ TEST_F(CanBaseTest, DoesNotBelieveASingleHeartbeat) {
 TEST_F(CanBaseTest, HasWordsForMoreErrorsThanItHasRoomFor) {
   start();
   runFor(500ms);
+  std::map<const char*, std::string> said;
   for (std::uint32_t error = 1; error < 100; ++error) {
     heartbeat_[0] = {.axis_error = error, .state = 1};
     runFor(200ms);
+    said.emplace(driver_->wheelStatus().reason.load(), wheelReason());
     EXPECT_EQ(wheelState(), DeviceState::kFault);
     EXPECT_THAT(wheelReason(), testing::AllOf(HasSubstr("left wheel"), HasSubstr("error")));
   }
+  EXPECT_GT(said.size(), 30U);
+  for (const auto& [at, text] : said) EXPECT_EQ(at, text) << "another thread may be reading it still";
 }
 
 TEST_F(CanBaseTest, NoticesAPositionThatIsFrozenWhileTheWheelTurns) {

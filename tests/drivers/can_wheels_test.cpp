@@ -56,6 +56,17 @@ TEST(CanWheels, BringsBothWheelsToOneInstant) {
   }
 }
 
+TEST(CanWheels, PairAtTheOlderOfTheTwoNewestReadings) {
+  CanWheels wheels({});
+  for (int i = 0; i < 5; ++i) {
+    const Timestamp stamp = kStart + i * 10ms;
+    EXPECT_FALSE(wheels.add(kLeft, stamp, turns(0.0)));
+    const auto pair = wheels.add(kRight, stamp + 4ms, turns(0.0));
+    ASSERT_TRUE(pair);
+    EXPECT_EQ(pair->stamp, stamp);
+  }
+}
+
 TEST(CanWheels, CountForwardAsPositiveThroughSignAndGear) {
   CanWheels wheels({.sign = {1.0, -1.0}, .gear_ratio = 4.0});
   wheels.add(kLeft, kStart, turns(0.0));

@@ -96,13 +96,15 @@ TEST_F(CanEmulatorTest, IsStuckAndWrong) {
   EXPECT_NEAR(left(runFor(1s)).position, before.position, 0.02);
   emulator_.inject("stuck", 0);
   ASSERT_TRUE(emulator_.inject("wrong", 3.0));
-  EXPECT_NEAR(left(runFor(1s)).position, 3.0 * toSeconds(clock_ - 5ms - kStart), 1e-3);
+  const auto wrong = left(runFor(1s));
+  EXPECT_NEAR(wrong.position, 3.0 * toSeconds(clock_ - 5ms - kStart), 1e-3);
 }
 
 TEST_F(CanEmulatorTest, DelaysAllFrames) {
   ASSERT_TRUE(emulator_.inject("delay", 100));
   EXPECT_TRUE(runFor(100ms).empty());
-  EXPECT_NEAR(left(runFor(1s)).position, toSeconds(clock_ - 105ms - kStart), 1e-3);
+  const auto late = left(runFor(1s));
+  EXPECT_NEAR(late.position, toSeconds(clock_ - 105ms - kStart), 1e-3);
 }
 
 TEST_F(CanEmulatorTest, ReportsAnAxisError) {
