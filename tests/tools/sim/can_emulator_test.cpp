@@ -2,10 +2,14 @@
 #include "tools/sim/can_emulator.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <map>
 #include <numbers>
+
+#include "drivers/can_base.hpp"
+#include "drivers/fake_can_port.hpp"
 
 namespace slam::sim {
 namespace {
@@ -126,6 +130,87 @@ TEST_F(CanEmulatorTest, GoesBusOffAndIsRestarted) {
 }
 
 TEST_F(CanEmulatorTest, KnowsNoOtherKind) { EXPECT_FALSE(emulator_.inject("sulk", 1)); }
+
+// ---- What the driver makes of it
+
+/// The emulator on one end of a fake bus, the driver on the other, in virtual time.
+class CanFaults : public testing::Test {
+ protected:
+  void runFor(Duration time) {
+    runUntil([] { return false; }, time);
+  }
+  /// @return [s] the limit when the condition never held
+  template <typename Condition>
+  double runUntil(Condition&& condition, Duration limit) {
+    const Timestamp begin = bus_.clock;
+    while (bus_.clock - begin < limit) {
+      bus_.clock += 5ms;
+      const double t = toSeconds(bus_.clock - test::FakeCanBus::kStart);
+      const auto noise = static_cast<float>(0.05 * std::sin(1e3 * t));
+      std::vector<can::Frame> frames;
+      emulator_.step(bus_.clock, {.angles = {5.0 * t, 4.0 * t}, .gyro = {0, noise, 0.2F}, .accel = {0, 0, 9.75F}},
+                     frames);
+      for (const can::Frame& frame : frames) bus_.put(frame);
+      driver_.tick();
+      if (condition()) return toSeconds(bus_.clock - begin);
+    }
+    return toSeconds(limit);
+  }
+  bool streaming() {
+    return driver_.wheelStatus().state == DeviceState::kStreaming &&
+           driver_.imuStatus().state == DeviceState::kStreaming && wheelReason().empty();
+  }
+  std::string wheelReason() { return driver_.wheelStatus().reason.load(); }
+  std::string imuReason() { return driver_.imuStatus().reason.load(); }
+  /// Injects, expects it to be noticed, takes it back, and expects the devices to be used again.
+  void expectNoticed(const std::string& kind, double value, double back, double within = 1.0) {
+    emulator_.inject(kind, value);
+    EXPECT_LT(runUntil([&] { return !streaming(); }, 5s), within) << kind;
+    runFor(2s);
+    seen_ = wheelReason() + "; " + imuReason();
+    emulator_.inject(kind, back);
+    EXPECT_LT(runUntil([&] { return streaming(); }, 5s), 1.0) << kind << ": " << wheelReason() << "; " << imuReason();
+    runFor(1s);
+  }
+
+  test::FakeCanBus bus_;
+  CanEmulator emulator_;
+  int wheels_ = 0;
+  CanBase driver_{{},
+                  test::FakeCanBus::now,
+                  {.wheels = [this](const WheelAngles&) { ++wheels_; }, .imu = [](const ImuSample&) {}},
+                  std::make_unique<test::FakeCanPort>(bus_)};
+  std::string seen_;
+};
+
+TEST_F(CanFaults, AreNoticedWithinASecondInWordsAndForgottenWithTheCause) {
+  runFor(1s);
+  ASSERT_TRUE(streaming());
+  expectNoticed("silent", 1, 0);
+  EXPECT_THAT(seen_, testing::AllOf(testing::HasSubstr("no frames of the left wheel"),
+                                    testing::HasSubstr("no frames of the IMU")));
+  expectNoticed("stuck", 1, 0);
+  EXPECT_THAT(seen_, testing::AllOf(testing::HasSubstr("its position never changes"),
+                                    testing::HasSubstr("its values never change")));
+  expectNoticed("axis_error", 0x800, 0);
+  EXPECT_THAT(seen_, testing::HasSubstr("left wheel: axis error 0x800, disarmed"));
+  expectNoticed("bus_off", 1, 0);
+  EXPECT_THAT(seen_, testing::HasSubstr("bus-off"));
+}
+
+TEST_F(CanFaults, GarbageIsCountedAndLeavesNoTrace) {
+  runFor(1s);
+  emulator_.inject("garbage", 1);
+  runFor(10s);
+  EXPECT_GT(driver_.wheelStatus().rejects.load(), 500);
+  EXPECT_GT(driver_.imuStatus().rejects.load(), 500);
+  emulator_.inject("garbage", 0);
+  runFor(2s);
+  EXPECT_TRUE(streaming()) << wheelReason() << "; " << imuReason();
+  const int before = wheels_;
+  runFor(1s);
+  EXPECT_NEAR(wheels_ - before, 100, 2);
+}
 
 }  // namespace
 }  // namespace slam::sim
