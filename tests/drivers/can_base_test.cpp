@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/can_base.hpp"
 
+#include <atomic>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <limits>
 #include <map>
 #include <numbers>
 #include <random>
+#include <thread>
 #include <vector>
 
 #include "drivers/fake_can_port.hpp"
+#include "runtime/clock.hpp"
 #include "support/allocations.hpp"
 
 namespace slam {
@@ -401,6 +404,24 @@ TEST_F(CanBaseTest, SendsNoOldSpeedsAfterTheQueueWasFull) {
   runFor(1s);
   EXPECT_TRUE(bus_.sent.empty());
   EXPECT_GT(driver_->linkCounters().queue_full, 20U);
+}
+
+TEST_F(CanBaseTest, NeverMixesTheSpeedsOfTwoCommands) {
+  CanBase driver({.commands = true}, monotonicNow, {}, std::make_unique<test::FakeCanPort>(bus_));
+  std::atomic<bool> done{false};
+  std::thread commander([&] {
+    for (int i = 0; !done; i = (i + 1) % 50) driver.command(i, -i);
+  });
+  for (const Timestamp end = monotonicNow() + 20s; bus_.sent.size() < 40 && monotonicNow() < end;) driver.tick();
+  done = true;
+  commander.join();
+  ASSERT_GE(bus_.sent.size(), 40U);
+  for (std::size_t i = 0; i + 1 < bus_.sent.size(); i += 2) {
+    const auto left = odrive::parseInputVelocity(0x10, bus_.sent[i]);
+    const auto right = odrive::parseInputVelocity(0x18, bus_.sent[i + 1]);
+    ASSERT_TRUE(left && right);
+    EXPECT_EQ(left->velocity, -right->velocity);
+  }
 }
 
 TEST_F(CanBaseTest, DoesNotAllocateInATick) {
