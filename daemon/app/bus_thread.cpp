@@ -16,8 +16,9 @@ namespace {
 
 using namespace std::chrono_literals;
 constexpr Duration kLongestReconnect = 8s;
-constexpr Duration kFarAhead = 1s;  // a stamp of somebody else's this far in the future is wrong
-constexpr int kWait = 50;           // [ms] without a wake-up
+constexpr Duration kFarAhead = 1s;       // a stamp of somebody else's this far in the future is wrong
+constexpr Duration kOldCommand = 500ms;  // a speed asked for longer ago is not driven
+constexpr int kWait = 50;                // [ms] without a wake-up
 
 std::span<const std::uint8_t> bytesOf(const lcm::ReceiveBuffer* buffer) {
   return {static_cast<const std::uint8_t*>(buffer->data), buffer->data_size};
@@ -56,6 +57,7 @@ void BusThread::subscribe() {
   if (config_.base_device.driver == "lcm") lcm_->subscribe(channel::kWheels, &BusThread::onWheels, this);
   if (config_.imu_device.driver == "lcm") lcm_->subscribe(channel::kImu, &BusThread::onImu, this);
   if (config_.depth_device.driver == "lcm") lcm_->subscribe(channel::kDepth, &BusThread::onDepth, this);
+  if (config_.base_device.speed_commands) lcm_->subscribe(channel::kDrive, &BusThread::onDrive, this);
   if (config_.lcm.commands) lcm_->subscribe(channel::kCommand, &BusThread::onCommand, this);
 }
 
@@ -116,7 +118,8 @@ void BusThread::publishPose() {
 
 void BusThread::publishRaw() {
   exchange_.wheels_out.drain([this](const WheelReading& reading) {
-    publish(channel::kWheels, toMessage(reading.sample, clock_.utime(reading.sample.stamp), reading.angles));
+    publish(channel::kWheels, toMessage(reading.sample, clock_.utime(reading.sample.stamp),
+                                        {reading.angles.data(), static_cast<std::size_t>(reading.count)}));
   });
   exchange_.imu_out.drain(
       [this](const ImuSample& sample) { publish(channel::kImu, toMessage(sample, clock_.utime(sample.stamp))); });
@@ -155,7 +158,7 @@ void BusThread::onScan(const lcm::ReceiveBuffer* buffer, const std::string&) {
 }
 
 void BusThread::onWheels(const lcm::ReceiveBuffer* buffer, const std::string&) {
-  if (const auto sample = receive<wheels_t>(buffer, wheels_)) exchange_.wheels.tryPush({*sample, {}});
+  if (const auto sample = receive<wheels_t>(buffer, wheels_)) exchange_.wheels.tryPush({*sample, {}, 0});
 }
 
 void BusThread::onImu(const lcm::ReceiveBuffer* buffer, const std::string&) {
@@ -164,6 +167,13 @@ void BusThread::onImu(const lcm::ReceiveBuffer* buffer, const std::string&) {
 
 void BusThread::onDepth(const lcm::ReceiveBuffer* buffer, const std::string&) {
   if (const auto laser = receive<depth_t>(buffer, depth_)) exchange_.views.tryPush(*laser);
+}
+
+void BusThread::onDrive(const lcm::ReceiveBuffer* buffer, const std::string&) {
+  const auto message = decodeChecked<drive_t>(bytesOf(buffer));
+  const auto twist = message ? fromMessage(*message) : std::nullopt;
+  const bool fresh = twist && clock_.stamp(message->utime) > monotonicNow() - kOldCommand;
+  fresh ? void(exchange_.drives.tryPush(*twist)) : void(++exchange_.bad_messages);
 }
 
 void BusThread::acknowledgeSave() {

@@ -47,6 +47,7 @@ class BusThread {
   void onWheels(const lcm::ReceiveBuffer* buffer, const std::string& channel);
   void onImu(const lcm::ReceiveBuffer* buffer, const std::string& channel);
   void onDepth(const lcm::ReceiveBuffer* buffer, const std::string& channel);
+  void onDrive(const lcm::ReceiveBuffer* buffer, const std::string& channel);
   void onCommand(const lcm::ReceiveBuffer* buffer, const std::string& channel);
 
   const Config& config_;

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "estimation/wheel_odometry.hpp"
+#include "firmware_if/can_odrive.hpp"
 #include "mapping/depth_projection.hpp"
 #include "mapping/occupancy_grid.hpp"
 #include "slam/back_end.hpp"
@@ -20,16 +21,29 @@ struct LidarDeviceConfig {
 
 struct BaseDeviceConfig {
   std::string driver = "handsfree";
+  std::string type = "differential";  ///< "differential", "omni3", "mecanum4"
   std::string port = "/dev/handsfree";
   int baud = 921600;  ///< [bit/s]
   DifferentialBase geometry;
-  double mileage_rate = 50.0;  ///< [Hz] polls of the wheel angles
-  double imu_rate = 100.0;     ///< [Hz] polls of the IMU; readings that did not change are not used
-  double sample_age = 0.010;   ///< [s] mean age of the board's values when it answers (it refreshes at 50 Hz)
+  bool speed_commands = false;  ///< drive as SLAM_DRIVE says
+  double mileage_rate = 50.0;   ///< [Hz] polls of the wheel angles
+  double imu_rate = 100.0;      ///< [Hz] polls of the IMU; readings that did not change are not used
+  double sample_age = 0.010;    ///< [s] mean age of the board's values when it answers (it refreshes at 50 Hz)
 };
 
 struct ImuDeviceConfig {
-  std::string driver = "handsfree";  ///< "handsfree": the base board's IMU
+  std::string driver = "handsfree";           ///< "handsfree": the base board's IMU
+  std::string port = "/dev/hfi";              ///< of "hfi"
+  int baud = 921600;                          ///< [bit/s] of "hfi"
+  double roll = 0.0, pitch = 0.0, yaw = 0.0;  ///< [rad] of the IMU's axes in base
+};
+
+/// The CAN bus of wheels (ODrive CANSimple) and IMU (Xsens frames).
+struct CanConfig {
+  std::string interface = "can0";
+  int left_node = can::odrive::kLeftNode, right_node = can::odrive::kRightNode;
+  bool left_reversed = false, right_reversed = false;  ///< the encoder counts down driving forward
+  double gear_ratio = 1.0;                             ///< [1] turns of the encoder per turn of the wheel
 };
 
 struct DepthDeviceConfig {
@@ -50,7 +64,7 @@ struct LcmConfig {
 
 struct RuntimeConfig {
   double estimator_rate = 200.0;  ///< [Hz]
-  double base_rate = 200.0;       ///< [Hz]
+  double base_rate = 211.0;       ///< [Hz] no multiple of the board's 50 Hz, so that requests meet all its phases
   bool realtime = true;           ///< SCHED_FIFO and mlockall where permitted
   int base_priority = 80;         ///< SCHED_FIFO
   int lidar_priority = 75;
@@ -78,6 +92,7 @@ struct Config {
   LidarDeviceConfig lidar_device;
   BaseDeviceConfig base_device;
   ImuDeviceConfig imu_device;
+  CanConfig can;
   DepthDeviceConfig depth_device;
   LocalizerConfig localizer;
   BackEndConfig back_end;
@@ -98,8 +113,16 @@ inline BackEndConfig backEndConfig(const Config& config) {
   return back_end;
 }
 
+inline BaseKinematics kinematicsOf(const BaseDeviceConfig& base) {
+  const BaseType type = base.type == "omni3"      ? BaseType::kOmni3
+                        : base.type == "mecanum4" ? BaseType::kMecanum4
+                                                  : BaseType::kDifferential;
+  return {type, base.geometry.wheel_radius, base.geometry.half_track};
+}
+
 inline LocalizerConfig localizerConfig(const Config& config) {
   LocalizerConfig localizer = config.localizer;
+  localizer.ekf.holonomic = kinematicsOf(config.base_device).type != BaseType::kDifferential;
   localizer.localise_only = config.mode == "localise";
   return localizer;
 }

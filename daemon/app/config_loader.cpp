@@ -205,7 +205,14 @@ void checkTogether(const Config& config, const std::string& name, std::vector<st
   }
   if (config.imu_device.driver == "handsfree" && config.base_device.driver != "handsfree") {
     complain("imu.driver: \"handsfree\" means the base's board, but base.driver is \"" + config.base_device.driver +
-             "\"; set imu.driver to \"lcm\" or \"none\"");
+             "\"; set imu.driver to \"hfi\", \"can\", \"lcm\" or \"none\"");
+  }
+  if (config.base_device.driver == "can" && config.base_device.type != "differential") {
+    complain("base.type: \"" + config.base_device.type +
+             "\" has more wheels than the two on CAN; set it to \"differential\"");
+  }
+  if (config.can.left_node == config.can.right_node) {
+    complain("can.right_node: is the left wheel's, too; give each its own");
   }
   const DepthProjectionConfig& depth = config.depth_device.projection;
   if (depth.floor_clearance >= depth.robot_height || depth.floor_clearance >= depth.extrinsics.z) {

@@ -47,22 +47,51 @@ void visitDevices(Config& config, ConfigVisitor& v) {
   v.field({"time_offset", "s", "added to the lidar's stamps"}, model.time_offset, -1.0, 1.0);
 
   BaseDeviceConfig& base = config.base_device;
-  v.section("base", "wheels (HandsFree controller board) and the geometry of the differential base");
-  v.field({"driver", "", "who reads the wheels: slamd from a HandsFree board, SLAM_WHEELS over LCM, or nobody"},
-          base.driver, {"handsfree", "lcm", "none"});
+  v.section("base", "wheels and the geometry of the base");
+  v.field({"driver", "",
+           "who reads the wheels: slamd from a HandsFree board or from CAN, somebody who sends SLAM_WHEELS over LCM, "
+           "nobody"},
+          base.driver, {"handsfree", "can", "lcm", "none"});
+  v.field({"type", "", "differential; omni3 and mecanum4 move sideways, too"}, base.type,
+          {"differential", "omni3", "mecanum4"});
   v.field({"port", "", "serial port or pseudo-terminal of the board"}, base.port, kAnyText);
   v.field({"baud", "bit/s", "of the board's port"}, base.baud, 9600, 4000000);
   v.field({"wheel_radius", "m", "radius of a driven wheel"}, base.geometry.wheel_radius, 0.005, 1.0);
-  v.field({"half_track", "m", "half the distance between the driven wheels (body_radius of the firmware)"},
-          base.geometry.half_track, 0.01, 2.0);
+  v.field(
+      {"half_track", "m",
+       "half the distance between the driven wheels; omni3: centre to wheel; mecanum4: half track plus half wheelbase"},
+      base.geometry.half_track, 0.01, 2.0);
   v.field({"mileage_rate", "Hz", "polls of the wheel angles"}, base.mileage_rate, 1.0, 200.0);
   v.field({"imu_rate", "Hz", "polls of the board's IMU"}, base.imu_rate, 1.0, 200.0);
   v.field({"sample_age", "s", "mean age of a value when the board sends it (half its refresh period)"}, base.sample_age,
           0.0, 0.2);
 
+  v.field({"speed_commands", "", "drive as SLAM_DRIVE says, from anybody on the network"}, base.speed_commands);
+  v.field({"time_offset", "s", "added to the wheels' stamps"}, config.localizer.wheel_time_offset, -1.0, 1.0);
+
+  ImuDeviceConfig& imu = config.imu_device;
   v.section("imu", "inertial unit");
-  v.field({"driver", "", "who reads the IMU: slamd from the base's HandsFree board, SLAM_IMU over LCM, or nobody"},
-          config.imu_device.driver, {"handsfree", "lcm", "none"});
+  v.field({"driver", "",
+           "who reads the IMU: slamd from the base's HandsFree board, from a HandsFree IMU of its own (hfi: A9, B6, "
+           "B9, D6) or "
+           "from CAN, somebody who sends SLAM_IMU over LCM, nobody"},
+          imu.driver, {"handsfree", "hfi", "can", "lcm", "none"});
+  v.field({"port", "", "serial port of an IMU of its own"}, imu.port, kAnyText);
+  v.field({"baud", "bit/s", "of that port: 921600, D6 9600"}, imu.baud, 9600, 4000000);
+  v.field({"roll", "rad", "IMU turned about the base's x axis, right side down"}, imu.roll, -kPi, kPi);
+  v.field({"pitch", "rad", "IMU turned about the base's y axis, front down"}, imu.pitch, -kPi, kPi);
+  v.field({"yaw", "rad", "IMU turned about the base's z axis, to the left"}, imu.yaw, -kPi, kPi);
+  v.field({"time_offset", "s", "added to the IMU's stamps"}, config.localizer.imu_time_offset, -1.0, 1.0);
+
+  CanConfig& can = config.can;
+  v.section("can", "bus of wheels (ODrive CANSimple) and IMU (Xsens frames), for base.driver or imu.driver = \"can\"");
+  v.field({"interface", "", "SocketCAN interface; slamd does not set its bit rate nor bring it up"}, can.interface,
+          kAnyText);
+  v.field({"left_node", "", "CANSimple node of the left wheel"}, can.left_node, 1, 63);
+  v.field({"right_node", "", "CANSimple node of the right wheel"}, can.right_node, 1, 63);
+  v.field({"left_reversed", "", "the left encoder counts down when the robot drives forward"}, can.left_reversed);
+  v.field({"right_reversed", "", "the right encoder counts down when the robot drives forward"}, can.right_reversed);
+  v.field({"gear_ratio", "1", "turns of the encoder per turn of the wheel"}, can.gear_ratio, 0.001, 1000.0);
 }
 
 void visitDepth(DepthDeviceConfig& depth, DepthViewConfig& view, ConfigVisitor& v) {

@@ -11,35 +11,6 @@ int priority(const Config& config, int wanted) { return config.runtime.realtime 
 
 }  // namespace
 
-BaseThread::BaseThread(const Config& config, Exchange& exchange)
-    : exchange_(exchange),
-      use_imu_(config.imu_device.driver == "handsfree"),
-      odometry_(config.base_device.geometry),
-      board_({.port = config.base_device.port,
-              .baud = config.base_device.baud,
-              .mileage_rate = config.base_device.mileage_rate,
-              .imu_rate = config.base_device.imu_rate,
-              .sample_age = config.base_device.sample_age},
-             &monotonicNow,
-             {.wheels = [this](const WheelAngles& angles) { addWheels(angles); },
-              .imu =
-                  [this](const ImuSample& sample) {
-                    if (!use_imu_) return;
-                    exchange_.imu.tryPush(sample);
-                    exchange_.imu_out.tryPush(sample);
-                  }}),
-      worker_({.name = "base",
-               .rate = config.runtime.base_rate,
-               .priority = priority(config, config.runtime.base_priority)},
-              [this] { board_.tick(); }) {}
-
-void BaseThread::addWheels(const WheelAngles& angles) {
-  if (angles.restarted) odometry_.restart();
-  const WheelReading reading{{angles.stamp, odometry_.add(angles.used())}, {angles.angles[0], angles.angles[1]}};
-  exchange_.wheels.tryPush(reading);
-  exchange_.wheels_out.tryPush(reading);
-}
-
 std::unique_ptr<LidarThread> makeLidarThread(const Config& config, Exchange& exchange) {
   const auto add = [&exchange, received = std::make_shared<ReceivedScan>()](const LaserScan& scan) {
     received->scan = scan;

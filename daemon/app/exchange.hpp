@@ -28,7 +28,8 @@ namespace slam {
 /// A wheel sample with the angles it was made from, for the log.
 struct WheelReading {
   WheelSample sample;
-  std::array<double, 2> angles{};  ///< [rad] left, right
+  std::array<double, 4> angles{};  ///< [rad] as WheelAngles has them
+  int count = 0;                   ///< of the angles that are known
 };
 
 struct ReceivedScan {
@@ -105,6 +106,7 @@ struct Exchange {
   SpscQueue<MapCorrection*> corrections{2};                      // graph -> estimator, who gives it back by
   SpscQueue<MapCorrection*> used_corrections{2};                 // estimator -> graph: one at most is on its way
   SpscQueue<std::shared_ptr<const MapChange>> map_changes{256};  // graph -> mapper
+  SpscQueue<Twist2> drives{8};                                   // bus -> base
   SpscQueue<SetPose> set_poses{8};                               // bus -> estimator
   SpscQueue<MapCommand> map_commands{8};                         // bus -> graph
   SpscQueue<MapAnswer> map_answers{16};                          // graph -> bus

@@ -59,18 +59,15 @@ Supervisor::Supervisor(const Config& config)
     if (file.empty() || folder.empty() || std::filesystem::is_directory(folder)) continue;
     throw std::runtime_error(file + ": its folder does not exist; make it, or change [output]");
   }
-  const bool own_base = config_.base_device.driver == "handsfree";
-  if (own_base) base_ = std::make_unique<BaseThread>(config_, exchange_);
+  if (BaseThread::isWanted(config_)) base_ = std::make_unique<BaseThread>(config_, exchange_);
   if (config_.lidar_device.driver == "rplidar") lidar_ = makeLidarThread(config_, exchange_);
 
   constexpr double kLidarRate = 5.5, kLcmRate = 0.0;  // [Hz] 0: whatever comes
   if (lidar_) devices_.push_back({"lidar", &lidar_->driver().status(), kLidarRate, "", 0});
   if (config_.lidar_device.driver == "lcm") devices_.push_back({"lidar", &bus_.lidarStatus(), kLcmRate, "", 0});
-  if (own_base) devices_.push_back({"base", &base_->board().wheelStatus(), config_.base_device.mileage_rate, "", 0});
+  if (base_ && base_->wheelStatus()) devices_.push_back({"base", base_->wheelStatus(), base_->wheelRate(), "", 0});
   if (config_.base_device.driver == "lcm") devices_.push_back({"base", &bus_.wheelStatus(), kLcmRate, "", 0});
-  if (config_.imu_device.driver == "handsfree") {
-    devices_.push_back({"imu", &base_->board().imuStatus(), config_.base_device.imu_rate, "", 0});
-  }
+  if (base_ && base_->imuStatus()) devices_.push_back({"imu", base_->imuStatus(), base_->imuRate(), "", 0});
   if (config_.imu_device.driver == "lcm") devices_.push_back({"imu", &bus_.imuStatus(), kLcmRate, "", 0});
 
   const DepthDeviceConfig& depth = config_.depth_device;
@@ -132,7 +129,7 @@ bool Supervisor::stop() {
   }
   if (lidar_) lidar_->driver().stop();
   if (depth_) depth_->driver().stop();
-  if (base_) base_->board().stop();
+  if (base_) base_->stop();
   mapper_.worker().stop();
   graph_.finish();
   const bool drawn = mapper_.finish();
@@ -271,7 +268,7 @@ void Supervisor::sendHealth(Timestamp now) {
     health.stages.push_back(stage(name, *histogram));
   }
   if (base_) {
-    const auto millivolts = static_cast<std::uint64_t>(1000.0F * std::max(0.0F, base_->board().battery()));
+    const auto millivolts = static_cast<std::uint64_t>(1000.0F * std::max(0.0F, base_->battery()));
     health.counters.push_back(counter("base.battery_mv", millivolts));
   }
   const LocalizerCounters& l = snapshot_.counters;

@@ -16,6 +16,7 @@ inline constexpr char kMapMeta[] = "SLAM_MAP_META";
 inline constexpr char kMapTile[] = "SLAM_MAP_TILE";
 inline constexpr char kHealth[] = "SLAM_HEALTH";
 inline constexpr char kCommand[] = "SLAM_COMMAND";
+inline constexpr char kDrive[] = "SLAM_DRIVE";
 inline constexpr char kAck[] = "SLAM_ACK";
 
 }  // namespace slam::channel

@@ -68,6 +68,11 @@ std::optional<depth_t> decodeChecked(Bytes data) {
 }
 
 template <>
+std::optional<drive_t> decodeChecked(Bytes data) {
+  return data.size() == kFingerprint + 8 + 24 ? decode<drive_t>(data) : std::nullopt;
+}
+
+template <>
 std::optional<command_t> decodeChecked(Bytes data) {
   const auto verb_end = stringEnd(data, kFingerprint + 8 + 4);
   const auto argument_end = verb_end ? stringEnd(data, *verb_end) : std::nullopt;

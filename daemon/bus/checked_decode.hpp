@@ -5,6 +5,7 @@
 #include <optional>
 #include <slam/command_t.hpp>
 #include <slam/depth_t.hpp>
+#include <slam/drive_t.hpp>
 #include <slam/imu_t.hpp>
 #include <slam/scan_t.hpp>
 #include <slam/wheels_t.hpp>
@@ -26,6 +27,8 @@ template <>
 std::optional<imu_t> decodeChecked(std::span<const std::uint8_t> data);
 template <>
 std::optional<depth_t> decodeChecked(std::span<const std::uint8_t> data);
+template <>
+std::optional<drive_t> decodeChecked(std::span<const std::uint8_t> data);
 template <>
 std::optional<command_t> decodeChecked(std::span<const std::uint8_t> data);
 

@@ -226,6 +226,12 @@ std::optional<ImuSample> fromMessage(const imu_t& message) {
   return sample;
 }
 
+std::optional<Twist2> fromMessage(const drive_t& message) {
+  const bool finite = std::isfinite(message.vx) && std::isfinite(message.vy) && std::isfinite(message.omega);
+  if (!isStamp(message.utime) || !finite) return std::nullopt;
+  return Twist2{message.vx, message.vy, message.omega};
+}
+
 std::optional<PseudoLaser> fromMessage(const depth_t& message) {
   const bool bearings = std::isfinite(message.bearing_min) && std::isfinite(message.bearing_step) &&
                         std::abs(message.bearing_min) < 10.0F && std::abs(message.bearing_step) < 1.0F;

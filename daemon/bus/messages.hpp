@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <slam/depth_t.hpp>
+#include <slam/drive_t.hpp>
 #include <slam/imu_t.hpp>
 #include <slam/map_meta_t.hpp>
 #include <slam/map_tile_t.hpp>
@@ -45,5 +46,6 @@ std::optional<LaserScan> fromMessage(const scan_t& message);
 std::optional<WheelSample> fromMessage(const wheels_t& message);
 std::optional<ImuSample> fromMessage(const imu_t& message);
 std::optional<PseudoLaser> fromMessage(const depth_t& message);
+std::optional<Twist2> fromMessage(const drive_t& message);
 
 }  // namespace slam

@@ -60,7 +60,7 @@ Localizer::Localizer(const LocalizerConfig& config, Stopwatch stopwatch, const L
 void Localizer::add(const WheelSample& sample) {
   if (!wheel_guard_.passes(sample.stamp)) return;
   WheelSample sequenced = sample;
-  sequenced.stamp = wheel_stamps_.next(sample.stamp);
+  sequenced.stamp = wheel_stamps_.next(sample.stamp) + fromSeconds(config_.wheel_time_offset);
   odometry_.add(sequenced);
   has_wheels_ = true;
   pose_.add(sequenced);
@@ -68,8 +68,10 @@ void Localizer::add(const WheelSample& sample) {
 
 void Localizer::add(const ImuSample& sample) {
   if (!imu_guard_.passes(sample.stamp)) return;
-  odometry_.add(sample);
-  pose_.add(sample);
+  ImuSample shifted = sample;
+  shifted.stamp += fromSeconds(config_.imu_time_offset);
+  odometry_.add(shifted);
+  pose_.add(shifted);
 }
 
 ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {

@@ -64,6 +64,7 @@ struct DepthViewConfig {
 
 struct LocalizerConfig {
   LidarModel lidar;
+  double wheel_time_offset = 0.0, imu_time_offset = 0.0;  ///< [s] added to the stamps
   DepthViewConfig depth;
   EkfConfig ekf;
   EkfTimelineConfig timeline;

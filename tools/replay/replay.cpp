@@ -111,7 +111,7 @@ class Run {
   void addImu(const ImuSample& sample) {
     localizer_.add(sample);
     probe_.add(sample);
-    offset_.addGyro(sample.stamp, sample.gyro.z());
+    offset_.addGyro(sample.stamp + fromSeconds(localizer_.config().imu_time_offset), sample.gyro.z());
   }
 
   void addDepth(const PseudoLaser& laser) {

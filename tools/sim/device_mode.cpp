@@ -113,6 +113,8 @@ class DeviceSession {
 
   void stepCan() {
     if (!can_ || simulation_.now() < next_can_) return;
+    injectAll(takeFaults("can"),
+              [this](const Fault& fault) { return can_->emulator().inject(fault.kind, fault.value); });
     next_can_ += kCanPeriod;
     const ImuReading reading = simulation_.robot().readImu();
     CanReadings readings{.angles = simulation_.robot().encoderAngles()};
@@ -133,7 +135,7 @@ class DeviceSession {
   }
 
   void serveLidar() {
-    injectInto("lidar", [this](const Fault& fault) { return lidar_line_.inject(fault.kind, fault.value); });
+    injectInto("lidar", [this](const Fault& fault) { return injectLidar(fault); });
     const std::vector<std::uint8_t> in = lidar_line_.receive(2ms);
     std::vector<std::uint8_t> out;
     {
@@ -146,7 +148,7 @@ class DeviceSession {
   }
 
   void serveBoard() {
-    injectInto("board", [this](const Fault& fault) { return board_line_.inject(fault.kind, fault.value); });
+    injectInto("board", [this](const Fault& fault) { return injectBoard(fault); });
     const std::vector<std::uint8_t> in = board_line_.receive(2ms);
     std::vector<std::uint8_t> out;
     {
@@ -154,6 +156,22 @@ class DeviceSession {
       board_.receive(in, out);
     }
     board_line_.send(std::move(out), monotonicNow());
+  }
+
+  bool injectLidar(const Fault& fault) {
+    if (!lidar_line_.inject(fault.kind, fault.value)) {
+      const std::lock_guard lock(mutex_);
+      return lidar_.inject(fault.kind, fault.value);
+    }
+    const std::lock_guard lock(mutex_);
+    if (fault.kind == "unplug") lidar_.inject("reboot", 1.0);  // it has its power from the plug
+    return true;
+  }
+
+  bool injectBoard(const Fault& fault) {
+    if (board_line_.inject(fault.kind, fault.value)) return true;
+    const std::lock_guard lock(mutex_);
+    return board_.inject(fault.kind, fault.value);
   }
 
   std::vector<ScheduledFault> readScript(const std::filesystem::path& file) {
@@ -178,22 +196,34 @@ class DeviceSession {
     }
   }
 
-  /// Hands a device the faults that are due for it. @param inject returns false for one that it does not know
+  /// Faults that are due for a device. With the lock held.
+  std::vector<Fault> takeFaults(std::string_view device) {
+    const auto others =
+        std::stable_partition(due_.begin(), due_.end(), [&](const Fault& fault) { return fault.device == device; });
+    std::vector<Fault> taken(due_.begin(), others);
+    due_.erase(due_.begin(), others);
+    return taken;
+  }
+
+  /// Hands a device its faults. @param inject returns false for one that it does not know
   template <typename Inject>
-  void injectInto(std::string_view device, Inject&& inject) {
-    std::vector<Fault> mine;
-    {
-      const std::lock_guard lock(mutex_);
-      const auto others =
-          std::stable_partition(due_.begin(), due_.end(), [&](const Fault& fault) { return fault.device == device; });
-      mine.assign(due_.begin(), others);
-      due_.erase(due_.begin(), others);
-    }
-    for (const Fault& fault : mine) {
+  static void injectAll(const std::vector<Fault>& faults, Inject&& inject) {
+    for (const Fault& fault : faults) {
       if (inject(fault)) continue;
       std::fprintf(stderr, "slam-sim: the %s knows no fault \"%s\" of %g\n", fault.device.c_str(), fault.kind.c_str(),
                    fault.value);
     }
+  }
+
+  /// The same for a device with a thread of its own.
+  template <typename Inject>
+  void injectInto(std::string_view device, Inject&& inject) {
+    std::vector<Fault> faults;
+    {
+      const std::lock_guard lock(mutex_);
+      faults = takeFaults(device);
+    }
+    injectAll(faults, inject);
   }
 
   /// Where the camera was at an instant; it renders without the lock.

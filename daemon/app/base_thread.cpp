@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/base_thread.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <ctime>
+
+#include "runtime/clock.hpp"
+
+namespace slam {
+namespace {
+
+// [Hz] at which values are new, by firmware_if/README.md: encoder estimates and IMU frames on CAN, the board's mileage
+// and IMU.
+constexpr double kCanRate = 100.0, kBoardWheelRate = 20.0, kBoardImuRate = 50.0;
+
+robolink::ChassisType chassisOf(BaseType type) {
+  switch (type) {
+    case BaseType::kOmni3:
+      return robolink::ChassisType::kOmni3;
+    case BaseType::kMecanum4:
+      return robolink::ChassisType::kMecanum4;
+    case BaseType::kDifferential:
+      break;
+  }
+  return robolink::ChassisType::kDifferential2;
+}
+
+/// What local time is ahead of our clock.
+Duration localTimeOffset() {
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  return wallClockOffset() + std::chrono::seconds(local.tm_gmtoff);
+}
+
+}  // namespace
+
+bool BaseThread::isWanted(const Config& config) {
+  const auto ours = [](const std::string& driver) { return driver != "lcm" && driver != "none"; };
+  return ours(config.base_device.driver) || ours(config.imu_device.driver);
+}
+
+BaseThread::BaseThread(const Config& config, Exchange& exchange)
+    : config_(config),
+      exchange_(exchange),
+      kinematics_(kinematicsOf(config.base_device)),
+      odometry_(kinematics_),
+      R_base_imu_((Eigen::AngleAxisd(config.imu_device.yaw, Eigen::Vector3d::UnitZ()) *
+                   Eigen::AngleAxisd(config.imu_device.pitch, Eigen::Vector3d::UnitY()) *
+                   Eigen::AngleAxisd(config.imu_device.roll, Eigen::Vector3d::UnitX()))
+                      .toRotationMatrix()),
+      worker_({.name = "base",
+               .rate = config.runtime.base_rate,
+               .priority = config.runtime.realtime ? config.runtime.base_priority : 0},
+              [this] { tick(); }) {
+  const BaseDeviceConfig& base = config.base_device;
+  const ImuDeviceConfig& imu = config.imu_device;
+  const auto wheels_in = [this](const WheelAngles& angles) { addWheels(angles); };
+  const auto imu_in = [this](const ImuSample& sample) { addImu(sample); };
+  if (base.driver == "handsfree") {
+    HandsfreeBoard::Sinks sinks{.wheels = wheels_in, .imu = [](const ImuSample&) {}};
+    if (imu.driver == "handsfree") sinks.imu = imu_in;
+    board_.emplace(HandsfreeConfig{.port = base.port,
+                                   .baud = base.baud,
+                                   .mileage_rate = base.mileage_rate,
+                                   .imu_rate = base.imu_rate,
+                                   .sample_age = base.sample_age,
+                                   .chassis = chassisOf(kinematics_.type),
+                                   .wheel_radius = kinematics_.wheel_radius,
+                                   .body_radius = kinematics_.body_radius,
+                                   .may_drive = base.speed_commands},
+                   &monotonicNow, sinks);
+    board_->setLocalTimeOffset(localTimeOffset());
+  }
+  if (base.driver == "can" || imu.driver == "can") {
+    const CanConfig& can = config.can;
+    can_.emplace(CanBaseConfig{.interface = can.interface,
+                               .wheels = base.driver == "can",
+                               .imu = imu.driver == "can",
+                               .nodes = {can.left_node, can.right_node},
+                               .wheel = {.sign = {can.left_reversed ? -1.0 : 1.0, can.right_reversed ? -1.0 : 1.0},
+                                         .gear_ratio = can.gear_ratio},
+                               .commands = base.speed_commands},
+                 &monotonicNow, CanBase::Sinks{wheels_in, imu_in});
+  }
+  if (imu.driver == "hfi") {
+    imu_.emplace(SerialImuConfig{.port = imu.port, .baud = imu.baud}, &monotonicNow, imu_in);
+  }
+}
+
+BaseThread::~BaseThread() {
+  worker_.stop();
+  stop();
+}
+
+void BaseThread::stop() {
+  if (board_) board_->stop();
+  if (can_) can_->stop();
+  if (imu_) imu_->stop();
+}
+
+void BaseThread::tick() {
+  drive();
+  if (board_) board_->tick();
+  if (can_) can_->tick();
+  if (imu_) imu_->tick();
+}
+
+void BaseThread::drive() {
+  exchange_.drives.drain([this](const Twist2& twist) {
+    if (board_) board_->command(twist.vx, twist.vy, twist.omega);
+    if (can_) {
+      const WheelVector speeds = wheelsOf(kinematics_, {twist.vx, twist.vy, twist.omega});
+      can_->command(speeds[0], speeds[1]);
+    }
+  });
+}
+
+void BaseThread::addWheels(const WheelAngles& angles) {
+  if (angles.restarted) odometry_.restart();
+  const Pose2& pose = odometry_.add(angles.used());
+  if (board_) board_->setCoordinate(pose.x, pose.y, pose.theta);
+  const WheelReading reading{{angles.stamp, pose}, angles.angles, angles.count};
+  exchange_.wheels.tryPush(reading);
+  exchange_.wheels_out.tryPush(reading);
+}
+
+void BaseThread::addImu(const ImuSample& sample) {
+  const ImuSample turned{sample.stamp, R_base_imu_ * sample.gyro, R_base_imu_ * sample.accel};
+  exchange_.imu.tryPush(turned);
+  exchange_.imu_out.tryPush(turned);
+}
+
+DeviceStatus* BaseThread::wheelStatus() {
+  if (board_) return &board_->wheelStatus();
+  return config_.base_device.driver == "can" ? &can_->wheelStatus() : nullptr;
+}
+
+DeviceStatus* BaseThread::imuStatus() {
+  const std::string& driver = config_.imu_device.driver;
+  if (driver == "handsfree") return &board_->imuStatus();
+  if (driver == "can") return &can_->imuStatus();
+  return imu_ ? &imu_->status() : nullptr;
+}
+
+double BaseThread::wheelRate() const {
+  return config_.base_device.driver == "can" ? kCanRate : std::min(config_.base_device.mileage_rate, kBoardWheelRate);
+}
+
+double BaseThread::imuRate() const {
+  if (config_.imu_device.driver == "can") return kCanRate;
+  return config_.imu_device.driver == "handsfree" ? std::min(config_.base_device.imu_rate, kBoardImuRate) : 0.0;
+}
+
+}  // namespace slam

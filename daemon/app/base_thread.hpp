@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <optional>
+
+#include "app/config.hpp"
+#include "app/exchange.hpp"
+#include "drivers/can_base.hpp"
+#include "drivers/handsfree_board.hpp"
+#include "drivers/serial_imu.hpp"
+#include "estimation/wheel_odometry.hpp"
+#include "runtime/worker.hpp"
+
+namespace slam {
+
+/// Thread *base*: wheels and IMU of our own devices into the queues, whichever of board, CAN bus and serial IMU they
+/// come from; speeds to the wheels where that is allowed.
+class BaseThread {
+ public:
+  BaseThread(const Config& config, Exchange& exchange);
+  ~BaseThread();
+  Worker& worker() { return worker_; }
+
+  DeviceStatus* wheelStatus();  ///< nullptr: the wheels are not read here
+  DeviceStatus* imuStatus();
+  double imuRate() const;  ///< [Hz] expected; 0: not known
+  double wheelRate() const;
+  float battery() const { return board_ ? board_->battery() : 0.0F; }  ///< [V]; 0: not known
+  /// What board and configuration disagree on, static words; empty: nothing.
+  const char* finding() const { return board_ ? board_->finding() : ""; }
+  /// Stops what drives from here and closes all ports; the thread must have ended.
+  void stop();
+
+  /// @return whether the configuration asks for any such device
+  static bool isWanted(const Config& config);
+
+ private:
+  void tick();
+  void addWheels(const WheelAngles& angles);
+  void addImu(const ImuSample& sample);
+  void drive();
+
+  const Config& config_;
+  Exchange& exchange_;
+  BaseKinematics kinematics_;
+  WheelOdometry odometry_;
+  Eigen::Matrix3d R_base_imu_;
+  std::optional<HandsfreeBoard> board_;
+  std::optional<CanBase> can_;
+  std::optional<SerialImu> imu_;
+  Worker worker_;
+};
+
+}  // namespace slam
