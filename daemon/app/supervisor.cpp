@@ -164,6 +164,10 @@ void Supervisor::warnOnce() {
     if (!logged) logWarning(describe(finding));
     logged = true;
   }
+  if (base_ && base_->finding() != std::string_view(base_finding_)) {
+    base_finding_ = base_->finding();
+    logWarning(std::string("base: ") + base_finding_);
+  }
   if (!clock_step_logged_ && std::chrono::abs(clock_.drift()) > kClockStep) {
     clock_step_logged_ = true;
     logWarning("the wall clock was set; stamps go on from the old one");
@@ -215,6 +219,7 @@ std::string Supervisor::summary(Timestamp now) const {
     if (!reason.empty()) text += "; " + device.name + ": " + reason;
   }
   for (const SensorFinding& finding : snapshot_.findings.all()) text += "; " + describe(finding);
+  if (*base_finding_ != '\0') text += std::string("; base: ") + base_finding_;
   if (!bus_.connected()) text += "; LCM: no multicast route";
   return text;
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/base_thread.hpp"
 #include "app/bus_thread.hpp"
 #include "app/config.hpp"
 #include "app/devices.hpp"
@@ -70,6 +71,7 @@ class Supervisor {
   double cpu_ = 0.0;  // [s] at the last health message
   std::array<bool, kSensorFaults> fault_logged_{};
   bool stalled_ = false, clock_step_logged_ = false, bus_logged_ = false;
+  const char* base_finding_ = "";  // static words; what was logged
 };
 
 }  // namespace slam

@@ -79,8 +79,8 @@ void expectSamples(Pair& pair) {
   const WheelAngles& first = pair.wheels_[10];
   const WheelAngles& last = pair.wheels_.back();
   const double elapsed = toSeconds(last.stamp - first.stamp);
-  EXPECT_NEAR((last.left - first.left) / elapsed, 2.0, 0.05);
-  EXPECT_NEAR((last.right - first.right) / elapsed, 3.0, 0.05);
+  EXPECT_NEAR((last.angles[0] - first.angles[0]) / elapsed, 2.0, 0.05);
+  EXPECT_NEAR((last.angles[1] - first.angles[1]) / elapsed, 3.0, 0.05);
   EXPECT_NEAR(pair.imu_.back().gyro.z(), 0.5, 1e-3);
   pair.driver_.command(6.2831853, -6.2831853);
   pair.runFor(200ms);
