@@ -153,6 +153,7 @@ bool RplidarDriver::startMode(const rplidar::ScanMode& mode) {
   const double packet_time = mode.sample_time * format->samples;  // [s]
   rests_ = static_cast<double>(format->size) * byte_time_ > kBusyLine * packet_time;
   bytes_ = nodes_ = 0;
+  catching_up_ = false;
   last_node_ = last_arrival_ = now_() + kSpinUp - kSilence;  // the motor may take that long
   status_.set(DeviceState::kOpening, "waiting for the motor's speed");
   return true;

@@ -72,9 +72,13 @@ bool RplidarDriver::poll(Duration timeout) {
     bytes_ += static_cast<std::int64_t>(size);
     int nodes = 0;
     if (held_up) {
-      stream_->discardInput();
       scans_->restart();
+      catching_up_ = true;
+    }
+    if (catching_up_) {
+      scans_->skip({chunk.data(), size});
       last_node_ = arrival;  // late is not silent
+      catching_up_ = size == chunk.size();
     } else {
       nodes = scans_->push({chunk.data(), size}, arrival, report_scan_);
     }

@@ -88,6 +88,7 @@ class RplidarDriver {
   std::unique_ptr<rplidar::ScanStream> scans_;
   std::vector<std::uint8_t> read_ahead_;  // behind the descriptor of the scan
   bool rests_ = false;                    // between reads
+  bool catching_up_ = false;              // with bytes that waited too long
   Timestamp last_node_{}, last_arrival_{};
   std::int64_t bytes_ = 0, nodes_ = 0;  // of this scan
 };
