@@ -32,7 +32,6 @@ constexpr Duration kBoardPeriod = 20ms;  // the board renews its values at 50 Hz
 constexpr Duration kCanPeriod = 10ms;    // of the frames of wheels and IMU
 constexpr Duration kAfterwards = 1s;     // standing at the end, so that the last pose is published
 constexpr int kDepthNiceness = 5;        // of the thread that renders
-constexpr Duration kLidarLag = 10ms;     // the emulator works this far behind the simulation, which has the poses
 
 class DeviceSession {
  public:
@@ -140,7 +139,7 @@ class DeviceSession {
     std::vector<std::uint8_t> out;
     {
       const std::lock_guard lock(mutex_);
-      const Timestamp now = std::min(monotonicNow(), simulation_.now()) - kLidarLag;
+      const Timestamp now = std::min(monotonicNow(), simulation_.now());  // which has the poses
       lidar_.receive(in, now, out);
       lidar_.stream(now, out);
     }
