@@ -14,6 +14,7 @@
 #include "drivers/rplidar_dialogue.hpp"
 #include "drivers/rplidar_modes.hpp"
 #include "drivers/rplidar_scan_stream.hpp"
+#include "drivers/scan_repeat_watch.hpp"
 
 namespace slam {
 
@@ -71,6 +72,8 @@ class RplidarDriver {
   RplidarConfig config_;
   Clock now_;
   Sink sink_, report_scan_;
+  ScanRepeatWatch repeats_;
+  std::int64_t stuck_turns_ = 0;
   DeviceStatus status_;
   std::unique_ptr<ByteStream> stream_;
   std::unique_ptr<rplidar::Dialogue> dialogue_;

@@ -23,6 +23,7 @@ constexpr Duration kRealtimeStall = 500ms;  // a fixed-rate thread that ticks no
 constexpr Duration kConnectStall = 12s;     // the lidar's start-up sequence, resets included
 constexpr Duration kGraphStall = 10s;       // an optimisation of a very large map, on a small computer
 constexpr Duration kStaleAfter = 1s;        // without a sample
+constexpr Duration kSettled = 5s;           // from the start: then rates are judged
 constexpr Duration kClockStep = 500ms;
 
 const char* const kStateNames[] = {"ABSENT", "OPENING", "STREAMING", "STALE", "FAULT"};
@@ -253,6 +254,13 @@ void Supervisor::sendHealth(Timestamp now) {
     d.rate = static_cast<double>(d.samples - device.samples) / toSeconds(kHealthPeriod);
     device.samples = d.samples;
     d.expected = device.expected;
+    constexpr double kSlow = 0.7;  // [1] of the expected rate
+    const bool settled = now - started_ > kSettled && d.state == static_cast<std::uint8_t>(DeviceState::kStreaming);
+    if (settled && d.reason.empty() && d.rate < kSlow * d.expected) {
+      char text[64];
+      std::snprintf(text, sizeof text, "%.1f Hz where %.1f Hz are expected", d.rate, d.expected);
+      d.reason = text;
+    }
     d.rejects = device.status->rejects.load(std::memory_order_relaxed);
     health.devices.push_back(std::move(d));
   }

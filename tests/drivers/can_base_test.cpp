@@ -274,7 +274,8 @@ TEST_F(CanBaseTest, CountsDamageAndGoesOn) {
   }
   EXPECT_GT(driver_->wheelStatus().rejects.load(), 100);
   EXPECT_GT(driver_->imuStatus().rejects.load(), 50);
-  for (const WheelAngles& angles : wheels_) ASSERT_TRUE(std::isfinite(angles.angles[0]) && std::isfinite(angles.angles[1]));
+  for (const WheelAngles& angles : wheels_)
+    ASSERT_TRUE(std::isfinite(angles.angles[0]) && std::isfinite(angles.angles[1]));
   runFor(500ms);
   expectStreaming();
 }

@@ -19,6 +19,7 @@
 #include "tools/sim/depth_server.hpp"
 #include "tools/sim/fault_script.hpp"
 #include "tools/sim/faulty_line.hpp"
+#include "tools/sim/imu_emulator.hpp"
 #include "tools/sim/lidar_emulator.hpp"
 #include "tools/sim/lidar_model.hpp"
 #include "tools/sim/log_mode.hpp"
@@ -29,9 +30,11 @@ namespace {
 
 using namespace std::chrono_literals;
 constexpr Duration kBoardPeriod = 20ms;  // the board renews its values at 50 Hz
-constexpr Duration kCanPeriod = 10ms;    // of the frames of wheels and IMU
-constexpr Duration kAfterwards = 1s;     // standing at the end, so that the last pose is published
-constexpr int kDepthNiceness = 5;        // of the thread that renders
+constexpr Duration kImuPeriod = 10ms;
+constexpr std::size_t kImuBuffer = 4096;  // [bytes] of the line
+constexpr Duration kCanPeriod = 10ms;     // of the frames of wheels and IMU
+constexpr Duration kAfterwards = 1s;      // standing at the end, so that the last pose is published
+constexpr int kDepthNiceness = 5;         // of the thread that renders
 
 class DeviceSession {
  public:
@@ -44,13 +47,15 @@ class DeviceSession {
         lidar_([this](Timestamp stamp, double bearing) { return measure(stamp, bearing); }, LidarModel::kTurnRate),
         lidar_line_(directory / "lidar"),
         board_line_(directory / "board"),
+        imu_line_(directory / "imu"),
         depth_server_(directory / "depth", scene_.world, options.seed,
                       [this](Timestamp stamp) { return viewpoint(stamp); }),
         script_(readScript(options.faults)),
         pipe_(directory / "faults"),
         started_(simulation_.now()),
         next_board_(simulation_.now()),
-        next_can_(simulation_.now()) {
+        next_can_(simulation_.now()),
+        next_imu_(simulation_.now()) {
     if (!can.empty()) can_.emplace(can, options.seed);
   }
 
@@ -58,8 +63,10 @@ class DeviceSession {
     Worker world({.name = "world", .rate = 1.0 / toSeconds(Simulation::kStep)}, [this] { stepWorld(); });
     Worker lidar({.name = "lidar"}, [this] { serveLidar(); });
     Worker board({.name = "board"}, [this] { serveBoard(); });
+    Worker imu({.name = "imu"}, [this] { serveImu(); });
     Worker depth({.name = "depth"}, [this] { serveDepth(); });
-    for (Worker* worker : {&world, &lidar, &board, &depth}) worker->start();
+    const auto workers = {&world, &lidar, &board, &imu, &depth};
+    for (Worker* worker : workers) worker->start();
     sigset_t signals;
     sigemptyset(&signals);
     sigaddset(&signals, SIGINT);
@@ -70,8 +77,8 @@ class DeviceSession {
       showState();
     }
     endProgress();
-    for (Worker* worker : {&world, &lidar, &board, &depth}) worker->requestStop();
-    for (Worker* worker : {&world, &lidar, &board, &depth}) worker->stop();
+    for (Worker* worker : workers) worker->requestStop();
+    for (Worker* worker : workers) worker->stop();
     std::vector<WaypointVisit> visits = simulation_.visits();
     for (WaypointVisit& visit : visits) visit.stamp += clock_offset_;
     writeTruth(options_, truth_, visits, seen_);
@@ -91,6 +98,7 @@ class DeviceSession {
       scene_.world.setTime(simulation_.driveTime());
       truth_.push_back({simulation_.now() + clock_offset_, simulation_.robot().pose()});
       stepCan();
+      stepImu();
       if (simulation_.now() < next_board_) continue;
       next_board_ += kBoardPeriod;
       renewBoard();
@@ -126,6 +134,13 @@ class DeviceSession {
     can_->step(simulation_.now(), readings);
   }
 
+  void stepImu() {
+    if (simulation_.now() < next_imu_) return;
+    next_imu_ += kImuPeriod;
+    const ImuReading reading = simulation_.robot().readImu();
+    if (imu_out_.size() < kImuBuffer) imu_.sample(reading.gyro, reading.accel, imu_out_);
+  }
+
   double measure(Timestamp stamp, double bearing) {
     const Pose2 pose = simulation_.history().at(stamp, 1s).value_or(simulation_.robot().pose());
     const double range = lidar_model_.measure(pose, bearing);
@@ -152,9 +167,24 @@ class DeviceSession {
     std::vector<std::uint8_t> out;
     {
       const std::lock_guard lock(mutex_);
-      board_.receive(in, out);
+      board_.receive(in, toSeconds(simulation_.now() - started_), out);
     }
     board_line_.send(std::move(out), monotonicNow());
+  }
+
+  void serveImu() {
+    injectInto("imu", [this](const Fault& fault) {
+      if (imu_line_.inject(fault.kind, fault.value)) return true;
+      const std::lock_guard lock(mutex_);
+      return imu_.inject(fault.kind, fault.value);
+    });
+    imu_line_.receive(2ms);  // it listens to nobody
+    std::vector<std::uint8_t> out;
+    {
+      const std::lock_guard lock(mutex_);
+      out.swap(imu_out_);
+    }
+    imu_line_.send(std::move(out), monotonicNow());
   }
 
   bool injectLidar(const Fault& fault) {
@@ -267,16 +297,18 @@ class DeviceSession {
   TruthRecorder seen_;
   LidarEmulator lidar_;
   BoardEmulator board_;
-  FaultyLine lidar_line_, board_line_;  // of their threads alone
-  DepthServer depth_server_;            // of its thread alone
-  bool depth_is_nice_ = false;          // of the same
+  ImuEmulator imu_{ImuEmulator::Framing::kA9};
+  std::vector<std::uint8_t> imu_out_;
+  FaultyLine lidar_line_, board_line_, imu_line_;  // of their threads alone
+  DepthServer depth_server_;                       // of its thread alone
+  bool depth_is_nice_ = false;                     // of the same
   std::vector<ScheduledFault> script_;
   std::size_t next_fault_ = 0;
   FaultPipe pipe_;
   std::vector<Fault> due_;
   Duration clock_offset_ = wallClockOffset();
   std::optional<CanBus> can_;
-  Timestamp started_, next_board_, next_can_, released_at_{}, finished_at_{};
+  Timestamp started_, next_board_, next_can_, next_imu_, released_at_{}, finished_at_{};
   bool released_ = false;
   std::vector<StampedPose> truth_;
 };
@@ -290,8 +322,8 @@ void playDevices(const SimOptions& options, const std::filesystem::path& directo
   sigaddset(&signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   auto session = std::make_unique<DeviceSession>(options, directory, can);
-  std::printf("devices: %s %s %s\n", (directory / "lidar").c_str(), (directory / "board").c_str(),
-              (directory / "depth").c_str());
+  std::printf("devices: %s %s %s %s\n", (directory / "lidar").c_str(), (directory / "board").c_str(),
+              (directory / "imu").c_str(), (directory / "depth").c_str());
   std::fflush(stdout);
   session->run();
 }

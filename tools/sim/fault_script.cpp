@@ -14,7 +14,7 @@
 namespace slam::sim {
 namespace {
 
-constexpr std::array<std::string_view, 4> kDevices = {"lidar", "board", "depth", "can"};
+constexpr std::array<std::string_view, 5> kDevices = {"lidar", "board", "imu", "depth", "can"};
 constexpr std::size_t kLongestLine = 1000;
 
 [[noreturn]] void fail(const std::filesystem::path& path) {

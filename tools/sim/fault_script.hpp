@@ -13,7 +13,7 @@ namespace slam::sim {
 
 /// Something that goes wrong with a device, or right again.
 struct Fault {
-  std::string device;  ///< "lidar", "board", "depth", "can"
+  std::string device;  ///< "lidar", "board", "imu", "depth", "can"
   std::string kind;    ///< what the device's emulator or its line knows
   double value = 1.0;
 };
