@@ -88,7 +88,7 @@ bool RplidarDriver::poll(Duration timeout) {
     }
     if (scans_->sawBootText())
       return fail(DeviceState::kStale, "the lidar restarted by itself in mid-scan: check its 5 V supply");
-    status_.rejects.store(scans_->rejects() + stuck_turns_, std::memory_order_relaxed);
+    status_.rejects.store(rejects_before_ + scans_->rejects() + stuck_turns_, std::memory_order_relaxed);
     if (nodes > 0) last_node_ = arrival;
     nodes_ += nodes;
   }
@@ -122,6 +122,7 @@ void RplidarDriver::stop() {
   stream_->write(rplidar::encodeRequest(Request::kStop));
   ::poll(nullptr, 0, 5);  // a request right behind STOP is lost
   setMotor(false);
+  if (scans_) rejects_before_ += scans_->rejects();
   scans_.reset();
   dialogue_.reset();
   stream_.reset();

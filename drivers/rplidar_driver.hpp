@@ -73,7 +73,7 @@ class RplidarDriver {
   Clock now_;
   Sink sink_, report_scan_;
   ScanRepeatWatch repeats_;
-  std::int64_t stuck_turns_ = 0;
+  std::int64_t stuck_turns_ = 0, rejects_before_ = 0;  // of the connections before
   DeviceStatus status_;
   std::unique_ptr<ByteStream> stream_;
   std::unique_ptr<rplidar::Dialogue> dialogue_;

@@ -136,8 +136,12 @@ void SerialImu::emit(const Eigen::Vector3d& gyro, const Eigen::Vector3d& gravity
 
 void SerialImu::countRejects() {
   std::uint32_t damage = not_finite_;
-  if (framing_ == Framing::kA9) damage += a9_.counters().bad_checksums;
-  if (framing_ == Framing::kB6) damage += b6_.counters().bad_checksums;
+  // Bytes outside of frames count as so many of the smallest frames.
+  const auto countOf = [](const hfi::DecoderCounters& counters) {
+    return counters.bad_checksums + counters.skipped_bytes / static_cast<std::uint32_t>(hfi::kB6Frame);
+  };
+  if (framing_ == Framing::kA9) damage += countOf(a9_.counters());
+  if (framing_ == Framing::kB6) damage += countOf(b6_.counters());
   lost_ = lost_ || damage != damage_;
   damage_ = damage;
   status_.rejects.store(damage, std::memory_order_relaxed);

@@ -211,7 +211,7 @@ void checkTogether(const Config& config, const std::string& name, std::vector<st
     complain("base.type: \"" + config.base_device.type +
              "\" has more wheels than the two on CAN; set it to \"differential\"");
   }
-  if (config.can.left_node == config.can.right_node) {
+  if (config.base_device.driver == "can" && config.can.left_node == config.can.right_node) {
     complain("can.right_node: is the left wheel's, too; give each its own");
   }
   const DepthProjectionConfig& depth = config.depth_device.projection;

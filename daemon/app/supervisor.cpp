@@ -64,19 +64,19 @@ Supervisor::Supervisor(const Config& config)
   if (config_.lidar_device.driver == "rplidar") lidar_ = makeLidarThread(config_, exchange_);
 
   constexpr double kLidarRate = 5.5, kLcmRate = 0.0;  // [Hz] 0: whatever comes
-  if (lidar_) devices_.push_back({"lidar", &lidar_->driver().status(), kLidarRate, "", 0});
-  if (config_.lidar_device.driver == "lcm") devices_.push_back({"lidar", &bus_.lidarStatus(), kLcmRate, "", 0});
-  if (base_ && base_->wheelStatus()) devices_.push_back({"base", base_->wheelStatus(), base_->wheelRate(), "", 0});
-  if (config_.base_device.driver == "lcm") devices_.push_back({"base", &bus_.wheelStatus(), kLcmRate, "", 0});
-  if (base_ && base_->imuStatus()) devices_.push_back({"imu", base_->imuStatus(), base_->imuRate(), "", 0});
-  if (config_.imu_device.driver == "lcm") devices_.push_back({"imu", &bus_.imuStatus(), kLcmRate, "", 0});
+  if (lidar_) devices_.push_back({"lidar", &lidar_->driver().status(), kLidarRate, ""});
+  if (config_.lidar_device.driver == "lcm") devices_.push_back({"lidar", &bus_.lidarStatus(), kLcmRate, ""});
+  if (base_ && base_->wheelStatus()) devices_.push_back({"base", base_->wheelStatus(), base_->wheelRate(), ""});
+  if (config_.base_device.driver == "lcm") devices_.push_back({"base", &bus_.wheelStatus(), kLcmRate, ""});
+  if (base_ && base_->imuStatus()) devices_.push_back({"imu", base_->imuStatus(), base_->imuRate(), ""});
+  if (config_.imu_device.driver == "lcm") devices_.push_back({"imu", &bus_.imuStatus(), kLcmRate, ""});
 
   const DepthDeviceConfig& depth = config_.depth_device;
   if (depth.driver == "openni2") {
     depth_ = makeDepthThread(config_, exchange_);
-    devices_.push_back({"depth", &depth_->driver().status(), static_cast<double>(depth.rate), "", 0});
+    devices_.push_back({"depth", &depth_->driver().status(), static_cast<double>(depth.rate), ""});
   }
-  if (depth.driver == "lcm") devices_.push_back({"depth", &bus_.depthStatus(), kLcmRate, "", 0});
+  if (depth.driver == "lcm") devices_.push_back({"depth", &bus_.depthStatus(), kLcmRate, ""});
 
   watched_ = {{&estimator_.worker(), kRealtimeStall},
               {&graph_.worker(), kGraphStall},
@@ -116,7 +116,13 @@ int Supervisor::run() {
     logLocalisation();
     warnOnce();
     watch(now);
-    if (now >= next_health_) sendHealth(now);
+    if (now >= next_health_) {
+      next_health_ += kHealthPeriod;
+      measureRates(now);
+      sendHealth(now);
+    } else if (device_changed_) {
+      sendHealth(now);  // news does not wait
+    }
   }
   return stop() ? 0 : 1;
 }
@@ -186,8 +192,13 @@ std::string Supervisor::reasonOf(const Device& device, Timestamp now) const {
   const std::int64_t last = device.status->last_sample_ns.load(std::memory_order_relaxed);
   const Duration age = now - Timestamp(Duration(last));
   const std::string reason = device.status->reason.load(std::memory_order_relaxed);
-  if (last == 0 || age < kStaleAfter) return reason;
   char text[64];
+  constexpr double kSlow = 0.7;  // [1] of the expected rate
+  if (reason.empty() && age < kStaleAfter && device.judged && device.rate < kSlow * device.expected) {
+    std::snprintf(text, sizeof text, "%.1f Hz where %.1f Hz are expected", device.rate, device.expected);
+    return text;
+  }
+  if (last == 0 || age < kStaleAfter) return reason;
   std::snprintf(text, sizeof text, "no data for %.1f s", toSeconds(age));
   return state == DeviceState::kStreaming ? std::string(text) + ", port present" : std::string(text) + ", " + reason;
 }
@@ -200,6 +211,7 @@ void Supervisor::logDeviceChanges() {
     // A device that fails to open goes through OPENING at each try: only news is logged.
     if (state == DeviceState::kOpening || text == device.logged) continue;
     device.logged = text;
+    device_changed_ = true;
     state == DeviceState::kStreaming ? logInfo(device.name + " " + text) : logWarning(device.name + " " + text);
   }
 }
@@ -225,21 +237,34 @@ std::string Supervisor::summary(Timestamp now) const {
   return text;
 }
 
+void Supervisor::measureRates(Timestamp now) {
+  const double cpu = cpuSeconds();
+  cpu_share_ = (cpu - cpu_) / toSeconds(kHealthPeriod);
+  cpu_ = cpu;
+  for (Device& device : devices_) {
+    const std::int64_t samples = device.status->samples.load(std::memory_order_relaxed);
+    device.rate = static_cast<double>(samples - device.samples) / toSeconds(kHealthPeriod);
+    device.samples = samples;
+    // A second in which the device came or went says nothing of its rate.
+    const bool streams = device.status->state == DeviceState::kStreaming;
+    device.judged = streams && device.streamed && now - started_ > kSettled;
+    device.streamed = streams;
+  }
+}
+
 void Supervisor::sendHealth(Timestamp now) {
-  next_health_ += kHealthPeriod;
+  device_changed_ = false;
   health_t health{};
   health.utime = clock_.utime(now);
   health.uptime = toSeconds(now - started_);
   health.localisation = static_cast<std::uint8_t>(snapshot_.pose.state);
   health.summary = summary(now);
-  const double cpu = cpuSeconds();
-  health.cpu = cpu - cpu_;
-  cpu_ = cpu;
+  health.cpu = cpu_share_;
   health.memory_mb = residentMegabytes();
   const std::string& file = config_.output.map.empty() ? config_.output.record : config_.output.map;
   health.disk_free_mb = file.empty() ? -1.0 : diskFreeMegabytes(file);
 
-  for (Device& device : devices_) {
+  for (const Device& device : devices_) {
     device_health_t d{};
     d.name = device.name;
     d.state = static_cast<std::uint8_t>(device.status->state.load(std::memory_order_acquire));
@@ -251,16 +276,8 @@ void Supervisor::sendHealth(Timestamp now) {
       d.state = static_cast<std::uint8_t>(DeviceState::kStale);
     }
     d.samples = device.status->samples.load(std::memory_order_relaxed);
-    d.rate = static_cast<double>(d.samples - device.samples) / toSeconds(kHealthPeriod);
-    device.samples = d.samples;
+    d.rate = device.rate;
     d.expected = device.expected;
-    constexpr double kSlow = 0.7;  // [1] of the expected rate
-    const bool settled = now - started_ > kSettled && d.state == static_cast<std::uint8_t>(DeviceState::kStreaming);
-    if (settled && d.reason.empty() && d.rate < kSlow * d.expected) {
-      char text[64];
-      std::snprintf(text, sizeof text, "%.1f Hz where %.1f Hz are expected", d.rate, d.expected);
-      d.reason = text;
-    }
     d.rejects = device.status->rejects.load(std::memory_order_relaxed);
     health.devices.push_back(std::move(d));
   }

@@ -32,8 +32,11 @@ class Supervisor {
     std::string name;
     DeviceStatus* status;
     double expected;           // [Hz]
-    std::string logged;        // state and reason logged last
-    std::int64_t samples = 0;  // at the last health message
+    std::string logged = {};   // state and reason logged last
+    std::int64_t samples = 0;  // when rates were measured last
+    double rate = 0.0;         // [Hz] then
+    bool streamed = false;     // then
+    bool judged = false;       // the rate is worth a word
   };
   struct Watched {
     Worker* worker;
@@ -49,6 +52,7 @@ class Supervisor {
   void logDeviceChanges();
   void logLocalisation();
   void warnOnce();
+  void measureRates(Timestamp now);
   void sendHealth(Timestamp now);
   std::string reasonOf(const Device& device, Timestamp now) const;
   std::string summary(Timestamp now) const;
@@ -68,7 +72,9 @@ class Supervisor {
   PoseSnapshot snapshot_;
   LocalisationState logged_localisation_ = LocalisationState::kInitialising;
   Timestamp started_{}, next_health_{};
-  double cpu_ = 0.0;  // [s] at the last health message
+  bool device_changed_ = false;  // since the last health message
+  double cpu_ = 0.0;             // [s] when rates were measured last
+  double cpu_share_ = 0.0;       // [1] of a core, then
   std::array<bool, kSensorFaults> fault_logged_{};
   bool stalled_ = false, clock_step_logged_ = false, bus_logged_ = false;
   const char* base_finding_ = "";  // static words; what was logged

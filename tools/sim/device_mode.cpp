@@ -29,7 +29,8 @@ namespace slam::sim {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr Duration kBoardPeriod = 20ms;  // the board renews its values at 50 Hz
+constexpr Duration kBoardPeriod = 20ms;    // the board renews its IMU's values at 50 Hz ...
+constexpr Duration kMileagePeriod = 50ms;  // ... and its mileage at 20 Hz, as the open firmware does
 constexpr Duration kImuPeriod = 10ms;
 constexpr std::size_t kImuBuffer = 4096;  // [bytes] of the line
 constexpr Duration kCanPeriod = 10ms;     // of the frames of wheels and IMU
@@ -54,6 +55,7 @@ class DeviceSession {
         pipe_(directory / "faults"),
         started_(simulation_.now()),
         next_board_(simulation_.now()),
+        next_mileage_(simulation_.now()),
         next_can_(simulation_.now()),
         next_imu_(simulation_.now()) {
     if (!can.empty()) can_.emplace(can, options.seed);
@@ -108,14 +110,17 @@ class DeviceSession {
   }
 
   void renewBoard() {
-    const auto angles = simulation_.robot().encoderAngles();
+    if (simulation_.now() >= next_mileage_) {
+      next_mileage_ += kMileagePeriod;
+      mileage_ = simulation_.robot().encoderAngles();
+    }
     const ImuReading reading = simulation_.robot().readImu();
     robolink::Imu imu;
     for (std::size_t i = 0; i < 3; ++i) {
       imu.gyro[i] = static_cast<float>(reading.gyro[i]);
       imu.accel[i] = static_cast<float>(reading.accel[i]);
     }
-    board_.renew(angles[0], angles[1], imu, toSeconds(simulation_.now() - started_));
+    board_.renew(mileage_[0], mileage_[1], imu, toSeconds(simulation_.now() - started_));
   }
 
   void stepCan() {
@@ -296,7 +301,8 @@ class DeviceSession {
   LidarModel lidar_model_;
   TruthRecorder seen_;
   LidarEmulator lidar_;
-  BoardEmulator board_;
+  BoardEmulator board_{kinematicsOf(kNominalBase)};
+  std::array<double, 2> mileage_{};  // [rad] as the board has copied it last
   ImuEmulator imu_{ImuEmulator::Framing::kA9};
   std::vector<std::uint8_t> imu_out_;
   FaultyLine lidar_line_, board_line_, imu_line_;  // of their threads alone
@@ -308,7 +314,7 @@ class DeviceSession {
   std::vector<Fault> due_;
   Duration clock_offset_ = wallClockOffset();
   std::optional<CanBus> can_;
-  Timestamp started_, next_board_, next_can_, next_imu_, released_at_{}, finished_at_{};
+  Timestamp started_, next_board_, next_mileage_, next_can_, next_imu_, released_at_{}, finished_at_{};
   bool released_ = false;
   std::vector<StampedPose> truth_;
 };

@@ -11,7 +11,7 @@ namespace slam::sim {
 namespace {
 
 constexpr double kStandardGravity = 9.80665;  // [m/s^2] of one g
-constexpr double kMostChecksums = 1e6;
+constexpr double kMostChecksums = 1e6, kSlowest = 1000.0;
 
 /// @param unit what one count means, in the unit of `values`
 hfi::B6Frame counts(hfi::B6Type type, const std::array<double, 3>& values, double unit) {
@@ -28,6 +28,7 @@ bool ImuEmulator::inject(std::string_view kind, double value) {
   if (kind == "silent") return setSwitch(silent_, value);
   if (kind == "garbage") return setSwitch(garbage_, value);
   if (kind == "stuck") return setSwitch(stuck_, value);
+  if (kind == "slow" && value >= 1.0) return setCount(slow_, value, kSlowest);
   if (kind == "checksum") return setCount(wrong_checksums_, value, kMostChecksums);
   if (kind != "wrong" || !std::isfinite(value)) return false;
   factor_ = value;
@@ -49,7 +50,7 @@ void ImuEmulator::sample(const std::array<double, 3>& gyro, const std::array<dou
     for (std::size_t i = 0; i < 3; ++i) gyro_[i] = factor_ * gyro[i];
     accel_ = accel;
   }
-  if (silent_) return;
+  if (silent_ || ++samples_ % slow_ != 0) return;
   std::array<double, 3> gravity{};  // [g], the unit's sign
   for (std::size_t i = 0; i < 3; ++i) gravity[i] = -accel_[i] / kStandardGravity;
   if (framing_ == Framing::kA9) {

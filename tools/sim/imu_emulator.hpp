@@ -17,6 +17,7 @@ namespace slam::sim {
 /// | garbage             | 1 or 0  | sends random bytes, as many as otherwise  |
 /// | checksum            | count   | so many frames have a wrong checksum      |
 /// | stuck               | 1 or 0  | sends the same values for ever            |
+/// | slow                | n       | only each n-th sample comes; 1 is right   |
 /// | wrong               | factor  | turn rates are multiplied by it           |
 class ImuEmulator {
  public:
@@ -37,7 +38,7 @@ class ImuEmulator {
   std::mt19937_64 random_;
   std::array<double, 3> gyro_{}, accel_{};  // [rad/s], [m/s^2]
   bool silent_ = false, garbage_ = false, stuck_ = false;
-  int wrong_checksums_ = 0;
+  int wrong_checksums_ = 0, slow_ = 1, samples_ = 0;
   double factor_ = 1.0;
 };
 

@@ -27,7 +27,7 @@ struct DriveFiles {
   ReplayStats drive(const std::string& scene, std::uint64_t seed, double seconds = 0.0) const {
     writeLog({.scene = scene, .seed = seed, .seconds = seconds, .truth = truth, .waypoints = waypoints}, log);
     const Config config = loadConfig(std::string(SLAMD_SOURCE_DIR) + "/config/sim.toml",
-                                     {"lidar.source='lcm'", "base.source='lcm'", "imu.source='lcm'"});
+                                     {"lidar.driver='lcm'", "base.driver='lcm'", "imu.driver='lcm'"});
     return replay(config, {.log = log, .trajectory = slam, .odometry = odometry, .wheels = wheels});
   }
   WaypointErrors atWaypoints(const fs::path& trajectory) const {

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <lcm/lcm-cpp.hpp>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "support/process.hpp"
+
+// slamd as a user runs it: the simulator's byte-level devices on one side, the real liblcm over UDP on the other.
+namespace slam::test {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+inline const std::string kBin = SLAMD_BINARY_DIR;
+inline const std::string kUrl = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kSanitized = true;  // several times slower: rates are asked for with more patience
+#else
+constexpr bool kSanitized = false;
+#endif
+#if defined(__SANITIZE_THREAD__)
+constexpr bool kCamera = false;  // OpenNI2 is not instrumented, and finds no driver of this build
+#else
+constexpr bool kCamera = true;
+#endif
+constexpr int kPatience = kSanitized ? 3 : 1;
+
+/// Counts messages by channel and keeps the last of each.
+class Listener {
+ public:
+  explicit Listener() : lcm_(kUrl) { lcm_.subscribe(".*", &Listener::take, this)->setQueueCapacity(1000); }
+
+  bool good() { return lcm_.good(); }
+  lcm::LCM& lcm() { return lcm_; }
+
+  /// Listens until the condition holds. @return false when it does not by the deadline
+  template <typename Condition>
+  bool until(Condition&& condition, std::chrono::milliseconds limit) {
+    const auto end = Clock::now() + limit;
+    while (!condition()) {
+      if (Clock::now() > end) return false;
+      lcm_.handleTimeout(50);
+    }
+    return true;
+  }
+  void listenFor(std::chrono::milliseconds time) {
+    until([] { return false; }, time);
+  }
+
+  int count(const std::string& channel) { return counts_[channel]; }
+  void forget() { counts_.clear(); }
+
+  template <typename Message>
+  std::optional<Message> last(const std::string& channel) {
+    const auto at = data_.find(channel);
+    Message message{};
+    if (at == data_.end()) return std::nullopt;
+    const int size = static_cast<int>(at->second.size());
+    return message.decode(at->second.data(), 0, size) == size ? std::optional(message) : std::nullopt;
+  }
+  std::size_t largest() const { return largest_; }
+
+ private:
+  void take(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
+    ++counts_[channel];
+    const auto* bytes = static_cast<const std::uint8_t*>(buffer->data);
+    data_[channel].assign(bytes, bytes + buffer->data_size);
+    largest_ = std::max<std::size_t>(largest_, buffer->data_size);
+  }
+
+  lcm::LCM lcm_;
+  std::map<std::string, int> counts_;
+  std::map<std::string, std::vector<std::uint8_t>> data_;
+  std::size_t largest_ = 0;
+};
+
+class Live : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(testing::TempDir()) /
+              (std::string("live_") + testing::UnitTest::GetInstance()->current_test_info()->name() +
+               std::to_string(getpid()));
+    fs::create_directories(folder_);
+    // The simulated driver of OpenNI2, as the real library finds it.
+    setenv("LD_LIBRARY_PATH", (kBin + "/../lib/openni2").c_str(), 1);
+    setenv("SLAM_SIM_DEVICES", (folder_ / "devices").c_str(), 1);
+    setenv("ASAN_OPTIONS", "detect_leaks=0", 1);  // OpenNI2 never frees its drivers
+  }
+  void TearDown() override {
+    sim_.reset();
+    slamd_.reset();
+    if (!HasFailure()) fs::remove_all(folder_);
+  }
+
+  void startSimulator(const std::string& seconds, const std::string& scene = "tile-rectangle") {
+    sim_.emplace(std::vector<std::string>{kBin + "/slam-sim", "--scene", scene, "--seconds", seconds, "--truth",
+                                          folder_ / "truth.tum", "--devices", folder_ / "devices"},
+                 folder_ / "sim.txt");
+    const auto end = Clock::now() + 5s;
+    while (!fs::exists(folder_ / "devices" / "board") && Clock::now() < end) usleep(20000);
+  }
+  void startDaemon(std::vector<std::string> settings) {
+    std::vector<std::string> command = {kBin + "/slamd", "--config",
+                                        std::string(SLAMD_SOURCE_DIR) + "/config/sim.toml"};
+    settings.push_back("lidar.port='" + (folder_ / "devices/lidar").string() + "'");
+    settings.push_back("base.port='" + (folder_ / "devices/board").string() + "'");
+    settings.push_back("imu.port='" + (folder_ / "devices/imu").string() + "'");
+    settings.push_back("output.map='" + (folder_ / "map").string() + "'");
+    if (kSanitized) settings.push_back("runtime.realtime=false");  // the sanitizers' shadow memory cannot be locked
+    if (!kCamera) settings.push_back("depth.driver='none'");
+    for (const std::string& setting : settings) command.insert(command.end(), {"--set", setting});
+    slamd_.emplace(command, folder_ / "slamd.txt");
+  }
+  std::string daemonLog() {
+    std::ifstream in(folder_ / "slamd.txt");
+    std::ostringstream text;
+    text << in.rdbuf();
+    return text.str();
+  }
+
+  fs::path folder_;
+  std::optional<Process> sim_, slamd_;
+};
+
+}  // namespace slam::test
