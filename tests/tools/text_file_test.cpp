@@ -40,6 +40,12 @@ TEST(TextFile, GivesLongLinesWhole) {
   EXPECT_THAT(linesOf(folder.write("a", one + "\n" + two + "\nz\n")), ElementsAre(one, two, "z"));
 }
 
+TEST(TextFile, EndsALineOfDamageWhereItEnds) {
+  const test::Folder folder;
+  using namespace std::string_literals;
+  EXPECT_THAT(linesOf(folder.write("a", "\v\0\ntwo\n\0\0x\nfour"s)), ElementsAre("\v\0"s, "two", "\0\0x"s, "four"));
+}
+
 TEST(TextFile, ReadsGzip) {
   const test::Folder folder;
   gzFile out = gzopen((folder / "a.gz").c_str(), "wb");
