@@ -148,7 +148,7 @@ TEST(MapCodec, RefusesAStateThatSaysTooLittle) {
     text.insert(text.find(std::string("\n").append(key)) + 1, "other_");
     EXPECT_THAT(refusalOf([&] { decodeState(text, map); }), testing::HasSubstr(key));
   }
-  for (const char* text : {"utime = ", "utime = [", "= 3", "T_map_base = [1.0, 2.0]"}) {
+  for (const char* text : {"utime = ", "utime = [", "= 3", "T_map_base = [1.0, 2.0]", "[/F"}) {
     EXPECT_THROW(decodeState(text, map), std::runtime_error) << text;
   }
 }
