@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/sim/device_mode.hpp"
 
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <mutex>
+#include <optional>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -11,6 +13,7 @@
 #include "runtime/worker.hpp"
 #include "tools/common/program.hpp"
 #include "tools/sim/board_emulator.hpp"
+#include "tools/sim/can_bus.hpp"
 #include "tools/sim/depth_server.hpp"
 #include "tools/sim/lidar_emulator.hpp"
 #include "tools/sim/lidar_model.hpp"
@@ -23,13 +26,14 @@ namespace {
 
 using namespace std::chrono_literals;
 constexpr Duration kBoardPeriod = 20ms;  // the board renews its values at 50 Hz
+constexpr Duration kCanPeriod = 10ms;    // of the frames of wheels and IMU
 constexpr Duration kAfterwards = 1s;     // standing at the end, so that the last pose is published
 constexpr int kDepthNiceness = 5;        // of the thread that renders
 constexpr Duration kLidarLag = 10ms;     // the emulator works this far behind the simulation, which has the poses
 
 class DeviceSession {
  public:
-  DeviceSession(const SimOptions& options, const std::filesystem::path& directory)
+  DeviceSession(const SimOptions& options, const std::filesystem::path& directory, const std::string& can)
       : options_(options),
         scene_(sceneFor(options)),
         simulation_(scene_, options.seed, monotonicNow()),
@@ -41,7 +45,10 @@ class DeviceSession {
         depth_server_(directory / "depth", scene_.world, options.seed,
                       [this](Timestamp stamp) { return viewpoint(stamp); }),
         started_(simulation_.now()),
-        next_board_(simulation_.now()) {}
+        next_board_(simulation_.now()),
+        next_can_(simulation_.now()) {
+    if (!can.empty()) can_.emplace(can, options.seed);
+  }
 
   void run() {
     Worker world({.name = "world", .rate = 1.0 / toSeconds(Simulation::kStep)}, [this] { stepWorld(); });
@@ -66,7 +73,7 @@ class DeviceSession {
  private:
   void stepWorld() {
     const std::lock_guard lock(mutex_);
-    if (!released_ && lidar_.scanning() && board_.greeted()) {
+    if (!released_ && lidar_.scanning() && (can_ || board_.greeted())) {
       released_ = true;
       released_at_ = simulation_.now();
       simulation_.release();
@@ -76,6 +83,7 @@ class DeviceSession {
       simulation_.step();
       scene_.world.setTime(simulation_.driveTime());
       truth_.push_back({simulation_.now() + clock_offset_, simulation_.robot().pose()});
+      stepCan();
       if (simulation_.now() < next_board_) continue;
       next_board_ += kBoardPeriod;
       renewBoard();
@@ -93,6 +101,20 @@ class DeviceSession {
       imu.accel[i] = static_cast<float>(reading.accel[i]);
     }
     board_.renew(angles[0], angles[1], imu, toSeconds(simulation_.now() - started_));
+  }
+
+  void stepCan() {
+    if (!can_ || simulation_.now() < next_can_) return;
+    next_can_ += kCanPeriod;
+    const ImuReading reading = simulation_.robot().readImu();
+    CanReadings readings{.angles = simulation_.robot().encoderAngles()};
+    for (std::size_t i = 0; i < 3; ++i) {
+      readings.gyro[i] = static_cast<float>(reading.gyro[i]);
+      readings.accel[i] = static_cast<float>(reading.accel[i]);
+    }
+    const auto half = static_cast<float>(simulation_.robot().pose().theta / 2.0);
+    readings.attitude = {std::cos(half), 0.0F, 0.0F, std::sin(half)};
+    can_->step(simulation_.now(), readings);
   }
 
   double measure(Timestamp stamp, double bearing) {
@@ -171,20 +193,21 @@ class DeviceSession {
   DepthServer depth_server_;    // of its thread alone
   bool depth_is_nice_ = false;  // of the same
   Duration clock_offset_ = wallClockOffset();
-  Timestamp started_, next_board_, released_at_{}, finished_at_{};
+  std::optional<CanBus> can_;
+  Timestamp started_, next_board_, next_can_, released_at_{}, finished_at_{};
   bool released_ = false;
   std::vector<StampedPose> truth_;
 };
 
 }  // namespace
 
-void playDevices(const SimOptions& options, const std::filesystem::path& directory) {
+void playDevices(const SimOptions& options, const std::filesystem::path& directory, const std::string& can) {
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  auto session = std::make_unique<DeviceSession>(options, directory);
+  auto session = std::make_unique<DeviceSession>(options, directory, can);
   std::printf("devices: %s %s %s\n", (directory / "lidar").c_str(), (directory / "board").c_str(),
               (directory / "depth").c_str());
   std::fflush(stdout);

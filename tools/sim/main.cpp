@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
   CLI::App app("Simulated robot: a sensor log faster than real time, or its devices at byte level in real time",
                "slam-sim");
   slam::sim::SimOptions options;
-  std::string log, devices;
+  std::string log, devices, can;
   const auto names = slam::sim::sceneNames();
   app.add_option("--scene", options.scene, "world and drive")->check(CLI::IsMember(names))->capture_default_str();
   app.add_option("--seed", options.seed, "of all that is left to chance")->capture_default_str();
@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   app.add_flag("--no-depth", no_depth, "leave the depth camera out of the log: twice as fast");
   app.add_option("--log", log, "write an LCM event log");
   app.add_option("--devices", devices, "play DIR/lidar, DIR/board and DIR/depth in real time");
+  app.add_option("--can", can, "with --devices: put wheels and IMU on this CAN interface too, e.g. vcan0");
   app.add_option("--truth", options.truth, "write true poses (TUM)");
   app.add_option("--waypoints", options.waypoints, "write true poses at the measured waypoints (TUM)");
   app.add_option("--truth-map", options.truth_map,
@@ -32,8 +33,12 @@ int main(int argc, char** argv) {
           std::cerr << "slam-sim: give either --log OUT.lcm or --devices DIR; see slam-sim --help\n";
           return static_cast<int>(slam::kBadUsage);
         }
+        if (!can.empty() && devices.empty()) {
+          std::cerr << "slam-sim: --can goes with --devices DIR; see slam-sim --help\n";
+          return static_cast<int>(slam::kBadUsage);
+        }
         options.depth = !no_depth;
-        log.empty() ? slam::sim::playDevices(options, devices) : slam::sim::writeLog(options, log);
+        log.empty() ? slam::sim::playDevices(options, devices, can) : slam::sim::writeLog(options, log);
         return static_cast<int>(slam::kDone);
       });
 }

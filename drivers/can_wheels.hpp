@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "core/timestamp.hpp"
+#include "firmware_if/can_odrive.hpp"
+
+namespace slam {
+
+/// How the drives' encoders turn with the wheels.
+struct CanWheelsConfig {
+  std::array<double, 2> sign{1.0, 1.0};  ///< left, right: -1 where driving forward counts down (mirrored motors)
+  double gear_ratio = 1.0;               ///< turns of the encoder per turn of the wheel
+  double max_speed = 100.0;              ///< [rad/s] of a wheel: what is faster is damage, not motion
+};
+
+/// Adds up one wheel's encoder estimates. Their position is a single since the drive's start: only differences are
+/// used, added in double, so that its coarse steps never add up. A jump that no wheel can turn is left out; the second
+/// estimate in a row that agrees with it shows a drive that counts anew.
+class CanWheel {
+ public:
+  struct Reading {
+    Timestamp stamp;
+    double angle = 0.0;  // [rad] since the first reading, positive forward
+    double speed = 0.0;  // [rad/s]
+  };
+  enum class Outcome : std::uint8_t {
+    kGoodOn,     ///< in line with the reading before
+    kGoodAnew,   ///< the first, or the first after a silence or a reset: no difference to what was before
+    kRejected,   ///< no motion of a wheel
+    kStepsBack,  ///< stamped no later than the reading before
+  };
+
+  /// @param scale [rad] of the wheel, forward, for one turn of the encoder
+  CanWheel(double scale, double max_speed) : scale_(scale), max_speed_(max_speed) {}
+
+  Outcome add(Timestamp stamp, const can::odrive::EncoderEstimates& estimates);
+  const Reading& last() const { return last_; }
+  /// Angle at an instant not after the last reading, between the last two by their angles and speeds.
+  double angleAt(Timestamp stamp) const;
+
+ private:
+  struct Count {
+    Timestamp stamp;
+    double angle;  // [rad] as the drive counts
+  };
+  bool follows(const Count& before, const Count& now) const;
+
+  double scale_, max_speed_;
+  std::optional<Count> count_, candidate_;
+  Reading last_;
+  std::optional<Reading> previous_;  // in line with the last
+};
+
+/// Brings the estimates of two wheels, which come at moments of their own, to one instant: that of the older of the two
+/// newest, where one was measured and the other is interpolated.
+class CanWheels {
+ public:
+  struct Pair {
+    Timestamp stamp;
+    std::array<double, 2> angles{};  ///< [rad] left, right; positive forward
+    bool restarted = false;          ///< no difference to the pair before
+  };
+
+  explicit CanWheels(const CanWheelsConfig& config);
+
+  /// @param side 0 left, 1 right @return a pair when both wheels have a reading newer than the pair before
+  std::optional<Pair> add(std::size_t side, Timestamp stamp, const can::odrive::EncoderEstimates& estimates);
+  std::int64_t rejects() const { return rejects_; }  ///< estimates that no wheel can have turned
+
+ private:
+  std::array<CanWheel, 2> wheels_;
+  std::array<bool, 2> fresh_{};
+  bool restarted_ = true;
+  std::int64_t rejects_ = 0;
+};
+
+}  // namespace slam

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware_if/can_odrive.hpp"
+
+#include <bit>
+#include <cmath>
+
+namespace slam::can::odrive {
+namespace {
+
+constexpr std::size_t kMotorFlagAt = 5, kEncoderFlagAt = 6, kControllerFlagAt = 7;
+constexpr std::uint8_t kErrorFlag = 0x01, kTrajectoryDone = 0x80;
+
+void putWord(Frame& frame, std::size_t offset, std::uint32_t value) {
+  for (std::size_t i = 0; i < 4; ++i, value >>= 8) frame.data[offset + i] = static_cast<std::uint8_t>(value);
+}
+
+std::uint32_t wordAt(const Frame& frame, std::size_t offset) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 4; i-- > 0;) value = value << 8 | frame.data[offset + i];
+  return value;
+}
+
+Frame makeFrame(int node, Command command, std::uint8_t size) { return {.id = idOf(node, command), .size = size}; }
+
+Frame makeFloats(int node, Command command, float first, float second) {
+  Frame frame = makeFrame(node, command, 8);
+  putWord(frame, 0, std::bit_cast<std::uint32_t>(first));
+  putWord(frame, 4, std::bit_cast<std::uint32_t>(second));
+  return frame;
+}
+
+/// Two finite floats of a frame of eight bytes.
+std::optional<std::array<float, 2>> parseFloats(int node, Command command, const Frame& frame) {
+  if (!isData(frame, idOf(node, command), 8)) return std::nullopt;
+  const std::array<float, 2> values = {std::bit_cast<float>(wordAt(frame, 0)), std::bit_cast<float>(wordAt(frame, 4))};
+  if (!std::isfinite(values[0]) || !std::isfinite(values[1])) return std::nullopt;
+  return values;
+}
+
+}  // namespace
+
+Frame encodeHeartbeat(int node, const Heartbeat& value) {
+  Frame frame = makeFrame(node, Command::kHeartbeat, 8);
+  putWord(frame, 0, value.axis_error);
+  frame.data[4] = value.state;
+  frame.data[kMotorFlagAt] = value.motor_error ? kErrorFlag : 0;
+  frame.data[kEncoderFlagAt] = value.encoder_error ? kErrorFlag : 0;
+  frame.data[kControllerFlagAt] = static_cast<std::uint8_t>((value.controller_error ? kErrorFlag : 0) |
+                                                            (value.trajectory_done ? kTrajectoryDone : 0));
+  return frame;
+}
+
+std::optional<Heartbeat> parseHeartbeat(int node, const Frame& frame) {
+  if (!isData(frame, idOf(node, Command::kHeartbeat), 8)) return std::nullopt;
+  Heartbeat value;
+  value.axis_error = wordAt(frame, 0);
+  value.state = frame.data[4];
+  value.motor_error = (frame.data[kMotorFlagAt] & kErrorFlag) != 0;
+  value.encoder_error = (frame.data[kEncoderFlagAt] & kErrorFlag) != 0;
+  value.controller_error = (frame.data[kControllerFlagAt] & kErrorFlag) != 0;
+  value.trajectory_done = (frame.data[kControllerFlagAt] & kTrajectoryDone) != 0;
+  return value;
+}
+
+Frame encodeEncoderEstimates(int node, const EncoderEstimates& value) {
+  return makeFloats(node, Command::kEncoderEstimates, value.position, value.velocity);
+}
+
+std::optional<EncoderEstimates> parseEncoderEstimates(int node, const Frame& frame) {
+  const auto values = parseFloats(node, Command::kEncoderEstimates, frame);
+  if (!values) return std::nullopt;
+  return EncoderEstimates{(*values)[0], (*values)[1]};
+}
+
+Frame encodeEncoderCounts(int node, const EncoderCounts& value) {
+  Frame frame = makeFrame(node, Command::kEncoderCounts, 8);
+  putWord(frame, 0, static_cast<std::uint32_t>(value.shadow));
+  putWord(frame, 4, static_cast<std::uint32_t>(value.in_turn));
+  return frame;
+}
+
+std::optional<EncoderCounts> parseEncoderCounts(int node, const Frame& frame) {
+  if (!isData(frame, idOf(node, Command::kEncoderCounts), 8)) return std::nullopt;
+  return EncoderCounts{static_cast<std::int32_t>(wordAt(frame, 0)), static_cast<std::int32_t>(wordAt(frame, 4))};
+}
+
+Frame requestEncoderCounts(int node) { return {.id = idOf(node, Command::kEncoderCounts), .size = 8, .remote = true}; }
+
+Frame encodeInputVelocity(int node, const InputVelocity& value) {
+  return makeFloats(node, Command::kInputVelocity, value.velocity, value.torque);
+}
+
+std::optional<InputVelocity> parseInputVelocity(int node, const Frame& frame) {
+  const auto values = parseFloats(node, Command::kInputVelocity, frame);
+  if (!values) return std::nullopt;
+  return InputVelocity{(*values)[0], (*values)[1]};
+}
+
+Frame encodeControllerMode(int node, ControlMode control, InputMode input) {
+  Frame frame = makeFrame(node, Command::kControllerMode, 8);
+  putWord(frame, 0, static_cast<std::uint32_t>(control));
+  putWord(frame, 4, static_cast<std::uint32_t>(input));
+  return frame;
+}
+
+Frame encodeAxisState(int node, AxisState state) {
+  Frame frame = makeFrame(node, Command::kSetAxisState, 4);
+  putWord(frame, 0, static_cast<std::uint32_t>(state));
+  return frame;
+}
+
+std::optional<std::uint32_t> parseAxisState(int node, const Frame& frame) {
+  if (!isData(frame, idOf(node, Command::kSetAxisState), 4)) return std::nullopt;
+  return wordAt(frame, 0);
+}
+
+Frame encodeClearErrors(int node) { return makeFrame(node, Command::kClearErrors, 0); }
+
+}  // namespace slam::can::odrive

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <optional>
+
+#include "firmware_if/can_frame.hpp"
+
+/// ODrive CANSimple, the motor controllers of the two wheels; README.md is its specification. Frames to raw values and
+/// back: std only, no heap, no I/O. A parse function returns std::nullopt for a frame of another id or kind, of a wrong
+/// size, or with a value that is not finite.
+namespace slam::can::odrive {
+
+inline constexpr std::uint8_t kLeftNode = 0x10, kRightNode = 0x18;  ///< clear of the IMU's ids and of CANopen
+inline constexpr int kMaxNode = 0x3F;
+
+enum class Command : std::uint8_t {
+  kHeartbeat = 0x01,
+  kSetAxisState = 0x07,
+  kEncoderEstimates = 0x09,
+  kEncoderCounts = 0x0A,
+  kControllerMode = 0x0B,
+  kInputVelocity = 0x0D,
+  kClearErrors = 0x18,
+};
+
+/// 11-bit identifier: six bits of node, five of command.
+constexpr std::uint32_t idOf(int node, Command command) {
+  return static_cast<std::uint32_t>(node) << 5 | static_cast<std::uint32_t>(command);
+}
+
+enum class AxisState : std::uint8_t { kIdle = 1, kCalibration = 3, kClosedLoop = 8 };
+
+struct Heartbeat {
+  std::uint32_t axis_error = 0;  ///< bits of the axis; 0: none
+  std::uint8_t state = 0;        ///< an AxisState, or a value that it does not name
+  bool motor_error = false, encoder_error = false, controller_error = false;
+  bool trajectory_done = false;
+  friend bool operator==(const Heartbeat&, const Heartbeat&) = default;
+};
+Frame encodeHeartbeat(int node, const Heartbeat& value);
+std::optional<Heartbeat> parseHeartbeat(int node, const Frame& frame);
+
+struct EncoderEstimates {
+  float position = 0.0F;  ///< [turns] since the controller's start; a single: coarser as it grows
+  float velocity = 0.0F;  ///< [turns/s]
+  friend bool operator==(const EncoderEstimates&, const EncoderEstimates&) = default;
+};
+Frame encodeEncoderEstimates(int node, const EncoderEstimates& value);
+std::optional<EncoderEstimates> parseEncoderEstimates(int node, const Frame& frame);
+
+struct EncoderCounts {
+  std::int32_t shadow = 0;   ///< [counts] since the controller's start
+  std::int32_t in_turn = 0;  ///< [counts] within one turn
+  friend bool operator==(const EncoderCounts&, const EncoderCounts&) = default;
+};
+Frame encodeEncoderCounts(int node, const EncoderCounts& value);
+std::optional<EncoderCounts> parseEncoderCounts(int node, const Frame& frame);
+/// The counts are sent when asked for with this remote frame.
+Frame requestEncoderCounts(int node);
+
+struct InputVelocity {
+  float velocity = 0.0F;  ///< [turns/s]
+  float torque = 0.0F;    ///< [Nm] fed forward
+  friend bool operator==(const InputVelocity&, const InputVelocity&) = default;
+};
+Frame encodeInputVelocity(int node, const InputVelocity& value);
+std::optional<InputVelocity> parseInputVelocity(int node, const Frame& frame);
+
+enum class ControlMode : std::uint8_t { kTorque = 1, kVelocity = 2, kPosition = 3 };
+enum class InputMode : std::uint8_t { kPassThrough = 1, kVelocityRamp = 2 };
+Frame encodeControllerMode(int node, ControlMode control, InputMode input);
+
+Frame encodeAxisState(int node, AxisState state);
+std::optional<std::uint32_t> parseAxisState(int node, const Frame& frame);
+Frame encodeClearErrors(int node);
+
+}  // namespace slam::can::odrive

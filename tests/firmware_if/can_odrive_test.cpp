@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware_if/can_odrive.hpp"
+
+#include <gtest/gtest.h>
+#include <limits>
+#include <random>
+
+#include "support/allocations.hpp"
+
+namespace slam::can::odrive {
+namespace {
+
+constexpr Frame kEstimates{.id = 0x209, .size = 8, .data = {0x00, 0x00, 0xC0, 0x3F, 0x00, 0x00, 0x10, 0xC0}};
+
+TEST(CanOdrive, IdentifiersAreTheRecommendedOnes) {
+  EXPECT_EQ(idOf(kLeftNode, Command::kHeartbeat), 0x201U);
+  EXPECT_EQ(idOf(kRightNode, Command::kHeartbeat), 0x301U);
+  EXPECT_EQ(idOf(kLeftNode, Command::kEncoderEstimates), 0x209U);
+  EXPECT_EQ(idOf(kRightNode, Command::kEncoderEstimates), 0x309U);
+  EXPECT_EQ(idOf(kLeftNode, Command::kInputVelocity), 0x20DU);
+  EXPECT_EQ(idOf(kRightNode, Command::kInputVelocity), 0x30DU);
+  EXPECT_EQ(idOf(kLeftNode, Command::kSetAxisState), 0x207U);
+  EXPECT_EQ(idOf(kRightNode, Command::kSetAxisState), 0x307U);
+}
+
+TEST(CanOdrive, EncoderEstimatesAreTheReferenceFrame) {
+  EXPECT_EQ(encodeEncoderEstimates(kLeftNode, {1.5F, -2.25F}), kEstimates);
+  EXPECT_EQ(parseEncoderEstimates(kLeftNode, kEstimates), (EncoderEstimates{1.5F, -2.25F}));
+}
+
+TEST(CanOdrive, HeartbeatsKeepEachBitInItsPlace) {
+  const Frame frame{.id = 0x301, .size = 8, .data = {0x40, 0x08, 0x00, 0x00, 0x08, 0x01, 0x00, 0x81}};
+  const Heartbeat value{
+      .axis_error = 0x840, .state = 8, .motor_error = true, .controller_error = true, .trajectory_done = true};
+  EXPECT_EQ(parseHeartbeat(kRightNode, frame), value);
+  EXPECT_EQ(encodeHeartbeat(kRightNode, value), frame);
+  const Frame encoder{.id = 0x301, .size = 8, .data = {0, 0, 0, 0, 1, 0, 1, 0}};
+  EXPECT_EQ(parseHeartbeat(kRightNode, encoder), (Heartbeat{.state = 1, .encoder_error = true}));
+}
+
+TEST(CanOdrive, CountsAreSigned) {
+  const Frame frame{.id = 0x20A, .size = 8, .data = {0xFE, 0xFF, 0xFF, 0xFF, 0x00, 0x10, 0x00, 0x00}};
+  EXPECT_EQ(parseEncoderCounts(kLeftNode, frame), (EncoderCounts{-2, 4096}));
+  EXPECT_EQ(encodeEncoderCounts(kLeftNode, {-2, 4096}), frame);
+  EXPECT_TRUE(requestEncoderCounts(kLeftNode).remote);
+  EXPECT_EQ(requestEncoderCounts(kLeftNode).id, 0x20AU);
+  EXPECT_FALSE(parseEncoderCounts(kLeftNode, requestEncoderCounts(kLeftNode))) << "a question is no answer";
+}
+
+TEST(CanOdrive, CommandsAreTheBytesOfTheProtocol) {
+  const Frame velocity{.id = 0x20D, .size = 8, .data = {0, 0, 0xC0, 0x3F, 0, 0, 0, 0}};
+  EXPECT_EQ(encodeInputVelocity(kLeftNode, {1.5F, 0.0F}), velocity);
+  EXPECT_EQ(parseInputVelocity(kLeftNode, velocity), (InputVelocity{1.5F, 0.0F}));
+  const Frame state{.id = 0x307, .size = 4, .data = {8, 0, 0, 0}};
+  EXPECT_EQ(encodeAxisState(kRightNode, AxisState::kClosedLoop), state);
+  EXPECT_EQ(parseAxisState(kRightNode, state), 8U);
+  EXPECT_EQ(encodeControllerMode(kLeftNode, ControlMode::kVelocity, InputMode::kVelocityRamp),
+            (Frame{.id = 0x20B, .size = 8, .data = {2, 0, 0, 0, 2, 0, 0, 0}}));
+  EXPECT_EQ(encodeClearErrors(kLeftNode), (Frame{.id = 0x218, .size = 0}));
+}
+
+TEST(CanOdrive, RefusesWhatIsNotItsFrame) {
+  for (std::uint8_t size = 0; size < 8; ++size) {
+    Frame frame = kEstimates;
+    frame.size = size;
+    EXPECT_FALSE(parseEncoderEstimates(kLeftNode, frame)) << int(size);
+    frame.id = idOf(kLeftNode, Command::kHeartbeat);
+    EXPECT_FALSE(parseHeartbeat(kLeftNode, frame)) << int(size);
+  }
+  EXPECT_FALSE(parseEncoderEstimates(kRightNode, kEstimates));
+  for (bool Frame::*kind : {&Frame::extended, &Frame::remote, &Frame::error}) {
+    Frame frame = kEstimates;
+    frame.*kind = true;
+    EXPECT_FALSE(parseEncoderEstimates(kLeftNode, frame));
+  }
+}
+
+TEST(CanOdrive, RefusesValuesThatAreNotFinite) {
+  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+                          -std::numeric_limits<float>::infinity()}) {
+    EXPECT_FALSE(parseEncoderEstimates(kLeftNode, encodeEncoderEstimates(kLeftNode, {bad, 0.0F})));
+    EXPECT_FALSE(parseEncoderEstimates(kLeftNode, encodeEncoderEstimates(kLeftNode, {0.0F, bad})));
+    EXPECT_FALSE(parseInputVelocity(kLeftNode, encodeInputVelocity(kLeftNode, {bad, 0.0F})));
+  }
+}
+
+TEST(CanOdrive, SurvivesAnyPayloadWithoutAllocating) {
+  std::mt19937 random(7);
+  int parsed = 0;
+  const auto allocations = test::allocationsDuring([&] {
+    for (int i = 0; i < 20000; ++i) {
+      Frame frame{.id = static_cast<std::uint32_t>(0x200 + random() % 32), .size = static_cast<std::uint8_t>(random() % 9)};
+      for (auto& byte : frame.data) byte = static_cast<std::uint8_t>(random());
+      parsed += parseHeartbeat(kLeftNode, frame).has_value() + parseEncoderEstimates(kLeftNode, frame).has_value() +
+                parseEncoderCounts(kLeftNode, frame).has_value() + parseAxisState(kLeftNode, frame).has_value();
+    }
+  });
+  EXPECT_EQ(allocations, 0U);
+  EXPECT_GT(parsed, 100);
+}
+
+}  // namespace
+}  // namespace slam::can::odrive

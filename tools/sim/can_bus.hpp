@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drivers/can_port.hpp"
+#include "tools/sim/can_emulator.hpp"
+
+namespace slam::sim {
+
+/// Puts an emulator's frames on a CAN interface of this machine, and gives it what the host sends.
+class CanBus {
+ public:
+  /// @throws std::runtime_error, with the mend, when the kernel has no CAN or the interface is not there or down
+  CanBus(const std::string& interface, std::uint64_t seed);
+
+  /// To be called every few milliseconds. Frames that the interface does not take are lost, as on a real bus.
+  void step(Timestamp now, const CanReadings& readings);
+  CanEmulator& emulator() { return emulator_; }
+
+ private:
+  std::unique_ptr<CanPort> port_;
+  CanEmulator emulator_;
+  std::vector<can::Frame> out_;
+};
+
+}  // namespace slam::sim

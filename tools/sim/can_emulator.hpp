@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <array>
+#include <deque>
+#include <optional>
+#include <random>
+#include <string_view>
+#include <vector>
+
+#include "core/timestamp.hpp"
+#include "firmware_if/can_odrive.hpp"
+#include "firmware_if/can_xsens.hpp"
+
+namespace slam::sim {
+
+/// What the devices on the bus measure at one moment.
+struct CanReadings {
+  std::array<double, 2> angles{};  ///< [rad] left, right; positive driving forward
+  can::xsens::Vector3 gyro{};      ///< [rad/s]
+  can::xsens::Vector3 accel{};     ///< [m/s^2]
+  can::xsens::Quaternion attitude{1, 0, 0, 0};
+};
+
+/// The drives of two wheels and an IMU on one CAN bus, frame by frame at the rates of firmware_if/README.md. Knows no
+/// clock: time and truth come from outside.
+class CanEmulator {
+ public:
+  explicit CanEmulator(std::uint64_t seed = 1) : random_(seed) {}
+
+  /// Makes the frames that are due up to `now`; to be called every few milliseconds, time going on.
+  /// @param out frames in the order of the bus are appended; error frames are for the host's controller
+  void step(Timestamp now, const CanReadings& readings, std::vector<can::Frame>& out);
+
+  /// A frame from the host.
+  void receive(const can::Frame& frame);
+  /// Speeds asked for last [turns/s], as sent to each drive.
+  const std::array<float, 2>& asked() const { return asked_; }
+  int commands() const { return commands_; }  ///< speeds received
+
+  /// Makes something go wrong, or right again.
+  /// @param kind "silent", "garbage", "stuck": 1 or 0; "wrong": factor of the positions; "delay": [ms];
+  ///        "axis_error": error word of the left drive, which disarms it, 0 takes it back; "bus_off": 1, then 0 for a
+  ///        controller that was restarted
+  /// @return false when there is no such kind
+  bool inject(std::string_view kind, double value);
+
+ private:
+  struct Drive {
+    double position = 0.0, velocity = 0.0;  // [turns, turns/s]
+    can::odrive::Heartbeat heartbeat{.state = static_cast<std::uint8_t>(can::odrive::AxisState::kClosedLoop)};
+  };
+  void turn(Timestamp now, const CanReadings& readings);
+  void send(Timestamp now, can::Frame frame);
+  void spoil(can::Frame& frame);
+
+  std::mt19937_64 random_;
+  std::array<Drive, 2> drives_;
+  CanReadings imu_;
+  std::optional<Timestamp> started_, turned_;
+  std::array<double, 2> angles_{};  // [rad] at turned_
+  Timestamp next_estimates_{}, next_heartbeat_{}, next_imu_{};
+  struct Delayed {
+    Timestamp due;
+    can::Frame frame;
+  };
+  std::deque<Delayed> line_;
+  std::array<float, 2> asked_{};
+  int commands_ = 0;
+  bool silent_ = false, garbage_ = false, stuck_ = false, bus_off_ = false;
+  double factor_ = 1.0;
+  Duration delay_{0};
+};
+
+}  // namespace slam::sim
