@@ -8,14 +8,37 @@ namespace slam {
 namespace {
 
 using namespace std::chrono_literals;
+using robolink::ChassisType;
 using robolink::Command;
 
 constexpr Duration kAnswer = 100ms;  // a request not answered by then is lost
 constexpr Duration kStale = 500ms;   // no answer at all
 constexpr Duration kDead = 3s;       // then the port is opened anew
-constexpr Duration kRefresh = 60ms;  // the board renews its values every 20 to 50 ms
 constexpr Duration kFirstBackOff = 200ms, kLongestBackOff = 1s;
-constexpr float kImpossibleTurn = 20.0F;  // [rad] of a wheel between two readings: the counter started anew
+constexpr Duration kDrivePeriod = 50ms;     // the board's own control loop
+constexpr Duration kCommandLasts = 500ms;   // then it is too old to be sent again
+constexpr Duration kChassisPeriod = 1s;     // between attempts
+constexpr int kChassisTries = 3;            // an old firmware may not know the command
+constexpr float kLongRun = 2048.0F;         // [rad] above, single precision begins to cost: 0.04 % of the way
+constexpr Duration kStandingForClear = 1s;  // before the counters are set back
+constexpr Duration kClearPeriod = 60s;      // between attempts
+constexpr std::int64_t kNanoseconds = 1'000'000'000;
+
+int wheelsOf(ChassisType type) {
+  switch (type) {
+    case ChassisType::kDifferential2:
+      return 2;
+    case ChassisType::kOmni3:
+      return 3;
+    default:
+      return 4;
+  }
+}
+
+std::array<std::uint8_t, robolink::kCoordinateSize> encodeTriple(const std::array<double, 3>& numbers) {
+  return robolink::encodeCoordinate(
+      {static_cast<float>(numbers[0]), static_cast<float>(numbers[1]), static_cast<float>(numbers[2])});
+}
 
 }  // namespace
 
@@ -23,8 +46,10 @@ HandsfreeBoard::HandsfreeBoard(const HandsfreeConfig& config, Clock now, Sinks s
     : config_(config),
       now_(now),
       sinks_(std::move(sinks)),
-      polls_{Poll{Command::kGetMotorMileage, fromSeconds(1.0 / config.mileage_rate), {}},
-             Poll{Command::kGetImu, fromSeconds(1.0 / config.imu_rate), {}}, Poll{Command::kGetSystemInfo, 1s, {}}} {}
+      wheel_count_(wheelsOf(config.chassis)),
+      polls_{Poll{Command::kGetMotorMileage, PollSchedule(fromSeconds(1.0 / config.mileage_rate))},
+             Poll{Command::kGetImu, PollSchedule(fromSeconds(1.0 / config.imu_rate))},
+             Poll{Command::kGetSystemInfo, PollSchedule(1s)}, Poll{Command::kGetMotorSpeed, PollSchedule(100ms)}} {}
 
 void HandsfreeBoard::tick() {
   const Timestamp now = now_();
@@ -37,6 +62,18 @@ void HandsfreeBoard::tick() {
   if (stream_) request(now);
 }
 
+void HandsfreeBoard::stop() {
+  if (stream_ && driving_) send(Command::kSetRobotSpeed, robolink::encodeCoordinate({}));
+  driving_ = false;
+  stream_.reset();
+}
+
+bool HandsfreeBoard::command(double vx, double vy, double omega) {
+  if (!config_.may_drive || !std::isfinite(vx) || !std::isfinite(vy) || !std::isfinite(omega)) return false;
+  command_.store({{vx, vy, omega}, now_().time_since_epoch().count()});
+  return true;
+}
+
 void HandsfreeBoard::open(Timestamp now) {
   OpenedPort port = openPort(config_.port, config_.baud);
   if (!port.stream) return close(now, DeviceState::kAbsent, port.problem);
@@ -44,8 +81,10 @@ void HandsfreeBoard::open(Timestamp now) {
   stream_->discardInput();
   decoder_.reset();
   pending_.reset();
-  restarted_ = true;
-  mileage_.reset();
+  bytes_came_ = false;
+  // A board that kept its power goes on counting where it was: one that did not asks for the handshake first.
+  chassis_tries_left_ = kChassisTries;
+  next_chassis_ = now;
   answered_ = now;
   setBoth(DeviceState::kOpening, "waiting for the board's first answer");
 }
@@ -68,73 +107,48 @@ bool HandsfreeBoard::receive() {
     const ReadResult result = stream_->read(chunk, 0ns);
     if (result.status == ReadResult::kClosed) return false;
     if (result.status == ReadResult::kTimeout) break;
+    bytes_came_ = true;
     for (std::size_t i = 0; i < result.size; ++i) {
       for (auto frame = decoder_.push(chunk[i]); frame; frame = decoder_.flush()) handle(*frame);
     }
   }
   const auto& counters = decoder_.counters();
   const auto damaged = counters.bad_checksums + counters.bad_lengths + counters.foreign_frames;
-  wheels_.rejects.store(damaged + unanswered_, std::memory_order_relaxed);
+  wheels_.rejects.store(damaged + unanswered_ + bad_mileage_, std::memory_order_relaxed);
   return true;
 }
 
 void HandsfreeBoard::handle(const robolink::Frame& frame) {
   answered_ = now_();
   back_off_ = 0ns;
-  if (frame.command == static_cast<std::uint8_t>(Command::kShakingHands)) {
-    // The board has just started. It wants the last coordinate; its own odometry is not used here, so that is zero.
-    send(Command::kShakingHands, robolink::encodeCoordinate({}));
-    restarted_ = true;
-    pending_.reset();
-    return;
-  }
-  if (!pending_ || frame.command != static_cast<std::uint8_t>(*pending_)) return;  // an answer that came too late
+  bytes_came_ = false;
+  const auto command = static_cast<Command>(frame.command);
+  if (command == Command::kShakingHands) return greet();
+  if (!pending_ || command != *pending_) return;  // an answer that came too late
   pending_.reset();
-  if (frame.command == static_cast<std::uint8_t>(Command::kGetMotorMileage)) {
-    if (const auto mileage = robolink::parseMotorVector(frame.payload)) return handleMileage(*mileage);
-  } else if (frame.command == static_cast<std::uint8_t>(Command::kGetImu)) {
-    if (const auto imu = robolink::parseImu(frame.payload)) return handleImu(*imu);
-  } else if (frame.command == static_cast<std::uint8_t>(Command::kGetSystemInfo)) {
-    if (const auto info = robolink::parseSystemInfo(frame.payload)) {
-      battery_ = info->battery;
-      return;
-    }
+  if (handleAnswer(command, frame.payload)) return;
+  if (command == Command::kGetMotorMileage) {
+    ++bad_mileage_;
+    restarted_ = true;  // whatever it counts next need not be what it counted before
+  } else {
+    imu_.rejects.fetch_add(1, std::memory_order_relaxed);
   }
-  imu_.rejects.fetch_add(1, std::memory_order_relaxed);
 }
 
-void HandsfreeBoard::handleMileage(const robolink::MotorVector& mileage) {
-  // The same value again is stale while the wheels turn: leave it out, the next difference spans it.
-  const bool same = mileage_ && mileage == *mileage_;
-  if (same && requested_ - mileage_changed_ < kRefresh) return;
-  if (!same) mileage_changed_ = requested_;
-  const bool jumped = mileage_ && (std::abs(mileage[0] - (*mileage_)[0]) > kImpossibleTurn ||
-                                   std::abs(mileage[1] - (*mileage_)[1]) > kImpossibleTurn);
-  mileage_ = mileage;
-  // The left motor counts negative when the base drives forward.
-  const Timestamp stamp = requested_ - fromSeconds(config_.sample_age);
-  sinks_.wheels({stamp, -static_cast<double>(mileage[0]), static_cast<double>(mileage[1]), restarted_ || jumped});
-  restarted_ = false;
-  wheels_.countSample(requested_);
-  wheels_.set(DeviceState::kStreaming, "");
-}
-
-void HandsfreeBoard::handleImu(const robolink::Imu& imu) {
-  if ((imu.online & 1) == 0) {
-    imu_.set(DeviceState::kFault, "the board says that its IMU is offline");
-    return;
+/// The board has just started. It wants the last coordinate and the time.
+void HandsfreeBoard::greet() {
+  sendCoordinate();
+  robolink::SystemInfo info;
+  if (const std::int64_t offset = local_time_offset_; offset != 0) {
+    info.local_time = robolink::localTimeAt((answered_.time_since_epoch().count() + offset) / kNanoseconds);
   }
-  if (last_imu_ && last_imu_->gyro == imu.gyro && last_imu_->accel == imu.accel) return;  // not renewed yet
-  last_imu_ = imu;
-  ImuSample sample;
-  sample.stamp = requested_ - fromSeconds(config_.sample_age);
-  for (int i = 0; i < 3; ++i) {
-    sample.gyro[i] = static_cast<double>(imu.gyro[static_cast<std::size_t>(i)]);
-    sample.accel[i] = static_cast<double>(imu.accel[static_cast<std::size_t>(i)]);
-  }
-  sinks_.imu(sample);
-  imu_.countSample(requested_);
-  imu_.set(DeviceState::kStreaming, "");
+  ask(answered_, Command::kSetSystemInfo, robolink::encodeSystemInfo(info));
+  restarted_ = true;
+  mileage_.clock.restart();
+  last_imu_.clock.restart();
+  time_ran_ = frozen_ = false;
+  chassis_tries_left_ = kChassisTries;
+  next_chassis_ = answered_;
 }
 
 void HandsfreeBoard::watch(Timestamp now) {
@@ -142,9 +156,16 @@ void HandsfreeBoard::watch(Timestamp now) {
     const std::int64_t last = status.last_sample_ns.load(std::memory_order_relaxed);
     return status.state == DeviceState::kStreaming && now.time_since_epoch().count() - last > kStale.count();
   };
-  if (now - answered_ > kDead)
-    return close(now, DeviceState::kFault, "port present, but the board never answers: check baud rate and power");
-  if (now - answered_ > kStale) return setBoth(DeviceState::kStale, "the board does not answer: check its power");
+  if (now - answered_ > kDead) {
+    return close(now, DeviceState::kFault,
+                 bytes_came_ ? "port present, but what comes is not RoboLink: check baud rate and cable"
+                             : "port present, but the board never answers: check baud rate and power");
+  }
+  if (now - answered_ > kStale) {
+    return setBoth(DeviceState::kStale, bytes_came_ ? "the board's answers cannot be read: check baud rate and cable"
+                                                    : "the board does not answer: check its power");
+  }
+  if (now - answered_ > kAnswer) return;  // it may be the board that has just fallen silent
   if (silent(imu_)) imu_.set(DeviceState::kStale, "the board answers, but its IMU values never change");
   if (silent(wheels_)) wheels_.set(DeviceState::kStale, "the board answers, but not with mileage");
 }
@@ -156,12 +177,49 @@ void HandsfreeBoard::request(Timestamp now) {
     decoder_.reset();  // half a frame must not hold the next answer back
     ++unanswered_;
   }
-  const auto next =
-      std::min_element(polls_.begin(), polls_.end(), [](const Poll& a, const Poll& b) { return a.due < b.due; });
-  if (next->due > now) return;
-  next->due = std::max(next->due + next->period, now);
-  send(next->command);
-  pending_ = next->command;
+  if (requestDrive(now) || requestOnce(now)) return;
+  const std::size_t used = sinks_.speeds ? polls_.size() : polls_.size() - 1;
+  const auto next = std::min_element(polls_.begin(), polls_.begin() + static_cast<std::ptrdiff_t>(used),
+                                     [](const Poll& a, const Poll& b) { return a.schedule.due() < b.schedule.due(); });
+  if (next->schedule.due() > now) return;
+  next->schedule.advance(now);
+  ask(now, next->command);
+}
+
+bool HandsfreeBoard::requestDrive(Timestamp now) {
+  const LatestTriple::Value& wanted = command_.load();
+  const bool fresh = wanted.time != 0 && now.time_since_epoch().count() - wanted.time <= kCommandLasts.count();
+  if (fresh ? now < next_drive_ : !driving_) return false;
+  const std::array<double, 3> twist = fresh ? wanted.numbers : std::array<double, 3>{};
+  driving_ = fresh;
+  next_drive_ = now + kDrivePeriod;
+  ask(now, Command::kSetRobotSpeed, encodeTriple(twist));
+  return true;
+}
+
+/// What is asked now and then: the board's idea of its chassis, and counters from zero before they get coarse.
+bool HandsfreeBoard::requestOnce(Timestamp now) {
+  if (chassis_tries_left_ > 0 && now >= next_chassis_) {
+    --chassis_tries_left_;
+    next_chassis_ = now + kChassisPeriod;
+    ask(now, Command::kReadChassisParameters);
+    return true;
+  }
+  const auto coarse = [](float angle) { return std::abs(angle) > kLongRun; };
+  if (!mileage_.values || frozen_ || driving_ || now < next_clear_ || now - mileage_.changed < kStandingForClear ||
+      std::none_of(mileage_.values->begin(), mileage_.values->end(), coarse)) {
+    return false;
+  }
+  next_clear_ = now + kClearPeriod;
+  ask(now, Command::kClearCoordinateData);
+  return true;
+}
+
+void HandsfreeBoard::sendCoordinate() { send(Command::kShakingHands, encodeTriple(coordinate_.load().numbers)); }
+
+void HandsfreeBoard::ask(Timestamp now, Command command, std::span<const std::uint8_t> payload) {
+  send(command, payload);
+  pending_ = command;
   requested_ = now;
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <cmath>
 
 namespace slam::robolink {
@@ -23,6 +24,20 @@ float floatAt(Bytes bytes, std::size_t offset) {
 void putFloat(std::span<std::uint8_t> bytes, std::size_t offset, float value) {
   auto bits = std::bit_cast<std::uint32_t>(value);
   for (std::size_t i = 0; i < 4; ++i, bits >>= 8) bytes[offset + i] = static_cast<std::uint8_t>(bits);
+}
+
+std::uint16_t wordAt(Bytes bytes, std::size_t offset) {
+  return static_cast<std::uint16_t>(bytes[offset] | bytes[offset + 1] << 8);
+}
+
+void putWord(std::span<std::uint8_t> bytes, std::size_t offset, std::uint16_t value) {
+  bytes[offset] = static_cast<std::uint8_t>(value & 0xFF);
+  bytes[offset + 1] = static_cast<std::uint8_t>(value >> 8);
+}
+
+template <std::size_t N>
+void putFloats(std::span<std::uint8_t> bytes, std::size_t offset, const std::array<float, N>& values) {
+  for (std::size_t i = 0; i < N; ++i) putFloat(bytes, offset + 4 * i, values[i]);
 }
 
 template <std::size_t N>
@@ -142,10 +157,9 @@ std::optional<MotorVector> parseMotorVector(Bytes payload) {
 std::array<std::uint8_t, kImuSize> encodeImu(const Imu& value) {
   std::array<std::uint8_t, kImuSize> bytes{};
   bytes[0] = value.online;
-  for (std::size_t i = 0; i < 3; ++i) {
-    putFloat(bytes, 7 + 4 * i, value.gyro[i]);
-    putFloat(bytes, 19 + 4 * i, value.accel[i]);
-  }
+  for (std::size_t i = 0; i < 3; ++i) putWord(bytes, 1 + 2 * i, value.update_rates[i]);
+  putFloats(bytes, 7, value.gyro);
+  putFloats(bytes, 19, value.accel);
   return bytes;
 }
 
@@ -153,22 +167,73 @@ std::optional<Imu> parseImu(Bytes payload) {
   Imu imu;
   if (payload.size() != kImuSize) return std::nullopt;
   imu.online = payload[0];
+  for (std::size_t i = 0; i < 3; ++i) imu.update_rates[i] = wordAt(payload, 1 + 2 * i);
   if (!readFloats(payload, 7, imu.gyro) || !readFloats(payload, 19, imu.accel)) return std::nullopt;
   return imu;
 }
 
+LocalTime localTimeAt(std::int64_t seconds) {
+  using namespace std::chrono;
+  const sys_seconds instant{std::chrono::seconds(seconds)};
+  const sys_days day = floor<days>(instant);
+  const year_month_day date(day);
+  const hh_mm_ss time(instant - day);
+  const auto byte = [](auto value) { return static_cast<std::uint8_t>(value); };
+  return {true,
+          static_cast<std::uint16_t>(static_cast<int>(date.year())),
+          byte(static_cast<unsigned>(date.month())),
+          byte(static_cast<unsigned>(date.day())),
+          byte(weekday(day).iso_encoding()),
+          byte(time.hours().count()),
+          byte(time.minutes().count()),
+          byte(time.seconds().count())};
+}
+
 std::array<std::uint8_t, kSystemInfoSize> encodeSystemInfo(const SystemInfo& value) {
   std::array<std::uint8_t, kSystemInfoSize> bytes{};
-  const std::array<float, 5> values = {value.system_time, value.cpu_temperature, value.cpu_usage, value.battery,
-                                       value.power_remain};
-  for (std::size_t i = 0; i < values.size(); ++i) putFloat(bytes, 4 * i, values[i]);
+  putFloats(bytes, 0,
+            std::array{value.system_time, value.cpu_temperature, value.cpu_usage, value.battery, value.power_remain});
+  const LocalTime& time = value.local_time;
+  bytes[20] = time.valid ? 1 : 0;
+  putWord(bytes, 21, time.year);
+  const std::array rest{time.month, time.day, time.weekday, time.hour, time.minute, time.second};
+  std::copy(rest.begin(), rest.end(), bytes.begin() + 23);
   return bytes;
 }
 
 std::optional<SystemInfo> parseSystemInfo(Bytes payload) {
   std::array<float, 5> values{};
   if (payload.size() != kSystemInfoSize || !readFloats(payload, 0, values)) return std::nullopt;
-  return SystemInfo{values[0], values[1], values[2], values[3], values[4]};
+  const LocalTime time{payload[20] != 0, wordAt(payload, 21), payload[23], payload[24],
+                       payload[25],      payload[26],         payload[27], payload[28]};
+  return SystemInfo{values[0], values[1], values[2], values[3], values[4], time};
+}
+
+std::array<std::uint8_t, kChassisSize> encodeChassis(const ChassisParameters& value) {
+  std::array<std::uint8_t, kChassisSize> bytes{};
+  bytes[0] = static_cast<std::uint8_t>(value.type);
+  putFloats(bytes, 1, std::array{value.wheel_radius, value.body_radius, value.speed_low_filter});
+  bytes[13] = value.imu_fusion;
+  bytes[14] = value.control_enable;
+  putFloats(bytes, 15, value.max_speed);
+  putFloats(bytes, 27, value.max_acceleration);
+  return bytes;
+}
+
+std::optional<ChassisParameters> parseChassis(Bytes payload) {
+  ChassisParameters value;
+  std::array<float, 3> sizes{};
+  if (payload.size() != kChassisSize || !readFloats(payload, 1, sizes)) return std::nullopt;
+  if (!readFloats(payload, 15, value.max_speed) || !readFloats(payload, 27, value.max_acceleration)) {
+    return std::nullopt;
+  }
+  value.type = static_cast<ChassisType>(payload[0]);
+  value.wheel_radius = sizes[0];
+  value.body_radius = sizes[1];
+  value.speed_low_filter = sizes[2];
+  value.imu_fusion = payload[13];
+  value.control_enable = payload[14];
+  return value;
 }
 
 }  // namespace slam::robolink

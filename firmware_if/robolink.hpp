@@ -21,6 +21,8 @@ enum class Command : std::uint8_t {
   kGetMotorMileage = 16,
   kClearCoordinateData = 19,
   kGetImu = 24,
+  kReadChassisParameters = 28,
+  kSetSystemInfo = 31,
 };
 
 inline constexpr std::size_t kMaxPayload = 1022;  ///< the length field counts the command too and may say 1023
@@ -93,13 +95,26 @@ std::optional<MotorVector> parseMotorVector(std::span<const std::uint8_t> payloa
 
 /// First block of the IMU answer; the second is not filled by the open firmware.
 struct Imu {
-  std::uint8_t online = 0;       ///< bit 0: 6-axis unit, 1: magnetometer, 2: barometer
-  std::array<float, 3> gyro{};   ///< [rad/s]
-  std::array<float, 3> accel{};  ///< [m/s^2]
+  std::uint8_t online = 0;                      ///< bit 0: 6-axis unit, 1: magnetometer, 2: barometer
+  std::array<std::uint16_t, 3> update_rates{};  ///< of these three
+  std::array<float, 3> gyro{};                  ///< [rad/s]
+  std::array<float, 3> accel{};                 ///< [m/s^2]
 };
 inline constexpr std::size_t kImuSize = 174;
 std::array<std::uint8_t, kImuSize> encodeImu(const Imu& value);
 std::optional<Imu> parseImu(std::span<const std::uint8_t> payload);
+
+/// Local time of the computer, for the board's log; all zero when it is not known.
+struct LocalTime {
+  bool valid = false;
+  std::uint16_t year = 0;
+  std::uint8_t month = 0, day = 0;  ///< from 1
+  std::uint8_t weekday = 0;         ///< 1 Monday to 7 Sunday, as the controller's own clock counts
+  std::uint8_t hour = 0, minute = 0, second = 0;
+  bool operator==(const LocalTime&) const = default;
+};
+/// @param seconds of local time since 1970 (UTC and the zone's offset)
+LocalTime localTimeAt(std::int64_t seconds);
 
 struct SystemInfo {
   float system_time = 0.0F;      ///< [us] since the board's start, as a float: resolution 64 us after 10 minutes
@@ -107,9 +122,32 @@ struct SystemInfo {
   float cpu_usage = 0.0F;        ///< [%]
   float battery = 0.0F;          ///< [V]
   float power_remain = 0.0F;     ///< [%]
+  LocalTime local_time = {};
 };
 inline constexpr std::size_t kSystemInfoSize = 37;
 std::array<std::uint8_t, kSystemInfoSize> encodeSystemInfo(const SystemInfo& value);
 std::optional<SystemInfo> parseSystemInfo(std::span<const std::uint8_t> payload);
+
+enum class ChassisType : std::uint8_t {
+  kDifferential2 = 0,
+  kDifferential4 = 1,
+  kOmni3 = 2,
+  kOmni4 = 3,
+  kMecanum4 = 4,
+  kCarLike = 5,
+};
+
+struct ChassisParameters {
+  ChassisType type = ChassisType::kDifferential2;  ///< may be a value without a name
+  float wheel_radius = 0.0F;                       ///< [m]
+  float body_radius = 0.0F;                        ///< [m] half the track of a differential base
+  float speed_low_filter = 0.0F;                   ///< [1] share of a new speed in the filtered one
+  std::uint8_t imu_fusion = 0, control_enable = 0;
+  std::array<float, 3> max_speed{};         ///< [m/s, m/s, rad/s]
+  std::array<float, 3> max_acceleration{};  ///< [m/s^2, m/s^2, rad/s^2]
+};
+inline constexpr std::size_t kChassisSize = 39;
+std::array<std::uint8_t, kChassisSize> encodeChassis(const ChassisParameters& value);
+std::optional<ChassisParameters> parseChassis(std::span<const std::uint8_t> payload);
 
 }  // namespace slam::robolink

@@ -35,7 +35,7 @@ BaseThread::BaseThread(const Config& config, Exchange& exchange)
 
 void BaseThread::addWheels(const WheelAngles& angles) {
   if (angles.restarted) odometry_.restart();
-  const WheelReading reading{{angles.stamp, odometry_.add(angles.left, angles.right)}, {angles.left, angles.right}};
+  const WheelReading reading{{angles.stamp, odometry_.add(angles.used())}, {angles.angles[0], angles.angles[1]}};
   exchange_.wheels.tryPush(reading);
   exchange_.wheels_out.tryPush(reading);
 }

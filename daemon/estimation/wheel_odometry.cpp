@@ -1,16 +1,29 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimation/wheel_odometry.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace slam {
 
-const Pose2& WheelOdometry::add(double left, double right) {
-  if (last_) {
-    const double left_travel = base_.wheel_radius * (left - last_->left);
-    const double right_travel = base_.wheel_radius * (right - last_->right);
-    pose_ = pose_ * exp({(left_travel + right_travel) / 2.0, 0.0,  //
-                         (right_travel - left_travel) / (2.0 * base_.half_track)});
+const Pose2& WheelOdometry::add(std::span<const double> angles) {
+  slip_ = 0.0;
+  const bool two_axles = base_.type == BaseType::kDifferential && angles.size() == 4;
+  const bool finite = std::all_of(angles.begin(), angles.end(), [](double angle) { return std::isfinite(angle); });
+  if (!finite || (angles.size() != static_cast<std::size_t>(wheelCount(base_.type)) && !two_axles)) {
+    restart();
+    return pose_;
   }
-  last_ = Angles{left, right};
+  Reading reading{{}, angles.size()};
+  std::copy(angles.begin(), angles.end(), reading.angles.begin());
+  if (last_ && last_->count == reading.count) {
+    WheelVector turned{};  // [rad]
+    for (std::size_t i = 0; i < reading.count; ++i) turned[i] = reading.angles[i] - last_->angles[i];
+    const std::span<const double> step(turned.data(), reading.count);
+    pose_ = pose_ * exp(twistOf(base_, step));
+    slip_ = unexplained(base_, step);
+  }
+  last_ = reading;
   return pose_;
 }
 

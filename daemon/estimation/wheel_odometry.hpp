@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <array>
 #include <optional>
+#include <span>
 
 #include "core/pose2.hpp"
+#include "estimation/base_kinematics.hpp"
 
 namespace slam {
 
@@ -12,29 +15,41 @@ struct DifferentialBase {
   double half_track = 0.10075;   ///< [m] half the distance between the wheels' contact points
 };
 
-/// Dead reckoning of a differential base from its accumulated wheel angles.
+constexpr BaseKinematics kinematicsOf(const DifferentialBase& base) {
+  return {BaseType::kDifferential, base.wheel_radius, base.half_track};
+}
+
+/// Dead reckoning of any wheeled base from its accumulated wheel angles.
 ///
-/// Between two readings the base is taken to run on an arc, which is exact for constant wheel speeds; a missed reading
-/// therefore loses nothing.
+/// Between two readings the base is taken to keep its twist, so that it runs on an arc: exact for constant wheel
+/// speeds, sideways too. A missed reading therefore loses nothing.
 class WheelOdometry {
  public:
-  explicit WheelOdometry(const DifferentialBase& base) : base_(base) {}
+  explicit WheelOdometry(const BaseKinematics& base) : base_(base) {}
+  explicit WheelOdometry(const DifferentialBase& base) : WheelOdometry(kinematicsOf(base)) {}
 
-  /// @param left, right  accumulated angles [rad], positive when the base drives forward
-  /// @return             pose after this reading; the first reading is the origin
-  const Pose2& add(double left, double right);
+  /// @param angles  accumulated angles [rad], order and sign as in BaseKinematics; four of a differential base are two
+  ///                axles. A wrong number of them, or one that is not finite, is as restart()
+  /// @return        pose after this reading; the first reading is the origin
+  const Pose2& add(std::span<const double> angles);
+  /// The same for two wheels.
+  const Pose2& add(double left, double right) { return add(std::array{left, right}); }
 
   /// The counters started again (e.g. the board was reset): the next reading continues from the present pose.
   void restart() { last_.reset(); }
   const Pose2& pose() const { return pose_; }
+  /// [m] of the last step: see unexplained().
+  double slip() const { return slip_; }
 
  private:
-  struct Angles {
-    double left, right;  // [rad]
+  struct Reading {
+    WheelVector angles{};  // [rad]
+    std::size_t count = 0;
   };
-  DifferentialBase base_;
-  std::optional<Angles> last_;
+  BaseKinematics base_;
+  std::optional<Reading> last_;
   Pose2 pose_;
+  double slip_ = 0.0;  // [m]
 };
 
 }  // namespace slam

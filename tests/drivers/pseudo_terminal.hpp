@@ -70,6 +70,11 @@ class PseudoTerminal {
     bytes.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
     return bytes;
   }
+  /// Waits until what was written can be read at the other end: the kernel passes it on in a thread of its own.
+  void awaitDelivery() {
+    pollfd descriptor{keeper_, POLLIN, 0};
+    poll(&descriptor, 1, 100);
+  }
   /// Drops what does not fit, as a UART does.
   void write(std::span<const std::uint8_t> bytes) {
     if (master_ >= 0 && ::write(master_, bytes.data(), bytes.size()) < 0) return;

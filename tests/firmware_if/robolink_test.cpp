@@ -264,6 +264,8 @@ TEST(RoboLinkPayload, MotorVectorIsFourFloats) {
 TEST(RoboLinkPayload, ImuHasItsFieldsAtTheDocumentedOffsets) {
   Bytes bytes(kImuSize);
   bytes[0] = 0x05;
+  bytes[3] = 0x32;  // second rate, little-endian
+  bytes[4] = 0x01;
   for (std::size_t i = 0; i < 3; ++i) {
     putFloat(bytes, 7 + 4 * i, 0.5F + static_cast<float>(i));
     putFloat(bytes, 19 + 4 * i, -9.0F + static_cast<float>(i));
@@ -271,6 +273,7 @@ TEST(RoboLinkPayload, ImuHasItsFieldsAtTheDocumentedOffsets) {
   const auto imu = parseImu(bytes);
   ASSERT_TRUE(imu);
   EXPECT_EQ(imu->online, 0x05);
+  EXPECT_THAT(imu->update_rates, ElementsAre(0, 0x0132, 0));
   EXPECT_THAT(imu->gyro, ElementsAre(0.5F, 1.5F, 2.5F));
   EXPECT_THAT(imu->accel, ElementsAre(-9.0F, -8.0F, -7.0F));
   const auto encoded = encodeImu(*imu);
@@ -280,6 +283,8 @@ TEST(RoboLinkPayload, ImuHasItsFieldsAtTheDocumentedOffsets) {
 TEST(RoboLinkPayload, SystemInfoHasItsFieldsAtTheDocumentedOffsets) {
   Bytes bytes(kSystemInfoSize);
   for (std::size_t i = 0; i < 5; ++i) putFloat(bytes, 4 * i, 10.0F + static_cast<float>(i));
+  const Bytes time{0x01, 0xEA, 0x07, 11, 21, 6, 14, 49, 59};  // Saturday 2026-11-21 14:49:59
+  std::copy(time.begin(), time.end(), bytes.begin() + 20);
   const auto info = parseSystemInfo(bytes);
   ASSERT_TRUE(info);
   EXPECT_EQ(info->system_time, 10.0F);
@@ -287,8 +292,39 @@ TEST(RoboLinkPayload, SystemInfoHasItsFieldsAtTheDocumentedOffsets) {
   EXPECT_EQ(info->cpu_usage, 12.0F);
   EXPECT_EQ(info->battery, 13.0F);
   EXPECT_EQ(info->power_remain, 14.0F);
+  EXPECT_EQ(info->local_time, (LocalTime{true, 2026, 11, 21, 6, 14, 49, 59}));
   const auto encoded = encodeSystemInfo(*info);
   EXPECT_EQ(Bytes(encoded.begin(), encoded.end()), bytes);
+}
+
+TEST(RoboLinkPayload, ChassisParametersHaveTheirFieldsAtTheDocumentedOffsets) {
+  Bytes bytes(kChassisSize);
+  bytes[0] = 4;
+  for (std::size_t i = 0; i < 3; ++i) {
+    putFloat(bytes, 1 + 4 * i, 0.25F + static_cast<float>(i));
+    putFloat(bytes, 15 + 4 * i, 3.0F + static_cast<float>(i));
+    putFloat(bytes, 27 + 4 * i, 6.0F + static_cast<float>(i));
+  }
+  bytes[13] = 1;
+  bytes[14] = 2;
+  const auto chassis = parseChassis(bytes);
+  ASSERT_TRUE(chassis);
+  EXPECT_EQ(chassis->type, ChassisType::kMecanum4);
+  EXPECT_EQ(chassis->wheel_radius, 0.25F);
+  EXPECT_EQ(chassis->body_radius, 1.25F);
+  EXPECT_EQ(chassis->speed_low_filter, 2.25F);
+  EXPECT_EQ(chassis->imu_fusion, 1);
+  EXPECT_EQ(chassis->control_enable, 2);
+  EXPECT_THAT(chassis->max_speed, ElementsAre(3.0F, 4.0F, 5.0F));
+  EXPECT_THAT(chassis->max_acceleration, ElementsAre(6.0F, 7.0F, 8.0F));
+  const auto encoded = encodeChassis(*chassis);
+  EXPECT_EQ(Bytes(encoded.begin(), encoded.end()), bytes);
+}
+
+TEST(RoboLinkPayload, LocalTimeIsTheCalendarsOfItsSecond) {
+  EXPECT_EQ(localTimeAt(0), (LocalTime{true, 1970, 1, 1, 4, 0, 0, 0}));
+  EXPECT_EQ(localTimeAt(951'782'400 + 86'399), (LocalTime{true, 2000, 2, 29, 2, 23, 59, 59}));
+  EXPECT_EQ(localTimeAt(1'795'272'599), (LocalTime{true, 2026, 11, 21, 6, 14, 49, 59}));
 }
 
 template <typename Parse>
@@ -312,6 +348,8 @@ TEST(RoboLinkPayload, OfAWrongSizeOrNotFiniteIsRefused) {
   expectRefused([](const Bytes& b) { return parseMotorVector(b).has_value(); }, kMotorVectorSize, {0, 4, 8, 12});
   expectRefused([](const Bytes& b) { return parseImu(b).has_value(); }, kImuSize, {7, 11, 15, 19, 23, 27});
   expectRefused([](const Bytes& b) { return parseSystemInfo(b).has_value(); }, kSystemInfoSize, {0, 4, 8, 12, 16});
+  expectRefused([](const Bytes& b) { return parseChassis(b).has_value(); }, kChassisSize,
+                {1, 5, 9, 15, 19, 23, 27, 31, 35});
 }
 
 }  // namespace
