@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-/// RPLidar A-series serial protocol: bytes to measurement nodes and back (Slamtec, "Interface Protocol and Application
-/// Notes"). Pure: no I/O, no clock.
+/// RPLidar A-series serial protocol: requests, answers and standard nodes (Slamtec, "Interface Protocol and Application
+/// Notes"). Pure: no I/O, no clock. Capsules are in rplidar_capsules.hpp, damaged streams in rplidar_stream.hpp.
 namespace slam::rplidar {
 
 enum class Request : std::uint8_t {
@@ -19,6 +19,7 @@ enum class Request : std::uint8_t {
   kGetHealth = 0x52,
   kGetSampleRate = 0x59,
   kExpressScan = 0x82,
+  kGetConfiguration = 0x84,
   kSetMotorPwm = 0xF0,
   kGetAccessoryBoardFlag = 0xFF,
 };
@@ -32,8 +33,11 @@ enum class AnswerType : std::uint8_t {
   kInfo = 0x04,
   kHealth = 0x06,
   kSampleRate = 0x15,
+  kConfiguration = 0x20,
   kStandardNodes = 0x81,
   kExpressCapsules = 0x82,
+  kUltraCapsules = 0x84,
+  kDenseCapsules = 0x85,
   kAccessoryBoardFlag = 0xFF,
 };
 
@@ -79,67 +83,5 @@ struct Node {
 inline constexpr std::size_t kStandardNodeSize = 5;
 std::array<std::uint8_t, kStandardNodeSize> encodeStandardNode(const Node& node);
 std::optional<Node> parseStandardNode(std::span<const std::uint8_t> bytes);
-
-/// Express capsule `82`, 84 bytes: 32 samples that can be placed only when the next capsule's start angle is known.
-inline constexpr std::size_t kExpressCapsuleSize = 84;
-inline constexpr int kExpressSamples = 32;
-struct ExpressCapsule {
-  std::uint16_t start_angle_q6 = 0;
-  bool start = false;  ///< S bit: the scan began, or the encoder was reset
-  struct Sample {
-    std::uint16_t distance_mm = 0;  ///< 14 bits; 0: no echo
-    std::uint8_t offset_q3 = 0;     ///< [deg / 8] 0..63, to be taken off the raw angle
-  };
-  std::array<Sample, kExpressSamples> samples{};
-};
-std::array<std::uint8_t, kExpressCapsuleSize> encodeExpressCapsule(const ExpressCapsule& capsule);
-/// @return std::nullopt for wrong sync nibbles or checksum
-std::optional<ExpressCapsule> parseExpressCapsule(std::span<const std::uint8_t> bytes);
-/// Samples of `capsule` as nodes, their angles interpolated to the start angle of the capsule after it.
-std::array<Node, kExpressSamples> decodeExpress(const ExpressCapsule& capsule, std::uint16_t next_start_angle_q6);
-
-struct DecoderCounters {
-  std::uint64_t nodes = 0;
-  std::uint32_t bad_check_bits = 0;  ///< standard nodes whose S or C bits are wrong
-  std::uint32_t bad_checksums = 0;   ///< capsules
-  std::uint32_t encoder_resets = 0;  ///< capsules with a late S bit
-  std::uint32_t skipped_bytes = 0;   ///< bytes that belonged to no node or capsule
-};
-
-/// A decoded node and how much younger the newest byte pushed so far is than the node's sampling.
-struct TimedNode {
-  Node node;
-  double age = 0.0;  ///< [s] from sampling to the arrival of the last byte of its packet
-};
-
-/// Nodes out of a scan's stream of bytes, whatever damage it has. After damage it realigns: for standard nodes it asks
-/// for kAlignNodes good ones in a row, because random bytes pass the check bits with probability 1/4.
-class StreamDecoder {
- public:
-  static constexpr int kAlignNodes = 5;
-
-  /// @param type         kStandardNodes or kExpressCapsules
-  /// @param sample_time  [s] per sample
-  /// @param byte_time    [s] on the line
-  StreamDecoder(AnswerType type, double sample_time, double byte_time);
-
-  /// Takes one byte; appends the nodes it completes (up to 32) to `nodes`.
-  void push(std::uint8_t byte, std::vector<TimedNode>& nodes);
-  void reset();
-  const DecoderCounters& counters() const { return counters_; }
-
- private:
-  void pushStandard(std::vector<TimedNode>& nodes);
-  void pushExpress(std::vector<TimedNode>& nodes);
-  void drop(std::size_t bytes);
-
-  AnswerType type_;
-  double sample_time_, byte_time_;
-  std::vector<std::uint8_t> buffer_;
-  bool aligned_ = false;
-  std::optional<ExpressCapsule> held_;  // waits for the start angle of the next one
-  bool first_capsule_ = true;
-  DecoderCounters counters_;
-};
 
 }  // namespace slam::rplidar

@@ -8,6 +8,10 @@
 namespace slam::rplidar {
 
 /// Collects measurement nodes to one LaserScan a turn: metres, radians counter-clockwise, each beam with its own time.
+///
+/// A node without echo carries the angle that its unit measured, not the one corrected for the distance, which is some
+/// degrees off its neighbours'. Such beams are placed between the echoes around them, so that bearings stay in the
+/// order of acquisition.
 class ScanAssembler {
  public:
   struct Limits {
@@ -24,11 +28,15 @@ class ScanAssembler {
   void reset();
 
   std::uint32_t overfull() const { return overfull_; }  ///< beams that did not fit into a scan
+  std::uint32_t broken() const { return broken_; }      ///< turns given up because the start of the next was lost
 
  private:
+  const LaserScan* finish();
+
   LaserScan scan_, finished_;
   bool whole_ = false;
-  std::uint32_t overfull_ = 0;
+  int last_angle_q6_ = 0, turned_q6_ = 0;  // [deg * 64] since the turn's start
+  std::uint32_t overfull_ = 0, broken_ = 0;
 };
 
 }  // namespace slam::rplidar

@@ -9,6 +9,9 @@
 #include <string>
 #include <utility>
 
+#include "drivers/rplidar_capsules.hpp"
+#include "drivers/rplidar_stream.hpp"
+
 namespace slam::rplidar {
 namespace {
 

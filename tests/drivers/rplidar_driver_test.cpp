@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "drivers/pseudo_terminal.hpp"
+#include "drivers/rplidar_capsules.hpp"
 
 namespace slam {
 namespace {
@@ -125,6 +126,8 @@ class FakeLidar {
         if (!behaviour_.knows_express) break;
         line_.write(Bytes{0xA5, 0x5A, 0x54, 0, 0, 0x40, 0x82});
         startScan(true);
+        break;
+      default:  // has no list of modes
         break;
     }
   }

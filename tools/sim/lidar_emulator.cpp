@@ -4,133 +4,133 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
+
+#include "drivers/rplidar_modes.hpp"
+#include "drivers/rplidar_stream.hpp"
 
 namespace slam::sim {
 namespace {
 
+using namespace std::chrono_literals;
 using rplidar::AnswerType;
-using rplidar::Request;
 
-constexpr std::uint8_t kModel = 0x18, kFirmwareMinor = 0x1D, kFirmwareMajor = 0x01, kHardware = 7;
-
-void answer(AnswerType type, std::initializer_list<std::uint8_t> data, std::vector<std::uint8_t>& out) {
-  const auto descriptor =
-      rplidar::encodeDescriptor({static_cast<std::uint32_t>(data.size()), false, static_cast<std::uint8_t>(type)});
-  out.insert(out.end(), descriptor.begin(), descriptor.end());
-  out.insert(out.end(), data.begin(), data.end());
-}
-
-void announceStream(AnswerType type, std::size_t size, std::vector<std::uint8_t>& out) {
-  const auto descriptor =
-      rplidar::encodeDescriptor({static_cast<std::uint32_t>(size), true, static_cast<std::uint8_t>(type)});
-  out.insert(out.end(), descriptor.begin(), descriptor.end());
-}
-
-/// Correction of a sample's angle for its distance [deg], as the unit's triangulation makes it.
-double angleOffset(double range_mm) {
-  if (range_mm < 50.0) return 7.5;
-  const double k = std::floor(98361.0 / (range_mm * 4.0));
-  const double q16 = std::floor(8.0 * std::numbers::pi / 180.0 * 65536.0) - 64.0 * k - k * k * k / 98304.0;
-  return q16 / 65536.0 * 180.0 / std::numbers::pi;
-}
-
-double bearingOf(double clockwise_degrees) { return -clockwise_degrees * std::numbers::pi / 180.0; }
+constexpr Duration kBoot = 670ms, kAfterBanner = 4ms;  // of a real unit
 
 }  // namespace
 
-double LidarEmulator::rawAngle(std::int64_t sample) const {
-  const double per_sample = 1e-6 * (mode_ == Mode::kExpress ? kExpressUs : kStandardUs);
-  return 360.0 * std::fmod(turn_rate_ * per_sample * static_cast<double>(sample), 1.0);
-}
+LidarEmulator::LidarEmulator(Measure measure, double turn_rate, LidarIdentity identity)
+    : measure_(std::move(measure)),
+      turn_rate_(turn_rate),
+      identity_(std::move(identity)),
+      byte_time_(fromSeconds(10.0 / identity_.baud)) {}
 
-void LidarEmulator::receive(std::span<const std::uint8_t> bytes, Timestamp now, std::vector<std::uint8_t>& out) {
-  for (const std::uint8_t byte : bytes) {
-    if (request_.empty() && byte != 0xA5) continue;
-    request_.push_back(byte);
-    if (request_.size() < 2) continue;
-    const bool has_payload = request_[1] & 0x80;
-    if (has_payload && (request_.size() < 3 || request_.size() < 4U + request_[2])) continue;
-    handle(static_cast<Request>(request_[1]), now, out);
-    request_.clear();
-  }
-}
-
-void LidarEmulator::handle(Request request, Timestamp now, std::vector<std::uint8_t>& out) {
-  mode_ = Mode::kIdle;  // any request ends a scan
-  switch (request) {
-    case Request::kGetInfo:
-      answer(AnswerType::kInfo, {kModel, kFirmwareMinor, kFirmwareMajor, kHardware, 0x53, 0x4C, 0x41, 0x4D, 0x44, 0x2D,
-                                 0x53,   0x49,           0x4D,           0x2D,      0x30, 0x30, 0x30, 0x30, 0x30, 0x31},
-             out);
-      break;
-    case Request::kGetHealth:
-      answer(AnswerType::kHealth, {0, 0, 0}, out);
-      break;
-    case Request::kGetSampleRate:
-      answer(AnswerType::kSampleRate, {kStandardUs & 0xFF, kStandardUs >> 8, kExpressUs & 0xFF, kExpressUs >> 8}, out);
-      break;
-    case Request::kScan:
-      announceStream(AnswerType::kStandardNodes, rplidar::kStandardNodeSize, out);
-      startScan(Mode::kStandard, now);
-      break;
-    case Request::kExpressScan:
-      announceStream(AnswerType::kExpressCapsules, rplidar::kExpressCapsuleSize, out);
-      startScan(Mode::kExpress, now);
-      break;
-    case Request::kReset: {
-      const std::string_view banner = "RP LIDAR System.\r\nFirmware Ver 1.29 - rtm, HW Ver 7\r\nModel: 18\r\n";
-      out.insert(out.end(), banner.begin(), banner.end());
-      break;
-    }
-    default:  // STOP and motor commands have no answer
-      break;
-  }
-}
-
-void LidarEmulator::startScan(Mode mode, Timestamp now) {
-  mode_ = mode;
+void LidarEmulator::startScan(AnswerType type, double sample_us, Timestamp now, std::vector<std::uint8_t>& out) {
+  const auto format = rplidar::packetFormat(static_cast<std::uint8_t>(type));
+  if (!format || faults_.health == 2) return;
+  const auto descriptor =
+      rplidar::encodeDescriptor({static_cast<std::uint32_t>(format->size), true, static_cast<std::uint8_t>(type)});
+  out.insert(out.end(), descriptor.begin(), descriptor.end());
+  encoder_.emplace(type);
+  packet_samples_ = static_cast<std::size_t>(format->samples);
+  // An ultra capsule ends with a difference to the first distance of the next one.
+  needed_samples_ = packet_samples_ + (type == AnswerType::kUltraCapsules ? 1 : 0);
+  sample_time_ = fromSeconds(1e-6 * sample_us);
   started_ = now;
   sample_ = 0;
+  samples_.clear();
+  s_bit_ = true;
+}
+
+void LidarEmulator::boot(Timestamp now) {
+  endScan();
+  const std::string banner = "RP LIDAR System.\r\nFirmware Ver " + std::to_string(identity_.firmware >> 8) + "." +
+                             std::to_string(identity_.firmware & 0xFF) + " - rtm, HW Ver " +
+                             std::to_string(identity_.hardware) + "\r\nModel: " + std::to_string(identity_.model) +
+                             "\r\n";
+  line_.assign(banner.begin(), banner.end());
+  line_begin_ = now + kBoot - static_cast<std::int64_t>(banner.size()) * byte_time_;
+  ready_at_ = now + kBoot + kAfterBanner;
+  pwm_ = 0;
+}
+
+void LidarEmulator::beginFaults(Timestamp now) {
+  if (std::exchange(faults_.reboot, false)) boot(now);
+  if (faults_.pause > Duration(0)) paused_until_ = now + std::exchange(faults_.pause, Duration(0));
+  if (faults_.turn > 0.0) turn_rate_ = 1.0 / faults_.turn;
+  if (faults_.health == 2) endScan();
+}
+
+bool LidarEmulator::turning(Timestamp now) const {
+  return !faults_.stalled && (!identity_.accessory_board || (pwm_ > 0 && now >= stable_at_));
 }
 
 void LidarEmulator::stream(Timestamp now, std::vector<std::uint8_t>& out) {
-  if (mode_ == Mode::kIdle) return;
-  const bool express = mode_ == Mode::kExpress;
-  const Duration per_sample = std::chrono::microseconds(express ? kExpressUs : kStandardUs);
-  // A sample leaves the unit's filter one sample after it was taken.
-  const auto taken = [&](std::int64_t k) { return started_ + k * per_sample; };
-  if (!express) {
-    for (; taken(sample_ + 2) <= now; ++sample_) {
-      const double angle = rawAngle(sample_);
-      const double range = measure_(taken(sample_), bearingOf(angle));
-      const bool start = sample_ > 0 && angle < rawAngle(sample_ - 1);
-      const auto node =
-          rplidar::encodeStandardNode({.angle_q6 = static_cast<std::uint16_t>(std::lround(angle * 64) % 23040),
-                                       .distance_q2 = static_cast<std::uint32_t>(std::lround(range * 4000.0)),
-                                       .quality = static_cast<std::uint8_t>(range > 0.0 ? 15 : 0),
-                                       .start = start});
-      out.insert(out.end(), node.begin(), node.end());
-    }
+  beginFaults(now);
+  if (faults_.silent) {
+    line_.clear();
+    skipTo(now);
     return;
   }
-  while (taken(sample_ + rplidar::kExpressSamples + 1) <= now) {
-    rplidar::ExpressCapsule capsule;
-    capsule.start = sample_ == 0;
-    capsule.start_angle_q6 = static_cast<std::uint16_t>(std::lround(rawAngle(sample_) * 64) % 23040);
-    for (auto& sample : capsule.samples) {
-      // The unit reports a beam at raw angle minus an offset that depends on its distance: find the beam that fits.
-      const double raw = rawAngle(sample_);
-      double offset = angleOffset(4000.0), range = 0.0;
-      for (int i = 0; i < 2; ++i) {
-        range = measure_(taken(sample_), bearingOf(raw - offset));
-        if (range > 0.0) offset = std::round(angleOffset(1000.0 * range) * 8.0) / 8.0;
-      }
-      sample.distance_mm = static_cast<std::uint16_t>(std::clamp(std::lround(range * 1000.0), 0L, 16383L));
-      sample.offset_q3 = static_cast<std::uint8_t>(range > 0.0 ? std::clamp(std::lround(offset * 8.0), 0L, 63L) : 0L);
-      ++sample_;
+  if (now < paused_until_ || !turning(now)) {
+    skipTo(now);
+  } else {
+    makePackets(now, out);
+  }
+  sendOn(now, out);
+}
+
+/// The unit's time goes on, and mostly its mirror, but it takes no samples.
+void LidarEmulator::skipTo(Timestamp now) {
+  if (!scanning()) return;
+  samples_.clear();
+  const std::int64_t reached = std::max(sample_, (now - started_) / sample_time_);
+  angle_ += turn_rate_ * toSeconds((reached - sample_) * sample_time_);
+  angle_ -= std::floor(angle_);
+  sample_ = reached;
+}
+
+void LidarEmulator::takeSample() {
+  const Timestamp stamp = taken(sample_);
+  const auto look = [&](double clockwise) {
+    const double range = measure_(stamp, -clockwise * std::numbers::pi / 180.0);
+    const double turned = clockwise / 360.0;
+    return faults_.range_factor * faults_.held(turned - std::floor(turned), range);
+  };
+  samples_.push_back(encoder_->take(360.0 * angle_, std::exchange(first_of_turn_, false), look));
+  ++sample_;
+  angle_ += turn_rate_ * toSeconds(sample_time_);
+  if (angle_ < 1.0) return;
+  angle_ -= std::floor(angle_);
+  first_of_turn_ = true;
+}
+
+void LidarEmulator::makePackets(Timestamp now, std::vector<std::uint8_t>& out) {
+  while (scanning()) {
+    if (std::exchange(faults_.encoder_reset, false)) {
+      sample_ -= static_cast<std::int64_t>(samples_.size());
+      samples_.clear();
+      angle_ = 0.0;
+      s_bit_ = first_of_turn_ = true;
     }
-    const auto bytes = rplidar::encodeExpressCapsule(capsule);
-    out.insert(out.end(), bytes.begin(), bytes.end());
+    // The last sample of a packet is measured for half its time, and leaves the unit's filter one sample later.
+    const std::int64_t first = sample_ - static_cast<std::int64_t>(samples_.size());
+    const Timestamp due = taken(first + static_cast<std::int64_t>(packet_samples_) - 1) + sample_time_ * 3 / 2;
+    if (due > now) return;
+    while (samples_.size() < needed_samples_) takeSample();
+    std::vector<std::uint8_t> packet = encoder_->pack(samples_, std::exchange(s_bit_, false));
+    samples_.erase(samples_.begin(), samples_.begin() + static_cast<std::ptrdiff_t>(packet_samples_));
+    faults_.damage(packet, packet_samples_ > 1);
+    sendOn(due, out);
+    if (line_.empty()) line_begin_ = std::max(line_begin_, due);
+    line_.insert(line_.end(), packet.begin(), packet.end());
+  }
+}
+
+void LidarEmulator::sendOn(Timestamp now, std::vector<std::uint8_t>& out) {
+  for (; !line_.empty() && line_begin_ + byte_time_ <= now; line_begin_ += byte_time_) {
+    out.push_back(line_.front());
+    line_.pop_front();
   }
 }
 

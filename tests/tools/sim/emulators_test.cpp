@@ -6,6 +6,7 @@
 
 #include "core/pose2.hpp"
 #include "drivers/rplidar_codec.hpp"
+#include "drivers/rplidar_stream.hpp"
 #include "tools/sim/board_emulator.hpp"
 #include "tools/sim/lidar_emulator.hpp"
 
