@@ -90,7 +90,7 @@ void CanBase::handleEstimates(std::size_t side, const StampedCanFrame& received)
 
 void CanBase::emit(const CanWheels::Pair& pair) {
   last_pair_ = now_();
-  sinks_.wheels({pair.stamp, pair.angles[0], pair.angles[1], pair.restarted});
+  sinks_.wheels({.stamp = pair.stamp, .angles = {pair.angles[0], pair.angles[1]}, .restarted = pair.restarted});
   wheel_status_.countSample(pair.stamp);
 }
 

@@ -103,8 +103,8 @@ TEST_F(CanBaseTest, GivesWheelsAndImuAtTheirRates) {
   EXPECT_TRUE(wheels_.front().restarted);
   for (std::size_t i = 1; i < wheels_.size(); ++i) {
     ASSERT_FALSE(wheels_[i].restarted);
-    ASSERT_NEAR(wheels_[i].left - wheels_[i - 1].left, 0.010 * kTurn, 1e-4);
-    ASSERT_NEAR(wheels_[i].right - wheels_[i - 1].right, 0.020 * kTurn, 1e-4);
+    ASSERT_NEAR(wheels_[i].angles[0] - wheels_[i - 1].angles[0], 0.010 * kTurn, 1e-4);
+    ASSERT_NEAR(wheels_[i].angles[1] - wheels_[i - 1].angles[1], 0.020 * kTurn, 1e-4);
   }
   EXPECT_EQ(imu_.back().gyro.z(), static_cast<double>(gyro_));
 }
@@ -343,7 +343,8 @@ TEST_F(CanBaseTest, CountsDamageAndGoesOn) {
   }
   EXPECT_GT(driver_->wheelStatus().rejects.load(), 100);
   EXPECT_GT(driver_->imuStatus().rejects.load(), 50);
-  for (const WheelAngles& angles : wheels_) ASSERT_TRUE(std::isfinite(angles.left) && std::isfinite(angles.right));
+  for (const WheelAngles& angles : wheels_)
+    ASSERT_TRUE(std::isfinite(angles.angles[0]) && std::isfinite(angles.angles[1]));
   runFor(500ms);
   expectStreaming();
 }
