@@ -147,6 +147,13 @@ TEST_F(Carmen, CountsLinesThatItDoesNotUnderstandAndGoesOn) {
   EXPECT_THAT(log.scan_utimes, ElementsAre(100'000'000, 101'000'000));
 }
 
+TEST_F(Carmen, RefusesAScanOfOneBeamWhichHasNoBearing) {
+  const Log log = convert(flaser(1, "100.0") + flaser(2, "101.0"));
+  EXPECT_EQ(report_.rejected, 1);
+  ASSERT_EQ(log.scans.size(), 1U);
+  for (const Beam& beam : log.scans[0].beams()) EXPECT_GT(beam.range, 0.0F);
+}
+
 TEST_F(Carmen, KeepsTheOrderOfTheFileAndTheStampsAsRecorded) {
   const Log log = convert(flaser(180, "100.0") + flaser(180, "100.3") + flaser(180, "100.1") + flaser(180, "100.1") +
                           flaser(180, "100.4"));
