@@ -1,95 +1,26 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/can_base.hpp"
 
-#include <atomic>
+#include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <limits>
 #include <map>
 #include <numbers>
 #include <random>
-#include <thread>
-#include <vector>
 
-#include "drivers/fake_can_port.hpp"
-#include "runtime/clock.hpp"
+#include "drivers/can_base_fixture.hpp"
 #include "support/allocations.hpp"
 
 namespace slam {
 namespace {
 
 using namespace std::chrono_literals;
-using test::FakeCanBus;
 using testing::HasSubstr;
 namespace odrive = can::odrive;
-namespace xsens = can::xsens;
+using CanBaseTest = test::CanBaseTest;
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
-
-/// Two drives and an IMU on the bus, with what can be taken from them.
-class CanBaseTest : public testing::Test {
- protected:
-  void start(const CanBaseConfig& config = {}) {
-    wheels_.reserve(100000);
-    imu_.reserve(100000);
-    driver_.emplace(config, FakeCanBus::now,
-                    CanBase::Sinks{.wheels = [this](const WheelAngles& angles) { wheels_.push_back(angles); },
-                                   .imu = [this](const ImuSample& sample) { imu_.push_back(sample); }},
-                    std::make_unique<test::FakeCanPort>(bus_));
-  }
-  void runFor(Duration time) {
-    for (const Timestamp end = bus_.clock + time; bus_.clock < end;) {
-      bus_.clock += 5ms;
-      ++step_;
-      if (step_ % 2 == 0) putSamples();
-      if (step_ % 20 == 0) putHeartbeats();
-      driver_->tick();
-    }
-  }
-  void putSamples() {
-    for (std::size_t side = 0; side < 2; ++side) {
-      if (!drive_[side]) continue;
-      if (!frozen_) turns_[side] += speed_[side] * 0.010F;
-      if (estimates_) put(odrive::encodeEncoderEstimates(nodes_[side], {turns_[side], speed_[side]}));
-    }
-    ticks_ += 100;
-    if (!frozen_imu_) gyro_ = gyro_ > 0.5F ? 0.25F : gyro_ + 0.125F;
-    if (time_) put(xsens::encodeSampleTime(ticks_));
-    if (rate_) put(xsens::encodeRateOfTurn({0.0F, 0.0F, gyro_}));
-    if (acceleration_) put(xsens::encodeAcceleration({0.0F, 0.0F, 9.75F}));
-  }
-  void putHeartbeats() {
-    for (std::size_t side = 0; side < 2; ++side) {
-      if (drive_[side] && heartbeats_) put(odrive::encodeHeartbeat(nodes_[side], heartbeat_[side]));
-    }
-  }
-  void put(const can::Frame& frame) {
-    if (connected_) bus_.put(frame);
-  }
-  std::string wheelReason() { return driver_->wheelStatus().reason.load(); }
-  std::string imuReason() { return driver_->imuStatus().reason.load(); }
-  DeviceState wheelState() { return driver_->wheelStatus().state; }
-  DeviceState imuState() { return driver_->imuStatus().state; }
-  void expectStreaming() {
-    EXPECT_EQ(wheelState(), DeviceState::kStreaming) << wheelReason();
-    EXPECT_EQ(imuState(), DeviceState::kStreaming) << imuReason();
-    EXPECT_EQ(wheelReason() + imuReason(), "");
-  }
-
-  FakeCanBus bus_;
-  std::optional<CanBase> driver_;
-  std::vector<WheelAngles> wheels_;
-  std::vector<ImuSample> imu_;
-  std::array<int, 2> nodes_{odrive::kLeftNode, odrive::kRightNode};
-  std::array<float, 2> turns_{3.0F, -7.0F}, speed_{1.0F, 2.0F};  // [turns, turns/s]
-  std::array<odrive::Heartbeat, 2> heartbeat_{odrive::Heartbeat{.state = 8}, odrive::Heartbeat{.state = 8}};
-  std::array<bool, 2> drive_{true, true};
-  bool connected_ = true, estimates_ = true, heartbeats_ = true, time_ = true, rate_ = true, acceleration_ = true;
-  bool frozen_ = false, frozen_imu_ = false;
-  float gyro_ = 0.0F;  // [rad/s]
-  std::uint32_t ticks_ = 1000;
-  int step_ = 0;
-};
 
 TEST_F(CanBaseTest, GivesWheelsAndImuAtTheirRates) {
   start();
@@ -358,71 +289,6 @@ TEST_F(CanBaseTest, RejectsEstimatesThatAreNotFinite) {
   EXPECT_EQ(wheels_.size(), before);
   EXPECT_GE(driver_->wheelStatus().rejects.load(), 100);
   EXPECT_NE(wheelState(), DeviceState::kStreaming);
-}
-
-TEST_F(CanBaseTest, SendsNothingUnlessCommandsAreSwitchedOn) {
-  start();
-  driver_->command(1.0, 1.0);
-  runFor(1s);
-  EXPECT_TRUE(bus_.sent.empty());
-}
-
-TEST_F(CanBaseTest, SendsSpeedsAt50HzWhileTheyAreFresh) {
-  start({.wheel = {.sign = {1.0, -1.0}, .gear_ratio = 2.0}, .commands = true});
-  runFor(1s);
-  EXPECT_TRUE(bus_.sent.empty()) << "nobody asked for anything";
-  driver_->command(kTurn, -kTurn / 2.0);
-  runFor(3s);
-  EXPECT_NEAR(static_cast<double>(bus_.sent.size()), 2 * 25, 4) << "half a second";
-  for (const can::Frame& frame : bus_.sent) {
-    const bool left = frame.id == 0x20D;
-    const auto velocity = odrive::parseInputVelocity(left ? 0x10 : 0x18, frame);
-    ASSERT_TRUE(velocity);
-    EXPECT_FLOAT_EQ(velocity->velocity, left ? 2.0F : 1.0F);
-    EXPECT_EQ(velocity->torque, 0.0F);
-  }
-}
-
-TEST_F(CanBaseTest, DoesNotSendWhatIsNotANumberAndLimitsTheRest) {
-  start({.wheel = {.max_speed = 10.0}, .commands = true});
-  runFor(100ms);
-  driver_->command(std::numeric_limits<double>::quiet_NaN(), 0.0);
-  runFor(100ms);
-  EXPECT_TRUE(bus_.sent.empty());
-  driver_->command(1000.0, 0.0);
-  runFor(100ms);
-  ASSERT_FALSE(bus_.sent.empty());
-  EXPECT_NEAR(odrive::parseInputVelocity(0x10, bus_.sent[0])->velocity, 10.0 / kTurn, 1e-5);
-}
-
-TEST_F(CanBaseTest, SendsNoOldSpeedsAfterTheQueueWasFull) {
-  start({.commands = true});
-  runFor(100ms);
-  bus_.send_error = ENOBUFS;
-  driver_->command(1.0, 1.0);
-  runFor(2s);
-  bus_.send_error = 0;
-  runFor(1s);
-  EXPECT_TRUE(bus_.sent.empty());
-  EXPECT_GT(driver_->linkCounters().queue_full, 20U);
-}
-
-TEST_F(CanBaseTest, NeverMixesTheSpeedsOfTwoCommands) {
-  CanBase driver({.commands = true}, monotonicNow, {}, std::make_unique<test::FakeCanPort>(bus_));
-  std::atomic<bool> done{false};
-  std::thread commander([&] {
-    for (int i = 0; !done; i = (i + 1) % 50) driver.command(i, -i);
-  });
-  for (const Timestamp end = monotonicNow() + 20s; bus_.sent.size() < 40 && monotonicNow() < end;) driver.tick();
-  done = true;
-  commander.join();
-  ASSERT_GE(bus_.sent.size(), 40U);
-  for (std::size_t i = 0; i + 1 < bus_.sent.size(); i += 2) {
-    const auto left = odrive::parseInputVelocity(0x10, bus_.sent[i]);
-    const auto right = odrive::parseInputVelocity(0x18, bus_.sent[i + 1]);
-    ASSERT_TRUE(left && right);
-    EXPECT_EQ(left->velocity, -right->velocity);
-  }
 }
 
 TEST_F(CanBaseTest, DoesNotAllocateInATick) {

@@ -1,156 +1,28 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Runs inside the virtual machine, as root on a kernel with CAN: the real socket, and the driver on it.
+// Runs inside the virtual machine, as root on a kernel with CAN: the driver in real time.
+#include <cmath>
+#include <csignal>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <linux/can.h>
-#include <linux/can/raw.h>
-#include <net/if.h>
-#include <sys/ioctl.h>
-#include <sys/socket.h>
+#include <optional>
 #include <thread>
-#include <unistd.h>
+#include <vector>
 
-#include "drivers/byte_stream.hpp"
 #include "drivers/can_base.hpp"
-#include "drivers/can_socket.hpp"
-#include "firmware_if/robolink.hpp"
 #include "runtime/clock.hpp"
 #include "support/process.hpp"
 #include "tools/sim/can_bus.hpp"
+#include "vm/virtual_can.hpp"
 
 namespace slam {
 namespace {
 
 using namespace std::chrono_literals;
+using test::ip;
+using test::Peer;
 using testing::HasSubstr;
 
-constexpr can::Frame kEstimates{.id = 0x209, .size = 8, .data = {0x00, 0x00, 0xC0, 0x3F, 0x00, 0x00, 0x10, 0xC0}};
-constexpr std::array<std::uint32_t, 2> kIds = {0x209, 0x309};
-
-void ip(const std::string& arguments) {
-  ASSERT_EQ(std::system(("/real/ip link " + arguments).c_str()), 0) << arguments;
-}
-
-/// Another program on the bus, with no more than the system's own calls.
-class Peer {
- public:
-  explicit Peer(const char* interface) : socket_(socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK, CAN_RAW)) {
-    sockaddr_can address{};
-    address.can_family = AF_CAN;
-    address.can_ifindex = static_cast<int>(if_nametoindex(interface));
-    EXPECT_EQ(bind(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
-  }
-  ~Peer() { close(socket_); }
-  Peer(const Peer&) = delete;
-  Peer& operator=(const Peer&) = delete;
-
-  void send(std::uint32_t id, std::array<std::uint8_t, 8> data = {}, std::uint8_t size = 8) {
-    can_frame frame{};
-    frame.can_id = id;
-    frame.len = size;
-    std::copy(data.begin(), data.end(), frame.data);
-    EXPECT_EQ(write(socket_, &frame, sizeof frame), static_cast<ssize_t>(sizeof frame));
-  }
-
- private:
-  int socket_;
-};
-
-/// Everything the port has now.
-std::vector<StampedCanFrame> take(CanPort& port) {
-  std::vector<StampedCanFrame> frames;
-  for (StampedCanFrame frame; port.receive(frame) == 0;) frames.push_back(frame);
-  return frames;
-}
-
-class VirtualCan : public testing::Test {
- protected:
-  void SetUp() override {
-    ip("add vcan0 type vcan");
-    ip("set vcan0 up");
-  }
-  void TearDown() override { std::system("/real/ip link del vcan0 2>/dev/null"); }
-  void open() { ASSERT_EQ(port_->open("vcan0", kIds), 0); }
-
-  std::unique_ptr<CanPort> port_ = makeSocketCanPort(monotonicNow);
-};
-
-TEST_F(VirtualCan, StampsFramesWhenTheKernelReceivesThem) {
-  open();
-  Peer peer("vcan0");
-  const Timestamp before = monotonicNow();
-  peer.send(0x209, kEstimates.data);
-  const Timestamp after = monotonicNow();
-  std::this_thread::sleep_for(100ms);  // a thread that reads late
-  const auto frames = take(*port_);
-  ASSERT_EQ(frames.size(), 1U);
-  EXPECT_EQ(frames[0].frame, kEstimates);
-  EXPECT_GE(frames[0].stamp, before - 2ms);
-  EXPECT_LE(frames[0].stamp, after + 2ms);
-}
-
-TEST_F(VirtualCan, TakesDataFramesOfItsIdsAlone) {
-  open();
-  Peer peer("vcan0");
-  for (const std::uint32_t id : {0x208U, 0x20AU, 0x209U | CAN_EFF_FLAG, 0x209U | CAN_RTR_FLAG, 0x309U, 0x7FFU})
-    peer.send(id);
-  const auto frames = take(*port_);
-  ASSERT_EQ(frames.size(), 1U);
-  EXPECT_EQ(frames[0].frame.id, 0x309U);
-}
-
-TEST_F(VirtualCan, DoesNotTakeItsOwnFrames) {
-  open();
-  const auto other = makeSocketCanPort(monotonicNow);
-  ASSERT_EQ(other->open("vcan0", kIds), 0);
-  ASSERT_EQ(port_->send(kEstimates), 0);
-  EXPECT_TRUE(take(*port_).empty());
-  EXPECT_EQ(take(*other).size(), 1U);
-}
-
-TEST_F(VirtualCan, DeliversErrorsOfTheControllerAndNotOfEveryFrame) {
-  CanLink link(makeSocketCanPort(monotonicNow), "vcan0", {kIds.begin(), kIds.end()});
-  StampedCanFrame frame;
-  const auto tick = [&] {
-    link.tick(monotonicNow());
-    EXPECT_FALSE(link.receive(frame)) << "error frames are no data";
-  };
-  tick();
-  Peer peer("vcan0");
-  peer.send(0x20000004, {0, 0x08});  // warning
-  tick();
-  EXPECT_EQ(link.state(), CanLinkState::kUp);
-  peer.send(0x20000004, {0, 0x20});  // passive
-  tick();
-  EXPECT_EQ(link.state(), CanLinkState::kErrorPassive);
-  peer.send(0x20000040);
-  tick();
-  EXPECT_EQ(link.state(), CanLinkState::kBusOff);
-  peer.send(0x20000100);
-  tick();
-  EXPECT_EQ(link.state(), CanLinkState::kUp);
-
-  open();
-  for (int i = 0; i < 100; ++i) peer.send(0x20000088);  // a frame's error in the protocol
-  EXPECT_TRUE(take(*port_).empty());
-  peer.send(0x20000040);
-  EXPECT_EQ(take(*port_).size(), 1U);
-}
-
-TEST_F(VirtualCan, WorksOnAfterDownAndUpWithTheSameSocket) {
-  open();
-  EXPECT_EQ(port_->interfaceError(), 0);
-  ip("set vcan0 down");
-  EXPECT_EQ(port_->pendingError(), ENETDOWN);
-  EXPECT_EQ(port_->interfaceError(), ENETDOWN);
-  EXPECT_EQ(port_->send(kEstimates), ENETDOWN);
-  ip("set vcan0 up");
-  EXPECT_EQ(port_->interfaceError(), 0);
-  take(*port_);
-  Peer peer("vcan0");
-  peer.send(0x209);
-  EXPECT_EQ(take(*port_).size(), 1U);
-}
+class VirtualCanDriver : public test::VirtualCan {};
 
 /// The driver on one interface and the emulator on another, in real time.
 class Pair {
@@ -217,12 +89,12 @@ void expectSamples(Pair& pair) {
   EXPECT_FLOAT_EQ(pair.bus_->emulator().asked()[1], -1.0F);
 }
 
-TEST_F(VirtualCan, CarriesWheelsImuAndCommands) {
+TEST_F(VirtualCanDriver, CarriesWheelsImuAndCommands) {
   Pair pair("vcan0", "vcan0");
   expectSamples(pair);
 }
 
-TEST_F(VirtualCan, IsMissedWithinASecondAndUsedAgain) {
+TEST_F(VirtualCanDriver, IsMissedWithinASecondAndUsedAgain) {
   Pair pair("vcan0", "vcan0");
   const auto streaming = [&] { return pair.streaming(); };
   const auto lost = [&] { return !pair.streaming(); };
@@ -259,7 +131,7 @@ TEST_F(VirtualCan, IsMissedWithinASecondAndUsedAgain) {
   EXPECT_THAT(pair.reason(), HasSubstr("no frames of the left wheel (node 0x10)"));
 }
 
-TEST_F(VirtualCan, IsFedBySlamSim) {
+TEST_F(VirtualCanDriver, IsFedBySlamSim) {
   ip("del vcan0");
   const std::vector<std::string> command = {"slam-sim", "--devices", "/tmp/devices", "--can", "vcan0"};
   EXPECT_EQ(test::Process(command, "/tmp/sim.txt").wait(20s), 1) << "an interface that is not there";
@@ -281,27 +153,6 @@ TEST_F(VirtualCan, IsFedBySlamSim) {
   simulator.signal(SIGTERM);
   EXPECT_EQ(simulator.wait(20s), 0);
   if (HasFailure()) std::system("cat /tmp/sim.txt");
-}
-
-TEST(UsbSerial, OpensByNameSetsDtrAndPassesData) {
-  OpenedPort port = openPort("/dev/ttyUSB0", 921600);
-  ASSERT_TRUE(port.stream) << port.problem;
-  EXPECT_STREQ(openPort("/dev/ttyUSB0", 921600).problem, "the port is in use by another program");
-  EXPECT_TRUE(port.stream->setDtr(false));
-  EXPECT_TRUE(port.stream->setDtr(true));
-  std::array<std::uint8_t, robolink::kMaxFrame> request;
-  const auto size =
-      robolink::encodeFrame(robolink::kMaster, robolink::kSlave, robolink::Command::kGetSystemInfo, {}, request);
-  robolink::Decoder decoder;
-  std::optional<robolink::Frame> answer;
-  for (const Timestamp end = monotonicNow() + 10s; !answer && monotonicNow() < end;) {
-    ASSERT_TRUE(port.stream->write({request.data(), size}));
-    std::array<std::uint8_t, 256> chunk;
-    const ReadResult result = port.stream->read(chunk, 500ms);
-    for (std::size_t i = 0; i < result.size && !answer; ++i) answer = decoder.push(chunk[i]);
-  }
-  ASSERT_TRUE(answer) << "of the board, to any request before its handshake";
-  EXPECT_EQ(answer->command, static_cast<std::uint8_t>(robolink::Command::kShakingHands));
 }
 
 TEST(EmulatedController, CarriesWheelsImuAndCommandsAtItsBitRate) {
