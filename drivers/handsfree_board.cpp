@@ -81,6 +81,7 @@ void HandsfreeBoard::open(Timestamp now) {
   stream_->discardInput();
   decoder_.reset();
   pending_.reset();
+  drained_ = true;
   bytes_came_ = false;
   // A board that kept its power goes on counting where it was: one that did not asks for the handshake first.
   chassis_tries_left_ = kChassisTries;
@@ -124,8 +125,10 @@ void HandsfreeBoard::handle(const robolink::Frame& frame) {
   bytes_came_ = false;
   const auto command = static_cast<Command>(frame.command);
   if (command == Command::kShakingHands) return greet();
-  if (!pending_ || command != *pending_) return;  // an answer that came too late
+  late_ = !pending_ || command != *pending_;
+  if (late_) return;
   pending_.reset();
+  drained_ = drained_ || command == Command::kGetSystemInfo;
   if (handleAnswer(command, frame.payload)) return;
   if (command == Command::kGetMotorMileage) {
     ++bad_mileage_;
@@ -143,7 +146,7 @@ void HandsfreeBoard::greet() {
     info.local_time = robolink::localTimeAt((answered_.time_since_epoch().count() + offset) / kNanoseconds);
   }
   ask(answered_, Command::kSetSystemInfo, robolink::encodeSystemInfo(info));
-  restarted_ = true;
+  drained_ = restarted_ = true;
   mileage_.clock.restart();
   last_imu_.clock.restart();
   time_ran_ = frozen_ = false;
@@ -166,8 +169,9 @@ void HandsfreeBoard::watch(Timestamp now) {
                                                     : "the board does not answer: check its power");
   }
   if (now - answered_ > kAnswer) return;  // it may be the board that has just fallen silent
-  if (silent(imu_)) imu_.set(DeviceState::kStale, "the board answers, but its IMU values never change");
-  if (silent(wheels_)) wheels_.set(DeviceState::kStale, "the board answers, but not with mileage");
+  constexpr const char* kLate = "the board's answers come too late: is its link or the computer overloaded?";
+  if (silent(imu_)) imu_.set(DeviceState::kStale, late_ ? kLate : "the board answers, but its IMU values never change");
+  if (silent(wheels_)) wheels_.set(DeviceState::kStale, late_ ? kLate : "the board answers, but not with mileage");
 }
 
 void HandsfreeBoard::request(Timestamp now) {
@@ -176,7 +180,11 @@ void HandsfreeBoard::request(Timestamp now) {
     pending_.reset();
     decoder_.reset();  // half a frame must not hold the next answer back
     ++unanswered_;
+    drained_ = false;
   }
+  // Answers carry no number, and one that comes late must not pass for that of the next request. They come in order:
+  // when another command has been answered, all before it have been.
+  if (!drained_) return ask(now, Command::kGetSystemInfo);
   if (requestDrive(now) || requestOnce(now)) return;
   const std::size_t used = sinks_.speeds ? polls_.size() : polls_.size() - 1;
   const auto next = std::min_element(polls_.begin(), polls_.begin() + static_cast<std::ptrdiff_t>(used),

@@ -141,11 +141,14 @@ class HandsfreeBoard {
   Refreshed<robolink::Imu> last_imu_;
   bool restarted_ = true;
   bool bytes_came_ = false;  // since the last answer
+  bool drained_ = true;      // no answer to a request given up before can still come
+  bool late_ = false;        // the last answer was to a request given up before
   std::uint32_t unanswered_ = 0, bad_mileage_ = 0;
   int chassis_tries_left_ = 0;
   Timestamp next_chassis_{}, next_clear_{}, next_drive_{};
   bool driving_ = false;
   float last_system_time_ = 0.0F;  // [us]
+  Timestamp time_asked_{};
   bool time_ran_ = false, frozen_ = false;
   LatestTriple coordinate_, command_;
   std::atomic<std::int64_t> local_time_offset_{0};  // [ns]; 0: not known

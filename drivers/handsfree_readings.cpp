@@ -15,6 +15,7 @@ using robolink::Command;
 constexpr Duration kStanding = 120ms;        // the board renews its values every 20 to 50 ms
 constexpr double kFastestWheel = 100.0;      // [rad/s] above what any of these motors can do
 constexpr Duration kReadingJitter = 100ms;   // of the age of a reading
+constexpr Duration kTimeStep = 400ms;        // between looks at the board's time, which it renews every 50 ms
 constexpr double kGeometryTolerance = 0.05;  // [1] a calibration may differ from the model's figures by less
 
 bool differential(ChassisType type) {
@@ -65,7 +66,8 @@ std::array<double, 4> HandsfreeBoard::forward(const robolink::MotorVector& motor
 
 bool HandsfreeBoard::impossible(const robolink::MotorVector& mileage) const {
   if (!mileage_.values) return false;
-  const double limit = kFastestWheel * toSeconds(requested_ - mileage_.asked + kReadingJitter);  // [rad]
+  const Timestamp since = frozen_ ? mileage_.changed : mileage_.asked;
+  const double limit = kFastestWheel * toSeconds(requested_ - since + kReadingJitter);  // [rad]
   for (std::size_t i = 0; i < static_cast<std::size_t>(wheel_count_); ++i) {
     if (std::abs(static_cast<double>(mileage[i]) - static_cast<double>((*mileage_.values)[i])) > limit) return true;
   }
@@ -121,6 +123,8 @@ void HandsfreeBoard::handleImu(const robolink::Imu& imu) {
 void HandsfreeBoard::handleInfo(const robolink::SystemInfo& info) {
   battery_ = info.battery;
   board_time_ = info.system_time * 1e-6F;
+  if (requested_ - time_asked_ < kTimeStep) return;
+  time_asked_ = requested_;
   const bool runs = info.system_time != last_system_time_;
   last_system_time_ = info.system_time;
   // A board whose time stands still, but did not always, takes no more readings: wheels that stand are then no news.
