@@ -18,6 +18,7 @@ constexpr Duration kQuiet = 100ms;   // after an answer that did not come
 constexpr Duration kAnswer = 500ms;  // to a request
 constexpr Duration kBoot = 1s;       // after a reset; 0.67 s were measured
 constexpr Duration kSpinUp = 3s;     // from the start of the scan to the first node
+constexpr double kBusyLine = 0.8;    // share of the time that it carries bytes
 constexpr int kResets = 3;           // then the unit is at fault
 
 }  // namespace
@@ -149,7 +150,10 @@ bool RplidarDriver::startMode(const rplidar::ScanMode& mode) {
                                   .byte_time = byte_time_,
                                   .limits = {config_.range_min, range_max}});
   read_ahead_ = dialogue_->takeInput();
+  const double packet_time = mode.sample_time * format->samples;  // [s]
+  rests_ = static_cast<double>(format->size) * byte_time_ > kBusyLine * packet_time;
   bytes_ = nodes_ = 0;
+  catching_up_ = false;
   last_node_ = last_arrival_ = now_() + kSpinUp - kSilence;  // the motor may take that long
   status_.set(DeviceState::kOpening, "waiting for the motor's speed");
   return true;

@@ -87,6 +87,8 @@ class RplidarDriver {
   std::size_t passed_over_ = 0;  // modes that sent nothing we understand
   std::unique_ptr<rplidar::ScanStream> scans_;
   std::vector<std::uint8_t> read_ahead_;  // behind the descriptor of the scan
+  bool rests_ = false;                    // between reads
+  bool catching_up_ = false;              // with bytes that waited too long
   Timestamp last_node_{}, last_arrival_{};
   std::int64_t bytes_ = 0, nodes_ = 0;  // of this scan
 };

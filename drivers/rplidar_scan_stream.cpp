@@ -35,11 +35,14 @@ int ScanStream::push(std::span<const std::uint8_t> bytes, Timestamp arrival, con
   return count;
 }
 
+void ScanStream::skip(std::span<const std::uint8_t> bytes) {
+  for (const std::uint8_t byte : bytes) saw_boot_text_ = boot_text_.push(byte) || saw_boot_text_;
+}
+
 void ScanStream::restart() {
   decoder_.reset();
   assembler_.reset();
   clock_ = SampleClock(format_.sample_time);
-  boot_text_.reset();
   ++restarts_;
 }
 

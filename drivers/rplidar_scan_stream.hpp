@@ -26,7 +26,6 @@ class TextWatch {
     matched_ = 0;
     return true;
   }
-  void reset() { matched_ = 0; }
 
  private:
   std::string_view text_;
@@ -54,6 +53,8 @@ class ScanStream {
   int push(std::span<const std::uint8_t> bytes, Timestamp arrival, const Sink& sink);
   /// Begins anew behind a gap: the turn under way has a hole, and its stamps are doubtful.
   void restart();
+  /// Takes nothing from bytes that are too old but whether the unit restarted.
+  void skip(std::span<const std::uint8_t> bytes);
   bool sawBootText() const { return saw_boot_text_; }
   std::int64_t rejects() const;  ///< nodes and capsules refused, turns given up
   const DecoderCounters& counters() const { return decoder_.counters(); }

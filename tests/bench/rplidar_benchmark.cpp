@@ -6,7 +6,10 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <time.h>
 
+#include "drivers/lidar_line.hpp"
+#include "drivers/rplidar_driver.hpp"
 #include "drivers/rplidar_scan_stream.hpp"
 #include "tools/sim/lidar_emulator.hpp"
 
@@ -54,6 +57,34 @@ BENCHMARK(decodeSecond)
     ->Arg(32)
     ->Arg(132)
     ->Unit(benchmark::kMillisecond);
+
+Duration threadTime() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
+
+/// The driver's thread, reading from a pseudo-terminal into which the unit's bytes come at least every millisecond.
+void runDriver(benchmark::State& state) {
+  test::LidarLine lidar(sim::a1Firmware129());
+  std::int64_t scans = 0;
+  RplidarDriver driver({.port = lidar.path()}, monotonicNow, [&](const LaserScan&) { ++scans; });
+  const std::atomic<bool> cancel{false};
+  if (!driver.connect(cancel)) return state.SkipWithError(driver.status().reason.load());
+  Duration used{0}, passed{0};
+  std::int64_t reads = 0;
+  for (auto _ : state) {
+    const Duration before = threadTime();
+    const Timestamp begin = monotonicNow();
+    while (monotonicNow() - begin < 5s) reads += driver.poll(100ms);
+    used += threadTime() - before;
+    passed += monotonicNow() - begin;
+  }
+  state.counters["core_share_percent"] = 100.0 * toSeconds(used) / toSeconds(passed);
+  state.counters["reads_per_s"] = static_cast<double>(reads) / toSeconds(passed);
+  state.counters["scans_per_s"] = static_cast<double>(scans) / toSeconds(passed);
+}
+BENCHMARK(runDriver)->Name("driver's thread on a pseudo-terminal, 8000 samples/s")->Iterations(1)->UseRealTime();
 
 }  // namespace
 }  // namespace slam

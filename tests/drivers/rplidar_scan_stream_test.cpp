@@ -127,6 +127,16 @@ TEST(TextWatch, FindsATextWhateverItsChunksAndWhatStandsBeforeIt) {
   }
 }
 
+TEST(ScanStream, SeesABootBannerThatBeginsAmongBytesItSkips) {
+  rplidar::ScanStream stream({.type = AnswerType::kUltraCapsules, .sample_time = 127e-6});
+  const std::vector<std::uint8_t> first{0x00, 'R', 'P', ' ', 'L'}, rest{'I', 'D', 'A', 'R', ' ', 'S'};
+  stream.restart();
+  stream.skip(first);
+  EXPECT_FALSE(stream.sawBootText());
+  stream.push(rest, kStart, [](const LaserScan&) {});
+  EXPECT_TRUE(stream.sawBootText());
+}
+
 TEST(ScanStream, NeitherScansNorNoiseLookLikeABootBanner) {
   rplidar::ScanStream stream({.type = AnswerType::kUltraCapsules, .sample_time = 127e-6});
   std::mt19937 random(2);

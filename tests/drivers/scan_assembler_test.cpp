@@ -4,6 +4,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 namespace slam::rplidar {
@@ -109,6 +110,60 @@ TEST(ScanAssembler, ForgetsTheTurnUnderWayOnReset) {
   feeder.turn(1);
   ASSERT_EQ(feeder.scans.size(), 1U);
   EXPECT_EQ(feeder.scans[0].size, 50);
+}
+
+/// A turn as an A1 sends it: echoes are told at their corrected angle, nodes without echo 7 degrees ahead.
+std::vector<Node> turnWithHoles(const std::vector<std::pair<int, int>>& holes) {
+  std::vector<Node> nodes;
+  for (int i = 0; i < 360; ++i) {
+    bool hole = false;
+    for (const auto& [first, last] : holes) hole = hole || (i >= first && i < last);
+    nodes.push_back(nodeAt(std::fmod(i + (hole ? 7.0 : 0.0), 360.0), hole ? 0.0 : 2.0, i == 0));
+  }
+  return nodes;
+}
+
+TEST(ScanAssembler, PlacesBeamsWithoutEchoBetweenTheEchoesAroundThem) {
+  for (const auto& holes : std::vector<std::vector<std::pair<int, int>>>{
+           {{100, 101}}, {{100, 140}}, {{0, 30}}, {{330, 360}}, {{0, 5}, {90, 95}, {350, 360}}, {{20, 340}}}) {
+    Feeder feeder;
+    for (int turns = 0; turns < 2; ++turns) {
+      for (const Node& node : turnWithHoles(holes)) feeder.add(node);
+    }
+    ASSERT_EQ(feeder.scans.size(), 1U);
+    for (int i = 0; i < 360; ++i) {
+      const Beam& beam = feeder.scans[0].beams()[static_cast<std::size_t>(i)];
+      const double error = std::remainder(beam.bearing * 180.0 / std::numbers::pi + i, 360.0);
+      EXPECT_NEAR(error, 0.0, 0.1) << i << " of the hole at " << holes[0].first;
+    }
+  }
+}
+
+TEST(ScanAssembler, LeavesATurnWithoutAnyEchoAsItIs) {
+  Feeder feeder;
+  for (int turns = 0; turns < 2; ++turns) {
+    for (const Node& node : turnWithHoles({{0, 360}})) feeder.add(node);
+  }
+  ASSERT_EQ(feeder.scans.size(), 1U);
+  EXPECT_EQ(feeder.scans[0].size, 360);
+  EXPECT_NEAR(feeder.scans[0].beams()[0].bearing, -7.0 * std::numbers::pi / 180.0, 1e-4);
+}
+
+TEST(ScanAssembler, GivesUpATurnWhoseSuccessorsStartWasLost) {
+  Feeder feeder;
+  feeder.turn(360);
+  feeder.turn(360);
+  feeder.turn(360, 10);  // its start and some more are missing
+  EXPECT_EQ(feeder.assembler.broken(), 1U);
+  feeder.turn(360);
+  feeder.turn(1);
+  ASSERT_EQ(feeder.scans.size(), 2U) << "the first turn, and the one behind the damage";
+  for (const LaserScan& scan : feeder.scans) EXPECT_EQ(scan.size, 360);
+}
+
+TEST(ScanAssembler, HasRoomForTheDensestAndSlowestTurn) {
+  EXPECT_GT(LaserScan::kCapacity, 1432) << "8000 samples/s at 5.5 turns a second";
+  EXPECT_GT(LaserScan::kCapacity, 0.3 / 127e-6) << "at 0.3 s a turn";
 }
 
 }  // namespace

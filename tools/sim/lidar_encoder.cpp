@@ -47,8 +47,9 @@ LidarEncoder::Sample LidarEncoder::take(double raw, bool start, const Look& look
     offset = offsetFor(range);
     range = look(raw - offset);
   }
-  if (range > 0.0) last_range_ = range;
-  return {raw, offsetFor(range), range, start};
+  if (range <= 0.0) return {raw, offsetFor(range), 0.0, start};
+  last_range_ = range;
+  return {raw, offset, range, start};
 }
 
 std::vector<std::uint8_t> LidarEncoder::pack(const std::vector<Sample>& samples, bool s_bit) const {
