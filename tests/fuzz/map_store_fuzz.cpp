@@ -30,7 +30,7 @@ enum Part : std::uint8_t {
 };
 
 constexpr int kKeyframesKnown = 5;
-constexpr int kMostTiles = 32;
+constexpr int kMostTiles = 8;
 
 MapState knownMap() {
   static const test::ChangingMap known(kKeyframesKnown);
