@@ -31,6 +31,7 @@ namespace slam {
 namespace {
 
 using namespace std::chrono_literals;
+using namespace std::string_literals;
 using Bytes = std::vector<std::uint8_t>;
 
 constexpr Timestamp kStart{1000s};
@@ -218,7 +219,8 @@ void textSeeds(const Corpus& corpus, const std::filesystem::path& source) {
       corpus.add("config", entry.path().filename().string(), readFile(entry.path()));
     }
   }
-  corpus.add("config", "settings", std::string("[lidar]\nrange_max = 8.0\n\0lidar.x=0.1\0imu.driver='lcm'", 51));
+  corpus.add("config", "texts", "[lidar]\nport = '/dev/a\\b\"c'\n[output]\nmap = \"\\u0001\\\\x\\u00e9\"\n");
+  corpus.add("config", "settings", "[lidar]\nrange_max = 8.0\n\0lidar.x=0.1\0imu.driver='lcm'"s);
   corpus.add("carmen", "intel",
              "PARAM robot_front_laser_max 81.9\n# a comment\nODOM 1.5 -2 0.5 0.1 0 0 976052857.1 h 0.2\n"
              "FLASER 4 1.2 0.5 81.83 3 1 2 0.1 1.1 2.1 0.2 976052857.3 h 0.4\n");
