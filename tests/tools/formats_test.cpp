@@ -154,6 +154,13 @@ TEST_F(Carmen, RefusesAScanOfOneBeamWhichHasNoBearing) {
   for (const Beam& beam : log.scans[0].beams()) EXPECT_GT(beam.range, 0.0F);
 }
 
+TEST_F(Carmen, RefusesAStampThatNoMessageMayCarry) {
+  const Log log =
+      convert("ODOM 1 2 0.5 0 0 0 8176052857.1 host 0\n" + flaser(180, "8176052857.1") + flaser(180, "101.0"));
+  EXPECT_EQ(report_.rejected, 2);
+  EXPECT_EQ(log.scans.size(), 1U);
+}
+
 TEST_F(Carmen, KeepsTheOrderOfTheFileAndTheStampsAsRecorded) {
   const Log log = convert(flaser(180, "100.0") + flaser(180, "100.3") + flaser(180, "100.1") + flaser(180, "100.1") +
                           flaser(180, "100.4"));

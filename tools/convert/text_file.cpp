@@ -61,8 +61,8 @@ std::optional<std::vector<double>> toNumbers(const std::vector<std::string_view>
 
 std::optional<std::int64_t> toMicroseconds(std::string_view seconds) {
   const auto number = toNumber(seconds);
-  constexpr double kLargest = 9e12;  // [s] keeps microseconds and nanoseconds of sums within 64 bits
-  if (!number || std::abs(*number) > kLargest / 1e3) return std::nullopt;
+  constexpr double kLargest = 2.3e9;  // [s] later stamps are refused in messages (fromMessage)
+  if (!number || std::abs(*number) > kLargest) return std::nullopt;
   const std::size_t point = seconds.find('.');
   std::int64_t whole = 0;
   const auto [end, error] = std::from_chars(seconds.data(), seconds.data() + std::min(point, seconds.size()), whole);
