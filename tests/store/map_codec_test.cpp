@@ -140,6 +140,15 @@ TEST(MapCodec, TakesNoMoreMemoryThanTheBytesAreWorth) {
   EXPECT_THROW(decodeGrid(packed(farther, farther.size()), {}), std::runtime_error);
 }
 
+TEST(MapCodec, RefusesADepthLayerFarFromTheLidarLayer) {
+  MapState map;
+  map.grid.set({0, 0}, 100);
+  const std::string no_views(8, '\0');
+  const std::string near = tileAt(3, 3), far = tileAt(-256, 65436);  // together a directory of 134 MB
+  EXPECT_THROW(decodeDepth(no_views + packed(far, far.size()), map), std::runtime_error);
+  EXPECT_NO_THROW(decodeDepth(no_views + packed(near, near.size()), map));
+}
+
 TEST(MapCodec, RefusesAStateThatSaysTooLittle) {
   const std::string whole = encodeState(ChangingMap().map);
   MapState map;
