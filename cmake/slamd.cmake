@@ -13,7 +13,7 @@ endif()
 if(SLAMD_SANITIZE)
   # With sanitizers GCC 12 sees uninitialised members in std::regex and std::variant that are not (GCC bug 105562).
   target_compile_options(slamd_options INTERFACE -fsanitize=${SLAMD_SANITIZE} -fno-sanitize-recover=all
-                                                 -Wno-maybe-uninitialized)
+                                                 $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   target_link_options(slamd_options INTERFACE -fsanitize=${SLAMD_SANITIZE})
 endif()
 

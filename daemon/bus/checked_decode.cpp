@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bus/checked_decode.hpp"
 
+#include <algorithm>
+
 #include "core/pseudo_laser.hpp"
 
 namespace slam {
@@ -24,12 +26,14 @@ bool hasArraySize(Bytes data, std::size_t head, std::size_t per_element, std::in
          data.size() == head + 4 + static_cast<std::size_t>(*count) * per_element;
 }
 
-/// End of the string that begins at `offset`: a count (terminator included), the characters and a zero.
+/// End of the string that begins at `offset`: a count (terminator included), the characters and the only zero. One more
+/// inside would let a name pass that another program reads as a shorter one.
 std::optional<std::size_t> stringEnd(Bytes data, std::size_t offset) {
   const auto count = int32At(data, offset);
   if (!count || *count < 1 || static_cast<std::size_t>(*count) > data.size() - offset - 4) return std::nullopt;
   const std::size_t end = offset + 4 + static_cast<std::size_t>(*count);
-  return data[end - 1] == 0 ? std::optional(end) : std::nullopt;
+  const auto zero = std::find(data.begin() + static_cast<std::ptrdiff_t>(offset + 4), data.end(), 0);
+  return zero - data.begin() + 1 == static_cast<std::ptrdiff_t>(end) ? std::optional(end) : std::nullopt;
 }
 
 template <typename Message>

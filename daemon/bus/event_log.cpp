@@ -73,6 +73,12 @@ bool EventLogReader::next(LogEvent& event) {
       ++begin_, ++skipped_;
       continue;
     }
+    const auto name = buffer_.begin() + static_cast<std::ptrdiff_t>(begin_ + kHeader);
+    if (std::find(name, name + static_cast<std::ptrdiff_t>(channel), 0) !=
+        name + static_cast<std::ptrdiff_t>(channel)) {
+      ++begin_, ++skipped_;  // a channel is a C string: this length is damaged
+      continue;
+    }
     // Where no record follows the claimed end, either what follows is damaged or this length is: then the next record
     // begins inside.
     const bool at_end = !fill(size + 4) && buffer_.size() - begin_ == size;

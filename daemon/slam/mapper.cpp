@@ -81,7 +81,7 @@ void Mapper::move(std::span<const Pose2> T_map_base) {
     const auto id = static_cast<std::size_t>(drawn.keyframe);
     if (id < T_map_base.size()) drawn.T_map_keyframe = T_map_base[id];
   }
-  redraw_.emplace();  // begins anew: what was not finished is still drawn at its old place
+  redraw_ = Redraw{};  // begins anew: what was not finished is still drawn at its old place
 }
 
 bool Mapper::hasMoved(const Drawn& drawn) const {

@@ -62,9 +62,23 @@ std::string encodeLayer(const OccupancyGrid& grid, LogOdds OccupancyGrid::Cell::
   return out.take();
 }
 
+/// Bounding box of tiles, for which a grid takes memory.
+struct TileBox {
+  std::int64_t left = kFarthestTile, right = -kFarthestTile, bottom = left, top = right;
+
+  void add(int column, int row) {
+    if (column < -kFarthestTile || column > kFarthestTile || row < -kFarthestTile || row > kFarthestTile)
+      throw std::runtime_error("a tile lies too far off");
+    left = std::min<std::int64_t>(left, column), right = std::max<std::int64_t>(right, column);
+    bottom = std::min<std::int64_t>(bottom, row), top = std::max<std::int64_t>(top, row);
+    if ((right - left + 1) * (top - bottom + 1) > kMostTiles) throw std::runtime_error("its tiles lie too far apart");
+  }
+};
+
 /// Calls set(CellIndex, LogOdds) for each cell that something is known of.
+/// @param box of the tiles that the grid has already
 template <typename Set>
-void decodeLayer(std::string_view bytes, Set&& set) {
+void decodeLayer(std::string_view bytes, TileBox box, Set&& set) {
   BinaryReader in(bytes);
   const double resolution = getFinite(in);
   const auto size = in.get<std::uint64_t>();
@@ -79,14 +93,9 @@ void decodeLayer(std::string_view bytes, Set&& set) {
       unpacked != size) {
     throw std::runtime_error("its grid does not unpack");
   }
-  std::int64_t left = kFarthestTile, right = -kFarthestTile, bottom = left, top = right;
   for (BinaryReader tiles(raw); !tiles.atEnd();) {
     const auto column = tiles.get<std::int32_t>(), row = tiles.get<std::int32_t>();
-    if (column < -kFarthestTile || column > kFarthestTile || row < -kFarthestTile || row > kFarthestTile)
-      throw std::runtime_error("a tile lies too far off");
-    left = std::min<std::int64_t>(left, column), right = std::max<std::int64_t>(right, column);
-    bottom = std::min<std::int64_t>(bottom, row), top = std::max<std::int64_t>(top, row);
-    if ((right - left + 1) * (top - bottom + 1) > kMostTiles) throw std::runtime_error("its tiles lie too far apart");
+    box.add(column, row);
     for (int i = 0; i < static_cast<int>(kTileCells); ++i) {
       const auto log_odds = tiles.get<LogOdds>();
       if (log_odds == 0) continue;
@@ -209,7 +218,7 @@ OccupancyGrid decodeGrid(std::string_view bytes, OccupancyGridConfig config) {
   config.resolution = BinaryReader(bytes).get<double>();
   if (!(config.resolution > 0.0) || !std::isfinite(config.resolution)) throw std::runtime_error("its grid has no size");
   OccupancyGrid grid(config);
-  decodeLayer(bytes, [&](CellIndex cell, LogOdds lidar) { grid.set(cell, lidar); });
+  decodeLayer(bytes, {}, [&](CellIndex cell, LogOdds lidar) { grid.set(cell, lidar); });
   return grid;
 }
 
@@ -266,7 +275,9 @@ void decodeDepth(std::string_view bytes, MapState& map) {
     view.view = std::move(depth);
   }
   std::vector<std::pair<CellIndex, LogOdds>> cells;  // the grid stays as it is where they do not unpack
-  decodeLayer(in.rest(), [&](CellIndex cell, LogOdds depth) { cells.emplace_back(cell, depth); });
+  TileBox box;
+  map.grid.tiles().forEachTile([&](TileIndex tile, const auto&) { box.add(tile.column, tile.row); });
+  decodeLayer(in.rest(), box, [&](CellIndex cell, LogOdds depth) { cells.emplace_back(cell, depth); });
   for (const auto& [cell, depth] : cells) map.grid.set(cell, map.grid.tiles().read(cell).lidar, depth);
   map.views = std::move(views);
 }

@@ -80,6 +80,8 @@ INSTANTIATE_TEST_SUITE_P(
                     BadText{"IntegerThatWrapsAround", "[lidar]\nbaud = 4295082496\n", "robot.toml:2:"},
                     BadText{"IntegerBeyond64Bits", "[lidar]\nbaud = 99999999999999999999\n", "robot.toml:2:"},
                     BadText{"KeyTwice", "[lidar]\nx = 1.0\nx = 2.0\n", "robot.toml:3:"},
+                    BadText{"HeaderWithoutKey", "[/F", "robot.toml:1:"},
+                    BadText{"HeaderOfThreeBrackets", "[[[lidar]]]\n", "robot.toml:1:"},
                     BadText{"BrokenSyntax", "[lidar]\nrange_max == 3\n", "robot.toml:2:"},
                     BadText{"InvalidUtf8", "[lidar]\nport = \"\xff\xfe\"\n", "robot.toml:2:"}),
     [](const auto& test) { return std::string(test.param.what); });

@@ -159,5 +159,14 @@ TEST(DecodeCheckedCommand, RefusesATextLengthThatTheDatagramCannotHold) {
   }
 }
 
+TEST(DecodeCheckedCommand, RefusesAZeroInsideOfAText) {
+  for (const std::size_t at : {std::size_t{8 + 8 + 4 + 4 + 3}, 8 + 8 + 4 + 4 + sizeof("save_map") + 4}) {
+    Bytes data = encoded(sample<command_t>());
+    ASSERT_NE(data.at(at), 0);
+    data[at] = 0;
+    EXPECT_FALSE(decodeChecked<command_t>(data)) << at;
+  }
+}
+
 }  // namespace
 }  // namespace slam

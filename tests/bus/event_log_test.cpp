@@ -178,6 +178,16 @@ TEST(EventLogReader, CountsTheBytesThatBelongToNoRecord) {
   EXPECT_EQ(content.skipped, 1010U);
 }
 
+TEST(EventLogReader, LosesNoRecordToAChannelThatReachesOverIt) {
+  const LogEvent small{1, "A", {1, 2, 3}};
+  const Bytes one = logOf({small});
+  Bytes bytes(std::begin(kSync), std::end(kSync));
+  bytes.resize(kHeader);
+  bytes[23] = static_cast<std::uint8_t>(one.size());  // length of the channel: up to the beginning of a record
+  for (int i = 0; i < 3; ++i) bytes.insert(bytes.end(), one.begin(), one.end());
+  EXPECT_TRUE(same(read(File(bytes).path).events, {small, small, small}));
+}
+
 TEST(EventLogReader, ReadsGzip) {
   const std::string path = temporary("log.gz");
   const Bytes bytes = logOf(someEvents());

@@ -89,7 +89,8 @@ TEST(CanOdrive, SurvivesAnyPayloadWithoutAllocating) {
   int parsed = 0;
   const auto allocations = test::allocationsDuring([&] {
     for (int i = 0; i < 20000; ++i) {
-      Frame frame{.id = static_cast<std::uint32_t>(0x200 + random() % 32), .size = static_cast<std::uint8_t>(random() % 9)};
+      Frame frame{.id = static_cast<std::uint32_t>(0x200 + random() % 32),
+                  .size = static_cast<std::uint8_t>(random() % 9)};
       for (auto& byte : frame.data) byte = static_cast<std::uint8_t>(random());
       parsed += parseHeartbeat(kLeftNode, frame).has_value() + parseEncoderEstimates(kLeftNode, frame).has_value() +
                 parseEncoderCounts(kLeftNode, frame).has_value() + parseAxisState(kLeftNode, frame).has_value();

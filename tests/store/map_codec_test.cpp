@@ -140,6 +140,15 @@ TEST(MapCodec, TakesNoMoreMemoryThanTheBytesAreWorth) {
   EXPECT_THROW(decodeGrid(packed(farther, farther.size()), {}), std::runtime_error);
 }
 
+TEST(MapCodec, RefusesADepthLayerFarFromTheLidarLayer) {
+  MapState map;
+  map.grid.set({0, 0}, 100);
+  const std::string no_views(8, '\0');
+  const std::string near = tileAt(3, 3), far = tileAt(-256, 65436);  // together a directory of 134 MB
+  EXPECT_THROW(decodeDepth(no_views + packed(far, far.size()), map), std::runtime_error);
+  EXPECT_NO_THROW(decodeDepth(no_views + packed(near, near.size()), map));
+}
+
 TEST(MapCodec, RefusesAStateThatSaysTooLittle) {
   const std::string whole = encodeState(ChangingMap().map);
   MapState map;
@@ -148,7 +157,7 @@ TEST(MapCodec, RefusesAStateThatSaysTooLittle) {
     text.insert(text.find(std::string("\n").append(key)) + 1, "other_");
     EXPECT_THAT(refusalOf([&] { decodeState(text, map); }), testing::HasSubstr(key));
   }
-  for (const char* text : {"utime = ", "utime = [", "= 3", "T_map_base = [1.0, 2.0]"}) {
+  for (const char* text : {"utime = ", "utime = [", "= 3", "T_map_base = [1.0, 2.0]", "[/F"}) {
     EXPECT_THROW(decodeState(text, map), std::runtime_error) << text;
   }
 }

@@ -147,6 +147,20 @@ TEST_F(Carmen, CountsLinesThatItDoesNotUnderstandAndGoesOn) {
   EXPECT_THAT(log.scan_utimes, ElementsAre(100'000'000, 101'000'000));
 }
 
+TEST_F(Carmen, RefusesAScanOfOneBeamWhichHasNoBearing) {
+  const Log log = convert(flaser(1, "100.0") + flaser(2, "101.0"));
+  EXPECT_EQ(report_.rejected, 1);
+  ASSERT_EQ(log.scans.size(), 1U);
+  for (const Beam& beam : log.scans[0].beams()) EXPECT_GT(beam.range, 0.0F);
+}
+
+TEST_F(Carmen, RefusesAStampThatNoMessageMayCarry) {
+  const Log log =
+      convert("ODOM 1 2 0.5 0 0 0 8176052857.1 host 0\n" + flaser(180, "8176052857.1") + flaser(180, "101.0"));
+  EXPECT_EQ(report_.rejected, 2);
+  EXPECT_EQ(log.scans.size(), 1U);
+}
+
 TEST_F(Carmen, KeepsTheOrderOfTheFileAndTheStampsAsRecorded) {
   const Log log = convert(flaser(180, "100.0") + flaser(180, "100.3") + flaser(180, "100.1") + flaser(180, "100.1") +
                           flaser(180, "100.4"));

@@ -42,7 +42,9 @@ struct Flaser {
 /// @return what is wrong, or nullptr
 const char* parseFlaser(const std::vector<std::string_view>& words, Flaser& out) {
   const auto n = words.size() > 1 ? toNumber(words[1]) : std::nullopt;
-  if (!n || *n < 1 || *n > LaserScan::kCapacity || *n != std::floor(*n)) return "the number of beams is not one";
+  if (!n || *n < 2 || *n > LaserScan::kCapacity || *n != std::floor(*n)) {
+    return "the number of beams is not one";  // one beam alone has no bearing
+  }
   const auto beams = static_cast<std::size_t>(*n);
   if (words.size() < 2 + beams + kWordsAfterRanges) return "fewer numbers than its count of beams asks for";
   const auto [first, step] = beamLayout(beams);

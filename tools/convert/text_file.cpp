@@ -18,17 +18,15 @@ TextFile::TextFile(const std::filesystem::path& file) : file_(gzopen(file.c_str(
 TextFile::~TextFile() { gzclose(static_cast<gzFile>(file_)); }
 
 bool TextFile::next(std::string& line) {
+  const auto file = static_cast<gzFile>(file_);
   line.clear();
-  char chunk[4096];
-  while (gzgets(static_cast<gzFile>(file_), chunk, sizeof chunk) != nullptr) {
-    line += chunk;
-    if (!line.empty() && line.back() == '\n') break;
-  }
-  while (!line.empty() && (line.back() == '\n' || line.back() == '\r')) line.pop_back();
+  int c = 0;
+  while ((c = gzgetc(file)) >= 0 && c != '\n') line += static_cast<char>(c);  // gzgets would hide bytes behind a zero
+  const bool got = c == '\n' || !line.empty();
+  while (!line.empty() && line.back() == '\r') line.pop_back();
   int error = Z_OK;
-  gzerror(static_cast<gzFile>(file_), &error);
+  gzerror(file, &error);
   if (error != Z_OK && error != Z_STREAM_END) damaged_ = true;
-  const bool got = !line.empty() || (!damaged_ && !gzeof(static_cast<gzFile>(file_)));
   if (got) ++line_number_;
   return got;
 }
@@ -63,8 +61,8 @@ std::optional<std::vector<double>> toNumbers(const std::vector<std::string_view>
 
 std::optional<std::int64_t> toMicroseconds(std::string_view seconds) {
   const auto number = toNumber(seconds);
-  constexpr double kLargest = 9e12;  // [s] keeps microseconds and nanoseconds of sums within 64 bits
-  if (!number || std::abs(*number) > kLargest / 1e3) return std::nullopt;
+  constexpr double kLargest = 2.3e9;  // [s] later stamps are refused in messages (fromMessage)
+  if (!number || std::abs(*number) > kLargest) return std::nullopt;
   const std::size_t point = seconds.find('.');
   std::int64_t whole = 0;
   const auto [end, error] = std::from_chars(seconds.data(), seconds.data() + std::min(point, seconds.size()), whole);

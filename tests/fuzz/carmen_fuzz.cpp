@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The input is the beginning of a CARMEN log that a good line follows.
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "bus/channels.hpp"
+#include "bus/checked_decode.hpp"
+#include "bus/event_log.hpp"
+#include "bus/messages.hpp"
+#include "fuzz/fuzzing.hpp"
+#include "fuzz/memory_file.hpp"
+#include "tools/convert/formats.hpp"
+
+namespace slam {
+namespace {
+
+constexpr char kGoodLine[] = "\nFLASER 3 1.25 2.5 3.75 0 0 0 0.5 0.25 0.125 12.5 host 1\n";
+constexpr std::int64_t kGoodStamp = 12'500'000;  // [us]
+
+struct Counts {
+  int scans = 0, wheels = 0, good = 0;
+};
+
+bool isGood(const scan_t& scan) {
+  return scan.utime == kGoodStamp && scan.ranges == std::vector<float>{1.25F, 2.5F, 3.75F};
+}
+
+/// All that was written can be read, and is what a sensor may say.
+Counts checkLog(const std::filesystem::path& file) {
+  Counts counts;
+  EventLogReader reader(file);
+  for (LogEvent event; reader.next(event);) {
+    if (event.channel == channel::kScan) {
+      const auto message = decodeChecked<scan_t>(event.data);
+      FUZZ_CHECK(message && fromMessage(*message));
+      for (const float bearing : message->bearings) FUZZ_CHECK(std::abs(bearing) < 4.0F);
+      for (const float range : message->ranges) FUZZ_CHECK(range >= 0.0F && range <= 81.0F);
+      ++counts.scans;
+      counts.good += isGood(*message) ? 1 : 0;
+    } else {
+      const auto message = decodeChecked<wheels_t>(event.data);
+      FUZZ_CHECK(message && fromMessage(*message));
+      ++counts.wheels;
+    }
+  }
+  FUZZ_CHECK(reader.skippedBytes() == 0 && !reader.truncated());
+  return counts;
+}
+
+}  // namespace
+}  // namespace slam
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace slam;
+  static const fuzz::MemoryFile in, log, text;
+  const bool compressed = size >= 2 && data[0] == 0x1F && data[1] == 0x8B;
+  std::string content(reinterpret_cast<const char*>(data), size);
+  content += kGoodLine;
+  in.write(content);
+  log.write("");
+  try {
+    const ConvertReport report = convertCarmen(in.path(), log.path());
+    FUZZ_CHECK(report.rejected >= 0 && (report.rejected > 0) != report.first_rejection.empty());
+    const Counts counts = checkLog(log.path());
+    FUZZ_CHECK(counts.scans == report.scans && counts.wheels == report.wheels);
+    FUZZ_CHECK(compressed || counts.good >= 1);
+    if (size % 8 != 0) return 0;  // what follows costs three times as much as all before
+    // There and back: every scan comes again.
+    text.write("");
+    const ConvertReport back = convertToCarmen(log.path(), text.path());
+    FUZZ_CHECK(back.scans == counts.scans && back.wheels == counts.wheels && back.rejected == 0);
+    const ConvertReport again = convertCarmen(text.path(), log.path());
+    FUZZ_CHECK(again.scans == counts.scans && again.rejected == 0);
+  } catch (const std::runtime_error&) {
+    FUZZ_CHECK(compressed);
+  }
+  return 0;
+}

@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// make_corpus DIR: writes what devices, sensors and slamd itself would write, for mutations to begin with, into
+// DIR/<target>. The emulators and encoders of the repository speak; nothing is recorded.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "app/config_printer.hpp"
+#include "bus/checked_decode.hpp"
+#include "bus/encoding.hpp"
+#include "bus/event_log.hpp"
+#include "bus/messages.hpp"
+#include "drivers/rplidar_capsules.hpp"
+#include "store/durable_file.hpp"
+#include "store/map_codec.hpp"
+#include "store/map_journal.hpp"
+#include "support/stored_map.hpp"
+#include "tools/sim/board_emulator.hpp"
+#include "tools/sim/can_emulator.hpp"
+#include "tools/sim/imu_emulator.hpp"
+#include "tools/sim/lidar_emulator.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+using namespace std::string_literals;
+using Bytes = std::vector<std::uint8_t>;
+
+constexpr Timestamp kStart{1000s};
+constexpr std::int64_t kUtime = 1'700'000'000'000'000;  // [us]
+
+class Corpus {
+ public:
+  explicit Corpus(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  void add(const std::string& target, const std::string& seed, const std::string& content) const {
+    std::filesystem::create_directories(folder_ / target);
+    std::ofstream file(folder_ / target / seed, std::ios::binary);
+    file << content;
+    if (!file.flush()) throw std::runtime_error((folder_ / target / seed).string() + ": cannot write");
+  }
+  /// @param choice first byte, by which targets choose what the rest is
+  void add(const std::string& target, const std::string& seed, int choice, const std::string& content) const {
+    add(target, seed, static_cast<char>(choice) + content);
+  }
+  std::filesystem::path scratch(const std::string& name) const {
+    std::filesystem::create_directories(folder_);
+    return folder_ / name;
+  }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+std::string textOf(const Bytes& bytes) { return {bytes.begin(), bytes.end()}; }
+
+/// A room 3 m by 4 m, around its middle.
+double room(Timestamp, double bearing) {
+  return std::min(1.5 / std::max(1e-3, std::abs(std::cos(bearing))), 2.0 / std::max(1e-3, std::abs(std::sin(bearing))));
+}
+
+Bytes lidarBytes(sim::LidarEmulator& lidar, const Bytes& request, Duration duration) {
+  Bytes out;
+  lidar.receive(request, kStart, out);
+  if (duration > 0ns) out.clear();  // the descriptor is read before the stream
+  for (Duration t{0}; t <= duration; t += 2ms) lidar.stream(kStart + t, out);
+  return out;
+}
+
+void lidarSeeds(const Corpus& corpus) {
+  using rplidar::Request;
+  constexpr int kAnswers = 8;
+  struct Mode {
+    const char* name;
+    Bytes request;
+    int choice;
+  };
+  const Mode modes[] = {{"standard", rplidar::encodeRequest(Request::kScan), 0},
+                        {"express", rplidar::encodeExpressScan(0), 1},
+                        {"ultra", rplidar::encodeExpressScan(2), 2}};
+  for (const Mode& mode : modes) {
+    sim::LidarEmulator lidar(room, 5.5, sim::a1Firmware124());
+    const std::string stream = textOf(lidarBytes(lidar, mode.request, 100ms));
+    corpus.add("rplidar", mode.name, mode.choice, stream);
+    std::string chunks;
+    for (std::size_t at = 0; at < stream.size(); at += 64) {
+      const std::string chunk = stream.substr(at, 64);
+      chunks += static_cast<char>(chunk.size()) + chunk;
+    }
+    corpus.add("rplidar", std::string(mode.name) + "-chunks", mode.choice + 4, chunks);
+  }
+  Bytes dense;
+  for (std::uint16_t i = 0; i < 8; ++i) {
+    rplidar::DenseCapsule capsule{.start_angle_q6 = static_cast<std::uint16_t>(700 * i)};
+    for (std::size_t k = 0; k < capsule.distances_mm.size(); ++k)
+      capsule.distances_mm[k] = static_cast<std::uint16_t>(900 + k);
+    const auto bytes = rplidar::encodeDenseCapsule(capsule);
+    dense.insert(dense.end(), bytes.begin(), bytes.end());
+  }
+  corpus.add("rplidar", "dense", 3, textOf(dense));
+  for (const Request request : {Request::kGetInfo, Request::kGetHealth, Request::kGetSampleRate}) {
+    sim::LidarEmulator lidar(room, 5.5);
+    const std::string answer = textOf(lidarBytes(lidar, rplidar::encodeRequest(request), 0ms));
+    const std::string name = "answer-" + std::to_string(static_cast<int>(request));
+    corpus.add("rplidar", name + "-descriptor", kAnswers, answer.substr(0, rplidar::kDescriptorSize));
+    corpus.add("rplidar", name, kAnswers, answer.substr(std::min(answer.size(), rplidar::kDescriptorSize)));
+  }
+}
+
+void boardSeeds(const Corpus& corpus) {
+  sim::BoardEmulator board;
+  Bytes bytes;
+  const auto ask = [&](robolink::Command command, std::span<const std::uint8_t> payload = {}) {
+    std::array<std::uint8_t, robolink::kMaxFrame> frame;
+    const std::size_t size = robolink::encodeFrame(robolink::kMaster, robolink::kSlave, command, payload, frame);
+    board.receive({frame.data(), size}, bytes);
+    corpus.add("handsfree", "answer-" + std::to_string(static_cast<int>(command)), textOf(bytes));
+  };
+  board.renew(1.5, 2.5, {.online = 1, .gyro = {0.1F, 0.2F, 0.3F}, .accel = {0.0F, 0.0F, 9.8F}}, 3.0);
+  board.receive({}, bytes);
+  ask(robolink::Command::kShakingHands, robolink::encodeCoordinate({}));
+  for (const auto command : {robolink::Command::kGetMotorMileage, robolink::Command::kGetImu,
+                             robolink::Command::kGetSystemInfo, robolink::Command::kReadChassisParameters}) {
+    bytes.clear();
+    ask(command);
+  }
+  corpus.add("handsfree", "system-info", textOf([] {
+               const auto payload = robolink::encodeSystemInfo({.battery = 12.5F});
+               return Bytes(payload.begin(), payload.end());
+             }()));
+}
+
+void imuSeeds(const Corpus& corpus) {
+  for (const auto framing : {sim::ImuEmulator::Framing::kA9, sim::ImuEmulator::Framing::kB6}) {
+    sim::ImuEmulator imu(framing);
+    Bytes bytes;
+    for (int i = 0; i < 3; ++i) imu.sample({0.01 * i, 0.02, 0.5}, {0.1, 0.0, 9.81}, bytes);
+    corpus.add("imu", framing == sim::ImuEmulator::Framing::kA9 ? "a9" : "b6", textOf(bytes));
+  }
+}
+
+void canSeeds(const Corpus& corpus) {
+  sim::CanEmulator emulator;
+  std::vector<can::Frame> frames;
+  Bytes bytes;
+  for (int ms = 0; ms < 200; ms += 5) {
+    frames.clear();
+    emulator.step(kStart + std::chrono::milliseconds(ms), {.angles = {0.01 * ms, 0.02 * ms}, .accel = {0, 0, 9.8F}},
+                  frames);
+    for (const can::Frame& frame : frames) {
+      const std::uint32_t id = frame.id | 0x80000000U;  // as it is
+      const std::array<std::uint8_t, 7> head = {static_cast<std::uint8_t>(5),
+                                                static_cast<std::uint8_t>(0x80),  // 5 ms after the one before
+                                                static_cast<std::uint8_t>(id),
+                                                static_cast<std::uint8_t>(id >> 8),
+                                                static_cast<std::uint8_t>(id >> 16),
+                                                static_cast<std::uint8_t>(id >> 24),
+                                                frame.size};
+      bytes.insert(bytes.end(), head.begin(), head.end());
+      bytes.insert(bytes.end(), frame.data.begin(), frame.data.end());
+    }
+  }
+  corpus.add("can", "drive", textOf(bytes));
+  for (std::size_t at = 0; at < 12; ++at)
+    corpus.add("can", "frame-" + std::to_string(at), textOf(bytes).substr(15 * at, 15));
+}
+
+LaserScan someScan() {
+  LaserScan scan;
+  for (int i = 0; i < 5; ++i) scan.push({1.0F + static_cast<float>(i), 0.1F * static_cast<float>(i), 0.0F, 10.0F});
+  return scan;
+}
+
+PseudoLaser somePseudoLaser() {
+  PseudoLaser laser;
+  laser.bearing_min = -0.5F;
+  laser.bearing_step = 0.01F;
+  laser.size = 3;
+  laser.storage[0] = {PseudoBeam::Kind::kHit, 2.0F, 0.5F};
+  laser.storage[1] = {PseudoBeam::Kind::kFree, 3.0F, 0.5F};
+  laser.push({1, 1.5F, 2.5F});
+  return laser;
+}
+
+void messageSeeds(const Corpus& corpus) {
+  const std::array<double, 2> angles = {1.0, 2.0};
+  command_t command{};
+  command.utime = kUtime;
+  command.verb = "set_pose";
+  const std::vector<std::pair<const char*, Bytes>> messages = {
+      {"scan", test::encoded(toMessage(someScan(), kUtime))},
+      {"wheels", test::encoded(toMessage(WheelSample{.T_wheels_base = {1.0, 2.0, 0.5}}, kUtime, angles))},
+      {"imu", test::encoded(toMessage(ImuSample{}, kUtime))},
+      {"depth", test::encoded(toMessage(somePseudoLaser(), kUtime))},
+      {"command", test::encoded(command)}};
+  EventLogWriter log(corpus.scratch("log"));
+  for (std::size_t i = 0; i < messages.size(); ++i) {
+    const auto& [name, bytes] = messages[i];
+    corpus.add("lcm_decode", name, static_cast<int>(i), textOf(bytes).substr(8));  // without fingerprint
+    log.write(kUtime + static_cast<std::int64_t>(i), name, bytes);
+  }
+  log.flush();
+  corpus.add("event_log", "log", readFile(corpus.scratch("log")));
+  std::filesystem::remove(corpus.scratch("log"));
+}
+
+void textSeeds(const Corpus& corpus, const std::filesystem::path& source) {
+  corpus.add("config", "defaults", printConfig(Config{}));
+  for (const auto& entry : std::filesystem::directory_iterator(source / "config")) {
+    if (entry.path().extension() == ".toml" && entry.file_size() < 4096) {
+      corpus.add("config", entry.path().filename().string(), readFile(entry.path()));
+    }
+  }
+  corpus.add("config", "texts", "[lidar]\nport = '/dev/a\\b\"c'\n[output]\nmap = \"\\u0001\\\\x\\u00e9\"\n");
+  corpus.add("config", "settings", "[lidar]\nrange_max = 8.0\n\0lidar.x=0.1\0imu.driver='lcm'"s);
+  corpus.add("carmen", "intel",
+             "PARAM robot_front_laser_max 81.9\n# a comment\nODOM 1.5 -2 0.5 0.1 0 0 976052857.1 h 0.2\n"
+             "FLASER 4 1.2 0.5 81.83 3 1 2 0.1 1.1 2.1 0.2 976052857.3 h 0.4\n");
+  corpus.add("carmen", "damaged", "FLASER 2 nan 1 0 0 0 0 0 0 1 h 1\r\nFLASER 1 1\nFLASER x\nODOM a\n");
+}
+
+/// The numbers that map_store_fuzz makes tiles of.
+std::string someTiles() {
+  BinaryWriter tiles;
+  for (int i = -1; i < 2; ++i) {
+    tiles.put(static_cast<std::int32_t>(i));
+    tiles.put(static_cast<std::int32_t>(2 * i));
+    tiles.put(static_cast<LogOdds>(100 * i));
+  }
+  return tiles.take();
+}
+
+void mapSeeds(const Corpus& corpus) {
+  test::ChangingMap changing(5);
+  const MapState& map = changing.map;
+  const std::string keyframes = encodeKeyframes(map), edges = encodeEdges(map), grid = encodeGrid(map.grid);
+  corpus.add("map_store", "keyframes", 0, keyframes);
+  corpus.add("map_store", "edges", 1, edges);
+  BinaryWriter poses, resolution;
+  encodePoses(poses, map.keyframes.graph().poses());
+  corpus.add("map_store", "poses", 2, poses.take());
+  resolution.put(0.1);
+  corpus.add("map_store", "grid", 3, resolution.take() + someTiles());
+  corpus.add("map_store", "grid-raw", 4, grid);
+  MapState seen = changing.copy();
+  auto view = std::make_shared<DepthView>();
+  view->beams = {{.bearing = 0.1F, .range = 2.0F, .free_from = 0.5F, .hit = true}};
+  view->surfaces = {{0.2F, 1.0F, 1.5F}};
+  seen.views = {{.keyframe = 1, .view = view}};
+  const std::string depth = encodeDepth(seen);
+  BinaryWriter no_views;
+  no_views.put(std::uint16_t{8});
+  no_views.put(std::uint64_t{0});
+  corpus.add("map_store", "depth", 5, no_views.take() + someTiles());
+  corpus.add("map_store", "depth-raw", 6, depth);
+  corpus.add("map_store", "state", 7, encodeState(map));
+
+  const std::filesystem::path file = corpus.scratch("journal");
+  {
+    MapJournal journal(file, map);
+    changing.addKeyframe(true);
+    journal.append(map);
+    changing.closeLoop(0, 4);
+    changing.move();
+    changing.touch();
+    journal.append(map);
+  }
+  const std::string content = readFile(file);
+  std::filesystem::remove(file);
+  corpus.add("map_store", "journal-raw", 9, content);
+  constexpr std::size_t kRecordHead = 12;  // magic, size, CRC: map_store_fuzz writes them itself
+  for (std::size_t at = 0, i = 0; at + kRecordHead <= content.size(); ++i) {
+    std::uint32_t size = 0;
+    std::memcpy(&size, content.data() + at + 4, 4);
+    corpus.add("map_store", "journal-" + std::to_string(i), 8,
+               std::string(1, '\0') + content.substr(at + kRecordHead, size));
+    at += kRecordHead + size;
+  }
+}
+
+}  // namespace
+}  // namespace slam
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fputs("usage: make_corpus DIR\n", stderr);
+    return 2;
+  }
+  try {
+    const slam::Corpus corpus(argv[1]);
+    slam::lidarSeeds(corpus);
+    slam::boardSeeds(corpus);
+    slam::imuSeeds(corpus);
+    slam::canSeeds(corpus);
+    slam::messageSeeds(corpus);
+    slam::textSeeds(corpus, SLAMD_SOURCE_DIR);
+    slam::mapSeeds(corpus);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "make_corpus: %s\n", error.what());
+    return 1;
+  }
+}
