@@ -82,12 +82,17 @@ bool SerialImu::receive(Timestamp now) {
 void SerialImu::take(std::uint8_t byte, Timestamp now) {
   if (framing_ != Framing::kB6) {
     for (auto data = a9_.push(byte); data; data = a9_.flush()) take(*data, now);
-    if (framing_ == Framing::kUnknown && a9_.counters().frames - a9_begin_ >= kRecognised) framing_ = Framing::kA9;
+    if (framing_ == Framing::kUnknown && a9_.counters().frames - a9_begin_ >= kRecognised) recognise(Framing::kA9);
   }
   if (framing_ != Framing::kA9) {
     for (auto frame = b6_.push(byte); frame; frame = b6_.flush()) take(*frame, now);
-    if (framing_ == Framing::kUnknown && b6_.counters().frames - b6_begin_ >= kRecognised) framing_ = Framing::kB6;
+    if (framing_ == Framing::kUnknown && b6_.counters().frames - b6_begin_ >= kRecognised) recognise(Framing::kB6);
   }
+}
+
+void SerialImu::recognise(Framing framing) {
+  framing_ = framing;
+  damage_ = damage();  // what the decoder met before is counted, or was not meant for it
 }
 
 void SerialImu::take(hfi::A9Decoder::Data data, Timestamp now) {
@@ -134,7 +139,7 @@ void SerialImu::emit(const Eigen::Vector3d& gyro, const Eigen::Vector3d& gravity
   back_off_ = 0ns;
 }
 
-void SerialImu::countRejects() {
+std::uint32_t SerialImu::damage() const {
   std::uint32_t damage = not_finite_;
   // Bytes outside of frames count as so many of the smallest frames.
   const auto countOf = [](const hfi::DecoderCounters& counters) {
@@ -142,9 +147,14 @@ void SerialImu::countRejects() {
   };
   if (framing_ == Framing::kA9) damage += countOf(a9_.counters());
   if (framing_ == Framing::kB6) damage += countOf(b6_.counters());
-  lost_ = lost_ || damage != damage_;
-  damage_ = damage;
-  status_.rejects.store(damage, std::memory_order_relaxed);
+  return damage;
+}
+
+void SerialImu::countRejects() {
+  const std::uint32_t now = damage();
+  lost_ = lost_ || now != damage_;
+  if (now > damage_) status_.rejects.fetch_add(now - damage_, std::memory_order_relaxed);
+  damage_ = now;
 }
 
 void SerialImu::watch(Timestamp now) {

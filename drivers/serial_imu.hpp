@@ -49,6 +49,8 @@ class SerialImu {
   void take(hfi::A9Decoder::Data data, Timestamp now);
   void take(const hfi::B6Frame& frame, Timestamp now);
   void emit(const Eigen::Vector3d& gyro, const Eigen::Vector3d& gravity, Timestamp now);
+  void recognise(Framing framing);
+  std::uint32_t damage() const;
   void countRejects();
   void watch(Timestamp now);
 

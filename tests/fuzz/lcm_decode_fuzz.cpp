@@ -51,6 +51,11 @@ void checkContent(const Message& message) {
   FUZZ_CHECK(test::encoded(toMessage(*again, message.utime)) == bytes);
 }
 
+void checkContent(const drive_t& drive) {
+  const auto twist = fromMessage(drive);
+  FUZZ_CHECK(!twist || (std::isfinite(twist->vx) && std::isfinite(twist->vy) && std::isfinite(twist->omega)));
+}
+
 void checkContent(const command_t& command) {
   FUZZ_CHECK(command.verb.size() + command.argument.size() <= static_cast<std::size_t>(command.getEncodedSize()));
 }
@@ -77,7 +82,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size == 0) return -1;
   const bool with_fingerprint = (data[0] & kWithFingerprint) != 0;
   const Bytes datagram{data + 1, size - 1};
-  switch (data[0] % 5) {
+  switch (data[0] % 6) {
     case 0:
       checkMessage<scan_t>(datagram, with_fingerprint);
       break;
@@ -89,6 +94,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       break;
     case 3:
       checkMessage<depth_t>(datagram, with_fingerprint);
+      break;
+    case 4:
+      checkMessage<drive_t>(datagram, with_fingerprint);
       break;
     default:
       checkMessage<command_t>(datagram, with_fingerprint);

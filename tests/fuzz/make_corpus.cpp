@@ -192,6 +192,9 @@ PseudoLaser somePseudoLaser() {
 
 void messageSeeds(const Corpus& corpus) {
   const std::array<double, 2> angles = {1.0, 2.0};
+  drive_t drive{};
+  drive.utime = kUtime;
+  drive.vx = 0.3;
   command_t command{};
   command.utime = kUtime;
   command.verb = "set_pose";
@@ -200,6 +203,7 @@ void messageSeeds(const Corpus& corpus) {
       {"wheels", test::encoded(toMessage(WheelSample{.T_wheels_base = {1.0, 2.0, 0.5}}, kUtime, angles))},
       {"imu", test::encoded(toMessage(ImuSample{}, kUtime))},
       {"depth", test::encoded(toMessage(somePseudoLaser(), kUtime))},
+      {"drive", test::encoded(drive)},
       {"command", test::encoded(command)}};
   EventLogWriter log(corpus.scratch("log"));
   for (std::size_t i = 0; i < messages.size(); ++i) {
