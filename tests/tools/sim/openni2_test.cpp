@@ -26,6 +26,11 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 constexpr auto kPatience = 10s;
+#if defined(__SANITIZE_THREAD__)
+constexpr int kMostFrames = 300;  // for 20 that are read: the sanitizer slows the reader down, not the camera
+#else
+constexpr int kMostFrames = 60;
+#endif
 
 /// Counts the camera's comings and goings; must be made before OpenNI is initialised.
 class Presence : public openni::OpenNI::DeviceConnectedListener, public openni::OpenNI::DeviceDisconnectedListener {
@@ -161,7 +166,7 @@ TEST_F(SimulatedXtion, StreamsWhatTheCameraSees) {
     last = frame.getFrameIndex();
     last_time = frame.getTimestamp();
   }
-  EXPECT_LT(last, 60);  // and few are lost
+  EXPECT_LT(last, kMostFrames);  // and few are lost
 }
 
 TEST_F(SimulatedXtion, MirrorsCropsAndCountsTenthsOfMillimetresWhenAsked) {
