@@ -199,6 +199,12 @@ Findings diagnose(const Config& config) {
   if (config.base_device.driver == "handsfree") {
     findings.push_back(checkPort("base", config.base_device.port, "base.port", ports));
   }
+  if (config.imu_device.driver == "hfi") {
+    findings.push_back(checkPort("imu", config.imu_device.port, "imu.port", ports));
+  }
+  if (config.base_device.driver == "can" || config.imu_device.driver == "can") {
+    findings.push_back(checkCan(config.can.interface));
+  }
   if (config.depth_device.driver == "openni2" && config.depth_device.uri.empty()) {
     const auto usb = makeUsbWatch(kPrimeSense);
     findings.push_back(checkCamera(*usb));

@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "app/config_loader.hpp"
+#include "mapping/map_files.hpp"
 #include "tools/eval/metrics.hpp"
 #include "tools/replay/replay.hpp"
 #include "tools/sim/log_mode.hpp"
@@ -66,6 +67,33 @@ TEST(SimulatedDrive, SlamComesRoundTheCorridorLoop) {
   const AteErrors errors = absoluteErrors(readTrajectory(files.slam), readTrajectory(files.truth), false);
   EXPECT_LT(errors.rmse, 0.25);  // 124 m without loop closure
   EXPECT_GT(errors.used, 1000);
+}
+
+/// Occupied cells where the scene's two persons walk and nothing else stands, in the map of a drive that ended then.
+int cellsWhereThePersonsWalk(double seconds) {
+  const DriveFiles files;
+  const fs::path map = files.folder / "map";
+  writeLog({.scene = "people", .seed = 1, .seconds = seconds, .depth = true, .truth = files.truth}, files.log);
+  const Config config = loadConfig(std::string(SLAMD_SOURCE_DIR) + "/config/sim.toml", {});
+  replay(config, {.log = files.log, .trajectory = files.slam, .map = map});
+  const MapImage image = readMapFiles(map.string() + ".yaml");
+  const Pose2 start = readTrajectory(files.truth).front().pose;  // the map begins there
+  int occupied = 0;
+  for (double x = 2.3; x < 3.7; x += image.resolution) {
+    for (double y = -0.95; y < 1.15; y += image.resolution) {
+      const Eigen::Vector2d p = start.inverse() * Eigen::Vector2d(x, y);
+      occupied +=
+          image.at(static_cast<int>(std::floor((p.x() - image.origin_x) / image.resolution)),
+                   static_cast<int>(std::floor((p.y() - image.origin_y) / image.resolution))) == MapImage::kOccupied;
+    }
+  }
+  return occupied;
+}
+
+TEST(SimulatedDrive, NothingIsLeftOfAPersonTenSecondsAfterTheyHaveGone) {
+  constexpr double kGone = 26.0;  // [s] both walked through the view for 20 s
+  EXPECT_GT(cellsWhereThePersonsWalk(kGone - 2.0), 0);
+  EXPECT_EQ(cellsWhereThePersonsWalk(kGone + 10.0), 0);
 }
 
 TEST(SimulatedDrive, OfOneSeedIsTheSameToTheByte) {
