@@ -1,13 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
+#include <iterator>
 
 #include "core/timestamp.hpp"
 
 namespace slam {
 
 enum class DeviceState : std::uint8_t { kAbsent, kOpening, kStreaming, kStale, kFault };
+
+/// @param state also one from a message, that may be none
+inline const char* nameOf(DeviceState state) {
+  constexpr const char* kNames[] = {"ABSENT", "OPENING", "STREAMING", "STALE", "FAULT"};
+  const auto i = static_cast<std::size_t>(state);
+  return i < std::size(kNames) ? kNames[i] : "UNKNOWN";
+}
 
 /// What a driver's thread lets the supervisor see. Written by one thread, read by any; no lock.
 struct DeviceStatus {

@@ -72,6 +72,7 @@ class Supervisor {
   PoseSnapshot snapshot_;
   LocalisationState logged_localisation_ = LocalisationState::kInitialising;
   Timestamp started_{}, next_health_{};
+  static constexpr Duration kHealthPeriod = std::chrono::seconds(1);
   bool device_changed_ = false;  // since the last health message
   double cpu_ = 0.0;             // [s] when rates were measured last
   double cpu_share_ = 0.0;       // [1] of a core, then

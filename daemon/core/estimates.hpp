@@ -15,6 +15,10 @@ enum class LocalisationState : std::uint8_t {
   kDegraded,      ///< the pose is carried on by wheels and IMU, or by the scans without them
   kLost,          ///< the pose is not valid
 };
+inline const char* nameOf(LocalisationState state) {
+  constexpr const char* kNames[] = {"initialising", "localised", "degraded", "lost"};
+  return kNames[static_cast<std::size_t>(state)];
+}
 
 /// Velocity of base in its own axes.
 struct Twist2 {

@@ -13,21 +13,10 @@ namespace slam {
 namespace {
 
 constexpr double kClearlyBetter = 0.01;         // [1] of overlap, between guesses
-constexpr double kMinStepSigma = 1e-4;          // [m, rad] keeps a step's covariance regular
 constexpr std::size_t kHistoryCapacity = 1024;  // poses within one scan
 
 Timestamp lastBeam(const LaserScan& scan, Timestamp stamp) {
   return scan.size > 0 ? stamp + std::max(Duration(0), fromSeconds(scan.beams().back().time_offset)) : stamp;
-}
-
-Keyframe::Point stored(const ScanPoint& point) {
-  Keyframe::Point out{.x = static_cast<float>(point.position.x()), .y = static_cast<float>(point.position.y())};
-  if (!point.hasNormal()) return out;
-  const double units = 1.0 / Keyframe::Point::kAngle;
-  out.normal = static_cast<std::int16_t>(std::lround(units * std::atan2(point.normal.y(), point.normal.x())));
-  out.normal_sigma =
-      static_cast<std::uint16_t>(std::min(65535.0, std::round(units * std::sqrt(point.normal_variance))));
-  return out;
 }
 
 EkfConfig beginningAt(EkfConfig config, const Pose2& pose, double gyro_bias) {
@@ -210,148 +199,6 @@ void Localizer::searchAround(const Pose2& predicted, ScanOutcome& outcome) {
   if (!found.match.usable() || found.match.overlap < config_.search.trusted_overlap) return;
   outcome.match = found.match;
   outcome.fused = fuse(outcome.stamp, found.match, true);
-}
-
-const Keyframe* Localizer::keepOrLook(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match) {
-  const KeyframeConfig& config = config_.keyframe;
-  const auto movedFrom = [&](const Pose2& pose) {
-    const Pose2 moved = between(pose, T_map_base);
-    return std::hypot(moved.x, moved.y) > config.translation || std::abs(moved.theta) > config.rotation;
-  };
-  if (!extends_) {
-    return movedFrom(last_look_) ? look(stamp, T_map_base) : nullptr;
-  }
-  if (match.overlap < config.overlap) return keep(stamp, T_map_base);
-  if (match.familiarity < config.familiarity) {
-    return movedFrom(*last_keyframe_) ? keep(stamp, T_map_base) : nullptr;
-  }
-  const bool due = movedFrom(last_look_) || toSeconds(stamp - last_look_stamp_) > config.look_period;
-  return due ? look(stamp, T_map_base) : nullptr;
-}
-
-const Keyframe* Localizer::keep(Timestamp stamp, const Pose2& T_map_base) {
-  reference_.add(T_map_base, points_);
-  describe(stamp, T_map_base);
-  keyframe_.id = next_keyframe_++;
-  ++counters_.keyframes;
-  keyframe_.look = false;
-  keyframe_.origin = std::exchange(origin_, KeyframeOrigin::kContinued);
-  keyframe_.T_previous_base = last_keyframe_ ? between(*last_keyframe_, T_map_base) : Pose2{};
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  if (last_keyframe_) turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-last_keyframe_->theta).toRotationMatrix();
-  keyframe_.step_covariance = turn * drift_ * turn.transpose();
-  keyframe_.step_covariance.diagonal().array() += kMinStepSigma * kMinStepSigma;
-  drift_.setZero();
-  last_keyframe_ = T_map_base;
-  if (reference_keyframes_.size() < MapCorrection::kMaxKeyframes)
-    reference_keyframes_.push_back({keyframe_.id, T_map_base});
-  RecentScan& recent = recent_[static_cast<std::size_t>(keyframe_.id) % recent_.size()];
-  recent.id = keyframe_.id;
-  recent.points = points_;
-  return &keyframe_;
-}
-
-const Keyframe* Localizer::look(Timestamp stamp, const Pose2& T_map_base) {
-  describe(stamp, T_map_base);
-  const Anchored anchored = anchor(T_map_base);
-  keyframe_.id = anchored.keyframe;
-  keyframe_.T_previous_base = anchored.T_keyframe_base;
-  keyframe_.look = true;
-  keyframe_.origin = KeyframeOrigin::kContinued;
-  return &keyframe_;
-}
-
-void Localizer::accumulateDrift(const Pose2& T_map_base, const MatchResult* match) {
-  const Pose2 moved = between(drift_pose_, T_map_base);
-  drift_pose_ = T_map_base;
-  const double distance = std::hypot(moved.x, moved.y), turned = std::abs(moved.theta);
-  const auto square = [](double value) { return value * value; };
-  const DriftConfig& d = config_.drift;
-  const EkfConfig& wheels = config_.ekf;
-  Eigen::Vector3d matched(square(d.translation) * distance, square(d.translation) * distance,
-                          square(d.rotation_per_metre) * distance + square(d.rotation_per_radian) * turned);
-  drift_ += matched.asDiagonal();
-  if (match != nullptr && match->observable == 3) return;
-  const double position = square(wheels.translation_noise) * distance;
-  const double heading =
-      square(wheels.rotation_noise_per_metre) * distance + square(wheels.rotation_noise_wheels) * turned;
-  const Eigen::Matrix3d unmatched = Eigen::Vector3d(position, position, heading).asDiagonal();
-  Eigen::Matrix3d blind = Eigen::Matrix3d::Identity();
-  if (match != nullptr) {
-    const auto unseen = match->directions.rightCols(3 - match->observable);
-    blind = unseen * unseen.transpose();
-  }
-  drift_ += blind * unmatched * blind.transpose();
-}
-
-void Localizer::apply(MapCorrection& correction) {
-  if (correction.segment != segment_) return;
-  if (correction.refuted) {
-    placed_ = false;
-    was_placed_ = true;
-    return;
-  }
-  // The nearest keyframe that both references hold says how the map moved here.
-  const Pose2 here = pose_.at(pose_.newestStamp()).pose();
-  Pose2 T_new_old;
-  double nearest = std::numeric_limits<double>::infinity();
-  auto corrected = correction.keyframes.begin();
-  for (const ReferenceKeyframe& old : reference_keyframes_) {
-    while (corrected != correction.keyframes.end() && corrected->id < old.id) ++corrected;
-    if (corrected == correction.keyframes.end()) break;
-    if (corrected->id != old.id) continue;
-    const double distance = (old.T_map_base.translation() - here.translation()).squaredNorm();
-    if (distance >= nearest) continue;
-    nearest = distance;
-    T_new_old = corrected->T_map_base * old.T_map_base.inverse();
-  }
-  if (correction.T_map_segment) {
-    T_new_old = *correction.T_map_segment;
-    placed_ = true;
-    extends_ = !config_.localise_only;
-  }
-  std::swap(reference_, correction.reference);
-  std::swap(reference_keyframes_, correction.keyframes);
-  for (const ReferenceKeyframe& old : correction.keyframes) {
-    const RecentScan& recent = recent_[static_cast<std::size_t>(old.id) % recent_.size()];
-    if (old.id <= correction.newest || recent.id != old.id || !extends_) continue;
-    reference_.add(T_new_old * old.T_map_base, recent.points);
-    if (reference_keyframes_.size() < MapCorrection::kMaxKeyframes) {
-      reference_keyframes_.push_back({old.id, T_new_old * old.T_map_base});
-    }
-  }
-  pose_.transform(T_new_old);
-  for (Pose2* pose : {&last_pose_, &last_look_, &drift_pose_}) *pose = T_new_old * *pose;
-  if (last_keyframe_) *last_keyframe_ = T_new_old * *last_keyframe_;
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(T_new_old.theta).toRotationMatrix();
-  drift_ = (turn * drift_ * turn.transpose()).eval();
-}
-
-Localizer::Anchored Localizer::anchor(const Pose2& T_map_base) const {
-  const ReferenceKeyframe* nearest = nullptr;
-  double shortest = std::numeric_limits<double>::infinity();
-  for (const ReferenceKeyframe& keyframe : reference_keyframes_) {
-    const double distance = (keyframe.T_map_base.translation() - T_map_base.translation()).squaredNorm();
-    if (distance >= shortest) continue;
-    shortest = distance;
-    nearest = &keyframe;
-  }
-  return nearest == nullptr ? Anchored{} : Anchored{nearest->id, between(nearest->T_map_base, T_map_base)};
-}
-
-void Localizer::describe(Timestamp stamp, const Pose2& T_map_base) {
-  last_look_ = T_map_base;
-  last_look_stamp_ = stamp;
-  keyframe_.map_id = start_.map_id;
-  keyframe_.segment = segment_;
-  keyframe_.stamp = stamp;
-  keyframe_.T_map_base = T_map_base;
-  keyframe_.T_base_lidar = config_.lidar.T_base_lidar;
-  keyframe_.size = 0;
-  for (const ScanPoint& point : points_) {
-    keyframe_.storage[static_cast<std::size_t>(keyframe_.size++)] = stored(point);
-  }
 }
 
 LocalisationState Localizer::state(Timestamp stamp, const Eigen::Matrix3d& covariance) const {

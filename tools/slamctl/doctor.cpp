@@ -26,7 +26,6 @@ constexpr double kLittleRoom = 200.0;   // [MB] for maps, and the log of a drive
 constexpr double kRateTolerance = 0.8;  // [1] of the expected rate
 constexpr std::time_t kYear2024 = 1704067200;
 constexpr auto kHealthLimit = 3s;  // it comes at 1 Hz
-const char* const kStates[] = {"ABSENT", "OPENING", "STREAMING", "STALE", "FAULT"};
 
 std::string number(const char* format, double value) {
   char text[64];
@@ -174,9 +173,8 @@ Finding checkClock() {
 Findings checkHealth(const health_t& health) {
   Findings findings;
   for (const device_health_t& device : health.devices) {
-    const std::string name = "slamd, " + device.name + ": " + kStates[std::min<std::size_t>(device.state, 4)];
-    constexpr std::uint8_t kStreaming = 2;
-    if (device.state != kStreaming) {
+    const std::string name = "slamd, " + device.name + ": " + nameOf(static_cast<DeviceState>(device.state));
+    if (device.state != static_cast<std::uint8_t>(DeviceState::kStreaming)) {
       findings.push_back({Finding::kFault, name, device.reason});
     } else if (device.rate < kRateTolerance * device.expected) {
       findings.push_back(

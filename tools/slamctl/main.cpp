@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "app/config_loader.hpp"
+#include "drivers/device_status.hpp"
 #include "mapping/map_files.hpp"
 #include "store/map_store.hpp"
 #include "tools/common/program.hpp"
@@ -18,7 +19,6 @@ constexpr auto kAnswerLimit = 20s;  // a large map on a slow disk
 constexpr auto kHealthLimit = 3s;   // it comes at 1 Hz
 
 const char* const kServiceMaps = "/var/lib/slamd/maps";
-const char* const kDeviceStates[] = {"ABSENT", "OPENING", "STREAMING", "STALE", "FAULT"};
 
 std::string timeText(std::int64_t utime) {
   const auto seconds = static_cast<std::time_t>(utime / 1000000);
@@ -59,7 +59,7 @@ void printStatus(const slam::health_t& health) {
               100.0 * health.cpu, health.memory_mb);
   for (const auto& device : health.devices) {
     std::printf("%-6s %-10s %6.1f Hz  rejected %lld  %s\n", device.name.c_str(),
-                kDeviceStates[std::min<std::size_t>(device.state, 4)], device.rate,
+                slam::nameOf(static_cast<slam::DeviceState>(device.state)), device.rate,
                 static_cast<long long>(device.rejects), device.reason.c_str());
   }
   for (const auto& counter : health.counters) {

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the supervisor says in SLAM_HEALTH.
+#include <algorithm>
+#include <cstdio>
+#include <systemd/sd-daemon.h>
+
+#include "app/supervisor.hpp"
+#include "runtime/process_usage.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr Duration kStaleAfter = 1s;  // without a sample
+constexpr Duration kSettled = 5s;     // from the start: then rates are judged
+
+counter_t counter(const std::string& name, std::uint64_t value) {
+  counter_t c{};
+  c.name = name;
+  c.value = static_cast<std::int64_t>(value);
+  return c;
+}
+
+stage_health_t stage(const std::string& name, const LatencyHistogram& histogram) {
+  const auto summary = histogram.summary();
+  stage_health_t s{};
+  s.name = name;
+  s.count = summary.count;
+  s.p50_us = summary.p50_us;
+  s.p99_us = summary.p99_us;
+  s.max_us = summary.max_us;
+  return s;
+}
+
+}  // namespace
+
+std::string Supervisor::reasonOf(const Device& device, Timestamp now) const {
+  const auto state = device.status->state.load(std::memory_order_acquire);
+  const std::int64_t last = device.status->last_sample_ns.load(std::memory_order_relaxed);
+  const Duration age = now - Timestamp(Duration(last));
+  const std::string reason = device.status->reason.load(std::memory_order_relaxed);
+  char text[64];
+  constexpr double kSlow = 0.7;  // [1] of the expected rate
+  if (reason.empty() && age < kStaleAfter && device.judged && device.rate < kSlow * device.expected) {
+    std::snprintf(text, sizeof text, "%.1f Hz where %.1f Hz are expected", device.rate, device.expected);
+    return text;
+  }
+  if (last == 0 || age < kStaleAfter) return reason;
+  std::snprintf(text, sizeof text, "no data for %.1f s", toSeconds(age));
+  return state == DeviceState::kStreaming ? std::string(text) + ", port present" : std::string(text) + ", " + reason;
+}
+
+std::string Supervisor::summary(Timestamp now) const {
+  std::string text = std::string("pose ") + nameOf(snapshot_.pose.state);
+  for (const Device& device : devices_) {
+    const std::string reason = reasonOf(device, now);
+    if (!reason.empty()) text += "; " + device.name + ": " + reason;
+  }
+  for (const SensorFinding& finding : snapshot_.findings.all()) text += "; " + describe(finding);
+  if (*base_finding_ != '\0') text += std::string("; base: ") + base_finding_;
+  if (!bus_.connected()) text += "; LCM: no multicast route";
+  return text;
+}
+
+void Supervisor::measureRates(Timestamp now) {
+  const double cpu = cpuSeconds();
+  cpu_share_ = (cpu - cpu_) / toSeconds(kHealthPeriod);
+  cpu_ = cpu;
+  for (Device& device : devices_) {
+    const std::int64_t samples = device.status->samples.load(std::memory_order_relaxed);
+    device.rate = static_cast<double>(samples - device.samples) / toSeconds(kHealthPeriod);
+    device.samples = samples;
+    // A second in which the device came or went says nothing of its rate.
+    const bool streams = device.status->state == DeviceState::kStreaming;
+    device.judged = streams && device.streamed && now - started_ > kSettled;
+    device.streamed = streams;
+  }
+}
+
+void Supervisor::sendHealth(Timestamp now) {
+  device_changed_ = false;
+  health_t health{};
+  health.utime = clock_.utime(now);
+  health.uptime = toSeconds(now - started_);
+  health.localisation = static_cast<std::uint8_t>(snapshot_.pose.state);
+  health.summary = summary(now);
+  health.cpu = cpu_share_;
+  health.memory_mb = residentMegabytes();
+  const std::string& file = config_.output.map.empty() ? config_.output.record : config_.output.map;
+  health.disk_free_mb = file.empty() ? -1.0 : diskFreeMegabytes(file);
+
+  for (const Device& device : devices_) {
+    device_health_t d{};
+    d.name = device.name;
+    d.state = static_cast<std::uint8_t>(device.status->state.load(std::memory_order_acquire));
+    d.reason = reasonOf(device, now);
+    const std::int64_t last = device.status->last_sample_ns.load(std::memory_order_relaxed);
+    d.age = last == 0 ? -1.0 : toSeconds(now - Timestamp(Duration(last)));
+    const bool silent = d.age > toSeconds(kStaleAfter);
+    if (silent && d.state == static_cast<std::uint8_t>(DeviceState::kStreaming)) {
+      d.state = static_cast<std::uint8_t>(DeviceState::kStale);
+    }
+    d.samples = device.status->samples.load(std::memory_order_relaxed);
+    d.rate = device.rate;
+    d.expected = device.expected;
+    d.rejects = device.status->rejects.load(std::memory_order_relaxed);
+    health.devices.push_back(std::move(d));
+  }
+  for (const Watched& watched : watched_) {
+    health.stages.push_back(stage(watched.worker->name() + ".work", watched.worker->duration()));
+    if (watched.worker->rate() > 0.0) {
+      health.stages.push_back(stage(watched.worker->name() + ".late", watched.worker->lateness()));
+      health.counters.push_back(counter(watched.worker->name() + ".overruns", watched.worker->overruns()));
+    }
+    health.counters.push_back(counter(watched.worker->name() + ".ticks", watched.worker->ticks()));
+  }
+  for (const auto& [name, histogram] : {std::pair("match", &exchange_.match),
+                                        {"scan_work", &exchange_.scan_work},
+                                        {"scan_to_pose", &exchange_.scan_to_pose},
+                                        {"depth", &exchange_.depth_work},
+                                        {"map", &exchange_.map_update},
+                                        {"loop_closure", &exchange_.optimise}}) {
+    health.stages.push_back(stage(name, *histogram));
+  }
+  if (base_) {
+    const auto millivolts = static_cast<std::uint64_t>(1000.0F * std::max(0.0F, base_->battery()));
+    health.counters.push_back(counter("base.battery_mv", millivolts));
+  }
+  const LocalizerCounters& l = snapshot_.counters;
+  const EkfCounters& f = snapshot_.filter;
+  for (const counter_t& c :
+       {counter("scans", l.scans),
+        counter("scans.matched", l.matched),
+        counter("scans.partly_observable", l.partly_observable),
+        counter("scans.unmatched", l.unmatched),
+        counter("scans.gated", l.gated),
+        counter("scans.retimed", l.scans_retimed),
+        counter("scans.too_late", l.scans_too_late),
+        counter("clock_resets", l.clock_resets),
+        counter("samples.far_ahead", l.far_ahead),
+        counter("keyframes", l.keyframes),
+        counter("scans.searched", l.searched),
+        counter("loop_closures", static_cast<std::uint64_t>(exchange_.loop_closures.load())),
+        counter("lost", l.lost),
+        counter("relocalised", static_cast<std::uint64_t>(exchange_.relocalised.load())),
+        counter("loop_closures.revoked", static_cast<std::uint64_t>(exchange_.revoked_closures.load())),
+        counter("samples.late", l.samples_late),
+        counter("samples.too_old", l.samples_too_old),
+        counter("ekf.wheels_rejected", f.wheels_rejected),
+        counter("ekf.gyro_rejected", f.gyro_rejected),
+        counter("ekf.poses_rejected", f.poses_rejected),
+        counter("ekf.standstill_updates", f.standstill_updates),
+        counter("drops.scans", exchange_.scans.drops()),
+        counter("drops.wheels", exchange_.wheels.drops()),
+        counter("drops.imu", exchange_.imu.drops()),
+        counter("views", l.views),
+        counter("views.unplaced", l.views_unplaced),
+        counter("drops.views", exchange_.views.drops()),
+        counter("drops.sights", exchange_.sights.drops()),
+        counter("drops.keyframes", exchange_.keyframes.drops()),
+        counter("lcm.published", static_cast<std::uint64_t>(exchange_.published.load())),
+        counter("lcm.failures", static_cast<std::uint64_t>(exchange_.publish_failures.load())),
+        counter("lcm.bad_messages", static_cast<std::uint64_t>(exchange_.bad_messages.load()))}) {
+    health.counters.push_back(c);
+  }
+  health.ndevices = static_cast<std::int32_t>(health.devices.size());
+  health.nstages = static_cast<std::int32_t>(health.stages.size());
+  health.ncounters = static_cast<std::int32_t>(health.counters.size());
+  exchange_.health.tryPush(health);
+  exchange_.bus_wakeup.notify();
+  sd_notify(0, ("STATUS=" + health.summary).c_str());
+}
+
+}  // namespace slam
