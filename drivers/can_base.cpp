@@ -20,7 +20,8 @@ constexpr Duration kHeartbeatSilent = 1s;  // heartbeats every 100 ms
 constexpr Duration kFrozenImu = 1s;        // its noise changes the values every few samples
 constexpr Duration kCommandPeriod = 20ms;  // 50 Hz
 constexpr Duration kCommandFresh = 500ms;
-constexpr int kMostFrames = 200;  // a tick: ten times what the bus carries in that time
+constexpr Duration kStopping = 1s;  // zero is sent for so long when nobody asks any more
+constexpr int kMostFrames = 200;    // a tick: ten times what the bus carries in that time
 
 std::vector<std::uint32_t> idsOf(const CanBaseConfig& config) {
   std::vector<std::uint32_t> ids;
@@ -83,7 +84,9 @@ void CanBase::handleEstimates(std::size_t side, const StampedCanFrame& received)
   } else {
     axes_[side].addEstimates(received.stamp, *estimates);
     const auto pair = wheels_.add(side, received.stamp, *estimates);
-    if (pair && !axes_[0].lies() && !axes_[1].lies()) emit(*pair);
+    const bool lie = axes_[0].lies() || axes_[1].lies();
+    if (pair && !lie) emit(*pair);
+    if (pair && lie && pair->restarted) wheels_.beginAnew();
   }
   wheel_status_.rejects.store(damaged_ + wheels_.rejects(), std::memory_order_relaxed);
 }
@@ -182,10 +185,23 @@ void CanBase::command(double left, double right) {
 
 void CanBase::sendCommand(Timestamp now) {
   const Timestamp commanded{Duration(commanded_ns_.load(std::memory_order_acquire))};
-  if (commanded == Timestamp{} || now - commanded > kCommandFresh) return link_.dropWaiting();
+  if (commanded == Timestamp{} || now - commanded > kCommandFresh + kStopping) return link_.dropWaiting();
+  const bool fresh = now - commanded <= kCommandFresh;
   if (now < next_command_) return;
   next_command_ = std::max(next_command_ + kCommandPeriod, now);
-  const auto speeds = std::bit_cast<std::array<float, 2>>(command_.load(std::memory_order_relaxed));
+  sendSpeeds(now, fresh ? std::bit_cast<std::array<float, 2>>(command_.load(std::memory_order_relaxed))
+                        : std::array<float, 2>{});
+}
+
+void CanBase::stop() {
+  const std::int64_t commanded = commanded_ns_.load(std::memory_order_acquire);
+  if (config_.commands && commanded != 0 && now_() - Timestamp(Duration(commanded)) <= kCommandFresh + kStopping) {
+    sendSpeeds(now_(), {});
+  }
+  link_.close();
+}
+
+void CanBase::sendSpeeds(Timestamp now, const std::array<float, 2>& speeds) {
   for (std::size_t side = 0; side < 2; ++side) {
     const double turns = static_cast<double>(speeds[side]) / (2.0 * std::numbers::pi);
     const double velocity = turns * config_.wheel.gear_ratio * config_.wheel.sign[side];

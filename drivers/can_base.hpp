@@ -47,10 +47,12 @@ class CanBase {
   CanBase(const CanBaseConfig& config, Clock now, Sinks sinks, std::unique_ptr<CanPort> port);
 
   void tick();
-  void stop() { link_.close(); }
+  /// Stops what drives from here, and closes the bus.
+  void stop();
 
   /// Speeds that the wheels shall have, positive forward [rad/s]. From any thread, no lock. Sent at 50 Hz until they
-  /// are half a second old; then nothing is sent, and the drives' own watchdogs stop the wheels.
+  /// are half a second old; then zero is sent
+  /// for a second, and after that nothing: a drive's own watchdog, if it is on, disarms it.
   void command(double left, double right);
 
   DeviceStatus& wheelStatus() { return wheel_status_; }
@@ -63,6 +65,7 @@ class CanBase {
   void handleImu(const StampedCanFrame& received);
   void emit(const CanWheels::Pair& pair);
   void sendCommand(Timestamp now);
+  void sendSpeeds(Timestamp now, const std::array<float, 2>& speeds);
   void watchWheels(Timestamp now);
   void watchImu(Timestamp now);
   /// What the link itself has to say. @return false: the bus can be used

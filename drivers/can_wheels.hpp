@@ -68,6 +68,8 @@ class CanWheels {
 
   /// @param side 0 left, 1 right @return a pair when both wheels have a reading newer than the pair before
   std::optional<Pair> add(std::size_t side, Timestamp stamp, const can::odrive::EncoderEstimates& estimates);
+  /// The next pair is not to be compared with the one before.
+  void beginAnew() { restarted_ = true; }
   std::int64_t rejects() const { return rejects_; }  ///< estimates that no wheel can have turned
 
  private:

@@ -11,6 +11,7 @@ using namespace std::chrono_literals;
 using robolink::ChassisType;
 using robolink::Command;
 
+constexpr Duration kInfo = 450ms;    // between looks at the board's time, which tell one that renews nothing
 constexpr Duration kAnswer = 100ms;  // a request not answered by then is lost
 constexpr Duration kStale = 500ms;   // no answer at all
 constexpr Duration kDead = 3s;       // then the port is opened anew
@@ -49,7 +50,7 @@ HandsfreeBoard::HandsfreeBoard(const HandsfreeConfig& config, Clock now, Sinks s
       wheel_count_(wheelsOf(config.chassis)),
       polls_{Poll{Command::kGetMotorMileage, PollSchedule(fromSeconds(1.0 / config.mileage_rate))},
              Poll{Command::kGetImu, PollSchedule(fromSeconds(1.0 / config.imu_rate))},
-             Poll{Command::kGetSystemInfo, PollSchedule(1s)}, Poll{Command::kGetMotorSpeed, PollSchedule(100ms)}} {}
+             Poll{Command::kGetSystemInfo, PollSchedule(kInfo)}, Poll{Command::kGetMotorSpeed, PollSchedule(100ms)}} {}
 
 void HandsfreeBoard::tick() {
   const Timestamp now = now_();
@@ -104,10 +105,11 @@ void HandsfreeBoard::setBoth(DeviceState state, const char* reason) {
 
 bool HandsfreeBoard::receive() {
   std::array<std::uint8_t, 512> chunk;
-  for (;;) {
+  for (std::size_t taken = 0; taken < kMostBytesATick;) {
     const ReadResult result = stream_->read(chunk, 0ns);
     if (result.status == ReadResult::kClosed) return false;
     if (result.status == ReadResult::kTimeout) break;
+    taken += result.size;
     bytes_came_ = true;
     for (std::size_t i = 0; i < result.size; ++i) {
       for (auto frame = decoder_.push(chunk[i]); frame; frame = decoder_.flush()) handle(*frame);
@@ -186,9 +188,12 @@ void HandsfreeBoard::request(Timestamp now) {
   // when another command has been answered, all before it have been.
   if (!drained_) return ask(now, Command::kGetSystemInfo);
   if (requestDrive(now) || requestOnce(now)) return;
-  const std::size_t used = sinks_.speeds ? polls_.size() : polls_.size() - 1;
-  const auto next = std::min_element(polls_.begin(), polls_.begin() + static_cast<std::ptrdiff_t>(used),
-                                     [](const Poll& a, const Poll& b) { return a.schedule.due() < b.schedule.due(); });
+  Poll* next = nullptr;
+  for (Poll& poll : polls_) {
+    const bool unwanted = (poll.command == Command::kGetMotorSpeed && !sinks_.speeds) ||
+                          (poll.command == Command::kGetImu && !sinks_.imu);
+    if (!unwanted && (next == nullptr || poll.schedule.due() < next->schedule.due())) next = &poll;
+  }
   if (next->schedule.due() > now) return;
   next->schedule.advance(now);
   ask(now, next->command);

@@ -57,7 +57,7 @@ class HandsfreeBoard {
  public:
   struct Sinks {
     std::function<void(const WheelAngles&)> wheels;
-    std::function<void(const ImuSample&)> imu;
+    std::function<void(const ImuSample&)> imu = nullptr;       ///< not asked for where there is none
     std::function<void(const WheelSpeeds&)> speeds = nullptr;  ///< asked for at 10 Hz where there is one
   };
   using Clock = Timestamp (*)();

@@ -2,6 +2,7 @@
 // What the board's answers mean.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "drivers/handsfree_board.hpp"
 
@@ -16,6 +17,7 @@ constexpr Duration kStanding = 120ms;        // the board renews its values ever
 constexpr double kFastestWheel = 100.0;      // [rad/s] above what any of these motors can do
 constexpr Duration kReadingJitter = 100ms;   // of the age of a reading
 constexpr Duration kTimeStep = 400ms;        // between looks at the board's time, which it renews every 50 ms
+constexpr float kFinestStep = 1e5F;          // [us] of the board's time that can still tell whether it runs
 constexpr double kGeometryTolerance = 0.05;  // [1] a calibration may differ from the model's figures by less
 
 bool differential(ChassisType type) {
@@ -128,7 +130,10 @@ void HandsfreeBoard::handleInfo(const robolink::SystemInfo& info) {
   const bool runs = info.system_time != last_system_time_;
   last_system_time_ = info.system_time;
   // A board whose time stands still, but did not always, takes no more readings: wheels that stand are then no news.
-  frozen_ = time_ran_ && !runs;
+  // The board's time is a float: after some weeks its steps are longer than the interval between two looks.
+  const bool fine =
+      std::nextafter(info.system_time, std::numeric_limits<float>::infinity()) - info.system_time < kFinestStep;
+  frozen_ = fine && time_ran_ && !runs;
   time_ran_ = time_ran_ || runs;
   if (frozen_) setBoth(DeviceState::kStale, "the board answers, but renews nothing any more: restart it");
 }

@@ -261,7 +261,7 @@ bool OpenniCamera::isStuck() {
     digest = digestOf(bytes, digest);
   }
   const bool repeats = stream_->repeats.isStuck(digest);
-  return any && repeats;  // a covered camera sees nothing again and again
+  return any && repeats && !stream_->device.isFile();  // a covered camera sees nothing again and again
 }
 
 bool OpenniCamera::readImage() {

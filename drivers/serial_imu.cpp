@@ -13,9 +13,8 @@ using namespace std::chrono_literals;
 constexpr Duration kStale = 500ms;  // nothing that can be used
 constexpr Duration kDead = 3s;      // then the port is opened anew
 constexpr Duration kFirstBackOff = 200ms, kLongestBackOff = 1s;
-constexpr std::uint32_t kRecognised = 3;        // good frames of a framing
-constexpr double kStandardGravity = 9.80665;    // [m/s^2] of one g
-constexpr std::size_t kMostBytesATick = 16384;  // at 921600 bit/s a tick of 200 Hz brings 461
+constexpr std::uint32_t kRecognised = 3;      // good frames of a framing
+constexpr double kStandardGravity = 9.80665;  // [m/s^2] of one g
 
 Eigen::Vector3d vector(const std::array<float, 3>& values) {
   return {static_cast<double>(values[0]), static_cast<double>(values[1]), static_cast<double>(values[2])};

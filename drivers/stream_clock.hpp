@@ -27,6 +27,8 @@ class StreamClock {
     if (envelope_) {
       envelope_->add(index_, time);
       taken = envelope_->at(index_);
+    } else if (index_ >= kLearn && arrival - *first_ < kLearn * kShortestPeriod) {
+      begin(arrival);  // they had been held up: nothing can be learned of them
     } else if (index_ >= kLearn) {
       const double period = static_cast<double>((arrival - *first_).count()) / static_cast<double>(index_);
       envelope_.emplace(period);
@@ -43,6 +45,7 @@ class StreamClock {
  private:
   static constexpr std::int64_t kLearn = 64;  // samples
   static constexpr double kDelayGain = 0.02;  // [1] of the mean delay's filter
+  static constexpr Duration kShortestPeriod = std::chrono::microseconds(500);
   static constexpr Duration kShortestGap = std::chrono::milliseconds(100);
 
   Duration gap() const {

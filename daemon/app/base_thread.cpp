@@ -59,7 +59,7 @@ BaseThread::BaseThread(const Config& config, Exchange& exchange)
   const auto wheels_in = [this](const WheelAngles& angles) { addWheels(angles); };
   const auto imu_in = [this](const ImuSample& sample) { addImu(sample); };
   if (base.driver == "handsfree") {
-    HandsfreeBoard::Sinks sinks{.wheels = wheels_in, .imu = [](const ImuSample&) {}};
+    HandsfreeBoard::Sinks sinks{.wheels = wheels_in};
     if (imu.driver == "handsfree") sinks.imu = imu_in;
     board_.emplace(HandsfreeConfig{.port = base.port,
                                    .baud = base.baud,
@@ -121,7 +121,8 @@ void BaseThread::addWheels(const WheelAngles& angles) {
   if (angles.restarted) odometry_.restart();
   const Pose2& pose = odometry_.add(angles.used());
   if (board_) board_->setCoordinate(pose.x, pose.y, pose.theta);
-  const WheelReading reading{{angles.stamp, pose}, angles.angles, angles.count};
+  const WheelSample sample{.stamp = angles.stamp, .T_wheels_base = pose, .restarted = angles.restarted};
+  const WheelReading reading{sample, angles.angles, angles.count};
   exchange_.wheels.tryPush(reading);
   exchange_.wheels_out.tryPush(reading);
 }

@@ -172,7 +172,8 @@ void BusThread::onDepth(const lcm::ReceiveBuffer* buffer, const std::string&) {
 void BusThread::onDrive(const lcm::ReceiveBuffer* buffer, const std::string&) {
   const auto message = decodeChecked<drive_t>(bytesOf(buffer));
   const auto twist = message ? fromMessage(*message) : std::nullopt;
-  const bool fresh = twist && clock_.stamp(message->utime) > monotonicNow() - kOldCommand;
+  const Timestamp now = monotonicNow(), sent = twist ? clock_.stamp(message->utime) : Timestamp{};
+  const bool fresh = twist && sent > now - kOldCommand && sent < now + kFarAhead;
   fresh ? void(exchange_.drives.tryPush(*twist)) : void(++exchange_.bad_messages);
 }
 

@@ -28,7 +28,7 @@ struct BaseDeviceConfig {
   bool speed_commands = false;  ///< drive as SLAM_DRIVE says
   double mileage_rate = 50.0;   ///< [Hz] polls of the wheel angles
   double imu_rate = 100.0;      ///< [Hz] polls of the IMU; readings that did not change are not used
-  double sample_age = 0.010;    ///< [s] mean age of the board's values when it answers (it refreshes at 50 Hz)
+  double sample_age = 0.010;    ///< [s] age of the board's values when it answers, until it has been found out
 };
 
 struct ImuDeviceConfig {

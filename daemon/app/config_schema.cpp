@@ -63,8 +63,9 @@ void visitDevices(Config& config, ConfigVisitor& v) {
       base.geometry.half_track, 0.01, 2.0);
   v.field({"mileage_rate", "Hz", "polls of the wheel angles"}, base.mileage_rate, 1.0, 200.0);
   v.field({"imu_rate", "Hz", "polls of the board's IMU"}, base.imu_rate, 1.0, 200.0);
-  v.field({"sample_age", "s", "mean age of a value when the board sends it (half its refresh period)"}, base.sample_age,
-          0.0, 0.2);
+  v.field(
+      {"sample_age", "s", "age of a value when the board sends it, until slamd has found out when the board renews it"},
+      base.sample_age, 0.0, 0.2);
 
   v.field({"speed_commands", "", "drive as SLAM_DRIVE says, from anybody on the network"}, base.speed_commands);
   v.field({"time_offset", "s", "added to the wheels' stamps"}, config.localizer.wheel_time_offset, -1.0, 1.0);

@@ -19,6 +19,7 @@ constexpr Duration kPeriod = 100ms;
 constexpr Duration kRealtimeStall = 500ms;  // a fixed-rate thread that ticks no more often is stuck
 constexpr Duration kConnectStall = 12s;     // the lidar's start-up sequence, resets included
 constexpr Duration kGraphStall = 10s;       // an optimisation of a very large map, on a small computer
+constexpr Duration kNews = 1s;              // between two lines of the log about one device
 constexpr Duration kClockStep = 500ms;
 
 }  // namespace
@@ -38,19 +39,19 @@ Supervisor::Supervisor(const Config& config)
   if (config_.lidar_device.driver == "rplidar") lidar_ = makeLidarThread(config_, exchange_);
 
   constexpr double kLidarRate = 5.5, kLcmRate = 0.0;  // [Hz] 0: whatever comes
-  if (lidar_) devices_.push_back({"lidar", &lidar_->driver().status(), kLidarRate, ""});
-  if (config_.lidar_device.driver == "lcm") devices_.push_back({"lidar", &bus_.lidarStatus(), kLcmRate, ""});
-  if (base_ && base_->wheelStatus()) devices_.push_back({"base", base_->wheelStatus(), base_->wheelRate(), ""});
-  if (config_.base_device.driver == "lcm") devices_.push_back({"base", &bus_.wheelStatus(), kLcmRate, ""});
-  if (base_ && base_->imuStatus()) devices_.push_back({"imu", base_->imuStatus(), base_->imuRate(), ""});
-  if (config_.imu_device.driver == "lcm") devices_.push_back({"imu", &bus_.imuStatus(), kLcmRate, ""});
+  if (lidar_) devices_.push_back({"lidar", &lidar_->driver().status(), kLidarRate});
+  if (config_.lidar_device.driver == "lcm") devices_.push_back({"lidar", &bus_.lidarStatus(), kLcmRate, true});
+  if (base_ && base_->wheelStatus()) devices_.push_back({"base", base_->wheelStatus(), base_->wheelRate()});
+  if (config_.base_device.driver == "lcm") devices_.push_back({"base", &bus_.wheelStatus(), kLcmRate, true});
+  if (base_ && base_->imuStatus()) devices_.push_back({"imu", base_->imuStatus(), base_->imuRate()});
+  if (config_.imu_device.driver == "lcm") devices_.push_back({"imu", &bus_.imuStatus(), kLcmRate, true});
 
   const DepthDeviceConfig& depth = config_.depth_device;
   if (depth.driver == "openni2") {
     depth_ = makeDepthThread(config_, exchange_);
-    devices_.push_back({"depth", &depth_->driver().status(), static_cast<double>(depth.rate), ""});
+    devices_.push_back({"depth", &depth_->driver().status(), static_cast<double>(depth.rate)});
   }
-  if (depth.driver == "lcm") devices_.push_back({"depth", &bus_.depthStatus(), kLcmRate, ""});
+  if (depth.driver == "lcm") devices_.push_back({"depth", &bus_.depthStatus(), kLcmRate, true});
 
   watched_ = {{&estimator_.worker(), kRealtimeStall},
               {&graph_.worker(), kGraphStall},
@@ -58,7 +59,7 @@ Supervisor::Supervisor(const Config& config)
               {&bus_.worker(), 2s}};
   if (base_) watched_.push_back({&base_->worker(), kRealtimeStall});
   if (lidar_) watched_.push_back({&lidar_->worker(), kConnectStall});
-  if (depth_) watched_.push_back({&depth_->worker(), kConnectStall});
+  if (depth_) watched_.push_back({.worker = &depth_->worker(), .limit = kConnectStall, .vital = false});
 }
 
 void Supervisor::start() {
@@ -68,6 +69,7 @@ void Supervisor::start() {
   }
   started_ = monotonicNow();
   next_health_ = started_ + kHealthPeriod;
+  measured_ = started_;
   for (Watched& watched : watched_) {
     watched.moved = started_;
     watched.worker->start();
@@ -91,7 +93,7 @@ int Supervisor::run() {
     warnOnce();
     watch(now);
     if (now >= next_health_) {
-      next_health_ += kHealthPeriod;
+      next_health_ = std::max(next_health_ + kHealthPeriod, now);
       measureRates(now);
       sendHealth(now);
     } else if (device_changed_) {
@@ -125,7 +127,10 @@ void Supervisor::watch(Timestamp now) {
       watched.ticks = ticks;
       watched.moved = now;
     } else if (now - watched.moved > watched.limit) {
-      stuck = watched.worker;
+      if (watched.vital) stuck = watched.worker;
+      if (!watched.vital && !watched.stall_logged)
+        logError("thread " + watched.worker->name() + " does not tick: its device is stuck");
+      watched.stall_logged = true;
     }
   }
   if (stuck == nullptr) sd_notify(0, "WATCHDOG=1");
@@ -167,7 +172,10 @@ void Supervisor::logDeviceChanges() {
     const std::string reason = device.status->reason.load(std::memory_order_relaxed);
     const std::string text = std::string(nameOf(state)) + (reason.empty() ? "" : ": ") + reason;
     // A device that fails to open goes through OPENING at each try: only news is logged.
-    if (state == DeviceState::kOpening || text == device.logged) continue;
+    // One that alternates tells so once a second.
+    const Timestamp now = monotonicNow();
+    if (state == DeviceState::kOpening || text == device.logged || now - device.logged_at < kNews) continue;
+    device.logged_at = now;
     device.logged = text;
     device_changed_ = true;
     state == DeviceState::kStreaming ? logInfo(device.name + " " + text) : logWarning(device.name + " " + text);

@@ -31,7 +31,9 @@ class Supervisor {
   struct Device {
     std::string name;
     DeviceStatus* status;
-    double expected;           // [Hz]
+    double expected;  // [Hz]
+    bool over_lcm = false;
+    Timestamp logged_at{};
     std::string logged = {};   // state and reason logged last
     std::int64_t samples = 0;  // when rates were measured last
     double rate = 0.0;         // [Hz] then
@@ -40,7 +42,9 @@ class Supervisor {
   };
   struct Watched {
     Worker* worker;
-    Duration limit;  // between two ticks
+    Duration limit;     // between two ticks
+    bool vital = true;  // the watchdog is not fed while it is stuck; false: OpenNI2's calls may hang
+    bool stall_logged = false;
     std::uint64_t ticks = 0;
     Timestamp moved{};
     bool warned = false;
@@ -73,6 +77,7 @@ class Supervisor {
   LocalisationState logged_localisation_ = LocalisationState::kInitialising;
   Timestamp started_{}, next_health_{};
   static constexpr Duration kHealthPeriod = std::chrono::seconds(1);
+  Timestamp measured_{};         // when rates were
   bool device_changed_ = false;  // since the last health message
   double cpu_ = 0.0;             // [s] when rates were measured last
   double cpu_share_ = 0.0;       // [1] of a core, then

@@ -35,7 +35,6 @@ stage_health_t stage(const std::string& name, const LatencyHistogram& histogram)
 }  // namespace
 
 std::string Supervisor::reasonOf(const Device& device, Timestamp now) const {
-  const auto state = device.status->state.load(std::memory_order_acquire);
   const std::int64_t last = device.status->last_sample_ns.load(std::memory_order_relaxed);
   const Duration age = now - Timestamp(Duration(last));
   const std::string reason = device.status->reason.load(std::memory_order_relaxed);
@@ -47,7 +46,8 @@ std::string Supervisor::reasonOf(const Device& device, Timestamp now) const {
   }
   if (last == 0 || age < kStaleAfter) return reason;
   std::snprintf(text, sizeof text, "no data for %.1f s", toSeconds(age));
-  return state == DeviceState::kStreaming ? std::string(text) + ", port present" : std::string(text) + ", " + reason;
+  if (!reason.empty()) return std::string(text) + ", " + reason;
+  return std::string(text) + (device.over_lcm ? ", nobody sends it over LCM" : ", port present");
 }
 
 std::string Supervisor::summary(Timestamp now) const {
@@ -63,12 +63,13 @@ std::string Supervisor::summary(Timestamp now) const {
 }
 
 void Supervisor::measureRates(Timestamp now) {
-  const double cpu = cpuSeconds();
-  cpu_share_ = (cpu - cpu_) / toSeconds(kHealthPeriod);
+  const double interval = toSeconds(now - measured_), cpu = cpuSeconds();
+  measured_ = now;
+  cpu_share_ = (cpu - cpu_) / interval;
   cpu_ = cpu;
   for (Device& device : devices_) {
     const std::int64_t samples = device.status->samples.load(std::memory_order_relaxed);
-    device.rate = static_cast<double>(samples - device.samples) / toSeconds(kHealthPeriod);
+    device.rate = static_cast<double>(samples - device.samples) / interval;
     device.samples = samples;
     // A second in which the device came or went says nothing of its rate.
     const bool streams = device.status->state == DeviceState::kStreaming;

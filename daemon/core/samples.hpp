@@ -13,6 +13,7 @@ struct WheelSample {
   Timestamp stamp;              ///< when the wheels stood at these angles
   Pose2 T_wheels_base;          ///< base in a frame that starts anywhere and drifts
   bool turn_rate_known = true;  ///< false: the source measures speed only, theta of T_wheels_base says nothing
+  bool restarted = false;       ///< the source began anew: what was driven since the sample before is not known
 };
 
 /// One reading of the inertial unit, in base axes (x forward, y left, z up).

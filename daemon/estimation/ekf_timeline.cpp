@@ -120,7 +120,7 @@ UpdateResult EkfTimeline::apply(std::size_t i, Ekf& ekf) const {
   const auto& from = std::get<WheelSample>(entry(i).sample);
   const auto& to = std::get<WheelSample>(entry(*next).sample);
   const Duration interval = to.stamp - from.stamp;
-  if (interval <= Duration::zero()) return UpdateResult::kUseless;
+  if (to.restarted || interval <= Duration::zero()) return UpdateResult::kUseless;
 
   double gyro_sum = 0.0;
   int gyro_count = 0;

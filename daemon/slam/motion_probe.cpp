@@ -48,6 +48,8 @@ void record(PoseHistory& history, Timestamp stamp, const Pose2& pose) {
 
 MotionProbe::MotionProbe(const LocalizerConfig& config)
     : lidar_(config.lidar),
+      wheel_offset_(fromSeconds(config.wheel_time_offset)),
+      imu_offset_(fromSeconds(config.imu_time_offset)),
       normals_(config.normals),
       match_(config.match),
       wheels_(kHistory),
@@ -60,10 +62,12 @@ MotionProbe::MotionProbe(const LocalizerConfig& config)
 
 void MotionProbe::add(const WheelSample& sample) {
   wheels_turn_known_ = sample.turn_rate_known;
-  record(wheels_, sample.stamp, sample.T_wheels_base);
+  record(wheels_, sample.stamp + wheel_offset_, sample.T_wheels_base);
 }
 
-void MotionProbe::add(const ImuSample& sample) {
+void MotionProbe::add(const ImuSample& recorded) {
+  ImuSample sample = recorded;
+  sample.stamp += imu_offset_;
   Pose2 heading;
   if (!gyro_.empty()) {
     const Duration interval = sample.stamp - gyro_.newest().stamp;

@@ -50,6 +50,7 @@ class MotionProbe {
   std::optional<double> gyroTurn(Timestamp from, Timestamp to, Duration extrapolation) const;
 
   LidarModel lidar_;
+  Duration wheel_offset_, imu_offset_;
   NormalConfig normals_;
   MatchConfig match_;
   PoseHistory wheels_, gyro_, at_rest_{2};  // the last stays empty: no sensor may shape the scans

@@ -32,13 +32,37 @@ TEST_F(CanBaseCommands, SendsSpeedsAt50HzWhileTheyAreFresh) {
   EXPECT_TRUE(bus_.sent.empty()) << "nobody asked for anything";
   driver_->command(kTurn, -kTurn / 2.0);
   runFor(3s);
-  EXPECT_NEAR(static_cast<double>(bus_.sent.size()), 2 * 25, 4) << "half a second";
+  int driving = 0, stopping = 0;
   for (const can::Frame& frame : bus_.sent) {
     const bool left = frame.id == 0x20D;
     const auto velocity = odrive::parseInputVelocity(left ? 0x10 : 0x18, frame);
     ASSERT_TRUE(velocity);
-    EXPECT_FLOAT_EQ(velocity->velocity, left ? 2.0F : 1.0F);
     EXPECT_EQ(velocity->torque, 0.0F);
+    if (velocity->velocity == 0.0F) {
+      ++stopping;
+      continue;
+    }
+    ++driving;
+    EXPECT_EQ(stopping, 0) << "no speed after the first zero";
+    EXPECT_FLOAT_EQ(velocity->velocity, left ? 2.0F : 1.0F);
+  }
+  EXPECT_NEAR(driving, 2 * 25, 4) << "half a second";
+  EXPECT_NEAR(stopping, 2 * 50, 4) << "zero for a second, then nothing";
+}
+
+TEST_F(CanBaseCommands, SendsZeroAtTheEndIfItDrove) {
+  start({.commands = true});
+  runFor(100ms);
+  driver_->stop();
+  EXPECT_TRUE(bus_.sent.empty());
+  start({.commands = true});
+  runFor(100ms);
+  driver_->command(1.0, 1.0);
+  runFor(100ms);
+  driver_->stop();
+  ASSERT_GE(bus_.sent.size(), 2U);
+  for (const auto& frame : {bus_.sent.end()[-2], bus_.sent.end()[-1]}) {
+    EXPECT_EQ(odrive::parseInputVelocity(frame.id == 0x20D ? 0x10 : 0x18, frame)->velocity, 0.0F);
   }
 }
 

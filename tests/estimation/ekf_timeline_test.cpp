@@ -89,6 +89,23 @@ void expectSame(const Ekf& actual, const Ekf& expected) {
   EXPECT_EQ(actual.standstill(), expected.standstill());
 }
 
+TEST(EkfTimeline, TakesNoWordOfTheWayFromASourceThatBeganAnew) {
+  const auto driven = [](bool restarted) {
+    EkfTimeline timeline({}, {});
+    for (int i = 0; i <= 100; ++i) {
+      // At 0.5 m/s; once the source begins anew, and says that it has not moved since the sample before.
+      const double lost = i > 50 ? 0.01 : 0.0;
+      timeline.add(WheelSample{.stamp = Timestamp(std::chrono::milliseconds(1000 + 20 * i)),
+                               .T_wheels_base = {0.01 * i - lost, 0.0, 0.0},
+                               .restarted = restarted && i == 51});
+    }
+    return timeline.at(Timestamp(std::chrono::milliseconds(3000)));
+  };
+  const Ekf told = driven(true), untold = driven(false);
+  EXPECT_NEAR(told.pose().x, 1.0, 0.006);
+  EXPECT_LT(untold.pose().x, 0.996);
+}
+
 TEST(EkfTimeline, SamplesInAnyOrderWithinTheWindowGiveTheResultOfTheRightOrder) {
   const auto sorted = noisyDrive(10'000);
   EkfTimeline reference(kEkf, kTimeline);

@@ -102,10 +102,13 @@ class Live : public testing::Test {
     if (!HasFailure()) fs::remove_all(folder_);
   }
 
-  void startSimulator(const std::string& seconds, const std::string& scene = "tile-rectangle") {
-    sim_.emplace(std::vector<std::string>{kBin + "/slam-sim", "--scene", scene, "--seconds", seconds, "--truth",
-                                          folder_ / "truth.tum", "--devices", folder_ / "devices"},
-                 folder_ / "sim.txt");
+  void startSimulator(const std::string& seconds, const std::string& scene = "tile-rectangle",
+                      const std::string& speed = "") {
+    std::vector<std::string> command{kBin + "/slam-sim",    "--scene",   scene,
+                                     "--seconds",           seconds,     "--truth",
+                                     folder_ / "truth.tum", "--devices", folder_ / "devices"};
+    if (!speed.empty()) command.insert(command.end(), {"--speed", speed});
+    sim_.emplace(command, folder_ / "sim.txt");
     const auto end = Clock::now() + 5s;
     while (!fs::exists(folder_ / "devices" / "board") && Clock::now() < end) usleep(20000);
   }
@@ -121,8 +124,10 @@ class Live : public testing::Test {
     for (const std::string& setting : settings) command.insert(command.end(), {"--set", setting});
     slamd_.emplace(command, folder_ / "slamd.txt");
   }
-  std::string daemonLog() {
-    std::ifstream in(folder_ / "slamd.txt");
+  std::string daemonLog() const { return textOf(folder_ / "slamd.txt"); }
+  std::string simulatorLog() const { return textOf(folder_ / "sim.txt"); }
+  static std::string textOf(const fs::path& file) {
+    std::ifstream in(file);
     std::ostringstream text;
     text << in.rdbuf();
     return text.str();

@@ -57,17 +57,17 @@ std::optional<double> LidarGyroOffset::meanSquare(double shift, int* used) const
     const auto from = turned(turn.from + by), to = turned(turn.to + by);
     if (!from || !to) continue;
     const double difference = turn.angle - (*to - *from), interval = toSeconds(turn.to - turn.from);
-    if (std::abs(difference) > kOutlier) continue;
     pairs.emplace_back(difference, interval);
+    if (std::abs(difference) > kOutlier) continue;  // not for the bias
     sum_di += difference * interval;
     sum_ii += interval * interval;
   }
   *used = static_cast<int>(pairs.size());
-  if (*used < kFewestTurns) return std::nullopt;
+  if (*used < kFewestTurns || !(sum_ii > 0.0)) return std::nullopt;
   double sum = 0.0;
   for (const auto& [difference, interval] : pairs) {
     const double residual = difference - sum_di / sum_ii * interval;
-    sum += residual * residual;
+    sum += std::min(residual * residual, kOutlier * kOutlier);
   }
   return sum / *used;
 }
@@ -93,6 +93,7 @@ std::optional<LidarGyroOffset::Estimate> LidarGyroOffset::estimate() const {
   const double curvature = (at(best + 1) - 2.0 * at(best) + at(best - 1)) / (kStep * kStep);
   if (!(curvature > 0.0)) return std::nullopt;
   // Of a least-squares sum S with the residuals' variance s^2, the minimum's variance is 2 s^2 / S''.
+  meanSquare(best * kStep, &used);
   Estimate estimate{best * kStep - slope / curvature, std::sqrt(2.0 * at(best) / (curvature * used)), used};
   if (!(estimate.sigma < kLargestSigma)) return std::nullopt;
   return estimate;

@@ -23,7 +23,7 @@ namespace {
 
 using namespace std::chrono_literals;
 constexpr double kLittleRoom = 200.0;   // [MB] for maps, and the log of a drive
-constexpr double kRateTolerance = 0.8;  // [1] of the expected rate
+constexpr double kRateTolerance = 0.7;  // [1] of the expected rate
 constexpr std::time_t kYear2024 = 1704067200;
 constexpr auto kHealthLimit = 3s;  // it comes at 1 Hz
 
@@ -144,6 +144,9 @@ Finding checkDisk(const std::string& what, const std::filesystem::path& director
   std::error_code error;
   const std::string name = "disk: " + what + " in " + directory.string();
   if (!std::filesystem::is_directory(directory, error)) {
+    if (error == std::errc::permission_denied) {
+      return {Finding::kWarning, name + ": no right to look there", "sudo slamctl doctor"};
+    }
     return {Finding::kFault, name + ": there is no such folder", "mkdir -p " + directory.string()};
   }
   if (access(directory.c_str(), W_OK | X_OK) != 0) {
@@ -175,12 +178,14 @@ Findings checkHealth(const health_t& health) {
   for (const device_health_t& device : health.devices) {
     const std::string name = "slamd, " + device.name + ": " + nameOf(static_cast<DeviceState>(device.state));
     if (device.state != static_cast<std::uint8_t>(DeviceState::kStreaming)) {
-      findings.push_back({Finding::kFault, name, device.reason});
-    } else if (device.rate < kRateTolerance * device.expected) {
+      findings.push_back({Finding::kFault, name + (device.reason.empty() ? "" : ": " + device.reason),
+                          "journalctl -u slamd -n 20 tells since when; unplug " + device.name +
+                              ", plug it in again, and run slamctl doctor"});
+    } else if (!device.reason.empty() || device.rate < kRateTolerance * device.expected) {
       findings.push_back(
           {Finding::kWarning,
            name + number(", %.1f Hz", device.rate) + number(" where %.1f Hz are expected", device.expected),
-           device.reason.empty() ? "check the CPU's load, and the device's cable" : device.reason});
+           "check the CPU's load (top), and the device's cable"});
     } else {
       findings.push_back({Finding::kGood, name + number(", %.1f Hz", device.rate), ""});
     }
@@ -212,7 +217,11 @@ Findings diagnose(const Config& config) {
   if (config.runtime.realtime) {
     for (Finding& finding : checkRealtime(config.runtime.base_priority)) findings.push_back(std::move(finding));
   }
-  if (!config.store.directory.empty()) findings.push_back(checkDisk("maps", config.store.directory));
+  const std::filesystem::path maps = config.store.directory.empty() ? "/var/lib/slamd/maps" : config.store.directory;
+  std::error_code error;
+  if (!config.store.directory.empty() || std::filesystem::is_directory(maps, error)) {
+    findings.push_back(checkDisk("maps", maps));
+  }
   for (const auto& [what, file] : {std::pair("map files", config.output.map), {"recording", config.output.record}}) {
     if (file.empty()) continue;
     const auto folder = std::filesystem::path(file).parent_path();
