@@ -21,13 +21,13 @@ inline const char* nameOf(DeviceState state) {
 /// What a driver's thread lets the supervisor see. Written by one thread, read by any; no lock.
 struct DeviceStatus {
   std::atomic<DeviceState> state{DeviceState::kAbsent};
-  std::atomic<const char*> reason{"not opened yet"};  ///< static text
+  std::atomic<const char*> reason{"not opened yet"};  ///< lives as long as the driver
   std::atomic<std::int64_t> last_sample_ns{0};        ///< stamp of the last good sample, 0: none yet
   std::atomic<std::int64_t> samples{0};
   std::atomic<std::int64_t> rejects{0};
 
   void set(DeviceState new_state, const char* why) {
-    reason.store(why, std::memory_order_relaxed);
+    reason.store(why, std::memory_order_release);  // words may have been made a moment ago
     state.store(new_state, std::memory_order_release);
   }
   void countSample(Timestamp stamp) {

@@ -7,7 +7,6 @@
 #include <poll.h>
 
 #include "drivers/device_clock.hpp"
-#include "drivers/repeat_watch.hpp"
 
 namespace slam {
 namespace {
@@ -67,7 +66,6 @@ struct OpenniCamera::Stream {
   const char* note = "";  // what goes on beside a stream that is sound
   int frames_left = 0;    // of a recording
   DeviceClock clock;
-  RepeatWatch repeats{5};
   Timestamp last_image{};
   Timestamp first_shown{};  // of a recording
   Duration first_stamp{0};
@@ -249,21 +247,6 @@ bool OpenniCamera::poll(Duration timeout) {
   return fail(DeviceState::kFault, "no image for 0.9 s: the camera has frozen or left the bus");
 }
 
-/// A scene may stand still, but the depth of a sensor that sees one never does.
-bool OpenniCamera::isStuck() {
-  constexpr std::size_t kStride = 16;  // one pixel of so many is enough
-  std::uint64_t digest = digestOf({});
-  bool any = false;
-  for (std::size_t i = 0; i < image_.depth.size(); i += kStride) {
-    const std::uint16_t depth = image_.depth[i];
-    any |= depth != 0;
-    const std::uint8_t bytes[] = {static_cast<std::uint8_t>(depth & 0xFF), static_cast<std::uint8_t>(depth >> 8)};
-    digest = digestOf(bytes, digest);
-  }
-  const bool repeats = stream_->repeats.isStuck(digest);
-  return any && repeats && !stream_->device.isFile();  // a covered camera sees nothing again and again
-}
-
 bool OpenniCamera::readImage() {
   openni::VideoFrameRef& frame = stream_->frame;
   if (stream_->stream.readFrame(&frame) != openni::STATUS_OK || !frame.isValid()) {
@@ -302,12 +285,6 @@ bool OpenniCamera::readImage() {
     while (now_() < image_.stamp) ::poll(nullptr, 0, 1 + static_cast<int>((image_.stamp - now_()) / 1ms));
   } else {
     image_.stamp = stream_->clock.stamp(device, arrival);
-  }
-  if (isStuck()) {
-    status_.set(DeviceState::kFault, "every image is the same: the camera is stuck");
-    status_.rejects.fetch_add(1, std::memory_order_relaxed);
-    return arrival - stream_->last_image < kSilence ||
-           fail(DeviceState::kFault, "every image is the same: the camera is stuck");
   }
   stream_->last_image = arrival;
   fruitless_ = 0;

@@ -58,7 +58,6 @@ class OpenniCamera {
   bool open(const std::atomic<bool>& cancel);
   bool setMode();
   void startRecording();
-  bool isStuck();
   bool readImage();
 
   OpenniConfig config_;

@@ -24,10 +24,6 @@ constexpr Duration kLastQuestion = 250ms;  // to a silent unit; a boot is over b
 RplidarDriver::RplidarDriver(const RplidarConfig& config, Clock now, Sink sink)
     : config_(config), now_(now), sink_(std::move(sink)), byte_time_(10.0 / config.baud) {
   report_scan_ = [this](const LaserScan& scan) {
-    if (repeats_.isStuck(scan)) {
-      ++stuck_turns_;
-      return status_.set(DeviceState::kFault, "every turn shows the same ranges: the lidar is stuck, pull its plug");
-    }
     status_.set(DeviceState::kStreaming, warning_);
     status_.countSample(last_arrival_);
     sink_(scan);
@@ -88,7 +84,7 @@ bool RplidarDriver::poll(Duration timeout) {
     }
     if (scans_->sawBootText())
       return fail(DeviceState::kStale, "the lidar restarted by itself in mid-scan: check its 5 V supply");
-    status_.rejects.store(rejects_before_ + scans_->rejects() + stuck_turns_, std::memory_order_relaxed);
+    status_.rejects.store(rejects_before_ + scans_->rejects(), std::memory_order_relaxed);
     if (nodes > 0) last_node_ = arrival;
     nodes_ += nodes;
   }

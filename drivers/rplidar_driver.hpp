@@ -14,7 +14,6 @@
 #include "drivers/rplidar_dialogue.hpp"
 #include "drivers/rplidar_modes.hpp"
 #include "drivers/rplidar_scan_stream.hpp"
-#include "drivers/scan_repeat_watch.hpp"
 
 namespace slam {
 
@@ -72,8 +71,7 @@ class RplidarDriver {
   RplidarConfig config_;
   Clock now_;
   Sink sink_, report_scan_;
-  ScanRepeatWatch repeats_;
-  std::int64_t stuck_turns_ = 0, rejects_before_ = 0;  // of the connections before
+  std::int64_t rejects_before_ = 0;  // of the connections before
   DeviceStatus status_;
   std::unique_ptr<ByteStream> stream_;
   std::unique_ptr<rplidar::Dialogue> dialogue_;

@@ -2,31 +2,17 @@
 #include "firmware_if/hfi_imu.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
+
+#include "firmware_if/little_endian.hpp"
 
 namespace slam::hfi {
 namespace {
 
-using Bytes = std::span<const std::uint8_t>;
+using little_endian::Bytes;
+using little_endian::putFloat;
+using little_endian::readFloats;
 constexpr std::size_t kA9Values = 8;  // behind 8 bytes whose meaning is not known
-
-float floatAt(Bytes bytes, std::size_t offset) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 4; i-- > 0;) value = value << 8 | bytes[offset + i];
-  return std::bit_cast<float>(value);
-}
-
-void putFloat(std::span<std::uint8_t> bytes, std::size_t offset, float value) {
-  auto bits = std::bit_cast<std::uint32_t>(value);
-  for (std::size_t i = 0; i < 4; ++i, bits >>= 8) bytes[offset + i] = static_cast<std::uint8_t>(bits);
-}
-
-template <std::size_t N>
-bool readFloats(Bytes bytes, std::size_t offset, std::array<float, N>& out) {
-  for (std::size_t i = 0; i < N; ++i) out[i] = floatAt(bytes, offset + 4 * i);
-  return std::all_of(out.begin(), out.end(), [](float value) { return std::isfinite(value); });
-}
 
 template <std::size_t N>
 std::array<std::uint8_t, 8 + 4 * N + kA9Overhead> encodeValues(const std::array<float, N>& values) {

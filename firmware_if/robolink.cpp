@@ -2,9 +2,10 @@
 #include "firmware_if/robolink.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <chrono>
 #include <cmath>
+
+#include "firmware_if/little_endian.hpp"
 
 namespace slam::robolink {
 namespace {
@@ -13,38 +14,13 @@ constexpr std::uint8_t kHeader = 0xFF;
 constexpr std::size_t kLengthAt = 4, kCommandAt = 6;
 constexpr std::size_t kMaxLength = kMaxPayload + 1;
 
-using Bytes = std::span<const std::uint8_t>;
-
-float floatAt(Bytes bytes, std::size_t offset) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 4; i-- > 0;) value = value << 8 | bytes[offset + i];
-  return std::bit_cast<float>(value);
-}
-
-void putFloat(std::span<std::uint8_t> bytes, std::size_t offset, float value) {
-  auto bits = std::bit_cast<std::uint32_t>(value);
-  for (std::size_t i = 0; i < 4; ++i, bits >>= 8) bytes[offset + i] = static_cast<std::uint8_t>(bits);
-}
-
-std::uint16_t wordAt(Bytes bytes, std::size_t offset) {
-  return static_cast<std::uint16_t>(bytes[offset] | bytes[offset + 1] << 8);
-}
-
-void putWord(std::span<std::uint8_t> bytes, std::size_t offset, std::uint16_t value) {
-  bytes[offset] = static_cast<std::uint8_t>(value & 0xFF);
-  bytes[offset + 1] = static_cast<std::uint8_t>(value >> 8);
-}
-
-template <std::size_t N>
-void putFloats(std::span<std::uint8_t> bytes, std::size_t offset, const std::array<float, N>& values) {
-  for (std::size_t i = 0; i < N; ++i) putFloat(bytes, offset + 4 * i, values[i]);
-}
-
-template <std::size_t N>
-bool readFloats(Bytes bytes, std::size_t offset, std::array<float, N>& out) {
-  for (std::size_t i = 0; i < N; ++i) out[i] = floatAt(bytes, offset + 4 * i);
-  return std::all_of(out.begin(), out.end(), [](float value) { return std::isfinite(value); });
-}
+using little_endian::Bytes;
+using little_endian::floatAt;
+using little_endian::putFloat;
+using little_endian::putFloats;
+using little_endian::putWord;
+using little_endian::readFloats;
+using little_endian::wordAt;
 
 }  // namespace
 

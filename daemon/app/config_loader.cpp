@@ -214,14 +214,6 @@ void checkTogether(const Config& config, const std::string& name, std::vector<st
   if (config.base_device.driver == "can" && config.can.left_node == config.can.right_node) {
     complain("can.right_node: is the left wheel's, too; give each its own");
   }
-  const std::string& base = config.base_device.driver;
-  if (config.base_device.speed_commands && base != "handsfree" && base != "can") {
-    complain("base.speed_commands: no wheels are driven with base.driver \"" + base + "\"; set it to false");
-  }
-  const ImuDeviceConfig& imu = config.imu_device;
-  if (imu.driver == "lcm" && (imu.roll != 0.0 || imu.pitch != 0.0 || imu.yaw != 0.0)) {
-    complain("imu.roll, imu.pitch, imu.yaw: SLAM_IMU is in base already; set them to 0");
-  }
   const DepthProjectionConfig& depth = config.depth_device.projection;
   if (depth.floor_clearance >= depth.robot_height || depth.floor_clearance >= depth.extrinsics.z) {
     complain("depth.floor_clearance: is not below depth.robot_height and depth.z; lower it");

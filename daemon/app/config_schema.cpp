@@ -67,7 +67,8 @@ void visitDevices(Config& config, ConfigVisitor& v) {
       {"sample_age", "s", "age of a value when the board sends it, until slamd has found out when the board renews it"},
       base.sample_age, 0.0, 0.2);
 
-  v.field({"speed_commands", "", "drive as SLAM_DRIVE says, from anybody on the network"}, base.speed_commands);
+  v.field({"speed_commands", "", "drive as SLAM_DRIVE says, from anybody on the network; with driver handsfree or can"},
+          base.speed_commands);
   v.field({"time_offset", "s", "added to the wheels' stamps"}, config.localizer.wheel_time_offset, -1.0, 1.0);
 
   ImuDeviceConfig& imu = config.imu_device;
@@ -79,7 +80,9 @@ void visitDevices(Config& config, ConfigVisitor& v) {
           imu.driver, {"handsfree", "hfi", "can", "lcm", "none"});
   v.field({"port", "", "serial port of an IMU of its own"}, imu.port, kAnyText);
   v.field({"baud", "bit/s", "of that port: 921600, D6 9600"}, imu.baud, 9600, 4000000);
-  v.field({"roll", "rad", "IMU turned about the base's x axis, right side down"}, imu.roll, -kPi, kPi);
+  v.field({"roll", "rad",
+           "IMU turned about the base's x axis, right side down; of an IMU that slamd reads, as pitch and yaw"},
+          imu.roll, -kPi, kPi);
   v.field({"pitch", "rad", "IMU turned about the base's y axis, front down"}, imu.pitch, -kPi, kPi);
   v.field({"yaw", "rad", "IMU turned about the base's z axis, to the left"}, imu.yaw, -kPi, kPi);
   v.field({"time_offset", "s", "added to the IMU's stamps"}, config.localizer.imu_time_offset, -1.0, 1.0);

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/devices.hpp"
 
+#include "drivers/repeat_watch.hpp"
 #include "mapping/depth_projection.hpp"
 #include "runtime/clock.hpp"
 
 namespace slam {
 namespace {
+
+constexpr int kRepeats = 5;  // images in a row
 
 int priority(const Config& config, int wanted) { return config.runtime.realtime ? wanted : 0; }
 
@@ -31,8 +34,12 @@ std::unique_ptr<LidarThread> makeLidarThread(const Config& config, Exchange& exc
 
 std::unique_ptr<DepthThread> makeDepthThread(const Config& config, Exchange& exchange) {
   const DepthDeviceConfig& device = config.depth_device;
-  const auto add = [&exchange, projection = std::make_shared<DepthProjection>(device.projection)](
-                       const DepthImage& image) -> const char* {
+  const auto add = [&exchange, projection = std::make_shared<DepthProjection>(device.projection),
+                    repeats = std::make_shared<RepeatWatch>(kRepeats)](const DepthImage& image) -> const char* {
+    // The noise of a depth sensor never repeats itself, still less what a robot sees that moves.
+    const auto* pixels = reinterpret_cast<const std::uint8_t*>(image.depth.data());
+    const bool repeated = repeats->isStuck(digestOf({pixels, image.depth.size() * sizeof(std::uint16_t)}));
+    if (repeated && exchange.moving) return "every image is the same: the camera is stuck, pull its plug";
     const Timestamp begin = monotonicNow();
     const DepthStatus status = projection->project(image);
     exchange.depth_work.add(monotonicNow() - begin);

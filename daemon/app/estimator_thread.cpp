@@ -9,6 +9,7 @@
 namespace slam {
 namespace {
 
+constexpr double kMoving = 0.02, kTurning = 0.05;    // [m/s], [rad/s] no sensor sees the same twice
 const Eigen::Vector3d kSetPoseSigma(0.2, 0.2, 0.1);  // [m, m, rad] of a pose given by a person
 
 }  // namespace
@@ -53,6 +54,8 @@ void EstimatorThread::tick() {
   const Timestamp now = monotonicNow();
   snapshot_.pose = localizer_->estimate(now);
   snapshot_.odometry = localizer_->odometry(now);
+  const Twist2& twist = snapshot_.odometry.twist;
+  exchange_.moving = std::hypot(twist.vx, twist.vy) > kMoving || std::abs(twist.omega) > kTurning;
   snapshot_.counters = localizer_->counters();
   snapshot_.filter = localizer_->filterCounters();
   snapshot_.findings = probe_.findings();
@@ -64,6 +67,10 @@ void EstimatorThread::tick() {
 }
 
 bool EstimatorThread::addScan(const ReceivedScan& received) {
+  // A lidar that repeats a turn while wheels or gyro move would hold the robot in place: its scans fit perfectly.
+  const bool stuck = repeats_.isStuck(received.scan) && exchange_.moving;
+  exchange_.lidar_stuck = stuck;
+  if (stuck) return false;
   const Timestamp begin = monotonicNow();
   const ScanOutcome outcome = localizer_->add(received.scan, exchange_.keyframes.hasRoom());
   exchange_.scan_work.add(monotonicNow() - begin);

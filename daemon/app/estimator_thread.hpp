@@ -4,6 +4,7 @@
 
 #include "app/config.hpp"
 #include "app/exchange.hpp"
+#include "drivers/scan_repeat_watch.hpp"
 #include "runtime/worker.hpp"
 #include "slam/motion_probe.hpp"
 
@@ -20,6 +21,7 @@ class EstimatorThread {
   bool addScan(const ReceivedScan& received);
 
   Exchange& exchange_;
+  ScanRepeatWatch repeats_;
   std::unique_ptr<Localizer> localizer_;
   MotionProbe probe_;
   PoseSnapshot snapshot_;

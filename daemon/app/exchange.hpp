@@ -124,7 +124,9 @@ struct Exchange {
 
   std::atomic<bool> save_map{false};                       // bus -> mapper
   std::atomic<SaveOutcome> map_saved{SaveOutcome::kNone};  // mapper -> bus: of the last save_map
-  std::atomic<bool> refresh_map{false};                    // bus -> mapper: all tiles again
+  std::atomic<bool> moving{false};                         // estimator -> depth: wheels and gyro say so
+  std::atomic<bool> lidar_stuck{false};  // estimator -> supervisor: it repeats a turn although the robot moves
+  std::atomic<bool> refresh_map{false};  // bus -> mapper: all tiles again
   LatencyHistogram match, scan_work, scan_to_pose, map_update, optimise, depth_work;
   std::atomic<std::int64_t> published{0}, publish_failures{0}, bad_messages{0}, map_keyframes{0};
   std::atomic<std::int64_t> loop_closures{0}, revoked_closures{0}, relocalised{0};

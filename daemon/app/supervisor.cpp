@@ -16,10 +16,10 @@ namespace {
 
 using namespace std::chrono_literals;
 constexpr Duration kPeriod = 100ms;
-constexpr Duration kRealtimeStall = 500ms;  // a fixed-rate thread that ticks no more often is stuck
-constexpr Duration kConnectStall = 12s;     // the lidar's start-up sequence, resets included
-constexpr Duration kGraphStall = 10s;       // an optimisation of a very large map, on a small computer
-constexpr Duration kNews = 1s;              // between two lines of the log about one device
+constexpr Duration kRealtimeStall = 500ms;           // a fixed-rate thread that ticks no more often is stuck
+constexpr Duration kConnectStall = 12s;              // the lidar's start-up sequence, resets included
+constexpr Duration kGraphStall = 10s;                // an optimisation of a very large map, on a small computer
+constexpr double kMostLines = 5.0, kLineRate = 0.5;  // [1], [1/s] of the log about one device
 constexpr Duration kClockStep = 500ms;
 
 }  // namespace
@@ -169,13 +169,16 @@ void Supervisor::warnOnce() {
 void Supervisor::logDeviceChanges() {
   for (Device& device : devices_) {
     const auto state = device.status->state.load(std::memory_order_acquire);
-    const std::string reason = device.status->reason.load(std::memory_order_relaxed);
+    const std::string reason = statusReason(device);
     const std::string text = std::string(nameOf(state)) + (reason.empty() ? "" : ": ") + reason;
     // A device that fails to open goes through OPENING at each try: only news is logged.
-    // One that alternates tells so once a second.
+    if (state == DeviceState::kOpening || text == device.logged) continue;
+    // One that alternates for long tells so every two seconds.
     const Timestamp now = monotonicNow();
-    if (state == DeviceState::kOpening || text == device.logged || now - device.logged_at < kNews) continue;
-    device.logged_at = now;
+    device.lines = std::min(kMostLines, device.lines + kLineRate * toSeconds(now - device.looked));
+    device.looked = now;
+    if (device.lines < 1.0) continue;
+    device.lines -= 1.0;
     device.logged = text;
     device_changed_ = true;
     state == DeviceState::kStreaming ? logInfo(device.name + " " + text) : logWarning(device.name + " " + text);

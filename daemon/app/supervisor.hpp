@@ -33,7 +33,8 @@ class Supervisor {
     DeviceStatus* status;
     double expected;  // [Hz]
     bool over_lcm = false;
-    Timestamp logged_at{};
+    double lines = 5.0;        // of the log that may be written about it now
+    Timestamp looked{};        // when that was reckoned
     std::string logged = {};   // state and reason logged last
     std::int64_t samples = 0;  // when rates were measured last
     double rate = 0.0;         // [Hz] then
@@ -58,6 +59,7 @@ class Supervisor {
   void warnOnce();
   void measureRates(Timestamp now);
   void sendHealth(Timestamp now);
+  std::string statusReason(const Device& device) const;
   std::string reasonOf(const Device& device, Timestamp now) const;
   std::string summary(Timestamp now) const;
 

@@ -34,10 +34,17 @@ stage_health_t stage(const std::string& name, const LatencyHistogram& histogram)
 
 }  // namespace
 
+std::string Supervisor::statusReason(const Device& device) const {
+  if (device.name == "lidar" && exchange_.lidar_stuck) {
+    return "every turn shows the same ranges although the robot moves: the lidar is stuck, pull its plug";
+  }
+  return device.status->reason.load(std::memory_order_acquire);
+}
+
 std::string Supervisor::reasonOf(const Device& device, Timestamp now) const {
   const std::int64_t last = device.status->last_sample_ns.load(std::memory_order_relaxed);
   const Duration age = now - Timestamp(Duration(last));
-  const std::string reason = device.status->reason.load(std::memory_order_relaxed);
+  const std::string reason = statusReason(device);
   char text[64];
   constexpr double kSlow = 0.7;  // [1] of the expected rate
   if (reason.empty() && age < kStaleAfter && device.judged && device.rate < kSlow * device.expected) {

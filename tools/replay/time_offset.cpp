@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/pose2.hpp"
 
@@ -57,8 +58,8 @@ std::optional<double> LidarGyroOffset::meanSquare(double shift, int* used) const
     const auto from = turned(turn.from + by), to = turned(turn.to + by);
     if (!from || !to) continue;
     const double difference = turn.angle - (*to - *from), interval = toSeconds(turn.to - turn.from);
+    if (std::abs(difference) > kOutlier) continue;
     pairs.emplace_back(difference, interval);
-    if (std::abs(difference) > kOutlier) continue;  // not for the bias
     sum_di += difference * interval;
     sum_ii += interval * interval;
   }
@@ -67,7 +68,7 @@ std::optional<double> LidarGyroOffset::meanSquare(double shift, int* used) const
   double sum = 0.0;
   for (const auto& [difference, interval] : pairs) {
     const double residual = difference - sum_di / sum_ii * interval;
-    sum += std::min(residual * residual, kOutlier * kOutlier);
+    sum += residual * residual;
   }
   return sum / *used;
 }
@@ -78,8 +79,7 @@ std::optional<LidarGyroOffset::Estimate> LidarGyroOffset::estimate() const {
   int used = 0, best = 0;
   for (int i = -steps; i <= steps; ++i) {
     const auto error = meanSquare(i * kStep, &used);
-    if (!error) return std::nullopt;
-    errors.push_back(*error);
+    errors.push_back(error.value_or(std::numeric_limits<double>::infinity()));
     if (*error < errors[static_cast<std::size_t>(best + steps)]) best = i;
   }
   if (std::abs(best) == steps) return std::nullopt;
@@ -91,7 +91,7 @@ std::optional<LidarGyroOffset::Estimate> LidarGyroOffset::estimate() const {
   const auto at = [&](int i) { return errors[static_cast<std::size_t>(i + steps)]; };
   const double slope = 0.5 * (at(best + 1) - at(best - 1)) / kStep;
   const double curvature = (at(best + 1) - 2.0 * at(best) + at(best - 1)) / (kStep * kStep);
-  if (!(curvature > 0.0)) return std::nullopt;
+  if (!(curvature > 0.0) || !std::isfinite(curvature)) return std::nullopt;
   // Of a least-squares sum S with the residuals' variance s^2, the minimum's variance is 2 s^2 / S''.
   meanSquare(best * kStep, &used);
   Estimate estimate{best * kStep - slope / curvature, std::sqrt(2.0 * at(best) / (curvature * used)), used};
