@@ -13,6 +13,12 @@
 namespace slam {
 namespace {
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr int kSlow = 3;  // limits of time are a sanitizer's several times over
+#else
+constexpr int kSlow = 1;
+#endif
+
 using namespace std::chrono_literals;
 using rplidar::Request;
 using test::waitUntil;
@@ -85,7 +91,9 @@ TEST_P(RplidarUnit, StreamsInItsDensestMode) {
   EXPECT_EQ(rig.driver.mode().answer_type, GetParam().answer_type);
   EXPECT_NEAR(rig.driver.mode().sample_time, 1e-6 * GetParam().sample_us, 1e-9);
   EXPECT_NEAR(rig.scans.back().size, 1e6 / GetParam().sample_us / 5.5, 2.0);
-  EXPECT_EQ(rig.driver.status().rejects.load(), 0);
+  if (kSlow == 1) {  // a sanitizer holds the reader up, and what comes late counts as lost
+    EXPECT_EQ(rig.driver.status().rejects.load(), 0);
+  }
   EXPECT_EQ(rig.state(), DeviceState::kStreaming);
   expectRoom(rig.scans.back());
 }
@@ -173,7 +181,7 @@ TEST(RplidarFault, SilenceIsNoticedWithinASecondAndHealedWithinThree) {
   Rig rig;
   ASSERT_TRUE(rig.stream()) << rig.reason();
   ASSERT_TRUE(rig.lidar.inject("silent", 1));
-  EXPECT_LT(rig.untilOver(), 1s);
+  EXPECT_LT(rig.untilOver(), kSlow * 1s);
   EXPECT_EQ(rig.state(), DeviceState::kStale);
   EXPECT_THAT(rig.reason(), HasSubstr("no answer"));
   EXPECT_THAT(rig.reason(), HasSubstr("5 V"));
@@ -182,7 +190,7 @@ TEST(RplidarFault, SilenceIsNoticedWithinASecondAndHealedWithinThree) {
   ASSERT_TRUE(rig.lidar.inject("silent", 0));
   const Timestamp back = monotonicNow();
   EXPECT_TRUE(rig.streamAgain()) << rig.reason();
-  EXPECT_LT(monotonicNow() - back, 3s);
+  EXPECT_LT(monotonicNow() - back, kSlow * 3s);
 }
 
 TEST(RplidarFault, AReturnInTheMidstOfAConnectIsNotMissed) {
@@ -194,19 +202,19 @@ TEST(RplidarFault, AReturnInTheMidstOfAConnectIsNotMissed) {
   const Timestamp back = monotonicNow();
   connecting.join();
   EXPECT_EQ(rig.scans.size(), 1U);
-  EXPECT_LT(monotonicNow() - back, 3s);
+  EXPECT_LT(monotonicNow() - back, kSlow * 3s);
 }
 
 TEST(RplidarFault, AStalledMotorWithHealthOkSaysWhatToCheck) {
   Rig rig;
   ASSERT_TRUE(rig.stream()) << rig.reason();
   ASSERT_TRUE(rig.lidar.inject("stall", 1));
-  EXPECT_LT(rig.untilOver(), 1s);
+  EXPECT_LT(rig.untilOver(), kSlow * 1s);
   EXPECT_EQ(rig.reason(), "no data, port present, health OK: check 5 V supply and motor");
   ASSERT_TRUE(rig.lidar.inject("stall", 0));
   const Timestamp back = monotonicNow();
   EXPECT_TRUE(rig.streamAgain()) << rig.reason();
-  EXPECT_LT(monotonicNow() - back, 3s);
+  EXPECT_LT(monotonicNow() - back, kSlow * 3s);
 }
 
 TEST(RplidarFault, ADescriptorWithoutDataIsTheMotor) {
@@ -230,7 +238,7 @@ TEST(RplidarFault, ProtectionStopInMidScanIsToldAndLeftWhenItEnds) {
   Rig rig;
   ASSERT_TRUE(rig.stream()) << rig.reason();
   ASSERT_TRUE(rig.lidar.inject("health", 2));
-  EXPECT_LT(rig.untilOver(), 1s);
+  EXPECT_LT(rig.untilOver(), kSlow * 1s);
   EXPECT_THAT(rig.reason(), HasSubstr("hardware error"));
   EXPECT_FALSE(rig.connect());
   EXPECT_EQ(rig.state(), DeviceState::kFault);
@@ -244,10 +252,10 @@ TEST(RplidarFault, ARestartInMidScanIsRecognisedByItsBanner) {
   ASSERT_TRUE(rig.stream()) << rig.reason();
   ASSERT_TRUE(rig.lidar.inject("reboot", 1));
   const Timestamp reboot = monotonicNow();
-  EXPECT_LT(rig.untilOver(), 1s);
+  EXPECT_LT(rig.untilOver(), kSlow * 1s);
   EXPECT_THAT(rig.reason(), HasSubstr("restarted by itself"));
   EXPECT_TRUE(rig.streamAgain()) << rig.reason();
-  EXPECT_LT(monotonicNow() - reboot, 670ms + 3s);
+  EXPECT_LT(monotonicNow() - reboot, 670ms + kSlow * 3s);
 }
 
 TEST(RplidarFault, AnotherBaudRateIsSuspected) {
@@ -283,7 +291,7 @@ TEST(RplidarFault, ALongPauseEndsTheConnectionAndItComesBack) {
   Rig rig;
   ASSERT_TRUE(rig.stream()) << rig.reason();
   ASSERT_TRUE(rig.lidar.inject("pause", 800));
-  EXPECT_LT(rig.untilOver(), 1s);
+  EXPECT_LT(rig.untilOver(), kSlow * 1s);
   EXPECT_TRUE(rig.streamAgain()) << rig.reason();
 }
 

@@ -76,12 +76,11 @@ std::optional<double> LidarGyroOffset::meanSquare(double shift, int* used) const
 std::optional<LidarGyroOffset::Estimate> LidarGyroOffset::estimate() const {
   const int steps = static_cast<int>(std::lround(kMaxOffset / kStep));
   std::vector<double> errors;
-  int used = 0, best = 0;
+  int used = 0;
   for (int i = -steps; i <= steps; ++i) {
-    const auto error = meanSquare(i * kStep, &used);
-    errors.push_back(error.value_or(std::numeric_limits<double>::infinity()));
-    if (*error < errors[static_cast<std::size_t>(best + steps)]) best = i;
+    errors.push_back(meanSquare(i * kStep, &used).value_or(std::numeric_limits<double>::infinity()));
   }
+  const int best = static_cast<int>(std::min_element(errors.begin(), errors.end()) - errors.begin()) - steps;
   if (std::abs(best) == steps) return std::nullopt;
   auto sorted = errors;
   std::nth_element(sorted.begin(), sorted.begin() + steps, sorted.end());
