@@ -32,11 +32,10 @@ std::optional<rplidar::Health> RplidarDriver::askHealth(Duration timeout) {
       dialogue_->ask(rplidar::encodeRequest(Request::kGetHealth), AnswerType::kHealth, 3, timeout));
 }
 
-bool RplidarDriver::openAndQuiet() {
+void RplidarDriver::quiet() {
   stream_->setDtr(true);  // motor off: a stale stream of an earlier run must not go on
   dialogue_->send(rplidar::encodeRequest(Request::kStop));
   dialogue_->drain(kAfterStop, 1s);
-  return true;
 }
 
 bool RplidarDriver::identify() {

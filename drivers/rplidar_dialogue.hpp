@@ -36,8 +36,7 @@ class Dialogue {
 
   bool hungUp() const { return hung_up_; }
   bool heardBytes() const { return heard_bytes_; }  ///< any, since construction
-  bool sawBoot() const { return saw_boot_; }        ///< a boot banner, since construction or forgetBoot()
-  void forgetBoot() { saw_boot_ = false; }
+  bool sawBoot() const { return saw_boot_; }        ///< a boot banner, since construction
   bool cancelled() const { return cancel_ != nullptr && *cancel_; }
   std::vector<std::uint8_t> takeInput() { return std::exchange(input_, {}); }
 

@@ -43,7 +43,8 @@ bool RplidarDriver::connect(const std::atomic<bool>& cancel) {
   if (!port.stream) return fail(DeviceState::kAbsent, port.problem);
   stream_ = std::move(port.stream);
   dialogue_ = std::make_unique<rplidar::Dialogue>(*stream_, now_, &cancel);
-  const bool connected = openAndQuiet() && identify() && startScan();
+  quiet();
+  const bool connected = identify() && startScan();
   if (connected) {
     dialogue_ = std::make_unique<rplidar::Dialogue>(*stream_, now_, nullptr);  // `cancel` may not live longer
     return true;

@@ -54,7 +54,7 @@ class RplidarDriver {
   static constexpr Duration kAfterStop =
       std::chrono::milliseconds(50);  // it needs 1 ms, its last packets a little more
 
-  bool openAndQuiet();
+  void quiet();
   bool identify();
   bool noAnswer(const std::optional<rplidar::Health>& health);
   void askRate();

@@ -55,6 +55,12 @@ struct Rig {
     while (scans.size() < count && monotonicNow() < deadline) connected = connected ? driver.poll(50ms) : connect();
     return scans.size() >= count;
   }
+  /// The fault is over: within three seconds there are scans again.
+  void expectBackSoon() {
+    const Timestamp back = monotonicNow();
+    EXPECT_TRUE(streamAgain()) << reason();
+    EXPECT_LT(monotonicNow() - back, kSlow * 3s);
+  }
   /// @return how long it took the driver to end the connection; 20 s: it did not
   Duration untilOver() {
     const Timestamp begin = monotonicNow();
@@ -188,9 +194,7 @@ TEST(RplidarFault, SilenceIsNoticedWithinASecondAndHealedWithinThree) {
   EXPECT_FALSE(rig.connect());
   EXPECT_THAT(rig.reason(), HasSubstr("port present, but no answer"));
   ASSERT_TRUE(rig.lidar.inject("silent", 0));
-  const Timestamp back = monotonicNow();
-  EXPECT_TRUE(rig.streamAgain()) << rig.reason();
-  EXPECT_LT(monotonicNow() - back, kSlow * 3s);
+  rig.expectBackSoon();
 }
 
 TEST(RplidarFault, AReturnInTheMidstOfAConnectIsNotMissed) {
@@ -212,9 +216,7 @@ TEST(RplidarFault, AStalledMotorWithHealthOkSaysWhatToCheck) {
   EXPECT_LT(rig.untilOver(), kSlow * 1s);
   EXPECT_EQ(rig.reason(), "no data, port present, health OK: check 5 V supply and motor");
   ASSERT_TRUE(rig.lidar.inject("stall", 0));
-  const Timestamp back = monotonicNow();
-  EXPECT_TRUE(rig.streamAgain()) << rig.reason();
-  EXPECT_LT(monotonicNow() - back, kSlow * 3s);
+  rig.expectBackSoon();
 }
 
 TEST(RplidarFault, ADescriptorWithoutDataIsTheMotor) {
