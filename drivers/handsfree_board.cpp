@@ -11,11 +11,10 @@ using namespace std::chrono_literals;
 using robolink::ChassisType;
 using robolink::Command;
 
-constexpr Duration kInfo = 450ms;    // between looks at the board's time, which tell one that renews nothing
-constexpr Duration kAnswer = 100ms;  // a request not answered by then is lost
-constexpr Duration kStale = 500ms;   // no answer at all
-constexpr Duration kDead = 3s;       // then the port is opened anew
-constexpr Duration kFirstBackOff = 200ms, kLongestBackOff = 1s;
+constexpr Duration kInfo = 450ms;           // between looks at the board's time, which tell one that renews nothing
+constexpr Duration kAnswer = 100ms;         // a request not answered by then is lost
+constexpr Duration kStale = 500ms;          // no answer at all
+constexpr Duration kDead = 3s;              // then the port is opened anew
 constexpr Duration kDrivePeriod = 50ms;     // the board's own control loop
 constexpr Duration kCommandLasts = 500ms;   // then it is too old to be sent again
 constexpr Duration kChassisPeriod = 1s;     // between attempts
@@ -55,7 +54,7 @@ HandsfreeBoard::HandsfreeBoard(const HandsfreeConfig& config, Clock now, Sinks s
 void HandsfreeBoard::tick() {
   const Timestamp now = now_();
   if (!stream_) {
-    if (now >= next_open_) open(now);
+    if (retry_.due(now)) open(now);
     return;
   }
   if (!receive()) return close(now, DeviceState::kAbsent, "the port is gone: unplugged?");
@@ -93,8 +92,7 @@ void HandsfreeBoard::open(Timestamp now) {
 
 void HandsfreeBoard::close(Timestamp now, DeviceState state, const char* reason) {
   stream_.reset();
-  back_off_ = std::clamp(2 * back_off_, kFirstBackOff, kLongestBackOff);
-  next_open_ = now + back_off_;
+  retry_.failed(now);
   setBoth(state, reason);
 }
 
@@ -123,7 +121,7 @@ bool HandsfreeBoard::receive() {
 
 void HandsfreeBoard::handle(const robolink::Frame& frame) {
   answered_ = now_();
-  back_off_ = 0ns;
+  retry_.succeeded();
   bytes_came_ = false;
   const auto command = static_cast<Command>(frame.command);
   if (command == Command::kShakingHands) return greet();

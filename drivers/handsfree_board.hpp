@@ -14,6 +14,7 @@
 #include "drivers/device_status.hpp"
 #include "drivers/latest_triple.hpp"
 #include "drivers/refresh_clock.hpp"
+#include "drivers/retry.hpp"
 #include "firmware_if/robolink.hpp"
 
 namespace slam {
@@ -135,8 +136,8 @@ class HandsfreeBoard {
   robolink::Decoder decoder_;
   std::array<Poll, 4> polls_;
   std::optional<robolink::Command> pending_;
-  Timestamp requested_{}, answered_{}, next_open_{};
-  Duration back_off_{0};
+  Timestamp requested_{}, answered_{};
+  Retry retry_{std::chrono::milliseconds(200)};
   Refreshed<robolink::MotorVector> mileage_;
   Refreshed<robolink::Imu> last_imu_;
   bool restarted_ = true;

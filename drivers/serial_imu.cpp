@@ -10,9 +10,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kStale = 500ms;  // nothing that can be used
-constexpr Duration kDead = 3s;      // then the port is opened anew
-constexpr Duration kFirstBackOff = 200ms, kLongestBackOff = 1s;
+constexpr Duration kStale = 500ms;            // nothing that can be used
+constexpr Duration kDead = 3s;                // then the port is opened anew
 constexpr std::uint32_t kRecognised = 3;      // good frames of a framing
 constexpr double kStandardGravity = 9.80665;  // [m/s^2] of one g
 
@@ -32,7 +31,7 @@ SerialImu::SerialImu(const SerialImuConfig& config, Clock now, Sink sink)
 void SerialImu::tick() {
   const Timestamp now = now_();
   if (!stream_) {
-    if (now >= next_open_) open(now);
+    if (retry_.due(now)) open(now);
     return;
   }
   if (!receive(now)) return close(now, DeviceState::kAbsent, "the port is gone: unplugged?");
@@ -58,8 +57,7 @@ void SerialImu::open(Timestamp now) {
 
 void SerialImu::close(Timestamp now, DeviceState state, const char* reason) {
   stream_.reset();
-  back_off_ = std::clamp(2 * back_off_, kFirstBackOff, kLongestBackOff);
-  next_open_ = now + back_off_;
+  retry_.failed(now);
   status_.set(state, reason);
 }
 
@@ -135,7 +133,7 @@ void SerialImu::emit(const Eigen::Vector3d& gyro, const Eigen::Vector3d& gravity
   sink_({stamp, gyro, -kStandardGravity * gravity});
   status_.countSample(now);
   status_.set(DeviceState::kStreaming, "");
-  back_off_ = 0ns;
+  retry_.succeeded();
 }
 
 std::uint32_t SerialImu::damage() const {

@@ -9,6 +9,7 @@
 #include "core/samples.hpp"
 #include "drivers/byte_stream.hpp"
 #include "drivers/device_status.hpp"
+#include "drivers/retry.hpp"
 #include "drivers/stream_clock.hpp"
 #include "firmware_if/hfi_imu.hpp"
 
@@ -68,10 +69,10 @@ class SerialImu {
   std::uint32_t damage_ = 0, not_finite_ = 0;
   bool lost_ = false;
   Eigen::Vector3d last_gyro_ = Eigen::Vector3d::Zero(), last_gravity_ = Eigen::Vector3d::Zero();
-  Timestamp opened_{}, frame_{}, changed_{}, next_open_{};
+  Timestamp opened_{}, frame_{}, changed_{};
   bool bytes_came_ = false;  // since the last frame
   bool sampled_ = false;
-  Duration back_off_{0};
+  Retry retry_{std::chrono::milliseconds(200)};
 };
 
 }  // namespace slam

@@ -3,7 +3,7 @@
 #include <functional>
 #include <utility>
 
-#include "core/timestamp.hpp"
+#include "drivers/retry.hpp"
 #include "runtime/worker.hpp"
 
 namespace slam {
@@ -11,12 +11,12 @@ namespace slam {
 /// Waits longer from attempt to attempt.
 class BackOff {
  public:
-  void reset() { wait_ = Duration(0); }
+  void reset() { retry_.succeeded(); }
   /// @param enough is asked every few milliseconds: true ends the wait
   void wait(const std::function<bool()>& enough);
 
  private:
-  Duration wait_{0};
+  Retry retry_{std::chrono::milliseconds(100)};
 };
 
 /// Thread that owns a device which is waited for (lidar, depth camera): connects, reads, and when the connection is
