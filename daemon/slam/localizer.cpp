@@ -19,6 +19,8 @@ Timestamp lastBeam(const LaserScan& scan, Timestamp stamp) {
   return scan.size > 0 ? stamp + std::max(Duration(0), fromSeconds(scan.beams().back().time_offset)) : stamp;
 }
 
+Timestamp middleOf(const LaserScan& scan, Timestamp stamp) { return stamp + (lastBeam(scan, stamp) - stamp) / 2; }
+
 EkfConfig beginningAt(EkfConfig config, const Pose2& pose, double gyro_bias) {
   config.initial_pose = pose;
   config.initial_gyro_bias = gyro_bias;
@@ -67,21 +69,17 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
   ScanOutcome outcome;
   ++counters_.scans;
   if (!scan_guard_.passes(recorded.stamp)) {
-    outcome.stamp = pose_.newestStamp();
+    outcome.stamp = outcome.first = pose_.newestStamp();
     return outcome;
   }
-  outcome.stamp = scan_stamps_.next(recorded.stamp) + fromSeconds(config_.lidar.time_offset);
-  if (pose_.started() && outcome.stamp < pose_.oldestStamp()) {
+  outcome.first = scan_stamps_.next(recorded.stamp) + fromSeconds(config_.lidar.time_offset);
+  outcome.stamp = middleOf(recorded, outcome.first);
+  if (pose_.started() && outcome.first < pose_.oldestStamp()) {
     ++counters_.scans_too_late;
     return outcome;
   }
 
-  pose_.fillHistory(outcome.stamp, lastBeam(recorded, outcome.stamp), history_);
-  const RangeLimits limits{std::max(recorded.range_min, static_cast<float>(config_.lidar.range_min)),
-                           std::min(recorded.range_max, static_cast<float>(config_.lidar.range_max))};
-  deskew(recorded, limits, outcome.stamp, config_.lidar.mounting(), history_, points_);
-  estimateNormals(points_, config_.lidar.T_base_lidar.translation(), config_.normals);
-
+  takePoints(recorded, outcome);
   const Ekf predicted = pose_.at(outcome.stamp);
   const Pose2 guess = predicted.pose();
   if (!last_keyframe_) {
@@ -125,6 +123,22 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
     }
   }
   return outcome;
+}
+
+/// Fills points_, in base at the middle of the turn. What the filter is wrong about the speed moves the beams before it
+/// one way and those behind it the other, so that the pose found there is right. At the first beam's time it would be
+/// wrong by half of the turn's error, the next speed by as much the other way, and so on without end.
+void Localizer::takePoints(const LaserScan& recorded, ScanOutcome& outcome) {
+  pose_.fillHistory(outcome.first, lastBeam(recorded, outcome.first), history_);
+  const RangeLimits limits{std::max(recorded.range_min, static_cast<float>(config_.lidar.range_min)),
+                           std::min(recorded.range_max, static_cast<float>(config_.lidar.range_max))};
+  deskew(recorded, limits, outcome.first, config_.lidar.mounting(), history_, points_);
+  if (outcome.stamp > outcome.first) {
+    const auto at = [this](Timestamp stamp) { return history_.at(stamp, Duration::max()).value_or(Pose2{}); };
+    outcome.T_base_first = between(at(outcome.stamp), at(outcome.first));
+    for (ScanPoint& point : points_) point.position = outcome.T_base_first * point.position;
+  }
+  estimateNormals(points_, config_.lidar.T_base_lidar.translation(), config_.normals);
 }
 
 const DepthSight* Localizer::add(const PseudoLaser& laser) {

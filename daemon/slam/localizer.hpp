@@ -99,7 +99,9 @@ struct LocalizerCounters {
 
 /// What one scan did.
 struct ScanOutcome {
-  Timestamp stamp;  ///< of the scan in the filter's time
+  Timestamp stamp;     ///< of the middle of the turn in the filter's time: the pose is right there
+  Timestamp first;     ///< of the first beam, which is the scan's own stamp, in the filter's time
+  Pose2 T_base_first;  ///< base at `first`, seen from base at `stamp`
   MatchResult match;
   Duration match_time{0};              ///< spent in the matcher; 0 without a stopwatch
   bool fused = false;                  ///< the match passed the filter's gate
@@ -179,6 +181,7 @@ class Localizer {
   bool carriedAway(const Pose2& predicted) const;
   void beginSegment(KeyframeOrigin origin);
   void accumulateDrift(const Pose2& T_map_base, const MatchResult* match);
+  void takePoints(const LaserScan& recorded, ScanOutcome& outcome);
   void describe(Timestamp stamp, const Pose2& T_map_base);
 
   LocalizerConfig config_;

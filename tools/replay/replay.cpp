@@ -131,14 +131,13 @@ class Run {
     probe_.work();
     const auto start = Clock::now();
     const ScanOutcome outcome = localizer_.add(scan);
-    const PoseEstimate estimate = localizer_.estimate(outcome.stamp);
+    const Pose2 T_map_base = localizer_.estimate(outcome.stamp).T_map_base * outcome.T_base_first;  // at its own stamp
     stats_.scan_us.push_back(microsecondsSince(start));
     if (outcome.fused && outcome.match.observable == 3) offset_.addScan(outcome.stamp, outcome.match.T_ref_base.theta);
     if (outcome.match.iterations > 0) stats_.match_us.push_back(1e6 * toSeconds(outcome.match_time));
     // Before a correction moves the keyframes; in a given map, whose keyframes stay, the pose is its own anchor.
-    poses_.push_back(
-        {utime, localizer_.segment(),
-         localise_only_ ? Localizer::Anchored{-1, estimate.T_map_base} : localizer_.anchor(estimate.T_map_base)});
+    poses_.push_back({utime, localizer_.segment(),
+                      localise_only_ ? Localizer::Anchored{-1, T_map_base} : localizer_.anchor(T_map_base)});
     if (outcome.keyframe != nullptr) {
       const auto begin = Clock::now();
       back_end_.add(*outcome.keyframe);
@@ -154,10 +153,10 @@ class Run {
         back_end_.recycle(std::move(correction));
       }
     }
-    if (causal_) causal_->write(utime, estimate.T_map_base);
-    if (odometry_) odometry_->write(utime, localizer_.odometry(outcome.stamp).T_odom_base);
+    if (causal_) causal_->write(utime, T_map_base);
+    if (odometry_) odometry_->write(utime, localizer_.odometry(outcome.first).T_odom_base);
     if (viewer_) {
-      see(scan, outcome.stamp);
+      see(scan, outcome.first);
       if (viewer_->due(log_s_)) drawFrame();
     }
   }

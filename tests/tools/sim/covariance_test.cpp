@@ -43,8 +43,11 @@ std::vector<Compared> drive(const std::string& scene, std::uint64_t seed, double
       localizer.add(fromMessage(decodeChecked<imu_t>(event.data).value()).value());
     } else if (event.channel == channel::kScan) {
       const ScanOutcome outcome = localizer.add(fromMessage(decodeChecked<scan_t>(event.data).value()).value());
-      const auto true_pose = poseAt(truth, outcome.stamp);
-      if (outcome.fused && true_pose) drive.push_back({localizer.estimate(outcome.stamp), *true_pose});
+      const auto true_pose = poseAt(truth, outcome.first);  // known for the scans' own stamps
+      if (!outcome.fused || !true_pose) continue;
+      PoseEstimate estimate = localizer.estimate(outcome.stamp);
+      estimate.T_map_base = estimate.T_map_base * outcome.T_base_first;
+      drive.push_back({estimate, *true_pose});
     }
   }
   fs::remove_all(folder);
