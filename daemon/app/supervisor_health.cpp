@@ -121,6 +121,8 @@ void Supervisor::sendHealth(Timestamp now) {
       health.counters.push_back(counter(watched.worker->name() + ".overruns", watched.worker->overruns()));
     }
     health.counters.push_back(counter(watched.worker->name() + ".ticks", watched.worker->ticks()));
+    const double cpu_ms = 1e3 * watched.worker->cpuSeconds();
+    health.counters.push_back(counter(watched.worker->name() + ".cpu_ms", static_cast<std::uint64_t>(cpu_ms)));
   }
   for (const auto& [name, histogram] : {std::pair("match", &exchange_.match),
                                         {"scan_work", &exchange_.scan_work},

@@ -46,6 +46,13 @@ void Worker::stop() {
   running_ = false;
 }
 
+double Worker::cpuSeconds() const {
+  clockid_t clock{};
+  timespec used{};
+  if (!running_ || pthread_getcpuclockid(thread_, &clock) != 0 || clock_gettime(clock, &used) != 0) return 0.0;
+  return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
+}
+
 void* Worker::entry(void* self) {
   static_cast<Worker*>(self)->run();
   return nullptr;

@@ -41,6 +41,8 @@ class Worker {
   /// How late ticks began; empty without a fixed rate.
   const LatencyHistogram& lateness() const { return lateness_; }
   const LatencyHistogram& duration() const { return duration_; }
+  /// [s] of CPU that the thread has used, while it runs; 0 before and after.
+  double cpuSeconds() const;
   /// What stood in the way of real-time scheduling; empty: nothing. Valid once the first tick has begun.
   const std::string& warning() const { return warning_; }
 

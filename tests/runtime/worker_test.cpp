@@ -95,6 +95,21 @@ TEST(Worker, WithoutARateCallsItsBodyAgainAtOnce) {
   EXPECT_EQ(worker.overruns(), 0U);
 }
 
+TEST(Worker, TellsTheCpuTimeOfItsThreadAlone) {
+  std::atomic<bool> quit{false};
+  Worker worker({.name = "busy"}, [] {}), idle({.name = "idle"}, [&] {
+    while (!quit) std::this_thread::sleep_for(milliseconds(1));
+  });
+  EXPECT_EQ(worker.cpuSeconds(), 0.0) << "before its start";
+  worker.start();
+  idle.start();
+  ASSERT_TRUE(waitUntil([&] { return worker.cpuSeconds() > 0.05; }));
+  EXPECT_LT(idle.cpuSeconds(), 0.5 * worker.cpuSeconds());
+  quit = true;
+  worker.stop();
+  EXPECT_EQ(worker.cpuSeconds(), 0.0) << "after its end";
+}
+
 TEST(Worker, EndsWhenItsBodyAsksForIt) {
   Worker* self = nullptr;
   int calls = 0;

@@ -127,7 +127,12 @@ void printHealth(const health_t& health) {
               counter("scans.matched"), counter("scans.partly_observable"), counter("scans.unmatched"),
               counter("scans.gated"));
   std::printf("| CPU, memory | %.1f %% of a core, %.0f MB |\n", 100.0 * health.cpu, health.memory_mb);
-  std::printf("| state | %s |\n", health.summary.c_str());
+  std::printf("| of it threads base, lidar, depth, estimator, mapper |");
+  for (const char* const thread : {"base", "lidar", "depth", "estimator", "mapper"}) {
+    const auto cpu_ms = static_cast<double>(counter(thread + std::string(".cpu_ms")));
+    std::printf("%s %.2f %%", thread == std::string_view("base") ? "" : ",", 0.1 * cpu_ms / health.uptime);
+  }
+  std::printf(" |\n| state | %s |\n", health.summary.c_str());
 }
 
 }  // namespace
