@@ -52,7 +52,10 @@ struct DepthDeviceConfig {
   int width = 640, height = 480;  ///< [pixel]
   int rate = 30;                  ///< [Hz]
   std::string record = "";        ///< .oni file; empty: none
-  DepthProjectionConfig projection{.extrinsics = {.x = 0.10, .z = 0.40}, .floor = {}};
+  DepthProjectionConfig projection{.extrinsics = {.x = 0.10}, .floor = {}};
+
+  /// Without its height above the floor no image can be used.
+  bool isMounted() const { return projection.extrinsics.z > 0.0; }
 };
 
 struct LcmConfig {

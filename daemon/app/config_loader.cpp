@@ -215,7 +215,8 @@ void checkTogether(const Config& config, const std::string& name, std::vector<st
     complain("can.right_node: is the left wheel's, too; give each its own");
   }
   const DepthProjectionConfig& depth = config.depth_device.projection;
-  if (depth.floor_clearance >= depth.robot_height || depth.floor_clearance >= depth.extrinsics.z) {
+  const bool below = config.depth_device.isMounted() && depth.floor_clearance >= depth.extrinsics.z;
+  if (depth.floor_clearance >= depth.robot_height || below) {
     complain("depth.floor_clearance: is not below depth.robot_height and depth.z; lower it");
   }
   if (depth.range_min >= depth.range_max) {

@@ -113,7 +113,7 @@ void visitDepth(DepthDeviceConfig& depth, DepthViewConfig& view, ConfigVisitor& 
   v.field({"record", "", "file (.oni) that the images are recorded to; empty: none"}, depth.record, kAnyText);
   v.field({"x", "m", "camera ahead of the base's turning centre"}, at.x, -5.0, 5.0);
   v.field({"y", "m", "camera left of the base's turning centre"}, at.y, -5.0, 5.0);
-  v.field({"z", "m", "camera above the floor"}, at.z, 0.06, 3.0);
+  v.field({"z", "m", "camera above the floor; 0: not measured yet, its images are not used"}, at.z, 0.0, 3.0);
   v.field({"roll", "rad", "camera turned about its axis, right side down"}, at.roll, -kPi, kPi);
   v.field({"pitch", "rad", "camera looking down"}, at.pitch, -1.2, 1.2);
   v.field({"yaw", "rad", "camera turned to the left"}, at.yaw, -kPi, kPi);

@@ -34,8 +34,10 @@ std::unique_ptr<LidarThread> makeLidarThread(const Config& config, Exchange& exc
 
 std::unique_ptr<DepthThread> makeDepthThread(const Config& config, Exchange& exchange) {
   const DepthDeviceConfig& device = config.depth_device;
-  const auto add = [&exchange, projection = std::make_shared<DepthProjection>(device.projection),
+  const auto add = [&exchange,
+                    projection = device.isMounted() ? std::make_shared<DepthProjection>(device.projection) : nullptr,
                     repeats = std::make_shared<RepeatWatch>(kRepeats)](const DepthImage& image) -> const char* {
+    if (!projection) return "images are not used: measure the camera's height above the floor and set depth.z";
     // The noise of a depth sensor never repeats itself, still less what a robot sees that moves.
     const auto* pixels = reinterpret_cast<const std::uint8_t*>(image.depth.data());
     const bool repeated = repeats->isStuck(digestOf({pixels, image.depth.size() * sizeof(std::uint16_t)}));

@@ -107,6 +107,11 @@ TEST(ParseConfig, TakesTheEndsOfARange) {
   EXPECT_THAT(problemsOf("[lidar]\nrange_max = 200.0\nx = -5.0\ny = 5\nbaud = 9600\n"), IsEmpty());
 }
 
+TEST(ParseConfig, TakesACameraOfUnknownHeightButNoneInTheFloor) {
+  EXPECT_THAT(problemsOf("[depth]\nz = 0.0\n"), IsEmpty());
+  EXPECT_THAT(problemsOf("[depth]\nz = 0.04\n"), ElementsAre(HasSubstr("depth.floor_clearance")));
+}
+
 TEST(ParseConfig, ReadsLineEndsOfWindows) { EXPECT_THAT(problemsOf("[lidar]\r\nrange_max = 8.5\r\n"), IsEmpty()); }
 
 TEST(ParseConfig, AsksDidYouMean) {

@@ -60,6 +60,14 @@ TEST_F(Doctor, TellsAnAbsentCameraFromAForbiddenOne) {
   EXPECT_THAT(checkCamera(usb).what, HasSubstr("no PrimeSense camera"));
 }
 
+TEST_F(Doctor, AsksForTheCamerasHeight) {
+  DepthDeviceConfig depth;
+  EXPECT_EQ(checkMounting(depth).level, Finding::kFault);
+  EXPECT_THAT(checkMounting(depth).mend, HasSubstr("depth.z"));
+  depth.projection.extrinsics.z = 0.3;
+  EXPECT_EQ(checkMounting(depth).level, Finding::kGood);
+}
+
 TEST_F(Doctor, KnowsACanInterfaceThatIsGoneDownOrShortOfRoom) {
   EXPECT_THAT(checkCan("can0", directory_).what, HasSubstr("no interface can0"));
   canInterface("0x40080", "256");

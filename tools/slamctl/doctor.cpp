@@ -75,6 +75,12 @@ Finding checkCamera(UsbWatch& usb) {
   return {Finding::kGood, "depth: a PrimeSense camera is on the USB", ""};
 }
 
+Finding checkMounting(const DepthDeviceConfig& depth) {
+  if (depth.isMounted()) return {Finding::kGood, "depth: the camera's height is known", ""};
+  return {Finding::kFault, "depth: the camera's height above the floor is not known, its images are not used",
+          "measure it, and set depth.z [m]"};
+}
+
 Finding checkCan(const std::string& interface, const std::filesystem::path& net) {
   const std::string up = "sudo ip link set " + interface + " up type can bitrate 500000 restart-ms 100";
   std::error_code error;
@@ -208,6 +214,7 @@ Findings diagnose(const Config& config) {
   if (config.base_device.driver == "can" || config.imu_device.driver == "can") {
     findings.push_back(checkCan(config.can.interface));
   }
+  if (config.depth_device.driver == "openni2") findings.push_back(checkMounting(config.depth_device));
   if (config.depth_device.driver == "openni2" && config.depth_device.uri.empty()) {
     const auto usb = makeUsbWatch(kPrimeSense);
     findings.push_back(checkCamera(*usb));

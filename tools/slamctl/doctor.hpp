@@ -24,6 +24,8 @@ using Findings = std::vector<Finding>;
 Finding checkPort(const std::string& device, const std::string& path, const std::string& key,
                   const std::vector<SerialPortInfo>& others);
 Finding checkCamera(UsbWatch& usb);
+/// Is it known where the camera sits?
+Finding checkMounting(const DepthDeviceConfig& depth);
 /// @param net the system's list of network interfaces (/sys/class/net)
 Finding checkCan(const std::string& interface, const std::filesystem::path& net = "/sys/class/net");
 /// Sends itself a message.
