@@ -11,7 +11,7 @@ using namespace std::chrono_literals;
 using robolink::ChassisType;
 using robolink::Command;
 
-constexpr Duration kInfo = 450ms;           // between looks at the board's time, which tell one that renews nothing
+constexpr Duration kInfo = 200ms;           // between looks at the board's time, which tell one that renews nothing
 constexpr Duration kAnswer = 100ms;         // a request not answered by then is lost
 constexpr Duration kStale = 500ms;          // no answer at all
 constexpr Duration kDead = 3s;              // then the port is opened anew

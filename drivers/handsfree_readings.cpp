@@ -16,7 +16,7 @@ using robolink::Command;
 constexpr Duration kStanding = 120ms;        // the board renews its values every 20 to 50 ms
 constexpr double kFastestWheel = 100.0;      // [rad/s] above what any of these motors can do
 constexpr Duration kReadingJitter = 100ms;   // of the age of a reading
-constexpr Duration kTimeStep = 400ms;        // between looks at the board's time, which it renews every 50 ms
+constexpr Duration kTimeStep = 180ms;        // between looks at the board's time, which it renews every 50 ms
 constexpr float kFinestStep = 1e5F;          // [us] of the board's time that can still tell whether it runs
 constexpr double kGeometryTolerance = 0.05;  // [1] a calibration may differ from the model's figures by less
 

@@ -34,7 +34,7 @@ class ScanRepeatWatch {
   static constexpr std::size_t kBins = 2880;  // of an eighth of a degree
   static constexpr int kFewest = 50;          // beams that can be compared
   static constexpr double kMost = 0.7;        // [1] of them that are equal by chance: coarse steps, walls near by
-  static constexpr int kTurns = 3;
+  static constexpr int kTurns = 2;
   std::array<float, kBins> ranges_{};  // [m] seen last; 0: nothing yet
   int repeats_ = 0;
 };

@@ -168,13 +168,13 @@ void Supervisor::warnOnce() {
 
 void Supervisor::logDeviceChanges() {
   for (Device& device : devices_) {
-    const auto state = device.status->state.load(std::memory_order_acquire);
+    const Timestamp now = monotonicNow();
+    const DeviceState state = stateOf(device, now);
     const std::string reason = statusReason(device);
     const std::string text = std::string(nameOf(state)) + (reason.empty() ? "" : ": ") + reason;
     // A device that fails to open goes through OPENING at each try: only news is logged.
     if (state == DeviceState::kOpening || text == device.logged) continue;
     // One that alternates for long tells so every two seconds.
-    const Timestamp now = monotonicNow();
     device.lines = std::min(kMostLines, device.lines + kLineRate * toSeconds(now - device.looked));
     device.looked = now;
     if (device.lines < 1.0) continue;

@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -59,6 +60,8 @@ class Supervisor {
   void warnOnce();
   void measureRates(Timestamp now);
   void sendHealth(Timestamp now);
+  static std::optional<Duration> ageOf(const Device& device, Timestamp now);  ///< of its last sample
+  DeviceState stateOf(const Device& device, Timestamp now) const;
   std::string statusReason(const Device& device) const;
   std::string reasonOf(const Device& device, Timestamp now) const;
   std::string summary(Timestamp now) const;

@@ -11,8 +11,8 @@ namespace slam {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr Duration kStaleAfter = 1s;  // without a sample
-constexpr Duration kSettled = 5s;     // from the start: then rates are judged
+constexpr Duration kStaleAfter = 900ms;  // without a sample
+constexpr Duration kSettled = 5s;        // from the start: then rates are judged
 
 counter_t counter(const std::string& name, std::uint64_t value) {
   counter_t c{};
@@ -41,20 +41,30 @@ std::string Supervisor::statusReason(const Device& device) const {
   return device.status->reason.load(std::memory_order_acquire);
 }
 
-std::string Supervisor::reasonOf(const Device& device, Timestamp now) const {
+std::optional<Duration> Supervisor::ageOf(const Device& device, Timestamp now) {
   const std::int64_t last = device.status->last_sample_ns.load(std::memory_order_relaxed);
-  const Duration age = now - Timestamp(Duration(last));
-  const std::string reason = statusReason(device);
+  return last == 0 ? std::nullopt : std::optional(now - Timestamp(Duration(last)));
+}
+
+DeviceState Supervisor::stateOf(const Device& device, Timestamp now) const {
+  const DeviceState state = device.status->state.load(std::memory_order_acquire);
+  return state == DeviceState::kStreaming && ageOf(device, now) > kStaleAfter ? DeviceState::kStale : state;
+}
+
+std::string Supervisor::reasonOf(const Device& device, Timestamp now) const {
+  const std::optional<Duration> age = ageOf(device, now);
+  const bool silent = age > kStaleAfter;
+  std::string reason = statusReason(device);
   char text[64];
   constexpr double kSlow = 0.7;  // [1] of the expected rate
-  if (reason.empty() && age < kStaleAfter && device.judged && device.rate < kSlow * device.expected) {
+  if (reason.empty() && !silent && device.judged && device.rate < kSlow * device.expected) {
     std::snprintf(text, sizeof text, "%.1f Hz where %.1f Hz are expected", device.rate, device.expected);
     return text;
   }
-  if (last == 0 || age < kStaleAfter) return reason;
-  std::snprintf(text, sizeof text, "no data for %.1f s", toSeconds(age));
-  if (!reason.empty()) return std::string(text) + ", " + reason;
-  return std::string(text) + (device.over_lcm ? ", nobody sends it over LCM" : ", port present");
+  if (!silent) return reason;
+  if (reason.empty()) reason = device.over_lcm ? "nobody sends it over LCM" : "port present";
+  std::snprintf(text, sizeof text, "no data for %.1f s, ", toSeconds(*age));
+  return text + reason;
 }
 
 std::string Supervisor::summary(Timestamp now) const {
@@ -100,14 +110,10 @@ void Supervisor::sendHealth(Timestamp now) {
   for (const Device& device : devices_) {
     device_health_t d{};
     d.name = device.name;
-    d.state = static_cast<std::uint8_t>(device.status->state.load(std::memory_order_acquire));
+    d.state = static_cast<std::uint8_t>(stateOf(device, now));
     d.reason = reasonOf(device, now);
-    const std::int64_t last = device.status->last_sample_ns.load(std::memory_order_relaxed);
-    d.age = last == 0 ? -1.0 : toSeconds(now - Timestamp(Duration(last)));
-    const bool silent = d.age > toSeconds(kStaleAfter);
-    if (silent && d.state == static_cast<std::uint8_t>(DeviceState::kStreaming)) {
-      d.state = static_cast<std::uint8_t>(DeviceState::kStale);
-    }
+    const std::optional<Duration> age = ageOf(device, now);
+    d.age = age ? toSeconds(*age) : -1.0;
     d.samples = device.status->samples.load(std::memory_order_relaxed);
     d.rate = device.rate;
     d.expected = device.expected;

@@ -21,6 +21,7 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 inline const std::string kBin = SLAMD_BINARY_DIR;
+inline const std::string kConfig = SLAMD_SIM_CONFIG;
 inline const std::string kUrl = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -59,6 +60,11 @@ class Listener {
 
   int count(const std::string& channel) { return counts_[channel]; }
   void forget() { counts_.clear(); }
+  /// Forgets the messages, too.
+  void clear() {
+    forget();
+    data_.clear();
+  }
 
   template <typename Message>
   std::optional<Message> last(const std::string& channel) {
@@ -103,18 +109,17 @@ class Live : public testing::Test {
   }
 
   void startSimulator(const std::string& seconds, const std::string& scene = "tile-rectangle",
-                      const std::string& speed = "") {
+                      const std::vector<std::string>& further = {}) {
     std::vector<std::string> command{kBin + "/slam-sim",    "--scene",   scene,
                                      "--seconds",           seconds,     "--truth",
                                      folder_ / "truth.tum", "--devices", folder_ / "devices"};
-    if (!speed.empty()) command.insert(command.end(), {"--speed", speed});
+    command.insert(command.end(), further.begin(), further.end());
     sim_.emplace(command, folder_ / "sim.txt");
     const auto end = Clock::now() + 5s;
     while (!fs::exists(folder_ / "devices" / "board") && Clock::now() < end) usleep(20000);
   }
   void startDaemon(std::vector<std::string> settings) {
-    std::vector<std::string> command = {kBin + "/slamd", "--config",
-                                        std::string(SLAMD_SOURCE_DIR) + "/config/sim.toml"};
+    std::vector<std::string> command = {kBin + "/slamd", "--config", kConfig};
     settings.push_back("lidar.port='" + (folder_ / "devices/lidar").string() + "'");
     settings.push_back("base.port='" + (folder_ / "devices/board").string() + "'");
     settings.push_back("imu.port='" + (folder_ / "devices/imu").string() + "'");

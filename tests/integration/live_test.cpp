@@ -33,6 +33,7 @@ using namespace std::chrono_literals;
 using test::Clock;
 using test::kBin;
 using test::kCamera;
+using test::kConfig;
 using test::kPatience;
 using test::kSanitized;
 using test::kUrl;
@@ -108,8 +109,8 @@ TEST_F(Live, PublishesEveryChannelAtItsRate) {
   // What lcm-logger wrote, slam-replay reads.
   logger.signal(SIGTERM);
   logger.wait(5s);
-  Process replay({kBin + "/slam-replay", "--config", std::string(SLAMD_SOURCE_DIR) + "/config/sim.toml", "--log",
-                  folder_ / "recorded.lcm", "--trajectory", folder_ / "replayed.tum"},
+  Process replay({kBin + "/slam-replay", "--config", kConfig, "--log", folder_ / "recorded.lcm", "--trajectory",
+                  folder_ / "replayed.tum"},
                  folder_ / "replay.txt");
   EXPECT_EQ(replay.wait(20s), 0);
   EXPECT_GT(fs::file_size(folder_ / "replayed.tum"), 1000U);
@@ -148,6 +149,22 @@ TEST_F(Live, SaysInWordsWhatIsMissing) {
   EXPECT_GT(listener.count(channel::kSlamPose), 0);
   slamd_->signal(SIGTERM);
   EXPECT_EQ(slamd_->wait(2s), 0) << daemonLog();
+}
+
+TEST_F(Live, MapsByTheLidarWhereTheCamerasHeightIsNotKnown) {
+  if (!kCamera) GTEST_SKIP() << "without the simulated OpenNI2 driver";
+  Listener listener;
+  ASSERT_TRUE(listener.good());
+  startSimulator("60");
+  startDaemon({"depth.z=0.0"});
+  const auto said = [&] {
+    const auto health = listener.last<health_t>(channel::kHealth);
+    return health && health->summary.find("depth: images are not used: measure") != std::string::npos;
+  };
+  EXPECT_TRUE(listener.until(said, kPatience * 10s)) << daemonLog();
+  EXPECT_TRUE(listener.until([&] { return listener.count(channel::kMapTile) > 3; }, 15s)) << daemonLog();
+  EXPECT_EQ(listener.last<pose_estimate_t>(channel::kSlamPose)->state, 1);
+  EXPECT_EQ(listener.count(channel::kDepth), 0);
 }
 
 TEST_F(Live, TakesSensorsFromLcm) {
@@ -262,8 +279,7 @@ class LiveMaps : public Live {
     return listener.until([&] { return listener.count(channel::kHealth) > 0; }, 10s);
   }
   int slamctl(const std::vector<std::string>& words) {
-    std::vector<std::string> command = {kBin + "/slamctl", "--config",
-                                        std::string(SLAMD_SOURCE_DIR) + "/config/sim.toml", "--maps", maps()};
+    std::vector<std::string> command = {kBin + "/slamctl", "--config", kConfig, "--maps", maps()};
     command.insert(command.end(), words.begin(), words.end());
     Process process(command, folder_ / "slamctl.txt");
     return process.wait(25s).value_or(-1);

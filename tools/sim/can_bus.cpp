@@ -13,6 +13,7 @@ namespace slam::sim {
 namespace {
 
 namespace odrive = can::odrive;
+constexpr Duration kOpenPeriod = std::chrono::milliseconds(100);  // between attempts
 
 std::array<std::uint32_t, 6> commandIds() {
   std::array<std::uint32_t, 6> ids{};
@@ -28,7 +29,7 @@ std::array<std::uint32_t, 6> commandIds() {
 }  // namespace
 
 CanBus::CanBus(const std::string& interface, std::uint64_t seed)
-    : port_(makeSocketCanPort(monotonicNow)), emulator_(seed) {
+    : interface_(interface), port_(makeSocketCanPort(monotonicNow)), emulator_(seed) {
   int error = port_->open(interface, commandIds());
   if (error == 0) error = port_->interfaceError();
   if (error == EAFNOSUPPORT || error == EPROTONOSUPPORT)
@@ -45,7 +46,14 @@ void CanBus::step(Timestamp now, const CanReadings& readings) {
   while (port_->receive(received) == 0) emulator_.receive(received.frame);
   out_.clear();
   emulator_.step(now, readings, out_);
-  for (const can::Frame& frame : out_) port_->send(frame);
+  bool gone = false;
+  for (const can::Frame& frame : out_) {
+    const int error = port_->send(frame);
+    gone = gone || error == ENODEV || error == ENXIO || error == EBADF;
+  }
+  if (!gone || now < next_open_) return;
+  next_open_ = now + kOpenPeriod;
+  port_->open(interface_, commandIds());
 }
 
 }  // namespace slam::sim

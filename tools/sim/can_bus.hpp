@@ -15,12 +15,15 @@ class CanBus {
   /// @throws std::runtime_error, with the mend, when the kernel has no CAN or the interface is not there or down
   CanBus(const std::string& interface, std::uint64_t seed);
 
-  /// To be called every few milliseconds. Frames that the interface does not take are lost, as on a real bus.
+  /// To be called every few milliseconds. Frames that the interface does not take are lost, as on a real bus; one that
+  /// was removed is used again when there is one of its name.
   void step(Timestamp now, const CanReadings& readings);
   CanEmulator& emulator() { return emulator_; }
 
  private:
+  std::string interface_;
   std::unique_ptr<CanPort> port_;
+  Timestamp next_open_{};
   CanEmulator emulator_;
   std::vector<can::Frame> out_;
 };

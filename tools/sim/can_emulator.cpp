@@ -23,8 +23,9 @@ can::Frame errorFrame(std::uint32_t classes) { return {.id = classes, .size = 8,
 void CanEmulator::step(Timestamp now, const CanReadings& readings, std::vector<can::Frame>& out) {
   if (!started_) started_ = next_estimates_ = next_heartbeat_ = next_imu_ = now;
   turn(now, readings);
-  const auto due = [now](Timestamp& next, Duration period) {
+  const auto due = [now, slow = slow_](Timestamp& next, Duration period) {
     if (now < next) return false;
+    period *= slow;
     next = std::max(next + period, now - period);  // after a long gap what was missed stays missed
     return true;
   };
@@ -93,6 +94,9 @@ bool CanEmulator::inject(std::string_view kind, double value) {
     stuck_ = on;
   } else if (kind == "wrong") {
     factor_ = value;
+  } else if (kind == "slow") {
+    if (value < 1.0) return false;
+    slow_ = static_cast<int>(value);
   } else if (kind == "delay") {
     delay_ = fromSeconds(value * 1e-3);
   } else if (kind == "axis_error") {

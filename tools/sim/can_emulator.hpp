@@ -38,7 +38,8 @@ class CanEmulator {
   int commands() const { return commands_; }  ///< speeds received
 
   /// Makes something go wrong, or right again.
-  /// @param kind "silent", "garbage", "stuck": 1 or 0; "wrong": factor of the positions; "delay": [ms];
+  /// @param kind "silent", "garbage", "stuck": 1 or 0; "wrong": factor of the positions; "slow": factor of the periods;
+  /// "delay": [ms];
   ///        "axis_error": error word of the left drive, which disarms it, 0 takes it back; "bus_off": 1, then 0 for a
   ///        controller that was restarted
   /// @return false when there is no such kind
@@ -68,6 +69,7 @@ class CanEmulator {
   int commands_ = 0;
   bool silent_ = false, garbage_ = false, stuck_ = false, bus_off_ = false;
   double factor_ = 1.0;
+  int slow_ = 1;
   Duration delay_{0};
 };
 

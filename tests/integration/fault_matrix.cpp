@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "integration/fault_matrix.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <gtest/gtest.h>
+
+namespace slam::test {
+
+const std::vector<Row>& FaultMatrix::rows() {
+  static const std::vector<Row> rows = {
+      Row{"lidar",
+          "lidar",
+          {{"off", "unplug 1", "unplug 0", "no such port", kDegraded, 0.1,
+            "goes on by wheels and IMU; opens the port again every second at most, spins the motor up, goes on"},
+           {"stuck", "stuck 1", "stuck 0", "every turn shows the same ranges", kDegraded, 0.1,
+            "leaves repeated turns out while wheels or gyro move: they would hold the robot in place", 1.3},
+           {"garbage", "garbage 1", "garbage 0", "lidar: ", kDegraded, 0.1,
+            "refuses and counts packets; stops the scan after half a second without a good one, asks the unit how it "
+            "is, starts "
+            "again"},
+           {"wrong", "wrong 1.3", "wrong 1", "", kLost, 0.1,
+            "scans that do not fit are not believed: degraded at once, lost when it lasts; no pose is published as "
+            "valid; found "
+            "again in the map",
+            1.1, 0, 5.0, kDegraded},
+           {"slow", "turn 400", "turn 182", "Hz where", kDegraded, 0.1,
+            "each beam has its own time: a slow turn is only a rarer one", 2.6},
+           {"delayed", "delay 300", "delay 0", "", kDegraded, 0.1,
+            "cannot be told from a lidar that turned later; slam-replay tells a constant delay from a log"},
+           {"intermittent", "pause 900", "pause 1", "lidar: ", kDegraded, 0.1, "as off: stops, asks, starts again", 1.1,
+            2}}},
+      Row{"depth",
+          "depth",
+          {{"off", "unplug 1", "unplug 0", "depth: ", kLocalised, 0.1,
+            "the map goes on by the lidar; the camera is looked for every second at most, at once when the USB tells "
+            "of it"},
+           {"stuck", "stuck 1", "stuck 0", "every image is the same", kLocalised, 0.1,
+            "leaves repeated images out while the robot moves"},
+           {"garbage", "garbage 1", "garbage 0", "images are not used", kLocalised, 0.1,
+            "images whose floor is not where it must be are refused and counted"},
+           {"wrong", "wrong 1.3", "wrong 1", "images are not used", kLocalised, 0.1,
+            "the same: depths that are off move the floor"},
+           {"slow", "slow 10", "slow 1", "Hz where", kLocalised, 0.1, "uses what comes", 2.6},
+           {"delayed", "delay 300", "delay 0", "", kLocalised, 0.1,
+            "stamps by the camera's own clock and the least delay seen, so that late images are drawn where they were "
+            "taken"},
+           {"intermittent", "freeze 1", "freeze 0", "depth: ", kLocalised, 0.1,
+            "opens a camera that is silent for 0.9 s anew", 1.1, 2}}},
+      Row{"board",
+          "base",
+          {{"off", "unplug 1", "unplug 0", "no such port", kLocalised, 0.1,
+            "scan matching alone, with the IMU where it is another's"},
+           {"stuck", "stuck 1", "stuck 0", "renews nothing", kLocalised, 0.1,
+            "the same: the board's time stands still, so wheels that stand are no news"},
+           {"garbage", "garbage 1", "garbage 0", "cannot be read", kLocalised, 0.1,
+            "refuses and counts frames, opens the port anew"},
+           {"wrong", "wrong 1.5", "wrong 1", "", kLocalised, 0.1,
+            "scans outweigh the wheels at once; that they count too much is said when enough of a drive shows it"},
+           {"slow", "slow 150", "slow 0", "come too late", kLocalised, 0.1,
+            "answers that come after the next request are not used: their age is not known"},
+           {"delayed", "delay 60", "delay 0", "", kLocalised, 0.1,
+            "stamps between request and answer; a lower rate is said"},
+           {"intermittent", "silent 1", "silent 0", "does not answer", kLocalised, 0.1, "as off, each time", 1.1, 2}}},
+      Row{"imu",
+          "imu",
+          {{"off", "unplug 1", "unplug 0", "no such port", kLocalised, 0.1, "the wheels give the turn rate"},
+           {"stuck", "stuck 1", "stuck 0", "never change", kLocalised, 0.1, "leaves the values out"},
+           {"garbage", "garbage 1", "garbage 0", "cannot be read", kLocalised, 0.1,
+            "refuses and counts bytes, opens the port anew"},
+           {"wrong", "wrong 3", "wrong 1", "", kLocalised, 0.1, "scans outweigh the gyro"},
+           {"slow", "slow 20", "slow 1", "", kLocalised, 0.1, "uses what comes; the wheels bridge what is missing"},
+           {"delayed", "delay 300", "delay 0", "", kLocalised, 0.1,
+            "stamps by the least delay seen, as far as a jump lets it"},
+           {"intermittent", "silent 1", "silent 0", "sends nothing", kLocalised, 0.1, "as off, each time", 1.1, 2}}},
+      Row{"can",
+          "base",
+          {{"off", "silent 1", "silent 0", "no frames of the left wheel", kLocalised, 0.1,
+            "scan matching alone; frames are used again as they come"},
+           {"stuck", "stuck 1", "stuck 0", "its position never changes", kLocalised, 0.1,
+            "leaves a position out that stands still while the drive reports speed"},
+           {"garbage", "garbage 1", "garbage 0", "", kLocalised, 0.1,
+            "refuses and counts frames of wrong length or impossible values"},
+           {"wrong", "wrong 1.5", "wrong 1", "", kLocalised, 0.1, "as with the board: for the scans to outweigh"},
+           {"slow", "slow 5", "slow 1", "", kLocalised, 0.1, "uses what comes; SLAM_HEALTH tells the rate"},
+           {"delayed", "delay 300", "delay 0", "", kLocalised, 0.1,
+            "the kernel's stamps are of the arrival; a constant delay is base.time_offset"},
+           {"intermittent", "bus_off 1", "bus_off 0", "bus-off", kLocalised, 0.1,
+            "waits for the controller's restart, goes on with the same socket"}}}};
+  return rows;
+}
+
+void FaultMatrix::runCell(const Row& row, const Cell& cell, int patience) {
+  constexpr double kBusy = 0.7;  // [1] of a core: slamd needs a tenth of it, a thread that spins all
+  const bool judge = patience == 1;
+  const auto allIsWell = [&] { return isWell(row.status) && poseState() == kLocalised; };
+  ASSERT_TRUE(listener_.until(allIsWell, patience * 20s)) << summary() << "\n" << daemonLog();
+  const auto rejects_before = device(row.status)->rejects;
+
+  inject(row.device, cell.inject);
+  const auto begin = Clock::now();
+  const std::string words = cell.words;
+  const bool said =
+      words.empty() || listener_.until([&] { return summary().find(words) != std::string::npos; }, patience * 4s);
+  const double noticed = std::chrono::duration<double>(Clock::now() - begin).count();
+  EXPECT_TRUE(said) << summary();
+  if (judge) {
+    EXPECT_LT(noticed, cell.notice) << summary();
+  }
+  int worst = worstStateFor(std::chrono::milliseconds(static_cast<int>(1000 * cell.seconds)));
+  EXPECT_GE(worst, cell.at_least) << summary();
+  if (judge) {
+    EXPECT_LT(listener_.last<health_t>(channel::kHealth)->cpu, kBusy) << "a thread spins";
+  }
+  for (int i = 0; i < cell.repeats; ++i) {  // on and off, and on again
+    inject(row.device, cell.heal);
+    listener_.listenFor(700ms);
+    inject(row.device, cell.inject);
+    worst = std::max(worst, worstStateFor(700ms));
+  }
+  EXPECT_LE(worst, cell.pose) << summary();
+  EXPECT_EQ(simulatorLog().find("no fault"), std::string::npos) << simulatorLog();
+  std::printf("%-6s %-12s noticed after %.1f s, pose state %d, rejected %lld: %s\n", row.device, cell.fault, noticed,
+              worst, static_cast<long long>(device(row.status)->rejects - rejects_before), summary().c_str());
+
+  inject(row.device, cell.heal);
+  const auto healed = Clock::now();
+  const auto since = [&] { return std::chrono::duration<double>(Clock::now() - healed).count(); };
+  EXPECT_TRUE(listener_.until([&] { return streams(row.status); }, patience * 5s)) << summary();
+  const double streaming = since();
+  if (judge) {
+    EXPECT_LT(streaming, 3.1) << "[s] until it streams again, and says so";
+  }
+  const bool well = listener_.until(allIsWell, patience * 20s);
+  std::printf("       streams again after %.1f s, well after %.1f s\n", streaming, since());
+  EXPECT_TRUE(well) << summary() << "\n" << daemonLog();
+}
+
+void FaultMatrix::run(const Row& row, int patience) {
+  std::vector<std::size_t> begins;  // among the poses, of each cell
+  for (const Cell& cell : row.cells) {
+    SCOPED_TRACE(std::string(row.device) + " " + cell.fault);
+    begins.push_back(poses_.size());
+    ASSERT_NO_FATAL_FAILURE(runCell(row, cell, patience));
+  }
+  begins.push_back(poses_.size());
+  const Trajectory truth = endDrive();
+  for (std::size_t i = 0; i < row.cells.size(); ++i) {
+    const Cell& cell = row.cells[i];
+    const double localised = worstError(truth, begins[i], begins[i + 1], kLocalised);
+    const double degraded = worstError(truth, begins[i], begins[i + 1], kDegraded);
+    std::printf("%-6s %-12s off by at most %.3f m where localised, %.3f m where degraded, %zu poses\n", row.device,
+                cell.fault, localised, degraded, begins[i + 1] - begins[i]);
+    EXPECT_LT(localised, cell.error) << row.device << " " << cell.fault;
+  }
+}
+
+}  // namespace slam::test
