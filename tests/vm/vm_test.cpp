@@ -71,8 +71,10 @@ class Vm : public testing::Test {
     if (!HasFailure()) fs::remove_all(folder_);
   }
   void expectSuccess(const std::string& scenario, const std::vector<std::string>& devices) {
-    Machine machine(folder_, kKernel, scenario, {kBin + "/vm_guest_test", kBin + "/slam-sim"}, devices);
-    EXPECT_EQ(machine.exitStatus(100s), 0) << machine.report();
+    Machine machine(folder_, kKernel, scenario,
+                    {kBin + "/vm_guest_test", kBin + "/slam-sim", kBin + "/slamd", SLAMD_SOURCE_DIR "/config/sim.toml"},
+                    devices);
+    EXPECT_EQ(machine.exitStatus(200s), 0) << machine.report();
     expectTestsRan(machine);
   }
 

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Runs inside the virtual machine: slamd drives by wheels and IMU on CAN, and by the lidar.
+#include <cstdlib>
+#include <gtest/gtest.h>
+
+#include "integration/fault_matrix.hpp"
+#include "vm/virtual_can.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+using test::ip;
+
+constexpr int kPatience = 3;  // the machine is emulated
+
+class SlamdOnCan : public test::FaultMatrix {
+ protected:
+  /// @param simulator interface of slam-sim, on the same bus
+  void drive(const std::string& interface, const std::string& simulator) {
+    interface_ = interface;
+    ASSERT_TRUE(listener_.good());
+    startSimulator("600", "meeting-room", {"--speed", "0.1", "--can", simulator});
+    startDaemon({"base.driver='can'", "imu.driver='can'", "can.interface='" + interface + "'", "depth.driver='none'",
+                 "runtime.realtime=false"});
+    ASSERT_TRUE(listener_.until([&] { return allStreams(); }, kPatience * 10s)) << summary() << "\n" << daemonLog();
+    ASSERT_TRUE(listener_.until([&] { return poseState() == kLocalised; }, kPatience * 5s)) << summary();
+  }
+  bool allStreams() { return streams("lidar") && isWell("base") && isWell("imu"); }
+
+  /// Something happens to the interface: it is said in words, the pose goes on by the lidar, and all is well again.
+  template <typename Happen, typename Mend>
+  void expectNoticed(const std::string& words, Happen&& happen, Mend&& mend) {
+    SCOPED_TRACE(words);
+    happen();
+    const auto begin = test::Clock::now();
+    const auto seconds = [&] { return std::chrono::duration<double>(test::Clock::now() - begin).count(); };
+    EXPECT_TRUE(listener_.until([&] { return device("base")->reason.find(words) != std::string::npos; }, 10s))
+        << summary();
+    const double noticed = seconds();
+    EXPECT_LT(noticed, 1.5) << "[s]";
+    EXPECT_EQ(worstStateFor(2s), kLocalised) << summary();
+    mend();
+    const double mended = seconds();
+    EXPECT_TRUE(listener_.until([&] { return allStreams(); }, 10s)) << summary();
+    EXPECT_LT(seconds() - mended, 3.5) << "[s]";
+    std::printf("%s: noticed after %.2f s, streams again after %.2f s\n", words.c_str(), noticed, seconds() - mended);
+  }
+  void expectDownAndUp() {
+    expectNoticed(
+        interface_ + " is down", [&] { ip("set " + interface_ + " down"); }, [&] { ip("set " + interface_ + " up"); });
+  }
+  void expectRemoved(const std::string& remove, const std::string& bring_back) {
+    expectNoticed(
+        "interface " + interface_ + " is gone", [&] { ASSERT_EQ(std::system(remove.c_str()), 0) << remove; },
+        [&] { ASSERT_EQ(std::system(bring_back.c_str()), 0) << bring_back; });
+  }
+  void expectTruePoses() {
+    const std::size_t end = poses_.size();
+    const double error = worstError(endDrive(), 0, end, kLocalised);
+    std::printf("off by at most %.3f m, %zu poses\n", error, end);
+    EXPECT_GT(end, 100U);
+    EXPECT_LT(error, 0.1) << "[m]";
+  }
+
+ private:
+  std::string interface_;
+};
+
+class SlamdOnVirtualCan : public SlamdOnCan {
+ protected:
+  void SetUp() override {
+    SlamdOnCan::SetUp();
+    ip("add vcan0 type vcan");
+    ip("set vcan0 up");
+  }
+  void TearDown() override {
+    SlamdOnCan::TearDown();
+    std::system("/real/ip link del vcan0 2>/dev/null");
+  }
+};
+
+TEST_F(SlamdOnVirtualCan, PassesItsRowOfTheFaultMatrix) {
+  drive("vcan0", "vcan0");
+  run(rows()[4], kPatience);
+}
+
+TEST_F(SlamdOnVirtualCan, GoesOnByTheLidarWhileTheInterfaceIsDownOrGone) {
+  drive("vcan0", "vcan0");
+  expectDownAndUp();
+  expectRemoved("/real/ip link del vcan0", "/real/ip link add vcan0 type vcan && /real/ip link set vcan0 up");
+  expectTruePoses();
+}
+
+class SlamdOnController : public SlamdOnCan {};
+
+TEST_F(SlamdOnController, GoesOnByTheLidarWhileTheInterfaceIsDownOrGone) {
+  drive("can0", "can1");
+  expectDownAndUp();
+  expectRemoved("echo 1 >/sys/class/net/can0/device/remove",
+                "echo 1 >/sys/bus/pci/rescan && /real/ip link set can0 type can bitrate 500000 restart-ms 100 && "
+                "/real/ip link set can0 txqueuelen 256 && /real/ip link set can0 up");
+  expectTruePoses();
+}
+
+}  // namespace
+}  // namespace slam
