@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every device failing in every way, while slamd drives: what it says, how well it goes on, and how it recovers. The
-// table in docs/fault-matrix.md is made of the same cells; a test compares the two, and writes the file anew where
-// SLAMD_WRITE_DOCS is set.
+// Every device failing in every way, while slamd drives. The table in docs/fault-matrix.md is made of the same cells; a
+// test compares the two, and writes the file anew where SLAMD_WRITE_DOCS is set.
 #include "integration/fault_matrix.hpp"
 
 #include <cmath>
@@ -91,17 +90,18 @@ std::string table() {
   text
       << "# What slamd does when a device fails\n\n"
          "Made by `fault_matrix_test`, which breaks slam-sim's devices while slamd drives, and asserts each cell: the\n"
-         "words in SLAM_HEALTH, the worst localisation state, and that all is well again afterwards. On CAN the "
-         "driver\n"
-         "alone meets the emulator, in virtual time; with the kernel it is tested in a virtual machine (ctest -L "
-         "vm).\n\n"
+         "words in SLAM_HEALTH and that they come within a second, the worst localisation state, how far from the\n"
+         "truth a pose is that is called localised, that data flow again within three seconds and all is well. The\n"
+         "rows of CAN are run by slamd in a virtual machine (`ctest -L vm`), and by its driver in virtual time.\n\n"
          "| device | fault | SLAM_HEALTH says | pose meanwhile | what slamd does |\n|---|---|---|---|---|\n";
   const char* const states[] = {"", "localised", "localised or degraded", "localised, degraded or lost"};
   for (const Row& row : FaultMatrix::rows()) {
     for (const Cell& cell : row.cells) {
+      std::ostringstream said;
+      if (*cell.words != '\0') said << cell.notice << " s";
       text << "| " << row.device << " | " << cell.fault << " | "
-           << (*cell.words == '\0' ? "nothing" : std::string("\"") + cell.words + "\"") << " | "
-           << (*row.status == '\0' ? "-" : states[cell.pose]) << " | " << cell.meaning << " |\n";
+           << (*cell.words == '\0' ? "nothing" : std::string("\"") + cell.words + "\" within ") << said.str() << " | "
+           << states[cell.pose] << "; localised within " << cell.error << " m | " << cell.meaning << " |\n";
     }
   }
   return text.str();
