@@ -35,9 +35,6 @@ class ByteStream {
   virtual int take(std::span<std::uint8_t> out) = 0;
 };
 
-/// [bytes] that one tick of a polled port takes: at 921600 bit/s a tick of 200 Hz brings 461.
-inline constexpr std::size_t kMostBytesATick = 16384;
-
 /// Result of opening: a stream, or why not.
 struct OpenedPort {
   std::unique_ptr<ByteStream> stream;

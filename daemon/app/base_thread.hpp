@@ -4,9 +4,9 @@
 
 #include "app/config.hpp"
 #include "app/exchange.hpp"
-#include "drivers/can_base.hpp"
-#include "drivers/handsfree_board.hpp"
-#include "drivers/serial_imu.hpp"
+#include "drivers/board/handsfree_board.hpp"
+#include "drivers/board/serial_imu.hpp"
+#include "drivers/can/can_base.hpp"
 #include "estimation/wheel_odometry.hpp"
 #include "runtime/worker.hpp"
 

@@ -5,8 +5,8 @@
 #include "app/config.hpp"
 #include "app/device_thread.hpp"
 #include "app/exchange.hpp"
-#include "drivers/openni_camera.hpp"
-#include "drivers/rplidar_driver.hpp"
+#include "drivers/camera/openni_camera.hpp"
+#include "drivers/lidar/rplidar_driver.hpp"
 
 namespace slam {
 

@@ -4,7 +4,7 @@
 
 #include "app/config.hpp"
 #include "app/exchange.hpp"
-#include "drivers/scan_repeat_watch.hpp"
+#include "drivers/lidar/scan_repeat_watch.hpp"
 #include "runtime/worker.hpp"
 #include "slam/motion_probe.hpp"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <benchmark/benchmark.h>
 
-#include "tools/sim/depth_camera.hpp"
-#include "tools/sim/scenes.hpp"
+#include "tools/sim/depth/depth_camera.hpp"
+#include "tools/sim/world/scenes.hpp"
 
 namespace slam::sim {
 namespace {

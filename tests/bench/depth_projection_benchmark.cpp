@@ -3,8 +3,8 @@
 #include <benchmark/benchmark.h>
 
 #include "mapping/depth_projection.hpp"
-#include "tools/sim/depth_camera.hpp"
-#include "tools/sim/scenes.hpp"
+#include "tools/sim/depth/depth_camera.hpp"
+#include "tools/sim/world/scenes.hpp"
 
 namespace slam {
 namespace {

@@ -8,10 +8,10 @@
 #include <numbers>
 #include <time.h>
 
-#include "drivers/lidar_line.hpp"
-#include "drivers/rplidar_driver.hpp"
-#include "drivers/rplidar_scan_stream.hpp"
-#include "tools/sim/lidar_emulator.hpp"
+#include "drivers/lidar/lidar_line.hpp"
+#include "drivers/lidar/rplidar_driver.hpp"
+#include "drivers/lidar/rplidar_scan_stream.hpp"
+#include "tools/sim/lidar/lidar_emulator.hpp"
 
 namespace slam {
 namespace {

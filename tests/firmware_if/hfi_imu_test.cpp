@@ -7,18 +7,16 @@
 #include <random>
 #include <vector>
 
+#include "firmware_if/bytes.hpp"
 #include "support/allocations.hpp"
 
 namespace slam::hfi {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
+using test::Bytes;
+using test::operator+;
 using testing::ElementsAre;
 
-Bytes operator+(Bytes a, const Bytes& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
 template <std::size_t N>
 Bytes bytesOf(const std::array<std::uint8_t, N>& frame) {
   return {frame.begin(), frame.end()};

@@ -9,18 +9,15 @@
 #include <random>
 #include <vector>
 
+#include "firmware_if/bytes.hpp"
 #include "support/allocations.hpp"
 
 namespace slam::robolink {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
+using test::Bytes;
+using test::operator+;
 using testing::ElementsAre;
-
-Bytes operator+(Bytes a, const Bytes& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
 
 Bytes frameOf(std::uint8_t sender, std::uint8_t receiver, Command command, const Bytes& payload = {}) {
   Bytes out(kMaxFrame);

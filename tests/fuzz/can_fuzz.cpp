@@ -5,8 +5,8 @@
 #include <cmath>
 #include <optional>
 
-#include "drivers/can_imu.hpp"
-#include "drivers/can_wheels.hpp"
+#include "drivers/can/can_imu.hpp"
+#include "drivers/can/can_wheels.hpp"
 #include "firmware_if/can_odrive.hpp"
 #include "firmware_if/can_xsens.hpp"
 #include "fuzz/fuzzing.hpp"

@@ -17,15 +17,15 @@
 #include "bus/encoding.hpp"
 #include "bus/event_log.hpp"
 #include "bus/messages.hpp"
-#include "drivers/rplidar_capsules.hpp"
+#include "drivers/lidar/codec/rplidar_capsules.hpp"
 #include "store/durable_file.hpp"
 #include "store/map_codec.hpp"
 #include "store/map_journal.hpp"
 #include "support/stored_map.hpp"
-#include "tools/sim/board_emulator.hpp"
-#include "tools/sim/can_emulator.hpp"
-#include "tools/sim/imu_emulator.hpp"
-#include "tools/sim/lidar_emulator.hpp"
+#include "tools/sim/board/board_emulator.hpp"
+#include "tools/sim/board/imu_emulator.hpp"
+#include "tools/sim/can/can_emulator.hpp"
+#include "tools/sim/lidar/lidar_emulator.hpp"
 
 namespace slam {
 namespace {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <vector>
 
-#include "drivers/rplidar_modes.hpp"
-#include "drivers/rplidar_scan_stream.hpp"
-#include "drivers/rplidar_stream.hpp"
+#include "drivers/lidar/codec/rplidar_modes.hpp"
+#include "drivers/lidar/rplidar_scan_stream.hpp"
+#include "drivers/lidar/rplidar_stream.hpp"
 #include "fuzz/fuzzing.hpp"
 
 namespace slam::rplidar {

@@ -8,9 +8,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/can_base.hpp"
-#include "drivers/fake_can_port.hpp"
-#include "tools/sim/can_emulator.hpp"
+#include "drivers/can/can_base.hpp"
+#include "drivers/can/fake_can_port.hpp"
+#include "tools/sim/can/can_emulator.hpp"
 
 namespace slam {
 namespace {

@@ -11,8 +11,8 @@
 #include <zlib.h>
 
 #include "support/allocations.hpp"
-#include "tools/sim/depth_camera.hpp"
-#include "tools/sim/furniture.hpp"
+#include "tools/sim/depth/depth_camera.hpp"
+#include "tools/sim/world/furniture.hpp"
 
 namespace slam {
 namespace {

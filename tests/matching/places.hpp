@@ -9,7 +9,7 @@
 #include "core/scan.hpp"
 #include "matching/deskew.hpp"
 #include "matching/normals.hpp"
-#include "tools/sim/world.hpp"
+#include "tools/sim/world/world.hpp"
 
 namespace slam::test {
 

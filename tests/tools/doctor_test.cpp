@@ -5,19 +5,14 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
+#include "drivers/camera/fake_usb.hpp"
+
 namespace slam {
 namespace {
 
 namespace fs = std::filesystem;
+using test::FakeUsb;
 using testing::HasSubstr;
-
-struct FakeUsb : UsbWatch {
-  bool on_bus = true, may_open = true;
-  bool present() override { return on_bus; }
-  bool permitted() override { return may_open; }
-  bool arrived() override { return false; }
-  const char* reset() override { return ""; }
-};
 
 class Doctor : public testing::Test {
  protected:

@@ -8,10 +8,10 @@
 #include <thread>
 #include <vector>
 
-#include "drivers/can_base.hpp"
+#include "drivers/can/can_base.hpp"
 #include "runtime/clock.hpp"
 #include "support/process.hpp"
-#include "tools/sim/can_bus.hpp"
+#include "tools/sim/can/can_bus.hpp"
 #include "vm/virtual_can.hpp"
 
 namespace slam {

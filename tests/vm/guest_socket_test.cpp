@@ -5,8 +5,8 @@
 #include <thread>
 #include <vector>
 
-#include "drivers/can_link.hpp"
-#include "drivers/can_socket.hpp"
+#include "drivers/can/can_link.hpp"
+#include "drivers/can/can_socket.hpp"
 #include "runtime/clock.hpp"
 #include "vm/virtual_can.hpp"
 

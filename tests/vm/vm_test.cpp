@@ -7,7 +7,7 @@
 #include <poll.h>
 
 #include "runtime/clock.hpp"
-#include "tools/sim/board_emulator.hpp"
+#include "tools/sim/board/board_emulator.hpp"
 #include "vm/machine.hpp"
 
 namespace slam {

@@ -13,7 +13,7 @@
 #include "mapping/depth_projection.hpp"
 #include "mapping/map_files.hpp"
 #include "tools/common/trajectory.hpp"
-#include "tools/sim/lidar_model.hpp"
+#include "tools/sim/lidar/lidar_model.hpp"
 
 namespace slam::sim {
 namespace {

@@ -2,10 +2,10 @@
 #pragma once
 #include <filesystem>
 
-#include "tools/sim/depth_sampler.hpp"
+#include "tools/sim/depth/depth_sampler.hpp"
 #include "tools/sim/output.hpp"
-#include "tools/sim/simulation.hpp"
-#include "tools/sim/truth_recorder.hpp"
+#include "tools/sim/robot/simulation.hpp"
+#include "tools/sim/world/truth_recorder.hpp"
 
 namespace slam::sim {
 

@@ -13,7 +13,7 @@
 #include <thread>
 #include <unistd.h>
 
-#include "drivers/openni_camera.hpp"
+#include "drivers/camera/openni_camera.hpp"
 #include "runtime/process_usage.hpp"
 #include "runtime/realtime.hpp"
 #include "tools/slamctl/remote.hpp"

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "app/config.hpp"
+#include "drivers/camera/usb_watch.hpp"
 #include "drivers/serial_port.hpp"
-#include "drivers/usb_watch.hpp"
 
 namespace slam {
 

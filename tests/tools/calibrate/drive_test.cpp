@@ -7,9 +7,9 @@
 #include "tools/calibrate/calibration.hpp"
 #include "tools/calibrate/motion_selection.hpp"
 #include "tools/files.hpp"
-#include "tools/sim/lidar_model.hpp"
+#include "tools/sim/lidar/lidar_model.hpp"
 #include "tools/sim/log_mode.hpp"
-#include "tools/sim/robot_model.hpp"
+#include "tools/sim/robot/robot_model.hpp"
 
 namespace slam {
 namespace {

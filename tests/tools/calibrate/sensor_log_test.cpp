@@ -9,8 +9,8 @@
 #include "bus/event_log.hpp"
 #include "bus/messages.hpp"
 #include "tools/files.hpp"
-#include "tools/sim/lidar_model.hpp"
-#include "tools/sim/scenes.hpp"
+#include "tools/sim/lidar/lidar_model.hpp"
+#include "tools/sim/world/scenes.hpp"
 
 namespace slam {
 namespace {

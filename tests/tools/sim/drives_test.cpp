@@ -10,7 +10,7 @@
 #include "tools/eval/metrics.hpp"
 #include "tools/replay/replay.hpp"
 #include "tools/sim/log_mode.hpp"
-#include "tools/sim/robot_model.hpp"
+#include "tools/sim/robot/robot_model.hpp"
 
 namespace slam::sim {
 namespace {

@@ -5,10 +5,10 @@
 #include <numbers>
 
 #include "core/pose2.hpp"
-#include "drivers/rplidar_codec.hpp"
-#include "drivers/rplidar_stream.hpp"
-#include "tools/sim/board_emulator.hpp"
-#include "tools/sim/lidar_emulator.hpp"
+#include "drivers/lidar/codec/rplidar_codec.hpp"
+#include "drivers/lidar/rplidar_stream.hpp"
+#include "tools/sim/board/board_emulator.hpp"
+#include "tools/sim/lidar/lidar_emulator.hpp"
 
 namespace slam::sim {
 namespace {

@@ -13,8 +13,8 @@
 #include <sys/un.h>
 #include <thread>
 
-#include "support/process.hpp"
-#include "tools/sim/depth_wire.hpp"
+#include "support/simulated_camera.hpp"
+#include "tools/sim/depth/depth_wire.hpp"
 
 // OpenNI2 leaks a little of its own, and its locks are half the story to ThreadSanitizer: it is not instrumented.
 extern "C" const char* __asan_default_options() { return "detect_leaks=0"; }
@@ -61,26 +61,14 @@ class Presence : public openni::OpenNI::DeviceConnectedListener, public openni::
   int connected_ = 0, disconnected_ = 0;
 };
 
-class SimulatedXtion : public testing::Test {
+class SimulatedXtion : public testing::Test, protected test::SimulatedCamera {
  protected:
-  SimulatedXtion() {
-    fs::create_directories(directory_);
-    setenv("SLAM_SIM_DEVICES", directory_.c_str(), 1);
-  }
   ~SimulatedXtion() override {
     stream_.destroy();
     device_.close();
     openni::OpenNI::shutdown();
-    simulator_.reset();
-    fs::remove_all(directory_);
   }
 
-  /// The robot stands at the origin: a wall 3.05 m ahead of the camera, a box 2.05 m ahead on its left.
-  void simulate() {
-    simulator_.emplace(std::vector<std::string>{std::string(SLAMD_BINARY_DIR) + "/slam-sim", "--scene",
-                                                "tile-rectangle", "--devices", directory_},
-                       directory_ / "sim.txt");
-  }
   void openCamera() {
     simulate();
     ASSERT_EQ(openni::OpenNI::initialize(), openni::STATUS_OK);
@@ -105,9 +93,7 @@ class SimulatedXtion : public testing::Test {
   }
   bool read(openni::VideoFrameRef& frame) { return read(frame, &stream_); }
 
-  const fs::path directory_ = fs::path(testing::TempDir()) / ("openni2_" + std::to_string(getpid()));
   Presence presence_;
-  std::optional<test::Process> simulator_;
   openni::Device device_;
   openni::VideoStream stream_;
 };

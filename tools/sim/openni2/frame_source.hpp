@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/sim/depth_wire.hpp"
+#include "tools/sim/depth/depth_wire.hpp"
 
 namespace slam::sim {
 

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "core/samples.hpp"
+#include "drivers/board/latest_triple.hpp"
+#include "drivers/board/refresh_clock.hpp"
+#include "drivers/device_status.hpp"
+#include "drivers/polled_port.hpp"
+#include "firmware_if/robolink.hpp"
+
+namespace slam {
+
+struct HandsfreeConfig {
+  std::string port = {};
+  int baud = 921600;           ///< [bit/s]
+  double mileage_rate = 50.0;  ///< [Hz] the mean; below the board's own rate the stamps cannot be sharp
+  double imu_rate = 100.0;     ///< [Hz] the same
+  double sample_age = 0.010;   ///< [s] of the board's values when it answers, until their true age has been found out
+  robolink::ChassisType chassis = robolink::ChassisType::kDifferential2;
+  double wheel_radius = 0.0;  ///< [m] believed here, compared with the board's; 0: not compared
+  double body_radius = 0.0;   ///< [m] the same; half the track of a differential base
+  bool may_drive = false;     ///< false: command() does nothing
+};
+
+/// Accumulated angles of the wheels. Differential: left, right (again left, right with two axles), positive driving
+/// forward; others: servo 1.. as the firmware counts.
+struct WheelAngles {
+  Timestamp stamp;
+  std::array<double, 4> angles{};  ///< [rad]
+  int count = 2;                   ///< of the angles that are used
+  bool restarted = false;          ///< the board began to count anew: no difference to the reading before
+
+  std::span<const double> used() const { return {angles.data(), static_cast<std::size_t>(count)}; }
+};
+
+/// Speeds of the wheels as the board measures them, in the same order and sign.
+struct WheelSpeeds {
+  Timestamp stamp;                 ///< when asked: up to 50 ms late
+  std::array<double, 4> speeds{};  ///< [rad/s]
+  int count = 2;
+};
+
+/// Owns a HandsFree controller board: polls wheels and IMU over RoboLink, answers its handshake, survives its resets.
+///
+/// To be ticked at a fixed rate by one thread; a tick never waits, but for opening the port when
+/// there is none. At most one request is under way. Stamps are sharp (below 1 ms) when the tick's rate is no multiple
+/// of the board's 50 Hz, e.g. 211 Hz; at 200 Hz all requests meet the same few phases of the board.
+class HandsfreeBoard {
+ public:
+  struct Sinks {
+    std::function<void(const WheelAngles&)> wheels;
+    std::function<void(const ImuSample&)> imu = nullptr;       ///< not asked for where there is none
+    std::function<void(const WheelSpeeds&)> speeds = nullptr;  ///< asked for at 10 Hz where there is one
+  };
+  using Clock = Timestamp (*)();
+
+  HandsfreeBoard(const HandsfreeConfig& config, Clock now, Sinks sinks);
+  ~HandsfreeBoard() { stop(); }
+
+  void tick();
+  /// Stops the robot if it was driven from here, and closes the port.
+  void stop();
+
+  // From any one other thread, without waiting:
+
+  /// Pose of base [m, m, rad] that a board is told after its reset, so that its own odometry goes on from there.
+  void setCoordinate(double x, double y, double theta) { coordinate_.store({{x, y, theta}, 1}); }
+  /// What local time is ahead of our clock, so that the board can be told the time at its handshake.
+  void setLocalTimeOffset(Duration offset) { local_time_offset_ = offset.count(); }
+  /// Drives the robot with a twist [m/s, m/s, rad/s] for at most 0.5 s: to be called again and again. Then zero is sent
+  /// once, and the board's own watchdog stops the motors. @return false when not allowed or not finite
+  bool command(double vx, double vy, double omega);
+
+  DeviceStatus& wheelStatus() { return wheels_; }
+  DeviceStatus& imuStatus() { return imu_; }
+  float battery() const { return battery_; }           ///< [V]; 0: not known yet
+  float boardTime() const { return board_time_; }      ///< [s] since the board's start, coarse; 0: not known yet
+  float wheelRadius() const { return wheel_radius_; }  ///< [m] that the board believes in; 0: not known yet
+  float bodyRadius() const { return body_radius_; }    ///< [m] the same
+  const char* finding() const { return finding_; }     ///< what board and configuration disagree on, static text; or ""
+  std::uint32_t findings() const { return findings_; }  ///< how often that was found
+
+ private:
+  struct Poll {
+    robolink::Command command;
+    PollSchedule schedule;
+  };
+  /// What was read last, and when it was asked for in vain.
+  template <typename Values>
+  struct Refreshed {
+    std::optional<Values> values;
+    Timestamp asked{}, changed{};  // last request with these values, first request with them
+    RefreshClock clock;
+  };
+
+  void open(Timestamp now);
+  void close(Timestamp now, DeviceState state, const char* reason);
+  bool receive();
+  void handle(const robolink::Frame& frame);
+  bool handleAnswer(robolink::Command command, std::span<const std::uint8_t> payload);
+  template <typename Value>
+  bool use(const std::optional<Value>& value, void (HandsfreeBoard::*handler)(const Value&));
+  void handleMileage(const robolink::MotorVector& mileage);
+  void handleImu(const robolink::Imu& imu);
+  void handleInfo(const robolink::SystemInfo& info);
+  void handleChassis(const robolink::ChassisParameters& chassis);
+  void handleSpeeds(const robolink::MotorVector& speeds);
+  void greet();
+  void sendCoordinate();
+  void request(Timestamp now);
+  bool requestDrive(Timestamp now);
+  bool requestOnce(Timestamp now);
+  void ask(Timestamp now, robolink::Command command, std::span<const std::uint8_t> payload = {});
+  void send(robolink::Command command, std::span<const std::uint8_t> payload = {});
+  void setBoth(DeviceState state, const char* reason);
+  void find(const char* what);
+  void watch(Timestamp now);
+  bool impossible(const robolink::MotorVector& mileage) const;
+  std::array<double, 4> forward(const robolink::MotorVector& motors) const;
+
+  HandsfreeConfig config_;
+  Clock now_;
+  Sinks sinks_;
+  int wheel_count_;
+  DeviceStatus wheels_, imu_;
+  PolledPort port_;
+  robolink::Decoder decoder_;
+  std::array<Poll, 4> polls_;
+  std::optional<robolink::Command> pending_;
+  Timestamp requested_{}, answered_{};
+  Refreshed<robolink::MotorVector> mileage_;
+  Refreshed<robolink::Imu> last_imu_;
+  bool restarted_ = true;
+  bool bytes_came_ = false;  // since the last answer
+  bool drained_ = true;      // no answer to a request given up before can still come
+  bool late_ = false;        // the last answer was to a request given up before
+  std::uint32_t unanswered_ = 0, bad_mileage_ = 0;
+  int chassis_tries_left_ = 0;
+  Timestamp next_chassis_{}, next_clear_{}, next_drive_{};
+  bool driving_ = false;
+  float last_system_time_ = 0.0F;  // [us]
+  Timestamp time_asked_{};
+  bool time_ran_ = false, frozen_ = false;
+  LatestTriple coordinate_, command_;
+  std::atomic<std::int64_t> local_time_offset_{0};  // [ns]; 0: not known
+  std::atomic<float> battery_{0.0F}, board_time_{0.0F}, wheel_radius_{0.0F}, body_radius_{0.0F};
+  std::atomic<const char*> finding_{""};
+  std::atomic<std::uint32_t> findings_{0};
+};
+
+}  // namespace slam

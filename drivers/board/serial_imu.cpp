@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/board/serial_imu.hpp"
+
+#include <algorithm>
+#include <array>
+#include <numbers>
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kStale = 500ms;            // nothing that can be used
+constexpr Duration kDead = 3s;                // then the port is opened anew
+constexpr std::uint32_t kRecognised = 3;      // good frames of a framing
+constexpr double kStandardGravity = 9.80665;  // [m/s^2] of one g
+
+Eigen::Vector3d vector(const std::array<float, 3>& values) {
+  return {static_cast<double>(values[0]), static_cast<double>(values[1]), static_cast<double>(values[2])};
+}
+
+Eigen::Vector3d scaled(const hfi::B6Frame& frame, float unit) {
+  return static_cast<double>(unit) * Eigen::Vector3d(frame.raw[0], frame.raw[1], frame.raw[2]);
+}
+
+}  // namespace
+
+SerialImu::SerialImu(const SerialImuConfig& config, Clock now, Sink sink)
+    : now_(now), sink_(std::move(sink)), port_(config.port, config.baud) {}
+
+void SerialImu::tick() {
+  const Timestamp now = now_();
+  if (!port_.isOpen()) {
+    if (port_.due(now)) open(now);
+    return;
+  }
+  if (!receive(now)) return close(now, DeviceState::kAbsent, "the port is gone: unplugged?");
+  watch(now);
+}
+
+void SerialImu::open(Timestamp now) {
+  if (const char* problem = port_.open(now); *problem != '\0') return status_.set(DeviceState::kAbsent, problem);
+  a9_.reset();
+  b6_.reset();
+  framing_ = Framing::kUnknown;
+  a9_begin_ = a9_.counters().frames;
+  b6_begin_ = b6_.counters().frames;
+  b6_gravity_.reset();
+  clock_ = StreamClock();
+  bytes_came_ = sampled_ = false;
+  opened_ = frame_ = changed_ = now;
+  status_.set(DeviceState::kOpening, "waiting for the IMU's first frames");
+}
+
+void SerialImu::close(Timestamp now, DeviceState state, const char* reason) {
+  port_.fail(now);
+  status_.set(state, reason);
+}
+
+bool SerialImu::receive(Timestamp now) {
+  const bool open = port_.drain([&](std::uint8_t byte) {
+    bytes_came_ = true;
+    take(byte, now);
+  });
+  countRejects();
+  return open;
+}
+
+/// Both decoders listen until one of them has understood; a checksum may be right by chance, but not three in a row.
+void SerialImu::take(std::uint8_t byte, Timestamp now) {
+  if (framing_ != Framing::kB6) {
+    for (auto data = a9_.push(byte); data; data = a9_.flush()) take(*data, now);
+    if (framing_ == Framing::kUnknown && a9_.counters().frames - a9_begin_ >= kRecognised) recognise(Framing::kA9);
+  }
+  if (framing_ != Framing::kA9) {
+    for (auto frame = b6_.push(byte); frame; frame = b6_.flush()) take(*frame, now);
+    if (framing_ == Framing::kUnknown && b6_.counters().frames - b6_begin_ >= kRecognised) recognise(Framing::kB6);
+  }
+}
+
+void SerialImu::recognise(Framing framing) {
+  framing_ = framing;
+  damage_ = damage();  // what the decoder met before is counted, or was not meant for it
+}
+
+void SerialImu::take(hfi::A9Decoder::Data data, Timestamp now) {
+  if (framing_ != Framing::kA9) return;
+  frame_ = now;
+  bytes_came_ = false;
+  if (data.size() != hfi::kA9MotionLength) return;  // attitude is not used
+  const auto motion = hfi::parseA9Motion(data);
+  if (!motion) {
+    ++not_finite_;
+    return;
+  }
+  emit(vector(motion->gyro), vector(motion->accel), now);
+}
+
+void SerialImu::take(const hfi::B6Frame& frame, Timestamp now) {
+  if (framing_ != Framing::kB6) return;
+  frame_ = now;
+  bytes_came_ = false;
+  if (frame.type == hfi::B6Type::kAccel) {
+    b6_gravity_ = scaled(frame, hfi::kB6Accel);
+  } else if (frame.type == hfi::B6Type::kGyro) {
+    // A set begins with acceleration: without it the gyro's would be paired with that of the set before.
+    if (b6_gravity_) emit(scaled(frame, hfi::kB6Gyro), *b6_gravity_, now);
+    b6_gravity_.reset();
+  }
+}
+
+void SerialImu::emit(const Eigen::Vector3d& gyro, const Eigen::Vector3d& gravity, Timestamp now) {
+  countRejects();
+  const Timestamp stamp = clock_.stamp(now, lost_);
+  lost_ = false;
+  if (!sampled_ || gyro != last_gyro_ || gravity != last_gravity_) changed_ = now;
+  sampled_ = true;
+  last_gyro_ = gyro;
+  last_gravity_ = gravity;
+  if (now - changed_ > kStale) {  // a real sensor never repeats itself for long
+    status_.set(DeviceState::kStale, "the IMU sends frames, but its values never change");
+    return;
+  }
+  sink_({stamp, gyro, -kStandardGravity * gravity});
+  status_.countSample(now);
+  status_.set(DeviceState::kStreaming, "");
+  port_.succeeded();
+}
+
+std::uint32_t SerialImu::damage() const {
+  std::uint32_t damage = not_finite_;
+  // Bytes outside of frames count as so many of the smallest frames.
+  const auto countOf = [](const hfi::DecoderCounters& counters) {
+    return counters.bad_checksums + counters.skipped_bytes / static_cast<std::uint32_t>(hfi::kB6Frame);
+  };
+  if (framing_ == Framing::kA9) damage += countOf(a9_.counters());
+  if (framing_ == Framing::kB6) damage += countOf(b6_.counters());
+  return damage;
+}
+
+void SerialImu::countRejects() {
+  const std::uint32_t now = damage();
+  lost_ = lost_ || now != damage_;
+  if (now > damage_) status_.rejects.fetch_add(now - damage_, std::memory_order_relaxed);
+  damage_ = now;
+}
+
+void SerialImu::watch(Timestamp now) {
+  const Timestamp last = std::max(opened_, frame_);
+  if (now - last > kDead) {
+    return close(now, DeviceState::kFault,
+                 bytes_came_ ? "port present, but what comes is no IMU's: check baud rate and port"
+                             : "port present, but the IMU is silent: check its power");
+  }
+  if (now - last > kStale) {
+    status_.set(DeviceState::kStale, bytes_came_ ? "the IMU's frames cannot be read: check baud rate and cable"
+                                                 : "the IMU sends nothing: check its power");
+  }
+}
+
+}  // namespace slam

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/can/can_base.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+#include "drivers/can/can_socket.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+namespace odrive = can::odrive;
+namespace xsens = can::xsens;
+
+constexpr Duration kSilent = 500ms;        // estimates and IMU come every 10 ms
+constexpr Duration kHeartbeatSilent = 1s;  // heartbeats every 100 ms
+constexpr Duration kFrozenImu = 1s;        // its noise changes the values every few samples
+constexpr Duration kCommandPeriod = 20ms;  // 50 Hz
+constexpr Duration kCommandFresh = 500ms;
+constexpr Duration kStopping = 1s;  // zero is sent for so long when nobody asks any more
+constexpr int kMostFrames = 200;    // a tick: ten times what the bus carries in that time
+
+std::vector<std::uint32_t> idsOf(const CanBaseConfig& config) {
+  std::vector<std::uint32_t> ids;
+  for (const int node : config.nodes) {
+    if (!config.wheels) break;
+    ids.push_back(odrive::idOf(node, odrive::Command::kHeartbeat));
+    ids.push_back(odrive::idOf(node, odrive::Command::kEncoderEstimates));
+  }
+  if (config.imu) ids.insert(ids.end(), {xsens::kSampleTime, xsens::kRateOfTurn, xsens::kAcceleration});
+  return ids;
+}
+
+}  // namespace
+
+CanBase::CanBase(const CanBaseConfig& config, Clock now, Sinks sinks)
+    : CanBase(config, now, std::move(sinks), makeSocketCanPort(now)) {}
+
+CanBase::CanBase(const CanBaseConfig& config, Clock now, Sinks sinks, std::unique_ptr<CanPort> port)
+    : config_(config),
+      now_(now),
+      sinks_(std::move(sinks)),
+      texts_(config.interface, config.nodes),
+      link_(std::move(port), config.interface, idsOf(config)),
+      wheels_(config.wheel),
+      imu_(config.R_base_imu) {
+  if (!config_.wheels) wheel_status_.set(DeviceState::kAbsent, "not taken from CAN");
+  if (!config_.imu) imu_status_.set(DeviceState::kAbsent, "not taken from CAN");
+}
+
+void CanBase::tick() {
+  const Timestamp now = now_();
+  link_.tick(now);
+  StampedCanFrame received;
+  for (int i = 0; i < kMostFrames && link_.receive(received); ++i) handle(received);
+  if (link_.usable() && !was_usable_) usable_since_ = now;
+  was_usable_ = link_.usable();
+  if (config_.wheels) watchWheels(now);
+  if (config_.imu) watchImu(now);
+  if (config_.commands && config_.wheels) sendCommand(now);
+}
+
+void CanBase::handle(const StampedCanFrame& received) {
+  if (!config_.wheels) return handleImu(received);
+  for (std::size_t side = 0; side < 2; ++side) {
+    if (received.frame.id == odrive::idOf(config_.nodes[side], odrive::Command::kEncoderEstimates))
+      return handleEstimates(side, received);
+    if (received.frame.id != odrive::idOf(config_.nodes[side], odrive::Command::kHeartbeat)) continue;
+    const auto heartbeat = odrive::parseHeartbeat(config_.nodes[side], received.frame);
+    if (!heartbeat) ++damaged_;
+    if (heartbeat) axes_[side].addHeartbeat(received.stamp, *heartbeat);
+    return;
+  }
+  if (config_.imu) handleImu(received);
+}
+
+void CanBase::handleEstimates(std::size_t side, const StampedCanFrame& received) {
+  const auto estimates = odrive::parseEncoderEstimates(config_.nodes[side], received.frame);
+  if (!estimates) {
+    ++damaged_;
+  } else {
+    axes_[side].addEstimates(received.stamp, *estimates);
+    const auto pair = wheels_.add(side, received.stamp, *estimates);
+    const bool lie = axes_[0].lies() || axes_[1].lies();
+    if (pair && !lie) emit(*pair);
+    if (pair && lie && pair->restarted) wheels_.beginAnew();
+  }
+  wheel_status_.rejects.store(damaged_ + wheels_.rejects(), std::memory_order_relaxed);
+}
+
+void CanBase::emit(const CanWheels::Pair& pair) {
+  last_pair_ = now_();
+  sinks_.wheels({pair.stamp, {pair.angles[0], pair.angles[1]}, 2, pair.restarted});
+  wheel_status_.countSample(pair.stamp);
+}
+
+void CanBase::handleImu(const StampedCanFrame& received) {
+  if (received.frame.id == xsens::kSampleTime) last_time_ = received.stamp;
+  if (received.frame.id == xsens::kRateOfTurn) last_rate_ = received.stamp;
+  if (received.frame.id == xsens::kAcceleration) last_acceleration_ = received.stamp;
+  const auto sample = imu_.add(received.frame, received.stamp);
+  imu_status_.rejects.store(imu_.rejects(), std::memory_order_relaxed);
+  if (!sample || received.stamp - imu_.changed() > kFrozenImu) return;
+  last_sample_ = now_();
+  sinks_.imu(*sample);
+  imu_status_.countSample(sample->stamp);
+}
+
+bool CanBase::since(Timestamp event, Timestamp now, Duration limit) const {
+  return now - std::max(event, usable_since_) > limit;
+}
+
+bool CanBase::watchLink(DeviceStatus& status) {
+  if (link_.usable()) return false;
+  const bool fault = link_.state() == CanLinkState::kBusOff;
+  status.set(fault ? DeviceState::kFault : DeviceState::kAbsent, texts_.link(link_.state()));
+  return true;
+}
+
+void CanBase::watchWheels(Timestamp now) {
+  if (watchLink(wheel_status_)) return;
+  const auto stale = [&](const std::string& why) {
+    const bool passive = link_.state() == CanLinkState::kErrorPassive;
+    wheel_status_.set(DeviceState::kStale, passive ? texts_.passive.c_str() : why.c_str());
+  };
+  std::array<bool, 2> silent{}, dead{};
+  for (std::size_t side = 0; side < 2; ++side) {
+    silent[side] = since(axes_[side].estimates(), now, kSilent);
+    dead[side] = silent[side] && since(axes_[side].heartbeat(), now, kSilent);
+  }
+  if (dead[0] && dead[1]) return stale(texts_.no_wheels);
+  for (std::size_t side = 0; side < 2; ++side) {
+    if (dead[side]) return stale(texts_.no_frames[side]);
+    if (silent[side]) return stale(texts_.no_estimates[side]);
+  }
+  for (std::size_t side = 0; side < 2; ++side) {
+    if (axes_[side].faulty()) return wheel_status_.set(DeviceState::kFault, texts_.axis(side, *axes_[side].said()));
+    if (axes_[side].frozen()) return wheel_status_.set(DeviceState::kFault, texts_.frozen[side].c_str());
+  }
+  if (last_pair_ < usable_since_ || last_pair_ == Timestamp{}) {
+    if (!since({}, now, kSilent)) return wheel_status_.set(DeviceState::kOpening, texts_.opening_wheels.c_str());
+    return stale(texts_.senseless);
+  }
+  if (since(last_pair_, now, kSilent)) return stale(texts_.senseless);
+  const char* words = "";
+  for (std::size_t side = 0; side < 2; ++side) {
+    if (since(axes_[side].heartbeat(), now, kHeartbeatSilent))
+      words = texts_.no_heartbeat[side].c_str();
+    else if (axes_[side].said() && !axes_[side].inClosedLoop())
+      words = texts_.not_closed_loop[side].c_str();
+  }
+  wheel_status_.set(DeviceState::kStreaming, words);
+}
+
+void CanBase::watchImu(Timestamp now) {
+  if (watchLink(imu_status_)) return;
+  const auto stale = [&](const std::string& why) {
+    const bool passive = link_.state() == CanLinkState::kErrorPassive;
+    imu_status_.set(DeviceState::kStale, passive ? texts_.passive.c_str() : why.c_str());
+  };
+  const bool no_time = since(last_time_, now, kSilent), no_rate = since(last_rate_, now, kSilent);
+  const bool no_acceleration = since(last_acceleration_, now, kSilent);
+  if (no_time && no_rate && no_acceleration) return stale(texts_.no_imu);
+  if (no_time) return stale(texts_.no_time);
+  if (no_rate) return stale(texts_.no_rate);
+  if (no_acceleration) return stale(texts_.no_acceleration);
+  const bool first = last_sample_ < usable_since_ || last_sample_ == Timestamp{};
+  if (first && !since({}, now, kSilent)) return imu_status_.set(DeviceState::kOpening, texts_.opening_imu.c_str());
+  if (!first && !since(last_sample_, now, kSilent)) return imu_status_.set(DeviceState::kStreaming, "");
+  if (now - imu_.changed() > kFrozenImu) return stale(texts_.frozen_imu);
+  stale(texts_.senseless_imu);
+}
+
+void CanBase::command(double left, double right) {
+  if (!std::isfinite(left) || !std::isfinite(right)) return;
+  const double most = config_.wheel.max_speed;
+  const std::array<float, 2> speeds = {static_cast<float>(std::clamp(left, -most, most)),
+                                       static_cast<float>(std::clamp(right, -most, most))};
+  command_.store(std::bit_cast<std::uint64_t>(speeds), std::memory_order_relaxed);
+  commanded_ns_.store(now_().time_since_epoch().count(), std::memory_order_release);
+}
+
+void CanBase::sendCommand(Timestamp now) {
+  const Timestamp commanded{Duration(commanded_ns_.load(std::memory_order_acquire))};
+  if (commanded == Timestamp{} || now - commanded > kCommandFresh + kStopping) return link_.dropWaiting();
+  const bool fresh = now - commanded <= kCommandFresh;
+  if (now < next_command_) return;
+  next_command_ = std::max(next_command_ + kCommandPeriod, now);
+  sendSpeeds(now, fresh ? std::bit_cast<std::array<float, 2>>(command_.load(std::memory_order_relaxed))
+                        : std::array<float, 2>{});
+}
+
+void CanBase::stop() {
+  const std::int64_t commanded = commanded_ns_.load(std::memory_order_acquire);
+  if (config_.commands && commanded != 0 && now_() - Timestamp(Duration(commanded)) <= kCommandFresh + kStopping) {
+    sendSpeeds(now_(), {});
+  }
+  link_.close();
+}
+
+void CanBase::sendSpeeds(Timestamp now, const std::array<float, 2>& speeds) {
+  for (std::size_t side = 0; side < 2; ++side) {
+    const double turns = static_cast<double>(speeds[side]) / (2.0 * std::numbers::pi);
+    const double velocity = turns * config_.wheel.gear_ratio * config_.wheel.sign[side];
+    link_.send(odrive::encodeInputVelocity(config_.nodes[side], {static_cast<float>(velocity), 0.0F}), now);
+  }
+}
+
+}  // namespace slam

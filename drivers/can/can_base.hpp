@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/samples.hpp"
+#include "drivers/board/handsfree_board.hpp"
+#include "drivers/can/can_axis.hpp"
+#include "drivers/can/can_imu.hpp"
+#include "drivers/can/can_link.hpp"
+#include "drivers/can/can_texts.hpp"
+#include "drivers/can/can_wheels.hpp"
+#include "drivers/device_status.hpp"
+
+namespace slam {
+
+struct CanBaseConfig {
+  std::string interface = "can0";
+  bool wheels = true;  ///< taken from this bus
+  bool imu = true;     ///< the same; both can be told apart, e.g. wheels here and the IMU on a serial line
+  std::array<int, 2> nodes{can::odrive::kLeftNode, can::odrive::kRightNode};  ///< left, right; 1..63
+  CanWheelsConfig wheel{};
+  Eigen::Matrix3d R_base_imu = Eigen::Matrix3d::Identity();  ///< takes the IMU's axes to the base's
+  bool commands = false;  ///< send what command() asks for; nothing is ever sent otherwise
+};
+
+/// Owns a CAN bus with the drives of two wheels (ODrive CANSimple) and an IMU (Xsens frames).
+///
+/// To be ticked at a fixed rate, faster than the frames come, by one thread; a tick never waits, but for opening the
+/// interface when there is none. It does not set the bit rate, nor bring the interface up: that is the system's.
+class CanBase {
+ public:
+  struct Sinks {
+    std::function<void(const WheelAngles&)> wheels;
+    std::function<void(const ImuSample&)> imu;
+  };
+  using Clock = Timestamp (*)();
+
+  /// @param now CLOCK_MONOTONIC
+  CanBase(const CanBaseConfig& config, Clock now, Sinks sinks);
+  /// @param port instead of SocketCAN
+  CanBase(const CanBaseConfig& config, Clock now, Sinks sinks, std::unique_ptr<CanPort> port);
+
+  void tick();
+  /// Stops what drives from here, and closes the bus.
+  void stop();
+
+  /// Speeds that the wheels shall have, positive forward [rad/s]. From any thread, no lock. Sent at 50 Hz until they
+  /// are half a second old; then zero is sent
+  /// for a second, and after that nothing: a drive's own watchdog, if it is on, disarms it.
+  void command(double left, double right);
+
+  DeviceStatus& wheelStatus() { return wheel_status_; }
+  DeviceStatus& imuStatus() { return imu_status_; }
+  const CanLinkCounters& linkCounters() const { return link_.counters(); }  ///< of the ticking thread
+
+ private:
+  void handle(const StampedCanFrame& received);
+  void handleEstimates(std::size_t side, const StampedCanFrame& received);
+  void handleImu(const StampedCanFrame& received);
+  void emit(const CanWheels::Pair& pair);
+  void sendCommand(Timestamp now);
+  void sendSpeeds(Timestamp now, const std::array<float, 2>& speeds);
+  void watchWheels(Timestamp now);
+  void watchImu(Timestamp now);
+  /// What the link itself has to say. @return false: the bus can be used
+  bool watchLink(DeviceStatus& status);
+  bool since(Timestamp event, Timestamp now, Duration limit) const;
+
+  CanBaseConfig config_;
+  Clock now_;
+  Sinks sinks_;
+  DeviceStatus wheel_status_, imu_status_;
+  CanTexts texts_;
+  CanLink link_;
+  std::array<CanAxis, 2> axes_;
+  CanWheels wheels_;
+  CanImu imu_;
+  Timestamp usable_since_{};  // the link; silence is counted from here at the earliest
+  bool was_usable_ = false;
+  Timestamp last_pair_{}, last_sample_{};                      // when they were handed on
+  Timestamp last_time_{}, last_rate_{}, last_acceleration_{};  // frames of the IMU
+  std::int64_t damaged_ = 0;                                   // frames of the wheels
+  std::atomic<std::uint64_t> command_{0};                      // two floats [rad/s]
+  std::atomic<std::int64_t> commanded_ns_{0};                  // when; 0: never
+  Timestamp next_command_{};
+};
+
+}  // namespace slam

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drivers/can/can_port.hpp"
+
+namespace slam {
+
+enum class CanLinkState : std::uint8_t {
+  kGone,         ///< no such interface, or it was removed
+  kUnsupported,  ///< the kernel has no CAN
+  kRefused,      ///< the system refuses the socket for another reason
+  kDown,
+  kBusOff,
+  kErrorPassive,  ///< on the bus, but with too many errors
+  kUp,
+};
+
+struct CanLinkCounters {
+  std::uint64_t received = 0;
+  std::uint64_t sent = 0;
+  std::uint64_t queue_full = 0;  ///< the interface did not take a frame
+  std::uint64_t replaced = 0;    ///< waiting frames that a newer one of the same id put out
+  std::uint64_t overflows = 0;   ///< the controller lost frames
+  std::uint64_t bus_offs = 0;
+  std::uint64_t restarts = 0;  ///< of the controller after bus-off
+  std::uint64_t opened = 0;
+};
+
+/// Keeps a CAN interface in use through all that happens to it: down and up, unplugged and plugged in again, bus-off
+/// and restarted, a full queue. Never waits, never spins: at most one attempt of each kind a tick.
+class CanLink {
+ public:
+  /// @param ids 11-bit identifiers to receive
+  CanLink(std::unique_ptr<CanPort> port, std::string interface, std::vector<std::uint32_t> ids);
+
+  /// Opens the interface if there is none, looks at its state, and sends what waits. Before the receive() calls.
+  void tick(Timestamp now);
+  /// The next data frame; error frames are digested on the way. @return false: no more for now
+  bool receive(StampedCanFrame& out);
+  /// Sends at once, or keeps the frame while the queue is full: one of each id, the newest.
+  void send(const can::Frame& frame, Timestamp now);
+  /// Forgets what waits to be sent.
+  void dropWaiting() { waiting_count_ = 0; }
+  void close();
+
+  CanLinkState state() const { return state_; }
+  bool usable() const { return state_ == CanLinkState::kUp || state_ == CanLinkState::kErrorPassive; }
+  const CanLinkCounters& counters() const { return counters_; }
+
+ private:
+  void open(Timestamp now);
+  void noteError(int error);
+  void digest(const can::Frame& frame);
+  void flush(Timestamp now);
+
+  std::unique_ptr<CanPort> port_;
+  std::string interface_;
+  std::vector<std::uint32_t> ids_;
+  CanLinkState state_ = CanLinkState::kGone;
+  CanLinkCounters counters_;
+  bool open_ = false;
+  Timestamp next_open_{}, next_look_{}, next_send_{};
+  Duration back_off_{0};
+  std::array<can::Frame, 8> waiting_{};  // oldest first
+  std::size_t waiting_count_ = 0;
+};
+
+}  // namespace slam

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/can/can_texts.hpp"
+
+#include <cstdio>
+
+namespace slam {
+
+using can::odrive::AxisState;
+
+CanTexts::CanTexts(const std::string& interface, const std::array<int, 2>& nodes)
+    : gone("interface " + interface + " is gone: adapter unplugged?"),
+      down(interface + " is down: ip link set " + interface + " up"),
+      bus_off(interface + " is bus-off: check wiring and termination"),
+      passive(interface + " is error-passive: check wiring, termination and bit rate"),
+      unsupported("the kernel has no CAN: modprobe can-raw"),
+      refused("the system refuses a CAN socket on " + interface),
+      opening_wheels("waiting for the wheels' first frames"),
+      opening_imu("waiting for the IMU's first frames"),
+      no_imu("no frames of the IMU (005, 032, 034): check its power and the bit rate"),
+      no_rate("the IMU sends no rate of turn (032): set its output"),
+      no_acceleration("the IMU sends no acceleration (034): set its output"),
+      no_time("the IMU sends no sample time (005): set its output"),
+      senseless_imu("the IMU's frames do not make samples: see the rejects"),
+      frozen_imu("the IMU answers, but its values never change"),
+      senseless("what the wheels send is no motion of a wheel: see the rejects") {
+  constexpr std::array<const char*, 2> kSides = {"left", "right"};
+  std::array<std::string, 2> wheel;
+  for (std::size_t i = 0; i < 2; ++i) {
+    std::array<char, 32> name{};
+    std::snprintf(name.data(), name.size(), "%s wheel (node 0x%02x)", kSides[i], static_cast<unsigned>(nodes[i]));
+    wheel[i] = name.data();
+    no_frames[i] = "no frames of the " + wheel[i];
+    no_estimates[i] = "the " + wheel[i] + " sends heartbeats, but no encoder estimates: set their rate";
+    no_heartbeat[i] = "no heartbeat of the " + wheel[i];
+    frozen[i] = "the " + wheel[i] + " says that it turns, but its position never changes";
+    not_closed_loop[i] = "the " + wheel[i] + " is not in closed loop: it obeys no commands";
+    axis_error_[i] = "the " + wheel[i] + " has axis errors";
+  }
+  no_wheels = no_frames[0] + ", nor of the " + wheel[1] + ": check their power and the bit rate";
+}
+
+const char* CanTexts::link(CanLinkState state) const {
+  switch (state) {
+    case CanLinkState::kGone:
+      return gone.c_str();
+    case CanLinkState::kUnsupported:
+      return unsupported.c_str();
+    case CanLinkState::kRefused:
+      return refused.c_str();
+    case CanLinkState::kDown:
+      return down.c_str();
+    case CanLinkState::kBusOff:
+      return bus_off.c_str();
+    case CanLinkState::kErrorPassive:
+      return passive.c_str();
+    case CanLinkState::kUp:
+      break;
+  }
+  return "";
+}
+
+const char* CanTexts::axis(std::size_t side, const can::odrive::Heartbeat& heartbeat) {
+  can::odrive::Heartbeat key = heartbeat;
+  key.trajectory_done = false;
+  for (std::size_t i = 0; i < axis_count_; ++i) {
+    if (axis_texts_[i].side == side && axis_texts_[i].heartbeat == key) return axis_texts_[i].text.data();
+  }
+  if (axis_count_ == axis_texts_.size()) return axis_error_[side].c_str();
+  AxisText& entry = axis_texts_[axis_count_++];
+  entry.side = side;
+  entry.heartbeat = key;
+  const bool armed = key.state == static_cast<std::uint8_t>(AxisState::kClosedLoop);
+  std::snprintf(entry.text.data(), entry.text.size(), "%s wheel: axis error 0x%x%s%s%s, %s",
+                side == 0 ? "left" : "right", static_cast<unsigned>(key.axis_error), key.motor_error ? ", motor" : "",
+                key.encoder_error ? ", encoder" : "", key.controller_error ? ", controller" : "",
+                armed ? "still in closed loop" : "disarmed");
+  return entry.text.data();
+}
+
+}  // namespace slam

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/can/can_wheels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kSilence = 500ms;     // a drive that was silent longer may have been reset meanwhile
+constexpr Duration kApart = 50ms;        // readings of the two wheels further apart make no pair
+constexpr Duration kInterpolate = 50ms;  // readings of one wheel further apart say nothing of what is between
+constexpr double kSlack = 0.5;           // [rad] of jitter in the stamps and of the encoder's filter
+
+}  // namespace
+
+bool CanWheel::follows(const Count& before, const Count& now) const {
+  return std::abs(now.angle - before.angle) <= max_speed_ * toSeconds(now.stamp - before.stamp) + kSlack;
+}
+
+CanWheel::Outcome CanWheel::add(Timestamp stamp, const can::odrive::EncoderEstimates& estimates) {
+  const Count count{stamp, scale_ * static_cast<double>(estimates.position)};
+  const double speed = scale_ * static_cast<double>(estimates.velocity);
+  if (!(std::abs(speed) <= max_speed_)) return Outcome::kRejected;
+  if (count_ && stamp <= count_->stamp) return Outcome::kStepsBack;
+
+  const bool silent = count_ && stamp - count_->stamp > kSilence;
+  const bool goes_on = count_ && !silent && follows(*count_, count);
+  const bool confirmed =
+      candidate_ && stamp > candidate_->stamp && stamp - candidate_->stamp <= kSilence && follows(*candidate_, count);
+  if (!goes_on && !confirmed && count_) {
+    candidate_ = count;
+    return Outcome::kRejected;
+  }
+  const double turned = goes_on ? count.angle - count_->angle : 0.0;
+  previous_ = goes_on ? std::optional(last_) : std::nullopt;
+  last_ = {stamp, last_.angle + turned, speed};
+  count_ = count;
+  candidate_.reset();
+  return goes_on ? Outcome::kGoodOn : Outcome::kGoodAnew;
+}
+
+double CanWheel::angleAt(Timestamp stamp) const {
+  const double back = toSeconds(last_.stamp - stamp);  // [s]
+  if (!previous_ || previous_->stamp > stamp || last_.stamp - previous_->stamp > kInterpolate)
+    return last_.angle - last_.speed * back;
+  // Cubic through both angles with both speeds.
+  const double span = toSeconds(last_.stamp - previous_->stamp), u = 1.0 - back / span;
+  const double u2 = u * u, u3 = u2 * u;
+  return (2 * u3 - 3 * u2 + 1) * previous_->angle + (u3 - 2 * u2 + u) * span * previous_->speed +
+         (3 * u2 - 2 * u3) * last_.angle + (u3 - u2) * span * last_.speed;
+}
+
+CanWheels::CanWheels(const CanWheelsConfig& config)
+    : wheels_{CanWheel(2.0 * std::numbers::pi * config.sign[0] / config.gear_ratio, config.max_speed),
+              CanWheel(2.0 * std::numbers::pi * config.sign[1] / config.gear_ratio, config.max_speed)} {}
+
+std::optional<CanWheels::Pair> CanWheels::add(std::size_t side, Timestamp stamp,
+                                              const can::odrive::EncoderEstimates& estimates) {
+  const auto outcome = wheels_[side].add(stamp, estimates);
+  if (outcome == CanWheel::Outcome::kRejected || outcome == CanWheel::Outcome::kStepsBack) {
+    ++rejects_;
+    return std::nullopt;
+  }
+  if (outcome == CanWheel::Outcome::kGoodAnew) restarted_ = true;
+  fresh_[side] = true;
+  const auto& left = wheels_[0].last();
+  const auto& right = wheels_[1].last();
+  if (!fresh_[0] || !fresh_[1]) return std::nullopt;
+  if (std::chrono::abs(left.stamp - right.stamp) > kApart) return std::nullopt;
+  fresh_ = {};
+  const Timestamp instant = std::min(left.stamp, right.stamp);
+  return Pair{instant, {wheels_[0].angleAt(instant), wheels_[1].angleAt(instant)}, std::exchange(restarted_, false)};
+}
+
+}  // namespace slam

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// RplidarDriver::connect(): from an opened port to a running scan.
+#include <algorithm>
+#include <array>
+
+#include "drivers/lidar/rplidar_driver.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+using rplidar::AnswerType;
+using rplidar::ConfigurationEntry;
+using rplidar::HealthStatus;
+using rplidar::Request;
+
+constexpr Duration kQuiet = 100ms;   // after an answer that did not come
+constexpr Duration kAnswer = 500ms;  // to a request
+constexpr Duration kBoot = 1s;       // after a reset; 0.67 s were measured
+constexpr Duration kSpinUp = 3s;     // from the start of the scan to the first node
+constexpr double kBusyLine = 0.8;    // share of the time that it carries bytes
+constexpr int kResets = 3;           // then the unit is at fault
+
+}  // namespace
+
+std::vector<std::uint8_t> RplidarDriver::ask(Request request, AnswerType type, std::size_t size) {
+  return dialogue_->ask(rplidar::encodeRequest(request), type, size, kAnswer);
+}
+
+std::optional<rplidar::Health> RplidarDriver::askHealth(Duration timeout) {
+  return rplidar::parseHealth(
+      dialogue_->ask(rplidar::encodeRequest(Request::kGetHealth), AnswerType::kHealth, 3, timeout));
+}
+
+void RplidarDriver::quiet() {
+  stream_->setDtr(true);  // motor off: a stale stream of an earlier run must not go on
+  dialogue_->send(rplidar::encodeRequest(Request::kStop));
+  dialogue_->drain(kAfterStop, 1s);
+}
+
+bool RplidarDriver::identify() {
+  for (int attempt = 0; attempt <= kResets && !dialogue_->cancelled(); ++attempt) {
+    const auto health = askHealth(kAnswer);
+    const bool error = health && health->status == HealthStatus::kError;
+    const auto info = health ? rplidar::parseInfo(ask(Request::kGetInfo, AnswerType::kInfo, 20)) : std::nullopt;
+    if (info && !error) {
+      info_ = *info;
+      warning_ = health->status == HealthStatus::kWarning
+                     ? "works, but the lidar warns of its health: clean its window, see its manual"
+                     : "";
+      askRate();
+      askModes();
+      askMotor();
+      return true;
+    }
+    if (dialogue_->hungUp() || attempt == kResets) return noAnswer(health);
+    if (dialogue_->cancelled()) break;
+    if (attempt > 0 || error) {
+      dialogue_->send(rplidar::encodeRequest(Request::kReset));
+      dialogue_->awaitBoot(kBoot);
+    }
+    dialogue_->drain(error ? kAfterStop : kQuiet, kBoot);
+  }
+  return fail(DeviceState::kAbsent, "stopped while opening");
+}
+
+bool RplidarDriver::noAnswer(const std::optional<rplidar::Health>& health) {
+  if (dialogue_->hungUp()) return fail(DeviceState::kAbsent, "the port is gone: unplugged?");
+  if (health && health->status == HealthStatus::kError)
+    return fail(DeviceState::kFault, "the lidar reports a hardware error even after resets: see its manual");
+  if (health) return fail(DeviceState::kFault, "the lidar tells its health but not what it is: check its cable");
+  return fail(DeviceState::kFault, dialogue_->heardBytes()
+                                       ? "bytes come, but no answer among them: check the baud rate"
+                                       : "port present, but no answer: check baud rate and 5 V supply");
+}
+
+void RplidarDriver::askRate() {
+  sample_rate_ = {476, 500};  // of firmware that cannot be asked
+  if (info_.firmware < rplidar::kFirmwareWithExpress) return;
+  const auto rate = rplidar::parseSampleRate(ask(Request::kGetSampleRate, AnswerType::kSampleRate, 4));
+  if (rate) sample_rate_ = *rate;
+}
+
+void RplidarDriver::askModes() {
+  listed_modes_.clear();
+  typical_mode_.reset();
+  if (info_.firmware < rplidar::kFirmwareWithModes) return;
+  std::vector<std::uint8_t> answer;
+  const auto entry = [&](ConfigurationEntry which, std::optional<std::uint16_t> mode = {}) {
+    answer = dialogue_->ask(rplidar::encodeConfigurationRequest(which, mode), AnswerType::kConfiguration, 0, kAnswer);
+    return rplidar::parseConfiguration(which, answer).value_or(std::span<const std::uint8_t>{});
+  };
+  const std::uint16_t count = rplidar::parseModeNumber(entry(ConfigurationEntry::kModeCount)).value_or(0);
+  if (count == 0) return;
+  typical_mode_ = rplidar::parseModeNumber(entry(ConfigurationEntry::kTypicalMode));
+  for (std::uint16_t id = 0; id < std::min(count, rplidar::kMostModes) && !dialogue_->cancelled(); ++id) {
+    const auto sample_time = rplidar::parseSampleTime(entry(ConfigurationEntry::kSampleTime, id));
+    if (answer.empty()) break;  // each further question would cost a timeout
+    if (!sample_time) continue;
+    const auto type = rplidar::parseAnswerType(entry(ConfigurationEntry::kAnswerType, id));
+    if (!type) continue;
+    listed_modes_.push_back(
+        {.id = id,
+         .by_express = true,
+         .answer_type = *type,
+         .sample_time = *sample_time,
+         .max_distance = rplidar::parseMaxDistance(entry(ConfigurationEntry::kMaxDistance, id)).value_or(0.0),
+         .name = rplidar::parseModeName(entry(ConfigurationEntry::kModeName, id))});
+  }
+}
+
+void RplidarDriver::askMotor() {
+  motor_by_pwm_ = false;
+  if (info_.model >> 4 < 2) return;
+  const std::array<std::uint8_t, 4> zero{};
+  const auto flags = dialogue_->ask(rplidar::encodeRequest(Request::kGetAccessoryBoardFlag, zero),
+                                    AnswerType::kAccessoryBoardFlag, 4, kAnswer);
+  motor_by_pwm_ = !flags.empty() && (flags[0] & 1) != 0;
+}
+
+bool RplidarDriver::startScan() {
+  setMotor(true);
+  const auto modes = rplidar::modesToTry(config_.scan_mode, info_.firmware, sample_rate_, listed_modes_, typical_mode_);
+  for (std::size_t i = 0; i < modes.size() && !dialogue_->cancelled(); ++i) {
+    if (startMode(modes[(passed_over_ + i) % modes.size()])) return true;
+    if (dialogue_->hungUp()) return fail(DeviceState::kAbsent, "the port is gone: unplugged?");
+  }
+  if (dialogue_->cancelled()) return fail(DeviceState::kAbsent, "stopped while opening");
+  return fail(DeviceState::kFault, "the lidar does not start its scan: check its 5 V supply");
+}
+
+bool RplidarDriver::startMode(const rplidar::ScanMode& mode) {
+  dialogue_->send(mode.by_express ? rplidar::encodeExpressScan(static_cast<std::uint8_t>(mode.id))
+                                  : rplidar::encodeRequest(Request::kScan));
+  const auto descriptor = dialogue_->awaitStream(kAnswer);
+  const auto format = descriptor ? rplidar::packetFormat(descriptor->type) : std::nullopt;
+  if (!format || format->size != descriptor->length) {
+    dialogue_->send(rplidar::encodeRequest(Request::kStop));
+    dialogue_->drain(kAfterStop, kAnswer);
+    return false;
+  }
+  mode_ = mode;
+  mode_.answer_type = descriptor->type;  // whatever the mode list says
+  float range_max = config_.range_max;
+  if (mode.max_distance > config_.range_min) range_max = std::min(range_max, static_cast<float>(mode.max_distance));
+  scans_ = std::make_unique<rplidar::ScanStream>(
+      rplidar::ScanStream::Format{.type = static_cast<AnswerType>(descriptor->type),
+                                  .sample_time = mode.sample_time,
+                                  .byte_time = byte_time_,
+                                  .limits = {config_.range_min, range_max}});
+  read_ahead_ = dialogue_->takeInput();
+  const double packet_time = mode.sample_time * format->samples;  // [s]
+  rests_ = static_cast<double>(format->size) * byte_time_ > kBusyLine * packet_time;
+  bytes_ = nodes_ = 0;
+  catching_up_ = false;
+  last_node_ = last_arrival_ = now_() + kSpinUp - kSilence;  // the motor may take that long
+  status_.set(DeviceState::kOpening, "waiting for the motor's speed");
+  return true;
+}
+
+}  // namespace slam

@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/can/can_base.hpp"
+
+#include <cmath>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <random>
+
+#include "drivers/can/can_base_fixture.hpp"
+#include "support/allocations.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+namespace odrive = can::odrive;
+using CanBaseTest = test::CanBaseTest;
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+
+TEST_F(CanBaseTest, GivesWheelsAndImuAtTheirRates) {
+  start();
+  runFor(10s);
+  expectStreaming();
+  EXPECT_NEAR(static_cast<double>(wheels_.size()), 1000.0, 3.0);
+  EXPECT_NEAR(static_cast<double>(imu_.size()), 1000.0, 3.0);
+  EXPECT_EQ(driver_->wheelStatus().samples.load(), static_cast<std::int64_t>(wheels_.size()));
+  EXPECT_EQ(driver_->wheelStatus().rejects.load(), 0);
+  EXPECT_EQ(driver_->imuStatus().rejects.load(), 0);
+  EXPECT_TRUE(wheels_.front().restarted);
+  for (std::size_t i = 1; i < wheels_.size(); ++i) {
+    ASSERT_FALSE(wheels_[i].restarted);
+    ASSERT_NEAR(wheels_[i].angles[0] - wheels_[i - 1].angles[0], 0.010 * kTurn, 1e-4);
+    ASSERT_NEAR(wheels_[i].angles[1] - wheels_[i - 1].angles[1], 0.020 * kTurn, 1e-4);
+  }
+  EXPECT_EQ(imu_.back().gyro.z(), static_cast<double>(gyro_));
+}
+
+TEST_F(CanBaseTest, ReceivesExactlyTheIdsItUses) {
+  start();
+  runFor(10ms);
+  EXPECT_THAT(bus_.ids, testing::UnorderedElementsAre(0x201, 0x209, 0x301, 0x309, 0x005, 0x032, 0x034));
+}
+
+TEST_F(CanBaseTest, CanGiveTheWheelsAlone) {
+  start({.imu = false});
+  runFor(1s);
+  EXPECT_THAT(bus_.ids, testing::UnorderedElementsAre(0x201, 0x209, 0x301, 0x309));
+  EXPECT_TRUE(imu_.empty());
+  EXPECT_GT(wheels_.size(), 90U);
+  EXPECT_EQ(wheelState(), DeviceState::kStreaming);
+  EXPECT_EQ(imuState(), DeviceState::kAbsent);
+}
+
+TEST_F(CanBaseTest, CanGiveTheImuAlone) {
+  start({.wheels = false});
+  drive_ = {};
+  runFor(1s);
+  EXPECT_THAT(bus_.ids, testing::UnorderedElementsAre(0x005, 0x032, 0x034));
+  EXPECT_TRUE(wheels_.empty());
+  EXPECT_GT(imu_.size(), 90U);
+  EXPECT_EQ(imuState(), DeviceState::kStreaming);
+  EXPECT_EQ(wheelState(), DeviceState::kAbsent);
+}
+
+TEST_F(CanBaseTest, UsesOtherNodes) {
+  nodes_ = {5, 6};
+  start({.nodes = {5, 6}});
+  runFor(1s);
+  expectStreaming();
+}
+
+TEST_F(CanBaseTest, SaysWithinASecondThatAWheelIsSilent) {
+  start();
+  runFor(1s);
+  drive_[0] = false;
+  runFor(1s);
+  EXPECT_EQ(wheelState(), DeviceState::kStale);
+  EXPECT_EQ(wheelReason(), "no frames of the left wheel (node 0x10)");
+  EXPECT_EQ(imuState(), DeviceState::kStreaming);
+  drive_ = {true, false};
+  runFor(1s);
+  EXPECT_EQ(wheelReason(), "no frames of the right wheel (node 0x18)");
+  drive_ = {false, false};
+  runFor(1s);
+  EXPECT_THAT(wheelReason(), HasSubstr("nor of the right wheel"));
+  drive_ = {true, true};
+  runFor(200ms);
+  expectStreaming();
+}
+
+TEST_F(CanBaseTest, TellsMissingEstimatesFromMissingHeartbeats) {
+  start();
+  estimates_ = false;
+  runFor(1s);
+  EXPECT_EQ(wheelState(), DeviceState::kStale);
+  EXPECT_THAT(wheelReason(), HasSubstr("no encoder estimates"));
+  estimates_ = true;
+  heartbeats_ = false;
+  runFor(2s);
+  EXPECT_EQ(wheelState(), DeviceState::kStreaming);
+  EXPECT_THAT(wheelReason(), HasSubstr("no heartbeat"));
+}
+
+TEST_F(CanBaseTest, SaysWithinASecondWhatIsMissingOfTheImu) {
+  start();
+  runFor(1s);
+  const auto expectWithout = [&](bool& part, const char* words) {
+    part = false;
+    runFor(1s);
+    EXPECT_EQ(imuState(), DeviceState::kStale);
+    EXPECT_THAT(imuReason(), HasSubstr(words));
+    part = true;
+    runFor(600ms);
+    expectStreaming();
+  };
+  expectWithout(time_, "no sample time (005)");
+  expectWithout(rate_, "no rate of turn (032)");
+  expectWithout(acceleration_, "no acceleration (034)");
+  time_ = rate_ = acceleration_ = false;
+  runFor(1s);
+  EXPECT_THAT(imuReason(), HasSubstr("no frames of the IMU"));
+  EXPECT_EQ(wheelState(), DeviceState::kStreaming);
+}
+
+TEST_F(CanBaseTest, SaysWhatIsWrongWithADrive) {
+  start();
+  runFor(500ms);
+  heartbeat_[0] = {.axis_error = 0x800, .state = 1, .controller_error = true};
+  const auto before = wheels_.size();
+  runFor(300ms);
+  EXPECT_EQ(wheelState(), DeviceState::kFault);
+  EXPECT_EQ(wheelReason(), "left wheel: axis error 0x800, controller, disarmed");
+  EXPECT_GT(wheels_.size(), before + 25) << "a disarmed wheel is still measured";
+  heartbeat_[0] = {.state = 1};
+  runFor(300ms);
+  EXPECT_EQ(wheelState(), DeviceState::kStreaming);
+  EXPECT_THAT(wheelReason(), HasSubstr("left wheel (node 0x10) is not in closed loop"));
+  heartbeat_[0] = {.state = 8};
+  runFor(300ms);
+  expectStreaming();
+}
+
+TEST_F(CanBaseTest, DoesNotUseAWheelWhoseEncoderFailed) {
+  start();
+  runFor(500ms);
+  heartbeat_[1] = {.axis_error = 0x100, .state = 1, .encoder_error = true};
+  runFor(300ms);
+  const auto before = wheels_.size();
+  runFor(1s);
+  EXPECT_EQ(wheels_.size(), before);
+  EXPECT_EQ(wheelReason(), "right wheel: axis error 0x100, encoder, disarmed");
+}
+
+TEST_F(CanBaseTest, DoesNotBelieveASingleHeartbeat) {
+  start();
+  runFor(500ms);
+  bus_.put(odrive::encodeHeartbeat(0x10, {.axis_error = 0xDEAD, .state = 77}));
+  runFor(50ms);
+  expectStreaming();
+}
+
+TEST_F(CanBaseTest, HasWordsForMoreErrorsThanItHasRoomFor) {
+  start();
+  runFor(500ms);
+  std::map<const char*, std::string> said;
+  for (std::uint32_t error = 1; error < 100; ++error) {
+    heartbeat_[0] = {.axis_error = error, .state = 1};
+    runFor(200ms);
+    said.emplace(driver_->wheelStatus().reason.load(), wheelReason());
+    EXPECT_EQ(wheelState(), DeviceState::kFault);
+    EXPECT_THAT(wheelReason(), testing::AllOf(HasSubstr("left wheel"), HasSubstr("error")));
+  }
+  EXPECT_GT(said.size(), 30U);
+  for (const auto& [at, text] : said) EXPECT_EQ(at, text) << "another thread may be reading it still";
+}
+
+TEST_F(CanBaseTest, NoticesAPositionThatIsFrozenWhileTheWheelTurns) {
+  start();
+  runFor(500ms);
+  frozen_ = true;
+  runFor(1s);
+  EXPECT_EQ(wheelState(), DeviceState::kFault);
+  EXPECT_THAT(wheelReason(), HasSubstr("its position never changes"));
+  speed_ = {};
+  runFor(1s);
+  EXPECT_EQ(wheelState(), DeviceState::kStreaming) << "a wheel that stands may";
+}
+
+TEST_F(CanBaseTest, NoticesAnImuThatRepeatsItself) {
+  start();
+  runFor(500ms);
+  frozen_imu_ = true;
+  runFor(2s);
+  EXPECT_EQ(imuState(), DeviceState::kStale);
+  EXPECT_THAT(imuReason(), HasSubstr("never change"));
+  const auto before = imu_.size();
+  runFor(1s);
+  EXPECT_EQ(imu_.size(), before);
+  frozen_imu_ = false;
+  runFor(100ms);
+  expectStreaming();
+}
+
+TEST_F(CanBaseTest, HasWordsForAllThatHappensToTheInterface) {
+  start();
+  runFor(500ms);
+  const auto expectWords = [&](DeviceState state, const std::string& words) {
+    runFor(200ms);
+    EXPECT_EQ(wheelState(), state);
+    EXPECT_EQ(imuState(), state);
+    EXPECT_EQ(wheelReason(), words);
+    EXPECT_EQ(imuReason(), words);
+  };
+  connected_ = false;
+  bus_.pending_error = bus_.interface_error = ENETDOWN;
+  expectWords(DeviceState::kAbsent, "can0 is down: ip link set can0 up");
+  bus_.interface_error = bus_.open_error = ENODEV;
+  expectWords(DeviceState::kAbsent, "interface can0 is gone: adapter unplugged?");
+  bus_.interface_error = bus_.open_error = 0;
+  connected_ = true;
+  runFor(2s);
+  expectStreaming();
+  connected_ = false;
+  bus_.putError(0x40);
+  expectWords(DeviceState::kFault, "can0 is bus-off: check wiring and termination");
+  bus_.putError(0x100);
+  connected_ = true;
+  runFor(200ms);
+  expectStreaming();
+  connected_ = false;
+  bus_.putError(0x4, 0x20);
+  runFor(1s);
+  EXPECT_EQ(wheelState(), DeviceState::kStale);
+  EXPECT_THAT(wheelReason(), HasSubstr("error-passive"));
+}
+
+TEST_F(CanBaseTest, SaysThatTheKernelHasNoCan) {
+  bus_.open_error = EAFNOSUPPORT;
+  start();
+  runFor(1s);
+  EXPECT_EQ(wheelState(), DeviceState::kAbsent);
+  EXPECT_THAT(wheelReason(), HasSubstr("the kernel has no CAN"));
+}
+
+TEST_F(CanBaseTest, MarksTheWheelsAfterALongOutage) {
+  start();
+  runFor(500ms);
+  connected_ = false;
+  runFor(2s);
+  connected_ = true;
+  const auto before = wheels_.size();
+  runFor(500ms);
+  ASSERT_GT(wheels_.size(), before);
+  EXPECT_TRUE(wheels_[before].restarted);
+  EXPECT_FALSE(wheels_[before + 1].restarted);
+}
+
+TEST_F(CanBaseTest, CountsDamageAndGoesOn) {
+  start();
+  runFor(500ms);
+  std::mt19937 random(1);
+  for (int i = 0; i < 500; ++i) {
+    can::Frame frame{.id = std::array<std::uint32_t, 7>{0x201, 0x209, 0x301, 0x309, 0x5, 0x32, 0x34}[random() % 7],
+                     .size = static_cast<std::uint8_t>(random() % 9)};
+    for (auto& byte : frame.data) byte = static_cast<std::uint8_t>(random());
+    bus_.put(frame);
+    bus_.clock += 1ms;
+    driver_->tick();
+  }
+  EXPECT_GT(driver_->wheelStatus().rejects.load(), 100);
+  EXPECT_GT(driver_->imuStatus().rejects.load(), 50);
+  for (const WheelAngles& angles : wheels_)
+    ASSERT_TRUE(std::isfinite(angles.angles[0]) && std::isfinite(angles.angles[1]));
+  runFor(500ms);
+  expectStreaming();
+}
+
+TEST_F(CanBaseTest, RejectsEstimatesThatAreNotFinite) {
+  start();
+  runFor(500ms);
+  speed_[0] = std::numeric_limits<float>::quiet_NaN();
+  const auto before = wheels_.size();
+  runFor(1s);
+  EXPECT_EQ(wheels_.size(), before);
+  EXPECT_GE(driver_->wheelStatus().rejects.load(), 100);
+  EXPECT_NE(wheelState(), DeviceState::kStreaming);
+}
+
+TEST_F(CanBaseTest, DoesNotAllocateInATick) {
+  start({.commands = true});
+  runFor(1s);
+  bus_.sent.reserve(1000);
+  heartbeat_[0] = {.axis_error = 0x40, .state = 1};
+  std::uint64_t allocations = 0;
+  for (int i = 0; i < 200; ++i) {
+    bus_.clock += 5ms;
+    if (i % 2 == 0) putSamples();
+    if (i % 20 == 0) putHeartbeats();
+    allocations += test::allocationsDuring([&] {
+      driver_->command(1.0, 1.0);
+      driver_->tick();
+    });
+  }
+  EXPECT_EQ(allocations, 0U);
+  EXPECT_EQ(wheelState(), DeviceState::kFault);
+}
+
+}  // namespace
+}  // namespace slam

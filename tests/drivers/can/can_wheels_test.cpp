@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/can/can_wheels.hpp"
+
+#include <bit>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <vector>
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+using can::odrive::EncoderEstimates;
+
+constexpr Timestamp kStart{1000s};
+constexpr double kTurn = 2.0 * std::numbers::pi;
+constexpr std::size_t kLeft = 0, kRight = 1;
+
+EncoderEstimates turns(double position, double velocity = 0.0) {
+  return {static_cast<float>(position), static_cast<float>(velocity)};
+}
+
+/// A wheel that is accelerated and braked [rad, rad/s] at a time [s].
+double angleOf(double t) { return 10.0 * t + 5.0 * std::sin(3.0 * t); }
+double speedOf(double t) { return 10.0 + 15.0 * std::cos(3.0 * t); }
+
+TEST(CanWheels, BringsBothWheelsToOneInstant) {
+  CanWheels wheels({});
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> jitter(0.0, 0.002);  // [s]
+  std::vector<CanWheels::Pair> pairs;
+  for (int i = 0; i < 1000; ++i) {
+    for (const std::size_t side : {kLeft, kRight}) {
+      const double t = 0.010 * i + 0.004 * static_cast<double>(side) + jitter(random);
+      const double factor = side == kLeft ? 1.0 : -0.5;
+      const auto pair =
+          wheels.add(side, kStart + fromSeconds(t), turns(factor * angleOf(t) / kTurn, factor * speedOf(t) / kTurn));
+      if (pair) pairs.push_back(*pair);
+    }
+  }
+  ASSERT_GE(pairs.size(), 999U);
+  EXPECT_TRUE(pairs.front().restarted);
+  const double t0 = toSeconds(pairs.front().stamp - kStart);
+  for (std::size_t i = 1; i < pairs.size(); ++i) {
+    const double t = toSeconds(pairs[i].stamp - kStart);
+    ASSERT_GT(pairs[i].stamp, pairs[i - 1].stamp);
+    ASSERT_FALSE(pairs[i].restarted);
+    const double left = pairs[i].angles[kLeft] - pairs[0].angles[kLeft];
+    const double right = pairs[i].angles[kRight] - pairs[0].angles[kRight];
+    // Unpaired, the 4 ms between the wheels would be up to 0.1 rad.
+    EXPECT_NEAR(left, angleOf(t) - angleOf(t0), 2e-4) << t;
+    EXPECT_NEAR(right, -0.5 * (angleOf(t) - angleOf(t0)), 2e-3) << t;
+  }
+}
+
+TEST(CanWheels, PairAtTheOlderOfTheTwoNewestReadings) {
+  CanWheels wheels({});
+  for (int i = 0; i < 5; ++i) {
+    const Timestamp stamp = kStart + i * 10ms;
+    EXPECT_FALSE(wheels.add(kLeft, stamp, turns(0.0)));
+    const auto pair = wheels.add(kRight, stamp + 4ms, turns(0.0));
+    ASSERT_TRUE(pair);
+    EXPECT_EQ(pair->stamp, stamp);
+  }
+}
+
+TEST(CanWheels, CountForwardAsPositiveThroughSignAndGear) {
+  CanWheels wheels({.sign = {1.0, -1.0}, .gear_ratio = 4.0});
+  wheels.add(kLeft, kStart, turns(0.0));
+  const auto first = wheels.add(kRight, kStart + 1ms, turns(0.0));
+  wheels.add(kLeft, kStart + 100ms, turns(2.0));
+  const auto second = wheels.add(kRight, kStart + 100ms, turns(-2.0));
+  ASSERT_TRUE(first && second);
+  EXPECT_NEAR(second->angles[kLeft] - first->angles[kLeft], kTurn / 2.0, 1e-6);
+  EXPECT_NEAR(second->angles[kRight] - first->angles[kRight], kTurn / 2.0, 1e-6);
+}
+
+TEST(CanWheels, LoseNothingOverALongRunToTheCoarsenessOfSingles) {
+  CanWheels wheels({});
+  const double start = 20000.0, step = 0.013;  // [turns]; singles are 2e-3 turns apart here
+  std::optional<CanWheels::Pair> first, last;
+  for (int i = 0; i <= 20000; ++i) {
+    const Timestamp stamp = kStart + i * 10ms;
+    wheels.add(kLeft, stamp, turns(start + i * step, 1.3));
+    last = wheels.add(kRight, stamp, turns(start + i * step, 1.3));
+    ASSERT_TRUE(last);
+    if (i == 0) first = last;
+  }
+  EXPECT_NEAR(last->angles[kLeft] - first->angles[kLeft], 20000 * step * kTurn, 0.002 * kTurn);
+}
+
+/// Feeds both wheels at 100 Hz with a right wheel that stands at `right` [turns].
+struct Feed {
+  CanWheels wheels{{}};
+  Timestamp stamp = kStart;
+  std::optional<CanWheels::Pair> step(const EncoderEstimates& right) {
+    stamp += 10ms;
+    wheels.add(kLeft, stamp, turns(1.0));
+    return wheels.add(kRight, stamp, right);
+  }
+};
+
+TEST(CanWheels, LeaveOutASingleDamagedEstimate) {
+  Feed feed;
+  const auto before = feed.step(turns(5.0));
+  EXPECT_FALSE(feed.step(turns(4000.0)));
+  EXPECT_FALSE(feed.step(turns(5.0, 1e9)));
+  EXPECT_EQ(feed.wheels.rejects(), 2);
+  const auto after = feed.step(turns(5.01));
+  ASSERT_TRUE(before && after);
+  EXPECT_FALSE(after->restarted);
+  EXPECT_NEAR(after->angles[kRight] - before->angles[kRight], 0.01 * kTurn, 1e-4);
+}
+
+TEST(CanWheels, MarkADriveThatCountsAnew) {
+  Feed feed;
+  feed.step(turns(50.0));
+  const auto before = feed.step(turns(50.0));
+  EXPECT_FALSE(feed.step(turns(0.0)));
+  const auto anew = feed.step(turns(0.01));
+  ASSERT_TRUE(before && anew);
+  EXPECT_TRUE(anew->restarted);
+  EXPECT_NEAR(anew->angles[kRight], before->angles[kRight], 1e-9) << "the jump is no motion";
+  const auto after = feed.step(turns(0.02));
+  ASSERT_TRUE(after);
+  EXPECT_FALSE(after->restarted);
+}
+
+TEST(CanWheels, MarkWhatComesAfterASilence) {
+  Feed feed;
+  feed.step(turns(0.1));
+  feed.stamp += 2s;
+  EXPECT_FALSE(feed.step(turns(0.0))) << "one estimate alone may be damaged";
+  const auto after = feed.step(turns(0.0));
+  ASSERT_TRUE(after);
+  EXPECT_TRUE(after->restarted) << "a drive that was reset near its start would be taken for one that turned";
+}
+
+TEST(CanWheels, MakeNoPairWithASilentWheel) {
+  Feed feed;
+  feed.step(turns(0.0));
+  for (int i = 0; i < 100; ++i) {
+    feed.stamp += 10ms;
+    EXPECT_FALSE(feed.wheels.add(kLeft, feed.stamp, turns(1.0)));
+  }
+  const auto late = feed.wheels.add(kRight, feed.stamp - 900ms, turns(0.0));
+  EXPECT_FALSE(late) << "too far apart";
+}
+
+TEST(CanWheels, LeaveOutEstimatesThatComeInTheWrongOrder) {
+  Feed feed;
+  feed.step(turns(1.0));
+  const auto before = feed.step(turns(1.1));
+  feed.wheels.add(kLeft, feed.stamp + 1ms, turns(1.0));
+  EXPECT_FALSE(feed.wheels.add(kRight, feed.stamp - 1ms, turns(1.05)));
+  EXPECT_EQ(feed.wheels.rejects(), 1);
+  const auto after = feed.wheels.add(kRight, feed.stamp + 1ms, turns(1.1));
+  ASSERT_TRUE(before && after);
+  EXPECT_NEAR(after->angles[kRight], before->angles[kRight], 1e-9);
+}
+
+TEST(CanWheels, SurviveRandomEstimatesAndGoOn) {
+  Feed feed;
+  std::mt19937 random(11);
+  for (int i = 0; i < 20000; ++i) {
+    const auto pair = feed.step({std::bit_cast<float>(static_cast<std::uint32_t>(random()) & 0x7F7FFFFFU),
+                                 std::bit_cast<float>(static_cast<std::uint32_t>(random()) & 0x7F7FFFFFU)});
+    if (!pair) continue;
+    ASSERT_TRUE(std::isfinite(pair->angles[kRight]));
+  }
+  EXPECT_GT(feed.wheels.rejects(), 1000);
+  feed.step(turns(7.0));
+  feed.step(turns(7.0));
+  const auto pair = feed.step(turns(7.0));
+  ASSERT_TRUE(pair);
+  EXPECT_FALSE(pair->restarted);
+}
+
+}  // namespace
+}  // namespace slam

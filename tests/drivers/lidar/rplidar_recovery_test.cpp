@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The driver against the emulated units of the field and their faults; the driver's own cases are in
+// rplidar_driver_test.cpp.
+#include <cmath>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <numbers>
+
+#include "core/pose2.hpp"
+#include "drivers/lidar/lidar_line.hpp"
+#include "drivers/lidar/rplidar_driver.hpp"
+
+namespace slam {
+namespace {
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr int kSlow = 3;  // limits of time are a sanitizer's several times over
+#else
+constexpr int kSlow = 1;
+#endif
+
+using namespace std::chrono_literals;
+using rplidar::Request;
+using test::waitUntil;
+using testing::HasSubstr;
+
+/// Driver and unit, connected by a pseudo-terminal.
+struct Rig {
+  test::LidarLine lidar;
+  RplidarDriver driver;
+  std::atomic<bool> cancel{false};
+  std::vector<LaserScan> scans;
+
+  explicit Rig(const sim::LidarIdentity& identity = sim::a1Firmware129(), const std::string& mode = "auto")
+      : lidar(identity), driver({.port = lidar.path(), .scan_mode = mode}, monotonicNow, [this](const LaserScan& scan) {
+          scans.push_back(scan);
+        }) {}
+
+  std::string reason() { return driver.status().reason.load(); }
+  DeviceState state() { return driver.status().state.load(); }
+  bool connect() { return driver.connect(cancel); }
+  bool collect(std::size_t count, Duration patience = 20s) {
+    const Timestamp deadline = monotonicNow() + patience;
+    for (const std::size_t wanted = scans.size() + count; scans.size() < wanted;) {
+      if (!driver.poll(50ms) || monotonicNow() > deadline) return false;
+    }
+    return true;
+  }
+  bool stream(std::size_t count = 2) { return connect() && collect(count); }
+  /// As the daemon does it: polls, and connects again when that ends.
+  bool streamAgain(std::size_t count = 2) {
+    scans.clear();
+    bool connected = false;
+    const Timestamp deadline = monotonicNow() + 20s;
+    while (scans.size() < count && monotonicNow() < deadline) connected = connected ? driver.poll(50ms) : connect();
+    return scans.size() >= count;
+  }
+  /// The fault is over: within three seconds there are scans again.
+  void expectBackSoon() {
+    const Timestamp back = monotonicNow();
+    EXPECT_TRUE(streamAgain()) << reason();
+    EXPECT_LT(monotonicNow() - back, kSlow * 3s);
+  }
+  /// @return how long it took the driver to end the connection; 20 s: it did not
+  Duration untilOver() {
+    const Timestamp begin = monotonicNow();
+    while (monotonicNow() - begin < 20s && driver.poll(100ms)) {
+    }
+    return monotonicNow() - begin;
+  }
+};
+
+void expectRoom(const LaserScan& scan) {
+  int wrong = 0;
+  double last = -1.0;
+  for (const Beam& beam : scan.beams()) {
+    const bool edge = std::abs(std::abs(beam.bearing) - 1.57) < 0.03;
+    wrong += !edge && std::abs(beam.range - test::LidarLine::room({}, beam.bearing)) > 0.005;
+    EXPECT_GE(beam.time_offset, last);
+    last = beam.time_offset;
+  }
+  EXPECT_EQ(wrong, 0);
+}
+
+struct Unit {
+  const char* name;
+  sim::LidarIdentity identity;
+  std::uint8_t answer_type;
+  double sample_us;
+};
+
+class RplidarUnit : public testing::TestWithParam<Unit> {};
+
+TEST_P(RplidarUnit, StreamsInItsDensestMode) {
+  Rig rig(GetParam().identity);
+  ASSERT_TRUE(rig.stream(3)) << rig.reason();
+  EXPECT_EQ(rig.driver.mode().answer_type, GetParam().answer_type);
+  EXPECT_NEAR(rig.driver.mode().sample_time, 1e-6 * GetParam().sample_us, 1e-9);
+  EXPECT_NEAR(rig.scans.back().size, 1e6 / GetParam().sample_us / 5.5, 2.0);
+  if (kSlow == 1) {  // a sanitizer holds the reader up, and what comes late counts as lost
+    EXPECT_EQ(rig.driver.status().rejects.load(), 0);
+  }
+  EXPECT_EQ(rig.state(), DeviceState::kStreaming);
+  expectRoom(rig.scans.back());
+}
+
+sim::LidarIdentity withDenseMode() {
+  sim::LidarIdentity unit = sim::a1Firmware129();
+  unit.baud = 256000;
+  unit.modes.push_back({100.0, rplidar::AnswerType::kDenseCapsules, "Dense"});
+  return unit;
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, RplidarUnit,
+                         testing::Values(Unit{"A1Firmware115", sim::a1Firmware115(), 0x81, 476},
+                                         Unit{"A1Firmware120", sim::a1Firmware120(), 0x82, 476},
+                                         Unit{"A1Firmware122", sim::a1Firmware122(), 0x82, 254},
+                                         Unit{"A1Firmware124", sim::a1Firmware124(), 0x84, 127},
+                                         Unit{"A1Firmware129", sim::a1Firmware129(), 0x84, 127},
+                                         Unit{"A2OnItsBoard", sim::a2(), 0x84, 127},
+                                         Unit{"WithADenseMode", withDenseMode(), 0x85, 100}),
+                         [](const auto& test) { return test.param.name; });
+
+TEST(RplidarModes, OfEquallyDenseOnesTheTypicalIsStarted) {
+  Rig rig;
+  ASSERT_TRUE(rig.connect()) << rig.reason();
+  EXPECT_STREQ(rig.driver.mode().name.data(), "Sensitivity");
+  EXPECT_EQ(rig.driver.mode().max_distance, 12.0);
+}
+
+TEST(RplidarModes, TheDescriptorIsTrustedMoreThanTheList) {
+  sim::LidarIdentity unit = sim::a1Firmware129();
+  unit.modes[3].listed_type = 0x85;  // streams 84 all the same
+  Rig rig(unit);
+  ASSERT_TRUE(rig.stream()) << rig.reason();
+  EXPECT_EQ(rig.driver.mode().answer_type, 0x84);
+  EXPECT_EQ(rig.lidar.count(Request::kExpressScan), 1);
+  expectRoom(rig.scans.back());
+}
+
+TEST(RplidarModes, AModeThatDoesNotStartIsFollowedByTheNext) {
+  sim::LidarIdentity unit = sim::a1Firmware129();
+  unit.modes[3].starts = unit.modes[2].starts = false;
+  Rig rig(unit);
+  ASSERT_TRUE(rig.stream()) << rig.reason();
+  EXPECT_STREQ(rig.driver.mode().name.data(), "Stability");
+  EXPECT_EQ(rig.lidar.count(Request::kExpressScan), 3);
+}
+
+TEST(RplidarModes, StandardIsTheLastResort) {
+  sim::LidarIdentity unit = sim::a1Firmware129();
+  for (auto& mode : unit.modes) mode.starts = false;
+  Rig rig(unit);
+  ASSERT_TRUE(rig.stream()) << rig.reason();
+  EXPECT_EQ(rig.driver.mode().answer_type, 0x81);
+}
+
+TEST(RplidarModes, TheReachOfTheUnitLimitsTheScans) {
+  sim::LidarIdentity unit = sim::a1Firmware129();
+  for (auto& mode : unit.modes) mode.max_distance = 6.0;
+  Rig rig(unit);
+  ASSERT_TRUE(rig.stream()) << rig.reason();
+  EXPECT_EQ(rig.scans.back().range_max, 6.0F);
+  for (auto& mode : unit.modes) mode.max_distance = 0.0;  // firmware that does not tell
+  Rig silent(unit);
+  ASSERT_TRUE(silent.stream()) << silent.reason();
+  EXPECT_EQ(silent.scans.back().range_max, 12.0F);
+}
+
+TEST(RplidarMotor, OfAnA2RunsByPwmAndStops) {
+  Rig rig(sim::a2());
+  ASSERT_TRUE(rig.stream()) << rig.reason();
+  EXPECT_EQ(rig.lidar.pwm(), 660);
+  rig.driver.stop();
+  EXPECT_TRUE(waitUntil([&] { return rig.lidar.pwm() == 0; }));
+}
+
+// ---- Faults
+
+TEST(RplidarFault, BytesOfAnOldStreamBeforeTheFirstAnswer) {
+  Rig rig;
+  ASSERT_TRUE(rig.lidar.inject("stale", 1500));
+  EXPECT_TRUE(rig.stream()) << rig.reason();
+}
+
+TEST(RplidarFault, SilenceIsNoticedWithinASecondAndHealedWithinThree) {
+  Rig rig;
+  ASSERT_TRUE(rig.stream()) << rig.reason();
+  ASSERT_TRUE(rig.lidar.inject("silent", 1));
+  EXPECT_LT(rig.untilOver(), kSlow * 1s);
+  EXPECT_EQ(rig.state(), DeviceState::kStale);
+  EXPECT_THAT(rig.reason(), HasSubstr("no answer"));
+  EXPECT_THAT(rig.reason(), HasSubstr("5 V"));
+  EXPECT_FALSE(rig.connect());
+  EXPECT_THAT(rig.reason(), HasSubstr("port present, but no answer"));
+  ASSERT_TRUE(rig.lidar.inject("silent", 0));
+  rig.expectBackSoon();
+}
+
+TEST(RplidarFault, AReturnInTheMidstOfAConnectIsNotMissed) {
+  Rig rig;
+  ASSERT_TRUE(rig.lidar.inject("silent", 1));
+  std::thread connecting([&] { rig.streamAgain(1); });
+  ASSERT_TRUE(waitUntil([&] { return rig.lidar.count(Request::kReset) > 0; })) << "it is being reset in vain";
+  ASSERT_TRUE(rig.lidar.inject("silent", 0));
+  const Timestamp back = monotonicNow();
+  connecting.join();
+  EXPECT_EQ(rig.scans.size(), 1U);
+  EXPECT_LT(monotonicNow() - back, kSlow * 3s);
+}
+
+TEST(RplidarFault, AStalledMotorWithHealthOkSaysWhatToCheck) {
+  Rig rig;
+  ASSERT_TRUE(rig.stream()) << rig.reason();
+  ASSERT_TRUE(rig.lidar.inject("stall", 1));
+  EXPECT_LT(rig.untilOver(), kSlow * 1s);
+  EXPECT_EQ(rig.reason(), "no data, port present, health OK: check 5 V supply and motor");
+  ASSERT_TRUE(rig.lidar.inject("stall", 0));
+  rig.expectBackSoon();
+}
+
+TEST(RplidarFault, ADescriptorWithoutDataIsTheMotor) {
+  Rig rig;
+  ASSERT_TRUE(rig.lidar.inject("stall", 1));
+  ASSERT_TRUE(rig.connect()) << rig.reason();
+  EXPECT_NE(rig.state(), DeviceState::kStreaming);
+  EXPECT_LT(rig.untilOver(), 4s) << "the spin-up it grants, and the question for its health";
+  EXPECT_THAT(rig.reason(), HasSubstr("the motor does not turn"));
+}
+
+TEST(RplidarFault, AWarningOfItsHealthIsToldWhileItStreams) {
+  Rig rig;
+  ASSERT_TRUE(rig.lidar.inject("health", 1));
+  ASSERT_TRUE(rig.stream()) << rig.reason();
+  EXPECT_EQ(rig.state(), DeviceState::kStreaming);
+  EXPECT_THAT(rig.reason(), HasSubstr("warns"));
+}
+
+TEST(RplidarFault, ProtectionStopInMidScanIsToldAndLeftWhenItEnds) {
+  Rig rig;
+  ASSERT_TRUE(rig.stream()) << rig.reason();
+  ASSERT_TRUE(rig.lidar.inject("health", 2));
+  EXPECT_LT(rig.untilOver(), kSlow * 1s);
+  EXPECT_THAT(rig.reason(), HasSubstr("hardware error"));
+  EXPECT_FALSE(rig.connect());
+  EXPECT_EQ(rig.state(), DeviceState::kFault);
+  EXPECT_EQ(rig.lidar.count(Request::kReset), 3) << "no more than that";
+  ASSERT_TRUE(rig.lidar.inject("health", 0));
+  EXPECT_TRUE(rig.streamAgain()) << rig.reason();
+}
+
+TEST(RplidarFault, ARestartInMidScanIsRecognisedByItsBanner) {
+  Rig rig;
+  ASSERT_TRUE(rig.stream()) << rig.reason();
+  ASSERT_TRUE(rig.lidar.inject("reboot", 1));
+  const Timestamp reboot = monotonicNow();
+  EXPECT_LT(rig.untilOver(), kSlow * 1s);
+  EXPECT_THAT(rig.reason(), HasSubstr("restarted by itself"));
+  EXPECT_TRUE(rig.streamAgain()) << rig.reason();
+  EXPECT_LT(monotonicNow() - reboot, 670ms + kSlow * 3s);
+}
+
+TEST(RplidarFault, AnotherBaudRateIsSuspected) {
+  Rig rig;
+  rig.lidar.garble();
+  EXPECT_FALSE(rig.connect());
+  EXPECT_THAT(rig.reason(), HasSubstr("check the baud rate"));
+  EXPECT_THAT(rig.reason(), HasSubstr("bytes come"));
+}
+
+class RplidarDamage : public testing::TestWithParam<std::pair<const char*, double>> {};
+
+TEST_P(RplidarDamage, IsCountedAndTheScansGoOn) {
+  Rig rig;
+  ASSERT_TRUE(rig.stream()) << rig.reason();
+  ASSERT_TRUE(rig.lidar.inject(GetParam().first, GetParam().second));
+  ASSERT_TRUE(rig.collect(6)) << rig.reason();
+  EXPECT_GT(rig.driver.status().rejects.load(), 0);
+  EXPECT_EQ(rig.state(), DeviceState::kStreaming);
+  for (const LaserScan& scan : rig.scans) {
+    EXPECT_LE(scan.size, 1434) << "never two turns in one";
+    expectRoom(scan);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, RplidarDamage,
+                         testing::Values(std::pair("lose", 3.0), std::pair("insert", 3.0), std::pair("flip", 20.0),
+                                         std::pair("checksum", 4.0), std::pair("encoder_reset", 1.0),
+                                         std::pair("pause", 300.0)),
+                         [](const auto& test) { return test.param.first; });
+
+TEST(RplidarFault, ALongPauseEndsTheConnectionAndItComesBack) {
+  Rig rig;
+  ASSERT_TRUE(rig.stream()) << rig.reason();
+  ASSERT_TRUE(rig.lidar.inject("pause", 800));
+  EXPECT_LT(rig.untilOver(), kSlow * 1s);
+  EXPECT_TRUE(rig.streamAgain()) << rig.reason();
+}
+
+TEST(RplidarFault, AnotherSpeedChangesTheBeamsOfATurnAlone) {
+  Rig rig;
+  ASSERT_TRUE(rig.stream()) << rig.reason();
+  for (const double ms : {100.0, 300.0}) {
+    ASSERT_TRUE(rig.lidar.inject("turn", ms));
+    ASSERT_TRUE(rig.collect(4)) << rig.reason();
+    EXPECT_NEAR(rig.scans.back().size, ms / 0.127, 3.0);
+    EXPECT_NEAR(rig.scans.back().beams().back().time_offset, 1e-3 * ms, 5e-3);
+    expectRoom(rig.scans.back());
+  }
+}
+
+TEST(RplidarFault, WrongAndStuckRangesComeThroughAsTheyAre) {
+  Rig rig;
+  ASSERT_TRUE(rig.stream()) << rig.reason();
+  ASSERT_TRUE(rig.lidar.inject("wrong", 1.5));
+  ASSERT_TRUE(rig.collect(3)) << rig.reason();
+  const LaserScan& scan = rig.scans.back();
+  for (const Beam& beam : scan.beams()) {
+    ASSERT_TRUE(beam.range == 0.0F || std::abs(beam.range - 3.0) < 0.01 || std::abs(beam.range - 4.5) < 0.01);
+  }
+  ASSERT_TRUE(rig.lidar.inject("stuck", 1));
+  EXPECT_TRUE(rig.collect(3)) << rig.reason();
+}
+
+}  // namespace
+}  // namespace slam

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/polled_port.hpp"
+
+#include <gtest/gtest.h>
+
+#include "drivers/pseudo_terminal.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+using test::Bytes;
+using test::PseudoTerminal;
+
+constexpr Timestamp kNow{100s};
+
+class PolledPortTest : public testing::Test {
+ protected:
+  Bytes drained() {
+    Bytes bytes;
+    hung_up_ = !port_.drain([&](std::uint8_t byte) { bytes.push_back(byte); });
+    return bytes;
+  }
+  PseudoTerminal line_;
+  PolledPort port_{line_.path(), 115200};
+  bool hung_up_ = false;
+};
+
+TEST_F(PolledPortTest, GivesWhatHasComeSinceItWasOpenedAndNeverWaits) {
+  ASSERT_TRUE(port_.due(kNow));
+  ASSERT_STREQ(port_.open(kNow), "");
+  EXPECT_TRUE(drained().empty());
+  const Bytes sent = {1, 2, 0, 255};
+  line_.write(sent);
+  line_.awaitDelivery();
+  EXPECT_EQ(drained(), sent);
+  port_.write(Bytes{7, 8});
+  EXPECT_EQ(line_.read(1s), (Bytes{7, 8}));
+  EXPECT_FALSE(hung_up_);
+}
+
+TEST_F(PolledPortTest, TakesABoundedShareOfAFloodAtATime) {
+  ASSERT_STREQ(port_.open(kNow), "");
+  const Bytes flood(4000, 0x55);
+  std::size_t total = 0, ticks = 0;
+  for (int i = 0; i < 10; ++i) {
+    line_.write(flood);
+    line_.awaitDelivery();
+    const std::size_t size = drained().size();
+    EXPECT_LE(size, 16384U + 512U);
+    total += size;
+    ticks += size > 0;
+  }
+  EXPECT_GT(total, flood.size());
+  EXPECT_GT(ticks, 1U);
+}
+
+TEST_F(PolledPortTest, SaysThatThePlugWasPulledAndOpensAgainWithMoreAndMorePatience) {
+  ASSERT_STREQ(port_.open(kNow), "");
+  line_.unplug();
+  drained();
+  ASSERT_TRUE(hung_up_);
+  port_.fail(kNow);
+  EXPECT_FALSE(port_.isOpen());
+  EXPECT_FALSE(port_.due(kNow + 199ms));
+  ASSERT_TRUE(port_.due(kNow + 200ms));
+  EXPECT_STRNE(port_.open(kNow + 200ms), "");
+  EXPECT_FALSE(port_.due(kNow + 599ms));
+  line_.plug();
+  ASSERT_TRUE(port_.due(kNow + 600ms));
+  EXPECT_STREQ(port_.open(kNow + 600ms), "");
+  port_.succeeded();
+  port_.fail(kNow + 2s);
+  EXPECT_TRUE(port_.due(kNow + 2200ms)) << "as at first";
+}
+
+}  // namespace
+}  // namespace slam

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "core/timestamp.hpp"
+#include "drivers/lidar/codec/rplidar_codec.hpp"
+#include "tools/sim/lidar/lidar_encoder.hpp"
+#include "tools/sim/lidar/lidar_faults.hpp"
+#include "tools/sim/lidar/lidar_identity.hpp"
+
+namespace slam::sim {
+
+/// An RPLidar at byte level: answers requests as its identity does, streams standard nodes or capsules byte by byte as
+/// the line carries them. Pure: time and ranges come from outside.
+class LidarEmulator {
+ public:
+  /// Range [m] measured at an instant and bearing [rad, counter-clockwise], 0 without return.
+  using Measure = std::function<double(Timestamp, double bearing)>;
+
+  /// @param turn_rate [1/s]
+  LidarEmulator(Measure measure, double turn_rate, LidarIdentity identity = a1Firmware129());
+
+  /// Bytes from the host. @param out answers are appended
+  void receive(std::span<const std::uint8_t> bytes, Timestamp now, std::vector<std::uint8_t>& out);
+  /// Appends the bytes that have come through the line by `now`.
+  void stream(Timestamp now, std::vector<std::uint8_t>& out);
+  /// Lets something go wrong from the next call on; kinds and values are those of LidarFaults.
+  /// @return false for an unknown kind or a bad value
+  bool inject(std::string_view kind, double value) { return faults_.inject(kind, value); }
+
+  bool scanning() const { return encoder_.has_value(); }
+  std::uint16_t pwm() const { return pwm_; }  ///< of the motor, 0..1023
+
+ private:
+  void handle(Timestamp now, std::vector<std::uint8_t>& out);
+  void answer(rplidar::AnswerType type, const std::vector<std::uint8_t>& data, std::vector<std::uint8_t>& out);
+  void answerConfiguration(std::span<const std::uint8_t> payload, std::vector<std::uint8_t>& out);
+  void startScan(rplidar::AnswerType type, double sample_us, Timestamp now, std::vector<std::uint8_t>& out);
+  void endScan() { encoder_.reset(); }
+  void boot(Timestamp now);
+  void beginFaults(Timestamp now);
+  void skipTo(Timestamp now);
+  bool turning(Timestamp now) const;
+  void makePackets(Timestamp now, std::vector<std::uint8_t>& out);
+  void takeSample();
+  void sendOn(Timestamp now, std::vector<std::uint8_t>& out);
+  Timestamp taken(std::int64_t sample) const { return started_ + sample * sample_time_; }
+
+  Measure measure_;
+  double turn_rate_;
+  LidarIdentity identity_;
+  LidarFaults faults_;
+  Duration byte_time_;
+  std::vector<std::uint8_t> request_;  // bytes of an unfinished one
+  Timestamp request_begin_{};
+  std::uint16_t pwm_ = 0;
+  Timestamp stable_at_{}, ready_at_{}, paused_until_{};  // motor at speed; boot over; no data until then
+
+  std::optional<LidarEncoder> encoder_;  // while it scans
+  std::size_t packet_samples_ = 0, needed_samples_ = 0;
+  Duration sample_time_{};
+  Timestamp started_{};
+  std::int64_t sample_ = 0;  // next one to take
+  double angle_ = 0.0;       // [turns] of that, clockwise
+  bool s_bit_ = false, first_of_turn_ = false;
+  std::vector<LidarEncoder::Sample> samples_;  // not sent yet
+
+  std::deque<std::uint8_t> line_;  // bytes that are on their way
+  Timestamp line_begin_{};         // when the first of them begins
+};
+
+}  // namespace slam::sim

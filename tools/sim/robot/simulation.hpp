@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "core/pose_history.hpp"
+#include "tools/sim/robot/driver_model.hpp"
+#include "tools/sim/robot/robot_model.hpp"
+#include "tools/sim/world/scenes.hpp"
+
+namespace slam::sim {
+
+/// True pose at a waypoint where accuracy is reported.
+struct WaypointVisit {
+  Timestamp stamp;
+  int waypoint = 0;  ///< index in the scene's route
+  Pose2 pose;
+};
+
+/// The robot on its way through a scene, in steps of kStep; time begins where the caller says.
+class Simulation {
+ public:
+  static constexpr Duration kStep = std::chrono::milliseconds(5);
+
+  Simulation(const Scene& scene, std::uint64_t seed, Timestamp start, const RobotErrors& errors = {});
+
+  void step();
+  /// The robot stands until this is called.
+  void release() { released_ = true; }
+
+  Timestamp now() const { return now_; }
+  /// Time since the release [s], 0 before: the time that the world's moving things go by.
+  double driveTime() const { return toSeconds(driven_ * kStep); }
+  bool finished() const { return driver_.finished(); }
+  RobotModel& robot() { return robot_; }
+  const PoseHistory& history() const { return history_; }  ///< true poses of the last seconds
+  const std::vector<WaypointVisit>& visits() const { return visits_; }
+
+ private:
+  DriverModel driver_;
+  RobotModel robot_;
+  PoseHistory history_{2000};
+  std::vector<WaypointVisit> visits_;
+  Timestamp now_;
+  bool released_ = false;
+  std::int64_t driven_ = 0;  // steps since the release
+};
+
+}  // namespace slam::sim

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/pose2.hpp"
+#include "tools/sim/world/world.hpp"
+
+namespace slam::sim {
+
+/// A place to drive to in a straight line, turning on the spot before and after.
+struct Waypoint {
+  Pose2 pose;             ///< in world; the robot stops with this heading ...
+  bool stop = true;       ///< ... or passes through without turning to it
+  double pause = 1.0;     ///< [s] standing there
+  bool measured = false;  ///< accuracy is reported here
+};
+
+/// A world and a drive through it. The robot starts at the origin, so world and map coincide.
+struct Scene {
+  std::string name;
+  World world = {};
+  std::vector<Waypoint> route = {};
+  double speed = 0.2;         ///< [m/s]
+  double turn_rate = 0.5236;  ///< [rad/s] on the spot
+  double settle = 2.0;        ///< [s] standing before the drive
+};
+
+std::vector<std::string> sceneNames();
+
+/// @param seed places what a scene leaves to chance
+/// @throws std::invalid_argument naming the known scenes
+Scene makeScene(const std::string& name, std::uint64_t seed);
+
+}  // namespace slam::sim
