@@ -11,6 +11,7 @@ namespace slam {
 namespace {
 
 constexpr double kRate = 20.0;  // [Hz] keyframes come at a few per second
+constexpr int kViewsWritten = static_cast<int>(ViewMemoryConfig{}.per_keyframe);  // into the journal, for a keyframe
 
 }  // namespace
 
@@ -46,6 +47,10 @@ void GraphThread::beginIn(MapState map) {
   back_end_->load(map.keyframes, map.in_map);
   generation_ = 0;
   correction_away_ = false;
+  requested_.reset();
+  unwritten_views_.clear();
+  views_kept_.clear();
+  views_ = 0;
   auto change = std::make_shared<MapChange>();
   change->map_id = map_id_;
   change->stamp = monotonicNow();
@@ -79,9 +84,12 @@ void GraphThread::keepMap() {
   }
   const Timestamp now = monotonicNow();
   exchange_.grids.drain([&](const std::shared_ptr<DrawnMap>& drawn) {
-    grid_requested_ = false;
-    const MapState map = mapState(std::move(*drawn));
+    if (!requested_) return;
+    const Requested shown = *std::exchange(requested_, std::nullopt);
+    if (shown.generation != back_end_->generation()) return requestGrid();  // the map has moved since
+    const MapState map = mapState(std::move(*drawn), shown.keyframes);
     const bool saved = keeper_.checkpoint(now, map, changes());
+    if (saved) unwritten_views_.erase(unwritten_views_.begin(), unwritten_views_.begin() + shown.views);
     if (!pending_) return;
     const MapCommand command = *std::exchange(pending_, std::nullopt);
     if (command.kind == MapCommand::kSave && command.name.empty()) {
@@ -93,8 +101,10 @@ void GraphThread::keepMap() {
   });
   if (back_end_->keyframes().size() == 0) return;
   if (keeper_.checkpointDue(now, changes())) requestGrid();
-  if (keeper_.journalDue(now, last_pose_, changes())) {
-    keeper_.journal(now, mapState({OccupancyGrid(all_config_.map), {}}), changes());
+  // What the journal held would be lost with it when a checkpoint on its way does not show it yet.
+  if (!requested_ && keeper_.journalDue(now, last_pose_, changes())) {
+    const MapState map = mapState({OccupancyGrid(all_config_.map), {}}, back_end_->keyframes().size());
+    if (keeper_.journal(now, map, unwritten_views_, changes())) unwritten_views_.clear();
   }
 }
 
@@ -147,8 +157,8 @@ void GraphThread::carryOut(const MapCommand& command, const MapState& map) {
 }
 
 void GraphThread::requestGrid() {
-  if (grid_requested_) return;
-  grid_requested_ = true;
+  if (requested_) return;
+  requested_ = {back_end_->keyframes().size(), back_end_->generation(), std::ssize(unwritten_views_)};
   auto change = std::make_shared<MapChange>();
   change->map_id = map_id_;
   change->stamp = monotonicNow();
@@ -156,13 +166,13 @@ void GraphThread::requestGrid() {
   changes_.push_back(std::move(change));
 }
 
-MapState GraphThread::mapState(DrawnMap drawn) const {
+MapState GraphThread::mapState(DrawnMap drawn, int drawn_keyframes) const {
   MapState map;
   map.keyframes = back_end_->keyframes();
   map.in_map = back_end_->inMap();
   map.grid = std::move(drawn.grid);
   map.views = std::move(drawn.views);
-  map.grid_keyframes = map.keyframes.size();
+  map.grid_keyframes = drawn_keyframes;
   map.T_map_base = last_pose_;
   map.gyro_bias = gyro_bias_;
   map.T_base_lidar = all_config_.localizer.lidar.T_base_lidar;
@@ -173,13 +183,14 @@ MapState GraphThread::mapState(DrawnMap drawn) const {
 
 /// Counts up with whatever the stored map should show.
 std::int64_t GraphThread::changes() const {
-  return static_cast<std::int64_t>(back_end_->keyframes().size()) + back_end_->generation();
+  return static_cast<std::int64_t>(back_end_->keyframes().size()) + back_end_->generation() + views_;
 }
 
 bool GraphThread::store(DrawnMap drawn) {
   if (!keeper_.writes() || back_end_->keyframes().size() == 0) return true;
   exchange_.pose_for_graph.load(snapshot_);
-  return keeper_.checkpoint(monotonicNow(), mapState(std::move(drawn)), changes());
+  const int keyframes = back_end_->keyframes().size();
+  return keeper_.checkpoint(monotonicNow(), mapState(std::move(drawn), keyframes), changes());
 }
 
 void GraphThread::takeIn() {
@@ -194,6 +205,10 @@ void GraphThread::add(const DepthSight& sight) {
   if (sight.map_id != map_id_) return;
   const auto view = back_end_->mapView(sight);
   if (!view) return;
+  if (keeper_.writes() && ++views_kept_[view->keyframe] <= kViewsWritten) {
+    unwritten_views_.push_back(*view);
+    ++views_;
+  }
   auto change = std::make_shared<MapChange>();
   change->map_id = map_id_;
   change->stamp = sight.laser.stamp;

@@ -3,6 +3,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <unordered_map>
 
 #include "app/config.hpp"
 #include "app/exchange.hpp"
@@ -37,7 +38,8 @@ class GraphThread {
   void obey(const MapCommand& command);
   void carryOut(const MapCommand& command, const MapState& map);
   void requestGrid();
-  MapState mapState(DrawnMap drawn) const;
+  /// @param drawn_keyframes so many are in the grid
+  MapState mapState(DrawnMap drawn, int drawn_keyframes) const;
   std::int64_t changes() const;
   void takeIn();
   void add(const Keyframe& keyframe);
@@ -56,8 +58,16 @@ class GraphThread {
   PoseSnapshot snapshot_;
   Pose2 last_pose_;         // the last one that was valid
   double gyro_bias_ = 0.0;  // [rad/s]
-  bool grid_requested_ = false;
-  std::optional<MapCommand> pending_;  // waits for the grid
+  /// What the grid that was asked for from the mapper shows.
+  struct Requested {
+    int keyframes = 0, generation = 0;
+    std::ptrdiff_t views = 0;  // of unwritten_views_
+  };
+  std::optional<Requested> requested_;
+  std::vector<MapView> unwritten_views_;     // not in the stored map yet
+  std::unordered_map<int, int> views_kept_;  // by keyframe, so that a known place writes no more
+  int views_ = 0;                            // of these
+  std::optional<MapCommand> pending_;        // waits for the grid
   int generation_ = 0;
   bool correction_away_ = false;
   std::vector<DepthSight> sights_;

@@ -99,15 +99,16 @@ bool MapKeeper::journalDue(Timestamp now, const Pose2& T_map_base, std::int64_t 
          std::abs(moved.theta) > kPoseMoved;
 }
 
-void MapKeeper::journal(Timestamp now, const MapState& map, std::int64_t changes) {
+bool MapKeeper::journal(Timestamp now, const MapState& map, std::span<const MapView> seen, std::int64_t changes) {
   journalled_ = now;
   const bool written = attempt("journal", [&] {
-    store_->append(map);
+    store_->append(map, seen);
     store_->sync();
   });
-  if (!written) return;
+  if (!written) return false;
   journalled_changes_ = changes;
   journalled_pose_ = map.T_map_base;
+  return true;
 }
 
 bool MapKeeper::checkpointDue(Timestamp now, std::int64_t changes) const {

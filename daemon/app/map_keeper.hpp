@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "app/config.hpp"
@@ -32,7 +33,8 @@ class MapKeeper {
 
   /// What is new goes to the journal, every journal_period. @param changes counts up with the map's changes
   bool journalDue(Timestamp now, const Pose2& T_map_base, std::int64_t changes) const;
-  void journal(Timestamp now, const MapState& map, std::int64_t changes);
+  /// @param seen by the depth camera since it was written last @return false when it could not be written
+  bool journal(Timestamp now, const MapState& map, std::span<const MapView> seen, std::int64_t changes);
   /// Whether a new generation should be written.
   bool checkpointDue(Timestamp now, std::int64_t changes) const;
   /// @return false when it could not be written

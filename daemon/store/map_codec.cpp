@@ -222,24 +222,56 @@ OccupancyGrid decodeGrid(std::string_view bytes, OccupancyGridConfig config) {
   return grid;
 }
 
+void encodeView(BinaryWriter& out, const MapView& view) {
+  out.put(static_cast<std::int32_t>(view.keyframe));
+  putPose(out, view.T_keyframe_base);
+  out.put(static_cast<std::int64_t>(view.view->stamp.time_since_epoch().count()));
+  putPose(out, view.view->T_base_depth);
+  out.put(static_cast<std::uint64_t>(view.view->beams.size()));
+  for (const DepthView::Beam& beam : view.view->beams) {
+    for (const float value : {beam.bearing, beam.range, beam.free_from}) out.put(value);
+    out.put(static_cast<std::uint8_t>(beam.hit));
+  }
+  out.put(static_cast<std::uint64_t>(view.view->surfaces.size()));
+  for (const DepthView::Surface& surface : view.view->surfaces) {
+    for (const float value : {surface.bearing, surface.from, surface.to}) out.put(value);
+  }
+}
+
+MapView decodeView(BinaryReader& in, const MapState& map) {
+  MapView view;
+  view.keyframe = in.get<std::int32_t>();
+  if (view.keyframe < 0 || view.keyframe >= map.keyframes.size()) {
+    throw std::runtime_error("holds a view of a keyframe that is not there");
+  }
+  view.T_map_keyframe = map.keyframes.pose(view.keyframe);
+  view.T_keyframe_base = getPose(in);
+  auto depth = std::make_shared<DepthView>();
+  depth->stamp = Timestamp(Duration(in.get<std::int64_t>()));
+  depth->T_base_depth = getPose(in);
+  depth->beams.resize(in.getCount(kBeamBytes));
+  for (DepthView::Beam& beam : depth->beams) {
+    for (float* value : {&beam.bearing, &beam.range, &beam.free_from}) *value = in.get<float>();
+    beam.hit = in.get<std::uint8_t>() != 0;
+    if (!(std::isfinite(beam.bearing) && isStretch(beam.free_from, beam.range))) {
+      throw std::runtime_error("holds a beam that is none");
+    }
+  }
+  depth->surfaces.resize(in.getCount(kSurfaceBytes));
+  for (DepthView::Surface& surface : depth->surfaces) {
+    for (float* value : {&surface.bearing, &surface.from, &surface.to}) *value = in.get<float>();
+    if (!(std::isfinite(surface.bearing) && isStretch(surface.from, surface.to))) {
+      throw std::runtime_error("holds a surface that is none");
+    }
+  }
+  view.view = std::move(depth);
+  return view;
+}
+
 std::string encodeDepth(const MapState& map) {
   BinaryWriter out;
   out.put(static_cast<std::uint64_t>(map.views.size()));
-  for (const MapView& view : map.views) {
-    out.put(static_cast<std::int32_t>(view.keyframe));
-    putPose(out, view.T_keyframe_base);
-    out.put(static_cast<std::int64_t>(view.view->stamp.time_since_epoch().count()));
-    putPose(out, view.view->T_base_depth);
-    out.put(static_cast<std::uint64_t>(view.view->beams.size()));
-    for (const DepthView::Beam& beam : view.view->beams) {
-      for (const float value : {beam.bearing, beam.range, beam.free_from}) out.put(value);
-      out.put(static_cast<std::uint8_t>(beam.hit));
-    }
-    out.put(static_cast<std::uint64_t>(view.view->surfaces.size()));
-    for (const DepthView::Surface& surface : view.view->surfaces) {
-      for (const float value : {surface.bearing, surface.from, surface.to}) out.put(value);
-    }
-  }
+  for (const MapView& view : map.views) encodeView(out, view);
   out.putBytes(encodeLayer(map.grid, &OccupancyGrid::Cell::depth));
   return out.take();
 }
@@ -247,33 +279,7 @@ std::string encodeDepth(const MapState& map) {
 void decodeDepth(std::string_view bytes, MapState& map) {
   BinaryReader in(bytes);
   std::vector<MapView> views(in.getCount(kViewBytes));
-  for (MapView& view : views) {
-    view.keyframe = in.get<std::int32_t>();
-    if (view.keyframe < 0 || view.keyframe >= map.keyframes.size()) {
-      throw std::runtime_error("holds a view of a keyframe that is not there");
-    }
-    view.T_map_keyframe = map.keyframes.pose(view.keyframe);
-    view.T_keyframe_base = getPose(in);
-    auto depth = std::make_shared<DepthView>();
-    depth->stamp = Timestamp(Duration(in.get<std::int64_t>()));
-    depth->T_base_depth = getPose(in);
-    depth->beams.resize(in.getCount(kBeamBytes));
-    for (DepthView::Beam& beam : depth->beams) {
-      for (float* value : {&beam.bearing, &beam.range, &beam.free_from}) *value = in.get<float>();
-      beam.hit = in.get<std::uint8_t>() != 0;
-      if (!(std::isfinite(beam.bearing) && isStretch(beam.free_from, beam.range))) {
-        throw std::runtime_error("holds a beam that is none");
-      }
-    }
-    depth->surfaces.resize(in.getCount(kSurfaceBytes));
-    for (DepthView::Surface& surface : depth->surfaces) {
-      for (float* value : {&surface.bearing, &surface.from, &surface.to}) *value = in.get<float>();
-      if (!(std::isfinite(surface.bearing) && isStretch(surface.from, surface.to))) {
-        throw std::runtime_error("holds a surface that is none");
-      }
-    }
-    view.view = std::move(depth);
-  }
+  for (MapView& view : views) view = decodeView(in, map);
   std::vector<std::pair<CellIndex, LogOdds>> cells;  // the grid stays as it is where they do not unpack
   TileBox box;
   map.grid.tiles().forEachTile([&](TileIndex tile, const auto&) { box.add(tile.column, tile.row); });

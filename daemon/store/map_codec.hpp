@@ -13,12 +13,15 @@ namespace slam {
 void encodeNode(BinaryWriter& out, const StoredScan& scan, const Pose2& T_map_base, bool in_map);
 void encodeEdge(BinaryWriter& out, const Edge& edge);
 void encodePoses(BinaryWriter& out, std::span<const Pose2> poses);
+void encodeView(BinaryWriter& out, const MapView& view);
 /// Adds a node to a map.
 void decodeNode(BinaryReader& in, MapState& map);
 /// Adds an edge between nodes of a map.
 void decodeEdge(BinaryReader& in, MapState& map);
 /// Moves the nodes of a map.
 void decodePoses(BinaryReader& in, MapState& map);
+/// @param map that the view's keyframe is in
+MapView decodeView(BinaryReader& in, const MapState& map);
 
 std::string encodeKeyframes(const MapState& map);
 void decodeKeyframes(std::string_view bytes, MapState& map);

@@ -8,7 +8,16 @@
 namespace slam {
 namespace {
 
-enum Entry : std::uint8_t { kNode = 1, kEdge = 2, kPoses = 3, kInMap = 4, kRevoked = 5, kState = 6, kBase = 7 };
+enum Entry : std::uint8_t {
+  kNode = 1,
+  kEdge = 2,
+  kPoses = 3,
+  kInMap = 4,
+  kRevoked = 5,
+  kState = 6,
+  kBase = 7,
+  kView = 8
+};
 constexpr std::uint32_t kMagic = 0x4A4D4C53;  // "SLMJ"
 
 void putEntry(BinaryWriter& out, Entry kind, std::string_view payload) {
@@ -35,7 +44,7 @@ std::uint32_t fingerprintOf(const MapState& map) {
   return crc32Of(out.bytes());
 }
 
-void applyEntry(Entry kind, std::string_view bytes, MapState& map, bool& moved) {
+void applyEntry(Entry kind, std::string_view bytes, MapState& map, MapJournal::Replayed& replayed) {
   BinaryReader in(bytes);
   switch (kind) {
     case kNode:
@@ -46,13 +55,13 @@ void applyEntry(Entry kind, std::string_view bytes, MapState& map, bool& moved) 
       break;
     case kPoses:
       decodePoses(in, map);
-      moved = true;
+      replayed.moved = true;
       break;
     case kInMap: {
       const auto first = in.get<std::uint32_t>(), end = in.get<std::uint32_t>();
       if (first > end || end > map.in_map.size()) throw std::runtime_error("names a keyframe that is not there");
       std::fill(map.in_map.begin() + first, map.in_map.begin() + end, 1);
-      moved = true;
+      replayed.moved = true;
       break;
     }
     case kRevoked: {
@@ -69,6 +78,10 @@ void applyEntry(Entry kind, std::string_view bytes, MapState& map, bool& moved) 
       map.grid_keyframes = drawn;
       break;
     }
+    case kView:
+      map.views.push_back(decodeView(in, map));
+      replayed.seen.push_back(map.views.back());
+      break;
     case kBase:
       if (in.get<std::uint32_t>() != fingerprintOf(map)) throw std::runtime_error("continues another map");
       break;
@@ -96,7 +109,7 @@ void MapJournal::remember(const MapState& map) {
   state_ = encodeState(map);
 }
 
-void MapJournal::append(const MapState& map) {
+void MapJournal::append(const MapState& map, std::span<const MapView> seen) {
   BinaryWriter out;
   const PoseGraph& graph = map.keyframes.graph();
   const bool moved = !std::equal(poses_.begin(), poses_.end(), graph.poses().begin());
@@ -132,6 +145,11 @@ void MapJournal::append(const MapState& map) {
     encodePoses(poses, graph.poses());
     putEntry(out, kPoses, poses.bytes());
   }
+  for (const MapView& view : seen) {
+    BinaryWriter content;
+    encodeView(content, view);
+    putEntry(out, kView, content.bytes());
+  }
   if (const std::string state = encodeState(map); state != state_) putEntry(out, kState, state);
   if (out.bytes().empty()) return;
   file_.append(recordOf(out.bytes()));
@@ -151,7 +169,7 @@ MapJournal::Replayed MapJournal::replay(const std::filesystem::path& file, MapSt
       if (crc32Of(record) != crc) break;
       for (BinaryReader entries(record); !entries.atEnd();) {
         const auto kind = static_cast<Entry>(entries.get<std::uint8_t>());
-        applyEntry(kind, entries.getBytes(entries.getCount(1)), map, replayed.moved);
+        applyEntry(kind, entries.getBytes(entries.getCount(1)), map, replayed);
       }
     } catch (const std::runtime_error&) {
       break;

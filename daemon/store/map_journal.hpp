@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,15 +19,17 @@ class MapJournal {
   /// Begins behind `known`, the map as the checkpoint holds it. @throws std::runtime_error
   MapJournal(const std::filesystem::path& file, const MapState& known);
 
-  /// Appends how `map` differs from what was written before. @throws std::runtime_error
-  void append(const MapState& map);
+  /// Appends how `map` differs from what was written before, and what the depth camera has seen since.
+  /// @throws std::runtime_error
+  void append(const MapState& map, std::span<const MapView> seen = {});
   void sync() { file_.sync(); }
 
   /// Applies the intact records of a journal to the map of its checkpoint.
   struct Replayed {
     int records = 0;
-    bool torn = false;   ///< something follows the intact records
-    bool moved = false;  ///< keyframes that the grid may show moved
+    bool torn = false;               ///< something follows the intact records
+    bool moved = false;              ///< keyframes that the grid may show moved
+    std::vector<MapView> seen = {};  ///< views that came to those of the map
   };
   static Replayed replay(const std::filesystem::path& file, MapState& map);
 

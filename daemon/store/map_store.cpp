@@ -208,8 +208,8 @@ void MapStore::checkpoint(const MapState& map) {
   }
 }
 
-void MapStore::append(const MapState& map) {
-  if (journal_) journal_->append(map);
+void MapStore::append(const MapState& map, std::span<const MapView> seen) {
+  if (journal_) journal_->append(map, seen);
 }
 
 void MapStore::sync() {
@@ -237,10 +237,12 @@ LoadedMap MapStore::load(const fs::path& directory, const std::string& name, con
     if (!first_problem.empty()) {
       remarks.insert(remarks.begin(), first_problem + "; used generation " + std::to_string(generation) + " instead");
     }
+    std::vector<MapView> seen;  // and not in the grid
     // Journals lead from this generation to the next one, and on: also past a damaged one.
     for (int next = generation; fs::exists(journalOf(folder, next)); ++next) {
       const auto replayed = MapJournal::replay(journalOf(folder, next), loaded.state);
       redraw |= replayed.moved;
+      seen.insert(seen.end(), replayed.seen.begin(), replayed.seen.end());
       if (!replayed.torn) continue;
       remarks.push_back(journalOf(folder, next).string() + ": cut off behind record " +
                         std::to_string(replayed.records) + "; used all before it");
@@ -249,6 +251,8 @@ LoadedMap MapStore::load(const fs::path& directory, const std::string& name, con
     if (redraw) {
       loaded.state.grid = drawGrid(loaded.state, config);
       loaded.state.grid_keyframes = loaded.state.keyframes.size();
+    } else {
+      for (const MapView& view : seen) loaded.state.grid.add(view.T_map_base() * view.view->T_base_depth, *view.view);
     }
     loaded.remarks = std::move(remarks);
     return loaded;

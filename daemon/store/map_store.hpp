@@ -49,8 +49,9 @@ class MapStore {
   /// Writes the whole map as a new generation and begins a new journal. @throws std::runtime_error; then the
   /// generations before are as they were
   void checkpoint(const MapState& map);
-  /// Writes what has changed since, into the journal. @throws std::runtime_error
-  void append(const MapState& map);
+  /// Writes what has changed since, into the journal. @param seen by the depth camera since the last call
+  /// @throws std::runtime_error
+  void append(const MapState& map, std::span<const MapView> seen = {});
   void sync();
 
   /// The newest state that can be read.

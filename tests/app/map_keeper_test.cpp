@@ -220,7 +220,7 @@ TEST_F(MapKeeping, WritesTheJournalWhenSomethingChangedOrTheRobotMoved) {
   EXPECT_TRUE(keeper.journalDue(Timestamp(200s), pose * Pose2{0.0, 0.0, -0.11}, 1));
   EXPECT_TRUE(keeper.journalDue(Timestamp(200s), pose, 2));
   changing.addKeyframe(true);
-  keeper.journal(Timestamp(200s), changing.map, 2);
+  keeper.journal(Timestamp(200s), changing.map, {}, 2);
   EXPECT_FALSE(keeper.journalDue(Timestamp(300s), pose, 2));
   EXPECT_FALSE(keeper.journalDue(Timestamp(201s), pose, 3));
   EXPECT_TRUE(keeper.journalDue(Timestamp(202s), pose, 3));
@@ -237,7 +237,7 @@ TEST_F(MapKeeping, LogsAFullDiskOnceAndItsEndOnce) {
     const test::FileSizeLimit limit(200);
     for (int i = 2; i < 12; ++i) {
       changing.addKeyframe(true);
-      keeper.journal(Timestamp(i * 100s), changing.map, i);
+      keeper.journal(Timestamp(i * 100s), changing.map, {}, i);
       EXPECT_TRUE(keeper.journalDue(Timestamp(i * 100s + 50s), changing.map.T_map_base, i)) << "it is tried again";
       EXPECT_FALSE(keeper.checkpoint(Timestamp(i * 100s), changing.map, i));
       EXPECT_TRUE(keeper.checkpointDue(Timestamp(i * 100s + 1000s), i));
@@ -247,7 +247,7 @@ TEST_F(MapKeeping, LogsAFullDiskOnceAndItsEndOnce) {
   EXPECT_EQ(std::count(failing.begin(), failing.end(), '\n'), 1) << failing;
   EXPECT_THAT(failing, HasSubstr("not written"));
   testing::internal::CaptureStderr();
-  keeper.journal(Timestamp(2000s), changing.map, 12);
+  keeper.journal(Timestamp(2000s), changing.map, {}, 12);
   EXPECT_EQ(newestKeyframes(keeper.name()), 14) << "also what was refused before";
   changing.addKeyframe(true);
   EXPECT_TRUE(keeper.checkpoint(Timestamp(2100s), changing.map, 13));

@@ -208,12 +208,8 @@ TEST(MapCodec, DepthComesBackAsItWas) {
   auto scan = std::make_shared<StoredScan>();
   map.keyframes.add(scan, {1.0, 2.0, 0.5});
   map.in_map.push_back(1);
-  auto view = std::make_shared<DepthView>();
-  view->stamp = Timestamp(std::chrono::seconds(7));
-  view->T_base_depth = {0.1, 0.0, 0.02};
-  view->beams = {{-0.1F, 2.0F, 1.0F, true}, {0.1F, 3.0F, 3.0F, false}};
-  view->surfaces = {{-0.1F, 2.2F, 2.9F}};
-  map.views.push_back({0, {1.0, 2.0, 0.5}, {0.2, 0.1, 0.3}, view});
+  map.views.push_back(test::viewFrom(0, {1.0, 2.0, 0.5}));
+  const auto& view = map.views.front().view;
   for (const MapView& drawn : map.views) map.grid.add(drawn.T_map_base() * view->T_base_depth, *view);
   const std::string bytes = encodeDepth(map);
 

@@ -191,5 +191,30 @@ TEST(MapJournal, WritesLaterWhatTheFullDiskRefused) {
   EXPECT_EQ(differenceOf(map, changing.map), "");
 }
 
+TEST(MapJournal, HoldsWhatTheDepthCameraSaw) {
+  const Folder folder;
+  ChangingMap changing;
+  MapState map = changing.copy(), other = changing.copy();
+  MapJournal journal(folder / "journal", changing.map);
+  changing.addKeyframe(true);
+  const std::vector<MapView> seen = {test::viewFrom(1, changing.map.keyframes.pose(1)),
+                                     test::viewFrom(4, changing.map.keyframes.pose(4))};  // of the new keyframe
+  journal.append(changing.map, seen);
+  const auto whole = std::filesystem::file_size(folder / "journal");
+  journal.append(changing.map, std::vector<MapView>{test::viewFrom(5, {})});  // of one that there is not
+  journal.sync();
+  const auto replayed = MapJournal::replay(folder / "journal", map);
+  EXPECT_TRUE(replayed.torn);
+  EXPECT_EQ(replayed.records, 2);
+  ASSERT_EQ(map.views.size(), 2U);
+  EXPECT_EQ(replayed.seen.size(), 2U);
+  EXPECT_EQ(map.views[1].keyframe, 4);
+  EXPECT_EQ(map.views[1].view->beams.size(), 2U);
+
+  std::filesystem::resize_file(folder / "journal", whole - 1);
+  EXPECT_TRUE(MapJournal::replay(folder / "journal", other).torn);
+  EXPECT_TRUE(other.views.empty()) << "all of a record or nothing";
+}
+
 }  // namespace
 }  // namespace slam

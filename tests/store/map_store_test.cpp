@@ -110,6 +110,24 @@ void expectGridOf(const LoadedMap& loaded) {
 
 bool oneSentence(const std::string& text) { return !text.empty() && text.find('\n') == std::string::npos; }
 
+TEST(MapStore, ShowsWhatTheDepthCameraSawSinceTheCheckpoint) {
+  for (const bool moved : {false, true}) {
+    SCOPED_TRACE(moved ? "the map moved" : "the map stayed");
+    const Folder folder;
+    Drive drive(folder / "");
+    drive.changing.addKeyframe(true);
+    const int id = drive.changing.map.keyframes.size() - 1;
+    const MapView seen = test::viewFrom(id, drive.changing.map.keyframes.pose(id));
+    drive.store.append(drive.changing.map, std::vector<MapView>{seen});
+    if (moved) drive.changing.move();
+    drive.append();
+    const LoadedMap loaded = MapStore::load(folder / "", "home", kGrid);
+    EXPECT_THAT(loaded.remarks, IsEmpty());
+    ASSERT_EQ(loaded.state.views.size(), 1U);
+    expectGridOf(loaded);
+  }
+}
+
 TEST(MapStore, LoadsWhatWasWrittenLast) {
   const Folder folder;
   const Drive drive(folder / "");

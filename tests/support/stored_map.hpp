@@ -64,6 +64,7 @@ class ChangingMap {
     same.keyframes = map.keyframes;
     same.in_map = map.in_map;
     same.grid = map.grid.clone();
+    same.views = map.views;
     same.grid_keyframes = map.grid_keyframes;
     same.T_map_base = map.T_map_base;
     same.gyro_bias = map.gyro_bias;
@@ -85,6 +86,16 @@ class ChangingMap {
   }
   std::mt19937 random_{5};
 };
+
+/// What a depth camera saw from near a keyframe: one hit, one free stretch, and a surface behind the hit.
+inline MapView viewFrom(int keyframe, const Pose2& T_map_keyframe) {
+  auto view = std::make_shared<DepthView>();
+  view->stamp = Timestamp(std::chrono::seconds(7));
+  view->T_base_depth = {0.1, 0.0, 0.02};
+  view->beams = {{-0.1F, 2.0F, 1.0F, true}, {0.1F, 3.0F, 3.0F, false}};
+  view->surfaces = {{-0.1F, 2.2F, 2.9F}};
+  return {keyframe, T_map_keyframe, {0.2, 0.1, 0.3}, view};
+}
 
 /// What differs first between two maps but for their grids; empty: nothing.
 inline std::string differenceOf(const MapState& a, const MapState& b) {
@@ -129,13 +140,14 @@ inline bool sameCells(const OccupancyGrid& a, const OccupancyGrid& b) {
   return covers(a, b) && covers(b, a);
 }
 
-/// The grid that drawing the keyframes of a map gives.
+/// The grid that drawing the keyframes and views of a map gives.
 inline OccupancyGrid drawn(const MapState& map) {
   OccupancyGrid grid(smallGrid());
   for (int id = 0; id < map.keyframes.size(); ++id) {
     if (map.in_map[static_cast<std::size_t>(id)] == 0) continue;
     grid.add(map.keyframes.pose(id), map.keyframes.scan(id)->T_base_lidar, map.keyframes.scan(id)->points);
   }
+  for (const MapView& view : viewsOf(map)) grid.add(view.T_map_base() * view.view->T_base_depth, *view.view);
   return grid;
 }
 
