@@ -30,10 +30,21 @@ struct DeviceStatus {
     reason.store(why, std::memory_order_release);  // words may have been made a moment ago
     state.store(new_state, std::memory_order_release);
   }
+  /// It is being opened. What was wrong with one that failed stays to be read until it streams.
+  /// @param doing said of any other
+  void setOpening(const char* doing) {
+    const DeviceState before = state;
+    const bool failed = before == DeviceState::kStale || before == DeviceState::kFault;
+    recovers_ = before == DeviceState::kOpening ? recovers_ : failed;
+    recovers_ ? state.store(DeviceState::kOpening, std::memory_order_release) : set(DeviceState::kOpening, doing);
+  }
   void countSample(Timestamp stamp) {
     last_sample_ns.store(stamp.time_since_epoch().count(), std::memory_order_relaxed);
     samples.fetch_add(1, std::memory_order_relaxed);
   }
+
+ private:
+  bool recovers_ = false;  // of the writing thread
 };
 
 }  // namespace slam

@@ -173,7 +173,8 @@ void Supervisor::logDeviceChanges() {
     const std::string reason = statusReason(device);
     const std::string text = std::string(nameOf(state)) + (reason.empty() ? "" : ": ") + reason;
     // A device that fails to open goes through OPENING at each try: only news is logged.
-    if (state == DeviceState::kOpening || text == device.logged) continue;
+    const bool known_lost = state == DeviceState::kOpening && !device.logged.starts_with("STREAMING");
+    if (known_lost || text == device.logged) continue;
     // One that alternates for long tells so every two seconds.
     device.lines = std::min(kMostLines, device.lines + kLineRate * toSeconds(now - device.looked));
     device.looked = now;

@@ -2,6 +2,7 @@
 // What the supervisor says in SLAM_HEALTH.
 #include <algorithm>
 #include <cstdio>
+#include <string_view>
 #include <systemd/sd-daemon.h>
 
 #include "app/supervisor.hpp"
@@ -63,6 +64,8 @@ std::string Supervisor::reasonOf(const Device& device, Timestamp now) const {
   }
   if (!silent) return reason;
   if (reason.empty()) reason = device.over_lcm ? "nobody sends it over LCM" : "port present";
+  constexpr std::string_view kNoData = "no data, ";  // as a driver begins that cannot tell since when
+  if (reason.starts_with(kNoData)) reason.erase(0, kNoData.size());
   std::snprintf(text, sizeof text, "no data for %.1f s, ", toSeconds(*age));
   return text + reason;
 }

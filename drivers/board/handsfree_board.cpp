@@ -85,7 +85,7 @@ void HandsfreeBoard::open(Timestamp now) {
   chassis_tries_left_ = kChassisTries;
   next_chassis_ = now;
   answered_ = now;
-  setBoth(DeviceState::kOpening, "waiting for the board's first answer");
+  for (DeviceStatus* status : {&wheels_, &imu_}) status->setOpening("waiting for the board's first answer");
 }
 
 void HandsfreeBoard::close(Timestamp now, DeviceState state, const char* reason) {

@@ -49,7 +49,7 @@ void SerialImu::open(Timestamp now) {
   clock_ = StreamClock();
   bytes_came_ = sampled_ = false;
   opened_ = frame_ = changed_ = now;
-  status_.set(DeviceState::kOpening, "waiting for the IMU's first frames");
+  status_.setOpening("waiting for the IMU's first frames");
 }
 
 void SerialImu::close(Timestamp now, DeviceState state, const char* reason) {

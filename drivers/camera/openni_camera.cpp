@@ -121,7 +121,7 @@ void OpenniCamera::resetSilentCamera() {
 
 bool OpenniCamera::connect(const std::atomic<bool>& cancel) {
   if (finished_) return fail(DeviceState::kAbsent, "the recording is over");
-  status_.set(DeviceState::kOpening, "looking for the camera");
+  status_.setOpening("looking for the camera");
   resetSilentCamera();
   if (!startLibrary()) return false;
   library_->unplugged.take();  // what happened to the one before

@@ -154,7 +154,7 @@ bool RplidarDriver::startMode(const rplidar::ScanMode& mode) {
   bytes_ = nodes_ = 0;
   catching_up_ = false;
   last_node_ = last_arrival_ = now_() + kSpinUp - kSilence;  // the motor may take that long
-  status_.set(DeviceState::kOpening, "waiting for the motor's speed");
+  status_.setOpening("waiting for the motor's speed");
   return true;
 }
 

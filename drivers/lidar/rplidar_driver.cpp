@@ -37,7 +37,7 @@ bool RplidarDriver::fail(DeviceState state, const char* reason) {
 }
 
 bool RplidarDriver::connect(const std::atomic<bool>& cancel) {
-  status_.set(DeviceState::kOpening, "opening");
+  status_.setOpening("opening");
   stop();
   OpenedPort port = openPort(config_.port, config_.baud);
   if (!port.stream) return fail(DeviceState::kAbsent, port.problem);

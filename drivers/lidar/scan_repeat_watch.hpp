@@ -26,8 +26,9 @@ class ScanRepeatWatch {
       seen = beam.range;
     }
     const bool repeats = compared >= kFewest && equal > kMost * compared;
+    const bool was_stuck = repeats_ >= kTurns;
     repeats_ = repeats ? repeats_ + 1 : 0;
-    return repeats_ >= kTurns;
+    return was_stuck || repeats_ >= kTurns;  // the turn in which it ends is old in part
   }
 
  private:

@@ -19,7 +19,7 @@ const std::vector<Row>& FaultMatrix::rows() {
             "refuses and counts packets; stops the scan after half a second without a good one, asks the unit how it "
             "is, starts "
             "again"},
-           {"wrong", "wrong 1.3", "wrong 1", "", kLost, 0.1,
+           {"wrong", "wrong 1.3", "wrong 1", "", kLost, 0.3,
             "scans that do not fit are not believed: degraded at once, lost when it lasts; no pose is published as "
             "valid; found "
             "again in the map",

@@ -40,6 +40,7 @@ TEST(ScanRepeatWatch, NoticesARepeatedTurnAndItsEnd) {
   int turns = 0;
   while (!watch.isStuck(*lidar.scan)) ASSERT_LT(++turns, 4);
   EXPECT_GE(turns, 1) << "one may be chance";
+  EXPECT_TRUE(watch.isStuck(lidar.turn())) << "the first half may be old";
   EXPECT_FALSE(watch.isStuck(lidar.turn()));
 }
 
