@@ -13,12 +13,15 @@ namespace {
 
 constexpr int kIterations = 4;
 constexpr double kFinalGate = 0.015, kFinalGateSlope = 0.008;  // [m], [1] a wall's foot is no floor
-constexpr double kPriorOffset = 0.02;              // [m] the plane stays where it is where an image does not tell,
-constexpr double kPriorSlope = 0.02;               // [1] by a prior around the plane before
-constexpr double kPointSigma = 0.01;               // [m] of a floor point, all errors of one image together
-constexpr int kIndependent = 30;                   // so many points of an image are worth independent ones at most
-constexpr int kHypotheses = 200;                   // planes tried elsewhere
-constexpr double kMaxLean = 0.45;                  // [rad] a plane that leans more (26 deg) is no floor
+constexpr double kPriorOffset = 0.02;   // [m] the plane stays where it is where an image does not tell,
+constexpr double kPriorSlope = 0.02;    // [1] by a prior around the plane before ...
+constexpr double kMountOffset = 0.015;  // [m] ... and one around the extrinsics: before a wall each image
+constexpr double kMountSlope = 0.015;   // [1] tells a little, its foot pulls, and the plane would creep away
+constexpr double kPointSigma = 0.01;    // [m] of a floor point, all errors of one image together
+constexpr int kIndependent = 30;        // so many points of an image are worth independent ones at most
+constexpr double kNarrow = 0.05;        // [m] standard deviation ahead: a strip so narrow may be a wall's foot
+constexpr int kHypotheses = 200;        // planes tried elsewhere
+constexpr double kMaxLean = 0.45;       // [rad] a plane that leans more (26 deg) is no floor
 constexpr double kNearest = 0.5, kFarthest = 2.0;  // [1] times the camera's height: distance of what may be the floor
 constexpr double kThickness = 0.02;                // [m] of a plane ...
 constexpr double kThicknessSlope = 0.01;           // [1] ... and per metre of distance
@@ -37,12 +40,14 @@ FloorTracker::Fit FloorTracker::fitNear(const std::vector<Eigen::Vector3f>& poin
     Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
     Eigen::Vector3d g = Eigen::Vector3d::Zero();
     fit.points = 0;
+    Eigen::Vector2d spread = Eigen::Vector2d::Zero();  // sum of x, of x^2
     for (const Eigen::Vector3f& p : points) {
       const double e = p.z() - fit.plane.height(p.x(), p.y());
       if (std::abs(e) > gate + slope * p.x()) continue;
       const Eigen::Vector3d J(1.0, p.x(), p.y());
       H += J * J.transpose();
       g += e * J;
+      spread += Eigen::Vector2d(p.x(), p.x() * p.x());
       ++fit.points;
     }
     if (fit.points < config_.min_points) return fit;
@@ -51,12 +56,16 @@ FloorTracker::Fit FloorTracker::fitNear(const std::vector<Eigen::Vector3f>& poin
                                 1.0 / (kPriorSlope * kPriorSlope));
     const Eigen::Vector3d off(fit.plane.offset - guess.offset, fit.plane.slope_x - guess.slope_x,
                               fit.plane.slope_y - guess.slope_y);
+    const Eigen::Vector3d mount(1.0 / (kMountOffset * kMountOffset), 1.0 / (kMountSlope * kMountSlope),
+                                1.0 / (kMountSlope * kMountSlope));
+    const Eigen::Vector3d whole(fit.plane.offset, fit.plane.slope_x, fit.plane.slope_y);
     H *= weight;
-    H.diagonal() += prior;
-    const Eigen::Vector3d step = H.ldlt().solve(weight * g - prior.cwiseProduct(off));
+    H.diagonal() += prior + mount;
+    const Eigen::Vector3d step = H.ldlt().solve(weight * g - prior.cwiseProduct(off) - mount.cwiseProduct(whole));
     fit.plane.offset += step.x();
     fit.plane.slope_x += step.y();
     fit.plane.slope_y += step.z();
+    fit.extent = std::sqrt(std::max(0.0, spread.y() / fit.points - std::pow(spread.x() / fit.points, 2)));
   }
   return fit;
 }
@@ -66,10 +75,11 @@ std::optional<double> FloorTracker::update(Timestamp stamp, const std::vector<Ei
   const Fit fit = fitNear(points, plane_);
   const bool inside = fit.plane.tilt() <= config_.max_tilt && std::abs(fit.plane.offset) <= config_.max_offset;
   if (!inside || fit.points < kScarce * static_cast<double>(points.size())) {
-    const auto tilt = findElsewhere(points, camera_height, inside ? fit.points : 0);
-    if (tilt) return tilt;
+    const Search found = findElsewhere(points, camera_height, inside ? fit.points : 0);
+    if (found.tilt) return found.tilt;
+    if (found.level) plane_ = {};  // the floor is where the mount has it, only the plane was not
   }
-  if (fit.points < config_.min_points) return std::nullopt;
+  if (fit.points < config_.min_points || fit.extent < kNarrow) return std::nullopt;
   // Bounded, towards where it was found.
   const double share = last_ ? std::clamp(toSeconds(stamp - *last_) / config_.settle_time, 0.0, 1.0) : 1.0;
   last_ = stamp;
@@ -87,14 +97,14 @@ std::optional<double> FloorTracker::update(Timestamp stamp, const std::vector<Ei
 
 /// RANSAC: a plane at about the floor's distance from the camera that holds most of what the camera sees.
 /// [Fischler 1981] M. Fischler and R. Bolles, "Random sample consensus", Comm. ACM 24(6).
-std::optional<double> FloorTracker::findElsewhere(const std::vector<Eigen::Vector3f>& points, double camera_height,
-                                                  int points_of_floor) const {
-  if (static_cast<int>(points.size()) < 4 * config_.min_points) return std::nullopt;
+FloorTracker::Search FloorTracker::findElsewhere(const std::vector<Eigen::Vector3f>& points, double camera_height,
+                                                 int points_of_floor) const {
+  Search found;
+  if (static_cast<int>(points.size()) < 4 * config_.min_points) return found;
   std::minstd_rand random(1);  // the same for the same image
   std::uniform_int_distribution<std::size_t> pick(0, points.size() - 1);
   const Eigen::Vector3d camera(0.0, 0.0, camera_height);
   int most = std::max(2 * points_of_floor, static_cast<int>(kDominant * static_cast<double>(points.size())));
-  std::optional<double> tilt;
   for (int i = 0; i < kHypotheses; ++i) {
     const Eigen::Vector3d a = points[pick(random)].cast<double>();
     const Eigen::Vector3d b = points[pick(random)].cast<double>(), c = points[pick(random)].cast<double>();
@@ -108,9 +118,10 @@ std::optional<double> FloorTracker::findElsewhere(const std::vector<Eigen::Vecto
     }
     const bool level = lean <= config_.max_tilt, above = a.z() > camera_height;  // above: as of a camera on its head
     // A level plane may be a table; it is taken for the floor only where no other floor is seen.
+    const bool in_place = level && !above && std::abs(distance - camera_height) <= config_.max_offset;
     const bool elsewhere =
         std::abs(distance - camera_height) > 2.0 * config_.max_offset && points_of_floor < config_.min_points;
-    if (level && !above && !elsewhere) continue;
+    if (level && !above && !elsewhere && !in_place) continue;
     int inliers = 0;
     for (std::size_t k = 0; k < points.size(); k += kCounted) {
       const Eigen::Vector3f& p = points[k];
@@ -119,9 +130,10 @@ std::optional<double> FloorTracker::findElsewhere(const std::vector<Eigen::Vecto
     inliers *= static_cast<int>(kCounted);
     if (inliers <= most) continue;
     most = inliers;
-    tilt = above ? std::numbers::pi - lean : lean;
+    found.level = in_place;
+    found.tilt = in_place ? std::nullopt : std::optional(above ? std::numbers::pi - lean : lean);
   }
-  return tilt;
+  return found;
 }
 
 }  // namespace slam

@@ -49,10 +49,15 @@ class FloorTracker {
   struct Fit {
     FloorPlane plane;
     int points = 0;
+    double extent = 0.0;  ///< [m] standard deviation of the points ahead
   };
   Fit fitNear(const std::vector<Eigen::Vector3f>& points, const FloorPlane& guess) const;
-  std::optional<double> findElsewhere(const std::vector<Eigen::Vector3f>& points, double camera_height,
-                                      int points_of_floor) const;
+  /// The plane that holds most of what the camera sees, if it may be the floor.
+  struct Search {
+    std::optional<double> tilt;  ///< [rad] it is not where the extrinsics put it
+    bool level = false;          ///< it is
+  };
+  Search findElsewhere(const std::vector<Eigen::Vector3f>& points, double camera_height, int points_of_floor) const;
 
   FloorTrackerConfig config_;
   FloorPlane plane_;

@@ -14,6 +14,21 @@ constexpr double kHeight = 0.4;  // [m] of the camera
 /// Points that a camera sees of a flat floor and a wall, thrown off by wrong extrinsics and noise.
 class Scenery {
  public:
+  /// A level camera before a wall.
+  std::vector<Eigen::Vector3f> lookAtWall(double distance) {
+    constexpr double kNearest = 0.95;  // [m] of the floor in view
+    std::vector<Eigen::Vector3f> points;
+    const double strip = distance - kNearest, floor_share = strip / (strip + 0.8);
+    for (int i = 0; i < 1500; ++i) {
+      const bool floor = i < 1500 * floor_share;
+      const Eigen::Vector3d p(floor ? draw(kNearest, distance) : distance, draw(-0.5, 0.5),
+                              floor ? 0.0 : draw(0.0, 0.8));
+      const Eigen::Vector3d from_camera = p - Eigen::Vector3d(0.0, 0.0, kHeight);
+      const double stretch = 1.0 + 0.0015 * p.x() * normal_(random_);
+      points.push_back((stretch * from_camera + Eigen::Vector3d(0.0, 0.0, kHeight)).cast<float>());
+    }
+    return points;
+  }
   /// @param pitch, roll [rad] of the true camera beyond what is believed; @param lift [m] of its true height
   std::vector<Eigen::Vector3f> look(double pitch, double roll, double lift, double floor_share = 0.6) {
     std::vector<Eigen::Vector3f> points;
@@ -63,6 +78,37 @@ TEST(FloorTracker, FollowsARobotThatNods) {
     if (i > 20) worst = std::max(worst, std::abs(tracker.plane().slope_x - pitch));
   }
   EXPECT_LT(worst, 0.012);
+}
+
+TEST(FloorTracker, DoesNotCreepAwayBeforeAWall) {
+  FloorTracker tracker({});
+  Scenery scenery;
+  Timestamp stamp{10s};
+  for (int i = 0; i < 30; ++i, stamp += 33ms) tracker.update(stamp, scenery.look(0.005, 0.0, 0.0), kHeight);
+  for (int i = 0; i < 450; ++i, stamp += 33ms) {  // the robot rolls up to it and stands there
+    const double wall = std::max(1.05, 3.5 - 0.01 * i);
+    ASSERT_FALSE(tracker.update(stamp, scenery.lookAtWall(wall), kHeight)) << wall;
+    EXPECT_LT(tracker.plane().tilt(), 0.03) << wall;
+    EXPECT_LT(std::abs(tracker.plane().height(wall, 0.0)), 0.025) << "[m]";
+  }
+  for (int i = 0; i < 30; ++i, stamp += 33ms) {  // and turns away
+    ASSERT_FALSE(tracker.update(stamp, scenery.look(0.005, 0.0, 0.0), kHeight));
+  }
+  EXPECT_NEAR(tracker.plane().slope_x, 0.005, 0.004);
+}
+
+TEST(FloorTracker, FindsTheFloorAgainThatItHadLost) {
+  FloorTracker tracker({});
+  Scenery scenery;
+  Timestamp stamp{10s};
+  for (int i = 0; i < 60; ++i, stamp += 33ms) tracker.update(stamp, scenery.look(0.05, 0.0, 0.035), kHeight);
+  ASSERT_GT(tracker.plane().tilt(), 0.03);
+  int refused = 0;
+  for (int i = 0; i < 30; ++i, stamp += 33ms) {
+    refused += tracker.update(stamp, scenery.look(-0.01, 0.0, 0.0), kHeight).has_value();
+  }
+  EXPECT_LT(refused, 5);
+  EXPECT_NEAR(tracker.plane().slope_x, -0.01, 0.004);
 }
 
 TEST(FloorTracker, StaysWithinItsBounds) {
