@@ -140,6 +140,7 @@ void HandsfreeBoard::greet() {
   mileage_.clock.restart();
   last_imu_.clock.restart();
   time_ran_ = frozen_ = false;
+  still_looks_ = 0;
   chassis_tries_left_ = kChassisTries;
   next_chassis_ = answered_;
 }

@@ -147,6 +147,7 @@ class HandsfreeBoard {
   bool driving_ = false;
   float last_system_time_ = 0.0F;  // [us]
   Timestamp time_asked_{};
+  int still_looks_ = 0;  // at its time, one after the other without progress
   bool time_ran_ = false, frozen_ = false;
   LatestTriple coordinate_, command_;
   std::atomic<std::int64_t> local_time_offset_{0};  // [ns]; 0: not known

@@ -17,6 +17,7 @@ constexpr Duration kStanding = 120ms;        // the board renews its values ever
 constexpr double kFastestWheel = 100.0;      // [rad/s] above what any of these motors can do
 constexpr Duration kReadingJitter = 100ms;   // of the age of a reading
 constexpr Duration kTimeStep = 180ms;        // between looks at the board's time, which it renews every 50 ms
+constexpr int kStillLooks = 2;               // one may be a hiccup of the board
 constexpr float kFinestStep = 1e5F;          // [us] of the board's time that can still tell whether it runs
 constexpr double kGeometryTolerance = 0.05;  // [1] a calibration may differ from the model's figures by less
 
@@ -133,7 +134,8 @@ void HandsfreeBoard::handleInfo(const robolink::SystemInfo& info) {
   // The board's time is a float: after some weeks its steps are longer than the interval between two looks.
   const bool fine =
       std::nextafter(info.system_time, std::numeric_limits<float>::infinity()) - info.system_time < kFinestStep;
-  frozen_ = fine && time_ran_ && !runs;
+  still_looks_ = runs ? 0 : still_looks_ + 1;
+  frozen_ = fine && time_ran_ && still_looks_ >= kStillLooks;
   time_ran_ = time_ran_ || runs;
   if (frozen_) setBoth(DeviceState::kStale, "the board answers, but renews nothing any more: restart it");
 }

@@ -182,8 +182,11 @@ TEST_F(HandsfreeBoardTest, TakesNoStandingWheelsFromABoardThatRenewsNothing) {
   fake_.time_runs = false;
   fake_.step = {};
   fake_.renew = [] {};
+  const Timestamp begin = virtual_now;
   ASSERT_TRUE(runUntil([&] { return driver_->wheelStatus().state != DeviceState::kStreaming; }));
   EXPECT_STREQ(driver_->wheelStatus().reason, "the board answers, but renews nothing any more: restart it");
+  EXPECT_GT(virtual_now - begin, milliseconds(200)) << "a hiccup is no fault";
+  EXPECT_LT(virtual_now - begin, milliseconds(900));
   const std::size_t before = wheels_.size();
   runFor(std::chrono::seconds(5));
   EXPECT_EQ(wheels_.size(), before);
