@@ -48,7 +48,8 @@ void GraphThread::beginIn(MapState map) {
   generation_ = 0;
   correction_away_ = false;
   requested_.reset();
-  unwritten_views_.clear();
+  new_views_.clear();
+  journalled_views_ = 0;
   views_kept_.clear();
   views_ = 0;
   auto change = std::make_shared<MapChange>();
@@ -88,8 +89,12 @@ void GraphThread::keepMap() {
     const Requested shown = *std::exchange(requested_, std::nullopt);
     if (shown.generation != back_end_->generation()) return requestGrid();  // the map has moved since
     const MapState map = mapState(std::move(*drawn), shown.keyframes);
-    const bool saved = keeper_.checkpoint(now, map, changes());
-    if (saved) unwritten_views_.erase(unwritten_views_.begin(), unwritten_views_.begin() + shown.views);
+    if (keeper_.writes()) journal(now);  // leads up to the new generation, should that be damaged one day
+    const bool saved = keeper_.checkpoint(now, map, shown.changes);
+    if (saved) {
+      new_views_.erase(new_views_.begin(), new_views_.begin() + shown.views);
+      journalled_views_ = 0;
+    }
     if (!pending_) return;
     const MapCommand command = *std::exchange(pending_, std::nullopt);
     if (command.kind == MapCommand::kSave && command.name.empty()) {
@@ -101,11 +106,13 @@ void GraphThread::keepMap() {
   });
   if (back_end_->keyframes().size() == 0) return;
   if (keeper_.checkpointDue(now, changes())) requestGrid();
-  // What the journal held would be lost with it when a checkpoint on its way does not show it yet.
-  if (!requested_ && keeper_.journalDue(now, last_pose_, changes())) {
-    const MapState map = mapState({OccupancyGrid(all_config_.map), {}}, back_end_->keyframes().size());
-    if (keeper_.journal(now, map, unwritten_views_, changes())) unwritten_views_.clear();
-  }
+  if (keeper_.journalDue(now, last_pose_, changes())) journal(now);
+}
+
+void GraphThread::journal(Timestamp now) {
+  const MapState map = mapState({OccupancyGrid(all_config_.map), {}}, back_end_->keyframes().size());
+  const auto views = std::span(new_views_).subspan(journalled_views_);
+  if (keeper_.journal(now, map, views, changes())) journalled_views_ = new_views_.size();
 }
 
 void GraphThread::obey(const MapCommand& command) {
@@ -158,7 +165,7 @@ void GraphThread::carryOut(const MapCommand& command, const MapState& map) {
 
 void GraphThread::requestGrid() {
   if (requested_) return;
-  requested_ = {back_end_->keyframes().size(), back_end_->generation(), std::ssize(unwritten_views_)};
+  requested_ = {back_end_->keyframes().size(), back_end_->generation(), std::ssize(new_views_), changes()};
   auto change = std::make_shared<MapChange>();
   change->map_id = map_id_;
   change->stamp = monotonicNow();
@@ -206,7 +213,7 @@ void GraphThread::add(const DepthSight& sight) {
   const auto view = back_end_->mapView(sight);
   if (!view) return;
   if (keeper_.writes() && ++views_kept_[view->keyframe] <= kViewsWritten) {
-    unwritten_views_.push_back(*view);
+    new_views_.push_back(*view);
     ++views_;
   }
   auto change = std::make_shared<MapChange>();

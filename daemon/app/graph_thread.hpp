@@ -38,6 +38,7 @@ class GraphThread {
   void obey(const MapCommand& command);
   void carryOut(const MapCommand& command, const MapState& map);
   void requestGrid();
+  void journal(Timestamp now);
   /// @param drawn_keyframes so many are in the grid
   MapState mapState(DrawnMap drawn, int drawn_keyframes) const;
   std::int64_t changes() const;
@@ -61,10 +62,12 @@ class GraphThread {
   /// What the grid that was asked for from the mapper shows.
   struct Requested {
     int keyframes = 0, generation = 0;
-    std::ptrdiff_t views = 0;  // of unwritten_views_
+    std::ptrdiff_t views = 0;  // of new_views_
+    std::int64_t changes = 0;
   };
   std::optional<Requested> requested_;
-  std::vector<MapView> unwritten_views_;     // not in the stored map yet
+  std::vector<MapView> new_views_;           // which the last checkpoint does not show
+  std::size_t journalled_views_ = 0;         // of these, in the journal that follows it
   std::unordered_map<int, int> views_kept_;  // by keyframe, so that a known place writes no more
   int views_ = 0;                            // of these
   std::optional<MapCommand> pending_;        // waits for the grid

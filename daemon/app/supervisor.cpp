@@ -170,7 +170,8 @@ void Supervisor::logDeviceChanges() {
   for (Device& device : devices_) {
     const Timestamp now = monotonicNow();
     const DeviceState state = stateOf(device, now);
-    const std::string reason = statusReason(device);
+    std::string reason = statusReason(device);
+    if (state == DeviceState::kStale && reason.empty()) reason = "no data";
     const std::string text = std::string(nameOf(state)) + (reason.empty() ? "" : ": ") + reason;
     // A device that fails to open goes through OPENING at each try: only news is logged.
     const bool known_lost = state == DeviceState::kOpening && !device.logged.starts_with("STREAMING");

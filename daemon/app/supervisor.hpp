@@ -61,7 +61,8 @@ class Supervisor {
   void measureRates(Timestamp now);
   void sendHealth(Timestamp now);
   static std::optional<Duration> ageOf(const Device& device, Timestamp now);  ///< of its last sample
-  DeviceState stateOf(const Device& device, Timestamp now) const;
+  static bool isSilent(const Device& device, Timestamp now);
+  static DeviceState stateOf(const Device& device, Timestamp now);
   std::string statusReason(const Device& device) const;
   std::string reasonOf(const Device& device, Timestamp now) const;
   std::string summary(Timestamp now) const;

@@ -12,7 +12,8 @@ namespace slam {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr Duration kStaleAfter = 900ms;  // without a sample
+constexpr Duration kStaleAfter = 900ms;  // without a sample ...
+constexpr Duration kLcmStaleAfter = 2s;  // ... that others send, who may be slow
 constexpr Duration kSettled = 5s;        // from the start: then rates are judged
 
 counter_t counter(const std::string& name, std::uint64_t value) {
@@ -47,14 +48,17 @@ std::optional<Duration> Supervisor::ageOf(const Device& device, Timestamp now) {
   return last == 0 ? std::nullopt : std::optional(now - Timestamp(Duration(last)));
 }
 
-DeviceState Supervisor::stateOf(const Device& device, Timestamp now) const {
+bool Supervisor::isSilent(const Device& device, Timestamp now) {
+  return ageOf(device, now) > (device.over_lcm ? kLcmStaleAfter : kStaleAfter);
+}
+
+DeviceState Supervisor::stateOf(const Device& device, Timestamp now) {
   const DeviceState state = device.status->state.load(std::memory_order_acquire);
-  return state == DeviceState::kStreaming && ageOf(device, now) > kStaleAfter ? DeviceState::kStale : state;
+  return state == DeviceState::kStreaming && isSilent(device, now) ? DeviceState::kStale : state;
 }
 
 std::string Supervisor::reasonOf(const Device& device, Timestamp now) const {
-  const std::optional<Duration> age = ageOf(device, now);
-  const bool silent = age > kStaleAfter;
+  const bool silent = isSilent(device, now);
   std::string reason = statusReason(device);
   char text[64];
   constexpr double kSlow = 0.7;  // [1] of the expected rate
@@ -66,7 +70,7 @@ std::string Supervisor::reasonOf(const Device& device, Timestamp now) const {
   if (reason.empty()) reason = device.over_lcm ? "nobody sends it over LCM" : "port present";
   constexpr std::string_view kNoData = "no data, ";  // as a driver begins that cannot tell since when
   if (reason.starts_with(kNoData)) reason.erase(0, kNoData.size());
-  std::snprintf(text, sizeof text, "no data for %.1f s, ", toSeconds(*age));
+  std::snprintf(text, sizeof text, "no data for %.1f s, ", toSeconds(*ageOf(device, now)));
   return text + reason;
 }
 
@@ -92,7 +96,7 @@ void Supervisor::measureRates(Timestamp now) {
     device.rate = static_cast<double>(samples - device.samples) / interval;
     device.samples = samples;
     // A second in which the device came or went says nothing of its rate.
-    const bool streams = device.status->state == DeviceState::kStreaming;
+    const bool streams = stateOf(device, now) == DeviceState::kStreaming;
     device.judged = streams && device.streamed && now - started_ > kSettled;
     device.streamed = streams;
   }

@@ -36,8 +36,8 @@ struct Keyframe {
   KeyframeOrigin origin = KeyframeOrigin::kContinued;
   bool look = false;  ///< shows nothing new: it refreshes the grid and is then forgotten, so that a known place costs
                       ///< no memory however long the robot stays
-  Timestamp stamp;
-  Pose2 T_map_base;       ///< as the front end knew it then
+  Timestamp stamp;    ///< of the middle of the turn, as the points are
+  Pose2 T_map_base;   ///< as the front end knew it then
   Pose2 T_previous_base;  ///< relative to the keyframe before it; of a look: relative to keyframe `id`
   Pose2 T_base_lidar;
   Eigen::Matrix3d step_covariance = Eigen::Matrix3d::Zero();  ///< of this pose relative to the keyframe before it
@@ -50,7 +50,7 @@ struct Keyframe {
 
 /// What is stored of a keyframe's scan: no more than it needs.
 struct StoredScan {
-  Timestamp stamp;
+  Timestamp stamp;  ///< of the middle of the turn
   Pose2 T_base_lidar;
   std::vector<Keyframe::Point> points;  ///< [m] in base, in acquisition order
   /// [m] in base. Of a picture, whose points are the borders of its walls, seen from nowhere: its free cells, and those

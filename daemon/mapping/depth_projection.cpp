@@ -143,12 +143,12 @@ DepthProjection::Status DepthProjection::trackFloor(const DepthImage& image, con
     tilt_ = *tilt;
     return Status::kTilted;
   }
-  if (static_cast<double>(below) > kMostBelow * static_cast<double>(std::max<std::size_t>(low, 1))) {
-    return Status::kBelowFloor;
-  }
   const FloorPlane& plane = floor_.plane();
   for (std::size_t beam = 0; beam < lift_.size(); ++beam) {
     lift_[beam] = static_cast<float>(plane.slope_x * rays_.cosine(beam) + plane.slope_y * rays_.sine(beam));
+  }
+  if (static_cast<double>(below) > kMostBelow * static_cast<double>(std::max<std::size_t>(low, 1))) {
+    return Status::kBelowFloor;
   }
   return Status::kOk;
 }

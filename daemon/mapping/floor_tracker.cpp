@@ -21,6 +21,7 @@ constexpr double kPointSigma = 0.01;    // [m] of a floor point, all errors of o
 constexpr int kIndependent = 30;        // so many points of an image are worth independent ones at most
 constexpr double kNarrow = 0.05;        // [m] standard deviation ahead: a strip so narrow may be a wall's foot
 constexpr int kHypotheses = 200;        // planes tried elsewhere
+constexpr double kLevel = 0.5;          // [1] of max_tilt
 constexpr double kMaxLean = 0.45;       // [rad] a plane that leans more (26 deg) is no floor
 constexpr double kNearest = 0.5, kFarthest = 2.0;  // [1] times the camera's height: distance of what may be the floor
 constexpr double kThickness = 0.02;                // [m] of a plane ...
@@ -77,7 +78,10 @@ std::optional<double> FloorTracker::update(Timestamp stamp, const std::vector<Ei
   if (!inside || fit.points < kScarce * static_cast<double>(points.size())) {
     const Search found = findElsewhere(points, camera_height, inside ? fit.points : 0);
     if (found.tilt) return found.tilt;
-    if (found.level) plane_ = {};  // the floor is where the mount has it, only the plane was not
+    if (found.level) {  // the floor is where the mount has it, only the plane was not
+      plane_ = {};
+      return std::nullopt;
+    }
   }
   if (fit.points < config_.min_points || fit.extent < kNarrow) return std::nullopt;
   // Bounded, towards where it was found.
@@ -118,7 +122,9 @@ FloorTracker::Search FloorTracker::findElsewhere(const std::vector<Eigen::Vector
     }
     const bool level = lean <= config_.max_tilt, above = a.z() > camera_height;  // above: as of a camera on its head
     // A level plane may be a table; it is taken for the floor only where no other floor is seen.
-    const bool in_place = level && !above && std::abs(distance - camera_height) <= config_.max_offset;
+    // Clearly level: of a camera just beyond the bound a plane just within it holds nearly as much.
+    const bool in_place =
+        lean <= kLevel * config_.max_tilt && !above && std::abs(distance - camera_height) <= config_.max_offset;
     const bool elsewhere =
         std::abs(distance - camera_height) > 2.0 * config_.max_offset && points_of_floor < config_.min_points;
     if (level && !above && !elsewhere && !in_place) continue;

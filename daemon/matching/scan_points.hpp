@@ -7,7 +7,7 @@
 
 namespace slam {
 
-/// One point of a deskewed scan, in base at the scan's stamp.
+/// One point of a deskewed scan, in base at one instant: as deskew() leaves it, at the scan's stamp.
 struct ScanPoint {
   Eigen::Vector2d position = Eigen::Vector2d::Zero();  ///< [m]
   Eigen::Vector2d normal = Eigen::Vector2d::Zero();    ///< unit, towards the lidar; zero where no line was found

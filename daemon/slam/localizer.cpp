@@ -76,6 +76,7 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
   outcome.stamp = middleOf(recorded, outcome.first);
   if (pose_.started() && outcome.first < pose_.oldestStamp()) {
     ++counters_.scans_too_late;
+    outcome.stamp = outcome.first;
     return outcome;
   }
 

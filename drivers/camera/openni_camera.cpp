@@ -138,7 +138,7 @@ bool OpenniCamera::connect(const std::atomic<bool>& cancel) {
   if (!stream_->recorder.isValid() && !config_.record.empty() && !stream_->device.isFile()) {
     stream_->note = "depth.record cannot be written; the images are used all the same";
   }
-  status_.set(DeviceState::kStreaming, stream_->note);
+  status_.setOpening("waiting for the first image");
   return true;
 }
 

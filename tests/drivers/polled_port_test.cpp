@@ -39,22 +39,6 @@ TEST_F(PolledPortTest, GivesWhatHasComeSinceItWasOpenedAndNeverWaits) {
   EXPECT_FALSE(hung_up_);
 }
 
-TEST_F(PolledPortTest, TakesABoundedShareOfAFloodAtATime) {
-  ASSERT_STREQ(port_.open(kNow), "");
-  const Bytes flood(4000, 0x55);
-  std::size_t total = 0, ticks = 0;
-  for (int i = 0; i < 10; ++i) {
-    line_.write(flood);
-    line_.awaitDelivery();
-    const std::size_t size = drained().size();
-    EXPECT_LE(size, 16384U + 512U);
-    total += size;
-    ticks += size > 0;
-  }
-  EXPECT_GT(total, flood.size());
-  EXPECT_GT(ticks, 1U);
-}
-
 TEST_F(PolledPortTest, SaysThatThePlugWasPulledAndOpensAgainWithMoreAndMorePatience) {
   ASSERT_STREQ(port_.open(kNow), "");
   line_.unplug();

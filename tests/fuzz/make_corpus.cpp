@@ -255,10 +255,7 @@ void mapSeeds(const Corpus& corpus) {
   corpus.add("map_store", "grid", 3, resolution.take() + someTiles());
   corpus.add("map_store", "grid-raw", 4, grid);
   MapState seen = changing.copy();
-  auto view = std::make_shared<DepthView>();
-  view->beams = {{.bearing = 0.1F, .range = 2.0F, .free_from = 0.5F, .hit = true}};
-  view->surfaces = {{0.2F, 1.0F, 1.5F}};
-  seen.views = {{.keyframe = 1, .view = view}};
+  seen.views = {test::viewFrom(1, {})};
   const std::string depth = encodeDepth(seen);
   BinaryWriter no_views;
   no_views.put(std::uint16_t{8});
@@ -271,7 +268,7 @@ void mapSeeds(const Corpus& corpus) {
   {
     MapJournal journal(file, map);
     changing.addKeyframe(true);
-    journal.append(map);
+    journal.append(map, seen.views);
     changing.closeLoop(0, 4);
     changing.move();
     changing.touch();

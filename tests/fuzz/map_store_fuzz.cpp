@@ -94,6 +94,8 @@ void checkJournal(const std::string& content) {
   const MapJournal::Replayed replayed = MapJournal::replay(file.path(), map);
   FUZZ_CHECK(replayed.records >= 0 && static_cast<std::size_t>(replayed.records) * 12 <= content.size());
   FUZZ_CHECK(map.keyframes.size() >= kKeyframesKnown);
+  FUZZ_CHECK(map.views.size() == replayed.seen.size());
+  for (const MapView& view : map.views) FUZZ_CHECK(view.keyframe >= 0 && view.keyframe < map.keyframes.size());
   checkMap(map);
 }
 

@@ -92,7 +92,7 @@ std::string table() {
          "Made by `fault_matrix_test`, which breaks slam-sim's devices while slamd drives, and asserts each cell: the\n"
          "words in SLAM_HEALTH and when they come, the worst localisation state, how far from the truth a pose is\n"
          "that is called localised, that data flow again within three seconds and all is well. The rows of CAN are\n"
-         "run by slamd in a virtual machine (`ctest -L vm`), and by its driver in virtual time.\n\n"
+         "run by slamd in a virtual machine (`ctest -L vm`; all but garbage), and by its driver in virtual time.\n\n"
          "| device | fault | SLAM_HEALTH says | pose meanwhile | what slamd does |\n|---|---|---|---|---|\n";
   const char* const states[] = {"", "localised", "localised or degraded", "localised, degraded or lost"};
   for (const Row& row : FaultMatrix::rows()) {

@@ -54,7 +54,7 @@ class LiveFaults : public Live {
     const auto health = listener_.last<health_t>(channel::kHealth);
     return health ? health->summary : "";
   }
-  /// @return the localisation state now, 0 before there is one; the pose is kept for worstError()
+  /// @return the localisation state now, 0 before there is one; the pose is kept for compare()
   int poseState() {
     const auto estimate = listener_.last<pose_estimate_t>(channel::kSlamPose);
     if (!estimate) return 0;
@@ -77,19 +77,26 @@ class LiveFaults : public Live {
     EXPECT_EQ(sim_->wait(10s), 0) << simulatorLog();
     return readTrajectory(folder_ / "truth.tum");
   }
-  /// @return [m] the largest distance from the truth of the poses kept in [begin, end) that are of that state
-  double worstError(const Trajectory& truth, std::size_t begin, std::size_t end, int state) const {
+  struct Compared {
+    double worst = 0.0;  // [m] distance from the truth
+    int poses = 0;
+  };
+  /// Poses kept in [begin, end) that are of that state, with the truth; map and world are one at the first pose.
+  Compared compare(const Trajectory& truth, std::size_t begin, std::size_t end, int state) const {
     const auto first =
         std::find_if(poses_.begin(), poses_.end(), [](const SeenPose& seen) { return seen.state == kLocalised; });
-    if (first == poses_.end()) return 0.0;
-    const Pose2 T_map_world = first->pose * poseAt(truth, first->stamp).value_or(Pose2{}).inverse();
-    double worst = 0.0;
+    Compared compared;
+    const auto anchor = first == poses_.end() ? std::nullopt : poseAt(truth, first->stamp);
+    if (!anchor) return compared;
+    const Pose2 T_map_world = first->pose * anchor->inverse();
     for (std::size_t i = begin; i < end; ++i) {
       const auto at = poseAt(truth, poses_[i].stamp);
       if (!at || poses_[i].state != state) continue;
-      worst = std::max(worst, ((T_map_world * *at).translation() - poses_[i].pose.translation()).norm());
+      const Pose2 expected = T_map_world * *at;
+      compared.worst = std::max(compared.worst, (expected.translation() - poses_[i].pose.translation()).norm());
+      ++compared.poses;
     }
-    return worst;
+    return compared;
   }
 
   Listener listener_;

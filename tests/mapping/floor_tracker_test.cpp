@@ -98,17 +98,34 @@ TEST(FloorTracker, DoesNotCreepAwayBeforeAWall) {
 }
 
 TEST(FloorTracker, FindsTheFloorAgainThatItHadLost) {
-  FloorTracker tracker({});
-  Scenery scenery;
-  Timestamp stamp{10s};
-  for (int i = 0; i < 60; ++i, stamp += 33ms) tracker.update(stamp, scenery.look(0.05, 0.0, 0.035), kHeight);
-  ASSERT_GT(tracker.plane().tilt(), 0.03);
-  int refused = 0;
-  for (int i = 0; i < 30; ++i, stamp += 33ms) {
-    refused += tracker.update(stamp, scenery.look(-0.01, 0.0, 0.0), kHeight).has_value();
+  for (const Duration period : {33ms, 333ms}) {
+    SCOPED_TRACE(toSeconds(period));
+    FloorTracker tracker({});
+    Scenery scenery;
+    Timestamp stamp{10s};
+    for (int i = 0; i < 60; ++i, stamp += period) tracker.update(stamp, scenery.look(0.05, 0.0, 0.035), kHeight);
+    ASSERT_GT(tracker.plane().tilt(), 0.03);
+    int refused = 0;
+    for (int i = 0; i < 30; ++i, stamp += period) {
+      refused += tracker.update(stamp, scenery.look(-0.01, 0.0, 0.0), kHeight).has_value();
+    }
+    EXPECT_LT(refused, 5);
+    EXPECT_NEAR(tracker.plane().slope_x, -0.01, 0.004);
   }
-  EXPECT_LT(refused, 5);
-  EXPECT_NEAR(tracker.plane().slope_x, -0.01, 0.004);
+}
+
+TEST(FloorTracker, NeverTakesACameraBeyondTheBoundForALevelOne) {
+  for (const double pitch : {0.058, 0.063, 0.07, 0.09}) {
+    FloorTracker tracker({});
+    Scenery scenery;
+    Timestamp stamp{10s};
+    int told = 0;
+    for (int i = 0; i < 60; ++i, stamp += 33ms) {
+      told += tracker.update(stamp, scenery.look(pitch, 0.0, 0.0), kHeight).has_value();
+    }
+    // Told, or followed as far as it may be: then the floor is known to a centimetre a metre.
+    EXPECT_TRUE(told > 30 || tracker.plane().slope_x > 0.045) << pitch << ": " << tracker.plane().slope_x;
+  }
 }
 
 TEST(FloorTracker, StaysWithinItsBounds) {
