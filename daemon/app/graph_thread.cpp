@@ -89,8 +89,7 @@ void GraphThread::keepMap() {
     const Requested shown = *std::exchange(requested_, std::nullopt);
     if (shown.generation != back_end_->generation()) return requestGrid();  // the map has moved since
     const MapState map = mapState(std::move(*drawn), shown.keyframes);
-    if (keeper_.writes()) journal(now);  // leads up to the new generation, should that be damaged one day
-    const bool saved = keeper_.checkpoint(now, map, shown.changes);
+    const bool saved = keeper_.checkpoint(now, map, shown.changes, unjournalledViews());
     if (saved) {
       new_views_.erase(new_views_.begin(), new_views_.begin() + shown.views);
       journalled_views_ = 0;
@@ -106,13 +105,14 @@ void GraphThread::keepMap() {
   });
   if (back_end_->keyframes().size() == 0) return;
   if (keeper_.checkpointDue(now, changes())) requestGrid();
-  if (keeper_.journalDue(now, last_pose_, changes())) journal(now);
+  if (keeper_.journalDue(now, last_pose_, changes())) {
+    const MapState map = mapState({OccupancyGrid(all_config_.map), {}}, back_end_->keyframes().size());
+    if (keeper_.journal(now, map, unjournalledViews(), changes())) journalled_views_ = new_views_.size();
+  }
 }
 
-void GraphThread::journal(Timestamp now) {
-  const MapState map = mapState({OccupancyGrid(all_config_.map), {}}, back_end_->keyframes().size());
-  const auto views = std::span(new_views_).subspan(journalled_views_);
-  if (keeper_.journal(now, map, views, changes())) journalled_views_ = new_views_.size();
+std::span<const MapView> GraphThread::unjournalledViews() const {
+  return std::span(new_views_).subspan(journalled_views_);
 }
 
 void GraphThread::obey(const MapCommand& command) {
@@ -197,7 +197,7 @@ bool GraphThread::store(DrawnMap drawn) {
   if (!keeper_.writes() || back_end_->keyframes().size() == 0) return true;
   exchange_.pose_for_graph.load(snapshot_);
   const int keyframes = back_end_->keyframes().size();
-  return keeper_.checkpoint(monotonicNow(), mapState(std::move(drawn), keyframes), changes());
+  return keeper_.checkpoint(monotonicNow(), mapState(std::move(drawn), keyframes), changes(), unjournalledViews());
 }
 
 void GraphThread::takeIn() {

@@ -3,6 +3,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <span>
 #include <unordered_map>
 
 #include "app/config.hpp"
@@ -38,7 +39,7 @@ class GraphThread {
   void obey(const MapCommand& command);
   void carryOut(const MapCommand& command, const MapState& map);
   void requestGrid();
-  void journal(Timestamp now);
+  std::span<const MapView> unjournalledViews() const;
   /// @param drawn_keyframes so many are in the grid
   MapState mapState(DrawnMap drawn, int drawn_keyframes) const;
   std::int64_t changes() const;

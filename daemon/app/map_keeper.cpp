@@ -116,10 +116,10 @@ bool MapKeeper::checkpointDue(Timestamp now, std::int64_t changes) const {
   return checkpointed_changes_ < 0 || toSeconds(now - checkpointed_) >= config_.store.checkpoint_period;
 }
 
-bool MapKeeper::checkpoint(Timestamp now, const MapState& map, std::int64_t changes) {
+bool MapKeeper::checkpoint(Timestamp now, const MapState& map, std::int64_t changes, std::span<const MapView> seen) {
   checkpointed_ = now;
   if (!store_) return false;
-  if (!attempt("map", [&] { store_->checkpoint(map); })) return false;
+  if (!attempt("map", [&] { store_->checkpoint(map, seen); })) return false;
   checkpointed_changes_ = journalled_changes_ = changes;
   journalled_pose_ = map.T_map_base;
   return true;

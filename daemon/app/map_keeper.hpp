@@ -37,8 +37,8 @@ class MapKeeper {
   bool journal(Timestamp now, const MapState& map, std::span<const MapView> seen, std::int64_t changes);
   /// Whether a new generation should be written.
   bool checkpointDue(Timestamp now, std::int64_t changes) const;
-  /// @return false when it could not be written
-  bool checkpoint(Timestamp now, const MapState& map, std::int64_t changes);
+  /// @param seen as in journal() @return false when it could not be written
+  bool checkpoint(Timestamp now, const MapState& map, std::int64_t changes, std::span<const MapView> seen = {});
   /// Writes the map under another name; the present one stays. @throws std::runtime_error
   void saveAs(const std::string& name, const MapState& map) const;
 

@@ -72,14 +72,13 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
     outcome.stamp = outcome.first = pose_.newestStamp();
     return outcome;
   }
-  outcome.first = scan_stamps_.next(recorded.stamp) + fromSeconds(config_.lidar.time_offset);
-  outcome.stamp = middleOf(recorded, outcome.first);
+  outcome.stamp = outcome.first = scan_stamps_.next(recorded.stamp) + fromSeconds(config_.lidar.time_offset);
   if (pose_.started() && outcome.first < pose_.oldestStamp()) {
     ++counters_.scans_too_late;
-    outcome.stamp = outcome.first;
     return outcome;
   }
 
+  outcome.stamp = middleOf(recorded, outcome.first);
   takePoints(recorded, outcome);
   const Ekf predicted = pose_.at(outcome.stamp);
   const Pose2 guess = predicted.pose();

@@ -173,7 +173,7 @@ MapStore::MapStore(fs::path directory, std::string name)
   for (const int generation : generationsOf(directory_)) generation_ = std::max(generation_, generation);
 }
 
-void MapStore::checkpoint(const MapState& map) {
+void MapStore::checkpoint(const MapState& map, std::span<const MapView> seen) {
   const std::map<std::string, std::string> files = {{kFiles[0], encodeKeyframes(map)},
                                                     {kFiles[1], encodeEdges(map)},
                                                     {kFiles[2], encodeGrid(map.grid)},
@@ -187,7 +187,7 @@ void MapStore::checkpoint(const MapState& map) {
     for (const auto& [name, content] : files) writeDurably(temporary / name, content);
     writeDurably(temporary / "MANIFEST", manifestOf(map, files));
     syncFolder(temporary);
-    if (journal_) journal_->append(map), journal_->sync();  // the generation before leads up to this one
+    if (journal_) journal_->append(map, seen), journal_->sync();  // the generation before leads up to this one
     // Before the generation is there: whatever fails up to then, the old journal goes on.
     auto journal = std::make_unique<MapJournal>(journalOf(directory_, next), map);
     journal->sync();

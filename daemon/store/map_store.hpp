@@ -48,7 +48,8 @@ class MapStore {
 
   /// Writes the whole map as a new generation and begins a new journal. @throws std::runtime_error; then the
   /// generations before are as they were
-  void checkpoint(const MapState& map);
+  /// @param seen by the depth camera since the last call of append(), for the journal that leads up to this generation
+  void checkpoint(const MapState& map, std::span<const MapView> seen = {});
   /// Writes what has changed since, into the journal. @param seen by the depth camera since the last call
   /// @throws std::runtime_error
   void append(const MapState& map, std::span<const MapView> seen = {});

@@ -128,6 +128,19 @@ TEST(MapStore, ShowsWhatTheDepthCameraSawSinceTheCheckpoint) {
   }
 }
 
+TEST(MapStore, FallsBackWithTheViewsThatCameBeforeTheDamagedCheckpoint) {
+  const Folder folder;
+  Drive drive(folder / "");
+  drive.changing.addKeyframe(true);
+  const int id = drive.changing.map.keyframes.size() - 1;
+  drive.store.checkpoint(drive.changing.map,
+                         std::vector<MapView>{test::viewFrom(id, drive.changing.map.keyframes.pose(id))});
+  damage(folder / "home" / "000003" / "keyframes.bin");
+  const LoadedMap loaded = MapStore::load(folder / "", "home", kGrid);
+  EXPECT_EQ(loaded.generation, 2);
+  EXPECT_EQ(loaded.state.views.size(), 1U);
+}
+
 TEST(MapStore, LoadsWhatWasWrittenLast) {
   const Folder folder;
   const Drive drive(folder / "");

@@ -2,7 +2,6 @@
 #include "drivers/board/handsfree_board.hpp"
 
 #include <algorithm>
-#include <array>
 #include <gtest/gtest.h>
 #include <limits>
 #include <string>
@@ -13,9 +12,7 @@
 namespace slam {
 namespace {
 
-using robolink::Command;
 using std::chrono::milliseconds;
-using test::Bytes;
 using test::FakeBoard;
 using test::HandsfreeBoardTest;
 using test::virtual_now;
@@ -273,8 +270,6 @@ TEST_F(HandsfreeBoardTest, DrivesNothingUnlessAllowed) {
   runFor(std::chrono::seconds(1));
   EXPECT_TRUE(fake_.drives.empty());
 }
-
-// ---- What is wrong, in words and in time
 
 }  // namespace
 }  // namespace slam

@@ -1,24 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What the driver makes of a board that fails, or says what cannot be.
 #include <algorithm>
-#include <array>
 #include <gtest/gtest.h>
 #include <limits>
-#include <string>
-#include <vector>
 
 #include "drivers/board/handsfree_fixture.hpp"
 
 namespace slam {
 namespace {
 
-using robolink::Command;
 using std::chrono::milliseconds;
-using test::Bytes;
 using test::FakeBoard;
 using test::HandsfreeBoardTest;
 using test::virtual_now;
-using test::virtualNow;
 
 TEST_F(HandsfreeBoardTest, MarksTheFirstReadingAfterABoardReset) {
   ASSERT_TRUE(runUntilWheels(10));
