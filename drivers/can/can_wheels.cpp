@@ -18,29 +18,31 @@ constexpr double kSlack = 0.5;           // [rad] of jitter in the stamps and of
 
 }  // namespace
 
-bool CanWheel::follows(const Count& before, const Count& now) const {
-  return std::abs(now.angle - before.angle) <= max_speed_ * toSeconds(now.stamp - before.stamp) + kSlack;
+bool CanWheel::follows(const Count& before, const Count& now) {
+  const double dt = toSeconds(now.stamp - before.stamp);
+  return now.stamp - before.stamp <= kSilence &&
+         std::abs(now.angle - before.angle - 0.5 * (before.speed + now.speed) * dt) <= kSlack;
+}
+
+bool CanWheel::trust(const Count& now) {
+  const bool possible = std::abs(now.speed) <= max_speed_;
+  const bool in_line = possible && (!newest_ || follows(*newest_, now));
+  in_line_ = in_line ? std::min(in_line_ + 1, kTrusted) : 0;
+  if (possible) newest_ = now;
+  return in_line_ == kTrusted;
 }
 
 CanWheel::Outcome CanWheel::add(Timestamp stamp, const can::odrive::EncoderEstimates& estimates) {
-  const Count count{stamp, scale_ * static_cast<double>(estimates.position)};
-  const double speed = scale_ * static_cast<double>(estimates.velocity);
-  if (!(std::abs(speed) <= max_speed_)) return Outcome::kRejected;
-  if (count_ && stamp <= count_->stamp) return Outcome::kStepsBack;
+  const Count count{stamp, scale_ * static_cast<double>(estimates.position),
+                    scale_ * static_cast<double>(estimates.velocity)};
+  if (newest_ && stamp <= newest_->stamp) return Outcome::kStepsBack;
+  if (!trust(count)) return Outcome::kRejected;
 
-  const bool silent = count_ && stamp - count_->stamp > kSilence;
-  const bool goes_on = count_ && !silent && follows(*count_, count);
-  const bool confirmed =
-      candidate_ && stamp > candidate_->stamp && stamp - candidate_->stamp <= kSilence && follows(*candidate_, count);
-  if (!goes_on && !confirmed && count_) {
-    candidate_ = count;
-    return Outcome::kRejected;
-  }
+  const bool goes_on = count_ && follows(*count_, count);
   const double turned = goes_on ? count.angle - count_->angle : 0.0;
   previous_ = goes_on ? std::optional(last_) : std::nullopt;
-  last_ = {stamp, last_.angle + turned, speed};
+  last_ = {stamp, last_.angle + turned, count.speed};
   count_ = count;
-  candidate_.reset();
   return goes_on ? Outcome::kGoodOn : Outcome::kGoodAnew;
 }
 

@@ -17,8 +17,9 @@ struct CanWheelsConfig {
 };
 
 /// Adds up one wheel's encoder estimates. Their position is a single since the drive's start: only differences are
-/// used, added in double, so that its coarse steps never add up. A jump that no wheel can turn is left out; the second
-/// estimate in a row that agrees with it shows a drive that counts anew.
+/// used, added in double, so that its coarse steps never add up. An estimate that is out of line with the one before,
+/// by what it says of its speed, is left out, and so are those behind it until ten in a row have agreed: a drive that
+/// was reset counts anew from there, and damaged frames never come to ten.
 class CanWheel {
  public:
   struct Reading {
@@ -45,11 +46,17 @@ class CanWheel {
   struct Count {
     Timestamp stamp;
     double angle;  // [rad] as the drive counts
+    double speed;  // [rad/s]
   };
-  bool follows(const Count& before, const Count& now) const;
+  // Random estimates pass as a standing wheel's, each with a chance of a third.
+  static constexpr int kTrusted = 10;
+
+  static bool follows(const Count& before, const Count& now);
+  bool trust(const Count& now);
 
   double scale_, max_speed_;
-  std::optional<Count> count_, candidate_;
+  std::optional<Count> count_, newest_;  // the last one used, the last one that can be read
+  int in_line_ = kTrusted;               // with the one before, how many in a row; the first of all is believed
   Reading last_;
   std::optional<Reading> previous_;  // in line with the last
 };

@@ -69,10 +69,10 @@ TEST(CanWheels, PairAtTheOlderOfTheTwoNewestReadings) {
 
 TEST(CanWheels, CountForwardAsPositiveThroughSignAndGear) {
   CanWheels wheels({.sign = {1.0, -1.0}, .gear_ratio = 4.0});
-  wheels.add(kLeft, kStart, turns(0.0));
-  const auto first = wheels.add(kRight, kStart + 1ms, turns(0.0));
-  wheels.add(kLeft, kStart + 100ms, turns(2.0));
-  const auto second = wheels.add(kRight, kStart + 100ms, turns(-2.0));
+  wheels.add(kLeft, kStart, turns(0.0, 20.0));
+  const auto first = wheels.add(kRight, kStart, turns(0.0, -20.0));
+  wheels.add(kLeft, kStart + 100ms, turns(2.0, 20.0));
+  const auto second = wheels.add(kRight, kStart + 100ms, turns(-2.0, -20.0));
   ASSERT_TRUE(first && second);
   EXPECT_NEAR(second->angles[kLeft] - first->angles[kLeft], kTurn / 2.0, 1e-6);
   EXPECT_NEAR(second->angles[kRight] - first->angles[kRight], kTurn / 2.0, 1e-6);
@@ -101,6 +101,12 @@ struct Feed {
     wheels.add(kLeft, stamp, turns(1.0));
     return wheels.add(kRight, stamp, right);
   }
+  /// Until estimates of the right wheel are believed again. @return the first pair
+  std::optional<CanWheels::Pair> untilBelieved(const EncoderEstimates& right) {
+    std::optional<CanWheels::Pair> pair;
+    for (int i = 0; i < 12 && !pair; ++i) pair = step(right);
+    return pair;
+  }
 };
 
 TEST(CanWheels, LeaveOutASingleDamagedEstimate) {
@@ -109,7 +115,7 @@ TEST(CanWheels, LeaveOutASingleDamagedEstimate) {
   EXPECT_FALSE(feed.step(turns(4000.0)));
   EXPECT_FALSE(feed.step(turns(5.0, 1e9)));
   EXPECT_EQ(feed.wheels.rejects(), 2);
-  const auto after = feed.step(turns(5.01));
+  const auto after = feed.untilBelieved(turns(5.01));
   ASSERT_TRUE(before && after);
   EXPECT_FALSE(after->restarted);
   EXPECT_NEAR(after->angles[kRight] - before->angles[kRight], 0.01 * kTurn, 1e-4);
@@ -120,7 +126,7 @@ TEST(CanWheels, MarkADriveThatCountsAnew) {
   feed.step(turns(50.0));
   const auto before = feed.step(turns(50.0));
   EXPECT_FALSE(feed.step(turns(0.0)));
-  const auto anew = feed.step(turns(0.01));
+  const auto anew = feed.untilBelieved(turns(0.01));
   ASSERT_TRUE(before && anew);
   EXPECT_TRUE(anew->restarted);
   EXPECT_NEAR(anew->angles[kRight], before->angles[kRight], 1e-9) << "the jump is no motion";
@@ -134,7 +140,7 @@ TEST(CanWheels, MarkWhatComesAfterASilence) {
   feed.step(turns(0.1));
   feed.stamp += 2s;
   EXPECT_FALSE(feed.step(turns(0.0))) << "one estimate alone may be damaged";
-  const auto after = feed.step(turns(0.0));
+  const auto after = feed.untilBelieved(turns(0.0));
   ASSERT_TRUE(after);
   EXPECT_TRUE(after->restarted) << "a drive that was reset near its start would be taken for one that turned";
 }
@@ -152,12 +158,12 @@ TEST(CanWheels, MakeNoPairWithASilentWheel) {
 
 TEST(CanWheels, LeaveOutEstimatesThatComeInTheWrongOrder) {
   Feed feed;
-  feed.step(turns(1.0));
-  const auto before = feed.step(turns(1.1));
+  feed.step(turns(1.0, 10.0));
+  const auto before = feed.step(turns(1.1, 10.0));
   feed.wheels.add(kLeft, feed.stamp + 1ms, turns(1.0));
-  EXPECT_FALSE(feed.wheels.add(kRight, feed.stamp - 1ms, turns(1.05)));
+  EXPECT_FALSE(feed.wheels.add(kRight, feed.stamp - 1ms, turns(1.05, 10.0)));
   EXPECT_EQ(feed.wheels.rejects(), 1);
-  const auto after = feed.wheels.add(kRight, feed.stamp + 1ms, turns(1.1));
+  const auto after = feed.wheels.add(kRight, feed.stamp + 1ms, turns(1.1, 10.0));
   ASSERT_TRUE(before && after);
   EXPECT_NEAR(after->angles[kRight], before->angles[kRight], 1e-9);
 }
@@ -165,15 +171,16 @@ TEST(CanWheels, LeaveOutEstimatesThatComeInTheWrongOrder) {
 TEST(CanWheels, SurviveRandomEstimatesAndGoOn) {
   Feed feed;
   std::mt19937 random(11);
+  int believed = 0;
   for (int i = 0; i < 20000; ++i) {
     const auto pair = feed.step({std::bit_cast<float>(static_cast<std::uint32_t>(random()) & 0x7F7FFFFFU),
                                  std::bit_cast<float>(static_cast<std::uint32_t>(random()) & 0x7F7FFFFFU)});
-    if (!pair) continue;
-    ASSERT_TRUE(std::isfinite(pair->angles[kRight]));
+    if (pair) ++believed;
+    ASSERT_TRUE(!pair || std::isfinite(pair->angles[kRight]));
   }
-  EXPECT_GT(feed.wheels.rejects(), 1000);
-  feed.step(turns(7.0));
-  feed.step(turns(7.0));
+  EXPECT_LE(believed, 3) << "a third of them look like a wheel that stands";
+  EXPECT_GT(feed.wheels.rejects(), 19000);
+  feed.untilBelieved(turns(7.0));
   const auto pair = feed.step(turns(7.0));
   ASSERT_TRUE(pair);
   EXPECT_FALSE(pair->restarted);
