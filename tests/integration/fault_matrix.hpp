@@ -34,11 +34,10 @@ class FaultMatrix : public LiveFaults {
   static const std::vector<Row>& rows();
 
  protected:
-  /// @param patience [1] that a slower machine is given
-  void run(const Row& row, int patience);
+  void run(const Row& row);
 
  private:
-  void runCell(const Row& row, const Cell& cell, int patience);
+  void runCell(const Row& row, const Cell& cell);
 };
 
 }  // namespace slam::test

@@ -18,7 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 using test::Cell;
-using test::kPatience;
 using test::Row;
 
 class FaultMatrix : public test::FaultMatrix {
@@ -27,7 +26,7 @@ class FaultMatrix : public test::FaultMatrix {
     ASSERT_TRUE(listener_.good());
     startSimulator("600", "meeting-room", {"--speed", "0.1"});  // slow: the drive must outlast the row
     startDaemon({"imu.driver='hfi'"});
-    run(row, kPatience);
+    run(row);
   }
 };
 
@@ -92,7 +91,7 @@ std::string table() {
          "Made by `fault_matrix_test`, which breaks slam-sim's devices while slamd drives, and asserts each cell: the\n"
          "words in SLAM_HEALTH and when they come, the worst localisation state, how far from the truth a pose is\n"
          "that is called localised, that data flow again within three seconds and all is well. The rows of CAN are\n"
-         "run by slamd in a virtual machine (`ctest -L vm`; all but garbage), and by its driver in virtual time.\n\n"
+         "run by slamd in a virtual machine (`ctest -L vm`), and by its driver in virtual time.\n\n"
          "| device | fault | SLAM_HEALTH says | pose meanwhile | what slamd does |\n|---|---|---|---|---|\n";
   const char* const states[] = {"", "localised", "localised or degraded", "localised, degraded or lost"};
   for (const Row& row : FaultMatrix::rows()) {

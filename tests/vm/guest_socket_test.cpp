@@ -36,6 +36,9 @@ class VirtualCanSocket : public test::VirtualCan {
 TEST_F(VirtualCanSocket, StampsFramesWhenTheKernelReceivesThem) {
   open();
   Peer peer("vcan0");
+  peer.send(0x209);
+  std::this_thread::sleep_for(100ms);  // the kernel stamps nothing before a worker of its own has turned stamps on
+  take(*port_);
   const Timestamp before = monotonicNow();
   peer.send(0x209, kEstimates.data);
   const Timestamp after = monotonicNow();

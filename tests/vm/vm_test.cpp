@@ -73,8 +73,8 @@ class Vm : public testing::Test {
   void expectSuccess(const std::string& scenario, const std::vector<std::string>& devices) {
     Machine machine(folder_, kKernel, scenario,
                     {kBin + "/vm_guest_test", kBin + "/slam-sim", kBin + "/slamd", SLAMD_SOURCE_DIR "/config/sim.toml"},
-                    devices);
-    EXPECT_EQ(machine.exitStatus(200s), 0) << machine.report();
+                    devices, Machine::GuestTime::kInstructions);
+    EXPECT_EQ(machine.exitStatus(250s), 0) << machine.report();
     expectTestsRan(machine);
   }
 
@@ -97,7 +97,8 @@ TEST_F(Vm, SlamdNoticesAPulledUsbCableAndStreamsAgain) {
   Machine machine(folder_, kKernel, "usb_serial",
                   {kBin + "/vm_guest_test", kBin + "/slamd", SLAMD_SOURCE_DIR "/tests/vm/guest/usb_serial.toml"},
                   {"-device", "qemu-xhci,id=xhci", "-chardev",
-                   "socket,id=line,server=on,wait=off,path=" + (folder_ / "line").string(), "-device", plug});
+                   "socket,id=line,server=on,wait=off,path=" + (folder_ / "line").string(), "-device", plug},
+                  Machine::GuestTime::kOfTheHost);
   Board board;
   const auto serve = [&] { board.serve(folder_ / "line"); };
   ASSERT_TRUE(machine.waitFor("base STREAMING", 100s, serve)) << machine.report();
