@@ -96,8 +96,18 @@ class HandsfreeBoard {
   template <typename Values>
   struct Refreshed {
     std::optional<Values> values;
-    Timestamp asked{}, changed{};  // last request with these values, first request with them
+    Timestamp asked{}, changed{}, used{};  // last request with these values, first one; the last handed on
     RefreshClock clock;
+
+    /// When the values were taken that have just been answered and are others than before: until the clock knows,
+    /// in the middle between the requests that got the old and the new ones.
+    /// @return nullopt: these are so far apart that a difference to the values used last would tell no speed
+    std::optional<Timestamp> taken(Timestamp requested, Timestamp answered) {
+      if (!values) return std::nullopt;
+      const auto taken = clock.stamp({asked, requested, answered});
+      if (taken || 5 * (answered - asked) > 2 * (answered - used)) return taken;
+      return asked + (answered - asked) / 2;
+    }
   };
 
   void open(Timestamp now);

@@ -79,20 +79,20 @@ bool HandsfreeBoard::impossible(const robolink::MotorVector& mileage) const {
 
 void HandsfreeBoard::handleMileage(const robolink::MotorVector& mileage) {
   const bool same = mileage_.values && mileage == *mileage_.values;
-  const bool jumped = impossible(mileage);
-  Timestamp stamp = requested_ - fromSeconds(config_.sample_age);
+  restarted_ = restarted_ || impossible(mileage);
+  auto stamp = std::optional(requested_ - fromSeconds(config_.sample_age));
   if (same) {
     mileage_.asked = requested_;
     // The same value again is stale while the wheels turn: leave it out, the next difference spans it.
-    if (frozen_ || (requested_ - mileage_.changed < kStanding && !restarted_)) return;
+    if (frozen_ || requested_ - mileage_.changed < kStanding) return;
   } else {
-    if (mileage_.values && !jumped) {
-      stamp = mileage_.clock.stamp({mileage_.asked, requested_, answered_}).value_or(stamp);
-    }
+    stamp = mileage_.taken(requested_, answered_);
     mileage_.values = mileage;
     mileage_.asked = mileage_.changed = requested_;
+    if (!stamp) return;  // a speed from it would be wrong: the next difference spans it
   }
-  sinks_.wheels({stamp, forward(mileage), wheel_count_, restarted_ || jumped});
+  mileage_.used = requested_;
+  sinks_.wheels({*stamp, forward(mileage), wheel_count_, restarted_});
   restarted_ = false;
   wheels_.countSample(requested_);
   if (!frozen_) wheels_.set(DeviceState::kStreaming, "");
@@ -108,12 +108,9 @@ void HandsfreeBoard::handleImu(const robolink::Imu& imu) {
     return;
   }
   ImuSample sample;
-  sample.stamp = requested_ - fromSeconds(config_.sample_age);
-  if (last_imu_.values) {
-    sample.stamp = last_imu_.clock.stamp({last_imu_.asked, requested_, answered_}).value_or(sample.stamp);
-  }
+  sample.stamp = last_imu_.taken(requested_, answered_).value_or(requested_ - fromSeconds(config_.sample_age));
   last_imu_.values = imu;
-  last_imu_.asked = requested_;
+  last_imu_.asked = last_imu_.used = requested_;
   for (int i = 0; i < 3; ++i) {
     sample.gyro[i] = static_cast<double>(imu.gyro[static_cast<std::size_t>(i)]);
     sample.accel[i] = static_cast<double>(imu.accel[static_cast<std::size_t>(i)]);
