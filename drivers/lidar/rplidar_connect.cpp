@@ -153,7 +153,8 @@ bool RplidarDriver::startMode(const rplidar::ScanMode& mode) {
   rests_ = static_cast<double>(format->size) * byte_time_ > kBusyLine * packet_time;
   bytes_ = nodes_ = 0;
   catching_up_ = false;
-  last_node_ = last_arrival_ = now_() + kSpinUp - kSilence;  // the motor may take that long
+  last_node_ = last_turn_ = last_arrival_ = now_() + kSpinUp - kSilence;  // the motor may take that long
+  turns_ = 0;
   status_.setOpening("waiting for the motor's speed");
   return true;
 }

@@ -17,6 +17,7 @@ constexpr Duration kHoldUp = 100ms;  // between two reads: what comes then has l
 // Between two reads, so that not every two bytes wake the thread. On a busy line it costs the stamps nothing: the last
 // of the bytes that wait has just come, and those before it came one behind the other.
 constexpr Duration kRest = 3ms;
+constexpr Duration kSlowestTurn = 2s;      // ten times what these units need
 constexpr Duration kLastQuestion = 250ms;  // to a silent unit; a boot is over by then
 
 }  // namespace
@@ -78,7 +79,7 @@ bool RplidarDriver::poll(Duration timeout) {
     }
     if (catching_up_) {
       scans_->skip({chunk.data(), size});
-      last_node_ = arrival;  // late is not silent
+      last_node_ = last_turn_ = arrival;  // late is not silent
       catching_up_ = size == chunk.size();
     } else {
       nodes = scans_->push({chunk.data(), size}, arrival, report_scan_);
@@ -88,7 +89,11 @@ bool RplidarDriver::poll(Duration timeout) {
     status_.rejects.store(rejects_before_ + scans_->rejects(), std::memory_order_relaxed);
     if (nodes > 0) last_node_ = arrival;
     nodes_ += nodes;
+    if (scans_->turns() != turns_) last_turn_ = arrival;
+    turns_ = scans_->turns();
   }
+  if (nodes_ > 0 && arrival - last_turn_ > kSlowestTurn)
+    return fail(DeviceState::kStale, "measurements come, but of no whole turn: the head does not turn, check its belt");
   return arrival - last_node_ < kSilence || endSilence();
 }
 

@@ -90,7 +90,8 @@ class RplidarDriver {
   std::vector<std::uint8_t> read_ahead_;  // behind the descriptor of the scan
   bool rests_ = false;                    // between reads
   bool catching_up_ = false;              // with bytes that waited too long
-  Timestamp last_node_{}, last_arrival_{};
+  Timestamp last_node_{}, last_turn_{}, last_arrival_{};
+  std::uint32_t turns_ = 0;             // of this scan
   std::int64_t bytes_ = 0, nodes_ = 0;  // of this scan
 };
 

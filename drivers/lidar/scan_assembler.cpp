@@ -74,6 +74,7 @@ const LaserScan* ScanAssembler::add(const Node& node, Timestamp stamp) {
   turned_q6_ += wrapQ6(node.angle_q6 - last_angle_q6_);
   last_angle_q6_ = node.angle_q6;
   if (node.start) {
+    ++turns_;
     if (whole_ && scan_.size > 0) done = finish();
     whole_ = true;
     scan_.size = 0;
@@ -82,6 +83,7 @@ const LaserScan* ScanAssembler::add(const Node& node, Timestamp stamp) {
   if (!whole_) return nullptr;
   if (turned_q6_ > kLongestTurnQ6) {
     ++broken_;
+    ++turns_;
     reset();
     return nullptr;
   }

@@ -29,6 +29,7 @@ class ScanAssembler {
 
   std::uint32_t overfull() const { return overfull_; }  ///< beams that did not fit into a scan
   std::uint32_t broken() const { return broken_; }      ///< turns given up because the start of the next was lost
+  std::uint32_t turns() const { return turns_; }        ///< that the head has made, given up or not
 
  private:
   const LaserScan* finish();
@@ -36,7 +37,7 @@ class ScanAssembler {
   LaserScan scan_, finished_;
   bool whole_ = false;
   int last_angle_q6_ = 0, turned_q6_ = 0;  // [deg * 64] since the turn's start
-  std::uint32_t overfull_ = 0, broken_ = 0;
+  std::uint32_t overfull_ = 0, broken_ = 0, turns_ = 0;
 };
 
 }  // namespace slam::rplidar

@@ -219,6 +219,17 @@ TEST(RplidarFault, AStalledMotorWithHealthOkSaysWhatToCheck) {
   rig.expectBackSoon();
 }
 
+TEST(RplidarFault, MeasurementsThatMakeNoTurnAreTheHead) {
+  Rig rig;
+  ASSERT_TRUE(rig.stream()) << rig.reason();
+  ASSERT_TRUE(rig.lidar.inject("turn", 60000));  // [ms]
+  EXPECT_LT(rig.untilOver(), kSlow * 3s);
+  EXPECT_EQ(rig.state(), DeviceState::kStale);
+  EXPECT_THAT(rig.reason(), HasSubstr("the head does not turn"));
+  ASSERT_TRUE(rig.lidar.inject("turn", 182));
+  rig.expectBackSoon();
+}
+
 TEST(RplidarFault, ADescriptorWithoutDataIsTheMotor) {
   Rig rig;
   ASSERT_TRUE(rig.lidar.inject("stall", 1));

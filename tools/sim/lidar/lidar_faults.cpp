@@ -46,7 +46,7 @@ bool LidarFaults::inject(std::string_view kind, double value) {
   }
   if (kind == "turn") {
     double ms = 0.0;
-    if (!set(ms, value, 50.0, 1000.0)) return false;
+    if (!set(ms, value, 50.0, 60000.0)) return false;
     turn = 1e-3 * ms;
     return true;
   }

@@ -26,7 +26,7 @@ namespace slam::sim {
 /// | checksum      | packets     | the next ones have a wrong checksum (standard nodes: a wrong check bit)            |
 /// | encoder_reset | any         | once: the angle begins at zero again, a capsule tells so by its S bit              |
 /// | pause         | ms          | without data; what would have been sampled is missing                              |
-/// | turn          | ms          | time of a turn from now on, 50 to 1000                                             |
+/// | turn          | ms          | time of a turn from now on, 50 to 60000: the head all but stands                   |
 /// | reboot        | any         | brown-out: the stream breaks off, the boot banner ends 0.67 s later, then idle     |
 /// | stale         | bytes       | of an old stream come before the next answer, at most 4096                         |
 /// | stuck         | 1, 0        | every turn repeats the ranges of the first one                                     |
