@@ -6,13 +6,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <numbers>
+#include <random>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
 #include "bus/messages.hpp"
+#include "core/pose2.hpp"
 #include "tools/common/trajectory.hpp"
+#include "tools/convert/log_output.hpp"
 #include "tools/convert/text_file.hpp"
 #include "tools/files.hpp"
 
@@ -109,6 +113,37 @@ TEST_F(Carmen, SpreadsTheBeamsOver180Degrees) {
   }
 }
 
+TEST_F(Carmen, TakesTheBearingsOfRobotLaserLinesFromThem) {
+  // type first fov step max accuracy remission_mode n ranges
+  const std::string front = "ROBOTLASER1 0 -2.0 3.0 1.5 29.9 0.01 0 3 1.5 30.0 2.5 ";
+  const std::string laser = "1.2 2 0.5 ", robot = "1 2 0.5 ", tail = "100.5 host 0.1\n";
+  for (const std::string& line : {front + "0 " + laser + robot + "0.1 0.2 0.3 0.4 0 " + tail,           // as of now
+                                  front + "3 7 8 9 " + laser + robot + "0.1 0.2 0.3 0.4 1e10 " + tail,  // intensities
+                                  front + laser + robot + "0.1 0.2 0.3 0.4 " + tail}) {                 // as once
+    SCOPED_TRACE(line);
+    const Log log = convert(line);
+    ASSERT_EQ(log.scans.size(), 1U);
+    ASSERT_EQ(log.wheels.size(), 1U);
+    EXPECT_EQ(log.wheels[0].T_wheels_base, (Pose2{1, 2, 0.5}));
+    EXPECT_THAT(log.scan_utimes, ElementsAre(100'500'000));
+    const auto beams = log.scans[0].beams();
+    ASSERT_EQ(beams.size(), 3U);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(beams[i].bearing, -2.0 + 1.5 * static_cast<double>(i), 1e-6);
+    EXPECT_FLOAT_EQ(beams[2].range, 2.5F);
+    EXPECT_FALSE(log.scans[0].isReturn(beams[1])) << "beyond the line's own greatest range";
+  }
+}
+
+TEST_F(Carmen, RefusesRobotLaserLinesThatCannotBe) {
+  const std::string good = flaser(180, "99.5"), tail = " 1 2 0.5 1 2 0.5 0 0 0 0 100.5 host 0.1\n";
+  for (const char* head : {"0 -2.0 3.0 0 29.9 0.01 0 2 1 1", "0 -2.0 3.0 4.0 29.9 0.01 0 3 1 1 1",
+                           "0 nan 3.0 0.1 29.9 0.01 0 2 1 1", "0 0 3.0 0.1 29.9 0.01 0 4000 1 1"}) {
+    convert(good + "ROBOTLASER1 " + head + tail);
+    EXPECT_EQ(report_.rejected, 1) << head;
+    EXPECT_EQ(report_.scans, 1) << head;
+  }
+}
+
 TEST_F(Carmen, TakesCodesAndNonsenseForNoReturn) {
   for (const char* word : {"81.83", "81.91", "0", "0.00", "-1"}) {
     std::vector<std::string> ranges(180, "3.25");
@@ -183,6 +218,51 @@ TEST_F(Carmen, RefusesAFileWithoutSamples) {
   EXPECT_THROW(convert("# nothing here\n"), std::runtime_error);
   EXPECT_THROW(convertCarmen(folder_ / "missing.clf", folder_ / "out.lcm"), std::runtime_error);
   EXPECT_THROW(convertCarmen(folder_.write("a.clf", flaser(180, "1")), "/nonexistent/out.lcm"), std::runtime_error);
+}
+
+/// A log of one scan with returns at some bearings [rad], at ranges that tell them apart.
+void writeScan(const std::filesystem::path& log, std::span<const double> bearings) {
+  LaserScan scan;
+  scan.stamp = fromMicroseconds(5'000'000);
+  scan.range_max = 12.0F;
+  for (std::size_t i = 0; i < bearings.size(); ++i) {
+    scan.push({.range = 1.0F + 0.01F * static_cast<float>(i), .bearing = static_cast<float>(bearings[i])});
+  }
+  LogOutput out;
+  out.add(5'000'000, scan, 5'000'000);
+  out.write(log);
+}
+
+TEST_F(Carmen, BringsScansWiderThanHalfATurnBack) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> jitter(-0.3, 0.3);  // [1] of the step
+  const struct {
+    double first, step;  // [rad]
+    int beams;
+    double uneven, off;                                             // [1], [rad] the bearings may come back so much off
+  } cases[] = {{std::numbers::pi, -2.0 * kDegree, 180, 0.0, 1e-4},  // a whole turn, clockwise
+               {-std::numbers::pi, kDegree, 360, 0.0, 1e-4},        // the same, another lidar
+               {std::numbers::pi, -kDegree, 360, 1.0, 0.14 * kDegree},
+               {-135.0 * kDegree, 0.25 * kDegree, 1081, 0.0, 1e-4},
+               {-2.0, 4.0, 2, 0.0, 1e-4}};
+  for (const auto& [first, step, beams, uneven, off] : cases) {
+    SCOPED_TRACE(beams);
+    std::vector<double> bearings;
+    for (int i = 0; i < beams; ++i) bearings.push_back(wrapAngle(first + step * (i + uneven * jitter(random))));
+    writeScan(folder_ / "wide.lcm", bearings);
+    convertToCarmen(folder_ / "wide.lcm", folder_ / "wide.clf");
+    const Log log = convert(test::contentOf(folder_ / "wide.clf"));
+    ASSERT_EQ(log.scans.size(), 1U);
+    int returns = 0;
+    for (const Beam& beam : log.scans[0].beams()) {
+      if (!log.scans[0].isReturn(beam)) continue;
+      ++returns;
+      const auto i = static_cast<std::size_t>(std::lround((beam.range - 1.0F) * 100.0F));
+      ASSERT_LT(i, bearings.size());
+      EXPECT_NEAR(wrapAngle(beam.bearing - bearings[i]), 0.0, off) << i;
+    }
+    EXPECT_EQ(returns, beams);
+  }
 }
 
 TEST_F(Carmen, ComesBackFromOurLogAsItWent) {

@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <cmath>
-#include <cstdio>
-#include <cstring>
-#include <numbers>
-#include <stdexcept>
+#include "tools/convert/carmen.hpp"
 
-#include "bus/channels.hpp"
-#include "bus/checked_decode.hpp"
-#include "bus/messages.hpp"
-#include "core/pose_history.hpp"
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+#include <string_view>
+#include <tuple>
+#include <vector>
+
 #include "tools/convert/formats.hpp"
+#include "tools/convert/log_output.hpp"
 #include "tools/convert/text_file.hpp"
 
 namespace slam {
@@ -17,49 +20,99 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kNoReturns[] = {50.0, 81.83, 81.91};  // [m] what CARMEN's drivers write for "nothing seen"
-constexpr std::size_t kWordsAfterRanges = 9;           // x y theta odom_x odom_y odom_theta stamp host loggerstamp
+constexpr const char* kNoCount = "the number of beams is not one";  // one beam alone has no bearing
+constexpr const char* kTooShort = "fewer numbers than its count of beams asks for";
 
-/// n beams to the step and the first bearing: 180 and 181, 360 and 361 beams mean 180 degrees in 1 or 0.5 degree steps.
-std::pair<double, double> beamLayout(std::size_t n) {
-  const double step = kPi / static_cast<double>(n % 2 == 1 ? n - 1 : n);
-  return {-kPi / 2.0, step};
-}
-
-bool isNoReturn(double range) {
-  if (!(range > 0.0) || range >= 81.0) return true;
+bool isNoReturn(double range, double range_max) {
+  if (!(range > 0.0) || range >= range_max) return true;
   for (const double none : kNoReturns) {
     if (std::abs(range - none) < 0.005) return true;
   }
   return false;
 }
 
-struct Flaser {
+struct LaserLine {
   LaserScan scan;
   WheelSample wheels;
   std::int64_t utime;
 };
 
-/// @return what is wrong, or nullptr
-const char* parseFlaser(const std::vector<std::string_view>& words, Flaser& out) {
-  const auto n = words.size() > 1 ? toNumber(words[1]) : std::nullopt;
-  if (!n || *n < 2 || *n > LaserScan::kCapacity || *n != std::floor(*n)) {
-    return "the number of beams is not one";  // one beam alone has no bearing
+/// Where a laser line has what.
+struct Layout {
+  std::size_t beams = 0, ranges = 0, odometry = 0, stamp = 0;  // words
+  double first = 0.0, step = 0.0;                              // [rad] bearings
+  double range_max = 81.0;                                     // [m] this far and further is no return
+};
+
+std::optional<double> numberAt(const std::vector<std::string_view>& words, std::size_t i) {
+  return i < words.size() ? toNumber(words[i]) : std::nullopt;
+}
+
+/// A count that is written at word i, nullopt: none that can be.
+std::optional<std::size_t> countAt(const std::vector<std::string_view>& words, std::size_t i, std::size_t most) {
+  const auto n = numberAt(words, i);
+  if (!n || !(*n >= 0.0) || *n > static_cast<double>(most) || *n != std::floor(*n)) return std::nullopt;
+  return static_cast<std::size_t>(*n);
+}
+
+/// FLASER n ranges x y theta odom_x odom_y odom_theta stamp host loggerstamp
+const char* layOutFlaser(const std::vector<std::string_view>& words, Layout& out) {
+  const auto n = countAt(words, 1, LaserScan::kCapacity);
+  if (!n || *n < 2) return kNoCount;
+  out.beams = *n;
+  out.ranges = 2;
+  std::tie(out.first, out.step) = carmen::beamLayout(*n);
+  out.odometry = out.ranges + *n + 3;  // the pose before it may be corrected, or the laser's
+  out.stamp = out.odometry + 3;
+  return nullptr;
+}
+
+/// ROBOTLASER1 type first fov step max accuracy remission_mode n ranges [n_remissions remissions] laser_x laser_y
+/// laser_theta x y theta tv rv forward_safety side_safety [turn_axis] stamp host loggerstamp; the first releases of
+/// CARMEN wrote neither remissions nor turn axis.
+const char* layOutRobotLaser(const std::vector<std::string_view>& words, Layout& out) {
+  const auto n = countAt(words, 8, LaserScan::kCapacity);
+  if (!n || *n < 2) return kNoCount;
+  const auto first = numberAt(words, 2), step = numberAt(words, 4), range_max = numberAt(words, 5);
+  if (!first || !step || !range_max || !(std::abs(*first) <= 2.0 * kPi) || !(*step > 0.0) || !(*range_max > 0.0) ||
+      *step * static_cast<double>(*n - 1) > 2.0 * kPi + 1e-6) {
+    return "its first bearing, step and greatest range cannot be a laser's";
   }
-  const auto beams = static_cast<std::size_t>(*n);
-  if (words.size() < 2 + beams + kWordsAfterRanges) return "fewer numbers than its count of beams asks for";
-  const auto [first, step] = beamLayout(beams);
+  constexpr std::size_t kBehindRanges = 13;  // without remissions and turn axis
+  std::size_t poses = 9 + *n;
+  if (words.size() < poses + kBehindRanges) return kTooShort;
+  const auto remissions = countAt(words, poses, LaserScan::kCapacity);
+  if (words.size() > poses + kBehindRanges + 1 && remissions) poses += 1 + *remissions;
+  if (words.size() < poses + kBehindRanges) return kTooShort;
+  out.beams = *n;
+  out.ranges = 9;
+  out.first = *first;
+  out.step = *step;
+  out.range_max = std::min(81.0, *range_max);
+  out.odometry = poses + 3;
+  out.stamp = words.size() - 3;
+  return nullptr;
+}
+
+/// @return what is wrong, or nullptr
+const char* parseLaser(const std::vector<std::string_view>& words, LaserLine& out) {
+  Layout at;
+  const char* wrong = words[0] == carmen::kRobotLaser ? layOutRobotLaser(words, at) : layOutFlaser(words, at);
+  if (wrong != nullptr) return wrong;
+  if (words.size() < at.stamp + 3) return kTooShort;
   out.scan.size = 0;
   out.scan.range_min = 0.02F;
   out.scan.range_max = 80.0F;
-  for (std::size_t i = 0; i < beams; ++i) {
+  for (std::size_t i = 0; i < at.beams; ++i) {
     // A range that is not a number (nan, inf, a cut word) is a beam without return, not a bad line.
-    const double range = toNumber(words[2 + i]).value_or(0.0);
-    out.scan.push({.range = isNoReturn(range) ? 0.0F : static_cast<float>(range),
-                   .bearing = static_cast<float>(first + step * static_cast<double>(i))});
+    const double range = toNumber(words[at.ranges + i]).value_or(0.0);
+    const double bearing = wrapAngle(at.first + at.step * static_cast<double>(i));
+    out.scan.push({.range = isNoReturn(range, at.range_max) ? 0.0F : static_cast<float>(range),
+                   .bearing = static_cast<float>(bearing)});
   }
-  const std::size_t tail = 2 + beams;
-  const auto x = toNumber(words[tail + 3]), y = toNumber(words[tail + 4]), theta = toNumber(words[tail + 5]);
-  const auto utime = toMicroseconds(words[tail + 6]);
+  const auto x = toNumber(words[at.odometry]), y = toNumber(words[at.odometry + 1]),
+             theta = toNumber(words[at.odometry + 2]);
+  const auto utime = toMicroseconds(words[at.stamp]);
   if (!x || !y || !theta) return "its odometry is not three numbers";
   if (!utime || *utime <= 0) return "its stamp is not a time";
   out.utime = *utime;
@@ -74,20 +127,20 @@ ConvertReport convertCarmen(const std::filesystem::path& in, const std::filesyst
   TextFile file(in);
   ConvertReport report;
   LogOutput log;
-  auto flaser = std::make_unique<Flaser>();
+  auto laser = std::make_unique<LaserLine>();
   std::int64_t arrival = 0;  // the log's order is the truth; stamps may go back
   for (std::string line; file.next(line);) {
     const auto words = splitWords(line);
     const std::string where = in.filename().string() + ":" + std::to_string(file.lineNumber());
     if (words.empty()) continue;
-    if (words[0] == "FLASER") {
-      if (const char* wrong = parseFlaser(words, *flaser)) {
+    if (words[0] == "FLASER" || words[0] == carmen::kRobotLaser) {
+      if (const char* wrong = parseLaser(words, *laser)) {
         report.reject(where, wrong);
         continue;
       }
-      arrival = std::max(arrival, flaser->utime);
-      log.add(arrival, flaser->wheels, flaser->utime);
-      log.add(arrival, flaser->scan, flaser->utime);
+      arrival = std::max(arrival, laser->utime);
+      log.add(arrival, laser->wheels, laser->utime);
+      log.add(arrival, laser->scan, laser->utime);
       ++report.wheels;
       ++report.scans;
     } else if (words[0] == "ODOM") {
@@ -105,66 +158,10 @@ ConvertReport convertCarmen(const std::filesystem::path& in, const std::filesyst
   }
   reportDamage(file, in, report);
   if (report.scans == 0) {
-    throw std::runtime_error(in.string() + ": no usable FLASER line; is it a CARMEN log?" +
+    throw std::runtime_error(in.string() + ": no usable FLASER or ROBOTLASER1 line; is it a CARMEN log?" +
                              (report.rejected ? " First refused: " + report.first_rejection : ""));
   }
   log.write(out);
-  return report;
-}
-
-ConvertReport convertToCarmen(const std::filesystem::path& in, const std::filesystem::path& out) {
-  EventLogReader log(in);
-  std::FILE* file = std::fopen(out.c_str(), "w");
-  if (file == nullptr) throw std::runtime_error(out.string() + ": cannot write: " + std::strerror(errno));
-  std::fputs("# CARMEN log written by slam-convert; ranges resampled to equal steps, 81.83: no return\n", file);
-
-  ConvertReport report;
-  PoseHistory wheels(4096);
-  std::int64_t first = -1;
-  for (LogEvent event; log.next(event);) {
-    if (first < 0) first = event.utime;
-    if (event.channel == channel::kWheels) {
-      const auto message = decodeChecked<wheels_t>(event.data);
-      const auto sample = message ? fromMessage(*message) : std::nullopt;
-      if (!sample) {
-        report.reject(in.filename().string(), "a SLAM_WHEELS message that does not decode");
-        continue;
-      }
-      wheels.push(sample->stamp, sample->T_wheels_base);
-      ++report.wheels;
-    } else if (event.channel == channel::kScan) {
-      const auto message = decodeChecked<scan_t>(event.data);
-      const auto scan = message ? fromMessage(*message) : std::nullopt;
-      if (!scan || scan->size == 0) {
-        report.reject(in.filename().string(), "a SLAM_SCAN message that does not decode");
-        continue;
-      }
-      // Half turn or full turn, whichever the beams need; in steps near the scan's own.
-      float widest = 0.0F;
-      for (const Beam& beam : scan->beams()) widest = std::max(widest, std::abs(beam.bearing));
-      const bool half = widest <= kPi / 2.0 + 1e-3;
-      const int n = half ? (scan->size > 270 ? 361 : (scan->size == 180 ? 180 : 181)) : 720;
-      const double span = half ? kPi : 2.0 * kPi, start = -span / 2.0;
-      const double step = span / (half && n % 2 == 1 ? n - 1 : n);
-      std::vector<double> ranges(static_cast<std::size_t>(n), 81.83);
-      for (const Beam& beam : scan->beams()) {
-        const auto i = std::lround((static_cast<double>(beam.bearing) - start) / step);
-        if (!scan->isReturn(beam) || i < 0 || i >= n) continue;
-        double& range = ranges[static_cast<std::size_t>(i)];
-        range = std::min(range, static_cast<double>(beam.range));
-      }
-      const Pose2 odom = wheels.at(scan->stamp, std::chrono::seconds(1)).value_or(Pose2{});
-      std::fprintf(file, "FLASER %d", n);
-      for (const double range : ranges) std::fprintf(file, " %.3f", range);
-      for (int i = 0; i < 2; ++i) std::fprintf(file, " %.6f %.6f %.6f", odom.x, odom.y, odom.theta);
-      std::fprintf(file, " %.6f slamd %.6f\n", static_cast<double>(message->utime) * 1e-6,
-                   static_cast<double>(event.utime - first) * 1e-6);
-      ++report.scans;
-    }
-  }
-  const bool failed = std::ferror(file) != 0;
-  if (std::fclose(file) != 0 || failed) throw std::runtime_error(out.string() + ": cannot write all of it");
-  if (report.scans == 0) throw std::runtime_error(in.string() + ": no SLAM_SCAN in it");
   return report;
 }
 

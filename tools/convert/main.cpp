@@ -35,7 +35,7 @@ int main(int argc, char** argv) {
     return std::pair(command, convert);
   };
   const std::pair<CLI::App*, Convert> commands[] = {
-      add("carmen", "CARMEN log (FLASER and ODOM lines) to LCM log", slam::convertCarmen),
+      add("carmen", "CARMEN log (FLASER, ROBOTLASER1 and ODOM lines) to LCM log", slam::convertCarmen),
       add("to-carmen", "our LCM log to CARMEN", slam::convertToCarmen),
       add("mines", "Mines ParisTech rover .dat to LCM log", slam::convertMines),
       add("wean", "CMU Wean Hall robotdata .log to LCM log", slam::convertWean),
