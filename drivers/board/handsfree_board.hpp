@@ -92,6 +92,8 @@ class HandsfreeBoard {
     robolink::Command command;
     PollSchedule schedule;
   };
+  static constexpr Duration kRenewed = std::chrono::milliseconds(50);  // the longer of the board's periods
+
   /// What was read last, and when it was asked for in vain.
   template <typename Values>
   struct Refreshed {
@@ -101,12 +103,13 @@ class HandsfreeBoard {
 
     /// When the values were taken that have just been answered and are others than before: until the clock knows,
     /// in the middle between the requests that got the old and the new ones.
-    /// @return nullopt: these are so far apart that a difference to the values used last would tell no speed
+    /// @return nullopt: these are so far apart that a difference to the values used last would tell a wrong speed
     std::optional<Timestamp> taken(Timestamp requested, Timestamp answered) {
       if (!values) return std::nullopt;
       const auto taken = clock.stamp({asked, requested, answered});
-      if (taken || 5 * (answered - asked) > 2 * (answered - used)) return taken;
-      return asked + (answered - asked) / 2;
+      const Duration within = answered - asked;
+      if (taken || (within > kRenewed && 2 * within > answered - used)) return taken;
+      return asked + within / 2;
     }
   };
 
