@@ -17,6 +17,7 @@ constexpr double kMinConfirmed = 0.1;  // of a direction's information; along a 
 
 struct Sums {
   NormalEquations equations;
+  int covered = 0;              // points in the reference's window
   int familiar = 0;             // pairs that agree with a well-known surfel
   int agreeing = 0;             // pairs within overlap_distance of their line
   double agreeing_error = 0.0;  // [m^2] sum of their squared residuals
@@ -34,6 +35,8 @@ Sums linearize(const Reference& reference, std::span<const ScanPoint> points, co
     const double rx = c * point.position.x() - s * point.position.y();  // R p
     const double ry = s * point.position.x() + c * point.position.y();
     const Eigen::Vector2d p(T.x + rx, T.y + ry);
+    if (!reference.covers(p)) continue;
+    ++sums.covered;
     const Surfel* surfel = reference.nearest(p, gate);
     if (surfel == nullptr) continue;
     const double nx = surfel->nx, ny = surfel->ny;
@@ -118,8 +121,10 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
     const Sums sums = linearize(reference, points, T, gate, kernel_scale, config);
     const NormalEquations& equations = sums.equations;
     result.pairs = equations.pairs;
-    result.overlap = points.empty() ? 0.0 : static_cast<double>(sums.agreeing) / static_cast<double>(points.size());
-    result.familiarity = points.empty() ? 0.0 : static_cast<double>(sums.familiar) / static_cast<double>(points.size());
+    // Of the points that the reference can have: a wall beyond its window contradicts nothing.
+    const double covered = std::max(1, sums.covered);
+    result.overlap = static_cast<double>(sums.agreeing) / covered;
+    result.familiarity = static_cast<double>(sums.familiar) / covered;
     result.status = MatchStatus::kTooFewPairs;
     if (equations.pairs < config.min_pairs) return result;
 

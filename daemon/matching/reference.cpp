@@ -52,7 +52,7 @@ void Reference::recentre(const Eigen::Vector2d& centre) {
   centre_ = centre;
   for (std::size_t i = 0; i < surfels_.size(); ++i) {
     Surfel& surfel = surfels_[i];
-    if (surfel.observations == 0.0F || inWindow({surfel.x, surfel.y})) continue;
+    if (surfel.observations == 0.0F || covers({surfel.x, surfel.y})) continue;
     surfel.observations = 0.0F;
     free_.push_back(static_cast<std::int32_t>(i));
     --count_;
@@ -75,7 +75,7 @@ int Reference::add(const Pose2& T_ref_base, std::span<const ScanPoint> points) {
   const int before = count_;
   for (const ScanPoint& point : points) {
     const Eigen::Vector2d p = T_ref_base * point.position;
-    if (!inWindow(p)) continue;
+    if (!covers(p)) continue;
     const Eigen::Vector2d normal(c * point.normal.x() - s * point.normal.y(),
                                  s * point.normal.x() + c * point.normal.y());
     if (!merge(p, normal, point.normal_variance)) insert(p, normal, point.normal_variance);

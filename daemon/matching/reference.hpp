@@ -58,6 +58,10 @@ class Reference {
     return id == kNone ? nullptr : &surfels_[static_cast<std::size_t>(id)];
   }
 
+  /// Whether a point is in the window: elsewhere nothing is known, or can be.
+  bool covers(const Eigen::Vector2d& p) const {
+    return std::abs(p.x() - centre_.x()) < half_extent_ && std::abs(p.y() - centre_.y()) < half_extent_;
+  }
   std::span<const Surfel> surfels() const { return surfels_; }  ///< includes forgotten ones: observations == 0
   int size() const { return count_; }
   const ReferenceConfig& config() const { return config_; }
@@ -83,9 +87,6 @@ class Reference {
     std::size_t index(const Eigen::Vector2d& p) const { return index(coordinate(p.x()), coordinate(p.y())); }
   };
 
-  bool inWindow(const Eigen::Vector2d& p) const {
-    return std::abs(p.x() - centre_.x()) < half_extent_ && std::abs(p.y() - centre_.y()) < half_extent_;
-  }
   bool merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, double normal_variance);
   void insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, double normal_variance);
   void enter(Grid& grid, std::int32_t id);

@@ -15,11 +15,20 @@ namespace {
 constexpr double kClearlyBetter = 0.01;         // [1] of overlap, between guesses
 constexpr std::size_t kHistoryCapacity = 1024;  // poses within one scan
 
-Timestamp lastBeam(const LaserScan& scan, Timestamp stamp) {
-  return scan.size > 0 ? stamp + std::max(Duration(0), fromSeconds(scan.beams().back().time_offset)) : stamp;
-}
+/// When the beams were sampled, in any order and on either side of the scan's stamp.
+struct Turn {
+  Timestamp begin, end;
+  Timestamp middle() const { return begin + (end - begin) / 2; }
+};
 
-Timestamp middleOf(const LaserScan& scan, Timestamp stamp) { return stamp + (lastBeam(scan, stamp) - stamp) / 2; }
+Turn turnOf(const LaserScan& scan, Timestamp stamp) {
+  float first = 0.0F, last = 0.0F;  // [s]
+  for (const Beam& beam : scan.beams()) {
+    first = std::min(first, beam.time_offset);
+    last = std::max(last, beam.time_offset);
+  }
+  return {stamp + fromSeconds(first), stamp + fromSeconds(last)};
+}
 
 EkfConfig beginningAt(EkfConfig config, const Pose2& pose, double gyro_bias) {
   config.initial_pose = pose;
@@ -78,7 +87,7 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
     return outcome;
   }
 
-  outcome.stamp = middleOf(recorded, outcome.first);
+  outcome.stamp = turnOf(recorded, outcome.first).middle();
   takePoints(recorded, outcome);
   const Ekf predicted = pose_.at(outcome.stamp);
   const Pose2 guess = predicted.pose();
@@ -112,8 +121,9 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
     // A failed match never moves the pose: the filter carries on. When it lasts, the robot has left what the reference
     // knows, so the scan extends it from where the filter believes to be.
     ++(outcome.match.usable() ? counters_.gated : counters_.unmatched);
-    if (static_cast<int>(points_.size()) < config_.match.min_pairs) return outcome;  // it says nothing
-    if (++failures_ <= config_.keyframe.max_failures || !may_keep) return outcome;
+    if (static_cast<int>(points_.size()) < config_.match.min_pairs) return outcome;        // it says nothing
+    const bool lately = toSeconds(outcome.stamp - *last_match_) < config_.degraded_after;  // a fast lidar fails often
+    if (++failures_ <= config_.keyframe.max_failures || lately || !may_keep) return outcome;
     failures_ = 0;
     if (carriedAway(guess)) {
       beginSegment(KeyframeOrigin::kLost);
@@ -129,11 +139,12 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
 /// one way and those behind it the other, so that the pose found there is right. At the first beam's time it would be
 /// wrong by half of the turn's error, the next speed by as much the other way, and so on without end.
 void Localizer::takePoints(const LaserScan& recorded, ScanOutcome& outcome) {
-  pose_.fillHistory(outcome.first, lastBeam(recorded, outcome.first), history_);
+  const Turn turn = turnOf(recorded, outcome.first);
+  pose_.fillHistory(turn.begin, turn.end, history_);
   const RangeLimits limits{std::max(recorded.range_min, static_cast<float>(config_.lidar.range_min)),
                            std::min(recorded.range_max, static_cast<float>(config_.lidar.range_max))};
   deskew(recorded, limits, outcome.first, config_.lidar.mounting(), history_, points_);
-  if (outcome.stamp > outcome.first) {
+  if (turn.end > turn.begin) {
     const auto at = [this](Timestamp stamp) { return history_.at(stamp, Duration::max()).value_or(Pose2{}); };
     outcome.T_base_first = between(at(outcome.stamp), at(outcome.first));
     for (ScanPoint& point : points_) point.position = outcome.T_base_first * point.position;
@@ -206,7 +217,7 @@ bool Localizer::fuse(Timestamp stamp, const MatchResult& match, bool confirmed) 
 
 void Localizer::searchAround(const Pose2& predicted, ScanOutcome& outcome) {
   ++counters_.searched;
-  const double widening = 1.0 + failures_;
+  const double widening = 1.0 + std::min(failures_, config_.keyframe.max_failures);
   const SearchWindow window{widening * config_.search_window.translation, widening * config_.search_window.rotation};
   const SearchResult found = search_.match(reference_, points_, predicted, window, config_.match);
   // Among so many places one fits by half wherever the robot is: a find needs more agreement than a prediction does.

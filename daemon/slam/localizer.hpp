@@ -41,8 +41,8 @@ struct KeyframeConfig {
   double rotation = 0.17;     ///< [rad] since the last keyframe
   double familiarity = 0.80;  ///< [1] a scan that shows this share of well-known surfels adds nothing: it is a look
   double look_period = 1.0;   ///< [s] between looks of a robot that stands still in a known place
-  double overlap = 0.70;      ///< [1] share of points that meet the reference: fewer makes a keyframe at once
-  int max_failures = 8;       ///< scans in a row without a match, then one is kept at the filter's pose
+  double overlap = 0.70;      ///< [1] share of points that meet the reference: fewer makes a keyframe soon
+  int max_failures = 8;       ///< scans in a row without a match, and `degraded_after`: then one is kept as predicted
 };
 
 /// How the pose drifts from keyframe to keyframe while scans are matched; a random walk of strength q has standard
@@ -154,7 +154,7 @@ class Localizer {
 
   /// The keyframe nearest to a pose, and the pose relative to it.
   struct Anchored {
-    int keyframe = -1;  ///< -1: there is none yet
+    int keyframe = -1;  ///< -1: there is none yet, and the pose is that in map
     Pose2 T_keyframe_base;
   };
   Anchored anchor(const Pose2& T_map_base) const;

@@ -12,6 +12,7 @@ namespace slam {
 namespace {
 
 constexpr double kMinStepSigma = 1e-4;  // [m, rad] keeps a step's covariance regular
+constexpr double kSoon = 0.25;          // [1] of the usual motion between keyframes
 
 Keyframe::Point stored(const ScanPoint& point) {
   Keyframe::Point out{.x = static_cast<float>(point.position.x()), .y = static_cast<float>(point.position.y())};
@@ -27,14 +28,17 @@ Keyframe::Point stored(const ScanPoint& point) {
 
 const Keyframe* Localizer::keepOrLook(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match) {
   const KeyframeConfig& config = config_.keyframe;
-  const auto movedFrom = [&](const Pose2& pose) {
+  const auto movedFrom = [&](const Pose2& pose, double share = 1.0) {
     const Pose2 moved = between(pose, T_map_base);
-    return std::hypot(moved.x, moved.y) > config.translation || std::abs(moved.theta) > config.rotation;
+    return std::hypot(moved.x, moved.y) > share * config.translation || std::abs(moved.theta) > share * config.rotation;
   };
   if (!extends_) {
     return movedFrom(last_look_) ? look(stamp, T_map_base) : nullptr;
   }
-  if (match.overlap < config.overlap) return keep(stamp, T_map_base);
+  if (match.overlap < config.overlap) {  // soon, but not at every scan of a robot that stands in a crowd
+    const bool due = movedFrom(*last_keyframe_, kSoon) || toSeconds(stamp - last_look_stamp_) > config.look_period;
+    return due ? keep(stamp, T_map_base) : nullptr;
+  }
   if (match.familiarity < config.familiarity) {
     return movedFrom(*last_keyframe_) ? keep(stamp, T_map_base) : nullptr;
   }
@@ -150,7 +154,8 @@ Localizer::Anchored Localizer::anchor(const Pose2& T_map_base) const {
     shortest = distance;
     nearest = &keyframe;
   }
-  return nearest == nullptr ? Anchored{} : Anchored{nearest->id, between(nearest->T_map_base, T_map_base)};
+  return nearest == nullptr ? Anchored{-1, T_map_base}
+                            : Anchored{nearest->id, between(nearest->T_map_base, T_map_base)};
 }
 
 void Localizer::describe(Timestamp stamp, const Pose2& T_map_base) {

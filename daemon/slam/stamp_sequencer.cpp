@@ -17,12 +17,13 @@ constexpr double kFarAhead = 3.0;  // [s] a step forward by more needs a second 
 }  // namespace
 
 bool ForwardJumpGuard::passes(Timestamp recorded) {
-  const auto near = [&](Timestamp other) { return toSeconds(recorded - other) <= kFarAhead; };
-  if (last_ && !near(*last_) && !(held_ && near(*held_) && recorded >= *held_ - fromSeconds(kFarAhead))) {
+  const bool confirmed = held_ && recorded >= *held_ - fromSeconds(kFarAhead);
+  if (last_ && toSeconds(recorded - *last_) > std::max(kFarAhead, longest_) && !confirmed) {
     held_ = recorded;
     ++held_count_;
     return false;
   }
+  if (confirmed) longest_ = 2.0 * toSeconds(recorded - *held_);  // a stream that is slower than that
   last_ = recorded;
   held_.reset();
   return true;

@@ -17,6 +17,7 @@ class ForwardJumpGuard {
 
  private:
   std::optional<Timestamp> last_, held_;
+  double longest_ = 0.0;  // [s] between two samples of the stream, as confirmed
   std::uint32_t held_count_ = 0;
 };
 

@@ -128,6 +128,13 @@ TEST(ForwardJumpGuard, HoldsOneDamagedStampAndLetsTheStreamGoOn) {
   EXPECT_EQ(guard.held(), 1U);
 }
 
+TEST(ForwardJumpGuard, LetsAStreamGoOnThatIsSlowerThanAJump) {
+  ForwardJumpGuard guard;
+  int passed = 0;
+  for (int i = 0; i < 100; ++i) passed += guard.passes(Timestamp(std::chrono::seconds(1000 + 4 * i)));
+  EXPECT_EQ(passed, 99);
+}
+
 TEST(ForwardJumpGuard, BelievesAPauseOnceASecondSampleConfirmsIt) {
   ForwardJumpGuard guard;
   const Timestamp start{std::chrono::seconds(100)};

@@ -117,7 +117,9 @@ class Run {
   void addDepth(const PseudoLaser& laser) {
     const DepthSight* sight = localizer_.add(laser);
     const auto view = sight != nullptr ? back_end_.mapView(*sight) : std::nullopt;
-    if (view) mapper_.add(*view);
+    if (!view) return;
+    mapper_.work(std::numeric_limits<int>::max());  // views that come while the map is drawn anew are not kept
+    mapper_.add(*view);
   }
 
   void addWheels(const WheelSample& sample, std::int64_t utime) {
