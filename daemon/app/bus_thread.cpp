@@ -9,6 +9,7 @@
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
 #include "bus/messages.hpp"
+#include "bus/multicast_route.hpp"
 #include "slam/ack_t.hpp"
 
 namespace slam {
@@ -18,6 +19,7 @@ using namespace std::chrono_literals;
 constexpr Duration kLongestReconnect = 8s;
 constexpr Duration kFarAhead = 1s;       // a stamp of somebody else's this far in the future is wrong
 constexpr Duration kOldCommand = 500ms;  // a speed asked for longer ago is not driven
+constexpr Duration kNotSent = 500ms;     // without one message that was sent: there is no route any more
 constexpr int kWait = 50;                // [ms] without a wake-up
 
 std::span<const std::uint8_t> bytesOf(const lcm::ReceiveBuffer* buffer) {
@@ -40,14 +42,16 @@ BusThread::BusThread(const Config& config, Exchange& exchange, const WallClock& 
 BusThread::~BusThread() { worker_.stop(); }
 
 void BusThread::connect() {
-  reconnect_ = std::min(2 * reconnect_, kLongestReconnect);  // liblcm prints two lines at each failure
+  reconnect_ = std::min(2 * reconnect_, kLongestReconnect);
   next_connect_ = monotonicNow() + reconnect_;
+  if (!hasMulticastRoute(config_.lcm.url)) return;
   lcm_ = std::make_unique<lcm::LCM>(config_.lcm.url);
   connected_ = lcm_->good();
   if (!connected_) {
     lcm_.reset();
     return;
   }
+  last_sent_ = monotonicNow();
   subscribe();
   logInfo("LCM connected: " + config_.lcm.url);
 }
@@ -92,6 +96,7 @@ void BusThread::publish(const char* channel, const Message& message) {
   if (lcm_) {
     const bool sent = lcm_->publish(channel, buffer_.data(), static_cast<unsigned>(buffer_.size())) == 0;
     ++(sent ? exchange_.published : exchange_.publish_failures);
+    noteSent(sent);
   } else {
     ++exchange_.publish_failures;
   }
@@ -99,6 +104,13 @@ void BusThread::publish(const char* channel, const Message& message) {
     record_failed_ = true;
     logError(config_.output.record + ": cannot write the record any more; is the disk full?");
   }
+}
+
+/// The route may go, and come back, while slamd runs.
+void BusThread::noteSent(bool sent) {
+  const Timestamp now = monotonicNow();
+  if (sent) last_sent_ = now;
+  connected_ = now - last_sent_ < kNotSent;
 }
 
 void BusThread::publishPose() {
@@ -205,6 +217,7 @@ void BusThread::onCommand(const lcm::ReceiveBuffer* buffer, const std::string&) 
     if (config_.output.map.empty())
       return acknowledge(command->id, false, "output.map is not set in the configuration");
     if (!command->argument.empty()) return acknowledge(command->id, false, "the place is output.map; give no argument");
+    if (saving_) return acknowledge(command->id, false, "a map is being saved already");
     exchange_.map_saved = SaveOutcome::kNone;
     saving_ = command->id;
     exchange_.save_map = true;

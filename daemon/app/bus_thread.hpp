@@ -37,6 +37,7 @@ class BusThread {
   void publishRaw();
   template <typename Message>
   void publish(const char* channel, const Message& message);
+  void noteSent(bool sent);
   void acknowledgeSave();
   void acknowledge(std::int32_t id, bool accepted, const std::string& message);
 
@@ -57,7 +58,7 @@ class BusThread {
   std::unique_ptr<EventLogWriter> record_;
   bool record_failed_ = false;
   std::atomic<bool> connected_{false};
-  Timestamp next_connect_{}, next_refresh_{};
+  Timestamp next_connect_{}, next_refresh_{}, last_sent_{};
   Duration reconnect_ = std::chrono::milliseconds(500);
   std::optional<std::int32_t> saving_;  // id of a save_map command that the mapper works on
   PoseSnapshot snapshot_;

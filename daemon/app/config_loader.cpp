@@ -2,6 +2,7 @@
 #include "app/config_loader.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -10,6 +11,7 @@
 #include <numeric>
 #include <sstream>
 #include <toml++/toml.h>
+#include <utility>
 
 #include "app/config_schema.hpp"
 
@@ -46,9 +48,13 @@ std::string closest(const std::string& word, const std::vector<std::string>& kno
   return *best;
 }
 
+/// Where each key was set last, as file:line:column.
+using Places = std::map<std::string, std::string>;
+
 class TomlLoader : public ConfigVisitor {
  public:
-  TomlLoader(const toml::table& root, std::string name) : root_(root), name_(std::move(name)) {}
+  TomlLoader(const toml::table& root, std::string name, Places& places)
+      : root_(root), name_(std::move(name)), places_(places) {}
 
   void section(const char* name, const char*) override {
     section_ = name;
@@ -140,7 +146,9 @@ class TomlLoader : public ConfigVisitor {
 
   const toml::node* find(const FieldInfo& info) {
     (section_.empty() ? top_level_ : known_[section_]).push_back(info.key);
-    return table_ == nullptr ? nullptr : table_->get(info.key);
+    const toml::node* node = table_ == nullptr ? nullptr : table_->get(info.key);
+    if (node != nullptr) places_[fullKey(info.key)] = placeOf(*node);
+    return node;
   }
   std::string elsewhere(const std::string& word) const {
     for (const auto& [name, keys] : known_) {
@@ -165,15 +173,18 @@ class TomlLoader : public ConfigVisitor {
     mend << "use " << min << " to " << max << (*info.unit ? " " : "") << info.unit;
     problem(node, fullKey(info.key), what.str(), mend.str());
   }
+  std::string placeOf(const toml::node& node) const {
+    const auto at = node.source().begin;
+    return name_ + ":" + std::to_string(at.line) + ":" + std::to_string(at.column);
+  }
   void problem(const toml::node& node, const std::string& key, const std::string& what, const std::string& mend) {
     const auto at = node.source().begin;
-    std::ostringstream line;
-    line << name_ << ":" << at.line << ":" << at.column << ": " << key << ": " << what << "; " << mend;
-    problems_.emplace_back(std::pair(at.line, at.column), line.str());
+    problems_.emplace_back(std::pair(at.line, at.column), placeOf(node) + ": " + key + ": " + what + "; " + mend);
   }
 
   const toml::table& root_;
   std::string name_;
+  Places& places_;
   std::string section_;
   const toml::table* table_ = nullptr;
   std::map<std::string, std::vector<std::string>> known_;  // keys by section
@@ -181,10 +192,11 @@ class TomlLoader : public ConfigVisitor {
   std::vector<std::pair<std::pair<toml::source_index, toml::source_index>, std::string>> problems_;
 };
 
-void load(const std::string& text, const std::string& name, Config& config, std::vector<std::string>& problems) {
+void load(const std::string& text, const std::string& name, Config& config, Places& places,
+          std::vector<std::string>& problems) {
   try {
     const toml::table root = toml::parse(text, name);
-    TomlLoader loader(root, name);
+    TomlLoader loader(root, name, places);
     visitConfig(config, loader);
     loader.checkUnknown();
     for (std::string& line : loader.takeProblems()) problems.push_back(std::move(line));
@@ -196,10 +208,23 @@ void load(const std::string& text, const std::string& name, Config& config, std:
   }
 }
 
-/// What no single key can be asked for.
-void checkTogether(const Config& config, const std::string& name, std::vector<std::string>& problems) {
+/// What no single key can be asked for. What has been refused by itself is not compared with anything.
+void checkTogether(const Config& config, const std::string& name, const Places& places,
+                   std::vector<std::string>& problems) {
   const LidarModel& lidar = config.localizer.lidar;
-  const auto complain = [&](const std::string& what) { problems.push_back(name + ":1:1: " + what); };
+  const auto complain = [&, refused = join(problems, "\n")](const std::string& what) {
+    std::string place = name + ":1:1";
+    std::istringstream words(what);
+    bool found = false;
+    for (std::string word; words >> word;) {
+      while (!word.empty() && std::ispunct(static_cast<unsigned char>(word.back()))) word.pop_back();
+      const auto at = places.find(word);
+      if (at == places.end()) continue;
+      if (refused.find(": " + word + ": ") != std::string::npos) return;
+      if (!std::exchange(found, true)) place = at->second;
+    }
+    problems.push_back(place + ": " + what);
+  };
   if (lidar.range_min >= lidar.range_max) {
     complain("lidar.range_min: is not below lidar.range_max; lower the one or raise the other");
   }
@@ -245,15 +270,16 @@ ConfigError::ConfigError(const std::vector<std::string>& problems) : std::runtim
 Config parseConfig(const std::string& text, const std::string& name, const std::vector<std::string>& overrides) {
   Config config;
   std::vector<std::string> problems;
-  load(text, name, config, problems);
+  Places places;
+  load(text, name, config, places, problems);
   for (const std::string& line : overrides) {
     if (line.find('=') == std::string::npos || line.find('\n') != std::string::npos) {
       problems.push_back("--set " + line + ":1:1: is not one setting; write section.key=value");
     } else {
-      load(line, "--set " + line, config, problems);
+      load(line, "--set " + line, config, places, problems);
     }
   }
-  if (problems.empty()) checkTogether(config, name, problems);
+  checkTogether(config, name, places, problems);
   if (!problems.empty()) throw ConfigError(problems);
   return config;
 }

@@ -32,8 +32,9 @@ void MapperThread::tick() {
     if (std::find(unsent_.begin(), unsent_.end(), tile) == unsent_.end()) unsent_.push_back(tile);
   }
   if (exchange_.refresh_map.exchange(false)) {
-    unsent_.clear();
-    mapper_.grid().tiles().forEachTile([this](TileIndex tile, const auto&) { unsent_.push_back(tile); });
+    // A large map takes longer than from one refresh to the next: it is sent to its end.
+    if (to_refresh_.empty())
+      mapper_.grid().tiles().forEachTile([this](TileIndex t, const auto&) { to_refresh_.push_back(t); });
     meta_due_ = true;
   }
   sendTiles();
@@ -44,6 +45,7 @@ void MapperThread::draw(const MapChange& change) {
   if (change.map_id != map_id_) {  // the estimator began anew
     mapper_.reset();
     unsent_.clear();
+    to_refresh_.clear();
     map_id_ = change.map_id;
   }
   if (change.begin_in) {
@@ -71,10 +73,13 @@ void MapperThread::sendTiles() {
   // A few at a time: a burst of a whole map would overrun subscribers' receive buffers.
   constexpr std::size_t kTilesPerTick = 40;
   std::size_t sent = 0;
-  while (sent < std::min(kTilesPerTick, unsent_.size()) && exchange_.map_tiles.hasRoom()) {
-    exchange_.map_tiles.tryPush(toTileMessage(mapper_.grid(), unsent_[sent++], utime_, map_id_));
+  for (auto* tiles : {&unsent_, &to_refresh_}) {  // what has changed goes first
+    std::size_t gone = 0;
+    for (; gone < tiles->size() && sent < kTilesPerTick && exchange_.map_tiles.hasRoom(); ++gone, ++sent) {
+      exchange_.map_tiles.tryPush(toTileMessage(mapper_.grid(), (*tiles)[gone], utime_, map_id_));
+    }
+    tiles->erase(tiles->begin(), tiles->begin() + static_cast<std::ptrdiff_t>(gone));
   }
-  unsent_.erase(unsent_.begin(), unsent_.begin() + static_cast<std::ptrdiff_t>(sent));
   if (sent > 0) exchange_.bus_wakeup.notify();
 }
 

@@ -33,7 +33,7 @@ class MapperThread {
   Exchange& exchange_;
   const WallClock& clock_;
   Mapper mapper_;
-  std::vector<TileIndex> unsent_;
+  std::vector<TileIndex> unsent_, to_refresh_;  // changed; to be sent again in their turn
   std::int32_t map_id_ = 0;
   std::int64_t utime_ = 0;  // of the newest keyframe
   bool meta_due_ = false;

@@ -158,8 +158,9 @@ void Supervisor::warnOnce() {
     clock_step_logged_ = true;
     logWarning("the wall clock was set; stamps go on from the old one");
   }
-  if (!bus_logged_ && !bus_.connected() && monotonicNow() - started_ > 1s) {
-    bus_logged_ = true;
+  const bool away = !bus_.connected() && monotonicNow() - started_ > 1s;
+  if (bus_away_ && !away) logInfo("LCM messages are sent again");
+  if (std::exchange(bus_away_, away) < away) {
     logWarning(
         "LCM has no multicast route, nothing is published; mend: ip link set lo multicast on && "
         "ip route add 224.0.0.0/4 dev lo");

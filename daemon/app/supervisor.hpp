@@ -60,6 +60,7 @@ class Supervisor {
   void warnOnce();
   void measureRates(Timestamp now);
   void sendHealth(Timestamp now);
+  double diskFree() const;  // [MB] where maps and records are written, the least; -1: not known
   static std::optional<Duration> ageOf(const Device& device, Timestamp now);  ///< of its last sample
   static bool isSilent(const Device& device, Timestamp now);
   static DeviceState stateOf(const Device& device, Timestamp now);
@@ -88,7 +89,7 @@ class Supervisor {
   double cpu_ = 0.0;             // [s] when rates were measured last
   double cpu_share_ = 0.0;       // [1] of a core, then
   std::array<bool, kSensorFaults> fault_logged_{};
-  bool stalled_ = false, clock_step_logged_ = false, bus_logged_ = false;
+  bool stalled_ = false, clock_step_logged_ = false, bus_away_ = false;
   const char* base_finding_ = "";  // static words; what was logged
 };
 

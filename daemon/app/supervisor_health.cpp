@@ -102,6 +102,17 @@ void Supervisor::measureRates(Timestamp now) {
   }
 }
 
+double Supervisor::diskFree() const {
+  const std::string& maps = config_.store.directory;
+  double least = -1.0;
+  for (const std::string& file :
+       {maps.empty() ? maps : maps + "/map", config_.output.map, config_.output.record, config_.depth_device.record}) {
+    const double free = file.empty() ? -1.0 : diskFreeMegabytes(file);
+    if (free >= 0.0) least = least < 0.0 ? free : std::min(least, free);
+  }
+  return least;
+}
+
 void Supervisor::sendHealth(Timestamp now) {
   device_changed_ = false;
   health_t health{};
@@ -111,8 +122,7 @@ void Supervisor::sendHealth(Timestamp now) {
   health.summary = summary(now);
   health.cpu = cpu_share_;
   health.memory_mb = residentMegabytes();
-  const std::string& file = config_.output.map.empty() ? config_.output.record : config_.output.map;
-  health.disk_free_mb = file.empty() ? -1.0 : diskFreeMegabytes(file);
+  health.disk_free_mb = diskFree();
 
   for (const Device& device : devices_) {
     device_health_t d{};

@@ -57,7 +57,14 @@ std::optional<std::string> findYamlValue(const std::string& text, const std::str
   for (std::string line; std::getline(lines, line);) {
     if (line.rfind(key + ":", 0) != 0) continue;
     const auto begin = line.find_first_not_of(" \t", key.size() + 1);
-    return begin == std::string::npos ? "" : line.substr(begin, line.find_last_not_of(" \t\r") + 1 - begin);
+    std::string value = begin == std::string::npos ? "" : line.substr(begin);
+    const char quote = value.empty() ? '\0' : value.front();
+    if (const auto end = value.find(quote, 1); (quote == '"' || quote == '\'') && end != std::string::npos) {
+      return value.substr(1, end - 1);
+    }
+    if (const auto comment = value.find(" #"); comment != std::string::npos) value.resize(comment);
+    value.resize(value.find_last_not_of(" \t\r") + 1);
+    return value;
   }
   return std::nullopt;
 }
@@ -102,8 +109,9 @@ void writeMapFiles(const fs::path& prefix, const MapImage& image, std::span<cons
 MapImage readMapFiles(const fs::path& yaml) {
   const std::string text = readWhole(yaml);
   requireYaml(yaml, text, "mode", "trinary");
-  requireYaml(yaml, text, "negate", "0");
+  if (findYamlValue(text, "negate") != "false") requireYaml(yaml, text, "negate", "0");
   MapImage image;
+  double occupied = MapImage::kOccupiedThreshold, free = MapImage::kFreeThreshold;  // [1] probabilities
   try {
     image.resolution = std::stod(yamlValue(yaml, text, "resolution"));
     std::string origin = yamlValue(yaml, text, "origin");
@@ -112,9 +120,12 @@ MapImage readMapFiles(const fs::path& yaml) {
     double yaw = 0.0;
     if (!(numbers >> image.origin_x >> image.origin_y >> yaw)) fail(yaml, "origin is not [x, y, yaw]");
     if (yaw != 0.0) fail(yaml, "origin: a yaw other than 0 is not supported");
+    if (const auto value = findYamlValue(text, "occupied_thresh")) occupied = std::stod(*value);
+    if (const auto value = findYamlValue(text, "free_thresh")) free = std::stod(*value);
   } catch (const std::logic_error&) {
-    fail(yaml, "resolution is not a number");
+    fail(yaml, "resolution or a threshold is not a number");
   }
+  if (!(free <= occupied)) fail(yaml, "free_thresh is above occupied_thresh");
   if (!(image.resolution > 0.0)) fail(yaml, "resolution must be above 0");
 
   const fs::path pgm = yaml.parent_path() / yamlValue(yaml, text, "image");
@@ -132,8 +143,11 @@ MapImage readMapFiles(const fs::path& yaml) {
   const auto size = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
   if (content.size() < begin || content.size() - begin < size) fail(pgm, "shorter than its header says");
   for (std::size_t i = 0; i < size; ++i) {
-    const double probability = (255 - static_cast<std::uint8_t>(content[begin + i])) / 255.0;
-    image.cells.push_back(classify(probability));
+    const auto grey = static_cast<std::uint8_t>(content[begin + i]);
+    const double probability = (255 - grey) / 255.0;
+    // 205 means unknown whatever the thresholds: with map_server's own of 0.25 it would be free.
+    const bool unknown = grey == MapImage::kUnknown || (probability >= free && probability <= occupied);
+    image.cells.push_back(unknown ? MapImage::kUnknown : probability < free ? MapImage::kFree : MapImage::kOccupied);
   }
   return image;
 }

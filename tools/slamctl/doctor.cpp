@@ -13,6 +13,7 @@
 #include <thread>
 #include <unistd.h>
 
+#include "bus/multicast_route.hpp"
 #include "drivers/camera/openni_camera.hpp"
 #include "runtime/process_usage.hpp"
 #include "runtime/realtime.hpp"
@@ -103,6 +104,7 @@ Finding checkCan(const std::string& interface, const std::filesystem::path& net)
 Finding checkLcm(const std::string& url) {
   const Finding no_route{Finding::kFault, "LCM: no multicast route for " + url,
                          "sudo ip link set lo multicast on && sudo ip route add 224.0.0.0/4 dev lo"};
+  if (!hasMulticastRoute(url)) return no_route;
   lcm::LCM lcm(url);
   if (!lcm.good()) return no_route;
   struct Echo {

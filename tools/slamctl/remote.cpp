@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "bus/channels.hpp"
+#include "bus/multicast_route.hpp"
 #include "slam/command_t.hpp"
 
 namespace slam {
@@ -28,14 +29,15 @@ std::optional<Message> decode(const lcm::ReceiveBuffer* buffer) {
 
 }  // namespace
 
-Remote::Remote(const std::string& url) : lcm_(url) {
-  if (!lcm_.good()) {
+Remote::Remote(const std::string& url) {
+  if (hasMulticastRoute(url)) lcm_.emplace(url);
+  if (!lcm_ || !lcm_->good()) {
     throw std::runtime_error(url +
                              ": LCM has no multicast route; mend: ip link set lo multicast on && "
                              "ip route add 224.0.0.0/4 dev lo");
   }
-  lcm_.subscribe(channel::kAck, &Remote::onAck, this);
-  lcm_.subscribe(channel::kHealth, &Remote::onHealth, this);
+  lcm_->subscribe(channel::kAck, &Remote::onAck, this);
+  lcm_->subscribe(channel::kHealth, &Remote::onHealth, this);
 }
 
 void Remote::onAck(const lcm::ReceiveBuffer* buffer, const std::string&) {
@@ -51,7 +53,7 @@ void Remote::handleUntil(std::chrono::milliseconds limit, Done&& done) {
   const auto end = Clock::now() + limit;
   while (!done() && Clock::now() < end) {
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now());
-    lcm_.handleTimeout(static_cast<int>(std::max<std::int64_t>(1, left.count())));
+    lcm_->handleTimeout(static_cast<int>(std::max<std::int64_t>(1, left.count())));
   }
 }
 
@@ -64,7 +66,7 @@ std::optional<ack_t> Remote::ask(const std::string& verb, const std::string& arg
   command.verb = verb;
   command.argument = argument;
   std::copy(pose.begin(), pose.end(), command.pose);
-  if (lcm_.publish(channel::kCommand, &command) != 0) throw std::runtime_error("the command could not be sent");
+  if (lcm_->publish(channel::kCommand, &command) != 0) throw std::runtime_error("the command could not be sent");
   handleUntil(limit, [&] { return ack_ && ack_->id == command.id; });
   return ack_ && ack_->id == command.id ? ack_ : std::nullopt;
 }

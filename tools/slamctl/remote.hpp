@@ -29,7 +29,7 @@ class Remote {
   template <typename Done>
   void handleUntil(std::chrono::milliseconds limit, Done&& done);
 
-  lcm::LCM lcm_;
+  std::optional<lcm::LCM> lcm_;
   std::optional<ack_t> ack_;
   std::optional<health_t> health_;
 };
