@@ -42,8 +42,8 @@ struct EkfConfig {
   double max_speed = 5.0;                      ///< [m/s] no indoor robot drives faster: such a wheel sample is a fault
   double max_turn_rate = 10.0;                 ///< [rad/s] nor turns faster
   int doubt_memory = 10;                       ///< matched scans over which the prediction is judged
-  double max_coast = 0.5;                      ///< [s] without any sample the pose is moved on for no longer
-  bool holonomic = false;                      ///< the base can move sideways (omni, mecanum)
+  double max_coast = 0.5;  ///< [s] the pose is moved on for no longer beyond what the wheels have told
+  bool holonomic = false;  ///< the base can move sideways (omni, mecanum)
   StandstillConfig standstill;
 };
 
@@ -124,6 +124,7 @@ class Ekf {
   Vector x_ = Vector::Zero();
   Matrix P_ = Matrix::Zero();
   std::optional<Timestamp> gyro_stamp_;
+  Timestamp known_until_{};  // the wheels' mean speed holds up to there
   Standstill standstill_;
   double slip_evidence_ = 0.0;  // [rad] wheels minus gyro, leaky over slip_window
   double slip_turned_ = 0.0;    // [rad] angle turned, leaky over slip_window

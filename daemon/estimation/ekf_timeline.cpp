@@ -11,7 +11,7 @@ EkfTimeline::EkfTimeline(const EkfConfig& ekf_config, const EkfTimelineConfig& c
     : ekf_config_(std::make_unique<const EkfConfig>(ekf_config)),
       config_(config),
       ring_(static_cast<std::size_t>(config.capacity), Entry{{}, ImuSample{}, Ekf(*ekf_config_)}),
-      base_(*ekf_config_) {}
+      base_(*ekf_config_, {}, ekf_config.initial_pose) {}
 
 UpdateResult EkfTimeline::add(const WheelSample& sample) {
   return isFinite(sample.T_wheels_base) ? insert(sample.stamp, sample) : UpdateResult::kUseless;

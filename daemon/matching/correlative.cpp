@@ -10,6 +10,7 @@
 namespace slam {
 namespace {
 
+constexpr double kReach = 1.5;              // [1] of a step: half of it in both directions, and by the turn
 constexpr double kMostlyTranslation = 0.5;  // of a unit direction: the rest is rotation
 constexpr double kSameOverlap = 0.02;       // [1] less is no difference
 constexpr double kSlideStep = 0.05;         // [m]
@@ -31,10 +32,10 @@ SearchResult CorrelativeMatcher::match(const Reference& reference, std::span<con
   result.match = {.status = MatchStatus::kTooFewPairs, .T_ref_base = guess};
   if (static_cast<int>(points.size()) < config.min_pairs) return result;
   sample(points);
-  scoreAll(reference, guess, window, meanRange(points));
+  const double step = scoreAll(reference, guess, window, meanRange(points));
 
   MatchConfig narrow = config;  // the steps leave less to be found than a first guess does
-  narrow.initial_pair_distance = narrow.final_pair_distance;
+  narrow.initial_pair_distance = std::max(narrow.final_pair_distance, kReach * step);
   narrow.search_translation = narrow.search_rotation = 0.0;
   MatchResult second;
   const auto better = [](const MatchResult& a, const MatchResult& b) {
@@ -85,8 +86,8 @@ void CorrelativeMatcher::sample(std::span<const ScanPoint> points) {
   for (std::size_t i = 0; i < count; ++i) sample_.push_back(points[i * points.size() / count].position);
 }
 
-void CorrelativeMatcher::scoreAll(const Reference& reference, const Pose2& guess, const SearchWindow& window,
-                                  double lever) {
+double CorrelativeMatcher::scoreAll(const Reference& reference, const Pose2& guess, const SearchWindow& window,
+                                    double lever) {
   // Odd numbers of steps, so that the guess itself is among the hypotheses.
   double step = config_.translation_step;
   int turns = 0, shifts = 0;
@@ -108,6 +109,7 @@ void CorrelativeMatcher::scoreAll(const Reference& reference, const Pose2& guess
       }
     }
   }
+  return step;
 }
 
 float CorrelativeMatcher::score(const Reference& reference, const Eigen::Vector2d& translation, double kernel) const {

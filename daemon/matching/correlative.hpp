@@ -60,7 +60,8 @@ class CorrelativeMatcher {
   };
 
   void sample(std::span<const ScanPoint> points);
-  void scoreAll(const Reference& reference, const Pose2& guess, const SearchWindow& window, double lever);
+  /// @return [m] between two hypotheses
+  double scoreAll(const Reference& reference, const Pose2& guess, const SearchWindow& window, double lever);
   float score(const Reference& reference, const Eigen::Vector2d& translation, double kernel) const;
   void slide(const Reference& reference, double reach, MatchResult& match);
   void keepBest(const Hypothesis& hypothesis);

@@ -44,7 +44,7 @@ void BackEnd::add(const Keyframe& keyframe, bool may_correct) {
     if (!placed_ && may_correct) findSegment();
     if (!placed_ || just_placed_ >= 0) return;
     if (!config_.localise_only) {  // else a keyframe of before the robot was found, and the given map stays as it is
-      linkToReference();
+      if (keyframe.matched) linkToReference();
       if (config_.close_loops) closeLoops();
     }
   }

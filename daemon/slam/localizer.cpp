@@ -69,7 +69,7 @@ void Localizer::add(const WheelSample& sample) {
 void Localizer::add(const ImuSample& sample) {
   if (!imu_guard_.passes(sample.stamp)) return;
   ImuSample shifted = sample;
-  shifted.stamp += fromSeconds(config_.imu_time_offset);
+  shifted.stamp = imu_clock_.next(sample.stamp, pose_.newestStamp()) + fromSeconds(config_.imu_time_offset);
   odometry_.add(shifted);
   pose_.add(shifted);
 }
@@ -129,7 +129,7 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
       beginSegment(KeyframeOrigin::kLost);
     } else {
       accumulateDrift(guess, nullptr);
-      outcome.keyframe = keep(outcome.stamp, guess);
+      outcome.keyframe = keep(outcome.stamp, guess, false);
     }
   }
   return outcome;

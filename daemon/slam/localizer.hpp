@@ -176,7 +176,7 @@ class Localizer {
   bool fuse(Timestamp stamp, const MatchResult& match, bool confirmed);
   LocalisationState state(Timestamp stamp, const Eigen::Matrix3d& covariance) const;
   const Keyframe* keepOrLook(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match);
-  const Keyframe* keep(Timestamp stamp, const Pose2& T_map_base);
+  const Keyframe* keep(Timestamp stamp, const Pose2& T_map_base, bool matched = true);
   const Keyframe* look(Timestamp stamp, const Pose2& T_map_base);
   bool carriedAway(const Pose2& predicted) const;
   void beginSegment(KeyframeOrigin origin);
@@ -190,6 +190,7 @@ class Localizer {
   EkfTimeline odometry_, pose_;
   ForwardJumpGuard wheel_guard_, imu_guard_, scan_guard_;
   StampSequencer wheel_stamps_, scan_stamps_;
+  ClockStepBridge imu_clock_;
   Reference reference_;
   std::vector<ReferenceKeyframe> reference_keyframes_;  // by id
   struct RecentScan {

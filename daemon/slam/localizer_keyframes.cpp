@@ -46,12 +46,13 @@ const Keyframe* Localizer::keepOrLook(Timestamp stamp, const Pose2& T_map_base, 
   return due ? look(stamp, T_map_base) : nullptr;
 }
 
-const Keyframe* Localizer::keep(Timestamp stamp, const Pose2& T_map_base) {
+const Keyframe* Localizer::keep(Timestamp stamp, const Pose2& T_map_base, bool matched) {
   reference_.add(T_map_base, points_);
   describe(stamp, T_map_base);
   keyframe_.id = next_keyframe_++;
   ++counters_.keyframes;
   keyframe_.look = false;
+  keyframe_.matched = matched;
   keyframe_.origin = std::exchange(origin_, KeyframeOrigin::kContinued);
   keyframe_.T_previous_base = last_keyframe_ ? between(*last_keyframe_, T_map_base) : Pose2{};
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();

@@ -29,6 +29,12 @@ bool ForwardJumpGuard::passes(Timestamp recorded) {
   return true;
 }
 
+Timestamp ClockStepBridge::next(Timestamp recorded, Timestamp newest) {
+  if (last_ && toSeconds(*last_ - recorded) > kReset) shift_ = newest - recorded;
+  last_ = recorded;
+  return recorded + shift_;
+}
+
 Timestamp StampSequencer::next(Timestamp recorded) {
   if (!last_) {
     last_recorded_ = last_ = recorded;

@@ -21,6 +21,17 @@ class ForwardJumpGuard {
   std::uint32_t held_count_ = 0;
 };
 
+/// Carries a stream on whose clock was set back by seconds, without touching the order of its stamps otherwise.
+class ClockStepBridge {
+ public:
+  /// @param newest stamp of any stream so far, as carried on
+  Timestamp next(Timestamp recorded, Timestamp newest);
+
+ private:
+  std::optional<Timestamp> last_;
+  Duration shift_{0};
+};
+
 /// Makes the stamps of one sensor's stream increase, in the order the samples came.
 ///
 /// Recorded logs have stamps that go back by tenths of a second or nearly coincide, though their samples are in order.

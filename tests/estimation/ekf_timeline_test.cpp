@@ -196,6 +196,21 @@ TEST(EkfTimeline, ConstantWheelSpeedsAreDeadReckonedExactlyAlsoWithSamplesLost) 
   expectSame(between(timeline.at(at(9100)).pose(), timeline.at(at(10'000)).pose()), exp(0.9 * twist), 1e-6, 1e-6);
 }
 
+TEST(EkfTimeline, WheelsThatReportSeldomTellTheWholeWay) {
+  EkfTimeline timeline(kEkf, kTimeline);
+  for (int i = 0; i <= 20; ++i) timeline.add(wheels(2000 * i, {0.8 * i, 0.0, 0.0}));
+  EXPECT_NEAR(timeline.at(at(40'000)).pose().x, 16.0, 0.05);
+  EXPECT_NEAR(timeline.at(at(39'000)).pose().x, 15.6, 0.05);
+}
+
+TEST(EkfTimeline, BeginsAtThePoseThatIsGiven) {
+  EkfConfig config;
+  config.initial_pose = {3.0, -2.0, 1.5};
+  EkfTimeline timeline(config, kTimeline);
+  timeline.add(wheels(0, {7.0, 7.0, 0.0}));
+  EXPECT_EQ(timeline.at(at(0)).pose(), config.initial_pose);
+}
+
 TEST(EkfTimeline, AShortCapacityChangesNothingForSamplesInOrder) {
   const auto samples = noisyDrive(5000);
   EkfTimeline large(kEkf, kTimeline), small(kEkf, {.window = 1.0, .capacity = 32});

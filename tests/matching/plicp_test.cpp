@@ -2,6 +2,7 @@
 #include "matching/plicp.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <gtest/gtest.h>
 
 #include "matching/scanning.hpp"
@@ -104,6 +105,26 @@ TEST(PlIcp, SwappingTheScansInvertsTheMotion) {
   const Pose2 error = forth * back;
   EXPECT_LT(std::hypot(error.x, error.y), 0.006);
   EXPECT_LT(std::abs(error.theta), 0.004);
+}
+
+TEST(PlIcp, APointBeyondTheReferencesWindowContradictsNothing) {
+  // In the corner of a hall, half of the walls are further off than the window reaches.
+  const Room hall{.length = 60.0, .width = 50.0, .reach = 80.0, .range_sigma = 0.01};
+  const Pose2 corner{-27.0, -22.0, 0.3}, motion{0.05, -0.04, 0.02};
+  std::mt19937 random(8);
+  Reference reference({.extent = 25.6});
+  const auto seen = scanPoints(hall, corner, random);
+  const int inside = static_cast<int>(std::count_if(
+      seen.begin(), seen.end(), [&](const ScanPoint& point) { return reference.covers(point.position); }));
+  ASSERT_GT(inside, 60);
+  ASSERT_LT(inside, static_cast<int>(seen.size()) * 7 / 10);
+  for (int i = 0; i < 5; ++i) reference.add(Pose2{}, scanPoints(hall, corner, random));
+  const MatchResult result = matchPointToLine(reference, scanPoints(hall, corner * motion, random), {}, noisy(0.01));
+  EXPECT_EQ(result.status, MatchStatus::kConverged) << result.observable << " " << result.pairs;
+  EXPECT_GT(result.overlap, 0.85);
+  EXPECT_GT(result.familiarity, 0.7);
+  EXPECT_NEAR(result.T_ref_base.x, motion.x, 0.02);
+  EXPECT_NEAR(result.T_ref_base.y, motion.y, 0.02);
 }
 
 TEST(PlIcp, RefusesAnotherRoom) {

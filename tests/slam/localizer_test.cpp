@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "slam/localizer.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <gtest/gtest.h>
 #include <memory>
 #include <numeric>
@@ -23,11 +26,13 @@ class Drive {
   explicit Drive(const LocalizerConfig& config = {}) : localizer(std::make_unique<Localizer>(config)) {}
 
   bool wheels = true, imu = true, lidar = true;
+  int scan_every = 9;         // of the wheels' samples: 5.6 Hz
   double wheel_factor = 1.0;  // 0: the wheels do not see the motion
   test::Room room{.length = 8.0, .width = 5.0, .range_sigma = 0.01};
   std::unique_ptr<Localizer> localizer;
   Pose2 truth;
   Timestamp now{100s};
+  std::function<void(LaserScan&)> rearrange;
   KeyframeGraph* keyframes = nullptr;  // takes what the localizer keeps
 
   void run(double seconds, const Eigen::Vector3d& twist) {
@@ -38,8 +43,10 @@ class Drive {
       dead_reckoned_ = dead_reckoned_ * exp(0.02 * wheel_factor * twist);
       if (wheels) localizer->add(WheelSample{now, dead_reckoned_});
       if (imu) localizer->add(ImuSample{now, {0, 0, twist.z() + 0.01 + 0.001 * noise_(random_)}, {0, 0, 9.81}});
-      if (lidar && ++step_ % 9 == 0) {
-        last = localizer->add(turning ? turn(twist) : stopped());
+      if (lidar && ++step_ % scan_every == 0) {
+        LaserScan scan = turning ? turn(twist) : stopped();
+        if (rearrange) rearrange(scan);
+        last = localizer->add(scan);
         if (keyframes && last.keyframe && !last.keyframe->look) keyframes->add(*last.keyframe);
       }
     }
@@ -280,6 +287,50 @@ TEST(Localizer, DoesNotAllocateAfterStartUp) {
 }
 
 /// A drive whose map is then corrected as a back end would.
+TEST(Localizer, AFastLidarIsNotLostBehindADoorSill) {
+  Drive drive;
+  drive.scan_every = 1;  // 50 Hz
+  drive.run(4.0, {0.3, 0, 0.1});
+  const test::Room room = drive.room;
+  drive.room = {.length = 1.1, .width = 0.9};  // legs all around
+  drive.run(0.5, {0.3, 0, 0.1});
+  EXPECT_NE(drive.state(), LocalisationState::kLost);
+  drive.room = room;
+  drive.run(1.0, {0.3, 0, 0.1});
+  EXPECT_EQ(drive.localizer->counters().lost, 0U);
+  EXPECT_EQ(drive.state(), LocalisationState::kLocalised);
+  EXPECT_LT(drive.error(), 0.05);
+}
+
+TEST(Localizer, KeepsUsingTheGyroWhenAllClocksAreSetBack) {
+  Drive drive;
+  drive.run(4.0, {0.3, 0, 0.3});
+  drive.now -= 1h;
+  drive.run(4.0, {0.3, 0, 0.3});
+  EXPECT_EQ(drive.localizer->counters().samples_too_old, 0U);
+}
+
+TEST(Localizer, StampsBeforeAndBehindTheBeamsAreOne) {
+  // The same turn, stamped at its first beam, at its last one, and with beams in the other order.
+  std::array<Pose2, 3> poses;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    Drive drive;
+    drive.turning = true;
+    drive.rearrange = [i](LaserScan& scan) {
+      if (i == 1) {
+        const float last = scan.beams().back().time_offset;
+        scan.stamp += fromSeconds(last);
+        for (int k = 0; k < scan.size; ++k) scan.storage[static_cast<std::size_t>(k)].time_offset -= last;
+      }
+      if (i == 2) std::reverse(scan.storage.begin(), scan.storage.begin() + scan.size);
+    };
+    drive.run(6.0, {0.3, 0, 0.6});
+    EXPECT_LT(drive.error(), 0.03) << i;
+    poses[i] = drive.localizer->estimate(drive.now).T_map_base;
+  }
+  for (const Pose2& pose : poses) EXPECT_LT(std::hypot(pose.x - poses[0].x, pose.y - poses[0].y), 0.005);
+}
+
 class CorrectedLocalizer : public testing::Test {
  protected:
   CorrectedLocalizer() {

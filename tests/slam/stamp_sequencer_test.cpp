@@ -118,6 +118,17 @@ TEST(StampSequencer, APauseAfterTheVeryFirstStampIsSoonForgotten) {
   EXPECT_EQ(ahead, 0.0);
 }
 
+TEST(ClockStepBridge, GoesOnFromTheNewestStampWhenTheClockIsSetBack) {
+  ClockStepBridge bridge;
+  const Timestamp start{std::chrono::hours(10)}, later = start + std::chrono::seconds(60);
+  EXPECT_EQ(bridge.next(later, start), later);
+  EXPECT_EQ(bridge.next(later - std::chrono::seconds(1), later), later - std::chrono::seconds(1)) << "late, no step";
+  const Timestamp newest = later + std::chrono::milliseconds(30);
+  EXPECT_EQ(bridge.next(start - std::chrono::hours(2), newest), newest);
+  EXPECT_EQ(bridge.next(start - std::chrono::hours(2) + std::chrono::milliseconds(10), newest),
+            newest + std::chrono::milliseconds(10));
+}
+
 TEST(ForwardJumpGuard, HoldsOneDamagedStampAndLetsTheStreamGoOn) {
   ForwardJumpGuard guard;
   const Timestamp start{std::chrono::seconds(100)};
