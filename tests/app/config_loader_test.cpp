@@ -168,6 +168,16 @@ TEST(Overrides, AreCheckedLikeTheFileAndTogetherWithIt) {
               ElementsAre(AllOf(HasSubstr("lidar.range_mux"), HasSubstr("range_max"))));
 }
 
+TEST(ParseConfig, PlacesAContradictionAtItsKeyBesideAllOtherProblems) {
+  EXPECT_THAT(problemsOf("[lidar]\nrange_min = 6.0\nrange_max = 5.0\nrnge = 3\n"),
+              testing::UnorderedElementsAre(HasSubstr("robot.toml:4:"),
+                                            AllOf(HasSubstr("robot.toml:2:13: "), HasSubstr("lidar.range_min: "))));
+  EXPECT_THAT(problemsOf("[lidar]\nrange_max = 5.0\n", {"lidar.range_min=6"}),
+              ElementsAre(HasSubstr("--set lidar.range_min=6:1:")));
+  EXPECT_THAT(problemsOf("[lidar]\nrange_min = 11.0\nrange_max = -1.0\n"), ElementsAre(HasSubstr("robot.toml:3:")))
+      << "what is refused by itself contradicts nothing";
+}
+
 TEST(LoadConfig, TakesEveryFileOfTheRepository) {
   int files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(SLAMD_SOURCE_DIR) / "config")) {

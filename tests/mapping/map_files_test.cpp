@@ -148,6 +148,19 @@ TEST_F(MapFiles, ReadsTheFilesOfOthers) {
   EXPECT_EQ(image.origin_y, -2.0);
 }
 
+TEST_F(MapFiles, ReadsThresholdsQuotesAndCommentsOfOthers) {
+  put("map.yaml",
+      "image: \"map.pgm\"  # beside this file\nmode: trinary\nresolution: 0.05 # [m]\norigin: [0, 0, 0]\n"
+      "negate: false\noccupied_thresh: 0.9\nfree_thresh: 0.25\n");
+  put("map.pgm", pgm("P5\n5 1\n255\n", {0, 60, 204, 205, 206}));
+  EXPECT_EQ(readMapFiles(file("map.yaml")).cells, (std::vector<std::uint8_t>{0, 205, 254, 205, 254}))
+      << "205 means unknown whatever the thresholds";
+  put("map.yaml",
+      "image: map.pgm\nmode: trinary\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.2\n"
+      "free_thresh: 0.5\n");
+  EXPECT_THAT(readError("map.yaml"), HasSubstr("free_thresh"));
+}
+
 TEST_F(MapFiles, MissingFilesAreNamed) {
   EXPECT_THAT(readError("absent.yaml"), HasSubstr("absent.yaml"));
   put("map.yaml", kYaml);
