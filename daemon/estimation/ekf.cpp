@@ -140,8 +140,7 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
   if (!(seconds > 0.0) || !finite) return UpdateResult::kUseless;
 
   known_until_ = stamp_ + interval;
-  standstill_.addWheels(stamp_, known_until_, std::hypot(twist.vx, vy), turn_rate_known ? twist.omega : 0.0,
-                        c.standstill);
+  standstill_.addWheels(stamp_, std::hypot(twist.vx, vy), turn_rate_known ? twist.omega : 0.0, c.standstill);
   slip_ = turn_rate_known && gyro_mean && detectSlip(twist.omega, *gyro_mean - x_[kGyroBias], seconds);
 
   // The wheels' mean over an interval is the only word on what was driven in it: coasting through it at the old speed
@@ -192,7 +191,7 @@ bool Ekf::standstill() const {
   // At start the gyro's bias is unknown and would turn the pose for as long as standstill takes to be believed. Wheels
   // that do not move are then the better word from their first sample on.
   const bool bias_unknown = gyroActive() && P_(kGyroBias, kGyroBias) > square(0.5 * config_->initial_gyro_bias_sigma);
-  return standstill_.active(stamp_, bias_unknown ? 0.0 : config_->standstill.min_time, config_->standstill);
+  return standstill_.active(stamp_, bias_unknown ? 0.0 : config_->standstill.min_time);
 }
 
 void Ekf::updateStandstill() {

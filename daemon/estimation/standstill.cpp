@@ -6,14 +6,12 @@
 
 namespace slam {
 
-void Standstill::addWheels(Timestamp begin, Timestamp end, double speed, double turn_rate,
-                           const StandstillConfig& config) {
-  quiet_until_ = end;
+void Standstill::addWheels(Timestamp stamp, double speed, double turn_rate, const StandstillConfig& config) {
   const bool quiet = std::abs(speed) <= config.max_speed && std::abs(turn_rate) <= config.max_turn_rate;
   if (!quiet) {
     quiet_since_.reset();
   } else if (!quiet_since_) {
-    quiet_since_ = begin;
+    quiet_since_ = stamp;
     gyro_seen_ = false;
   }
 }

@@ -12,26 +12,24 @@ struct StandstillConfig {
   double max_gyro_swing = 0.035;  ///< [rad/s] largest minus smallest gyro reading while standing
   double max_gyro_rate = 0.10;    ///< [rad/s] of gyro minus its bias: more is a robot carried or turned by hand
   double min_time = 0.4;          ///< [s] wheels and gyro must be quiet for this long
-  double memory = 0.5;            ///< [s] wheels that have been silent for longer may have turned
 };
 
 /// Says whether the robot stands still, from wheels and, where there is one, the gyro. A plain value: it is copied with
 /// the filter state that it belongs to.
 class Standstill {
  public:
-  /// @param speed [m/s], turn_rate [rad/s]: mean over the interval from `begin` to `end`
-  void addWheels(Timestamp begin, Timestamp end, double speed, double turn_rate, const StandstillConfig& config);
+  /// @param speed [m/s], turn_rate [rad/s]: mean over the interval that ends at `stamp`
+  void addWheels(Timestamp stamp, double speed, double turn_rate, const StandstillConfig& config);
   /// @param rate reading of the gyro [rad/s]; @param bias its present bias estimate [rad/s]
   void addGyro(Timestamp stamp, double rate, double bias, const StandstillConfig& config);
 
   /// @param min_time [s] quiet for so long is standstill
-  bool active(Timestamp now, double min_time, const StandstillConfig& config) const {
-    return quiet_since_ && toSeconds(now - *quiet_since_) >= min_time && toSeconds(now - quiet_until_) <= config.memory;
+  bool active(Timestamp now, double min_time) const {
+    return quiet_since_ && toSeconds(now - *quiet_since_) >= min_time;
   }
 
  private:
   std::optional<Timestamp> quiet_since_;
-  Timestamp quiet_until_{};                 // as the wheels have said
   double gyro_min_ = 0.0, gyro_max_ = 0.0;  // [rad/s] extremes since quiet_since_
   bool gyro_seen_ = false;
 };

@@ -208,7 +208,7 @@ TEST(LidarEmulatorFault, UnknownKindsAndBadValuesAreRefused) {
   EXPECT_FALSE(lidar.inject("health", 0.5));
   EXPECT_FALSE(lidar.inject("lose", -1));
   EXPECT_FALSE(lidar.inject("turn", 0));
-  EXPECT_FALSE(lidar.inject("turn", 5000));
+  EXPECT_FALSE(lidar.inject("turn", 70000));
   EXPECT_FALSE(lidar.inject("wrong", 0));
   EXPECT_FALSE(lidar.inject("stale", 5000));
   EXPECT_FALSE(lidar.inject("pause", std::nan("")));
