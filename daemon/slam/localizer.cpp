@@ -87,7 +87,6 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
     return outcome;
   }
 
-  outcome.stamp = turnOf(recorded, outcome.first).middle();
   takePoints(recorded, outcome);
   const Ekf predicted = pose_.at(outcome.stamp);
   const Pose2 guess = predicted.pose();
@@ -135,11 +134,13 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
   return outcome;
 }
 
-/// Fills points_, in base at the middle of the turn. What the filter is wrong about the speed moves the beams before it
-/// one way and those behind it the other, so that the pose found there is right. At the first beam's time it would be
-/// wrong by half of the turn's error, the next speed by as much the other way, and so on without end.
+/// Fills points_, in base at the middle of the turn, which becomes the outcome's stamp. What the filter is wrong about
+/// the speed moves the beams before it one way and those behind it the other, so that the pose found there is right. At
+/// the first beam's time it would be wrong by half of the turn's error, the next speed by as much the other way, and so
+/// on without end.
 void Localizer::takePoints(const LaserScan& recorded, ScanOutcome& outcome) {
   const Turn turn = turnOf(recorded, outcome.first);
+  outcome.stamp = turn.middle();
   pose_.fillHistory(turn.begin, turn.end, history_);
   const RangeLimits limits{std::max(recorded.range_min, static_cast<float>(config_.lidar.range_min)),
                            std::min(recorded.range_max, static_cast<float>(config_.lidar.range_max))};

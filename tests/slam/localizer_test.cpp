@@ -286,7 +286,6 @@ TEST(Localizer, DoesNotAllocateAfterStartUp) {
   EXPECT_EQ(test::allocationsDuring([&] { drive.run(5.0, kCurve); }), 0U);
 }
 
-/// A drive whose map is then corrected as a back end would.
 TEST(Localizer, AFastLidarIsNotLostBehindADoorSill) {
   Drive drive;
   drive.scan_every = 1;  // 50 Hz
@@ -331,6 +330,7 @@ TEST(Localizer, StampsBeforeAndBehindTheBeamsAreOne) {
   for (const Pose2& pose : poses) EXPECT_LT(std::hypot(pose.x - poses[0].x, pose.y - poses[0].y), 0.005);
 }
 
+/// A drive whose map is then corrected as a back end would.
 class CorrectedLocalizer : public testing::Test {
  protected:
   CorrectedLocalizer() {
