@@ -2,11 +2,12 @@
 #include "app/config_loader.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <initializer_list>
+#include <iterator>
 #include <map>
 #include <numeric>
 #include <sstream>
@@ -212,54 +213,56 @@ void load(const std::string& text, const std::string& name, Config& config, Plac
 void checkTogether(const Config& config, const std::string& name, const Places& places,
                    std::vector<std::string>& problems) {
   const LidarModel& lidar = config.localizer.lidar;
-  const auto complain = [&, refused = join(problems, "\n")](const std::string& what) {
+  const std::string refused = join(problems, "\n");
+  // Placed at the first of the keys that was set; left out where one of them has been refused.
+  const auto complain = [&](std::initializer_list<std::string> keys, const std::string& what) {
     std::string place = name + ":1:1";
-    std::istringstream words(what);
-    bool found = false;
-    for (std::string word; words >> word;) {
-      while (!word.empty() && std::ispunct(static_cast<unsigned char>(word.back()))) word.pop_back();
-      const auto at = places.find(word);
-      if (at == places.end()) continue;
-      if (refused.find(": " + word + ": ") != std::string::npos) return;
-      if (!std::exchange(found, true)) place = at->second;
+    for (auto key = std::rbegin(keys); key != std::rend(keys); ++key) {
+      if (refused.find(": " + *key + ": ") != std::string::npos) return;
+      if (const auto at = places.find(*key); at != places.end()) place = at->second;
     }
-    problems.push_back(place + ": " + what);
+    problems.push_back(place + ": " + *keys.begin() + ": " + what);
   };
   if (lidar.range_min >= lidar.range_max) {
-    complain("lidar.range_min: is not below lidar.range_max; lower the one or raise the other");
+    complain({"lidar.range_min", "lidar.range_max"}, "is not below lidar.range_max; lower the one or raise the other");
   }
   if (config.imu_device.driver == "handsfree" && config.base_device.driver != "handsfree") {
-    complain("imu.driver: \"handsfree\" means the base's board, but base.driver is \"" + config.base_device.driver +
-             "\"; set imu.driver to \"hfi\", \"can\", \"lcm\" or \"none\"");
+    complain({"imu.driver", "base.driver"}, "\"handsfree\" means the base's board, but base.driver is \"" +
+                                                config.base_device.driver +
+                                                "\"; set imu.driver to \"hfi\", \"can\", \"lcm\" or \"none\"");
   }
   if (config.base_device.driver == "can" && config.base_device.type != "differential") {
-    complain("base.type: \"" + config.base_device.type +
-             "\" has more wheels than the two on CAN; set it to \"differential\"");
+    complain({"base.type", "base.driver"},
+             "\"" + config.base_device.type + "\" has more wheels than the two on CAN; set it to \"differential\"");
   }
   if (config.base_device.driver == "can" && config.can.left_node == config.can.right_node) {
-    complain("can.right_node: is the left wheel's, too; give each its own");
+    complain({"can.right_node", "can.left_node"}, "is the left wheel's, too; give each its own");
   }
   const DepthProjectionConfig& depth = config.depth_device.projection;
   const bool below = config.depth_device.isMounted() && depth.floor_clearance >= depth.extrinsics.z;
   if (depth.floor_clearance >= depth.robot_height || below) {
-    complain("depth.floor_clearance: is not below depth.robot_height and depth.z; lower it");
+    complain({"depth.floor_clearance", "depth.robot_height", "depth.z"},
+             "is not below depth.robot_height and depth.z; lower it");
   }
   if (depth.range_min >= depth.range_max) {
-    complain("depth.range_min: is not below depth.range_max; lower the one or raise the other");
+    complain({"depth.range_min", "depth.range_max"}, "is not below depth.range_max; lower the one or raise the other");
   }
-  if (depth.median == 2) complain("depth.median: 2 images have no median; use 1 or 3");
+  if (depth.median == 2) complain({"depth.median"}, "2 images have no median; use 1 or 3");
   const std::string provider = config.lcm.url.substr(0, config.lcm.url.find("://"));
   if (provider != "udpm" && provider != "mpudpm" && provider != "tcpq" && provider != "memq" && provider != "file") {
-    complain("lcm.url: \"" + config.lcm.url + "\" names no LCM provider; use udpm://ADDRESS:PORT?ttl=0");
+    complain({"lcm.url"}, "\"" + config.lcm.url + "\" names no LCM provider; use udpm://ADDRESS:PORT?ttl=0");
   }
   if (config.lcm.pose_rate > config.runtime.estimator_rate) {
-    complain("lcm.pose_rate: is above runtime.estimator_rate; lower the one or raise the other");
+    complain({"lcm.pose_rate", "runtime.estimator_rate"},
+             "is above runtime.estimator_rate; lower the one or raise the other");
   }
   if (config.base_device.mileage_rate + config.base_device.imu_rate + 1.0 > config.runtime.base_rate) {
-    complain("base.mileage_rate: with base.imu_rate it is more than runtime.base_rate can ask for; lower one of them");
+    complain({"base.mileage_rate", "base.imu_rate", "runtime.base_rate"},
+             "with base.imu_rate it is more than runtime.base_rate can ask for; lower one of them");
   }
   if (config.localizer.match.final_pair_distance > config.localizer.match.initial_pair_distance) {
-    complain("match.final_pair_distance: is above match.initial_pair_distance; lower the one or raise the other");
+    complain({"match.final_pair_distance", "match.initial_pair_distance"},
+             "is above match.initial_pair_distance; lower the one or raise the other");
   }
 }
 
