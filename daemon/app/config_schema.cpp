@@ -252,11 +252,10 @@ void visitBackEnd(BackEndConfig& back_end, DriftConfig& drift, ConfigVisitor& v)
           found.min_overlap, 0.1, 1.0);
   v.field({"min_seen", "1", "share of the walls seen that must be at their places in the map"}, found.min_seen, 0.1,
           1.0);
-  v.field({"sure_lead", "1", "of the best place's log-likelihood over any other's: it is believed at once"},
-          found.sure_lead, 1.0, 1000.0);
-  v.field({"min_lead", "1", "with so much it is believed if it was the best one further back, too"}, found.min_lead,
-          1.0, 1000.0);
-  v.field({"confirm_path", "m", "... so much further back"}, found.confirm_path, 0.0, 100.0);
+  v.field({"searches", "1", "newest ones whose log-likelihoods are averaged, at most"}, found.searches, 1, 100);
+  v.field({"min_lead", "1",
+           "of the best place's log-likelihood over any other's, in the mean of many searches; 1 + 1/n times it in n"},
+          found.min_lead, 1.0, 1000.0);
 }
 
 void visitMap(OccupancyGridConfig& map, OutputConfig& output, ConfigVisitor& v) {

@@ -2,27 +2,25 @@
 #include "posegraph/place_likelihood.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <unordered_map>
-#include <unordered_set>
 
 namespace slam {
 namespace {
 
 constexpr double kSameFace = 0.2;  // cosine: a point and a wall whose normals differ by more are two faces
-constexpr double kSigmas = 2.5;    // a point further from its wall did not hit it
 const Eigen::Vector3d kSearchSigma(0.3, 0.3, 0.05);  // [m, m, rad] of a place that the search found
 const Eigen::Vector3d kBendSigma(0.1, 0.1, 0.03);    // [m, m, rad] of the map's bend, from part to part
+constexpr double kBentPerMetre = 0.02;               // [1] before a part is laid
 constexpr int kIterations = 8;
 constexpr double kSettled = 0.005;  // [m] at one metre
-constexpr double kFace = 0.2;       // [m] of roughness that a beam may enter before its end
-
-using CellSet = std::unordered_set<std::int64_t>;
-
-double sigmaOf(const BeamModel& model, double range) { return std::hypot(model.sigma, model.sigma_per_metre * range); }
+constexpr int kReach = 2;           // steps to each side that a place is moved at most
+constexpr double kStep = 0.2;       // [m]
+constexpr double kTurn = 0.01;      // [rad]
+constexpr double kThrough = 0.5;    // [1] of a wall: a beam that went through more did not end at the map's first wall
 
 std::int64_t cellOf(const Eigen::Vector2d& p, double cell) {
   const auto column = static_cast<std::int32_t>(std::floor(p.x() / cell));
@@ -44,7 +42,7 @@ Pose2 align(const WallField& field, std::span<const SegmentView::Ray> rays, cons
       if (wall == nullptr || !wall->isLine()) continue;
       const Eigen::Vector2d normal = Pose2{0.0, 0.0, T.theta} * ray.normal;
       if (!ray.normal.isZero() && normal.dot(wall->normal) < kSameFace) continue;
-      const double e = wall->normal.dot(p - wall->position), s = sigmaOf(model, ray.range);
+      const double e = wall->normal.dot(p - wall->position), s = std::hypot(model.sigma, kBentPerMetre * ray.range);
       const double w = weight / (s * s * (1.0 + e * e / (s * s)));
       const Eigen::Vector3d J(wall->normal.x(), wall->normal.y(),
                               wall->normal.y() * turned.x() - wall->normal.x() * turned.y());
@@ -58,26 +56,45 @@ Pose2 align(const WallField& field, std::span<const SegmentView::Ray> rays, cons
   return T;
 }
 
-struct Judged {
-  double log_likelihood = 0.0;  // relative to a hit
-  bool hit = false;
-  const WallField::Wall* gone = nullptr;  // that the beam went through
-};
-
-Judged judge(const WallField& field, const Eigen::Vector2d& from, const Eigen::Vector2d& to, double range,
-             const BeamModel& model) {
-  const double sigma = sigmaOf(model, range);
-  double distance = std::numeric_limits<double>::infinity();  // [sigma]
-  if (field.solid(to)) {
-    distance = 0.0;
-  } else if (const WallField::Wall* wall = field.nearest(to)) {
-    distance = (wall->position - to).norm() / sigma;
+double logEnds(const DecayField& field, const SegmentView& view, std::span<const Pose2> T_map_part, const Pose2& move) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < view.parts.size(); ++i) {
+    const Pose2 T = move * T_map_part[i];
+    const Eigen::Matrix2d R = Eigen::Rotation2Dd(T.theta).toRotationMatrix();
+    const Eigen::Vector2d t = T.translation();
+    for (const SegmentView::Ray& ray : view.parts[i].rays) sum += field.logRate(R * ray.to + t, ray.range);
   }
-  const double peak = model.hit / (std::sqrt(2.0 * std::numbers::pi) * sigma);
-  const double clutter = field.free(to) ? model.clutter_free : model.clutter_unknown;
-  const double density = peak * std::exp(-0.5 * distance * distance) + clutter;
-  return {std::log(std::min(1.0, density / peak)), distance < kSigmas,
-          field.blocking(from, to, kSigmas * sigma + kFace)};
+  return sum;
+}
+
+/// Moves all parts together to where the beams end most likely: along a corridor a few of them decide, which a robust
+/// match of all points leaves where it found them.
+void settle(const DecayField& field, const SegmentView& view, double weight, std::vector<Pose2>& T_map_part) {
+  const Pose2 T_map_newest = T_map_part.front();
+  const auto moved = [&](const Pose2& by) {  // about the newest pose
+    const Pose2 T{T_map_newest.x + by.x, T_map_newest.y + by.y, wrapAngle(T_map_newest.theta + by.theta)};
+    return T * T_map_newest.inverse();
+  };
+  Pose2 best;
+  double highest = -std::numeric_limits<double>::infinity();
+  const auto look = [&](const Pose2& centre, int reach, double step, double turn) {
+    for (int t = -1; t <= 1; ++t) {
+      for (int r = -reach; r <= reach; ++r) {
+        for (int c = -reach; c <= reach; ++c) {
+          const Pose2 by{centre.x + c * step, centre.y + r * step, centre.theta + t * turn};
+          const Eigen::Vector3d off = Eigen::Vector3d(by.x, by.y, by.theta).cwiseQuotient(kSearchSigma);
+          const double log_likelihood = weight * logEnds(field, view, T_map_part, moved(by)) - 0.5 * off.squaredNorm();
+          if (log_likelihood <= highest) continue;
+          highest = log_likelihood;
+          best = by;
+        }
+      }
+    }
+  };
+  look({}, kReach, kStep, kTurn);
+  look(best, 1, 0.5 * kStep, 0.5 * kTurn);
+  const Pose2 move = moved(best);
+  for (Pose2& T_map : T_map_part) T_map = move * T_map;
 }
 
 }  // namespace
@@ -117,29 +134,33 @@ void SegmentView::gather(const KeyframeGraph& keyframes, int oldest, int newest,
   rays = static_cast<int>(cells.size());
 }
 
-PlaceFit fitPlace(const WallField& field, const SegmentView& view, const Pose2& T_map_newest, const BeamModel& model) {
+PlaceFit fitPlace(const DecayField& field, const SegmentView& view, const Pose2& T_map_newest) {
   PlaceFit fit{.T_map_newest = T_map_newest};
+  if (view.parts.empty()) return fit;
+  const BeamModel& model = field.model();
   const double weight = std::min(1.0, view.cell / model.correlation);
-  CellSet passed;  // walls that beams went through
-  Pose2 T_map_part = T_map_newest;
-  int seen = 0;
+  std::vector<Pose2> T_map_part;
+  Pose2 guess = T_map_newest;
   for (std::size_t i = 0; i < view.parts.size(); ++i) {
     const SegmentView::Part& part = view.parts[i];
-    if (i > 0) T_map_part = T_map_part * between(view.parts[i - 1].T_newest_part, part.T_newest_part);
-    T_map_part = align(field, part.rays, T_map_part, i == 0 ? kSearchSigma : kBendSigma, weight, model);
-    fit.T_map_part.push_back(T_map_part);
-    for (const SegmentView::Ray& ray : part.rays) {
-      const Judged judged = judge(field, T_map_part * ray.from, T_map_part * ray.to, ray.range, model);
-      double log_likelihood = judged.log_likelihood;
-      if (judged.gone == nullptr) {
-        seen += judged.hit;
-      } else if (passed.insert(cellOf(judged.gone->position, view.cell)).second) {
-        log_likelihood += std::log(model.gone);
-      }
-      fit.log_likelihood += weight * log_likelihood;
+    if (i > 0) guess = T_map_part.back() * between(view.parts[i - 1].T_newest_part, part.T_newest_part);
+    T_map_part.push_back(align(field.walls(), part.rays, guess, i == 0 ? kSearchSigma : kBendSigma, weight, model));
+  }
+  settle(field, view, weight, T_map_part);
+  fit.T_map_newest = T_map_part.front();
+
+  std::vector<DecayField::Passed> passed;
+  int seen = 0;
+  for (std::size_t i = 0; i < view.parts.size(); ++i) {
+    for (const SegmentView::Ray& ray : view.parts[i].rays) {
+      const Eigen::Vector2d to = T_map_part[i] * ray.to;
+      const double log_rate = field.logRate(to, ray.range);
+      fit.log_likelihood += weight * log_rate;
+      const double log_through = field.pass(T_map_part[i] * ray.from, to, passed);
+      seen += field.atWall(log_rate) && log_through > kThrough * model.logThrough();
     }
   }
-  if (!fit.T_map_part.empty()) fit.T_map_newest = fit.T_map_part.front();
+  fit.log_likelihood += field.logPassed(passed);
   fit.seen = static_cast<double>(seen) / std::max(1, view.rays);
   return fit;
 }

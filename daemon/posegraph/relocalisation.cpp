@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <utility>
 
 #include "matching/plicp.hpp"
 
@@ -31,12 +33,13 @@ void Relocalisation::begin(const KeyframeGraph& keyframes, std::span<const int> 
   begin();
   in_map_.assign(static_cast<std::size_t>(keyframes.size()), 0);
   for (const int id : map) in_map_[static_cast<std::size_t>(id)] = 1;
-  field_.emplace(keyframes, map);
-  global_.emplace(field_->wallPoints(), config_.search);
+  field_.emplace(keyframes, map, config_.beams);
+  global_.emplace(field_->walls().wallPoints(), config_.search);
 }
 
 void Relocalisation::begin() {
-  finds_.clear();
+  looks_.clear();
+  T_map_segments_.clear();
   path_ = 0.0;
   searched_at_ = -1e9;
   seen_ = -1;
@@ -51,38 +54,86 @@ std::optional<Relocalisation::Found> Relocalisation::search(const KeyframeGraph&
   ++counters_.searches;
   keyframes.gather(newest, oldest, config_.query_length, config_.max_query_points, query_);
   sampleDirections();
-  view_.gather(keyframes, oldest, newest, config_.query_length, config_.part_length);
+  Look look{{}, keyframes.pose(newest)};
+  look.view.gather(keyframes, oldest, newest, config_.query_length, config_.part_length);
+  looks_.push_front(std::move(look));
+  if (static_cast<int>(looks_.size()) > config_.searches) looks_.pop_back();
   const std::vector<PlaceFit> places = candidates();
   if (places.empty() || places.front().seen < config_.min_seen) {
     ++counters_.refused;
     return std::nullopt;
   }
-  const PlaceFit& best = places.front();
-  const double lead = places.size() > 1 ? best.log_likelihood - places[1].log_likelihood : config_.sure_lead;
-  const bool confirmed = confirm({best.T_map_newest * keyframes.pose(newest).inverse(), path_}, keyframes.pose(newest));
-  if (lead < config_.min_lead) {
+  const std::optional<Pose2> best = leader(places);
+  if (!best) {
     ++counters_.ambiguous;
     return std::nullopt;
   }
+  buildSubmap(keyframes, best->translation());
+  const Found found{*best, matchPointToLine(submap_, query_, *best, match_)};
+  if (!found.match.usable()) {
+    ++counters_.refused;
+    return std::nullopt;
+  }
   ++counters_.found;
-  buildSubmap(keyframes, best.T_map_newest.translation());
-  Found found{best.T_map_newest, matchPointToLine(submap_, query_, best.T_map_newest, match_)};
-  found.confirmed = found.match.usable() && (confirmed || lead >= config_.sure_lead);
-  counters_.confirmed += found.confirmed ? 1 : 0;
   return found;
 }
 
-/// The places that the segment may have in the map, most likely first, each once.
-std::vector<PlaceFit> Relocalisation::candidates() const {
+/// The place that leads all others, by the newest search or in the mean of the last ones. Each place is judged by what
+/// all of them saw, whether they found it themselves or not, and lies in the middle of where they put it.
+std::optional<Pose2> Relocalisation::leader(std::span<const PlaceFit> places) const {
+  struct Contender {
+    double sum = 0.0;  // of log-likelihoods
+    /// [m, m, rad] sum over the searches, from where the newest one put it
+    Eigen::Vector3d moved = Eigen::Vector3d::Zero();
+  };
+  places = places.first(std::min(places.size(), static_cast<std::size_t>(config_.contenders)));
+  std::vector<Contender> contenders(places.size());
+  for (std::size_t searches = 1; searches <= looks_.size(); ++searches) {
+    const Look& look = looks_[searches - 1];
+    const Pose2 T_newest_look = between(looks_.front().T_segment_newest, look.T_segment_newest);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const Pose2& T_map_newest = places[i].T_map_newest;
+      const PlaceFit fit = searches == 1 ? places[i] : fitPlace(*field_, look.view, T_map_newest * T_newest_look);
+      const Pose2 moved = between(T_map_newest, fit.T_map_newest * T_newest_look.inverse());
+      contenders[i].sum += fit.log_likelihood;
+      contenders[i].moved += Eigen::Vector3d(moved.x, moved.y, moved.theta);
+    }
+    const auto less = [](const Contender& a, const Contender& b) { return a.sum < b.sum; };
+    const auto best = std::max_element(contenders.begin(), contenders.end(), less);
+    double second = -std::numeric_limits<double>::infinity();
+    for (auto other = contenders.begin(); other != contenders.end(); ++other) {
+      if (other != best) second = std::max(second, other->sum);
+    }
+    const auto n = static_cast<double>(searches);
+    if ((best->sum - second) / n < config_.min_lead * (1.0 + 1.0 / n)) continue;
+    const Eigen::Vector3d moved = best->moved / n;
+    return places[static_cast<std::size_t>(best - contenders.begin())].T_map_newest *
+           Pose2{moved.x(), moved.y(), moved.z()};
+  }
+  return std::nullopt;
+}
+
+/// The places that the segment may have in the map, most likely first, each once: what the search finds, and what it
+/// found best the last time.
+std::vector<PlaceFit> Relocalisation::candidates() {
+  const Look& look = looks_.front();
   std::vector<PlaceFit> fits, places;
   for (const GlobalPlace& place : global_->search(sample_, config_.min_score, config_.places, config_.place_share)) {
-    fits.push_back(fitPlace(*field_, view_, place.T_map_query, config_.beams));
+    fits.push_back(fitPlace(*field_, look.view, place.T_map_query));
+  }
+  for (const Pose2& T_map_segment : T_map_segments_) {
+    fits.push_back(fitPlace(*field_, look.view, T_map_segment * look.T_segment_newest));
   }
   std::sort(fits.begin(), fits.end(), [](const auto& a, const auto& b) { return a.log_likelihood > b.log_likelihood; });
   for (const PlaceFit& fit : fits) {
     const bool known = std::any_of(places.begin(), places.end(),
                                    [&](const PlaceFit& other) { return same(other.T_map_newest, fit.T_map_newest); });
     if (!known) places.push_back(fit);
+  }
+  T_map_segments_.clear();
+  for (const PlaceFit& place : places) {
+    if (static_cast<int>(T_map_segments_.size()) == config_.contenders) break;
+    T_map_segments_.push_back(place.T_map_newest * look.T_segment_newest.inverse());
   }
   return places;
 }
@@ -120,7 +171,7 @@ std::optional<Relocalisation::Found> Relocalisation::searchNear(const KeyframeGr
   buildSubmap(keyframes, keyframes.pose(newest).translation());
   const SearchResult found = matcher_.match(submap_, query_, keyframes.pose(newest), window, match_);
   if (!found.match.usable() || found.match.overlap < config_.min_overlap) return std::nullopt;
-  return Found{found.match.T_ref_base, found.match, true};
+  return Found{found.match.T_ref_base, found.match};
 }
 
 void Relocalisation::buildSubmap(const KeyframeGraph& keyframes, const Eigen::Vector2d& centre) {
@@ -130,16 +181,6 @@ void Relocalisation::buildSubmap(const KeyframeGraph& keyframes, const Eigen::Ve
   });
   submap_.clear(centre);
   keyframes.addTo(submap_, members);
-}
-
-/// Whether the best place further back was the same.
-bool Relocalisation::confirm(const Find& find, const Pose2& T_segment_base) {
-  const bool agrees = std::any_of(finds_.begin(), finds_.end(), [&](const Find& other) {
-    return find.path - other.path >= config_.confirm_path &&
-           same(other.T_map_segment * T_segment_base, find.T_map_segment * T_segment_base);
-  });
-  finds_.push_back(find);
-  return agrees;
 }
 
 }  // namespace slam

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <deque>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "matching/correlative.hpp"
 #include "matching/reference.hpp"
+#include "posegraph/decay_field.hpp"
 #include "posegraph/global_search.hpp"
 #include "posegraph/keyframe_graph.hpp"
 #include "posegraph/place_likelihood.hpp"
-#include "posegraph/wall_field.hpp"
 
 namespace slam {
 
@@ -26,18 +27,19 @@ struct RelocalisationConfig {
   BeamModel beams;              ///< that they are compared by
   double part_length = 2.0;     ///< [m] of path that fits the map as it is
   double submap_radius = 40.0;  ///< [m] of the map around a place are matched against
-  double min_seen = 0.5;        ///< [1] of the walls seen are at their places in the map: else it is another building
+  double min_seen = 0.4;        ///< [1] of the walls seen are at their places in the map: else it is another building
   double min_overlap = 0.50;    ///< [1] of the points agree with the map around a pose that a person gave
-  double sure_lead = 20.0;      ///< of the best place's log-likelihood over any other's: it is believed at once
-  double min_lead = 15.0;       ///< with so much it is believed ...
-  double confirm_path = 1.0;    ///< [m] ... if it was the best one so much further back, too
-  double same_distance = 0.5;   ///< [m] results nearer than this ...
-  double same_rotation = 0.15;  ///< [rad] ... are one place
+  int searches = 4;             ///< newest ones whose log-likelihoods are averaged, at most
+  int contenders = 10;          ///< best places that are judged by all of them
+  double min_lead = 7.0;        ///< of the best place's log-likelihood over any other's, in the mean of many searches;
+                                ///< in n of them 1 + 1/n times as much
+  double same_distance = 0.75;  ///< [m] results nearer than this ...
+  double same_rotation = 0.2;   ///< [rad] ... are one place
 };
 
 /// Finds a robot that does not know where it is in a map: the segment that it has mapped since is searched for in the
 /// whole map, the places found are compared by the likelihood of all beams, and the best one is believed when it leads
-/// all others clearly, or less clearly but for a stretch of path. Where places look alike it says nothing.
+/// all others clearly, or less clearly but in several searches. Where places look alike it says nothing.
 ///
 /// Points are drawn from walls of all directions alike (normal-space sampling), so that the few that tell one place of
 /// a corridor from the next weigh as much as the many that do not. [Rusinkiewicz 2001] S. Rusinkiewicz and M. Levoy,
@@ -54,40 +56,40 @@ class Relocalisation {
   struct Found {
     Pose2 T_map_newest;
     MatchResult match;
-    bool confirmed = false;  ///< believed
   };
   /// @param oldest first keyframe of the segment
-  /// @return what was found at this keyframe, if it was searched for at all
+  /// @return what was found at this keyframe, if it was searched for at all and is believed
   std::optional<Found> search(const KeyframeGraph& keyframes, int oldest, int newest);
 
   /// Looks around the pose of `newest` only, which a person gave.
   std::optional<Found> searchNear(const KeyframeGraph& keyframes, int oldest, int newest, const SearchWindow& window);
 
   struct Counters {
-    int searches = 0, found = 0, ambiguous = 0, refused = 0, confirmed = 0;
+    int searches = 0, found = 0, ambiguous = 0, refused = 0;
   };
   const Counters& counters() const { return counters_; }
 
  private:
-  struct Find {
-    Pose2 T_map_segment;
-    double path;  // [m] driven in the segment
+  /// What a search compared places by.
+  struct Look {
+    SegmentView view;
+    Pose2 T_segment_newest;
   };
   void sampleDirections();
-  std::vector<PlaceFit> candidates() const;
+  std::vector<PlaceFit> candidates();
   bool same(const Pose2& a, const Pose2& b) const;
+  std::optional<Pose2> leader(std::span<const PlaceFit> places) const;
   void buildSubmap(const KeyframeGraph& keyframes, const Eigen::Vector2d& centre);
-  bool confirm(const Find& find, const Pose2& T_segment_base);
 
   RelocalisationConfig config_;
   MatchConfig match_;
   Reference submap_;
   CorrelativeMatcher matcher_;
   std::optional<GlobalSearch> global_;
-  std::optional<WallField> field_;
-  SegmentView view_;
-  std::vector<char> in_map_;  // by keyframe
-  std::vector<Find> finds_;   // of this segment, not yet believed
+  std::optional<DecayField> field_;
+  std::vector<char> in_map_;           // by keyframe
+  std::deque<Look> looks_;             // of this segment, newest first
+  std::vector<Pose2> T_map_segments_;  // where the newest search's best places put it
   ScanPoints query_;
   std::vector<Eigen::Vector2d> sample_;     // [m] of the query, as many points of each direction
   double path_ = 0.0, searched_at_ = -1e9;  // [m]

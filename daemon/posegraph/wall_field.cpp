@@ -6,13 +6,6 @@
 #include <queue>
 
 namespace slam {
-namespace {
-
-constexpr double kEnters = 0.3;   // cosine: a ray that meets a wall at less than 17 degrees grazes it
-constexpr double kAtWall = 0.75;  // [cells] from the wall's point
-
-}  // namespace
-
 WallField::WallField(const KeyframeGraph& keyframes, std::span<const int> map, const WallFieldConfig& config)
     : config_(config) {
   collect(keyframes, map);
@@ -34,6 +27,7 @@ WallField::WallField(const KeyframeGraph& keyframes, std::span<const int> map, c
   known_.assign(cells, Known::kNothing);
   spread();
   mark(keyframes, map);
+  measure();
 }
 
 void WallField::collect(const KeyframeGraph& keyframes, std::span<const int> map) {
@@ -102,6 +96,23 @@ void WallField::mark(const KeyframeGraph& keyframes, std::span<const int> map) {
       for (double s = 0.0; s < length - config_.before_end; s += cell_) mark(lidar + s / length * ray, Known::kFree);
     }
   }
+  for (const Wall& wall : walls_) mark(wall.position, Known::kSolid);
+}
+
+/// A wall has two faces, each as long as the wall.
+void WallField::measure() {
+  const auto solid = [&](int column, int row) {
+    return known_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+                  static_cast<std::size_t>(column)] == Known::kSolid;
+  };
+  std::int64_t cells = 0, faces = 0;
+  for (int row = 0; row + 1 < rows_; ++row) {
+    for (int column = 0; column + 1 < columns_; ++column) {
+      cells += solid(column, row);
+      faces += (solid(column, row) != solid(column + 1, row)) + (solid(column, row) != solid(column, row + 1));
+    }
+  }
+  if (cells > 0) thickness_ = cell_ * std::max(1.0, 2.0 * static_cast<double>(cells) / static_cast<double>(faces));
 }
 
 std::vector<Eigen::Vector2d> WallField::wallPoints() const {
@@ -121,32 +132,6 @@ const WallField::Wall* WallField::nearest(const Eigen::Vector2d& p_map) const {
   if (i < 0) return nullptr;
   const std::int32_t wall = nearest_[static_cast<std::size_t>(i)];
   return wall < 0 ? nullptr : &walls_[static_cast<std::size_t>(wall)];
-}
-
-const WallField::Wall* WallField::blocking(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
-                                           double before) const {
-  const Eigen::Vector2d ray = to - from;
-  const double length = ray.norm(), end = length - before;
-  const Eigen::Vector2d direction = ray / length;
-  const Wall* entered = nullptr;  // the wall that we are in
-  for (double s = 0.0; s < end;) {
-    const Eigen::Vector2d p = from + s * direction;
-    const Wall* wall = nearest(p);
-    const double distance = wall == nullptr ? config_.reach : (wall->position - p).norm();
-    const bool at = distance < kAtWall * cell_;
-    if (entered != nullptr) {
-      if (!at && !solid(p)) return entered;
-      s += 0.5 * cell_;
-      continue;
-    }
-    if (wall == nullptr) {  // none within reach
-      s += config_.reach - cell_;
-      continue;
-    }
-    if (at && wall->isLine() && direction.dot(wall->normal) < -kEnters) entered = wall;
-    s += std::max(0.5 * cell_, distance - cell_);
-  }
-  return nullptr;
 }
 
 }  // namespace slam

@@ -16,8 +16,8 @@ struct WallFieldConfig {
   double before_end = 0.30;  ///< [m] a beam shows free space up to so much before its end
 };
 
-/// The walls of a whole map on a raster: which one is nearest, what is known to be free, and what a line of sight
-/// meets. Built once for a map. Allocates.
+/// The walls of a whole map on a raster: which one is nearest, what is solid and what is known to be free. Built once
+/// for a map. Allocates.
 class WallField {
  public:
   WallField(const KeyframeGraph& keyframes, std::span<const int> map, const WallFieldConfig& config = {});
@@ -30,30 +30,29 @@ class WallField {
   std::span<const Wall> walls() const { return walls_; }
   /// The wall nearest to a point, give or take a cell; nullptr: none within reach.
   const Wall* nearest(const Eigen::Vector2d& p_map) const;
-  /// Whether the map has seen that nothing is there.
-  bool free(const Eigen::Vector2d& p_map) const { return is(Known::kFree, p_map); }
-  /// Whether it is within a wall: noisy scans drew it thicker than it is, and its face may be anywhere in there.
-  bool solid(const Eigen::Vector2d& p_map) const { return is(Known::kSolid, p_map); }
+  /// Mean thickness of the walls [m], drawn thicker by noise than they are. 0: there are none.
+  double thickness() const { return thickness_; }
   /// Faces and insides of the walls [m].
   std::vector<Eigen::Vector2d> wallPoints() const;
-  /// The first wall that a line of sight enters more than `before` [m] ahead of its end, if any. One that grazes a wall
-  /// may lie on either side of it and is let through.
-  const Wall* blocking(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double before) const;
+
+  /// What the map knows of a cell; kSolid: a wall, or within one.
+  enum class Known : std::uint8_t { kNothing, kFree, kSolid };
+  Known known(std::size_t cell) const { return known_[cell]; }
+  /// Cell of a point, row by row; -1: outside.
+  std::int64_t index(const Eigen::Vector2d& p_map) const;
+  double cell() const { return cell_; }           ///< [m]
+  double reach() const { return config_.reach; }  ///< [m]
+  int columns() const { return columns_; }
+  int rows() const { return rows_; }
 
  private:
-  enum class Known : std::uint8_t { kNothing, kFree, kSolid };
-  bool is(Known what, const Eigen::Vector2d& p_map) const {
-    const auto i = index(p_map);
-    return i >= 0 && known_[static_cast<std::size_t>(i)] == what;
-  }
   void collect(const KeyframeGraph& keyframes, std::span<const int> map);
   void spread();
   void mark(const KeyframeGraph& keyframes, std::span<const int> map);
-  /// @return -1 outside
-  std::int64_t index(const Eigen::Vector2d& p_map) const;
+  void measure();
 
   WallFieldConfig config_;
-  double cell_ = 0.1;
+  double cell_ = 0.1, thickness_ = 0.0;  // [m]
   Eigen::Vector2d origin_ = Eigen::Vector2d::Zero();
   int columns_ = 0, rows_ = 0;
   std::vector<Wall> walls_;

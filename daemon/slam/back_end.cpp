@@ -103,8 +103,7 @@ void BackEnd::findSegment() {
     } else if (newest - segment_first_ + 1 >= config_.given_attempts) {
       giveUpGivenPose(newest);
     }
-  } else if (const auto found = relocalisation_->search(keyframes_, segment_first_, newest);
-             found && found->confirmed) {
+  } else if (const auto found = relocalisation_->search(keyframes_, segment_first_, newest)) {
     placeSegment(*found);
   }
   counters_.relocalisation = relocalisation_->counters();
@@ -120,7 +119,7 @@ void BackEnd::giveUpGivenPose(int newest) {
     due_->refuted = true;
     due_->segment = segment_;
   } else {  // the map says nothing about the place: the person's word counts
-    Relocalisation::Found given{keyframes_.pose(newest), {}, true};
+    Relocalisation::Found given{keyframes_.pose(newest), {}};
     given.match.covariance = kGivenSigma.cwiseAbs2().asDiagonal();
     given.match.directions.setIdentity();
     given.match.T_ref_base = keyframes_.pose(newest);

@@ -2,6 +2,7 @@
 #include "tools/bench/log_truth.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
@@ -22,7 +23,15 @@ constexpr int kPlaces = 50;           // that are compared
 constexpr std::size_t kQuery = 1000;  // points of the log's own map that places are searched for
 constexpr GlobalSearchConfig kCoarse{.cell = 0.2, .kernel_sigma = 0.5};  // a whole map may be bent by so much
 constexpr double kPart = 2.0;                                            // [m] of path
-constexpr double kElsewhere = 0.5;                                       // [m]
+const Eigen::Vector3d kBendSigma(0.1, 0.1, 0.01);                        // [m, m, rad] of both maps, a part long
+constexpr double kNear = 3.0;                                            // [m]
+constexpr double kRayWeight = 0.5;                                       // beams at one wall are not independent
+constexpr std::array kBlurs{0.5, 0.25, 0.1};                             // [m]
+// Of the given map against the log: a lidar and the wheels that a map was made with differ by a percent or two.
+constexpr std::array kScales{0.97, 0.975, 0.98, 0.985, 0.99, 0.995, 1.005, 1.01, 1.015, 1.02, 1.025, 1.03};
+constexpr int kSweeps = 5;
+constexpr double kTurn = 0.1;       // [rad/m] of a step
+constexpr double kElsewhere = 0.5;  // [m]
 
 /// A scan as the log's own map places it.
 struct AnchoredRow {
@@ -51,16 +60,91 @@ std::vector<AnchoredRow> mapLog(const std::vector<LogSample>& samples, const Con
   return rows;
 }
 
-/// Lays the whole path from its newest end to the oldest, then back from there, which mends what began badly.
-PlaceFit fitThereAndBack(const WallField& field, const SegmentView& whole, const Pose2& T_map_newest) {
-  const PlaceFit there = fitPlace(field, whole, T_map_newest);
-  SegmentView reversed = whole;
-  std::reverse(reversed.parts.begin(), reversed.parts.end());
-  PlaceFit back = fitPlace(field, reversed, there.T_map_part.back());
-  if (back.log_likelihood < there.log_likelihood) return there;
-  std::reverse(back.T_map_part.begin(), back.T_map_part.end());
-  back.T_map_newest = back.T_map_part.front();
-  return back;
+/// The parts that lie near each other in the log's own map, whenever they were driven: the given map bends all of a
+/// place alike.
+using Neighbours = std::vector<std::vector<std::size_t>>;
+
+Neighbours neighbours(const SegmentView& whole) {
+  Neighbours near(whole.parts.size());
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    for (std::size_t k = 0; k < near.size(); ++k) {
+      const Pose2 apart = between(whole.parts[i].T_newest_part, whole.parts[k].T_newest_part);
+      if (i != k && (std::hypot(apart.x, apart.y) < kNear || i == k + 1 || k == i + 1)) near[i].push_back(k);
+    }
+  }
+  return near;
+}
+
+/// A whole path laid into the map, part by part: both maps are bent.
+struct LaidPath {
+  std::vector<Pose2> T_map_part;
+  double log_likelihood = 0.0;
+  double seen = 0.0;  // [1]
+};
+
+double logBend(const SegmentView& whole, const LaidPath& path, std::size_t i, const Pose2& T_map_i, std::size_t k) {
+  const Pose2 T_i_k = between(whole.parts[i].T_newest_part, whole.parts[k].T_newest_part);
+  const Pose2 off = between(T_map_i * T_i_k, path.T_map_part[k]);
+  return -0.5 * Eigen::Vector3d(off.x, off.y, off.theta).cwiseQuotient(kBendSigma).squaredNorm();
+}
+
+double logEnds(const DecayField& field, const SegmentView::Part& part, const Pose2& T_map_part) {
+  double sum = 0.0;
+  for (const SegmentView::Ray& ray : part.rays) sum += field.logRate(T_map_part * ray.to, ray.range);
+  return kRayWeight * sum;
+}
+
+/// Moves each part to where its beams end most likely, as far as its neighbours let it.
+void smooth(const DecayField& field, const SegmentView& whole, const Neighbours& near, double step, LaidPath& path) {
+  for (std::size_t i = 0; i < path.T_map_part.size(); ++i) {
+    Pose2 best = path.T_map_part[i];
+    double highest = -std::numeric_limits<double>::infinity();
+    for (int k = 0; k < 27; ++k) {
+      const Pose2 T =
+          path.T_map_part[i] * Pose2{step * (k % 3 - 1), step * (k / 3 % 3 - 1), kTurn * step * (k / 9 - 1)};
+      double log_likelihood = logEnds(field, whole.parts[i], T);
+      for (const std::size_t other : near[i]) log_likelihood += logBend(whole, path, i, T, other);
+      if (log_likelihood <= highest) continue;
+      highest = log_likelihood;
+      best = T;
+    }
+    path.T_map_part[i] = best;
+  }
+}
+
+/// Lays the path as it is, then lets it bend: first to walls that are blurred, so that it is drawn to them from afar.
+/// @param fields coarsest first
+LaidPath lay(std::span<const DecayField> fields, const SegmentView& whole, const Pose2& T_map_newest) {
+  const Neighbours near = neighbours(whole);
+  LaidPath path;
+  for (const SegmentView::Part& part : whole.parts) path.T_map_part.push_back(T_map_newest * part.T_newest_part);
+  for (const DecayField& field : fields) {
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+      for (const double share : {1.0, 0.5, 0.25}) smooth(field, whole, near, share * field.model().sigma, path);
+    }
+  }
+  std::size_t rays = 0, seen = 0;
+  for (std::size_t i = 0; i < whole.parts.size(); ++i) {
+    path.log_likelihood += logEnds(fields.back(), whole.parts[i], path.T_map_part[i]);
+    for (const std::size_t k : near[i]) {
+      path.log_likelihood += k < i ? logBend(whole, path, i, path.T_map_part[i], k) : 0.0;
+    }
+    for (const SegmentView::Ray& ray : whole.parts[i].rays) {
+      seen += fields.back().atWall(fields.back().logRate(path.T_map_part[i] * ray.to, ray.range)) ? 1 : 0;
+    }
+    rays += whole.parts[i].rays.size();
+  }
+  path.seen = static_cast<double>(seen) / static_cast<double>(std::max<std::size_t>(1, rays));
+  return path;
+}
+
+/// The path, were all its ways longer.
+SegmentView stretched(SegmentView whole, double scale) {
+  for (SegmentView::Part& part : whole.parts) {
+    part.T_newest_part.x *= scale;
+    part.T_newest_part.y *= scale;
+  }
+  return whole;
 }
 
 }  // namespace
@@ -94,7 +178,8 @@ LogTruth fitLog(const std::vector<LogSample>& samples, const Config& config, con
 
   std::vector<int> ids(static_cast<std::size_t>(map.keyframes.size()));
   std::iota(ids.begin(), ids.end(), 0);
-  const WallField field(map.keyframes, ids);
+  std::vector<DecayField> fields;
+  for (const double sigma : kBlurs) fields.emplace_back(map.keyframes, ids, BeamModel{.sigma = sigma});
   const KeyframeGraph& keyframes = own.keyframes();
   const int newest = keyframes.size() - 1;
   SegmentView whole;
@@ -104,20 +189,24 @@ LogTruth fitLog(const std::vector<LogSample>& samples, const Config& config, con
     for (const SegmentView::Ray& ray : part.rays) all.push_back(part.T_newest_part * ray.to);
   }
   for (std::size_t i = 0; i < kQuery; ++i) query.push_back(all[i * all.size() / kQuery]);
-  PlaceFit best;
-  best.log_likelihood = -std::numeric_limits<double>::infinity();
-  std::vector<PlaceFit> fits;
-  for (const GlobalPlace& place : GlobalSearch(field.wallPoints(), kCoarse).search(query, 0.3, kPlaces, 0.5)) {
-    fits.push_back(fitThereAndBack(field, whole, place.T_map_query));
-    if (fits.back().log_likelihood > best.log_likelihood) best = fits.back();
+  std::vector<LaidPath> paths;
+  for (const GlobalPlace& place :
+       GlobalSearch(fields.back().walls().wallPoints(), kCoarse).search(query, 0.3, kPlaces, 0.5)) {
+    paths.push_back(lay(fields, whole, place.T_map_query));
   }
-  if (fits.empty()) throw std::runtime_error("the log's own map fits nowhere in the given one");
+  if (paths.empty()) throw std::runtime_error("the log's own map fits nowhere in the given one");
+  std::sort(paths.begin(), paths.end(),
+            [](const auto& a, const auto& b) { return a.log_likelihood > b.log_likelihood; });
+  LaidPath best = paths.front();
+  for (const double scale : kScales) {
+    const LaidPath path = lay(fields, stretched(whole, scale), paths.front().T_map_part.front());
+    if (path.log_likelihood > best.log_likelihood) best = path;
+  }
   LogTruth truth{.rows = {}, .seen = best.seen, .lead = std::numeric_limits<double>::infinity()};
-  for (const PlaceFit& fit : fits) {
-    if (std::hypot(fit.T_map_newest.x - best.T_map_newest.x, fit.T_map_newest.y - best.T_map_newest.y) < kElsewhere) {
-      continue;
-    }
-    truth.lead = std::min(truth.lead, best.log_likelihood - fit.log_likelihood);
+  for (const LaidPath& path : paths) {
+    const Pose2 apart = between(path.T_map_part.front(), paths.front().T_map_part.front());
+    if (std::hypot(apart.x, apart.y) < kElsewhere) continue;
+    truth.lead = std::min(truth.lead, paths.front().log_likelihood - path.log_likelihood);
   }
   for (const AnchoredRow& row : rows) {
     const int id = std::max(0, row.anchored.keyframe);

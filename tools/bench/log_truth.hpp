@@ -29,8 +29,9 @@ struct LogTruth {
 };
 
 /// The log's own map, made without the given one, is laid into it as a whole: of all places the one that explains the
-/// whole log best, then stretch by stretch, since both maps are bent. No pose depends on how a robot without a guess
-/// finds itself, and along a bare corridor the log's own map bridges what the given one does not tell.
+/// whole log best, in the scale that does, and then part by part, each bound to its neighbours, since both maps are
+/// bent. No pose depends on how a robot without a guess finds itself, and along a bare corridor the log's own map
+/// bridges what the given one does not tell.
 /// @throws std::runtime_error when the log holds no scans, or fits nowhere
 LogTruth fitLog(const std::vector<LogSample>& samples, const Config& config, const MapState& map);
 

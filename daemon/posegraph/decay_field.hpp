@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <Eigen/Core>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "posegraph/wall_field.hpp"
+
+namespace slam {
+
+/// At which rate, by the metre of its way, a beam ends: the decay-rate model of A. Schaefer, L. Luft and W. Burgard,
+/// "An analytical lidar sensor model based on ray path information", IEEE RA-L 2(3), 2017. Unlike the distance to the
+/// nearest wall alone it does not favour clutter, where a wall is near every beam's end: it asks for the beams that
+/// come through as well.
+struct BeamModel {
+  double sigma = 0.10;             ///< [m] of a wall's place in a map, and ...
+  double sigma_per_metre = 0.005;  ///< [1] ... of that relative to the robot: a map is bent by so much
+  double stopped = 0.8;            ///< [1] share of the beams that end at a wall of the map, and do not go through it
+  double rate_free = 0.03;         ///< [1/m] where the map saw nothing: people, chairs, doors that are closed now
+  double rate_unknown = 0.6;  ///< [1/m] where the map has not looked: rooms, of which a beam crosses a metre or two
+  double correlation = 0.5;   ///< [m] of wall, all of which the map has or has not: it testifies once
+  double gone_weight = 0.3;   ///< [1] of walls that beams went through: what opened one often opened its neighbour
+  double gone_patch = 1.0;    ///< [m] side of the squares in which walls are gone together ...
+  double gone_most = 2.0;     ///< [1] ... at the cost of so many walls at most
+
+  /// [m] of a wall relative to a robot so far away.
+  double sigmaAt(double range) const { return std::hypot(sigma, sigma_per_metre * range); }
+  /// Of a beam that goes through a wall, negative.
+  double logThrough() const { return std::log1p(-stopped); }
+};
+
+/// A whole map as beams see it, three bytes a cell of its raster. Built once for a map. Allocates.
+class DecayField {
+ public:
+  DecayField(const KeyframeGraph& keyframes, std::span<const int> map, const BeamModel& model = {});
+
+  const WallField& walls() const { return walls_; }
+  const BeamModel& model() const { return model_; }
+
+  /// log of the rate [1/m] at which a beam of this range [m] ends at a place.
+  double logRate(const Eigen::Vector2d& p_map, double range) const;
+  /// Whether such a beam ended at a wall of the map, by all odds.
+  bool atWall(double log_rate) const { return log_rate > wall_threshold_; }
+
+  /// What a beam went through: solid cells of the map, each with its share of a wall, counted square to the wall's
+  /// face.
+  struct Passed {
+    std::int64_t patch, cell;
+    double log_through;  ///< negative
+  };
+  /// Appends what lies between the lidar and the end of a beam, as far as it is not the wall that it ended at.
+  /// @return sum of what was appended
+  double pass(const Eigen::Vector2d& from, const Eigen::Vector2d& to, std::vector<Passed>& passed) const;
+  /// Log-likelihood of all that beams went through, each piece of wall once. Sorts `passed`.
+  double logPassed(std::vector<Passed>& passed) const;
+
+ private:
+  void blur(double sigma, std::vector<std::uint8_t>& level) const;
+  std::size_t levelOf(double range) const;
+
+  WallField walls_;
+  BeamModel model_;
+  double wall_rate_ = 0.0;  // [1/m] within a wall
+  double wall_threshold_ = 0.0;
+  std::vector<std::vector<std::uint8_t>> levels_;  // log rates, of a wall known to sigma times 1, 2, 4, ...
+};
+
+}  // namespace slam

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "posegraph/decay_field.hpp"
+
+#include <gtest/gtest.h>
+#include <memory>
+#include <numbers>
+
+namespace slam::test {
+namespace {
+
+constexpr double kCell = 0.1;  // [m]
+
+/// A map as a picture gives it: free from y = -2 m to a wall at 0 of a thickness in cells, 8 m long.
+KeyframeGraph wallOf(int thickness) {
+  auto scan = std::make_shared<StoredScan>();
+  for (int column = -40; column < 40; ++column) {
+    const auto x = static_cast<float>((column + 0.5) * kCell);
+    for (int row = -20; row < 0; ++row) scan->free.emplace_back(x, static_cast<float>((row + 0.5) * kCell));
+    const auto down = static_cast<std::int16_t>(std::lround(-0.5 * std::numbers::pi / Keyframe::Point::kAngle));
+    scan->points.push_back({.x = x, .y = 0.05F, .normal = down, .normal_sigma = 100});
+    for (int row = 1; row < thickness; ++row) scan->solid.emplace_back(x, static_cast<float>((row + 0.5) * kCell));
+  }
+  KeyframeGraph keyframes;
+  keyframes.add(scan, {});
+  return keyframes;
+}
+
+DecayField fieldOf(const KeyframeGraph& keyframes) {
+  const int all[] = {0};
+  return DecayField(keyframes, all);
+}
+
+double through(const DecayField& field, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+  std::vector<DecayField::Passed> passed;
+  return field.pass(from, to, passed);
+}
+
+TEST(DecayField, AWallStopsTheSameShareHoweverThickItWasDrawn) {
+  for (const int thickness : {1, 2, 6}) {
+    const KeyframeGraph keyframes = wallOf(thickness);
+    const DecayField field = fieldOf(keyframes);
+    EXPECT_NEAR(field.walls().thickness(), thickness * kCell, 0.1 * thickness * kCell);
+    const double log_through = through(field, {0.03, -1.5}, {0.03, 3.0});
+    EXPECT_NEAR(log_through, field.model().logThrough(), 0.35 * std::abs(field.model().logThrough())) << thickness;
+  }
+}
+
+TEST(DecayField, BeamsEndMostlyAtWallsThenWhereTheMapHasNotLookedAndSeldomInFreeSpace) {
+  const KeyframeGraph keyframes = wallOf(3);
+  const DecayField field = fieldOf(keyframes);
+  const double wall = field.logRate({0.0, 0.1}, 3.0), unknown = field.logRate({0.0, 1.8}, 3.0),
+               free = field.logRate({0.0, -1.5}, 3.0);
+  EXPECT_GT(wall, unknown + 1.0);
+  EXPECT_NEAR(unknown, std::log(field.model().rate_unknown), 0.05);
+  EXPECT_NEAR(free, std::log(field.model().rate_free), 0.05);
+  EXPECT_TRUE(field.atWall(wall));
+  EXPECT_FALSE(field.atWall(unknown));
+  EXPECT_EQ(field.logRate({1000.0, 0.0}, 3.0), std::log(field.model().rate_unknown));  // outside the map
+}
+
+TEST(DecayField, AWallIsLessSharpFromAfar) {
+  const KeyframeGraph keyframes = wallOf(1);
+  const DecayField field = fieldOf(keyframes);
+  EXPECT_GT(field.logRate({0.0, 0.05}, 2.0), field.logRate({0.0, 0.05}, 45.0) + 0.3);
+  EXPECT_LT(field.logRate({0.0, -0.55}, 2.0), field.logRate({0.0, -0.55}, 45.0));
+}
+
+TEST(DecayField, ABeamDoesNotPassTheWallThatItEndsAtAndHardlyOneThatItGrazes) {
+  const KeyframeGraph keyframes = wallOf(3);
+  const DecayField field = fieldOf(keyframes);
+  EXPECT_EQ(through(field, {0.0, -1.5}, {0.0, 0.1}), 0.0);
+  const double along = through(field, {-3.5, -0.05}, {3.5, 0.12}), across = through(field, {0.0, -1.5}, {0.5, 2.0});
+  EXPECT_GT(along, 0.5 * across);  // it went a third as deep, on a way ten times as long
+}
+
+TEST(DecayField, CountsEachPieceOfWallOnceAndWhatIsGoneTogetherAtTheCostOfTwoWalls) {
+  const KeyframeGraph keyframes = wallOf(3);
+  const DecayField field = fieldOf(keyframes);
+  const BeamModel& model = field.model();
+  std::vector<DecayField::Passed> once, thrice, many;
+  field.pass({0.03, -1.5}, {0.03, 2.0}, once);
+  for (int i = 0; i < 3; ++i) field.pass({0.03, -1.5}, {0.03, 2.0}, thrice);
+  const double one = field.logPassed(once);
+  EXPECT_NEAR(one, model.gone_weight * model.logThrough(), 0.4 * std::abs(model.gone_weight * model.logThrough()));
+  EXPECT_EQ(field.logPassed(thrice), one);
+  for (double x = 0.05; x < 0.9; x += 0.05) field.pass({x, -1.5}, {x, 2.0}, many);  // a door is open
+  EXPECT_GE(field.logPassed(many), 2.0 * model.gone_weight * model.gone_most * model.logThrough());
+  EXPECT_LT(field.logPassed(many), 1.5 * one);
+}
+
+TEST(DecayField, OfAnEmptyMapKnowsNothing) {
+  const KeyframeGraph keyframes;
+  const DecayField field(keyframes, {});
+  EXPECT_EQ(field.logRate({1.0, 2.0}, 3.0), std::log(field.model().rate_unknown));
+  std::vector<DecayField::Passed> passed;
+  EXPECT_EQ(field.pass({0.0, 0.0}, {5.0, 0.0}, passed), 0.0);
+  EXPECT_EQ(field.logPassed(passed), 0.0);
+}
+
+}  // namespace
+}  // namespace slam::test

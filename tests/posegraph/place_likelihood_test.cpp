@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "posegraph/place_likelihood.hpp"
+
+#include <gtest/gtest.h>
+#include <numeric>
+
+#include "support/simulated_keyframes.hpp"
+
+namespace slam::test {
+namespace {
+
+const Eigen::Vector3d kStep(0.002, 0.002, 0.0005);
+
+/// A map of keyframes along the x axis, and what a robot sees that drives there.
+class Drive {
+ public:
+  Drive(const Place& map, const Place& now, double from, double to) : map_drive_(map), drive_(now, 7) {
+    for (double x = from; x <= to; x += 0.5) {
+      map_.add(std::make_shared<const StoredScan>(map_drive_.at({x, 0.0, 0.0}, Pose2{}, kStep)), {x, 0.0, 0.0});
+    }
+    std::vector<int> ids(static_cast<std::size_t>(map_.size()));
+    std::iota(ids.begin(), ids.end(), 0);
+    field.emplace(map_, ids);
+  }
+  /// Sees from a stretch of the path that ends at a pose.
+  SegmentView seen(const Pose2& newest, double length) {
+    KeyframeGraph segment;
+    for (double back = length; back >= 0.0; back -= 0.25) {
+      const Keyframe& keyframe = drive_.at(newest * Pose2{-back, 0.0, 0.0}, kStep);
+      segment.add(std::make_shared<const StoredScan>(keyframe), keyframe.T_map_base);
+    }
+    SegmentView view;
+    view.gather(segment, 0, segment.size() - 1, 8.0, 2.0);
+    return view;
+  }
+  std::optional<DecayField> field;
+
+ private:
+  KeyframeDrive map_drive_, drive_;
+  KeyframeGraph map_;
+};
+
+Place corridorWithRecesses() {
+  Place place{.name = "Recesses", .low = {-12, -2}, .high = {12, 2}};
+  addWalls(place.world, {{-12, -1.2},
+                         {12, -1.2},
+                         {12, 1.2},
+                         {9, 1.2},
+                         {9, 1.7},
+                         {8, 1.7},
+                         {8, 1.2},
+                         {1, 1.2},
+                         {1, 1.7},
+                         {0, 1.7},
+                         {0, 1.2},
+                         {-5, 1.2},
+                         {-5, 1.7},
+                         {-6, 1.7},
+                         {-6, 1.2},
+                         {-12, 1.2}});
+  return place;
+}
+
+TEST(PlaceLikelihood, LaysASegmentWhereItIsFromAGuessThatIsOffAlongTheCorridor) {
+  Drive drive(corridorWithRecesses(), corridorWithRecesses(), -10.0, 10.0);
+  const Pose2 truth{2.0, 0.1, 0.05};
+  const SegmentView view = drive.seen(truth, 3.0);
+  for (const double off : {-0.35, 0.0, 0.35}) {
+    const PlaceFit fit = fitPlace(*drive.field, view, truth * Pose2{off, 0.05, 0.02});
+    const Pose2 error = between(truth, fit.T_map_newest);
+    EXPECT_LT(std::hypot(error.x, error.y), 0.15) << off;
+    EXPECT_LT(std::abs(error.theta), 0.02) << off;
+    EXPECT_GT(fit.seen, 0.8);
+  }
+}
+
+TEST(PlaceLikelihood, FarWallsTellOneRecessFromTheNext) {
+  Drive drive(corridorWithRecesses(), corridorWithRecesses(), -10.0, 10.0);
+  const Pose2 truth{0.5, 0.0, 0.0};
+  const SegmentView view = drive.seen(truth, 1.0);
+  const double right = fitPlace(*drive.field, view, truth).log_likelihood;
+  for (const double shift : {-6.0, 8.0}) {
+    EXPECT_GT(right, fitPlace(*drive.field, view, truth * Pose2{shift, 0.0, 0.0}).log_likelihood + 10.0) << shift;
+  }
+}
+
+/// Two rooms that are alike but for the things in one of them: where a beam that came through has a wall near its end,
+/// too.
+TEST(PlaceLikelihood, ClutterDoesNotAttractBeamsThatCameThrough) {
+  Place now{.name = "Room", .low = {-4, -3}, .high = {4, 3}};
+  addWalls(now.world, {{-4, -3}, {4, -3}, {4, 3}, {-4, 3}});
+  Place map{.name = "Rooms", .low = {-4, -3}, .high = {16, 3}, .world = now.world};
+  addWalls(map.world, {{8, -3}, {16, -3}, {16, 3}, {8, 3}});
+  for (double x = 8.6; x < 15.8; x += 0.9) {
+    for (const double y : {-2.7, -1.4, 1.4, 2.7}) map.world.add(sim::Cylinder{x, y, 0.2});
+  }
+  Drive drive(map, now, -3.0, 15.0);
+  const SegmentView view = drive.seen({0.0, 0.0, 0.0}, 2.0);
+  const double right = fitPlace(*drive.field, view, {0.0, 0.0, 0.0}).log_likelihood;
+  for (const double x : {11.0, 12.0, 13.0}) {
+    EXPECT_GT(right, fitPlace(*drive.field, view, {x, 0.0, 0.0}).log_likelihood + 5.0) << x;
+  }
+}
+
+TEST(PlaceLikelihood, OfASegmentThatSawNothingIsNone) {
+  Drive drive(corridorWithRecesses(), corridorWithRecesses(), -10.0, 10.0);
+  const PlaceFit fit = fitPlace(*drive.field, {}, {1.0, 2.0, 3.0});
+  EXPECT_EQ(fit.log_likelihood, 0.0);
+  EXPECT_EQ(fit.seen, 0.0);
+  EXPECT_EQ(fit.T_map_newest.x, 1.0);
+}
+
+}  // namespace
+}  // namespace slam::test
