@@ -17,13 +17,16 @@ int main(int argc, char** argv) {
   app.add_option("--speed", options.speed, "[m/s] instead of the scene's")->check(CLI::Range(0.05, 2.0));
   app.add_option("--seconds", options.seconds, "[s] of the drive at most")->check(CLI::Range(1.0, 1e6));
   bool no_depth = false;
-  app.add_flag("--no-depth", no_depth, "leave the depth camera out of the log: twice as fast");
-  app.add_option("--log", log, "write an LCM event log");
-  app.add_option("--devices", devices, "play DIR/lidar, DIR/board and DIR/depth in real time");
+  CLI::Option* log_option = app.add_option("--log", log, "write an LCM event log");
+  CLI::Option* devices_option =
+      app.add_option("--devices", devices, "play DIR/lidar, DIR/board and DIR/depth in real time");
+  app.add_flag("--no-depth", no_depth, "leave the depth camera out of the log: twice as fast")->needs(log_option);
   app.add_option("--faults", options.faults,
                  "with --devices: a script of SECONDS DEVICE KIND [VALUE], e.g. 12.5 lidar unplug 1; while it plays,\n"
-                 "lines of DEVICE KIND [VALUE] can be written to DIR/faults");
-  app.add_option("--can", can, "with --devices: put wheels and IMU on this CAN interface too, e.g. vcan0");
+                 "lines of DEVICE KIND [VALUE] can be written to DIR/faults")
+      ->needs(devices_option);
+  app.add_option("--can", can, "with --devices: put wheels and IMU on this CAN interface too, e.g. vcan0")
+      ->needs(devices_option);
   app.add_option("--truth", options.truth, "write true poses (TUM)");
   app.add_option("--waypoints", options.waypoints, "write true poses at the measured waypoints (TUM)");
   app.add_option("--truth-map", options.truth_map,
@@ -34,10 +37,6 @@ int main(int argc, char** argv) {
       app, argc, argv, SLAMD_VERSION, "slam-sim --scene corridor-loop --seed 3 --log loop.lcm --truth loop.tum", [&] {
         if (log.empty() == devices.empty()) {
           std::cerr << "slam-sim: give either --log OUT.lcm or --devices DIR; see slam-sim --help\n";
-          return static_cast<int>(slam::kBadUsage);
-        }
-        if (!can.empty() && devices.empty()) {
-          std::cerr << "slam-sim: --can goes with --devices DIR; see slam-sim --help\n";
           return static_cast<int>(slam::kBadUsage);
         }
         options.depth = !no_depth;
