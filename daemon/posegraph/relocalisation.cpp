@@ -69,13 +69,13 @@ std::optional<Relocalisation::Found> Relocalisation::search(const KeyframeGraph&
     return std::nullopt;
   }
   buildSubmap(keyframes, best->translation());
-  const Found found{*best, matchPointToLine(submap_, query_, *best, match_)};
-  if (!found.match.usable()) {
+  const MatchResult match = matchPointToLine(submap_, query_, *best, match_);
+  if (!match.usable() || !same(match.T_ref_base, *best)) {
     ++counters_.refused;
     return std::nullopt;
   }
   ++counters_.found;
-  return found;
+  return Found{match.T_ref_base, match};
 }
 
 /// The place that leads all others, by the newest search or in the mean of the last ones. Each place is judged by what

@@ -31,7 +31,7 @@ struct RelocalisationConfig {
   double min_overlap = 0.50;    ///< [1] of the points agree with the map around a pose that a person gave
   int searches = 4;             ///< newest ones whose log-likelihoods are averaged, at most
   int contenders = 10;          ///< best places that are judged by all of them
-  double min_lead = 7.0;        ///< of the best place's log-likelihood over any other's, in the mean of many searches;
+  double min_lead = 8.0;        ///< of the best place's log-likelihood over any other's, in the mean of many searches;
                                 ///< in n of them 1 + 1/n times as much
   double same_distance = 0.75;  ///< [m] results nearer than this ...
   double same_rotation = 0.2;   ///< [rad] ... are one place

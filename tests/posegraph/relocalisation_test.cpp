@@ -9,7 +9,7 @@
 namespace slam::test {
 namespace {
 
-constexpr double kRight = 0.3;  // [m]
+constexpr double kRight = 0.1;  // [m]
 const Eigen::Vector3d kStep(0.002, 0.002, 0.0005);
 
 /// A map of keyframes at the poses given, and a robot that drives in it without knowing where it began.
