@@ -60,6 +60,7 @@ struct DrawnMap {
 struct MapChange {
   std::int32_t map_id = 0;
   Timestamp stamp;
+  int forget_before = 0;  ///< keyframes with lower ids are no part of the map any more
   std::vector<MapScan> scans;
   std::vector<MapView> views;
   std::vector<Pose2> poses;                  ///< of keyframes 0, 1, ...; empty: as before
@@ -129,7 +130,7 @@ struct Exchange {
   std::atomic<bool> refresh_map{false};  // bus -> mapper: all tiles again
   LatencyHistogram match, scan_work, scan_to_pose, map_update, optimise, depth_work;
   std::atomic<std::int64_t> published{0}, publish_failures{0}, bad_messages{0}, map_keyframes{0};
-  std::atomic<std::int64_t> loop_closures{0}, revoked_closures{0}, relocalised{0};
+  std::atomic<std::int64_t> loop_closures{0}, revoked_closures{0}, relocalised{0}, maps_begun_anew{0};
 };
 
 }  // namespace slam

@@ -226,15 +226,21 @@ void GraphThread::add(const DepthSight& sight) {
 void GraphThread::add(const Keyframe& keyframe) {
   if (keyframe.map_id != map_id_) return;  // of the map before
   const Timestamp begin = monotonicNow();
-  const int placed = back_end_->counters().placed, closures = back_end_->counters().loop_closures;
+  const BackEndCounters before = back_end_->counters();
   back_end_->add(keyframe, !correction_away_);
-  if (back_end_->counters().placed > placed) {
+  const bool anew = back_end_->counters().begun_anew > before.begun_anew;
+  if (back_end_->counters().placed > before.placed) {
     ++exchange_.relocalised;
     logInfo("found in the map");
   }
   auto change = std::make_shared<MapChange>();
   change->map_id = map_id_;
   change->stamp = keyframe.stamp;
+  if (anew) {
+    ++exchange_.maps_begun_anew;
+    logWarning("the map begins anew: what came before the robot was lost is too little to be found in");
+    change->forget_before = back_end_->firstInMap();
+  }
   change->scans = back_end_->mapScans(keyframe);
   if (generation_ != back_end_->generation()) {
     const BackEndCounters& counters = back_end_->counters();
@@ -244,12 +250,13 @@ void GraphThread::add(const Keyframe& keyframe) {
     generation_ = back_end_->generation();
     const auto poses = back_end_->keyframes().graph().poses();
     change->poses.assign(poses.begin(), poses.end());
-    if (counters.loop_closures > closures) {
+    if (counters.loop_closures > before.loop_closures) {
       logInfo("loop closed: " + std::to_string(counters.loop_closures) + " closures join " +
               std::to_string(counters.keyframes) + " keyframes");
     }
   }
   changes_.push_back(std::move(change));
+  if (anew && keeper_.writes()) requestGrid();  // the journal cannot say it
   if (auto correction = back_end_->takeCorrection()) {
     correction->map_id = map_id_;
     correction_away_ = exchange_.corrections.tryPush(correction.get());

@@ -176,6 +176,7 @@ void Supervisor::sendHealth(Timestamp now) {
         counter("loop_closures", static_cast<std::uint64_t>(exchange_.loop_closures.load())),
         counter("lost", l.lost),
         counter("relocalised", static_cast<std::uint64_t>(exchange_.relocalised.load())),
+        counter("maps.begun_anew", static_cast<std::uint64_t>(exchange_.maps_begun_anew.load())),
         counter("loop_closures.revoked", static_cast<std::uint64_t>(exchange_.revoked_closures.load())),
         counter("samples.late", l.samples_late),
         counter("samples.too_old", l.samples_too_old),

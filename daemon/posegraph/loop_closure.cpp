@@ -50,11 +50,11 @@ LoopClosureSearch::LoopClosureSearch(const LoopClosureConfig& config, const Refe
   match_.min_overlap = config.min_overlap;
 }
 
-std::vector<Edge> LoopClosureSearch::search(const KeyframeGraph& keyframes) {
+std::vector<Edge> LoopClosureSearch::search(const KeyframeGraph& keyframes, std::span<const char> in_map) {
   const int newest = keyframes.size() - 1;
   for (; seen_ < newest; ++seen_) path_ += distance(keyframes.pose(seen_), keyframes.pose(seen_ + 1));
   if (path_ - searched_at_ < config_.search_interval) return {};
-  const auto place = candidate(keyframes, newest);
+  const auto place = candidate(keyframes, newest, in_map);
   if (!place) return {};
   searched_at_ = path_;
   ++counters_.searches;
@@ -83,11 +83,12 @@ std::vector<Edge> LoopClosureSearch::search(const KeyframeGraph& keyframes) {
   return accepted;
 }
 
-std::optional<LoopClosureSearch::Candidate> LoopClosureSearch::candidate(const KeyframeGraph& keyframes,
-                                                                         int newest) const {
+std::optional<LoopClosureSearch::Candidate> LoopClosureSearch::candidate(const KeyframeGraph& keyframes, int newest,
+                                                                         std::span<const char> in_map) const {
   const Pose2& here = keyframes.pose(newest);
   const double far = config_.max_search;
   auto near = keyframes.near(here.translation(), far);
+  if (!in_map.empty()) std::erase_if(near, [&](int id) { return in_map[static_cast<std::size_t>(id)] == 0; });
   const double active = config_.active_sigma * config_.active_sigma;
   for (const auto& reached : keyframes.graph().reach(newest, active)) {
     std::erase(near, reached.node);

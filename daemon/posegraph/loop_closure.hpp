@@ -42,8 +42,9 @@ class LoopClosureSearch {
  public:
   LoopClosureSearch(const LoopClosureConfig& config, const ReferenceConfig& reference, const MatchConfig& match);
 
+  /// @param in_map by keyframe, whether it may be met again; empty: all may
   /// @return edges to add to the graph; empty most of the time
-  std::vector<Edge> search(const KeyframeGraph& keyframes);
+  std::vector<Edge> search(const KeyframeGraph& keyframes, std::span<const char> in_map = {});
 
   struct Counters {
     int searches = 0, found = 0, ambiguous = 0, accepted = 0, inconsistent = 0;
@@ -59,7 +60,7 @@ class LoopClosureSearch {
     Edge edge;
     double path;  // [m] driven when it was found
   };
-  std::optional<Candidate> candidate(const KeyframeGraph& keyframes, int newest) const;
+  std::optional<Candidate> candidate(const KeyframeGraph& keyframes, int newest, std::span<const char> in_map) const;
   std::optional<Edge> verify(const KeyframeGraph& keyframes, int newest, const Candidate& candidate);
   bool agree(const KeyframeGraph& keyframes, const Edge& a, const Edge& b) const;
 

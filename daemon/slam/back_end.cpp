@@ -106,7 +106,23 @@ void BackEnd::findSegment() {
   } else if (const auto found = relocalisation_->search(keyframes_, segment_first_, newest)) {
     placeSegment(*found);
   }
+  counters_.placed += placed_ ? 1 : 0;
   counters_.relocalisation = relocalisation_->counters();
+  if (!placed_ && outgrown()) beginAnew();
+}
+
+bool BackEnd::outgrown() const {
+  if (config_.localise_only || given_size_ > 0) return false;
+  const auto known = static_cast<int>(std::count(is_in_map_.begin(), is_in_map_.end(), 1));
+  return known <= config_.few_keyframes && keyframes_.size() - segment_first_ > config_.outgrown * known;
+}
+
+/// Forgets the map: the segment, where it is, becomes the map.
+void BackEnd::beginAnew() {
+  std::fill(is_in_map_.begin(), is_in_map_.end(), 0);
+  first_in_map_ = segment_first_;
+  ++counters_.begun_anew;
+  placeSegment({keyframes_.pose(keyframes_.size() - 1), {}});
 }
 
 void BackEnd::giveUpGivenPose(int newest) {
@@ -135,7 +151,6 @@ void BackEnd::placeSegment(const Relocalisation::Found& found) {
     keyframes_.graph().setPose(id, T_map_segment * keyframes_.pose(id));
   }
   placed_ = true;
-  ++counters_.placed;
   if (config_.localise_only) {
     followInGivenMap(found.T_map_newest.translation());
     if (due_) due_->T_map_segment = T_map_segment;
@@ -279,7 +294,7 @@ std::optional<MapView> BackEnd::mapView(const DepthSight& sight) const {
 std::unique_ptr<MapCorrection> BackEnd::takeCorrection() { return std::move(due_); }
 
 void BackEnd::closeLoops() {
-  const auto closures = search_.search(keyframes_);
+  const auto closures = search_.search(keyframes_, is_in_map_);
   counters_.search = search_.counters();
   if (closures.empty()) return;
   for (const Edge& edge : closures) keyframes_.graph().addEdge(edge);

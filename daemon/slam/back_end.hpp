@@ -31,12 +31,15 @@ struct BackEndConfig {
   double renewal_travel = 8.0;           ///< [m] in a given map the reference follows the robot in such steps
   int given_attempts = 3;                ///< keyframes that are compared with the map around a pose that a person gave
   double renewal_radius = 8.0;           ///< [m] what becomes known or unknown within this distance renews it
+  int few_keyframes = 10;                ///< a map of no more, and made by this robot since its start, is forgotten ...
+  double outgrown = 4.0;                 ///< ... for a segment that is not in it and has so many times its keyframes
   double renewal_shift = 0.01;           ///< [m] a keyframe of the reference that moved further renews it
 };
 
 struct BackEndCounters {
   int keyframes = 0, loop_closures = 0, revoked = 0, optimisations = 0, corrections = 0;
-  int placed = 0;  ///< segments found in the map
+  int placed = 0;      ///< segments found in the map
+  int begun_anew = 0;  ///< maps of a few keyframes that a segment has outgrown
   LoopClosureSearch::Counters search;
   Relocalisation::Counters relocalisation;
 };
@@ -47,7 +50,8 @@ struct BackEndCounters {
 /// one wall never pull at a scan.
 ///
 /// A robot that is lost maps a segment of its own, which the back end looks for in the map; only when it is found there
-/// do its keyframes become part of the map.
+/// do its keyframes become part of the map. A map of a few keyframes (a bad first scan, a robot that was switched on
+/// while it was carried) is forgotten when a segment that was not found in it has outgrown it: the segment is the map.
 ///
 /// No thread, clock or I/O. Allocates. Not safe for concurrent use.
 class BackEnd {
@@ -74,6 +78,8 @@ class BackEnd {
   const KeyframeGraph& keyframes() const { return keyframes_; }
   /// Whether a keyframe is part of the map; one of a segment that was not found yet is not.
   const std::vector<char>& inMap() const { return is_in_map_; }
+  /// Keyframes before this one are no part of the map any more.
+  int firstInMap() const { return first_in_map_; }
   bool inMap(int id) const { return is_in_map_[static_cast<std::size_t>(id)] != 0; }
   /// Counts up whenever poses of known keyframes changed.
   int generation() const { return generation_; }
@@ -82,6 +88,8 @@ class BackEnd {
  private:
   void beginSegment(const Keyframe& keyframe);
   void findSegment();
+  bool outgrown() const;
+  void beginAnew();
   void giveUpGivenPose(int newest);
   void placeSegment(const Relocalisation::Found& found);
   std::vector<int> mapIds() const;
@@ -99,6 +107,7 @@ class BackEnd {
   Optimiser optimiser_;
   std::optional<Relocalisation> relocalisation_;  // made when needed: its tables are large
   int given_size_ = 0;                            // keyframes of the map loaded
+  int first_in_map_ = 0;                          // the ones before are forgotten
   int segment_first_ = 0;                         // first keyframe of the present segment ...
   std::int32_t segment_ = 0;                      // ... its number ...
   KeyframeOrigin segment_origin_ = KeyframeOrigin::kContinued;

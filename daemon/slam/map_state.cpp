@@ -31,6 +31,7 @@ std::vector<MapScan> scansOf(const MapState& map) {
 
 std::vector<MapView> viewsOf(const MapState& map) {
   std::vector<MapView> views = map.views;
+  std::erase_if(views, [&](const MapView& view) { return map.in_map[static_cast<std::size_t>(view.keyframe)] == 0; });
   for (MapView& view : views) view.T_map_keyframe = map.keyframes.pose(view.keyframe);
   return views;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace slam {
 namespace {
@@ -82,6 +83,29 @@ void Mapper::move(std::span<const Pose2> T_map_base) {
     if (id < T_map_base.size()) drawn.T_map_keyframe = T_map_base[id];
   }
   redraw_ = Redraw{};  // begins anew: what was not finished is still drawn at its old place
+}
+
+void Mapper::forgetBefore(int keyframe) {
+  work(std::numeric_limits<int>::max());
+  const auto kept = std::stable_partition(drawn_.begin(), drawn_.end(),
+                                          [&](const Drawn& drawn) { return drawn.keyframe < keyframe; });
+  redraw_ = Redraw{};
+  for (auto drawn = drawn_.begin(); drawn != kept; ++drawn) {
+    redraw_->dirty.insert(redraw_->dirty.end(), drawn->tiles.begin(), drawn->tiles.end());
+  }
+  drawn_.erase(drawn_.begin(), kept);
+  keyframes_ = 0;
+  views_of_.clear();
+  for (std::size_t i = 0; i < drawn_.size(); ++i) {
+    if (drawn_[i].scan) {
+      ++keyframes_;
+      continue;
+    }
+    const auto id = static_cast<std::size_t>(drawn_[i].keyframe);
+    if (views_of_.size() <= id) views_of_.resize(id + 1);
+    views_of_[id].push_back(i);
+  }
+  work(std::numeric_limits<int>::max());
 }
 
 bool Mapper::hasMoved(const Drawn& drawn) const {

@@ -23,13 +23,15 @@ constexpr int kVisit = 15;                          // keyframes
 /// Visits a place, comes back by a step of which little is known, and visits it again.
 class Visits {
  public:
-  explicit Visits(test::Place place, const LoopClosureConfig& config = {})
+  explicit Visits(test::Place place, const LoopClosureConfig& config = {}, int forgotten = 0)
       : drive(std::move(place)),
+        forgotten_(forgotten),
         search_(std::make_unique<LoopClosureSearch>(config, ReferenceConfig{}, MatchConfig{})) {}
 
   void goOn(const Pose2& truth, const Pose2& error, const Eigen::Vector3d& sigma) {
     keyframes.add(drive.at(truth, error, sigma));
-    newest = search_->search(keyframes);
+    in_map_.push_back(keyframes.size() > forgotten_);
+    newest = search_->search(keyframes, in_map_);
     accepted.insert(accepted.end(), newest.begin(), newest.end());
   }
   void goOn(const Pose2& truth) { goOn(truth, {}, kSharp); }
@@ -58,6 +60,8 @@ class Visits {
   std::vector<Edge> newest, accepted;
 
  private:
+  int forgotten_;  // of the first keyframes
+  std::vector<char> in_map_;
   std::unique_ptr<LoopClosureSearch> search_;
 };
 
@@ -76,6 +80,14 @@ TEST(LoopClosureSearch, ClosesASecondVisitThatDrifted) {
       EXPECT_GE(edge.to, kVisit);
     }
   }
+}
+
+TEST(LoopClosureSearch, PassesOverWhatIsNotPartOfTheMap) {
+  Visits visits(test::furnishedRoom(), {}, kVisit);
+  visits.visit(kStart, {}, kSharp);
+  visits.visit(kStart * Pose2{0.1, 0.15, 0.1}, {0.25, -0.2, 0.05}, {0.12, 0.12, 0.03});
+  EXPECT_EQ(visits.counters().searches, 0);
+  EXPECT_TRUE(visits.accepted.empty());
 }
 
 TEST(LoopClosureSearch, ClosesTheRoundOfACorridorUnderNoise) {

@@ -180,6 +180,23 @@ TEST(KidnappedRobot, IsLostWhereTheMapKnowsNothing) {
   EXPECT_TRUE(test::sameCells(robot.mapper.grid(), grid)) << "what an unfound robot sees is not drawn";
 }
 
+TEST(KidnappedRobot, BeginsAnewWhereTheMapWasHardlyBegun) {
+  Robot robot(withUnknownYard(), kInA);
+  robot.run(2.0, {0, 0, 0});  // switched on, then carried into the yard
+  const int begun = robot.back_end.keyframes().size();
+  robot.truth = {28.0, 0.0, 0.3};
+  const Pose2 T_world_map = robot.truth * robot.estimate().T_map_base.inverse();
+  robot.run(3.0, {0, 0, 0});
+  ASSERT_EQ(robot.state(), LocalisationState::kLost);
+  robot.run(12.0, kCircle);
+  EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
+  EXPECT_LT(robot.error(T_world_map), 0.1);
+  EXPECT_EQ(robot.back_end.counters().begun_anew, 1);
+  EXPECT_EQ(robot.back_end.counters().placed, 0);
+  for (int id = 0; id < robot.back_end.keyframes().size(); ++id) EXPECT_EQ(robot.back_end.inMap(id), id >= begun) << id;
+  EXPECT_EQ(robot.mapper.keyframes(), robot.back_end.keyframes().size() - begun);
+}
+
 TEST(KidnappedRobot, IsBelievedWhereTheMapKnowsNothing) {
   Robot robot(withUnknownYard(), kStart);
   robot.run(1.0, {0, 0, 0});

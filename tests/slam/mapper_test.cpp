@@ -232,6 +232,18 @@ TEST_F(MapperTest, ALookDuringTheRedrawIsNotLost) {
   EXPECT_TRUE(differences(mapper.grid(), expected).empty());
 }
 
+TEST_F(MapperTest, ForgetsTheFirstKeyframesAsIfTheyHadNeverBeen) {
+  Mapper mapper(kConfig);
+  fill(mapper, 30);
+  mapper.move(disturbed());  // not drawn yet
+  mapper.forgetBefore(10);
+  scans.erase(scans.begin(), scans.begin() + 10);
+  EXPECT_TRUE(differences(mapper.grid(), drawnFresh()).empty());
+  EXPECT_EQ(mapper.keyframes(), 20);
+  EXPECT_EQ(mapper.path().size(), 20U);
+  EXPECT_FALSE(mapper.work(1)) << "something is left to draw";
+}
+
 TEST_F(MapperTest, ResetForgetsAllOfIt) {
   Mapper mapper(kConfig);
   fill(mapper, 10);
@@ -297,6 +309,28 @@ TEST_F(MapperTest, ADepthViewMovesWithItsKeyframe) {
   OccupancyGrid expected = drawnFresh();
   expected.add(scans[1].T_map_base * Pose2{0.1, 0.0, 0.2}, *obstacleAhead(Timestamp{}));
   EXPECT_TRUE(differences(mapper.grid(), expected).empty());
+}
+
+TEST_F(MapperTest, ForgetsTheViewsOfKeyframesToo) {
+  Mapper mapper(kConfig);
+  fill(mapper, 2);
+  const auto view = [&](int keyframe, std::int64_t s) {
+    return MapView{keyframe,
+                   scans[static_cast<std::size_t>(keyframe)].T_map_base,
+                   {0.1, 0.0, 0.2},
+                   obstacleAhead(Timestamp{std::chrono::seconds(s)})};
+  };
+  mapper.add(view(0, 1));
+  mapper.add(view(1, 2));
+  mapper.forgetBefore(1);
+  ASSERT_EQ(mapper.views().size(), 1U);
+  EXPECT_EQ(mapper.views().front().keyframe, 1);
+  OccupancyGrid expected(kConfig);
+  expected.add(scans[1].T_map_base, scans[1].scan->T_base_lidar, scans[1].scan->points);
+  expected.add(mapper.views().front().T_map_base(), *mapper.views().front().view);
+  EXPECT_TRUE(differences(mapper.grid(), expected).empty());
+  mapper.add(view(1, 3));
+  EXPECT_EQ(mapper.views().size(), 1U) << "it takes the place of the one before";
 }
 
 TEST_F(MapperTest, KeepsAFewViewsOfAKeyframeHoweverManyItDraws) {

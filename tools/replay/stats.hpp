@@ -20,6 +20,7 @@ struct ReplayStats {
   LocalizerCounters localizer;
   int loop_closures = 0, revoked = 0;  ///< closures that stand, and that were taken back
   int relocalised = 0;                 ///< times that a lost robot was found in the map
+  int begun_anew = 0;                  ///< times that a map of a few keyframes was forgotten
   double log_s = 0.0, wall_s = 0.0, cpu_s = 0.0, peak_rss_mb = 0.0;
   std::vector<double> match_us, scan_us;
   std::vector<double> optimise_ms;      ///< of each closure: search, optimisation, reference anew
