@@ -213,6 +213,11 @@ void visitFrontEnd(LocalizerConfig& localizer, ConfigVisitor& v) {
           localizer.search_window.rotation, 0.0, kPi);
   v.field({"max_doubt", "1", "scans that contradict the prediction by more make it one guess among others"},
           localizer.max_doubt, 1.0, 1000.0);
+  v.field({"wheel_contradiction", "1",
+           "mean normalised squared error of the wheels against the scans: above, they are not heard"},
+          localizer.wheel_trust.contradiction, 1.0, 1000.0);
+  v.field({"wheel_agreement", "1", "the same: below, they are heard again"}, localizer.wheel_trust.agreement, 0.5,
+          1000.0);
   v.field({"trusted_overlap", "1", "a found match with this share of agreeing points overrules the filter"},
           localizer.search.trusted_overlap, 0.0, 1.0);
   v.field({"ambiguity", "1", "a second place nearly as good as the best (ratio) makes both worthless"},

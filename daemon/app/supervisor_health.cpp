@@ -171,6 +171,7 @@ void Supervisor::sendHealth(Timestamp now) {
         counter("scans.too_late", l.scans_too_late),
         counter("clock_resets", l.clock_resets),
         counter("samples.far_ahead", l.far_ahead),
+        counter("wheels.withdrawn", l.wheels_withdrawn),
         counter("keyframes", l.keyframes),
         counter("scans.searched", l.searched),
         counter("loop_closures", static_cast<std::uint64_t>(exchange_.loop_closures.load())),

@@ -107,6 +107,7 @@ class Ekf {
   /// contradicting the scans are outweighed.
   double doubt() const { return std::max(1.0, doubt_); }
   bool standstill() const;
+  bool gyroActive() const { return gyro_stamp_ && toSeconds(stamp_ - *gyro_stamp_) < config_->gyro_timeout; }
   const EkfCounters& counters() const { return counters_; }
 
  private:
@@ -116,7 +117,6 @@ class Ekf {
                        double* normalised_innovation_squared = nullptr);
   UpdateResult correctSpeed(Index state, double speed, bool possible);
   void updateStandstill();
-  bool gyroActive() const { return gyro_stamp_ && toSeconds(stamp_ - *gyro_stamp_) < config_->gyro_timeout; }
   bool detectSlip(double wheel_rate, double gyro_rate, double interval);
 
   const EkfConfig* config_;  // owned by whoever owns the filter; a copy of the filter shares it

@@ -48,6 +48,7 @@ Localizer::Localizer(const LocalizerConfig& config, Stopwatch stopwatch, const L
       reference_(config.reference),
       search_(config.search),
       history_(kHistoryCapacity),
+      wheel_trust_(config.ekf, config.wheel_trust),
       placed_(!start.in_known_map),
       next_keyframe_(start.first_keyframe) {
   if (start.in_known_map) origin_ = KeyframeOrigin::kLost;
@@ -63,6 +64,9 @@ void Localizer::add(const WheelSample& sample) {
   sequenced.stamp = wheel_stamps_.next(sample.stamp) + fromSeconds(config_.wheel_time_offset);
   odometry_.add(sequenced);
   has_wheels_ = true;
+  const bool held_back = std::exchange(wheels_held_back_, !wheel_trust_.believed());
+  if (wheels_held_back_) return;
+  sequenced.restarted |= held_back;  // what they told meanwhile is not made up for
   pose_.add(sequenced);
 }
 
@@ -113,6 +117,7 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
     failures_ = 0;
     const Pose2 T_map_base = pose_.at(outcome.stamp).pose();
     accumulateDrift(T_map_base, &outcome.match);
+    judgeWheels(outcome.stamp, T_map_base, outcome.match);
     last_motion_ = between(last_pose_, T_map_base);
     last_pose_ = T_map_base;
     if (may_keep) outcome.keyframe = keepOrLook(outcome.stamp, T_map_base, outcome.match);
@@ -200,7 +205,7 @@ void Localizer::beginSegment(KeyframeOrigin origin) {
 
 MatchResult Localizer::matchFromGuesses(const Ekf& predicted) const {
   MatchResult best = matchPointToLine(reference_, points_, predicted.pose(), config_.match);
-  const bool wheels_help = has_wheels_ && predicted.doubt() < config_.max_doubt;
+  const bool wheels_help = has_wheels_ && wheel_trust_.believed() && predicted.doubt() < config_.max_doubt;
   if (wheels_help && best.usable()) return best;
   // Without wheels the prediction hangs on the scans' stamps, which jitter in many recordings. A robot that went on as
   // between the last two scans, or that stands still, is as likely.
@@ -209,6 +214,13 @@ MatchResult Localizer::matchFromGuesses(const Ekf& predicted) const {
     if (other.usable() && (!best.usable() || other.overlap > best.overlap + kClearlyBetter)) best = other;
   }
   return best;
+}
+
+void Localizer::judgeWheels(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match) {
+  if (!has_wheels_) return;
+  if (match.observable < 3) return wheel_trust_.interrupt();
+  const Ekf odometry = odometry_.at(stamp);
+  wheel_trust_.add(odometry.pose(), T_map_base, !odometry.gyroActive());
 }
 
 bool Localizer::fuse(Timestamp stamp, const MatchResult& match, bool confirmed) {
@@ -270,6 +282,7 @@ LocalizerCounters Localizer::counters() const {
   counters.scans_retimed = scan_stamps_.retimed();
   counters.clock_resets = scan_stamps_.clockResets() + wheel_stamps_.clockResets();
   counters.far_ahead = wheel_guard_.held() + imu_guard_.held() + scan_guard_.held();
+  counters.wheels_withdrawn = static_cast<std::uint32_t>(wheel_trust_.withdrawn());
   counters.samples_late = odometry_.lateFused();
   counters.samples_too_old = odometry_.tooOld();
   return counters;

@@ -20,6 +20,7 @@
 #include "matching/reference.hpp"
 #include "slam/map_correction.hpp"
 #include "slam/stamp_sequencer.hpp"
+#include "slam/wheel_trust.hpp"
 
 namespace slam {
 
@@ -73,7 +74,8 @@ struct LocalizerConfig {
   MatchConfig match;
   CorrelativeConfig search;
   SearchWindow search_window;  ///< around the prediction, after a failed match; grows with each further failure
-  double max_doubt = 3.0;      ///< [1] Ekf::doubt() above which a prediction is one guess among others
+  WheelTrustConfig wheel_trust;
+  double max_doubt = 3.0;  ///< [1] Ekf::doubt() above which a prediction is one guess among others
   KeyframeConfig keyframe;
   DriftConfig drift;
   bool localise_only = false;        ///< the map is given: scans do not extend it
@@ -85,16 +87,17 @@ struct LocalizerConfig {
 
 struct LocalizerCounters {
   std::uint32_t scans = 0, matched = 0, partly_observable = 0, unmatched = 0, gated = 0, keyframes = 0;
-  std::uint32_t lost = 0;             ///< times that the place in the map was lost, or given by a person
-  std::uint32_t searched = 0;         ///< scans whose prediction led to no match and that were searched for
-  std::uint32_t scans_too_late = 0;   ///< older than the filter's window
-  std::uint32_t scans_retimed = 0;    ///< stamp not after its predecessor's
-  std::uint32_t clock_resets = 0;     ///< stamps jumped back by seconds
-  std::uint32_t samples_late = 0;     ///< wheel and IMU samples fused at their place behind newer ones
-  std::uint32_t samples_too_old = 0;  ///< wheel and IMU samples dropped
-  std::uint32_t far_ahead = 0;        ///< samples dropped whose stamp alone was seconds ahead
-  std::uint32_t views = 0;            ///< depth images drawn
-  std::uint32_t views_unplaced = 0;   ///< depth images dropped because the pose at their stamp was not valid or known
+  std::uint32_t lost = 0;              ///< times that the place in the map was lost, or given by a person
+  std::uint32_t searched = 0;          ///< scans whose prediction led to no match and that were searched for
+  std::uint32_t scans_too_late = 0;    ///< older than the filter's window
+  std::uint32_t scans_retimed = 0;     ///< stamp not after its predecessor's
+  std::uint32_t clock_resets = 0;      ///< stamps jumped back by seconds
+  std::uint32_t samples_late = 0;      ///< wheel and IMU samples fused at their place behind newer ones
+  std::uint32_t samples_too_old = 0;   ///< wheel and IMU samples dropped
+  std::uint32_t wheels_withdrawn = 0;  ///< times that the wheels contradicted the scans too much to be heard
+  std::uint32_t far_ahead = 0;         ///< samples dropped whose stamp alone was seconds ahead
+  std::uint32_t views = 0;             ///< depth images drawn
+  std::uint32_t views_unplaced = 0;    ///< depth images dropped because the pose at their stamp was not valid or known
 };
 
 /// What one scan did.
@@ -173,6 +176,7 @@ class Localizer {
  private:
   MatchResult matchFromGuesses(const Ekf& predicted) const;
   void searchAround(const Pose2& predicted, ScanOutcome& outcome);
+  void judgeWheels(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match);
   bool fuse(Timestamp stamp, const MatchResult& match, bool confirmed);
   LocalisationState state(Timestamp stamp, const Eigen::Matrix3d& covariance) const;
   const Keyframe* keepOrLook(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match);
@@ -213,6 +217,8 @@ class Localizer {
   Eigen::Matrix3d drift_ = Eigen::Matrix3d::Zero();  // in map, since the last keyframe
   Pose2 last_pose_, last_motion_;                    // at the last matched scan, and from the one before
   bool has_wheels_ = false;
+  WheelTrust wheel_trust_;
+  bool wheels_held_back_ = false;  // the newest sample was not given to the pose filter
   std::int32_t segment_ = 0;
   KeyframeOrigin origin_ = KeyframeOrigin::kContinued;  // of the next keyframe
   bool placed_ = true, was_placed_ = false;

@@ -139,6 +139,7 @@ void Localizer::apply(MapCorrection& correction) {
     }
   }
   pose_.transform(T_new_old);
+  wheel_trust_.interrupt();
   for (Pose2* pose : {&last_pose_, &last_look_, &drift_pose_}) *pose = T_new_old * *pose;
   if (last_keyframe_) *last_keyframe_ = T_new_old * *last_keyframe_;
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();

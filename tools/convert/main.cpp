@@ -68,8 +68,10 @@ int main(int argc, char** argv) {
   disturb->add_option("--noise", disturbance.noise, "[m per sqrt(m), rad per sqrt(m) and per sqrt(rad)]");
   disturb->add_option("--distance-scale", disturbance.distance_scale, "[1] error of the wheels' radius");
   disturb->add_flag("--reverse-sign", disturbance.reverse_sign, "driving backwards is reported as forwards");
-  disturb->add_option("--wheel-lag", disturbance.wheel_lag,
-                      "[s] a wheel sample says where they stood so long before its stamp");
+  disturb
+      ->add_option("--wheel-lag", disturbance.wheel_lag,
+                   "[s] a wheel sample says where they stood so long before its stamp")
+      ->check(CLI::Range(0.0, 10.0));
   disturb->add_flag("--wheels-swapped", disturbance.wheels_swapped, "left and right: they turn the wrong way");
   disturb->add_flag("--wheels-backwards", disturbance.wheels_backwards, "both count backwards");
   disturb->add_flag("--gyro-reversed", disturbance.gyro_reversed, "its z axis points down");

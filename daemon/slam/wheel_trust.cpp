@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "slam/wheel_trust.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace slam {
+namespace {
+
+constexpr double kMostAlone = 50.0;  // [1] one stretch counts for no more: a slip, a wrong match
+
+double square(double x) { return x * x; }
+
+}  // namespace
+
+void WheelTrust::add(const Pose2& T_odom_base, const Pose2& T_map_base, bool turn_known) {
+  if (!begin_) {
+    begin_ = Begin{T_odom_base, T_map_base};
+    return;
+  }
+  const Pose2 wheels = between(begin_->T_odom_base, T_odom_base), scans = between(begin_->T_map_base, T_map_base);
+  const double distance = std::max(std::hypot(wheels.x, wheels.y), std::hypot(scans.x, scans.y));
+  const double turn = std::max(std::abs(wheels.theta), std::abs(scans.theta));
+  if (distance < config_.stretch && turn < config_.stretch) return;
+  begin_ = Begin{T_odom_base, T_map_base};
+  const auto remember = [&](double error, double variance, double& mean) {
+    mean += (std::min(kMostAlone, square(error) / variance) - mean) / config_.memory;
+  };
+  if (distance > config_.stretch) {
+    remember(std::hypot(wheels.x - scans.x, wheels.y - scans.y),
+             square(noise_.translation_noise) * distance + square(config_.scan_distance), distance_error_);
+  }
+  if (turn_known && turn > config_.stretch) {
+    remember(wrapAngle(wheels.theta - scans.theta),
+             square(noise_.rotation_noise_wheels) * turn + square(noise_.rotation_noise_per_metre) * distance +
+                 square(config_.scan_turn),
+             turn_error_);
+  }
+  const double worst = std::max(distance_error_, turn_error_);
+  if (believed_ && worst > config_.contradiction) ++withdrawn_;
+  believed_ = worst < (believed_ ? config_.contradiction : config_.agreement);
+}
+
+}  // namespace slam

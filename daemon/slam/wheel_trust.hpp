@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <optional>
+
+#include "core/pose2.hpp"
+#include "estimation/ekf.hpp"
+
+namespace slam {
+
+struct WheelTrustConfig {
+  double memory = 50.0;         ///< [1] stretches of way that are remembered
+  double stretch = 0.05;        ///< [m, rad] a stretch is as long as this at least, from one matched scan to another
+  double contradiction = 8.0;   ///< [1] mean normalised squared error from which on the wheels are not heard ...
+  double agreement = 3.0;       ///< [1] ... until it is as low as this
+  double scan_distance = 0.01;  ///< [m] standard deviation of a motion between two matched scans
+  double scan_turn = 0.005;     ///< [rad] the same
+};
+
+/// Whether the wheels can be believed, judged by what they tell of the way from one matched scan to another. The
+/// filter's noise model takes slip, a radius that is a little wrong and a lag of part of a scan; wheels that are wrong
+/// by almost three standard deviations in the mean are worse than none: along a corridor, which a lidar cannot see,
+/// they would lead the filter astray.
+class WheelTrust {
+ public:
+  explicit WheelTrust(const EkfConfig& noise, const WheelTrustConfig& config = {}) : noise_(noise), config_(config) {}
+
+  /// Where wheels and scans put the robot at one time, each in its own frame.
+  /// @param turn_known the wheels tell the turn, and no gyro does
+  void add(const Pose2& T_odom_base, const Pose2& T_map_base, bool turn_known);
+  /// The stretch has no end: the scans did not tell it, or the map moved.
+  void interrupt() { begin_.reset(); }
+
+  bool believed() const { return believed_; }
+  /// Times that they were not believed any more.
+  int withdrawn() const { return withdrawn_; }
+
+ private:
+  struct Begin {
+    Pose2 T_odom_base, T_map_base;
+  };
+  EkfConfig noise_;
+  WheelTrustConfig config_;
+  std::optional<Begin> begin_;                      // of the stretch
+  double distance_error_ = 1.0, turn_error_ = 1.0;  // [1] normalised, squared, in the mean
+  bool believed_ = true;
+  int withdrawn_ = 0;
+};
+
+}  // namespace slam
