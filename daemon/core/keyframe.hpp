@@ -34,13 +34,15 @@ struct Keyframe {
   std::int32_t id = 0;       ///< counts from 0 in its map; of a look: the keyframe nearest to it
   std::int32_t segment = 0;  ///< counts the times that the place in the map was lost or given
   KeyframeOrigin origin = KeyframeOrigin::kContinued;
-  bool look = false;    ///< shows nothing new: it refreshes the grid and is then forgotten, so that a known place costs
-                        ///< no memory however long the robot stays
-  bool matched = true;  ///< false: no match said where it is, but the filter's prediction
-  Timestamp stamp;      ///< of the middle of the turn, as the points are
-  Pose2 T_map_base;     ///< as the front end knew it then
+  bool look = false;  ///< shows nothing new: it refreshes the grid and is then forgotten, so that a known place costs
+                      ///< no memory however long the robot stays
+  Timestamp stamp;    ///< of the middle of the turn, as the points are
+  Pose2 T_map_base;   ///< as the front end knew it then
   Pose2 T_previous_base;  ///< relative to the keyframe before it; of a look: relative to keyframe `id`
   Pose2 T_base_lidar;
+  int observable = 3;  ///< directions in which a match said where it is; 0: the filter's prediction alone
+  Eigen::Matrix3d directions = Eigen::Matrix3d::Identity();   ///< columns: unit directions of (x, y, theta) in map, the
+                                                              ///< observable ones first
   Eigen::Matrix3d step_covariance = Eigen::Matrix3d::Zero();  ///< of this pose relative to the keyframe before it
                                                               ///< (x, y, theta) in that one's base [m, m, rad]
   int size = 0;

@@ -44,7 +44,7 @@ void BackEnd::add(const Keyframe& keyframe, bool may_correct) {
     if (!placed_ && may_correct) findSegment();
     if (!placed_ || just_placed_ >= 0) return;
     if (!config_.localise_only) {  // else a keyframe of before the robot was found, and the given map stays as it is
-      if (keyframe.matched) linkToReference();
+      if (keyframe.observable > 0) linkToReference(keyframe);
       if (config_.close_loops) closeLoops();
     }
   }
@@ -203,7 +203,8 @@ void BackEnd::followInGivenMap(const Eigen::Vector2d& robot) {
   segment_of_reference_ = segment_;
 }
 
-void BackEnd::linkToReference() {
+/// Ties a keyframe to an older one that it was matched against, in the directions that the match saw.
+void BackEnd::linkToReference(const Keyframe& keyframe) {
   const int newest = keyframes_.size() - 1;
   int nearest = -1;
   double shortest = config_.link_distance;
@@ -216,13 +217,16 @@ void BackEnd::linkToReference() {
     nearest = id;
   }
   if (nearest < 0) return;
-  const Eigen::Vector3d sigma(config_.link_translation_sigma, config_.link_translation_sigma,
-                              config_.link_rotation_sigma);
-  keyframes_.graph().addEdge({.from = nearest,
-                              .to = newest,
-                              .T_from_to = between(keyframes_.pose(nearest), keyframes_.pose(newest)),
-                              .information = sigma.cwiseAbs2().cwiseInverse().asDiagonal(),
-                              .kind = EdgeKind::kMotion});
+  MatchResult match;
+  match.T_ref_base = keyframes_.pose(newest);
+  match.directions = keyframe.directions;
+  match.observable = keyframe.observable;
+  keyframes_.graph().addEdge(
+      {.from = nearest,
+       .to = newest,
+       .T_from_to = between(keyframes_.pose(nearest), keyframes_.pose(newest)),
+       .information = closureInformation(match, config_.link_translation_sigma, config_.link_rotation_sigma),
+       .kind = EdgeKind::kMotion});
 }
 
 void BackEnd::renewReferenceIfStale(int anchor) {

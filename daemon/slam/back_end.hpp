@@ -96,7 +96,7 @@ class BackEnd {
   void followInGivenMap(const Eigen::Vector2d& robot);
   void closeLoops();
   void revokeContradicted();
-  void linkToReference();
+  void linkToReference(const Keyframe& keyframe);
   void renewReferenceIfStale(int anchor);
   void renewReference(const Eigen::Vector2d& robot, const std::vector<int>& active);
   std::vector<int> knownFrom(int anchor) const;

@@ -100,7 +100,9 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
     last_match_ = outcome.stamp;
     last_pose_ = drift_pose_ = guess;
     last_motion_ = {};
-    outcome.keyframe = keep(outcome.stamp, guess);
+    MatchResult by_definition;
+    by_definition.observable = 3;
+    outcome.keyframe = keep(outcome.stamp, guess, by_definition);
     return outcome;
   }
 
@@ -133,7 +135,7 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
       beginSegment(KeyframeOrigin::kLost);
     } else {
       accumulateDrift(guess, nullptr);
-      outcome.keyframe = keep(outcome.stamp, guess, false);
+      outcome.keyframe = keep(outcome.stamp, guess, {});
     }
   }
   return outcome;

@@ -180,7 +180,7 @@ class Localizer {
   bool fuse(Timestamp stamp, const MatchResult& match, bool confirmed);
   LocalisationState state(Timestamp stamp, const Eigen::Matrix3d& covariance) const;
   const Keyframe* keepOrLook(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match);
-  const Keyframe* keep(Timestamp stamp, const Pose2& T_map_base, bool matched = true);
+  const Keyframe* keep(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match);
   const Keyframe* look(Timestamp stamp, const Pose2& T_map_base);
   bool carriedAway(const Pose2& predicted) const;
   void beginSegment(KeyframeOrigin origin);

@@ -37,22 +37,23 @@ const Keyframe* Localizer::keepOrLook(Timestamp stamp, const Pose2& T_map_base, 
   }
   if (match.overlap < config.overlap) {  // soon, but not at every scan of a robot that stands in a crowd
     const bool due = movedFrom(*last_keyframe_, kSoon) || toSeconds(stamp - last_look_stamp_) > config.look_period;
-    return due ? keep(stamp, T_map_base) : nullptr;
+    return due ? keep(stamp, T_map_base, match) : nullptr;
   }
   if (match.familiarity < config.familiarity) {
-    return movedFrom(*last_keyframe_) ? keep(stamp, T_map_base) : nullptr;
+    return movedFrom(*last_keyframe_) ? keep(stamp, T_map_base, match) : nullptr;
   }
   const bool due = movedFrom(last_look_) || toSeconds(stamp - last_look_stamp_) > config.look_period;
   return due ? look(stamp, T_map_base) : nullptr;
 }
 
-const Keyframe* Localizer::keep(Timestamp stamp, const Pose2& T_map_base, bool matched) {
+const Keyframe* Localizer::keep(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match) {
   reference_.add(T_map_base, points_);
   describe(stamp, T_map_base);
   keyframe_.id = next_keyframe_++;
   ++counters_.keyframes;
   keyframe_.look = false;
-  keyframe_.matched = matched;
+  keyframe_.observable = match.observable;
+  keyframe_.directions = match.directions;
   keyframe_.origin = std::exchange(origin_, KeyframeOrigin::kContinued);
   keyframe_.T_previous_base = last_keyframe_ ? between(*last_keyframe_, T_map_base) : Pose2{};
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "slam/back_end.hpp"
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <memory>
+#include <optional>
 #include <random>
 #include <set>
 #include <utility>
@@ -273,6 +276,34 @@ TEST(BackEnd, JoinsKeyframesThatWereMatchedToOneReference) {
   const auto reached = session.back_end->keyframes().graph().reach(59, 0.05 * 0.05);
   EXPECT_EQ(reached.size(), 60U);
   EXPECT_EQ(session.counters().search.searches, 0);
+}
+
+TEST(BackEnd, JoinsThemOnlyInTheDirectionsThatTheMatchSaw) {
+  Session session(test::furnishedRoom());
+  session.visit();
+  const auto edges = [&] { return session.back_end->keyframes().graph().edges(); };
+  const auto linked = [&](int observable) {
+    Keyframe keyframe = session.drive.at(kStart * Pose2{0.3, 0.0, 0.9}, {}, kSharp);
+    keyframe.observable = observable;
+    keyframe.directions << -0.6, 0.0, 0.8, 0.8, 0.0, 0.6, 0.0, 1.0, 0.0;  // blind along (0.8, 0.6) in map
+    const std::size_t before = edges().size();
+    session.add(keyframe);
+    return edges().size() == before + 2 ? std::optional(edges().back()) : std::nullopt;
+  };
+  EXPECT_FALSE(linked(0)) << "by prediction alone";
+  const auto whole = linked(3);
+  ASSERT_TRUE(whole);
+  EXPECT_GT(whole->information.determinant(), 1e9);
+  const auto partly = linked(2);
+  ASSERT_TRUE(partly);
+  EXPECT_EQ(partly->kind, EdgeKind::kMotion);
+  const double turn = -session.back_end->keyframes().pose(partly->to).theta;
+  const Eigen::Matrix2d R = Eigen::Rotation2Dd(turn).toRotationMatrix();
+  Eigen::Vector3d along = Eigen::Vector3d::Zero(), across = along;
+  along.head<2>() = R * Eigen::Vector2d(0.8, 0.6);
+  across.head<2>() = R * Eigen::Vector2d(-0.6, 0.8);
+  EXPECT_NEAR(along.dot(partly->information * along), 0.0, 1e-6);
+  EXPECT_NEAR(across.dot(partly->information * across), 1.0 / (0.02 * 0.02), 1.0);
 }
 
 }  // namespace
