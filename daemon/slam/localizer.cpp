@@ -201,6 +201,7 @@ void Localizer::beginSegment(KeyframeOrigin origin) {
   reference_.clear(pose_.at(pose_.newestStamp()).pose().translation());
   reference_keyframes_.clear();
   for (RecentScan& recent : recent_) recent.id = -1;
+  wheel_trust_.interrupt();
   last_keyframe_.reset();
   failures_ = 0;
 }
