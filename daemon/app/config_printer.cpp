@@ -35,14 +35,16 @@ std::string quoted(const std::string& value) {
   return text + "\"";
 }
 
+constexpr const char* kBasicMark = "ROBOT";
+
 class Printer : public ConfigVisitor {
  public:
   explicit Printer(bool as_template) : as_template_(as_template) {}
 
   void section(const char* name, const char* meaning) override {
-    if (!text.empty()) text += "\n";
-    text += std::string("# ") + meaning + "\n";
-    if (*name != '\0') text += std::string("[") + name + "]\n";
+    finish();
+    head_ = std::string(meaning) + "\n";
+    if (*name != '\0') head_ += std::string("[") + name + "]\n";
   }
   void field(const FieldInfo& info, double& value, double min, double max) override {
     line(info, number(value), number(min) + " to " + number(max));
@@ -57,19 +59,32 @@ class Printer : public ConfigVisitor {
     line(info, quoted(value), range);
   }
 
-  std::string text;
+  /// The whole text.
+  const std::string& finish() {
+    if (head_.empty()) return text_;
+    if (!text_.empty()) text_ += "\n";
+    text_ += std::string("# ") + (as_template_ && !basic_ ? "expert: " : "") + head_ + body_;
+    head_.clear();
+    body_.clear();
+    basic_ = false;
+    return text_;
+  }
 
  private:
   void line(const FieldInfo& info, const std::string& value, const std::string& range) {
     if (!as_template_) {
-      text += std::string(info.key) + " = " + value + "\n";
+      body_ += std::string(info.key) + " = " + value + "\n";
       return;
     }
     const std::string unit = *info.unit ? std::string(" [") + info.unit + "]" : "";
-    text += std::string("\n# ") + info.meaning + unit + "; " + range + "\n#" + info.key + " = " + value + "\n";
+    const std::string mark = info.basic ? std::string(kBasicMark) + ": " : "";
+    basic_ |= info.basic;
+    body_ += "\n# " + mark + info.meaning + unit + "; " + range + "\n#" + info.key + " = " + value + "\n";
   }
 
   bool as_template_;
+  std::string text_, head_, body_;  // what is done; the present section
+  bool basic_ = false;              // the present section has a key that is
 };
 
 }  // namespace
@@ -78,7 +93,7 @@ std::string printConfig(const Config& config) {
   Config copy = config;
   Printer printer(false);
   visitConfig(copy, printer);
-  return printer.text;
+  return printer.finish();
 }
 
 std::string printTemplate() {
@@ -88,8 +103,11 @@ std::string printTemplate() {
   return "# slamd's configuration, with every key at its default. Take the # off a line and change it. An unknown key "
          "or a\n"
          "# value out of range refuses to start: check with  slamd --config FILE --check-config\n"
+         "# What slamd must be told of a robot is marked \"" +
+         std::string(kBasicMark) +
+         "\"; all other keys are for experts, and hold for most robots.\n"
          "# Written by  slamd --print-template\n\n" +
-         printer.text;
+         printer.finish();
 }
 
 }  // namespace slam

@@ -8,10 +8,12 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 const std::vector<std::string> kAnyText;
+constexpr bool kBasic = true;
 
 void visitModeAndStore(Config& config, ConfigVisitor& v) {
   v.section("", "what slamd does");
-  v.field({"mode", "", "slam: extend the newest map, or begin one; localise: find and follow the robot in a given map"},
+  v.field({"mode", "", "slam: extend the newest map, or begin one; localise: find and follow the robot in a given map",
+           kBasic},
           config.mode, {"slam", "localise"});
   StoreConfig& store = config.store;
   v.section("store", "maps that outlast the daemon: keyframes, graph, grid, calibration, last pose");
@@ -29,15 +31,16 @@ void visitDevices(Config& config, ConfigVisitor& v) {
   LidarDeviceConfig& lidar = config.lidar_device;
   LidarModel& model = config.localizer.lidar;
   v.section("lidar", "2D lidar (RPLidar A1/A2), its place on the robot and what its ranges are worth");
-  v.field({"driver", "", "who reads the lidar: slamd, somebody who sends SLAM_SCAN over LCM, or nobody"}, lidar.driver,
-          {"rplidar", "lcm", "none"});
-  v.field({"port", "", "serial port or pseudo-terminal"}, lidar.port, kAnyText);
+  v.field({"driver", "", "who reads the lidar: slamd, somebody who sends SLAM_SCAN over LCM, or nobody", kBasic},
+          lidar.driver, {"rplidar", "lcm", "none"});
+  v.field({"port", "", "serial port or pseudo-terminal", kBasic}, lidar.port, kAnyText);
   v.field({"baud", "bit/s", "115200 for A1 and A2M8, 256000 for A2M7, A2M12 and A3"}, lidar.baud, 9600, 4000000);
   v.field({"scan_mode", "", "auto takes the densest mode that the unit offers and slamd reads"}, lidar.scan_mode,
           {"auto", "express", "standard"});
-  v.field({"x", "m", "T_base_lidar: lidar ahead of the base's turning centre"}, model.T_base_lidar.x, -5.0, 5.0);
-  v.field({"y", "m", "T_base_lidar: lidar left of the base's turning centre"}, model.T_base_lidar.y, -5.0, 5.0);
-  v.field({"yaw", "rad", "T_base_lidar: direction of the lidar's zero, counter-clockwise from forward"},
+  v.field({"x", "m", "T_base_lidar: lidar ahead of the base's turning centre", kBasic}, model.T_base_lidar.x, -5.0,
+          5.0);
+  v.field({"y", "m", "T_base_lidar: lidar left of the base's turning centre", kBasic}, model.T_base_lidar.y, -5.0, 5.0);
+  v.field({"yaw", "rad", "T_base_lidar: direction of the lidar's zero, counter-clockwise from forward", kBasic},
           model.T_base_lidar.theta, -kPi, kPi);
   v.field({"upside_down", "", "the lidar hangs top down: its bearings grow clockwise, seen from above"},
           model.upside_down);
@@ -50,16 +53,18 @@ void visitDevices(Config& config, ConfigVisitor& v) {
   v.section("base", "wheels and the geometry of the base");
   v.field({"driver", "",
            "who reads the wheels: slamd from a HandsFree board or from CAN, somebody who sends SLAM_WHEELS over LCM, "
-           "nobody"},
+           "nobody",
+           kBasic},
           base.driver, {"handsfree", "can", "lcm", "none"});
   v.field({"type", "", "differential; omni3 and mecanum4 move sideways, too"}, base.type,
           {"differential", "omni3", "mecanum4"});
-  v.field({"port", "", "serial port or pseudo-terminal of the board"}, base.port, kAnyText);
+  v.field({"port", "", "serial port or pseudo-terminal of the board", kBasic}, base.port, kAnyText);
   v.field({"baud", "bit/s", "of the board's port"}, base.baud, 9600, 4000000);
-  v.field({"wheel_radius", "m", "radius of a driven wheel"}, base.geometry.wheel_radius, 0.005, 1.0);
+  v.field({"wheel_radius", "m", "radius of a driven wheel", kBasic}, base.geometry.wheel_radius, 0.005, 1.0);
   v.field(
       {"half_track", "m",
-       "half the distance between the driven wheels; omni3: centre to wheel; mecanum4: half track plus half wheelbase"},
+       "half the distance between the driven wheels; omni3: centre to wheel; mecanum4: half track plus half wheelbase",
+       kBasic},
       base.geometry.half_track, 0.01, 2.0);
   v.field({"mileage_rate", "Hz", "polls of the wheel angles"}, base.mileage_rate, 1.0, 200.0);
   v.field({"imu_rate", "Hz", "polls of the board's IMU"}, base.imu_rate, 1.0, 200.0);
@@ -76,7 +81,8 @@ void visitDevices(Config& config, ConfigVisitor& v) {
   v.field({"driver", "",
            "who reads the IMU: slamd from the base's HandsFree board, from a HandsFree IMU of its own (hfi: A9, B6, "
            "B9, D6) or "
-           "from CAN, somebody who sends SLAM_IMU over LCM, nobody"},
+           "from CAN, somebody who sends SLAM_IMU over LCM, nobody",
+           kBasic},
           imu.driver, {"handsfree", "hfi", "can", "lcm", "none"});
   v.field({"port", "", "serial port of an IMU of its own"}, imu.port, kAnyText);
   v.field({"baud", "bit/s", "of that port: 921600, D6 9600"}, imu.baud, 9600, 4000000);
@@ -103,19 +109,19 @@ void visitDepth(DepthDeviceConfig& depth, DepthViewConfig& view, ConfigVisitor& 
   DepthExtrinsics& at = projection.extrinsics;
   v.section("depth",
             "depth camera (Asus Xtion Pro Live, OpenNI2), its place on the robot and what becomes of its images");
-  v.field({"driver", "", "who reads the camera: slamd through OpenNI2, SLAM_DEPTH over LCM, or nobody"}, depth.driver,
-          {"openni2", "lcm", "none"});
+  v.field({"driver", "", "who reads the camera: slamd through OpenNI2, SLAM_DEPTH over LCM, or nobody", kBasic},
+          depth.driver, {"openni2", "lcm", "none"});
   v.field({"uri", "", "of the camera in OpenNI2, or a recording (.oni) that is played; empty: the first camera"},
           depth.uri, kAnyText);
   v.field({"width", "pixel", "of the images: 640 (30 Hz), 320 (30 or 60 Hz), 160"}, depth.width, 160, 1280);
   v.field({"height", "pixel", "of the images: 480, 240, 120"}, depth.height, 120, 1024);
   v.field({"rate", "Hz", "of the images"}, depth.rate, 1, 120);
   v.field({"record", "", "file (.oni) that the images are recorded to; empty: none"}, depth.record, kAnyText);
-  v.field({"x", "m", "camera ahead of the base's turning centre"}, at.x, -5.0, 5.0);
+  v.field({"x", "m", "camera ahead of the base's turning centre", kBasic}, at.x, -5.0, 5.0);
   v.field({"y", "m", "camera left of the base's turning centre"}, at.y, -5.0, 5.0);
-  v.field({"z", "m", "camera above the floor; 0: not measured yet, its images are not used"}, at.z, 0.0, 3.0);
+  v.field({"z", "m", "camera above the floor; 0: not measured yet, its images are not used", kBasic}, at.z, 0.0, 3.0);
   v.field({"roll", "rad", "camera turned about its axis, right side down"}, at.roll, -kPi, kPi);
-  v.field({"pitch", "rad", "camera looking down"}, at.pitch, -1.2, 1.2);
+  v.field({"pitch", "rad", "camera looking down", kBasic}, at.pitch, -1.2, 1.2);
   v.field({"yaw", "rad", "camera turned to the left"}, at.yaw, -kPi, kPi);
   v.field({"time_offset", "s", "added to the camera's stamps"}, view.time_offset, -1.0, 1.0);
   v.field({"floor_clearance", "m", "what is lower is driven over"}, projection.floor_clearance, 0.01, 0.5);

@@ -12,6 +12,7 @@ struct FieldInfo {
   const char* key;
   const char* unit;  ///< "" for none
   const char* meaning;
+  bool basic = false;  ///< to be set for a robot; all other keys are for experts
 };
 
 /// Visits every key of the configuration, section by section.

@@ -78,6 +78,16 @@ TEST(PrintTemplate, IsTheFileInTheRepository) {
       << "write it anew: slamd --print-template > config/slamd.toml";
 }
 
+TEST(PrintTemplate, MarksTheFewKeysThatARobotMustBeToldBy) {
+  const std::string text = printTemplate();
+  const std::regex marked("\n# ROBOT: [^\n]*\n#([a-z_]+) = ");
+  const auto count = std::distance(std::sregex_iterator(text.begin(), text.end(), marked), {});
+  EXPECT_GE(count, 10);
+  EXPECT_LE(count, 15) << "more nobody reads";
+  EXPECT_NE(text.find("\n# expert: point-to-line matching of scans\n[match]\n"), std::string::npos);
+  EXPECT_EQ(text.find("expert: wheels and the geometry"), std::string::npos);
+}
+
 TEST(PrintTemplate, SetsNothing) {
   EXPECT_THAT(differences(parseConfig(printTemplate(), "template"), Config{}), testing::IsEmpty());
 }
