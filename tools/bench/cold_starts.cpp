@@ -67,7 +67,7 @@ class Robot {
 }  // namespace
 
 ColdStartReport coldStarts(const std::filesystem::path& log, const Config& config, const MapState& map, int places,
-                           double seconds) {
+                           double seconds, const std::function<void(int done)>& progress) {
   const std::vector<LogSample> samples = readSamples(log);
   const LogTruth truth = fitLog(samples, config, map);
   std::vector<std::size_t> scans;  // sample of each row
@@ -105,6 +105,7 @@ ColdStartReport coldStarts(const std::filesystem::path& log, const Config& confi
     report.starts.push_back(start);
     const auto& times = robot.searchMilliseconds();
     report.search_ms.insert(report.search_ms.end(), times.begin(), times.end());
+    if (progress) progress(place + 1);
   }
   return report;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <filesystem>
+#include <functional>
 #include <vector>
 
 #include "app/config.hpp"
@@ -27,8 +28,9 @@ struct ColdStartReport {
 
 /// Starts at `places` moments, evenly spaced over the log, and lets each drive for at most `seconds`. The truth is
 /// fitLog(), which the robot under test does not take part in.
+/// @param progress told after each start how many are done
 /// @throws std::runtime_error when the log cannot be read or does not fit the map
 ColdStartReport coldStarts(const std::filesystem::path& log, const Config& config, const MapState& map, int places,
-                           double seconds);
+                           double seconds, const std::function<void(int done)>& progress = {});
 
 }  // namespace slam

@@ -99,7 +99,12 @@ int main(int argc, char** argv) {
                               const auto state = slam::importMap(slam::readMapFiles(map));
                               config.localizer.match =
                                   slam::matchInPicture(config.localizer.match, state.grid.resolution());
-                              printColdStarts(slam::coldStarts(log, config, state, places, seconds), verbose);
+                              slam::showProgress("laying the log into the map");
+                              const auto report = slam::coldStarts(log, config, state, places, seconds, [&](int done) {
+                                slam::showProgress(std::to_string(done) + " of " + std::to_string(places) + " starts");
+                              });
+                              slam::endProgress();
+                              printColdStarts(report, verbose);
                               return slam::kDone;
                             }
                             printMatchers(slam::loadScanPairs(log, relations, config), config, seed);
