@@ -23,7 +23,9 @@ EstimatorThread::EstimatorThread(const Config& config, Exchange& exchange, std::
       worker_({.name = "estimator",
                .rate = config.runtime.estimator_rate,
                .priority = config.runtime.realtime ? config.runtime.estimator_priority : 0},
-              [this] { tick(); }) {}
+              [this] { tick(); }) {
+  snapshot_.map_id = localizer_->mapId();
+}
 
 void EstimatorThread::tick() {
   exchange_.localizers.popOne([this](Localizer* fresh) {

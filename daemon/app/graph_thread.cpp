@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/graph_thread.hpp"
 
+#include <random>
 #include <utility>
 
 #include "app/log.hpp"
@@ -13,6 +14,10 @@ namespace {
 constexpr double kRate = 20.0;  // [Hz] keyframes come at a few per second
 constexpr int kViewsWritten = static_cast<int>(ViewMemoryConfig{}.per_keyframe);  // into the journal, for a keyframe
 
+/// Another one after each start, so that nobody takes a new map's tiles for those of the map before. Not from the
+/// clock: a robot without one may start twice at the same time.
+std::int32_t firstMapId() { return static_cast<std::int32_t>(std::random_device{}() & 0x3FFFFFFFU); }
+
 }  // namespace
 
 GraphThread::GraphThread(const Config& config, Exchange& exchange, const WallClock& clock)
@@ -20,6 +25,7 @@ GraphThread::GraphThread(const Config& config, Exchange& exchange, const WallClo
       exchange_(exchange),
       clock_(clock),
       keeper_(config),
+      map_id_(firstMapId()),
       worker_({.name = "graph", .rate = kRate}, [this] { tick(); }) {
   beginIn(keeper_.begin());
 }

@@ -56,7 +56,7 @@ class GraphThread {
   BackEndConfig config_;
   std::unique_ptr<BackEnd> back_end_;
   LocalizerStart start_;
-  std::int32_t map_id_ = 0;
+  std::int32_t map_id_;
   PoseSnapshot snapshot_;
   Pose2 last_pose_;         // the last one that was valid
   double gyro_bias_ = 0.0;  // [rad/s]

@@ -345,6 +345,8 @@ TEST_F(LiveMaps, OutliveAKill) {
   ASSERT_TRUE(listener.until([&] { return isLocalised(listener) && counterOf(listener, "keyframes") > 4; }, 40s))
       << daemonLog();
   const std::int64_t keyframes = counterOf(listener, "keyframes");
+  const auto map_id = [&] { return listener.last<pose_estimate_t>(channel::kSlamPose)->map_id; };
+  const std::int32_t first_map_id = map_id();
   slamd_->signal(SIGKILL);
   ASSERT_EQ(slamd_->wait(5s), 128 + SIGKILL);
   EXPECT_EQ(slamctl({"list"}), 0);
@@ -360,6 +362,7 @@ TEST_F(LiveMaps, OutliveAKill) {
   EXPECT_GE(std::stoll(log.substr(of + 4)), keyframes - 1) << "all but what the journal did not hold yet";
   EXPECT_TRUE(listener.until([&] { return isLocalised(listener) && counterOf(listener, "relocalised") == 1; }, 30s))
       << daemonLog();
+  EXPECT_NE(map_id(), first_map_id) << "a viewer would show the old run's tiles";
   slamd_->signal(SIGTERM);
   EXPECT_EQ(slamd_->wait(5s), 0) << daemonLog();
 
