@@ -13,6 +13,7 @@ namespace slam {
 namespace {
 
 constexpr double kClearlyBetter = 0.01;         // [1] of overlap, between guesses
+constexpr double kSuddenly = 0.03;              // [1] overlap lost from one scan to the next: the guess may be wrong
 constexpr std::size_t kHistoryCapacity = 1024;  // poses within one scan
 
 /// When the beams were sampled, in any order and on either side of the scan's stamp.
@@ -209,9 +210,10 @@ void Localizer::beginSegment(KeyframeOrigin origin) {
 MatchResult Localizer::matchFromGuesses(const Ekf& predicted) const {
   MatchResult best = matchPointToLine(reference_, points_, predicted.pose(), config_.match);
   const bool wheels_help = has_wheels_ && wheel_trust_.believed() && predicted.doubt() < config_.max_doubt;
-  if (wheels_help && best.usable()) return best;
+  if (wheels_help && best.usable() && best.overlap > overlap_ - kSuddenly) return best;
   // Without wheels the prediction hangs on the scans' stamps, which jitter in many recordings. A robot that went on as
-  // between the last two scans, or that stands still, is as likely.
+  // between the last two scans, or that stands still, is as likely. And a match that slipping wheels led into a wrong
+  // minimum agrees with them: only its overlap tells.
   for (const Pose2& guess : {last_pose_ * last_motion_, last_pose_}) {
     const MatchResult other = matchPointToLine(reference_, points_, guess, config_.match);
     if (other.usable() && (!best.usable() || other.overlap > best.overlap + kClearlyBetter)) best = other;

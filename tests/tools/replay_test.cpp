@@ -438,5 +438,19 @@ TEST(ReplayOfRecordedData, MeetsTheRelationsOfIntel) {
   EXPECT_LE(errors.rotation.mean, 1.0) << "[deg]";
 }
 
+TEST(ReplayOfRecordedData, IsNotLedAstrayByVeryNoisyWheels) {
+  SLAM_SKIP_WITHOUT(recorded("intel/intel.clf.gz"));
+  SLAM_SKIP_WITHOUT(recorded("intel/intel.relations"));
+  const Folder folder;
+  convertCarmen(recorded("intel/intel.clf.gz"), folder / "intel.lcm");
+  disturbLog(folder / "intel.lcm", folder / "noisy.lcm", {.noise = 0.4, .seed = 1});
+  const Config config = loadConfig(std::filesystem::path(SLAMD_SOURCE_DIR) / "config/carmen.toml");
+  replay(config, {.log = folder / "noisy.lcm", .trajectory = folder / "noisy.tum"});
+  const RelationErrors errors =
+      relationErrors(readTrajectory(folder / "noisy.tum"), readRelations(recorded("intel/intel.relations")));
+  EXPECT_LE(errors.translation.mean, 0.03) << "[m]";
+  EXPECT_LE(errors.rotation.mean, 0.4) << "[deg]";
+}
+
 }  // namespace
 }  // namespace slam
