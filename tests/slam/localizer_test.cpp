@@ -7,15 +7,12 @@
 #include <functional>
 #include <gtest/gtest.h>
 #include <memory>
-#include <numbers>
 #include <numeric>
 #include <random>
 #include <vector>
 
 #include "posegraph/keyframe_graph.hpp"
 #include "support/allocations.hpp"
-#include "support/simulated_keyframes.hpp"
-#include "support/simulated_robot.hpp"
 #include "support/simulated_room.hpp"
 
 namespace slam {
@@ -196,23 +193,6 @@ TEST(Localizer, DoesNotHearWheelsThatKeepLyingUntilTheyTellTheTruth) {
     drive.run(2.0, kCurve);
     EXPECT_LT(drive.error(), 0.1) << "the wheels are not heard again";
     EXPECT_EQ(drive.localizer->counters().wheels_withdrawn, 1U);
-  }
-}
-
-TEST(Localizer, DoesNotFollowNoisyWheelsAlongACorridor) {
-  test::Place corridor{.name = "Corridor", .low = {0.5, 0.5}, .high = {29.5, 1.7}, .reach = 7.0};
-  test::addWalls(corridor.world, {{0, 0}, {30, 0}, {30, 2.2}, {0, 2.2}});
-  for (double x = 1.3; x < 29.0; x += 2.0) corridor.world.add(sim::Box{x, 2.1, 0.0, 0.9, 0.3});
-  for (double x = 0.9; x < 29.0; x += 3.1) corridor.world.add(sim::Box{x, 0.1, 0.0, 0.8, 0.3});
-  const Pose2 start{1.0, 1.1, 0.0};
-  for (const double noise : {0.2, 0.3, 0.4, 0.6}) {
-    test::Robot robot(corridor, start);
-    robot.run(1.0, kStand);
-    robot.wheel_noise = noise;
-    double worst = 0.0;
-    robot.after_scan = [&] { worst = std::max(worst, robot.error(start)); };
-    robot.drive(25.0);
-    EXPECT_LT(worst, 0.06) << noise;
   }
 }
 

@@ -37,8 +37,6 @@ class Robot {
       now += std::chrono::milliseconds(20);
       truth = truth * exp(0.02 * twist);
       wheels_ = wheels_ * exp(0.02 * Eigen::Vector3d(1.01 * twist.x(), 0.0, 0.99 * twist.z()));
-      if (wheel_noise > 0.0)
-        wheels_ = wheels_ * Pose2{wheel_noise * std::sqrt(0.02 * std::abs(twist.x())) * noise_(random_), 0.0, 0.0};
       localizer->add(WheelSample{now, wheels_});
       localizer->add(ImuSample{now, {0, 0, twist.z() + 0.01 + 0.001 * noise_(random_)}, {0, 0, 9.81}});
       if (++step_ % 10 != 0) continue;  // 5 Hz
@@ -69,7 +67,6 @@ class Robot {
   Pose2 truth;  ///< in the world; may be changed at any time, which wheels and gyro do not see
   Timestamp now{std::chrono::seconds(100)};
   std::function<void()> after_scan;
-  double wheel_noise = 0.0;  ///< [m per sqrt(m)]
 
  private:
   static BackEndConfig backEndConfig(bool localise_only) {
