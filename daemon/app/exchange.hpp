@@ -60,7 +60,7 @@ struct DrawnMap {
 struct MapChange {
   std::int32_t map_id = 0;
   Timestamp stamp;
-  int forget_before = 0;  ///< keyframes with lower ids are no part of the map any more
+  int first_in_map = 0;  ///< keyframes with lower ids are no part of the map any more
   std::vector<MapScan> scans;
   std::vector<MapView> views;
   std::vector<Pose2> poses;                  ///< of keyframes 0, 1, ...; empty: as before

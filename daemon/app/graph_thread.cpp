@@ -245,8 +245,8 @@ void GraphThread::add(const Keyframe& keyframe) {
   if (anew) {
     ++exchange_.maps_begun_anew;
     logWarning("the map begins anew: what came before the robot was lost is too little to be found in");
-    change->forget_before = back_end_->firstInMap();
   }
+  change->first_in_map = back_end_->firstInMap();
   change->scans = back_end_->mapScans(keyframe);
   if (generation_ != back_end_->generation()) {
     const BackEndCounters& counters = back_end_->counters();

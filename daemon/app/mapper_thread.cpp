@@ -53,7 +53,7 @@ void MapperThread::draw(const MapChange& change) {
     if (map.keyframes.size() > 0) mapper_.load(scansOf(map), viewsOf(map), map.grid.clone(), map.grid_keyframes);
     exchange_.refresh_map = true;
   }
-  if (change.forget_before > 0) mapper_.forgetBefore(change.forget_before);
+  mapper_.forgetBefore(change.first_in_map);
   for (const MapScan& scan : change.scans) mapper_.add(scan);
   for (const MapView& view : change.views) mapper_.add(view);
   if (!change.poses.empty()) mapper_.move(change.poses);

@@ -70,12 +70,12 @@ void Ekf::predict(Timestamp stamp) {
   A(kTheta, kTurnRate) = moved_time;
 
   const double distance = std::hypot(v, vy) * moved_time, turned = std::abs(omega) * moved_time;
-  const double translation = square(c.translation_noise) * distance + square(c.translation_drift) * dt;
+  const double translation = c.wheelTranslationVariance(distance) + square(c.translation_drift) * dt;
   double rotation = square(c.rotation_drift) * dt;
   if (gyroActive()) {
     rotation += square(c.rotation_noise_gyro) * turned;
   } else {
-    rotation += square(c.rotation_noise_wheels) * turned + square(c.rotation_noise_per_metre) * distance;
+    rotation += c.wheelRotationVariance(distance, turned);
   }
   Vector Q;
   Q << doubt() * translation, doubt() * translation, doubt() * rotation, square(c.acceleration_noise) * dt,

@@ -45,6 +45,13 @@ struct EkfConfig {
   double max_coast = 0.5;  ///< [s] the pose is moved on for no longer beyond what the wheels have told
   bool holonomic = false;  ///< the base can move sideways (omni, mecanum)
   StandstillConfig standstill;
+
+  /// Variances of wheel odometry without gyro [m^2], [rad^2], over `distance` [m] and `turn` [rad], both at least zero.
+  double wheelTranslationVariance(double distance) const { return translation_noise * translation_noise * distance; }
+  double wheelRotationVariance(double distance, double turn) const {
+    return rotation_noise_wheels * rotation_noise_wheels * turn +
+           rotation_noise_per_metre * rotation_noise_per_metre * distance;
+  }
 };
 
 enum class UpdateResult : std::uint8_t { kFused, kRejected, kUseless };

@@ -88,7 +88,7 @@ std::optional<LoopClosureSearch::Candidate> LoopClosureSearch::candidate(const K
   const Pose2& here = keyframes.pose(newest);
   const double far = config_.max_search;
   auto near = keyframes.near(here.translation(), far);
-  if (!in_map.empty()) std::erase_if(near, [&](int id) { return in_map[static_cast<std::size_t>(id)] == 0; });
+  std::erase_if(near, [&](int id) { return in_map[static_cast<std::size_t>(id)] == 0; });
   const double active = config_.active_sigma * config_.active_sigma;
   for (const auto& reached : keyframes.graph().reach(newest, active)) {
     std::erase(near, reached.node);

@@ -42,9 +42,9 @@ class LoopClosureSearch {
  public:
   LoopClosureSearch(const LoopClosureConfig& config, const ReferenceConfig& reference, const MatchConfig& match);
 
-  /// @param in_map by keyframe, whether it may be met again; empty: all may
+  /// @param in_map by keyframe, whether it may be met again
   /// @return edges to add to the graph; empty most of the time
-  std::vector<Edge> search(const KeyframeGraph& keyframes, std::span<const char> in_map = {});
+  std::vector<Edge> search(const KeyframeGraph& keyframes, std::span<const char> in_map);
 
   struct Counters {
     int searches = 0, found = 0, ambiguous = 0, accepted = 0, inconsistent = 0;

@@ -86,14 +86,12 @@ void Localizer::accumulateDrift(const Pose2& T_map_base, const MatchResult* matc
   const double distance = std::hypot(moved.x, moved.y), turned = std::abs(moved.theta);
   const auto square = [](double value) { return value * value; };
   const DriftConfig& d = config_.drift;
-  const EkfConfig& wheels = config_.ekf;
   Eigen::Vector3d matched(square(d.translation) * distance, square(d.translation) * distance,
                           square(d.rotation_per_metre) * distance + square(d.rotation_per_radian) * turned);
   drift_ += matched.asDiagonal();
   if (match != nullptr && match->observable == 3) return;
-  const double position = square(wheels.translation_noise) * distance;
-  const double heading =
-      square(wheels.rotation_noise_per_metre) * distance + square(wheels.rotation_noise_wheels) * turned;
+  const double position = config_.ekf.wheelTranslationVariance(distance);
+  const double heading = config_.ekf.wheelRotationVariance(distance, turned);
   const Eigen::Matrix3d unmatched = Eigen::Vector3d(position, position, heading).asDiagonal();
   Eigen::Matrix3d blind = Eigen::Matrix3d::Identity();
   if (match != nullptr) {

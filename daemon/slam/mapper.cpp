@@ -86,24 +86,18 @@ void Mapper::move(std::span<const Pose2> T_map_base) {
 }
 
 void Mapper::forgetBefore(int keyframe) {
+  if (drawn_.empty() || drawn_.front().keyframe >= keyframe) return;  // they are in their order
   work(std::numeric_limits<int>::max());
-  const auto kept = std::stable_partition(drawn_.begin(), drawn_.end(),
-                                          [&](const Drawn& drawn) { return drawn.keyframe < keyframe; });
-  redraw_ = Redraw{};
-  for (auto drawn = drawn_.begin(); drawn != kept; ++drawn) {
-    redraw_->dirty.insert(redraw_->dirty.end(), drawn->tiles.begin(), drawn->tiles.end());
-  }
-  drawn_.erase(drawn_.begin(), kept);
+  std::vector<Drawn> all = std::exchange(drawn_, {});
   keyframes_ = 0;
   views_of_.clear();
-  for (std::size_t i = 0; i < drawn_.size(); ++i) {
-    if (drawn_[i].scan) {
-      ++keyframes_;
-      continue;
+  redraw_ = Redraw{};
+  for (Drawn& drawn : all) {
+    if (drawn.keyframe < keyframe) {
+      redraw_->dirty.insert(redraw_->dirty.end(), drawn.tiles.begin(), drawn.tiles.end());
+    } else {
+      keep(std::move(drawn));
     }
-    const auto id = static_cast<std::size_t>(drawn_[i].keyframe);
-    if (views_of_.size() <= id) views_of_.resize(id + 1);
-    views_of_[id].push_back(i);
   }
   work(std::numeric_limits<int>::max());
 }

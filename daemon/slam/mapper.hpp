@@ -52,7 +52,7 @@ class Mapper {
   void add(const MapView& view);
   /// @param T_map_base new poses by keyframe id; further ones stay
   void move(std::span<const Pose2> T_map_base);
-  /// Forgets keyframes with lower ids, and what the depth camera saw near them; at once.
+  /// Forgets keyframes with lower ids, if there are any, and what the depth camera saw near them; at once.
   void forgetBefore(int keyframe);
   /// Draws up to `scans` scans of what is left to draw anew. @return true while something is left
   bool work(int scans);

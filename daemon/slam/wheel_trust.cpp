@@ -28,13 +28,11 @@ void WheelTrust::add(const Pose2& T_odom_base, const Pose2& T_map_base, bool tur
   };
   if (distance > config_.stretch) {
     remember(std::hypot(wheels.x - scans.x, wheels.y - scans.y),
-             square(noise_.translation_noise) * distance + square(config_.scan_distance), distance_error_);
+             noise_.wheelTranslationVariance(distance) + square(config_.scan_distance), distance_error_);
   }
   if (turn_known && turn > config_.stretch) {
     remember(wrapAngle(wheels.theta - scans.theta),
-             square(noise_.rotation_noise_wheels) * turn + square(noise_.rotation_noise_per_metre) * distance +
-                 square(config_.scan_turn),
-             turn_error_);
+             noise_.wheelRotationVariance(distance, turn) + square(config_.scan_turn), turn_error_);
   }
   const double worst = std::max(distance_error_, turn_error_);
   if (believed_ && worst > config_.contradiction) ++withdrawn_;

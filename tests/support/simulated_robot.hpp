@@ -93,7 +93,7 @@ class Robot {
     const ScanOutcome outcome = localizer->add(scan);
     if (outcome.keyframe == nullptr) return;
     back_end.add(*outcome.keyframe);
-    if (first_in_map_ != back_end.firstInMap()) mapper.forgetBefore(first_in_map_ = back_end.firstInMap());
+    mapper.forgetBefore(back_end.firstInMap());
     for (const MapScan& drawn : back_end.mapScans(*outcome.keyframe)) mapper.add(drawn);
     if (generation_ != back_end.generation()) mapper.move(back_end.keyframes().graph().poses());
     generation_ = back_end.generation();
@@ -107,7 +107,7 @@ class Robot {
   Pose2 wheels_;
   std::mt19937 random_{3};
   std::normal_distribution<double> noise_{0.0, 1.0};
-  int step_ = 0, generation_ = 0, first_in_map_ = 0;
+  int step_ = 0, generation_ = 0;
 
  public:
   std::unique_ptr<Localizer> localizer;

@@ -144,7 +144,7 @@ class Run {
     if (outcome.keyframe != nullptr) {
       const auto begin = Clock::now();
       back_end_.add(*outcome.keyframe);
-      if (first_in_map_ != back_end_.firstInMap()) mapper_.forgetBefore(first_in_map_ = back_end_.firstInMap());
+      mapper_.forgetBefore(back_end_.firstInMap());
       for (const MapScan& drawn : back_end_.mapScans(*outcome.keyframe)) mapper_.add(drawn);
       if (generation_ != back_end_.generation()) {
         stats_.optimise_ms.push_back(1e-3 * microsecondsSince(begin));
@@ -228,7 +228,6 @@ class Run {
   Mapper mapper_;
   std::optional<TrajectoryWriter> final_, causal_, odometry_, wheels_;
   std::vector<Row> poses_;
-  int first_in_map_ = 0;
   int generation_ = 0;  // of the back end's poses in the map
   std::optional<ViewerFrames> viewer_;
   double log_s_ = 0.0;
