@@ -261,12 +261,12 @@ void visitBackEnd(BackEndConfig& back_end, DriftConfig& drift, ConfigVisitor& v)
   v.section("relocalisation", "how a lost robot is found in the whole map");
   v.field({"min_overlap", "1", "share of the points that must agree with the map around a pose that a person gave"},
           found.min_overlap, 0.1, 1.0);
-  v.field({"min_seen", "1", "share of the walls seen that must be at their places in the map"}, found.min_seen, 0.1,
-          1.0);
-  v.field({"searches", "1", "newest ones whose log-likelihoods are averaged, at most"}, found.searches, 1, 100);
+  v.field({"min_seen", "1", "share of the walls seen that must be at their places in the map"}, found.places.min_seen,
+          0.1, 1.0);
+  v.field({"searches", "1", "newest ones whose log-likelihoods are averaged, at most"}, found.places.searches, 1, 100);
   v.field({"min_lead", "1",
            "of the best place's log-likelihood over any other's, in the mean of many searches; 1 + 1/n times it in n"},
-          found.min_lead, 1.0, 1000.0);
+          found.places.min_lead, 1.0, 1000.0);
 }
 
 void visitMap(OccupancyGridConfig& map, OutputConfig& output, ConfigVisitor& v) {

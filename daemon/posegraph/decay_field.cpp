@@ -21,10 +21,14 @@ constexpr double kAtWall = 2.0;      // times the rate of unknown space
 }  // namespace
 
 DecayField::DecayField(const KeyframeGraph& keyframes, std::span<const int> map, const BeamModel& model)
-    : walls_(keyframes, map), model_(model), wall_threshold_(std::log(kAtWall * model.rate_unknown)) {
+    : walls_(keyframes, map),
+      model_(model),
+      unknown_rate_(model.rate_unknown),
+      wall_threshold_(std::log(kAtWall * model.rate_unknown)) {
   const double thickness = walls_.thickness();
   if (thickness <= 0.0) return;
   wall_rate_ = -model.logThrough() / thickness;
+  unknown_rate_ = std::max(model.rate_unknown, model.unknown_as_wall * wall_rate_);
   levels_.resize(kLevels);
   for (int i = 0; i < kLevels; ++i) blur((1 << i) * model.sigma, levels_[static_cast<std::size_t>(i)]);
 }
@@ -65,7 +69,7 @@ void DecayField::blur(double sigma, std::vector<std::uint8_t>& level) const {
   }
   level.resize(both.size());
   for (std::size_t i = 0; i < both.size(); ++i) {
-    const double around = walls_.known(i) == WallField::Known::kNothing ? model_.rate_unknown : model_.rate_free;
+    const double around = walls_.known(i) == WallField::Known::kNothing ? unknown_rate_ : model_.rate_free;
     const double log_rate = std::log(wall_rate_ * static_cast<double>(both[i]) + around);
     level[i] = static_cast<std::uint8_t>(std::clamp(std::lround((log_rate - kLowest) / kStep), 0L, 255L));
   }
@@ -78,7 +82,7 @@ std::size_t DecayField::levelOf(double range) const {
 
 double DecayField::logRate(const Eigen::Vector2d& p_map, double range) const {
   const auto i = levels_.empty() ? -1 : walls_.index(p_map);
-  if (i < 0) return std::log(model_.rate_unknown);
+  if (i < 0) return std::log(unknown_rate_);
   return kLowest + kStep * levels_[levelOf(range)][static_cast<std::size_t>(i)];
 }
 

@@ -19,11 +19,12 @@ struct BeamModel {
   double sigma_per_metre = 0.005;  ///< [1] ... of that relative to the robot: a map is bent by so much
   double stopped = 0.8;            ///< [1] share of the beams that end at a wall of the map, and do not go through it
   double rate_free = 0.03;         ///< [1/m] where the map saw nothing: people, chairs, doors that are closed now
-  double rate_unknown = 0.6;  ///< [1/m] where the map has not looked: rooms, of which a beam crosses a metre or two
-  double correlation = 0.5;   ///< [m] of wall, all of which the map has or has not: it testifies once
-  double gone_weight = 0.3;   ///< [1] of walls that beams went through: what opened one often opened its neighbour
-  double gone_patch = 1.0;    ///< [m] side of the squares in which walls are gone together ...
-  double gone_most = 2.0;     ///< [1] ... at the cost of so many walls at most
+  double rate_unknown = 0.6;     ///< [1/m] where the map has not looked: rooms, of which a beam crosses a metre or two
+  double unknown_as_wall = 0.0;  ///< [1] ... and no lower than this share of a wall's rate
+  double correlation = 0.5;      ///< [m] of wall, all of which the map has or has not: it testifies once
+  double gone_weight = 0.3;      ///< [1] of walls that beams went through: what opened one often opened its neighbour
+  double gone_patch = 1.0;       ///< [m] side of the squares in which walls are gone together ...
+  double gone_most = 2.0;        ///< [1] ... at the cost of so many walls at most
 
   /// [m] of a wall relative to a robot so far away.
   double sigmaAt(double range) const { return std::hypot(sigma, sigma_per_metre * range); }
@@ -62,7 +63,8 @@ class DecayField {
 
   WallField walls_;
   BeamModel model_;
-  double wall_rate_ = 0.0;  // [1/m] within a wall
+  double wall_rate_ = 0.0;     // [1/m] within a wall
+  double unknown_rate_ = 0.0;  // [1/m]
   double wall_threshold_ = 0.0;
   std::vector<std::vector<std::uint8_t>> levels_;  // log rates, of a wall known to sigma times 1, 2, 4, ...
 };

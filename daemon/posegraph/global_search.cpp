@@ -82,8 +82,13 @@ GlobalSearch::GlobalSearch(std::span<const Eigen::Vector2d> walls, const GlobalS
   }
 }
 
+bool PlaceWindow::holds(const Pose2& pose) const {
+  return std::abs(pose.x - T_map_query.x) <= translation && std::abs(pose.y - T_map_query.y) <= translation &&
+         std::abs(wrapAngle(pose.theta - T_map_query.theta)) <= rotation;
+}
+
 std::vector<GlobalPlace> GlobalSearch::search(std::span<const Eigen::Vector2d> points, double min_score, int most,
-                                              double share) const {
+                                              double share, const std::optional<PlaceWindow>& around) const {
   std::vector<GlobalPlace> places;
   if (levels_.empty() || points.empty()) return places;
   Query query;
@@ -104,7 +109,7 @@ std::vector<GlobalPlace> GlobalSearch::search(std::span<const Eigen::Vector2d> p
 
   const double full = kFull * query.count;
   int threshold = static_cast<int>(min_score * full);
-  std::vector<Block> open = coarseBlocks(query, threshold);
+  std::vector<Block> open = coarseBlocks(query, threshold, around);
   std::make_heap(open.begin(), open.end());
   std::vector<Pose> known;
   // Best first: a pose that comes out on top scores no less than any block's bound.
@@ -115,6 +120,7 @@ std::vector<GlobalPlace> GlobalSearch::search(std::span<const Eigen::Vector2d> p
     if (block.bound <= threshold) break;
     if (!elsewhere(query, block.pose, levels_[static_cast<std::size_t>(block.level)].reach, known)) continue;
     if (block.level == 0) {
+      if (around && !around->holds(toPose(query, block.pose))) continue;
       if (known.empty()) threshold = std::max(threshold, static_cast<int>(share * block.bound));
       known.push_back(block.pose);
       places.push_back({toPose(query, block.pose), block.bound / full});
@@ -125,13 +131,24 @@ std::vector<GlobalPlace> GlobalSearch::search(std::span<const Eigen::Vector2d> p
   return places;
 }
 
-std::vector<GlobalSearch::Block> GlobalSearch::coarseBlocks(const Query& query, int threshold) const {
+std::vector<GlobalSearch::Block> GlobalSearch::coarseBlocks(const Query& query, int threshold,
+                                                            const std::optional<PlaceWindow>& around) const {
   // The query's origin lies within the walls' bounding box.
   const int coarsest = static_cast<int>(levels_.size()) - 1, step = levels_.back().reach;
+  int left = margin_, right = columns_ - margin_, bottom = margin_, top = rows_ - margin_;
+  if (around) {
+    const double reach = around->translation / cell_;
+    const Eigen::Vector2d middle = (around->T_map_query.translation() - origin_) / cell_;
+    left = std::max(left, static_cast<int>(middle.x() - reach));
+    right = std::min(right, static_cast<int>(middle.x() + reach) + 1);
+    bottom = std::max(bottom, static_cast<int>(middle.y() - reach));
+    top = std::min(top, static_cast<int>(middle.y() + reach) + 1);
+  }
   std::vector<Block> blocks;
   for (int turn = 0; turn < query.turns; ++turn) {
-    for (int row = margin_; row < rows_ - margin_; row += step) {
-      for (int column = margin_; column < columns_ - margin_; column += step) {
+    if (around && std::abs(wrapAngle(turn * query.step - around->T_map_query.theta)) > around->rotation) continue;
+    for (int row = bottom; row < top; row += step) {
+      for (int column = left; column < right; column += step) {
         const Pose pose{turn, column, row};
         const int bound = score(query, coarsest, pose);
         if (bound > threshold) blocks.push_back({pose, coarsest, bound});

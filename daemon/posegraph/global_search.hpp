@@ -2,6 +2,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -24,6 +25,14 @@ struct GlobalPlace {
   double score = 0.0;  ///< [1] mean over the points: 1 when all lie on walls
 };
 
+/// Poses around a guess.
+struct PlaceWindow {
+  Pose2 T_map_query;
+  double translation = 0.0, rotation = 0.0;  ///< [m], [rad] to either side
+
+  bool holds(const Pose2& pose) const;
+};
+
 /// Finds points in a whole map without a guess: branch and bound over a pyramid of smoothed walls, exact on its grid of
 /// poses. [Hess 2016] W. Hess et al., "Real-time loop closure in 2D LIDAR SLAM", Proc. ICRA 2016, section V.
 ///
@@ -38,9 +47,10 @@ class GlobalSearch {
   /// @param min_score [1] no place with less is looked for
   /// @param most      places looked for
   /// @param share     [1] of the best place's score that the others reach at least
+  /// @param around    only places in this window; none: anywhere
   /// @return the best place and the best ones elsewhere, best first
-  std::vector<GlobalPlace> search(std::span<const Eigen::Vector2d> query, double min_score, int most,
-                                  double share) const;
+  std::vector<GlobalPlace> search(std::span<const Eigen::Vector2d> query, double min_score, int most, double share,
+                                  const std::optional<PlaceWindow>& around = {}) const;
 
  private:
   struct Pose {
@@ -59,7 +69,7 @@ class GlobalSearch {
       return bound != other.bound ? bound < other.bound : level > other.level;
     }
   };
-  std::vector<Block> coarseBlocks(const Query& query, int threshold) const;
+  std::vector<Block> coarseBlocks(const Query& query, int threshold, const std::optional<PlaceWindow>& around) const;
   int score(const Query& query, int level, const Pose& pose) const;
   void branch(const Query& query, const Block& block, int threshold, std::vector<Block>& open) const;
   bool elsewhere(const Query& query, const Pose& block, int width, std::span<const Pose> known) const;

@@ -18,6 +18,9 @@ constexpr double kSubmapExtent = 51.2;  // [m]
 
 double distance(const Pose2& a, const Pose2& b) { return std::hypot(a.x - b.x, a.y - b.y); }
 
+/// [m] Half a lidar sees the same only in the same direction.
+double unlikeness(const Pose2& a, const Pose2& b) { return distance(a, b) + 1.0 - std::cos(a.theta - b.theta); }
+
 CorrelativeConfig offlineSearch() {
   CorrelativeConfig config;
   config.max_hypotheses = 1 << 17;  // not in the pose path: it may take its time
@@ -37,9 +40,10 @@ Eigen::Matrix3d closureInformation(const MatchResult& match, double translation_
   return turn * (seen * information * seen.transpose()) * turn.transpose();
 }
 
-LoopClosureSearch::LoopClosureSearch(const LoopClosureConfig& config, const ReferenceConfig& reference,
-                                     const MatchConfig& match)
+LoopClosureSearch::LoopClosureSearch(const LoopClosureConfig& config, const PlaceSearchConfig& places,
+                                     const ReferenceConfig& reference, const MatchConfig& match)
     : config_(config),
+      places_config_(places),
       match_(match),
       submap_([&] {
         ReferenceConfig small = reference;
@@ -48,37 +52,43 @@ LoopClosureSearch::LoopClosureSearch(const LoopClosureConfig& config, const Refe
       }()),
       matcher_(offlineSearch()) {
   match_.min_overlap = config.min_overlap;
+  places_config_.beams.sigma = config.map_sigma;
+  places_config_.beams.unknown_as_wall = config.unknown_as_wall;
 }
 
 std::vector<Edge> LoopClosureSearch::search(const KeyframeGraph& keyframes, std::span<const char> in_map) {
   const int newest = keyframes.size() - 1;
   for (; seen_ < newest; ++seen_) path_ += distance(keyframes.pose(seen_), keyframes.pose(seen_ + 1));
   if (path_ - searched_at_ < config_.search_interval) return {};
-  const auto place = candidate(keyframes, newest, in_map);
+  auto place = candidate(keyframes, newest, in_map);
   if (!place) return {};
   searched_at_ = path_;
   ++counters_.searches;
+  const bool wide = place->window.translation > config_.sure_window;
+  if (wide) place = narrow(keyframes, newest, *place, in_map);
+  if (!place) return {};
   const auto edge = verify(keyframes, newest, *place);
   if (!edge) return {};
   ++counters_.found;
 
-  const double overlap_sure = place->window.translation <= config_.sure_window ? config_.sure_overlap : 2.0;
   std::erase_if(pending_, [&](const Pending& p) { return path_ - p.path > config_.pending_distance; });
   std::vector<Edge> accepted;
-  if (last_overlap_ >= overlap_sure) {
-    accepted.push_back(*edge);
-  } else {
+  if (wide || last_overlap_ < config_.sure_overlap) {
+    double apart = 0.0;
     for (const Pending& other : pending_) {
-      if (agree(keyframes, other.edge, *edge)) accepted.push_back(other.edge);
+      if (!agree(keyframes, other.edge, *edge)) continue;
+      apart = std::max(apart, path_ - other.path);
+      accepted.push_back(other.edge);
     }
-    if (accepted.empty()) {
-      counters_.inconsistent += pending_.empty() ? 0 : 1;
+    counters_.inconsistent += accepted.empty() && !pending_.empty() ? 1 : 0;
+    if (accepted.empty() || (wide && apart < config_.agreement_distance)) {  // the same scans prove nothing twice
       pending_.push_back({*edge, path_});
       return {};
     }
-    accepted.push_back(*edge);
   }
+  accepted.push_back(*edge);
   pending_.clear();
+  places_.reset();
   counters_.accepted += static_cast<int>(accepted.size());
   return accepted;
 }
@@ -106,16 +116,49 @@ std::optional<LoopClosureSearch::Candidate> LoopClosureSearch::candidate(const K
     const double position = found == reached.end() ? far * far : found->second.position_variance;
     const double heading = found == reached.end() ? kMaxTurn * kMaxTurn : found->second.heading_variance;
     const double window = std::clamp(kSigmas * std::sqrt(position), kMinSearch, far);
-    const Pose2 relative = between(here, keyframes.pose(id));
-    const double apart = std::hypot(relative.x, relative.y);
-    if (apart > window + 2.0) continue;  // more than the drift and a look around the corner
-    const double cost =
-        apart + 1.0 - std::cos(relative.theta);  // half a lidar sees the same only in the same direction
+    // More than the drift and a look around the corner?
+    if (distance(here, keyframes.pose(id)) > window + 2.0) continue;
+    const double cost = unlikeness(here, keyframes.pose(id));
     if (cost >= best_cost) continue;
     best_cost = cost;
-    best = Candidate{id, {window, std::clamp(kSigmas * std::sqrt(heading), kMinTurn, kMaxTurn)}};
+    best = Candidate{id, here, {window, std::clamp(kSigmas * std::sqrt(heading), kMinTurn, kMaxTurn)}};
   }
   return best;
+}
+
+/// Finds the newest path's place in a wide window: there a corridor's doors and ends fit one another's places well
+/// enough for any match.
+std::optional<LoopClosureSearch::Candidate> LoopClosureSearch::narrow(const KeyframeGraph& keyframes, int newest,
+                                                                      const Candidate& wide,
+                                                                      std::span<const char> in_map) {
+  // What is known this well fits into a narrow window.
+  const double piece = std::pow(config_.sure_window / kSigmas, 2);
+  std::vector<char> known(static_cast<std::size_t>(keyframes.size()), 0);
+  for (const auto& reached : keyframes.graph().reach(newest, piece)) known[static_cast<std::size_t>(reached.node)] = 1;
+  const Eigen::Vector2d centre = keyframes.pose(wide.id).translation();
+  if (path_ - places_at_ > config_.pending_distance) places_.reset();
+  places_at_ = path_;
+  if (!places_ || (centre - places_centre_).norm() > 0.5 * config_.map_radius) {
+    places_map_.clear();
+    for (const auto& reached : keyframes.graph().reach(wide.id, piece)) {
+      const auto id = static_cast<std::size_t>(reached.node);
+      const bool near = (keyframes.pose(reached.node).translation() - centre).norm() < config_.map_radius;
+      if (near && in_map[id] != 0 && known[id] == 0) places_map_.push_back(reached.node);
+    }
+    std::sort(places_map_.begin(), places_map_.end());
+    places_.emplace(places_config_).begin(keyframes, places_map_);
+    places_centre_ = centre;
+  }
+  int oldest = newest;
+  while (oldest > 0 && known[static_cast<std::size_t>(oldest - 1)] != 0) --oldest;
+  const auto found = places_->search(keyframes, oldest, newest,
+                                     PlaceWindow{wide.T_map_newest, wide.window.translation, wide.window.rotation});
+  counters_.ambiguous += found.outcome == PlaceSearch::Outcome::kAmbiguous ? 1 : 0;
+  if (found.outcome != PlaceSearch::Outcome::kFound) return std::nullopt;
+  const auto likest = std::min_element(places_map_.begin(), places_map_.end(), [&](int a, int b) {
+    return unlikeness(keyframes.pose(a), found.T_map_newest) < unlikeness(keyframes.pose(b), found.T_map_newest);
+  });
+  return Candidate{*likest, found.T_map_newest, {kMinSearch, kMinTurn}};
 }
 
 std::optional<Edge> LoopClosureSearch::verify(const KeyframeGraph& keyframes, int newest, const Candidate& place) {
@@ -147,7 +190,7 @@ std::optional<Edge> LoopClosureSearch::verify(const KeyframeGraph& keyframes, in
   while (oldest > 0 && isKnown(oldest - 1)) --oldest;
   keyframes.gather(newest, oldest, config_.query_length, config_.max_query_points, query_);
 
-  const SearchResult found = matcher_.match(submap_, query_, keyframes.pose(newest), place.window, match_);
+  const SearchResult found = matcher_.match(submap_, query_, place.T_map_newest, place.window, match_);
   if (found.match.status == MatchStatus::kAmbiguous) ++counters_.ambiguous;
   if (!found.match.usable() || found.match.overlap < config_.min_overlap) return std::nullopt;
   last_overlap_ = found.match.overlap;

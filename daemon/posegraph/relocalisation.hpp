@@ -1,49 +1,25 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
-#include <deque>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "matching/correlative.hpp"
 #include "matching/reference.hpp"
-#include "posegraph/decay_field.hpp"
-#include "posegraph/global_search.hpp"
 #include "posegraph/keyframe_graph.hpp"
-#include "posegraph/place_likelihood.hpp"
+#include "posegraph/place_search.hpp"
 
 namespace slam {
 
 struct RelocalisationConfig {
-  GlobalSearchConfig search;
+  PlaceSearchConfig places;
   double interval = 0.5;        ///< [m] of path between two searches
-  double query_length = 8.0;    ///< [m] of the newest path are searched for as one scan
-  int max_query_points = 1440;  ///< of it
-  int max_search_points = 240;  ///< of it are searched for, as many along the walls as across them
-  double max_range = 40.0;      ///< [m] points further from the robot are left out: the map is too coarse for them
-  double min_score = 0.35;      ///< [1] of the search
-  int places = 120;             ///< best places of the search that are compared ...
-  double place_share = 0.7;     ///< [1] ... if they reach such a share of the best one's score
-  BeamModel beams;              ///< that they are compared by
-  double part_length = 2.0;     ///< [m] of path that fits the map as it is
   double submap_radius = 40.0;  ///< [m] of the map around a place are matched against
-  double min_seen = 0.4;        ///< [1] of the walls seen are at their places in the map: else it is another building
   double min_overlap = 0.50;    ///< [1] of the points agree with the map around a pose that a person gave
-  int searches = 4;             ///< newest ones whose log-likelihoods are averaged, at most
-  int contenders = 10;          ///< best places that are judged by all of them
-  double min_lead = 8.0;        ///< of the best place's log-likelihood over any other's, in the mean of many searches;
-                                ///< in n of them 1 + 1/n times as much
-  double same_distance = 0.75;  ///< [m] results nearer than this ...
-  double same_rotation = 0.2;   ///< [rad] ... are one place
 };
 
 /// Finds a robot that does not know where it is in a map: the segment that it has mapped since is searched for in the
-/// whole map, the places found are compared by the likelihood of all beams, and the best one is believed when it leads
-/// all others clearly, or less clearly but in several searches. Where places look alike it says nothing.
-///
-/// Points are drawn from walls of all directions alike (normal-space sampling), so that the few that tell one place of
-/// a corridor from the next weigh as much as the many that do not. [Rusinkiewicz 2001] S. Rusinkiewicz and M. Levoy,
-/// "Efficient variants of the ICP algorithm", Proc. 3DIM 2001.
+/// whole map, and matched to it where it was found.
 class Relocalisation {
  public:
   Relocalisation(const RelocalisationConfig& config, const ReferenceConfig& reference, const MatchConfig& match);
@@ -70,28 +46,16 @@ class Relocalisation {
   const Counters& counters() const { return counters_; }
 
  private:
-  /// What a search compared places by.
-  struct Look {
-    SegmentView view;
-    Pose2 T_segment_newest;
-  };
-  void sampleDirections();
-  std::vector<PlaceFit> candidates();
-  bool same(const Pose2& a, const Pose2& b) const;
-  std::optional<Pose2> leader(std::span<const PlaceFit> places) const;
+  void gather(const KeyframeGraph& keyframes, int oldest, int newest);
   void buildSubmap(const KeyframeGraph& keyframes, const Eigen::Vector2d& centre);
 
   RelocalisationConfig config_;
   MatchConfig match_;
+  PlaceSearch places_;
   Reference submap_;
   CorrelativeMatcher matcher_;
-  std::optional<GlobalSearch> global_;
-  std::optional<DecayField> field_;
-  std::vector<char> in_map_;           // by keyframe
-  std::deque<Look> looks_;             // of this segment, newest first
-  std::vector<Pose2> T_map_segments_;  // where the newest search's best places put it
+  std::vector<char> in_map_;  // by keyframe
   ScanPoints query_;
-  std::vector<Eigen::Vector2d> sample_;     // [m] of the query, as many points of each direction
   double path_ = 0.0, searched_at_ = -1e9;  // [m]
   int seen_ = -1;                           // keyframe that path_ ends at
   Counters counters_;

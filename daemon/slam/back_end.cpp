@@ -17,7 +17,9 @@ constexpr SearchWindow kGivenWindow{1.0, 0.6};     // around a pose that a perso
 }  // namespace
 
 BackEnd::BackEnd(const BackEndConfig& config)
-    : config_(config), search_(config.closure, config.reference, config.match), optimiser_(config.optimiser) {}
+    : config_(config),
+      search_(config.closure, config.relocalisation.places, config.reference, config.match),
+      optimiser_(config.optimiser) {}
 
 void BackEnd::load(KeyframeGraph map, std::vector<char> in_map) {
   keyframes_ = std::move(map);

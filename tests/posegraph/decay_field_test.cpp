@@ -58,6 +58,21 @@ TEST(DecayField, BeamsEndMostlyAtWallsThenWhereTheMapHasNotLookedAndSeldomInFree
   EXPECT_EQ(field.logRate({1000.0, 0.0}, 3.0), std::log(field.model().rate_unknown));  // outside the map
 }
 
+TEST(DecayField, WhatTheMapHasNotLookedAtMayBeAsGoodAsAShareOfAWall) {
+  BeamModel model;
+  model.unknown_as_wall = 0.4;
+  for (const int thickness : {1, 3}) {
+    const KeyframeGraph keyframes = wallOf(thickness);
+    const int all[] = {0};
+    const DecayField field(keyframes, all, model);
+    const double unknown = -0.4 * model.logThrough() / field.walls().thickness();
+    ASSERT_GT(unknown, model.rate_unknown);
+    EXPECT_NEAR(field.logRate({0.0, 1.8}, 3.0), std::log(unknown), 0.05) << thickness;
+    EXPECT_NEAR(field.logRate({1000.0, 0.0}, 3.0), std::log(unknown), 1e-9) << thickness;
+    EXPECT_NEAR(field.logRate({0.0, -1.5}, 3.0), std::log(model.rate_free), 0.05) << thickness;
+  }
+}
+
 TEST(DecayField, AWallIsLessSharpFromAfar) {
   const KeyframeGraph keyframes = wallOf(1);
   const DecayField field = fieldOf(keyframes);

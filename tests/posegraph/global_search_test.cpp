@@ -62,6 +62,27 @@ TEST(GlobalSearch, FindsAPlaceFromAnywhere) {
   }
 }
 
+TEST(GlobalSearch, InAWindowItFindsWhatAnExhaustiveSearchFindsThere) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    std::mt19937 random(seed);
+    const Points walls = randomWalls(random);
+    const Pose2 truth{3.0, 2.5, wrapAngle(0.7 * seed)};
+    const Points query = seenFrom(walls, truth, 0.05, random);
+    GlobalSearchConfig flat;
+    flat.levels = 1;
+    for (const Pose2& off : {Pose2{0.4, -0.3, 0.1}, Pose2{2.0, 1.0, 0.5}, Pose2{-1.5, 0.0, 3.1}}) {
+      const PlaceWindow window{truth * off, 0.9, 0.3};
+      const auto pyramid = GlobalSearch(walls).search(query, 0.01, 1, 1.0, window);
+      const auto exhaustive = GlobalSearch(walls, flat).search(query, 0.01, 1, 1.0, window);
+      ASSERT_EQ(pyramid.size(), 1U);
+      ASSERT_EQ(exhaustive.size(), 1U);
+      EXPECT_TRUE(window.holds(pyramid[0].T_map_query)) << "seed " << seed;
+      EXPECT_DOUBLE_EQ(pyramid[0].score, exhaustive[0].score) << "seed " << seed;
+    }
+    EXPECT_TRUE(GlobalSearch(walls).search(query, 0.01, 5, 0.1, PlaceWindow{{50.0, 0.0, 0.0}, 1.0, 0.3}).empty());
+  }
+}
+
 TEST(GlobalSearch, GivesPlacesBestFirstAndApart) {
   std::mt19937 random(3);
   const Points walls = randomWalls(random);

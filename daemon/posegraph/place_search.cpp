@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "posegraph/place_search.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+namespace slam {
+namespace {
+
+constexpr int kDirections = 12;  // of walls
+
+}  // namespace
+
+void PlaceSearch::begin(const KeyframeGraph& keyframes, std::span<const int> map) {
+  begin();
+  field_.emplace(keyframes, map, config_.beams);
+  global_.emplace(field_->walls().wallPoints(), config_.search);
+}
+
+void PlaceSearch::begin() {
+  looks_.clear();
+  T_map_segments_.clear();
+}
+
+PlaceSearch::Result PlaceSearch::search(const KeyframeGraph& keyframes, int oldest, int newest,
+                                        const std::optional<PlaceWindow>& around) {
+  if (!hasMap()) return {};
+  keyframes.gather(newest, oldest, config_.query_length, config_.max_query_points, query_);
+  sampleDirections();
+  Look look{{}, keyframes.pose(newest)};
+  look.view.gather(keyframes, oldest, newest, config_.query_length, config_.part_length);
+  looks_.push_front(std::move(look));
+  if (static_cast<int>(looks_.size()) > config_.searches) looks_.pop_back();
+  const std::vector<PlaceFit> places = candidates(around);
+  if (places.empty() || places.front().seen < config_.min_seen) return {};
+  const std::optional<Pose2> best = leader(places);
+  return best ? Result{Outcome::kFound, *best} : Result{Outcome::kAmbiguous, {}};
+}
+
+/// The place that leads all others, by the newest search or in the mean of the last ones. Each place is judged by what
+/// all of them saw, whether they found it themselves or not, and lies in the middle of where they put it.
+std::optional<Pose2> PlaceSearch::leader(std::span<const PlaceFit> places) const {
+  struct Contender {
+    double sum = 0.0;  // of log-likelihoods
+    /// [m, m, rad] sum over the searches, from where the newest one put it
+    Eigen::Vector3d moved = Eigen::Vector3d::Zero();
+  };
+  places = places.first(std::min(places.size(), static_cast<std::size_t>(config_.contenders)));
+  std::vector<Contender> contenders(places.size());
+  for (std::size_t searches = 1; searches <= looks_.size(); ++searches) {
+    const Look& look = looks_[searches - 1];
+    const Pose2 T_newest_look = between(looks_.front().T_segment_newest, look.T_segment_newest);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const Pose2& T_map_newest = places[i].T_map_newest;
+      const PlaceFit fit = searches == 1 ? places[i] : fitPlace(*field_, look.view, T_map_newest * T_newest_look);
+      const Pose2 moved = between(T_map_newest, fit.T_map_newest * T_newest_look.inverse());
+      contenders[i].sum += fit.log_likelihood;
+      contenders[i].moved += Eigen::Vector3d(moved.x, moved.y, moved.theta);
+    }
+    const auto less = [](const Contender& a, const Contender& b) { return a.sum < b.sum; };
+    const auto best = std::max_element(contenders.begin(), contenders.end(), less);
+    double second = -std::numeric_limits<double>::infinity();
+    for (auto other = contenders.begin(); other != contenders.end(); ++other) {
+      if (other != best) second = std::max(second, other->sum);
+    }
+    const auto n = static_cast<double>(searches);
+    if ((best->sum - second) / n < config_.min_lead * (1.0 + 1.0 / n)) continue;
+    const Eigen::Vector3d moved = best->moved / n;
+    return places[static_cast<std::size_t>(best - contenders.begin())].T_map_newest *
+           Pose2{moved.x(), moved.y(), moved.z()};
+  }
+  return std::nullopt;
+}
+
+/// The places that the segment may have in the map, most likely first, each once: what the search finds, and what it
+/// found best the last time.
+std::vector<PlaceFit> PlaceSearch::candidates(const std::optional<PlaceWindow>& around) {
+  const Look& look = looks_.front();
+  std::vector<PlaceFit> fits, places;
+  for (const GlobalPlace& place :
+       global_->search(sample_, config_.min_score, config_.places, config_.place_share, around)) {
+    fits.push_back(fitPlace(*field_, look.view, place.T_map_query));
+  }
+  for (const Pose2& T_map_segment : T_map_segments_) {
+    const Pose2 T_map_newest = T_map_segment * look.T_segment_newest;
+    if (!around || around->holds(T_map_newest)) fits.push_back(fitPlace(*field_, look.view, T_map_newest));
+  }
+  std::sort(fits.begin(), fits.end(), [](const auto& a, const auto& b) { return a.log_likelihood > b.log_likelihood; });
+  for (const PlaceFit& fit : fits) {
+    const bool known = std::any_of(places.begin(), places.end(),
+                                   [&](const PlaceFit& other) { return same(other.T_map_newest, fit.T_map_newest); });
+    if (!known) places.push_back(fit);
+  }
+  T_map_segments_.clear();
+  for (const PlaceFit& place : places) {
+    if (static_cast<int>(T_map_segments_.size()) == config_.contenders) break;
+    T_map_segments_.push_back(place.T_map_newest * look.T_segment_newest.inverse());
+  }
+  return places;
+}
+
+bool PlaceSearch::same(const Pose2& a, const Pose2& b) const {
+  const Pose2 gap = between(a, b);
+  return std::hypot(gap.x, gap.y) < config_.same_distance && std::abs(gap.theta) < config_.same_rotation;
+}
+
+/// Fills sample_: each direction of wall gives as many points, as far as it has them.
+void PlaceSearch::sampleDirections() {
+  std::array<std::vector<std::size_t>, kDirections + 1> points;  // the last one: on no line
+  for (std::size_t i = 0; i < query_.size(); ++i) {
+    const ScanPoint& point = query_[i];
+    if (point.position.norm() > config_.max_range) continue;
+    const double angle = std::atan2(point.normal.y(), point.normal.x()) + std::numbers::pi;
+    const auto direction = static_cast<std::size_t>(angle / (2.0 * std::numbers::pi) * kDirections);
+    points[point.hasNormal() ? std::min<std::size_t>(direction, kDirections - 1) : kDirections].push_back(i);
+  }
+  std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.size() < b.size(); });
+  sample_.clear();
+  std::size_t left = static_cast<std::size_t>(config_.max_search_points), groups = points.size();
+  for (const auto& group : points) {
+    const std::size_t count = std::min(group.size(), left / groups--);
+    for (std::size_t i = 0; i < count; ++i) {
+      sample_.push_back(query_[group[i * group.size() / count]].position);
+    }
+    left -= count;
+  }
+}
+
+}  // namespace slam

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "posegraph/place_search.hpp"
+
+#include <gtest/gtest.h>
+#include <numeric>
+
+#include "support/simulated_keyframes.hpp"
+
+namespace slam::test {
+namespace {
+
+using Outcome = PlaceSearch::Outcome;
+
+const Eigen::Vector3d kStep(0.002, 0.002, 0.0005);
+constexpr double kTwins = 20.0;  // [m] from one of two rooms to the other
+
+/// Two rooms that are alike in everything.
+Place twins() {
+  Place place{.name = "Twins", .low = {-2, -2}, .high = {2, 2}};
+  for (const double x : {0.0, kTwins}) {
+    addWalls(place.world, {{x - 3, -2}, {x + 3, -2}, {x + 3, 2}, {x - 3, 2}});
+    place.world.add(sim::Box{x - 2.5, 1.2, 0.0, 0.8, 1.4});
+    place.world.add(sim::Cylinder{x + 1.0, -0.9, 0.2});
+  }
+  return place;
+}
+
+/// A map of both rooms, and a segment that was driven in the first.
+class Searched {
+ public:
+  explicit Searched(const PlaceSearchConfig& config = {}) : map_drive_(twins(), 1), drive_(twins(), 2), places(config) {
+    for (const double x : {0.0, kTwins}) {
+      for (double s = -1.0; s <= 2.0; s += 0.5)
+        add(map_drive_.at({x + s, 0.0, 0.0}, Pose2{}, kStep), {x + s, 0.0, 0.0});
+    }
+    map_.resize(static_cast<std::size_t>(keyframes.size()));
+    std::iota(map_.begin(), map_.end(), 0);
+    places.begin(keyframes, map_);
+    first = keyframes.size();
+    for (double s = -0.5; s <= 1.5; s += 0.25) {
+      truth = {s, 0.1, 0.05};
+      const Keyframe& keyframe = drive_.at(truth, kStep);
+      add(keyframe, keyframe.T_map_base);
+    }
+  }
+  PlaceSearch::Result search(const std::optional<PlaceWindow>& around = {}) {
+    return places.search(keyframes, first, keyframes.size() - 1, around);
+  }
+  std::span<const int> map() const { return map_; }
+
+ private:
+  void add(const Keyframe& keyframe, const Pose2& T_map_base) {
+    keyframes.add(std::make_shared<const StoredScan>(keyframe), T_map_base);
+  }
+  KeyframeDrive map_drive_, drive_;
+  std::vector<int> map_;
+
+ public:
+  KeyframeGraph keyframes;
+  PlaceSearch places;
+  Pose2 truth;  ///< of the newest keyframe
+  int first = 0;
+};
+
+TEST(PlaceSearch, ChoosesBetweenAlikePlacesOnlyWhereAWindowDoes) {
+  Searched searched;
+  EXPECT_EQ(searched.search().outcome, Outcome::kAmbiguous);
+  for (const double x : {0.0, kTwins}) {
+    const Pose2 there{searched.truth.x + x, searched.truth.y, searched.truth.theta};
+    searched.places.begin();
+    const auto found = searched.search(PlaceWindow{there * Pose2{0.8, -0.5, 0.2}, 1.5, 0.5});
+    ASSERT_EQ(found.outcome, Outcome::kFound) << x;
+    const Pose2 error = between(there, found.T_map_newest);
+    EXPECT_LT(std::hypot(error.x, error.y), 0.1) << x;
+    EXPECT_LT(std::abs(error.theta), 0.03) << x;
+  }
+}
+
+TEST(PlaceSearch, FindsNothingInAWindowBesideTheMap) {
+  Searched searched;
+  EXPECT_EQ(searched.search(PlaceWindow{{10.0, 30.0, 0.0}, 2.0, 0.5}).outcome, Outcome::kElsewhere);
+  const Pose2& truth = searched.truth;
+  EXPECT_EQ(searched.search(PlaceWindow{{truth.x, truth.y, truth.theta + 1.6}, 1.0, 0.3}).outcome, Outcome::kElsewhere)
+      << "where it cannot have turned so far";
+}
+
+TEST(PlaceSearch, FindsNothingWithoutAMap) {
+  Searched searched;
+  EXPECT_TRUE(searched.places.hasMap());
+  searched.places = PlaceSearch();
+  EXPECT_FALSE(searched.places.hasMap());
+  EXPECT_EQ(searched.search().outcome, Outcome::kElsewhere);
+}
+
+TEST(PlaceSearch, BelievesNoPlaceWhereTooLittleIsSeenAsMapped) {
+  PlaceSearchConfig config;
+  config.min_seen = 1.01;  // more than all
+  Searched searched(config);
+  EXPECT_EQ(searched.search(PlaceWindow{searched.truth, 1.5, 0.5}).outcome, Outcome::kElsewhere);
+}
+
+TEST(PlaceSearch, WhatAnotherSegmentSawDoesNotCount) {
+  PlaceSearchConfig config;
+  config.min_lead = 1e9;  // not even a window's only place leads by so much ...
+  config.contenders = 1;  // ... but a lone contender leads
+  Searched lone(config);
+  EXPECT_EQ(lone.search().outcome, Outcome::kFound);
+  Searched searched;
+  const PlaceWindow first{searched.truth, 1.5, 0.5};
+  ASSERT_EQ(searched.search(first).outcome, Outcome::kFound);
+  // Without begin() the place found is still a contender beside the window of the second room.
+  searched.places.begin();
+  const PlaceWindow second{{searched.truth.x + kTwins, searched.truth.y, searched.truth.theta}, 1.5, 0.5};
+  const auto found = searched.search(second);
+  ASSERT_EQ(found.outcome, Outcome::kFound);
+  EXPECT_NEAR(found.T_map_newest.x, second.T_map_query.x, 0.1);
+}
+
+}  // namespace
+}  // namespace slam::test
