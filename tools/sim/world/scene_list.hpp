@@ -16,6 +16,10 @@ Scene meetingRoom();
 /// A corridor 2 m wide around a block: 124 m, with door recesses and pillars at irregular distances.
 Scene corridorLoop(std::uint64_t seed);
 
+/// A floor of offices, 80 m by 40 m: corridors 2.4 m wide around two blocks, with doors at irregular distances, of
+/// which a third stand open to furnished rooms. Driven around both, then along the corridor between them: 360 m.
+Scene officeFloor(std::uint64_t seed);
+
 /// The paper's Fig. 7: desks, T-shaped tables, a truck and solid spheres; a lap around and between them.
 Scene gazebo();
 

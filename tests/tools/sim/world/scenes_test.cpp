@@ -19,7 +19,7 @@ TEST_P(AnyScene, IsDrivenToItsEndWithoutTouchingAnything) {
   EXPECT_EQ(simulation.robot().pose(), Pose2{});
   double last_person = 0.0;
   for (const Person& person : scene.world.persons()) last_person = std::max(last_person, person.end);
-  while (!simulation.finished() && simulation.driveTime() < 600.0) {
+  while (!simulation.finished() && simulation.driveTime() < 1200.0) {
     for (int i = 0; i < 20; ++i) simulation.step();
     const Eigen::Vector2d robot = simulation.robot().pose().translation();
     scene.world.setTime(simulation.driveTime());
