@@ -52,7 +52,6 @@ LoopClosureSearch::LoopClosureSearch(const LoopClosureConfig& config, const Plac
       }()),
       matcher_(offlineSearch()) {
   match_.min_overlap = config.min_overlap;
-  places_config_.beams.sigma = config.map_sigma;
   places_config_.beams.unknown_as_wall = config.unknown_as_wall;
 }
 

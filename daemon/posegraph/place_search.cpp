@@ -17,7 +17,10 @@ constexpr int kDirections = 12;  // of walls
 
 void PlaceSearch::begin(const KeyframeGraph& keyframes, std::span<const int> map) {
   begin();
-  field_.emplace(keyframes, map, config_.beams);
+  BeamModel beams = config_.beams;
+  const bool scanned = std::none_of(map.begin(), map.end(), [&](int id) { return !keyframes.scan(id)->free.empty(); });
+  if (scanned) beams.sigma = config_.scanned_sigma;
+  field_.emplace(keyframes, map, beams);
   global_.emplace(field_->walls().wallPoints(), config_.search);
 }
 

@@ -23,7 +23,8 @@ struct PlaceSearchConfig {
   double min_score = 0.35;      ///< [1] of the search
   int places = 120;             ///< best places of the search that are compared ...
   double place_share = 0.7;     ///< [1] ... if they reach such a share of the best one's score
-  BeamModel beams;              ///< that they are compared by
+  BeamModel beams;              ///< that they are compared by ...
+  double scanned_sigma = 0.05;  ///< [m] ... of a wall's place in a map of scans, better known than in a building's plan
   double part_length = 2.0;     ///< [m] of path that fits the map as it is
   double min_seen = 0.4;        ///< [1] of the walls seen are at their places in the map: else it is another building
   int searches = 4;             ///< newest ones whose log-likelihoods are averaged, at most

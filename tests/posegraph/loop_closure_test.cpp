@@ -199,28 +199,12 @@ TEST(LoopClosureSearch, TakesNoPlaceAlongABareCorridorForAnother) {
   EXPECT_GT(accepted, 0) << "where only the blind direction is left to choose";
 }
 
-/// A corridor 2.3 m wide, 80 m long, with door niches at irregular places on both sides.
-test::Place corridorWithIrregularDoors(unsigned seed) {
-  test::Place place{.name = "IrregularDoors", .low = {-1.0, -0.6}, .high = {60.0, 0.6}, .reach = 8.0};
-  test::addWalls(place.world, {{-20, -1.3}, {80, -1.3}, {80, 1.3}, {-20, 1.3}});
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> wall(1.0, 4.5);
-  for (const double y : {-1.225, 1.225}) {
-    for (double x = -19.0; x < 79.0;) {
-      const double length = wall(random);
-      place.world.add(sim::Box{x + 0.5 * length, y, 0.0, length, 0.15});
-      x += length + 0.95;
-    }
-  }
-  return place;
-}
-
 TEST(LoopClosureSearch, FindsItsPlaceAmongTheDoorsOfACorridor) {
   // The robot comes from beyond the old map's border, where other doors fit those that it sees first.
   int closed = 0;
   for (const double drift : {0.7, 4.0}) {  // [m] along the corridor
     for (unsigned seed = 1; seed <= 2; ++seed) {
-      Visits visits(corridorWithIrregularDoors(seed));
+      Visits visits(test::corridorWithIrregularDoors(seed));
       visits.visit({0.0, 0.0, 0.0}, {}, kSharp, 110);
       visits.visit({-6.0, 0.2, 0.02}, {seed % 2 == 0 ? drift : -1.2 * drift, 0.2, 0.01}, {drift, 0.3, 0.02}, 100,
                    {kStep, -0.003, 0.0});

@@ -12,18 +12,6 @@ namespace {
 using Outcome = PlaceSearch::Outcome;
 
 const Eigen::Vector3d kStep(0.002, 0.002, 0.0005);
-constexpr double kTwins = 20.0;  // [m] from one of two rooms to the other
-
-/// Two rooms that are alike in everything.
-Place twins() {
-  Place place{.name = "Twins", .low = {-2, -2}, .high = {2, 2}};
-  for (const double x : {0.0, kTwins}) {
-    addWalls(place.world, {{x - 3, -2}, {x + 3, -2}, {x + 3, 2}, {x - 3, 2}});
-    place.world.add(sim::Box{x - 2.5, 1.2, 0.0, 0.8, 1.4});
-    place.world.add(sim::Cylinder{x + 1.0, -0.9, 0.2});
-  }
-  return place;
-}
 
 /// A map of both rooms, and a segment that was driven in the first.
 class Searched {

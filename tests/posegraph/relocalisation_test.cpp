@@ -65,17 +65,6 @@ TEST(Relocalisation, IsNeverWrongOnTheRingAndMostlyRight) {
   EXPECT_GE(right, 10);
 }
 
-/// Two rooms that are alike in everything.
-Place twins() {
-  Place place{.name = "Twins", .low = {-2, -2}, .high = {2, 2}};
-  for (const double x : {0.0, 20.0}) {
-    addWalls(place.world, {{x - 3, -2}, {x + 3, -2}, {x + 3, 2}, {x - 3, 2}});
-    place.world.add(sim::Box{x - 2.5, 1.2, 0.0, 0.8, 1.4});
-    place.world.add(sim::Cylinder{x + 1.0, -0.9, 0.2});
-  }
-  return place;
-}
-
 TEST(Relocalisation, SaysNothingInOneOfTwoRoomsThatAreAlike) {
   std::vector<Pose2> map;
   for (const double x : {0.0, 20.0}) {
@@ -90,6 +79,25 @@ TEST(Relocalisation, SaysNothingInAPeriodicCorridor) {
   for (double x = -18.0; x <= 18.0; x += 0.5) map.push_back({x, 0.0, 0.0});
   LostRobot robot(corridorWithDoors(), map);
   for (double x = -2.0; x <= 4.0; x += 0.4) EXPECT_FALSE(robot.at({x, 0.05, 0.0}));
+}
+
+TEST(Relocalisation, KnowsTheDoorsOfItsOwnMapFromThoseThatAreNotInIt) {
+  int right = 0;
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    std::vector<Pose2> map;
+    for (double x = 0.0; x <= 30.0; x += 0.5) map.push_back({x, 0.0, 0.0});
+    LostRobot beyond(corridorWithIrregularDoors(seed), map, seed);
+    for (double x = 60.0; x <= 72.0; x += 0.4) EXPECT_FALSE(beyond.at({x, 0.05, 0.0})) << seed;
+    LostRobot within(corridorWithIrregularDoors(seed), map, seed + 50);
+    for (double x = 8.0; x <= 24.0; x += 0.4) {
+      const auto found = within.at({x, 0.05, 0.0});
+      if (!found) continue;
+      EXPECT_NEAR(found->x, x, 0.2) << seed;
+      ++right;
+      break;
+    }
+  }
+  EXPECT_GE(right, 3);
 }
 
 TEST(Relocalisation, SaysNothingInAnotherBuilding) {

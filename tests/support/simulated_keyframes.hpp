@@ -105,4 +105,32 @@ inline Pose2 onRing(double distance) {
   return corner * Pose2{rest, 0.0, 0.0};
 }
 
+/// Two rooms that are alike in everything.
+constexpr double kTwins = 20.0;  // [m] from the middle of one to that of the other
+inline Place twins() {
+  Place place{.name = "Twins", .low = {-2, -2}, .high = {2, 2}};
+  for (const double x : {0.0, kTwins}) {
+    addWalls(place.world, {{x - 3, -2}, {x + 3, -2}, {x + 3, 2}, {x - 3, 2}});
+    place.world.add(sim::Box{x - 2.5, 1.2, 0.0, 0.8, 1.4});
+    place.world.add(sim::Cylinder{x + 1.0, -0.9, 0.2});
+  }
+  return place;
+}
+
+/// A corridor 2.3 m wide, 140 m long, with door niches 15 cm deep at irregular places.
+inline Place corridorWithIrregularDoors(unsigned seed) {
+  Place place{.name = "IrregularDoors", .low = {-1.0, -0.6}, .high = {110.0, 0.6}, .reach = 8.0};
+  addWalls(place.world, {{-20, -1.3}, {120, -1.3}, {120, 1.3}, {-20, 1.3}});
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> wall(1.0, 4.5);
+  for (const double y : {-1.225, 1.225}) {
+    for (double x = -19.0; x < 119.0;) {
+      const double length = wall(random);
+      place.world.add(sim::Box{x + 0.5 * length, y, 0.0, length, 0.15});
+      x += length + 0.95;
+    }
+  }
+  return place;
+}
+
 }  // namespace slam::test
