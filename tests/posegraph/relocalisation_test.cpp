@@ -67,7 +67,7 @@ TEST(Relocalisation, IsNeverWrongOnTheRingAndMostlyRight) {
 
 TEST(Relocalisation, SaysNothingInOneOfTwoRoomsThatAreAlike) {
   std::vector<Pose2> map;
-  for (const double x : {0.0, 20.0}) {
+  for (const double x : {0.0, kTwins}) {
     for (double s = -1.0; s <= 2.0; s += 0.5) map.push_back({x + s, 0.0, 0.0});
   }
   LostRobot robot(twins(), map);

@@ -88,8 +88,8 @@ TEST(BackEnd, ClosesTheRoundOfACorridor) {
     Session session(test::ringCorridor(), {}, seed), blind(test::ringCorridor(), config, seed);
     session.round(1.0, 1.2 * kRound);
     blind.round(1.0, 1.2 * kRound);
-    EXPECT_GT(blind.error(), 0.17) << seed;
-    EXPECT_LT(session.error(), 0.17) << seed;
+    EXPECT_GT(blind.error(), 0.15) << seed;
+    EXPECT_LT(session.error(), 0.15) << seed;
     EXPECT_LT(session.error(), 0.7 * blind.error()) << seed;
     EXPECT_GT(session.counters().loop_closures, 0) << seed;
     EXPECT_EQ(session.counters().revoked, 0) << seed;
