@@ -6,6 +6,12 @@
 #include <tuple>
 
 namespace slam {
+namespace {
+
+constexpr double kTooSoon = 0.5;  // [1] of the mean interval before
+constexpr double kJitter = 0.01;  // [s] that stamps are late now and then; what is longer apart was so in truth
+
+}  // namespace
 
 EkfTimeline::EkfTimeline(const EkfConfig& ekf_config, const EkfTimelineConfig& config)
     : ekf_config_(std::make_unique<const EkfConfig>(ekf_config)),
@@ -66,9 +72,7 @@ UpdateResult EkfTimeline::insert(Timestamp stamp, const Sample& sample) {
   entry(place).stamp = stamp;
   entry(place).sample = sample;
 
-  // A wheel sample completes the interval that began at the wheel sample before it.
-  const bool wheels = std::holds_alternative<WheelSample>(sample);
-  const std::size_t first = wheels ? wheelsBefore(place).value_or(place) : place;
+  const std::size_t first = std::holds_alternative<WheelSample>(sample) ? joinIntervals(place) : place;
   run(first);
   return entry(first).result;
 }
@@ -102,6 +106,42 @@ std::optional<std::size_t> EkfTimeline::wheelsFrom(std::size_t begin) const {
   return std::nullopt;
 }
 
+/// The interval that ends at the wheel sample `end`, as far as the samples before it are kept.
+std::optional<EkfTimeline::Interval> EkfTimeline::intervalBefore(std::size_t end) const {
+  std::optional<Interval> interval;
+  for (auto begin = wheelsBefore(end); begin; begin = wheelsBefore(end)) {
+    interval = {*begin, interval ? interval->samples + 1 : 1};
+    if (!entry(end).joined) break;
+    end = *begin;
+  }
+  return interval;
+}
+
+bool EkfTimeline::cameTooSoon(std::size_t i) const {
+  const auto restarted = [&](std::size_t k) { return std::get<WheelSample>(entry(k).sample).restarted; };
+  const auto previous = wheelsBefore(i);
+  const auto before = previous ? intervalBefore(*previous) : std::nullopt;
+  if (!before || restarted(i) || restarted(*previous)) return false;
+  const double mean = toSeconds(entry(*previous).stamp - entry(before->begin).stamp) / before->samples;
+  return toSeconds(entry(i).stamp - entry(*previous).stamp) < std::min(kJitter, kTooSoon * mean);
+}
+
+/// Joins the wheels' intervals anew from the wheel sample `from` on. @return where the interval begins that it
+/// completes
+std::size_t EkfTimeline::joinIntervals(std::size_t from) {
+  for (auto i = std::optional(from); i; i = wheelsFrom(*i + 1)) entry(*i).joined = cameTooSoon(*i);
+  const auto interval = intervalBefore(from);
+  return interval ? interval->begin : from;
+}
+
+/// @return last wheel sample of the interval that begins at `begin`; none: no interval begins there, or none ended yet
+std::optional<std::size_t> EkfTimeline::intervalFrom(std::size_t begin) const {
+  auto end = wheelsFrom(begin + 1);
+  if (!end || entry(*end).joined) return std::nullopt;
+  for (auto next = wheelsFrom(*end + 1); next && entry(*next).joined; next = wheelsFrom(*next + 1)) end = next;
+  return end;
+}
+
 void EkfTimeline::run(std::size_t first) {
   for (std::size_t i = first; i < size_; ++i) {
     Ekf ekf = i == 0 ? base_ : entry(i - 1).after;
@@ -115,16 +155,16 @@ UpdateResult EkfTimeline::apply(std::size_t i, Ekf& ekf) const {
   if (const auto* pose = std::get_if<PoseMeasurement>(&entry(i).sample)) return ekf.updatePose(*pose);
   if (const auto* imu = std::get_if<ImuSample>(&entry(i).sample)) return ekf.updateGyro(imu->gyro.z());
 
-  const auto next = wheelsFrom(i + 1);
-  if (!next) return UpdateResult::kUseless;  // the interval that begins here is not over yet
+  const auto end = intervalFrom(i);
+  if (!end) return UpdateResult::kUseless;
   const auto& from = std::get<WheelSample>(entry(i).sample);
-  const auto& to = std::get<WheelSample>(entry(*next).sample);
+  const auto& to = std::get<WheelSample>(entry(*end).sample);
   const Duration interval = to.stamp - from.stamp;
   if (to.restarted || interval <= Duration::zero()) return UpdateResult::kUseless;
 
   double gyro_sum = 0.0;
   int gyro_count = 0;
-  for (std::size_t j = i + 1; j < *next; ++j) {
+  for (std::size_t j = i + 1; j < *end; ++j) {
     if (const auto* imu = std::get_if<ImuSample>(&entry(j).sample)) {
       gyro_sum += imu->gyro.z();
       ++gyro_count;

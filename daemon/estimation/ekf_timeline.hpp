@@ -25,6 +25,9 @@ struct EkfTimelineConfig {
 ///
 /// The difference of two wheel samples is a mean over the interval between them, so it is fused at the interval's
 /// beginning: there it is the velocity that holds until its end, and the dead reckoning over the interval is exact.
+/// A sample that comes much sooner than those before it was not taken sooner: they were late. Its interval is joined
+/// with theirs, or the speed in it, which holds on when the wheels fall silent, would be that of a jitter in the
+/// stamps.
 ///
 /// No allocation after construction.
 class EkfTimeline {
@@ -61,15 +64,25 @@ class EkfTimeline {
     Sample sample;
     Ekf after;  // state once this sample is used
     UpdateResult result = UpdateResult::kUseless;
+    bool joined = false;  // of wheels: the interval that ends here began before the wheel sample before it
+  };
+
+  struct Interval {
+    std::size_t begin;
+    int samples;  // in it, without the first
   };
 
   UpdateResult insert(Timestamp stamp, const Sample& sample);
   void makeRoom(Timestamp newest);
   void popOldest();
+  std::size_t joinIntervals(std::size_t from);
   void run(std::size_t first);
   UpdateResult apply(std::size_t i, Ekf& ekf) const;
   std::optional<std::size_t> wheelsBefore(std::size_t end) const;
   std::optional<std::size_t> wheelsFrom(std::size_t begin) const;
+  std::optional<Interval> intervalBefore(std::size_t end) const;
+  std::optional<std::size_t> intervalFrom(std::size_t begin) const;
+  bool cameTooSoon(std::size_t i) const;  // so that the wheel samples before must have been late
   Entry& entry(std::size_t i) { return ring_[(begin_ + i) % ring_.size()]; }
   const Entry& entry(std::size_t i) const { return ring_[(begin_ + i) % ring_.size()]; }
 

@@ -106,6 +106,23 @@ TEST(EkfTimeline, TakesNoWordOfTheWayFromASourceThatBeganAnew) {
   EXPECT_LT(untold.pose().x, 0.996);
 }
 
+TEST(EkfTimeline, StampsThatAreLateNowAndThenMakeNoSpeedThatHoldsWhenTheWheelsFallSilent) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    std::mt19937 random(seed);
+    std::exponential_distribution<double> lateness(1.0 / 2.0);  // [ms]
+    EkfTimeline timeline(kEkf, kTimeline);
+    Timestamp stamp = at(-1);
+    for (int i = 0; i <= 300; ++i) {  // 0.15 m/s, each 10 ms
+      stamp = std::max(stamp + 100us, at(10 * i) + fromSeconds(1e-3 * lateness(random)));
+      timeline.add(WheelSample{.stamp = stamp, .T_wheels_base = {0.0015 * i, 0.0, 0.0}});
+      if (i < 10) continue;
+      EXPECT_NEAR(timeline.at(stamp).twist().vx, 0.15, 0.16) << "seed " << seed << ", sample " << i;
+      EXPECT_NEAR(timeline.at(stamp).pose().x, 0.0015 * i, 2e-3) << "all of the way";
+      EXPECT_NEAR(timeline.at(stamp + 100ms).pose().x, 0.0015 * (i + 10), 0.017) << "silent since";
+    }
+  }
+}
+
 TEST(EkfTimeline, SamplesInAnyOrderWithinTheWindowGiveTheResultOfTheRightOrder) {
   const auto sorted = noisyDrive(10'000);
   EkfTimeline reference(kEkf, kTimeline);
