@@ -224,6 +224,8 @@ void visitFrontEnd(LocalizerConfig& localizer, ConfigVisitor& v) {
           localizer.wheel_trust.contradiction, 1.0, 1000.0);
   v.field({"wheel_agreement", "1", "the same: below, they are heard again"}, localizer.wheel_trust.agreement, 0.5,
           1000.0);
+  v.field({"wheel_guidance", "1", "the same: above, their prediction is one guess among others"},
+          localizer.wheel_trust.guidance, 1.0, 1000.0);
   v.field({"trusted_overlap", "1", "a found match with this share of agreeing points overrules the filter"},
           localizer.search.trusted_overlap, 0.0, 1.0);
   v.field({"ambiguity", "1", "a second place nearly as good as the best (ratio) makes both worthless"},

@@ -59,7 +59,11 @@ SearchResult CorrelativeMatcher::match(const Reference& reference, std::span<con
   if (second.usable() && elsewhere(second.T_ref_base, result.match.T_ref_base)) {
     result.runner_up = second.overlap / result.match.overlap;
   }
-  if (result.runner_up > config_.ambiguity) result.match.status = MatchStatus::kAmbiguous;
+  // A corridor looks the same from its other end: what little tells the two ends apart may have changed.
+  const bool turned_round = std::abs(wrapAngle(result.match.T_ref_base.theta - guess.theta)) > 0.5 * std::numbers::pi;
+  if (result.runner_up > config_.ambiguity || (turned_round && result.match.observable < 3)) {
+    result.match.status = MatchStatus::kAmbiguous;
+  }
   return result;
 }
 

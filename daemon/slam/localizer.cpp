@@ -209,7 +209,7 @@ void Localizer::beginSegment(KeyframeOrigin origin) {
 
 MatchResult Localizer::matchFromGuesses(const Ekf& predicted) const {
   MatchResult best = matchPointToLine(reference_, points_, predicted.pose(), config_.match);
-  const bool wheels_help = has_wheels_ && wheel_trust_.believed() && predicted.doubt() < config_.max_doubt;
+  const bool wheels_help = has_wheels_ && wheel_trust_.guides() && predicted.doubt() < config_.max_doubt;
   if (wheels_help && best.usable() && best.overlap > overlap_ - kSuddenly) return best;
   // Without wheels the prediction hangs on the scans' stamps, which jitter in many recordings. A robot that went on as
   // between the last two scans, or that stands still, is as likely. And a match that slipping wheels led into a wrong

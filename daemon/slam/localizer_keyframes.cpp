@@ -90,8 +90,8 @@ void Localizer::accumulateDrift(const Pose2& T_map_base, const MatchResult* matc
                           square(d.rotation_per_metre) * distance + square(d.rotation_per_radian) * turned);
   drift_ += matched.asDiagonal();
   if (match != nullptr && match->observable == 3) return;
-  const double position = config_.ekf.wheelTranslationVariance(distance);
-  const double heading = config_.ekf.wheelRotationVariance(distance, turned);
+  const double position = wheel_trust_.distanceFactor() * config_.ekf.wheelTranslationVariance(distance);
+  const double heading = wheel_trust_.turnFactor() * config_.ekf.wheelRotationVariance(distance, turned);
   const Eigen::Matrix3d unmatched = Eigen::Vector3d(position, position, heading).asDiagonal();
   Eigen::Matrix3d blind = Eigen::Matrix3d::Identity();
   if (match != nullptr) {

@@ -7,7 +7,7 @@
 namespace slam {
 namespace {
 
-constexpr double kMostAlone = 50.0;  // [1] one stretch counts for no more: a slip, a wrong match
+constexpr double kMostAlone = 10.0;  // [1] one stretch counts for no more: a slip, a wrong match
 
 double square(double x) { return x * x; }
 
@@ -20,8 +20,8 @@ void WheelTrust::add(const Pose2& T_odom_base, const Pose2& T_map_base, bool tur
   }
   const Pose2 wheels = between(begin_->T_odom_base, T_odom_base), scans = between(begin_->T_map_base, T_map_base);
   const double distance = std::max(std::hypot(wheels.x, wheels.y), std::hypot(scans.x, scans.y));
-  const double turn = std::max(std::abs(wheels.theta), std::abs(scans.theta));
-  if (distance < config_.stretch && turn < config_.stretch) return;
+  const double turn = std::abs(scans.theta);  // the wheels' own would excuse itself
+  if (distance < config_.stretch && std::max(turn, std::abs(wheels.theta)) < config_.stretch) return;
   begin_ = Begin{T_odom_base, T_map_base};
   const auto remember = [&](double error, double variance, double& mean) {
     mean += (std::min(kMostAlone, square(error) / variance) - mean) / config_.memory;
@@ -30,7 +30,7 @@ void WheelTrust::add(const Pose2& T_odom_base, const Pose2& T_map_base, bool tur
     remember(std::hypot(wheels.x - scans.x, wheels.y - scans.y),
              noise_.wheelTranslationVariance(distance) + square(config_.scan_distance), distance_error_);
   }
-  if (turn_known && turn > config_.stretch) {
+  if (turn_known) {
     remember(wrapAngle(wheels.theta - scans.theta),
              noise_.wheelRotationVariance(distance, turn) + square(config_.scan_turn), turn_error_);
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <algorithm>
 #include <optional>
 
 #include "core/pose2.hpp"
@@ -10,16 +11,17 @@ namespace slam {
 struct WheelTrustConfig {
   double memory = 50.0;         ///< [1] stretches of way that are remembered
   double stretch = 0.05;        ///< [m, rad] a stretch is as long as this at least, from one matched scan to another
-  double contradiction = 8.0;   ///< [1] mean normalised squared error from which on the wheels are not heard ...
-  double agreement = 3.0;       ///< [1] ... until it is as low as this
+  double contradiction = 3.0;   ///< [1] mean normalised squared error from which on the wheels are not heard ...
+  double agreement = 1.5;       ///< [1] ... until it is as low as this
+  double guidance = 2.0;        ///< [1] from here on what they tell is no better a guess than going on as before
   double scan_distance = 0.01;  ///< [m] standard deviation of a motion between two matched scans
   double scan_turn = 0.005;     ///< [rad] the same
 };
 
 /// Whether the wheels can be believed, judged by what they tell of the way from one matched scan to another. The
 /// filter's noise model takes slip, a radius that is a little wrong and a lag of part of a scan; wheels that are wrong
-/// by almost three standard deviations in the mean are worse than none: along a corridor, which a lidar cannot see,
-/// they would lead the filter astray.
+/// by almost two standard deviations in the mean are worse than none: along a corridor, which a lidar cannot see,
+/// they would lead the filter astray, and a turning lidar's scans are bent by the turns that they make up.
 class WheelTrust {
  public:
   explicit WheelTrust(const EkfConfig& noise, const WheelTrustConfig& config = {}) : noise_(noise), config_(config) {}
@@ -31,6 +33,11 @@ class WheelTrust {
   void interrupt() { begin_.reset(); }
 
   bool believed() const { return believed_; }
+  /// They tell the next pose better than the motion before does.
+  bool guides() const { return believed_ && std::max(distance_error_, turn_error_) < config_.guidance; }
+  /// By how much their errors exceed the noise model's variances [1], at least 1.
+  double distanceFactor() const { return std::max(1.0, distance_error_); }
+  double turnFactor() const { return std::max(1.0, turn_error_); }
   /// Times that they were not believed any more.
   int withdrawn() const { return withdrawn_; }
 

@@ -14,17 +14,19 @@ class Drive {
   explicit Drive(unsigned seed, const WheelTrustConfig& config = {}) : trust(EkfConfig{}, config), random_(seed) {}
 
   /// @param noise of the wheels [m per sqrt(m), rad per sqrt(m)]  @param scale what they tell of a way of 1
-  /// @param step [m] from scan to scan
-  void go(double metres, double noise, double scale = 1.0, double step = 0.06) {
+  /// @param step [m] from scan to scan @param turn_share noise of the turn beside that of the way
+  void go(double metres, double noise, double scale = 1.0, double step = 0.06, double turn_share = 0.3) {
     for (double way = 0.0; way < metres; way += step) {
       const Pose2 motion{step, 0.0, 0.5 * step * std::sin(way)};
       T_map_base_ = T_map_base_ * motion;
       const double spread = noise * std::sqrt(step);
       T_odom_base_ = T_odom_base_ * Pose2{scale * motion.x + spread * normal_(random_), 0.0,
-                                          motion.theta + 0.3 * spread * normal_(random_)};
+                                          motion.theta + turn_share * spread * normal_(random_)};
       trust.add(T_odom_base_, seen(), true);
     }
   }
+  /// One wheel spins: a turn that was none.
+  void slip(double radians) { T_odom_base_ = T_odom_base_ * Pose2{0.0, 0.0, radians}; }
   void stand(int scans) {
     for (int i = 0; i < scans; ++i) trust.add(T_odom_base_, seen(), true);
   }
@@ -81,6 +83,49 @@ TEST(WheelTrust, OneSlipIsForgiven) {
   drive.go(20.0, 0.05);
   drive.go(0.12, 0.0, 20.0);  // spins on the spot
   EXPECT_TRUE(drive.trust.believed());
+}
+
+TEST(WheelTrust, ManySlipsApartAreForgiven) {
+  Drive drive(1);
+  for (int i = 0; i < 30; ++i) {
+    drive.go(2.0, 0.05);
+    for (const double radians : {0.07, 0.14, 0.08}) {  // over three scans
+      drive.slip(radians);
+      drive.go(0.12, 0.05);
+    }
+    EXPECT_TRUE(drive.trust.believed()) << i;
+  }
+}
+
+TEST(WheelTrust, TurnsThatTheWheelsMakeUpAreNoExcuseForThemselves) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    Drive drive(seed);
+    drive.go(30.0, 0.10, 1.0, 0.06, 5.0);
+    EXPECT_GT(drive.trust.turnFactor(), 3.0) << seed;
+    EXPECT_FALSE(drive.trust.believed()) << seed;
+  }
+}
+
+TEST(WheelTrust, TellsHowMuchWorseTheWheelsAreThanTheModel) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    Drive drive(seed);
+    drive.go(60.0, 0.05);
+    EXPECT_EQ(drive.trust.distanceFactor(), 1.0) << "no better than the model";
+    EXPECT_EQ(drive.trust.turnFactor(), 1.0);
+    EXPECT_TRUE(drive.trust.guides());
+    drive.go(60.0, 0.16, 1.0, 0.06, 0.1);  // 2.6 times the variance
+    EXPECT_GT(drive.trust.distanceFactor(), 1.4) << seed;
+    EXPECT_LT(drive.trust.distanceFactor(), 3.6) << seed;
+  }
+}
+
+TEST(WheelTrust, NoisyWheelsStopToGuideBeforeTheyAreNotHeard) {
+  Drive drive(1);
+  while (drive.trust.guides()) drive.go(0.06, 0.16);
+  EXPECT_TRUE(drive.trust.believed());
+  drive.go(30.0, 0.4);
+  EXPECT_FALSE(drive.trust.believed());
+  EXPECT_FALSE(drive.trust.guides());
 }
 
 TEST(WheelTrust, LearnsNothingFromStandingStill) {
