@@ -34,9 +34,8 @@ void WheelTrust::add(const Pose2& T_odom_base, const Pose2& T_map_base, bool tur
     remember(wrapAngle(wheels.theta - scans.theta),
              noise_.wheelRotationVariance(distance, turn) + square(config_.scan_turn), turn_error_);
   }
-  const double worst = std::max(distance_error_, turn_error_);
-  if (believed_ && worst > config_.contradiction) ++withdrawn_;
-  believed_ = worst < (believed_ ? config_.contradiction : config_.agreement);
+  if (believed_ && worst() > config_.contradiction) ++withdrawn_;
+  believed_ = worst() < (believed_ ? config_.contradiction : config_.agreement);
 }
 
 }  // namespace slam

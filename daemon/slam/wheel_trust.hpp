@@ -34,7 +34,7 @@ class WheelTrust {
 
   bool believed() const { return believed_; }
   /// They tell the next pose better than the motion before does.
-  bool guides() const { return believed_ && std::max(distance_error_, turn_error_) < config_.guidance; }
+  bool guides() const { return believed_ && worst() < config_.guidance; }
   /// By how much their errors exceed the noise model's variances [1], at least 1.
   double distanceFactor() const { return std::max(1.0, distance_error_); }
   double turnFactor() const { return std::max(1.0, turn_error_); }
@@ -45,6 +45,8 @@ class WheelTrust {
   struct Begin {
     Pose2 T_odom_base, T_map_base;
   };
+  double worst() const { return std::max(distance_error_, turn_error_); }
+
   EkfConfig noise_;
   WheelTrustConfig config_;
   std::optional<Begin> begin_;                      // of the stretch
