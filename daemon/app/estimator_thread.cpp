@@ -69,12 +69,10 @@ void EstimatorThread::tick() {
 }
 
 bool EstimatorThread::addScan(const ReceivedScan& received) {
-  // A lidar that repeats a turn while wheels or gyro move would hold the robot in place: its scans fit perfectly.
-  const bool stuck = repeats_.isStuck(received.scan) && exchange_.moving;
-  exchange_.lidar_stuck = stuck;
-  if (stuck) return false;
   const Timestamp begin = monotonicNow();
   const ScanOutcome outcome = localizer_->add(received.scan, exchange_.keyframes.hasRoom());
+  exchange_.lidar_stuck = outcome.stuck;
+  if (outcome.stuck) return false;
   exchange_.scan_work.add(monotonicNow() - begin);
   if (outcome.match.iterations > 0) exchange_.match.add(outcome.match_time);
   if (outcome.keyframe != nullptr) exchange_.keyframes.tryPush(*outcome.keyframe);

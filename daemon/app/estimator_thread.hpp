@@ -4,7 +4,6 @@
 
 #include "app/config.hpp"
 #include "app/exchange.hpp"
-#include "drivers/lidar/scan_repeat_watch.hpp"
 #include "runtime/worker.hpp"
 #include "slam/motion_probe.hpp"
 
@@ -21,7 +20,6 @@ class EstimatorThread {
   bool addScan(const ReceivedScan& received);
 
   Exchange& exchange_;
-  ScanRepeatWatch repeats_;
   std::unique_ptr<Localizer> localizer_;
   MotionProbe probe_;
   PoseSnapshot snapshot_;

@@ -12,9 +12,12 @@
 namespace slam {
 namespace {
 
-constexpr double kClearlyBetter = 0.01;         // [1] of overlap, between guesses
-constexpr double kSuddenly = 0.03;              // [1] overlap lost from one scan to the next: the guess may be wrong
-constexpr std::size_t kHistoryCapacity = 1024;  // poses within one scan
+constexpr double kClearlyBetter = 0.01;            // [1] of overlap, between guesses
+constexpr double kSuddenly = 0.03;                 // [1] overlap lost from one scan to the next: the guess may be wrong
+constexpr double kFastest = 0.02;                  // [s] no lidar turns faster
+constexpr double kSoonest = 0.6;                   // [1] of the usual interval, between two scans
+constexpr double kMoving = 0.02, kTurning = 0.05;  // [m/s], [rad/s] no lidar sees the same twice
+constexpr std::size_t kHistoryCapacity = 1024;     // poses within one scan
 
 /// When the beams were sampled, in any order and on either side of the scan's stamp.
 struct Turn {
@@ -86,9 +89,24 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
     outcome.stamp = outcome.first = pose_.newestStamp();
     return outcome;
   }
+  const bool repeats = repeats_.isStuck(recorded);
+  if (isCopy(recorded)) {
+    ++counters_.scans_repeated;
+    outcome.stamp = outcome.first = last_first_ + std::max(Duration(0), recorded.stamp - last_scan_);
+    return outcome;
+  }
   outcome.stamp = outcome.first = scan_stamps_.next(recorded.stamp) + fromSeconds(config_.lidar.time_offset);
+  last_scan_ = recorded.stamp;
+  last_first_ = outcome.first;
   if (pose_.started() && outcome.first < pose_.oldestStamp()) {
     ++counters_.scans_too_late;
+    return outcome;
+  }
+
+  // A lidar that repeats a turn would hold the robot in place, or take it back when it stops: its scans fit perfectly.
+  outcome.stuck = stuck_ = repeats && (stuck_ || isMoving(outcome.stamp));
+  if (stuck_) {
+    ++counters_.scans_repeated;
     return outcome;
   }
 
@@ -140,6 +158,17 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
     }
   }
   return outcome;
+}
+
+/// Whether the scan was sent twice: a lidar needs its time for the next one.
+bool Localizer::isCopy(const LaserScan& scan) const {
+  const double soonest = std::max(kFastest, kSoonest * scan_stamps_.interval());
+  return repeats_.isCopy() && toSeconds(scan.stamp - last_scan_) < soonest;
+}
+
+bool Localizer::isMoving(Timestamp stamp) const {
+  const Twist2 twist = odometry_.at(stamp).twist();
+  return std::hypot(twist.vx, twist.vy) > kMoving || std::abs(twist.omega) > kTurning;
 }
 
 /// Fills points_, in base at the middle of the turn, which becomes the outcome's stamp. What the filter is wrong about
@@ -288,6 +317,7 @@ LocalizerCounters Localizer::counters() const {
   counters.clock_resets = scan_stamps_.clockResets() + wheel_stamps_.clockResets();
   counters.far_ahead = wheel_guard_.held() + imu_guard_.held() + scan_guard_.held();
   counters.wheels_withdrawn = static_cast<std::uint32_t>(wheel_trust_.withdrawn());
+  counters.wheels_heard = wheel_trust_.believed();
   counters.samples_late = odometry_.lateFused();
   counters.samples_too_old = odometry_.tooOld();
   return counters;

@@ -19,6 +19,7 @@
 #include "matching/normals.hpp"
 #include "matching/reference.hpp"
 #include "slam/map_correction.hpp"
+#include "slam/scan_repeat_watch.hpp"
 #include "slam/stamp_sequencer.hpp"
 #include "slam/wheel_trust.hpp"
 
@@ -90,11 +91,13 @@ struct LocalizerCounters {
   std::uint32_t lost = 0;              ///< times that the place in the map was lost, or given by a person
   std::uint32_t searched = 0;          ///< scans whose prediction led to no match and that were searched for
   std::uint32_t scans_too_late = 0;    ///< older than the filter's window
+  std::uint32_t scans_repeated = 0;    ///< copies of the scan before them, which were not used
   std::uint32_t scans_retimed = 0;     ///< stamp not after its predecessor's
   std::uint32_t clock_resets = 0;      ///< stamps jumped back by seconds
   std::uint32_t samples_late = 0;      ///< wheel and IMU samples fused at their place behind newer ones
   std::uint32_t samples_too_old = 0;   ///< wheel and IMU samples dropped
   std::uint32_t wheels_withdrawn = 0;  ///< times that the wheels contradicted the scans too much to be heard
+  bool wheels_heard = true;            ///< now
   std::uint32_t far_ahead = 0;         ///< samples dropped whose stamp alone was seconds ahead
   std::uint32_t views = 0;             ///< depth images drawn
   std::uint32_t views_unplaced = 0;    ///< depth images dropped because the pose at their stamp was not valid or known
@@ -108,6 +111,7 @@ struct ScanOutcome {
   MatchResult match;
   Duration match_time{0};              ///< spent in the matcher; 0 without a stopwatch
   bool fused = false;                  ///< the match passed the filter's gate
+  bool stuck = false;                  ///< the lidar repeats a turn although the robot moves: the scan was not used
   const Keyframe* keyframe = nullptr;  ///< set when the scan became one, or a look; valid until the next scan
 };
 
@@ -185,6 +189,8 @@ class Localizer {
   bool carriedAway(const Pose2& predicted) const;
   void beginSegment(KeyframeOrigin origin);
   void accumulateDrift(const Pose2& T_map_base, const MatchResult* match);
+  bool isCopy(const LaserScan& scan) const;
+  bool isMoving(Timestamp stamp) const;
   void takePoints(const LaserScan& recorded, ScanOutcome& outcome);
   void describe(Timestamp stamp, const Pose2& T_map_base);
 
@@ -194,6 +200,9 @@ class Localizer {
   EkfTimeline odometry_, pose_;
   ForwardJumpGuard wheel_guard_, imu_guard_, scan_guard_;
   StampSequencer wheel_stamps_, scan_stamps_;
+  ScanRepeatWatch repeats_;
+  bool stuck_ = false;
+  Timestamp last_scan_, last_first_;  // as recorded, and in the filter's time
   ClockStepBridge imu_clock_;
   Reference reference_;
   std::vector<ReferenceKeyframe> reference_keyframes_;  // by id

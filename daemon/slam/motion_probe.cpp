@@ -90,27 +90,32 @@ std::optional<double> MotionProbe::gyroTurn(Timestamp from, Timestamp to, Durati
   return a && b ? std::optional(wrapAngle(b->theta - a->theta)) : std::nullopt;
 }
 
-void MotionProbe::checkStream(const LaserScan& scan) {
+bool MotionProbe::checkStream(const LaserScan& scan) {
   std::uint64_t ranges = 14695981039346656037U;  // FNV-1a
   int returns = 0;
   for (const Beam& beam : scan.beams()) {
     ranges = (ranges ^ std::bit_cast<std::uint32_t>(beam.range)) * 1099511628211U;
     returns += beam.range > 0.0F;
   }
+  bool repeated = false;
   if (last_scan_) {
-    // A scan that is the same to the last bit is none of a robot in motion; one at rest may see it from a simulator.
-    bool still = false;
-    if (const auto wheels = wheelMotion(*last_scan_, scan.stamp, kLongest)) {
-      still = wheels->translation().norm() < kStill && std::abs(wheels->theta) < kStillTurn;
-    }
-    if (const auto turn = gyroTurn(*last_scan_, scan.stamp, kLongest)) still = std::abs(*turn) < kStillTurn;
-    const bool same = ranges == last_ranges_ && returns >= kLeastReturns && !still;
-    const bool repeated = scan.stamp == *last_scan_ || same;
-    check_.addScan(repeated, toSeconds(*last_scan_ - scan.stamp));
+    // A scan that is the same to the last bit is none of a robot in motion; one at rest may see it from a simulator,
+    // but not before its time.
+    const auto wheels = wheelMotion(*last_scan_, scan.stamp, kLongest);
+    const auto turn = gyroTurn(*last_scan_, scan.stamp, kLongest);
+    bool still = wheels || turn;
+    if (wheels) still = wheels->translation().norm() < kStill && std::abs(wheels->theta) < kStillTurn;
+    if (turn) still &= std::abs(*turn) < kStillTurn;
+    const bool same = ranges == last_ranges_ && returns >= kLeastReturns;
+    const Duration step = scan.stamp - *last_scan_;
+    repeated = step == Duration(0) || (same && (!still || 2 * step < usual_step_));
+    if (!repeated && step > Duration(0)) usual_step_ = step;
+    check_.addScan(repeated, -toSeconds(step));
     if (repeated || scan.stamp < *last_scan_) findings_ = check_.findings();
   }
   last_scan_ = scan.stamp;
   last_ranges_ = ranges;
+  return repeated;
 }
 
 void MotionProbe::take(const LaserScan& scan, ScanPoints& points) {
@@ -120,7 +125,7 @@ void MotionProbe::take(const LaserScan& scan, ScanPoints& points) {
 }
 
 void MotionProbe::add(const LaserScan& scan) {
-  checkStream(scan);
+  if (checkStream(scan)) return;
   const Timestamp stamp = scan.stamp + fromSeconds(lidar_.time_offset);
   if (stage_ == Stage::kMatched) settle();
   const bool clock_set = newest_ - stamp > kClockStep;

@@ -43,7 +43,7 @@ class MotionProbe {
     kMatched,  ///< waits for wheels and gyro to reach the second one
   };
 
-  void checkStream(const LaserScan& scan);
+  bool checkStream(const LaserScan& scan);
   void take(const LaserScan& scan, ScanPoints& points);
   void settle();
   std::optional<Pose2> wheelMotion(Timestamp from, Timestamp to, Duration extrapolation) const;
@@ -62,6 +62,7 @@ class MotionProbe {
   Reference reference_;
   MotionEvidence evidence_;
   std::optional<Timestamp> last_scan_;
+  Duration usual_step_{0};         // between the last two scans of which none repeats the other
   std::uint64_t last_ranges_ = 0;  // hash
   SensorCheck check_;
   SensorFindings findings_;

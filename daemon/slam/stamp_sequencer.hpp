@@ -42,6 +42,8 @@ class StampSequencer {
  public:
   Timestamp next(Timestamp recorded);
 
+  /// [s] between two samples in the mean; 0 before the second one.
+  double interval() const { return interval_; }
   std::uint32_t retimed() const { return retimed_; }
   std::uint32_t clockResets() const { return clock_resets_; }
 

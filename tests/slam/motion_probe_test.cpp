@@ -19,8 +19,9 @@ using enum SensorFault;
 
 /// A robot that drives bends in a room, and what may be wrong with it.
 struct Drive {
-  bool upside_down = false, turned = false, twice = false, gyro = true;
+  bool upside_down = false, turned = false, twice = false, frozen = false, gyro = true;
   double wheel_turn = 1.0, turn_rate = 0.6;
+  Duration copied_after{0};
   LocalizerConfig config = {};
   std::unique_ptr<MotionProbe> probe = {};
   Pose2 truth{-1.0, -0.5, 0.0}, reckoned = {};
@@ -28,6 +29,7 @@ struct Drive {
   std::mt19937 random{1};
   test::Room room{.length = 8.0, .width = 5.0, .range_sigma = 0.01};
   int step = 0;
+  LaserScan seen = {};
 
   void run(double seconds) {
     if (!probe) probe = std::make_unique<MotionProbe>(config);
@@ -39,7 +41,8 @@ struct Drive {
       probe->add(WheelSample{now, reckoned});
       if (gyro) probe->add(ImuSample{now, {0, 0, rate + 0.01}, {0, 0, 9.81}});
       if (++step % 8 != 0) continue;
-      LaserScan scan = room.scan(truth, random);
+      if (seen.size == 0 || !frozen) seen = room.scan(truth, random);
+      LaserScan scan = seen;
       scan.stamp = now;
       for (int i = 0; i < scan.size; ++i) {
         float& bearing = scan.storage[static_cast<std::size_t>(i)].bearing;
@@ -49,6 +52,7 @@ struct Drive {
       for (int copy = 0; copy < (twice ? 2 : 1); ++copy) {
         probe->add(scan);
         probe->work();
+        scan.stamp += copied_after;
       }
     }
   }
@@ -81,6 +85,15 @@ TEST(MotionProbe, FindsATurnedLidarAndSwappedWheels) {
 
 TEST(MotionProbe, FindsScansThatComeTwice) {
   EXPECT_THAT((Drive{.twice = true}).faults(), ElementsAre(kScansRepeated));
+  for (const Duration after : {Duration(2ms), Duration(60ms)}) {
+    Drive drive{.twice = true, .copied_after = after};
+    ASSERT_THAT(drive.faults(), ElementsAre(kScansRepeated));
+    EXPECT_NEAR(drive.probe->findings().storage[0].value, 250, 2) << "all of them";
+  }
+}
+
+TEST(MotionProbe, FindsALidarThatIsFrozenWhileTheRobotDrivesStraight) {
+  EXPECT_THAT((Drive{.frozen = true, .turn_rate = 0.0}).faults(), testing::Contains(kScansRepeated));
 }
 
 TEST(MotionProbe, TakesEqualScansOfARobotAtRestForWhatTheyAre) {

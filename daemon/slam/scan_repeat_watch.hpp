@@ -26,10 +26,14 @@ class ScanRepeatWatch {
       seen = beam.range;
     }
     const bool repeats = compared >= kFewest && equal > kMost * compared;
+    is_copy_ = compared >= kFewest && equal == compared;
     const bool was_stuck = repeats_ >= kTurns;
     repeats_ = repeats ? repeats_ + 1 : 0;
     return was_stuck || repeats_ >= kTurns;  // the turn in which it ends is old in part
   }
+
+  /// Whether the scan looked at last shows what the one before it did, to the last bit.
+  bool isCopy() const { return is_copy_; }
 
  private:
   static constexpr std::size_t kBins = 2880;  // of an eighth of a degree
@@ -38,6 +42,7 @@ class ScanRepeatWatch {
   static constexpr int kTurns = 2;
   std::array<float, kBins> ranges_{};  // [m] seen last; 0: nothing yet
   int repeats_ = 0;
+  bool is_copy_ = false;
 };
 
 }  // namespace slam

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/lidar/scan_repeat_watch.hpp"
+#include "slam/scan_repeat_watch.hpp"
 
 #include <gtest/gtest.h>
 #include <memory>
