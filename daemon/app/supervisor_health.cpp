@@ -81,6 +81,7 @@ std::string Supervisor::summary(Timestamp now) const {
     if (!reason.empty()) text += "; " + device.name + ": " + reason;
   }
   for (const SensorFinding& finding : snapshot_.findings.all()) text += "; " + describe(finding);
+  if (!snapshot_.counters.wheels_heard) text += "; the wheels contradict the scans and are not heard";
   if (*base_finding_ != '\0') text += std::string("; base: ") + base_finding_;
   if (!bus_.connected()) text += "; LCM: no multicast route";
   return text;
@@ -169,6 +170,7 @@ void Supervisor::sendHealth(Timestamp now) {
         counter("scans.gated", l.gated),
         counter("scans.retimed", l.scans_retimed),
         counter("scans.too_late", l.scans_too_late),
+        counter("scans.repeated", l.scans_repeated),
         counter("clock_resets", l.clock_resets),
         counter("samples.far_ahead", l.far_ahead),
         counter("wheels.withdrawn", l.wheels_withdrawn),

@@ -12,13 +12,14 @@ namespace {
 constexpr double kPi = std::numbers::pi, kDegree = kPi / 180.0;
 constexpr double kLeastTurn = 0.06, kLeastTravel = 0.06;  // [rad], [m] smaller motions are noise
 constexpr double kStraight = 0.20;                        // [rad] a bend hides the direction of travel
-constexpr int kLeastAlike = 5;                // pairs that agree with each other before anything is said ...
-constexpr int kWanted = 25;                   // pairs of turns and of travel to gather soon
-constexpr int kManyPairs = 40;                // before "no relation at all" is said
-constexpr double kUsual = 0.25;               // [1] share of all pairs that show a motion which is no slip
-constexpr double kMost = 0.60;                // [1] share of the angles near the peak
-constexpr double kSameSize = 12.0 * kDegree;  // about 45 degrees: 0.65 to 1.54 of each other
-constexpr double kBothMove = 10.0 * kDegree;  // from 0 and 90 degrees: there only one of them moves
+constexpr int kLeastAlike = 5;                 // pairs that agree with each other before anything is said ...
+constexpr int kWanted = 25;                    // pairs of turns and of travel to gather soon
+constexpr int kManyPairs = 40;                 // before "no relation at all" is said
+constexpr double kUsual = 0.25;                // [1] share of all pairs that show a motion which is no slip
+constexpr double kMost = 0.60;                 // [1] share of the angles near the peak
+constexpr double kSameSize = 12.0 * kDegree;   // about 45 degrees: 0.65 to 1.54 of each other
+constexpr double kNearlySame = 4.5 * kDegree;  // 0.85 to 1.17, where many pairs say so
+constexpr double kBothMove = 10.0 * kDegree;   // from 0 and 90 degrees: there only one of them moves
 constexpr double kYawTolerance = 30.0 * kDegree;
 constexpr double kClockStep = 1.0;        // [s] back by more is a clock that was set
 constexpr int kLeastCount = 5;            // of repeated or misdated scans ...
@@ -79,7 +80,7 @@ std::string describe(const SensorFinding& finding) {
       text = "wheels and scans do not move together: do the wheels slip or stall, or belong to another clock?";
       break;
     case SensorFault::kScansRepeated:
-      text = "%.0f scans repeat the one before them: is a driver or a recorder sending twice?";
+      text = "%.0f scans repeat the one before them: is a driver or a recorder sending twice, or the lidar stuck?";
       break;
     case SensorFault::kTimeBackwards:
       text = "%.0f scans are stamped before the one before them: was a clock set, or are records out of order?";
@@ -158,7 +159,8 @@ SensorCheck::Relation SensorCheck::relation(const AngleCounts& angles) const {
   const AngleCounts::Peak peak = angles.peak();
   const double size = std::abs(peak.angle);
   const bool alike = peak.share >= kMost && peak.share * angles.count() >= kLeastAlike;
-  if (alike && peak.angle > kBothMove && size < kPi / 2 - kBothMove && std::abs(size - kPi / 4) > kSameSize) {
+  const double same = angles.count() >= kWanted ? kNearlySame : kSameSize;
+  if (alike && peak.angle > kBothMove && size < kPi / 2 - kBothMove && std::abs(size - kPi / 4) > same) {
     return Relation::kScaled;
   }
   const double least = std::max(static_cast<double>(kLeastAlike), kMost * angles.count());

@@ -59,7 +59,7 @@ struct Drive {
 
 TEST(SensorCheck, SaysNothingOfSensorsThatAgreeRoughly) {
   EXPECT_THAT(Drive{}.faults(), IsEmpty());
-  EXPECT_THAT((Drive{.wheel_turn = 0.8, .wheel_distance = 1.2, .gyro_turn = 1.1}).faults(), IsEmpty());
+  EXPECT_THAT((Drive{.wheel_turn = 0.9, .wheel_distance = 1.1, .gyro_turn = 1.1}).faults(), IsEmpty());
   EXPECT_THAT((Drive{.lidar_yaw = 10 * kDegree}).faults(), IsEmpty());
   EXPECT_THAT((Drive{.wheels = false}).faults(), IsEmpty());
   EXPECT_THAT((Drive{.gyro = false, .turns = false}).faults(), IsEmpty());
@@ -98,6 +98,9 @@ TEST(SensorCheck, FindsWheelsOutOfScale) {
   ASSERT_EQ(turn.size, 1U);
   EXPECT_EQ(turn.storage[0].fault, kWheelTurnOff);
   EXPECT_NEAR(turn.storage[0].value, 0.4, 0.06);
+  EXPECT_THAT((Drive{.wheel_distance = 1.25, .pairs = 100}).faults(), ElementsAre(kWheelDistanceOff));
+  EXPECT_THAT((Drive{.wheel_distance = 1.25, .pairs = 20}).faults(), IsEmpty()) << "few tell it roughly only";
+  EXPECT_THAT((Drive{.wheel_distance = 1.08, .pairs = 100}).faults(), IsEmpty());
 }
 
 TEST(SensorCheck, FindsWheelsThatStandStillWhileTheLidarMoves) {

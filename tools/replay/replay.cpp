@@ -99,6 +99,15 @@ class Run {
     stats_.localizer = localizer_.counters();
     stats_.lidar_gyro_offset = offset_.estimate();
     for (const SensorFinding& finding : probe_.findings().all()) stats_.warnings.push_back(describe(finding));
+    if (const auto times = stats_.localizer.wheels_withdrawn; times > 0) {
+      stats_.warnings.push_back("the wheels contradicted the scans and were not heard, " + std::to_string(times) +
+                                " times: do they slip, lag behind, or have a wrong radius or sign?");
+    }
+    if (stats_.localizer.scans > 0 && stats_.localizer.matched + stats_.localizer.partly_observable == 0) {
+      stats_.warnings.push_back(
+          "no scan was matched: are its ranges finite and between range_min and range_max, and "
+          "its stamps near those of wheels and IMU?");
+    }
     if (viewer_) {
       drawFrame();
       viewer_->close();
