@@ -2,10 +2,15 @@
 #include "matching/normals.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace slam {
 namespace {
+
+constexpr double kFineSpacing = 0.0175;  // [rad] 1 degree, of which max_gap_per_range is told
+constexpr double kSpacingBin = 0.001;    // [1] sine
+constexpr std::size_t kSpacingBins = 256;
 
 /// Moments of the neighbours about the point itself.
 struct Moments {
@@ -39,13 +44,33 @@ void addSide(const ScanPoints& points, std::size_t centre, int step, double max_
   }
 }
 
+/// [rad] Median angle between the beams of neighbouring points, give or take a bin; 0 without neighbours.
+double beamSpacing(const ScanPoints& points, const Eigen::Vector2d& lidar) {
+  std::array<int, kSpacingBins> counts{};
+  int count = 0;
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const Eigen::Vector2d a = points[i - 1].position - lidar, b = points[i].position - lidar;
+    const double sine = std::abs(a.x() * b.y() - a.y() * b.x()) / std::sqrt(a.squaredNorm() * b.squaredNorm());
+    if (!(a.dot(b) > 0.0)) continue;  // half a turn was not seen
+    ++counts[std::min<std::size_t>(kSpacingBins - 1, static_cast<std::size_t>(sine / kSpacingBin))];
+    ++count;
+  }
+  int below = 0;
+  for (std::size_t bin = 0; bin < kSpacingBins && count > 0; ++bin) {
+    below += counts[bin];
+    if (2 * below >= count) return (static_cast<double>(bin) + 0.5) * kSpacingBin;
+  }
+  return 0.0;
+}
+
 }  // namespace
 
-void estimateNormals(ScanPoints& points, const Eigen::Vector2d& lidar, const NormalConfig& config) {
+double estimateNormals(ScanPoints& points, const Eigen::Vector2d& lidar, const NormalConfig& config) {
+  const double coarseness = std::max(1.0, beamSpacing(points, lidar) / kFineSpacing);
   for (std::size_t i = 0; i < points.size(); ++i) {
     ScanPoint& point = points[i];
     point.normal.setZero();
-    const double max_gap = std::max(config.max_gap, config.max_gap_per_range * point.range);
+    const double max_gap = std::max(config.max_gap, coarseness * config.max_gap_per_range * point.range);
     Moments m;
     addSide(points, i, -1, max_gap, config, m);
     addSide(points, i, +1, max_gap, config, m);
@@ -64,6 +89,7 @@ void estimateNormals(ScanPoints& points, const Eigen::Vector2d& lidar, const Nor
     point.normal = normal;
     point.normal_variance = variance;
   }
+  return coarseness;
 }
 
 }  // namespace slam

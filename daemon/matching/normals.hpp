@@ -11,7 +11,8 @@ struct NormalConfig {
   int min_neighbours = 2;           ///< on either side together
   int max_neighbours = 8;           ///< on one side
   double max_gap = 0.20;            ///< [m] neighbours further apart than this are not one wall ...
-  double max_gap_per_range = 0.09;  ///< [m/m] ... nor than this share of the range (1 degree beams at 79 degrees)
+  double max_gap_per_range = 0.09;  ///< [m/m] ... nor than this share of the range (1 degree beams at 79 degrees), or
+                                    ///< so much more as the beams lie further apart than a degree
   double range_sigma = 0.015;       ///< [m] standard deviation of one lidar range
   double max_line_error = 0.04;     ///< [m] RMS distance of the neighbours from the line; more is a corner
 };
@@ -21,6 +22,7 @@ struct NormalConfig {
 ///
 /// @param points   in acquisition order
 /// @param lidar    [m] position of the lidar in the points' frame; normals look towards it
-void estimateNormals(ScanPoints& points, const Eigen::Vector2d& lidar, const NormalConfig& config = {});
+/// @return coarseness [1] of the scan: the median angle between its beams in degrees, at least 1
+double estimateNormals(ScanPoints& points, const Eigen::Vector2d& lidar, const NormalConfig& config = {});
 
 }  // namespace slam

@@ -57,6 +57,7 @@ Localizer::Localizer(const LocalizerConfig& config, Stopwatch stopwatch, const L
       next_keyframe_(start.first_keyframe) {
   if (start.in_known_map) origin_ = KeyframeOrigin::kLost;
   config_.normals.range_sigma = config_.match.range_sigma = config_.lidar.range_sigma;
+  match_ = config_.match;
   points_.reserve(LaserScan::kCapacity);
   for (RecentScan& recent : recent_) recent.points.reserve(LaserScan::kCapacity);
   reference_keyframes_.reserve(MapCorrection::kMaxKeyframes);
@@ -187,7 +188,9 @@ void Localizer::takePoints(const LaserScan& recorded, ScanOutcome& outcome) {
     outcome.T_base_first = between(at(outcome.stamp), at(outcome.first));
     for (ScanPoint& point : points_) point.position = outcome.T_base_first * point.position;
   }
-  estimateNormals(points_, config_.lidar.T_base_lidar.translation(), config_.normals);
+  const double coarseness = estimateNormals(points_, config_.lidar.T_base_lidar.translation(), config_.normals);
+  // Where beams lie far apart, a point on no line is a wall that was hit once: its partner tells little of the way.
+  match_.point_weight = config_.match.point_weight / coarseness;
 }
 
 const DepthSight* Localizer::add(const PseudoLaser& laser) {
@@ -237,14 +240,14 @@ void Localizer::beginSegment(KeyframeOrigin origin) {
 }
 
 MatchResult Localizer::matchFromGuesses(const Ekf& predicted) const {
-  MatchResult best = matchPointToLine(reference_, points_, predicted.pose(), config_.match);
+  MatchResult best = matchPointToLine(reference_, points_, predicted.pose(), match_);
   const bool wheels_help = has_wheels_ && wheel_trust_.guides() && predicted.doubt() < config_.max_doubt;
   if (wheels_help && best.usable() && best.overlap > overlap_ - kSuddenly) return best;
   // Without wheels the prediction hangs on the scans' stamps, which jitter in many recordings. A robot that went on as
   // between the last two scans, or that stands still, is as likely. And a match that slipping wheels led into a wrong
   // minimum agrees with them: only its overlap tells.
   for (const Pose2& guess : {last_pose_ * last_motion_, last_pose_}) {
-    const MatchResult other = matchPointToLine(reference_, points_, guess, config_.match);
+    const MatchResult other = matchPointToLine(reference_, points_, guess, match_);
     if (other.usable() && (!best.usable() || other.overlap > best.overlap + kClearlyBetter)) best = other;
   }
   return best;
@@ -266,7 +269,7 @@ void Localizer::searchAround(const Pose2& predicted, ScanOutcome& outcome) {
   ++counters_.searched;
   const double widening = 1.0 + std::min(failures_, config_.keyframe.max_failures);
   const SearchWindow window{widening * config_.search_window.translation, widening * config_.search_window.rotation};
-  const SearchResult found = search_.match(reference_, points_, predicted, window, config_.match);
+  const SearchResult found = search_.match(reference_, points_, predicted, window, match_);
   // Among so many places one fits by half wherever the robot is: a find needs more agreement than a prediction does.
   if (!found.match.usable() || found.match.overlap < config_.search.trusted_overlap) return;
   outcome.match = found.match;

@@ -214,6 +214,7 @@ class Localizer {
   CorrelativeMatcher search_;
   PoseHistory history_;
   ScanPoints points_;
+  MatchConfig match_;  // for them
   DepthSight sight_;
   std::optional<Pose2> last_view_;  // in odom
   Timestamp last_view_stamp_;

@@ -24,6 +24,7 @@ constexpr Duration kGyroGap = 200ms;                  // a gyro that was silent 
 constexpr Duration kClockStep = 1s;                   // back by more: the stream begins anew
 constexpr double kSmallTurn = 0.03;                   // [rad] needs no guess
 constexpr double kOverlap = 0.75;                     // [1] of a pair that is believed
+constexpr double kCoarse = 1.5;                       // [1] between so few beams a pair of scans can hide a travel
 constexpr double kTurnIn = 0.3;                       // [1] share of a blind direction that is a turn
 constexpr double kStill = 0.002, kStillTurn = 0.005;  // [m], [rad] between two scans, of a robot at rest
 constexpr int kLeastReturns = 10;
@@ -158,8 +159,9 @@ void MotionProbe::work() {
   if (stage_ != Stage::kEnded) return;
   stage_ = Stage::kIdle;
   last_match_ = second_;
+  double coarseness = 1.0;
   for (ScanPoints* points : {&first_points_, &second_points_}) {
-    estimateNormals(*points, lidar_.T_base_lidar.translation(), normals_);
+    coarseness = std::max(coarseness, estimateNormals(*points, lidar_.T_base_lidar.translation(), normals_));
   }
   reference_.clear();
   reference_.add(Pose2{}, first_points_);
@@ -170,7 +172,7 @@ void MotionProbe::work() {
     if (std::abs(claimed_turn_) < kSmallTurn) break;
   }
   if (!best.usable() || best.overlap < kOverlap) return;
-  evidence_ = {.scans = best.T_ref_base};
+  evidence_ = {.scans = best.T_ref_base, .travel_seen = coarseness < kCoarse};
   for (int blind = best.observable; blind < 3; ++blind) {
     evidence_.travel_seen = false;
     if (std::abs(best.directions(2, blind)) > kTurnIn) evidence_.turn_seen = false;

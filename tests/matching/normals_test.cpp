@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "matching/normals.hpp"
 
+#include <algorithm>
 #include <gtest/gtest.h>
 
 #include "matching/scanning.hpp"
@@ -35,6 +36,17 @@ TEST(Normals, LookTowardsTheLidarAndStandOnTheWalls) {
     if (!point.hasNormal()) continue;
     EXPECT_LT(point.normal.dot(point.position), 0.0);
     EXPECT_GT(point.normal.cwiseAbs().maxCoeff(), 0.9);
+  }
+}
+
+TEST(Normals, StandOnTheWallsOfASparseScan) {
+  for (const int beams : {60, 90, 180}) {
+    std::mt19937 random(3);
+    const Room room{.range_sigma = 0.01, .beams = beams};
+    ScanPoints points = test::scanPoints(room, Pose2{}, random);
+    EXPECT_NEAR(estimateNormals(points, Eigen::Vector2d::Zero()), 360.0 / beams, 0.1);
+    const auto lines = std::count_if(points.begin(), points.end(), [](const auto& p) { return p.hasNormal(); });
+    EXPECT_GE(lines, beams - 4 * 3) << beams << ": all but the corners";
   }
 }
 

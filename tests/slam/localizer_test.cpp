@@ -235,6 +235,17 @@ TEST(Localizer, DoesNotHearWheelsThatKeepLyingUntilTheyTellTheTruth) {
   }
 }
 
+TEST(Localizer, ASparseScanDoesNotHoldTheRobotInACorridor) {
+  for (const int beams : {60, 90, 120}) {
+    Drive drive;
+    drive.room = {.length = 80.0, .width = 2.0, .reach = 10.0, .range_sigma = 0.01, .beams = beams};
+    drive.run(2.0, kStand);
+    drive.run(20.0, {0.4, 0, 0});
+    EXPECT_LT(drive.error(), 0.15) << beams << " beams; the wheels are right";
+    EXPECT_EQ(drive.localizer->counters().wheels_withdrawn, 0U) << beams;
+  }
+}
+
 TEST(Localizer, NoisyWheelsTellLessOfTheWayAlongACorridor) {
   /// @return [m^2/m] variance of the way along the corridor, where the lidar did not see it
   const auto variance = [](double noise) {
