@@ -8,6 +8,8 @@
 namespace slam {
 namespace {
 
+constexpr int kFewest = 20;  // surfels in sight that tell a place
+
 constexpr double kSameWall = 0.6;  // cosine: normals within 53 degrees may be one wall
 
 }  // namespace
@@ -81,6 +83,19 @@ int Reference::add(const Pose2& T_ref_base, std::span<const ScanPoint> points) {
     if (!merge(p, normal, point.normal_variance)) insert(p, normal, point.normal_variance);
   }
   return count_ - before;
+}
+
+double Reference::seenThrough(const Pose2& T_ref_base, const RangeImage& scan, double known) const {
+  const Pose2 T_base_ref = T_ref_base.inverse(), turn{0.0, 0.0, T_base_ref.theta};
+  int met = 0, through = 0;
+  for (const Surfel& surfel : surfels_) {
+    if (surfel.observations < known) continue;
+    const Eigen::Vector2d p = T_base_ref * Eigen::Vector2d(surfel.x, surfel.y);
+    const RangeImage::Sight sight = scan.sightOf(p, turn * Eigen::Vector2d(surfel.nx, surfel.ny));
+    met += sight == RangeImage::Sight::kMet;
+    through += sight == RangeImage::Sight::kSeenThrough;
+  }
+  return met + through < kFewest ? 0.0 : static_cast<double>(through) / (met + through);
 }
 
 bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, double normal_variance) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/pose2.hpp"
+#include "matching/range_image.hpp"
 #include "matching/scan_points.hpp"
 
 namespace slam {
@@ -57,6 +58,10 @@ class Reference {
     if (id == kNone && reach > config_.fine_radius) id = coarse_.cells[coarse_.index(p)];
     return id == kNone ? nullptr : &surfels_[static_cast<std::size_t>(id)];
   }
+
+  /// Share of the surfels in sight that a scan sees through instead of meeting them [1]; 0 where few are in sight.
+  /// @param known surfels that were observed so often
+  double seenThrough(const Pose2& T_ref_base, const RangeImage& scan, double known) const;
 
   /// Whether a point is in the window: elsewhere nothing is known, or can be.
   bool covers(const Eigen::Vector2d& p) const {

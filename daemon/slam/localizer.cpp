@@ -14,6 +14,9 @@ namespace {
 
 constexpr double kClearlyBetter = 0.01;            // [1] of overlap, between guesses
 constexpr double kSuddenly = 0.03;                 // [1] overlap lost from one scan to the next: the guess may be wrong
+constexpr double kMuchWorse = 0.12;                // [1] overlap lost by a find: it is another place
+constexpr double kSeenThrough = 0.12;              // [1] of the walls in sight; of a right find at most 0.10
+constexpr double kKnownSurfel = 4.0;               // [1] observations
 constexpr double kFastest = 0.02;                  // [s] no lidar turns faster
 constexpr double kSoonest = 0.6;                   // [1] of the usual interval, between two scans
 constexpr double kMoving = 0.02, kTurning = 0.05;  // [m/s], [rad/s] no lidar sees the same twice
@@ -136,6 +139,7 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
   if (outcome.fused) {
     ++(outcome.match.observable == 3 ? counters_.matched : counters_.partly_observable);
     last_match_ = outcome.stamp;
+    fused_overlap_ = overlap_;
     failures_ = 0;
     const Pose2 T_map_base = pose_.at(outcome.stamp).pose();
     accumulateDrift(T_map_base, &outcome.match);
@@ -272,6 +276,11 @@ void Localizer::searchAround(const Pose2& predicted, ScanOutcome& outcome) {
   const SearchResult found = search_.match(reference_, points_, predicted, window, match_);
   // Among so many places one fits by half wherever the robot is: a find needs more agreement than a prediction does.
   if (!found.match.usable() || found.match.overlap < config_.search.trusted_overlap) return;
+  // A room has corners that look like one another. In the right one the scan fits about as well as the last one did,
+  // and sees through no walls.
+  if (found.match.overlap < fused_overlap_ - kMuchWorse) return;
+  image_.set(points_, config_.lidar.T_base_lidar.translation());
+  if (reference_.seenThrough(found.match.T_ref_base, image_, kKnownSurfel) > kSeenThrough) return;
   outcome.match = found.match;
   outcome.fused = fuse(outcome.stamp, found.match, true);
 }

@@ -17,6 +17,7 @@
 #include "matching/deskew.hpp"
 #include "matching/match_result.hpp"
 #include "matching/normals.hpp"
+#include "matching/range_image.hpp"
 #include "matching/reference.hpp"
 #include "slam/map_correction.hpp"
 #include "slam/scan_repeat_watch.hpp"
@@ -212,6 +213,7 @@ class Localizer {
   };
   std::array<RecentScan, 4> recent_;  // newest keyframes, which a correction may not know yet
   CorrelativeMatcher search_;
+  RangeImage image_;
   PoseHistory history_;
   ScanPoints points_;
   MatchConfig match_;  // for them
@@ -234,7 +236,7 @@ class Localizer {
   bool placed_ = true, was_placed_ = false;
   bool extends_ = true;  // the reference, by keyframes
   int next_keyframe_ = 0;
-  double overlap_ = 0.0;
+  double overlap_ = 0.0, fused_overlap_ = 0.0;  // of the last match, and of the last one that was fused
   int failures_ = 0;
   LocalizerCounters counters_;
 };

@@ -77,6 +77,21 @@ TEST(Reference, ForgetsWhatLeavesItsWindowAndKeepsTheRest) {
   EXPECT_TRUE(alias == nullptr || std::abs(alias->x - 3.0F) > 25.0F);
 }
 
+TEST(Reference, IsSeenThroughFromAnotherPlaceThatMatches) {
+  std::mt19937 random(5);
+  const Room room{.length = 6.0, .width = 4.0, .range_sigma = 0.015};
+  Reference reference;
+  for (int i = 0; i < 6; ++i) reference.add(Pose2{}, scanPoints(room, Pose2{}, random));
+  const Pose2 here{1.0, 0.5, 0.3};
+  RangeImage image;
+  image.set(scanPoints(room, here, random), Eigen::Vector2d::Zero());
+  EXPECT_LT(reference.seenThrough(here, image, 2.0), 0.01);
+  EXPECT_LT(reference.seenThrough(here * Pose2{0.05, -0.05, 0.02}, image, 2.0), 0.02) << "a match may be a little off";
+  // Two of the walls agree from there.
+  EXPECT_GT(reference.seenThrough(Pose2{0.0, 0.0, 1.5708} * here, image, 2.0), 0.2);
+  EXPECT_EQ(reference.seenThrough(here, image, 100.0), 0.0) << "nothing is known so well";
+}
+
 TEST(Reference, DoesNotAllocateAfterConstruction) {
   std::mt19937 random(5);
   Reference reference;

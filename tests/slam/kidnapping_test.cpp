@@ -126,6 +126,29 @@ TEST_P(Kidnapping, IsNoticedAndTheRobotFoundAgain) {
   for (int id = 0; id < robot.back_end.keyframes().size(); ++id) EXPECT_TRUE(robot.back_end.inMap(id)) << id;
 }
 
+/// A hall that would look the same from its other end, were it not for what stands in one corner.
+test::Place nearlySymmetricHall() {
+  test::Place place{.name = "Hall", .low = {0.3, 0.3}, .high = {9.7, 5.7}, .reach = 12.0};
+  test::addWalls(place.world, {{0, 0}, {10, 0}, {10, 6}, {0, 6}});
+  place.world.add(sim::Box{1.4, 4.6, 0.0, 2.0, 1.6});
+  return place;
+}
+
+TEST(KidnappingInAHall, ALookAlikeCornerIsNotTakenForTheRightOne) {
+  Robot robot(nearlySymmetricHall(), {3.0, 2.0, 0.0});
+  robot.run(20.0, kCircle);
+  ASSERT_EQ(robot.state(), LocalisationState::kLocalised);
+  int wrong_poses = 0;
+  robot.after_scan = [&] {
+    wrong_poses += robot.error({3.0, 2.0, 0.0}) > kTold && robot.state() == LocalisationState::kLocalised;
+  };
+  robot.truth = {7.6, 4.2, robot.truth.theta + kPi + 0.7};  // from the other end
+  robot.run(12.0, kCircle);
+  EXPECT_EQ(wrong_poses, 0);
+  EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
+  EXPECT_LT(robot.error({3.0, 2.0, 0.0}), 0.05);
+}
+
 TEST_P(Kidnapping, APersonWhoIsRightIsBelieved) {
   ASSERT_TRUE(driveUntilFound(6.0));
   robot.truth = kInB;

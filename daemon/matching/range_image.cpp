@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "matching/range_image.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/pose2.hpp"
+
+namespace slam {
+namespace {
+
+constexpr double kMaxGap = 0.06;         // [rad] between two beams: what lies in a wider one was not seen
+constexpr double kMargin = 0.20;         // [m] that a range and a place may differ by and be the same
+constexpr double kBearingError = 0.010;  // [rad] of the pose that a place is seen from ...
+constexpr double kPlaceError = 0.05;     // [m] ... and of the place
+constexpr double kGrazing = 0.3;         // cosine of the angle between beam and normal
+
+}  // namespace
+
+/// The bins from one bearing to another [rad].
+template <typename Visit>
+void RangeImage::forBins(double from, double to, Visit visit) const {
+  constexpr double kPerBin = kBins / (2.0 * std::numbers::pi);
+  const int last = static_cast<int>(std::floor(to * kPerBin));
+  for (int bin = static_cast<int>(std::floor(from * kPerBin)); bin <= last; ++bin) {
+    if (!visit(static_cast<std::size_t>((bin + 2 * kBins) % kBins))) return;
+  }
+}
+
+void RangeImage::set(std::span<const ScanPoint> points, const Eigen::Vector2d& lidar) {
+  ranges_.fill(0.0F);
+  lidar_ = lidar;
+  farthest_ = 0.0F;
+  if (points.empty()) return;
+  Eigen::Vector2d beam = points.back().position - lidar;  // the neighbour of the first after a whole turn
+  double last_bearing = std::atan2(beam.y(), beam.x());
+  auto last_range = static_cast<float>(beam.norm());
+  for (const ScanPoint& point : points) {
+    beam = point.position - lidar;
+    const double bearing = std::atan2(beam.y(), beam.x());
+    const auto range = static_cast<float>(beam.norm());
+    farthest_ = std::max(farthest_, range);
+    const double gap = wrapAngle(bearing - last_bearing);
+    if (std::abs(gap) < kMaxGap) {
+      const float nearer = std::min(range, last_range);
+      const double first = last_bearing + std::min(0.0, gap);
+      forBins(first, first + std::abs(gap), [&](std::size_t bin) {
+        ranges_[bin] = ranges_[bin] > 0.0F ? std::min(ranges_[bin], nearer) : nearer;
+        return true;
+      });
+    }
+    last_bearing = bearing;
+    last_range = range;
+  }
+}
+
+RangeImage::Sight RangeImage::sightOf(const Eigen::Vector2d& p, const Eigen::Vector2d& normal) const {
+  const Eigen::Vector2d way = p - lidar_;
+  const double distance = way.norm();
+  if (distance < kMargin || distance > farthest_ + kMargin) return Sight::kUnknown;
+  if (!normal.isZero() && std::abs(normal.dot(way)) < kGrazing * distance) return Sight::kUnknown;
+  const double bearing = std::atan2(way.y(), way.x()), error = kBearingError + kPlaceError / distance;
+  const auto nearest = static_cast<float>(distance - kMargin), beyond = static_cast<float>(distance + kMargin);
+  Sight sight = Sight::kSeenThrough;
+  forBins(bearing - error, bearing + error, [&](std::size_t bin) {
+    const float range = ranges_[bin];
+    if (range == 0.0F) sight = Sight::kUnknown;
+    if (range > nearest && range < beyond) sight = Sight::kMet;
+    if (range > 0.0F && range <= nearest) sight = Sight::kHidden;
+    return sight == Sight::kSeenThrough || sight == Sight::kHidden;
+  });
+  return sight;
+}
+
+}  // namespace slam

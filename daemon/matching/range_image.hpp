@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "matching/scan_points.hpp"
+
+namespace slam {
+
+/// How far a scan saw in each direction. A wall that it saw through is not there, or the scan was taken elsewhere:
+/// points that match say nothing of that. After the range images of Kim and Kim (Removert, IROS 2020).
+class RangeImage {
+ public:
+  /// What a scan says of a place.
+  enum class Sight : std::uint8_t {
+    kUnknown,      ///< no beam went there, or it passed along the wall
+    kHidden,       ///< something stands before it
+    kMet,          ///< something is there
+    kSeenThrough,  ///< all beams near it went on
+  };
+
+  /// @param points  in acquisition order, in base
+  /// @param lidar   [m] position of the lidar in base
+  void set(std::span<const ScanPoint> points, const Eigen::Vector2d& lidar);
+
+  /// @param p       [m] a place, in base
+  /// @param normal  of the wall there, in base; zero where there is no line
+  Sight sightOf(const Eigen::Vector2d& p, const Eigen::Vector2d& normal) const;
+
+ private:
+  static constexpr int kBins = 720;
+  template <typename Visit>
+  void forBins(double from, double to, Visit visit) const;
+
+  std::array<float, kBins> ranges_{};  // [m] the shortest in the bin; 0: nothing is known
+  Eigen::Vector2d lidar_ = Eigen::Vector2d::Zero();
+  float farthest_ = 0.0F;  // [m]
+};
+
+}  // namespace slam
