@@ -49,18 +49,29 @@ MapState MapKeeper::begin() {
   MapState map;
   if (exists) {
     try {
+      if (!localise && !picture) keep(name_);
       map = open(path);
     } catch (const std::runtime_error& error) {
       // A map that was asked for by name is not silently replaced by an empty one.
       if (localise || !store.map.empty()) throw;
       logError(std::string(error.what()) + "; a new map begins, that one is left as it is");
       name_.clear();
+      store_.reset();
+      lock_.reset();
     }
   }
   if (localise || store.directory.empty()) return map;
   if (name_.empty()) name_ = newNameIn(store.directory);
-  store_ = std::make_unique<MapStore>(store.directory, name_);
+  if (!store_) keep(name_);
   return map;
+}
+
+/// Makes the map the one that is written, and nobody else's.
+void MapKeeper::keep(const std::string& name) {
+  const std::filesystem::path directory = config_.store.directory;
+  auto store = std::make_unique<MapStore>(directory, name);
+  if (!store_ || store_->name() != name) lock_ = std::make_unique<FolderLock>(directory / name);
+  store_ = std::move(store);
 }
 
 MapState MapKeeper::open(const std::string& path) {
@@ -79,8 +90,8 @@ MapState MapKeeper::load(const std::string& name) {
   if (config_.store.directory.empty()) throw std::runtime_error("store.directory is not set in the configuration");
   if (!MapStore::isName(name)) throw std::runtime_error("\"" + name + "\" is no name of a map");
   MapState map = open(config_.store.directory + "/" + name);
+  if (store_) keep(name);
   name_ = name;
-  if (store_) store_ = std::make_unique<MapStore>(config_.store.directory, name_);
   journalled_changes_ = checkpointed_changes_ = -1;
   return map;
 }
@@ -88,7 +99,7 @@ MapState MapKeeper::load(const std::string& name) {
 void MapKeeper::beginNew() {
   if (!store_) return;
   name_ = newNameIn(config_.store.directory);
-  store_ = std::make_unique<MapStore>(config_.store.directory, name_);
+  keep(name_);
   journalled_changes_ = checkpointed_changes_ = -1;
 }
 
@@ -127,7 +138,11 @@ bool MapKeeper::checkpoint(Timestamp now, const MapState& map, std::int64_t chan
 
 void MapKeeper::saveAs(const std::string& name, const MapState& map) const {
   if (config_.store.directory.empty()) throw std::runtime_error("store.directory is not set in the configuration");
-  MapStore(config_.store.directory, name).checkpoint(map);
+  MapStore copy(config_.store.directory, name);
+  std::optional<FolderLock> lock;
+  if (!store_ || store_->name() != name) lock.emplace(std::filesystem::path(config_.store.directory) / name);
+  copy.checkpoint(map);
+  if (store_) store_->touch();  // it is this one that goes on
 }
 
 bool MapKeeper::attempt(const std::string& what, const std::function<void()>& write) {

@@ -9,6 +9,7 @@
 #include "app/config.hpp"
 #include "core/timestamp.hpp"
 #include "slam/map_state.hpp"
+#include "store/durable_file.hpp"
 #include "store/map_store.hpp"
 
 namespace slam {
@@ -48,6 +49,9 @@ class MapKeeper {
 
   const Config& config_;
   std::string name_;
+  void keep(const std::string& name);
+
+  std::unique_ptr<FolderLock> lock_;  // of the map's folder
   std::unique_ptr<MapStore> store_;
   Timestamp journalled_{}, checkpointed_{};
   std::int64_t journalled_changes_ = -1, checkpointed_changes_ = -1;

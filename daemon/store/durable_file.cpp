@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
+#include <sys/file.h>
 #include <unistd.h>
 #include <utility>
 #include <zlib.h>
@@ -46,6 +47,19 @@ void writeDurably(const std::filesystem::path& file, std::string_view content) {
   writeAll(file, out.descriptor, content);
   if (::fsync(out.descriptor) != 0) fail(file, "cannot sync");
 }
+
+FolderLock::FolderLock(const std::filesystem::path& folder)
+    : descriptor_(openOrFail(folder / "lock", O_RDWR | O_CREAT)) {
+  if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
+  const int reason = errno;
+  ::close(descriptor_);
+  if (reason == EWOULDBLOCK)
+    throw std::runtime_error(folder.string() + ": another slamd or slam-replay writes this map");
+  errno = reason;
+  fail(folder / "lock", "cannot lock");
+}
+
+FolderLock::~FolderLock() { ::close(descriptor_); }
 
 void syncFolder(const std::filesystem::path& folder) {
   const Closer in{openOrFail(folder, O_RDONLY | O_DIRECTORY)};

@@ -20,6 +20,19 @@ std::string readFile(const std::filesystem::path& file);
 /// CRC-32 as of zlib.
 std::uint32_t crc32Of(std::string_view content);
 
+/// Keeps a folder to one program at a time, as long as it lives; a program that dies lets go of it.
+class FolderLock {
+ public:
+  /// @throws std::runtime_error where another one has it, also within this program, or the folder cannot be written to
+  explicit FolderLock(const std::filesystem::path& folder);
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  int descriptor_;
+};
+
 /// A file that only grows.
 class AppendFile {
  public:

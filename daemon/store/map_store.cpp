@@ -216,6 +216,11 @@ void MapStore::sync() {
   if (journal_) journal_->sync();
 }
 
+void MapStore::touch() {
+  std::error_code ignored;  // there is no journal before the first checkpoint
+  fs::last_write_time(journalOf(directory_, generation_), fs::file_time_type::clock::now(), ignored);
+}
+
 LoadedMap MapStore::load(const fs::path& directory, const std::string& name, const OccupancyGridConfig& config) {
   const fs::path folder = directory / name;
   const auto generations = generationsOf(folder);
@@ -269,11 +274,18 @@ std::vector<MapSummary> MapStore::list(const fs::path& directory) {
     if (!entry.is_directory() || !isName(name) || generations.empty()) continue;
     MapSummary& summary = maps.emplace_back();
     summary.name = name;
+    summary.newest = generations.front();
     for (const int generation : generations) {
       const fs::path folder = entry.path() / numbered(generation);
       try {
         const Manifest manifest = readManifest(folder);
-        for (const char* file : kFiles) readChecked(folder, manifest, file);
+        for (const char* file : {kFiles[0], kFiles[1], kFiles[3]}) readChecked(folder, manifest, file);
+        try {  // these can be done without
+          readChecked(folder, manifest, kFiles[2]);
+          if (manifest.files.contains(kDepthFile)) readChecked(folder, manifest, kDepthFile);
+        } catch (const std::runtime_error& damage) {
+          if (summary.problem.empty()) summary.problem = damage.what();
+        }
         summary.generation = generation;
         summary.keyframes = manifest.keyframes;
         summary.utime = manifest.utime;

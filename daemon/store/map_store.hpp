@@ -14,7 +14,8 @@ namespace slam {
 /// What the store says of a map without loading it.
 struct MapSummary {
   std::string name;
-  int generation = 0;      ///< newest one that is intact; 0: none
+  int generation = 0;      ///< newest one that can be used; 0: none
+  int newest = 0;          ///< newest one there is
   int keyframes = 0;       ///< in it
   std::int64_t utime = 0;  ///< [us] of its last pose
   std::string problem;     ///< what is wrong with it, in words; empty: nothing
@@ -54,6 +55,8 @@ class MapStore {
   /// @throws std::runtime_error
   void append(const MapState& map, std::span<const MapView> seen = {});
   void sync();
+  /// Makes it the map that was written last.
+  void touch();
 
   /// The newest state that can be read.
   /// @param grid of the grid to make

@@ -193,6 +193,30 @@ TEST_F(MapKeeping, SavesACopyUnderAnotherName) {
   EXPECT_EQ(keeper.name(), "home");
   EXPECT_EQ(newestKeyframes("copy"), 5);
   EXPECT_THROW(keeper.saveAs("../copy", map), std::runtime_error);
+  EXPECT_TRUE(keeper.checkpoint(Timestamp(1h), map, 1));
+  keeper.saveAs("later", map);
+  EXPECT_EQ(MapStore::newest(config.store.directory), "home") << "a copy is not what a start continues";
+}
+
+TEST_F(MapKeeping, LeavesAMapToWhoWritesIt) {
+  store("home", 1h, 5);
+  store("hall", 2h, 3);
+  config.store.map = "home";
+  auto first = std::make_unique<MapKeeper>(config);
+  first->begin();
+  EXPECT_THAT(refusal(), HasSubstr("another slamd"));
+  EXPECT_NO_THROW(first->load("home")) << "it has it itself";
+  Config other = config;
+  other.store.map = "hall";
+  MapKeeper second(other);
+  const MapState map = second.begin();
+  EXPECT_THAT(refusalOf([&] { second.load("home"); }), HasSubstr("another slamd"));
+  EXPECT_THAT(refusalOf([&] { second.saveAs("home", map); }), HasSubstr("another slamd"));
+  EXPECT_EQ(second.name(), "hall");
+  first.reset();
+  EXPECT_EQ(second.load("home").keyframes.size(), 5);
+  other.mode = "localise";
+  EXPECT_NO_THROW(MapKeeper(other).begin()) << "who only reads needs no lock";
 }
 
 TEST_F(MapKeeping, WritesACheckpointAtOnceAndThenByItsPeriod) {

@@ -429,7 +429,7 @@ TEST(MapStore, ListsMapsAndTheirDamage) {
   fs::create_directories(folder / "maps/no map");
   fs::create_directories(folder / "maps/empty");
   folder.write("maps/file", "");
-  damage(folder / "maps/half/000002/grid.bin");
+  damage(folder / "maps/half/000002/graph.bin");
   for (const char* generation : {"000001", "000002"}) damage(folder / "maps/bad" / generation / "state.toml");
   const auto maps = MapStore::list(folder / "maps");
   ASSERT_EQ(maps.size(), 3U);
@@ -442,7 +442,16 @@ TEST(MapStore, ListsMapsAndTheirDamage) {
   EXPECT_EQ(maps[1].utime, good.states[kSecond].utime);
   EXPECT_EQ(maps[1].problem, "");
   EXPECT_EQ(maps[2].generation, 1);
-  EXPECT_THAT(maps[2].problem, HasSubstr("grid.bin"));
+  EXPECT_EQ(maps[2].newest, 2);
+  EXPECT_THAT(maps[2].problem, HasSubstr("graph.bin"));
+  for (const char* file : {"grid.bin", "depth.bin"}) {  // without which a map can be loaded
+    const std::string others = std::string("others of ") + file;
+    const Drive drive(folder / others, "home");
+    damage(folder / others / "home/000002" / file);
+    const auto listed = MapStore::list(folder / others);
+    EXPECT_EQ(listed[0].generation, 2) << file;
+    EXPECT_THAT(listed[0].problem, HasSubstr(file));
+  }
 }
 
 TEST(MapStore, TheNewestMapIsTheOneWrittenLast) {
@@ -458,6 +467,8 @@ TEST(MapStore, TheNewestMapIsTheOneWrittenLast) {
   a.changing.addKeyframe(true);
   a.append();  // a journal counts
   EXPECT_EQ(MapStore::newest(folder / ""), "a");
+  b.store.touch();
+  EXPECT_EQ(MapStore::newest(folder / ""), "b");
 }
 
 TEST(OpenMap, TakesAFolderOrAPicture) {

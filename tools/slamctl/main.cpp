@@ -34,9 +34,10 @@ void printMaps(const std::string& directory) {
   const auto newest = slam::MapStore::newest(directory);
   std::printf("%-2s%-28s %10s %10s  %-19s  %s\n", "", "map", "keyframes", "generation", "saved (UTC)", "state");
   for (const slam::MapSummary& map : maps) {
-    const char* state = map.generation == 0   ? "damaged"
-                        : map.problem.empty() ? "good"
-                                              : "good, newest generation damaged";
+    const char* state = map.generation == 0            ? "damaged"
+                        : map.problem.empty()          ? "good"
+                        : map.generation != map.newest ? "good, newest generation damaged"
+                                                       : "usable, in part damaged";
     std::printf("%-2s%-28s %10d %10d  %-19s  %s\n", newest == map.name ? "*" : "", map.name.c_str(), map.keyframes,
                 map.generation, timeText(map.utime).c_str(), state);
     if (!map.problem.empty()) std::printf("  %s\n", map.problem.c_str());
