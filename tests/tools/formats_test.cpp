@@ -189,6 +189,14 @@ TEST_F(Carmen, RefusesAScanOfOneBeamWhichHasNoBearing) {
   for (const Beam& beam : log.scans[0].beams()) EXPECT_GT(beam.range, 0.0F);
 }
 
+TEST_F(Carmen, RefusesALineOfMoreNumbersThanItsCountSays) {
+  std::string more = "FLASER 170" + flaser(180, "100.0").substr(10);
+  const Log log = convert(more + flaser(180, "101.0"));
+  EXPECT_EQ(report_.rejected, 1);
+  ASSERT_EQ(log.scans.size(), 1U);
+  EXPECT_EQ(log.scans[0].size, 180);
+}
+
 TEST_F(Carmen, RefusesAStampThatNoMessageMayCarry) {
   const Log log =
       convert("ODOM 1 2 0.5 0 0 0 8176052857.1 host 0\n" + flaser(180, "8176052857.1") + flaser(180, "101.0"));
@@ -333,6 +341,26 @@ double pathLength(const std::vector<WheelSample>& wheels) {
 }
 
 void expectHandfulRejected(const ConvertReport& report) { EXPECT_LE(report.rejected, 5) << report.first_rejection; }
+
+TEST_F(Carmen, KeepsEachScansOdometryWhereStampsGoBack) {
+  std::string text;
+  for (int i = 0; i < 40; ++i) {
+    text += flaser(180, std::to_string(100 + i - (i % 4 == 3 ? 2 : 0)) + ".5", std::to_string(0.3 * i) + " 0 0.02");
+  }
+  const Log recorded = convert(text);
+  disturbLog(folder_ / "out.lcm", folder_ / "same.lcm", Disturbance{});
+  convertToCarmen(folder_ / "out.lcm", folder_ / "back.clf");
+  const Log same = readLog(folder_ / "same.lcm"), back = convert(test::contentOf(folder_ / "back.clf"));
+  ASSERT_EQ(same.wheels.size(), 40U);
+  ASSERT_EQ(back.wheels.size(), 40U);
+  for (std::size_t i = 1; i < 40; ++i) {
+    const auto step = [i](const Log& log) {
+      return between(log.wheels[i - 1].T_wheels_base, log.wheels[i].T_wheels_base).x;
+    };
+    EXPECT_NEAR(step(same), step(recorded), 1e-9) << i;
+    EXPECT_NEAR(step(back), step(recorded), 2e-6) << i;
+  }
+}
 
 TEST_F(Carmen, CanBeDisturbedByFalseMotionsOfTheWheels) {
   std::string text;

@@ -64,6 +64,8 @@ const char* layOutFlaser(const std::vector<std::string_view>& words, Layout& out
   std::tie(out.first, out.step) = carmen::beamLayout(*n);
   out.odometry = out.ranges + *n + 3;  // the pose before it may be corrected, or the laser's
   out.stamp = out.odometry + 3;
+  const std::size_t usual = out.stamp + 3;  // with host and its stamp
+  if (words.size() > usual && numberAt(words, out.stamp + 1)) return "it holds more numbers than its count says";
   return nullptr;
 }
 

@@ -104,6 +104,7 @@ ConvertReport convertToCarmen(const std::filesystem::path& in, const std::filesy
 
   ConvertReport report;
   PoseHistory wheels(4096);
+  std::optional<WheelSample> newest;  // as it came: the history is by stamps, which may go back
   std::int64_t first = -1;
   for (LogEvent event; log.next(event);) {
     if (first < 0) first = event.utime;
@@ -115,6 +116,7 @@ ConvertReport convertToCarmen(const std::filesystem::path& in, const std::filesy
         continue;
       }
       wheels.push(sample->stamp, sample->T_wheels_base);
+      newest = sample;
       ++report.wheels;
     } else if (event.channel == channel::kScan) {
       const auto message = decodeChecked<scan_t>(event.data);
@@ -123,7 +125,9 @@ ConvertReport convertToCarmen(const std::filesystem::path& in, const std::filesy
         report.reject(in.filename().string(), "a SLAM_SCAN message that does not decode");
         continue;
       }
-      printLaser(file, *scan, wheels.at(scan->stamp, std::chrono::seconds(1)).value_or(Pose2{}));
+      const bool own = newest && newest->stamp == scan->stamp;
+      printLaser(file, *scan,
+                 own ? newest->T_wheels_base : wheels.at(scan->stamp, std::chrono::seconds(1)).value_or(Pose2{}));
       std::fprintf(file, " %.6f slamd %.6f\n", static_cast<double>(message->utime) * 1e-6,
                    static_cast<double>(event.utime - first) * 1e-6);
       ++report.scans;

@@ -25,9 +25,11 @@ class WheelDisturbance {
   }
 
   WheelSample apply(WheelSample recorded, std::int64_t utime) {
-    history_.push(recorded.stamp, recorded.T_wheels_base);
-    recorded.T_wheels_base = history_.at(recorded.stamp - fromSeconds(disturbance_.wheel_lag), std::chrono::hours(1))
-                                 .value_or(recorded.T_wheels_base);
+    if (disturbance_.wheel_lag > 0.0) {
+      history_.push(recorded.stamp, recorded.T_wheels_base);
+      recorded.T_wheels_base = history_.at(recorded.stamp - fromSeconds(disturbance_.wheel_lag), std::chrono::hours(1))
+                                   .value_or(recorded.T_wheels_base);
+    }
     Pose2 motion = last_ ? between(*last_, recorded.T_wheels_base) : Pose2{};
     last_ = recorded.T_wheels_base;
     const double distance = std::hypot(motion.x, motion.y), turn = std::abs(motion.theta);
