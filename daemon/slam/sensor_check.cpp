@@ -18,7 +18,7 @@ constexpr int kManyPairs = 40;                 // before "no relation at all" is
 constexpr double kUsual = 0.25;                // [1] share of all pairs that show a motion which is no slip
 constexpr double kMost = 0.60;                 // [1] share of the angles near the peak
 constexpr double kSameSize = 12.0 * kDegree;   // about 45 degrees: 0.65 to 1.54 of each other
-constexpr double kNearlySame = 4.5 * kDegree;  // 0.85 to 1.17, where many pairs say so
+constexpr double kNearlySame = 4.5 * kDegree;  // of distances, where many pairs tell them: 0.85 to 1.17
 constexpr double kBothMove = 10.0 * kDegree;   // from 0 and 90 degrees: there only one of them moves
 constexpr double kYawTolerance = 30.0 * kDegree;
 constexpr double kClockStep = 1.0;        // [s] back by more is a clock that was set
@@ -155,12 +155,11 @@ bool SensorCheck::wants(bool turn) const {
   return (turn ? std::max(gyro_turn_.count(), wheel_turn_.count()) : wheel_direction_.count()) < kWanted;
 }
 
-SensorCheck::Relation SensorCheck::relation(const AngleCounts& angles) const {
+SensorCheck::Relation SensorCheck::relation(const AngleCounts& angles, double same_size) const {
   const AngleCounts::Peak peak = angles.peak();
   const double size = std::abs(peak.angle);
   const bool alike = peak.share >= kMost && peak.share * angles.count() >= kLeastAlike;
-  const double same = angles.count() >= kWanted ? kNearlySame : kSameSize;
-  if (alike && peak.angle > kBothMove && size < kPi / 2 - kBothMove && std::abs(size - kPi / 4) > same) {
+  if (alike && peak.angle > kBothMove && size < kPi / 2 - kBothMove && std::abs(size - kPi / 4) > same_size) {
     return Relation::kScaled;
   }
   const double least = std::max(static_cast<double>(kLeastAlike), kMost * angles.count());
@@ -181,7 +180,7 @@ SensorFindings SensorCheck::findings() const {
 }
 
 void SensorCheck::judgeDirections(SensorFindings& findings) const {
-  const Relation gyro = relation(gyro_turn_), wheels = relation(wheel_turn_);
+  const Relation gyro = relation(gyro_turn_, kSameSize), wheels = relation(wheel_turn_, kSameSize);
   const AngleCounts::Peak travel = wheel_direction_.peak();
   const bool travel_known = travel.share >= kMost && travel.share * wheel_direction_.count() >= kLeastAlike;
   const bool reversed = travel_known && std::abs(travel.angle) > kPi - kYawTolerance;
@@ -203,7 +202,10 @@ void SensorCheck::judgeDirections(SensorFindings& findings) const {
 }
 
 void SensorCheck::judgeWheels(SensorFindings& findings) const {
-  const Relation distance = relation(wheel_distance_), turn = relation(wheel_turn_);
+  // In turns most wheels slip by some share.
+  const bool many = wheel_distance_.count() >= kWanted;
+  const Relation distance = relation(wheel_distance_, many ? kNearlySame : kSameSize);
+  const Relation turn = relation(wheel_turn_, kSameSize);
   if (distance == Relation::kScaled) {
     findings.add(SensorFault::kWheelDistanceOff, 1.0 / std::tan(wheel_distance_.peak().angle));
   }

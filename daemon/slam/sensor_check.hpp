@@ -97,7 +97,8 @@ class SensorCheck {
 
  private:
   enum class Relation : std::uint8_t { kUnknown, kAgrees, kScaled, kOpposite, kUnrelated };
-  Relation relation(const AngleCounts& angles) const;
+  /// @param same_size [rad] from 45 degrees: the two are of one scale
+  Relation relation(const AngleCounts& angles, double same_size) const;
   void judgeDirections(SensorFindings& findings) const;
   void judgeWheels(SensorFindings& findings) const;
 

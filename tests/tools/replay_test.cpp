@@ -339,7 +339,7 @@ TEST(Replay, FollowsTheRobotInAGivenMapAndLeavesTheMapAlone) {
   const Folder folder;
   const ReplayOptions options = beginInMapOf(folder, "second");
   const auto before = filesOf(folder / "maps");
-  ASSERT_EQ(before.size(), 7U);
+  ASSERT_EQ(before.size(), 8U);
   Config config = driveConfig();
   config.mode = "localise";
   replay(config, options);

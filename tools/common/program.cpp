@@ -30,6 +30,9 @@ int runProgram(CLI::App& app, int argc, char** argv, const std::string& version,
   } catch (const BadConfig& error) {
     std::cerr << error.what() << "\n";
     return kBadConfig;
+  } catch (const CLI::ValidationError& error) {  // options that do not go together with the configuration
+    std::cerr << app.get_name() << ": " << error.what() << "; see " << app.get_name() << " --help\n";
+    return kBadUsage;
   } catch (const std::exception& error) {
     endProgress();
     std::cerr << app.get_name() << ": " << error.what() << "\n";

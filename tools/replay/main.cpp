@@ -81,6 +81,9 @@ int main(int argc, char** argv) {
         } catch (const slam::ConfigError& error) {
           throw slam::BadConfig(error.what());
         }
+        if (config.mode == "localise" && !options.save_map.empty()) {
+          throw CLI::ValidationError("--save-map", "mode \"localise\" changes no map; there is nothing to save");
+        }
         int shown = -1;
         const slam::ReplayStats stats = slam::replay(config, options, [&](double seconds) {
           if (static_cast<int>(seconds) / 10 == shown) return;

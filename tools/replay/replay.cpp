@@ -98,8 +98,12 @@ class Run {
     if (!options.map.empty()) writeMapFiles(options.map, renderMap(mapper_.grid()), mapper_.path());
     stats_.localizer = localizer_.counters();
     stats_.lidar_gyro_offset = offset_.estimate();
-    for (const SensorFinding& finding : probe_.findings().all()) stats_.warnings.push_back(describe(finding));
-    if (const auto times = stats_.localizer.wheels_withdrawn; times > 0) {
+    bool explained = false;
+    for (const SensorFinding& finding : probe_.findings().all()) {
+      stats_.warnings.push_back(describe(finding));
+      explained |= finding.fault != SensorFault::kScansRepeated && finding.fault != SensorFault::kTimeBackwards;
+    }
+    if (const auto times = stats_.localizer.wheels_withdrawn; times > 0 && !explained) {
       stats_.warnings.push_back("the wheels contradicted the scans and were not heard, " + std::to_string(times) +
                                 " times: do they slip, lag behind, or have a wrong radius or sign?");
     }
@@ -212,7 +216,9 @@ class Run {
     map.range_max = localizer_.config().lidar.range_max;
     map.utime = poses_.empty() ? 0 : poses_.back().utime;
     const auto folder = std::filesystem::absolute(path).lexically_normal();
-    MapStore(folder.parent_path(), folder.filename()).checkpoint(map);
+    MapStore store(folder.parent_path(), folder.filename());
+    const FolderLock lock(folder);
+    store.checkpoint(map);
   }
 
   /// The segment was found: where the robot was since it got lost is known now.
