@@ -17,7 +17,8 @@ void printOffset(const slam::ReplayStats& stats, double configured) {
   if (!stats.lidar_gyro_offset) return;
   const auto& [offset, sigma, turns] = *stats.lidar_gyro_offset;
   std::printf("lidar to gyro: %+.1f ms (sigma %.1f ms, %d turns)", 1e3 * offset, 1e3 * sigma, turns);
-  if (std::abs(offset) > std::max(3.0 * sigma, kNoticed))
+  // A sensor that is mounted wrong makes an offset that is none.
+  if (std::abs(offset) > std::max(3.0 * sigma, kNoticed) && stats.warnings.empty())
     std::printf("; set lidar.time_offset = %.4f", configured + offset);
   std::printf("\n");
 }
