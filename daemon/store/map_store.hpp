@@ -36,6 +36,7 @@ struct LoadedMap {
 ///     NAME/000007/depth.bin       occupancy by the depth camera, and the views it was drawn from
 ///     NAME/000007/state.toml      last pose, gyro bias, calibration
 ///     NAME/000007.journal         what came after generation 7
+///     NAME/lock                   held by the program that writes the map
 ///
 /// A checkpoint is written beside the others, synced, and renamed to its number, so that it is there whole or not at
 /// all; the generation before it stays, with its journal, as the one to fall back to. Whatever is cut off or flipped,
