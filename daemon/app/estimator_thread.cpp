@@ -9,7 +9,6 @@
 namespace slam {
 namespace {
 
-constexpr double kMoving = 0.02, kTurning = 0.05;    // [m/s], [rad/s] no sensor sees the same twice
 const Eigen::Vector3d kSetPoseSigma(0.2, 0.2, 0.1);  // [m, m, rad] of a pose given by a person
 
 }  // namespace
@@ -56,8 +55,7 @@ void EstimatorThread::tick() {
   const Timestamp now = monotonicNow();
   snapshot_.pose = localizer_->estimate(now);
   snapshot_.odometry = localizer_->odometry(now);
-  const Twist2& twist = snapshot_.odometry.twist;
-  exchange_.moving = std::hypot(twist.vx, twist.vy) > kMoving || std::abs(twist.omega) > kTurning;
+  exchange_.moving = isMoving(snapshot_.odometry.twist);
   snapshot_.counters = localizer_->counters();
   snapshot_.filter = localizer_->filterCounters();
   snapshot_.findings = probe_.findings();

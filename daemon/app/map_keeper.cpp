@@ -68,10 +68,15 @@ MapState MapKeeper::begin() {
 
 /// Makes the map the one that is written, and nobody else's.
 void MapKeeper::keep(const std::string& name) {
-  const std::filesystem::path directory = config_.store.directory;
-  auto store = std::make_unique<MapStore>(directory, name);
-  if (!store_ || store_->name() != name) lock_ = std::make_unique<FolderLock>(directory / name);
+  auto store = std::make_unique<MapStore>(config_.store.directory, name);
+  if (auto lock = lockOf(name)) lock_ = std::move(lock);
   store_ = std::move(store);
+}
+
+/// A lock of a map's folder; nullptr where it is the map that is kept, whose lock is held already.
+std::unique_ptr<FolderLock> MapKeeper::lockOf(const std::string& name) const {
+  if (store_ && store_->name() == name) return nullptr;
+  return std::make_unique<FolderLock>(std::filesystem::path(config_.store.directory) / name);
 }
 
 MapState MapKeeper::open(const std::string& path) {
@@ -139,8 +144,7 @@ bool MapKeeper::checkpoint(Timestamp now, const MapState& map, std::int64_t chan
 void MapKeeper::saveAs(const std::string& name, const MapState& map) const {
   if (config_.store.directory.empty()) throw std::runtime_error("store.directory is not set in the configuration");
   MapStore copy(config_.store.directory, name);
-  std::optional<FolderLock> lock;
-  if (!store_ || store_->name() != name) lock.emplace(std::filesystem::path(config_.store.directory) / name);
+  const auto lock = lockOf(name);
   copy.checkpoint(map);
   if (store_) store_->touch();  // it is this one that goes on
 }

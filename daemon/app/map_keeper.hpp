@@ -45,12 +45,12 @@ class MapKeeper {
 
  private:
   MapState open(const std::string& path);
+  void keep(const std::string& name);
+  std::unique_ptr<FolderLock> lockOf(const std::string& name) const;
   bool attempt(const std::string& what, const std::function<void()>& write);
 
   const Config& config_;
   std::string name_;
-  void keep(const std::string& name);
-
   std::unique_ptr<FolderLock> lock_;  // of the map's folder
   std::unique_ptr<MapStore> store_;
   Timestamp journalled_{}, checkpointed_{};

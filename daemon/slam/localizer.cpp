@@ -19,7 +19,7 @@ constexpr double kSeenThrough = 0.12;              // [1] of the walls in sight;
 constexpr double kKnownSurfel = 4.0;               // [1] observations
 constexpr double kFastest = 0.02;                  // [s] no lidar turns faster
 constexpr double kSoonest = 0.6;                   // [1] of the usual interval, between two scans
-constexpr double kMoving = 0.02, kTurning = 0.05;  // [m/s], [rad/s] no lidar sees the same twice
+constexpr double kMoving = 0.02, kTurning = 0.05;  // [m/s], [rad/s]
 constexpr std::size_t kHistoryCapacity = 1024;     // poses within one scan
 
 /// When the beams were sampled, in any order and on either side of the scan's stamp.
@@ -45,6 +45,10 @@ EkfConfig beginningAt(EkfConfig config, const Pose2& pose, double gyro_bias) {
 constexpr Duration kLongestPrediction = std::chrono::milliseconds(200);  // of the pose at a depth image
 
 }  // namespace
+
+bool isMoving(const Twist2& twist) {
+  return std::hypot(twist.vx, twist.vy) > kMoving || std::abs(twist.omega) > kTurning;
+}
 
 Localizer::Localizer(const LocalizerConfig& config, Stopwatch stopwatch, const LocalizerStart& start)
     : config_(config),
@@ -108,7 +112,7 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
   }
 
   // A lidar that repeats a turn would hold the robot in place, or take it back when it stops: its scans fit perfectly.
-  outcome.stuck = stuck_ = repeats && (stuck_ || isMoving(outcome.stamp));
+  outcome.stuck = stuck_ = repeats && (stuck_ || isMoving(odometry_.at(outcome.stamp).twist()));
   if (stuck_) {
     ++counters_.scans_repeated;
     return outcome;
@@ -169,11 +173,6 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
 bool Localizer::isCopy(const LaserScan& scan) const {
   const double soonest = std::max(kFastest, kSoonest * scan_stamps_.interval());
   return repeats_.isCopy() && toSeconds(scan.stamp - last_scan_) < soonest;
-}
-
-bool Localizer::isMoving(Timestamp stamp) const {
-  const Twist2 twist = odometry_.at(stamp).twist();
-  return std::hypot(twist.vx, twist.vy) > kMoving || std::abs(twist.omega) > kTurning;
 }
 
 /// Fills points_, in base at the middle of the turn, which becomes the outcome's stamp. What the filter is wrong about

@@ -125,6 +125,9 @@ struct LocalizerStart {
   double gyro_bias = 0.0;     ///< [rad/s] last value known
 };
 
+/// Whether a robot moves so fast that no sensor sees the same twice.
+bool isMoving(const Twist2& twist);
+
 /// The front end: the paper's pipeline from sensors to pose.
 ///
 /// Two filters run over the same wheels and IMU: the odometry filter never sees the lidar and drifts smoothly in odom;
@@ -191,7 +194,6 @@ class Localizer {
   void beginSegment(KeyframeOrigin origin);
   void accumulateDrift(const Pose2& T_map_base, const MatchResult* match);
   bool isCopy(const LaserScan& scan) const;
-  bool isMoving(Timestamp stamp) const;
   void takePoints(const LaserScan& recorded, ScanOutcome& outcome);
   void describe(Timestamp stamp, const Pose2& T_map_base);
 
