@@ -174,6 +174,7 @@ void Supervisor::sendHealth(Timestamp now) {
         counter("clock_resets", l.clock_resets),
         counter("samples.far_ahead", l.far_ahead),
         counter("wheels.withdrawn", l.wheels_withdrawn),
+        counter("wheels.scale_permille", static_cast<std::uint64_t>(std::lround(1000.0 * l.wheels_scale))),
         counter("keyframes", l.keyframes),
         counter("scans.searched", l.searched),
         counter("loop_closures", static_cast<std::uint64_t>(exchange_.loop_closures.load())),

@@ -76,6 +76,7 @@ void Localizer::add(const WheelSample& sample) {
   sequenced.stamp = wheel_stamps_.next(sample.stamp) + fromSeconds(config_.wheel_time_offset);
   odometry_.add(sequenced);
   has_wheels_ = true;
+  sequenced.T_wheels_base = rescaled_wheels_.add(sample.T_wheels_base, wheel_trust_.scale());
   const bool held_back = std::exchange(wheels_held_back_, !wheel_trust_.believed());
   if (wheels_held_back_) return;
   sequenced.restarted |= held_back;  // what they told meanwhile is not made up for
@@ -329,6 +330,7 @@ LocalizerCounters Localizer::counters() const {
   counters.far_ahead = wheel_guard_.held() + imu_guard_.held() + scan_guard_.held();
   counters.wheels_withdrawn = static_cast<std::uint32_t>(wheel_trust_.withdrawn());
   counters.wheels_heard = wheel_trust_.believed();
+  counters.wheels_scale = wheel_trust_.scale().value();
   counters.samples_late = odometry_.lateFused();
   counters.samples_too_old = odometry_.tooOld();
   return counters;

@@ -99,6 +99,7 @@ struct LocalizerCounters {
   std::uint32_t samples_too_old = 0;   ///< wheel and IMU samples dropped
   std::uint32_t wheels_withdrawn = 0;  ///< times that the wheels contradicted the scans too much to be heard
   bool wheels_heard = true;            ///< now
+  double wheels_scale = 1.0;           ///< [1] what their way is divided by, as the scans have shown so far
   std::uint32_t far_ahead = 0;         ///< samples dropped whose stamp alone was seconds ahead
   std::uint32_t views = 0;             ///< depth images drawn
   std::uint32_t views_unplaced = 0;    ///< depth images dropped because the pose at their stamp was not valid or known
@@ -232,6 +233,7 @@ class Localizer {
   Pose2 last_pose_, last_motion_;                    // at the last matched scan, and from the one before
   bool has_wheels_ = false;
   WheelTrust wheel_trust_;
+  RescaledWheels rescaled_wheels_;
   bool wheels_held_back_ = false;  // the newest sample was not given to the pose filter
   std::int32_t segment_ = 0;
   KeyframeOrigin origin_ = KeyframeOrigin::kContinued;  // of the next keyframe

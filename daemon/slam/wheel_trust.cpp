@@ -8,6 +8,7 @@ namespace slam {
 namespace {
 
 constexpr double kMostAlone = 10.0;  // [1] one stretch counts for no more: a slip, a wrong match
+constexpr double kLeastNoise = 0.1;  // [1] of the model's variance: the scans' own error is in it, too
 
 double square(double x) { return x * x; }
 
@@ -18,7 +19,8 @@ void WheelTrust::add(const Pose2& T_odom_base, const Pose2& T_map_base, bool tur
     begin_ = Begin{T_odom_base, T_map_base};
     return;
   }
-  const Pose2 wheels = between(begin_->T_odom_base, T_odom_base), scans = between(begin_->T_map_base, T_map_base);
+  const Pose2 told = between(begin_->T_odom_base, T_odom_base), wheels = scale_.corrected(told);
+  const Pose2 scans = between(begin_->T_map_base, T_map_base);
   const double distance = std::max(std::hypot(wheels.x, wheels.y), std::hypot(scans.x, scans.y));
   const double turn = std::abs(scans.theta);  // the wheels' own would excuse itself
   if (distance < config_.stretch && std::max(turn, std::abs(wheels.theta)) < config_.stretch) return;
@@ -27,8 +29,9 @@ void WheelTrust::add(const Pose2& T_odom_base, const Pose2& T_map_base, bool tur
     mean += (std::min(kMostAlone, square(error) / variance) - mean) / config_.memory;
   };
   if (distance > config_.stretch) {
-    remember(std::hypot(wheels.x - scans.x, wheels.y - scans.y),
-             noise_.wheelTranslationVariance(distance) + square(config_.scan_distance), distance_error_);
+    const double variance = noise_.wheelTranslationVariance(distance) + square(config_.scan_distance);
+    remember(std::hypot(wheels.x - scans.x, wheels.y - scans.y), variance, distance_error_);
+    scale_.add(told, scans, variance, std::max(kLeastNoise, distance_error_));
   }
   if (turn_known) {
     remember(wrapAngle(wheels.theta - scans.theta),

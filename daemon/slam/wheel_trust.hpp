@@ -5,6 +5,7 @@
 
 #include "core/pose2.hpp"
 #include "estimation/ekf.hpp"
+#include "slam/wheel_scale.hpp"
 
 namespace slam {
 
@@ -32,6 +33,8 @@ class WheelTrust {
   /// The stretch has no end: the scans did not tell it, or the map moved.
   void interrupt() { begin_.reset(); }
 
+  /// Their way beside the scans'; a wrong radius is no reason not to believe them.
+  const WheelScale& scale() const { return scale_; }
   bool believed() const { return believed_; }
   /// They tell the next pose better than the motion before does.
   bool guides() const { return believed_ && worst() < config_.guidance; }
@@ -51,6 +54,7 @@ class WheelTrust {
   WheelTrustConfig config_;
   std::optional<Begin> begin_;                      // of the stretch
   double distance_error_ = 1.0, turn_error_ = 1.0;  // [1] normalised, squared, in the mean
+  WheelScale scale_;
   bool believed_ = true;
   int withdrawn_ = 0;
 };

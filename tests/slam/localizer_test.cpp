@@ -235,6 +235,20 @@ TEST(Localizer, DoesNotHearWheelsThatKeepLyingUntilTheyTellTheTruth) {
   }
 }
 
+TEST(Localizer, CorrectsWheelsOfAWrongRadius) {
+  for (const double factor : {0.75, 1.2, 1.5}) {
+    Drive drive;
+    drive.wheel_factor = factor;
+    drive.run(2.0, kStand);
+    drive.run(20.0, kCurve);
+    EXPECT_NEAR(drive.localizer->counters().wheels_scale, factor, 0.03 * factor);
+    EXPECT_EQ(drive.localizer->counters().wheels_withdrawn, 0U) << factor;
+    drive.lidar = false;
+    drive.run(8.0, kCurve);
+    EXPECT_LT(drive.error(), 0.1) << factor;
+  }
+}
+
 TEST(Localizer, ASparseScanDoesNotHoldTheRobotInACorridor) {
   for (const int beams : {60, 90, 120}) {
     Drive drive;
