@@ -58,7 +58,7 @@ void EstimatorThread::tick() {
   exchange_.moving = isMoving(snapshot_.odometry.twist);
   snapshot_.counters = localizer_->counters();
   snapshot_.filter = localizer_->filterCounters();
-  snapshot_.findings = probe_.findings();
+  snapshot_.findings = withDistances(probe_.findings(), localizer_->wheelScale());
   exchange_.pose_for_bus.store(snapshot_);
   exchange_.pose_for_supervisor.store(snapshot_);
   exchange_.pose_for_graph.store(snapshot_);

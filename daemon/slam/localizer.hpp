@@ -180,6 +180,7 @@ class Localizer {
 
   const LocalizerConfig& config() const { return config_; }
   LocalizerCounters counters() const;
+  const WheelScale& wheelScale() const { return wheel_trust_.scale(); }
   EkfCounters filterCounters() const { return pose_.at(pose_.newestStamp()).counters(); }
 
  private:

@@ -12,14 +12,15 @@ namespace {
 constexpr double kPi = std::numbers::pi, kDegree = kPi / 180.0;
 constexpr double kLeastTurn = 0.06, kLeastTravel = 0.06;  // [rad], [m] smaller motions are noise
 constexpr double kStraight = 0.20;                        // [rad] a bend hides the direction of travel
-constexpr int kLeastAlike = 5;                 // pairs that agree with each other before anything is said ...
-constexpr int kWanted = 25;                    // pairs of turns and of travel to gather soon
-constexpr int kManyPairs = 40;                 // before "no relation at all" is said
-constexpr double kUsual = 0.25;                // [1] share of all pairs that show a motion which is no slip
-constexpr double kMost = 0.60;                 // [1] share of the angles near the peak
-constexpr double kSameSize = 12.0 * kDegree;   // about 45 degrees: 0.65 to 1.54 of each other
-constexpr double kNearlySame = 4.5 * kDegree;  // of distances, where many pairs tell them: 0.85 to 1.17
-constexpr double kBothMove = 10.0 * kDegree;   // from 0 and 90 degrees: there only one of them moves
+constexpr int kLeastAlike = 5;                          // pairs that agree with each other before anything is said ...
+constexpr int kWanted = 25;                             // pairs of turns and of travel to gather soon
+constexpr int kManyPairs = 40;                          // before "no relation at all" is said
+constexpr double kUsual = 0.25;                         // [1] share of all pairs that show a motion which is no slip
+constexpr double kMost = 0.60;                          // [1] share of the angles near the peak
+constexpr double kSameSize = 12.0 * kDegree;            // about 45 degrees: 0.65 to 1.54 of each other
+constexpr double kNearlySame = 4.5 * kDegree;           // of distances, where many pairs tell them: 0.85 to 1.17
+constexpr double kKnownScale = 0.02, kOffScale = 0.05;  // [1] standard deviation, and error, of the whole way's scale
+constexpr double kBothMove = 10.0 * kDegree;            // from 0 and 90 degrees: there only one of them moves
 constexpr double kYawTolerance = 30.0 * kDegree;
 constexpr double kClockStep = 1.0;        // [s] back by more is a clock that was set
 constexpr int kLeastCount = 5;            // of repeated or misdated scans ...
@@ -36,6 +37,22 @@ double angleOf(double scans, double other) {
 double directionOf(const Pose2& motion) { return std::atan2(motion.y, motion.x) - 0.5 * motion.theta; }
 
 }  // namespace
+
+SensorFindings withDistances(const SensorFindings& findings, const WheelScale& scale) {
+  if (scale.sigma() > kKnownScale) return findings;
+  SensorFindings judged;
+  bool explained = false;  // wheels or scans are wrong in another way
+  for (const SensorFinding& finding : findings.all()) {
+    if (finding.fault == SensorFault::kWheelDistanceOff) continue;
+    judged.add(finding.fault, finding.value);
+    explained |= finding.fault != SensorFault::kScansRepeated && finding.fault != SensorFault::kTimeBackwards &&
+                 finding.fault != SensorFault::kWheelTurnOff;
+  }
+  if (!explained && std::abs(scale.value() - 1.0) > kOffScale) {
+    judged.add(SensorFault::kWheelDistanceOff, scale.value());
+  }
+  return judged;
+}
 
 std::string describe(const SensorFinding& finding) {
   const char* text = "";

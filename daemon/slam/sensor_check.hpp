@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/pose2.hpp"
+#include "slam/wheel_scale.hpp"
 
 namespace slam {
 
@@ -40,6 +41,10 @@ struct SensorFindings {
   std::span<const SensorFinding> all() const& { return {storage.data(), size}; }
   std::span<const SensorFinding> all() const&& = delete;  // it would outlive them
 };
+
+/// The findings with the wheels' distances judged by the whole way that was matched, once it tells them: pairs of
+/// scans that know nothing of each other's neighbours take a corridor for a shorter way.
+SensorFindings withDistances(const SensorFindings& findings, const WheelScale& scale);
 
 /// One line for people: what was seen, and what to mend.
 std::string describe(const SensorFinding& finding);

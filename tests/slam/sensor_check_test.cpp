@@ -157,6 +157,33 @@ TEST(SensorCheck, DescribesEachFaultInALineWithoutQuotationMarks) {
   EXPECT_THAT(describe({kLidarUpsideDown, 0.0}), HasSubstr("lidar.upside_down"));
 }
 
+WheelScale learned(double truth, double metres) {
+  WheelScale scale;
+  for (double way = 0.0; way < metres; way += 0.1) scale.add({0.1 * truth, 0.0, 0.0}, {0.1, 0.0, 0.0}, 2e-4, 1.0);
+  return scale;
+}
+
+TEST(SensorCheck, TheWholeWayTellsDistancesBetterThanPairs) {
+  SensorFindings pairs;
+  pairs.add(kWheelTurnOff, 1.7);
+  pairs.add(kWheelDistanceOff, 1.4);
+  const SensorFindings early = withDistances(pairs, learned(1.2, 0.3));
+  ASSERT_EQ(early.size, 2U) << "not known yet";
+  EXPECT_EQ(early.storage[1].value, 1.4);
+
+  const SensorFindings better = withDistances(pairs, learned(1.2, 30.0));
+  ASSERT_EQ(better.size, 2U);
+  EXPECT_EQ(better.storage[0].fault, kWheelTurnOff);
+  EXPECT_EQ(better.storage[1].fault, kWheelDistanceOff);
+  EXPECT_NEAR(better.storage[1].value, 1.2, 0.01);
+
+  EXPECT_EQ(withDistances(pairs, learned(1.02, 30.0)).size, 1U) << "the pairs were wrong";
+  EXPECT_EQ(withDistances({}, learned(0.93, 30.0)).size, 1U) << "the pairs were too coarse";
+  SensorFindings backwards;
+  backwards.add(kWheelsBackwards);
+  EXPECT_EQ(withDistances(backwards, learned(1.2, 30.0)).size, 1U) << "one fault explains the other";
+}
+
 TEST(AngleCounts, FindThePeakAcrossTheSeam) {
   AngleCounts angles(2 * kPi);
   for (int i = -10; i <= 10; ++i) angles.add(kPi + i * kDegree);

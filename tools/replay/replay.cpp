@@ -99,7 +99,8 @@ class Run {
     stats_.localizer = localizer_.counters();
     stats_.lidar_gyro_offset = offset_.estimate();
     bool explained = false;
-    for (const SensorFinding& finding : probe_.findings().all()) {
+    const SensorFindings findings = withDistances(probe_.findings(), localizer_.wheelScale());
+    for (const SensorFinding& finding : findings.all()) {
       stats_.warnings.push_back(describe(finding));
       explained |= finding.fault != SensorFault::kScansRepeated && finding.fault != SensorFault::kTimeBackwards;
     }
