@@ -187,6 +187,8 @@ void visitFrontEnd(LocalizerConfig& localizer, ConfigVisitor& v) {
   v.field({"final_pair_distance", "m", "gate on a pair's distance at the end"}, match.final_pair_distance, 0.02, 2.0);
   v.field({"kernel_scale", "m", "residual at which a pair has lost half its weight"}, match.kernel_scale, 0.005, 1.0);
   v.field({"point_weight", "1", "of a point that lies on no line against one that does"}, match.point_weight, 0.0, 1.0);
+  v.field({"sliding_observations", "1", "keyframes that meet a spot on a wall seen too flat before it is a thing"},
+          match.sliding_observations, 0.0, 1000.0);
   v.field({"overlap_distance", "m", "a point this near to its line agrees with the reference"}, match.overlap_distance,
           0.005, 1.0);
   v.field({"min_overlap", "1", "a smaller share of agreeing points is no match"}, match.min_overlap, 0.0, 1.0);

@@ -25,9 +25,11 @@ struct Keyframe {
   struct Point {
     static constexpr double kAngle = 1e-4;  ///< [rad] unit of the two fields below
     static constexpr std::int16_t kNoNormal = INT16_MIN;
+    static constexpr std::uint16_t kMaySlide = 1;
     float x, y;                       ///< [m] in base
     std::int16_t normal = kNoNormal;  ///< direction of the wall's normal in base; kNoNormal: on no line
-    std::uint16_t normal_sigma = 0;   ///< standard deviation of that direction
+    std::uint16_t normal_sigma = 0;   ///< standard deviation of that direction; on no line: kMaySlide where the spot
+                                      ///< may move along a wall as the robot does, else 0
   };
 
   std::int32_t map_id = 0;   ///< map that it belongs to

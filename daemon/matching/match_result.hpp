@@ -48,6 +48,7 @@ struct MatchConfig {
   double translation_tolerance = 3e-4;  ///< [m] a step below both tolerances has converged
   double rotation_tolerance = 1e-4;     ///< [rad]
   double point_weight = 0.3;            ///< [1] of a corner point against a point on a wall
+  double sliding_observations = 8.0;    ///< [1] where points that may slide were met so often, something stands
   double range_sigma = 0.015;           ///< [m] standard deviation of one lidar range
   double overlap_distance = 0.10;       ///< [m] a point this near to its line agrees with the reference
   double familiar_observations = 5.0;   ///< [1] a surfel seen so often is known

@@ -11,6 +11,7 @@ namespace {
 constexpr double kFineSpacing = 0.0175;  // [rad] 1 degree, of which max_gap_per_range is told
 constexpr double kSpacingBin = 0.001;    // [1] sine
 constexpr std::size_t kSpacingBins = 256;
+constexpr double kInARow = 3.0;  // [1] standard deviations of the ranges
 
 /// Moments of the neighbours about the point itself.
 struct Moments {
@@ -63,6 +64,30 @@ double beamSpacing(const ScanPoints& points, const Eigen::Vector2d& lidar) {
   return 0.0;
 }
 
+/// Whether three points seen from the origin lie on one line, as far as their ranges tell: along a line the inverse of
+/// the range is a sine of the bearing.
+bool inARow(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c, double range_sigma) {
+  const Eigen::Array3d inverse_ranges = 1.0 / Eigen::Array3d(a.norm(), b.norm(), c.norm());
+  const auto sine = [](const Eigen::Vector2d& p, const Eigen::Vector2d& q) { return p.x() * q.y() - p.y() * q.x(); };
+  const Eigen::Array3d sines(sine(b, c), sine(c, a), sine(a, b));
+  if (!(sines[0] * sines[2] > 0.0)) return false;
+  const Eigen::Array3d terms = sines * inverse_ranges.prod();  // sine between two beams by the third one's range
+  const double sigma = range_sigma * (terms * inverse_ranges).matrix().norm();
+  return std::abs(terms.sum()) < kInARow * sigma;
+}
+
+/// Whether a point goes on a row that comes from one side: the next two there, the first of them nearer and far off.
+bool goesOn(const ScanPoints& points, std::size_t index, int step, double max_gap, const Eigen::Vector2d& lidar,
+            double range_sigma) {
+  const auto size = static_cast<std::ptrdiff_t>(points.size()), i = static_cast<std::ptrdiff_t>(index);
+  const std::ptrdiff_t last = i + 2 * step;
+  if (last < 0 || last >= size) return false;
+  const ScanPoint &point = points[index], &next = points[static_cast<std::size_t>(i + step)];
+  const Eigen::Vector2d &p = point.position, &q = next.position;
+  return next.range < point.range && (q - p).squaredNorm() > max_gap * max_gap &&
+         inARow(p - lidar, q - lidar, points[static_cast<std::size_t>(last)].position - lidar, range_sigma);
+}
+
 }  // namespace
 
 double estimateNormals(ScanPoints& points, const Eigen::Vector2d& lidar, const NormalConfig& config) {
@@ -70,11 +95,16 @@ double estimateNormals(ScanPoints& points, const Eigen::Vector2d& lidar, const N
   for (std::size_t i = 0; i < points.size(); ++i) {
     ScanPoint& point = points[i];
     point.normal.setZero();
+    point.may_slide = false;
     const double max_gap = std::max(config.max_gap, coarseness * config.max_gap_per_range * point.range);
     Moments m;
     addSide(points, i, -1, max_gap, config, m);
     addSide(points, i, +1, max_gap, config, m);
-    if (m.n < 1.0 + config.min_neighbours) continue;
+    if (m.n < 1.0 + config.min_neighbours) {
+      point.may_slide = goesOn(points, i, -1, max_gap, lidar, config.range_sigma) ||
+                        goesOn(points, i, +1, max_gap, lidar, config.range_sigma);
+      continue;
+    }
 
     const double sxx = m.xx - m.x * m.x / m.n, sxy = m.xy - m.x * m.y / m.n, syy = m.yy - m.y * m.y / m.n;
     const double spread = std::hypot(sxx - syy, 2.0 * sxy);

@@ -18,7 +18,8 @@ struct NormalConfig {
 };
 
 /// Fits a line through each point's neighbours in acquisition order and stores its normal and the normal's variance
-/// range_sigma^2 / sum (s - mean s)^2, s the position along the line. Points where no line fits keep a zero normal.
+/// range_sigma^2 / sum (s - mean s)^2, s the position along the line. Points where no line fits keep a zero normal;
+/// those of them that go on a row of nearer points, further off than max_gap, may slide.
 ///
 /// @param points   in acquisition order
 /// @param lidar    [m] position of the lidar in the points' frame; normals look towards it

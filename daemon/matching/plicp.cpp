@@ -39,11 +39,16 @@ Sums linearize(const Reference& reference, std::span<const ScanPoint> points, co
     ++sums.covered;
     const Surfel* surfel = reference.nearest(p, gate);
     if (surfel == nullptr) continue;
-    const double nx = surfel->nx, ny = surfel->ny;
+    double nx = surfel->nx, ny = surfel->ny;
     const double dx = p.x() - surfel->x, dy = p.y() - surfel->y;
     if (dx * dx + dy * dy > gate_squared) continue;
-    const double trust = surfel->observations / (1.0 + surfel->observations);  // its own error beside the point's
-    if (!surfel->isLine()) {
+    double trust = surfel->observations / (1.0 + surfel->observations);  // its own error beside the point's
+    if (surfel->may_slide && surfel->observations < config.sliding_observations) {
+      // Where along the beam it was hit says nothing: it is a line along it, give or take the lidar's place in base.
+      const double inverse = 1.0 / std::max(1e-3, std::hypot(rx, ry));
+      nx = -ry * inverse, ny = rx * inverse;
+      trust *= config.point_weight;
+    } else if (!surfel->isLine()) {
       const double k = 1.0 / (1.0 + (dx * dx + dy * dy) * inverse_kernel);
       const double w = k * trust * config.point_weight;
       h00 += w, h11 += w, h02 -= w * ry, h12 += w * rx, h22 += w * (rx * rx + ry * ry);
@@ -58,7 +63,7 @@ Sums linearize(const Reference& reference, std::span<const ScanPoint> points, co
       continue;
     }
     const double mx = c * point.normal.x() - s * point.normal.y(), my = s * point.normal.x() + c * point.normal.y();
-    if (point.hasNormal() && nx * mx + ny * my < kSameFace) continue;
+    if (point.hasNormal() && surfel->isLine() && nx * mx + ny * my < kSameFace) continue;
 
     const double e = nx * dx + ny * dy;
     const double k = 1.0 / (1.0 + e * e * inverse_kernel);

@@ -80,7 +80,7 @@ int Reference::add(const Pose2& T_ref_base, std::span<const ScanPoint> points) {
     if (!covers(p)) continue;
     const Eigen::Vector2d normal(c * point.normal.x() - s * point.normal.y(),
                                  s * point.normal.x() + c * point.normal.y());
-    if (!merge(p, normal, point.normal_variance)) insert(p, normal, point.normal_variance);
+    if (!merge(p, normal, point)) insert(p, normal, point);
   }
   return count_ - before;
 }
@@ -98,7 +98,7 @@ double Reference::seenThrough(const Pose2& T_ref_base, const RangeImage& scan, d
   return met + through < kFewest ? 0.0 : static_cast<double>(through) / (met + through);
 }
 
-bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, double normal_variance) {
+bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point) {
   const std::int32_t id = fine_.cells[fine_.index(p)];
   if (id == kNone) return false;
   Surfel& surfel = surfels_[static_cast<std::size_t>(id)];
@@ -110,6 +110,7 @@ bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, d
     surfel.x += static_cast<float>(point_weight * d.x());
     surfel.y += static_cast<float>(point_weight * d.y());
     surfel.observations = std::min(surfel.observations + 1.0F, static_cast<float>(config_.max_observations));
+    surfel.may_slide &= point.may_slide;
     return true;
   }
   const double across = n.dot(d), along = n.x() * d.y() - n.y() * d.x();
@@ -120,17 +121,17 @@ bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, d
   const double weight = 1.0 / (surfel.observations + 1.0);
   surfel.x += static_cast<float>(weight * across * n.x());
   surfel.y += static_cast<float>(weight * across * n.y());
-  const double gain = surfel.normal_variance / (surfel.normal_variance + normal_variance);
+  const double gain = surfel.normal_variance / (surfel.normal_variance + point.normal_variance);
   const Eigen::Vector2d blended = (n + gain * (normal - n)).normalized();
   surfel.nx = static_cast<float>(blended.x());
   surfel.ny = static_cast<float>(blended.y());
-  const double floor = normal_variance / config_.max_observations;
+  const double floor = point.normal_variance / config_.max_observations;
   surfel.normal_variance = static_cast<float>(std::max(floor, (1.0 - gain) * surfel.normal_variance));
   surfel.observations = std::min(surfel.observations + 1.0F, static_cast<float>(config_.max_observations));
   return true;
 }
 
-void Reference::insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, double normal_variance) {
+void Reference::insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point) {
   std::int32_t id = kNone;
   if (!free_.empty()) {
     id = free_.back();
@@ -141,9 +142,13 @@ void Reference::insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, 
   } else {
     return;
   }
-  surfels_[static_cast<std::size_t>(id)] = {static_cast<float>(p.x()),           static_cast<float>(p.y()),
-                                            static_cast<float>(normal.x()),      static_cast<float>(normal.y()),
-                                            static_cast<float>(normal_variance), 1.0F};
+  surfels_[static_cast<std::size_t>(id)] = {static_cast<float>(p.x()),
+                                            static_cast<float>(p.y()),
+                                            static_cast<float>(normal.x()),
+                                            static_cast<float>(normal.y()),
+                                            static_cast<float>(point.normal_variance),
+                                            1.0F,
+                                            point.may_slide};
   ++count_;
   enter(fine_, id);
   enter(coarse_, id);

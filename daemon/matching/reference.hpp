@@ -30,6 +30,7 @@ struct Surfel {
   float nx = 0.0F, ny = 0.0F;    ///< unit normal, towards free space
   float normal_variance = 0.0F;  ///< [rad^2]
   float observations = 0.0F;     ///< points merged, at most max_observations
+  bool may_slide = false;        ///< as every point merged might
   bool isLine() const { return nx != 0.0F || ny != 0.0F; }
 };
 
@@ -92,8 +93,8 @@ class Reference {
     std::size_t index(const Eigen::Vector2d& p) const { return index(coordinate(p.x()), coordinate(p.y())); }
   };
 
-  bool merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, double normal_variance);
-  void insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, double normal_variance);
+  bool merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point);
+  void insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point);
   void enter(Grid& grid, std::int32_t id);
   void rebuildTables();
 

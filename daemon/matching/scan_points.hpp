@@ -13,6 +13,9 @@ struct ScanPoint {
   Eigen::Vector2d normal = Eigen::Vector2d::Zero();    ///< unit, towards the lidar; zero where no line was found
   double normal_variance = 0.0;                        ///< [rad^2] of the normal's direction
   double range = 0.0;                                  ///< [m] from the lidar, as measured
+  /// It goes on a row of nearer points: the next spot that a beam hit on a wall seen too flat for a line to be fitted.
+  /// Such a spot moves along the wall as the robot does.
+  bool may_slide = false;
 
   bool hasNormal() const { return normal != Eigen::Vector2d::Zero(); }
 };

@@ -41,7 +41,10 @@ void KeyframeGraph::points(int id, ScanPoints& points) const {
   for (const Keyframe::Point& point : stored.points) {
     const Eigen::Vector2d position(point.x, point.y);
     ScanPoint& out = points.emplace_back(ScanPoint{.position = position, .range = (position - lidar).norm()});
-    if (point.normal == Keyframe::Point::kNoNormal) continue;
+    if (point.normal == Keyframe::Point::kNoNormal) {
+      out.may_slide = point.normal_sigma == Keyframe::Point::kMaySlide;
+      continue;
+    }
     const double angle = point.normal * Keyframe::Point::kAngle, sigma = point.normal_sigma * Keyframe::Point::kAngle;
     out.normal = {std::cos(angle), std::sin(angle)};
     out.normal_variance = sigma * sigma;

@@ -16,7 +16,10 @@ constexpr double kSoon = 0.25;          // [1] of the usual motion between keyfr
 
 Keyframe::Point stored(const ScanPoint& point) {
   Keyframe::Point out{.x = static_cast<float>(point.position.x()), .y = static_cast<float>(point.position.y())};
-  if (!point.hasNormal()) return out;
+  if (!point.hasNormal()) {
+    out.normal_sigma = point.may_slide ? Keyframe::Point::kMaySlide : 0;
+    return out;
+  }
   const double units = 1.0 / Keyframe::Point::kAngle;
   out.normal = static_cast<std::int16_t>(std::lround(units * std::atan2(point.normal.y(), point.normal.x())));
   out.normal_sigma =

@@ -2,7 +2,9 @@
 #include "matching/normals.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
+#include <numbers>
 
 #include "matching/scanning.hpp"
 
@@ -60,6 +62,39 @@ TEST(Normals, AreMissingAtCornersAndAcrossGaps) {
   EXPECT_TRUE(points[17].hasNormal());
   EXPECT_FALSE(points[9].hasNormal());   // the corner itself
   EXPECT_FALSE(points[20].hasNormal());  // alone
+}
+
+TEST(Normals, SpotsOfAWallSeenTooFlatMaySlide) {
+  std::mt19937 random(4);
+  for (const double sigma : {0.01, 0.02}) {
+    int slides = 0, stays = 0;
+    for (int trial = 0; trial < 20; ++trial) {
+      const Room corridor{.length = 1e6, .width = 2.0, .reach = 12.0, .range_sigma = sigma};
+      for (const ScanPoint& point : test::scanPoints(corridor, Pose2{}, random)) {
+        if (point.range < 4.5) {
+          EXPECT_FALSE(point.may_slide) << point.range;
+        }
+        if (point.range < 6.0 || point.hasNormal()) continue;  // the first one's neighbour is near
+        (point.may_slide ? slides : stays) += 1;
+      }
+    }
+    EXPECT_GT(slides, 300);
+    EXPECT_LT(stays, slides / 20) << "all but a few whose noise hides the row";
+  }
+}
+
+TEST(Normals, WhatStandsAloneOrBeforeAWallDoesNotSlide) {
+  ScanPoints points;
+  const auto add = [&](double degrees, double range) {
+    const double bearing = degrees * std::numbers::pi / 180.0;
+    points.push_back({.position = range * Eigen::Vector2d(std::cos(bearing), std::sin(bearing)), .range = range});
+  };
+  add(20, 5.0), add(19, 5.0), add(18, 5.0), add(17, 2.0), add(16, 5.0), add(15, 5.0), add(14, 5.0);  // a table's leg
+  add(10, 4.0), add(9, 5.0), add(8, 9.0);  // further and further off
+  estimateNormals(points, Eigen::Vector2d::Zero());
+  EXPECT_FALSE(points[3].hasNormal());
+  EXPECT_FALSE(points[9].hasNormal());
+  for (const ScanPoint& point : points) EXPECT_FALSE(point.may_slide) << point.range;
 }
 
 }  // namespace

@@ -49,6 +49,28 @@ TEST_P(NoisyCorridor, IsBlindAlongItsWalls) {
 
 INSTANTIATE_TEST_SUITE_P(RangeNoise, NoisyCorridor, testing::Values(0.0, 0.005, 0.010, 0.015));
 
+TEST(PlIcp, APointThatMaySlideTellsTheWayOnceItWasMetOften) {
+  std::mt19937 random(5);
+  const Room corridor{.length = 1e6, .width = 2.0, .reach = 4.0, .range_sigma = 0.005};
+  const Pose2 truth{0.04, 0.01, 0.0};
+  for (const int times : {1, 3, 10}) {
+    Reference reference;
+    ScanPoints seen = scanPoints(corridor, Pose2{}, random), now = scanPoints(corridor, truth, random), spots;
+    for (int i = 0; i < 8; ++i) {
+      const Eigen::Vector2d spot(5.0 + i, i % 2 ? 1.0 : -1.0);
+      spots.push_back({.position = spot, .range = spot.norm(), .may_slide = true});
+      now.push_back({.position = truth.inverse() * spot, .range = spot.norm(), .may_slide = true});
+    }
+    reference.add(Pose2{}, seen);
+    for (int i = 0; i < times; ++i) reference.add(Pose2{}, spots);
+    const MatchResult result = matchPointToLine(reference, now, Pose2{}, noisy(0.005));
+    ASSERT_TRUE(result.usable());
+    EXPECT_EQ(result.observable, times < 8 ? 2 : 3) << times;
+    EXPECT_NEAR(result.T_ref_base.x, times < 8 ? 0.0 : truth.x, 0.01) << times;
+    EXPECT_NEAR(result.T_ref_base.y, truth.y, 0.005) << times;
+  }
+}
+
 TEST(PlIcp, ClaimsNoMoreCertaintyThanItHas) {
   const double sigma = 0.01;
   const Room room{.range_sigma = sigma};

@@ -51,6 +51,20 @@ TEST(Reference, FindsTheNearestSurfelGiveOrTakeHalfACell) {
   EXPECT_GT(found, 100);
 }
 
+TEST(Reference, APointMaySlideUntilItIsMetAsOneThatMayNot) {
+  Reference reference;
+  const auto meet = [&](double x, bool may_slide) {
+    const ScanPoint point{.position = {x, 1.0}, .range = 8.0, .may_slide = may_slide};
+    reference.add(Pose2{}, std::span(&point, 1));
+    return *reference.nearest({8.0, 1.0}, 0.2);
+  };
+  EXPECT_TRUE(meet(8.0, true).may_slide);
+  EXPECT_TRUE(meet(8.02, true).may_slide);
+  EXPECT_FALSE(meet(8.01, false).may_slide);
+  EXPECT_FALSE(meet(8.0, true).may_slide);
+  EXPECT_EQ(reference.size(), 1);
+}
+
 TEST(Reference, DoesNotGrowWhereItKnowsEverything) {
   const Room room{.range_sigma = 0.01};
   std::mt19937 random(3);

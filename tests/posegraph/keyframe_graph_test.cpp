@@ -98,7 +98,9 @@ TEST(KeyframeGraph, FindsTheKeyframesNearAPlace) {
 TEST(KeyframeGraph, GivesPointsBackAsTheyWereScannedButForQuantisation) {
   const test::Place room = test::furnishedRoom();
   std::mt19937 random(1);
-  const ScanPoints scanned = room.scan({-1.5, -0.8, 0.4}, 0.01, random);
+  ScanPoints scanned = room.scan({-1.5, -0.8, 0.4}, 0.01, random);
+  std::size_t every = 0;
+  for (ScanPoint& point : scanned) point.may_slide = !point.hasNormal() && ++every % 2 == 0;
   auto keyframe = std::make_unique<Keyframe>();
   for (const ScanPoint& point : scanned)
     keyframe->storage[static_cast<std::size_t>(keyframe->size++)] = test::keyframePoint(point);
@@ -113,6 +115,7 @@ TEST(KeyframeGraph, GivesPointsBackAsTheyWereScannedButForQuantisation) {
     ASSERT_LT((points[i].position - scanned[i].position).norm(), 1e-6);
     ASSERT_NEAR(points[i].range, scanned[i].position.norm(), 1e-6);
     ASSERT_EQ(points[i].hasNormal(), scanned[i].hasNormal());
+    ASSERT_EQ(points[i].may_slide, scanned[i].may_slide);
     if (!scanned[i].hasNormal()) continue;
     ++lines;
     ASSERT_LT((points[i].normal - scanned[i].normal).norm(), Keyframe::Point::kAngle);

@@ -17,7 +17,10 @@ namespace slam::test {
 
 inline Keyframe::Point keyframePoint(const ScanPoint& point) {
   Keyframe::Point out{.x = static_cast<float>(point.position.x()), .y = static_cast<float>(point.position.y())};
-  if (!point.hasNormal()) return out;
+  if (!point.hasNormal()) {
+    out.normal_sigma = point.may_slide ? Keyframe::Point::kMaySlide : 0;
+    return out;
+  }
   const double sigma = std::sqrt(point.normal_variance) / Keyframe::Point::kAngle;
   out.normal =
       static_cast<std::int16_t>(std::lround(std::atan2(point.normal.y(), point.normal.x()) / Keyframe::Point::kAngle));
