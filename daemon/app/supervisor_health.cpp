@@ -168,6 +168,7 @@ void Supervisor::sendHealth(Timestamp now) {
         counter("scans.partly_observable", l.partly_observable),
         counter("scans.unmatched", l.unmatched),
         counter("scans.gated", l.gated),
+        counter("scans.held", l.scans_held),
         counter("scans.retimed", l.scans_retimed),
         counter("scans.too_late", l.scans_too_late),
         counter("scans.repeated", l.scans_repeated),

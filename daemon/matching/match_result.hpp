@@ -35,6 +35,11 @@ struct MatchResult {
   }
 };
 
+/// The match without what it says of the way along a direction: there the pose stays at the guess, and is blind. What
+/// it says across and of the heading stays.
+/// @param guess [m] in the reference  @param direction of it, a unit vector
+MatchResult heldAlong(const MatchResult& match, const Eigen::Vector2d& guess, const Eigen::Vector2d& direction);
+
 /// Settings shared by matchPointToPoint() and matchPointToLine().
 struct MatchConfig {
   int max_iterations = 40;

@@ -181,4 +181,12 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
   return result;
 }
 
+double overlapAt(const Reference& reference, std::span<const ScanPoint> points, const Pose2& T_ref_base,
+                 double distance, const MatchConfig& config) noexcept {
+  MatchConfig near = config;
+  near.overlap_distance = distance;
+  const Sums sums = linearize(reference, points, T_ref_base, config.final_pair_distance, config.kernel_scale, near);
+  return static_cast<double>(sums.agreeing) / std::max(1, sums.covered);
+}
+
 }  // namespace slam

@@ -37,4 +37,9 @@ namespace slam {
 MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoint> points, const Pose2& guess,
                              const MatchConfig& config = {}) noexcept;
 
+/// Share of the points within `distance` [m] of their partner's line when the scan lies at a pose, 0..1: what
+/// MatchResult::overlap is at the end of a match, for MatchConfig::overlap_distance.
+double overlapAt(const Reference& reference, std::span<const ScanPoint> points, const Pose2& T_ref_base,
+                 double distance, const MatchConfig& config = {}) noexcept;
+
 }  // namespace slam

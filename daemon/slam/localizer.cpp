@@ -7,16 +7,9 @@
 #include <limits>
 #include <utility>
 
-#include "matching/plicp.hpp"
-
 namespace slam {
 namespace {
 
-constexpr double kClearlyBetter = 0.01;            // [1] of overlap, between guesses
-constexpr double kSuddenly = 0.03;                 // [1] overlap lost from one scan to the next: the guess may be wrong
-constexpr double kMuchWorse = 0.12;                // [1] overlap lost by a find: it is another place
-constexpr double kSeenThrough = 0.12;              // [1] of the walls in sight; of a right find at most 0.10
-constexpr double kKnownSurfel = 4.0;               // [1] observations
 constexpr double kFastest = 0.02;                  // [s] no lidar turns faster
 constexpr double kSoonest = 0.6;                   // [1] of the usual interval, between two scans
 constexpr double kMoving = 0.02, kTurning = 0.05;  // [m/s], [rad/s]
@@ -60,6 +53,7 @@ Localizer::Localizer(const LocalizerConfig& config, Stopwatch stopwatch, const L
       search_(config.search),
       history_(kHistoryCapacity),
       wheel_trust_(config.ekf, config.wheel_trust),
+      pull_watch_(config.pull_watch),
       placed_(!start.in_known_map),
       next_keyframe_(start.first_keyframe) {
   if (start.in_known_map) origin_ = KeyframeOrigin::kLost;
@@ -137,6 +131,7 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
   reference_.recentre(guess.translation());
   const Timestamp before = stopwatch_ ? stopwatch_() : Timestamp{};
   outcome.match = matchFromGuesses(predicted);
+  holdIfPulled(outcome.stamp, predicted, outcome.match);
   if (stopwatch_) outcome.match_time = stopwatch_() - before;
   outcome.fused = fuse(outcome.stamp, outcome.match, false);
   if (!outcome.fused) searchAround(guess, outcome);
@@ -243,20 +238,6 @@ void Localizer::beginSegment(KeyframeOrigin origin) {
   failures_ = 0;
 }
 
-MatchResult Localizer::matchFromGuesses(const Ekf& predicted) const {
-  MatchResult best = matchPointToLine(reference_, points_, predicted.pose(), match_);
-  const bool wheels_help = has_wheels_ && wheel_trust_.guides() && predicted.doubt() < config_.max_doubt;
-  if (wheels_help && best.usable() && best.overlap > overlap_ - kSuddenly) return best;
-  // Without wheels the prediction hangs on the scans' stamps, which jitter in many recordings. A robot that went on as
-  // between the last two scans, or that stands still, is as likely. And a match that slipping wheels led into a wrong
-  // minimum agrees with them: only its overlap tells.
-  for (const Pose2& guess : {last_pose_ * last_motion_, last_pose_}) {
-    const MatchResult other = matchPointToLine(reference_, points_, guess, match_);
-    if (other.usable() && (!best.usable() || other.overlap > best.overlap + kClearlyBetter)) best = other;
-  }
-  return best;
-}
-
 void Localizer::judgeWheels(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match) {
   if (!has_wheels_) return;
   if (match.observable < 3) return wheel_trust_.interrupt();
@@ -267,22 +248,6 @@ void Localizer::judgeWheels(Timestamp stamp, const Pose2& T_map_base, const Matc
 bool Localizer::fuse(Timestamp stamp, const MatchResult& match, bool confirmed) {
   return match.usable() && pose_.add(PoseMeasurement{stamp, match.T_ref_base, match.covariance, match.directions,
                                                      match.observable, confirmed}) == UpdateResult::kFused;
-}
-
-void Localizer::searchAround(const Pose2& predicted, ScanOutcome& outcome) {
-  ++counters_.searched;
-  const double widening = 1.0 + std::min(failures_, config_.keyframe.max_failures);
-  const SearchWindow window{widening * config_.search_window.translation, widening * config_.search_window.rotation};
-  const SearchResult found = search_.match(reference_, points_, predicted, window, match_);
-  // Among so many places one fits by half wherever the robot is: a find needs more agreement than a prediction does.
-  if (!found.match.usable() || found.match.overlap < config_.search.trusted_overlap) return;
-  // A room has corners that look like one another. In the right one the scan fits about as well as the last one did,
-  // and sees through no walls.
-  if (found.match.overlap < fused_overlap_ - kMuchWorse) return;
-  image_.set(points_, config_.lidar.T_base_lidar.translation());
-  if (reference_.seenThrough(found.match.T_ref_base, image_, kKnownSurfel) > kSeenThrough) return;
-  outcome.match = found.match;
-  outcome.fused = fuse(outcome.stamp, found.match, true);
 }
 
 LocalisationState Localizer::state(Timestamp stamp, const Eigen::Matrix3d& covariance) const {

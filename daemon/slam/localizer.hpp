@@ -20,6 +20,7 @@
 #include "matching/range_image.hpp"
 #include "matching/reference.hpp"
 #include "slam/map_correction.hpp"
+#include "slam/pull_watch.hpp"
 #include "slam/scan_repeat_watch.hpp"
 #include "slam/stamp_sequencer.hpp"
 #include "slam/wheel_trust.hpp"
@@ -77,6 +78,7 @@ struct LocalizerConfig {
   CorrelativeConfig search;
   SearchWindow search_window;  ///< around the prediction, after a failed match; grows with each further failure
   WheelTrustConfig wheel_trust;
+  PullWatchConfig pull_watch;
   double max_doubt = 3.0;  ///< [1] Ekf::doubt() above which a prediction is one guess among others
   KeyframeConfig keyframe;
   DriftConfig drift;
@@ -91,6 +93,7 @@ struct LocalizerCounters {
   std::uint32_t scans = 0, matched = 0, partly_observable = 0, unmatched = 0, gated = 0, keyframes = 0;
   std::uint32_t lost = 0;              ///< times that the place in the map was lost, or given by a person
   std::uint32_t searched = 0;          ///< scans whose prediction led to no match and that were searched for
+  std::uint32_t scans_held = 0;        ///< matches that something moving pulled, which were held to the wheels' way
   std::uint32_t scans_too_late = 0;    ///< older than the filter's window
   std::uint32_t scans_repeated = 0;    ///< copies of the scan before them, which were not used
   std::uint32_t scans_retimed = 0;     ///< stamp not after its predecessor's
@@ -185,6 +188,8 @@ class Localizer {
 
  private:
   MatchResult matchFromGuesses(const Ekf& predicted) const;
+  void holdIfPulled(Timestamp stamp, const Ekf& predicted, MatchResult& match);
+  double supportOf(const MatchResult& match, const Pose2& guess);
   void searchAround(const Pose2& predicted, ScanOutcome& outcome);
   void judgeWheels(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match);
   bool fuse(Timestamp stamp, const MatchResult& match, bool confirmed);
@@ -235,6 +240,7 @@ class Localizer {
   bool has_wheels_ = false;
   WheelTrust wheel_trust_;
   RescaledWheels rescaled_wheels_;
+  PullWatch pull_watch_;
   bool wheels_held_back_ = false;  // the newest sample was not given to the pose filter
   std::int32_t segment_ = 0;
   KeyframeOrigin origin_ = KeyframeOrigin::kContinued;  // of the next keyframe

@@ -38,6 +38,8 @@ class WheelTrust {
   bool believed() const { return believed_; }
   /// They tell the next pose better than the motion before does.
   bool guides() const { return believed_ && worst() < config_.guidance; }
+  /// They are as good as the noise model says, or nothing is known of them yet.
+  bool keepPromise() const { return believed_ && worst() <= 1.0; }
   /// By how much their errors exceed the noise model's variances [1], at least 1.
   double distanceFactor() const { return std::max(1.0, distance_error_); }
   double turnFactor() const { return std::max(1.0, turn_error_); }

@@ -176,5 +176,19 @@ TEST(PlIcp, DoesNotAllocate) {
   EXPECT_EQ(test::allocationsDuring([&] { matchPointToLine(reference, points, {0.05, 0.02, 0.01}); }), 0U);
 }
 
+TEST(PlIcp, AScanAgreesWhereItWasTakenAndNotBesideIt) {
+  const Room room{.range_sigma = 0.005};
+  std::mt19937 random(5);
+  Reference reference;
+  for (int i = 0; i < 3; ++i) reference.add(kReferencePose, scanPoints(room, kReferencePose, random));
+  const auto points = scanPoints(room, kReferencePose, random);
+  const double there = overlapAt(reference, points, kReferencePose, 0.05);
+  EXPECT_GT(there, 0.97);
+  const Pose2 beside = kReferencePose * Pose2{0.08, 0.0, 0.0};  // two walls are off by 8 cm, two by nothing
+  EXPECT_LT(overlapAt(reference, points, beside, 0.05), there - 0.2);
+  EXPECT_GT(overlapAt(reference, points, beside, 0.15), 0.97);
+  EXPECT_EQ(overlapAt(reference, {}, kReferencePose, 0.05), 0.0);
+}
+
 }  // namespace
 }  // namespace slam

@@ -27,16 +27,18 @@ std::string ReplayStats::json() const {
                 " \"optimise_ms\": {\"p50\": %.3f, \"max\": %.3f},\n"
                 " \"matched\": %u, \"partly_observable\": %u, \"unmatched\": %u, \"gated\": %u, \"searched\": %u, "
                 "\"lost\": %u, \"relocalised\": %d, \"begun_anew\": %d, \"revoked\": %d, "
-                "\"wheels_withdrawn\": %u, \"wheels_scale\": %.4f, \"scans_too_late\": %u, \"scans_repeated\": %u, "
+                "\"wheels_withdrawn\": %u, \"wheels_scale\": %.4f, \"scans_held\": %u, \"scans_too_late\": %u, "
+                "\"scans_repeated\": %u, "
                 "\"scans_retimed\": %u, \"clock_resets\": %u, \"samples_late\": %u, \"samples_too_old\": %u,\n"
                 " \"rejected_messages\": %llu, \"skipped_bytes\": %llu, \"truncated\": %s,\n",
                 localizer.scans, localizer.keyframes, loop_closures, log_s, wall_s, cpu_s, peak_rss_mb, match.p50,
                 match.p99, match.max, scan.p50, scan.p99, scan.max, optimise.p50, optimise.max, localizer.matched,
                 localizer.partly_observable, localizer.unmatched, localizer.gated, localizer.searched, localizer.lost,
                 relocalised, begun_anew, revoked, localizer.wheels_withdrawn, localizer.wheels_scale,
-                localizer.scans_too_late, localizer.scans_repeated, localizer.scans_retimed, localizer.clock_resets,
-                localizer.samples_late, localizer.samples_too_old, static_cast<unsigned long long>(rejected_messages),
-                static_cast<unsigned long long>(skipped_bytes), truncated ? "true" : "false");
+                localizer.scans_held, localizer.scans_too_late, localizer.scans_repeated, localizer.scans_retimed,
+                localizer.clock_resets, localizer.samples_late, localizer.samples_too_old,
+                static_cast<unsigned long long>(rejected_messages), static_cast<unsigned long long>(skipped_bytes),
+                truncated ? "true" : "false");
   char offset[80] = " \"lidar_gyro_offset_s\": null,\n";
   if (lidar_gyro_offset) {
     std::snprintf(offset, sizeof offset, " \"lidar_gyro_offset_s\": %.4f, \"lidar_gyro_offset_sigma_s\": %.4f,\n",

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "slam/pull_watch.hpp"
+
+#include <gtest/gtest.h>
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Timestamp kBegin{100s};
+constexpr double kLittle = 0.08;
+
+TEST(PullWatch, NoisePullsNobody) {
+  const PullWatch watch;
+  EXPECT_FALSE(watch.contradicts({0.04, 0.0}, 0.002)) << "the matches' own error";
+  EXPECT_FALSE(watch.contradicts({0.12, -0.05}, 0.08)) << "the wheels' own error";
+  EXPECT_TRUE(watch.contradicts({0.12, -0.05}, 0.02));
+}
+
+TEST(PullWatch, WheelsThatAreOffTheWallsHeadingHaveSlipped) {
+  const PullWatch watch;
+  EXPECT_FALSE(watch.slipped(-0.01)) << "the wheels' own error";
+  EXPECT_TRUE(watch.slipped(-0.08));
+  EXPECT_TRUE(watch.slipped(0.08));
+}
+
+TEST(PullWatch, WhoWalksPullsToAnotherPlaceEachTime) {
+  PullWatch watch;
+  for (int i = 0; i < 50; ++i) {
+    EXPECT_TRUE(watch.pulls(kBegin + i * 200ms, {0.1 + 0.06 * i, 0.0}, kLittle)) << i;
+  }
+}
+
+TEST(PullWatch, WallsPullToTheSamePlaceAndAreBelievedInTheEnd) {
+  PullWatch watch;
+  for (int i = 0; i < 5; ++i) EXPECT_TRUE(watch.pulls(kBegin + i * 200ms, {0.3, 0.005 * i}, kLittle)) << i;
+  EXPECT_FALSE(watch.pulls(kBegin + 1s, {0.3, 0.03}, kLittle));
+  EXPECT_FALSE(watch.stillPulls(kBegin + 1100ms));
+}
+
+TEST(PullWatch, WhoPulledAMomentAgoIsStillThere) {
+  PullWatch watch;
+  EXPECT_FALSE(watch.stillPulls(kBegin));
+  EXPECT_TRUE(watch.pulls(kBegin, {0.0, -0.3}, kLittle));
+  EXPECT_EQ(watch.pull(), Eigen::Vector2d(0.0, -1.0));
+  EXPECT_TRUE(watch.stillPulls(kBegin + 900ms));
+  EXPECT_FALSE(watch.stillPulls(kBegin + 1100ms));
+}
+
+TEST(PullWatch, AMatchThatAgreesBeginsThePatienceAnew) {
+  PullWatch watch;
+  EXPECT_TRUE(watch.pulls(kBegin, {0.3, 0.0}, kLittle));
+  watch.stillPulls(kBegin + 200ms);
+  EXPECT_TRUE(watch.pulls(kBegin + 2s, {0.3, 0.0}, kLittle));
+  EXPECT_FALSE(watch.pulls(kBegin + 3s, {0.3, 0.0}, kLittle));
+}
+
+TEST(PullWatch, MuchOfAScanIsBelievedAtOnce) {
+  PullWatch watch;
+  EXPECT_FALSE(watch.pulls(kBegin, {0.4, 0.2}, 0.5)) << "the wheels slipped";
+  EXPECT_TRUE(watch.pulls(kBegin, {0.4, 0.2}, -0.1)) << "it fits worse there";
+  EXPECT_FALSE(watch.pulls(kBegin + 100ms, {0.6, 0.2}, 0.5));
+  EXPECT_FALSE(watch.stillPulls(kBegin + 200ms)) << "the wheels were wrong, and nobody pulled";
+}
+
+}  // namespace
+}  // namespace slam
