@@ -28,6 +28,8 @@ constexpr int kMaxRejectedPoses = 2;  // consecutive matched scans outside the g
 
 constexpr double kMaxContradiction = 100.0;  // one scan counts for no more in the doubt
 
+constexpr double kShortSilence = 0.1, kLongSilence = 1.0;  // [s] of wheels beyond two intervals, at least and at most
+
 constexpr double kFarthestPose = 1e3;  // [m] from the prediction: no robot is carried further between two scans
 
 }  // namespace
@@ -110,6 +112,10 @@ UpdateResult Ekf::correct(const Eigen::Matrix<double, N, 1>& innovation, const E
   return UpdateResult::kFused;
 }
 
+bool Ekf::isPossible(const Twist2& twist) const {
+  return std::hypot(twist.vx, twist.vy) < config_->max_speed && std::abs(twist.omega) < config_->max_turn_rate;
+}
+
 bool Ekf::detectSlip(double wheel_rate, double gyro_rate, double interval) {
   const double leak = std::exp(-interval / config_->slip_window);
   slip_evidence_ = leak * slip_evidence_ + (wheel_rate - gyro_rate) * interval;
@@ -140,12 +146,13 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
   if (!(seconds > 0.0) || !finite) return UpdateResult::kUseless;
 
   known_until_ = stamp_ + interval;
+  silent_from_ = known_until_ + fromSeconds(std::clamp(2.0 * seconds, kShortSilence, kLongSilence));
   standstill_.addWheels(stamp_, std::hypot(twist.vx, vy), turn_rate_known ? twist.omega : 0.0, c.standstill);
   slip_ = turn_rate_known && gyro_mean && detectSlip(twist.omega, *gyro_mean - x_[kGyroBias], seconds);
 
   // The wheels' mean over an interval is the only word on what was driven in it: coasting through it at the old speed
   // would be worse than any sample that the robot can have driven. One outside the gate is a sudden change of speed.
-  const bool possible = std::hypot(twist.vx, vy) < c.max_speed && std::abs(twist.omega) < c.max_turn_rate;
+  const bool possible = isPossible({twist.vx, vy, twist.omega});
   const auto sudden = [&](double innovation, Index state) { P_(state, state) += square(innovation); };
 
   UpdateResult result;
@@ -172,6 +179,19 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
   return result;
 }
 
+void Ekf::holdTwist(const Twist2& mean, bool turn_rate_known) {
+  if (slip_ || !isPossible(mean)) return;
+  const auto hold = [this](Index state, double value, double sigma) {
+    x_[state] = value;
+    P_.row(state).setZero();
+    P_.col(state).setZero();
+    P_(state, state) = square(sigma);
+  };
+  hold(kSpeed, mean.vx, config_->wheel_speed_sigma);
+  if (config_->holonomic) hold(kLateralSpeed, mean.vy, config_->wheel_speed_sigma);
+  if (turn_rate_known && !gyroActive()) hold(kTurnRate, mean.omega, config_->wheel_turn_rate_sigma);
+}
+
 UpdateResult Ekf::updateGyro(double rate) {
   if (!std::isfinite(rate)) return UpdateResult::kUseless;
   standstill_.addGyro(stamp_, rate, x_[kGyroBias], config_->standstill);
@@ -190,6 +210,7 @@ UpdateResult Ekf::updateGyro(double rate) {
 bool Ekf::standstill() const {
   // At start the gyro's bias is unknown and would turn the pose for as long as standstill takes to be believed. Wheels
   // that do not move are then the better word from their first sample on.
+  if (wheelsSilent()) return false;
   const bool bias_unknown = gyroActive() && P_(kGyroBias, kGyroBias) > square(0.5 * config_->initial_gyro_bias_sigma);
   return standstill_.active(stamp_, bias_unknown ? 0.0 : config_->standstill.min_time);
 }

@@ -91,6 +91,9 @@ class Ekf {
   /// zero (a "considered" state, Schmidt 1966).
   UpdateResult updateWheels(const Twist2& twist, bool turn_rate_known, Duration interval,
                             std::optional<double> gyro_mean);
+  /// The wheels' mean body twist over the last few samples, for the time that begins now and that no interval covers
+  /// yet: a single one's speed is off by the jitter of its stamps. Replaces the speed; the pose stays as it is.
+  void holdTwist(const Twist2& mean, bool turn_rate_known);
   /// Gyro about z [rad/s], h = omega + b_g. Corrects the bias at standstill only, for the same reason.
   UpdateResult updateGyro(double rate);
   /// A matched scan, along its observable directions only.
@@ -114,6 +117,8 @@ class Ekf {
   /// contradicting the scans are outweighed.
   double doubt() const { return std::max(1.0, doubt_); }
   bool standstill() const;
+  /// No wheel sample covers this time, though one was due long ago: whether they roll is not known.
+  bool wheelsSilent() const { return stamp_ > silent_from_; }
   bool gyroActive() const { return gyro_stamp_ && toSeconds(stamp_ - *gyro_stamp_) < config_->gyro_timeout; }
   const EkfCounters& counters() const { return counters_; }
 
@@ -124,6 +129,7 @@ class Ekf {
                        double* normalised_innovation_squared = nullptr);
   UpdateResult correctSpeed(Index state, double speed, bool possible);
   void updateStandstill();
+  bool isPossible(const Twist2& twist) const;
   bool detectSlip(double wheel_rate, double gyro_rate, double interval);
 
   const EkfConfig* config_;  // owned by whoever owns the filter; a copy of the filter shares it
@@ -132,6 +138,7 @@ class Ekf {
   Matrix P_ = Matrix::Zero();
   std::optional<Timestamp> gyro_stamp_;
   Timestamp known_until_{};  // the wheels' mean speed holds up to there
+  Timestamp silent_from_{};  // no wheel sample came, though one was due
   Standstill standstill_;
   double slip_evidence_ = 0.0;  // [rad] wheels minus gyro, leaky over slip_window
   double slip_turned_ = 0.0;    // [rad] angle turned, leaky over slip_window

@@ -3,13 +3,16 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 namespace slam {
 namespace {
 
-constexpr double kTooSoon = 0.5;  // [1] of the mean interval before
-constexpr double kJitter = 0.01;  // [s] that stamps are late now and then; what is longer apart was so in truth
+constexpr double kTooSoon = 0.5;     // [1] of the mean interval before
+constexpr double kJitter = 0.01;     // [s] that stamps are late now and then; what is longer apart was so in truth
+constexpr double kRecent = 0.1;      // [s] stamps that are off by half an interval make little speed over so long ...
+constexpr double kTooLongAgo = 0.2;  // [s] ... and a robot brakes within so long
 
 }  // namespace
 
@@ -151,12 +154,41 @@ void EkfTimeline::run(std::size_t first) {
   }
 }
 
+Twist2 EkfTimeline::meanTwist(std::size_t begin, std::size_t end) const {
+  const auto &from = std::get<WheelSample>(entry(begin).sample), &to = std::get<WheelSample>(entry(end).sample);
+  const Eigen::Vector3d travel = log(between(from.T_wheels_base, to.T_wheels_base)) / toSeconds(to.stamp - from.stamp);
+  return {travel.x(), travel.y(), travel.z()};
+}
+
+/// Mean twist of the wheels over the kRecent before the newest sample; none where that is one interval only, or where
+/// they have just stopped, which no stamp can feign.
+std::optional<Twist2> EkfTimeline::recentTwist(std::size_t end) const {
+  const auto restarted = [&](std::size_t i) { return std::get<WheelSample>(entry(i).sample).restarted; };
+  const auto seconds = [&](std::size_t begin) { return toSeconds(entry(end).stamp - entry(begin).stamp); };
+  const auto last = intervalBefore(end);
+  if (!last || restarted(end) || !(seconds(last->begin) > 0.0)) return std::nullopt;
+  const Twist2 now = meanTwist(last->begin, end);
+  if (ekf_config_->standstill.isQuiet(std::hypot(now.vx, now.vy), now.omega)) return std::nullopt;
+  std::size_t begin = last->begin;
+  while (seconds(begin) < kRecent && !restarted(begin)) {
+    const auto before = wheelsBefore(begin);
+    if (!before || seconds(*before) > kTooLongAgo) break;
+    begin = *before;
+  }
+  if (begin == last->begin) return std::nullopt;
+  return meanTwist(begin, end);
+}
+
 UpdateResult EkfTimeline::apply(std::size_t i, Ekf& ekf) const {
   if (const auto* pose = std::get_if<PoseMeasurement>(&entry(i).sample)) return ekf.updatePose(*pose);
   if (const auto* imu = std::get_if<ImuSample>(&entry(i).sample)) return ekf.updateGyro(imu->gyro.z());
 
   const auto end = intervalFrom(i);
-  if (!end) return UpdateResult::kUseless;
+  if (!end) {
+    const auto twist = wheelsFrom(i + 1) ? std::nullopt : recentTwist(i);
+    if (twist) ekf.holdTwist(*twist, std::get<WheelSample>(entry(i).sample).turn_rate_known);
+    return UpdateResult::kUseless;
+  }
   const auto& from = std::get<WheelSample>(entry(i).sample);
   const auto& to = std::get<WheelSample>(entry(*end).sample);
   const Duration interval = to.stamp - from.stamp;
@@ -170,8 +202,7 @@ UpdateResult EkfTimeline::apply(std::size_t i, Ekf& ekf) const {
       ++gyro_count;
     }
   }
-  const Eigen::Vector3d travel = log(between(from.T_wheels_base, to.T_wheels_base)) / toSeconds(interval);
-  return ekf.updateWheels({travel.x(), travel.y(), travel.z()}, to.turn_rate_known, interval,
+  return ekf.updateWheels(meanTwist(i, *end), to.turn_rate_known, interval,
                           gyro_count > 0 ? std::optional(gyro_sum / gyro_count) : std::nullopt);
 }
 

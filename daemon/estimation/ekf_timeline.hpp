@@ -27,7 +27,7 @@ struct EkfTimelineConfig {
 /// beginning: there it is the velocity that holds until its end, and the dead reckoning over the interval is exact.
 /// A sample that comes much sooner than those before it was not taken sooner: they were late. Its interval is joined
 /// with theirs, or the speed in it, which holds on when the wheels fall silent, would be that of a jitter in the
-/// stamps.
+/// stamps. Beyond the newest sample holds the mean speed of the last tenth of a second.
 ///
 /// No allocation after construction.
 class EkfTimeline {
@@ -78,6 +78,8 @@ class EkfTimeline {
   std::size_t joinIntervals(std::size_t from);
   void run(std::size_t first);
   UpdateResult apply(std::size_t i, Ekf& ekf) const;
+  Twist2 meanTwist(std::size_t begin, std::size_t end) const;
+  std::optional<Twist2> recentTwist(std::size_t end) const;
   std::optional<std::size_t> wheelsBefore(std::size_t end) const;
   std::optional<std::size_t> wheelsFrom(std::size_t begin) const;
   std::optional<Interval> intervalBefore(std::size_t end) const;

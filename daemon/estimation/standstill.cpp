@@ -7,8 +7,7 @@
 namespace slam {
 
 void Standstill::addWheels(Timestamp stamp, double speed, double turn_rate, const StandstillConfig& config) {
-  const bool quiet = std::abs(speed) <= config.max_speed && std::abs(turn_rate) <= config.max_turn_rate;
-  if (!quiet) {
+  if (!config.isQuiet(speed, turn_rate)) {
     quiet_since_.reset();
   } else if (!quiet_since_) {
     quiet_since_ = stamp;

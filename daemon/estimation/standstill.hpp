@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <cmath>
 #include <optional>
 
 #include "core/timestamp.hpp"
@@ -12,6 +13,11 @@ struct StandstillConfig {
   double max_gyro_swing = 0.035;  ///< [rad/s] largest minus smallest gyro reading while standing
   double max_gyro_rate = 0.10;    ///< [rad/s] of gyro minus its bias: more is a robot carried or turned by hand
   double min_time = 0.4;          ///< [s] wheels and gyro must be quiet for this long
+
+  /// Whether wheels stand. @param speed [m/s], turn_rate [rad/s] that they tell
+  bool isQuiet(double speed, double turn_rate) const {
+    return std::abs(speed) <= max_speed && std::abs(turn_rate) <= max_turn_rate;
+  }
 };
 
 /// Says whether the robot stands still, from wheels and, where there is one, the gyro. A plain value: it is copied with

@@ -123,6 +123,40 @@ TEST(EkfTimeline, StampsThatAreLateNowAndThenMakeNoSpeedThatHoldsWhenTheWheelsFa
   }
 }
 
+TEST(EkfTimeline, WheelsThatAreReadUnevenlyMakeNoSpeedThatHolds) {
+  EkfTimeline timeline(kEkf, kTimeline);
+  // 0.3 m/s, counted each 20 ms and asked for each 50 ms: every other reading is 10 ms old.
+  for (int ms = 0; ms <= 3000; ms += 50) {
+    const int counted = ms - ms % 20;
+    timeline.add(wheels(ms, {0.0003 * counted, 0.0, 0.0}));
+    if (ms < 200) continue;
+    EXPECT_NEAR(timeline.at(at(ms)).twist().vx, 0.3, 0.03) << ms;
+    EXPECT_NEAR(timeline.at(at(ms)).pose().x, 0.0003 * counted, 1e-4) << "all of the way, " << ms;
+    EXPECT_NEAR(timeline.at(at(ms + 100)).pose().x, 0.0003 * (counted + 100), 0.002) << "and what comes, " << ms;
+  }
+}
+
+TEST(EkfTimeline, ARobotThatStopsIsBelievedAtOnce) {
+  EkfTimeline timeline(kEkf, kTimeline);
+  for (int ms = 0; ms <= 2000; ms += 20) {
+    timeline.add(wheels(ms, {0.0003 * std::min(ms, 1000), 0.0, 0.0}));
+    if (ms > 1000) {
+      EXPECT_NEAR(timeline.at(at(ms + 100)).pose().x, 0.3, 1e-3) << ms;
+    }
+  }
+}
+
+TEST(EkfTimeline, WheelsThatFellSilentAtRestDoNotHoldADrivingRobot) {
+  EkfTimeline timeline(kEkf, kTimeline);
+  for (int ms = 0; ms <= 6000; ms += 10) {
+    const double x = 0.0003 * std::max(0, ms - 1500);  // 0.3 m/s, which no wheel tells
+    if (ms <= 1500 && ms % 50 == 0) timeline.add(wheels(ms, {}));
+    if (ms % 200 == 0) timeline.add(match(ms, {x, 0.0, 0.0}, 0.005));
+    timeline.add(imu(ms, 0.01));
+    EXPECT_NEAR(timeline.at(at(ms)).pose().x, x, ms < 3500 ? 0.1 : 0.02) << ms;
+  }
+}
+
 TEST(EkfTimeline, SamplesInAnyOrderWithinTheWindowGiveTheResultOfTheRightOrder) {
   const auto sorted = noisyDrive(10'000);
   EkfTimeline reference(kEkf, kTimeline);
