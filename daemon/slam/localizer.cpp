@@ -240,8 +240,8 @@ void Localizer::beginSegment(KeyframeOrigin origin) {
 
 void Localizer::judgeWheels(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match) {
   if (!has_wheels_) return;
-  if (match.observable < 3) return wheel_trust_.interrupt();
   const Ekf odometry = odometry_.at(stamp);
+  if (match.observable < 3 || odometry.wheelsSilent()) return wheel_trust_.interrupt();
   wheel_trust_.add(odometry.pose(), T_map_base, !odometry.gyroActive());
 }
 

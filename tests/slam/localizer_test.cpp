@@ -249,6 +249,25 @@ TEST(Localizer, CorrectsWheelsOfAWrongRadius) {
   }
 }
 
+TEST(Localizer, WheelsThatFellSilentAreNotJudgedMeanwhile) {
+  for (const bool imu : {true, false}) {
+    Drive drive;
+    drive.imu = imu;
+    drive.run(2.0, kStand);
+    drive.wheels = false;
+    drive.run(20.0, kCurve);
+    EXPECT_LT(drive.error(), 0.06) << "of a lidar alone";
+    EXPECT_NEAR(drive.localizer->counters().wheels_scale, 1.0, 0.02);
+    EXPECT_EQ(drive.localizer->counters().wheels_withdrawn, 0U);
+    drive.wheels = true;
+    drive.run(4.0, kCurve);
+    EXPECT_NEAR(drive.localizer->counters().wheels_scale, 1.0, 0.05);
+    drive.lidar = false;
+    drive.run(4.0, kCurve);
+    EXPECT_LT(drive.error(), 0.1);
+  }
+}
+
 TEST(Localizer, ASparseScanDoesNotHoldTheRobotInACorridor) {
   for (const int beams : {60, 90, 120}) {
     Drive drive;
