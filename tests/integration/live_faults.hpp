@@ -58,6 +58,8 @@ class LiveFaults : public Live {
   int poseState() {
     const auto estimate = listener_.last<pose_estimate_t>(channel::kSlamPose);
     if (!estimate) return 0;
+    const auto lidar = device("lidar");
+    lidar_ailed_ |= lidar && !lidar->reason.empty();
     const Timestamp stamp{Duration(1000 * estimate->utime)};
     if (poses_.empty() || poses_.back().stamp != stamp) {
       poses_.push_back({stamp, {estimate->x, estimate->y, estimate->theta}, estimate->state});
@@ -101,6 +103,7 @@ class LiveFaults : public Live {
 
   Listener listener_;
   std::vector<SeenPose> poses_;
+  bool lidar_ailed_ = false;  // at one of the looks at the pose
 };
 
 }  // namespace slam::test
