@@ -3,8 +3,11 @@
 
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <CLI/TypeTools.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
+#include <sstream>
 #include <unistd.h>
 
 namespace slam {
@@ -38,6 +41,25 @@ int runProgram(CLI::App& app, int argc, char** argv, const std::string& version,
     std::cerr << app.get_name() << ": " << error.what() << "\n";
     return kFailed;
   }
+}
+
+CLI::Validator inRange(double least, double most) {
+  std::ostringstream limits;
+  limits << "[" << least << " - " << most << "]";
+  const auto check = [least, most, text = limits.str()](const std::string& value) {
+    double number = 0.0;
+    const bool inside = CLI::detail::lexical_cast(value, number) && number >= least && number <= most;
+    return inside ? std::string() : value + " is not in " + text;
+  };
+  return {check, "FLOAT in " + limits.str()};
+}
+
+CLI::Validator namesFile() {
+  const auto check = [](const std::string& value) {
+    const bool named = !std::filesystem::path(value).filename().empty();
+    return named ? std::string() : "'" + value + "' ends in no name";
+  };
+  return {check, ""};
 }
 
 void showProgress(const std::string& text) {

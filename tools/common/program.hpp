@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
 #include <functional>
 #include <string>
 
@@ -18,6 +19,11 @@ struct BadConfig : std::runtime_error {
 /// exit codes and one-line errors on stderr.
 int runProgram(CLI::App& app, int argc, char** argv, const std::string& version, const std::string& example,
                const std::function<int()>& body);
+
+/// Takes numbers from `least` to `most`, both included; unlike CLI::Range no "nan".
+CLI::Validator inRange(double least, double most);
+/// Takes paths that end in a file's name.
+CLI::Validator namesFile();
 
 /// Writes progress on one line of a terminal; silent where stderr is not a terminal.
 void showProgress(const std::string& text);

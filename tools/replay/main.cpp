@@ -69,7 +69,7 @@ int main(int argc, char** argv) {
   app.add_option("--viewer-frames", options.viewer_frames,
                  "write pictures of map, robot, scan, path and loop closures into this folder, which is made");
   app.add_option("--viewer-period", options.viewer_period, "[s] of log time between pictures")
-      ->check(CLI::Range(0.01, 1e6))
+      ->check(slam::inRange(0.01, 1e6))
       ->capture_default_str();
   app.add_option("--stats", stats_file, "write statistics (JSON)");
 

@@ -14,8 +14,8 @@ int main(int argc, char** argv) {
   const auto names = slam::sim::sceneNames();
   app.add_option("--scene", options.scene, "world and drive")->check(CLI::IsMember(names))->capture_default_str();
   app.add_option("--seed", options.seed, "of all that is left to chance")->capture_default_str();
-  app.add_option("--speed", options.speed, "[m/s] instead of the scene's")->check(CLI::Range(0.05, 2.0));
-  app.add_option("--seconds", options.seconds, "[s] of the drive at most")->check(CLI::Range(1.0, 1e6));
+  app.add_option("--speed", options.speed, "[m/s] instead of the scene's")->check(slam::inRange(0.05, 2.0));
+  app.add_option("--seconds", options.seconds, "[s] of the drive at most")->check(slam::inRange(1.0, 1e6));
   bool no_depth = false;
   CLI::Option* log_option = app.add_option("--log", log, "write an LCM event log");
   CLI::Option* devices_option =

@@ -93,8 +93,10 @@ int main(int argc, char** argv) {
   load->add_option("NAME", name, "of a map")->required();
   const auto* list = app.add_subcommand("list", "all stored maps; checks their CRCs");
   auto* export_map = app.add_subcommand("export", "a stored map as map_server files");
-  export_map->add_option("NAME", name, "of a map")->required();
-  export_map->add_option("PREFIX", prefix, "of the .yaml, .pgm and .png to write")->required();
+  export_map->add_option("NAME", name, "of a map")->required()->check(slam::namesFile());
+  export_map->add_option("PREFIX", prefix, "of the .yaml, .pgm and .png to write")
+      ->required()
+      ->check(slam::namesFile());
   auto* set_pose = app.add_subcommand("set-pose", "say where the robot is in the map");
   set_pose->add_option("X", pose[0], "[m]")->required();
   set_pose->add_option("Y", pose[1], "[m]")->required();
