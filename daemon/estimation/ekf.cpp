@@ -89,7 +89,7 @@ void Ekf::predict(Timestamp stamp) {
 
 template <int N>
 UpdateResult Ekf::correct(const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 7>& H,
-                          const Eigen::Matrix<double, N, N>& R, bool consider_bias, int gate_degrees,
+                          const Eigen::Matrix<double, N, N>& R, Considered considered, int gate_degrees,
                           double* normalised_innovation_squared) {
   if (!innovation.allFinite() || !H.allFinite() || !R.allFinite()) return UpdateResult::kUseless;
   const Eigen::Matrix<double, 7, N> PHt = P_ * H.transpose();
@@ -103,7 +103,10 @@ UpdateResult Ekf::correct(const Eigen::Matrix<double, N, 1>& innovation, const E
     if (!(distance <= limit)) return UpdateResult::kRejected;  // also for NaN
   }
   Eigen::Matrix<double, 7, N> K = S_llt.solve(PHt.transpose()).transpose();  // (15)
-  if (consider_bias) K.row(kGyroBias).setZero();
+  if (considered == kBias) K.row(kGyroBias).setZero();
+  if (considered == kSpeeds) {
+    for (const Index speed : {kSpeed, kTurnRate, kLateralSpeed}) K.row(speed).setZero();
+  }
   x_ += K * innovation;  // (16)
   x_[kTheta] = wrapAngle(x_[kTheta]);
   const Matrix I_KH = Matrix::Identity() - K * H;
@@ -129,10 +132,10 @@ UpdateResult Ekf::correctSpeed(Index state, double speed, bool possible) {
   H(0, state) = 1.0;
   const double sigma = slip_ ? config_->slip_speed_sigma : config_->wheel_speed_sigma;
   const Eigen::Matrix<double, 1, 1> innovation(speed - x_[state]), R(square(sigma));
-  const UpdateResult result = correct<1>(innovation, H, R, true, 1);
+  const UpdateResult result = correct<1>(innovation, H, R, kBias, 1);
   if (result == UpdateResult::kRejected && possible) {
     P_(state, state) += square(innovation.x());
-    correct<1>(innovation, H, R, true, 0);
+    correct<1>(innovation, H, R, kBias, 0);
   }
   return result;
 }
@@ -164,11 +167,11 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
                         square(c.wheel_turn_rate_sigma) + square(c.wheel_turn_rate_scale * twist.omega))
             .asDiagonal();
     const Eigen::Vector2d innovation(twist.vx - x_[kSpeed], twist.omega - x_[kTurnRate]);
-    result = correct<2>(innovation, H, R, true, 2);
+    result = correct<2>(innovation, H, R, kBias, 2);
     if (result == UpdateResult::kRejected && possible) {
       sudden(innovation.x(), kSpeed);
       sudden(innovation.y(), kTurnRate);
-      correct<2>(innovation, H, R, true, 0);
+      correct<2>(innovation, H, R, kBias, 0);
     }
   } else {
     result = correctSpeed(kSpeed, twist.vx, possible);
@@ -200,8 +203,9 @@ UpdateResult Ekf::updateGyro(double rate) {
   H(0, kTurnRate) = H(0, kGyroBias) = 1.0;
   // While driving, the predicted turn rate comes from the wheels: learning the bias from the difference would let their
   // systematic errors in again. The bias is learned at standstill and from matched scans.
-  const UpdateResult result = correct<1>(Eigen::Matrix<double, 1, 1>(rate - x_[kTurnRate] - x_[kGyroBias]), H,
-                                         Eigen::Matrix<double, 1, 1>(square(config_->gyro_sigma)), !standstill(), 1);
+  const UpdateResult result =
+      correct<1>(Eigen::Matrix<double, 1, 1>(rate - x_[kTurnRate] - x_[kGyroBias]), H,
+                 Eigen::Matrix<double, 1, 1>(square(config_->gyro_sigma)), standstill() ? kNone : kBias, 1);
   ++(result == UpdateResult::kFused ? counters_.gyro_fused : counters_.gyro_rejected);
   gyro_stamp_ = stamp_;
   return result;
@@ -222,11 +226,11 @@ void Ekf::updateStandstill() {
   const Eigen::Matrix2d R =
       Eigen::Vector2d(square(config_->standstill_speed_sigma), square(config_->standstill_turn_rate_sigma))
           .asDiagonal();
-  correct<2>(Eigen::Vector2d(-x_[kSpeed], -x_[kTurnRate]), H, R, false, 0);
+  correct<2>(Eigen::Vector2d(-x_[kSpeed], -x_[kTurnRate]), H, R, kNone, 0);
   if (config_->holonomic) {
     Eigen::Matrix<double, 1, 7> across = Eigen::Matrix<double, 1, 7>::Zero();
     across(0, kLateralSpeed) = 1.0;
-    correct<1>(Eigen::Matrix<double, 1, 1>(-x_[kLateralSpeed]), across, R.topLeftCorner<1, 1>(), false, 0);
+    correct<1>(Eigen::Matrix<double, 1, 1>(-x_[kLateralSpeed]), across, R.topLeftCorner<1, 1>(), kNone, 0);
   }
   ++counters_.standstill_updates;
 }
@@ -247,16 +251,21 @@ UpdateResult Ekf::updatePose(const PoseMeasurement& measurement) {
   R.topLeftCorner(n, n) = U.transpose() * measurement.covariance * U;
 
   double distance = n;
-  UpdateResult result = correct<3>(innovation, H, R, false, n, &distance);
+  const bool first_beyond_wheels = stamp_ > known_until_ && pose_stamp_ < known_until_;
+  const Considered considered = first_beyond_wheels ? kSpeeds : kNone;
+  UpdateResult result = correct<3>(innovation, H, R, considered, n, &distance);
   doubt_ += (std::min(distance / n, kMaxContradiction) - doubt_) / config_->doubt_memory;
   const bool believe = result == UpdateResult::kRejected &&
                        (measurement.confirmed || ++rejected_in_a_row_ > kMaxRejectedPoses) &&
                        error.norm() < kFarthestPose;
   if (believe) {  // the robot was moved or the wheels slipped
     P_.topLeftCorner<3, 3>() += (2.0 * error * error.transpose()).eval();
-    result = correct<3>(innovation, H, R, false, 0);
+    result = correct<3>(innovation, H, R, considered, 0);
   }
-  if (result == UpdateResult::kFused) rejected_in_a_row_ = 0;
+  if (result == UpdateResult::kFused) {
+    rejected_in_a_row_ = 0;
+    pose_stamp_ = stamp_;
+  }
   ++(result == UpdateResult::kFused ? counters_.poses_fused : counters_.poses_rejected);
   return result;
 }

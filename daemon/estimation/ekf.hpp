@@ -96,7 +96,8 @@ class Ekf {
   void holdTwist(const Twist2& mean, bool turn_rate_known);
   /// Gyro about z [rad/s], h = omega + b_g. Corrects the bias at standstill only, for the same reason.
   UpdateResult updateGyro(double rate);
-  /// A matched scan, along its observable directions only.
+  /// A matched scan, along its observable directions only. The first one beyond what the wheels have told corrects the
+  /// pose, not the speed: what it is off by may have gathered while they still told it wrongly.
   UpdateResult updatePose(const PoseMeasurement& measurement);
 
   /// Sets the pose, e.g. by command. @param sigma [m, m, rad]
@@ -123,9 +124,11 @@ class Ekf {
   const EkfCounters& counters() const { return counters_; }
 
  private:
+  enum Considered { kNone, kBias, kSpeeds };  // states whose gain is zero
+
   template <int N>
   UpdateResult correct(const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 7>& H,
-                       const Eigen::Matrix<double, N, N>& R, bool consider_bias, int gate_degrees,
+                       const Eigen::Matrix<double, N, N>& R, Considered considered, int gate_degrees,
                        double* normalised_innovation_squared = nullptr);
   UpdateResult correctSpeed(Index state, double speed, bool possible);
   void updateStandstill();
@@ -138,6 +141,7 @@ class Ekf {
   Matrix P_ = Matrix::Zero();
   std::optional<Timestamp> gyro_stamp_;
   Timestamp known_until_{};  // the wheels' mean speed holds up to there
+  Timestamp pose_stamp_{};   // of the last matched scan
   Timestamp silent_from_{};  // no wheel sample came, though one was due
   Standstill standstill_;
   double slip_evidence_ = 0.0;  // [rad] wheels minus gyro, leaky over slip_window
