@@ -3,9 +3,23 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 namespace slam {
+
+Keyframe::Point keyframePoint(const ScanPoint& point) {
+  Keyframe::Point out{.x = static_cast<float>(point.position.x()), .y = static_cast<float>(point.position.y())};
+  if (!point.hasNormal()) {
+    out.normal_sigma = point.may_slide ? Keyframe::Point::kMaySlide : 0;
+    return out;
+  }
+  const double units = 1.0 / Keyframe::Point::kAngle;
+  out.normal = static_cast<std::int16_t>(std::lround(units * std::atan2(point.normal.y(), point.normal.x())));
+  out.normal_sigma =
+      static_cast<std::uint16_t>(std::min(65535.0, std::round(units * std::sqrt(point.normal_variance))));
+  return out;
+}
 
 void KeyframeGraph::add(const Keyframe& keyframe) {
   const int id = size();

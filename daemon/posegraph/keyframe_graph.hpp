@@ -11,6 +11,9 @@
 
 namespace slam {
 
+/// A scan's point as a keyframe stores it. KeyframeGraph::points() gives it back, but for quantisation.
+Keyframe::Point keyframePoint(const ScanPoint& point);
+
 /// The pose graph of a map with the scan of each keyframe. Keyframe ids are the graph's node ids.
 class KeyframeGraph {
  public:

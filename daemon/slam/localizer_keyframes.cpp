@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "posegraph/keyframe_graph.hpp"
 #include "slam/localizer.hpp"
 
 namespace slam {
@@ -13,19 +14,6 @@ namespace {
 
 constexpr double kMinStepSigma = 1e-4;  // [m, rad] keeps a step's covariance regular
 constexpr double kSoon = 0.25;          // [1] of the usual motion between keyframes
-
-Keyframe::Point stored(const ScanPoint& point) {
-  Keyframe::Point out{.x = static_cast<float>(point.position.x()), .y = static_cast<float>(point.position.y())};
-  if (!point.hasNormal()) {
-    out.normal_sigma = point.may_slide ? Keyframe::Point::kMaySlide : 0;
-    return out;
-  }
-  const double units = 1.0 / Keyframe::Point::kAngle;
-  out.normal = static_cast<std::int16_t>(std::lround(units * std::atan2(point.normal.y(), point.normal.x())));
-  out.normal_sigma =
-      static_cast<std::uint16_t>(std::min(65535.0, std::round(units * std::sqrt(point.normal_variance))));
-  return out;
-}
 
 }  // namespace
 
@@ -172,7 +160,7 @@ void Localizer::describe(Timestamp stamp, const Pose2& T_map_base) {
   keyframe_.T_base_lidar = config_.lidar.T_base_lidar;
   keyframe_.size = 0;
   for (const ScanPoint& point : points_) {
-    keyframe_.storage[static_cast<std::size_t>(keyframe_.size++)] = stored(point);
+    keyframe_.storage[static_cast<std::size_t>(keyframe_.size++)] = keyframePoint(point);
   }
 }
 

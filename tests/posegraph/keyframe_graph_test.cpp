@@ -103,7 +103,7 @@ TEST(KeyframeGraph, GivesPointsBackAsTheyWereScannedButForQuantisation) {
   for (ScanPoint& point : scanned) point.may_slide = !point.hasNormal() && ++every % 2 == 0;
   auto keyframe = std::make_unique<Keyframe>();
   for (const ScanPoint& point : scanned)
-    keyframe->storage[static_cast<std::size_t>(keyframe->size++)] = test::keyframePoint(point);
+    keyframe->storage[static_cast<std::size_t>(keyframe->size++)] = keyframePoint(point);
   KeyframeGraph keyframes;
   keyframes.add(*keyframe);
 

@@ -12,21 +12,9 @@
 #include "core/keyframe.hpp"
 #include "matching/places.hpp"
 #include "matching/scan_points.hpp"
+#include "posegraph/keyframe_graph.hpp"
 
 namespace slam::test {
-
-inline Keyframe::Point keyframePoint(const ScanPoint& point) {
-  Keyframe::Point out{.x = static_cast<float>(point.position.x()), .y = static_cast<float>(point.position.y())};
-  if (!point.hasNormal()) {
-    out.normal_sigma = point.may_slide ? Keyframe::Point::kMaySlide : 0;
-    return out;
-  }
-  const double sigma = std::sqrt(point.normal_variance) / Keyframe::Point::kAngle;
-  out.normal =
-      static_cast<std::int16_t>(std::lround(std::atan2(point.normal.y(), point.normal.x()) / Keyframe::Point::kAngle));
-  out.normal_sigma = static_cast<std::uint16_t>(std::min(65535.0, std::round(sigma)));
-  return out;
-}
 
 /// Keyframes of a drive, as the front end hands them over, with steps as wrong as the test wants them.
 class KeyframeDrive {
