@@ -140,9 +140,10 @@ class Ekf {
   Vector x_ = Vector::Zero();
   Matrix P_ = Matrix::Zero();
   std::optional<Timestamp> gyro_stamp_;
-  Timestamp known_until_{};  // the wheels' mean speed holds up to there
-  Timestamp pose_stamp_{};   // of the last matched scan
-  Timestamp silent_from_{};  // no wheel sample came, though one was due
+  Timestamp known_until_{};       // the wheels' mean speed holds up to there
+  Timestamp turn_known_until_{};  // and their mean turn rate, where no gyro tells it
+  Timestamp pose_stamp_{};        // of the last matched scan
+  Timestamp silent_from_{};       // no wheel sample came, though one was due
   Standstill standstill_;
   double slip_evidence_ = 0.0;  // [rad] wheels minus gyro, leaky over slip_window
   double slip_turned_ = 0.0;    // [rad] angle turned, leaky over slip_window

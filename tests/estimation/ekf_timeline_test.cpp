@@ -178,6 +178,30 @@ TEST(EkfTimeline, AScanThatEndsAFalseRestIsNoSuddenSpeed) {
   }
 }
 
+TEST(EkfTimeline, TheWayIsTheWheelsOwnHoweverUnevenTheirStamps) {
+  // A board's answers that come late and then early make one interval's speed too low and the next one's too high:
+  // neither says how fast the robot was in the interval before.
+  for (const bool gyro : {true, false}) {
+    for (const unsigned seed : {1U, 2U, 3U}) {
+      std::mt19937 random(seed);
+      std::uniform_int_distribution<int> late(0, 25);
+      EkfTimeline timeline(kEkf, kTimeline);
+      const double step = 0.015, turn = 0.01;  // [m], [rad] in 50 ms
+      Pose2 odometry;
+      int next_gyro = 0;
+      for (int i = 0; i <= 200; ++i) {
+        const int ms = 50 * i + (i % 2 == 0 ? 0 : late(random));
+        for (; gyro && next_gyro <= ms; next_gyro += 20) timeline.add(imu(next_gyro, turn / 0.05));
+        timeline.add(wheels(ms, odometry));
+        odometry = odometry * exp({step, 0.0, turn});
+      }
+      const Pose2 error = between(exp({200 * step, 0.0, 200 * turn}), timeline.at(at(10'000)).pose());
+      EXPECT_LT(std::hypot(error.x, error.y), 0.01) << seed;
+      EXPECT_LT(std::abs(error.theta), 0.01) << seed;
+    }
+  }
+}
+
 TEST(EkfTimeline, SamplesInAnyOrderWithinTheWindowGiveTheResultOfTheRightOrder) {
   const auto sorted = noisyDrive(10'000);
   EkfTimeline reference(kEkf, kTimeline);
