@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "posegraph/gauge.hpp"
+
 namespace slam {
 namespace {
 
@@ -303,14 +305,29 @@ void BackEnd::closeLoops() {
   const auto closures = search_.search(keyframes_, is_in_map_);
   counters_.search = search_.counters();
   if (closures.empty()) return;
+  const std::vector<Pose2> before(keyframes_.graph().poses().begin(), keyframes_.graph().poses().end());
   for (const Edge& edge : closures) keyframes_.graph().addEdge(edge);
   optimiser_.optimise(keyframes_.graph());
   ++counters_.optimisations;
   revokeContradicted();
+  holdMap(before);
   counters_.loop_closures = static_cast<int>(
       std::count_if(keyframes_.graph().edges().begin(), keyframes_.graph().edges().end(),
                     [](const Edge& edge) { return edge.kind == EdgeKind::kLoopClosure && !edge.revoked; }));
   ++generation_;
+}
+
+/// Lays the optimised map where it moves least.
+void BackEnd::holdMap(std::span<const Pose2> before) {
+  PoseGraph& graph = keyframes_.graph();
+  std::vector<Pose2> T_map_node, T_new_node;
+  for (int id = 0; id < graph.size(); ++id) {
+    if (!inMap(id)) continue;
+    T_map_node.push_back(before[static_cast<std::size_t>(id)]);
+    T_new_node.push_back(graph.pose(id));
+  }
+  const Pose2 T_map_new = holdGauge(T_map_node, T_new_node);
+  for (int id = 0; id < graph.size(); ++id) graph.setPose(id, T_map_new * graph.pose(id));
 }
 
 void BackEnd::revokeContradicted() {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "core/keyframe.hpp"
@@ -44,10 +45,10 @@ struct BackEndCounters {
   Relocalisation::Counters relocalisation;
 };
 
-/// The back end: keyframes and what joins them. Closes loops, optimises the graph, and decides which part of the map
-/// the front end may match against: the keyframes whose position relative to the robot is known. Old ones that the
-/// robot's drift has lost touch with come back only when a loop closure has put them in place, so that two copies of
-/// one wall never pull at a scan.
+/// The back end: keyframes and what joins them. Closes loops, optimises the graph, lays it where the map as a whole
+/// moves least (holdGauge), and decides which part of the map the front end may match against: the keyframes whose
+/// position relative to the robot is known. Old ones that the robot's drift has lost touch with come back only when a
+/// loop closure has put them in place, so that two copies of one wall never pull at a scan.
 ///
 /// A robot that is lost maps a segment of its own, which the back end looks for in the map; only when it is found there
 /// do its keyframes become part of the map. A map of a few keyframes (a bad first scan, a robot that was switched on
@@ -96,6 +97,7 @@ class BackEnd {
   void followInGivenMap(const Eigen::Vector2d& robot);
   void closeLoops();
   void revokeContradicted();
+  void holdMap(std::span<const Pose2> before);
   void linkToReference(const Keyframe& keyframe);
   void renewReferenceIfStale(int anchor);
   void renewReference(const Eigen::Vector2d& robot, const std::vector<int>& active);

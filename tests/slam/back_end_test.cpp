@@ -104,6 +104,31 @@ TEST(BackEnd, ClosesTheRoundOfACorridor) {
   }
 }
 
+TEST(BackEnd, TheMapStaysWhereItWasAsALoopCloses) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    Session session(test::ringCorridor(), {}, seed);
+    const auto poses = [&] {
+      const auto span = session.back_end->keyframes().graph().poses();
+      return std::vector<Pose2>(span.begin(), span.end());
+    };
+    std::vector<Pose2> before;
+    for (double s = 1.0; s < 1.2 * kRound && session.back_end->generation() == 0; s += kStep) {
+      before = poses();
+      session.round(s, s + 0.9 * kStep);
+    }
+    ASSERT_EQ(session.back_end->generation(), 1) << seed;
+    const std::vector<Pose2> after = poses();
+    double moved = 0.0, with_first_held = 0.0;  // [m] sums
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      moved += (after[i].translation() - before[i].translation()).norm();
+      with_first_held +=
+          (between(after[0], after[i]).translation() - between(before[0], before[i]).translation()).norm();
+    }
+    EXPECT_GT(with_first_held, 0.0) << seed;
+    EXPECT_LT(moved, 0.7 * with_first_held) << seed;
+  }
+}
+
 TEST(BackEnd, CountsAGenerationForEachChangeOfKnownPoses) {
   Session session(test::ringCorridor());
   session.round(1.0, 20.0);

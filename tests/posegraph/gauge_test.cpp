@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "posegraph/gauge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+#include <vector>
+
+namespace slam {
+namespace {
+
+std::vector<Pose2> randomNodes(int count, std::mt19937& random) {
+  std::uniform_real_distribution<double> place(-30.0, 30.0), heading(-3.0, 3.0);
+  std::vector<Pose2> nodes;
+  for (int i = 0; i < count; ++i) nodes.push_back({place(random), place(random), heading(random)});
+  return nodes;
+}
+
+std::vector<Pose2> moved(const Pose2& T, std::vector<Pose2> nodes) {
+  for (Pose2& node : nodes) node = T * node;
+  return nodes;
+}
+
+double distance(const Pose2& a, const Pose2& b) { return (a.translation() - b.translation()).norm(); }
+
+void expectNear(const Pose2& pose, const Pose2& expected, double tolerance) {
+  EXPECT_LT(distance(pose, expected), tolerance);
+  EXPECT_LT(std::abs(wrapAngle(pose.theta - expected.theta)), tolerance);
+}
+
+TEST(Gauge, APartThatKeepsItsShapeKeepsItsPlaceWhileItIsTheLarger) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0.0, 0.002);
+  for (int run = 0; run < 20; ++run) {
+    const std::vector<Pose2> before = randomNodes(100, random);
+    std::vector<Pose2> after = before;
+    for (int i = 0; i < 100; ++i) {
+      Pose2& node = after[static_cast<std::size_t>(i)];
+      node.x += noise(random);
+      node.y += noise(random);
+      if (i >= 70) node = Pose2{0.8, -0.5, 0.05} * node;  // a branch that a loop has put in its place
+    }
+    const Pose2 T_new_frame{4.0, -7.0, 2.0};
+    expectNear(holdGauge(before, moved(T_new_frame, after)) * T_new_frame, {}, 0.03);
+  }
+}
+
+TEST(Gauge, ALoopsDriftMovesItsNodesByHalfAsMuchAsWithTheFirstHeld) {
+  std::vector<Pose2> before, after;
+  for (int i = 0; i <= 200; ++i) {
+    const double turn = 2.0 * 3.14159265 * i / 200.0;
+    before.push_back({10.0 * std::sin(turn), 10.0 - 10.0 * std::cos(turn), turn});
+    after.push_back({before.back().x + 0.001 * i, before.back().y, turn});  // 0.2 m of drift, node 0 held
+  }
+  const Pose2 T_map_new = holdGauge(before, after);
+  double held = 0.0, first = 0.0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    held += distance(before[i], T_map_new * after[i]);
+    first += distance(before[i], after[i]);
+  }
+  EXPECT_LT(held, 0.55 * first);
+}
+
+TEST(Gauge, UndoesAMotionOfTheWholeMap) {
+  std::mt19937 random(2);
+  for (int run = 0; run < 50; ++run) {
+    const std::vector<Pose2> before = randomNodes(1 + run, random);
+    const Pose2 T_new_map = randomNodes(1, random).front();
+    expectNear(holdGauge(before, moved(T_new_map, before)), T_new_map.inverse(), 1e-9);
+  }
+}
+
+TEST(Gauge, NodesOfOnePlaceKeepTheirHeading) {
+  // Their positions alone say nothing of it.
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0.0, 0.002);
+  std::vector<Pose2> before, after;
+  for (int i = 0; i < 40; ++i) {
+    before.push_back({noise(random), noise(random), 0.1 * i});
+    after.push_back({noise(random), noise(random), 0.1 * i + noise(random)});
+  }
+  expectNear(holdGauge(before, after), {}, 0.003);
+}
+
+TEST(Gauge, WithoutNodesOrWithOthersItHoldsNothing) {
+  const std::vector<Pose2> one{{1.0, 2.0, 3.0}}, two{{1.0, 2.0, 3.0}, {2.0, 2.0, 3.0}};
+  EXPECT_EQ(holdGauge({}, {}), Pose2{});
+  EXPECT_EQ(holdGauge(one, two), Pose2{});
+}
+
+}  // namespace
+}  // namespace slam
