@@ -195,19 +195,20 @@ map_tile_t toTileMessage(const OccupancyGrid& grid, TileIndex tile, std::int64_t
 }
 
 std::optional<LaserScan> fromMessage(const scan_t& message) {
+  std::optional<LaserScan> scan;  // large: built where it is returned
   const bool limits = std::isfinite(message.range_min) && std::isfinite(message.range_max) &&
                       message.range_min >= 0.0F && message.range_max > message.range_min;
-  if (!isStamp(message.utime) || !limits || message.nbeams > LaserScan::kCapacity) return std::nullopt;
-  LaserScan scan;
-  scan.stamp = fromMicroseconds(message.utime);
-  scan.range_min = message.range_min;
-  scan.range_max = message.range_max;
+  if (!isStamp(message.utime) || !limits || message.nbeams > LaserScan::kCapacity) return scan;
+  scan.emplace();
+  scan->stamp = fromMicroseconds(message.utime);
+  scan->range_min = message.range_min;
+  scan->range_max = message.range_max;
   for (std::size_t i = 0; i < message.ranges.size(); ++i) {
     Beam beam{message.ranges[i], message.bearings[i], message.time_offsets[i], message.intensities[i]};
     constexpr float kLongestTurn = 10.0F;  // [s] no lidar turns slower; keeps hostile offsets out of the stamps
     if (!std::isfinite(beam.bearing) || !(std::abs(beam.time_offset) < kLongestTurn)) beam = {};
     if (!std::isfinite(beam.range) || beam.range < 0.0F) beam.range = 0.0F;
-    scan.push(beam);
+    scan->push(beam);
   }
   return scan;
 }

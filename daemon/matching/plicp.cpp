@@ -2,6 +2,7 @@
 #include "matching/plicp.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "matching/normal_equations.hpp"
@@ -14,6 +15,14 @@ constexpr double kSameFace = 0.2;  // cosine: a point and a surfel whose normals
 constexpr double kDamping = 0.7;  // per change of the step's direction
 
 constexpr double kMinConfirmed = 0.1;  // of a direction's information; along a bare wall noise seldom feigns more
+
+constexpr std::size_t kPairsAtOnce = 32;  // looked up before the first is used: the reference is larger than the caches
+
+struct Pair {
+  const ScanPoint* point;
+  const Surfel* surfel;
+  double rx, ry;  // [m] R p
+};
 
 struct Sums {
   NormalEquations equations;
@@ -31,57 +40,68 @@ Sums linearize(const Reference& reference, std::span<const ScanPoint> points, co
   double f00 = 0, f01 = 0, f02 = 0, f11 = 0, f12 = 0, f22 = 0;
   Sums sums;
   NormalEquations& eq = sums.equations;
-  for (const ScanPoint& point : points) {
-    const double rx = c * point.position.x() - s * point.position.y();  // R p
-    const double ry = s * point.position.x() + c * point.position.y();
-    const Eigen::Vector2d p(T.x + rx, T.y + ry);
-    if (!reference.covers(p)) continue;
-    ++sums.covered;
-    const Surfel* surfel = reference.nearest(p, gate);
-    if (surfel == nullptr) continue;
-    double nx = surfel->nx, ny = surfel->ny;
-    const double dx = p.x() - surfel->x, dy = p.y() - surfel->y;
-    if (dx * dx + dy * dy > gate_squared) continue;
-    double trust = surfel->observations / (1.0 + surfel->observations);  // its own error beside the point's
-    if (surfel->may_slide && surfel->observations < config.sliding_observations) {
-      // Where along the beam it was hit says nothing: it is a line along it, give or take the lidar's place in base.
-      const double inverse = 1.0 / std::max(1e-3, std::hypot(rx, ry));
-      nx = -ry * inverse, ny = rx * inverse;
-      trust *= config.point_weight;
-    } else if (!surfel->isLine()) {
-      const double k = 1.0 / (1.0 + (dx * dx + dy * dy) * inverse_kernel);
-      const double w = k * trust * config.point_weight;
-      h00 += w, h11 += w, h02 -= w * ry, h12 += w * rx, h22 += w * (rx * rx + ry * ry);
-      g0 += w * dx, g1 += w * dy, g2 += w * (rx * dy - ry * dx);
+  std::array<Pair, kPairsAtOnce> pairs;
+  for (std::size_t first = 0; first < points.size(); first += kPairsAtOnce) {
+    std::size_t count = 0;
+    for (const ScanPoint& point : points.subspan(first, std::min(kPairsAtOnce, points.size() - first))) {
+      const double rx = c * point.position.x() - s * point.position.y();
+      const double ry = s * point.position.x() + c * point.position.y();
+      const Eigen::Vector2d p(T.x + rx, T.y + ry);
+      if (!reference.covers(p)) continue;
+      ++sums.covered;
+      const Surfel* surfel = reference.nearest(p, gate);
+      if (surfel == nullptr) continue;
+      __builtin_prefetch(surfel);
+      pairs[count++] = {&point, surfel, rx, ry};
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const ScanPoint& point = *pairs[i].point;
+      const Surfel* surfel = pairs[i].surfel;
+      const double rx = pairs[i].rx, ry = pairs[i].ry;
+      double nx = surfel->nx, ny = surfel->ny;
+      const double dx = T.x + rx - surfel->x, dy = T.y + ry - surfel->y;
+      if (dx * dx + dy * dy > gate_squared) continue;
+      double trust = surfel->observations / (1.0 + surfel->observations);  // its own error beside the point's
+      if (surfel->may_slide && surfel->observations < config.sliding_observations) {
+        // Where along the beam it was hit says nothing: it is a line along it, give or take the lidar's place in base.
+        const double inverse = 1.0 / std::max(1e-3, std::hypot(rx, ry));
+        nx = -ry * inverse, ny = rx * inverse;
+        trust *= config.point_weight;
+      } else if (!surfel->isLine()) {
+        const double k = 1.0 / (1.0 + (dx * dx + dy * dy) * inverse_kernel);
+        const double w = k * trust * config.point_weight;
+        h00 += w, h11 += w, h02 -= w * ry, h12 += w * rx, h22 += w * (rx * rx + ry * ry);
+        g0 += w * dx, g1 += w * dy, g2 += w * (rx * dy - ry * dx);
+        eq.weight += w;
+        eq.squared_error += w * (dx * dx + dy * dy);
+        ++eq.pairs;
+        if (dx * dx + dy * dy < config.overlap_distance * config.overlap_distance) {
+          ++sums.agreeing;
+          if (surfel->observations >= config.familiar_observations) ++sums.familiar;
+        }
+        continue;
+      }
+      const double mx = c * point.normal.x() - s * point.normal.y(), my = s * point.normal.x() + c * point.normal.y();
+      if (point.hasNormal() && surfel->isLine() && nx * mx + ny * my < kSameFace) continue;
+
+      const double e = nx * dx + ny * dy;
+      const double k = 1.0 / (1.0 + e * e * inverse_kernel);
+      const double w = k * trust;
+      const double jt = ny * rx - nx * ry;  // n . R' p
+      const double ft = nx * rx + ny * ry;  // t . R' p, t = (-ny, nx) along the wall
+      const double v = w * surfel->normal_variance;
+      h00 += w * nx * nx, h01 += w * nx * ny, h02 += w * nx * jt, h11 += w * ny * ny, h12 += w * ny * jt;
+      h22 += w * jt * jt, g0 += w * nx * e, g1 += w * ny * e, g2 += w * jt * e;
+      f00 += v * ny * ny, f01 -= v * nx * ny, f02 -= v * ny * ft, f11 += v * nx * nx, f12 += v * nx * ft;
+      f22 += v * ft * ft;
       eq.weight += w;
-      eq.squared_error += w * (dx * dx + dy * dy);
+      eq.squared_error += w * e * e;
       ++eq.pairs;
-      if (dx * dx + dy * dy < config.overlap_distance * config.overlap_distance) {
+      if (std::abs(e) < config.overlap_distance) {
         ++sums.agreeing;
         if (surfel->observations >= config.familiar_observations) ++sums.familiar;
+        sums.agreeing_error += e * e;
       }
-      continue;
-    }
-    const double mx = c * point.normal.x() - s * point.normal.y(), my = s * point.normal.x() + c * point.normal.y();
-    if (point.hasNormal() && surfel->isLine() && nx * mx + ny * my < kSameFace) continue;
-
-    const double e = nx * dx + ny * dy;
-    const double k = 1.0 / (1.0 + e * e * inverse_kernel);
-    const double w = k * trust;
-    const double jt = ny * rx - nx * ry;  // n . R' p
-    const double ft = nx * rx + ny * ry;  // t . R' p, t = (-ny, nx) along the wall
-    const double v = w * surfel->normal_variance;
-    h00 += w * nx * nx, h01 += w * nx * ny, h02 += w * nx * jt, h11 += w * ny * ny, h12 += w * ny * jt;
-    h22 += w * jt * jt, g0 += w * nx * e, g1 += w * ny * e, g2 += w * jt * e;
-    f00 += v * ny * ny, f01 -= v * nx * ny, f02 -= v * ny * ft, f11 += v * nx * nx, f12 += v * nx * ft;
-    f22 += v * ft * ft;
-    eq.weight += w;
-    eq.squared_error += w * e * e;
-    ++eq.pairs;
-    if (std::abs(e) < config.overlap_distance) {
-      ++sums.agreeing;
-      if (surfel->observations >= config.familiar_observations) ++sums.familiar;
-      sums.agreeing_error += e * e;
     }
   }
   eq.H << h00, h01, h02, h01, h11, h12, h02, h12, h22;

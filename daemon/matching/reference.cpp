@@ -76,7 +76,8 @@ int Reference::add(const Pose2& T_ref_base, std::span<const ScanPoint> points) {
   const double c = std::cos(T_ref_base.theta), s = std::sin(T_ref_base.theta);
   const int before = count_;
   for (const ScanPoint& point : points) {
-    const Eigen::Vector2d p = T_ref_base * point.position;
+    const Eigen::Vector2d p(T_ref_base.x + c * point.position.x() - s * point.position.y(),
+                            T_ref_base.y + s * point.position.x() + c * point.position.y());
     if (!covers(p)) continue;
     const Eigen::Vector2d normal(c * point.normal.x() - s * point.normal.y(),
                                  s * point.normal.x() + c * point.normal.y());

@@ -86,7 +86,11 @@ class Reference {
     std::vector<Offset> disc;  // cells within the radius, nearest first
 
     Grid(double cell, double radius, double extent);
-    int coordinate(double metres) const { return static_cast<int>(std::floor(metres * inverse_cell)); }
+    int coordinate(double metres) const {  // floor(), which is a call where SSE4.1 may not be used
+      const double place = metres * inverse_cell;
+      const int truncated = static_cast<int>(place);
+      return truncated - (place < truncated ? 1 : 0);
+    }
     std::size_t index(int column, int row) const {
       return (static_cast<std::size_t>(row & mask) << shift) | static_cast<std::size_t>(column & mask);
     }

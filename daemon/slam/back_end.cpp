@@ -214,8 +214,10 @@ void BackEnd::linkToReference(const Keyframe& keyframe) {
   double shortest = config_.link_distance;
   for (int id = 0; id <= newest - config_.link_age; ++id) {
     if (!is_in_reference_[static_cast<std::size_t>(id)]) continue;
-    const Pose2 relative = between(keyframes_.pose(id), keyframes_.pose(newest));
-    const double apart = std::hypot(relative.x, relative.y) + 0.5 * (1.0 - std::cos(relative.theta));
+    const Pose2 &a = keyframes_.pose(id), &b = keyframes_.pose(newest);
+    const double distance = (a.translation() - b.translation()).norm();
+    if (distance >= shortest) continue;
+    const double apart = distance + 0.5 * (1.0 - std::cos(a.theta - b.theta));
     if (apart >= shortest) continue;
     shortest = apart;
     nearest = id;
