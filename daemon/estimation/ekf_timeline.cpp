@@ -168,7 +168,8 @@ std::optional<Twist2> EkfTimeline::recentTwist(std::size_t end) const {
   const auto last = intervalBefore(end);
   if (!last || restarted(end) || !(seconds(last->begin) > 0.0)) return std::nullopt;
   const Twist2 now = meanTwist(last->begin, end);
-  if (ekf_config_->standstill.isQuiet(std::hypot(now.vx, now.vy), now.omega)) return std::nullopt;
+  const double turn_rate = std::get<WheelSample>(entry(end).sample).turn_rate_known ? now.omega : 0.0;
+  if (ekf_config_->standstill.isQuiet(std::hypot(now.vx, now.vy), turn_rate)) return std::nullopt;
   std::size_t begin = last->begin;
   while (seconds(begin) < kRecent && !restarted(begin)) {
     const auto before = wheelsBefore(begin);

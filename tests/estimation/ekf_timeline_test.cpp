@@ -157,6 +157,16 @@ TEST(EkfTimeline, WheelsThatFellSilentAtRestDoNotHoldADrivingRobot) {
   }
 }
 
+TEST(EkfTimeline, WheelsThatTellNoTurnRestThoughTheirHeadingWanders) {
+  EkfTimeline timeline(kEkf, kTimeline);
+  for (int ms = 0; ms <= 1040; ms += 20) {
+    WheelSample sample = wheels(ms, {0.0005 * std::min(ms, 1000), 0.0, 0.01 * (ms % 60)});
+    sample.turn_rate_known = false;
+    timeline.add(sample);
+  }
+  EXPECT_NEAR(timeline.at(at(1060)).twist().vx, 0.0, 0.01);
+}
+
 TEST(EkfTimeline, AScanThatEndsAFalseRestIsNoSuddenSpeed) {
   for (const double speed : {0.1, 0.3}) {
     for (int phase = 0; phase < 180; phase += 10) {

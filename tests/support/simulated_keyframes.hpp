@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
-#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <memory>
 #include <numbers>
 #include <random>
