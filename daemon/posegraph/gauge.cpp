@@ -14,6 +14,7 @@ constexpr double kConverged = 1e-5;  // [m, rad]
 struct Node {
   Eigen::Vector2d p_map, p_new;  // [m]
   double turn;                   // [rad] from new to map
+  double cos_turn, sin_turn;
 };
 
 /// The transform with the least weighted sum of squared motions, in closed form: each node counts as points `lever`
@@ -28,8 +29,8 @@ Pose2 leastSquares(std::span<const Node> nodes, double lever, const Weight& weig
     sum += weight;
     sum_map += weight * q;
     sum_new += weight * p;
-    along += weight * (p.dot(q) + lever * lever * std::cos(node.turn));
-    across += weight * (p.x() * q.y() - p.y() * q.x() + lever * lever * std::sin(node.turn));
+    along += weight * (p.dot(q) + lever * lever * node.cos_turn);
+    across += weight * (p.x() * q.y() - p.y() * q.x() + lever * lever * node.sin_turn);
   }
   along -= sum_new.dot(sum_map) / sum;  // both about the means
   across -= (sum_new.x() * sum_map.y() - sum_new.y() * sum_map.x()) / sum;
@@ -45,13 +46,13 @@ Pose2 holdGauge(std::span<const Pose2> T_map_node, std::span<const Pose2> T_new_
   std::vector<Node> nodes;
   nodes.reserve(T_map_node.size());
   for (std::size_t i = 0; i < T_map_node.size(); ++i) {
-    nodes.push_back({T_map_node[i].translation(), T_new_node[i].translation(),
-                     wrapAngle(T_map_node[i].theta - T_new_node[i].theta)});
+    const double turn = wrapAngle(T_map_node[i].theta - T_new_node[i].theta);
+    nodes.push_back({T_map_node[i].translation(), T_new_node[i].translation(), turn, std::cos(turn), std::sin(turn)});
   }
   Pose2 T_map_new = leastSquares(nodes, config.lever, [](const Node&) { return 1.0; });
   for (int i = 0; i < config.max_iterations; ++i) {
     const Pose2 last = T_map_new;
-    const Eigen::Rotation2Dd rotation(last.theta);
+    const Eigen::Matrix2d rotation = Eigen::Rotation2Dd(last.theta).toRotationMatrix();
     T_map_new = leastSquares(nodes, config.lever, [&](const Node& node) {
       const double moved = (rotation * node.p_new + last.translation() - node.p_map).norm();
       const double turned = config.lever * wrapAngle(node.turn - last.theta);
