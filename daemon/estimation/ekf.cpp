@@ -49,6 +49,11 @@ void Ekf::predict(Timestamp stamp) {
   const double dt = toSeconds(stamp - from);
   const double moved_time = std::min(dt, std::max(c.max_coast, toSeconds(known_until_ - from)));
   const auto secondsBeyond = [&](Timestamp until) { return std::max(0.0, toSeconds(stamp - std::max(from, until))); };
+  const double speed_walks = secondsBeyond(known_until_);
+  const double turn_rate_walks = gyroActive() ? dt : secondsBeyond(turn_known_until_);
+  // At the end of its interval a speed is not the mean any more.
+  if (speed_walks > 0.0 && from <= known_until_) walkSpeeds(interval_);
+  if (turn_rate_walks > 0.0 && from <= turn_known_until_) walkTurnRate(interval_);
 
   const double v = x_[kSpeed], vy = x_[kLateralSpeed], omega = x_[kTurnRate];
   const double half_turn = 0.5 * omega * moved_time;
@@ -81,27 +86,21 @@ void Ekf::predict(Timestamp stamp) {
   } else {
     rotation += c.wheelRotationVariance(distance, turned);
   }
-  Matrix Q = Matrix::Zero();
-  Q.diagonal() << doubt() * translation, doubt() * translation, doubt() * rotation, 0.0, 0.0,
-      square(c.gyro_bias_noise) * dt, 0.0;
-  // Speeds walk where no wheels' mean covers the time: that is the way driven, whatever the next one says. What walks
-  // takes the pose along, except where a gyro tells the turn rate again and again: between two samples it has measured,
-  // too.
-  const auto walk = [&](Index state, const Eigen::Vector3d& pose, double strength, double time) {
-    const double moved = std::min(time, moved_time), q = square(strength);
-    Q.topLeftCorner<3, 3>() += q * moved * moved * moved / 3.0 * pose * pose.transpose();
-    Q.block<3, 1>(kX, state) = 0.5 * q * moved * moved * pose;
-    Q.block<1, 3>(state, kX) = Q.block<3, 1>(kX, state).transpose();
-    Q(state, state) = q * time;
-  };
-  walk(kSpeed, {cos_h, sin_h, 0.0}, c.acceleration_noise, secondsBeyond(known_until_));
-  if (c.holonomic) walk(kLateralSpeed, {-sin_h, cos_h, 0.0}, c.acceleration_noise, secondsBeyond(known_until_));
-  if (gyroActive()) {
-    walk(kTurnRate, Eigen::Vector3d::Zero(), c.angular_acceleration_noise, dt);
-  } else {
-    walk(kTurnRate, {0.0, 0.0, 1.0}, c.angular_acceleration_noise, secondsBeyond(turn_known_until_));
-  }
-  P_ = A * P_ * A.transpose() + Q;  // (14)
+  P_ = A * P_ * A.transpose();  // (14)
+  P_.diagonal().head<3>() += doubt() * Eigen::Vector3d(translation, translation, rotation);
+  P_(kGyroBias, kGyroBias) += square(c.gyro_bias_noise) * dt;
+  walkSpeeds(speed_walks);
+  walkTurnRate(turn_rate_walks);
+}
+
+void Ekf::walkSpeeds(double seconds) {
+  const double walked = square(config_->acceleration_noise) * seconds;
+  P_(kSpeed, kSpeed) += walked;
+  if (config_->holonomic) P_(kLateralSpeed, kLateralSpeed) += walked;
+}
+
+void Ekf::walkTurnRate(double seconds) {
+  P_(kTurnRate, kTurnRate) += square(config_->angular_acceleration_noise) * seconds;
 }
 
 template <int N>
@@ -166,6 +165,7 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
   if (!(seconds > 0.0) || !finite) return UpdateResult::kUseless;
 
   known_until_ = stamp_ + interval;
+  interval_ = seconds;
   silent_from_ = known_until_ + fromSeconds(std::clamp(2.0 * seconds, kShortSilence, kLongSilence));
   standstill_.addWheels(stamp_, std::hypot(twist.vx, vy), turn_rate_known ? twist.omega : 0.0, c.standstill);
   slip_ = turn_rate_known && gyro_mean && detectSlip(twist.omega, *gyro_mean - x_[kGyroBias], seconds);
@@ -173,15 +173,15 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
   // The wheels' mean over an interval is the only word on what was driven in it: coasting through it at the old speed
   // would be worse than any sample that the robot can have driven. One outside the gate is a sudden change of speed.
   const bool possible = isPossible({twist.vx, vy, twist.omega});
-  // From one mean to the next the speed walks at once: it was not another one before the interval began.
-  P_(kSpeed, kSpeed) += square(c.acceleration_noise) * seconds;
-  if (c.holonomic) P_(kLateralSpeed, kLateralSpeed) += square(c.acceleration_noise) * seconds;
+  // From one mean to the next the speed walks at once, not within an interval: that would let the next one's mean
+  // correct the way that was driven in it.
+  walkSpeeds(seconds);
   const auto sudden = [&](double innovation, Index state) { P_(state, state) += square(innovation); };
 
   UpdateResult result;
   if (turn_rate_known && !gyroActive() && !slip_) {
     turn_known_until_ = known_until_;
-    P_(kTurnRate, kTurnRate) += square(c.angular_acceleration_noise) * seconds;
+    walkTurnRate(seconds);
     Eigen::Matrix<double, 2, 7> H = Eigen::Matrix<double, 2, 7>::Zero();
     H(0, kSpeed) = H(1, kTurnRate) = 1.0;
     const Eigen::Matrix2d R =

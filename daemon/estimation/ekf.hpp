@@ -69,9 +69,10 @@ struct EkfCounters {
 ///     x = (x, y, theta, v, omega, b_g, v_y)        [m, m, rad, m/s, rad/s, rad/s, m/s]
 ///
 /// The motion model f moves the pose along the arc of constant v, v_y and omega; these and the gyro bias b_g are random
-/// walks. v_y, the speed to the left, is not the paper's: a base that cannot move sideways keeps it at zero, exactly.
-/// Sensors correct one after another, wheels first, then IMU, then (in the pose filter) a matched scan, each on the
-/// result of the one before. Corrections use the Joseph form, which keeps P positive definite for any gain.
+/// walks, speeds from one interval of the wheels to the next only: what they tell is the mean over one. v_y, the speed
+/// to the left, is not the paper's: a base that cannot move sideways keeps it at zero, exactly. Sensors correct one
+/// after another, wheels first, then IMU, then (in the pose filter) a matched scan, each on the result of the one
+/// before. Corrections use the Joseph form, which keeps P positive definite for any gain.
 ///
 /// A plain value without I/O or allocation: EkfTimeline keeps copies of it. Not safe for concurrent writes.
 class Ekf {
@@ -131,6 +132,8 @@ class Ekf {
                        const Eigen::Matrix<double, N, N>& R, Considered considered, int gate_degrees,
                        double* normalised_innovation_squared = nullptr);
   UpdateResult correctSpeed(Index state, double speed, bool possible);
+  void walkSpeeds(double seconds);
+  void walkTurnRate(double seconds);
   void updateStandstill();
   bool isPossible(const Twist2& twist) const;
   bool detectSlip(double wheel_rate, double gyro_rate, double interval);
@@ -141,6 +144,7 @@ class Ekf {
   Matrix P_ = Matrix::Zero();
   std::optional<Timestamp> gyro_stamp_;
   Timestamp known_until_{};       // the wheels' mean speed holds up to there
+  double interval_ = 0.0;         // [s] that it is the mean of
   Timestamp turn_known_until_{};  // and their mean turn rate, where no gyro tells it
   Timestamp pose_stamp_{};        // of the last matched scan
   Timestamp silent_from_{};       // no wheel sample came, though one was due

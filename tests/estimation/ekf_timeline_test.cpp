@@ -157,6 +157,23 @@ TEST(EkfTimeline, WheelsThatFellSilentAtRestDoNotHoldADrivingRobot) {
   }
 }
 
+TEST(EkfTimeline, ScansAreFollowedAtOnceWhereWheelsFallSilent) {
+  for (const bool turns : {false, true}) {
+    EkfTimeline timeline(kEkf, kTimeline);
+    Pose2 pose;
+    for (int ms = 0; ms <= 2000; ms += 10) {
+      const bool moves = ms > 1000;  // and what the wheels know ends with 1000
+      if (ms <= 1000) timeline.add(wheels(ms, {}));
+      if (moves) pose = pose * exp(turns ? Eigen::Vector3d{0.0, 0.0, 0.008} : Eigen::Vector3d{0.004, 0.0, 0.0});
+      if (ms % 180 == 0) timeline.add(match(ms, pose, 0.003));
+    }
+    EXPECT_EQ(timeline.at(at(2000)).counters().poses_rejected, 0U);
+    const Pose2 error = between(pose, timeline.at(at(2000)).pose());
+    EXPECT_LT(std::hypot(error.x, error.y), 0.02);
+    EXPECT_LT(std::abs(error.theta), 0.02);
+  }
+}
+
 TEST(EkfTimeline, WheelsThatTellNoTurnRestThoughTheirHeadingWanders) {
   EkfTimeline timeline(kEkf, kTimeline);
   for (int ms = 0; ms <= 1040; ms += 20) {
