@@ -35,11 +35,27 @@ inline Pose2 operator*(const Pose2& T_a_b, const Pose2& T_b_c) {
           wrapAngle(T_a_b.theta + T_b_c.theta)};
 }
 
+/// A pose that takes many points or directions to its frame: sine and cosine are computed once.
+class PointTransform {
+ public:
+  explicit PointTransform(const Pose2& T_a_b)
+      : x_(T_a_b.x), y_(T_a_b.y), cos_(std::cos(T_a_b.theta)), sin_(std::sin(T_a_b.theta)) {}
+
+  /// p_a = T_a_b * p_b
+  Eigen::Vector2d operator*(const Eigen::Vector2d& p_b) const {
+    return {x_ + cos_ * p_b.x() - sin_ * p_b.y(), y_ + sin_ * p_b.x() + cos_ * p_b.y()};
+  }
+  /// A direction, or a point about b's origin, in a's axes.
+  Eigen::Vector2d turned(const Eigen::Vector2d& v_b) const {
+    return {cos_ * v_b.x() - sin_ * v_b.y(), sin_ * v_b.x() + cos_ * v_b.y()};
+  }
+
+ private:
+  double x_, y_, cos_, sin_;
+};
+
 /// p_a = T_a_b * p_b
-inline Eigen::Vector2d operator*(const Pose2& T_a_b, const Eigen::Vector2d& p_b) {
-  const double c = std::cos(T_a_b.theta), s = std::sin(T_a_b.theta);
-  return {T_a_b.x + c * p_b.x() - s * p_b.y(), T_a_b.y + s * p_b.x() + c * p_b.y()};
-}
+inline Eigen::Vector2d operator*(const Pose2& T_a_b, const Eigen::Vector2d& p_b) { return PointTransform(T_a_b) * p_b; }
 
 /// @return T_a_b from T_w_a and T_w_b
 inline Pose2 between(const Pose2& T_w_a, const Pose2& T_w_b) { return T_w_a.inverse() * T_w_b; }

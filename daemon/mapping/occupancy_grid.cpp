@@ -46,11 +46,12 @@ void OccupancyGrid::begin() {
 
 void OccupancyGrid::add(const Pose2& T_map_base, const Pose2& T_base_lidar, std::span<const Keyframe::Point> points) {
   begin();
-  const Eigen::Vector2d lidar = T_map_base * T_base_lidar.translation();
+  const PointTransform T(T_map_base);
+  const Eigen::Vector2d lidar = T * T_base_lidar.translation();
   const double max_squared = config_.max_range * config_.max_range;
   const CellIndex start = cellAt(lidar);
   for (const Keyframe::Point& point : points) {
-    const Eigen::Vector2d end = T_map_base * Eigen::Vector2d(point.x, point.y);
+    const Eigen::Vector2d end = T * Eigen::Vector2d(point.x, point.y);
     if ((end - lidar).squaredNorm() > max_squared) continue;
     hits_.push_back(cellAt(end));
     rays_.push_back({start, hits_.back()});

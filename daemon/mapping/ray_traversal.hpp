@@ -15,15 +15,11 @@ void traverseRay(CellIndex from, CellIndex to, Visit&& visit) {
   int error = dx + dy;
   while (from != to) {
     visit(from);
-    const int doubled = 2 * error;
-    if (doubled >= dy) {
-      error += dy;
-      from.column += step_x;
-    }
-    if (doubled <= dx) {
-      error += dx;
-      from.row += step_y;
-    }
+    // All ones where the step goes along the axis: nobody can guess the branches that this spares.
+    const int along_x = -static_cast<int>(2 * error >= dy), along_y = -static_cast<int>(2 * error <= dx);
+    error += (dy & along_x) + (dx & along_y);
+    from.column += step_x & along_x;
+    from.row += step_y & along_y;
   }
 }
 

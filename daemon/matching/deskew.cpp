@@ -43,12 +43,13 @@ void deskew(const LaserScan& scan, const RangeLimits& limits, Timestamp stamp, c
             const PoseHistory& history, ScanPoints& points) {
   points.clear();
   MotionSince motion(history, stamp);
+  const PointTransform T_base_lidar(mounting.T_base_lidar);
   const double side = mounting.upside_down ? -1.0 : 1.0;
   for (const Beam& beam : scan.beams()) {
     if (!limits.contains(beam.range) || !std::isfinite(beam.bearing)) continue;
     const Eigen::Vector2d p_lidar(beam.range * std::cos(static_cast<double>(beam.bearing)),
                                   side * beam.range * std::sin(static_cast<double>(beam.bearing)));
-    Eigen::Vector2d p_base = mounting.T_base_lidar * p_lidar;
+    Eigen::Vector2d p_base = T_base_lidar * p_lidar;
     if (beam.time_offset != 0.0F) p_base = motion.at(stamp + fromSeconds(beam.time_offset)) * p_base;
     points.push_back({.position = p_base, .range = beam.range});
   }

@@ -73,11 +73,10 @@ void KeyframeGraph::gather(int newest, int oldest, double length, int limit, Sca
     if (id < newest) path += (pose(id).translation() - pose(id + 1).translation()).norm();
     if (path > length) break;
     this->points(id, scratch_);
-    const Pose2 T_newest_id = T_newest_map * pose(id);
-    const Pose2 turn{0.0, 0.0, T_newest_id.theta};
+    const PointTransform T_newest_id(T_newest_map * pose(id));
     for (ScanPoint point : scratch_) {
       point.position = T_newest_id * point.position;
-      point.normal = turn * point.normal;
+      point.normal = T_newest_id.turned(point.normal);
       points.push_back(point);
     }
   }

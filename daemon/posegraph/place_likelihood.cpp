@@ -2,7 +2,6 @@
 #include "posegraph/place_likelihood.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -36,14 +35,14 @@ Pose2 align(const WallField& field, std::span<const SegmentView::Ray> rays, cons
     Eigen::Matrix3d H = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
     const Eigen::Vector3d error(T.x - guess.x, T.y - guess.y, wrapAngle(T.theta - guess.theta));
     Eigen::Vector3d g = H * error;
+    const PointTransform T_map_part(T);
     for (const SegmentView::Ray& ray : rays) {
-      const Eigen::Vector2d p = T * ray.to, turned = p - T.translation();
+      const Eigen::Vector2d p = T_map_part * ray.to, turned = p - T.translation();
       const WallField::Wall* wall = field.nearest(p);
       if (wall == nullptr || !wall->isLine()) continue;
-      const Eigen::Vector2d normal = Pose2{0.0, 0.0, T.theta} * ray.normal;
-      if (!ray.normal.isZero() && normal.dot(wall->normal) < kSameFace) continue;
-      const double e = wall->normal.dot(p - wall->position), s = std::hypot(model.sigma, kBentPerMetre * ray.range);
-      const double w = weight / (s * s * (1.0 + e * e / (s * s)));
+      if (!ray.normal.isZero() && wall->normal.dot(T_map_part.turned(ray.normal)) < kSameFace) continue;
+      const double e = wall->normal.dot(p - wall->position), bend = kBentPerMetre * ray.range;
+      const double w = weight / (model.sigma * model.sigma + bend * bend + e * e);
       const Eigen::Vector3d J(wall->normal.x(), wall->normal.y(),
                               wall->normal.y() * turned.x() - wall->normal.x() * turned.y());
       H += w * J * J.transpose();
@@ -59,10 +58,8 @@ Pose2 align(const WallField& field, std::span<const SegmentView::Ray> rays, cons
 double logEnds(const DecayField& field, const SegmentView& view, std::span<const Pose2> T_map_part, const Pose2& move) {
   double sum = 0.0;
   for (std::size_t i = 0; i < view.parts.size(); ++i) {
-    const Pose2 T = move * T_map_part[i];
-    const Eigen::Matrix2d R = Eigen::Rotation2Dd(T.theta).toRotationMatrix();
-    const Eigen::Vector2d t = T.translation();
-    for (const SegmentView::Ray& ray : view.parts[i].rays) sum += field.logRate(R * ray.to + t, ray.range);
+    const PointTransform T(move * T_map_part[i]);
+    for (const SegmentView::Ray& ray : view.parts[i].rays) sum += field.logRate(T * ray.to, ray.range);
   }
   return sum;
 }
@@ -115,19 +112,19 @@ void SegmentView::gather(const KeyframeGraph& keyframes, int oldest, int newest,
     if (id < newest) path += (keyframes.pose(id).translation() - keyframes.pose(id + 1).translation()).norm();
     if (path > length) break;
     const Pose2 T_newest_id = T_newest_map * keyframes.pose(id);
+    const PointTransform in_newest(T_newest_id);
     if (path >= part * static_cast<double>(parts.size())) parts.push_back({T_newest_id, {}});
     part_of.push_back(static_cast<int>(parts.size()) - 1);
-    const Pose2 T_part_id = parts.back().T_newest_part.inverse() * T_newest_id;
+    const PointTransform T_part_id(parts.back().T_newest_part.inverse() * T_newest_id);
     const Eigen::Vector2d lidar = keyframes.scan(id)->T_base_lidar.translation();
     keyframes.points(id, points);
     for (const ScanPoint& point : points) {
-      const Eigen::Vector2d p = T_newest_id * point.position;
+      const Eigen::Vector2d p = in_newest * point.position;
       const auto [at, is_new] = cells.try_emplace(cellOf(p, cell));
       if (!is_new && at->second.range <= point.range) continue;
       at->second = {point.range,
                     parts.size() - 1,
-                    {T_part_id * lidar, T_part_id * point.position, Pose2{0.0, 0.0, T_part_id.theta} * point.normal,
-                     point.range}};
+                    {T_part_id * lidar, T_part_id * point.position, T_part_id.turned(point.normal), point.range}};
     }
   }
   for (const auto& [key, nearest] : cells) parts[nearest.part].rays.push_back(nearest.ray);
@@ -152,11 +149,12 @@ PlaceFit fitPlace(const DecayField& field, const SegmentView& view, const Pose2&
   std::vector<DecayField::Passed> passed;
   int seen = 0;
   for (std::size_t i = 0; i < view.parts.size(); ++i) {
+    const PointTransform T(T_map_part[i]);
     for (const SegmentView::Ray& ray : view.parts[i].rays) {
-      const Eigen::Vector2d to = T_map_part[i] * ray.to;
+      const Eigen::Vector2d to = T * ray.to;
       const double log_rate = field.logRate(to, ray.range);
       fit.log_likelihood += weight * log_rate;
-      const double log_through = field.pass(T_map_part[i] * ray.from, to, passed);
+      const double log_through = field.pass(T * ray.from, to, passed);
       seen += field.atWall(log_rate) && log_through > kThrough * model.logThrough();
     }
   }

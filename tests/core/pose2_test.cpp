@@ -86,6 +86,15 @@ TEST(Pose2, ComposingActsOnPointsLikeOneAfterTheOther) {
   }
 }
 
+TEST(PointTransform, TakesPointsWhereComposingTakesThemAndTurnsWhatLiesBetweenThem) {
+  for (const Pose2& T_a_b : manyPoses(7)) {
+    const Eigen::Vector2d p{0.7, -1.3}, q{-12.0, 4.0};
+    const PointTransform transform(T_a_b);
+    EXPECT_LT((transform * p - (T_a_b * Pose2{p.x(), p.y(), 0.3}).translation()).norm(), 1e-12);
+    EXPECT_LT((transform.turned(q - p) - (transform * q - transform * p)).norm(), 1e-12);
+  }
+}
+
 TEST(Pose2, IsFiniteOnlyWhenAllCoordinatesAre) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
   EXPECT_TRUE(isFinite({1, 2, 3}));
