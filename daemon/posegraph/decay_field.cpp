@@ -31,6 +31,9 @@ DecayField::DecayField(const KeyframeGraph& keyframes, std::span<const int> map,
   unknown_rate_ = std::max(model.rate_unknown, model.unknown_as_wall * wall_rate_);
   levels_.resize(kLevels);
   for (int i = 0; i < kLevels; ++i) blur((1 << i) * model.sigma, levels_[static_cast<std::size_t>(i)]);
+  for (int i = 1; i < kLevels; ++i) {  // where sigmaAt() is the geometric mean of two levels
+    coarser_.push_back(model.sigma * std::sqrt(std::exp2(2 * i - 1) - 1.0) / model.sigma_per_metre);
+  }
 }
 
 /// Fills a level: the walls' rate under a Gaussian, and that of the space around them.
@@ -76,8 +79,7 @@ void DecayField::blur(double sigma, std::vector<std::uint8_t>& level) const {
 }
 
 std::size_t DecayField::levelOf(double range) const {
-  const double level = std::log2(model_.sigmaAt(range) / model_.sigma);
-  return static_cast<std::size_t>(std::clamp(std::lround(level), 0L, static_cast<long>(kLevels - 1)));
+  return static_cast<std::size_t>(std::upper_bound(coarser_.begin(), coarser_.end(), range) - coarser_.begin());
 }
 
 double DecayField::logRate(const Eigen::Vector2d& p_map, double range) const {

@@ -67,6 +67,7 @@ class DecayField {
   double unknown_rate_ = 0.0;  // [1/m]
   double wall_threshold_ = 0.0;
   std::vector<std::vector<std::uint8_t>> levels_;  // log rates, of a wall known to sigma times 1, 2, 4, ...
+  std::vector<double> coarser_;                    // [m] ranges from where the next level is the nearer one
 };
 
 }  // namespace slam

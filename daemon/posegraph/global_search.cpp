@@ -13,6 +13,8 @@ constexpr double kFull = 255.0;    // of a level's value
 constexpr double kSigmas = 2.5;    // of the kernel, then it is 0
 constexpr double kTurnStep = 1.5;  // [cells] that a point at mean range moves at a step of the turn
 
+double square(double x) { return x * x; }
+
 }  // namespace
 
 /// The points turned to each direction, in cells.
@@ -160,41 +162,62 @@ std::vector<GlobalSearch::Block> GlobalSearch::coarseBlocks(const Query& query, 
 
 void GlobalSearch::branch(const Query& query, const Block& block, int threshold, std::vector<Block>& open) const {
   const int level = block.level - 1, half = levels_[static_cast<std::size_t>(level)].reach;
+  const std::array<int, 4> bounds = scoreQuarters(query, level, block.pose);
   for (int i = 0; i < 4; ++i) {
-    const Pose pose{block.pose.turn, block.pose.column + (i & 1) * half, block.pose.row + (i >> 1) * half};
-    const int bound = score(query, level, pose);
+    const int bound = bounds[static_cast<std::size_t>(i)];
     if (bound <= threshold) continue;
-    open.push_back({pose, level, bound});
+    open.push_back(
+        {{block.pose.turn, block.pose.column + (i & 1) * half, block.pose.row + (i >> 1) * half}, level, bound});
     std::push_heap(open.begin(), open.end());
   }
 }
 
 /// Whether a block of poses, `width` cells wide, holds one that is another place than all that are known.
 bool GlobalSearch::elsewhere(const Query& query, const Pose& block, int width, std::span<const Pose> known) const {
+  const double cells = square(config_.distinct_distance / cell_);
   return std::all_of(known.begin(), known.end(), [&](const Pose& other) {
     const int turns = std::abs(block.turn - other.turn);
     if (std::min(turns, query.turns - turns) * query.step > config_.distinct_rotation) return true;
     const auto farthest = [&](int from, int to) {
       return std::max(std::abs(from - to), std::abs(from + width - 1 - to));
     };
-    return std::hypot(farthest(block.column, other.column), farthest(block.row, other.row)) * cell_ >
-           config_.distinct_distance;
+    const int columns = farthest(block.column, other.column), rows = farthest(block.row, other.row);
+    return columns * columns + rows * rows > cells;
   });
 }
 
 int GlobalSearch::score(const Query& query, int level, const Pose& pose) const {
   const std::uint8_t* values = levels_[static_cast<std::size_t>(level)].values.data();
-  const int reach = levels_[static_cast<std::size_t>(level)].reach;
   int sum = 0;
   for (const Query::Point& point : query.at(pose.turn)) {
-    int column = point.column + pose.column, row = point.row + pose.row;
-    if (column <= -reach || row <= -reach) continue;  // a block that begins before the border may still reach into it,
-    column = std::max(column, 0), row = std::max(row, 0);  // and what it covers then is at the border
-    if (column >= columns_ || row >= rows_) continue;
-    sum +=
-        values[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column)];
+    sum += valueAt(values, point.column + pose.column, point.row + pose.row);
   }
   return sum;
+}
+
+/// score() of a block of the level above, quarter by quarter: lower left, lower right, upper left, upper right.
+std::array<int, 4> GlobalSearch::scoreQuarters(const Query& query, int level, const Pose& pose) const {
+  const std::uint8_t* values = levels_[static_cast<std::size_t>(level)].values.data();
+  const int half = levels_[static_cast<std::size_t>(level)].reach;
+  const auto columns = static_cast<unsigned>(columns_ - half), rows = static_cast<unsigned>(rows_ - half);
+  const std::size_t right = static_cast<std::size_t>(half), up = right * static_cast<std::size_t>(columns_);
+  std::array<int, 4> sums{};
+  for (const Query::Point& point : query.at(pose.turn)) {
+    const int column = point.column + pose.column, row = point.row + pose.row;
+    if (static_cast<unsigned>(column) < columns && static_cast<unsigned>(row) < rows) {
+      const std::uint8_t* value = values + static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+                                  static_cast<std::size_t>(column);
+      sums[0] += value[0];
+      sums[1] += value[right];
+      sums[2] += value[up];
+      sums[3] += value[up + right];
+      continue;
+    }
+    for (int i = 0; i < 4; ++i) {
+      sums[static_cast<std::size_t>(i)] += valueAt(values, column + (i & 1) * half, row + (i >> 1) * half);
+    }
+  }
+  return sums;
 }
 
 Pose2 GlobalSearch::toPose(const Query& query, const Pose& pose) const {

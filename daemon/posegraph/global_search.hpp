@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -62,15 +63,23 @@ class GlobalSearch {
     std::vector<std::uint8_t> values;
   };
 
+  static constexpr int kMostLevels = 32;
   struct Block {
     Pose pose;  // its lower left corner
     int level, bound;
-    bool operator<(const Block& other) const {  // depth first among equals
-      return bound != other.bound ? bound < other.bound : level > other.level;
-    }
+    int order() const { return bound * kMostLevels - level; }  // depth first among equals
+    bool operator<(const Block& other) const { return order() < other.order(); }
   };
   std::vector<Block> coarseBlocks(const Query& query, int threshold, const std::optional<PlaceWindow>& around) const;
   int score(const Query& query, int level, const Pose& pose) const;
+  std::array<int, 4> scoreQuarters(const Query& query, int level, const Pose& pose) const;
+  /// 0 beyond the border, on the coarsest level neither: the margin is as wide as that one reaches.
+  int valueAt(const std::uint8_t* values, int column, int row) const {
+    if (static_cast<unsigned>(column) >= static_cast<unsigned>(columns_)) return 0;
+    if (static_cast<unsigned>(row) >= static_cast<unsigned>(rows_)) return 0;
+    return values[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+                  static_cast<std::size_t>(column)];
+  }
   void branch(const Query& query, const Block& block, int threshold, std::vector<Block>& open) const;
   bool elsewhere(const Query& query, const Pose& block, int width, std::span<const Pose> known) const;
   Pose2 toPose(const Query& query, const Pose& pose) const;
