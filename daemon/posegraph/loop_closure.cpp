@@ -99,10 +99,11 @@ std::optional<LoopClosureSearch::Candidate> LoopClosureSearch::candidate(const K
   auto near = keyframes.near(here.translation(), far);
   std::erase_if(near, [&](int id) { return in_map[static_cast<std::size_t>(id)] == 0; });
   const double active = config_.active_sigma * config_.active_sigma;
+  std::vector<char> is_active(static_cast<std::size_t>(keyframes.size()), 0);
   for (const auto& reached : keyframes.graph().reach(newest, active)) {
-    std::erase(near, reached.node);
-    if (near.empty()) return std::nullopt;
+    is_active[static_cast<std::size_t>(reached.node)] = 1;
   }
+  std::erase_if(near, [&](int id) { return is_active[static_cast<std::size_t>(id)] != 0; });
   if (near.empty()) return std::nullopt;
 
   // How far off may each be? What was never reached within the bound is as far as the bound.

@@ -39,46 +39,67 @@ Linearised linearised(const Edge& edge, const Pose2& from, const Pose2& to) {
 
 }  // namespace
 
+/// Lays out the matrix's upper triangle, three rows and columns a node, in an order of nodes that keeps the
+/// decomposition sparse: node 0 is fixed and has none.
 void Optimiser::analyse(const PoseGraph& graph) {
-  // Node 0 is fixed: node n has rows and columns 3 (n - 1) ...
-  const int size = 3 * (graph.size() - 1);
-  std::vector<Eigen::Triplet<double>> entries;
-  const auto addBlock = [&](int row, int column) {
-    for (int c = 0; c < 3; ++c) {
-      for (int r = 0; r < 3; ++r) {
-        if (3 * row + r >= 3 * column + c) entries.emplace_back(3 * row + r, 3 * column + c, 0.0);
-      }
-    }
-  };
-  for (int node = 0; node + 1 < graph.size(); ++node) addBlock(node, node);
+  const int nodes = graph.size() - 1;
+  std::vector<Eigen::Triplet<double>> pattern;
+  for (int node = 0; node < nodes; ++node) pattern.emplace_back(node, node, 1.0);
   for (const Edge& edge : graph.edges()) {
     const int a = std::max(edge.from, edge.to) - 1, b = std::min(edge.from, edge.to) - 1;
-    if (b >= 0) addBlock(a, b);
+    if (b >= 0) pattern.emplace_back(a, b, 1.0);
   }
-  H_.resize(size, size);
-  H_.setFromTriplets(entries.begin(), entries.end());
-  H_.makeCompressed();
+  Matrix joined(nodes, nodes);
+  joined.setFromTriplets(pattern.begin(), pattern.end());
+  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
+  Eigen::AMDOrdering<int>()(joined.selfadjointView<Eigen::Lower>(), order);
+  first_row_.assign(static_cast<std::size_t>(graph.size()), -1);
+  for (int k = 0; k < nodes; ++k) first_row_[static_cast<std::size_t>(order.indices()[k] + 1)] = 3 * k;
+
+  // A node's column blocks hold those of the nodes before it, in their order, and its own.
+  pattern.clear();
+  const auto blockOf = [&](int node) { return first_row_[static_cast<std::size_t>(node)] / 3; };
+  for (int k = 0; k < nodes; ++k) pattern.emplace_back(k, k, 1.0);
+  for (const Edge& edge : graph.edges()) {
+    if (edge.from == 0 || edge.to == 0) continue;
+    const int i = blockOf(edge.from), j = blockOf(edge.to);
+    pattern.emplace_back(std::min(i, j), std::max(i, j), 1.0);
+  }
+  joined.setFromTriplets(pattern.begin(), pattern.end());
+  const int *starts = joined.outerIndexPtr(), *rows = joined.innerIndexPtr();
+  H_.resize(3 * nodes, 3 * nodes);
+  H_.resizeNonZeros(9 * joined.nonZeros() - 3 * nodes);
+  int value = 0;
+  for (int k = 0; k < nodes; ++k) {
+    for (int c = 0; c < 3; ++c) {
+      H_.outerIndexPtr()[3 * k + c] = value;
+      for (int at = starts[k]; at < starts[k + 1]; ++at) {
+        const int size = rows[at] < k ? 3 : c + 1;  // of the diagonal block only the upper triangle
+        for (int r = 0; r < size; ++r) H_.innerIndexPtr()[value++] = 3 * rows[at] + r;
+      }
+    }
+  }
+  H_.outerIndexPtr()[3 * nodes] = value;
   cholesky_.analyzePattern(H_);
 
-  const auto valueOf = [&](int row, int column) {
-    const int* first = H_.innerIndexPtr() + H_.outerIndexPtr()[column];
-    const int* last = H_.innerIndexPtr() + H_.outerIndexPtr()[column + 1];
-    return static_cast<int>(std::lower_bound(first, last, row) - H_.innerIndexPtr());
+  /// First value of the block (row, column) in each of its columns.
+  const auto valuesOf = [&](int row, int column, int(&values)[3]) {
+    const int* first = rows + starts[column];
+    const int rank = static_cast<int>(std::lower_bound(first, rows + starts[column + 1], row) - first);
+    for (int c = 0; c < 3; ++c) values[c] = H_.outerIndexPtr()[3 * column + c] + 3 * rank;
   };
   blocks_.clear();
   for (const Edge& edge : graph.edges()) {
-    Block block{};
-    const int i = edge.from - 1, j = edge.to - 1;
-    block.transposed = edge.from > edge.to;
-    for (int c = 0; c < 3; ++c) {
-      block.diagonal_from[c] = i >= 0 ? valueOf(3 * i + c, 3 * i + c) : -1;
-      block.diagonal_to[c] = j >= 0 ? valueOf(3 * j + c, 3 * j + c) : -1;
-      block.off_diagonal[c] = i >= 0 && j >= 0 ? valueOf(3 * std::max(i, j), 3 * std::min(i, j) + c) : -1;
-    }
+    Block block{{-1, -1, -1}, {-1, -1, -1}, {-1, -1, -1}, false};
+    const int i = blockOf(edge.from), j = blockOf(edge.to);
+    block.transposed = i > j;
+    if (edge.from != 0) valuesOf(i, i, block.diagonal_from);
+    if (edge.to != 0) valuesOf(j, j, block.diagonal_to);
+    if (edge.from != 0 && edge.to != 0) valuesOf(std::min(i, j), std::max(i, j), block.off_diagonal);
     blocks_.push_back(block);
   }
-  diagonal_.resize(static_cast<std::size_t>(size));
-  for (int k = 0; k < size; ++k) diagonal_[static_cast<std::size_t>(k)] = valueOf(k, k);
+  diagonal_.resize(static_cast<std::size_t>(3 * nodes));
+  for (int k = 0; k < 3 * nodes; ++k) diagonal_[static_cast<std::size_t>(k)] = H_.outerIndexPtr()[k + 1] - 1;
   analysed_edges_ = graph.edges().size();
   analysed_nodes_ = graph.size();
 }
@@ -117,20 +138,20 @@ double Optimiser::linearise(const PoseGraph& graph, std::span<const Pose2> poses
     const Block& block = blocks_[e];
     const auto addDiagonal = [&](const int* columns, const Eigen::Matrix3d& M) {
       for (int c = 0; c < 3; ++c) {
-        for (int r = c; r < 3; ++r) H_.valuePtr()[columns[c] + r - c] += M(r, c);
+        for (int r = 0; r <= c; ++r) H_.valuePtr()[columns[c] + r] += M(r, c);
       }
     };
     if (block.diagonal_from[0] >= 0) {
       addDiagonal(block.diagonal_from, from_W * l.by_from);
-      g_.segment<3>(3 * (edge.from - 1)) += from_W * l.error;
+      g_.segment<3>(first_row_[static_cast<std::size_t>(edge.from)]) += from_W * l.error;
     }
     if (block.diagonal_to[0] >= 0) {
       addDiagonal(block.diagonal_to, to_W * l.by_to);
-      g_.segment<3>(3 * (edge.to - 1)) += to_W * l.error;
+      g_.segment<3>(first_row_[static_cast<std::size_t>(edge.to)]) += to_W * l.error;
     }
     if (block.off_diagonal[0] >= 0) {
       const Eigen::Matrix3d M =
-          block.transposed ? Eigen::Matrix3d(from_W * l.by_to) : Eigen::Matrix3d(to_W * l.by_from);
+          block.transposed ? Eigen::Matrix3d(to_W * l.by_from) : Eigen::Matrix3d(from_W * l.by_to);
       for (int c = 0; c < 3; ++c) {
         for (int r = 0; r < 3; ++r) H_.valuePtr()[block.off_diagonal[c] + r] += M(r, c);
       }
@@ -163,7 +184,7 @@ OptimiserReport Optimiser::optimise(PoseGraph& graph) {
     const Eigen::VectorXd step = cholesky_.solve(-g_);
     if (!step.allFinite()) return report;
     for (int n = 1; n < graph.size(); ++n) {
-      const auto d = step.segment<3>(3 * (n - 1));
+      const auto d = step.segment<3>(first_row_[static_cast<std::size_t>(n)]);
       const Pose2& pose = poses[static_cast<std::size_t>(n)];
       tried[static_cast<std::size_t>(n)] = {pose.x + d.x(), pose.y + d.y(), wrapAngle(pose.theta + d.z())};
     }

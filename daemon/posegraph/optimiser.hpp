@@ -40,7 +40,7 @@ class Optimiser {
   using Matrix = Eigen::SparseMatrix<double>;
   struct Block {
     int diagonal_from[3], diagonal_to[3], off_diagonal[3];  // first value of each column in the matrix; -1: fixed node
-    bool transposed;                                        // off-diagonal block lies at (from, to)
+    bool transposed;                                        // off-diagonal block lies at (to, from)
   };
 
   void analyse(const PoseGraph& graph);
@@ -53,9 +53,10 @@ class Optimiser {
   int analysed_nodes_ = 0;
   Matrix H_;
   Eigen::VectorXd g_;
+  std::vector<int> first_row_;  // by node; -1: fixed
   std::vector<Block> blocks_;
   std::vector<int> diagonal_;  // value of each diagonal entry
-  Eigen::SimplicialLLT<Matrix, Eigen::Lower> cholesky_;
+  Eigen::SimplicialLLT<Matrix, Eigen::Upper, Eigen::NaturalOrdering<int>> cholesky_;
 };
 
 }  // namespace slam

@@ -12,16 +12,21 @@ namespace {
 constexpr double kUnknown = std::numeric_limits<double>::infinity();
 constexpr double kBlindVariance = 1e2;  // [m^2, rad^2] of a direction that an edge says nothing about
 
-EdgeVariances variancesOf(const Edge& edge) {
+}  // namespace
+
+PoseGraph::Link PoseGraph::linkOf(const Edge& edge) {
   const Eigen::Matrix3d regular = edge.information + Eigen::Matrix3d::Identity() / kBlindVariance;
   const Eigen::Matrix3d covariance = regular.inverse();
   // Along the worst direction: the next edge's axes may lie along it.
   const double mean = 0.5 * (covariance(0, 0) + covariance(1, 1));
   const double spread = std::hypot(0.5 * (covariance(0, 0) - covariance(1, 1)), covariance(0, 1));
-  return {mean + spread, covariance(2, 2), std::hypot(edge.T_from_to.x, edge.T_from_to.y)};
+  return {.from = edge.from,
+          .to = edge.to,
+          .revoked = edge.revoked,
+          .position = mean + spread,
+          .heading = covariance(2, 2),
+          .length = std::hypot(edge.T_from_to.x, edge.T_from_to.y)};
 }
-
-}  // namespace
 
 int PoseGraph::addNode(const Pose2& T_map_node) {
   poses_.push_back(T_map_node);
@@ -33,7 +38,7 @@ int PoseGraph::addNode(const Pose2& T_map_node) {
 int PoseGraph::addEdge(const Edge& edge) {
   const int id = static_cast<int>(edges_.size());
   edges_.push_back(edge);
-  variances_.push_back(variancesOf(edge));
+  links_.push_back(linkOf(edge));
   edges_of_[static_cast<std::size_t>(edge.from)].push_back(id);
   edges_of_[static_cast<std::size_t>(edge.to)].push_back(id);
   return id;
@@ -44,7 +49,7 @@ void PoseGraph::truncate(int count) {
   const auto size = static_cast<std::size_t>(count);
   poses_.resize(size);
   best_.resize(size);
-  variances_.clear();
+  links_.clear();
   edges_of_.assign(size, {});
   for (const Edge& edge : edges) {
     if (edge.from < count && edge.to < count) addEdge(edge);
@@ -70,18 +75,16 @@ std::vector<PoseGraph::Reached> PoseGraph::reach(int anchor, double max_position
     if (step.position > best_[static_cast<std::size_t>(step.node)]) continue;
     reached.push_back({step.node, step.position, step.heading});
     for (const int id : edges_of_[static_cast<std::size_t>(step.node)]) {
-      const Edge& edge = edges_[static_cast<std::size_t>(id)];
-      if (edge.revoked) continue;
-      const int next = edge.from == step.node ? edge.to : edge.from;
-      const EdgeVariances& variances = variances_[static_cast<std::size_t>(id)];
-      const double length = variances.length;
+      const Link& link = links_[static_cast<std::size_t>(id)];
+      if (link.revoked) continue;
+      const int next = link.from == step.node ? link.to : link.from;
       // Against its direction an edge's own heading error swings it, too; along it that swings only what follows.
-      const double swinging = step.heading + (edge.to == step.node ? variances.heading : 0.0);
-      const double position = step.position + (2.0 * step.cross + swinging * length) * length + variances.position;
+      const double swinging = step.heading + (link.to == step.node ? link.heading : 0.0);
+      const double position = step.position + (2.0 * step.cross + swinging * link.length) * link.length + link.position;
       if (position > max_position_variance || position >= best_[static_cast<std::size_t>(next)]) continue;
       best_[static_cast<std::size_t>(next)] = position;
       touched.push_back(next);
-      queue.push({position, step.cross + swinging * length, step.heading + variances.heading, next});
+      queue.push({position, step.cross + swinging * link.length, step.heading + link.heading, next});
     }
   }
   for (const int node : touched) best_[static_cast<std::size_t>(node)] = kUnknown;
@@ -89,7 +92,12 @@ std::vector<PoseGraph::Reached> PoseGraph::reach(int anchor, double max_position
 }
 
 double chiSquare(const Edge& edge, const Pose2& T_map_from, const Pose2& T_map_to) {
-  const Eigen::Vector3d error = between(edge.T_from_to, between(T_map_from, T_map_to)).vector();
+  const double c = std::cos(T_map_from.theta), s = std::sin(T_map_from.theta);
+  const double cm = std::cos(edge.T_from_to.theta), sm = std::sin(edge.T_from_to.theta);
+  const double dx = T_map_to.x - T_map_from.x, dy = T_map_to.y - T_map_from.y;
+  const double x = c * dx + s * dy - edge.T_from_to.x, y = c * dy - s * dx - edge.T_from_to.y;
+  const Eigen::Vector3d error(cm * x + sm * y, cm * y - sm * x,
+                              wrapAngle(T_map_to.theta - T_map_from.theta - edge.T_from_to.theta));
   return error.dot(edge.information * error);
 }
 

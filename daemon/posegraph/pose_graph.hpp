@@ -25,12 +25,6 @@ struct Edge {
   bool revoked = false;  ///< taken back; counts for nothing
 };
 
-/// What an edge leaves unknown.
-struct EdgeVariances {
-  double position, heading;  ///< [m^2] along the worst direction, [rad^2]
-  double length;             ///< [m] of the edge
-};
-
 /// Poses and the measurements between them. Not safe for concurrent use.
 class PoseGraph {
  public:
@@ -39,8 +33,8 @@ class PoseGraph {
   int addEdge(const Edge& edge);
   /// Forgets the nodes from `count` on, and their edges.
   void truncate(int count);
-  void revoke(int edge) { edges_[static_cast<std::size_t>(edge)].revoked = true; }
-  void restore(int edge) { edges_[static_cast<std::size_t>(edge)].revoked = false; }
+  void revoke(int edge) { setRevoked(edge, true); }
+  void restore(int edge) { setRevoked(edge, false); }
 
   int size() const { return static_cast<int>(poses_.size()); }
   const Pose2& pose(int node) const { return poses_[static_cast<std::size_t>(node)]; }
@@ -59,9 +53,21 @@ class PoseGraph {
   std::vector<Reached> reach(int anchor, double max_position_variance) const;
 
  private:
+  /// What reach() asks of an edge.
+  struct Link {
+    int from, to;
+    bool revoked;
+    double position, heading;  // [m^2] along the worst direction, [rad^2]: what it leaves unknown
+    double length;             // [m]
+  };
+  static Link linkOf(const Edge& edge);
+  void setRevoked(int edge, bool revoked) {
+    edges_[static_cast<std::size_t>(edge)].revoked = links_[static_cast<std::size_t>(edge)].revoked = revoked;
+  }
+
   std::vector<Pose2> poses_;
   std::vector<Edge> edges_;
-  std::vector<EdgeVariances> variances_;
+  std::vector<Link> links_;                 // by edge
   std::vector<std::vector<int>> edges_of_;  // edges at each node
   mutable std::vector<double> best_;        // scratch of reach(): [m^2], infinite where not reached
 };
