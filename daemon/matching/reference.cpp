@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <new>
+#include <utility>
 
 namespace slam {
 namespace {
@@ -12,14 +14,19 @@ constexpr int kFewest = 20;  // surfels in sight that tell a place
 
 constexpr double kSameWall = 0.6;  // cosine: normals within 53 degrees may be one wall
 
+constexpr int kBlockShift = 6;  // log2 of the cells to a side of a block that is cleared as one
+
 }  // namespace
 
-Reference::Grid::Grid(double cell, double radius, double extent) : inverse_cell(1.0 / cell) {
+Reference::Grid::Grid(double cell, double radius, double extent)
+    : inverse_cell(1.0 / cell), reach(static_cast<int>(std::ceil(radius / cell))) {
   const auto side = std::bit_ceil(static_cast<unsigned>(std::ceil(extent / cell)));
   mask = static_cast<int>(side) - 1;
   shift = std::countr_zero(side);
-  cells.assign(static_cast<std::size_t>(side) * side, kNone);
-  const int reach = static_cast<int>(std::ceil(radius / cell));
+  cells_.reset(static_cast<std::int32_t*>(std::calloc(static_cast<std::size_t>(side) * side, sizeof(std::int32_t))));
+  if (!cells_) throw std::bad_alloc();
+  blocks_ = std::max(1, static_cast<int>(side >> kBlockShift));
+  touched_.assign(static_cast<std::size_t>(blocks_ * blocks_), 0);
   for (int row = -reach; row <= reach; ++row) {
     for (int column = -reach; column <= reach; ++column) {
       const double distance = std::hypot(column, row) * cell;
@@ -30,21 +37,39 @@ Reference::Grid::Grid(double cell, double radius, double extent) : inverse_cell(
                    [](const Offset& a, const Offset& b) { return a.distance_squared < b.distance_squared; });
 }
 
+void Reference::Grid::touch(int column, int row) {
+  for (int r = (row - reach) >> kBlockShift; r <= (row + reach) >> kBlockShift; ++r) {
+    for (int c = (column - reach) >> kBlockShift; c <= (column + reach) >> kBlockShift; ++c) {
+      touched_[static_cast<std::size_t>((r & (blocks_ - 1)) * blocks_ + (c & (blocks_ - 1)))] = 1;
+    }
+  }
+}
+
+void Reference::Grid::clear() {
+  const int side = std::min(mask + 1, 1 << kBlockShift);
+  for (std::size_t block = 0; block < touched_.size(); ++block) {
+    if (!std::exchange(touched_[block], 0)) continue;
+    const int row = static_cast<int>(block) / blocks_ * side, column = static_cast<int>(block) % blocks_ * side;
+    for (int r = row; r < row + side; ++r) std::fill_n(&at(column, r), side, kNone);
+  }
+}
+
 Reference::Reference(const ReferenceConfig& config)
     : config_(config),
       fine_(config.fine_cell, config.fine_radius, config.extent),
       coarse_(config.coarse_cell, config.coarse_radius, config.extent),
       half_extent_(0.5 * std::min((fine_.mask + 1) * config.fine_cell, (coarse_.mask + 1) * config.coarse_cell) -
                    config.coarse_radius) {
-  surfels_.reserve(static_cast<std::size_t>(config.max_surfels));
+  surfels_.reserve(static_cast<std::size_t>(config.max_surfels) + 1);
   free_.reserve(static_cast<std::size_t>(config.max_surfels));
+  surfels_.emplace_back();
 }
 
 void Reference::clear(const Eigen::Vector2d& centre) {
   centre_ = centre;
-  std::fill(fine_.cells.begin(), fine_.cells.end(), kNone);
-  std::fill(coarse_.cells.begin(), coarse_.cells.end(), kNone);
-  surfels_.clear();
+  fine_.clear();
+  coarse_.clear();
+  surfels_.resize(1);
   free_.clear();
   count_ = 0;
 }
@@ -63,8 +88,8 @@ void Reference::recentre(const Eigen::Vector2d& centre) {
 }
 
 void Reference::rebuildTables() {
-  std::fill(fine_.cells.begin(), fine_.cells.end(), kNone);
-  std::fill(coarse_.cells.begin(), coarse_.cells.end(), kNone);
+  fine_.clear();
+  coarse_.clear();
   for (std::size_t i = 0; i < surfels_.size(); ++i) {
     if (surfels_[i].observations == 0.0F) continue;
     enter(fine_, static_cast<std::int32_t>(i));
@@ -73,26 +98,23 @@ void Reference::rebuildTables() {
 }
 
 int Reference::add(const Pose2& T_ref_base, std::span<const ScanPoint> points) {
-  const double c = std::cos(T_ref_base.theta), s = std::sin(T_ref_base.theta);
+  const PointTransform T(T_ref_base);
   const int before = count_;
   for (const ScanPoint& point : points) {
-    const Eigen::Vector2d p(T_ref_base.x + c * point.position.x() - s * point.position.y(),
-                            T_ref_base.y + s * point.position.x() + c * point.position.y());
+    const Eigen::Vector2d p = T * point.position, normal = T.turned(point.normal);
     if (!covers(p)) continue;
-    const Eigen::Vector2d normal(c * point.normal.x() - s * point.normal.y(),
-                                 s * point.normal.x() + c * point.normal.y());
     if (!merge(p, normal, point)) insert(p, normal, point);
   }
   return count_ - before;
 }
 
 double Reference::seenThrough(const Pose2& T_ref_base, const RangeImage& scan, double known) const {
-  const Pose2 T_base_ref = T_ref_base.inverse(), turn{0.0, 0.0, T_base_ref.theta};
+  const PointTransform T_base_ref(T_ref_base.inverse());
   int met = 0, through = 0;
-  for (const Surfel& surfel : surfels_) {
+  for (const Surfel& surfel : surfels()) {
     if (surfel.observations < known) continue;
     const Eigen::Vector2d p = T_base_ref * Eigen::Vector2d(surfel.x, surfel.y);
-    const RangeImage::Sight sight = scan.sightOf(p, turn * Eigen::Vector2d(surfel.nx, surfel.ny));
+    const RangeImage::Sight sight = scan.sightOf(p, T_base_ref.turned({surfel.nx, surfel.ny}));
     met += sight == RangeImage::Sight::kMet;
     through += sight == RangeImage::Sight::kSeenThrough;
   }
@@ -100,7 +122,7 @@ double Reference::seenThrough(const Pose2& T_ref_base, const RangeImage& scan, d
 }
 
 bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point) {
-  const std::int32_t id = fine_.cells[fine_.index(p)];
+  const std::int32_t id = fine_.at(p);
   if (id == kNone) return false;
   Surfel& surfel = surfels_[static_cast<std::size_t>(id)];
   const Eigen::Vector2d n(surfel.nx, surfel.ny), d = p - Eigen::Vector2d(surfel.x, surfel.y);
@@ -137,7 +159,7 @@ void Reference::insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, 
   if (!free_.empty()) {
     id = free_.back();
     free_.pop_back();
-  } else if (static_cast<int>(surfels_.size()) < config_.max_surfels) {
+  } else if (static_cast<int>(surfels_.size()) <= config_.max_surfels) {
     id = static_cast<std::int32_t>(surfels_.size());
     surfels_.emplace_back();
   } else {
@@ -160,14 +182,15 @@ void Reference::enter(Grid& grid, std::int32_t id) {
   const int column = grid.coordinate(surfel.x), row = grid.coordinate(surfel.y);
   const double cell = 1.0 / grid.inverse_cell;
   if (cell > config_.surfel_spacing) {  // one surfel a cell is as good as many
-    const std::int32_t there = grid.cells[grid.index(column, row)];
+    const std::int32_t there = grid.at(column, row);
     const bool taken = there != kNone && grid.coordinate(surfels_[static_cast<std::size_t>(there)].x) == column &&
                        grid.coordinate(surfels_[static_cast<std::size_t>(there)].y) == row;
     if (taken) return;
   }
+  grid.touch(column, row);
   for (const Offset& offset : grid.disc) {
     const int c = column + offset.column, r = row + offset.row;
-    std::int32_t& occupant = grid.cells[grid.index(c, r)];
+    std::int32_t& occupant = grid.at(c, r);
     if (occupant != kNone) {
       const double x = (c + 0.5) * cell, y = (r + 0.5) * cell;
       const Surfel& other = surfels_[static_cast<std::size_t>(occupant)];

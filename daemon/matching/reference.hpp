@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -39,7 +41,8 @@ struct Surfel {
 /// size.
 ///
 /// The tables are tori over a square window that follows the robot: moving it clears the strips that leave it. Memory
-/// is taken at construction; nothing allocates afterwards.
+/// is taken at construction; nothing allocates afterwards. Of the tables the system gives the pages where there are
+/// walls, at their first use or, where the process locks its memory, at construction.
 class Reference {
  public:
   explicit Reference(const ReferenceConfig& config = {});
@@ -55,8 +58,8 @@ class Reference {
   /// @param reach [m] how far to look; beyond fine_radius the coarse table is asked too, and no further than its radius
   /// @return the surfel nearest to p, give or take half a cell of the table that answers, or nullptr
   const Surfel* nearest(const Eigen::Vector2d& p, double reach) const {
-    std::int32_t id = fine_.cells[fine_.index(p)];
-    if (id == kNone && reach > config_.fine_radius) id = coarse_.cells[coarse_.index(p)];
+    std::int32_t id = fine_.at(p);
+    if (id == kNone && reach > config_.fine_radius) id = coarse_.at(p);
     return id == kNone ? nullptr : &surfels_[static_cast<std::size_t>(id)];
   }
 
@@ -68,21 +71,22 @@ class Reference {
   bool covers(const Eigen::Vector2d& p) const {
     return std::abs(p.x() - centre_.x()) < half_extent_ && std::abs(p.y() - centre_.y()) < half_extent_;
   }
-  std::span<const Surfel> surfels() const { return surfels_; }  ///< includes forgotten ones: observations == 0
+  /// Includes forgotten ones: observations == 0.
+  std::span<const Surfel> surfels() const { return std::span(surfels_).subspan(1); }
   int size() const { return count_; }
   const ReferenceConfig& config() const { return config_; }
 
  private:
-  static constexpr std::int32_t kNone = -1;
+  static constexpr std::int32_t kNone = 0;  // a surfel that is always forgotten
   struct Offset {
     int column, row;
     float distance_squared;  // [m^2]
   };
   struct Grid {
-    double inverse_cell;  // [1/m]
-    int mask;             // side - 1, side a power of two
-    int shift;            // log2(side)
-    std::vector<std::int32_t> cells;
+    double inverse_cell;       // [1/m]
+    int mask;                  // side - 1, side a power of two
+    int shift;                 // log2(side)
+    int reach;                 // [cells] of the disc
     std::vector<Offset> disc;  // cells within the radius, nearest first
 
     Grid(double cell, double radius, double extent);
@@ -91,10 +95,22 @@ class Reference {
       const int truncated = static_cast<int>(place);
       return truncated - (place < truncated ? 1 : 0);
     }
+    std::int32_t& at(int column, int row) { return cells_[index(column, row)]; }
+    std::int32_t at(const Eigen::Vector2d& p) const { return cells_[index(coordinate(p.x()), coordinate(p.y()))]; }
+    /// Before a disc is written around a cell.
+    void touch(int column, int row);
+    void clear();
+
+   private:
+    struct Free {
+      void operator()(void* memory) const { std::free(memory); }
+    };
     std::size_t index(int column, int row) const {
       return (static_cast<std::size_t>(row & mask) << shift) | static_cast<std::size_t>(column & mask);
     }
-    std::size_t index(const Eigen::Vector2d& p) const { return index(coordinate(p.x()), coordinate(p.y())); }
+    std::unique_ptr<std::int32_t[], Free> cells_;  // of zeroed pages, which are not there until they are written
+    int blocks_;                                   // to a side
+    std::vector<char> touched_;                    // blocks that clear() clears
   };
 
   bool merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point);

@@ -91,6 +91,30 @@ TEST(Reference, ForgetsWhatLeavesItsWindowAndKeepsTheRest) {
   EXPECT_TRUE(alias == nullptr || std::abs(alias->x - 3.0F) > 25.0F);
 }
 
+TEST(Reference, KnowsNothingOnceItIsCleared) {
+  std::mt19937 random(6);
+  const auto points = scanPoints(Room{}, Pose2{}, random);
+  for (const double extent : {2.0, 7.0, 50.0}) {
+    Reference reference({.extent = extent, .coarse_radius = 0.9});
+    std::uniform_real_distribution<double> place(-0.5 * extent, 0.5 * extent), turn(-3.0, 3.0), far(-300.0, 300.0);
+    for (int round = 0; round < 3; ++round) {
+      const Eigen::Vector2d centre(far(random), far(random));
+      reference.clear(centre);
+      for (int i = 0; i < 10; ++i) {
+        reference.add({centre.x() + place(random), centre.y() + place(random), turn(random)}, points);
+      }
+      ASSERT_GT(reference.size(), 0);
+      reference.clear(centre);
+      EXPECT_EQ(reference.size(), 0);
+      EXPECT_TRUE(reference.surfels().empty());
+      for (int i = 0; i < 20000; ++i) {
+        const Eigen::Vector2d p = centre + Eigen::Vector2d(place(random), place(random));
+        ASSERT_EQ(reference.nearest(p, 2.0), nullptr) << "extent " << extent;
+      }
+    }
+  }
+}
+
 TEST(Reference, IsSeenThroughFromAnotherPlaceThatMatches) {
   std::mt19937 random(5);
   const Room room{.length = 6.0, .width = 4.0, .range_sigma = 0.015};
