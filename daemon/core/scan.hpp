@@ -32,6 +32,8 @@ struct LaserScan {
   int size = 0;
   std::array<Beam, kCapacity> storage;
 
+  LaserScan() {}  // a defaulted one would clear the 64 KB twice where it is called as LaserScan()
+
   std::span<const Beam> beams() const { return {storage.data(), static_cast<std::size_t>(size)}; }
   /// @return false when the scan is full; the beam is then not added
   bool push(const Beam& beam) {

@@ -107,14 +107,17 @@ double estimateNormals(ScanPoints& points, const Eigen::Vector2d& lidar, const N
     }
 
     const double sxx = m.xx - m.x * m.x / m.n, sxy = m.xy - m.x * m.y / m.n, syy = m.yy - m.y * m.y / m.n;
-    const double spread = std::hypot(sxx - syy, 2.0 * sxy);
+    const double spread = std::sqrt((sxx - syy) * (sxx - syy) + 4.0 * sxy * sxy);
     const double along = 0.5 * (sxx + syy + spread), across = std::max(0.0, 0.5 * (sxx + syy - spread));
     if (across / m.n > config.max_line_error * config.max_line_error || along < 8.0 * across) continue;
     const double variance = std::max(config.range_sigma * config.range_sigma, across / (m.n - 2.0 + 1e-9)) / along;
     if (!(variance < 0.15)) continue;  // more than 22 degrees: it says nothing
 
-    const double angle = 0.5 * std::atan2(2.0 * sxy, sxx - syy);
-    Eigen::Vector2d normal(-std::sin(angle), std::cos(angle));
+    // Across the principal axis, whose angle has the tangent 2 sxy / (spread + sxx - syy): of the two forms the one
+    // that does not subtract.
+    Eigen::Vector2d normal =
+        sxx > syy ? Eigen::Vector2d(-2.0 * sxy, spread + sxx - syy) : Eigen::Vector2d(-(spread + syy - sxx), 2.0 * sxy);
+    normal.normalize();
     if (normal.dot(lidar - point.position) < 0.0) normal = -normal;
     point.normal = normal;
     point.normal_variance = variance;
