@@ -115,8 +115,10 @@ void HandsfreeBoard::handle(const robolink::Frame& frame) {
   bytes_came_ = false;
   const auto command = static_cast<Command>(frame.command);
   if (command == Command::kShakingHands) return greet();
-  late_ = !pending_ || command != *pending_;
-  if (late_) return;
+  if (!pending_ || command != *pending_) {
+    late_ = answered_;
+    return;
+  }
   pending_.reset();
   drained_ = drained_ || command == Command::kGetSystemInfo;
   if (handleAnswer(command, frame.payload)) return;
@@ -161,8 +163,10 @@ void HandsfreeBoard::watch(Timestamp now) {
   }
   if (now - answered_ > kAnswer) return;  // it may be the board that has just fallen silent
   constexpr const char* kLate = "the board's answers come too late: is its link or the computer overloaded?";
-  if (silent(imu_)) imu_.set(DeviceState::kStale, late_ ? kLate : "the board answers, but its IMU values never change");
-  if (silent(wheels_)) wheels_.set(DeviceState::kStale, late_ ? kLate : "the board answers, but not with mileage");
+  // Now and then one that is late passes for the answer to the same question asked anew.
+  const bool late = late_ && now - *late_ < kStale;
+  if (silent(imu_)) imu_.set(DeviceState::kStale, late ? kLate : "the board answers, but its IMU values never change");
+  if (silent(wheels_)) wheels_.set(DeviceState::kStale, late ? kLate : "the board answers, but not with mileage");
 }
 
 void HandsfreeBoard::request(Timestamp now) {

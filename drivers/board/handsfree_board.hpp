@@ -151,9 +151,9 @@ class HandsfreeBoard {
   Refreshed<robolink::MotorVector> mileage_;
   Refreshed<robolink::Imu> last_imu_;
   bool restarted_ = true;
-  bool bytes_came_ = false;  // since the last answer
-  bool drained_ = true;      // no answer to a request given up before can still come
-  bool late_ = false;        // the last answer was to a request given up before
+  bool bytes_came_ = false;        // since the last answer
+  bool drained_ = true;            // no answer to a request given up before can still come
+  std::optional<Timestamp> late_;  // of the last answer to a request given up before
   std::uint32_t unanswered_ = 0, bad_mileage_ = 0;
   int chassis_tries_left_ = 0;
   Timestamp next_chassis_{}, next_clear_{}, next_drive_{};

@@ -171,6 +171,22 @@ INSTANTIATE_TEST_SUITE_P(
                             "the board answers, but its IMU values never change"}),
     [](const auto& instance) { return instance.param.name; });
 
+/// Answers that come late are taken for those of later requests now and then, whatever the last one was.
+TEST_F(HandsfreeBoardTest, SaysThatAnswersComeTooLateHoweverLate) {
+  constexpr const char* kWords = "the board's answers come too late: is its link or the computer overloaded?";
+  for (int delay = 110; delay <= 190; delay += 5) {
+    ASSERT_TRUE(runUntil([&] { return streaming(); }));
+    fake_.delay = milliseconds(delay);
+    const Timestamp begin = virtual_now;
+    const auto noticed = [](const DeviceStatus& status) { return status.state != DeviceState::kStreaming; };
+    ASSERT_TRUE(runUntil([&] { return noticed(driver_->wheelStatus()) && noticed(driver_->imuStatus()); }));
+    EXPECT_LE(virtual_now - begin, std::chrono::seconds(1)) << delay << " ms";
+    EXPECT_STREQ(driver_->wheelStatus().reason, kWords) << delay << " ms";
+    EXPECT_STREQ(driver_->imuStatus().reason, kWords) << delay << " ms";
+    fake_.delay = {};
+  }
+}
+
 TEST_F(HandsfreeBoardTest, TakesNoStandingWheelsFromABoardThatRenewsNothing) {
   ASSERT_TRUE(runUntil([&] { return streaming() && wheels_.size() > 300; }));
   fake_.time_runs = false;

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <array>
+#include <deque>
 #include <functional>
 #include <gtest/gtest.h>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drivers/board/handsfree_board.hpp"
@@ -30,6 +32,11 @@ class FakeBoard {
     for (const std::uint8_t byte : line_.read(milliseconds(1))) {
       if (const auto frame = decoder_.push(byte)) take(*frame);
     }
+    while (!answers_.empty() && answers_.front().due <= virtual_now) {
+      line_.write(answers_.front().bytes);
+      line_.awaitDelivery();
+      answers_.pop_front();
+    }
     if (babble) line_.write(Bytes{0x12, 0xFF, 0xFF, 0x34, 0x56, 0x78});
   }
   /// Brown-out: forgets the handshake and its counts.
@@ -46,6 +53,7 @@ class FakeBoard {
   robolink::ChassisParameters chassis{.wheel_radius = 0.033F, .body_radius = 0.16F};
   bool time_runs = true, obeys_clear = true, knows_chassis = true;
   Bytes before_answers;  ///< noise on the line
+  Duration delay{};      ///< from a request to its answer
   int handshakes = 0, clears = 0;
   std::optional<robolink::Coordinate> told;
   std::optional<robolink::SystemInfo> info;
@@ -105,11 +113,18 @@ class FakeBoard {
   void answer(Command command, std::span<const std::uint8_t> payload) {
     std::array<std::uint8_t, robolink::kMaxFrame> frame{};
     const auto size = robolink::encodeFrame(robolink::kSlave, robolink::kMaster, command, payload, frame);
-    line_.write(before_answers);
-    line_.write(std::span(frame).first(size));
+    Bytes bytes = before_answers;
+    bytes.insert(bytes.end(), frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(size));
+    if (delay > Duration::zero()) return answers_.push_back({virtual_now + delay, std::move(bytes)});
+    line_.write(bytes);
     line_.awaitDelivery();
   }
 
+  struct Answer {
+    Timestamp due;
+    Bytes bytes;
+  };
+  std::deque<Answer> answers_;  // that are on their way
   PseudoTerminal line_;
   robolink::Decoder decoder_{robolink::kSlave, robolink::kMaster};
   bool shaken_ = false;
