@@ -94,21 +94,24 @@ TEST(Reference, ForgetsWhatLeavesItsWindowAndKeepsTheRest) {
 TEST(Reference, KnowsNothingOnceItIsCleared) {
   std::mt19937 random(6);
   const auto points = scanPoints(Room{}, Pose2{}, random);
+  std::uniform_real_distribution<double> near(-1.0, 1.0), turn(-3.0, 3.0), far(-300.0, 300.0);
   for (const double extent : {2.0, 7.0, 50.0}) {
     Reference reference({.extent = extent, .coarse_radius = 0.9});
-    std::uniform_real_distribution<double> place(-0.5 * extent, 0.5 * extent), turn(-3.0, 3.0), far(-300.0, 300.0);
-    for (int round = 0; round < 3; ++round) {
-      const Eigen::Vector2d centre(far(random), far(random));
+    for (std::size_t round = 0; round < 100; ++round) {
+      const Eigen::Vector2d centre{far(random), far(random)};
       reference.clear(centre);
-      for (int i = 0; i < 10; ++i) {
-        reference.add({centre.x() + place(random), centre.y() + place(random), turn(random)}, points);
-      }
+      // One point at the centre, then also the rest: what only one wrote must go, too.
+      const std::size_t first = round * points.size() / 100;
+      const double theta = turn(random);
+      const Eigen::Vector2d t = centre - Pose2{0.0, 0.0, theta} * points[first].position;
+      reference.add({t.x(), t.y(), theta},
+                    std::span(points).subspan(first, round % 2 == 0 ? 1 : points.size() - first));
       ASSERT_GT(reference.size(), 0);
       reference.clear(centre);
       EXPECT_EQ(reference.size(), 0);
       EXPECT_TRUE(reference.surfels().empty());
-      for (int i = 0; i < 20000; ++i) {
-        const Eigen::Vector2d p = centre + Eigen::Vector2d(place(random), place(random));
+      for (int i = 0; i < 400; ++i) {
+        const Eigen::Vector2d p = centre + Eigen::Vector2d{near(random), near(random)};
         ASSERT_EQ(reference.nearest(p, 2.0), nullptr) << "extent " << extent;
       }
     }
