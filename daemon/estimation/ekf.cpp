@@ -31,6 +31,8 @@ constexpr double kMaxContradiction = 100.0;  // one scan counts for no more in t
 
 constexpr double kShortSilence = 0.1, kLongSilence = 1.0;  // [s] of wheels beyond two intervals, at least and at most
 
+constexpr double kLongestWalk = 2.0;  // [s] from mean to mean: no robot's speed is further from one, however long
+
 constexpr double kFarthestPose = 1e3;  // [m] from the prediction: no robot is carried further between two scans
 
 }  // namespace
@@ -52,8 +54,9 @@ void Ekf::predict(Timestamp stamp) {
   const double speed_walks = secondsBeyond(known_until_);
   const double turn_rate_walks = gyroActive() ? dt : secondsBeyond(turn_known_until_);
   // At the end of its interval a speed is not the mean any more.
-  if (speed_walks > 0.0 && from <= known_until_) walkSpeeds(interval_);
-  if (turn_rate_walks > 0.0 && from <= turn_known_until_) walkTurnRate(interval_);
+  const double walked = std::min(interval_, kLongestWalk);
+  if (speed_walks > 0.0 && from <= known_until_) walkSpeeds(walked);
+  if (turn_rate_walks > 0.0 && from <= turn_known_until_) walkTurnRate(walked);
 
   const double v = x_[kSpeed], vy = x_[kLateralSpeed], omega = x_[kTurnRate];
   const double half_turn = 0.5 * omega * moved_time;
@@ -175,13 +178,14 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
   const bool possible = isPossible({twist.vx, vy, twist.omega});
   // From one mean to the next the speed walks at once, not within an interval: that would let the next one's mean
   // correct the way that was driven in it.
-  walkSpeeds(seconds);
+  const double walked = std::min(seconds, kLongestWalk);
+  walkSpeeds(walked);
   const auto sudden = [&](double innovation, Index state) { P_(state, state) += square(innovation); };
 
   UpdateResult result;
   if (turn_rate_known && !gyroActive() && !slip_) {
     turn_known_until_ = known_until_;
-    walkTurnRate(seconds);
+    walkTurnRate(walked);
     Eigen::Matrix<double, 2, 7> H = Eigen::Matrix<double, 2, 7>::Zero();
     H(0, kSpeed) = H(1, kTurnRate) = 1.0;
     const Eigen::Matrix2d R =

@@ -9,10 +9,11 @@
 namespace slam {
 namespace {
 
-constexpr double kTooSoon = 0.5;     // [1] of the mean interval before
-constexpr double kJitter = 0.01;     // [s] that stamps are late now and then; what is longer apart was so in truth
-constexpr double kRecent = 0.1;      // [s] stamps that are off by half an interval make little speed over so long ...
-constexpr double kTooLongAgo = 0.2;  // [s] ... and a robot brakes within so long
+constexpr double kTooSoon = 0.5;      // [1] of the mean interval before
+constexpr double kJitter = 0.01;      // [s] that stamps are late now and then; what is longer apart was so in truth
+constexpr double kRecent = 0.1;       // [s] stamps that are off by half an interval make little speed over so long ...
+constexpr double kTooLongAgo = 0.2;   // [s] ... and a robot brakes within so long
+constexpr double kLongSilence = 1.0;  // [s] of wheels: scans that are matched meanwhile know better than one mean
 
 }  // namespace
 
@@ -180,6 +181,15 @@ std::optional<Twist2> EkfTimeline::recentTwist(std::size_t end) const {
   return meanTwist(begin, end);
 }
 
+/// Whether a scan has told the whole pose shortly before a sample.
+bool EkfTimeline::wasMatched(std::size_t before) const {
+  for (std::size_t i = before; i-- > 0 && toSeconds(entry(before).stamp - entry(i).stamp) < kLongSilence;) {
+    const auto* pose = std::get_if<PoseMeasurement>(&entry(i).sample);
+    if (pose != nullptr && pose->observable == 3) return true;
+  }
+  return false;
+}
+
 UpdateResult EkfTimeline::apply(std::size_t i, Ekf& ekf) const {
   if (const auto* pose = std::get_if<PoseMeasurement>(&entry(i).sample)) return ekf.updatePose(*pose);
   if (const auto* imu = std::get_if<ImuSample>(&entry(i).sample)) return ekf.updateGyro(imu->gyro.z());
@@ -194,6 +204,7 @@ UpdateResult EkfTimeline::apply(std::size_t i, Ekf& ekf) const {
   const auto& to = std::get<WheelSample>(entry(*end).sample);
   const Duration interval = to.stamp - from.stamp;
   if (to.restarted || interval <= Duration::zero()) return UpdateResult::kUseless;
+  if (toSeconds(interval) > kLongSilence && wasMatched(*end)) return UpdateResult::kUseless;
 
   double gyro_sum = 0.0;
   int gyro_count = 0;

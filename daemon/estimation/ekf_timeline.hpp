@@ -79,6 +79,7 @@ class EkfTimeline {
   void run(std::size_t first);
   UpdateResult apply(std::size_t i, Ekf& ekf) const;
   Twist2 meanTwist(std::size_t begin, std::size_t end) const;
+  bool wasMatched(std::size_t before) const;
   std::optional<Twist2> recentTwist(std::size_t end) const;
   std::optional<std::size_t> wheelsBefore(std::size_t end) const;
   std::optional<std::size_t> wheelsFrom(std::size_t begin) const;

@@ -174,6 +174,44 @@ TEST(EkfTimeline, ScansAreFollowedAtOnceWhereWheelsFallSilent) {
   }
 }
 
+TEST(EkfTimeline, WheelsThatComeBackLeaveThePoseThatScansHaveFollowed) {
+  for (const bool gyro : {false, true}) {
+    EkfTimeline timeline(kEkf, kTimeline);
+    Pose2 pose;
+    for (int ms = 0; ms <= 10000; ms += 10) {
+      const double speed = ms / 1500 % 2 == 0 ? 0.4 : 0.0;  // [m/s] goes and stops
+      pose = pose * exp(Eigen::Vector3d{0.01 * speed, 0.0, 0.01 * speed});
+      const bool silent = ms > 1000 && ms < 8600;
+      if (!silent && ms % 250 == 0) timeline.add(wheels(ms, pose));
+      if (gyro) timeline.add(imu(ms, speed));
+      if (ms % 180 == 0) timeline.add(match(ms, pose, 0.003));
+      const Ekf ekf = timeline.at(at(ms));
+      const double variance = std::max(ekf.covariance()(0, 0), ekf.covariance()(1, 1));
+      if (ms > 2000) {
+        EXPECT_LT(std::sqrt(variance), 0.5) << "[m] at " << ms << " ms";
+      }
+      if (ms > 8600) {
+        EXPECT_LT((ekf.pose().translation() - pose.translation()).norm(), 0.08) << "at " << ms << " ms";
+      }
+    }
+  }
+}
+
+TEST(EkfTimeline, WheelsThatComeBackTellTheWayThatNothingElseDoes) {
+  EkfTimeline timeline(kEkf, kTimeline);
+  Pose2 pose;
+  for (int ms = 0; ms <= 8000; ms += 10) {
+    pose = pose * exp(Eigen::Vector3d{0.004, 0.0, 0.002});
+    const bool silent = ms > 1000 && ms < 7500;
+    if (!silent && ms % 50 == 0) timeline.add(wheels(ms, pose));
+    if ((ms < 2000 || ms > 7500) && ms % 180 == 0) timeline.add(match(ms, pose, 0.003));
+    if (ms < 7500) continue;
+    const Ekf ekf = timeline.at(at(ms));
+    EXPECT_LT((ekf.pose().translation() - pose.translation()).norm(), 0.05) << "at " << ms << " ms";
+    EXPECT_LT(std::sqrt(std::max(ekf.covariance()(0, 0), ekf.covariance()(1, 1))), 0.5) << "[m] at " << ms << " ms";
+  }
+}
+
 TEST(EkfTimeline, WheelsThatTellNoTurnRestThoughTheirHeadingWanders) {
   EkfTimeline timeline(kEkf, kTimeline);
   for (int ms = 0; ms <= 1040; ms += 20) {
