@@ -122,6 +122,7 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
     last_match_ = outcome.stamp;
     last_pose_ = drift_pose_ = guess;
     last_motion_ = {};
+    last_odometry_ = odometry_.at(outcome.stamp).pose();
     MatchResult by_definition;
     by_definition.observable = 3;
     outcome.keyframe = keep(outcome.stamp, guess, by_definition);
@@ -130,10 +131,10 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
 
   reference_.recentre(guess.translation());
   const Timestamp before = stopwatch_ ? stopwatch_() : Timestamp{};
-  outcome.match = matchFromGuesses(predicted);
+  outcome.match = matchFromGuesses(outcome.stamp, predicted);
   holdIfPulled(outcome.stamp, predicted, outcome.match);
   if (stopwatch_) outcome.match_time = stopwatch_() - before;
-  outcome.fused = fuse(outcome.stamp, outcome.match, false);
+  outcome.fused = isTold(predicted, outcome.match) && fuse(outcome.stamp, outcome.match, false);
   if (!outcome.fused) searchAround(guess, outcome);
   overlap_ = outcome.match.overlap;
   if (outcome.fused) {
@@ -146,6 +147,7 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
     judgeWheels(outcome.stamp, T_map_base, outcome.match);
     last_motion_ = between(last_pose_, T_map_base);
     last_pose_ = T_map_base;
+    last_odometry_ = odometry_.at(outcome.stamp).pose();
     if (may_keep) outcome.keyframe = keepOrLook(outcome.stamp, T_map_base, outcome.match);
   } else {
     // A failed match never moves the pose: the filter carries on. When it lasts, the robot has left what the reference

@@ -187,9 +187,12 @@ class Localizer {
   EkfCounters filterCounters() const { return pose_.at(pose_.newestStamp()).counters(); }
 
  private:
-  MatchResult matchFromGuesses(const Ekf& predicted) const;
+  MatchResult matchFromGuesses(Timestamp stamp, const Ekf& predicted) const;
   void holdIfPulled(Timestamp stamp, const Ekf& predicted, MatchResult& match);
   double supportOf(const MatchResult& match, const Pose2& guess);
+  bool isTold(const Ekf& predicted, const MatchResult& match);
+  bool isFind(const MatchResult& match);
+  bool showsMore(const Pose2& T_map_base);
   void searchAround(const Pose2& predicted, ScanOutcome& outcome);
   void judgeWheels(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match);
   bool fuse(Timestamp stamp, const MatchResult& match, bool confirmed);
@@ -237,6 +240,7 @@ class Localizer {
   Pose2 drift_pose_;
   Eigen::Matrix3d drift_ = Eigen::Matrix3d::Zero();  // in map, since the last keyframe
   Pose2 last_pose_, last_motion_;                    // at the last matched scan, and from the one before
+  Pose2 last_odometry_;                              // in odom, at the last matched scan
   bool has_wheels_ = false;
   WheelTrust wheel_trust_;
   RescaledWheels rescaled_wheels_;

@@ -18,17 +18,22 @@ constexpr double kKnownSurfel = 4.0;     // [1] observations
 
 }  // namespace
 
-MatchResult Localizer::matchFromGuesses(const Ekf& predicted) const {
+MatchResult Localizer::matchFromGuesses(Timestamp stamp, const Ekf& predicted) const {
   MatchResult best = matchPointToLine(reference_, points_, predicted.pose(), match_);
   const bool wheels_help = has_wheels_ && wheel_trust_.guides() && predicted.doubt() < config_.max_doubt;
   if (wheels_help && best.usable() && best.overlap > overlap_ - kSuddenly) return best;
   // Without wheels the prediction hangs on the scans' stamps, which jitter in many recordings. A robot that went on as
   // between the last two scans, or that stands still, is as likely. And a match that slipping wheels led into a wrong
   // minimum agrees with them: only its overlap tells.
-  for (const Pose2& guess : {last_pose_ * last_motion_, last_pose_}) {
+  const auto tryFrom = [&](const Pose2& guess) {
     const MatchResult other = matchPointToLine(reference_, points_, guess, match_);
     if (other.usable() && (!best.usable() || other.overlap > best.overlap + kClearlyBetter)) best = other;
-  }
+  };
+  tryFrom(last_pose_ * last_motion_);
+  tryFrom(last_pose_);
+  // Wheels whose way is not believed may still tell a turn.
+  if (has_wheels_ && !wheel_trust_.believed())
+    tryFrom(last_pose_ * between(last_odometry_, odometry_.at(stamp).pose()));
   return best;
 }
 
@@ -58,18 +63,50 @@ double Localizer::supportOf(const MatchResult& match, const Pose2& guess) {
   return fit(match.T_ref_base) - fit({guess.x, guess.y, match.T_ref_base.theta});
 }
 
+/// Whether a match from a prediction can be believed. Once the way is lost and the robot may be anywhere around the
+/// prediction, what fits there is one place of many.
+bool Localizer::isTold(const Ekf& predicted, const MatchResult& match) {
+  const Eigen::Vector3d sigma = predicted.covariance().topLeftCorner<3, 3>().diagonal().cwiseSqrt();
+  const bool vague =
+      sigma.z() > config_.search.distinct_rotation || sigma.head<2>().maxCoeff() > config_.search.distinct_distance;
+  return failures_ == 0 || !vague || isFind(match);
+}
+
+/// Whether a match can be believed wherever the robot was thought to be. Among many places one fits by half: a find
+/// needs more agreement than a prediction does. A room has corners that look like one another: in the right one the
+/// scan sees through no walls, and fits about as well as the last one did.
+bool Localizer::isFind(const MatchResult& match) {
+  if (!match.usable() || match.overlap < config_.search.trusted_overlap) return false;
+  image_.set(points_, config_.lidar.T_base_lidar.translation());
+  if (reference_.seenThrough(match.T_ref_base, image_, kKnownSurfel) > kSeenThrough) return false;
+  return match.overlap >= fused_overlap_ - kMuchWorse || showsMore(match.T_ref_base);
+}
+
+/// Whether a scan that fits worse than the last one does so because the robot has turned to what it had not seen: it is
+/// no further on than a robot gets from scan to scan, and shows nothing where the newest keyframe saw through.
+bool Localizer::showsMore(const Pose2& T_map_base) {
+  const Pose2 moved = between(last_pose_, T_map_base);
+  if (std::max(std::abs(moved.x), std::abs(moved.y)) > config_.search_window.translation) return false;
+  if (std::abs(moved.theta) > config_.search_window.rotation) return false;
+  const RecentScan& newest = recent_[static_cast<std::size_t>(next_keyframe_ - 1) % recent_.size()];
+  if (newest.id != next_keyframe_ - 1) return false;
+  image_.set(newest.points, config_.lidar.T_base_lidar.translation());
+  const PointTransform T_newest_base(between(*last_keyframe_, T_map_base));
+  int met = 0, through = 0;
+  for (const ScanPoint& point : points_) {
+    const auto sight = image_.sightOf(T_newest_base * point.position, T_newest_base.turned(point.normal));
+    met += sight == RangeImage::Sight::kMet;
+    through += sight == RangeImage::Sight::kSeenThrough;
+  }
+  return met >= config_.match.min_pairs && through <= kSeenThrough * (met + through);
+}
+
 void Localizer::searchAround(const Pose2& predicted, ScanOutcome& outcome) {
   ++counters_.searched;
   const double widening = 1.0 + std::min(failures_, config_.keyframe.max_failures);
   const SearchWindow window{widening * config_.search_window.translation, widening * config_.search_window.rotation};
   const SearchResult found = search_.match(reference_, points_, predicted, window, match_);
-  // Among so many places one fits by half wherever the robot is: a find needs more agreement than a prediction does.
-  if (!found.match.usable() || found.match.overlap < config_.search.trusted_overlap) return;
-  // A room has corners that look like one another. In the right one the scan fits about as well as the last one did,
-  // and sees through no walls.
-  if (found.match.overlap < fused_overlap_ - kMuchWorse) return;
-  image_.set(points_, config_.lidar.T_base_lidar.translation());
-  if (reference_.seenThrough(found.match.T_ref_base, image_, kKnownSurfel) > kSeenThrough) return;
+  if (!isFind(found.match)) return;
   outcome.match = found.match;
   outcome.fused = fuse(outcome.stamp, found.match, true);
 }

@@ -36,9 +36,10 @@ class Robot {
     for (const Timestamp end = now + fromSeconds(seconds); now < end;) {
       now += std::chrono::milliseconds(20);
       truth = truth * exp(0.02 * twist);
-      wheels_ = wheels_ * exp(0.02 * Eigen::Vector3d(1.01 * twist.x(), 0.0, 0.99 * twist.z()));
-      localizer->add(WheelSample{now, wheels_});
-      localizer->add(ImuSample{now, {0, 0, twist.z() + 0.01 + 0.001 * noise_(random_)}, {0, 0, 9.81}});
+      wheels_ = wheels_ * exp(0.02 * Eigen::Vector3d(wheel_scale * twist.x(), 0.0, 0.99 * twist.z()));
+      if (has_wheels) localizer->add(WheelSample{now, wheels_});
+      const ImuSample imu{now, {0, 0, twist.z() + 0.01 + 0.001 * noise_(random_)}, {0, 0, 9.81}};
+      if (has_imu) localizer->add(imu);
       if (++step_ % 10 != 0) continue;  // 5 Hz
       take(scan());
       if (after_scan) after_scan();
@@ -67,6 +68,9 @@ class Robot {
   Pose2 truth;  ///< in the world; may be changed at any time, which wheels and gyro do not see
   Timestamp now{std::chrono::seconds(100)};
   std::function<void()> after_scan;
+  bool has_wheels = true, has_imu = true;
+  double wheel_scale = 1.01;             ///< [1] what the wheels tell of the way
+  double view = 2.0 * std::numbers::pi;  ///< [rad] of the lidar, to both sides of ahead
 
  private:
   static BackEndConfig backEndConfig(bool localise_only) {
@@ -81,7 +85,7 @@ class Robot {
     scan.range_min = 0.05F;
     scan.range_max = static_cast<float>(place_.reach);
     for (int i = 0; i < kBeams; ++i) {
-      const double bearing = wrapAngle(2.0 * std::numbers::pi * i / kBeams), direction = truth.theta + bearing;
+      const double bearing = wrapAngle(view * i / kBeams - 0.5 * view), direction = truth.theta + bearing;
       const auto range =
           place_.world.castRay({truth.x, truth.y, 0.2}, {std::cos(direction), std::sin(direction), 0.0}, place_.reach);
       scan.push({.range = range ? static_cast<float>(*range + 0.01 * noise_(random_)) : 0.0F,
