@@ -144,10 +144,11 @@ ScanOutcome Localizer::add(const LaserScan& recorded, bool may_keep) {
     failures_ = 0;
     const Pose2 T_map_base = pose_.at(outcome.stamp).pose();
     accumulateDrift(T_map_base, &outcome.match);
-    judgeWheels(outcome.stamp, T_map_base, outcome.match);
+    const Ekf odometry = odometry_.at(outcome.stamp);
+    judgeWheels(odometry, T_map_base, outcome.match);
     last_motion_ = between(last_pose_, T_map_base);
     last_pose_ = T_map_base;
-    last_odometry_ = odometry_.at(outcome.stamp).pose();
+    last_odometry_ = odometry.pose();
     if (may_keep) outcome.keyframe = keepOrLook(outcome.stamp, T_map_base, outcome.match);
   } else {
     // A failed match never moves the pose: the filter carries on. When it lasts, the robot has left what the reference
@@ -240,9 +241,8 @@ void Localizer::beginSegment(KeyframeOrigin origin) {
   failures_ = 0;
 }
 
-void Localizer::judgeWheels(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match) {
+void Localizer::judgeWheels(const Ekf& odometry, const Pose2& T_map_base, const MatchResult& match) {
   if (!has_wheels_) return;
-  const Ekf odometry = odometry_.at(stamp);
   if (match.observable < 3 || odometry.wheelsSilent()) return wheel_trust_.interrupt();
   wheel_trust_.add(odometry.pose(), T_map_base, !odometry.gyroActive());
 }

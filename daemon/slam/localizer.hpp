@@ -194,7 +194,7 @@ class Localizer {
   bool isFind(const MatchResult& match);
   bool showsMore(const Pose2& T_map_base);
   void searchAround(const Pose2& predicted, ScanOutcome& outcome);
-  void judgeWheels(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match);
+  void judgeWheels(const Ekf& odometry, const Pose2& T_map_base, const MatchResult& match);
   bool fuse(Timestamp stamp, const MatchResult& match, bool confirmed);
   LocalisationState state(Timestamp stamp, const Eigen::Matrix3d& covariance) const;
   const Keyframe* keepOrLook(Timestamp stamp, const Pose2& T_map_base, const MatchResult& match);
