@@ -39,4 +39,17 @@ class RangeImage {
   float farthest_ = 0.0F;  // [m]
 };
 
+/// What a scan says of many places.
+struct SightTally {
+  int met = 0, through = 0;  ///< places
+
+  void add(RangeImage::Sight sight) {
+    met += sight == RangeImage::Sight::kMet;
+    through += sight == RangeImage::Sight::kSeenThrough;
+  }
+  int told() const { return met + through; }
+  /// [1] share of the places told of that the scan saw through; 0 where it told of none.
+  double seenThrough() const { return told() == 0 ? 0.0 : static_cast<double>(through) / told(); }
+};
+
 }  // namespace slam

@@ -110,15 +110,13 @@ int Reference::add(const Pose2& T_ref_base, std::span<const ScanPoint> points) {
 
 double Reference::seenThrough(const Pose2& T_ref_base, const RangeImage& scan, double known) const {
   const PointTransform T_base_ref(T_ref_base.inverse());
-  int met = 0, through = 0;
+  SightTally tally;
   for (const Surfel& surfel : surfels()) {
     if (surfel.observations < known) continue;
     const Eigen::Vector2d p = T_base_ref * Eigen::Vector2d(surfel.x, surfel.y);
-    const RangeImage::Sight sight = scan.sightOf(p, T_base_ref.turned({surfel.nx, surfel.ny}));
-    met += sight == RangeImage::Sight::kMet;
-    through += sight == RangeImage::Sight::kSeenThrough;
+    tally.add(scan.sightOf(p, T_base_ref.turned({surfel.nx, surfel.ny})));
   }
-  return met + through < kFewest ? 0.0 : static_cast<double>(through) / (met + through);
+  return tally.told() < kFewest ? 0.0 : tally.seenThrough();
 }
 
 bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point) {

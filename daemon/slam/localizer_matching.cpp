@@ -92,13 +92,11 @@ bool Localizer::showsMore(const Pose2& T_map_base) {
   if (newest.id != next_keyframe_ - 1) return false;
   image_.set(newest.points, config_.lidar.T_base_lidar.translation());
   const PointTransform T_newest_base(between(*last_keyframe_, T_map_base));
-  int met = 0, through = 0;
+  SightTally tally;
   for (const ScanPoint& point : points_) {
-    const auto sight = image_.sightOf(T_newest_base * point.position, T_newest_base.turned(point.normal));
-    met += sight == RangeImage::Sight::kMet;
-    through += sight == RangeImage::Sight::kSeenThrough;
+    tally.add(image_.sightOf(T_newest_base * point.position, T_newest_base.turned(point.normal)));
   }
-  return met >= config_.match.min_pairs && through <= kSeenThrough * (met + through);
+  return tally.met >= config_.match.min_pairs && tally.seenThrough() <= kSeenThrough;
 }
 
 void Localizer::searchAround(const Pose2& predicted, ScanOutcome& outcome) {

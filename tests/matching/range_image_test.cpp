@@ -45,6 +45,15 @@ TEST(RangeImage, KnowsNothingWhereNoBeamReturned) {
   EXPECT_EQ(RangeImage().sightOf({1.0, 0.0}, kNoNormal), kUnknown);
 }
 
+TEST(RangeImage, ATallyLeavesOutWhatTheScanDoesNotTell) {
+  SightTally tally;
+  EXPECT_EQ(tally.seenThrough(), 0.0);
+  for (const auto sight : {kMet, kUnknown, kSeenThrough, kHidden, kMet, kMet}) tally.add(sight);
+  EXPECT_EQ(tally.told(), 4);
+  EXPECT_EQ(tally.met, 3);
+  EXPECT_EQ(tally.seenThrough(), 0.25);
+}
+
 TEST(RangeImage, LeavesAWallAloneThatItsErrorsMayPassBy) {
   const RangeImage image = imageOf({.length = 6.0, .width = 4.0}, {});
   // 5 cm within the corner, seen 2 degrees past it.
