@@ -17,6 +17,7 @@ namespace slam {
 struct BeamModel {
   double sigma = 0.10;             ///< [m] of a wall's place in a map, and ...
   double sigma_per_metre = 0.005;  ///< [1] ... of that relative to the robot: a map is bent by so much
+  double scale_sigma = 0.015;      ///< [1] of a map's scale against the robot's, whose lidar and wheels did not make it
   double stopped = 0.8;            ///< [1] share of the beams that end at a wall of the map, and do not go through it
   double rate_free = 0.03;         ///< [1/m] where the map saw nothing: people, chairs, doors that are closed now
   double rate_unknown = 0.6;     ///< [1/m] where the map has not looked: rooms, of which a beam crosses a metre or two

@@ -131,6 +131,20 @@ void SegmentView::gather(const KeyframeGraph& keyframes, int oldest, int newest,
   rays = static_cast<int>(cells.size());
 }
 
+SegmentView SegmentView::scaled(double scale) const {
+  SegmentView view = *this;
+  for (Part& part_of_path : view.parts) {
+    part_of_path.T_newest_part.x *= scale;
+    part_of_path.T_newest_part.y *= scale;
+    for (Ray& ray : part_of_path.rays) {
+      ray.from *= scale;
+      ray.to *= scale;
+      ray.range *= scale;
+    }
+  }
+  return view;
+}
+
 PlaceFit fitPlace(const DecayField& field, const SegmentView& view, const Pose2& T_map_newest) {
   PlaceFit fit{.T_map_newest = T_map_newest};
   if (view.parts.empty()) return fit;

@@ -26,6 +26,8 @@ struct SegmentView {
 
   /// @param length [m] of the newest path  @param part [m] of path
   void gather(const KeyframeGraph& keyframes, int oldest, int newest, double length, double part);
+  /// The same, were all its ways and ranges longer.
+  SegmentView scaled(double scale) const;
 };
 
 /// Compares what a segment saw with a place in the map: the path is laid there part by part, each matched to the map
@@ -35,6 +37,7 @@ struct PlaceFit {
   Pose2 T_map_newest;
   double log_likelihood = 0.0;  ///< of independent pieces of wall, up to a constant of the segment
   double seen = 0.0;            ///< [1] share of the rays that end at a wall of the map, with none before it
+  double scale = 1.0;           ///< [1] of the view that fits, against what the robot measured
 };
 PlaceFit fitPlace(const DecayField& field, const SegmentView& view, const Pose2& T_map_newest);
 

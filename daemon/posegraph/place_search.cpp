@@ -12,6 +12,7 @@ namespace slam {
 namespace {
 
 constexpr int kDirections = 12;  // of walls
+constexpr int kScaled = 30;      // places that are fitted in other scales, too
 
 }  // namespace
 
@@ -19,7 +20,10 @@ void PlaceSearch::begin(const KeyframeGraph& keyframes, std::span<const int> map
   begin();
   BeamModel beams = config_.beams;
   const bool scanned = std::none_of(map.begin(), map.end(), [&](int id) { return !keyframes.scan(id)->free.empty(); });
-  if (scanned) beams.sigma = config_.scanned_sigma;
+  if (scanned) {
+    beams.sigma = config_.scanned_sigma;
+    beams.scale_sigma = 0.0;  // its own lidar made it
+  }
   field_.emplace(keyframes, map, beams);
   global_.emplace(field_->walls().wallPoints(), config_.search);
 }
@@ -59,7 +63,9 @@ std::optional<Pose2> PlaceSearch::leader(std::span<const PlaceFit> places) const
     const Pose2 T_newest_look = between(looks_.front().T_segment_newest, look.T_segment_newest);
     for (std::size_t i = 0; i < places.size(); ++i) {
       const Pose2& T_map_newest = places[i].T_map_newest;
-      const PlaceFit fit = searches == 1 ? places[i] : fitPlace(*field_, look.view, T_map_newest * T_newest_look);
+      const PlaceFit fit = searches == 1
+                               ? places[i]
+                               : fitPlace(*field_, look.view.scaled(places[i].scale), T_map_newest * T_newest_look);
       const Pose2 moved = between(T_map_newest, fit.T_map_newest * T_newest_look.inverse());
       contenders[i].sum += fit.log_likelihood;
       contenders[i].moved += Eigen::Vector3d(moved.x, moved.y, moved.theta);
@@ -98,12 +104,33 @@ std::vector<PlaceFit> PlaceSearch::candidates(const std::optional<PlaceWindow>& 
                                    [&](const PlaceFit& other) { return same(other.T_map_newest, fit.T_map_newest); });
     if (!known) places.push_back(fit);
   }
+  fitScale(places);
   T_map_segments_.clear();
   for (const PlaceFit& place : places) {
     if (static_cast<int>(T_map_segments_.size()) == config_.contenders) break;
     T_map_segments_.push_back(place.T_map_newest * look.T_segment_newest.inverse());
   }
   return places;
+}
+
+/// Fits the best places again, were the map as much longer or shorter as it may well be: walls far ahead and the way
+/// to walls long passed then agree with each other.
+void PlaceSearch::fitScale(std::vector<PlaceFit>& places) const {
+  const double sigma = field_->model().scale_sigma;
+  if (sigma <= 0.0) return;
+  const std::vector<PlaceFit> unscaled(places.begin(),
+                                       places.begin() + std::min(std::ssize(places), std::ptrdiff_t{kScaled}));
+  for (const double scale : {1.0 - sigma, 1.0 + sigma}) {
+    const SegmentView view = looks_.front().view.scaled(scale);
+    for (std::size_t i = 0; i < unscaled.size(); ++i) {
+      PlaceFit fit = fitPlace(*field_, view, unscaled[i].T_map_newest);
+      fit.scale = scale;
+      fit.log_likelihood -= 0.5;  // one sigma from what is likeliest
+      if (fit.log_likelihood > places[i].log_likelihood) places[i] = fit;
+    }
+  }
+  std::sort(places.begin(), places.end(),
+            [](const auto& a, const auto& b) { return a.log_likelihood > b.log_likelihood; });
 }
 
 bool PlaceSearch::same(const Pose2& a, const Pose2& b) const {

@@ -71,6 +71,7 @@ class PlaceSearch {
   };
   void sampleDirections();
   std::vector<PlaceFit> candidates(const std::optional<PlaceWindow>& around);
+  void fitScale(std::vector<PlaceFit>& places) const;
   std::optional<Pose2> leader(std::span<const PlaceFit> places) const;
 
   PlaceSearchConfig config_;

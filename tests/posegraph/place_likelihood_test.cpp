@@ -40,24 +40,13 @@ class Drive {
   KeyframeGraph map_;
 };
 
-Place corridorWithRecesses() {
-  Place place{.name = "Recesses", .low = {-12, -2}, .high = {12, 2}};
-  addWalls(place.world, {{-12, -1.2},
-                         {12, -1.2},
-                         {12, 1.2},
-                         {9, 1.2},
-                         {9, 1.7},
-                         {8, 1.7},
-                         {8, 1.2},
-                         {1, 1.2},
-                         {1, 1.7},
-                         {0, 1.7},
-                         {0, 1.2},
-                         {-5, 1.2},
-                         {-5, 1.7},
-                         {-6, 1.7},
-                         {-6, 1.2},
-                         {-12, 1.2}});
+Place corridorWithRecesses(double scale = 1.0) {
+  Place place{.name = "Recesses", .low = {-12 * scale, -2 * scale}, .high = {12 * scale, 2 * scale}};
+  std::vector<Eigen::Vector2d> corners{{-12, -1.2}, {12, -1.2}, {12, 1.2}, {9, 1.2},  {9, 1.7}, {8, 1.7},
+                                       {8, 1.2},    {1, 1.2},   {1, 1.7},  {0, 1.7},  {0, 1.2}, {-5, 1.2},
+                                       {-5, 1.7},   {-6, 1.7},  {-6, 1.2}, {-12, 1.2}};
+  for (Eigen::Vector2d& corner : corners) corner *= scale;
+  addWalls(place.world, corners);
   return place;
 }
 
@@ -82,6 +71,21 @@ TEST(PlaceLikelihood, FarWallsTellOneRecessFromTheNext) {
   for (const double shift : {-6.0, 8.0}) {
     EXPECT_GT(right, fitPlace(*drive.field, view, truth * Pose2{shift, 0.0, 0.0}).log_likelihood + 10.0) << shift;
   }
+}
+
+TEST(PlaceLikelihood, AMapThatIsLongerThanTheLidarSaysFitsASegmentOfItsScale) {
+  constexpr double kScale = 1.02;
+  Place map = corridorWithRecesses(kScale), now = corridorWithRecesses();
+  map.reach = now.reach = 30.0;
+  Drive drive(map, now, -10.0, 10.0);
+  const Pose2 truth{-4.0, 0.0, 0.0};
+  const SegmentView view = drive.seen(truth, 3.0);
+  const Pose2 in_map{kScale * truth.x, 0.0, 0.0};
+  const PlaceFit as_measured = fitPlace(*drive.field, view, in_map);
+  const PlaceFit scaled = fitPlace(*drive.field, view.scaled(kScale), in_map);
+  EXPECT_GT(scaled.log_likelihood, as_measured.log_likelihood + 3.0);
+  EXPECT_GT(scaled.log_likelihood, fitPlace(*drive.field, view.scaled(1.0 / kScale), in_map).log_likelihood + 6.0);
+  EXPECT_NEAR(scaled.T_map_newest.x, in_map.x, 0.1);
 }
 
 /// Two rooms that are alike but for the things in one of them: where a beam that came through has a wall near its end,
