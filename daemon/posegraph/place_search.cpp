@@ -14,6 +14,11 @@ namespace {
 constexpr int kDirections = 12;  // of walls
 constexpr int kScaled = 30;      // places that are fitted in other scales, too
 
+void sortLikeliestFirst(std::vector<PlaceFit>& places) {
+  std::sort(places.begin(), places.end(),
+            [](const PlaceFit& a, const PlaceFit& b) { return a.log_likelihood > b.log_likelihood; });
+}
+
 }  // namespace
 
 void PlaceSearch::begin(const KeyframeGraph& keyframes, std::span<const int> map) {
@@ -98,7 +103,7 @@ std::vector<PlaceFit> PlaceSearch::candidates(const std::optional<PlaceWindow>& 
     const Pose2 T_map_newest = T_map_segment * look.T_segment_newest;
     if (!around || around->holds(T_map_newest)) fits.push_back(fitPlace(*field_, look.view, T_map_newest));
   }
-  std::sort(fits.begin(), fits.end(), [](const auto& a, const auto& b) { return a.log_likelihood > b.log_likelihood; });
+  sortLikeliestFirst(fits);
   for (const PlaceFit& fit : fits) {
     const bool known = std::any_of(places.begin(), places.end(),
                                    [&](const PlaceFit& other) { return same(other.T_map_newest, fit.T_map_newest); });
@@ -129,8 +134,7 @@ void PlaceSearch::fitScale(std::vector<PlaceFit>& places) const {
       if (fit.log_likelihood > places[i].log_likelihood) places[i] = fit;
     }
   }
-  std::sort(places.begin(), places.end(),
-            [](const auto& a, const auto& b) { return a.log_likelihood > b.log_likelihood; });
+  sortLikeliestFirst(places);
 }
 
 bool PlaceSearch::same(const Pose2& a, const Pose2& b) const {
