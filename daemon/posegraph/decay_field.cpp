@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <tuple>
 #include <utility>
 
@@ -17,6 +18,8 @@ constexpr double kEndSigmas = 2.0;   // before its end a beam may be within the 
 constexpr double kRoughness = 0.1;   // [m] ... and so much more
 constexpr double kFromLidar = 0.15;  // [m] that the robot itself fills
 constexpr double kAtWall = 2.0;      // times the rate of unknown space
+constexpr int kDirections = 8;       // that a wall with a door in it may have
+constexpr double kBeforeDoor = 0.5;  // [m] that is free before and behind a doorway
 
 }  // namespace
 
@@ -29,10 +32,83 @@ DecayField::DecayField(const KeyframeGraph& keyframes, std::span<const int> map,
   if (thickness <= 0.0) return;
   wall_rate_ = -model.logThrough() / thickness;
   unknown_rate_ = std::max(model.rate_unknown, model.unknown_as_wall * wall_rate_);
+  look();
   levels_.resize(kLevels);
   for (int i = 0; i < kLevels; ++i) blur((1 << i) * model.sigma, levels_[static_cast<std::size_t>(i)]);
   for (int i = 1; i < kLevels; ++i) {  // where sigmaAt() is the geometric mean of two levels
     coarser_.push_back(model.sigma * std::sqrt(std::exp2(2 * i - 1) - 1.0) / model.sigma_per_metre);
+  }
+}
+
+std::size_t DecayField::cellAt(int column, int row) const {
+  return static_cast<std::size_t>(row) * static_cast<std::size_t>(walls_.columns()) + static_cast<std::size_t>(column);
+}
+
+WallField::Known DecayField::knownAt(int column, int row) const {
+  if (column < 0 || row < 0 || column >= walls_.columns() || row >= walls_.rows()) return WallField::Known::kNothing;
+  return walls_.known(cellAt(column, row));
+}
+
+/// Way [m] from the middle of a cell through free space to a wall no further away than a door is wide.
+std::optional<double> DecayField::toWall(int column, int row, double angle) const {
+  const double cell = walls_.cell();
+  for (double s = cell; s <= model_.doorway_width; s += 0.5 * cell) {
+    const WallField::Known known = knownAt(column + static_cast<int>(std::lround(s / cell * std::cos(angle))),
+                                           row + static_cast<int>(std::lround(s / cell * std::sin(angle))));
+    if (known == WallField::Known::kSolid) return s;
+    if (known != WallField::Known::kFree) break;
+  }
+  return std::nullopt;
+}
+
+/// Whether a free cell lies between two walls that are no further apart than a door is wide, with free space before
+/// and behind it.
+bool DecayField::isDoorway(int column, int row) const {
+  for (int i = 0; i < kDirections; ++i) {
+    const double angle = i * std::numbers::pi / kDirections, across = angle + 0.5 * std::numbers::pi;
+    const auto one = toWall(column, row, angle);
+    if (!one) continue;
+    const auto other = toWall(column, row, angle + std::numbers::pi);
+    if (!other || *one + *other > model_.doorway_width) continue;
+    bool open = true;
+    for (double s = walls_.cell(); s <= kBeforeDoor; s += 0.5 * walls_.cell()) {
+      const int c = static_cast<int>(std::lround(s / walls_.cell() * std::cos(across)));
+      const int r = static_cast<int>(std::lround(s / walls_.cell() * std::sin(across)));
+      open &= knownAt(column + c, row + r) == WallField::Known::kFree;
+      open &= knownAt(column - c, row - r) == WallField::Known::kFree;
+    }
+    if (open) return true;
+  }
+  return false;
+}
+
+/// Whether the middle of a wall's cell is no deeper than model_.face of a wall's thickness below free space.
+bool DecayField::isFace(int column, int row) const {
+  const int reach = static_cast<int>(std::ceil(model_.face * walls_.thickness() / walls_.cell() - 0.5));
+  for (int r = -reach; r <= reach; ++r) {
+    const int across = reach - std::abs(r);
+    for (int c = -across; c <= across; ++c) {
+      if (knownAt(column + c, row + r) == WallField::Known::kFree) return true;
+    }
+  }
+  return false;
+}
+
+void DecayField::look() {
+  const int columns = walls_.columns(), rows = walls_.rows();
+  wall_.assign(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 0.0F);
+  face_.assign(wall_.size(), false);
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const std::size_t cell = cellAt(column, row);
+      const WallField::Known known = walls_.known(cell);
+      if (known == WallField::Known::kSolid) {
+        wall_[cell] = 1.0F;
+        face_[cell] = isFace(column, row);
+      } else if (known == WallField::Known::kFree && model_.doorway > 0.0 && isDoorway(column, row)) {
+        wall_[cell] = static_cast<float>(model_.doorway);
+      }
+    }
   }
 }
 
@@ -47,26 +123,23 @@ void DecayField::blur(double sigma, std::vector<std::uint8_t>& level) const {
     sum += kernel[static_cast<std::size_t>(i + reach)] = static_cast<float>(std::exp(-0.5 * u * u));
   }
   for (float& k : kernel) k /= sum;
-  const auto at = [&](int column, int row) {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column);
-  };
   // Each solid cell is spread over its row, then each row over its column: most of a map is not solid.
-  std::vector<float> along(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 0.0F),
-      both(along.size());
+  std::vector<float> along(wall_.size(), 0.0F), both(wall_.size(), 0.0F);
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
-      if (walls_.known(at(column, row)) != WallField::Known::kSolid) continue;
+      const float wall = wall_[cellAt(column, row)];
+      if (wall == 0.0F) continue;
       for (int c = std::max(0, column - reach); c <= std::min(columns - 1, column + reach); ++c) {
-        along[at(c, row)] += kernel[static_cast<std::size_t>(c - column + reach)];
+        along[cellAt(c, row)] += wall * kernel[static_cast<std::size_t>(c - column + reach)];
       }
     }
   }
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
-      const float value = along[at(column, row)];
+      const float value = along[cellAt(column, row)];
       if (value == 0.0F) continue;
       for (int r = std::max(0, row - reach); r <= std::min(rows - 1, row + reach); ++r) {
-        both[at(column, r)] += value * kernel[static_cast<std::size_t>(r - row + reach)];
+        both[cellAt(column, r)] += value * kernel[static_cast<std::size_t>(r - row + reach)];
       }
     }
   }
@@ -94,7 +167,7 @@ double DecayField::pass(const Eigen::Vector2d& from, const Eigen::Vector2d& to, 
   const double end = range - kEndSigmas * model_.sigmaAt(range) - kRoughness;
   const Eigen::Vector2d direction = ray / range;
   const int patch = std::max(1, static_cast<int>(std::lround(model_.gone_patch / cell)));
-  double sum = 0.0;
+  double sum = 0.0, deep = 0.0;  // deep: [m] square to its face, since the beam came into a wall
   for (double s = kFromLidar; s < end;) {
     const Eigen::Vector2d p = from + s * direction;
     const auto i = walls_.index(p);
@@ -106,13 +179,16 @@ double DecayField::pass(const Eigen::Vector2d& from, const Eigen::Vector2d& to, 
     if (walls_.known(static_cast<std::size_t>(i)) != WallField::Known::kSolid) {
       const double distance = wall == nullptr ? walls_.reach() : (wall->position - p).norm();
       s += std::max(cell, distance - 2.0 * cell);
+      deep = 0.0;
       continue;
     }
     const double square = wall != nullptr && wall->isLine() ? std::abs(direction.dot(wall->normal)) : 1.0;
+    deep += cell * square;
+    s += cell;
+    if (face_[static_cast<std::size_t>(i)] && deep <= walls_.thickness()) continue;
     const std::int64_t column = i % walls_.columns(), row = i / walls_.columns();
     passed.push_back({row / patch * walls_.columns() + column / patch, i, -wall_rate_ * cell * square});
     sum += passed.back().log_through;
-    s += cell;
   }
   return sum;
 }

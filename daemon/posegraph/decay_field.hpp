@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,10 +23,14 @@ struct BeamModel {
   double rate_free = 0.03;         ///< [1/m] where the map saw nothing: people, chairs, doors that are closed now
   double rate_unknown = 0.6;     ///< [1/m] where the map has not looked: rooms, of which a beam crosses a metre or two
   double unknown_as_wall = 0.0;  ///< [1] ... and no lower than this share of a wall's rate
+  double doorway = 0.1;          ///< [1] of a wall's rate in the gaps of walls: a door may be closed ...
+  double doorway_width = 1.2;    ///< [m] ... if the gap is no wider
+  bool doubted = true;           ///< behind a wall that a beam went through the map is too old to say what is free
   double correlation = 0.5;      ///< [m] of wall, all of which the map has or has not: it testifies once
-  double gone_weight = 0.3;      ///< [1] of walls that beams went through: what opened one often opened its neighbour
-  double gone_patch = 1.0;       ///< [m] side of the squares in which walls are gone together ...
-  double gone_most = 2.0;        ///< [1] ... at the cost of so many walls at most
+  double face = 0.5;  ///< [1] of a wall's thickness: a picture draws a wall too thick, so that a beam may graze it
+  double gone_weight = 0.7;  ///< [1] of walls that beams went through: what opened one often opened its neighbour
+  double gone_patch = 1.0;   ///< [m] side of the squares in which walls are gone together ...
+  double gone_most = 2.0;    ///< [1] ... at the cost of so many walls at most
 
   /// [m] of a wall relative to a robot so far away.
   double sigmaAt(double range) const { return std::hypot(sigma, sigma_per_metre * range); }
@@ -43,6 +48,7 @@ class DecayField {
 
   /// log of the rate [1/m] at which a beam of this range [m] ends at a place.
   double logRate(const Eigen::Vector2d& p_map, double range) const;
+  double logRateUnknown() const { return std::log(unknown_rate_); }
   /// Whether such a beam ended at a wall of the map, by all odds.
   bool atWall(double log_rate) const { return log_rate > wall_threshold_; }
 
@@ -52,13 +58,20 @@ class DecayField {
     std::int64_t patch, cell;
     double log_through;  ///< negative
   };
-  /// Appends what lies between the lidar and the end of a beam, as far as it is not the wall that it ended at.
+  /// Appends what lies between the lidar and the end of a beam, as far as it is not the wall that it ended at, nor the
+  /// face of one that it did not come through.
   /// @return sum of what was appended
   double pass(const Eigen::Vector2d& from, const Eigen::Vector2d& to, std::vector<Passed>& passed) const;
   /// Log-likelihood of all that beams went through, each piece of wall once. Sorts `passed`.
   double logPassed(std::vector<Passed>& passed) const;
 
  private:
+  std::size_t cellAt(int column, int row) const;
+  WallField::Known knownAt(int column, int row) const;
+  std::optional<double> toWall(int column, int row, double angle) const;
+  bool isDoorway(int column, int row) const;
+  bool isFace(int column, int row) const;
+  void look();
   void blur(double sigma, std::vector<std::uint8_t>& level) const;
   std::size_t levelOf(double range) const;
 
@@ -68,6 +81,8 @@ class DecayField {
   double unknown_rate_ = 0.0;  // [1/m]
   double wall_threshold_ = 0.0;
   std::vector<std::vector<std::uint8_t>> levels_;  // log rates, of a wall known to sigma times 1, 2, 4, ...
+  std::vector<float> wall_;                        // [1] of a wall's rate, by cell
+  std::vector<bool> face_;                         // of a wall, by cell
   std::vector<double> coarser_;                    // [m] ranges from where the next level is the nearer one
 };
 

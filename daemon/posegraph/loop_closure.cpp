@@ -53,6 +53,7 @@ LoopClosureSearch::LoopClosureSearch(const LoopClosureConfig& config, const Plac
       matcher_(offlineSearch()) {
   match_.min_overlap = config.min_overlap;
   places_config_.beams.unknown_as_wall = config.unknown_as_wall;
+  places_config_.scanned_beams.unknown_as_wall = config.unknown_as_wall;
 }
 
 std::vector<Edge> LoopClosureSearch::search(const KeyframeGraph& keyframes, std::span<const char> in_map) {

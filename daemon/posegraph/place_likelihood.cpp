@@ -167,9 +167,9 @@ PlaceFit fitPlace(const DecayField& field, const SegmentView& view, const Pose2&
     for (const SegmentView::Ray& ray : view.parts[i].rays) {
       const Eigen::Vector2d to = T * ray.to;
       const double log_rate = field.logRate(to, ray.range);
-      fit.log_likelihood += weight * log_rate;
-      const double log_through = field.pass(T * ray.from, to, passed);
-      seen += field.atWall(log_rate) && log_through > kThrough * model.logThrough();
+      const bool through = field.pass(T * ray.from, to, passed) < kThrough * model.logThrough();
+      fit.log_likelihood += weight * (through && model.doubted ? std::max(log_rate, field.logRateUnknown()) : log_rate);
+      seen += field.atWall(log_rate) && !through;
     }
   }
   fit.log_likelihood += field.logPassed(passed);

@@ -11,25 +11,15 @@
 namespace slam {
 namespace {
 
-constexpr int kDirections = 12;  // of walls
-constexpr int kScaled = 30;      // places that are fitted in other scales, too
-
-void sortLikeliestFirst(std::vector<PlaceFit>& places) {
-  std::sort(places.begin(), places.end(),
-            [](const PlaceFit& a, const PlaceFit& b) { return a.log_likelihood > b.log_likelihood; });
-}
+constexpr int kDirections = 12;      // of walls
+constexpr std::size_t kScaled = 30;  // places that are fitted in other scales, too
 
 }  // namespace
 
 void PlaceSearch::begin(const KeyframeGraph& keyframes, std::span<const int> map) {
   begin();
-  BeamModel beams = config_.beams;
   const bool scanned = std::none_of(map.begin(), map.end(), [&](int id) { return !keyframes.scan(id)->free.empty(); });
-  if (scanned) {
-    beams.sigma = config_.scanned_sigma;
-    beams.scale_sigma = 0.0;  // its own lidar made it
-  }
-  field_.emplace(keyframes, map, beams);
+  field_.emplace(keyframes, map, scanned ? config_.scanned_beams : config_.beams);
   global_.emplace(field_->walls().wallPoints(), config_.search);
 }
 
@@ -68,11 +58,9 @@ std::optional<Pose2> PlaceSearch::leader(std::span<const PlaceFit> places) const
     const Pose2 T_newest_look = between(looks_.front().T_segment_newest, look.T_segment_newest);
     for (std::size_t i = 0; i < places.size(); ++i) {
       const Pose2& T_map_newest = places[i].T_map_newest;
-      const PlaceFit fit = searches == 1
-                               ? places[i]
-                               : fitPlace(*field_, look.view.scaled(places[i].scale), T_map_newest * T_newest_look);
-      const Pose2 moved = between(T_map_newest, fit.T_map_newest * T_newest_look.inverse());
-      contenders[i].sum += fit.log_likelihood;
+      const PlaceFit seen = searches == 1 ? places[i] : fit(look.view, T_map_newest * T_newest_look, places[i].scale);
+      const Pose2 moved = between(T_map_newest, seen.T_map_newest * T_newest_look.inverse());
+      contenders[i].sum += seen.log_likelihood;
       contenders[i].moved += Eigen::Vector3d(moved.x, moved.y, moved.theta);
     }
     const auto less = [](const Contender& a, const Contender& b) { return a.sum < b.sum; };
@@ -94,7 +82,7 @@ std::optional<Pose2> PlaceSearch::leader(std::span<const PlaceFit> places) const
 /// found best the last time.
 std::vector<PlaceFit> PlaceSearch::candidates(const std::optional<PlaceWindow>& around) {
   const Look& look = looks_.front();
-  std::vector<PlaceFit> fits, places;
+  std::vector<PlaceFit> fits;
   for (const GlobalPlace& place :
        global_->search(sample_, config_.min_score, config_.places, config_.place_share, around)) {
     fits.push_back(fitPlace(*field_, look.view, place.T_map_query));
@@ -103,13 +91,7 @@ std::vector<PlaceFit> PlaceSearch::candidates(const std::optional<PlaceWindow>& 
     const Pose2 T_map_newest = T_map_segment * look.T_segment_newest;
     if (!around || around->holds(T_map_newest)) fits.push_back(fitPlace(*field_, look.view, T_map_newest));
   }
-  sortLikeliestFirst(fits);
-  for (const PlaceFit& fit : fits) {
-    const bool known = std::any_of(places.begin(), places.end(),
-                                   [&](const PlaceFit& other) { return same(other.T_map_newest, fit.T_map_newest); });
-    if (!known) places.push_back(fit);
-  }
-  fitScale(places);
+  const std::vector<PlaceFit> places = fitScale(each(std::move(fits)));
   T_map_segments_.clear();
   for (const PlaceFit& place : places) {
     if (static_cast<int>(T_map_segments_.size()) == config_.contenders) break;
@@ -118,23 +100,43 @@ std::vector<PlaceFit> PlaceSearch::candidates(const std::optional<PlaceWindow>& 
   return places;
 }
 
+/// The places, likeliest first, each once.
+std::vector<PlaceFit> PlaceSearch::each(std::vector<PlaceFit> places) const {
+  std::sort(places.begin(), places.end(),
+            [](const PlaceFit& a, const PlaceFit& b) { return a.log_likelihood > b.log_likelihood; });
+  std::vector<PlaceFit> others;
+  for (const PlaceFit& place : places) {
+    const bool known = std::any_of(others.begin(), others.end(),
+                                   [&](const PlaceFit& other) { return same(other.T_map_newest, place.T_map_newest); });
+    if (!known) others.push_back(place);
+  }
+  return others;
+}
+
+/// Lays a view, were it so much longer, at the price of how unlikely that is.
+PlaceFit PlaceSearch::fit(const SegmentView& view, const Pose2& T_map_newest, double scale) const {
+  if (scale == 1.0) return fitPlace(*field_, view, T_map_newest);
+  const double sigmas = (scale - 1.0) / field_->model().scale_sigma;
+  PlaceFit scaled = fitPlace(*field_, view.scaled(scale), T_map_newest);
+  scaled.scale = scale;
+  scaled.log_likelihood -= 0.5 * sigmas * sigmas;
+  return scaled;
+}
+
 /// Fits the best places again, were the map as much longer or shorter as it may well be: walls far ahead and the way
 /// to walls long passed then agree with each other.
-void PlaceSearch::fitScale(std::vector<PlaceFit>& places) const {
+std::vector<PlaceFit> PlaceSearch::fitScale(std::vector<PlaceFit> places) const {
   const double sigma = field_->model().scale_sigma;
-  if (sigma <= 0.0) return;
-  const std::vector<PlaceFit> unscaled(places.begin(),
-                                       places.begin() + std::min(std::ssize(places), std::ptrdiff_t{kScaled}));
-  for (const double scale : {1.0 - sigma, 1.0 + sigma}) {
-    const SegmentView view = looks_.front().view.scaled(scale);
-    for (std::size_t i = 0; i < unscaled.size(); ++i) {
-      PlaceFit fit = fitPlace(*field_, view, unscaled[i].T_map_newest);
-      fit.scale = scale;
-      fit.log_likelihood -= 0.5;  // one sigma from what is likeliest
-      if (fit.log_likelihood > places[i].log_likelihood) places[i] = fit;
+  if (sigma <= 0.0) return places;
+  const SegmentView& view = looks_.front().view;
+  for (std::size_t i = 0; i < std::min(places.size(), kScaled); ++i) {
+    const Pose2 T_map_newest = places[i].T_map_newest;
+    for (const double scale : {1.0 - sigma, 1.0 + sigma}) {
+      const PlaceFit scaled = fit(view, T_map_newest, scale);
+      if (scaled.log_likelihood > places[i].log_likelihood) places[i] = scaled;
     }
   }
-  sortLikeliestFirst(places);
+  return each(std::move(places));
 }
 
 bool PlaceSearch::same(const Pose2& a, const Pose2& b) const {

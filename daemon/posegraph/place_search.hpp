@@ -23,8 +23,11 @@ struct PlaceSearchConfig {
   double min_score = 0.35;      ///< [1] of the search
   int places = 120;             ///< best places of the search that are compared ...
   double place_share = 0.7;     ///< [1] ... if they reach such a share of the best one's score
-  BeamModel beams;              ///< that they are compared by ...
-  double scanned_sigma = 0.05;  ///< [m] ... of a wall's place in a map of scans, better known than in a building's plan
+  BeamModel beams;              ///< that they are compared by
+  /// ... or, in a map of the robot's own scans, which knows a wall's place better than a building's plan does, has the
+  /// lidar's scale and draws no wall too thick
+  BeamModel scanned_beams{
+      .sigma = 0.05, .scale_sigma = 0.0, .doorway = 0.0, .doubted = false, .face = 0.0, .gone_weight = 0.3};
   double part_length = 2.0;     ///< [m] of path that fits the map as it is
   double min_seen = 0.4;        ///< [1] of the walls seen are at their places in the map: else it is another building
   int searches = 4;             ///< newest ones whose log-likelihoods are averaged, at most
@@ -71,7 +74,9 @@ class PlaceSearch {
   };
   void sampleDirections();
   std::vector<PlaceFit> candidates(const std::optional<PlaceWindow>& around);
-  void fitScale(std::vector<PlaceFit>& places) const;
+  PlaceFit fit(const SegmentView& view, const Pose2& T_map_newest, double scale) const;
+  std::vector<PlaceFit> fitScale(std::vector<PlaceFit> places) const;
+  std::vector<PlaceFit> each(std::vector<PlaceFit> places) const;
   std::optional<Pose2> leader(std::span<const PlaceFit> places) const;
 
   PlaceSearchConfig config_;

@@ -25,9 +25,9 @@ KeyframeGraph wallOf(int thickness) {
   return keyframes;
 }
 
-DecayField fieldOf(const KeyframeGraph& keyframes) {
+DecayField fieldOf(const KeyframeGraph& keyframes, const BeamModel& model = {}) {
   const int all[] = {0};
-  return DecayField(keyframes, all);
+  return DecayField(keyframes, all, model);
 }
 
 double through(const DecayField& field, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
@@ -36,13 +36,60 @@ double through(const DecayField& field, const Eigen::Vector2d& from, const Eigen
 }
 
 TEST(DecayField, AWallStopsTheSameShareHoweverThickItWasDrawn) {
-  for (const int thickness : {1, 2, 6}) {
-    const KeyframeGraph keyframes = wallOf(thickness);
-    const DecayField field = fieldOf(keyframes);
-    EXPECT_NEAR(field.walls().thickness(), thickness * kCell, 0.1 * thickness * kCell);
-    const double log_through = through(field, {0.03, -1.5}, {0.03, 3.0});
-    EXPECT_NEAR(log_through, field.model().logThrough(), 0.35 * std::abs(field.model().logThrough())) << thickness;
+  BeamModel model;
+  for (const double share : {1.0, 0.5}) {  // of a wall that counts
+    model.face = 1.0 - share;
+    for (const int thickness : {2, 4, 8}) {
+      const KeyframeGraph keyframes = wallOf(thickness);
+      const DecayField field = fieldOf(keyframes, model);
+      EXPECT_NEAR(field.walls().thickness(), thickness * kCell, 0.1 * thickness * kCell);
+      const double log_through = through(field, {0.03, -1.5}, {0.03, 3.0});
+      EXPECT_NEAR(log_through, share * model.logThrough(), 0.35 * share * std::abs(model.logThrough()))
+          << share << " " << thickness;
+    }
   }
+}
+
+/// A corridor's wall is drawn 0.3 m thick, its true face lies anywhere in it.
+TEST(DecayField, ABeamAlongAWallMayCutItsFaceButNotComeThrough) {
+  const KeyframeGraph keyframes = wallOf(3);
+  BeamModel whole;
+  whole.face = 0.0;
+  const DecayField field = fieldOf(keyframes), sharp = fieldOf(keyframes, whole);
+  const Eigen::Vector2d from(-3.8, -0.05), within(3.8, 0.09), beyond(3.8, 0.7);
+  EXPECT_EQ(through(field, from, within), 0.0);
+  EXPECT_LT(through(sharp, from, within), 0.0);
+  EXPECT_LT(through(field, from, beyond), 0.3 * whole.logThrough());
+}
+
+/// Two rooms, and in the wall between them a gap from x = -w/2 to w/2 [m].
+KeyframeGraph roomsWithGap(double width) {
+  KeyframeGraph keyframes = wallOf(2);
+  auto scan = std::make_shared<StoredScan>(*keyframes.scan(0));
+  const auto in_gap = [&](float x) { return std::abs(x) < 0.5 * width; };
+  std::erase_if(scan->points, [&](const auto& point) { return in_gap(point.x); });
+  std::erase_if(scan->solid, [&](const auto& point) { return in_gap(point.x()); });
+  for (int column = -40; column < 40; ++column) {
+    const auto x = static_cast<float>((column + 0.5) * kCell);
+    for (int row = in_gap(x) ? 0 : 2; row < 20; ++row) {
+      scan->free.emplace_back(x, static_cast<float>((row + 0.5) * kCell));
+    }
+  }
+  KeyframeGraph rooms;
+  rooms.add(scan, {});
+  return rooms;
+}
+
+TEST(DecayField, ADoorwayMayBeClosedAWiderGapOrARoomMayNot) {
+  BeamModel model;
+  const KeyframeGraph door = roomsWithGap(1.0), gate = roomsWithGap(2.5);
+  const double in_free = std::log(model.rate_free);
+  EXPECT_GT(fieldOf(door).logRate({0.02, 0.1}, 3.0), in_free + 1.0);
+  EXPECT_EQ(through(fieldOf(door), {0.02, -1.5}, {0.02, 1.5}), 0.0);  // nor is an open one anything amiss
+  EXPECT_NEAR(fieldOf(gate).logRate({0.02, 0.1}, 3.0), in_free, 0.1);
+  for (const double y : {-1.0, 1.0}) EXPECT_NEAR(fieldOf(door).logRate({0.02, y}, 3.0), in_free, 0.1);
+  model.doorway = 0.0;
+  EXPECT_NEAR(fieldOf(door, model).logRate({0.02, 0.1}, 3.0), in_free, 0.3);
 }
 
 TEST(DecayField, BeamsEndMostlyAtWallsThenWhereTheMapHasNotLookedAndSeldomInFreeSpace) {
