@@ -32,9 +32,8 @@ DecayField::DecayField(const KeyframeGraph& keyframes, std::span<const int> map,
   if (thickness <= 0.0) return;
   wall_rate_ = -model.logThrough() / thickness;
   unknown_rate_ = std::max(model.rate_unknown, model.unknown_as_wall * wall_rate_);
-  look();
-  levels_.resize(kLevels);
-  for (int i = 0; i < kLevels; ++i) blur((1 << i) * model.sigma, levels_[static_cast<std::size_t>(i)]);
+  const std::vector<float> wall = look();
+  for (int i = 0; i < kLevels; ++i) levels_.push_back(blurred(wall, (1 << i) * model.sigma));
   for (int i = 1; i < kLevels; ++i) {  // where sigmaAt() is the geometric mean of two levels
     coarser_.push_back(model.sigma * std::sqrt(std::exp2(2 * i - 1) - 1.0) / model.sigma_per_metre);
   }
@@ -94,26 +93,29 @@ bool DecayField::isFace(int column, int row) const {
   return false;
 }
 
-void DecayField::look() {
+/// Fills face_.
+/// @return [1] of a wall's rate, by cell
+std::vector<float> DecayField::look() {
   const int columns = walls_.columns(), rows = walls_.rows();
-  wall_.assign(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 0.0F);
-  face_.assign(wall_.size(), false);
+  std::vector<float> wall(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 0.0F);
+  face_.assign(wall.size(), false);
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
       const std::size_t cell = cellAt(column, row);
       const WallField::Known known = walls_.known(cell);
       if (known == WallField::Known::kSolid) {
-        wall_[cell] = 1.0F;
+        wall[cell] = 1.0F;
         face_[cell] = isFace(column, row);
       } else if (known == WallField::Known::kFree && model_.doorway > 0.0 && isDoorway(column, row)) {
-        wall_[cell] = static_cast<float>(model_.doorway);
+        wall[cell] = static_cast<float>(model_.doorway);
       }
     }
   }
+  return wall;
 }
 
-/// Fills a level: the walls' rate under a Gaussian, and that of the space around them.
-void DecayField::blur(double sigma, std::vector<std::uint8_t>& level) const {
+/// A level: the walls' rate under a Gaussian, and that of the space around them.
+std::vector<std::uint8_t> DecayField::blurred(const std::vector<float>& wall, double sigma) const {
   const int columns = walls_.columns(), rows = walls_.rows();
   const int reach = static_cast<int>(std::ceil(kSigmas * sigma / walls_.cell()));
   std::vector<float> kernel(static_cast<std::size_t>(2 * reach + 1));
@@ -124,13 +126,13 @@ void DecayField::blur(double sigma, std::vector<std::uint8_t>& level) const {
   }
   for (float& k : kernel) k /= sum;
   // Each solid cell is spread over its row, then each row over its column: most of a map is not solid.
-  std::vector<float> along(wall_.size(), 0.0F), both(wall_.size(), 0.0F);
+  std::vector<float> along(wall.size(), 0.0F), both(wall.size(), 0.0F);
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
-      const float wall = wall_[cellAt(column, row)];
-      if (wall == 0.0F) continue;
+      const float rate = wall[cellAt(column, row)];
+      if (rate == 0.0F) continue;
       for (int c = std::max(0, column - reach); c <= std::min(columns - 1, column + reach); ++c) {
-        along[cellAt(c, row)] += wall * kernel[static_cast<std::size_t>(c - column + reach)];
+        along[cellAt(c, row)] += rate * kernel[static_cast<std::size_t>(c - column + reach)];
       }
     }
   }
@@ -143,12 +145,13 @@ void DecayField::blur(double sigma, std::vector<std::uint8_t>& level) const {
       }
     }
   }
-  level.resize(both.size());
+  std::vector<std::uint8_t> level(both.size());
   for (std::size_t i = 0; i < both.size(); ++i) {
     const double around = walls_.known(i) == WallField::Known::kNothing ? unknown_rate_ : model_.rate_free;
     const double log_rate = std::log(wall_rate_ * static_cast<double>(both[i]) + around);
     level[i] = static_cast<std::uint8_t>(std::clamp(std::lround((log_rate - kLowest) / kStep), 0L, 255L));
   }
+  return level;
 }
 
 std::size_t DecayField::levelOf(double range) const {

@@ -17,7 +17,8 @@ namespace slam {
 /// come through as well.
 struct BeamModel {
   double sigma = 0.10;             ///< [m] of a wall's place in a map, and ...
-  double sigma_per_metre = 0.005;  ///< [1] ... of that relative to the robot: a map is bent by so much
+  double sigma_per_metre = 0.003;  ///< [1] ... of that relative to the robot
+  double rigid_range = 15.0;       ///< [m] around the robot in which a map is bent by no more than that; 0: however far
   double scale_sigma = 0.015;      ///< [1] of a map's scale against the robot's, whose lidar and wheels did not make it
   double stopped = 0.8;            ///< [1] share of the beams that end at a wall of the map, and do not go through it
   double rate_free = 0.03;         ///< [1/m] where the map saw nothing: people, chairs, doors that are closed now
@@ -28,7 +29,7 @@ struct BeamModel {
   bool doubted = true;           ///< behind a wall that a beam went through the map is too old to say what is free
   double correlation = 0.5;      ///< [m] of wall, all of which the map has or has not: it testifies once
   double face = 0.5;  ///< [1] of a wall's thickness: a picture draws a wall too thick, so that a beam may graze it
-  double gone_weight = 0.7;  ///< [1] of walls that beams went through: what opened one often opened its neighbour
+  double gone_weight = 0.5;  ///< [1] of walls that beams went through: what opened one often opened its neighbour
   double gone_patch = 1.0;   ///< [m] side of the squares in which walls are gone together ...
   double gone_most = 2.0;    ///< [1] ... at the cost of so many walls at most
 
@@ -38,7 +39,7 @@ struct BeamModel {
   double logThrough() const { return std::log1p(-stopped); }
 };
 
-/// A whole map as beams see it, three bytes a cell of its raster. Built once for a map. Allocates.
+/// A whole map as beams see it, three bytes and a bit for a cell of its raster. Built once for a map. Allocates.
 class DecayField {
  public:
   DecayField(const KeyframeGraph& keyframes, std::span<const int> map, const BeamModel& model = {});
@@ -71,8 +72,8 @@ class DecayField {
   std::optional<double> toWall(int column, int row, double angle) const;
   bool isDoorway(int column, int row) const;
   bool isFace(int column, int row) const;
-  void look();
-  void blur(double sigma, std::vector<std::uint8_t>& level) const;
+  std::vector<float> look();
+  std::vector<std::uint8_t> blurred(const std::vector<float>& wall, double sigma) const;
   std::size_t levelOf(double range) const;
 
   WallField walls_;
@@ -81,7 +82,6 @@ class DecayField {
   double unknown_rate_ = 0.0;  // [1/m]
   double wall_threshold_ = 0.0;
   std::vector<std::vector<std::uint8_t>> levels_;  // log rates, of a wall known to sigma times 1, 2, 4, ...
-  std::vector<float> wall_;                        // [1] of a wall's rate, by cell
   std::vector<bool> face_;                         // of a wall, by cell
   std::vector<double> coarser_;                    // [m] ranges from where the next level is the nearer one
 };

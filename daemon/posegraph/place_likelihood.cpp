@@ -12,7 +12,8 @@ namespace {
 
 constexpr double kSameFace = 0.2;  // cosine: a point and a wall whose normals differ by more are two faces
 const Eigen::Vector3d kSearchSigma(0.3, 0.3, 0.05);  // [m, m, rad] of a place that the search found
-const Eigen::Vector3d kBendSigma(0.1, 0.1, 0.03);    // [m, m, rad] of the map's bend, from part to part
+const Eigen::Vector3d kBendSigma(0.1, 0.1, 0.03);    // [m, m, rad] of the map's bend, from part to part of the path
+const Eigen::Vector3d kAheadSigma(0.1, 0.1, 0.015);  // [m, m, rad] ... and to what was seen in a distance
 constexpr double kBentPerMetre = 0.02;               // [1] before a part is laid
 constexpr int kIterations = 8;
 constexpr double kSettled = 0.005;  // [m] at one metre
@@ -96,7 +97,8 @@ void settle(const DecayField& field, const SegmentView& view, double weight, std
 
 }  // namespace
 
-void SegmentView::gather(const KeyframeGraph& keyframes, int oldest, int newest, double length, double part) {
+void SegmentView::gather(const KeyframeGraph& keyframes, int oldest, int newest, double length, double part,
+                         double rigid_range) {
   struct Nearest {
     double range;
     std::size_t part;
@@ -113,7 +115,9 @@ void SegmentView::gather(const KeyframeGraph& keyframes, int oldest, int newest,
     if (path > length) break;
     const Pose2 T_newest_id = T_newest_map * keyframes.pose(id);
     const PointTransform in_newest(T_newest_id);
-    if (path >= part * static_cast<double>(parts.size())) parts.push_back({T_newest_id, {}});
+    if (path >= part * static_cast<double>(parts.size())) {
+      parts.push_back({.T_newest_part = T_newest_id, .rays = {}, .beside = static_cast<int>(parts.size()) - 1});
+    }
     part_of.push_back(static_cast<int>(parts.size()) - 1);
     const PointTransform T_part_id(parts.back().T_newest_part.inverse() * T_newest_id);
     const Eigen::Vector2d lidar = keyframes.scan(id)->T_base_lidar.translation();
@@ -129,6 +133,20 @@ void SegmentView::gather(const KeyframeGraph& keyframes, int oldest, int newest,
   }
   for (const auto& [key, nearest] : cells) parts[nearest.part].rays.push_back(nearest.ray);
   rays = static_cast<int>(cells.size());
+  if (rigid_range > 0.0) splitByRange(rigid_range);
+}
+
+/// Where a map bends, a part that fits the walls around the robot misses those far ahead.
+void SegmentView::splitByRange(double rigid_range) {
+  for (std::size_t i = 0; i < parts.size(); ++i) {  // those that are added, too
+    const double least = parts[i].least_range + rigid_range;
+    std::vector<Ray>& near = parts[i].rays;
+    const auto far = std::stable_partition(near.begin(), near.end(), [&](const Ray& ray) { return ray.range < least; });
+    if (far == near.end()) continue;
+    Part ahead{parts[i].T_newest_part, {far, near.end()}, static_cast<int>(i), least};
+    near.erase(far, near.end());
+    parts.push_back(std::move(ahead));
+  }
 }
 
 SegmentView SegmentView::scaled(double scale) const {
@@ -151,11 +169,15 @@ PlaceFit fitPlace(const DecayField& field, const SegmentView& view, const Pose2&
   const BeamModel& model = field.model();
   const double weight = std::min(1.0, view.cell / model.correlation);
   std::vector<Pose2> T_map_part;
-  Pose2 guess = T_map_newest;
-  for (std::size_t i = 0; i < view.parts.size(); ++i) {
-    const SegmentView::Part& part = view.parts[i];
-    if (i > 0) guess = T_map_part.back() * between(view.parts[i - 1].T_newest_part, part.T_newest_part);
-    T_map_part.push_back(align(field.walls(), part.rays, guess, i == 0 ? kSearchSigma : kBendSigma, weight, model));
+  for (const SegmentView::Part& part : view.parts) {
+    Pose2 guess = T_map_newest;
+    const Eigen::Vector3d* sigma = &kSearchSigma;
+    if (part.beside >= 0) {
+      const auto beside = static_cast<std::size_t>(part.beside);
+      guess = T_map_part[beside] * between(view.parts[beside].T_newest_part, part.T_newest_part);
+      sigma = part.least_range > 0.0 ? &kAheadSigma : &kBendSigma;
+    }
+    T_map_part.push_back(align(field.walls(), part.rays, guess, *sigma, weight, model));
   }
   settle(field, view, weight, T_map_part);
   fit.T_map_newest = T_map_part.front();

@@ -14,24 +14,30 @@ struct SegmentView {
     Eigen::Vector2d from, to, normal;  // [m] in the part's frame
     double range;                      // [m]
   };
-  /// A stretch of the path, short enough to fit a bent map as it is.
+  /// What a stretch of the path saw near it, or in some distance: small enough to fit a bent map as it is.
   struct Part {
     Pose2 T_newest_part;
     std::vector<Ray> rays;
+    int beside = -1;           ///< part that the map can be bent against; -1: none
+    double least_range = 0.0;  ///< [m] of its rays
   };
-  std::vector<Part> parts;   ///< newest first
+  std::vector<Part> parts;   ///< newest first, then those in a distance
   std::vector<int> part_of;  ///< by keyframe, newest first
   int rays = 0;
   double cell = 0.25;  ///< [m] of wall that gives one ray, the shortest
 
   /// @param length [m] of the newest path  @param part [m] of path
-  void gather(const KeyframeGraph& keyframes, int oldest, int newest, double length, double part);
+  /// @param rigid_range [m] what lies further, or twice as far, is a part of its own; 0: however far
+  void gather(const KeyframeGraph& keyframes, int oldest, int newest, double length, double part, double rigid_range);
   /// The same, were all its ways and ranges longer.
   SegmentView scaled(double scale) const;
+
+ private:
+  void splitByRange(double rigid_range);
 };
 
-/// Compares what a segment saw with a place in the map: the path is laid there part by part, each matched to the map
-/// and bound to the one before it as firmly as a map may be bent; all of it is moved to where its beams end most
+/// Compares what a segment saw with a place in the map: it is laid there part by part, each matched to the map and
+/// bound to the one beside it as firmly as a map may be bent; all of it is moved to where its beams end most
 /// likely; and what they ended at and went through is judged by the beam model.
 struct PlaceFit {
   Pose2 T_map_newest;

@@ -20,6 +20,7 @@ void PlaceSearch::begin(const KeyframeGraph& keyframes, std::span<const int> map
   begin();
   const bool scanned = std::none_of(map.begin(), map.end(), [&](int id) { return !keyframes.scan(id)->free.empty(); });
   field_.emplace(keyframes, map, scanned ? config_.scanned_beams : config_.beams);
+  min_lead_ = config_.min_lead * (scanned ? 1.0 : config_.picture_lead);
   global_.emplace(field_->walls().wallPoints(), config_.search);
 }
 
@@ -34,7 +35,7 @@ PlaceSearch::Result PlaceSearch::search(const KeyframeGraph& keyframes, int olde
   keyframes.gather(newest, oldest, config_.query_length, config_.max_query_points, query_);
   sampleDirections();
   Look look{{}, keyframes.pose(newest)};
-  look.view.gather(keyframes, oldest, newest, config_.query_length, config_.part_length);
+  look.view.gather(keyframes, oldest, newest, config_.query_length, config_.part_length, field_->model().rigid_range);
   looks_.push_front(std::move(look));
   if (static_cast<int>(looks_.size()) > config_.searches) looks_.pop_back();
   const std::vector<PlaceFit> places = candidates(around);
@@ -70,7 +71,7 @@ std::optional<Pose2> PlaceSearch::leader(std::span<const PlaceFit> places) const
       if (other != best) second = std::max(second, other->sum);
     }
     const auto n = static_cast<double>(searches);
-    if ((best->sum - second) / n < config_.min_lead * (1.0 + 1.0 / n)) continue;
+    if ((best->sum - second) / n < min_lead_ * (1.0 + 1.0 / n)) continue;
     const Eigen::Vector3d moved = best->moved / n;
     return places[static_cast<std::size_t>(best - contenders.begin())].T_map_newest *
            Pose2{moved.x(), moved.y(), moved.z()};

@@ -26,14 +26,21 @@ struct PlaceSearchConfig {
   BeamModel beams;              ///< that they are compared by
   /// ... or, in a map of the robot's own scans, which knows a wall's place better than a building's plan does, has the
   /// lidar's scale and draws no wall too thick
-  BeamModel scanned_beams{
-      .sigma = 0.05, .scale_sigma = 0.0, .doorway = 0.0, .doubted = false, .face = 0.0, .gone_weight = 0.3};
+  BeamModel scanned_beams{.sigma = 0.05,
+                          .sigma_per_metre = 0.005,
+                          .rigid_range = 0.0,
+                          .scale_sigma = 0.0,
+                          .doorway = 0.0,
+                          .doubted = false,
+                          .face = 0.0,
+                          .gone_weight = 0.3};
   double part_length = 2.0;     ///< [m] of path that fits the map as it is
   double min_seen = 0.4;        ///< [1] of the walls seen are at their places in the map: else it is another building
   int searches = 4;             ///< newest ones whose log-likelihoods are averaged, at most
   int contenders = 10;          ///< best places that are judged by all of them
   double min_lead = 8.0;        ///< of the best place's log-likelihood over any other's, in the mean of many searches;
-                                ///< in n of them 1 + 1/n times as much
+                                ///< in n of them 1 + 1/n times as much ...
+  double picture_lead = 0.75;   ///< [1] ... of which a picture, whose walls are less sharp, gives such a share
   double same_distance = 0.75;  ///< [m] results nearer than this ...
   double same_rotation = 0.2;   ///< [rad] ... are one place
 };
@@ -82,6 +89,7 @@ class PlaceSearch {
   PlaceSearchConfig config_;
   std::optional<GlobalSearch> global_;
   std::optional<DecayField> field_;
+  double min_lead_ = 0.0;
   std::deque<Look> looks_;             // of this segment, newest first
   std::vector<Pose2> T_map_segments_;  // where the newest search's best places put it
   ScanPoints query_;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "posegraph/place_likelihood.hpp"
 
+#include <algorithm>
 #include <gtest/gtest.h>
+#include <numbers>
 #include <numeric>
 
 #include "support/simulated_keyframes.hpp"
@@ -14,13 +16,14 @@ const Eigen::Vector3d kStep(0.002, 0.002, 0.0005);
 /// A map of keyframes along the x axis, and what a robot sees that drives there.
 class Drive {
  public:
-  Drive(const Place& map, const Place& now, double from, double to) : map_drive_(map), drive_(now, 7) {
+  Drive(const Place& map, const Place& now, double from, double to, const BeamModel& model = {})
+      : map_drive_(map), drive_(now, 7) {
     for (double x = from; x <= to; x += 0.5) {
       map_.add(std::make_shared<const StoredScan>(map_drive_.at({x, 0.0, 0.0}, Pose2{}, kStep)), {x, 0.0, 0.0});
     }
     std::vector<int> ids(static_cast<std::size_t>(map_.size()));
     std::iota(ids.begin(), ids.end(), 0);
-    field.emplace(map_, ids);
+    field.emplace(map_, ids, model);
   }
   /// Sees from a stretch of the path that ends at a pose.
   SegmentView seen(const Pose2& newest, double length) {
@@ -30,7 +33,7 @@ class Drive {
       segment.add(std::make_shared<const StoredScan>(keyframe), keyframe.T_map_base);
     }
     SegmentView view;
-    view.gather(segment, 0, segment.size() - 1, 8.0, 2.0);
+    view.gather(segment, 0, segment.size() - 1, 8.0, 2.0, field->model().rigid_range);
     return view;
   }
   std::optional<DecayField> field;
@@ -40,12 +43,16 @@ class Drive {
   KeyframeGraph map_;
 };
 
-Place corridorWithRecesses(double scale = 1.0) {
+/// @param bend [rad] of what lies beyond its middle
+Place corridorWithRecesses(double scale = 1.0, double bend = 0.0) {
   Place place{.name = "Recesses", .low = {-12 * scale, -2 * scale}, .high = {12 * scale, 2 * scale}};
   std::vector<Eigen::Vector2d> corners{{-12, -1.2}, {12, -1.2}, {12, 1.2}, {9, 1.2},  {9, 1.7}, {8, 1.7},
                                        {8, 1.2},    {1, 1.2},   {1, 1.7},  {0, 1.7},  {0, 1.2}, {-5, 1.2},
                                        {-5, 1.7},   {-6, 1.7},  {-6, 1.2}, {-12, 1.2}};
-  for (Eigen::Vector2d& corner : corners) corner *= scale;
+  for (Eigen::Vector2d& corner : corners) {
+    corner *= scale;
+    if (corner.x() > 0.0) corner = Pose2{0.0, 0.0, bend} * corner;
+  }
   addWalls(place.world, corners);
   return place;
 }
@@ -86,6 +93,61 @@ TEST(PlaceLikelihood, AMapThatIsLongerThanTheLidarSaysFitsASegmentOfItsScale) {
   EXPECT_GT(scaled.log_likelihood, as_measured.log_likelihood + 3.0);
   EXPECT_GT(scaled.log_likelihood, fitPlace(*drive.field, view.scaled(1.0 / kScale), in_map).log_likelihood + 6.0);
   EXPECT_NEAR(scaled.T_map_newest.x, in_map.x, 0.1);
+}
+
+TEST(PlaceLikelihood, WhatIsSeenInADistanceFitsAMapThatBends) {
+  BeamModel bent, straight;
+  straight.rigid_range = 0.0;
+  Place map = corridorWithRecesses(2.0, 0.03), now = corridorWithRecesses(2.0);
+  map.reach = now.reach = 50.0;
+  const Pose2 truth{-16.0, 0.0, 0.0};
+  Drive with(map, now, -20.0, 20.0, bent), without(map, now, -20.0, 20.0, straight);
+  const PlaceFit fit = fitPlace(*with.field, with.seen(truth, 3.0), truth),
+                 rigid = fitPlace(*without.field, without.seen(truth, 3.0), truth);
+  EXPECT_GT(fit.log_likelihood, rigid.log_likelihood + 4.0);
+  EXPECT_GT(fit.seen, rigid.seen);
+  EXPECT_LT(std::hypot(fit.T_map_newest.x - truth.x, fit.T_map_newest.y - truth.y), 0.15);
+}
+
+TEST(PlaceLikelihood, ASegmentSplitByRangeHasEachRayOnceAtItsPlace) {
+  Drive drive(corridorWithRecesses(), corridorWithRecesses(), -10.0, 10.0);
+  BeamModel model;
+  model.rigid_range = 4.0;
+  Drive split(corridorWithRecesses(), corridorWithRecesses(), -10.0, 10.0, model);
+  const SegmentView whole = drive.seen({0.0, 0.0, 0.0}, 3.0), view = split.seen({0.0, 0.0, 0.0}, 3.0);
+  const auto ends = [](const SegmentView& of) {
+    std::vector<std::pair<double, double>> points;
+    for (const SegmentView::Part& part : of.parts) {
+      EXPECT_LT(part.beside, &part - of.parts.data());
+      for (const SegmentView::Ray& ray : part.rays) {
+        EXPECT_GE(ray.range, part.least_range);
+        const Eigen::Vector2d p = part.T_newest_part * ray.to;
+        points.emplace_back(p.x(), p.y());
+      }
+    }
+    std::sort(points.begin(), points.end());
+    return points;
+  };
+  EXPECT_GT(view.parts.size(), whole.parts.size());
+  EXPECT_EQ(view.rays, whole.rays);
+  EXPECT_EQ(ends(view), ends(whole));
+}
+
+/// A partition was taken away since the map was made, and things were put where it had shown free space: no worse than
+/// where the map has not looked.
+TEST(PlaceLikelihood, BehindAWallThatIsGoneTheMapNoLongerSaysWhatIsFree) {
+  Place map{.name = "Rooms", .low = {-4, -3}, .high = {8, 3}}, now{.name = "Hall", .low = {-4, -3}, .high = {8, 3}};
+  for (Place* place : {&map, &now}) addWalls(place->world, {{-4, -3}, {8, -3}, {8, 3}, {-4, 3}});
+  addWalls(map.world, {{2.0, -3.0}, {2.0, 3.0}});
+  for (const double y : {-2.0, -0.7, 0.7, 2.0}) now.world.add(sim::Cylinder{4.0, y, 0.3});
+  BeamModel doubted, believed;
+  believed.doubted = false;
+  for (const Pose2& pose : {Pose2{0.0, 0.0, 0.0}, Pose2{0.0, 0.0, std::numbers::pi}}) {
+    Drive with(map, now, -3.0, 7.0, doubted), without(map, now, -3.0, 7.0, believed);
+    const double gain = fitPlace(*with.field, with.seen(pose, 0.5), pose).log_likelihood -
+                        fitPlace(*without.field, without.seen(pose, 0.5), pose).log_likelihood;
+    EXPECT_GT(gain, 5.0);
+  }
 }
 
 /// Two rooms that are alike but for the things in one of them: where a beam that came through has a wall near its end,

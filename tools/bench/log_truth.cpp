@@ -183,7 +183,7 @@ LogTruth fitLog(const std::vector<LogSample>& samples, const Config& config, con
   const KeyframeGraph& keyframes = own.keyframes();
   const int newest = keyframes.size() - 1;
   SegmentView whole;
-  whole.gather(keyframes, 0, newest, std::numeric_limits<double>::infinity(), kPart);
+  whole.gather(keyframes, 0, newest, std::numeric_limits<double>::infinity(), kPart, 0.0);
   std::vector<Eigen::Vector2d> query, all;
   for (const SegmentView::Part& part : whole.parts) {
     for (const SegmentView::Ray& ray : part.rays) all.push_back(part.T_newest_part * ray.to);
