@@ -16,7 +16,13 @@ const Eigen::Vector3d kStep(0.002, 0.002, 0.0005);
 /// A map of both rooms, and a segment that was driven in the first.
 class Searched {
  public:
-  explicit Searched(const PlaceSearchConfig& config = {}) : map_drive_(twins(), 1), drive_(twins(), 2), places(config) {
+  explicit Searched(const PlaceSearchConfig& config = {}, bool picture = false)
+      : map_drive_(twins(), 1), drive_(twins(), 2), places(config) {
+    if (picture) {  // such cells have pictures alone
+      auto cell = std::make_shared<StoredScan>();
+      cell->free.emplace_back(0.0F, 0.0F);
+      keyframes.add(cell, {});
+    }
     for (const double x : {0.0, kTwins}) {
       for (double s = -1.0; s <= 2.0; s += 0.5)
         add(map_drive_.at({x + s, 0.0, 0.0}, Pose2{}, kStep), {x + s, 0.0, 0.0});
@@ -84,6 +90,19 @@ TEST(PlaceSearch, BelievesNoPlaceWhereTooLittleIsSeenAsMapped) {
   config.min_seen = 1.01;  // more than all
   Searched searched(config);
   EXPECT_EQ(searched.search(PlaceWindow{searched.truth, 1.5, 0.5}).outcome, Outcome::kElsewhere);
+}
+
+TEST(PlaceSearch, JudgesAPictureByItsOwnMeasure) {
+  PlaceSearchConfig config;
+  config.picture_lead = 0.0;
+  EXPECT_EQ(Searched(config).search().outcome, Outcome::kAmbiguous);
+  EXPECT_EQ(Searched(config, true).search().outcome, Outcome::kFound);
+  config = {};
+  config.beams.stopped = 1e-9;  // of walls that stop nothing
+  const auto window = [](const Searched& searched) { return PlaceWindow{searched.truth, 1.5, 0.5}; };
+  Searched scanned(config), picture(config, true);
+  EXPECT_EQ(scanned.search(window(scanned)).outcome, Outcome::kFound);
+  EXPECT_EQ(picture.search(window(picture)).outcome, Outcome::kElsewhere);
 }
 
 TEST(PlaceSearch, BelievesALoneContender) {
