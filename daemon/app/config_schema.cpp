@@ -270,8 +270,7 @@ void visitBackEnd(BackEndConfig& back_end, DriftConfig& drift, ConfigVisitor& v)
   v.field({"searches", "1", "newest ones whose log-likelihoods are averaged, at most"}, found.places.searches, 1, 100);
   v.field({"min_lead", "1",
            "of the best place's log-likelihood over any other's, in the mean of many searches; 1 + 1/n times it in n; "
-           "three "
-           "quarters of it in a picture"},
+           "three quarters of it in a picture"},
           found.places.min_lead, 1.0, 1000.0);
 }
 

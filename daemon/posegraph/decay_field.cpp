@@ -2,6 +2,7 @@
 #include "posegraph/decay_field.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <tuple>
@@ -39,21 +40,12 @@ DecayField::DecayField(const KeyframeGraph& keyframes, std::span<const int> map,
   }
 }
 
-std::size_t DecayField::cellAt(int column, int row) const {
-  return static_cast<std::size_t>(row) * static_cast<std::size_t>(walls_.columns()) + static_cast<std::size_t>(column);
-}
-
-WallField::Known DecayField::knownAt(int column, int row) const {
-  if (column < 0 || row < 0 || column >= walls_.columns() || row >= walls_.rows()) return WallField::Known::kNothing;
-  return walls_.known(cellAt(column, row));
-}
-
 /// Way [m] from the middle of a cell through free space to a wall no further away than a door is wide.
-std::optional<double> DecayField::toWall(int column, int row, double angle) const {
+std::optional<double> DecayField::toWall(int column, int row, const Eigen::Vector2d& direction) const {
   const double cell = walls_.cell();
   for (double s = cell; s <= model_.doorway_width; s += 0.5 * cell) {
-    const WallField::Known known = knownAt(column + static_cast<int>(std::lround(s / cell * std::cos(angle))),
-                                           row + static_cast<int>(std::lround(s / cell * std::sin(angle))));
+    const WallField::Known known = walls_.known(column + static_cast<int>(std::lround(s / cell * direction.x())),
+                                                row + static_cast<int>(std::lround(s / cell * direction.y())));
     if (known == WallField::Known::kSolid) return s;
     if (known != WallField::Known::kFree) break;
   }
@@ -63,18 +55,25 @@ std::optional<double> DecayField::toWall(int column, int row, double angle) cons
 /// Whether a free cell lies between two walls that are no further apart than a door is wide, with free space before
 /// and behind it.
 bool DecayField::isDoorway(int column, int row) const {
-  for (int i = 0; i < kDirections; ++i) {
-    const double angle = i * std::numbers::pi / kDirections, across = angle + 0.5 * std::numbers::pi;
-    const auto one = toWall(column, row, angle);
+  static const auto kAlong = [] {
+    std::array<Eigen::Vector2d, kDirections> along;
+    for (int i = 0; i < kDirections; ++i) {
+      const double angle = i * std::numbers::pi / kDirections;
+      along[static_cast<std::size_t>(i)] = {std::cos(angle), std::sin(angle)};
+    }
+    return along;
+  }();
+  for (const Eigen::Vector2d& along : kAlong) {
+    const auto one = toWall(column, row, along);
     if (!one) continue;
-    const auto other = toWall(column, row, angle + std::numbers::pi);
+    const auto other = toWall(column, row, -along);
     if (!other || *one + *other > model_.doorway_width) continue;
     bool open = true;
     for (double s = walls_.cell(); s <= kBeforeDoor; s += 0.5 * walls_.cell()) {
-      const int c = static_cast<int>(std::lround(s / walls_.cell() * std::cos(across)));
-      const int r = static_cast<int>(std::lround(s / walls_.cell() * std::sin(across)));
-      open &= knownAt(column + c, row + r) == WallField::Known::kFree;
-      open &= knownAt(column - c, row - r) == WallField::Known::kFree;
+      const int c = static_cast<int>(std::lround(s / walls_.cell() * -along.y()));
+      const int r = static_cast<int>(std::lround(s / walls_.cell() * along.x()));
+      open &= walls_.known(column + c, row + r) == WallField::Known::kFree;
+      open &= walls_.known(column - c, row - r) == WallField::Known::kFree;
     }
     if (open) return true;
   }
@@ -87,7 +86,7 @@ bool DecayField::isFace(int column, int row) const {
   for (int r = -reach; r <= reach; ++r) {
     const int across = reach - std::abs(r);
     for (int c = -across; c <= across; ++c) {
-      if (knownAt(column + c, row + r) == WallField::Known::kFree) return true;
+      if (walls_.known(column + c, row + r) == WallField::Known::kFree) return true;
     }
   }
   return false;
@@ -101,7 +100,7 @@ std::vector<float> DecayField::look() {
   face_.assign(wall.size(), false);
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
-      const std::size_t cell = cellAt(column, row);
+      const std::size_t cell = walls_.index(column, row);
       const WallField::Known known = walls_.known(cell);
       if (known == WallField::Known::kSolid) {
         wall[cell] = 1.0F;
@@ -129,19 +128,19 @@ std::vector<std::uint8_t> DecayField::blurred(const std::vector<float>& wall, do
   std::vector<float> along(wall.size(), 0.0F), both(wall.size(), 0.0F);
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
-      const float rate = wall[cellAt(column, row)];
+      const float rate = wall[walls_.index(column, row)];
       if (rate == 0.0F) continue;
       for (int c = std::max(0, column - reach); c <= std::min(columns - 1, column + reach); ++c) {
-        along[cellAt(c, row)] += rate * kernel[static_cast<std::size_t>(c - column + reach)];
+        along[walls_.index(c, row)] += rate * kernel[static_cast<std::size_t>(c - column + reach)];
       }
     }
   }
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
-      const float value = along[cellAt(column, row)];
+      const float value = along[walls_.index(column, row)];
       if (value == 0.0F) continue;
       for (int r = std::max(0, row - reach); r <= std::min(rows - 1, row + reach); ++r) {
-        both[cellAt(column, r)] += value * kernel[static_cast<std::size_t>(r - row + reach)];
+        both[walls_.index(column, r)] += value * kernel[static_cast<std::size_t>(r - row + reach)];
       }
     }
   }

@@ -67,9 +67,7 @@ class DecayField {
   double logPassed(std::vector<Passed>& passed) const;
 
  private:
-  std::size_t cellAt(int column, int row) const;
-  WallField::Known knownAt(int column, int row) const;
-  std::optional<double> toWall(int column, int row, double angle) const;
+  std::optional<double> toWall(int column, int row, const Eigen::Vector2d& direction) const;
   bool isDoorway(int column, int row) const;
   bool isFace(int column, int row) const;
   std::vector<float> look();

@@ -51,10 +51,7 @@ void WallField::spread() {
   std::priority_queue<Front> front;
   const auto push = [&](int column, int row, std::int32_t wall) {
     if (column < 0 || row < 0 || column >= columns_ || row >= rows_) return;
-    if (nearest_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-                 static_cast<std::size_t>(column)] >= 0) {
-      return;
-    }
+    if (nearest_[index(column, row)] >= 0) return;
     const Eigen::Vector2d centre = origin_ + cell_ * Eigen::Vector2d(column + 0.5, row + 0.5);
     const double distance = (walls_[static_cast<std::size_t>(wall)].position - centre).norm();
     if (distance <= config_.reach) front.push({static_cast<float>(distance), column, row, wall});
@@ -66,8 +63,7 @@ void WallField::spread() {
   while (!front.empty()) {
     const Front next = front.top();
     front.pop();
-    std::int32_t& wall = nearest_[static_cast<std::size_t>(next.row) * static_cast<std::size_t>(columns_) +
-                                  static_cast<std::size_t>(next.column)];
+    std::int32_t& wall = nearest_[index(next.column, next.row)];
     if (wall >= 0) continue;
     wall = next.wall;
     for (int r = -1; r <= 1; ++r) {
@@ -101,10 +97,7 @@ void WallField::mark(const KeyframeGraph& keyframes, std::span<const int> map) {
 
 /// A wall has two faces, each as long as the wall.
 void WallField::measure() {
-  const auto solid = [&](int column, int row) {
-    return known_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-                  static_cast<std::size_t>(column)] == Known::kSolid;
-  };
+  const auto solid = [&](int column, int row) { return known_[index(column, row)] == Known::kSolid; };
   std::int64_t cells = 0, faces = 0;
   for (int row = 0; row + 1 < rows_; ++row) {
     for (int column = 0; column + 1 < columns_; ++column) {
@@ -125,6 +118,11 @@ std::int64_t WallField::index(const Eigen::Vector2d& p_map) const {
   const Eigen::Vector2d at = (p_map - origin_) / cell_;
   if (!(at.x() >= 0.0 && at.y() >= 0.0 && at.x() < columns_ && at.y() < rows_)) return -1;
   return static_cast<std::int64_t>(at.y()) * columns_ + static_cast<std::int64_t>(at.x());
+}
+
+WallField::Known WallField::known(int column, int row) const {
+  if (column < 0 || row < 0 || column >= columns_ || row >= rows_) return Known::kNothing;
+  return known_[index(column, row)];
 }
 
 const WallField::Wall* WallField::nearest(const Eigen::Vector2d& p_map) const {

@@ -38,8 +38,13 @@ class WallField {
   /// What the map knows of a cell; kSolid: a wall, or within one.
   enum class Known : std::uint8_t { kNothing, kFree, kSolid };
   Known known(std::size_t cell) const { return known_[cell]; }
+  Known known(int column, int row) const;  ///< outside: nothing
   /// Cell of a point, row by row; -1: outside.
   std::int64_t index(const Eigen::Vector2d& p_map) const;
+  /// Of a column and a row that are inside.
+  std::size_t index(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column);
+  }
   double cell() const { return cell_; }           ///< [m]
   double reach() const { return config_.reach; }  ///< [m]
   int columns() const { return columns_; }
