@@ -40,13 +40,12 @@ PlaceSearch::Result PlaceSearch::search(const KeyframeGraph& keyframes, int olde
   if (static_cast<int>(looks_.size()) > config_.searches) looks_.pop_back();
   const std::vector<PlaceFit> places = candidates(around);
   if (places.empty() || places.front().seen < config_.min_seen) return {};
-  const std::optional<Pose2> best = leader(places);
-  return best ? Result{Outcome::kFound, *best} : Result{Outcome::kAmbiguous, {}};
+  return leader(places);
 }
 
 /// The place that leads all others, by the newest search or in the mean of the last ones. Each place is judged by what
 /// all of them saw, whether they found it themselves or not, and lies in the middle of where they put it.
-std::optional<Pose2> PlaceSearch::leader(std::span<const PlaceFit> places) const {
+PlaceSearch::Result PlaceSearch::leader(std::span<const PlaceFit> places) const {
   struct Contender {
     double sum = 0.0;  // of log-likelihoods
     /// [m, m, rad] sum over the searches, from where the newest one put it
@@ -54,6 +53,7 @@ std::optional<Pose2> PlaceSearch::leader(std::span<const PlaceFit> places) const
   };
   places = places.first(std::min(places.size(), static_cast<std::size_t>(config_.contenders)));
   std::vector<Contender> contenders(places.size());
+  Result result{.outcome = Outcome::kAmbiguous, .T_map_newest = {}, .needed = min_lead_};
   for (std::size_t searches = 1; searches <= looks_.size(); ++searches) {
     const Look& look = looks_[searches - 1];
     const Pose2 T_newest_look = between(looks_.front().T_segment_newest, look.T_segment_newest);
@@ -71,12 +71,17 @@ std::optional<Pose2> PlaceSearch::leader(std::span<const PlaceFit> places) const
       if (other != best) second = std::max(second, other->sum);
     }
     const auto n = static_cast<double>(searches);
-    if ((best->sum - second) / n < min_lead_ * (1.0 + 1.0 / n)) continue;
+    const double lead = (best->sum - second) / (n + 1.0);
+    if (searches > 1 && lead <= result.lead) continue;
     const Eigen::Vector3d moved = best->moved / n;
-    return places[static_cast<std::size_t>(best - contenders.begin())].T_map_newest *
-           Pose2{moved.x(), moved.y(), moved.z()};
+    result.T_map_newest = places[static_cast<std::size_t>(best - contenders.begin())].T_map_newest *
+                          Pose2{moved.x(), moved.y(), moved.z()};
+    result.lead = lead;
+    if (lead < min_lead_) continue;
+    result.outcome = Outcome::kFound;
+    break;
   }
-  return std::nullopt;
+  return result;
 }
 
 /// The places that the segment may have in the map, most likely first, each once: what the search finds, and what it

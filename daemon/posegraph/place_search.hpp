@@ -65,7 +65,9 @@ class PlaceSearch {
   enum class Outcome : std::uint8_t { kFound, kAmbiguous, kElsewhere };
   struct Result {
     Outcome outcome = Outcome::kElsewhere;  ///< kElsewhere: no place of the map fits
-    Pose2 T_map_newest;                     ///< if found
+    Pose2 T_map_newest;                     ///< best place, unless elsewhere
+    double lead = 0.0;    ///< of its log-likelihood over any other's, as if in the mean of many searches
+    double needed = 0.0;  ///< lead from which on it is believed
   };
   /// @param oldest first keyframe of the segment
   /// @param around only places in this window; none: anywhere
@@ -84,7 +86,7 @@ class PlaceSearch {
   PlaceFit fit(const SegmentView& view, const Pose2& T_map_newest, double scale) const;
   std::vector<PlaceFit> fitScale(std::vector<PlaceFit> places) const;
   std::vector<PlaceFit> each(std::vector<PlaceFit> places) const;
-  std::optional<Pose2> leader(std::span<const PlaceFit> places) const;
+  Result leader(std::span<const PlaceFit> places) const;
 
   PlaceSearchConfig config_;
   std::optional<GlobalSearch> global_;

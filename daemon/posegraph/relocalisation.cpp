@@ -44,7 +44,8 @@ std::optional<Relocalisation::Found> Relocalisation::search(const KeyframeGraph&
   if (!places_.hasMap() || path_ - searched_at_ < config_.interval) return std::nullopt;
   searched_at_ = path_;
   ++counters_.searches;
-  const PlaceSearch::Result place = places_.search(keyframes, oldest, newest);
+  newest_ = places_.search(keyframes, oldest, newest);
+  const PlaceSearch::Result& place = newest_;
   if (place.outcome != PlaceSearch::Outcome::kFound) {
     ++(place.outcome == PlaceSearch::Outcome::kAmbiguous ? counters_.ambiguous : counters_.refused);
     return std::nullopt;

@@ -44,6 +44,8 @@ class Relocalisation {
     int searches = 0, found = 0, ambiguous = 0, refused = 0;
   };
   const Counters& counters() const { return counters_; }
+  /// What the newest search over the whole map found.
+  const PlaceSearch::Result& newest() const { return newest_; }
 
  private:
   void gather(const KeyframeGraph& keyframes, int oldest, int newest);
@@ -59,6 +61,7 @@ class Relocalisation {
   double path_ = 0.0, searched_at_ = -1e9;  // [m]
   int seen_ = -1;                           // keyframe that path_ ends at
   Counters counters_;
+  PlaceSearch::Result newest_;
 };
 
 }  // namespace slam

@@ -85,6 +85,8 @@ class BackEnd {
   /// Counts up whenever poses of known keyframes changed.
   int generation() const { return generation_; }
   const BackEndCounters& counters() const { return counters_; }
+  /// What the newest search for a lost robot found. @pre counters().relocalisation.searches > 0
+  const PlaceSearch::Result& newestSearch() const { return relocalisation_->newest(); }
 
  private:
   void beginSegment(const Keyframe& keyframe);

@@ -69,6 +69,21 @@ TEST(PlaceSearch, ChoosesBetweenAlikePlacesOnlyWhereAWindowDoes) {
   }
 }
 
+TEST(PlaceSearch, SaysByHowMuchTheBestPlaceLeads) {
+  Searched searched;
+  const auto alike = searched.search();
+  ASSERT_EQ(alike.outcome, Outcome::kAmbiguous);
+  EXPECT_GE(alike.lead, 0.0);
+  EXPECT_LT(alike.lead, 0.5 * alike.needed);
+  const double x = alike.T_map_newest.x > 0.5 * kTwins ? kTwins : 0.0;
+  EXPECT_NEAR(alike.T_map_newest.x, searched.truth.x + x, 0.1);
+  searched.places.begin();
+  const auto alone = searched.search(PlaceWindow{searched.truth, 1.5, 0.5});
+  ASSERT_EQ(alone.outcome, Outcome::kFound);
+  EXPECT_GE(alone.lead, alone.needed);
+  EXPECT_EQ(alone.needed, PlaceSearchConfig{}.min_lead);
+}
+
 TEST(PlaceSearch, FindsNothingInAWindowBesideTheMap) {
   Searched searched;
   EXPECT_EQ(searched.search(PlaceWindow{{10.0, 30.0, 0.0}, 2.0, 0.5}).outcome, Outcome::kElsewhere);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <numbers>
 #include <variant>
@@ -15,17 +16,19 @@
 namespace slam {
 namespace {
 
-constexpr double kRightDistance = 0.5;   // [m]
-constexpr double kRightRotation = 10.0;  // [deg]
+PlaceError errorOf(const Pose2& found, const Pose2& truth) {
+  const Pose2 error = between(truth, found);
+  return {std::hypot(error.x, error.y), std::abs(error.theta) * 180.0 / std::numbers::pi};
+}
 
 /// A robot in a given map, fed with samples in their order.
 class Robot {
  public:
-  Robot(const Config& config, const MapState& map)
+  Robot(const Config& config, const BackEndConfig& back_end, const MapState& map)
       : localizer_(
             std::make_unique<Localizer>(localizerConfig(config), nullptr,
                                         LocalizerStart{.first_keyframe = map.keyframes.size(), .in_known_map = true})),
-        back_end_(backEndConfig(config)) {
+        back_end_(back_end) {
     back_end_.load(map.keyframes, map.in_map);
   }
 
@@ -38,6 +41,8 @@ class Robot {
   Pose2 pose() const { return pose_; }
   bool placed() const { return localizer_->placed(); }
   const std::vector<double>& searchMilliseconds() const { return search_ms_; }
+  int searches() const { return back_end_.counters().relocalisation.searches; }
+  const PlaceSearch::Result& newestSearch() const { return back_end_.newestSearch(); }
 
  private:
   void addScan(const LaserScan& scan) {
@@ -46,10 +51,10 @@ class Robot {
     pose_ = localizer_->estimate(outcome.stamp).T_map_base;
   }
   void addKeyframe(const Keyframe& keyframe) {
-    const int searches = back_end_.counters().relocalisation.searches;
+    const int before = searches();
     const auto start = std::chrono::steady_clock::now();
     back_end_.add(keyframe);
-    if (back_end_.counters().relocalisation.searches > searches) {
+    if (searches() > before) {
       search_ms_.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
     }
     if (auto correction = back_end_.takeCorrection()) {
@@ -67,13 +72,15 @@ class Robot {
 }  // namespace
 
 ColdStartReport coldStarts(const std::filesystem::path& log, const Config& config, const MapState& map, int places,
-                           double seconds, const std::function<void(int done)>& progress) {
+                           double seconds, bool believe_none, const std::function<void(int done)>& progress) {
   const std::vector<LogSample> samples = readSamples(log);
   const LogTruth truth = fitLog(samples, config, map);
   std::vector<std::size_t> scans;  // sample of each row
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (std::holds_alternative<std::unique_ptr<LaserScan>>(samples[i])) scans.push_back(i);
   }
+  BackEndConfig back_end = backEndConfig(config);
+  if (believe_none) back_end.relocalisation.places.min_lead = std::numeric_limits<double>::infinity();
   ColdStartReport report;
   report.truth_seen = truth.seen;
   report.truth_lead = truth.lead;
@@ -84,24 +91,28 @@ ColdStartReport coldStarts(const std::filesystem::path& log, const Config& confi
     const Timestamp begin = stampOf(0) + place * span / places;
     std::size_t row = 0;
     while (stampOf(row) < begin) ++row;
-    Robot robot(config, map);
-    ColdStart start{.begin = toSeconds(begin - stampOf(0))};
+    Robot robot(config, back_end, map);
+    ColdStart start;
+    start.begin = toSeconds(begin - stampOf(0));
     for (std::size_t i = scans[row]; i < samples.size() && row < scans.size(); ++i) {
       if (stampOf(row) - begin > longest) break;
+      const int searches = robot.searches();
       robot.add(samples[i]);
       if (i != scans[row]) continue;
+      const double after = toSeconds(stampOf(row) - begin);
+      if (robot.searches() > searches && robot.newestSearch().outcome != PlaceSearch::Outcome::kElsewhere) {
+        const PlaceSearch::Result& found = robot.newestSearch();
+        start.searches.push_back({after, found.lead, errorOf(found.T_map_newest, truth.rows[row].T_map_base)});
+      }
       if (robot.placed()) {
-        const Pose2 error = between(truth.rows[row].T_map_base, robot.pose());
         start.found = true;
-        start.after = toSeconds(stampOf(row) - begin);
-        start.translation = std::hypot(error.x, error.y);
-        start.rotation = std::abs(error.theta) * 180.0 / std::numbers::pi;
+        start.after = after;
+        start.error = errorOf(robot.pose(), truth.rows[row].T_map_base);
         break;
       }
       ++row;
     }
-    const bool right = start.translation < kRightDistance && start.rotation < kRightRotation;
-    ++(!start.found ? report.not_yet : right ? report.right : report.wrong);
+    ++(!start.found ? report.not_yet : start.error.right() ? report.right : report.wrong);
     report.starts.push_back(start);
     const auto& times = robot.searchMilliseconds();
     report.search_ms.insert(report.search_ms.end(), times.begin(), times.end());

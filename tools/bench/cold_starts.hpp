@@ -9,13 +9,26 @@
 
 namespace slam {
 
+struct PlaceError {
+  double translation = 0.0;  ///< [m]
+  double rotation = 0.0;     ///< [deg]
+  bool right() const { return translation < 0.5 && rotation < 10.0; }
+};
+
+/// What a search over the whole map found.
+struct ColdSearch {
+  double after = 0.0;  ///< [s] from the start
+  double lead = 0.0;   ///< of its best place's log-likelihood over any other's, see PlaceSearch::Result
+  PlaceError error;
+};
+
 /// How a robot that was switched on somewhere in a map, without a guess, found itself.
 struct ColdStart {
   double begin = 0.0;  ///< [s] since the log's first scan
   bool found = false;
-  double after = 0.0;        ///< [s] from begin to when it was found
-  double translation = 0.0;  ///< [m] error then
-  double rotation = 0.0;     ///< [deg] error then
+  double after = 0.0;                ///< [s] from begin to when it was found
+  PlaceError error;                  ///< then
+  std::vector<ColdSearch> searches;  ///< that found any place
 };
 
 struct ColdStartReport {
@@ -28,9 +41,10 @@ struct ColdStartReport {
 
 /// Starts at `places` moments, evenly spaced over the log, and lets each drive for at most `seconds`. The truth is
 /// fitLog(), which the robot under test does not take part in.
+/// @param believe_none true: no place that has a rival is believed, so that all searches are seen
 /// @param progress told after each start how many are done
 /// @throws std::runtime_error when the log cannot be read or does not fit the map
 ColdStartReport coldStarts(const std::filesystem::path& log, const Config& config, const MapState& map, int places,
-                           double seconds, const std::function<void(int done)>& progress = {});
+                           double seconds, bool believe_none, const std::function<void(int done)>& progress = {});
 
 }  // namespace slam

@@ -179,7 +179,8 @@ LogTruth fitLog(const std::vector<LogSample>& samples, const Config& config, con
   std::vector<int> ids(static_cast<std::size_t>(map.keyframes.size()));
   std::iota(ids.begin(), ids.end(), 0);
   std::vector<DecayField> fields;
-  for (const double sigma : kBlurs) fields.emplace_back(map.keyframes, ids, BeamModel{.sigma = sigma});
+  for (const double sigma : kBlurs)
+    fields.emplace_back(map.keyframes, ids, BeamModel{.sigma = sigma});
   const KeyframeGraph& keyframes = own.keyframes();
   const int newest = keyframes.size() - 1;
   SegmentView whole;

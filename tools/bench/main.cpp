@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/App.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <numbers>
 
@@ -44,9 +45,14 @@ void printColdStarts(const slam::ColdStartReport& report, bool verbose) {
     for (const slam::ColdStart& start : report.starts) {
       if (start.found) {
         std::printf("at %6.1f s: found after %4.1f s, %.2f m %.1f deg off\n", start.begin, start.after,
-                    start.translation, start.rotation);
+                    start.error.translation, start.error.rotation);
       } else {
-        std::printf("at %6.1f s: not yet\n", start.begin);
+        std::printf("at %6.1f s: not yet", start.begin);
+        for (const slam::ColdSearch& search : start.searches) {
+          std::printf("%s %.1f s %s %.1f", &search == &start.searches.front() ? ":" : ",", search.after,
+                      search.error.right() ? "right by" : "wrong by", search.lead);
+        }
+        std::printf("\n");
       }
     }
   }
@@ -58,6 +64,28 @@ void printColdStarts(const slam::ColdStartReport& report, bool verbose) {
       "truth: the log's own map laid into the given one, %.0f %% of its walls in place, log-likelihood %.0f over the "
       "second best place\n",
       100.0 * report.truth_seen, report.truth_lead);
+}
+
+/// What each start would believe first, were such a lead enough.
+void printLeads(const slam::ColdStartReport& report) {
+  double largest = 0.0;
+  int leading = 0;
+  for (const slam::ColdStart& start : report.starts) {
+    leading += !start.searches.empty() && start.searches.back().error.right();
+    for (const slam::ColdSearch& search : start.searches) {
+      if (!search.error.right()) largest = std::max(largest, search.lead);
+    }
+  }
+  for (const double lead : {4.0, 4.5, 5.0, 5.5, 6.0, 7.0, 8.0, 9.0}) {
+    int right = 0, wrong = 0;
+    for (const slam::ColdStart& start : report.starts) {
+      const auto believed = std::find_if(start.searches.begin(), start.searches.end(),
+                                         [&](const slam::ColdSearch& search) { return search.lead >= lead; });
+      if (believed != start.searches.end()) ++(believed->error.right() ? right : wrong);
+    }
+    std::printf("lead %.1f: %d right, %d wrong\n", lead, right, wrong);
+  }
+  std::printf("the true place leads at the end: %d; largest lead of a wrong place: %.1f\n", leading, largest);
 }
 
 }  // namespace
@@ -78,36 +106,39 @@ int main(int argc, char** argv) {
   std::string map;
   int places = 50;
   double seconds = 10.0;
-  bool verbose = false;
+  bool verbose = false, leads = false;
   localise->add_option("--config", config_file, "slamd configuration (TOML)")->required();
   localise->add_option("--set", overrides, "section.key=value over the file; may be repeated");
   localise->add_option("--places", places, "number of starts")->capture_default_str()->check(CLI::Range(1, 100000));
   localise->add_option("--seconds", seconds, "[s] that each drives at most")->capture_default_str();
   localise->add_flag("--verbose", verbose, "a line for each start");
+  localise->add_flag("--leads", leads,
+                     "believe no place that has a rival: how often the best one was right or wrong, by its lead");
   localise->add_option("LOG", log, "LCM event log")->required();
   localise->add_option("MAP", map, "map_server .yaml")->required();
-  return slam::runProgram(app, argc, argv, SLAMD_VERSION,
-                          "slam-benchmark matcher --config config/carmen.toml intel.lcm intel.relations", [&] {
-                            slam::Config config;
-                            try {
-                              config = slam::loadConfig(config_file, overrides);
-                            } catch (const slam::ConfigError& error) {
-                              throw slam::BadConfig(error.what());
-                            }
-                            if (localise->parsed()) {
-                              config.mode = "localise";
-                              const auto state = slam::importMap(slam::readMapFiles(map));
-                              config.localizer.match =
-                                  slam::matchInPicture(config.localizer.match, state.grid.resolution());
-                              slam::showProgress("laying the log into the map");
-                              const auto report = slam::coldStarts(log, config, state, places, seconds, [&](int done) {
-                                slam::showProgress(std::to_string(done) + " of " + std::to_string(places) + " starts");
-                              });
-                              slam::endProgress();
-                              printColdStarts(report, verbose);
-                              return slam::kDone;
-                            }
-                            printMatchers(slam::loadScanPairs(log, relations, config), config, seed);
-                            return slam::kDone;
-                          });
+  return slam::runProgram(
+      app, argc, argv, SLAMD_VERSION, "slam-benchmark matcher --config config/carmen.toml intel.lcm intel.relations",
+      [&] {
+        slam::Config config;
+        try {
+          config = slam::loadConfig(config_file, overrides);
+        } catch (const slam::ConfigError& error) {
+          throw slam::BadConfig(error.what());
+        }
+        if (localise->parsed()) {
+          config.mode = "localise";
+          const auto state = slam::importMap(slam::readMapFiles(map));
+          config.localizer.match = slam::matchInPicture(config.localizer.match, state.grid.resolution());
+          slam::showProgress("laying the log into the map");
+          const auto report = slam::coldStarts(log, config, state, places, seconds, leads, [&](int done) {
+            slam::showProgress(std::to_string(done) + " of " + std::to_string(places) + " starts");
+          });
+          slam::endProgress();
+          printColdStarts(report, verbose);
+          if (leads) printLeads(report);
+          return slam::kDone;
+        }
+        printMatchers(slam::loadScanPairs(log, relations, config), config, seed);
+        return slam::kDone;
+      });
 }
