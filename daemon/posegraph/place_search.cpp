@@ -97,7 +97,7 @@ std::vector<PlaceFit> PlaceSearch::candidates(const std::optional<PlaceWindow>& 
     const Pose2 T_map_newest = T_map_segment * look.T_segment_newest;
     if (!around || around->holds(T_map_newest)) fits.push_back(fitPlace(*field_, look.view, T_map_newest));
   }
-  const std::vector<PlaceFit> places = fitScale(each(std::move(fits)));
+  const std::vector<PlaceFit> places = fitBeside(fitScale(each(std::move(fits))), around);
   T_map_segments_.clear();
   for (const PlaceFit& place : places) {
     if (static_cast<int>(T_map_segments_.size()) == config_.contenders) break;
@@ -140,6 +140,25 @@ std::vector<PlaceFit> PlaceSearch::fitScale(std::vector<PlaceFit> places) const 
     for (const double scale : {1.0 - sigma, 1.0 + sigma}) {
       const PlaceFit scaled = fit(view, T_map_newest, scale);
       if (scaled.log_likelihood > places[i].log_likelihood) places[i] = scaled;
+    }
+  }
+  return each(std::move(places));
+}
+
+/// Fits the best places again beside where the search found them: along a corridor its score is flat, and what lies a
+/// door further on must not be forgotten because of it.
+std::vector<PlaceFit> PlaceSearch::fitBeside(std::vector<PlaceFit> places,
+                                             const std::optional<PlaceWindow>& around) const {
+  const SegmentView& view = looks_.front().view;
+  const std::size_t count = std::min(places.size(), static_cast<std::size_t>(config_.beside));
+  for (std::size_t i = 0; i < count; ++i) {
+    const PlaceFit place = places[i];
+    for (const double steps : {-2.0, -1.0, 1.0, 2.0}) {
+      const double by = steps * config_.beside_step;
+      for (const Pose2& T_place_beside : {Pose2{by, 0.0, 0.0}, Pose2{0.0, by, 0.0}}) {
+        const Pose2 T_map_newest = place.T_map_newest * T_place_beside;
+        if (!around || around->holds(T_map_newest)) places.push_back(fit(view, T_map_newest, place.scale));
+      }
     }
   }
   return each(std::move(places));

@@ -34,6 +34,8 @@ struct PlaceSearchConfig {
                           .doubted = false,
                           .face = 0.0,
                           .gone_weight = 0.3};
+  int beside = 3;               ///< best places that are compared with those beside them, too ...
+  double beside_step = 0.7;     ///< [m] so far to each side, and twice as far
   double part_length = 2.0;     ///< [m] of path that fits the map as it is
   double min_seen = 0.4;        ///< [1] of the walls seen are at their places in the map: else it is another building
   int searches = 4;             ///< newest ones whose log-likelihoods are averaged, at most
@@ -85,6 +87,7 @@ class PlaceSearch {
   std::vector<PlaceFit> candidates(const std::optional<PlaceWindow>& around);
   PlaceFit fit(const SegmentView& view, const Pose2& T_map_newest, double scale) const;
   std::vector<PlaceFit> fitScale(std::vector<PlaceFit> places) const;
+  std::vector<PlaceFit> fitBeside(std::vector<PlaceFit> places, const std::optional<PlaceWindow>& around) const;
   std::vector<PlaceFit> each(std::vector<PlaceFit> places) const;
   Result leader(std::span<const PlaceFit> places) const;
 
