@@ -14,13 +14,19 @@ constexpr double kSameFace = 0.2;  // cosine: a point and a wall whose normals d
 const Eigen::Vector3d kSearchSigma(0.3, 0.3, 0.05);  // [m, m, rad] of a place that the search found
 const Eigen::Vector3d kBendSigma(0.1, 0.1, 0.03);    // [m, m, rad] of the map's bend, from part to part of the path
 const Eigen::Vector3d kAheadSigma(0.1, 0.1, 0.015);  // [m, m, rad] ... and to what was seen in a distance
-constexpr double kBentPerMetre = 0.02;               // [1] before a part is laid
+constexpr double kBentPerMetre = 0.02;               // [1] of what is seen of a part, before it is laid
 constexpr int kIterations = 8;
 constexpr double kSettled = 0.005;  // [m] at one metre
-constexpr int kReach = 2;           // steps to each side that a place is moved at most
-constexpr double kStep = 0.2;       // [m]
-constexpr double kTurn = 0.01;      // [rad]
 constexpr double kThrough = 0.5;    // [1] of a wall: a beam that went through more did not end at the map's first wall
+
+/// Offsets that are tried.
+struct Steps {
+  int reach;    // to each side
+  double step;  // [m]
+  int turns;    // to each side
+  double turn;  // [rad]
+};
+constexpr Steps kTogether{2, 0.2, 1, 0.01}, kTogetherFine{1, 0.1, 1, 0.005}, kAhead{2, 0.1, 2, 0.005};
 
 std::int64_t cellOf(const Eigen::Vector2d& p, double cell) {
   const auto column = static_cast<std::int32_t>(std::floor(p.x() / cell));
@@ -29,20 +35,20 @@ std::int64_t cellOf(const Eigen::Vector2d& p, double cell) {
 }
 
 /// Gauss-Newton, point to line, robust, with the guess as prior.
-Pose2 align(const WallField& field, std::span<const SegmentView::Ray> rays, const Pose2& guess,
-            const Eigen::Vector3d& sigma, double weight, const BeamModel& model) {
+Pose2 align(const WallField& field, const SegmentView::Part& part, const Pose2& guess, const Eigen::Vector3d& sigma,
+            double weight, const BeamModel& model) {
   Pose2 T = guess;
   for (int i = 0; i < kIterations; ++i) {
     Eigen::Matrix3d H = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
     const Eigen::Vector3d error(T.x - guess.x, T.y - guess.y, wrapAngle(T.theta - guess.theta));
     Eigen::Vector3d g = H * error;
     const PointTransform T_map_part(T);
-    for (const SegmentView::Ray& ray : rays) {
+    for (const SegmentView::Ray& ray : part.rays) {
       const Eigen::Vector2d p = T_map_part * ray.to, turned = p - T.translation();
       const WallField::Wall* wall = field.nearest(p);
       if (wall == nullptr || !wall->isLine()) continue;
       if (!ray.normal.isZero() && wall->normal.dot(T_map_part.turned(ray.normal)) < kSameFace) continue;
-      const double e = wall->normal.dot(p - wall->position), bend = kBentPerMetre * ray.range;
+      const double e = wall->normal.dot(p - wall->position), bend = kBentPerMetre * (ray.range - part.least_range);
       const double w = weight / (model.sigma * model.sigma + bend * bend + e * e);
       const Eigen::Vector3d J(wall->normal.x(), wall->normal.y(),
                               wall->normal.y() * turned.x() - wall->normal.x() * turned.y());
@@ -56,43 +62,58 @@ Pose2 align(const WallField& field, std::span<const SegmentView::Ray> rays, cons
   return T;
 }
 
-double logEnds(const DecayField& field, const SegmentView& view, std::span<const Pose2> T_map_part, const Pose2& move) {
+double logEnds(const DecayField& field, const SegmentView::Part& part, const Pose2& T_map_part) {
+  const PointTransform T(T_map_part);
   double sum = 0.0;
-  for (std::size_t i = 0; i < view.parts.size(); ++i) {
-    const PointTransform T(move * T_map_part[i]);
-    for (const SegmentView::Ray& ray : view.parts[i].rays) sum += field.logRate(T * ray.to, ray.range);
-  }
+  for (const SegmentView::Ray& ray : part.rays) sum += field.logRate(T * ray.to, ray.range);
   return sum;
 }
 
-/// Moves all parts together to where the beams end most likely: along a corridor a few of them decide, which a robust
-/// match of all points leaves where it found them.
-void settle(const DecayField& field, const SegmentView& view, double weight, std::vector<Pose2>& T_map_part) {
-  const Pose2 T_map_newest = T_map_part.front();
-  const auto moved = [&](const Pose2& by) {  // about the newest pose
-    const Pose2 T{T_map_newest.x + by.x, T_map_newest.y + by.y, wrapAngle(T_map_newest.theta + by.theta)};
-    return T * T_map_newest.inverse();
-  };
-  Pose2 best;
+/// The offset [m, m, rad] of which the log-likelihood of the beams' ends and of the offset itself is highest.
+template <typename LogEnds>
+Pose2 likeliest(const Steps& steps, const Pose2& centre, const Eigen::Vector3d& sigma, LogEnds&& log_ends) {
+  Pose2 best = centre;
   double highest = -std::numeric_limits<double>::infinity();
-  const auto look = [&](const Pose2& centre, int reach, double step, double turn) {
-    for (int t = -1; t <= 1; ++t) {
-      for (int r = -reach; r <= reach; ++r) {
-        for (int c = -reach; c <= reach; ++c) {
-          const Pose2 by{centre.x + c * step, centre.y + r * step, centre.theta + t * turn};
-          const Eigen::Vector3d off = Eigen::Vector3d(by.x, by.y, by.theta).cwiseQuotient(kSearchSigma);
-          const double log_likelihood = weight * logEnds(field, view, T_map_part, moved(by)) - 0.5 * off.squaredNorm();
-          if (log_likelihood <= highest) continue;
-          highest = log_likelihood;
-          best = by;
-        }
+  for (int t = -steps.turns; t <= steps.turns; ++t) {
+    for (int r = -steps.reach; r <= steps.reach; ++r) {
+      for (int c = -steps.reach; c <= steps.reach; ++c) {
+        const Pose2 by{centre.x + c * steps.step, centre.y + r * steps.step, centre.theta + t * steps.turn};
+        const Eigen::Vector3d off = Eigen::Vector3d(by.x, by.y, by.theta).cwiseQuotient(sigma);
+        const double log_likelihood = log_ends(by) - 0.5 * off.squaredNorm();
+        if (log_likelihood <= highest) continue;
+        highest = log_likelihood;
+        best = by;
       }
     }
+  }
+  return best;
+}
+
+Pose2 moved(const Pose2& T, const Pose2& by) { return {T.x + by.x, T.y + by.y, wrapAngle(T.theta + by.theta)}; }
+
+/// Moves all parts together to where the beams end most likely, and then each that was seen in a distance by itself:
+/// along a corridor a few beams decide, which a robust match of all points leaves where it found them.
+void settle(const DecayField& field, const SegmentView& view, double weight, std::vector<Pose2>& T_map_part) {
+  const Pose2 T_map_newest = T_map_part.front();
+  const auto together = [&](const Pose2& by) {  // about the newest pose
+    return moved(T_map_newest, by) * T_map_newest.inverse();
   };
-  look({}, kReach, kStep, kTurn);
-  look(best, 1, 0.5 * kStep, 0.5 * kTurn);
-  const Pose2 move = moved(best);
-  for (Pose2& T_map : T_map_part) T_map = move * T_map;
+  const auto log_ends = [&](const Pose2& by) {
+    const Pose2 move = together(by);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < view.parts.size(); ++i) sum += logEnds(field, view.parts[i], move * T_map_part[i]);
+    return weight * sum;
+  };
+  const Pose2 coarse = likeliest(kTogether, {}, kSearchSigma, log_ends);
+  const Pose2 move = together(likeliest(kTogetherFine, coarse, kSearchSigma, log_ends));
+  for (std::size_t i = 0; i < view.parts.size(); ++i) {
+    Pose2& T_map = T_map_part[i];
+    T_map = move * T_map;
+    if (view.parts[i].least_range <= 0.0) continue;
+    T_map = moved(T_map, likeliest(kAhead, {}, kAheadSigma, [&](const Pose2& by) {
+                    return weight * logEnds(field, view.parts[i], moved(T_map, by));
+                  }));
+  }
 }
 
 }  // namespace
@@ -136,7 +157,8 @@ void SegmentView::gather(const KeyframeGraph& keyframes, int oldest, int newest,
   if (rigid_range > 0.0) splitByRange(rigid_range);
 }
 
-/// Where a map bends, a part that fits the walls around the robot misses those far ahead.
+/// Where a map bends, a part that fits the walls around the robot misses those far ahead: they are turned about the
+/// joint between them, which lies amid the rays, as far away as the nearest of them may be.
 void SegmentView::splitByRange(double rigid_range) {
   for (std::size_t i = 0; i < parts.size(); ++i) {  // those that are added, too
     const double least = parts[i].least_range + rigid_range;
@@ -145,6 +167,14 @@ void SegmentView::splitByRange(double rigid_range) {
     if (far == near.end()) continue;
     Part ahead{parts[i].T_newest_part, {far, near.end()}, static_cast<int>(i), least};
     near.erase(far, near.end());
+    Eigen::Vector2d direction = Eigen::Vector2d::Zero();
+    for (const Ray& ray : ahead.rays) direction += (ray.to - ray.from) / ray.range;
+    const Eigen::Vector2d joint = least / static_cast<double>(ahead.rays.size()) * direction;
+    ahead.T_newest_part = ahead.T_newest_part * Pose2{joint.x(), joint.y(), 0.0};
+    for (Ray& ray : ahead.rays) {
+      ray.from -= joint;
+      ray.to -= joint;
+    }
     parts.push_back(std::move(ahead));
   }
 }
@@ -177,7 +207,7 @@ PlaceFit fitPlace(const DecayField& field, const SegmentView& view, const Pose2&
       guess = T_map_part[beside] * between(view.parts[beside].T_newest_part, part.T_newest_part);
       sigma = part.least_range > 0.0 ? &kAheadSigma : &kBendSigma;
     }
-    T_map_part.push_back(align(field.walls(), part.rays, guess, *sigma, weight, model));
+    T_map_part.push_back(align(field.walls(), part, guess, *sigma, weight, model));
   }
   settle(field, view, weight, T_map_part);
   fit.T_map_newest = T_map_part.front();
