@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 #include <tuple>
-#include <utility>
 
 namespace slam {
 namespace {
@@ -168,7 +167,6 @@ double DecayField::pass(const Eigen::Vector2d& from, const Eigen::Vector2d& to, 
   const double range = ray.norm(), cell = walls_.cell();
   const double end = range - kEndSigmas * model_.sigmaAt(range) - kRoughness;
   const Eigen::Vector2d direction = ray / range;
-  const int patch = std::max(1, static_cast<int>(std::lround(model_.gone_patch / cell)));
   double sum = 0.0, deep = 0.0;  // deep: [m] square to its face, since the beam came into a wall
   for (double s = kFromLidar; s < end;) {
     const Eigen::Vector2d p = from + s * direction;
@@ -188,8 +186,7 @@ double DecayField::pass(const Eigen::Vector2d& from, const Eigen::Vector2d& to, 
     deep += cell * square;
     s += cell;
     if (face_[static_cast<std::size_t>(i)] && deep <= walls_.thickness()) continue;
-    const std::int64_t column = i % walls_.columns(), row = i / walls_.columns();
-    passed.push_back({row / patch * walls_.columns() + column / patch, i, -wall_rate_ * cell * square});
+    passed.push_back({i, -wall_rate_ * cell * square});
     sum += passed.back().log_through;
   }
   return sum;
@@ -197,15 +194,13 @@ double DecayField::pass(const Eigen::Vector2d& from, const Eigen::Vector2d& to, 
 
 double DecayField::logPassed(std::vector<Passed>& passed) const {
   std::sort(passed.begin(), passed.end(), [](const Passed& a, const Passed& b) {
-    return std::tie(a.patch, a.cell, a.log_through) < std::tie(b.patch, b.cell, b.log_through);
+    return std::tie(a.cell, a.log_through) < std::tie(b.cell, b.log_through);
   });
-  const double least = model_.gone_most * model_.logThrough();
-  double sum = 0.0, patch = 0.0;
+  double sum = 0.0;
   for (std::size_t i = 0; i < passed.size(); ++i) {
-    if (i > 0 && passed[i].patch != passed[i - 1].patch) sum += std::max(least, std::exchange(patch, 0.0));
-    if (i == 0 || passed[i].cell != passed[i - 1].cell) patch += passed[i].log_through;
+    if (i == 0 || passed[i].cell != passed[i - 1].cell) sum += passed[i].log_through;
   }
-  return model_.gone_weight * (sum + std::max(least, patch));
+  return model_.gone_weight * sum;
 }
 
 }  // namespace slam

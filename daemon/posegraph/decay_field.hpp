@@ -29,9 +29,7 @@ struct BeamModel {
   bool doubted = true;           ///< behind a wall that a beam went through the map is too old to say what is free
   double correlation = 0.5;      ///< [m] of wall, all of which the map has or has not: it testifies once
   double face = 0.5;  ///< [1] of a wall's thickness: a picture draws a wall too thick, so that a beam may graze it
-  double gone_weight = 0.5;  ///< [1] of walls that beams went through: what opened one often opened its neighbour
-  double gone_patch = 1.0;   ///< [m] side of the squares in which walls are gone together ...
-  double gone_most = 2.0;    ///< [1] ... at the cost of so many walls at most
+  double gone_weight = 0.4;  ///< [1] of walls that beams went through: what opened one often opened its neighbour
 
   /// [m] of a wall relative to a robot so far away.
   double sigmaAt(double range) const { return std::hypot(sigma, sigma_per_metre * range); }
@@ -56,14 +54,14 @@ class DecayField {
   /// What a beam went through: solid cells of the map, each with its share of a wall, counted square to the wall's
   /// face.
   struct Passed {
-    std::int64_t patch, cell;
+    std::int64_t cell;
     double log_through;  ///< negative
   };
   /// Appends what lies between the lidar and the end of a beam, as far as it is not the wall that it ended at, nor the
   /// face of one that it did not come through.
   /// @return sum of what was appended
   double pass(const Eigen::Vector2d& from, const Eigen::Vector2d& to, std::vector<Passed>& passed) const;
-  /// Log-likelihood of all that beams went through, each piece of wall once. Sorts `passed`.
+  /// Log-likelihood of all that beams went through, each cell once. Sorts `passed`.
   double logPassed(std::vector<Passed>& passed) const;
 
  private:
