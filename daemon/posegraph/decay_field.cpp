@@ -7,6 +7,8 @@
 #include <numbers>
 #include <tuple>
 
+#include "posegraph/wall_continuation.hpp"
+
 namespace slam {
 namespace {
 
@@ -24,7 +26,7 @@ constexpr double kBeforeDoor = 0.5;  // [m] that is free before and behind a doo
 }  // namespace
 
 DecayField::DecayField(const KeyframeGraph& keyframes, std::span<const int> map, const BeamModel& model)
-    : walls_(keyframes, map),
+    : walls_(keyframes, map, {.margin = model.beyond_rim > 0.0 ? WallContinuationConfig{}.length : 0.0}),
       model_(model),
       unknown_rate_(model.rate_unknown),
       wall_threshold_(std::log(kAtWall * model.rate_unknown)) {
@@ -108,6 +110,9 @@ std::vector<float> DecayField::look() {
         wall[cell] = static_cast<float>(model_.doorway);
       }
     }
+  }
+  if (model_.beyond_rim > 0.0) {
+    for (const std::size_t cell : continuedWalls(walls_)) wall[cell] = static_cast<float>(model_.beyond_rim);
   }
   return wall;
 }

@@ -26,6 +26,7 @@ struct BeamModel {
   double unknown_as_wall = 0.0;  ///< [1] ... and no lower than this share of a wall's rate
   double doorway = 0.1;          ///< [1] of a wall's rate in the gaps of walls: a door may be closed ...
   double doorway_width = 1.2;    ///< [m] ... if the gap is no wider
+  double beyond_rim = 0.4;       ///< [1] of a wall's rate where a wall of the map would go on beyond the map's rim
   bool doubted = true;           ///< behind a wall that a beam went through the map is too old to say what is free
   double correlation = 0.5;      ///< [m] of wall, all of which the map has or has not: it testifies once
   double face = 0.5;  ///< [1] of a wall's thickness: a picture draws a wall too thick, so that a beam may graze it

@@ -31,6 +31,7 @@ struct PlaceSearchConfig {
                           .rigid_range = 0.0,
                           .scale_sigma = 0.0,
                           .doorway = 0.0,
+                          .beyond_rim = 0.0,
                           .doubted = false,
                           .face = 0.0,
                           .gone_weight = 0.3};

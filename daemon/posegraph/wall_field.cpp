@@ -15,8 +15,8 @@ WallField::WallField(const KeyframeGraph& keyframes, std::span<const int> map, c
     low = low.cwiseMin(wall.position);
     high = high.cwiseMax(wall.position);
   }
-  low.array() -= config.reach;
-  high.array() += config.reach;
+  low.array() -= config.reach + config.margin;
+  high.array() += config.reach + config.margin;
   const Eigen::Vector2d size = high - low;
   cell_ = std::max(config.cell, std::sqrt(size.x() * size.y() / config.max_cells));
   origin_ = low - Eigen::Vector2d::Constant(0.5 * cell_);  // a picture's walls and free cells then lie amid our cells

@@ -13,6 +13,7 @@ struct WallFieldConfig {
   double cell = 0.10;        ///< [m] more where a map would need more than max_cells
   int max_cells = 1 << 22;   ///< bounds the memory, five bytes a cell
   double reach = 2.0;        ///< [m] the nearest wall is known up to here
+  double margin = 0.0;       ///< [m] of the raster, beyond that, around all walls
   double before_end = 0.30;  ///< [m] a beam shows free space up to so much before its end
 };
 

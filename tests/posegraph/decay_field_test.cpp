@@ -126,6 +126,22 @@ TEST(DecayField, WhatTheMapHasNotLookedAtMayBeAsGoodAsAShareOfAWall) {
   }
 }
 
+TEST(DecayField, AWallMayGoOnBeyondTheRimOfTheMap) {
+  const KeyframeGraph keyframes = wallOf(3);
+  BeamModel model;
+  const DecayField field = fieldOf(keyframes);
+  model.beyond_rim = 0.0;
+  const DecayField rim = fieldOf(keyframes, model);
+  const double wall = field.logRate({0.0, 0.1}, 3.0), unknown = std::log(model.rate_unknown);
+  for (const double x : {-12.0, -5.0, 5.0, 12.0}) {
+    EXPECT_GT(field.logRate({x, 0.05}, 3.0), unknown + 0.5) << x;
+    EXPECT_LT(field.logRate({x, 0.05}, 3.0), wall - 0.3) << x;
+    EXPECT_NEAR(field.logRate({x, 1.0}, 3.0), unknown, 0.05) << x;
+    EXPECT_NEAR(rim.logRate({x, 0.05}, 3.0), unknown, 0.05) << x;
+    EXPECT_EQ(through(field, {x, -1.5}, {x, 3.0}), 0.0) << "nobody knows";
+  }
+}
+
 TEST(DecayField, AWallIsLessSharpFromAfar) {
   const KeyframeGraph keyframes = wallOf(1);
   const DecayField field = fieldOf(keyframes);

@@ -180,7 +180,7 @@ LogTruth fitLog(const std::vector<LogSample>& samples, const Config& config, con
   std::iota(ids.begin(), ids.end(), 0);
   std::vector<DecayField> fields;
   for (const double sigma : kBlurs)
-    fields.emplace_back(map.keyframes, ids, BeamModel{.sigma = sigma});
+    fields.emplace_back(map.keyframes, ids, BeamModel{.sigma = sigma, .beyond_rim = 0.0});
   const KeyframeGraph& keyframes = own.keyframes();
   const int newest = keyframes.size() - 1;
   SegmentView whole;
