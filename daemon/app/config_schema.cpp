@@ -263,10 +263,12 @@ void visitBackEnd(BackEndConfig& back_end, DriftConfig& drift, ConfigVisitor& v)
 
   RelocalisationConfig& found = back_end.relocalisation;
   v.section("relocalisation", "how a lost robot is found in the whole map");
-  v.field({"min_overlap", "1", "share of the points that must agree with the map around a pose that a person gave"},
+  v.field({"min_overlap", "1",
+           "share of the points that must agree with the map where they were found, or a person placed them"},
           found.min_overlap, 0.1, 1.0);
-  v.field({"min_seen", "1", "share of the walls seen that must be at their places in the map"}, found.places.min_seen,
-          0.1, 1.0);
+  v.field(
+      {"min_seen", "1", "share of the walls seen that must be at their places in the map; in a picture 0.55 at least"},
+      found.places.min_seen, 0.1, 1.0);
   v.field({"searches", "1", "newest ones whose log-likelihoods are averaged, at most"}, found.places.searches, 1, 100);
   v.field({"min_lead", "1",
            "of the best place's log-likelihood over any other's, in the mean of many searches; 1 + 1/n times it in n; "

@@ -21,6 +21,7 @@ void PlaceSearch::begin(const KeyframeGraph& keyframes, std::span<const int> map
   const bool scanned = std::none_of(map.begin(), map.end(), [&](int id) { return !keyframes.scan(id)->free.empty(); });
   field_.emplace(keyframes, map, scanned ? config_.scanned_beams : config_.beams);
   min_lead_ = config_.min_lead * (scanned ? 1.0 : config_.picture_lead);
+  min_seen_ = scanned ? config_.min_seen : std::max(config_.min_seen, config_.picture_seen);
   global_.emplace(field_->walls().wallPoints(), config_.search);
 }
 
@@ -39,7 +40,7 @@ PlaceSearch::Result PlaceSearch::search(const KeyframeGraph& keyframes, int olde
   looks_.push_front(std::move(look));
   if (static_cast<int>(looks_.size()) > config_.searches) looks_.pop_back();
   const std::vector<PlaceFit> places = candidates(around);
-  if (places.empty() || places.front().seen < config_.min_seen) return {};
+  if (places.empty() || places.front().seen < min_seen_) return {};
   return leader(places);
 }
 

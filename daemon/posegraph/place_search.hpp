@@ -35,10 +35,11 @@ struct PlaceSearchConfig {
                           .doubted = false,
                           .face = 0.0,
                           .gone_weight = 0.3};
-  int beside = 3;               ///< best places that are compared with those beside them, too ...
-  double beside_step = 0.7;     ///< [m] so far to each side, and twice as far
-  double part_length = 2.0;     ///< [m] of path that fits the map as it is
-  double min_seen = 0.4;        ///< [1] of the walls seen are at their places in the map: else it is another building
+  int beside = 3;            ///< best places that are compared with those beside them, too ...
+  double beside_step = 0.7;  ///< [m] so far to each side, and twice as far
+  double part_length = 2.0;  ///< [m] of path that fits the map as it is
+  double min_seen = 0.4;     ///< [1] of the walls seen are at their places in the map: else it is another building ...
+  double picture_seen = 0.55;   ///< [1] ... or, in a picture, which shows all of a building that it knows
   int searches = 4;             ///< newest ones whose log-likelihoods are averaged, at most
   int contenders = 10;          ///< best places that are judged by all of them
   double min_lead = 8.0;        ///< of the best place's log-likelihood over any other's, in the mean of many searches;
@@ -95,7 +96,7 @@ class PlaceSearch {
   PlaceSearchConfig config_;
   std::optional<GlobalSearch> global_;
   std::optional<DecayField> field_;
-  double min_lead_ = 0.0;
+  double min_lead_ = 0.0, min_seen_ = 0.0;
   std::deque<Look> looks_;             // of this segment, newest first
   std::vector<Pose2> T_map_segments_;  // where the newest search's best places put it
   ScanPoints query_;

@@ -21,6 +21,7 @@ Relocalisation::Relocalisation(const RelocalisationConfig& config, const Referen
                                const MatchConfig& match)
     : config_(config), match_(match), places_(config.places), submap_(submapConfig(reference)) {
   match_.min_overlap = config.min_overlap;
+  match_.max_iterations = std::max(match_.max_iterations, config.max_iterations);
 }
 
 void Relocalisation::begin(const KeyframeGraph& keyframes, std::span<const int> map) {

@@ -15,7 +15,8 @@ struct RelocalisationConfig {
   PlaceSearchConfig places;
   double interval = 0.5;        ///< [m] of path between two searches
   double submap_radius = 40.0;  ///< [m] of the map around a place are matched against
-  double min_overlap = 0.50;    ///< [1] of the points agree with the map around a pose that a person gave
+  double min_overlap = 0.55;    ///< [1] of the points agree with the map where they were found, or a person placed them
+  int max_iterations = 200;     ///< of the match: to blurred walls it creeps, and no pose waits for it
 };
 
 /// Finds a robot that does not know where it is in a map: the segment that it has mapped since is searched for in the
