@@ -21,6 +21,7 @@ void PlaceSearch::begin(const KeyframeGraph& keyframes, std::span<const int> map
   const bool scanned = std::none_of(map.begin(), map.end(), [&](int id) { return !keyframes.scan(id)->free.empty(); });
   field_.emplace(keyframes, map, scanned ? config_.scanned_beams : config_.beams);
   min_lead_ = config_.min_lead * (scanned ? 1.0 : config_.picture_lead);
+  beside_ = scanned ? 0 : config_.beside;
   min_seen_ = scanned ? config_.min_seen : std::max(config_.min_seen, config_.picture_seen);
   global_.emplace(field_->walls().wallPoints(), config_.search);
 }
@@ -151,7 +152,7 @@ std::vector<PlaceFit> PlaceSearch::fitScale(std::vector<PlaceFit> places) const 
 std::vector<PlaceFit> PlaceSearch::fitBeside(std::vector<PlaceFit> places,
                                              const std::optional<PlaceWindow>& around) const {
   const SegmentView& view = looks_.front().view;
-  const std::size_t count = std::min(places.size(), static_cast<std::size_t>(config_.beside));
+  const std::size_t count = std::min(places.size(), static_cast<std::size_t>(beside_));
   for (std::size_t i = 0; i < count; ++i) {
     const PlaceFit place = places[i];
     for (const double steps : {-2.0, -1.0, 1.0, 2.0}) {

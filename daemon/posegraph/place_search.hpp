@@ -35,7 +35,7 @@ struct PlaceSearchConfig {
                           .doubted = false,
                           .face = 0.0,
                           .gone_weight = 0.3};
-  int beside = 3;            ///< best places that are compared with those beside them, too ...
+  int beside = 3;            ///< best places of a picture that are compared with those beside them, too ...
   double beside_step = 0.7;  ///< [m] so far to each side, and twice as far
   double part_length = 2.0;  ///< [m] of path that fits the map as it is
   double min_seen = 0.4;     ///< [1] of the walls seen are at their places in the map: else it is another building ...
@@ -97,6 +97,7 @@ class PlaceSearch {
   std::optional<GlobalSearch> global_;
   std::optional<DecayField> field_;
   double min_lead_ = 0.0, min_seen_ = 0.0;
+  int beside_ = 0;
   std::deque<Look> looks_;             // of this segment, newest first
   std::vector<Pose2> T_map_segments_;  // where the newest search's best places put it
   ScanPoints query_;
