@@ -151,6 +151,7 @@ std::vector<PlaceFit> PlaceSearch::fitScale(std::vector<PlaceFit> places) const 
 /// door further on must not be forgotten because of it.
 std::vector<PlaceFit> PlaceSearch::fitBeside(std::vector<PlaceFit> places,
                                              const std::optional<PlaceWindow>& around) const {
+  if (beside_ == 0) return places;
   const SegmentView& view = looks_.front().view;
   const std::size_t count = std::min(places.size(), static_cast<std::size_t>(beside_));
   for (std::size_t i = 0; i < count; ++i) {

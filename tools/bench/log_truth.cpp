@@ -179,8 +179,9 @@ LogTruth fitLog(const std::vector<LogSample>& samples, const Config& config, con
   std::vector<int> ids(static_cast<std::size_t>(map.keyframes.size()));
   std::iota(ids.begin(), ids.end(), 0);
   std::vector<DecayField> fields;
-  for (const double sigma : kBlurs)
+  for (const double sigma : kBlurs) {
     fields.emplace_back(map.keyframes, ids, BeamModel{.sigma = sigma, .beyond_rim = 0.0});
+  }
   const KeyframeGraph& keyframes = own.keyframes();
   const int newest = keyframes.size() - 1;
   SegmentView whole;
