@@ -6,7 +6,8 @@ target_compile_features(slamd_options INTERFACE cxx_std_20)
 target_include_directories(slamd_options INTERFACE ${CMAKE_SOURCE_DIR} ${CMAKE_SOURCE_DIR}/daemon)
 # -ffp-contract=off: the same source gives the same bits with and without fused multiply-add.
 target_compile_options(slamd_options INTERFACE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion
-                                               -Wnon-virtual-dtor -ffp-contract=off -fno-math-errno)
+                                               -Wnon-virtual-dtor -ffp-contract=off -fno-math-errno
+                                               -ffile-prefix-map=${CMAKE_SOURCE_DIR}/=)
 if(SLAMD_WERROR)
   target_compile_options(slamd_options INTERFACE -Werror)
 endif()

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/config_values.hpp"
+#include "build_paths.hpp"
 
 namespace slam {
 namespace {

@@ -12,6 +12,7 @@
 
 #include "app/config_loader.hpp"
 #include "app/config_values.hpp"
+#include "build_paths.hpp"
 
 namespace slam {
 namespace {

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "app/config_loader.hpp"
+#include "build_paths.hpp"
 #include "store/map_store.hpp"
 #include "tools/common/trajectory.hpp"
 #include "tools/replay/replay.hpp"

@@ -24,6 +24,8 @@
 #include <slam/wheels_t.hpp>
 #include <string>
 
+#include "build_paths.hpp"
+
 namespace slam {
 namespace {
 

@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "build_paths.hpp"
 #include "drivers/can/can_base.hpp"
 #include "drivers/can/fake_can_port.hpp"
 #include "tools/sim/can/can_emulator.hpp"

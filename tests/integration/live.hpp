@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "build_paths.hpp"
 #include "support/process.hpp"
 
 // slamd as a user runs it: the simulator's byte-level devices on one side, the real liblcm over UDP on the other.

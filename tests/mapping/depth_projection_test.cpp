@@ -10,6 +10,7 @@
 #include <string>
 #include <zlib.h>
 
+#include "build_paths.hpp"
 #include "support/allocations.hpp"
 #include "tools/sim/depth/depth_camera.hpp"
 #include "tools/sim/world/furniture.hpp"

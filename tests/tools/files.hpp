@@ -8,6 +8,8 @@
 #include <string>
 #include <unistd.h>
 
+#include "build_paths.hpp"
+
 namespace slam::test {
 
 /// A folder of its own for each test, removed with all that is in it.

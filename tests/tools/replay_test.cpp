@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "app/config_loader.hpp"
+#include "build_paths.hpp"
 #include "bus/channels.hpp"
 #include "bus/event_log.hpp"
 #include "bus/messages.hpp"

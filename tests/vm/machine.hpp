@@ -13,6 +13,7 @@
 #include <unistd.h>
 #include <vector>
 
+#include "build_paths.hpp"
 #include "support/process.hpp"
 
 namespace slam::test {

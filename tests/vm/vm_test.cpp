@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <poll.h>
 
+#include "build_paths.hpp"
 #include "runtime/clock.hpp"
 #include "tools/sim/board/board_emulator.hpp"
 #include "vm/machine.hpp"

@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 #include <string>
 
+#include "build_paths.hpp"
+
 namespace slam {
 namespace {
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "app/config_loader.hpp"
+#include "build_paths.hpp"
 #include "tools/calibrate/calibration.hpp"
 #include "tools/calibrate/motion_selection.hpp"
 #include "tools/files.hpp"

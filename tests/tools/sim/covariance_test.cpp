@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "app/config_loader.hpp"
+#include "build_paths.hpp"
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
 #include "bus/event_log.hpp"

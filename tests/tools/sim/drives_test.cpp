@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "app/config_loader.hpp"
+#include "build_paths.hpp"
 #include "mapping/map_files.hpp"
 #include "tools/eval/metrics.hpp"
 #include "tools/replay/replay.hpp"
