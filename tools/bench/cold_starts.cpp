@@ -2,11 +2,16 @@
 #include "tools/bench/cold_starts.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iomanip>
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <stdexcept>
 #include <variant>
 
 #include "slam/back_end.hpp"
@@ -107,6 +112,7 @@ ColdStartReport coldStarts(const std::filesystem::path& log, const Config& confi
       if (robot.placed()) {
         start.found = true;
         start.after = after;
+        start.T_map_base = robot.pose();
         start.error = errorOf(robot.pose(), truth.rows[row].T_map_base);
         break;
       }
@@ -119,6 +125,26 @@ ColdStartReport coldStarts(const std::filesystem::path& log, const Config& confi
     if (progress) progress(place + 1);
   }
   return report;
+}
+
+void writeStarts(const ColdStartReport& report, const std::filesystem::path& csv) {
+  std::ofstream out(csv);
+  out << std::setprecision(std::numeric_limits<double>::max_digits10) << "begin_s,after_s,x_m,y_m,theta_rad,searches\n";
+  for (const ColdStart& start : report.starts) {
+    out << start.begin << ",";
+    if (start.found) {
+      out << start.after << "," << start.T_map_base.x << "," << start.T_map_base.y << "," << start.T_map_base.theta;
+    } else {
+      out << ",,,";
+    }
+    out << ",";
+    for (const ColdSearch& search : start.searches) {
+      out << (&search == &start.searches.front() ? "" : " ") << search.after << " " << search.lead;
+    }
+    out << "\n";
+  }
+  out.close();
+  if (!out) throw std::runtime_error(csv.string() + ": cannot write all of it: " + std::strerror(errno));
 }
 
 }  // namespace slam

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/config.hpp"
+#include "core/pose2.hpp"
 #include "slam/map_state.hpp"
 
 namespace slam {
@@ -28,6 +29,7 @@ struct ColdStart {
   bool found = false;
   double after = 0.0;                ///< [s] from begin to when it was found
   PlaceError error;                  ///< then
+  Pose2 T_map_base;                  ///< then
   std::vector<ColdSearch> searches;  ///< that found any place
 };
 
@@ -46,5 +48,10 @@ struct ColdStartReport {
 /// @throws std::runtime_error when the log cannot be read or does not fit the map
 ColdStartReport coldStarts(const std::filesystem::path& log, const Config& config, const MapState& map, int places,
                            double seconds, bool believe_none, const std::function<void(int done)>& progress = {});
+
+/// Writes a row a start, with all digits of its doubles: begin_s, after_s, x_m, y_m, theta_rad, and of each search
+/// after_s and lead. What was not found stays empty.
+/// @throws std::runtime_error
+void writeStarts(const ColdStartReport& report, const std::filesystem::path& csv);
 
 }  // namespace slam

@@ -103,7 +103,7 @@ int main(int argc, char** argv) {
   matcher->add_option("LOG", log, "LCM event log")->required();
   matcher->add_option("RELATIONS", relations, "known relative poses")->required();
   CLI::App* localise = app.add_subcommand("localise", "cold starts all over a log in a given map");
-  std::string map;
+  std::string map, starts;
   int places = 50;
   double seconds = 10.0;
   bool verbose = false, leads = false;
@@ -114,6 +114,7 @@ int main(int argc, char** argv) {
   localise->add_flag("--verbose", verbose, "a line for each start");
   localise->add_flag("--leads", leads,
                      "believe no place that has a rival: how often the best one was right or wrong, by its lead");
+  localise->add_option("--starts", starts, "write a row a start: when, where found, its searches (CSV)");
   localise->add_option("LOG", log, "LCM event log")->required();
   localise->add_option("MAP", map, "map_server .yaml")->required();
   return slam::runProgram(
@@ -134,6 +135,7 @@ int main(int argc, char** argv) {
             slam::showProgress(std::to_string(done) + " of " + std::to_string(places) + " starts");
           });
           slam::endProgress();
+          if (!starts.empty()) slam::writeStarts(report, starts);
           printColdStarts(report, verbose);
           if (leads) printLeads(report);
           return slam::kDone;
