@@ -12,3 +12,6 @@ wrong_use() {
 
 # need_number OPTION [VALUE]
 need_number() { [[ ${2:-} =~ ^[0-9]+$ ]] || wrong_use "$1 needs a number"; }
+
+# need_folder OPTION [VALUE]
+need_folder() { [ -n "${2:-}" ] || wrong_use "$1 needs a folder"; }
