@@ -15,3 +15,31 @@ need_number() { [[ ${2:-} =~ ^[0-9]+$ ]] || wrong_use "$1 needs a number"; }
 
 # need_folder OPTION [VALUE]
 need_folder() { [ -n "${2:-}" ] || wrong_use "$1 needs a folder"; }
+
+# all_met FILE: false where a row of the table says that its target was missed
+all_met() { ! grep -qF '| **missed** |' "$1"; }
+
+# write_table NAME [FILE...]: puts the table on stdin between <!-- BEGIN NAME --> and <!-- END NAME --> of the one file
+# that has them, by default README.md or a file in docs/
+write_table() {
+  local name=$1 files=("${@:2}") begin end homes=()
+  begin="<!-- BEGIN $name -->" end="<!-- END $name -->"
+  [ ${#files[@]} -gt 0 ] || files=(README.md docs/*.md)
+  mapfile -t homes < <(awk -v b="$begin" -v e="$end" '
+    FNR == 1 {open = 0}
+    $0 == b {open = 1}
+    $0 == e && open {print FILENAME; open = 0}' "${files[@]}")
+  if [ ${#homes[@]} -ne 1 ]; then
+    echo "${0##*/}: $begin and $end are ${#homes[@]} times in ${files[*]}, not once; nothing written" >&2
+    return 1
+  fi
+  local new
+  new=$(mktemp "${homes[0]}.XXXXXX")
+  awk -v b="$begin" -v e="$end" -v table=/dev/stdin '
+    $0 == e {while ((getline line <table) > 0) print line; skip = 0}
+    !skip {print}
+    $0 == b {skip = 1}' "${homes[0]}" >"$new"
+  chmod --reference="${homes[0]}" "$new"
+  mv "$new" "${homes[0]}"
+  echo "${0##*/}: wrote the table $name into ${homes[0]}" >&2
+}
