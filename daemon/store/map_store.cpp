@@ -5,27 +5,21 @@
 #include <cctype>
 #include <cstdio>
 #include <map>
-#include <sstream>
 #include <stdexcept>
 
 #include "mapping/map_files.hpp"
 #include "slam/map_import.hpp"
 #include "store/map_codec.hpp"
+#include "store/map_manifest.hpp"
 
 namespace slam {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr int kVersion = 1;
 constexpr int kKept = 2;  // generations
 const char* const kFiles[] = {"keyframes.bin", "graph.bin", "grid.bin", "state.toml"};
 const char* const kDepthFile = "depth.bin";  // a map without a depth camera may lack it
 const char* const kTemporary = "writing";
-
-/// A map that a newer slamd has written: to be left alone, not to be gone behind.
-struct NewerVersion : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 std::string numbered(int generation) {
   char text[16];
@@ -49,70 +43,38 @@ std::vector<int> generationsOf(const fs::path& map) {
   return generations;
 }
 
-std::string manifestOf(const MapState& map, const std::map<std::string, std::string>& files) {
-  std::ostringstream text;
-  text << "slamd map\nversion " << kVersion << "\nutime " << map.utime << "\nkeyframes " << map.keyframes.size()
-       << "\n";
-  for (const auto& [name, content] : files) {
-    text << "file " << name << " " << content.size() << " " << crc32Of(content) << "\n";
-  }
-  return text.str() + "crc32 " + std::to_string(crc32Of(text.str())) + "\n";
-}
-
-struct Manifest {
-  std::int64_t utime = 0;
-  int keyframes = 0;
-  std::map<std::string, std::pair<std::size_t, std::uint32_t>> files;
-};
-
-Manifest readManifest(const fs::path& generation) {
-  const std::string text = readFile(generation / "MANIFEST");
-  std::istringstream lines(text);
-  Manifest manifest;
-  int version = 0;
-  bool whole = false;
-  for (std::string line, word; std::getline(lines, line);) {
-    std::istringstream words(line);
-    words >> word;
-    if (word == "version") {
-      words >> version;
-      if (version > kVersion) {
-        throw NewerVersion(generation.string() + ": format " + std::to_string(version) +
-                           " is of a newer slamd, this one reads " + std::to_string(kVersion) + "; update slamd");
-      }
-    } else if (word == "utime") {
-      words >> manifest.utime;
-    } else if (word == "keyframes") {
-      words >> manifest.keyframes;
-    } else if (word == "file") {
-      std::string name;
-      words >> name;
-      auto& [size, crc] = manifest.files[name];
-      words >> size >> crc;
-    } else if (word == "crc32") {
-      std::uint32_t crc = 0;
-      words >> crc;
-      whole = crc == crc32Of(std::string_view(text).substr(0, text.rfind("crc32 ")));
-    }
-  }
-  if (!whole || version < 1) throw std::runtime_error((generation / "MANIFEST").string() + ": is damaged");
+MapManifest manifestOf(const MapState& map, const std::map<std::string, std::string>& files) {
+  MapManifest manifest{.utime = map.utime, .keyframes = map.keyframes.size(), .files = {}};
+  for (const auto& [name, content] : files) manifest.files[name] = {content.size(), crc32Of(content)};
   return manifest;
 }
 
-std::string readChecked(const fs::path& generation, const Manifest& manifest, const std::string& name) {
+MapManifest readManifest(const fs::path& generation) {
+  const fs::path file = generation / "MANIFEST";
+  const std::string text = readFile(file);
+  try {
+    return decodeManifest(text);
+  } catch (const NewerMap& error) {
+    throw NewerMap(file.string() + ": " + error.what());
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(file.string() + ": " + error.what());
+  }
+}
+
+std::string readChecked(const fs::path& generation, const MapManifest& manifest, const std::string& name) {
   const fs::path file = generation / name;
   const auto listed = manifest.files.find(name);
   if (listed == manifest.files.end()) throw std::runtime_error(file.string() + ": is not in the manifest");
   std::string content = readFile(file);
-  if (content.size() != listed->second.first || crc32Of(content) != listed->second.second) {
+  if (listed->second != MapManifest::File{content.size(), crc32Of(content)}) {
     throw std::runtime_error(file.string() + ": is damaged (its CRC differs)");
   }
   return content;
 }
 
-/// Reads one file of a generation; says which one it did not like.
+/// Reads one file of a generation; an error names the file.
 template <typename Decode>
-void decodeFile(const fs::path& generation, const Manifest& manifest, const char* name, Decode&& decode) {
+void decodeFile(const fs::path& generation, const MapManifest& manifest, const char* name, Decode&& decode) {
   const std::string content = readChecked(generation, manifest, name);
   try {
     decode(content);
@@ -132,30 +94,77 @@ OccupancyGrid drawGrid(const MapState& map, const OccupancyGridConfig& config) {
   return grid;
 }
 
-/// One generation without its journal. A damaged grid is drawn anew: the keyframes hold what it showed.
-MapState loadGeneration(const fs::path& generation, const OccupancyGridConfig& config, bool& redraw,
-                        std::vector<std::string>& remarks) {
-  const Manifest manifest = readManifest(generation);
-  MapState map;
-  decodeFile(generation, manifest, kFiles[0], [&](const std::string& bytes) { decodeKeyframes(bytes, map); });
-  decodeFile(generation, manifest, kFiles[1], [&](const std::string& bytes) { decodeEdges(bytes, map); });
-  decodeFile(generation, manifest, kFiles[3], [&](const std::string& bytes) { decodeState(bytes, map); });
+/// A map as it was read, before what its grid lacks is drawn.
+struct ReadMap {
+  LoadedMap loaded;
+  MapManifest manifest;       // of its checkpoint
+  bool redraw = false;        // the grid is damaged, or keyframes that it shows moved
+  std::vector<MapView> seen;  // and not in the grid
+};
+
+/// One generation without its journal. A damaged grid is to be drawn anew: the keyframes hold what it showed.
+ReadMap readGeneration(const fs::path& generation, const OccupancyGridConfig& config) {
+  ReadMap read;
+  read.manifest = readManifest(generation);
+  MapState& map = read.loaded.state;
+  const auto decode = [&](const char* name, const auto& decoder) {
+    decodeFile(generation, read.manifest, name, decoder);
+  };
+  decode(kFiles[0], [&](const std::string& bytes) { decodeKeyframes(bytes, map); });
+  decode(kFiles[1], [&](const std::string& bytes) { decodeEdges(bytes, map); });
+  decode(kFiles[3], [&](const std::string& bytes) { decodeState(bytes, map); });
   try {
-    decodeFile(generation, manifest, kFiles[2],
-               [&](const std::string& bytes) { map.grid = decodeGrid(bytes, config); });
+    decode(kFiles[2], [&](const std::string& bytes) { map.grid = decodeGrid(bytes, config); });
   } catch (const std::runtime_error& error) {
-    remarks.push_back(std::string(error.what()) + "; the grid was drawn anew from the keyframes");
-    redraw = true;
+    read.loaded.remarks.push_back(std::string(error.what()) + "; the grid is drawn anew from the keyframes");
+    read.redraw = true;
     map.grid = OccupancyGrid(config);
   }
-  if (manifest.files.contains(kDepthFile)) {
+  if (read.manifest.files.contains(kDepthFile)) {
     try {
-      decodeFile(generation, manifest, kDepthFile, [&](const std::string& bytes) { decodeDepth(bytes, map); });
+      decode(kDepthFile, [&](const std::string& bytes) { decodeDepth(bytes, map); });
     } catch (const std::runtime_error& error) {
-      remarks.push_back(std::string(error.what()) + "; what the depth camera saw is lost");
+      read.loaded.remarks.push_back(std::string(error.what()) + "; what the depth camera saw is lost");
     }
   }
-  return map;
+  return read;
+}
+
+/// Journals lead from a generation to the next one, and on: also past a damaged one.
+void readJournals(const fs::path& folder, ReadMap& read) {
+  for (int next = read.loaded.generation; fs::exists(journalOf(folder, next)); ++next) {
+    const auto replayed = MapJournal::replay(journalOf(folder, next), read.loaded.state);
+    read.redraw |= replayed.moved;
+    read.seen.insert(read.seen.end(), replayed.seen.begin(), replayed.seen.end());
+    if (!replayed.torn) continue;
+    read.loaded.remarks.push_back(journalOf(folder, next).string() + ": cut off behind record " +
+                                  std::to_string(replayed.records) + "; used all before it");
+    return;
+  }
+}
+
+/// The newest state of a map that can be read. @throws what MapStore::load() does
+ReadMap readNewest(const fs::path& folder, const OccupancyGridConfig& config) {
+  const auto generations = generationsOf(folder);
+  if (generations.empty()) throw std::runtime_error(folder.string() + ": holds no map");
+  std::string first_problem;
+  for (const int generation : generations) {
+    try {
+      ReadMap read = readGeneration(folder / numbered(generation), config);
+      read.loaded.generation = generation;
+      if (!first_problem.empty()) {
+        read.loaded.remarks.insert(read.loaded.remarks.begin(),
+                                   first_problem + "; used generation " + std::to_string(generation) + " instead");
+      }
+      readJournals(folder, read);
+      return read;
+    } catch (const NewerMap&) {
+      throw;
+    } catch (const std::runtime_error& error) {
+      if (first_problem.empty()) first_problem = error.what();
+    }
+  }
+  throw std::runtime_error(first_problem + "; no generation of the map is intact");
 }
 
 }  // namespace
@@ -185,7 +194,7 @@ void MapStore::checkpoint(const MapState& map, std::span<const MapView> seen) {
     fs::remove_all(temporary);
     fs::create_directory(temporary);
     for (const auto& [name, content] : files) writeDurably(temporary / name, content);
-    writeDurably(temporary / "MANIFEST", manifestOf(map, files));
+    writeDurably(temporary / "MANIFEST", encodeManifest(manifestOf(map, files)));
     syncFolder(temporary);
     if (journal_) journal_->append(map, seen), journal_->sync();  // the generation before leads up to this one
     // Before the generation is there: whatever fails up to then, the old journal goes on.
@@ -222,47 +231,15 @@ void MapStore::touch() {
 }
 
 LoadedMap MapStore::load(const fs::path& directory, const std::string& name, const OccupancyGridConfig& config) {
-  const fs::path folder = directory / name;
-  const auto generations = generationsOf(folder);
-  if (generations.empty()) throw std::runtime_error(folder.string() + ": holds no map");
-  LoadedMap loaded;
-  std::string first_problem;
-  for (const int generation : generations) {
-    bool redraw = false;
-    std::vector<std::string> remarks;
-    try {
-      loaded.state = loadGeneration(folder / numbered(generation), config, redraw, remarks);
-    } catch (const NewerVersion&) {
-      throw;
-    } catch (const std::runtime_error& error) {
-      if (first_problem.empty()) first_problem = error.what();
-      continue;
-    }
-    loaded.generation = generation;
-    if (!first_problem.empty()) {
-      remarks.insert(remarks.begin(), first_problem + "; used generation " + std::to_string(generation) + " instead");
-    }
-    std::vector<MapView> seen;  // and not in the grid
-    // Journals lead from this generation to the next one, and on: also past a damaged one.
-    for (int next = generation; fs::exists(journalOf(folder, next)); ++next) {
-      const auto replayed = MapJournal::replay(journalOf(folder, next), loaded.state);
-      redraw |= replayed.moved;
-      seen.insert(seen.end(), replayed.seen.begin(), replayed.seen.end());
-      if (!replayed.torn) continue;
-      remarks.push_back(journalOf(folder, next).string() + ": cut off behind record " +
-                        std::to_string(replayed.records) + "; used all before it");
-      break;
-    }
-    if (redraw) {
-      loaded.state.grid = drawGrid(loaded.state, config);
-      loaded.state.grid_keyframes = loaded.state.keyframes.size();
-    } else {
-      for (const MapView& view : seen) loaded.state.grid.add(view.T_map_base() * view.view->T_base_depth, *view.view);
-    }
-    loaded.remarks = std::move(remarks);
-    return loaded;
+  ReadMap read = readNewest(directory / name, config);
+  MapState& map = read.loaded.state;
+  if (read.redraw) {
+    map.grid = drawGrid(map, config);
+    map.grid_keyframes = map.keyframes.size();
+  } else {
+    for (const MapView& view : read.seen) map.grid.add(view.T_map_base() * view.view->T_base_depth, *view.view);
   }
-  throw std::runtime_error(first_problem + "; no generation of the map is intact");
+  return std::move(read.loaded);
 }
 
 std::vector<MapSummary> MapStore::list(const fs::path& directory) {
@@ -275,24 +252,19 @@ std::vector<MapSummary> MapStore::list(const fs::path& directory) {
     MapSummary& summary = maps.emplace_back();
     summary.name = name;
     summary.newest = generations.front();
-    for (const int generation : generations) {
-      const fs::path folder = entry.path() / numbered(generation);
-      try {
-        const Manifest manifest = readManifest(folder);
-        for (const char* file : {kFiles[0], kFiles[1], kFiles[3]}) readChecked(folder, manifest, file);
-        try {  // these can be done without
-          readChecked(folder, manifest, kFiles[2]);
-          if (manifest.files.contains(kDepthFile)) readChecked(folder, manifest, kDepthFile);
-        } catch (const std::runtime_error& damage) {
-          if (summary.problem.empty()) summary.problem = damage.what();
-        }
-        summary.generation = generation;
-        summary.keyframes = manifest.keyframes;
-        summary.utime = manifest.utime;
-        break;
-      } catch (const std::runtime_error& damage) {
-        if (summary.problem.empty()) summary.problem = damage.what();
+    try {
+      const ReadMap read = readNewest(entry.path(), {});
+      summary.generation = read.loaded.generation;
+      summary.keyframes = read.manifest.keyframes;
+      summary.utime = read.manifest.utime;
+      for (const std::string& remark : read.loaded.remarks) {
+        summary.problem += (summary.problem.empty() ? "" : "; ") + remark;
       }
+    } catch (const NewerMap& newer) {
+      summary.newer = true;
+      summary.problem = newer.what();
+    } catch (const std::runtime_error& damage) {
+      summary.problem = damage.what();
     }
   }
   std::sort(maps.begin(), maps.end(), [](const MapSummary& a, const MapSummary& b) { return a.name < b.name; });

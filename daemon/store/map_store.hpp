@@ -11,14 +11,15 @@
 
 namespace slam {
 
-/// What the store says of a map without loading it.
+/// What load() would find.
 struct MapSummary {
   std::string name;
   int generation = 0;      ///< newest one that can be used; 0: none
   int newest = 0;          ///< newest one there is
   int keyframes = 0;       ///< in it
   std::int64_t utime = 0;  ///< [us] of its last pose
-  std::string problem;     ///< what is wrong with it, in words; empty: nothing
+  bool newer = false;      ///< a newer slamd wrote it: none of it can be used
+  std::string problem;     ///< what is wrong with it, in the words of load(); empty: nothing
 };
 
 struct LoadedMap {
@@ -65,7 +66,7 @@ class MapStore {
   static LoadedMap load(const std::filesystem::path& directory, const std::string& name,
                         const OccupancyGridConfig& grid);
 
-  /// All maps of a folder, by name. Checks every CRC.
+  /// All maps of a folder, by name. Reads each as load() does, but draws nothing.
   static std::vector<MapSummary> list(const std::filesystem::path& directory);
   /// The map that was written last, intact or not, if there is one.
   static std::optional<std::string> newest(const std::filesystem::path& directory);

@@ -21,6 +21,7 @@
 #include "store/durable_file.hpp"
 #include "store/map_codec.hpp"
 #include "store/map_journal.hpp"
+#include "store/map_manifest.hpp"
 #include "support/stored_map.hpp"
 #include "tools/sim/board/board_emulator.hpp"
 #include "tools/sim/board/imu_emulator.hpp"
@@ -285,6 +286,9 @@ void mapSeeds(const Corpus& corpus) {
                std::string(1, '\0') + content.substr(at + kRecordHead, size));
     at += kRecordHead + size;
   }
+  const std::string manifest = encodeManifest({.utime = 1, .keyframes = 5, .files = {{"graph.bin", {82, 7}}}});
+  corpus.add("map_store", "manifest", 10, manifest.substr(0, manifest.rfind("crc32 ")));
+  corpus.add("map_store", "manifest-raw", 11, manifest);
 }
 
 }  // namespace

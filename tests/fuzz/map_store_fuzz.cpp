@@ -10,6 +10,7 @@
 #include "store/durable_file.hpp"
 #include "store/map_codec.hpp"
 #include "store/map_journal.hpp"
+#include "store/map_manifest.hpp"
 #include "support/stored_map.hpp"
 
 namespace slam {
@@ -26,6 +27,8 @@ enum Part : std::uint8_t {
   kState,
   kJournal,
   kRawJournal,
+  kManifest,
+  kRawManifest,
   kParts
 };
 
@@ -112,6 +115,20 @@ std::string journalOf(fuzz::Input& input) {
   return journal.take();
 }
 
+/// What is intact is written as it was read; who says that a newer slamd wrote it has the CRC on its side.
+void checkManifest(const std::string& text) {
+  const std::size_t seal = text.rfind("crc32 ");
+  const bool intact =
+      seal != std::string::npos && text.substr(seal) == "crc32 " + std::to_string(crc32Of(text.substr(0, seal))) + "\n";
+  try {
+    const MapManifest manifest = decodeManifest(text);
+    FUZZ_CHECK(intact);
+    FUZZ_CHECK_NO_THROW(decodeManifest(encodeManifest(manifest)) == manifest);
+  } catch (const NewerMap&) {
+    FUZZ_CHECK(intact);
+  }
+}
+
 void checkPart(Part part, fuzz::Input& input) {
   MapState map;
   if (part != kKeyframes) map = knownMap();
@@ -145,6 +162,12 @@ void checkPart(Part part, fuzz::Input& input) {
       return checkMap(map);
     case kJournal:
       return checkJournal(journalOf(input));
+    case kManifest: {
+      const std::string lines = textOf(input.rest());
+      return checkManifest(lines + "crc32 " + std::to_string(crc32Of(lines)) + "\n");
+    }
+    case kRawManifest:
+      return checkManifest(textOf(input.rest()));
     default:
       return checkJournal(textOf(input.rest()));
   }

@@ -34,7 +34,8 @@ void printMaps(const std::string& directory) {
   const auto newest = slam::MapStore::newest(directory);
   std::printf("%-2s%-28s %10s %10s  %-19s  %s\n", "", "map", "keyframes", "generation", "saved (UTC)", "state");
   for (const slam::MapSummary& map : maps) {
-    const char* state = map.generation == 0            ? "damaged"
+    const char* state = map.newer                      ? "of a newer slamd"
+                        : map.generation == 0          ? "damaged"
                         : map.problem.empty()          ? "good"
                         : map.generation != map.newest ? "good, newest generation damaged"
                                                        : "usable, in part damaged";
@@ -91,7 +92,7 @@ int main(int argc, char** argv) {
   save->add_option("NAME", name, "letters, digits, - and _");
   auto* load = app.add_subcommand("load", "store the present map and go on in another one");
   load->add_option("NAME", name, "of a map")->required();
-  const auto* list = app.add_subcommand("list", "all stored maps; checks their CRCs");
+  const auto* list = app.add_subcommand("list", "all stored maps, and what slamd would find damaged in them");
   auto* export_map = app.add_subcommand("export", "a stored map as map_server files");
   export_map->add_option("NAME", name, "of a map")->required()->check(slam::namesFile());
   export_map->add_option("PREFIX", prefix, "of the .yaml, .pgm and .png to write")
