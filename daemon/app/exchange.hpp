@@ -102,7 +102,8 @@ struct Exchange {
   SpscQueue<ReceivedScan> scans_out{8};
   SpscQueue<PseudoLaser> views_out{8};
 
-  SpscQueue<Keyframe> keyframes{64};                             // estimator -> graph
+  // estimator -> graph; one more may come while a correction is handed over
+  SpscQueue<Keyframe> keyframes{Localizer::kMostAhead - 1};
   SpscQueue<DepthSight> sights{64};                              // estimator -> graph
   SpscQueue<MapCorrection*> corrections{2};                      // graph -> estimator, who gives it back by
   SpscQueue<MapCorrection*> used_corrections{2};                 // estimator -> graph: one at most is on its way

@@ -21,6 +21,19 @@ Keyframe::Point keyframePoint(const ScanPoint& point) {
   return out;
 }
 
+ScanPoint scanPoint(const Keyframe::Point& point, const Pose2& T_base_lidar) {
+  const Eigen::Vector2d position(point.x, point.y);
+  ScanPoint out{.position = position, .range = (position - T_base_lidar.translation()).norm()};
+  if (point.normal == Keyframe::Point::kNoNormal) {
+    out.may_slide = point.normal_sigma == Keyframe::Point::kMaySlide;
+    return out;
+  }
+  const double angle = point.normal * Keyframe::Point::kAngle, sigma = point.normal_sigma * Keyframe::Point::kAngle;
+  out.normal = {std::cos(angle), std::sin(angle)};
+  out.normal_variance = sigma * sigma;
+  return out;
+}
+
 void KeyframeGraph::add(const Keyframe& keyframe) {
   const int id = size();
   const Pose2 T_map_base = id == 0 ? keyframe.T_map_base : pose(id - 1) * keyframe.T_previous_base;
@@ -50,19 +63,8 @@ std::vector<int> KeyframeGraph::near(const Eigen::Vector2d& p_map, double radius
 
 void KeyframeGraph::points(int id, ScanPoints& points) const {
   const StoredScan& stored = *scan(id);
-  const Eigen::Vector2d lidar = stored.T_base_lidar.translation();
   points.clear();
-  for (const Keyframe::Point& point : stored.points) {
-    const Eigen::Vector2d position(point.x, point.y);
-    ScanPoint& out = points.emplace_back(ScanPoint{.position = position, .range = (position - lidar).norm()});
-    if (point.normal == Keyframe::Point::kNoNormal) {
-      out.may_slide = point.normal_sigma == Keyframe::Point::kMaySlide;
-      continue;
-    }
-    const double angle = point.normal * Keyframe::Point::kAngle, sigma = point.normal_sigma * Keyframe::Point::kAngle;
-    out.normal = {std::cos(angle), std::sin(angle)};
-    out.normal_variance = sigma * sigma;
-  }
+  for (const Keyframe::Point& point : stored.points) points.push_back(scanPoint(point, stored.T_base_lidar));
 }
 
 void KeyframeGraph::gather(int newest, int oldest, double length, int limit, ScanPoints& points) const {

@@ -11,8 +11,10 @@
 
 namespace slam {
 
-/// A scan's point as a keyframe stores it. KeyframeGraph::points() gives it back, but for quantisation.
+/// A scan's point as a keyframe stores it.
 Keyframe::Point keyframePoint(const ScanPoint& point);
+/// The scan's point again, but for quantisation.
+ScanPoint scanPoint(const Keyframe::Point& point, const Pose2& T_base_lidar);
 
 /// The pose graph of a map with the scan of each keyframe. Keyframe ids are the graph's node ids.
 class KeyframeGraph {

@@ -82,6 +82,8 @@ class BackEnd {
   /// Keyframes before this one are no part of the map any more.
   int firstInMap() const { return first_in_map_; }
   bool inMap(int id) const { return is_in_map_[static_cast<std::size_t>(id)] != 0; }
+  /// Whether the front end's reference holds a keyframe, once all corrections have reached it.
+  bool inReference(int id) const { return is_in_reference_[static_cast<std::size_t>(id)] != 0; }
   /// Counts up whenever poses of known keyframes changed.
   int generation() const { return generation_; }
   const BackEndCounters& counters() const { return counters_; }

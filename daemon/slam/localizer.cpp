@@ -60,7 +60,8 @@ Localizer::Localizer(const LocalizerConfig& config, Stopwatch stopwatch, const L
   config_.normals.range_sigma = config_.match.range_sigma = config_.lidar.range_sigma;
   match_ = config_.match;
   points_.reserve(LaserScan::kCapacity);
-  for (RecentScan& recent : recent_) recent.points.reserve(LaserScan::kCapacity);
+  newest_points_.reserve(LaserScan::kCapacity);
+  for (KeptScan& kept : kept_) kept.points.reserve(LaserScan::kCapacity);
   reference_keyframes_.reserve(MapCorrection::kMaxKeyframes);
 }
 
@@ -235,7 +236,7 @@ void Localizer::beginSegment(KeyframeOrigin origin) {
   if (config_.localise_only) next_keyframe_ = start_.first_keyframe;  // the segment before is forgotten
   reference_.clear(pose_.at(pose_.newestStamp()).pose().translation());
   reference_keyframes_.clear();
-  for (RecentScan& recent : recent_) recent.id = -1;
+  for (KeptScan& kept : kept_) kept.id = -1;
   wheel_trust_.interrupt();
   last_keyframe_.reset();
   failures_ = 0;

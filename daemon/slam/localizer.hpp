@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/estimates.hpp"
@@ -140,6 +141,10 @@ bool isMoving(const Twist2& twist);
 /// No thread, clock or I/O; after construction no allocation. Not safe for concurrent use.
 class Localizer {
  public:
+  /// Newest keyframes that a correction need not know: their points are kept, so that they go on in the new reference.
+  /// A back end in another thread must fall no further behind.
+  static constexpr int kMostAhead = 65;
+
   /// Reads a clock for statistics only; given from outside, because this folder cannot read one.
   using Stopwatch = Timestamp (*)();
 
@@ -162,9 +167,10 @@ class Localizer {
   void setPose(const Pose2& T_map_base, const Eigen::Vector3d& sigma);
 
   /// Goes on in the map as the back end has corrected it: pose and reference change together, the pose rigidly by the
-  /// motion of the keyframe nearest to the robot, or to where a lost robot was found. One that refutes a given pose
-  /// says that the robot is lost, one made for another segment changes nothing. @return the old reference, to be
-  /// recycled outside the pose path
+  /// motion of the keyframe nearest to the robot, or to where a lost robot was found. Keyframes newer than the
+  /// correction stay, and move as the newest one does that it knows. One that refutes a given pose says that the robot
+  /// is lost, one made for another segment changes nothing. @return the old reference, to be recycled outside the pose
+  /// path
   void apply(MapCorrection& correction);
 
   /// The keyframe nearest to a pose, and the pose relative to it.
@@ -173,6 +179,8 @@ class Localizer {
     Pose2 T_keyframe_base;
   };
   Anchored anchor(const Pose2& T_map_base) const;
+  /// The keyframes that scans are matched against, by id.
+  std::span<const ReferenceKeyframe> referenceKeyframes() const { return reference_keyframes_; }
 
   std::int32_t mapId() const { return start_.map_id; }
   Timestamp newestStamp() const { return pose_.newestStamp(); }
@@ -219,11 +227,12 @@ class Localizer {
   ClockStepBridge imu_clock_;
   Reference reference_;
   std::vector<ReferenceKeyframe> reference_keyframes_;  // by id
-  struct RecentScan {
+  struct KeptScan {
     int id = -1;
-    ScanPoints points;
+    std::vector<Keyframe::Point> points;
   };
-  std::array<RecentScan, 4> recent_;  // newest keyframes, which a correction may not know yet
+  std::array<KeptScan, kMostAhead> kept_;  // newest keyframes, which a correction may not know yet
+  ScanPoints newest_points_;               // of the newest keyframe, while there is a last_keyframe_
   CorrelativeMatcher search_;
   RangeImage image_;
   PoseHistory history_;

@@ -55,9 +55,10 @@ const Keyframe* Localizer::keep(Timestamp stamp, const Pose2& T_map_base, const 
   last_keyframe_ = T_map_base;
   if (reference_keyframes_.size() < MapCorrection::kMaxKeyframes)
     reference_keyframes_.push_back({keyframe_.id, T_map_base});
-  RecentScan& recent = recent_[static_cast<std::size_t>(keyframe_.id) % recent_.size()];
-  recent.id = keyframe_.id;
-  recent.points = points_;
+  newest_points_ = points_;
+  KeptScan& kept = kept_[static_cast<std::size_t>(keyframe_.id) % kept_.size()];
+  kept.id = keyframe_.id;
+  kept.points.assign(keyframe_.points().begin(), keyframe_.points().end());
   return &keyframe_;
 }
 
@@ -99,34 +100,42 @@ void Localizer::apply(MapCorrection& correction) {
     was_placed_ = true;
     return;
   }
-  // The nearest keyframe that both references hold says how the map moved here.
+  // The nearest keyframe that both references hold says how the map moved here. Those that the back end did not know
+  // yet it hangs on the newest one that it knew, and so they move.
   const Pose2 here = pose_.at(pose_.newestStamp()).pose();
   Pose2 T_new_old;
+  std::optional<Pose2> T_new_ahead;
   double nearest = std::numeric_limits<double>::infinity();
   auto corrected = correction.keyframes.begin();
   for (const ReferenceKeyframe& old : reference_keyframes_) {
     while (corrected != correction.keyframes.end() && corrected->id < old.id) ++corrected;
-    if (corrected == correction.keyframes.end()) break;
-    if (corrected->id != old.id) continue;
+    const bool common = corrected != correction.keyframes.end() && corrected->id == old.id;
+    const bool ahead = old.id > correction.newest && T_new_ahead && extends_;
+    if (!common && !ahead) continue;
+    const Pose2 T = common ? corrected->T_map_base * old.T_map_base.inverse() : *T_new_ahead;
+    if (old.id == correction.newest) T_new_ahead = T;
     const double distance = (old.T_map_base.translation() - here.translation()).squaredNorm();
     if (distance >= nearest) continue;
     nearest = distance;
-    T_new_old = corrected->T_map_base * old.T_map_base.inverse();
+    T_new_old = T;
   }
   if (correction.T_map_segment) {
     T_new_old = *correction.T_map_segment;
+    T_new_ahead.reset();
     placed_ = true;
     extends_ = !config_.localise_only;
   }
   std::swap(reference_, correction.reference);
   std::swap(reference_keyframes_, correction.keyframes);
   for (const ReferenceKeyframe& old : correction.keyframes) {
-    const RecentScan& recent = recent_[static_cast<std::size_t>(old.id) % recent_.size()];
-    if (old.id <= correction.newest || recent.id != old.id || !extends_) continue;
-    reference_.add(T_new_old * old.T_map_base, recent.points);
-    if (reference_keyframes_.size() < MapCorrection::kMaxKeyframes) {
-      reference_keyframes_.push_back({old.id, T_new_old * old.T_map_base});
-    }
+    const KeptScan& kept = kept_[static_cast<std::size_t>(old.id) % kept_.size()];
+    if (old.id <= correction.newest || kept.id != old.id || !extends_) continue;
+    const Pose2 T_map_base = T_new_ahead.value_or(T_new_old) * old.T_map_base;
+    points_.clear();
+    for (const Keyframe::Point& point : kept.points) points_.push_back(scanPoint(point, config_.lidar.T_base_lidar));
+    reference_.add(T_map_base, points_);
+    if (reference_keyframes_.size() < MapCorrection::kMaxKeyframes)
+      reference_keyframes_.push_back({old.id, T_map_base});
   }
   pose_.transform(T_new_old);
   wheel_trust_.interrupt();

@@ -88,9 +88,7 @@ bool Localizer::showsMore(const Pose2& T_map_base) {
   const Pose2 moved = between(last_pose_, T_map_base);
   if (std::max(std::abs(moved.x), std::abs(moved.y)) > config_.search_window.translation) return false;
   if (std::abs(moved.theta) > config_.search_window.rotation) return false;
-  const RecentScan& newest = recent_[static_cast<std::size_t>(next_keyframe_ - 1) % recent_.size()];
-  if (newest.id != next_keyframe_ - 1) return false;
-  image_.set(newest.points, config_.lidar.T_base_lidar.translation());
+  image_.set(newest_points_, config_.lidar.T_base_lidar.translation());
   const PointTransform T_newest_base(between(*last_keyframe_, T_map_base));
   SightTally tally;
   for (const ScanPoint& point : points_) {

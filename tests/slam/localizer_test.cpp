@@ -527,7 +527,7 @@ TEST(Localizer, StampsBeforeAndBehindTheBeamsAreOne) {
 /// A drive whose map is then corrected as a back end would.
 class CorrectedLocalizer : public testing::Test {
  protected:
-  CorrectedLocalizer() {
+  explicit CorrectedLocalizer(const LocalizerConfig& config = {}) : drive(config) {
     drive.keyframes = &graph;
     drive.run(2.0, kStand);
     drive.run(8.0, kCurve);
@@ -652,6 +652,56 @@ TEST_F(CorrectedLocalizer, KeepsKeyframesNewerThanTheCorrection) {
   ASSERT_NE(drive.last.keyframe, nullptr);
   const Pose2 expected = kMotion * last * drive.last.keyframe->T_previous_base;
   EXPECT_LT(distance(drive.last.keyframe->T_map_base, expected), 1e-9);
+}
+
+/// Each scan becomes a keyframe: many come while a correction is computed.
+class DenselyKeptLocalizer : public CorrectedLocalizer {
+ protected:
+  static LocalizerConfig dense() {
+    LocalizerConfig config;
+    config.keyframe.translation = 0.01;
+    config.keyframe.familiarity = 2.0;  // nothing is
+    return config;
+  }
+  DenselyKeptLocalizer() : CorrectedLocalizer(dense()) { drive.run(8.0, kCurve); }
+};
+
+TEST_F(DenselyKeptLocalizer, KeepsSixAndAllThatCanBeAheadOfACorrection) {
+  for (const int ahead : {6, Localizer::kMostAhead}) {
+    ASSERT_GT(newest(), ahead) << "keyframes";
+    const auto surfels = corrected(upTo(newest()), kMotion)->reference.size();
+    auto correction = corrected(upTo(newest() - ahead), kMotion);
+    EXPECT_EQ(test::allocationsDuring([&] { drive.localizer->apply(*correction); }), 0U);
+    const auto held = drive.localizer->referenceKeyframes();
+    ASSERT_EQ(held.size(), static_cast<std::size_t>(graph.size())) << ahead;
+    for (int id = 0; id <= newest(); ++id) {
+      const ReferenceKeyframe& keyframe = held[static_cast<std::size_t>(id)];
+      EXPECT_EQ(keyframe.id, id) << ahead;
+      EXPECT_LT(distance(keyframe.T_map_base, kMotion * graph.pose(id)), 1e-9) << ahead;
+      EXPECT_EQ(drive.localizer->anchor(kMotion * graph.pose(id)).keyframe, id) << ahead;
+    }
+    for (int id = 0; id < graph.size(); ++id) graph.graph().setPose(id, kMotion * graph.pose(id));
+    auto next = corrected(upTo(newest()), {});
+    drive.localizer->apply(*next);
+    EXPECT_EQ(next->reference.size(), surfels) << ahead << ": their points are in the reference, too";
+  }
+}
+
+TEST_F(DenselyKeptLocalizer, WhatIsAheadHangsOnTheNewestThatTheCorrectionKnows) {
+  // The back end has bent the map: each of its keyframes is moved otherwise.
+  auto correction = corrected(upTo(newest() - 6), {});
+  for (ReferenceKeyframe& keyframe : correction->keyframes) {
+    keyframe.T_map_base = Pose2{0.001 * keyframe.id, 0.002 * keyframe.id, 0.0003 * keyframe.id} * keyframe.T_map_base;
+  }
+  const Pose2 T_new_old = correction->keyframes.back().T_map_base * graph.pose(correction->newest).inverse();
+  const Pose2 expected = T_new_old * estimate();
+  drive.localizer->apply(*correction);
+  const auto held = drive.localizer->referenceKeyframes();
+  ASSERT_EQ(held.size(), static_cast<std::size_t>(graph.size()));
+  for (int id = newest() - 5; id <= newest(); ++id) {
+    EXPECT_LT(distance(held[static_cast<std::size_t>(id)].T_map_base, T_new_old * graph.pose(id)), 1e-9);
+  }
+  EXPECT_LT(distance(estimate(), expected), 1e-9) << "the robot stays where it is among them";
 }
 
 TEST_F(CorrectedLocalizer, TakesTheCorrectionForNoDrift) {

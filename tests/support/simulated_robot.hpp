@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <chrono>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <numbers>
@@ -21,8 +22,8 @@ class Robot {
 
   /// @param map to begin in; empty: an unknown place
   explicit Robot(const Place& place, const Pose2& start, bool localise_only = false,
-                 std::optional<MapState> map = std::nullopt)
-      : truth(start), place_(place), back_end(backEndConfig(localise_only)) {
+                 std::optional<MapState> map = std::nullopt, const BackEndConfig& config_of_back_end = {})
+      : truth(start), place_(place), back_end(fitting(config_of_back_end, localise_only)) {
     LocalizerConfig config;
     config.lidar.range_sigma = 0.01;
     config.localise_only = localise_only;
@@ -68,13 +69,17 @@ class Robot {
   Pose2 truth;  ///< in the world; may be changed at any time, which wheels and gyro do not see
   Timestamp now{std::chrono::seconds(100)};
   std::function<void()> after_scan;
+  /// Asked after each scan, true: the oldest keyframe is not taken yet, or the correction not applied yet, as happens
+  /// where the back end has a thread of its own. Empty: all is done at once.
+  std::function<bool()> keyframe_waits, correction_waits;
+  std::deque<Keyframe> keyframes;             ///< which the back end has not taken yet
+  std::unique_ptr<MapCorrection> correction;  ///< which was not applied yet
   bool has_wheels = true, has_imu = true;
   double wheel_scale = 1.01;             ///< [1] what the wheels tell of the way
   double view = 2.0 * std::numbers::pi;  ///< [rad] of the lidar, to both sides of ahead
 
  private:
-  static BackEndConfig backEndConfig(bool localise_only) {
-    BackEndConfig config;
+  static BackEndConfig fitting(BackEndConfig config, bool localise_only) {
     config.match.range_sigma = 0.01;
     config.localise_only = localise_only;
     return config;
@@ -95,16 +100,19 @@ class Robot {
   }
   void take(const LaserScan& scan) {
     const ScanOutcome outcome = localizer->add(scan);
-    if (outcome.keyframe == nullptr) return;
-    back_end.add(*outcome.keyframe);
+    if (outcome.keyframe != nullptr) keyframes.push_back(*outcome.keyframe);
+    for (; !keyframes.empty() && !(keyframe_waits && keyframe_waits()); keyframes.pop_front()) take(keyframes.front());
+    if (!correction || (correction_waits && correction_waits())) return;
+    localizer->apply(*correction);
+    back_end.recycle(std::move(correction));
+  }
+  void take(const Keyframe& keyframe) {
+    back_end.add(keyframe, !correction);
     mapper.forgetBefore(back_end.firstInMap());
-    for (const MapScan& drawn : back_end.mapScans(*outcome.keyframe)) mapper.add(drawn);
+    for (const MapScan& drawn : back_end.mapScans(keyframe)) mapper.add(drawn);
     if (generation_ != back_end.generation()) mapper.move(back_end.keyframes().graph().poses());
     generation_ = back_end.generation();
-    if (auto correction = back_end.takeCorrection()) {
-      localizer->apply(*correction);
-      back_end.recycle(std::move(correction));
-    }
+    if (auto due = back_end.takeCorrection()) correction = std::move(due);
   }
 
   Place place_;

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The front end's reference and what the back end lists of it: two threads, one map.
+#include "slam/map_correction.hpp"
+
+#include <algorithm>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <random>
+#include <set>
+
+#include "support/simulated_keyframes.hpp"
+#include "support/simulated_robot.hpp"
+
+namespace slam {
+namespace {
+
+using test::Robot;
+
+constexpr double kSide = 12.0, kOtherSide = 8.0;  // [m] of the way around the ring corridor
+
+/// Around the block twice and a bit.
+void round(Robot& robot) {
+  robot.run(1.0, {0, 0, 0});
+  for (const double side : {kSide - 1.0, kOtherSide, kSide, kOtherSide, kSide, kOtherSide, kSide, kOtherSide, kSide}) {
+    robot.drive(side);
+    robot.turn(std::numbers::pi / 2);
+  }
+}
+
+class LateCorrections : public testing::TestWithParam<unsigned> {
+ protected:
+  /// What the front end matches against is what the back end says, where nothing is on its way.
+  void expectOneMap() {
+    std::set<int> held, listed;
+    for (const ReferenceKeyframe& keyframe : robot.localizer->referenceKeyframes()) held.insert(keyframe.id);
+    for (int id = 0; id < robot.back_end.keyframes().size(); ++id) {
+      if (robot.back_end.inReference(id)) listed.insert(id);
+    }
+    ASSERT_EQ(held, listed);
+    ++compared;
+  }
+
+  /// The reference is small, so that it is renewed often.
+  static BackEndConfig nearsighted() {
+    BackEndConfig config;
+    config.reference_radius = 5.0;
+    config.renewal_radius = 4.0;
+    return config;
+  }
+
+  Robot robot{test::ringCorridor(), test::onRing(1.0), false, std::nullopt, nearsighted()};
+  std::mt19937 random{GetParam()};
+  int compared = 0, most_ahead = 0, corrections = 0;
+};
+
+TEST_P(LateCorrections, LeaveFrontEndAndBackEndWithTheSameKeyframes) {
+  bool graph_works = false, handed_over = true;
+  const auto chance = [this](double share) { return std::bernoulli_distribution(share)(random); };
+  robot.keyframe_waits = [&] {
+    graph_works = graph_works ? !chance(0.2) : chance(0.2);
+    return graph_works;
+  };
+  robot.correction_waits = [&] {
+    if (handed_over) ++corrections;
+    handed_over = chance(0.04);
+    if (!handed_over) return true;
+    int ahead = static_cast<int>(std::count_if(robot.keyframes.begin(), robot.keyframes.end(),
+                                               [](const Keyframe& keyframe) { return !keyframe.look; }));
+    ahead += robot.back_end.keyframes().size() - 1 - robot.correction->newest;
+    most_ahead = std::max(most_ahead, ahead);
+    return false;
+  };
+  robot.after_scan = [&] {
+    if (!HasFatalFailure() && !robot.correction && robot.keyframes.empty()) expectOneMap();
+  };
+  round(robot);
+  EXPECT_GT(corrections, 10);
+  EXPECT_GT(most_ahead, 4);
+  EXPECT_GT(compared, 100);
+  EXPECT_GT(robot.back_end.counters().loop_closures, 0);
+  EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
+  EXPECT_LT(robot.error(test::onRing(1.0)), 0.15);
+}
+
+INSTANTIATE_TEST_SUITE_P(AtRandom, LateCorrections, testing::Values(1U, 2U, 3U));
+
+}  // namespace
+}  // namespace slam
