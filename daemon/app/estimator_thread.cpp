@@ -68,13 +68,12 @@ void EstimatorThread::tick() {
 
 bool EstimatorThread::addScan(const ReceivedScan& received) {
   const Timestamp begin = monotonicNow();
-  const ScanOutcome outcome = localizer_->add(received.scan, exchange_.keyframes.hasRoom());
+  const ScanOutcome outcome = slam::addScan(*localizer_, probe_, received.scan, exchange_.keyframes.hasRoom());
   exchange_.lidar_stuck = outcome.stuck;
   if (outcome.stuck) return false;
   exchange_.scan_work.add(monotonicNow() - begin);
   if (outcome.match.iterations > 0) exchange_.match.add(outcome.match_time);
   if (outcome.keyframe != nullptr) exchange_.keyframes.tryPush(*outcome.keyframe);
-  probe_.add(received.scan);
   ++snapshot_.scans;
   snapshot_.scan_received = received.received;
   return true;

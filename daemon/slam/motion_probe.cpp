@@ -189,4 +189,10 @@ void MotionProbe::settle() {
   findings_ = check_.findings();
 }
 
+ScanOutcome addScan(Localizer& localizer, MotionProbe& probe, const LaserScan& scan, bool may_keep) {
+  const ScanOutcome outcome = localizer.add(scan, may_keep);
+  if (!outcome.stuck) probe.add(scan);
+  return outcome;
+}
+
 }  // namespace slam

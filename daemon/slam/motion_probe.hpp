@@ -68,4 +68,9 @@ class MotionProbe {
   SensorFindings findings_;
 };
 
+/// Gives a scan to the localizer and then to the probe, but none of a stuck lidar: the turn that it repeats is no
+/// measurement. work() is left to the caller.
+/// @param may_keep as Localizer::add() has it
+ScanOutcome addScan(Localizer& localizer, MotionProbe& probe, const LaserScan& scan, bool may_keep = true);
+
 }  // namespace slam

@@ -20,28 +20,42 @@ using enum SensorFault;
 /// A robot that drives bends in a room, and what may be wrong with it.
 struct Drive {
   bool upside_down = false, turned = false, twice = false, frozen = false, gyro = true;
+  double renewed = 0.0;         // [1] share of the beams that a frozen lidar measures anew
+  bool also_localiser = false;  // the scans come as in slamd and slam-replay
   double wheel_turn = 1.0, turn_rate = 0.6;
   Duration copied_after{0};
   LocalizerConfig config = {};
   std::unique_ptr<MotionProbe> probe = {};
+  std::unique_ptr<Localizer> localizer = {};
   Pose2 truth{-1.0, -0.5, 0.0}, reckoned = {};
   Timestamp now{100s};
   std::mt19937 random{1};
   test::Room room{.length = 8.0, .width = 5.0, .range_sigma = 0.01};
   int step = 0;
   LaserScan seen = {};
+  int stuck = 0;
 
   void run(double seconds) {
     if (!probe) probe = std::make_unique<MotionProbe>(config);
+    if (also_localiser && !localizer) localizer = std::make_unique<Localizer>(config);
     for (const Timestamp end = now + fromSeconds(seconds); now < end;) {
       now += 20ms;
       const double rate = std::sin(toSeconds(now.time_since_epoch())) > 0.0 ? turn_rate : -0.3 * turn_rate;
       truth = truth * exp({0.02 * 0.25, 0.0, 0.02 * rate});
       reckoned = reckoned * exp({0.02 * 0.25, 0.0, 0.02 * wheel_turn * rate});
+      const ImuSample imu{now, {0, 0, rate + 0.01}, {0, 0, 9.81}};
+      if (localizer) localizer->add(WheelSample{now, reckoned}), localizer->add(imu);
       probe->add(WheelSample{now, reckoned});
-      if (gyro) probe->add(ImuSample{now, {0, 0, rate + 0.01}, {0, 0, 9.81}});
+      if (gyro) probe->add(imu);
       if (++step % 8 != 0) continue;
       if (seen.size == 0 || !frozen) seen = room.scan(truth, random);
+      if (renewed > 0.0) {
+        const LaserScan fresh = room.scan(truth, random);
+        for (int i = 0; i < static_cast<int>(renewed * seen.size); ++i) {
+          const auto beam = static_cast<std::size_t>(i * 37 % seen.size);
+          seen.storage[beam] = fresh.storage[beam];
+        }
+      }
       LaserScan scan = seen;
       scan.stamp = now;
       for (int i = 0; i < scan.size; ++i) {
@@ -50,14 +64,14 @@ struct Drive {
         if (turned) bearing = static_cast<float>(wrapAngle(bearing + std::numbers::pi));
       }
       for (int copy = 0; copy < (twice ? 2 : 1); ++copy) {
-        probe->add(scan);
+        localizer ? static_cast<void>(stuck += addScan(*localizer, *probe, scan).stuck) : probe->add(scan);
         probe->work();
         scan.stamp += copied_after;
       }
     }
   }
-  std::vector<SensorFault> faults() {
-    run(40.0);
+  std::vector<SensorFault> faults(double seconds = 40.0) {
+    run(seconds);
     std::vector<SensorFault> faults;
     for (const SensorFinding& finding : probe->findings().all()) faults.push_back(finding.fault);
     return faults;
@@ -94,6 +108,21 @@ TEST(MotionProbe, FindsScansThatComeTwice) {
 
 TEST(MotionProbe, FindsALidarThatIsFrozenWhileTheRobotDrivesStraight) {
   EXPECT_THAT((Drive{.frozen = true, .turn_rate = 0.0}).faults(), testing::Contains(kScansRepeated));
+}
+
+TEST(MotionProbe, GetsNoScansOfAStuckLidarToBlameTheOthersFor) {
+  // Some of its beams are measured anew, so that no two scans are the same to the last bit.
+  EXPECT_THAT((Drive{.frozen = true, .renewed = 0.1}).faults(100.0), testing::Not(IsEmpty()))
+      << "the scans show no motion";
+  Drive drive{.frozen = true, .renewed = 0.1, .also_localiser = true};
+  EXPECT_THAT(drive.faults(100.0), IsEmpty());
+  EXPECT_GT(drive.stuck, 600) << "of 625 scans";
+}
+
+TEST(MotionProbe, GetsAllScansOfASoundLidar) {
+  EXPECT_THAT((Drive{.also_localiser = true}).faults(), IsEmpty());
+  EXPECT_THAT((Drive{.upside_down = true, .also_localiser = true}).faults(), ElementsAre(kLidarUpsideDown));
+  EXPECT_THAT((Drive{.twice = true, .also_localiser = true}).faults(), ElementsAre(kScansRepeated)) << "copies, too";
 }
 
 TEST(MotionProbe, TakesEqualScansOfARobotAtRestForWhatTheyAre) {

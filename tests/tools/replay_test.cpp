@@ -2,6 +2,7 @@
 #include "tools/replay/replay.hpp"
 
 #include <cmath>
+#include <functional>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <map>
@@ -68,14 +69,16 @@ std::int64_t utimeOf(double seconds) { return kStart + std::llround(seconds * 1e
 
 /// What the robot records on its drive. Wheels measure 3 % too far and drift in heading; ranges have 1 cm noise.
 /// @param stamp_of gives the stamp that scan number i is recorded with
+/// @param edit changes scan number i
 template <typename StampOf>
-void writeDrive(const std::filesystem::path& path, StampOf&& stamp_of) {
+void writeDrive(const std::filesystem::path& path, StampOf&& stamp_of, double seconds = kSeconds,
+                const std::function<void(int, LaserScan&)>& edit = {}) {
   std::mt19937 random(7);
   std::normal_distribution<double> noise(0.0, 0.01);
   EventLogWriter log(path);
   Pose2 wheels;
   auto scan = std::make_unique<LaserScan>();
-  const int steps = static_cast<int>(std::lround(kSeconds / kWheelPeriod));
+  const int steps = static_cast<int>(std::lround(seconds / kWheelPeriod));
   const int per_scan = static_cast<int>(std::lround(kScanPeriod / kWheelPeriod));
   for (int step = 1; step <= steps; ++step) {
     const double now = step * kWheelPeriod;
@@ -95,7 +98,9 @@ void writeDrive(const std::filesystem::path& path, StampOf&& stamp_of) {
                   .time_offset = static_cast<float>(offset),
                   .intensity = 0.0F});
     }
-    log.writeMessage(utimeOf(now), channel::kScan, toMessage(*scan, stamp_of(step / per_scan - 1)));
+    const int number = step / per_scan - 1;
+    if (edit) edit(number, *scan);
+    log.writeMessage(utimeOf(now), channel::kScan, toMessage(*scan, stamp_of(number)));
   }
 }
 
@@ -235,6 +240,26 @@ TEST(Replay, WritesARowAScanWithTheStampAsRecorded) {
   for (int scan = 0; scan < 100; ++scan) recorded_stamps.push_back(disturbed(scan));
   for (const char* end : {".tum", "_causal.tum", "_odometry.tum"}) {
     EXPECT_EQ(stampsOf(folder / (std::string("a") + end)), recorded_stamps) << end;
+  }
+}
+
+TEST(Replay, WarnsOfAStuckLidarAndBlamesNoOtherSensorForIt) {
+  const Folder folder;
+  constexpr int kFirstStuck = 40;
+  constexpr double kLonger = 70.0;  // [s] enough for wheels and scans to contradict each other, were the scans believed
+  for (const int kept : {kBeams, kBeams * 9 / 10}) {  // beams that show the same again and again
+    auto shown = std::make_unique<LaserScan>();
+    writeDrive(folder / "drive.lcm", trueStamp, kLonger, [&](int number, LaserScan& scan) {
+      if (number < kFirstStuck) return;
+      if (number == kFirstStuck) *shown = scan;
+      for (int i = 0; i < kept; ++i) {
+        const auto beam = static_cast<std::size_t>(i * 37 % kBeams);
+        scan.storage[beam].range = shown->storage[beam].range;
+      }
+    });
+    const ReplayStats stats = replay(driveConfig(), outputsIn(folder, "a"));
+    EXPECT_GT(stats.localizer.scans_repeated, 640U) << kept;
+    EXPECT_THAT(stats.warnings, testing::ElementsAre(testing::HasSubstr("the lidar was stuck"))) << kept;
   }
 }
 

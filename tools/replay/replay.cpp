@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/replay/replay.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <iostream>
 #include <limits>
@@ -24,6 +25,7 @@ namespace slam {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+constexpr double kFewStuck = 5, kFewStuckShare = 0.01;  // scans of a stuck lidar, [1] of all: no more is no fault
 
 double microsecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
@@ -104,6 +106,12 @@ class Run {
       stats_.warnings.push_back(describe(finding));
       explained |= finding.fault != SensorFault::kScansRepeated && finding.fault != SensorFault::kTimeBackwards;
     }
+    if (scans_stuck_ > std::max(kFewStuck, kFewStuckShare * stats_.localizer.scans)) {
+      stats_.warnings.push_back(
+          "the lidar was stuck: " + std::to_string(scans_stuck_) +
+          " scans show the ranges of the turn before although the robot moves; they were left out; "
+          "look after its cable and power");
+    }
     if (const auto times = stats_.localizer.wheels_withdrawn; times > 0 && !explained) {
       stats_.warnings.push_back("the wheels contradicted the scans and were not heard, " + std::to_string(times) +
                                 " times: do they slip, lag behind, or have a wrong radius or sign?");
@@ -144,12 +152,12 @@ class Run {
   }
 
   void addScan(const LaserScan& scan, std::int64_t utime) {
-    probe_.add(scan);
-    probe_.work();
     const auto start = Clock::now();
-    const ScanOutcome outcome = localizer_.add(scan);
+    const ScanOutcome outcome = slam::addScan(localizer_, probe_, scan);
     const Pose2 T_map_base = localizer_.estimate(outcome.stamp).T_map_base * outcome.T_base_first;  // at its own stamp
     stats_.scan_us.push_back(microsecondsSince(start));
+    probe_.work();
+    scans_stuck_ += outcome.stuck;
     if (outcome.fused && outcome.match.observable == 3) offset_.addScan(outcome.stamp, outcome.match.T_ref_base.theta);
     if (outcome.match.iterations > 0) stats_.match_us.push_back(1e6 * toSeconds(outcome.match_time));
     // Before a correction moves the keyframes; in a given map, whose keyframes stay, the pose is its own anchor.
@@ -243,6 +251,7 @@ class Run {
   BackEnd back_end_;
   Mapper mapper_;
   std::optional<TrajectoryWriter> final_, causal_, odometry_, wheels_;
+  int scans_stuck_ = 0;
   std::vector<Row> poses_;
   int generation_ = 0;  // of the back end's poses in the map
   std::optional<ViewerFrames> viewer_;
