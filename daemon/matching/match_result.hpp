@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 
 #include "core/pose2.hpp"
@@ -15,6 +16,12 @@ enum class MatchStatus : std::uint8_t {
   kLowOverlap,      ///< converged where too many points contradict the reference: probably a wrong minimum
   kAmbiguous,       ///< another place of the searched window fits as well
 };
+
+inline const char* nameOf(MatchStatus status) {
+  constexpr const char* kNames[] = {"converged",     "unobservable", "iteration_limit",
+                                    "too_few_pairs", "low_overlap",  "ambiguous"};
+  return kNames[static_cast<std::size_t>(status)];
+}
 
 /// Outcome of any matcher of this folder.
 struct MatchResult {

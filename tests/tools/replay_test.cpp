@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/replay/replay.hpp"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <functional>
 #include <gmock/gmock.h>
@@ -118,6 +119,7 @@ ReplayOptions outputsIn(const Folder& folder, const std::string& name) {
   options.trajectory = folder / (name + ".tum");
   options.causal = folder / (name + "_causal.tum");
   options.odometry = folder / (name + "_odometry.tum");
+  options.estimates = folder / (name + ".csv");
   options.map = folder / name;
   return options;
 }
@@ -196,7 +198,7 @@ TEST(Replay, OfTheSameLogGivesTheSameBytes) {
   writeDrive(folder / "drive.lcm", trueStamp);
   replay(driveConfig(), outputsIn(folder, "a"));
   replay(driveConfig(), outputsIn(folder, "b"));
-  for (const char* end : {".tum", "_causal.tum", "_odometry.tum", ".pgm", ".png"}) {
+  for (const char* end : {".tum", "_causal.tum", "_odometry.tum", ".csv", ".pgm", ".png"}) {
     EXPECT_TRUE(contentOf(folder / (std::string("a") + end)) == contentOf(folder / (std::string("b") + end))) << end;
   }
   std::string yaml = contentOf(folder / "b.yaml");
@@ -243,6 +245,71 @@ TEST(Replay, WritesARowAScanWithTheStampAsRecorded) {
   }
 }
 
+/// The rows of --estimates, each by the columns' names.
+std::vector<std::map<std::string, std::string>> estimatesIn(const std::filesystem::path& csv) {
+  std::istringstream in(contentOf(csv));
+  std::string line, field;
+  std::vector<std::string> names;
+  std::getline(in, line);
+  for (std::istringstream columns(line); std::getline(columns, field, ',');) names.push_back(field);
+  std::vector<std::map<std::string, std::string>> rows;
+  while (std::getline(in, line)) {
+    auto& row = rows.emplace_back();
+    std::istringstream fields(line);
+    for (const std::string& name : names) std::getline(fields, row[name], ',');
+    EXPECT_TRUE(fields.eof()) << line;
+  }
+  return rows;
+}
+
+TEST(Replay, WritesAnEstimateAScanThatAgreesWithPosesAndOdometryAsKnown) {
+  const Folder folder;
+  const auto disturbed = [](int scan) {  // one stamp goes back, one jumps ahead, and some scans are copies
+    return trueStamp(scan) - (scan == 30) * 150'000 + (scan == 70) * 40'000 - (scan == 50) * 99'000;
+  };
+  auto before = std::make_unique<LaserScan>();
+  writeDrive(folder / "drive.lcm", disturbed, kSeconds, [&](int number, LaserScan& scan) {
+    if (number == 50) scan = *before;
+    if (number > 80) scan.size = 0;  // the lidar sees nothing any more
+    *before = scan;
+  });
+  const ReplayStats stats = replay(driveConfig(), outputsIn(folder, "a"));
+  EXPECT_EQ(stats.localizer.scans_repeated, 1U);
+  const auto rows = estimatesIn(folder / "a.csv");
+  std::istringstream causal(contentOf(folder / "a_causal.tum")), odometry(contentOf(folder / "a_odometry.tum"));
+  ASSERT_EQ(rows.size(), 100U);
+  std::map<std::string, int> states, statuses;
+  for (const auto& row : rows) {
+    const auto number = [&](const char* column) { return std::stod(row.at(column)); };
+    const auto expectPose = [&](std::istream& tum, const std::string& prefix) {
+      std::string t;
+      double x, y, z, qx, qy, qz, qw;
+      ASSERT_TRUE(tum >> t >> x >> y >> z >> qx >> qy >> qz >> qw);
+      EXPECT_EQ(row.at("t"), t);
+      EXPECT_NEAR(number((prefix + "x").c_str()), x, 1e-6) << t;
+      EXPECT_NEAR(number((prefix + "y").c_str()), y, 1e-6) << t;
+      EXPECT_NEAR(wrapAngle(number((prefix + "theta").c_str()) - 2.0 * std::atan2(qz, qw)), 0.0, 1e-8) << t;
+    };
+    expectPose(causal, "");
+    expectPose(odometry, "odom_");
+    Eigen::Matrix3d covariance;
+    covariance << number("sxx"), number("sxy"), number("sxt"), number("sxy"), number("syy"), number("syt"),
+        number("sxt"), number("syt"), number("stt");
+    EXPECT_GT(covariance.llt().matrixL().toDenseMatrix().diagonal().minCoeff(), 0.0) << row.at("t");
+    EXPECT_EQ(covariance.llt().info(), Eigen::Success) << row.at("t");
+    EXPECT_LT(std::sqrt(std::max(covariance(0, 0), covariance(1, 1))), 0.2) << row.at("t");
+    ++states[row.at("state")];
+    ++statuses[row.at("status")];
+    const bool sure = row.at("status") == "converged";
+    EXPECT_TRUE(sure ? number("overlap") > 0.5 : number("overlap") == 0.0) << row.at("t");
+  }
+  EXPECT_THAT(states, testing::ElementsAre(testing::Pair("degraded", 9), testing::Pair("initialising", 1),
+                                           testing::Pair("localised", 90)));
+  EXPECT_THAT(statuses, testing::ElementsAre(testing::Pair("converged", 78), testing::Pair("none", 3),
+                                             testing::Pair("too_few_pairs", 19)))
+      << "none: the one before the first wheel sample, the first keyframe and the copy";
+}
+
 TEST(Replay, WarnsOfAStuckLidarAndBlamesNoOtherSensorForIt) {
   const Folder folder;
   constexpr int kFirstStuck = 40;
@@ -260,6 +327,7 @@ TEST(Replay, WarnsOfAStuckLidarAndBlamesNoOtherSensorForIt) {
     const ReplayStats stats = replay(driveConfig(), outputsIn(folder, "a"));
     EXPECT_GT(stats.localizer.scans_repeated, 640U) << kept;
     EXPECT_THAT(stats.warnings, testing::ElementsAre(testing::HasSubstr("the lidar was stuck"))) << kept;
+    EXPECT_EQ(estimatesIn(folder / "a.csv").at(100).at("status"), "none");
   }
 }
 
@@ -340,6 +408,9 @@ TEST(Replay, RefusesALogWithoutScansAndOutputsItCannotWrite) {
   options.trajectory = "/nonexistent/a.tum";
   EXPECT_THROW(replay(driveConfig(), options), std::runtime_error);
   options.trajectory.clear();
+  options.estimates = "/nonexistent/a.csv";
+  EXPECT_THROW(replay(driveConfig(), options), std::runtime_error);
+  options.estimates.clear();
   options.map = "/nonexistent/a";
   EXPECT_THROW(replay(driveConfig(), options), std::runtime_error);
 }

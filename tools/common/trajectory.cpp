@@ -5,27 +5,26 @@
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <sstream>
 #include <stdexcept>
 
 namespace slam {
 
-TrajectoryWriter::TrajectoryWriter(const std::filesystem::path& file) : file_(file), out_(file) {
-  if (!out_) throw std::runtime_error(file.string() + ": cannot write: " + std::strerror(errno));
+std::string secondsText(std::int64_t utime) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%s%lld.%06lld", utime < 0 ? "-" : "", std::abs(utime / 1000000LL),
+                std::abs(utime % 1000000LL));
+  return text;
 }
 
 void TrajectoryWriter::write(std::int64_t utime, const Pose2& pose) {
   char row[160];
-  std::snprintf(row, sizeof row, "%lld.%06lld %.6f %.6f 0 0 0 %.9f %.9f\n", static_cast<long long>(utime / 1000000),
-                static_cast<long long>(utime % 1000000), pose.x, pose.y, std::sin(pose.theta / 2.0),
-                std::cos(pose.theta / 2.0));
-  out_ << row;
-}
-
-void TrajectoryWriter::close() {
-  out_.close();
-  if (!out_) throw std::runtime_error(file_.string() + ": cannot write all of it: " + std::strerror(errno));
+  std::snprintf(row, sizeof row, "%s %.6f %.6f 0 0 0 %.9f %.9f\n", secondsText(utime).c_str(), pose.x, pose.y,
+                std::sin(pose.theta / 2.0), std::cos(pose.theta / 2.0));
+  file_.write(row);
 }
 
 Trajectory readTrajectory(const std::filesystem::path& file) {

@@ -2,27 +2,30 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/pose2.hpp"
 #include "core/pose_history.hpp"
+#include "tools/common/output_file.hpp"
 
 namespace slam {
+
+/// Seconds with 6 decimals.
+std::string secondsText(std::int64_t utime);
 
 /// Writes a trajectory in TUM format: `t tx ty tz qx qy qz qw`, seconds with 6 decimals, one row a pose.
 class TrajectoryWriter {
  public:
   /// @throws std::runtime_error when the file cannot be opened
-  explicit TrajectoryWriter(const std::filesystem::path& file);
+  explicit TrajectoryWriter(const std::filesystem::path& file) : file_(file) {}
   void write(std::int64_t utime, const Pose2& pose);
   /// @throws std::runtime_error when anything written was lost (disk full)
-  void close();
+  void close() { file_.close(); }
 
  private:
-  std::filesystem::path file_;
-  std::ofstream out_;
+  OutputFile file_;
 };
 
 /// Poses sorted by stamp (rows of equal stamps keep their order).

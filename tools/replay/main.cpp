@@ -60,6 +60,11 @@ int main(int argc, char** argv) {
   app.add_option("--log", options.log, "LCM event log with SLAM_SCAN, SLAM_WHEELS, SLAM_IMU")->required();
   app.add_option("--trajectory", options.trajectory, "write final poses, one a scan (TUM)");
   app.add_option("--causal", options.causal, "write poses as known at each scan's time (TUM)");
+  app.add_option("--estimates", options.estimates,
+                 "write what was known when each scan had been used (CSV; its first row names the columns): t [s] as "
+                 "recorded, state, pose in map at t as in --causal with its covariance [m, rad], pose in odom as in "
+                 "--odometry, the matcher's status and overlap [1]; one row a scan as in --trajectory, with status "
+                 "none for scans that were not matched (the first, copies, too late, of a stuck lidar)");
   app.add_option("--odometry", options.odometry, "write fused wheels and IMU, without lidar (TUM)");
   app.add_option("--wheels", options.wheels, "write the wheels' own dead reckoning, one row a wheel sample (TUM)");
   app.add_option("--load-map", options.load_map,

@@ -19,6 +19,7 @@
 #include "slam/motion_probe.hpp"
 #include "store/map_store.hpp"
 #include "tools/common/trajectory.hpp"
+#include "tools/replay/estimates.hpp"
 #include "tools/replay/viewer_frames.hpp"
 
 namespace slam {
@@ -54,6 +55,7 @@ class Run {
         causal_(writerFor(options.causal)),
         odometry_(writerFor(options.odometry)),
         wheels_(writerFor(options.wheels)) {
+    if (!options.estimates.empty()) estimates_.emplace(options.estimates);
     if (!options.viewer_frames.empty()) viewer_.emplace(options.viewer_frames, options.viewer_period);
     if (!map) return;
     mapper_.load(scansOf(*map), viewsOf(*map), std::move(map->grid), map->grid_keyframes);
@@ -95,6 +97,7 @@ class Run {
     for (auto* writer : {&final_, &causal_, &odometry_, &wheels_}) {
       if (*writer) (*writer)->close();
     }
+    if (estimates_) estimates_->close();
     mapper_.work(std::numeric_limits<int>::max());
     if (!options.save_map.empty()) saveMap(options.save_map);
     if (!options.map.empty()) writeMapFiles(options.map, renderMap(mapper_.grid()), mapper_.path());
@@ -154,7 +157,8 @@ class Run {
   void addScan(const LaserScan& scan, std::int64_t utime) {
     const auto start = Clock::now();
     const ScanOutcome outcome = slam::addScan(localizer_, probe_, scan);
-    const Pose2 T_map_base = localizer_.estimate(outcome.stamp).T_map_base * outcome.T_base_first;  // at its own stamp
+    const ScanEstimate known = estimateOf(localizer_, outcome, utime);
+    const Pose2& T_map_base = known.T_map_base;
     stats_.scan_us.push_back(microsecondsSince(start));
     probe_.work();
     scans_stuck_ += outcome.stuck;
@@ -180,7 +184,8 @@ class Run {
       }
     }
     if (causal_) causal_->write(utime, T_map_base);
-    if (odometry_) odometry_->write(utime, localizer_.odometry(outcome.first).T_odom_base);
+    if (odometry_) odometry_->write(utime, known.T_odom_base);
+    if (estimates_) estimates_->write(known);
     if (viewer_) {
       see(scan, outcome.first);
       if (viewer_->due(log_s_)) drawFrame();
@@ -251,6 +256,7 @@ class Run {
   BackEnd back_end_;
   Mapper mapper_;
   std::optional<TrajectoryWriter> final_, causal_, odometry_, wheels_;
+  std::optional<EstimateWriter> estimates_;
   int scans_stuck_ = 0;
   std::vector<Row> poses_;
   int generation_ = 0;  // of the back end's poses in the map

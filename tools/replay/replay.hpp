@@ -15,6 +15,7 @@ struct ReplayOptions {
   std::filesystem::path log = {};
   std::filesystem::path trajectory = {}, causal = {};  ///< TUM files to write; empty: not
   std::filesystem::path odometry = {}, wheels = {};    ///< the same without the lidar, and of the wheels alone
+  std::filesystem::path estimates = {};                ///< CSV file to write: what was known at each scan
   std::filesystem::path load_map = {};                 ///< map to begin in; empty: an unknown place
   std::filesystem::path save_map = {};                 ///< map to write: DIR/NAME of a store; empty: not
   std::filesystem::path map = {};                      ///< prefix of map files to write; empty: not
