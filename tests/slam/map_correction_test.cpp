@@ -3,6 +3,7 @@
 #include "slam/map_correction.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
 #include <random>
@@ -37,6 +38,10 @@ class LateCorrections : public testing::TestWithParam<unsigned> {
       if (robot.back_end.inReference(id)) listed.insert(id);
     }
     ASSERT_EQ(held, listed);
+    for (const ReferenceKeyframe& keyframe : robot.localizer->referenceKeyframes()) {
+      const Pose2 apart = between(robot.back_end.keyframes().pose(keyframe.id), keyframe.T_map_base);
+      ASSERT_LT(std::hypot(apart.x, apart.y), BackEndConfig{}.renewal_shift) << keyframe.id;
+    }
     ++compared;
   }
 
@@ -53,7 +58,7 @@ class LateCorrections : public testing::TestWithParam<unsigned> {
   int compared = 0, most_ahead = 0, corrections = 0;
 };
 
-TEST_P(LateCorrections, LeaveFrontEndAndBackEndWithTheSameKeyframes) {
+TEST_P(LateCorrections, LeaveFrontEndAndBackEndWithTheSameKeyframesInTheSamePlaces) {
   bool graph_works = false, handed_over = true;
   const auto chance = [this](double share) { return std::bernoulli_distribution(share)(random); };
   robot.keyframe_waits = [&] {
