@@ -36,6 +36,26 @@ std::optional<std::size_t> stringEnd(Bytes data, std::size_t offset) {
   return zero - data.begin() + 1 == static_cast<std::ptrdiff_t>(end) ? std::optional(end) : std::nullopt;
 }
 
+/// Walks through a message's fields, to see whether they end where the message does.
+class Fields {
+ public:
+  Fields(Bytes data, std::size_t at) : data_(data), at_(at) {}
+  void skip(std::size_t size) { at_ = at_ && size <= data_.size() - *at_ ? std::optional(*at_ + size) : std::nullopt; }
+  void string() { at_ = at_ ? stringEnd(data_, *at_) : std::nullopt; }
+  template <typename Element>
+  void list(Element&& element) {
+    const auto count = at_ ? int32At(data_, *at_) : std::nullopt;
+    skip(4);
+    if (!count || *count < 0) at_.reset();
+    for (std::int32_t i = 0; at_ && i < *count; ++i) element();
+  }
+  bool areAll() const { return at_ == data_.size(); }
+
+ private:
+  Bytes data_;
+  std::optional<std::size_t> at_;
+};
+
 template <typename Message>
 std::optional<Message> decode(Bytes data) {
   Message message{};
@@ -81,6 +101,35 @@ std::optional<command_t> decodeChecked(Bytes data) {
   const auto verb_end = stringEnd(data, kFingerprint + 8 + 4);
   const auto argument_end = verb_end ? stringEnd(data, *verb_end) : std::nullopt;
   return argument_end && data.size() == *argument_end + 24 ? decode<command_t>(data) : std::nullopt;
+}
+
+template <>
+std::optional<ack_t> decodeChecked(Bytes data) {
+  return stringEnd(data, kFingerprint + 8 + 4 + 1) == data.size() ? decode<ack_t>(data) : std::nullopt;
+}
+
+template <>
+std::optional<health_t> decodeChecked(Bytes data) {
+  constexpr std::size_t kHead = kFingerprint + 8 + 8 + 1;
+  if (data.size() < kHead) return std::nullopt;
+  Fields fields(data, kHead);
+  fields.string();
+  fields.skip(3 * 8);
+  fields.list([&] {  // devices
+    fields.string();
+    fields.skip(1);
+    fields.string();
+    fields.skip(5 * 8);
+  });
+  fields.list([&] {  // stages
+    fields.string();
+    fields.skip(4 * 8);
+  });
+  fields.list([&] {  // counters
+    fields.string();
+    fields.skip(8);
+  });
+  return fields.areAll() ? decode<health_t>(data) : std::nullopt;
 }
 
 }  // namespace slam

@@ -3,9 +3,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <slam/ack_t.hpp>
 #include <slam/command_t.hpp>
 #include <slam/depth_t.hpp>
 #include <slam/drive_t.hpp>
+#include <slam/health_t.hpp>
 #include <slam/imu_t.hpp>
 #include <slam/scan_t.hpp>
 #include <slam/wheels_t.hpp>
@@ -31,5 +33,9 @@ template <>
 std::optional<drive_t> decodeChecked(std::span<const std::uint8_t> data);
 template <>
 std::optional<command_t> decodeChecked(std::span<const std::uint8_t> data);
+template <>
+std::optional<ack_t> decodeChecked(std::span<const std::uint8_t> data);
+template <>
+std::optional<health_t> decodeChecked(std::span<const std::uint8_t> data);
 
 }  // namespace slam

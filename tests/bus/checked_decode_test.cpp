@@ -54,6 +54,31 @@ command_t sample() {
   return message;
 }
 
+template <>
+ack_t sample() {
+  ack_t message{};
+  message.id = 7;
+  message.accepted = true;
+  message.message = "saved";
+  return message;
+}
+
+template <>
+health_t sample() {
+  health_t message{};
+  message.summary = "pose localised";
+  message.ndevices = message.nstages = 1;
+  message.ncounters = 2;
+  message.devices.resize(1);
+  message.devices[0].name = "lidar";
+  message.devices[0].reason = "no such port";
+  message.stages.resize(1);
+  message.stages[0].name = "match";
+  message.counters.resize(2);
+  message.counters[1].name = "scans";
+  return message;
+}
+
 /// The message with the 32-bit word at `offset` replaced, cut or filled with zeros to `size` bytes.
 Bytes patched(Bytes data, std::size_t offset, std::uint32_t word, std::size_t size) {
   for (std::size_t i = 0; i < 4; ++i) data.at(offset + i) = static_cast<std::uint8_t>(word >> (24 - 8 * i));
@@ -64,7 +89,7 @@ Bytes patched(Bytes data, std::size_t offset, std::uint32_t word, std::size_t si
 
 template <typename Message>
 class DecodeChecked : public testing::Test {};
-using Subscribed = testing::Types<scan_t, wheels_t, imu_t, command_t>;
+using Subscribed = testing::Types<scan_t, wheels_t, imu_t, command_t, ack_t, health_t>;
 TYPED_TEST_SUITE(DecodeChecked, Subscribed);
 
 TYPED_TEST(DecodeChecked, ReadsWhatWasWritten) {

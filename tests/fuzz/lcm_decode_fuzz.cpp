@@ -56,6 +56,15 @@ void checkContent(const drive_t& drive) {
   FUZZ_CHECK(!twist || (std::isfinite(twist->vx) && std::isfinite(twist->vy) && std::isfinite(twist->omega)));
 }
 
+void checkContent(const ack_t& ack) {
+  FUZZ_CHECK(ack.message.size() <= static_cast<std::size_t>(ack.getEncodedSize()));
+}
+
+void checkContent(const health_t& health) {
+  const auto size = static_cast<std::size_t>(health.getEncodedSize());
+  FUZZ_CHECK(health.devices.size() + health.stages.size() + health.counters.size() <= size);
+}
+
 void checkContent(const command_t& command) {
   FUZZ_CHECK(command.verb.size() + command.argument.size() <= static_cast<std::size_t>(command.getEncodedSize()));
 }
@@ -82,7 +91,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size == 0) return -1;
   const bool with_fingerprint = (data[0] & kWithFingerprint) != 0;
   const Bytes datagram{data + 1, size - 1};
-  switch (data[0] % 6) {
+  switch (data[0] % 8) {
     case 0:
       checkMessage<scan_t>(datagram, with_fingerprint);
       break;
@@ -98,8 +107,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     case 4:
       checkMessage<drive_t>(datagram, with_fingerprint);
       break;
-    default:
+    case 5:
       checkMessage<command_t>(datagram, with_fingerprint);
+      break;
+    case 6:
+      checkMessage<ack_t>(datagram, with_fingerprint);
+      break;
+    default:
+      checkMessage<health_t>(datagram, with_fingerprint);
   }
   return 0;
 }
