@@ -9,22 +9,15 @@
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
 #include "bus/messages.hpp"
-#include "bus/multicast_route.hpp"
 #include "slam/ack_t.hpp"
 
 namespace slam {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr Duration kLongestReconnect = 8s;
 constexpr Duration kFarAhead = 1s;       // a stamp of somebody else's this far in the future is wrong
 constexpr Duration kOldCommand = 500ms;  // a speed asked for longer ago is not driven
-constexpr Duration kNotSent = 500ms;     // without one message that was sent: there is no route any more
 constexpr int kWait = 50;                // [ms] without a wake-up
-
-std::span<const std::uint8_t> bytesOf(const lcm::ReceiveBuffer* buffer) {
-  return {static_cast<const std::uint8_t*>(buffer->data), buffer->data_size};
-}
 
 }  // namespace
 
@@ -32,47 +25,35 @@ BusThread::BusThread(const Config& config, Exchange& exchange, const WallClock& 
     : config_(config),
       exchange_(exchange),
       clock_(clock),
+      link_(config.lcm.url),
       scan_(std::make_unique<ReceivedScan>()),
       worker_({.name = "bus"}, [this] { tick(); }) {
   if (!config.output.record.empty()) record_ = std::make_unique<EventLogWriter>(config.output.record);
   for (DeviceStatus* status : {&lidar_, &wheels_, &imu_, &depth_})
     status->set(DeviceState::kOpening, "waiting for messages on LCM");
+  subscribe();
 }
 
 BusThread::~BusThread() { worker_.stop(); }
 
-void BusThread::connect() {
-  reconnect_ = std::min(2 * reconnect_, kLongestReconnect);
-  next_connect_ = monotonicNow() + reconnect_;
-  if (!hasMulticastRoute(config_.lcm.url)) return;
-  lcm_ = std::make_unique<lcm::LCM>(config_.lcm.url);
-  connected_ = lcm_->good();
-  if (!connected_) {
-    lcm_.reset();
-    return;
-  }
-  last_sent_ = monotonicNow();
-  subscribe();
-  logInfo("LCM connected: " + config_.lcm.url);
-}
-
 void BusThread::subscribe() {
-  if (config_.lidar_device.driver == "lcm") lcm_->subscribe(channel::kScan, &BusThread::onScan, this);
-  if (config_.base_device.driver == "lcm") lcm_->subscribe(channel::kWheels, &BusThread::onWheels, this);
-  if (config_.imu_device.driver == "lcm") lcm_->subscribe(channel::kImu, &BusThread::onImu, this);
-  if (config_.depth_device.driver == "lcm") lcm_->subscribe(channel::kDepth, &BusThread::onDepth, this);
-  if (config_.base_device.speed_commands) lcm_->subscribe(channel::kDrive, &BusThread::onDrive, this);
-  if (config_.lcm.commands) lcm_->subscribe(channel::kCommand, &BusThread::onCommand, this);
+  const auto subscribe = [this](bool wanted, const char* channel, void (BusThread::*handler)(Bytes)) {
+    if (wanted) link_.subscribe(channel, [this, handler](Bytes message) { (this->*handler)(message); });
+  };
+  subscribe(config_.lidar_device.driver == "lcm", channel::kScan, &BusThread::onScan);
+  subscribe(config_.base_device.driver == "lcm", channel::kWheels, &BusThread::onWheels);
+  subscribe(config_.imu_device.driver == "lcm", channel::kImu, &BusThread::onImu);
+  subscribe(config_.depth_device.driver == "lcm", channel::kDepth, &BusThread::onDepth);
+  subscribe(config_.base_device.speed_commands, channel::kDrive, &BusThread::onDrive);
+  subscribe(config_.lcm.commands, channel::kCommand, &BusThread::onCommand);
 }
 
 void BusThread::tick() {
-  if (!lcm_ && monotonicNow() >= next_connect_) connect();
-  pollfd waiting[2] = {{exchange_.bus_wakeup.descriptor(), POLLIN, 0}, {lcm_ ? lcm_->getFileno() : -1, POLLIN, 0}};
+  pollfd waiting[2] = {{exchange_.bus_wakeup.descriptor(), POLLIN, 0}, {link_.descriptor(), POLLIN, 0}};
   ::poll(waiting, 2, kWait);
   exchange_.bus_wakeup.clear();
-  // All that is there, but no more than a queue holds: publishing must have its turn under any load.
-  for (int i = 0; i < 64 && lcm_ && lcm_->handleTimeout(0) > 0; ++i) {
-  }
+  link_.receive();
+  link_.tend(monotonicNow());
   publishPose();
   publishRaw();
   acknowledgeSave();
@@ -87,30 +68,31 @@ void BusThread::tick() {
     next_refresh_ = now + fromSeconds(config_.lcm.map_refresh);
     exchange_.refresh_map = true;
   }
+  reportLink(now);
+}
+
+void BusThread::reportLink(Timestamp now) {
+  link_state_ = link_.state(now);
+  const PacketDispatcher& received = link_.received();
+  exchange_.lcm_fragments = received.counts().fragments;
+  exchange_.lcm_other_packets = received.counts().others;
+  exchange_.lcm_dropped = link_.dropped();
+  if (too_large_logged_ || received.tooLarge().empty()) return;
+  too_large_logged_ = true;
+  logWarning("LCM: a message on " + received.tooLarge() +
+             " is larger than a datagram and is not read; fix: its sender must keep it below 65 kB");
 }
 
 template <typename Message>
 void BusThread::publish(const char* channel, const Message& message) {
   buffer_.resize(static_cast<std::size_t>(message.getEncodedSize()));
   message.encode(buffer_.data(), 0, static_cast<int>(buffer_.size()));
-  if (lcm_) {
-    const bool sent = lcm_->publish(channel, buffer_.data(), static_cast<unsigned>(buffer_.size())) == 0;
-    ++(sent ? exchange_.published : exchange_.publish_failures);
-    noteSent(sent);
-  } else {
-    ++exchange_.publish_failures;
-  }
+  const bool sent = link_.publish(channel, buffer_, monotonicNow());
+  ++(sent ? exchange_.published : exchange_.publish_failures);
   if (record_ && !record_->write(clock_.utime(monotonicNow()), channel, buffer_) && !record_failed_) {
     record_failed_ = true;
     logError(config_.output.record + ": cannot write the record any more; is the disk full?");
   }
-}
-
-/// The route may go, and come back, while slamd runs.
-void BusThread::noteSent(bool sent) {
-  const Timestamp now = monotonicNow();
-  if (sent) last_sent_ = now;
-  connected_ = now - last_sent_ < kNotSent;
 }
 
 void BusThread::publishPose() {
@@ -145,8 +127,8 @@ void BusThread::publishRaw() {
 }
 
 template <typename Message>
-auto BusThread::receive(const lcm::ReceiveBuffer* buffer, DeviceStatus& status) {
-  const auto message = decodeChecked<Message>(bytesOf(buffer));
+auto BusThread::receive(Bytes data, DeviceStatus& status) {
+  const auto message = decodeChecked<Message>(data);
   auto sample = message ? fromMessage(*message) : std::nullopt;
   if (sample && clock_.stamp(message->utime) > monotonicNow() + kFarAhead) sample.reset();
   if (sample) {
@@ -160,8 +142,8 @@ auto BusThread::receive(const lcm::ReceiveBuffer* buffer, DeviceStatus& status) 
   return sample;
 }
 
-void BusThread::onScan(const lcm::ReceiveBuffer* buffer, const std::string&) {
-  const auto scan = receive<scan_t>(buffer, lidar_);
+void BusThread::onScan(Bytes data) {
+  const auto scan = receive<scan_t>(data, lidar_);
   if (!scan) return;
   scan_->scan = *scan;
   scan_->received = monotonicNow();
@@ -169,20 +151,20 @@ void BusThread::onScan(const lcm::ReceiveBuffer* buffer, const std::string&) {
   publish(channel::kLaser, toLaserMessage(*scan, clock_.utime(scan->stamp)));
 }
 
-void BusThread::onWheels(const lcm::ReceiveBuffer* buffer, const std::string&) {
-  if (const auto sample = receive<wheels_t>(buffer, wheels_)) exchange_.wheels.tryPush({*sample, {}, 0});
+void BusThread::onWheels(Bytes data) {
+  if (const auto sample = receive<wheels_t>(data, wheels_)) exchange_.wheels.tryPush({*sample, {}, 0});
 }
 
-void BusThread::onImu(const lcm::ReceiveBuffer* buffer, const std::string&) {
-  if (const auto sample = receive<imu_t>(buffer, imu_)) exchange_.imu.tryPush(*sample);
+void BusThread::onImu(Bytes data) {
+  if (const auto sample = receive<imu_t>(data, imu_)) exchange_.imu.tryPush(*sample);
 }
 
-void BusThread::onDepth(const lcm::ReceiveBuffer* buffer, const std::string&) {
-  if (const auto laser = receive<depth_t>(buffer, depth_)) exchange_.views.tryPush(*laser);
+void BusThread::onDepth(Bytes data) {
+  if (const auto laser = receive<depth_t>(data, depth_)) exchange_.views.tryPush(*laser);
 }
 
-void BusThread::onDrive(const lcm::ReceiveBuffer* buffer, const std::string&) {
-  const auto message = decodeChecked<drive_t>(bytesOf(buffer));
+void BusThread::onDrive(Bytes data) {
+  const auto message = decodeChecked<drive_t>(data);
   const auto twist = message ? fromMessage(*message) : std::nullopt;
   const Timestamp now = monotonicNow(), sent = twist ? clock_.stamp(message->utime) : Timestamp{};
   const bool fresh = twist && sent > now - kOldCommand && sent < now + kFarAhead;
@@ -206,8 +188,8 @@ void BusThread::acknowledge(std::int32_t id, bool accepted, const std::string& m
   publish(channel::kAck, ack);
 }
 
-void BusThread::onCommand(const lcm::ReceiveBuffer* buffer, const std::string&) {
-  const auto command = decodeChecked<command_t>(bytesOf(buffer));
+void BusThread::onCommand(Bytes data) {
+  const auto command = decodeChecked<command_t>(data);
   if (!command) {
     ++exchange_.bad_messages;
     return;

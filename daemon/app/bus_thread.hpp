@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
-#include <lcm/lcm-cpp.hpp>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "app/config.hpp"
 #include "app/exchange.hpp"
 #include "bus/event_log.hpp"
+#include "bus/lcm_link.hpp"
 #include "drivers/device_status.hpp"
 #include "runtime/clock.hpp"
 #include "runtime/worker.hpp"
@@ -15,7 +16,7 @@
 namespace slam {
 
 /// Thread *bus*: everything that touches LCM. Publishes, takes commands, and takes samples of sensors whose driver is
-/// "lcm". Without a multicast route it keeps trying; whatever is published also goes into the record, if there is one.
+/// "lcm". Without a network it keeps trying; whatever is published also goes into the record, if there is one.
 class BusThread {
  public:
   /// @throws std::runtime_error when the record file cannot be opened
@@ -23,43 +24,45 @@ class BusThread {
   ~BusThread();
   Worker& worker() { return worker_; }
 
-  bool connected() const { return connected_; }
+  LinkState linkState() const { return link_state_; }
+  const UdpmUrl& url() const { return link_.url(); }
   DeviceStatus& lidarStatus() { return lidar_; }  ///< of a lidar that comes over LCM
   DeviceStatus& wheelStatus() { return wheels_; }
   DeviceStatus& imuStatus() { return imu_; }
   DeviceStatus& depthStatus() { return depth_; }
 
  private:
+  using Bytes = std::span<const std::uint8_t>;
+
   void tick();
-  void connect();
   void subscribe();
+  void reportLink(Timestamp now);
   void publishPose();
   void publishRaw();
   template <typename Message>
   void publish(const char* channel, const Message& message);
-  void noteSent(bool sent);
   void acknowledgeSave();
   void acknowledge(std::int32_t id, bool accepted, const std::string& message);
 
   /// Decodes a sensor message; what cannot be one is counted. @return the sample, its stamp in our time
   template <typename Message>
-  auto receive(const lcm::ReceiveBuffer* buffer, DeviceStatus& status);
-  void onScan(const lcm::ReceiveBuffer* buffer, const std::string& channel);
-  void onWheels(const lcm::ReceiveBuffer* buffer, const std::string& channel);
-  void onImu(const lcm::ReceiveBuffer* buffer, const std::string& channel);
-  void onDepth(const lcm::ReceiveBuffer* buffer, const std::string& channel);
-  void onDrive(const lcm::ReceiveBuffer* buffer, const std::string& channel);
-  void onCommand(const lcm::ReceiveBuffer* buffer, const std::string& channel);
+  auto receive(Bytes data, DeviceStatus& status);
+  void onScan(Bytes data);
+  void onWheels(Bytes data);
+  void onImu(Bytes data);
+  void onDepth(Bytes data);
+  void onDrive(Bytes data);
+  void onCommand(Bytes data);
 
   const Config& config_;
   Exchange& exchange_;
   const WallClock& clock_;
-  std::unique_ptr<lcm::LCM> lcm_;
+  LcmLink link_;
   std::unique_ptr<EventLogWriter> record_;
   bool record_failed_ = false;
-  std::atomic<bool> connected_{false};
-  Timestamp next_connect_{}, next_refresh_{}, last_sent_{};
-  Duration reconnect_ = std::chrono::milliseconds(500);
+  std::atomic<LinkState> link_state_{LinkState::kOpening};
+  bool too_large_logged_ = false;
+  Timestamp next_refresh_{};
   std::optional<std::int32_t> saving_;  // id of a save_map command that the mapper works on
   PoseSnapshot snapshot_;
   std::int64_t scans_published_ = 0;

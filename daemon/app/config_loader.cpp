@@ -11,10 +11,12 @@
 #include <map>
 #include <numeric>
 #include <sstream>
+#include <stdexcept>
 #include <toml++/toml.h>
 #include <utility>
 
 #include "app/config_schema.hpp"
+#include "bus/udpm_url.hpp"
 
 namespace slam {
 namespace {
@@ -248,9 +250,10 @@ void checkTogether(const Config& config, const std::string& name, const Places& 
     complain({"depth.range_min", "depth.range_max"}, "is not below depth.range_max; lower the one or raise the other");
   }
   if (depth.median == 2) complain({"depth.median"}, "2 images have no median; use 1 or 3");
-  const std::string provider = config.lcm.url.substr(0, config.lcm.url.find("://"));
-  if (provider != "udpm" && provider != "mpudpm" && provider != "tcpq" && provider != "memq" && provider != "file") {
-    complain({"lcm.url"}, "\"" + config.lcm.url + "\" names no LCM provider; use udpm://ADDRESS:PORT?ttl=0");
+  try {
+    parseUdpmUrl(config.lcm.url);
+  } catch (const std::invalid_argument& problem) {
+    complain({"lcm.url"}, problem.what());
   }
   if (config.lcm.pose_rate > config.runtime.estimator_rate) {
     complain({"lcm.pose_rate", "runtime.estimator_rate"},

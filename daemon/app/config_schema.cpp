@@ -306,7 +306,7 @@ void visitMap(OccupancyGridConfig& map, OutputConfig& output, ConfigVisitor& v) 
 
 void visitDaemon(LcmConfig& lcm, RuntimeConfig& runtime, ConfigVisitor& v) {
   v.section("lcm", "publishing");
-  v.field({"url", "", "LCM provider; ttl=0 keeps messages on this machine"}, lcm.url, kAnyText);
+  v.field({"url", "", "LCM over UDP multicast; ttl=0 keeps messages on this machine"}, lcm.url, kAnyText);
   v.field({"pose_rate", "Hz", "POSE, SLAM_POSE and SLAM_ODOMETRY between scans"}, lcm.pose_rate, 1.0, 200.0);
   v.field({"map_refresh", "s", "all tiles are sent once in this time"}, lcm.map_refresh, 0.5, 3600.0);
   v.field({"commands", "", "obey SLAM_COMMAND from anybody on the network"}, lcm.commands);

@@ -90,6 +90,7 @@ int Supervisor::run() {
     exchange_.pose_for_supervisor.load(snapshot_);
     logDeviceChanges();
     logLocalisation();
+    logLink();
     warnOnce();
     watch(now);
     if (now >= next_health_) {
@@ -158,13 +159,23 @@ void Supervisor::warnOnce() {
     clock_step_logged_ = true;
     logWarning("the wall clock was set; stamps go on from the old one");
   }
-  const bool away = !bus_.connected() && monotonicNow() - started_ > 1s;
-  if (bus_away_ && !away) logInfo("LCM messages are sent again");
-  if (std::exchange(bus_away_, away) < away) {
-    logWarning(
-        "LCM has no multicast route, nothing is published; mend: ip link set lo multicast on && "
-        "ip route add 224.0.0.0/4 dev lo");
+}
+
+void Supervisor::logLink() {
+  const LinkState state = bus_.linkState();
+  if (state == link_logged_ || state == LinkState::kOpening) return;
+  if (isFault(state)) {
+    const char* const lost =
+        state == LinkState::kUnheard ? "commands and samples may not arrive" : "nothing is published";
+    logWarning("LCM: " + causeOf(state, bus_.url()) + "; " + lost +
+               ", pose, map and store go on; fix: " + fixOf(state, bus_.url()));
+  } else if (link_logged_ == LinkState::kOpening) {
+    logInfo("LCM connected: " + bus_.url().text);
+  } else {
+    logInfo("LCM messages are sent again");
   }
+  link_logged_ = state;
+  device_changed_ = true;
 }
 
 void Supervisor::logDeviceChanges() {

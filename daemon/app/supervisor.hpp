@@ -57,6 +57,7 @@ class Supervisor {
   void watch(Timestamp now);
   void logDeviceChanges();
   void logLocalisation();
+  void logLink();
   void warnOnce();
   void measureRates(Timestamp now);
   void sendHealth(Timestamp now);
@@ -85,11 +86,12 @@ class Supervisor {
   Timestamp started_{}, next_health_{};
   static constexpr Duration kHealthPeriod = std::chrono::seconds(1);
   Timestamp measured_{};         // when rates were
-  bool device_changed_ = false;  // since the last health message
+  bool device_changed_ = false;  // or the link, since the last health message
   double cpu_ = 0.0;             // [s] when rates were measured last
   double cpu_share_ = 0.0;       // [1] of a core, then
   std::array<bool, kSensorFaults> fault_logged_{};
-  bool stalled_ = false, clock_step_logged_ = false, bus_away_ = false;
+  bool stalled_ = false, clock_step_logged_ = false;
+  LinkState link_logged_ = LinkState::kOpening;
   const char* base_finding_ = "";  // static words; what was logged
 };
 

@@ -83,7 +83,8 @@ std::string Supervisor::summary(Timestamp now) const {
   for (const SensorFinding& finding : snapshot_.findings.all()) text += "; " + describe(finding);
   if (!snapshot_.counters.wheels_heard) text += "; the wheels contradict the scans and are not heard";
   if (*base_finding_ != '\0') text += std::string("; base: ") + base_finding_;
-  if (!bus_.connected()) text += "; LCM: no multicast route";
+  const std::string link = causeOf(bus_.linkState(), bus_.url());
+  if (!link.empty()) text += "; LCM: " + link;
   return text;
 }
 
@@ -199,7 +200,10 @@ void Supervisor::sendHealth(Timestamp now) {
         counter("drops.keyframes", exchange_.keyframes.drops()),
         counter("lcm.published", static_cast<std::uint64_t>(exchange_.published.load())),
         counter("lcm.failures", static_cast<std::uint64_t>(exchange_.publish_failures.load())),
-        counter("lcm.bad_messages", static_cast<std::uint64_t>(exchange_.bad_messages.load()))}) {
+        counter("lcm.bad_messages", static_cast<std::uint64_t>(exchange_.bad_messages.load())),
+        counter("lcm.fragments", exchange_.lcm_fragments),
+        counter("lcm.other_packets", exchange_.lcm_other_packets),
+        counter("lcm.dropped", exchange_.lcm_dropped)}) {
     health.counters.push_back(c);
   }
   health.ndevices = static_cast<std::int32_t>(health.devices.size());

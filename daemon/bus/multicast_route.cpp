@@ -1,26 +1,60 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bus/multicast_route.hpp"
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
+#include <cstring>
+#include <linux/rtnetlink.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 namespace slam {
+namespace {
 
-bool hasMulticastRoute(const std::string& url) {
-  const auto scheme = url.find("udpm://");
-  if (scheme == std::string::npos) return true;
-  const std::string address = url.substr(scheme + 7, url.find_first_of(":?", scheme + 7) - scheme - 7);
-  sockaddr_in to{};
-  to.sin_family = AF_INET;
-  to.sin_port = htons(7667);
-  if (inet_pton(AF_INET, address.c_str(), &to.sin_addr) != 1) return true;
-  const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  if (fd < 0) return true;
-  const bool routed = connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0;
-  close(fd);
-  return routed;
+struct Question {
+  nlmsghdr head;
+  rtmsg route;
+  rtattr attribute;
+  in_addr destination;
+};
+static_assert(sizeof(Question) == NLMSG_LENGTH(sizeof(rtmsg)) + RTA_LENGTH(sizeof(in_addr)));
+
+/// The interface in an answer, which is an error without a route.
+std::optional<int> interfaceIn(nlmsghdr* answer) {
+  if (answer->nlmsg_type != RTM_NEWROUTE) return std::nullopt;
+  auto* attribute = RTM_RTA(NLMSG_DATA(answer));
+  for (auto left = RTM_PAYLOAD(answer); RTA_OK(attribute, left); attribute = RTA_NEXT(attribute, left)) {
+    if (attribute->rta_type != RTA_OIF) continue;
+    int index = 0;
+    std::memcpy(&index, RTA_DATA(attribute), sizeof index);
+    return index;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+MulticastRoute::MulticastRoute(const UdpmUrl& url)
+    : group_(url.group.sin_addr), socket_(socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, NETLINK_ROUTE)) {}
+
+MulticastRoute::~MulticastRoute() {
+  if (socket_ >= 0) close(socket_);
+}
+
+std::optional<int> MulticastRoute::interface() const {
+  if (socket_ < 0) return 0;
+  Question question{};
+  question.head.nlmsg_len = sizeof question;
+  question.head.nlmsg_type = RTM_GETROUTE;
+  question.head.nlmsg_flags = NLM_F_REQUEST;
+  question.route.rtm_family = AF_INET;
+  question.route.rtm_dst_len = 32;
+  question.attribute.rta_len = RTA_LENGTH(sizeof(in_addr));
+  question.attribute.rta_type = RTA_DST;
+  question.destination = group_;
+  if (send(socket_, &question, sizeof question, 0) != sizeof question) return std::nullopt;
+  alignas(nlmsghdr) char buffer[4096];
+  const ssize_t size = recv(socket_, buffer, sizeof buffer, 0);
+  auto* answer = reinterpret_cast<nlmsghdr*>(buffer);
+  return size > 0 && NLMSG_OK(answer, static_cast<std::size_t>(size)) ? interfaceIn(answer) : std::nullopt;
 }
 
 }  // namespace slam

@@ -1,12 +1,25 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
-#include <string>
+#include <optional>
+
+#include "bus/udpm_url.hpp"
 
 namespace slam {
 
-/// Whether the kernel would send to the address of a udpm or mpudpm URL at all. liblcm prints a page to stderr at each
-/// attempt without a route: it is to be asked only where there is one.
-/// @return true for other URLs, and for what is no address, which liblcm refuses in its own words
-bool hasMulticastRoute(const std::string& url);
+/// The way that the kernel would send to a group now; asks by rtnetlink, which answers at once.
+class MulticastRoute {
+ public:
+  explicit MulticastRoute(const UdpmUrl& url);
+  ~MulticastRoute();
+  MulticastRoute(const MulticastRoute&) = delete;
+  MulticastRoute& operator=(const MulticastRoute&) = delete;
+
+  /// @return index of the network interface; 0 where one may not ask, std::nullopt without a route
+  std::optional<int> interface() const;
+
+ private:
+  const in_addr group_;
+  const int socket_;
+};
 
 }  // namespace slam

@@ -6,15 +6,16 @@
 #include <cstdio>
 #include <ctime>
 #include <fstream>
-#include <lcm/lcm-cpp.hpp>
 #include <net/if.h>
+#include <poll.h>
 #include <sys/resource.h>
 #include <sys/timex.h>
 #include <thread>
 #include <unistd.h>
 
-#include "bus/multicast_route.hpp"
+#include "bus/lcm_link.hpp"
 #include "drivers/camera/openni_camera.hpp"
+#include "runtime/clock.hpp"
 #include "runtime/process_usage.hpp"
 #include "runtime/realtime.hpp"
 #include "tools/slamctl/remote.hpp"
@@ -27,6 +28,8 @@ constexpr double kLittleRoom = 200.0;   // [MB] for maps, and the log of a drive
 constexpr double kRateTolerance = 0.7;  // [1] of the expected rate
 constexpr std::time_t kYear2024 = 1704067200;
 constexpr auto kHealthLimit = 3s;  // it comes at 1 Hz
+constexpr Duration kEchoLimit = 3s;
+constexpr int kEchoPeriod = 100;  // [ms]
 
 std::string number(const char* format, double value) {
   char text[64];
@@ -102,26 +105,25 @@ Finding checkCan(const std::string& interface, const std::filesystem::path& net)
 }
 
 Finding checkLcm(const std::string& url) {
-  const Finding no_route{Finding::kFault, "LCM: no multicast route for " + url,
-                         "sudo ip link set lo multicast on && sudo ip route add 224.0.0.0/4 dev lo"};
-  if (!hasMulticastRoute(url)) return no_route;
-  lcm::LCM lcm(url);
-  if (!lcm.good()) return no_route;
-  struct Echo {
-    std::vector<std::uint8_t> bytes;
-    void take(const lcm::ReceiveBuffer* buffer, const std::string&) {
-      const auto* data = static_cast<const std::uint8_t*>(buffer->data);
-      bytes.assign(data, data + buffer->data_size);
-    }
-  } echo;
+  LcmLink link(url);
   const std::string channel = "SLAM_DOCTOR_" + std::to_string(getpid());
-  lcm.subscribe(channel, &Echo::take, &echo);
   const std::vector<std::uint8_t> sent(60000, 0x5A);  // about as large as messages get
-  if (lcm.publish(channel, sent.data(), static_cast<unsigned>(sent.size())) != 0) return no_route;
-  lcm.handleTimeout(1000);
-  if (echo.bytes == sent) return {Finding::kGood, "LCM: " + url + " carries messages", ""};
-  return {Finding::kFault, "LCM: a message to itself did not come back over " + url,
-          "check the firewall for UDP port 7667, and the route: ip route get 239.255.76.67"};
+  bool returned = false;
+  link.subscribe(channel, [&](std::span<const std::uint8_t> data) {
+    returned = std::equal(data.begin(), data.end(), sent.begin(), sent.end());
+  });
+  const Timestamp end = monotonicNow() + kEchoLimit;
+  while (!returned && !isFault(link.state(monotonicNow())) && monotonicNow() < end) {
+    link.tend(monotonicNow());
+    link.publish(channel, sent, monotonicNow());
+    pollfd waiting{link.descriptor(), POLLIN, 0};
+    ::poll(&waiting, 1, kEchoPeriod);
+    link.receive();
+  }
+  if (returned) return {Finding::kGood, "LCM: " + url + " carries messages", ""};
+  const LinkState seen = link.state(monotonicNow());
+  const LinkState state = isFault(seen) ? seen : LinkState::kUnheard;
+  return {Finding::kFault, "LCM: " + causeOf(state, link.url()) + " (" + url + ")", fixOf(state, link.url())};
 }
 
 Findings checkRealtime(int priority) {

@@ -2,58 +2,49 @@
 #include "tools/slamctl/remote.hpp"
 
 #include <algorithm>
+#include <poll.h>
 #include <stdexcept>
 #include <unistd.h>
 #include <utility>
+#include <vector>
 
 #include "bus/channels.hpp"
-#include "bus/multicast_route.hpp"
-#include "slam/command_t.hpp"
+#include "bus/checked_decode.hpp"
+#include "runtime/clock.hpp"
 
 namespace slam {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-/// @return nothing for what is not such a message
-template <typename Message>
-std::optional<Message> decode(const lcm::ReceiveBuffer* buffer) {
-  try {
-    Message message;
-    const bool whole = message.decode(buffer->data, 0, static_cast<int>(buffer->data_size)) >= 0;
-    return whole ? std::optional<Message>(std::move(message)) : std::nullopt;
-  } catch (const std::exception&) {  // a hostile count asks for more memory than there is
-    return std::nullopt;
-  }
-}
+constexpr int kLongestWait = 100;  // [ms] after it, the link is tended
 
 }  // namespace
 
-Remote::Remote(const std::string& url) {
-  if (hasMulticastRoute(url)) lcm_.emplace(url);
-  if (!lcm_ || !lcm_->good()) {
-    throw std::runtime_error(url +
-                             ": LCM has no multicast route; mend: ip link set lo multicast on && "
-                             "ip route add 224.0.0.0/4 dev lo");
-  }
-  lcm_->subscribe(channel::kAck, &Remote::onAck, this);
-  lcm_->subscribe(channel::kHealth, &Remote::onHealth, this);
+Remote::Remote(const std::string& url) : link_(url) {
+  link_.tend(monotonicNow());
+  refuseFault();
+  link_.subscribe(channel::kAck, [this](std::span<const std::uint8_t> data) {
+    if (auto ack = decodeChecked<ack_t>(data)) ack_ = std::move(*ack);
+  });
+  link_.subscribe(channel::kHealth, [this](std::span<const std::uint8_t> data) {
+    if (auto health = decodeChecked<health_t>(data)) health_ = std::move(*health);
+  });
 }
 
-void Remote::onAck(const lcm::ReceiveBuffer* buffer, const std::string&) {
-  if (auto ack = decode<ack_t>(buffer)) ack_ = std::move(*ack);
-}
-
-void Remote::onHealth(const lcm::ReceiveBuffer* buffer, const std::string&) {
-  if (auto health = decode<health_t>(buffer)) health_ = std::move(*health);
+void Remote::refuseFault() const {
+  const LinkState state = link_.state(monotonicNow());
+  if (!isFault(state)) return;
+  throw std::runtime_error(link_.url().text + ": LCM: " + causeOf(state, link_.url()) +
+                           "; fix: " + fixOf(state, link_.url()));
 }
 
 template <typename Done>
 void Remote::handleUntil(std::chrono::milliseconds limit, Done&& done) {
-  const auto end = Clock::now() + limit;
-  while (!done() && Clock::now() < end) {
-    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now());
-    lcm_->handleTimeout(static_cast<int>(std::max<std::int64_t>(1, left.count())));
+  const Timestamp end = monotonicNow() + limit;
+  while (!done() && monotonicNow() < end) {
+    link_.tend(monotonicNow());
+    pollfd waiting{link_.descriptor(), POLLIN, 0};
+    ::poll(&waiting, 1, kLongestWait);
+    link_.receive();
   }
 }
 
@@ -66,9 +57,15 @@ std::optional<ack_t> Remote::ask(const std::string& verb, const std::string& arg
   command.verb = verb;
   command.argument = argument;
   std::copy(pose.begin(), pose.end(), command.pose);
-  if (lcm_->publish(channel::kCommand, &command) != 0) throw std::runtime_error("the command could not be sent");
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(command.getEncodedSize()));
+  command.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  if (!link_.publish(channel::kCommand, bytes, monotonicNow())) {
+    throw std::runtime_error("the command could not be sent; slamctl doctor looks for the cause");
+  }
   handleUntil(limit, [&] { return ack_ && ack_->id == command.id; });
-  return ack_ && ack_->id == command.id ? ack_ : std::nullopt;
+  if (ack_ && ack_->id == command.id) return ack_;
+  refuseFault();
+  return std::nullopt;
 }
 
 std::optional<health_t> Remote::health(std::chrono::milliseconds limit) {

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bus/lc02.hpp"
+
+#include <algorithm>
+#include <optional>
+
+namespace slam {
+namespace {
+
+using Bytes = std::span<const std::uint8_t>;
+
+constexpr std::size_t kMagic = 4, kShortHead = 8, kLongHead = 20, kLongestName = 63;  // [bytes]
+constexpr std::size_t kFragmentNumber = 16;                                           // its place in the long head
+
+std::string_view textOf(Bytes bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
+
+/// The name at the front of the bytes, without its zero.
+std::optional<std::string_view> nameAt(Bytes bytes) {
+  const std::string_view text = textOf(bytes.first(std::min(bytes.size(), kLongestName + 1)));
+  const auto end = text.find('\0');
+  return end == std::string_view::npos ? std::nullopt : std::optional(text.substr(0, end));
+}
+
+Packet messageOf(Bytes datagram) {
+  const auto channel = nameAt(datagram.subspan(kShortHead));
+  if (!channel) return {};
+  return {Packet::kMessage, *channel, datagram.subspan(kShortHead + channel->size() + 1)};
+}
+
+Packet fragmentOf(Bytes datagram) {
+  const bool first = datagram[kFragmentNumber] == 0 && datagram[kFragmentNumber + 1] == 0;
+  const auto channel = first ? nameAt(datagram.subspan(kLongHead)) : std::string_view();
+  return channel ? Packet{Packet::kFragment, *channel, {}} : Packet{};
+}
+
+}  // namespace
+
+Packet parsePacket(Bytes datagram) {
+  const std::string_view magic = textOf(datagram.first(std::min(datagram.size(), kMagic)));
+  if (magic == "LC02" && datagram.size() > kShortHead) return messageOf(datagram);
+  if (magic == "LC03" && datagram.size() >= kLongHead) return fragmentOf(datagram);
+  return {};
+}
+
+}  // namespace slam
