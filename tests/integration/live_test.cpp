@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <lcm/lcm-cpp.hpp>
 #include <map>
+#include <random>
 #include <slam/ack_t.hpp>
 #include <slam/command_t.hpp>
 #include <slam/depth_t.hpp>
@@ -19,12 +20,15 @@
 #include <slam/odometry_t.hpp>
 #include <slam/pose_estimate_t.hpp>
 #include <sstream>
+#include <sys/socket.h>
 
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
 #include "bus/event_log.hpp"
 #include "bus/messages.hpp"
+#include "bus/packets.hpp"
 #include "store/map_store.hpp"
+#include "support/network.hpp"
 
 namespace slam {
 namespace {
@@ -191,7 +195,7 @@ TEST_F(Live, TakesSensorsFromLcm) {
   for (LogEvent event; log.next(event);) {
     if (first == 0) first = event.utime;
     const auto due = start + std::chrono::microseconds(event.utime - first);
-    while (Clock::now() < due) listener.lcm().handleTimeout(1);
+    while (Clock::now() < due) listener.listenOnce(1);
     const std::int64_t shift = epoch.count() - first;
     const auto send = [&](auto message) {
       message.utime += shift;
@@ -257,6 +261,60 @@ TEST_F(Live, ObeysCommandsOnlyWhereTheConfigurationAllows) {
   ASSERT_TRUE(ask(5s));
   EXPECT_FALSE(listener.last<ack_t>(channel::kAck)->accepted);
   EXPECT_THAT(listener.last<ack_t>(channel::kAck)->message, testing::HasSubstr("unknown verb"));
+}
+
+TEST_F(Live, OutlivesAnyDatagram) {
+  Listener listener;
+  ASSERT_TRUE(listener.good());
+  startDaemon({"lcm.commands=true", "lidar.driver='lcm'", "base.driver='lcm'", "imu.driver='lcm'"});
+  ASSERT_TRUE(listener.until([&] { return listener.count(channel::kHealth) > 0; }, 10s)) << daemonLog();
+
+  const int sender = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  const sockaddr_in group = parseUdpmUrl(kUrl).group;
+  const auto send = [&](const std::vector<std::uint8_t>& datagram) {
+    sendto(sender, datagram.data(), datagram.size(), 0, reinterpret_cast<const sockaddr*>(&group), sizeof group);
+  };
+  std::mt19937 random(1);
+  for (const char* name : {channel::kCommand, channel::kScan, channel::kWheels, channel::kImu}) {
+    send(test::deadlyFragment(name));
+    for (std::uint32_t number : {0U, 1U, 255U, 256U, 65535U}) {  // a message of two parts, in every disorder
+      for (std::uint32_t offset : {0U, 900U, 1000U, 0x7FFFFFFFU, 0xFFFFFF9CU, 0xFFFFFFF0U}) {
+        for (std::uint32_t size : {0U, 1000U, 0x7FFFFFFFU, 0xFFFFFFFFU}) {
+          send(test::fragmentOf({size, offset, number, 2}, name, 100));
+        }
+      }
+    }
+    for (int i = 0; i < 200; ++i) {  // the magic of either kind, and anything behind it
+      std::vector<std::uint8_t> datagram(random() % 300);
+      for (std::uint8_t& byte : datagram) byte = static_cast<std::uint8_t>(random());
+      const std::string magic = i % 2 == 0 ? "LC02" : "LC03";
+      std::copy_n(magic.begin(), std::min(magic.size(), datagram.size()), datagram.begin());
+      send(datagram);
+      send(test::packetOf(name, datagram));
+    }
+  }
+  close(sender);
+
+  command_t command{};
+  command.verb = "make_coffee";
+  const bool answered = listener.until(
+      [&] {
+        ++command.id;
+        listener.lcm().publish(channel::kCommand, &command);
+        return listener.count(channel::kAck) > 0;
+      },
+      5s);
+  EXPECT_TRUE(answered) << daemonLog();
+  const auto counted = [&] {
+    const auto health = listener.last<health_t>(channel::kHealth);
+    return std::any_of(health->counters.begin(), health->counters.end(), [](const counter_t& counter) {
+      return counter.name == "lcm.fragments" && counter.value >= 100;
+    });
+  };
+  EXPECT_TRUE(listener.until(counted, 5s)) << daemonLog();
+  EXPECT_THAT(daemonLog(), testing::HasSubstr("is larger than a datagram and is not read"));
+  slamd_->signal(SIGTERM);
+  EXPECT_EQ(slamd_->wait(5s), 0) << daemonLog();
 }
 
 /// A slamd that keeps its maps, and slamctl beside it.
@@ -387,7 +445,8 @@ TEST_F(Live, GoesOnWithoutMulticastRoute) {
   ASSERT_EQ(back.wait(5s), 0);
   Listener listener;
   ASSERT_TRUE(listener.good());
-  EXPECT_TRUE(listener.until([&] { return listener.count(channel::kPose) > 10; }, 15s)) << daemonLog();
+  const auto drives = [&] { return listener.count(channel::kPose) > 100 && listener.count(channel::kScan) > 3; };
+  EXPECT_TRUE(listener.until(drives, 15s)) << daemonLog();
   Process gone({"ip", "route", "del", "224.0.0.0/4"}, folder_ / "ip.txt");  // while it runs
   ASSERT_EQ(gone.wait(5s), 0);
   const auto said = [&](const std::string& words, int times) {
@@ -411,6 +470,112 @@ TEST_F(Live, GoesOnWithoutMulticastRoute) {
   for (LogEvent event; record.next(event);) ++counts[event.channel];
   EXPECT_GT(counts[channel::kSlamPose], 100);
   EXPECT_GT(counts[channel::kScan], 3);
+}
+
+/// What the network does to a slamd that drives.
+class LiveNetwork : public Live {
+ protected:
+  /// Waits for words in the log. @param times how often they have to be there
+  bool logs(const std::string& words, std::chrono::milliseconds limit, int times = 1) const {
+    const auto end = Clock::now() + limit;
+    while (Clock::now() < end) {
+      const std::string log = daemonLog();
+      int found = 0;
+      for (auto at = log.find(words); at != std::string::npos; at = log.find(words, at + 1)) ++found;
+      if (found >= times) return true;
+      usleep(50000);
+    }
+    return false;
+  }
+  /// Asks slamd by slamctl until it answers. @param machine other than this one, if any
+  bool answers(const std::string& url, const std::string& words, std::chrono::milliseconds limit,
+               const test::OtherMachine* machine = nullptr) const {
+    const std::string command = kBin + "/slamctl --config " + kConfig + " --url '" + url + "' " + words;
+    const auto end = Clock::now() + limit;
+    do {
+      if (test::shell("timeout 2 " + (machine != nullptr ? machine->inside(command) : command))) return true;
+    } while (Clock::now() < end);
+    return false;
+  }
+};
+
+TEST_F(LiveNetwork, GoesOnBehindAFirewall) {
+  if (!test::Firewall::isThere()) GTEST_SKIP() << "without nftables";
+  const std::string record = folder_ / "record.lcm";
+  startSimulator("90");
+  {
+    const test::Firewall firewall("input");
+    startDaemon({"lcm.commands=true", "output.record='" + record + "'"});
+    EXPECT_TRUE(logs("LCM: sent packets do not come back; is udp 7667 blocked?", kPatience * 10s)) << daemonLog();
+  }
+  EXPECT_TRUE(logs("LCM messages are sent again", kPatience * 12s)) << daemonLog();
+  EXPECT_TRUE(answers(kUrl, "set-pose 1 2 0", 10s)) << daemonLog();
+  {
+    const test::Firewall firewall("output");
+    EXPECT_TRUE(logs("LCM: not permitted to send; does a firewall or the unit block udp 7667?", kPatience * 10s))
+        << daemonLog();
+  }
+  EXPECT_TRUE(logs("LCM messages are sent again", kPatience * 12s, 2)) << daemonLog();
+  EXPECT_TRUE(answers(kUrl, "set-pose 1 2 0", 10s)) << daemonLog();
+  slamd_->signal(SIGTERM);
+  EXPECT_EQ(slamd_->wait(5s), 0) << daemonLog();
+  EXPECT_TRUE(fs::exists(folder_ / "map.yaml"));
+
+  EventLogReader log(record);
+  std::int64_t last = 0, gap = 0;
+  std::string said;
+  for (LogEvent event; log.next(event);) {
+    if (event.channel == channel::kHealth) said += decodeChecked<health_t>(event.data)->summary + "\n";
+    if (event.channel != channel::kSlamPose) continue;
+    if (last != 0) gap = std::max(gap, event.utime - last);
+    last = event.utime;
+  }
+  EXPECT_LT(gap, 3'000'000) << "[us] without a pose: the watchdog of the unit would have ended it soon";
+  EXPECT_THAT(said, testing::HasSubstr("; LCM: sent packets do not come back; is udp 7667 blocked?"));
+  EXPECT_THAT(said, testing::HasSubstr("; LCM: not permitted to send"));
+}
+
+TEST_F(LiveNetwork, FollowsFromCableToWlan) {
+  const std::string url = "udpm://239.255.76.67:7667?ttl=1";
+  const test::OtherMachine other;
+  other.plug("cable", 1);
+  other.plug("wlan", 2);
+  ASSERT_TRUE(test::shell("ip route del 224.0.0.0/4"));
+  startDaemon({"lcm.commands=true", "lcm.url='" + url + "'"});
+  EXPECT_TRUE(logs("no multicast route", 10s)) << daemonLog();
+  EXPECT_THAT(daemonLog(), testing::Not(testing::HasSubstr("dev lo"))) << "nobody else would hear it there";
+
+  other.route("cable");
+  EXPECT_TRUE(answers(url, "set-pose 1 2 0", 12s, &other)) << daemonLog();
+  for (int change = 0; change < 2; ++change) {
+    ASSERT_TRUE(test::shell("ip link set cable down"));
+    other.route("wlan");
+    EXPECT_TRUE(answers(url, "set-pose 1 2 0", 8s, &other)) << "WLAN " << change << "\n" << daemonLog();
+    ASSERT_TRUE(test::shell("ip link set cable up"));
+    other.route("cable");
+    EXPECT_TRUE(answers(url, "set-pose 1 2 0", 8s, &other)) << "cable " << change << "\n" << daemonLog();
+  }
+  ASSERT_TRUE(test::shell("ip link del cable"));  // an adapter that is pulled, and comes back by its name
+  other.plug("cable", 1);
+  other.route("cable");
+  EXPECT_TRUE(answers(url, "set-pose 1 2 0", 8s, &other)) << daemonLog();
+  slamd_->signal(SIGTERM);
+  EXPECT_EQ(slamd_->wait(5s), 0) << daemonLog();
+  EXPECT_TRUE(test::shell("ip route replace 224.0.0.0/4 dev lo"));
+}
+
+TEST_F(LiveNetwork, KeepsItsMessagesOnThisMachine) {
+  const test::OtherMachine other;
+  other.plug("cable", 1);
+  other.plug("wlan", 2);
+  other.route("cable");
+  startDaemon({});
+  for (const char* name : {"cable", "wlan"}) {  // whatever the route goes over
+    other.route(name);
+    EXPECT_TRUE(answers(kUrl, "status", 8s)) << daemonLog();
+    EXPECT_FALSE(answers(kUrl, "status", 0s, &other)) << name;
+  }
+  EXPECT_TRUE(test::shell("ip route replace 224.0.0.0/4 dev lo"));
 }
 
 }  // namespace
