@@ -13,10 +13,12 @@
 #include <vector>
 
 #include "app/config_printer.hpp"
+#include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
 #include "bus/encoding.hpp"
 #include "bus/event_log.hpp"
 #include "bus/messages.hpp"
+#include "bus/packets.hpp"
 #include "drivers/lidar/codec/rplidar_capsules.hpp"
 #include "store/durable_file.hpp"
 #include "store/map_codec.hpp"
@@ -199,17 +201,31 @@ void messageSeeds(const Corpus& corpus) {
   command_t command{};
   command.utime = kUtime;
   command.verb = "set_pose";
+  ack_t ack{};
+  ack.message = "saved";
+  health_t health{};
+  health.summary = "pose localised";
+  health.ndevices = health.nstages = health.ncounters = 1;
+  health.devices.resize(1);
+  health.stages.resize(1);
+  health.counters.resize(1);
   const std::vector<std::pair<const char*, Bytes>> messages = {
       {"scan", test::encoded(toMessage(someScan(), kUtime))},
       {"wheels", test::encoded(toMessage(WheelSample{.T_wheels_base = {1.0, 2.0, 0.5}}, kUtime, angles))},
       {"imu", test::encoded(toMessage(ImuSample{}, kUtime))},
       {"depth", test::encoded(toMessage(somePseudoLaser(), kUtime))},
       {"drive", test::encoded(drive)},
-      {"command", test::encoded(command)}};
+      {"command", test::encoded(command)},
+      {"ack", test::encoded(ack)},
+      {"health", test::encoded(health)}};
+  const char* const channels[] = {channel::kScan,  channel::kWheels,  channel::kImu, channel::kDepth,
+                                  channel::kDrive, channel::kCommand, channel::kAck, channel::kHealth};
   EventLogWriter log(corpus.scratch("log"));
   for (std::size_t i = 0; i < messages.size(); ++i) {
     const auto& [name, bytes] = messages[i];
     corpus.add("lcm_decode", name, static_cast<int>(i), textOf(bytes).substr(8));  // without fingerprint
+    corpus.add("lcm_packet", name, textOf(test::packetOf(channels[i], bytes)));
+    corpus.add("lcm_packet", std::string(name) + "-fragment", textOf(test::deadlyFragment(channels[i])));
     log.write(kUtime + static_cast<std::int64_t>(i), name, bytes);
   }
   log.flush();
