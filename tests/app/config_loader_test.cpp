@@ -127,6 +127,14 @@ TEST(ParseConfig, SaysHowToMendAValue) {
   EXPECT_THAT(problemsOf("[lidar]\ndriver = \"usb\"\n"), ElementsAre(AllOf(HasSubstr("rplidar"), HasSubstr("lcm"))));
 }
 
+TEST(ParseConfig, RefusesAnLcmUrlThatCannotWork) {
+  for (const char* url :
+       {"", "memq://", "tcpq://localhost:7700", "udpm://robot:7667", "udpm://239.255.76.67:7667?ttl=x"}) {
+    EXPECT_THAT(problemsOf("[lcm]\nurl = \"" + std::string(url) + "\"\n"),
+                ElementsAre(AllOf(HasSubstr("lcm.url"), HasSubstr(url), HasSubstr("use udpm://ADDRESS:PORT?ttl=0"))));
+  }
+}
+
 TEST(ParseConfig, NamesAllProblemsAtOnceInTheOrderOfTheFile) {
   auto problems = problemsOf(
       "[lidar]\n"
