@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <unistd.h>
 #include <utility>
 
 #include "drivers/byte_stream.hpp"
@@ -18,8 +19,11 @@ class PolledPort {
   PolledPort(std::string path, int baud) : path_(std::move(path)), baud_(baud) {}
 
   bool isOpen() const { return stream_ != nullptr; }
-  /// While it is not open: whether to try now.
-  bool due(Timestamp now) const { return retry_.due(now); }
+  /// While it is not open: whether to try now. At once when a port that was missing is there again.
+  bool due(Timestamp now) {
+    const bool is_back = std::exchange(missing_, access(path_.c_str(), F_OK) != 0) && !missing_;
+    return is_back || retry_.due(now);
+  }
   /// Opens it and forgets what had come before. @return what is in the way, static text; empty when it is open
   const char* open(Timestamp now) {
     OpenedPort port = openPort(path_, baud_);
@@ -41,12 +45,12 @@ class PolledPort {
   void close() { stream_.reset(); }
 
   /// Hands over the bytes that have come, one by one, as many as a tick may take.
-  /// @return false when the port has hung up
+  /// @param wait for the first of them @return false when the port has hung up
   template <typename Take>
-  bool drain(Take&& take) {
+  bool drain(Take&& take, Duration wait = Duration(0)) {
     std::array<std::uint8_t, 512> chunk;
     for (std::size_t taken = 0; taken < kMostBytes;) {
-      const ReadResult result = stream_->read(chunk, Duration(0));
+      const ReadResult result = stream_->read(chunk, taken == 0 ? wait : Duration(0));
       if (result.status == ReadResult::kClosed) return false;
       if (result.status == ReadResult::kTimeout) break;
       taken += result.size;
@@ -62,6 +66,7 @@ class PolledPort {
   int baud_;  // [bit/s]
   std::unique_ptr<ByteStream> stream_;
   Retry retry_{std::chrono::milliseconds(200)};
+  bool missing_ = false;
 };
 
 }  // namespace slam

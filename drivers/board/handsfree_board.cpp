@@ -18,6 +18,8 @@ constexpr Duration kDead = 3s;              // then the port is opened anew
 constexpr Duration kDrivePeriod = 50ms;     // the board's own control loop
 constexpr Duration kCommandLasts = 500ms;   // then it is too old to be sent again
 constexpr Duration kChassisPeriod = 1s;     // between attempts
+constexpr int kStopTries = 10;              // at the end
+constexpr Duration kStopAnswer = 10ms;      // to each
 constexpr int kChassisTries = 3;            // an old firmware may not know the command
 constexpr float kLongRun = 2048.0F;         // [rad] above, single precision begins to cost: 0.04 % of the way
 constexpr Duration kStandingForClear = 1s;  // before the counters are set back
@@ -50,7 +52,8 @@ HandsfreeBoard::HandsfreeBoard(const HandsfreeConfig& config, Clock now, Sinks s
       port_(config.port, config.baud),
       polls_{Poll{Command::kGetMotorMileage, PollSchedule(fromSeconds(1.0 / config.mileage_rate))},
              Poll{Command::kGetImu, PollSchedule(fromSeconds(1.0 / config.imu_rate))},
-             Poll{Command::kGetSystemInfo, PollSchedule(kInfo)}, Poll{Command::kGetMotorSpeed, PollSchedule(100ms)}} {}
+             Poll{Command::kGetSystemInfo, PollSchedule(kInfo)}, Poll{Command::kGetMotorSpeed, PollSchedule(100ms)}},
+      stop_(config.may_drive ? 1 : 0) {}
 
 void HandsfreeBoard::tick() {
   const Timestamp now = now_();
@@ -64,14 +67,18 @@ void HandsfreeBoard::tick() {
 }
 
 void HandsfreeBoard::stop() {
-  if (port_.isOpen() && driving_) send(Command::kSetRobotSpeed, robolink::encodeCoordinate({}));
-  driving_ = false;
+  for (int i = 0; i < kStopTries && port_.isOpen() && stop_.owed(); ++i) {
+    // The answer to a speed that is still under way comes first, and is not the zero's.
+    zero_asked_ = zero_asked_ || (drained_ && pending_ != Command::kSetRobotSpeed);
+    ask(now_(), Command::kSetRobotSpeed, robolink::encodeCoordinate({}));
+    if (!receive(kStopAnswer)) break;
+  }
   port_.close();
 }
 
-bool HandsfreeBoard::command(double vx, double vy, double omega) {
+bool HandsfreeBoard::command(double vx, double vy, double omega, Timestamp given) {
   if (!config_.may_drive || !std::isfinite(vx) || !std::isfinite(vy) || !std::isfinite(omega)) return false;
-  command_.store({{vx, vy, omega}, now_().time_since_epoch().count()});
+  command_.store({{vx, vy, omega}, given.time_since_epoch().count()});
   return true;
 }
 
@@ -85,6 +92,7 @@ void HandsfreeBoard::open(Timestamp now) {
   chassis_tries_left_ = kChassisTries;
   next_chassis_ = now;
   answered_ = now;
+  stop_.owe();
   for (DeviceStatus* status : {&wheels_, &imu_}) status->setOpening("waiting for the board's first answer");
 }
 
@@ -98,11 +106,13 @@ void HandsfreeBoard::setBoth(DeviceState state, const char* reason) {
   imu_.set(state, reason);
 }
 
-bool HandsfreeBoard::receive() {
-  const bool open = port_.drain([this](std::uint8_t byte) {
-    bytes_came_ = true;
-    for (auto frame = decoder_.push(byte); frame; frame = decoder_.flush()) handle(*frame);
-  });
+bool HandsfreeBoard::receive(Duration wait) {
+  const bool open = port_.drain(
+      [this](std::uint8_t byte) {
+        bytes_came_ = true;
+        for (auto frame = decoder_.push(byte); frame; frame = decoder_.flush()) handle(*frame);
+      },
+      wait);
   const auto& counters = decoder_.counters();
   const auto damaged = counters.bad_checksums + counters.bad_lengths + counters.foreign_frames;
   wheels_.rejects.store(damaged + unanswered_ + bad_mileage_, std::memory_order_relaxed);
@@ -120,6 +130,7 @@ void HandsfreeBoard::handle(const robolink::Frame& frame) {
     return;
   }
   pending_.reset();
+  if (command == Command::kSetRobotSpeed && zero_asked_) stop_.zeroAccepted();
   drained_ = drained_ || command == Command::kGetSystemInfo;
   if (handleAnswer(command, frame.payload)) return;
   if (command == Command::kGetMotorMileage) {
@@ -139,6 +150,7 @@ void HandsfreeBoard::greet() {
   }
   ask(answered_, Command::kSetSystemInfo, robolink::encodeSystemInfo(info));
   drained_ = restarted_ = true;
+  stop_.owe();
   mileage_.clock.restart();
   last_imu_.clock.restart();
   time_ran_ = frozen_ = false;
@@ -176,10 +188,15 @@ void HandsfreeBoard::request(Timestamp now) {
     decoder_.reset();  // half a frame must not hold the next answer back
     ++unanswered_;
     drained_ = false;
+    stop_.owe();
   }
   // Answers carry no number, and one that comes late must not pass for that of the next request. They come in order:
   // when another command has been answered, all before it have been.
-  if (!drained_) return ask(now, Command::kGetSystemInfo);
+  if (!drained_) {
+    // The board may hear although it is not heard: its zero does not wait for that.
+    if (stop_.owed() && !fresh(now)) send(Command::kSetRobotSpeed, robolink::encodeCoordinate({}));
+    return ask(now, Command::kGetSystemInfo);
+  }
   if (requestDrive(now) || requestOnce(now)) return;
   Poll* next = nullptr;
   for (Poll& poll : polls_) {
@@ -192,14 +209,18 @@ void HandsfreeBoard::request(Timestamp now) {
   ask(now, next->command);
 }
 
+bool HandsfreeBoard::fresh(Timestamp now) {
+  const std::int64_t given = command_.load().time;
+  return given != 0 && now.time_since_epoch().count() - given <= kCommandLasts.count();
+}
+
 bool HandsfreeBoard::requestDrive(Timestamp now) {
-  const LatestTriple::Value& wanted = command_.load();
-  const bool fresh = wanted.time != 0 && now.time_since_epoch().count() - wanted.time <= kCommandLasts.count();
-  if (fresh ? now < next_drive_ : !driving_) return false;
-  const std::array<double, 3> twist = fresh ? wanted.numbers : std::array<double, 3>{};
-  driving_ = fresh;
+  const bool drives = fresh(now);
+  if (drives ? now < next_drive_ : !stop_.owed()) return false;
+  if (drives) stop_.owe();
+  zero_asked_ = !drives;
   next_drive_ = now + kDrivePeriod;
-  ask(now, Command::kSetRobotSpeed, encodeTriple(twist));
+  ask(now, Command::kSetRobotSpeed, drives ? encodeTriple(command_.loaded().numbers) : robolink::encodeCoordinate({}));
   return true;
 }
 
@@ -212,7 +233,7 @@ bool HandsfreeBoard::requestOnce(Timestamp now) {
     return true;
   }
   const auto coarse = [](float angle) { return std::abs(angle) > kLongRun; };
-  if (!mileage_.values || frozen_ || driving_ || now < next_clear_ || now - mileage_.changed < kStandingForClear ||
+  if (!mileage_.values || frozen_ || stop_.owed() || now < next_clear_ || now - mileage_.changed < kStandingForClear ||
       std::none_of(mileage_.values->begin(), mileage_.values->end(), coarse)) {
     return false;
   }

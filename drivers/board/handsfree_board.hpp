@@ -13,6 +13,7 @@
 #include "drivers/board/refresh_clock.hpp"
 #include "drivers/device_status.hpp"
 #include "drivers/polled_port.hpp"
+#include "drivers/stop_debt.hpp"
 #include "firmware_if/robolink.hpp"
 
 namespace slam {
@@ -65,7 +66,7 @@ class HandsfreeBoard {
   ~HandsfreeBoard() { stop(); }
 
   void tick();
-  /// Stops the robot if it was driven from here, and closes the port.
+  /// Stops the robot if it may drive, waiting for the board's answer up to a tenth of a second; closes the port.
   void stop();
 
   // From any one other thread, without waiting:
@@ -74,9 +75,11 @@ class HandsfreeBoard {
   void setCoordinate(double x, double y, double theta) { coordinate_.store({{x, y, theta}, 1}); }
   /// What local time is ahead of our clock, so that the board can be told the time at its handshake.
   void setLocalTimeOffset(Duration offset) { local_time_offset_ = offset.count(); }
-  /// Drives the robot with a twist [m/s, m/s, rad/s] for at most 0.5 s: to be called again and again. Then zero is sent
-  /// once, and the board's own watchdog stops the motors. @return false when not allowed or not finite
-  bool command(double vx, double vy, double omega);
+  /// Drives the robot with a twist [m/s, m/s, rad/s] for at most 0.5 s: to be called again and again. Then a stop is
+  /// owed, as it is when the port was opened, an answer did not come or the board has begun anew: a zero that the board
+  /// acknowledges. @param given when; not later than now @return false when not allowed or not finite
+  bool command(double vx, double vy, double omega, Timestamp given);
+  bool command(double vx, double vy, double omega) { return command(vx, vy, omega, now_()); }
 
   DeviceStatus& wheelStatus() { return wheels_; }
   DeviceStatus& imuStatus() { return imu_; }
@@ -115,7 +118,7 @@ class HandsfreeBoard {
 
   void open(Timestamp now);
   void close(Timestamp now, DeviceState state, const char* reason);
-  bool receive();
+  bool receive(Duration wait = Duration(0));
   void handle(const robolink::Frame& frame);
   bool handleAnswer(robolink::Command command, std::span<const std::uint8_t> payload);
   template <typename Value>
@@ -128,6 +131,7 @@ class HandsfreeBoard {
   void greet();
   void sendCoordinate();
   void request(Timestamp now);
+  bool fresh(Timestamp now);
   bool requestDrive(Timestamp now);
   bool requestOnce(Timestamp now);
   void ask(Timestamp now, robolink::Command command, std::span<const std::uint8_t> payload = {});
@@ -157,7 +161,8 @@ class HandsfreeBoard {
   std::uint32_t unanswered_ = 0, bad_mileage_ = 0;
   int chassis_tries_left_ = 0;
   Timestamp next_chassis_{}, next_clear_{}, next_drive_{};
-  bool driving_ = false;
+  StopDebt stop_;
+  bool zero_asked_ = false;        // by the last speed that was sent as a request
   float last_system_time_ = 0.0F;  // [us]
   Timestamp time_asked_{};
   int still_looks_ = 0;  // at its time, one after the other without progress

@@ -5,6 +5,8 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <thread>
+#include <utility>
 
 #include "drivers/can/can_socket.hpp"
 
@@ -20,8 +22,12 @@ constexpr Duration kHeartbeatSilent = 1s;  // heartbeats every 100 ms
 constexpr Duration kFrozenImu = 1s;        // its noise changes the values every few samples
 constexpr Duration kCommandPeriod = 20ms;  // 50 Hz
 constexpr Duration kCommandFresh = 500ms;
-constexpr Duration kStopping = 1s;  // zero is sent for so long when nobody asks any more
-constexpr int kMostFrames = 200;    // a tick: ten times what the bus carries in that time
+// A second of them: a frame that the interface took may still be lost on the bus, or by a drive that is not ready.
+constexpr int kZeros = 50;
+constexpr Duration kReturned = 250ms;  // a drive that was silent for longer may have been reset meanwhile
+constexpr Duration kReopen = 50ms;     // between attempts, where wheels may turn until the interface is there again
+constexpr int kStopTries = 100;        // at the end, a millisecond apart
+constexpr int kMostFrames = 200;       // a tick: ten times what the bus carries in that time
 
 std::vector<std::uint32_t> idsOf(const CanBaseConfig& config) {
   std::vector<std::uint32_t> ids;
@@ -44,34 +50,38 @@ CanBase::CanBase(const CanBaseConfig& config, Clock now, Sinks sinks, std::uniqu
       now_(now),
       sinks_(std::move(sinks)),
       texts_(config.interface, config.nodes),
-      link_(std::move(port), config.interface, idsOf(config)),
+      link_(std::move(port), config.interface, idsOf(config), config.commands ? kReopen : Duration(1s)),
       wheels_(config.wheel),
-      imu_(config.R_base_imu) {
+      imu_(config.R_base_imu),
+      stop_(config.commands && config.wheels ? kZeros : 0) {
   if (!config_.wheels) wheel_status_.set(DeviceState::kAbsent, "not taken from CAN");
   if (!config_.imu) imu_status_.set(DeviceState::kAbsent, "not taken from CAN");
 }
 
 void CanBase::tick() {
   const Timestamp now = now_();
+  takeCommand(now);
   link_.tick(now);
   StampedCanFrame received;
   for (int i = 0; i < kMostFrames && link_.receive(received); ++i) handle(received);
   if (link_.usable() && !was_usable_) usable_since_ = now;
   was_usable_ = link_.usable();
+  if (std::exchange(breaks_, link_.counters().breaks) != link_.counters().breaks) stop_.owe();
   if (config_.wheels) watchWheels(now);
   if (config_.imu) watchImu(now);
-  if (config_.commands && config_.wheels) sendCommand(now);
+  sendCommand(now);
 }
 
 void CanBase::handle(const StampedCanFrame& received) {
   if (!config_.wheels) return handleImu(received);
   for (std::size_t side = 0; side < 2; ++side) {
-    if (received.frame.id == odrive::idOf(config_.nodes[side], odrive::Command::kEncoderEstimates))
-      return handleEstimates(side, received);
-    if (received.frame.id != odrive::idOf(config_.nodes[side], odrive::Command::kHeartbeat)) continue;
+    const bool estimates = received.frame.id == odrive::idOf(config_.nodes[side], odrive::Command::kEncoderEstimates);
+    if (!estimates && received.frame.id != odrive::idOf(config_.nodes[side], odrive::Command::kHeartbeat)) continue;
+    if (received.stamp - axes_[side].heard() > kReturned) stop_.owe();
+    if (estimates) return handleEstimates(side, received);
     const auto heartbeat = odrive::parseHeartbeat(config_.nodes[side], received.frame);
     if (!heartbeat) ++damaged_;
-    if (heartbeat) axes_[side].addHeartbeat(received.stamp, *heartbeat);
+    if (heartbeat && axes_[side].addHeartbeat(received.stamp, *heartbeat)) stop_.owe();
     return;
   }
   if (config_.imu) handleImu(received);
@@ -85,6 +95,7 @@ void CanBase::handleEstimates(std::size_t side, const StampedCanFrame& received)
     axes_[side].addEstimates(received.stamp, *estimates);
     const auto pair = wheels_.add(side, received.stamp, *estimates);
     const bool lie = axes_[0].lies() || axes_[1].lies();
+    if (pair && pair->restarted) stop_.owe();
     if (pair && !lie) emit(*pair);
     if (pair && lie && pair->restarted) wheels_.beginAnew();
   }
@@ -174,39 +185,51 @@ void CanBase::watchImu(Timestamp now) {
   stale(texts_.senseless_imu);
 }
 
-void CanBase::command(double left, double right) {
+void CanBase::command(double left, double right, Timestamp given) {
   if (!std::isfinite(left) || !std::isfinite(right)) return;
   const double most = config_.wheel.max_speed;
   const std::array<float, 2> speeds = {static_cast<float>(std::clamp(left, -most, most)),
                                        static_cast<float>(std::clamp(right, -most, most))};
   command_.store(std::bit_cast<std::uint64_t>(speeds), std::memory_order_relaxed);
-  commanded_ns_.store(now_().time_since_epoch().count(), std::memory_order_release);
+  commanded_ns_.store(given.time_since_epoch().count(), std::memory_order_release);
+}
+
+/// Before anything is sent: a speed that has become too old while it waited for room must not go out.
+void CanBase::takeCommand(Timestamp now) {
+  const Timestamp commanded{Duration(commanded_ns_.load(std::memory_order_acquire))};
+  const bool fresh = config_.commands && config_.wheels && commanded != Timestamp{} && now - commanded <= kCommandFresh;
+  if (fresh_ && !fresh) link_.dropWaiting();
+  fresh_ = fresh;
+  if (fresh_) stop_.owe();
 }
 
 void CanBase::sendCommand(Timestamp now) {
-  const Timestamp commanded{Duration(commanded_ns_.load(std::memory_order_acquire))};
-  if (commanded == Timestamp{} || now - commanded > kCommandFresh + kStopping) return link_.dropWaiting();
-  const bool fresh = now - commanded <= kCommandFresh;
-  if (now < next_command_) return;
+  if (!link_.usable() || now < next_command_ || (!fresh_ && !stop_.owed())) return;
   next_command_ = std::max(next_command_ + kCommandPeriod, now);
-  sendSpeeds(now, fresh ? std::bit_cast<std::array<float, 2>>(command_.load(std::memory_order_relaxed))
-                        : std::array<float, 2>{});
+  if (fresh_) {
+    sendSpeeds(now, std::bit_cast<std::array<float, 2>>(command_.load(std::memory_order_relaxed)));
+  } else if (sendSpeeds(now, {})) {
+    stop_.zeroAccepted();
+  }
 }
 
 void CanBase::stop() {
-  const std::int64_t commanded = commanded_ns_.load(std::memory_order_acquire);
-  if (config_.commands && commanded != 0 && now_() - Timestamp(Duration(commanded)) <= kCommandFresh + kStopping) {
-    sendSpeeds(now_(), {});
+  Timestamp now = now_();
+  for (int i = 0; i < kStopTries && stop_.owed() && link_.usable() && !sendSpeeds(now, {}); ++i) {
+    std::this_thread::sleep_for(1ms);
+    now += 1ms;
   }
   link_.close();
 }
 
-void CanBase::sendSpeeds(Timestamp now, const std::array<float, 2>& speeds) {
+bool CanBase::sendSpeeds(Timestamp now, const std::array<float, 2>& speeds) {
+  bool taken = false;
   for (std::size_t side = 0; side < 2; ++side) {
     const double turns = static_cast<double>(speeds[side]) / (2.0 * std::numbers::pi);
-    const double velocity = turns * config_.wheel.gear_ratio * config_.wheel.sign[side];
-    link_.send(odrive::encodeInputVelocity(config_.nodes[side], {static_cast<float>(velocity), 0.0F}), now);
+    const double velocity = turns * config_.wheel.gear_ratio * config_.wheel.sign[side] + 0.0;  // a zero without sign
+    taken = link_.send(odrive::encodeInputVelocity(config_.nodes[side], {static_cast<float>(velocity), 0.0F}), now);
   }
+  return taken;
 }
 
 }  // namespace slam

@@ -16,6 +16,7 @@
 #include "drivers/can/can_texts.hpp"
 #include "drivers/can/can_wheels.hpp"
 #include "drivers/device_status.hpp"
+#include "drivers/stop_debt.hpp"
 
 namespace slam {
 
@@ -47,13 +48,16 @@ class CanBase {
   CanBase(const CanBaseConfig& config, Clock now, Sinks sinks, std::unique_ptr<CanPort> port);
 
   void tick();
-  /// Stops what drives from here, and closes the bus.
+  /// Stops the wheels if they may turn, waiting for room in a full queue up to a tenth of a second; closes the bus.
   void stop();
 
   /// Speeds that the wheels shall have, positive forward [rad/s]. From any thread, no lock. Sent at 50 Hz until they
-  /// are half a second old; then zero is sent
-  /// for a second, and after that nothing: a drive's own watchdog, if it is on, disarms it.
-  void command(double left, double right);
+  /// are half a second old. Then a stop is owed, as it is when the bus has just become usable, may have lost frames, or
+  /// a drive has begun anew: a second of zeros that the interface takes. After that nothing is sent: a drive's own
+  /// watchdog, if it is on, disarms it.
+  /// @param given when; not later than now
+  void command(double left, double right, Timestamp given);
+  void command(double left, double right) { command(left, right, now_()); }
 
   DeviceStatus& wheelStatus() { return wheel_status_; }
   DeviceStatus& imuStatus() { return imu_status_; }
@@ -64,8 +68,10 @@ class CanBase {
   void handleEstimates(std::size_t side, const StampedCanFrame& received);
   void handleImu(const StampedCanFrame& received);
   void emit(const CanWheels::Pair& pair);
+  void takeCommand(Timestamp now);
   void sendCommand(Timestamp now);
-  void sendSpeeds(Timestamp now, const std::array<float, 2>& speeds);
+  /// @return whether the interface has taken both
+  bool sendSpeeds(Timestamp now, const std::array<float, 2>& speeds);
   void watchWheels(Timestamp now);
   void watchImu(Timestamp now);
   /// What the link itself has to say. @return false: the bus can be used
@@ -88,7 +94,10 @@ class CanBase {
   std::int64_t damaged_ = 0;                                   // frames of the wheels
   std::atomic<std::uint64_t> command_{0};                      // two floats [rad/s]
   std::atomic<std::int64_t> commanded_ns_{0};                  // when; 0: never
+  bool fresh_ = false;                                         // the command, at this tick
   Timestamp next_command_{};
+  StopDebt stop_;
+  std::uint64_t breaks_ = 0;  // of the link, when a stop was owed for them last
 };
 
 }  // namespace slam

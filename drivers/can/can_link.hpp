@@ -30,6 +30,7 @@ struct CanLinkCounters {
   std::uint64_t bus_offs = 0;
   std::uint64_t restarts = 0;  ///< of the controller after bus-off
   std::uint64_t opened = 0;
+  std::uint64_t breaks = 0;  ///< after each of them frames that had been taken may be lost; the first opening counts
 };
 
 /// Keeps a CAN interface in use through all that happens to it: down and up, unplugged and plugged in again, bus-off
@@ -37,14 +38,17 @@ struct CanLinkCounters {
 class CanLink {
  public:
   /// @param ids 11-bit identifiers to receive
-  CanLink(std::unique_ptr<CanPort> port, std::string interface, std::vector<std::uint32_t> ids);
+  /// @param longest_wait between attempts to open an interface that is not there
+  CanLink(std::unique_ptr<CanPort> port, std::string interface, std::vector<std::uint32_t> ids,
+          Duration longest_wait = std::chrono::seconds(1));
 
   /// Opens the interface if there is none, looks at its state, and sends what waits. Before the receive() calls.
   void tick(Timestamp now);
   /// The next data frame; error frames are digested on the way. @return false: no more for now
   bool receive(StampedCanFrame& out);
-  /// Sends at once, or keeps the frame while the queue is full: one of each id, the newest.
-  void send(const can::Frame& frame, Timestamp now);
+  /// Sends at once, or keeps the frame while the interface does not take it: one of each id, the newest.
+  /// @return whether the interface has taken it, and all that waited
+  bool send(const can::Frame& frame, Timestamp now);
   /// Forgets what waits to be sent.
   void dropWaiting() { waiting_count_ = 0; }
   void close();
@@ -55,6 +59,7 @@ class CanLink {
 
  private:
   void open(Timestamp now);
+  void enter(CanLinkState state);
   void noteError(int error);
   void digest(const can::Frame& frame);
   void flush(Timestamp now);
@@ -62,6 +67,7 @@ class CanLink {
   std::unique_ptr<CanPort> port_;
   std::string interface_;
   std::vector<std::uint32_t> ids_;
+  Duration longest_wait_;
   CanLinkState state_ = CanLinkState::kGone;
   CanLinkCounters counters_;
   bool open_ = false;

@@ -58,5 +58,26 @@ TEST_F(PolledPortTest, SaysThatThePlugWasPulledAndOpensAgainWithMoreAndMorePatie
   EXPECT_TRUE(port_.due(kNow + 2200ms)) << "as at first";
 }
 
+TEST_F(PolledPortTest, IsTriedAtOnceWhenItIsThereAgain) {
+  line_.unplug();
+  for (Timestamp now = kNow; now < kNow + 10s; now += 5ms) {
+    if (!port_.due(now)) continue;
+    EXPECT_STRNE(port_.open(now), "");
+  }
+  line_.plug();
+  EXPECT_TRUE(port_.due(kNow + 10s + 5ms));
+  line_.unplug();
+  EXPECT_STRNE(port_.open(kNow + 10s + 5ms), "");
+  EXPECT_FALSE(port_.due(kNow + 10s + 10ms));
+}
+
+TEST_F(PolledPortTest, WaitsForTheFirstBytesWhereItMay) {
+  ASSERT_STREQ(port_.open(kNow), "");
+  line_.write(Bytes{1});
+  Bytes bytes;
+  EXPECT_TRUE(port_.drain([&](std::uint8_t byte) { bytes.push_back(byte); }, 10s));
+  EXPECT_EQ(bytes, Bytes{1});
+}
+
 }  // namespace
 }  // namespace slam

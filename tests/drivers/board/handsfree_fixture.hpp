@@ -46,6 +46,9 @@ class FakeBoard {
   }
 
   bool mute = false, babble = false;
+  bool answers = true;                                      ///< false: it obeys, but what it answers is lost
+  int lost_speeds = 0;                                      ///< so many SET_ROBOT_SPEED do not arrive
+  robolink::Coordinate speed = {};                          ///< that it drives at: the last it was given, for ever
   robolink::MotorVector step{-0.010F, 0.020F, 0.0F, 0.0F};  ///< [rad] between two answers; left counts negative
   robolink::MotorVector mileage{};                          ///< [rad]
   robolink::Imu imu{.online = 1, .gyro = {0.1F, -0.2F, 0.3F}, .accel = {0.5F, -0.25F, 9.75F}};
@@ -97,8 +100,13 @@ class FakeBoard {
         if (info) answer(command, {});
         return;
       case Command::kSetRobotSpeed:
-        if (const auto speed = robolink::parseCoordinate(frame.payload)) {
-          drives.push_back({virtual_now, *speed});
+        if (lost_speeds > 0) {
+          --lost_speeds;
+          return;
+        }
+        if (const auto wanted = robolink::parseCoordinate(frame.payload)) {
+          speed = *wanted;
+          drives.push_back({virtual_now, speed});
           answer(command, {});
         }
         return;
@@ -111,6 +119,7 @@ class FakeBoard {
     }
   }
   void answer(Command command, std::span<const std::uint8_t> payload) {
+    if (!answers) return;
     std::array<std::uint8_t, robolink::kMaxFrame> frame{};
     const auto size = robolink::encodeFrame(robolink::kSlave, robolink::kMaster, command, payload, frame);
     Bytes bytes = before_answers;

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <utility>
 
 #include "drivers/can/fake_can_port.hpp"
 #include "support/allocations.hpp"
@@ -227,6 +228,73 @@ TEST_F(CanLinkTest, NoticesALossByWhatSendingSays) {
   bus_.open_error = ENODEV;
   link_.send(kSetPoint, bus_.clock);
   EXPECT_EQ(link_.state(), CanLinkState::kGone);
+}
+
+TEST_F(CanLinkTest, SaysWhetherAllWasTaken) {
+  EXPECT_FALSE(link_.send(kSetPoint, bus_.clock)) << "not open yet";
+  up();
+  EXPECT_TRUE(link_.send(kSetPoint, bus_.clock));
+  for (const int error : {ENOBUFS, EAGAIN, EIO}) {
+    bus_.send_error = error;
+    EXPECT_FALSE(link_.send(kSetPoint, bus_.clock));
+    bus_.clock += 5ms;
+    bus_.send_error = 0;
+    can::Frame other = kSetPoint;
+    other.id = 0x30D;
+    const std::size_t before = bus_.sent.size();
+    EXPECT_TRUE(link_.send(other, bus_.clock));
+    EXPECT_EQ(bus_.sent.size(), before + 2);
+  }
+  bus_.send_error = ENETDOWN;
+  EXPECT_FALSE(link_.send(kSetPoint, bus_.clock));
+}
+
+TEST_F(CanLinkTest, CountsWhateverMayLoseFramesThatWereTaken) {
+  auto breaks = [this, last = std::uint64_t{0}]() mutable {
+    return link_.counters().breaks - std::exchange(last, link_.counters().breaks);
+  };
+  up();
+  EXPECT_EQ(breaks(), 1U) << "what was sent before it was opened";
+  tickFor(1s);
+  EXPECT_EQ(breaks(), 0U);
+  bus_.pending_error = ENETDOWN;  // and up again at once
+  tickFor(200ms);
+  EXPECT_GE(breaks(), 1U);
+  bus_.pending_error = ENODEV;
+  tickFor(200ms);
+  EXPECT_GE(breaks(), 1U);
+  ASSERT_TRUE(link_.usable());
+  for (const std::uint32_t classes : {kBusOff, kRestarted, std::uint32_t{0x1}}) {  // the last: transmission timeout
+    bus_.putError(classes);
+    tick();
+    EXPECT_GE(breaks(), 1U) << classes;
+  }
+  for (const std::uint8_t controller : {kPassive, kActive, std::uint8_t{0x02}}) {  // the last: overflow of what is sent
+    bus_.putError(kController, controller);
+    tick();
+    EXPECT_EQ(breaks(), 1U) << int{controller};
+  }
+  bus_.putError(kController, kOverflow);
+  bus_.putError(kController, kWarning);
+  bus_.put(kData);
+  tick();
+  EXPECT_EQ(breaks(), 0U);
+}
+
+TEST_F(CanLinkTest, AsksForAMissingInterfaceAsOftenAsItIsTold) {
+  CanLink link(std::make_unique<test::FakeCanPort>(bus_), "can0", {0x209}, 50ms);
+  bus_.open_error = ENODEV;
+  const auto ticks = [&](Duration time) {
+    bus_.opens = 0;
+    for (const Timestamp end = bus_.clock + time; bus_.clock < end; bus_.clock += 5ms) link.tick(bus_.clock);
+  };
+  ticks(10s);
+  EXPECT_GE(bus_.opens, 199);
+  EXPECT_LE(bus_.opens, 202);
+  bus_.open_error = EAFNOSUPPORT;  // each of these attempts costs the kernel a search for a module
+  ticks(1s);
+  ticks(10s);
+  EXPECT_LE(bus_.opens, 16);
 }
 
 TEST_F(CanLinkTest, DoesNotAllocate) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <linux/can/error.h>
 #include <numbers>
+#include <utility>
 
 namespace slam::sim {
 namespace {
@@ -13,7 +14,8 @@ namespace odrive = can::odrive;
 namespace xsens = can::xsens;
 
 constexpr Duration kEstimates = 10ms, kHeartbeat = 100ms, kImu = 10ms;
-constexpr double kTurn = 2.0 * std::numbers::pi;  // [rad]
+constexpr double kTurn = 2.0 * std::numbers::pi;   // [rad]
+constexpr std::uint32_t kWatchdogExpired = 0x800;  // ODrive's AXIS_ERROR_WATCHDOG_TIMER_EXPIRED
 constexpr std::array<int, 2> kNodes = {odrive::kLeftNode, odrive::kRightNode};
 
 can::Frame errorFrame(std::uint32_t classes) { return {.id = classes, .size = 8, .error = true}; }
@@ -23,6 +25,7 @@ can::Frame errorFrame(std::uint32_t classes) { return {.id = classes, .size = 8,
 void CanEmulator::step(Timestamp now, const CanReadings& readings, std::vector<can::Frame>& out) {
   if (!started_) started_ = next_estimates_ = next_heartbeat_ = next_imu_ = now;
   turn(now, readings);
+  watch(now);
   const auto due = [now, slow = slow_](Timestamp& next, Duration period) {
     if (now < next) return false;
     period *= slow;
@@ -61,6 +64,25 @@ void CanEmulator::turn(Timestamp now, const CanReadings& readings) {
   turned_ = now;
 }
 
+void CanEmulator::watch(Timestamp now) {
+  for (Drive& drive : drives_) {
+    if (std::exchange(drive.fed, false)) drive.fed_at = now;
+    const bool armed = drive.heartbeat.state == static_cast<std::uint8_t>(odrive::AxisState::kClosedLoop);
+    if (watchdog_ == Duration(0) || !armed || now - drive.fed_at <= watchdog_) continue;
+    drive.heartbeat.axis_error |= kWatchdogExpired;
+    drive.heartbeat.state = static_cast<std::uint8_t>(odrive::AxisState::kIdle);
+  }
+}
+
+std::array<float, 2> CanEmulator::drive() const {
+  std::array<float, 2> speeds{};
+  for (std::size_t side = 0; side < 2; ++side) {
+    const bool armed = drives_[side].heartbeat.state == static_cast<std::uint8_t>(odrive::AxisState::kClosedLoop);
+    if (armed) speeds[side] = asked_[side];
+  }
+  return speeds;
+}
+
 void CanEmulator::send(Timestamp now, can::Frame frame) {
   if (silent_ || bus_off_) return;
   if (garbage_) spoil(frame);
@@ -74,6 +96,7 @@ void CanEmulator::spoil(can::Frame& frame) {
 
 void CanEmulator::receive(const can::Frame& frame) {
   for (std::size_t side = 0; side < 2; ++side) {
+    if (static_cast<int>(frame.id >> 5) == kNodes[side]) drives_[side].fed = true;
     if (const auto velocity = odrive::parseInputVelocity(kNodes[side], frame)) {
       asked_[side] = velocity->velocity;
       ++commands_;
@@ -99,6 +122,8 @@ bool CanEmulator::inject(std::string_view kind, double value) {
     slow_ = static_cast<int>(value);
   } else if (kind == "delay") {
     delay_ = fromSeconds(value * 1e-3);
+  } else if (kind == "watchdog") {
+    watchdog_ = fromSeconds(value);
   } else if (kind == "axis_error") {
     drives_[0].heartbeat.axis_error = static_cast<std::uint32_t>(value);
     drives_[0].heartbeat.state =

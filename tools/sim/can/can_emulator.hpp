@@ -36,10 +36,12 @@ class CanEmulator {
   /// Speeds asked for last [turns/s], as sent to each drive.
   const std::array<float, 2>& asked() const { return asked_; }
   int commands() const { return commands_; }  ///< speeds received
+  /// Speeds at which the motors turn the wheels [turns/s]: those asked for last, for ever, while the drive is armed.
+  std::array<float, 2> drive() const;
 
   /// Makes something go wrong, or right again.
   /// @param kind "silent", "garbage", "stuck": 1 or 0; "wrong": factor of the positions; "slow": factor of the periods;
-  /// "delay": [ms];
+  /// "delay": [ms]; "watchdog": [s] without a frame from the host after which a drive disarms, 0: off, as delivered;
   ///        "axis_error": error word of the left drive, which disarms it, 0 takes it back; "bus_off": 1, then 0 for a
   ///        controller that was restarted
   /// @return false when there is no such kind
@@ -48,9 +50,12 @@ class CanEmulator {
  private:
   struct Drive {
     double position = 0.0, velocity = 0.0;  // [turns, turns/s]
+    bool fed = true;                        // by a frame from the host, since the last step
+    Timestamp fed_at{};
     can::odrive::Heartbeat heartbeat{.state = static_cast<std::uint8_t>(can::odrive::AxisState::kClosedLoop)};
   };
   void turn(Timestamp now, const CanReadings& readings);
+  void watch(Timestamp now);
   void send(Timestamp now, can::Frame frame);
   void spoil(can::Frame& frame);
 
@@ -70,7 +75,7 @@ class CanEmulator {
   bool silent_ = false, garbage_ = false, stuck_ = false, bus_off_ = false;
   double factor_ = 1.0;
   int slow_ = 1;
-  Duration delay_{0};
+  Duration delay_{0}, watchdog_{0};
 };
 
 }  // namespace slam::sim

@@ -76,6 +76,29 @@ TEST_F(CanEmulatorTest, TakesCommands) {
   EXPECT_EQ(odrive::parseHeartbeat(0x10, last(runFor(200ms), 0x201))->state, 1);
 }
 
+TEST_F(CanEmulatorTest, TurnsTheWheelsForEverAtTheLastSpeedWhileItIsArmed) {
+  emulator_.receive(odrive::encodeInputVelocity(0x10, {1.5F, 0.0F}));
+  runFor(60s);
+  EXPECT_THAT(emulator_.drive(), testing::ElementsAre(1.5F, 0.0F));
+  emulator_.receive(odrive::encodeAxisState(0x10, odrive::AxisState::kIdle));
+  EXPECT_THAT(emulator_.drive(), testing::ElementsAre(0.0F, 0.0F));
+  emulator_.receive(odrive::encodeAxisState(0x10, odrive::AxisState::kClosedLoop));
+  EXPECT_THAT(emulator_.drive(), testing::ElementsAre(1.5F, 0.0F)) << "it still holds it";
+}
+
+TEST_F(CanEmulatorTest, DisarmsADriveWhoseWatchdogIsNotFed) {
+  ASSERT_TRUE(emulator_.inject("watchdog", 0.5));
+  emulator_.receive(odrive::encodeInputVelocity(0x10, {1.5F, 0.0F}));
+  emulator_.receive(odrive::encodeInputVelocity(0x18, {1.0F, 0.0F}));
+  for (int i = 0; i < 10; ++i) {
+    runFor(100ms);
+    emulator_.receive(odrive::encodeInputVelocity(0x18, {1.0F, 0.0F}));
+  }
+  EXPECT_THAT(emulator_.drive(), testing::ElementsAre(0.0F, 1.0F));
+  EXPECT_EQ(odrive::parseHeartbeat(0x10, last(runFor(200ms), 0x201)),
+            (odrive::Heartbeat{.axis_error = 0x800, .state = 1}));
+}
+
 TEST_F(CanEmulatorTest, FallsSilentAndSpeaksAgain) {
   runFor(1s);
   ASSERT_TRUE(emulator_.inject("silent", 1));
