@@ -89,12 +89,10 @@ BaseThread::BaseThread(const Config& config, Exchange& exchange)
   }
 }
 
-BaseThread::~BaseThread() {
-  worker_.stop();
-  stop();
-}
+BaseThread::~BaseThread() { stop(); }
 
 void BaseThread::stop() {
+  worker_.stop();
   if (board_) board_->stop();
   if (can_) can_->stop();
   if (imu_) imu_->stop();
@@ -108,11 +106,12 @@ void BaseThread::tick() {
 }
 
 void BaseThread::drive() {
-  exchange_.drives.drain([this](const Twist2& twist) {
-    if (board_) board_->command(twist.vx, twist.vy, twist.omega);
+  exchange_.drives.drain([this](const DriveCommand& command) {
+    const Twist2& twist = command.twist;
+    if (board_) board_->command(twist.vx, twist.vy, twist.omega, command.given);
     if (can_) {
       const WheelVector speeds = wheelsOf(kinematics_, {twist.vx, twist.vy, twist.omega});
-      can_->command(speeds[0], speeds[1]);
+      can_->command(speeds[0], speeds[1], command.given);
     }
   });
 }

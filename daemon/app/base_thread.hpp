@@ -27,7 +27,7 @@ class BaseThread {
   float battery() const { return board_ ? board_->battery() : 0.0F; }  ///< [V]; 0: not known
   /// What board and configuration disagree on, static words; empty: nothing.
   const char* finding() const { return board_ ? board_->finding() : ""; }
-  /// Stops what drives from here and closes all ports; the thread must have ended.
+  /// Ends the thread, stops the wheels if they may turn, and closes all ports.
   void stop();
 
   /// @return whether the configuration asks for any such device

@@ -168,7 +168,7 @@ void BusThread::onDrive(Bytes data) {
   const auto twist = message ? fromMessage(*message) : std::nullopt;
   const Timestamp now = monotonicNow(), sent = twist ? clock_.stamp(message->utime) : Timestamp{};
   const bool fresh = twist && sent > now - kOldCommand && sent < now + kFarAhead;
-  fresh ? void(exchange_.drives.tryPush(*twist)) : void(++exchange_.bad_messages);
+  fresh ? void(exchange_.drives.tryPush({*twist, std::min(sent, now)})) : void(++exchange_.bad_messages);
 }
 
 void BusThread::acknowledgeSave() {

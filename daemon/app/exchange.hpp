@@ -37,6 +37,12 @@ struct ReceivedScan {
   Timestamp received;  ///< when its last beam had been decoded
 };
 
+/// What the base shall do, and since when: it must not be obeyed later because it waited in a queue.
+struct DriveCommand {
+  Twist2 twist;
+  Timestamp given;  ///< never later than now
+};
+
 /// What the estimator tells everybody at each tick.
 struct PoseSnapshot {
   PoseEstimate pose;
@@ -108,7 +114,7 @@ struct Exchange {
   SpscQueue<MapCorrection*> corrections{2};                      // graph -> estimator, who gives it back by
   SpscQueue<MapCorrection*> used_corrections{2};                 // estimator -> graph: one at most is on its way
   SpscQueue<std::shared_ptr<const MapChange>> map_changes{256};  // graph -> mapper
-  SpscQueue<Twist2> drives{8};                                   // bus -> base
+  SpscQueue<DriveCommand> drives{8};                             // bus -> base
   SpscQueue<SetPose> set_poses{8};                               // bus -> estimator
   SpscQueue<MapCommand> map_commands{8};                         // bus -> graph
   SpscQueue<MapAnswer> map_answers{16};                          // graph -> bus
