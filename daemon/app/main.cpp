@@ -16,10 +16,7 @@ namespace {
 constexpr int kFailed = 1, kBadUsage = 2, kBadConfig = 78;
 
 int runDaemon(const slam::Config& config) {
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGINT);
-  sigaddset(&signals, SIGTERM);
+  const sigset_t signals = slam::Supervisor::stopSignals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   std::signal(SIGPIPE, SIG_IGN);
   try {

@@ -22,10 +22,19 @@ constexpr Duration kGraphStall = 10s;                // an optimisation of a ver
 constexpr double kMostLines = 5.0, kLineRate = 0.5;  // [1], [1/s] of the log about one device
 constexpr Duration kClockStep = 500ms;
 
+/// Runs before the map is loaded: that may take seconds, and a slamd that was killed may have left the wheels turning.
+std::unique_ptr<BaseThread> startBase(const Config& config, Exchange& exchange) {
+  if (!BaseThread::isWanted(config)) return nullptr;
+  auto base = std::make_unique<BaseThread>(config, exchange);
+  base->worker().start();
+  return base;
+}
+
 }  // namespace
 
 Supervisor::Supervisor(const Config& config)
     : config_(config),
+      base_(startBase(config_, exchange_)),
       graph_(config_, exchange_, clock_),
       estimator_(config_, exchange_, graph_.firstLocalizer()),
       mapper_(config_, exchange_, clock_),
@@ -35,7 +44,6 @@ Supervisor::Supervisor(const Config& config)
     if (file.empty() || folder.empty() || std::filesystem::is_directory(folder)) continue;
     throw std::runtime_error(file + ": its folder does not exist; make it, or change [output]");
   }
-  if (BaseThread::isWanted(config_)) base_ = std::make_unique<BaseThread>(config_, exchange_);
   if (config_.lidar_device.driver == "rplidar") lidar_ = makeLidarThread(config_, exchange_);
 
   constexpr double kLidarRate = 5.5, kLcmRate = 0.0;  // [Hz] 0: whatever comes
@@ -62,6 +70,21 @@ Supervisor::Supervisor(const Config& config)
   if (depth_) watched_.push_back({.worker = &depth_->worker(), .limit = kConnectStall, .vital = false});
 }
 
+Supervisor::~Supervisor() {
+  if (base_) base_->stop();  // before the others are joined, which may take long
+}
+
+sigset_t Supervisor::stopSignals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  struct sigaction hang_up {};
+  sigaction(SIGHUP, nullptr, &hang_up);
+  if (hang_up.sa_handler != SIG_IGN) sigaddset(&signals, SIGHUP);
+  return signals;
+}
+
 void Supervisor::start() {
   if (config_.runtime.realtime) {
     const std::string problem = lockMemory();
@@ -70,9 +93,14 @@ void Supervisor::start() {
   started_ = monotonicNow();
   next_health_ = started_ + kHealthPeriod;
   measured_ = started_;
+  // What the base has measured while the map was loaded has gaps: its queues were full.
+  exchange_.wheels.drain([](const WheelReading&) {});
+  exchange_.imu.drain([](const ImuSample&) {});
+  exchange_.wheels_out.drain([](const WheelReading&) {});
+  exchange_.imu_out.drain([](const ImuSample&) {});
   for (Watched& watched : watched_) {
     watched.moved = started_;
-    watched.worker->start();
+    if (!base_ || watched.worker != &base_->worker()) watched.worker->start();
   }
   sd_notify(0, "READY=1");
   logInfo("running, version " SLAMD_VERSION);
@@ -80,10 +108,7 @@ void Supervisor::start() {
 
 int Supervisor::run() {
   start();
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGINT);
-  sigaddset(&signals, SIGTERM);
+  const sigset_t signals = stopSignals();
   const timespec period{0, static_cast<long>(kPeriod.count())};
   while (sigtimedwait(&signals, nullptr, &period) < 0) {
     const Timestamp now = monotonicNow();
@@ -108,12 +133,12 @@ bool Supervisor::stop() {
   sd_notify(0, "STOPPING=1");
   logInfo("stopping");
   for (Watched& watched : watched_) watched.worker->requestStop();  // all at once, then wait for each
+  if (base_) base_->stop();  // first: another thread may take long, and the wheels must not turn meanwhile
   for (Watched& watched : watched_) {
     if (watched.worker != &mapper_.worker()) watched.worker->stop();
   }
   if (lidar_) lidar_->driver().stop();
   if (depth_) depth_->driver().stop();
-  if (base_) base_->stop();
   mapper_.worker().stop();
   graph_.finish();
   const bool drawn = mapper_.finish();

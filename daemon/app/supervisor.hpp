@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <array>
+#include <csignal>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,13 +19,16 @@
 namespace slam {
 
 /// Owns all threads of the daemon. Logs what the real-time threads may not, feeds systemd's watchdog only while every
-/// thread ticks, sends SLAM_HEALTH, and stops all on SIGINT or SIGTERM.
+/// thread ticks, sends SLAM_HEALTH, and stops all on SIGINT, SIGTERM or SIGHUP, the wheels first.
 class Supervisor {
  public:
   /// @throws std::exception when something that a restart cannot mend is missing
   explicit Supervisor(const Config& config);
+  ~Supervisor();
 
-  /// Runs until a signal. The calling thread must have SIGINT and SIGTERM blocked. @return exit code
+  /// Those that end slamd in order. SIGHUP only where it is not ignored already, as by nohup.
+  static sigset_t stopSignals();
+  /// Runs until one of them. The calling thread must have them blocked. @return exit code
   int run();
 
  private:
