@@ -74,6 +74,26 @@ TEST_F(Doctor, KnowsACanInterfaceThatIsGoneDownOrShortOfRoom) {
   EXPECT_EQ(checkCan("can0", directory_).level, Finding::kGood);
 }
 
+TEST_F(Doctor, ExplainsTheDrivesWatchdogsWhereSpeedsAreSent) {
+  BaseDeviceConfig base;
+  for (const char* driver : {"handsfree", "can", "lcm", "none"}) {
+    base.driver = driver;
+    EXPECT_FALSE(checkWatchdog(base)) << driver;
+  }
+  base.speed_commands = true;
+  base.driver = "can";
+  ASSERT_TRUE(checkWatchdog(base));
+  EXPECT_EQ(checkWatchdog(base)->level, Finding::kWarning);
+  EXPECT_THAT(checkWatchdog(base)->mend,
+              testing::AllOf(HasSubstr("enable_watchdog = True"), HasSubstr("watchdog_timeout = 0.5"),
+                             HasSubstr("save_configuration()")));
+  base.driver = "handsfree";
+  ASSERT_TRUE(checkWatchdog(base));
+  EXPECT_EQ(checkWatchdog(base)->level, Finding::kGood);
+  base.driver = "lcm";
+  EXPECT_FALSE(checkWatchdog(base)) << "who drives the base is not slamd";
+}
+
 TEST_F(Doctor, SaysWhereMapsCannotBeKept) {
   EXPECT_THAT(checkDisk("maps", directory_ / "none").mend, HasSubstr("mkdir -p"));
   EXPECT_NE(checkDisk("maps", directory_).level, Finding::kFault);

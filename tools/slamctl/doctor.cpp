@@ -104,6 +104,24 @@ Finding checkCan(const std::string& interface, const std::filesystem::path& net)
   return {Finding::kGood, "CAN: " + interface + " is up", ""};
 }
 
+std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base) {
+  if (!base.speed_commands) return std::nullopt;
+  if (base.driver == "handsfree") {
+    return Finding{Finding::kGood,
+                   "drives: the board's own watchdog stops the motors 0.7 s after the last command; it is always on",
+                   ""};
+  }
+  if (base.driver != "can") return std::nullopt;
+  // CANSimple has no message that asks for it.
+  return Finding{
+      Finding::kWarning,
+      "drives: whether the ODrives' own watchdogs are on cannot be seen over CAN; they are off as delivered. "
+      "slamd stops the wheels when commands end and when it can reach the drives again, but without a watchdog "
+      "they turn on at the last speed while the computer or the cable fails",
+      "in odrivetool, once: for both axes <axis>.config.watchdog_timeout = 0.5 and "
+      "<axis>.config.enable_watchdog = True, then <odrive>.save_configuration()"};
+}
+
 Finding checkLcm(const std::string& url) {
   LcmLink link(url);
   const std::string channel = "SLAM_DOCTOR_" + std::to_string(getpid());
@@ -218,6 +236,7 @@ Findings diagnose(const Config& config) {
   if (config.base_device.driver == "can" || config.imu_device.driver == "can") {
     findings.push_back(checkCan(config.can.interface));
   }
+  if (auto watchdog = checkWatchdog(config.base_device)) findings.push_back(std::move(*watchdog));
   if (config.depth_device.driver == "openni2") findings.push_back(checkMounting(config.depth_device));
   if (config.depth_device.driver == "openni2" && config.depth_device.uri.empty()) {
     const auto usb = makeUsbWatch(kPrimeSense);

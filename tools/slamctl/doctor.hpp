@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <slam/health_t.hpp>
 #include <string>
 #include <vector>
@@ -28,6 +29,8 @@ Finding checkCamera(UsbWatch& usb);
 Finding checkMounting(const DepthDeviceConfig& depth);
 /// @param net the system's list of network interfaces (/sys/class/net)
 Finding checkCan(const std::string& interface, const std::filesystem::path& net = "/sys/class/net");
+/// What stops the wheels when slamd cannot. @return std::nullopt: slamd sends no speeds
+std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base);
 /// Sends itself a message.
 Finding checkLcm(const std::string& url);
 /// Tries in a thread of its own what slamd's threads do. @param priority the highest of them
