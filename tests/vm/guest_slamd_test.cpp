@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Runs inside the virtual machine: slamd drives by wheels and IMU on CAN, and by the lidar.
+#include <algorithm>
+#include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <gtest/gtest.h>
+#include <optional>
+#include <slam/drive_t.hpp>
 
+#include "firmware_if/can_odrive.hpp"
 #include "integration/fault_matrix.hpp"
 #include "vm/virtual_can.hpp"
 
@@ -88,6 +94,90 @@ TEST_F(SlamdOnVirtualCan, GoesOnByTheLidarWhileTheInterfaceIsDownOrGone) {
   expectDownAndUp();
   expectRemoved("/real/ip link del vcan0", "/real/ip link add vcan0 type vcan && /real/ip link set vcan0 up");
   expectTruePoses();
+}
+
+/// Two drives that keep the last speed they heard: all that is on the bus but slamd.
+class Drives {
+ public:
+  const std::array<float, 2>& speeds() {
+    can_frame raw{};
+    while (peer_.receive(raw)) {
+      can::Frame frame{.id = raw.can_id, .size = raw.len};
+      std::copy(std::begin(raw.data), std::end(raw.data), frame.data.begin());
+      for (std::size_t side = 0; side < 2; ++side) {
+        const auto asked = can::odrive::parseInputVelocity(side == 0 ? 0x10 : 0x18, frame);
+        if (asked) speeds_[side] = asked->velocity;
+      }
+    }
+    return speeds_;
+  }
+  bool stand() { return speeds() == std::array<float, 2>{}; }
+  bool turn() { return speeds()[0] != 0.0F && speeds_[1] != 0.0F; }
+
+ private:
+  test::Peer peer_{"vcan0"};
+  std::array<float, 2> speeds_{};  // [turns/s]
+};
+
+class SlamdDrives : public SlamdOnVirtualCan {
+ protected:
+  void start() {
+    startDaemon({"base.driver='can'", "base.speed_commands=true", "imu.driver='none'", "lidar.driver='none'",
+                 "depth.driver='none'", "can.interface='vcan0'", "runtime.realtime=false"});
+  }
+  void driveUntilTheWheelsTurn() {
+    ASSERT_TRUE(listener_.until(
+        [this] {
+          drive_t drive{};
+          drive.utime =
+              std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch())
+                  .count();
+          drive.vx = 0.1;
+          listener_.lcm().publish(channel::kDrive, &drive);
+          return drives_->turn();
+        },
+        20s))
+        << daemonLog();
+  }
+  bool standWithin(std::chrono::milliseconds limit) {
+    return listener_.until([this] { return drives_->stand(); }, limit);
+  }
+
+  std::optional<Drives> drives_;
+};
+
+TEST_F(SlamdDrives, StopsTheWheelsThatOneThatWasKilledLeftTurning) {
+  ASSERT_TRUE(listener_.good());
+  drives_.emplace();
+  start();
+  driveUntilTheWheelsTurn();
+  slamd_->signal(SIGKILL);
+  ASSERT_EQ(slamd_->wait(5s), 128 + SIGKILL);
+  ASSERT_FALSE(standWithin(2s)) << "nobody stops them";
+  start();
+  EXPECT_TRUE(standWithin(5s)) << daemonLog();
+
+  driveUntilTheWheelsTurn();
+  ip("del vcan0");
+  listener_.listenFor(3s);
+  ip("add vcan0 type vcan");
+  drives_.emplace();
+  ip("set vcan0 up");
+  // The new interface has a new peer, which knows of no speed yet: any frame that it gets is a zero.
+  can_frame first{};
+  test::Peer peer("vcan0");
+  const auto begin = test::Clock::now();
+  EXPECT_TRUE(listener_.until([&] { return peer.receive(first); }, 5s)) << daemonLog();
+  EXPECT_LT(test::Clock::now() - begin, 200ms);
+  EXPECT_TRUE(drives_->stand());
+
+  for (const int number : {SIGHUP, SIGTERM, SIGINT}) {
+    driveUntilTheWheelsTurn();
+    slamd_->signal(number);
+    EXPECT_EQ(slamd_->wait(10s), 0) << daemonLog();
+    EXPECT_TRUE(drives_->stand()) << number;
+    start();
+  }
 }
 
 class SlamdOnController : public SlamdOnCan {};

@@ -30,6 +30,9 @@ class Peer {
   Peer(const Peer&) = delete;
   Peer& operator=(const Peer&) = delete;
 
+  /// The next frame that has come. @return false: none
+  bool receive(can_frame& frame) { return read(socket_, &frame, sizeof frame) == static_cast<ssize_t>(sizeof frame); }
+
   void send(std::uint32_t id, std::array<std::uint8_t, 8> data = {}, std::uint8_t size = 8) {
     can_frame frame{};
     frame.can_id = id;
