@@ -93,11 +93,12 @@ void Supervisor::start() {
   started_ = monotonicNow();
   next_health_ = started_ + kHealthPeriod;
   measured_ = started_;
-  // What the base has measured while the map was loaded has gaps: its queues were full.
+  // What the base has measured while the map was loaded has gaps, its queues were full, and it counts for no rate.
   exchange_.wheels.drain([](const WheelReading&) {});
   exchange_.imu.drain([](const ImuSample&) {});
   exchange_.wheels_out.drain([](const WheelReading&) {});
   exchange_.imu_out.drain([](const ImuSample&) {});
+  for (Device& device : devices_) device.samples = device.status->samples;
   for (Watched& watched : watched_) {
     watched.moved = started_;
     if (!base_ || watched.worker != &base_->worker()) watched.worker->start();
