@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "runtime/realtime.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <linux/capability.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace slam {
+namespace {
+
+using testing::HasSubstr;
+constexpr std::uint64_t kMiB = 1 << 20;
+constexpr int kNotAllowed = 77;  // to have such a limit
+
+TEST(MemoryLock, LocksTheFutureOnlyWhereNoLimitHolds) {
+  EXPECT_EQ(memoryLockFor(RLIM_INFINITY, 500 * kMiB, false).extent, MemoryLock::kAll);
+  EXPECT_EQ(memoryLockFor(RLIM_INFINITY, 500 * kMiB, false).remark, "");
+  EXPECT_EQ(memoryLockFor(8 * kMiB, 500 * kMiB, true).extent, MemoryLock::kAll);
+  for (const std::uint64_t limit : {0UL, 64 * kMiB, 96 * kMiB, 128 * kMiB, 512 * kMiB, 64 * 1024 * kMiB}) {
+    EXPECT_NE(memoryLockFor(limit, 100 * kMiB, false).extent, MemoryLock::kAll) << limit;
+    EXPECT_THAT(memoryLockFor(limit, 100 * kMiB, false).remark, HasSubstr("LimitMEMLOCK=infinity")) << limit;
+  }
+}
+
+TEST(MemoryLock, LocksWhatIsMappedWhereTheStackMayStillGrow) {
+  EXPECT_EQ(memoryLockFor(512 * kMiB, 100 * kMiB, false).extent, MemoryLock::kPresent);
+  EXPECT_THAT(memoryLockFor(512 * kMiB, 100 * kMiB, false).remark,
+              HasSubstr("from now on is not locked: only 512 MiB"));
+  EXPECT_EQ(memoryLockFor(104 * kMiB, 100 * kMiB, false).extent, MemoryLock::kNothing) << "its growth is locked, too";
+  EXPECT_EQ(memoryLockFor(64 * kMiB, 100 * kMiB, false).extent, MemoryLock::kNothing);
+  EXPECT_THAT(memoryLockFor(64 * kMiB, 100 * kMiB, false).remark,
+              HasSubstr("memory is not locked: 100 MiB are in use and only 64 MiB"));
+}
+
+/// Takes the right to lock without limit from this process.
+void giveUpIpcLock() {
+  __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+  __user_cap_data_struct data[2] = {};
+  if (syscall(SYS_capget, &header, data) != 0) _exit(10);
+  for (auto* set : {&data[0].effective, &data[0].permitted}) *set &= ~(1U << CAP_IPC_LOCK);
+  if (syscall(SYS_capset, &header, data) != 0) _exit(11);
+}
+
+/// In a process of its own: a program under such a limit can take memory behind lockMemory(), and its stack can grow.
+int exitCodeUnder(rlim_t limit) {
+  const pid_t child = fork();
+  if (child == 0) {
+    const rlimit bound{limit, limit};
+    if (setrlimit(RLIMIT_MEMLOCK, &bound) != 0) _exit(kNotAllowed);
+    giveUpIpcLock();
+    if (lockMemory().empty()) _exit(13);
+    for (int i = 0; i < 40; ++i) {
+      if (mmap(nullptr, 16 * kMiB, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) == MAP_FAILED) _exit(14);
+    }
+    volatile char deep[4 * kMiB];
+    for (std::size_t i = 0; i < sizeof deep; i += 4096) deep[i] = 1;
+    _exit(0);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+TEST(MemoryLock, LeavesRoomForAllThatComesLater) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "the sanitizers' shadow memory cannot be locked";
+#endif
+  for (const rlim_t limit : {rlim_t{0}, 4 * kMiB, 8 * kMiB, 16 * kMiB, 64 * kMiB, 128 * kMiB, 512 * kMiB}) {
+    const int code = exitCodeUnder(limit);
+    if (code != kNotAllowed) {
+      EXPECT_EQ(code, 0) << limit / kMiB << " MiB";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace slam
