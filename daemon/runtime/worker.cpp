@@ -11,7 +11,7 @@
 namespace slam {
 namespace {
 
-constexpr std::size_t kStack = 1 << 20;  // [bytes] all of it is locked into memory
+constexpr std::size_t kStack = 1 << 20;  // [bytes] all of it is locked into memory where that is allowed
 
 void sleepUntil(Timestamp deadline) {
   const auto ns = deadline.time_since_epoch().count();
@@ -62,16 +62,23 @@ void Worker::run() {
   nameThread(config_.name);
   if (config_.priority > 0) warning_ = setFifoPriority(config_.priority);
   const Duration period = config_.rate > 0.0 ? fromSeconds(1.0 / config_.rate) : Duration(0);
-  Timestamp deadline = monotonicNow();
+  Timestamp deadline = monotonicNow(), due = deadline;  // of the tick: its deadline, before any was skipped
   while (!stopping_) {
     const Timestamp begin = monotonicNow();
-    if (period > Duration(0)) lateness_.add(begin - deadline);
+    if (period > Duration(0)) {
+      lateness_.add(begin - deadline);
+      const std::int64_t delay = (begin - due).count();
+      if (delay > worst_delay_ns_.load(std::memory_order_relaxed)) {
+        worst_delay_ns_.store(delay, std::memory_order_relaxed);
+      }
+    }
     body_();
     const Timestamp end = monotonicNow();
     duration_.add(end - begin);
     ticks_.fetch_add(1, std::memory_order_release);
     if (period == Duration(0)) continue;
     deadline += period;
+    due = deadline;
     if (end > deadline) {
       const auto missed = (end - deadline) / period + 1;
       overruns_.fetch_add(static_cast<std::uint64_t>(missed), std::memory_order_relaxed);

@@ -41,6 +41,9 @@ class Worker {
   /// How late ticks began; empty without a fixed rate.
   const LatencyHistogram& lateness() const { return lateness_; }
   const LatencyHistogram& duration() const { return duration_; }
+  /// By how much the latest tick since the last call began too late, behind a slow tick or a late wake-up; 0 without a
+  /// fixed rate. For one reader.
+  Duration takeWorstDelay() { return Duration(worst_delay_ns_.exchange(0, std::memory_order_relaxed)); }
   /// [s] of CPU that the thread has used, while it runs; 0 before and after.
   double cpuSeconds() const;
   /// What stood in the way of real-time scheduling; empty: nothing. Valid once the first tick has begun.
@@ -56,6 +59,7 @@ class Worker {
   bool running_ = false;
   std::atomic<bool> stopping_{false};
   std::atomic<std::uint64_t> ticks_{0}, overruns_{0};
+  std::atomic<std::int64_t> worst_delay_ns_{0};
   LatencyHistogram lateness_, duration_;
   std::string warning_;
 };

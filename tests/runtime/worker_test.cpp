@@ -72,6 +72,8 @@ TEST(Worker, CountsAnOverrunAndSkipsTheDeadlinesItMissed) {
   EXPECT_LE(static_cast<double>(after - before), elapsed * kRate + 3.0) << "no burst";
   worker.stop();
   EXPECT_GE(worker.duration().summary().max_us, 500e3);
+  EXPECT_GE(worker.takeWorstDelay(), milliseconds(480)) << "of the tick that was due meanwhile";
+  EXPECT_EQ(worker.takeWorstDelay(), Duration(0)) << "is told once";
 }
 
 TEST(Worker, WithoutARateCallsItsBodyAgainAtOnce) {

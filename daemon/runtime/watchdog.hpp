@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/timestamp.hpp"
+
+namespace slam {
+
+/// How long a thread may be silent, which is: not tick.
+struct SilenceLimits {
+  Duration late;      ///< longer: worth a word
+  Duration dead;      ///< longer: it does not come back by itself
+  bool vital = true;  ///< slamd is of no use while it is dead
+};
+
+/// Separates dead threads from late ones by looking at how often they have ticked. Whoever looks may be late itself, or
+/// may have been stopped with the whole process: that is no silence of the others.
+class Watchdog {
+ public:
+  /// @param period at which it is looked at all threads
+  explicit Watchdog(Duration period) : longest_step_(5 * period) {}
+
+  /// @return its number, counting from 0
+  std::size_t add(std::string name, const SilenceLimits& limits);
+  /// @param ticks of the thread so far
+  /// @param lateness of its latest tick since the last look, as the thread has measured itself
+  void look(std::size_t thread, std::uint64_t ticks, Duration lateness, Timestamp now);
+  /// For a time in which the thread has reason to be silent: nothing of it counts as late.
+  void excuse(std::size_t thread) { threads_[thread].excused = true; }
+
+  /// @return whether all vital threads are alive
+  bool allAlive() const;
+  /// Who is dead, and who was late within the last half minute, in words; empty: nobody.
+  std::string words(Timestamp now) const;
+
+  /// A line for the log.
+  struct News {
+    bool is_error = false;
+    std::string text;
+  };
+  /// What is to be logged since the last call: a death at once, lateness when it is over and once a minute.
+  std::vector<News> takeNews(Timestamp now);
+
+ private:
+  struct Thread {
+    std::string name;
+    SilenceLimits limits;
+    std::uint64_t ticks = 0;
+    Duration silent{0};
+    std::optional<Timestamp> looked = {};
+    bool excused = false;
+    Duration worst{0};                       // lateness that words() names
+    std::optional<Timestamp> was_late = {};  // last
+    Duration unlogged{0};                    // the worst lateness since the last line about it
+    std::optional<Timestamp> logged = {};
+    bool death_logged = false;
+    bool isDead() const { return silent > limits.dead; }
+  };
+  static std::string lateWords(const Thread& thread, Duration lateness);
+  static std::string deadWords(const Thread& thread);
+
+  const Duration longest_step_;  // from one look to the next that counts as silence
+  std::vector<Thread> threads_;
+};
+
+}  // namespace slam

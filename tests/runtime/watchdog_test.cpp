@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "runtime/watchdog.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::HasSubstr;
+
+/// A base thread and a camera's, looked at each 100 ms.
+class Watching : public testing::Test {
+ protected:
+  static constexpr Duration kPeriod = 100ms;
+  enum { kBase, kCamera };
+  Watching() : watchdog(kPeriod) {
+    watchdog.add("base", {200ms, 10s});
+    watchdog.add("camera", {.late = 200ms, .dead = 10s, .vital = false});
+  }
+  /// Time goes on. @param base, camera: the thread ticks meanwhile
+  void goOn(Duration time, bool base = true, bool camera = true) {
+    for (Duration gone{0}; gone < time; gone += kPeriod) {
+      now += kPeriod;
+      base_ticks += base ? 20 : 0;
+      camera_ticks += camera ? 3 : 0;
+      look();
+    }
+  }
+  void look(Duration base_delay = Duration(0)) {
+    watchdog.look(kBase, base_ticks, base_delay, now);
+    watchdog.look(kCamera, camera_ticks, Duration(0), now);
+  }
+  std::string news() {
+    std::string text;
+    for (const Watchdog::News& line : watchdog.takeNews(now))
+      text += (line.is_error ? "error " : "") + line.text + "\n";
+    return text;
+  }
+
+  Watchdog watchdog;
+  Timestamp now{1000s};
+  std::uint64_t base_ticks = 0, camera_ticks = 0;
+};
+
+TEST_F(Watching, SaysNothingOfThreadsThatTick) {
+  goOn(60s);
+  EXPECT_TRUE(watchdog.allAlive());
+  EXPECT_EQ(watchdog.words(now), "");
+  EXPECT_EQ(news(), "");
+}
+
+TEST_F(Watching, TakesAThreadThatWaitsForTheKernelForLateNotForDead) {
+  goOn(1s);
+  for (int i = 0; i < 38; ++i) {
+    goOn(kPeriod, /*base=*/false);
+    EXPECT_TRUE(watchdog.allAlive()) << "a restart would end the pose and help nobody";
+  }
+  EXPECT_THAT(watchdog.words(now),
+              AllOf(HasSubstr("thread base was late: 3"), HasSubstr("is the computer overloaded?")));
+  EXPECT_EQ(news(), "") << "how late it is will be known when it ticks";
+  goOn(kPeriod);
+  EXPECT_THAT(news(), HasSubstr("thread base was late: 38"));
+  EXPECT_THAT(watchdog.words(now), HasSubstr("thread base was late: 38"));
+  goOn(31s);
+  EXPECT_EQ(watchdog.words(now), "");
+}
+
+TEST_F(Watching, TakesAThreadThatDoesNotComeBackForDead) {
+  goOn(1s);
+  goOn(9900ms, /*base=*/false);
+  EXPECT_TRUE(watchdog.allAlive());
+  goOn(300ms, /*base=*/false);
+  EXPECT_FALSE(watchdog.allAlive());
+  EXPECT_THAT(watchdog.words(now), HasSubstr("thread base does not tick: the watchdog is not fed"));
+  EXPECT_THAT(news(), AllOf(HasSubstr("error "), HasSubstr("thread base does not tick")));
+  goOn(60s, /*base=*/false);
+  EXPECT_EQ(news(), "") << "once is enough";
+  EXPECT_FALSE(watchdog.allAlive());
+  goOn(kPeriod);
+  EXPECT_TRUE(watchdog.allAlive());
+}
+
+TEST_F(Watching, GoesOnWithoutAThreadThatIsNotVital) {
+  goOn(20s, true, /*camera=*/false);
+  EXPECT_TRUE(watchdog.allAlive());
+  EXPECT_THAT(watchdog.words(now), HasSubstr("thread camera does not tick: its device is stuck"));
+}
+
+TEST_F(Watching, CountsNoSilenceWhileItDidNotLookItself) {
+  goOn(1s);
+  now += 60s;  // the whole process was stopped, and the threads have not been woken yet
+  look();
+  EXPECT_TRUE(watchdog.allAlive());
+  EXPECT_EQ(watchdog.words(now).find("60"), std::string::npos) << watchdog.words(now);
+  for (int i = 0; i < 10; ++i) {  // it is late itself each time
+    now += 3s;
+    base_ticks += 600;
+    camera_ticks += 90;
+    look();
+  }
+  now += 31s;
+  EXPECT_EQ(watchdog.words(now), "");
+}
+
+TEST_F(Watching, HearsOfADelayThatNoLookHasSeen) {
+  goOn(1s);
+  now += kPeriod, ++base_ticks, ++camera_ticks;
+  look(830ms);
+  EXPECT_THAT(watchdog.words(now), HasSubstr("thread base was late: 830 ms"));
+  EXPECT_THAT(news(), HasSubstr("thread base was late: 830 ms"));
+  EXPECT_TRUE(watchdog.allAlive());
+  now += kPeriod, ++base_ticks, ++camera_ticks;
+  look(150ms);  // as it may be
+  EXPECT_THAT(watchdog.words(now), HasSubstr("830 ms")) << "the worst one of half a minute";
+}
+
+TEST_F(Watching, LogsLatenessOnceAMinute) {
+  goOn(1s);
+  int lines = 0;
+  for (int i = 0; i < 120; ++i) {  // two minutes
+    goOn(500ms, /*base=*/false);
+    goOn(500ms);
+    lines += news().empty() ? 0 : 1;
+  }
+  EXPECT_EQ(lines, 2);
+}
+
+TEST_F(Watching, ExcusesAThreadThatHasReasonToBeSilent) {
+  for (int i = 0; i < 50; ++i) {
+    watchdog.excuse(kCamera);
+    goOn(kPeriod, true, /*camera=*/false);
+  }
+  EXPECT_EQ(watchdog.words(now), "");
+  for (int i = 0; i < 60; ++i) {  // but not of being dead
+    watchdog.excuse(kCamera);
+    goOn(kPeriod, true, /*camera=*/false);
+  }
+  EXPECT_THAT(watchdog.words(now), HasSubstr("thread camera does not tick"));
+}
+
+}  // namespace
+}  // namespace slam
