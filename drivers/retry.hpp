@@ -6,22 +6,22 @@
 
 namespace slam {
 
-/// When to try a device again that could not be opened or was lost: soon at first, then less often.
+/// When to try again what failed, such as a device that could not be opened or was lost: soon at first, then less
+/// often.
 class Retry {
  public:
-  /// @param first wait, behind one failure; it doubles with each further one, up to a second
-  explicit Retry(Duration first) : first_(first) {}
+  /// @param first wait, behind one failure; it doubles with each further one
+  explicit Retry(Duration first, Duration longest = std::chrono::seconds(1)) : first_(first), longest_(longest) {}
 
   bool due(Timestamp now) const { return now >= next_; }
   void failed(Timestamp now) {
-    wait_ = std::clamp(2 * wait_, first_, kLongest);
+    wait_ = std::clamp(2 * wait_, first_, longest_);
     next_ = now + wait_;
   }
   void succeeded() { wait_ = Duration(0); }
 
  private:
-  static constexpr Duration kLongest = std::chrono::seconds(1);
-  Duration first_, wait_{0};
+  Duration first_, longest_, wait_{0};
   Timestamp next_{};
 };
 

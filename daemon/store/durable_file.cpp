@@ -8,6 +8,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <utility>
 #include <zlib.h>
@@ -34,6 +35,11 @@ void writeAll(const std::filesystem::path& file, int descriptor, std::string_vie
   }
 }
 
+bool hasName(int descriptor) {
+  struct stat status {};
+  return ::fstat(descriptor, &status) == 0 && status.st_nlink > 0;
+}
+
 /// Closes a descriptor whatever happens.
 struct Closer {
   int descriptor;
@@ -53,13 +59,14 @@ FolderLock::FolderLock(const std::filesystem::path& folder)
   if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
   const int reason = errno;
   ::close(descriptor_);
-  if (reason == EWOULDBLOCK)
-    throw std::runtime_error(folder.string() + ": another slamd or slam-replay writes this map");
+  if (reason == EWOULDBLOCK) throw FolderLocked(folder.string() + ": another slamd or slam-replay writes this map");
   errno = reason;
   fail(folder / "lock", "cannot lock");
 }
 
 FolderLock::~FolderLock() { ::close(descriptor_); }
+
+bool FolderLock::isThere() const { return hasName(descriptor_); }
 
 void syncFolder(const std::filesystem::path& folder) {
   const Closer in{openOrFail(folder, O_RDONLY | O_DIRECTORY)};
@@ -80,8 +87,12 @@ std::uint32_t crc32Of(std::string_view content) {
 }
 
 AppendFile::AppendFile(const std::filesystem::path& file, std::uint64_t keep)
-    : file_(file), descriptor_(openOrFail(file, O_WRONLY | O_CREAT)), size_(keep) {
-  if (::ftruncate(descriptor_, static_cast<off_t>(keep)) != 0 || ::lseek(descriptor_, 0, SEEK_END) < 0) {
+    : file_(file), descriptor_(openOrFail(file, O_WRONLY | O_CREAT | O_NONBLOCK)), size_(keep) {
+  ::fcntl(descriptor_, F_SETFL, 0);  // only to open a pipe did it matter
+  struct stat status {};
+  if (::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode)) return;
+  if (keep == kAll) size_ = static_cast<std::uint64_t>(status.st_size);
+  if (::ftruncate(descriptor_, static_cast<off_t>(size_)) != 0 || ::lseek(descriptor_, 0, SEEK_END) < 0) {
     ::close(descriptor_);
     fail(file, "cannot truncate");
   }
@@ -99,6 +110,8 @@ void AppendFile::append(std::string_view content) {
     throw;
   }
 }
+
+bool AppendFile::isThere() const { return hasName(descriptor_); }
 
 void AppendFile::sync() {
   if (::fdatasync(descriptor_) != 0) fail(file_, "cannot sync");

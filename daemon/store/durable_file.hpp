@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 
@@ -20,23 +21,34 @@ std::string readFile(const std::filesystem::path& file);
 /// CRC-32 as of zlib.
 std::uint32_t crc32Of(std::string_view content);
 
+/// A folder that another program writes to.
+struct FolderLocked : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// Keeps a folder to one program at a time, as long as it lives; a program that dies lets go of it.
 class FolderLock {
  public:
-  /// @throws std::runtime_error where another one has it, also within this program, or the folder cannot be written to
+  /// @throws FolderLocked where another one has it, also within this program
+  /// @throws std::runtime_error where the folder cannot be written to
   explicit FolderLock(const std::filesystem::path& folder);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
 
+  /// @return false when somebody has removed the folder meanwhile
+  bool isThere() const;
+
  private:
   int descriptor_;
 };
 
-/// A file that only grows.
+/// A file that only grows. A pipe or a device will do.
 class AppendFile {
  public:
-  /// Opens it, new or to go on behind `keep` bytes; what lies behind them is cut off. @throws std::runtime_error
+  static constexpr std::uint64_t kAll = UINT64_MAX;
+  /// Opens it, new or to go on behind `keep` bytes; what lies behind them is cut off. @throws std::runtime_error, also
+  /// for a pipe that nobody reads
   AppendFile(const std::filesystem::path& file, std::uint64_t keep);
   ~AppendFile();
   AppendFile(const AppendFile&) = delete;
@@ -46,6 +58,8 @@ class AppendFile {
   void append(std::string_view content);
   /// Waits until all is on the disk. @throws std::runtime_error
   void sync();
+  /// @return false when somebody has removed the file meanwhile: what is written is lost
+  bool isThere() const;
 
  private:
   std::filesystem::path file_;

@@ -48,6 +48,8 @@ class MapStore {
   MapStore(std::filesystem::path directory, std::string name);
 
   const std::string& name() const { return name_; }
+  /// The newest one there is; 0: none.
+  int generation() const { return generation_; }
 
   /// Writes the whole map as a new generation and begins a new journal. @throws std::runtime_error; then the
   /// generations before are as they were

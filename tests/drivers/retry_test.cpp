@@ -20,6 +20,15 @@ TEST(Retry, WaitsTwiceAsLongEachTimeButNoLongerThanASecond) {
   }
 }
 
+TEST(Retry, WaitsAsLongAsItIsAskedTo) {
+  Retry retry(1s, 5s);
+  for (const Duration wait : {1s, 2s, 4s, 5s, 5s}) {
+    retry.failed(kNow);
+    EXPECT_FALSE(retry.due(kNow + wait - 1ms));
+    EXPECT_TRUE(retry.due(kNow + wait));
+  }
+}
+
 TEST(Retry, BeginsWithTheFirstWaitAgainAfterASuccess) {
   Retry retry(100ms);
   for (int i = 0; i < 5; ++i) retry.failed(kNow);

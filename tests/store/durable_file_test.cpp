@@ -2,9 +2,12 @@
 #include "store/durable_file.hpp"
 
 #include <csignal>
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <string>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "support/file_size_limit.hpp"
 #include "tools/files.hpp"
@@ -78,6 +81,39 @@ TEST(AppendFile, TakesBackTheHalfThatFitted) {
   }
   file.append("d");
   EXPECT_EQ(contentOf(folder / "file"), std::string(700, 'a') + "cd");
+}
+
+TEST(AppendFile, GoesOnBehindAllThereIs) {
+  const Folder folder;
+  AppendFile(folder / "file", AppendFile::kAll).append("one ");
+  AppendFile(folder / "file", AppendFile::kAll).append("two");
+  EXPECT_EQ(contentOf(folder / "file"), "one two");
+}
+
+TEST(AppendFile, KnowsWhenSomebodyHasRemovedIt) {
+  const Folder folder;
+  AppendFile file(folder / "file", 0);
+  EXPECT_TRUE(file.isThere());
+  std::filesystem::remove(folder / "file");
+  EXPECT_FALSE(file.isThere());
+  std::filesystem::create_directory(folder / "map");
+  const FolderLock lock(folder / "map");
+  EXPECT_TRUE(lock.isThere());
+  std::filesystem::remove_all(folder / "map");
+  EXPECT_FALSE(lock.isThere());
+}
+
+TEST(AppendFile, TakesAPipeThatIsRead) {
+  const Folder folder;
+  const std::string pipe = folder / "pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THAT(refusalOf([&] { AppendFile(pipe, 0); }), testing::HasSubstr("cannot open")) << "it would wait for ever";
+  const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
+  AppendFile(pipe, 0).append("one");
+  char text[8] = {};
+  EXPECT_EQ(read(reader, text, sizeof text), 3);
+  EXPECT_STREQ(text, "one");
+  close(reader);
 }
 
 }  // namespace
