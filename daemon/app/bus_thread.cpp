@@ -28,7 +28,7 @@ BusThread::BusThread(const Config& config, Exchange& exchange, const WallClock& 
       link_(config.lcm.url),
       scan_(std::make_unique<ReceivedScan>()),
       worker_({.name = "bus"}, [this] { tick(); }) {
-  if (!config.output.record.empty()) record_ = std::make_unique<EventLogWriter>(config.output.record);
+  if (!config.output.record.empty()) recorder_ = std::make_unique<Recorder>(config.output.record);
   for (DeviceStatus* status : {&lidar_, &wheels_, &imu_, &depth_})
     status->set(DeviceState::kOpening, "waiting for messages on LCM");
   subscribe();
@@ -89,10 +89,7 @@ void BusThread::publish(const char* channel, const Message& message) {
   message.encode(buffer_.data(), 0, static_cast<int>(buffer_.size()));
   const bool sent = link_.publish(channel, buffer_, monotonicNow());
   ++(sent ? exchange_.published : exchange_.publish_failures);
-  if (record_ && !record_->write(clock_.utime(monotonicNow()), channel, buffer_) && !record_failed_) {
-    record_failed_ = true;
-    logError(config_.output.record + ": cannot write the record any more; is the disk full?");
-  }
+  if (recorder_) recorder_->add(clock_.utime(monotonicNow()), channel, buffer_);
 }
 
 void BusThread::publishPose() {

@@ -7,7 +7,7 @@
 
 #include "app/config.hpp"
 #include "app/exchange.hpp"
-#include "bus/event_log.hpp"
+#include "app/recorder.hpp"
 #include "bus/lcm_link.hpp"
 #include "drivers/device_status.hpp"
 #include "runtime/clock.hpp"
@@ -19,11 +19,11 @@ namespace slam {
 /// "lcm". Without a network it keeps trying; whatever is published also goes into the record, if there is one.
 class BusThread {
  public:
-  /// @throws std::runtime_error when the record file cannot be opened
   BusThread(const Config& config, Exchange& exchange, const WallClock& clock);
   ~BusThread();
   Worker& worker() { return worker_; }
 
+  Recorder* recorder() const { return recorder_.get(); }  ///< nullptr where nothing is recorded
   LinkState linkState() const { return link_state_; }
   const UdpmUrl& url() const { return link_.url(); }
   DeviceStatus& lidarStatus() { return lidar_; }  ///< of a lidar that comes over LCM
@@ -58,8 +58,7 @@ class BusThread {
   Exchange& exchange_;
   const WallClock& clock_;
   LcmLink link_;
-  std::unique_ptr<EventLogWriter> record_;
-  bool record_failed_ = false;
+  std::unique_ptr<Recorder> recorder_;
   std::atomic<LinkState> link_state_{LinkState::kOpening};
   bool too_large_logged_ = false;
   Timestamp next_refresh_{};

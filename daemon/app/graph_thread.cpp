@@ -11,7 +11,11 @@
 namespace slam {
 namespace {
 
-constexpr double kRate = 20.0;  // [Hz] keyframes come at a few per second
+using namespace std::chrono_literals;
+constexpr double kRate = 20.0;        // [Hz] keyframes come at a few per second
+constexpr Duration kLoadLimit = 10s;  // a disk that takes longer for the first map is not waited for
+constexpr Duration kDiskHangs = 3s;   // in one job
+const char* const kNoAnswer = "the disk does not answer; try again when it does";
 constexpr int kViewsWritten = static_cast<int>(ViewMemoryConfig{}.per_keyframe);  // into the journal, for a keyframe
 
 /// Another one after each start, so that nobody takes a new map's tiles for those of the map before. Not from the
@@ -27,7 +31,15 @@ GraphThread::GraphThread(const Config& config, Exchange& exchange, const WallClo
       keeper_(config),
       map_id_(firstMapId()),
       worker_({.name = "graph", .rate = kRate}, [this] { tick(); }) {
-  beginIn(keeper_.begin());
+  const auto begun = std::make_shared<MapState>();
+  start([this, begun] { *begun = keeper_.begin(monotonicNow()); },
+        [this, begun] { begun->keyframes.size() > 0 ? changeTo(std::move(*begun)) : void(); });
+  if (disk_.waitUntilIdle(monotonicNow() + kLoadLimit)) {
+    then_ = nullptr;
+    beginIn(std::move(*begun));
+  } else {
+    beginIn(MapState());
+  }
 }
 
 GraphThread::~GraphThread() {
@@ -42,6 +54,8 @@ GraphThread::~GraphThread() {
 
 void GraphThread::beginIn(MapState map) {
   start_ = startIn(map, map_id_);
+  without_map_ = all_config_.mode == "localise" && map.keyframes.size() == 0;
+  if (without_map_) start_.in_known_map = true;  // the robot is not found in it
   fitting_ = all_config_;
   if (map.picture_only) {
     fitting_.localizer.match = matchInPicture(fitting_.localizer.match, map.grid.resolution());
@@ -89,32 +103,85 @@ void GraphThread::keepMap() {
     const LocalisationState state = snapshot_.pose.state;
     if (state == LocalisationState::kLocalised) last_pose_ = snapshot_.pose.T_map_base;
   }
-  const Timestamp now = monotonicNow();
-  exchange_.grids.drain([&](const std::shared_ptr<DrawnMap>& drawn) {
-    if (!requested_) return;
-    const Requested shown = *std::exchange(requested_, std::nullopt);
-    if (shown.generation != back_end_->generation()) return requestGrid();  // the map has moved since
-    const MapState map = mapState(std::move(*drawn), shown.keyframes);
-    const bool saved = keeper_.checkpoint(now, map, shown.changes, unjournalledViews());
-    if (saved) {
-      new_views_.erase(new_views_.begin(), new_views_.begin() + shown.views);
-      journalled_views_ = 0;
-    }
-    if (!pending_) return;
-    const MapCommand command = *std::exchange(pending_, std::nullopt);
-    if (command.kind == MapCommand::kSave && command.name.empty()) {
-      exchange_.map_answers.tryPush(
-          {command.id, saved, saved ? "saved as " + keeper_.name() : "not saved; the log says why"});
-    } else {
-      carryOut(command, map);
-    }
+  const bool free = diskIsFree();
+  if (pending_ && disk_.busyFor(monotonicNow()) > kDiskHangs) refuse(*std::exchange(pending_, std::nullopt), kNoAnswer);
+  exchange_.grids.drain([this](const std::shared_ptr<DrawnMap>& drawn) {
+    // Where the map has moved since, it is asked for again.
+    if (requested_ && requested_->generation == back_end_->generation()) return write(std::move(*drawn));
+    if (const auto stale = std::exchange(requested_, std::nullopt)) checkpoint_wanted_ |= stale->wanted;
   });
-  if (back_end_->keyframes().size() == 0) return;
-  if (keeper_.checkpointDue(now, changes())) requestGrid();
-  if (keeper_.journalDue(now, last_pose_, changes())) {
-    const MapState map = mapState({OccupancyGrid(all_config_.map), {}}, back_end_->keyframes().size());
-    if (keeper_.journal(now, map, unjournalledViews(), changes())) journalled_views_ = new_views_.size();
-  }
+  if (!free || disk_.isBusy() || requested_) return;
+  const Timestamp now = monotonicNow();
+  const bool drawn = back_end_->keyframes().size() > 0;
+  if (keeper_.retryDue(now)) return lookForMap(now);
+  const bool due = keeper_.checkpointDue(now, changes()) || (checkpoint_wanted_ && keeper_.checkpointAllowed(now));
+  if (pending_ || (drawn && due)) return requestGrid();
+  if (drawn && !checkpoint_wanted_ && keeper_.journalDue(now, last_pose_, changes())) writeJournal(now);
+}
+
+void GraphThread::start(std::function<void()> job, std::function<void()> then) {
+  then_ = std::move(then);
+  disk_.start(std::move(job));
+}
+
+/// Does what was to be done behind the last job.
+bool GraphThread::diskIsFree() {
+  if (disk_.isBusy()) return false;
+  if (const auto then = std::exchange(then_, nullptr)) then();
+  return true;
+}
+
+void GraphThread::write(DrawnMap drawn) {
+  const Requested shown = *std::exchange(requested_, std::nullopt);
+  const auto map = std::make_shared<const MapState>(mapState(std::move(drawn), shown.keyframes));
+  const auto unjournalled = unjournalledViews();
+  const auto seen = std::make_shared<const std::vector<MapView>>(unjournalled.begin(), unjournalled.end());
+  const auto outcome = std::make_shared<Outcome>();
+  const auto command = std::exchange(pending_, std::nullopt);
+  obeys_ = command.has_value();
+  start(
+      [this, map, seen, outcome, command, changes = shown.changes] {
+        outcome->saved = keeper_.checkpoint(monotonicNow(), *map, changes, *seen);
+        if (command) carryOut(*command, *map, *outcome);
+      },
+      [this, outcome, shown] {
+        if (outcome->saved) {
+          new_views_.erase(new_views_.begin(), new_views_.begin() + shown.views);
+          journalled_views_ = 0;
+        } else {
+          checkpoint_wanted_ |= shown.wanted;
+        }
+        obeys_ = false;
+        if (outcome->answer) exchange_.map_answers.tryPush(*outcome->answer);
+        if (outcome->next) changeTo(std::move(*outcome->next));
+      });
+}
+
+void GraphThread::writeJournal(Timestamp now) {
+  const auto map =
+      std::make_shared<const MapState>(mapState({OccupancyGrid(all_config_.map), {}}, back_end_->keyframes().size()));
+  const auto unjournalled = unjournalledViews();
+  const auto seen = std::make_shared<const std::vector<MapView>>(unjournalled.begin(), unjournalled.end());
+  const auto written = std::make_shared<bool>(false);
+  start([this, now, map, seen, written, changes = changes()] { *written = keeper_.journal(now, *map, *seen, changes); },
+        [this, written, views = new_views_.size()] {
+          if (*written) journalled_views_ = views;
+        });
+}
+
+void GraphThread::lookForMap(Timestamp now) {
+  const auto found = std::make_shared<std::optional<MapState>>();
+  start([this, now, found] { *found = keeper_.retry(now); },
+        [this, found] {
+          if (*found) changeTo(std::move(**found));
+        });
+}
+
+void GraphThread::changeTo(MapState next) {
+  ++map_id_;
+  beginIn(std::move(next));
+  auto localizer = firstLocalizer();
+  if (exchange_.localizers.tryPush(localizer.get())) localizer.release();
 }
 
 std::span<const MapView> GraphThread::unjournalledViews() const {
@@ -124,7 +191,8 @@ std::span<const MapView> GraphThread::unjournalledViews() const {
 void GraphThread::obey(const MapCommand& command) {
   const bool writes = keeper_.writes();
   std::string problem;
-  if (pending_) problem = "another command about the map is being carried out";
+  if (pending_ || obeys_) problem = "another command about the map is being carried out";
+  if (disk_.busyFor(monotonicNow()) > kDiskHangs) problem = kNoAnswer;
   if (command.kind == MapCommand::kSave && !writes) {
     problem = all_config_.mode == "localise" ? "mode is \"localise\": the map does not change"
                                              : "store.directory is not set in the configuration";
@@ -135,43 +203,46 @@ void GraphThread::obey(const MapCommand& command) {
   if (command.kind == MapCommand::kReset && all_config_.mode == "localise") {
     problem = "mode is \"localise\": the map stays; use set-pose to say where the robot is";
   }
-  if (!problem.empty()) {
-    exchange_.map_answers.tryPush({command.id, false, problem});
-    return;
-  }
+  if (!problem.empty()) return refuse(command, problem);
   pending_ = command;  // the present map is stored first
-  requestGrid();
 }
 
-void GraphThread::carryOut(const MapCommand& command, const MapState& map) {
+void GraphThread::refuse(const MapCommand& command, const std::string& problem) {
+  exchange_.map_answers.tryPush({command.id, false, problem});
+}
+
+/// In the disk's thread, behind the checkpoint of the present map.
+void GraphThread::carryOut(const MapCommand& command, const MapState& map, Outcome& outcome) {
+  const std::string loss = "not stored: " + keeper_.problem();
+  const auto answer = [&](bool accepted, const std::string& message) {
+    outcome.answer = {command.id, accepted, message};
+  };
   try {
     if (command.kind == MapCommand::kSave) {
+      if (command.name.empty() || command.name == keeper_.name()) {
+        return outcome.saved ? answer(true, "saved as " + keeper_.name()) : answer(false, loss);
+      }
       keeper_.saveAs(command.name, map);
-      exchange_.map_answers.tryPush({command.id, true, "saved as " + command.name});
-      return;
+      return answer(true, "saved as " + command.name);
     }
-    MapState next;
+    const bool lost = !outcome.saved && keeper_.writes() && map.keyframes.size() > 0;
+    const std::string before = lost ? "; the one before is " + loss : "";
     if (command.kind == MapCommand::kLoad) {
-      next = keeper_.load(command.name);
+      outcome.next = keeper_.load(command.name, monotonicNow());
+      answer(true, "loaded " + command.name + "; looking for the robot in it" + before);
     } else {
-      keeper_.beginNew();
+      keeper_.beginNew(monotonicNow());
+      outcome.next.emplace();
+      answer(true, "a new map begins" + before);
     }
-    ++map_id_;
-    beginIn(std::move(next));
-    auto localizer = firstLocalizer();
-    if (exchange_.localizers.tryPush(localizer.get())) localizer.release();
-    exchange_.map_answers.tryPush({command.id, true,
-                                   command.kind == MapCommand::kReset
-                                       ? "a new map begins"
-                                       : "loaded " + command.name + "; looking for the robot in it"});
   } catch (const std::exception& error) {
-    exchange_.map_answers.tryPush({command.id, false, error.what()});
+    answer(false, error.what());
   }
 }
 
 void GraphThread::requestGrid() {
-  if (requested_) return;
-  requested_ = {back_end_->keyframes().size(), back_end_->generation(), std::ssize(new_views_), changes()};
+  requested_ = {back_end_->keyframes().size(), back_end_->generation(), std::ssize(new_views_), changes(),
+                std::exchange(checkpoint_wanted_, false)};
   auto change = std::make_shared<MapChange>();
   change->map_id = map_id_;
   change->stamp = monotonicNow();
@@ -199,11 +270,24 @@ std::int64_t GraphThread::changes() const {
   return static_cast<std::int64_t>(back_end_->keyframes().size()) + back_end_->generation() + views_;
 }
 
-bool GraphThread::store(DrawnMap drawn) {
-  if (!keeper_.writes() || back_end_->keyframes().size() == 0) return true;
+void GraphThread::store(DrawnMap drawn) {
+  if (!keeper_.writes() || back_end_->keyframes().size() == 0) return;
   exchange_.pose_for_graph.load(snapshot_);
-  const int keyframes = back_end_->keyframes().size();
-  return keeper_.checkpoint(monotonicNow(), mapState(std::move(drawn), keyframes), changes(), unjournalledViews());
+  const auto map = std::make_shared<const MapState>(mapState(std::move(drawn), back_end_->keyframes().size()));
+  // Behind a journal that is being written these views may be in it already: twice does no harm.
+  const auto unjournalled = unjournalledViews();
+  const auto seen = std::make_shared<const std::vector<MapView>>(unjournalled.begin(), unjournalled.end());
+  const auto outcome = std::make_shared<Outcome>();
+  stored_ = outcome;
+  disk_.start([this, map, seen, outcome, changes = changes()] {
+    const Timestamp now = monotonicNow();
+    if (keeper_.retryDue(now)) keeper_.retry(now);
+    outcome->saved = keeper_.checkpoint(now, *map, changes, *seen);
+  });
+}
+
+bool GraphThread::waitUntilStored(Timestamp deadline) {
+  return disk_.waitUntilIdle(deadline) && (!stored_ || stored_->saved);
 }
 
 void GraphThread::takeIn() {
@@ -230,7 +314,7 @@ void GraphThread::add(const DepthSight& sight) {
 }
 
 void GraphThread::add(const Keyframe& keyframe) {
-  if (keyframe.map_id != map_id_) return;  // of the map before
+  if (keyframe.map_id != map_id_ || without_map_) return;  // of the map before, or nothing to find it in
   const Timestamp begin = monotonicNow();
   const BackEndCounters before = back_end_->counters();
   back_end_->add(keyframe, !correction_away_);
@@ -262,7 +346,7 @@ void GraphThread::add(const Keyframe& keyframe) {
     }
   }
   changes_.push_back(std::move(change));
-  if (anew && keeper_.writes()) requestGrid();  // the journal cannot say it
+  checkpoint_wanted_ |= anew && keeper_.writes();
   if (auto correction = back_end_->takeCorrection()) {
     correction->map_id = map_id_;
     correction_away_ = exchange_.corrections.tryPush(correction.get());

@@ -9,6 +9,7 @@
 #include "app/config_loader.hpp"
 #include "app/config_printer.hpp"
 #include "app/log.hpp"
+#include "app/map_keeper.hpp"
 #include "app/supervisor.hpp"
 
 namespace {
@@ -68,6 +69,10 @@ int main(int argc, char** argv) {
   // As a service, systemd says where state is kept.
   const char* state = std::getenv("STATE_DIRECTORY");
   if (config.store.directory.empty() && state != nullptr) config.store.directory = std::string(state) + "/maps";
+  if (const std::string wrong = slam::MapKeeper::misconfiguration(config); !wrong.empty()) {
+    std::cerr << config_file << ":1:1: " << wrong << "\n";
+    return kBadConfig;
+  }
   if (print) std::cout << slam::printConfig(config);
   if (check && !print) std::cout << config_file << ": good\n";
   return check || print ? 0 : runDaemon(config);

@@ -5,13 +5,19 @@
 #include <ctime>
 #include <filesystem>
 #include <stdexcept>
+#include <utility>
 
 #include "app/log.hpp"
 
 namespace slam {
 namespace {
 
-constexpr double kPoseMoved = 0.1;  // [m, rad] a pose that differs less is not written again
+using namespace std::chrono_literals;
+constexpr double kPoseMoved = 0.1;      // [m, rad] a pose that differs less is not written again
+constexpr Duration kLogInterval = 60s;  // between two lines about failures, when they come and go
+const char* const kNotStored = "; the map is not stored, slamd tries again; make room, or its folder writable";
+
+bool isPicture(const std::string& map) { return std::filesystem::path(map).extension() == ".yaml"; }
 
 std::string nameOfNow() {
   const std::time_t now = std::time(nullptr);
@@ -26,51 +32,128 @@ std::string nameOfNow() {
 std::string newNameIn(const std::string& directory) {
   const std::string now = nameOfNow();
   std::string name = now;
-  for (int i = 2; std::filesystem::exists(directory + "/" + name); ++i) name = now + "-" + std::to_string(i);
+  std::error_code unknown;  // where the folder cannot be looked into, none is known
+  for (int i = 2; std::filesystem::exists(directory + "/" + name, unknown); ++i) name = now + "-" + std::to_string(i);
   return name;
 }
 
 }  // namespace
 
-MapState MapKeeper::begin() {
-  const StoreConfig& store = config_.store;
-  const bool localise = config_.mode == "localise";
-  const bool picture = std::filesystem::path(store.map).extension() == ".yaml";
-  std::string path = picture ? store.map : "";
-  if (!picture && !store.directory.empty()) {
-    name_ = !store.map.empty() ? store.map : MapStore::newest(store.directory).value_or("");
-    if (!name_.empty()) path = store.directory + "/" + name_;
+std::string MapKeeper::misconfiguration(const Config& config) {
+  const StoreConfig& store = config.store;
+  const bool localise = config.mode == "localise";
+  if (localise && !isPicture(store.map) && store.directory.empty()) {
+    return "mode: \"localise\" needs a map; set store.map, or store.directory to a folder with maps";
   }
-  if (path.empty() && localise) {
-    throw std::runtime_error("mode \"localise\" needs a map; set store.map, or store.directory to a folder with maps");
+  if (localise || store.map.empty()) return "";
+  if (isPicture(store.map)) {
+    return "store.map: a picture of a map cannot be extended; set mode to \"localise\", or store.map to a name";
   }
-  const bool exists = !path.empty() && std::filesystem::exists(path);
-  if (!exists && !path.empty() && (localise || picture)) throw std::runtime_error(path + ": there is no such map");
-  MapState map;
-  if (exists) {
-    try {
-      if (!localise && !picture) keep(name_);
-      map = open(path);
-    } catch (const std::runtime_error& error) {
-      // A map that was asked for by name is not silently replaced by an empty one.
-      if (localise || !store.map.empty()) throw;
-      logError(std::string(error.what()) + "; a new map begins, that one is left as it is");
-      name_.clear();
-      store_.reset();
-      lock_.reset();
-    }
-  }
-  if (localise || store.directory.empty()) return map;
-  if (name_.empty()) name_ = newNameIn(store.directory);
-  if (!store_) keep(name_);
-  return map;
+  if (!MapStore::isName(store.map)) return "store.map: is no name of a map; use letters, digits, - and _";
+  return "";
 }
 
-/// Makes the map the one that is written, and nobody else's.
-void MapKeeper::keep(const std::string& name) {
-  auto store = std::make_unique<MapStore>(config_.store.directory, name);
-  if (auto lock = lockOf(name)) lock_ = std::move(lock);
+MapState MapKeeper::begin(Timestamp now) {
+  auto map = take(now);
+  return map ? std::move(*map) : MapState();
+}
+
+/// @return std::nullopt where there is none to go on in; awaits_ says whether one is still to come
+std::optional<MapState> MapKeeper::take(Timestamp now) {
+  const StoreConfig& store = config_.store;
+  const bool localise = config_.mode == "localise", picture = isPicture(store.map);
+  awaits_ = false;
+  try {
+    std::string path = picture ? store.map : "";
+    name_.clear();
+    if (!picture && !store.directory.empty()) {
+      name_ = !store.map.empty() ? store.map : MapStore::newest(store.directory).value_or("");
+      if (!name_.empty()) path = store.directory + "/" + name_;
+    }
+    const bool exists = !path.empty() && std::filesystem::exists(path);
+    if (!exists && (localise || picture)) {
+      throw std::runtime_error(path.empty() ? "there is none in the folder " + store.directory
+                                            : path + ": there is no such map");
+    }
+    if (!exists && !writes()) return std::nullopt;
+    if (!exists) {
+      keep(name_.empty() ? newNameIn(store.directory) : name_, now);
+      // Where its folder cannot even be made, the named map may lie on a disk that is still to come.
+      awaits_ = !store_ && !store.map.empty();
+      if (store_) succeed();
+      return std::nullopt;
+    }
+    if (writes() && !picture) {
+      keep(name_, now);
+      if (generation_ == 0) {  // a folder that nothing was stored in
+        if (store_) succeed();
+        return std::nullopt;
+      }
+    }
+    MapState map = open(path);
+    if (localise || store_) succeed();
+    return map;
+  } catch (const std::runtime_error& error) {
+    store_.reset();
+    lock_.reset();
+    if (localise || !store.map.empty()) {  // a map that was asked for by name is not silently replaced by an empty one
+      awaits_ = true;
+      fail(now, localise
+                    ? std::string("no map to localise in: ") + error.what() +
+                          "; slamd has no pose until there is one, and looks again; put it there, or change store.map"
+                    : std::string(error.what()) +
+                          "; slamd draws a new map that is not stored, and tries again; mend that one, or change "
+                          "store.map");
+      return std::nullopt;
+    }
+    logError(std::string(error.what()) + "; a new map begins, that one is left as it is");
+  }
+  keep(newNameIn(store.directory), now);
+  if (store_) succeed();
+  return std::nullopt;
+}
+
+/// Makes the map the one that is written, and nobody else's; where the disk refuses, retry() tries again.
+/// @throws FolderLocked, then the one before stays
+void MapKeeper::keep(const std::string& name, Timestamp now) {
+  std::unique_ptr<MapStore> store;
+  std::string problem;
+  int generation = 0;
+  try {
+    store = std::make_unique<MapStore>(config_.store.directory, name);
+    generation = store->generation();
+    if (auto lock = lockOf(name)) lock_ = std::move(lock);
+  } catch (const FolderLocked&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    store.reset();
+    lock_.reset();
+    problem = error.what();
+  }
   store_ = std::move(store);
+  name_ = name;
+  generation_ = generation;
+  journalled_changes_ = checkpointed_changes_ = -1;
+  if (!store_) fail(now, problem + kNotStored);
+}
+
+bool MapKeeper::retryDue(Timestamp now) const { return (awaits_ || (writes() && !store_)) && retry_.due(now); }
+
+std::optional<MapState> MapKeeper::retry(Timestamp now) {
+  if (awaits_) return take(now);
+  const int known = generation_;
+  try {
+    keep(name_, now);
+    const bool same = std::exchange(generation_, store_ ? generation_ : known) == known;
+    if (store_ && same) succeed();
+    if (!store_ || same) return std::nullopt;
+    logWarning(name_ + " was written by somebody else meanwhile; this map gets another name");
+  } catch (const FolderLocked& error) {
+    logWarning(std::string(error.what()) + "; this map gets another name");
+  }
+  keep(newNameIn(config_.store.directory), now);
+  if (store_) succeed();
+  return std::nullopt;
 }
 
 /// A lock of a map's folder; nullptr where it is the map that is kept, whose lock is held already.
@@ -91,25 +174,26 @@ MapState MapKeeper::open(const std::string& path) {
   return std::move(loaded.state);
 }
 
-MapState MapKeeper::load(const std::string& name) {
+MapState MapKeeper::load(const std::string& name, Timestamp now) {
   if (config_.store.directory.empty()) throw std::runtime_error("store.directory is not set in the configuration");
   if (!MapStore::isName(name)) throw std::runtime_error("\"" + name + "\" is no name of a map");
   MapState map = open(config_.store.directory + "/" + name);
-  if (store_) keep(name);
+  if (writes()) keep(name, now);
   name_ = name;
-  journalled_changes_ = checkpointed_changes_ = -1;
+  awaits_ = false;
+  if (store_ || !writes()) succeed();
   return map;
 }
 
-void MapKeeper::beginNew() {
-  if (!store_) return;
-  name_ = newNameIn(config_.store.directory);
-  keep(name_);
-  journalled_changes_ = checkpointed_changes_ = -1;
+void MapKeeper::beginNew(Timestamp now) {
+  awaits_ = false;
+  if (writes()) keep(newNameIn(config_.store.directory), now);
+  if (store_) succeed();
 }
 
 bool MapKeeper::journalDue(Timestamp now, const Pose2& T_map_base, std::int64_t changes) const {
-  if (!store_ || checkpointed_changes_ < 0 || toSeconds(now - journalled_) < config_.store.journal_period) return false;
+  if (!store_ || checkpointed_changes_ < 0 || !retry_.due(now)) return false;
+  if (toSeconds(now - journalled_) < config_.store.journal_period) return false;
   const Pose2 moved = between(journalled_pose_, T_map_base);
   return changes != journalled_changes_ || std::hypot(moved.x, moved.y) > kPoseMoved ||
          std::abs(moved.theta) > kPoseMoved;
@@ -117,7 +201,7 @@ bool MapKeeper::journalDue(Timestamp now, const Pose2& T_map_base, std::int64_t 
 
 bool MapKeeper::journal(Timestamp now, const MapState& map, std::span<const MapView> seen, std::int64_t changes) {
   journalled_ = now;
-  const bool written = attempt("journal", [&] {
+  const bool written = attempt(now, [&] {
     store_->append(map, seen);
     store_->sync();
   });
@@ -128,14 +212,13 @@ bool MapKeeper::journal(Timestamp now, const MapState& map, std::span<const MapV
 }
 
 bool MapKeeper::checkpointDue(Timestamp now, std::int64_t changes) const {
-  if (!store_ || changes == checkpointed_changes_) return false;
+  if (!checkpointAllowed(now) || changes == checkpointed_changes_) return false;
   return checkpointed_changes_ < 0 || toSeconds(now - checkpointed_) >= config_.store.checkpoint_period;
 }
 
 bool MapKeeper::checkpoint(Timestamp now, const MapState& map, std::int64_t changes, std::span<const MapView> seen) {
   checkpointed_ = now;
-  if (!store_) return false;
-  if (!attempt("map", [&] { store_->checkpoint(map, seen); })) return false;
+  if (!store_ || !attempt(now, [&] { store_->checkpoint(map, seen); })) return false;
   checkpointed_changes_ = journalled_changes_ = changes;
   journalled_pose_ = map.T_map_base;
   return true;
@@ -149,17 +232,37 @@ void MapKeeper::saveAs(const std::string& name, const MapState& map) const {
   if (store_) store_->touch();  // it is this one that goes on
 }
 
-bool MapKeeper::attempt(const std::string& what, const std::function<void()>& write) {
+bool MapKeeper::attempt(Timestamp now, const std::function<void()>& write) {
   try {
+    // What is written into a folder that has no name any more is lost without an error.
+    if (!lock_->isThere()) throw std::runtime_error(name_ + ": somebody has removed the map's folder");
     write();
-    if (failing_) logInfo("the map is written again");
-    failing_ = false;
+    succeed();
     return true;
   } catch (const std::exception& error) {
-    if (!failing_) logError(what + " not written: " + error.what());
-    failing_ = true;
+    fail(now, std::string(error.what()) + kNotStored);
+    if (lock_->isThere()) return false;
+    store_.reset();
+    lock_.reset();
+    generation_ = 0;
     return false;
   }
+}
+
+void MapKeeper::fail(Timestamp now, const std::string& problem) {
+  retry_.failed(now);
+  problem_.set(problem);
+  if (std::exchange(failing_, true) || (logged_ && now - *logged_ < kLogInterval)) return;
+  logError(problem);
+  logged_ = now;
+  failure_logged_ = true;
+}
+
+void MapKeeper::succeed() {
+  retry_.succeeded();
+  problem_.set("");
+  failing_ = false;
+  if (std::exchange(failure_logged_, false)) logInfo(writes() ? "the map is written again" : "the map is there");
 }
 
 }  // namespace slam

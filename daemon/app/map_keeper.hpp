@@ -8,29 +8,42 @@
 
 #include "app/config.hpp"
 #include "core/timestamp.hpp"
+#include "drivers/retry.hpp"
+#include "runtime/shared_text.hpp"
 #include "slam/map_state.hpp"
 #include "store/durable_file.hpp"
 #include "store/map_store.hpp"
 
 namespace slam {
 
-/// Which map slamd works on, and when it is written. Writes nothing in mode "localise" or without store.directory. A
-/// failure to write is logged once until writing works again; nothing else stops for it.
+/// Which map slamd works on, and when it is written. Writes nothing in mode "localise" or without store.directory.
+///
+/// A disk ends nothing: a map that cannot be used, and one that cannot be written, are a problem() in words and are
+/// tried again, and so is a folder that somebody removed. One thread at a time; problem() from any.
 class MapKeeper {
  public:
   explicit MapKeeper(const Config& config) : config_(config) {}
 
-  /// The map to begin with: the one configured, or the newest one, or a new one; what was damaged is logged.
-  /// @throws std::runtime_error with one line when mode is "localise" and there is none, or the configured one is of no
-  /// use
-  MapState begin();
-  /// Changes to another map. @throws std::runtime_error with one sentence; then the present one stays
-  MapState load(const std::string& name);
-  /// Leaves the present map as it is on disk and works on a new one.
-  void beginNew();
+  /// What no disk can heal, for who starts slamd: it is told what to write into which key. Empty: nothing.
+  static std::string misconfiguration(const Config& config);
 
-  bool writes() const { return store_ != nullptr; }
+  /// The map to begin with: the one configured, or the newest one, or a new one. Where the configured one cannot be
+  /// used, it is one without keyframes, which is not written; retry() looks again.
+  MapState begin(Timestamp now);
+  /// Whether something that failed should be tried again.
+  bool retryDue(Timestamp now) const;
+  /// @return the map that was configured, where it could not be used before and can be now
+  std::optional<MapState> retry(Timestamp now);
+  /// Changes to another map. @throws std::runtime_error with one sentence; then the present one stays
+  MapState load(const std::string& name, Timestamp now);
+  /// Leaves the present map as it is on disk and works on a new one.
+  void beginNew(Timestamp now);
+
+  /// Whether the configuration wants the map to be written.
+  bool writes() const { return config_.mode != "localise" && !config_.store.directory.empty(); }
   const std::string& name() const { return name_; }
+  /// What is not read or written and why, what slamd does meanwhile, and the fix; empty: nothing.
+  std::string problem() const { return problem_.get(); }
 
   /// What is new goes to the journal, every journal_period. @param changes counts up with the map's changes
   bool journalDue(Timestamp now, const Pose2& T_map_base, std::int64_t changes) const;
@@ -38,25 +51,36 @@ class MapKeeper {
   bool journal(Timestamp now, const MapState& map, std::span<const MapView> seen, std::int64_t changes);
   /// Whether a new generation should be written.
   bool checkpointDue(Timestamp now, std::int64_t changes) const;
+  /// Whether one may be written: now, not long behind a failure.
+  bool checkpointAllowed(Timestamp now) const { return store_ && retry_.due(now); }
   /// @param seen as in journal() @return false when it could not be written
   bool checkpoint(Timestamp now, const MapState& map, std::int64_t changes, std::span<const MapView> seen = {});
   /// Writes the map under another name; the present one stays. @throws std::runtime_error
   void saveAs(const std::string& name, const MapState& map) const;
 
  private:
+  std::optional<MapState> take(Timestamp now);
   MapState open(const std::string& path);
-  void keep(const std::string& name);
+  void keep(const std::string& name, Timestamp now);
   std::unique_ptr<FolderLock> lockOf(const std::string& name) const;
-  bool attempt(const std::string& what, const std::function<void()>& write);
+  bool attempt(Timestamp now, const std::function<void()>& write);
+  void fail(Timestamp now, const std::string& problem);
+  void succeed();
 
   const Config& config_;
   std::string name_;
+  bool awaits_ = false;               // the configured map cannot be used yet
   std::unique_ptr<FolderLock> lock_;  // of the map's folder
-  std::unique_ptr<MapStore> store_;
+  std::unique_ptr<MapStore> store_;   // nullptr: not written, or not yet
+  int generation_ = 0;                // newest one on disk when the map was opened
   Timestamp journalled_{}, checkpointed_{};
   std::int64_t journalled_changes_ = -1, checkpointed_changes_ = -1;
   Pose2 journalled_pose_;
-  bool failing_ = false;
+  SharedText problem_;
+  bool failing_ = false;             // something does
+  std::optional<Timestamp> logged_;  // a failure
+  bool failure_logged_ = false;      // of this time
+  Retry retry_{std::chrono::seconds(1), std::chrono::seconds(30)};
 };
 
 }  // namespace slam

@@ -2,7 +2,14 @@
 #include "app/mapper_thread.hpp"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
 #include <limits>
+#include <memory>
+#include <stdexcept>
+#include <unistd.h>
+#include <utility>
 
 #include "app/log.hpp"
 #include "bus/messages.hpp"
@@ -13,6 +20,17 @@ namespace {
 
 constexpr double kRate = 10.0;      // [Hz]
 constexpr int kScansPerTick = 100;  // drawn anew after a loop closure: about 20 ms
+const char* const kNotSaved =
+    "; the map files cannot be saved, slamd goes on; make their folder writable and room in it, or change output.map";
+
+/// Makes the folder that a file is to lie in. @throws std::runtime_error when nothing can be written there
+void makeFolder(const std::filesystem::path& file) {
+  const auto folder = std::filesystem::absolute(file).parent_path();
+  std::filesystem::create_directories(folder);
+  if (::access(folder.c_str(), W_OK) != 0) {
+    throw std::runtime_error(folder.string() + ": cannot be written to: " + std::strerror(errno));
+  }
+}
 
 }  // namespace
 
@@ -38,7 +56,8 @@ void MapperThread::tick() {
     meta_due_ = true;
   }
   sendTiles();
-  if (exchange_.save_map.exchange(false)) exchange_.map_saved = save() ? SaveOutcome::kSaved : SaveOutcome::kFailed;
+  if (exchange_.save_map.exchange(false)) save();
+  if (!folder_known_) checkFolder(begin);
 }
 
 void MapperThread::draw(const MapChange& change) {
@@ -84,22 +103,51 @@ void MapperThread::sendTiles() {
   if (sent > 0) exchange_.bus_wakeup.notify();
 }
 
-bool MapperThread::finish() {
+void MapperThread::finish() {
   exchange_.map_changes.drain([this](const auto& change) { draw(*change); });
-  return save();
+  save();
 }
 
-bool MapperThread::save() {
-  if (config_.output.map.empty()) return true;
+bool MapperThread::waitUntilSaved(Timestamp deadline) {
+  return disk_.waitUntilIdle(deadline) && exchange_.map_saved != SaveOutcome::kFailed;
+}
+
+void MapperThread::save() {
+  if (config_.output.map.empty()) return;
   mapper_.work(std::numeric_limits<int>::max());
-  try {
-    writeMapFiles(config_.output.map, renderMap(mapper_.grid()), mapper_.path());
-    logInfo("map of " + std::to_string(mapper_.keyframes()) + " keyframes saved to " + config_.output.map + ".yaml");
-    return true;
-  } catch (const std::exception& error) {
-    logError(std::string("map not saved: ") + error.what());
-    return false;
-  }
+  const auto image = std::make_shared<const MapImage>(renderMap(mapper_.grid()));
+  disk_.start([this, image, path = mapper_.path(), keyframes = mapper_.keyframes()] {
+    try {
+      makeFolder(config_.output.map);
+      writeMapFiles(config_.output.map, *image, path);
+      logInfo("map of " + std::to_string(keyframes) + " keyframes saved to " + config_.output.map + ".yaml");
+      problem_.set("");
+      failing_ = false;
+      exchange_.map_saved = SaveOutcome::kSaved;
+    } catch (const std::exception& error) {
+      problem_.set(error.what() + std::string(kNotSaved));
+      logError(std::string("map not saved: ") + error.what());
+      folder_known_ = false;
+      exchange_.map_saved = SaveOutcome::kFailed;
+    }
+  });
+}
+
+/// The map files are due at the end: who sees before that their folder is of no use can still do something about it.
+void MapperThread::checkFolder(Timestamp now) {
+  if (config_.output.map.empty() || !retry_.due(now) || disk_.isBusy()) return;
+  retry_.failed(now);
+  disk_.start([this] {
+    try {
+      makeFolder(config_.output.map);
+      problem_.set("");
+      folder_known_ = true;
+      if (failing_) logInfo("map files can be written to " + config_.output.map + " now");
+    } catch (const std::exception& error) {
+      problem_.set(error.what() + std::string(kNotSaved));
+      if (!std::exchange(failing_, true)) logWarning(problem_.get());
+    }
+  });
 }
 
 }  // namespace slam

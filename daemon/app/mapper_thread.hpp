@@ -1,25 +1,37 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <atomic>
 #include <string>
 #include <vector>
 
 #include "app/config.hpp"
 #include "app/exchange.hpp"
+#include "app/storage_report.hpp"
+#include "drivers/retry.hpp"
 #include "runtime/clock.hpp"
+#include "runtime/job_thread.hpp"
+#include "runtime/shared_text.hpp"
 #include "runtime/worker.hpp"
 #include "slam/mapper.hpp"
 
 namespace slam {
 
-/// Thread *mapper*: draws keyframes and sends the tiles that changed.
+/// Thread *mapper*: draws keyframes and sends the tiles that changed. Has map files written by a thread of its own,
+/// *map files*.
 class MapperThread {
  public:
   MapperThread(const Config& config, Exchange& exchange, const WallClock& clock);
   Worker& worker() { return worker_; }
 
-  /// For after the thread has stopped: draws what is left in the queue and writes the map files, if any are configured.
-  /// @return false when they could not be written
-  bool finish();
+  /// For after the thread has stopped: draws what is left in the queue and begins to write the map files, if any are
+  /// configured.
+  void finish();
+  /// @return false when they have not been written by the deadline: isWriting() says whether they still are being
+  /// written
+  bool waitUntilSaved(Timestamp deadline);
+  bool isWriting() const { return disk_.isBusy(); }
+
+  StorageReport storage(Timestamp now) const { return {problem_.get(), disk_.busyFor(now)}; }
   /// For after the thread has stopped, too.
   DrawnMap drawn() const { return {mapper_.grid().clone(), mapper_.views()}; }
 
@@ -27,7 +39,8 @@ class MapperThread {
   void tick();
   void draw(const MapChange& change);
   void sendTiles();
-  bool save();
+  void save();
+  void checkFolder(Timestamp now);
 
   const Config& config_;
   Exchange& exchange_;
@@ -37,6 +50,11 @@ class MapperThread {
   std::int32_t map_id_ = 0;
   std::int64_t utime_ = 0;  // of the newest keyframe
   bool meta_due_ = false;
+  SharedText problem_;                                              // with the map files
+  std::atomic<bool> folder_known_{false};                           // to be there
+  bool failing_ = false;                                            // of the disk's thread: logged
+  Retry retry_{std::chrono::seconds(1), std::chrono::seconds(10)};  // to look at the folder
+  JobThread disk_{"map files"};
   Worker worker_;
 };
 

@@ -2,10 +2,10 @@
 #include "app/supervisor.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <csignal>
+#include <cstdlib>
 #include <ctime>
-#include <filesystem>
-#include <stdexcept>
 #include <systemd/sd-daemon.h>
 
 #include "app/log.hpp"
@@ -16,9 +16,22 @@ namespace {
 
 using namespace std::chrono_literals;
 constexpr Duration kPeriod = 100ms;
-constexpr Duration kRealtimeStall = 500ms;           // a fixed-rate thread that ticks no more often is stuck
-constexpr Duration kConnectStall = 12s;              // the lidar's start-up sequence, resets included
-constexpr Duration kGraphStall = 10s;                // an optimisation of a very large map, on a small computer
+// On an overloaded computer a thread waits for others, and for kernel threads of normal priority: reading a serial port
+// took up to 3.8 s. Starting slamd anew would not help any of that, it would only end the pose. A dead thread is one
+// that waits longer than any of this can last. Until then, what it commands no more is the drives' watchdogs' business.
+constexpr Duration kDead = 10s;
+constexpr Duration kConnecting = 12s;      // the lidar's start-up sequence, resets included
+constexpr Duration kOptimising = 10s;      // a very large map, on a small computer
+constexpr Duration kRealtimeLate = 200ms;  // of a period of 2 to 10 ms
+constexpr Duration kReadingLate = 500ms;   // of a wait of 100 ms at most
+constexpr Duration kDrawingLate = 2s;      // a large map anew
+constexpr Duration kDiskHangs = 3s;        // in one piece of work
+constexpr Duration kStopLimit = 15s;       // for the disk; systemd waits for 20 s
+constexpr Duration kRecordLimit = 3s;      // for the disk, at the end
+const char* const kHung = ": the disk has not answered in time";
+const char* const kNoAnswer =
+    ": the disk does not answer, slamd goes on and writes what is new when it does; is it broken, or too slow?";
+constexpr Duration kLogInterval = 60s;               // between two lines about a disk that hangs
 constexpr double kMostLines = 5.0, kLineRate = 0.5;  // [1], [1/s] of the log about one device
 constexpr Duration kClockStep = 500ms;
 
@@ -38,12 +51,8 @@ Supervisor::Supervisor(const Config& config)
       graph_(config_, exchange_, clock_),
       estimator_(config_, exchange_, graph_.firstLocalizer()),
       mapper_(config_, exchange_, clock_),
-      bus_(config_, exchange_, clock_) {
-  for (const std::string& file : {config_.output.map, config_.output.record}) {
-    const auto folder = std::filesystem::path(file).parent_path();
-    if (file.empty() || folder.empty() || std::filesystem::is_directory(folder)) continue;
-    throw std::runtime_error(file + ": its folder does not exist; make it, or change [output]");
-  }
+      bus_(config_, exchange_, clock_),
+      watchdog_(kPeriod) {
   if (config_.lidar_device.driver == "rplidar") lidar_ = makeLidarThread(config_, exchange_);
 
   constexpr double kLidarRate = 5.5, kLcmRate = 0.0;  // [Hz] 0: whatever comes
@@ -61,13 +70,24 @@ Supervisor::Supervisor(const Config& config)
   }
   if (depth.driver == "lcm") devices_.push_back({"depth", &bus_.depthStatus(), kLcmRate, true});
 
-  watched_ = {{&estimator_.worker(), kRealtimeStall},
-              {&graph_.worker(), kGraphStall},
-              {&mapper_.worker(), 2s},
-              {&bus_.worker(), 2s}};
-  if (base_) watched_.push_back({&base_->worker(), kRealtimeStall});
-  if (lidar_) watched_.push_back({&lidar_->worker(), kConnectStall});
-  if (depth_) watched_.push_back({.worker = &depth_->worker(), .limit = kConnectStall, .vital = false});
+  watched_ = {{&estimator_.worker(), {kRealtimeLate, kDead}},
+              {&graph_.worker(), {kOptimising, kOptimising + kDead}},
+              {&mapper_.worker(), {kDrawingLate, kDrawingLate + kDead}},
+              {&bus_.worker(), {kReadingLate, kDead}}};
+  if (base_) watched_.push_back({&base_->worker(), {kRealtimeLate, kDead}});
+  if (lidar_) {
+    watched_.push_back({&lidar_->worker(), {kReadingLate, kConnecting + kDead}, &lidar_->driver().status()});
+  }
+  if (depth_) {  // OpenNI2's calls may hang
+    watched_.push_back({&depth_->worker(), {kReadingLate, kConnecting, /*vital=*/false}, &depth_->driver().status()});
+  }
+  for (const Watched& watched : watched_) watchdog_.add(watched.worker->name(), watched.limits);
+
+  stored_.push_back({"map", [this](Timestamp now) { return graph_.storage(now); }});
+  stored_.push_back({"map files", [this](Timestamp now) { return mapper_.storage(now); }});
+  if (Recorder* recorder = bus_.recorder()) {
+    stored_.push_back({"record", [recorder](Timestamp now) { return recorder->report(now); }});
+  }
 }
 
 Supervisor::~Supervisor() {
@@ -87,8 +107,8 @@ sigset_t Supervisor::stopSignals() {
 
 void Supervisor::start() {
   if (config_.runtime.realtime) {
-    const std::string problem = lockMemory();
-    if (!problem.empty()) logWarning(problem);
+    not_locked_ = lockMemory();
+    if (!not_locked_.empty()) logWarning(not_locked_);
   }
   started_ = monotonicNow();
   next_health_ = started_ + kHealthPeriod;
@@ -100,7 +120,6 @@ void Supervisor::start() {
   exchange_.imu_out.drain([](const ImuSample&) {});
   for (Device& device : devices_) device.samples = device.status->samples;
   for (Watched& watched : watched_) {
-    watched.moved = started_;
     if (!base_ || watched.worker != &base_->worker()) watched.worker->start();
   }
   sd_notify(0, "READY=1");
@@ -110,6 +129,7 @@ void Supervisor::start() {
 int Supervisor::run() {
   start();
   const sigset_t signals = stopSignals();
+  measureDiskSpace();
   const timespec period{0, static_cast<long>(kPeriod.count())};
   while (sigtimedwait(&signals, nullptr, &period) < 0) {
     const Timestamp now = monotonicNow();
@@ -119,6 +139,7 @@ int Supervisor::run() {
     logLink();
     warnOnce();
     watch(now);
+    watchDisks(now);
     if (now >= next_health_) {
       next_health_ = std::max(next_health_ + kHealthPeriod, now);
       measureRates(now);
@@ -127,7 +148,11 @@ int Supervisor::run() {
       sendHealth(now);  // news does not wait
     }
   }
-  return stop() ? 0 : 1;
+  const bool saved = stop();
+  if (graph_.isWriting() || mapper_.isWriting() || recorder_hangs_ || disk_space_.isBusy()) {
+    std::_Exit(saved ? 0 : 1);  // a thread that waits for a disk cannot be joined
+  }
+  return saved ? 0 : 1;
 }
 
 bool Supervisor::stop() {
@@ -141,28 +166,54 @@ bool Supervisor::stop() {
   if (lidar_) lidar_->driver().stop();
   if (depth_) depth_->driver().stop();
   mapper_.worker().stop();
+  const Timestamp now = monotonicNow();
   graph_.finish();
-  const bool drawn = mapper_.finish();
-  return graph_.store(mapper_.drawn()) && drawn;
+  mapper_.finish();
+  graph_.store(mapper_.drawn());
+  const bool recorded = bus_.recorder() == nullptr || bus_.recorder()->finish(now + kRecordLimit);
+  recorder_hangs_ = bus_.recorder() != nullptr && bus_.recorder()->report(now).waiting > Duration(0);
+  const bool drawn = mapper_.waitUntilSaved(now + kStopLimit), stored = graph_.waitUntilStored(now + kStopLimit);
+  if (!recorded) logError("the record's end is lost: the disk has not taken it");
+  if (!drawn) logError("the map files are not saved" + std::string(mapper_.isWriting() ? kHung : ""));
+  if (!stored) logError("the map is not stored" + std::string(graph_.isWriting() ? kHung : ""));
+  return drawn && stored;
 }
 
 void Supervisor::watch(Timestamp now) {
-  const Worker* stuck = nullptr;
-  for (Watched& watched : watched_) {
-    const std::uint64_t ticks = watched.worker->ticks();
-    if (ticks != watched.ticks) {
-      watched.ticks = ticks;
-      watched.moved = now;
-    } else if (now - watched.moved > watched.limit) {
-      if (watched.vital) stuck = watched.worker;
-      if (!watched.vital && !watched.stall_logged)
-        logError("thread " + watched.worker->name() + " does not tick: its device is stuck");
-      watched.stall_logged = true;
-    }
+  for (std::size_t i = 0; i < watched_.size(); ++i) {
+    const Watched& watched = watched_[i];
+    const bool connecting = watched.connects != nullptr && watched.connects->state != DeviceState::kStreaming;
+    if (connecting) watchdog_.excuse(i);
+    watchdog_.look(i, watched.worker->ticks(), watched.worker->takeWorstDelay(), now);
   }
-  if (stuck == nullptr) sd_notify(0, "WATCHDOG=1");
-  if (stuck != nullptr && !stalled_) logError("thread " + stuck->name() + " does not tick: watchdog not fed");
-  stalled_ = stuck != nullptr;
+  if (watchdog_.allAlive()) sd_notify(0, "WATCHDOG=1");
+  for (const Watchdog::News& news : watchdog_.takeNews(now))
+    news.is_error ? logError(news.text) : logWarning(news.text);
+}
+
+void Supervisor::watchDisks(Timestamp now) {
+  for (Stored& stored : stored_) {
+    const bool hangs = stored.report(now).waiting > kDiskHangs;
+    if (std::exchange(stored.hangs, hangs) == hangs) continue;
+    if (!hangs && std::exchange(stored.logged_now, false))
+      logInfo(std::string(stored.name) + ": the disk answers again");
+    if (!hangs || (stored.logged && now - *stored.logged < kLogInterval)) continue;
+    logWarning(std::string(stored.name) + kNoAnswer);
+    stored.logged = now;
+    stored.logged_now = true;
+  }
+}
+
+std::string Supervisor::storageWords(Timestamp now) const {
+  std::string text;
+  for (const Stored& stored : stored_) {
+    const StorageReport report = stored.report(now);
+    if (!report.problem.empty()) text += std::string("; ") + stored.name + ": " + report.problem;
+    if (report.waiting <= kDiskHangs) continue;
+    text += std::string("; ") + stored.name + kNoAnswer + " (" +
+            std::to_string(std::lround(toSeconds(report.waiting))) + " s so far)";
+  }
+  return text;
 }
 
 void Supervisor::warnOnce() {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <array>
+#include <atomic>
 #include <csignal>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,14 +17,17 @@
 #include "app/exchange.hpp"
 #include "app/graph_thread.hpp"
 #include "app/mapper_thread.hpp"
+#include "app/storage_report.hpp"
+#include "runtime/job_thread.hpp"
+#include "runtime/watchdog.hpp"
 
 namespace slam {
 
 /// Owns all threads of the daemon. Logs what the real-time threads may not, feeds systemd's watchdog only while every
-/// thread ticks, sends SLAM_HEALTH, and stops all on SIGINT, SIGTERM or SIGHUP, the wheels first.
+/// thread is alive, sends SLAM_HEALTH, and stops all on SIGINT, SIGTERM or SIGHUP, the wheels first.
 class Supervisor {
  public:
-  /// @throws std::exception when something that a restart cannot mend is missing
+  /// @throws std::system_error when the system has no thread or descriptor left
   explicit Supervisor(const Config& config);
   ~Supervisor();
 
@@ -48,22 +53,30 @@ class Supervisor {
   };
   struct Watched {
     Worker* worker;
-    Duration limit;     // between two ticks
-    bool vital = true;  // the watchdog is not fed while it is stuck; false: OpenNI2's calls may hang
-    bool stall_logged = false;
-    std::uint64_t ticks = 0;
-    Timestamp moved{};
+    SilenceLimits limits;
+    DeviceStatus* connects = nullptr;  // it is silent for long while this device is not streaming
     bool warned = false;
+  };
+  /// Something that is kept on a disk.
+  struct Stored {
+    const char* name;
+    std::function<StorageReport(Timestamp)> report;
+    bool hangs = false;                    // the disk did when it was looked at last
+    std::optional<Timestamp> logged = {};  // that it does
+    bool logged_now = false;               // of this time
   };
 
   void start();
   bool stop();  ///< false: the map was not saved
   void watch(Timestamp now);
+  void watchDisks(Timestamp now);
+  std::string storageWords(Timestamp now) const;  ///< for the summary: what is not stored
   void logDeviceChanges();
   void logLocalisation();
   void logLink();
   void warnOnce();
   void measureRates(Timestamp now);
+  void measureDiskSpace();
   void sendHealth(Timestamp now);
   double diskFree() const;  // [MB] where maps and records are written, the least; -1: not known
   static std::optional<Duration> ageOf(const Device& device, Timestamp now);  ///< of its last sample
@@ -85,16 +98,21 @@ class Supervisor {
   BusThread bus_;
   std::vector<Device> devices_;
   std::vector<Watched> watched_;
+  std::vector<Stored> stored_;
+  std::string not_locked_;  // memory, in words
+  Watchdog watchdog_;       // its threads are those of watched_
   PoseSnapshot snapshot_;
   LocalisationState logged_localisation_ = LocalisationState::kInitialising;
   Timestamp started_{}, next_health_{};
   static constexpr Duration kHealthPeriod = std::chrono::seconds(1);
-  Timestamp measured_{};         // when rates were
-  bool device_changed_ = false;  // or the link, since the last health message
-  double cpu_ = 0.0;             // [s] when rates were measured last
-  double cpu_share_ = 0.0;       // [1] of a core, then
+  Timestamp measured_{};                 // when rates were
+  bool device_changed_ = false;          // or the link, since the last health message
+  double cpu_ = 0.0;                     // [s] when rates were measured last
+  double cpu_share_ = 0.0;               // [1] of a core, then
+  std::atomic<double> disk_free_{-1.0};  // [MB] as diskFree()
+  JobThread disk_space_{"disk space"};   // a network disk may keep who asks waiting
   std::array<bool, kSensorFaults> fault_logged_{};
-  bool stalled_ = false, clock_step_logged_ = false;
+  bool recorder_hangs_ = false, clock_step_logged_ = false;
   LinkState link_logged_ = LinkState::kOpening;
   const char* base_finding_ = "";  // static words; what was logged
 };

@@ -85,12 +85,16 @@ std::string Supervisor::summary(Timestamp now) const {
   if (*base_finding_ != '\0') text += std::string("; base: ") + base_finding_;
   const std::string link = causeOf(bus_.linkState(), bus_.url());
   if (!link.empty()) text += "; LCM: " + link;
+  text += storageWords(now);
+  if (const std::string threads = watchdog_.words(now); !threads.empty()) text += "; " + threads;
+  if (!not_locked_.empty()) text += "; " + not_locked_;
   return text;
 }
 
 void Supervisor::measureRates(Timestamp now) {
   const double interval = toSeconds(now - measured_), cpu = cpuSeconds();
   measured_ = now;
+  measureDiskSpace();
   cpu_share_ = (cpu - cpu_) / interval;
   cpu_ = cpu;
   for (Device& device : devices_) {
@@ -102,6 +106,10 @@ void Supervisor::measureRates(Timestamp now) {
     device.judged = streams && device.streamed && now - started_ > kSettled;
     device.streamed = streams;
   }
+}
+
+void Supervisor::measureDiskSpace() {
+  if (!disk_space_.isBusy()) disk_space_.start([this] { disk_free_ = diskFree(); });
 }
 
 double Supervisor::diskFree() const {
@@ -124,7 +132,7 @@ void Supervisor::sendHealth(Timestamp now) {
   health.summary = summary(now);
   health.cpu = cpu_share_;
   health.memory_mb = residentMegabytes();
-  health.disk_free_mb = diskFree();
+  health.disk_free_mb = disk_free_;
 
   for (const Device& device : devices_) {
     device_health_t d{};
@@ -205,6 +213,10 @@ void Supervisor::sendHealth(Timestamp now) {
         counter("lcm.other_packets", exchange_.lcm_other_packets),
         counter("lcm.dropped", exchange_.lcm_dropped)}) {
     health.counters.push_back(c);
+  }
+  if (const Recorder* recorder = bus_.recorder()) {
+    health.counters.push_back(counter("record.written", recorder->written()));
+    health.counters.push_back(counter("record.dropped", recorder->dropped()));
   }
   health.ndevices = static_cast<std::int32_t>(health.devices.size());
   health.nstages = static_cast<std::int32_t>(health.stages.size());

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <stdexcept>
 #include <zlib.h>
@@ -105,21 +104,34 @@ bool EventLogReader::next(LogEvent& event) {
   return false;
 }
 
-EventLogWriter::EventLogWriter(const std::filesystem::path& file)
-    : log_(std::make_unique<lcm::LogFile>(file.string(), "w")) {
-  if (!log_->good()) throw std::runtime_error(file.string() + ": cannot write: " + std::strerror(errno));
+std::size_t recordSize(const std::string& channel, std::span<const std::uint8_t> data) {
+  return kHeader + channel.size() + data.size();
 }
 
-bool EventLogWriter::flush() { return std::fflush(log_->getFilePtr()) == 0; }
+void appendRecord(std::string& out, std::int64_t number, std::int64_t utime, const std::string& channel,
+                  std::span<const std::uint8_t> data) {
+  const auto put = [&out](auto value) {  // big-endian
+    for (std::size_t byte = sizeof value; byte-- > 0;) out.push_back(static_cast<char>(value >> (8 * byte) & 0xFF));
+  };
+  put(kSync);
+  put(static_cast<std::uint64_t>(number));
+  put(static_cast<std::uint64_t>(utime));
+  put(static_cast<std::uint32_t>(channel.size()));
+  put(static_cast<std::uint32_t>(data.size()));
+  out += channel;
+  out.append(reinterpret_cast<const char*>(data.data()), data.size());
+}
+
+EventLogWriter::EventLogWriter(const std::filesystem::path& file) : file_(file, std::ios::binary) {
+  if (!file_) throw std::runtime_error(file.string() + ": cannot write: " + std::strerror(errno));
+}
+
+bool EventLogWriter::flush() { return file_.flush().good(); }
 
 bool EventLogWriter::write(std::int64_t utime, const std::string& channel, std::span<const std::uint8_t> data) {
-  lcm::LogEvent event;
-  event.eventnum = event_number_++;
-  event.timestamp = utime;
-  event.channel = channel;
-  event.datalen = static_cast<std::int32_t>(data.size());
-  event.data = const_cast<std::uint8_t*>(data.data());
-  return log_->writeEvent(&event) == 0;
+  record_.clear();
+  appendRecord(record_, number_++, utime, channel, data);
+  return file_.write(record_.data(), static_cast<std::streamsize>(record_.size())).good();
 }
 
 }  // namespace slam

@@ -2,8 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
-#include <lcm/lcm-cpp.hpp>
-#include <memory>
+#include <fstream>
 #include <span>
 #include <string>
 #include <vector>
@@ -47,6 +46,12 @@ class EventLogReader {
   bool truncated_ = false;
 };
 
+/// Appends one record of an LCM event log to `out`. @param number of the record, counting from 0 @param utime [us]
+void appendRecord(std::string& out, std::int64_t number, std::int64_t utime, const std::string& channel,
+                  std::span<const std::uint8_t> data);
+/// [bytes] that appendRecord() appends
+std::size_t recordSize(const std::string& channel, std::span<const std::uint8_t> data);
+
 /// Writes an LCM event log that lcm-logplayer reads.
 class EventLogWriter {
  public:
@@ -65,8 +70,9 @@ class EventLogWriter {
   }
 
  private:
-  std::unique_ptr<lcm::LogFile> log_;
-  std::int64_t event_number_ = 0;
+  std::ofstream file_;
+  std::int64_t number_ = 0;
+  std::string record_;
   std::vector<std::uint8_t> buffer_;
 };
 

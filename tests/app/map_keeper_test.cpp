@@ -23,6 +23,8 @@ using test::refusalOf;
 using testing::AllOf;
 using testing::HasSubstr;
 
+constexpr Timestamp kNow{10s};
+
 class MapKeeping : public testing::Test {
  protected:
   MapKeeping() {
@@ -48,10 +50,11 @@ class MapKeeping : public testing::Test {
     std::sort(all.begin(), all.end());
     return all;
   }
-  /// What begin() refuses with: one line.
+  /// What begin() says instead of giving a map: one line.
   std::string refusal() const {
     MapKeeper keeper(config);
-    const std::string text = refusalOf([&] { keeper.begin(); });
+    EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 0);
+    const std::string text = keeper.problem();
     EXPECT_EQ(text.find('\n'), std::string::npos) << text;
     return text;
   }
@@ -68,7 +71,7 @@ TEST_F(MapKeeping, BeginsInTheNewestMap) {
   store("new", 1h, 5);
   store("middle", 2h, 4);
   MapKeeper keeper(config);
-  EXPECT_EQ(keeper.begin().keyframes.size(), 5);
+  EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 5);
   EXPECT_EQ(keeper.name(), "new");
   EXPECT_TRUE(keeper.writes());
 }
@@ -78,21 +81,21 @@ TEST_F(MapKeeping, BeginsInTheMapThatIsConfigured) {
   store("new", 1h, 5);
   config.store.map = "old";
   MapKeeper keeper(config);
-  EXPECT_EQ(keeper.begin().keyframes.size(), 3);
+  EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 3);
   EXPECT_EQ(keeper.name(), "old");
   config.store.map = "kitchen";  // a name for a new one
   MapKeeper other(config);
-  EXPECT_EQ(other.begin().keyframes.size(), 0);
+  EXPECT_EQ(other.begin(kNow).keyframes.size(), 0);
   EXPECT_EQ(other.name(), "kitchen");
 }
 
 TEST_F(MapKeeping, BeginsANewMapWhereThereIsNone) {
   MapKeeper keeper(config);
-  EXPECT_EQ(keeper.begin().keyframes.size(), 0);
+  EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 0);
   EXPECT_THAT(keeper.name(), testing::MatchesRegex("map-[0-9]+-[0-9]+"));
   config.store.directory.clear();
   MapKeeper nowhere(config);
-  EXPECT_EQ(nowhere.begin().keyframes.size(), 0);
+  EXPECT_EQ(nowhere.begin(kNow).keyframes.size(), 0);
   EXPECT_FALSE(nowhere.writes());
   EXPECT_FALSE(nowhere.checkpointDue(Timestamp(1h), 1));
   EXPECT_FALSE(nowhere.journalDue(Timestamp(1h), {}, 1));
@@ -102,26 +105,55 @@ TEST_F(MapKeeping, ReadsOnlyWhereItLocalises) {
   store("home", 1h, 5);
   config.mode = "localise";
   MapKeeper keeper(config);
-  EXPECT_EQ(keeper.begin().keyframes.size(), 5);
+  EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 5);
   EXPECT_FALSE(keeper.writes());
   EXPECT_FALSE(keeper.checkpointDue(Timestamp(1h), 1));
   EXPECT_FALSE(keeper.checkpoint(Timestamp(1h), ChangingMap().map, 1));
   EXPECT_EQ(newestKeyframes("home"), 5);
 }
 
-TEST_F(MapKeeping, RefusesToLocaliseWithoutAMap) {
+TEST_F(MapKeeping, CallsWrongWhatNoDiskCanHeal) {
+  EXPECT_EQ(MapKeeper::misconfiguration(Config{}), "");
+  EXPECT_EQ(MapKeeper::misconfiguration(config), "");
+  config.store.map = "../home";
+  EXPECT_THAT(MapKeeper::misconfiguration(config), HasSubstr("store.map: is no name of a map"));
+  config.store.map = "picture.yaml";
+  EXPECT_THAT(MapKeeper::misconfiguration(config), HasSubstr("set mode to \"localise\""));
   config.mode = "localise";
-  EXPECT_THAT(refusal(), AllOf(HasSubstr("needs a map"), HasSubstr("store.map")));
+  EXPECT_EQ(MapKeeper::misconfiguration(config), "");
+  config.store.map = "home";
+  EXPECT_EQ(MapKeeper::misconfiguration(config), "") << "it may still come";
+  config.store.directory.clear();
+  EXPECT_THAT(MapKeeper::misconfiguration(config), AllOf(HasSubstr("needs a map"), HasSubstr("store.map")));
+}
+
+TEST_F(MapKeeping, WaitsForAMapToLocaliseIn) {
+  config.mode = "localise";
+  EXPECT_THAT(refusal(),
+              AllOf(HasSubstr("no map to localise in: there is none in the folder"), HasSubstr("store.map")));
   config.store.map = "kitchen";
   EXPECT_THAT(refusal(), HasSubstr("kitchen: there is no such map"));
   config.store.map = folder / "missing.yaml";
   EXPECT_THAT(refusal(), HasSubstr("missing.yaml: there is no such map"));
+
   config.store.map.clear();
-  config.store.directory.clear();
-  EXPECT_THAT(refusal(), HasSubstr("needs a map"));
+  MapKeeper keeper(config);
+  keeper.begin(kNow);
+  EXPECT_FALSE(keeper.retryDue(kNow + 900ms));
+  ASSERT_TRUE(keeper.retryDue(kNow + 1s));
+  EXPECT_FALSE(keeper.retry(kNow + 1s));
+  EXPECT_FALSE(keeper.retryDue(kNow + 2s)) << "less and less often";
+  store("home", 1h, 5);
+  ASSERT_TRUE(keeper.retryDue(kNow + 3s));
+  const auto found = keeper.retry(kNow + 3s);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->keyframes.size(), 5);
+  EXPECT_EQ(keeper.problem(), "");
+  EXPECT_FALSE(keeper.retryDue(kNow + 1000s));
+  EXPECT_FALSE(keeper.checkpoint(kNow + 4s, *found, 1));
 }
 
-TEST_F(MapKeeping, RefusesAMapOfAnotherLidar) {
+TEST_F(MapKeeping, UsesNoMapOfAnotherLidar) {
   store("home", 1h, 5);
   config.store.map = "home";
   config.localizer.lidar.T_base_lidar.x += 0.1;
@@ -130,13 +162,13 @@ TEST_F(MapKeeping, RefusesAMapOfAnotherLidar) {
   EXPECT_THAT(refusal(), HasSubstr("was made with the lidar at"));
 }
 
-TEST_F(MapKeeping, RefusesToExtendAPicture) {
+TEST_F(MapKeeping, ExtendsNoPicture) {
   writeMapFiles(folder / "picture", renderMap(ChangingMap().map.grid), {});
   config.store.map = folder / "picture.yaml";
   EXPECT_THAT(refusal(), HasSubstr("a picture of a map cannot be extended"));
   config.mode = "localise";
   MapKeeper keeper(config);
-  EXPECT_TRUE(keeper.begin().picture_only);
+  EXPECT_TRUE(keeper.begin(kNow).picture_only);
   EXPECT_FALSE(keeper.writes());
 }
 
@@ -146,7 +178,7 @@ TEST_F(MapKeeping, LeavesADamagedNewestMapAndBeginsANewOne) {
   const std::string before = contentOf(folder / "maps/home/000001/keyframes.bin");
   {
     MapKeeper keeper(config);
-    EXPECT_EQ(keeper.begin().keyframes.size(), 0);
+    EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 0);
     EXPECT_NE(keeper.name(), "home");
     for (int i = 0; i < 4; ++i) EXPECT_TRUE(keeper.checkpoint(Timestamp(1h), ChangingMap(3 + i).map, i));
     EXPECT_EQ(names().size(), 2U);
@@ -154,18 +186,147 @@ TEST_F(MapKeeping, LeavesADamagedNewestMapAndBeginsANewOne) {
   EXPECT_EQ(contentOf(folder / "maps/home/000001/keyframes.bin"), before);
   EXPECT_FALSE(fs::exists(folder / "maps/home/000002"));
   config.store.map = "home";  // asked for by name it is not silently replaced
-  EXPECT_THAT(refusal(), HasSubstr("keyframes.bin: is damaged"));
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("keyframes.bin: is damaged"), HasSubstr("a new map that is not stored")));
+  MapKeeper keeper(config);
+  keeper.begin(kNow);
+  EXPECT_FALSE(keeper.checkpoint(kNow, ChangingMap().map, 1)) << "that would bury it";
+  EXPECT_EQ(contentOf(folder / "maps/home/000001/keyframes.bin"), before);
+  for (Timestamp now = kNow; now < kNow + 100s; now += 1s) {
+    if (!keeper.retryDue(now)) continue;
+    EXPECT_FALSE(keeper.retry(now));
+  }
+  EXPECT_NE(keeper.problem(), "");
+  fs::remove_all(folder / "maps/home");
+  store("home", 1h, 7);  // from a backup
+  const auto healed = keeper.retry(kNow + 200s);
+  ASSERT_TRUE(healed);
+  EXPECT_EQ(healed->keyframes.size(), 7);
+  EXPECT_EQ(keeper.problem(), "");
+  EXPECT_TRUE(keeper.checkpoint(kNow + 201s, ChangingMap(8).map, 1));
+  EXPECT_EQ(newestKeyframes("home"), 8);
+}
+
+TEST_F(MapKeeping, ExtendsAMapOnADiskThatCannotBeWritten) {
+  store("home", 1h, 5);
+  fs::create_directory(folder / "maps/home/lock");  // as where the file system is read-only
+  MapKeeper keeper(config);
+  EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 5) << "the robot goes on in it";
+  EXPECT_EQ(keeper.name(), "home");
+  EXPECT_THAT(keeper.problem(), AllOf(HasSubstr("lock"), HasSubstr("the map is not stored"), HasSubstr("tries again")));
+  EXPECT_FALSE(keeper.checkpointDue(kNow + 100s, 1));
+  EXPECT_FALSE(keeper.checkpoint(kNow, ChangingMap(6).map, 1));
+  EXPECT_FALSE(keeper.retry(kNow + 1s));
+  EXPECT_NE(keeper.problem(), "");
+  fs::remove(folder / "maps/home/lock");
+  ASSERT_TRUE(keeper.retryDue(kNow + 10s));
+  EXPECT_FALSE(keeper.retry(kNow + 10s)) << "the robot is in it already";
+  EXPECT_EQ(keeper.problem(), "");
+  ASSERT_TRUE(keeper.checkpointDue(kNow + 11s, 1));
+  EXPECT_TRUE(keeper.checkpoint(kNow + 11s, ChangingMap(6).map, 1));
+  EXPECT_EQ(newestKeyframes("home"), 6);
+}
+
+TEST_F(MapKeeping, WritesOverNobodysMapWhenTheDiskCanBeWrittenAgain) {
+  store("home", 1h, 5);
+  fs::create_directory(folder / "maps/home/lock");
+  MapKeeper keeper(config);
+  keeper.begin(kNow);
+  EXPECT_FALSE(keeper.retry(kNow + 1s));
+  MapStore(folder / "maps", "home").checkpoint(ChangingMap(9).map);  // by somebody else
+  EXPECT_FALSE(keeper.retry(kNow + 5s));
+  fs::remove(folder / "maps/home/lock");
+  EXPECT_FALSE(keeper.retry(kNow + 10s));
+  EXPECT_NE(keeper.name(), "home");
+  EXPECT_TRUE(keeper.checkpoint(kNow + 11s, ChangingMap(6).map, 1));
+  EXPECT_EQ(newestKeyframes("home"), 9);
+  EXPECT_EQ(newestKeyframes(keeper.name()), 6);
+}
+
+TEST_F(MapKeeping, BeginsWithoutTheFolderOfAllMapsAndStoresWhenItCanBeMade) {
+  folder.write("disk", "not mounted yet");
+  config.store.directory = folder / "disk/maps";
+  for (const char* name : {"", "kitchen"}) {
+    config.store.map = name;
+    MapKeeper keeper(config);
+    EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 0);
+    EXPECT_THAT(keeper.problem(), AllOf(HasSubstr("disk/maps"), HasSubstr("folder writable")));
+    EXPECT_FALSE(keeper.checkpoint(kNow, ChangingMap(3).map, 1));
+    fs::remove_all(folder / "disk");
+    EXPECT_FALSE(keeper.retry(kNow + 5s));
+    EXPECT_EQ(keeper.problem(), "");
+    EXPECT_TRUE(keeper.checkpoint(kNow + 6s, ChangingMap(3).map, 1));
+    EXPECT_EQ(MapStore::list(config.store.directory).size(), 1U);
+    fs::remove_all(folder / "disk");
+    folder.write("disk", "not mounted yet");
+  }
+}
+
+TEST_F(MapKeeping, TakesTheNamedMapOfADiskThatComesLate) {
+  store("kitchen", 1h, 5);
+  fs::rename(folder / "maps", folder / "disk in the drawer");
+  folder.write("maps", "not mounted yet");
+  config.store.map = "kitchen";
+  MapKeeper keeper(config);
+  EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 0);
+  fs::remove(folder / "maps");
+  fs::rename(folder / "disk in the drawer", folder / "maps");
+  const auto found = keeper.retry(kNow + 5s);
+  ASSERT_TRUE(found) << "it is not written over by what was drawn meanwhile";
+  EXPECT_EQ(found->keyframes.size(), 5);
+}
+
+TEST_F(MapKeeping, StoresTheWholeMapAgainWhereItsFolderWasRemoved) {
+  MapKeeper keeper(config);
+  keeper.begin(kNow);
+  ChangingMap changing;
+  ASSERT_TRUE(keeper.checkpoint(kNow, changing.map, 1));
+  fs::remove_all(folder / "maps");
+  changing.addKeyframe(true);
+  EXPECT_FALSE(keeper.journal(kNow + 10s, changing.map, {}, 2)) << "into a file without a name";
+  EXPECT_THAT(keeper.problem(), HasSubstr("removed the map's folder"));
+  EXPECT_FALSE(keeper.retry(kNow + 20s));
+  EXPECT_FALSE(keeper.journalDue(kNow + 21s, {}, 3)) << "there is nothing that it would follow";
+  ASSERT_TRUE(keeper.checkpointDue(kNow + 21s, 3));
+  EXPECT_TRUE(keeper.checkpoint(kNow + 21s, changing.map, 3));
+  EXPECT_EQ(newestKeyframes(keeper.name()), 5);
+}
+
+TEST_F(MapKeeping, BeginsInANamedFolderThatNothingWasStoredIn) {
+  config.store.map = "kitchen";
+  MapKeeper(config).begin(kNow);  // killed before its first checkpoint
+  MapKeeper keeper(config);
+  EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 0);
+  EXPECT_EQ(keeper.problem(), "");
+  EXPECT_TRUE(keeper.checkpoint(kNow, ChangingMap(3).map, 1));
+}
+
+TEST_F(MapKeeping, TriesToWriteLessOftenWhileItFails) {
+  config.store.journal_period = 0.1;
+  MapKeeper keeper(config);
+  keeper.begin(kNow);
+  ChangingMap changing;
+  ASSERT_TRUE(keeper.checkpoint(kNow, changing.map, 1));
+  const test::FileSizeLimit limit(20);
+  int attempts = 0;
+  for (Timestamp now = kNow + 1s; now < kNow + 101s; now += 50ms) {
+    changing.touch();
+    if (!keeper.journalDue(now, {}, 2)) continue;
+    EXPECT_FALSE(keeper.journal(now, changing.map, {}, 2));
+    ++attempts;
+  }
+  EXPECT_GE(attempts, 4);
+  EXPECT_LE(attempts, 10);
 }
 
 TEST_F(MapKeeping, TakesNoOtherMapsFolderForANewOne) {
   MapKeeper first(config), second(config);
-  first.begin();
+  first.begin(kNow);
   EXPECT_TRUE(first.checkpoint(Timestamp(1h), ChangingMap().map, 1));
   damage(first.name());
-  second.begin();  // within the same second
+  second.begin(kNow);  // within the same second
   EXPECT_NE(first.name(), second.name());
   const std::string before = second.name();
-  second.beginNew();
+  second.beginNew(kNow);
   EXPECT_NE(second.name(), before);
 }
 
@@ -173,11 +334,11 @@ TEST_F(MapKeeping, ChangesToAnotherMapOrStaysInTheOneItHas) {
   store("home", 1h, 5);
   store("hall", 2h, 3);
   MapKeeper keeper(config);
-  keeper.begin();
-  EXPECT_EQ(keeper.load("hall").keyframes.size(), 3);
+  keeper.begin(kNow);
+  EXPECT_EQ(keeper.load("hall", kNow).keyframes.size(), 3);
   EXPECT_EQ(keeper.name(), "hall");
   for (const char* bad : {"missing", "../maps/home", "", "/etc"}) {
-    EXPECT_NE(refusalOf([&] { keeper.load(bad); }), "") << bad;
+    EXPECT_NE(refusalOf([&] { keeper.load(bad, kNow); }), "") << bad;
     EXPECT_EQ(keeper.name(), "hall");
   }
   EXPECT_TRUE(keeper.checkpoint(Timestamp(1h), ChangingMap(4).map, 1));
@@ -188,7 +349,7 @@ TEST_F(MapKeeping, ChangesToAnotherMapOrStaysInTheOneItHas) {
 TEST_F(MapKeeping, SavesACopyUnderAnotherName) {
   store("home", 1h, 5);
   MapKeeper keeper(config);
-  const MapState map = keeper.begin();
+  const MapState map = keeper.begin(kNow);
   keeper.saveAs("copy", map);
   EXPECT_EQ(keeper.name(), "home");
   EXPECT_EQ(newestKeyframes("copy"), 5);
@@ -201,28 +362,34 @@ TEST_F(MapKeeping, SavesACopyUnderAnotherName) {
 TEST_F(MapKeeping, LeavesAMapToWhoWritesIt) {
   store("home", 1h, 5);
   store("hall", 2h, 3);
+  store("hall2", 2h, 2);
   config.store.map = "home";
   auto first = std::make_unique<MapKeeper>(config);
-  first->begin();
-  EXPECT_THAT(refusal(), HasSubstr("another slamd"));
-  EXPECT_NO_THROW(first->load("home")) << "it has it itself";
+  first->begin(kNow);
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("another slamd"), HasSubstr("a new map that is not stored")));
+  MapKeeper waiting(config);
+  waiting.begin(kNow);
+  EXPECT_FALSE(waiting.retry(kNow + 1s));
+  EXPECT_NO_THROW(first->load("home", kNow)) << "it has it itself";
   Config other = config;
   other.store.map = "hall";
   MapKeeper second(other);
-  const MapState map = second.begin();
-  EXPECT_THAT(refusalOf([&] { second.load("home"); }), HasSubstr("another slamd"));
+  const MapState map = second.begin(kNow);
+  EXPECT_THAT(refusalOf([&] { second.load("home", kNow); }), HasSubstr("another slamd"));
   EXPECT_THAT(refusalOf([&] { second.saveAs("home", map); }), HasSubstr("another slamd"));
   EXPECT_EQ(second.name(), "hall");
   first.reset();
-  EXPECT_EQ(second.load("home").keyframes.size(), 5);
+  EXPECT_EQ(waiting.retry(kNow + 5s).value().keyframes.size(), 5) << "it is free";
+  EXPECT_EQ(waiting.load("hall2", kNow).keyframes.size(), 2);
+  EXPECT_EQ(second.load("home", kNow).keyframes.size(), 5);
   other.mode = "localise";
-  EXPECT_NO_THROW(MapKeeper(other).begin()) << "who only reads needs no lock";
+  EXPECT_NO_THROW(MapKeeper(other).begin(kNow)) << "who only reads needs no lock";
 }
 
 TEST_F(MapKeeping, WritesACheckpointAtOnceAndThenByItsPeriod) {
   config.store.checkpoint_period = 60.0;
   MapKeeper keeper(config);
-  keeper.begin();
+  keeper.begin(kNow);
   const ChangingMap changing;
   EXPECT_TRUE(keeper.checkpointDue(Timestamp(100s), 1)) << "there is no journal before it";
   EXPECT_FALSE(keeper.journalDue(Timestamp(100s), {}, 1));
@@ -235,7 +402,7 @@ TEST_F(MapKeeping, WritesACheckpointAtOnceAndThenByItsPeriod) {
 TEST_F(MapKeeping, WritesTheJournalWhenSomethingChangedOrTheRobotMoved) {
   config.store.journal_period = 2.0;
   MapKeeper keeper(config);
-  keeper.begin();
+  keeper.begin(kNow);
   ChangingMap changing;
   const Pose2 pose = changing.map.T_map_base;
   EXPECT_TRUE(keeper.checkpoint(Timestamp(100s), changing.map, 1));
@@ -253,12 +420,14 @@ TEST_F(MapKeeping, WritesTheJournalWhenSomethingChangedOrTheRobotMoved) {
 
 TEST_F(MapKeeping, LogsAFullDiskOnceAndItsEndOnce) {
   MapKeeper keeper(config);
-  keeper.begin();
+  keeper.begin(kNow);
   ChangingMap changing;
   ASSERT_TRUE(keeper.checkpoint(Timestamp(100s), changing.map, 1));
+  for (int i = 0; i < 6; ++i) changing.addKeyframe(true);
+  ASSERT_TRUE(keeper.journal(Timestamp(101s), changing.map, {}, 1));
   testing::internal::CaptureStderr();
   {
-    const test::FileSizeLimit limit(200);
+    const test::FileSizeLimit limit(600);  // the journal is longer, what is logged here is not
     for (int i = 2; i < 12; ++i) {
       changing.addKeyframe(true);
       keeper.journal(Timestamp(i * 100s), changing.map, {}, i);
@@ -269,16 +438,16 @@ TEST_F(MapKeeping, LogsAFullDiskOnceAndItsEndOnce) {
   }
   const std::string failing = testing::internal::GetCapturedStderr();
   EXPECT_EQ(std::count(failing.begin(), failing.end(), '\n'), 1) << failing;
-  EXPECT_THAT(failing, HasSubstr("not written"));
+  EXPECT_THAT(failing, HasSubstr("not stored"));
   testing::internal::CaptureStderr();
   keeper.journal(Timestamp(2000s), changing.map, {}, 12);
-  EXPECT_EQ(newestKeyframes(keeper.name()), 14) << "also what was refused before";
+  EXPECT_EQ(newestKeyframes(keeper.name()), 20) << "also what was refused before";
   changing.addKeyframe(true);
   EXPECT_TRUE(keeper.checkpoint(Timestamp(2100s), changing.map, 13));
   const std::string again = testing::internal::GetCapturedStderr();
   EXPECT_EQ(std::count(again.begin(), again.end(), '\n'), 1) << again;
   EXPECT_THAT(again, HasSubstr("written again"));
-  EXPECT_EQ(newestKeyframes(keeper.name()), 15);
+  EXPECT_EQ(newestKeyframes(keeper.name()), 21);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <gtest/gtest.h>
 #include <iterator>
+#include <lcm/lcm-cpp.hpp>
 #include <stdexcept>
 #include <string>
 #include <unistd.h>

@@ -136,8 +136,10 @@ class Live : public testing::Test {
     const auto end = Clock::now() + 5s;
     while (!fs::exists(folder_ / "devices" / "board") && Clock::now() < end) usleep(20000);
   }
-  void startDaemon(std::vector<std::string> settings) {
-    std::vector<std::string> command = {kBin + "/slamd", "--config", kConfig};
+  /// @param by a program that starts it, with arguments
+  void startDaemon(std::vector<std::string> settings, const std::vector<std::string>& by = {}) {
+    std::vector<std::string> command = by;
+    command.insert(command.end(), {kBin + "/slamd", "--config", kConfig});
     settings.push_back("lidar.port='" + (folder_ / "devices/lidar").string() + "'");
     settings.push_back("base.port='" + (folder_ / "devices/board").string() + "'");
     settings.push_back("imu.port='" + (folder_ / "devices/imu").string() + "'");
