@@ -124,6 +124,23 @@ TEST_F(GraphKeeping, CallsAMapSavedWhenItIsOnTheDisk) {
   EXPECT_EQ(stored(), 2);
 }
 
+TEST_F(GraphKeeping, SavesThePresentMapUnderItsOwnNameAndGoesOn) {
+  start();
+  keyframe->map_id = graph->firstLocalizer()->mapId();
+  drive();
+  ASSERT_TRUE(waitUntil([&] { return stored() == 1; }));
+  const std::string name = *MapStore::newest(folder / "maps");
+  for (int i = 2; i < 5; ++i) {
+    drive();
+    ASSERT_TRUE(exchange->map_commands.tryPush({MapCommand::kSave, i, name}));
+    const auto saved = answer();
+    ASSERT_TRUE(saved);
+    EXPECT_EQ(saved->message, "saved as " + name);
+    EXPECT_EQ(graph->storage(monotonicNow()).problem, "");
+  }
+  EXPECT_EQ(stored(), 4);
+}
+
 TEST_F(GraphKeeping, RefusesCommandsThatADiskWouldKeepWaiting) {
   start();
   keyframe->map_id = graph->firstLocalizer()->mapId();
