@@ -13,6 +13,9 @@ wrong_use() {
 # need_number OPTION [VALUE]
 need_number() { [[ ${2:-} =~ ^[0-9]+$ ]] || wrong_use "$1 needs a number"; }
 
+# For ctest -j: four slots a core, of which each test takes what tests/CMakeLists.txt gives it.
+test_slots() { echo $((4 * $(nproc))); }
+
 # need_folder OPTION [VALUE]
 need_folder() { [ -n "${2:-}" ] || wrong_use "$1 needs a folder"; }
 
