@@ -49,12 +49,15 @@ class DescriptorStream : public ByteStream {
   int descriptor_;
 };
 
+timespec timespecOf(Duration time) {
+  return {static_cast<time_t>(time.count() / 1000000000), static_cast<long>(time.count() % 1000000000)};
+}
+
 }  // namespace
 
 ReadResult ByteStream::read(std::span<std::uint8_t> out, Duration timeout) {
   pollfd waiting{descriptor(), POLLIN, 0};
-  const timespec limit{static_cast<time_t>(timeout.count() / 1000000000),
-                       static_cast<long>(timeout.count() % 1000000000)};
+  const timespec limit = timespecOf(timeout);
   const int ready = ppoll(&waiting, 1, &limit, nullptr);
   if (ready < 0) return {errno == EINTR ? ReadResult::kTimeout : ReadResult::kClosed, 0};
   if (ready == 0) return {};
@@ -63,6 +66,11 @@ ReadResult ByteStream::read(std::span<std::uint8_t> out, Duration timeout) {
   // Readable but empty, or hung up: the device is gone. Waiting on it again would return at once, for ever.
   const bool gone = n < 0 || (waiting.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0;
   return {gone ? ReadResult::kClosed : ReadResult::kTimeout, 0};
+}
+
+void ByteStream::rest(Duration time) {
+  const timespec limit = timespecOf(time);
+  ppoll(nullptr, 0, &limit, nullptr);
 }
 
 bool lockPort(int descriptor) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -22,9 +23,11 @@ class ByteStream {
   virtual ~ByteStream() = default;
 
   /// Waits up to `timeout` for at least one byte, then takes what is there.
-  ReadResult read(std::span<std::uint8_t> out, Duration timeout);
+  virtual ReadResult read(std::span<std::uint8_t> out, Duration timeout);
   /// @return false when not all bytes could be handed to the line
   virtual bool write(std::span<const std::uint8_t> bytes) = 0;
+  /// Lets that time pass, whatever comes meanwhile.
+  virtual void rest(Duration time);
   virtual void discardInput() = 0;
   /// Modem line DTR; false where the line has none (pseudo-terminal).
   virtual bool setDtr(bool on) = 0;
@@ -43,6 +46,9 @@ struct OpenedPort {
 
 /// Opens 8N1 without flow control and locks the port against others.
 OpenedPort openPort(const std::string& path, int baud);
+
+/// How a driver opens its port: openPort(), or a line in virtual time.
+using PortOpener = std::function<OpenedPort(const std::string& path, int baud)>;
 
 /// Locks an open port against other programs. @return false when one of them has it
 bool lockPort(int descriptor);

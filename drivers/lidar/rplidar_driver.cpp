@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <poll.h>
 
 namespace slam {
 namespace {
@@ -22,8 +21,8 @@ constexpr Duration kLastQuestion = 250ms;  // to a silent unit; a boot is over b
 
 }  // namespace
 
-RplidarDriver::RplidarDriver(const RplidarConfig& config, Clock now, Sink sink)
-    : config_(config), now_(now), sink_(std::move(sink)), byte_time_(10.0 / config.baud) {
+RplidarDriver::RplidarDriver(const RplidarConfig& config, Clock now, Sink sink, PortOpener open)
+    : config_(config), now_(now), sink_(std::move(sink)), open_(std::move(open)), byte_time_(10.0 / config.baud) {
   report_scan_ = [this](const LaserScan& scan) {
     status_.set(DeviceState::kStreaming, warning_);
     status_.countSample(last_arrival_);
@@ -40,7 +39,7 @@ bool RplidarDriver::fail(DeviceState state, const char* reason) {
 bool RplidarDriver::connect(const std::atomic<bool>& cancel) {
   status_.setOpening("opening");
   stop();
-  OpenedPort port = openPort(config_.port, config_.baud);
+  OpenedPort port = open_(config_.port, config_.baud);
   if (!port.stream) return fail(DeviceState::kAbsent, port.problem);
   stream_ = std::move(port.stream);
   dialogue_ = std::make_unique<rplidar::Dialogue>(*stream_, now_, &cancel);
@@ -61,7 +60,7 @@ bool RplidarDriver::poll(Duration timeout) {
     std::copy_n(read_ahead_.begin(), size, chunk.begin());
     read_ahead_.erase(read_ahead_.begin(), read_ahead_.begin() + static_cast<std::ptrdiff_t>(size));
   } else {
-    if (rests_ && timeout > kRest) ::poll(nullptr, 0, static_cast<int>(kRest / 1ms));
+    if (rests_ && timeout > kRest) stream_->rest(kRest);
     const Duration patience = std::max<Duration>(last_node_ + kSilence - now_(), 0ns);
     const ReadResult result = stream_->read(chunk, std::min(timeout, patience));
     if (result.status == ReadResult::kClosed) return fail(DeviceState::kAbsent, "the port is gone: unplugged?");
@@ -122,7 +121,7 @@ bool RplidarDriver::endSilence() {
 void RplidarDriver::stop() {
   if (!stream_) return;
   stream_->write(rplidar::encodeRequest(Request::kStop));
-  ::poll(nullptr, 0, 5);  // a request right behind STOP is lost
+  stream_->rest(5ms);  // a request right behind STOP is lost
   setMotor(false);
   if (scans_) rejects_before_ += scans_->rejects();
   scans_.reset();

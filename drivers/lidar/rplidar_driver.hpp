@@ -32,7 +32,7 @@ class RplidarDriver {
   using Sink = std::function<void(const LaserScan&)>;
   using Clock = Timestamp (*)();
 
-  RplidarDriver(const RplidarConfig& config, Clock now, Sink sink);
+  RplidarDriver(const RplidarConfig& config, Clock now, Sink sink, PortOpener open = openPort);
   ~RplidarDriver() { stop(); }
 
   /// Opens the port, asks for info and health, starts motor and scan. Takes up to some seconds; gives up early when
@@ -71,6 +71,7 @@ class RplidarDriver {
   RplidarConfig config_;
   Clock now_;
   Sink sink_, report_scan_;
+  PortOpener open_;
   std::int64_t rejects_before_ = 0;  // of the connections before
   DeviceStatus status_;
   std::unique_ptr<ByteStream> stream_;

@@ -92,6 +92,14 @@ TEST_F(SocketStream, TimesOutAfterWaitingWithoutSpinning) {
   EXPECT_LT(cpuTime() - cpu, milliseconds(50));
 }
 
+TEST_F(SocketStream, RestsAlthoughBytesCame) {
+  peerWrites({1});
+  const Timestamp begin = monotonicNow();
+  stream_->rest(milliseconds(20));
+  EXPECT_GE(monotonicNow() - begin, milliseconds(20));
+  EXPECT_EQ(readAll(*stream_, 1), Bytes{1});
+}
+
 TEST_F(SocketStream, WakesWhenBytesComeFromAnotherThread) {
   std::thread other([&] { peerWrites({7}); });
   EXPECT_EQ(stream_->read(buffer_, kLong).status, ReadResult::kData);
