@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <lcm/lcm-cpp.hpp>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <poll.h>
 #include <sstream>
@@ -74,7 +75,19 @@ class Listener {
   }
 
   int count(const std::string& channel) { return counts_[channel]; }
-  void forget() { counts_.clear(); }
+  void forget() {
+    counts_.clear();
+    stamps_.clear();
+  }
+  /// [s] between messages, by the stamp that is the first field of each.
+  double medianInterval(const std::string& channel) {
+    std::vector<std::int64_t> intervals = stamps_[channel];
+    std::adjacent_difference(intervals.begin(), intervals.end(), intervals.begin());
+    if (intervals.size() < 2) return 0.0;
+    const auto middle = intervals.begin() + 1 + static_cast<std::ptrdiff_t>(intervals.size() - 1) / 2;
+    std::nth_element(intervals.begin() + 1, middle, intervals.end());
+    return 1e-6 * static_cast<double>(*middle);
+  }
   /// Forgets the messages, too.
   void clear() {
     forget();
@@ -98,6 +111,11 @@ class Listener {
     const std::string channel(packet.channel);
     ++counts_[channel];
     data_[channel].assign(packet.data.begin(), packet.data.end());
+    if (packet.data.size() >= 16) {  // behind the fingerprint, the highest byte first
+      std::uint64_t stamp = 0;
+      for (std::size_t i = 8; i < 16; ++i) stamp = stamp << 8 | packet.data[i];
+      stamps_[channel].push_back(static_cast<std::int64_t>(stamp));
+    }
     largest_ = std::max(largest_, packet.data.size());
   }
 
@@ -105,6 +123,7 @@ class Listener {
   MulticastReceiver receiver_{parseUdpmUrl(kUrl)};
   std::map<std::string, int> counts_;
   std::map<std::string, std::vector<std::uint8_t>> data_;
+  std::map<std::string, std::vector<std::int64_t>> stamps_;  // [us]
   std::size_t largest_ = 0;
 };
 

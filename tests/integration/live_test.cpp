@@ -49,37 +49,38 @@ using test::Process;
 TEST_F(Live, PublishesEveryChannelAtItsRate) {
   Listener listener;
   ASSERT_TRUE(listener.good());
-  startSimulator("60");
+  startSimulator("120");
   startDaemon({});
   const bool localised = listener.until(
       [&] {
         const auto pose = listener.last<pose_estimate_t>(channel::kSlamPose);
         return pose && pose->state == 1 && listener.count(channel::kHealth) > 0;
       },
-      15s);
+      30s);
   ASSERT_TRUE(localised) << daemonLog();
 
   Process logger({"lcm-logger", "-q", "-f", "--lcm-url=" + kUrl, folder_ / "recorded.lcm"}, folder_ / "logger.txt");
   listener.forget();
-  constexpr int kSeconds = 8;
-  listener.listenFor(std::chrono::seconds(kSeconds));
 
-  // Rates with room for a loaded machine; sanitizers slow everything down, but not by half.
-  EXPECT_THAT(listener.count(channel::kPose),
-              testing::AllOf(testing::Ge(60 * kSeconds / kPatience), testing::Le(140 * kSeconds)));
-  EXPECT_GE(listener.count(channel::kSlamPose), 60 * kSeconds / kPatience);
-  EXPECT_GE(listener.count(channel::kOdometry), 60 * kSeconds / kPatience);
-  EXPECT_THAT(listener.count(channel::kScan),
-              testing::AllOf(testing::Ge(4 * kSeconds / kPatience), testing::Le(7 * kSeconds)));
+  // What comes in some seconds; a loaded machine takes longer. Rates are those of the stamps.
+  std::map<std::string, int> enough = {{channel::kPose, 480}, {channel::kSlamPose, 480}, {channel::kOdometry, 480},
+                                       {channel::kScan, 32},  {channel::kLaser, 32},     {channel::kWheels, 120},
+                                       {channel::kImu, 200},  {channel::kHealth, 6},     {channel::kMapMeta, 1},
+                                       {channel::kMapTile, 1}};
+  if (kCamera) enough[channel::kDepth] = 120;
+  EXPECT_TRUE(listener.until(
+      [&] {
+        return std::all_of(enough.begin(), enough.end(),
+                           [&](const auto& wanted) { return listener.count(wanted.first) >= wanted.second; });
+      },
+      60s))
+      << daemonLog();
+  for (const auto& [name, count] : enough) EXPECT_GE(listener.count(name), count) << name;
+  EXPECT_GT(listener.medianInterval(channel::kPose), 1.0 / 140.0);
+  EXPECT_LT(listener.medianInterval(channel::kPose), kPatience / 60.0);
+  EXPECT_NEAR(listener.medianInterval(channel::kScan), 1.0 / 5.5, 0.03);
+  EXPECT_NEAR(listener.medianInterval(channel::kHealth), 1.0, 0.2);
   EXPECT_NEAR(listener.count(channel::kLaser), listener.count(channel::kScan), 1);
-  if (kCamera) {
-    EXPECT_GE(listener.count(channel::kDepth), 15 * kSeconds / kPatience);
-  }
-  EXPECT_GE(listener.count(channel::kWheels), 15 * kSeconds / kPatience);  // only values that are new are sent
-  EXPECT_GE(listener.count(channel::kImu), 25 * kSeconds / kPatience);
-  EXPECT_GE(listener.count(channel::kHealth), kSeconds - 2);
-  EXPECT_GE(listener.count(channel::kMapMeta), 1);
-  EXPECT_GE(listener.count(channel::kMapTile), 1);
   EXPECT_LT(listener.largest(), 65499U);
 
   const auto scan = listener.last<scan_t>(channel::kScan);
@@ -105,11 +106,13 @@ TEST_F(Live, PublishesEveryChannelAtItsRate) {
   const auto tile = listener.last<map_tile_t>(channel::kMapTile);
   ASSERT_TRUE(tile);
   EXPECT_EQ(tile->ncells, tile->side * tile->side);
-  const auto health = listener.last<health_t>(channel::kHealth);
-  ASSERT_TRUE(health);
-  for (const device_health_t& device : health->devices) {
-    EXPECT_TRUE(device.state == 2 || (kSanitized && device.state == 3)) << device.name << ": " << device.reason;
-  }
+  const auto all_stream = [&] {
+    const auto health = listener.last<health_t>(channel::kHealth);
+    return health && std::all_of(health->devices.begin(), health->devices.end(), [](const device_health_t& device) {
+             return device.state == 2 || (kSanitized && device.state == 3);
+           });
+  };
+  EXPECT_TRUE(listener.until(all_stream, 10s)) << daemonLog();
 
   // What lcm-logger wrote, slam-replay reads.
   logger.signal(SIGTERM);
