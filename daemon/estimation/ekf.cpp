@@ -9,7 +9,8 @@
 namespace slam {
 namespace {
 
-/// Chi-square quantile by Wilson and Hilferty's cube approximation (1931), within 2 % for p > 0.9.
+/// Chi-square quantile by Wilson and Hilferty's cube approximation (1931), within 2 % at p = 0.9; at
+/// p = 0.9999 it lies 7, 5 and 3 % above for one, two and three degrees.
 /// @param z standard normal quantile of the same probability
 double chiSquareQuantile(int degrees, double z) {
   const double a = 2.0 / (9.0 * degrees);
