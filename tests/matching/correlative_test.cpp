@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <numbers>
 
+#include "matching/plicp.hpp"
 #include "matching/scanning.hpp"
 #include "support/allocations.hpp"
 
@@ -104,6 +105,103 @@ TEST_F(CorrelativeSearch, RefusesTooFewPointsAndAnEmptyReference) {
 TEST_F(CorrelativeSearch, DoesNotAllocate) {
   const auto points = scanPoints(kRoom, kReferencePose, random);
   EXPECT_EQ(test::allocationsDuring([&] { matcher.match(reference, points, {}, {3.0, 3.0}, {}); }), 0U);
+}
+
+TEST_F(CorrelativeSearch, ASecondPlaceIsAmbiguousFromItsShareOfTheBestOn) {
+  const SearchWindow all{3.0, std::numbers::pi};
+  const auto points = scanPoints(kRoom, kReferencePose, random);
+  const double share = matcher.match(reference, points, {}, all, {}).runner_up;
+  ASSERT_GT(share, 0.5);
+  const auto status = [&](double ambiguity) {
+    return CorrelativeMatcher({.ambiguity = ambiguity}).match(reference, points, {}, all, {}).match.status;
+  };
+  EXPECT_EQ(status(share - 0.005), MatchStatus::kAmbiguous);
+  EXPECT_EQ(status(share + 0.005), MatchStatus::kConverged);
+}
+
+TEST_F(CorrelativeSearch, PlacesAreTwoWhereTheyLieApartOrAreTurned) {
+  // The two places of the room are half a turn and some distance apart: neither limit alone makes them one.
+  const SearchWindow all{3.0, std::numbers::pi};
+  const auto points = scanPoints(kRoom, kReferencePose, random);
+  const auto runnerUp = [&](double distance, double rotation) {
+    return CorrelativeMatcher({.distinct_distance = distance, .distinct_rotation = rotation})
+        .match(reference, points, {}, all, {})
+        .runner_up;
+  };
+  EXPECT_GT(runnerUp(0.5, 4.0), 0.9) << "by the distance";
+  EXPECT_GT(runnerUp(50.0, 0.35), 0.9) << "by the turn";
+  EXPECT_EQ(runnerUp(50.0, 4.0), 0.0) << "by neither";
+}
+
+TEST_F(CorrelativeSearch, ADirectMatchIsTrustedFromItsOverlapOn) {
+  const auto points = scanPoints(kRoom, kReferencePose, random);
+  const double overlap = matchPointToLine(reference, points, kReferencePose).overlap;
+  const auto status = [&](double trusted) {
+    return CorrelativeMatcher({.trusted_overlap = trusted})
+        .matchOrSearch(reference, points, kReferencePose, {3.0, 3.1}, {})
+        .match.status;
+  };
+  EXPECT_EQ(status(overlap), MatchStatus::kConverged);
+  EXPECT_EQ(status(overlap + 0.01), MatchStatus::kAmbiguous) << "it searches, and finds two places";
+}
+
+/// A corridor along a direction, with a few posts that tell too little of the way for a match to claim it.
+ScanPoints corridorWithPosts(const Pose2& pose, const Pose2& corridor) {
+  ScanPoints points;
+  const PointTransform T(pose.inverse() * corridor);
+  for (int i = -100; i <= 100; ++i) {
+    for (const double side : {-1.0, 1.0}) {
+      points.push_back({.position = T * Eigen::Vector2d(0.04 * i, side),
+                        .normal = T.turned({0.0, -side}),
+                        .normal_variance = 1e-4,
+                        .range = 2.0});
+    }
+  }
+  for (const double x : {-2.1, -1.3, -0.2, 0.4, 1.9}) {
+    for (const double y : {-0.6, 0.5, 0.55}) {
+      points.push_back({.position = T * Eigen::Vector2d(x, y), .range = 2.0});
+    }
+  }
+  return points;
+}
+
+TEST_F(CorrelativeSearch, SlidesAlongABlindDirectionToWhereMostPointsMeet) {
+  const MatchConfig blind{.min_information = 0.08};
+  for (const double bearing : {0.0, 0.7, -1.2}) {
+    const Pose2 corridor{0.3, -0.2, bearing};
+    Reference walls;
+    for (int i = 0; i < 3; ++i) walls.add({}, corridorWithPosts({}, corridor));
+    const Pose2 truth = corridor * Pose2{0.1, 0.05, 0.03};
+    const auto points = corridorWithPosts(truth, corridor);
+    const Pose2 guess = corridor * Pose2{0.1 - 0.45, 0.05, 0.03};
+    CorrelativeMatcher all({.max_points = 500});
+    const MatchResult searched = all.match(walls, points, guess, {0.6, 0.1}, blind).match;
+    ASSERT_EQ(searched.observable, 2) << bearing;
+    EXPECT_LT(distance(searched.T_ref_base, truth), 0.15) << bearing << "; it begins at the nearest hypothesis";
+    const MatchResult direct = all.matchOrSearch(walls, points, guess, {0.6, 0.1}, blind).match;
+    ASSERT_EQ(direct.observable, 2) << bearing;
+    EXPECT_LT(distance(direct.T_ref_base, truth), 0.04) << bearing;
+    EXPECT_GT(distance(all.matchOrSearch(walls, points, guess, {0.2, 0.1}, blind).match.T_ref_base, truth), 0.2)
+        << "no further than the window";
+  }
+}
+
+TEST_F(CorrelativeSearch, LooksAsFarAsItsWindowAndNoFurther) {
+  const Pose2 truth{0.5, -0.1, 0.2};
+  const auto points = scanPoints(kRoom, truth, random);
+  MatchConfig near;  // a hypothesis must lie within a step of the truth
+  near.initial_pair_distance = near.final_pair_distance = 0.25;
+  CorrelativeMatcher fine({.translation_step = 0.1});
+  for (const Pose2& off : {Pose2{0.9, 0, 0}, Pose2{0, -0.9, 0}, Pose2{0, 0, 0.9}, Pose2{0, 0, -0.9}}) {
+    const Pose2 guess{truth.x + off.x, truth.y + off.y, truth.theta + off.theta};
+    const auto found = [&](const SearchWindow& window) {
+      return distance(fine.match(reference, points, guess, window, near).match.T_ref_base, truth) < 0.03;
+    };
+    EXPECT_TRUE(found({1.0, 1.0})) << off.x << off.y << off.theta;
+    if (off.y == 0.0) {  // across the room the match itself finds the way
+      EXPECT_FALSE(found({0.3, 0.2})) << off.x << off.theta;
+    }
+  }
 }
 
 }  // namespace

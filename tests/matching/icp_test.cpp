@@ -49,5 +49,28 @@ TEST(Icp, OfAScanWithItselfIsIdentity) {
   EXPECT_LT(std::hypot(result.T_ref_base.x, result.T_ref_base.y), 0.005);
 }
 
+TEST(PointToPoint, ClaimsWhatItsPairsTell) {
+  Reference reference;
+  ScanPoints points;
+  for (int i = 0; i < 40; ++i) {
+    const double angle = 0.157 * i;
+    points.push_back(
+        {.position = (2.0 + 0.3 * (i % 4)) * Eigen::Vector2d(std::cos(angle), std::sin(angle)), .range = 2.0});
+  }
+  reference.add({}, points);
+  double lever = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points[i].position.x() += i % 2 == 0 ? 0.02 : -0.02;
+    lever += points[i].position.squaredNorm();
+  }
+  const MatchResult result = matchPointToPoint(reference, points, {});
+  ASSERT_EQ(result.status, MatchStatus::kConverged);
+  EXPECT_EQ(result.pairs, 40);
+  EXPECT_NEAR(result.residual, 0.02, 1e-3);
+  EXPECT_NEAR(result.covariance(0, 0), 0.02 * 0.02 / 40, 1e-6);
+  EXPECT_NEAR(result.covariance(1, 1), 0.02 * 0.02 / 40, 1e-6);
+  EXPECT_NEAR(result.covariance(2, 2), 0.02 * 0.02 / lever, 0.1 * 0.02 * 0.02 / lever);
+}
+
 }  // namespace
 }  // namespace slam

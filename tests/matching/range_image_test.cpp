@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "matching/range_image.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <random>
 
@@ -61,6 +63,59 @@ TEST(RangeImage, LeavesAWallAloneThatItsErrorsMayPassBy) {
   for (const double turn : {-0.015, 0.015}) {
     const Eigen::Vector2d p = Pose2{0.0, 0.0, turn} * corner;
     EXPECT_NE(image.sightOf(p, kNoNormal), kSeenThrough);
+  }
+}
+
+/// Beams all around at these distances from each other, of one range, seen from a lidar beside base.
+RangeImage ring(double spacing, double range, const Eigen::Vector2d& lidar, bool clockwise) {
+  ScanPoints points;
+  for (double bearing = -3.1; bearing < 3.1; bearing += spacing) {
+    points.push_back({.position = lidar + range * Eigen::Vector2d(std::cos(bearing), std::sin(bearing))});
+  }
+  if (clockwise) std::reverse(points.begin(), points.end());
+  RangeImage image;
+  image.set(points, lidar);
+  return image;
+}
+
+TEST(RangeImage, EachLimitHoldsFromBothSides) {
+  const Eigen::Vector2d lidar(0.7, -0.4);
+  for (const bool clockwise : {false, true}) {
+    const RangeImage image = ring(0.02, 4.0, lidar, clockwise);
+    const auto sight = [&](double range, const Eigen::Vector2d& normal = kNoNormal) {
+      return image.sightOf(lidar + range * Eigen::Vector2d(0.6, 0.8), normal);
+    };
+    EXPECT_EQ(sight(3.75), kSeenThrough);
+    EXPECT_EQ(sight(3.85), kMet) << "20 cm before the wall";
+    EXPECT_EQ(sight(4.15), kMet);
+    EXPECT_EQ(sight(4.25), kUnknown) << "farther than anything seen";
+    EXPECT_EQ(sight(0.15), kUnknown) << "at the lidar itself";
+    EXPECT_EQ(sight(0.45), kSeenThrough);
+    const auto turned = [&](double cosine) {  // a wall's normal at this angle to the beam
+      return sight(2.0, Pose2{0.0, 0.0, std::acos(cosine)} * Eigen::Vector2d(0.6, 0.8));
+    };
+    EXPECT_EQ(turned(0.27), kUnknown) << "beams pass along it";
+    EXPECT_EQ(turned(0.33), kSeenThrough);
+    EXPECT_EQ(turned(-0.27), kUnknown);
+    EXPECT_EQ(turned(-0.33), kSeenThrough);
+  }
+  EXPECT_EQ(ring(0.055, 4.0, lidar, false).sightOf(lidar + Eigen::Vector2d(2.0, 0.03), kNoNormal), kSeenThrough);
+  EXPECT_EQ(ring(0.065, 4.0, lidar, false).sightOf(lidar + Eigen::Vector2d(2.0, 0.03), kNoNormal), kUnknown)
+      << "what lies between beams so far apart was not seen";
+}
+
+TEST(RangeImage, BetweenTwoBeamsTheNearerTells) {
+  ScanPoints points;
+  for (int i = 0; i < 40; ++i) {
+    const double bearing = 0.05 * i, range = i % 2 == 0 ? 2.0 : 4.0;
+    points.push_back({.position = range * Eigen::Vector2d(std::cos(bearing), std::sin(bearing))});
+  }
+  RangeImage image;
+  image.set(points, Eigen::Vector2d::Zero());
+  for (double bearing = 0.3; bearing < 1.5; bearing += 0.01) {
+    const Eigen::Vector2d ray(std::cos(bearing), std::sin(bearing));
+    EXPECT_EQ(image.sightOf(1.5 * ray, kNoNormal), kSeenThrough) << bearing;
+    EXPECT_EQ(image.sightOf(3.0 * ray, kNoNormal), kHidden) << bearing;
   }
 }
 

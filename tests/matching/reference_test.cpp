@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "matching/reference.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
+#include <span>
+#include <utility>
 
 #include "matching/scanning.hpp"
 #include "support/allocations.hpp"
@@ -143,6 +146,116 @@ TEST(Reference, DoesNotAllocateAfterConstruction) {
               reference.add({60.0, 0.0, 0.0}, points);
             }),
             0U);
+}
+
+ScanPoint wallPoint(double x, double y, const Eigen::Vector2d& normal, double variance = 0.01) {
+  return {.position = {x, y}, .normal = normal, .normal_variance = variance, .range = 1.0};
+}
+
+/// How many surfels a second point makes beside one at the origin, whose wall faces y.
+int surfelsAfter(const ScanPoint& second, const ReferenceConfig& config = {}) {
+  Reference reference(config);
+  const ScanPoint first = wallPoint(0.0, 0.0, {0.0, 1.0});
+  reference.add({}, std::span(&first, 1));
+  reference.add({}, std::span(&second, 1));
+  return reference.size();
+}
+
+TEST(Reference, MergesWhatIsNearAlongTheWallAndAcrossItAndFacesTheSameWay) {
+  const Eigen::Vector2d up(0.0, 1.0);
+  EXPECT_EQ(surfelsAfter(wallPoint(0.045, 0.0, up)), 1);
+  EXPECT_EQ(surfelsAfter(wallPoint(0.055, 0.0, up)), 2);
+  EXPECT_EQ(surfelsAfter(wallPoint(-0.055, 0.0, up)), 2);
+  EXPECT_EQ(surfelsAfter(wallPoint(0.0, 0.075, up)), 1);
+  EXPECT_EQ(surfelsAfter(wallPoint(0.0, -0.085, up)), 2);
+  EXPECT_EQ(surfelsAfter(wallPoint(0.0, 0.085, up)), 2);
+  EXPECT_EQ(surfelsAfter(wallPoint(0.0, -0.04, -up)), 2) << "the other face of a thin wall";
+  EXPECT_EQ(surfelsAfter(wallPoint(0.0, 0.0, {0.79, 0.61})), 1);
+  EXPECT_EQ(surfelsAfter(wallPoint(0.0, 0.0, {0.81, 0.59})), 2);
+  EXPECT_EQ(surfelsAfter(wallPoint(0.11, 0.0, up), {.surfel_spacing = 0.12}), 1);
+  EXPECT_EQ(surfelsAfter(wallPoint(0.0, 0.11, up), {.merge_distance = 0.12}), 1);
+}
+
+TEST(Reference, APointOnNoLineIsLostOnAWallButStandsBesideIt) {
+  EXPECT_EQ(surfelsAfter(wallPoint(0.03, 0.03, Eigen::Vector2d::Zero())), 1);
+  EXPECT_EQ(surfelsAfter(wallPoint(0.045, 0.03, Eigen::Vector2d::Zero())), 2);
+}
+
+TEST(Reference, AWallsPointsAreAveragedAcrossItAlone) {
+  for (const double turn : {0.0, 0.9, -2.0}) {
+    const Pose2 T{1.0, -0.5, turn};
+    Reference reference({.max_observations = 4});
+    const auto add = [&](double along, double across, double variance) {
+      const ScanPoint point = wallPoint(along, across, {0.0, 1.0}, variance);
+      reference.add(T, std::span(&point, 1));
+    };
+    add(0.0, 0.0, 0.02);
+    add(0.02, 0.04, 0.01);
+    const Surfel* surfel = reference.nearest(T * Eigen::Vector2d::Zero(), 0.2);
+    ASSERT_NE(surfel, nullptr);
+    Eigen::Vector2d there = T.inverse() * Eigen::Vector2d(surfel->x, surfel->y);
+    EXPECT_NEAR(there.x(), 0.0, 1e-6) << "the spacing stays";
+    EXPECT_NEAR(there.y(), 0.02, 1e-6);
+    EXPECT_NEAR(surfel->normal_variance, 1.0 / (1 / 0.02 + 1 / 0.01), 1e-7);
+    for (int i = 0; i < 20; ++i) add(0.0, 0.03, 0.01);
+    EXPECT_EQ(surfel->observations, 4.0F) << "more makes it no stiffer";
+    EXPECT_NEAR(surfel->normal_variance, 0.01 / 4, 1e-7);
+    there = T.inverse() * Eigen::Vector2d(surfel->x, surfel->y);
+    EXPECT_NEAR(there.y(), 0.03, 2e-4);
+  }
+}
+
+TEST(Reference, AWallsNormalIsTheMeanByItsVariances) {
+  Reference reference;
+  for (const auto& [angle, variance] : {std::pair(0.0, 0.02), std::pair(0.3, 0.01)}) {
+    const ScanPoint point = wallPoint(0.0, 0.0, {-std::sin(angle), std::cos(angle)}, variance);
+    reference.add({}, std::span(&point, 1));
+  }
+  const Surfel* surfel = reference.nearest({0.0, 0.0}, 0.2);
+  EXPECT_NEAR(std::atan2(-surfel->nx, surfel->ny), 0.2, 0.005);
+  EXPECT_NEAR(std::hypot(surfel->nx, surfel->ny), 1.0, 1e-6);
+}
+
+TEST(Reference, TheWindowFollowsOnceItsMiddleHalfIsLeft) {
+  Reference reference({.extent = 40.0, .coarse_radius = 2.0});
+  double half = 0.0;
+  while (reference.covers({half, 0.0})) half += 0.1;
+  ASSERT_GT(half, 17.0);
+  reference.recentre({0.49 * half, 0.0});
+  EXPECT_FALSE(reference.covers({half + 0.2, 0.0})) << "it stays";
+  reference.recentre({0.0, 0.52 * half});
+  EXPECT_TRUE(reference.covers({0.0, 1.5 * half}));
+  EXPECT_FALSE(reference.covers({0.0, -0.5 * half}));
+}
+
+TEST(Reference, LooksBeyondTheFineTableWhereItIsAskedTo) {
+  Reference reference;
+  const ScanPoint point = wallPoint(0.0, 0.0, {0.0, 1.0});
+  reference.add({}, std::span(&point, 1));
+  EXPECT_NE(reference.nearest({0.2, 0.0}, 0.1), nullptr);
+  EXPECT_EQ(reference.nearest({0.6, 0.0}, 0.2), nullptr);
+  EXPECT_NE(reference.nearest({0.6, 0.0}, 0.6), nullptr);
+  EXPECT_NE(reference.nearest({1.8, 0.0}, 2.0), nullptr);
+  EXPECT_EQ(reference.nearest({2.3, 0.0}, 5.0), nullptr) << "no table knows so far";
+}
+
+TEST(Reference, AFewSurfelsTellNoPlace) {
+  ScanPoints far;
+  for (int i = 0; i < 400; ++i) {
+    const double bearing = -3.1 + 0.0155 * i;
+    far.push_back({.position = 6.0 * Eigen::Vector2d(std::cos(bearing), std::sin(bearing))});
+  }
+  RangeImage image;
+  image.set(far, Eigen::Vector2d::Zero());
+  for (const auto& [count, share] : {std::pair(19, 0.0), std::pair(20, 1.0)}) {
+    Reference reference;
+    for (int i = 0; i < count; ++i) {
+      const ScanPoint point = wallPoint(2.0, 0.1 * i - 1.0, {-1.0, 0.0});
+      for (int k = 0; k < 4; ++k) reference.add({}, std::span(&point, 1));
+    }
+    EXPECT_EQ(reference.seenThrough({}, image, 4.0), share) << count;
+    EXPECT_EQ(reference.seenThrough({}, image, 5.0), 0.0) << "none was met so often";
+  }
 }
 
 }  // namespace
