@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "posegraph/gauge.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
@@ -87,6 +88,69 @@ TEST(Gauge, WithoutNodesOrWithOthersItHoldsNothing) {
   const std::vector<Pose2> one{{1.0, 2.0, 3.0}}, two{{1.0, 2.0, 3.0}, {2.0, 2.0, 3.0}};
   EXPECT_EQ(holdGauge({}, {}), Pose2{});
   EXPECT_EQ(holdGauge(one, two), Pose2{});
+}
+
+/// Sum over the nodes of a function of their squared motion, a turn taken at the lever.
+template <typename Function>
+double motion(const std::vector<Pose2>& before, const std::vector<Pose2>& after, const Eigen::Vector3d& T, double lever,
+              Function&& of) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const Pose2 there = Pose2{T.x(), T.y(), T.z()} * after[i];
+    const double turned = 2.0 * lever * lever * (1.0 - std::cos(before[i].theta - there.theta));
+    sum += of((there.translation() - before[i].translation()).squaredNorm() + turned);
+  }
+  return sum;
+}
+
+std::vector<Pose2> disturbed(std::vector<Pose2> nodes, std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  for (Pose2& node : nodes) {
+    node = Pose2{3.0, -2.0, 1.0} * node * Pose2{unit(random), unit(random), 0.2 * unit(random)};
+  }
+  return nodes;
+}
+
+TEST(Gauge, TheFirstGuessIsTheLeastSumOfSquares) {
+  std::mt19937 random(4);
+  for (const double lever : {0.5, 5.0, 30.0}) {
+    const std::vector<Pose2> before = randomNodes(15, random), after = disturbed(before, random);
+    const Eigen::Vector3d T = holdGauge(before, after, {.lever = lever, .max_iterations = 0}).vector();
+    const auto cost = [&](const Eigen::Vector3d& v) {
+      return motion(before, after, v, lever, [](double m) { return m; });
+    };
+    for (int i = 0; i < 3; ++i) {
+      const Eigen::Vector3d d = 1e-3 * Eigen::Vector3d::Unit(i);
+      const double ahead = cost(T + d) - cost(T), behind = cost(T - d) - cost(T);
+      EXPECT_GT(ahead, 0.0);
+      EXPECT_NEAR(ahead, behind, 1e-2 * ahead) << "the middle of the valley, lever " << lever << ", " << i;
+    }
+  }
+}
+
+TEST(Gauge, ThenTheLeastSumOfMotions) {
+  std::mt19937 random(5);
+  for (const double lever : {0.5, 5.0, 30.0}) {
+    const std::vector<Pose2> before = randomNodes(15, random), after = disturbed(before, random);
+    const GaugeConfig config{.lever = lever, .max_iterations = 300};
+    const Eigen::Vector3d T = holdGauge(before, after, config).vector();
+    const auto cost = [&](const Eigen::Vector3d& v) {
+      return motion(before, after, v, lever, [](double m) { return std::sqrt(m); });
+    };
+    for (int i = 0; i < 3; ++i) {
+      for (const double step : {-0.02, 0.02}) {
+        const double size = i == 2 ? step / lever : step;
+        EXPECT_GE(cost(T + size * Eigen::Vector3d::Unit(i)), cost(T)) << lever << " " << i;
+      }
+    }
+  }
+}
+
+TEST(Gauge, WhatHardlyMovesAtAllWeighsNoMore) {
+  // One node that has not moved holds the map as long as it does not count as many.
+  const std::vector<Pose2> before{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, after{{0, 0, 0}, {1.1, 0, 0}, {2.1, 0, 0}};
+  EXPECT_NEAR(holdGauge(before, after, {.least_move = 10.0}).x, -0.2 / 3, 1e-3) << "all the same: the mean";
+  EXPECT_NEAR(holdGauge(before, after, {.least_move = 1e-3, .max_iterations = 100}).x, -0.1, 2e-3) << "the larger part";
 }
 
 }  // namespace
