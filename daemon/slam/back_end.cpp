@@ -253,8 +253,10 @@ void BackEnd::renewReferenceIfStale(int anchor) {
   }
   for (std::size_t i = 0; i < is_in_reference_.size() && !stale; ++i) {
     if (!is_in_reference_[i]) continue;
-    const Eigen::Vector2d position = keyframes_.pose(static_cast<int>(i)).translation();
+    const Pose2& pose = keyframes_.pose(static_cast<int>(i));
+    const Eigen::Vector2d position = pose.translation();
     stale = (position - in_reference_[i].translation()).norm() > config_.renewal_shift ||
+            std::abs(wrapAngle(pose.theta - in_reference_[i].theta)) > config_.renewal_turn ||
             (!known[i] && (position - robot).norm() < config_.renewal_radius);
   }
   if (!stale) return;

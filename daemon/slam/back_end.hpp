@@ -34,7 +34,8 @@ struct BackEndConfig {
   double renewal_radius = 8.0;           ///< [m] what becomes known or unknown within this distance renews it
   int few_keyframes = 10;                ///< a map of no more, and made by this robot since its start, is forgotten ...
   double outgrown = 4.0;                 ///< ... for a segment that is not in it and has so many times its keyframes
-  double renewal_shift = 0.01;           ///< [m] a keyframe of the reference that moved further renews it
+  double renewal_shift = 0.01;           ///< [m] a keyframe of the reference that moved further renews it ...
+  double renewal_turn = 0.01;            ///< [rad] ... or that turned by more: a robot may have turned on the spot
 };
 
 struct BackEndCounters {
