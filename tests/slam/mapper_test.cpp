@@ -348,5 +348,29 @@ TEST_F(MapperTest, KeepsAFewViewsOfAKeyframeHoweverManyItDraws) {
   }
 }
 
+TEST_F(MapperTest, RedrawsWhatMovedOrOnlyTurnedByMoreThanAFifthOfACell) {
+  // A cell is 5 cm; a turn is taken for a motion at 5 m.
+  const std::vector<std::pair<Pose2, bool>> motions{
+      {{0.009, 0, 0}, false},  {{0.011, 0, 0}, true},     {{0, -0.009, 0}, false},
+      {{0, -0.011, 0}, true},  {{0, 0, 0.0019}, false},   {{0, 0, 0.0021}, true},
+      {{0, 0, -0.0021}, true}, {{0.006, 0, 0.001}, true}, {{0.004, 0, 0.001}, false}};
+  for (const auto& [motion, redrawn] : motions) {
+    scans.clear();
+    Mapper mapper(kConfig);
+    fill(mapper, 6);
+    std::vector<Pose2> poses;
+    for (MapScan& s : scans) poses.push_back(s.id == 2 ? s.T_map_base * motion : s.T_map_base);
+    const OccupancyGrid before = drawnFresh();
+    scans[2].T_map_base = poses[2];
+    mapper.move(poses);
+    finish(mapper, 100);
+    EXPECT_EQ(differences(mapper.grid(), before).empty(), !redrawn)
+        << motion.x << " " << motion.y << " " << motion.theta;
+    if (redrawn) {
+      EXPECT_TRUE(differences(mapper.grid(), drawnFresh()).empty());
+    }
+  }
+}
+
 }  // namespace
 }  // namespace slam

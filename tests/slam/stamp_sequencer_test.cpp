@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <random>
+#include <utility>
 
 namespace slam {
 namespace {
@@ -153,6 +154,67 @@ TEST(ForwardJumpGuard, BelievesAPauseOnceASecondSampleConfirmsIt) {
   EXPECT_FALSE(guard.passes(start + std::chrono::seconds(60)));
   EXPECT_TRUE(guard.passes(start + std::chrono::seconds(60) + std::chrono::milliseconds(20)));
   EXPECT_TRUE(guard.passes(start + std::chrono::seconds(60) + std::chrono::milliseconds(40)));
+}
+
+TEST(StampSequencer, AJumpBackByMoreThanFiveSecondsIsAClockThatWasSet) {
+  for (const auto& [back, resets] : {std::pair(4'900, 0U), std::pair(5'100, 1U)}) {
+    StampSequencer sequencer;
+    const std::int64_t last = feedSteady(sequencer, 100'000, 100);
+    const Timestamp stamp = sequencer.next(at(last - back));
+    EXPECT_EQ(sequencer.clockResets(), resets) << back;
+    EXPECT_NEAR(toSeconds(stamp - at(last)), resets == 0U ? 0.024 : 0.1, 2e-3) << back;
+  }
+}
+
+TEST(StampSequencer, KnowsTheUsualInterval) {
+  StampSequencer sequencer;
+  EXPECT_EQ(sequencer.interval(), 0.0);
+  const std::int64_t last = feedSteady(sequencer, 0, 100);
+  EXPECT_NEAR(sequencer.interval(), 0.1, 1e-9);
+  sequencer.next(at(last + 60'000));  // a pause counts for three intervals at most
+  EXPECT_NEAR(sequencer.interval(), 0.1 + 0.05 * 0.2, 1e-9);
+}
+
+TEST(StampSequencer, ItsFirstStepsAreJudgedByTheShortest) {
+  StampSequencer sequencer;
+  std::int64_t ms = 0;
+  for (const int step : {0, 300, 100, 250, 120}) sequencer.next(at(ms += step));
+  EXPECT_NEAR(sequencer.interval(), 0.1, 1e-9);
+}
+
+TEST(ClockStepBridge, AStepBackOfMoreThanFiveSecondsIsAClockThatWasSet) {
+  for (const auto& [back, set] : {std::pair(4'900, false), std::pair(5'100, true)}) {
+    ClockStepBridge bridge;
+    bridge.next(at(100'000), at(100'000));
+    EXPECT_EQ(bridge.next(at(100'000 - back), at(100'010)), set ? at(100'010) : at(100'000 - back)) << back;
+  }
+}
+
+TEST(ForwardJumpGuard, AStepForwardByMoreThanThreeSecondsIsHeld) {
+  for (const auto& [ahead, passes] : {std::pair(2'950, true), std::pair(3'050, false)}) {
+    ForwardJumpGuard guard;
+    EXPECT_TRUE(guard.passes(at(100'000)));
+    EXPECT_EQ(guard.passes(at(100'000 + ahead)), passes) << ahead;
+  }
+}
+
+TEST(ForwardJumpGuard, IsConfirmedByASampleThatComesNoEarlierThanThreeSecondsBefore) {
+  for (const auto& [next, confirmed] : {std::pair(57'100, true), std::pair(56'900, false)}) {
+    ForwardJumpGuard guard;
+    EXPECT_TRUE(guard.passes(at(100'000)));
+    EXPECT_FALSE(guard.passes(at(160'000)));
+    EXPECT_EQ(guard.passes(at(100'000 + next)), confirmed) << next;
+  }
+}
+
+TEST(ForwardJumpGuard, AStreamAsSlowAsTwiceItsIntervalPasses) {
+  for (const auto& [step, passes] : {std::pair(7'900, true), std::pair(8'100, false)}) {
+    ForwardJumpGuard guard;
+    guard.passes(at(100'000));
+    EXPECT_FALSE(guard.passes(at(104'000)));
+    EXPECT_TRUE(guard.passes(at(108'000))) << "confirmed: 4 s from sample to sample";
+    EXPECT_EQ(guard.passes(at(108'000 + step)), passes) << step;
+  }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
+#include <utility>
 
 namespace slam {
 namespace {
@@ -120,6 +121,59 @@ TEST(RescaledWheels, AWayOfAnyShapeKeepsItsShape) {
     EXPECT_NEAR(corrected.y, moved.y / c, 1e-9);
     EXPECT_NEAR(wrapAngle(corrected.theta - moved.theta), 0.0, 1e-9);
   }
+}
+
+TEST(WheelScale, OneStretchIsKalmansUpdate) {
+  for (const double turn : {0.0, 0.8}) {
+    for (const double sigma : {0.2, 0.05}) {
+      WheelScale scale({.initial_sigma = sigma, .noise = 0.01, .significance = 0.0});
+      // The wheels tell 1.1 m where the scans tell 1 m, along the scans' direction.
+      const Pose2 scans{std::cos(turn), std::sin(turn), 0.0};
+      scale.add({1.1 * std::cos(turn), 1.1 * std::sin(turn), 0.0}, scans, 0.02, 1.5);
+      const double prior = sigma * sigma + 0.01 * 0.01, K = prior / (prior + 1.5 * 0.02);
+      EXPECT_NEAR(scale.value(), 1.0 + K * 0.1, 1e-12);
+      EXPECT_NEAR(scale.sigma(), std::sqrt((1.0 - K) * prior), 1e-12);
+    }
+  }
+}
+
+TEST(WheelScale, TakesTheWheelsWayAlongTheScansDirectionAlone) {
+  WheelScale along, across;
+  along.add({1.1, 0.0, 0.0}, {1.0, 0.0, 0.0}, 0.01, 1.0);
+  across.add({1.1, 0.3, 0.0}, {1.0, 0.0, 0.0}, 0.01, 1.0);
+  EXPECT_EQ(along.sigma(), across.sigma());
+  EXPECT_EQ(along.value(), across.value());
+}
+
+TEST(WheelScale, EachLimitHoldsFromBothSides) {
+  // The gate: three standard deviations of prior and noise, sqrt(0.04 + 0.01) m together.
+  for (const auto& [off, taken] :
+       {std::pair(0.66, true), std::pair(0.68, false), std::pair(-0.66, true), std::pair(-0.68, false)}) {
+    WheelScale scale({.noise = 0.0});
+    scale.add({1.0 + off, 0.0, 0.0}, {1.0, 0.0, 0.0}, 0.01, 1.0);
+    EXPECT_EQ(scale.sigma() < 0.19, taken) << off;
+  }
+  // Significance: 0.1 off at a standard deviation of 0.2 sqrt(0.01 / 0.05) = 0.0894.
+  for (const auto& [significance, believed] : {std::pair(0.85, true), std::pair(0.95, false)}) {
+    WheelScale scale({.noise = 0.0, .significance = significance});
+    scale.add({1.1, 0.0, 0.0}, {1.0, 0.0, 0.0}, 0.01, 1.0);
+    EXPECT_EQ(scale.value() != 1.0, believed) << significance;
+  }
+  for (const auto& [truth, believed] :
+       {std::pair(1.95, true), std::pair(2.05, false), std::pair(0.52, true), std::pair(0.48, false)}) {
+    WheelScale scale({.initial_sigma = 5.0, .noise = 0.0});
+    for (int i = 0; i < 1000; ++i) scale.add({truth, 0.0, 0.0}, {1.0, 0.0, 0.0}, 1e-3, 1.0);
+    EXPECT_EQ(scale.value() != 1.0, believed) << truth << " is a fault and no scale";
+  }
+}
+
+TEST(WheelScale, CorrectsTheWayAndNotTheTurn) {
+  WheelScale scale({.initial_sigma = 5.0, .noise = 0.0});
+  for (int i = 0; i < 1000; ++i) scale.add({1.25, 0.0, 0.0}, {1.0, 0.0, 0.0}, 1e-3, 1.0);
+  const Pose2 corrected = scale.corrected({2.5, -1.25, 0.4});
+  EXPECT_NEAR(corrected.x, 2.0, 1e-4);
+  EXPECT_NEAR(corrected.y, -1.0, 1e-4);
+  EXPECT_EQ(corrected.theta, 0.4);
 }
 
 }  // namespace

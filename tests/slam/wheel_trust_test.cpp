@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "slam/wheel_trust.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
+#include <utility>
 
 namespace slam {
 namespace {
@@ -143,6 +145,75 @@ TEST(WheelTrust, AnInterruptedStretchIsNotJudged) {
     trust.interrupt();
   }
   EXPECT_TRUE(trust.believed());
+}
+
+/// Stretches straight ahead of which the wheels tell so much more than the scans, exactly.
+WheelTrust after(int stretches, const Pose2& scans, const Pose2& wheels, bool turn_known,
+                 const WheelTrustConfig& config = {}) {
+  WheelTrust trust(EkfConfig{}, config);
+  Pose2 map, odom{3.0, -1.0, 2.0};
+  trust.add(odom, map, turn_known);
+  for (int i = 0; i < stretches; ++i) trust.add(odom = odom * wheels, map = map * scans, turn_known);
+  return trust;
+}
+
+TEST(WheelTrust, OneStretchCountsAsItsErrorAndTheMemorySay) {
+  const EkfConfig noise;
+  for (const double memory : {50.0, 20.0}) {
+    const WheelTrustConfig config{.memory = memory};
+    const WheelTrust far = after(1, {0.06, 0, 0}, {0.16, 0, 0}, true, config);
+    const double variance = noise.wheelTranslationVariance(0.16) + 0.01 * 0.01;
+    EXPECT_NEAR(far.distanceFactor(), 1.0 + (0.1 * 0.1 / variance - 1.0) / memory, 1e-9);
+    EXPECT_EQ(far.turnFactor(), 1.0);
+    const WheelTrust turned = after(1, {0.06, 0, 0.02}, {0.06, 0, 0.12}, true, config);
+    const double turn_variance = noise.wheelRotationVariance(0.06, 0.02) + 0.005 * 0.005;
+    EXPECT_NEAR(turned.turnFactor(), 1.0 + (0.1 * 0.1 / turn_variance - 1.0) / memory, 1e-9);
+    const WheelTrust jump = after(1, {0.06, 0, 0}, {5.0, 0, 2.0}, true, config);
+    EXPECT_NEAR(jump.turnFactor(), 1.0 + 9.0 / memory, 1e-9) << "one stretch counts for no more than ten";
+    EXPECT_EQ(after(1, {0.06, 0, 0.02}, {0.06, 0, 0.12}, false, config).turnFactor(), 1.0) << "a gyro tells the turn";
+  }
+}
+
+TEST(WheelTrust, AStretchIsJudgedFromItsLengthOrItsTurnOn) {
+  const auto judged = [](const Pose2& scans, const Pose2& wheels) {
+    const WheelTrust trust = after(1, scans, wheels, true);
+    return std::max(trust.distanceFactor(), trust.turnFactor()) > 1.0;
+  };
+  EXPECT_FALSE(judged({0, 0, 0}, {0.049, 0, 0}));
+  EXPECT_TRUE(judged({0, 0, 0}, {0.051, 0, 0.04}));
+  EXPECT_FALSE(judged({0, 0, 0.0}, {0, 0, 0.049}));
+  EXPECT_TRUE(judged({0, 0, 0.0}, {0, 0, 0.051}));
+  EXPECT_TRUE(judged({0, 0, 0.3}, {0, 0, 0.0}));
+}
+
+TEST(WheelTrust, IsWithdrawnGivenBackAndGuidesAtItsLimits) {
+  // Errors whose mean comes as near to a limit as one likes: each stretch counts the same.
+  const auto settled = [](double factor) {
+    const EkfConfig noise;
+    const double variance = noise.wheelRotationVariance(0.06, 0.0) + 0.005 * 0.005;
+    return after(2000, {0.06, 0, 0}, {0.06, 0, std::sqrt(factor * variance)}, true);
+  };
+  EXPECT_TRUE(settled(2.9).believed());
+  EXPECT_FALSE(settled(3.1).believed());
+  EXPECT_EQ(settled(2.9).withdrawn(), 0);
+  EXPECT_EQ(settled(3.1).withdrawn(), 1);
+  EXPECT_TRUE(settled(1.9).guides());
+  EXPECT_FALSE(settled(2.1).guides());
+  EXPECT_TRUE(settled(0.95).keepPromise());
+  EXPECT_FALSE(settled(1.05).keepPromise());
+  for (const auto& [factor, back] : {std::pair(1.6, false), std::pair(1.4, true)}) {
+    WheelTrust trust(EkfConfig{});
+    const EkfConfig noise;
+    const double variance = noise.wheelRotationVariance(0.06, 0.0) + 0.005 * 0.005;
+    Pose2 map, odom;
+    for (const double f : {5.0, factor}) {
+      for (int i = 0; i < 1000; ++i) {
+        trust.add(odom = odom * Pose2{0.06, 0, std::sqrt(f * variance)}, map = map * Pose2{0.06, 0, 0}, true);
+      }
+    }
+    EXPECT_EQ(trust.believed(), back) << factor;
+    EXPECT_EQ(trust.withdrawn(), 1);
+  }
 }
 
 }  // namespace
