@@ -7,6 +7,7 @@
 #include <functional>
 #include <gtest/gtest.h>
 #include <random>
+#include <span>
 #include <vector>
 
 #include "matching/plicp.hpp"
@@ -259,6 +260,30 @@ TEST(PlIcpEquations, AFarGuessNeedsTheSearchItIsToldOf) {
       (matchPointToLine(scene.reference, scene.points, guess, config).T_ref_base.translation() - kTruth.translation())
           .norm(),
       0.005);
+}
+
+TEST(PlIcpEquations, WhatNoisyNormalsFeignAlongAWallIsTakenOffHoweverItLies) {
+  for (const double bearing : {0.0, 0.8, -0.8, 2.3}) {
+    const PointTransform wall({0.5, -0.3, bearing});  // two walls along its x axis
+    std::mt19937 random(7);
+    std::normal_distribution<double> error(0.0, 0.2);
+    Reference reference;
+    ScanPoints points;
+    for (int i = -20; i <= 20; ++i) {
+      for (const double side : {-1.5, 1.5}) {
+        const Eigen::Vector2d p = wall * Eigen::Vector2d(0.4 * i, side);
+        const double angle = error(random);
+        const Eigen::Vector2d normal = wall.turned(Pose2{0, 0, angle} * Eigen::Vector2d(0.0, -side / 1.5));
+        const ScanPoint surfel{.position = p, .normal = normal, .normal_variance = 0.04, .range = 3.0};
+        reference.add({}, std::span(&surfel, 1));
+        points.push_back(surfel);
+      }
+    }
+    const MatchResult result = matchPointToLine(reference, points, {});
+    ASSERT_EQ(result.observable, 2) << bearing;
+    const Eigen::Vector2d along = wall.turned({1.0, 0.0});
+    EXPECT_GT(std::abs(result.directions.col(2).head<2>().dot(along)), 0.95) << bearing;
+  }
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 #include "support/simulated_keyframes.hpp"
 
@@ -68,6 +69,23 @@ TEST(PlaceLikelihood, LaysASegmentWhereItIsFromAGuessThatIsOffAlongTheCorridor) 
     EXPECT_LT(std::hypot(error.x, error.y), 0.15) << off;
     EXPECT_LT(std::abs(error.theta), 0.02) << off;
     EXPECT_GT(fit.seen, 0.8);
+  }
+}
+
+TEST(PlaceLikelihood, TurnsASegmentThatWasLaidAskewWhicheverWayTheRobotLooks) {
+  Place across{.name = "Across", .low = {-1, -3}, .high = {1, 3}};  // longer across the way than along it
+  addWalls(across.world, {{-2.2, -5}, {2.2, -5}, {2.2, 5}, {-2.2, 5}});
+  across.world.add(sim::Box{-1.9, 2.0, 0.0, 0.6, 1.4});
+  for (const auto& [place, reach] : {std::pair(corridorWithRecesses(), 10.0), std::pair(across, 1.5)}) {
+    Drive drive(place, place, -reach, reach);
+    for (const double heading : {0.1, 0.9, -2.2}) {
+      const Pose2 truth{1.5, -0.4, heading};
+      const SegmentView view = drive.seen(truth, 0.0);
+      for (const double turned : {-0.09, 0.09}) {  // more than moving all of it together makes good
+        const PlaceFit fit = fitPlace(*drive.field, view, truth * Pose2{0.0, 0.0, turned});
+        EXPECT_NEAR(wrapAngle(fit.T_map_newest.theta - heading), 0.0, 0.02) << place.name << heading << " " << turned;
+      }
+    }
   }
 }
 

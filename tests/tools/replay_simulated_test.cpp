@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the tests on recorded data ask for, on simulated drives: these run in every clone.
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <string>
+#include <vector>
+
+#include "app/config_loader.hpp"
+#include "build_paths.hpp"
+#include "tools/common/trajectory.hpp"
+#include "tools/convert/formats.hpp"
+#include "tools/eval/metrics.hpp"
+#include "tools/files.hpp"
+#include "tools/replay/replay.hpp"
+#include "tools/sim/log_mode.hpp"
+
+namespace slam {
+namespace {
+
+Config simulated() {
+  return loadConfig(std::filesystem::path(SLAMD_SOURCE_DIR) / "config/sim.toml",
+                    {"lidar.driver='lcm'", "base.driver='lcm'", "imu.driver='lcm'"});
+}
+
+/// Relations between true poses near each other in time and far apart, as people have drawn them up for intel.
+std::vector<Relation> relationsOf(const Trajectory& truth) {
+  std::vector<Relation> relations;
+  for (const std::size_t apart : {std::size_t{50}, truth.size() / 3}) {
+    for (std::size_t i = 0; i + apart < truth.size(); i += 40) {
+      relations.push_back({truth[i].stamp, truth[i + apart].stamp, between(truth[i].pose, truth[i + apart].pose)});
+    }
+  }
+  return relations;
+}
+
+class SimulatedReplay : public testing::Test {
+ protected:
+  void drive(const std::string& scene, std::uint64_t seed) {
+    sim::writeLog({.scene = scene, .seed = seed, .truth = folder / "truth.tum"}, folder / "sound.lcm");
+  }
+  ReplayStats replayed(const Disturbance& disturbance) {
+    disturbLog(folder / "sound.lcm", folder / "drive.lcm", disturbance);
+    ReplayOptions options;
+    options.log = folder / "drive.lcm";
+    options.trajectory = folder / "slam.tum";
+    return replay(simulated(), options);
+  }
+  RelationErrors errors() const {
+    return relationErrors(readTrajectory(folder / "slam.tum"), relationsOf(readTrajectory(folder / "truth.tum")));
+  }
+  const test::Folder folder;
+};
+
+TEST_F(SimulatedReplay, WarnsOfWhatIsWrongAndOfNothingElse) {
+  using testing::ElementsAre;
+  using testing::HasSubstr;
+  drive("meeting-room", 1);
+  const auto warnings = [&](const Disturbance& disturbance) { return replayed(disturbance).warnings; };
+  EXPECT_THAT(warnings({}), testing::IsEmpty());
+  EXPECT_THAT(warnings({.lidar_upside_down = true}), ElementsAre(HasSubstr("lidar turns opposite to gyro and wheels")));
+  EXPECT_THAT(warnings({.lidar_turned = true}), ElementsAre(HasSubstr("lidar.yaw")));
+  EXPECT_THAT(warnings({.gyro_reversed = true}), ElementsAre(HasSubstr("the gyro turns opposite")));
+  EXPECT_THAT(warnings({.wheels_swapped = true}), ElementsAre(HasSubstr("left and right swapped")));
+  EXPECT_THAT(warnings({.wheels_backwards = true}), ElementsAre(HasSubstr("count backwards")));
+  EXPECT_THAT(warnings({.double_scans = true}), ElementsAre(HasSubstr("repeat the one before")));
+  EXPECT_THAT(warnings({.time_backwards = true}), ElementsAre(HasSubstr("stamped before the one before")));
+  EXPECT_THAT(warnings({.distance_scale = 1.0}), ElementsAre(HasSubstr("base.wheel_radius")));
+}
+
+TEST_F(SimulatedReplay, MeetsTheTrueRelations) {
+  for (const std::uint64_t seed : {1, 2}) {
+    drive("meeting-room", seed);
+    replayed({});
+    const RelationErrors found = errors();
+    RecordProperty("translation_" + std::to_string(seed), std::to_string(found.translation.mean));
+    RecordProperty("rotation_" + std::to_string(seed), std::to_string(found.rotation.mean));
+    EXPECT_GE(found.used, 20);
+    EXPECT_LE(found.translation.mean, 0.009) << "[m]; measured 0.0047 and 0.0040";
+    EXPECT_LE(found.rotation.mean, 0.09) << "[deg]; measured 0.043 and 0.048";
+  }
+}
+
+TEST_F(SimulatedReplay, IsNotLedAstrayByVeryNoisyWheels) {
+  drive("meeting-room", 1);
+  replayed({.noise = 0.4, .seed = 1});
+  const RelationErrors found = errors();
+  RecordProperty("translation", std::to_string(found.translation.mean));
+  RecordProperty("rotation", std::to_string(found.rotation.mean));
+  EXPECT_LE(found.translation.mean, 0.02) << "[m]; measured 0.0105";
+  EXPECT_LE(found.rotation.mean, 0.1) << "[deg]; measured 0.054";
+}
+
+}  // namespace
+}  // namespace slam
