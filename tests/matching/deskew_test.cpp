@@ -97,5 +97,19 @@ TEST(Deskew, DoesNotAllocateOnceItsOutputHasRoom) {
             0U);
 }
 
+TEST(Deskew, FollowsATurnByMoreThanHalfARoundWithinOneScan) {
+  for (const double rate : {20.0, -20.0}) {
+    const Pose2 start{0.3, -0.2, 0.2};
+    const Turn turn = turnAt({0.5, 0.0, rate}, start, {});
+    ScanPoints points;
+    deskew(turn.scan, {0.1F, 12.0F}, kStart, Pose2{}, turn.history, points);
+    ASSERT_EQ(points.size(), 360U);
+    for (const ScanPoint& point : points) {
+      const Eigen::Vector2d p = start * point.position;
+      EXPECT_LT(std::min(std::abs(std::abs(p.x()) - 3.0), std::abs(std::abs(p.y()) - 2.0)), 0.005);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace slam

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <memory>
+#include <tuple>
 #include <utility>
 
 #include "slam/back_end.hpp"
@@ -98,6 +99,40 @@ TEST(BackEndLimits, AJoinIsAsSharpAsItsSigmas) {
   const Eigen::Vector3d expected(1 / (0.04 * 0.04), 1 / (0.04 * 0.04), 1 / (0.02 * 0.02));
   EXPECT_LT((edge.information - Eigen::Matrix3d(expected.asDiagonal())).norm(), 1e-6 * expected.norm());
   EXPECT_EQ(edge.kind, EdgeKind::kMotion);
+}
+
+TEST(BackEndLimits, ARenewedReferenceTakesWhatIsKnownToTwiceTheActiveSigma) {
+  for (const auto& [sigma, taken] : {std::pair(0.09, true), std::pair(0.115, false)}) {
+    BackEndConfig config;
+    config.closure.min_overlap = 1.1;  // no loop is closed
+    Session session(config);
+    for (int id = 0; id < 6; ++id) {  // the first three are lost touch with, and nobody may correct that yet
+      const Eigen::Vector3d step = id == 3 ? Eigen::Vector3d(0.3, 0.3, 1e-4) : kSharp;
+      session.back_end->add(session.drive.at(kPlace * Pose2{0.05 * id, 0, 0}, {}, step), false);
+    }
+    session.add(kPlace * Pose2{0.3, 0, 0}, {}, {sigma, sigma, 1e-4});
+    ASSERT_NE(session.correction, nullptr);
+    EXPECT_EQ(session.correction->keyframes.front().id, taken ? 3 : 6) << sigma;
+  }
+}
+
+TEST(BackEndLimits, OnlyAMapOfFewKeyframesIsForgotten) {
+  for (const auto& [few, outgrown, anew] : {std::tuple(3, 4.0, 1), std::tuple(2, 4.0, 0), std::tuple(3, 6.0, 0)}) {
+    BackEndConfig config;
+    config.few_keyframes = few;
+    config.outgrown = outgrown;
+    Session session(config);
+    for (int id = 0; id < 3; ++id) session.add(kPlace * Pose2{0.05 * id, 0, 0});
+    session.drive.place = test::hallWithPillars();
+    for (int i = 0; i < 14; ++i) {
+      auto keyframe = std::make_unique<Keyframe>(session.drive.at({6.0, 1.0, 0.0}, {}, kSharp));
+      keyframe->segment = 1;
+      keyframe->origin = i == 0 ? KeyframeOrigin::kLost : KeyframeOrigin::kContinued;
+      session.back_end->add(*keyframe);
+      session.back_end->takeCorrection();
+    }
+    EXPECT_EQ(session.back_end->counters().begun_anew, anew) << few << " " << outgrown;
+  }
 }
 
 }  // namespace

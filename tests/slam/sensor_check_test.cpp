@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <numbers>
@@ -203,6 +204,31 @@ TEST(SensorCheck, DoesNotAllocate) {
               check.findings();
             }),
             0U);
+}
+
+/// Bends of one kind, which the wheels tell as straight ways without a turn, by a lidar that is turned on its mount.
+SensorFindings afterBends(double turn, double yaw) {
+  SensorCheck check;
+  for (int i = 0; i < 40; ++i) {
+    const double direction = yaw + 0.5 * turn;
+    check.add({.scans = {0.12 * std::cos(direction), 0.12 * std::sin(direction), turn},
+               .wheels = Pose2{0.12, 0.0, 0.0},
+               .wheels_turn_known = false});
+  }
+  return check.findings();
+}
+
+TEST(SensorCheck, TakesTheDirectionAmidABend) {
+  for (const double turn : {-0.19, 0.0, 0.19}) {
+    const SensorFindings findings = afterBends(turn, 0.8);
+    ASSERT_EQ(findings.size, 1U) << turn;
+    EXPECT_EQ(findings.all()[0].fault, kLidarYawOff);
+    EXPECT_NEAR(findings.all()[0].value, -0.8, 0.04) << turn;
+  }
+}
+
+TEST(SensorCheck, ASharpBendHidesTheDirection) {
+  for (const double turn : {-0.21, 0.21}) EXPECT_EQ(afterBends(turn, 0.8).size, 0U) << turn;
 }
 
 }  // namespace
