@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/base_thread.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <ctime>
 
+#include "app/device_configs.hpp"
 #include "runtime/clock.hpp"
 
 namespace slam {
@@ -13,18 +13,6 @@ namespace {
 // [Hz] at which values are new, by firmware_if/README.md: encoder estimates and IMU frames on CAN, the board's mileage
 // and IMU.
 constexpr double kCanRate = 100.0, kBoardWheelRate = 20.0, kBoardImuRate = 50.0;
-
-robolink::ChassisType chassisOf(BaseType type) {
-  switch (type) {
-    case BaseType::kOmni3:
-      return robolink::ChassisType::kOmni3;
-    case BaseType::kMecanum4:
-      return robolink::ChassisType::kMecanum4;
-    case BaseType::kDifferential:
-      break;
-  }
-  return robolink::ChassisType::kDifferential2;
-}
 
 /// What local time is ahead of our clock.
 Duration localTimeOffset() {
@@ -46,14 +34,8 @@ BaseThread::BaseThread(const Config& config, Exchange& exchange)
       exchange_(exchange),
       kinematics_(kinematicsOf(config.base_device)),
       odometry_(kinematics_),
-      R_base_imu_((Eigen::AngleAxisd(config.imu_device.yaw, Eigen::Vector3d::UnitZ()) *
-                   Eigen::AngleAxisd(config.imu_device.pitch, Eigen::Vector3d::UnitY()) *
-                   Eigen::AngleAxisd(config.imu_device.roll, Eigen::Vector3d::UnitX()))
-                      .toRotationMatrix()),
-      worker_({.name = "base",
-               .rate = config.runtime.base_rate,
-               .priority = config.runtime.realtime ? config.runtime.base_priority : 0},
-              [this] { tick(); }) {
+      R_base_imu_(imuRotation(config.imu_device)),
+      worker_(baseWorker(config), [this] { tick(); }) {
   const BaseDeviceConfig& base = config.base_device;
   const ImuDeviceConfig& imu = config.imu_device;
   const auto wheels_in = [this](const WheelAngles& angles) { addWheels(angles); };
@@ -61,31 +43,14 @@ BaseThread::BaseThread(const Config& config, Exchange& exchange)
   if (base.driver == "handsfree") {
     HandsfreeBoard::Sinks sinks{.wheels = wheels_in};
     if (imu.driver == "handsfree") sinks.imu = imu_in;
-    board_.emplace(HandsfreeConfig{.port = base.port,
-                                   .baud = base.baud,
-                                   .mileage_rate = base.mileage_rate,
-                                   .imu_rate = base.imu_rate,
-                                   .sample_age = base.sample_age,
-                                   .chassis = chassisOf(kinematics_.type),
-                                   .wheel_radius = kinematics_.wheel_radius,
-                                   .body_radius = kinematics_.body_radius,
-                                   .may_drive = base.speed_commands},
-                   &monotonicNow, sinks);
+    board_.emplace(handsfreeConfig(config), &monotonicNow, sinks);
     board_->setLocalTimeOffset(localTimeOffset());
   }
   if (base.driver == "can" || imu.driver == "can") {
-    const CanConfig& can = config.can;
-    can_.emplace(CanBaseConfig{.interface = can.interface,
-                               .wheels = base.driver == "can",
-                               .imu = imu.driver == "can",
-                               .nodes = {can.left_node, can.right_node},
-                               .wheel = {.sign = {can.left_reversed ? -1.0 : 1.0, can.right_reversed ? -1.0 : 1.0},
-                                         .gear_ratio = can.gear_ratio},
-                               .commands = base.speed_commands},
-                 &monotonicNow, CanBase::Sinks{wheels_in, imu_in});
+    can_.emplace(canBaseConfig(config), &monotonicNow, CanBase::Sinks{wheels_in, imu_in});
   }
   if (imu.driver == "hfi") {
-    imu_.emplace(SerialImuConfig{.port = imu.port, .baud = imu.baud}, &monotonicNow, imu_in);
+    imu_.emplace(serialImuConfig(config), &monotonicNow, imu_in);
   }
 }
 
@@ -127,7 +92,7 @@ void BaseThread::addWheels(const WheelAngles& angles) {
 }
 
 void BaseThread::addImu(const ImuSample& sample) {
-  const ImuSample turned{sample.stamp, R_base_imu_ * sample.gyro, R_base_imu_ * sample.accel};
+  const ImuSample turned = inBase(R_base_imu_, sample);
   exchange_.imu.tryPush(turned);
   exchange_.imu_out.tryPush(turned);
 }

@@ -8,6 +8,7 @@
 #include "app/log.hpp"
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
+#include "bus/freshness.hpp"
 #include "bus/messages.hpp"
 #include "slam/ack_t.hpp"
 
@@ -15,9 +16,7 @@ namespace slam {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr Duration kFarAhead = 1s;       // a stamp of somebody else's this far in the future is wrong
-constexpr Duration kOldCommand = 500ms;  // a speed asked for longer ago is not driven
-constexpr int kWait = 50;                // [ms] without a wake-up
+constexpr int kWait = 50;  // [ms] without a wake-up
 
 }  // namespace
 
@@ -127,7 +126,7 @@ template <typename Message>
 auto BusThread::receive(Bytes data, DeviceStatus& status) {
   const auto message = decodeChecked<Message>(data);
   auto sample = message ? fromMessage(*message) : std::nullopt;
-  if (sample && clock_.stamp(message->utime) > monotonicNow() + kFarAhead) sample.reset();
+  if (sample && !isPossible(clock_.stamp(message->utime), monotonicNow())) sample.reset();
   if (sample) {
     sample->stamp = clock_.stamp(message->utime);
     status.countSample(monotonicNow());
@@ -164,7 +163,7 @@ void BusThread::onDrive(Bytes data) {
   const auto message = decodeChecked<drive_t>(data);
   const auto twist = message ? fromMessage(*message) : std::nullopt;
   const Timestamp now = monotonicNow(), sent = twist ? clock_.stamp(message->utime) : Timestamp{};
-  const bool fresh = twist && sent > now - kOldCommand && sent < now + kFarAhead;
+  const bool fresh = twist && isFreshCommand(sent, now);
   fresh ? void(exchange_.drives.tryPush({*twist, std::min(sent, now)})) : void(++exchange_.bad_messages);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/devices.hpp"
 
+#include "app/device_configs.hpp"
 #include "drivers/repeat_watch.hpp"
 #include "mapping/depth_projection.hpp"
 #include "runtime/clock.hpp"
@@ -9,8 +10,6 @@ namespace slam {
 namespace {
 
 constexpr int kRepeats = 5;  // images in a row
-
-int priority(const Config& config, int wanted) { return config.runtime.realtime ? wanted : 0; }
 
 }  // namespace
 
@@ -21,15 +20,7 @@ std::unique_ptr<LidarThread> makeLidarThread(const Config& config, Exchange& exc
     exchange.scans.tryPush(*received);
     exchange.scans_out.tryPush(*received);
   };
-  const LidarModel& model = config.localizer.lidar;
-  return std::make_unique<LidarThread>(
-      WorkerConfig{.name = "lidar", .priority = priority(config, config.runtime.lidar_priority)},
-      RplidarConfig{.port = config.lidar_device.port,
-                    .baud = config.lidar_device.baud,
-                    .scan_mode = config.lidar_device.scan_mode,
-                    .range_min = static_cast<float>(model.range_min),
-                    .range_max = static_cast<float>(model.range_max)},
-      &monotonicNow, add);
+  return std::make_unique<LidarThread>(lidarWorker(config), rplidarConfig(config), &monotonicNow, add);
 }
 
 std::unique_ptr<DepthThread> makeDepthThread(const Config& config, Exchange& exchange) {
@@ -51,14 +42,7 @@ std::unique_ptr<DepthThread> makeDepthThread(const Config& config, Exchange& exc
     }
     return describe(status);
   };
-  return std::make_unique<DepthThread>(
-      WorkerConfig{.name = "depth", .priority = priority(config, config.runtime.depth_priority)},
-      OpenniConfig{.uri = device.uri,
-                   .width = device.width,
-                   .height = device.height,
-                   .rate = device.rate,
-                   .record = device.record},
-      &monotonicNow, add);
+  return std::make_unique<DepthThread>(depthWorker(config), openniConfig(config), &monotonicNow, add);
 }
 
 }  // namespace slam

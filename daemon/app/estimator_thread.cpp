@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/estimator_thread.hpp"
 
-#include <algorithm>
-#include <cmath>
-
+#include "app/device_configs.hpp"
 #include "runtime/clock.hpp"
 
 namespace slam {
@@ -17,12 +15,8 @@ EstimatorThread::EstimatorThread(const Config& config, Exchange& exchange, std::
     : exchange_(exchange),
       localizer_(std::move(localizer)),
       probe_(config.localizer),
-      ticks_per_pose_(
-          static_cast<std::uint64_t>(std::max(1.0, std::round(config.runtime.estimator_rate / config.lcm.pose_rate)))),
-      worker_({.name = "estimator",
-               .rate = config.runtime.estimator_rate,
-               .priority = config.runtime.realtime ? config.runtime.estimator_priority : 0},
-              [this] { tick(); }) {
+      ticks_per_pose_(ticksPerPose(config)),
+      worker_(estimatorWorker(config), [this] { tick(); }) {
   snapshot_.map_id = localizer_->mapId();
 }
 

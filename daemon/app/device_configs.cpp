@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/device_configs.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace slam {
+namespace {
+
+robolink::ChassisType chassisOf(BaseType type) {
+  switch (type) {
+    case BaseType::kOmni3:
+      return robolink::ChassisType::kOmni3;
+    case BaseType::kMecanum4:
+      return robolink::ChassisType::kMecanum4;
+    case BaseType::kDifferential:
+      break;
+  }
+  return robolink::ChassisType::kDifferential2;
+}
+
+int priority(const Config& config, int wanted) { return config.runtime.realtime ? wanted : 0; }
+
+}  // namespace
+
+HandsfreeConfig handsfreeConfig(const Config& config) {
+  const BaseDeviceConfig& base = config.base_device;
+  const BaseKinematics kinematics = kinematicsOf(base);
+  return {.port = base.port,
+          .baud = base.baud,
+          .mileage_rate = base.mileage_rate,
+          .imu_rate = base.imu_rate,
+          .sample_age = base.sample_age,
+          .chassis = chassisOf(kinematics.type),
+          .wheel_radius = kinematics.wheel_radius,
+          .body_radius = kinematics.body_radius,
+          .may_drive = base.speed_commands};
+}
+
+CanBaseConfig canBaseConfig(const Config& config) {
+  const CanConfig& can = config.can;
+  return {.interface = can.interface,
+          .wheels = config.base_device.driver == "can",
+          .imu = config.imu_device.driver == "can",
+          .nodes = {can.left_node, can.right_node},
+          .wheel = {.sign = {can.left_reversed ? -1.0 : 1.0, can.right_reversed ? -1.0 : 1.0},
+                    .gear_ratio = can.gear_ratio},
+          .commands = config.base_device.speed_commands};
+}
+
+SerialImuConfig serialImuConfig(const Config& config) {
+  return {.port = config.imu_device.port, .baud = config.imu_device.baud};
+}
+
+RplidarConfig rplidarConfig(const Config& config) {
+  const LidarModel& model = config.localizer.lidar;
+  return {.port = config.lidar_device.port,
+          .baud = config.lidar_device.baud,
+          .scan_mode = config.lidar_device.scan_mode,
+          .range_min = static_cast<float>(model.range_min),
+          .range_max = static_cast<float>(model.range_max)};
+}
+
+OpenniConfig openniConfig(const Config& config) {
+  const DepthDeviceConfig& device = config.depth_device;
+  return {
+      .uri = device.uri, .width = device.width, .height = device.height, .rate = device.rate, .record = device.record};
+}
+
+Eigen::Matrix3d imuRotation(const ImuDeviceConfig& imu) {
+  return (Eigen::AngleAxisd(imu.yaw, Eigen::Vector3d::UnitZ()) *
+          Eigen::AngleAxisd(imu.pitch, Eigen::Vector3d::UnitY()) *
+          Eigen::AngleAxisd(imu.roll, Eigen::Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
+ImuSample inBase(const Eigen::Matrix3d& R_base_imu, const ImuSample& sample) {
+  return {sample.stamp, R_base_imu * sample.gyro, R_base_imu * sample.accel};
+}
+
+WorkerConfig baseWorker(const Config& config) {
+  return {.name = "base", .rate = config.runtime.base_rate, .priority = priority(config, config.runtime.base_priority)};
+}
+
+WorkerConfig lidarWorker(const Config& config) {
+  return {.name = "lidar", .priority = priority(config, config.runtime.lidar_priority)};
+}
+
+WorkerConfig depthWorker(const Config& config) {
+  return {.name = "depth", .priority = priority(config, config.runtime.depth_priority)};
+}
+
+WorkerConfig estimatorWorker(const Config& config) {
+  return {.name = "estimator",
+          .rate = config.runtime.estimator_rate,
+          .priority = priority(config, config.runtime.estimator_priority)};
+}
+
+std::uint64_t ticksPerPose(const Config& config) {
+  return static_cast<std::uint64_t>(std::max(1.0, std::round(config.runtime.estimator_rate / config.lcm.pose_rate)));
+}
+
+}  // namespace slam

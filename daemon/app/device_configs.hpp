@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <Eigen/Core>
+
+#include "app/config.hpp"
+#include "core/samples.hpp"
+#include "drivers/board/handsfree_board.hpp"
+#include "drivers/board/serial_imu.hpp"
+#include "drivers/camera/openni_camera.hpp"
+#include "drivers/can/can_base.hpp"
+#include "drivers/lidar/rplidar_driver.hpp"
+#include "runtime/worker.hpp"
+
+/// What the configuration is to drivers and threads. Pure, so that a test can follow each key to where it ends.
+namespace slam {
+
+HandsfreeConfig handsfreeConfig(const Config& config);
+CanBaseConfig canBaseConfig(const Config& config);
+SerialImuConfig serialImuConfig(const Config& config);
+RplidarConfig rplidarConfig(const Config& config);
+OpenniConfig openniConfig(const Config& config);
+
+/// R_base_imu of an IMU that slamd reads.
+Eigen::Matrix3d imuRotation(const ImuDeviceConfig& imu);
+/// @param sample in the IMU's own axes
+ImuSample inBase(const Eigen::Matrix3d& R_base_imu, const ImuSample& sample);
+
+WorkerConfig baseWorker(const Config& config);
+WorkerConfig lidarWorker(const Config& config);
+WorkerConfig depthWorker(const Config& config);
+WorkerConfig estimatorWorker(const Config& config);
+/// Ticks of the estimator from one published pose to the next.
+std::uint64_t ticksPerPose(const Config& config);
+
+}  // namespace slam
