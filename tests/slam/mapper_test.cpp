@@ -201,6 +201,33 @@ TEST_F(MapperTest, SmallMovesCountOnceTheyAddUp) {
   EXPECT_TRUE(differences(mapper.grid(), drawnFresh()).empty());
 }
 
+TEST_F(MapperTest, DrawsAnewAKeyframeThatOnlyTurned) {
+  for (const double turn : {0.4, -0.4, 0.003}) {  // the last is 15 mm at the ranges of a room
+    scans.clear();
+    Mapper mapper(kConfig);
+    fill(mapper, 4);
+    const OccupancyGrid before = drawnFresh();
+    std::vector<Pose2> poses;
+    scans[2].T_map_base.theta = wrapAngle(scans[2].T_map_base.theta + turn);
+    for (const MapScan& s : scans) poses.push_back(s.T_map_base);
+    mapper.move(poses);
+    finish(mapper, 10);
+    EXPECT_TRUE(differences(mapper.grid(), drawnFresh()).empty()) << turn;
+    EXPECT_FALSE(differences(mapper.grid(), before).empty()) << turn;
+  }
+}
+
+TEST_F(MapperTest, LeavesAKeyframeThatTurnedByLessThanShows) {
+  Mapper mapper(kConfig);
+  fill(mapper, 4);
+  const OccupancyGrid before = drawnFresh();
+  std::vector<Pose2> poses;
+  for (const MapScan& s : scans) poses.push_back({s.T_map_base.x, s.T_map_base.y, s.T_map_base.theta + 0.0018});
+  mapper.move(poses);
+  finish(mapper, 10);
+  EXPECT_TRUE(differences(mapper.grid(), before).empty());
+}
+
 TEST_F(MapperTest, ALookIsDrawnButNeverMoved) {
   Mapper mapper(kConfig);
   fill(mapper, 10);

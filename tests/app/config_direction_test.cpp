@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// In which direction the keys act that a sign could be wrong of: offsets of clocks, places and directions of sensors.
+#include <cmath>
+#include <functional>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "app/config_loader.hpp"
+#include "app/device_configs.hpp"
+#include "app/recorded_drive.hpp"
+#include "drivers/can/can_wheels.hpp"
+#include "mapping/map_files.hpp"
+#include "tools/common/trajectory.hpp"
+#include "tools/files.hpp"
+#include "tools/replay/replay.hpp"
+
+namespace slam {
+namespace {
+
+using test::Folder;
+using test::RecordedDrive;
+
+constexpr double kPi = std::numbers::pi;
+const Pose2 kStart{-2.0, -0.3, 0.2};  // in the room
+
+/// A bend through the furnished room, and what slam-replay makes of it.
+class Drive {
+ public:
+  explicit Drive(const std::function<void(RecordedDrive&)>& disturb) {
+    RecordedDrive drive(test::furnishedRoom(), kStart);
+    drive.has_depth = true;
+    disturb(drive);
+    drive.run(1.2, {0, 0, 0});
+    drive.run(3.0, {0.4, 0, 0.35});
+    drive.run(2.0, {0.2, 0, -1.0});
+    drive.save(folder_ / "drive.lcm");
+  }
+  struct Result {
+    std::vector<Pose2> poses;
+    MapImage map;
+  };
+  Result replayed(const std::vector<std::string>& settings) const {
+    ReplayOptions options;
+    options.log = folder_ / "drive.lcm";
+    options.causal = folder_ / "causal.tum";
+    options.map = folder_ / "map";
+    replay(parseConfig("", "given", settings), options);
+    Result result;
+    for (const StampedPose& row : readTrajectory(options.causal)) result.poses.push_back(row.pose);
+    result.map = readMapFiles(folder_ / "map.yaml");
+    return result;
+  }
+
+ private:
+  Folder folder_;
+};
+
+/// Largest distance between poses of the same row [m].
+double apart(const std::vector<Pose2>& a, const std::vector<Pose2>& b) {
+  EXPECT_EQ(a.size(), b.size());
+  double largest = 0.0;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+    const Pose2 error = between(a[i], b[i]);
+    largest = std::max(largest, std::hypot(error.x, error.y) + std::abs(error.theta));
+  }
+  return largest;
+}
+
+/// Cells that differ.
+int differing(const MapImage& a, const MapImage& b) {
+  if (a.cells.size() != b.cells.size()) return static_cast<int>(std::max(a.cells.size(), b.cells.size()));
+  int count = 0;
+  for (std::size_t i = 0; i < a.cells.size(); ++i) count += a.cells[i] != b.cells[i];
+  return count;
+}
+
+TEST(TimeOffset, IsAddedToTheStampsOfItsSensor) {
+  const Drive::Result right = Drive([](RecordedDrive&) {}).replayed({});
+  const auto expectMadeGood = [&](const char* key, const std::function<void(RecordedDrive&)>& late) {
+    const Drive drive(late);  // its stamps are 40 ms too late
+    EXPECT_LT(apart(drive.replayed({std::string(key) + "=-0.04"}).poses, right.poses), 1e-4) << key;
+    EXPECT_GT(apart(drive.replayed({}).poses, right.poses), 1e-3) << key;
+    EXPECT_GT(apart(drive.replayed({std::string(key) + "=0.04"}).poses, right.poses), 1e-3) << key;
+  };
+  expectMadeGood("lidar.time_offset", [](RecordedDrive& drive) { drive.lidar_error = 40'000; });
+  expectMadeGood("base.time_offset", [](RecordedDrive& drive) { drive.wheel_error = 40'000; });
+  expectMadeGood("imu.time_offset", [](RecordedDrive& drive) { drive.imu_error = 40'000; });
+}
+
+TEST(TimeOffset, OfTheCameraPutsWhatItSawWhereTheRobotWas) {
+  const Drive::Result right = Drive([](RecordedDrive&) {}).replayed({});
+  const Drive drive([](RecordedDrive& late) { late.depth_error = 150'000; });
+  EXPECT_LE(differing(drive.replayed({"depth.time_offset=-0.15"}).map, right.map), 5);
+  EXPECT_GT(differing(drive.replayed({}).map, right.map), 50);
+}
+
+/// [1] share of the occupied cells further from anything in the room than a cell and its error.
+double falseShare(const MapImage& map) {
+  const test::Place room = test::furnishedRoom();
+  int occupied = 0, wrong = 0;
+  for (int row = 0; row < map.height; ++row) {
+    for (int column = 0; column < map.width; ++column) {
+      if (map.at(column, row) != MapImage::kOccupied) continue;
+      const Eigen::Vector2d at(map.origin_x + (column + 0.5) * map.resolution,
+                               map.origin_y + (row + 0.5) * map.resolution);
+      ++occupied;
+      wrong += !room.world.occupied(kStart * at, 0.1, 0.3, 0.10);
+    }
+  }
+  EXPECT_GT(occupied, 300);
+  return static_cast<double>(wrong) / occupied;
+}
+
+TEST(DepthExtrinsicsKeys, PutWhatATurnedCameraSawOntoTheWalls) {
+  const Drive drive([](RecordedDrive& turned) { turned.T_base_camera = {0.15, -0.25, 0.8}; });
+  EXPECT_LT(falseShare(drive.replayed({"depth.x=0.15", "depth.y=-0.25", "depth.yaw=0.8"}).map), 0.01);
+  for (const auto& wrong : std::vector<std::vector<std::string>>{{"depth.x=0.15", "depth.y=-0.25", "depth.yaw=-0.8"},
+                                                                 {"depth.x=0.15", "depth.y=0.25", "depth.yaw=0.8"},
+                                                                 {"depth.x=-0.15", "depth.y=-0.25", "depth.yaw=0.8"},
+                                                                 {"depth.x=-0.25", "depth.y=0.15", "depth.yaw=0.8"},
+                                                                 {}}) {
+    EXPECT_GT(falseShare(drive.replayed(wrong).map), 0.05) << testing::PrintToString(wrong);
+  }
+}
+
+TEST(ImuKeys, TurnTheUnitsAxesIntoTheBase) {
+  using Vector = Eigen::Vector3d;
+  const auto turned = [](double roll, double pitch, double yaw, const Vector& v) {
+    ImuDeviceConfig imu;
+    imu.roll = roll;
+    imu.pitch = pitch;
+    imu.yaw = yaw;
+    const ImuSample sample = inBase(imuRotation(imu), {Timestamp{std::chrono::seconds(5)}, v, 2.0 * v});
+    EXPECT_EQ(sample.stamp, Timestamp{std::chrono::seconds(5)});
+    EXPECT_LT((sample.accel - 2.0 * sample.gyro).norm(), 1e-12) << "both turn alike";
+    return sample.gyro;
+  };
+  const Vector ahead(1, 0, 0), left(0, 1, 0), up(0, 0, 1);
+  EXPECT_LT((turned(kPi / 2, 0, 0, left) - up).norm(), 1e-12) << "right side down";
+  EXPECT_LT((turned(0, kPi / 2, 0, ahead) + up).norm(), 1e-12) << "front down";
+  EXPECT_LT((turned(0, 0, kPi / 2, ahead) - left).norm(), 1e-12) << "to the left";
+  EXPECT_LT((turned(kPi / 2, 0, kPi / 2, left) - up).norm(), 1e-12) << "first rolled, then turned";
+  EXPECT_LT((turned(kPi / 2, kPi / 2, 0, left) - ahead).norm(), 1e-12) << "first rolled, then pitched";
+  EXPECT_LT((turned(0, kPi / 2, kPi / 2, ahead) + up).norm(), 1e-12) << "first pitched, then turned";
+}
+
+/// Angles of both wheels after one second at one turn of each encoder a second [rad].
+std::array<double, 2> oneTurn(const std::vector<std::string>& settings) {
+  CanWheels wheels(canBaseConfig(parseConfig("", "given", settings)).wheel);
+  std::array<double, 2> first{}, last{};
+  for (int i = 0; i <= 100; ++i) {
+    const Timestamp now{std::chrono::milliseconds(1000 + 10 * i)};
+    const can::odrive::EncoderEstimates estimates{0.01F * static_cast<float>(i), 1.0F};
+    wheels.add(0, now, estimates);
+    if (const auto pair = wheels.add(1, now, estimates)) {
+      if (i == 0) first = pair->angles;
+      last = pair->angles;
+    }
+  }
+  return {last[0] - first[0], last[1] - first[1]};
+}
+
+TEST(CanKeys, ReverseOneWheelAloneAndTakeTheGearOff) {
+  using testing::DoubleNear;
+  using testing::ElementsAre;
+  constexpr double kTurn = 2.0 * kPi;
+  EXPECT_THAT(oneTurn({}), ElementsAre(DoubleNear(kTurn, 1e-3), DoubleNear(kTurn, 1e-3)));
+  EXPECT_THAT(oneTurn({"can.right_reversed=true"}), ElementsAre(DoubleNear(kTurn, 1e-3), DoubleNear(-kTurn, 1e-3)));
+  EXPECT_THAT(oneTurn({"can.left_reversed=true"}), ElementsAre(DoubleNear(-kTurn, 1e-3), DoubleNear(kTurn, 1e-3)));
+  EXPECT_THAT(oneTurn({"can.gear_ratio=4.0"}), ElementsAre(DoubleNear(kTurn / 4, 1e-3), DoubleNear(kTurn / 4, 1e-3)));
+}
+
+TEST(RuntimeKeys, GiveEachThreadItsOwnRateAndPriority) {
+  const Config config = parseConfig("", "given",
+                                    {"runtime.base_priority=11", "runtime.lidar_priority=12",
+                                     "runtime.depth_priority=13", "runtime.estimator_priority=14",
+                                     "runtime.base_rate=301.0", "runtime.estimator_rate=402.0", "lcm.pose_rate=100.0"});
+  EXPECT_EQ(baseWorker(config).priority, 11);
+  EXPECT_EQ(lidarWorker(config).priority, 12);
+  EXPECT_EQ(depthWorker(config).priority, 13);
+  EXPECT_EQ(estimatorWorker(config).priority, 14);
+  EXPECT_EQ(baseWorker(config).rate, 301.0);
+  EXPECT_EQ(estimatorWorker(config).rate, 402.0);
+  EXPECT_EQ(lidarWorker(config).rate, 0.0) << "it waits for its device";
+  EXPECT_EQ(depthWorker(config).rate, 0.0);
+  EXPECT_EQ(ticksPerPose(config), 4U);
+  Config normal = config;
+  normal.runtime.realtime = false;
+  for (const WorkerConfig& worker :
+       {baseWorker(normal), lidarWorker(normal), depthWorker(normal), estimatorWorker(normal)})
+    EXPECT_EQ(worker.priority, 0) << worker.name;
+}
+
+TEST(BaseKeys, NameTheChassisThatTheBoardKnows) {
+  using robolink::ChassisType;
+  const auto chassis = [](const char* type) {
+    return handsfreeConfig(parseConfig("", "given", {std::string("base.type='") + type + "'"})).chassis;
+  };
+  EXPECT_EQ(chassis("differential"), ChassisType::kDifferential2);
+  EXPECT_EQ(chassis("omni3"), ChassisType::kOmni3);
+  EXPECT_EQ(chassis("mecanum4"), ChassisType::kMecanum4);
+}
+
+}  // namespace
+}  // namespace slam

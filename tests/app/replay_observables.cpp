@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <functional>
+#include <iomanip>
+#include <memory>
+#include <sstream>
+
+#include "app/observables.hpp"
+#include "app/recorded_drive.hpp"
+#include "bus/checked_decode.hpp"
+#include "support/simulated_keyframes.hpp"
+#include "tools/files.hpp"
+#include "tools/replay/replay.hpp"
+
+namespace slam::test {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+/// A log that is written once for all tests of this process.
+class Log {
+ public:
+  explicit Log(const std::function<void(const std::filesystem::path&)>& write) { write(file); }
+  Folder folder;
+  const std::filesystem::path file = folder / "drive.lcm";
+};
+
+void countersInto(std::ostream& out, const ReplayStats& stats) {
+  const LocalizerCounters& c = stats.localizer;
+  for (const auto value :
+       {c.scans, c.matched, c.partly_observable, c.unmatched, c.gated, c.keyframes, c.lost, c.searched, c.scans_held,
+        c.scans_too_late, c.scans_repeated, c.scans_retimed, c.clock_resets, c.samples_late, c.samples_too_old,
+        c.wheels_withdrawn, c.far_ahead, c.views, c.views_unplaced}) {
+    out << value << ' ';
+  }
+  out << stats.loop_closures << ' ' << stats.revoked << ' ' << stats.relocalised << ' ' << stats.begun_anew << '\n';
+  for (const std::string& warning : stats.warnings) out << warning << '\n';
+}
+
+std::string replayed(const Config& config, const Log& log) {
+  const Folder folder;
+  ReplayOptions options;
+  options.log = log.file;
+  options.trajectory = folder / "final.tum";
+  options.causal = folder / "causal.tum";
+  options.odometry = folder / "odometry.tum";
+  options.map = folder / "map";
+  std::ostringstream text;
+  try {
+    countersInto(text, replay(config, options));
+  } catch (const std::runtime_error& refusal) {
+    return refusal.what();
+  }
+  for (const char* name : {"final.tum", "causal.tum", "odometry.tum", "map.yaml", "map.pgm"})
+    text << contentOf(folder / name);
+  return text.str();
+}
+
+const Log& plainLog() {
+  static const Log log([](const auto& file) {
+    RecordedDrive drive(furnishedRoom(), {-2.0, -0.3, 0.2});
+    drive.has_depth = true;
+    drive.run(1.2, {0, 0, 0});
+    drive.run(3.0, {0.4, 0, 0.35});
+    drive.run(1.6, {0.2, 0, -0.9});
+    drive.run(0.8, {0, 0, 0});
+    drive.save(file);
+  });
+  return log;
+}
+
+const Log& withoutGyroLog() {
+  static const Log log([](const auto& file) {
+    RecordedDrive drive(furnishedRoom(), {-2.0, -0.3, 0.2});
+    drive.has_gyro = false;
+    drive.run(1.0, {0, 0, 0});
+    drive.run(2.0, {0.4, 0, 0.35});
+    drive.leap(0.0, 0.5);
+    drive.run(1.0, {0.4, 0, 0.35});
+    drive.save(file);
+  });
+  return log;
+}
+
+const Log& roughLog() {
+  static const Log log([](const auto& file) {
+    RecordedDrive drive(furnishedRoom(), {-2.0, -0.3, 0.2});
+    drive.run(1.4, {0, 0, 0});
+    drive.run(1.0, {0.4, 0, 0.3});
+    drive.leap(1.0, 0.0);
+    drive.run(0.4, {0.4, 0, 0.3});
+    drive.spin = 0.6;
+    drive.run(0.6, {0.0, 0, 0.5});
+    drive.spin = 0.0;
+    drive.run(1.0, {0.4, 0, 0.2});
+    drive.has_gyro = false;
+    drive.run(0.6, {0.2, 0, 0.9});
+    drive.has_gyro = true;
+    drive.has_wheels = false;
+    drive.run(1.4, {0.3, 0, -0.9});
+    drive.has_wheels = true;
+    drive.delay = 0.6;
+    drive.run(0.4, {0.3, 0, -0.3});
+    drive.delay = 0.0;
+    drive.run(0.8, {0.3, 0, -0.3});
+    drive.dazzled = 0.6;
+    drive.run(2.0, {0.1, 0, 0.5});
+    drive.dazzled = 0.0;
+    drive.has_lidar = false;
+    drive.run(1.6, {0.0, 0, 0.4});
+    drive.has_lidar = true;
+    drive.run(0.6, {0.0, 0, 0.0});
+    drive.save(file);
+  });
+  return log;
+}
+
+const Log& spinningLog() {
+  static const Log log([](const auto& file) {
+    RecordedDrive drive(furnishedRoom(), {-1.0, 0.9, 0.0});
+    drive.run(0.8, {0, 0, 0});
+    drive.run(1.2, {0.4, 0, -0.4});
+    drive.spin = 1.5;
+    drive.dazzled = 0.35;
+    drive.run(1.8, {0.2, 0, -0.4});
+    drive.spin = drive.dazzled = 0.0;
+    drive.run(9.0, {0.4, 0, -0.6});
+    drive.pose = drive.pose * Pose2{0.7, 0.3, 0.7};
+    drive.run(1.0, {0, 0, 0});
+    drive.save(file);
+  });
+  return log;
+}
+
+/// A room and a crooked hall with a door between them.
+Place roomAndHall() {
+  Place place{.name = "RoomAndHall", .low = {0.3, 0.3}, .high = {13.7, 4.7}, .reach = 10.0};
+  addWalls(place.world, {{0, 0}, {6, 0}, {16, -3}, {14, 4}, {10, 8}, {6, 5}, {0, 5}});
+  place.world.addWall({6.0, 0.0}, {6.0, 1.9});
+  place.world.addWall({6.0, 3.1}, {6.0, 5.0});
+  place.world.add(sim::Box{1.0, 4.3, 0.0, 1.5, 0.9});
+  place.world.add(sim::Box{4.6, 0.7, 0.4, 1.0, 0.7});
+  place.world.add(sim::Cylinder{9.0, 1.4, 0.3});
+  place.world.add(sim::Box{12.3, 1.5, 0.7, 0.9, 0.6});
+  return place;
+}
+
+const Log& carriedLog() {
+  static const Log log([](const auto& file) {
+    RecordedDrive drive(roomAndHall(), {1.2, 2.5, 0.0});
+    drive.run(0.6, {0, 0, 0});
+    drive.run(9.0, {1.0, 0, 0});
+    drive.run(1.0, {0, 0, kPi / 2});
+    drive.run(2.5, {1.0, 0, 0});
+    drive.pose = {2.8, 1.6, 0.0};
+    drive.run(2.4, {0, 0, 0.0});
+    drive.run(8.0, {0.4, 0.0, 0.6});
+    drive.save(file);
+  });
+  return log;
+}
+
+const Log& ringLog() {
+  static const Log log([](const auto& file) {
+    RecordedDrive drive(ringCorridor(), onRing(0.5));
+    drive.run(0.6, {0, 0, 0});
+    for (const double side : {11.5, 8.0, 12.0, 8.0, 9.0}) {
+      drive.run(side, {1.0, 0, 0});
+      drive.run(1.0, {0, 0, kPi / 2});
+    }
+    drive.save(file);
+  });
+  return log;
+}
+
+}  // namespace
+
+std::string drive(const Config& config) { return replayed(config, plainLog()); }
+std::string driveWithoutGyro(const Config& config) { return replayed(config, withoutGyroLog()); }
+std::string roughDrive(const Config& config) { return replayed(config, roughLog()); }
+std::string spinningWheels(const Config& config) { return replayed(config, spinningLog()); }
+std::string carriedAway(const Config& config) { return replayed(config, carriedLog()); }
+std::string ringDrive(const Config& config) { return replayed(config, ringLog()); }
+
+std::string frontEndSettings(const Config& config) { return std::to_string(localizerConfig(config).max_doubt); }
+
+std::string states(const Config& config) {
+  Localizer localizer(localizerConfig(config));
+  EventLogReader log(roughLog().file);
+  std::ostringstream text;
+  text << std::setprecision(6);
+  for (LogEvent event; log.next(event);) {
+    if (event.channel == channel::kWheels) localizer.add(*fromMessage(*decodeChecked<wheels_t>(event.data)));
+    if (event.channel == channel::kImu) localizer.add(*fromMessage(*decodeChecked<imu_t>(event.data)));
+    if (event.channel == channel::kScan) localizer.add(*fromMessage(*decodeChecked<scan_t>(event.data)));
+    const Timestamp now = fromMicroseconds(event.utime);
+    const PoseEstimate pose = localizer.estimate(now);
+    const OdometryEstimate odometry = localizer.odometry(now);
+    text << nameOf(pose.state) << ' ' << pose.T_map_base.vector().transpose() << ' '
+         << pose.covariance.diagonal().transpose() << ' ' << odometry.T_odom_base.vector().transpose() << ' '
+         << odometry.covariance.diagonal().transpose() << ' ' << odometry.twist.vx << ' ' << odometry.twist.omega << ' '
+         << odometry.gyro_bias << odometry.slip << odometry.standstill << '\n';
+  }
+  return text.str();
+}
+
+}  // namespace slam::test
