@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "app/config_loader.hpp"
+#include "app/recorded_drive.hpp"
 #include "build_paths.hpp"
 #include "bus/channels.hpp"
 #include "bus/event_log.hpp"
@@ -354,6 +355,33 @@ TEST(Replay, WarnsOfSensorsThatContradictEachOther) {
   const ReplayStats stats = replay(wrong, outputsIn(folder, "a"));
   ASSERT_THAT(stats.warnings, testing::ElementsAre(testing::HasSubstr("upside down")));
   EXPECT_THAT(stats.json(), testing::HasSubstr("\"warnings\": [\"" + stats.warnings[0] + "\"]"));
+}
+
+TEST(Replay, WarnsOfDisturbancesOfASimulatedLogAndOfNothingElse) {
+  const Folder folder;
+  {
+    test::RecordedDrive drive(test::hallWithPillars(), {-9.0, 0.5, 0.0});
+    drive.run(1.0, {0, 0, 0});
+    for (int i = 0; i < 6; ++i) {
+      for (const double turn_rate : {0.8, -0.8, -0.8, 0.8}) drive.run(1.0, {0.4, 0, turn_rate});
+      drive.run(3.0, {0.4, 0, 0});
+    }
+    drive.save(folder / "sound.lcm");
+  }
+  const auto warnings = [&](const Disturbance& disturbance) {
+    disturbLog(folder / "sound.lcm", folder / "drive.lcm", disturbance);
+    ReplayOptions options;
+    options.log = folder / "drive.lcm";
+    return replay(driveConfig(), options).warnings;
+  };
+  using testing::ElementsAre;
+  using testing::HasSubstr;
+  EXPECT_THAT(warnings({}), testing::IsEmpty());
+  EXPECT_THAT(warnings({.lidar_upside_down = true}), ElementsAre(HasSubstr("lidar turns opposite to gyro and wheels")));
+  EXPECT_THAT(warnings({.gyro_reversed = true}), ElementsAre(HasSubstr("the gyro turns opposite")));
+  EXPECT_THAT(warnings({.wheels_swapped = true}), ElementsAre(HasSubstr("left and right swapped")));
+  EXPECT_THAT(warnings({.double_scans = true}), ElementsAre(HasSubstr("repeat the one before")));
+  EXPECT_THAT(warnings({.time_backwards = true}), ElementsAre(HasSubstr("stamped before the one before")));
 }
 
 TEST(ReplayOfRecordedData, WarnsOfWhatIsWrongAndOfNothingElse) {
