@@ -194,6 +194,35 @@ TEST(RuntimeKeys, GiveEachThreadItsOwnRateAndPriority) {
     EXPECT_EQ(worker.priority, 0) << worker.name;
 }
 
+TEST(DeviceKeys, ReachTheirDriversEachInItsPlace) {
+  const Config config =
+      parseConfig("", "given",
+                  {"lidar.port='/dev/a'", "lidar.baud=256000", "lidar.range_min=0.25", "lidar.range_max=7.0",
+                   "base.port='/dev/b'", "base.baud=57600", "base.wheel_radius=0.04", "base.half_track=0.21",
+                   "base.mileage_rate=21.0", "base.imu_rate=31.0", "imu.port='/dev/c'", "imu.baud=9600",
+                   "can.left_node=5", "can.right_node=6", "depth.width=320", "depth.height=240", "depth.rate=60"});
+  const RplidarConfig lidar = rplidarConfig(config);
+  EXPECT_EQ(lidar.port, "/dev/a");
+  EXPECT_EQ(lidar.baud, 256000);
+  EXPECT_FLOAT_EQ(lidar.range_min, 0.25F);
+  EXPECT_FLOAT_EQ(lidar.range_max, 7.0F);
+  const HandsfreeConfig board = handsfreeConfig(config);
+  EXPECT_EQ(board.port, "/dev/b");
+  EXPECT_EQ(board.baud, 57600);
+  EXPECT_EQ(board.wheel_radius, 0.04);
+  EXPECT_EQ(board.body_radius, 0.21);
+  EXPECT_EQ(board.mileage_rate, 21.0);
+  EXPECT_EQ(board.imu_rate, 31.0);
+  EXPECT_FALSE(board.may_drive) << "only where it is allowed";
+  EXPECT_EQ(serialImuConfig(config).port, "/dev/c");
+  EXPECT_EQ(serialImuConfig(config).baud, 9600);
+  EXPECT_EQ(canBaseConfig(config).nodes, (std::array{5, 6}));
+  EXPECT_FALSE(canBaseConfig(config).wheels || canBaseConfig(config).imu) << "neither is read from there";
+  EXPECT_EQ(openniConfig(config).width, 320);
+  EXPECT_EQ(openniConfig(config).height, 240);
+  EXPECT_EQ(openniConfig(config).rate, 60);
+}
+
 TEST(BaseKeys, NameTheChassisThatTheBoardKnows) {
   using robolink::ChassisType;
   const auto chassis = [](const char* type) {

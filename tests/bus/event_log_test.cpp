@@ -189,6 +189,16 @@ TEST(EventLogReader, LosesNoRecordToAChannelThatReachesOverIt) {
   EXPECT_TRUE(same(read(File(bytes).path).events, {small, small, small}));
 }
 
+TEST(EventLogReader, PassesOverARecordWithoutAChannel) {
+  Bytes bytes(std::begin(kSync), std::end(kSync));
+  bytes.resize(kHeader);
+  const Bytes good = logOf(someEvents());
+  bytes.insert(bytes.end(), good.begin(), good.end());
+  const Content content = read(File(bytes).path);
+  EXPECT_TRUE(same(content.events, someEvents()));
+  EXPECT_EQ(content.skipped, kHeader);
+}
+
 TEST(EventLogReader, ReadsGzip) {
   const std::string path = temporary("log.gz");
   const Bytes bytes = logOf(someEvents());

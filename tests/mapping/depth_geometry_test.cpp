@@ -2,6 +2,7 @@
 // From a depth image to the cells of the map: a camera that looks anywhere, on a robot that stands anywhere, and things
 // that no mirror image of themselves can be taken for.
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <gtest/gtest.h>
@@ -180,6 +181,39 @@ TEST(DepthProjectionBeside, ASillIsAnObstacleOnItsSideAlone) {
   }
 }
 
+/// A camera that hangs 3 cm higher, or lower, than configured: heights count from the floor that it sees.
+TEST(DepthProjectionBeside, AFloorThatLiesLowerOrHigherThanConfiguredIsWhatHeightsCountFrom) {
+  const auto rangeBefore = [](double camera, double sill) {
+    sim::World world;
+    world.addWall({3.85, -4.0}, {3.85, 4.0});
+    world.add(sim::Box{1.9, 0.0, 0.0, 0.4, 1.0, 0.0, sill});
+    MountedCamera mounted({.x = 0.1, .z = camera});
+    DepthProjection projection({.extrinsics = {.x = 0.1, .z = 0.40}});
+    for (int i = 0; i < 15; ++i) EXPECT_EQ(projection.project(mounted.look(world, {})), DepthStatus::kOk);
+    EXPECT_NEAR(projection.floor().offset, 0.40 - camera, 0.012);
+    return projection.laser().storage[static_cast<std::size_t>(projection.laser().size / 2)].range;
+  };
+  EXPECT_NEAR(rangeBefore(0.43, 0.075), 1.6, 0.08) << "7.5 cm above the floor, 4.5 cm above where it should be";
+  EXPECT_GT(rangeBefore(0.37, 0.022), 3.5) << "2.2 cm above the floor, 5.2 cm above where it should be";
+}
+
+TEST(DepthProjectionBeside, WhatIsNearerThanIsTrustedIsNoObstacle) {
+  sim::World world;
+  world.addWall({3.85, -4.0}, {3.85, 4.0});
+  MountedCamera camera({.x = 0.1, .z = 0.4});
+  DepthProjection projection({.extrinsics = {.x = 0.1, .z = 0.4}});
+  DepthImage image = camera.look(world, {});
+  for (int v = 60; v < 180; ++v) std::fill_n(image.depth.begin() + v * 320 + 150, 20, 480);
+  ASSERT_EQ(projection.project(image), DepthStatus::kOk);
+  const PseudoLaser& laser = projection.laser();
+  EXPECT_NE(laser.storage[static_cast<std::size_t>(laser.size / 2)].kind, PseudoBeam::Kind::kFree);
+  for (const PseudoBeam& beam : laser.beams()) {
+    if (beam.kind == PseudoBeam::Kind::kHit) {
+      EXPECT_GT(beam.range, 3.0F);
+    }
+  }
+}
+
 TEST(OccupancyGridBeside, ADepthViewIsDrawnAlongItsBearingsAndTheRobotsHeading) {
   OccupancyGrid grid({.resolution = 0.1});
   DepthView view;
@@ -217,6 +251,15 @@ TEST(DepthRaysBeside, BeamsCountFromRightToLeftWhereTheirPixelsLook) {
     EXPECT_NEAR(rays.cosine(beam), std::cos(expected), 0.006) << u;
     EXPECT_NEAR(rays.sine(beam), std::sin(expected), 0.006) << u;
   }
+}
+
+TEST(DepthRaysBeside, ACameraIsRolledAboutItsOwnPitchedAxis) {
+  const DepthIntrinsics xtion = DepthIntrinsics::fromFieldOfView(320, 240, 1.0226, 0.7966);
+  DepthRays rays;
+  rays.prepare({.x = 0.1, .z = 0.4, .roll = 0.5, .pitch = 0.4}, xtion, 0.0087, 1024);
+  const auto& middle = rays.pixel(static_cast<std::size_t>(120 * xtion.width + 160));
+  EXPECT_NEAR(middle.up, -std::sin(0.4), 0.005);
+  EXPECT_NEAR(rays.bearingMin() + middle.beam * rays.bearingStep(), 0.0, 0.01);
 }
 
 TEST(DepthRaysBeside, ARolledCameraIsLevelled) {

@@ -136,6 +136,47 @@ TEST(FloorTracker, StaysWithinItsBounds) {
   EXPECT_LE(tracker.plane().tilt(), FloorTrackerConfig{}.max_tilt + 1e-9);
 }
 
+TEST(FloorTracker, FollowsAHeightUpToItsBound) {
+  for (const double lift : {0.03, -0.03, 0.055, -0.055}) {
+    FloorTracker tracker({});
+    Scenery scenery;
+    Timestamp stamp{10s};
+    for (int i = 0; i < 100; ++i, stamp += 33ms) {
+      const double now = std::copysign(std::min(std::abs(lift), 0.001 * i), lift);
+      tracker.update(stamp, scenery.look(0.0, 0.0, now), kHeight);
+      ASSERT_LE(std::abs(tracker.plane().offset), FloorTrackerConfig{}.max_offset + 1e-9);
+    }
+    if (std::abs(lift) < 0.04) {
+      EXPECT_NEAR(tracker.plane().offset, -lift, 0.008);
+    }
+  }
+}
+
+TEST(FloorTracker, FollowsNoFasterThanItSettles) {
+  FloorTracker tracker({});
+  Scenery scenery;
+  Timestamp stamp{10s};
+  tracker.update(stamp, scenery.look(0.0, 0.0, 0.0), kHeight);
+  ASSERT_NEAR(tracker.plane().slope_x, 0.0, 0.004);
+  tracker.update(stamp += 30ms, scenery.look(0.02, 0.0, 0.0), kHeight);
+  EXPECT_NEAR(tracker.plane().slope_x, 0.1 * 0.02, 0.003);
+  for (int i = 0; i < 30; ++i) tracker.update(stamp += 30ms, scenery.look(0.02, 0.0, 0.0), kHeight);
+  EXPECT_NEAR(tracker.plane().slope_x, 0.02, 0.004);
+}
+
+TEST(FloorTracker, AStripTooNarrowToTellFromAWallsFootMovesNothing) {
+  FloorTracker tracker({});
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> metres(-0.5F, 0.5F);
+  std::vector<Eigen::Vector3f> strip;
+  for (int i = 0; i < 500; ++i) strip.emplace_back(1.0F + 0.04F * metres(random), metres(random), 0.018F);
+  EXPECT_FALSE(tracker.update(Timestamp{10s}, strip, kHeight));
+  EXPECT_EQ(tracker.plane().offset, 0.0);
+  for (Eigen::Vector3f& p : strip) p.x() = 1.0F + 10.0F * (p.x() - 1.0F);  // a wider one does
+  EXPECT_FALSE(tracker.update(Timestamp{11s}, strip, kHeight));
+  EXPECT_GT(tracker.plane().offset, 0.005);
+}
+
 TEST(FloorTracker, TellsTenDegreesTooMuchAndACameraOnItsHead) {
   Scenery scenery;
   for (const double pitch : {0.1745, -0.1745}) {

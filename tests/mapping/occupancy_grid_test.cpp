@@ -207,6 +207,19 @@ TEST(OccupancyGrid, AFalseHitOfTheCameraFadesWhenItIsLookedThroughButNotInThePap
   }
 }
 
+TEST(OccupancyGrid, ALookBehindAPatchCountsInItsCells) {
+  OccupancyGrid grid(kConfig);
+  const TileIndex tile{0, 0};
+  OccupancyGrid patch = OccupancyGrid::patch(kConfig, {&tile, 1});
+  const auto scan = keyframe(kInCellZero, {{1.0F, 0.0F}});
+  patch.add(*scan);
+  patch.add(*scan);
+  grid.add(*keyframe({20.05, 20.05, 0}, {{1.0F, 0.0F}}));  // the next is the second look here, too
+  grid.replaceBy(std::move(patch));
+  grid.add(*scan);
+  EXPECT_EQ(grid.logOdds({10, 0}), 3 * kHit);
+}
+
 TEST(OccupancyGrid, APatchBringsBothLayersAndWhatWasSeen) {
   OccupancyGrid grid(kConfig);
   const TileIndex tile{0, 0};
