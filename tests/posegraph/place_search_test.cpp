@@ -128,5 +128,14 @@ TEST(PlaceSearch, BelievesALoneContender) {
   EXPECT_EQ(Searched(config).search().outcome, Outcome::kFound);
 }
 
+TEST(PlaceSearch, PlacesAreOneWithinADistanceAndATurn) {
+  const PlaceSearch search;
+  const Pose2 place{3.0, -2.0, 3.1};
+  EXPECT_TRUE(search.same(place, place * Pose2{0.74, 0.0, 0.19}));
+  EXPECT_FALSE(search.same(place, place * Pose2{0.0, 0.76, 0.0}));
+  EXPECT_FALSE(search.same(place, place * Pose2{0.0, 0.0, 0.21}));
+  EXPECT_FALSE(search.same(place, place * Pose2{0.0, 0.0, -0.21}));
+}
+
 }  // namespace
 }  // namespace slam::test

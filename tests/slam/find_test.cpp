@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <memory>
 #include <vector>
 
 #include "slam/place_drive.hpp"
@@ -208,6 +209,37 @@ TEST(IsMoving, FromItsSpeedOrItsTurnOn) {
   EXPECT_TRUE(isMoving({0, 0.021, 0}));
   EXPECT_TRUE(isMoving({0, 0, 0.051}));
   EXPECT_TRUE(isMoving({0, 0, -0.051}));
+}
+
+TEST(State, IsDegradedByOneScanThatMatchesNothing) {
+  PlaceDrive drive(hall(false));
+  drive.run(2.0, kStand);
+  EXPECT_EQ(drive.localizer->estimate(drive.now).state, LocalisationState::kLocalised);
+  drive.place = posts({0.0, 0.0});
+  drive.run(0.2, kStand);
+  ASSERT_FALSE(drive.last.fused);
+  EXPECT_EQ(drive.localizer->estimate(drive.now).state, LocalisationState::kDegraded);
+}
+
+TEST(DepthViews, AreDrawnAfterADistanceOrATurnOrATime) {
+  const auto drawn = [](const Eigen::Vector3d& motion, double period) {
+    LocalizerConfig config;
+    config.depth.period = period;
+    PlaceDrive drive(hall(false), config);
+    drive.run(2.0, kStand);
+    auto laser = std::make_unique<PseudoLaser>();
+    laser->stamp = drive.now;
+    EXPECT_NE(drive.localizer->add(*laser), nullptr);
+    drive.run(1.0, motion);
+    laser->stamp = drive.now;
+    return drive.localizer->add(*laser) != nullptr;
+  };
+  EXPECT_FALSE(drawn(kStand, 1.5));
+  EXPECT_TRUE(drawn(kStand, 0.9));
+  EXPECT_FALSE(drawn({0.04, 0, 0}, 1e3));
+  EXPECT_TRUE(drawn({0.06, 0, 0}, 1e3));
+  EXPECT_FALSE(drawn({0, 0, 0.04}, 1e3));
+  EXPECT_TRUE(drawn({0, 0, -0.06}, 1e3));
 }
 
 }  // namespace
