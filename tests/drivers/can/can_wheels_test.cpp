@@ -186,5 +186,14 @@ TEST(CanWheels, SurviveRandomEstimatesAndGoOn) {
   EXPECT_FALSE(pair->restarted);
 }
 
+TEST(CanWheel, RefusesASpeedThatNoWheelHas) {
+  using Outcome = CanWheel::Outcome;
+  const Timestamp now{std::chrono::seconds(1)};
+  for (const float sign : {1.0F, -1.0F}) {
+    EXPECT_EQ(CanWheel(6.2832, 100.0).add(now, {0.0F, sign * 15.5F}), Outcome::kGoodAnew);  // 97 rad/s
+    EXPECT_EQ(CanWheel(6.2832, 100.0).add(now, {0.0F, sign * 16.5F}), Outcome::kRejected);  // 104 rad/s
+  }
+}
+
 }  // namespace
 }  // namespace slam
