@@ -205,5 +205,14 @@ TEST_F(HandsfreeBoardTest, TakesNoStandingWheelsFromABoardThatRenewsNothing) {
   ASSERT_TRUE(runUntil([&] { return streaming(); }));
 }
 
+TEST_F(HandsfreeBoardTest, TakesABoardWhoseClockIsCoarseAfterLongForARunningOne) {
+  virtual_now += std::chrono::hours(24 * 365);  // the board counts microseconds in a float: its steps are seconds now
+  ASSERT_TRUE(runUntil([&] { return streaming() && wheels_.size() > 20; }));
+  for (int i = 0; i < 200; ++i) {
+    runFor(milliseconds(50));
+    ASSERT_EQ(driver_->wheelStatus().state, DeviceState::kStreaming) << driver_->wheelStatus().reason;
+  }
+}
+
 }  // namespace
 }  // namespace slam
