@@ -75,7 +75,7 @@ TEST(ConfigEffects, ThatOnlyADaemonShowsAreTestedThere) {
     const std::string place = effect.elsewhere;
     const auto colon = place.find(": ");
     ASSERT_NE(colon, std::string::npos) << effect.key;
-    std::ifstream in(std::string(SLAMD_SOURCE_DIR) + "/" + place.substr(0, colon));
+    std::ifstream in(SLAMD_SOURCE_DIR "/" + place.substr(0, colon));
     const std::string text{std::istreambuf_iterator<char>(in), {}};
     EXPECT_THAT(text, testing::HasSubstr(place.substr(colon + 2))) << effect.key;
   }

@@ -75,7 +75,7 @@ TEST(PrintConfig, KeepsTheEnds) {
 }
 
 TEST(PrintTemplate, IsTheFileInTheRepository) {
-  EXPECT_TRUE(textOf(std::string(SLAMD_SOURCE_DIR) + "/config/slamd.toml") == printTemplate())
+  EXPECT_TRUE(textOf(SLAMD_SOURCE_DIR "/config/slamd.toml") == printTemplate())
       << "write it anew: slamd --print-template > config/slamd.toml";
 }
 

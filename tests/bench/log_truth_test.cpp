@@ -27,8 +27,7 @@ class LogTruthTest : public testing::Test {
   static void SetUpTestSuite() {
     folder = fs::path(testing::TempDir()) / ("log_truth_" + std::to_string(getpid()));
     fs::create_directories(folder);
-    config = loadConfig(std::string(SLAMD_SOURCE_DIR) + "/config/sim.toml",
-                        {"lidar.driver='lcm'", "base.driver='lcm'", "imu.driver='lcm'"});
+    config = loadConfig(SLAMD_SIM_CONFIG, {"lidar.driver='lcm'", "base.driver='lcm'", "imu.driver='lcm'"});
     for (const std::uint64_t seed : {1, 2}) {
       const std::string name = std::to_string(seed);
       sim::writeLog({.scene = "meeting-room", .seed = seed, .truth = folder / (name + ".tum")},

@@ -30,9 +30,9 @@ class SimulatedCamera {
 
   /// The robot stands at the origin: a wall 3.05 m ahead of the camera, a box 2.05 m ahead on its left.
   void simulate() {
-    simulator_.emplace(std::vector<std::string>{std::string(SLAMD_BINARY_DIR) + "/slam-sim", "--scene",
-                                                "tile-rectangle", "--devices", directory_},
-                       directory_ / "sim.txt");
+    simulator_.emplace(
+        std::vector<std::string>{SLAMD_BINARY_DIR "/slam-sim", "--scene", "tile-rectangle", "--devices", directory_},
+        directory_ / "sim.txt");
   }
   void inject(const std::string& fault) const {
     std::ofstream(directory_ / "faults") << "depth " << fault << std::endl;

@@ -24,7 +24,7 @@ TEST(UsbWatch, SaysThatADeviceNobodyMakesIsNotThere) {
 }
 
 TEST(UsbWatch, TheUdevRulesNameTheCamerasThatAreWatched) {
-  std::ifstream in(std::string(SLAMD_SOURCE_DIR) + "/systemd/70-slamd.rules");
+  std::ifstream in(SLAMD_SOURCE_DIR "/systemd/70-slamd.rules");
   const std::string rules{std::istreambuf_iterator<char>(in), {}};
   std::string products;
   for (const std::uint16_t product : kPrimeSense.products) {

@@ -31,7 +31,7 @@ Calibrated calibrateDrive(const std::string& scene, std::uint64_t seed,
                           const std::vector<std::string>& overrides = {}) {
   const Folder folder;
   sim::writeLog({.scene = scene, .seed = seed}, folder / "drive.lcm");
-  const Config config = loadConfig(std::string(SLAMD_SOURCE_DIR) + "/config/sim.toml", overrides);
+  const Config config = loadConfig(SLAMD_SIM_CONFIG, overrides);
   const DifferentialBase& base = config.base_device.geometry;
   const RobotGeometry configured{base.wheel_radius, base.wheel_radius, 2.0 * base.half_track,
                                  config.localizer.lidar.T_base_lidar};

@@ -39,7 +39,7 @@ class PaperMaps : public testing::TestWithParam<Figure> {
     truth = readMapFiles(folder / "truth.yaml");
   }
   MapErrors errorsOf(const std::vector<std::string>& settings) const {
-    const Config config = loadConfig(std::string(SLAMD_SOURCE_DIR) + "/config/sim.toml", settings);
+    const Config config = loadConfig(SLAMD_SIM_CONFIG, settings);
     ReplayOptions options;
     options.log = folder / "drive.lcm";
     options.map = folder / "map";
