@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
-#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -12,15 +11,11 @@ namespace slam {
 /// What is known of one wheel's drive besides the angle of its wheel.
 class CanAxis {
  public:
-  /// @return whether the drive has been armed since its last heartbeat: from then on it obeys the speed that it holds
-  bool addHeartbeat(Timestamp stamp, const can::odrive::Heartbeat& heartbeat) {
-    constexpr auto kArmed = static_cast<std::uint8_t>(can::odrive::AxisState::kClosedLoop);
-    const bool armed_anew = heartbeat.state == kArmed && (!last_ || last_->state != kArmed);
+  void addHeartbeat(Timestamp stamp, const can::odrive::Heartbeat& heartbeat) {
     // A damaged frame is not an error of the drive: what it says has to come twice.
     if (last_ && last_->axis_error == heartbeat.axis_error && last_->state == heartbeat.state) said_ = heartbeat;
     last_ = heartbeat;
     heartbeat_ = stamp;
-    return armed_anew;
   }
   void addEstimates(Timestamp stamp, const can::odrive::EncoderEstimates& estimates) {
     const bool moved = estimates.position != position_ || std::abs(estimates.velocity) < kTurning;
@@ -31,7 +26,6 @@ class CanAxis {
 
   Timestamp heartbeat() const { return heartbeat_; }  ///< when the last one came
   Timestamp estimates() const { return estimates_; }  ///< the same
-  Timestamp heard() const { return std::max(heartbeat_, estimates_); }
   const std::optional<can::odrive::Heartbeat>& said() const { return said_; }
   bool faulty() const {
     return said_ && (said_->axis_error != 0 || said_->motor_error || said_->encoder_error || said_->controller_error);

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 #include <thread>
-#include <utility>
 
 #include "drivers/can/can_socket.hpp"
 
@@ -22,12 +21,9 @@ constexpr Duration kHeartbeatSilent = 1s;  // heartbeats every 100 ms
 constexpr Duration kFrozenImu = 1s;        // its noise changes the values every few samples
 constexpr Duration kCommandPeriod = 20ms;  // 50 Hz
 constexpr Duration kCommandFresh = 500ms;
-// A second of them: a frame that the interface took may still be lost on the bus, or by a drive that is not ready.
-constexpr int kZeros = 50;
-constexpr Duration kReturned = 250ms;  // a drive that was silent for longer may have been reset meanwhile
-constexpr Duration kReopen = 50ms;     // between attempts, where wheels may turn until the interface is there again
-constexpr int kStopTries = 100;        // at the end, a millisecond apart
-constexpr int kMostFrames = 200;       // a tick: ten times what the bus carries in that time
+constexpr Duration kReopen = 50ms;  // between attempts, where wheels may turn until the interface is there again
+constexpr int kStopTries = 100;     // at the end, a millisecond apart
+constexpr int kMostFrames = 200;    // a tick: ten times what the bus carries in that time
 
 std::vector<std::uint32_t> idsOf(const CanBaseConfig& config) {
   std::vector<std::uint32_t> ids;
@@ -52,8 +48,8 @@ CanBase::CanBase(const CanBaseConfig& config, Clock now, Sinks sinks, std::uniqu
       texts_(config.interface, config.nodes),
       link_(std::move(port), config.interface, idsOf(config), config.commands ? kReopen : Duration(1s)),
       wheels_(config.wheel),
-      imu_(config.R_base_imu),
-      stop_(config.commands && config.wheels ? kZeros : 0) {
+      imu_(config.R_base_imu) {
+  config_.commands = config.commands && config.wheels;
   if (!config_.wheels) wheel_status_.set(DeviceState::kAbsent, "not taken from CAN");
   if (!config_.imu) imu_status_.set(DeviceState::kAbsent, "not taken from CAN");
 }
@@ -66,7 +62,6 @@ void CanBase::tick() {
   for (int i = 0; i < kMostFrames && link_.receive(received); ++i) handle(received);
   if (link_.usable() && !was_usable_) usable_since_ = now;
   was_usable_ = link_.usable();
-  if (std::exchange(breaks_, link_.counters().breaks) != link_.counters().breaks) stop_.owe();
   if (config_.wheels) watchWheels(now);
   if (config_.imu) watchImu(now);
   sendCommand(now);
@@ -77,11 +72,10 @@ void CanBase::handle(const StampedCanFrame& received) {
   for (std::size_t side = 0; side < 2; ++side) {
     const bool estimates = received.frame.id == odrive::idOf(config_.nodes[side], odrive::Command::kEncoderEstimates);
     if (!estimates && received.frame.id != odrive::idOf(config_.nodes[side], odrive::Command::kHeartbeat)) continue;
-    if (received.stamp - axes_[side].heard() > kReturned) stop_.owe();
     if (estimates) return handleEstimates(side, received);
     const auto heartbeat = odrive::parseHeartbeat(config_.nodes[side], received.frame);
     if (!heartbeat) ++damaged_;
-    if (heartbeat && axes_[side].addHeartbeat(received.stamp, *heartbeat)) stop_.owe();
+    if (heartbeat) axes_[side].addHeartbeat(received.stamp, *heartbeat);
     return;
   }
   if (config_.imu) handleImu(received);
@@ -95,7 +89,6 @@ void CanBase::handleEstimates(std::size_t side, const StampedCanFrame& received)
     axes_[side].addEstimates(received.stamp, *estimates);
     const auto pair = wheels_.add(side, received.stamp, *estimates);
     const bool lie = axes_[0].lies() || axes_[1].lies();
-    if (pair && pair->restarted) stop_.owe();
     if (pair && !lie) emit(*pair);
     if (pair && lie && pair->restarted) wheels_.beginAnew();
   }
@@ -197,25 +190,21 @@ void CanBase::command(double left, double right, Timestamp given) {
 /// Before anything is sent: a speed that has become too old while it waited for room must not go out.
 void CanBase::takeCommand(Timestamp now) {
   const Timestamp commanded{Duration(commanded_ns_.load(std::memory_order_acquire))};
-  const bool fresh = config_.commands && config_.wheels && commanded != Timestamp{} && now - commanded <= kCommandFresh;
+  const bool fresh = commanded != Timestamp{} && now - commanded <= kCommandFresh;
   if (fresh_ && !fresh) link_.dropWaiting();
   fresh_ = fresh;
-  if (fresh_) stop_.owe();
 }
 
 void CanBase::sendCommand(Timestamp now) {
-  if (!link_.usable() || now < next_command_ || (!fresh_ && !stop_.owed())) return;
+  if (!config_.commands || !link_.usable() || now < next_command_) return;
   next_command_ = std::max(next_command_ + kCommandPeriod, now);
-  if (fresh_) {
-    sendSpeeds(now, std::bit_cast<std::array<float, 2>>(command_.load(std::memory_order_relaxed)));
-  } else if (sendSpeeds(now, {})) {
-    stop_.zeroAccepted();
-  }
+  const std::uint64_t command = fresh_ ? command_.load(std::memory_order_relaxed) : 0;
+  sendSpeeds(now, std::bit_cast<std::array<float, 2>>(command));
 }
 
 void CanBase::stop() {
   Timestamp now = now_();
-  for (int i = 0; i < kStopTries && stop_.owed() && link_.usable() && !sendSpeeds(now, {}); ++i) {
+  for (int i = 0; i < kStopTries && config_.commands && link_.usable() && !sendSpeeds(now, {}); ++i) {
     std::this_thread::sleep_for(1ms);
     now += 1ms;
   }

@@ -16,7 +16,6 @@
 #include "drivers/can/can_texts.hpp"
 #include "drivers/can/can_wheels.hpp"
 #include "drivers/device_status.hpp"
-#include "drivers/stop_debt.hpp"
 
 namespace slam {
 
@@ -27,7 +26,7 @@ struct CanBaseConfig {
   std::array<int, 2> nodes{can::odrive::kLeftNode, can::odrive::kRightNode};  ///< left, right; 1..63
   CanWheelsConfig wheel{};
   Eigen::Matrix3d R_base_imu = Eigen::Matrix3d::Identity();  ///< takes the IMU's axes to the base's
-  bool commands = false;  ///< send what command() asks for; nothing is ever sent otherwise
+  bool commands = false;  ///< command the drives, see command(); nothing is ever sent otherwise
 };
 
 /// Owns a CAN bus with the drives of two wheels (ODrive CANSimple) and an IMU (Xsens frames).
@@ -48,13 +47,13 @@ class CanBase {
   CanBase(const CanBaseConfig& config, Clock now, Sinks sinks, std::unique_ptr<CanPort> port);
 
   void tick();
-  /// Stops the wheels if they may turn, waiting for room in a full queue up to a tenth of a second; closes the bus.
+  /// Stops the wheels where it commands them, waiting for room in a full queue up to a tenth of a second; closes the
+  /// bus.
   void stop();
 
-  /// Speeds that the wheels shall have, positive forward [rad/s]. From any thread, no lock. Sent at 50 Hz until they
-  /// are half a second old. Then a stop is owed, as it is when the bus has just become usable, may have lost frames, or
-  /// a drive has begun anew: a second of zeros that the interface takes. After that nothing is sent: a drive's own
-  /// watchdog, if it is on, disarms it.
+  /// Speeds that the wheels shall have, positive forward [rad/s], until they are half a second old. From any thread, no
+  /// lock. As long as the bus is usable the drives get a speed each at 50 Hz: this one, else zero. So the next frame
+  /// heals whatever was lost, and whatever speed a drive holds; and its own watchdog trips only when this ends.
   /// @param given when; not later than now
   void command(double left, double right, Timestamp given);
   void command(double left, double right) { command(left, right, now_()); }
@@ -96,8 +95,6 @@ class CanBase {
   std::atomic<std::int64_t> commanded_ns_{0};                  // when; 0: never
   bool fresh_ = false;                                         // the command, at this tick
   Timestamp next_command_{};
-  StopDebt stop_;
-  std::uint64_t breaks_ = 0;  // of the link, when a stop was owed for them last
 };
 
 }  // namespace slam

@@ -29,7 +29,7 @@ void CanLink::tick(Timestamp now) {
   if (open_ && now >= next_look_) {
     next_look_ = now + kLook;
     const int error = port_->interfaceError();
-    if (error == 0 && state_ == CanLinkState::kDown) enter(CanLinkState::kUp);
+    if (error == 0 && state_ == CanLinkState::kDown) state_ = CanLinkState::kUp;
     noteError(error);
   }
   if (!open_) {
@@ -44,7 +44,7 @@ void CanLink::open(Timestamp now) {
   if (error != 0) {
     const bool gone = error == ENODEV || error == ENXIO;
     const bool unsupported = error == EAFNOSUPPORT || error == EPROTONOSUPPORT;
-    enter(gone ? CanLinkState::kGone : unsupported ? CanLinkState::kUnsupported : CanLinkState::kRefused);
+    state_ = gone ? CanLinkState::kGone : unsupported ? CanLinkState::kUnsupported : CanLinkState::kRefused;
     // The kernel looks for a module each time that it is asked for what it does not have, and that takes milliseconds.
     const Duration longest = unsupported ? kLongestBackOff : longest_wait_;
     back_off_ = std::clamp(2 * back_off_, std::min(kFirstBackOff, longest), longest);
@@ -55,7 +55,7 @@ void CanLink::open(Timestamp now) {
   open_ = true;
   back_off_ = 0ns;
   next_look_ = now + kLook;
-  enter(CanLinkState::kUp);
+  state_ = CanLinkState::kUp;
   noteError(port_->interfaceError());  // binding to an interface that is down succeeds
 }
 
@@ -63,12 +63,7 @@ void CanLink::close() {
   port_->close();
   open_ = false;
   dropWaiting();
-  enter(CanLinkState::kGone);
-}
-
-void CanLink::enter(CanLinkState state) {
-  if (state != state_) ++counters_.breaks;
-  state_ = state;
+  state_ = CanLinkState::kGone;
 }
 
 void CanLink::noteError(int error) {
@@ -77,7 +72,7 @@ void CanLink::noteError(int error) {
     back_off_ = std::min(kFirstBackOff, longest_wait_);
   } else if (error == ENETDOWN) {
     dropWaiting();  // an old set-point must not be obeyed when the interface comes back
-    enter(CanLinkState::kDown);
+    state_ = CanLinkState::kDown;
   }
 }
 
@@ -93,7 +88,7 @@ bool CanLink::receive(StampedCanFrame& out) {
       continue;
     }
     ++counters_.received;
-    if (state_ == CanLinkState::kBusOff) enter(CanLinkState::kUp);  // frames and errors come in order
+    if (state_ == CanLinkState::kBusOff) state_ = CanLinkState::kUp;  // frames and errors come in order
     return true;
   }
   return false;
@@ -103,23 +98,20 @@ void CanLink::digest(const can::Frame& frame) {
   const std::uint8_t controller = frame.data[1];
   if ((frame.id & CAN_ERR_CRTL) != 0) {
     if ((controller & (CAN_ERR_CRTL_RX_OVERFLOW | CAN_ERR_CRTL_TX_OVERFLOW)) != 0) ++counters_.overflows;
-    if ((controller & CAN_ERR_CRTL_TX_OVERFLOW) != 0) ++counters_.breaks;
-    if ((controller & (CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE)) != 0) enter(CanLinkState::kErrorPassive);
+    if ((controller & (CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE)) != 0) state_ = CanLinkState::kErrorPassive;
     const bool recovered =
         (controller & (CAN_ERR_CRTL_ACTIVE | CAN_ERR_CRTL_RX_WARNING | CAN_ERR_CRTL_TX_WARNING)) != 0;
-    if (recovered && state_ == CanLinkState::kErrorPassive) enter(CanLinkState::kUp);
+    if (recovered && state_ == CanLinkState::kErrorPassive) state_ = CanLinkState::kUp;
   }
   if ((frame.id & CAN_ERR_BUSOFF) != 0) {
     ++counters_.bus_offs;
     dropWaiting();
-    enter(CanLinkState::kBusOff);
+    state_ = CanLinkState::kBusOff;
   }
   if ((frame.id & CAN_ERR_RESTARTED) != 0) {
     ++counters_.restarts;
-    enter(CanLinkState::kUp);
+    state_ = CanLinkState::kUp;
   }
-  // A restart empties the controller, whether its bus-off was seen or not.
-  if ((frame.id & (CAN_ERR_RESTARTED | CAN_ERR_TX_TIMEOUT)) != 0) ++counters_.breaks;
 }
 
 bool CanLink::send(const can::Frame& frame, Timestamp now) {

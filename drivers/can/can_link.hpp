@@ -30,7 +30,6 @@ struct CanLinkCounters {
   std::uint64_t bus_offs = 0;
   std::uint64_t restarts = 0;  ///< of the controller after bus-off
   std::uint64_t opened = 0;
-  std::uint64_t breaks = 0;  ///< after each of them frames that had been taken may be lost; the first opening counts
 };
 
 /// Keeps a CAN interface in use through all that happens to it: down and up, unplugged and plugged in again, bus-off
@@ -59,7 +58,6 @@ class CanLink {
 
  private:
   void open(Timestamp now);
-  void enter(CanLinkState state);
   void noteError(int error);
   void digest(const can::Frame& frame);
   void flush(Timestamp now);

@@ -116,8 +116,8 @@ std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base) {
   return Finding{
       Finding::kWarning,
       "drives: whether the ODrives' own watchdogs are on cannot be seen over CAN; they are off as delivered. "
-      "slamd stops the wheels when commands end and when it can reach the drives again, but without a watchdog "
-      "they turn on at the last speed while the computer or the cable fails",
+      "slamd feeds them at 50 Hz, with zeros while nobody drives, and stops the wheels when it can reach them again; "
+      "without a watchdog they turn on at the last speed while slamd, the computer or the cable fails",
       "in odrivetool, once: for both axes <axis>.config.watchdog_timeout = 0.5 and "
       "<axis>.config.enable_watchdog = True, then <odrive>.save_configuration()"};
 }

@@ -24,16 +24,6 @@ TEST(CanAxis, BelievesAHeartbeatThatCameTwice) {
   EXPECT_EQ(axis.heartbeat(), kStart + 300ms);
 }
 
-TEST(CanAxis, IsArmedAnewAtTheFirstHeartbeatInClosedLoopBehindAnother) {
-  CanAxis axis;
-  EXPECT_TRUE(axis.addHeartbeat(kStart, {.state = 8})) << "since when is not known";
-  EXPECT_FALSE(axis.addHeartbeat(kStart + 100ms, {.state = 8}));
-  EXPECT_FALSE(axis.addHeartbeat(kStart + 200ms, {.axis_error = 1, .state = 1}));
-  EXPECT_FALSE(axis.addHeartbeat(kStart + 300ms, {.state = 1}));
-  EXPECT_TRUE(axis.addHeartbeat(kStart + 400ms, {.state = 8}));
-  EXPECT_EQ(axis.heard(), kStart + 400ms);
-}
-
 TEST(CanAxis, EachFlagIsAFaultAndOnlyTheEncoderMakesItLie) {
   const auto lies = [](const can::odrive::Heartbeat& heartbeat) {
     CanAxis axis;

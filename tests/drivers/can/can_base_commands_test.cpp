@@ -17,21 +17,33 @@ namespace odrive = can::odrive;
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
-class CanBaseCommands : public test::CanBaseTest {};
+class CanBaseCommands : public test::CanBaseTest {
+ protected:
+  void expectOnlyZeros() {
+    ASSERT_GE(bus_.sent.size(), 2U);
+    for (const can::Frame& frame : bus_.sent)
+      EXPECT_EQ(odrive::parseInputVelocity(frame.id == 0x20D ? 0x10 : 0x18, frame)->velocity, 0.0F);
+  }
+};
 
-TEST_F(CanBaseCommands, SendsNothingUnlessCommandsAreSwitchedOn) {
-  start();
-  driver_->command(1.0, 1.0);
-  runFor(1s);
-  EXPECT_TRUE(bus_.sent.empty());
+TEST_F(CanBaseCommands, SendsNothingUnlessCommandsAreSwitchedOnAndTheWheelsAreItsOwn) {
+  for (const CanBaseConfig& config : {CanBaseConfig{}, CanBaseConfig{.wheels = false, .commands = true}}) {
+    start(config);
+    driver_->command(1.0, 1.0);
+    runFor(1s);
+    driver_->stop();
+    EXPECT_TRUE(bus_.sent.empty());
+  }
 }
 
 TEST_F(CanBaseCommands, SendsSpeedsAt50HzWhileTheyAreFresh) {
   start({.wheel = {.sign = {1.0, -1.0}, .gear_ratio = 2.0}, .commands = true});
-  runFor(2s);  // the stop that is owed at first
+  runFor(1s);
+  EXPECT_NEAR(static_cast<int>(bus_.sent.size()), 2 * 50, 4);
+  expectOnlyZeros();
   bus_.sent.clear();
   driver_->command(kTurn, -kTurn / 2.0);
-  runFor(3s);
+  runFor(60s);
   int driving = 0, stopping = 0;
   for (const can::Frame& frame : bus_.sent) {
     const bool left = frame.id == 0x20D;
@@ -47,33 +59,25 @@ TEST_F(CanBaseCommands, SendsSpeedsAt50HzWhileTheyAreFresh) {
     EXPECT_FLOAT_EQ(velocity->velocity, left ? 2.0F : 1.0F);
   }
   EXPECT_NEAR(driving, 2 * 25, 4) << "half a second";
-  EXPECT_NEAR(stopping, 2 * 50, 4) << "zero for a second, then nothing";
+  EXPECT_NEAR(stopping, 2 * 2975, 4) << "zeros from then on";
 }
 
-TEST_F(CanBaseCommands, SendsZeroAtTheEndIfTheWheelsMayTurn) {
-  start({.commands = true});
-  runFor(2s);
-  bus_.sent.clear();
-  driver_->stop();
-  EXPECT_TRUE(bus_.sent.empty());
+TEST_F(CanBaseCommands, SendsZeroAtTheEnd) {
   start({.commands = true});
   runFor(100ms);
   driver_->command(1.0, 1.0);
   runFor(100ms);
   driver_->stop();
-  ASSERT_GE(bus_.sent.size(), 2U);
-  for (const auto& frame : {bus_.sent.end()[-2], bus_.sent.end()[-1]}) {
-    EXPECT_EQ(odrive::parseInputVelocity(frame.id == 0x20D ? 0x10 : 0x18, frame)->velocity, 0.0F);
-  }
+  bus_.sent.erase(bus_.sent.begin(), bus_.sent.end() - 2);
+  expectOnlyZeros();
 }
 
 TEST_F(CanBaseCommands, DoesNotSendWhatIsNotANumberAndLimitsTheRest) {
   start({.wheel = {.max_speed = 10.0}, .commands = true});
-  runFor(2s);
-  bus_.sent.clear();
   driver_->command(std::numeric_limits<double>::quiet_NaN(), 0.0);
   runFor(100ms);
-  EXPECT_TRUE(bus_.sent.empty());
+  expectOnlyZeros();
+  bus_.sent.clear();
   driver_->command(1000.0, 0.0);
   runFor(100ms);
   ASSERT_FALSE(bus_.sent.empty());
@@ -89,10 +93,7 @@ TEST_F(CanBaseCommands, SendsNoOldSpeedsAfterTheQueueWasFull) {
   runFor(2s);
   bus_.send_error = 0;
   runFor(1s);
-  ASSERT_GE(bus_.sent.size(), 2U) << "a stop is owed as long as it takes";
-  for (const can::Frame& frame : bus_.sent) {
-    EXPECT_EQ(odrive::parseInputVelocity(frame.id == 0x20D ? 0x10 : 0x18, frame)->velocity, 0.0F);
-  }
+  expectOnlyZeros();
   EXPECT_GT(driver_->linkCounters().queue_full, 20U);
 }
 
@@ -106,10 +107,7 @@ TEST_F(CanBaseCommands, SendsNoSpeedThatBecameOldWhileItWaitedForRoom) {
   bus_.send_error = 0;
   bus_.sent.clear();
   runFor(100ms);
-  ASSERT_GE(bus_.sent.size(), 2U);
-  for (const can::Frame& frame : bus_.sent) {
-    EXPECT_EQ(odrive::parseInputVelocity(frame.id == 0x20D ? 0x10 : 0x18, frame)->velocity, 0.0F);
-  }
+  expectOnlyZeros();
 }
 
 TEST_F(CanBaseCommands, NeverMixesTheSpeedsOfTwoCommands) {

@@ -3,7 +3,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <utility>
 
 #include "drivers/can/fake_can_port.hpp"
 #include "support/allocations.hpp"
@@ -247,38 +246,6 @@ TEST_F(CanLinkTest, SaysWhetherAllWasTaken) {
   }
   bus_.send_error = ENETDOWN;
   EXPECT_FALSE(link_.send(kSetPoint, bus_.clock));
-}
-
-TEST_F(CanLinkTest, CountsWhateverMayLoseFramesThatWereTaken) {
-  auto breaks = [this, last = std::uint64_t{0}]() mutable {
-    return link_.counters().breaks - std::exchange(last, link_.counters().breaks);
-  };
-  up();
-  EXPECT_EQ(breaks(), 1U) << "what was sent before it was opened";
-  tickFor(1s);
-  EXPECT_EQ(breaks(), 0U);
-  bus_.pending_error = ENETDOWN;  // and up again at once
-  tickFor(200ms);
-  EXPECT_GE(breaks(), 1U);
-  bus_.pending_error = ENODEV;
-  tickFor(200ms);
-  EXPECT_GE(breaks(), 1U);
-  ASSERT_TRUE(link_.usable());
-  for (const std::uint32_t classes : {kBusOff, kRestarted, std::uint32_t{0x1}}) {  // the last: transmission timeout
-    bus_.putError(classes);
-    tick();
-    EXPECT_GE(breaks(), 1U) << classes;
-  }
-  for (const std::uint8_t controller : {kPassive, kActive, std::uint8_t{0x02}}) {  // the last: overflow of what is sent
-    bus_.putError(kController, controller);
-    tick();
-    EXPECT_EQ(breaks(), 1U) << int{controller};
-  }
-  bus_.putError(kController, kOverflow);
-  bus_.putError(kController, kWarning);
-  bus_.put(kData);
-  tick();
-  EXPECT_EQ(breaks(), 0U);
 }
 
 TEST_F(CanLinkTest, AsksForAMissingInterfaceAsOftenAsItIsTold) {

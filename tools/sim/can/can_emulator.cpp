@@ -67,8 +67,7 @@ void CanEmulator::turn(Timestamp now, const CanReadings& readings) {
 void CanEmulator::watch(Timestamp now) {
   for (Drive& drive : drives_) {
     if (std::exchange(drive.fed, false)) drive.fed_at = now;
-    const bool armed = drive.heartbeat.state == static_cast<std::uint8_t>(odrive::AxisState::kClosedLoop);
-    if (watchdog_ == Duration(0) || !armed || now - drive.fed_at <= watchdog_) continue;
+    if (watchdog_ == Duration(0) || now - drive.fed_at <= watchdog_) continue;
     drive.heartbeat.axis_error |= kWatchdogExpired;
     drive.heartbeat.state = static_cast<std::uint8_t>(odrive::AxisState::kIdle);
   }
@@ -76,10 +75,8 @@ void CanEmulator::watch(Timestamp now) {
 
 std::array<float, 2> CanEmulator::drive() const {
   std::array<float, 2> speeds{};
-  for (std::size_t side = 0; side < 2; ++side) {
-    const bool armed = drives_[side].heartbeat.state == static_cast<std::uint8_t>(odrive::AxisState::kClosedLoop);
-    if (armed) speeds[side] = asked_[side];
-  }
+  for (std::size_t side = 0; side < 2; ++side)
+    if (drives_[side].armed()) speeds[side] = asked_[side];
   return speeds;
 }
 
@@ -101,9 +98,11 @@ void CanEmulator::receive(const can::Frame& frame) {
       asked_[side] = velocity->velocity;
       ++commands_;
     }
-    if (const auto state = odrive::parseAxisState(kNodes[side], frame))
-      drives_[side].heartbeat.state = static_cast<std::uint8_t>(*state);
-    if (frame == odrive::encodeClearErrors(kNodes[side])) drives_[side].heartbeat.axis_error = 0;
+    odrive::Heartbeat& heartbeat = drives_[side].heartbeat;
+    const auto state = odrive::parseAxisState(kNodes[side], frame);
+    const bool refused = state == std::uint32_t(odrive::AxisState::kClosedLoop) && heartbeat.axis_error != 0;
+    if (state && !refused) heartbeat.state = static_cast<std::uint8_t>(*state);
+    if (frame == odrive::encodeClearErrors(kNodes[side])) heartbeat.axis_error = 0;
   }
 }
 

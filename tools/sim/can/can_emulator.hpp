@@ -36,12 +36,14 @@ class CanEmulator {
   /// Speeds asked for last [turns/s], as sent to each drive.
   const std::array<float, 2>& asked() const { return asked_; }
   int commands() const { return commands_; }  ///< speeds received
+  bool armed() const { return drives_[0].armed() && drives_[1].armed(); }
   /// Speeds at which the motors turn the wheels [turns/s]: those asked for last, for ever, while the drive is armed.
   std::array<float, 2> drive() const;
 
   /// Makes something go wrong, or right again.
   /// @param kind "silent", "garbage", "stuck": 1 or 0; "wrong": factor of the positions; "slow": factor of the periods;
-  /// "delay": [ms]; "watchdog": [s] without a frame from the host after which a drive disarms, 0: off, as delivered;
+  /// "delay": [ms]; "watchdog": [s] without a frame from the host after which a drive has an error, 0: off, as
+  /// delivered;
   ///        "axis_error": error word of the left drive, which disarms it, 0 takes it back; "bus_off": 1, then 0 for a
   ///        controller that was restarted
   /// @return false when there is no such kind
@@ -53,6 +55,8 @@ class CanEmulator {
     bool fed = true;                        // by a frame from the host, since the last step
     Timestamp fed_at{};
     can::odrive::Heartbeat heartbeat{.state = static_cast<std::uint8_t>(can::odrive::AxisState::kClosedLoop)};
+
+    bool armed() const { return heartbeat.state == static_cast<std::uint8_t>(can::odrive::AxisState::kClosedLoop); }
   };
   void turn(Timestamp now, const CanReadings& readings);
   void watch(Timestamp now);

@@ -97,6 +97,21 @@ TEST_F(CanEmulatorTest, DisarmsADriveWhoseWatchdogIsNotFed) {
   EXPECT_THAT(emulator_.drive(), testing::ElementsAre(0.0F, 1.0F));
   EXPECT_EQ(odrive::parseHeartbeat(0x10, last(runFor(200ms), 0x201)),
             (odrive::Heartbeat{.axis_error = 0x800, .state = 1}));
+  EXPECT_FALSE(emulator_.armed());
+}
+
+TEST_F(CanEmulatorTest, CannotArmADriveWithAnErrorWhichAnIdleOneHasToo) {
+  emulator_.receive(odrive::encodeAxisState(0x10, odrive::AxisState::kIdle));
+  ASSERT_TRUE(emulator_.inject("watchdog", 0.5));
+  for (int i = 0; i < 10; ++i) {
+    runFor(100ms);
+    emulator_.receive(odrive::encodeInputVelocity(0x18, {}));
+  }
+  emulator_.receive(odrive::encodeAxisState(0x10, odrive::AxisState::kClosedLoop));
+  EXPECT_FALSE(emulator_.armed());
+  emulator_.receive(odrive::encodeClearErrors(0x10));
+  emulator_.receive(odrive::encodeAxisState(0x10, odrive::AxisState::kClosedLoop));
+  EXPECT_TRUE(emulator_.armed());
 }
 
 TEST_F(CanEmulatorTest, FallsSilentAndSpeaksAgain) {
