@@ -52,8 +52,7 @@ HandsfreeBoard::HandsfreeBoard(const HandsfreeConfig& config, Clock now, Sinks s
       port_(config.port, config.baud),
       polls_{Poll{Command::kGetMotorMileage, PollSchedule(fromSeconds(1.0 / config.mileage_rate))},
              Poll{Command::kGetImu, PollSchedule(fromSeconds(1.0 / config.imu_rate))},
-             Poll{Command::kGetSystemInfo, PollSchedule(kInfo)}, Poll{Command::kGetMotorSpeed, PollSchedule(100ms)}},
-      stop_(config.may_drive ? 1 : 0) {}
+             Poll{Command::kGetSystemInfo, PollSchedule(kInfo)}, Poll{Command::kGetMotorSpeed, PollSchedule(100ms)}} {}
 
 void HandsfreeBoard::tick() {
   const Timestamp now = now_();
@@ -67,7 +66,7 @@ void HandsfreeBoard::tick() {
 }
 
 void HandsfreeBoard::stop() {
-  for (int i = 0; i < kStopTries && port_.isOpen() && stop_.owed(); ++i) {
+  for (int i = 0; i < kStopTries && port_.isOpen() && stop_owed_; ++i) {
     // The answer to a speed that is still under way comes first, and is not the zero's.
     zero_asked_ = zero_asked_ || (drained_ && pending_ != Command::kSetRobotSpeed);
     ask(now_(), Command::kSetRobotSpeed, robolink::encodeCoordinate({}));
@@ -92,7 +91,7 @@ void HandsfreeBoard::open(Timestamp now) {
   chassis_tries_left_ = kChassisTries;
   next_chassis_ = now;
   answered_ = now;
-  stop_.owe();
+  stop_owed_ = config_.may_drive;
   for (DeviceStatus* status : {&wheels_, &imu_}) status->setOpening("waiting for the board's first answer");
 }
 
@@ -130,7 +129,7 @@ void HandsfreeBoard::handle(const robolink::Frame& frame) {
     return;
   }
   pending_.reset();
-  if (command == Command::kSetRobotSpeed && zero_asked_) stop_.zeroAccepted();
+  if (command == Command::kSetRobotSpeed && zero_asked_) stop_owed_ = false;
   drained_ = drained_ || command == Command::kGetSystemInfo;
   if (handleAnswer(command, frame.payload)) return;
   if (command == Command::kGetMotorMileage) {
@@ -150,7 +149,7 @@ void HandsfreeBoard::greet() {
   }
   ask(answered_, Command::kSetSystemInfo, robolink::encodeSystemInfo(info));
   drained_ = restarted_ = true;
-  stop_.owe();
+  stop_owed_ = config_.may_drive;
   mileage_.clock.restart();
   last_imu_.clock.restart();
   time_ran_ = frozen_ = false;
@@ -188,13 +187,13 @@ void HandsfreeBoard::request(Timestamp now) {
     decoder_.reset();  // half a frame must not hold the next answer back
     ++unanswered_;
     drained_ = false;
-    stop_.owe();
+    stop_owed_ = config_.may_drive;
   }
   // Answers carry no number, and one that comes late must not pass for that of the next request. They come in order:
   // when another command has been answered, all before it have been.
   if (!drained_) {
     // The board may hear although it is not heard: its zero does not wait for that.
-    if (stop_.owed() && !fresh(now)) send(Command::kSetRobotSpeed, robolink::encodeCoordinate({}));
+    if (stop_owed_ && !fresh(now)) send(Command::kSetRobotSpeed, robolink::encodeCoordinate({}));
     return ask(now, Command::kGetSystemInfo);
   }
   if (requestDrive(now) || requestOnce(now)) return;
@@ -216,8 +215,8 @@ bool HandsfreeBoard::fresh(Timestamp now) {
 
 bool HandsfreeBoard::requestDrive(Timestamp now) {
   const bool drives = fresh(now);
-  if (drives ? now < next_drive_ : !stop_.owed()) return false;
-  if (drives) stop_.owe();
+  if (drives ? now < next_drive_ : !stop_owed_) return false;
+  stop_owed_ = true;
   zero_asked_ = !drives;
   next_drive_ = now + kDrivePeriod;
   ask(now, Command::kSetRobotSpeed, drives ? encodeTriple(command_.loaded().numbers) : robolink::encodeCoordinate({}));
@@ -233,7 +232,7 @@ bool HandsfreeBoard::requestOnce(Timestamp now) {
     return true;
   }
   const auto coarse = [](float angle) { return std::abs(angle) > kLongRun; };
-  if (!mileage_.values || frozen_ || stop_.owed() || now < next_clear_ || now - mileage_.changed < kStandingForClear ||
+  if (!mileage_.values || frozen_ || stop_owed_ || now < next_clear_ || now - mileage_.changed < kStandingForClear ||
       std::none_of(mileage_.values->begin(), mileage_.values->end(), coarse)) {
     return false;
   }

@@ -13,7 +13,6 @@
 #include "drivers/board/refresh_clock.hpp"
 #include "drivers/device_status.hpp"
 #include "drivers/polled_port.hpp"
-#include "drivers/stop_debt.hpp"
 #include "firmware_if/robolink.hpp"
 
 namespace slam {
@@ -161,7 +160,7 @@ class HandsfreeBoard {
   std::uint32_t unanswered_ = 0, bad_mileage_ = 0;
   int chassis_tries_left_ = 0;
   Timestamp next_chassis_{}, next_clear_{}, next_drive_{};
-  StopDebt stop_;
+  bool stop_owed_ = false;         // until the board acknowledges a zero
   bool zero_asked_ = false;        // by the last speed that was sent as a request
   float last_system_time_ = 0.0F;  // [us]
   Timestamp time_asked_{};
