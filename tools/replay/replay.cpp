@@ -120,7 +120,7 @@ class Run {
                                 " times: do they slip, lag behind, or have a wrong radius or sign?");
     }
     if (stats_.localizer.scans > 0 && stats_.localizer.matched + stats_.localizer.partly_observable == 0) {
-      stats_.warnings.push_back(
+      stats_.warnings.emplace_back(
           "no scan was matched: are its ranges finite and between range_min and range_max, and "
           "its stamps near those of wheels and IMU?");
     }
