@@ -94,8 +94,10 @@ TEST_F(DrivenBoard, ResetCostsTheWayInBetweenAndNoJump) {
   ASSERT_TRUE(board_.inject("reset", 1));
   runFor(500ms);
   ASSERT_GT(wheels_.size(), before + 5);
-  EXPECT_TRUE(wheels_[before].restarted);
-  EXPECT_LT(wheels_[before].angles[0], 1.0);
+  // An answer that was under way when the board was reset still counts on.
+  const std::size_t first = wheels_[before].restarted ? before : before + 1;
+  EXPECT_TRUE(wheels_[first].restarted);
+  EXPECT_LT(wheels_[first].angles[0], 1.0);
   EXPECT_TRUE(streaming());
 }
 
