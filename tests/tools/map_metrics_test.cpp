@@ -92,5 +92,47 @@ TEST(CompareMaps, PlacesTheMapInTheFrameOfTheTruth) {
   EXPECT_DOUBLE_EQ(errors.occupied.f1, 1.0);
 }
 
+TEST(CompareMaps, CountsObstaclesInOpenSpaceAlone) {
+  const MapImage truth = image({"........", "........", "........", "......##"});
+  // Four of its 30 free cells touch the obstacle. The map errs there, too, and in two of the others.
+  const MapErrors errors = compareMaps(image({"#.......", "........", "#....###", ".....###"}), truth);
+  EXPECT_DOUBLE_EQ(errors.false_obstacles, 2.0 / 26.0);
+  EXPECT_DOUBLE_EQ(compareMaps(truth, truth).false_obstacles, 0.0);
+}
+
+TEST(CompareMaps, ForgivesOneCellInEachDirectionAndCorner) {
+  for (const auto& [row, column] : {std::pair(0, 0), {0, 2}, {1, 3}, {2, 0}, {3, 3}, {3, 1}}) {
+    MapImage map = image({"....", "....", "....", "...."}), truth = map;
+    truth.at(column == 0 ? 1 : column == 3 ? 2 : column, row == 0 ? 1 : row == 3 ? 2 : row) = MapImage::kOccupied;
+    map.at(column, row) = MapImage::kOccupied;
+    EXPECT_DOUBLE_EQ(compareMaps(map, truth).occupied.f1, 1.0) << column << ' ' << row;
+  }
+}
+
+TEST(CompareMaps, ForgivesACellOfTheCoarserOne) {
+  const std::string row = "..........#...................";
+  const MapImage map = image({row, row, row});  // the truth's wall are the map's cells 6 to 8
+  MapImage truth = image({"..#......."});
+  truth.resolution = 3.0 * map.resolution;
+  const MapErrors errors = compareMaps(map, truth);
+  EXPECT_DOUBLE_EQ(errors.occupied.precision, 1.0);
+  EXPECT_DOUBLE_EQ(errors.occupied.recall, 1.0);
+}
+
+TEST(CompareMaps, TakesNothingFromBeyondItsRim) {
+  const MapImage truth = image({"........", "........", "........"});
+  MapImage map = image({"####", "####", "####"});
+  map.origin_x = 4.2 * map.resolution;  // half a cell left of and below its first one there is nothing
+  map.origin_y = 1.1 * map.resolution;
+  EXPECT_DOUBLE_EQ(compareMaps(map, truth).completeness, 4.0 * 2.0 / 24.0);
+}
+
+TEST(CompareMaps, AFreeCellIsRightWhereTheTruthIsFree) {
+  const MapErrors errors = compareMaps(image({"....??"}), image({"..#??."}));
+  EXPECT_DOUBLE_EQ(errors.free.precision, 2.0 / 3.0) << "one of four lies where nobody knows";
+  EXPECT_DOUBLE_EQ(errors.free.recall, 2.0 / 3.0);
+  EXPECT_DOUBLE_EQ(errors.completeness, 3.0 / 4.0);
+}
+
 }  // namespace
 }  // namespace slam

@@ -36,7 +36,7 @@ TEST(MeanAndDeviation, IsThatOfTheTextbook) {
   EXPECT_DOUBLE_EQ(meanAndDeviation({3, 3, 3}).deviation, 0.0);
   const MeanAndDeviation result = meanAndDeviation({2, 4, 4, 4, 5, 5, 7, 9});
   EXPECT_DOUBLE_EQ(result.mean, 5.0);
-  EXPECT_NEAR(result.deviation, 2.07, 0.071);  // 2 of the population, 2.138 of a sample
+  EXPECT_DOUBLE_EQ(result.deviation, 2.0) << "of the population, not the 2.138 of a sample";
   EXPECT_EQ(meanAndDeviation({}).mean, 0.0);
   EXPECT_EQ(meanAndDeviation({}).deviation, 0.0);
   EXPECT_EQ(meanAndDeviation({4}).deviation, 0.0);
@@ -151,6 +151,45 @@ TEST(AbsoluteErrors, CountAndLeaveOutStampsOutside) {
   const AteErrors none = absoluteErrors({{at(1e6), {}}}, truth);
   EXPECT_EQ(none.used, 0);
   EXPECT_TRUE(std::isfinite(none.rmse) && std::isfinite(none.rotation_mean) && isFinite(none.T_truth_estimate));
+}
+
+TEST(RelationErrors, SpreadAsTheTextbookSays) {
+  const Trajectory rows = {{at(0), {0, 0, 0}}, {at(1), {1, 0, 0}}, {at(2), {2, 0, 0}}};
+  const RelationErrors errors =
+      relationErrors(rows, {{at(0), at(1), {1.3, 0.4, 10 * kDegree}}, {at(1), at(2), {1, 0.1, -30 * kDegree}}});
+  EXPECT_NEAR(errors.translation.mean, 0.3, 1e-9);  // of 0.5 and 0.1
+  EXPECT_NEAR(errors.translation.deviation, 0.2, 1e-9);
+  EXPECT_NEAR(errors.rotation.mean, 20.0, 1e-9);
+  EXPECT_NEAR(errors.rotation.deviation, 10.0, 1e-9);
+  EXPECT_NEAR(errors.squared_translation.mean, 0.13, 1e-9);
+  EXPECT_NEAR(errors.squared_translation.deviation, 0.12, 1e-9);
+  EXPECT_NEAR(errors.squared_rotation.mean, 500.0, 1e-6);
+  EXPECT_NEAR(errors.squared_rotation.deviation, 400.0, 1e-6);
+}
+
+TEST(AbsoluteErrors, OfRowsThatAreOffByDifferentLengths) {
+  Trajectory truth, estimate;
+  for (int i = 0; i < 4; ++i) {
+    truth.push_back({at(i), {1.0 * i, 0, 0}});
+    estimate.push_back({at(i), {1.0 * i, i == 1 ? 0.8 : i == 2 ? -0.4 : 0.0, 8 * i * kDegree}});
+  }
+  const AteErrors errors = absoluteErrors(estimate, truth, false);
+  EXPECT_NEAR(errors.rmse, std::sqrt((0.64 + 0.16) / 4), 1e-9);
+  EXPECT_NEAR(errors.mean, 0.3, 1e-9);
+  EXPECT_NEAR(errors.max, 0.8, 1e-9) << "the largest, not the last";
+  EXPECT_NEAR(errors.rotation_mean, 12.0, 1e-9);
+}
+
+TEST(WaypointErrors, AreThoseOfEachWaypointInTheFilesOwnFrames) {
+  const Trajectory estimate = {{at(0), {0, 0, 0}}, {at(5), {5, 0, 10 * kDegree}}, {at(10), {10, 0, 20 * kDegree}}};
+  const Trajectory waypoints = {{at(0), {0.3, 0.4, 170 * kDegree}},
+                                {at(5), {5, 2, 10 * kDegree}},
+                                {at(10), {10, 0, -170 * kDegree}},
+                                {at(11), {0, 0, 0}}};
+  const WaypointErrors errors = waypointErrors(estimate, waypoints);
+  EXPECT_THAT(errors.position, testing::Pointwise(testing::DoubleNear(1e-9), {0.5, 2.0, 0.0}));
+  EXPECT_THAT(errors.heading, testing::Pointwise(testing::DoubleNear(1e-9), {170.0, 0.0, 170.0}));
+  EXPECT_EQ(errors.left_out, 1);
 }
 
 }  // namespace
