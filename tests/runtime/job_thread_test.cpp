@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <gtest/gtest.h>
+#include <thread>
 #include <vector>
 
 #include "runtime/clock.hpp"
@@ -60,6 +61,22 @@ TEST(JobThread, DoesAllItWasGivenBeforeItEnds) {
     for (int i = 0; i < 20; ++i) jobs.start([&done] { ++done; });
   }
   EXPECT_EQ(done, 20);
+}
+
+TEST(JobThread, IsBusySinceItsPresentJobBegan) {
+  Hang first, second;
+  JobThread jobs("jobs");
+  jobs.start(first.job());
+  jobs.start(second.job());
+  first.begun.wait(false);
+  const Timestamp later = monotonicNow();
+  while (monotonicNow() < later + 20ms) std::this_thread::yield();
+  first.release();
+  second.begun.wait(false);
+  const Timestamp now = monotonicNow();
+  EXPECT_LE(jobs.busyFor(now), now - (later + 20ms)) << "the first one's time does not count";
+  second.release();
+  EXPECT_TRUE(jobs.waitUntilIdle(monotonicNow() + 20s));
 }
 
 }  // namespace

@@ -92,5 +92,14 @@ TEST(LatencyHistogram, CanBeReadWhileItIsWritten) {
   EXPECT_EQ(histogram.summary().count, kCount);
 }
 
+TEST(LatencyHistogram, TakesTheMiddleOneOfAFew) {
+  LatencyHistogram histogram;
+  for (const int microseconds : {1, 100, 10'000}) histogram.add(std::chrono::microseconds(microseconds));
+  EXPECT_NEAR(histogram.summary().p50_us, 100.0, kWidth * 100.0);
+  EXPECT_NEAR(histogram.summary().p99_us, 10'000.0, kWidth * 10'000.0);
+  for (int i = 0; i < 97; ++i) histogram.add(std::chrono::microseconds(1));
+  EXPECT_NEAR(histogram.summary().p99_us, 100.0, kWidth * 100.0) << "the 99th of a hundred";
+}
+
 }  // namespace
 }  // namespace slam

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <gtest/gtest.h>
 #include <thread>
+#include <vector>
 
 #include "runtime/clock.hpp"
 
@@ -147,6 +148,25 @@ TEST(Worker, SaysWhatStandsInTheWayOfRealTimeScheduling) {
   worker.stop();
   if (worker.warning().empty()) GTEST_SKIP() << "this process may use SCHED_FIFO";
   EXPECT_GT(worker.warning().size(), 10U);
+}
+
+TEST(Worker, GoesOnAtTheNextDeadlineNotAtOnce) {
+  constexpr Duration kPeriod = milliseconds(400);
+  std::vector<Timestamp> begun;  // read behind the join
+  std::atomic<int> count{0};
+  Worker worker({.name = "held", .rate = 1.0 / toSeconds(kPeriod)}, [&] {
+    begun.push_back(monotonicNow());
+    if (begun.size() == 1) {
+      while (monotonicNow() < begun[0] + kPeriod + kPeriod / 4) std::this_thread::yield();
+    }
+    ++count;
+  });
+  worker.start();
+  ASSERT_TRUE(waitUntil([&] { return count >= 2; }));
+  worker.stop();
+  EXPECT_GE(begun[1] - begun[0], kPeriod * 7 / 4) << "the deadline that it missed is skipped";
+  EXPECT_GE(worker.overruns(), 1U);
+  EXPECT_GE(worker.takeWorstDelay(), kPeriod * 3 / 4) << "of the tick that was skipped";
 }
 
 }  // namespace
