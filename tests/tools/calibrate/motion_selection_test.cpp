@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/calibrate/motion_selection.hpp"
 
+#include <algorithm>
 #include <gtest/gtest.h>
 
 #include "tools/calibrate/motions.hpp"
@@ -91,6 +92,56 @@ TEST(MotionSelection, LeavesOutStandingAndWhatTheWheelsDoNotCover) {
   std::erase_if(late.wheels, [](const WheelAngles& w) { return w.stamp > at(3.0); });
   EXPECT_LE(selectMotions(late, kRobot).size(), 3U);
   EXPECT_TRUE(selectMotions({}, kRobot).empty());
+}
+
+TEST(MotionSelection, TakesTheScansErrorsAlongTheLeverOfTheLidar) {
+  SensorLog log = arc(5.0);
+  Eigen::Matrix3d first, second;  // skewed, and others at each scan
+  first << 4e-6, 1e-6, 2e-6, 1e-6, 9e-6, -3e-6, 2e-6, -3e-6, 16e-6;
+  second << 25e-6, -8e-6, 3e-6, -8e-6, 6e-6, 2e-6, 3e-6, 2e-6, 2e-6;
+  for (std::size_t i = 0; i < log.scans.size(); ++i) log.scans[i].covariance = i == 0 ? first : second;
+  RobotGeometry robot = kRobot;
+  const auto motions = selectMotions(log, robot);
+  ASSERT_FALSE(motions.empty());
+  const MatchedScan& begin = log.scans[0];
+  const auto end = std::find_if(log.scans.begin() + 1, log.scans.end(), [&](const MatchedScan& scan) {
+    const Pose2 moved = between(begin.T_map_base * robot.T_base_lidar, scan.T_map_base * robot.T_base_lidar);
+    return (moved.vector() - motions[0].T_begin_end.vector()).norm() < 1e-9;
+  });
+  ASSERT_NE(end, log.scans.end());
+  // Of each coordinate by a small step: x, y in map, the turn on the spot.
+  constexpr double kTiny = 1e-6;
+  const auto motionOf = [&](const Pose2& a, const Pose2& b) {
+    return between(a * robot.T_base_lidar, b * robot.T_base_lidar).vector();
+  };
+  Eigen::Matrix3d J_begin, J_end;
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Vector3d step = kTiny * Eigen::Vector3d::Unit(i);
+    const Pose2 &a = begin.T_map_base, &b = end->T_map_base;
+    J_begin.col(i) =
+        (motionOf(Pose2::fromVector(a.vector() + step), b) - motionOf(Pose2::fromVector(a.vector() - step), b)) /
+        (2.0 * kTiny);
+    J_end.col(i) =
+        (motionOf(a, Pose2::fromVector(b.vector() + step)) - motionOf(a, Pose2::fromVector(b.vector() - step))) /
+        (2.0 * kTiny);
+  }
+  const Eigen::Matrix3d expected = J_begin * first * J_begin.transpose() + J_end * second * J_end.transpose();
+  EXPECT_TRUE(motions[0].covariance.isApprox(expected, 1e-5)) << motions[0].covariance << "\n\n" << expected;
+}
+
+TEST(MotionSelection, EndsAMotionWhereItHasGoneFarEnoughAndGivesUpSlowOnes) {
+  const MotionConfig config;
+  SensorLog log = arc(20.0);
+  for (const LidarMotion& motion : selectMotions(log, kRobot)) {
+    // One scan before the last one neither the way nor the turn was enough.
+    const double step = kScanPeriod * (kLeftRate * kRobot.left_radius + kRightRate * kRobot.right_radius) / 2.0;
+    const Pose2 moved = predictPose(kRobot, motion.wheels);
+    EXPECT_TRUE(moved.translation().norm() >= config.translation || std::abs(moved.theta) >= config.rotation);
+    EXPECT_LT(moved.translation().norm(), config.translation + 1.5 * step);
+  }
+  // At a tenth of the speed a motion takes longer than it may.
+  for (WheelAngles& reading : log.wheels) reading.left /= 10.0, reading.right /= 10.0;
+  EXPECT_TRUE(selectMotions(log, kRobot).empty());
 }
 
 }  // namespace
