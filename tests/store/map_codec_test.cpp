@@ -242,5 +242,70 @@ TEST(MapCodec, DepthComesBackAsItWas) {
   EXPECT_THROW(decodeDepth(bytes, empty), std::runtime_error);
 }
 
+TEST(MapCodec, TakesNoViewThatNoCameraHas) {
+  MapState map;
+  map.keyframes.add(std::make_shared<StoredScan>(), {});
+  map.in_map.push_back(1);
+  const auto taken = [&](auto&& change) {
+    MapView view = test::viewFrom(0, {});
+    auto depth = std::make_shared<DepthView>(*view.view);
+    change(view, *depth);
+    view.view = depth;
+    BinaryWriter out;
+    encodeView(out, view);
+    BinaryReader in(out.bytes());
+    try {
+      decodeView(in, map);
+      return true;
+    } catch (const std::runtime_error&) {
+      return false;
+    }
+  };
+  const auto nan = static_cast<float>(kNan);
+  EXPECT_TRUE(taken([](MapView&, DepthView&) {}));
+  EXPECT_TRUE(taken([](MapView&, DepthView& d) { d.beams[0].free_from = 0.0F, d.beams[0].range = 999.0F; }));
+  EXPECT_FALSE(taken([](MapView&, DepthView& d) { d.beams[0].range = 1000.0F; }));
+  EXPECT_FALSE(taken([](MapView&, DepthView& d) { d.beams[0].free_from = -0.01F; }));
+  EXPECT_FALSE(taken([](MapView&, DepthView& d) { d.beams[0].free_from = 2.01F; })) << "behind its hit";
+  EXPECT_FALSE(taken([&](MapView&, DepthView& d) { d.beams[1].bearing = nan; }));
+  EXPECT_FALSE(taken([&](MapView&, DepthView& d) { d.beams[1].range = nan; }));
+  EXPECT_FALSE(taken([](MapView&, DepthView& d) { d.surfaces[0].to = 1000.0F; }));
+  EXPECT_FALSE(taken([](MapView&, DepthView& d) { d.surfaces[0].from = -0.01F; }));
+  EXPECT_FALSE(taken([](MapView&, DepthView& d) { d.surfaces[0].from = 3.0F; })) << "behind its end";
+  EXPECT_FALSE(taken([&](MapView&, DepthView& d) { d.surfaces[0].bearing = nan; }));
+  EXPECT_FALSE(taken([](MapView& v, DepthView&) { v.keyframe = 1; }));
+  EXPECT_FALSE(taken([](MapView& v, DepthView&) { v.keyframe = -1; }));
+  EXPECT_FALSE(taken([](MapView& v, DepthView&) { v.T_keyframe_base.theta = kNan; }));
+}
+
+TEST(MapCodec, TakesNoTileFurtherOffThanItCanCount) {
+  constexpr int kFarthest = 1 << 20;
+  for (const auto& [column, row] : {std::pair(kFarthest, 0), {-kFarthest, 0}, {0, kFarthest}, {0, -kFarthest}}) {
+    const std::string last = tileAt(column, row);
+    EXPECT_NO_THROW(decodeGrid(packed(last, last.size()), {})) << column << ' ' << row;
+    const std::string beyond = tileAt(column + (column > 0) - (column < 0), row + (row > 0) - (row < 0));
+    EXPECT_THROW(decodeGrid(packed(beyond, beyond.size()), {}), std::runtime_error) << column << ' ' << row;
+  }
+}
+
+TEST(MapCodec, TakesEveryKindOfEdgeAndNoOther) {
+  const ChangingMap changing(3);
+  for (int kind = 0; kind < 4; ++kind) {
+    Edge edge;
+    edge.to = 2;
+    edge.kind = static_cast<EdgeKind>(kind);
+    BinaryWriter out;
+    encodeEdge(out, edge);
+    BinaryReader in(out.bytes());
+    MapState map = changing.copy();
+    const bool known = kind <= static_cast<int>(EdgeKind::kLoopClosure);
+    if (known) {
+      EXPECT_NO_THROW(decodeEdge(in, map)) << kind;
+    } else {
+      EXPECT_THROW(decodeEdge(in, map), std::runtime_error) << kind;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace slam
