@@ -166,5 +166,44 @@ TEST(ScanAssembler, HasRoomForTheDensestAndSlowestTurn) {
   EXPECT_GT(LaserScan::kCapacity, 0.3 / 127e-6) << "at 0.3 s a turn";
 }
 
+TEST(ScanAssembler, HandsTheQualityOnAsIntensity) {
+  Feeder feeder;
+  for (const int quality : {0, 1, 15, 47, 63}) {
+    Node node = nodeAt(10.0 * quality / 4.0, 2.0, quality == 0);
+    node.quality = static_cast<std::uint8_t>(quality);
+    feeder.add(node);
+  }
+  feeder.turn(1);
+  ASSERT_EQ(feeder.scans.size(), 1U);
+  const float intensities[] = {0.0F, 1.0F, 15.0F, 47.0F, 63.0F};
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(feeder.scans[0].beams()[i].intensity, intensities[i]);
+}
+
+TEST(ScanAssembler, LeavesBeamsWithoutEchoThatAreInOrderWhereTheyAre) {
+  // As a unit tells them that corrects nothing: the holes' beams are not even, and right.
+  Feeder feeder;
+  const double degrees[] = {0, 40, 50, 60, 120, 200, 210, 300};
+  for (int turns = 0; turns < 2; ++turns) {
+    for (const double angle : degrees) {
+      feeder.add(nodeAt(angle, angle == 50 || angle == 60 || angle == 210 ? 0.0 : 2.0, angle == 0));
+    }
+  }
+  ASSERT_EQ(feeder.scans.size(), 1U);
+  for (std::size_t i = 0; i < std::size(degrees); ++i) {
+    const double bearing = feeder.scans[0].beams()[i].bearing * 180.0 / std::numbers::pi;
+    EXPECT_NEAR(std::remainder(bearing + degrees[i], 360.0), 0.0, 1e-3) << degrees[i];
+  }
+}
+
+TEST(ScanAssembler, AllowsATurnOfThirtyDegreesMoreAndNoMore) {
+  for (const int more : {29, 31}) {
+    Feeder feeder;
+    feeder.turn(360);
+    for (int i = 0; i <= more; ++i) feeder.add(nodeAt(i, 2.0));  // without a start
+    EXPECT_EQ(feeder.assembler.broken(), more > 30 ? 1U : 0U) << more;
+    EXPECT_EQ(feeder.assembler.turns(), more > 30 ? 2U : 1U) << more;
+  }
+}
+
 }  // namespace
 }  // namespace slam::rplidar
