@@ -105,6 +105,16 @@ TEST_F(HandsfreeBoardTest, FindsNothingWhenTheBoardAgrees) {
   EXPECT_EQ(driver_->findings(), 0U);
 }
 
+TEST_F(HandsfreeBoardTest, AllowsACalibrationOfFivePercent) {
+  const auto findings = [this](double share) {
+    make({.wheel_radius = 0.033 / share, .body_radius = 0.16 / share});
+    EXPECT_TRUE(runUntil([&] { return driver_->wheelRadius() != 0.0F; }));
+    return driver_->findings();
+  };
+  for (const double share : {1.04, 0.96}) EXPECT_EQ(findings(share), 0U) << share;
+  for (const double share : {1.06, 0.94}) EXPECT_EQ(findings(share), 2U) << share;
+}
+
 struct Disagreement {
   HandsfreeConfig config;
   const char* word;

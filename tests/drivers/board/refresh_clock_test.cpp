@@ -153,5 +153,17 @@ TEST(RefreshClock, NeverStampsOutsideOfWhatItsRequestsProve) {
   EXPECT_GT(stamped, 5000);
 }
 
+TEST(RefreshClock, ForgetsThePhaseOfWheelsThatStoodForAMinute) {
+  for (const auto& [stood, known] : {std::pair(59s, true), {61s, false}}) {
+    RefreshClock clock;
+    Timestamp asked = kStart;
+    for (int i = 0; i < 40; ++i, asked += 20ms) clock.stamp({asked - 10ms, asked, asked + 5ms});
+    ASSERT_TRUE(clock.locked());
+    asked += stood;
+    EXPECT_EQ(clock.stamp({asked - 10ms, asked, asked + 5ms}).has_value(), known);
+    EXPECT_EQ(clock.locked(), known);
+  }
+}
+
 }  // namespace
 }  // namespace slam

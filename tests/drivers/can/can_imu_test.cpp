@@ -160,5 +160,40 @@ TEST(CanImu, KnowsSinceWhenItsValuesAreFrozen) {
   EXPECT_EQ(unit.imu.changed(), unit.clock);
 }
 
+TEST(CanImu, GivesNoStampTwice) {
+  Unit unit;
+  ASSERT_TRUE(unit.step());
+  unit.ticks -= kStep;  // the same sample time again, in new frames
+  EXPECT_FALSE(unit.step());
+  EXPECT_EQ(unit.imu.rejects(), 1);
+  EXPECT_TRUE(unit.step());
+  Unit late;  // three samples that a thread reads at once, which does not know when they came
+  int made = 0;
+  for (int i = 0; i < 3; ++i) {
+    late.clock = kStart;
+    made += late.step().has_value();
+  }
+  EXPECT_EQ(made, 1);
+}
+
+TEST(CanImu, JoinsNoPartsThatAreEightMillisecondsApart) {
+  for (const auto& [apart, joined] : {std::pair(Duration(8ms), true), {Duration(8ms) + 1us, false}}) {
+    CanImu imu;
+    imu.add(xsens::encodeSampleTime(100), kStart);
+    imu.add(xsens::encodeRateOfTurn({}), kStart);
+    EXPECT_EQ(imu.add(xsens::encodeAcceleration({}), kStart + apart).has_value(), joined);
+    EXPECT_EQ(imu.rejects(), joined ? 0 : 1);
+  }
+}
+
+TEST(CanImu, FollowsASampleTimeThatIsHalfASecondOffAtMost) {
+  for (const auto& [ticks, followed] : {std::pair(4'999U, true), {5'101U, false}}) {
+    Unit unit;
+    for (int i = 0; i < 3; ++i) ASSERT_TRUE(unit.step());
+    unit.ticks += ticks;  // 0.5 s, less or more than a step of 10 ms
+    EXPECT_EQ(unit.step().has_value(), followed) << ticks;
+  }
+}
+
 }  // namespace
 }  // namespace slam
