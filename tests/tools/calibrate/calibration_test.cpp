@@ -2,8 +2,10 @@
 #include "tools/calibrate/calibration.hpp"
 
 #include <array>
+#include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <utility>
 
 #include "tools/calibrate/motions.hpp"
 
@@ -133,6 +135,28 @@ TEST(Calibration, RefusesTooFewMotionsAndContradictions) {
 TEST(Calibration, GivesTheSameForTheSameMotions) {
   const auto motions = MotionMaker(1).make(Drive::kVaried, 60);
   EXPECT_EQ(calibrate(motions, kBelieved).geometry.vector(), calibrate(motions, kBelieved).geometry.vector());
+}
+
+TEST(Calibration, BelievesNoRobotOfThriceTheSizeThatIsConfigured) {
+  const auto statusAt = [](double factor) {
+    RobotGeometry small = kBelieved;
+    small.left_radius /= factor;
+    small.right_radius /= factor;
+    small.track /= factor;
+    return calibrate(MotionMaker(1).make(Drive::kVaried, 60), small).status;
+  };
+  EXPECT_EQ(statusAt(2.8), CalibrationStatus::kDone);
+  EXPECT_EQ(statusAt(3.2), CalibrationStatus::kContradicted);
+}
+
+TEST(Calibration, RejectsWhatLiesBeyondItsGateAndNothingElse) {
+  const CalibrationConfig config;
+  for (const auto& [share, rejected] : {std::pair(0.8, 0), {1.3, 5}}) {
+    auto motions = MotionMaker(1, 0.0).make(Drive::kVaried, 60);
+    for (std::size_t i = 0; i < 5; ++i)
+      motions[i].T_begin_end.x += std::sqrt(share * config.gate) * test::kTranslationSigma;
+    EXPECT_EQ(calibrate(motions, kBelieved).rejected, rejected) << share;
+  }
 }
 
 }  // namespace

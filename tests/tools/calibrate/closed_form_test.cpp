@@ -45,5 +45,19 @@ TEST(ClosedForm, RefusesMotionsThatAreAllAlike) {
   EXPECT_FALSE(solveClosedForm({}));
 }
 
+TEST(ClosedForm, WeighsMotionsByTheirCovariances) {
+  auto motions = test::MotionMaker(1).make(Drive::kVaried, 60);
+  auto worse = test::MotionMaker(2, 30.0).make(Drive::kVaried, 60);
+  for (LidarMotion& motion : worse) motion.covariance *= 900.0;
+  motions.insert(motions.end(), worse.begin(), worse.end());
+  const auto geometry = solveClosedForm(motions);
+  ASSERT_TRUE(geometry);
+  EXPECT_NEAR(geometry->left_radius, kRobot.left_radius, 1e-4);
+  EXPECT_NEAR(geometry->right_radius, kRobot.right_radius, 1e-4);
+  EXPECT_NEAR(geometry->track, kRobot.track, 2e-3);
+  EXPECT_NEAR(geometry->T_base_lidar.x, kRobot.T_base_lidar.x, 4e-3);
+  EXPECT_NEAR(geometry->T_base_lidar.y, kRobot.T_base_lidar.y, 4e-3);
+}
+
 }  // namespace
 }  // namespace slam
