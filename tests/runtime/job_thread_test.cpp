@@ -79,5 +79,16 @@ TEST(JobThread, IsBusySinceItsPresentJobBegan) {
   EXPECT_TRUE(jobs.waitUntilIdle(monotonicNow() + 20s));
 }
 
+TEST(JobThread, IsBusySinceItsFirstJobHoweverManyFollow) {
+  Hang hang;
+  JobThread jobs("jobs");
+  jobs.start(hang.job());
+  const Timestamp begun = monotonicNow();
+  while (monotonicNow() < begun + 20ms) std::this_thread::yield();
+  jobs.start([] {});
+  EXPECT_GE(jobs.busyFor(monotonicNow()), 20ms) << "a disk that hangs is told, whatever else waits for it";
+  hang.release();
+}
+
 }  // namespace
 }  // namespace slam

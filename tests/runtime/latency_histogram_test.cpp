@@ -101,5 +101,14 @@ TEST(LatencyHistogram, TakesTheMiddleOneOfAFew) {
   EXPECT_NEAR(histogram.summary().p99_us, 100.0, kWidth * 100.0) << "the 99th of a hundred";
 }
 
+TEST(LatencyHistogram, NoPercentileIsAboveTheLongest) {
+  for (int i = 0; i < 40; ++i) {  // at all places of a bucket
+    LatencyHistogram histogram;
+    histogram.add(fromSeconds(1e-3 * (1.0 + 0.01 * i)));
+    EXPECT_LE(histogram.summary().p50_us, histogram.summary().max_us);
+    EXPECT_LE(histogram.summary().p99_us, histogram.summary().max_us);
+  }
+}
+
 }  // namespace
 }  // namespace slam
