@@ -194,5 +194,17 @@ TEST(DecayField, OfAnEmptyMapKnowsNothing) {
   EXPECT_EQ(field.logPassed(passed), 0.0);
 }
 
+TEST(DecayField, ABeamPassesAWallThatItEndsBehindByMoreThanItsNoise) {
+  const KeyframeGraph keyframes = wallOf(2);
+  BeamModel model;
+  model.face = 0.0;
+  const DecayField field = fieldOf(keyframes, model);
+  const double whole = through(field, {0.03, -1.5}, {0.03, 3.0}), behind = 2 * kCell + 0.1;  // [m] of roughness
+  ASSERT_LT(whole, 0.0);
+  const double noise = 2.0 * model.sigmaAt(1.5 + behind);
+  EXPECT_NEAR(through(field, {0.03, -1.5}, {0.03, behind + noise + 0.05}), whole, 1e-6);
+  EXPECT_GT(through(field, {0.03, -1.5}, {0.03, behind + noise - 0.15}), 0.6 * whole) << "not yet all of it";
+}
+
 }  // namespace
 }  // namespace slam::test

@@ -99,5 +99,19 @@ TEST(GlobalSearch, GivesPlacesBestFirstAndApart) {
   }
 }
 
+TEST(GlobalSearch, TakesAnotherHeadingForAnotherPlace) {
+  std::mt19937 random(4);
+  Points walls;  // a square room, which looks the same in four directions
+  for (double s = 0.0; s < 6.0; s += 0.2)
+    walls.insert(walls.end(), {{s, 0.0}, {6.0, s}, {6.0 - s, 6.0}, {0.0, 6.0 - s}});
+  const auto places = GlobalSearch(walls).search(seenFrom(walls, {3.0, 3.0, 0.0}, 0.02, random), 0.5, 4, 0.9);
+  ASSERT_EQ(places.size(), 4u);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Pose2& place = places[i].T_map_query;
+    EXPECT_LT((place.translation() - Eigen::Vector2d(3.0, 3.0)).norm(), 0.3);
+    for (std::size_t j = 0; j < i; ++j) EXPECT_GT(std::abs(wrapAngle(place.theta - places[j].T_map_query.theta)), 1.3);
+  }
+}
+
 }  // namespace
 }  // namespace slam::test
