@@ -272,5 +272,33 @@ TEST(DepthRaysBeside, ARolledCameraIsLevelled) {
   EXPECT_GT(rays.pixel(static_cast<std::size_t>(120 * xtion.width + 20)).up, 0.05F);
 }
 
+/// A camera before stairs that lead down, along a share of its view.
+TEST(DepthProjectionBeside, StairsDownAreNoFaultButAHoleWhereTheFloorShouldBeIs) {
+  const auto statusAt = [](double share) {
+    const DepthExtrinsics mounted{.x = 0.1, .z = 0.4};
+    DepthProjection projection({.extrinsics = mounted});
+    DepthImage image;
+    image.intrinsics = DepthIntrinsics::fromFieldOfView(320, 240, 1.0226, 0.7966);
+    image.depth.assign(image.intrinsics.pixels(), 0);
+    for (int v = 0; v < 240; ++v) {
+      const double down = (v - image.intrinsics.cy) / image.intrinsics.fy;
+      for (int u = 0; u < 320; ++u) {
+        const bool floor = u >= share * 320;
+        const double depth = down > 0.02 ? (floor ? mounted.z : mounted.z + 0.5) / down : 9.0;  // [m]
+        if (depth < 5.0) image.depth[static_cast<std::size_t>(v * 320 + u)] = static_cast<std::uint16_t>(1e3 * depth);
+      }
+    }
+    DepthStatus status{};
+    for (int i = 0; i < 5; ++i) {
+      image.stamp += std::chrono::milliseconds(100);
+      status = projection.project(image);
+    }
+    return status;
+  };
+  EXPECT_EQ(statusAt(0.0), DepthStatus::kOk);
+  EXPECT_EQ(statusAt(0.1), DepthStatus::kOk);
+  EXPECT_EQ(statusAt(0.3), DepthStatus::kBelowFloor);
+}
+
 }  // namespace
 }  // namespace slam

@@ -205,5 +205,20 @@ TEST(FloorTracker, ADeskOrAWallIsNoFloor) {
   EXPECT_EQ(tracker.plane().offset, 0.0);
 }
 
+TEST(FloorTracker, FollowsAFewPointsNoFurtherThanItsBound) {
+  for (const double lift : {0.06, -0.06}) {
+    FloorTracker tracker({});
+    Scenery scenery;
+    Timestamp stamp{10s};
+    for (int i = 0; i < 100; ++i, stamp += 33ms) {
+      auto points = scenery.look(0.0, 0.0, std::copysign(std::min(std::abs(lift), 0.001 * i), lift), 1.0);
+      points.resize(200);  // too few to look for a floor elsewhere
+      ASSERT_FALSE(tracker.update(stamp, points, kHeight));
+      ASSERT_LE(std::abs(tracker.plane().offset), FloorTrackerConfig{}.max_offset + 1e-9) << i;
+    }
+    EXPECT_NEAR(tracker.plane().offset, std::copysign(0.04, -lift), 1e-4);
+  }
+}
+
 }  // namespace
 }  // namespace slam
