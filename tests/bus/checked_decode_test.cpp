@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bus/encoding.hpp"
+#include "core/pseudo_laser.hpp"
 
 namespace slam {
 namespace {
@@ -190,6 +191,47 @@ TEST(DecodeCheckedCommand, RefusesAZeroInsideOfAText) {
     ASSERT_NE(data.at(at), 0);
     data[at] = 0;
     EXPECT_FALSE(decodeChecked<command_t>(data)) << at;
+  }
+}
+
+TEST(DecodeCheckedWheels, RefusesMoreWheelsThanABaseHas) {
+  for (const int wheels : {0, 8, 9, 1000}) {
+    wheels_t message = sample<wheels_t>();
+    message.nwheels = wheels;
+    message.angles.assign(static_cast<std::size_t>(wheels), 1.0);
+    EXPECT_EQ(decodeChecked<wheels_t>(encoded(message)).has_value(), wheels <= 8) << wheels;
+  }
+}
+
+TEST(DecodeCheckedDepth, RefusesMoreBeamsAndSurfacesThanItHasRoomFor) {
+  const auto taken = [](int beams, int surfaces) {
+    depth_t message{};
+    message.utime = 1;
+    message.nbeams = beams;
+    message.ranges.resize(static_cast<std::size_t>(beams));
+    message.free_from.resize(static_cast<std::size_t>(beams));
+    message.kinds.resize(static_cast<std::size_t>(beams));
+    message.nsurfaces = surfaces;
+    message.surface_beams.resize(static_cast<std::size_t>(surfaces));
+    message.surface_from.resize(static_cast<std::size_t>(surfaces));
+    message.surface_to.resize(static_cast<std::size_t>(surfaces));
+    return decodeChecked<depth_t>(encoded(message)).has_value();
+  };
+  EXPECT_TRUE(taken(PseudoLaser::kCapacity, PseudoLaser::kSurfaceCapacity));
+  EXPECT_FALSE(taken(PseudoLaser::kCapacity + 1, 0));
+  EXPECT_FALSE(taken(0, PseudoLaser::kSurfaceCapacity + 1));
+}
+
+TEST(DecodeCheckedHealth, RefusesLessThanNothing) {
+  health_t message{};
+  message.summary = "pose lost";
+  const Bytes good = encoded(message);
+  ASSERT_TRUE(decodeChecked<health_t>(good));
+  // Three counts of nothing end the message.
+  for (const std::size_t from_end : {std::size_t{4}, std::size_t{8}, std::size_t{12}}) {
+    for (const std::uint32_t count : {0xFFFFFFFFU, 0x80000000U}) {
+      EXPECT_FALSE(decodeChecked<health_t>(patched(good, good.size() - from_end, count, good.size()))) << from_end;
+    }
   }
 }
 

@@ -307,5 +307,26 @@ TEST(Messages, APseudoLaserComesBackAsItWasAndHostileBeamsBecomeUnknown) {
   EXPECT_FALSE(fromMessage(message));
 }
 
+TEST(PoseMessage, TurnsBothSpeedsIntoTheMapsAxes) {
+  PoseEstimate estimate = somePose();
+  estimate.T_map_base.theta = kPi / 6;
+  estimate.twist = {2.0, 1.0, 0.0};
+  const bot_core::pose_t message = toPoseMessage(estimate, kUtime);
+  EXPECT_NEAR(message.vel[0], 2.0 * std::sqrt(0.75) - 0.5, 1e-12);
+  EXPECT_NEAR(message.vel[1], 1.0 + std::sqrt(0.75), 1e-12);
+}
+
+TEST(LaserMessage, HasTheIntensityOfTheReturnThatItShows) {
+  LaserScan scan;
+  scan.push({.range = 5.0F, .bearing = 0.3F, .time_offset = 0.0F, .intensity = 20.0F});
+  scan.push({.range = 3.0F, .bearing = 0.3F, .time_offset = 0.0F, .intensity = 40.0F});
+  scan.push({.range = 4.0F, .bearing = 0.3F, .time_offset = 0.0F, .intensity = 30.0F});
+  const bot_core::planar_lidar_t message = toLaserMessage(scan, kUtime, 360);
+  const auto shown = std::find(message.ranges.begin(), message.ranges.end(), 3.0F) - message.ranges.begin();
+  ASSERT_LT(shown, 360);
+  EXPECT_EQ(message.intensities[static_cast<std::size_t>(shown)], 40.0F);
+  EXPECT_EQ(std::count(message.intensities.begin(), message.intensities.end(), 0.0F), 359);
+}
+
 }  // namespace
 }  // namespace slam
