@@ -307,5 +307,19 @@ TEST(MapCodec, TakesEveryKindOfEdgeAndNoOther) {
   }
 }
 
+TEST(MapCodec, LeavesTheLidarsLayerWhereTheCameraSawSomethingToo) {
+  MapState map;
+  map.keyframes.add(std::make_shared<StoredScan>(), {});
+  map.in_map.push_back(1);
+  map.grid.set({3, 4}, -700, 400);
+  MapState back;
+  back.keyframes.add(std::make_shared<StoredScan>(), {});
+  back.in_map.push_back(1);
+  back.grid = decodeGrid(encodeGrid(map.grid), {});
+  decodeDepth(encodeDepth(map), back);
+  EXPECT_EQ(back.grid.tiles().read({3, 4}).lidar, -700);
+  EXPECT_EQ(back.grid.tiles().read({3, 4}).depth, 400);
+}
+
 }  // namespace
 }  // namespace slam
