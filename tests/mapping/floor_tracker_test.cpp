@@ -220,5 +220,19 @@ TEST(FloorTracker, FollowsAFewPointsNoFurtherThanItsBound) {
   }
 }
 
+TEST(FloorTracker, TellsAFloorThatLiesHigherOrLowerThanItCan) {
+  for (const double lift : {0.10, -0.10}) {
+    for (const double floor_share : {0.6, 1.0}) {
+      FloorTracker tracker({});
+      Scenery scenery;
+      Timestamp stamp{10s};
+      for (int i = 0; i < 5; ++i, stamp += 33ms) {
+        EXPECT_TRUE(tracker.update(stamp, scenery.look(0.0, 0.0, lift, floor_share), kHeight)) << lift;
+        EXPECT_EQ(tracker.plane().offset, 0.0) << "not followed";
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace slam
