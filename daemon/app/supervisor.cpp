@@ -118,7 +118,7 @@ void Supervisor::start() {
   exchange_.imu.drain([](const ImuSample&) {});
   exchange_.wheels_out.drain([](const WheelReading&) {});
   exchange_.imu_out.drain([](const ImuSample&) {});
-  for (Device& device : devices_) device.samples = device.status->samples;
+  for (WatchedDevice& device : devices_) device.samples = device.status->samples;
   for (Watched& watched : watched_) {
     if (!base_ || watched.worker != &base_->worker()) watched.worker->start();
   }
@@ -256,7 +256,7 @@ void Supervisor::logLink() {
 }
 
 void Supervisor::logDeviceChanges() {
-  for (Device& device : devices_) {
+  for (WatchedDevice& device : devices_) {
     const Timestamp now = monotonicNow();
     const DeviceState state = stateOf(device, now);
     std::string reason = statusReason(device);

@@ -16,6 +16,7 @@
 #include "app/estimator_thread.hpp"
 #include "app/exchange.hpp"
 #include "app/graph_thread.hpp"
+#include "app/health_parts.hpp"
 #include "app/mapper_thread.hpp"
 #include "app/storage_report.hpp"
 #include "runtime/job_thread.hpp"
@@ -37,20 +38,6 @@ class Supervisor {
   int run();
 
  private:
-  /// One device as the supervisor sees it, whatever thread feeds it.
-  struct Device {
-    std::string name;
-    DeviceStatus* status;
-    double expected;  // [Hz]
-    bool over_lcm = false;
-    double lines = 5.0;        // of the log that may be written about it now
-    Timestamp looked{};        // when that was reckoned
-    std::string logged = {};   // state and reason logged last
-    std::int64_t samples = 0;  // when rates were measured last
-    double rate = 0.0;         // [Hz] then
-    bool streamed = false;     // then
-    bool judged = false;       // the rate is worth a word
-  };
   struct Watched {
     Worker* worker;
     SilenceLimits limits;
@@ -79,11 +66,7 @@ class Supervisor {
   void measureDiskSpace();
   void sendHealth(Timestamp now);
   double diskFree() const;  // [MB] where maps and records are written, the least; -1: not known
-  static std::optional<Duration> ageOf(const Device& device, Timestamp now);  ///< of its last sample
-  static bool isSilent(const Device& device, Timestamp now);
-  static DeviceState stateOf(const Device& device, Timestamp now);
-  std::string statusReason(const Device& device) const;
-  std::string reasonOf(const Device& device, Timestamp now) const;
+  std::string statusReason(const WatchedDevice& device) const;
   std::string summary(Timestamp now) const;
 
   const Config config_;
@@ -96,7 +79,7 @@ class Supervisor {
   EstimatorThread estimator_;
   MapperThread mapper_;
   BusThread bus_;
-  std::vector<Device> devices_;
+  std::vector<WatchedDevice> devices_;
   std::vector<Watched> watched_;
   std::vector<Stored> stored_;
   std::string not_locked_;  // memory, in words
