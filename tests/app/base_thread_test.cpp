@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 #include <memory>
+#include <utility>
+#include <vector>
 
 #include "drivers/board/handsfree_fixture.hpp"
 #include "runtime/clock.hpp"
@@ -51,6 +53,58 @@ TEST_F(BaseThreadTest, StopsTheRobotAtItsEnd) {
   thread_->stop();
   board_.serve();
   EXPECT_EQ(board_.speed.x, 0.0F);
+}
+
+TEST_F(BaseThreadTest, DrivesInTheDirectionThatIsCommanded) {
+  thread_->worker().start();
+  ASSERT_TRUE(serveUntil([&] {
+    exchange_->drives.tryPush({{.vx = 0.25, .vy = -0.125, .omega = 0.75}, monotonicNow()});
+    return board_.speed.x == 0.25F;
+  }));
+  EXPECT_EQ(board_.speed.y, -0.125F);
+  EXPECT_EQ(board_.speed.z, 0.75F);
+}
+
+TEST_F(BaseThreadTest, HandsWheelsAndImuToTheEstimatorAndToTheBus) {
+  thread_->worker().start();
+  ASSERT_TRUE(serveUntil([&] { return thread_->wheelStatus()->samples > 5 && thread_->imuStatus()->samples > 5; }));
+  thread_->stop();
+  std::vector<WheelReading> wheels, wheels_out;
+  exchange_->wheels.drain([&](const WheelReading& reading) { wheels.push_back(reading); });
+  exchange_->wheels_out.drain([&](const WheelReading& reading) { wheels_out.push_back(reading); });
+  ASSERT_EQ(wheels.size(), wheels_out.size());
+  ASSERT_GT(wheels.size(), 5U);
+  EXPECT_EQ(wheels.back().count, 2);
+  EXPECT_EQ(wheels.back().angles, wheels_out.back().angles);
+  EXPECT_GT(wheels.back().sample.T_wheels_base.x, 0.0) << "both wheels count forward";
+  EXPECT_GT(wheels.back().sample.T_wheels_base.theta, 0.0) << "and the right one more";
+  std::vector<ImuSample> imu, imu_out;
+  exchange_->imu.drain([&](const ImuSample& sample) { imu.push_back(sample); });
+  exchange_->imu_out.drain([&](const ImuSample& sample) { imu_out.push_back(sample); });
+  ASSERT_EQ(imu.size(), imu_out.size());
+  ASSERT_GT(imu.size(), 5U);
+  EXPECT_EQ(imu.back().gyro, imu_out.back().gyro);
+  EXPECT_NEAR(imu.back().gyro.z(), 0.3, 1e-6);
+  EXPECT_NEAR(static_cast<double>(thread_->battery()), 11.5, 1e-6);
+}
+
+TEST(BaseRates, AreThoseAtWhichValuesAreNew) {
+  const auto ratesOf = [](const char* base, const char* imu, double mileage_rate, double imu_rate) {
+    Config config;
+    config.runtime.realtime = false;
+    config.base_device.port = config.imu_device.port = "/dev/none";
+    config.base_device.driver = base;
+    config.imu_device.driver = imu;
+    config.base_device.mileage_rate = mileage_rate;
+    config.base_device.imu_rate = imu_rate;
+    Exchange exchange;
+    BaseThread thread(config, exchange);
+    return std::pair(thread.wheelRate(), thread.imuRate());
+  };
+  EXPECT_EQ(ratesOf("handsfree", "handsfree", 100.0, 100.0), std::pair(20.0, 50.0)) << "what the board renews";
+  EXPECT_EQ(ratesOf("handsfree", "handsfree", 15.0, 40.0), std::pair(15.0, 40.0)) << "what it is asked for";
+  EXPECT_EQ(ratesOf("can", "can", 15.0, 40.0), std::pair(100.0, 100.0));
+  EXPECT_EQ(ratesOf("handsfree", "hfi", 100.0, 40.0).second, 0.0) << "nobody knows";
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/mapper_thread.hpp"
 
+#include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -65,6 +66,101 @@ TEST_F(MapFiles, KeepNobodyWaitingForADiskThatHangs) {
   std::ifstream disk(folder / "map.pgm.new", std::ios::binary);  // it answers
   std::string all(std::istreambuf_iterator<char>(disk), {});
   EXPECT_TRUE(waitUntil([&] { return exchange.map_saved == SaveOutcome::kSaved; }));
+}
+
+/// A mapper thread that draws scans, and what it hands to the bus.
+class MapTiles : public testing::Test {
+ protected:
+  void draw(std::int32_t map_id, int id, const Pose2& T_map_base, Timestamp stamp = monotonicNow()) {
+    auto scan = std::make_shared<StoredScan>();
+    for (const float bearing : {0.1F, 0.2F, 0.3F}) {
+      scan->points.push_back({.x = 2.0F * std::cos(bearing), .y = 2.0F * std::sin(bearing)});
+    }
+    auto change = std::make_shared<MapChange>();
+    change->map_id = map_id;
+    change->stamp = stamp;
+    change->scans.push_back({id, T_map_base, scan});
+    ASSERT_TRUE(exchange->map_changes.tryPush(change));
+  }
+  /// Places of the tiles that come until so many are there.
+  std::vector<std::pair<int, int>> tiles(std::size_t count) {
+    std::vector<std::pair<int, int>> places;
+    EXPECT_TRUE(waitUntil([&] {
+      exchange->map_tiles.drain([&](const map_tile_t& tile) {
+        places.emplace_back(tile.column, tile.row);
+        map_ids.push_back(tile.map_id);
+      });
+      return places.size() >= count;
+    })) << places.size()
+        << " of " << count;
+    return places;
+  }
+  map_meta_t meta() {
+    std::optional<map_meta_t> last;
+    EXPECT_TRUE(waitUntil([&] {
+      exchange->map_meta.drain([&](const map_meta_t& meta) { last = meta; });
+      return last.has_value();
+    }));
+    return last.value_or(map_meta_t{});
+  }
+
+  Config config;
+  WallClock clock;
+  std::unique_ptr<Exchange> exchange = std::make_unique<Exchange>();
+  MapperThread mapper{config, *exchange, clock};
+  std::vector<std::int32_t> map_ids;
+};
+
+TEST_F(MapTiles, AreSentWhenTheyChangeAndAllOfThemWhenAskedFor) {
+  mapper.worker().start();
+  const Timestamp stamp = monotonicNow();
+  draw(3, 0, {0.5, 0.5, 0.0}, stamp);
+  EXPECT_THAT(tiles(1), testing::ElementsAre(std::pair(0, 0)));
+  const map_meta_t first = meta();
+  EXPECT_EQ(first.map_id, 3);
+  EXPECT_EQ(first.keyframes, 1);
+  EXPECT_EQ(first.tiles, 1);
+  EXPECT_EQ(first.utime, clock.utime(stamp));
+  draw(3, 1, {-5.0, 0.5, 3.1});  // elsewhere
+  for (const auto& [column, row] : tiles(1)) EXPECT_LT(column, 0) << "the tile that has not changed is not sent again";
+  const std::int32_t all = meta().tiles;
+  ASSERT_GT(all, 1);
+  exchange->refresh_map = true;
+  const auto again = tiles(static_cast<std::size_t>(all));
+  EXPECT_THAT(again, testing::Contains(std::pair(0, 0)));
+  EXPECT_EQ(again.size(), static_cast<std::size_t>(all));
+  EXPECT_EQ(meta().tiles, all);
+  EXPECT_FALSE(exchange->refresh_map);
+  EXPECT_EQ(exchange->map_keyframes, 2);
+}
+
+TEST_F(MapTiles, OfAnotherMapBeginAnew) {
+  mapper.worker().start();
+  draw(3, 0, {0.5, 0.5, 0.0});
+  tiles(1);
+  meta();
+  draw(4, 0, {40.0, 0.5, 0.0});
+  for (const auto& [column, row] : tiles(1)) EXPECT_GT(column, 5);
+  EXPECT_EQ(map_ids.back(), 4);
+  const map_meta_t now = meta();
+  EXPECT_EQ(now.map_id, 4);
+  EXPECT_EQ(now.keyframes, 1);
+  EXPECT_GT(now.column_min, 5) << "nothing of the other map is left";
+}
+
+TEST_F(MapTiles, ComeAFewAtATime) {
+  for (int i = 0; i < 60; ++i) draw(3, i, {4.0 * i, 0.5, 0.0});
+  mapper.worker().start();
+  const std::size_t all = 40;
+  std::size_t most = 0, count = 0;
+  for (std::uint64_t tick = 0; count < all;) {
+    ASSERT_TRUE(waitUntil([&] { return mapper.worker().ticks() > tick; }));
+    tick = mapper.worker().ticks();
+    const std::size_t burst = exchange->map_tiles.drain([](const map_tile_t&) {});
+    if (tick == 1) most = burst;
+    count += burst;
+  }
+  EXPECT_LE(most, 40U) << "a burst of a whole map would overrun who listens";
 }
 
 }  // namespace
