@@ -272,6 +272,7 @@ TEST_F(RplidarDriverTest, FallsBackToStandardScansOnOldFirmware) {
   ASSERT_TRUE(connect()) << reason();
   ASSERT_TRUE(collect(2));
   expectRightGeometry(360, 476e-6);
+  EXPECT_DOUBLE_EQ(driver_->mode().sample_time, 476e-6) << "what the manual says of firmware that cannot be asked";
 }
 
 TEST_F(RplidarDriverTest, IsNotMisledByTheStreamOfAPreviousRun) {
@@ -363,6 +364,8 @@ TEST_F(RplidarDriverTest, WorksWithAWarning) {
   start();
   ASSERT_TRUE(connect()) << reason();
   EXPECT_TRUE(collect(1));
+  EXPECT_EQ(state(), DeviceState::kStreaming);
+  EXPECT_NE(std::string(reason()).find("clean its window"), std::string::npos) << reason();
 }
 
 TEST_F(RplidarDriverTest, GivesUpADeviceThatNeverAnswers) {
