@@ -151,5 +151,35 @@ TEST(ScanStream, NeitherScansNorNoiseLookLikeABootBanner) {
   EXPECT_TRUE(stream.sawBootText());
 }
 
+TEST(ScanStream, KnowsWhenEachByteOfAChunkCame) {
+  constexpr double kByteTime = 10.0 / 115200.0, kSampleTime = 500e-6;  // [s]
+  const rplidar::ScanStream::Format format{.type = rplidar::AnswerType::kStandardNodes,
+                                           .sample_time = kSampleTime,
+                                           .byte_time = kByteTime,
+                                           .limits = {0.2F, 9.0F}};
+  std::vector<std::uint8_t> bytes;
+  for (int i = 0; i < 101; ++i) {
+    const auto node = rplidar::encodeStandardNode({.angle_q6 = static_cast<std::uint16_t>(i % 50 * 7 * 64),
+                                                   .distance_q2 = 8000,
+                                                   .quality = 15,
+                                                   .start = i % 50 == 0});
+    bytes.insert(bytes.end(), node.begin(), node.end());
+  }
+  const Timestamp begin{std::chrono::seconds(100)};
+  const auto arrivalOf = [&](std::size_t byte) { return begin + fromSeconds(kByteTime * static_cast<double>(byte)); };
+  std::vector<Timestamp> one_by_one, at_once;
+  rplidar::ScanStream prompt(format), late(format);
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    prompt.push({&bytes[i], 1}, arrivalOf(i), [&](const LaserScan& scan) { one_by_one.push_back(scan.stamp); });
+  }
+  late.push(bytes, arrivalOf(bytes.size() - 1), [&](const LaserScan& scan) { at_once.push_back(scan.stamp); });
+  ASSERT_EQ(one_by_one.size(), 2U);
+  ASSERT_EQ(at_once.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_LT(std::abs(toSeconds(at_once[i] - one_by_one[i])), 1e-4) << i;
+    EXPECT_LT(at_once[i], arrivalOf(50 * 5 * i + 50)) << "of the first beam";
+  }
+}
+
 }  // namespace
 }  // namespace slam

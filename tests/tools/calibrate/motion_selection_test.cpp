@@ -144,5 +144,31 @@ TEST(MotionSelection, EndsAMotionWhereItHasGoneFarEnoughAndGivesUpSlowOnes) {
   EXPECT_TRUE(selectMotions(log, kRobot).empty());
 }
 
+TEST(MotionSelection, EndsAMotionWhereItHasTurnedEnough) {
+  MotionConfig config;
+  config.translation = 10.0;
+  const auto motions = selectMotions(arc(20.0), kRobot, config);
+  EXPECT_GE(motions.size(), 8U);
+  const double step = kScanPeriod * (kRightRate * kRobot.right_radius - kLeftRate * kRobot.left_radius) / kRobot.track;
+  for (const LidarMotion& motion : motions) {
+    EXPECT_GE(motion.T_begin_end.theta, config.rotation);
+    EXPECT_LT(motion.T_begin_end.theta, config.rotation + 1.5 * step);
+  }
+}
+
+TEST(MotionSelection, GoesOverNoGapOfMoreThanASecond) {
+  const auto motionsOf = [](double gap) {
+    SensorLog log = arc(20.0);
+    std::vector<MatchedScan> kept{log.scans.front()};
+    for (const MatchedScan& scan : log.scans) {
+      if (toSeconds(scan.stamp - kept.back().stamp) > gap - 0.01) kept.push_back(scan);
+    }
+    log.scans = kept;
+    return selectMotions(log, kRobot).size();
+  };
+  EXPECT_GE(motionsOf(5 * kScanPeriod), 6U);
+  EXPECT_EQ(motionsOf(6 * kScanPeriod), 0U) << "each is a gap";
+}
+
 }  // namespace
 }  // namespace slam
