@@ -349,5 +349,11 @@ TEST(RoboLinkPayload, OfAWrongSizeOrNotFiniteIsRefused) {
                 {1, 5, 9, 15, 19, 23, 27, 31, 35});
 }
 
+TEST(RoboLinkTime, CountsWeekdaysFromMondayToSunday) {
+  constexpr std::int64_t kDay = 86'400;  // [s]; the first of 1970 was a Thursday
+  const int weekdays[] = {4, 5, 6, 7, 1, 2, 3, 4};
+  for (int day = 0; day < 8; ++day) EXPECT_EQ(localTimeAt(day * kDay + kDay / 2).weekday, weekdays[day]) << day;
+}
+
 }  // namespace
 }  // namespace slam::robolink
