@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <gtest/gtest.h>
 #include <memory>
 #include <random>
@@ -305,6 +306,7 @@ TEST_F(MapperTest, GoesOnInALoadedMapAtItsResolution) {
   Mapper next(kConfig);
   next.load(scans, {}, std::move(stored), 20);
   EXPECT_EQ(next.keyframes(), 23);
+  EXPECT_TRUE(differences(next.grid(), mapper.grid()).empty()) << "those that the stored grid lacks are drawn";
   const std::vector<Pose2> poses = disturbed();
   next.move(poses);
   next.work(1 << 20);
@@ -373,6 +375,20 @@ TEST_F(MapperTest, KeepsAFewViewsOfAKeyframeHoweverManyItDraws) {
   for (const MapView& view : views) {
     EXPECT_GT(view.view->stamp, Timestamp{std::chrono::seconds(80)}) << "the newest stay";
   }
+}
+
+TEST_F(MapperTest, GivesUpTheOldestOfTooManyViews) {
+  Mapper mapper(kConfig);
+  fill(mapper, 1);
+  for (const int second : {3, 1, 4, 2, 5}) {  // three have room; 1 goes first, then 2
+    const Pose2 from{0.5 * second, 0.0, 0.0};
+    mapper.add(MapView{0, scans[0].T_map_base, from, obstacleAhead(Timestamp{std::chrono::seconds(second)})});
+  }
+  std::vector<std::int64_t> kept;
+  for (const MapView& view : mapper.views())
+    kept.push_back(std::lround(toSeconds(view.view->stamp.time_since_epoch())));
+  std::sort(kept.begin(), kept.end());
+  EXPECT_EQ(kept, (std::vector<std::int64_t>{3, 4, 5}));
 }
 
 TEST_F(MapperTest, RedrawsWhatMovedOrOnlyTurnedByMoreThanAFifthOfACell) {
