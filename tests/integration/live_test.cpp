@@ -79,7 +79,7 @@ TEST_F(Live, PublishesEveryChannelAtItsRate) {
   EXPECT_GT(listener.medianInterval(channel::kPose), 1.0 / 140.0);
   EXPECT_LT(listener.medianInterval(channel::kPose), kPatience / 60.0);
   EXPECT_NEAR(listener.medianInterval(channel::kScan), 1.0 / 5.5, 0.03);
-  EXPECT_NEAR(listener.medianInterval(channel::kHealth), 1.0, 0.2);
+  EXPECT_LT(listener.medianInterval(channel::kHealth), 1.2);  // and at once on news, such as a late thread
   EXPECT_NEAR(listener.count(channel::kLaser), listener.count(channel::kScan), 1);
   EXPECT_LT(listener.largest(), 65499U);
 
@@ -100,7 +100,7 @@ TEST_F(Live, PublishesEveryChannelAtItsRate) {
   const auto depth = listener.last<depth_t>(channel::kDepth).value_or(depth_t{});
   if (kCamera) {
     EXPECT_EQ(depth.nbeams, 118);  // half a degree each
-    EXPECT_GT(std::count_if(depth.kinds.begin(), depth.kinds.end(), [](auto kind) { return kind == 2; }), 20);
+    EXPECT_GT(std::count_if(depth.kinds.begin(), depth.kinds.end(), [](auto kind) { return kind == 2; }), 10);
     EXPECT_LT(std::abs(static_cast<double>(depth.utime - now.count())), 2e6);
   }
   const auto tile = listener.last<map_tile_t>(channel::kMapTile);
