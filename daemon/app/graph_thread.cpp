@@ -2,6 +2,7 @@
 #include "app/graph_thread.hpp"
 
 #include <random>
+#include <span>
 #include <utility>
 
 #include "app/log.hpp"
@@ -134,8 +135,7 @@ bool GraphThread::diskIsFree() {
 void GraphThread::write(DrawnMap drawn) {
   const Requested shown = *std::exchange(requested_, std::nullopt);
   const auto map = std::make_shared<const MapState>(mapState(std::move(drawn), shown.keyframes));
-  const auto unjournalled = unjournalledViews();
-  const auto seen = std::make_shared<const std::vector<MapView>>(unjournalled.begin(), unjournalled.end());
+  const auto seen = unjournalledViews();
   const auto outcome = std::make_shared<Outcome>();
   const auto command = std::exchange(pending_, std::nullopt);
   obeys_ = command.has_value();
@@ -160,8 +160,7 @@ void GraphThread::write(DrawnMap drawn) {
 void GraphThread::writeJournal(Timestamp now) {
   const auto map =
       std::make_shared<const MapState>(mapState({OccupancyGrid(all_config_.map), {}}, back_end_->keyframes().size()));
-  const auto unjournalled = unjournalledViews();
-  const auto seen = std::make_shared<const std::vector<MapView>>(unjournalled.begin(), unjournalled.end());
+  const auto seen = unjournalledViews();
   const auto written = std::make_shared<bool>(false);
   start([this, now, map, seen, written, changes = changes()] { *written = keeper_.journal(now, *map, *seen, changes); },
         [this, written, views = new_views_.size()] {
@@ -184,8 +183,9 @@ void GraphThread::changeTo(MapState next) {
   if (exchange_.localizers.tryPush(localizer.get())) localizer.release();
 }
 
-std::span<const MapView> GraphThread::unjournalledViews() const {
-  return std::span(new_views_).subspan(journalled_views_);
+std::shared_ptr<const std::vector<MapView>> GraphThread::unjournalledViews() const {
+  const auto views = std::span(new_views_).subspan(journalled_views_);
+  return std::make_shared<const std::vector<MapView>>(views.begin(), views.end());
 }
 
 void GraphThread::obey(const MapCommand& command) {
@@ -275,8 +275,7 @@ void GraphThread::store(DrawnMap drawn) {
   exchange_.pose_for_graph.load(snapshot_);
   const auto map = std::make_shared<const MapState>(mapState(std::move(drawn), back_end_->keyframes().size()));
   // Behind a journal that is being written these views may be in it already: twice does no harm.
-  const auto unjournalled = unjournalledViews();
-  const auto seen = std::make_shared<const std::vector<MapView>>(unjournalled.begin(), unjournalled.end());
+  const auto seen = unjournalledViews();
   const auto outcome = std::make_shared<Outcome>();
   stored_ = outcome;
   disk_.start([this, map, seen, outcome, changes = changes()] {

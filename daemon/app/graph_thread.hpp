@@ -4,8 +4,8 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <span>
 #include <unordered_map>
+#include <vector>
 
 #include "app/config.hpp"
 #include "app/exchange.hpp"
@@ -62,7 +62,8 @@ class GraphThread {
   void start(std::function<void()> job, std::function<void()> then);
   bool diskIsFree();
   void requestGrid();
-  std::span<const MapView> unjournalledViews() const;
+  /// A copy for the disk's thread, since new ones come while it writes.
+  std::shared_ptr<const std::vector<MapView>> unjournalledViews() const;
   /// @param drawn_keyframes so many are in the grid
   MapState mapState(DrawnMap drawn, int drawn_keyframes) const;
   std::int64_t changes() const;
