@@ -82,17 +82,20 @@ class MapTiles : public testing::Test {
     change->scans.push_back({id, T_map_base, scan});
     ASSERT_TRUE(exchange->map_changes.tryPush(change));
   }
-  /// Places of the tiles that come until so many are there.
+  /// Places of the tiles that come until so many are there, with all that the thread's tick sends beside them.
   std::vector<std::pair<int, int>> tiles(std::size_t count) {
     std::vector<std::pair<int, int>> places;
-    EXPECT_TRUE(waitUntil([&] {
+    const auto take = [&] {
       exchange->map_tiles.drain([&](const map_tile_t& tile) {
         places.emplace_back(tile.column, tile.row);
         map_ids.push_back(tile.map_id);
       });
       return places.size() >= count;
-    })) << places.size()
-        << " of " << count;
+    };
+    EXPECT_TRUE(waitUntil(take)) << places.size() << " of " << count;
+    const std::uint64_t tick = mapper.worker().ticks();  // perhaps in the middle of its tiles
+    EXPECT_TRUE(waitUntil([&] { return mapper.worker().ticks() > tick; }));
+    take();
     return places;
   }
   map_meta_t meta() {
