@@ -16,7 +16,7 @@ namespace slam {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr int kKept = 2;  // generations
+constexpr int kKept = 2;  // intact generations
 const char* const kFiles[] = {"keyframes.bin", "graph.bin", "grid.bin", "state.toml"};
 const char* const kDepthFile = "depth.bin";  // a map without a depth camera may lack it
 const char* const kTemporary = "writing";
@@ -70,6 +70,17 @@ std::string readChecked(const fs::path& generation, const MapManifest& manifest,
     throw std::runtime_error(file.string() + ": is damaged (its CRC differs)");
   }
   return content;
+}
+
+/// Whether all that its manifest lists is as it was written.
+bool isIntact(const fs::path& generation) {
+  try {
+    const MapManifest manifest = readManifest(generation);
+    for (const auto& listed : manifest.files) readChecked(generation, manifest, listed.first);
+    return true;
+  } catch (const std::runtime_error&) {
+    return false;
+  }
 }
 
 /// Reads one file of a generation; an error names the file.
@@ -210,10 +221,16 @@ void MapStore::checkpoint(const MapState& map, std::span<const MapView> seen) {
   }
   generation_ = next;
   syncFolder(directory_);
+  if (first_written_ == 0) first_written_ = generation_;
+  int kept = 0;  // that can be fallen back to
   for (const int old : generationsOf(directory_)) {
-    if (old > generation_ - kKept) continue;
-    fs::remove_all(directory_ / numbered(old));
-    fs::remove(journalOf(directory_, old));
+    const fs::path generation = directory_ / numbered(old);
+    if (kept == kKept) {
+      fs::remove_all(generation);
+      fs::remove(journalOf(directory_, old));
+    } else if (old >= first_written_ || isIntact(generation)) {
+      ++kept;
+    }
   }
 }
 

@@ -40,7 +40,7 @@ struct LoadedMap {
 ///     NAME/lock                   held by the program that writes the map
 ///
 /// A checkpoint is written beside the others, synced, and renamed to its number, so that it is there whole or not at
-/// all; the generation before it stays, with its journal, as the one to fall back to. Whatever is cut off or flipped,
+/// all; the intact generation before it stays, with its journal, as the one to fall back to. Whatever is cut off or flipped,
 /// no more is lost than the journal had not yet synced.
 class MapStore {
  public:
@@ -79,6 +79,7 @@ class MapStore {
   std::filesystem::path directory_;  // of this map
   std::string name_;
   int generation_ = 0;
+  int first_written_ = 0;  // by this object; 0: none yet
   std::unique_ptr<MapJournal> journal_;
 };
 

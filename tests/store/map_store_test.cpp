@@ -380,6 +380,22 @@ TEST(MapStore, KeepsTwoGenerations) {
   EXPECT_THAT(names, ElementsAre("000006", "000006.journal", "000007", "000007.journal"));
 }
 
+TEST(MapStore, KeepsTheGenerationThatItFellBackTo) {
+  const Folder folder;
+  { const Drive drive(folder / ""); }
+  damage(folder / "home/000002/keyframes.bin");
+  const MapState map = MapStore::load(folder / "", "home", kGrid).state;
+  MapStore store(folder / "", "home");
+  store.checkpoint(map);
+  damage(folder / "home/000003/keyframes.bin");
+  EXPECT_EQ(MapStore::load(folder / "", "home", kGrid).generation, 1);
+  store.checkpoint(map);
+  store.checkpoint(map);
+  EXPECT_FALSE(fs::exists(folder / "home/000001"));
+  EXPECT_FALSE(fs::exists(folder / "home/000002.journal"));
+  EXPECT_TRUE(fs::exists(folder / "home/000004"));
+}
+
 TEST(MapStore, GoesOnCountingInAStoredMap) {
   const Folder folder;
   { const Drive drive(folder / ""); }
