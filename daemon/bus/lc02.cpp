@@ -42,4 +42,12 @@ Packet parsePacket(Bytes datagram) {
   return {};
 }
 
+void writePacket(std::string_view channel, Bytes data, std::vector<std::uint8_t>& packet) {
+  constexpr std::string_view kHead("LC02\0\0\0\0", kShortHead);  // the sequence number is for who counts losses
+  packet.assign(kHead.begin(), kHead.end());
+  packet.insert(packet.end(), channel.begin(), channel.end());
+  packet.push_back(0);
+  packet.insert(packet.end(), data.begin(), data.end());
+}
+
 }  // namespace slam

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
+#include <vector>
 
 namespace slam {
 
@@ -17,5 +18,8 @@ struct Packet {
 /// @param datagram the whole of it; the result points into it
 /// @return kOther for what is no packet of LCM, or names no channel of at most 63 characters
 Packet parsePacket(std::span<const std::uint8_t> datagram);
+
+/// A whole message as one packet, in place of what was in `packet`.
+void writePacket(std::string_view channel, std::span<const std::uint8_t> data, std::vector<std::uint8_t>& packet);
 
 }  // namespace slam

@@ -56,6 +56,15 @@ TEST(Lc02, ReadsAMessageWhateverItsSizeAndSequence) {
   }
 }
 
+TEST(Lc02, WritesWhatItReads) {
+  Bytes packet(5, 1);
+  for (const std::size_t size : {0U, 1U, 100U, 65000U}) {
+    const Bytes message(size, 0x5A);
+    writePacket("SLAM_COMMAND", message, packet);
+    EXPECT_EQ(packet, packetOf("SLAM_COMMAND", message));
+  }
+}
+
 TEST(Lc02, TruncatedInItsHeadOrNameIsNoPacket) {
   const std::string channel = "SLAM_SCAN";
   const Bytes message = packetOf(channel, Bytes(5, 1)), fragment = fragmentOf({100, 0, 0, 2}, channel, 5);
