@@ -25,12 +25,14 @@ BusThread::BusThread(const Config& config, Exchange& exchange, const WallClock& 
       exchange_(exchange),
       clock_(clock),
       link_(config.lcm.url),
+      socket_(config.runtime.socket),
       scan_(std::make_unique<ReceivedScan>()),
       worker_({.name = "bus"}, [this] { tick(); }) {
   if (!config.output.record.empty()) recorder_ = std::make_unique<Recorder>(config.output.record);
   for (DeviceStatus* status : {&lidar_, &wheels_, &imu_, &depth_})
     status->set(DeviceState::kOpening, "waiting for messages on LCM");
   subscribe();
+  socket_.tend(monotonicNow());  // so that it is there when systemd hears that slamd is
 }
 
 BusThread::~BusThread() { worker_.stop(); }
@@ -44,15 +46,21 @@ void BusThread::subscribe() {
   subscribe(config_.imu_device.driver == "lcm", channel::kImu, &BusThread::onImu);
   subscribe(config_.depth_device.driver == "lcm", channel::kDepth, &BusThread::onDepth);
   subscribe(config_.base_device.speed_commands, channel::kDrive, &BusThread::onDrive);
-  subscribe(config_.lcm.commands, channel::kCommand, &BusThread::onCommand);
+  if (config_.lcm.commands)
+    link_.subscribe(channel::kCommand, [this](Bytes message) { onCommand(message, std::nullopt); });
+  socket_.subscribe(channel::kCommand, [this](LocalSocket::Client from, Bytes message) { onCommand(message, from); });
 }
 
 void BusThread::tick() {
-  pollfd waiting[2] = {{exchange_.bus_wakeup.descriptor(), POLLIN, 0}, {link_.descriptor(), POLLIN, 0}};
-  ::poll(waiting, 2, kWait);
+  pollfd waiting[] = {{exchange_.bus_wakeup.descriptor(), POLLIN, 0},
+                      {link_.descriptor(), POLLIN, 0},
+                      {socket_.descriptor(), POLLIN, 0}};
+  ::poll(waiting, std::size(waiting), kWait);
   exchange_.bus_wakeup.clear();
   link_.receive();
   link_.tend(monotonicNow());
+  socket_.receive();
+  socket_.tend(monotonicNow());
   publishPose();
   publishRaw();
   acknowledgeSave();
@@ -60,7 +68,10 @@ void BusThread::tick() {
       [this](const MapAnswer& answer) { acknowledge(answer.id, answer.accepted, answer.message); });
   exchange_.map_meta.drain([this](const map_meta_t& meta) { publish(channel::kMapMeta, meta); });
   exchange_.map_tiles.drain([this](const map_tile_t& tile) { publish(channel::kMapTile, tile); });
-  exchange_.health.drain([this](const health_t& health) { publish(channel::kHealth, health); });
+  exchange_.health.drain([this](const health_t& health) {
+    publish(channel::kHealth, health);
+    socket_.sendAll(channel::kHealth, buffer_);
+  });
 
   const Timestamp now = monotonicNow();
   if (now >= next_refresh_) {
@@ -68,6 +79,7 @@ void BusThread::tick() {
     exchange_.refresh_map = true;
   }
   reportLink(now);
+  reportSocket();
 }
 
 void BusThread::reportLink(Timestamp now) {
@@ -82,10 +94,25 @@ void BusThread::reportLink(Timestamp now) {
              " is larger than a datagram and is not read; fix: its sender must keep it below 65 kB");
 }
 
+void BusThread::reportSocket() {
+  exchange_.socket_clients = socket_.clients();
+  exchange_.socket_bad = socket_.counts().bad;
+  exchange_.socket_dropped = socket_.counts().dropped;
+  exchange_.socket_refused = socket_.counts().refused;
+  if (socket_.problem() == socket_problem_.get()) return;
+  socket_problem_.set(socket_.problem());
+  socket_.problem().empty() ? logInfo(socket_.path() + ": commands are taken again") : logWarning(socket_.problem());
+}
+
 template <typename Message>
-void BusThread::publish(const char* channel, const Message& message) {
+void BusThread::encode(const Message& message) {
   buffer_.resize(static_cast<std::size_t>(message.getEncodedSize()));
   message.encode(buffer_.data(), 0, static_cast<int>(buffer_.size()));
+}
+
+template <typename Message>
+void BusThread::publish(const char* channel, const Message& message) {
+  encode(message);
   const bool sent = link_.publish(channel, buffer_, monotonicNow());
   ++(sent ? exchange_.published : exchange_.publish_failures);
   if (recorder_) recorder_->add(clock_.utime(monotonicNow()), channel, buffer_);
@@ -175,21 +202,34 @@ void BusThread::acknowledgeSave() {
   saving_.reset();
 }
 
-void BusThread::acknowledge(std::int32_t id, bool accepted, const std::string& message) {
-  ack_t ack{};
-  ack.utime = clock_.utime(monotonicNow());
-  ack.id = id;
-  ack.accepted = accepted;
-  ack.message = message;
-  publish(channel::kAck, ack);
+std::int32_t BusThread::ticketFor(const Asker& asker) {
+  constexpr std::size_t kMostOpen = 256;  // more than all queues hold: those were never answered
+  if (asked_.size() >= kMostOpen) asked_.erase(asked_.begin());
+  const auto ticket = static_cast<std::int32_t>(next_ticket_++);
+  asked_[ticket] = asker;
+  return ticket;
 }
 
-void BusThread::onCommand(Bytes data) {
-  const auto command = decodeChecked<command_t>(data);
+void BusThread::acknowledge(std::int32_t ticket, bool accepted, const std::string& message) {
+  const auto asked = asked_.extract(ticket);
+  const Asker asker = asked ? asked.mapped() : Asker{std::nullopt, ticket};
+  ack_t ack{};
+  ack.utime = clock_.utime(monotonicNow());
+  ack.id = asker.id;
+  ack.accepted = accepted;
+  ack.message = message;
+  if (!asker.client) return publish(channel::kAck, ack);
+  encode(ack);
+  socket_.send(*asker.client, channel::kAck, buffer_);
+}
+
+void BusThread::onCommand(Bytes data, std::optional<LocalSocket::Client> from) {
+  auto command = decodeChecked<command_t>(data);
   if (!command) {
     ++exchange_.bad_messages;
     return;
   }
+  command->id = ticketFor({from, command->id});
   const Pose2 pose{command->pose[0], command->pose[1], command->pose[2]};
   if (command->verb == "save_map") {
     if (config_.output.map.empty())

@@ -69,6 +69,7 @@ struct RuntimeConfig {
   double estimator_rate = 200.0;  ///< [Hz]
   double base_rate = 211.0;       ///< [Hz] no multiple of the board's 50 Hz, so that requests meet all its phases
   bool realtime = true;           ///< SCHED_FIFO and mlockall where permitted
+  std::string socket = "";        ///< path of the local socket for commands; empty: none
   int base_priority = 80;         ///< SCHED_FIFO
   int lidar_priority = 75;
   int depth_priority = 72;

@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "app/config_schema.hpp"
+#include "bus/local_socket.hpp"
 #include "bus/udpm_url.hpp"
 
 namespace slam {
@@ -254,6 +255,10 @@ void checkTogether(const Config& config, const std::string& name, const Places& 
     parseUdpmUrl(config.lcm.url);
   } catch (const std::invalid_argument& problem) {
     complain({"lcm.url"}, problem.what());
+  }
+  if (config.runtime.socket.size() > LocalSocket::kLongestPath) {
+    complain({"runtime.socket"}, "is longer than the " + std::to_string(LocalSocket::kLongestPath) +
+                                     " bytes of a socket's path; shorten it");
   }
   if (config.lcm.pose_rate > config.runtime.estimator_rate) {
     complain({"lcm.pose_rate", "runtime.estimator_rate"},

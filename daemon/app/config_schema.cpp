@@ -309,12 +309,17 @@ void visitDaemon(LcmConfig& lcm, RuntimeConfig& runtime, ConfigVisitor& v) {
   v.field({"url", "", "LCM over UDP multicast; ttl=0 keeps messages on this machine"}, lcm.url, kAnyText);
   v.field({"pose_rate", "Hz", "POSE, SLAM_POSE and SLAM_ODOMETRY between scans"}, lcm.pose_rate, 1.0, 200.0);
   v.field({"map_refresh", "s", "all tiles are sent once in this time"}, lcm.map_refresh, 0.5, 3600.0);
-  v.field({"commands", "", "obey SLAM_COMMAND from anybody on the network"}, lcm.commands);
+  v.field({"commands", "", "obey SLAM_COMMAND from anybody on the network, too; the local socket needs no such key"},
+          lcm.commands);
 
-  v.section("runtime", "threads");
+  v.section("runtime", "threads, and the socket for commands");
   v.field({"estimator_rate", "Hz", "of the estimator thread"}, runtime.estimator_rate, 20.0, 1000.0);
   v.field({"base_rate", "Hz", "of the base thread"}, runtime.base_rate, 20.0, 1000.0);
   v.field({"realtime", "", "SCHED_FIFO and locked memory where permitted; a warning where not"}, runtime.realtime);
+  v.field({"socket", "",
+           "path of the socket for slamctl and slam-web of this machine, open to group slamd; empty: as a service "
+           "/run/slamd/socket, else none"},
+          runtime.socket, kAnyText);
   v.field({"base_priority", "", "SCHED_FIFO priority"}, runtime.base_priority, 1, 99);
   v.field({"lidar_priority", "", "SCHED_FIFO priority"}, runtime.lidar_priority, 1, 99);
   v.field({"depth_priority", "", "SCHED_FIFO priority"}, runtime.depth_priority, 1, 99);

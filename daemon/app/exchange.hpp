@@ -138,6 +138,7 @@ struct Exchange {
   LatencyHistogram match, scan_work, scan_to_pose, map_update, optimise, depth_work;
   std::atomic<std::int64_t> published{0}, publish_failures{0}, bad_messages{0}, map_keyframes{0};
   std::atomic<std::uint64_t> lcm_fragments{0}, lcm_other_packets{0}, lcm_dropped{0};  // bus -> supervisor
+  std::atomic<std::uint64_t> socket_clients{0}, socket_bad{0}, socket_dropped{0}, socket_refused{0};  // the same
   std::atomic<std::int64_t> loop_closures{0}, revoked_closures{0}, relocalised{0}, maps_begun_anew{0};
 };
 

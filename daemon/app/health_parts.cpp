@@ -115,7 +115,11 @@ std::vector<counter_t> countersOf(const PoseSnapshot& snapshot, const Exchange& 
           counterOf("lcm.bad_messages", static_cast<std::uint64_t>(exchange.bad_messages.load())),
           counterOf("lcm.fragments", exchange.lcm_fragments),
           counterOf("lcm.other_packets", exchange.lcm_other_packets),
-          counterOf("lcm.dropped", exchange.lcm_dropped)};
+          counterOf("lcm.dropped", exchange.lcm_dropped),
+          counterOf("socket.clients", exchange.socket_clients),
+          counterOf("socket.bad_packets", exchange.socket_bad),
+          counterOf("socket.dropped_clients", exchange.socket_dropped),
+          counterOf("socket.refused_clients", exchange.socket_refused)};
 }
 
 std::vector<stage_health_t> stagesOf(const Exchange& exchange) {

@@ -69,6 +69,8 @@ int main(int argc, char** argv) {
   // As a service, systemd says where state is kept.
   const char* state = std::getenv("STATE_DIRECTORY");
   if (config.store.directory.empty() && state != nullptr) config.store.directory = std::string(state) + "/maps";
+  const char* runtime = std::getenv("RUNTIME_DIRECTORY");
+  if (config.runtime.socket.empty() && runtime != nullptr) config.runtime.socket = std::string(runtime) + "/socket";
   if (const std::string wrong = slam::MapKeeper::misconfiguration(config); !wrong.empty()) {
     std::cerr << config_file << ":1:1: " << wrong << "\n";
     return kBadConfig;

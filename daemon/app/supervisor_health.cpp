@@ -31,6 +31,7 @@ std::string Supervisor::summary(Timestamp now) const {
   if (*base_finding_ != '\0') text += std::string("; base: ") + base_finding_;
   const std::string link = causeOf(bus_.linkState(), bus_.url());
   if (!link.empty()) text += "; LCM: " + link;
+  if (const std::string socket = bus_.socketProblem(); !socket.empty()) text += "; " + socket;
   text += storageWords(now);
   if (const std::string threads = watchdog_.words(now); !threads.empty()) text += "; " + threads;
   if (!not_locked_.empty()) text += "; " + not_locked_;

@@ -14,7 +14,9 @@
 
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
+#include "bus/encoding.hpp"
 #include "bus/event_log.hpp"
+#include "bus/local_client.hpp"
 #include "support/wait_until.hpp"
 #include "tools/files.hpp"
 
@@ -168,6 +170,95 @@ TEST_F(Bus, AsksForTheWholeMapAsOftenAsConfigured) {
     })) << period;
     EXPECT_EQ(asked > 0, again) << period;
   }
+}
+
+/// A client of the bus thread's socket.
+class Asking {
+ public:
+  explicit Asking(const std::string& path) { EXPECT_EQ(client_.open(path), 0); }
+  bool ask(std::int32_t id, const std::string& verb) {
+    command_t command{};
+    command.id = id;
+    command.verb = verb;
+    return client_.send(channel::kCommand, test::encoded(command));
+  }
+  template <typename Message>
+  std::optional<Message> next(const std::string& channel, std::chrono::milliseconds wait = 10s) {
+    const auto datagram = client_.next(wait);
+    const Packet packet = datagram ? parsePacket(*datagram) : Packet{};
+    return packet.channel == channel ? decodeChecked<Message>(packet.data) : std::nullopt;
+  }
+
+ private:
+  LocalClient client_;
+};
+
+TEST_F(Bus, AnswersWhoAskedOverTheSocket) {
+  config.runtime.socket = folder / "socket";
+  config.lcm.commands = false;
+  BusThread bus(config, *exchange, clock);
+  Asking first(config.runtime.socket), second(config.runtime.socket);  // it is there before the thread runs
+  bus.worker().start();
+  std::vector<MapCommand> commands;
+  const auto taken = [&](std::size_t count) {
+    return waitUntil([&] {
+      exchange->map_commands.drain([&](const MapCommand& command) { commands.push_back(command); });
+      return commands.size() >= count;
+    });
+  };
+  EXPECT_TRUE(first.ask(7, "save"));  // both by the same number
+  ASSERT_TRUE(taken(1));
+  EXPECT_TRUE(second.ask(7, "reset"));
+  ASSERT_TRUE(taken(2));
+  EXPECT_EQ(commands[0].kind, MapCommand::kSave);
+  EXPECT_EQ(commands[1].kind, MapCommand::kReset);
+  exchange->map_answers.tryPush({commands[1].id, true, "a new map"});
+  exchange->map_answers.tryPush({commands[0].id, false, "the disk is full"});
+  exchange->bus_wakeup.notify();
+  const auto of_second = second.next<ack_t>(channel::kAck), of_first = first.next<ack_t>(channel::kAck);
+  ASSERT_TRUE(of_first && of_second);
+  EXPECT_EQ(of_second->id, 7);
+  EXPECT_TRUE(of_second->accepted);
+  EXPECT_EQ(of_second->message, "a new map");
+  EXPECT_EQ(of_first->id, 7);
+  EXPECT_FALSE(of_first->accepted);
+  EXPECT_EQ(of_first->message, "the disk is full");
+
+  EXPECT_TRUE(first.ask(-8, "make_coffee"));
+  const auto unknown = first.next<ack_t>(channel::kAck);
+  ASSERT_TRUE(unknown);
+  EXPECT_EQ(unknown->id, -8);
+  EXPECT_FALSE(unknown->accepted);
+  EXPECT_FALSE(second.next<ack_t>(channel::kAck, 0ms));
+
+  health_t health{};
+  health.summary = "well";
+  exchange->health.tryPush(health);
+  exchange->bus_wakeup.notify();
+  EXPECT_EQ(first.next<health_t>(channel::kHealth).value_or(health_t{}).summary, "well");
+  EXPECT_EQ(second.next<health_t>(channel::kHealth).value_or(health_t{}).summary, "well");
+  EXPECT_EQ(exchange->socket_clients, 2U);
+}
+
+TEST_F(Bus, CountsWhatIsNoCommandOnTheSocket) {
+  config.runtime.socket = folder / "socket";
+  BusThread bus(config, *exchange, clock);
+  bus.worker().start();
+  LocalClient client;
+  ASSERT_EQ(client.open(config.runtime.socket), 0);
+  EXPECT_TRUE(client.send(channel::kCommand, std::vector<std::uint8_t>{1, 2, 3}));
+  EXPECT_TRUE(client.send(std::string(70, 'x'), {}));  // names no channel
+  EXPECT_TRUE(waitUntil([&] { return exchange->bad_messages == 1 && exchange->socket_bad == 1; }));
+  EXPECT_EQ(bus.socketProblem(), "");
+}
+
+TEST_F(Bus, SaysWhyItsSocketIsNotOpen) {
+  config.runtime.socket = folder / "missing/socket";
+  BusThread bus(config, *exchange, clock);
+  bus.worker().start();
+  EXPECT_TRUE(waitUntil([&] { return bus.socketProblem().find("missing/socket: No such file") != std::string::npos; }));
+  std::filesystem::create_directory(folder / "missing");
+  EXPECT_TRUE(waitUntil([&] { return bus.socketProblem().empty(); }));
 }
 
 TEST_F(Bus, TalksToTheGroupThatIsConfigured) {

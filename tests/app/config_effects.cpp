@@ -84,6 +84,7 @@ std::vector<Effect> effectsOfDevices() {
       {"runtime.estimator_rate", "400.0", threads},
       {"runtime.base_rate", "300.0", threads},
       {"runtime.realtime", "false", threads},
+      {"runtime.socket", "", nullptr, {}, "tests/app/bus_thread_test.cpp: AnswersWhoAskedOverTheSocket"},
       {"runtime.base_priority", "20", threads},
       {"runtime.lidar_priority", "20", threads},
       {"runtime.depth_priority", "20", threads},

@@ -135,6 +135,13 @@ TEST(ParseConfig, RefusesAnLcmUrlThatCannotWork) {
   }
 }
 
+TEST(ParseConfig, RefusesAPathThatIsTooLongForASocket) {
+  EXPECT_THAT(problemsOf("[runtime]\nsocket = \"/" + std::string(106, 'x') + "\"\n"), testing::IsEmpty());
+  EXPECT_THAT(
+      problemsOf("[runtime]\nsocket = \"/" + std::string(107, 'x') + "\"\n"),
+      ElementsAre(AllOf(StartsWith("robot.toml:2:"), HasSubstr("runtime.socket: is longer than the 107 bytes"))));
+}
+
 TEST(ParseConfig, NamesAllProblemsAtOnceInTheOrderOfTheFile) {
   auto problems = problemsOf(
       "[lidar]\n"

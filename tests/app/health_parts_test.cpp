@@ -156,6 +156,8 @@ TEST(Counters, CarryEachItsOwnValue) {
   set("lcm.published", exchange->published), set("lcm.failures", exchange->publish_failures);
   set("lcm.bad_messages", exchange->bad_messages), set("lcm.fragments", exchange->lcm_fragments);
   set("lcm.other_packets", exchange->lcm_other_packets), set("lcm.dropped", exchange->lcm_dropped);
+  set("socket.clients", exchange->socket_clients), set("socket.bad_packets", exchange->socket_bad);
+  set("socket.dropped_clients", exchange->socket_dropped), set("socket.refused_clients", exchange->socket_refused);
   overfill(exchange->scans, 1), overfill(exchange->wheels, 2), overfill(exchange->imu, 3);
   overfill(exchange->views, 4), overfill(exchange->sights, 5), overfill(exchange->keyframes, 6);
   expected["drops.scans"] = 1, expected["drops.wheels"] = 2, expected["drops.imu"] = 3;
