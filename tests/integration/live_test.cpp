@@ -398,6 +398,52 @@ TEST_F(LiveMaps, ObeySlamctl) {
   EXPECT_EQ(slamctl({"status"}), 1) << "nobody is there";
 }
 
+TEST_F(LiveMaps, ObeyOverTheSocketWithoutARoute) {
+  ASSERT_TRUE(test::shell("ip route del 224.0.0.0/4"));
+  const std::string socket = folder_ / "socket", setting = "runtime.socket='" + socket + "'";
+  const auto answers = [&](std::vector<std::string> words, std::chrono::milliseconds limit = 0s) {
+    words.insert(words.end(), {"--set", setting});
+    const auto end = Clock::now() + limit;
+    while (true) {
+      if (slamctl(words) == 0) return true;
+      if (Clock::now() > end) return false;
+    }
+  };
+  EXPECT_FALSE(answers({"status"}));
+  EXPECT_THAT(said(), testing::AllOf(testing::HasSubstr("there is no " + socket + ": slamd does not run"),
+                                     testing::HasSubstr("no multicast route")));
+  startSimulator("60");
+  startKeeper({setting, "lcm.commands=false"});
+  ASSERT_TRUE(answers({"status"}, 10s)) << said() << daemonLog();
+  EXPECT_THAT(said(), testing::AllOf(testing::HasSubstr("lidar"), testing::HasSubstr("LCM: no multicast route")));
+  ASSERT_TRUE(answers({"save", "kitchen"}, 20s)) << said() << daemonLog();  // it waits for a first keyframe
+  EXPECT_THAT(said(), testing::HasSubstr("saved as kitchen"));
+  EXPECT_TRUE(answers({"set-pose", "1", "2", "0"})) << said();
+  EXPECT_EQ(slamctl({"save"}), 1) << "not over LCM";
+
+  Process second({kBin + "/slamd", "--config", kConfig, "--set", setting, "--set", "depth.driver='none'"},
+                 folder_ / "second.txt");
+  const auto end = Clock::now() + kPatience * 10s;
+  while (textOf(folder_ / "second.txt").find("another program listens there") == std::string::npos &&
+         Clock::now() < end)
+    usleep(20000);
+  EXPECT_THAT(textOf(folder_ / "second.txt"), testing::HasSubstr(socket + ": another program listens there"));
+  second.signal(SIGTERM);
+  second.wait(10s);
+  EXPECT_TRUE(answers({"status"})) << "the first one's socket is still there: " << said();
+
+  slamd_->signal(SIGKILL);
+  ASSERT_EQ(slamd_->wait(5s), 128 + SIGKILL);
+  EXPECT_FALSE(answers({"status"}));
+  EXPECT_THAT(said(), testing::HasSubstr("nobody listens on " + socket + ": slamd has ended"));
+  startKeeper({setting});
+  EXPECT_TRUE(answers({"status"}, 10s)) << said() << daemonLog();
+  slamd_->signal(SIGTERM);
+  EXPECT_EQ(slamd_->wait(5s), 0) << daemonLog();
+  EXPECT_FALSE(fs::exists(socket));
+  EXPECT_TRUE(test::shell("ip route add 224.0.0.0/4 dev lo"));
+}
+
 TEST_F(LiveMaps, OutliveAKill) {
   Listener listener;
   ASSERT_TRUE(listener.good());

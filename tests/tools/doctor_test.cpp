@@ -3,8 +3,11 @@
 
 #include <fstream>
 #include <gmock/gmock.h>
+#include <grp.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include "bus/local_socket.hpp"
 #include "drivers/camera/fake_usb.hpp"
 
 namespace slam {
@@ -92,6 +95,27 @@ TEST_F(Doctor, ExplainsTheDrivesWatchdogsWhereSpeedsAreSent) {
   EXPECT_EQ(checkWatchdog(base)->level, Finding::kGood);
   base.driver = "lcm";
   EXPECT_FALSE(checkWatchdog(base)) << "who drives the base is not slamd";
+}
+
+TEST_F(Doctor, KnowsWhetherThisUserMayCommandOverTheSocket) {
+  const std::string path = directory_ / "socket";
+  EXPECT_EQ(checkSocket(path).level, Finding::kWarning);
+  EXPECT_THAT(checkSocket(path).mend, HasSubstr("systemctl start slamd"));
+  LocalSocket slamd(path);
+  slamd.tend(Timestamp{});
+  EXPECT_EQ(checkSocket(path).level, Finding::kGood) << checkSocket(path).what;
+  if (geteuid() != 0) return;  // only root can become somebody else
+  const pid_t stranger = fork();
+  if (stranger == 0) {
+    constexpr int kNobody = 65534;
+    if (setgroups(0, nullptr) != 0 || setgid(kNobody) != 0 || setuid(kNobody) != 0) _exit(1);
+    const Finding finding = checkSocket(path);
+    _exit(finding.level == Finding::kFault && finding.mend.find("usermod -aG slamd $USER") != std::string::npos ? 0
+                                                                                                                : 2);
+  }
+  int status = 0;
+  waitpid(stranger, &status, 0);
+  EXPECT_EQ(status, 0);
 }
 
 TEST_F(Doctor, SaysWhereMapsCannotBeKept) {

@@ -2,18 +2,23 @@
 #include "tools/slamctl/doctor.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
+#include <cstring>
 #include <ctime>
 #include <fstream>
+#include <grp.h>
 #include <net/if.h>
 #include <poll.h>
+#include <pwd.h>
 #include <sys/resource.h>
 #include <sys/timex.h>
 #include <thread>
 #include <unistd.h>
 
 #include "bus/lcm_link.hpp"
+#include "bus/local_client.hpp"
 #include "drivers/camera/openni_camera.hpp"
 #include "runtime/clock.hpp"
 #include "runtime/process_usage.hpp"
@@ -29,7 +34,8 @@ constexpr double kRateTolerance = 0.7;  // [1] of the expected rate
 constexpr std::time_t kYear2024 = 1704067200;
 constexpr auto kHealthLimit = 3s;  // it comes at 1 Hz
 constexpr Duration kEchoLimit = 3s;
-constexpr int kEchoPeriod = 100;  // [ms]
+constexpr int kEchoPeriod = 100;                                                   // [ms]
+const char* const kRouteUnit = "/usr/lib/systemd/system/slamd-multicast.service";  // /lib is a link to /usr/lib
 
 std::string number(const char* format, double value) {
   char text[64];
@@ -44,6 +50,18 @@ std::string listed(const std::vector<SerialPortInfo>& ports) {
     text += " " + port.path + " (" + (port.description.empty() ? "no description" : port.description) + ")";
   }
   return text;
+}
+
+/// Whether the system's list has this user in the group; a session has the groups of its beginning.
+bool isMember(const char* name) {
+  const passwd* user = getpwuid(getuid());
+  const std::string own = user != nullptr ? user->pw_name : "";
+  const group* found = getgrnam(name);
+  if (found == nullptr) return false;
+  for (char** member = found->gr_mem; *member != nullptr; ++member) {
+    if (own == *member) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -122,6 +140,25 @@ std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base) {
       "<axis>.config.enable_watchdog = True, then <odrive>.save_configuration()"};
 }
 
+Finding checkSocket(const std::string& path) {
+  const std::string name = "socket: " + path;
+  switch (const int error = LocalClient::probe(path)) {
+    case 0:
+      return {Finding::kGood, name + " takes commands", ""};
+    case EACCES:
+      return {Finding::kFault, name + " is not open to this user, who is not in group " + LocalClient::kGroup,
+              isMember(LocalClient::kGroup)
+                  ? "log in again: the group has been given since"
+                  : std::string("sudo usermod -aG ") + LocalClient::kGroup + " $USER, and log in again"};
+    case ENOENT:
+    case ECONNREFUSED:
+      return {Finding::kWarning, name + ": slamd does not run",
+              "sudo systemctl start slamd; journalctl -u slamd -n 50 tells why it ended"};
+    default:
+      return {Finding::kFault, name + ": " + std::strerror(error), "set runtime.socket, and restart slamd"};
+  }
+}
+
 Finding checkLcm(const std::string& url) {
   LcmLink link(url);
   const std::string channel = "SLAM_DOCTOR_" + std::to_string(getpid());
@@ -141,7 +178,11 @@ Finding checkLcm(const std::string& url) {
   if (returned) return {Finding::kGood, "LCM: " + url + " carries messages", ""};
   const LinkState seen = link.state(monotonicNow());
   const LinkState state = isFault(seen) ? seen : LinkState::kUnheard;
-  return {Finding::kFault, "LCM: " + causeOf(state, link.url()) + " (" + url + ")", fixOf(state, link.url())};
+  std::string mend = fixOf(state, link.url());
+  std::error_code ignored;
+  if (state == LinkState::kNoRoute && link.url().ttl == 0 && std::filesystem::exists(kRouteUnit, ignored))
+    mend = "sudo systemctl enable --now slamd-multicast, or " + mend;
+  return {Finding::kFault, "LCM: " + causeOf(state, link.url()) + " (" + url + ")", mend};
 }
 
 Findings checkRealtime(int priority) {
@@ -221,7 +262,7 @@ Findings checkHealth(const health_t& health) {
   return findings;
 }
 
-Findings diagnose(const Config& config) {
+Findings diagnose(const Config& config, const std::string& socket) {
   Findings findings;
   const auto ports = serialPorts();
   if (config.lidar_device.driver == "rplidar") {
@@ -242,6 +283,8 @@ Findings diagnose(const Config& config) {
     const auto usb = makeUsbWatch(kPrimeSense);
     findings.push_back(checkCamera(*usb));
   }
+  if (!socket.empty()) findings.push_back(checkSocket(socket));
+  const bool local = !socket.empty() && findings.back().level == Finding::kGood;
   const Finding lcm = checkLcm(config.lcm.url);
   findings.push_back(lcm);
   if (config.runtime.realtime) {
@@ -258,11 +301,12 @@ Findings diagnose(const Config& config) {
     findings.push_back(checkDisk(what, folder.empty() ? "." : folder));
   }
   findings.push_back(checkClock());
-  if (lcm.level == Finding::kFault) return findings;
-  if (const auto health = Remote(config.lcm.url).health(kHealthLimit)) {
+  if (lcm.level == Finding::kFault && !local) return findings;
+  Remote remote(local ? socket : "", config.lcm.url);
+  if (const auto health = remote.health(kHealthLimit)) {
     for (Finding& finding : checkHealth(*health)) findings.push_back(std::move(finding));
   } else {
-    findings.push_back({Finding::kWarning, "slamd: it is not heard on " + config.lcm.url,
+    findings.push_back({Finding::kWarning, "slamd: it is not heard on " + (local ? socket : config.lcm.url),
                         "sudo systemctl start slamd; journalctl -u slamd -n 50 tells why it ended"});
   }
   return findings;

@@ -31,6 +31,8 @@ Finding checkMounting(const DepthDeviceConfig& depth);
 Finding checkCan(const std::string& interface, const std::filesystem::path& net = "/sys/class/net");
 /// What stops the wheels when slamd cannot. @return std::nullopt: slamd sends no speeds
 std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base);
+/// May this user command slamd over its local socket?
+Finding checkSocket(const std::string& path);
 /// Sends itself a message.
 Finding checkLcm(const std::string& url);
 /// Tries in a thread of its own what slamd's threads do. @param priority the highest of them
@@ -41,8 +43,8 @@ Finding checkClock();
 /// What a running slamd says of itself: states and rates of its devices.
 Findings checkHealth(const health_t& health);
 
-/// All that the configuration asks for.
-Findings diagnose(const Config& config);
+/// All that the configuration asks for. @param socket of slamd; empty: none
+Findings diagnose(const Config& config, const std::string& socket);
 
 /// A line for each, with its mend below. @return the number of faults
 int print(const Findings& findings);

@@ -77,17 +77,18 @@ void printStatus(const slam::health_t& health) {
 int main(int argc, char** argv) {
   CLI::App app("Asks and commands a running slamd; lists and exports its maps", "slamctl");
   app.require_subcommand(1);
-  std::string config_file = "/etc/slamd/slamd.toml", maps, name, prefix, url;
+  std::string config_file = slam::kServiceConfig, maps, name, prefix, url;
   std::vector<std::string> overrides;
   std::array<double, 3> pose{};
-  app.add_option("--config", config_file, "slamd's configuration: LCM URL and folder of the maps")
+  app.add_option("--config", config_file, "slamd's configuration: its socket, LCM URL and folder of the maps")
       ->capture_default_str();
   app.add_option("--set", overrides, "section.key=value over the file; may be repeated");
-  app.add_option("--url", url, "LCM URL, in place of the configuration's");
+  app.add_option("--url", url, "LCM URL, in place of the configuration's and of the socket");
   app.add_option("--maps", maps, "folder of the maps, in place of the configuration's");
   const auto* status = app.add_subcommand("status", "what slamd does, and how its devices are");
   const auto* doctor = app.add_subcommand(
-      "doctor", "check devices, rights, rates, LCM, real time, disk and clock, and print the mend for each fault");
+      "doctor",
+      "check devices, rights, rates, socket, LCM, real time, disk and clock, and print the mend for each fault");
   auto* save = app.add_subcommand("save", "store the map now; with a NAME, a copy under that name");
   save->add_option("NAME", name, "letters, digits, - and _");
   auto* load = app.add_subcommand("load", "store the present map and go on in another one");
@@ -130,12 +131,12 @@ int main(int argc, char** argv) {
       }
       return slam::kDone;
     }
-    if (doctor->parsed()) return slam::print(slam::diagnose(config)) == 0 ? slam::kDone : slam::kFailed;
-    slam::Remote remote(config.lcm.url);
+    const std::string socket = url.empty() ? slam::socketOf(config, config_file) : "";
+    if (doctor->parsed()) return slam::print(slam::diagnose(config, socket)) == 0 ? slam::kDone : slam::kFailed;
+    slam::Remote remote(socket, config.lcm.url);
     if (status->parsed()) {
       const auto health = remote.health(kHealthLimit);
-      if (!health)
-        throw std::runtime_error("no slamd is heard on " + config.lcm.url + "; is it running? systemctl status slamd");
+      if (!health) throw std::runtime_error(remote.silence());
       printStatus(*health);
       return slam::kDone;
     }
@@ -144,8 +145,7 @@ int main(int argc, char** argv) {
                              : set_pose->parsed() ? "set_pose"
                                                   : "reset";
     const auto ack = remote.ask(verb, name, pose, kAnswerLimit);
-    if (!ack)
-      throw std::runtime_error("no answer on " + config.lcm.url + "; is slamd running, with lcm.commands = true?");
+    if (!ack) throw std::runtime_error(remote.silence());
     if (!ack->accepted) throw std::runtime_error(ack->message);
     std::printf("%s\n", ack->message.c_str());
     return slam::kDone;

@@ -2,38 +2,44 @@
 #pragma once
 #include <array>
 #include <chrono>
+#include <filesystem>
 #include <optional>
 #include <slam/ack_t.hpp>
 #include <slam/health_t.hpp>
 #include <string>
+#include <utility>
 
-#include "bus/lcm_link.hpp"
+#include "app/config.hpp"
 
 namespace slam {
 
-/// A running slamd, over LCM.
+inline constexpr const char* kServiceConfig = "/etc/slamd/slamd.toml";
+inline constexpr const char* kServiceSocket = "/run/slamd/socket";
+
+/// Where slamd listens that runs with this configuration; empty: nowhere.
+/// @param file that it was read from
+std::string socketOf(const Config& config, const std::filesystem::path& file);
+
+/// A running slamd: over its local socket where that is there and may be opened, else over LCM. Each call finds its way
+/// anew, so that a slamd that was started again is found, too, and a Remote that waits costs nothing.
 class Remote {
  public:
-  /// @throws std::runtime_error where nothing can be sent
-  explicit Remote(const std::string& url);
+  /// @param socket of slamd; empty: LCM alone @param url of LCM
+  Remote(std::string socket, std::string url) : socket_(std::move(socket)), url_(std::move(url)) {}
 
   /// Sends a command and waits for its answer. @param pose [m, m, rad] of set_pose
-  /// @return nothing when none came in time
-  /// @throws std::runtime_error where the network did not let it through
+  /// @return nothing when none came in time; silence() says what to look at
+  /// @throws std::runtime_error where neither way is open
   std::optional<ack_t> ask(const std::string& verb, const std::string& argument, const std::array<double, 3>& pose,
                            std::chrono::milliseconds limit);
-  /// The next health message. @return nothing when none came in time
+  /// The next health message. @return, @throws as ask()
   std::optional<health_t> health(std::chrono::milliseconds limit);
+  /// Of the last call, when nothing came: what was tried, and what to look at.
+  const std::string& silence() const { return silence_; }
 
  private:
-  /// @throws std::runtime_error with the cause, where the link has one
-  void refuseFault() const;
-  template <typename Done>
-  void handleUntil(std::chrono::milliseconds limit, Done&& done);
-
-  LcmLink link_;
-  std::optional<ack_t> ack_;
-  std::optional<health_t> health_;
+  const std::string socket_, url_;
+  std::string silence_;
 };
 
 }  // namespace slam
