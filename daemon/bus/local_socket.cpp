@@ -93,7 +93,7 @@ LocalSocket::Fault LocalSocket::bindFile() {
   lstat(path_.c_str(), &file);
   file_ = {file.st_dev, file.st_ino};
   // Only root and members may give it to the group; of all others it stays their own group's.
-  if (group_ && chown(path_.c_str(), static_cast<uid_t>(-1), *group_) != 0) errno = 0;
+  if (group_ && *group_ != getegid() && chown(path_.c_str(), static_cast<uid_t>(-1), *group_) != 0) errno = 0;
   if (chmod(path_.c_str(), kOwnerAndGroup) != 0 || ::listen(listener_, kBacklog) != 0) {
     unlink(path_.c_str());
     return {std::strerror(errno), elsewhere};
