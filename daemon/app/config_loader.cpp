@@ -213,7 +213,7 @@ void load(const std::string& text, const std::string& name, Config& config, Plac
 }
 
 /// What no single key can be asked for. What has been refused by itself is not compared with anything.
-void checkTogether(const Config& config, const std::string& name, const Places& places,
+void checkTogether(const Config& config, const std::string& name, const Places& places, const ServiceReach* reach,
                    std::vector<std::string>& problems) {
   const LidarModel& lidar = config.localizer.lidar;
   const std::string refused = join(problems, "\n");
@@ -226,6 +226,9 @@ void checkTogether(const Config& config, const std::string& name, const Places& 
     }
     problems.push_back(place + ": " + *keys.begin() + ": " + what);
   };
+  if (reach != nullptr) {
+    for (const ServiceReach::Problem& problem : reach->problemsOf(config)) complain({problem.key}, problem.what);
+  }
   if (lidar.range_min >= lidar.range_max) {
     complain({"lidar.range_min", "lidar.range_max"}, "is not below lidar.range_max; lower the one or raise the other");
   }
@@ -278,7 +281,8 @@ void checkTogether(const Config& config, const std::string& name, const Places& 
 
 ConfigError::ConfigError(const std::vector<std::string>& problems) : std::runtime_error(join(problems, "\n")) {}
 
-Config parseConfig(const std::string& text, const std::string& name, const std::vector<std::string>& overrides) {
+Config parseConfig(const std::string& text, const std::string& name, const std::vector<std::string>& overrides,
+                   const ServiceReach* reach) {
   Config config;
   std::vector<std::string> problems;
   Places places;
@@ -290,12 +294,13 @@ Config parseConfig(const std::string& text, const std::string& name, const std::
       load(line, "--set " + line, config, places, problems);
     }
   }
-  checkTogether(config, name, places, problems);
+  checkTogether(config, name, places, reach, problems);
   if (!problems.empty()) throw ConfigError(problems);
   return config;
 }
 
-Config loadConfig(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+Config loadConfig(const std::filesystem::path& file, const std::vector<std::string>& overrides,
+                  const ServiceReach* reach) {
   std::ifstream in(file, std::ios::binary);
   std::ostringstream text;
   text << in.rdbuf();
@@ -303,7 +308,7 @@ Config loadConfig(const std::filesystem::path& file, const std::vector<std::stri
     throw ConfigError({file.string() + ":1:1: cannot read: " + (errno ? std::strerror(errno) : "is it a file?") +
                        "; give the path of a config file (config/slamd.toml is a template)"});
   }
-  return parseConfig(text.str(), file.string(), overrides);
+  return parseConfig(text.str(), file.string(), overrides, reach);
 }
 
 }  // namespace slam

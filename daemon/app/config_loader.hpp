@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/config.hpp"
+#include "app/service_reach.hpp"
 
 namespace slam {
 
@@ -17,10 +18,13 @@ class ConfigError : public std::runtime_error {
 
 /// Reads a TOML file over the defaults.
 /// @param overrides `section.key=value` each, applied over the file (command line option --set)
+/// @param reach of the service that the configuration is for; nullptr: for whoever may reach anything
 /// @throws ConfigError naming every unknown key, wrong type and value out of range at once
-Config loadConfig(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
+Config loadConfig(const std::filesystem::path& file, const std::vector<std::string>& overrides = {},
+                  const ServiceReach* reach = nullptr);
 
 /// The same from text; `name` stands for the file in messages.
-Config parseConfig(const std::string& text, const std::string& name, const std::vector<std::string>& overrides = {});
+Config parseConfig(const std::string& text, const std::string& name, const std::vector<std::string>& overrides = {},
+                   const ServiceReach* reach = nullptr);
 
 }  // namespace slam

@@ -16,7 +16,9 @@ void visitModeAndStore(Config& config, ConfigVisitor& v) {
            kBasic},
           config.mode, {"slam", "localise"});
   StoreConfig& store = config.store;
-  v.section("store", "maps that outlast the daemon: keyframes, graph, grid, calibration, last pose");
+  v.section("store",
+            "maps that outlast the daemon: keyframes, graph, grid, calibration, last pose; the service may write below "
+            "/var/lib/slamd alone");
   v.field(
       {"directory", "", "folder of the maps; empty: as a service /var/lib/slamd/maps, else a map ends with the daemon"},
       store.directory, kAnyText);
@@ -116,7 +118,9 @@ void visitDepth(DepthDeviceConfig& depth, DepthViewConfig& view, ConfigVisitor& 
   v.field({"width", "pixel", "of the images: 640 (30 Hz), 320 (30 or 60 Hz), 160"}, depth.width, 160, 1280);
   v.field({"height", "pixel", "of the images: 480, 240, 120"}, depth.height, 120, 1024);
   v.field({"rate", "Hz", "of the images"}, depth.rate, 1, 120);
-  v.field({"record", "", "file (.oni) that the images are recorded to; empty: none"}, depth.record, kAnyText);
+  v.field(
+      {"record", "", "file (.oni) that the images are recorded to, of the service below /var/lib/slamd; empty: none"},
+      depth.record, kAnyText);
   v.field({"x", "m", "camera ahead of the base's turning centre", kBasic}, at.x, -5.0, 5.0);
   v.field({"y", "m", "camera left of the base's turning centre"}, at.y, -5.0, 5.0);
   v.field({"z", "m", "camera above the floor; 0: not measured yet, its images are not used", kBasic}, at.z, 0.0, 3.0);
@@ -298,7 +302,8 @@ void visitMap(OccupancyGridConfig& map, OutputConfig& output, ConfigVisitor& v) 
   v.field({"depth_max_probability", "1", "same limit for the depth camera's layer"}, map.depth.max_probability, 0.66,
           0.999);
 
-  v.section("output", "files written; ~ and variables are not expanded");
+  v.section("output",
+            "files written; ~ and variables are not expanded; the service may write below /var/lib/slamd alone");
   v.field({"map", "", "prefix of map files (.yaml, .pgm, .png) written at the end; empty: none"}, output.map, kAnyText);
   v.field({"record", "", "LCM event log of all that is published, also without network; empty: none"}, output.record,
           kAnyText);

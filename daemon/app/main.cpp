@@ -5,11 +5,13 @@
 #include <csignal>
 #include <cstdlib>
 #include <iostream>
+#include <optional>
 
 #include "app/config_loader.hpp"
 #include "app/config_printer.hpp"
 #include "app/log.hpp"
 #include "app/map_keeper.hpp"
+#include "app/service_reach.hpp"
 #include "app/supervisor.hpp"
 
 namespace {
@@ -61,7 +63,10 @@ int main(int argc, char** argv) {
   }
   slam::Config config;
   try {
-    config = slam::loadConfig(config_file, overrides);
+    // Whoever checks the service's file need not have the service's rights.
+    std::optional<slam::ServiceReach> reach;
+    if (check && slam::isServiceConfig(config_file)) reach.emplace();
+    config = slam::loadConfig(config_file, overrides, reach ? &*reach : nullptr);
   } catch (const slam::ConfigError& error) {
     std::cerr << error.what() << "\n";
     return kBadConfig;
@@ -74,6 +79,11 @@ int main(int argc, char** argv) {
   if (const std::string wrong = slam::MapKeeper::misconfiguration(config); !wrong.empty()) {
     std::cerr << config_file << ":1:1: " << wrong << "\n";
     return kBadConfig;
+  }
+  // A pose is worth more than a file that cannot be written: no reason not to start.
+  if (!check && !print && state != nullptr && slam::isServiceConfig(config_file)) {
+    for (const auto& problem : slam::ServiceReach().problemsOf(config))
+      slam::logWarning(problem.key + (": " + problem.what));
   }
   if (print) std::cout << slam::printConfig(config);
   if (check && !print) std::cout << config_file << ": good\n";

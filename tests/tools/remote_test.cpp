@@ -9,6 +9,7 @@
 #include <slam/command_t.hpp>
 #include <thread>
 
+#include "app/service_reach.hpp"
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
 #include "bus/encoding.hpp"

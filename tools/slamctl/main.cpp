@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "app/config_loader.hpp"
+#include "app/service_reach.hpp"
 #include "drivers/device_status.hpp"
 #include "mapping/map_files.hpp"
 #include "store/map_store.hpp"

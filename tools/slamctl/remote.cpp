@@ -9,6 +9,7 @@
 #include <unistd.h>
 #include <vector>
 
+#include "app/service_reach.hpp"
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
 #include "bus/lcm_link.hpp"
@@ -111,7 +112,7 @@ class Call {
 
 std::string socketOf(const Config& config, const std::filesystem::path& file) {
   if (!config.runtime.socket.empty()) return config.runtime.socket;
-  return file == kServiceConfig ? kServiceSocket : "";
+  return isServiceConfig(file) ? kServiceSocket : "";
 }
 
 std::optional<ack_t> Remote::ask(const std::string& verb, const std::string& argument,

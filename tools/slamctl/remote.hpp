@@ -13,7 +13,6 @@
 
 namespace slam {
 
-inline constexpr const char* kServiceConfig = "/etc/slamd/slamd.toml";
 inline constexpr const char* kServiceSocket = "/run/slamd/socket";
 
 /// Where slamd listens that runs with this configuration; empty: nowhere.
