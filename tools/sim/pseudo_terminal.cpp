@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <fcntl.h>
 #include <stdlib.h>
+#include <sys/ioctl.h>
 #include <system_error>
 #include <termios.h>
 #include <unistd.h>
@@ -37,6 +38,13 @@ PseudoTerminal::~PseudoTerminal() {
   std::error_code error;
   std::filesystem::remove(link_, error);
   close(slave_);
+}
+
+ByteStream& PseudoTerminal::stream() {
+  // A real port forgets at its last close that it was one program's alone. This one is never closed: a driver that was
+  // killed would keep the next one out, unless that is root's.
+  ioctl(slave_, TIOCNXCL);
+  return *stream_;
 }
 
 void PseudoTerminal::send(std::span<const std::uint8_t> bytes) { stream_->write(bytes); }

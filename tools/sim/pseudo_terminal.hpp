@@ -17,7 +17,7 @@ class PseudoTerminal {
   PseudoTerminal(const PseudoTerminal&) = delete;
   PseudoTerminal& operator=(const PseudoTerminal&) = delete;
 
-  ByteStream& stream() { return *stream_; }
+  ByteStream& stream();
   /// Writes what fits: like a line without flow control, a reader that is away loses bytes.
   void send(std::span<const std::uint8_t> bytes);
 
