@@ -34,8 +34,9 @@ constexpr double kRateTolerance = 0.7;  // [1] of the expected rate
 constexpr std::time_t kYear2024 = 1704067200;
 constexpr auto kHealthLimit = 3s;  // it comes at 1 Hz
 constexpr Duration kEchoLimit = 3s;
-constexpr int kEchoPeriod = 100;                                                   // [ms]
-const char* const kRouteUnit = "/usr/lib/systemd/system/slamd-multicast.service";  // /lib is a link to /usr/lib
+constexpr int kEchoPeriod = 100;  // [ms]
+constexpr auto kRouteUnits = {"/usr/lib/systemd/system/slamd-multicast.service",
+                              "/usr/local/lib/systemd/system/slamd-multicast.service"};
 
 std::string number(const char* format, double value) {
   char text[64];
@@ -179,9 +180,12 @@ Finding checkLcm(const std::string& url) {
   const LinkState seen = link.state(monotonicNow());
   const LinkState state = isFault(seen) ? seen : LinkState::kUnheard;
   std::string mend = fixOf(state, link.url());
-  std::error_code ignored;
-  if (state == LinkState::kNoRoute && link.url().ttl == 0 && std::filesystem::exists(kRouteUnit, ignored))
-    mend = "sudo systemctl enable --now slamd-multicast, or " + mend;
+  const bool has_unit = std::any_of(kRouteUnits.begin(), kRouteUnits.end(), [](const char* unit) {
+    std::error_code ignored;
+    return std::filesystem::exists(unit, ignored);
+  });
+  if (state == LinkState::kNoRoute && link.url().ttl == 0 && has_unit)
+    mend = "sudo systemctl restart slamd-multicast, or " + mend;
   return {Finding::kFault, "LCM: " + causeOf(state, link.url()) + " (" + url + ")", mend};
 }
 
