@@ -6,12 +6,14 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <grp.h>
 #include <initializer_list>
 #include <iterator>
 #include <map>
 #include <numeric>
 #include <sstream>
 #include <stdexcept>
+#include <sys/stat.h>
 #include <toml++/toml.h>
 #include <utility>
 
@@ -277,6 +279,16 @@ void checkTogether(const Config& config, const std::string& name, const Places& 
   }
 }
 
+/// @param error of opening the file
+std::string fixOf(int error, const std::filesystem::path& file) {
+  struct stat status {};
+  const bool group_reads = error == EACCES && stat(file.c_str(), &status) == 0 && (status.st_mode & S_IRGRP) != 0;
+  const group* readers = group_reads ? getgrgid(status.st_gid) : nullptr;
+  if (readers != nullptr && status.st_gid != 0)
+    return std::string("sudo usermod -aG ") + readers->gr_name + " $USER, and log in again";
+  return "give the path of a config file (config/slamd.toml is a template)";
+}
+
 }  // namespace
 
 ConfigError::ConfigError(const std::vector<std::string>& problems) : std::runtime_error(join(problems, "\n")) {}
@@ -305,8 +317,8 @@ Config loadConfig(const std::filesystem::path& file, const std::vector<std::stri
   std::ostringstream text;
   text << in.rdbuf();
   if (!in || std::filesystem::is_directory(file)) {
-    throw ConfigError({file.string() + ":1:1: cannot read: " + (errno ? std::strerror(errno) : "is it a file?") +
-                       "; give the path of a config file (config/slamd.toml is a template)"});
+    throw ConfigError({file.string() + ":1:1: cannot read: " + (errno ? std::strerror(errno) : "is it a file?") + "; " +
+                       fixOf(errno, file)});
   }
   return parseConfig(text.str(), file.string(), overrides, reach);
 }

@@ -5,8 +5,11 @@
 #include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
+#include <grp.h>
 #include <gtest/gtest.h>
 #include <string>
+#include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 #include <vector>
 
@@ -212,6 +215,34 @@ TEST(LoadConfig, NamesTheFileInItsRefusal) {
     ADD_FAILURE() << "not refused";
   } catch (const ConfigError& error) {
     EXPECT_THAT(error.what(), StartsWith(path + ":2:"));
+  }
+  std::filesystem::remove(path);
+}
+
+TEST(LoadConfig, NamesTheGroupThatMayReadTheFile) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root can become somebody else";
+  const std::string path = testing::TempDir() + "of_a_group_" + std::to_string(getpid()) + ".toml";
+  std::ofstream(path) << "";
+  const group* video = getgrnam("video");
+  ASSERT_NE(video, nullptr);
+  ASSERT_EQ(chown(path.c_str(), 0, video->gr_gid), 0);
+  for (const mode_t mode : {0640, 0600}) {
+    ASSERT_EQ(chmod(path.c_str(), mode), 0);
+    const pid_t stranger = fork();
+    if (stranger == 0) {
+      constexpr int kNobody = 65534;
+      if (setgroups(0, nullptr) != 0 || setgid(kNobody) != 0 || setuid(kNobody) != 0) _exit(3);
+      try {
+        loadConfig(path);
+        _exit(2);
+      } catch (const ConfigError& error) {
+        const bool named = std::string(error.what()).find("sudo usermod -aG video $USER") != std::string::npos;
+        _exit(named == (mode == 0640) ? 0 : 1);
+      }
+    }
+    int status = 0;
+    waitpid(stranger, &status, 0);
+    EXPECT_EQ(status, 0) << mode;
   }
   std::filesystem::remove(path);
 }
