@@ -313,12 +313,14 @@ Config parseConfig(const std::string& text, const std::string& name, const std::
 
 Config loadConfig(const std::filesystem::path& file, const std::vector<std::string>& overrides,
                   const ServiceReach* reach) {
+  errno = 0;
   std::ifstream in(file, std::ios::binary);
   std::ostringstream text;
   text << in.rdbuf();
+  const int error = errno;
   if (!in || std::filesystem::is_directory(file)) {
-    throw ConfigError({file.string() + ":1:1: cannot read: " + (errno ? std::strerror(errno) : "is it a file?") + "; " +
-                       fixOf(errno, file)});
+    throw ConfigError({file.string() + ":1:1: cannot read: " + (error != 0 ? std::strerror(error) : "is it a file?") +
+                       "; " + fixOf(error, file)});
   }
   return parseConfig(text.str(), file.string(), overrides, reach);
 }
