@@ -35,9 +35,12 @@ void writeAll(const std::filesystem::path& file, int descriptor, std::string_vie
   }
 }
 
-bool hasName(int descriptor) {
-  struct stat status {};
-  return ::fstat(descriptor, &status) == 0 && status.st_nlink > 0;
+/// Whether a name leads to what is open: it was not removed, and its disk is still the one mounted there.
+bool leadsTo(const std::filesystem::path& file, int descriptor) {
+  struct stat open {
+  }, named{};
+  return ::fstat(descriptor, &open) == 0 && ::stat(file.c_str(), &named) == 0 && open.st_dev == named.st_dev &&
+         open.st_ino == named.st_ino;
 }
 
 /// Closes a descriptor whatever happens.
@@ -55,18 +58,18 @@ void writeDurably(const std::filesystem::path& file, std::string_view content) {
 }
 
 FolderLock::FolderLock(const std::filesystem::path& folder)
-    : descriptor_(openOrFail(folder / "lock", O_RDWR | O_CREAT)) {
+    : file_(folder / "lock"), descriptor_(openOrFail(file_, O_RDWR | O_CREAT)) {
   if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
   const int reason = errno;
   ::close(descriptor_);
-  if (reason == EWOULDBLOCK) throw FolderLocked(folder.string() + ": another slamd or slam-replay writes this map");
+  if (reason == EWOULDBLOCK) throw FolderLocked(folder.string() + ": another slamd or slam-replay writes here");
   errno = reason;
-  fail(folder / "lock", "cannot lock");
+  fail(file_, "cannot lock");
 }
 
 FolderLock::~FolderLock() { ::close(descriptor_); }
 
-bool FolderLock::isThere() const { return hasName(descriptor_); }
+bool FolderLock::isThere() const { return leadsTo(file_, descriptor_); }
 
 void syncFolder(const std::filesystem::path& folder) {
   const Closer in{openOrFail(folder, O_RDONLY | O_DIRECTORY)};
@@ -87,7 +90,9 @@ std::uint32_t crc32Of(std::string_view content) {
 }
 
 AppendFile::AppendFile(const std::filesystem::path& file, std::uint64_t keep)
-    : file_(file), descriptor_(openOrFail(file, O_WRONLY | O_CREAT | O_NONBLOCK)), size_(keep) {
+    : file_(file),
+      descriptor_(openOrFail(file, O_WRONLY | O_CREAT | O_NONBLOCK | (keep == kNew ? O_EXCL : 0))),
+      size_(keep == kNew ? 0 : keep) {
   ::fcntl(descriptor_, F_SETFL, 0);  // only to open a pipe did it matter
   struct stat status {};
   if (::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode)) return;
@@ -111,7 +116,7 @@ void AppendFile::append(std::string_view content) {
   }
 }
 
-bool AppendFile::isThere() const { return hasName(descriptor_); }
+bool AppendFile::isThere() const { return leadsTo(file_, descriptor_); }
 
 void AppendFile::sync() {
   if (::fdatasync(descriptor_) != 0) fail(file_, "cannot sync");

@@ -36,19 +36,21 @@ class FolderLock {
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
 
-  /// @return false when somebody has removed the folder meanwhile
+  /// @return false when the folder was removed, or its disk is no longer the one mounted there
   bool isThere() const;
 
  private:
+  std::filesystem::path file_;
   int descriptor_;
 };
 
 /// A file that only grows. A pipe or a device will do.
 class AppendFile {
  public:
-  static constexpr std::uint64_t kAll = UINT64_MAX;
-  /// Opens it, new or to go on behind `keep` bytes; what lies behind them is cut off. @throws std::runtime_error, also
-  /// for a pipe that nobody reads
+  static constexpr std::uint64_t kAll = UINT64_MAX, kNew = UINT64_MAX - 1;
+  /// Opens it, new or to go on behind `keep` bytes; what lies behind them is cut off. kNew refuses a file that is
+  /// there.
+  /// @throws std::runtime_error, also for a pipe that nobody reads
   AppendFile(const std::filesystem::path& file, std::uint64_t keep);
   ~AppendFile();
   AppendFile(const AppendFile&) = delete;
@@ -58,8 +60,10 @@ class AppendFile {
   void append(std::string_view content);
   /// Waits until all is on the disk. @throws std::runtime_error
   void sync();
-  /// @return false when somebody has removed the file meanwhile: what is written is lost
+  /// @return false when its name leads elsewhere by now: it was removed, or its disk is no longer the one mounted there
   bool isThere() const;
+  std::uint64_t size() const { return size_; }  ///< [bytes]
+  const std::filesystem::path& path() const { return file_; }
 
  private:
   std::filesystem::path file_;
