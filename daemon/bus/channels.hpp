@@ -18,5 +18,6 @@ inline constexpr char kHealth[] = "SLAM_HEALTH";
 inline constexpr char kCommand[] = "SLAM_COMMAND";
 inline constexpr char kDrive[] = "SLAM_DRIVE";
 inline constexpr char kAck[] = "SLAM_ACK";
+inline constexpr char kConfig[] = "SLAM_CONFIG";  ///< in field logs only
 
 }  // namespace slam::channel

@@ -109,6 +109,19 @@ std::optional<ack_t> decodeChecked(Bytes data) {
 }
 
 template <>
+std::optional<config_t> decodeChecked(Bytes data) {
+  constexpr std::size_t kHead = kFingerprint + 8;
+  if (data.size() < kHead) return std::nullopt;
+  Fields fields(data, kHead);
+  fields.string();
+  fields.string();
+  fields.skip(4);
+  fields.string();
+  fields.string();
+  return fields.areAll() ? decode<config_t>(data) : std::nullopt;
+}
+
+template <>
 std::optional<health_t> decodeChecked(Bytes data) {
   constexpr std::size_t kHead = kFingerprint + 8 + 8 + 1;
   if (data.size() < kHead) return std::nullopt;

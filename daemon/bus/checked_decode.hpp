@@ -5,6 +5,7 @@
 #include <optional>
 #include <slam/ack_t.hpp>
 #include <slam/command_t.hpp>
+#include <slam/config_t.hpp>
 #include <slam/depth_t.hpp>
 #include <slam/drive_t.hpp>
 #include <slam/health_t.hpp>
@@ -35,6 +36,8 @@ template <>
 std::optional<command_t> decodeChecked(std::span<const std::uint8_t> data);
 template <>
 std::optional<ack_t> decodeChecked(std::span<const std::uint8_t> data);
+template <>
+std::optional<config_t> decodeChecked(std::span<const std::uint8_t> data);
 template <>
 std::optional<health_t> decodeChecked(std::span<const std::uint8_t> data);
 

@@ -28,7 +28,7 @@ EventLogReader::EventLogReader(const std::filesystem::path& file) {
   }
   if (found) return;
   gzclose(static_cast<gzFile>(file_));
-  throw std::runtime_error(file.string() + ": no LCM event in it; is it an LCM log (slam-convert makes one)?");
+  throw EmptyLog(file.string() + ": no LCM event in it; is it an LCM log (slam-convert makes one)?");
 }
 
 EventLogReader::~EventLogReader() { gzclose(static_cast<gzFile>(file_)); }
@@ -101,6 +101,36 @@ bool EventLogReader::next(LogEvent& event) {
   skipped_ += buffer_.size() - begin_;
   if (buffer_.size() > begin_) truncated_ = true;
   begin_ = buffer_.size();
+  return false;
+}
+
+EventLogSequence::EventLogSequence(std::vector<std::filesystem::path> files) : files_(std::move(files)) {
+  openNext();
+  if (!reader_) throw EmptyLog("no log is given");
+}
+
+void EventLogSequence::openNext() {
+  if (reader_) {
+    skipped_ += reader_->skippedBytes();
+    truncated_ |= reader_->truncated();
+    reader_.reset();
+  }
+  while (!reader_ && at_ < files_.size()) {
+    try {
+      reader_ = std::make_unique<EventLogReader>(files_[at_++]);
+      read_ = true;
+    } catch (const EmptyLog&) {
+      truncated_ = true;
+      if (at_ == files_.size() && !read_) throw;
+    }
+  }
+}
+
+bool EventLogSequence::next(LogEvent& event) {
+  while (reader_) {
+    if (reader_->next(event)) return true;
+    openNext();
+  }
   return false;
 }
 

@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -16,13 +18,19 @@ struct LogEvent {
   std::vector<std::uint8_t> data;
 };
 
+/// A log without a single record, as a power cut may leave it.
+struct EmptyLog : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// Reads an LCM event log, plain or gzip-compressed.
 ///
 /// liblcm's own reader ends at the first damaged record; this one looks for the next sync word (EDA1DA01), counts what
 /// it had to skip, and bounds every length, so that a cut or corrupted log gives all that is whole in it.
 class EventLogReader {
  public:
-  /// @throws std::runtime_error when the file cannot be opened or holds no record at all
+  /// @throws EmptyLog when the file holds no record at all
+  /// @throws std::runtime_error when it cannot be opened
   explicit EventLogReader(const std::filesystem::path& file);
   ~EventLogReader();
   EventLogReader(const EventLogReader&) = delete;
@@ -44,6 +52,28 @@ class EventLogReader {
   bool end_ = false;
   std::uint64_t skipped_ = 0;
   bool truncated_ = false;
+};
+
+/// Reads logs one behind the other. One without a record is passed over, unless all are.
+class EventLogSequence {
+ public:
+  /// @throws std::runtime_error when a file cannot be opened, or none holds a record
+  explicit EventLogSequence(std::vector<std::filesystem::path> files);
+
+  /// @return false at the end of the last one @throws std::runtime_error when a file is gone meanwhile
+  bool next(LogEvent& event);
+
+  std::uint64_t skippedBytes() const { return skipped_ + (reader_ ? reader_->skippedBytes() : 0); }
+  bool truncated() const { return truncated_ || (reader_ && reader_->truncated()); }  ///< the last record of any
+
+ private:
+  void openNext();
+
+  std::vector<std::filesystem::path> files_;
+  std::size_t at_ = 0;                      // of the next one to open
+  std::unique_ptr<EventLogReader> reader_;  // nullptr: behind the last one
+  std::uint64_t skipped_ = 0;
+  bool read_ = false, truncated_ = false;  // any
 };
 
 /// Appends one record of an LCM event log to `out`. @param number of the record, counting from 0 @param utime [us]

@@ -44,7 +44,7 @@ class Drive {
   };
   Result replayed(const std::vector<std::string>& settings) const {
     ReplayOptions options;
-    options.log = folder_ / "drive.lcm";
+    options.logs = {folder_ / "drive.lcm"};
     options.causal = folder_ / "causal.tum";
     options.map = folder_ / "map";
     replay(parseConfig("", "given", settings), options);

@@ -39,7 +39,7 @@ void countersInto(std::ostream& out, const ReplayStats& stats) {
 std::string replayed(const Config& config, const Log& log) {
   const Folder folder;
   ReplayOptions options;
-  options.log = log.file;
+  options.logs = {log.file};
   options.trajectory = folder / "final.tum";
   options.causal = folder / "causal.tum";
   options.odometry = folder / "odometry.tum";

@@ -33,7 +33,7 @@ class LogTruthTest : public testing::Test {
       sim::writeLog({.scene = "meeting-room", .seed = seed, .truth = folder / (name + ".tum")},
                     folder / (name + ".lcm"));
     }
-    replay(config, {.log = folder / "1.lcm", .save_map = folder / "map"});
+    replay(config, {.logs = {folder / "1.lcm"}, .save_map = folder / "map"});
   }
   static void TearDownTestSuite() { fs::remove_all(folder); }
 

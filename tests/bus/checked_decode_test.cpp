@@ -65,6 +65,15 @@ ack_t sample() {
 }
 
 template <>
+config_t sample() {
+  config_t message{};
+  message.host = "robot";
+  message.map_id = 3;
+  message.configuration = "[log]\nquota = 2000.0\n";
+  return message;
+}
+
+template <>
 health_t sample() {
   health_t message{};
   message.summary = "pose localised";
@@ -90,7 +99,7 @@ Bytes patched(Bytes data, std::size_t offset, std::uint32_t word, std::size_t si
 
 template <typename Message>
 class DecodeChecked : public testing::Test {};
-using Subscribed = testing::Types<scan_t, wheels_t, imu_t, command_t, ack_t, health_t>;
+using Subscribed = testing::Types<scan_t, wheels_t, imu_t, command_t, ack_t, config_t, health_t>;
 TYPED_TEST_SUITE(DecodeChecked, Subscribed);
 
 TYPED_TEST(DecodeChecked, ReadsWhatWasWritten) {

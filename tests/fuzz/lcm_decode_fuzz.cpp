@@ -69,6 +69,10 @@ void checkContent(const command_t& command) {
   FUZZ_CHECK(command.verb.size() + command.argument.size() <= static_cast<std::size_t>(command.getEncodedSize()));
 }
 
+void checkContent(const config_t& config) {
+  FUZZ_CHECK(config.configuration.size() <= static_cast<std::size_t>(config.getEncodedSize()));
+}
+
 template <typename Message>
 void checkMessage(Bytes bytes, bool with_fingerprint) {
   std::vector<std::uint8_t> datagram;
@@ -91,7 +95,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size == 0) return -1;
   const bool with_fingerprint = (data[0] & kWithFingerprint) != 0;
   const Bytes datagram{data + 1, size - 1};
-  switch (data[0] % 8) {
+  switch (data[0] % 9) {
     case 0:
       checkMessage<scan_t>(datagram, with_fingerprint);
       break;
@@ -113,8 +117,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     case 6:
       checkMessage<ack_t>(datagram, with_fingerprint);
       break;
-    default:
+    case 7:
       checkMessage<health_t>(datagram, with_fingerprint);
+      break;
+    default:
+      checkMessage<config_t>(datagram, with_fingerprint);
   }
   return 0;
 }

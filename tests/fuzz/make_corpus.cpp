@@ -209,6 +209,9 @@ void messageSeeds(const Corpus& corpus) {
   health.devices.resize(1);
   health.stages.resize(1);
   health.counters.resize(1);
+  config_t config{};
+  config.host = "robot";
+  config.configuration = "[log]\n";
   const std::vector<std::pair<const char*, Bytes>> messages = {
       {"scan", test::encoded(toMessage(someScan(), kUtime))},
       {"wheels", test::encoded(toMessage(WheelSample{.T_wheels_base = {1.0, 2.0, 0.5}}, kUtime, angles))},
@@ -217,9 +220,11 @@ void messageSeeds(const Corpus& corpus) {
       {"drive", test::encoded(drive)},
       {"command", test::encoded(command)},
       {"ack", test::encoded(ack)},
-      {"health", test::encoded(health)}};
-  const char* const channels[] = {channel::kScan,  channel::kWheels,  channel::kImu, channel::kDepth,
-                                  channel::kDrive, channel::kCommand, channel::kAck, channel::kHealth};
+      {"health", test::encoded(health)},
+      {"config", test::encoded(config)}};
+  const char* const channels[] = {channel::kScan,  channel::kWheels, channel::kImu,
+                                  channel::kDepth, channel::kDrive,  channel::kCommand,
+                                  channel::kAck,   channel::kHealth, channel::kConfig};
   EventLogWriter log(corpus.scratch("log"));
   for (std::size_t i = 0; i < messages.size(); ++i) {
     const auto& [name, bytes] = messages[i];

@@ -44,7 +44,7 @@ class SimulatedReplay : public testing::Test {
   ReplayStats replayed(const Disturbance& disturbance) {
     disturbLog(folder / "sound.lcm", folder / "drive.lcm", disturbance);
     ReplayOptions options;
-    options.log = folder / "drive.lcm";
+    options.logs = {folder / "drive.lcm"};
     options.trajectory = folder / "slam.tum";
     return replay(simulated(), options);
   }

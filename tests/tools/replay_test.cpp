@@ -116,7 +116,7 @@ Config driveConfig() {
 
 ReplayOptions outputsIn(const Folder& folder, const std::string& name) {
   ReplayOptions options;
-  options.log = folder / "drive.lcm";
+  options.logs = {folder / "drive.lcm"};
   options.trajectory = folder / (name + ".tum");
   options.causal = folder / (name + "_causal.tum");
   options.odometry = folder / (name + "_odometry.tum");
@@ -211,7 +211,7 @@ TEST(Replay, DrawsFramesByLogTimeAndOneAtTheEnd) {
   const Folder folder;
   writeDrive(folder / "drive.lcm", trueStamp);
   ReplayOptions options;
-  options.log = folder / "drive.lcm";
+  options.logs = {folder / "drive.lcm"};
   options.viewer_period = 4.0;
   for (const char* name : {"a", "b"}) {
     options.viewer_frames = folder / name;
@@ -371,7 +371,7 @@ TEST(Replay, WarnsOfDisturbancesOfASimulatedLogAndOfNothingElse) {
   const auto warnings = [&](const Disturbance& disturbance) {
     disturbLog(folder / "sound.lcm", folder / "drive.lcm", disturbance);
     ReplayOptions options;
-    options.log = folder / "drive.lcm";
+    options.logs = {folder / "drive.lcm"};
     return replay(driveConfig(), options).warnings;
   };
   using testing::ElementsAre;
@@ -392,7 +392,7 @@ TEST(ReplayOfRecordedData, WarnsOfWhatIsWrongAndOfNothingElse) {
   const auto warnings = [&](const Disturbance& disturbance) {
     disturbLog(folder / "sound.lcm", folder / "drive.lcm", disturbance);
     ReplayOptions options;
-    options.log = folder / "drive.lcm";
+    options.logs = {folder / "drive.lcm"};
     return replay(config, options).warnings;
   };
   using testing::ElementsAre;
@@ -432,7 +432,7 @@ TEST(Replay, RefusesALogWithoutScansAndOutputsItCannotWrite) {
   EXPECT_THROW(replay(driveConfig(), outputsIn(folder, "a")), std::runtime_error) << "no scan";
   writeDrive(folder / "drive.lcm", trueStamp);
   ReplayOptions options;
-  options.log = folder / "drive.lcm";
+  options.logs = {folder / "drive.lcm"};
   options.trajectory = "/nonexistent/a.tum";
   EXPECT_THROW(replay(driveConfig(), options), std::runtime_error);
   options.trajectory.clear();
@@ -551,7 +551,7 @@ TEST(ReplayOfRecordedData, MeetsTheRelationsOfIntel) {
   const Folder folder;
   convertCarmen(recorded("intel/intel.clf.gz"), folder / "intel.lcm");
   ReplayOptions options;
-  options.log = folder / "intel.lcm";
+  options.logs = {folder / "intel.lcm"};
   options.trajectory = folder / "intel.tum";
   const Config config = loadConfig(std::filesystem::path(SLAMD_SOURCE_DIR) / "config/carmen.toml");
   EXPECT_EQ(replay(config, options).localizer.scans, 5505U);
@@ -570,7 +570,7 @@ TEST(ReplayOfRecordedData, IsNotLedAstrayByVeryNoisyWheels) {
   convertCarmen(recorded("intel/intel.clf.gz"), folder / "intel.lcm");
   disturbLog(folder / "intel.lcm", folder / "noisy.lcm", {.noise = 0.4, .seed = 1});
   const Config config = loadConfig(std::filesystem::path(SLAMD_SOURCE_DIR) / "config/carmen.toml");
-  replay(config, {.log = folder / "noisy.lcm", .trajectory = folder / "noisy.tum"});
+  replay(config, {.logs = {folder / "noisy.lcm"}, .trajectory = folder / "noisy.tum"});
   const RelationErrors errors =
       relationErrors(readTrajectory(folder / "noisy.tum"), readRelations(recorded("intel/intel.relations")));
   EXPECT_LE(errors.translation.mean, 0.03) << "[m]";

@@ -6,6 +6,7 @@
 #include <iostream>
 
 #include "app/config_loader.hpp"
+#include "store/log_folder.hpp"
 #include "tools/common/program.hpp"
 #include "tools/replay/replay.hpp"
 
@@ -34,6 +35,19 @@ void printSummary(const slam::ReplayStats& stats) {
       slam::quantiles(stats.scan_us).p50, slam::quantiles(stats.scan_us).p99);
 }
 
+/// The configuration that a field log brings.
+slam::Config ownConfig(const std::vector<std::filesystem::path>& logs, const std::vector<std::string>& overrides) {
+  const auto own = slam::configOf(logs);
+  if (!own) {
+    throw CLI::ValidationError(
+        "--config", "is required: " + logs.front().string() + " has no configuration (SLAM_CONFIG) of its own");
+  }
+  const slam::Config config =
+      slam::parseConfig(own->configuration, "SLAM_CONFIG in " + logs.front().string(), overrides);
+  std::cerr << "slam-replay: configuration of the log itself (" << own->versions << ", on " << own->host << ")\n";
+  return config;
+}
+
 void warnOfDamage(const std::string& log, const slam::ReplayStats& stats) {
   if (stats.truncated) std::cerr << "slam-replay: " << log << ": its last record is cut off; used all before it\n";
   if (stats.skipped_bytes > 0) {
@@ -55,9 +69,13 @@ int main(int argc, char** argv) {
   std::string config_file, stats_file;
   std::vector<std::string> overrides;
   slam::ReplayOptions options;
-  app.add_option("--config", config_file, "slamd configuration (TOML)")->required();
+  app.add_option("--config", config_file,
+                 "slamd configuration (TOML); may be left out for a field log, which has its own");
   app.add_option("--set", overrides, "section.key=value over the file; may be repeated");
-  app.add_option("--log", options.log, "LCM event log with SLAM_SCAN, SLAM_WHEELS, SLAM_IMU")->required();
+  app.add_option("--log", options.logs,
+                 "LCM event log with SLAM_SCAN, SLAM_WHEELS, SLAM_IMU, plain or gzip; several, or a folder of slamd's "
+                 "field logs, are read in order")
+      ->required();
   app.add_option("--trajectory", options.trajectory, "write final poses, one a scan (TUM)");
   app.add_option("--causal", options.causal, "write poses as known at each scan's time (TUM)");
   app.add_option("--estimates", options.estimates,
@@ -81,9 +99,10 @@ int main(int argc, char** argv) {
   return slam::runProgram(
       app, argc, argv, SLAMD_VERSION,
       "slam-replay --config config/carmen.toml --log intel.lcm --trajectory intel.tum --map out/intel", [&] {
+        options.logs = slam::logPaths(options.logs);
         slam::Config config;
         try {
-          config = slam::loadConfig(config_file, overrides);
+          config = config_file.empty() ? ownConfig(options.logs, overrides) : slam::loadConfig(config_file, overrides);
         } catch (const slam::ConfigError& error) {
           throw slam::BadConfig(error.what());
         }
@@ -102,7 +121,7 @@ int main(int argc, char** argv) {
           out << stats.json();
           if (!out.flush()) throw std::runtime_error(stats_file + ": cannot write");
         }
-        warnOfDamage(options.log, stats);
+        warnOfDamage(options.logs.front().string() + (options.logs.size() > 1 ? " and following" : ""), stats);
         printSummary(stats);
         printOffset(stats, config.localizer.lidar.time_offset);
         return slam::kDone;

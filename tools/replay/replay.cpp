@@ -281,11 +281,17 @@ MapState loadMap(const Config& config, const std::filesystem::path& path) {
 
 }  // namespace
 
+std::optional<config_t> configOf(const std::vector<std::filesystem::path>& logs) {
+  EventLogSequence log(logs);
+  LogEvent event;
+  return log.next(event) && event.channel == channel::kConfig ? decodeChecked<config_t>(event.data) : std::nullopt;
+}
+
 ReplayStats replay(const Config& config, const ReplayOptions& options,
                    const std::function<void(double log_seconds)>& progress) {
   const auto start = Clock::now();
   const double cpu_before = cpuSeconds();
-  EventLogReader log(options.log);
+  EventLogSequence log(options.logs);
   std::optional<MapState> map;
   if (!options.load_map.empty()) map = loadMap(config, options.load_map);
   if (!map && config.mode == "localise") throw std::runtime_error("mode \"localise\" needs a map; give --load-map");
@@ -304,7 +310,8 @@ ReplayStats replay(const Config& config, const ReplayOptions& options,
   }
   ReplayStats stats = run.finish(options);
   if (stats.localizer.scans == 0) {
-    throw std::runtime_error(options.log.string() + ": no SLAM_SCAN in it; slam-convert makes logs for slam-replay");
+    throw std::runtime_error(options.logs.front().string() +
+                             ": no SLAM_SCAN in it; slam-convert makes logs for slam-replay");
   }
   stats.log_s = 1e-6 * static_cast<double>(last - first);
   stats.wall_s = 1e-6 * microsecondsSince(start);

@@ -29,7 +29,7 @@ struct DriveFiles {
   ReplayStats drive(const std::string& scene, std::uint64_t seed, double seconds = 0.0) const {
     writeLog({.scene = scene, .seed = seed, .seconds = seconds, .truth = truth, .waypoints = waypoints}, log);
     const Config config = loadConfig(SLAMD_SIM_CONFIG, {"lidar.driver='lcm'", "base.driver='lcm'", "imu.driver='lcm'"});
-    return replay(config, {.log = log, .trajectory = slam, .odometry = odometry, .wheels = wheels});
+    return replay(config, {.logs = {log}, .trajectory = slam, .odometry = odometry, .wheels = wheels});
   }
   WaypointErrors atWaypoints(const fs::path& trajectory) const {
     return waypointErrors(readTrajectory(trajectory), readTrajectory(waypoints));
@@ -75,7 +75,7 @@ int cellsWhereThePersonsWalk(double seconds) {
   const fs::path map = files.folder / "map";
   writeLog({.scene = "people", .seed = 1, .seconds = seconds, .depth = true, .truth = files.truth}, files.log);
   const Config config = loadConfig(SLAMD_SIM_CONFIG, {});
-  replay(config, {.log = files.log, .trajectory = files.slam, .map = map});
+  replay(config, {.logs = {files.log}, .trajectory = files.slam, .map = map});
   const MapImage image = readMapFiles(map.string() + ".yaml");
   const Pose2 start = readTrajectory(files.truth).front().pose;  // the map begins there
   int occupied = 0;

@@ -41,7 +41,7 @@ class PaperMaps : public testing::TestWithParam<Figure> {
   MapErrors errorsOf(const std::vector<std::string>& settings) const {
     const Config config = loadConfig(SLAMD_SIM_CONFIG, settings);
     ReplayOptions options;
-    options.log = folder / "drive.lcm";
+    options.logs = {folder / "drive.lcm"};
     options.map = folder / "map";
     replay(config, options);
     return compareMaps(readMapFiles(folder / "map.yaml"), truth);
