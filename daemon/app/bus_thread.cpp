@@ -6,6 +6,7 @@
 #include <poll.h>
 
 #include "app/log.hpp"
+#include "app/record_file.hpp"
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
 #include "bus/freshness.hpp"
@@ -28,7 +29,13 @@ BusThread::BusThread(const Config& config, Exchange& exchange, const WallClock& 
       socket_(config.runtime.socket),
       scan_(std::make_unique<ReceivedScan>()),
       worker_({.name = "bus"}, [this] { tick(); }) {
-  if (!config.output.record.empty()) recorder_ = std::make_unique<Recorder>(config.output.record);
+  if (!config.output.record.empty())
+    recorder_ = std::make_unique<Recorder>("record", std::make_unique<RecordFile>(config.output.record));
+  if (!config.log.directory.empty()) {
+    auto field_log = std::make_unique<FieldLog>(config, clock, [this] { exchange_.bus_wakeup.notify(); });
+    field_log_ = field_log.get();
+    log_ = std::make_unique<Recorder>("log", std::move(field_log));
+  }
   for (DeviceStatus* status : {&lidar_, &wheels_, &imu_, &depth_})
     status->set(DeviceState::kOpening, "waiting for messages on LCM");
   subscribe();
@@ -64,8 +71,11 @@ void BusThread::tick() {
   publishPose();
   publishRaw();
   acknowledgeSave();
-  exchange_.map_answers.drain(
-      [this](const MapAnswer& answer) { acknowledge(answer.id, answer.accepted, answer.message); });
+  const auto acknowledge_all = [this](const MapAnswer& answer) {
+    acknowledge(answer.id, answer.accepted, answer.message);
+  };
+  exchange_.map_answers.drain(acknowledge_all);
+  if (field_log_ != nullptr) field_log_->answers().drain(acknowledge_all);
   exchange_.map_meta.drain([this](const map_meta_t& meta) { publish(channel::kMapMeta, meta); });
   exchange_.map_tiles.drain([this](const map_tile_t& tile) { publish(channel::kMapTile, tile); });
   exchange_.health.drain([this](const health_t& health) {
@@ -115,11 +125,18 @@ void BusThread::publish(const char* channel, const Message& message) {
   encode(message);
   const bool sent = link_.publish(channel, buffer_, monotonicNow());
   ++(sent ? exchange_.published : exchange_.publish_failures);
-  if (recorder_) recorder_->add(clock_.utime(monotonicNow()), channel, buffer_);
+  record(channel, buffer_);
+}
+
+void BusThread::record(const std::string& channel, Bytes data) {
+  const std::int64_t utime = clock_.utime(monotonicNow());
+  if (recorder_) recorder_->add(utime, channel, data);
+  if (field_log_ != nullptr && field_log_->takes(channel)) log_->add(utime, channel, data);
 }
 
 void BusThread::publishPose() {
   if (!exchange_.pose_for_bus.load(snapshot_)) return;
+  if (field_log_ != nullptr) field_log_->setMap(snapshot_.map_id);
   const std::int64_t utime = clock_.utime(snapshot_.pose.stamp);
   publish(channel::kOdometry, toMessage(snapshot_.odometry, utime));
   publish(channel::kSlamPose, toMessage(snapshot_.pose, utime, snapshot_.map_id));
@@ -150,14 +167,23 @@ void BusThread::publishRaw() {
 }
 
 template <typename Message>
-auto BusThread::receive(Bytes data, DeviceStatus& status) {
+auto BusThread::receive(const char* channel, Bytes data, DeviceStatus& status, StampWords& words) {
   const auto message = decodeChecked<Message>(data);
   auto sample = message ? fromMessage(*message) : std::nullopt;
-  if (sample && !isPossible(clock_.stamp(message->utime), monotonicNow())) sample.reset();
+  const Timestamp now = monotonicNow();
+  const char* wrong = "";
   if (sample) {
     sample->stamp = clock_.stamp(message->utime);
-    status.countSample(monotonicNow());
-    status.set(DeviceState::kStreaming, "");
+    wrong = words.of(now - sample->stamp);
+    if (!isPossible(sample->stamp, now)) {
+      sample.reset();
+      status.reason = wrong;
+    }
+  }
+  if (sample) {
+    status.countSample(now);
+    status.set(DeviceState::kStreaming, wrong);
+    record(channel, data);
   } else {
     ++exchange_.bad_messages;
     status.rejects.fetch_add(1, std::memory_order_relaxed);
@@ -166,7 +192,7 @@ auto BusThread::receive(Bytes data, DeviceStatus& status) {
 }
 
 void BusThread::onScan(Bytes data) {
-  const auto scan = receive<scan_t>(data, lidar_);
+  const auto scan = receive<scan_t>(channel::kScan, data, lidar_, lidar_stamps_);
   if (!scan) return;
   scan_->scan = *scan;
   scan_->received = monotonicNow();
@@ -175,15 +201,17 @@ void BusThread::onScan(Bytes data) {
 }
 
 void BusThread::onWheels(Bytes data) {
-  if (const auto sample = receive<wheels_t>(data, wheels_)) exchange_.wheels.tryPush({*sample, {}, 0});
+  if (const auto sample = receive<wheels_t>(channel::kWheels, data, wheels_, wheel_stamps_))
+    exchange_.wheels.tryPush({*sample, {}, 0});
 }
 
 void BusThread::onImu(Bytes data) {
-  if (const auto sample = receive<imu_t>(data, imu_)) exchange_.imu.tryPush(*sample);
+  if (const auto sample = receive<imu_t>(channel::kImu, data, imu_, imu_stamps_)) exchange_.imu.tryPush(*sample);
 }
 
 void BusThread::onDepth(Bytes data) {
-  if (const auto laser = receive<depth_t>(data, depth_)) exchange_.views.tryPush(*laser);
+  if (const auto laser = receive<depth_t>(channel::kDepth, data, depth_, depth_stamps_))
+    exchange_.views.tryPush(*laser);
 }
 
 void BusThread::onDrive(Bytes data) {
@@ -191,6 +219,7 @@ void BusThread::onDrive(Bytes data) {
   const auto twist = message ? fromMessage(*message) : std::nullopt;
   const Timestamp now = monotonicNow(), sent = twist ? clock_.stamp(message->utime) : Timestamp{};
   const bool fresh = twist && isFreshCommand(sent, now);
+  if (twist) record(channel::kDrive, data);
   fresh ? void(exchange_.drives.tryPush({*twist, std::min(sent, now)})) : void(++exchange_.bad_messages);
 }
 
@@ -229,6 +258,7 @@ void BusThread::onCommand(Bytes data, std::optional<LocalSocket::Client> from) {
     ++exchange_.bad_messages;
     return;
   }
+  record(channel::kCommand, data);
   command->id = ticketFor({from, command->id});
   const Pose2 pose{command->pose[0], command->pose[1], command->pose[2]};
   if (command->verb == "save_map") {
@@ -249,9 +279,29 @@ void BusThread::onCommand(Bytes data, std::optional<LocalSocket::Client> from) {
                                                 : MapCommand::kReset;
     const bool taken = exchange_.map_commands.tryPush({kind, command->id, command->argument});
     if (!taken) acknowledge(command->id, false, "too many commands at once");  // otherwise the graph thread answers
+  } else if (command->verb.starts_with("log_")) {
+    onLogCommand(*command);
   } else {
-    acknowledge(command->id, false, "unknown verb; known are save, load, set_pose, reset, save_map");
+    acknowledge(command->id, false,
+                "unknown verb; known are save, load, set_pose, reset, save_map, log_start, log_stop, log_mark");
   }
+}
+
+void BusThread::onLogCommand(const command_t& command) {
+  if (field_log_ == nullptr) return acknowledge(command.id, false, "log.directory is not set in the configuration");
+  LogCommand wanted{.kind = LogCommand::kStart, .id = command.id, .what = command.argument};
+  if (command.verb == "log_start") {
+    wanted.kind = LogCommand::kStart;
+  } else if (command.verb == "log_stop") {
+    wanted.kind = LogCommand::kStop;
+  } else if (command.verb == "log_mark") {
+    wanted.kind = LogCommand::kMark;
+  } else {
+    return acknowledge(command.id, false, "unknown verb; known are log_start, log_stop, log_mark");
+  }
+  if (wanted.kind == LogCommand::kMark && wanted.what.empty())
+    return acknowledge(command.id, false, "say what has happened: log_mark needs an argument");
+  if (!field_log_->command(wanted)) acknowledge(command.id, false, "too many commands at once");
 }
 
 }  // namespace slam

@@ -89,6 +89,17 @@ struct OutputConfig {
   std::string record = "";  ///< LCM event log of all that is published; empty: none
 };
 
+/// The field log.
+struct LogConfig {
+  std::string directory = "";   ///< of all runs; empty: none
+  bool automatic = true;        ///< begin with slamd; else when a person wants it
+  double quota = 2000.0;        ///< [MB] of all logs together
+  double floor = 1000.0;        ///< [MB] that stay free on the disk
+  double file_length = 600.0;   ///< [s]
+  std::string content = "raw";  ///< "raw", "all"
+  bool images = false;          ///< the camera's, too
+};
+
 /// All of slamd's settings. slam-replay uses the parts that are not about devices.
 struct Config {
   std::string mode = "slam";  ///< "slam", "localise"
@@ -104,6 +115,7 @@ struct Config {
   LcmConfig lcm;
   RuntimeConfig runtime;
   OutputConfig output;
+  LogConfig log;
 };
 
 /// Settings of the back end: its own, and those that it shares with the front end.

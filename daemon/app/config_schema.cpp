@@ -118,9 +118,10 @@ void visitDepth(DepthDeviceConfig& depth, DepthViewConfig& view, ConfigVisitor& 
   v.field({"width", "pixel", "of the images: 640 (30 Hz), 320 (30 or 60 Hz), 160"}, depth.width, 160, 1280);
   v.field({"height", "pixel", "of the images: 480, 240, 120"}, depth.height, 120, 1024);
   v.field({"rate", "Hz", "of the images"}, depth.rate, 1, 120);
-  v.field(
-      {"record", "", "file (.oni) that the images are recorded to, of the service below /var/lib/slamd; empty: none"},
-      depth.record, kAnyText);
+  v.field({"record", "",
+           "file (.oni) that the images are recorded to, of the service below /var/lib/slamd; where it is there, -2 is "
+           "put behind its name; empty: none"},
+          depth.record, kAnyText);
   v.field({"x", "m", "camera ahead of the base's turning centre", kBasic}, at.x, -5.0, 5.0);
   v.field({"y", "m", "camera left of the base's turning centre"}, at.y, -5.0, 5.0);
   v.field({"z", "m", "camera above the floor; 0: not measured yet, its images are not used", kBasic}, at.z, 0.0, 3.0);
@@ -309,6 +310,20 @@ void visitMap(OccupancyGridConfig& map, OutputConfig& output, ConfigVisitor& v) 
           kAnyText);
 }
 
+void visitLog(LogConfig& log, ConfigVisitor& v) {
+  v.section("log", "field log: a folder for each run, in files that slam-replay reads; see slamctl log");
+  v.field({"directory", "", "folder of the logs; empty: as a service /var/lib/slamd/log, else nothing is logged"},
+          log.directory, kAnyText);
+  v.field({"automatic", "", "begin with slamd; false: slamctl log start begins"}, log.automatic);
+  v.field({"quota", "MB", "of all logs together; the oldest files go first, marked ones last"}, log.quota, 1.0, 1e6);
+  v.field({"floor", "MB", "stay free on the disk, for the maps: with less, logging stops until there is room"},
+          log.floor, 0.0, 1e6);
+  v.field({"file_length", "s", "then the next file begins"}, log.file_length, 1.0, 86400.0);
+  v.field({"content", "", "raw: what a replay needs; all: every message that is sent, too"}, log.content,
+          {"raw", "all"});
+  v.field({"images", "", "record the depth camera's images (.oni) into the run's folder, too"}, log.images);
+}
+
 void visitDaemon(LcmConfig& lcm, RuntimeConfig& runtime, ConfigVisitor& v) {
   v.section("lcm", "publishing");
   v.field({"url", "", "LCM over UDP multicast; ttl=0 keeps messages on this machine"}, lcm.url, kAnyText);
@@ -338,6 +353,7 @@ void visitConfig(Config& config, ConfigVisitor& visitor) {
   visitDevices(config, visitor);
   visitDepth(config.depth_device, config.localizer.depth, visitor);
   visitMap(config.map, config.output, visitor);
+  visitLog(config.log, visitor);
   visitDaemon(config.lcm, config.runtime, visitor);
   visitEkf(config.localizer.ekf, config.localizer.timeline, visitor);
   visitFrontEnd(config.localizer, visitor);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/devices.hpp"
 
+#include <utility>
+
 #include "app/device_configs.hpp"
 #include "drivers/repeat_watch.hpp"
 #include "mapping/depth_projection.hpp"
@@ -23,7 +25,8 @@ std::unique_ptr<LidarThread> makeLidarThread(const Config& config, Exchange& exc
   return std::make_unique<LidarThread>(lidarWorker(config), rplidarConfig(config), &monotonicNow, add);
 }
 
-std::unique_ptr<DepthThread> makeDepthThread(const Config& config, Exchange& exchange) {
+std::unique_ptr<DepthThread> makeDepthThread(const Config& config, Exchange& exchange,
+                                             std::function<std::string()> record_to) {
   const DepthDeviceConfig& device = config.depth_device;
   const auto add = [&exchange,
                     projection = device.isMounted() ? std::make_shared<DepthProjection>(device.projection) : nullptr,
@@ -42,7 +45,9 @@ std::unique_ptr<DepthThread> makeDepthThread(const Config& config, Exchange& exc
     }
     return describe(status);
   };
-  return std::make_unique<DepthThread>(depthWorker(config), openniConfig(config), &monotonicNow, add);
+  OpenniConfig camera = openniConfig(config);
+  camera.record_to = std::move(record_to);
+  return std::make_unique<DepthThread>(depthWorker(config), camera, &monotonicNow, add);
 }
 
 }  // namespace slam

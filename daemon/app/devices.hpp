@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <functional>
 #include <memory>
+#include <string>
 
 #include "app/config.hpp"
 #include "app/device_thread.hpp"
@@ -16,6 +18,8 @@ std::unique_ptr<LidarThread> makeLidarThread(const Config& config, Exchange& exc
 
 using DepthThread = DeviceThread<OpenniCamera>;
 /// Thread *depth*: pseudo-lasers into the queues.
-std::unique_ptr<DepthThread> makeDepthThread(const Config& config, Exchange& exchange);
+/// @param record_to as of OpenniConfig
+std::unique_ptr<DepthThread> makeDepthThread(const Config& config, Exchange& exchange,
+                                             std::function<std::string()> record_to = {});
 
 }  // namespace slam

@@ -76,6 +76,7 @@ int main(int argc, char** argv) {
   if (config.store.directory.empty() && state != nullptr) config.store.directory = std::string(state) + "/maps";
   const char* runtime = std::getenv("RUNTIME_DIRECTORY");
   if (config.runtime.socket.empty() && runtime != nullptr) config.runtime.socket = std::string(runtime) + "/socket";
+  if (config.log.directory.empty() && state != nullptr) config.log.directory = std::string(state) + "/log";
   if (const std::string wrong = slam::MapKeeper::misconfiguration(config); !wrong.empty()) {
     std::cerr << config_file << ":1:1: " << wrong << "\n";
     return kBadConfig;

@@ -10,23 +10,26 @@
 namespace slam {
 namespace {
 
-constexpr double kRate = 10.0;  // [Hz] so much is lost when the power is cut
+constexpr double kRate = 10.0;  // [Hz] so much is lost when slamd is killed
 
 }  // namespace
 
-Recorder::Recorder(std::filesystem::path file, std::size_t capacity)
-    : path_(std::move(file)), capacity_(capacity), worker_({.name = "record", .rate = kRate}, [this] { tick(); }) {
+Recorder::Recorder(std::string name, std::unique_ptr<RecordSink> sink, std::size_t capacity)
+    : name_(std::move(name)),
+      sink_(std::move(sink)),
+      capacity_(capacity),
+      worker_({.name = name_, .rate = kRate}, [this] { tick(); }) {
   worker_.start();
 }
 
 void Recorder::add(std::int64_t utime, const std::string& channel, std::span<const std::uint8_t> data) {
   const std::scoped_lock lock(mutex_);
-  if (ending_ || pending_.size() + recordSize(channel, data) > capacity_) {
+  if (ending_ || pending_.records.size() + recordSize(channel, data) > capacity_) {
     ++dropped_;
     return;
   }
-  appendRecord(pending_, number_++, utime, channel, data);
-  ++pending_messages_;
+  if (pending_.messages++ == 0) pending_.utime = utime;
+  appendRecord(pending_.records, number_++, utime, channel, data);
 }
 
 void Recorder::tick() {
@@ -34,50 +37,44 @@ void Recorder::tick() {
   {
     const std::scoped_lock lock(mutex_);
     last = ending_;
-    if (block_.empty()) {
-      std::swap(block_, pending_);
-      block_messages_ = std::exchange(pending_messages_, 0);
-    }
+    if (block_.messages == 0) std::swap(block_, pending_);
   }
   const Timestamp now = monotonicNow();
+  waits_since_ns_ = now.time_since_epoch().count();
+  sink_->tend();
   if (last || retry_.due(now)) {
-    waits_since_ns_ = now.time_since_epoch().count();
     try {
-      write();
+      sink_->write(block_.records, block_.utime);
+      written_ += std::exchange(block_.messages, 0);
+      block_.records.clear();
       retry_.succeeded();
       problem_.set("");
-      if (std::exchange(failing_, false)) logInfo("the record " + path_.string() + " is written again");
+      if (std::exchange(failing_, false)) logInfo("the " + name_ + " is written again");
     } catch (const std::exception& error) {
-      file_.reset();
       retry_.failed(now);
-      const std::string problem = std::string(error.what()) +
-                                  "; the record is not written, slamd goes on without and tries again; make room or "
-                                  "the folder for it, or change output.record";
+      const std::string problem = std::string(error.what()) + "; " + sink_->advice();
       problem_.set(problem);
       if (!std::exchange(failing_, true)) logError(problem);
     }
-    waits_since_ns_ = 0;
   }
+  waits_since_ns_ = 0;
   if (!last) return;
+  {
+    const std::scoped_lock lock(mutex_);
+    if (!failing_ && pending_.messages > 0) return;  // once more
+  }
+  waits_since_ns_ = now.time_since_epoch().count();
+  try {
+    sink_->finish();
+  } catch (const std::exception& error) {
+    problem_.set(error.what());
+  }
+  waits_since_ns_ = 0;
   const std::scoped_lock lock(mutex_);
-  if (!failing_ && !pending_.empty()) return;  // once more
-  dropped_ += block_messages_ + pending_messages_;
+  dropped_ += block_.messages + pending_.messages;
   ended_ = true;
   worker_.requestStop();
   changed_.notify_all();
-}
-
-void Recorder::write() {
-  if (file_ && !file_->isThere()) file_.reset();
-  if (!file_) {
-    if (path_.has_parent_path()) std::filesystem::create_directories(path_.parent_path());
-    file_.emplace(path_, begun_ ? AppendFile::kAll : 0);
-    begun_ = true;
-  }
-  if (block_.empty()) return;
-  file_->append(block_);
-  block_.clear();
-  written_ += std::exchange(block_messages_, 0);
 }
 
 bool Recorder::finish(Timestamp deadline) {

@@ -3,28 +3,27 @@
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
-#include <filesystem>
+#include <memory>
 #include <mutex>
-#include <optional>
 #include <span>
 #include <string>
 
+#include "app/record_sink.hpp"
 #include "app/storage_report.hpp"
 #include "drivers/retry.hpp"
 #include "runtime/shared_text.hpp"
 #include "runtime/worker.hpp"
-#include "store/durable_file.hpp"
 
 namespace slam {
 
-/// Thread *record*: writes what is published into an LCM event log. Who publishes never waits for the disk: what the
-/// disk does not take in time is dropped and counted. A file that cannot be written, or was removed, is opened again.
+/// A thread that writes messages as records of an LCM event log. Who hands them over never waits for the disk: what the
+/// disk does not take in time is dropped and counted. What cannot be written is tried again.
 class Recorder {
  public:
   static constexpr std::size_t kCapacity = 8 << 20;  // [bytes] about twenty seconds of all channels
 
-  /// Begins the file anew. @throws std::system_error when the thread cannot be made
-  explicit Recorder(std::filesystem::path file, std::size_t capacity = kCapacity);
+  /// @param name of the thread @throws std::system_error when the thread cannot be made
+  Recorder(std::string name, std::unique_ptr<RecordSink> sink, std::size_t capacity = kCapacity);
   ~Recorder() { worker_.stop(); }
 
   /// @param utime [us] of the log
@@ -32,30 +31,34 @@ class Recorder {
   /// Writes what is left and ends the thread. @return false when the disk has not taken all of it by the deadline
   bool finish(Timestamp deadline);
 
+  const std::string& name() const { return name_; }
   std::uint64_t written() const { return written_; }  ///< messages
   std::uint64_t dropped() const { return dropped_; }
   StorageReport report(Timestamp now) const;
 
  private:
-  void tick();
-  void write();
+  struct Block {
+    std::string records;
+    std::uint64_t messages = 0;
+    std::int64_t utime = 0;  // [us] of the first one
+  };
 
-  const std::filesystem::path path_;
+  void tick();
+
+  const std::string name_;
+  const std::unique_ptr<RecordSink> sink_;
   const std::size_t capacity_;  // [bytes] of pending_
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::string pending_;                 // records, not yet taken by the thread
-  std::uint64_t pending_messages_ = 0;  // in it
-  std::int64_t number_ = 0;             // of the next record
+  Block pending_;            // not yet taken by the thread
+  std::int64_t number_ = 0;  // of the next record
   bool ending_ = false, ended_ = false;
   std::atomic<std::uint64_t> written_{0}, dropped_{0};
   std::atomic<std::int64_t> waits_since_ns_{0};  // for the disk; 0: it does not
   SharedText problem_;
   // Of the thread:
-  std::string block_;  // being written
-  std::uint64_t block_messages_ = 0;
-  std::optional<AppendFile> file_;
-  bool begun_ = false, failing_ = false;  // failing: logged
+  Block block_;           // being written
+  bool failing_ = false;  // logged
   Retry retry_{std::chrono::milliseconds(500), std::chrono::seconds(5)};
   Worker worker_;
 };

@@ -65,7 +65,10 @@ Supervisor::Supervisor(const Config& config)
 
   const DepthDeviceConfig& depth = config_.depth_device;
   if (depth.driver == "openni2") {
-    depth_ = makeDepthThread(config_, exchange_);
+    std::function<std::string()> record_to;
+    if (FieldLog* log = bus_.fieldLog(); log != nullptr && config_.log.images && depth.record.empty())
+      record_to = [log] { return log->imagesPath(); };
+    depth_ = makeDepthThread(config_, exchange_, std::move(record_to));
     devices_.push_back({"depth", &depth_->driver().status(), static_cast<double>(depth.rate)});
   }
   if (depth.driver == "lcm") devices_.push_back({"depth", &bus_.depthStatus(), kLcmRate, true});
@@ -88,6 +91,7 @@ Supervisor::Supervisor(const Config& config)
   if (Recorder* recorder = bus_.recorder()) {
     stored_.push_back({"record", [recorder](Timestamp now) { return recorder->report(now); }});
   }
+  if (Recorder* log = bus_.logRecorder()) stored_.push_back({"log", [log](Timestamp now) { return log->report(now); }});
 }
 
 Supervisor::~Supervisor() {
@@ -170,10 +174,14 @@ bool Supervisor::stop() {
   graph_.finish();
   mapper_.finish();
   graph_.store(mapper_.drawn());
-  const bool recorded = bus_.recorder() == nullptr || bus_.recorder()->finish(now + kRecordLimit);
-  recorder_hangs_ = bus_.recorder() != nullptr && bus_.recorder()->report(now).waiting > Duration(0);
+  for (Recorder* recorder : {bus_.recorder(), bus_.logRecorder()}) {
+    if (recorder == nullptr) continue;
+    if (!recorder->finish(now + kRecordLimit))
+      logError("the " + recorder->name() + "'s end is lost: the disk has not taken it");
+    recorder_hangs_ |= recorder->report(now).waiting > Duration(0);
+  }
+  if (bus_.fieldLog() != nullptr) recorder_hangs_ |= bus_.fieldLog()->keeperHangs(now + kRecordLimit);
   const bool drawn = mapper_.waitUntilSaved(now + kStopLimit), stored = graph_.waitUntilStored(now + kStopLimit);
-  if (!recorded) logError("the record's end is lost: the disk has not taken it");
   if (!drawn) logError("the map files are not saved" + std::string(mapper_.isWriting() ? kHung : ""));
   if (!stored) logError("the map is not stored" + std::string(graph_.isWriting() ? kHung : ""));
   return drawn && stored;

@@ -52,10 +52,10 @@ void Supervisor::measureDiskSpace() {
 }
 
 double Supervisor::diskFree() const {
-  const std::string& maps = config_.store.directory;
+  const std::string &maps = config_.store.directory, &log = config_.log.directory;
   double least = -1.0;
-  for (const std::string& file :
-       {maps.empty() ? maps : maps + "/map", config_.output.map, config_.output.record, config_.depth_device.record}) {
+  for (const std::string& file : {maps.empty() ? maps : maps + "/map", config_.output.map, config_.output.record,
+                                  config_.depth_device.record, log.empty() ? log : log + "/run"}) {
     const double free = file.empty() ? -1.0 : diskFreeMegabytes(file);
     if (free >= 0.0) least = least < 0.0 ? free : std::min(least, free);
   }
@@ -102,10 +102,13 @@ void Supervisor::sendHealth(Timestamp now) {
     health.counters.push_back(counterOf("base.battery_mv", millivolts));
   }
   for (counter_t& c : countersOf(snapshot_, exchange_)) health.counters.push_back(std::move(c));
-  if (const Recorder* recorder = bus_.recorder()) {
-    health.counters.push_back(counterOf("record.written", recorder->written()));
-    health.counters.push_back(counterOf("record.dropped", recorder->dropped()));
+  for (const Recorder* recorder : {bus_.recorder(), bus_.logRecorder()}) {
+    if (recorder == nullptr) continue;
+    health.counters.push_back(counterOf(recorder->name() + ".written", recorder->written()));
+    health.counters.push_back(counterOf(recorder->name() + ".dropped", recorder->dropped()));
   }
+  if (const FieldLog* log = bus_.fieldLog())
+    health.counters.push_back(counterOf("log.running", log->isRunning() ? 1 : 0));
   health.ndevices = static_cast<std::int32_t>(health.devices.size());
   health.nstages = static_cast<std::int32_t>(health.stages.size());
   health.ncounters = static_cast<std::int32_t>(health.counters.size());

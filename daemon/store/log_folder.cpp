@@ -140,7 +140,8 @@ void compressLog(const fs::path& file, const std::atomic<bool>& cancel) {
   if (!in) throw std::runtime_error(file.string() + ": cannot read: " + std::strerror(errno));
   try {
     {
-      // Level 1: twelve times as fast as level 6 for files that are 4 % larger (tools/benchmark log-compression).
+      // Level 1: of 40 s of all channels (16.7 MB) it leaves 38 % for 0.19 s of CPU, level 6 36 % for 0.31 s. zstd -3
+      // leaves 29 % for 0.06 s, but the tools that people have read gzip.
       Compressed out{gzopen(part.c_str(), "wb1")};
       if (out.file == nullptr) throw std::runtime_error(part.string() + ": cannot write: " + std::strerror(errno));
       std::vector<char> block(1 << 18);

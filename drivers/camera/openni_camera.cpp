@@ -30,6 +30,16 @@ class Unplugged : public openni::OpenNI::DeviceDisconnectedListener {
   std::atomic<bool> happened_{false};
 };
 
+/// The name, or with -2, -3 ... in it where there is such a file: OpenNI2 would overwrite it.
+std::string unusedName(const std::string& wanted) {
+  const std::filesystem::path path(wanted);
+  std::string name = wanted;
+  for (int copy = 2; std::filesystem::exists(name); ++copy) {
+    name = path.parent_path() / (path.stem().string() + "-" + std::to_string(copy) + path.extension().string());
+  }
+  return name;
+}
+
 }  // namespace
 
 /// OpenNI2 itself, which lives as long as it can: see above.
@@ -49,19 +59,24 @@ struct OpenniCamera::Library {
 
 struct OpenniCamera::Stream {
   ~Stream() {
-    if (recorder.isValid()) {
-      recorder.stop();
-      recorder.destroy();
-    }
+    endRecording();
     stream.stop();
     stream.destroy();
     device.close();
+  }
+
+  void endRecording() {
+    if (!recorder.isValid()) return;
+    recorder.stop();
+    recorder.destroy();
   }
 
   openni::Device device;
   openni::VideoStream stream;
   openni::VideoFrameRef frame;
   openni::Recorder recorder;
+  std::string recorded;  // file that was wanted; empty: none
+  Timestamp next_look{};
   bool mirrored = false;
   const char* note = "";  // what goes on beside a stream that is sound
   int frames_left = 0;    // of a recording
@@ -135,9 +150,7 @@ bool OpenniCamera::connect(const std::atomic<bool>& cancel) {
     return fail(DeviceState::kFault, "the recording does not start; can depth.record be written?");
   }
   stream_->last_image = now_();
-  if (!stream_->recorder.isValid() && !config_.record.empty() && !stream_->device.isFile()) {
-    stream_->note = "depth.record cannot be written; the images are used all the same";
-  }
+  noteRecording();
   status_.setOpening("waiting for the first image");
   return true;
 }
@@ -223,10 +236,27 @@ bool OpenniCamera::setMode() {
 }
 
 void OpenniCamera::startRecording() {
-  if (config_.record.empty() || stream_->device.isFile()) return;
+  stream_->recorded = config_.record_to ? config_.record_to() : config_.record;
+  if (stream_->recorded.empty() || stream_->device.isFile()) return;
   openni::Recorder& recorder = stream_->recorder;
-  if (recorder.create(config_.record.c_str()) != openni::STATUS_OK) return;
+  if (recorder.create(unusedName(stream_->recorded).c_str()) != openni::STATUS_OK) return;
   if (recorder.attach(stream_->stream, false) != openni::STATUS_OK) recorder.destroy();
+}
+
+void OpenniCamera::noteRecording() {
+  const bool missing = !stream_->recorder.isValid() && !stream_->recorded.empty() && !stream_->device.isFile();
+  stream_->note = missing ? "the images cannot be recorded, they are used all the same: can the file be written?" : "";
+}
+
+void OpenniCamera::moveRecording() {
+  const Timestamp now = now_();
+  if (!config_.record_to || now < stream_->next_look) return;
+  stream_->next_look = now + 1s;
+  if (config_.record_to() == stream_->recorded) return;
+  stream_->endRecording();
+  startRecording();
+  if (stream_->recorder.isValid() && stream_->recorder.start() != openni::STATUS_OK) stream_->recorder.destroy();
+  noteRecording();
 }
 
 bool OpenniCamera::poll(Duration timeout) {
@@ -239,6 +269,7 @@ bool OpenniCamera::poll(Duration timeout) {
     --stream_->frames_left;
     return readImage();
   }
+  moveRecording();
   openni::VideoStream* stream = &stream_->stream;
   int ready = -1;
   const int wait = static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(timeout).count());

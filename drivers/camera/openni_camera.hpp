@@ -15,7 +15,9 @@ struct OpenniConfig {
   std::string uri = {};           ///< of the device, or the path of a recording (.oni); empty: the first camera
   int width = 640, height = 480;  ///< [pixel]
   int rate = 30;                  ///< [Hz]
-  std::string record = {};        ///< .oni file to record the depth stream to; empty: none
+  std::string record = {};        ///< .oni file to record the depth stream to; empty: none. One that is there stays
+  /// In place of `record`: asked once a second for the file, so that a recording may move on, end and begin.
+  std::function<std::string()> record_to = {};
 };
 
 /// Owns a depth camera, or a recording, through OpenNI2.
@@ -58,6 +60,8 @@ class OpenniCamera {
   bool open(const std::atomic<bool>& cancel);
   bool setMode();
   void startRecording();
+  void noteRecording();
+  void moveRecording();
   bool readImage();
 
   OpenniConfig config_;

@@ -12,6 +12,7 @@
 #include <unistd.h>
 #include <vector>
 
+#include "app/record_file.hpp"
 #include "bus/event_log.hpp"
 #include "runtime/clock.hpp"
 #include "support/file_size_limit.hpp"
@@ -57,7 +58,7 @@ class Recording : public testing::Test {
 };
 
 TEST_F(Recording, WritesWhatLcmReads) {
-  Recorder recorder(folder / "record.lcm");
+  Recorder recorder("record", std::make_unique<RecordFile>(folder / "record.lcm"));
   for (int i = 0; i < 100; ++i) add(recorder, static_cast<std::uint8_t>(i));
   ASSERT_TRUE(recorder.finish(soon()));
   const std::vector<int> values = valuesIn(folder / "record.lcm");
@@ -79,7 +80,7 @@ TEST_F(Recording, LetsNobodyWaitForADiskThatStalls) {
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
   constexpr std::size_t kCapacity = 200'000;
-  Recorder recorder(pipe, kCapacity);
+  Recorder recorder("record", std::make_unique<RecordFile>(pipe), kCapacity);
   const auto fill = [&] {
     for (std::size_t bytes = 0; bytes < kCapacity / 2;) bytes += add(recorder, 1);
   };
@@ -111,7 +112,7 @@ TEST_F(Recording, LetsNobodyWaitForADiskThatStalls) {
 
 TEST_F(Recording, BeginsWhenItsFolderCanBeMade) {
   folder.write("disk", "not mounted yet");
-  Recorder recorder(folder / "disk/today/record.lcm");
+  Recorder recorder("record", std::make_unique<RecordFile>(folder / "disk/today/record.lcm"));
   add(recorder, 1);
   ASSERT_TRUE(waitUntil([&] { return !problemOf(recorder).empty(); }));
   EXPECT_THAT(problemOf(recorder),
@@ -124,7 +125,7 @@ TEST_F(Recording, BeginsWhenItsFolderCanBeMade) {
 }
 
 TEST_F(Recording, GoesOnWhereItsFolderWasRemoved) {
-  Recorder recorder(folder / "disk/record.lcm");
+  Recorder recorder("record", std::make_unique<RecordFile>(folder / "disk/record.lcm"));
   add(recorder, 1);
   ASSERT_TRUE(waitUntil([&] { return recorder.written() == 1; }));
   fs::remove_all(folder / "disk");
@@ -134,7 +135,7 @@ TEST_F(Recording, GoesOnWhereItsFolderWasRemoved) {
 }
 
 TEST_F(Recording, GoesOnBehindAFullDiskWithWholeMessages) {
-  Recorder recorder(folder / "record.lcm");
+  Recorder recorder("record", std::make_unique<RecordFile>(folder / "record.lcm"));
   add(recorder, 1);
   ASSERT_TRUE(waitUntil([&] { return recorder.written() == 1; }));
   {
@@ -149,9 +150,41 @@ TEST_F(Recording, GoesOnBehindAFullDiskWithWholeMessages) {
   EXPECT_EQ(recorder.dropped(), 0U);
 }
 
+TEST_F(Recording, KeepsWhatARestartFinds) {
+  for (std::uint8_t run = 1; run <= 2; ++run) {
+    Recorder recorder("record", std::make_unique<RecordFile>(folder / "record.lcm"));
+    for (int i = 0; i < 3; ++i) add(recorder, run);
+    ASSERT_TRUE(recorder.finish(soon()));
+  }
+  EXPECT_THAT(valuesIn(folder / "record.lcm"), testing::ElementsAre(1, 1, 1, 2, 2, 2));
+}
+
+TEST_F(Recording, IsReadAcrossTheSeamWhereverThePowerWasCut) {
+  const fs::path file = folder / "record.lcm";
+  std::string first;
+  for (std::uint8_t i = 1; i <= 3; ++i) appendRecord(first, i, i, "SLAM_POSE", std::vector<std::uint8_t>(40, i));
+  const std::size_t record = first.size() / 3;
+  for (std::size_t cut = 2 * record; cut <= 3 * record; cut += 7) {
+    folder.write("record.lcm", first.substr(0, cut));
+    {
+      Recorder recorder("record", std::make_unique<RecordFile>(file));
+      for (std::uint8_t i = 4; i <= 6; ++i) add(recorder, i);
+      ASSERT_TRUE(recorder.finish(soon()));
+    }
+    std::vector<int> values;
+    EventLogReader reader(file);
+    for (LogEvent event; reader.next(event);) values.push_back(event.data.at(0));
+    if (cut == 3 * record) {
+      EXPECT_THAT(values, testing::ElementsAre(1, 2, 3, 4, 5, 6));
+    } else {
+      EXPECT_THAT(values, testing::ElementsAre(1, 2, 4, 5, 6)) << "cut at byte " << cut;
+    }
+  }
+}
+
 TEST_F(Recording, CountsWhatItCouldNotWriteAtTheEnd) {
   folder.write("disk", "not mounted");
-  Recorder recorder(folder / "disk/record.lcm");
+  Recorder recorder("record", std::make_unique<RecordFile>(folder / "disk/record.lcm"));
   for (int i = 0; i < 7; ++i) add(recorder, 1);
   EXPECT_FALSE(recorder.finish(soon()));
   EXPECT_EQ(recorder.dropped(), 7U);

@@ -112,7 +112,8 @@ TEST_F(LiveDisk, KeepsThePoseWhileTheDisksHang) {
   setenv("LD_PRELOAD", SLOW_DISK_LIBRARY, 1);
   setenv("SLOW_DISK_FILE", stuck.c_str(), 1);
   startSimulator("100", "meeting-room");
-  startDaemon({storeAt(folder_ / "maps"), "output.record='" + pipe + "'", "store.journal_period=0.2"});
+  startDaemon({storeAt(folder_ / "maps"), "output.record='" + pipe + "'", "store.journal_period=0.2",
+               "log.directory='" + (folder_ / "logs").string() + "'", "log.floor=1.0"});
   unsetenv("LD_PRELOAD");
   unsetenv("SLOW_DISK_FILE");
   ASSERT_TRUE(drives(listener)) << daemonLog();
@@ -121,7 +122,8 @@ TEST_F(LiveDisk, KeepsThePoseWhileTheDisksHang) {
   std::ofstream(stuck) << "the disk hangs";
   ASSERT_TRUE(listener.until(
       [&] {
-        return says(listener, "; map: the disk does not answer") && says(listener, "; record: the disk does not");
+        return says(listener, "; map: the disk does not answer") && says(listener, "; record: the disk does not") &&
+               says(listener, "; log: the disk does not");
       },
       40s))
       << summary(listener);
@@ -133,7 +135,10 @@ TEST_F(LiveDisk, KeepsThePoseWhileTheDisksHang) {
   EXPECT_THAT(summary(listener), Not(HasSubstr("does not tick")));
 
   fs::remove(stuck);
-  EXPECT_TRUE(listener.until([&] { return !says(listener, "; map: the disk"); }, 20s)) << summary(listener);
+  EXPECT_TRUE(
+      listener.until([&] { return !says(listener, "; map: the disk") && !says(listener, "; log: the disk"); }, 20s))
+      << summary(listener);
+  EXPECT_EQ(counterOf(listener, "log.dropped"), 0) << "the queue holds as long as a disk usually hangs";
   slamd_->signal(SIGTERM);
   EXPECT_EQ(slamd_->wait(10s), 0) << daemonLog();  // although nobody ever read the record
   close(reader);

@@ -299,6 +299,8 @@ Findings diagnose(const Config& config, const std::string& socket) {
   if (!config.store.directory.empty() || std::filesystem::is_directory(maps, error)) {
     findings.push_back(checkDisk("maps", maps));
   }
+  const std::filesystem::path logs = config.log.directory.empty() ? "/var/lib/slamd/log" : config.log.directory;
+  if (std::filesystem::is_directory(logs, error)) findings.push_back(checkDisk("logs", logs));
   for (const auto& [what, file] : {std::pair("map files", config.output.map), {"recording", config.output.record}}) {
     if (file.empty()) continue;
     const auto folder = std::filesystem::path(file).parent_path();

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/App.hpp>
+#include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <ctime>
 #include <iostream>
@@ -8,9 +10,11 @@
 #include "app/service_reach.hpp"
 #include "drivers/device_status.hpp"
 #include "mapping/map_files.hpp"
+#include "store/log_policy.hpp"
 #include "store/map_store.hpp"
 #include "tools/common/program.hpp"
 #include "tools/slamctl/doctor.hpp"
+#include "tools/slamctl/log.hpp"
 #include "tools/slamctl/remote.hpp"
 
 namespace {
@@ -20,6 +24,7 @@ constexpr auto kAnswerLimit = 20s;  // a large map on a slow disk
 constexpr auto kHealthLimit = 3s;   // it comes at 1 Hz
 
 const char* const kServiceMaps = "/var/lib/slamd/maps";
+const char* const kServiceLog = "/var/lib/slamd/log";
 
 std::string timeText(std::int64_t utime) {
   const auto seconds = static_cast<std::time_t>(utime / 1000000);
@@ -71,6 +76,38 @@ void printStatus(const slam::health_t& health) {
     }
   }
   std::printf("\n");
+  const auto count = [&](const char* name) {
+    const auto at = std::find_if(health.counters.begin(), health.counters.end(),
+                                 [&](const slam::counter_t& counter) { return counter.name == name; });
+    return at == health.counters.end() ? -1LL : static_cast<long long>(at->value);
+  };
+  if (count("log.running") < 0) return;
+  std::printf("log %s: %lld messages written, %lld lost\n",
+              count("log.running") > 0 ? "running" : "not running (slamctl log start)", count("log.written"),
+              count("log.dropped"));
+}
+
+/// The folder of what slamd keeps: as configured, or the service's.
+std::string folderOf(const std::string& configured, const char* service, const char* what, const char* key) {
+  const std::string folder = configured.empty() && std::filesystem::is_directory(service) ? service : configured;
+  if (folder.empty()) throw std::runtime_error(std::string("no folder of ") + what + "; set " + key);
+  if (!std::filesystem::is_directory(folder)) throw std::runtime_error(folder + ": there is no such folder of " + what);
+  return folder;
+}
+
+std::int64_t utimeNow() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
+}
+
+void exportLog(const std::string& folder, const std::string& since, std::string out) {
+  const std::int64_t now = utimeNow();
+  if (out.empty()) out = "slamd-log-" + slam::utcName(now) + ".lcm";
+  const auto done =
+      slam::exportLogs(folder, since.empty() ? std::nullopt : std::optional(slam::sinceTime(since, now)), out);
+  std::printf("%s: %llu records of %llu files, %s to %s (UTC)\n", out.c_str(),
+              static_cast<unsigned long long>(done.records), static_cast<unsigned long long>(done.files),
+              timeText(done.first).c_str(), timeText(done.last).c_str());
 }
 
 }  // namespace
@@ -78,7 +115,7 @@ void printStatus(const slam::health_t& health) {
 int main(int argc, char** argv) {
   CLI::App app("Asks and commands a running slamd; lists and exports its maps", "slamctl");
   app.require_subcommand(1);
-  std::string config_file = slam::kServiceConfig, maps, name, prefix, url;
+  std::string config_file = slam::kServiceConfig, maps, name, prefix, url, what, since, out;
   std::vector<std::string> overrides;
   std::array<double, 3> pose{};
   app.add_option("--config", config_file, "slamd's configuration: its socket, LCM URL and folder of the maps")
@@ -105,7 +142,18 @@ int main(int argc, char** argv) {
   set_pose->add_option("Y", pose[1], "[m]")->required();
   set_pose->add_option("THETA", pose[2], "[rad] counter-clockwise from the map's x axis")->required();
   app.add_subcommand("reset", "store the present map and begin a new one");
+  auto* log = app.add_subcommand("log", "field logs: begin, end, mark, list and export them");
+  log->require_subcommand(1);
+  const auto* log_start = log->add_subcommand("start", "begin to log");
+  const auto* log_stop = log->add_subcommand("stop", "end logging until log start, or the next start of slamd");
+  auto* log_mark = log->add_subcommand("mark", "note what has just happened; marked files are removed last");
+  log_mark->add_option("WHAT", what, "in words")->required();
+  const auto* log_list = log->add_subcommand("list", "all files of the logs, with their marks");
+  auto* log_export = log->add_subcommand("export", "one plain log for slam-replay or lcm-logplayer");
+  log_export->add_option("--since", since, "10min or 2h ago, or a UTC time; default: all");
+  log_export->add_option("--out", out, "file to write; default: slamd-log-TIME.lcm")->check(slam::namesFile());
   for (CLI::App* command : app.get_subcommands({})) command->fallthrough();
+  for (CLI::App* command : log->get_subcommands({})) command->fallthrough();
 
   return slam::runProgram(app, argc, argv, SLAMD_VERSION, "slamctl save kitchen", [&] {
     slam::Config config;
@@ -118,18 +166,19 @@ int main(int argc, char** argv) {
     if (!maps.empty()) config.store.directory = maps;
     if (!url.empty()) config.lcm.url = url;
     if (list->parsed() || export_map->parsed()) {
-      const std::string directory = config.store.directory.empty() && std::filesystem::is_directory(kServiceMaps)
-                                        ? kServiceMaps
-                                        : config.store.directory;
-      if (directory.empty())
-        throw std::runtime_error("no folder of maps; set store.directory in the configuration or give --maps");
-      if (!std::filesystem::is_directory(directory))
-        throw std::runtime_error(directory + ": there is no such folder of maps");
+      const std::string directory =
+          folderOf(config.store.directory, kServiceMaps, "maps", "store.directory in the configuration or give --maps");
       if (list->parsed()) printMaps(directory);
       if (export_map->parsed()) {
         if (!slam::MapStore::isName(name)) throw std::runtime_error("\"" + name + "\" is no name of a map");
         exportMap(std::filesystem::path(directory) / name, prefix, config);
       }
+      return slam::kDone;
+    }
+    if (log_list->parsed() || log_export->parsed()) {
+      const std::string folder =
+          folderOf(config.log.directory, kServiceLog, "logs", "log.directory in the configuration");
+      log_list->parsed() ? slam::printLogs(folder) : exportLog(folder, since, out);
       return slam::kDone;
     }
     const std::string socket = url.empty() ? slam::socketOf(config, config_file) : "";
@@ -141,7 +190,11 @@ int main(int argc, char** argv) {
       printStatus(*health);
       return slam::kDone;
     }
-    const std::string verb = save->parsed()       ? "save"
+    if (log_mark->parsed()) name = what;
+    const std::string verb = log_start->parsed()  ? "log_start"
+                             : log_stop->parsed() ? "log_stop"
+                             : log_mark->parsed() ? "log_mark"
+                             : save->parsed()     ? "save"
                              : load->parsed()     ? "load"
                              : set_pose->parsed() ? "set_pose"
                                                   : "reset";
