@@ -128,7 +128,9 @@ void tidyLogs(const fs::path& folder, const fs::path& present) {
     for (const fs::directory_entry& entry : fs::directory_iterator(run.path())) {
       const fs::path& file = entry.path();
       if (file.extension() == kPartial) fs::remove(file);
-      if (file.extension() == ".lcm" && fs::exists(file.string() + ".gz")) fs::remove(file);
+      if (file.extension() != ".lcm") continue;
+      const bool empty = run.path() != present && entry.file_size() == 0;
+      if (empty || fs::exists(file.string() + ".gz")) fs::remove(file);
     }
     if (run.path() != present && fs::is_empty(run.path())) fs::remove(run.path());
   }

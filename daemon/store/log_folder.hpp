@@ -39,9 +39,9 @@ std::filesystem::path markPath(const std::filesystem::path& run, std::int64_t nu
 /// @throws std::filesystem::filesystem_error
 void removeLog(const LogFile& file);
 
-/// Removes what a power cut has left: compressed files that are not whole, plain ones whose compressed one is, and
-/// empty runs.
-/// @param present the run that is written: it may be empty
+/// Removes what a power cut has left: compressed files that are not whole, plain ones whose compressed one is, files
+/// without a byte, and empty runs.
+/// @param present the run that is written: it and its files may be empty
 void tidyLogs(const std::filesystem::path& folder, const std::filesystem::path& present);
 
 /// Turns NNNN.lcm into NNNN.lcm.gz. At no moment is there neither of them.

@@ -144,11 +144,12 @@ TEST_F(LogFolder, TidiesWhatAPowerCutLeft) {
   put("logs/old/0000.lcm.gz", "compressed");
   put("logs/old/0001.lcm", "plain");
   put("logs/old/0002.lcm.gz.part", "half");
+  put("logs/old/0003.lcm", "");
   put("logs/lock", "");
   fs::create_directories(folder / "logs/empty");
-  fs::create_directories(folder / "logs/present");
+  put("logs/present/0004.lcm", "");
   tidyLogs(folder / "logs", folder / "logs/present");
-  EXPECT_THAT(namesOf(logFilesIn(folder / "logs")), ElementsAre("old/0000.lcm.gz", "old/0001.lcm"));
+  EXPECT_THAT(namesOf(logFilesIn(folder / "logs")), ElementsAre("old/0000.lcm.gz", "old/0001.lcm", "present/0004.lcm"));
   EXPECT_EQ(std::distance(fs::directory_iterator(folder / "logs/old"), {}), 2);
   EXPECT_FALSE(fs::exists(folder / "logs/empty"));
   EXPECT_TRUE(fs::exists(folder / "logs/present"));
