@@ -306,8 +306,9 @@ void visitMap(OccupancyGridConfig& map, OutputConfig& output, ConfigVisitor& v) 
   v.section("output",
             "files written; ~ and variables are not expanded; the service may write below /var/lib/slamd alone");
   v.field({"map", "", "prefix of map files (.yaml, .pgm, .png) written at the end; empty: none"}, output.map, kAnyText);
-  v.field({"record", "", "LCM event log of all that is published, also without network; empty: none"}, output.record,
-          kAnyText);
+  v.field({"record", "",
+           "LCM event log of all that is published, also without network; goes on at each start; empty: none"},
+          output.record, kAnyText);
 }
 
 void visitLog(LogConfig& log, ConfigVisitor& v) {
