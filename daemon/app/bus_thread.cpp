@@ -78,6 +78,8 @@ void BusThread::tick() {
   if (field_log_ != nullptr) field_log_->answers().drain(acknowledge_all);
   exchange_.map_meta.drain([this](const map_meta_t& meta) { publish(channel::kMapMeta, meta); });
   exchange_.map_tiles.drain([this](const map_tile_t& tile) { publish(channel::kMapTile, tile); });
+  exchange_.lidar_tiles.drain([this](const map_tile_t& tile) { publish(channel::kMapLidar, tile); });
+  exchange_.depth_tiles.drain([this](const map_tile_t& tile) { publish(channel::kMapDepth, tile); });
   exchange_.health.drain([this](const health_t& health) {
     publish(channel::kHealth, health);
     socket_.sendAll(channel::kHealth, buffer_);

@@ -123,6 +123,7 @@ struct Exchange {
   SpscQueue<Localizer*> used_localizers{2};                      // estimator -> graph: ... and gives the old one back
   SpscQueue<map_meta_t> map_meta{4};                             // mapper -> bus
   SpscQueue<map_tile_t> map_tiles{256};                          // mapper -> bus
+  SpscQueue<map_tile_t> lidar_tiles{32}, depth_tiles{32};        // mapper -> bus: its layers
   SpscQueue<health_t> health{4};                                 // supervisor -> bus
 
   LatestValue<PoseSnapshot> pose_for_bus;         // estimator -> bus

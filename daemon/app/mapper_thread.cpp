@@ -32,6 +32,14 @@ void makeFolder(const std::filesystem::path& file) {
   }
 }
 
+void addOnce(std::vector<TileIndex>& tiles, TileIndex tile) {
+  if (std::find(tiles.begin(), tiles.end(), tile) == tiles.end()) tiles.push_back(tile);
+}
+
+bool isSeenByDepth(const OccupancyGrid::Tiles::Tile& tile) {
+  return std::any_of(tile.cells.begin(), tile.cells.end(), [](const auto& cell) { return cell.depth != 0; });
+}
+
 }  // namespace
 
 MapperThread::MapperThread(const Config& config, Exchange& exchange, const WallClock& clock)
@@ -46,9 +54,7 @@ void MapperThread::tick() {
   const auto drawn = exchange_.map_changes.drain([this](const auto& change) { draw(*change); });
   const bool redrawing = mapper_.work(kScansPerTick);
   if (drawn > 0 || redrawing) exchange_.map_update.add(monotonicNow() - begin);
-  for (const TileIndex& tile : mapper_.takeChangedTiles()) {
-    if (std::find(unsent_.begin(), unsent_.end(), tile) == unsent_.end()) unsent_.push_back(tile);
-  }
+  for (const TileIndex& tile : mapper_.takeChangedTiles()) addOnce(unsent_, tile);
   if (exchange_.refresh_map.exchange(false)) {
     // A large map takes longer than from one refresh to the next: it is sent to its end.
     if (to_refresh_.empty())
@@ -65,6 +71,7 @@ void MapperThread::draw(const MapChange& change) {
     mapper_.reset();
     unsent_.clear();
     to_refresh_.clear();
+    unsent_layers_.clear();
     map_id_ = change.map_id;
   }
   if (change.begin_in) {
@@ -97,10 +104,27 @@ void MapperThread::sendTiles() {
     std::size_t gone = 0;
     for (; gone < tiles->size() && sent < kTilesPerTick && exchange_.map_tiles.hasRoom(); ++gone, ++sent) {
       exchange_.map_tiles.tryPush(toTileMessage(mapper_.grid(), (*tiles)[gone], utime_, map_id_));
+      addOnce(unsent_layers_, (*tiles)[gone]);
     }
     tiles->erase(tiles->begin(), tiles->begin() + static_cast<std::ptrdiff_t>(gone));
   }
+  sendLayers();
   if (sent > 0) exchange_.bus_wakeup.notify();
+}
+
+void MapperThread::sendLayers() {
+  constexpr int kTilesPerTick = 5;
+  const OccupancyGrid& grid = mapper_.grid();
+  auto next = unsent_layers_.begin();
+  for (int sent = 0; next != unsent_layers_.end() && sent < kTilesPerTick; ++next) {
+    if (!exchange_.lidar_tiles.hasRoom() || !exchange_.depth_tiles.hasRoom()) break;
+    const auto* tile = grid.tiles().find(*next);
+    if (tile == nullptr || !isSeenByDepth(*tile)) continue;
+    exchange_.lidar_tiles.tryPush(toTileMessage(grid, *next, utime_, map_id_, MapLayer::kLidar));
+    exchange_.depth_tiles.tryPush(toTileMessage(grid, *next, utime_, map_id_, MapLayer::kDepth));
+    ++sent;
+  }
+  unsent_layers_.erase(unsent_layers_.begin(), next);
 }
 
 void MapperThread::finish() {

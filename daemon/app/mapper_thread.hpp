@@ -39,6 +39,7 @@ class MapperThread {
   void tick();
   void draw(const MapChange& change);
   void sendTiles();
+  void sendLayers();
   void save();
   void checkFolder(Timestamp now);
 
@@ -47,6 +48,7 @@ class MapperThread {
   const WallClock& clock_;
   Mapper mapper_;
   std::vector<TileIndex> unsent_, to_refresh_;  // changed; to be sent again in their turn
+  std::vector<TileIndex> unsent_layers_;        // of tiles that were sent
   std::int32_t map_id_ = 0;
   std::int64_t utime_ = 0;  // of the newest keyframe
   bool meta_due_ = false;

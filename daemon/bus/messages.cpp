@@ -175,7 +175,8 @@ map_meta_t toMetaMessage(const OccupancyGrid& grid, std::int64_t utime, std::int
   return message;
 }
 
-map_tile_t toTileMessage(const OccupancyGrid& grid, TileIndex tile, std::int64_t utime, std::int32_t map_id) {
+map_tile_t toTileMessage(const OccupancyGrid& grid, TileIndex tile, std::int64_t utime, std::int32_t map_id,
+                         MapLayer layer) {
   constexpr std::uint8_t kUnknown = 255;
   map_tile_t message{};
   message.utime = utime;
@@ -187,8 +188,8 @@ map_tile_t toTileMessage(const OccupancyGrid& grid, TileIndex tile, std::int64_t
   message.cells.assign(static_cast<std::size_t>(message.ncells), kUnknown);
   if (const auto* data = grid.tiles().find(tile)) {
     std::transform(data->cells.begin(), data->cells.end(), message.cells.begin(), [&](const OccupancyGrid::Cell& cell) {
-      if (!cell.seen()) return kUnknown;
-      return static_cast<std::uint8_t>(std::lround(100.0 * toProbability(grid.fused(cell))));
+      const std::optional<LogOdds> value = grid.seenBy(layer, cell);
+      return value ? static_cast<std::uint8_t>(std::lround(100.0 * toProbability(*value))) : kUnknown;
     });
   }
   return message;

@@ -36,7 +36,8 @@ depth_t toMessage(const PseudoLaser& laser, std::int64_t utime);
 /// The scan resampled to `beams` equal bearing steps over the full turn; the nearest return of a step counts.
 bot_core::planar_lidar_t toLaserMessage(const LaserScan& scan, std::int64_t utime, int beams = 720);
 map_meta_t toMetaMessage(const OccupancyGrid& grid, std::int64_t utime, std::int32_t map_id, std::int32_t keyframes);
-map_tile_t toTileMessage(const OccupancyGrid& grid, TileIndex tile, std::int64_t utime, std::int32_t map_id);
+map_tile_t toTileMessage(const OccupancyGrid& grid, TileIndex tile, std::int64_t utime, std::int32_t map_id,
+                         MapLayer layer = MapLayer::kBoth);
 
 /// Stamps of the results count from the message's epoch: stamp = fromMicroseconds(utime).
 /// @return std::nullopt for a message that cannot be a measurement (no plausible utime, values that are not finite, too

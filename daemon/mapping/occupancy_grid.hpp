@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -27,6 +28,8 @@ struct OccupancyGridConfig {
   Fusion fusion = Fusion::kLayers;
   InverseSensorModel lidar = {}, depth = {};
 };
+
+enum class MapLayer : std::uint8_t { kBoth, kLidar, kDepth };
 
 /// Occupancy grid with a lidar layer, which knows one height, and a depth layer, which knows the robot's whole height.
 /// Cell (0, 0) has its lower-left corner at the map frame's origin.
@@ -70,6 +73,12 @@ class OccupancyGrid {
   const Tiles& tiles() const { return tiles_; }
   /// Both layers as one, by the configured fusion.
   LogOdds fused(const Cell& cell) const { return slam::fused(config_.fusion, cell.lidar, cell.depth); }
+  /// One of them, or both as one; std::nullopt where it has seen nothing.
+  std::optional<LogOdds> seenBy(MapLayer layer, const Cell& cell) const {
+    if (layer == MapLayer::kBoth) return cell.seen() ? std::optional(fused(cell)) : std::nullopt;
+    const LogOdds value = layer == MapLayer::kLidar ? cell.lidar : cell.depth;
+    return value != 0 ? std::optional(value) : std::nullopt;
+  }
   LogOdds logOdds(CellIndex cell) const { return fused(tiles_.read(cell)); }
 
   /// Tiles changed since the last call, each once, in the order of change.

@@ -86,14 +86,18 @@ TEST_F(Bus, SendsWhatTheOtherThreadsHandItEachOnItsChannel) {
   map_tile_t tile{};
   tile.column = 12;
   exchange->map_tiles.tryPush(tile);
+  tile.column = 14;
+  exchange->lidar_tiles.tryPush(tile);
+  tile.column = 15;
+  exchange->depth_tiles.tryPush(tile);
   health_t health{};
   health.summary = "well";
   exchange->health.tryPush(health);
   exchange->map_answers.tryPush({.id = 13, .accepted = true, .message = "saved"});
   BusThread bus(config, *exchange, clock);
   std::map<std::string, LogEvent> record;
-  for (const LogEvent& event : recordOf(bus, 9)) EXPECT_TRUE(record.emplace(event.channel, event).second);
-  ASSERT_EQ(record.size(), 9U);
+  for (const LogEvent& event : recordOf(bus, 11)) EXPECT_TRUE(record.emplace(event.channel, event).second);
+  ASSERT_EQ(record.size(), 11U);
 
   const auto w = decoded<wheels_t>(record[channel::kWheels]);
   EXPECT_EQ(w.utime, clock.utime(stamp + 1ms));
@@ -111,6 +115,8 @@ TEST_F(Bus, SendsWhatTheOtherThreadsHandItEachOnItsChannel) {
   EXPECT_EQ(d.nbeams, 2);
   EXPECT_EQ(decoded<map_meta_t>(record[channel::kMapMeta]).tiles, 11);
   EXPECT_EQ(decoded<map_tile_t>(record[channel::kMapTile]).column, 12);
+  EXPECT_EQ(decoded<map_tile_t>(record[channel::kMapLidar]).column, 14);
+  EXPECT_EQ(decoded<map_tile_t>(record[channel::kMapDepth]).column, 15);
   EXPECT_EQ(decoded<health_t>(record[channel::kHealth]).summary, "well");
   const auto ack = decoded<ack_t>(record[channel::kAck]);
   EXPECT_EQ(ack.id, 13);

@@ -151,6 +151,33 @@ TEST_F(MapTiles, OfAnotherMapBeginAnew) {
   EXPECT_GT(now.column_min, 5) << "nothing of the other map is left";
 }
 
+TEST_F(MapTiles, ComeInLayersWhereTheDepthCameraHasSeen) {
+  auto view = std::make_shared<DepthView>();
+  view->beams.push_back({.bearing = 0.0F, .range = 1.0F, .free_from = 0.5F, .hit = true});
+  auto change = std::make_shared<MapChange>();
+  change->map_id = 3;
+  change->views.push_back({.keyframe = 0, .T_map_keyframe = {0.5, 0.5, 0.0}, .T_keyframe_base = {}, .view = view});
+  draw(3, 0, {0.5, 0.5, 0.0});
+  draw(3, 1, {-40.0, 0.5, 0.0});  // by the lidar alone
+  ASSERT_TRUE(exchange->map_changes.tryPush(change));
+  mapper.worker().start();
+  std::vector<std::pair<int, int>> lidar, depth;
+  const auto take = [&](auto& queue, auto& places) {
+    queue.drain([&](const map_tile_t& tile) { places.emplace_back(tile.column, tile.row); });
+  };
+  ASSERT_TRUE(waitUntil([&] {
+    take(exchange->lidar_tiles, lidar);
+    take(exchange->depth_tiles, depth);
+    return !lidar.empty() && !depth.empty();
+  }));
+  const std::uint64_t tick = mapper.worker().ticks();
+  ASSERT_TRUE(waitUntil([&] { return mapper.worker().ticks() > tick + 2; }));
+  take(exchange->lidar_tiles, lidar);
+  take(exchange->depth_tiles, depth);
+  EXPECT_THAT(lidar, testing::ElementsAre(std::pair(0, 0)));
+  EXPECT_THAT(depth, testing::ElementsAre(std::pair(0, 0)));
+}
+
 TEST_F(MapTiles, ComeAFewAtATime) {
   for (int i = 0; i < 60; ++i) draw(3, i, {4.0 * i, 0.5, 0.0});
   mapper.worker().start();

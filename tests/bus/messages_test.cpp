@@ -258,6 +258,20 @@ TEST(MapMessages, ShowTheCellsOfTheGrid) {
   EXPECT_EQ(cell(0.525, 2.525), 255);
 }
 
+TEST(MapMessages, ShowOneLayerWithoutTheOther) {
+  OccupancyGrid grid;
+  grid.set({1, 0}, toLogOdds(0.9));
+  grid.set({2, 0}, toLogOdds(0.2), toLogOdds(0.8));
+  grid.set({3, 0}, 0, toLogOdds(0.3));
+  const auto row = [&](MapLayer layer) {
+    const auto cells = toTileMessage(grid, {0, 0}, kUtime, 3, layer).cells;
+    return std::vector<int>(cells.begin(), cells.begin() + 4);
+  };
+  EXPECT_THAT(row(MapLayer::kBoth), testing::ElementsAre(255, 90, 80, 30));
+  EXPECT_THAT(row(MapLayer::kLidar), testing::ElementsAre(255, 90, 20, 255));
+  EXPECT_THAT(row(MapLayer::kDepth), testing::ElementsAre(255, 255, 80, 30));
+}
+
 TEST(MapMessages, NameTilesLeftAndBelowOfTheOrigin) {
   auto keyframe = std::make_unique<Keyframe>();
   keyframe->T_map_base = {-0.5, -0.5, 0.0};
