@@ -145,4 +145,23 @@ std::optional<health_t> decodeChecked(Bytes data) {
   return fields.areAll() ? decode<health_t>(data) : std::nullopt;
 }
 
+template <>
+std::optional<pose_estimate_t> decodeChecked(Bytes data) {
+  return data.size() == kFingerprint + 8 + 4 + 15 * 8 + 1 + 4 ? decode<pose_estimate_t>(data) : std::nullopt;
+}
+
+template <>
+std::optional<map_meta_t> decodeChecked(Bytes data) {
+  return data.size() == kFingerprint + 8 + 4 + 3 * 8 + 7 * 4 ? decode<map_meta_t>(data) : std::nullopt;
+}
+
+template <>
+std::optional<map_tile_t> decodeChecked(Bytes data) {
+  constexpr std::size_t kHead = kFingerprint + 8 + 4 * 4;
+  constexpr std::int32_t kLongestSide = 255;  // [cells] more do not fit into a datagram
+  const auto side = int32At(data, kHead - 4), cells = int32At(data, kHead);
+  if (!side || !cells || *side < 0 || *side > kLongestSide || *cells != *side * *side) return std::nullopt;
+  return hasArraySize(data, kHead, 1, kLongestSide * kLongestSide) ? decode<map_tile_t>(data) : std::nullopt;
+}
+
 }  // namespace slam

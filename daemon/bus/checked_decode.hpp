@@ -10,6 +10,9 @@
 #include <slam/drive_t.hpp>
 #include <slam/health_t.hpp>
 #include <slam/imu_t.hpp>
+#include <slam/map_meta_t.hpp>
+#include <slam/map_tile_t.hpp>
+#include <slam/pose_estimate_t.hpp>
 #include <slam/scan_t.hpp>
 #include <slam/wheels_t.hpp>
 #include <span>
@@ -40,5 +43,11 @@ template <>
 std::optional<config_t> decodeChecked(std::span<const std::uint8_t> data);
 template <>
 std::optional<health_t> decodeChecked(std::span<const std::uint8_t> data);
+template <>
+std::optional<pose_estimate_t> decodeChecked(std::span<const std::uint8_t> data);
+template <>
+std::optional<map_meta_t> decodeChecked(std::span<const std::uint8_t> data);
+template <>
+std::optional<map_tile_t> decodeChecked(std::span<const std::uint8_t> data);
 
 }  // namespace slam

@@ -89,6 +89,35 @@ health_t sample() {
   return message;
 }
 
+template <>
+pose_estimate_t sample() {
+  pose_estimate_t message{};
+  message.map_id = 3;
+  message.x = 1.5;
+  message.state = 1;
+  return message;
+}
+
+template <>
+map_meta_t sample() {
+  map_meta_t message{};
+  message.map_id = 3;
+  message.tile_side = 64;
+  message.tiles = 2;
+  return message;
+}
+
+template <>
+map_tile_t sample() {
+  map_tile_t message{};
+  message.map_id = 3;
+  message.column = -2;
+  message.side = 2;
+  message.ncells = 4;
+  message.cells = {1, 2, 3, 255};
+  return message;
+}
+
 /// The message with the 32-bit word at `offset` replaced, cut or filled with zeros to `size` bytes.
 Bytes patched(Bytes data, std::size_t offset, std::uint32_t word, std::size_t size) {
   for (std::size_t i = 0; i < 4; ++i) data.at(offset + i) = static_cast<std::uint8_t>(word >> (24 - 8 * i));
@@ -99,7 +128,8 @@ Bytes patched(Bytes data, std::size_t offset, std::uint32_t word, std::size_t si
 
 template <typename Message>
 class DecodeChecked : public testing::Test {};
-using Subscribed = testing::Types<scan_t, wheels_t, imu_t, command_t, ack_t, config_t, health_t>;
+using Subscribed = testing::Types<scan_t, wheels_t, imu_t, command_t, ack_t, config_t, health_t, pose_estimate_t,
+                                  map_meta_t, map_tile_t>;
 TYPED_TEST_SUITE(DecodeChecked, Subscribed);
 
 TYPED_TEST(DecodeChecked, ReadsWhatWasWritten) {
@@ -171,6 +201,16 @@ TEST(DecodeCheckedScan, RefusesACountThatTheDatagramCannotHold) {
       EXPECT_FALSE(decodeChecked<scan_t>(patched(good, kCountOffset, count, size))) << count << " in " << size;
     }
   }
+}
+
+TEST(DecodeCheckedTile, RefusesSidesAndCountsThatDoNotFit) {
+  const Bytes good = encoded(sample<map_tile_t>());
+  constexpr std::size_t kSideOffset = 8 + 8 + 3 * 4, kCountOffset = kSideOffset + 4;
+  EXPECT_TRUE(decodeChecked<map_tile_t>(patched(good, kCountOffset, 4, good.size())));
+  for (const std::uint32_t count : {0x7FFFFFFFU, 0x80000004U, 0xFFFFFFFFU, 5U, 3U, 0U})
+    EXPECT_FALSE(decodeChecked<map_tile_t>(patched(good, kCountOffset, count, good.size()))) << count;
+  for (const std::uint32_t side : {0U, 1U, 3U, 0xFFFFFFFEU, 0x10002U, 0x80000002U})  // two of them squared are 4, too
+    EXPECT_FALSE(decodeChecked<map_tile_t>(patched(good, kSideOffset, side, good.size()))) << side;
 }
 
 TEST(DecodeCheckedWheels, RefusesACountThatTheDatagramCannotHold) {

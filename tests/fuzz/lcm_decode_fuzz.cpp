@@ -65,6 +65,12 @@ void checkContent(const health_t& health) {
   FUZZ_CHECK(health.devices.size() + health.stages.size() + health.counters.size() <= size);
 }
 
+void checkContent(const pose_estimate_t&) {}
+void checkContent(const map_meta_t&) {}
+void checkContent(const map_tile_t& tile) {
+  FUZZ_CHECK(tile.cells.size() == static_cast<std::size_t>(tile.side) * static_cast<std::size_t>(tile.side));
+}
+
 void checkContent(const command_t& command) {
   FUZZ_CHECK(command.verb.size() + command.argument.size() <= static_cast<std::size_t>(command.getEncodedSize()));
 }
@@ -95,7 +101,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size == 0) return -1;
   const bool with_fingerprint = (data[0] & kWithFingerprint) != 0;
   const Bytes datagram{data + 1, size - 1};
-  switch (data[0] % 9) {
+  switch (data[0] % 16) {
     case 0:
       checkMessage<scan_t>(datagram, with_fingerprint);
       break;
@@ -116,6 +122,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       break;
     case 6:
       checkMessage<ack_t>(datagram, with_fingerprint);
+      break;
+    case 8:
+      checkMessage<pose_estimate_t>(datagram, with_fingerprint);
+      break;
+    case 9:
+      checkMessage<map_meta_t>(datagram, with_fingerprint);
+      break;
+    case 10:
+      checkMessage<map_tile_t>(datagram, with_fingerprint);
       break;
     case 7:
       checkMessage<health_t>(datagram, with_fingerprint);

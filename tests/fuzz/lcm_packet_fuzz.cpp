@@ -22,7 +22,7 @@ void checkMessage(Bytes data) {
   if constexpr (requires { fromMessage(*message); }) (void)fromMessage(*message);
 }
 
-/// Everything that slamd and slamctl subscribe to.
+/// Everything that slamd, slamctl and slam-web subscribe to.
 class Subscriber {
  public:
   Subscriber() {
@@ -34,6 +34,9 @@ class Subscriber {
     subscribe<command_t>(channel::kCommand);
     subscribe<ack_t>(channel::kAck);
     subscribe<health_t>(channel::kHealth);
+    subscribe<pose_estimate_t>(channel::kSlamPose);
+    subscribe<map_meta_t>(channel::kMapMeta);
+    subscribe<map_tile_t>(channel::kMapTile);
   }
 
   void check(Bytes datagram) {
