@@ -31,18 +31,6 @@ ColourImage picture(const MapImage& map, std::span<const Eigen::Vector2d> path) 
   return image;
 }
 
-std::string yamlText(const fs::path& prefix, const MapImage& image) {
-  std::ostringstream yaml;
-  yaml << std::setprecision(17) << "image: " << prefix.filename().string() << ".pgm\n"
-       << "mode: trinary\n"
-       << "resolution: " << image.resolution << "\n"
-       << "origin: [" << image.origin_x << ", " << image.origin_y << ", 0]\n"
-       << "negate: 0\n"
-       << std::setprecision(6) << "occupied_thresh: " << MapImage::kOccupiedThreshold << "\n"
-       << "free_thresh: " << MapImage::kFreeThreshold << "\n";
-  return yaml.str();
-}
-
 std::string readWhole(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) fail(file, std::string("cannot read: ") + std::strerror(errno));
@@ -96,13 +84,27 @@ void replaceFile(const fs::path& file, const std::string& content) {
   if (error) fail(file, "cannot replace: " + error.message());
 }
 
-void writeMapFiles(const fs::path& prefix, const MapImage& image, std::span<const Eigen::Vector2d> path) {
+std::string encodePgm(const MapImage& image) {
   std::ostringstream header;
   header << "P5\n" << image.width << " " << image.height << "\n255\n";
-  const std::string pgm =
-      header.str() + std::string(reinterpret_cast<const char*>(image.cells.data()), image.cells.size());
-  replaceFile(prefix.string() + ".pgm", pgm);
-  replaceFile(prefix.string() + ".yaml", yamlText(prefix, image));
+  return header.str() + std::string(reinterpret_cast<const char*>(image.cells.data()), image.cells.size());
+}
+
+std::string encodeYaml(const std::string& pgm, const MapImage& image) {
+  std::ostringstream yaml;
+  yaml << std::setprecision(17) << "image: " << pgm << "\n"
+       << "mode: trinary\n"
+       << "resolution: " << image.resolution << "\n"
+       << "origin: [" << image.origin_x << ", " << image.origin_y << ", 0]\n"
+       << "negate: 0\n"
+       << std::setprecision(6) << "occupied_thresh: " << MapImage::kOccupiedThreshold << "\n"
+       << "free_thresh: " << MapImage::kFreeThreshold << "\n";
+  return yaml.str();
+}
+
+void writeMapFiles(const fs::path& prefix, const MapImage& image, std::span<const Eigen::Vector2d> path) {
+  replaceFile(prefix.string() + ".pgm", encodePgm(image));
+  replaceFile(prefix.string() + ".yaml", encodeYaml(prefix.filename().string() + ".pgm", image));
   replaceFile(prefix.string() + ".png", encodePng(picture(image, path)));
 }
 

@@ -14,6 +14,10 @@ namespace slam {
 /// @throws std::runtime_error with file and reason
 void replaceFile(const std::filesystem::path& file, const std::string& content);
 
+/// The two files of a map_server pair. @param pgm name of the picture, as the .yaml has it
+std::string encodePgm(const MapImage& image);
+std::string encodeYaml(const std::string& pgm, const MapImage& image);
+
 /// Writes PREFIX.yaml, PREFIX.pgm (the pair that map_server loads) and PREFIX.png (for people, with the path in blue).
 /// Each file is written beside its place and renamed, so that a crash leaves the old one whole.
 /// @param path [m] positions in map to draw into the PNG; may be empty
