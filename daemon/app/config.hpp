@@ -100,6 +100,16 @@ struct LogConfig {
   bool images = false;          ///< the camera's, too
 };
 
+/// Of slam-web, a program of its own.
+struct WebConfig {
+  static constexpr std::size_t kShortestToken = 12;
+
+  std::string address = "127.0.0.1";
+  int port = 8080;
+  bool commands = false;
+  std::string token = "";
+};
+
 /// All of slamd's settings. slam-replay uses the parts that are not about devices.
 struct Config {
   std::string mode = "slam";  ///< "slam", "localise"
@@ -116,6 +126,7 @@ struct Config {
   RuntimeConfig runtime;
   OutputConfig output;
   LogConfig log;
+  WebConfig web;
 };
 
 /// Settings of the back end: its own, and those that it shares with the front end.

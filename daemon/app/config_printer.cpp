@@ -36,6 +36,7 @@ std::string quoted(const std::string& value) {
 }
 
 constexpr const char* kBasicMark = "ROBOT";
+constexpr const char* kHidden = "(not printed)";  // a log that everybody may read keeps the configuration
 
 class Printer : public ConfigVisitor {
  public:
@@ -54,6 +55,7 @@ class Printer : public ConfigVisitor {
   }
   void field(const FieldInfo& info, bool& value) override { line(info, value ? "true" : "false", "true or false"); }
   void field(const FieldInfo& info, std::string& value, const std::vector<std::string>& choices) override {
+    if (info.secret && !value.empty()) return line(info, quoted(kHidden), "text");
     std::string range = choices.empty() ? "text" : "";
     for (const std::string& choice : choices) range += (range.empty() ? "" : " | ") + quoted(choice);
     line(info, quoted(value), range);

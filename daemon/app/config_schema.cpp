@@ -347,6 +347,17 @@ void visitDaemon(LcmConfig& lcm, RuntimeConfig& runtime, ConfigVisitor& v) {
   v.field({"estimator_priority", "", "SCHED_FIFO priority"}, runtime.estimator_priority, 1, 99);
 }
 
+void visitWeb(WebConfig& web, ConfigVisitor& v) {
+  v.section("web", "slam-web, the page with the live map; a program of its own");
+  v.field({"address", "", "where it listens: 127.0.0.1 this computer alone; 0.0.0.0 all networks, anybody may look"},
+          web.address, kAnyText);
+  v.field({"port", "", "TCP port"}, web.port, 1, 65535);
+  v.field({"commands", "", "the page can save, set the pose and mark the log, for those who know web.token"},
+          web.commands);
+  v.field({"token", "", "password for commands, 12 characters or more; never printed", !kBasic, true}, web.token,
+          kAnyText);
+}
+
 }  // namespace
 
 void visitConfig(Config& config, ConfigVisitor& visitor) {
@@ -356,6 +367,7 @@ void visitConfig(Config& config, ConfigVisitor& visitor) {
   visitMap(config.map, config.output, visitor);
   visitLog(config.log, visitor);
   visitDaemon(config.lcm, config.runtime, visitor);
+  visitWeb(config.web, visitor);
   visitEkf(config.localizer.ekf, config.localizer.timeline, visitor);
   visitFrontEnd(config.localizer, visitor);
   visitBackEnd(config.back_end, config.localizer.drift, visitor);

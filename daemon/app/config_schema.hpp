@@ -12,7 +12,8 @@ struct FieldInfo {
   const char* key;
   const char* unit;  ///< "" for none
   const char* meaning;
-  bool basic = false;  ///< to be set for a robot; all other keys are for experts
+  bool basic = false;   ///< to be set for a robot; all other keys are for experts
+  bool secret = false;  ///< is never printed
 };
 
 /// Visits every key of the configuration, section by section.

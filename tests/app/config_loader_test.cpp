@@ -145,6 +145,15 @@ TEST(ParseConfig, RefusesAPathThatIsTooLongForASocket) {
       ElementsAre(AllOf(StartsWith("robot.toml:2:"), HasSubstr("runtime.socket: is longer than the 107 bytes"))));
 }
 
+TEST(ParseConfig, RefusesCommandsOverTheWebWithoutAToken) {
+  for (const char* token : {"", "short"}) {
+    EXPECT_THAT(problemsOf("[web]\ncommands = true\ntoken = \"" + std::string(token) + "\"\n"),
+                ElementsAre(AllOf(HasSubstr("web.token"), HasSubstr("openssl rand"))));
+  }
+  EXPECT_THAT(problemsOf("[web]\ncommands = true\ntoken = \"0123456789ab\"\n"), IsEmpty());
+  EXPECT_THAT(problemsOf("[web]\ntoken = \"short\"\n"), IsEmpty());
+}
+
 TEST(ParseConfig, NamesAllProblemsAtOnceInTheOrderOfTheFile) {
   auto problems = problemsOf(
       "[lidar]\n"

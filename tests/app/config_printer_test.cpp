@@ -26,8 +26,10 @@ class Change : public ConfigVisitor {
   void field(const FieldInfo&, double& value, double min, double max) override { value = min + (max - min) / 3.0; }
   void field(const FieldInfo&, int& value, int min, int) override { value = min; }
   void field(const FieldInfo&, bool& value) override { value = !value; }
-  void field(const FieldInfo&, std::string& value, const std::vector<std::string>& choices) override {
-    value = choices.empty() ? "/a b/\"quoted\"\\new\n\ttab # no comment \u00e9\x01" : choices.back();
+  void field(const FieldInfo& info, std::string& value, const std::vector<std::string>& choices) override {
+    value = info.secret       ? "(not printed)"
+            : choices.empty() ? "/a b/\"quoted\"\\new\n\ttab # no comment \u00e9\x01"
+                              : choices.back();
   }
 };
 
@@ -52,6 +54,15 @@ TEST(PrintConfig, IsReadBackToTheSameValues) {
   keepTogether(config);
   EXPECT_THAT(differences(parseConfig(printConfig(config), "printed"), config), testing::IsEmpty());
   EXPECT_EQ(printConfig(parseConfig(printConfig(config), "printed")), printConfig(config));
+}
+
+TEST(PrintConfig, KeepsASecretToItself) {
+  Config config;
+  config.web.commands = true;
+  config.web.token = "0123456789abcdef";
+  const std::string text = printConfig(config);
+  EXPECT_THAT(text, testing::Not(testing::HasSubstr(config.web.token)));
+  EXPECT_EQ(printConfig(parseConfig(text, "printed")), text);
 }
 
 TEST(PrintConfig, KeepsTheEnds) {

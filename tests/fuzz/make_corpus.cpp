@@ -221,10 +221,13 @@ void messageSeeds(const Corpus& corpus) {
       {"command", test::encoded(command)},
       {"ack", test::encoded(ack)},
       {"health", test::encoded(health)},
+      {"pose", test::encoded(toMessage(PoseEstimate{}, kUtime, 1))},
+      {"map_meta", test::encoded(toMetaMessage(OccupancyGrid{}, kUtime, 1, 0))},
+      {"map_tile", test::encoded(toTileMessage(OccupancyGrid{}, {1, -2}, kUtime, 1))},
       {"config", test::encoded(config)}};
-  const char* const channels[] = {channel::kScan,  channel::kWheels, channel::kImu,
-                                  channel::kDepth, channel::kDrive,  channel::kCommand,
-                                  channel::kAck,   channel::kHealth, channel::kConfig};
+  const char* const channels[] = {channel::kScan,     channel::kWheels,  channel::kImu,     channel::kDepth,
+                                  channel::kDrive,    channel::kCommand, channel::kAck,     channel::kHealth,
+                                  channel::kSlamPose, channel::kMapMeta, channel::kMapTile, channel::kConfig};
   EventLogWriter log(corpus.scratch("log"));
   for (std::size_t i = 0; i < messages.size(); ++i) {
     const auto& [name, bytes] = messages[i];
@@ -236,6 +239,24 @@ void messageSeeds(const Corpus& corpus) {
   log.flush();
   corpus.add("event_log", "log", readFile(corpus.scratch("log")));
   std::filesystem::remove(corpus.scratch("log"));
+}
+
+void webSeeds(const Corpus& corpus) {
+  const std::string host = " HTTP/1.1\r\nHost: localhost\r\n";
+  for (const auto& [name, target] : {std::pair("page", "/"),
+                                     {"map", "/api/map?since=12"},
+                                     {"events", "/api/events"},
+                                     {"status", "/api/status"},
+                                     {"pgm", "/map.pgm"},
+                                     {"log", "/logs/run/0001.lcm.gz"},
+                                     {"encoded", "/%2e%2e/a+b?x=%00&since=1"}}) {
+    corpus.add("web_request", name, std::string("GET ") + target + host + "\r\n");
+  }
+  const std::string command =
+      "POST /api/command" + host + "Content-Type: application/json\r\nAuthorization: Bearer x\r\n";
+  corpus.add("web_request", "command", command + "Content-Length: 15\r\n\r\n{\"verb\":\"save\"}");
+  corpus.add("web_request", "chunked", command + "Transfer-Encoding: chunked\r\n\r\n2\r\n{}\r\n0\r\n\r\n");
+  corpus.add("web_request", "range", "HEAD /page.js" + host + "Range: bytes=0-10,-5\r\nExpect: 100-continue\r\n\r\n");
 }
 
 void textSeeds(const Corpus& corpus, const std::filesystem::path& source) {
@@ -327,6 +348,7 @@ int main(int argc, char** argv) {
     slam::imuSeeds(corpus);
     slam::canSeeds(corpus);
     slam::messageSeeds(corpus);
+    slam::webSeeds(corpus);
     slam::textSeeds(corpus, SLAMD_SOURCE_DIR);
     slam::mapSeeds(corpus);
   } catch (const std::exception& error) {

@@ -1,0 +1,259 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""slam-web's page in a real browser, with slamd and a simulated robot. Run by tests/integration/in_namespace.
+
+Usage: page_test.py BIN SOURCE OUT: programs, the repository, and a folder for screenshots. Exit 77: no Chromium here.
+"""
+import json
+import os
+import pathlib
+import shutil
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.error
+import urllib.request
+
+TOKEN = "a-token-for-tests"
+PAGE = "http://127.0.0.1:8080/"
+DRIVER = "http://127.0.0.1:9515"
+# What a busy machine may take; the figures are printed, and are far below.
+PATIENCE = 30  # [s]
+SIZES = {"desktop": (1280, 800, 1), "phone": (390, 844, 2)}
+
+
+def wait_until(what, condition, limit=PATIENCE):
+    """@return what the condition gave"""
+    end = time.monotonic() + limit
+    while True:
+        value = condition()
+        if value:
+            return value
+        if time.monotonic() > end:
+            sys.exit(f"not so within {limit} s: {what}")
+        time.sleep(0.1)
+
+
+def call(method, url, body=None):
+    data = None if body is None else json.dumps(body).encode()
+    request = urllib.request.Request(url, data, {"Content-Type": "application/json"}, method=method)
+    try:
+        with urllib.request.urlopen(request, timeout=60) as answer:
+            return json.load(answer)["value"]
+    except urllib.error.HTTPError as error:
+        sys.exit(f"WebDriver: {method} {url}: {error.read().decode()[:500]}")
+
+
+class Browser:
+    """A window of Chromium, by the WebDriver protocol."""
+
+    def __init__(self, chromium, width, height, ratio):
+        options = {
+            "binary": chromium,
+            "args": ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
+                     f"--window-size={width},{height}"],
+        }
+        if ratio > 1:
+            options["mobileEmulation"] = {"deviceMetrics": {"width": width, "height": height, "pixelRatio": ratio,
+                                                            "touch": True}}
+        wanted = {"browserName": "chrome", "goog:chromeOptions": options, "goog:loggingPrefs": {"browser": "ALL"}}
+        session = call("POST", DRIVER + "/session", {"capabilities": {"alwaysMatch": wanted}})
+        self.session = DRIVER + "/session/" + session["sessionId"]
+        if ratio == 1:  # the inside of the window, not the window
+            inner = self.run("return [window.innerWidth, window.innerHeight]")
+            call("POST", self.session + "/window/rect", {"width": 2 * width - inner[0], "height": 2 * height - inner[1]})
+
+    def open(self, url):
+        call("POST", self.session + "/url", {"url": url})
+
+    def reload(self):
+        call("POST", self.session + "/refresh", {})
+
+    def run(self, script):
+        return call("POST", self.session + "/execute/sync", {"script": script, "args": []})
+
+    def screenshot(self, file):
+        import base64
+        file.write_bytes(base64.b64decode(call("GET", self.session + "/screenshot")))
+
+    def complaints(self):
+        return [entry["message"] for entry in call("POST", self.session + "/se/log", {"type": "browser"})
+                if entry["level"] == "SEVERE"]
+
+    def close(self):
+        call("DELETE", self.session)
+
+
+class Robot:
+    """slam-sim, slamd and slam-web."""
+
+    def __init__(self, programs, source, folder):
+        self.programs, self.folder = programs, folder
+        self.devices = folder / "devices"
+        os.environ["SLAM_SIM_DEVICES"] = str(self.devices)
+        os.environ["LD_LIBRARY_PATH"] = str(programs / "../lib/openni2")
+        self.config = ["--config", str(source / "config/sim.toml")]
+        (folder / "logs/run").mkdir(parents=True)
+        (folder / "logs/run/0001.lcm").write_bytes(b"a log")
+        self.sim = self.start("slam-sim", "--scene", "meeting-room", "--speed", "0.3", "--devices", self.devices)
+        wait_until("the simulator's devices", (self.devices / "board").exists)
+        self.start_slamd()
+        self.start_web()
+
+    def start(self, program, *arguments):
+        with open(self.folder / f"{program}.txt", "a") as log:
+            return subprocess.Popen([self.programs / program, *map(str, arguments)], stdout=log, stderr=log)
+
+    def start_slamd(self):
+        settings = {"lidar.port": self.devices / "lidar", "base.port": self.devices / "board",
+                    "output.map": self.folder / "map", "store.directory": self.folder / "maps"}
+        pairs = [f"{key}='{value}'" for key, value in settings.items()] + ["lcm.commands=true"]
+        self.slamd = self.start("slamd", *self.config, *(word for pair in pairs for word in ("--set", pair)))
+
+    def start_web(self):
+        self.web = self.start("slam-web", *self.config, "--set", "web.commands=true", "--set", f"web.token='{TOKEN}'",
+                              "--logs", self.folder / "logs")
+
+    def stop(self):
+        for process in (self.web, self.slamd, self.sim):
+            process.kill()
+            process.wait()
+
+
+# Whether walls (dark) and free space (light) are drawn.
+SHOWS_A_MAP = """
+const c = document.getElementById("map"), d = c.getContext("2d").getImageData(0, 0, c.width, c.height).data;
+let dark = 0, light = 0;
+for (let i = 0; i < d.length; i += 4) {
+  if (d[i] < 80 && d[i + 1] < 80 && d[i + 2] < 90) dark++;
+  if (d[i] > 240 && d[i + 1] > 240 && d[i + 2] > 240) light++;
+}
+return dark > 200 && light > 5000;
+"""
+HAS_A_POSE = "return window.slam.robot.pose !== null && window.slam.robot.pose.state === 'localised'"
+WORDS = "return document.getElementById('banner').hidden ? '' : document.getElementById('banner').textContent"
+
+
+def check_size(name, chromium, out):
+    width, height, ratio = SIZES[name]
+    browser = Browser(chromium, width, height, ratio)
+    browser.open(PAGE)
+    wait_until(f"{name}: the map is drawn", lambda: browser.run(SHOWS_A_MAP))
+    wait_until(f"{name}: the robot is drawn", lambda: browser.run(HAS_A_POSE))
+    visible = browser.run("return window.slam.firstTile")
+    time.sleep(4)
+    lags = browser.run("return window.slam.lag")
+    print(f"{name}: first tiles {visible:.0f} ms after the page was asked for, pose lag "
+          f"{statistics.median(lags):.0f} ms, largest of {len(lags)}: {max(lags):.0f} ms")
+    inside = browser.run("return [document.documentElement.scrollWidth, window.innerWidth, window.innerHeight]")
+    if inside[0] > inside[1] or inside[1:] != [width, height]:
+        sys.exit(f"{name}: the page is {inside[0]} px wide in a window of {inside[1]} x {inside[2]}")
+    browser.screenshot(out / f"web-{name}.png")
+    return browser
+
+
+def check_layers(browser):
+    sizes = "return window.slam.robot.map.tiles.map((t) => t.size)"
+    if browser.run(sizes)[1:] != [0, 0]:
+        sys.exit("layers were loaded that nobody looks at")
+    browser.run("document.querySelector('[data-layer=\"2\"]').click()")
+    wait_until("the layers are loaded", lambda: min(browser.run(sizes)) > 0)
+    pictures = []
+    for layer in range(3):
+        browser.run(f"document.querySelector('[data-layer=\"{layer}\"]').click()")
+        time.sleep(0.3)
+        pictures.append(browser.run("return document.getElementById('map').toDataURL()"))
+    browser.run("document.querySelector('[data-layer=\"0\"]').click()")
+    if len(set(pictures)) != 3:
+        sys.exit("the layers look alike")
+
+
+def check_commands(browser, robot):
+    shown = "return document.getElementById('result').textContent"
+    unlock = "document.getElementById('token').value = '%s'; document.querySelector('#login button').click()"
+    browser.run(unlock % "a wrong token")
+    wait_until("a wrong token is refused", lambda: "web.token" in browser.run(shown))
+    browser.run(unlock % TOKEN)
+    wait_until("the token opens the commands",
+               lambda: browser.run("return !document.getElementById('actions').hidden"))
+    browser.run("document.getElementById('save').click()")
+    wait_until("the map is saved", lambda: browser.run(shown) not in ("", "\u2026"))
+    if not list((robot.folder / "maps").glob("*/000001")):
+        sys.exit("no map in the store after \"save\": " + browser.run(shown))
+    # An arrow is drawn: the robot is where it was put.
+    browser.run("""
+const c = document.getElementById("map"), p = window.slam.robot.pose, v = window.slam.view;
+document.getElementById("set-pose").click();
+const send = (type, x, y) => c.dispatchEvent(new PointerEvent(type, { pointerId: 1, clientX: x, clientY: y }));
+c.setPointerCapture = () => {};
+const box = c.getBoundingClientRect(), r = window.devicePixelRatio;
+const x = box.left + ((p.x - v.x) * v.scale + c.width / 2) / r, y = box.top + ((v.y - p.y) * v.scale + c.height / 2) / r;
+send("pointerdown", x, y);
+send("pointermove", x + 50 * Math.cos(p.theta), y - 50 * Math.sin(p.theta));
+send("pointerup", x + 50 * Math.cos(p.theta), y - 50 * Math.sin(p.theta));
+""")
+    wait_until("the pose is set", lambda: browser.run(shown) == "pose set")
+
+
+def check_restarts(browser, robot, out):
+    browser.reload()
+    wait_until("after a reload the map is drawn", lambda: browser.run(SHOWS_A_MAP))
+    robot.slamd.send_signal(signal.SIGKILL)
+    robot.slamd.wait()
+    words = wait_until("the page says that slamd is silent", lambda: browser.run(WORDS))
+    if "slamd is silent" not in words:
+        sys.exit("said when slamd is dead: " + words)
+    browser.screenshot(out / "web-silent.png")
+    robot.start_slamd()
+    wait_until("slamd is heard again", lambda: browser.run(WORDS) == "")
+    wait_until("its map is drawn", lambda: browser.run(SHOWS_A_MAP))
+    robot.web.send_signal(signal.SIGTERM)
+    if robot.web.wait() != 0:
+        sys.exit("slam-web's exit code is not 0")
+    words = wait_until("the page says that slam-web is away", lambda: browser.run(WORDS))
+    if "No answer from slam-web" not in words:
+        sys.exit("said when slam-web is away: " + words)
+    browser.complaints()  # of the lost connection: the rest must be silent
+    robot.start_web()
+    wait_until("the page finds slam-web again", lambda: browser.run(WORDS) == "")
+    wait_until("and draws the map", lambda: browser.run(SHOWS_A_MAP))
+
+
+def main():
+    programs, source, out = (pathlib.Path(word).resolve() for word in sys.argv[1:4])
+    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if not chromium or not driver:
+        print("skipped: install chromium and chromium-driver")
+        return 77
+    out.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        with open(folder / "driver.txt", "w") as log:
+            webdriver = subprocess.Popen([driver, "--port=9515"], stdout=log, stderr=log)
+        robot = Robot(programs, source, folder)
+        try:
+            time.sleep(8)  # something to look at
+            browser = check_size("desktop", chromium, out)
+            check_layers(browser)
+            check_commands(browser, robot)
+            check_restarts(browser, robot, out)
+            phone = check_size("phone", chromium, out)
+            problems = [words for b in (browser, phone) for words in b.complaints() if "net::ERR" not in words]
+            if problems:
+                sys.exit("the browser complains: " + "\n".join(problems))
+            browser.close()
+            phone.close()
+        finally:
+            robot.stop()
+            webdriver.terminate()
+            webdriver.wait()
+            for log in folder.glob("*.txt"):
+                shutil.copy(log, out / log.name)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

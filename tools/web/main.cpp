@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <CLI/App.hpp>
+#include <csignal>
+#include <iostream>
+#include <poll.h>
+#include <sys/signalfd.h>
+#include <thread>
+#include <unistd.h>
+
+#include "app/config_loader.hpp"
+#include "bus/channels.hpp"
+#include "bus/checked_decode.hpp"
+#include "bus/lcm_link.hpp"
+#include "runtime/clock.hpp"
+#include "tools/common/program.hpp"
+#include "tools/slamctl/remote.hpp"
+#include "tools/web/web_server.hpp"
+
+namespace {
+
+using namespace std::chrono_literals;
+using namespace slam;
+constexpr auto kAnswerLimit = 20s;        // a large map on a slow disk
+constexpr Duration kEventPeriod = 100ms;  // 10 Hz
+
+/// What the state follows: the newest messages on LCM, each checked before it is decoded.
+class Listener {
+ public:
+  Listener(const std::string& url, SharedState& shared) : link_(url), shared_(shared) {
+    shared_.state.begin(monotonicNow());
+    subscribe<pose_estimate_t>(channel::kSlamPose);
+    subscribe<health_t>(channel::kHealth);
+    subscribe<scan_t>(channel::kScan);
+    subscribe<depth_t>(channel::kDepth);
+    subscribe<map_meta_t>(channel::kMapMeta);
+    subscribeTiles(channel::kMapTile, MapLayer::kBoth);
+    subscribeTiles(channel::kMapLidar, MapLayer::kLidar);
+    subscribeTiles(channel::kMapDepth, MapLayer::kDepth);
+  }
+
+  int descriptor() const { return link_.descriptor(); }
+  void receive() {
+    link_.receive();
+    link_.tend(monotonicNow());
+  }
+
+ private:
+  template <typename Message>
+  void subscribe(const char* channel) {
+    link_.subscribe(channel, [this](std::span<const std::uint8_t> data) {
+      const auto message = decodeChecked<Message>(data);
+      const std::lock_guard lock(shared_.mutex);
+      message ? shared_.state.take(*message, monotonicNow()) : shared_.state.countBadMessage();
+    });
+  }
+  void subscribeTiles(const char* channel, MapLayer layer) {
+    link_.subscribe(channel, [this, layer](std::span<const std::uint8_t> data) {
+      const auto tile = decodeChecked<map_tile_t>(data);
+      const std::lock_guard lock(shared_.mutex);
+      tile ? shared_.state.take(layer, *tile, monotonicNow()) : shared_.state.countBadMessage();
+    });
+  }
+
+  LcmLink link_;
+  SharedState& shared_;
+};
+
+int signalDescriptor() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // in all threads that begin after this
+  return signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
+}
+
+/// Until a signal ends it.
+int serve(const Config& config, const std::filesystem::path& logs) {
+  const int signals = signalDescriptor();
+  std::signal(SIGPIPE, SIG_IGN);
+  SharedState shared(config);
+  const std::int64_t session = toMicroseconds(monotonicNow() + wallClockOffset());
+  EventFeed feed(session, config.web.commands, SLAMD_VERSION);
+  const auto command = [&config](const WebCommand& c) {
+    return Remote(config.lcm.url).ask(c.verb, c.argument, c.pose, kAnswerLimit);
+  };
+  const WebPages pages({config.web, logs, SLAMD_VERSION, session}, shared, command);
+  EventHub hub;
+  WebServer server(pages, shared, feed, hub);
+  Listener listener(config.lcm.url, shared);
+  std::thread http([&server] { server.run(); });
+  std::cerr << "slam-web: http://" << config.web.address << ":" << server.port() << "/\n";
+
+  Timestamp next = monotonicNow();
+  for (;;) {
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(next - monotonicNow()).count();
+    pollfd waiting[] = {{listener.descriptor(), POLLIN, 0}, {signals, POLLIN, 0}};
+    ::poll(waiting, 2, static_cast<int>(std::clamp<std::int64_t>(left + 1, 0, 100)));
+    if (waiting[1].revents != 0) break;
+    listener.receive();
+    const Timestamp now = monotonicNow();
+    if (now < next) continue;
+    next = now + kEventPeriod;
+    std::string news;
+    {
+      const std::lock_guard lock(shared.mutex);
+      news = feed.news(shared.state, now);
+    }
+    hub.send(news, now);
+  }
+  server.stop();
+  http.join();
+  ::close(signals);
+  return kDone;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Shows the live map on a page: a program of its own beside slamd, which needs no rights", "slam-web");
+  std::string config_file = "/etc/slamd/slamd.toml", address, logs;
+  int port = -1;
+  std::vector<std::string> overrides;
+  app.add_option("--config", config_file, "slamd's configuration: LCM URL, section [web], where the lidar sits")
+      ->capture_default_str();
+  app.add_option("--set", overrides, "section.key=value over the file; may be repeated");
+  app.add_option("--address", address, "to listen on, in place of web.address");
+  app.add_option("--port", port, "to listen on, in place of web.port; 0: any that is free")
+      ->check(CLI::Range(0, 65535));
+  app.add_option("--logs", logs, "folder of field logs");
+
+  return slam::runProgram(app, argc, argv, SLAMD_VERSION, "slam-web --address 0.0.0.0", [&] {
+    slam::Config config;
+    const bool given = app.count("--config") > 0 || std::filesystem::exists(config_file);
+    try {
+      config = given ? slam::loadConfig(config_file, overrides) : slam::parseConfig("", "defaults", overrides);
+    } catch (const slam::ConfigError& error) {
+      throw slam::BadConfig(error.what());
+    }
+    if (!address.empty()) config.web.address = address;
+    if (port >= 0) config.web.port = port;
+    return serve(config, logs);
+  });
+}

@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# cmake -D PAGE=folder -D OUT=file.cpp -P page_files.cmake: the files of the page as a C++ source.
+set(text "// Written by page_files.cmake.\n#include \"tools/web/page_files.hpp\"\n\nnamespace slam {\nnamespace {\n\n")
+set(rows "")
+foreach(row "/|index.html|text/html" "/page.js|page.js|text/javascript" "/page.css|page.css|text/css")
+  string(REGEX MATCH "^(.*)[|](.*)[|](.*)$" matched "${row}")
+  set(path ${CMAKE_MATCH_1})
+  set(file ${CMAKE_MATCH_2})
+  set(type "${CMAKE_MATCH_3}; charset=utf-8")
+  file(READ ${PAGE}/${file} hex HEX)
+  string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${hex}")
+  string(REGEX REPLACE "[^a-z]" "_" name ${file})
+  string(APPEND text "constexpr unsigned char ${name}[] = {${bytes}};\n")
+  string(APPEND rows "    {\"${path}\", \"${type}\", {reinterpret_cast<const char*>(${name}), sizeof ${name}}},\n")
+endforeach()
+string(APPEND text "\n}  // namespace\n\nconst PageFile* findPageFile(std::string_view path) {\n"
+                   "  static const PageFile kFiles[] = {\n${rows}  };\n"
+                   "  for (const PageFile& file : kFiles) {\n    if (file.path == path) return &file;\n  }\n"
+                   "  return nullptr;\n}\n\n}  // namespace slam\n")
+file(WRITE ${OUT} "${text}")

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/web/web_pages.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "mapping/colour_image.hpp"
+#include "mapping/map_files.hpp"
+#include "runtime/clock.hpp"
+#include "tools/web/event_text.hpp"
+#include "tools/web/page_files.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+using httplib::Request;
+using httplib::Response;
+constexpr Duration kNamesAge = 5s, kImageAge = 10s;
+constexpr const char* kJson = "application/json";
+constexpr const char* kText = "text/plain; charset=utf-8";
+
+void refuse(Response& response, int status, const std::string& words) {
+  response.status = status;
+  response.set_content(words + "\n", kText);
+}
+
+void answerWith(Response& response, const std::string& content, const char* type) {
+  response.status = 200;
+  response.set_content(content, type);
+}
+
+void download(Response& response, const std::string& name) {
+  response.set_header("Content-Disposition", "attachment; filename=\"" + name + "\"");
+}
+
+std::string sizeText(std::uint64_t bytes) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f MB", 1e-6 * static_cast<double>(bytes));
+  return text;
+}
+
+std::string escaped(const std::string& text) {
+  std::string html;
+  for (const char c : text) {
+    switch (c) {
+      case '<':
+        html += "&lt;";
+        break;
+      case '>':
+        html += "&gt;";
+        break;
+      case '&':
+        html += "&amp;";
+        break;
+      case '"':
+        html += "&quot;";
+        break;
+      default:
+        html += c;
+    }
+  }
+  return html;
+}
+
+}  // namespace
+
+WebPages::WebPages(Settings settings, const SharedState& shared, Commander commander)
+    : settings_(std::move(settings)), shared_(shared), commander_(std::move(commander)) {}
+
+httplib::Headers WebPages::headers() {
+  return {{"Content-Security-Policy",
+           "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
+           "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"},
+          {"X-Content-Type-Options", "nosniff"},
+          {"X-Frame-Options", "DENY"},
+          {"Referrer-Policy", "no-referrer"},
+          {"Cross-Origin-Resource-Policy", "same-origin"},
+          {"Cross-Origin-Opener-Policy", "same-origin"},
+          {"Cache-Control", "no-store"}};
+}
+
+bool WebPages::mayEnter(const Request& request, Response& response) const {
+  const auto host =
+      request.get_header_value_count("Host") == 1 ? hostOf(request.get_header_value("Host")) : std::nullopt;
+  if (!host) {
+    refuse(response, 400, "one Host header is needed, with a name or an address");
+    return false;
+  }
+  const std::lock_guard lock(mutex_);
+  const auto isOwn = [&] { return std::find(names_.begin(), names_.end(), *host) != names_.end(); };
+  if (isOwn()) return true;
+  const Timestamp now = monotonicNow();
+  if (names_.empty() || now > names_read_ + kNamesAge) {  // addresses come and go with networks
+    names_ = ownNames(settings_.web.address);
+    names_read_ = now;
+  }
+  if (isOwn()) return true;
+  refuse(response, 421, "this is not that host; use the robot's address or name, or set web.address to the name");
+  return false;
+}
+
+void WebPages::answer(const Request& request, Response& response) const {
+  const std::string& path = request.path;
+  if (request.method != "GET" && request.method != "HEAD") {
+    response.set_header("Allow", path == kCommand ? "POST" : "GET, HEAD");
+    return refuse(response, 405, "this method is not for this path");
+  }
+  if (const PageFile* file = findPageFile(path)) return answerWith(response, std::string(file->content), file->type);
+  if (path == "/api/status") return status(response);
+  if (path == "/api/map") return tiles(request, response);
+  if (path == "/api/allowed") {
+    if (mayCommand(request, response)) answerWith(response, "{\"allowed\":true}", kJson);
+    return;
+  }
+  if (path == "/map.png" || path == "/map.pgm" || path == "/map.yaml") return mapFile(path, response);
+  if (path.starts_with("/logs")) return logs(path, response);
+  refuse(response, 404, "there is no such page; / has the map");
+}
+
+void WebPages::status(Response& response) const {
+  using nlohmann::json;
+  json body = {{"version", settings_.version}, {"commands", settings_.web.commands}, {"logs", !settings_.logs.empty()}};
+  const Timestamp now = monotonicNow();
+  {
+    const std::lock_guard lock(shared_.mutex);
+    const WebState& state = shared_.state;
+    body["silence_s"] = toSeconds(state.silence(now));
+    body["pose"] = state.pose() ? poseJson(*state.pose()) : json();
+    body["health"] = state.health() ? healthJson(*state.health()) : json();
+    body["map"] = mapJson(state);
+    body["closures"] = state.closures().size();
+    body["bad_messages"] = state.badMessages();
+  }
+  answerWith(response, textOf(body), kJson);
+}
+
+void WebPages::tiles(const Request& request, Response& response) const {
+  const auto since =
+      request.has_param("since") ? versionOf(request.get_param_value("since")) : std::optional(std::uint64_t{0});
+  if (!since) return refuse(response, 400, "since is no version; leave it out for the whole map");
+  // The layers are twice as much again, and few look at them.
+  const auto wanted = request.has_param("layers") ? TileStore::Wanted::kAllLayers : TileStore::Wanted::kFused;
+  std::string gzip;
+  {
+    const std::lock_guard lock(shared_.mutex);
+    gzip = shared_.state.tiles().changedSince(*since, wanted);
+  }
+  response.set_header("Content-Encoding", "gzip");
+  answerWith(response, gzip, "application/octet-stream");
+}
+
+std::shared_ptr<const MapImage> WebPages::image() const {
+  const std::lock_guard lock(mutex_);
+  const Timestamp now = monotonicNow();
+  if (image_ && now < image_drawn_ + kImageAge) return image_;
+  std::optional<MapImage> image;
+  {
+    const std::lock_guard state(shared_.mutex);
+    image = shared_.state.tiles().image();
+  }
+  image_ = image ? std::make_shared<const MapImage>(*std::move(image)) : nullptr;
+  image_drawn_ = now;
+  return image_;
+}
+
+void WebPages::mapFile(const std::string& path, Response& response) const {
+  const auto map = image();
+  if (!map) return refuse(response, 409, "the map is too large for one picture here; use slamctl export");
+  if (path == "/map.png") return answerWith(response, encodePng(colourMap(*map)), "image/png");
+  download(response, path.substr(1));
+  if (path == "/map.pgm") return answerWith(response, encodePgm(*map), "image/x-portable-graymap");
+  answerWith(response, encodeYaml("map.pgm", *map), "application/yaml");
+}
+
+void WebPages::logs(const std::string& path, Response& response) const {
+  if (settings_.logs.empty()) return refuse(response, 404, "slamd keeps no logs here; set log.directory");
+  if (path == "/logs") return response.set_redirect("/logs/", 301);
+  const auto parts = logPathOf(path);
+  const LogFolder folder(settings_.logs);
+  const auto entries = parts ? folder.list(*parts) : std::nullopt;
+  if (entries) {
+    std::string html =
+        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" "
+        "content=\"width=device-width\"><title>slamd: logs</title><link rel=\"stylesheet\" "
+        "href=\"/page.css\"><main class=\"listing\"><h1>Logs</h1><p><a href=\"/\">Live map</a>";
+    std::string at = "/logs/";
+    if (!parts->empty()) html += " &middot; <a href=\"/logs/\">All runs</a>";
+    for (const std::string& part : *parts) at += part + "/";
+    html += "</p><ul>";
+    for (const LogFolder::Entry& entry : *entries) {
+      if (!logPathOf(at + entry.name)) continue;
+      html += "<li><a href=\"" + at + escaped(entry.name) + (entry.is_folder ? "/" : "") + "\">" + escaped(entry.name) +
+              "</a> " + (entry.is_folder ? "" : sizeText(entry.size)) + "</li>";
+    }
+    html += entries->empty() ? "</ul><p>Nothing is logged yet.</p></main></html>" : "</ul></main></html>";
+    return answerWith(response, html, "text/html; charset=utf-8");
+  }
+  const auto file = parts ? folder.open(*parts) : nullptr;
+  if (!file) return refuse(response, 404, "there is no such log");
+  download(response, parts->back());
+  response.status = 200;
+  response.set_content_provider(file->size(), "application/octet-stream",
+                                [file](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+                                  std::vector<char> part(std::min<std::size_t>(length, 64 * 1024));
+                                  const std::size_t got = file->read(offset, part.data(), part.size());
+                                  return got > 0 && sink.write(part.data(), got);
+                                });
+}
+
+bool WebPages::mayCommand(const Request& request, Response& response) const {
+  if (!settings_.web.commands) {
+    refuse(response, 403, "commands are off; set web.commands = true and web.token, and restart slam-web");
+    return false;
+  }
+  if (request.get_header_value_count("Authorization") == 1 &&
+      isSameSecret(bearerOf(request.get_header_value("Authorization")), settings_.web.token))
+    return true;
+  response.set_header("WWW-Authenticate", "Bearer");
+  refuse(response, 401, "the token is not web.token of the robot's configuration");
+  return false;
+}
+
+void WebPages::command(const Request& request, Response& response) const {
+  if (!mayCommand(request, response)) return;
+  if (!request.get_header_value("Content-Type").starts_with(kJson))
+    return refuse(response, 415, "a command is application/json");
+  std::string problem;
+  const auto command = commandOf(request.body, problem);
+  if (!command) return refuse(response, 400, problem);
+  const std::unique_lock one(commanding_, std::try_to_lock);
+  if (!one) return refuse(response, 409, "another command is being carried out; try again when it is done");
+  try {
+    const auto ack = commander_(*command);
+    if (!ack)
+      return refuse(response, 504, "slamd gave no answer; is it running, with lcm.commands = true or its socket?");
+    answerWith(response, textOf({{"accepted", ack->accepted != 0}, {"message", ack->message}}), kJson);
+    if (!ack->accepted) response.status = 409;
+  } catch (const std::runtime_error& error) {
+    refuse(response, 502, error.what());
+  }
+}
+
+}  // namespace slam

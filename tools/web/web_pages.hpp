@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <slam/ack_t.hpp>
+#include <string>
+#include <vector>
+
+#include "app/config.hpp"
+#include "mapping/map_image.hpp"
+#include "tools/web/http_library.hpp"
+#include "tools/web/log_folder.hpp"
+#include "tools/web/request_guard.hpp"
+#include "tools/web/web_state.hpp"
+
+namespace slam {
+
+/// The state, and the lock that belongs to it.
+struct SharedState {
+  explicit SharedState(const Config& config) : state(config) {}
+  mutable std::mutex mutex;
+  WebState state;
+};
+
+/// Has slamd do something. @return nothing where no answer came @throws std::runtime_error where nothing was sent
+using Commander = std::function<std::optional<ack_t>(const WebCommand& command)>;
+
+/// The answers to requests, without sockets. Safe from several threads.
+class WebPages {
+ public:
+  struct Settings {
+    WebConfig web;
+    std::filesystem::path logs;  ///< folder; empty: none
+    std::string version;
+    std::int64_t session = 0;  ///< another number for each start of the program
+  };
+  static constexpr const char* kEvents = "/api/events";
+  static constexpr const char* kCommand = "/api/command";
+
+  WebPages(Settings settings, const SharedState& shared, Commander commander);
+
+  /// Who asks for another host's page by this address was led here by a trick (DNS rebinding), and is refused.
+  /// @return false, with the refusal in `response`
+  bool mayEnter(const httplib::Request& request, httplib::Response& response) const;
+  /// All but the stream of events and commands.
+  void answer(const httplib::Request& request, httplib::Response& response) const;
+  /// @param request with its body
+  void command(const httplib::Request& request, httplib::Response& response) const;
+
+  const Settings& settings() const { return settings_; }
+  /// Headers of every answer.
+  static httplib::Headers headers();
+
+ private:
+  bool mayCommand(const httplib::Request& request, httplib::Response& response) const;
+  void status(httplib::Response& response) const;
+  void tiles(const httplib::Request& request, httplib::Response& response) const;
+  void mapFile(const std::string& path, httplib::Response& response) const;
+  void logs(const std::string& path, httplib::Response& response) const;
+  std::shared_ptr<const MapImage> image() const;
+
+  Settings settings_;
+  const SharedState& shared_;
+  Commander commander_;
+  mutable std::mutex mutex_;  // of all below
+  mutable std::vector<std::string> names_;
+  mutable Timestamp names_read_{};
+  mutable std::shared_ptr<const MapImage> image_;  // kept for a while, so that .yaml and .pgm belong together
+  mutable Timestamp image_drawn_{};
+  mutable std::mutex commanding_;  // one command at a time
+};
+
+}  // namespace slam

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <atomic>
+#include <functional>
+#include <string>
+
+#include "tools/web/event_hub.hpp"
+#include "tools/web/event_text.hpp"
+#include "tools/web/http_connection.hpp"
+#include "tools/web/http_library.hpp"
+#include "tools/web/web_pages.hpp"
+
+namespace slam {
+
+/// Has a server answer with these pages. @param hasRoom for one more who listens to events @param takeReader hands over
+/// the connection of the request being answered, whose head is sent
+void setRoutes(httplib::Server& server, const WebPages& pages, std::function<bool()> hasRoom,
+               std::function<void()> takeReader);
+
+/// Takes from a request what is not offered: parts of a file, and compression of what is small or compressed already.
+void prepareRequest(httplib::Request& request);
+
+/// Listens, and answers with WebPages; who listens to events is handed to the EventHub. Threads, waiting connections,
+/// and the time and size of a request are bounded. One request for each connection.
+class WebServer : private httplib::Server {
+ public:
+  static constexpr std::size_t kThreads = 6, kMostWaiting = 32;
+
+  /// @throws std::runtime_error where it cannot listen @param port 0: any that is free
+  WebServer(const WebPages& pages, const SharedState& shared, const EventFeed& feed, EventHub& hub,
+            const HttpConnection::Limits& limits = {});
+
+  int port() const { return port_; }
+  /// Returns after stop().
+  void run();
+  /// For while run() runs in another thread, or is about to.
+  void stop();
+
+ private:
+  bool process_and_close_socket(socket_t socket) override;
+  void handOver(int socket);
+
+  const WebPages& pages_;
+  const SharedState& shared_;
+  const EventFeed& feed_;
+  EventHub& hub_;
+  const HttpConnection::Limits limits_;
+  int port_ = 0;
+  std::atomic<bool> ended_{false};  // run() has
+};
+
+}  // namespace slam

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/web/web_state.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bus/messages.hpp"
+#include "matching/deskew.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr double kTrailStep = 0.05;       // [m]
+constexpr double kFarthest = 100e3;       // [m] a pose beyond is none
+constexpr Duration kExtrapolate = 250ms;  // beams are newer than the newest pose by a turn of the lidar at most
+constexpr Duration kGap = 1s;             // poses further apart are not joined
+
+bool isSound(const pose_estimate_t& pose) {
+  return std::isfinite(pose.theta) && std::abs(pose.x) < kFarthest && std::abs(pose.y) < kFarthest && pose.utime > 0 &&
+         pose.utime < std::numeric_limits<std::int64_t>::max() / 4000;
+}
+
+}  // namespace
+
+WebState::WebState(const Config& config)
+    : lidar_(config.localizer.lidar),
+      T_base_depth_(config.depth_device.projection.extrinsics.levelled()),
+      depth_time_offset_(config.localizer.depth.time_offset) {}
+
+void WebState::take(const pose_estimate_t& pose, Timestamp now) {
+  if (!isSound(pose)) return countBadMessage();
+  heard_ = now;
+  if (!pose_ || pose.map_id != pose_->map_id) beginMap(pose.map_id);
+  const Timestamp stamp = fromMicroseconds(pose.utime);
+  // Another slamd, or a clock that was set: what was before joins to nothing.
+  if (!history_.empty() && (stamp < history_.newest().stamp - kGap || stamp > history_.newest().stamp + kGap))
+    history_.clear();
+  history_.push(stamp, {pose.x, pose.y, pose.theta});
+  pose_ = pose;
+  ++serials_.pose;
+  const auto state = static_cast<LocalisationState>(static_cast<std::uint8_t>(pose.state));
+  if (state == LocalisationState::kLocalised || state == LocalisationState::kDegraded) extendTrail({pose.x, pose.y});
+}
+
+void WebState::extendTrail(const Eigen::Vector2d& at) {
+  if (!trail_.empty() && (at - trail_.back()).norm() < kTrailStep) return;
+  trail_.push_back(at);
+  if (trail_.size() <= kLongestTrail) return;
+  std::deque<Eigen::Vector2d> coarser;
+  for (std::size_t i = 0; i < trail_.size(); ++i) {
+    if (i % 2 == 0 || i > kLongestTrail / 2) coarser.push_back(trail_[i]);
+  }
+  trail_ = std::move(coarser);
+}
+
+void WebState::take(const health_t& health, Timestamp now) {
+  heard_ = now;
+  const bool restarted = health_ && health.uptime < health_->uptime;
+  for (const counter_t& counter : health.counters) {
+    if (counter.name != "loop_closures") continue;
+    if (closures_counted_ && !restarted && counter.value > *closures_counted_ && pose_) {
+      closures_.push_back({{pose_->x, pose_->y}, counter.value});
+      if (closures_.size() > kMostClosures) closures_.pop_front();
+      ++serials_.closure;
+    }
+    closures_counted_ = counter.value;
+  }
+  health_ = health;
+  ++serials_.health;
+}
+
+void WebState::add(Points& points, const Eigen::Vector2d& p_map) {
+  if (points.size() < kMostPoints && p_map.allFinite()) points.push_back(p_map);
+}
+
+void WebState::take(const scan_t& message, Timestamp now) {
+  const auto scan = fromMessage(message);
+  if (!scan) return countBadMessage();
+  heard_ = now;
+  const Timestamp stamp = scan->stamp + fromSeconds(lidar_.time_offset);
+  const auto T_map_base = history_.at(stamp, kExtrapolate);
+  if (!T_map_base) return;
+  ScanPoints points;
+  const RangeLimits limits{std::max(scan->range_min, static_cast<float>(lidar_.range_min)),
+                           std::min(scan->range_max, static_cast<float>(lidar_.range_max))};
+  deskew(*scan, limits, stamp, lidar_.mounting(), history_, points);
+  scan_.clear();
+  const std::size_t step = points.size() / kMostPoints + 1;
+  for (std::size_t i = 0; i < points.size(); i += step) add(scan_, *T_map_base * points[i].position);
+  ++serials_.scan;
+}
+
+void WebState::take(const depth_t& message, Timestamp now) {
+  const auto laser = fromMessage(message);
+  if (!laser) return countBadMessage();
+  heard_ = now;
+  const auto T_map_base = history_.at(laser->stamp + fromSeconds(depth_time_offset_), kExtrapolate);
+  if (!T_map_base) return;
+  const Pose2 T_map_depth = *T_map_base * T_base_depth_;
+  depth_.clear();
+  for (int i = 0; i < laser->size; ++i) {
+    const PseudoBeam& beam = laser->beams()[static_cast<std::size_t>(i)];
+    if (beam.kind != PseudoBeam::Kind::kHit) continue;
+    const double bearing = laser->bearing(i), range = beam.range;
+    add(depth_, T_map_depth * Eigen::Vector2d(range * std::cos(bearing), range * std::sin(bearing)));
+  }
+  ++serials_.depth;
+}
+
+void WebState::beginMap(std::int32_t map_id) {
+  tiles_.begin(map_id);
+  trail_.clear();
+  closures_.clear();
+  history_.clear();
+  scan_.clear();
+  depth_.clear();
+  ++serials_.map;
+}
+
+void WebState::take(const map_meta_t& meta, Timestamp now) {
+  heard_ = now;
+  if (meta.map_id != tiles_.mapId()) beginMap(meta.map_id);
+  tiles_.setResolution(meta.resolution);
+  meta_ = meta;
+}
+
+void WebState::take(MapLayer layer, const map_tile_t& tile, Timestamp now) {
+  heard_ = now;
+  tiles_.put(layer, tile);
+}
+
+}  // namespace slam

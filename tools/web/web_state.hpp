@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <slam/depth_t.hpp>
+#include <slam/health_t.hpp>
+#include <slam/map_meta_t.hpp>
+#include <slam/pose_estimate_t.hpp>
+#include <slam/scan_t.hpp>
+#include <vector>
+
+#include "app/config.hpp"
+#include "core/pose_history.hpp"
+#include "core/timestamp.hpp"
+#include "tools/web/tile_store.hpp"
+
+namespace slam {
+
+/// What the page shows, from slamd's messages. Pure: time is given. Its memory is bounded whatever comes.
+class WebState {
+ public:
+  static constexpr std::size_t kLongestTrail = 4000;  ///< [points] 200 m; then its older half gets coarser
+  static constexpr std::size_t kMostClosures = 100;
+  static constexpr std::size_t kMostPoints = 720;  ///< of a scan or depth view
+
+  using Points = std::vector<Eigen::Vector2d>;
+  /// Where the map was corrected.
+  struct Closure {
+    Eigen::Vector2d at;  ///< [m] of the robot, in map
+    std::int64_t total;  ///< closures so far
+  };
+  /// Grows with each message of a kind, so that "is there a newer one" is a comparison.
+  struct Serials {
+    std::uint64_t pose = 0, health = 0, scan = 0, depth = 0, closure = 0, map = 0;
+  };
+
+  explicit WebState(const Config& config);
+
+  void take(const pose_estimate_t& pose, Timestamp now);
+  void take(const health_t& health, Timestamp now);
+  void take(const scan_t& scan, Timestamp now);
+  void take(const depth_t& depth, Timestamp now);
+  void take(const map_meta_t& meta, Timestamp now);
+  void take(MapLayer layer, const map_tile_t& tile, Timestamp now);
+
+  const Serials& serials() const { return serials_; }
+  const std::optional<pose_estimate_t>& pose() const { return pose_; }
+  const std::optional<health_t>& health() const { return health_; }
+  const std::optional<map_meta_t>& meta() const { return meta_; }
+  const Points& scan() const { return scan_; }    ///< [m] returns of the newest scan in map, of each beam's own time
+  const Points& depth() const { return depth_; }  ///< [m] obstacles of the newest depth view in map
+  const std::deque<Eigen::Vector2d>& trail() const { return trail_; }  ///< [m] in map, oldest first
+  const std::deque<Closure>& closures() const { return closures_; }
+  const TileStore& tiles() const { return tiles_; }
+  std::uint64_t badMessages() const { return bad_messages_; }
+  void countBadMessage() { ++bad_messages_; }
+  /// Since slamd was heard last; since the start where it never was.
+  Duration silence(Timestamp now) const { return now - heard_; }
+  void begin(Timestamp now) { heard_ = now; }
+
+ private:
+  void beginMap(std::int32_t map_id);
+  void extendTrail(const Eigen::Vector2d& at);
+  void add(Points& points, const Eigen::Vector2d& p_map);
+
+  LidarModel lidar_;
+  Pose2 T_base_depth_;
+  double depth_time_offset_;  // [s]
+  Serials serials_;
+  Timestamp heard_{};
+  std::optional<pose_estimate_t> pose_;
+  std::optional<health_t> health_;
+  std::optional<map_meta_t> meta_;
+  PoseHistory history_{300};  // of base in map, 3 s
+  Points scan_, depth_;
+  std::deque<Eigen::Vector2d> trail_;
+  std::deque<Closure> closures_;
+  std::optional<std::int64_t> closures_counted_;
+  TileStore tiles_;
+  std::uint64_t bad_messages_ = 0;
+};
+
+}  // namespace slam
