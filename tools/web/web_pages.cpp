@@ -16,7 +16,7 @@ namespace {
 using namespace std::chrono_literals;
 using httplib::Request;
 using httplib::Response;
-constexpr Duration kNamesAge = 5s, kImageAge = 10s;
+constexpr Duration kNamesAge = 5s, kPictureAge = 10s;
 constexpr const char* kJson = "application/json";
 constexpr const char* kText = "text/plain; charset=utf-8";
 
@@ -87,7 +87,7 @@ bool WebPages::mayEnter(const Request& request, Response& response) const {
     refuse(response, 400, "one Host header is needed, with a name or an address");
     return false;
   }
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(naming_);
   const auto isOwn = [&] { return std::find(names_.begin(), names_.end(), *host) != names_.end(); };
   if (isOwn()) return true;
   const Timestamp now = monotonicNow();
@@ -150,27 +150,30 @@ void WebPages::tiles(const Request& request, Response& response) const {
   answerWith(response, gzip, "application/octet-stream");
 }
 
-std::shared_ptr<const MapImage> WebPages::image() const {
-  const std::lock_guard lock(mutex_);
+std::shared_ptr<const WebPages::Picture> WebPages::picture() const {
+  const std::lock_guard lock(drawing_);  // one is drawn at a time, however many ask
   const Timestamp now = monotonicNow();
-  if (image_ && now < image_drawn_ + kImageAge) return image_;
-  std::optional<MapImage> image;
+  if (picture_ && now < drawn_ + kPictureAge) return picture_;
+  std::optional<MapImage> map;
   {
     const std::lock_guard state(shared_.mutex);
-    image = shared_.state.tiles().image();
+    map = shared_.state.tiles().image();
   }
-  image_ = image ? std::make_shared<const MapImage>(*std::move(image)) : nullptr;
-  image_drawn_ = now;
-  return image_;
+  picture_.reset();
+  if (!map) return nullptr;
+  std::string png = encodePng(colourMap(*map));
+  picture_ = std::make_shared<const Picture>(Picture{*std::move(map), std::move(png)});
+  drawn_ = now;
+  return picture_;
 }
 
 void WebPages::mapFile(const std::string& path, Response& response) const {
-  const auto map = image();
-  if (!map) return refuse(response, 409, "the map is too large for one picture here; use slamctl export");
-  if (path == "/map.png") return answerWith(response, encodePng(colourMap(*map)), "image/png");
+  const auto picture = this->picture();
+  if (!picture) return refuse(response, 409, "the map is too large for one picture here; use slamctl export");
+  if (path == "/map.png") return answerWith(response, picture->png, "image/png");
   download(response, path.substr(1));
-  if (path == "/map.pgm") return answerWith(response, encodePgm(*map), "image/x-portable-graymap");
-  answerWith(response, encodeYaml("map.pgm", *map), "application/yaml");
+  if (path == "/map.pgm") return answerWith(response, encodePgm(picture->map), "image/x-portable-graymap");
+  answerWith(response, encodeYaml("map.pgm", picture->map), "application/yaml");
 }
 
 void WebPages::logs(const std::string& path, Response& response) const {

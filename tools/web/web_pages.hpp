@@ -59,16 +59,22 @@ class WebPages {
   void tiles(const httplib::Request& request, httplib::Response& response) const;
   void mapFile(const std::string& path, httplib::Response& response) const;
   void logs(const std::string& path, httplib::Response& response) const;
-  std::shared_ptr<const MapImage> image() const;
+  struct Picture {
+    MapImage map;
+    std::string png;
+  };
+  /// @return nullptr for a map too large to draw
+  std::shared_ptr<const Picture> picture() const;
 
   Settings settings_;
   const SharedState& shared_;
   Commander commander_;
-  mutable std::mutex mutex_;  // of all below
+  mutable std::mutex naming_;  // of the two below
   mutable std::vector<std::string> names_;
   mutable Timestamp names_read_{};
-  mutable std::shared_ptr<const MapImage> image_;  // kept for a while, so that .yaml and .pgm belong together
-  mutable Timestamp image_drawn_{};
+  mutable std::mutex drawing_;                      // of the two below
+  mutable std::shared_ptr<const Picture> picture_;  // kept for a while: .yaml and .pgm belong together
+  mutable Timestamp drawn_{};
   mutable std::mutex commanding_;  // one command at a time
 };
 
