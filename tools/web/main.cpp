@@ -65,6 +65,13 @@ class Listener {
   SharedState& shared_;
 };
 
+/// Where slamd keeps its field logs; empty: nowhere.
+std::filesystem::path logFolder(const std::string& given) {
+  constexpr const char* kServiceLogs = "/var/lib/slamd/log";
+  std::error_code error;
+  return given.empty() && std::filesystem::is_directory(kServiceLogs, error) ? kServiceLogs : given;
+}
+
 int signalDescriptor() {
   sigset_t signals;
   sigemptyset(&signals);
@@ -127,7 +134,7 @@ int main(int argc, char** argv) {
   app.add_option("--address", address, "to listen on, in place of web.address");
   app.add_option("--port", port, "to listen on, in place of web.port; 0: any that is free")
       ->check(CLI::Range(0, 65535));
-  app.add_option("--logs", logs, "folder of field logs");
+  app.add_option("--logs", logs, "folder of field logs; without it the service's");
 
   return slam::runProgram(app, argc, argv, SLAMD_VERSION, "slam-web --address 0.0.0.0", [&] {
     slam::Config config;
@@ -139,6 +146,6 @@ int main(int argc, char** argv) {
     }
     if (!address.empty()) config.web.address = address;
     if (port >= 0) config.web.port = port;
-    return serve(config, logs);
+    return serve(config, logFolder(logs));
   });
 }

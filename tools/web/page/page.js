@@ -3,7 +3,6 @@
 
 // ---- what is known of the robot -----------------------------------------------------------------------------------
 
-const kNames = ["both", "lidar", "depth"];
 const kLongestTrail = 8000;  // numbers: x and y in turn [cm]
 const kFlash = 3000;         // [ms] that a new loop closure is shown by a growing ring
 
@@ -31,19 +30,18 @@ for (let percent = 0; percent <= 100; percent++) {
   kColours[percent] = (255 << 24) | ((level + (percent > 50 ? 6 : 0)) << 16) | (level << 8) | level;
 }
 
-function forgetMap() {
+function beginMap(id) {
   for (const tiles of robot.map.tiles) tiles.clear();
+  robot.map.id = id;
   robot.map.version = 0;
+  view.moved = view.follow;  // a new map is shown as a whole, unless the robot is followed
 }
 
 function takeTiles(buffer) {
   const bytes = new DataView(buffer);
   if (bytes.byteLength < 32 || bytes.getUint32(0, false) !== 0x534c4d54) throw new Error("not a map");
   const id = bytes.getInt32(12, true);
-  if (id !== robot.map.id) {
-    robot.map.id = id;
-    forgetMap();
-  }
+  if (id !== robot.map.id) beginMap(id);
   robot.map.resolution = bytes.getFloat64(16, true);
   const side = robot.map.side = bytes.getInt32(24, true);
   const count = bytes.getInt32(28, true);
@@ -113,7 +111,7 @@ function points(data) {
 
 const takers = {
   hello(data) {
-    if (robot.session !== null && robot.session !== data.session) robot.map.id = null, forgetMap();
+    if (robot.session !== null && robot.session !== data.session) beginMap(null);
     robot.session = data.session;
     $("version").textContent = data.version;
     $("commands").hidden = !data.commands;
@@ -146,10 +144,7 @@ const takers = {
     redraw();
   },
   map(data) {
-    if (robot.map.id !== data.id) {
-      robot.map.id = data.id;
-      forgetMap();
-    }
+    if (robot.map.id !== data.id) beginMap(data.id);
     robot.map.wanted = data.version;
     showFacts($("map-facts"), [["Keyframes", data.keyframes], ["Tiles", data.tiles],
       ["Resolution", (100 * data.resolution).toFixed(1) + " cm"]]);
@@ -186,14 +181,15 @@ function showFacts(list, facts) {
   }));
 }
 
-const degrees = (radians) => (radians * 180 / Math.PI).toFixed(1) + "\u00b0";
+const fixed = (value, digits) => value.toFixed(digits).replace(/^-(0\.?0*)$/, "$1");  // no -0.00
+const degrees = (radians) => fixed(radians * 180 / Math.PI, 1) + "\u00b0";
 
 function showPose() {
   const p = robot.pose, [xx, , yy, tt] = p.cov;
   showFacts($("pose"), [
-    ["x, y", p.x.toFixed(2) + ", " + p.y.toFixed(2) + " m"], ["Heading", degrees(p.theta)],
+    ["x, y", fixed(p.x, 2) + ", " + fixed(p.y, 2) + " m"], ["Heading", degrees(p.theta)],
     ["Sigma", (100 * Math.sqrt(Math.max(0, Math.max(xx, yy)))).toFixed(1) + " cm, " + degrees(Math.sqrt(Math.max(0, tt)))],
-    ["Speed", p.speed.toFixed(2) + " m/s, " + degrees(p.turn) + "/s"],
+    ["Speed", fixed(p.speed, 2) + " m/s, " + degrees(p.turn) + "/s"],
     ["Scan on the map", Math.round(100 * p.quality) + " %"],
   ]);
 }
@@ -258,7 +254,8 @@ function showHealth(health) {
   if ("loop_closures" in c) facts.push(["Loop closures", c.loop_closures]);
   if (c.lost > 0 || c.relocalised > 0) facts.push(["Lost, found again", `${c.lost}, ${c.relocalised}`]);
   for (const [name, value] of Object.entries(c))
-    if (name.startsWith("log.") || name.startsWith("record.")) facts.push([name.replace(/[._]/g, " "), value]);
+    if (name === "log.running") facts.push(["Log", value ? "is being written" : "stopped"]);
+    else if (name.startsWith("log.") || name.startsWith("record.")) facts.push([name.replace(/[._]/g, " "), value]);
   if (c["base.battery_mv"] > 0) facts.push(["Battery", (c["base.battery_mv"] / 1000).toFixed(1) + " V"]);
   showFacts($("computer"), facts);
 }
@@ -349,7 +346,7 @@ function drawRobot(ratio) {
 }
 
 function drawArrow(x, y, theta, colour, ratio) {
-  const r = Math.max(9 * ratio, 0.17 * view.scale);
+  const r = Math.max(11 * ratio, 0.17 * view.scale);
   paint.save();
   paint.translate(px(x), py(y));
   paint.rotate(-theta);
@@ -388,8 +385,8 @@ function draw() {
   if (view.layer === 1) drawTiles(both, lidar);  // what the depth camera has not seen is the lidar's alone
   drawTiles(robot.map.tiles[view.layer]);
   drawTrail(ratio);
-  if (view.layer !== 2) drawPoints(robot.scan, "rgba(229, 72, 77, .85)", 2 * ratio);
-  if (view.layer !== 1) drawPoints(robot.depth, "rgba(217, 115, 13, .85)", 2 * ratio);
+  if (view.layer !== 2) drawPoints(robot.scan, "rgba(229, 62, 68, .9)", 2.5 * ratio);
+  if (view.layer !== 1) drawPoints(robot.depth, "rgba(217, 115, 13, .9)", 2.5 * ratio);
   drawClosures(ratio);
   if (robot.pose) drawRobot(ratio);
   if (place.from) {
