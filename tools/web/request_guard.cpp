@@ -38,7 +38,7 @@ bool isFileName(std::string_view name) {
 }  // namespace
 
 std::optional<std::string> hostOf(std::string_view header) {
-  std::string_view name = header, port;
+  std::string_view name = header;
   if (header.starts_with('[')) {
     const auto end = header.find(']');
     if (end == std::string_view::npos) return std::nullopt;

@@ -48,7 +48,7 @@ class BoundedPool : public httplib::TaskQueue {
 
 WebServer::WebServer(const WebPages& pages, const SharedState& shared, const EventFeed& feed, EventHub& hub,
                      const HttpConnection::Limits& limits)
-    : pages_(pages), shared_(shared), feed_(feed), hub_(hub), limits_(limits) {
+    : shared_(shared), feed_(feed), hub_(hub), limits_(limits) {
   new_task_queue = [] { return new BoundedPool; };
   setRoutes(
       *this, pages, [&hub] { return hub.hasRoom(); }, [] { hands_over = true; });

@@ -40,7 +40,6 @@ class WebServer : private httplib::Server {
   bool process_and_close_socket(socket_t socket) override;
   void handOver(int socket);
 
-  const WebPages& pages_;
   const SharedState& shared_;
   const EventFeed& feed_;
   EventHub& hub_;
