@@ -162,6 +162,7 @@ std::vector<ServiceReach::Problem> ServiceReach::problemsOf(const Config& config
   check("depth.record", config.depth_device.record, Access::kWrites);
   check("runtime.socket", config.runtime.socket, Access::kWrites);
   check("output.map", config.output.map, Access::kWrites);
+  check("log.directory", config.log.directory, Access::kWritesInto);
   check("output.record", config.output.record, Access::kWrites);
   return problems;
 }

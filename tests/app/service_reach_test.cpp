@@ -96,18 +96,18 @@ TEST_F(ServiceReachTest, AsksOfEachPathWhatIsDoneThere) {
   config.store.map = "/home/robot/kitchen.yaml";
   config.depth_device.uri = "/home/robot/camera.oni";
   config.store.directory = config.output.map = config.output.record = config.depth_device.record =
-      config.runtime.socket = "/home/robot/out/x.y";
+      config.runtime.socket = config.log.directory = "/home/robot/out/x.y";
   std::vector<std::string> keys;
   for (const auto& problem : ServiceReach(folder / "").problemsOf(config)) {
     keys.emplace_back(problem.key);
-    const bool is_folder = keys.back() == "store.directory",
+    const bool is_folder = keys.back() == "store.directory" || keys.back() == "log.directory",
                reads = keys.back() == "store.map" || keys.back() == "depth.uri";
     EXPECT_THAT(problem.what, HasSubstr(is_folder ? "BindPaths=/home/robot/out/x.y into"
                                         : reads   ? "BindPaths=/home/robot into"
                                                   : "BindPaths=/home/robot/out into"));
   }
   EXPECT_THAT(keys, testing::UnorderedElementsAre("store.directory", "store.map", "depth.uri", "depth.record",
-                                                  "runtime.socket", "output.map", "output.record"));
+                                                  "runtime.socket", "log.directory", "output.map", "output.record"));
 }
 
 TEST_F(ServiceReachTest, FollowsALinkOutOfIt) {

@@ -82,14 +82,14 @@ int signalDescriptor() {
 }
 
 /// Until a signal ends it.
-int serve(const Config& config, const std::filesystem::path& logs) {
+int serve(const Config& config, const std::string& socket, const std::filesystem::path& logs) {
   const int signals = signalDescriptor();
   std::signal(SIGPIPE, SIG_IGN);
   SharedState shared(config);
   const std::int64_t session = toMicroseconds(monotonicNow() + wallClockOffset());
   EventFeed feed(session, config.web.commands, SLAMD_VERSION);
-  const auto command = [&config](const WebCommand& c) {
-    return Remote(config.lcm.url).ask(c.verb, c.argument, c.pose, kAnswerLimit);
+  const auto command = [&config, &socket](const WebCommand& c) {
+    return Remote(socket, config.lcm.url).ask(c.verb, c.argument, c.pose, kAnswerLimit);
   };
   const WebPages pages({config.web, logs, SLAMD_VERSION, session}, shared, command);
   EventHub hub;
@@ -128,13 +128,14 @@ int main(int argc, char** argv) {
   std::string config_file = "/etc/slamd/slamd.toml", address, logs;
   int port = -1;
   std::vector<std::string> overrides;
-  app.add_option("--config", config_file, "slamd's configuration: LCM URL, section [web], where the lidar sits")
+  app.add_option("--config", config_file,
+                 "slamd's configuration: LCM URL, socket, folder of the logs, section [web], where the lidar sits")
       ->capture_default_str();
   app.add_option("--set", overrides, "section.key=value over the file; may be repeated");
   app.add_option("--address", address, "to listen on, in place of web.address");
   app.add_option("--port", port, "to listen on, in place of web.port; 0: any that is free")
       ->check(CLI::Range(0, 65535));
-  app.add_option("--logs", logs, "folder of field logs; without it the service's");
+  app.add_option("--logs", logs, "folder of field logs; in place of log.directory");
 
   return slam::runProgram(app, argc, argv, SLAMD_VERSION, "slam-web --address 0.0.0.0", [&] {
     slam::Config config;
@@ -146,6 +147,6 @@ int main(int argc, char** argv) {
     }
     if (!address.empty()) config.web.address = address;
     if (port >= 0) config.web.port = port;
-    return serve(config, logFolder(logs));
+    return serve(config, slam::socketOf(config, config_file), logFolder(logs.empty() ? config.log.directory : logs));
   });
 }
