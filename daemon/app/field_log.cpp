@@ -75,6 +75,12 @@ fs::path makeRun(const fs::path& folder, const std::string& name) {
   }
 }
 
+/// What a log is replayed with. Logs are handed to others: the web page's token is nothing for them.
+std::string configurationFor(Config config) {
+  config.web = {};
+  return printConfig(config);
+}
+
 }  // namespace
 
 FieldLog::FieldLog(const Config& config, const WallClock& clock, std::function<void()> wake)
@@ -83,7 +89,7 @@ FieldLog::FieldLog(const Config& config, const WallClock& clock, std::function<v
       clock_(clock),
       wake_(std::move(wake)),
       boot_id_(readBootId()),
-      configuration_(printConfig(config)),
+      configuration_(configurationFor(config)),
       running_(config.log.automatic) {}
 
 FieldLog::~FieldLog() { ending_ = true; }

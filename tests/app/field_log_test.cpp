@@ -118,6 +118,22 @@ TEST_F(FieldLogs, BeginsEachFileWithTheConfigurationThatReadsBack) {
   EXPECT_EQ(values(), expected);
 }
 
+TEST_F(FieldLogs, KeepsTheWebPagesTokenOutOfTheLog) {
+  config.web.commands = true;
+  config.web.token = "a-secret-of-the-robot";
+  Logging logging(config);
+  ASSERT_TRUE(logging.write(1));
+  ASSERT_TRUE(logging.finish());
+  ASSERT_EQ(files().size(), 1U);
+  EventLogReader reader(files()[0].path);
+  LogEvent event;
+  ASSERT_TRUE(reader.next(event));
+  const auto message = decodeChecked<config_t>(event.data);
+  ASSERT_TRUE(message);
+  EXPECT_THAT(message->configuration, testing::Not(HasSubstr(config.web.token)));
+  EXPECT_NO_THROW(parseConfig(message->configuration, "log"));
+}
+
 TEST_F(FieldLogs, CompressesWhatIsClosed) {
   config.log.file_length = 1.0;
   Logging logging(config);
