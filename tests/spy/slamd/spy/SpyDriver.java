@@ -16,6 +16,7 @@ import java.util.Set;
 import java.util.TreeSet;
 import java.util.concurrent.Callable;
 import java.util.concurrent.FutureTask;
+import java.util.function.IntPredicate;
 import javax.imageio.ImageIO;
 import javax.swing.JFrame;
 import javax.swing.JMenuItem;
@@ -41,10 +42,16 @@ public final class SpyDriver {
     Thread thread = new Thread(() -> {
       int code = 1;
       try {
-        drive(new File(folder));
+        drive();
         code = 0;
       } catch (Exception | AssertionError e) {
         e.printStackTrace();
+      }
+      try {
+        ImageIO.write(new Robot().createScreenCapture(new Rectangle(0, 0, 1600, 1000)), "png", new File(folder, "spy.png"));
+      } catch (Exception e) {
+        e.printStackTrace();
+        code = 1;
       }
       Runtime.getRuntime().halt(code);
     }, "driver");
@@ -52,7 +59,7 @@ public final class SpyDriver {
     thread.start();
   }
 
-  private static void drive(File folder) throws Exception {
+  private static void drive() throws Exception {
     until("the window of lcm-spy", () -> frame("LCM Spy") != null);
     JTable table = find(frame("LCM Spy"), JTable.class).get(0);
     until("the channels " + CHANNELS, () -> channels(table).containsAll(CHANNELS));
@@ -70,9 +77,10 @@ public final class SpyDriver {
       return null;
     });
     Component map = find(frame("slamd: map"), MapPanel.class).get(0);
-    until("free space in the map", () -> pixels(map, Color.WHITE) > 50_000);
+    until("free space in the map", () -> pixels(map, SpyDriver::free) > 50_000);
+    until("walls in the map", () -> pixels(map, SpyDriver::wall) > 300);
     until("the scan in the map", () -> pixels(map, new Color(0xd81b60)) > 300);
-    until("the trail in the map", () -> pixels(map, new Color(0x1e88e5)) > 250);
+    until("a growing trail in the map", () -> pixels(map, new Color(0x1e88e5)) > 250);
     Component pose = find(frame("slamd: pose and sigma"), PosePanel.class).get(0);
     until("curves of the pose", () -> pixels(pose, new Color(0x1565c0)) > 100);
     until("a pose that is localised", () -> pixels(pose, States.GOOD) > 100);
@@ -81,8 +89,6 @@ public final class SpyDriver {
     until("devices that stream", () -> tables.get(0).getRowCount() >= 3 && "streaming".equals(tables.get(0).getValueAt(0, 1)));
     until("stages and counters", () -> tables.get(1).getRowCount() > 2 && tables.get(2).getRowCount() > 2);
     List<String> undecodable = edt(() -> undecodable(table));
-    BufferedImage screen = new Robot().createScreenCapture(new Rectangle(0, 0, 1600, 1000));
-    ImageIO.write(screen, "png", new File(folder, "spy.png"));
     if (!undecodable.isEmpty()) throw new AssertionError("undecodable: " + undecodable);
     System.out.println(channels(table).size() + " channels, 0 undecodable");
   }
@@ -124,7 +130,8 @@ public final class SpyDriver {
     List<String> names = new ArrayList<>();
     for (int row = 0; row < table.getRowCount(); ++row) {
       String type = String.valueOf(table.getValueAt(row, 1));
-      if (!type.trim().matches("(slam|bot_core)\\.\\w+_t")) names.add(table.getValueAt(row, 0) + ": " + type);
+      String errors = String.valueOf(table.getValueAt(row, table.getColumnCount() - 1)).trim();
+      if (!type.trim().matches("\\w+_t") || !errors.equals("0")) names.add(table.getValueAt(row, 0) + ": " + type + " " + errors);
     }
     return names;
   }
@@ -145,12 +152,26 @@ public final class SpyDriver {
     return found;
   }
 
+  private static boolean free(int rgb) {
+    Color c = new Color(rgb);
+    return c.getRed() == c.getGreen() && c.getRed() == c.getBlue() && c.getRed() > 0xdc;
+  }
+
+  private static boolean wall(int rgb) {
+    Color c = new Color(rgb);
+    return c.getRed() == c.getGreen() && c.getRed() == c.getBlue() && c.getRed() > 0 && c.getRed() < 0x50;
+  }
+
   private static int pixels(Component panel, Color colour) {
+    return pixels(panel, rgb -> (rgb & 0xffffff) == (colour.getRGB() & 0xffffff));
+  }
+
+  private static int pixels(Component panel, IntPredicate wanted) {
     BufferedImage image = new BufferedImage(panel.getWidth(), panel.getHeight(), BufferedImage.TYPE_INT_RGB);
     panel.paint(image.createGraphics());
     int n = 0;
     for (int rgb : image.getRGB(0, 0, image.getWidth(), image.getHeight(), null, 0, image.getWidth())) {
-      if ((rgb & 0xffffff) == (colour.getRGB() & 0xffffff)) ++n;
+      if (wanted.test(rgb)) ++n;
     }
     return n;
   }

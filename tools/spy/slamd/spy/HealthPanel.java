@@ -40,9 +40,9 @@ final class HealthPanel extends JPanel {
     head.add(summary);
     head.add(machine);
     JPanel lower = new JPanel(new GridLayout(1, 2, 8, 8));
-    lower.add(scrolled(stages, 150));
-    lower.add(scrolled(counters, 220));
-    JScrollPane upper = scrolled(devices, 100);
+    lower.add(scrolled(stages, 150, 75, 85, 85, 90));
+    lower.add(scrolled(counters, 220, 100));
+    JScrollPane upper = scrolled(devices, 65, 105, 105, 75, 80, 75, 330);
     upper.setPreferredSize(new Dimension(900, 160));
     JPanel body = new JPanel(new BorderLayout(8, 8));
     body.add(upper, BorderLayout.NORTH);
@@ -51,16 +51,15 @@ final class HealthPanel extends JPanel {
     add(body, BorderLayout.CENTER);
   }
 
-  /** @param first [pixels] width of the column of names */
-  private static JScrollPane scrolled(Rows rows, int first) {
+  /** @param widths [pixels] of the columns, which share the window in this proportion */
+  private static JScrollPane scrolled(Rows rows, int... widths) {
     JTable table = new JTable(rows);
     table.setFont(TEXT);
     table.getTableHeader().setFont(TEXT.deriveFont(Font.BOLD));
     table.setRowHeight(24);
     table.setShowVerticalLines(false);
     table.setDefaultRenderer(Object.class, new Colours(rows));
-    table.getColumnModel().getColumn(0).setPreferredWidth(first);
-    table.getColumnModel().getColumn(rows.getColumnCount() - 1).setPreferredWidth(rows.getColumnCount() == 7 ? 330 : 90);
+    for (int i = 0; i < widths.length; ++i) table.getColumnModel().getColumn(i).setPreferredWidth(widths[i]);
     return new JScrollPane(table);
   }
 

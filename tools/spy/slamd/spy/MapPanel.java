@@ -32,6 +32,7 @@ final class MapPanel extends JPanel {
   private static final Color TRAIL = new Color(0x1e88e5);
   private static final Color INK = new Color(0x263238);
   private static final IndexColorModel PALETTE = palette();
+  private static final int BAND = 58;  // [pixels] of the legend above the map
   private static final double ROBOT_RADIUS = 0.18;  // [m] of the sign, not of the robot
 
   private final MapModel model;
@@ -98,7 +99,8 @@ final class MapPanel extends JPanel {
     if (!(width > 0 && height > 0)) return;
     centreX = meta.origin[0] + side * meta.column_min + width / 2;
     centreY = meta.origin[1] + side * meta.row_min + height / 2;
-    pixels = clampZoom(0.95 * Math.min(getWidth() / width, getHeight() / height));
+    pixels = clampZoom(0.95 * Math.min(getWidth() / width, (getHeight() - BAND) / height));
+    centreY += BAND / 2.0 / pixels;
   }
 
   private static double clampZoom(double pixels) {
@@ -166,32 +168,36 @@ final class MapPanel extends JPanel {
   private void drawLegend(Graphics2D g, map_meta_t meta) {
     pose_estimate_t pose = model.pose();
     g.setFont(new Font(Font.SANS_SERIF, Font.PLAIN, 14));
-    g.setColor(new Color(255, 255, 255, 225));
-    g.fillRoundRect(10, 10, 270, 142, 10, 10);
-    String state = pose == null ? "waiting for SLAM_POSE" : "robot, " + States.localisation(pose.state);
-    entry(g, 0, pose == null ? States.WAITING : States.localisationColour(pose.state), state);
-    entry(g, 1, TRAIL, "trail");
-    entry(g, 2, SCAN, "scan of the lidar");
-    entry(g, 3, Color.BLACK, "occupied (white: free, grey: unknown)");
-    g.setColor(INK);
+    g.setColor(Color.WHITE);
+    g.fillRect(0, 0, getWidth(), BAND);
+    String robot = pose == null ? "waiting for SLAM_POSE" : "robot, " + States.localisation(pose.state);
+    int x = entry(g, 14, pose == null ? States.WAITING : States.localisationColour(pose.state), robot);
+    x = entry(g, x, TRAIL, "trail");
+    x = entry(g, x, SCAN, "lidar scan");
+    x = entry(g, x, Color.BLACK, "occupied");
+    x = entry(g, x, new Color(PALETTE.getRGB(0)), "free");
+    entry(g, x, UNKNOWN, "unknown");
     String size = "waiting for SLAM_MAP_META";
     if (meta != null) {
       size = model.full() ? "map is larger than this window holds" : String.format(Locale.ROOT,
-          "%d tiles, %d keyframes, %.0f mm a cell", model.tiles().size(), meta.keyframes, 1000 * meta.resolution);
+          "%d tiles, %d keyframes, cells of %.0f mm", model.tiles().size(), meta.keyframes, 1000 * meta.resolution);
     }
-    g.drawString(size, 20, 122);
     if (pose != null) {
-      g.drawString(String.format(Locale.ROOT, "x %.2f m  y %.2f m  %.1f\u00b0", pose.x, pose.y,
-          Math.toDegrees(pose.theta)), 20, 142);
+      size += String.format(Locale.ROOT, "     x %.2f m   y %.2f m   theta %.1f\u00b0", pose.x, pose.y,
+          Math.toDegrees(pose.theta));
     }
+    g.drawString(size, 14, 46);
   }
 
-  private static void entry(Graphics2D g, int line, Color colour, String words) {
-    int y = 30 + 22 * line;
+  /** @return where the next begins */
+  private static int entry(Graphics2D g, int x, Color colour, String words) {
     g.setColor(colour);
-    g.fillOval(20, y - 11, 12, 12);
+    g.fillOval(x, 11, 13, 13);
     g.setColor(INK);
-    g.drawString(words, 40, y);
+    g.setStroke(new BasicStroke(0.5f));
+    g.drawOval(x, 11, 13, 13);
+    g.drawString(words, x + 20, 22);
+    return x + 40 + g.getFontMetrics().stringWidth(words);
   }
 
   private void drawScaleBar(Graphics2D g) {
