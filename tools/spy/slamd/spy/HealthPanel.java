@@ -40,7 +40,7 @@ final class HealthPanel extends JPanel {
     head.add(summary);
     head.add(machine);
     JPanel lower = new JPanel(new GridLayout(1, 2, 8, 8));
-    lower.add(scrolled(stages, 150, 75, 85, 85, 90));
+    lower.add(scrolled(stages, 125, 70, 80, 80, 85));
     lower.add(scrolled(counters, 220, 100));
     JScrollPane upper = scrolled(devices, 65, 105, 105, 75, 80, 75, 330);
     upper.setPreferredSize(new Dimension(900, 160));
@@ -55,7 +55,7 @@ final class HealthPanel extends JPanel {
   private static JScrollPane scrolled(Rows rows, int... widths) {
     JTable table = new JTable(rows);
     table.setFont(TEXT);
-    table.getTableHeader().setFont(TEXT.deriveFont(Font.BOLD));
+    table.getTableHeader().setFont(TEXT.deriveFont(Font.BOLD, 12f));
     table.setRowHeight(24);
     table.setShowVerticalLines(false);
     table.setDefaultRenderer(Object.class, new Colours(rows));
