@@ -24,7 +24,7 @@ public final class Main {
       Feed.share(new LCM(args[0]));
     } catch (IOException e) {
       fail("no LCM network at " + args[0] + " (" + e.getMessage()
-          + "); give it a route: ip route add 224.0.0.0/4 dev IFACE");
+          + "); check the address, or give it a route: ip route add 224.0.0.0/4 dev IFACE");
     } catch (RuntimeException e) {
       fail("LCM URL or --lidar is not understood (" + e.getMessage() + "); see slam-spy --help");
     }
