@@ -210,6 +210,7 @@ TEST_F(GraphKeeping, BeginsWithoutAMapThatTheDiskDoesNotGiveInTime) {
   {
     std::ofstream disk(file, std::ios::binary);  // it answers
     disk << test::contentOf(aside);
+    fs::rename(aside, file);  // the next checkpoint reads it again
   }
   Localizer* found = nullptr;
   ASSERT_TRUE(waitUntil([&] { return exchange->localizers.popOne([&](Localizer* fresh) { found = fresh; }); }));
