@@ -61,7 +61,8 @@ WebServer::WebServer(const WebPages& pages, const SharedState& shared, const Eve
   const WebConfig& web = pages.settings().web;
   errno = 0;
   port_ = web.port == 0 ? bind_to_any_port(web.address) : bind_to_port(web.address, web.port) ? web.port : -1;
-  if (port_ > 0) return;
+  // cpp-httplib lets five wait; the sixth page that asks for a changed tile at the same moment would wait for a second.
+  if (port_ > 0 && ::listen(svr_sock_, static_cast<int>(kMostWaiting)) == 0) return;
   throw std::runtime_error("cannot listen on " + web.address + ":" + std::to_string(web.port) + ": " +
                            (errno != 0 ? std::strerror(errno) : "no such address here") +
                            "; change web.address or web.port, or stop the program that listens there");

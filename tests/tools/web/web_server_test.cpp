@@ -35,6 +35,8 @@ class Client {
     address.sin_family = AF_INET;
     address.sin_port = htons(static_cast<std::uint16_t>(port));
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    const timeval limit{.tv_sec = 5, .tv_usec = 0};
+    setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
     connected_ = ::connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0;
   }
   ~Client() { ::close(socket_); }
@@ -145,6 +147,19 @@ TEST_F(Server, ListensWhereItIsTold) {
   const std::string words = test::refusalOf([&] { WebServer(pages, shared_, feed_, hub_); });
   EXPECT_THAT(words, HasSubstr("127.0.0.2:" + std::to_string(server_->port())));
   EXPECT_THAT(words, HasSubstr("web.port"));
+}
+
+TEST_F(Server, TakesConnectionsOfManyAtTheSameMoment) {
+  pages_.emplace(settings_, shared_, nullptr);
+  server_.emplace(*pages_, shared_, feed_, hub_, limits_);
+  std::vector<std::unique_ptr<Client>> clients;  // as ten pages that ask for the tile that has just changed
+  for (std::size_t i = 0; i < WebServer::kMostWaiting; ++i) {
+    clients.push_back(std::make_unique<Client>(server_->port()));
+    ASSERT_TRUE(clients.back()->isConnected()) << i << " before anybody accepts";
+  }
+  thread_ = std::thread([this] { server_->run(); });
+  clients.front()->say("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  EXPECT_THAT(clients.front()->hear(), StartsWith("HTTP/1.1 200"));
 }
 
 TEST_F(Server, StopsAtOnceAlsoBeforeItRuns) {
