@@ -111,12 +111,12 @@ void ServiceReach::set(const std::string& key, const std::string& value) {
   if (key == "WorkingDirectory") working_directory_ = folderOf(withoutPrefix(value));
   if (key == "ReadWritePaths") append(writable_, value, withoutPrefix);
   if (key == "BindPaths") append(bound_, value, destinationOf);
-  for (const auto& [name, above] : {std::pair("StateDirectory", "/var/lib/"),
-                                    {"RuntimeDirectory", "/run/"},
-                                    {"CacheDirectory", "/var/cache/"},
-                                    {"LogsDirectory", "/var/log/"}}) {
-    if (key == name)
-      append(own_, value, [&](const std::string& word) { return above + word.substr(0, word.find(':')); });
+  for (const auto& own : {std::pair("StateDirectory", "/var/lib/"),
+                          {"RuntimeDirectory", "/run/"},
+                          {"CacheDirectory", "/var/cache/"},
+                          {"LogsDirectory", "/var/log/"}}) {
+    if (key != own.first) continue;
+    append(own_, value, [&](const std::string& word) { return own.second + word.substr(0, word.find(':')); });
   }
 }
 
