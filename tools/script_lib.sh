@@ -16,6 +16,27 @@ need_number() { [[ ${2:-} =~ ^[0-9]+$ ]] || wrong_use "$1 needs a number"; }
 # For ctest -j: four slots a core, of which each test takes what tests/CMakeLists.txt gives it.
 test_slots() { echo $((4 * $(nproc))); }
 
+# run_tests PRESET [ctest options]: tests of real time (threads, live daemons, virtual machines, browsers) depend on what else
+# the machine does. Where only such have failed, at most five, and no sanitizer has found anything, they are run once more,
+# one at a time, and named in build/PRESET/second_tries.txt.
+run_tests() {
+  local preset=$1 results=build/$1/Testing/Temporary tries=build/$1/second_tries.txt
+  shift
+  rm -f "$tries"
+  ctest --preset "$preset" -j "$(test_slots)" "$@" && return
+  if grep -qE 'ERROR: (Address|Leak)Sanitizer|WARNING: ThreadSanitizer|runtime error:' "$results/LastTest.log"; then
+    return 1
+  fi
+  sed 's/^[0-9]*://' "$results/LastTestsFailed.log" >"$tries"
+  [ "$(wc -l <"$tries")" -le 5 ] || return 1
+  if grep -vxFf <(ctest --preset "$preset" -N -L 'threads|integration|faults|vm|web|spy|packages' |
+    sed -nE 's/^ +Test +#[0-9]+: //p') "$tries"; then
+    return 1
+  fi
+  ctest --preset "$preset" --rerun-failed || return 1
+  echo "Failed among the others and passed alone:" && cat "$tries"
+}
+
 # need_folder OPTION [VALUE]
 need_folder() { [ -n "${2:-}" ] || wrong_use "$1 needs a folder"; }
 
