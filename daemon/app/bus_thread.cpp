@@ -281,11 +281,17 @@ void BusThread::onCommand(Bytes data, std::optional<LocalSocket::Client> from) {
                                                 : MapCommand::kReset;
     const bool taken = exchange_.map_commands.tryPush({kind, command->id, command->argument});
     if (!taken) acknowledge(command->id, false, "too many commands at once");  // otherwise the graph thread answers
+  } else if (command->verb == "mode") {
+    if (command->argument != "slam" && command->argument != "localise")
+      return acknowledge(command->id, false, "a mode is slam or localise");
+    const auto kind = command->argument == "slam" ? MapCommand::kSlam : MapCommand::kLocalise;
+    if (!exchange_.map_commands.tryPush({kind, command->id, ""}))
+      acknowledge(command->id, false, "too many commands at once");
   } else if (command->verb.starts_with("log_")) {
     onLogCommand(*command);
   } else {
     acknowledge(command->id, false,
-                "unknown verb; known are save, load, set_pose, reset, save_map, log_start, log_stop, log_mark");
+                "unknown verb; known are save, load, set_pose, reset, mode, save_map, log_start, log_stop, log_mark");
   }
 }
 

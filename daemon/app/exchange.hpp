@@ -76,7 +76,7 @@ struct MapChange {
 
 /// A command about the map, for the graph thread.
 struct MapCommand {
-  enum Kind : std::uint8_t { kSave, kLoad, kReset } kind = kSave;
+  enum Kind : std::uint8_t { kSave, kLoad, kReset, kLocalise, kSlam } kind = kSave;
   std::int32_t id = 0;  ///< of the message
   std::string name;     ///< of a map; empty: the present one
 };

@@ -55,9 +55,10 @@ GraphThread::~GraphThread() {
 
 void GraphThread::beginIn(MapState map) {
   start_ = startIn(map, map_id_);
-  without_map_ = all_config_.mode == "localise" && map.keyframes.size() == 0;
+  without_map_ = keeper_.localises() && map.keyframes.size() == 0;
   if (without_map_) start_.in_known_map = true;  // the robot is not found in it
   fitting_ = all_config_;
+  fitting_.mode = keeper_.localises() ? "localise" : "slam";
   if (map.picture_only) {
     fitting_.localizer.match = matchInPicture(fitting_.localizer.match, map.grid.resolution());
   }
@@ -194,14 +195,18 @@ void GraphThread::obey(const MapCommand& command) {
   if (pending_ || obeys_) problem = "another command about the map is being carried out";
   if (disk_.busyFor(monotonicNow()) > kDiskHangs) problem = kNoAnswer;
   if (command.kind == MapCommand::kSave && !writes) {
-    problem = all_config_.mode == "localise" ? "mode is \"localise\": the map does not change"
-                                             : "store.directory is not set in the configuration";
+    problem = keeper_.localises() ? "mode is \"localise\": the map does not change"
+                                  : "store.directory is not set in the configuration";
   }
   if (command.kind == MapCommand::kSave && !command.name.empty() && !MapStore::isName(command.name)) {
     problem = "\"" + command.name + "\" is no name of a map; use letters, digits, - and _";
   }
-  if (command.kind == MapCommand::kReset && all_config_.mode == "localise") {
+  if (command.kind == MapCommand::kReset && keeper_.localises()) {
     problem = "mode is \"localise\": the map stays; use set-pose to say where the robot is";
+  }
+  const bool localise = command.kind == MapCommand::kLocalise;
+  if ((localise || command.kind == MapCommand::kSlam) && localise == keeper_.localises()) {
+    problem = std::string("mode is \"") + (localise ? "localise" : "slam") + "\" already";
   }
   if (!problem.empty()) return refuse(command, problem);
   pending_ = command;  // the present map is stored first
@@ -230,6 +235,13 @@ void GraphThread::carryOut(const MapCommand& command, const MapState& map, Outco
     if (command.kind == MapCommand::kLoad) {
       outcome.next = keeper_.load(command.name, monotonicNow());
       answer(true, "loaded " + command.name + "; looking for the robot in it" + before);
+    } else if (command.kind == MapCommand::kLocalise || command.kind == MapCommand::kSlam) {
+      const bool localise = command.kind == MapCommand::kLocalise;
+      if (lost) return answer(false, "the map is " + loss);  // the stored one lacks what is new
+      outcome.next = keeper_.changeMode(localise, monotonicNow());
+      const std::string& name = keeper_.name();
+      answer(true, (localise ? "localises in " + name + ", which stays as it is" : "extends " + name) +
+                       "; the next start takes mode from the configuration");
     } else {
       keeper_.beginNew(monotonicNow());
       outcome.next.emplace();

@@ -61,7 +61,7 @@ MapState MapKeeper::begin(Timestamp now) {
 /// @return std::nullopt where there is none to go on in; awaits_ says whether one is still to come
 std::optional<MapState> MapKeeper::take(Timestamp now) {
   const StoreConfig& store = config_.store;
-  const bool localise = config_.mode == "localise", picture = isPicture(store.map);
+  const bool localise = localises_, picture = isPicture(store.map);
   awaits_ = false;
   try {
     std::string path = picture ? store.map : "";
@@ -167,7 +167,7 @@ MapState MapKeeper::open(const std::string& path) {
   for (const std::string& remark : loaded.remarks) logWarning(remark);
   const std::string mismatch = lidarMismatch(loaded.state, config_.localizer.lidar);
   if (!mismatch.empty()) throw std::runtime_error(path + ": " + mismatch);
-  if (loaded.state.picture_only && config_.mode != "localise") {
+  if (loaded.state.picture_only && !localises_) {
     throw std::runtime_error(path + ": a picture of a map cannot be extended; set mode to \"localise\"");
   }
   logInfo("map " + path + " of " + std::to_string(loaded.state.keyframes.size()) + " keyframes");
@@ -183,6 +183,30 @@ MapState MapKeeper::load(const std::string& name, Timestamp now) {
   awaits_ = false;
   if (store_ || !writes()) succeed();
   return map;
+}
+
+MapState MapKeeper::changeMode(bool localise, Timestamp now) {
+  if (isPicture(config_.store.map)) throw std::runtime_error("a picture of a map cannot be extended");
+  if (config_.store.directory.empty()) throw std::runtime_error("store.directory is not set in the configuration");
+  const std::string path = config_.store.directory + "/" + name_;
+  const bool exists = !name_.empty() && std::filesystem::exists(path);
+  if (!exists && localise) throw std::runtime_error("there is no stored map to localise in");
+  const bool before = localises_.exchange(localise);
+  try {
+    MapState map = exists ? open(path) : MapState();
+    if (localise) {
+      store_.reset();
+      lock_.reset();
+    } else {
+      keep(name_.empty() ? newNameIn(config_.store.directory) : name_, now);
+    }
+    awaits_ = false;
+    if (store_ || localise) succeed();
+    return map;
+  } catch (const std::runtime_error&) {
+    localises_ = before;
+    throw;
+  }
 }
 
 void MapKeeper::beginNew(Timestamp now) {

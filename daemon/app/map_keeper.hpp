@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -22,7 +23,7 @@ namespace slam {
 /// tried again, and so is a folder that somebody removed. One thread at a time; problem() from any.
 class MapKeeper {
  public:
-  explicit MapKeeper(const Config& config) : config_(config) {}
+  explicit MapKeeper(const Config& config) : config_(config), localises_(config.mode == "localise") {}
 
   /// What no disk can heal, for who starts slamd: it is told what to write into which key. Empty: nothing.
   static std::string misconfiguration(const Config& config);
@@ -36,11 +37,16 @@ class MapKeeper {
   std::optional<MapState> retry(Timestamp now);
   /// Changes to another map. @throws std::runtime_error with one sentence; then the present one stays
   MapState load(const std::string& name, Timestamp now);
+  /// Goes on in the stored map: to localise in it as it is, or to extend it; where there is none yet, a new one begins.
+  /// @throws std::runtime_error with one sentence; then the present mode stays
+  MapState changeMode(bool localise, Timestamp now);
   /// Leaves the present map as it is on disk and works on a new one.
   void beginNew(Timestamp now);
 
-  /// Whether the configuration wants the map to be written.
-  bool writes() const { return config_.mode != "localise" && !config_.store.directory.empty(); }
+  /// Whether the map stays as it is: from the start by the configuration, then as changed last. From any thread.
+  bool localises() const { return localises_; }
+  /// Whether the map is to be written. From any thread.
+  bool writes() const { return !localises_ && !config_.store.directory.empty(); }
   const std::string& name() const { return name_; }
   /// What is not read or written and why, what slamd does meanwhile, and the fix; empty: nothing.
   std::string problem() const { return problem_.get(); }
@@ -68,6 +74,7 @@ class MapKeeper {
   void succeed();
 
   const Config& config_;
+  std::atomic<bool> localises_;
   std::string name_;
   bool awaits_ = false;               // the configured map cannot be used yet
   std::unique_ptr<FolderLock> lock_;  // of the map's folder

@@ -197,6 +197,32 @@ TEST_F(GraphKeeping, HasNoPoseInAnEmptyMapToLocaliseIn) {
   EXPECT_EQ(graph->storage(monotonicNow()).problem, "");
 }
 
+TEST_F(GraphKeeping, LocalisesInTheMapAndExtendsItAgainByCommand) {
+  start();
+  keyframe->map_id = graph->firstLocalizer()->mapId();
+  drive();
+  ASSERT_TRUE(waitUntil([&] { return stored() == 1; }));
+  drive();  // not yet in the checkpoint
+  const auto changeTo = [&](MapCommand::Kind kind) {
+    EXPECT_TRUE(exchange->map_commands.tryPush({kind, 7, ""}));
+    const auto done = answer();
+    EXPECT_TRUE(done && done->accepted) << (done ? done->message : "");
+    Localizer* fresh = nullptr;
+    EXPECT_TRUE(waitUntil([&] { return exchange->localizers.popOne([&](Localizer* next_one) { fresh = next_one; }); }));
+    const std::unique_ptr<Localizer> owned(fresh);
+    if (owned) keyframe->map_id = owned->mapId();
+  };
+  changeTo(MapCommand::kLocalise);
+  EXPECT_EQ(stored(), 2);
+  ASSERT_TRUE(exchange->map_commands.tryPush({MapCommand::kLocalise, 8, ""}));
+  EXPECT_THAT(answer()->message, HasSubstr("already"));
+  ASSERT_TRUE(exchange->map_commands.tryPush({MapCommand::kSave, 9, ""}));
+  EXPECT_FALSE(answer()->accepted);
+  changeTo(MapCommand::kSlam);
+  drive();
+  EXPECT_TRUE(waitUntil([&] { return stored() == 3; })) << stored();
+}
+
 TEST_F(GraphKeeping, BeginsWithoutAMapThatTheDiskDoesNotGiveInTime) {
   fs::create_directories(folder / "maps");
   MapStore(folder / "maps", "home").checkpoint(ChangingMap(5).map);

@@ -112,6 +112,41 @@ TEST_F(MapKeeping, ReadsOnlyWhereItLocalises) {
   EXPECT_EQ(newestKeyframes("home"), 5);
 }
 
+TEST_F(MapKeeping, ChangesTheMode) {
+  store("home", 1h, 5);
+  MapKeeper keeper(config);
+  EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 5);
+  EXPECT_EQ(keeper.changeMode(true, kNow).keyframes.size(), 5);
+  EXPECT_TRUE(keeper.localises());
+  EXPECT_FALSE(keeper.writes());
+  EXPECT_FALSE(keeper.checkpoint(Timestamp(1h), ChangingMap().map, 1));
+  EXPECT_EQ(MapKeeper(config).begin(kNow).keyframes.size(), 5) << "who else extends it may";
+  EXPECT_EQ(keeper.changeMode(false, kNow).keyframes.size(), 5);
+  EXPECT_TRUE(keeper.checkpoint(Timestamp(1h), ChangingMap(7).map, 1));
+  EXPECT_EQ(newestKeyframes("home"), 7);
+}
+
+TEST_F(MapKeeping, KeepsTheModeWhereTheOtherHasNoMap) {
+  MapKeeper keeper(config);
+  keeper.begin(kNow);
+  EXPECT_THROW(keeper.changeMode(true, kNow), std::runtime_error);
+  EXPECT_FALSE(keeper.localises());
+  EXPECT_TRUE(keeper.checkpoint(Timestamp(1h), ChangingMap(3).map, 1)) << keeper.problem();
+
+  config.mode = "localise";
+  config.store.directory = folder / "none";
+  MapKeeper waiting(config);
+  waiting.begin(kNow);
+  EXPECT_EQ(waiting.changeMode(false, kNow).keyframes.size(), 0);
+  EXPECT_TRUE(waiting.writes());
+  EXPECT_EQ(waiting.problem(), "");
+
+  config.store.map = "plan.yaml";
+  MapKeeper plan(config);
+  EXPECT_THROW(plan.changeMode(false, kNow), std::runtime_error);
+  EXPECT_TRUE(plan.localises());
+}
+
 TEST_F(MapKeeping, CallsWrongWhatNoDiskCanHeal) {
   EXPECT_EQ(MapKeeper::misconfiguration(Config{}), "");
   EXPECT_EQ(MapKeeper::misconfiguration(config), "");

@@ -390,6 +390,9 @@ TEST_F(LiveMaps, ObeySlamctl) {
       << daemonLog();
   const auto pose = listener.last<pose_estimate_t>(channel::kSlamPose);
   EXPECT_EQ(slamctl({"set-pose", std::to_string(pose->x), std::to_string(pose->y), "0"}), 0) << said();
+  EXPECT_EQ(slamctl({"mode", "drive"}), 2) << said();
+  EXPECT_EQ(slamctl({"mode", "localise"}), 0) << said();
+  EXPECT_EQ(slamctl({"mode", "slam"}), 0) << said();
   EXPECT_EQ(slamctl({"reset"}), 0) << said();
   EXPECT_EQ(slamctl({"list"}), 0);
   EXPECT_THAT(said(), testing::HasSubstr("kitchen "));

@@ -142,6 +142,11 @@ int main(int argc, char** argv) {
   set_pose->add_option("Y", pose[1], "[m]")->required();
   set_pose->add_option("THETA", pose[2], "[rad] counter-clockwise from the map's x axis")->required();
   app.add_subcommand("reset", "store the present map and begin a new one");
+  auto* mode =
+      app.add_subcommand("mode", "change the mode until slamd is started anew; afterwards the configuration's");
+  mode->add_option("MODE", name, "localise: in the present map, which stays as it is; slam: and extend it")
+      ->required()
+      ->check(CLI::IsMember({"localise", "slam"}));
   auto* log = app.add_subcommand("log", "field logs: begin, end, mark, list and export them");
   log->require_subcommand(1);
   const auto* log_start = log->add_subcommand("start", "begin to log");
@@ -197,6 +202,7 @@ int main(int argc, char** argv) {
                              : save->parsed()     ? "save"
                              : load->parsed()     ? "load"
                              : set_pose->parsed() ? "set_pose"
+                             : mode->parsed()     ? "mode"
                                                   : "reset";
     const auto ack = remote.ask(verb, name, pose, kAnswerLimit);
     if (!ack) throw std::runtime_error(remote.silence());

@@ -145,6 +145,10 @@ std::optional<WebCommand> commandOf(const std::string& body, std::string& proble
         std::all_of(command.pose.begin(), command.pose.end(), [](double value) { return std::abs(value) < kFarthest; });
     if (sound) return command;
     problem = "\"x\", \"y\" [m] and \"theta\" [rad] are not three numbers";
+  } else if (command.verb == "mode") {
+    command.argument = textAt("mode");
+    if (command.argument == "localise" || command.argument == "slam") return command;
+    problem = "\"mode\" is not localise or slam";
   } else if (command.verb == "log_mark") {
     command.argument = textAt("text");
     const bool sound = !command.argument.empty() && command.argument.size() <= kLongestMark &&
@@ -153,7 +157,7 @@ std::optional<WebCommand> commandOf(const std::string& body, std::string& proble
     if (sound) return command;
     problem = "\"text\" is not one line of 1 to 200 bytes";
   } else {
-    problem = "unknown verb; known are save, set_pose, log_mark";
+    problem = "unknown verb; known are save, set_pose, mode, log_mark";
   }
   return std::nullopt;
 }

@@ -92,6 +92,9 @@ TEST(CommandOf, TakesThoseOfThePage) {
   const auto mark = commandOf(R"({"verb":"log_mark","text":"hit the door"})", problem);
   ASSERT_TRUE(mark) << problem;
   EXPECT_EQ(mark->argument, "hit the door");
+  const auto mode = commandOf(R"({"verb":"mode","mode":"localise"})", problem);
+  ASSERT_TRUE(mode) << problem;
+  EXPECT_EQ(mode->argument, "localise");
 }
 
 TEST(CommandOf, SaysWhatIsWrong) {
@@ -100,6 +103,7 @@ TEST(CommandOf, SaysWhatIsWrong) {
       {"[]", "JSON"},
       {"{", "JSON"},
       {R"({"verb":"reset"})", "unknown verb"},
+      {R"({"verb":"mode","mode":"drive"})", "not localise or slam"},
       {R"({"verb":7})", "unknown verb"},
       {R"({"verb":"save","name":"../../etc"})", "name"},
       {R"({"verb":"save","name":"a\u0000b"})", "name"},

@@ -577,6 +577,8 @@ $("mark").onsubmit = (event) => {
   if ($("mark-text").value.trim()) command({ verb: "log_mark", text: $("mark-text").value.trim() });
 };
 $("save").onclick = () => command({ verb: "save" });
+$("localise").onclick = () => command({ verb: "mode", mode: "localise" });
+$("slam").onclick = () => command({ verb: "mode", mode: "slam" });
 $("set-pose").onclick = () => arm(!place.armed);
 
 new ResizeObserver(resize).observe(canvas);
