@@ -44,11 +44,11 @@ need_folder() { [ -n "${2:-}" ] || wrong_use "$1 needs a folder"; }
 all_met() { ! grep -qF '| **missed** |' "$1"; }
 
 # write_table NAME [FILE...]: puts the table on stdin between <!-- BEGIN NAME --> and <!-- END NAME --> of the one file
-# that has them, by default README.md or a file in docs/
+# that has them, by default README.md or a file in docs/ or one of its folders
 write_table() {
   local name=$1 files=("${@:2}") begin end homes=()
   begin="<!-- BEGIN $name -->" end="<!-- END $name -->"
-  [ ${#files[@]} -gt 0 ] || files=(README.md docs/*.md)
+  [ ${#files[@]} -gt 0 ] || files=(README.md docs/*.md docs/*/*.md)
   mapfile -t homes < <(awk -v b="$begin" -v e="$end" '
     FNR == 1 {open = 0}
     $0 == b {open = 1}
