@@ -163,10 +163,10 @@ class TomlLoader : public ConfigVisitor {
     return "";
   }
   void unknown(const toml::node& node, const std::string& key, const std::string& like, const std::string& section) {
-    std::string mend = "remove it, or see slamd --print-config for all keys";
-    if (!like.empty()) mend = "did you mean '" + like + "'?";
-    if (like.empty() && !section.empty()) mend = "it belongs into [" + section + "]";
-    problem(node, key, "unknown key", mend);
+    std::string fix = "remove it, or see slamd --print-config for all keys";
+    if (!like.empty()) fix = "did you mean '" + like + "'?";
+    if (like.empty() && !section.empty()) fix = "it belongs into [" + section + "]";
+    problem(node, key, "unknown key", fix);
   }
   void wrongType(const toml::node& node, const FieldInfo& info, const char* wanted) {
     std::ostringstream is;
@@ -174,18 +174,18 @@ class TomlLoader : public ConfigVisitor {
     problem(node, fullKey(info.key), "is " + is.str(), std::string("must be ") + wanted);
   }
   void outOfRange(const toml::node& node, const FieldInfo& info, double value, double min, double max) {
-    std::ostringstream what, mend;
+    std::ostringstream what, fix;
     what << value << " is out of range";
-    mend << "use " << min << " to " << max << (*info.unit ? " " : "") << info.unit;
-    problem(node, fullKey(info.key), what.str(), mend.str());
+    fix << "use " << min << " to " << max << (*info.unit ? " " : "") << info.unit;
+    problem(node, fullKey(info.key), what.str(), fix.str());
   }
   std::string placeOf(const toml::node& node) const {
     const auto at = node.source().begin;
     return name_ + ":" + std::to_string(at.line) + ":" + std::to_string(at.column);
   }
-  void problem(const toml::node& node, const std::string& key, const std::string& what, const std::string& mend) {
+  void problem(const toml::node& node, const std::string& key, const std::string& what, const std::string& fix) {
     const auto at = node.source().begin;
-    problems_.emplace_back(std::pair(at.line, at.column), placeOf(node) + ": " + key + ": " + what + "; " + mend);
+    problems_.emplace_back(std::pair(at.line, at.column), placeOf(node) + ": " + key + ": " + what + "; " + fix);
   }
 
   const toml::table& root_;
@@ -209,7 +209,7 @@ void load(const std::string& text, const std::string& name, Config& config, Plac
   } catch (const toml::parse_error& error) {
     std::ostringstream line;
     line << name << ":" << error.source().begin.line << ":" << error.source().begin.column << ": "
-         << error.description() << "; mend the TOML syntax there";
+         << error.description() << "; fix the TOML syntax there";
     problems.push_back(line.str());
   }
 }

@@ -10,7 +10,7 @@
 
 namespace slam {
 
-/// All that is wrong with a configuration, one line each: `file:line:column: key: what; mend`.
+/// All that is wrong with a configuration, one line each: `file:line:column: key: what; fix`.
 class ConfigError : public std::runtime_error {
  public:
   explicit ConfigError(const std::vector<std::string>& problems);

@@ -102,7 +102,7 @@ std::optional<MapState> MapKeeper::take(Timestamp now) {
                     ? std::string("no map to localise in: ") + error.what() +
                           "; slamd has no pose until there is one, and looks again; put it there, or change store.map"
                     : std::string(error.what()) +
-                          "; slamd draws a new map that is not stored, and tries again; mend that one, or change "
+                          "; slamd draws a new map that is not stored, and tries again; fix that one, or change "
                           "store.map");
       return std::nullopt;
     }

@@ -20,7 +20,7 @@ MemoryLock memoryLockFor(std::uint64_t limit, std::uint64_t mapped, bool privile
 /// Locks the process's memory as far as its limit lets it. @return empty, or what is not locked and the fix
 std::string lockMemory();
 
-/// Gives the calling thread SCHED_FIFO. @return empty, or why not and how to mend it
+/// Gives the calling thread SCHED_FIFO. @return empty, or why not and how to fix it
 std::string setFifoPriority(int priority);
 
 /// Names the calling thread for ps and top (15 characters).

@@ -43,7 +43,7 @@ std::string lidarMismatch(const MapState& map, const LidarModel& lidar) {
   char text[200];
   std::snprintf(text, sizeof text,
                 "was made with the lidar at x %.3f m, y %.3f m, yaw %.3f rad, the configuration says %.3f, %.3f, %.3f; "
-                "mend [lidar], or begin a new map",
+                "fix [lidar], or begin a new map",
                 map.T_base_lidar.x, map.T_base_lidar.y, map.T_base_lidar.theta, lidar.T_base_lidar.x,
                 lidar.T_base_lidar.y, lidar.T_base_lidar.theta);
   return text;

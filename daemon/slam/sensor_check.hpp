@@ -46,7 +46,7 @@ struct SensorFindings {
 /// scans that know nothing of each other's neighbours take a corridor for a shorter way.
 SensorFindings withDistances(const SensorFindings& findings, const WheelScale& scale);
 
-/// One line for people: what was seen, and what to mend.
+/// One line for people: what was seen, and what to fix.
 std::string describe(const SensorFinding& finding);
 
 /// The motion of base between two scans, by each sensor alone.

@@ -192,7 +192,7 @@ TEST_F(MapKeeping, UsesNoMapOfAnotherLidar) {
   store("home", 1h, 5);
   config.store.map = "home";
   config.localizer.lidar.T_base_lidar.x += 0.1;
-  EXPECT_THAT(refusal(), AllOf(HasSubstr("was made with the lidar at"), HasSubstr("mend [lidar]")));
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("was made with the lidar at"), HasSubstr("fix [lidar]")));
   config.mode = "localise";
   EXPECT_THAT(refusal(), HasSubstr("was made with the lidar at"));
 }

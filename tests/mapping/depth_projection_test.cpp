@@ -169,7 +169,7 @@ TEST_F(Projection, RefusesImagesOfACameraThatHangsOtherwiseThanConfigured) {
   DepthProjection projection(high);
   for (int i = 0; i < 10; ++i) EXPECT_NE(projection.project(look()), DepthStatus::kOk) << "0.2 m too high";
   for (const DepthStatus status : {DepthStatus::kTilted, DepthStatus::kBelowFloor}) {
-    EXPECT_NE(std::string(describe(status)).find("pitch"), std::string::npos) << "the mend is named";
+    EXPECT_NE(std::string(describe(status)).find("pitch"), std::string::npos) << "the fix is named";
   }
 }
 

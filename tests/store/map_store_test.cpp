@@ -79,7 +79,7 @@ constexpr int kFirst = 0, kSecond = 3, kLast = 5;  // states: of generation 1, o
 
 const char* const kFiles[] = {"keyframes.bin", "graph.bin", "grid.bin", "state.toml", "MANIFEST"};
 
-/// Calls body() for each byte of a file with that byte flipped, and mends the file.
+/// Calls body() for each byte of a file with that byte flipped, and repairs the file.
 template <typename Body>
 void forEachFlip(const fs::path& file, Body&& body) {
   const std::string whole = contentOf(file);

@@ -34,8 +34,8 @@ TEST_F(Doctor, NamesThePortsToChooseFromWhereOneIsMissing) {
                                     {{"/dev/ttyUSB0", "10c4:ea60 CP2102 0001"}, {"/dev/ttyS0", ""}});
   EXPECT_EQ(finding.level, Finding::kFault);
   EXPECT_THAT(finding.what, HasSubstr("none"));
-  EXPECT_THAT(finding.mend, testing::AllOf(HasSubstr("/dev/ttyUSB0 (10c4:ea60 CP2102 0001)"), HasSubstr("lidar.port")));
-  EXPECT_THAT(checkPort("lidar", directory_ / "none", "lidar.port", {}).mend, HasSubstr("no serial port"));
+  EXPECT_THAT(finding.fix, testing::AllOf(HasSubstr("/dev/ttyUSB0 (10c4:ea60 CP2102 0001)"), HasSubstr("lidar.port")));
+  EXPECT_THAT(checkPort("lidar", directory_ / "none", "lidar.port", {}).fix, HasSubstr("no serial port"));
 }
 
 TEST_F(Doctor, TellsAPortFromOneWithoutRights) {
@@ -46,7 +46,7 @@ TEST_F(Doctor, TellsAPortFromOneWithoutRights) {
   fs::permissions(port, fs::perms::none);
   const Finding finding = checkPort("lidar", port, "lidar.port", {});
   EXPECT_EQ(finding.level, Finding::kFault);
-  EXPECT_THAT(finding.mend, HasSubstr("usermod -aG dialout"));
+  EXPECT_THAT(finding.fix, HasSubstr("usermod -aG dialout"));
 }
 
 TEST_F(Doctor, TellsAnAbsentCameraFromAForbiddenOne) {
@@ -61,7 +61,7 @@ TEST_F(Doctor, TellsAnAbsentCameraFromAForbiddenOne) {
 TEST_F(Doctor, AsksForTheCamerasHeight) {
   DepthDeviceConfig depth;
   EXPECT_EQ(checkMounting(depth).level, Finding::kFault);
-  EXPECT_THAT(checkMounting(depth).mend, HasSubstr("depth.z"));
+  EXPECT_THAT(checkMounting(depth).fix, HasSubstr("depth.z"));
   depth.projection.extrinsics.z = 0.3;
   EXPECT_EQ(checkMounting(depth).level, Finding::kGood);
 }
@@ -70,7 +70,7 @@ TEST_F(Doctor, KnowsACanInterfaceThatIsGoneDownOrShortOfRoom) {
   EXPECT_THAT(checkCan("can0", directory_).what, HasSubstr("no interface can0"));
   canInterface("0x40080", "256");
   EXPECT_THAT(checkCan("can0", directory_).what, HasSubstr("is down"));
-  EXPECT_THAT(checkCan("can0", directory_).mend, HasSubstr("ip link set can0 up"));
+  EXPECT_THAT(checkCan("can0", directory_).fix, HasSubstr("ip link set can0 up"));
   canInterface("0x40081", "10");
   EXPECT_EQ(checkCan("can0", directory_).level, Finding::kWarning);
   canInterface("0x40081", "256");
@@ -87,7 +87,7 @@ TEST_F(Doctor, ExplainsTheDrivesWatchdogsWhereSpeedsAreSent) {
   base.driver = "can";
   ASSERT_TRUE(checkWatchdog(base));
   EXPECT_EQ(checkWatchdog(base)->level, Finding::kWarning);
-  EXPECT_THAT(checkWatchdog(base)->mend,
+  EXPECT_THAT(checkWatchdog(base)->fix,
               testing::AllOf(HasSubstr("enable_watchdog = True"), HasSubstr("watchdog_timeout = 0.5"),
                              HasSubstr("save_configuration()")));
   base.driver = "handsfree";
@@ -100,7 +100,7 @@ TEST_F(Doctor, ExplainsTheDrivesWatchdogsWhereSpeedsAreSent) {
 TEST_F(Doctor, KnowsWhetherThisUserMayCommandOverTheSocket) {
   const std::string path = directory_ / "socket";
   EXPECT_EQ(checkSocket(path).level, Finding::kWarning);
-  EXPECT_THAT(checkSocket(path).mend, HasSubstr("systemctl start slamd"));
+  EXPECT_THAT(checkSocket(path).fix, HasSubstr("systemctl start slamd"));
   LocalSocket slamd(path);
   slamd.tend(Timestamp{});
   EXPECT_EQ(checkSocket(path).level, Finding::kGood) << checkSocket(path).what;
@@ -110,8 +110,7 @@ TEST_F(Doctor, KnowsWhetherThisUserMayCommandOverTheSocket) {
     constexpr int kNobody = 65534;
     if (setgroups(0, nullptr) != 0 || setgid(kNobody) != 0 || setuid(kNobody) != 0) _exit(1);
     const Finding finding = checkSocket(path);
-    _exit(finding.level == Finding::kFault && finding.mend.find("usermod -aG slamd $USER") != std::string::npos ? 0
-                                                                                                                : 2);
+    _exit(finding.level == Finding::kFault && finding.fix.find("usermod -aG slamd $USER") != std::string::npos ? 0 : 2);
   }
   int status = 0;
   waitpid(stranger, &status, 0);
@@ -119,7 +118,7 @@ TEST_F(Doctor, KnowsWhetherThisUserMayCommandOverTheSocket) {
 }
 
 TEST_F(Doctor, SaysWhereMapsCannotBeKept) {
-  EXPECT_THAT(checkDisk("maps", directory_ / "none").mend, HasSubstr("mkdir -p"));
+  EXPECT_THAT(checkDisk("maps", directory_ / "none").fix, HasSubstr("mkdir -p"));
   EXPECT_NE(checkDisk("maps", directory_).level, Finding::kFault);
 }
 
@@ -143,14 +142,14 @@ TEST_F(Doctor, ReadsStatesAndRatesOfARunningDaemon) {
   EXPECT_THAT(findings[1].what, HasSubstr("20.0 Hz where 50.0 Hz are expected"));
   EXPECT_EQ(findings[2].level, Finding::kFault);
   EXPECT_THAT(findings[2].what, HasSubstr("the camera has frozen"));
-  EXPECT_THAT(findings[2].mend, HasSubstr("journalctl"));
+  EXPECT_THAT(findings[2].fix, HasSubstr("journalctl"));
   EXPECT_EQ(findings[3].level, Finding::kFault) << "an unknown state is none that streams";
 }
 
 TEST_F(Doctor, CountsFaults) {
   testing::internal::CaptureStdout();
   EXPECT_EQ(print({{Finding::kGood, "a", ""}, {Finding::kFault, "b", "do c"}, {Finding::kWarning, "d", "e"}}), 1);
-  EXPECT_THAT(testing::internal::GetCapturedStdout(), testing::AllOf(HasSubstr("FAULT    b\n           mend: do c\n"),
+  EXPECT_THAT(testing::internal::GetCapturedStdout(), testing::AllOf(HasSubstr("FAULT    b\n           fix: do c\n"),
                                                                      HasSubstr("1 faults, 1 warnings, 1 good")));
 }
 

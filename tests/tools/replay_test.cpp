@@ -514,7 +514,7 @@ TEST(Replay, SaysInOneLineWhatIsWrongWithAMap) {
   EXPECT_THAT(refusal(), HasSubstr("a picture of a map cannot be extended"));
   options.load_map = map;
   config.localizer.lidar.T_base_lidar.theta = 0.5;
-  EXPECT_THAT(refusal(), HasSubstr("mend [lidar]"));
+  EXPECT_THAT(refusal(), HasSubstr("fix [lidar]"));
   config = driveConfig();
   options.load_map.clear();
   config.mode = "localise";

@@ -33,8 +33,8 @@ class SlamdOnCan : public test::FaultMatrix {
   bool allStreams() { return streams("lidar") && isWell("base") && isWell("imu"); }
 
   /// Something happens to the interface: it is said in words, the pose goes on by the lidar, and all is well again.
-  template <typename Happen, typename Mend>
-  void expectNoticed(const std::string& words, Happen&& happen, Mend&& mend) {
+  template <typename Happen, typename Fix>
+  void expectNoticed(const std::string& words, Happen&& happen, Fix&& fix) {
     SCOPED_TRACE(words);
     happen();
     const auto begin = test::Clock::now();
@@ -44,11 +44,11 @@ class SlamdOnCan : public test::FaultMatrix {
     const double noticed = seconds();
     EXPECT_LT(noticed, 1.1) << "[s]";
     EXPECT_LE(worstStateFor(2s), kDegraded) << summary();
-    mend();
-    const double mended = seconds();
+    fix();
+    const double fixed = seconds();
     EXPECT_TRUE(listener_.until([&] { return allStreams(); }, 10s)) << summary();
-    EXPECT_LT(seconds() - mended, 3.1) << "[s]";
-    std::printf("%s: noticed after %.2f s, streams again after %.2f s\n", words.c_str(), noticed, seconds() - mended);
+    EXPECT_LT(seconds() - fixed, 3.1) << "[s]";
+    std::printf("%s: noticed after %.2f s, streams again after %.2f s\n", words.c_str(), noticed, seconds() - fixed);
   }
   void expectDownAndUp() {
     expectNoticed(

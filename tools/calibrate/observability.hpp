@@ -44,7 +44,7 @@ class Observability {
 enum class DriveKind { kVaried, kStraight, kOnTheSpot, kOneArc };
 DriveKind driveKind(std::span<const LidarMotion> motions, const RobotGeometry& geometry);
 
-/// What such a drive leaves open and how to mend it, in a sentence.
+/// What such a drive leaves open and how to fix it, in a sentence.
 const char* describe(DriveKind kind);
 
 }  // namespace slam

@@ -179,14 +179,14 @@ Finding checkLcm(const std::string& url) {
   if (returned) return {Finding::kGood, "LCM: " + url + " carries messages", ""};
   const LinkState seen = link.state(monotonicNow());
   const LinkState state = isFault(seen) ? seen : LinkState::kUnheard;
-  std::string mend = fixOf(state, link.url());
+  std::string fix = fixOf(state, link.url());
   const bool has_unit = std::any_of(kRouteUnits.begin(), kRouteUnits.end(), [](const char* unit) {
     std::error_code ignored;
     return std::filesystem::exists(unit, ignored);
   });
   if (state == LinkState::kNoRoute && link.url().ttl == 0 && has_unit)
-    mend = "sudo systemctl restart slamd-multicast, or " + mend;
-  return {Finding::kFault, "LCM: " + causeOf(state, link.url()) + " (" + url + ")", mend};
+    fix = "sudo systemctl restart slamd-multicast, or " + fix;
+  return {Finding::kFault, "LCM: " + causeOf(state, link.url()) + " (" + url + ")", fix};
 }
 
 Findings checkRealtime(int priority) {
@@ -324,7 +324,7 @@ int print(const Findings& findings) {
   for (const Finding& finding : findings) {
     ++counts[finding.level];
     std::printf("%-8s %s\n", words[finding.level], finding.what.c_str());
-    if (!finding.mend.empty()) std::printf("%-8s   mend: %s\n", "", finding.mend.c_str());
+    if (!finding.fix.empty()) std::printf("%-8s   fix: %s\n", "", finding.fix.c_str());
   }
   std::printf("%d faults, %d warnings, %d good\n", counts[Finding::kFault], counts[Finding::kWarning],
               counts[Finding::kGood]);

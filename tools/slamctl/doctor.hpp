@@ -16,12 +16,12 @@ namespace slam {
 struct Finding {
   enum Level : std::uint8_t { kGood, kWarning, kFault } level = kGood;
   std::string what;  ///< begins with what was looked at
-  std::string mend;  ///< the command or setting that helps; empty when all is good
+  std::string fix;   ///< the command or setting that helps; empty when all is good
 };
 using Findings = std::vector<Finding>;
 
 /// The port of a serial device: is it there, may it be opened? It is not opened: that would stop a lidar's motor.
-/// @param key of the configuration, for the mend @param others ports of this machine, to choose from
+/// @param key of the configuration, for the fix @param others ports of this machine, to choose from
 Finding checkPort(const std::string& device, const std::string& path, const std::string& key,
                   const std::vector<SerialPortInfo>& others);
 Finding checkCamera(UsbWatch& usb);
@@ -46,7 +46,7 @@ Findings checkHealth(const health_t& health);
 /// All that the configuration asks for. @param socket of slamd; empty: none
 Findings diagnose(const Config& config, const std::string& socket);
 
-/// A line for each, with its mend below. @return the number of faults
+/// A line for each, with its fix below. @return the number of faults
 int print(const Findings& findings);
 
 }  // namespace slam

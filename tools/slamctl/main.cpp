@@ -126,7 +126,7 @@ int main(int argc, char** argv) {
   const auto* status = app.add_subcommand("status", "what slamd does, and how its devices are");
   const auto* doctor = app.add_subcommand(
       "doctor",
-      "check devices, rights, rates, socket, LCM, real time, disk and clock, and print the mend for each fault");
+      "check devices, rights, rates, socket, LCM, real time, disk and clock, and print the fix for each fault");
   auto* save = app.add_subcommand("save", "store the map now; with a NAME, a copy under that name");
   save->add_option("NAME", name, "letters, digits, - and _");
   auto* load = app.add_subcommand("load", "store the present map and go on in another one");

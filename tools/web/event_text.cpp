@@ -75,7 +75,7 @@ json healthJson(const health_t& health) {
                        {"state", nameOf(static_cast<DeviceState>(static_cast<std::uint8_t>(d.state)))},
                        {"level", kLevels[findings[i].level]},
                        {"reason", d.reason},
-                       {"advice", findings[i].mend},
+                       {"advice", findings[i].fix},
                        {"age", rounded(d.age, 1e2)},
                        {"rate", rounded(d.rate, 10)},
                        {"expected", rounded(d.expected, 10)},

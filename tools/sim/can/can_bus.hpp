@@ -12,7 +12,7 @@ namespace slam::sim {
 /// Puts an emulator's frames on a CAN interface of this machine, and gives it what the host sends.
 class CanBus {
  public:
-  /// @throws std::runtime_error, with the mend, when the kernel has no CAN or the interface is not there or down
+  /// @throws std::runtime_error, with the fix, when the kernel has no CAN or the interface is not there or down
   CanBus(const std::string& interface, std::uint64_t seed);
 
   /// To be called every few milliseconds. Frames that the interface does not take are lost, as on a real bus; one that

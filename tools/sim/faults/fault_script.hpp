@@ -28,7 +28,7 @@ struct ScheduledFault {
 std::optional<Fault> parseFault(std::string_view text);
 
 /// One fault a line, `SECONDS DEVICE KIND [VALUE]`, in any order; # begins a comment.
-/// @return by time @throws std::runtime_error `name:line: what; mend`
+/// @return by time @throws std::runtime_error `name:line: what; fix`
 std::vector<ScheduledFault> readFaultScript(std::istream& in, const std::string& name);
 
 /// A named pipe that takes faults at run time: `echo "lidar unplug 1" > DIR/faults`.
