@@ -67,3 +67,11 @@ write_table() {
   mv "$new" "${homes[0]}"
   echo "${0##*/}: wrote the table $name into ${homes[0]}" >&2
 }
+
+# The rows of the table of accuracy that README quotes, without their targets.
+headline() { # headline <table
+  awk -F ' [|] ' '
+    BEGIN {print "| case | figure | value |"; print "|---|---|---|"}
+    /^[|] intel [|] final poses, translation / || /times real time/ || /^[|] corridor-loop, seeds 1-10 [|] .*, mean / ||
+      /^[|] wean.* [|] (right within|wrong)/ {print $1 " | " $2 " | " $3 " |"}'
+}
