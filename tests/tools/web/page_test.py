@@ -237,7 +237,7 @@ def main():
             webdriver = subprocess.Popen([driver, "--port=9515"], stdout=log, stderr=log)
         robot = Robot(programs, source, folder)
         try:
-            if os.environ.get("SLAMD_WRITE_DOCS"):  # the picture in the README: most of a lap
+            if os.environ.get("SLAMD_WRITE_DOCS"):  # the picture in docs/robot.md: most of a lap
                 time.sleep(88)
                 check_size("desktop", chromium, out).close()
                 shutil.copy(out / "web-desktop.png", source / "docs/web.png")
