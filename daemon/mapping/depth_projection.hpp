@@ -35,7 +35,7 @@ enum class DepthStatus : std::uint8_t {
 const char* describe(DepthStatus status);
 
 /// Projects depth images to the nearest obstacle per bearing. [Paper] "Indoor Robot SLAM with Multi-Sensor Fusion",
-/// section IV.B (pseudo two-dimensional laser data), with free space claimed only where it was seen: a beam is free
+/// section III.B (pseudo two-dimensional laser data), with free space claimed only where it was seen: a beam is free
 /// where all heights from the floor to the robot's top were looked through.
 ///
 /// The small tilt of bracket and suspension is estimated from the floor itself. No thread, clock or I/O; after the

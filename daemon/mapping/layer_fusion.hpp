@@ -7,7 +7,7 @@
 
 /// How one cell's lidar layer and depth layer become one value.
 ///
-/// [Paper] "Indoor Robot SLAM with Multi-Sensor Fusion", section IV.B, eq. 18-20 and Table II.
+/// [Paper] "Indoor Robot SLAM with Multi-Sensor Fusion", section III.B, eq. 18-20 and Table II.
 namespace slam {
 
 /// log(p / (1 - p)) in units of 1/kLogOddsScale; 0 is p = 0.5, and a cell that was never seen.
