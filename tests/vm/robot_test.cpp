@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The service as a robot has it: under a real systemd, with the rights of its unit, in a virtual machine.
+#include "vm/robot.hpp"
+
+#include <gtest/gtest.h>
+#include <regex>
+
+namespace slam {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+
+TEST(VirtualRobot, IsInstalledDrivesAndComesBackWhateverHappensToTheService) {
+  const std::string bin = SLAMD_BINARY_DIR;
+  const fs::path folder = fs::path(testing::TempDir()) / ("robot_" + std::to_string(getpid()));
+  fs::create_directories(folder);
+  test::Robot robot;
+  const int status = robot.prepare(folder);
+  if (status == test::Machine::kSkipped) GTEST_SKIP() << robot.problem();
+  ASSERT_EQ(status, 0) << robot.problem();
+  ASSERT_TRUE(robot.choose("drive", {"--slamd", bin + "/..", bin + "/slam-sim", bin + "/vm_hold_thread"}))
+      << robot.problem();
+  const auto machine = robot.boot();
+  EXPECT_EQ(machine->exitStatus(850s), 0) << machine->report();
+  const std::string console = machine->console();
+  EXPECT_EQ(console.find("FAILED"), std::string::npos) << machine->report();
+  // Those of the pose, and the supervisor.
+  for (const char* thread : {"base", "lidar", "estimator", "mapper", "graph", "bus", "slamd"}) {
+    EXPECT_TRUE(std::regex_search(console, std::regex(std::string("thread ") + thread + ": [0-9]+ s until a pose")))
+        << thread << "\n"
+        << machine->report();
+  }
+  if (!testing::Test::HasFailure()) fs::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace slam
