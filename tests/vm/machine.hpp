@@ -146,6 +146,7 @@ class Machine {
       run.insert(run.end(), {"-icount", "shift=1,sleep=on", "-rtc", "clock=vm"});
     }
     run.insert(run.end(), devices.begin(), devices.end());
+    std::filesystem::remove(folder_ / "console.txt");  // of a machine before this one
     qemu_.emplace(run, folder_ / "qemu.txt");
   }
 

@@ -40,6 +40,8 @@ class File {
 }  // namespace
 
 WriteLog::WriteLog(const std::filesystem::path& file) : file_(file) {
+  const std::uint64_t end = std::filesystem::file_size(file);
+  if (end == 0) return;  // nothing was written
   const File log(file, O_RDONLY);
   struct {
     std::uint64_t magic = 0, version = 0, entries = 0;
@@ -50,7 +52,6 @@ WriteLog::WriteLog(const std::filesystem::path& file) : file_(file) {
     throw std::runtime_error(file.string() + ": is no log of blklogwrites");
   }
   sector_size_ = super.sector_size;
-  const std::uint64_t end = std::filesystem::file_size(file);
   for (std::uint64_t at = sector_size_; entries_.size() < super.entries;) {
     std::array<std::uint64_t, 4> raw{};  // sector, sectors, flags, length of a mark
     if (!log.read(raw.data(), sizeof raw, at)) break;
