@@ -37,7 +37,7 @@ class Machine {
   enum class GuestTime {
     kOfTheHost,            ///< for what the host takes part in; an emulated machine is slow by it
     kInstructions,         ///< 2 ns for each instruction, none while it waits: as fast in its own eyes on any host
-    kAtLeastInstructions,  ///< the same, but it waits as long as the host does: for a machine that waits for its disk
+    kAtLeastInstructions,  ///< 1 ns for each instruction, and it waits as long as the host does: it waits for a disk
   };
 
   /// Boots into `scenario`. @param kernel folder that prepare_kernel filled
@@ -143,7 +143,7 @@ class Machine {
     if (time == GuestTime::kInstructions) {
       run.insert(run.end(), {"-icount", "shift=1,sleep=off", "-rtc", "clock=vm"});
     } else if (time == GuestTime::kAtLeastInstructions) {
-      run.insert(run.end(), {"-icount", "shift=1,sleep=on", "-rtc", "clock=vm"});
+      run.insert(run.end(), {"-icount", "shift=0,sleep=on", "-rtc", "clock=vm"});
     }
     run.insert(run.end(), devices.begin(), devices.end());
     std::filesystem::remove(folder_ / "console.txt");  // of a machine before this one

@@ -269,6 +269,7 @@ class PowerCuts {
     lost_ += losses.empty() ? 0 : 1;
     std::string words;
     for (const std::string& loss : losses) words += (words.empty() ? "" : "; ") + loss;
+    std::replace(words.begin(), words.end(), '\n', ' ');
     std::printf(
         "| %d | %.1f s behind %s | %s | %d, %d, %d | %d, %d | %d, %d | %d | %d | %s |\n", number, seconds, mark.c_str(),
         told.localised ? std::to_string(*told.localised).substr(0, 4).c_str() : "-", left.unflushed, left.kept,
