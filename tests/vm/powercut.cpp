@@ -6,9 +6,13 @@
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
+#include <map>
 #include <random>
 #include <regex>
+#include <set>
 
+#include "bus/event_log.hpp"
+#include "store/log_folder.hpp"
 #include "vm/robot.hpp"
 #include "vm/write_log.hpp"
 
@@ -22,6 +26,7 @@ using Clock = std::chrono::steady_clock;
 const std::string kBin = SLAMD_BINARY_DIR;
 constexpr auto kStartLimit = 180s;     // of a machine that shares its processor with others
 constexpr double kJournalLimit = 3.0;  // [s] of the guest: what is older than the journal's period and a slow disk
+constexpr double kLogLimit = 3.0;      // [s] of the field log that a cut may cost
 
 struct Options {
   int cuts = 10;
@@ -44,8 +49,9 @@ int run(const std::vector<std::string>& command, const fs::path& output) {
 
 /// What slamd has promised, by the console.
 struct Promise {
-  int generation = 0;  ///< that was called saved
-  int keyframes = 0;   ///< that it had kJournalLimit before the last line
+  int generation = 0;   ///< that was called saved
+  int keyframes = 0;    ///< that it had kJournalLimit before the last line
+  double logged = 0.0;  ///< [s since the epoch] the field log reaches so far
 };
 
 /// What the machine has told until a moment.
@@ -53,20 +59,27 @@ struct Told {
   std::string map;
   std::optional<double> localised;  ///< [s] behind the start of slamd
   double driven = 0.0;              ///< [s] since, by the machine's clock
+  double utc = 0.0;                 ///< [s since the epoch] of the last line; 0: not known yet
   Promise promise;
 
   explicit Told(const std::string& console) {
     std::istringstream lines(console.substr(0, console.rfind('\n') + 1));
     std::vector<std::pair<double, int>> keyframes;
     double started = 0.0, driving = 0.0, last = 0.0;  // [10 ms]
+    double driving_utc = 0.0;                         // [s since the epoch]
     for (std::string word; lines >> word;) {
       double time = 0.0;
       if (word == "STARTS" && lines >> time) started = last = time;
-      if (word == "DRIVES" && lines >> time >> map) localised = ((driving = last = time) - started) / 100.0;
-      if (int count = 0; word == "STATUS" && lines >> time >> count) keyframes.emplace_back(last = time, count);
-      if (int number = 0; word == "SAVED" && lines >> time >> number) last = time, promise.generation = number;
+      if (word == "DRIVES" && lines >> time >> driving_utc >> map) {
+        localised = ((driving = last = time) - started) / 100.0;
+      }
+      if (word == "ALIVE" && lines >> time) last = std::max(last, time);
+      if (int count = 0; word == "STATUS" && lines >> time >> count) keyframes.emplace_back(time, count);
+      if (int number = 0; word == "SAVED" && lines >> time >> number) promise.generation = number;
     }
     driven = (last - driving) / 100.0;
+    if (driving_utc > 0.0) utc = driving_utc + driven;
+    if (driven >= kLogLimit) promise.logged = utc - kLogLimit;
     for (const auto& [time, count] : keyframes) {
       if (last - time >= 100.0 * kJournalLimit) promise.keyframes = std::max(promise.keyframes, count);
     }
@@ -77,14 +90,44 @@ struct Told {
 struct Found {
   std::string map;
   int generation = 0;
-  int keyframes = 0;  ///< with the journal's
-  int logs = 0;       ///< files, all readable
+  int keyframes = 0;           ///< with the journal's
+  std::set<std::string> logs;  ///< files with records, all readable, by run and number
+  double logged = 0.0;         ///< [s since the epoch] the last record of all
   std::string remark;
   std::vector<std::string> losses;
 };
 
+/// What each file's bytes held, by their hash: they are replayed once.
+using ReadLogs = std::map<std::size_t, double>;
+
+/// Reads all field logs, and replays each alone, without repair.
+void readLogs(const fs::path& logs, const fs::path& folder, ReadLogs& read, Found& found) {
+  if (!fs::is_directory(logs)) return;  // the first run has not begun one
+  for (const LogFile& file : logFilesIn(logs)) {
+    const std::string name = file.run() + "/" + std::to_string(file.number);
+    const std::string bytes = textOf(file.path);
+    const std::size_t hash = std::hash<std::string>{}(bytes);
+    if (!read.contains(hash)) {
+      std::int64_t last = 0;  // [us]
+      try {
+        EventLogReader reader(file.path);
+        for (LogEvent event; reader.next(event);) last = std::max(last, event.utime);
+      } catch (const EmptyLog&) {
+        continue;  // it had just begun: no more is lost than the limit, or that is a loss of its own
+      }
+      const fs::path output = folder / "replay.txt";
+      if (run({kBin + "/slam-replay", file.path}, output) != 0)
+        found.losses.push_back("log " + name + ": " + textOf(output));
+      else
+        read[hash] = static_cast<double>(last) / 1e6;
+    }
+    found.logs.insert(name);
+    found.logged = std::max(found.logged, read[hash]);
+  }
+}
+
 /// Looks into a disk with the host's programs, as the next boot would find it. @param image is changed
-Found look(const fs::path& image, const fs::path& folder) {
+Found look(const fs::path& image, const fs::path& folder, ReadLogs& read) {
   Found found;
   const fs::path output = folder / "look.txt", state = folder / "state";
   fs::remove_all(state);
@@ -126,18 +169,12 @@ Found look(const fs::path& image, const fs::path& folder) {
       found.losses.push_back("export: " + text);
     }
   }
-  std::error_code none;  // a slamd that writes no field log
-  for (const auto& entry : fs::recursive_directory_iterator(state / "slamd" / "log", none)) {
-    const std::string name = entry.path().filename().string();
-    if (!entry.is_regular_file() || name.find(".lcm") == std::string::npos || entry.file_size() == 0) continue;
-    ++found.logs;
-    const int status = run({kBin + "/slam-replay", entry.path()}, output);
-    if (status != 0) found.losses.push_back(name + ": " + textOf(output));
-  }
+  readLogs(state / "slamd" / "log", folder, read, found);
   return found;
 }
 
-void demand(Found& found, const Promise& promise, const std::string& map) {
+/// @param logs that were there before
+void demand(Found& found, const Promise& promise, const std::string& map, const std::set<std::string>& logs) {
   if (!map.empty() && found.map != map)
     found.losses.push_back("the map " + map + " is gone; there is \"" + found.map + "\"");
   if (found.generation < promise.generation) {
@@ -147,6 +184,13 @@ void demand(Found& found, const Promise& promise, const std::string& map) {
   if (found.keyframes < promise.keyframes) {
     found.losses.push_back(std::to_string(promise.keyframes) + " keyframes were journalled, " +
                            std::to_string(found.keyframes) + " are there");
+  }
+  if (found.logged < promise.logged) {
+    found.losses.push_back("the field log ends " + std::to_string(kLogLimit + promise.logged - found.logged) +
+                           " s before the cut");
+  }
+  for (const std::string& log : logs) {
+    if (!found.logs.contains(log)) found.losses.push_back("log " + log + " is gone");
   }
 }
 
@@ -164,11 +208,13 @@ class PowerCuts {
     std::printf(
         "| cut | when | localised [s] | unflushed writes: all, kept, torn | generation: saved, found | keyframes: due, "
         "found | "
-        "logs | more states | lost |\n|---|---|---|---|---|---|---|---|---|\n");
+        "logs | log lost [s] | more states | lost |\n|---|---|---|---|---|---|---|---|---|---|\n");
     for (int number = 1; number <= options_.cuts; ++number) cut(number);
     if (!again()) ++lost_;
     std::printf("\n%d power cuts, %d more states of the disk, %d of them with writes not flushed: %d lost something\n",
                 options_.cuts, states_, states_cut_short_, lost_);
+    std::printf("Read: %d times a map, %zu different log files; a cut took %.2f s of the log at most\n", maps_,
+                read_.size(), worst_log_loss_);
     return lost_ == 0 ? 0 : 1;
   }
 
@@ -251,8 +297,9 @@ class PowerCuts {
       }
       copy(robot_.disk(), looked);
       states_cut_short_ += writes.apply(looked, at, random_).unflushed > 0 ? 1 : 0;
-      Found found = look(looked, folder_);
-      demand(found, promise, known_ ? map_ : "");
+      Found found = look(looked, folder_, read_);
+      maps_ += found.map.empty() ? 0 : 1;
+      demand(found, promise, known_ ? map_ : "", logs_);
       for (const std::string& loss : found.losses)
         losses.push_back("cut behind write " + std::to_string(at) + ": " + loss);
     }
@@ -262,8 +309,13 @@ class PowerCuts {
     known_ |= promise_.generation > 0;
     const WriteLog::Cut left = writes.apply(robot_.disk(), writes.entries().size(), random_);
     copy(robot_.disk(), looked);
-    Found found = look(looked, folder_);
-    demand(found, promise_, known_ ? map_ : "");
+    Found found = look(looked, folder_, read_);
+    maps_ += found.map.empty() ? 0 : 1;
+    demand(found, promise_, known_ ? map_ : "", logs_);
+    logs_ = found.logs;
+    std::optional<double> log_loss;  // [s]
+    if (told.utc > 0.0)
+      worst_log_loss_ = std::max(worst_log_loss_, *(log_loss = std::max(0.0, told.utc - found.logged)));
     losses.insert(losses.end(), found.losses.begin(), found.losses.end());
     if (!losses.empty()) keepEvidence(number);
     lost_ += losses.empty() ? 0 : 1;
@@ -271,9 +323,10 @@ class PowerCuts {
     for (const std::string& loss : losses) words += (words.empty() ? "" : "; ") + loss;
     std::replace(words.begin(), words.end(), '\n', ' ');
     std::printf(
-        "| %d | %.1f s behind %s | %s | %d, %d, %d | %d, %d | %d, %d | %d | %d | %s |\n", number, seconds, mark.c_str(),
-        told.localised ? std::to_string(*told.localised).substr(0, 4).c_str() : "-", left.unflushed, left.kept,
-        left.torn, promise_.generation, found.generation, promise_.keyframes, found.keyframes, found.logs, states,
+        "| %d | %.1f s behind %s | %s | %d, %d, %d | %d, %d | %d, %d | %zu | %s | %d | %s |\n", number, seconds,
+        mark.c_str(), told.localised ? std::to_string(*told.localised).substr(0, 4).c_str() : "-", left.unflushed,
+        left.kept, left.torn, promise_.generation, found.generation, promise_.keyframes, found.keyframes,
+        found.logs.size(), log_loss ? std::to_string(*log_loss).substr(0, 4).c_str() : "-", states,
         losses.empty() ? found.remark.empty() ? "nothing" : ("nothing (" + found.remark + ")").c_str() : words.c_str());
     std::fflush(stdout);
   }
@@ -290,7 +343,7 @@ class PowerCuts {
   }
 
   static Promise atLeast(const Promise& a, const Promise& b) {
-    return {std::max(a.generation, b.generation), std::max(a.keyframes, b.keyframes)};
+    return {std::max(a.generation, b.generation), std::max(a.keyframes, b.keyframes), std::max(a.logged, b.logged)};
   }
 
   static void copy(const fs::path& from, const fs::path& to) {
@@ -322,7 +375,10 @@ class PowerCuts {
   std::string map_;
   bool known_ = false;  // the map was called saved
   Promise promise_;
-  int states_ = 0, states_cut_short_ = 0, lost_ = 0;
+  std::set<std::string> logs_;  // that were there behind the cut before
+  ReadLogs read_;
+  double worst_log_loss_ = 0.0;  // [s]
+  int states_ = 0, states_cut_short_ = 0, maps_ = 0, lost_ = 0;
 };
 
 }  // namespace
