@@ -29,6 +29,9 @@ class Robot {
     return runScript({"cp", "--sparse=always", "--reflink=auto", kKernel + "/root.img", disk()}, 60);
   }
 
+  /// @return false where out/ has none of slamd that is as new as this build; problem() has the words
+  bool hasPackage() { return runScript({kSource + "make_delivery", "--package", kKernel + "/.."}, 60) == 0; }
+
   /// Chooses what the next boot runs. @param scenario in guest/robot @param delivery further files, put beside it
   bool choose(const std::string& scenario, const std::vector<std::string>& delivery = {}) {
     std::vector<std::string> make = {kSource + "make_delivery", folder_ / "delivery.tar", scenario};

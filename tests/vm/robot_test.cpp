@@ -17,12 +17,15 @@ TEST(VirtualRobot, IsInstalledDrivesAndComesBackWhateverHappensToTheService) {
   fs::create_directories(folder);
   test::Robot robot;
   const int status = robot.prepare(folder);
-  if (status == test::Machine::kSkipped) GTEST_SKIP() << robot.problem();
-  ASSERT_EQ(status, 0) << robot.problem();
+  ASSERT_TRUE(status == 0 || status == test::Machine::kSkipped) << robot.problem();
+  if (status == test::Machine::kSkipped || !robot.hasPackage()) {
+    fs::remove_all(folder);
+    GTEST_SKIP() << robot.problem();
+  }
   ASSERT_TRUE(robot.choose("drive", {"--slamd", bin + "/..", bin + "/slam-sim", bin + "/vm_hold_thread"}))
       << robot.problem();
   const auto machine = robot.boot();
-  EXPECT_EQ(machine->exitStatus(850s), 0) << machine->report();
+  EXPECT_EQ(machine->exitStatus(1100s), 0) << machine->report();
   const std::string console = machine->console();
   EXPECT_EQ(console.find("FAILED"), std::string::npos) << machine->report();
   // Those of the pose, and the supervisor.
@@ -31,6 +34,9 @@ TEST(VirtualRobot, IsInstalledDrivesAndComesBackWhateverHappensToTheService) {
         << thread << "\n"
         << machine->report();
   }
+  // Those that may wait for a disk.
+  EXPECT_NE(console.find("threads of the disk held: disk space, log, log keeper, map, map files"), std::string::npos)
+      << machine->report();
   if (!testing::Test::HasFailure()) fs::remove_all(folder);
 }
 
