@@ -11,6 +11,7 @@
 #include <regex>
 #include <set>
 
+#include "bus/channels.hpp"
 #include "bus/event_log.hpp"
 #include "store/log_folder.hpp"
 #include "vm/robot.hpp"
@@ -108,18 +109,23 @@ void readLogs(const fs::path& logs, const fs::path& folder, ReadLogs& read, Foun
     const std::string bytes = textOf(file.path);
     const std::size_t hash = std::hash<std::string>{}(bytes);
     if (!read.contains(hash)) {
-      std::int64_t last = 0;  // [us]
+      std::int64_t last = 0;   // [us]
+      bool has_scans = false;  // one that has just begun may not: nothing to replay
       try {
         EventLogReader reader(file.path);
-        for (LogEvent event; reader.next(event);) last = std::max(last, event.utime);
+        for (LogEvent event; reader.next(event);) {
+          if (last == 0 && event.channel != channel::kConfig)
+            found.losses.push_back("log " + name + " begins with " + event.channel);
+          last = std::max(last, event.utime);
+          has_scans |= event.channel == channel::kScan;
+        }
       } catch (const EmptyLog&) {
         continue;  // it had just begun: no more is lost than the limit, or that is a loss of its own
       }
       const fs::path output = folder / "replay.txt";
-      if (run({kBin + "/slam-replay", file.path}, output) != 0)
+      if (has_scans && run({kBin + "/slam-replay", "--log", file.path}, output) != 0)
         found.losses.push_back("log " + name + ": " + textOf(output));
-      else
-        read[hash] = static_cast<double>(last) / 1e6;
+      read[hash] = static_cast<double>(last) / 1e6;
     }
     found.logs.insert(name);
     found.logged = std::max(found.logged, read[hash]);
