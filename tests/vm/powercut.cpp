@@ -25,7 +25,7 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 const std::string kBin = SLAMD_BINARY_DIR;
-constexpr auto kStartLimit = 180s;     // of a machine that shares its processor with others
+constexpr auto kStartLimit = 600s;     // of a machine that shares its processor with others
 constexpr double kJournalLimit = 3.0;  // [s] of the guest: what is older than the journal's period and a slow disk
 constexpr double kLogLimit = 3.0;      // [s] of the field log that a cut may cost
 
