@@ -22,8 +22,8 @@
 namespace slam {
 
 /// Thread *bus*: everything that touches LCM or the local socket. Publishes, takes commands, and takes samples of
-/// sensors whose driver is "lcm". Without a network it keeps trying; whatever is published, and what it takes, also goes
-/// into the record and the field log, if there are any.
+/// sensors whose driver is "lcm". Without a network it keeps trying; whatever is published, and what it takes, also
+/// goes into the record and the field log, if there are any.
 class BusThread {
  public:
   BusThread(const Config& config, Exchange& exchange, const WallClock& clock);

@@ -40,8 +40,8 @@ struct LoadedMap {
 ///     NAME/lock                   held by the program that writes the map
 ///
 /// A checkpoint is written beside the others, synced, and renamed to its number, so that it is there whole or not at
-/// all; the intact generation before it stays, with its journal, as the one to fall back to. Whatever is cut off or flipped,
-/// no more is lost than the journal had not yet synced.
+/// all; the intact generation before it stays, with its journal, as the one to fall back to. Whatever is cut off or
+/// flipped, no more is lost than the journal had not yet synced.
 class MapStore {
  public:
   /// @throws std::runtime_error where the folder cannot be made

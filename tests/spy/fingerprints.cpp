@@ -34,6 +34,6 @@ void printAll(const char* package) {
 int main() {
   printAll<bot_core::planar_lidar_t, bot_core::pose_t>("bot_core");
   using namespace slam;
-  printAll<ack_t, command_t, config_t, counter_t, depth_t, device_health_t, drive_t, health_t, imu_t, map_meta_t, map_tile_t,
-           odometry_t, pose_estimate_t, scan_t, stage_health_t, wheels_t>("slam");
+  printAll<ack_t, command_t, config_t, counter_t, depth_t, device_health_t, drive_t, health_t, imu_t, map_meta_t,
+           map_tile_t, odometry_t, pose_estimate_t, scan_t, stage_health_t, wheels_t>("slam");
 }
