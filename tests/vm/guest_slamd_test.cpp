@@ -80,7 +80,7 @@ class SlamdOnVirtualCan : public SlamdOnCan {
   }
   void TearDown() override {
     SlamdOnCan::TearDown();
-    std::system("/real/ip link del vcan0 2>/dev/null");
+    test::removeVirtualCan();
   }
 };
 

@@ -17,6 +17,11 @@ inline void ip(const std::string& arguments) {
   ASSERT_EQ(std::system(("/real/ip link " + arguments).c_str()), 0) << arguments;
 }
 
+/// The interface vcan0, where a test has left it.
+inline void removeVirtualCan() {
+  if (if_nametoindex("vcan0") != 0) ip("del vcan0");
+}
+
 /// Another program on the bus, with no more than the system's own calls.
 class Peer {
  public:
@@ -52,7 +57,7 @@ class VirtualCan : public testing::Test {
     ip("add vcan0 type vcan");
     ip("set vcan0 up");
   }
-  void TearDown() override { std::system("/real/ip link del vcan0 2>/dev/null"); }
+  void TearDown() override { removeVirtualCan(); }
 };
 
 }  // namespace slam::test
