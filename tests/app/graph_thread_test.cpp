@@ -156,6 +156,7 @@ TEST_F(GraphKeeping, RefusesCommandsThatADiskWouldKeepWaiting) {
   EXPECT_THAT(refused->message, HasSubstr("disk does not answer"));
   disk.release();
   ASSERT_TRUE(waitUntil([&] { return stored() == 2; }));
+  ASSERT_TRUE(waitUntil([&] { return waiting() < 1s; })) << "the job that hung has ended, too";
   ASSERT_TRUE(exchange->map_commands.tryPush({MapCommand::kReset, 9, ""}));
   EXPECT_TRUE(answer()->accepted);
 }
