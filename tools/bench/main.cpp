@@ -120,12 +120,7 @@ int main(int argc, char** argv) {
   return slam::runProgram(
       app, argc, argv, SLAMD_VERSION, "slam-benchmark matcher --config config/carmen.toml intel.lcm intel.relations",
       [&] {
-        slam::Config config;
-        try {
-          config = slam::loadConfig(config_file, overrides);
-        } catch (const slam::ConfigError& error) {
-          throw slam::BadConfig(error.what());
-        }
+        slam::Config config = slam::loadConfig(config_file, overrides);
         if (localise->parsed()) {
           config.mode = "localise";
           const auto state = slam::importMap(slam::readMapFiles(map));

@@ -13,16 +13,12 @@
 namespace {
 
 slam::Config configFrom(const std::string& file, const std::vector<std::string>& overrides) {
-  try {
-    const slam::Config config =
-        file.empty() ? slam::parseConfig("", "defaults", overrides) : slam::loadConfig(file, overrides);
-    if (config.lidar_device.driver == "none" || config.base_device.driver == "none") {
-      throw slam::BadConfig("slam-calibrate: lidar.driver and base.driver: \"none\"; calibration needs both");
-    }
-    return config;
-  } catch (const slam::ConfigError& error) {
-    throw slam::BadConfig(error.what());
+  const slam::Config config =
+      file.empty() ? slam::parseConfig("", "defaults", overrides) : slam::loadConfig(file, overrides);
+  if (config.lidar_device.driver == "none" || config.base_device.driver == "none") {
+    throw slam::ConfigError({"slam-calibrate: lidar.driver and base.driver: \"none\"; calibration needs both"});
   }
+  return config;
 }
 
 slam::RobotGeometry configuredGeometry(const slam::Config& config) {

@@ -10,6 +10,8 @@
 #include <sstream>
 #include <unistd.h>
 
+#include "app/config_loader.hpp"
+
 namespace slam {
 
 int runProgram(CLI::App& app, int argc, char** argv, const std::string& version, const std::string& example,
@@ -30,7 +32,7 @@ int runProgram(CLI::App& app, int argc, char** argv, const std::string& version,
   }
   try {
     return body();
-  } catch (const BadConfig& error) {
+  } catch (const ConfigError& error) {
     std::cerr << error.what() << "\n";
     return kBadConfig;
   } catch (const CLI::ValidationError& error) {  // options that do not go together with the configuration

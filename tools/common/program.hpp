@@ -10,13 +10,8 @@ namespace slam {
 /// Exit codes shared by all programs.
 enum ExitCode : int { kDone = 0, kFailed = 1, kBadUsage = 2, kBadConfig = 78 };
 
-/// A configuration that was refused; its text is the whole message.
-struct BadConfig : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
 /// Parses the command line and runs `body`. Gives every program the same --help (with `example` at its end), --version,
-/// exit codes and one-line errors on stderr.
+/// exit codes and one-line errors on stderr; a ConfigError is its whole message, in as many lines as it has problems.
 int runProgram(CLI::App& app, int argc, char** argv, const std::string& version, const std::string& example,
                const std::function<int()>& body);
 

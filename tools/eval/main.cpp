@@ -92,14 +92,6 @@ void printOverlay(const slam::OverlayErrors& e, bool json) {
               e.mean, e.paired, e.points, e.first_scans, e.last_scans);
 }
 
-slam::Config configOf(const std::string& file, const std::vector<std::string>& overrides) {
-  try {
-    return slam::loadConfig(file, overrides);
-  } catch (const slam::ConfigError& error) {
-    throw slam::BadConfig(error.what());
-  }
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -162,7 +154,7 @@ int main(int argc, char** argv) {
         } else if (pair->parsed()) {
           writePair(estimate, truth, picture);
         } else if (overlay->parsed()) {
-          const slam::Config config = configOf(config_file, overrides);
+          const slam::Config config = slam::loadConfig(config_file, overrides);
           printOverlay(slam::overlayVisits(slam::readTrajectory(estimate), truth, config, overlay_options), json);
         }
         return slam::kDone;

@@ -100,12 +100,8 @@ int main(int argc, char** argv) {
       app, argc, argv, SLAMD_VERSION,
       "slam-replay --config config/carmen.toml --log intel.lcm --trajectory intel.tum --map out/intel", [&] {
         options.logs = slam::logPaths(options.logs);
-        slam::Config config;
-        try {
-          config = config_file.empty() ? ownConfig(options.logs, overrides) : slam::loadConfig(config_file, overrides);
-        } catch (const slam::ConfigError& error) {
-          throw slam::BadConfig(error.what());
-        }
+        const slam::Config config =
+            config_file.empty() ? ownConfig(options.logs, overrides) : slam::loadConfig(config_file, overrides);
         if (config.mode == "localise" && !options.save_map.empty()) {
           throw CLI::ValidationError("--save-map", "mode \"localise\" changes no map; there is nothing to save");
         }

@@ -23,9 +23,6 @@ using namespace std::chrono_literals;
 constexpr auto kAnswerLimit = 20s;  // a large map on a slow disk
 constexpr auto kHealthLimit = 3s;   // it comes at 1 Hz
 
-const char* const kServiceMaps = "/var/lib/slamd/maps";
-const char* const kServiceLog = "/var/lib/slamd/log";
-
 std::string timeText(std::int64_t utime) {
   const auto seconds = static_cast<std::time_t>(utime / 1000000);
   std::tm utc{};
@@ -161,18 +158,13 @@ int main(int argc, char** argv) {
   for (CLI::App* command : log->get_subcommands({})) command->fallthrough();
 
   return slam::runProgram(app, argc, argv, SLAMD_VERSION, "slamctl save kitchen", [&] {
-    slam::Config config;
     const bool given = app.count("--config") > 0 || std::filesystem::exists(config_file);
-    try {
-      config = given ? slam::loadConfig(config_file, overrides) : slam::parseConfig("", "defaults", overrides);
-    } catch (const slam::ConfigError& error) {
-      throw slam::BadConfig(error.what());
-    }
+    auto config = given ? slam::loadConfig(config_file, overrides) : slam::parseConfig("", "defaults", overrides);
     if (!maps.empty()) config.store.directory = maps;
     if (!url.empty()) config.lcm.url = url;
     if (list->parsed() || export_map->parsed()) {
-      const std::string directory =
-          folderOf(config.store.directory, kServiceMaps, "maps", "store.directory in the configuration or give --maps");
+      const std::string directory = folderOf(config.store.directory, slam::kServiceMaps, "maps",
+                                             "store.directory in the configuration or give --maps");
       if (list->parsed()) printMaps(directory);
       if (export_map->parsed()) {
         if (!slam::MapStore::isName(name)) throw std::runtime_error("\"" + name + "\" is no name of a map");
@@ -182,7 +174,7 @@ int main(int argc, char** argv) {
     }
     if (log_list->parsed() || log_export->parsed()) {
       const std::string folder =
-          folderOf(config.log.directory, kServiceLog, "logs", "log.directory in the configuration");
+          folderOf(config.log.directory, slam::kServiceLog, "logs", "log.directory in the configuration");
       log_list->parsed() ? slam::printLogs(folder) : exportLog(folder, since, out);
       return slam::kDone;
     }

@@ -13,7 +13,9 @@
 
 namespace slam {
 
-inline constexpr const char* kServiceSocket = "/run/slamd/socket";
+// Where the service has what its configuration does not place.
+inline constexpr const char *kServiceSocket = "/run/slamd/socket", *kServiceMaps = "/var/lib/slamd/maps",
+                            *kServiceLog = "/var/lib/slamd/log";
 
 /// Where slamd listens that runs with this configuration; empty: nowhere.
 /// @param file that it was read from

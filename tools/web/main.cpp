@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "app/config_loader.hpp"
+#include "app/service_reach.hpp"
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
 #include "bus/lcm_link.hpp"
@@ -67,9 +68,8 @@ class Listener {
 
 /// Where slamd keeps its field logs; empty: nowhere.
 std::filesystem::path logFolder(const std::string& given) {
-  constexpr const char* kServiceLogs = "/var/lib/slamd/log";
   std::error_code error;
-  return given.empty() && std::filesystem::is_directory(kServiceLogs, error) ? kServiceLogs : given;
+  return given.empty() && std::filesystem::is_directory(kServiceLog, error) ? kServiceLog : given;
 }
 
 int signalDescriptor() {
@@ -125,7 +125,7 @@ int serve(const Config& config, const std::string& socket, const std::filesystem
 
 int main(int argc, char** argv) {
   CLI::App app("Shows the live map on a page: a program of its own beside slamd, which needs no rights", "slam-web");
-  std::string config_file = "/etc/slamd/slamd.toml", address, logs;
+  std::string config_file = kServiceConfig, address, logs;
   int port = -1;
   std::vector<std::string> overrides;
   app.add_option("--config", config_file,
@@ -138,13 +138,8 @@ int main(int argc, char** argv) {
   app.add_option("--logs", logs, "folder of field logs; in place of log.directory");
 
   return slam::runProgram(app, argc, argv, SLAMD_VERSION, "slam-web --address 0.0.0.0", [&] {
-    slam::Config config;
     const bool given = app.count("--config") > 0 || std::filesystem::exists(config_file);
-    try {
-      config = given ? slam::loadConfig(config_file, overrides) : slam::parseConfig("", "defaults", overrides);
-    } catch (const slam::ConfigError& error) {
-      throw slam::BadConfig(error.what());
-    }
+    auto config = given ? slam::loadConfig(config_file, overrides) : slam::parseConfig("", "defaults", overrides);
     if (!address.empty()) config.web.address = address;
     if (port >= 0) config.web.port = port;
     return serve(config, slam::socketOf(config, config_file), logFolder(logs.empty() ? config.log.directory : logs));
