@@ -19,6 +19,24 @@ namespace {
 using namespace std::chrono_literals;
 constexpr int kWait = 50;  // [ms] without a wake-up
 
+/// @return std::nullopt for what is no command about the map, or no mode
+std::optional<MapCommand> mapCommandOf(const command_t& command) {
+  const std::string &verb = command.verb, &argument = command.argument;
+  if (verb == "save") return MapCommand{MapCommand::kSave, command.id, argument};
+  if (verb == "load") return MapCommand{MapCommand::kLoad, command.id, argument};
+  if (verb == "reset") return MapCommand{MapCommand::kReset, command.id, argument};
+  if (verb == "mode" && argument == "slam") return MapCommand{MapCommand::kSlam, command.id, ""};
+  if (verb == "mode" && argument == "localise") return MapCommand{MapCommand::kLocalise, command.id, ""};
+  return std::nullopt;
+}
+
+std::optional<LogCommand> logCommandOf(const command_t& command) {
+  if (command.verb == "log_start") return LogCommand{LogCommand::kStart, command.id, command.argument};
+  if (command.verb == "log_stop") return LogCommand{LogCommand::kStop, command.id, command.argument};
+  if (command.verb == "log_mark") return LogCommand{LogCommand::kMark, command.id, command.argument};
+  return std::nullopt;
+}
+
 }  // namespace
 
 BusThread::BusThread(const Config& config, Exchange& exchange, const WallClock& clock)
@@ -275,18 +293,11 @@ void BusThread::onCommand(Bytes data, std::optional<LocalSocket::Client> from) {
     if (!isFinite(pose)) return acknowledge(command->id, false, "the pose is not finite");
     const bool taken = exchange_.set_poses.tryPush({pose});
     acknowledge(command->id, taken, taken ? "pose set" : "too many commands at once");
-  } else if (command->verb == "save" || command->verb == "load" || command->verb == "reset") {
-    const auto kind = command->verb == "save"   ? MapCommand::kSave
-                      : command->verb == "load" ? MapCommand::kLoad
-                                                : MapCommand::kReset;
-    const bool taken = exchange_.map_commands.tryPush({kind, command->id, command->argument});
+  } else if (const auto map_command = mapCommandOf(*command)) {
+    const bool taken = exchange_.map_commands.tryPush(*map_command);
     if (!taken) acknowledge(command->id, false, "too many commands at once");  // otherwise the graph thread answers
   } else if (command->verb == "mode") {
-    if (command->argument != "slam" && command->argument != "localise")
-      return acknowledge(command->id, false, "a mode is slam or localise");
-    const auto kind = command->argument == "slam" ? MapCommand::kSlam : MapCommand::kLocalise;
-    if (!exchange_.map_commands.tryPush({kind, command->id, ""}))
-      acknowledge(command->id, false, "too many commands at once");
+    acknowledge(command->id, false, "a mode is slam or localise");
   } else if (command->verb.starts_with("log_")) {
     onLogCommand(*command);
   } else {
@@ -297,19 +308,11 @@ void BusThread::onCommand(Bytes data, std::optional<LocalSocket::Client> from) {
 
 void BusThread::onLogCommand(const command_t& command) {
   if (field_log_ == nullptr) return acknowledge(command.id, false, "log.directory is not set in the configuration");
-  LogCommand wanted{.kind = LogCommand::kStart, .id = command.id, .what = command.argument};
-  if (command.verb == "log_start") {
-    wanted.kind = LogCommand::kStart;
-  } else if (command.verb == "log_stop") {
-    wanted.kind = LogCommand::kStop;
-  } else if (command.verb == "log_mark") {
-    wanted.kind = LogCommand::kMark;
-  } else {
-    return acknowledge(command.id, false, "unknown verb; known are log_start, log_stop, log_mark");
-  }
-  if (wanted.kind == LogCommand::kMark && wanted.what.empty())
+  const auto wanted = logCommandOf(command);
+  if (!wanted) return acknowledge(command.id, false, "unknown verb; known are log_start, log_stop, log_mark");
+  if (wanted->kind == LogCommand::kMark && wanted->what.empty())
     return acknowledge(command.id, false, "say what has happened: log_mark needs an argument");
-  if (!field_log_->command(wanted)) acknowledge(command.id, false, "too many commands at once");
+  if (!field_log_->command(*wanted)) acknowledge(command.id, false, "too many commands at once");
 }
 
 }  // namespace slam

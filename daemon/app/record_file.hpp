@@ -30,8 +30,7 @@ class RecordFile final : public RecordSink {
   }
   std::string advice() const override {
     return "the record is not written, slamd goes on without and tries again; make room or the folder for it, or "
-           "change "
-           "output.record";
+           "change output.record";
   }
 
  private:
