@@ -9,11 +9,13 @@
 #include <numeric>
 #include <optional>
 #include <poll.h>
+#include <slam/health_t.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "build_paths.hpp"
+#include "bus/channels.hpp"
 #include "bus/lc02.hpp"
 #include "bus/multicast_receiver.hpp"
 #include "support/process.hpp"
@@ -167,6 +169,20 @@ class Live : public testing::Test {
     if (!kCamera) settings.push_back("depth.driver='none'");
     for (const std::string& setting : settings) command.insert(command.end(), {"--set", setting});
     slamd_.emplace(command, folder_ / "slamd.txt");
+  }
+  /// Of the last health message; empty: none has come.
+  static std::string summary(Listener& listener) {
+    const auto health = listener.last<health_t>(channel::kHealth);
+    return health ? health->summary : "";
+  }
+  /// The same; -1: none has come, or it has no such counter.
+  static std::int64_t counterOf(Listener& listener, const std::string& name) {
+    const auto health = listener.last<health_t>(channel::kHealth);
+    if (!health) return -1;
+    for (const counter_t& counter : health->counters) {
+      if (counter.name == name) return counter.value;
+    }
+    return -1;
   }
   std::string daemonLog() const { return textOf(folder_ / "slamd.txt"); }
   std::string simulatorLog() const { return textOf(folder_ / "sim.txt"); }

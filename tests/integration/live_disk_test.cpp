@@ -30,20 +30,8 @@ using testing::Not;
 
 class LiveDisk : public test::Live {
  protected:
-  static std::string summary(Listener& listener) {
-    const auto health = listener.last<health_t>(channel::kHealth);
-    return health ? health->summary : "";
-  }
   static bool says(Listener& listener, const std::string& words) {
     return summary(listener).find(words) != std::string::npos;
-  }
-  static std::int64_t counterOf(Listener& listener, const std::string& name) {
-    const auto health = listener.last<health_t>(channel::kHealth);
-    if (!health) return -1;
-    for (const counter_t& counter : health->counters) {
-      if (counter.name == name) return counter.value;
-    }
-    return -1;
   }
   bool drives(Listener& listener) {
     listener.forget();

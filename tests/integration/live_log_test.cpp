@@ -39,10 +39,6 @@ class LiveLog : public test::Live {
   }
   fs::path logs() const { return folder_ / "logs"; }
   bool logsAre(std::size_t number) const { return fs::exists(logs()) && logFilesIn(logs()).size() >= number; }
-  static std::string summary(Listener& listener) {
-    const auto health = listener.last<health_t>(channel::kHealth);
-    return health ? health->summary : "";
-  }
   int run(const std::string& program, const std::vector<std::string>& arguments) {
     std::vector<std::string> command{kBin + "/" + program};
     command.insert(command.end(), arguments.begin(), arguments.end());

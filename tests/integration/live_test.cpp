@@ -350,14 +350,6 @@ class LiveMaps : public Live {
     std::ifstream in(folder_ / "slamctl.txt");
     return {std::istreambuf_iterator<char>(in), {}};
   }
-  static std::int64_t counterOf(Listener& listener, const std::string& name) {
-    const auto health = listener.last<health_t>(channel::kHealth);
-    if (!health) return -1;
-    for (const counter_t& counter : health->counters) {
-      if (counter.name == name) return counter.value;
-    }
-    return -1;
-  }
   static bool isLocalised(Listener& listener) {
     const auto pose = listener.last<pose_estimate_t>(channel::kSlamPose);
     return pose && pose->state == 1;
