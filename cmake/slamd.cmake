@@ -8,6 +8,10 @@ target_include_directories(slamd_options INTERFACE ${CMAKE_SOURCE_DIR} ${CMAKE_S
 target_compile_options(slamd_options INTERFACE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion
                                                -Wnon-virtual-dtor -ffp-contract=off -fno-math-errno
                                                -ffile-prefix-map=${CMAKE_SOURCE_DIR}/=)
+# Eigen asks for fused multiply-add by name where aarch64 says that it has it: without, it computes as on amd64.
+if(CMAKE_SYSTEM_PROCESSOR STREQUAL aarch64)
+  target_compile_options(slamd_options INTERFACE -U__ARM_FEATURE_FMA)
+endif()
 if(SLAMD_WERROR)
   target_compile_options(slamd_options INTERFACE -Werror)
 endif()

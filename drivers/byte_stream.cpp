@@ -3,23 +3,45 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/epoll.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
 
+#include "drivers/open_words.hpp"
 #include "drivers/serial_port.hpp"
 
 namespace slam {
 namespace {
 
+/// Waits by edge-triggered epoll. poll(), and a read without data, would wait for the kernel thread that hands a
+/// terminal its bytes (n_tty_poll and n_tty_read call tty_buffer_flush_work), and that has normal priority: on an
+/// overloaded computer a real-time thread waited for seconds. An edge is looked at only when bytes have come.
 class DescriptorStream : public ByteStream {
  public:
-  explicit DescriptorStream(int descriptor) : descriptor_(descriptor) {}
-  ~DescriptorStream() override { close(descriptor_); }
+  DescriptorStream(int descriptor, int edges) : descriptor_(descriptor), edges_(edges) {}
+  ~DescriptorStream() override {
+    close(edges_);
+    close(descriptor_);
+  }
 
+  ReadResult read(std::span<std::uint8_t> out, Duration timeout) override {
+    if (more_ || hung_up_) {
+      const ReadResult left = takeInto(out);
+      if (left.status != ReadResult::kTimeout) return left;
+    }
+    epoll_event event{};
+    const auto limit = std::chrono::ceil<std::chrono::milliseconds>(timeout);
+    const int ready = epoll_wait(edges_, &event, 1, static_cast<int>(limit.count()));
+    if (ready < 0) return {errno == EINTR ? ReadResult::kTimeout : ReadResult::kClosed, 0};
+    if (ready == 0) return {};
+    hung_up_ = (event.events & (EPOLLHUP | EPOLLERR)) != 0;
+    return takeInto(out);
+  }
   bool write(std::span<const std::uint8_t> bytes) override {
     while (!bytes.empty()) {
       const ssize_t n = ::write(descriptor_, bytes.data(), bytes.size());
@@ -35,41 +57,33 @@ class DescriptorStream : public ByteStream {
     while (take(away) > 0) {
     }
   }
-  bool setDtr(bool) override { return false; }
+  bool setDtr(bool on) override {
+    const int line = TIOCM_DTR;
+    return ioctl(descriptor_, on ? TIOCMBIS : TIOCMBIC, &line) == 0;
+  }
 
- protected:
-  int descriptor() const override { return descriptor_; }
-  int take(std::span<std::uint8_t> out) override {
+ private:
+  ReadResult takeInto(std::span<std::uint8_t> out) {
+    const int n = take(out);
+    more_ = n == static_cast<int>(out.size());  // no edge tells of what is left
+    if (n > 0) return {ReadResult::kData, static_cast<std::size_t>(n)};
+    return {n < 0 || hung_up_ ? ReadResult::kClosed : ReadResult::kTimeout, 0};
+  }
+  /// @return bytes taken without waiting; -1: hung up
+  int take(std::span<std::uint8_t> out) {
     const ssize_t n = ::read(descriptor_, out.data(), out.size());
     if (n > 0) return static_cast<int>(n);
     return n < 0 && (errno == EAGAIN || errno == EINTR) ? 0 : -1;
   }
 
- private:
-  int descriptor_;
+  int descriptor_, edges_;
+  bool more_ = false, hung_up_ = false;
 };
-
-timespec timespecOf(Duration time) {
-  return {static_cast<time_t>(time.count() / 1000000000), static_cast<long>(time.count() % 1000000000)};
-}
 
 }  // namespace
 
-ReadResult ByteStream::read(std::span<std::uint8_t> out, Duration timeout) {
-  pollfd waiting{descriptor(), POLLIN, 0};
-  const timespec limit = timespecOf(timeout);
-  const int ready = ppoll(&waiting, 1, &limit, nullptr);
-  if (ready < 0) return {errno == EINTR ? ReadResult::kTimeout : ReadResult::kClosed, 0};
-  if (ready == 0) return {};
-  const int n = take(out);
-  if (n > 0) return {ReadResult::kData, static_cast<std::size_t>(n)};
-  // Readable but empty, or hung up: the device is gone. Waiting on it again would return at once, for ever.
-  const bool gone = n < 0 || (waiting.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0;
-  return {gone ? ReadResult::kClosed : ReadResult::kTimeout, 0};
-}
-
 void ByteStream::rest(Duration time) {
-  const timespec limit = timespecOf(time);
+  const timespec limit{static_cast<time_t>(time.count() / 1000000000), static_cast<long>(time.count() % 1000000000)};
   ppoll(nullptr, 0, &limit, nullptr);
 }
 
@@ -80,26 +94,31 @@ bool lockPort(int descriptor) {
 
 std::unique_ptr<ByteStream> makeDescriptorStream(int descriptor) {
   fcntl(descriptor, F_SETFL, fcntl(descriptor, F_GETFL) | O_NONBLOCK);
-  return std::make_unique<DescriptorStream>(descriptor);
+  const int edges = epoll_create1(EPOLL_CLOEXEC);
+  epoll_event event{};
+  event.events = EPOLLIN | EPOLLET;  // a hang-up is told of, too
+  if (edges >= 0 && epoll_ctl(edges, EPOLL_CTL_ADD, descriptor, &event) == 0) {
+    return std::make_unique<DescriptorStream>(descriptor, edges);
+  }
+  if (edges >= 0) close(edges);
+  close(descriptor);
+  return nullptr;
 }
 
 OpenedPort openPort(const std::string& path, int baud) {
-  if (isSerialPort(path)) return openSerialPort(path, baud);
-
   const int fd = open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (fd < 0) {
-    if (errno == ENOENT || errno == ENODEV || errno == ENXIO)
-      return {nullptr, "no such port: check cable and udev rule"};
-    if (errno == EACCES) return {nullptr, "no right to open the port: add the user to group dialout"};
-    return {nullptr, "the port cannot be opened"};
+    const int error = errno;
+    return {nullptr, kept(openWords(error, rightsOf(path)))};
+  }
+  if (isatty(fd) == 0) {
+    close(fd);
+    return {nullptr, "not a serial port: check the path"};
   }
   auto stream = makeDescriptorStream(fd);
-  termios mode{};
-  if (tcgetattr(fd, &mode) != 0) return {nullptr, "not a serial port: check the path"};
+  if (!stream) return {nullptr, "no file descriptor is left: see LimitNOFILE"};
   if (!lockPort(fd)) return {nullptr, "the port is in use by another program"};
-  cfmakeraw(&mode);
-  mode.c_cflag |= CLOCAL | CREAD;
-  tcsetattr(fd, TCSANOW, &mode);
+  if (const char* problem = setSerialMode(fd, baud); *problem != '\0') return {nullptr, problem};
   return {std::move(stream), ""};
 }
 

@@ -16,14 +16,13 @@ struct ReadResult {
   std::size_t size = 0;                                                       ///< [bytes]
 };
 
-/// A serial line: libserialport for real ports, a raw descriptor for pseudo-terminals (which libserialport refuses).
-/// One thread at a time. Reading waits on the descriptor and never spins.
+/// A serial line, real or a pseudo-terminal. One thread at a time. Reading waits on the descriptor and never spins.
 class ByteStream {
  public:
   virtual ~ByteStream() = default;
 
   /// Waits up to `timeout` for at least one byte, then takes what is there.
-  virtual ReadResult read(std::span<std::uint8_t> out, Duration timeout);
+  virtual ReadResult read(std::span<std::uint8_t> out, Duration timeout) = 0;
   /// @return false when not all bytes could be handed to the line
   virtual bool write(std::span<const std::uint8_t> bytes) = 0;
   /// Lets that time pass, whatever comes meanwhile.
@@ -31,11 +30,6 @@ class ByteStream {
   virtual void discardInput() = 0;
   /// Modem line DTR; false where the line has none (pseudo-terminal).
   virtual bool setDtr(bool on) = 0;
-
- protected:
-  virtual int descriptor() const = 0;
-  /// @return bytes taken without waiting; -1: hung up
-  virtual int take(std::span<std::uint8_t> out) = 0;
 };
 
 /// Result of opening: a stream, or why not.
@@ -44,7 +38,8 @@ struct OpenedPort {
   const char* problem = "";  ///< static text; empty when opened
 };
 
-/// Opens 8N1 without flow control and locks the port against others.
+/// Opens 8N1 without flow control and locks the port against others. The path may be a link or a device node of any
+/// name: the port is known by its descriptor alone.
 OpenedPort openPort(const std::string& path, int baud);
 
 /// How a driver opens its port: openPort(), or a line in virtual time.
@@ -53,7 +48,8 @@ using PortOpener = std::function<OpenedPort(const std::string& path, int baud)>;
 /// Locks an open port against other programs. @return false when one of them has it
 bool lockPort(int descriptor);
 
-/// A stream over a descriptor that is open already; takes ownership and makes it non-blocking.
+/// A stream over a descriptor that is open already; takes ownership and makes it non-blocking. @return nullptr where it
+/// cannot be waited for: it is a file, or the process has no descriptor left
 std::unique_ptr<ByteStream> makeDescriptorStream(int descriptor);
 
 }  // namespace slam

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
+#include <string_view>
 
 #include "core/timestamp.hpp"
 
@@ -25,6 +28,9 @@ struct DeviceStatus {
   std::atomic<std::int64_t> last_sample_ns{0};        ///< stamp of the last good sample, 0: none yet
   std::atomic<std::int64_t> samples{0};
   std::atomic<std::int64_t> rejects{0};
+  std::atomic<std::int64_t> thinned{0};     ///< readings left out evenly, because there were too many to be used
+  std::atomic<const char*> identity{""};    ///< what it says that it is; good until it was connected three times more
+  std::atomic<std::int64_t> identified{0};  ///< how often that was set: once for each connection
 
   void set(DeviceState new_state, const char* why) {
     reason.store(why, std::memory_order_release);  // words may have been made a moment ago
@@ -38,6 +44,15 @@ struct DeviceStatus {
     recovers_ = before == DeviceState::kOpening ? recovers_ : failed;
     recovers_ ? state.store(DeviceState::kOpening, std::memory_order_release) : set(DeviceState::kOpening, doing);
   }
+  /// What the device says that it is, in words.
+  void identify(std::string_view words) {
+    auto& text = identities_[static_cast<std::size_t>(identified.load(std::memory_order_relaxed)) % identities_.size()];
+    const std::size_t size = std::min(words.size(), text.size() - 1);
+    std::copy_n(words.begin(), size, text.begin());
+    text[size] = '\0';
+    identity.store(text.data(), std::memory_order_release);
+    identified.fetch_add(1, std::memory_order_release);
+  }
   void countSample(Timestamp stamp) {
     last_sample_ns.store(stamp.time_since_epoch().count(), std::memory_order_relaxed);
     samples.fetch_add(1, std::memory_order_relaxed);
@@ -45,6 +60,7 @@ struct DeviceStatus {
 
  private:
   bool recovers_ = false;  // of the writing thread
+  std::array<std::array<char, 256>, 4> identities_{};
 };
 
 }  // namespace slam

@@ -7,6 +7,7 @@
 #include <unistd.h>
 #include <utility>
 
+#include "drivers/background_opener.hpp"
 #include "drivers/byte_stream.hpp"
 #include "drivers/retry.hpp"
 
@@ -16,17 +17,28 @@ namespace slam {
 /// again when it was lost, less and less often.
 class PolledPort {
  public:
-  PolledPort(std::string path, int baud) : path_(std::move(path)), baud_(baud) {}
+  /// @param in_background opening is another thread's: due() is true when it has come to something
+  PolledPort(std::string path, int baud, bool in_background = false)
+      : path_(std::move(path)),
+        baud_(baud),
+        opener_(in_background ? std::make_unique<BackgroundOpener>(path_, baud_) : nullptr) {}
 
   bool isOpen() const { return stream_ != nullptr; }
   /// While it is not open: whether to try now. At once when a port that was missing is there again.
   bool due(Timestamp now) {
+    if (asked_) return opener_->isDone();
+    if (opener_ && !opener_->isClosed()) return false;
     const bool is_back = std::exchange(missing_, access(path_.c_str(), F_OK) != 0) && !missing_;
-    return is_back || retry_.due(now);
+    const bool is_due = is_back || retry_.due(now);
+    if (!is_due || !opener_) return is_due;
+    opener_->ask();
+    asked_ = true;
+    return false;
   }
-  /// Opens it and forgets what had come before. @return what is in the way, static text; empty when it is open
+  /// Opens it, once due() says so, and forgets what had come before. @return what is in the way, static text; empty
+  /// when it is open
   const char* open(Timestamp now) {
-    OpenedPort port = openPort(path_, baud_);
+    OpenedPort port = std::exchange(asked_, false) ? opener_->take() : openPort(path_, baud_);
     if (!port.stream) {
       retry_.failed(now);
       return port.problem;
@@ -37,6 +49,7 @@ class PolledPort {
   }
   /// It failed: the next attempt waits.
   void fail(Timestamp now) {
+    if (stream_ && opener_) opener_->close(std::move(stream_));
     close();
     retry_.failed(now);
   }
@@ -63,7 +76,9 @@ class PolledPort {
  private:
   static constexpr std::size_t kMostBytes = 16384;  // a tick: at 921600 bit/s one of 200 Hz brings 461
   std::string path_;
-  int baud_;  // [bit/s]
+  int baud_;                                  // [bit/s]
+  std::unique_ptr<BackgroundOpener> opener_;  // nullptr: none is wanted
+  bool asked_ = false;                        // and has not been taken yet
   std::unique_ptr<ByteStream> stream_;
   Retry retry_{std::chrono::milliseconds(200)};
   bool missing_ = false;

@@ -2,61 +2,16 @@
 #include "drivers/serial_port.hpp"
 
 #include <array>
-#include <cerrno>
+#include <asm/termbits.h>  // termios2, for any baud rate; it excludes <termios.h>
 #include <cstdio>
-#include <filesystem>
 #include <libserialport.h>
-#include <termios.h>
+#include <linux/serial.h>
+#include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <system_error>
 
 namespace slam {
-namespace {
-
-struct PortDeleter {
-  void operator()(sp_port* port) const {
-    sp_close(port);
-    sp_free_port(port);
-  }
-};
-using Port = std::unique_ptr<sp_port, PortDeleter>;
-
-class SerialPort : public ByteStream {
- public:
-  SerialPort(Port port, int descriptor) : port_(std::move(port)), descriptor_(descriptor) {}
-
-  bool write(std::span<const std::uint8_t> bytes) override {
-    const int n = sp_nonblocking_write(port_.get(), bytes.data(), bytes.size());
-    return n == static_cast<int>(bytes.size());
-  }
-  void discardInput() override { sp_flush(port_.get(), SP_BUF_INPUT); }
-  bool setDtr(bool on) override { return sp_set_dtr(port_.get(), on ? SP_DTR_ON : SP_DTR_OFF) == SP_OK; }
-
- protected:
-  int descriptor() const override { return descriptor_; }
-  int take(std::span<std::uint8_t> out) override {
-    const int n = sp_nonblocking_read(port_.get(), out.data(), out.size());
-    return n < 0 ? -1 : n;
-  }
-
- private:
-  Port port_;
-  int descriptor_;
-};
-
-/// udev's stable names are links, which libserialport does not follow.
-std::string resolved(const std::string& path) {
-  std::error_code error;
-  const auto target = std::filesystem::canonical(path, error);
-  return error ? path : target.string();
-}
-
-}  // namespace
-
-bool isSerialPort(const std::string& path) {
-  sp_port* port = nullptr;
-  if (sp_get_port_by_name(resolved(path).c_str(), &port) != SP_OK) return false;
-  sp_free_port(port);
-  return true;
-}
 
 std::vector<SerialPortInfo> serialPorts() {
   std::vector<SerialPortInfo> found;
@@ -79,28 +34,35 @@ std::vector<SerialPortInfo> serialPorts() {
   return found;
 }
 
-OpenedPort openSerialPort(const std::string& path, int baud) {
-  sp_port* raw = nullptr;
-  if (sp_get_port_by_name(resolved(path).c_str(), &raw) != SP_OK)
-    return {nullptr, "no such port: check cable and udev rule"};
-  Port port(raw);
-  if (sp_open(raw, SP_MODE_READ_WRITE) != SP_OK) {
-    if (errno == EACCES) return {nullptr, "no right to open the port: add the user to group dialout"};
-    if (errno == EBUSY) return {nullptr, "the port is in use by another program"};
-    return {nullptr, "the port cannot be opened"};
+std::string ttyNameOf(const std::string& path, const std::filesystem::path& sys) {
+  struct stat status {};
+  if (stat(path.c_str(), &status) != 0 || !S_ISCHR(status.st_mode)) return "";
+  const std::string number = std::to_string(major(status.st_rdev)) + ":" + std::to_string(minor(status.st_rdev));
+  std::error_code error;
+  const auto device = std::filesystem::canonical(sys / "dev" / "char" / number, error);
+  return error || device.parent_path().filename() != "tty" ? "" : device.filename().string();
+}
+
+const char* setSerialMode(int descriptor, int baud) {
+  struct termios2 mode {};
+  if (ioctl(descriptor, TCGETS2, &mode) != 0) return "not a serial port: check the path";
+  mode.c_iflag &=
+      ~static_cast<tcflag_t>(IGNBRK | BRKINT | PARMRK | INPCK | ISTRIP | INLCR | IGNCR | ICRNL | IXON | IXOFF | IXANY);
+  mode.c_oflag &= ~static_cast<tcflag_t>(OPOST);
+  mode.c_lflag &= ~static_cast<tcflag_t>(ECHO | ECHONL | ICANON | ISIG | IEXTEN);
+  // Without HUPCL: else closing drops DTR, and an A1's motor spins again.
+  mode.c_cflag &= ~static_cast<tcflag_t>(CSIZE | CSTOPB | PARENB | CRTSCTS | HUPCL | CBAUD | CBAUD << IBSHIFT);
+  mode.c_cflag |= CS8 | CREAD | CLOCAL | BOTHER | static_cast<tcflag_t>(BOTHER) << IBSHIFT;
+  mode.c_ispeed = mode.c_ospeed = static_cast<speed_t>(baud);
+  mode.c_cc[VMIN] = 1;  // a read without data fails with EAGAIN: 0 bytes are a hang-up
+  mode.c_cc[VTIME] = 0;
+  if (ioctl(descriptor, TCSETS2, &mode) != 0) return "the port refuses its settings: check the baud rate";
+  struct serial_struct serial {};  // where an adapter or UART holds bytes back; many have no such setting
+  if (ioctl(descriptor, TIOCGSERIAL, &serial) == 0 && (serial.flags & ASYNC_LOW_LATENCY) == 0) {
+    serial.flags |= ASYNC_LOW_LATENCY;
+    ioctl(descriptor, TIOCSSERIAL, &serial);
   }
-  int fd = -1;
-  const bool set = sp_set_baudrate(raw, baud) == SP_OK && sp_set_bits(raw, 8) == SP_OK &&
-                   sp_set_parity(raw, SP_PARITY_NONE) == SP_OK && sp_set_stopbits(raw, 1) == SP_OK &&
-                   sp_set_flowcontrol(raw, SP_FLOWCONTROL_NONE) == SP_OK && sp_get_port_handle(raw, &fd) == SP_OK;
-  if (!set) return {nullptr, "the port refuses its settings: check the baud rate"};
-  if (!lockPort(fd)) return {nullptr, "the port is in use by another program"};  // 0.1.1 does not lock it itself
-  termios mode{};
-  if (tcgetattr(fd, &mode) == 0) {
-    mode.c_cflag &= ~static_cast<tcflag_t>(HUPCL);  // else closing drops DTR, and an A1's motor spins again
-    tcsetattr(fd, TCSANOW, &mode);
-  }
-  return {std::make_unique<SerialPort>(std::move(port), fd), ""};
+  return "";
 }
 
 }  // namespace slam

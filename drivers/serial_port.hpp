@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <filesystem>
 #include <string>
 #include <vector>
-
-#include "drivers/byte_stream.hpp"
 
 namespace slam {
 
@@ -14,10 +13,13 @@ struct SerialPortInfo {
 };
 std::vector<SerialPortInfo> serialPorts();
 
-/// Does libserialport know this path (or the target of this link) as a serial port?
-bool isSerialPort(const std::string& path);
+/// The kernel's name (ttyUSB0) of the terminal behind a path, whatever that is called: a container or mknod may have
+/// given it another. Found by its device number; empty where it is no terminal, or the kernel does not say.
+/// @param sys where sysfs is
+std::string ttyNameOf(const std::string& path, const std::filesystem::path& sys = "/sys");
 
-/// Opens a real serial port through libserialport.
-OpenedPort openSerialPort(const std::string& path, int baud);
+/// Sets an open terminal to a line of 8N1 without flow control, whose bytes are passed on unchanged and as soon as they
+/// come. Closing it does not drop DTR. @return what it refuses, static text; empty: nothing
+const char* setSerialMode(int descriptor, int baud);
 
 }  // namespace slam

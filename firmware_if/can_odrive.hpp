@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <array>
 #include <cstdint>
 #include <optional>
 
@@ -14,6 +15,7 @@ inline constexpr std::uint8_t kLeftNode = 0x10, kRightNode = 0x18;  ///< clear o
 inline constexpr int kMaxNode = 0x3F;
 
 enum class Command : std::uint8_t {
+  kVersion = 0x00,  ///< firmware 0.6
   kHeartbeat = 0x01,
   kSetAxisState = 0x07,
   kEncoderEstimates = 0x09,
@@ -30,15 +32,37 @@ constexpr std::uint32_t idOf(int node, Command command) {
 
 enum class AxisState : std::uint8_t { kIdle = 1, kCalibration = 3, kClosedLoop = 8 };
 
+/// What the last three bytes of a heartbeat mean, and the bits of its axis error: 0.5 is of ODrive 3, 0.6 of S1, Pro
+/// and Micro.
+enum class Dialect : std::uint8_t { kUnknown, k05, k06 };
+
+struct Version {
+  std::uint8_t protocol = 2;
+  std::array<std::uint8_t, 3> hardware{}, firmware{};  ///< product line, version, variant; major, minor, revision
+  bool unreleased = false;
+  Dialect dialect() const { return firmware[0] == 0 && firmware[1] < 6 ? Dialect::k05 : Dialect::k06; }
+  friend bool operator==(const Version&, const Version&) = default;
+};
+Frame encodeVersion(int node, const Version& value);
+std::optional<Version> parseVersion(int node, const Frame& frame);
+/// Firmware 0.6 answers it with its version; 0.5 does not know it.
+Frame requestVersion(int node);
+
 struct Heartbeat {
   std::uint32_t axis_error = 0;  ///< bits of the axis; 0: none
   std::uint8_t state = 0;        ///< an AxisState, or a value that it does not name
-  bool motor_error = false, encoder_error = false, controller_error = false;
+  bool motor_error = false, encoder_error = false, controller_error = false;  ///< 0.5
   bool trajectory_done = false;
+  std::uint8_t procedure_result = 0;  ///< 0.6: 0 success, 1 busy (as long as closed loop lasts), 3 disarmed ...
   friend bool operator==(const Heartbeat&, const Heartbeat&) = default;
 };
-Frame encodeHeartbeat(int node, const Heartbeat& value);
-std::optional<Heartbeat> parseHeartbeat(int node, const Frame& frame);
+Frame encodeHeartbeat(int node, const Heartbeat& value, Dialect dialect = Dialect::k05);
+/// @param dialect kUnknown is read as 0.5, whose flags are then not to be believed
+std::optional<Heartbeat> parseHeartbeat(int node, const Frame& frame, Dialect dialect = Dialect::k05);
+/// The dialect that alone can have sent these bytes; kUnknown where both can, or none.
+Dialect dialectOf(const Frame& heartbeat);
+/// A bit of the axis error that says in 0.5 that the encoder failed.
+inline constexpr std::uint32_t kEncoderFailed05 = 0x100;
 
 struct EncoderEstimates {
   float position = 0.0F;  ///< [turns] since the controller's start; a single: coarser as it grows

@@ -25,13 +25,13 @@ Duration localTimeOffset() {
 }  // namespace
 
 bool BaseThread::isWanted(const Config& config) {
-  const auto ours = [](const std::string& driver) { return driver != "lcm" && driver != "none"; };
+  const auto ours = [](auto driver) { return driver != decltype(driver)::kLcm && driver != decltype(driver)::kNone; };
   return ours(config.base_device.driver) || ours(config.imu_device.driver);
 }
 
-BaseThread::BaseThread(const Config& config, Exchange& exchange)
+BaseThread::BaseThread(const Config& config, const BaseEnds& ends)
     : config_(config),
-      exchange_(exchange),
+      ends_(ends),
       kinematics_(kinematicsOf(config.base_device)),
       odometry_(kinematics_),
       R_base_imu_(imuRotation(config.imu_device)),
@@ -40,16 +40,16 @@ BaseThread::BaseThread(const Config& config, Exchange& exchange)
   const ImuDeviceConfig& imu = config.imu_device;
   const auto wheels_in = [this](const WheelAngles& angles) { addWheels(angles); };
   const auto imu_in = [this](const ImuSample& sample) { addImu(sample); };
-  if (base.driver == "handsfree") {
+  if (base.driver == BaseDriver::kHandsfree) {
     HandsfreeBoard::Sinks sinks{.wheels = wheels_in};
-    if (imu.driver == "handsfree") sinks.imu = imu_in;
+    if (imu.driver == ImuDriver::kHandsfree) sinks.imu = imu_in;
     board_.emplace(handsfreeConfig(config), &monotonicNow, sinks);
     board_->setLocalTimeOffset(localTimeOffset());
   }
-  if (base.driver == "can" || imu.driver == "can") {
+  if (base.driver == BaseDriver::kCan || imu.driver == ImuDriver::kCan) {
     can_.emplace(canBaseConfig(config), &monotonicNow, CanBase::Sinks{wheels_in, imu_in});
   }
-  if (imu.driver == "hfi") {
+  if (imu.driver == ImuDriver::kHfi) {
     imu_.emplace(serialImuConfig(config), &monotonicNow, imu_in);
   }
 }
@@ -67,11 +67,12 @@ void BaseThread::tick() {
   drive();
   if (board_) board_->tick();
   if (can_) can_->tick();
+  if (can_) ends_.can_counters.store(can_->linkCounters());
   if (imu_) imu_->tick();
 }
 
 void BaseThread::drive() {
-  exchange_.drives.drain([this](const DriveCommand& command) {
+  ends_.drives.drain([this](const DriveCommand& command) {
     const Twist2& twist = command.twist;
     if (board_) board_->command(twist.vx, twist.vy, twist.omega, command.given);
     if (can_) {
@@ -86,36 +87,32 @@ void BaseThread::addWheels(const WheelAngles& angles) {
   const Pose2& pose = odometry_.add(angles.used());
   if (board_) board_->setCoordinate(pose.x, pose.y, pose.theta);
   const WheelSample sample{.stamp = angles.stamp, .T_wheels_base = pose, .restarted = angles.restarted};
-  const WheelReading reading{sample, angles.angles, angles.count};
-  exchange_.wheels.tryPush(reading);
-  exchange_.wheels_out.tryPush(reading);
+  ends_.wheels.push({sample, angles.angles, angles.count});
 }
 
-void BaseThread::addImu(const ImuSample& sample) {
-  const ImuSample turned = inBase(R_base_imu_, sample);
-  exchange_.imu.tryPush(turned);
-  exchange_.imu_out.tryPush(turned);
-}
+void BaseThread::addImu(const ImuSample& sample) { ends_.imu.push(inBase(R_base_imu_, sample)); }
 
 DeviceStatus* BaseThread::wheelStatus() {
   if (board_) return &board_->wheelStatus();
-  return config_.base_device.driver == "can" ? &can_->wheelStatus() : nullptr;
+  return config_.base_device.driver == BaseDriver::kCan ? &can_->wheelStatus() : nullptr;
 }
 
 DeviceStatus* BaseThread::imuStatus() {
-  const std::string& driver = config_.imu_device.driver;
-  if (driver == "handsfree") return &board_->imuStatus();
-  if (driver == "can") return &can_->imuStatus();
+  const ImuDriver driver = config_.imu_device.driver;
+  if (driver == ImuDriver::kHandsfree) return &board_->imuStatus();
+  if (driver == ImuDriver::kCan) return &can_->imuStatus();
   return imu_ ? &imu_->status() : nullptr;
 }
 
 double BaseThread::wheelRate() const {
-  return config_.base_device.driver == "can" ? kCanRate : std::min(config_.base_device.mileage_rate, kBoardWheelRate);
+  return config_.base_device.driver == BaseDriver::kCan ? kCanRate
+                                                        : std::min(config_.base_device.mileage_rate, kBoardWheelRate);
 }
 
 double BaseThread::imuRate() const {
-  if (config_.imu_device.driver == "can") return kCanRate;
-  return config_.imu_device.driver == "handsfree" ? std::min(config_.base_device.imu_rate, kBoardImuRate) : 0.0;
+  if (config_.imu_device.driver == ImuDriver::kCan) return kCanRate;
+  return config_.imu_device.driver == ImuDriver::kHandsfree ? std::min(config_.base_device.imu_rate, kBoardImuRate)
+                                                            : 0.0;
 }
 
 }  // namespace slam

@@ -2,8 +2,8 @@
 #pragma once
 #include <optional>
 
-#include "app/config.hpp"
-#include "app/exchange.hpp"
+#include "app/channels.hpp"
+#include "config/config.hpp"
 #include "drivers/board/handsfree_board.hpp"
 #include "drivers/board/serial_imu.hpp"
 #include "drivers/can/can_base.hpp"
@@ -16,7 +16,7 @@ namespace slam {
 /// come from; speeds to the wheels where that is allowed.
 class BaseThread {
  public:
-  BaseThread(const Config& config, Exchange& exchange);
+  BaseThread(const Config& config, const BaseEnds& ends);
   ~BaseThread();
   Worker& worker() { return worker_; }
 
@@ -24,6 +24,7 @@ class BaseThread {
   DeviceStatus* imuStatus();
   double imuRate() const;  ///< [Hz] expected; 0: not known
   double wheelRate() const;
+  bool usesCan() const { return can_.has_value(); }
   float battery() const { return board_ ? board_->battery() : 0.0F; }  ///< [V]; 0: not known
   /// What board and configuration disagree on, static words; empty: nothing.
   const char* finding() const { return board_ ? board_->finding() : ""; }
@@ -40,7 +41,7 @@ class BaseThread {
   void drive();
 
   const Config& config_;
-  Exchange& exchange_;
+  const BaseEnds ends_;
   BaseKinematics kinematics_;
   WheelOdometry odometry_;
   Eigen::Matrix3d R_base_imu_;

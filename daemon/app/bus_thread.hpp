@@ -7,13 +7,16 @@
 #include <span>
 #include <string>
 
-#include "app/config.hpp"
-#include "app/exchange.hpp"
+#include "app/channels.hpp"
 #include "app/field_log.hpp"
 #include "app/recorder.hpp"
 #include "bus/lcm_link.hpp"
 #include "bus/local_socket.hpp"
+#include "bus/refusal.hpp"
+#include "bus/rival_watch.hpp"
+#include "bus/sender_clock.hpp"
 #include "bus/stamp_words.hpp"
+#include "config/config.hpp"
 #include "drivers/device_status.hpp"
 #include "runtime/clock.hpp"
 #include "runtime/shared_text.hpp"
@@ -26,7 +29,7 @@ namespace slam {
 /// goes into the record and the field log, if there are any.
 class BusThread {
  public:
-  BusThread(const Config& config, Exchange& exchange, const WallClock& clock);
+  BusThread(const Config& config, const BusEnds& ends, const WallClock& clock);
   ~BusThread();
   Worker& worker() { return worker_; }
 
@@ -36,10 +39,13 @@ class BusThread {
   LinkState linkState() const { return link_state_; }
   const UdpmUrl& url() const { return link_.url(); }
   std::string socketProblem() const { return socket_problem_.get(); }  ///< in words; empty: none
-  DeviceStatus& lidarStatus() { return lidar_; }                       ///< of a lidar that comes over LCM
-  DeviceStatus& wheelStatus() { return wheels_; }
-  DeviceStatus& imuStatus() { return imu_; }
-  DeviceStatus& depthStatus() { return depth_; }
+  bool hasRival() const { return rival_; }                             ///< somebody else publishes SLAM_POSE too
+  LcmSender& poseSender() { return link_.sender(); }
+  DeviceStatus& lidarStatus() { return lidar_.status; }  ///< of a lidar that comes over LCM
+  DeviceStatus& wheelStatus() { return wheels_.status; }
+  DeviceStatus& imuStatus() { return imu_.status; }
+  DeviceStatus& depthStatus() { return depth_.status; }
+  std::string commandProblem() const { return drive_problem_.get(); }  ///< with speeds that come over LCM; empty: none
 
  private:
   using Bytes = std::span<const std::uint8_t>;
@@ -53,10 +59,9 @@ class BusThread {
   void subscribe();
   void reportLink(Timestamp now);
   void reportSocket();
-  void publishPose();
+  void reportRival(Timestamp now);
+  void takePoses();
   void publishRaw();
-  template <typename Message>
-  void encode(const Message& message);  ///< into buffer_
   template <typename Message>
   void publish(const char* channel, const Message& message);
   void acknowledgeSave();
@@ -65,9 +70,19 @@ class BusThread {
   void acknowledge(std::int32_t ticket, bool accepted, const std::string& message);
   std::int32_t ticketFor(const Asker& asker);
 
-  /// Decodes a sensor message and logs it; what cannot be one is counted. @return the sample, its stamp in our time
+  /// A sensor that comes over LCM.
+  struct Sensor {
+    const char* channel;
+    SenderClocks::Stream stream;
+    DeviceStatus status = {};
+    RefusalNote refusals{channel};
+    StampWords stamps = {};
+  };
+  /// Decodes a sensor message and records it; what cannot be one is counted. @return the sample, its stamp in our time
   template <typename Message>
-  auto receive(const char* channel, Bytes data, DeviceStatus& status, StampWords& words);
+  auto receive(Bytes data, Sensor& sensor);
+  void refuse(Refusal refusal);
+  void followClock();
   void onScan(Bytes data);
   void onWheels(Bytes data);
   void onImu(Bytes data);
@@ -77,11 +92,13 @@ class BusThread {
   void onLogCommand(const command_t& command);
 
   const Config& config_;
-  Exchange& exchange_;
+  const BusEnds ends_;
   const WallClock& clock_;
   LcmLink link_;
   LocalSocket socket_;
   SharedText socket_problem_;
+  RivalWatch rivals_;  // on SLAM_POSE
+  std::atomic<bool> rival_{false};
   std::map<std::int32_t, Asker> asked_;  // by the tickets of commands that are not answered yet
   std::uint32_t next_ticket_ = 1;
   std::unique_ptr<Recorder> recorder_, log_;
@@ -90,12 +107,15 @@ class BusThread {
   bool too_large_logged_ = false;
   Timestamp next_refresh_{};
   std::optional<std::int32_t> saving_;  // ticket of a save_map command that the mapper works on
-  PoseSnapshot snapshot_;
-  std::int64_t scans_published_ = 0;
   std::unique_ptr<ReceivedScan> scan_;
   std::vector<std::uint8_t> buffer_;
-  DeviceStatus lidar_, wheels_, imu_, depth_;
-  StampWords lidar_stamps_, wheel_stamps_, imu_stamps_, depth_stamps_;
+  std::vector<std::uint8_t> restamped_, unstepped_;
+  SenderClocks clocks_;
+  Duration followed_{0};  // by clock_, when clocks_ began
+  Sensor lidar_, wheels_, imu_, depth_;
+  RefusalNote drives_;
+  StampWords drive_stamps_;
+  SharedText drive_problem_;
   Worker worker_;
 };
 

@@ -20,6 +20,18 @@ robolink::ChassisType chassisOf(BaseType type) {
   return robolink::ChassisType::kDifferential2;
 }
 
+rplidar::ModeWish wishOf(LidarScanMode mode) {
+  switch (mode) {
+    case LidarScanMode::kExpress:
+      return rplidar::ModeWish::kExpress;
+    case LidarScanMode::kStandard:
+      return rplidar::ModeWish::kStandard;
+    case LidarScanMode::kAuto:
+      break;
+  }
+  return rplidar::ModeWish::kDensest;
+}
+
 int priority(const Config& config, int wanted) { return config.runtime.realtime ? wanted : 0; }
 
 }  // namespace
@@ -35,14 +47,15 @@ HandsfreeConfig handsfreeConfig(const Config& config) {
           .chassis = chassisOf(kinematics.type),
           .wheel_radius = kinematics.wheel_radius,
           .body_radius = kinematics.body_radius,
-          .may_drive = base.speed_commands};
+          .may_drive = base.speed_commands,
+          .in_background = true};
 }
 
 CanBaseConfig canBaseConfig(const Config& config) {
   const CanConfig& can = config.can;
   return {.interface = can.interface,
-          .wheels = config.base_device.driver == "can",
-          .imu = config.imu_device.driver == "can",
+          .wheels = config.base_device.driver == BaseDriver::kCan,
+          .imu = config.imu_device.driver == ImuDriver::kCan,
           .nodes = {can.left_node, can.right_node},
           .wheel = {.sign = {can.left_reversed ? -1.0 : 1.0, can.right_reversed ? -1.0 : 1.0},
                     .gear_ratio = can.gear_ratio},
@@ -50,14 +63,14 @@ CanBaseConfig canBaseConfig(const Config& config) {
 }
 
 SerialImuConfig serialImuConfig(const Config& config) {
-  return {.port = config.imu_device.port, .baud = config.imu_device.baud};
+  return {.port = config.imu_device.port, .baud = config.imu_device.baud, .in_background = true};
 }
 
 RplidarConfig rplidarConfig(const Config& config) {
   const LidarModel& model = config.localizer.lidar;
   return {.port = config.lidar_device.port,
           .baud = config.lidar_device.baud,
-          .scan_mode = config.lidar_device.scan_mode,
+          .scan_mode = wishOf(config.lidar_device.scan_mode),
           .range_min = static_cast<float>(model.range_min),
           .range_max = static_cast<float>(model.range_max)};
 }
@@ -95,6 +108,12 @@ WorkerConfig estimatorWorker(const Config& config) {
   return {.name = "estimator",
           .rate = config.runtime.estimator_rate,
           .priority = priority(config, config.runtime.estimator_priority)};
+}
+
+WorkerConfig poseWorker(const Config& config) {
+  constexpr int kHighest = 99;
+  // Above the estimator's, which goes on working when the pose is told.
+  return {.name = "pose", .priority = priority(config, std::min(kHighest, config.runtime.estimator_priority + 1))};
 }
 
 std::uint64_t ticksPerPose(const Config& config) {

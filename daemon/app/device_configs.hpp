@@ -2,7 +2,7 @@
 #pragma once
 #include <Eigen/Core>
 
-#include "app/config.hpp"
+#include "config/config.hpp"
 #include "core/samples.hpp"
 #include "drivers/board/handsfree_board.hpp"
 #include "drivers/board/serial_imu.hpp"
@@ -29,6 +29,7 @@ WorkerConfig baseWorker(const Config& config);
 WorkerConfig lidarWorker(const Config& config);
 WorkerConfig depthWorker(const Config& config);
 WorkerConfig estimatorWorker(const Config& config);
+WorkerConfig poseWorker(const Config& config);
 /// Ticks of the estimator from one published pose to the next.
 std::uint64_t ticksPerPose(const Config& config);
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <functional>
+#include <optional>
 #include <utility>
 
 #include "drivers/retry.hpp"
+#include "runtime/realtime.hpp"
 #include "runtime/worker.hpp"
 
 namespace slam {
@@ -27,7 +29,10 @@ class DeviceThread {
   /// @param arguments of the driver's constructor
   template <typename... Arguments>
   DeviceThread(const WorkerConfig& config, Arguments&&... arguments)
-      : driver_(std::forward<Arguments>(arguments)...), worker_(config, [this] { run(); }) {}
+      : driver_(std::forward<Arguments>(arguments)...), priority_(config.priority), worker_(config, [this] { run(); }) {
+    if constexpr (requires { driver_.setLossHandler(std::function<void()>()); })
+      driver_.setLossHandler([this] { ending_.emplace(priority_); });
+  }
   ~DeviceThread() {
     worker_.stop();
     driver_.stop();
@@ -42,8 +47,10 @@ class DeviceThread {
   void run() {
     if (connected_) {
       connected_ = driver_.poll(kPollTimeout);
+      ending_.reset();
       return;
     }
+    const NormalPriority connecting(priority_);  // which allocates, opens files and begins threads
     connected_ = driver_.connect(worker_.stopping());
     if (connected_) return back_off_.reset();
     back_off_.wait([this] {
@@ -55,7 +62,9 @@ class DeviceThread {
   }
 
   Driver driver_;
+  int priority_;
   bool connected_ = false;
+  std::optional<NormalPriority> ending_;  // a connection is
   BackOff back_off_;
   Worker worker_;
 };

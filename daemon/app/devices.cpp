@@ -15,34 +15,30 @@ constexpr int kRepeats = 5;  // images in a row
 
 }  // namespace
 
-std::unique_ptr<LidarThread> makeLidarThread(const Config& config, Exchange& exchange) {
-  const auto add = [&exchange, received = std::make_shared<ReceivedScan>()](const LaserScan& scan) {
+std::unique_ptr<LidarThread> makeLidarThread(const Config& config, const SampleProducer<ReceivedScan>& scans) {
+  const auto add = [scans, received = std::make_shared<ReceivedScan>()](const LaserScan& scan) {
     received->scan = scan;
     received->received = monotonicNow();
-    exchange.scans.tryPush(*received);
-    exchange.scans_out.tryPush(*received);
+    scans.push(*received);
   };
   return std::make_unique<LidarThread>(lidarWorker(config), rplidarConfig(config), &monotonicNow, add);
 }
 
-std::unique_ptr<DepthThread> makeDepthThread(const Config& config, Exchange& exchange,
+std::unique_ptr<DepthThread> makeDepthThread(const Config& config, const DepthEnds& ends,
                                              std::function<std::string()> record_to) {
   const DepthDeviceConfig& device = config.depth_device;
-  const auto add = [&exchange,
+  const auto add = [ends,
                     projection = device.isMounted() ? std::make_shared<DepthProjection>(device.projection) : nullptr,
                     repeats = std::make_shared<RepeatWatch>(kRepeats)](const DepthImage& image) -> const char* {
     if (!projection) return "images are not used: measure the camera's height above the floor and set depth.z";
     // The noise of a depth sensor never repeats itself, still less what a robot sees that moves.
     const auto* pixels = reinterpret_cast<const std::uint8_t*>(image.depth.data());
     const bool repeated = repeats->isStuck(digestOf({pixels, image.depth.size() * sizeof(std::uint16_t)}));
-    if (repeated && exchange.moving) return "every image is the same: the camera is stuck, pull its plug";
+    if (repeated && ends.moving) return "every image is the same: the camera is stuck, pull its plug";
     const Timestamp begin = monotonicNow();
     const DepthStatus status = projection->project(image);
-    exchange.depth_work.add(monotonicNow() - begin);
-    if (status == DepthStatus::kOk) {
-      exchange.views.tryPush(projection->laser());
-      exchange.views_out.tryPush(projection->laser());
-    }
+    ends.work.add(monotonicNow() - begin);
+    if (status == DepthStatus::kOk) ends.views.push(projection->laser());
     return describe(status);
   };
   OpenniConfig camera = openniConfig(config);

@@ -4,9 +4,9 @@
 #include <memory>
 #include <string>
 
-#include "app/config.hpp"
+#include "app/channels.hpp"
 #include "app/device_thread.hpp"
-#include "app/exchange.hpp"
+#include "config/config.hpp"
 #include "drivers/camera/openni_camera.hpp"
 #include "drivers/lidar/rplidar_driver.hpp"
 
@@ -14,12 +14,12 @@ namespace slam {
 
 using LidarThread = DeviceThread<RplidarDriver>;
 /// Thread *lidar*: scans into the queues.
-std::unique_ptr<LidarThread> makeLidarThread(const Config& config, Exchange& exchange);
+std::unique_ptr<LidarThread> makeLidarThread(const Config& config, const SampleProducer<ReceivedScan>& scans);
 
 using DepthThread = DeviceThread<OpenniCamera>;
 /// Thread *depth*: pseudo-lasers into the queues.
 /// @param record_to as of OpenniConfig
-std::unique_ptr<DepthThread> makeDepthThread(const Config& config, Exchange& exchange,
+std::unique_ptr<DepthThread> makeDepthThread(const Config& config, const DepthEnds& ends,
                                              std::function<std::string()> record_to = {});
 
 }  // namespace slam

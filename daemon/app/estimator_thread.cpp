@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/estimator_thread.hpp"
 
+#include <utility>
+
 #include "app/device_configs.hpp"
 #include "runtime/clock.hpp"
 
@@ -11,63 +13,80 @@ const Eigen::Vector3d kSetPoseSigma(0.2, 0.2, 0.1);  // [m, m, rad] of a pose gi
 
 }  // namespace
 
-EstimatorThread::EstimatorThread(const Config& config, Exchange& exchange, std::unique_ptr<Localizer> localizer)
-    : exchange_(exchange),
-      localizer_(std::move(localizer)),
+EstimatorThread::EstimatorThread(const Config& config, const EstimatorEnds& ends, std::unique_ptr<FrontEnd> front_end)
+    : ends_(ends),
+      front_end_(std::move(front_end)),
       probe_(config.localizer),
       ticks_per_pose_(ticksPerPose(config)),
-      worker_(estimatorWorker(config), [this] { tick(); }) {
-  snapshot_.map_id = localizer_->mapId();
+      worker_(
+          estimatorWorker(config), [this] { tick(); }, ends.wakeup,
+          [this] {
+            takeIn();
+            if (scanned_) tellPose();
+          }) {
+  snapshot_.map_id = front_end_->mapId();
 }
 
 void EstimatorThread::tick() {
-  exchange_.localizers.popOne([this](Localizer* fresh) {
-    exchange_.used_localizers.tryPush(localizer_.release());
-    localizer_.reset(fresh);
+  takeIn();
+  if (ticks_++ % ticks_per_pose_ == 0 || scanned_) tellPose();
+}
+
+void EstimatorThread::takeIn() {
+  ends_.graph.front_ends.popOne([this](FrontEnd* fresh) {
+    ends_.graph.used_front_ends.tryPush(front_end_.release());
+    front_end_.reset(fresh);
     snapshot_.map_id = fresh->mapId();
   });
-  exchange_.corrections.popOne([this](MapCorrection* correction) {
-    if (correction->map_id == snapshot_.map_id) localizer_->apply(*correction);
-    exchange_.used_corrections.tryPush(correction);
+  ends_.graph.corrections.popOne([this](MapCorrection* correction) {
+    if (correction->map_id == snapshot_.map_id) front_end_->apply(*correction);
+    ends_.graph.used_corrections.tryPush(correction);
   });
-  exchange_.set_poses.drain([this](const SetPose& given) { localizer_->setPose(given.T_map_base, kSetPoseSigma); });
-  exchange_.wheels.drain([this](const WheelReading& reading) {
-    localizer_->add(reading.sample);
+  ends_.set_poses.drain([this](const SetPose& given) { front_end_->setPose(given.T_map_base, kSetPoseSigma); });
+  ends_.samples.wheels.drain([this](const WheelReading& reading) {
+    front_end_->add(reading.sample);
     probe_.add(reading.sample);
   });
-  exchange_.imu.drain([this](const ImuSample& sample) {
-    localizer_->add(sample);
+  ends_.samples.imu.drain([this](const ImuSample& sample) {
+    front_end_->add(sample);
     probe_.add(sample);
   });
-  exchange_.views.drain([this](const PseudoLaser& laser) {
-    if (const DepthSight* sight = localizer_->add(laser)) exchange_.sights.tryPush(*sight);
+  ends_.samples.views.drain([this](const PseudoLaser& laser) {
+    if (const DepthSight* sight = front_end_->add(laser)) ends_.graph.sights.tryPush(*sight);
   });
-  bool scanned = false;
-  exchange_.scans.popOne([&](const ReceivedScan& received) { scanned = addScan(received); });
+  ends_.samples.scans.popOne([this](const ReceivedScan& received) { scanned_ = addScan(received); });
+}
 
-  if (ticks_++ % ticks_per_pose_ != 0 && !scanned) return;
+void EstimatorThread::tellPose() {
   const Timestamp now = monotonicNow();
-  snapshot_.pose = localizer_->estimate(now);
-  snapshot_.odometry = localizer_->odometry(now);
-  exchange_.moving = isMoving(snapshot_.odometry.twist);
-  snapshot_.counters = localizer_->counters();
-  snapshot_.filter = localizer_->filterCounters();
-  snapshot_.findings = withDistances(probe_.findings(), localizer_->wheelScale());
-  exchange_.pose_for_bus.store(snapshot_);
-  exchange_.pose_for_supervisor.store(snapshot_);
-  exchange_.pose_for_graph.store(snapshot_);
-  exchange_.bus_wakeup.notify();
-  if (scanned) probe_.work();  // when the pose is out
+  snapshot_.pose = front_end_->estimate(now);
+  snapshot_.odometry = front_end_->odometry(now);
+  ends_.moving = isMoving(snapshot_.odometry.twist);
+  snapshot_.counters = front_end_->counters();
+  snapshot_.filter = front_end_->filterCounters();
+  snapshot_.tracking = front_end_->trackingReport();
+  snapshot_.echo_finding = echoes_.finding();
+  snapshot_.echoes = echoes_.share();
+  snapshot_.findings = findingsOf(probe_, *front_end_);
+  snapshot_.body = front_end_->interpreter().body();
+  ends_.pose.store(snapshot_);
+  ends_.pose_wakeup.notify();
+  ends_.pose_for_supervisor.store(snapshot_);
+  ends_.pose_for_graph.store(snapshot_);
+  if (std::exchange(scanned_, false)) probe_.work();  // when the pose is out
 }
 
 bool EstimatorThread::addScan(const ReceivedScan& received) {
   const Timestamp begin = monotonicNow();
-  const ScanOutcome outcome = slam::addScan(*localizer_, probe_, received.scan, exchange_.keyframes.hasRoom());
-  exchange_.lidar_stuck = outcome.stuck;
+  const LidarModel& lidar = front_end_->config().lidar;
+  echoes_.add(received.scan, {static_cast<float>(lidar.range_min), static_cast<float>(lidar.range_max)},
+              received.received);
+  const ScanOutcome outcome = slam::addScan(*front_end_, probe_, received.scan, ends_.graph.keyframes.hasRoom());
+  ends_.lidar_stuck = outcome.stuck;
   if (outcome.stuck) return false;
-  exchange_.scan_work.add(monotonicNow() - begin);
-  if (outcome.match.iterations > 0) exchange_.match.add(outcome.match_time);
-  if (outcome.keyframe != nullptr) exchange_.keyframes.tryPush(*outcome.keyframe);
+  ends_.scan_work.add(monotonicNow() - begin);
+  if (outcome.match.iterations > 0) ends_.match.add(outcome.match_time);
+  if (outcome.keyframe != nullptr) ends_.graph.keyframes.tryPush(*outcome.keyframe);
   ++snapshot_.scans;
   snapshot_.scan_received = received.received;
   return true;

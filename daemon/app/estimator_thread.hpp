@@ -2,28 +2,35 @@
 #pragma once
 #include <memory>
 
-#include "app/config.hpp"
-#include "app/exchange.hpp"
+#include "app/channels.hpp"
+#include "config/config.hpp"
+#include "frontend/echo_watch.hpp"
+#include "frontend/front_end.hpp"
 #include "runtime/worker.hpp"
 #include "slam/motion_probe.hpp"
 
 namespace slam {
 
-/// Thread *estimator*: drains wheels, IMU and scans into the Localizer and hands out pose and keyframes.
+/// Thread *estimator*: drains wheels, IMU and scans into the FrontEnd and hands out pose and keyframes, at its rate and
+/// as soon as a scan has come.
 class EstimatorThread {
  public:
-  EstimatorThread(const Config& config, Exchange& exchange, std::unique_ptr<Localizer> localizer);
+  EstimatorThread(const Config& config, const EstimatorEnds& ends, std::unique_ptr<FrontEnd> front_end);
   Worker& worker() { return worker_; }
 
  private:
   void tick();
+  void tellPose();
+  void takeIn();  ///< all that has come
   bool addScan(const ReceivedScan& received);
 
-  Exchange& exchange_;
-  std::unique_ptr<Localizer> localizer_;
+  const EstimatorEnds ends_;
+  std::unique_ptr<FrontEnd> front_end_;
   MotionProbe probe_;
+  EchoWatch echoes_;
   PoseSnapshot snapshot_;
   std::uint64_t ticks_ = 0, ticks_per_pose_;
+  bool scanned_ = false;  // since the pose was told
   Worker worker_;
 };
 

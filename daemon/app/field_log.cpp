@@ -16,10 +16,10 @@
 #include <utility>
 #include <vector>
 
-#include "app/config_printer.hpp"
 #include "app/log.hpp"
 #include "bus/channels.hpp"
 #include "bus/event_log.hpp"
+#include "config/printer.hpp"
 
 namespace slam {
 namespace {
@@ -96,7 +96,7 @@ FieldLog::~FieldLog() { ending_ = true; }
 
 bool FieldLog::takes(std::string_view channel) const {
   if (!running_) return false;
-  return config_.content == "all" || channel == channel::kScan || channel == channel::kWheels ||
+  return config_.content == LogContent::kAll || channel == channel::kScan || channel == channel::kWheels ||
          channel == channel::kImu || channel == channel::kDepth;
 }
 
@@ -284,10 +284,12 @@ void FieldLog::keep(const fs::path& run, std::int64_t end) {
       compressLog(files[i].path, ending_);
       break;  // and see again what is there
     }
-    keeper_problem_.clear();
+    logLines(keeper_log_.look({}, monotonicNow()));
   } catch (const std::exception& error) {
-    if (std::exchange(keeper_problem_, error.what()) != error.what())
-      logWarning(std::string("log: ") + error.what() + "; older logs stay as they are");
+    logLines(keeper_log_.look({{.cause = "keeper",
+                                .text = std::string("log: ") + error.what() + "; older logs stay as they are",
+                                .recovery = "log: older logs are tidied up again"}},
+                              monotonicNow()));
   }
 }
 

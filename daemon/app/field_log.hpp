@@ -8,12 +8,14 @@
 #include <string>
 #include <string_view>
 
-#include "app/config.hpp"
-#include "app/exchange.hpp"
 #include "app/record_sink.hpp"
+#include "app/thread_messages.hpp"
+#include "app/trouble_log.hpp"
+#include "config/config.hpp"
 #include "runtime/clock.hpp"
 #include "runtime/job_thread.hpp"
 #include "runtime/shared_text.hpp"
+#include "runtime/spsc_queue.hpp"
 #include "store/durable_file.hpp"
 #include "store/log_policy.hpp"
 
@@ -85,7 +87,7 @@ class FieldLog final : public RecordSink {
   std::uint64_t free_ = 0, image_bytes_ = 0;  // [bytes] then
   // Of the keeper's:
   bool lowered_ = false;  // its priority
-  std::string keeper_problem_;
+  TroubleLog keeper_log_;
   std::atomic<bool> ending_{false};
   JobThread keeper_{"log keeper"};
 };

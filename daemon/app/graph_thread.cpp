@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/graph_thread.hpp"
 
+#include <algorithm>
 #include <random>
-#include <span>
 #include <utility>
 
 #include "app/log.hpp"
 #include "runtime/clock.hpp"
-#include "slam/map_import.hpp"
 
 namespace slam {
 namespace {
@@ -17,7 +16,6 @@ constexpr double kRate = 20.0;        // [Hz] keyframes come at a few per second
 constexpr Duration kLoadLimit = 10s;  // a disk that takes longer for the first map is not waited for
 constexpr Duration kDiskHangs = 3s;   // in one job
 const char* const kNoAnswer = "the disk does not answer; try again when it does";
-constexpr int kViewsWritten = static_cast<int>(ViewMemoryConfig{}.per_keyframe);  // into the journal, for a keyframe
 
 /// Another one after each start, so that nobody takes a new map's tiles for those of the map before. Not from the
 /// clock: a robot without one may start twice at the same time.
@@ -25,9 +23,9 @@ std::int32_t firstMapId() { return static_cast<std::int32_t>(std::random_device{
 
 }  // namespace
 
-GraphThread::GraphThread(const Config& config, Exchange& exchange, const WallClock& clock)
+GraphThread::GraphThread(const Config& config, const GraphEnds& ends, const WallClock& clock)
     : all_config_(config),
-      exchange_(exchange),
+      ends_(ends),
       clock_(clock),
       keeper_(config),
       map_id_(firstMapId()),
@@ -43,37 +41,25 @@ GraphThread::GraphThread(const Config& config, Exchange& exchange, const WallClo
   }
 }
 
-GraphThread::~GraphThread() {
-  worker_.stop();
-  for (auto* queue : {&exchange_.corrections, &exchange_.used_corrections}) {
-    queue->drain([](MapCorrection* correction) { delete correction; });
-  }
-  for (auto* queue : {&exchange_.localizers, &exchange_.used_localizers}) {
-    queue->drain([](Localizer* localizer) { delete localizer; });
-  }
-}
-
 void GraphThread::beginIn(MapState map) {
   start_ = startIn(map, map_id_);
   without_map_ = keeper_.localises() && map.keyframes.size() == 0;
   if (without_map_) start_.in_known_map = true;  // the robot is not found in it
-  fitting_ = all_config_;
-  fitting_.mode = keeper_.localises() ? "localise" : "slam";
-  if (map.picture_only) {
-    fitting_.localizer.match = matchInPicture(fitting_.localizer.match, map.grid.resolution());
-  }
-  config_ = backEndConfig(fitting_);
+  Config config = all_config_;
+  config.mode = keeper_.localises() ? RunMode::kLocalise : RunMode::kSlam;
+  const PipelineConfig fitting = fitted({localizerConfig(config), backEndConfig(config), config.map}, map);
+  front_end_config_ = fitting.front_end;
   last_pose_ = map.T_map_base;
   gyro_bias_ = map.gyro_bias;
-  back_end_ = std::make_unique<BackEnd>(config_);
-  back_end_->load(map.keyframes, map.in_map);
-  generation_ = 0;
-  correction_away_ = false;
+  if (body_.degrees() == 0) body_ = map.body;  // it is the robot's, whatever the map
+  start_.body = body_;
+  if (builder_) {
+    placed_before_ += builder_->backEnd().counters().placed;
+    begun_anew_before_ += builder_->backEnd().counters().begun_anew;
+  }
+  builder_ = std::make_unique<MapBuilder>(fitting.back_end, map, &monotonicNow);
   requested_.reset();
-  new_views_.clear();
-  journalled_views_ = 0;
-  views_kept_.clear();
-  views_ = 0;
+  views_.clear();
   auto change = std::make_shared<MapChange>();
   change->map_id = map_id_;
   change->stamp = monotonicNow();
@@ -81,40 +67,42 @@ void GraphThread::beginIn(MapState map) {
   changes_.push_back(std::move(change));
 }
 
-std::unique_ptr<Localizer> GraphThread::firstLocalizer() const {
-  return std::make_unique<Localizer>(localizerConfig(fitting_), &monotonicNow, start_);
+std::unique_ptr<FrontEnd> GraphThread::firstFrontEnd() const {
+  return std::make_unique<FrontEnd>(front_end_config_, &monotonicNow, start_);
 }
 
 void GraphThread::tick() {
-  exchange_.used_localizers.drain([](Localizer* used) { delete used; });
-  exchange_.used_corrections.drain([this](MapCorrection* used) {
+  ends_.front_end.used_front_ends.drain([](FrontEnd* used) { delete used; });
+  ends_.front_end.used_corrections.drain([this](MapCorrection* used) {
     std::unique_ptr<MapCorrection> correction(used);
-    if (correction->map_id != map_id_) return;
-    back_end_->recycle(std::move(correction));
-    correction_away_ = false;
+    if (correction->map_id == map_id_) builder_->recycle(std::move(correction));
   });
   takeIn();
-  exchange_.map_commands.drain([this](const MapCommand& command) { obey(command); });
+  ends_.commands.drain([this](const MapCommand& command) { obey(command); });
   keepMap();
   sendChanges();
 }
 
 void GraphThread::keepMap() {
-  if (exchange_.pose_for_graph.load(snapshot_) && snapshot_.map_id == map_id_) {
+  if (ends_.pose.load(snapshot_) && snapshot_.map_id == map_id_) {
     gyro_bias_ = snapshot_.odometry.gyro_bias;
+    body_ = snapshot_.body;
     const LocalisationState state = snapshot_.pose.state;
     if (state == LocalisationState::kLocalised) last_pose_ = snapshot_.pose.T_map_base;
   }
   const bool free = diskIsFree();
-  if (pending_ && disk_.busyFor(monotonicNow()) > kDiskHangs) refuse(*std::exchange(pending_, std::nullopt), kNoAnswer);
-  exchange_.grids.drain([this](const std::shared_ptr<DrawnMap>& drawn) {
+  if (disk_.busyFor(monotonicNow()) > kDiskHangs) {
+    if (pending_) refuse(*std::exchange(pending_, std::nullopt), kNoAnswer);
+    if (obeyed_ && !obeyed_->taken.test_and_set()) refuse(obeyed_->command, kNoAnswer);
+  }
+  ends_.map.grids.drain([this](const std::shared_ptr<DrawnMap>& drawn) {
     // Where the map has moved since, it is asked for again.
-    if (requested_ && requested_->generation == back_end_->generation()) return write(std::move(*drawn));
+    if (requested_ && requested_->generation == builder_->backEnd().generation()) return write(std::move(*drawn));
     if (const auto stale = std::exchange(requested_, std::nullopt)) checkpoint_wanted_ |= stale->wanted;
   });
   if (!free || disk_.isBusy() || requested_) return;
   const Timestamp now = monotonicNow();
-  const bool drawn = back_end_->keyframes().size() > 0;
+  const bool drawn = builder_->backEnd().keyframes().size() > 0;
   if (keeper_.retryDue(now)) return lookForMap(now);
   const bool due = keeper_.checkpointDue(now, changes()) || (checkpoint_wanted_ && keeper_.checkpointAllowed(now));
   if (pending_ || (drawn && due)) return requestGrid();
@@ -136,36 +124,34 @@ bool GraphThread::diskIsFree() {
 void GraphThread::write(DrawnMap drawn) {
   const Requested shown = *std::exchange(requested_, std::nullopt);
   const auto map = std::make_shared<const MapState>(mapState(std::move(drawn), shown.keyframes));
-  const auto seen = unjournalledViews();
+  const auto seen = views_.unjournalled();
   const auto outcome = std::make_shared<Outcome>();
-  const auto command = std::exchange(pending_, std::nullopt);
-  obeys_ = command.has_value();
+  if (pending_) obeyed_ = std::make_shared<Obeyed>(*std::exchange(pending_, std::nullopt));
   start(
-      [this, map, seen, outcome, command, changes = shown.changes] {
+      [this, map, seen, outcome, obeyed = obeyed_, changes = shown.changes] {
         outcome->saved = keeper_.checkpoint(monotonicNow(), *map, changes, *seen);
-        if (command) carryOut(*command, *map, *outcome);
+        if (obeyed && !obeyed->taken.test_and_set()) carryOut(obeyed->command, *map, *outcome);
       },
       [this, outcome, shown] {
         if (outcome->saved) {
-          new_views_.erase(new_views_.begin(), new_views_.begin() + shown.views);
-          journalled_views_ = 0;
+          views_.setCheckpointed(shown.views);
         } else {
           checkpoint_wanted_ |= shown.wanted;
         }
-        obeys_ = false;
-        if (outcome->answer) exchange_.map_answers.tryPush(*outcome->answer);
+        obeyed_.reset();
+        if (outcome->answer) ends_.answers.tryPush(*outcome->answer);
         if (outcome->next) changeTo(std::move(*outcome->next));
       });
 }
 
 void GraphThread::writeJournal(Timestamp now) {
-  const auto map =
-      std::make_shared<const MapState>(mapState({OccupancyGrid(all_config_.map), {}}, back_end_->keyframes().size()));
-  const auto seen = unjournalledViews();
+  const auto map = std::make_shared<const MapState>(
+      mapState({OccupancyGrid(all_config_.map), {}}, builder_->backEnd().keyframes().size()));
+  const auto seen = views_.unjournalled();
   const auto written = std::make_shared<bool>(false);
   start([this, now, map, seen, written, changes = changes()] { *written = keeper_.journal(now, *map, *seen, changes); },
-        [this, written, views = new_views_.size()] {
-          if (*written) journalled_views_ = views;
+        [this, written, views = views_.size()] {
+          if (*written) views_.setJournalled(views);
         });
 }
 
@@ -180,19 +166,14 @@ void GraphThread::lookForMap(Timestamp now) {
 void GraphThread::changeTo(MapState next) {
   ++map_id_;
   beginIn(std::move(next));
-  auto localizer = firstLocalizer();
-  if (exchange_.localizers.tryPush(localizer.get())) localizer.release();
-}
-
-std::shared_ptr<const std::vector<MapView>> GraphThread::unjournalledViews() const {
-  const auto views = std::span(new_views_).subspan(journalled_views_);
-  return std::make_shared<const std::vector<MapView>>(views.begin(), views.end());
+  auto front_end = firstFrontEnd();
+  if (ends_.front_end.front_ends.tryPush(front_end.get())) front_end.release();
 }
 
 void GraphThread::obey(const MapCommand& command) {
   const bool writes = keeper_.writes();
   std::string problem;
-  if (pending_ || obeys_) problem = "another command about the map is being carried out";
+  if (pending_ || obeyed_) problem = "another command about the map is being carried out";
   if (disk_.busyFor(monotonicNow()) > kDiskHangs) problem = kNoAnswer;
   if (command.kind == MapCommand::kSave && !writes) {
     problem = keeper_.localises() ? "mode is \"localise\": the map does not change"
@@ -213,7 +194,7 @@ void GraphThread::obey(const MapCommand& command) {
 }
 
 void GraphThread::refuse(const MapCommand& command, const std::string& problem) {
-  exchange_.map_answers.tryPush({command.id, false, problem});
+  ends_.answers.tryPush({command.id, false, problem});
 }
 
 /// In the disk's thread, behind the checkpoint of the present map.
@@ -253,7 +234,7 @@ void GraphThread::carryOut(const MapCommand& command, const MapState& map, Outco
 }
 
 void GraphThread::requestGrid() {
-  requested_ = {back_end_->keyframes().size(), back_end_->generation(), std::ssize(new_views_), changes(),
+  requested_ = {builder_->backEnd().keyframes().size(), builder_->backEnd().generation(), views_.size(), changes(),
                 std::exchange(checkpoint_wanted_, false)};
   auto change = std::make_shared<MapChange>();
   change->map_id = map_id_;
@@ -263,14 +244,10 @@ void GraphThread::requestGrid() {
 }
 
 MapState GraphThread::mapState(DrawnMap drawn, int drawn_keyframes) const {
-  MapState map;
-  map.keyframes = back_end_->keyframes();
-  map.in_map = back_end_->inMap();
-  map.grid = std::move(drawn.grid);
-  map.views = std::move(drawn.views);
-  map.grid_keyframes = drawn_keyframes;
+  MapState map = builder_->state(std::move(drawn), drawn_keyframes);
   map.T_map_base = last_pose_;
   map.gyro_bias = gyro_bias_;
+  map.body = body_;
   map.T_base_lidar = all_config_.localizer.lidar.T_base_lidar;
   map.range_max = all_config_.localizer.lidar.range_max;
   map.utime = clock_.utime(monotonicNow());
@@ -279,22 +256,33 @@ MapState GraphThread::mapState(DrawnMap drawn, int drawn_keyframes) const {
 
 /// Counts up with whatever the stored map should show.
 std::int64_t GraphThread::changes() const {
-  return static_cast<std::int64_t>(back_end_->keyframes().size()) + back_end_->generation() + views_;
+  return static_cast<std::int64_t>(builder_->backEnd().keyframes().size()) + builder_->backEnd().generation() +
+         views_.added();
 }
 
 void GraphThread::store(DrawnMap drawn) {
-  if (!keeper_.writes() || back_end_->keyframes().size() == 0) return;
-  exchange_.pose_for_graph.load(snapshot_);
-  const auto map = std::make_shared<const MapState>(mapState(std::move(drawn), back_end_->keyframes().size()));
+  if (!keeper_.writes() || builder_->backEnd().keyframes().size() == 0) return;
+  ends_.pose.load(snapshot_);
+  const auto map = std::make_shared<const MapState>(mapState(std::move(drawn), builder_->backEnd().keyframes().size()));
   // Behind a journal that is being written these views may be in it already: twice does no harm.
-  const auto seen = unjournalledViews();
+  const auto seen = views_.unjournalled();
   const auto outcome = std::make_shared<Outcome>();
   stored_ = outcome;
-  disk_.start([this, map, seen, outcome, changes = changes()] {
+  disk_.start([this, map, seen, outcome, changes = changes(), may_journal = !checkpoint_wanted_] {
     const Timestamp now = monotonicNow();
     if (keeper_.retryDue(now)) keeper_.retry(now);
     outcome->saved = keeper_.checkpoint(now, *map, changes, *seen);
+    // A journal needs less room, and waits for no further attempt.
+    if (!outcome->saved && may_journal && keeper_.hasJournal())
+      outcome->saved = keeper_.journal(now, *map, *seen, changes);
   });
+}
+
+std::string GraphThread::loss() const {
+  const int all = builder_->backEnd().keyframes().size(), stored = std::min(all, keeper_.stored());
+  const std::string why = keeper_.problem();
+  return std::to_string(all - stored) + " of " + std::to_string(all) + " keyframes are lost" +
+         (why.empty() ? "" : "; map " + why);
 }
 
 bool GraphThread::waitUntilStored(Timestamp deadline) {
@@ -304,19 +292,16 @@ bool GraphThread::waitUntilStored(Timestamp deadline) {
 void GraphThread::takeIn() {
   // Sights first: the keyframe that one was seen near is in the other queue by then.
   sights_.clear();
-  exchange_.sights.drain([this](const DepthSight& sight) { sights_.push_back(sight); });
-  exchange_.keyframes.drain([this](const Keyframe& keyframe) { add(keyframe); });
+  ends_.front_end.sights.drain([this](const DepthSight& sight) { sights_.push_back(sight); });
+  ends_.front_end.keyframes.drain([this](const Keyframe& keyframe) { add(keyframe); });
   for (const DepthSight& sight : sights_) add(sight);
 }
 
 void GraphThread::add(const DepthSight& sight) {
   if (sight.map_id != map_id_) return;
-  const auto view = back_end_->mapView(sight);
+  const auto view = builder_->add(sight);
   if (!view) return;
-  if (keeper_.writes() && ++views_kept_[view->keyframe] <= kViewsWritten) {
-    new_views_.push_back(*view);
-    ++views_;
-  }
+  if (keeper_.writes()) views_.add(*view);
   auto change = std::make_shared<MapChange>();
   change->map_id = map_id_;
   change->stamp = sight.laser.stamp;
@@ -326,48 +311,44 @@ void GraphThread::add(const DepthSight& sight) {
 
 void GraphThread::add(const Keyframe& keyframe) {
   if (keyframe.map_id != map_id_ || without_map_) return;  // of the map before, or nothing to find it in
-  const Timestamp begin = monotonicNow();
-  const BackEndCounters before = back_end_->counters();
-  back_end_->add(keyframe, !correction_away_);
-  const bool anew = back_end_->counters().begun_anew > before.begun_anew;
-  if (back_end_->counters().placed > before.placed) {
-    ++exchange_.relocalised;
-    logInfo("found in the map");
+  MapUpdate update = builder_->add(keyframe);
+  BackEndCounters counters = builder_->backEnd().counters();
+  const auto tell = [&](const char* cause, const std::string& text, LogLine::Level level) {
+    if (const auto line = log_.happened(cause, text, level, monotonicNow())) logLine(*line);
+  };
+  if (update.relocalised) tell("found", "found in the map", LogLine::kInfo);
+  if (update.begun_anew) {
+    tell("anew", "the map begins anew: what came before the robot was lost is too little to be found in",
+         LogLine::kWarning);
   }
+  if (!update.poses.empty()) ends_.loop_closure.add(update.work);
+  if (update.loop_closed) {
+    tell("loop",
+         "loop closed: " + std::to_string(counters.loop_closures) + " closures join " +
+             std::to_string(counters.keyframes) + " keyframes",
+         LogLine::kInfo);
+  }
+  counters.placed += placed_before_;
+  counters.begun_anew += begun_anew_before_;
+  ends_.counters.store(counters);
   auto change = std::make_shared<MapChange>();
   change->map_id = map_id_;
   change->stamp = keyframe.stamp;
-  if (anew) {
-    ++exchange_.maps_begun_anew;
-    logWarning("the map begins anew: what came before the robot was lost is too little to be found in");
-  }
-  change->first_in_map = back_end_->firstInMap();
-  change->scans = back_end_->mapScans(keyframe);
-  if (generation_ != back_end_->generation()) {
-    const BackEndCounters& counters = back_end_->counters();
-    exchange_.optimise.add(monotonicNow() - begin);
-    exchange_.loop_closures = counters.loop_closures;
-    exchange_.revoked_closures = counters.revoked;
-    generation_ = back_end_->generation();
-    const auto poses = back_end_->keyframes().graph().poses();
-    change->poses.assign(poses.begin(), poses.end());
-    if (counters.loop_closures > before.loop_closures) {
-      logInfo("loop closed: " + std::to_string(counters.loop_closures) + " closures join " +
-              std::to_string(counters.keyframes) + " keyframes");
-    }
-  }
+  change->first_in_map = update.first_in_map;
+  change->scans = std::move(update.scans);
+  change->poses = std::move(update.poses);
   changes_.push_back(std::move(change));
-  checkpoint_wanted_ |= anew && keeper_.writes();
-  if (auto correction = back_end_->takeCorrection()) {
-    correction->map_id = map_id_;
-    correction_away_ = exchange_.corrections.tryPush(correction.get());
-    correction_away_ ? static_cast<void>(correction.release()) : back_end_->recycle(std::move(correction));
+  checkpoint_wanted_ |= update.begun_anew && keeper_.writes();
+  if (update.correction) {
+    update.correction->map_id = map_id_;
+    const bool sent = ends_.front_end.corrections.tryPush(update.correction.get());
+    sent ? static_cast<void>(update.correction.release()) : builder_->recycle(std::move(update.correction));
   }
 }
 
 void GraphThread::sendChanges() {
-  while (!changes_.empty() && exchange_.map_changes.hasRoom()) {
-    exchange_.map_changes.tryPush(changes_.front());
+  while (!changes_.empty() && ends_.map.changes.hasRoom()) {
+    ends_.map.changes.tryPush(changes_.front());
     changes_.pop_front();
   }
 }

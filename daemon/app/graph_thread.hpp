@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <atomic>
 #include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
-#include <unordered_map>
 #include <vector>
 
-#include "app/config.hpp"
-#include "app/exchange.hpp"
+#include "app/channels.hpp"
 #include "app/map_keeper.hpp"
 #include "app/storage_report.hpp"
+#include "app/trouble_log.hpp"
+#include "app/unstored_views.hpp"
+#include "config/config.hpp"
+#include "frontend/front_end.hpp"
 #include "runtime/clock.hpp"
 #include "runtime/job_thread.hpp"
 #include "runtime/worker.hpp"
-#include "slam/back_end.hpp"
+#include "slam/map_builder.hpp"
+#include "slam/pipeline.hpp"
 
 namespace slam {
 
@@ -24,12 +28,12 @@ namespace slam {
 class GraphThread {
  public:
   /// Begins in the stored map, if the disk gives it in time; else changes to it when it does.
-  GraphThread(const Config& config, Exchange& exchange, const WallClock& clock);
-  ~GraphThread();
+  GraphThread(const Config& config, const GraphEnds& ends, const WallClock& clock);
+  ~GraphThread() { worker_.stop(); }
   Worker& worker() { return worker_; }
 
   /// The front end for the map to begin with.
-  std::unique_ptr<Localizer> firstLocalizer() const;
+  std::unique_ptr<FrontEnd> firstFrontEnd() const;
 
   /// For after the thread has stopped: takes what is left in the queue. Call it before the mapper's finish().
   void finish();
@@ -38,8 +42,10 @@ class GraphThread {
   /// @return false when it has not been stored by the deadline: isWriting() says whether it still is being written
   bool waitUntilStored(Timestamp deadline);
   bool isWriting() const { return disk_.isBusy(); }
+  /// What is not stored and why, when waitUntilStored() has been in vain.
+  std::string loss() const;
 
-  StorageReport storage(Timestamp now) const { return {keeper_.problem(), disk_.busyFor(now)}; }
+  StorageReport storage(Timestamp now) const { return {keeper_.problem(), "", disk_.busyFor(now)}; }
 
  private:
   void tick();
@@ -62,8 +68,6 @@ class GraphThread {
   void start(std::function<void()> job, std::function<void()> then);
   bool diskIsFree();
   void requestGrid();
-  /// A copy for the disk's thread, since new ones come while it writes.
-  std::shared_ptr<const std::vector<MapView>> unjournalledViews() const;
   /// @param drawn_keyframes so many are in the grid
   MapState mapState(DrawnMap drawn, int drawn_keyframes) const;
   std::int64_t changes() const;
@@ -73,40 +77,42 @@ class GraphThread {
   void sendChanges();
 
   const Config& all_config_;
-  Exchange& exchange_;
+  const GraphEnds ends_;
   const WallClock& clock_;
   MapKeeper keeper_;
-  Config fitting_;  // to the map: a picture is coarser than the scans
-  BackEndConfig config_;
-  std::unique_ptr<BackEnd> back_end_;
+  LocalizerConfig front_end_config_;  // fitted to the map
+  std::unique_ptr<MapBuilder> builder_;
+  int placed_before_ = 0, begun_anew_before_ = 0;  // counted in the maps before
   LocalizerStart start_;
   std::int32_t map_id_;
   PoseSnapshot snapshot_;
   Pose2 last_pose_;         // the last one that was valid
   double gyro_bias_ = 0.0;  // [rad/s]
+  BodyShape body_;          // what moves with the robot
   /// What the grid that was asked for from the mapper shows.
   struct Requested {
     int keyframes = 0, generation = 0;
-    std::ptrdiff_t views = 0;  // of new_views_
+    std::size_t views = 0;  // of views_
     std::int64_t changes = 0;
     bool wanted = false;  // for what the journal cannot hold
   };
-  std::optional<Requested> requested_;       // only while the disk is free, and no job begins before the grid is here
-  std::vector<MapView> new_views_;           // which the last checkpoint does not show
-  std::size_t journalled_views_ = 0;         // of these, in the journal that follows it
-  std::unordered_map<int, int> views_kept_;  // by keyframe, so that a known place writes no more
-  int views_ = 0;                            // of these
-  std::optional<MapCommand> pending_;        // waits for the disk or the grid
-  bool obeys_ = false;                       // the job under way carries one out
-  bool checkpoint_wanted_ = false;           // the journal cannot hold what has happened
-  bool without_map_ = false;                 // to localise in
-  std::shared_ptr<const Outcome> stored_;    // by the last job of all
-  int generation_ = 0;
-  bool correction_away_ = false;
+  std::optional<Requested> requested_;  // only while the disk is free, and no job begins before the grid is here
+  UnstoredViews views_;
+  std::optional<MapCommand> pending_;  // waits for the disk or the grid
+  struct Obeyed {
+    explicit Obeyed(const MapCommand& wanted) : command(wanted) {}
+    MapCommand command;
+    std::atomic_flag taken;  // by the disk's thread, which carries it out, or by this one, which refuses it
+  };
+  std::shared_ptr<Obeyed> obeyed_;         // whose checkpoint is under way
+  bool checkpoint_wanted_ = false;         // the journal cannot hold what has happened
+  bool without_map_ = false;               // to localise in
+  std::shared_ptr<const Outcome> stored_;  // by the last job of all
   std::vector<DepthSight> sights_;
   std::deque<std::shared_ptr<const MapChange>> changes_;  // not yet in the mapper's queue
   std::function<void()> then_;                            // behind the job under way
-  JobThread disk_{"map"};                                 // keeper_ is its own while it is busy
+  TroubleLog log_;
+  JobThread disk_{"map"};  // keeper_ is its own while it is busy
   Worker worker_;
 };
 

@@ -6,17 +6,12 @@
 #include <systemd/sd-daemon.h>
 
 namespace slam {
-namespace {
 
-void logLine(const char* priority, const char* word, const std::string& text) {
+void logLine(const LogLine& line) {
   static const bool journal = std::getenv("JOURNAL_STREAM") != nullptr;
-  std::fprintf(stderr, "%sslamd: %s%s\n", journal ? priority : "", word, text.c_str());
+  const char* const priorities[] = {SD_INFO, SD_WARNING, SD_ERR};
+  const char* const words[] = {"", "warning: ", "error: "};
+  std::fprintf(stderr, "%sslamd: %s%s\n", journal ? priorities[line.level] : "", words[line.level], line.text.c_str());
 }
-
-}  // namespace
-
-void logInfo(const std::string& text) { logLine(SD_INFO, "", text); }
-void logWarning(const std::string& text) { logLine(SD_WARNING, "warning: ", text); }
-void logError(const std::string& text) { logLine(SD_ERR, "error: ", text); }
 
 }  // namespace slam

@@ -7,12 +7,13 @@
 #include <iostream>
 #include <optional>
 
-#include "app/config_loader.hpp"
-#include "app/config_printer.hpp"
+#include "app/counters.hpp"
 #include "app/log.hpp"
 #include "app/map_keeper.hpp"
-#include "app/service_reach.hpp"
 #include "app/supervisor.hpp"
+#include "config/loader.hpp"
+#include "config/printer.hpp"
+#include "config/service_reach.hpp"
 
 namespace {
 
@@ -37,12 +38,17 @@ int main(int argc, char** argv) {
   CLI::App app("Real-time SLAM daemon for an indoor robot with lidar, wheels and IMU", "slamd");
   std::string config_file;
   std::vector<std::string> overrides;
-  bool check = false, print = false, print_template = false;
+  bool check = false, print = false, counters = false;
+  std::string print_template;
   app.add_option("--config", config_file, "configuration (TOML)");
   app.add_option("--set", overrides, "section.key=value over the file; may be repeated");
   app.add_flag("--check-config", check, "check the configuration and exit");
   app.add_flag("--print-config", print, "print the effective configuration and exit");
-  app.add_flag("--print-template", print_template, "print a configuration file with every key explained, and exit");
+  app.add_flag("--print-template{shown}", print_template,
+               "print a configuration file that explains the keys for a robot and its site, and exit; =all: every key; "
+               "=tuning: docs/tuning.md")
+      ->check(CLI::IsMember({"shown", "all", "tuning"}));
+  app.add_flag("--print-counters", counters, "print what each counter of SLAM_HEALTH counts, and exit");
   app.set_version_flag("--version", "slamd " SLAMD_VERSION);
   app.footer("Example:\n  slamd --config /etc/slamd/slamd.toml");
   try {
@@ -53,8 +59,13 @@ int main(int argc, char** argv) {
     std::cerr << "slamd: " << error.what() << "; see slamd --help\n";
     return kBadUsage;
   }
-  if (print_template) {
-    std::cout << slam::printTemplate();
+  if (!print_template.empty()) {
+    const auto keys = print_template == "all" ? slam::TemplateKeys::kAll : slam::TemplateKeys::kShown;
+    std::cout << (print_template == "tuning" ? slam::printTuning() : slam::printTemplate(keys));
+    return 0;
+  }
+  if (counters) {
+    std::cout << slam::printCounters();
     return 0;
   }
   if (config_file.empty()) {
@@ -67,6 +78,7 @@ int main(int argc, char** argv) {
     std::optional<slam::ServiceReach> reach;
     if (check && slam::isServiceConfig(config_file)) reach.emplace();
     config = slam::loadConfig(config_file, overrides, reach ? &*reach : nullptr);
+    for (const std::string& line : config.without_effect) std::cerr << line << "\n";
   } catch (const slam::ConfigError& error) {
     std::cerr << error.what() << "\n";
     return kBadConfig;

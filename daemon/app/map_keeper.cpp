@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/map_keeper.hpp"
 
+#include <cerrno>
 #include <cmath>
 #include <ctime>
 #include <filesystem>
@@ -8,14 +9,12 @@
 #include <utility>
 
 #include "app/log.hpp"
+#include "store/disk_words.hpp"
 
 namespace slam {
 namespace {
 
-using namespace std::chrono_literals;
-constexpr double kPoseMoved = 0.1;      // [m, rad] a pose that differs less is not written again
-constexpr Duration kLogInterval = 60s;  // between two lines about failures, when they come and go
-const char* const kNotStored = "; the map is not stored, slamd tries again; make room, or its folder writable";
+constexpr double kPoseMoved = 0.1;  // [m, rad] a pose that differs less is not written again
 
 bool isPicture(const std::string& map) { return std::filesystem::path(map).extension() == ".yaml"; }
 
@@ -41,7 +40,7 @@ std::string newNameIn(const std::string& directory) {
 
 std::string MapKeeper::misconfiguration(const Config& config) {
   const StoreConfig& store = config.store;
-  const bool localise = config.mode == "localise";
+  const bool localise = config.mode == RunMode::kLocalise;
   if (localise && !isPicture(store.map) && store.directory.empty()) {
     return "mode: \"localise\" needs a map; set store.map, or store.directory to a folder with maps";
   }
@@ -91,6 +90,7 @@ std::optional<MapState> MapKeeper::take(Timestamp now) {
       }
     }
     MapState map = open(path);
+    stored_ = known_ = map.keyframes.size();
     if (localise || store_) succeed();
     return map;
   } catch (const std::runtime_error& error) {
@@ -119,6 +119,7 @@ void MapKeeper::keep(const std::string& name, Timestamp now) {
   std::unique_ptr<MapStore> store;
   std::string problem;
   int generation = 0;
+  if (name != name_) stored_ = known_ = 0;
   try {
     store = std::make_unique<MapStore>(config_.store.directory, name);
     generation = store->generation();
@@ -128,13 +129,13 @@ void MapKeeper::keep(const std::string& name, Timestamp now) {
   } catch (const std::runtime_error& error) {
     store.reset();
     lock_.reset();
-    problem = error.what();
+    problem = notWritten(error);
   }
   store_ = std::move(store);
   name_ = name;
   generation_ = generation;
   journalled_changes_ = checkpointed_changes_ = -1;
-  if (!store_) fail(now, problem + kNotStored);
+  if (!store_) fail(now, problem);
 }
 
 bool MapKeeper::retryDue(Timestamp now) const { return (awaits_ || (writes() && !store_)) && retry_.due(now); }
@@ -144,7 +145,9 @@ std::optional<MapState> MapKeeper::retry(Timestamp now) {
   const int known = generation_;
   try {
     keep(name_, now);
-    const bool same = std::exchange(generation_, store_ ? generation_ : known) == known;
+    // As it was left, or empty because somebody has removed it.
+    const bool same = generation_ == known || generation_ == 0;
+    if (!store_) generation_ = known;
     if (store_ && same) succeed();
     if (!store_ || same) return std::nullopt;
     logWarning(name_ + " was written by somebody else meanwhile; this map gets another name");
@@ -165,11 +168,8 @@ std::unique_ptr<FolderLock> MapKeeper::lockOf(const std::string& name) const {
 MapState MapKeeper::open(const std::string& path) {
   LoadedMap loaded = openMap(path, config_.map);
   for (const std::string& remark : loaded.remarks) logWarning(remark);
-  const std::string mismatch = lidarMismatch(loaded.state, config_.localizer.lidar);
-  if (!mismatch.empty()) throw std::runtime_error(path + ": " + mismatch);
-  if (loaded.state.picture_only && !localises_) {
-    throw std::runtime_error(path + ": a picture of a map cannot be extended; set mode to \"localise\"");
-  }
+  const std::string misfit = misfitOf(loaded.state, config_.localizer.lidar, localises_);
+  if (!misfit.empty()) throw std::runtime_error(path + ": " + misfit);
   logInfo("map " + path + " of " + std::to_string(loaded.state.keyframes.size()) + " keyframes");
   return std::move(loaded.state);
 }
@@ -179,6 +179,7 @@ MapState MapKeeper::load(const std::string& name, Timestamp now) {
   if (!MapStore::isName(name)) throw std::runtime_error("\"" + name + "\" is no name of a map");
   MapState map = open(config_.store.directory + "/" + name);
   if (writes()) keep(name, now);
+  stored_ = known_ = map.keyframes.size();
   name_ = name;
   awaits_ = false;
   if (store_ || !writes()) succeed();
@@ -225,10 +226,14 @@ bool MapKeeper::journalDue(Timestamp now, const Pose2& T_map_base, std::int64_t 
 
 bool MapKeeper::journal(Timestamp now, const MapState& map, std::span<const MapView> seen, std::int64_t changes) {
   journalled_ = now;
-  const bool written = attempt(now, [&] {
+  bool appended = false;
+  const bool written = attempt(now, map, [&] {
     store_->append(map, seen);
+    appended = true;
     store_->sync();
   });
+  // What a disk has once failed to sync it may have lost, and it does not say so again: all is to be written anew.
+  if (!written && appended) checkpointed_changes_ = -1;
   if (!written) return false;
   journalled_changes_ = changes;
   journalled_pose_ = map.T_map_base;
@@ -242,7 +247,7 @@ bool MapKeeper::checkpointDue(Timestamp now, std::int64_t changes) const {
 
 bool MapKeeper::checkpoint(Timestamp now, const MapState& map, std::int64_t changes, std::span<const MapView> seen) {
   checkpointed_ = now;
-  if (!store_ || !attempt(now, [&] { store_->checkpoint(map, seen); })) return false;
+  if (!store_ || !attempt(now, map, [&] { store_->checkpoint(map, seen); })) return false;
   checkpointed_changes_ = journalled_changes_ = changes;
   journalled_pose_ = map.T_map_base;
   return true;
@@ -256,19 +261,40 @@ void MapKeeper::saveAs(const std::string& name, const MapState& map) const {
   if (store_) store_->touch();  // it is this one that goes on
 }
 
-bool MapKeeper::attempt(Timestamp now, const std::function<void()>& write) {
+std::string MapKeeper::notWritten(const std::exception& error) const {
+  std::string since = "yet";
+  if (written_ != 0) {
+    const bool today = std::time(nullptr) - written_ < 12 * 3600;
+    std::tm local{};
+    localtime_r(&written_, &local);
+    char text[32];
+    std::strftime(text, sizeof text, today ? "since %H:%M" : "since %Y-%m-%d %H:%M", &local);
+    since = text;
+  }
+  const DiskWords words = diskWords(error, config_.store.directory);
+  std::string text = "not written " + since + ": " + words.cause + "; the map is not stored, ";
+  if (known_ > stored_)
+    text += std::to_string(known_ - stored_) + " of " + std::to_string(known_) + " keyframes are in memory alone, ";
+  return text + "slamd tries again; " + words.fix;
+}
+
+bool MapKeeper::attempt(Timestamp now, const MapState& map, const std::function<void()>& write) {
+  known_ = map.keyframes.size();
   try {
     // What is written into a folder that has no name any more is lost without an error.
-    if (!lock_->isThere()) throw std::runtime_error(name_ + ": somebody has removed the map's folder");
+    if (!lock_->isThere()) throw DiskError(name_ + ": somebody has removed the map's folder", ENOENT);
     write();
+    stored_ = known_;
+    written_ = std::time(nullptr);
     succeed();
     return true;
   } catch (const std::exception& error) {
-    fail(now, std::string(error.what()) + kNotStored);
+    fail(now, notWritten(error));
     if (lock_->isThere()) return false;
+    generation_ = store_->generation();
     store_.reset();
     lock_.reset();
-    generation_ = 0;
+    stored_ = 0;
     return false;
   }
 }
@@ -276,17 +302,11 @@ bool MapKeeper::attempt(Timestamp now, const std::function<void()>& write) {
 void MapKeeper::fail(Timestamp now, const std::string& problem) {
   retry_.failed(now);
   problem_.set(problem);
-  if (std::exchange(failing_, true) || (logged_ && now - *logged_ < kLogInterval)) return;
-  logError(problem);
-  logged_ = now;
-  failure_logged_ = true;
 }
 
 void MapKeeper::succeed() {
   retry_.succeeded();
   problem_.set("");
-  failing_ = false;
-  if (std::exchange(failure_logged_, false)) logInfo(writes() ? "the map is written again" : "the map is there");
 }
 
 }  // namespace slam

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <atomic>
+#include <ctime>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 
-#include "app/config.hpp"
+#include "config/config.hpp"
 #include "core/timestamp.hpp"
 #include "drivers/retry.hpp"
 #include "runtime/shared_text.hpp"
@@ -23,7 +25,7 @@ namespace slam {
 /// tried again, and so is a folder that somebody removed. One thread at a time; problem() from any.
 class MapKeeper {
  public:
-  explicit MapKeeper(const Config& config) : config_(config), localises_(config.mode == "localise") {}
+  explicit MapKeeper(const Config& config) : config_(config), localises_(config.mode == RunMode::kLocalise) {}
 
   /// What no disk can heal, for who starts slamd: it is told what to write into which key. Empty: nothing.
   static std::string misconfiguration(const Config& config);
@@ -48,6 +50,8 @@ class MapKeeper {
   /// Whether the map is to be written. From any thread.
   bool writes() const { return !localises_ && !config_.store.directory.empty(); }
   const std::string& name() const { return name_; }
+  /// Keyframes of the present map that are on the disk. From any thread.
+  int stored() const { return stored_; }
   /// What is not read or written and why, what slamd does meanwhile, and the fix; empty: nothing.
   std::string problem() const { return problem_.get(); }
 
@@ -55,6 +59,8 @@ class MapKeeper {
   bool journalDue(Timestamp now, const Pose2& T_map_base, std::int64_t changes) const;
   /// @param seen by the depth camera since it was written last @return false when it could not be written
   bool journal(Timestamp now, const MapState& map, std::span<const MapView> seen, std::int64_t changes);
+  /// Whether there is one that can go on.
+  bool hasJournal() const { return store_ && checkpointed_changes_ >= 0; }
   /// Whether a new generation should be written.
   bool checkpointDue(Timestamp now, std::int64_t changes) const;
   /// Whether one may be written: now, not long behind a failure.
@@ -69,7 +75,8 @@ class MapKeeper {
   MapState open(const std::string& path);
   void keep(const std::string& name, Timestamp now);
   std::unique_ptr<FolderLock> lockOf(const std::string& name) const;
-  bool attempt(Timestamp now, const std::function<void()>& write);
+  bool attempt(Timestamp now, const MapState& map, const std::function<void()>& write);
+  std::string notWritten(const std::exception& error) const;
   void fail(Timestamp now, const std::string& problem);
   void succeed();
 
@@ -79,14 +86,14 @@ class MapKeeper {
   bool awaits_ = false;               // the configured map cannot be used yet
   std::unique_ptr<FolderLock> lock_;  // of the map's folder
   std::unique_ptr<MapStore> store_;   // nullptr: not written, or not yet
-  int generation_ = 0;                // newest one on disk when the map was opened
+  int generation_ = 0;                // newest one on disk when the map was opened, or the disk went
+  std::atomic<int> stored_{0};        // keyframes of the map on the disk ...
+  int known_ = 0;                     // ... and of all, when it was written or was to be
+  std::time_t written_ = 0;           // [s since the epoch] last; 0: not since slamd was started
   Timestamp journalled_{}, checkpointed_{};
   std::int64_t journalled_changes_ = -1, checkpointed_changes_ = -1;
   Pose2 journalled_pose_;
   SharedText problem_;
-  bool failing_ = false;             // something does
-  std::optional<Timestamp> logged_;  // a failure
-  bool failure_logged_ = false;      // of this time
   Retry retry_{std::chrono::seconds(1), std::chrono::seconds(30)};
 };
 

@@ -42,27 +42,27 @@ bool isSeenByDepth(const OccupancyGrid::Tiles::Tile& tile) {
 
 }  // namespace
 
-MapperThread::MapperThread(const Config& config, Exchange& exchange, const WallClock& clock)
+MapperThread::MapperThread(const Config& config, const MapperEnds& ends, const WallClock& clock)
     : config_(config),
-      exchange_(exchange),
+      ends_(ends),
       clock_(clock),
       mapper_(config.map),
       worker_({.name = "mapper", .rate = kRate}, [this] { tick(); }) {}
 
 void MapperThread::tick() {
   const Timestamp begin = monotonicNow();
-  const auto drawn = exchange_.map_changes.drain([this](const auto& change) { draw(*change); });
+  const auto drawn = ends_.map.changes.drain([this](const auto& change) { draw(*change); });
   const bool redrawing = mapper_.work(kScansPerTick);
-  if (drawn > 0 || redrawing) exchange_.map_update.add(monotonicNow() - begin);
+  if (drawn > 0 || redrawing) ends_.update.add(monotonicNow() - begin);
   for (const TileIndex& tile : mapper_.takeChangedTiles()) addOnce(unsent_, tile);
-  if (exchange_.refresh_map.exchange(false)) {
+  if (ends_.requests.refresh.exchange(false)) {
     // A large map takes longer than from one refresh to the next: it is sent to its end.
     if (to_refresh_.empty())
       mapper_.grid().tiles().forEachTile([this](TileIndex t, const auto&) { to_refresh_.push_back(t); });
     meta_due_ = true;
   }
   sendTiles();
-  if (exchange_.save_map.exchange(false)) save();
+  if (ends_.requests.save.exchange(false)) save();
   if (!folder_known_) checkFolder(begin);
 }
 
@@ -77,7 +77,7 @@ void MapperThread::draw(const MapChange& change) {
   if (change.begin_in) {
     const MapState& map = *change.begin_in;
     if (map.keyframes.size() > 0) mapper_.load(scansOf(map), viewsOf(map), map.grid.clone(), map.grid_keyframes);
-    exchange_.refresh_map = true;
+    ends_.requests.refresh = true;
   }
   mapper_.forgetBefore(change.first_in_map);
   for (const MapScan& scan : change.scans) mapper_.add(scan);
@@ -85,16 +85,16 @@ void MapperThread::draw(const MapChange& change) {
   if (!change.poses.empty()) mapper_.move(change.poses);
   if (change.send_grid) {
     mapper_.work(std::numeric_limits<int>::max());
-    exchange_.grids.tryPush(std::make_shared<DrawnMap>(drawn()));
+    ends_.map.grids.tryPush(std::make_shared<DrawnMap>(drawn()));
   }
   utime_ = clock_.utime(change.stamp);
   meta_due_ = true;
-  exchange_.map_keyframes.store(mapper_.keyframes(), std::memory_order_relaxed);
+  ends_.keyframes = mapper_.keyframes();
 }
 
 void MapperThread::sendTiles() {
-  if (meta_due_ && exchange_.map_meta.hasRoom()) {
-    exchange_.map_meta.tryPush(toMetaMessage(mapper_.grid(), utime_, map_id_, mapper_.keyframes()));
+  if (meta_due_ && ends_.tiles.meta.hasRoom()) {
+    ends_.tiles.meta.tryPush(toMetaMessage(mapper_.grid(), utime_, map_id_, mapper_.keyframes()));
     meta_due_ = false;
   }
   // A few at a time: a burst of a whole map would overrun subscribers' receive buffers.
@@ -102,14 +102,14 @@ void MapperThread::sendTiles() {
   std::size_t sent = 0;
   for (auto* tiles : {&unsent_, &to_refresh_}) {  // what has changed goes first
     std::size_t gone = 0;
-    for (; gone < tiles->size() && sent < kTilesPerTick && exchange_.map_tiles.hasRoom(); ++gone, ++sent) {
-      exchange_.map_tiles.tryPush(toTileMessage(mapper_.grid(), (*tiles)[gone], utime_, map_id_));
+    for (; gone < tiles->size() && sent < kTilesPerTick && ends_.tiles.map.hasRoom(); ++gone, ++sent) {
+      ends_.tiles.map.tryPush(toTileMessage(mapper_.grid(), (*tiles)[gone], utime_, map_id_));
       addOnce(unsent_layers_, (*tiles)[gone]);
     }
     tiles->erase(tiles->begin(), tiles->begin() + static_cast<std::ptrdiff_t>(gone));
   }
   sendLayers();
-  if (sent > 0) exchange_.bus_wakeup.notify();
+  if (sent > 0) ends_.bus_wakeup.notify();
 }
 
 void MapperThread::sendLayers() {
@@ -117,23 +117,23 @@ void MapperThread::sendLayers() {
   const OccupancyGrid& grid = mapper_.grid();
   auto next = unsent_layers_.begin();
   for (int sent = 0; next != unsent_layers_.end() && sent < kTilesPerTick; ++next) {
-    if (!exchange_.lidar_tiles.hasRoom() || !exchange_.depth_tiles.hasRoom()) break;
+    if (!ends_.tiles.lidar.hasRoom() || !ends_.tiles.depth.hasRoom()) break;
     const auto* tile = grid.tiles().find(*next);
     if (tile == nullptr || !isSeenByDepth(*tile)) continue;
-    exchange_.lidar_tiles.tryPush(toTileMessage(grid, *next, utime_, map_id_, MapLayer::kLidar));
-    exchange_.depth_tiles.tryPush(toTileMessage(grid, *next, utime_, map_id_, MapLayer::kDepth));
+    ends_.tiles.lidar.tryPush(toTileMessage(grid, *next, utime_, map_id_, MapLayer::kLidar));
+    ends_.tiles.depth.tryPush(toTileMessage(grid, *next, utime_, map_id_, MapLayer::kDepth));
     ++sent;
   }
   unsent_layers_.erase(unsent_layers_.begin(), next);
 }
 
 void MapperThread::finish() {
-  exchange_.map_changes.drain([this](const auto& change) { draw(*change); });
+  ends_.map.changes.drain([this](const auto& change) { draw(*change); });
   save();
 }
 
 bool MapperThread::waitUntilSaved(Timestamp deadline) {
-  return disk_.waitUntilIdle(deadline) && exchange_.map_saved != SaveOutcome::kFailed;
+  return disk_.waitUntilIdle(deadline) && ends_.requests.saved != SaveOutcome::kFailed;
 }
 
 void MapperThread::save() {
@@ -146,13 +146,12 @@ void MapperThread::save() {
       writeMapFiles(config_.output.map, *image, path);
       logInfo("map of " + std::to_string(keyframes) + " keyframes saved to " + config_.output.map + ".yaml");
       problem_.set("");
-      failing_ = false;
-      exchange_.map_saved = SaveOutcome::kSaved;
+      ends_.requests.saved = SaveOutcome::kSaved;
     } catch (const std::exception& error) {
       problem_.set(error.what() + std::string(kNotSaved));
       logError(std::string("map not saved: ") + error.what());
       folder_known_ = false;
-      exchange_.map_saved = SaveOutcome::kFailed;
+      ends_.requests.saved = SaveOutcome::kFailed;
     }
   });
 }
@@ -166,10 +165,8 @@ void MapperThread::checkFolder(Timestamp now) {
       makeFolder(config_.output.map);
       problem_.set("");
       folder_known_ = true;
-      if (failing_) logInfo("map files can be written to " + config_.output.map + " now");
     } catch (const std::exception& error) {
       problem_.set(error.what() + std::string(kNotSaved));
-      if (!std::exchange(failing_, true)) logWarning(problem_.get());
     }
   });
 }

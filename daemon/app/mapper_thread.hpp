@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "app/config.hpp"
-#include "app/exchange.hpp"
+#include "app/channels.hpp"
 #include "app/storage_report.hpp"
+#include "config/config.hpp"
 #include "drivers/retry.hpp"
 #include "runtime/clock.hpp"
 #include "runtime/job_thread.hpp"
@@ -20,7 +20,7 @@ namespace slam {
 /// *map files*.
 class MapperThread {
  public:
-  MapperThread(const Config& config, Exchange& exchange, const WallClock& clock);
+  MapperThread(const Config& config, const MapperEnds& ends, const WallClock& clock);
   Worker& worker() { return worker_; }
 
   /// For after the thread has stopped: draws what is left in the queue and begins to write the map files, if any are
@@ -31,7 +31,7 @@ class MapperThread {
   bool waitUntilSaved(Timestamp deadline);
   bool isWriting() const { return disk_.isBusy(); }
 
-  StorageReport storage(Timestamp now) const { return {problem_.get(), disk_.busyFor(now)}; }
+  StorageReport storage(Timestamp now) const { return {problem_.get(), "", disk_.busyFor(now)}; }
   /// For after the thread has stopped, too.
   DrawnMap drawn() const { return {mapper_.grid().clone(), mapper_.views()}; }
 
@@ -44,7 +44,7 @@ class MapperThread {
   void checkFolder(Timestamp now);
 
   const Config& config_;
-  Exchange& exchange_;
+  const MapperEnds ends_;
   const WallClock& clock_;
   Mapper mapper_;
   std::vector<TileIndex> unsent_, to_refresh_;  // changed; to be sent again in their turn
@@ -54,7 +54,6 @@ class MapperThread {
   bool meta_due_ = false;
   SharedText problem_;                                              // with the map files
   std::atomic<bool> folder_known_{false};                           // to be there
-  bool failing_ = false;                                            // of the disk's thread: logged
   Retry retry_{std::chrono::seconds(1), std::chrono::seconds(10)};  // to look at the folder
   JobThread disk_{"map files"};
   Worker worker_;

@@ -3,7 +3,6 @@
 
 #include <utility>
 
-#include "app/log.hpp"
 #include "bus/event_log.hpp"
 #include "runtime/clock.hpp"
 
@@ -25,7 +24,7 @@ Recorder::Recorder(std::string name, std::unique_ptr<RecordSink> sink, std::size
 void Recorder::add(std::int64_t utime, const std::string& channel, std::span<const std::uint8_t> data) {
   const std::scoped_lock lock(mutex_);
   if (ending_ || pending_.records.size() + recordSize(channel, data) > capacity_) {
-    ++dropped_;
+    ++counters_.dropped;
     return;
   }
   if (pending_.messages++ == 0) pending_.utime = utime;
@@ -45,16 +44,15 @@ void Recorder::tick() {
   if (last || retry_.due(now)) {
     try {
       sink_->write(block_.records, block_.utime);
-      written_ += std::exchange(block_.messages, 0);
+      counters_.written += std::exchange(block_.messages, 0);
       block_.records.clear();
       retry_.succeeded();
       problem_.set("");
-      if (std::exchange(failing_, false)) logInfo("the " + name_ + " is written again");
+      failing_ = false;
     } catch (const std::exception& error) {
       retry_.failed(now);
-      const std::string problem = std::string(error.what()) + "; " + sink_->advice();
-      problem_.set(problem);
-      if (!std::exchange(failing_, true)) logError(problem);
+      problem_.set(std::string(error.what()) + "; " + sink_->advice());
+      failing_ = true;
     }
   }
   waits_since_ns_ = 0;
@@ -71,7 +69,7 @@ void Recorder::tick() {
   }
   waits_since_ns_ = 0;
   const std::scoped_lock lock(mutex_);
-  dropped_ += block_.messages + pending_.messages;
+  counters_.dropped += block_.messages + pending_.messages;
   ended_ = true;
   worker_.requestStop();
   changed_.notify_all();
@@ -89,10 +87,9 @@ bool Recorder::finish(Timestamp deadline) {
 
 StorageReport Recorder::report(Timestamp now) const {
   const std::int64_t since = waits_since_ns_;
-  StorageReport report{problem_.get(), since == 0 ? Duration(0) : now - Timestamp(Duration(since))};
-  if (dropped_ > 0) {
-    report.problem += (report.problem.empty() ? "" : "; ") + std::to_string(dropped_) +
-                      " messages are missing in it: the disk was away or too slow";
+  StorageReport report{problem_.get(), "", since == 0 ? Duration(0) : now - Timestamp(Duration(since))};
+  if (counters_.dropped > 0) {
+    report.lost = std::to_string(counters_.dropped) + " messages are missing in it: the disk was away or too slow";
   }
   return report;
 }

@@ -10,11 +10,23 @@
 
 #include "app/record_sink.hpp"
 #include "app/storage_report.hpp"
+#include "core/counter_info.hpp"
 #include "drivers/retry.hpp"
 #include "runtime/shared_text.hpp"
 #include "runtime/worker.hpp"
 
 namespace slam {
+
+/// What a Recorder counts.
+struct RecorderCounters {
+  std::atomic<std::uint64_t> written{0}, dropped{0};
+
+  template <typename Visitor>
+  friend void visitCounters(const RecorderCounters& c, const std::string& name, Visitor&& visit) {
+    visit(CounterInfo{name + ".written", "messages", "Messages that the disk has taken."}, c.written);
+    visit(CounterInfo{name + ".dropped", "messages", "Messages that the disk did not take in time."}, c.dropped);
+  }
+};
 
 /// A thread that writes messages as records of an LCM event log. Who hands them over never waits for the disk: what the
 /// disk does not take in time is dropped and counted. What cannot be written is tried again.
@@ -32,8 +44,7 @@ class Recorder {
   bool finish(Timestamp deadline);
 
   const std::string& name() const { return name_; }
-  std::uint64_t written() const { return written_; }  ///< messages
-  std::uint64_t dropped() const { return dropped_; }
+  const RecorderCounters& counters() const { return counters_; }
   StorageReport report(Timestamp now) const;
 
  private:
@@ -53,12 +64,12 @@ class Recorder {
   Block pending_;            // not yet taken by the thread
   std::int64_t number_ = 0;  // of the next record
   bool ending_ = false, ended_ = false;
-  std::atomic<std::uint64_t> written_{0}, dropped_{0};
+  RecorderCounters counters_;
   std::atomic<std::int64_t> waits_since_ns_{0};  // for the disk; 0: it does not
   SharedText problem_;
   // Of the thread:
   Block block_;           // being written
-  bool failing_ = false;  // logged
+  bool failing_ = false;  // at the last attempt
   Retry retry_{std::chrono::milliseconds(500), std::chrono::seconds(5)};
   Worker worker_;
 };

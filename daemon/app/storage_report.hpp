@@ -9,6 +9,7 @@ namespace slam {
 /// How writing to a disk goes, for health and log.
 struct StorageReport {
   std::string problem;  ///< what is not written and why, what slamd does meanwhile, and the fix; empty: nothing
+  std::string lost;     ///< what is missing for good
   Duration waiting{0};  ///< for the disk, so far
 };
 

@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/supervisor.hpp"
 
-#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <ctime>
+#include <string_view>
 #include <systemd/sd-daemon.h>
+#include <tuple>
+#include <utility>
 
 #include "app/log.hpp"
+#include "app/pose_words.hpp"
+#include "drivers/udev_links.hpp"
 #include "runtime/realtime.hpp"
 
 namespace slam {
@@ -25,20 +30,16 @@ constexpr Duration kOptimising = 10s;      // a very large map, on a small compu
 constexpr Duration kRealtimeLate = 200ms;  // of a period of 2 to 10 ms
 constexpr Duration kReadingLate = 500ms;   // of a wait of 100 ms at most
 constexpr Duration kDrawingLate = 2s;      // a large map anew
-constexpr Duration kDiskHangs = 3s;        // in one piece of work
 constexpr Duration kStopLimit = 15s;       // for the disk; systemd waits for 20 s
 constexpr Duration kRecordLimit = 3s;      // for the disk, at the end
 const char* const kHung = ": the disk has not answered in time";
-const char* const kNoAnswer =
-    ": the disk does not answer, slamd goes on and writes what is new when it does; is it broken, or too slow?";
-constexpr Duration kLogInterval = 60s;               // between two lines about a disk that hangs
-constexpr double kMostLines = 5.0, kLineRate = 0.5;  // [1], [1/s] of the log about one device
 constexpr Duration kClockStep = 500ms;
+constexpr Duration kPoseWaits = 4s;  // without a pose, before it is logged
 
 /// Runs before the map is loaded: that may take seconds, and a slamd that was killed may have left the wheels turning.
-std::unique_ptr<BaseThread> startBase(const Config& config, Exchange& exchange) {
+std::unique_ptr<BaseThread> startBase(const Config& config, const BaseEnds& ends) {
   if (!BaseThread::isWanted(config)) return nullptr;
-  auto base = std::make_unique<BaseThread>(config, exchange);
+  auto base = std::make_unique<BaseThread>(config, ends);
   base->worker().start();
   return base;
 }
@@ -47,51 +48,82 @@ std::unique_ptr<BaseThread> startBase(const Config& config, Exchange& exchange) 
 
 Supervisor::Supervisor(const Config& config)
     : config_(config),
-      base_(startBase(config_, exchange_)),
-      graph_(config_, exchange_, clock_),
-      estimator_(config_, exchange_, graph_.firstLocalizer()),
-      mapper_(config_, exchange_, clock_),
-      bus_(config_, exchange_, clock_),
-      watchdog_(kPeriod) {
-  if (config_.lidar_device.driver == "rplidar") lidar_ = makeLidarThread(config_, exchange_);
+      base_(startBase(config_, channels_.base())),
+      graph_(config_, channels_.graph(), clock_),
+      estimator_(config_, channels_.estimator(), graph_.firstFrontEnd()),
+      mapper_(config_, channels_.mapper(), clock_),
+      bus_(config_, channels_.bus(), clock_),
+      pose_(config_, channels_.pose(), clock_, bus_.poseSender()),
+      devices_(channels_.lidar_stuck),
+      watchdog_(kPeriod),
+      health_(config_, clock_, devices_, channels_.health, channels_.bus_wakeup) {
+  if (config_.lidar_device.driver == LidarDriver::kRplidar) lidar_ = makeLidarThread(config_, channels_.lidar());
 
   constexpr double kLidarRate = 5.5, kLcmRate = 0.0;  // [Hz] 0: whatever comes
-  if (lidar_) devices_.push_back({"lidar", &lidar_->driver().status(), kLidarRate});
-  if (config_.lidar_device.driver == "lcm") devices_.push_back({"lidar", &bus_.lidarStatus(), kLcmRate, true});
-  if (base_ && base_->wheelStatus()) devices_.push_back({"base", base_->wheelStatus(), base_->wheelRate()});
-  if (config_.base_device.driver == "lcm") devices_.push_back({"base", &bus_.wheelStatus(), kLcmRate, true});
-  if (base_ && base_->imuStatus()) devices_.push_back({"imu", base_->imuStatus(), base_->imuRate()});
-  if (config_.imu_device.driver == "lcm") devices_.push_back({"imu", &bus_.imuStatus(), kLcmRate, true});
+  const bool has_lidar = config_.lidar_device.driver != LidarDriver::kNone,
+             has_imu = config_.imu_device.driver != ImuDriver::kNone;
+  const char* const without_lidar = has_imu ? "goes on by wheels and IMU" : "goes on by the wheels";
+  const char* const without_wheels = has_lidar ? "goes on by scan matching" : "goes on without motion";
+  const char* const without_imu = "takes the turn rate from the wheels";
+  const char* const without_depth = "draws what the lidar sees alone";
+  if (lidar_)
+    devices_.add(
+        {.name = "lidar", .status = &lidar_->driver().status(), .expected = kLidarRate, .without = without_lidar});
+  if (config_.lidar_device.driver == LidarDriver::kLcm)
+    devices_.add({.name = "lidar",
+                  .status = &bus_.lidarStatus(),
+                  .expected = kLcmRate,
+                  .over_lcm = true,
+                  .without = without_lidar});
+  if (base_ && base_->wheelStatus())
+    devices_.add(
+        {.name = "base", .status = base_->wheelStatus(), .expected = base_->wheelRate(), .without = without_wheels});
+  if (config_.base_device.driver == BaseDriver::kLcm)
+    devices_.add({.name = "base",
+                  .status = &bus_.wheelStatus(),
+                  .expected = kLcmRate,
+                  .over_lcm = true,
+                  .without = without_wheels});
+  if (base_ && base_->imuStatus())
+    devices_.add({.name = "imu", .status = base_->imuStatus(), .expected = base_->imuRate(), .without = without_imu});
+  if (config_.imu_device.driver == ImuDriver::kLcm)
+    devices_.add(
+        {.name = "imu", .status = &bus_.imuStatus(), .expected = kLcmRate, .over_lcm = true, .without = without_imu});
 
   const DepthDeviceConfig& depth = config_.depth_device;
-  if (depth.driver == "openni2") {
+  if (depth.driver == DepthDriver::kOpenni2) {
     std::function<std::string()> record_to;
     if (FieldLog* log = bus_.fieldLog(); log != nullptr && config_.log.images && depth.record.empty())
       record_to = [log] { return log->imagesPath(); };
-    depth_ = makeDepthThread(config_, exchange_, std::move(record_to));
-    devices_.push_back({"depth", &depth_->driver().status(), static_cast<double>(depth.rate)});
+    depth_ = makeDepthThread(config_, channels_.depth(), std::move(record_to));
+    devices_.add({.name = "depth",
+                  .status = &depth_->driver().status(),
+                  .expected = static_cast<double>(depth.rate),
+                  .without = without_depth});
   }
-  if (depth.driver == "lcm") devices_.push_back({"depth", &bus_.depthStatus(), kLcmRate, true});
+  if (depth.driver == DepthDriver::kLcm)
+    devices_.add({.name = "depth",
+                  .status = &bus_.depthStatus(),
+                  .expected = kLcmRate,
+                  .over_lcm = true,
+                  .without = without_depth});
 
-  watched_ = {{&estimator_.worker(), {kRealtimeLate, kDead}},
-              {&graph_.worker(), {kOptimising, kOptimising + kDead}},
-              {&mapper_.worker(), {kDrawingLate, kDrawingLate + kDead}},
-              {&bus_.worker(), {kReadingLate, kDead}}};
-  if (base_) watched_.push_back({&base_->worker(), {kRealtimeLate, kDead}});
-  if (lidar_) {
-    watched_.push_back({&lidar_->worker(), {kReadingLate, kConnecting + kDead}, &lidar_->driver().status()});
-  }
-  if (depth_) {  // OpenNI2's calls may hang
-    watched_.push_back({&depth_->worker(), {kReadingLate, kConnecting, /*vital=*/false}, &depth_->driver().status()});
-  }
-  for (const Watched& watched : watched_) watchdog_.add(watched.worker->name(), watched.limits);
+  watchdog_.add(estimator_.worker(), {kRealtimeLate, kDead});
+  watchdog_.add(graph_.worker(), {kOptimising, kOptimising + kDead});
+  watchdog_.add(mapper_.worker(), {kDrawingLate, kDrawingLate + kDead});
+  watchdog_.add(bus_.worker(), {kReadingLate, kDead});
+  watchdog_.add(pose_.worker(), {kReadingLate, kDead});
+  if (base_) watchdog_.add(base_->worker(), {kRealtimeLate, kDead});
+  if (lidar_) watchdog_.add(lidar_->worker(), {kReadingLate, kConnecting + kDead}, &lidar_->driver().status());
+  if (depth_)  // OpenNI2's calls may hang
+    watchdog_.add(depth_->worker(), {kReadingLate, kConnecting, /*vital=*/false}, &depth_->driver().status());
 
-  stored_.push_back({"map", [this](Timestamp now) { return graph_.storage(now); }});
-  stored_.push_back({"map files", [this](Timestamp now) { return mapper_.storage(now); }});
+  storage_.add("map", [this](Timestamp now) { return graph_.storage(now); });
+  storage_.add("map files", [this](Timestamp now) { return mapper_.storage(now); });
   if (Recorder* recorder = bus_.recorder()) {
-    stored_.push_back({"record", [recorder](Timestamp now) { return recorder->report(now); }});
+    storage_.add("record", [recorder](Timestamp now) { return recorder->report(now); });
   }
-  if (Recorder* log = bus_.logRecorder()) stored_.push_back({"log", [log](Timestamp now) { return log->report(now); }});
+  if (Recorder* log = bus_.logRecorder()) storage_.add("log", [log](Timestamp now) { return log->report(now); });
 }
 
 Supervisor::~Supervisor() {
@@ -114,46 +146,53 @@ void Supervisor::start() {
     not_locked_ = lockMemory();
     if (!not_locked_.empty()) logWarning(not_locked_);
   }
-  started_ = monotonicNow();
-  next_health_ = started_ + kHealthPeriod;
-  measured_ = started_;
   // What the base has measured while the map was loaded has gaps, its queues were full, and it counts for no rate.
-  exchange_.wheels.drain([](const WheelReading&) {});
-  exchange_.imu.drain([](const ImuSample&) {});
-  exchange_.wheels_out.drain([](const WheelReading&) {});
-  exchange_.imu_out.drain([](const ImuSample&) {});
-  for (WatchedDevice& device : devices_) device.samples = device.status->samples;
-  for (Watched& watched : watched_) {
-    if (!base_ || watched.worker != &base_->worker()) watched.worker->start();
+  for (auto* sensors : {&channels_.samples, &channels_.raw}) {
+    sensors->wheels.drain([](const WheelReading&) {});
+    sensors->imu.drain([](const ImuSample&) {});
+  }
+  health_.begin(monotonicNow());
+  for (Worker* worker : watchdog_.workers()) {
+    if (!base_ || worker != &base_->worker()) worker->start();
   }
   sd_notify(0, "READY=1");
+  logClaimants();
   logInfo("running, version " SLAMD_VERSION);
+}
+
+void Supervisor::logClaimants() const {
+  const bool lidar = config_.lidar_device.driver == LidarDriver::kRplidar,
+             board = config_.base_device.driver == BaseDriver::kHandsfree;
+  const bool imu = config_.imu_device.driver == ImuDriver::kHfi;
+  for (const auto& [used, key, port] : {std::tuple(lidar, "lidar", config_.lidar_device.port),
+                                        {board, "base", config_.base_device.port},
+                                        {imu, "imu", config_.imu_device.port}}) {
+    const auto claimants = used ? claimantsOf(port) : std::vector<Claimant>{};
+    if (const std::string words = describeClaimants(port, claimants); !words.empty())
+      logWarning(std::string(key) + ": " + words + ", slamd opens it all the same; set " + key +
+                 ".port to a name that stays with the USB socket: " + claimants.front().by_path + " or " +
+                 claimants.back().by_path);
+  }
 }
 
 int Supervisor::run() {
   start();
   const sigset_t signals = stopSignals();
-  measureDiskSpace();
   const timespec period{0, static_cast<long>(kPeriod.count())};
   while (sigtimedwait(&signals, nullptr, &period) < 0) {
     const Timestamp now = monotonicNow();
-    exchange_.pose_for_supervisor.load(snapshot_);
-    logDeviceChanges();
-    logLocalisation();
-    logLink();
-    warnOnce();
-    watch(now);
-    watchDisks(now);
-    if (now >= next_health_) {
-      next_health_ = std::max(next_health_ + kHealthPeriod, now);
-      measureRates(now);
-      sendHealth(now);
-    } else if (device_changed_) {
-      sendHealth(now);  // news does not wait
-    }
+    channels_.pose_for_supervisor.load(snapshot_);
+    const std::vector<Trouble> others = otherTroubles(now);
+    bool news = devices_.look(now);
+    news |= std::exchange(link_seen_, bus_.linkState()) != bus_.linkState();
+    devices_.setEchoes(snapshot_.echo_finding);
+    log(others, now);
+    watchdog_.look(now);
+    const bool due = health_.measure(now);  // news does not wait
+    if (due || news) health_.send(now, snapshot_, problems(others, now), counted());
   }
   const bool saved = stop();
-  if (graph_.isWriting() || mapper_.isWriting() || recorder_hangs_ || disk_space_.isBusy()) {
+  if (graph_.isWriting() || mapper_.isWriting() || recorder_hangs_ || health_.isBusy()) {
     std::_Exit(saved ? 0 : 1);  // a thread that waits for a disk cannot be joined
   }
   return saved ? 0 : 1;
@@ -162,10 +201,10 @@ int Supervisor::run() {
 bool Supervisor::stop() {
   sd_notify(0, "STOPPING=1");
   logInfo("stopping");
-  for (Watched& watched : watched_) watched.worker->requestStop();  // all at once, then wait for each
+  for (Worker* worker : watchdog_.workers()) worker->requestStop();  // all at once, then wait for each
   if (base_) base_->stop();  // first: another thread may take long, and the wheels must not turn meanwhile
-  for (Watched& watched : watched_) {
-    if (watched.worker != &mapper_.worker()) watched.worker->stop();
+  for (Worker* worker : watchdog_.workers()) {
+    if (worker != &mapper_.worker()) worker->stop();
   }
   if (lidar_) lidar_->driver().stop();
   if (depth_) depth_->driver().stop();
@@ -176,121 +215,127 @@ bool Supervisor::stop() {
   graph_.store(mapper_.drawn());
   for (Recorder* recorder : {bus_.recorder(), bus_.logRecorder()}) {
     if (recorder == nullptr) continue;
-    if (!recorder->finish(now + kRecordLimit))
-      logError("the " + recorder->name() + "'s end is lost: the disk has not taken it");
+    if (!recorder->finish(now + kRecordLimit)) {
+      const StorageReport left = recorder->report(now);
+      logError("the " + recorder->name() + "'s end is lost: the disk has not taken it" +
+               (left.problem.empty() ? "" : "; " + left.problem) + (left.lost.empty() ? "" : "; " + left.lost));
+    }
     recorder_hangs_ |= recorder->report(now).waiting > Duration(0);
   }
   if (bus_.fieldLog() != nullptr) recorder_hangs_ |= bus_.fieldLog()->keeperHangs(now + kRecordLimit);
   const bool drawn = mapper_.waitUntilSaved(now + kStopLimit), stored = graph_.waitUntilStored(now + kStopLimit);
   if (!drawn) logError("the map files are not saved" + std::string(mapper_.isWriting() ? kHung : ""));
-  if (!stored) logError("the map is not stored" + std::string(graph_.isWriting() ? kHung : ""));
+  if (!stored) logError("the map is not stored" + std::string(graph_.isWriting() ? kHung : "") + ": " + graph_.loss());
   return drawn && stored;
 }
 
-void Supervisor::watch(Timestamp now) {
-  for (std::size_t i = 0; i < watched_.size(); ++i) {
-    const Watched& watched = watched_[i];
-    const bool connecting = watched.connects != nullptr && watched.connects->state != DeviceState::kStreaming;
-    if (connecting) watchdog_.excuse(i);
-    watchdog_.look(i, watched.worker->ticks(), watched.worker->takeWorstDelay(), now);
-  }
-  if (watchdog_.allAlive()) sd_notify(0, "WATCHDOG=1");
-  for (const Watchdog::News& news : watchdog_.takeNews(now))
-    news.is_error ? logError(news.text) : logWarning(news.text);
-}
-
-void Supervisor::watchDisks(Timestamp now) {
-  for (Stored& stored : stored_) {
-    const bool hangs = stored.report(now).waiting > kDiskHangs;
-    if (std::exchange(stored.hangs, hangs) == hangs) continue;
-    if (!hangs && std::exchange(stored.logged_now, false))
-      logInfo(std::string(stored.name) + ": the disk answers again");
-    if (!hangs || (stored.logged && now - *stored.logged < kLogInterval)) continue;
-    logWarning(std::string(stored.name) + kNoAnswer);
-    stored.logged = now;
-    stored.logged_now = true;
-  }
-}
-
-std::string Supervisor::storageWords(Timestamp now) const {
-  std::string text;
-  for (const Stored& stored : stored_) {
-    const StorageReport report = stored.report(now);
-    if (!report.problem.empty()) text += std::string("; ") + stored.name + ": " + report.problem;
-    if (report.waiting <= kDiskHangs) continue;
-    text += std::string("; ") + stored.name + kNoAnswer + " (" +
-            std::to_string(std::lround(toSeconds(report.waiting))) + " s so far)";
-  }
-  return text;
-}
-
-void Supervisor::warnOnce() {
-  for (Watched& watched : watched_) {
-    if (watched.warned || watched.worker->ticks() == 0) continue;
-    watched.warned = true;
-    if (!watched.worker->warning().empty())
-      logWarning("thread " + watched.worker->name() + ": " + watched.worker->warning());
-  }
-  for (const SensorFinding& finding : snapshot_.findings.all()) {
-    bool& logged = fault_logged_[static_cast<std::size_t>(finding.fault)];
-    if (!logged) logWarning(describe(finding));
-    logged = true;
-  }
-  if (base_ && base_->finding() != std::string_view(base_finding_)) {
-    base_finding_ = base_->finding();
-    logWarning(std::string("base: ") + base_finding_);
-  }
-  if (!clock_step_logged_ && std::chrono::abs(clock_.drift()) > kClockStep) {
-    clock_step_logged_ = true;
-    logWarning("the wall clock was set; stamps go on from the old one");
-  }
-}
-
-void Supervisor::logLink() {
-  const LinkState state = bus_.linkState();
-  if (state == link_logged_ || state == LinkState::kOpening) return;
-  if (isFault(state)) {
-    const char* const lost =
-        state == LinkState::kUnheard ? "commands and samples may not arrive" : "nothing is published";
-    logWarning("LCM: " + causeOf(state, bus_.url()) + "; " + lost +
-               ", pose, map and store go on; fix: " + fixOf(state, bus_.url()));
-  } else if (link_logged_ == LinkState::kOpening) {
+void Supervisor::log(const std::vector<Trouble>& others, Timestamp now) {
+  logLines(devices_.arrivals(log_, now));
+  std::vector<Trouble> all = devices_.troubles(now);
+  for (const auto& troubles : {poseTroubles(now), sensorTroubles(), others})
+    all.insert(all.end(), troubles.begin(), troubles.end());
+  logLines(log_.look(all, now));
+  if (bus_.linkState() == LinkState::kConnected && !std::exchange(link_worked_, true))
     logInfo("LCM connected: " + bus_.url().text);
-  } else {
-    logInfo("LCM messages are sent again");
-  }
-  link_logged_ = state;
-  device_changed_ = true;
+  const bool localised = snapshot_.pose.state == LocalisationState::kLocalised;
+  if (localised && !std::exchange(localised_, true) && !log_.isOpen("pose")) logInfo("pose localised");
+  followClock(now);
 }
 
-void Supervisor::logDeviceChanges() {
-  for (WatchedDevice& device : devices_) {
-    const Timestamp now = monotonicNow();
-    const DeviceState state = stateOf(device, now);
-    std::string reason = statusReason(device);
-    if (state == DeviceState::kStale && reason.empty()) reason = "no data";
-    const std::string text = std::string(nameOf(state)) + (reason.empty() ? "" : ": ") + reason;
-    // A device that fails to open goes through OPENING at each try: only news is logged.
-    const bool known_lost = state == DeviceState::kOpening && !device.logged.starts_with("STREAMING");
-    if (known_lost || text == device.logged) continue;
-    // One that alternates for long tells so every two seconds.
-    device.lines = std::min(kMostLines, device.lines + kLineRate * toSeconds(now - device.looked));
-    device.looked = now;
-    if (device.lines < 1.0) continue;
-    device.lines -= 1.0;
-    device.logged = text;
-    device_changed_ = true;
-    state == DeviceState::kStreaming ? logInfo(device.name + " " + text) : logWarning(device.name + " " + text);
-  }
+/// A utime that was given is never given again: a clock that is set ahead is followed, one that is set back is not.
+void Supervisor::followClock(Timestamp now) {
+  const Duration step = clock_.drift();
+  if (step <= kClockStep) return;
+  clock_.follow(step);
+  const auto line = log_.happened(
+      "clock",
+      "the wall clock was set ahead by " + std::to_string(std::lround(toSeconds(step))) +
+          " s; the stamps of messages follow it, those of logs go on without the step; nothing is to be done",
+      LogLine::kWarning, now);
+  if (line) logLine(*line);
 }
 
-void Supervisor::logLocalisation() {
+std::vector<Trouble> Supervisor::poseTroubles(Timestamp now) {
   const LocalisationState state = snapshot_.pose.state;
-  if (state == logged_localisation_ || state == LocalisationState::kDegraded) return;
-  const std::string text = std::string("pose ") + nameOf(state);
-  state == LocalisationState::kLost ? logWarning(text + ": no pose is published until the robot is found in the map")
-                                    : logInfo(text);
-  logged_localisation_ = state;
+  if (state == LocalisationState::kLocalised) return unlocalised_since_.reset(), std::vector<Trouble>{};
+  if (!unlocalised_since_) unlocalised_since_ = now;
+  // Every drive begins without a pose, and single scans do not match.
+  const bool matters = state == LocalisationState::kLost || now - *unlocalised_since_ >= kPoseWaits;
+  const std::string words = poseWords(snapshot_, devices_.streams("lidar", now));
+  return {{.cause = "pose",
+           .text = matters ? std::string("pose ") + nameOf(state) + ": " + words : "",
+           .recovery = "pose localised"}};
+}
+
+std::vector<Trouble> Supervisor::sensorTroubles() const {
+  std::vector<Trouble> troubles;
+  for (const SensorFinding& finding : snapshot_.findings.all()) {
+    troubles.push_back({.cause = "sensors " + std::to_string(static_cast<int>(finding.fault)),
+                        .text = describe(finding),
+                        .recovery = ""});
+  }
+  return troubles;
+}
+
+/// All but devices, sensors and pose, which health shows in its own words.
+std::vector<Trouble> Supervisor::otherTroubles(Timestamp now) const {
+  std::vector<Trouble> troubles = storage_.troubles(now);
+  if (base_ && *base_->finding() != '\0')
+    troubles.push_back({.cause = "base settings", .text = std::string("base: ") + base_->finding(), .recovery = ""});
+  const LinkState link = bus_.linkState();
+  if (isFault(link)) {
+    const char* const lost =
+        link == LinkState::kUnheard ? "commands and samples may not arrive" : "nothing is published";
+    troubles.push_back({.cause = "LCM",
+                        .text = "LCM: " + causeOf(link, bus_.url()) + "; " + lost +
+                                ", pose, map and store go on; fix: " + fixOf(link, bus_.url()),
+                        .recovery = "LCM messages are sent again"});
+  }
+  if (const Duration ahead = -clock_.drift(); ahead > kClockStep) {
+    troubles.push_back(
+        {.cause = "clock set back",
+         .text = "the wall clock was set back: stamps are " + std::to_string(std::lround(toSeconds(ahead))) +
+                 " s ahead of it, for they never go back; slamd goes on; fix: sudo systemctl restart slamd",
+         .recovery = "the wall clock has reached the stamps"});
+  }
+  if (bus_.hasRival()) {
+    troubles.push_back({.cause = "SLAM_POSE",
+                        .text = "LCM: " + rivalWords(config_.lcm.url),
+                        .recovery = "LCM: SLAM_POSE is ours alone again"});
+  }
+  if (const std::string drive = bus_.commandProblem(); !drive.empty())
+    troubles.push_back({.cause = "SLAM_DRIVE", .text = drive, .recovery = "SLAM_DRIVE is obeyed again"});
+  if (const std::string socket = bus_.socketProblem(); !socket.empty()) {
+    troubles.push_back(
+        {.cause = "socket", .text = socket, .recovery = config_.runtime.socket + ": commands are taken again"});
+  }
+  return troubles;
+}
+
+std::string Supervisor::problems(const std::vector<Trouble>& others, Timestamp now) const {
+  std::string text;
+  for (const Trouble& trouble : others) text += "; " + trouble.text;
+  if (const std::string threads = watchdog_.words(now); !threads.empty()) text += "; " + threads;
+  return not_locked_.empty() ? text : text + "; " + not_locked_;
+}
+
+Counted Supervisor::counted() {
+  channels_.graph_counters.load(graph_counters_);
+  channels_.can_counters.load(can_counters_);
+  Counted all{.front_end = &snapshot_.counters,
+              .filter = &snapshot_.filter,
+              .back_end = &graph_counters_,
+              .channels = &channels_};
+  all.threads.assign(watchdog_.workers().begin(), watchdog_.workers().end());
+  for (const WatchedDevice& device : devices_.devices()) all.devices.emplace_back(device.name, device.status);
+  for (const Recorder* recorder : {bus_.recorder(), bus_.logRecorder()}) {
+    if (recorder != nullptr) all.recorders.emplace_back(recorder->name(), &recorder->counters());
+  }
+  if (base_) all.battery = base_->battery();
+  if (base_ && base_->usesCan()) all.can = &can_counters_;
+  all.echoes = snapshot_.echoes;
+  if (const FieldLog* log = bus_.fieldLog()) all.logs = log->isRunning();
+  return all;
 }
 
 }  // namespace slam

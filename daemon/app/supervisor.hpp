@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
-#include <array>
-#include <atomic>
 #include <csignal>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,21 +8,24 @@
 
 #include "app/base_thread.hpp"
 #include "app/bus_thread.hpp"
-#include "app/config.hpp"
+#include "app/channels.hpp"
+#include "app/counters.hpp"
+#include "app/device_monitor.hpp"
 #include "app/devices.hpp"
 #include "app/estimator_thread.hpp"
-#include "app/exchange.hpp"
 #include "app/graph_thread.hpp"
-#include "app/health_parts.hpp"
+#include "app/health_reporter.hpp"
 #include "app/mapper_thread.hpp"
-#include "app/storage_report.hpp"
-#include "runtime/job_thread.hpp"
-#include "runtime/watchdog.hpp"
+#include "app/pose_thread.hpp"
+#include "app/storage_watch.hpp"
+#include "app/thread_watchdog.hpp"
+#include "app/trouble_log.hpp"
+#include "config/config.hpp"
 
 namespace slam {
 
-/// Owns all threads of the daemon. Logs what the real-time threads may not, feeds systemd's watchdog only while every
-/// thread is alive, sends SLAM_HEALTH, and stops all on SIGINT, SIGTERM or SIGHUP, the wheels first.
+/// Owns all threads of the daemon, and who looks after them. Logs what the real-time threads may not, and stops all on
+/// SIGINT, SIGTERM or SIGHUP, the wheels first.
 class Supervisor {
  public:
   /// @throws std::system_error when the system has no thread or descriptor left
@@ -38,40 +38,20 @@ class Supervisor {
   int run();
 
  private:
-  struct Watched {
-    Worker* worker;
-    SilenceLimits limits;
-    DeviceStatus* connects = nullptr;  // it is silent for long while this device is not streaming
-    bool warned = false;
-  };
-  /// Something that is kept on a disk.
-  struct Stored {
-    const char* name;
-    std::function<StorageReport(Timestamp)> report;
-    bool hangs = false;                    // the disk did when it was looked at last
-    std::optional<Timestamp> logged = {};  // that it does
-    bool logged_now = false;               // of this time
-  };
-
   void start();
-  bool stop();  ///< false: the map was not saved
-  void watch(Timestamp now);
-  void watchDisks(Timestamp now);
-  std::string storageWords(Timestamp now) const;  ///< for the summary: what is not stored
-  void logDeviceChanges();
-  void logLocalisation();
-  void logLink();
-  void warnOnce();
-  void measureRates(Timestamp now);
-  void measureDiskSpace();
-  void sendHealth(Timestamp now);
-  double diskFree() const;  // [MB] where maps and records are written, the least; -1: not known
-  std::string statusReason(const WatchedDevice& device) const;
-  std::string summary(Timestamp now) const;
+  void logClaimants() const;  ///< names that udev may give to the wrong device
+  bool stop();                ///< false: the map was not saved
+  std::vector<Trouble> poseTroubles(Timestamp now);
+  std::vector<Trouble> sensorTroubles() const;
+  std::vector<Trouble> otherTroubles(Timestamp now) const;
+  void log(const std::vector<Trouble>& others, Timestamp now);
+  void followClock(Timestamp now);
+  std::string problems(const std::vector<Trouble>& others, Timestamp now) const;  ///< for the summary
+  Counted counted();
 
   const Config config_;
   WallClock clock_;
-  Exchange exchange_;
+  Channels channels_;
   std::unique_ptr<BaseThread> base_;
   std::unique_ptr<LidarThread> lidar_;
   std::unique_ptr<DepthThread> depth_;
@@ -79,25 +59,19 @@ class Supervisor {
   EstimatorThread estimator_;
   MapperThread mapper_;
   BusThread bus_;
-  std::vector<WatchedDevice> devices_;
-  std::vector<Watched> watched_;
-  std::vector<Stored> stored_;
+  PoseThread pose_;
+  DeviceMonitor devices_;
+  ThreadWatchdog watchdog_;
+  StorageWatch storage_;
+  HealthReporter health_;
   std::string not_locked_;  // memory, in words
-  Watchdog watchdog_;       // its threads are those of watched_
   PoseSnapshot snapshot_;
-  LocalisationState logged_localisation_ = LocalisationState::kInitialising;
-  Timestamp started_{}, next_health_{};
-  static constexpr Duration kHealthPeriod = std::chrono::seconds(1);
-  Timestamp measured_{};                 // when rates were
-  bool device_changed_ = false;          // or the link, since the last health message
-  double cpu_ = 0.0;                     // [s] when rates were measured last
-  double cpu_share_ = 0.0;               // [1] of a core, then
-  std::atomic<double> disk_free_{-1.0};  // [MB] as diskFree()
-  JobThread disk_space_{"disk space"};   // a network disk may keep who asks waiting
-  std::array<bool, kSensorFaults> fault_logged_{};
-  bool recorder_hangs_ = false, clock_step_logged_ = false;
-  LinkState link_logged_ = LinkState::kOpening;
-  const char* base_finding_ = "";  // static words; what was logged
+  BackEndCounters graph_counters_;
+  CanLinkCounters can_counters_;
+  TroubleLog log_;
+  bool recorder_hangs_ = false, localised_ = false, link_worked_ = false;
+  std::optional<Timestamp> unlocalised_since_;
+  LinkState link_seen_ = LinkState::kOpening;
 };
 
 }  // namespace slam

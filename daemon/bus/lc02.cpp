@@ -27,6 +27,12 @@ Packet messageOf(Bytes datagram) {
   return {Packet::kMessage, *channel, datagram.subspan(kShortHead + channel->size() + 1)};
 }
 
+std::uint32_t numberAt(Bytes bytes, std::size_t at, std::size_t size) {
+  std::uint32_t number = 0;
+  for (const std::uint8_t byte : bytes.subspan(at, size)) number = number << 8 | byte;
+  return number;
+}
+
 Packet fragmentOf(Bytes datagram) {
   const bool first = datagram[kFragmentNumber] == 0 && datagram[kFragmentNumber + 1] == 0;
   const auto channel = first ? nameAt(datagram.subspan(kLongHead)) : std::string_view();
@@ -40,6 +46,21 @@ Packet parsePacket(Bytes datagram) {
   if (magic == "LC02" && datagram.size() > kShortHead) return messageOf(datagram);
   if (magic == "LC03" && datagram.size() >= kLongHead) return fragmentOf(datagram);
   return {};
+}
+
+Fragment parseFragment(Bytes datagram) {
+  Fragment fragment{.sequence = numberAt(datagram, 4, 4),
+                    .size = numberAt(datagram, 8, 4),
+                    .offset = numberAt(datagram, 12, 4),
+                    .number = static_cast<std::uint16_t>(numberAt(datagram, kFragmentNumber, 2)),
+                    .count = static_cast<std::uint16_t>(numberAt(datagram, kFragmentNumber + 2, 2)),
+                    .channel = {},
+                    .data = datagram.subspan(kLongHead)};
+  if (fragment.number == 0) {
+    fragment.channel = nameAt(fragment.data).value_or("");
+    fragment.data = fragment.data.subspan(fragment.channel.size() + 1);
+  }
+  return fragment;
 }
 
 void writePacket(std::string_view channel, Bytes data, std::vector<std::uint8_t>& packet) {

@@ -17,12 +17,16 @@ constexpr int kMostAtOnce = 64;
 void LcmLink::tend(Timestamp now) {
   if (now < next_look_) return;
   next_look_ = now + kLook;
+  sender_.collect();
   if (state(now) == LinkState::kConnected) patience_ = kLook;
   // The kernel may have forgotten a membership whose interface went and came again under the same number.
   if (state(now) == LinkState::kUnheard && now >= next_try_) receiver_.close();
   const Joined joined = receiver_.join();
   interface_ = route_.interface();
-  if (joined != Joined::kAsBefore) lcm_.reset();  // its socket is a member of the group, too, on the interface before
+  if (joined != Joined::kAsBefore && lcm_) {  // its socket is a member of the group, too, on the interface before
+    lcm_.reset();
+    sender_.close();
+  }
   if (lcm_) return;
   if (joined == Joined::kNoSocket) {
     closed_ = LinkState::kNoSocket;
@@ -40,7 +44,9 @@ void LcmLink::open(Timestamp now) {
   if (!lcm_->good()) {
     lcm_.reset();
     closed_ = LinkState::kNoSocket;
+    return;
   }
+  sender_.open(*interface_);
 }
 
 void LcmLink::receive() {
@@ -59,8 +65,14 @@ bool LcmLink::publish(const std::string& channel, std::span<const std::uint8_t> 
   if (!lcm_) return false;
   errno = 0;
   const bool sent = lcm_->publish(channel, data.data(), static_cast<unsigned>(data.size())) == 0;
-  sent ? watch_.sent(channel, data, now) : watch_.failed(errno, now);
+  published(channel, data, {sent, errno}, now);
   return sent;
+}
+
+void LcmLink::published(const std::string& channel, std::span<const std::uint8_t> data,
+                        const LcmSender::Outcome& outcome, Timestamp when) {
+  if (outcome.sent) watch_.sent(channel, data, when);
+  if (!outcome.sent && outcome.error != 0) watch_.failed(outcome.error, when);
 }
 
 }  // namespace slam

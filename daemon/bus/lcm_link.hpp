@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 
+#include "bus/lcm_sender.hpp"
 #include "bus/link_watch.hpp"
 #include "bus/multicast_receiver.hpp"
 #include "bus/multicast_route.hpp"
@@ -22,8 +23,8 @@ class LcmLink {
   /// @throws std::invalid_argument for a URL that parseUdpmUrl() refuses
   explicit LcmLink(const std::string& url) : url_(parseUdpmUrl(url)) {}
 
-  void subscribe(const std::string& channel, PacketDispatcher::Handler handler) {
-    dispatcher_.subscribe(channel, std::move(handler));
+  void subscribe(const std::string& channel, PacketDispatcher::Handler handler, bool may_be_large = false) {
+    dispatcher_.subscribe(channel, std::move(handler), may_be_large);
   }
   /// Opens what is closed and follows the route. Belongs into each turn of a loop, behind receive(), which may change
   /// what it judges by; does nothing in most.
@@ -33,6 +34,11 @@ class LcmLink {
   /// Hands out what has arrived, but no more than a queue's worth: sending must have its turn under any load.
   void receive();
   bool publish(const std::string& channel, std::span<const std::uint8_t> data, Timestamp now);
+  /// For another thread, which sends on its own: opened, moved and closed with this link. What it has sent is to be
+  /// reported, before receive(), or else its copy is not known when it comes back.
+  LcmSender& sender() { return sender_; }
+  void published(const std::string& channel, std::span<const std::uint8_t> data, const LcmSender::Outcome& outcome,
+                 Timestamp when);
 
   const UdpmUrl& url() const { return url_; }
   LinkState state(Timestamp now) const { return lcm_ ? watch_.state(now) : closed_; }
@@ -43,6 +49,7 @@ class LcmLink {
   void open(Timestamp now);
 
   const UdpmUrl url_;
+  LcmSender sender_{url_};
   std::unique_ptr<lcm::LCM> lcm_;  // only sends: it has no thread, and nobody waits for it
   MulticastReceiver receiver_{url_};
   MulticastRoute route_{url_};

@@ -195,16 +195,55 @@ map_tile_t toTileMessage(const OccupancyGrid& grid, TileIndex tile, std::int64_t
   return message;
 }
 
-std::optional<LaserScan> fromMessage(const scan_t& message) {
-  std::optional<LaserScan> scan;  // large: built where it is returned
+Refusal refusalOf(const scan_t& message) {
+  if (!isStamp(message.utime)) return Refusal::kStamp;
   const bool limits = std::isfinite(message.range_min) && std::isfinite(message.range_max) &&
-                      message.range_min >= 0.0F && message.range_max > message.range_min;
-  if (!isStamp(message.utime) || !limits || message.nbeams > LaserScan::kCapacity) return scan;
-  scan.emplace();
+                      message.range_min >= 0.0F && (message.range_max > message.range_min || message.range_max == 0.0F);
+  return limits ? Refusal::kNone : Refusal::kLimits;
+}
+
+Refusal refusalOf(const wheels_t& message) {
+  if (!isStamp(message.utime)) return Refusal::kStamp;
+  return isFinite({message.x, message.y, message.theta}) ? Refusal::kNone : Refusal::kValues;
+}
+
+Refusal refusalOf(const imu_t& message) {
+  if (!isStamp(message.utime)) return Refusal::kStamp;
+  const bool finite = Eigen::Vector3d(message.gyro).allFinite() && Eigen::Vector3d(message.accel).allFinite();
+  return finite ? Refusal::kNone : Refusal::kValues;
+}
+
+Refusal refusalOf(const drive_t& message) {
+  if (!isStamp(message.utime)) return Refusal::kStamp;
+  const bool finite = std::isfinite(message.vx) && std::isfinite(message.vy) && std::isfinite(message.omega);
+  return finite ? Refusal::kNone : Refusal::kValues;
+}
+
+Refusal refusalOf(const depth_t& message) {
+  if (!isStamp(message.utime)) return Refusal::kStamp;
+  if (message.nbeams > PseudoLaser::kCapacity) return Refusal::kSize;
+  const bool bearings = std::isfinite(message.bearing_min) && std::isfinite(message.bearing_step) &&
+                        std::abs(message.bearing_min) < 10.0F && std::abs(message.bearing_step) < 1.0F;
+  return bearings ? Refusal::kNone : Refusal::kValues;
+}
+
+int thinnedBeams(const scan_t& message) { return std::max(0, message.nbeams - LaserScan::kCapacity); }
+
+std::optional<LaserScan> fromMessage(const scan_t& message) {
+  // The one that is returned, as a second one would take 64 KB more of the stack; begun in place, as an empty one would
+  // clear as much.
+  std::optional<LaserScan> scan(std::in_place);
+  if (refusalOf(message) != Refusal::kNone) {
+    scan.reset();
+    return scan;
+  }
   scan->stamp = fromMicroseconds(message.utime);
   scan->range_min = message.range_min;
-  scan->range_max = message.range_max;
-  for (std::size_t i = 0; i < message.ranges.size(); ++i) {
+  // Not given: the configured one is the limit alone.
+  scan->range_max = message.range_max == 0.0F ? std::numeric_limits<float>::max() : message.range_max;
+  const std::size_t all = message.ranges.size(), used = std::min<std::size_t>(all, LaserScan::kCapacity);
+  for (std::size_t k = 0; k < used; ++k) {
+    const std::size_t i = k * all / used;
     Beam beam{message.ranges[i], message.bearings[i], message.time_offsets[i], message.intensities[i]};
     constexpr float kLongestTurn = 10.0F;  // [s] no lidar turns slower; keeps hostile offsets out of the stamps
     if (!std::isfinite(beam.bearing) || !(std::abs(beam.time_offset) < kLongestTurn)) beam = {};
@@ -215,29 +254,23 @@ std::optional<LaserScan> fromMessage(const scan_t& message) {
 }
 
 std::optional<WheelSample> fromMessage(const wheels_t& message) {
-  const Pose2 pose{message.x, message.y, message.theta};
-  if (!isStamp(message.utime) || !isFinite(pose)) return std::nullopt;
-  return WheelSample{fromMicroseconds(message.utime), pose, message.turn_rate_known != 0};
+  if (refusalOf(message) != Refusal::kNone) return std::nullopt;
+  return WheelSample{
+      fromMicroseconds(message.utime), {message.x, message.y, message.theta}, message.turn_rate_known != 0};
 }
 
 std::optional<ImuSample> fromMessage(const imu_t& message) {
-  if (!isStamp(message.utime)) return std::nullopt;
-  const ImuSample sample{fromMicroseconds(message.utime), Eigen::Vector3d(message.gyro),
-                         Eigen::Vector3d(message.accel)};
-  if (!sample.gyro.allFinite() || !sample.accel.allFinite()) return std::nullopt;
-  return sample;
+  if (refusalOf(message) != Refusal::kNone) return std::nullopt;
+  return ImuSample{fromMicroseconds(message.utime), Eigen::Vector3d(message.gyro), Eigen::Vector3d(message.accel)};
 }
 
 std::optional<Twist2> fromMessage(const drive_t& message) {
-  const bool finite = std::isfinite(message.vx) && std::isfinite(message.vy) && std::isfinite(message.omega);
-  if (!isStamp(message.utime) || !finite) return std::nullopt;
+  if (refusalOf(message) != Refusal::kNone) return std::nullopt;
   return Twist2{message.vx, message.vy, message.omega};
 }
 
 std::optional<PseudoLaser> fromMessage(const depth_t& message) {
-  const bool bearings = std::isfinite(message.bearing_min) && std::isfinite(message.bearing_step) &&
-                        std::abs(message.bearing_min) < 10.0F && std::abs(message.bearing_step) < 1.0F;
-  if (!isStamp(message.utime) || !bearings || message.nbeams > PseudoLaser::kCapacity) return std::nullopt;
+  if (refusalOf(message) != Refusal::kNone) return std::nullopt;
   PseudoLaser laser;
   laser.stamp = fromMicroseconds(message.utime);
   laser.bearing_min = message.bearing_min;

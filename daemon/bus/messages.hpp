@@ -15,6 +15,7 @@
 #include <slam/wheels_t.hpp>
 #include <span>
 
+#include "bus/refusal.hpp"
 #include "core/estimates.hpp"
 #include "core/pseudo_laser.hpp"
 #include "core/samples.hpp"
@@ -39,10 +40,18 @@ map_meta_t toMetaMessage(const OccupancyGrid& grid, std::int64_t utime, std::int
 map_tile_t toTileMessage(const OccupancyGrid& grid, TileIndex tile, std::int64_t utime, std::int32_t map_id,
                          MapLayer layer = MapLayer::kBoth);
 
+/// Why a message cannot be a measurement: no plausible utime, values that are not finite, limits that are none.
+Refusal refusalOf(const scan_t& message);
+Refusal refusalOf(const wheels_t& message);
+Refusal refusalOf(const imu_t& message);
+Refusal refusalOf(const depth_t& message);
+Refusal refusalOf(const drive_t& message);
+
+/// Beams of a scan that fromMessage() leaves out, evenly over the turn, because a LaserScan has room for fewer.
+int thinnedBeams(const scan_t& message);
+
 /// Stamps of the results count from the message's epoch: stamp = fromMicroseconds(utime).
-/// @return std::nullopt for a message that cannot be a measurement (no plausible utime, values that are not finite, too
-/// many
-///         beams); single bad beams become "no return" or "unknown"
+/// @return std::nullopt where refusalOf() has a reason; single bad beams become "no return" or "unknown"
 std::optional<LaserScan> fromMessage(const scan_t& message);
 std::optional<WheelSample> fromMessage(const wheels_t& message);
 std::optional<ImuSample> fromMessage(const imu_t& message);

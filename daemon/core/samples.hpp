@@ -20,7 +20,14 @@ struct WheelSample {
 struct ImuSample {
   Timestamp stamp;
   Eigen::Vector3d gyro = Eigen::Vector3d::Zero();   ///< [rad/s], counter-clockwise about each axis
-  Eigen::Vector3d accel = Eigen::Vector3d::Zero();  ///< specific force [m/s^2]: (0, 0, +9.81) at rest
+  Eigen::Vector3d accel = Eigen::Vector3d::Zero();  ///< specific force [m/s^2]: (0, 0, +9.81) at rest; 0: not measured
+  bool rate_known = true;  ///< false: the gyro is at the end of its range, or not to be believed
+};
+
+/// What is known of the bias of the gyro's z axis: its reading at rest.
+struct GyroBias {
+  double value = 0.0;     ///< [rad/s]
+  double variance = 0.0;  ///< [rad^2/s^2]
 };
 
 /// A pose measured from outside, e.g. by matching a scan, that may be blind in some directions.

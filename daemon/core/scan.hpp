@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -30,9 +31,21 @@ struct LaserScan {
   float range_min = 0.15F;  ///< [m] shorter returns are not obstacles
   float range_max = 12.0F;  ///< [m] longer returns are not trusted
   int size = 0;
-  std::array<Beam, kCapacity> storage;
+  // In a union, so that nobody clears 64 KB for the few beams that most scans have: those behind `size` are undefined.
+  union {
+    std::array<Beam, kCapacity> storage;
+  };
 
-  LaserScan() {}  // a defaulted one would clear the 64 KB twice where it is called as LaserScan()
+  LaserScan() {}
+  LaserScan(const LaserScan& other) { *this = other; }
+  LaserScan& operator=(const LaserScan& other) {
+    stamp = other.stamp;
+    range_min = other.range_min;
+    range_max = other.range_max;
+    size = other.size;
+    std::copy_n(other.storage.begin(), other.size, storage.begin());
+    return *this;
+  }
 
   std::span<const Beam> beams() const { return {storage.data(), static_cast<std::size_t>(size)}; }
   /// @return false when the scan is full; the beam is then not added

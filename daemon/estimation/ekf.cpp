@@ -26,16 +26,6 @@ double normalQuantile(double p) {
 
 double square(double value) { return value * value; }
 
-constexpr int kMaxRejectedPoses = 2;  // consecutive matched scans outside the gate: then the filter is wrong, not they
-
-constexpr double kMaxContradiction = 100.0;  // one scan counts for no more in the doubt
-
-constexpr double kShortSilence = 0.1, kLongSilence = 1.0;  // [s] of wheels beyond two intervals, at least and at most
-
-constexpr double kLongestWalk = 2.0;  // [s] from mean to mean: no robot's speed is further from one, however long
-
-constexpr double kFarthestPose = 1e3;  // [m] from the prediction: no robot is carried further between two scans
-
 }  // namespace
 
 Ekf::Ekf(const EkfConfig& config, Timestamp stamp, const Pose2& pose) : config_(&config), stamp_(stamp) {
@@ -51,15 +41,19 @@ void Ekf::predict(Timestamp stamp) {
   const Timestamp from = std::exchange(stamp_, stamp);
   const double dt = toSeconds(stamp - from);
   const double moved_time = std::min(dt, std::max(c.max_coast, toSeconds(known_until_ - from)));
+  // Wheels that have told no speed for long: the robot may have stopped, and no scan tells where it is.
+  const Timestamp told_until = std::max(silent_from_, known_until_ + fromSeconds(c.max_coast));
+  const double told = c.smooth ? std::clamp(toSeconds(told_until - from) / moved_time, 0.0, 1.0) : 1.0;
   const auto secondsBeyond = [&](Timestamp until) { return std::max(0.0, toSeconds(stamp - std::max(from, until))); };
   const double speed_walks = secondsBeyond(known_until_);
   const double turn_rate_walks = gyroActive() ? dt : secondsBeyond(turn_known_until_);
   // At the end of its interval a speed is not the mean any more.
-  const double walked = std::min(interval_, kLongestWalk);
+  const double walked = std::min(interval_, config_->longest_walk);
   if (speed_walks > 0.0 && from <= known_until_) walkSpeeds(walked);
   if (turn_rate_walks > 0.0 && from <= turn_known_until_) walkTurnRate(walked);
 
-  const double v = x_[kSpeed], vy = x_[kLateralSpeed], omega = x_[kTurnRate];
+  const double v = told * x_[kSpeed], vy = told * x_[kLateralSpeed];
+  const double omega = (gyroActive() ? 1.0 : told) * x_[kTurnRate];
   const double half_turn = 0.5 * omega * moved_time;
   const double sinc = std::abs(half_turn) < 1e-6 ? 1.0 : std::sin(half_turn) / half_turn;
   const double heading = x_[kTheta] + half_turn, chord = moved_time * sinc;
@@ -127,6 +121,7 @@ UpdateResult Ekf::correct(const Eigen::Matrix<double, N, 1>& innovation, const E
   if (considered == kSpeeds) {
     for (const Index speed : {kSpeed, kTurnRate, kLateralSpeed}) K.row(speed).setZero();
   }
+  if (considered == kPose && config_->smooth) K.template topRows<3>().setZero();
   x_ += K * innovation;  // (16)
   x_[kTheta] = wrapAngle(x_[kTheta]);
   const Matrix I_KH = Matrix::Identity() - K * H;
@@ -168,18 +163,20 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
   const bool finite = std::isfinite(twist.vx) && std::isfinite(vy) && std::isfinite(twist.omega);
   if (!(seconds > 0.0) || !finite) return UpdateResult::kUseless;
 
-  known_until_ = stamp_ + interval;
+  const bool was_silent = interval_ > 0.0 && seconds > std::max(c.longest_walk, c.silent_intervals * interval_);
   interval_ = seconds;
-  silent_from_ = known_until_ + fromSeconds(std::clamp(2.0 * seconds, kShortSilence, kLongSilence));
+  if (c.smooth && was_silent) return UpdateResult::kUseless;
+  known_until_ = stamp_ + interval;
+  silent_from_ = known_until_ + fromSeconds(std::clamp(2.0 * seconds, config_->short_silence, config_->long_silence));
   standstill_.addWheels(stamp_, std::hypot(twist.vx, vy), turn_rate_known ? twist.omega : 0.0, c.standstill);
   slip_ = turn_rate_known && gyro_mean && detectSlip(twist.omega, *gyro_mean - x_[kGyroBias], seconds);
 
   // The wheels' mean over an interval is the only word on what was driven in it: coasting through it at the old speed
   // would be worse than any sample that the robot can have driven. One outside the gate is a sudden change of speed.
-  const bool possible = isPossible({twist.vx, vy, twist.omega});
+  const bool possible = c.believes_sudden_speeds && isPossible({twist.vx, vy, twist.omega});
   // From one mean to the next the speed walks at once, not within an interval: that would let the next one's mean
   // correct the way that was driven in it.
-  const double walked = std::min(seconds, kLongestWalk);
+  const double walked = std::min(seconds, config_->longest_walk);
   walkSpeeds(walked);
   const auto sudden = [&](double innovation, Index state) { P_(state, state) += square(innovation); };
 
@@ -224,26 +221,43 @@ void Ekf::holdTwist(const Twist2& mean, bool turn_rate_known) {
 
 UpdateResult Ekf::updateGyro(double rate) {
   if (!std::isfinite(rate)) return UpdateResult::kUseless;
-  standstill_.addGyro(stamp_, rate, x_[kGyroBias], config_->standstill);
+  const EkfConfig& c = *config_;
+  const bool bias_unknown = biasUnknown();
+  standstill_.addGyro(stamp_, rate - x_[kGyroBias], bias_unknown ? c.largest_gyro_bias : c.standstill.max_gyro_rate,
+                      c.standstill);
   updateStandstill();  // here too: between two wheel samples the turn rate has become uncertain again
   Eigen::Matrix<double, 1, 7> H = Eigen::Matrix<double, 1, 7>::Zero();
   H(0, kTurnRate) = H(0, kGyroBias) = 1.0;
   // While driving, the predicted turn rate comes from the wheels: learning the bias from the difference would let their
   // systematic errors in again. The bias is learned at standstill and from matched scans.
-  const UpdateResult result =
-      correct<1>(Eigen::Matrix<double, 1, 1>(rate - x_[kTurnRate] - x_[kGyroBias]), H,
-                 Eigen::Matrix<double, 1, 1>(square(config_->gyro_sigma)), standstill() ? kNone : kBias, 1);
+  const Eigen::Matrix<double, 1, 1> innovation(rate - x_[kTurnRate] - x_[kGyroBias]), R(square(c.gyro_sigma));
+  UpdateResult result = correct<1>(innovation, H, R, standstill() ? kPose : kBias, 1);
+  if (result == UpdateResult::kRejected && bias_unknown && !wheelsSilent() &&
+      standstill_.active(stamp_, c.standstill.min_time)) {
+    P_(kGyroBias, kGyroBias) += square(innovation.x());
+    result = correct<1>(innovation, H, R, kPose, 0);
+  }
   ++(result == UpdateResult::kFused ? counters_.gyro_fused : counters_.gyro_rejected);
   gyro_stamp_ = stamp_;
   return result;
 }
 
+void Ekf::setGyroBias(double bias, double variance) {
+  if (!std::isfinite(bias) || !(variance > 0.0)) return;
+  const double scale = std::sqrt(variance / P_(kGyroBias, kGyroBias));
+  x_[kGyroBias] = bias;
+  P_.row(kGyroBias) *= scale;
+  P_.col(kGyroBias) *= scale;
+}
+
+bool Ekf::biasUnknown() const { return P_(kGyroBias, kGyroBias) > square(0.5 * config_->initial_gyro_bias_sigma); }
+
 bool Ekf::standstill() const {
   // At start the gyro's bias is unknown and would turn the pose for as long as standstill takes to be believed. Wheels
   // that do not move are then the better word from their first sample on.
   if (wheelsSilent()) return false;
-  const bool bias_unknown = gyroActive() && P_(kGyroBias, kGyroBias) > square(0.5 * config_->initial_gyro_bias_sigma);
-  return standstill_.active(stamp_, bias_unknown ? 0.0 : config_->standstill.min_time);
+  const StandstillConfig& times = config_->standstill;
+  return standstill_.active(stamp_, gyroActive() && biasUnknown() ? times.min_time_unbiased : times.min_time);
 }
 
 void Ekf::updateStandstill() {
@@ -253,11 +267,11 @@ void Ekf::updateStandstill() {
   const Eigen::Matrix2d R =
       Eigen::Vector2d(square(config_->standstill_speed_sigma), square(config_->standstill_turn_rate_sigma))
           .asDiagonal();
-  correct<2>(Eigen::Vector2d(-x_[kSpeed], -x_[kTurnRate]), H, R, kNone, 0);
+  correct<2>(Eigen::Vector2d(-x_[kSpeed], -x_[kTurnRate]), H, R, kPose, 0);
   if (config_->holonomic) {
     Eigen::Matrix<double, 1, 7> across = Eigen::Matrix<double, 1, 7>::Zero();
     across(0, kLateralSpeed) = 1.0;
-    correct<1>(Eigen::Matrix<double, 1, 1>(-x_[kLateralSpeed]), across, R.topLeftCorner<1, 1>(), kNone, 0);
+    correct<1>(Eigen::Matrix<double, 1, 1>(-x_[kLateralSpeed]), across, R.topLeftCorner<1, 1>(), kPose, 0);
   }
   ++counters_.standstill_updates;
 }
@@ -278,13 +292,14 @@ UpdateResult Ekf::updatePose(const PoseMeasurement& measurement) {
   R.topLeftCorner(n, n) = U.transpose() * measurement.covariance * U;
 
   double distance = n;
-  const bool first_beyond_wheels = stamp_ > known_until_ && pose_stamp_ < known_until_;
+  const bool first_beyond_wheels =
+      config_->first_beyond_leaves_speed && stamp_ > known_until_ && pose_stamp_ < known_until_;
   const Considered considered = first_beyond_wheels ? kSpeeds : kNone;
   UpdateResult result = correct<3>(innovation, H, R, considered, n, &distance);
-  doubt_ += (std::min(distance / n, kMaxContradiction) - doubt_) / config_->doubt_memory;
+  doubt_ += (std::min(distance / n, config_->max_contradiction) - doubt_) / config_->doubt_memory;
   const bool believe = result == UpdateResult::kRejected &&
-                       (measurement.confirmed || ++rejected_in_a_row_ > kMaxRejectedPoses) &&
-                       error.norm() < kFarthestPose;
+                       (measurement.confirmed || ++rejected_in_a_row_ > config_->max_rejected_poses) &&
+                       error.norm() < config_->farthest_pose;
   if (believe) {  // the robot was moved or the wheels slipped
     P_.topLeftCorner<3, 3>() += (2.0 * error * error.transpose()).eval();
     result = correct<3>(innovation, H, R, considered, 0);

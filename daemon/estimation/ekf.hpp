@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "core/counter_info.hpp"
 #include "core/estimates.hpp"
 #include "core/pose2.hpp"
 #include "core/samples.hpp"
@@ -20,6 +21,7 @@ struct EkfConfig {
   double gyro_bias_noise = 2e-5;               ///< [rad/s per sqrt(s)]
   double initial_gyro_bias_sigma = 0.02;       ///< [rad/s]
   double initial_gyro_bias = 0.0;              ///< [rad/s] as known from the last run
+  double largest_gyro_bias = 0.5;              ///< [rad/s] what is further off is a fault and no bias
   Pose2 initial_pose;                          ///< of base
   double translation_noise = 0.10;             ///< [m per sqrt(m)] of wheel odometry
   double rotation_noise_per_metre = 0.03;      ///< [rad per sqrt(m)] of wheel odometry, without gyro
@@ -45,6 +47,16 @@ struct EkfConfig {
   double max_coast = 0.5;  ///< [s] the pose is moved on for no longer beyond what the wheels have told
   bool holonomic = false;  ///< the base can move sideways (omni, mecanum)
   StandstillConfig standstill;
+  int max_rejected_poses = 2;        ///< consecutive matched scans outside the gate: then the filter is wrong, not they
+  double max_contradiction = 100.0;  ///< [1] one scan counts for no more in the doubt
+  double short_silence = 0.1;        ///< [s] of wheels beyond two intervals, at least ...
+  double long_silence = 1.0;         ///< [s] ... and at most
+  double longest_walk = 2.0;         ///< [s] from mean to mean: no robot's speed is further from one, however long
+  bool believes_sudden_speeds = true;     ///< of the wheels, outside the gate, if the robot can have driven them
+  double silent_intervals = 3.0;          ///< [1] usual intervals of the wheels, beyond which they were silent
+  bool smooth = false;                    ///< the pose drifts, but never jumps: see Ekf
+  bool first_beyond_leaves_speed = true;  ///< see updatePose()
+  double farthest_pose = 1e3;             ///< [m] from the prediction: no robot is carried further between two scans
 
   /// Variances of wheel odometry without gyro [m^2], [rad^2], over `distance` [m] and `turn` [rad], both at least zero.
   double wheelTranslationVariance(double distance) const { return translation_noise * translation_noise * distance; }
@@ -62,6 +74,18 @@ struct EkfCounters {
   std::uint32_t gyro_fused = 0, gyro_rejected = 0;
   std::uint32_t poses_fused = 0, poses_rejected = 0;
   std::uint32_t standstill_updates = 0;
+
+  template <typename Visitor>
+  friend void visitCounters(const EkfCounters& c, Visitor&& visit) {
+    visit(CounterInfo{"ekf.wheels_fused", "samples", "Wheel samples that the filter fused."}, c.wheels_fused);
+    visit(CounterInfo{"ekf.wheels_rejected", "samples", "Wheel samples that a gate stopped."}, c.wheels_rejected);
+    visit(CounterInfo{"ekf.gyro_fused", "samples", "Gyro samples that the filter fused."}, c.gyro_fused);
+    visit(CounterInfo{"ekf.gyro_rejected", "samples", "Gyro samples that a gate stopped."}, c.gyro_rejected);
+    visit(CounterInfo{"ekf.poses_fused", "scans", "Matched poses that the filter fused."}, c.poses_fused);
+    visit(CounterInfo{"ekf.poses_rejected", "scans", "Matched poses that a gate stopped."}, c.poses_rejected);
+    visit(CounterInfo{"ekf.standstill_updates", "times", "The robot stood still, and its speeds were held at zero."},
+          c.standstill_updates);
+  }
 };
 
 /// Extended Kalman filter of wheels and IMU, eq. (7)-(17) of the paper (section III.A), on the state
@@ -72,7 +96,9 @@ struct EkfCounters {
 /// walks, speeds from one interval of the wheels to the next only: what they tell is the mean over one. v_y, the speed
 /// to the left, is not the paper's: a base that cannot move sideways keeps it at zero, exactly. Sensors correct one
 /// after another, wheels first, then IMU, then (in the pose filter) a matched scan, each on the result of the one
-/// before. Corrections use the Joseph form, which keeps P positive definite for any gain.
+/// before. Corrections use the Joseph form, which keeps P positive definite for any gain. A filter without
+/// scans is smooth: standstill corrects its speeds and bias, but not its pose, for what a wrong bias has turned since
+/// the last one would be undone by a jump of metres; and what was driven while the wheels were silent is left out.
 ///
 /// A plain value without I/O or allocation: EkfTimeline keeps copies of it. Not safe for concurrent writes.
 class Ekf {
@@ -95,8 +121,14 @@ class Ekf {
   /// The wheels' mean body twist over the last few samples, for the time that begins now and that no interval covers
   /// yet: a single one's speed is off by the jitter of its stamps. Replaces the speed; the pose stays as it is.
   void holdTwist(const Twist2& mean, bool turn_rate_known);
-  /// Gyro about z [rad/s], h = omega + b_g. Corrects the bias at standstill only, for the same reason.
+  /// Gyro about z [rad/s], h = omega + b_g. Corrects the bias at standstill only, for the same reason. Before anything
+  /// is known of the bias, it is what a gyro reads while it and the wheels are quiet, however far off.
   UpdateResult updateGyro(double rate);
+  /// It tells nothing from now on: the wheels give the turn rate at once.
+  void loseGyro() { gyro_stamp_.reset(); }
+  /// The gyro's bias as known from elsewhere. It holds from now on: the pose stays, and what its errors have to do with
+  /// those of the bias shrinks or grows with these. @param variance [rad^2/s^2]
+  void setGyroBias(double bias, double variance);
   /// A matched scan, along its observable directions only. The first one beyond what the wheels have told corrects the
   /// pose, not the speed: what it is off by may have gathered while they still told it wrongly.
   UpdateResult updatePose(const PoseMeasurement& measurement);
@@ -111,6 +143,7 @@ class Ekf {
   Pose2 pose() const { return Pose2::fromVector(x_.head<3>()); }
   Twist2 twist() const { return {x_[kSpeed], x_[kLateralSpeed], x_[kTurnRate]}; }
   double gyroBias() const { return x_[kGyroBias]; }
+  GyroBias gyroBiasEstimate() const { return {x_[kGyroBias], P_(kGyroBias, kGyroBias)}; }
   const Vector& state() const { return x_; }
   const Matrix& covariance() const { return P_; }
   bool slip() const { return slip_; }
@@ -125,7 +158,7 @@ class Ekf {
   const EkfCounters& counters() const { return counters_; }
 
  private:
-  enum Considered { kNone, kBias, kSpeeds };  // states whose gain is zero
+  enum Considered { kNone, kBias, kSpeeds, kPose };  // states whose gain is zero
 
   template <int N>
   UpdateResult correct(const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 7>& H,
@@ -136,6 +169,7 @@ class Ekf {
   void walkTurnRate(double seconds);
   void updateStandstill();
   bool isPossible(const Twist2& twist) const;
+  bool biasUnknown() const;
   bool detectSlip(double wheel_rate, double gyro_rate, double interval);
 
   const EkfConfig* config_;  // owned by whoever owns the filter; a copy of the filter shares it

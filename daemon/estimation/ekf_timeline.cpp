@@ -7,15 +7,6 @@
 #include <tuple>
 
 namespace slam {
-namespace {
-
-constexpr double kTooSoon = 0.5;      // [1] of the mean interval before
-constexpr double kJitter = 0.01;      // [s] that stamps are late now and then; what is longer apart was so in truth
-constexpr double kRecent = 0.1;       // [s] stamps that are off by half an interval make little speed over so long ...
-constexpr double kTooLongAgo = 0.2;   // [s] ... and a robot brakes within so long
-constexpr double kLongSilence = 1.0;  // [s] of wheels: scans that are matched meanwhile know better than one mean
-
-}  // namespace
 
 EkfTimeline::EkfTimeline(const EkfConfig& ekf_config, const EkfTimelineConfig& config)
     : ekf_config_(std::make_unique<const EkfConfig>(ekf_config)),
@@ -34,6 +25,17 @@ UpdateResult EkfTimeline::add(const ImuSample& sample) {
 UpdateResult EkfTimeline::add(const PoseMeasurement& measurement) {
   const bool finite = isFinite(measurement.T_map_base) && measurement.covariance.allFinite();
   return finite ? insert(measurement.stamp, measurement) : UpdateResult::kUseless;
+}
+
+void EkfTimeline::add(const GyroBias& bias) {
+  if (started_) insert(newestStamp(), bias);
+}
+
+void EkfTimeline::loseGyro() {
+  for (std::size_t i = 0; i < size_; ++i) {
+    if (auto* imu = std::get_if<ImuSample>(&entry(i).sample)) imu->rate_known = false;
+  }
+  run(0);
 }
 
 void EkfTimeline::setPose(const Pose2& pose, const Eigen::Vector3d& sigma) {
@@ -127,7 +129,7 @@ bool EkfTimeline::cameTooSoon(std::size_t i) const {
   const auto before = previous ? intervalBefore(*previous) : std::nullopt;
   if (!before || restarted(i) || restarted(*previous)) return false;
   const double mean = toSeconds(entry(*previous).stamp - entry(before->begin).stamp) / before->samples;
-  return toSeconds(entry(i).stamp - entry(*previous).stamp) < std::min(kJitter, kTooSoon * mean);
+  return toSeconds(entry(i).stamp - entry(*previous).stamp) < std::min(config_.jitter, config_.too_soon * mean);
 }
 
 /// Joins the wheels' intervals anew from the wheel sample `from` on. @return where the interval begins that it
@@ -161,8 +163,8 @@ Twist2 EkfTimeline::meanTwist(std::size_t begin, std::size_t end) const {
   return {travel.x(), travel.y(), travel.z()};
 }
 
-/// Mean twist of the wheels over the kRecent before the newest sample; none where that is one interval only, or where
-/// they have just stopped, which no stamp can feign.
+/// Mean twist of the wheels over the last `recent` seconds before the newest sample; none where that is one interval
+/// only, or where they have just stopped, which no stamp can feign.
 std::optional<Twist2> EkfTimeline::recentTwist(std::size_t end) const {
   const auto restarted = [&](std::size_t i) { return std::get<WheelSample>(entry(i).sample).restarted; };
   const auto seconds = [&](std::size_t begin) { return toSeconds(entry(end).stamp - entry(begin).stamp); };
@@ -172,9 +174,9 @@ std::optional<Twist2> EkfTimeline::recentTwist(std::size_t end) const {
   const double turn_rate = std::get<WheelSample>(entry(end).sample).turn_rate_known ? now.omega : 0.0;
   if (ekf_config_->standstill.isQuiet(std::hypot(now.vx, now.vy), turn_rate)) return std::nullopt;
   std::size_t begin = last->begin;
-  while (seconds(begin) < kRecent && !restarted(begin)) {
+  while (seconds(begin) < config_.recent && !restarted(begin)) {
     const auto before = wheelsBefore(begin);
-    if (!before || seconds(*before) > kTooLongAgo) break;
+    if (!before || seconds(*before) > config_.too_long_ago) break;
     begin = *before;
   }
   if (begin == last->begin) return std::nullopt;
@@ -183,7 +185,7 @@ std::optional<Twist2> EkfTimeline::recentTwist(std::size_t end) const {
 
 /// Whether a scan has told the whole pose shortly before a sample.
 bool EkfTimeline::wasMatched(std::size_t before) const {
-  for (std::size_t i = before; i-- > 0 && toSeconds(entry(before).stamp - entry(i).stamp) < kLongSilence;) {
+  for (std::size_t i = before; i-- > 0 && toSeconds(entry(before).stamp - entry(i).stamp) < config_.long_silence;) {
     const auto* pose = std::get_if<PoseMeasurement>(&entry(i).sample);
     if (pose != nullptr && pose->observable == 3) return true;
   }
@@ -192,7 +194,16 @@ bool EkfTimeline::wasMatched(std::size_t before) const {
 
 UpdateResult EkfTimeline::apply(std::size_t i, Ekf& ekf) const {
   if (const auto* pose = std::get_if<PoseMeasurement>(&entry(i).sample)) return ekf.updatePose(*pose);
-  if (const auto* imu = std::get_if<ImuSample>(&entry(i).sample)) return ekf.updateGyro(imu->gyro.z());
+  if (const auto* imu = std::get_if<ImuSample>(&entry(i).sample)) {
+    if (imu->rate_known) return ekf.updateGyro(imu->gyro.z());
+    ekf.loseGyro();
+    return UpdateResult::kUseless;
+  }
+
+  if (const auto* bias = std::get_if<GyroBias>(&entry(i).sample)) {
+    ekf.setGyroBias(bias->value, bias->variance);
+    return UpdateResult::kFused;
+  }
 
   const auto end = intervalFrom(i);
   if (!end) {
@@ -204,18 +215,20 @@ UpdateResult EkfTimeline::apply(std::size_t i, Ekf& ekf) const {
   const auto& to = std::get<WheelSample>(entry(*end).sample);
   const Duration interval = to.stamp - from.stamp;
   if (to.restarted || interval <= Duration::zero()) return UpdateResult::kUseless;
-  if (toSeconds(interval) > kLongSilence && wasMatched(*end)) return UpdateResult::kUseless;
+  if (toSeconds(interval) > config_.long_silence && wasMatched(*end)) return UpdateResult::kUseless;
 
   double gyro_sum = 0.0;
   int gyro_count = 0;
+  bool gyro_known = true;
   for (std::size_t j = i + 1; j < *end; ++j) {
     if (const auto* imu = std::get_if<ImuSample>(&entry(j).sample)) {
+      gyro_known &= imu->rate_known;
       gyro_sum += imu->gyro.z();
       ++gyro_count;
     }
   }
   return ekf.updateWheels(meanTwist(i, *end), to.turn_rate_known, interval,
-                          gyro_count > 0 ? std::optional(gyro_sum / gyro_count) : std::nullopt);
+                          gyro_count > 0 && gyro_known ? std::optional(gyro_sum / gyro_count) : std::nullopt);
 }
 
 Ekf EkfTimeline::at(Timestamp stamp) const {

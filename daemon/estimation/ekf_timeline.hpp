@@ -13,15 +13,20 @@
 namespace slam {
 
 struct EkfTimelineConfig {
-  double window = 1.0;  ///< [s] a sample this much older than the newest is still fused at its own stamp
-  int capacity = 1024;  ///< samples kept at most; bounds the window at high rates
+  double window = 1.0;        ///< [s] a sample this much older than the newest is still fused at its own stamp
+  int capacity = 1024;        ///< samples kept at most; bounds the window at high rates
+  double too_soon = 0.5;      ///< [1] of the mean interval before: an interval so short is joined to the next
+  double jitter = 0.01;       ///< [s] that stamps are late now and then; what is longer apart was so in truth
+  double recent = 0.1;        ///< [s] stamps that are off by half an interval make little speed over so long ...
+  double too_long_ago = 0.2;  ///< [s] ... and a robot brakes within so long
+  double long_silence = 1.0;  ///< [s] of wheels: scans that are matched meanwhile know better than one mean
 };
 
 /// Feeds an Ekf in stamp order whatever the order of arrival.
 ///
 /// The newest samples are kept with the filter state after each. A sample that arrives late is put at its place and
 /// the filter is run again from there, so the result is the one of the right order. What is older than the window is
-/// counted and dropped. Samples of one stamp are used as: matched scan, wheels, IMU.
+/// counted and dropped. Samples of one stamp are used as: matched scan, wheels, IMU, bias.
 ///
 /// The difference of two wheel samples is a mean over the interval between them, so it is fused at the interval's
 /// beginning: there it is the velocity that holds until its end, and the dead reckoning over the interval is exact.
@@ -37,6 +42,11 @@ class EkfTimeline {
   UpdateResult add(const WheelSample& sample);
   UpdateResult add(const ImuSample& sample);
   UpdateResult add(const PoseMeasurement& measurement);
+  /// What is known of the gyro's bias from elsewhere, from now on: no sample behind it is used anew.
+  void add(const GyroBias& bias);
+
+  /// The gyro was wrong: its samples are taken back as far as they are kept.
+  void loseGyro();
 
   /// Forgets all samples and goes on from `pose` at the newest stamp, keeping the gyro bias and its variance.
   void setPose(const Pose2& pose, const Eigen::Vector3d& sigma);
@@ -58,7 +68,8 @@ class EkfTimeline {
   std::uint32_t tooOld() const { return too_old_; }
 
  private:
-  using Sample = std::variant<PoseMeasurement, WheelSample, ImuSample>;  // in the order of use at equal stamps
+  using Sample =
+      std::variant<PoseMeasurement, WheelSample, ImuSample, GyroBias>;  // in the order of use at equal stamps
   struct Entry {
     Timestamp stamp;
     Sample sample;

@@ -8,11 +8,12 @@
 namespace slam {
 
 struct StandstillConfig {
-  double max_speed = 0.004;       ///< [m/s] of the wheels
-  double max_turn_rate = 0.01;    ///< [rad/s] of the wheels
-  double max_gyro_swing = 0.035;  ///< [rad/s] largest minus smallest gyro reading while standing
-  double max_gyro_rate = 0.10;    ///< [rad/s] of gyro minus its bias: more is a robot carried or turned by hand
-  double min_time = 0.4;          ///< [s] wheels and gyro must be quiet for this long
+  double max_speed = 0.004;        ///< [m/s] of the wheels
+  double max_turn_rate = 0.01;     ///< [rad/s] of the wheels
+  double max_gyro_swing = 0.035;   ///< [rad/s] largest minus smallest gyro reading while standing
+  double max_gyro_rate = 0.10;     ///< [rad/s] of gyro minus its bias: more is a robot carried or turned by hand
+  double min_time = 0.4;           ///< [s] wheels and gyro must be quiet for this long, but ...
+  double min_time_unbiased = 0.0;  ///< [s] ... only for this long while the gyro's bias is unknown
 
   /// Whether wheels stand. @param speed [m/s], turn_rate [rad/s] that they tell
   bool isQuiet(double speed, double turn_rate) const {
@@ -26,8 +27,9 @@ class Standstill {
  public:
   /// @param speed [m/s], turn_rate [rad/s]: mean over the interval that ends at `stamp`
   void addWheels(Timestamp stamp, double speed, double turn_rate, const StandstillConfig& config);
-  /// @param rate reading of the gyro [rad/s]; @param bias its present bias estimate [rad/s]
-  void addGyro(Timestamp stamp, double rate, double bias, const StandstillConfig& config);
+  /// @param rate [rad/s] reading of the gyro minus its bias, as far as that is known
+  /// @param most [rad/s] from which on it says that the robot turns
+  void addGyro(Timestamp stamp, double rate, double most, const StandstillConfig& config);
 
   /// @param min_time [s] quiet for so long is standstill
   bool active(Timestamp now, double min_time) const {

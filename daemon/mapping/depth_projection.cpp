@@ -9,16 +9,8 @@
 namespace slam {
 namespace {
 
-constexpr double kSlot = 0.05;                         // [m] of range
-constexpr std::uint16_t kFarthest = 10000;             // [mm] of the 1 mm format; what is more is no depth
-constexpr double kPointsPerPixel = 8.0 / (640 * 480);  // of an obstacle: fewer are flying pixels
-constexpr int kFewestPoints = 3;
-constexpr double kSigma = 2.9e-3;      // [1/m] times depth squared: a step of the depth's quantisation
-constexpr int kPeak = 4;               // a slot with so many times the points is the wall, the other its noise
-constexpr double kFewestValid = 0.02;  // [1] share of all pixels with depth
-constexpr double kMostBelow = 0.15;    // [1] share of the floor's points that lie below it: no stairs are so wide
-constexpr double kBelow = 0.10;        // [m] under the floor
-constexpr int kThinning = 8;           // every so many pixels, in row and column, serve to find the floor
+constexpr std::uint16_t kFarthest = 10000;  // [mm] of the 1 mm format; what is more is no depth
+constexpr int kThinning = 8;                // every so many pixels, in row and column, serve to find the floor
 
 /// 0 is no depth: of two that are left the farther one, of one nothing.
 std::uint16_t medianOf(std::uint16_t a, std::uint16_t b, std::uint16_t c) {
@@ -46,7 +38,7 @@ const char* describe(DepthStatus status) {
 }
 
 DepthProjection::DepthProjection(const DepthProjectionConfig& config)
-    : config_(config), floor_(config.floor), slots_(static_cast<int>(std::ceil(config.range_max / kSlot)) + 1) {
+    : config_(config), floor_(config.floor), slots_(static_cast<int>(std::ceil(config.range_max / config.slot)) + 1) {
   if (!(config.extrinsics.z > config.floor_clearance)) {
     throw std::invalid_argument("the depth camera's height above the floor is not given");
   }
@@ -64,7 +56,8 @@ void DepthProjection::prepare(const DepthIntrinsics& intrinsics) {
   lift_.assign(beams, 0.0F);
   slot_of_.resize(beams * static_cast<std::size_t>(slots_));
   valid_.resize(beams * DepthRays::kBands);
-  min_points_ = std::max(kFewestPoints, static_cast<int>(kPointsPerPixel * static_cast<double>(intrinsics.pixels())));
+  min_points_ = std::max(config_.fewest_points,
+                         static_cast<int>(config_.points_per_pixel * static_cast<double>(intrinsics.pixels())));
   points_.reserve(intrinsics.pixels() / (kThinning * kThinning) + 1);
   older_.clear();
   oldest_.clear();
@@ -92,7 +85,7 @@ DepthProjection::Status DepthProjection::project(const DepthImage& image) {
     } else {
       const BeamSight::Stretch free = sight.freeStretch(config_.range_max);
       result = {};
-      if (free.to - free.from > kSlot) {
+      if (free.to - free.from > config_.slot) {
         result = {PseudoBeam::Kind::kFree, static_cast<float>(free.to), static_cast<float>(free.from)};
       }
     }
@@ -128,13 +121,13 @@ DepthProjection::Status DepthProjection::trackFloor(const DepthImage& image, con
       const float lift = static_cast<float>(floor_.plane().offset) + range * lift_[pixel.beam];
       const float h = camera_height + z * pixel.up;
       low += pixel.up < -0.1F;
-      below += h - lift < -static_cast<float>(kBelow) - 0.03F * range;
+      below += h - lift < -static_cast<float>(config_.below) - 0.03F * range;
       if (range > config_.range_max) continue;
       points_.emplace_back(range * rays_.cosine(pixel.beam), range * rays_.sine(pixel.beam), h);
     }
   }
   const std::size_t valid = points_.size();
-  if (static_cast<double>(valid) < kFewestValid * static_cast<double>(looked)) {
+  if (static_cast<double>(valid) < config_.fewest_valid * static_cast<double>(looked)) {
     // Far walls alone are no fault, if they are seen at all.
     if (low == 0 || valid == 0) return Status::kNoDepth;
   }
@@ -147,7 +140,7 @@ DepthProjection::Status DepthProjection::trackFloor(const DepthImage& image, con
   for (std::size_t beam = 0; beam < lift_.size(); ++beam) {
     lift_[beam] = static_cast<float>(plane.slope_x * rays_.cosine(beam) + plane.slope_y * rays_.sine(beam));
   }
-  if (static_cast<double>(below) > kMostBelow * static_cast<double>(std::max<std::size_t>(low, 1))) {
+  if (static_cast<double>(below) > config_.most_below * static_cast<double>(std::max<std::size_t>(low, 1))) {
     return Status::kBelowFloor;
   }
   return Status::kOk;
@@ -162,6 +155,7 @@ void DepthProjection::sortPixels(const std::vector<std::uint16_t>& depth) {
   const auto longest = static_cast<float>(config_.range_max);
   const auto width = static_cast<std::size_t>(rays_.intrinsics().width);
   const auto rows = static_cast<std::size_t>(rays_.intrinsics().height);
+  const auto slots_per_metre = static_cast<float>(1.0 / config_.slot);
   for (std::size_t v = 0, i = 0; v < rows; ++v) {
     int* valid = &valid_[rays_.bandOfRow(v)];
     for (std::size_t u = 0; u < width; ++u, ++i) {
@@ -173,7 +167,7 @@ void DepthProjection::sortPixels(const std::vector<std::uint16_t>& depth) {
       ++valid[pixel.beam * DepthRays::kBands];
       if (height < low || height > high || range > longest) continue;
       Slot& slot = slot_of_[static_cast<std::size_t>(pixel.beam) * static_cast<std::size_t>(slots_) +
-                            static_cast<std::size_t>(range * static_cast<float>(1.0 / kSlot))];
+                            static_cast<std::size_t>(range * slots_per_metre)];
       ++slot.points;
       slot.sum += range;
     }
@@ -186,8 +180,8 @@ int DepthProjection::firstObstacle(int beam) const {
   for (int i = 0; i + 1 < slots_; ++i) {
     if (slots[i].points + slots[i + 1].points < min_points_) continue;
     // Noise puts the first few points before the surface: go on to where most are.
-    const double range = kSlot * (i + 1);
-    const int reach = i + 1 + static_cast<int>(std::ceil(2.0 * kSigma * range * range / kSlot));
+    const double range = config_.slot * (i + 1);
+    const int reach = i + 1 + static_cast<int>(std::ceil(2.0 * config_.depth_sigma * range * range / config_.slot));
     int best = i;
     for (int j = i + 1; j <= std::min(reach, slots_ - 1) && slots[j].points > slots[best].points; ++j) best = j;
     return best;
@@ -223,8 +217,8 @@ void DepthProjection::addSurfaces(int beam, int hit_slot) {
     if (!isSurface(beam, first)) continue;
     int last = first;
     while (last + 1 < slots_ && (isSurface(beam, last + 1) || isSurface(beam, last + 2))) ++last;
-    laser_.push({static_cast<std::uint16_t>(beam), static_cast<float>(kSlot * (first + 0.5)),
-                 static_cast<float>(kSlot * (last + 0.5))});
+    laser_.push({static_cast<std::uint16_t>(beam), static_cast<float>(config_.slot * (first + 0.5)),
+                 static_cast<float>(config_.slot * (last + 0.5))});
     first = last;
   }
 }
@@ -244,10 +238,10 @@ bool DepthProjection::isSurface(int beam, int slot) const {
     for (int s = slot - 1; s <= slot + 1; ++s) around += points(b, s);
   }
   if (around < min_points_ + 1) return false;
-  const double range = kSlot * (slot + 0.5);
-  const int noise = 1 + static_cast<int>(std::ceil(2.0 * kSigma * range * range / kSlot));
+  const double range = config_.slot * (slot + 0.5);
+  const int noise = 1 + static_cast<int>(std::ceil(2.0 * config_.depth_sigma * range * range / config_.slot));
   for (int s = slot - noise; s <= slot + noise; ++s) {
-    if (points(beam, s) > kPeak * own) return false;
+    if (points(beam, s) > config_.peak * own) return false;
   }
   return true;
 }

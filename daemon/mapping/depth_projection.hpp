@@ -21,6 +21,14 @@ struct DepthProjectionConfig {
   double bearing_step = 0.0087;   ///< [rad] of the beams; half a degree is 3.5 cm at range_max
   int median = 1;                 ///< images whose pixel-wise median is projected: 1 (none) or 3
   FloorTrackerConfig floor = {};
+  double slot = 0.05;                           ///< [m] of range, in which points are counted together
+  double points_per_pixel = 8.0 / (640 * 480);  ///< of an obstacle: fewer are flying pixels ...
+  int fewest_points = 3;                        ///< ... and no fewer than this
+  double depth_sigma = 2.9e-3;                  ///< [1/m] times depth squared: a step of the depth's quantisation
+  int peak = 4;                ///< a slot with so many times the points is the wall, the other its noise
+  double fewest_valid = 0.02;  ///< [1] share of all pixels with depth
+  double most_below = 0.15;    ///< [1] share of the floor's points that lie below it: no stairs are so wide
+  double below = 0.10;         ///< [m] under the floor
 };
 
 enum class DepthStatus : std::uint8_t {

@@ -12,23 +12,7 @@ namespace slam {
 namespace {
 
 constexpr int kIterations = 4;
-constexpr double kFinalGate = 0.015, kFinalGateSlope = 0.008;  // [m], [1] a wall's foot is no floor
-constexpr double kPriorOffset = 0.02;   // [m] the plane stays where it is where an image does not tell,
-constexpr double kPriorSlope = 0.02;    // [1] by a prior around the plane before ...
-constexpr double kMountOffset = 0.015;  // [m] ... and one around the extrinsics: before a wall each image
-constexpr double kMountSlope = 0.015;   // [1] tells a little, its foot pulls, and the plane would creep away
-constexpr double kPointSigma = 0.01;    // [m] of a floor point, all errors of one image together
-constexpr int kIndependent = 30;        // so many points of an image are worth independent ones at most
-constexpr double kNarrow = 0.05;        // [m] standard deviation ahead: a strip so narrow may be a wall's foot
-constexpr int kHypotheses = 200;        // planes tried elsewhere
-constexpr double kLevel = 0.5;          // [1] of max_tilt
-constexpr double kMaxLean = 0.45;       // [rad] a plane that leans more (26 deg) is no floor
-constexpr double kNearest = 0.5, kFarthest = 2.0;  // [1] times the camera's height: distance of what may be the floor
-constexpr double kThickness = 0.02;                // [m] of a plane ...
-constexpr double kThicknessSlope = 0.01;           // [1] ... and per metre of distance
-constexpr double kScarce = 0.25;     // [1] share of all points: with fewer on the floor it may lie elsewhere
 constexpr std::size_t kCounted = 4;  // every so many points are asked whether they lie on a plane
-constexpr double kDominant = 0.25;   // [1] share of all points that a floor elsewhere must have
 
 }  // namespace
 
@@ -36,8 +20,8 @@ FloorTracker::Fit FloorTracker::fitNear(const std::vector<Eigen::Vector3f>& poin
   Fit fit{guess};
   for (int i = 0; i < kIterations; ++i) {
     const double narrow = static_cast<double>(i) / (kIterations - 1);
-    const double gate = std::lerp(config_.gate, kFinalGate, narrow);
-    const double slope = std::lerp(last_ ? config_.gate_slope : config_.max_tilt, kFinalGateSlope, narrow);
+    const double gate = std::lerp(config_.gate, config_.final_gate, narrow);
+    const double slope = std::lerp(last_ ? config_.gate_slope : config_.max_tilt, config_.final_gate_slope, narrow);
     Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
     Eigen::Vector3d g = Eigen::Vector3d::Zero();
     fit.points = 0;
@@ -52,13 +36,16 @@ FloorTracker::Fit FloorTracker::fitNear(const std::vector<Eigen::Vector3f>& poin
       ++fit.points;
     }
     if (fit.points < config_.min_points) return fit;
-    const double weight = std::min(1.0, static_cast<double>(kIndependent) / fit.points) / (kPointSigma * kPointSigma);
-    const Eigen::Vector3d prior(1.0 / (kPriorOffset * kPriorOffset), 1.0 / (kPriorSlope * kPriorSlope),
-                                1.0 / (kPriorSlope * kPriorSlope));
+    const double weight = std::min(1.0, static_cast<double>(config_.independent) / fit.points) /
+                          (config_.point_sigma * config_.point_sigma);
+    const Eigen::Vector3d prior(1.0 / (config_.prior_offset * config_.prior_offset),
+                                1.0 / (config_.prior_slope * config_.prior_slope),
+                                1.0 / (config_.prior_slope * config_.prior_slope));
     const Eigen::Vector3d off(fit.plane.offset - guess.offset, fit.plane.slope_x - guess.slope_x,
                               fit.plane.slope_y - guess.slope_y);
-    const Eigen::Vector3d mount(1.0 / (kMountOffset * kMountOffset), 1.0 / (kMountSlope * kMountSlope),
-                                1.0 / (kMountSlope * kMountSlope));
+    const Eigen::Vector3d mount(1.0 / (config_.mount_offset * config_.mount_offset),
+                                1.0 / (config_.mount_slope * config_.mount_slope),
+                                1.0 / (config_.mount_slope * config_.mount_slope));
     const Eigen::Vector3d whole(fit.plane.offset, fit.plane.slope_x, fit.plane.slope_y);
     H *= weight;
     H.diagonal() += prior + mount;
@@ -75,7 +62,7 @@ std::optional<double> FloorTracker::update(Timestamp stamp, const std::vector<Ei
                                            double camera_height) {
   const Fit fit = fitNear(points, plane_);
   const bool inside = fit.plane.tilt() <= config_.max_tilt && std::abs(fit.plane.offset) <= config_.max_offset;
-  if (!inside || fit.points < kScarce * static_cast<double>(points.size())) {
+  if (!inside || fit.points < config_.scarce * static_cast<double>(points.size())) {
     const Search found = findElsewhere(points, camera_height, inside ? fit.points : 0);
     if (found.tilt) return found.tilt;
     if (found.level) {  // the floor is where the mount has it, only the plane was not
@@ -83,7 +70,7 @@ std::optional<double> FloorTracker::update(Timestamp stamp, const std::vector<Ei
       return std::nullopt;
     }
   }
-  if (fit.points < config_.min_points || fit.extent < kNarrow) return std::nullopt;
+  if (fit.points < config_.min_points || fit.extent < config_.narrow) return std::nullopt;
   // Bounded, towards where it was found.
   const double share = last_ ? std::clamp(toSeconds(stamp - *last_) / config_.settle_time, 0.0, 1.0) : 1.0;
   last_ = stamp;
@@ -108,8 +95,8 @@ FloorTracker::Search FloorTracker::findElsewhere(const std::vector<Eigen::Vector
   std::minstd_rand random(1);  // the same for the same image
   std::uniform_int_distribution<std::size_t> pick(0, points.size() - 1);
   const Eigen::Vector3d camera(0.0, 0.0, camera_height);
-  int most = std::max(2 * points_of_floor, static_cast<int>(kDominant * static_cast<double>(points.size())));
-  for (int i = 0; i < kHypotheses; ++i) {
+  int most = std::max(2 * points_of_floor, static_cast<int>(config_.dominant * static_cast<double>(points.size())));
+  for (int i = 0; i < config_.hypotheses; ++i) {
     const Eigen::Vector3d a = points[pick(random)].cast<double>();
     const Eigen::Vector3d b = points[pick(random)].cast<double>(), c = points[pick(random)].cast<double>();
     Eigen::Vector3d normal = (b - a).cross(c - a);
@@ -117,21 +104,23 @@ FloorTracker::Search FloorTracker::findElsewhere(const std::vector<Eigen::Vector
     normal.normalize();
     const double lean = std::acos(std::min(1.0, std::abs(normal.z())));
     const double distance = std::abs(normal.dot(camera - a));
-    if (lean > kMaxLean || distance < kNearest * camera_height || distance > kFarthest * camera_height) {
+    if (lean > config_.max_lean || distance < config_.nearest * camera_height ||
+        distance > config_.farthest * camera_height) {
       continue;
     }
-    const bool level = lean <= config_.max_tilt, above = a.z() > camera_height;  // above: as of a camera on its head
+    // Above, where the camera is: as of a camera on its head. A floor that rises may be so further on.
+    const bool level = lean <= config_.max_tilt, above = normal.dot(a) / normal.z() > camera_height;
     // A level plane may be a table; it is taken for the floor only where no other floor is seen.
     // Clearly level: of a camera just beyond the bound a plane just within it holds nearly as much.
     const bool in_place =
-        lean <= kLevel * config_.max_tilt && !above && std::abs(distance - camera_height) <= config_.max_offset;
+        lean <= config_.level * config_.max_tilt && !above && std::abs(distance - camera_height) <= config_.max_offset;
     const bool elsewhere =
         std::abs(distance - camera_height) > 2.0 * config_.max_offset && points_of_floor < config_.min_points;
     if (level && !above && !elsewhere && !in_place) continue;
     int inliers = 0;
     for (std::size_t k = 0; k < points.size(); k += kCounted) {
       const Eigen::Vector3f& p = points[k];
-      inliers += std::abs(normal.dot(p.cast<double>() - a)) < kThickness + kThicknessSlope * p.x();
+      inliers += std::abs(normal.dot(p.cast<double>() - a)) < config_.thickness + config_.thickness_slope * p.x();
     }
     inliers *= static_cast<int>(kCounted);
     if (inliers <= most) continue;

@@ -8,16 +8,7 @@
 #include "matching/plicp.hpp"
 
 namespace slam {
-namespace {
-
-constexpr double kReach = 1.5;              // [1] of a step: half of it in both directions, and by the turn
-constexpr double kMostlyTranslation = 0.5;  // of a unit direction: the rest is rotation
-constexpr double kSameOverlap = 0.02;       // [1] less is no difference
-constexpr double kSlideStep = 0.05;         // [m]
-constexpr double kSlideKernel = 0.15;       // [m]
-constexpr float kClearGain = 0.02F;         // [1] of the score that sliding must bring
-
-}  // namespace
+namespace {}  // namespace
 
 CorrelativeMatcher::CorrelativeMatcher(const CorrelativeConfig& config) : config_(config) {
   sample_.reserve(static_cast<std::size_t>(config.max_points));
@@ -35,7 +26,7 @@ SearchResult CorrelativeMatcher::match(const Reference& reference, std::span<con
   const double step = scoreAll(reference, guess, window, meanRange(points));
 
   MatchConfig narrow = config;  // the steps leave less to be found than a first guess does
-  narrow.initial_pair_distance = std::max(narrow.final_pair_distance, kReach * step);
+  narrow.initial_pair_distance = std::max(narrow.final_pair_distance, config_.reach * step);
   narrow.search_translation = narrow.search_rotation = 0.0;
   MatchResult second;
   const auto better = [](const MatchResult& a, const MatchResult& b) {
@@ -59,8 +50,7 @@ SearchResult CorrelativeMatcher::match(const Reference& reference, std::span<con
   if (second.usable() && elsewhere(second.T_ref_base, result.match.T_ref_base)) {
     result.runner_up = second.overlap / result.match.overlap;
   }
-  // A corridor looks the same from its other end: what little tells the two ends apart may have changed.
-  const bool turned_round = std::abs(wrapAngle(result.match.T_ref_base.theta - guess.theta)) > 0.5 * std::numbers::pi;
+  const bool turned_round = std::abs(wrapAngle(result.match.T_ref_base.theta - guess.theta)) > config_.opposite;
   if (result.runner_up > config_.ambiguity || (turned_round && result.match.observable < 3)) {
     result.match.status = MatchStatus::kAmbiguous;
   }
@@ -80,7 +70,7 @@ SearchResult CorrelativeMatcher::matchOrSearch(const Reference& reference, std::
   }
   SearchResult searched = match(reference, points, guess, window, config);
   const bool found = searched.match.usable() || searched.match.status == MatchStatus::kAmbiguous;
-  const bool better = !direct.match.usable() || searched.match.overlap > direct.match.overlap - kSameOverlap;
+  const bool better = !direct.match.usable() || searched.match.overlap > direct.match.overlap - config_.same_overlap;
   return found && better ? searched : direct;
 }
 
@@ -130,15 +120,15 @@ float CorrelativeMatcher::score(const Reference& reference, const Eigen::Vector2
 
 void CorrelativeMatcher::slide(const Reference& reference, double reach, MatchResult& match) {
   const Eigen::Vector2d along = match.directions.col(2).head<2>();
-  if (match.observable != 2 || along.norm() < kMostlyTranslation) return;
+  if (match.observable != 2 || along.norm() < config_.mostly_translation) return;
   const Pose2 rotation{0.0, 0.0, match.T_ref_base.theta};
   for (std::size_t i = 0; i < sample_.size(); ++i) rotated_[i] = rotation * sample_[i];
   const Eigen::Vector2d start = match.T_ref_base.translation(), direction = along.normalized();
-  const int steps = static_cast<int>(std::ceil(reach / kSlideStep));
-  float best = score(reference, start, kSlideKernel) + kClearGain;
+  const int steps = static_cast<int>(std::ceil(reach / config_.slide_step));
+  float best = score(reference, start, config_.slide_kernel) + config_.clear_gain;
   for (int i = -steps; i <= steps; ++i) {
-    const Eigen::Vector2d t = start + i * kSlideStep * direction;
-    const float there = score(reference, t, kSlideKernel);
+    const Eigen::Vector2d t = start + i * config_.slide_step * direction;
+    const float there = score(reference, t, config_.slide_kernel);
     if (there <= best) continue;
     best = there;
     match.T_ref_base.x = t.x();

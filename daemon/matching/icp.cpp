@@ -44,7 +44,8 @@ Pose2 align(const PairSums& sums) {
   const Eigen::JacobiSVD<Eigen::Matrix2d> svd(W, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix2d V = svd.matrixV();
   if ((V * svd.matrixU().transpose()).determinant() < 0.0) V.col(1) *= -1.0;
-  const Eigen::Matrix2d R = V * svd.matrixU().transpose();  // (4), for W = U S V^T with p on the left
+  // The paper prints R = U V^T; the minimum for its own W = U S V^T, with p on the left, is V U^T.
+  const Eigen::Matrix2d R = V * svd.matrixU().transpose();  // (4)
   const Eigen::Vector2d t = u_x - R * u_p;                  // (5)
   return {t.x(), t.y(), std::atan2(R(1, 0), R(0, 0))};
 }

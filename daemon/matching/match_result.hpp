@@ -47,8 +47,15 @@ struct MatchResult {
 /// @param guess [m] in the reference  @param direction of it, a unit vector
 MatchResult heldAlong(const MatchResult& match, const Eigen::Vector2d& guess, const Eigen::Vector2d& direction);
 
+/// How a scan is tracked against the local map.
+enum class MatchMethod : std::uint8_t {
+  kPointToLine,   ///< matchPointToLine()
+  kPointToPoint,  ///< matchPointToPoint(), the paper's baseline
+};
+
 /// Settings shared by matchPointToPoint() and matchPointToLine().
 struct MatchConfig {
+  MatchMethod method = MatchMethod::kPointToLine;  ///< for who tracks scans; searches and closures match to lines
   int max_iterations = 40;
   int min_pairs = 20;                   ///< fewer matched points than this is a failure
   double search_translation = 0.0;      ///< [m] how far the guess may be off ...
@@ -66,6 +73,9 @@ struct MatchConfig {
   double familiar_observations = 5.0;   ///< [1] a surfel seen so often is known
   double min_overlap = 0.50;            ///< [1] less agreement than this is no match
   double min_information = 0.01;        ///< [1] a direction seen by less than this share of the pairs is blind
+  double same_face = 0.2;               ///< cosine: a point and a surfel whose normals differ by more are two faces
+  double damping = 0.7;                 ///< [1] per change of the step's direction
+  double min_confirmed = 0.1;  ///< [1] of a direction's information; along a bare wall noise seldom feigns more
 };
 
 }  // namespace slam

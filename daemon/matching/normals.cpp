@@ -8,10 +8,8 @@
 namespace slam {
 namespace {
 
-constexpr double kFineSpacing = 0.0175;  // [rad] 1 degree, of which max_gap_per_range is told
-constexpr double kSpacingBin = 0.001;    // [1] sine
+constexpr double kSpacingBin = 0.001;  // [1] sine
 constexpr std::size_t kSpacingBins = 256;
-constexpr double kInARow = 3.0;  // [1] standard deviations of the ranges
 
 /// Moments of the neighbours about the point itself.
 struct Moments {
@@ -66,32 +64,32 @@ double beamSpacing(const ScanPoints& points, const Eigen::Vector2d& lidar) {
 
 /// Whether three points seen from the origin lie on one line, as far as their ranges tell: along a line the inverse of
 /// the range is a sine of the bearing.
-bool inARow(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c, double range_sigma) {
+bool inARow(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c, const NormalConfig& config) {
   const Eigen::Array3d inverse_ranges = 1.0 / Eigen::Array3d(a.norm(), b.norm(), c.norm());
   const auto sine = [](const Eigen::Vector2d& p, const Eigen::Vector2d& q) { return p.x() * q.y() - p.y() * q.x(); };
   const Eigen::Array3d sines(sine(b, c), sine(c, a), sine(a, b));
   if (!(sines[0] * sines[2] > 0.0)) return false;
   const Eigen::Array3d terms = sines * inverse_ranges.prod();  // sine between two beams by the third one's range
-  const double sigma = range_sigma * (terms * inverse_ranges).matrix().norm();
-  return std::abs(terms.sum()) < kInARow * sigma;
+  const double sigma = config.range_sigma * (terms * inverse_ranges).matrix().norm();
+  return std::abs(terms.sum()) < config.in_a_row * sigma;
 }
 
 /// Whether a point goes on a row that comes from one side: the next two there, the first of them nearer and far off.
 bool goesOn(const ScanPoints& points, std::size_t index, int step, double max_gap, const Eigen::Vector2d& lidar,
-            double range_sigma) {
+            const NormalConfig& config) {
   const auto size = static_cast<std::ptrdiff_t>(points.size()), i = static_cast<std::ptrdiff_t>(index);
   const std::ptrdiff_t last = i + 2 * step;
   if (last < 0 || last >= size) return false;
   const ScanPoint &point = points[index], &next = points[static_cast<std::size_t>(i + step)];
   const Eigen::Vector2d &p = point.position, &q = next.position;
   return next.range < point.range && (q - p).squaredNorm() > max_gap * max_gap &&
-         inARow(p - lidar, q - lidar, points[static_cast<std::size_t>(last)].position - lidar, range_sigma);
+         inARow(p - lidar, q - lidar, points[static_cast<std::size_t>(last)].position - lidar, config);
 }
 
 }  // namespace
 
 double estimateNormals(ScanPoints& points, const Eigen::Vector2d& lidar, const NormalConfig& config) {
-  const double coarseness = std::max(1.0, beamSpacing(points, lidar) / kFineSpacing);
+  const double coarseness = std::max(1.0, beamSpacing(points, lidar) / config.fine_spacing);
   for (std::size_t i = 0; i < points.size(); ++i) {
     ScanPoint& point = points[i];
     point.normal.setZero();
@@ -101,8 +99,7 @@ double estimateNormals(ScanPoints& points, const Eigen::Vector2d& lidar, const N
     addSide(points, i, -1, max_gap, config, m);
     addSide(points, i, +1, max_gap, config, m);
     if (m.n < 1.0 + config.min_neighbours) {
-      point.may_slide = goesOn(points, i, -1, max_gap, lidar, config.range_sigma) ||
-                        goesOn(points, i, +1, max_gap, lidar, config.range_sigma);
+      point.may_slide = goesOn(points, i, -1, max_gap, lidar, config) || goesOn(points, i, +1, max_gap, lidar, config);
       continue;
     }
 

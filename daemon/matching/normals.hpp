@@ -15,6 +15,8 @@ struct NormalConfig {
                                     ///< so much more as the beams lie further apart than a degree
   double range_sigma = 0.015;       ///< [m] standard deviation of one lidar range
   double max_line_error = 0.04;     ///< [m] RMS distance of the neighbours from the line; more is a corner
+  double fine_spacing = 0.0175;     ///< [rad] 1 degree, of which max_gap_per_range is told
+  double in_a_row = 3.0;  ///< [1] standard deviations of the ranges: points this near to one line are in a row
 };
 
 /// Fits a line through each point's neighbours in acquisition order and stores its normal and the normal's variance

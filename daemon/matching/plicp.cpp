@@ -10,12 +10,6 @@
 namespace slam {
 namespace {
 
-constexpr double kSameFace = 0.2;  // cosine: a point and a surfel whose normals differ by more are two faces
-
-constexpr double kDamping = 0.7;  // per change of the step's direction
-
-constexpr double kMinConfirmed = 0.1;  // of a direction's information; along a bare wall noise seldom feigns more
-
 constexpr std::size_t kPairsAtOnce = 32;  // looked up before the first is used: the reference is larger than the caches
 
 struct Pair {
@@ -82,7 +76,7 @@ Sums linearize(const Reference& reference, std::span<const ScanPoint> points, co
         continue;
       }
       const double mx = c * point.normal.x() - s * point.normal.y(), my = s * point.normal.x() + c * point.normal.y();
-      if (point.hasNormal() && surfel->isLine() && nx * mx + ny * my < kSameFace) continue;
+      if (point.hasNormal() && surfel->isLine() && nx * mx + ny * my < config.same_face) continue;
 
       const double e = nx * dx + ny * dy;
       const double k = 1.0 / (1.0 + e * e * inverse_kernel);
@@ -158,7 +152,7 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
     result.status = MatchStatus::kUnobservable;
     if (solution.observable == 0) return result;
 
-    if (solution.step.dot(last_step) < 0.0) damping *= kDamping;
+    if (solution.step.dot(last_step) < 0.0) damping *= config.damping;
     last_step = solution.step;
     const Eigen::Vector3d step = damping * solution.step;
     T = {T.x + step.x(), T.y + step.y(), wrapAngle(T.theta + step.z())};
@@ -174,7 +168,7 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
 
     const Eigen::Vector3d weakest = solution.weakest;
     const double confirmed = confirmedShare(reference, points, T, gate, weakest, config);
-    if (confirmed < kMinConfirmed) {  // blind: settle once more without it
+    if (confirmed < config.min_confirmed) {  // blind: settle once more without it
       most = solution.observable - 1;
       continue;
     }

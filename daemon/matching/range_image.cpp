@@ -8,15 +8,6 @@
 #include "core/pose2.hpp"
 
 namespace slam {
-namespace {
-
-constexpr double kMaxGap = 0.06;         // [rad] between two beams: what lies in a wider one was not seen
-constexpr double kMargin = 0.20;         // [m] that a range and a place may differ by and be the same
-constexpr double kBearingError = 0.010;  // [rad] of the pose that a place is seen from ...
-constexpr double kPlaceError = 0.05;     // [m] ... and of the place
-constexpr double kGrazing = 0.3;         // cosine of the angle between beam and normal
-
-}  // namespace
 
 /// The bins from one bearing to another [rad].
 template <typename Visit>
@@ -42,7 +33,7 @@ void RangeImage::set(std::span<const ScanPoint> points, const Eigen::Vector2d& l
     const auto range = static_cast<float>(beam.norm());
     farthest_ = std::max(farthest_, range);
     const double gap = wrapAngle(bearing - last_bearing);
-    if (std::abs(gap) < kMaxGap) {
+    if (std::abs(gap) < config_.max_gap) {
       const float nearer = std::min(range, last_range);
       const double first = last_bearing + std::min(0.0, gap);
       forBins(first, first + std::abs(gap), [&](std::size_t bin) {
@@ -58,10 +49,11 @@ void RangeImage::set(std::span<const ScanPoint> points, const Eigen::Vector2d& l
 RangeImage::Sight RangeImage::sightOf(const Eigen::Vector2d& p, const Eigen::Vector2d& normal) const {
   const Eigen::Vector2d way = p - lidar_;
   const double distance = way.norm();
-  if (distance < kMargin || distance > farthest_ + kMargin) return Sight::kUnknown;
-  if (!normal.isZero() && std::abs(normal.dot(way)) < kGrazing * distance) return Sight::kUnknown;
-  const double bearing = std::atan2(way.y(), way.x()), error = kBearingError + kPlaceError / distance;
-  const auto nearest = static_cast<float>(distance - kMargin), beyond = static_cast<float>(distance + kMargin);
+  if (distance < config_.margin || distance > farthest_ + config_.margin) return Sight::kUnknown;
+  if (!normal.isZero() && std::abs(normal.dot(way)) < config_.grazing * distance) return Sight::kUnknown;
+  const double bearing = std::atan2(way.y(), way.x()), error = config_.bearing_error + config_.place_error / distance;
+  const auto nearest = static_cast<float>(distance - config_.margin),
+             beyond = static_cast<float>(distance + config_.margin);
   Sight sight = Sight::kSeenThrough;
   forBins(bearing - error, bearing + error, [&](std::size_t bin) {
     const float range = ranges_[bin];

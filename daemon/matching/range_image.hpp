@@ -9,6 +9,14 @@
 
 namespace slam {
 
+struct RangeImageConfig {
+  double max_gap = 0.06;         ///< [rad] between two beams: what lies in a wider one was not seen
+  double margin = 0.20;          ///< [m] that a range and a place may differ by and be the same
+  double bearing_error = 0.010;  ///< [rad] of the pose that a place is seen from ...
+  double place_error = 0.05;     ///< [m] ... and of the place
+  double grazing = 0.3;          ///< cosine of the angle between beam and normal
+};
+
 /// How far a scan saw in each direction. A wall that it saw through is not there, or the scan was taken elsewhere:
 /// points that match say nothing of that. After the range images of Kim and Kim (Removert, IROS 2020).
 class RangeImage {
@@ -20,6 +28,8 @@ class RangeImage {
     kMet,          ///< something is there
     kSeenThrough,  ///< all beams near it went on
   };
+
+  explicit RangeImage(const RangeImageConfig& config = {}) : config_(config) {}
 
   /// @param points  in acquisition order, in base
   /// @param lidar   [m] position of the lidar in base
@@ -34,6 +44,7 @@ class RangeImage {
   template <typename Visit>
   void forBins(double from, double to, Visit visit) const;
 
+  RangeImageConfig config_;
   std::array<float, kBins> ranges_{};  // [m] the shortest in the bin; 0: nothing is known
   Eigen::Vector2d lidar_ = Eigen::Vector2d::Zero();
   float farthest_ = 0.0F;  // [m]

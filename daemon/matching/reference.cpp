@@ -10,10 +10,6 @@
 namespace slam {
 namespace {
 
-constexpr int kFewest = 20;  // surfels in sight that tell a place
-
-constexpr double kSameWall = 0.6;  // cosine: normals within 53 degrees may be one wall
-
 constexpr int kBlockShift = 6;  // log2 of the cells to a side of a block that is cleared as one
 
 }  // namespace
@@ -116,7 +112,7 @@ double Reference::seenThrough(const Pose2& T_ref_base, const RangeImage& scan, d
     const Eigen::Vector2d p = T_base_ref * Eigen::Vector2d(surfel.x, surfel.y);
     tally.add(scan.sightOf(p, T_base_ref.turned({surfel.nx, surfel.ny})));
   }
-  return tally.told() < kFewest ? 0.0 : tally.seenThrough();
+  return tally.told() < config_.fewest_in_sight ? 0.0 : tally.seenThrough();
 }
 
 bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point) {
@@ -136,7 +132,7 @@ bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, c
   }
   const double across = n.dot(d), along = n.x() * d.y() - n.y() * d.x();
   if (std::abs(along) > config_.surfel_spacing || std::abs(across) > config_.merge_distance) return false;
-  if (n.dot(normal) < kSameWall) return false;
+  if (n.dot(normal) < config_.same_wall) return false;
 
   // The mean moves across the wall only: along it the points say nothing, and the spacing stays.
   const double weight = 1.0 / (surfel.observations + 1.0);

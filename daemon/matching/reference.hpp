@@ -24,6 +24,8 @@ struct ReferenceConfig {
   double merge_distance = 0.08;  ///< [m] and closer than this across it
   int max_observations = 100;    ///< weight of a surfel's past: more makes the reference stiffer
   int max_surfels = 1 << 17;     ///< memory bound
+  int fewest_in_sight = 20;      ///< surfels that tell a place
+  double same_wall = 0.6;        ///< cosine: normals within 53 degrees may be one wall
 };
 
 /// A piece of wall: mean of the points seen there, with its line.

@@ -32,4 +32,26 @@ class LatestValue {
   std::uint8_t front_ = 2;               // reader's
 };
 
+/// The end that gives ...
+template <typename T>
+class LatestWriter {
+ public:
+  LatestWriter(LatestValue<T>& value) : value_(&value) {}
+  void store(const T& value) const { value_->store(value); }
+
+ private:
+  LatestValue<T>* value_;
+};
+
+/// ... and the end that takes.
+template <typename T>
+class LatestReader {
+ public:
+  LatestReader(LatestValue<T>& value) : value_(&value) {}
+  bool load(T& value) const { return value_->load(value); }
+
+ private:
+  LatestValue<T>* value_;
+};
+
 }  // namespace slam

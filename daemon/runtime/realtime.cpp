@@ -4,8 +4,10 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <pthread.h>
 #include <sched.h>
+#include <sstream>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -62,9 +64,72 @@ std::string lockMemory() {
 
 std::string setFifoPriority(int priority) {
   const sched_param param{priority};
-  const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &param);  // returns the error, leaves errno
-  if (error == 0) return "";
-  return std::string("no SCHED_FIFO: ") + std::strerror(error) + "; set LimitRTPRIO=95 in the unit";
+  // Threads that a library begins in a real-time thread are none.
+  if (sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &param) == 0) return "";
+  const int error = errno;
+  return fifoWords(error, priority, fifoRights());
+}
+
+FifoRights fifoRights(const std::filesystem::path& root) {
+  FifoRights rights;
+  rlimit limit{};
+  getrlimit(RLIMIT_RTPRIO, &limit);
+  rights.limit = limit.rlim_cur == RLIM_INFINITY ? std::numeric_limits<int>::max() : static_cast<int>(limit.rlim_cur);
+  std::ifstream status(root / "proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    constexpr unsigned long kSysNice = 1UL << 23;
+    if (line.starts_with("CapEff:")) rights.privileged = (std::stoul(line.substr(7), nullptr, 16) & kSysNice) != 0;
+    if (line.starts_with("Seccomp:")) rights.filtered = line.find_first_of("12") != std::string::npos;
+  }
+  // Of version 1 of control groups, whose controller has a folder of its own.
+  std::ifstream groups(root / "proc/self/cgroup");
+  for (std::string line; std::getline(groups, line);) {
+    const auto first = line.find(':'), second = line.find(':', first + 1);
+    if (second == std::string::npos) continue;
+    std::istringstream controllers(line.substr(first + 1, second - first - 1));
+    bool has_cpu = false;
+    for (std::string controller; std::getline(controllers, controller, ',');) has_cpu |= controller == "cpu";
+    if (!has_cpu) continue;
+    for (const char* folder : {"cpu", "cpu,cpuacct"}) {
+      const auto file = "/sys/fs/cgroup/" + std::string(folder) + line.substr(second + 1) + "/cpu.rt_runtime_us";
+      std::ifstream in(root / file.substr(1));
+      if (std::int64_t runtime = 0; in >> runtime) {
+        rights.group_file = file;
+        rights.group_runtime = runtime;
+      }
+    }
+  }
+  return rights;
+}
+
+std::string fifoWords(int error, int priority, const FifoRights& rights) {
+  const std::string begin = "no SCHED_FIFO: ", meanwhile = "; slamd goes on at normal priority; fix: ";
+  if (error != EPERM) return begin + std::strerror(error) + meanwhile + "set the runtime.*_priority keys to 1 to 99";
+  if (!rights.privileged && rights.limit < priority)
+    return begin + "priority " + std::to_string(priority) + " where the limit is " + std::to_string(rights.limit) +
+           meanwhile + "set LimitRTPRIO=95 in the unit, or ulimit -r 95 in a shell";
+  if (rights.group_runtime == 0)
+    return begin + "the kernel gives this control group no real time, cpu.rt_runtime_us is 0" + meanwhile +
+           "echo 950000 | sudo tee " + rights.group_file +
+           " (and in the groups above it), or sudo sysctl -w "
+           "kernel.sched_rt_runtime_us=-1";
+  return begin + "the limit allows it, but " +
+         (rights.filtered ? "a system call filter may not (RestrictRealtime=yes in the unit, or a container), or "
+                          : "") +
+         "the kernel schedules real time by groups (CONFIG_RT_GROUP_SCHED) and gives this one none" + meanwhile +
+         "sudo sysctl -w kernel.sched_rt_runtime_us=-1, or cpu.rt_runtime_us of the group; in a container "
+         "--cap-add=SYS_NICE --ulimit rtprio=95";
+}
+
+NormalPriority::NormalPriority(int priority) : priority_(priority) {
+  const sched_param none{0};
+  // The flag cannot be taken back without a capability.
+  if (priority_ > 0) sched_setscheduler(0, SCHED_OTHER | SCHED_RESET_ON_FORK, &none);
+}
+
+NormalPriority::~NormalPriority() {
+  const sched_param param{priority_};
+  if (priority_ > 0) sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &param);
 }
 
 void nameThread(const std::string& name) { pthread_setname_np(pthread_self(), name.substr(0, 15).c_str()); }

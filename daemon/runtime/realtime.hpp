@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <cstdint>
+#include <filesystem>
+#include <optional>
 #include <string>
 
 namespace slam {
@@ -20,8 +22,34 @@ MemoryLock memoryLockFor(std::uint64_t limit, std::uint64_t mapped, bool privile
 /// Locks the process's memory as far as its limit lets it. @return empty, or what is not locked and the fix
 std::string lockMemory();
 
-/// Gives the calling thread SCHED_FIFO. @return empty, or why not and how to fix it
+/// Gives the calling thread SCHED_FIFO, but not the threads that it begins. @return empty, or why not and how to fix it
 std::string setFifoPriority(int priority);
+
+/// What the kernel asks for before it gives a thread SCHED_FIFO.
+struct FifoRights {
+  int limit = 0;                ///< RLIMIT_RTPRIO
+  bool privileged = false;      ///< CAP_SYS_NICE, for which the limit does not hold
+  bool filtered = false;        ///< system calls are
+  std::string group_file = {};  ///< cpu.rt_runtime_us of this process's group, where it can be seen ...
+  std::optional<std::int64_t> group_runtime = {};  ///< ... and its value [us]
+};
+/// @param root of /proc and /sys
+FifoRights fifoRights(const std::filesystem::path& root = "/");
+/// Why it was refused, what slamd does meanwhile, and the fix. @param error errno
+std::string fifoWords(int error, int priority, const FifoRights& rights);
+
+/// The calling thread has normal priority while this lives: for what allocates and waits, such as opening a device.
+class NormalPriority {
+ public:
+  /// @param priority of SCHED_FIFO, to come back to; 0: it has none
+  explicit NormalPriority(int priority);
+  ~NormalPriority();
+  NormalPriority(const NormalPriority&) = delete;
+  NormalPriority& operator=(const NormalPriority&) = delete;
+
+ private:
+  int priority_;
+};
 
 /// Names the calling thread for ps and top (15 characters).
 void nameThread(const std::string& name);

@@ -39,4 +39,34 @@ class SpscQueue {
   std::atomic<std::uint64_t> drops_{0};
 };
 
+/// The end of a queue that gives: whoever has it cannot take.
+template <typename T>
+class Producer {
+ public:
+  Producer(SpscQueue<T>& queue) : queue_(&queue) {}
+  bool tryPush(const T& value) const { return queue_->tryPush(value); }
+  bool hasRoom() const { return queue_->hasRoom(); }
+
+ private:
+  SpscQueue<T>* queue_;
+};
+
+/// The end of a queue that takes: whoever has it cannot give.
+template <typename T>
+class Consumer {
+ public:
+  Consumer(SpscQueue<T>& queue) : queue_(&queue) {}
+  template <typename Consume>
+  std::size_t drain(Consume&& consume) const {
+    return queue_->drain(std::forward<Consume>(consume));
+  }
+  template <typename Consume>
+  bool popOne(Consume&& consume) const {
+    return queue_->popOne(std::forward<Consume>(consume));
+  }
+
+ private:
+  SpscQueue<T>* queue_;
+};
+
 }  // namespace slam

@@ -62,14 +62,14 @@ std::vector<Watchdog::News> Watchdog::takeNews(Timestamp now) {
   std::vector<News> news;
   for (Thread& thread : threads_) {
     if (thread.isDead()) {
-      if (!std::exchange(thread.death_logged, true)) news.push_back({true, deadWords(thread)});
+      if (!std::exchange(thread.death_logged, true)) news.push_back({true, thread.name, deadWords(thread)});
       continue;
     }
     thread.death_logged = false;
     const bool over = thread.unlogged > Duration(0) && thread.silent == Duration(0);
     if (!over || (thread.logged && now - *thread.logged < kLogInterval)) continue;
     thread.logged = now;
-    news.push_back({false, lateWords(thread, std::exchange(thread.unlogged, Duration(0)))});
+    news.push_back({false, thread.name, lateWords(thread, std::exchange(thread.unlogged, Duration(0)))});
   }
   return news;
 }

@@ -39,6 +39,7 @@ class Watchdog {
   /// A line for the log.
   struct News {
     bool is_error = false;
+    std::string thread;  ///< its name
     std::string text;
   };
   /// What is to be logged since the last call: a death at once, lateness when it is over and once a minute.

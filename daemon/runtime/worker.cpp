@@ -3,7 +3,9 @@
 
 #include <csignal>
 #include <ctime>
+#include <poll.h>
 #include <system_error>
+#include <utility>
 
 #include "runtime/clock.hpp"
 #include "runtime/realtime.hpp"
@@ -13,9 +15,12 @@ namespace {
 
 constexpr std::size_t kStack = 1 << 20;  // [bytes] all of it is locked into memory where that is allowed
 
+timespec timespecOf(Duration time) {
+  return {static_cast<time_t>(time.count() / 1000000000), static_cast<long>(time.count() % 1000000000)};
+}
+
 void sleepUntil(Timestamp deadline) {
-  const auto ns = deadline.time_since_epoch().count();
-  const timespec t{static_cast<time_t>(ns / 1000000000), static_cast<long>(ns % 1000000000)};
+  const timespec t = timespecOf(deadline.time_since_epoch());
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
   }
 }
@@ -23,6 +28,9 @@ void sleepUntil(Timestamp deadline) {
 }  // namespace
 
 Worker::Worker(const WorkerConfig& config, std::function<void()> body) : config_(config), body_(std::move(body)) {}
+
+Worker::Worker(const WorkerConfig& config, std::function<void()> body, Wakeup& wakeup, std::function<void()> woken)
+    : config_(config), body_(std::move(body)), wakeup_(&wakeup), woken_(std::move(woken)) {}
 
 void Worker::start() {
   pthread_attr_t attributes;
@@ -84,7 +92,20 @@ void Worker::run() {
       overruns_.fetch_add(static_cast<std::uint64_t>(missed), std::memory_order_relaxed);
       deadline += missed * period;
     }
-    sleepUntil(deadline);
+    waitUntil(deadline);
+  }
+}
+
+void Worker::waitUntil(Timestamp deadline) {
+  if (wakeup_ == nullptr) return sleepUntil(deadline);
+  for (Timestamp now = monotonicNow(); now < deadline && !stopping_; now = monotonicNow()) {
+    pollfd waiting{wakeup_->descriptor(), POLLIN, 0};
+    const timespec left = timespecOf(deadline - now);
+    if (::ppoll(&waiting, 1, &left, nullptr) <= 0) continue;
+    wakeup_->clear();
+    const Timestamp begin = monotonicNow();
+    woken_();
+    duration_.add(monotonicNow() - begin);
   }
 }
 

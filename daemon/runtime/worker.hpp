@@ -8,6 +8,7 @@
 
 #include "core/timestamp.hpp"
 #include "runtime/latency_histogram.hpp"
+#include "runtime/wakeup.hpp"
 
 namespace slam {
 
@@ -23,6 +24,9 @@ struct WorkerConfig {
 class Worker {
  public:
   Worker(const WorkerConfig& config, std::function<void()> body);
+  /// With a fixed rate whose waits a wake-up interrupts. The deadlines stay, and only they count as ticks.
+  /// @param woken is called for each wake-up, or once for several
+  Worker(const WorkerConfig& config, std::function<void()> body, Wakeup& wakeup, std::function<void()> woken);
   ~Worker() { stop(); }
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
@@ -52,9 +56,12 @@ class Worker {
  private:
   static void* entry(void* self);
   void run();
+  void waitUntil(Timestamp deadline);
 
   WorkerConfig config_;
   std::function<void()> body_;
+  Wakeup* wakeup_ = nullptr;
+  std::function<void()> woken_;
   pthread_t thread_{};
   bool running_ = false;
   std::atomic<bool> stopping_{false};

@@ -96,7 +96,7 @@ MapState importMap(const MapImage& image) {
     }
   }
   MapState map;
-  map.picture_only = true;
+  map.kind = MapKind::kFloorPlan;
   for (const auto& [square, scan] : squares) {
     map.keyframes.add(scan, {(square.second + 0.5) * kSquare, (square.first + 0.5) * kSquare, 0.0});
   }
@@ -104,11 +104,6 @@ MapState importMap(const MapImage& image) {
   map.grid = toGrid(image);
   map.grid_keyframes = map.keyframes.size();
   return map;
-}
-
-MatchConfig matchInPicture(MatchConfig match, double resolution) {
-  match.overlap_distance += 0.5 * resolution;
-  return match;
 }
 
 }  // namespace slam

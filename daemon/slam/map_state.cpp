@@ -17,12 +17,14 @@ LocalizerStart startIn(const MapState& map, std::int32_t map_id) {
           .first_keyframe = map.keyframes.size(),
           .in_known_map = map.keyframes.size() > 0,
           .T_map_base = map.T_map_base,
+          .body = map.body,
           .gyro_bias = map.gyro_bias};
 }
 
 std::vector<MapScan> scansOf(const MapState& map) {
   std::vector<MapScan> scans;
-  for (int id = 0; id < map.keyframes.size() && !map.picture_only; ++id) {
+  if (map.kind == MapKind::kFloorPlan) return scans;
+  for (int id = 0; id < map.keyframes.size(); ++id) {
     if (map.in_map[static_cast<std::size_t>(id)] == 0) continue;
     scans.push_back({id, map.keyframes.pose(id), map.keyframes.scan(id)});
   }
@@ -36,8 +38,11 @@ std::vector<MapView> viewsOf(const MapState& map) {
   return views;
 }
 
-std::string lidarMismatch(const MapState& map, const LidarModel& lidar) {
-  if (map.picture_only || map.keyframes.size() == 0) return "";
+std::string misfitOf(const MapState& map, const LidarModel& lidar, bool localise_only) {
+  if (map.kind == MapKind::kFloorPlan) {
+    return localise_only ? "" : "a picture of a map cannot be extended; set mode to \"localise\"";
+  }
+  if (map.keyframes.size() == 0) return "";
   const Pose2 gap = between(map.T_base_lidar, lidar.T_base_lidar);
   if (std::hypot(gap.x, gap.y) < kMaxShift && std::abs(gap.theta) < kMaxTurn) return "";
   char text[200];

@@ -5,9 +5,11 @@
 #include <vector>
 
 #include "core/pose2.hpp"
+#include "frontend/body_watch.hpp"
+#include "frontend/front_end_config.hpp"
+#include "graph/keyframe_graph.hpp"
 #include "mapping/occupancy_grid.hpp"
-#include "posegraph/keyframe_graph.hpp"
-#include "slam/localizer.hpp"
+#include "relocalisation/distance_field.hpp"
 #include "slam/mapper.hpp"
 
 namespace slam {
@@ -17,17 +19,18 @@ struct MapState {
   KeyframeGraph keyframes;
   std::vector<char> in_map;  ///< by keyframe: 0 where its place in the map was never found
   OccupancyGrid grid;
-  std::vector<MapView> views;  ///< of the depth camera; their keyframes' poses are those of `keyframes`
-  int grid_keyframes = 0;      ///< so many keyframes are drawn into the grid; fewer than there are after a crash
-  Pose2 T_map_base;            ///< where the robot was last
-  double gyro_bias = 0.0;      ///< [rad/s]
-  Pose2 T_base_lidar;          ///< extrinsics that the keyframes were taken with
-  double range_max = 0.0;      ///< [m] of the lidar
-  std::int64_t utime = 0;      ///< [us] of the last keyframe
-  bool picture_only = false;   ///< made from a picture of a map: it serves localisation alone
+  std::vector<MapView> views;      ///< of the depth camera; their keyframes' poses are those of `keyframes`
+  int grid_keyframes = 0;          ///< so many keyframes are drawn into the grid; fewer than there are after a crash
+  Pose2 T_map_base;                ///< where the robot was last
+  double gyro_bias = 0.0;          ///< [rad/s]
+  BodyShape body;                  ///< what moves with the robot
+  Pose2 T_base_lidar;              ///< extrinsics that the keyframes were taken with
+  double range_max = 0.0;          ///< [m] of the lidar
+  std::int64_t utime = 0;          ///< [us] of the last keyframe
+  MapKind kind = MapKind::kScans;  ///< a floor plan serves localisation alone
 };
 
-/// Where a Localizer begins in a stored map; in one without keyframes, at a new map's origin.
+/// Where a FrontEnd begins in a stored map; in one without keyframes, at a new map's origin.
 LocalizerStart startIn(const MapState& map, std::int32_t map_id = 0);
 
 /// The keyframes of a stored map for the Mapper; those that its grid does not show yet are the last ones.
@@ -35,7 +38,8 @@ std::vector<MapScan> scansOf(const MapState& map);
 /// Its depth views, where their keyframes are now.
 std::vector<MapView> viewsOf(const MapState& map);
 
-/// What about the lidar is different from when the map was made, in words; empty: nothing that matters.
-std::string lidarMismatch(const MapState& map, const LidarModel& lidar);
+/// Why a robot cannot go on in a map, in words: its lidar is elsewhere than when the map was made, or the map cannot be
+/// extended. Empty: it can.
+std::string misfitOf(const MapState& map, const LidarModel& lidar, bool localise_only);
 
 }  // namespace slam

@@ -41,9 +41,12 @@ void Mapper::add(const MapScan& scan) {
 void Mapper::add(const MapView& view) {
   Drawn drawn{view.keyframe, view.T_keyframe_base, nullptr, view.view, view.T_map_keyframe, view.T_map_base(), {}};
   draw(drawn);
-  if (redraw_) return;  // what is being drawn anew stays as it is
   drawn.tiles = grid_.touched();
-  keep(std::move(drawn));
+  if (redraw_) {  // which counts what is kept: no view may take another one's place now
+    late_.push_back(std::move(drawn));
+  } else {
+    keep(std::move(drawn));
+  }
 }
 
 /// Where a view goes that takes another one's place, or nullptr.
@@ -77,7 +80,13 @@ void Mapper::keep(Drawn drawn) {
   }
 }
 
+void Mapper::keepLate() {
+  for (Drawn& view : late_) keep(std::move(view));
+  late_.clear();
+}
+
 void Mapper::move(std::span<const Pose2> T_map_base) {
+  keepLate();
   for (Drawn& drawn : drawn_) {
     const auto id = static_cast<std::size_t>(drawn.keyframe);
     if (id < T_map_base.size()) drawn.T_map_keyframe = T_map_base[id];
@@ -150,6 +159,9 @@ void Mapper::preparePatch() {
       redraw_->scans.emplace_back(i, drawn_[i].T_map_base_drawn);
     }
   }
+  for (const Drawn& view : late_) {
+    if (meet(dirty, view.tiles)) view.drawInto(*redraw_->patch, view.T_map_base());
+  }
 }
 
 void Mapper::finishRedraw() {
@@ -159,6 +171,7 @@ void Mapper::finishRedraw() {
     drawn_[moved.index].tiles = std::move(moved.tiles);
   }
   redraw_.reset();
+  keepLate();
 }
 
 void Mapper::load(std::span<const MapScan> keyframes, std::span<const MapView> views, OccupancyGrid grid, int drawn) {

@@ -28,6 +28,12 @@ struct MapView {
   Pose2 T_map_base() const { return T_map_keyframe * T_keyframe_base; }
 };
 
+/// The Mapper's share of a map: what is drawn, and the depth views it was drawn from.
+struct DrawnMap {
+  OccupancyGrid grid;
+  std::vector<MapView> views;
+};
+
 /// Which depth views are kept to be drawn anew: a few for each keyframe, so that a known place costs no memory however
 /// long the robot stays. A newer view takes the place of an older one from the same place.
 struct ViewMemoryConfig {
@@ -99,6 +105,7 @@ class Mapper {
   bool hasMoved(const Drawn& drawn) const;
   void draw(const Drawn& drawn);
   void keep(Drawn drawn);
+  void keepLate();
   std::size_t* placeOf(const Drawn& view);
   int examine(int scans);
   void preparePatch();
@@ -110,6 +117,7 @@ class Mapper {
   int keyframes_ = 0;                               // of these
   std::vector<std::vector<std::size_t>> views_of_;  // in drawn_, by keyframe
   std::optional<Redraw> redraw_;
+  std::vector<Drawn> late_;  // views that came during it: drawn, and kept when it is over
 };
 
 }  // namespace slam

@@ -12,22 +12,7 @@
 namespace slam {
 namespace {
 
-using namespace std::chrono_literals;
-
-constexpr std::size_t kHistory = 1024;                // samples of wheels and of the gyro
-constexpr double kEnoughTravel = 0.10;                // [m] that ends a pair ...
-constexpr double kEnoughTurn = 0.12;                  // [rad]
-constexpr Duration kLongest = 1s, kOverdue = 2s;      // ... as does the time; later it is given up
-constexpr Duration kPeriod = 1s, kLongPeriod = 30s;   // between pairs
-constexpr Duration kBeyond = 60ms;                    // a history counts as reaching a scan so much later
-constexpr Duration kGyroGap = 200ms;                  // a gyro that was silent for longer has lost count
-constexpr Duration kClockStep = 1s;                   // back by more: the stream begins anew
-constexpr double kSmallTurn = 0.03;                   // [rad] needs no guess
-constexpr double kOverlap = 0.75;                     // [1] of a pair that is believed
-constexpr double kCoarse = 1.5;                       // [1] between so few beams a pair of scans can hide a travel
-constexpr double kTurnIn = 0.3;                       // [1] share of a blind direction that is a turn
-constexpr double kStill = 0.002, kStillTurn = 0.005;  // [m], [rad] between two scans, of a robot at rest
-constexpr int kLeastReturns = 10;
+constexpr std::size_t kHistory = 1024;  // samples of wheels and of the gyro
 
 /// Two scans lie within a second: the reference needs neither room nor fine cells.
 ReferenceConfig smallReference(ReferenceConfig config) {
@@ -40,15 +25,16 @@ ReferenceConfig smallReference(ReferenceConfig config) {
 }
 
 /// Where the history's pose is at `stamp`; a clock that was set back begins it anew.
-void record(PoseHistory& history, Timestamp stamp, const Pose2& pose) {
-  if (!history.empty() && history.newest().stamp - stamp > kClockStep) history.clear();
+void record(PoseHistory& history, Timestamp stamp, const Pose2& pose, Duration clock_step) {
+  if (!history.empty() && history.newest().stamp - stamp > clock_step) history.clear();
   history.push(stamp, pose);
 }
 
 }  // namespace
 
-MotionProbe::MotionProbe(const LocalizerConfig& config)
-    : lidar_(config.lidar),
+MotionProbe::MotionProbe(const LocalizerConfig& config, const MotionProbeConfig& probe)
+    : config_(probe),
+      lidar_(config.lidar),
       wheel_offset_(fromSeconds(config.wheel_time_offset)),
       imu_offset_(fromSeconds(config.imu_time_offset)),
       normals_(config.normals),
@@ -63,7 +49,7 @@ MotionProbe::MotionProbe(const LocalizerConfig& config)
 
 void MotionProbe::add(const WheelSample& sample) {
   wheels_turn_known_ = sample.turn_rate_known;
-  record(wheels_, sample.stamp + wheel_offset_, sample.T_wheels_base);
+  record(wheels_, sample.stamp + wheel_offset_, sample.T_wheels_base, config_.clock_step);
 }
 
 void MotionProbe::add(const ImuSample& recorded) {
@@ -72,13 +58,13 @@ void MotionProbe::add(const ImuSample& recorded) {
   Pose2 heading;
   if (!gyro_.empty()) {
     const Duration interval = sample.stamp - gyro_.newest().stamp;
-    if (interval > kGyroGap) {
+    if (interval > config_.gyro_gap) {
       gyro_.clear();
     } else {
       heading.theta = wrapAngle(gyro_.newest().pose.theta + toSeconds(interval) * sample.gyro.z());
     }
   }
-  record(gyro_, sample.stamp, heading);
+  record(gyro_, sample.stamp, heading, config_.clock_step);
 }
 
 std::optional<Pose2> MotionProbe::wheelMotion(Timestamp from, Timestamp to, Duration extrapolation) const {
@@ -102,12 +88,12 @@ bool MotionProbe::checkStream(const LaserScan& scan) {
   if (last_scan_) {
     // A scan that is the same to the last bit is none of a robot in motion; one at rest may see it from a simulator,
     // but not before its time.
-    const auto wheels = wheelMotion(*last_scan_, scan.stamp, kLongest);
-    const auto turn = gyroTurn(*last_scan_, scan.stamp, kLongest);
+    const auto wheels = wheelMotion(*last_scan_, scan.stamp, config_.longest);
+    const auto turn = gyroTurn(*last_scan_, scan.stamp, config_.longest);
     bool still = wheels || turn;
-    if (wheels) still = wheels->translation().norm() < kStill && std::abs(wheels->theta) < kStillTurn;
-    if (turn) still &= std::abs(*turn) < kStillTurn;
-    const bool same = ranges == last_ranges_ && returns >= kLeastReturns;
+    if (wheels) still = wheels->translation().norm() < config_.still && std::abs(wheels->theta) < config_.still_turn;
+    if (turn) still &= std::abs(*turn) < config_.still_turn;
+    const bool same = ranges == last_ranges_ && returns >= config_.least_returns;
     const Duration step = scan.stamp - *last_scan_;
     repeated = step == Duration(0) || (same && (!still || 2 * step < usual_step_));
     if (!repeated && step > Duration(0)) usual_step_ = step;
@@ -120,35 +106,33 @@ bool MotionProbe::checkStream(const LaserScan& scan) {
 }
 
 void MotionProbe::take(const LaserScan& scan, ScanPoints& points) {
-  const RangeLimits limits{std::max(scan.range_min, static_cast<float>(lidar_.range_min)),
-                           std::min(scan.range_max, static_cast<float>(lidar_.range_max))};
-  deskew(scan, limits, scan.stamp, lidar_.mounting(), at_rest_, points);
+  deskew(scan, lidar_.limitsFor(scan), scan.stamp, lidar_.mounting(), at_rest_, points);
 }
 
 void MotionProbe::add(const LaserScan& scan) {
   if (checkStream(scan)) return;
   const Timestamp stamp = scan.stamp + fromSeconds(lidar_.time_offset);
   if (stage_ == Stage::kMatched) settle();
-  const bool clock_set = newest_ - stamp > kClockStep;
+  const bool clock_set = newest_ - stamp > config_.clock_step;
   if (stamp <= newest_ && !clock_set) return;  // misdated: no motion can be told by it
   newest_ = stamp;
   if (clock_set) next_ = last_match_ = stamp;
-  if (stage_ != Stage::kIdle && (clock_set || stamp - first_ > kOverdue)) stage_ = Stage::kIdle;
+  if (stage_ != Stage::kIdle && (clock_set || stamp - first_ > config_.overdue)) stage_ = Stage::kIdle;
   if (stage_ == Stage::kIdle && stamp >= next_ && !(wheels_.empty() && gyro_.empty())) {
     take(scan, first_points_);
     first_ = stamp;
     stage_ = Stage::kBegun;
   } else if (stage_ == Stage::kBegun) {
-    const auto wheels = wheelMotion(first_, stamp, kLongest);
-    const auto turn = gyroTurn(first_, stamp, kLongest);
+    const auto wheels = wheelMotion(first_, stamp, config_.longest);
+    const auto turn = gyroTurn(first_, stamp, config_.longest);
     claimed_turn_ = turn ? *turn : wheels && wheels_turn_known_ ? wheels->theta : 0.0;
-    const bool turned = std::abs(claimed_turn_) > kEnoughTurn;
-    const bool moved = turned || (wheels && wheels->translation().norm() > kEnoughTravel);
-    if (!moved && stamp - first_ < kLongest) return;
+    const bool turned = std::abs(claimed_turn_) > config_.enough_turn;
+    const bool moved = turned || (wheels && wheels->translation().norm() > config_.enough_travel);
+    if (!moved && stamp - first_ < config_.longest) return;
     second_ = stamp;
-    next_ = stamp + kPeriod;
+    next_ = stamp + config_.period;
     stage_ = Stage::kIdle;
-    if (check_.wants(turned) || stamp - last_match_ > kLongPeriod) {
+    if (check_.wants(turned) || stamp - last_match_ > config_.long_period) {
       take(scan, second_points_);
       stage_ = Stage::kEnded;
     }
@@ -169,29 +153,41 @@ void MotionProbe::work() {
   for (const double turn : {0.0, claimed_turn_, -claimed_turn_}) {
     const MatchResult match = matchPointToLine(reference_, second_points_, Pose2{0.0, 0.0, turn}, match_);
     if (match.usable() && match.overlap > best.overlap) best = match;
-    if (std::abs(claimed_turn_) < kSmallTurn) break;
+    if (std::abs(claimed_turn_) < config_.small_turn) break;
   }
-  if (!best.usable() || best.overlap < kOverlap) return;
-  evidence_ = {.scans = best.T_ref_base, .travel_seen = coarseness < kCoarse};
+  if (!best.usable() || best.overlap < config_.overlap) return;
+  evidence_ = {.scans = best.T_ref_base, .travel_seen = coarseness < config_.coarse};
   for (int blind = best.observable; blind < 3; ++blind) {
     evidence_.travel_seen = false;
-    if (std::abs(best.directions(2, blind)) > kTurnIn) evidence_.turn_seen = false;
+    if (std::abs(best.directions(2, blind)) > config_.turn_in) evidence_.turn_seen = false;
   }
   stage_ = Stage::kMatched;
 }
 
 void MotionProbe::settle() {
   stage_ = Stage::kIdle;
-  evidence_.wheels = wheelMotion(first_, second_, kBeyond);
+  evidence_.wheels = wheelMotion(first_, second_, config_.beyond);
   evidence_.wheels_turn_known = wheels_turn_known_;
-  evidence_.gyro_turn = gyroTurn(first_, second_, kBeyond);
+  evidence_.gyro_turn = gyroTurn(first_, second_, config_.beyond);
   check_.add(evidence_);
   findings_ = check_.findings();
 }
 
-ScanOutcome addScan(Localizer& localizer, MotionProbe& probe, const LaserScan& scan, bool may_keep) {
-  const ScanOutcome outcome = localizer.add(scan, may_keep);
-  if (!outcome.stuck) probe.add(scan);
+SensorFindings findingsOf(const MotionProbe& probe, const FrontEnd& front_end, const SensorCheckConfig& config) {
+  SensorFindings findings = withGyro(withDistances(probe.findings(), front_end.wheelScale()), front_end.gyroVerdict());
+  const ScanInterpreter& beams = front_end.interpreter();
+  if (const int degrees = beams.body().degrees(); degrees >= config.few_degrees)
+    findings.add(SensorFault::kMovesWithRobot, degrees, beams.body().middle());
+  if (const auto codes = beams.noReturnCodes(); !codes.empty())
+    findings.add(SensorFault::kNoReturnCodes, static_cast<double>(*std::max_element(codes.begin(), codes.end())),
+                 static_cast<double>(codes.size()));
+  if (beams.timesMissing()) findings.add(SensorFault::kBeamTimesMissing);
+  return findings;
+}
+
+ScanOutcome addScan(FrontEnd& front_end, MotionProbe& probe, const LaserScan& scan, bool may_keep) {
+  const ScanOutcome outcome = front_end.add(scan, may_keep);
+  if (!outcome.stuck) probe.add(*outcome.scan);
   return outcome;
 }
 

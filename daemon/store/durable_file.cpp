@@ -17,7 +17,8 @@ namespace slam {
 namespace {
 
 [[noreturn]] void fail(const std::filesystem::path& file, const char* what) {
-  throw std::runtime_error(file.string() + ": " + what + ": " + std::strerror(errno));
+  const int error = errno;
+  throw DiskError(file.string() + ": " + what + ": " + std::strerror(error), error);
 }
 
 int openOrFail(const std::filesystem::path& file, int flags) {

@@ -8,6 +8,12 @@
 
 namespace slam {
 
+/// A disk refuses something.
+struct DiskError : std::runtime_error {
+  DiskError(const std::string& words, int error) : std::runtime_error(words), code(error) {}
+  int code;  ///< errno
+};
+
 /// Writes a new file and waits until it is on the disk.
 /// @throws std::runtime_error naming file and reason
 void writeDurably(const std::filesystem::path& file, std::string_view content);

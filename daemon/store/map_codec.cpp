@@ -8,6 +8,7 @@
 #include <iomanip>
 #include <sstream>
 #include <toml++/toml.h>
+#include <utility>
 #include <vector>
 #include <zlib.h>
 
@@ -301,6 +302,15 @@ std::string encodeState(const MapState& map) {
        << "\n# the lidar that the keyframes were taken with\nT_base_lidar = " << pose(map.T_base_lidar)
        << "\nlidar_range_max = " << map.range_max << "  # [m]\n"
        << "# scans drawn into the grid\ngrid_keyframes = " << map.grid_keyframes << "\n";
+  if (map.body.degrees() > 0) {
+    text << "# what moves with the robot: [deg, mm] in the lidar's frame\nbody = [";
+    const char* separator = "";
+    for (std::size_t i = 0; i < map.body.millimetres.size(); ++i) {
+      if (map.body.millimetres[i] == 0) continue;
+      text << std::exchange(separator, ", ") << "[" << i << ", " << map.body.millimetres[i] << "]";
+    }
+    text << "]\n";
+  }
   return text.str();
 }
 
@@ -331,6 +341,17 @@ void decodeState(std::string_view text, MapState& map) {
     map.gyro_bias = number("gyro_bias");
     map.T_base_lidar = pose("T_base_lidar");
     map.range_max = number("lidar_range_max");
+    map.body = {};  // older maps know none
+    if (const toml::array* body = table["body"].as_array()) {
+      for (std::size_t k = 0; k < body->size(); ++k) {
+        const auto degree = table["body"][k][0].value<std::int64_t>(),
+                   range = table["body"][k][1].value<std::int64_t>();
+        const bool known = degree && *degree >= 0 && *degree < std::ssize(map.body.millimetres) && range &&
+                           *range > 0 && *range <= UINT16_MAX;
+        if (!known) throw std::runtime_error("has a body that is no list of degrees and ranges");
+        map.body.millimetres[static_cast<std::size_t>(*degree)] = static_cast<std::uint16_t>(*range);
+      }
+    }
     map.grid_keyframes = static_cast<int>(std::min<std::int64_t>(integer("grid_keyframes"), INT_MAX));
   } catch (const toml::parse_error& error) {
     throw std::runtime_error(std::string(error.description()));

@@ -49,7 +49,8 @@ HandsfreeBoard::HandsfreeBoard(const HandsfreeConfig& config, Clock now, Sinks s
       now_(now),
       sinks_(std::move(sinks)),
       wheel_count_(wheelsOf(config.chassis)),
-      port_(config.port, config.baud),
+      port_(config.port, config.baud, config.in_background),
+      wrong_speaker_(PortOf::kBoard, config.port, config.baud),
       polls_{Poll{Command::kGetMotorMileage, PollSchedule(fromSeconds(1.0 / config.mileage_rate))},
              Poll{Command::kGetImu, PollSchedule(fromSeconds(1.0 / config.imu_rate))},
              Poll{Command::kGetSystemInfo, PollSchedule(kInfo)}, Poll{Command::kGetMotorSpeed, PollSchedule(100ms)}} {}
@@ -57,7 +58,11 @@ HandsfreeBoard::HandsfreeBoard(const HandsfreeConfig& config, Clock now, Sinks s
 void HandsfreeBoard::tick() {
   const Timestamp now = now_();
   if (!port_.isOpen()) {
-    if (port_.due(now)) open(now);
+    if (wrong_speaker_.running()) {
+      if (!wrong_speaker_.tick(now)) setBoth(DeviceState::kFault, wrong_speaker_.words(wheels_.reason));
+    } else if (port_.due(now)) {
+      open(now);
+    }
     return;
   }
   if (!receive()) return close(now, DeviceState::kAbsent, "the port is gone: unplugged?");
@@ -82,7 +87,10 @@ bool HandsfreeBoard::command(double vx, double vy, double omega, Timestamp given
 }
 
 void HandsfreeBoard::open(Timestamp now) {
-  if (const char* problem = port_.open(now); *problem != '\0') return setBoth(DeviceState::kAbsent, problem);
+  if (const char* problem = port_.open(now); *problem != '\0') {
+    wrong_speaker_.forget();
+    return setBoth(DeviceState::kAbsent, problem);
+  }
   decoder_.reset();
   pending_.reset();
   drained_ = true;
@@ -97,6 +105,7 @@ void HandsfreeBoard::open(Timestamp now) {
 
 void HandsfreeBoard::close(Timestamp now, DeviceState state, const char* reason) {
   port_.fail(now);
+  if (state == DeviceState::kAbsent) wrong_speaker_.forget();
   setBoth(state, reason);
 }
 
@@ -121,6 +130,7 @@ bool HandsfreeBoard::receive(Duration wait) {
 void HandsfreeBoard::handle(const robolink::Frame& frame) {
   answered_ = now_();
   port_.succeeded();
+  wrong_speaker_.forget();
   bytes_came_ = false;
   const auto command = static_cast<Command>(frame.command);
   if (command == Command::kShakingHands) return greet();
@@ -164,19 +174,22 @@ void HandsfreeBoard::watch(Timestamp now) {
     return status.state == DeviceState::kStreaming && now.time_since_epoch().count() - last > kStale.count();
   };
   if (now - answered_ > kDead) {
-    return close(now, DeviceState::kFault,
-                 bytes_came_ ? "port present, but what comes is not RoboLink: check baud rate and cable"
-                             : "port present, but the board never answers: check baud rate and power");
+    const char* unknown = bytes_came_ ? "port present, but what comes is not RoboLink: check baud rate and cable"
+                                      : "port present, but the board never answers: check baud rate and power";
+    close(now, DeviceState::kFault, wrong_speaker_.words(unknown));
+    return wrong_speaker_.ask(now);
   }
   if (now - answered_ > kStale) {
-    return setBoth(DeviceState::kStale, bytes_came_ ? "the board's answers cannot be read: check baud rate and cable"
-                                                    : "the board does not answer: check its power");
+    const char* unknown = bytes_came_ ? "the board's answers cannot be read: check baud rate and cable"
+                                      : "the board does not answer: check its power";
+    return setBoth(DeviceState::kStale, wrong_speaker_.words(unknown));
   }
   if (now - answered_ > kAnswer) return;  // it may be the board that has just fallen silent
   constexpr const char* kLate = "the board's answers come too late: is its link or the computer overloaded?";
   // Now and then one that is late passes for the answer to the same question asked anew.
   const bool late = late_ && now - *late_ < kStale;
-  if (silent(imu_)) imu_.set(DeviceState::kStale, late ? kLate : "the board answers, but its IMU values never change");
+  if (silent(imu_))
+    imu_.set(DeviceState::kStale, late ? kLate : "the board answers, but its IMU values never change: restart it");
   if (silent(wheels_)) wheels_.set(DeviceState::kStale, late ? kLate : "the board answers, but not with mileage");
 }
 

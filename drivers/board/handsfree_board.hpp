@@ -13,6 +13,7 @@
 #include "drivers/board/refresh_clock.hpp"
 #include "drivers/device_status.hpp"
 #include "drivers/polled_port.hpp"
+#include "drivers/speaker.hpp"
 #include "firmware_if/robolink.hpp"
 
 namespace slam {
@@ -24,9 +25,10 @@ struct HandsfreeConfig {
   double imu_rate = 100.0;     ///< [Hz] the same
   double sample_age = 0.010;   ///< [s] of the board's values when it answers, until their true age has been found out
   robolink::ChassisType chassis = robolink::ChassisType::kDifferential2;
-  double wheel_radius = 0.0;  ///< [m] believed here, compared with the board's; 0: not compared
-  double body_radius = 0.0;   ///< [m] the same; half the track of a differential base
-  bool may_drive = false;     ///< false: command() does nothing
+  double wheel_radius = 0.0;   ///< [m] believed here, compared with the board's; 0: not compared
+  double body_radius = 0.0;    ///< [m] the same; half the track of a differential base
+  bool may_drive = false;      ///< false: command() does nothing
+  bool in_background = false;  ///< the port is opened by a thread of its own
 };
 
 /// Accumulated angles of the wheels. Differential: left, right (again left, right with two axles), positive driving
@@ -147,6 +149,7 @@ class HandsfreeBoard {
   int wheel_count_;
   DeviceStatus wheels_, imu_;
   PolledPort port_;
+  WrongSpeaker wrong_speaker_;
   robolink::Decoder decoder_;
   std::array<Poll, 4> polls_;
   std::optional<robolink::Command> pending_;

@@ -26,12 +26,19 @@ Eigen::Vector3d scaled(const hfi::B6Frame& frame, float unit) {
 }  // namespace
 
 SerialImu::SerialImu(const SerialImuConfig& config, Clock now, Sink sink)
-    : now_(now), sink_(std::move(sink)), port_(config.port, config.baud) {}
+    : now_(now),
+      sink_(std::move(sink)),
+      port_(config.port, config.baud, config.in_background),
+      wrong_speaker_(PortOf::kImu, config.port, config.baud) {}
 
 void SerialImu::tick() {
   const Timestamp now = now_();
   if (!port_.isOpen()) {
-    if (port_.due(now)) open(now);
+    if (wrong_speaker_.running()) {
+      if (!wrong_speaker_.tick(now)) status_.set(DeviceState::kFault, wrong_speaker_.words(status_.reason));
+    } else if (port_.due(now)) {
+      open(now);
+    }
     return;
   }
   if (!receive(now)) return close(now, DeviceState::kAbsent, "the port is gone: unplugged?");
@@ -39,7 +46,11 @@ void SerialImu::tick() {
 }
 
 void SerialImu::open(Timestamp now) {
-  if (const char* problem = port_.open(now); *problem != '\0') return status_.set(DeviceState::kAbsent, problem);
+  if (const char* problem = port_.open(now); *problem != '\0') {
+    wrong_speaker_.forget();
+    return status_.set(DeviceState::kAbsent, problem);
+  }
+  with_gravity_ = {};
   a9_.reset();
   b6_.reset();
   framing_ = Framing::kUnknown;
@@ -54,6 +65,7 @@ void SerialImu::open(Timestamp now) {
 
 void SerialImu::close(Timestamp now, DeviceState state, const char* reason) {
   port_.fail(now);
+  if (state == DeviceState::kAbsent) wrong_speaker_.forget();
   status_.set(state, reason);
 }
 
@@ -104,7 +116,9 @@ void SerialImu::take(const hfi::B6Frame& frame, Timestamp now) {
     b6_gravity_ = scaled(frame, hfi::kB6Accel);
   } else if (frame.type == hfi::B6Type::kGyro) {
     // A set begins with acceleration: without it the gyro's would be paired with that of the set before.
-    if (b6_gravity_) emit(scaled(frame, hfi::kB6Gyro), *b6_gravity_, now);
+    with_gravity_.note(b6_gravity_.has_value());
+    if (b6_gravity_ || !with_gravity_.expected())
+      emit(scaled(frame, hfi::kB6Gyro), b6_gravity_.value_or(Eigen::Vector3d::Zero()), now);
     b6_gravity_.reset();
   }
 }
@@ -118,13 +132,16 @@ void SerialImu::emit(const Eigen::Vector3d& gyro, const Eigen::Vector3d& gravity
   last_gyro_ = gyro;
   last_gravity_ = gravity;
   if (now - changed_ > kStale) {  // a real sensor never repeats itself for long
-    status_.set(DeviceState::kStale, "the IMU sends frames, but its values never change");
+    status_.set(DeviceState::kStale, "the IMU sends frames, but its values never change: restart it");
     return;
   }
   sink_({stamp, gyro, -kStandardGravity * gravity});
   status_.countSample(now);
-  status_.set(DeviceState::kStreaming, "");
+  const bool bare = framing_ == Framing::kB6 && !with_gravity_.expected();
+  status_.set(DeviceState::kStreaming,
+              bare ? "the IMU sends acceleration seldom or never: its turn rate is used without; set its output" : "");
   port_.succeeded();
+  wrong_speaker_.forget();
 }
 
 std::uint32_t SerialImu::damage() const {
@@ -148,13 +165,15 @@ void SerialImu::countRejects() {
 void SerialImu::watch(Timestamp now) {
   const Timestamp last = std::max(opened_, frame_);
   if (now - last > kDead) {
-    return close(now, DeviceState::kFault,
-                 bytes_came_ ? "port present, but what comes is no IMU's: check baud rate and port"
-                             : "port present, but the IMU is silent: check its power");
+    const char* unknown = bytes_came_ ? "port present, but what comes is no IMU's: check baud rate and port"
+                                      : "port present, but the IMU is silent: check its power";
+    close(now, DeviceState::kFault, wrong_speaker_.words(unknown));
+    return wrong_speaker_.ask(now);
   }
   if (now - last > kStale) {
-    status_.set(DeviceState::kStale, bytes_came_ ? "the IMU's frames cannot be read: check baud rate and cable"
-                                                 : "the IMU sends nothing: check its power");
+    const char* unknown = bytes_came_ ? "the IMU's frames cannot be read: check baud rate and cable"
+                                      : "the IMU sends nothing: check its power";
+    status_.set(DeviceState::kStale, wrong_speaker_.words(unknown));
   }
 }
 

@@ -6,8 +6,10 @@
 #include <string>
 
 #include "core/samples.hpp"
+#include "drivers/companion.hpp"
 #include "drivers/device_status.hpp"
 #include "drivers/polled_port.hpp"
+#include "drivers/speaker.hpp"
 #include "drivers/stream_clock.hpp"
 #include "firmware_if/hfi_imu.hpp"
 
@@ -15,7 +17,8 @@ namespace slam {
 
 struct SerialImuConfig {
   std::string port = {};
-  int baud = 921600;  ///< [bit/s]; D6: 9600
+  int baud = 921600;           ///< [bit/s]; D6: 9600
+  bool in_background = false;  ///< the port is opened by a thread of its own
 };
 
 /// Owns a stand-alone HandsFree IMU (A9, B6, B9, D6) on a serial port. The unit talks unasked; which of the two
@@ -47,6 +50,7 @@ class SerialImu {
   void take(std::uint8_t byte, Timestamp now);
   void take(hfi::A9Decoder::Data data, Timestamp now);
   void take(const hfi::B6Frame& frame, Timestamp now);
+  /// @param gravity zero: not measured
   void emit(const Eigen::Vector3d& gyro, const Eigen::Vector3d& gravity, Timestamp now);
   void recognise(Framing framing);
   std::uint32_t damage() const;
@@ -57,11 +61,13 @@ class SerialImu {
   Sink sink_;
   DeviceStatus status_;
   PolledPort port_;
+  WrongSpeaker wrong_speaker_;
   hfi::A9Decoder a9_;
   hfi::B6Decoder b6_;
   Framing framing_ = Framing::kUnknown;
   std::uint32_t a9_begin_ = 0, b6_begin_ = 0;  // frames before this opening
   std::optional<Eigen::Vector3d> b6_gravity_;  // [g] of the set under way
+  Companion with_gravity_;                     // the gyro's frames of a B6
   StreamClock clock_;
   std::uint32_t damage_ = 0, not_finite_ = 0;
   bool lost_ = false;

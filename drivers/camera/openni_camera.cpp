@@ -4,7 +4,11 @@
 #include <OpenNI.h>
 #include <algorithm>
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <poll.h>
+#include <set>
+#include <utility>
 
 #include "drivers/device_clock.hpp"
 
@@ -40,7 +44,58 @@ std::string unusedName(const std::string& wanted) {
   return name;
 }
 
+/// "640x480 at 30 Hz, 320x240 at 30 and 60 Hz"
+std::string modesOf(const openni::SensorInfo* sensor) {
+  std::map<std::pair<int, int>, std::set<int>, std::greater<>> rates;  // by width and height
+  for (int i = 0; sensor != nullptr && i < sensor->getSupportedVideoModes().getSize(); ++i) {
+    const openni::VideoMode& mode = sensor->getSupportedVideoModes()[i];
+    if (mode.getPixelFormat() == openni::PIXEL_FORMAT_DEPTH_1_MM)
+      rates[{mode.getResolutionX(), mode.getResolutionY()}].insert(mode.getFps());
+  }
+  std::string text;
+  for (const auto& [size, at] : rates) {
+    text += (text.empty() ? "" : ", ") + std::to_string(size.first) + "x" + std::to_string(size.second) + " at ";
+    for (auto rate = at.begin(); rate != at.end(); ++rate)
+      text += (rate == at.begin() ? "" : " and ") + std::to_string(*rate);
+    text += " Hz";
+  }
+  return text;
+}
+
+std::vector<CameraInfo> foundCameras() {
+  openni::Array<openni::DeviceInfo> devices;
+  openni::OpenNI::enumerateDevices(&devices);
+  std::vector<CameraInfo> cameras;
+  for (int i = 0; i < devices.getSize(); ++i) {
+    const std::string vendor = devices[i].getVendor(), name = devices[i].getName();
+    cameras.push_back({devices[i].getUri(), vendor + (vendor.empty() ? "" : " ") + name, ""});
+  }
+  for (CameraInfo& camera : cameras) {
+    openni::Device device;
+    if (device.open(camera.uri.c_str()) != openni::STATUS_OK) continue;
+    camera.modes = modesOf(device.getSensorInfo(openni::SENSOR_DEPTH));
+    device.close();
+  }
+  return cameras;
+}
+
 }  // namespace
+
+std::string describe(const CameraInfo& camera) {
+  return camera.uri + " (" + camera.name + (camera.modes.empty() ? "" : ", ") + camera.modes + ")";
+}
+
+std::vector<CameraInfo> listCameras() {
+  std::vector<CameraInfo> cameras;
+  if (openni::OpenNI::initialize() == openni::STATUS_OK) {
+    for (Duration waited{0}; cameras.empty() && waited < kEnumeration; waited += 50ms) {
+      cameras = foundCameras();
+      if (cameras.empty()) ::poll(nullptr, 0, 50);
+    }
+  }
+  openni::OpenNI::shutdown();
+  return cameras;
+}
 
 /// OpenNI2 itself, which lives as long as it can: see above.
 struct OpenniCamera::Library {
@@ -136,7 +191,7 @@ void OpenniCamera::resetSilentCamera() {
 
 bool OpenniCamera::connect(const std::atomic<bool>& cancel) {
   if (finished_) return fail(DeviceState::kAbsent, "the recording is over");
-  status_.setOpening("looking for the camera");
+  status_.setOpening("looking for the camera: if that lasts, check its cable");
   resetSilentCamera();
   if (!startLibrary()) return false;
   library_->unplugged.take();  // what happened to the one before
@@ -151,6 +206,11 @@ bool OpenniCamera::connect(const std::atomic<bool>& cancel) {
   }
   stream_->last_image = now_();
   noteRecording();
+  const openni::DeviceInfo& info = stream_->device.getDeviceInfo();
+  const openni::VideoMode mode = stream_->stream.getVideoMode();
+  status_.identify(std::string(info.getVendor()) + " " + info.getName() + ", " + info.getUri() + ", " +
+                   std::to_string(mode.getResolutionX()) + "x" + std::to_string(mode.getResolutionY()) + " at " +
+                   std::to_string(mode.getFps()) + " Hz");
   status_.setOpening("waiting for the first image");
   return true;
 }
@@ -164,6 +224,7 @@ bool OpenniCamera::open(const std::atomic<bool>& cancel) {
   stream_ = std::make_unique<Stream>();
   const char* uri = config_.uri.empty() ? openni::ANY_DEVICE : config_.uri.c_str();
   if (stream_->device.open(uri) != openni::STATUS_OK) {
+    if (const char* words = recording ? "" : nameMissing(); *words != '\0') return fail(DeviceState::kAbsent, words);
     return fail(DeviceState::kFault, recording
                                          ? "the recording cannot be opened"
                                          : "the camera cannot be opened: check rights, and other programs using it");
@@ -194,6 +255,24 @@ bool OpenniCamera::findCamera(const std::atomic<bool>& cancel) {
   return fail(DeviceState::kAbsent, "a camera is on the USB, but OpenNI2 does not find it: check the udev rules");
 }
 
+const char* OpenniCamera::keep(std::string words) {
+  constexpr std::size_t kMost = 32;
+  if (words_.size() == kMost && !words_.contains(words)) return "depth.uri or the mode is not right: slamctl doctor";
+  return words_.insert(std::move(words)).first->c_str();
+}
+
+/// What to say where the camera that is wanted is none of those that there are. @return empty: it is one
+const char* OpenniCamera::nameMissing() {
+  if (config_.uri.empty()) return "";
+  std::string list;
+  for (const CameraInfo& camera : foundCameras()) {
+    if (camera.uri == config_.uri) return "";
+    list += (list.empty() ? "" : ", ") + describe(camera);
+  }
+  return keep("there is no camera " + config_.uri + " (depth.uri): the map goes on without; there is " + list +
+              ": set depth.uri to it, or leave it empty for the first one");
+}
+
 /// Mode and mirroring are set and read back: their defaults differ between machines.
 bool OpenniCamera::setMode() {
   openni::VideoStream& stream = stream_->stream;
@@ -210,7 +289,11 @@ bool OpenniCamera::setMode() {
     mode.setFps(config_.rate);
     mode.setPixelFormat(openni::PIXEL_FORMAT_DEPTH_1_MM);
     if (stream.setVideoMode(mode) != openni::STATUS_OK) {
-      return fail(DeviceState::kFault, "the camera does not offer this width, height and rate; see [depth]");
+      return fail(DeviceState::kFault,
+                  keep("the camera does not offer " + std::to_string(config_.width) + "x" +
+                       std::to_string(config_.height) + " at " + std::to_string(config_.rate) +
+                       " Hz: the map goes on without; set depth.width, height and rate to one of " +
+                       modesOf(stream_->device.getSensorInfo(openni::SENSOR_DEPTH))));
     }
     const openni::VideoMode set = stream.getVideoMode();
     if (set.getResolutionX() != config_.width || set.getResolutionY() != config_.height ||

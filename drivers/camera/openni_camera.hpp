@@ -3,7 +3,9 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "core/depth_image.hpp"
 #include "drivers/camera/usb_watch.hpp"
@@ -19,6 +21,16 @@ struct OpenniConfig {
   /// In place of `record`: asked once a second for the file, so that a recording may move on, end and begin.
   std::function<std::string()> record_to = {};
 };
+
+/// A camera that OpenNI2 finds.
+struct CameraInfo {
+  std::string uri, name;  ///< the name with its maker's
+  std::string modes;      ///< of its depth: "640x480 at 30 Hz, ..."; empty: not known, another program has it
+};
+/// "URI (name, modes)"
+std::string describe(const CameraInfo& camera);
+/// All that there are now; waits half a second for the drivers of OpenNI2 to find them, and opens each for its modes.
+std::vector<CameraInfo> listCameras();
 
 /// Owns a depth camera, or a recording, through OpenNI2.
 ///
@@ -59,6 +71,8 @@ class OpenniCamera {
   bool fail(DeviceState state, const char* reason);
   bool open(const std::atomic<bool>& cancel);
   bool setMode();
+  const char* keep(std::string words);
+  const char* nameMissing();
   void startRecording();
   void noteRecording();
   void moveRecording();
@@ -74,6 +88,7 @@ class OpenniCamera {
   int fruitless_ = 0;  // connections in a row without an image
   Timestamp next_restart_{}, next_reset_{};
   Duration restart_wait_, reset_wait_;
+  std::set<std::string> words_;  // that were made here: the status points at them
   DepthImage image_;
   bool finished_ = false;
 };

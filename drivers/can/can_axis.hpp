@@ -2,6 +2,7 @@
 #pragma once
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "core/timestamp.hpp"
 #include "firmware_if/can_odrive.hpp"
@@ -9,13 +10,36 @@
 namespace slam {
 
 /// What is known of one wheel's drive besides the angle of its wheel.
+///
+/// What a heartbeat says beside its axis error depends on the drive's firmware. The dialect is told by the drive's
+/// version, or by a heartbeat that only one of them can send; until it is known the axis error alone decides.
 class CanAxis {
  public:
+  using Dialect = can::odrive::Dialect;
+
+  /// @param node of the drive. @return false: the frame is no heartbeat
+  bool addHeartbeat(Timestamp stamp, int node, const can::Frame& frame) {
+    if (!can::odrive::parseHeartbeat(node, frame)) return false;
+    if (stamp - heartbeat_ > kForgotten) forgetDialect();  // it may be another drive, or another firmware
+    noteDialect(can::odrive::dialectOf(frame), frame.data[5] != 0 || frame.data[6] != 0);
+    addHeartbeat(stamp, *can::odrive::parseHeartbeat(node, frame, dialect_));
+    return true;
+  }
   void addHeartbeat(Timestamp stamp, const can::odrive::Heartbeat& heartbeat) {
     // A damaged frame is not an error of the drive: what it says has to come twice.
     if (last_ && last_->axis_error == heartbeat.axis_error && last_->state == heartbeat.state) said_ = heartbeat;
     last_ = heartbeat;
     heartbeat_ = stamp;
+  }
+  /// What comes as heartbeats is of somebody else.
+  void forgetHeartbeats(Timestamp stamp) {
+    last_.reset();
+    said_.reset();
+    heartbeat_ = stamp;
+  }
+  void addVersion(const can::odrive::Version& version) {
+    version_ = version;
+    dialect_ = version.dialect();
   }
   void addEstimates(Timestamp stamp, const can::odrive::EncoderEstimates& estimates) {
     const bool moved = estimates.position != position_ || std::abs(estimates.velocity) < kTurning;
@@ -27,19 +51,53 @@ class CanAxis {
   Timestamp heartbeat() const { return heartbeat_; }  ///< when the last one came
   Timestamp estimates() const { return estimates_; }  ///< the same
   const std::optional<can::odrive::Heartbeat>& said() const { return said_; }
-  bool faulty() const {
-    return said_ && (said_->axis_error != 0 || said_->motor_error || said_->encoder_error || said_->controller_error);
+  Dialect dialect() const { return dialect_; }
+  const std::optional<can::odrive::Version>& version() const { return version_; }  ///< that it has told
+  /// What it says means one thing in one dialect and another in the other.
+  bool isAmbiguous() const {
+    return dialect_ == Dialect::kUnknown && said_ && (said_->motor_error || said_->encoder_error);
   }
+  bool faulty() const { return said_ && (said_->axis_error != 0 || flagged()); }
   bool inClosedLoop() const { return said_ && said_->state == std::uint8_t(can::odrive::AxisState::kClosedLoop); }
   /// Its position stays the same although it says that the wheel turns.
   bool frozen() const { return estimates_ - moved_ > kFrozen; }
   /// Its position is no measurement.
-  bool lies() const { return frozen() || (said_ && said_->encoder_error); }
+  bool lies() const { return frozen() || encoderFailed(); }
+  /// What its heartbeat says, without the flags that may be none.
+  std::optional<can::odrive::Heartbeat> believed() const {
+    auto heartbeat = said_;
+    if (!heartbeat || dialect_ == Dialect::k05) return heartbeat;
+    heartbeat->motor_error = heartbeat->controller_error = false;
+    heartbeat->encoder_error = encoderFailed();
+    return heartbeat;
+  }
 
  private:
   static constexpr float kTurning = 0.05F;  // [turns/s]
   static constexpr Duration kFrozen = std::chrono::milliseconds(300);
+  static constexpr Duration kForgotten = std::chrono::seconds(3);
+
+  /// @param flagged the heartbeat has what is a flag in one of them
+  void noteDialect(Dialect evidence, bool flagged) {
+    const bool twice = evidence == std::exchange(evidence_, evidence);
+    if (twice && !version_ && (flagged || evidence != Dialect::kUnknown)) dialect_ = evidence;
+  }
+  void forgetDialect() {
+    dialect_ = evidence_ = Dialect::kUnknown;
+    version_.reset();
+  }
+  bool flagged() const {
+    return dialect_ == Dialect::k05 && (said_->motor_error || said_->encoder_error || said_->controller_error);
+  }
+  bool encoderFailed() const {
+    if (!said_ || !said_->encoder_error) return false;
+    // Where the dialect is not known: error word and flag agree in that it failed.
+    return dialect_ == Dialect::k05 || (said_->axis_error & can::odrive::kEncoderFailed05) != 0;
+  }
+
   std::optional<can::odrive::Heartbeat> last_, said_;
+  std::optional<can::odrive::Version> version_;
+  Dialect dialect_ = Dialect::kUnknown, evidence_ = Dialect::kUnknown;
   Timestamp heartbeat_{}, estimates_{}, moved_{};
   float position_ = 0.0F;  // [turns]
 };

@@ -21,9 +21,14 @@ constexpr Duration kHeartbeatSilent = 1s;  // heartbeats every 100 ms
 constexpr Duration kFrozenImu = 1s;        // its noise changes the values every few samples
 constexpr Duration kCommandPeriod = 20ms;  // 50 Hz
 constexpr Duration kCommandFresh = 500ms;
-constexpr Duration kReopen = 50ms;  // between attempts, where wheels may turn until the interface is there again
-constexpr int kStopTries = 100;     // at the end, a millisecond apart
-constexpr int kMostFrames = 200;    // a tick: ten times what the bus carries in that time
+constexpr Duration kReopen = 50ms;         // between attempts, where wheels may turn until the interface is there again
+constexpr int kStopTries = 100;            // at the end, a millisecond apart
+constexpr Duration kSlowEstimates = 95ms;  // from here on the pose between them suffers
+constexpr Duration kCrowded = 25ms;        // between two frames of a heartbeat's id: there are others among them
+constexpr int kMostCrowded = 20;           // in a row
+constexpr Duration kAskPeriod = 1s;        // for a drive's version
+constexpr int kAskTries = 3;
+constexpr int kMostFrames = 200;  // a tick: ten times what the bus carries in that time
 
 std::vector<std::uint32_t> idsOf(const CanBaseConfig& config) {
   std::vector<std::uint32_t> ids;
@@ -31,6 +36,7 @@ std::vector<std::uint32_t> idsOf(const CanBaseConfig& config) {
     if (!config.wheels) break;
     ids.push_back(odrive::idOf(node, odrive::Command::kHeartbeat));
     ids.push_back(odrive::idOf(node, odrive::Command::kEncoderEstimates));
+    if (config.commands) ids.push_back(odrive::idOf(node, odrive::Command::kVersion));
   }
   if (config.imu) ids.insert(ids.end(), {xsens::kSampleTime, xsens::kRateOfTurn, xsens::kAcceleration});
   return ids;
@@ -65,20 +71,33 @@ void CanBase::tick() {
   if (config_.wheels) watchWheels(now);
   if (config_.imu) watchImu(now);
   sendCommand(now);
+  askVersions(now);
 }
 
 void CanBase::handle(const StampedCanFrame& received) {
   if (!config_.wheels) return handleImu(received);
   for (std::size_t side = 0; side < 2; ++side) {
-    const bool estimates = received.frame.id == odrive::idOf(config_.nodes[side], odrive::Command::kEncoderEstimates);
-    if (!estimates && received.frame.id != odrive::idOf(config_.nodes[side], odrive::Command::kHeartbeat)) continue;
-    if (estimates) return handleEstimates(side, received);
-    const auto heartbeat = odrive::parseHeartbeat(config_.nodes[side], received.frame);
-    if (!heartbeat) ++damaged_;
-    if (heartbeat) axes_[side].addHeartbeat(received.stamp, *heartbeat);
+    const auto is = [&](odrive::Command command) {
+      return received.frame.id == odrive::idOf(config_.nodes[side], command);
+    };
+    if (is(odrive::Command::kEncoderEstimates)) return handleEstimates(side, received);
+    if (is(odrive::Command::kHeartbeat)) return handleHeartbeat(side, received);
+    if (!is(odrive::Command::kVersion)) continue;
+    if (const auto version = odrive::parseVersion(config_.nodes[side], received.frame))
+      axes_[side].addVersion(*version);
     return;
   }
   if (config_.imu) handleImu(received);
+}
+
+void CanBase::handleHeartbeat(std::size_t side, const StampedCanFrame& received) {
+  CanAxis& axis = axes_[side];
+  int& crowded = crowded_[side];
+  if (received.frame.id == xsens::kQuaternion) {
+    crowded = received.stamp - axis.heartbeat() < kCrowded ? std::min(crowded + 1, kMostCrowded) : crowded / 2;
+    if (crowded >= kMostCrowded) return axis.forgetHeartbeats(received.stamp);
+  }
+  if (!axis.addHeartbeat(received.stamp, config_.nodes[side], received.frame)) ++damaged_;
 }
 
 void CanBase::handleEstimates(std::size_t side, const StampedCanFrame& received) {
@@ -124,6 +143,11 @@ bool CanBase::watchLink(DeviceStatus& status) {
   return true;
 }
 
+Duration CanBase::patience(std::size_t side) const {
+  const Duration period = wheels_.period(side);
+  return std::max(kSilent, 2 * period + period / 4);
+}
+
 void CanBase::watchWheels(Timestamp now) {
   if (watchLink(wheel_status_)) return;
   const auto stale = [&](const std::string& why) {
@@ -132,7 +156,7 @@ void CanBase::watchWheels(Timestamp now) {
   };
   std::array<bool, 2> silent{}, dead{};
   for (std::size_t side = 0; side < 2; ++side) {
-    silent[side] = since(axes_[side].estimates(), now, kSilent);
+    silent[side] = since(axes_[side].estimates(), now, patience(side));
     dead[side] = silent[side] && since(axes_[side].heartbeat(), now, kSilent);
   }
   if (dead[0] && dead[1]) return stale(texts_.no_wheels);
@@ -141,22 +165,40 @@ void CanBase::watchWheels(Timestamp now) {
     if (silent[side]) return stale(texts_.no_estimates[side]);
   }
   for (std::size_t side = 0; side < 2; ++side) {
-    if (axes_[side].faulty()) return wheel_status_.set(DeviceState::kFault, texts_.axis(side, *axes_[side].said()));
+    if (axes_[side].faulty()) return wheel_status_.set(DeviceState::kFault, texts_.axis(side, *axes_[side].believed()));
     if (axes_[side].frozen()) return wheel_status_.set(DeviceState::kFault, texts_.frozen[side].c_str());
   }
+  const auto senseless = [&] {
+    for (std::size_t side = 0; side < 2; ++side) {
+      if (wheels_.period(side) > kSilent)  // too seldom for one to be judged by the one before
+        return wheel_status_.set(DeviceState::kStale, texts_.slow(side, wheels_.period(side)));
+    }
+    stale(texts_.senseless);
+  };
+  const Duration patient = std::max(patience(0), patience(1));
   if (last_pair_ < usable_since_ || last_pair_ == Timestamp{}) {
-    if (!since({}, now, kSilent)) return wheel_status_.set(DeviceState::kOpening, texts_.opening_wheels.c_str());
-    return stale(texts_.senseless);
+    if (!since({}, now, patient)) return wheel_status_.set(DeviceState::kOpening, texts_.opening_wheels.c_str());
+    return senseless();
   }
-  if (since(last_pair_, now, kSilent)) return stale(texts_.senseless);
-  const char* words = "";
+  if (since(last_pair_, now, patient)) return senseless();
+  wheel_status_.set(DeviceState::kStreaming, wheelWords(now));
+}
+
+const char* CanBase::wheelWords(Timestamp now) {
+  const char *slow = "", *other = "";
+  bool obeys = true;
   for (std::size_t side = 0; side < 2; ++side) {
-    if (since(axes_[side].heartbeat(), now, kHeartbeatSilent))
-      words = texts_.no_heartbeat[side].c_str();
-    else if (axes_[side].said() && !axes_[side].inClosedLoop())
-      words = texts_.not_closed_loop[side].c_str();
+    if (wheels_.period(side) >= kSlowEstimates) slow = texts_.slow(side, wheels_.period(side));
+    if (crowded_[side] >= kMostCrowded) {
+      other = texts_.shared_id[side].c_str();
+    } else if (since(axes_[side].heartbeat(), now, kHeartbeatSilent)) {
+      other = texts_.no_heartbeat[side].c_str();
+    } else if (axes_[side].said() && !axes_[side].inClosedLoop()) {
+      other = texts_.not_closed_loop[side].c_str();
+      obeys = false;
+    }
   }
-  wheel_status_.set(DeviceState::kStreaming, words);
+  return *slow != '\0' && (obeys || !config_.commands) ? slow : other;
 }
 
 void CanBase::watchImu(Timestamp now) {
@@ -168,12 +210,17 @@ void CanBase::watchImu(Timestamp now) {
   const bool no_time = since(last_time_, now, kSilent), no_rate = since(last_rate_, now, kSilent);
   const bool no_acceleration = since(last_acceleration_, now, kSilent);
   if (no_time && no_rate && no_acceleration) return stale(texts_.no_imu);
-  if (no_time) return stale(texts_.no_time);
   if (no_rate) return stale(texts_.no_rate);
-  if (no_acceleration) return stale(texts_.no_acceleration);
   const bool first = last_sample_ < usable_since_ || last_sample_ == Timestamp{};
   if (first && !since({}, now, kSilent)) return imu_status_.set(DeviceState::kOpening, texts_.opening_imu.c_str());
-  if (!first && !since(last_sample_, now, kSilent)) return imu_status_.set(DeviceState::kStreaming, "");
+  if (!first && !since(last_sample_, now, kSilent)) {
+    const std::string* words = no_time                    ? &texts_.no_time
+                               : no_acceleration          ? &texts_.no_acceleration
+                               : !imu_.usesTime()         ? &texts_.rare_time
+                               : !imu_.usesAcceleration() ? &texts_.rare_acceleration
+                                                          : nullptr;
+    return imu_status_.set(DeviceState::kStreaming, words == nullptr ? "" : words->c_str());
+  }
   if (now - imu_.changed() > kFrozenImu) return stale(texts_.frozen_imu);
   stale(texts_.senseless_imu);
 }
@@ -200,6 +247,20 @@ void CanBase::sendCommand(Timestamp now) {
   next_command_ = std::max(next_command_ + kCommandPeriod, now);
   const std::uint64_t command = fresh_ ? command_.load(std::memory_order_relaxed) : 0;
   sendSpeeds(now, std::bit_cast<std::array<float, 2>>(command));
+}
+
+/// Firmware 0.6 tells its version when asked; 0.5 never answers. Nothing is asked where nothing may be sent.
+void CanBase::askVersions(Timestamp now) {
+  if (!config_.commands || !link_.usable()) return;
+  for (std::size_t side = 0; side < 2; ++side) {
+    const CanAxis& axis = axes_[side];
+    Asked& asked = asked_[side];
+    if (since(axis.heartbeat(), now, kHeartbeatSilent)) asked = {};  // it may come back as another
+    if (!axis.isAmbiguous() || asked.times >= kAskTries || now < asked.next) continue;
+    ++asked.times;
+    asked.next = now + kAskPeriod;
+    link_.send(odrive::requestVersion(config_.nodes[side]), now);
+  }
 }
 
 void CanBase::stop() {

@@ -23,7 +23,7 @@ struct CanBaseConfig {
   std::string interface = "can0";
   bool wheels = true;  ///< taken from this bus
   bool imu = true;     ///< the same; both can be told apart, e.g. wheels here and the IMU on a serial line
-  std::array<int, 2> nodes{can::odrive::kLeftNode, can::odrive::kRightNode};  ///< left, right; 1..63
+  std::array<int, 2> nodes{can::odrive::kLeftNode, can::odrive::kRightNode};  ///< left, right; 0..63
   CanWheelsConfig wheel{};
   Eigen::Matrix3d R_base_imu = Eigen::Matrix3d::Identity();  ///< takes the IMU's axes to the base's
   bool commands = false;  ///< command the drives, see command(); nothing is ever sent otherwise
@@ -64,11 +64,13 @@ class CanBase {
 
  private:
   void handle(const StampedCanFrame& received);
+  void handleHeartbeat(std::size_t side, const StampedCanFrame& received);
   void handleEstimates(std::size_t side, const StampedCanFrame& received);
   void handleImu(const StampedCanFrame& received);
   void emit(const CanWheels::Pair& pair);
   void takeCommand(Timestamp now);
   void sendCommand(Timestamp now);
+  void askVersions(Timestamp now);
   /// @return whether the interface has taken both
   bool sendSpeeds(Timestamp now, const std::array<float, 2>& speeds);
   void watchWheels(Timestamp now);
@@ -76,6 +78,9 @@ class CanBase {
   /// What the link itself has to say. @return false: the bus can be used
   bool watchLink(DeviceStatus& status);
   bool since(Timestamp event, Timestamp now, Duration limit) const;
+  /// How long a wheel may be silent, by the period at which its drive sends.
+  Duration patience(std::size_t side) const;
+  const char* wheelWords(Timestamp now);
 
   CanBaseConfig config_;
   Clock now_;
@@ -95,6 +100,12 @@ class CanBase {
   std::atomic<std::int64_t> commanded_ns_{0};                  // when; 0: never
   bool fresh_ = false;                                         // the command, at this tick
   Timestamp next_command_{};
+  struct Asked {
+    int times = 0;
+    Timestamp next{};
+  };
+  std::array<Asked, 2> asked_;    // for the drives' versions
+  std::array<int, 2> crowded_{};  // heartbeats in a row that came too fast to be some
 };
 
 }  // namespace slam

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/can/can_imu.hpp"
 
+#include <utility>
+
 namespace slam {
 namespace {
 
@@ -16,27 +18,23 @@ Eigen::Vector3d toVector(const Vector3& v) {
 
 }  // namespace
 
-std::optional<ImuSample> CanImu::add(const can::Frame& frame, Timestamp arrival) {
-  bool good = false;
-  if (frame.id == can::xsens::kSampleTime) {
-    const auto ticks = can::xsens::parseSampleTime(frame);
-    good = ticks && begin(*ticks, arrival);
-  } else if (frame.id == can::xsens::kRateOfTurn) {
-    good = fill(&Group::rate, can::xsens::parseRateOfTurn(frame), arrival);
-  } else if (frame.id == can::xsens::kAcceleration) {
-    good = fill(&Group::acceleration, can::xsens::parseAcceleration(frame), arrival);
-  } else {
-    return std::nullopt;
-  }
-  if (!good) {
-    ++rejects_;
-    return std::nullopt;
-  }
-  return group_->rate && group_->acceleration ? finish() : std::nullopt;
+std::optional<ImuSample> CanImu::reject() {
+  ++rejects_;
+  return std::nullopt;
 }
 
-bool CanImu::begin(std::uint32_t ticks, Timestamp arrival) {
-  if (group_) ++rejects_;  // a sample that was never completed
+std::optional<ImuSample> CanImu::add(const can::Frame& frame, Timestamp arrival) {
+  if (frame.id == can::xsens::kRateOfTurn) return addRate(can::xsens::parseRateOfTurn(frame), arrival);
+  if (frame.id == can::xsens::kAcceleration) return addAcceleration(can::xsens::parseAcceleration(frame), arrival);
+  if (frame.id != can::xsens::kSampleTime) return std::nullopt;
+  time_came_ = true;
+  const auto ticks = can::xsens::parseSampleTime(frame);
+  return ticks && addTime(*ticks, arrival) ? std::nullopt : reject();
+}
+
+bool CanImu::addTime(std::uint32_t ticks, Timestamp arrival) {
+  const bool unfinished = group_ && group_->rate.has_value() != group_->acceleration.has_value();
+  if (unfinished && usesTime() && usesAcceleration()) ++rejects_;  // a sample that was never completed
   group_.reset();
   // One damaged sample time must not bend the clock: what does not follow has to come twice.
   auto ticks_then = ticks_;
@@ -56,31 +54,48 @@ bool CanImu::begin(std::uint32_t ticks, Timestamp arrival) {
   return true;
 }
 
-bool CanImu::fill(std::optional<Vector3> Group::*part, const std::optional<Vector3>& value, Timestamp arrival) {
-  if (!value || !group_) return false;
-  if ((*group_).*part || arrival - group_->arrival > kTogether) {  // its own sample time was lost
-    group_.reset();
-    return false;
-  }
-  (*group_).*part = value;
-  return true;
+std::optional<ImuSample> CanImu::addRate(const std::optional<Vector3>& rate, Timestamp arrival) {
+  if (!rate) return reject();
+  const bool timed = group_ && !group_->rate && arrival - group_->arrival <= kTogether;
+  // A sample time that came damaged is none that the unit does not send.
+  const bool damaged = std::exchange(time_came_, false) && !timed;
+  if (!damaged) with_time_.note(timed);
+  if (const auto before = std::exchange(accelerated_, std::nullopt)) with_acceleration_.note(*before);
+  if (!timed) group_.reset();
+  if (!timed && usesTime()) return reject();  // its own sample time was lost
+  if (!usesTime()) group_ = Group{arrival, arrival, {}, group_ ? group_->acceleration : std::nullopt};
+  group_->rate = rate;
+  accelerated_ = group_->acceleration.has_value();
+  return *accelerated_ || !usesAcceleration() ? make(*group_) : std::nullopt;
 }
 
-std::optional<ImuSample> CanImu::finish() {
-  const Group group = *group_;
-  group_.reset();
-  if (!last_stamp_ || *group.rate != last_rate_ || *group.acceleration != last_acceleration_) changed_ = group.arrival;
-  last_rate_ = *group.rate;
-  last_acceleration_ = *group.acceleration;
-  if (last_stamp_ && group.stamp <= *last_stamp_) {  // stamps never go back, not even when the unit begins anew
-    ++rejects_;
-    return std::nullopt;
+std::optional<ImuSample> CanImu::addAcceleration(const std::optional<Vector3>& acceleration, Timestamp arrival) {
+  if (!acceleration) {
+    accelerated_.reset();
+    return reject();
   }
+  if (!group_ || group_->acceleration || arrival - group_->arrival > kTogether) {
+    const bool whole = group_ && group_->rate && group_->acceleration;
+    group_.reset();
+    return usesAcceleration() && !whole ? reject() : std::nullopt;
+  }
+  group_->acceleration = acceleration;
+  if (!group_->rate) return std::nullopt;
+  accelerated_ = true;
+  return usesAcceleration() ? make(*group_) : std::nullopt;  // else its turn rate has been used already
+}
+
+std::optional<ImuSample> CanImu::make(const Group& group) {
+  const bool accelerated = group.acceleration && group.acceleration != last_acceleration_;
+  if (!last_stamp_ || *group.rate != last_rate_ || accelerated) changed_ = group.arrival;
+  last_rate_ = *group.rate;
+  if (group.acceleration) last_acceleration_ = *group.acceleration;
+  if (last_stamp_ && group.stamp <= *last_stamp_) return reject();  // not even when the unit begins anew
   last_stamp_ = group.stamp;
   ImuSample sample;
   sample.stamp = group.stamp;
   sample.gyro = R_base_imu_ * toVector(*group.rate);
-  sample.accel = R_base_imu_ * toVector(*group.acceleration);
+  if (group.acceleration) sample.accel = R_base_imu_ * toVector(*group.acceleration);
   return sample;
 }
 

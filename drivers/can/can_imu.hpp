@@ -4,13 +4,16 @@
 #include <optional>
 
 #include "core/samples.hpp"
+#include "drivers/companion.hpp"
 #include "drivers/device_clock.hpp"
 #include "firmware_if/can_xsens.hpp"
 
 namespace slam {
 
-/// Makes samples of an IMU's frames on CAN: rate of turn and acceleration of one sample time together, stamped with
-/// that time in our clock.
+/// Makes samples of an IMU's frames on CAN. Each turn rate makes one: it is what the pose needs. Acceleration and
+/// sample time are joined to it where the unit sends them with each; where it does not, or more seldom, the turn rate
+/// is used without acceleration, and with the stamp of its arrival. A part that is only lost once is waited for: its
+/// sample is left out, so that parts of different samples are never joined.
 class CanImu {
  public:
   /// @param R_base_imu takes the unit's axes to the base's
@@ -22,16 +25,19 @@ class CanImu {
   std::int64_t rejects() const { return rejects_; }  ///< damaged frames, and those that find no sample time
   /// When the readings last differed from those before: a sensor repeats itself for long only when it is broken.
   Timestamp changed() const { return changed_; }
+  bool usesTime() const { return with_time_.expected(); }                  ///< that the unit sends, for its stamps
+  bool usesAcceleration() const { return with_acceleration_.expected(); }  ///< in each of its samples
 
  private:
   struct Group {
     Timestamp stamp, arrival;
     std::optional<can::xsens::Vector3> rate, acceleration;
   };
-  bool begin(std::uint32_t ticks, Timestamp arrival);
-  bool fill(std::optional<can::xsens::Vector3> Group::*part, const std::optional<can::xsens::Vector3>& value,
-            Timestamp arrival);
-  std::optional<ImuSample> finish();
+  bool addTime(std::uint32_t ticks, Timestamp arrival);
+  std::optional<ImuSample> addRate(const std::optional<can::xsens::Vector3>& rate, Timestamp arrival);
+  std::optional<ImuSample> addAcceleration(const std::optional<can::xsens::Vector3>& acceleration, Timestamp arrival);
+  std::optional<ImuSample> reject();
+  std::optional<ImuSample> make(const Group& group);
 
   Eigen::Matrix3d R_base_imu_;
   can::xsens::TickCounter ticks_;
@@ -40,6 +46,9 @@ class CanImu {
   Timestamp arrival_{};                // of the same
   std::optional<Duration> candidate_;  // a sample time that does not follow, less its arrival
   std::optional<Group> group_;
+  Companion with_time_, with_acceleration_;  // of the turn rates
+  bool time_came_ = false;                   // a sample time did since the last turn rate, good or damaged
+  std::optional<bool> accelerated_;          // the last turn rate that found its sample time, by its acceleration
   std::optional<Timestamp> last_stamp_;
   can::xsens::Vector3 last_rate_{}, last_acceleration_{};
   Timestamp changed_{};

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/counter_info.hpp"
 #include "drivers/can/can_port.hpp"
 
 namespace slam {
@@ -22,14 +23,20 @@ enum class CanLinkState : std::uint8_t {
 };
 
 struct CanLinkCounters {
-  std::uint64_t received = 0;
-  std::uint64_t sent = 0;
-  std::uint64_t queue_full = 0;  ///< the interface did not take a frame
-  std::uint64_t replaced = 0;    ///< waiting frames that a newer one of the same id put out
-  std::uint64_t overflows = 0;   ///< the controller lost frames
-  std::uint64_t bus_offs = 0;
-  std::uint64_t restarts = 0;  ///< of the controller after bus-off
-  std::uint64_t opened = 0;
+  std::uint64_t received = 0, sent = 0;
+  std::uint64_t queue_full = 0, replaced = 0, overflows = 0, bus_offs = 0, restarts = 0, opened = 0;
+
+  template <typename Visitor>
+  friend void visitCounters(const CanLinkCounters& c, Visitor&& visit) {
+    visit(CounterInfo{"can.received", "frames", "Frames that were received."}, c.received);
+    visit(CounterInfo{"can.sent", "frames", "Frames that the interface took."}, c.sent);
+    visit(CounterInfo{"can.queue_full", "times", "The interface did not take a frame."}, c.queue_full);
+    visit(CounterInfo{"can.replaced", "frames", "Waiting frames that a newer one of the same id put out."}, c.replaced);
+    visit(CounterInfo{"can.overflows", "times", "The controller lost frames."}, c.overflows);
+    visit(CounterInfo{"can.bus_offs", "times", "The controller went off the bus."}, c.bus_offs);
+    visit(CounterInfo{"can.restarts", "times", "The controller was restarted after that."}, c.restarts);
+    visit(CounterInfo{"can.opened", "times", "The interface was opened."}, c.opened);
+  }
 };
 
 /// Keeps a CAN interface in use through all that happens to it: down and up, unplugged and plugged in again, bus-off

@@ -20,8 +20,8 @@ class CanPort {
  public:
   virtual ~CanPort() = default;
 
-  /// Opens and binds to an interface; closes what was open before. Frames with one of `ids` (11 bits, data) are
-  /// received, and error frames about the state of controller and bus.
+  /// Opens and binds to an interface; closes what was open before. Frames with one of `ids` (11 bits, data; with
+  /// CAN_RTR_FLAG: remote) are received, and error frames about the state of controller and bus.
   virtual int open(const std::string& interface, std::span<const std::uint32_t> ids) = 0;
   virtual void close() = 0;
   /// Takes the next frame. @return EAGAIN when there is none; frames that this port sent are not given back

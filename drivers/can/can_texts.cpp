@@ -18,11 +18,18 @@ CanTexts::CanTexts(const std::string& interface, const std::array<int, 2>& nodes
       opening_imu("waiting for the IMU's first frames"),
       no_imu("no frames of the IMU (005, 032, 034): check its power and the bit rate"),
       no_rate("the IMU sends no rate of turn (032): set its output"),
-      no_acceleration("the IMU sends no acceleration (034): set its output"),
-      no_time("the IMU sends no sample time (005): set its output"),
+      no_acceleration("the IMU sends no acceleration (034): its turn rate is used without; set its output"),
+      no_time(
+          "the IMU sends no sample time (005): its readings are used with the stamps of their arrival; set its output"),
       senseless_imu("the IMU's frames do not make samples: see the rejects"),
-      frozen_imu("the IMU answers, but its values never change"),
-      senseless("what the wheels send is no motion of a wheel: see the rejects") {
+      frozen_imu("the IMU answers, but its values never change: restart it"),
+      senseless("what the wheels send is no motion of a wheel: see the rejects"),
+      rare_time(
+          "the IMU sends fewer sample times (005) than turn rates (032): its readings are used with the stamps of "
+          "their arrival; set both to one rate"),
+      rare_acceleration(
+          "the IMU sends fewer accelerations (034) than turn rates (032): each turn rate is used, "
+          "without acceleration; set both to one rate") {
   constexpr std::array<const char*, 2> kSides = {"left", "right"};
   std::array<std::string, 2> wheel;
   for (std::size_t i = 0; i < 2; ++i) {
@@ -32,11 +39,36 @@ CanTexts::CanTexts(const std::string& interface, const std::array<int, 2>& nodes
     no_frames[i] = "no frames of the " + wheel[i];
     no_estimates[i] = "the " + wheel[i] + " sends heartbeats, but no encoder estimates: set their rate";
     no_heartbeat[i] = "no heartbeat of the " + wheel[i];
-    frozen[i] = "the " + wheel[i] + " says that it turns, but its position never changes";
+    frozen[i] = "the " + wheel[i] + " says that it turns, but its position never changes: check its encoder";
     not_closed_loop[i] = "the " + wheel[i] + " is not in closed loop: it obeys no commands";
+    shared_id[i] = "the heartbeat of the " + wheel[i] +
+                   " has the IMU's quaternion's id: it is not heard, the wheel is used; switch the quaternion off, or "
+                   "give the drive node 16";
+    slow_[i] = "the " + wheel[i] +
+               " sends encoder estimates seldom: they are used, the pose is coarser between them; set "
+               "encoder_msg_rate_ms to 10 to 50";
     axis_error_[i] = "the " + wheel[i] + " has axis errors";
   }
-  no_wheels = no_frames[0] + ", nor of the " + wheel[1] + ": check their power and the bit rate";
+  no_wheels =
+      no_frames[0] + ", nor of the " + wheel[1] + ": check their power, the bit rate and can.left_node, can.right_node";
+}
+
+const char* CanTexts::slow(std::size_t side, Duration period) {
+  constexpr Duration kStep = std::chrono::milliseconds(10);
+  period = (period + kStep / 2) / kStep * kStep;
+  for (std::size_t i = 0; i < slow_count_; ++i) {
+    if (slow_texts_[i].side == side && slow_texts_[i].period == period) return slow_texts_[i].text.data();
+  }
+  if (slow_count_ == slow_texts_.size()) return slow_[side].c_str();
+  SlowText& entry = slow_texts_[slow_count_++];
+  entry.side = side;
+  entry.period = period;
+  std::snprintf(
+      entry.text.data(), entry.text.size(),
+      "%s wheel: encoder estimates come every %lld ms: they are used as far as they agree, the pose is coarser; set "
+      "encoder_msg_rate_ms to 10 to 50",
+      side == 0 ? "left" : "right", static_cast<long long>(period / std::chrono::milliseconds(1)));
+  return entry.text.data();
 }
 
 const char* CanTexts::link(CanLinkState state) const {

@@ -18,11 +18,13 @@ class CanTexts {
   const char* link(CanLinkState state) const;
   /// What a drive says of itself. Room for 32 different texts is made at start-up; after that they say less.
   const char* axis(std::size_t side, const can::odrive::Heartbeat& heartbeat);
+  /// A drive sends its estimates more seldom than it should. Periods are told to ten milliseconds.
+  const char* slow(std::size_t side, Duration period);
 
   std::string gone, down, bus_off, passive, unsupported, refused;
-  std::array<std::string, 2> no_frames, no_estimates, no_heartbeat, frozen, not_closed_loop;  // left, right
+  std::array<std::string, 2> no_frames, no_estimates, no_heartbeat, frozen, not_closed_loop, shared_id;  // left, right
   std::string no_wheels, opening_wheels, opening_imu, no_imu, no_rate, no_acceleration, no_time, senseless_imu;
-  std::string frozen_imu, senseless;
+  std::string frozen_imu, senseless, rare_time, rare_acceleration;
 
  private:
   struct AxisText {
@@ -32,6 +34,14 @@ class CanTexts {
   };
   std::array<AxisText, 32> axis_texts_;
   std::size_t axis_count_ = 0;
+  struct SlowText {
+    std::size_t side = 0;
+    Duration period{0};
+    std::array<char, 160> text{};
+  };
+  std::array<SlowText, 16> slow_texts_;
+  std::size_t slow_count_ = 0;
+  std::array<std::string, 2> slow_;
   std::array<std::string, 2> axis_error_;
 };
 

@@ -11,17 +11,32 @@ namespace {
 
 using namespace std::chrono_literals;
 
+// Each at least, and longer with the period at which a drive sends.
 constexpr Duration kSilence = 500ms;     // a drive that was silent longer may have been reset meanwhile
 constexpr Duration kApart = 50ms;        // readings of the two wheels further apart make no pair
 constexpr Duration kInterpolate = 50ms;  // readings of one wheel further apart say nothing of what is between
-constexpr double kSlack = 0.5;           // [rad] of jitter in the stamps and of the encoder's filter
+constexpr Duration kLongestPeriod = 2s;  // what comes more seldom has none
+constexpr double kSlack = 0.5;           // [rad] of jitter in the stamps and of the encoder's filter ...
+constexpr double kBending = 4.0;         // [rad/s^2] ... and of a speed that changes between two estimates
+
+/// A little more than so many periods.
+Duration periods(int count, Duration period) { return count * period + period / 4; }
 
 }  // namespace
 
-bool CanWheel::follows(const Count& before, const Count& now) {
+bool CanWheel::follows(const Count& before, const Count& now) const {
   const double dt = toSeconds(now.stamp - before.stamp);
-  return now.stamp - before.stamp <= kSilence &&
-         std::abs(now.angle - before.angle - 0.5 * (before.speed + now.speed) * dt) <= kSlack;
+  return now.stamp - before.stamp <= std::max(kSilence, periods(2, period_)) &&
+         std::abs(now.angle - before.angle - 0.5 * (before.speed + now.speed) * dt) <= kSlack + kBending * dt * dt;
+}
+
+/// The middle one of the last three steps: neither a lost estimate nor two that came at once change it.
+void CanWheel::learnPeriod(Duration step) {
+  steps_[step_count_ % steps_.size()] = step;
+  const auto known = static_cast<std::ptrdiff_t>(std::min(++step_count_, steps_.size()));
+  auto sorted = steps_;
+  std::sort(sorted.begin(), sorted.begin() + known);
+  period_ = std::min(sorted[static_cast<std::size_t>(known - 1) / 2], kLongestPeriod);
 }
 
 bool CanWheel::trust(const Count& now) {
@@ -36,9 +51,11 @@ CanWheel::Outcome CanWheel::add(Timestamp stamp, const can::odrive::EncoderEstim
   const Count count{stamp, scale_ * static_cast<double>(estimates.position),
                     scale_ * static_cast<double>(estimates.velocity)};
   if (newest_ && stamp <= newest_->stamp) return Outcome::kStepsBack;
-  if (!trust(count)) return Outcome::kRejected;
+  const bool trusted = trust(count), goes_on = trusted && count_ && follows(*count_, count);
+  if (seen_ != Timestamp{}) learnPeriod(stamp - seen_);  // a silence is none to this estimate yet
+  seen_ = stamp;
+  if (!trusted) return Outcome::kRejected;
 
-  const bool goes_on = count_ && follows(*count_, count);
   const double turned = goes_on ? count.angle - count_->angle : 0.0;
   previous_ = goes_on ? std::optional(last_) : std::nullopt;
   last_ = {stamp, last_.angle + turned, count.speed};
@@ -48,7 +65,8 @@ CanWheel::Outcome CanWheel::add(Timestamp stamp, const can::odrive::EncoderEstim
 
 double CanWheel::angleAt(Timestamp stamp) const {
   const double back = toSeconds(last_.stamp - stamp);  // [s]
-  if (!previous_ || previous_->stamp > stamp || last_.stamp - previous_->stamp > kInterpolate)
+  if (!previous_ || previous_->stamp > stamp ||
+      last_.stamp - previous_->stamp > std::max(kInterpolate, periods(1, period_)))
     return last_.angle - last_.speed * back;
   // Cubic through both angles with both speeds.
   const double span = toSeconds(last_.stamp - previous_->stamp), u = 1.0 - back / span;
@@ -73,7 +91,8 @@ std::optional<CanWheels::Pair> CanWheels::add(std::size_t side, Timestamp stamp,
   const auto& left = wheels_[0].last();
   const auto& right = wheels_[1].last();
   if (!fresh_[0] || !fresh_[1]) return std::nullopt;
-  if (std::chrono::abs(left.stamp - right.stamp) > kApart) return std::nullopt;
+  const Duration longest = std::max(wheels_[0].period(), wheels_[1].period());
+  if (std::chrono::abs(left.stamp - right.stamp) > std::max(kApart, periods(1, longest))) return std::nullopt;
   fresh_ = {};
   const Timestamp instant = std::min(left.stamp, right.stamp);
   return Pair{instant, {wheels_[0].angleAt(instant), wheels_[1].angleAt(instant)}, std::exchange(restarted_, false)};

@@ -39,6 +39,8 @@ class CanWheel {
 
   Outcome add(Timestamp stamp, const can::odrive::EncoderEstimates& estimates);
   const Reading& last() const { return last_; }
+  /// At which its estimates come, learned; 0: not known yet.
+  Duration period() const { return period_; }
   /// Angle at an instant not after the last reading, between the last two by their angles and speeds.
   double angleAt(Timestamp stamp) const;
 
@@ -51,18 +53,24 @@ class CanWheel {
   // Random estimates pass as a standing wheel's, each with a chance of a third.
   static constexpr int kTrusted = 10;
 
-  static bool follows(const Count& before, const Count& now);
+  bool follows(const Count& before, const Count& now) const;
   bool trust(const Count& now);
+  void learnPeriod(Duration step);
 
   double scale_, max_speed_;
+  Timestamp seen_{};                     // when the last estimate came, believed or not
   std::optional<Count> count_, newest_;  // the last one used, the last one that can be read
   int in_line_ = kTrusted;               // with the one before, how many in a row; the first of all is believed
   Reading last_;
   std::optional<Reading> previous_;  // in line with the last
+  Duration period_{0};
+  std::array<Duration, 3> steps_{};  // between the estimates that came last
+  std::size_t step_count_ = 0;
 };
 
 /// Brings the estimates of two wheels, which come at moments of their own, to one instant: that of the older of the two
-/// newest, where one was measured and the other is interpolated.
+/// newest, where one was measured and the other is interpolated. How far apart they may be follows from the period at
+/// which each drive sends, which is learned.
 class CanWheels {
  public:
   struct Pair {
@@ -78,6 +86,7 @@ class CanWheels {
   /// The next pair is not to be compared with the one before.
   void beginAnew() { restarted_ = true; }
   std::int64_t rejects() const { return rejects_; }  ///< estimates that no wheel can have turned
+  Duration period(std::size_t side) const { return wheels_[side].period(); }
 
  private:
   std::array<CanWheel, 2> wheels_;

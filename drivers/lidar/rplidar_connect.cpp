@@ -2,6 +2,7 @@
 // RplidarDriver::connect(): from an opened port to a running scan.
 #include <algorithm>
 #include <array>
+#include <cstdio>
 
 #include "drivers/lidar/rplidar_driver.hpp"
 
@@ -14,12 +15,28 @@ using rplidar::ConfigurationEntry;
 using rplidar::HealthStatus;
 using rplidar::Request;
 
-constexpr Duration kQuiet = 100ms;   // after an answer that did not come
-constexpr Duration kAnswer = 500ms;  // to a request
-constexpr Duration kBoot = 1s;       // after a reset; 0.67 s were measured
-constexpr Duration kSpinUp = 3s;     // from the start of the scan to the first node
-constexpr double kBusyLine = 0.8;    // share of the time that it carries bytes
-constexpr int kResets = 3;           // then the unit is at fault
+constexpr Duration kQuiet = 100ms;       // after an answer that did not come
+constexpr Duration kAnswer = 500ms;      // to a request
+constexpr Duration kBoot = 1s;           // after a reset; 0.67 s were measured
+constexpr Duration kSpinUp = 3s;         // from the start of the scan to the first node
+constexpr double kBusyLine = 0.8;        // share of the time that it carries bytes
+constexpr int kResets = 3;               // then the unit is at fault
+constexpr int kFirstWithMotorSpeed = 6;  // of the series: the S units have a speed control of their own
+
+std::string identityOf(const rplidar::DeviceInfo& info, const rplidar::ScanMode& mode) {
+  std::array<char, 160> text{};
+  std::snprintf(text.data(), text.size(), ", firmware %d.%02d, hardware %d, serial number ", info.firmware >> 8,
+                info.firmware & 0xFF, info.hardware);
+  std::string words = rplidar::modelName(info.model) + text.data();
+  for (const std::uint8_t byte : info.serial) {
+    std::snprintf(text.data(), text.size(), "%02X", static_cast<unsigned>(byte));
+    words += text.data();
+  }
+  const char* name = mode.name[0] != '\0' ? mode.name.data() : mode.by_express ? "Express" : "Standard";
+  std::snprintf(text.data(), text.size(), ", mode %s (%02X), %.1f us a sample", name,
+                static_cast<unsigned>(mode.answer_type), 1e6 * mode.sample_time);
+  return words + text.data();
+}
 
 }  // namespace
 
@@ -44,6 +61,7 @@ bool RplidarDriver::identify() {
     const bool error = health && health->status == HealthStatus::kError;
     const auto info = health ? rplidar::parseInfo(ask(Request::kGetInfo, AnswerType::kInfo, 20)) : std::nullopt;
     if (info && !error) {
+      wrong_speaker_.forget();
       info_ = *info;
       warning_ = health->status == HealthStatus::kWarning
                      ? "works, but the lidar warns of its health: clean its window, see its manual"
@@ -53,7 +71,7 @@ bool RplidarDriver::identify() {
       askMotor();
       return true;
     }
-    if (dialogue_->hungUp() || attempt == kResets) return noAnswer(health);
+    if (dialogue_->hungUp() || attempt == kResets || wrong_speaker_.hears(dialogue_->recent())) return noAnswer(health);
     if (dialogue_->cancelled()) break;
     if (attempt > 0 || error) {
       dialogue_->send(rplidar::encodeRequest(Request::kReset));
@@ -69,14 +87,22 @@ bool RplidarDriver::noAnswer(const std::optional<rplidar::Health>& health) {
   if (health && health->status == HealthStatus::kError)
     return fail(DeviceState::kFault, "the lidar reports a hardware error even after resets: see its manual");
   if (health) return fail(DeviceState::kFault, "the lidar tells its health but not what it is: check its cable");
-  return fail(DeviceState::kFault, dialogue_->heardBytes()
-                                       ? "bytes come, but no answer among them: check the baud rate"
-                                       : "port present, but no answer: check baud rate and 5 V supply");
+  unanswered_ = dialogue_->heardBytes() ? "bytes come, but no answer among them: check the baud rate"
+                                        : "port present, but no answer: check baud rate and 5 V supply";
+  return fail(DeviceState::kFault, wrong_speaker_.words(unanswered_));
+}
+
+/// Once for a port: what was found is remembered until the lidar answers, or the port has gone.
+void RplidarDriver::findSpeaker(const std::atomic<bool>& cancel) {
+  constexpr Duration kLook = 10ms;
+  wrong_speaker_.ask(now_());
+  while (wrong_speaker_.tick(now_()) && !cancel) wrong_speaker_.rest(kLook);
+  status_.set(DeviceState::kFault, wrong_speaker_.words(unanswered_));
 }
 
 void RplidarDriver::askRate() {
   sample_rate_ = {476, 500};  // of firmware that cannot be asked
-  if (info_.firmware < rplidar::kFirmwareWithExpress) return;
+  if (rplidar::comparableFirmware(info_) < rplidar::kFirmwareWithExpress) return;
   const auto rate = rplidar::parseSampleRate(ask(Request::kGetSampleRate, AnswerType::kSampleRate, 4));
   if (rate) sample_rate_ = *rate;
 }
@@ -84,7 +110,7 @@ void RplidarDriver::askRate() {
 void RplidarDriver::askModes() {
   listed_modes_.clear();
   typical_mode_.reset();
-  if (info_.firmware < rplidar::kFirmwareWithModes) return;
+  if (rplidar::comparableFirmware(info_) < rplidar::kFirmwareWithModes) return;
   std::vector<std::uint8_t> answer;
   const auto entry = [&](ConfigurationEntry which, std::optional<std::uint16_t> mode = {}) {
     answer = dialogue_->ask(rplidar::encodeConfigurationRequest(which, mode), AnswerType::kConfiguration, 0, kAnswer);
@@ -111,7 +137,8 @@ void RplidarDriver::askModes() {
 
 void RplidarDriver::askMotor() {
   motor_by_pwm_ = false;
-  if (info_.model >> 4 < 2) return;
+  motor_by_speed_ = info_.model >> 4 >= kFirstWithMotorSpeed;
+  if (info_.model >> 4 < 2 || motor_by_speed_) return;
   const std::array<std::uint8_t, 4> zero{};
   const auto flags = dialogue_->ask(rplidar::encodeRequest(Request::kGetAccessoryBoardFlag, zero),
                                     AnswerType::kAccessoryBoardFlag, 4, kAnswer);
@@ -120,7 +147,8 @@ void RplidarDriver::askMotor() {
 
 bool RplidarDriver::startScan() {
   setMotor(true);
-  const auto modes = rplidar::modesToTry(config_.scan_mode, info_.firmware, sample_rate_, listed_modes_, typical_mode_);
+  const auto modes = rplidar::modesToTry(config_.scan_mode, rplidar::comparableFirmware(info_), sample_rate_,
+                                         listed_modes_, typical_mode_);
   for (std::size_t i = 0; i < modes.size() && !dialogue_->cancelled(); ++i) {
     if (startMode(modes[(passed_over_ + i) % modes.size()])) return true;
     if (dialogue_->hungUp()) return fail(DeviceState::kAbsent, "the port is gone: unplugged?");
@@ -155,6 +183,7 @@ bool RplidarDriver::startMode(const rplidar::ScanMode& mode) {
   catching_up_ = false;
   last_node_ = last_turn_ = last_arrival_ = now_() + kSpinUp - kSilence;  // the motor may take that long
   turns_ = 0;
+  status_.identify(identityOf(info_, mode_));
   status_.setOpening("waiting for the motor's speed");
   return true;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 
 namespace slam::rplidar {
 namespace {
@@ -11,7 +12,8 @@ using namespace std::chrono_literals;
 
 constexpr std::size_t kMostInput = 8192;    // [bytes] of an old stream that are searched for an answer
 constexpr std::uint32_t kMostAnswer = 256;  // [bytes] of a single answer
-constexpr Duration kCancelPeriod = 100ms;   // the longest that a request to stop waits
+constexpr std::ptrdiff_t kMostRecent = 2048;
+constexpr Duration kCancelPeriod = 100ms;  // the longest that a request to stop waits
 
 }  // namespace
 
@@ -26,6 +28,8 @@ bool Dialogue::read(Duration timeout) {
     input_.push_back(chunk[i]);
   }
   heard_bytes_ = heard_bytes_ || result.size > 0;
+  recent_.insert(recent_.end(), chunk.begin(), chunk.begin() + static_cast<std::ptrdiff_t>(result.size));
+  if (std::ssize(recent_) > kMostRecent) recent_.erase(recent_.begin(), recent_.end() - kMostRecent);
   return result.size > 0;
 }
 

@@ -35,8 +35,9 @@ class Dialogue {
   bool awaitBoot(Duration timeout);
 
   bool hungUp() const { return hung_up_; }
-  bool heardBytes() const { return heard_bytes_; }  ///< any, since construction
-  bool sawBoot() const { return saw_boot_; }        ///< a boot banner, since construction
+  bool heardBytes() const { return heard_bytes_; }                  ///< any, since construction
+  std::span<const std::uint8_t> recent() const { return recent_; }  ///< the last bytes that came, up to 2 kB
+  bool sawBoot() const { return saw_boot_; }                        ///< a boot banner, since construction
   bool cancelled() const { return cancel_ != nullptr && *cancel_; }
   std::vector<std::uint8_t> takeInput() { return std::exchange(input_, {}); }
 
@@ -49,6 +50,7 @@ class Dialogue {
   Clock now_;
   const std::atomic<bool>* cancel_;
   std::vector<std::uint8_t> input_;  // read ahead of a descriptor or answer
+  std::vector<std::uint8_t> recent_;
   TextWatch boot_text_{kBootText}, boot_end_text_{kBootEndText};
   bool hung_up_ = false, heard_bytes_ = false, saw_boot_ = false, saw_boot_end_ = false;
 };

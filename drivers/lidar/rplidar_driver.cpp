@@ -19,12 +19,28 @@ constexpr Duration kRest = 3ms;
 constexpr Duration kSlowestTurn = 2s;      // ten times what these units need
 constexpr Duration kLastQuestion = 250ms;  // to a silent unit; a boot is over by then
 
+/// @param stride one of so many measurements is used
+const char* thinningWords(int stride) {
+  if (stride < 2) return "";
+  return stride == 2
+             ? "a turn has more measurements than a scan holds (4080): every second one is used, evenly over "
+               "the turn; let the motor turn faster, or choose a sparser lidar.scan_mode"
+             : "a turn has many more measurements than a scan holds (4080): one of several is used, evenly over "
+               "the turn; let the motor turn faster: check its supply and belt";
+}
+
 }  // namespace
 
 RplidarDriver::RplidarDriver(const RplidarConfig& config, Clock now, Sink sink, PortOpener open)
-    : config_(config), now_(now), sink_(std::move(sink)), open_(std::move(open)), byte_time_(10.0 / config.baud) {
+    : config_(config),
+      now_(now),
+      sink_(std::move(sink)),
+      open_(std::move(open)),
+      wrong_speaker_(PortOf::kLidar, config.port, config.baud, open_),
+      byte_time_(10.0 / config.baud) {
   report_scan_ = [this](const LaserScan& scan) {
-    status_.set(DeviceState::kStreaming, warning_);
+    status_.set(DeviceState::kStreaming, *warning_ != '\0' ? warning_ : thinningWords(scans_->stride()));
+    status_.thinned.store(thinned_before_ + scans_->thinned(), std::memory_order_relaxed);
     status_.countSample(last_arrival_);
     sink_(scan);
   };
@@ -36,19 +52,29 @@ bool RplidarDriver::fail(DeviceState state, const char* reason) {
   return false;
 }
 
+bool RplidarDriver::lose(DeviceState state, const char* reason) {
+  lost_();
+  return fail(state, reason);
+}
+
 bool RplidarDriver::connect(const std::atomic<bool>& cancel) {
   status_.setOpening("opening");
   stop();
   OpenedPort port = open_(config_.port, config_.baud);
-  if (!port.stream) return fail(DeviceState::kAbsent, port.problem);
+  if (!port.stream) {
+    wrong_speaker_.forget();
+    return fail(DeviceState::kAbsent, port.problem);
+  }
   stream_ = std::move(port.stream);
   dialogue_ = std::make_unique<rplidar::Dialogue>(*stream_, now_, &cancel);
   quiet();
+  unanswered_ = "";
   const bool connected = identify() && startScan();
   if (connected) {
     dialogue_ = std::make_unique<rplidar::Dialogue>(*stream_, now_, nullptr);  // `cancel` may not live longer
     return true;
   }
+  if (*unanswered_ != '\0') findSpeaker(cancel);
   return false;
 }
 
@@ -63,7 +89,7 @@ bool RplidarDriver::poll(Duration timeout) {
     if (rests_ && timeout > kRest) stream_->rest(kRest);
     const Duration patience = std::max<Duration>(last_node_ + kSilence - now_(), 0ns);
     const ReadResult result = stream_->read(chunk, std::min(timeout, patience));
-    if (result.status == ReadResult::kClosed) return fail(DeviceState::kAbsent, "the port is gone: unplugged?");
+    if (result.status == ReadResult::kClosed) return lose(DeviceState::kAbsent, "the port is gone: unplugged?");
     size = result.size;
   }
   const Timestamp arrival = now_();  // of the chunk's last byte
@@ -84,7 +110,7 @@ bool RplidarDriver::poll(Duration timeout) {
       nodes = scans_->push({chunk.data(), size}, arrival, report_scan_);
     }
     if (scans_->sawBootText())
-      return fail(DeviceState::kStale, "the lidar restarted by itself in mid-scan: check its 5 V supply");
+      return lose(DeviceState::kStale, "the lidar restarted by itself in mid-scan: check its 5 V supply");
     status_.rejects.store(rejects_before_ + scans_->rejects(), std::memory_order_relaxed);
     if (nodes > 0) last_node_ = arrival;
     nodes_ += nodes;
@@ -92,8 +118,10 @@ bool RplidarDriver::poll(Duration timeout) {
     turns_ = scans_->turns();
   }
   if (nodes_ > 0 && arrival - last_turn_ > kSlowestTurn)
-    return fail(DeviceState::kStale, "measurements come, but of no whole turn: the head does not turn, check its belt");
-  return arrival - last_node_ < kSilence || endSilence();
+    return lose(DeviceState::kStale, "measurements come, but of no whole turn: the head does not turn, check its belt");
+  if (arrival - last_node_ < kSilence) return true;
+  lost_();
+  return endSilence();
 }
 
 /// The port is there, so ask the unit how it is before giving up.
@@ -123,7 +151,7 @@ void RplidarDriver::stop() {
   stream_->write(rplidar::encodeRequest(Request::kStop));
   stream_->rest(5ms);  // a request right behind STOP is lost
   setMotor(false);
-  if (scans_) rejects_before_ += scans_->rejects();
+  if (scans_) rejects_before_ += scans_->rejects(), thinned_before_ += scans_->thinned();
   scans_.reset();
   dialogue_.reset();
   stream_.reset();
@@ -131,8 +159,10 @@ void RplidarDriver::stop() {
 }
 
 void RplidarDriver::setMotor(bool on) {
-  constexpr std::uint16_t kMotorPwm = 660;  // about 10 turns a second
+  constexpr std::uint16_t kMotorPwm = 660;    // about 10 turns a second
+  constexpr std::uint16_t kMotorSpeed = 600;  // [rpm] ten turns a second
   if (motor_by_pwm_) stream_->write(rplidar::encodeMotorPwm(on ? kMotorPwm : 0));
+  if (motor_by_speed_) stream_->write(rplidar::encodeMotorSpeed(on ? kMotorSpeed : 0));
   stream_->setDtr(!on);  // the A1's adapter inverts it
 }
 

@@ -14,13 +14,14 @@
 #include "drivers/lidar/codec/rplidar_modes.hpp"
 #include "drivers/lidar/rplidar_dialogue.hpp"
 #include "drivers/lidar/rplidar_scan_stream.hpp"
+#include "drivers/speaker.hpp"
 
 namespace slam {
 
 struct RplidarConfig {
   std::string port;
-  int baud = 115200;                           ///< [bit/s]
-  std::string scan_mode = "auto";              ///< "auto", "express", "standard"
+  int baud = 115200;  ///< [bit/s]
+  rplidar::ModeWish scan_mode = rplidar::ModeWish::kDensest;
   float range_min = 0.15F, range_max = 12.0F;  ///< [m] written into the scans, where the unit does not reach less far
 };
 
@@ -38,6 +39,8 @@ class RplidarDriver {
   /// Opens the port, asks for info and health, starts motor and scan. Takes up to some seconds; gives up early when
   /// `cancel` becomes true. @return false with the reason in status()
   bool connect(const std::atomic<bool>& cancel);
+  /// Is called by poll() before it looks after a connection that is over: that may wait and allocate.
+  void setLossHandler(std::function<void()> handler) { lost_ = std::move(handler); }
   /// Waits up to `timeout` for bytes and hands finished scans to the sink.
   /// @return false when the connection is over (hung up, restarted by itself, or silent for longer than it may be)
   bool poll(Duration timeout);
@@ -63,17 +66,22 @@ class RplidarDriver {
   bool startScan();
   bool startMode(const rplidar::ScanMode& mode);
   bool endSilence();
+  void findSpeaker(const std::atomic<bool>& cancel);
   void setMotor(bool on);
   bool fail(DeviceState state, const char* reason);
+  bool lose(DeviceState state, const char* reason);
   std::vector<std::uint8_t> ask(rplidar::Request request, rplidar::AnswerType type, std::size_t size);
   std::optional<rplidar::Health> askHealth(Duration timeout);
 
   RplidarConfig config_;
   Clock now_;
   Sink sink_, report_scan_;
+  std::function<void()> lost_ = [] {};
   PortOpener open_;
-  std::int64_t rejects_before_ = 0;  // of the connections before
+  std::int64_t rejects_before_ = 0, thinned_before_ = 0;  // of the connections before
   DeviceStatus status_;
+  WrongSpeaker wrong_speaker_;
+  const char* unanswered_ = "";  // why the last attempt failed, where nobody has answered it
   std::unique_ptr<ByteStream> stream_;
   std::unique_ptr<rplidar::Dialogue> dialogue_;
   double byte_time_;  // [s]
@@ -82,7 +90,7 @@ class RplidarDriver {
   rplidar::SampleRate sample_rate_;
   std::vector<rplidar::ScanMode> listed_modes_;
   std::optional<std::uint16_t> typical_mode_;
-  bool motor_by_pwm_ = false;
+  bool motor_by_pwm_ = false, motor_by_speed_ = false;
   const char* warning_ = "";  // what to say although it streams
 
   rplidar::ScanMode mode_;

@@ -56,8 +56,10 @@ class ScanStream {
   /// Takes nothing from bytes that are too old but whether the unit restarted.
   void skip(std::span<const std::uint8_t> bytes);
   bool sawBootText() const { return saw_boot_text_; }
-  std::int64_t rejects() const;                               ///< nodes and capsules refused, turns given up
-  std::uint32_t turns() const { return assembler_.turns(); }  ///< that the head has made, given up or not
+  std::int64_t rejects() const;                                  ///< nodes and capsules refused, turns given up
+  std::uint32_t turns() const { return assembler_.turns(); }     ///< that the head has made, given up or not
+  std::int64_t thinned() const { return assembler_.thinned(); }  ///< measurements left out evenly
+  int stride() const { return assembler_.stride(); }             ///< of the last finished turn
   const DecoderCounters& counters() const { return decoder_.counters(); }
 
  private:

@@ -60,6 +60,7 @@ void ScanAssembler::reset() {
 }
 
 const LaserScan* ScanAssembler::finish() {
+  finished_stride_ = stride_;
   finished_.stamp = scan_.stamp;
   finished_.range_min = scan_.range_min;
   finished_.range_max = scan_.range_max;
@@ -79,6 +80,8 @@ const LaserScan* ScanAssembler::add(const Node& node, Timestamp stamp) {
     whole_ = true;
     scan_.size = 0;
     turned_q6_ = 0;
+    stride_ = 1;
+    skip_ = 0;
   }
   if (!whole_) return nullptr;
   if (turned_q6_ > kLongestTurnQ6) {
@@ -93,8 +96,27 @@ const LaserScan* ScanAssembler::add(const Node& node, Timestamp stamp) {
                   .bearing = static_cast<float>(wrapAngle(-node.angle_q6 * kRadiansPerQ6)),  // clockwise there
                   .time_offset = static_cast<float>(toSeconds(stamp - scan_.stamp)),
                   .intensity = static_cast<float>(node.quality)};
-  if (!scan_.push(beam)) ++overfull_;
+  push(beam);
   return done;
+}
+
+/// How many nodes a turn has is known at its end: when the scan is full every second beam goes, and from then on every
+/// second node is left out.
+void ScanAssembler::push(const Beam& beam) {
+  if (skip_ > 0) {
+    --skip_;
+    ++thinned_;
+    return;
+  }
+  if (scan_.size == LaserScan::kCapacity) {
+    static_assert(LaserScan::kCapacity % 2 == 0, "else the next node is not in step");
+    for (std::size_t i = 1; i < LaserScan::kCapacity / 2; ++i) scan_.storage[i] = scan_.storage[2 * i];
+    scan_.size /= 2;
+    thinned_ += scan_.size;
+    stride_ *= 2;
+  }
+  scan_.push(beam);
+  skip_ = stride_ - 1;
 }
 
 }  // namespace slam::rplidar

@@ -11,7 +11,8 @@ namespace slam::rplidar {
 ///
 /// A node without echo carries the angle that its unit measured, not the one corrected for the distance, which is some
 /// degrees off its neighbours'. Such beams are placed between the echoes around them, so that bearings stay in the
-/// order of acquisition.
+/// order of acquisition. A turn with more nodes than a scan holds is thinned evenly: one of two of them is used, or of
+/// four.
 class ScanAssembler {
  public:
   struct Limits {
@@ -27,17 +28,21 @@ class ScanAssembler {
   const LaserScan* add(const Node& node, Timestamp stamp);
   void reset();
 
-  std::uint32_t overfull() const { return overfull_; }  ///< beams that did not fit into a scan
-  std::uint32_t broken() const { return broken_; }      ///< turns given up because the start of the next was lost
-  std::uint32_t turns() const { return turns_; }        ///< that the head has made, given up or not
+  std::int64_t thinned() const { return thinned_; }  ///< beams left out because a turn had too many
+  int stride() const { return finished_stride_; }    ///< one of so many is used in the last finished turn
+  std::uint32_t broken() const { return broken_; }   ///< turns given up because the start of the next was lost
+  std::uint32_t turns() const { return turns_; }     ///< that the head has made, given up or not
 
  private:
   const LaserScan* finish();
+  void push(const Beam& beam);
 
   LaserScan scan_, finished_;
   bool whole_ = false;
   int last_angle_q6_ = 0, turned_q6_ = 0;  // [deg * 64] since the turn's start
-  std::uint32_t overfull_ = 0, broken_ = 0, turns_ = 0;
+  std::uint32_t broken_ = 0, turns_ = 0;
+  std::int64_t thinned_ = 0;
+  int stride_ = 1, skip_ = 0, finished_stride_ = 1;  // of the turn under way; nodes to leave out; of the last turn
 };
 
 }  // namespace slam::rplidar

@@ -4,8 +4,8 @@
 #include <sstream>
 
 #include "app/observables.hpp"
-#include "slam/back_end.hpp"
-#include "slam/wheel_trust.hpp"
+#include "estimation/wheel_monitor.hpp"
+#include "slam/map_builder.hpp"
 #include "support/simulated_keyframes.hpp"
 
 namespace slam::test {
@@ -13,8 +13,22 @@ namespace {
 
 const Eigen::Vector3d kDrift(0.01, 0.01, 0.002);  // [m, m, rad] a step
 
-std::string words(const BackEnd& back_end) {
+/// A map whose corrections take effect at once.
+class Map {
+ public:
+  explicit Map(const Config& config) : builder_(backEndConfig(config)) {}
+  void add(const Keyframe& keyframe) {
+    if (auto correction = builder_.add(keyframe).correction) builder_.recycle(std::move(correction));
+  }
+  const auto& backEnd() const { return builder_.backEnd(); }
+
+ private:
+  MapBuilder builder_;
+};
+
+std::string words(const Map& map) {
   std::ostringstream text;
+  const auto& back_end = map.backEnd();
   const BackEndCounters& c = back_end.counters();
   text << c.loop_closures << ' ' << c.revoked << ' ' << c.placed << ' ' << c.search.accepted << ' '
        << c.search.inconsistent << ' ' << c.relocalisation.found << ' ' << c.relocalisation.refused << '\n';
@@ -25,54 +39,55 @@ std::string words(const BackEnd& back_end) {
 }  // namespace
 
 std::string backEnd(const Config& config) {
-  BackEnd back_end(backEndConfig(config));
+  Map map(config);
   KeyframeDrive drive(ringCorridor());
-  for (double s = 1.0; s < 50.0; s += 0.5) back_end.add(drive.at(onRing(s), kDrift));
-  return words(back_end);
+  for (double s = 1.0; s < 50.0; s += 0.5) map.add(drive.at(onRing(s), kDrift));
+  return words(map);
 }
 
 std::string movedRoom(const Config& config) {
-  BackEnd back_end(backEndConfig(config));
+  Map map(config);
   KeyframeDrive drive(furnishedRoom());
   const Pose2 start{-1.9, -0.9, 0.0}, door{-1.2, 0.7, 0.2}, shift{0.0, 0.4, 0.0};
   const auto visit = [&](const Pose2& moved) {
     for (int i = 0; i < 15; ++i)
-      back_end.add(drive.at(moved * start * Pose2{0.25 * i, 0.0, 0.0}, {}, {0.004, 0.004, 0.001}));
+      map.add(drive.at(moved * start * Pose2{0.25 * i, 0.0, 0.0}, {}, {0.004, 0.004, 0.001}));
   };
   visit({});
   const Pose2 honest = between(drive.truth.back(), door), seen = between(drive.truth.back(), shift * door);
-  back_end.add(drive.at(shift * door, seen.inverse() * honest, {0.25, 0.01, 0.001}));
+  map.add(drive.at(shift * door, seen.inverse() * honest, {0.25, 0.01, 0.001}));
   visit(shift);
-  return words(back_end);
+  return words(map);
 }
 
 std::string lostBackEnd(const Config& config) {
-  BackEnd back_end(backEndConfig(config));
+  Map map(config);
   KeyframeDrive drive(ringCorridor());
-  for (double s = 0.0; s < 40.0; s += 0.5) back_end.add(drive.at(onRing(s), {}, 0.2 * kDrift));
+  for (double s = 0.0; s < 40.0; s += 0.5) map.add(drive.at(onRing(s), {}, 0.2 * kDrift));
   const auto lost = std::make_unique<Keyframe>();
   std::string text;
   for (int step = 0; step < 10; ++step) {
     *lost = drive.at(onRing(13.2 + 0.5 * step), {}, 0.2 * kDrift);
     lost->segment = 1;
     if (step == 0) lost->origin = KeyframeOrigin::kLost;
-    back_end.add(*lost);
-    text += std::to_string(back_end.counters().placed);
+    map.add(*lost);
+    text += std::to_string(map.backEnd().counters().placed);
   }
-  return text + words(back_end);
+  return text + words(map);
 }
 
 std::string wheelTrust(const Config& config) {
   const LocalizerConfig localizer = localizerConfig(config);
-  WheelTrust trust(localizer.ekf, localizer.wheel_trust);
+  WheelMonitor monitor(localizer.ekf, localizer.wheel_trust);
+  monitor.hear({});
   std::string text;
   Pose2 wheels, scans;
   for (int i = 0; i < 200; ++i) {
     const double slip = i < 20 ? 0.2 : 0.005;  // [m]
     wheels = wheels * Pose2{0.06 + slip, 0.0, 0.0};
     scans = scans * Pose2{0.06, 0.0, 0.0};
-    trust.add(wheels, scans, false);
-    text += trust.believed() ? (trust.guides() ? 'g' : 'b') : '-';
+    monitor.compare(wheels, scans, false);
+    text += "--bgg"[static_cast<int>(monitor.reliability())];
   }
   return text;
 }

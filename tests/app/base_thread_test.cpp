@@ -8,6 +8,7 @@
 
 #include "drivers/board/handsfree_fixture.hpp"
 #include "runtime/clock.hpp"
+#include "support/wait_until.hpp"
 
 namespace slam {
 namespace {
@@ -20,7 +21,7 @@ class BaseThreadTest : public testing::Test {
     config_.base_device.port = board_.path();
     config_.base_device.speed_commands = true;
     config_.runtime.realtime = false;
-    thread_ = std::make_unique<BaseThread>(config_, *exchange_);
+    thread_ = std::make_unique<BaseThread>(config_, channels_->base());
   }
   template <typename Condition>
   [[nodiscard]] bool serveUntil(Condition&& condition) {
@@ -29,11 +30,11 @@ class BaseThreadTest : public testing::Test {
       return condition();
     });
   }
-  void drive(Duration ago) { exchange_->drives.tryPush({{.vx = 0.5}, monotonicNow() - ago}); }
+  void drive(Duration ago) { channels_->commands.drives.tryPush({{.vx = 0.5}, monotonicNow() - ago}); }
 
   test::FakeBoard board_;
   Config config_;
-  std::unique_ptr<Exchange> exchange_ = std::make_unique<Exchange>();
+  std::unique_ptr<Channels> channels_ = std::make_unique<Channels>();
   std::unique_ptr<BaseThread> thread_;
 };
 
@@ -58,7 +59,7 @@ TEST_F(BaseThreadTest, StopsTheRobotAtItsEnd) {
 TEST_F(BaseThreadTest, DrivesInTheDirectionThatIsCommanded) {
   thread_->worker().start();
   ASSERT_TRUE(serveUntil([&] {
-    exchange_->drives.tryPush({{.vx = 0.25, .vy = -0.125, .omega = 0.75}, monotonicNow()});
+    channels_->commands.drives.tryPush({{.vx = 0.25, .vy = -0.125, .omega = 0.75}, monotonicNow()});
     return board_.speed.x == 0.25F;
   }));
   EXPECT_EQ(board_.speed.y, -0.125F);
@@ -70,8 +71,8 @@ TEST_F(BaseThreadTest, HandsWheelsAndImuToTheEstimatorAndToTheBus) {
   ASSERT_TRUE(serveUntil([&] { return thread_->wheelStatus()->samples > 5 && thread_->imuStatus()->samples > 5; }));
   thread_->stop();
   std::vector<WheelReading> wheels, wheels_out;
-  exchange_->wheels.drain([&](const WheelReading& reading) { wheels.push_back(reading); });
-  exchange_->wheels_out.drain([&](const WheelReading& reading) { wheels_out.push_back(reading); });
+  channels_->samples.wheels.drain([&](const WheelReading& reading) { wheels.push_back(reading); });
+  channels_->raw.wheels.drain([&](const WheelReading& reading) { wheels_out.push_back(reading); });
   ASSERT_EQ(wheels.size(), wheels_out.size());
   ASSERT_GT(wheels.size(), 5U);
   EXPECT_EQ(wheels.back().count, 2);
@@ -79,8 +80,8 @@ TEST_F(BaseThreadTest, HandsWheelsAndImuToTheEstimatorAndToTheBus) {
   EXPECT_GT(wheels.back().sample.T_wheels_base.x, 0.0) << "both wheels count forward";
   EXPECT_GT(wheels.back().sample.T_wheels_base.theta, 0.0) << "and the right one more";
   std::vector<ImuSample> imu, imu_out;
-  exchange_->imu.drain([&](const ImuSample& sample) { imu.push_back(sample); });
-  exchange_->imu_out.drain([&](const ImuSample& sample) { imu_out.push_back(sample); });
+  channels_->samples.imu.drain([&](const ImuSample& sample) { imu.push_back(sample); });
+  channels_->raw.imu.drain([&](const ImuSample& sample) { imu_out.push_back(sample); });
   ASSERT_EQ(imu.size(), imu_out.size());
   ASSERT_GT(imu.size(), 5U);
   EXPECT_EQ(imu.back().gyro, imu_out.back().gyro);
@@ -88,8 +89,22 @@ TEST_F(BaseThreadTest, HandsWheelsAndImuToTheEstimatorAndToTheBus) {
   EXPECT_NEAR(static_cast<double>(thread_->battery()), 11.5, 1e-6);
 }
 
+TEST(BaseThreadOnCan, ShowsTheCountersOfTheLink) {
+  Config config;
+  config.runtime.realtime = false;
+  config.base_device.driver = BaseDriver::kCan;
+  config.imu_device.driver = ImuDriver::kNone;
+  config.can.interface = "none0";
+  const auto channels = std::make_unique<Channels>();
+  BaseThread thread(config, channels->base());
+  ASSERT_TRUE(thread.usesCan());
+  thread.worker().start();
+  CanLinkCounters counters;
+  EXPECT_TRUE(test::waitUntil([&] { return channels->can_counters.load(counters); }));
+}
+
 TEST(BaseRates, AreThoseAtWhichValuesAreNew) {
-  const auto ratesOf = [](const char* base, const char* imu, double mileage_rate, double imu_rate) {
+  const auto ratesOf = [](BaseDriver base, ImuDriver imu, double mileage_rate, double imu_rate) {
     Config config;
     config.runtime.realtime = false;
     config.base_device.port = config.imu_device.port = "/dev/none";
@@ -97,14 +112,16 @@ TEST(BaseRates, AreThoseAtWhichValuesAreNew) {
     config.imu_device.driver = imu;
     config.base_device.mileage_rate = mileage_rate;
     config.base_device.imu_rate = imu_rate;
-    Exchange exchange;
-    BaseThread thread(config, exchange);
+    Channels channels;
+    BaseThread thread(config, channels.base());
     return std::pair(thread.wheelRate(), thread.imuRate());
   };
-  EXPECT_EQ(ratesOf("handsfree", "handsfree", 100.0, 100.0), std::pair(20.0, 50.0)) << "what the board renews";
-  EXPECT_EQ(ratesOf("handsfree", "handsfree", 15.0, 40.0), std::pair(15.0, 40.0)) << "what it is asked for";
-  EXPECT_EQ(ratesOf("can", "can", 15.0, 40.0), std::pair(100.0, 100.0));
-  EXPECT_EQ(ratesOf("handsfree", "hfi", 100.0, 40.0).second, 0.0) << "nobody knows";
+  EXPECT_EQ(ratesOf(BaseDriver::kHandsfree, ImuDriver::kHandsfree, 100.0, 100.0), std::pair(20.0, 50.0))
+      << "what the board renews";
+  EXPECT_EQ(ratesOf(BaseDriver::kHandsfree, ImuDriver::kHandsfree, 15.0, 40.0), std::pair(15.0, 40.0))
+      << "what it is asked for";
+  EXPECT_EQ(ratesOf(BaseDriver::kCan, ImuDriver::kCan, 15.0, 40.0), std::pair(100.0, 100.0));
+  EXPECT_EQ(ratesOf(BaseDriver::kHandsfree, ImuDriver::kHfi, 100.0, 40.0).second, 0.0) << "nobody knows";
 }
 
 }  // namespace

@@ -7,11 +7,12 @@
 #include <gtest/gtest.h>
 #include <map>
 #include <memory>
+#include <poll.h>
 #include <slam/ack_t.hpp>
-#include <slam/odometry_t.hpp>
 #include <slam/pose_estimate_t.hpp>
 #include <vector>
 
+#include "app/pose_thread.hpp"
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
 #include "bus/encoding.hpp"
@@ -33,7 +34,7 @@ class Bus : public testing::Test {
     config.lcm.url = "udpm://239.255.76.67:7669?ttl=0";
     config.output.record = folder / "record.lcm";
   }
-  std::int64_t sent() const { return exchange->published + exchange->publish_failures; }
+  std::int64_t sent() const { return channels->bus_counters.published + channels->bus_counters.failures; }
   /// Runs until so many messages are out. @return the record
   std::vector<LogEvent> recordOf(BusThread& bus, std::int64_t messages) {
     bus.worker().start();
@@ -60,8 +61,43 @@ class Bus : public testing::Test {
   const test::Folder folder;
   Config config;
   WallClock clock;
-  std::unique_ptr<Exchange> exchange = std::make_unique<Exchange>();
+  std::unique_ptr<Channels> channels = std::make_unique<Channels>();
 };
+
+TEST_F(Bus, TwoThatPublishThePoseNoticeEachOtherWithinTwoSeconds) {
+  const auto other_channels = std::make_unique<Channels>();
+  config.output.record.clear();
+  config.runtime.realtime = false;
+  BusThread bus(config, channels->bus(), clock), other(config, other_channels->bus(), clock);
+  PoseThread pose(config, channels->pose(), clock, bus.poseSender());
+  PoseThread other_pose(config, other_channels->pose(), clock, other.poseSender());
+  for (Worker* worker : {&bus.worker(), &other.worker(), &pose.worker(), &other_pose.worker()}) worker->start();
+  std::int64_t count = 0;
+  const auto publish = [&](bool both) {
+    PoseSnapshot snapshot;
+    snapshot.pose.stamp = monotonicNow();
+    snapshot.pose.T_map_base.x = static_cast<double>(++count);
+    channels->newest_pose.store(snapshot);
+    channels->pose_wakeup.notify();
+    snapshot.pose.T_map_base.x = -1.0;
+    if (both) other_channels->newest_pose.store(snapshot), other_channels->pose_wakeup.notify();
+  };
+  const auto publishUntil = [&](bool both, auto&& condition, Duration limit) {
+    for (const Timestamp end = monotonicNow() + limit; !condition() && monotonicNow() < end;) {
+      publish(both);
+      ::poll(nullptr, 0, 20);
+    }
+    return condition();
+  };
+  if (!publishUntil(
+          false, [&] { return bus.linkState() == LinkState::kConnected; }, 5s))
+    GTEST_SKIP() << "this machine has no multicast";
+  EXPECT_FALSE(bus.hasRival()) << "its own come back";
+  EXPECT_TRUE(publishUntil(
+      true, [&] { return bus.hasRival() && other.hasRival(); }, 2s));
+  EXPECT_TRUE(publishUntil(
+      false, [&] { return !bus.hasRival(); }, 6s));
+}
 
 TEST_F(Bus, SendsWhatTheOtherThreadsHandItEachOnItsChannel) {
   const Timestamp stamp = monotonicNow();
@@ -70,31 +106,31 @@ TEST_F(Bus, SendsWhatTheOtherThreadsHandItEachOnItsChannel) {
   wheels.sample.T_wheels_base = {1.0, 2.0, 0.5};
   wheels.angles = {7.0, 8.0, 9.0, 10.0};
   wheels.count = 2;
-  exchange->wheels_out.tryPush(wheels);
-  exchange->imu_out.tryPush({stamp + 2ms, {0.1, 0.2, 0.3}, {1.0, 2.0, 9.0}});
+  channels->raw.wheels.tryPush(wheels);
+  channels->raw.imu.tryPush({stamp + 2ms, {0.1, 0.2, 0.3}, {1.0, 2.0, 9.0}});
   const auto scan = std::make_unique<ReceivedScan>();
   scan->scan.stamp = stamp + 3ms;
   scan->scan.push({.range = 2.5F, .bearing = 0.5F, .time_offset = 0.0F, .intensity = 15.0F});
-  exchange->scans_out.tryPush(*scan);
+  channels->raw.scans.tryPush(*scan);
   PseudoLaser laser;
   laser.stamp = stamp + 4ms;
   laser.size = 2;
-  exchange->views_out.tryPush(laser);
+  channels->raw.views.tryPush(laser);
   map_meta_t meta{};
   meta.tiles = 11;
-  exchange->map_meta.tryPush(meta);
+  channels->tiles.meta.tryPush(meta);
   map_tile_t tile{};
   tile.column = 12;
-  exchange->map_tiles.tryPush(tile);
+  channels->tiles.map.tryPush(tile);
   tile.column = 14;
-  exchange->lidar_tiles.tryPush(tile);
+  channels->tiles.lidar.tryPush(tile);
   tile.column = 15;
-  exchange->depth_tiles.tryPush(tile);
+  channels->tiles.depth.tryPush(tile);
   health_t health{};
   health.summary = "well";
-  exchange->health.tryPush(health);
-  exchange->map_answers.tryPush({.id = 13, .accepted = true, .message = "saved"});
-  BusThread bus(config, *exchange, clock);
+  channels->health.tryPush(health);
+  channels->answers.tryPush({.id = 13, .accepted = true, .message = "saved"});
+  BusThread bus(config, channels->bus(), clock);
   std::map<std::string, LogEvent> record;
   for (const LogEvent& event : recordOf(bus, 11)) EXPECT_TRUE(record.emplace(event.channel, event).second);
   ASSERT_EQ(record.size(), 11U);
@@ -124,54 +160,34 @@ TEST_F(Bus, SendsWhatTheOtherThreadsHandItEachOnItsChannel) {
   EXPECT_EQ(ack.message, "saved");
 }
 
-TEST_F(Bus, SendsPoseOnlyWhileThePoseIsValid) {
-  using enum LocalisationState;
-  BusThread bus(config, *exchange, clock);
-  PoseSnapshot snapshot;
-  snapshot.map_id = 5;
-  bus.worker().start();
-  std::int64_t messages = 0;
-  for (const LocalisationState state : {kInitialising, kLocalised, kDegraded, kLost}) {
-    snapshot.pose.state = state;
-    snapshot.pose.stamp = snapshot.odometry.stamp = monotonicNow();
-    snapshot.pose.T_map_base = {1.0 * static_cast<int>(state), 0.0, 0.0};
-    snapshot.odometry.T_odom_base = {0.0, 1.0 * static_cast<int>(state), 0.0};
-    snapshot.scans = state == kInitialising ? 0 : 1;  // one scan, which three snapshots tell of
-    snapshot.scan_received = monotonicNow();
-    exchange->pose_for_bus.store(snapshot);
-    exchange->bus_wakeup.notify();
-    messages += state == kLocalised || state == kDegraded ? 3 : 2;
-    ASSERT_TRUE(waitUntil([&] { return sent() >= messages; }));
-  }
+TEST_F(Bus, RecordsThePosesThatThePoseThreadSends) {
+  SentPose pose;
+  pose.pose.state = LocalisationState::kLocalised;
+  pose.map_id = 5;
+  BusThread bus(config, channels->bus(), clock);
+  for (pose.utime = 1; pose.utime <= 3; ++pose.utime) channels->sent_poses.tryPush(pose);
+  channels->raw.imu.tryPush({monotonicNow(), {0.1, 0.2, 0.3}, {1.0, 2.0, 9.0}});  // which it sends itself
   std::map<std::string, std::vector<LogEvent>> record;
-  for (const LogEvent& event : restOf(bus, messages)) record[event.channel].push_back(event);
-  ASSERT_EQ(record[channel::kPose].size(), 2U);
-  ASSERT_EQ(record[channel::kSlamPose].size(), 4U);
-  ASSERT_EQ(record[channel::kOdometry].size(), 4U);
-  EXPECT_EQ(decoded<bot_core::pose_t>(record[channel::kPose][0]).pos[0], 1.0);
-  EXPECT_EQ(decoded<bot_core::pose_t>(record[channel::kPose][1]).pos[0], 2.0);
-  for (std::size_t i = 0; i < 4; ++i) {
-    const auto pose = decoded<pose_estimate_t>(record[channel::kSlamPose][i]);
-    EXPECT_EQ(pose.state, i);
-    EXPECT_EQ(pose.map_id, 5);
-    EXPECT_EQ(pose.x, static_cast<double>(i));
-    EXPECT_EQ(decoded<odometry_t>(record[channel::kOdometry][i]).y, static_cast<double>(i));
+  for (const LogEvent& event : recordOf(bus, 1)) record[event.channel].push_back(event);
+  for (const char* name : {channel::kOdometry, channel::kSlamPose, channel::kPose}) {
+    EXPECT_EQ(record[name].size(), 3U) << name;
   }
-  EXPECT_EQ(exchange->scan_to_pose.summary().count, 1) << "each scan counts once";
+  EXPECT_EQ(decoded<pose_estimate_t>(record[channel::kSlamPose][2]).utime, 3);
+  EXPECT_EQ(sent(), 1) << "they are counted by who sends them";
 }
 
 TEST_F(Bus, AsksForTheWholeMapAsOftenAsConfigured) {
   for (const auto& [period, again] : {std::pair(0.002, true), {3600.0, false}}) {
     config.lcm.map_refresh = period;
-    exchange->refresh_map = false;
-    BusThread bus(config, *exchange, clock);
+    channels->requests.refresh = false;
+    BusThread bus(config, channels->bus(), clock);
     bus.worker().start();
-    ASSERT_TRUE(waitUntil([&] { return exchange->refresh_map.exchange(false); })) << "once at the start";
+    ASSERT_TRUE(waitUntil([&] { return channels->requests.refresh.exchange(false); })) << "once at the start";
     int asked = 0;
     const std::uint64_t ticks = bus.worker().ticks();
     ASSERT_TRUE(waitUntil([&] {
-      exchange->bus_wakeup.notify();
-      asked += exchange->refresh_map.exchange(false);
+      channels->bus_wakeup.notify();
+      asked += channels->requests.refresh.exchange(false);
       return again ? asked >= 30 : bus.worker().ticks() > ticks + 50;
     })) << period;
     EXPECT_EQ(asked > 0, again) << period;
@@ -202,13 +218,13 @@ class Asking {
 TEST_F(Bus, AnswersWhoAskedOverTheSocket) {
   config.runtime.socket = folder / "socket";
   config.lcm.commands = false;
-  BusThread bus(config, *exchange, clock);
+  BusThread bus(config, channels->bus(), clock);
   Asking first(config.runtime.socket), second(config.runtime.socket);  // it is there before the thread runs
   bus.worker().start();
   std::vector<MapCommand> commands;
   const auto taken = [&](std::size_t count) {
     return waitUntil([&] {
-      exchange->map_commands.drain([&](const MapCommand& command) { commands.push_back(command); });
+      channels->commands.map.drain([&](const MapCommand& command) { commands.push_back(command); });
       return commands.size() >= count;
     });
   };
@@ -218,9 +234,9 @@ TEST_F(Bus, AnswersWhoAskedOverTheSocket) {
   ASSERT_TRUE(taken(2));
   EXPECT_EQ(commands[0].kind, MapCommand::kSave);
   EXPECT_EQ(commands[1].kind, MapCommand::kReset);
-  exchange->map_answers.tryPush({commands[1].id, true, "a new map"});
-  exchange->map_answers.tryPush({commands[0].id, false, "the disk is full"});
-  exchange->bus_wakeup.notify();
+  channels->answers.tryPush({commands[1].id, true, "a new map"});
+  channels->answers.tryPush({commands[0].id, false, "the disk is full"});
+  channels->bus_wakeup.notify();
   const auto of_second = second.next<ack_t>(channel::kAck), of_first = first.next<ack_t>(channel::kAck);
   ASSERT_TRUE(of_first && of_second);
   EXPECT_EQ(of_second->id, 7);
@@ -239,28 +255,29 @@ TEST_F(Bus, AnswersWhoAskedOverTheSocket) {
 
   health_t health{};
   health.summary = "well";
-  exchange->health.tryPush(health);
-  exchange->bus_wakeup.notify();
+  channels->health.tryPush(health);
+  channels->bus_wakeup.notify();
   EXPECT_EQ(first.next<health_t>(channel::kHealth).value_or(health_t{}).summary, "well");
   EXPECT_EQ(second.next<health_t>(channel::kHealth).value_or(health_t{}).summary, "well");
-  EXPECT_EQ(exchange->socket_clients, 2U);
+  EXPECT_EQ(channels->bus_counters.socket_clients, 2U);
 }
 
 TEST_F(Bus, CountsWhatIsNoCommandOnTheSocket) {
   config.runtime.socket = folder / "socket";
-  BusThread bus(config, *exchange, clock);
+  BusThread bus(config, channels->bus(), clock);
   bus.worker().start();
   LocalClient client;
   ASSERT_EQ(client.open(config.runtime.socket), 0);
   EXPECT_TRUE(client.send(channel::kCommand, std::vector<std::uint8_t>{1, 2, 3}));
   EXPECT_TRUE(client.send(std::string(70, 'x'), {}));  // names no channel
-  EXPECT_TRUE(waitUntil([&] { return exchange->bad_messages == 1 && exchange->socket_bad == 1; }));
+  EXPECT_TRUE(
+      waitUntil([&] { return channels->bus_counters.bad_messages == 1 && channels->bus_counters.socket_bad == 1; }));
   EXPECT_EQ(bus.socketProblem(), "");
 }
 
 TEST_F(Bus, SaysWhyItsSocketIsNotOpen) {
   config.runtime.socket = folder / "missing/socket";
-  BusThread bus(config, *exchange, clock);
+  BusThread bus(config, channels->bus(), clock);
   bus.worker().start();
   EXPECT_TRUE(waitUntil([&] { return bus.socketProblem().find("missing/socket: No such file") != std::string::npos; }));
   std::filesystem::create_directory(folder / "missing");
@@ -270,7 +287,7 @@ TEST_F(Bus, SaysWhyItsSocketIsNotOpen) {
 TEST_F(Bus, TalksToTheGroupThatIsConfigured) {
   for (const char* url : {"udpm://239.255.76.67:7669?ttl=0", "udpm://239.255.76.70:7700?ttl=0"}) {
     config.lcm.url = url;
-    const BusThread bus(config, *exchange, clock);
+    const BusThread bus(config, channels->bus(), clock);
     EXPECT_EQ(bus.url().text, url);
     EXPECT_NE(std::string(url).find(bus.url().name()), std::string::npos) << bus.url().name();
   }

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "app/config_loader.hpp"
 #include "app/device_configs.hpp"
 #include "app/recorded_drive.hpp"
+#include "config/loader.hpp"
 #include "drivers/can/can_wheels.hpp"
 #include "mapping/map_files.hpp"
 #include "tools/common/trajectory.hpp"

@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "app/config_effects.hpp"
-#include "app/config_loader.hpp"
-#include "app/config_printer.hpp"
-#include "app/config_values.hpp"
 #include "build_paths.hpp"
+#include "config/config_values.hpp"
+#include "config/loader.hpp"
+#include "config/printer.hpp"
 
 namespace slam {
 namespace {

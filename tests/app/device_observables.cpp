@@ -45,7 +45,7 @@ std::string imuSettings(const Config& config) {
 
 std::string lidarSettings(const Config& config) {
   const RplidarConfig c = rplidarConfig(config);
-  return words(c.port, c.baud, c.scan_mode, c.range_min, c.range_max);
+  return words(c.port, c.baud, static_cast<int>(c.scan_mode), c.range_min, c.range_max);
 }
 
 std::string cameraSettings(const Config& config) {
@@ -101,9 +101,9 @@ std::string savedMap(const Config& original) {
   const Folder folder;
   Config config = original;
   if (!config.output.map.empty()) config.output.map = folder / "map";
-  const auto exchange = std::make_unique<Exchange>();
+  const auto channels = std::make_unique<Channels>();
   const WallClock clock;
-  MapperThread mapper(config, *exchange, clock);
+  MapperThread mapper(config, channels->mapper(), clock);
   mapper.finish();
   mapper.waitUntilSaved(monotonicNow() + std::chrono::seconds(10));
   return words(std::filesystem::exists(folder / "map.yaml"));

@@ -9,12 +9,12 @@
 #include <sys/stat.h>
 #include <vector>
 
-#include "app/config_loader.hpp"
-#include "app/config_printer.hpp"
 #include "app/recorder.hpp"
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
 #include "bus/event_log.hpp"
+#include "config/loader.hpp"
+#include "config/printer.hpp"
 #include "store/log_folder.hpp"
 #include "support/file_size_limit.hpp"
 #include "support/slow_disk.hpp"
@@ -43,9 +43,9 @@ struct Logging {
   }
   /// Adds a message and waits until it is written.
   [[nodiscard]] bool write(std::uint8_t value, std::size_t size = 1000) {
-    const std::uint64_t before = recorder.written();
+    const std::uint64_t before = recorder.counters().written;
     add(value, size);
-    return waitUntil([&] { return recorder.written() > before; });
+    return waitUntil([&] { return recorder.counters().written > before; });
   }
   MapAnswer ask(LogCommand::Kind kind, const std::string& what = "") {
     EXPECT_TRUE(log->command({kind, 7, what}));
@@ -178,7 +178,7 @@ TEST_F(FieldLogs, TakesRawSensorsOrAll) {
     EXPECT_TRUE(raw.log->takes(name)) << name;
   for (const char* name : {channel::kPose, channel::kMapTile, channel::kHealth, channel::kCommand})
     EXPECT_FALSE(raw.log->takes(name)) << name;
-  config.log.content = "all";
+  config.log.content = LogContent::kAll;
   config.log.directory = folder / "other";
   Logging all(config);
   EXPECT_TRUE(all.log->takes(channel::kMapTile));
@@ -199,7 +199,7 @@ TEST_F(FieldLogs, BeginsAndEndsAsCommanded) {
   EXPECT_EQ(files().size(), 2U);
   ASSERT_TRUE(logging.finish());
   EXPECT_THAT(values(), ElementsAre(2, 4));
-  EXPECT_EQ(logging.recorder.dropped(), 0U);
+  EXPECT_EQ(logging.recorder.counters().dropped, 0U);
 }
 
 TEST_F(FieldLogs, MarksThePresentFileAndTheOneJustBefore) {
@@ -301,7 +301,7 @@ TEST_F(FieldLogs, LeavesNoEmptyFileOnAFullDisk) {
   EXPECT_THAT(logging.problem(), HasSubstr("nothing is logged"));
   EXPECT_THAT(files(), IsEmpty());
   EXPECT_FALSE(logging.finish());
-  EXPECT_EQ(logging.recorder.dropped(), 1U);
+  EXPECT_EQ(logging.recorder.counters().dropped, 1U);
 }
 
 TEST_F(FieldLogs, GoesOnBehindAFullDiskWithWholeFiles) {
@@ -316,7 +316,7 @@ TEST_F(FieldLogs, GoesOnBehindAFullDiskWithWholeFiles) {
   ASSERT_TRUE(waitUntil([&] { return logging.problem().empty(); }));
   ASSERT_TRUE(logging.finish());
   EXPECT_THAT(values(), ElementsAre(1, 2, 3, 4, 5));
-  EXPECT_EQ(logging.recorder.dropped(), 0U);
+  EXPECT_EQ(logging.recorder.counters().dropped, 0U);
 }
 
 TEST_F(FieldLogs, LeavesAFolderToTheSlamdThatHasIt) {
@@ -336,14 +336,14 @@ TEST_F(FieldLogs, LetsNobodyWaitForADiskThatStalls) {
   test::HangingDisk disk;
   ASSERT_TRUE(waitUntil([&] {
     logging.add(2);
-    return logging.recorder.report(monotonicNow()).waiting > 0ms && logging.recorder.dropped() > 0;
+    return logging.recorder.report(monotonicNow()).waiting > 0ms && logging.recorder.counters().dropped > 0;
   }));
   EXPECT_FALSE(logging.recorder.finish(monotonicNow() + 50ms));
   disk.release();
-  ASSERT_TRUE(
-      waitUntil([&] { return logging.recorder.finish(monotonicNow() + 10ms) || logging.recorder.written() > 1; }));
+  ASSERT_TRUE(waitUntil(
+      [&] { return logging.recorder.finish(monotonicNow() + 10ms) || logging.recorder.counters().written > 1; }));
   (void)logging.finish();
-  EXPECT_EQ(values().size(), logging.recorder.written());
+  EXPECT_EQ(values().size(), logging.recorder.counters().written);
 }
 
 }  // namespace

@@ -34,9 +34,9 @@ class GraphKeeping : public testing::Test {
   }
   ~GraphKeeping() override { stop(); }
   void start() {
-    exchange = std::make_unique<Exchange>();
-    graph = std::make_unique<GraphThread>(config, *exchange, clock);
-    mapper = std::make_unique<MapperThread>(config, *exchange, clock);
+    channels = std::make_unique<Channels>();
+    graph = std::make_unique<GraphThread>(config, channels->graph(), clock);
+    mapper = std::make_unique<MapperThread>(config, channels->mapper(), clock);
     graph->worker().start();
     mapper->worker().start();
   }
@@ -62,7 +62,7 @@ class GraphKeeping : public testing::Test {
       keyframe->storage[static_cast<std::size_t>(keyframe->size++)] = {static_cast<float>(2.0 * std::cos(angle)),
                                                                        static_cast<float>(2.0 * std::sin(angle))};
     }
-    ASSERT_TRUE(exchange->keyframes.tryPush(*keyframe));
+    ASSERT_TRUE(channels->front_end.keyframes.tryPush(*keyframe));
   }
   int stored() const {
     const auto name = MapStore::newest(folder / "maps");
@@ -72,7 +72,7 @@ class GraphKeeping : public testing::Test {
   std::optional<MapAnswer> answer() {
     std::optional<MapAnswer> got;
     const bool there = waitUntil([&] {
-      exchange->map_answers.popOne([&](const MapAnswer& next_one) { got = next_one; });
+      channels->answers.popOne([&](const MapAnswer& next_one) { got = next_one; });
       return got.has_value();
     });
     EXPECT_TRUE(there);
@@ -82,7 +82,7 @@ class GraphKeeping : public testing::Test {
   const test::Folder folder;
   Config config;
   WallClock clock;
-  std::unique_ptr<Exchange> exchange;
+  std::unique_ptr<Channels> channels;
   std::unique_ptr<GraphThread> graph;
   std::unique_ptr<MapperThread> mapper;
   std::unique_ptr<Keyframe> keyframe = std::make_unique<Keyframe>();
@@ -91,7 +91,7 @@ class GraphKeeping : public testing::Test {
 
 TEST_F(GraphKeeping, GoesOnWhileTheDiskHangsAndStoresAllOfItThen) {
   start();
-  keyframe->map_id = graph->firstLocalizer()->mapId();
+  keyframe->map_id = graph->firstFrontEnd()->mapId();
   for (int i = 0; i < 3; ++i) drive();
   ASSERT_TRUE(waitUntil([&] { return stored() == 3; }));
   HangingDisk disk;
@@ -100,7 +100,7 @@ TEST_F(GraphKeeping, GoesOnWhileTheDiskHangsAndStoresAllOfItThen) {
   const std::uint64_t ticks = graph->worker().ticks();
   for (int i = 0; i < 5; ++i) drive();
   ASSERT_TRUE(waitUntil([&] { return graph->worker().ticks() > ticks + 10; })) << "the watchdog's thread ticks";
-  ASSERT_TRUE(waitUntil([&] { return exchange->map_keyframes == 9; })) << "the map is drawn";
+  ASSERT_TRUE(waitUntil([&] { return channels->map_keyframes == 9; })) << "the map is drawn";
   EXPECT_GT(waiting(), 300ms);
   disk.release();
   EXPECT_TRUE(waitUntil([&] { return stored() == 9; })) << stored() << " what came meanwhile is stored, too";
@@ -108,14 +108,14 @@ TEST_F(GraphKeeping, GoesOnWhileTheDiskHangsAndStoresAllOfItThen) {
 
 TEST_F(GraphKeeping, CallsAMapSavedWhenItIsOnTheDisk) {
   start();
-  keyframe->map_id = graph->firstLocalizer()->mapId();
+  keyframe->map_id = graph->firstFrontEnd()->mapId();
   drive();
   ASSERT_TRUE(waitUntil([&] { return stored() == 1; }));
   drive();
   HangingDisk disk;
-  ASSERT_TRUE(exchange->map_commands.tryPush({MapCommand::kSave, 7, ""}));
+  ASSERT_TRUE(channels->commands.map.tryPush({MapCommand::kSave, 7, ""}));
   ASSERT_TRUE(waitUntil([&] { return waiting() > 200ms; }));
-  EXPECT_FALSE(exchange->map_answers.popOne([](const MapAnswer& early) { ADD_FAILURE() << early.message; }));
+  EXPECT_FALSE(channels->answers.popOne([](const MapAnswer& early) { ADD_FAILURE() << early.message; }));
   disk.release();
   const auto saved = answer();
   ASSERT_TRUE(saved);
@@ -126,13 +126,13 @@ TEST_F(GraphKeeping, CallsAMapSavedWhenItIsOnTheDisk) {
 
 TEST_F(GraphKeeping, SavesThePresentMapUnderItsOwnNameAndGoesOn) {
   start();
-  keyframe->map_id = graph->firstLocalizer()->mapId();
+  keyframe->map_id = graph->firstFrontEnd()->mapId();
   drive();
   ASSERT_TRUE(waitUntil([&] { return stored() == 1; }));
   const std::string name = *MapStore::newest(folder / "maps");
   for (int i = 2; i < 5; ++i) {
     drive();
-    ASSERT_TRUE(exchange->map_commands.tryPush({MapCommand::kSave, i, name}));
+    ASSERT_TRUE(channels->commands.map.tryPush({MapCommand::kSave, i, name}));
     const auto saved = answer();
     ASSERT_TRUE(saved);
     EXPECT_EQ(saved->message, "saved as " + name);
@@ -143,13 +143,13 @@ TEST_F(GraphKeeping, SavesThePresentMapUnderItsOwnNameAndGoesOn) {
 
 TEST_F(GraphKeeping, RefusesCommandsThatADiskWouldKeepWaiting) {
   start();
-  keyframe->map_id = graph->firstLocalizer()->mapId();
+  keyframe->map_id = graph->firstFrontEnd()->mapId();
   drive();
   ASSERT_TRUE(waitUntil([&] { return stored() == 1; }));
   HangingDisk disk;
   drive();
   ASSERT_TRUE(waitUntil([&] { return waiting() > 100ms; }));
-  ASSERT_TRUE(exchange->map_commands.tryPush({MapCommand::kReset, 8, ""}));
+  ASSERT_TRUE(channels->commands.map.tryPush({MapCommand::kReset, 8, ""}));
   const auto refused = answer();  // before the one who asked has given up
   ASSERT_TRUE(refused);
   EXPECT_FALSE(refused->accepted);
@@ -157,13 +157,33 @@ TEST_F(GraphKeeping, RefusesCommandsThatADiskWouldKeepWaiting) {
   disk.release();
   ASSERT_TRUE(waitUntil([&] { return stored() == 2; }));
   ASSERT_TRUE(waitUntil([&] { return waiting() < 1s; })) << "the job that hung has ended, too";
-  ASSERT_TRUE(exchange->map_commands.tryPush({MapCommand::kReset, 9, ""}));
+  ASSERT_TRUE(channels->commands.map.tryPush({MapCommand::kReset, 9, ""}));
   EXPECT_TRUE(answer()->accepted);
+}
+
+TEST_F(GraphKeeping, RefusesACommandWhoseCheckpointHangs) {
+  start();
+  keyframe->map_id = graph->firstFrontEnd()->mapId();
+  drive();
+  ASSERT_TRUE(waitUntil([&] { return stored() == 1 && waiting() == Duration(0); }));
+  HangingDisk disk;
+  ASSERT_TRUE(channels->commands.map.tryPush({MapCommand::kReset, 8, ""}));
+  const auto refused = answer();
+  ASSERT_TRUE(refused);
+  EXPECT_FALSE(refused->accepted);
+  EXPECT_THAT(refused->message, HasSubstr("disk does not answer"));
+  disk.release();
+  ASSERT_TRUE(waitUntil([&] {  // the next one is taken as soon as the job has ended
+    EXPECT_TRUE(channels->commands.map.tryPush({MapCommand::kSave, 9, ""}));
+    const auto saved = answer();
+    return saved && saved->accepted;
+  }));
+  EXPECT_EQ(stored(), 1) << "what was refused was not done";
 }
 
 TEST_F(GraphKeeping, EndsInTimeOnADiskThatHangs) {
   start();
-  keyframe->map_id = graph->firstLocalizer()->mapId();
+  keyframe->map_id = graph->firstFrontEnd()->mapId();
   drive();
   ASSERT_TRUE(waitUntil([&] { return stored() == 1; }));
   HangingDisk disk;
@@ -182,42 +202,44 @@ TEST_F(GraphKeeping, EndsInTimeOnADiskThatHangs) {
 }
 
 TEST_F(GraphKeeping, HasNoPoseInAnEmptyMapToLocaliseIn) {
-  config.mode = "localise";
+  config.mode = RunMode::kLocalise;
   fs::create_directories(folder / "maps");
   start();
   EXPECT_THAT(graph->storage(monotonicNow()).problem, HasSubstr("no map to localise in"));
-  EXPECT_NE(graph->firstLocalizer()->estimate(Timestamp(1s)).state, LocalisationState::kLocalised);
-  keyframe->map_id = graph->firstLocalizer()->mapId();
+  EXPECT_NE(graph->firstFrontEnd()->estimate(Timestamp(1s)).state, LocalisationState::kLocalised);
+  keyframe->map_id = graph->firstFrontEnd()->mapId();
   keyframe->origin = KeyframeOrigin::kLost;
   drive();  // which has nothing to be found in
   MapStore(folder / "maps", "home").checkpoint(ChangingMap(5).map);
-  Localizer* found = nullptr;
-  ASSERT_TRUE(waitUntil([&] { return exchange->localizers.popOne([&](Localizer* fresh) { found = fresh; }); }));
-  const std::unique_ptr<Localizer> owned(found);
+  FrontEnd* found = nullptr;
+  ASSERT_TRUE(
+      waitUntil([&] { return channels->front_end.front_ends.popOne([&](FrontEnd* fresh) { found = fresh; }); }));
+  const std::unique_ptr<FrontEnd> owned(found);
   EXPECT_NE(found->mapId(), keyframe->map_id);
   EXPECT_EQ(graph->storage(monotonicNow()).problem, "");
 }
 
 TEST_F(GraphKeeping, LocalisesInTheMapAndExtendsItAgainByCommand) {
   start();
-  keyframe->map_id = graph->firstLocalizer()->mapId();
+  keyframe->map_id = graph->firstFrontEnd()->mapId();
   drive();
   ASSERT_TRUE(waitUntil([&] { return stored() == 1; }));
   drive();  // not yet in the checkpoint
   const auto changeTo = [&](MapCommand::Kind kind) {
-    EXPECT_TRUE(exchange->map_commands.tryPush({kind, 7, ""}));
+    EXPECT_TRUE(channels->commands.map.tryPush({kind, 7, ""}));
     const auto done = answer();
     EXPECT_TRUE(done && done->accepted) << (done ? done->message : "");
-    Localizer* fresh = nullptr;
-    EXPECT_TRUE(waitUntil([&] { return exchange->localizers.popOne([&](Localizer* next_one) { fresh = next_one; }); }));
-    const std::unique_ptr<Localizer> owned(fresh);
+    FrontEnd* fresh = nullptr;
+    EXPECT_TRUE(waitUntil(
+        [&] { return channels->front_end.front_ends.popOne([&](FrontEnd* next_one) { fresh = next_one; }); }));
+    const std::unique_ptr<FrontEnd> owned(fresh);
     if (owned) keyframe->map_id = owned->mapId();
   };
   changeTo(MapCommand::kLocalise);
   EXPECT_EQ(stored(), 2);
-  ASSERT_TRUE(exchange->map_commands.tryPush({MapCommand::kLocalise, 8, ""}));
+  ASSERT_TRUE(channels->commands.map.tryPush({MapCommand::kLocalise, 8, ""}));
   EXPECT_THAT(answer()->message, HasSubstr("already"));
-  ASSERT_TRUE(exchange->map_commands.tryPush({MapCommand::kSave, 9, ""}));
+  ASSERT_TRUE(channels->commands.map.tryPush({MapCommand::kSave, 9, ""}));
   EXPECT_FALSE(answer()->accepted);
   changeTo(MapCommand::kSlam);
   drive();
@@ -239,10 +261,11 @@ TEST_F(GraphKeeping, BeginsWithoutAMapThatTheDiskDoesNotGiveInTime) {
     disk << test::contentOf(aside);
     fs::rename(aside, file);  // the next checkpoint reads it again
   }
-  Localizer* found = nullptr;
-  ASSERT_TRUE(waitUntil([&] { return exchange->localizers.popOne([&](Localizer* fresh) { found = fresh; }); }));
-  const std::unique_ptr<Localizer> owned(found);
-  EXPECT_TRUE(waitUntil([&] { return exchange->map_keyframes == 5; }));
+  FrontEnd* found = nullptr;
+  ASSERT_TRUE(
+      waitUntil([&] { return channels->front_end.front_ends.popOne([&](FrontEnd* fresh) { found = fresh; }); }));
+  const std::unique_ptr<FrontEnd> owned(found);
+  EXPECT_TRUE(waitUntil([&] { return channels->map_keyframes == 5; }));
 }
 
 }  // namespace

@@ -103,7 +103,7 @@ TEST_F(MapKeeping, BeginsANewMapWhereThereIsNone) {
 
 TEST_F(MapKeeping, ReadsOnlyWhereItLocalises) {
   store("home", 1h, 5);
-  config.mode = "localise";
+  config.mode = RunMode::kLocalise;
   MapKeeper keeper(config);
   EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 5);
   EXPECT_FALSE(keeper.writes());
@@ -133,7 +133,7 @@ TEST_F(MapKeeping, KeepsTheModeWhereTheOtherHasNoMap) {
   EXPECT_FALSE(keeper.localises());
   EXPECT_TRUE(keeper.checkpoint(Timestamp(1h), ChangingMap(3).map, 1)) << keeper.problem();
 
-  config.mode = "localise";
+  config.mode = RunMode::kLocalise;
   config.store.directory = folder / "none";
   MapKeeper waiting(config);
   waiting.begin(kNow);
@@ -154,7 +154,7 @@ TEST_F(MapKeeping, CallsWrongWhatNoDiskCanHeal) {
   EXPECT_THAT(MapKeeper::misconfiguration(config), HasSubstr("store.map: is no name of a map"));
   config.store.map = "picture.yaml";
   EXPECT_THAT(MapKeeper::misconfiguration(config), HasSubstr("set mode to \"localise\""));
-  config.mode = "localise";
+  config.mode = RunMode::kLocalise;
   EXPECT_EQ(MapKeeper::misconfiguration(config), "");
   config.store.map = "home";
   EXPECT_EQ(MapKeeper::misconfiguration(config), "") << "it may still come";
@@ -163,7 +163,7 @@ TEST_F(MapKeeping, CallsWrongWhatNoDiskCanHeal) {
 }
 
 TEST_F(MapKeeping, WaitsForAMapToLocaliseIn) {
-  config.mode = "localise";
+  config.mode = RunMode::kLocalise;
   EXPECT_THAT(refusal(),
               AllOf(HasSubstr("no map to localise in: there is none in the folder"), HasSubstr("store.map")));
   config.store.map = "kitchen";
@@ -193,7 +193,7 @@ TEST_F(MapKeeping, UsesNoMapOfAnotherLidar) {
   config.store.map = "home";
   config.localizer.lidar.T_base_lidar.x += 0.1;
   EXPECT_THAT(refusal(), AllOf(HasSubstr("was made with the lidar at"), HasSubstr("fix [lidar]")));
-  config.mode = "localise";
+  config.mode = RunMode::kLocalise;
   EXPECT_THAT(refusal(), HasSubstr("was made with the lidar at"));
 }
 
@@ -201,9 +201,9 @@ TEST_F(MapKeeping, ExtendsNoPicture) {
   writeMapFiles(folder / "picture", renderMap(ChangingMap().map.grid), {});
   config.store.map = folder / "picture.yaml";
   EXPECT_THAT(refusal(), HasSubstr("a picture of a map cannot be extended"));
-  config.mode = "localise";
+  config.mode = RunMode::kLocalise;
   MapKeeper keeper(config);
-  EXPECT_TRUE(keeper.begin(kNow).picture_only);
+  EXPECT_EQ(keeper.begin(kNow).kind, MapKind::kFloorPlan);
   EXPECT_FALSE(keeper.writes());
 }
 
@@ -284,7 +284,7 @@ TEST_F(MapKeeping, BeginsWithoutTheFolderOfAllMapsAndStoresWhenItCanBeMade) {
     config.store.map = name;
     MapKeeper keeper(config);
     EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 0);
-    EXPECT_THAT(keeper.problem(), AllOf(HasSubstr("disk/maps"), HasSubstr("folder writable")));
+    EXPECT_THAT(keeper.problem(), AllOf(HasSubstr("disk/maps"), HasSubstr("or make the folder")));
     EXPECT_FALSE(keeper.checkpoint(kNow, ChangingMap(3).map, 1));
     fs::remove_all(folder / "disk");
     EXPECT_FALSE(keeper.retry(kNow + 5s));
@@ -417,7 +417,7 @@ TEST_F(MapKeeping, LeavesAMapToWhoWritesIt) {
   EXPECT_EQ(waiting.retry(kNow + 5s).value().keyframes.size(), 5) << "it is free";
   EXPECT_EQ(waiting.load("hall2", kNow).keyframes.size(), 2);
   EXPECT_EQ(second.load("home", kNow).keyframes.size(), 5);
-  other.mode = "localise";
+  other.mode = RunMode::kLocalise;
   EXPECT_NO_THROW(MapKeeper(other).begin(kNow)) << "who only reads needs no lock";
 }
 
@@ -453,36 +453,73 @@ TEST_F(MapKeeping, WritesTheJournalWhenSomethingChangedOrTheRobotMoved) {
   EXPECT_EQ(newestKeyframes(keeper.name()), 5);
 }
 
-TEST_F(MapKeeping, LogsAFullDiskOnceAndItsEndOnce) {
+TEST_F(MapKeeping, NamesAFullDiskWhileItIsFull) {
   MapKeeper keeper(config);
   keeper.begin(kNow);
   ChangingMap changing;
   ASSERT_TRUE(keeper.checkpoint(Timestamp(100s), changing.map, 1));
   for (int i = 0; i < 6; ++i) changing.addKeyframe(true);
   ASSERT_TRUE(keeper.journal(Timestamp(101s), changing.map, {}, 1));
-  testing::internal::CaptureStderr();
+  EXPECT_EQ(keeper.problem(), "");
   {
-    const test::FileSizeLimit limit(600);  // the journal is longer, what is logged here is not
+    const test::FileSizeLimit limit(600);  // the journal is longer
     for (int i = 2; i < 12; ++i) {
       changing.addKeyframe(true);
       keeper.journal(Timestamp(i * 100s), changing.map, {}, i);
       EXPECT_TRUE(keeper.journalDue(Timestamp(i * 100s + 50s), changing.map.T_map_base, i)) << "it is tried again";
       EXPECT_FALSE(keeper.checkpoint(Timestamp(i * 100s), changing.map, i));
       EXPECT_TRUE(keeper.checkpointDue(Timestamp(i * 100s + 1000s), i));
+      EXPECT_THAT(keeper.problem(), HasSubstr("not stored"));
     }
   }
-  const std::string failing = testing::internal::GetCapturedStderr();
-  EXPECT_EQ(std::count(failing.begin(), failing.end(), '\n'), 1) << failing;
-  EXPECT_THAT(failing, HasSubstr("not stored"));
-  testing::internal::CaptureStderr();
   keeper.journal(Timestamp(2000s), changing.map, {}, 12);
   EXPECT_EQ(newestKeyframes(keeper.name()), 20) << "also what was refused before";
   changing.addKeyframe(true);
   EXPECT_TRUE(keeper.checkpoint(Timestamp(2100s), changing.map, 13));
-  const std::string again = testing::internal::GetCapturedStderr();
-  EXPECT_EQ(std::count(again.begin(), again.end(), '\n'), 1) << again;
-  EXPECT_THAT(again, HasSubstr("written again"));
+  EXPECT_EQ(keeper.problem(), "");
   EXPECT_EQ(newestKeyframes(keeper.name()), 21);
+}
+
+TEST_F(MapKeeping, SaysSinceWhenAndHowMuchIsNotOnTheDisk) {
+  MapKeeper keeper(config);
+  keeper.begin(kNow);
+  ChangingMap changing;
+  ASSERT_TRUE(keeper.checkpoint(Timestamp(100s), changing.map, 1));
+  const int stored = changing.map.keyframes.size();
+  EXPECT_EQ(keeper.stored(), stored);
+  for (int i = 0; i < 6; ++i) changing.addKeyframe(true);
+  {
+    const test::FileSizeLimit limit(100);
+    EXPECT_FALSE(keeper.journal(Timestamp(200s), changing.map, {}, 2));
+  }
+  EXPECT_EQ(keeper.stored(), stored);
+  EXPECT_THAT(keeper.problem(),
+              testing::MatchesRegex(
+                  "not written since [0-9][0-9]:[0-9][0-9]: .*journal.*File too large; the map is not "
+                  "stored, 6 of " +
+                  std::to_string(stored + 6) + " keyframes are in memory alone, slamd tries again; make room.*"));
+  EXPECT_TRUE(keeper.journal(Timestamp(300s), changing.map, {}, 2));
+  EXPECT_EQ(keeper.stored(), stored + 6);
+}
+
+TEST_F(MapKeeping, GoesOnInItsMapWhenTheDiskIsBack) {
+  MapKeeper keeper(config);
+  keeper.begin(kNow);
+  ChangingMap changing;
+  ASSERT_TRUE(keeper.checkpoint(Timestamp(100s), changing.map, 1));
+  const std::string name = keeper.name();
+  fs::rename(folder / "maps", folder / "away");
+  changing.addKeyframe(true);
+  EXPECT_FALSE(keeper.journal(Timestamp(200s), changing.map, {}, 2));
+  EXPECT_THAT(keeper.problem(), HasSubstr("not written since"));
+  ASSERT_TRUE(keeper.retryDue(Timestamp(300s)));
+  fs::rename(folder / "away", folder / "maps");
+  keeper.retry(Timestamp(300s));
+  EXPECT_EQ(keeper.name(), name) << "nobody else has written it";
+  ASSERT_TRUE(keeper.checkpointDue(Timestamp(300s), 2));
+  EXPECT_TRUE(keeper.checkpoint(Timestamp(300s), changing.map, 2)) << keeper.problem();
+  EXPECT_EQ(keeper.problem(), "");
+  EXPECT_EQ(newestKeyframes(name), changing.map.keyframes.size());
 }
 
 }  // namespace

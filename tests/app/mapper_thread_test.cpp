@@ -24,12 +24,12 @@ class MapFiles : public testing::Test {
   const test::Folder folder;
   Config config;
   WallClock clock;
-  Exchange exchange;
+  Channels channels;
 };
 
 TEST_F(MapFiles, AreWrittenWhereTheirFolderCanBeMade) {
   config.output.map = folder / "a/b/map";
-  MapperThread mapper(config, exchange, clock);
+  MapperThread mapper(config, channels.mapper(), clock);
   mapper.finish();
   EXPECT_TRUE(mapper.waitUntilSaved(monotonicNow() + 20s));
   EXPECT_TRUE(fs::exists(folder / "a/b/map.yaml"));
@@ -39,12 +39,12 @@ TEST_F(MapFiles, AreWrittenWhereTheirFolderCanBeMade) {
 TEST_F(MapFiles, AreReportedAsSoonAsTheirFolderIsOfNoUse) {
   folder.write("disk", "not mounted yet");
   config.output.map = folder / "disk/map";
-  MapperThread mapper(config, exchange, clock);
+  MapperThread mapper(config, channels.mapper(), clock);
   mapper.worker().start();
   ASSERT_TRUE(waitUntil([&] { return !problemOf(mapper).empty(); }));
   EXPECT_THAT(problemOf(mapper), testing::AllOf(HasSubstr("disk"), HasSubstr("output.map")));
-  exchange.save_map = true;
-  ASSERT_TRUE(waitUntil([&] { return exchange.map_saved == SaveOutcome::kFailed; }));
+  channels.requests.save = true;
+  ASSERT_TRUE(waitUntil([&] { return channels.requests.saved == SaveOutcome::kFailed; }));
   fs::remove(folder / "disk");
   ASSERT_TRUE(waitUntil([&] { return problemOf(mapper).empty(); })) << problemOf(mapper);
   mapper.worker().stop();
@@ -56,16 +56,16 @@ TEST_F(MapFiles, AreReportedAsSoonAsTheirFolderIsOfNoUse) {
 TEST_F(MapFiles, KeepNobodyWaitingForADiskThatHangs) {
   config.output.map = folder / "map";
   ASSERT_EQ(mkfifo((folder / "map.pgm.new").c_str(), 0600), 0);  // whoever opens it to write waits
-  MapperThread mapper(config, exchange, clock);
+  MapperThread mapper(config, channels.mapper(), clock);
   mapper.worker().start();
-  exchange.save_map = true;
+  channels.requests.save = true;
   ASSERT_TRUE(waitUntil([&] { return mapper.storage(monotonicNow()).waiting > 200ms; }));
   const std::uint64_t ticks = mapper.worker().ticks();
   EXPECT_TRUE(waitUntil([&] { return mapper.worker().ticks() > ticks + 5; }));
-  EXPECT_EQ(exchange.map_saved, SaveOutcome::kNone);
+  EXPECT_EQ(channels.requests.saved, SaveOutcome::kNone);
   std::ifstream disk(folder / "map.pgm.new", std::ios::binary);  // it answers
   std::string all(std::istreambuf_iterator<char>(disk), {});
-  EXPECT_TRUE(waitUntil([&] { return exchange.map_saved == SaveOutcome::kSaved; }));
+  EXPECT_TRUE(waitUntil([&] { return channels.requests.saved == SaveOutcome::kSaved; }));
 }
 
 /// A mapper thread that draws scans, and what it hands to the bus.
@@ -80,13 +80,13 @@ class MapTiles : public testing::Test {
     change->map_id = map_id;
     change->stamp = stamp;
     change->scans.push_back({id, T_map_base, scan});
-    ASSERT_TRUE(exchange->map_changes.tryPush(change));
+    ASSERT_TRUE(channels->map.changes.tryPush(change));
   }
   /// Places of the tiles that come until so many are there, with all that the thread's tick sends beside them.
   std::vector<std::pair<int, int>> tiles(std::size_t count) {
     std::vector<std::pair<int, int>> places;
     const auto take = [&] {
-      exchange->map_tiles.drain([&](const map_tile_t& tile) {
+      channels->tiles.map.drain([&](const map_tile_t& tile) {
         places.emplace_back(tile.column, tile.row);
         map_ids.push_back(tile.map_id);
       });
@@ -101,7 +101,7 @@ class MapTiles : public testing::Test {
   map_meta_t meta() {
     std::optional<map_meta_t> last;
     EXPECT_TRUE(waitUntil([&] {
-      exchange->map_meta.drain([&](const map_meta_t& meta) { last = meta; });
+      channels->tiles.meta.drain([&](const map_meta_t& meta) { last = meta; });
       return last.has_value();
     }));
     return last.value_or(map_meta_t{});
@@ -109,8 +109,8 @@ class MapTiles : public testing::Test {
 
   Config config;
   WallClock clock;
-  std::unique_ptr<Exchange> exchange = std::make_unique<Exchange>();
-  MapperThread mapper{config, *exchange, clock};
+  std::unique_ptr<Channels> channels = std::make_unique<Channels>();
+  MapperThread mapper{config, channels->mapper(), clock};
   std::vector<std::int32_t> map_ids;
 };
 
@@ -128,13 +128,13 @@ TEST_F(MapTiles, AreSentWhenTheyChangeAndAllOfThemWhenAskedFor) {
   for (const auto& [column, row] : tiles(1)) EXPECT_LT(column, 0) << "the tile that has not changed is not sent again";
   const std::int32_t all = meta().tiles;
   ASSERT_GT(all, 1);
-  exchange->refresh_map = true;
+  channels->requests.refresh = true;
   const auto again = tiles(static_cast<std::size_t>(all));
   EXPECT_THAT(again, testing::Contains(std::pair(0, 0)));
   EXPECT_EQ(again.size(), static_cast<std::size_t>(all));
   EXPECT_EQ(meta().tiles, all);
-  EXPECT_FALSE(exchange->refresh_map);
-  EXPECT_EQ(exchange->map_keyframes, 2);
+  EXPECT_FALSE(channels->requests.refresh);
+  EXPECT_EQ(channels->map_keyframes, 2);
 }
 
 TEST_F(MapTiles, OfAnotherMapBeginAnew) {
@@ -159,21 +159,21 @@ TEST_F(MapTiles, ComeInLayersWhereTheDepthCameraHasSeen) {
   change->views.push_back({.keyframe = 0, .T_map_keyframe = {0.5, 0.5, 0.0}, .T_keyframe_base = {}, .view = view});
   draw(3, 0, {0.5, 0.5, 0.0});
   draw(3, 1, {-40.0, 0.5, 0.0});  // by the lidar alone
-  ASSERT_TRUE(exchange->map_changes.tryPush(change));
+  ASSERT_TRUE(channels->map.changes.tryPush(change));
   mapper.worker().start();
   std::vector<std::pair<int, int>> lidar, depth;
   const auto take = [&](auto& queue, auto& places) {
     queue.drain([&](const map_tile_t& tile) { places.emplace_back(tile.column, tile.row); });
   };
   ASSERT_TRUE(waitUntil([&] {
-    take(exchange->lidar_tiles, lidar);
-    take(exchange->depth_tiles, depth);
+    take(channels->tiles.lidar, lidar);
+    take(channels->tiles.depth, depth);
     return !lidar.empty() && !depth.empty();
   }));
   const std::uint64_t tick = mapper.worker().ticks();
   ASSERT_TRUE(waitUntil([&] { return mapper.worker().ticks() > tick + 2; }));
-  take(exchange->lidar_tiles, lidar);
-  take(exchange->depth_tiles, depth);
+  take(channels->tiles.lidar, lidar);
+  take(channels->tiles.depth, depth);
   EXPECT_THAT(lidar, testing::ElementsAre(std::pair(0, 0)));
   EXPECT_THAT(depth, testing::ElementsAre(std::pair(0, 0)));
 }
@@ -186,7 +186,7 @@ TEST_F(MapTiles, ComeAFewAtATime) {
   for (std::uint64_t tick = 0; count < all;) {
     ASSERT_TRUE(waitUntil([&] { return mapper.worker().ticks() > tick; }));
     tick = mapper.worker().ticks();
-    const std::size_t burst = exchange->map_tiles.drain([](const map_tile_t&) {});
+    const std::size_t burst = channels->tiles.map.drain([](const map_tile_t&) {});
     if (tick == 1) most = burst;
     count += burst;
   }

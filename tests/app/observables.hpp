@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "app/config.hpp"
+#include "config/config.hpp"
 
 /// What a configuration makes of slamd, in text: two texts differ where a key has an effect.
 namespace slam::test {
@@ -16,7 +16,7 @@ std::string roughDrive(const Config& config);      ///< slipping wheels, sensors
 std::string spinningWheels(const Config& config);  ///< wheels that spin for long; at the end the robot is pushed aside
 std::string carriedAway(const Config& config);     ///< lifted from one end of a ring of corridors to another place
 std::string ringDrive(const Config& config);       ///< once around the ring and on, with wheels alone in between
-std::string states(const Config& config);          ///< what a Localizer says at each step of the rough drive
+std::string states(const Config& config);          ///< what a FrontEnd says at each step of the rough drive
 
 // What a back end makes of simulated keyframes, and what is believed of wheels that slip for a while.
 std::string backEnd(const Config& config);      ///< more than once around the ring
@@ -25,7 +25,6 @@ std::string lostBackEnd(const Config& config);  ///< once around, then from an u
 std::string wheelTrust(const Config& config);
 
 // What is handed to drivers, threads and the front end.
-std::string frontEndSettings(const Config& config);
 std::string boardSettings(const Config& config);
 std::string canSettings(const Config& config);
 std::string imuSettings(const Config& config);

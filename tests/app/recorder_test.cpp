@@ -64,8 +64,8 @@ TEST_F(Recording, WritesWhatLcmReads) {
   const std::vector<int> values = valuesIn(folder / "record.lcm");
   ASSERT_EQ(values.size(), 100U);
   for (int i = 0; i < 100; ++i) EXPECT_EQ(values[static_cast<std::size_t>(i)], i);
-  EXPECT_EQ(recorder.written(), 100U);
-  EXPECT_EQ(recorder.dropped(), 0U);
+  EXPECT_EQ(recorder.counters().written, 100U);
+  EXPECT_EQ(recorder.counters().dropped, 0U);
   EXPECT_EQ(problemOf(recorder), "");
   lcm::LogFile log(folder / "record.lcm", "r");
   const lcm::LogEvent* event = log.readNextEvent();
@@ -87,11 +87,11 @@ TEST_F(Recording, LetsNobodyWaitForADiskThatStalls) {
   fill();  // more than the pipe takes
   ASSERT_TRUE(waitUntil([&] { return waits(recorder) && isFull(pipe); }));
   EXPECT_GE(recorder.report(monotonicNow() + 5s).waiting, 5s);
-  const std::uint64_t written = recorder.written();
+  const std::uint64_t written = recorder.counters().written;
   for (int i = 0; i < 3; ++i) fill();
-  EXPECT_GT(recorder.dropped(), 0U) << "what cannot be kept is dropped, and nobody waits";
-  EXPECT_EQ(recorder.written(), written);
-  EXPECT_THAT(problemOf(recorder), HasSubstr("messages are missing"));
+  EXPECT_GT(recorder.counters().dropped, 0U) << "what cannot be kept is dropped, and nobody waits";
+  EXPECT_EQ(recorder.counters().written, written);
+  EXPECT_THAT(recorder.report(monotonicNow()).lost, HasSubstr("messages are missing"));
   EXPECT_FALSE(recorder.finish(monotonicNow() + 50ms)) << "the end does not wait for ever either";
 
   // The disk is there again.
@@ -107,7 +107,7 @@ TEST_F(Recording, LetsNobodyWaitForADiskThatStalls) {
   drain();
   copy.close();
   close(reader);
-  EXPECT_EQ(valuesIn(folder / "copy.lcm").size(), recorder.written());
+  EXPECT_EQ(valuesIn(folder / "copy.lcm").size(), recorder.counters().written);
 }
 
 TEST_F(Recording, BeginsWhenItsFolderCanBeMade) {
@@ -127,7 +127,7 @@ TEST_F(Recording, BeginsWhenItsFolderCanBeMade) {
 TEST_F(Recording, GoesOnWhereItsFolderWasRemoved) {
   Recorder recorder("record", std::make_unique<RecordFile>(folder / "disk/record.lcm"));
   add(recorder, 1);
-  ASSERT_TRUE(waitUntil([&] { return recorder.written() == 1; }));
+  ASSERT_TRUE(waitUntil([&] { return recorder.counters().written == 1; }));
   fs::remove_all(folder / "disk");
   add(recorder, 2);
   ASSERT_TRUE(recorder.finish(soon()));
@@ -137,17 +137,17 @@ TEST_F(Recording, GoesOnWhereItsFolderWasRemoved) {
 TEST_F(Recording, GoesOnBehindAFullDiskWithWholeMessages) {
   Recorder recorder("record", std::make_unique<RecordFile>(folder / "record.lcm"));
   add(recorder, 1);
-  ASSERT_TRUE(waitUntil([&] { return recorder.written() == 1; }));
+  ASSERT_TRUE(waitUntil([&] { return recorder.counters().written == 1; }));
   {
     const test::FileSizeLimit limit(5000);
     for (int i = 2; i < 12; ++i) add(recorder, static_cast<std::uint8_t>(i));
     ASSERT_TRUE(waitUntil([&] { return !problemOf(recorder).empty(); }));
-    EXPECT_EQ(valuesIn(folder / "record.lcm").size(), recorder.written());
+    EXPECT_EQ(valuesIn(folder / "record.lcm").size(), recorder.counters().written);
   }
   ASSERT_TRUE(waitUntil([&] { return problemOf(recorder).empty(); }));
   ASSERT_TRUE(recorder.finish(soon()));
   EXPECT_EQ(valuesIn(folder / "record.lcm").size(), 11U);
-  EXPECT_EQ(recorder.dropped(), 0U);
+  EXPECT_EQ(recorder.counters().dropped, 0U);
 }
 
 TEST_F(Recording, KeepsWhatARestartFinds) {
@@ -187,7 +187,7 @@ TEST_F(Recording, CountsWhatItCouldNotWriteAtTheEnd) {
   Recorder recorder("record", std::make_unique<RecordFile>(folder / "disk/record.lcm"));
   for (int i = 0; i < 7; ++i) add(recorder, 1);
   EXPECT_FALSE(recorder.finish(soon()));
-  EXPECT_EQ(recorder.dropped(), 7U);
+  EXPECT_EQ(recorder.counters().dropped, 7U);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "app/observables.hpp"
 #include "app/recorded_drive.hpp"
 #include "bus/checked_decode.hpp"
+#include "frontend/front_end.hpp"
 #include "support/simulated_keyframes.hpp"
 #include "tools/files.hpp"
 #include "tools/replay/replay.hpp"
@@ -25,14 +26,9 @@ class Log {
 };
 
 void countersInto(std::ostream& out, const ReplayStats& stats) {
-  const LocalizerCounters& c = stats.localizer;
-  for (const auto value :
-       {c.scans, c.matched, c.partly_observable, c.unmatched, c.gated, c.keyframes, c.lost, c.searched, c.scans_held,
-        c.scans_too_late, c.scans_repeated, c.scans_retimed, c.clock_resets, c.samples_late, c.samples_too_old,
-        c.wheels_withdrawn, c.far_ahead, c.views, c.views_unplaced}) {
-    out << value << ' ';
-  }
-  out << stats.loop_closures << ' ' << stats.revoked << ' ' << stats.relocalised << ' ' << stats.begun_anew << '\n';
+  const auto add = [&](const CounterInfo&, const auto& value) { out << value << ' '; };
+  visitCounters(stats.localizer, add);
+  visitCounters(stats.back_end, add);
   for (const std::string& warning : stats.warnings) out << warning << '\n';
 }
 
@@ -181,20 +177,18 @@ std::string spinningWheels(const Config& config) { return replayed(config, spinn
 std::string carriedAway(const Config& config) { return replayed(config, carriedLog()); }
 std::string ringDrive(const Config& config) { return replayed(config, ringLog()); }
 
-std::string frontEndSettings(const Config& config) { return std::to_string(localizerConfig(config).max_doubt); }
-
 std::string states(const Config& config) {
-  Localizer localizer(localizerConfig(config));
+  FrontEnd front_end(localizerConfig(config));
   EventLogReader log(roughLog().file);
   std::ostringstream text;
   text << std::setprecision(6);
   for (LogEvent event; log.next(event);) {
-    if (event.channel == channel::kWheels) localizer.add(*fromMessage(*decodeChecked<wheels_t>(event.data)));
-    if (event.channel == channel::kImu) localizer.add(*fromMessage(*decodeChecked<imu_t>(event.data)));
-    if (event.channel == channel::kScan) localizer.add(*fromMessage(*decodeChecked<scan_t>(event.data)));
+    if (event.channel == channel::kWheels) front_end.add(*fromMessage(*decodeChecked<wheels_t>(event.data)));
+    if (event.channel == channel::kImu) front_end.add(*fromMessage(*decodeChecked<imu_t>(event.data)));
+    if (event.channel == channel::kScan) front_end.add(*fromMessage(*decodeChecked<scan_t>(event.data)));
     const Timestamp now = fromMicroseconds(event.utime);
-    const PoseEstimate pose = localizer.estimate(now);
-    const OdometryEstimate odometry = localizer.odometry(now);
+    const PoseEstimate pose = front_end.estimate(now);
+    const OdometryEstimate odometry = front_end.odometry(now);
     text << nameOf(pose.state) << ' ' << pose.T_map_base.vector().transpose() << ' '
          << pose.covariance.diagonal().transpose() << ' ' << odometry.T_odom_base.vector().transpose() << ' '
          << odometry.covariance.diagonal().transpose() << ' ' << odometry.twist.vx << ' ' << odometry.twist.omega << ' '

@@ -9,8 +9,8 @@
 #include <optional>
 #include <unistd.h>
 
-#include "app/config_loader.hpp"
 #include "build_paths.hpp"
+#include "config/loader.hpp"
 #include "store/map_store.hpp"
 #include "tools/common/trajectory.hpp"
 #include "tools/replay/replay.hpp"

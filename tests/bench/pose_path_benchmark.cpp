@@ -8,8 +8,8 @@
 #include <thread>
 #include <vector>
 
-#include "posegraph/optimiser.hpp"
-#include "slam/localizer.hpp"
+#include "frontend/front_end.hpp"
+#include "graph/optimiser.hpp"
 #include "support/simulated_campus.hpp"
 #include "support/simulated_room.hpp"
 
@@ -69,13 +69,13 @@ void scanOfThePosePath(benchmark::State& state) {
   std::vector<double> times;
   state.counters["realtime"] = scheduleAsThePosePath(true) ? 1.0 : 0.0;
   for (auto _ : state) {
-    auto localizer = std::make_unique<Localizer>(LocalizerConfig{});
+    auto front_end = std::make_unique<FrontEnd>(LocalizerConfig{});
     Timestamp now{100s};
     for (int i = 0; i < kScans; ++i) {
       LaserScan& scan = scans[static_cast<std::size_t>(i) % scans.size()];
       scan.stamp = now += 100ms;
       const auto begin = std::chrono::steady_clock::now();
-      benchmark::DoNotOptimize(localizer->add(scan));
+      benchmark::DoNotOptimize(front_end->add(scan));
       times.push_back(std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - begin).count());
     }
   }

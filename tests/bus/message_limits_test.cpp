@@ -79,7 +79,9 @@ TEST(MessageLimits, OfAScan) {
                                     {"range_max NaN", [](scan_t& m) { m.range_max = NAN; }, false},
                                     {"range_max infinite", [](scan_t& m) { m.range_max = INFINITY; }, false},
                                     {"full", [&](scan_t& m) { resize(m, LaserScan::kCapacity); }, true},
-                                    {"one more", [&](scan_t& m) { resize(m, LaserScan::kCapacity + 1); }, false}});
+                                    {"one more", [&](scan_t& m) { resize(m, LaserScan::kCapacity + 1); }, true},
+                                    {"range_max not given", [](scan_t& m) { m.range_max = 0.0F; }, true},
+                                    {"range_max below 0", [](scan_t& m) { m.range_max = -0.01F; }, false}});
 }
 
 TEST(MessageLimits, OfABeamMakeItNoReturnWhereItStands) {

@@ -43,5 +43,21 @@ TEST(PacketDispatcher, CountsWhatItDropsAndGoesOn) {
   EXPECT_EQ(taken, 1);
 }
 
+TEST(PacketDispatcher, PutsTogetherWhatMayBeLarge) {
+  PacketDispatcher dispatcher;
+  std::vector<std::size_t> scans;
+  int commands = 0;
+  dispatcher.subscribe(
+      "SLAM_SCAN", [&](auto data) { scans.push_back(data.size()); }, /*may_be_large=*/true);
+  dispatcher.subscribe("SLAM_COMMAND", [&](auto) { ++commands; });
+  for (const char* channel : {"SLAM_SCAN", "SLAM_COMMAND"}) {
+    dispatcher.take(test::fragmentOf({100'000, 0, 0, 2}, channel, 60'000));
+    dispatcher.take(test::fragmentOf({100'000, 60'000, 1, 2}, "", 40'000));
+  }
+  EXPECT_EQ(scans, std::vector<std::size_t>{100'000});
+  EXPECT_EQ(commands, 0);
+  EXPECT_EQ(dispatcher.tooLarge(), "SLAM_COMMAND");
+}
+
 }  // namespace
 }  // namespace slam

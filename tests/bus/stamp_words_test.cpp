@@ -21,7 +21,14 @@ TEST(StampWords, GiveTheAgeOfALogThatIsPlayed) {
 TEST(StampWords, NameAClockThatIsAhead) {
   StampWords words;
   EXPECT_STREQ(words.of(-900ms), "");
-  EXPECT_EQ(std::string(words.of(-30s)), "stamps are 30 s ahead, the samples are not used: set the sender's clock");
+  EXPECT_TRUE(std::string(words.of(-30s)).starts_with("stamps are 30 s ahead: the clocks differ"));
+}
+
+TEST(StampWords, NameASmallDifferenceOfClocksWhereItIsNoDelay) {
+  StampWords words;
+  EXPECT_STREQ(words.of(2s), "");
+  EXPECT_TRUE(std::string(words.of(2s, true)).starts_with("stamps are 2.0 s old"));
+  EXPECT_TRUE(std::string(words.of(-200ms, true)).starts_with("stamps are 0.2 s ahead"));
 }
 
 TEST(StampWords, StayTheSameWhileSamplesAreLateByTurns) {

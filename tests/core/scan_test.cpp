@@ -9,7 +9,25 @@
 namespace slam {
 namespace {
 
-static_assert(std::is_trivially_copyable_v<LaserScan>, "a scan crosses queues as plain memory");
+static_assert(std::is_trivially_copyable_v<Beam> && std::is_nothrow_destructible_v<LaserScan>);
+
+TEST(LaserScan, IsCopiedWithTheBeamsThatItHas) {
+  const auto scan = std::make_unique<LaserScan>();
+  scan->stamp = Timestamp(std::chrono::seconds(7));
+  scan->range_min = 0.25F;
+  scan->range_max = 9.0F;
+  for (int i = 0; i < 3; ++i) scan->push({.range = 1.0F + static_cast<float>(i), .bearing = 0.5F});
+  const auto copy = std::make_unique<LaserScan>(*scan), assigned = std::make_unique<LaserScan>();
+  assigned->push({.range = 8.0F});
+  *assigned = *scan;
+  for (const LaserScan* other : {copy.get(), assigned.get()}) {
+    EXPECT_EQ(other->stamp, scan->stamp);
+    EXPECT_EQ(other->range_min, 0.25F);
+    EXPECT_EQ(other->range_max, 9.0F);
+    ASSERT_EQ(other->size, 3);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(other->beams()[i].range, scan->beams()[i].range);
+  }
+}
 
 TEST(LaserScan, TakesBeamsInOrderUntilItIsFull) {
   const auto scan = std::make_unique<LaserScan>();

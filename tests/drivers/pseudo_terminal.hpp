@@ -85,15 +85,4 @@ class PseudoTerminal {
   int master_ = -1, keeper_ = -1;
 };
 
-/// Polls a condition of another thread. @return false when it did not come true in time
-template <typename Condition>
-[[nodiscard]] bool waitUntil(Condition&& condition, Duration limit = std::chrono::seconds(20)) {
-  const Timestamp deadline = monotonicNow() + limit;
-  while (!condition()) {
-    if (monotonicNow() > deadline) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return true;
-}
-
 }  // namespace slam::test

@@ -74,10 +74,6 @@ class VirtualLine {
     void discardInput() override { line_.arrived_.clear(); }
     bool setDtr(bool) override { return false; }
 
-   protected:
-    int descriptor() const override { return -1; }
-    int take(std::span<std::uint8_t>) override { return -1; }
-
    private:
     VirtualLine& line_;
   };

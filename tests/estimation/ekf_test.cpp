@@ -283,6 +283,113 @@ TEST(Ekf, ABaseThatCannotMoveSidewaysTakesNoWordOfIt) {
   EXPECT_EQ(straight.ekf.covariance(), drifting.ekf.covariance());
 }
 
+EkfConfig smooth() {
+  EkfConfig config;
+  config.smooth = true;
+  return config;
+}
+
+TEST(Ekf, OfASmoothPoseStandstillTellsTheBiasAndMovesNothing) {
+  const EkfConfig config = smooth();
+  for (const EkfConfig* each : {&config, &kConfig}) {
+    Drive drive(*each);
+    drive.speed = 0.5;
+    drive.wheel_rate = 0.1;  // from the first sample on: the bias is in the turn
+    drive.gyro = 0.1 + 0.05;
+    drive.run(20.0);
+    const Pose2 before = drive.ekf.pose();
+    drive.speed = drive.wheel_rate = 0.0;
+    drive.gyro = 0.05;
+    drive.run(2.0);
+    const Pose2 moved = between(before, drive.ekf.pose());
+    EXPECT_NEAR(drive.ekf.gyroBias(), 0.05, 0.002);
+    EXPECT_EQ(std::hypot(moved.x, moved.y) < 0.02 && std::abs(moved.theta) < 0.05, each->smooth) << moved.theta;
+    expectHealthy(drive.ekf, "standstill");
+  }
+}
+
+TEST(Ekf, OfASmoothPoseWhatWasDrivenInSilenceIsLeftOut) {
+  const EkfConfig config = smooth();
+  Drive drive(config);
+  drive.speed = 0.5;
+  drive.run(5.0);
+  const Pose2 before = drive.ekf.pose();
+  Ekf silent = drive.ekf;
+  for (int i = 0; i < 1000; ++i) {
+    silent.updateGyro(0.0);
+    silent.predict(silent.stamp() + milliseconds(10));
+  }
+  EXPECT_NEAR(between(before, silent.pose()).x, 0.5 * config.max_coast, 0.02);
+
+  Drive gap(config);
+  gap.speed = 0.5;
+  gap.run(5.0);
+  EXPECT_EQ(gap.ekf.updateWheels({0.5, 0.0, 0.0}, true, std::chrono::seconds(10), 0.0), UpdateResult::kUseless);
+  gap.ekf.predict(gap.ekf.stamp() + std::chrono::seconds(10));
+  EXPECT_LT(between(before, gap.ekf.pose()).x, 0.5 * config.max_coast + 0.02);
+
+  Drive slow(config);  // whose wheels are never faster
+  for (int i = 0; i < 4; ++i) {
+    slow.ekf.updateWheels({0.5, 0.0, 0.0}, true, std::chrono::seconds(3), std::nullopt);
+    slow.ekf.predict(slow.ekf.stamp() + std::chrono::seconds(3));
+  }
+  EXPECT_NEAR(slow.ekf.pose().x, 6.0, 0.1);
+}
+
+TEST(Ekf, LearnsTheGyroBiasAtTheFirstRestHoweverFarOffItIs) {
+  for (const double bias : {0.09, -0.3, 0.49}) {
+    Drive drive;
+    drive.gyro = bias;
+    drive.gyro_noise = 0.003;
+    drive.run(2.0);
+    EXPECT_NEAR(drive.ekf.gyroBias(), bias, 0.003);
+    EXPECT_NEAR(drive.ekf.pose().theta, 0.0, 0.002);
+    expectHealthy(drive.ekf, "bias");
+    drive.gyro = bias + 0.3;  // turned by hand: what is known of the bias stays
+    drive.run(2.0);
+    EXPECT_NEAR(drive.ekf.gyroBias(), bias, 0.01);
+    EXPECT_NEAR(drive.ekf.pose().theta, 0.6, 0.05);
+  }
+  Drive beyond;
+  beyond.gyro = 0.7;  // no bias is so large
+  beyond.run(2.0);
+  EXPECT_NEAR(beyond.ekf.gyroBias(), 0.0, 0.02);
+}
+
+TEST(Ekf, TurnsByTheWheelsAtOnceWhereTheGyroIsLost) {
+  Drive drive;
+  drive.speed = 0.5;
+  drive.wheel_rate = drive.gyro = 0.4;
+  drive.run(2.0);
+  ASSERT_TRUE(drive.ekf.gyroActive());
+  drive.ekf.loseGyro();
+  EXPECT_FALSE(drive.ekf.gyroActive());
+  const Pose2 before = drive.ekf.pose();
+  drive.ekf.updateWheels({0.5, 0.0, -0.4}, true, milliseconds(20), std::nullopt);
+  drive.ekf.predict(drive.ekf.stamp() + milliseconds(20));
+  EXPECT_NEAR(between(before, drive.ekf.pose()).theta, -0.008, 1e-3);
+}
+
+TEST(Ekf, TakesABiasFromElsewhereAndKeepsThePose) {
+  Drive drive;
+  drive.speed = 0.5;
+  drive.gyro = 0.02;
+  drive.run(5.0);
+  const Pose2 before = drive.ekf.pose();
+  const double turn_sigma = std::sqrt(drive.ekf.covariance()(Ekf::kTheta, Ekf::kTheta));
+  drive.ekf.setGyroBias(0.02, 1e-6);
+  EXPECT_EQ(before.vector(), drive.ekf.pose().vector());
+  EXPECT_EQ(drive.ekf.gyroBias(), 0.02);
+  EXPECT_NEAR(drive.ekf.covariance()(Ekf::kGyroBias, Ekf::kGyroBias), 1e-6, 1e-12);
+  EXPECT_EQ(std::sqrt(drive.ekf.covariance()(Ekf::kTheta, Ekf::kTheta)), turn_sigma);
+  expectHealthy(drive.ekf, "bias");
+  drive.ekf.setGyroBias(kNan, 1e-6);
+  drive.ekf.setGyroBias(0.5, 0.0);
+  EXPECT_EQ(drive.ekf.gyroBias(), 0.02);
+  drive.run(2.0);
+  EXPECT_NEAR(between(before, drive.ekf.pose()).theta, 0.0, 0.002);
+}
+
 TEST(Ekf, DoesNotCoastForeverNorBackInTime) {
   Drive drive;
   drive.speed = 1.0;

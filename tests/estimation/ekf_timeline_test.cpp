@@ -146,6 +146,32 @@ TEST(EkfTimeline, ARobotThatStopsIsBelievedAtOnce) {
   }
 }
 
+/// Wheels and a gyro in deg/s, of which it is known from `known_from` on that it tells nothing.
+EkfTimeline withWrongGyro(int known_from_ms, int until_ms) {
+  EkfTimeline timeline(kEkf, kTimeline);
+  for (int ms = 0; ms <= until_ms; ms += 10) {
+    timeline.add(wheels(ms, {0.0, 0.0, 0.0004 * ms}));
+    ImuSample sample = imu(ms, 23.0);
+    sample.rate_known = ms < known_from_ms;
+    timeline.add(sample);
+  }
+  return timeline;
+}
+
+TEST(EkfTimeline, AGyroThatTellsNothingLeavesTheTurnToTheWheels) {
+  EXPECT_NEAR(withWrongGyro(0, 2000).at(at(2000)).pose().theta, 0.8, 0.01);
+  EXPECT_GT(std::abs(wrapAngle(withWrongGyro(3000, 2000).at(at(2000)).pose().theta - 0.8)), 0.1) << "believed";
+}
+
+TEST(EkfTimeline, AGyroThatWasWrongIsTakenBackAsFarAsItIsKept) {
+  EkfTimeline timeline = withWrongGyro(3000, 800);
+  ASSERT_GT(std::abs(wrapAngle(timeline.at(at(800)).pose().theta - 0.32)), 0.1);
+  timeline.loseGyro();
+  EXPECT_NEAR(timeline.at(at(800)).pose().theta, 0.32, 0.01);
+  EXPECT_FALSE(timeline.at(at(800)).gyroActive());
+  EXPECT_EQ(timeline.at(at(800)).counters().gyro_fused, 0U);
+}
+
 TEST(EkfTimeline, WheelsThatFellSilentAtRestDoNotHoldADrivingRobot) {
   EkfTimeline timeline(kEkf, kTimeline);
   for (int ms = 0; ms <= 6000; ms += 10) {
@@ -388,6 +414,20 @@ TEST(EkfTimeline, ResultsAreOfTheInstantThatIsAskedFor) {
   EXPECT_EQ(timeline.at(at(3050)).stamp(), at(3050));
   EXPECT_EQ(timeline.at(at(0)).stamp(), timeline.oldestStamp());
   EXPECT_LE(timeline.oldestStamp(), at(2000));
+}
+
+TEST(EkfTimeline, ABiasFromElsewhereHoldsFromThenOnThoughSamplesComeLate) {
+  EkfTimeline timeline(kEkf, kTimeline);
+  timeline.add(GyroBias{0.3, 1e-6});  // nothing is known to begin with: it is not used
+  for (int ms = 0; ms <= 500; ms += 10) timeline.add(imu(ms, 0.02));
+  EXPECT_LT(timeline.at(at(500)).gyroBias(), 0.1);
+  const double before = timeline.at(at(500)).pose().theta;
+  timeline.add(GyroBias{0.02, 1e-6});
+  EXPECT_EQ(timeline.newestStamp(), at(500));
+  timeline.add(wheels(480, {}));  // late: the filter is run again from there
+  for (int ms = 510; ms <= 1500; ms += 10) timeline.add(imu(ms, 0.02));
+  EXPECT_NEAR(timeline.at(at(1500)).gyroBias(), 0.02, 1e-12);
+  EXPECT_NEAR(timeline.at(at(1500)).pose().theta, before, 1e-3);
 }
 
 TEST(EkfTimeline, DoesNotCoastForever) {

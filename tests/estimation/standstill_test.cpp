@@ -26,7 +26,7 @@ struct Robot {
     for (const Timestamp end = now + fromSeconds(seconds); now < end;) {
       for (int i = 0; i < 2; ++i) {
         now += milliseconds(10);
-        if (has_gyro) standstill.addGyro(now, gyro + noise(random), bias, kConfig);
+        if (has_gyro) standstill.addGyro(now, gyro + noise(random) - bias, kConfig.max_gyro_rate, kConfig);
       }
       standstill.addWheels(now, speed, turn_rate, kConfig);
     }

@@ -38,6 +38,34 @@ TEST(CanOdrive, HeartbeatsKeepEachBitInItsPlace) {
   EXPECT_EQ(parseHeartbeat(kRightNode, encoder), (Heartbeat{.state = 1, .encoder_error = true}));
 }
 
+TEST(CanOdrive, TellsTheDialectsOfItsHeartbeatsApart) {
+  const auto heartbeat = [](std::array<std::uint8_t, 8> data) { return Frame{.id = 0x201, .size = 8, .data = data}; };
+  // As an S1 sends it in closed loop: byte 5 is a procedure result, byte 6 says that the trajectory is done.
+  const Frame busy = heartbeat({0x00, 0x00, 0x00, 0x00, 0x08, 0x01, 0x01, 0x00});
+  EXPECT_EQ(dialectOf(busy), Dialect::kUnknown) << "0.5 sends it too, with a failed motor and encoder";
+  EXPECT_EQ(parseHeartbeat(kLeftNode, busy, Dialect::k06),
+            (Heartbeat{.state = 8, .trajectory_done = true, .procedure_result = 1}));
+  EXPECT_EQ(encodeHeartbeat(kLeftNode, {.state = 8, .trajectory_done = true, .procedure_result = 1}, Dialect::k06),
+            busy);
+  EXPECT_EQ(dialectOf(heartbeat({0, 0, 0, 0, 8, 0, 0, 0x80})), Dialect::k05);
+  EXPECT_EQ(dialectOf(heartbeat({0x40, 0, 0, 0, 1, 1, 0, 0x81})), Dialect::k05);
+  EXPECT_EQ(dialectOf(heartbeat({0, 0, 0, 0, 1, 3, 0, 0})), Dialect::k06);
+  EXPECT_EQ(dialectOf(heartbeat({0, 0, 0, 1, 1, 0, 0, 0})), Dialect::k06);
+  EXPECT_EQ(dialectOf(heartbeat({0, 0, 0, 0, 8, 0xFF, 0, 0x80})), Dialect::kUnknown) << "damage";
+}
+
+TEST(CanOdrive, VersionsAreAskedForWithARemoteFrame) {
+  EXPECT_EQ(requestVersion(1), (Frame{.id = 0x020, .size = 8, .remote = true}));
+  const Frame frame{.id = 0x200, .size = 8, .data = {2, 5, 2, 0, 0, 6, 9, 1}};
+  const Version version{.hardware = {5, 2, 0}, .firmware = {0, 6, 9}, .unreleased = true};
+  EXPECT_EQ(parseVersion(kLeftNode, frame), version);
+  EXPECT_EQ(encodeVersion(kLeftNode, version), frame);
+  EXPECT_EQ(version.dialect(), Dialect::k06);
+  EXPECT_EQ((Version{.firmware = {0, 5, 6}}).dialect(), Dialect::k05);
+  EXPECT_EQ((Version{.firmware = {1, 0, 0}}).dialect(), Dialect::k06);
+  EXPECT_FALSE(parseVersion(kLeftNode, requestVersion(kLeftNode)));
+}
+
 TEST(CanOdrive, CountsAreSigned) {
   const Frame frame{.id = 0x20A, .size = 8, .data = {0xFE, 0xFF, 0xFF, 0xFF, 0x00, 0x10, 0x00, 0x00}};
   EXPECT_EQ(parseEncoderCounts(kLeftNode, frame), (EncoderCounts{-2, 4096}));

@@ -63,9 +63,13 @@ void checkAgain(const Frame& frame, const std::optional<Value>& value, const Enc
 void checkFrame(const Frame& frame) {
   for (const int node : kNodes) {
     const auto of = [&](const auto& encode) { return [&](const auto& value) { return encode(node, value); }; };
-    const auto heartbeat = odrive::parseHeartbeat(node, frame);
-    checkAgain(frame, heartbeat, of(odrive::encodeHeartbeat), false);  // bits without a name
-    if (heartbeat) FUZZ_CHECK(odrive::parseHeartbeat(node, odrive::encodeHeartbeat(node, *heartbeat)) == heartbeat);
+    for (const odrive::Dialect dialect : {odrive::Dialect::k05, odrive::Dialect::k06}) {
+      const auto again = [&](const odrive::Heartbeat& value) { return odrive::encodeHeartbeat(node, value, dialect); };
+      const auto heartbeat = odrive::parseHeartbeat(node, frame, dialect);
+      checkAgain(frame, heartbeat, again, false);  // bits without a name
+      if (heartbeat) FUZZ_CHECK(odrive::parseHeartbeat(node, again(*heartbeat), dialect) == heartbeat);
+    }
+    checkAgain(frame, odrive::parseVersion(node, frame), of(odrive::encodeVersion), false);
     const auto estimates = odrive::parseEncoderEstimates(node, frame);
     if (estimates) FUZZ_CHECK(std::isfinite(estimates->position) && std::isfinite(estimates->velocity));
     checkAgain(frame, estimates, of(odrive::encodeEncoderEstimates));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The input is the beginning of a CARMEN log that a good line follows.
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -16,14 +17,17 @@ namespace slam {
 namespace {
 
 constexpr char kGoodLine[] = "\nFLASER 3 1.25 2.5 3.75 0 0 0 0.5 0.25 0.125 12.5 host 1\n";
-constexpr std::int64_t kGoodStamp = 12'500'000;  // [us]
+// [us] of the good line: its own, or its logger's where the stamps of the other lines serve as little; a clock that
+// begins before 1 s is 1 s later.
+constexpr std::int64_t kGoodStamps[] = {12'500'000, 1'000'000, 2'000'000};
 
 struct Counts {
   int scans = 0, wheels = 0, good = 0;
 };
 
 bool isGood(const scan_t& scan) {
-  return scan.utime == kGoodStamp && scan.ranges == std::vector<float>{1.25F, 2.5F, 3.75F};
+  // Which of its ranges are codes is for all lines to decide.
+  return scan.ranges.size() == 3 && std::ranges::count(kGoodStamps, scan.utime) == 1;
 }
 
 /// All that was written can be read, and is what a sensor may say.
@@ -60,7 +64,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   in.write(content);
   log.write("");
   try {
-    const ConvertReport report = convertCarmen(in.path(), log.path());
+    const Recording report = convertCarmen(in.path(), log.path());
     FUZZ_CHECK(report.rejected >= 0 && (report.rejected > 0) != report.first_rejection.empty());
     const Counts counts = checkLog(log.path());
     FUZZ_CHECK(counts.scans == report.scans && counts.wheels == report.wheels);
@@ -68,12 +72,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (size % 8 != 0) return 0;  // what follows costs three times as much as all before
     // There and back: every scan comes again.
     text.write("");
-    const ConvertReport back = convertToCarmen(log.path(), text.path());
+    const Recording back = convertToCarmen(log.path(), text.path());
     FUZZ_CHECK(back.scans == counts.scans && back.wheels == counts.wheels && back.rejected == 0);
-    const ConvertReport again = convertCarmen(text.path(), log.path());
+    const Recording again = convertCarmen(text.path(), log.path());
     FUZZ_CHECK(again.scans == counts.scans && again.rejected == 0);
-  } catch (const std::runtime_error&) {
-    FUZZ_CHECK(compressed);
+  } catch (const std::runtime_error& error) {
+    const bool asks_for_a_period = std::string(error.what()).find("--period") != std::string::npos;
+    FUZZ_CHECK(compressed || asks_for_a_period);
   }
   return 0;
 }

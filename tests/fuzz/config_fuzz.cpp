@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "app/config_loader.hpp"
-#include "app/config_printer.hpp"
+#include "config/loader.hpp"
+#include "config/printer.hpp"
 #include "fuzz/fuzzing.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -12,19 +12,20 @@
 #include <string>
 #include <vector>
 
-#include "app/config_printer.hpp"
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
 #include "bus/encoding.hpp"
 #include "bus/event_log.hpp"
 #include "bus/messages.hpp"
 #include "bus/packets.hpp"
+#include "config/printer.hpp"
 #include "drivers/lidar/codec/rplidar_capsules.hpp"
 #include "store/durable_file.hpp"
 #include "store/map_codec.hpp"
 #include "store/map_journal.hpp"
 #include "store/map_manifest.hpp"
 #include "support/stored_map.hpp"
+#include "tools/bag_bytes.hpp"
 #include "tools/sim/board/board_emulator.hpp"
 #include "tools/sim/board/imu_emulator.hpp"
 #include "tools/sim/can/can_emulator.hpp"
@@ -274,6 +275,58 @@ void textSeeds(const Corpus& corpus, const std::filesystem::path& source) {
   corpus.add("carmen", "damaged", "FLASER 2 nan 1 0 0 0 0 0 0 1 h 1\r\nFLASER 1 1\nFLASER x\nODOM a\n");
 }
 
+/// A second of a drive in each kind of bag.
+void bagSeeds(const Corpus& corpus) {
+  for (const bool cdr : {false, true}) {
+    const std::string msg = cdr ? "/msg/" : "/";
+    const std::vector<test::BagTopic> topics = {{"/scan", "sensor_msgs" + msg + "LaserScan", test::kScanDefinition},
+                                                {"/odom", "nav_msgs" + msg + "Odometry"},
+                                                {"/imu", "sensor_msgs" + msg + "Imu"},
+                                                {"/tf", "tf2_msgs" + msg + "TFMessage"},
+                                                {"/joints", "sensor_msgs" + msg + "JointState"}};
+    std::vector<test::BagMessage> messages = {{3, kUtime, test::tfBytes(cdr, kUtime, "base_link", "laser", 0.1, 0, 1)}};
+    for (int i = 0; i < 4; ++i) {
+      const std::int64_t us = kUtime + 100'000 * i;
+      messages.push_back({0, us, test::scanBytes(cdr, us, {1.0F, 2.0F, 3.0F})});
+      messages.push_back({1, us, test::odometryBytes(cdr, us, 0.1 * i, 0.0)});
+      messages.push_back({2, us, test::imuBytes(cdr, us, 0.1)});
+      messages.push_back({4, us, test::jointBytes(cdr, us, 0.1 * i, 0.2 * i)});
+    }
+    if (!cdr) {
+      corpus.add("ros", "bag", test::rosBag(topics, messages));
+      for (const char* packing : {"none", "bz2", "lz4"}) {
+        corpus.add("ros", std::string("bag-") + packing, test::rosBag(topics, messages, 5, packing));
+      }
+      continue;
+    }
+    corpus.add("ros", "mcap", test::mcapFile(topics, messages));
+    for (const char* packing : {"", "lz4", "zstd"}) {
+      corpus.add("ros", std::string("mcap-chunks-") + packing, test::mcapFile(topics, messages, 5, packing));
+    }
+    const auto file = corpus.scratch("db3");
+    test::writeDb3(file, topics, messages, true);
+    corpus.add("ros", "db3", readFile(file));
+    std::filesystem::remove(file);
+  }
+  std::string log;
+  const std::string lidar("\x89\xdc\x5b\x87\x9a\x50\x56\xcf\0\0\0\0\0\x4c\x4b\x40\0\0\0\1\x40\0\0\0\0\0\0\0"s +
+                          "\0\0\0\0\0\x4c\x4b\x40\0\0\0\0"s);
+  appendRecord(log, 0, kUtime, "LIDAR", {reinterpret_cast<const std::uint8_t*>(lidar.data()), lidar.size()});
+  corpus.add("mbot", "log", log);
+  corpus.add("mbot", "payloads", "\0\x20"s + lidar.substr(8) + "\0\0\0\0\0\0\x06\0"s);
+  corpus.add("courses", "mines",
+             "\0"
+             "1000000 1 10 20 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 1500*\n"
+             "9e18 1 1e308 1e308 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 1e308*\n"
+             "1100000 1 15 25 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 1490*\n"s);
+  corpus.add("courses", "wean", "\1O 1 2 0.5 10.5\nL 1 2 0.5 1 2 0.5 150* 10.6\nL 1.5 2 0.5 1 2 0.5 140* 10.8\n");
+  corpus.add("courses", "map", "\2robot_specifications->resolution 10\nglobal_map[0]: 2 2\n0.1 0.9\n-1 0.5\n");
+  corpus.add("csv", "header", "t,x,y,theta,r0,r1,r2\n1,0,0,0,1.5,inf,2.5\n1.1,0.1,0,0,1.5,nan,2.5\n");
+  corpus.add("csv", "bearings", "time_ms;-90;0;90\n100;1;2;3.5\n200;1;2;3.5\n");
+  corpus.add("csv", "words", "1.0,100,8191,25026,300\n1.1,100,200,25026,300\n");
+  corpus.add("csv", "angles", "angle_min,angle_max,r0,r1\n-1,1,2,2.5\n-1,1,,2.25\n");
+}
+
 /// The numbers that map_store_fuzz makes tiles of.
 std::string someTiles() {
   BinaryWriter tiles;
@@ -351,6 +404,7 @@ int main(int argc, char** argv) {
     slam::webSeeds(corpus);
     slam::textSeeds(corpus, SLAMD_SOURCE_DIR);
     slam::mapSeeds(corpus);
+    slam::bagSeeds(corpus);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "make_corpus: %s\n", error.what());
     return 1;

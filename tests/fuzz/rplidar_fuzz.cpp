@@ -146,7 +146,7 @@ void checkAnswers(Bytes input) {
     FUZZ_CHECK(mode.name.back() == '\0' && mode.sample_time > 0.0 && mode.sample_time < 0.01);
     listed.push_back(mode);
   }
-  for (const char* wish : {"auto", "express", "standard"}) {
+  for (const ModeWish wish : {ModeWish::kDensest, ModeWish::kExpress, ModeWish::kStandard}) {
     const auto modes =
         modesToTry(wish, kFirmwareWithModes, rate.value_or(SampleRate{508, 254}), listed, std::uint16_t{1});
     FUZZ_CHECK(!modes.empty() && modes.size() <= listed.size() + 2);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace slam::test {
@@ -26,6 +27,12 @@ const std::vector<Row>& FaultMatrix::rows() {
             1.1, 0, 5.0, kDegraded},
            {"slow", "turn 400", "turn 182", "Hz where", kDegraded, 0.1,
             "each beam has its own time: a slow turn is only a rarer one", 2.6},
+           {"crowded turns", "turn 600", "turn 182", "every second one is used", kDegraded, 0.1,
+            "thins a turn with more measurements than a scan holds evenly, counts what it leaves out", 2.6},
+           {"another unit", "unit 3", "unit 0", "RPLidar S3 (model 0x81), firmware 1.02", kDegraded, 0.1,
+            "asks the unit again what it is and knows; compares firmware numbers within a series alone", 4.0},
+           {"another make's", "other 1", "other 0", "another make's lidar", kDegraded, 0.1,
+            "knows it by its header; goes on by wheels and IMU; asks again every second at most", 4.0},
            {"delayed", "delay 300", "delay 0", "", kDegraded, 0.1,
             "cannot be told from a lidar that turned later; slam-replay tells a constant delay from a log"},
            {"intermittent", "pause 900", "pause 1", "lidar: ", kDegraded, 0.1, "as off: stops, asks, starts again", 1.1,
@@ -86,8 +93,98 @@ const std::vector<Row>& FaultMatrix::rows() {
            {"slow", "slow 5", "slow 1", "", kLocalised, 0.1, "uses what comes; SLAM_HEALTH tells the rate"},
            {"delayed", "delay 300", "delay 0", "", kLocalised, 0.1,
             "the kernel's stamps are of the arrival; a constant delay is base.time_offset"},
+           {"firmware 0.6", "firmware 0.6", "firmware 0.5", "", kLocalised, 0.1,
+            "takes its procedure result for no error: tells versions apart by what only one sends, and by asking where "
+            "it may send; else the axis error alone decides"},
+           {"seldom", "estimates 200", "estimates 10", "every 200 ms", kLocalised, 0.1,
+            "pairs the wheels by the period that it learns, and names the setting", 2.1},
            {"intermittent", "bus_off 1", "bus_off 0", "bus-off", kDegraded, 0.1,
-            "waits for the controller's restart, goes on with the same socket"}}}};
+            "waits for the controller's restart, goes on with the same socket"}}},
+      Row{"can",
+          "imu",
+          {{"no acceleration", "imu_acceleration 0", "imu_acceleration 1", "no acceleration", kLocalised, 0.1,
+            "uses the turn rates alone"},
+           {"no sample time", "imu_time 0", "imu_time 1", "no sample time", kLocalised, 0.1,
+            "stamps the turn rates by their arrival"},
+           {"mixed rates", "imu_acceleration 4", "imu_acceleration 1", "fewer accelerations", kLocalised, 0.1,
+            "uses each turn rate", 2.6}}},
+      Row{"network",
+          "system",
+          {Cell{.fault = "no route",
+                .inject = "no_route 1",
+                .heal = "no_route 0",
+                .words = "LCM: no multicast route",
+                .pose = kLocalised,
+                .error = 0.1,
+                .meaning = "pose, map and store go on; the local socket takes commands; sends again by itself",
+                .notice = 4.0,
+                .recovery = "LCM messages are sent again"},
+           Cell{.fault = "second publisher",
+                .inject = "rival 1",
+                .heal = "rival 0",
+                .words = "another program publishes SLAM_POSE",
+                .pose = kLocalised,
+                .error = 0.1,
+                .meaning = "goes on, and names it; so does the other slamd",
+                .notice = 2.1,
+                .recovery = "SLAM_POSE is ours alone again"}}},
+      Row{"clock",
+          "system",
+          {Cell{.fault = "set ahead by a day",
+                .inject = "set 86400",
+                .heal = "",
+                .words = "the wall clock was set ahead by 86400 s",
+                .pose = kLocalised,
+                .error = 0.1,
+                .meaning = "stamps of messages follow the clock at once, those of logs go on without the step",
+                .notice = 1.1},
+           Cell{.fault = "set back by a minute",
+                .inject = "set -60",
+                .heal = "set 60",
+                .words = "the wall clock was set back",
+                .pose = kLocalised,
+                .error = 0.1,
+                .meaning = "stamps go on, for they never go back; says so until the clock has reached them",
+                .notice = 1.1,
+                .recovery = "the wall clock has reached the stamps"}}},
+      Row{"disk",
+          "system",
+          {Cell{.fault = "full",
+                .inject = "full 1",
+                .heal = "full 0",
+                .words = "no space on",
+                .pose = kLocalised,
+                .error = 0.1,
+                .meaning = "the map stays in memory and is written when there is room; what is lost at the end is said",
+                .notice = 20.0,
+                .recovery = "map: the disk takes it again"},
+           Cell{.fault = "read-only after errors",
+                .inject = "read_only 1",
+                .heal = "read_only 0",
+                .words = "is read-only",
+                .pose = kLocalised,
+                .error = 0.1,
+                .meaning = "the same",
+                .notice = 20.0,
+                .recovery = "map: the disk takes it again"},
+           Cell{.fault = "gone and back",
+                .inject = "gone 1",
+                .heal = "gone 0",
+                .words = "map not written since",
+                .pose = kLocalised,
+                .error = 0.1,
+                .meaning = "the same; goes on in the same map",
+                .notice = 20.0,
+                .recovery = "map: the disk takes it again"},
+           Cell{.fault = "hangs",
+                .inject = "hang 1",
+                .heal = "hang 0",
+                .words = "map: the disk does not answer",
+                .pose = kLocalised,
+                .error = 0.1,
+                .meaning = "no thread of the pose waits; what is new is written when it answers",
+                .notice = 20.0,
+                .recovery = "map: the disk answers again"}}}};
   return rows;
 }
 
@@ -106,6 +203,12 @@ void FaultMatrix::runCell(const Row& row, const Cell& cell) {
   const double noticed = std::chrono::duration<double>(Clock::now() - begin).count();
   EXPECT_TRUE(said) << summary();
   EXPECT_LT(noticed, cell.notice) << summary();
+  if (!words.empty()) {  // of this device, as far as the next one's
+    const std::string text = summary(), name = std::string("; ") + row.status + ": ";
+    const std::string own = text.substr(std::min(text.find(name), text.size()));
+    EXPECT_THAT(own, testing::ContainsRegex(kConsequence));
+    EXPECT_THAT(own, testing::ContainsRegex(kFix));
+  }
   int worst = worstStateFor(std::chrono::milliseconds(static_cast<int>(1000 * cell.seconds)));
   EXPECT_GE(worst, cell.at_least) << summary();
   EXPECT_LT(listener_.last<health_t>(channel::kHealth)->cpu, kBusy) << "a thread spins";

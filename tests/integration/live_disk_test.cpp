@@ -4,8 +4,10 @@
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sched.h>
 #include <slam/health_t.hpp>
 #include <slam/pose_estimate_t.hpp>
+#include <sys/mount.h>
 #include <sys/stat.h>
 
 #include "bus/channels.hpp"
@@ -70,7 +72,7 @@ TEST_F(LiveDisk, GivesAPoseWithoutADisk) {
   startSimulator("100");
   startDaemon({storeAt(disk / "maps"), "output.record='" + (disk / "record.lcm").string() + "'"});
   ASSERT_TRUE(drives(listener)) << daemonLog();
-  ASSERT_TRUE(listener.until([&] { return says(listener, "; map: "); }, 5s)) << summary(listener);
+  ASSERT_TRUE(listener.until([&] { return says(listener, "; map not written yet: "); }, 5s)) << summary(listener);
   EXPECT_THAT(summary(listener), AllOf(HasSubstr("the map is not stored"), HasSubstr("the record is not written")));
   Process status({kBin + "/slamctl", "--config", kConfig, "status"}, folder_ / "status.txt");
   EXPECT_EQ(status.wait(10s), 0);
@@ -133,6 +135,46 @@ TEST_F(LiveDisk, KeepsThePoseWhileTheDisksHang) {
   EXPECT_THAT(daemonLog(), HasSubstr("the record's end is lost"));
   const auto map = MapStore::load(folder_ / "maps", *MapStore::newest(folder_ / "maps"), {});
   EXPECT_GE(map.state.keyframes.size(), counterOf(listener, "keyframes"));
+}
+
+TEST_F(LiveDisk, NamesAFullDiskAndWhatIsLost) {
+  Listener listener;
+  ASSERT_TRUE(listener.good());
+  const fs::path disk = folder_ / "disk", filler = disk / "filler";
+  fs::create_directories(disk);
+  if (unshare(CLONE_NEWNS) != 0 || mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
+      mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=4m") != 0)
+    GTEST_SKIP() << "no right to mount a disk of its own";
+  const auto fill = [&] {
+    std::ofstream file(filler, std::ios::app);
+    while (file << std::string(4096, 'x') << std::flush) continue;
+  };
+  startSimulator("200", "meeting-room");
+  startDaemon({storeAt(disk / "maps"), "store.journal_period=0.2"});
+  ASSERT_TRUE(drives(listener)) << daemonLog();
+  ASSERT_TRUE(listener.until([&] { return MapStore::newest(disk / "maps").has_value(); }, 20s)) << daemonLog();
+
+  fill();
+  ASSERT_TRUE(listener.until([&] { return says(listener, "; map not written since "); }, 40s)) << summary(listener);
+  EXPECT_THAT(summary(listener), AllOf(HasSubstr(": no space on " + (disk / "maps").string()), HasSubstr("MB free)"),
+                                       HasSubstr("slamd tries again; make room")));
+  Process status({kBin + "/slamctl", "--config", kConfig, "status"}, folder_ / "status.txt");
+  EXPECT_EQ(status.wait(10s), 0);
+  EXPECT_THAT(textOf(folder_ / "status.txt"), HasSubstr("map not written since "));
+  EXPECT_THAT(daemonLog(), HasSubstr("error: map not written since "));
+
+  fs::remove(filler);
+  EXPECT_TRUE(listener.until([&] { return !says(listener, "map not written"); }, 40s)) << summary(listener);
+  fill();
+  ASSERT_TRUE(listener.until([&] { return says(listener, "keyframes are in memory alone"); }, 60s))
+      << summary(listener);
+  slamd_->signal(SIGTERM);
+  EXPECT_EQ(slamd_->wait(20s), 1);
+  EXPECT_THAT(daemonLog(), testing::ContainsRegex("the map is not stored: [0-9]+ of [0-9]+ keyframes are lost; map not "
+                                                  "written since .*: no space on "));
+  slamd_.reset();
+  sim_.reset();
+  umount2(disk.c_str(), MNT_DETACH);
 }
 
 TEST_F(LiveDisk, SaysWhichThreadWasLate) {

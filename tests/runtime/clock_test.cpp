@@ -37,5 +37,16 @@ TEST(WallClock, MapsThereAndBackByOneOffset) {
   EXPECT_LT(std::chrono::abs(wall.drift()), std::chrono::seconds(1));
 }
 
+TEST(WallClock, FollowsAStepWithStampsThatGrow) {
+  WallClock wall;
+  const Timestamp stamp = monotonicNow();
+  const std::int64_t before = wall.utime(stamp);
+  wall.follow(std::chrono::hours(24));
+  EXPECT_EQ(wall.utime(stamp) - before, 86'400'000'000);
+  EXPECT_EQ(wall.followed(), std::chrono::hours(24));
+  EXPECT_LE(std::chrono::abs(wall.stamp(wall.utime(stamp)) - stamp), std::chrono::microseconds(1));
+  EXPECT_LT(wall.drift(), std::chrono::hours(-23)) << "the wall clock itself was not set";
+}
+
 }  // namespace
 }  // namespace slam

@@ -4,11 +4,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <linux/capability.h>
+#include <sched.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
+#include <thread>
 #include <unistd.h>
+
+#include "tools/files.hpp"
 
 namespace slam {
 namespace {
@@ -76,6 +80,58 @@ TEST(MemoryLock, LeavesRoomForAllThatComesLater) {
       EXPECT_EQ(code, 0) << limit / kMiB << " MiB";
     }
   }
+}
+
+int policyOfThisThread() { return sched_getscheduler(0) & ~SCHED_RESET_ON_FORK; }
+
+TEST(FifoPriority, IsNotInheritedByThreadsThatALibraryBegins) {
+  int own = -1, begun = -1, connecting = -1, back = -1;
+  std::string problem;
+  std::thread([&] {
+    problem = setFifoPriority(1);
+    own = policyOfThisThread();
+    std::thread([&] { begun = policyOfThisThread(); }).join();
+    {
+      const NormalPriority normal(1);
+      connecting = policyOfThisThread();
+    }
+    back = policyOfThisThread();
+  }).join();
+  if (!problem.empty()) GTEST_SKIP() << problem;
+  EXPECT_EQ(own, SCHED_FIFO);
+  EXPECT_EQ(begun, SCHED_OTHER);
+  EXPECT_EQ(connecting, SCHED_OTHER);
+  EXPECT_EQ(back, SCHED_FIFO);
+}
+
+TEST(FifoWords, NameTheTrueCauseOfARefusal) {
+  EXPECT_THAT(fifoWords(EPERM, 80, {.limit = 0}), HasSubstr("LimitRTPRIO=95"));
+  EXPECT_THAT(fifoWords(EPERM, 80, {.limit = 50}), HasSubstr("priority 80 where the limit is 50"));
+  const std::string group =
+      fifoWords(EPERM, 80, {.limit = 95, .group_file = "/sys/fs/cgroup/cpu/x/cpu.rt_runtime_us", .group_runtime = 0});
+  EXPECT_THAT(group, HasSubstr("cpu.rt_runtime_us is 0"));
+  EXPECT_THAT(group, HasSubstr("tee /sys/fs/cgroup/cpu/x/cpu.rt_runtime_us"));
+  EXPECT_THAT(group, testing::Not(HasSubstr("LimitRTPRIO")));
+  const std::string unseen = fifoWords(EPERM, 80, {.limit = 95, .filtered = true});
+  EXPECT_THAT(unseen, HasSubstr("CONFIG_RT_GROUP_SCHED"));
+  EXPECT_THAT(unseen, HasSubstr("RestrictRealtime"));
+  EXPECT_THAT(unseen, testing::Not(HasSubstr("LimitRTPRIO")));
+  EXPECT_THAT(fifoWords(EPERM, 80, {.limit = 0, .privileged = true}), testing::Not(HasSubstr("LimitRTPRIO")));
+  EXPECT_THAT(fifoWords(EINVAL, 800, {}), HasSubstr("Invalid argument"));
+}
+
+TEST(FifoRights, AreReadOfStatusAndControlGroup) {
+  const test::Folder root;
+  for (const char* folder : {"proc/self", "sys/fs/cgroup/cpu/system.slice/slamd.service"})
+    std::filesystem::create_directories(root / folder);
+  root.write("proc/self/status", "Name:\tslamd\nCapEff:\t0000000000800000\nSeccomp:\t2\n");
+  root.write("proc/self/cgroup", "3:cpuset:/\n2:cpu,cpuacct:/system.slice/slamd.service\n0::/x\n");
+  root.write("sys/fs/cgroup/cpu/system.slice/slamd.service/cpu.rt_runtime_us", "0\n");
+  const FifoRights rights = fifoRights(root / "");
+  EXPECT_TRUE(rights.privileged);
+  EXPECT_TRUE(rights.filtered);
+  EXPECT_EQ(rights.group_runtime, 0);
+  EXPECT_EQ(rights.group_file, "/sys/fs/cgroup/cpu/system.slice/slamd.service/cpu.rt_runtime_us");
 }
 
 }  // namespace

@@ -7,21 +7,13 @@
 #include <vector>
 
 #include "runtime/clock.hpp"
+#include "support/wait_until.hpp"
 
 namespace slam {
 namespace {
 
 using std::chrono::milliseconds;
-
-template <typename Condition>
-[[nodiscard]] bool waitUntil(Condition&& condition, Duration limit = std::chrono::seconds(20)) {
-  const Timestamp deadline = monotonicNow() + limit;
-  while (!condition()) {
-    if (monotonicNow() > deadline) return false;
-    std::this_thread::sleep_for(milliseconds(1));
-  }
-  return true;
-}
+using test::waitUntil;
 
 TEST(Worker, DoesNotRunBeforeItsStart) {
   Worker worker({.name = "idle", .rate = 1000.0}, [] { FAIL(); });
@@ -75,6 +67,44 @@ TEST(Worker, CountsAnOverrunAndSkipsTheDeadlinesItMissed) {
   EXPECT_GE(worker.duration().summary().max_us, 500e3);
   EXPECT_GE(worker.takeWorstDelay(), milliseconds(480)) << "of the tick that was due meanwhile";
   EXPECT_EQ(worker.takeWorstDelay(), Duration(0)) << "is told once";
+}
+
+TEST(Worker, IsWokenBetweenItsDeadlines) {
+  Wakeup wakeup;
+  std::atomic<int> calls{0}, woken{0};
+  Worker worker(
+      {.name = "woken", .rate = 0.1}, [&] { ++calls; }, wakeup, [&] { ++woken; });
+  worker.start();
+  ASSERT_TRUE(waitUntil([&] { return worker.ticks() == 1; }));
+  for (int i = 1; i <= 20; ++i) {
+    wakeup.notify();
+    ASSERT_TRUE(waitUntil([&] { return woken == i; })) << i;
+  }
+  EXPECT_EQ(worker.ticks(), 1U) << "a wake-up is no tick, ...";
+  EXPECT_EQ(calls, 1);
+  EXPECT_EQ(worker.lateness().summary().count, 1);
+  worker.requestStop();
+  wakeup.notify();  // ... and ends a long wait
+  worker.stop();
+}
+
+TEST(Worker, KeepsItsRateHoweverOftenItIsWoken) {
+  Wakeup wakeup;
+  std::atomic<bool> quit{false};
+  std::atomic<int> woken{0};
+  Worker worker(
+      {.name = "often", .rate = 100.0}, [] {}, wakeup, [&] { ++woken; });
+  const Timestamp begin = monotonicNow();
+  worker.start();
+  std::thread waking([&] {
+    while (!quit) wakeup.notify(), std::this_thread::yield();
+  });
+  ASSERT_TRUE(waitUntil([&] { return worker.ticks() >= 20; }));
+  const double elapsed = toSeconds(monotonicNow() - begin);
+  EXPECT_LE(static_cast<double>(worker.ticks()), elapsed * 100.0 + 1.0);
+  EXPECT_GT(woken, 20);
+  quit = true;
+  waking.join();
 }
 
 TEST(Worker, WithoutARateCallsItsBodyAgainAtOnce) {

@@ -73,7 +73,7 @@ class Session {
     }
     return ids;
   }
-  const BackEndCounters& counters() const { return back_end->counters(); }
+  BackEndCounters counters() const { return back_end->counters(); }
 
   KeyframeDrive drive;
   std::unique_ptr<BackEnd> back_end;

@@ -53,37 +53,28 @@ const MapState& given() {
     tour(robot);
     EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
     EXPECT_LT(robot.error(kStart), 0.05);
-    return robot.map();
+    return robot.pipeline.state();
   }();
   return map;
-}
-
-MapState copyOf(const MapState& map) {
-  MapState copy;
-  copy.keyframes = map.keyframes;
-  copy.in_map = map.in_map;
-  copy.grid = map.grid.clone();
-  copy.grid_keyframes = map.grid_keyframes;
-  copy.T_map_base = map.T_map_base;
-  return copy;
 }
 
 /// A robot that goes on in that map.
 class Kidnapping : public testing::TestWithParam<bool> {
  protected:
-  Kidnapping() : robot(flat(), kInA, GetParam(), copyOf(given())) {
+  Kidnapping() : robot(flat(), kInA, GetParam(), given()) {
     robot.after_scan = [this] {
       const bool wrong = robot.error(kStart) > kTold;
       wrong_poses += wrong && robot.state() == LocalisationState::kLocalised;
       was_lost |= robot.state() == LocalisationState::kLost;
-      if (!robot.localizer->placed()) drawn_while_lost = std::max(drawn_while_lost, robot.mapper.keyframes());
+      if (!robot.pipeline.frontEnd().placed())
+        drawn_while_lost = std::max(drawn_while_lost, robot.pipeline.mapper().keyframes());
     };
   }
   /// @return whether it was found within a distance
   bool driveUntilFound(double metres) {
     for (double driven = 0.0; driven < metres; driven += 0.06) {
       robot.run(0.2, kCircle);
-      if (robot.localizer->placed() && robot.state() == LocalisationState::kLocalised) return true;
+      if (robot.pipeline.frontEnd().placed() && robot.state() == LocalisationState::kLocalised) return true;
     }
     return false;
   }
@@ -98,18 +89,18 @@ TEST_P(Kidnapping, IsNoticedAndTheRobotFoundAgain) {
   ASSERT_TRUE(driveUntilFound(6.0));
   robot.run(1.3, kCircle);
   EXPECT_LT(robot.error(kStart), 0.05);
-  const int keyframes = robot.mapper.keyframes();
+  const int keyframes = robot.pipeline.mapper().keyframes();
 
   robot.truth = kInB;
   int scans = 0;
   for (; robot.state() != LocalisationState::kLost && scans < 100; ++scans) robot.run(0.2, {0, 0, 0});
-  EXPECT_LE(scans, robot.localizer->config().keyframe.max_failures + 2);
-  EXPECT_EQ(robot.localizer->counters().lost, 1U);
-  const int first = robot.back_end.keyframes().size();
-  for (int i = 0; i < 4 && !robot.localizer->placed(); ++i) {
+  EXPECT_LE(scans, robot.pipeline.frontEnd().config().keyframe.max_failures + 2);
+  EXPECT_EQ(robot.pipeline.frontEnd().counters().lost, 1U);
+  const int first = robot.pipeline.backEnd().keyframes().size();
+  for (int i = 0; i < 4 && !robot.pipeline.frontEnd().placed(); ++i) {
     robot.run(0.2, kCircle);
-    for (int id = first; id < robot.back_end.keyframes().size(); ++id) {
-      EXPECT_EQ(robot.back_end.inMap(id), robot.localizer->placed() && !GetParam()) << id;
+    for (int id = first; id < robot.pipeline.backEnd().keyframes().size(); ++id) {
+      EXPECT_EQ(robot.pipeline.backEnd().map().inMap(id), robot.pipeline.frontEnd().placed() && !GetParam()) << id;
     }
   }
   ASSERT_TRUE(driveUntilFound(8.0));
@@ -117,13 +108,14 @@ TEST_P(Kidnapping, IsNoticedAndTheRobotFoundAgain) {
   robot.run(6.7, kCircle);
   EXPECT_LT(robot.error(kStart), 0.05);
   EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
-  EXPECT_EQ(robot.localizer->counters().lost, 1U);
-  EXPECT_EQ(robot.back_end.counters().placed, 2);
+  EXPECT_EQ(robot.pipeline.frontEnd().counters().lost, 1U);
+  EXPECT_EQ(robot.pipeline.backEnd().counters().placed, 2);
   EXPECT_EQ(wrong_poses, 0);
   EXPECT_EQ(drawn_while_lost, keyframes) << "what an unfound robot sees is not drawn";
   if (GetParam()) return;
-  EXPECT_GT(robot.mapper.keyframes(), keyframes) << "found, it is drawn";
-  for (int id = 0; id < robot.back_end.keyframes().size(); ++id) EXPECT_TRUE(robot.back_end.inMap(id)) << id;
+  EXPECT_GT(robot.pipeline.mapper().keyframes(), keyframes) << "found, it is drawn";
+  for (int id = 0; id < robot.pipeline.backEnd().keyframes().size(); ++id)
+    EXPECT_TRUE(robot.pipeline.backEnd().map().inMap(id)) << id;
 }
 
 /// A hall that would look the same from its other end, were it not for what stands in one corner.
@@ -153,16 +145,16 @@ TEST_P(Kidnapping, APersonWhoIsRightIsBelieved) {
   ASSERT_TRUE(driveUntilFound(6.0));
   robot.truth = kInB;
   robot.run(0.4, kCircle);
-  robot.localizer->setPose(between(kStart, robot.truth) * Pose2{0.2, -0.1, 0.1}, {0.2, 0.2, 0.1});
+  robot.pipeline.setPose(between(kStart, robot.truth) * Pose2{0.2, -0.1, 0.1}, {0.2, 0.2, 0.1});
   robot.run(3.3, kCircle);
   EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
   EXPECT_LT(robot.error(kStart), 0.05);
-  EXPECT_EQ(robot.back_end.counters().placed, 2);
+  EXPECT_EQ(robot.pipeline.backEnd().counters().placed, 2);
 }
 
 TEST_P(Kidnapping, APersonWhoIsWrongIsOverruled) {
   ASSERT_TRUE(driveUntilFound(6.0));
-  robot.localizer->setPose(between(kStart, robot.truth) * Pose2{3.0, 0.2, 0.0}, {0.2, 0.2, 0.1});
+  robot.pipeline.setPose(between(kStart, robot.truth) * Pose2{3.0, 0.2, 0.0}, {0.2, 0.2, 0.1});
   for (int i = 0; i < 40 && !was_lost; ++i) robot.run(0.2, kCircle);
   EXPECT_TRUE(was_lost) << "the map says otherwise";
   wrong_poses = 0;  // until then the person's word counted
@@ -188,25 +180,26 @@ test::Place withUnknownYard() {
 }
 
 TEST(KidnappedRobot, IsLostWhereTheMapKnowsNothing) {
-  Robot robot(withUnknownYard(), kInA, false, copyOf(given()));
+  Robot robot(withUnknownYard(), kInA, false, given());
   robot.run(20.0, kCircle);
   ASSERT_EQ(robot.state(), LocalisationState::kLocalised);
-  const int first = robot.back_end.keyframes().size(), drawn = robot.mapper.keyframes();
-  const OccupancyGrid grid = robot.mapper.grid().clone();
+  const int first = robot.pipeline.backEnd().keyframes().size(), drawn = robot.pipeline.mapper().keyframes();
+  const OccupancyGrid grid = robot.pipeline.mapper().grid().clone();
   robot.truth = {28.0, 0.0, 0.3};
   robot.run(3.0, {0, 0, 0});
   robot.after_scan = [&] { ASSERT_EQ(robot.state(), LocalisationState::kLost); };
   robot.run(12.0, kCircle);
-  EXPECT_GT(robot.back_end.keyframes().size(), first + 2);
-  for (int id = first; id < robot.back_end.keyframes().size(); ++id) EXPECT_FALSE(robot.back_end.inMap(id)) << id;
-  EXPECT_EQ(robot.mapper.keyframes(), drawn);
-  EXPECT_TRUE(test::sameCells(robot.mapper.grid(), grid)) << "what an unfound robot sees is not drawn";
+  EXPECT_GT(robot.pipeline.backEnd().keyframes().size(), first + 2);
+  for (int id = first; id < robot.pipeline.backEnd().keyframes().size(); ++id)
+    EXPECT_FALSE(robot.pipeline.backEnd().map().inMap(id)) << id;
+  EXPECT_EQ(robot.pipeline.mapper().keyframes(), drawn);
+  EXPECT_TRUE(test::sameCells(robot.pipeline.mapper().grid(), grid)) << "what an unfound robot sees is not drawn";
 }
 
 TEST(KidnappedRobot, BeginsAnewWhereTheMapWasHardlyBegun) {
   Robot robot(withUnknownYard(), kInA);
   robot.run(2.0, {0, 0, 0});  // switched on, then carried into the yard
-  const int begun = robot.back_end.keyframes().size();
+  const int begun = robot.pipeline.backEnd().keyframes().size();
   robot.truth = {28.0, 0.0, 0.3};
   const Pose2 T_world_map = robot.truth * robot.estimate().T_map_base.inverse();
   robot.run(3.0, {0, 0, 0});
@@ -214,10 +207,11 @@ TEST(KidnappedRobot, BeginsAnewWhereTheMapWasHardlyBegun) {
   robot.run(12.0, kCircle);
   EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
   EXPECT_LT(robot.error(T_world_map), 0.1);
-  EXPECT_EQ(robot.back_end.counters().begun_anew, 1);
-  EXPECT_EQ(robot.back_end.counters().placed, 0);
-  for (int id = 0; id < robot.back_end.keyframes().size(); ++id) EXPECT_EQ(robot.back_end.inMap(id), id >= begun) << id;
-  EXPECT_EQ(robot.mapper.keyframes(), robot.back_end.keyframes().size() - begun);
+  EXPECT_EQ(robot.pipeline.backEnd().counters().begun_anew, 1);
+  EXPECT_EQ(robot.pipeline.backEnd().counters().placed, 0);
+  for (int id = 0; id < robot.pipeline.backEnd().keyframes().size(); ++id)
+    EXPECT_EQ(robot.pipeline.backEnd().map().inMap(id), id >= begun) << id;
+  EXPECT_EQ(robot.pipeline.mapper().keyframes(), robot.pipeline.backEnd().keyframes().size() - begun);
 }
 
 TEST(KidnappedRobot, IsBelievedWhereTheMapKnowsNothing) {
@@ -225,43 +219,44 @@ TEST(KidnappedRobot, IsBelievedWhereTheMapKnowsNothing) {
   robot.run(1.0, {0, 0, 0});
   robot.drive(8.0);
   robot.truth = {28.0, 0.0, 0.3};
-  robot.localizer->setPose(between(kStart, robot.truth), {0.2, 0.2, 0.1});
+  robot.pipeline.setPose(between(kStart, robot.truth), {0.2, 0.2, 0.1});
   robot.drive(2.0);
   EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
   EXPECT_LT(robot.error(kStart), 0.1);
-  EXPECT_EQ(robot.back_end.counters().placed, 1);
-  const int newest = robot.back_end.keyframes().size() - 1;
-  EXPECT_TRUE(robot.back_end.inMap(newest));
+  EXPECT_EQ(robot.pipeline.backEnd().counters().placed, 1);
+  const int newest = robot.pipeline.backEnd().keyframes().size() - 1;
+  EXPECT_TRUE(robot.pipeline.backEnd().map().inMap(newest));
   const Eigen::Vector2d here = between(kStart, robot.truth).translation();
-  EXPECT_LT(robot.mapper.grid().logOdds(robot.mapper.grid().cellAt(here)), 0) << "the yard is drawn";
+  EXPECT_LT(robot.pipeline.mapper().grid().logOdds(robot.pipeline.mapper().grid().cellAt(here)), 0)
+      << "the yard is drawn";
 }
 
 TEST(KidnappedRobot, MayBeToldItsPoseInAnEmptyMap) {
   Robot robot(flat(), kStart);
-  robot.localizer->setPose({1.0, 2.0, 0.0}, {0.2, 0.2, 0.1});
+  robot.pipeline.setPose({1.0, 2.0, 0.0}, {0.2, 0.2, 0.1});
   robot.run(1.0, {0, 0, 0});
   robot.drive(4.0);
   EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
   EXPECT_LT(robot.error(kStart * Pose2{1.0, 2.0, 0.0}.inverse()), 0.1);
-  EXPECT_TRUE(robot.back_end.inMap(0));
-  EXPECT_GT(robot.mapper.keyframes(), 5);
+  EXPECT_TRUE(robot.pipeline.backEnd().map().inMap(0));
+  EXPECT_GT(robot.pipeline.mapper().keyframes(), 5);
 }
 
 TEST(GivenMap, StaysAsItIsWhateverTheRobotMeets) {
   test::Place place = flat();
   place.world.add(sim::Box{4.2, 4.2, 0.4, 0.8, 0.6});  // put there since
-  Robot robot(place, kInA, true, copyOf(given()));
+  Robot robot(place, kInA, true, given());
   robot.run(20.0, kCircle);
   EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
   for (const Pose2& thrown : {kInB, kInA, kInB}) {
     robot.truth = thrown;
     robot.run(20.0, kCircle);
   }
-  robot.localizer->setPose({0.0, 0.0, 1.0}, {0.2, 0.2, 0.1});
+  robot.pipeline.setPose({0.0, 0.0, 1.0}, {0.2, 0.2, 0.1});
   robot.run(4.0, kCircle);
-  EXPECT_GE(robot.localizer->counters().lost, 4U);
+  EXPECT_GE(robot.pipeline.frontEnd().counters().lost, 4U);
 
-  const MapState after = robot.map();
+  const MapState after = robot.pipeline.state();
   MapState part;
   const int size = given().keyframes.size();
   for (int id = 0; id < size; ++id) part.keyframes.add(after.keyframes.scan(id), after.keyframes.pose(id));
@@ -269,11 +264,14 @@ TEST(GivenMap, StaysAsItIsWhateverTheRobotMeets) {
     if (edge.from < size && edge.to < size) part.keyframes.graph().addEdge(edge);
   }
   part.in_map.assign(after.in_map.begin(), after.in_map.begin() + size);
-  part.T_map_base = given().T_map_base;
+  part.T_map_base = given().T_map_base;  // what the robot knows of itself may change
+  part.gyro_bias = given().gyro_bias;
+  part.T_base_lidar = given().T_base_lidar;
+  part.range_max = given().range_max;
   EXPECT_EQ(test::differenceOf(part, given()), "");
   EXPECT_TRUE(test::sameCells(after.grid, given().grid));
-  EXPECT_EQ(robot.mapper.keyframes(), size);
-  EXPECT_EQ(robot.back_end.generation(), 0);
+  EXPECT_EQ(robot.pipeline.mapper().keyframes(), size);
+  EXPECT_EQ(robot.pipeline.backEnd().generation(), 0);
 }
 
 }  // namespace

@@ -8,9 +8,7 @@
 #include <vector>
 
 #include "matching/places.hpp"
-#include "slam/back_end.hpp"
-#include "slam/localizer.hpp"
-#include "slam/mapper.hpp"
+#include "slam/pipeline.hpp"
 
 namespace slam {
 namespace {
@@ -37,7 +35,7 @@ Pose2 onLap(int scan) {
 /// The pipeline, fed with scans that were cast once.
 class Day {
  public:
-  Day() : back_end_({}) {
+  Day() {
     const test::Place room = test::furnishedRoom();
     std::mt19937 random(1);
     std::normal_distribution<double> noise(0.0, 0.01);
@@ -75,39 +73,31 @@ class Day {
     std::size_t heap;
   };
   Size size() {
-    mapper_.takeChangedTiles();
-    return {back_end_.keyframes().size(), static_cast<int>(back_end_.keyframes().graph().edges().size()),
-            mapper_.grid().tiles().tileCount(), mapper_.keyframes(), mallinfo2().uordblks};
+    return {pipeline_.backEnd().keyframes().size(),
+            static_cast<int>(pipeline_.backEnd().keyframes().graph().edges().size()),
+            pipeline_.mapper().grid().tiles().tileCount(), pipeline_.mapper().keyframes(), mallinfo2().uordblks};
   }
   double error() const {
-    return (localizer_.estimate(now_).T_map_base.translation() - between(onLap(0), onLap(at_)).translation()).norm();
+    return (pipeline_.frontEnd().estimate(now_).T_map_base.translation() - between(onLap(0), onLap(at_)).translation())
+        .norm();
   }
-  LocalisationState state() const { return localizer_.estimate(now_).state; }
+  LocalisationState state() const { return pipeline_.frontEnd().estimate(now_).state; }
 
  private:
   void step(const Pose2& motion, int at) {
     for (int half = 0; half < 2; ++half) {
       now_ += kTurn / 2;
       if (half == 1) wheels_ = wheels_ * motion;
-      localizer_.add(WheelSample{now_, half == 1 ? wheels_ : wheels_ * exp(0.5 * slam::log(motion))});
-      localizer_.add(ImuSample{now_, {0, 0, motion.theta / toSeconds(kTurn) + 0.01}, {0, 0, 9.81}});
+      pipeline_.add(WheelSample{now_, half == 1 ? wheels_ : wheels_ * exp(0.5 * slam::log(motion))});
+      pipeline_.add(ImuSample{now_, {0, 0, motion.theta / toSeconds(kTurn) + 0.01}, {0, 0, 9.81}});
     }
     LaserScan& scan = scans_[static_cast<std::size_t>(noise_ * kLapScans + at)];
     scan.stamp = now_;
-    const ScanOutcome outcome = localizer_.add(scan);
-    if (outcome.keyframe == nullptr) return;
-    back_end_.add(*outcome.keyframe);
-    for (const MapScan& drawn : back_end_.mapScans(*outcome.keyframe)) mapper_.add(drawn);
-    if (auto correction = back_end_.takeCorrection()) {
-      localizer_.apply(*correction);
-      back_end_.recycle(std::move(correction));
-    }
+    pipeline_.add(scan);
   }
 
   std::vector<LaserScan> scans_;
-  Localizer localizer_{LocalizerConfig{}};
-  BackEnd back_end_;
-  Mapper mapper_;
+  Pipeline pipeline_{{}};
   Timestamp now_{100s};
   Pose2 wheels_;
   int at_ = 0, noise_ = 0;

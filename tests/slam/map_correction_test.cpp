@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The front end's reference and what the back end lists of it: two threads, one map.
-#include "slam/map_correction.hpp"
+#include "frontend/map_correction.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -33,13 +33,13 @@ class LateCorrections : public testing::TestWithParam<unsigned> {
   /// What the front end matches against is what the back end says, where nothing is on its way.
   void expectOneMap() {
     std::set<int> held, listed;
-    for (const ReferenceKeyframe& keyframe : robot.localizer->referenceKeyframes()) held.insert(keyframe.id);
-    for (int id = 0; id < robot.back_end.keyframes().size(); ++id) {
-      if (robot.back_end.inReference(id)) listed.insert(id);
+    for (const ReferenceKeyframe& keyframe : robot.pipeline.frontEnd().referenceKeyframes()) held.insert(keyframe.id);
+    for (int id = 0; id < robot.pipeline.backEnd().keyframes().size(); ++id) {
+      if (robot.pipeline.backEnd().inReference(id)) listed.insert(id);
     }
     ASSERT_EQ(held, listed);
-    for (const ReferenceKeyframe& keyframe : robot.localizer->referenceKeyframes()) {
-      const Pose2 apart = between(robot.back_end.keyframes().pose(keyframe.id), keyframe.T_map_base);
+    for (const ReferenceKeyframe& keyframe : robot.pipeline.frontEnd().referenceKeyframes()) {
+      const Pose2 apart = between(robot.pipeline.backEnd().keyframes().pose(keyframe.id), keyframe.T_map_base);
       ASSERT_LT(std::hypot(apart.x, apart.y), BackEndConfig{}.renewal_shift) << keyframe.id;
     }
     ++compared;
@@ -53,7 +53,7 @@ class LateCorrections : public testing::TestWithParam<unsigned> {
     return config;
   }
 
-  Robot robot{test::ringCorridor(), test::onRing(1.0), false, std::nullopt, nearsighted()};
+  Robot robot{test::ringCorridor(), test::onRing(1.0), false, MapState(), nearsighted()};
   std::mt19937 random{GetParam()};
   int compared = 0, most_ahead = 0, corrections = 0;
 };
@@ -71,18 +71,18 @@ TEST_P(LateCorrections, LeaveFrontEndAndBackEndWithTheSameKeyframesInTheSamePlac
     if (!handed_over) return true;
     int ahead = static_cast<int>(std::count_if(robot.keyframes.begin(), robot.keyframes.end(),
                                                [](const Keyframe& keyframe) { return !keyframe.look; }));
-    ahead += robot.back_end.keyframes().size() - 1 - robot.correction->newest;
+    ahead += robot.pipeline.backEnd().keyframes().size() - 1 - robot.pipeline.correction()->newest;
     most_ahead = std::max(most_ahead, ahead);
     return false;
   };
   robot.after_scan = [&] {
-    if (!HasFatalFailure() && !robot.correction && robot.keyframes.empty()) expectOneMap();
+    if (!HasFatalFailure() && robot.pipeline.correction() == nullptr && robot.keyframes.empty()) expectOneMap();
   };
   round(robot);
   EXPECT_GT(corrections, 10);
   EXPECT_GT(most_ahead, 4);
   EXPECT_GT(compared, 100);
-  EXPECT_GT(robot.back_end.counters().loop_closures, 0);
+  EXPECT_GT(robot.pipeline.backEnd().counters().loop_closures, 0);
   EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
   EXPECT_LT(robot.error(test::onRing(1.0)), 0.15);
 }

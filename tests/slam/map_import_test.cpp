@@ -21,7 +21,7 @@ MapImage room() {
 
 TEST(MapImport, TakesFacesOfWallsWithNormalsTowardsFreeSpace) {
   const MapState map = importMap(room());
-  EXPECT_TRUE(map.picture_only);
+  EXPECT_EQ(map.kind, MapKind::kFloorPlan);
   int lines = 0, faces = 0;
   ScanPoints points;
   for (int id = 0; id < map.keyframes.size(); ++id) {

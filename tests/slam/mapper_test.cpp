@@ -340,6 +340,27 @@ TEST_F(MapperTest, ADepthViewMovesWithItsKeyframe) {
   EXPECT_TRUE(differences(mapper.grid(), expected).empty());
 }
 
+TEST_F(MapperTest, KeepsAViewThatComesWhileItDrawsAnew) {
+  for (const int calls : {0, 1, 5, 12, 25}) {
+    for (const bool again : {false, true}) {
+      scans.clear();
+      Mapper mapper(kConfig);
+      fill(mapper, 20);
+      mapper.move(disturbed());
+      for (int i = 0; i < calls; ++i) mapper.work(1);
+      const Pose2 T_keyframe_base{0.1, 0.0, 0.2};
+      mapper.add(MapView{3, scans[3].T_map_base, T_keyframe_base, obstacleAhead(Timestamp{})});
+      if (again) mapper.move(disturbed());
+      finish(mapper, 1);
+      OccupancyGrid expected = drawnFresh();
+      expected.add(scans[3].T_map_base * T_keyframe_base, *obstacleAhead(Timestamp{}));
+      EXPECT_TRUE(differences(mapper.grid(), expected).empty()) << calls << ' ' << again;
+      ASSERT_EQ(mapper.views().size(), 1U) << calls << ' ' << again;
+      EXPECT_EQ(mapper.views().front().T_map_keyframe, scans[3].T_map_base);
+    }
+  }
+}
+
 TEST_F(MapperTest, ForgetsTheViewsOfKeyframesToo) {
   Mapper mapper(kConfig);
   fill(mapper, 2);

@@ -26,7 +26,7 @@ struct Drive {
   Duration copied_after{0};
   LocalizerConfig config = {};
   std::unique_ptr<MotionProbe> probe = {};
-  std::unique_ptr<Localizer> localizer = {};
+  std::unique_ptr<FrontEnd> front_end = {};
   Pose2 truth{-1.0, -0.5, 0.0}, reckoned = {};
   Timestamp now{100s};
   std::mt19937 random{1};
@@ -37,14 +37,14 @@ struct Drive {
 
   void run(double seconds) {
     if (!probe) probe = std::make_unique<MotionProbe>(config);
-    if (also_localiser && !localizer) localizer = std::make_unique<Localizer>(config);
+    if (also_localiser && !front_end) front_end = std::make_unique<FrontEnd>(config);
     for (const Timestamp end = now + fromSeconds(seconds); now < end;) {
       now += 20ms;
       const double rate = std::sin(toSeconds(now.time_since_epoch())) > 0.0 ? turn_rate : -0.3 * turn_rate;
       truth = truth * exp({0.02 * 0.25, 0.0, 0.02 * rate});
       reckoned = reckoned * exp({0.02 * 0.25, 0.0, 0.02 * wheel_turn * rate});
       const ImuSample imu{now, {0, 0, rate + 0.01}, {0, 0, 9.81}};
-      if (localizer) localizer->add(WheelSample{now, reckoned}), localizer->add(imu);
+      if (front_end) front_end->add(WheelSample{now, reckoned}), front_end->add(imu);
       probe->add(WheelSample{now, reckoned});
       if (gyro) probe->add(imu);
       if (++step % 8 != 0) continue;
@@ -64,7 +64,7 @@ struct Drive {
         if (turned) bearing = static_cast<float>(wrapAngle(bearing + std::numbers::pi));
       }
       for (int copy = 0; copy < (twice ? 2 : 1); ++copy) {
-        localizer ? static_cast<void>(stuck += addScan(*localizer, *probe, scan).stuck) : probe->add(scan);
+        front_end ? static_cast<void>(stuck += addScan(*front_end, *probe, scan).stuck) : probe->add(scan);
         probe->work();
         scan.stamp += copied_after;
       }

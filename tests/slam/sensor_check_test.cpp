@@ -158,6 +158,34 @@ TEST(SensorCheck, DescribesEachFaultInALineWithoutQuotationMarks) {
   EXPECT_THAT(describe({kLidarUpsideDown, 0.0}), HasSubstr("lidar.upside_down"));
 }
 
+TEST(SensorCheck, NamesWhatIsWrongWithTheGyroAndWhatSlamdDoesMeanwhile) {
+  using enum GyroReliability;
+  const auto lines = [](const GyroVerdict& verdict) {
+    SensorFindings pairs;
+    pairs.add(kGyroReversed);  // what pairs of scans say of it counts no more
+    pairs.add(kScansRepeated, 7.0);
+    const SensorFindings findings = withGyro(pairs, verdict);
+    EXPECT_EQ(findings.all().front().fault, kScansRepeated);
+    std::vector<std::string> words;
+    for (const SensorFinding& finding : findings.all().subspan(1)) words.push_back(describe(finding));
+    return words;
+  };
+  const auto all = [](const char* what, const char* meanwhile, const char* fix) {
+    return ElementsAre(testing::AllOf(testing::StartsWith("the gyro "), HasSubstr(what), HasSubstr(meanwhile),
+                                      testing::ContainsRegex(std::string("; fix: .*") + fix)));
+  };
+  EXPECT_THAT(lines({}), IsEmpty());
+  EXPECT_THAT(lines({kReliable}), IsEmpty());
+  const char* without = "slamd goes on without it";
+  EXPECT_THAT(lines({kRejected, GyroFault::kReversed, -1.0}), all("turns opposite", without, "turn the IMU over"));
+  EXPECT_THAT(lines({kRejected, GyroFault::kDegrees, 57.3}), all("5730 % of the turns: degrees", without, "rad/s"));
+  EXPECT_THAT(lines({kRejected, GyroFault::kScale, 0.5}), all("50 % of the turns", without, "range and unit"));
+  EXPECT_THAT(lines({kReliable, GyroFault::kOffset, -0.25}), all("-0.250 rad/s at rest", "takes that off", "still"));
+  EXPECT_THAT(lines({kRejected, GyroFault::kOffset, 1.0}), all("too much for a bias", without, "replace"));
+  EXPECT_THAT(lines({kReliable, GyroFault::kClipped, 1.0}), all("more than 1.000 rad/s", "by the wheels", "range"));
+  EXPECT_THAT(lines({kRejected, GyroFault::kUnrelated}), all("does not turn with lidar", without, "mount"));
+}
+
 WheelScale learned(double truth, double metres) {
   WheelScale scale;
   for (double way = 0.0; way < metres; way += 0.1) scale.add({0.1 * truth, 0.0, 0.0}, {0.1, 0.0, 0.0}, 2e-4, 1.0);

@@ -545,7 +545,7 @@ TEST(OpenMap, TakesAFolderOrAPicture) {
     EXPECT_EQ(drive.find(openMap(path, kGrid).state), kLast) << path;
   }
   writeMapFiles(folder / "picture", renderMap(drive.changing.map.grid), {});
-  EXPECT_TRUE(openMap(folder / "picture.yaml", kGrid).state.picture_only);
+  EXPECT_EQ(openMap(folder / "picture.yaml", kGrid).state.kind, MapKind::kFloorPlan);
   EXPECT_TRUE(oneSentence(refusalOf([&] { openMap(folder / "missing.yaml", kGrid); })));
   EXPECT_TRUE(oneSentence(refusalOf([&] { openMap(folder / "missing", kGrid); })));
 }

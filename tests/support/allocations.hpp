@@ -8,6 +8,9 @@ namespace slam::test {
 /// Allocations (operator new) of this thread so far.
 std::uint64_t allocationCount();
 
+/// Frees (operator delete) of this thread so far.
+std::uint64_t freeCount();
+
 template <typename Body>
 std::uint64_t allocationsDuring(Body&& body) {
   const std::uint64_t before = allocationCount();

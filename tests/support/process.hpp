@@ -5,6 +5,7 @@
 #include <optional>
 #include <signal.h>
 #include <string>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #include <vector>
@@ -21,6 +22,7 @@ class Process {
     arguments.push_back(nullptr);
     pid_ = fork();
     if (pid_ != 0) return;
+    prctl(PR_SET_PDEATHSIG, SIGKILL);  // whoever kills a test leaves no machine or daemon behind
     const int file = open(output.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0644);
     dup2(file, STDOUT_FILENO);
     dup2(file, STDERR_FILENO);

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "posegraph/pose_graph.hpp"
+#include "graph/pose_graph.hpp"
 
 namespace slam::test {
 

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "core/keyframe.hpp"
+#include "graph/keyframe_graph.hpp"
 #include "matching/places.hpp"
 #include "matching/scan_points.hpp"
-#include "posegraph/keyframe_graph.hpp"
 
 namespace slam::test {
 

@@ -3,15 +3,11 @@
 #include <chrono>
 #include <deque>
 #include <functional>
-#include <memory>
 #include <numbers>
-#include <optional>
 #include <random>
-#include <utility>
 
 #include "matching/places.hpp"
-#include "slam/back_end.hpp"
-#include "slam/map_state.hpp"
+#include "slam/pipeline.hpp"
 
 namespace slam::test {
 
@@ -21,26 +17,18 @@ class Robot {
   static constexpr int kBeams = 360;
 
   /// @param map to begin in; empty: an unknown place
-  explicit Robot(const Place& place, const Pose2& start, bool localise_only = false,
-                 std::optional<MapState> map = std::nullopt, const BackEndConfig& config_of_back_end = {})
-      : truth(start), place_(place), back_end(fitting(config_of_back_end, localise_only)) {
-    LocalizerConfig config;
-    config.lidar.range_sigma = 0.01;
-    config.localise_only = localise_only;
-    localizer = std::make_unique<Localizer>(config, nullptr, map ? startIn(*map) : LocalizerStart{});
-    if (!map) return;
-    mapper.load(scansOf(*map), viewsOf(*map), std::move(map->grid), map->grid_keyframes);
-    back_end.load(std::move(map->keyframes), std::move(map->in_map));
-  }
+  explicit Robot(const Place& place, const Pose2& start, bool localise_only = false, const MapState& map = MapState(),
+                 const BackEndConfig& back_end = {})
+      : truth(start), place_(place), pipeline(settings(localise_only, back_end), map) {}
 
   void run(double seconds, const Eigen::Vector3d& twist) {
     for (const Timestamp end = now + fromSeconds(seconds); now < end;) {
       now += std::chrono::milliseconds(20);
       truth = truth * exp(0.02 * twist);
       wheels_ = wheels_ * exp(0.02 * Eigen::Vector3d(wheel_scale * twist.x(), 0.0, 0.99 * twist.z()));
-      if (has_wheels) localizer->add(WheelSample{now, wheels_});
+      if (has_wheels) pipeline.add(WheelSample{now, wheels_});
       const ImuSample imu{now, {0, 0, twist.z() + 0.01 + 0.001 * noise_(random_)}, {0, 0, 9.81}};
-      if (has_imu) localizer->add(imu);
+      if (has_imu) pipeline.add(imu);
       if (++step_ % 10 != 0) continue;  // 5 Hz
       take(scan());
       if (after_scan) after_scan();
@@ -49,39 +37,29 @@ class Robot {
   void drive(double metres) { run(metres / 0.4, {0.4, 0.0, 0.0}); }
   void turn(double radians) { run(std::abs(radians) / 0.8, {0.0, 0.0, std::copysign(0.8, radians)}); }
 
-  PoseEstimate estimate() const { return localizer->estimate(now); }
+  PoseEstimate estimate() const { return pipeline.frontEnd().estimate(now); }
   LocalisationState state() const { return estimate().state; }
   /// Of the pose in map, which begins at T_world_map [m].
   double error(const Pose2& T_world_map) const {
     return (estimate().T_map_base.translation() - between(T_world_map, truth).translation()).norm();
   }
-  MapState map() {
-    mapper.work(1 << 30);
-    MapState map;
-    map.keyframes = back_end.keyframes();
-    map.in_map = back_end.inMap();
-    map.grid = mapper.grid().clone();
-    map.grid_keyframes = map.keyframes.size();
-    map.T_map_base = estimate().T_map_base;
-    return map;
-  }
-
   Pose2 truth;  ///< in the world; may be changed at any time, which wheels and gyro do not see
   Timestamp now{std::chrono::seconds(100)};
   std::function<void()> after_scan;
   /// Asked after each scan, true: the oldest keyframe is not taken yet, or the correction not applied yet, as happens
   /// where the back end has a thread of its own. Empty: all is done at once.
   std::function<bool()> keyframe_waits, correction_waits;
-  std::deque<Keyframe> keyframes;             ///< which the back end has not taken yet
-  std::unique_ptr<MapCorrection> correction;  ///< which was not applied yet
+  std::deque<Keyframe> keyframes;  ///< which the back end has not taken yet
   bool has_wheels = true, has_imu = true;
   double wheel_scale = 1.01;             ///< [1] what the wheels tell of the way
   double view = 2.0 * std::numbers::pi;  ///< [rad] of the lidar, to both sides of ahead
 
  private:
-  static BackEndConfig fitting(BackEndConfig config, bool localise_only) {
-    config.match.range_sigma = 0.01;
-    config.localise_only = localise_only;
+  static PipelineConfig settings(bool localise_only, const BackEndConfig& back_end) {
+    PipelineConfig config;
+    config.back_end = back_end;
+    config.front_end.lidar.range_sigma = config.back_end.match.range_sigma = 0.01;
+    config.front_end.localise_only = config.back_end.localise_only = localise_only;
     return config;
   }
   LaserScan scan() {
@@ -99,32 +77,22 @@ class Robot {
     return scan;
   }
   void take(const LaserScan& scan) {
-    const ScanOutcome outcome = localizer->add(scan);
+    const ScanOutcome outcome = pipeline.match(scan);
     if (outcome.keyframe != nullptr) keyframes.push_back(*outcome.keyframe);
-    for (; !keyframes.empty() && !(keyframe_waits && keyframe_waits()); keyframes.pop_front()) take(keyframes.front());
-    if (!correction || (correction_waits && correction_waits())) return;
-    localizer->apply(*correction);
-    back_end.recycle(std::move(correction));
-  }
-  void take(const Keyframe& keyframe) {
-    back_end.add(keyframe, !correction);
-    mapper.forgetBefore(back_end.firstInMap());
-    for (const MapScan& drawn : back_end.mapScans(keyframe)) mapper.add(drawn);
-    if (generation_ != back_end.generation()) mapper.move(back_end.keyframes().graph().poses());
-    generation_ = back_end.generation();
-    if (auto due = back_end.takeCorrection()) correction = std::move(due);
+    for (; !keyframes.empty() && !(keyframe_waits && keyframe_waits()); keyframes.pop_front()) {
+      pipeline.build(keyframes.front());
+    }
+    if (pipeline.correction() != nullptr && !(correction_waits && correction_waits())) pipeline.correct();
   }
 
   Place place_;
   Pose2 wheels_;
   std::mt19937 random_{3};
   std::normal_distribution<double> noise_{0.0, 1.0};
-  int step_ = 0, generation_ = 0;
+  int step_ = 0;
 
  public:
-  std::unique_ptr<Localizer> localizer;
-  BackEnd back_end;
-  Mapper mapper;
+  Pipeline pipeline;
 };
 
 }  // namespace slam::test

@@ -56,6 +56,8 @@ class ChangingMap {
   void touch() {
     map.T_map_base = {uniform(), uniform(), uniform()};
     map.gyro_bias = 0.01 * uniform();
+    map.body.millimetres[170] = 253;
+    map.body.millimetres[359] = 65535;
     map.utime += 1'700'000'000'123'456;
     map.utime %= 4'000'000'000'000'000;
   }
@@ -68,6 +70,7 @@ class ChangingMap {
     same.grid_keyframes = map.grid_keyframes;
     same.T_map_base = map.T_map_base;
     same.gyro_bias = map.gyro_bias;
+    same.body = map.body;
     same.T_base_lidar = map.T_base_lidar;
     same.range_max = map.range_max;
     same.utime = map.utime;
@@ -119,8 +122,8 @@ inline std::string differenceOf(const MapState& a, const MapState& b) {
   };
   const auto edges = a.keyframes.graph().edges(), others = b.keyframes.graph().edges();
   if (!std::equal(edges.begin(), edges.end(), others.begin(), others.end(), same)) return "edges";
-  const bool state = a.T_map_base == b.T_map_base && a.gyro_bias == b.gyro_bias && a.utime == b.utime &&
-                     a.T_base_lidar == b.T_base_lidar && a.range_max == b.range_max;
+  const bool state = a.T_map_base == b.T_map_base && a.gyro_bias == b.gyro_bias && a.body == b.body &&
+                     a.utime == b.utime && a.T_base_lidar == b.T_base_lidar && a.range_max == b.range_max;
   return state ? "" : "state";
 }
 

@@ -4,11 +4,16 @@
 #include <fstream>
 #include <gmock/gmock.h>
 #include <grp.h>
+#include <sched.h>
+#include <sys/mount.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "bus/local_socket.hpp"
 #include "drivers/camera/fake_usb.hpp"
+#include "drivers/can/fake_can_port.hpp"
 
 namespace slam {
 namespace {
@@ -77,23 +82,147 @@ TEST_F(Doctor, KnowsACanInterfaceThatIsGoneDownOrShortOfRoom) {
   EXPECT_EQ(checkCan("can0", directory_).level, Finding::kGood);
 }
 
+TEST_F(Doctor, NamesTheDevicesThatClaimOneName) {
+  const auto device = [this](const char* number, const char* name, const char* serial, const char* socket) {
+    fs::create_directories(directory_ / "run/udev/data");
+    fs::create_directories(directory_ / "sys/dev/char");
+    fs::create_directories(directory_ / "sys/devices" / name);
+    fs::create_directory_symlink("../../devices/" + std::string(name), directory_ / "sys/dev/char" / number);
+    std::ofstream(directory_ / "run/udev/data" / ("c" + std::string(number)))
+        << "S:rplidar\nS:rplidar-" << serial << "\nS:serial/by-path/" << socket << "\nE:ID_SERIAL_SHORT=" << serial
+        << "\n";
+  };
+  EXPECT_FALSE(checkClaimants("lidar", "/dev/rplidar", "lidar.port", directory_)) << "there is no udev";
+  device("188:0", "ttyUSB0", "0001", "pci-0000:00:14.0-usb-0:1:1.0-port0");
+  EXPECT_FALSE(checkClaimants("lidar", "/dev/rplidar", "lidar.port", directory_));
+  device("188:1", "ttyUSB1", "0001", "pci-0000:00:14.0-usb-0:2:1.0-port0");
+  const auto finding = checkClaimants("lidar", "/dev/rplidar", "lidar.port", directory_);
+  ASSERT_TRUE(finding);
+  EXPECT_EQ(finding->level, Finding::kFault);
+  EXPECT_THAT(finding->what, testing::AllOf(HasSubstr("two devices claim /dev/rplidar: ttyUSB0 and ttyUSB1"),
+                                            HasSubstr("the same serial number 0001")));
+  EXPECT_THAT(finding->fix, testing::AllOf(HasSubstr("/dev/serial/by-path/pci-0000:00:14.0-usb-0:1:1.0-port0"),
+                                           HasSubstr("/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0")));
+  EXPECT_TRUE(checkClaimants("lidar", "/dev/rplidar-0001", "lidar.port", directory_));
+  EXPECT_FALSE(checkClaimants("base", "/dev/handsfree", "base.port", directory_));
+}
+
+TEST_F(Doctor, FindsAdaptersThatHaveNoPort) {
+  const fs::path devices = directory_ / "sys/bus/usb/devices", drivers = directory_ / "sys/bus/usb/drivers";
+  const auto adapter = [&](const char* name, const char* vendor, const char* product, const char* driver) {
+    fs::create_directories(devices / name / (std::string(name) + ":1.0"));
+    std::ofstream(devices / name / "idVendor") << vendor << "\n";
+    std::ofstream(devices / name / "idProduct") << product << "\n";
+    if (*driver == '\0') return;
+    fs::create_directories(drivers / driver);
+    fs::create_directory_symlink(drivers / driver, devices / name / (std::string(name) + ":1.0") / "driver");
+  };
+  EXPECT_TRUE(checkAdapters(directory_).empty()) << "there is no USB";
+  adapter("1-1", "10c4", "ea60", "cp210x");
+  adapter("1-4", "1d27", "0601", "");
+  EXPECT_TRUE(checkAdapters(directory_).empty());
+  adapter("1-2", "10c4", "ea60", "usbfs");
+  ASSERT_EQ(checkAdapters(directory_).size(), 1U);
+  EXPECT_THAT(checkAdapters(directory_)[0].what, testing::AllOf(HasSubstr("10c4:ea60 at 1-2"), HasSubstr("brltty")));
+  EXPECT_THAT(checkAdapters(directory_)[0].fix, HasSubstr("sudo apt remove brltty"));
+  fs::remove_all(devices / "1-2");
+  adapter("1-3", "1a86", "7523", "");
+  ASSERT_EQ(checkAdapters(directory_).size(), 1U);
+  EXPECT_THAT(checkAdapters(directory_)[0].fix, HasSubstr("sudo modprobe ch341"));
+}
+
+TEST_F(Doctor, NamesWhoElseHasAPortOpen) {
+  const auto program = [&](const char* id, const char* name, const char* file) {
+    fs::create_directories(directory_ / "proc" / id / "fd");
+    std::ofstream(directory_ / "proc" / id / "comm") << name << "\n";
+    fs::create_symlink(file, directory_ / "proc" / id / "fd" / "7");
+  };
+  EXPECT_FALSE(checkHolders("lidar", "/dev/ttyUSB0", directory_)) << "there is no /proc";
+  program("100", "slamd", "/dev/ttyUSB0");
+  program("200", "bash", "/dev/null");
+  EXPECT_FALSE(checkHolders("lidar", "/dev/ttyUSB0", directory_));
+  program("300", "ModemManager", "/dev/ttyUSB0");
+  program("400", "agetty", "/dev/ttyS0");
+  program("500", "minicom", "/dev/ttyUSB1");
+  const auto lidar = checkHolders("lidar", "/dev/ttyUSB0", directory_);
+  ASSERT_TRUE(lidar);
+  EXPECT_EQ(lidar->level, Finding::kFault);
+  EXPECT_THAT(lidar->what, HasSubstr("ModemManager (300) has /dev/ttyUSB0 open"));
+  EXPECT_THAT(lidar->fix, HasSubstr("disable --now ModemManager"));
+  EXPECT_THAT(checkHolders("base", "/dev/ttyS0", directory_)->fix, HasSubstr("serial-getty@ttyS0"));
+  EXPECT_EQ(checkHolders("imu", "/dev/ttyUSB1", directory_)->fix, "sudo kill 500");
+}
+
+TEST_F(Doctor, FindsASecondSlamd) {
+  for (const char* id : {"100", "200"}) {
+    fs::create_directories(directory_ / "proc" / id);
+    EXPECT_FALSE(checkSecondSlamd(directory_)) << id;
+    std::ofstream(directory_ / "proc" / id / "comm") << "slamd\n";
+  }
+  const auto finding = checkSecondSlamd(directory_);
+  ASSERT_TRUE(finding);
+  EXPECT_THAT(finding->what, testing::AllOf(HasSubstr("100"), HasSubstr("200")));
+}
+
+TEST_F(Doctor, NamesTheTerminalBehindAnyName) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root makes devices";
+  const fs::path node = directory_ / "rplidar";
+  ASSERT_EQ(mknod(node.c_str(), S_IFCHR | 0600, makedev(188, 3)), 0);
+  EXPECT_EQ(ttyNameOf(node, directory_ / "sys"), "") << "no such terminal";
+  fs::create_directories(directory_ / "sys/dev/char");
+  fs::create_directories(directory_ / "sys/devices/usb1/ttyUSB3/tty/ttyUSB3");
+  fs::create_directory_symlink("../../devices/usb1/ttyUSB3/tty/ttyUSB3", directory_ / "sys/dev/char/188:3");
+  EXPECT_EQ(ttyNameOf(node, directory_ / "sys"), "ttyUSB3");
+  EXPECT_EQ(ttyNameOf("/dev/null"), "");
+  EXPECT_EQ(ttyNameOf(directory_ / "none"), "");
+}
+
+TEST_F(Doctor, NamesTheCamerasThatThereAre) {
+  const std::vector<CameraInfo> cameras = {{"1d27/0601@1/5", "PrimeSense PS1080", "640x480 at 30 Hz"}};
+  EXPECT_EQ(checkCameraName("1d27/0601@1/5", cameras).level, Finding::kGood);
+  const Finding finding = checkCameraName("1d27/0601@1/4", cameras);
+  EXPECT_EQ(finding.level, Finding::kFault);
+  EXPECT_THAT(finding.fix, testing::AllOf(HasSubstr("1d27/0601@1/5 (PrimeSense PS1080, 640x480 at 30 Hz)"),
+                                          HasSubstr("set depth.uri")));
+  EXPECT_THAT(checkCameraName("1d27/0601@1/4", {}).fix, HasSubstr("OpenNI2 finds none"));
+}
+
+TEST_F(Doctor, NamesTheNodesOfDrivesThatAreHeard) {
+  test::FakeCanBus bus;
+  test::FakeCanPort port(bus);
+  const auto heard = [&](std::vector<int> nodes) {
+    bus.incoming.clear();
+    for (const int node : nodes) bus.put(can::odrive::encodeHeartbeat(node, {.state = 8}));
+    return checkDrives({.left_node = 16, .right_node = 24}, port, std::chrono::milliseconds(20));
+  };
+  EXPECT_EQ(heard({16, 24}).level, Finding::kGood);
+  EXPECT_THAT(heard({}).fix, HasSubstr("check the bit rate"));
+  const Finding defaults = heard({1, 0});
+  EXPECT_EQ(defaults.level, Finding::kFault);
+  EXPECT_THAT(defaults.what, HasSubstr("can.left_node = 16"));
+  EXPECT_THAT(defaults.fix, HasSubstr("nodes that send heartbeats: 0, 1; set can.left_node"));
+  EXPECT_THAT(heard({16, 25}).what, HasSubstr("can.right_node = 24"));
+  EXPECT_FALSE(bus.open) << "it is closed again";
+  EXPECT_TRUE(bus.sent.empty());
+}
+
 TEST_F(Doctor, ExplainsTheDrivesWatchdogsWhereSpeedsAreSent) {
   BaseDeviceConfig base;
-  for (const char* driver : {"handsfree", "can", "lcm", "none"}) {
+  for (const auto& [driver, word] : kChoices<BaseDriver>) {
     base.driver = driver;
-    EXPECT_FALSE(checkWatchdog(base)) << driver;
+    EXPECT_FALSE(checkWatchdog(base)) << word;
   }
   base.speed_commands = true;
-  base.driver = "can";
+  base.driver = BaseDriver::kCan;
   ASSERT_TRUE(checkWatchdog(base));
   EXPECT_EQ(checkWatchdog(base)->level, Finding::kWarning);
   EXPECT_THAT(checkWatchdog(base)->fix,
               testing::AllOf(HasSubstr("enable_watchdog = True"), HasSubstr("watchdog_timeout = 0.5"),
                              HasSubstr("save_configuration()")));
-  base.driver = "handsfree";
+  base.driver = BaseDriver::kHandsfree;
   ASSERT_TRUE(checkWatchdog(base));
   EXPECT_EQ(checkWatchdog(base)->level, Finding::kGood);
-  base.driver = "lcm";
+  base.driver = BaseDriver::kLcm;
   EXPECT_FALSE(checkWatchdog(base)) << "who drives the base is not slamd";
 }
 
@@ -122,6 +251,48 @@ TEST_F(Doctor, SaysWhereMapsCannotBeKept) {
   EXPECT_NE(checkDisk("maps", directory_).level, Finding::kFault);
 }
 
+TEST_F(Doctor, TellsAReadOnlyDiskFromAMissingRight) {
+  const pid_t child = fork();
+  if (child == 0) {
+    const char* const folder = directory_.c_str();
+    if (unshare(CLONE_NEWNS) != 0 || mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
+        mount("tmpfs", folder, "tmpfs", MS_RDONLY, nullptr) != 0)
+      _exit(77);
+    const Finding finding = checkDisk("maps", directory_);
+    _exit(finding.level == Finding::kFault && finding.what.find("read-only") != std::string::npos &&
+                  finding.fix.find("dmesg") != std::string::npos
+              ? 0
+              : 1);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  if (WEXITSTATUS(status) == 77) GTEST_SKIP() << "no right to mount a disk";
+  EXPECT_EQ(status, 0);
+}
+
+TEST_F(Doctor, SaysThatTheFieldLogStopsForLackOfRoom) {
+  EXPECT_FALSE(checkLogFloor(directory_, 0.0));
+  const auto finding = checkLogFloor(directory_, 1e12);
+  ASSERT_TRUE(finding);
+  EXPECT_THAT(finding->what, HasSubstr("where log.floor keeps"));
+  EXPECT_FALSE(checkLogFloor(directory_ / "no/such", 1e12));
+}
+
+TEST_F(Doctor, SaysWhatThePoseWaitsForAndWhatIsNotStored) {
+  health_t health{};
+  health.summary =
+      "pose initialising: waits for the lidar; lidar: no such port; map not written since 14:03: no space on /maps (12 "
+      "MB free); the map is not stored, slamd tries again; make room: sudo du -sh /maps/*; slamctl log list; the wall "
+      "clock was set back: stamps are 60 s ahead of it";
+  const Findings findings = checkHealth(health);
+  ASSERT_EQ(findings.size(), 4U);
+  EXPECT_EQ(findings[0].what, "slamd, pose initialising: waits for the lidar");
+  EXPECT_EQ(findings[1].what, "slamd: map not written since 14:03: no space on /maps (12 MB free)");
+  EXPECT_EQ(findings[1].level, Finding::kFault);
+  EXPECT_EQ(findings[1].fix, "make room: sudo du -sh /maps/*");
+  EXPECT_THAT(findings[3].what, HasSubstr("set back"));
+}
+
 TEST_F(Doctor, ReadsStatesAndRatesOfARunningDaemon) {
   health_t health{};
   const auto device = [](const char* name, std::uint8_t state, double rate, double expected, const char* reason) {
@@ -144,6 +315,29 @@ TEST_F(Doctor, ReadsStatesAndRatesOfARunningDaemon) {
   EXPECT_THAT(findings[2].what, HasSubstr("the camera has frozen"));
   EXPECT_THAT(findings[2].fix, HasSubstr("journalctl"));
   EXPECT_EQ(findings[3].level, Finding::kFault) << "an unknown state is none that streams";
+}
+
+TEST_F(Doctor, GivesTheFixThatADevicesWordsName) {
+  health_t health{};
+  device_health_t base{};
+  base.name = "base";
+  base.state = 2;
+  base.rate = base.expected = 5.0;
+  base.reason = "left wheel: encoder estimates come every 200 ms: they are used; set encoder_msg_rate_ms to 10 to 50";
+  device_health_t lidar = base;
+  lidar.name = "lidar";
+  lidar.state = 4;
+  lidar.reason = "the HandsFree board is on this port: slamd goes on without; exchange lidar.port and base.port";
+  health.devices = {base, lidar};
+  health.summary = "pose localised; LCM: another program publishes SLAM_POSE on udpm://239.255.76.67:7667 too";
+  const Findings findings = checkHealth(health);
+  ASSERT_EQ(findings.size(), 3U);
+  EXPECT_EQ(findings[0].level, Finding::kWarning);
+  EXPECT_EQ(findings[0].fix, "set encoder_msg_rate_ms to 10 to 50");
+  EXPECT_EQ(findings[1].level, Finding::kFault);
+  EXPECT_EQ(findings[1].fix, "exchange lidar.port and base.port");
+  EXPECT_EQ(findings[2].level, Finding::kFault);
+  EXPECT_THAT(findings[2].fix, HasSubstr("lcm.url"));
 }
 
 TEST_F(Doctor, CountsFaults) {

@@ -107,26 +107,26 @@ TEST(EstimateWriter, RefusesAPathThatItCannotWrite) {
 TEST(EstimateOf, TakesPoseAndCovarianceToTheScansOwnStamp) {
   std::mt19937 random(1);
   const test::Room room{.range_sigma = 0.01};
-  const auto localizer = std::make_unique<Localizer>(LocalizerConfig{});
+  const auto front_end = std::make_unique<FrontEnd>(LocalizerConfig{});
   Pose2 truth, wheels;
   ScanOutcome outcome;
   for (Timestamp now{100s}; now < Timestamp{103s}; now += 20ms) {
     truth = truth * exp({0.006, 0.0, 0.008});
     wheels = wheels * exp({0.0062, 0.0, 0.0078});
-    localizer->add(WheelSample{now, wheels});
+    front_end->add(WheelSample{now, wheels});
     if (now.time_since_epoch() % 200ms != 0ms) continue;
     LaserScan scan = room.scan(truth, random);
     scan.stamp = now;
-    outcome = localizer->add(scan);
+    outcome = front_end->add(scan);
   }
   ASSERT_TRUE(outcome.fused);
   outcome.T_base_first = {-0.4, 0.3, 0.2};  // more than there is in a turn, so that the lever shows
-  const PoseEstimate middle = localizer->estimate(outcome.stamp);
-  const ScanEstimate estimate = estimateOf(*localizer, outcome, 7);
+  const PoseEstimate middle = front_end->estimate(outcome.stamp);
+  const ScanEstimate estimate = estimateOf(*front_end, outcome, 7);
   EXPECT_EQ(estimate.utime, 7);
   EXPECT_EQ(estimate.state, middle.state);
   EXPECT_EQ(estimate.T_map_base, middle.T_map_base * outcome.T_base_first);
-  EXPECT_EQ(estimate.T_odom_base, localizer->odometry(outcome.first).T_odom_base);
+  EXPECT_EQ(estimate.T_odom_base, front_end->odometry(outcome.first).T_odom_base);
   EXPECT_EQ(estimate.match.overlap, outcome.match.overlap);
   constexpr double kStep = 1e-6;
   Eigen::Matrix3d jacobian;  // by central differences

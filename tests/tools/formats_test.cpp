@@ -19,50 +19,19 @@
 #include "tools/convert/log_output.hpp"
 #include "tools/convert/text_file.hpp"
 #include "tools/files.hpp"
+#include "tools/recorded_log.hpp"
 
 namespace slam {
 namespace {
 
 using test::Folder;
+using test::Log;
+using test::readLog;
 using test::recorded;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-
-struct Log {
-  std::vector<std::int64_t> event_times;
-  std::vector<std::int64_t> scan_utimes;
-  std::vector<LaserScan> scans;
-  std::vector<WheelSample> wheels;
-  int imu = 0;
-};
-
-Log readLog(const std::filesystem::path& path) {
-  Log log;
-  EventLogReader reader(path);
-  for (LogEvent event; reader.next(event);) {
-    log.event_times.push_back(event.utime);
-    if (event.channel == channel::kScan) {
-      const auto message = decodeChecked<scan_t>(event.data);
-      const auto scan = message ? fromMessage(*message) : std::nullopt;
-      EXPECT_TRUE(scan);
-      if (!scan) continue;
-      log.scan_utimes.push_back(message->utime);
-      log.scans.push_back(*scan);
-    } else if (event.channel == channel::kWheels) {
-      const auto message = decodeChecked<wheels_t>(event.data);
-      const auto sample = message ? fromMessage(*message) : std::nullopt;
-      EXPECT_TRUE(sample);
-      if (sample) log.wheels.push_back(*sample);
-    } else if (event.channel == channel::kImu) {
-      ++log.imu;
-      const auto message = decodeChecked<imu_t>(event.data);
-      EXPECT_TRUE(message && fromMessage(*message));
-    }
-  }
-  return log;
-}
 
 /// @param ranges as text, so that a test can write anything
 std::string flaser(const std::vector<std::string>& ranges, const std::string& stamp, const std::string& odometry) {
@@ -81,7 +50,7 @@ class Carmen : public testing::Test {
     return readLog(folder_ / "out.lcm");
   }
   const Folder folder_;
-  ConvertReport report_;
+  Recording report_;
 };
 
 TEST_F(Carmen, TakesTheOdometryOfFlaserLinesNotTheirFirstPose) {
@@ -282,7 +251,7 @@ TEST_F(Carmen, ComesBackFromOurLogAsItWent) {
         flaser(ranges, "976052857." + std::to_string(278'917 + 100'000 * i), "1.5 -2.25 " + std::to_string(0.1 * i));
   }
   const Log before = convert(text);
-  const ConvertReport back = convertToCarmen(folder_ / "out.lcm", folder_ / "back.clf");
+  const Recording back = convertToCarmen(folder_ / "out.lcm", folder_ / "back.clf");
   EXPECT_EQ(back.scans, 5);
   EXPECT_EQ(back.rejected, 0);
   const Log after = convert(test::contentOf(folder_ / "back.clf"));
@@ -312,7 +281,7 @@ TEST(ConvertCsv, UnpacksRangeAndIntensityOfAWord) {
   CsvInput in;
   in.scans = folder.write("scans.csv", scan + "\n");
   in.speed = folder.write("speed.csv", "t_s,v_m_s\n1.0,0\n1.5,1\n2.0,1\n2.5,1\n");
-  const ConvertReport report = convertCsv(in, folder / "out.lcm");
+  const Recording report = convertCsv(in, folder / "out.lcm");
   EXPECT_EQ(report.scans, 1);
   EXPECT_EQ(report.wheels, 4);
   EXPECT_EQ(report.rejected, 0);
@@ -340,7 +309,7 @@ double pathLength(const std::vector<WheelSample>& wheels) {
   return metres;
 }
 
-void expectHandfulRejected(const ConvertReport& report) { EXPECT_LE(report.rejected, 5) << report.first_rejection; }
+void expectHandfulRejected(const Recording& report) { EXPECT_LE(report.rejected, 5) << report.first_rejection; }
 
 TEST_F(Carmen, KeepsEachScansOdometryWhereStampsGoBack) {
   std::string text;
@@ -423,7 +392,7 @@ TEST_F(Carmen, CanBeDisturbedByWrongMountsAndClocks) {
 TEST(RecordedData, OfIntelHas5505Scans) {
   SLAM_SKIP_WITHOUT(recorded("intel/intel.clf.gz"));
   const Folder folder;
-  const ConvertReport report = convertCarmen(recorded("intel/intel.clf.gz"), folder / "out.lcm");
+  const Recording report = convertCarmen(recorded("intel/intel.clf.gz"), folder / "out.lcm");
   EXPECT_EQ(report.scans, 5505);
   EXPECT_EQ(report.rejected, 0) << report.first_rejection;
 }
@@ -436,7 +405,7 @@ TEST(RecordedData, OfTheUnswVehicleHas8292Scans) {
   in.speed = recorded("unsw_ugv/speed.csv.gz");
   in.imu = recorded("unsw_ugv/imu.csv.gz");
   in.imu_sign_z = -1.0;
-  const ConvertReport report = convertCsv(in, folder / "out.lcm");
+  const Recording report = convertCsv(in, folder / "out.lcm");
   EXPECT_EQ(report.scans, 8292);
   EXPECT_NEAR(report.wheels, 222.8 * 200, 100);
   EXPECT_NEAR(report.imu, 222.8 * 200, 100);
@@ -448,7 +417,7 @@ TEST(RecordedData, OfTheUnswVehicleHas8292Scans) {
 TEST(RecordedData, OfTheMinesRoverHas756Scans) {
   SLAM_SKIP_WITHOUT(recorded("mines/exp1.dat.gz"));
   const Folder folder;
-  const ConvertReport report = convertMines(recorded("mines/exp1.dat.gz"), folder / "out.lcm");
+  const Recording report = convertMines(recorded("mines/exp1.dat.gz"), folder / "out.lcm");
   EXPECT_EQ(report.scans, 756);
   expectHandfulRejected(report);
   const Log log = readLog(folder / "out.lcm");
@@ -460,7 +429,7 @@ TEST(RecordedData, OfTheMinesRoverHas756Scans) {
 TEST(RecordedData, OfWeanHallHas2251Scans) {
   SLAM_SKIP_WITHOUT(recorded("wean/robotdata2.log.gz"));
   const Folder folder;
-  const ConvertReport report = convertWean(recorded("wean/robotdata2.log.gz"), folder / "out.lcm");
+  const Recording report = convertWean(recorded("wean/robotdata2.log.gz"), folder / "out.lcm");
   EXPECT_EQ(report.scans, 2251);
   expectHandfulRejected(report);
   const Log log = readLog(folder / "out.lcm");
@@ -498,7 +467,7 @@ TEST(Mbot, WritesThePosesOfTheLogOnItsOwnClock) {
     scan.insert(scan.end(), tail.begin(), tail.end());
     log.write(kNow + 300'000, "RPLIDAR_LASER", scan);
   }
-  const ConvertReport report = convertMbot(folder / "in.lcm", folder / "out.lcm", {.file = folder / "truth.tum"});
+  const Recording report = convertMbot(folder / "in.lcm", folder / "out.lcm", {.file = folder / "truth.tum"});
   EXPECT_EQ(report.poses, 3);
   EXPECT_EQ(report.rejected, 1);
   const Trajectory poses = readTrajectory(folder / "truth.tum");
@@ -516,7 +485,7 @@ TEST(Mbot, WritesThePosesOfTheLogOnItsOwnClock) {
 TEST(RecordedData, OfTheMaebotHas459Scans) {
   SLAM_SKIP_WITHOUT(recorded("mbot/maebot_convex.lcm.gz"));
   const Folder folder;
-  const ConvertReport report = convertMbot(recorded("mbot/maebot_convex.lcm.gz"), folder / "out.lcm");
+  const Recording report = convertMbot(recorded("mbot/maebot_convex.lcm.gz"), folder / "out.lcm");
   EXPECT_EQ(report.scans, 459);
   expectHandfulRejected(report);
   const Log log = readLog(folder / "out.lcm");

@@ -9,11 +9,11 @@
 #include <slam/command_t.hpp>
 #include <thread>
 
-#include "app/service_reach.hpp"
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
 #include "bus/encoding.hpp"
 #include "bus/local_socket.hpp"
+#include "config/service_reach.hpp"
 #include "runtime/clock.hpp"
 #include "tools/files.hpp"
 

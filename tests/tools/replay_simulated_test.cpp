@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "app/config_loader.hpp"
 #include "build_paths.hpp"
+#include "config/loader.hpp"
 #include "tools/common/trajectory.hpp"
 #include "tools/convert/formats.hpp"
 #include "tools/eval/metrics.hpp"
@@ -38,8 +38,11 @@ std::vector<Relation> relationsOf(const Trajectory& truth) {
 
 class SimulatedReplay : public testing::Test {
  protected:
-  void drive(const std::string& scene, std::uint64_t seed) {
-    sim::writeLog({.scene = scene, .seed = seed, .truth = folder / "truth.tum"}, folder / "sound.lcm");
+  void drive(const std::string& scene, std::uint64_t seed, const sim::GyroFault& gyro = {}) {
+    sim::Situation situation;
+    situation.gyro = gyro;
+    sim::writeLog({.scene = scene, .seed = seed, .situation = situation, .truth = folder / "truth.tum"},
+                  folder / "sound.lcm");
   }
   ReplayStats replayed(const Disturbance& disturbance) {
     disturbLog(folder / "sound.lcm", folder / "drive.lcm", disturbance);
@@ -68,6 +71,26 @@ TEST_F(SimulatedReplay, WarnsOfWhatIsWrongAndOfNothingElse) {
   EXPECT_THAT(warnings({.double_scans = true}), ElementsAre(HasSubstr("repeat the one before")));
   EXPECT_THAT(warnings({.time_backwards = true}), ElementsAre(HasSubstr("stamped before the one before")));
   EXPECT_THAT(warnings({.distance_scale = 1.0}), ElementsAre(HasSubstr("base.wheel_radius")));
+}
+
+TEST_F(SimulatedReplay, AFaultyGyroIsNamedAndDoesNoHarm) {
+  using testing::ElementsAre;
+  using testing::HasSubstr;
+  const auto warnings = [&](const sim::GyroFault& gyro) {
+    drive("home", 1, gyro);
+    const ReplayStats stats = replayed({});
+    const AteErrors error =
+        absoluteErrors(readTrajectory(folder / "slam.tum"), readTrajectory(folder / "truth.tum"), false);
+    EXPECT_LE(error.rmse, 0.02) << "[m]; measured 0.010 at most";
+    return stats.warnings;
+  };
+  EXPECT_THAT(warnings({}), testing::IsEmpty());
+  EXPECT_THAT(warnings({.step = 0.0174533}), testing::IsEmpty());
+  EXPECT_THAT(warnings({.degrees = true}), ElementsAre(HasSubstr("the gyro reports 5")));
+  EXPECT_THAT(warnings({.down = true}), ElementsAre(HasSubstr("the gyro turns opposite")));
+  EXPECT_THAT(warnings({.clip = 0.5}), ElementsAre(HasSubstr("the gyro never reads more than 0.500 rad/s")));
+  EXPECT_THAT(warnings({.offset = 0.4}), ElementsAre(HasSubstr("rad/s at rest; slamd takes that off")));
+  EXPECT_THAT(warnings({.offset = 1.0}), ElementsAre(HasSubstr("too much for a bias; slamd goes on without it")));
 }
 
 TEST_F(SimulatedReplay, MeetsTheTrueRelations) {

@@ -14,12 +14,12 @@
 #include <string>
 #include <vector>
 
-#include "app/config_loader.hpp"
 #include "app/recorded_drive.hpp"
 #include "build_paths.hpp"
 #include "bus/channels.hpp"
 #include "bus/event_log.hpp"
 #include "bus/messages.hpp"
+#include "config/loader.hpp"
 #include "mapping/map_files.hpp"
 #include "store/map_store.hpp"
 #include "tools/common/trajectory.hpp"
@@ -466,7 +466,7 @@ TEST(Replay, FollowsTheRobotInAGivenMapAndLeavesTheMapAlone) {
   const auto before = filesOf(folder / "maps");
   ASSERT_EQ(before.size(), 8U);
   Config config = driveConfig();
-  config.mode = "localise";
+  config.mode = RunMode::kLocalise;
   replay(config, options);
   EXPECT_EQ(filesOf(folder / "maps"), before);
   const Trajectory first = readTrajectory(folder / "first.tum"), second = readTrajectory(folder / "second.tum");
@@ -517,9 +517,9 @@ TEST(Replay, SaysInOneLineWhatIsWrongWithAMap) {
   EXPECT_THAT(refusal(), HasSubstr("fix [lidar]"));
   config = driveConfig();
   options.load_map.clear();
-  config.mode = "localise";
+  config.mode = RunMode::kLocalise;
   EXPECT_THAT(refusal(), HasSubstr("give --load-map"));
-  config.mode = "slam";
+  config.mode = RunMode::kSlam;
   options.save_map = folder / "drive.lcm/map";
   EXPECT_NE(refusal(), "");
   options.save_map = folder / "maps/a name";

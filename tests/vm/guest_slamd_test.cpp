@@ -89,6 +89,11 @@ TEST_F(SlamdOnVirtualCan, PassesItsRowOfTheFaultMatrix) {
   run(rows()[4]);
 }
 
+TEST_F(SlamdOnVirtualCan, PassesTheImusRowOfTheFaultMatrix) {
+  drive("vcan0", "vcan0");
+  run(rows()[5]);
+}
+
 TEST_F(SlamdOnVirtualCan, GoesOnByTheLidarWhileTheInterfaceIsDownOrGone) {
   drive("vcan0", "vcan0");
   expectDownAndUp();

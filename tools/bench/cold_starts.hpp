@@ -4,9 +4,10 @@
 #include <functional>
 #include <vector>
 
-#include "app/config.hpp"
+#include "config/config.hpp"
 #include "core/pose2.hpp"
 #include "slam/map_state.hpp"
+#include "tools/bench/log_truth.hpp"
 
 namespace slam {
 
@@ -48,6 +49,16 @@ struct ColdStartReport {
 /// @throws std::runtime_error when the log cannot be read or does not fit the map
 ColdStartReport coldStarts(const std::filesystem::path& log, const Config& config, const MapState& map, int places,
                            double seconds, bool believe_none, const std::function<void(int done)>& progress = {});
+
+struct ColdStartOptions {
+  int places = 50;
+  double seconds = 10.0;
+  bool believe_none = false;
+};
+/// The same of samples whose truth is known.
+ColdStartReport coldStarts(const std::vector<LogSample>& samples, const LogTruth& truth, const Config& config,
+                           const MapState& map, const ColdStartOptions& options,
+                           const std::function<void(int done)>& progress = {});
 
 /// Writes a row a start, with all digits of its doubles: begin_s, after_s, x_m, y_m, theta_rad, and of each search
 /// after_s and lead. What was not found stays empty.

@@ -11,10 +11,8 @@
 #include "bus/checked_decode.hpp"
 #include "bus/event_log.hpp"
 #include "bus/messages.hpp"
-#include "posegraph/global_search.hpp"
-#include "posegraph/place_likelihood.hpp"
-#include "slam/back_end.hpp"
-#include "slam/localizer.hpp"
+#include "relocalisation/global_search.hpp"
+#include "relocalisation/place_fit.hpp"
 
 namespace slam {
 namespace {
@@ -36,27 +34,21 @@ constexpr double kElsewhere = 0.5;  // [m]
 /// A scan as the log's own map places it.
 struct AnchoredRow {
   Timestamp stamp;
-  Localizer::Anchored anchored;
+  AnchoredPose anchored;
 };
 
 /// Makes the log's own map. @return its rows, one a scan
-std::vector<AnchoredRow> mapLog(const std::vector<LogSample>& samples, const Config& config, BackEnd& back_end) {
-  Localizer localizer(localizerConfig(config));
+std::vector<AnchoredRow> mapLog(const std::vector<LogSample>& samples, Pipeline& pipeline) {
   std::vector<AnchoredRow> rows;
+  Timestamp recorded;
+  pipeline.on_scan = [&](const ScanOutcome& outcome) {
+    rows.push_back({recorded, pipeline.frontEnd().anchor(pipeline.frontEnd().estimate(outcome.stamp).T_map_base)});
+  };
   for (const LogSample& sample : samples) {
-    if (const auto* wheels = std::get_if<WheelSample>(&sample)) localizer.add(*wheels);
-    if (const auto* imu = std::get_if<ImuSample>(&sample)) localizer.add(*imu);
-    const auto* scan = std::get_if<std::unique_ptr<LaserScan>>(&sample);
-    if (scan == nullptr) continue;
-    const ScanOutcome outcome = localizer.add(**scan);
-    const Pose2 T_own_base = localizer.estimate(outcome.stamp).T_map_base;
-    if (outcome.keyframe != nullptr) back_end.add(*outcome.keyframe);
-    rows.push_back({(*scan)->stamp, localizer.anchor(T_own_base)});
-    if (auto correction = back_end.takeCorrection()) {
-      localizer.apply(*correction);
-      back_end.recycle(std::move(correction));
-    }
+    if (const auto* scan = std::get_if<std::unique_ptr<LaserScan>>(&sample)) recorded = (*scan)->stamp;
+    addTo(pipeline, sample);
   }
+  pipeline.on_scan = nullptr;
   return rows;
 }
 
@@ -64,7 +56,7 @@ std::vector<AnchoredRow> mapLog(const std::vector<LogSample>& samples, const Con
 /// place alike.
 using Neighbours = std::vector<std::vector<std::size_t>>;
 
-Neighbours neighbours(const SegmentView& whole) {
+Neighbours neighbours(const QueryCloud& whole) {
   Neighbours near(whole.parts.size());
   for (std::size_t i = 0; i < near.size(); ++i) {
     for (std::size_t k = 0; k < near.size(); ++k) {
@@ -82,20 +74,20 @@ struct LaidPath {
   double seen = 0.0;  // [1]
 };
 
-double logBend(const SegmentView& whole, const LaidPath& path, std::size_t i, const Pose2& T_map_i, std::size_t k) {
+double logBend(const QueryCloud& whole, const LaidPath& path, std::size_t i, const Pose2& T_map_i, std::size_t k) {
   const Pose2 T_i_k = between(whole.parts[i].T_newest_part, whole.parts[k].T_newest_part);
   const Pose2 off = between(T_map_i * T_i_k, path.T_map_part[k]);
   return -0.5 * Eigen::Vector3d(off.x, off.y, off.theta).cwiseQuotient(kBendSigma).squaredNorm();
 }
 
-double logEnds(const DecayField& field, const SegmentView::Part& part, const Pose2& T_map_part) {
+double logEnds(const DecayRateMap& field, const QueryCloud::Part& part, const Pose2& T_map_part) {
   double sum = 0.0;
-  for (const SegmentView::Ray& ray : part.rays) sum += field.logRate(T_map_part * ray.to, ray.range);
+  for (const QueryCloud::Ray& ray : part.rays) sum += field.logRate(T_map_part * ray.to, ray.range);
   return kRayWeight * sum;
 }
 
 /// Moves each part to where its beams end most likely, as far as its neighbours let it.
-void smooth(const DecayField& field, const SegmentView& whole, const Neighbours& near, double step, LaidPath& path) {
+void smooth(const DecayRateMap& field, const QueryCloud& whole, const Neighbours& near, double step, LaidPath& path) {
   for (std::size_t i = 0; i < path.T_map_part.size(); ++i) {
     Pose2 best = path.T_map_part[i];
     double highest = -std::numeric_limits<double>::infinity();
@@ -114,11 +106,11 @@ void smooth(const DecayField& field, const SegmentView& whole, const Neighbours&
 
 /// Lays the path as it is, then lets it bend: first to walls that are blurred, so that it is drawn to them from afar.
 /// @param fields coarsest first
-LaidPath lay(std::span<const DecayField> fields, const SegmentView& whole, const Pose2& T_map_newest) {
+LaidPath lay(std::span<const DecayRateMap> fields, const QueryCloud& whole, const Pose2& T_map_newest) {
   const Neighbours near = neighbours(whole);
   LaidPath path;
-  for (const SegmentView::Part& part : whole.parts) path.T_map_part.push_back(T_map_newest * part.T_newest_part);
-  for (const DecayField& field : fields) {
+  for (const QueryCloud::Part& part : whole.parts) path.T_map_part.push_back(T_map_newest * part.T_newest_part);
+  for (const DecayRateMap& field : fields) {
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
       for (const double share : {1.0, 0.5, 0.25}) smooth(field, whole, near, share * field.model().sigma, path);
     }
@@ -129,7 +121,7 @@ LaidPath lay(std::span<const DecayField> fields, const SegmentView& whole, const
     for (const std::size_t k : near[i]) {
       path.log_likelihood += k < i ? logBend(whole, path, i, path.T_map_part[i], k) : 0.0;
     }
-    for (const SegmentView::Ray& ray : whole.parts[i].rays) {
+    for (const QueryCloud::Ray& ray : whole.parts[i].rays) {
       seen += fields.back().atWall(fields.back().logRate(path.T_map_part[i] * ray.to, ray.range)) ? 1 : 0;
     }
     rays += whole.parts[i].rays.size();
@@ -139,8 +131,8 @@ LaidPath lay(std::span<const DecayField> fields, const SegmentView& whole, const
 }
 
 /// The path, were all its ways longer.
-SegmentView stretched(SegmentView whole, double scale) {
-  for (SegmentView::Part& part : whole.parts) {
+QueryCloud stretched(QueryCloud whole, double scale) {
+  for (QueryCloud::Part& part : whole.parts) {
     part.T_newest_part.x *= scale;
     part.T_newest_part.y *= scale;
   }
@@ -169,26 +161,35 @@ std::vector<LogSample> readSamples(const std::filesystem::path& log) {
   return samples;
 }
 
+std::optional<ScanOutcome> addTo(Pipeline& pipeline, const LogSample& sample) {
+  if (const auto* wheels = std::get_if<WheelSample>(&sample)) pipeline.add(*wheels);
+  if (const auto* imu = std::get_if<ImuSample>(&sample)) pipeline.add(*imu);
+  const auto* scan = std::get_if<std::unique_ptr<LaserScan>>(&sample);
+  return scan != nullptr ? std::optional(pipeline.add(**scan)) : std::nullopt;
+}
+
 LogTruth fitLog(const std::vector<LogSample>& samples, const Config& config, const MapState& map) {
   Config mapping = config;
-  mapping.mode = "slam";
-  BackEnd own(backEndConfig(mapping));
-  const std::vector<AnchoredRow> rows = mapLog(samples, mapping, own);
+  mapping.mode = RunMode::kSlam;
+  PipelineConfig fitting = fitted({localizerConfig(mapping), backEndConfig(mapping), mapping.map, false}, map);
+  fitting.back_end.relocalisation.places.model = scanMapModel();  // which its own map is
+  const auto own = std::make_unique<Pipeline>(fitting);
+  const std::vector<AnchoredRow> rows = mapLog(samples, *own);
   if (rows.empty()) throw std::runtime_error("the log holds no scans");
 
   std::vector<int> ids(static_cast<std::size_t>(map.keyframes.size()));
   std::iota(ids.begin(), ids.end(), 0);
-  std::vector<DecayField> fields;
+  std::vector<DecayRateMap> fields;
   for (const double sigma : kBlurs) {
-    fields.emplace_back(map.keyframes, ids, BeamModel{.sigma = sigma, .beyond_rim = 0.0});
+    fields.emplace_back(map.keyframes, ids, BeamModel{.sigma = sigma, .beyond_rim = 0.0}, map.kind);
   }
-  const KeyframeGraph& keyframes = own.keyframes();
+  const KeyframeGraph& keyframes = own->backEnd().keyframes();
   const int newest = keyframes.size() - 1;
-  SegmentView whole;
+  QueryCloud whole;
   whole.gather(keyframes, 0, newest, std::numeric_limits<double>::infinity(), kPart, 0.0);
   std::vector<Eigen::Vector2d> query, all;
-  for (const SegmentView::Part& part : whole.parts) {
-    for (const SegmentView::Ray& ray : part.rays) all.push_back(part.T_newest_part * ray.to);
+  for (const QueryCloud::Part& part : whole.parts) {
+    for (const QueryCloud::Ray& ray : part.rays) all.push_back(part.T_newest_part * ray.to);
   }
   for (std::size_t i = 0; i < kQuery; ++i) query.push_back(all[i * all.size() / kQuery]);
   std::vector<LaidPath> paths;

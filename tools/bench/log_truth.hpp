@@ -2,13 +2,15 @@
 #pragma once
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <variant>
 #include <vector>
 
-#include "app/config.hpp"
+#include "config/config.hpp"
 #include "core/samples.hpp"
 #include "core/scan.hpp"
 #include "slam/map_state.hpp"
+#include "slam/pipeline.hpp"
 
 namespace slam {
 
@@ -16,6 +18,9 @@ using LogSample = std::variant<std::unique_ptr<LaserScan>, WheelSample, ImuSampl
 
 /// The samples of a log in its order.
 std::vector<LogSample> readSamples(const std::filesystem::path& log);
+
+/// @return what a scan did; nothing of another sample
+std::optional<ScanOutcome> addTo(Pipeline& pipeline, const LogSample& sample);
 
 /// Where the robot of a log was in a given map.
 struct LogTruth {

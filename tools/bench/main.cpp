@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/App.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <numbers>
 
-#include "app/config_loader.hpp"
+#include "config/loader.hpp"
 #include "mapping/map_files.hpp"
 #include "slam/map_import.hpp"
+#include "tools/bench/ablation.hpp"
 #include "tools/bench/cold_starts.hpp"
 #include "tools/bench/scan_pairs.hpp"
 #include "tools/common/program.hpp"
@@ -88,6 +90,75 @@ void printLeads(const slam::ColdStartReport& report) {
   std::printf("the true place leads at the end: %d; largest lead of a wrong place: %.1f\n", leading, largest);
 }
 
+/// Rules of the front end whose names begin with one of `asked`; all where none is.
+std::vector<const slam::Rule*> rulesOf(const std::vector<std::string>& asked) {
+  std::vector<const slam::Rule*> rules;
+  for (const slam::Rule& rule : slam::frontEndRules()) {
+    const bool wanted = std::any_of(asked.begin(), asked.end(), [&](const std::string& name) {
+      return rule.name == name || rule.name.starts_with(name + " ");
+    });
+    if (asked.empty() || wanted) rules.push_back(&rule);
+  }
+  return rules;
+}
+
+/// What a case loses without a rule, in words; nothing where it loses and gains nothing.
+std::string change(const slam::AblationFigures& with, const slam::AblationFigures& without) {
+  constexpr double kRatio = 0.02, kShare = 0.002;  // less is not worth a word
+  std::string text;
+  char word[64];
+  for (std::size_t i = 0; i < with.errors.size(); ++i) {
+    const double ratio = without.errors[i] / with.errors[i];
+    if (!(std::abs(ratio - 1.0) > kRatio)) continue;
+    const char* poses = with.errors.size() == 1 ? "" : i == 0 ? "final " : "causal ";
+    std::snprintf(word, sizeof word, "%s%s%.2f", text.empty() ? "" : ", ", poses, ratio);
+    text += word;
+  }
+  for (const auto& [name, share] : {std::pair("not localised", without.lost - with.lost),
+                                    {"sure and wrong", without.sure_and_wrong - with.sure_and_wrong}}) {
+    if (!(std::abs(share) > kShare)) continue;
+    std::snprintf(word, sizeof word, "%s%s %+.1f %%", text.empty() ? "" : ", ", name, 100.0 * share);
+    text += word;
+  }
+  return text;
+}
+
+void printAblation(const std::vector<slam::AblationCase>& cases, const std::vector<std::string>& asked, int jobs) {
+  std::vector<slam::AblationFigures> with;
+  const auto rules = rulesOf(asked);
+  slam::ablate(cases, rules, jobs, [&](const slam::Rule* without, const std::vector<slam::AblationFigures>& of_cases) {
+    if (without == nullptr) {
+      with = of_cases;
+      std::printf("| case | error [m] | not localised | sure and wrong |\n|---|---|---|---|\n");
+      for (std::size_t i = 0; i < cases.size(); ++i) {
+        std::printf("| %s |", cases[i].name.c_str());
+        for (const double error : with[i].errors) std::printf(" %.4f", error);
+        std::printf(" | %.1f %% | %.1f %% |\n", 100.0 * with[i].lost, 100.0 * with[i].sure_and_wrong);
+      }
+      std::printf(
+          "\n| without | error, mean ratio | largest | what changes, as a ratio of the error |\n|---|---|---|---|\n");
+      return;
+    }
+    double log_sum = 0.0, largest = 0.0;
+    int count = 0;
+    std::string changes;
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+      for (std::size_t k = 0; k < with[i].errors.size(); ++k) {
+        const double ratio = of_cases[i].errors[k] / with[i].errors[k];
+        if (!(with[i].errors[k] > 0.0)) continue;  // of a kind that was never wrong
+        log_sum += std::log(std::max(ratio, 1e-3));
+        largest = std::max(largest, ratio);
+        ++count;
+      }
+      const std::string words = change(with[i], of_cases[i]);
+      if (!words.empty()) changes += (changes.empty() ? "" : "; ") + cases[i].name + " " + words;
+    }
+    std::printf("| %s | %.3f | %.2f | %s |\n", std::string(without->name).c_str(),
+                std::exp(log_sum / std::max(1, count)), largest, changes.c_str());
+    std::fflush(stdout);
+  });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -117,14 +188,23 @@ int main(int argc, char** argv) {
   localise->add_option("--starts", starts, "write a row a start: when, where found, its searches (CSV)");
   localise->add_option("LOG", log, "LCM event log")->required();
   localise->add_option("MAP", map, "map_server .yaml")->required();
+  CLI::App* ablate = app.add_subcommand("ablate", "what each rule of the front end is worth on a list of drives");
+  std::vector<std::string> rules;
+  int jobs = 2;
+  ablate->add_option("--rule", rules, "without this rule alone; may be repeated");
+  ablate->add_option("--jobs", jobs, "runs at a time")->capture_default_str()->check(CLI::Range(1, 64));
+  ablate->add_option("CASES", log, "list of drives, see tools/bench/ablation.hpp")->required();
   return slam::runProgram(
       app, argc, argv, SLAMD_VERSION, "slam-benchmark matcher --config config/carmen.toml intel.lcm intel.relations",
       [&] {
+        if (ablate->parsed()) {
+          printAblation(slam::readCases(log), rules, jobs);
+          return slam::kDone;
+        }
         slam::Config config = slam::loadConfig(config_file, overrides);
         if (localise->parsed()) {
-          config.mode = "localise";
+          config.mode = slam::RunMode::kLocalise;
           const auto state = slam::importMap(slam::readMapFiles(map));
-          config.localizer.match = slam::matchInPicture(config.localizer.match, state.grid.resolution());
           slam::showProgress("laying the log into the map");
           const auto report = slam::coldStarts(log, config, state, places, seconds, leads, [&](int done) {
             slam::showProgress(std::to_string(done) + " of " + std::to_string(places) + " starts");

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "app/config.hpp"
+#include "config/config.hpp"
 #include "matching/match_result.hpp"
 #include "matching/reference.hpp"
 #include "matching/scan_points.hpp"

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <iostream>
 
-#include "app/config_loader.hpp"
+#include "config/loader.hpp"
 #include "tools/calibrate/calibration.hpp"
 #include "tools/calibrate/motion_selection.hpp"
 #include "tools/calibrate/report.hpp"
@@ -15,7 +15,7 @@ namespace {
 slam::Config configFrom(const std::string& file, const std::vector<std::string>& overrides) {
   const slam::Config config =
       file.empty() ? slam::parseConfig("", "defaults", overrides) : slam::loadConfig(file, overrides);
-  if (config.lidar_device.driver == "none" || config.base_device.driver == "none") {
+  if (config.lidar_device.driver == slam::LidarDriver::kNone || config.base_device.driver == slam::BaseDriver::kNone) {
     throw slam::ConfigError({"slam-calibrate: lidar.driver and base.driver: \"none\"; calibration needs both"});
   }
   return config;

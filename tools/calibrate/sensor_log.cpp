@@ -6,16 +6,15 @@
 #include <stdexcept>
 
 #include "bus/channels.hpp"
-#include "bus/checked_decode.hpp"
 #include "bus/event_log.hpp"
-#include "bus/messages.hpp"
-#include "slam/localizer.hpp"
-#include "slam/stamp_sequencer.hpp"
+#include "bus/received.hpp"
+#include "frontend/stamp_sequencer.hpp"
+#include "slam/pipeline.hpp"
 
 namespace slam {
 namespace {
 
-/// The wheels' angles, recorded or taken back from the dead reckoning, stamped as the Localizer stamps them.
+/// The wheels' angles, recorded or taken back from the dead reckoning, stamped as the pipeline stamps them.
 class WheelCollector {
  public:
   explicit WheelCollector(const DifferentialBase& base) : base_(base) {}
@@ -52,25 +51,23 @@ class WheelCollector {
 class LogFeeder {
  public:
   explicit LogFeeder(const Config& config)
-      : use_imu_(config.imu_device.driver != "none"),
-        localizer_(config.localizer),
+      : use_imu_(config.imu_device.driver != ImuDriver::kNone),
+        pipeline_(withoutLoops(config)),
         wheels_(config.base_device.geometry) {}
 
   void feed(const LogEvent& event) {
     if (event.channel == channel::kScan) {
-      const auto message = decodeChecked<scan_t>(event.data);
-      const auto scan = message ? fromMessage(*message) : std::nullopt;
-      scan ? add(*scan) : reject();
+      if (const auto scan = take<scan_t>(event, scans_)) add(*scan.sample);
     } else if (event.channel == channel::kWheels) {
-      const auto message = decodeChecked<wheels_t>(event.data);
-      const auto sample = message ? fromMessage(*message) : std::nullopt;
-      sample ? add(*message, *sample) : reject();
+      if (const auto wheels = take<wheels_t>(event, wheels_seen_)) add(*wheels.message, *wheels.sample);
     } else if (event.channel == channel::kImu && use_imu_) {
-      const auto message = decodeChecked<imu_t>(event.data);
-      const auto sample = message ? fromMessage(*message) : std::nullopt;
-      sample ? localizer_.add(*sample) : reject();
+      if (const auto imu = take<imu_t>(event, imus_)) pipeline_.add(*imu.sample);
     }
   }
+
+  /// What was refused of scans and of wheels, and why; empty: none.
+  std::string refusedScans() const { return scans_.words(); }
+  std::string refusedWheels() const { return wheels_seen_.words(); }
 
   SensorLog finish() {
     wheels_.finish(log_);
@@ -78,7 +75,21 @@ class LogFeeder {
   }
 
  private:
-  void reject() { ++log_.rejected_messages; }
+  /// Motions are measured between scans near in time: a loop that is closed would put a jump between them.
+  static PipelineConfig withoutLoops(const Config& config) {
+    PipelineConfig pipeline{config.localizer, backEndConfig(config), config.map, false};
+    pipeline.back_end.localise_only = false;
+    pipeline.back_end.close_loops = false;
+    return pipeline;
+  }
+
+  template <typename Message>
+  Received<Message> take(const LogEvent& event, RefusedMessages& refused) {
+    Received<Message> received(event.data);
+    refused.count(received.refusal);
+    log_.rejected_messages += received.refusal != Refusal::kNone;
+    return received;
+  }
 
   void add(const wheels_t& message, const WheelSample& sample) {
     if (!sample.turn_rate_known) {
@@ -86,12 +97,12 @@ class LogFeeder {
           "SLAM_WHEELS measures speed only (turn_rate_known is false), which does not show the track or one wheel; "
           "record a log with the angles of both wheels");
     }
-    localizer_.add(sample);
+    pipeline_.add(sample);
     wheels_.add(message, sample);
   }
 
   void add(const LaserScan& scan) {
-    const ScanOutcome outcome = localizer_.add(scan);
+    const ScanOutcome outcome = pipeline_.add(scan);
     ++log_.scans_read;
     if (outcome.fused && outcome.match.observable == 3) {
       log_.scans.push_back({outcome.stamp, outcome.match.T_ref_base, outcome.match.covariance});
@@ -99,7 +110,8 @@ class LogFeeder {
   }
 
   bool use_imu_;
-  Localizer localizer_;
+  RefusedMessages scans_{channel::kScan}, wheels_seen_{channel::kWheels}, imus_{channel::kImu};
+  Pipeline pipeline_;
   WheelCollector wheels_;
   SensorLog log_;
 };
@@ -121,8 +133,13 @@ SensorLog readSensorLog(const Config& config, const std::filesystem::path& file,
     throw std::runtime_error(file.string() + ": " + error.what());
   }
   SensorLog log = feeder.finish();
-  if (log.scans_read == 0) throw std::runtime_error(file.string() + ": no SLAM_SCAN in it; record one with lidar");
-  if (log.wheels.empty()) throw std::runtime_error(file.string() + ": no SLAM_WHEELS in it; record one with wheels");
+  const auto require = [&file](bool there, const std::string& refused, const char* otherwise) {
+    if (there) return;
+    throw std::runtime_error(file.string() + ": " +
+                             (refused.empty() ? otherwise : "nothing in it can be used: " + refused));
+  };
+  require(log.scans_read > 0, feeder.refusedScans(), "no SLAM_SCAN in it; record one with lidar");
+  require(!log.wheels.empty(), feeder.refusedWheels(), "no SLAM_WHEELS in it; record one with wheels");
   log.skipped_bytes = reader.skippedBytes();
   log.truncated = reader.truncated();
   return log;

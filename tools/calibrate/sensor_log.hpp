@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-#include "app/config.hpp"
+#include "config/config.hpp"
 #include "core/pose2.hpp"
 #include "core/timestamp.hpp"
 
@@ -35,7 +35,7 @@ struct SensorLog {
   bool truncated = false;
 };
 
-/// Feeds a log to a Localizer and keeps its matches and the wheels' angles.
+/// Feeds a log to the pipeline and keeps its matches and the wheels' angles.
 /// @throws std::runtime_error when the log cannot be read, lacks scans or wheels, or its wheels measure speed only
 SensorLog readSensorLog(const Config& config, const std::filesystem::path& file,
                         const std::function<void(double log_seconds)>& progress = {});

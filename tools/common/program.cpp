@@ -10,7 +10,7 @@
 #include <sstream>
 #include <unistd.h>
 
-#include "app/config_loader.hpp"
+#include "config/loader.hpp"
 
 namespace slam {
 

@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "bus/channels.hpp"
-#include "bus/checked_decode.hpp"
-#include "bus/messages.hpp"
+#include "bus/received.hpp"
 #include "core/pose_history.hpp"
 #include "tools/convert/carmen.hpp"
 #include "tools/convert/formats.hpp"
+#include "tools/convert/log_output.hpp"
 
 namespace slam {
 namespace {
@@ -96,33 +96,35 @@ void printLaser(std::FILE* file, const LaserScan& scan, const Pose2& odom) {
 
 }  // namespace
 
-ConvertReport convertToCarmen(const std::filesystem::path& in, const std::filesystem::path& out) {
+Recording convertToCarmen(const std::filesystem::path& in, const std::filesystem::path& out) {
   EventLogReader log(in);
   std::FILE* file = std::fopen(out.c_str(), "w");
   if (file == nullptr) throw std::runtime_error(out.string() + ": cannot write: " + std::strerror(errno));
   std::fputs("# CARMEN log written by slam-convert; ranges resampled to equal steps, 81.83: no return\n", file);
 
-  ConvertReport report;
+  Recording report;
   PoseHistory wheels(4096);
   std::optional<WheelSample> newest;  // as it came: the history is by stamps, which may go back
   std::int64_t first = -1;
   for (LogEvent event; log.next(event);) {
     if (first < 0) first = event.utime;
     if (event.channel == channel::kWheels) {
-      const auto message = decodeChecked<wheels_t>(event.data);
-      const auto sample = message ? fromMessage(*message) : std::nullopt;
+      const Received<wheels_t> received(event.data);
+      const auto& sample = received.sample;
       if (!sample) {
-        report.reject(in.filename().string(), "a SLAM_WHEELS message that does not decode");
+        report.reject(in.filename().string(), describe(received.refusal, event.channel));
         continue;
       }
       wheels.push(sample->stamp, sample->T_wheels_base);
       newest = sample;
       ++report.wheels;
     } else if (event.channel == channel::kScan) {
-      const auto message = decodeChecked<scan_t>(event.data);
-      const auto scan = message ? fromMessage(*message) : std::nullopt;
+      const Received<scan_t> received(event.data);
+      const auto& message = received.message;
+      const auto& scan = received.sample;
       if (!scan || scan->size == 0) {
-        report.reject(in.filename().string(), "a SLAM_SCAN message that does not decode");
+        report.reject(in.filename().string(),
+                      scan ? "a SLAM_SCAN without beams" : describe(received.refusal, event.channel));
         continue;
       }
       const bool own = newest && newest->stamp == scan->stamp;
@@ -135,7 +137,9 @@ ConvertReport convertToCarmen(const std::filesystem::path& in, const std::filesy
   }
   const bool failed = std::ferror(file) != 0;
   if (std::fclose(file) != 0 || failed) throw std::runtime_error(out.string() + ": cannot write all of it");
-  if (report.scans == 0) throw std::runtime_error(in.string() + ": no SLAM_SCAN in it");
+  if (report.scans == 0)
+    throw std::runtime_error(in.string() + ": no SLAM_SCAN in it that can be used" +
+                             (report.first_rejection.empty() ? "" : ": " + report.first_rejection));
   return report;
 }
 

@@ -10,6 +10,7 @@
 #include "bus/messages.hpp"
 #include "core/pose_history.hpp"
 #include "tools/convert/formats.hpp"
+#include "tools/convert/log_output.hpp"
 
 namespace slam {
 namespace {
@@ -82,13 +83,13 @@ std::pair<std::int64_t, std::int64_t> timeSpan(const std::filesystem::path& log)
 
 }  // namespace
 
-ConvertReport disturbLog(const std::filesystem::path& in, const std::filesystem::path& out,
-                         const Disturbance& disturbance) {
+Recording disturbLog(const std::filesystem::path& in, const std::filesystem::path& out,
+                     const Disturbance& disturbance) {
   const auto [first, last] = timeSpan(in);
   WheelDisturbance wheels(disturbance, first, last);
   const std::int64_t middle = first + (last - first) / 2;
   EventLogReader reader(in);
-  ConvertReport report;
+  Recording report;
   LogOutput log;
   for (LogEvent event; reader.next(event);) {
     const std::int64_t set_back = disturbance.time_backwards && event.utime > middle ? 30'000'000 : 0;

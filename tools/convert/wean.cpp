@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "tools/convert/formats.hpp"
+#include "tools/convert/log_output.hpp"
 #include "tools/convert/text_file.hpp"
 
 namespace slam {
@@ -17,14 +18,21 @@ constexpr std::int64_t kEpoch = 1000000;  // [us] the recording's clock begins a
 
 }  // namespace
 
-ConvertReport convertWean(const std::filesystem::path& in, const std::filesystem::path& out) {
+Recording convertWean(const std::filesystem::path& in, const std::filesystem::path& out) {
   TextFile file(in);
-  ConvertReport report;
+  Recording recording;
+  recording.format = "CMU Wean Hall log";
+  recording.robot = {.lidar_x = 0.25,
+                     .mount_source = "the description of this robot",
+                     .range_min = 0.05,
+                     .range_max = 50.0,
+                     .range_sigma = 0.02};
   LogOutput log;
   auto scan = std::make_unique<LaserScan>();
   scan->range_min = 0.05F;
   scan->range_max = 80.0F;
   std::int64_t arrival = 0;
+  int odometry_lines = 0;
   for (std::string line; file.next(line);) {
     const auto words = splitWords(line);
     if (words.empty()) continue;
@@ -33,19 +41,26 @@ ConvertReport convertWean(const std::filesystem::path& in, const std::filesystem
     const auto numbers = (laser || odometry) && words.size() == expected ? toNumbers(words, 1) : std::nullopt;
     const auto seconds = numbers ? toMicroseconds(words.back()) : std::nullopt;
     if (!seconds || *seconds < 0) {
-      report.reject(in.filename().string() + ":" + std::to_string(file.lineNumber()),
-                    "not an O line of 5 or an L line of 188 words");
+      recording.reject(recording.sensor(laser      ? "L"
+                                        : odometry ? "O"
+                                                   : "other lines"),
+                       in.filename().string() + ":" + std::to_string(file.lineNumber()),
+                       "not an O line of 5 or an L line of 188 words");
       continue;
     }
     // An L line's odometry was interpolated to the moment of the scan, which lies before the line's stamp; an O line's
     // is of its stamp. Mixed they would go to and fro, so the scans' own are used.
-    if (!laser) continue;
+    if (!laser) {
+      ++odometry_lines;
+      recording.sensor("O").use(*seconds + kEpoch);
+      continue;
+    }
     const std::int64_t utime = *seconds + kEpoch;
     arrival = std::max(arrival, utime);
     const WheelSample wheels{fromMicroseconds(utime),
                              {(*numbers)[0] * kMetresPerUnit, (*numbers)[1] * kMetresPerUnit, (*numbers)[2]}};
     log.add(arrival, wheels, utime);
-    ++report.wheels;
+    ++recording.wheels;
     scan->stamp = fromMicroseconds(utime);
     scan->size = 0;
     for (std::size_t i = 0; i < kBeams; ++i) {
@@ -55,11 +70,15 @@ ConvertReport convertWean(const std::filesystem::path& in, const std::filesystem
           {.range = range >= kNoReturn ? 0.0F : static_cast<float>(range), .bearing = static_cast<float>(bearing)});
     }
     log.add(arrival, *scan, utime);
-    ++report.scans;
+    recording.useScan(recording.sensor("L"), utime);
   }
-  reportDamage(file, in, report);
+  reportDamage(file, in, recording);
+  if (odometry_lines > 0) {
+    recording.unused.push_back(std::to_string(odometry_lines) +
+                               " O lines: the L lines carry the odometry of each scan");
+  }
   log.write(out);
-  return report;
+  return recording;
 }
 
 MapImage readBeesoftMap(const std::filesystem::path& in) {

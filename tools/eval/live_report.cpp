@@ -113,6 +113,7 @@ void printHealth(const health_t& health) {
                                     {"scan_work", "work on one scan [ms]"},
                                     {"match", "of it the match [ms]"},
                                     {"estimator.late", "estimator: tick begins late by [ms]"},
+                                    {"base.late", "base: tick begins late by [ms]"},
                                     {"map", "map update [ms]"}}) {
     for (const stage_health_t& s : health.stages) {
       if (s.name == name)

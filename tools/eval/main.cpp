@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <fstream>
 
-#include "app/config_loader.hpp"
+#include "config/loader.hpp"
 #include "mapping/colour_image.hpp"
 #include "mapping/map_files.hpp"
 #include "tools/common/program.hpp"
@@ -12,6 +12,7 @@
 #include "tools/eval/map_metrics.hpp"
 #include "tools/eval/metrics.hpp"
 #include "tools/eval/overlay.hpp"
+#include "tools/eval/trust.hpp"
 
 namespace {
 
@@ -92,6 +93,18 @@ void printOverlay(const slam::OverlayErrors& e, bool json) {
               e.mean, e.paired, e.points, e.first_scans, e.last_scans);
 }
 
+void printTrust(const slam::TrustErrors& e, bool json) {
+  if (e.scans == 0) throw std::runtime_error("the estimates and the truth have no time in common");
+  const std::string noticed = e.noticed ? std::to_string(*e.noticed) : json ? "null" : "never";
+  std::printf(json
+                  ? "{\"scans\": %d, \"left_out\": %d, \"localised\": %d, \"sure_and_wrong\": %.6f, "
+                    "\"needlessly_lost\": %.6f, \"worst_m\": %.4f, \"nees\": %.4f, \"noticed_s\": %s}\n"
+                  : "scans                      %d (%d outside the truth's time left out)\n"
+                    "localised                  %d\nof these sure and wrong    %.4f\nneedlessly lost            %.4f\n"
+                    "worst while localised [m]  %.4f\nNEES, 3 is right           %.2f\nkidnapping noticed [s]     %s\n",
+              e.scans, e.left_out, e.localised, e.sureAndWrong(), e.needlesslyLost(), e.worst, e.nees, noticed.c_str());
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -109,6 +122,11 @@ int main(int argc, char** argv) {
   CLI::App* relations = add("relations", "trajectory against known relative poses", "TRAJ.tum", "FILE.relations");
   CLI::App* ate = add("ate", "absolute trajectory error after rigid alignment", "TRAJ.tum", "TRUTH.tum");
   ate->add_flag("--no-align", no_align, "compare in the files' own frames");
+  slam::TrustOptions trust_options;
+  CLI::App* trust = add("trust", "whether a robot that was sure was right", "ESTIMATES.csv", "TRUTH.tum");
+  trust->add_flag("--no-align", no_align, "the map lies in the truth's frame; default: laid on it by the first 2 s");
+  trust->add_option("--kidnapped", trust_options.kidnapped,
+                    "[s] behind the first scan: when the robot was carried away");
   CLI::App* waypoints = add("waypoints", "position and heading at a few true poses", "TRAJ.tum", "WAYPOINTS.tum");
   slam::LiveInput live_input;
   CLI::App* live = app.add_subcommand("live", "table of a recorded live run of slamd against the simulator's truth");
@@ -145,6 +163,10 @@ int main(int argc, char** argv) {
               slam::absoluteErrors(slam::readTrajectory(estimate), slam::readTrajectory(truth), !no_align);
           if (errors.used == 0) throw std::runtime_error("the two trajectories have no time in common");
           printAte(errors, json);
+        } else if (trust->parsed()) {
+          if (no_align) trust_options.align_seconds = 0.0;
+          printTrust(slam::trustErrors(slam::readEstimates(estimate), slam::readTrajectory(truth), trust_options),
+                     json);
         } else if (waypoints->parsed()) {
           printWaypoints(slam::waypointErrors(slam::readTrajectory(estimate), slam::readTrajectory(truth)), json);
         } else if (live->parsed()) {

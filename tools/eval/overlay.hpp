@@ -2,7 +2,7 @@
 #pragma once
 #include <filesystem>
 
-#include "app/config.hpp"
+#include "config/config.hpp"
 #include "tools/common/trajectory.hpp"
 
 namespace slam {

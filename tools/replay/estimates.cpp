@@ -29,14 +29,14 @@ void append(std::string& row, const Pose2& pose) {
 
 }  // namespace
 
-ScanEstimate estimateOf(const Localizer& localizer, const ScanOutcome& outcome, std::int64_t utime) {
-  const PoseEstimate middle = localizer.estimate(outcome.stamp);
+ScanEstimate estimateOf(const FrontEnd& front_end, const ScanOutcome& outcome, std::int64_t utime) {
+  const PoseEstimate middle = front_end.estimate(outcome.stamp);
   const Eigen::Matrix3d jacobian = composeJacobians(middle.T_map_base, outcome.T_base_first).first;
   return {.utime = utime,
           .state = middle.state,
           .T_map_base = middle.T_map_base * outcome.T_base_first,
           .covariance = jacobian * middle.covariance * jacobian.transpose(),
-          .T_odom_base = localizer.odometry(outcome.first).T_odom_base,
+          .T_odom_base = front_end.odometry(outcome.first).T_odom_base,
           .match = outcome.match};
 }
 

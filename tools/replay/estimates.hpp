@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "core/estimates.hpp"
-#include "slam/localizer.hpp"
+#include "frontend/front_end.hpp"
 #include "tools/common/output_file.hpp"
 
 namespace slam {
@@ -21,7 +21,7 @@ struct ScanEstimate {
 };
 
 /// Of a scan just used, before a correction of the map moves the pose.
-ScanEstimate estimateOf(const Localizer& localizer, const ScanOutcome& outcome, std::int64_t utime);
+ScanEstimate estimateOf(const FrontEnd& front_end, const ScanOutcome& outcome, std::int64_t utime);
 
 /// Writes estimates as comma-separated values: a row that names the columns, then one a scan. Numbers are plain
 /// decimals with a point, whatever the locale; one that is not finite is `nan`. The status of a scan that the matcher

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <iostream>
 
-#include "app/config_loader.hpp"
+#include "config/loader.hpp"
 #include "store/log_folder.hpp"
 #include "tools/common/program.hpp"
 #include "tools/replay/replay.hpp"
@@ -28,7 +28,7 @@ void printSummary(const slam::ReplayStats& stats) {
   const auto& l = stats.localizer;
   std::printf("%u scans of %.1f s: %u matched, %u partly observable, %u not matched; %u keyframes, %d loop closures\n",
               l.scans, stats.log_s, l.matched, l.partly_observable, l.unmatched + l.gated + l.scans_too_late,
-              l.keyframes, stats.loop_closures);
+              l.keyframes, stats.back_end.loop_closures);
   std::printf(
       "CPU %.2f s (%.0f times real time), peak memory %.1f MB, match p50 %.0f us, scan p50 %.0f us p99 %.0f us\n",
       stats.cpu_s, stats.log_s / std::max(1e-9, stats.cpu_s), stats.peak_rss_mb, slam::quantiles(stats.match_us).p50,
@@ -53,8 +53,10 @@ void warnOfDamage(const std::string& log, const slam::ReplayStats& stats) {
   if (stats.skipped_bytes > 0) {
     std::cerr << "slam-replay: " << log << ": skipped " << stats.skipped_bytes << " damaged bytes\n";
   }
-  if (stats.rejected_messages > 0) {
-    std::cerr << "slam-replay: " << log << ": refused " << stats.rejected_messages << " messages that do not decode\n";
+  for (const std::string& refusal : stats.refusals) std::cerr << "slam-replay: " << log << ": " << refusal << "\n";
+  if (stats.thinned_beams > 0) {
+    std::cerr << "slam-replay: " << log << ": scans have more beams than are used; left " << stats.thinned_beams
+              << " out, evenly\n";
   }
   if (stats.localizer.clock_resets > 0) {
     std::cerr << "slam-replay: " << log << ": time went back by seconds " << stats.localizer.clock_resets << " times\n";
@@ -102,7 +104,8 @@ int main(int argc, char** argv) {
         options.logs = slam::logPaths(options.logs);
         const slam::Config config =
             config_file.empty() ? ownConfig(options.logs, overrides) : slam::loadConfig(config_file, overrides);
-        if (config.mode == "localise" && !options.save_map.empty()) {
+        for (const std::string& line : config.without_effect) std::cerr << line << "\n";
+        if (config.mode == slam::RunMode::kLocalise && !options.save_map.empty()) {
           throw CLI::ValidationError("--save-map", "mode \"localise\" changes no map; there is nothing to save");
         }
         int shown = -1;

@@ -4,19 +4,16 @@
 #include <algorithm>
 #include <chrono>
 #include <iostream>
-#include <limits>
 #include <optional>
 
 #include "bus/channels.hpp"
-#include "bus/checked_decode.hpp"
 #include "bus/event_log.hpp"
-#include "bus/messages.hpp"
+#include "bus/received.hpp"
+#include "frontend/echo_watch.hpp"
 #include "mapping/map_files.hpp"
 #include "matching/deskew.hpp"
 #include "runtime/process_usage.hpp"
-#include "slam/back_end.hpp"
-#include "slam/map_import.hpp"
-#include "slam/motion_probe.hpp"
+#include "slam/pipeline.hpp"
 #include "store/map_store.hpp"
 #include "tools/common/trajectory.hpp"
 #include "tools/replay/estimates.hpp"
@@ -38,73 +35,73 @@ std::optional<TrajectoryWriter> writerFor(const std::filesystem::path& file) {
   return file.empty() ? std::nullopt : std::optional<TrajectoryWriter>(file);
 }
 
-/// One run: the log's samples go through the same Localizer and Mapper as in the daemon.
+bool drawsMap(const ReplayOptions& options) {
+  return !options.map.empty() || !options.save_map.empty() || !options.viewer_frames.empty();
+}
+
+/// One run: the log's samples go through the pipeline, and what comes out into files.
 class Run {
  public:
-  Run(const Config& config, const ReplayOptions& options, std::optional<MapState> map)
-      : use_lidar_(config.lidar_device.driver != "none"),
-        use_wheels_(config.base_device.driver != "none"),
-        use_imu_(config.imu_device.driver != "none"),
-        use_depth_(config.depth_device.driver != "none"),
-        localise_only_(config.mode == "localise"),
-        localizer_(localizerConfig(config), &stopwatch, map ? startIn(*map) : LocalizerStart{}),
-        probe_(config.localizer),
-        back_end_(backEndConfig(config)),
-        mapper_(config.map),
+  Run(const Config& config, const ReplayOptions& options, const MapState& map)
+      : use_lidar_(config.lidar_device.driver != LidarDriver::kNone),
+        use_wheels_(config.base_device.driver != BaseDriver::kNone),
+        use_imu_(config.imu_device.driver != ImuDriver::kNone),
+        use_depth_(config.depth_device.driver != DepthDriver::kNone),
+        localise_only_(config.mode == RunMode::kLocalise),
+        pipeline_({localizerConfig(config), backEndConfig(config), config.map, drawsMap(options)}, map, &stopwatch),
         final_(writerFor(options.trajectory)),
         causal_(writerFor(options.causal)),
         odometry_(writerFor(options.odometry)),
         wheels_(writerFor(options.wheels)) {
     if (!options.estimates.empty()) estimates_.emplace(options.estimates);
     if (!options.viewer_frames.empty()) viewer_.emplace(options.viewer_frames, options.viewer_period);
-    if (!map) return;
-    mapper_.load(scansOf(*map), viewsOf(*map), std::move(map->grid), map->grid_keyframes);
-    back_end_.load(std::move(map->keyframes), std::move(map->in_map));
+    pipeline_.on_scan = [this](const ScanOutcome& outcome) { write(outcome); };
+    pipeline_.on_update = [this](const MapUpdate& update) { note(update); };
   }
 
   /// @param log_s [s] of the event since the log's begin
   void feed(const LogEvent& event, double log_s) {
     log_s_ = log_s;
     if (event.channel == channel::kScan && use_lidar_) {
-      const auto message = decodeChecked<scan_t>(event.data);
-      const auto scan = message ? fromMessage(*message) : std::nullopt;
-      scan ? addScan(*scan, message->utime) : reject();
+      if (const auto scan = take<scan_t>(event, scans_)) {
+        stats_.thinned_beams += static_cast<std::uint64_t>(thinnedBeams(*scan.message));
+        addScan(*scan.sample, scan.message->utime);
+      }
     } else if (event.channel == channel::kWheels && use_wheels_) {
-      const auto message = decodeChecked<wheels_t>(event.data);
-      const auto sample = message ? fromMessage(*message) : std::nullopt;
-      sample ? addWheels(*sample, message->utime) : reject();
+      if (const auto wheels = take<wheels_t>(event, wheels_seen_)) addWheels(*wheels.sample, wheels.message->utime);
     } else if (event.channel == channel::kImu && use_imu_) {
-      const auto message = decodeChecked<imu_t>(event.data);
-      const auto sample = message ? fromMessage(*message) : std::nullopt;
-      sample ? addImu(*sample) : reject();
+      if (const auto imu = take<imu_t>(event, imus_)) addImu(*imu.sample);
     } else if (event.channel == channel::kDepth && use_depth_) {
-      const auto message = decodeChecked<depth_t>(event.data);
-      const auto laser = message ? fromMessage(*message) : std::nullopt;
-      laser ? addDepth(*laser) : reject();
+      if (const auto depth = take<depth_t>(event, depths_)) pipeline_.add(*depth.sample);
     }
   }
+
+  /// How many scans were refused and why; empty: none.
+  std::string refusedScans() const { return scans_.words(); }
 
   ReplayStats finish(const ReplayOptions& options) {
     for (const Row& row : poses_) {
       const Pose2 T_map_keyframe =
-          row.anchored.keyframe < 0 ? Pose2{} : back_end_.keyframes().pose(row.anchored.keyframe);
+          row.anchored.keyframe < 0 ? Pose2{} : pipeline_.backEnd().keyframes().pose(row.anchored.keyframe);
       if (final_) final_->write(row.utime, T_map_keyframe * row.anchored.T_keyframe_base);
     }
-    stats_.loop_closures = back_end_.counters().loop_closures;
-    stats_.revoked = back_end_.counters().revoked;
-    stats_.relocalised = back_end_.counters().placed;
-    stats_.begun_anew = back_end_.counters().begun_anew;
     for (auto* writer : {&final_, &causal_, &odometry_, &wheels_}) {
       if (*writer) (*writer)->close();
     }
     if (estimates_) estimates_->close();
-    mapper_.work(std::numeric_limits<int>::max());
     if (!options.save_map.empty()) saveMap(options.save_map);
-    if (!options.map.empty()) writeMapFiles(options.map, renderMap(mapper_.grid()), mapper_.path());
-    stats_.localizer = localizer_.counters();
+    if (!options.map.empty()) {
+      const Mapper& mapper = pipeline_.drawn();
+      writeMapFiles(options.map, renderMap(mapper.grid()), mapper.path());
+    }
+    stats_.localizer = pipeline_.frontEnd().counters();
+    stats_.filter = pipeline_.frontEnd().filterCounters();
+    stats_.back_end = pipeline_.backEnd().counters();
     stats_.lidar_gyro_offset = offset_.estimate();
+    for (const RefusedMessages* refused : {&scans_, &wheels_seen_, &imus_, &depths_})
+      if (const std::string words = refused->words(); !words.empty()) stats_.refusals.push_back(words);
     bool explained = false;
-    const SensorFindings findings = withDistances(probe_.findings(), localizer_.wheelScale());
+    const SensorFindings findings = pipeline_.findings();
     for (const SensorFinding& finding : findings.all()) {
       stats_.warnings.push_back(describe(finding));
       explained |= finding.fault != SensorFault::kScansRepeated && finding.fault != SensorFault::kTimeBackwards;
@@ -115,6 +112,8 @@ class Run {
           " scans show the ranges of the turn before although the robot moves; they were left out; "
           "look after its cable and power");
     }
+    if (scans_blind_ > 0)
+      stats_.warnings.push_back("lidar: " + std::to_string(scans_blind_) + " scans with " + describe(echo_finding_));
     if (const auto times = stats_.localizer.wheels_withdrawn; times > 0 && !explained) {
       stats_.warnings.push_back("the wheels contradicted the scans and were not heard, " + std::to_string(times) +
                                 " times: do they slip, lag behind, or have a wrong radius or sign?");
@@ -132,72 +131,64 @@ class Run {
   }
 
  private:
-  void reject() { ++stats_.rejected_messages; }
-
-  void addImu(const ImuSample& sample) {
-    localizer_.add(sample);
-    probe_.add(sample);
-    offset_.addGyro(sample.stamp + fromSeconds(localizer_.config().imu_time_offset), sample.gyro.z());
+  template <typename Message>
+  Received<Message> take(const LogEvent& event, RefusedMessages& refused) {
+    Received<Message> received(event.data);
+    refused.count(received.refusal);
+    stats_.rejected_messages += received.refusal != Refusal::kNone;
+    return received;
   }
 
-  void addDepth(const PseudoLaser& laser) {
-    const DepthSight* sight = localizer_.add(laser);
-    const auto view = sight != nullptr ? back_end_.mapView(*sight) : std::nullopt;
-    if (!view) return;
-    mapper_.work(std::numeric_limits<int>::max());  // views that come while the map is drawn anew are not kept
-    mapper_.add(*view);
+  void addImu(const ImuSample& sample) {
+    pipeline_.add(sample);
+    offset_.addGyro(sample.stamp + fromSeconds(pipeline_.frontEnd().config().imu_time_offset), sample.gyro.z());
   }
 
   void addWheels(const WheelSample& sample, std::int64_t utime) {
-    localizer_.add(sample);
-    probe_.add(sample);
+    pipeline_.add(sample);
     if (wheels_) wheels_->write(utime, sample.T_wheels_base);
   }
 
   void addScan(const LaserScan& scan, std::int64_t utime) {
-    const auto start = Clock::now();
-    const ScanOutcome outcome = slam::addScan(localizer_, probe_, scan);
-    const ScanEstimate known = estimateOf(localizer_, outcome, utime);
-    const Pose2& T_map_base = known.T_map_base;
-    stats_.scan_us.push_back(microsecondsSince(start));
-    probe_.work();
+    utime_ = utime;
+    const LidarModel& lidar = pipeline_.frontEnd().config().lidar;
+    echoes_.add(scan, {static_cast<float>(lidar.range_min), static_cast<float>(lidar.range_max)}, scan.stamp);
+    if (echoes_.finding() != EchoWatch::Finding::kNone) echo_finding_ = echoes_.finding();
+    scans_blind_ += echoes_.finding() != EchoWatch::Finding::kNone;
+    begin_ = Clock::now();
+    const ScanOutcome outcome = pipeline_.add(scan);
+    if (!viewer_) return;
+    see(scan, outcome.first);
+    if (viewer_->due(log_s_)) drawFrame();
+  }
+
+  void write(const ScanOutcome& outcome) {
+    const FrontEnd& front_end = pipeline_.frontEnd();
+    const ScanEstimate known = estimateOf(front_end, outcome, utime_);
+    stats_.scan_us.push_back(microsecondsSince(begin_));
     scans_stuck_ += outcome.stuck;
     if (outcome.fused && outcome.match.observable == 3) offset_.addScan(outcome.stamp, outcome.match.T_ref_base.theta);
     if (outcome.match.iterations > 0) stats_.match_us.push_back(1e6 * toSeconds(outcome.match_time));
     // Before a correction moves the keyframes; in a given map, whose keyframes stay, the pose is its own anchor.
-    poses_.push_back({utime, localizer_.segment(),
-                      localise_only_ ? Localizer::Anchored{-1, T_map_base} : localizer_.anchor(T_map_base)});
-    if (outcome.keyframe != nullptr) {
-      const auto begin = Clock::now();
-      back_end_.add(*outcome.keyframe);
-      mapper_.forgetBefore(back_end_.firstInMap());
-      for (const MapScan& drawn : back_end_.mapScans(*outcome.keyframe)) mapper_.add(drawn);
-      if (generation_ != back_end_.generation()) {
-        stats_.optimise_ms.push_back(1e-3 * microsecondsSince(begin));
-        mapper_.move(back_end_.keyframes().graph().poses());  // drawn when somebody looks
-        generation_ = back_end_.generation();
-      }
-      if (auto correction = back_end_.takeCorrection()) {
-        if (localise_only_ && correction->T_map_segment) placeRows(*correction->T_map_segment);
-        localizer_.apply(*correction);
-        back_end_.recycle(std::move(correction));
-      }
-    }
-    if (causal_) causal_->write(utime, T_map_base);
-    if (odometry_) odometry_->write(utime, known.T_odom_base);
+    poses_.push_back({utime_, front_end.segment(),
+                      localise_only_ ? AnchoredPose{-1, known.T_map_base} : front_end.anchor(known.T_map_base)});
+    if (causal_) causal_->write(utime_, known.T_map_base);
+    if (odometry_) odometry_->write(utime_, known.T_odom_base);
     if (estimates_) estimates_->write(known);
-    if (viewer_) {
-      see(scan, outcome.first);
-      if (viewer_->due(log_s_)) drawFrame();
-    }
+  }
+
+  void note(const MapUpdate& update) {
+    if (!update.poses.empty()) stats_.optimise_ms.push_back(1e3 * toSeconds(update.work));
+    if (localise_only_ && update.correction && update.correction->T_map_segment)
+      placeRows(*update.correction->T_map_segment);
   }
 
   /// Keeps the scan for the next frame.
   void see(const LaserScan& scan, Timestamp stamp) {
-    const LidarModel& lidar = localizer_.config().lidar;
+    const LidarModel& lidar = pipeline_.frontEnd().config().lidar;
     PoseHistory motion(2);
     const Timestamp end = stamp + (scan.size > 0 ? fromSeconds(scan.beams().back().time_offset) : Duration(0));
-    for (const Timestamp t : {stamp, end}) motion.push(t, localizer_.odometry(t).T_odom_base);
+    for (const Timestamp t : {stamp, end}) motion.push(t, pipeline_.frontEnd().odometry(t).T_odom_base);
     deskew(scan, {static_cast<float>(lidar.range_min), static_cast<float>(lidar.range_max)}, stamp, lidar.mounting(),
            motion, points_);
     seen_.clear();
@@ -206,28 +197,17 @@ class Run {
   }
 
   void drawFrame() {
-    mapper_.work(std::numeric_limits<int>::max());
-    const PoseGraph& graph = back_end_.keyframes().graph();
-    viewer_->write(renderMap(mapper_.grid()), {.log_s = log_s_,
-                                               .T_map_base = localizer_.estimate(seen_stamp_).T_map_base,
-                                               .scan = seen_,
-                                               .keyframes = graph.poses(),
-                                               .edges = graph.edges()});
+    const PoseGraph& graph = pipeline_.backEnd().keyframes().graph();
+    viewer_->write(renderMap(pipeline_.drawn().grid()),
+                   {.log_s = log_s_,
+                    .T_map_base = pipeline_.frontEnd().estimate(seen_stamp_).T_map_base,
+                    .scan = seen_,
+                    .keyframes = graph.poses(),
+                    .edges = graph.edges()});
   }
 
   void saveMap(const std::filesystem::path& path) {
-    const Timestamp now = poses_.empty() ? Timestamp{} : localizer_.newestStamp();
-    const PoseEstimate pose = localizer_.estimate(now);
-    MapState map;
-    map.keyframes = back_end_.keyframes();
-    map.in_map = back_end_.inMap();
-    map.grid = mapper_.grid().clone();
-    map.views = mapper_.views();
-    map.grid_keyframes = map.keyframes.size();
-    map.T_map_base = pose.T_map_base;
-    map.gyro_bias = localizer_.odometry(now).gyro_bias;
-    map.T_base_lidar = localizer_.config().lidar.T_base_lidar;
-    map.range_max = localizer_.config().lidar.range_max;
+    MapState map = pipeline_.state();
     map.utime = poses_.empty() ? 0 : poses_.back().utime;
     const auto folder = std::filesystem::absolute(path).lexically_normal();
     MapStore store(folder.parent_path(), folder.filename());
@@ -237,7 +217,7 @@ class Run {
 
   /// The segment was found: where the robot was since it got lost is known now.
   void placeRows(const Pose2& T_map_segment) {
-    for (auto row = poses_.rbegin(); row != poses_.rend() && row->segment == localizer_.segment(); ++row) {
+    for (auto row = poses_.rbegin(); row != poses_.rend() && row->segment == pipeline_.frontEnd().segment(); ++row) {
       row->anchored.T_keyframe_base = T_map_segment * row->anchored.T_keyframe_base;
     }
   }
@@ -245,21 +225,23 @@ class Run {
   struct Row {
     std::int64_t utime;
     std::int32_t segment;
-    Localizer::Anchored anchored;
+    AnchoredPose anchored;
   };
 
   bool use_lidar_, use_wheels_, use_imu_, use_depth_;  // a driver of "none" is left out of the log, too
   bool localise_only_;
-  Localizer localizer_;
-  MotionProbe probe_;
+  RefusedMessages scans_{channel::kScan}, wheels_seen_{channel::kWheels}, imus_{channel::kImu},
+      depths_{channel::kDepth};
+  Pipeline pipeline_;
   LidarGyroOffset offset_;
-  BackEnd back_end_;
-  Mapper mapper_;
   std::optional<TrajectoryWriter> final_, causal_, odometry_, wheels_;
   std::optional<EstimateWriter> estimates_;
-  int scans_stuck_ = 0;
+  int scans_stuck_ = 0, scans_blind_ = 0;
+  EchoWatch echoes_;
+  EchoWatch::Finding echo_finding_ = EchoWatch::Finding::kNone;
   std::vector<Row> poses_;
-  int generation_ = 0;  // of the back end's poses in the map
+  std::int64_t utime_ = 0;   // [us] of the scan being used ...
+  Clock::time_point begin_;  // ... and when that began
   std::optional<ViewerFrames> viewer_;
   double log_s_ = 0.0;
   ScanPoints points_;
@@ -271,11 +253,8 @@ class Run {
 MapState loadMap(const Config& config, const std::filesystem::path& path) {
   LoadedMap loaded = openMap(path, config.map);
   for (const std::string& remark : loaded.remarks) std::cerr << "slam-replay: " << remark << "\n";
-  const std::string mismatch = lidarMismatch(loaded.state, config.localizer.lidar);
-  if (!mismatch.empty()) throw std::runtime_error(path.string() + ": " + mismatch);
-  if (loaded.state.picture_only && config.mode != "localise") {
-    throw std::runtime_error(path.string() + ": a picture of a map cannot be extended; set mode to \"localise\"");
-  }
+  const std::string misfit = misfitOf(loaded.state, config.localizer.lidar, config.mode == RunMode::kLocalise);
+  if (!misfit.empty()) throw std::runtime_error(path.string() + ": " + misfit);
   return std::move(loaded.state);
 }
 
@@ -292,14 +271,9 @@ ReplayStats replay(const Config& config, const ReplayOptions& options,
   const auto start = Clock::now();
   const double cpu_before = cpuSeconds();
   EventLogSequence log(options.logs);
-  std::optional<MapState> map;
-  if (!options.load_map.empty()) map = loadMap(config, options.load_map);
-  if (!map && config.mode == "localise") throw std::runtime_error("mode \"localise\" needs a map; give --load-map");
-  Config fitting = config;
-  if (map && map->picture_only) {
-    fitting.localizer.match = matchInPicture(config.localizer.match, map->grid.resolution());
-  }
-  Run run(fitting, options, std::move(map));
+  if (options.load_map.empty() && config.mode == RunMode::kLocalise)
+    throw std::runtime_error("mode \"localise\" needs a map; give --load-map");
+  Run run(config, options, options.load_map.empty() ? MapState() : loadMap(config, options.load_map));
   std::int64_t first = 0, last = 0;
   for (LogEvent event; log.next(event);) {
     if (first == 0) first = event.utime;
@@ -310,8 +284,10 @@ ReplayStats replay(const Config& config, const ReplayOptions& options,
   }
   ReplayStats stats = run.finish(options);
   if (stats.localizer.scans == 0) {
-    throw std::runtime_error(options.logs.front().string() +
-                             ": no SLAM_SCAN in it; slam-convert makes logs for slam-replay");
+    const std::string refused = run.refusedScans(), log_name = options.logs.front().string() + ": ";
+    throw std::runtime_error(log_name + (!refused.empty()
+                                             ? "no scan in it can be used: " + refused
+                                             : "no SLAM_SCAN in it; slam-convert makes logs for slam-replay"));
   }
   stats.log_s = 1e-6 * static_cast<double>(last - first);
   stats.wall_s = 1e-6 * microsecondsSince(start);

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "app/config.hpp"
+#include "config/config.hpp"
 #include "slam/mapper.hpp"
 #include "tools/replay/stats.hpp"
 

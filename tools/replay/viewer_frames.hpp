@@ -6,8 +6,8 @@
 #include <span>
 
 #include "core/pose2.hpp"
+#include "graph/pose_graph.hpp"
 #include "mapping/colour_image.hpp"
-#include "posegraph/pose_graph.hpp"
 
 namespace slam {
 

@@ -39,7 +39,8 @@ constexpr int kDepthNiceness = 5;         // of the thread that renders
 
 class DeviceSession {
  public:
-  DeviceSession(const SimOptions& options, const std::filesystem::path& directory, const std::string& can)
+  DeviceSession(const SimOptions& options, const std::filesystem::path& directory, const std::string& can,
+                const std::array<int, 2>& nodes)
       : options_(options),
         scene_(sceneFor(options)),
         simulation_(scene_, options.seed, monotonicNow()),
@@ -58,7 +59,7 @@ class DeviceSession {
         next_mileage_(simulation_.now()),
         next_can_(simulation_.now()),
         next_imu_(simulation_.now()) {
-    if (!can.empty()) can_.emplace(can, options.seed);
+    if (!can.empty()) can_.emplace(can, options.seed, nodes);
   }
 
   void run() {
@@ -321,13 +322,14 @@ class DeviceSession {
 
 }  // namespace
 
-void playDevices(const SimOptions& options, const std::filesystem::path& directory, const std::string& can) {
+void playDevices(const SimOptions& options, const std::filesystem::path& directory, const std::string& can,
+                 const std::array<int, 2>& nodes) {
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  auto session = std::make_unique<DeviceSession>(options, directory, can);
+  auto session = std::make_unique<DeviceSession>(options, directory, can, nodes);
   std::printf("devices: %s %s %s %s\n", (directory / "lidar").c_str(), (directory / "board").c_str(),
               (directory / "imu").c_str(), (directory / "depth").c_str());
   std::fflush(stdout);

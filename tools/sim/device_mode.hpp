@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <array>
 #include <filesystem>
 
 #include "tools/sim/output.hpp"
@@ -11,7 +12,9 @@ namespace slam::sim {
 /// socket DIR/depth (depth_wire.hpp). It stands until lidar and board are in use, then drives the route and ends;
 /// SIGINT and SIGTERM end it early, with the truth files written.
 /// @param can interface that takes wheels and IMU as CAN frames too, and then the board need not be in use; empty: none
+/// @param nodes of the left and the right wheel there
 /// @throws std::runtime_error, std::system_error when devices or files cannot be made
-void playDevices(const SimOptions& options, const std::filesystem::path& directory, const std::string& can);
+void playDevices(const SimOptions& options, const std::filesystem::path& directory, const std::string& can,
+                 const std::array<int, 2>& nodes);
 
 }  // namespace slam::sim

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <memory>
 #include <numbers>
+#include <random>
 #include <stdexcept>
 
 #include "bus/channels.hpp"
@@ -13,7 +14,7 @@
 #include "mapping/depth_projection.hpp"
 #include "mapping/map_files.hpp"
 #include "tools/common/trajectory.hpp"
-#include "tools/sim/lidar/lidar_model.hpp"
+#include "tools/sim/situation/situated_lidar.hpp"
 
 namespace slam::sim {
 namespace {
@@ -21,7 +22,8 @@ namespace {
 using namespace std::chrono_literals;
 constexpr Timestamp kStart{1700000000s};  // any epoch, the same for every run
 constexpr Duration kBoardPeriod = 20ms;   // the board renews its values at 50 Hz
-constexpr int kBeamsPerTurn = 360;
+constexpr Duration kLead = 2s;            // driven before a log that begins on the move
+constexpr double kElsewhere = 2.0;        // [m] at least that a kidnapped robot is carried
 
 /// Plays the sensors of one simulated drive into a log.
 class LogSession {
@@ -30,7 +32,8 @@ class LogSession {
       : options_(options),
         scene_(sceneFor(options)),
         simulation_(scene_, options.seed, kStart),
-        lidar_(scene_.world, {}, options.seed),
+        lidar_(scene_.world, options.situation, options.seed),
+        random_(options.seed ^ 0xA0761D6478BD642FULL),
         odometry_(kNominalBase),
         seen_(scene_.world, options.seed),
         projection_({.extrinsics = {.x = DepthCamera::kExtrinsics.x, .z = DepthCamera::kHeight},
@@ -44,9 +47,16 @@ class LogSession {
 
   void run() {
     const Timestamp end = options_.seconds > 0.0 ? kStart + fromSeconds(options_.seconds) : Timestamp::max();
-    startTurn(kStart);
+    const double step = toSeconds(Simulation::kStep);
+    if (options_.situation.starts_moving) {
+      while (simulation_.now() < kStart + kLead) simulation_.step();
+    }
+    next_board_ = simulation_.now();
+    startTurn(simulation_.now());
     while (!simulation_.finished() && simulation_.now() < end) {
+      kidnap();
       simulation_.step();
+      lidar_.step(simulation_.robot().pose(), step);
       scene_.world.setTime(simulation_.driveTime());
       measureBeams();
       const Pose2& pose = simulation_.robot().pose();
@@ -66,29 +76,44 @@ class LogSession {
     scan_->stamp = stamp;
     scan_->size = 0;
     scan_->range_min = static_cast<float>(LidarModel::kRangeMin);
-    scan_->range_max = static_cast<float>(LidarModel::kRangeMax);
+    scan_->range_max = lidar_.claimedRangeMax();
   }
 
   void measureBeams() {
-    constexpr double kBeamTime = 1.0 / (LidarModel::kTurnRate * kBeamsPerTurn);
+    const Situation& situation = options_.situation;
+    const bool covered = simulation_.carried() && situation.kidnapping->covered;
     while (true) {
-      const Timestamp stamp = scan_->stamp + fromSeconds(kBeamTime * scan_->size);
+      const Timestamp stamp = scan_->stamp + fromSeconds(lidar_.beamTime() * scan_->size);
       if (stamp > simulation_.now()) return;
       const Pose2 pose = *simulation_.history().at(stamp, kBoardPeriod);
-      // Clockwise from straight ahead, as the device turns.
-      const double bearing = wrapAngle(-2.0 * std::numbers::pi * scan_->size / kBeamsPerTurn);
-      const double range = lidar_.measure(pose, bearing);
-      if (range > 0.0) seen_.addBeam(pose, bearing, lidar_.trueRange(pose, bearing));
-      scan_->push({.range = static_cast<float>(range),
-                   .bearing = static_cast<float>(bearing),
-                   .time_offset = static_cast<float>(toSeconds(stamp - scan_->stamp)),
-                   .intensity = range > 0.0 ? 15.0F : 0.0F});
-      if (scan_->size < kBeamsPerTurn) continue;
+      auto [beam, of_world] = lidar_.look(pose, scan_->size, covered);
+      const double bearing = lidar_.bearing(scan_->size);
+      if (of_world) seen_.addBeam(pose, bearing, lidar_.trueRange(pose, bearing));
+      if (situation.beam_times) beam.time_offset = static_cast<float>(toSeconds(stamp - scan_->stamp));
+      scan_->push(beam);
+      if (scan_->size < situation.beams) continue;
       const std::int64_t utime = toMicroseconds(scan_->stamp);
       truth_.push_back({fromMicroseconds(utime), *simulation_.history().at(scan_->stamp)});
       write(simulation_.now(), channel::kScan, toMessage(*scan_, utime));
-      startTurn(stamp + fromSeconds(kBeamTime));
+      startTurn(stamp + fromSeconds(lidar_.beamTime()) + fromSeconds(lidar_.gap()));
     }
+  }
+
+  void kidnap() {
+    const auto& kidnapping = options_.situation.kidnapping;
+    if (!kidnapping || kidnapped_ || simulation_.driveTime() < kidnapping->time) return;
+    kidnapped_ = true;
+    const std::vector<Waypoint>& route = scene_.route;
+    std::vector<std::size_t> places;
+    for (std::size_t i = 0; i + 1 < route.size(); ++i) {
+      if ((route[i].pose.translation() - simulation_.robot().pose().translation()).norm() > kElsewhere) {
+        places.push_back(i);
+      }
+    }
+    if (places.empty()) throw std::runtime_error("the route of " + scene_.name + " has no other place to carry it to");
+    const std::size_t place = places[std::uniform_int_distribution<std::size_t>(0, places.size() - 1)(random_)];
+    const double heading = std::uniform_real_distribution<double>(-std::numbers::pi, std::numbers::pi)(random_);
+    simulation_.carryTo(place, heading, Kidnapping::kSeconds);
   }
 
   void addDepth(const DepthImage& image) {
@@ -100,8 +125,10 @@ class LogSession {
     const Timestamp now = simulation_.now();
     const auto angles = simulation_.robot().encoderAngles();
     const WheelSample wheels{now, odometry_.add(angles[0], angles[1])};
-    write(now, channel::kWheels, toMessage(wheels, toMicroseconds(now), angles));
-    const ImuReading reading = simulation_.robot().readImu();
+    const auto& away = options_.situation.wheels_away;
+    if (!away || !away->contains(simulation_.driveTime()))
+      write(now, channel::kWheels, toMessage(wheels, toMicroseconds(now), angles));
+    const ImuReading reading = options_.situation.gyro.apply(simulation_.robot().readImu());
     const ImuSample imu{now, Eigen::Vector3d(reading.gyro.data()), Eigen::Vector3d(reading.accel.data())};
     write(now, channel::kImu, toMessage(imu, toMicroseconds(now)));
   }
@@ -116,7 +143,9 @@ class LogSession {
   SimOptions options_;
   Scene scene_;
   Simulation simulation_;
-  LidarModel lidar_;
+  SituatedLidar lidar_;
+  std::mt19937_64 random_;
+  bool kidnapped_ = false;
   WheelOdometry odometry_;
   TruthRecorder seen_;
   DepthProjection projection_;
@@ -130,7 +159,14 @@ class LogSession {
 }  // namespace
 
 Scene sceneFor(const SimOptions& options) {
-  Scene scene = makeScene(options.scene, options.seed);
+  Scene scene = makeScene(options.scene, options.seed, options.situation.scene);
+  if (options.situation.starts_moving) {
+    scene.settle = 0.0;
+    for (Waypoint& waypoint : scene.route) {
+      waypoint.stop = false;
+      waypoint.pause = 0.0;
+    }
+  }
   if (options.speed > 0.0) scene.speed = options.speed;
   return scene;
 }

@@ -3,6 +3,7 @@
 #include <iostream>
 
 #include "tools/common/program.hpp"
+#include "tools/sim/can/can_emulator.hpp"
 #include "tools/sim/device_mode.hpp"
 #include "tools/sim/log_mode.hpp"
 
@@ -16,6 +17,7 @@ int main(int argc, char** argv) {
   app.add_option("--seed", options.seed, "of all that is left to chance")->capture_default_str();
   app.add_option("--speed", options.speed, "[m/s] instead of the scene's")->check(slam::inRange(0.05, 2.0));
   app.add_option("--seconds", options.seconds, "[s] of the drive at most")->check(slam::inRange(1.0, 1e6));
+  std::vector<std::string> kinds;
   bool no_depth = false;
   CLI::Option* log_option = app.add_option("--log", log, "write an LCM event log");
   CLI::Option* devices_option =
@@ -25,8 +27,18 @@ int main(int argc, char** argv) {
                  "with --devices: a script of SECONDS DEVICE KIND [VALUE], e.g. 12.5 lidar unplug 1; while it plays,\n"
                  "lines of DEVICE KIND [VALUE] can be written to DIR/faults")
       ->needs(devices_option);
-  app.add_option("--can", can, "with --devices: put wheels and IMU on this CAN interface too, e.g. vcan0")
-      ->needs(devices_option);
+  CLI::Option* can_option =
+      app.add_option("--can", can, "with --devices: put wheels and IMU on this CAN interface too, e.g. vcan0")
+          ->needs(devices_option);
+  std::array<int, 2> nodes = slam::sim::CanEmulator::kNodes;
+  app.add_option("--can-nodes", nodes, "with --can: CANSimple nodes of the left and the right wheel")
+      ->check(slam::inRange(0, 63))
+      ->needs(can_option)
+      ->capture_default_str();
+  app.add_option("--with", kinds,
+                 "with --log: a KIND=VALUE of situation; may be repeated. KIND and VALUE are of\n" +
+                     slam::sim::situationKinds())
+      ->needs(log_option);
   app.add_option("--truth", options.truth, "write true poses (TUM)");
   app.add_option("--waypoints", options.waypoints, "write true poses at the measured waypoints (TUM)");
   app.add_option("--truth-map", options.truth_map,
@@ -39,8 +51,16 @@ int main(int argc, char** argv) {
           std::cerr << "slam-sim: give either --log OUT.lcm or --devices DIR; see slam-sim --help\n";
           return static_cast<int>(slam::kBadUsage);
         }
+        for (const std::string& kind : kinds) {
+          try {
+            slam::sim::addTo(options.situation, kind);
+          } catch (const std::invalid_argument& error) {
+            std::cerr << "slam-sim: --with: " << error.what() << '\n';
+            return static_cast<int>(slam::kBadUsage);
+          }
+        }
         options.depth = !no_depth;
-        log.empty() ? slam::sim::playDevices(options, devices, can) : slam::sim::writeLog(options, log);
+        log.empty() ? slam::sim::playDevices(options, devices, can, nodes) : slam::sim::writeLog(options, log);
         return static_cast<int>(slam::kDone);
       });
 }

@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <string>
 
+#include "tools/sim/situation/situation.hpp"
+
 namespace slam::sim {
 
 /// What slam-sim was asked for.
@@ -12,6 +14,7 @@ struct SimOptions {
   std::uint64_t seed = 1;
   double speed = 0.0;                          ///< [m/s] 0: the scene's
   double seconds = 0.0;                        ///< [s] 0: the whole route
+  Situation situation = {};                    ///< of a log
   bool depth = false;                          ///< render the depth camera for a log: half of the work
   std::filesystem::path faults = {};           ///< script of what goes wrong with the devices; empty: nothing
   std::filesystem::path truth = {};            ///< TUM file of true poses; empty: none

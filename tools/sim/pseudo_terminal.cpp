@@ -21,6 +21,7 @@ PseudoTerminal::PseudoTerminal(const std::filesystem::path& link) : link_(link) 
   const int master = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (master < 0) fail("posix_openpt");
   stream_ = makeDescriptorStream(master);
+  if (!stream_) fail("epoll");
   std::array<char, 128> name{};
   if (grantpt(master) != 0 || unlockpt(master) != 0 || ptsname_r(master, name.data(), name.size()) != 0) fail("pty");
   slave_ = open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC);

@@ -9,17 +9,24 @@
 #include <ctime>
 #include <fstream>
 #include <grp.h>
+#include <map>
 #include <net/if.h>
 #include <poll.h>
 #include <pwd.h>
 #include <sys/resource.h>
+#include <sys/statvfs.h>
 #include <sys/timex.h>
 #include <thread>
+#include <tuple>
 #include <unistd.h>
 
 #include "bus/lcm_link.hpp"
 #include "bus/local_client.hpp"
-#include "drivers/camera/openni_camera.hpp"
+#include "config/service_reach.hpp"
+#include "drivers/can/can_axis.hpp"
+#include "drivers/can/can_socket.hpp"
+#include "drivers/open_words.hpp"
+#include "drivers/udev_links.hpp"
 #include "runtime/clock.hpp"
 #include "runtime/process_usage.hpp"
 #include "runtime/realtime.hpp"
@@ -65,6 +72,35 @@ bool isMember(const char* name) {
   return false;
 }
 
+struct Process {
+  std::string id, name;
+  std::filesystem::path folder;  // below /proc
+};
+
+std::vector<Process> processesIn(const std::filesystem::path& root) {
+  std::vector<Process> processes;
+  std::error_code error;
+  for (std::filesystem::directory_iterator at(root / "proc", error), end; !error && at != end; at.increment(error)) {
+    const std::string id = at->path().filename().string();
+    if (id.find_first_not_of("0123456789") != std::string::npos) continue;
+    Process& process = processes.emplace_back(Process{id, "", at->path()});
+    std::ifstream(at->path() / "comm") >> process.name;
+  }
+  return processes;
+}
+
+/// The sentence of a summary that begins with certain words; empty: there is none.
+std::string sentenceOf(const std::string& summary, std::string_view begin) {
+  const auto at = summary.find(begin);
+  return at == std::string::npos ? "" : summary.substr(at, summary.find("; ", at) - at);
+}
+
+/// The fix of words that name cause, what slamd does meanwhile, and it.
+std::string fixIn(const std::string& words, const std::string& otherwise) {
+  const auto at = words.rfind("; ");
+  return at == std::string::npos ? otherwise : words.substr(at + 2);
+}
+
 }  // namespace
 
 Finding checkPort(const std::string& device, const std::string& path, const std::string& key,
@@ -77,12 +113,117 @@ Finding checkPort(const std::string& device, const std::string& path, const std:
                 " && sudo udevadm trigger"};
   }
   const auto target = std::filesystem::canonical(path, error).string();
-  const std::string name = target == path || target.empty() ? path : path + " -> " + target;
+  std::string name = target == path || target.empty() ? path : path + " -> " + target;
+  const std::string tty = ttyNameOf(path);
+  if (!tty.empty() && !target.ends_with("/" + tty)) name += ", which is " + tty;
   if (access(path.c_str(), R_OK | W_OK) != 0) {
-    return {Finding::kFault, device + ": no right to open " + name,
-            "sudo usermod -aG dialout $USER, and log in again; the service has the right by its unit"};
+    const NodeRights rights = rightsOf(path);
+    const std::string words = openWords(errno, rights);
+    return {Finding::kFault, device + ": no right to open " + name + " of group " + rights.group,
+            rights.group == "dialout" && rights.group_may
+                ? "sudo usermod -aG dialout $USER, and log in again; the service has the right by its unit"
+                : fixIn(words, words)};
   }
   return {Finding::kGood, device + ": " + name, ""};
+}
+
+std::optional<Finding> checkClaimants(const std::string& device, const std::string& path, const std::string& key,
+                                      const std::filesystem::path& root) {
+  const auto claimants = claimantsOf(path, root);
+  if (claimants.size() < 2) return std::nullopt;
+  std::string fix = "set " + key + " to the name of the USB socket that it is in:";
+  for (const Claimant& claimant : claimants) {
+    fix += " " + (claimant.by_path.empty() ? "/dev/" + claimant.name : claimant.by_path) +
+           (&claimant == &claimants.back() ? "" : " or");
+  }
+  return Finding{Finding::kFault, device + ": " + describeClaimants(path, claimants), fix};
+}
+
+std::optional<Finding> checkHolders(const std::string& device, const std::string& port,
+                                    const std::filesystem::path& root) {
+  for (const Process& process : processesIn(root)) {
+    if (process.name == "slamd") continue;
+    std::error_code error;
+    for (std::filesystem::directory_iterator at(process.folder / "fd", error), end; !error && at != end;
+         at.increment(error)) {
+      std::error_code ignored;
+      if (std::filesystem::read_symlink(at->path(), ignored) != port) continue;
+      std::string fix = "sudo kill " + process.id;
+      if (process.name == "ModemManager")
+        fix = "sudo systemctl disable --now ModemManager, or install slamd's udev rules";
+      if (process.name == "brltty") fix = "sudo apt remove brltty, or install slamd's udev rules";
+      if (process.name == "agetty")
+        fix = "sudo systemctl disable --now serial-getty@" + std::filesystem::path(port).filename().string();
+      return Finding{Finding::kFault,
+                     device + ": " + process.name + " (" + process.id + ") has " + port +
+                         " open: it takes bytes that slamd misses",
+                     fix};
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Finding> checkSecondSlamd(const std::filesystem::path& root) {
+  std::string ids;
+  int count = 0;
+  for (const Process& process : processesIn(root)) {
+    if (process.name != "slamd") continue;
+    ids += " " + process.id;
+    ++count;
+  }
+  if (count < 2) return std::nullopt;
+  return Finding{Finding::kWarning, "slamd: " + std::to_string(count) + " of them run here:" + ids,
+                 "stop all but one (sudo systemctl stop slamd; sudo kill ID), or give each an lcm.url, ports and a "
+                 "store.directory of its own"};
+}
+
+Findings checkAdapters(const std::filesystem::path& root) {
+  struct Kind {
+    const char *vendor, *module;
+  };
+  constexpr Kind kKinds[] = {{"10c4", "cp210x"}, {"0403", "ftdi_sio"}, {"1a86", "ch341"}, {"067b", "pl2303"}};
+  Findings findings;
+  std::error_code error;
+  const auto devices = root / "sys" / "bus" / "usb" / "devices";
+  for (std::filesystem::directory_iterator at(devices, error), end; !error && at != end; at.increment(error)) {
+    std::string vendor, product;
+    std::ifstream(at->path() / "idVendor") >> vendor;
+    std::ifstream(at->path() / "idProduct") >> product;
+    const auto* kind =
+        std::find_if(std::begin(kKinds), std::end(kKinds), [&](const Kind& k) { return k.vendor == vendor; });
+    if (kind == std::end(kKinds)) continue;
+    const std::string name = at->path().filename().string(),
+                      what = "USB: the adapter " + vendor + ":" + product + " at " + name;
+    std::error_code ignored;
+    for (std::filesystem::directory_iterator part(at->path(), ignored), last; !ignored && part != last;
+         part.increment(ignored)) {
+      if (!part->path().filename().string().starts_with(name + ":")) continue;
+      std::error_code none;
+      const auto driver = std::filesystem::canonical(part->path() / "driver", none).filename().string();
+      if (none) {
+        findings.push_back({Finding::kFault, what + " has no port: no kernel driver has it",
+                            std::string("sudo modprobe ") + kind->module + ", and plug it in again"});
+      } else if (driver == "usbfs") {
+        findings.push_back(
+            {Finding::kFault,
+             what + " has no port: a program has taken it from its kernel driver; brltty, which takes it for a "
+                    "braille display, does so",
+             "sudo apt remove brltty, or install slamd's udev rules; then plug it in again"});
+      }
+    }
+  }
+  return findings;
+}
+
+Finding checkCameraName(const std::string& uri, const std::vector<CameraInfo>& cameras) {
+  std::string list;
+  for (const CameraInfo& camera : cameras) {
+    if (camera.uri == uri) return {Finding::kGood, "depth: the camera " + uri + " is there", ""};
+    list += (list.empty() ? "" : ", ") + describe(camera);
+  }
+  return {Finding::kFault, "depth: there is no camera " + uri,
+          (list.empty() ? "plug one in; OpenNI2 finds none" : "there is " + list) +
+              "; set depth.uri, or leave it empty for the first one: a camera's name changes with its USB socket"};
 }
 
 Finding checkCamera(UsbWatch& usb) {
@@ -123,14 +264,49 @@ Finding checkCan(const std::string& interface, const std::filesystem::path& net)
   return {Finding::kGood, "CAN: " + interface + " is up", ""};
 }
 
+Finding checkDrives(const CanConfig& can, CanPort& port, Duration patience) {
+  namespace odrive = can::odrive;
+  // Of all nodes there are more ids than a socket filters by: those that people use, and the first ones.
+  std::vector<int> nodes{can.left_node, can.right_node};
+  for (int node = 0; nodes.size() < 32; ++node) {
+    if (std::find(nodes.begin(), nodes.end(), node) == nodes.end()) nodes.push_back(node);
+  }
+  std::vector<std::uint32_t> ids;
+  for (const int node : nodes) ids.push_back(odrive::idOf(node, odrive::Command::kHeartbeat));
+  if (const int error = port.open(can.interface, ids); error != 0)
+    return {Finding::kWarning, "CAN: it cannot be listened to on " + can.interface + ": " + std::strerror(error),
+            "sudo slamctl doctor"};
+  std::map<int, CanAxis> heard;
+  StampedCanFrame received;
+  for (const Timestamp end = monotonicNow() + patience; monotonicNow() < end;) {
+    if (port.receive(received) != 0) {
+      std::this_thread::sleep_for(5ms);
+      continue;
+    }
+    const int node = static_cast<int>(received.frame.id >> 5);
+    if (!received.frame.error) heard[node].addHeartbeat(received.stamp, node, received.frame);
+  }
+  port.close();
+  std::string list;
+  for (const auto& [node, axis] : heard) list += (list.empty() ? "" : ", ") + std::to_string(node);
+  const bool both = heard.contains(can.left_node) && heard.contains(can.right_node);
+  if (both) return {Finding::kGood, "CAN: the drives of both wheels send heartbeats", ""};
+  const std::string missing = !heard.contains(can.left_node)
+                                  ? "left wheel (can.left_node = " + std::to_string(can.left_node) + ")"
+                                  : "right wheel (can.right_node = " + std::to_string(can.right_node) + ")";
+  return {Finding::kFault, "CAN: no heartbeat of the " + missing,
+          list.empty() ? "switch the drives on, check the bit rate: ip -details link show " + can.interface
+                       : "nodes that send heartbeats: " + list + "; set can.left_node and can.right_node"};
+}
+
 std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base) {
   if (!base.speed_commands) return std::nullopt;
-  if (base.driver == "handsfree") {
+  if (base.driver == BaseDriver::kHandsfree) {
     return Finding{Finding::kGood,
                    "drives: the board's own watchdog stops the motors 0.7 s after the last command; it is always on",
                    ""};
   }
-  if (base.driver != "can") return std::nullopt;
+  if (base.driver != BaseDriver::kCan) return std::nullopt;
   // CANSimple has no message that asks for it.
   return Finding{
       Finding::kWarning,
@@ -196,9 +372,15 @@ Findings checkRealtime(int priority) {
   if (fifo.empty()) {
     findings.push_back({Finding::kGood, "real time: SCHED_FIFO is permitted", ""});
   } else {
-    findings.push_back({Finding::kWarning, "real time: this user may not use SCHED_FIFO",
-                        "run slamd as a service, or: echo \"$USER - rtprio 95\" | sudo tee -a "
-                        "/etc/security/limits.d/slamd.conf, and log in again"});
+    const FifoRights rights = fifoRights();
+    const bool by_limit = !rights.privileged && rights.limit < priority;
+    const std::string words = fifoWords(EPERM, priority, rights);
+    findings.push_back(
+        {Finding::kWarning,
+         by_limit ? "real time: this user may not use SCHED_FIFO" : "real time: " + words.substr(0, words.find(';')),
+         by_limit ? "run slamd as a service, or: echo \"$USER - rtprio 95\" | sudo tee -a "
+                    "/etc/security/limits.d/slamd.conf, and log in again"
+                  : fixIn(words, words)});
   }
   rlimit limit{};
   getrlimit(RLIMIT_MEMLOCK, &limit);
@@ -223,14 +405,32 @@ Finding checkDisk(const std::string& what, const std::filesystem::path& director
     return {Finding::kFault, name + ": there is no such folder", "mkdir -p " + directory.string()};
   }
   if (access(directory.c_str(), W_OK | X_OK) != 0) {
+    if (errno == EROFS)
+      return {
+          Finding::kFault, name + ": the disk is read-only",
+          "sudo dmesg | tail says whether the kernel has found errors on it; replace it, or sudo mount -o remount,rw " +
+              directory.string()};
     return {Finding::kFault, name + ": no right to write there", "sudo chown $USER " + directory.string()};
   }
+  struct statvfs entries {};
+  if (statvfs(directory.c_str(), &entries) == 0 && entries.f_files > 0 && entries.f_favail == 0)
+    return {Finding::kFault, name + ": the disk has no room for another file (no inode is free)",
+            "remove small files: sudo du --inodes -d 2 " + directory.string()};
   const double free = diskFreeMegabytes((directory / "map").string());
   if (free >= 0.0 && free < kLittleRoom) {
     return {Finding::kWarning, name + number(": only %.0f MB are free", free),
             "make room: du -sh " + directory.string() + "/*"};
   }
   return {Finding::kGood, name + number(", %.0f MB free", free), ""};
+}
+
+std::optional<Finding> checkLogFloor(const std::filesystem::path& directory, double floor) {
+  const double free = diskFreeMegabytes((directory / "run").string());
+  if (free < 0.0 || free >= floor) return std::nullopt;
+  return Finding{Finding::kWarning,
+                 "disk: the field log stops: " + number("%.0f MB are free", free) +
+                     number(" where log.floor keeps %.0f MB for the maps", floor),
+                 "make room: slamctl log list; or set log.floor"};
 }
 
 Finding checkClock() {
@@ -252,9 +452,12 @@ Findings checkHealth(const health_t& health) {
     const std::string name = "slamd, " + device.name + ": " + nameOf(static_cast<DeviceState>(device.state));
     if (device.state != static_cast<std::uint8_t>(DeviceState::kStreaming)) {
       findings.push_back({Finding::kFault, name + (device.reason.empty() ? "" : ": " + device.reason),
-                          "journalctl -u slamd -n 20 tells since when; unplug " + device.name +
-                              ", plug it in again, and run slamctl doctor"});
-    } else if (!device.reason.empty() || device.rate < kRateTolerance * device.expected) {
+                          fixIn(device.reason, "journalctl -u slamd -n 20 tells since when; unplug " + device.name +
+                                                   ", plug it in again, and run slamctl doctor")});
+    } else if (!device.reason.empty()) {
+      findings.push_back({Finding::kWarning, name + ": " + device.reason,
+                          fixIn(device.reason, "check the CPU's load (top), and the device's cable")});
+    } else if (device.rate < kRateTolerance * device.expected) {
       findings.push_back(
           {Finding::kWarning,
            name + number(", %.1f Hz", device.rate) + number(" where %.1f Hz are expected", device.expected),
@@ -263,30 +466,79 @@ Findings checkHealth(const health_t& health) {
       findings.push_back({Finding::kGood, name + number(", %.1f Hz", device.rate), ""});
     }
   }
+  constexpr std::string_view kRival = "another program publishes SLAM_POSE";
+  if (const auto at = health.summary.find(kRival); at != std::string::npos) {
+    findings.push_back(
+        {Finding::kFault, "slamd: " + std::string(kRival) + " too",
+         "pgrep -a slamd, and stop the second one; on another computer: give each an lcm.url of its own"});
+  }
+  const std::string& summary = health.summary;
+  if (const auto pose = sentenceOf(summary, "pose "); pose.find(": ") != std::string::npos && summary.starts_with(pose))
+    findings.push_back({Finding::kWarning, "slamd, " + pose,
+                        "see to the faults above; then drive slowly on where it has been, or slamctl set-pose"});
+  if (const auto map = sentenceOf(summary, "map not written "); !map.empty()) {
+    constexpr std::string_view kTries = "slamd tries again; ";
+    const auto fix = summary.find(kTries);
+    findings.push_back(
+        {Finding::kFault, "slamd: " + map,
+         fix == std::string::npos ? "slamctl status" : sentenceOf(summary.substr(fix + kTries.size()), "")});
+  }
+  for (const char* words : {"stamps are", "the wall clock was set back"}) {
+    const bool of_device =
+        std::any_of(health.devices.begin(), health.devices.end(),
+                    [&](const device_health_t& device) { return device.reason.find(words) != std::string::npos; });
+    if (const auto clock = sentenceOf(summary, words); !clock.empty() && !of_device)
+      findings.push_back(
+          {Finding::kWarning, "slamd: " + clock, "sudo timedatectl set-ntp true; sudo systemctl restart slamd"});
+  }
   return findings;
 }
 
 Findings diagnose(const Config& config, const std::string& socket) {
   Findings findings;
   const auto ports = serialPorts();
-  if (config.lidar_device.driver == "rplidar") {
+  const auto add = [&](std::optional<Finding> finding) {
+    if (finding) findings.push_back(std::move(*finding));
+  };
+  if (config.lidar_device.driver == LidarDriver::kRplidar) {
     findings.push_back(checkPort("lidar", config.lidar_device.port, "lidar.port", ports));
+    add(checkClaimants("lidar", config.lidar_device.port, "lidar.port"));
   }
-  if (config.base_device.driver == "handsfree") {
+  if (config.base_device.driver == BaseDriver::kHandsfree) {
     findings.push_back(checkPort("base", config.base_device.port, "base.port", ports));
+    add(checkClaimants("base", config.base_device.port, "base.port"));
   }
-  if (config.imu_device.driver == "hfi") {
+  if (config.imu_device.driver == ImuDriver::kHfi) {
     findings.push_back(checkPort("imu", config.imu_device.port, "imu.port", ports));
+    add(checkClaimants("imu", config.imu_device.port, "imu.port"));
   }
-  if (config.base_device.driver == "can" || config.imu_device.driver == "can") {
+  for (const auto& [device, used, path] :
+       {std::tuple("lidar", config.lidar_device.driver == LidarDriver::kRplidar, config.lidar_device.port),
+        {"base", config.base_device.driver == BaseDriver::kHandsfree, config.base_device.port},
+        {"imu", config.imu_device.driver == ImuDriver::kHfi, config.imu_device.port}}) {
+    std::error_code none;
+    const auto port = std::filesystem::canonical(path, none);
+    if (used && !none) add(checkHolders(device, port.string()));
+  }
+  add(checkSecondSlamd());
+  for (Finding& finding : checkAdapters()) findings.push_back(std::move(finding));
+  if (config.base_device.driver == BaseDriver::kCan || config.imu_device.driver == ImuDriver::kCan) {
     findings.push_back(checkCan(config.can.interface));
+    const bool up = findings.back().level != Finding::kFault;
+    if (up && config.base_device.driver == BaseDriver::kCan) {
+      const auto port = makeSocketCanPort(monotonicNow);
+      findings.push_back(checkDrives(config.can, *port));
+    }
   }
   if (auto watchdog = checkWatchdog(config.base_device)) findings.push_back(std::move(*watchdog));
-  if (config.depth_device.driver == "openni2") findings.push_back(checkMounting(config.depth_device));
-  if (config.depth_device.driver == "openni2" && config.depth_device.uri.empty()) {
+  if (config.depth_device.driver == DepthDriver::kOpenni2) findings.push_back(checkMounting(config.depth_device));
+  if (config.depth_device.driver == DepthDriver::kOpenni2 && config.depth_device.uri.empty()) {
     const auto usb = makeUsbWatch(kPrimeSense);
     findings.push_back(checkCamera(*usb));
   }
+  const std::string& uri = config.depth_device.uri;
+  if (config.depth_device.driver == DepthDriver::kOpenni2 && !uri.empty() && !uri.ends_with(".oni"))
+    findings.push_back(checkCameraName(uri, listCameras()));
   if (!socket.empty()) findings.push_back(checkSocket(socket));
   const bool local = !socket.empty() && findings.back().level == Finding::kGood;
   const Finding lcm = checkLcm(config.lcm.url);
@@ -300,13 +552,32 @@ Findings diagnose(const Config& config, const std::string& socket) {
     findings.push_back(checkDisk("maps", maps));
   }
   const std::filesystem::path logs = config.log.directory.empty() ? "/var/lib/slamd/log" : config.log.directory;
-  if (std::filesystem::is_directory(logs, error)) findings.push_back(checkDisk("logs", logs));
+  if (std::filesystem::is_directory(logs, error)) {
+    findings.push_back(checkDisk("logs", logs));
+    if (config.log.automatic) add(checkLogFloor(logs, config.log.floor));
+  }
   for (const auto& [what, file] : {std::pair("map files", config.output.map), {"recording", config.output.record}}) {
     if (file.empty()) continue;
     const auto folder = std::filesystem::path(file).parent_path();
     findings.push_back(checkDisk(what, folder.empty() ? "." : folder));
   }
+  const bool is_installed = std::filesystem::exists(kServiceConfig, error);
+  for (const auto& problem : is_installed ? ServiceReach().problemsOf(config) : std::vector<ServiceReach::Problem>{}) {
+    const auto semicolon = problem.what.find("; ");
+    findings.push_back({Finding::kWarning,
+                        "service: " + std::string(problem.key) + ": " + problem.what.substr(0, semicolon),
+                        semicolon == std::string::npos ? "" : problem.what.substr(semicolon + 2)});
+  }
   findings.push_back(checkClock());
+  findings.push_back(
+      {Finding::kGood,
+       "not seen from here: who answers on a port (asking would stop a lidar's motor), which firmware it has, how "
+       "often "
+       "its data come; whether the lidar sees anything, and sits where the configuration has it; whether messages are "
+       "refused, and clocks of other computers differ. slamd says these, below or in journalctl -u slamd. Not seen by "
+       "anybody: a constant delay of the lidar (slam-replay tells it from a log), watchdogs of ODrives, programs of "
+       "other users that have a port open (sudo slamctl doctor)",
+       ""});
   if (lcm.level == Finding::kFault && !local) return findings;
   Remote remote(local ? socket : "", config.lcm.url);
   if (const auto health = remote.health(kHealthLimit)) {

@@ -4,10 +4,13 @@
 #include <optional>
 #include <slam/health_t.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "app/config.hpp"
+#include "config/config.hpp"
+#include "drivers/camera/openni_camera.hpp"
 #include "drivers/camera/usb_watch.hpp"
+#include "drivers/can/can_port.hpp"
 #include "drivers/serial_port.hpp"
 
 namespace slam {
@@ -24,11 +27,25 @@ using Findings = std::vector<Finding>;
 /// @param key of the configuration, for the fix @param others ports of this machine, to choose from
 Finding checkPort(const std::string& device, const std::string& path, const std::string& key,
                   const std::vector<SerialPortInfo>& others);
+/// Does another device claim the same name? @return std::nullopt: none does
+std::optional<Finding> checkClaimants(const std::string& device, const std::string& path, const std::string& key,
+                                      const std::filesystem::path& root = "/");
+/// Has another program opened the port? @param port as the kernel names it
+std::optional<Finding> checkHolders(const std::string& device, const std::string& port,
+                                    const std::filesystem::path& root = "/");
+/// Do several slamd run here?
+std::optional<Finding> checkSecondSlamd(const std::filesystem::path& root = "/");
+/// USB-serial adapters without a port: their kernel driver is missing, or a program has taken them from it.
+Findings checkAdapters(const std::filesystem::path& root = "/");
 Finding checkCamera(UsbWatch& usb);
+/// Is a camera that the configuration names among those that there are?
+Finding checkCameraName(const std::string& uri, const std::vector<CameraInfo>& cameras);
 /// Is it known where the camera sits?
 Finding checkMounting(const DepthDeviceConfig& depth);
 /// @param net the system's list of network interfaces (/sys/class/net)
 Finding checkCan(const std::string& interface, const std::filesystem::path& net = "/sys/class/net");
+/// Listens for the heartbeats of drives. @param port of the interface; nothing is sent
+Finding checkDrives(const CanConfig& can, CanPort& port, Duration patience = std::chrono::milliseconds(500));
 /// What stops the wheels when slamd cannot. @return std::nullopt: slamd sends no speeds
 std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base);
 /// May this user command slamd over its local socket?
@@ -39,8 +56,11 @@ Finding checkLcm(const std::string& url);
 Findings checkRealtime(int priority);
 /// Is there room, and may it be written? @param what it holds
 Finding checkDisk(const std::string& what, const std::filesystem::path& directory);
+/// Does the field log stop for lack of room? @return std::nullopt: it does not
+std::optional<Finding> checkLogFloor(const std::filesystem::path& directory, double floor);
 Finding checkClock();
-/// What a running slamd says of itself: states and rates of its devices.
+/// What a running slamd says of itself: states and rates of its devices, what its pose waits for, and what is not
+/// stored.
 Findings checkHealth(const health_t& health);
 
 /// All that the configuration asks for. @param socket of slamd; empty: none

@@ -6,8 +6,8 @@
 #include <ctime>
 #include <iostream>
 
-#include "app/config_loader.hpp"
-#include "app/service_reach.hpp"
+#include "config/loader.hpp"
+#include "config/service_reach.hpp"
 #include "drivers/device_status.hpp"
 #include "mapping/map_files.hpp"
 #include "store/log_policy.hpp"

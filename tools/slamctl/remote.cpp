@@ -9,11 +9,11 @@
 #include <unistd.h>
 #include <vector>
 
-#include "app/service_reach.hpp"
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
 #include "bus/lcm_link.hpp"
 #include "bus/local_client.hpp"
+#include "config/service_reach.hpp"
 #include "runtime/clock.hpp"
 
 namespace slam {

@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "app/config.hpp"
+#include "config/config.hpp"
 
 namespace slam {
 

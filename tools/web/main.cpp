@@ -7,11 +7,10 @@
 #include <thread>
 #include <unistd.h>
 
-#include "app/config_loader.hpp"
-#include "app/service_reach.hpp"
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
 #include "bus/lcm_link.hpp"
+#include "config/loader.hpp"
 #include "runtime/clock.hpp"
 #include "tools/common/program.hpp"
 #include "tools/slamctl/remote.hpp"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "app/config.hpp"
+#include "config/config.hpp"
 #include "mapping/map_image.hpp"
 #include "tools/web/http_library.hpp"
 #include "tools/web/log_folder.hpp"

@@ -11,7 +11,7 @@
 #include <slam/scan_t.hpp>
 #include <vector>
 
-#include "app/config.hpp"
+#include "config/config.hpp"
 #include "core/pose_history.hpp"
 #include "core/timestamp.hpp"
 #include "tools/web/tile_store.hpp"

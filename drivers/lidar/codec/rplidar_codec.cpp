@@ -16,6 +16,12 @@ std::uint16_t u16(Bytes bytes, std::size_t offset) {
   return static_cast<std::uint16_t>(bytes[offset] | bytes[offset + 1] << 8);
 }
 
+std::vector<std::uint8_t> encodeNumber(Request request, std::uint16_t number) {
+  const std::array<std::uint8_t, 2> payload = {static_cast<std::uint8_t>(number & 0xFF),
+                                               static_cast<std::uint8_t>(number >> 8)};
+  return encodeRequest(request, payload);
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> encodeRequest(Request request, Bytes payload) {
@@ -35,11 +41,9 @@ std::vector<std::uint8_t> encodeExpressScan(std::uint8_t mode) {
   return encodeRequest(Request::kExpressScan, payload);
 }
 
-std::vector<std::uint8_t> encodeMotorPwm(std::uint16_t pwm) {
-  const std::array<std::uint8_t, 2> payload = {static_cast<std::uint8_t>(pwm & 0xFF),
-                                               static_cast<std::uint8_t>(pwm >> 8)};
-  return encodeRequest(Request::kSetMotorPwm, payload);
-}
+std::vector<std::uint8_t> encodeMotorPwm(std::uint16_t pwm) { return encodeNumber(Request::kSetMotorPwm, pwm); }
+
+std::vector<std::uint8_t> encodeMotorSpeed(std::uint16_t rpm) { return encodeNumber(Request::kSetMotorSpeed, rpm); }
 
 std::array<std::uint8_t, kDescriptorSize> encodeDescriptor(const Descriptor& descriptor) {
   const std::uint32_t word = (descriptor.length & kLengthMask) | (descriptor.stream ? 1U << 30 : 0U);

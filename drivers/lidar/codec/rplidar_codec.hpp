@@ -20,6 +20,7 @@ enum class Request : std::uint8_t {
   kGetSampleRate = 0x59,
   kExpressScan = 0x82,
   kGetConfiguration = 0x84,
+  kSetMotorSpeed = 0xA8,
   kSetMotorPwm = 0xF0,
   kGetAccessoryBoardFlag = 0xFF,
 };
@@ -28,6 +29,7 @@ enum class Request : std::uint8_t {
 std::vector<std::uint8_t> encodeRequest(Request request, std::span<const std::uint8_t> payload = {});
 std::vector<std::uint8_t> encodeExpressScan(std::uint8_t mode = 0);
 std::vector<std::uint8_t> encodeMotorPwm(std::uint16_t pwm);
+std::vector<std::uint8_t> encodeMotorSpeed(std::uint16_t rpm);  ///< S series
 
 enum class AnswerType : std::uint8_t {
   kInfo = 0x04,

@@ -2,6 +2,8 @@
 #include "drivers/lidar/codec/rplidar_modes.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
 
 #include "drivers/lidar/rplidar_stream.hpp"
 
@@ -20,6 +22,22 @@ std::optional<double> parseQ8(std::span<const std::uint8_t> payload) {
 }
 
 }  // namespace
+
+std::uint16_t comparableFirmware(const DeviceInfo& info) {
+  const int series = info.model >> 4;
+  return series >= 1 && series <= 3 ? info.firmware : 0xFFFF;
+}
+
+std::string modelName(std::uint8_t model) {
+  const int series = model >> 4;
+  std::array<char, 32> text{};
+  const char letter = series >= 1 && series <= 3 ? 'A' : series == 4 ? 'C' : series >= 6 && series <= 8 ? 'S' : '\0';
+  const int number = letter == 'A' ? series : letter == 'C' ? series - 3 : series - 5;
+  const auto code = static_cast<unsigned>(model);
+  letter != '\0' ? std::snprintf(text.data(), text.size(), "RPLidar %c%d (model 0x%02x)", letter, number, code)
+                 : std::snprintf(text.data(), text.size(), "RPLidar (model 0x%02x)", code);
+  return text.data();
+}
 
 std::vector<std::uint8_t> encodeConfigurationRequest(ConfigurationEntry entry, std::optional<std::uint16_t> mode) {
   const auto type = static_cast<std::uint32_t>(entry);
@@ -63,7 +81,7 @@ ModeName parseModeName(std::span<const std::uint8_t> payload) {
   return name;
 }
 
-std::vector<ScanMode> modesToTry(std::string_view wish, std::uint16_t firmware, const SampleRate& rate,
+std::vector<ScanMode> modesToTry(ModeWish wish, std::uint16_t firmware, const SampleRate& rate,
                                  std::span<const ScanMode> listed, std::optional<std::uint16_t> typical) {
   ScanMode standard{.answer_type = kStandard, .sample_time = 1e-6 * rate.standard_us};
   ScanMode express{.by_express = true, .answer_type = kExpress, .sample_time = 1e-6 * rate.express_us};
@@ -78,8 +96,8 @@ std::vector<ScanMode> modesToTry(std::string_view wish, std::uint16_t firmware, 
     }
     if (mode.answer_type == kExpress) express = dense.back();
   }
-  if (wish == "standard") return {standard};
-  if (wish == "express") return {express};
+  if (wish == ModeWish::kStandard) return {standard};
+  if (wish == ModeWish::kExpress) return {express};
 
   if (dense.empty() && firmware >= kFirmwareWithExpress) dense.push_back(express);
   std::stable_sort(dense.begin(), dense.end(), [&](const ScanMode& a, const ScanMode& b) {

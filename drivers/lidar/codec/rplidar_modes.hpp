@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -14,6 +15,11 @@ namespace slam::rplidar {
 
 inline constexpr std::uint16_t kFirmwareWithExpress = 0x0111;  ///< 1.17, also of GET_SAMPLERATE
 inline constexpr std::uint16_t kFirmwareWithModes = 0x0118;    ///< 1.24
+/// The unit's firmware as the A series counts, for comparison with these. Other series count from 1.00 anew, and know
+/// all of it from their first one.
+std::uint16_t comparableFirmware(const DeviceInfo& info);
+/// "RPLidar A1 (model 0x18)"
+std::string modelName(std::uint8_t model);
 
 enum class ConfigurationEntry : std::uint32_t {
   kModeCount = 0x70,
@@ -50,11 +56,13 @@ struct ScanMode {
 
 inline constexpr std::uint16_t kMostModes = 8;  ///< that are asked for
 
+enum class ModeWish : std::uint8_t { kDensest, kExpress, kStandard };
+
 /// Modes to try one after the other: the densest that StreamDecoder reads first, of equally dense ones the typical one;
 /// standard last.
-/// @param wish   "auto", "express" (legacy express only), "standard"
+/// @param wish   kExpress: legacy express only
 /// @param listed what the unit lists; empty when it has no list
-std::vector<ScanMode> modesToTry(std::string_view wish, std::uint16_t firmware, const SampleRate& rate,
+std::vector<ScanMode> modesToTry(ModeWish wish, std::uint16_t firmware, const SampleRate& rate,
                                  std::span<const ScanMode> listed, std::optional<std::uint16_t> typical);
 
 }  // namespace slam::rplidar

@@ -168,7 +168,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Trouble{"ImuOffline", [](FakeBoard& f) { f.imu.online = 0; },
                             [](FakeBoard& f) { f.imu.online = 1; }, "the board says that its IMU is offline"},
                     Trouble{"ImuStuck", [](FakeBoard& f) { f.renew = [] {}; }, [](FakeBoard& f) { f.renew = nullptr; },
-                            "the board answers, but its IMU values never change"}),
+                            "the board answers, but its IMU values never change: restart it"}),
     [](const auto& instance) { return instance.param.name; });
 
 /// Answers that come late are taken for those of later requests now and then, whatever the last one was.

@@ -49,6 +49,7 @@ class FakeUnit {
   std::function<Duration()> delay;
   bool mute = false, babble = false, stuck = false, damaged = false;
   bool nan = false;
+  bool bare = false;  ///< a B6 whose acceleration is switched off
 
  private:
   void send() {
@@ -61,7 +62,7 @@ class FakeUnit {
       return;
     }
     const auto x = static_cast<std::int16_t>(value_ % 30000);
-    write(hfi::encodeB6({hfi::B6Type::kAccel, {256, -128, -2048, 0}}));
+    if (!bare) write(hfi::encodeB6({hfi::B6Type::kAccel, {256, -128, -2048, 0}}));
     write(hfi::encodeB6({hfi::B6Type::kGyro, {x, 1000, -2000, 0}}));
     write(hfi::encodeB6({hfi::B6Type::kAngle, {1, 2, 3, 0}}));
     write(hfi::encodeB6({hfi::B6Type::kMagnetic, {1, 2, 3, 0}}));
@@ -179,7 +180,7 @@ const std::vector<Trouble>& troubles() {
       {"babble", [](FakeUnit& u) { u.babble = true; }, [](FakeUnit& u) { u.babble = false; },
        "the IMU's frames cannot be read: check baud rate and cable"},
       {"stuck", [](FakeUnit& u) { u.stuck = true; }, [](FakeUnit& u) { u.stuck = false; },
-       "the IMU sends frames, but its values never change"},
+       "the IMU sends frames, but its values never change: restart it"},
       {"unplugged", [](FakeUnit& u) { u.line().unplug(); }, [](FakeUnit& u) { u.line().plug(); },
        "the port is gone: unplugged?"},
   };
@@ -214,6 +215,50 @@ TEST(SerialImu, NeverWaitsInATick) {
   const Timestamp begin = monotonicNow();
   for (int i = 0; i < 1000; ++i) driver.tick();
   EXPECT_LT(monotonicNow() - begin, std::chrono::seconds(1));
+}
+
+TEST(SerialImu, UsesTheTurnRatesOfAB6ThatSendsNoAcceleration) {
+  FakeUnit unit(Framing::kB6);
+  unit.bare = true;
+  std::vector<ImuSample> samples;
+  SerialImu driver({.port = unit.path()}, virtualNow, [&](const ImuSample& sample) { samples.push_back(sample); });
+  ASSERT_TRUE(test::tickUntil([&] { unit.serve(), driver.tick(); }, [&] { return samples.size() > 300; }));
+  EXPECT_EQ(driver.status().state.load(), DeviceState::kStreaming);
+  EXPECT_NE(std::string(driver.status().reason.load()).find("its turn rate is used without"), std::string::npos);
+  EXPECT_NEAR(samples.back().gyro.y(), 1000 * static_cast<double>(hfi::kB6Gyro), 1e-6);
+  EXPECT_TRUE(samples.back().accel.isZero());
+  unit.bare = false;
+  samples.clear();
+  ASSERT_TRUE(test::tickUntil([&] { unit.serve(), driver.tick(); }, [&] { return samples.size() > 300; }));
+  EXPECT_FALSE(samples.back().accel.isZero());
+  EXPECT_STREQ(driver.status().reason, "");
+}
+
+TEST(SerialImu, NamesTheLidarThatIsOnItsPortInstead) {
+  test::PseudoTerminal line;
+  SerialImu driver({.port = line.path()}, virtualNow, [](const ImuSample&) {});
+  const auto step = [&] {
+    const Bytes in = line.read(Duration(0)), question{0xA5, 0x50};
+    if (std::search(in.begin(), in.end(), question.begin(), question.end()) != in.end()) {
+      Bytes answer{0xA5, 0x5A, 0x14, 0, 0, 0, 4};
+      answer.resize(27);
+      line.write(answer);
+      line.awaitDelivery();
+    }
+    driver.tick();
+  };
+  const auto said = [&] {
+    return std::string(driver.status().reason.load()).find("an RPLidar is on this port: the imu is missed") == 0;
+  };
+  ASSERT_TRUE(test::tickUntil(step, said)) << driver.status().reason.load();
+  const Timestamp end = virtual_now + std::chrono::seconds(20);
+  ASSERT_TRUE(test::tickUntil(
+      [&] {
+        step();
+        EXPECT_TRUE(said() || driver.status().state == DeviceState::kOpening) << driver.status().reason.load();
+      },
+      [&] { return virtual_now > end; }))
+      << "it is said as long as it is so";
 }
 
 TEST(SerialImu, IsAbsentWithoutAPort) {

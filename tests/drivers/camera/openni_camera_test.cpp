@@ -87,6 +87,46 @@ TEST_F(OpenniCameraTest, SaysWhatItsUserFoundWrongWithAnImage) {
   EXPECT_EQ(reason(), "");
 }
 
+TEST_F(OpenniCameraTest, NamesTheCamerasThatThereAreWhereTheWantedOneIsNot) {
+  simulate();
+  const std::atomic<bool> cancel{false};
+  OpenniCamera yesterdays{{.uri = "slam-sim:/gone", .width = 320, .height = 240},
+                          &monotonicNow,
+                          [](const DepthImage&) { return ""; },
+                          std::make_unique<test::FakeUsb>()};
+  const Timestamp end = monotonicNow() + kPatience;  // until OpenNI2 has found the camera that there is
+  do EXPECT_FALSE(yesterdays.connect(cancel));
+  while (std::string(yesterdays.status().reason.load()).find("/gone") == std::string::npos && monotonicNow() < end);
+  EXPECT_EQ(yesterdays.status().state, DeviceState::kAbsent);
+  EXPECT_THAT(yesterdays.status().reason.load(),
+              testing::AllOf(HasSubstr("no camera slam-sim:/gone (depth.uri)"), HasSubstr("there is slam-sim:"),
+                             HasSubstr("320x240 at"), HasSubstr("set depth.uri")));
+  const char* words = yesterdays.status().reason;
+  EXPECT_FALSE(yesterdays.connect(cancel));
+  EXPECT_EQ(yesterdays.status().reason.load(), words) << "another thread may be reading it still";
+}
+
+TEST_F(OpenniCameraTest, NamesTheModesOfACameraThatDoesNotOfferTheWantedOne) {
+  simulate();
+  const std::atomic<bool> cancel{false};
+  OpenniCamera wide{{.width = 1024, .height = 768},
+                    &monotonicNow,
+                    [](const DepthImage&) { return ""; },
+                    std::make_unique<test::FakeUsb>()};
+  const Timestamp end = monotonicNow() + kPatience;
+  do EXPECT_FALSE(wide.connect(cancel));
+  while (std::string(wide.status().reason.load()).find("1024") == std::string::npos && monotonicNow() < end);
+  EXPECT_THAT(wide.status().reason.load(),
+              testing::AllOf(HasSubstr("does not offer 1024x768 at 30 Hz"), HasSubstr("320x240 at")));
+}
+
+TEST_F(OpenniCameraTest, SaysWhatItIs) {
+  simulate();
+  ASSERT_TRUE(seesImages()) << reason();
+  EXPECT_THAT(camera_.status().identity.load(), testing::AllOf(HasSubstr("slam-sim:"), HasSubstr("320x240 at 30 Hz")));
+  EXPECT_EQ(camera_.status().identified.load(), 1) << "once for the connection";
+}
+
 TEST_F(OpenniCameraTest, ComesBackAfterItWasUnplugged) {
   simulate();
   ASSERT_TRUE(seesImages());

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/can/can_axis.hpp"
 
+#include <algorithm>
+#include <array>
 #include <gtest/gtest.h>
 
 namespace slam {
@@ -27,6 +29,7 @@ TEST(CanAxis, BelievesAHeartbeatThatCameTwice) {
 TEST(CanAxis, EachFlagIsAFaultAndOnlyTheEncoderMakesItLie) {
   const auto lies = [](const can::odrive::Heartbeat& heartbeat) {
     CanAxis axis;
+    axis.addVersion({.firmware = {0, 5, 6}});
     axis.addHeartbeat(kStart, heartbeat);
     axis.addHeartbeat(kStart + 100ms, heartbeat);
     EXPECT_TRUE(axis.faulty());
@@ -36,6 +39,59 @@ TEST(CanAxis, EachFlagIsAFaultAndOnlyTheEncoderMakesItLie) {
   EXPECT_FALSE(lies({.motor_error = true}));
   EXPECT_FALSE(lies({.controller_error = true}));
   EXPECT_TRUE(lies({.encoder_error = true}));
+}
+
+class CanAxisDialect : public testing::Test {
+ protected:
+  void add(int times, std::uint32_t error, std::uint8_t state, std::array<std::uint8_t, 3> rest) {
+    for (int i = 0; i < times; ++i, stamp_ += 100ms) {
+      can::Frame frame{.id = 0x201, .size = 8};
+      for (std::size_t k = 0; k < 4; ++k) frame.data[k] = static_cast<std::uint8_t>(error >> 8 * k);
+      frame.data[4] = state;
+      std::copy(rest.begin(), rest.end(), frame.data.begin() + 5);
+      ASSERT_TRUE(axis_.addHeartbeat(stamp_, 0x10, frame));
+    }
+  }
+  CanAxis axis_;
+  Timestamp stamp_ = kStart;
+};
+
+TEST_F(CanAxisDialect, LeavesItToTheAxisErrorWhereItIsNotKnown) {
+  add(5, 0, 8, {1, 1, 0});
+  EXPECT_EQ(axis_.dialect(), CanAxis::Dialect::kUnknown);
+  EXPECT_TRUE(axis_.isAmbiguous());
+  EXPECT_FALSE(axis_.faulty()) << "0.6 in closed loop";
+  EXPECT_FALSE(axis_.lies());
+  add(5, 0x200, 1, {1, 1, 0});
+  EXPECT_TRUE(axis_.faulty());
+  EXPECT_FALSE(axis_.lies()) << "a disarmed wheel is measured";
+  EXPECT_FALSE(axis_.believed()->motor_error);
+}
+
+TEST_F(CanAxisDialect, IsLearnedFromWhatOnlyOneOfThemSends) {
+  add(2, 0, 8, {0, 0, 0x80});
+  EXPECT_EQ(axis_.dialect(), CanAxis::Dialect::k05);
+  add(2, 0, 8, {1, 0, 0x80});
+  EXPECT_TRUE(axis_.faulty());
+  add(1, 0, 8, {0, 0, 0x80});
+  add(3, 0, 8, {1, 1, 0});
+  EXPECT_FALSE(axis_.faulty()) << "as it would if 0.6 were loaded into it";
+  add(2, 0, 8, {0, 0, 0x80});
+  stamp_ += 10s;  // another drive has taken its place
+  add(2, 0, 8, {1, 1, 0});
+  EXPECT_FALSE(axis_.faulty());
+  add(1, 0, 1, {3, 1, 0});
+  EXPECT_EQ(axis_.dialect(), CanAxis::Dialect::kUnknown) << "once may be damage";
+  add(1, 0, 1, {3, 1, 0});
+  EXPECT_EQ(axis_.dialect(), CanAxis::Dialect::k06);
+}
+
+TEST_F(CanAxisDialect, IsToldByTheVersion) {
+  axis_.addHeartbeat(stamp_, 0x10, can::odrive::encodeHeartbeat(0x10, {}));
+  axis_.addVersion({.firmware = {0, 6, 9}});
+  add(3, 0x100, 1, {1, 1, 0});
+  EXPECT_TRUE(axis_.faulty());
+  EXPECT_FALSE(axis_.lies()) << "0x100 is the bus's voltage, byte 6 the trajectory";
 }
 
 TEST(CanAxis, IsFrozenWhenItTurnsWithoutMoving) {

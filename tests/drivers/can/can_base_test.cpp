@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/can/can_base.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,6 +19,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 namespace odrive = can::odrive;
+namespace xsens = can::xsens;
 using CanBaseTest = test::CanBaseTest;
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
@@ -109,18 +111,21 @@ TEST_F(CanBaseTest, TellsMissingEstimatesFromMissingHeartbeats) {
 TEST_F(CanBaseTest, SaysWithinASecondWhatIsMissingOfTheImu) {
   start();
   runFor(1s);
-  const auto expectWithout = [&](bool& part, const char* words) {
+  const auto expectWithout = [&](bool& part, DeviceState state, const char* words) {
     part = false;
     runFor(1s);
-    EXPECT_EQ(imuState(), DeviceState::kStale);
+    EXPECT_EQ(imuState(), state);
     EXPECT_THAT(imuReason(), HasSubstr(words));
+    const auto before = imu_.size();
+    runFor(1s);
+    EXPECT_EQ(imu_.size() > before + 90, state == DeviceState::kStreaming);
     part = true;
-    runFor(600ms);
+    runFor(2s);
     expectStreaming();
   };
-  expectWithout(time_, "no sample time (005)");
-  expectWithout(rate_, "no rate of turn (032)");
-  expectWithout(acceleration_, "no acceleration (034)");
+  expectWithout(time_, DeviceState::kStreaming, "no sample time (005): its readings are used with the stamps of their");
+  expectWithout(rate_, DeviceState::kStale, "no rate of turn (032)");
+  expectWithout(acceleration_, DeviceState::kStreaming, "no acceleration (034): its turn rate is used without");
   time_ = rate_ = acceleration_ = false;
   runFor(1s);
   EXPECT_THAT(imuReason(), HasSubstr("no frames of the IMU"));
@@ -154,6 +159,99 @@ TEST_F(CanBaseTest, DoesNotUseAWheelWhoseEncoderFailed) {
   runFor(1s);
   EXPECT_EQ(wheels_.size(), before);
   EXPECT_EQ(wheelReason(), "right wheel: axis error 0x100, encoder, disarmed");
+}
+
+class CanBaseOf06 : public CanBaseTest {
+ protected:
+  /// Heartbeats as firmware 0.6 sends them, and estimates.
+  void run06(Duration time, std::uint32_t error = 0, std::uint8_t state = 8, std::uint8_t result = 1) {
+    heartbeats_ = false;
+    for (const Timestamp end = bus_.clock + time; bus_.clock < end;) {
+      for (const int node : nodes_) {
+        put(odrive::encodeHeartbeat(
+            node, {.axis_error = error, .state = state, .trajectory_done = true, .procedure_result = result},
+            odrive::Dialect::k06));
+      }
+      runFor(100ms);
+    }
+  }
+};
+
+TEST_F(CanBaseOf06, TakesAProcedureResultForNoError) {
+  start();
+  run06(5s);
+  expectStreaming();
+  EXPECT_GT(wheels_.size(), 450U);
+  EXPECT_TRUE(bus_.sent.empty()) << "it may not ask where nothing may be sent";
+  run06(1s, 0x01000000, 1, 3);
+  EXPECT_EQ(wheelState(), DeviceState::kFault);
+  EXPECT_EQ(wheelReason(), "left wheel: axis error 0x1000000, disarmed");
+  const auto before = wheels_.size();
+  run06(1s, 0x01000000, 1, 3);
+  EXPECT_GT(wheels_.size(), before + 90) << "a disarmed wheel is still measured";
+}
+
+TEST_F(CanBaseOf06, ServesNodes0And1AsDrivesAreDelivered) {
+  nodes_ = {0, 1};
+  start({.imu = false, .nodes = {0, 1}});
+  run06(2s);
+  EXPECT_EQ(wheelState(), DeviceState::kStreaming);
+  EXPECT_EQ(wheelReason(), "");
+  start({.nodes = {0, 1}});
+  run06(2s);
+  expectStreaming();
+  // With an IMU's quaternion on the id of node 1's heartbeat nothing of that id can be believed.
+  for (int i = 0; i < 200; ++i) {
+    bus_.put(xsens::encodeQuaternion({0.9F, 0.1F, 0.3F, -0.2F}));
+    runFor(10ms);
+  }
+  EXPECT_EQ(wheelState(), DeviceState::kStreaming) << wheelReason();
+  EXPECT_THAT(wheelReason(), testing::AllOf(HasSubstr("quaternion"), HasSubstr("switch the quaternion off")));
+}
+
+TEST_F(CanBaseOf06, AsksForTheVersionWhereItMaySend) {
+  start({.commands = true});
+  run06(500ms);
+  const auto asked = [&] {
+    return std::count(bus_.sent.begin(), bus_.sent.end(), odrive::requestVersion(0x10)) +
+           std::count(bus_.sent.begin(), bus_.sent.end(), odrive::requestVersion(0x18));
+  };
+  EXPECT_EQ(asked(), 2);
+  for (const int node : nodes_) put(odrive::encodeVersion(node, {.firmware = {0, 6, 9}}));
+  run06(10s);
+  EXPECT_EQ(asked(), 2) << "it knows";
+  expectStreaming();
+}
+
+TEST_F(CanBaseTest, AsksNoMoreThanThriceWhatIsNeverAnswered) {
+  start({.commands = true});
+  heartbeat_ = {odrive::Heartbeat{.state = 8, .motor_error = true}, odrive::Heartbeat{.state = 8}};
+  runFor(20s);
+  EXPECT_EQ(std::count(bus_.sent.begin(), bus_.sent.end(), odrive::requestVersion(0x10)), 3);
+  EXPECT_EQ(std::count(bus_.sent.begin(), bus_.sent.end(), odrive::requestVersion(0x18)), 0);
+}
+
+TEST_F(CanBaseTest, UsesEstimatesThatComeSeldomAndNamesTheFix) {
+  for (const auto& [period, words] :
+       {std::pair{50ms, ""}, {100ms, "every 100 ms"}, {200ms, "every 200 ms"}, {450ms, "every 450 ms"}}) {
+    SCOPED_TRACE(words);
+    start();
+    drive_ = {false, false};
+    const auto before = wheels_.size();
+    for (const Timestamp end = bus_.clock + 10s; bus_.clock < end;) {
+      for (std::size_t side = 0; side < 2; ++side) {
+        turns_[side] += speed_[side] * static_cast<float>(toSeconds(period)) / 2.0F;
+        put(odrive::encodeHeartbeat(nodes_[side], {.state = 8}));
+        put(odrive::encodeEncoderEstimates(nodes_[side], {turns_[side], speed_[side] / 2.0F}));
+        runFor(side == 0 ? period / 4 / 5ms * 5ms : period - period / 4 / 5ms * 5ms);
+      }
+    }
+    EXPECT_EQ(wheelState(), DeviceState::kStreaming);
+    EXPECT_THAT(wheelReason(), HasSubstr(words));
+    EXPECT_EQ(wheelReason().find("encoder_msg_rate_ms to 10 to 50") != std::string::npos, *words != '\0');
+    EXPECT_GE(wheels_.size() - before, static_cast<std::size_t>(10s / period) - 3);
+    EXPECT_EQ(driver_->wheelStatus().rejects.load(), 0);
+  }
 }
 
 TEST_F(CanBaseTest, DoesNotBelieveASingleHeartbeat) {

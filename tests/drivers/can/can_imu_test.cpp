@@ -3,6 +3,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <functional>
 #include <gtest/gtest.h>
 #include <numbers>
 #include <random>
@@ -75,6 +77,78 @@ TEST(CanImu, NeverJoinsPartsOfDifferentSamples) {
   }
   EXPECT_GT(good, 2000);
   EXPECT_GT(unit.imu.rejects(), 500);
+}
+
+/// Sends so many samples. @return the share of turn rates that were used
+double usedOf(Unit& unit, int count, const std::function<std::array<bool, 3>(int)>& sent) {
+  int used = 0;
+  for (int i = 0; i < count; ++i) {
+    const auto [time, turn, acceleration] = sent(i);
+    unit.rate = static_cast<float>(i % 50) * 0.25F;
+    const auto sample = unit.step(time, turn, acceleration);
+    if (!sample) continue;
+    ++used;
+    EXPECT_EQ(sample->gyro.z(), static_cast<double>(unit.rate));
+    EXPECT_TRUE(sample->accel.isZero() || sample->accel.x() == sample->gyro.z()) << "of another sample";
+    EXPECT_LE(std::chrono::abs(sample->stamp - unit.clock), 1ms);
+  }
+  return static_cast<double>(used) / count;
+}
+
+TEST(CanImu, UsesTurnRatesWithoutWhatTheUnitDoesNotSend) {
+  Unit no_acceleration, no_time, rate_alone;
+  EXPECT_GT(usedOf(no_acceleration, 1000, [](int) { return std::array{true, true, false}; }), 0.95);
+  EXPECT_TRUE(no_acceleration.imu.usesTime());
+  EXPECT_FALSE(no_acceleration.imu.usesAcceleration());
+  EXPECT_GT(usedOf(no_time, 1000, [](int) { return std::array{false, true, true}; }), 0.95);
+  EXPECT_FALSE(no_time.imu.usesTime());
+  EXPECT_TRUE(no_time.imu.usesAcceleration());
+  EXPECT_GT(usedOf(rate_alone, 1000, [](int) { return std::array{false, true, false}; }), 0.92);
+  EXPECT_LT(rate_alone.imu.rejects(), 80);
+}
+
+TEST(CanImu, UsesEachTurnRateOfAUnitAtMixedRates) {
+  for (const int every : {2, 4, 10}) {
+    SCOPED_TRACE(every);
+    Unit acceleration, time, both;
+    EXPECT_GT(usedOf(acceleration, 2000, [every](int i) { return std::array{true, true, i % every == 0}; }), 0.9);
+    EXPECT_FALSE(acceleration.imu.usesAcceleration());
+    EXPECT_GT(usedOf(time, 2000, [every](int i) { return std::array{i % every == 0, true, true}; }), 0.9);
+    EXPECT_FALSE(time.imu.usesTime());
+    EXPECT_GT(usedOf(both, 2000, [every](int i) { return std::array{i % every == 0, true, i % every == 0}; }), 0.9);
+  }
+}
+
+TEST(CanImu, TakesDamagedFramesForNoneThatAreMissing) {
+  std::mt19937 random(8);
+  Unit unit;
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(unit.step());
+  int used = 0;
+  for (int i = 0; i < 5000; ++i) {
+    unit.clock += 10ms;
+    for (const std::uint32_t id : {xsens::kSampleTime, xsens::kRateOfTurn, xsens::kAcceleration}) {
+      can::Frame frame{.id = id, .size = static_cast<std::uint8_t>(id == xsens::kSampleTime ? 4 : 6)};
+      if (random() % 2 == 0) frame.size = static_cast<std::uint8_t>(random() % 9);
+      for (auto& byte : frame.data) byte = static_cast<std::uint8_t>(random());
+      used += unit.imu.add(frame, unit.clock).has_value();
+    }
+  }
+  EXPECT_LE(used, 3) << "a random turn rate is worse than none";
+  unit.rate = 0.0F;
+  for (int i = 0; i < 5; ++i) unit.step();
+  unit.rate = 1.0F;
+  EXPECT_TRUE(unit.step());
+}
+
+TEST(CanImu, JoinsAgainWhatTheUnitSendsAgain) {
+  Unit unit;
+  usedOf(unit, 200, [](int) { return std::array{false, true, false}; });
+  usedOf(unit, 200, [](int) { return std::array{true, true, true}; });
+  EXPECT_TRUE(unit.imu.usesTime() && unit.imu.usesAcceleration());
+  unit.rate = 1.0F;
+  const auto sample = unit.step();
+  ASSERT_TRUE(sample);
+  EXPECT_EQ(sample->accel.x(), sample->gyro.z());
 }
 
 TEST(CanImu, GoesOnOverTheWrapOfTheSampleTime) {

@@ -186,6 +186,60 @@ TEST(CanWheels, SurviveRandomEstimatesAndGoOn) {
   EXPECT_FALSE(pair->restarted);
 }
 
+TEST(CanWheels, PairAtAnyPeriodThatDrivesSendAt) {
+  struct Case {
+    Duration left, right;
+  };
+  for (const Case& rate : {Case{100ms, 100ms},
+                           {200ms, 200ms},
+                           {250ms, 250ms},
+                           {450ms, 450ms},
+                           {1000ms, 1000ms},
+                           {10ms, 200ms},
+                           {300ms, 100ms}}) {
+    SCOPED_TRACE(std::to_string(rate.left / 1ms) + ", " + std::to_string(rate.right / 1ms));
+    CanWheels wheels({});
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> jitter(0.0, 0.003);  // [s]
+    const std::array<Duration, 2> periods{rate.left, rate.right};
+    // The right one is half a period behind: the worst for pairs.
+    std::array<Timestamp, 2> next{kStart, kStart + rate.right / 2};
+    std::vector<CanWheels::Pair> pairs;
+    while (next[0] < kStart + 20s) {
+      const std::size_t side = next[1] < next[0] ? kRight : kLeft;
+      const double t = toSeconds(next[side] - kStart) + jitter(random);
+      const double angle = 3.0 * t + std::sin(t), speed = 3.0 + std::cos(t);
+      if (const auto pair = wheels.add(side, kStart + fromSeconds(t), turns(angle / kTurn, speed / kTurn)))
+        pairs.push_back(*pair);
+      next[side] += periods[side];
+    }
+    const auto expected = static_cast<std::size_t>(20s / std::max(rate.left, rate.right));
+    const bool seldom = rate.left > 500ms;  // then it takes ten to believe the first one
+    EXPECT_GE(pairs.size() + (seldom ? 12 : 3), expected);
+    EXPECT_LE(wheels.rejects(), seldom ? 20 : 0);
+    ASSERT_FALSE(pairs.empty());
+    const double t0 = toSeconds(pairs.front().stamp - kStart);
+    for (std::size_t i = 1; i < pairs.size(); ++i) {
+      const double t = toSeconds(pairs[i].stamp - kStart);
+      ASSERT_FALSE(pairs[i].restarted) << t;
+      for (const double angle : {pairs[i].angles[0] - pairs[0].angles[0], pairs[i].angles[1] - pairs[0].angles[1]})
+        ASSERT_NEAR(angle, 3.0 * (t - t0) + std::sin(t) - std::sin(t0), seldom ? 0.3 : 0.03) << t;
+    }
+  }
+}
+
+TEST(CanWheel, LearnsItsPeriodInSpiteOfLossesAndEstimatesThatComeAtOnce) {
+  CanWheel wheel(kTurn, 100.0);
+  std::mt19937 random(5);
+  for (int i = 0; i < 200; ++i) {
+    if (random() % 10 != 0) wheel.add(kStart + i * 200ms + (random() % 20) * 1ms, turns(0.0));
+    if (i > 20) {
+      EXPECT_GE(wheel.period(), 170ms);
+      EXPECT_LE(wheel.period(), 450ms);
+    }
+  }
+}
+
 TEST(CanWheel, RefusesASpeedThatNoWheelHas) {
   using Outcome = CanWheel::Outcome;
   const Timestamp now{std::chrono::seconds(1)};

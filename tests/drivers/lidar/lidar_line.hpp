@@ -68,6 +68,7 @@ class VirtualLidar {
   PortOpener opener() { return line_.opener(); }
   bool inject(std::string_view kind, double value) { return lidar_.inject(kind, value); }
   std::uint16_t pwm() const { return lidar_.pwm(); }
+  std::uint16_t speed() const { return lidar_.speed(); }
   /// Turns each byte to the host into what a receiver at another baud rate makes of it.
   void garble() { garbled_ = true; }
   /// Done every millisecond.

@@ -180,7 +180,7 @@ class FakeLidar {
 class RplidarDriverTest : public testing::Test {
  protected:
   /// Behaviour must be set before.
-  void start(const std::string& mode = "auto") {
+  void start(rplidar::ModeWish mode = rplidar::ModeWish::kDensest) {
     lidar_ = std::make_unique<FakeLidar>(behaviour_);
     driver_ = std::make_unique<RplidarDriver>(
         RplidarConfig{.port = "", .scan_mode = mode, .range_min = 0.2F, .range_max = 9.0F}, test::virtualNow,
@@ -247,7 +247,7 @@ class RplidarDriverTest : public testing::Test {
 };
 
 TEST_F(RplidarDriverTest, GivesExpressScansWhenTheDeviceCan) {
-  start("auto");
+  start();
   ASSERT_TRUE(connect()) << reason();
   ASSERT_TRUE(collect(4));
   EXPECT_EQ(lidar_->count(Request::kExpressScan), 1);
@@ -258,7 +258,7 @@ TEST_F(RplidarDriverTest, GivesExpressScansWhenTheDeviceCan) {
 }
 
 TEST_F(RplidarDriverTest, GivesStandardScansOnRequest) {
-  start("standard");
+  start(rplidar::ModeWish::kStandard);
   ASSERT_TRUE(connect()) << reason();
   ASSERT_TRUE(collect(4));
   EXPECT_EQ(lidar_->count(Request::kExpressScan), 0);
@@ -268,7 +268,7 @@ TEST_F(RplidarDriverTest, GivesStandardScansOnRequest) {
 TEST_F(RplidarDriverTest, FallsBackToStandardScansOnOldFirmware) {
   behaviour_.info[1] = 15;  // 1.15: before GET_SAMPLERATE and EXPRESS_SCAN
   behaviour_.knows_express = false;
-  start("auto");
+  start();
   ASSERT_TRUE(connect()) << reason();
   ASSERT_TRUE(collect(2));
   expectRightGeometry(360, 476e-6);

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The driver against the emulated units of the field and their faults; the driver's own cases are in
 // rplidar_driver_test.cpp.
+#include <array>
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <numbers>
+#include <tuple>
 
 #include "core/pose2.hpp"
 #include "drivers/lidar/lidar_line.hpp"
@@ -25,7 +27,8 @@ struct Rig {
   std::atomic<bool> cancel{false};
   std::vector<LaserScan> scans;
 
-  explicit Rig(const sim::LidarIdentity& identity = sim::a1Firmware129(), const std::string& mode = "auto")
+  explicit Rig(const sim::LidarIdentity& identity = sim::a1Firmware129(),
+               rplidar::ModeWish mode = rplidar::ModeWish::kDensest)
       : lidar(identity),
         driver(
             {.port = "", .scan_mode = mode}, test::virtualNow, [this](const LaserScan& scan) { scans.push_back(scan); },
@@ -113,6 +116,50 @@ INSTANTIATE_TEST_SUITE_P(Of, RplidarUnit,
                                          Unit{"A2OnItsBoard", sim::a2(), 0x84, 127},
                                          Unit{"WithADenseMode", withDenseMode(), 0x85, 100}),
                          [](const auto& test) { return test.param.name; });
+
+TEST(RplidarModes, NumbersOfAnotherSeriesAreNotOldOnes) {
+  for (const auto& [identity, name, mode, sample] :
+       {std::tuple(sim::c1(), "RPLidar C1 (model 0x41), firmware 1.01, hardware 18", "DenseBoost (85)", 200.0),
+        {sim::s3(), "RPLidar S3 (model 0x81), firmware 1.02, hardware 18", "DenseBoost (85)", 31.25}}) {
+    SCOPED_TRACE(name);
+    Rig rig(identity);
+    ASSERT_TRUE(rig.stream(3)) << rig.reason();
+    EXPECT_DOUBLE_EQ(rig.driver.mode().sample_time, 1e-6 * sample);
+    const std::string said = rig.driver.status().identity.load();
+    EXPECT_THAT(said, testing::AllOf(HasSubstr(name), HasSubstr("serial number 534C414D442D53494D2D303030303031"),
+                                     HasSubstr(mode)));
+    EXPECT_EQ(rig.driver.status().identified.load(), 1);
+    expectRoom(rig.scans.back());
+  }
+}
+
+TEST(RplidarMotor, OfAnSUnitRunsByItsSpeedControlAndStops) {
+  Rig rig(sim::s3());
+  ASSERT_TRUE(rig.stream()) << rig.reason();
+  EXPECT_EQ(rig.lidar.speed(), 600);
+  rig.driver.stop();
+  EXPECT_EQ(rig.lidar.speed(), 0);
+}
+
+TEST(RplidarFault, ATurnWithMoreMeasurementsThanAScanHoldsIsThinnedAndShown) {
+  Rig rig;
+  ASSERT_TRUE(rig.stream());
+  EXPECT_EQ(rig.driver.status().thinned.load(), 0);
+  ASSERT_TRUE(rig.lidar.inject("turn", 572.0));  // 4500 of 127 us
+  ASSERT_TRUE(rig.collect(4));
+  EXPECT_THAT(rig.reason(), testing::AllOf(HasSubstr("every second one is used"), HasSubstr("motor")));
+  EXPECT_EQ(rig.state(), DeviceState::kStreaming);
+  const LaserScan& scan = rig.scans.back();
+  EXPECT_NEAR(scan.size, 2252, 3);
+  std::array<int, 12> sectors{};
+  for (const Beam& beam : scan.beams())
+    ++sectors[std::min<std::size_t>(11, static_cast<std::size_t>((beam.bearing + std::numbers::pi) / 6.2831854 * 12))];
+  for (const int beams : sectors) EXPECT_NEAR(beams, 188, 25);
+  EXPECT_NEAR(static_cast<double>(rig.driver.status().thinned.load()), 3 * 2252.0, 2300.0);
+  ASSERT_TRUE(rig.lidar.inject("turn", 182.0));
+  ASSERT_TRUE(rig.collect(3));
+  EXPECT_EQ(rig.reason(), "");
+}
 
 TEST(RplidarModes, OfEquallyDenseOnesTheTypicalIsStarted) {
   Rig rig;

@@ -88,16 +88,30 @@ TEST(ScanAssembler, GivesEachBeamItsOwnTime) {
   }
 }
 
-TEST(ScanAssembler, CountsTheBeamsOfAnOverfullTurn) {
-  Feeder feeder;
-  feeder.turn(LaserScan::kCapacity + 904);
-  EXPECT_EQ(feeder.assembler.overfull(), 904U);
-  feeder.turn(10);
-  ASSERT_EQ(feeder.scans.size(), 1U);
-  EXPECT_EQ(feeder.scans[0].size, LaserScan::kCapacity);
-  feeder.turn(1);
-  ASSERT_EQ(feeder.scans.size(), 2U);
-  EXPECT_EQ(feeder.scans[1].size, 10) << "the turn after it is whole again";
+TEST(ScanAssembler, ThinsAnOverfullTurnEvenlyAndCountsIt) {
+  for (const auto& [nodes, stride] : {std::pair(LaserScan::kCapacity, 1),
+                                      {LaserScan::kCapacity + 1, 2},
+                                      {4500, 2},
+                                      {8160, 2},
+                                      {8161, 4},
+                                      {20000, 8}}) {
+    SCOPED_TRACE(nodes);
+    Feeder feeder;
+    feeder.turn(nodes);
+    feeder.turn(10);
+    ASSERT_EQ(feeder.scans.size(), 1U);
+    const LaserScan& scan = feeder.scans[0];
+    EXPECT_EQ(scan.size, (nodes + stride - 1) / stride);
+    EXPECT_EQ(feeder.assembler.stride(), stride);
+    EXPECT_EQ(feeder.assembler.thinned(), nodes - scan.size);
+    for (int i = 0; i < scan.size; ++i) {
+      ASSERT_NEAR(scan.beams()[static_cast<std::size_t>(i)].time_offset, i * stride * 500e-6, 1e-4) << "not even";
+    }
+    feeder.turn(1);
+    ASSERT_EQ(feeder.scans.size(), 2U);
+    EXPECT_EQ(feeder.scans[1].size, 10) << "the turn after it is whole again";
+    EXPECT_EQ(feeder.assembler.stride(), 1);
+  }
 }
 
 TEST(ScanAssembler, ForgetsTheTurnUnderWayOnReset) {

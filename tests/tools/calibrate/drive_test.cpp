@@ -3,8 +3,8 @@
 #include <array>
 #include <gtest/gtest.h>
 
-#include "app/config_loader.hpp"
 #include "build_paths.hpp"
+#include "config/loader.hpp"
 #include "tools/calibrate/calibration.hpp"
 #include "tools/calibrate/motion_selection.hpp"
 #include "tools/files.hpp"

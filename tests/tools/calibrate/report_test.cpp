@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/config_loader.hpp"
+#include "config/loader.hpp"
 #include "tools/calibrate/motions.hpp"
 
 namespace slam {

@@ -3,13 +3,13 @@
 #include <filesystem>
 #include <gtest/gtest.h>
 
-#include "app/config_loader.hpp"
 #include "build_paths.hpp"
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
 #include "bus/event_log.hpp"
 #include "bus/messages.hpp"
-#include "slam/localizer.hpp"
+#include "config/loader.hpp"
+#include "frontend/front_end.hpp"
 #include "support/consistency.hpp"
 #include "tools/common/trajectory.hpp"
 #include "tools/sim/log_mode.hpp"
@@ -34,19 +34,19 @@ std::vector<Compared> drive(const std::string& scene, std::uint64_t seed, double
   fs::create_directories(folder);
   writeLog({.scene = scene, .seed = seed, .seconds = seconds, .truth = truth_file}, log_file);
   const Trajectory truth = readTrajectory(truth_file);
-  Localizer localizer(loadConfig(SLAMD_SIM_CONFIG).localizer);
+  FrontEnd front_end(loadConfig(SLAMD_SIM_CONFIG).localizer);
   std::vector<Compared> drive;
   EventLogReader log(log_file);
   for (LogEvent event; log.next(event);) {
     if (event.channel == channel::kWheels) {
-      localizer.add(fromMessage(decodeChecked<wheels_t>(event.data).value()).value());
+      front_end.add(fromMessage(decodeChecked<wheels_t>(event.data).value()).value());
     } else if (event.channel == channel::kImu) {
-      localizer.add(fromMessage(decodeChecked<imu_t>(event.data).value()).value());
+      front_end.add(fromMessage(decodeChecked<imu_t>(event.data).value()).value());
     } else if (event.channel == channel::kScan) {
-      const ScanOutcome outcome = localizer.add(fromMessage(decodeChecked<scan_t>(event.data).value()).value());
+      const ScanOutcome outcome = front_end.add(fromMessage(decodeChecked<scan_t>(event.data).value()).value());
       const auto true_pose = poseAt(truth, outcome.first);  // known for the scans' own stamps
       if (!outcome.fused || !true_pose) continue;
-      PoseEstimate estimate = localizer.estimate(outcome.stamp);
+      PoseEstimate estimate = front_end.estimate(outcome.stamp);
       estimate.T_map_base = estimate.T_map_base * outcome.T_base_first;
       drive.push_back({estimate, *true_pose});
     }

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 #include <iterator>
 
-#include "app/config_loader.hpp"
 #include "build_paths.hpp"
+#include "config/loader.hpp"
 #include "mapping/map_files.hpp"
 #include "tools/eval/metrics.hpp"
 #include "tools/replay/replay.hpp"

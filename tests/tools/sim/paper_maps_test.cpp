@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "app/config_loader.hpp"
 #include "build_paths.hpp"
+#include "config/loader.hpp"
 #include "mapping/map_files.hpp"
 #include "tools/eval/map_metrics.hpp"
 #include "tools/files.hpp"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/sim/can/can_bus.hpp"
 
-#include <array>
 #include <cerrno>
 #include <cstring>
+#include <linux/can.h>
 #include <stdexcept>
 
 #include "drivers/can/can_socket.hpp"
@@ -15,22 +15,22 @@ namespace {
 namespace odrive = can::odrive;
 constexpr Duration kOpenPeriod = std::chrono::milliseconds(100);  // between attempts
 
-std::array<std::uint32_t, 6> commandIds() {
-  std::array<std::uint32_t, 6> ids{};
-  std::size_t i = 0;
-  for (const int node : {int(odrive::kLeftNode), int(odrive::kRightNode)}) {
+std::vector<std::uint32_t> commandIds(const std::array<int, 2>& nodes) {
+  std::vector<std::uint32_t> ids;
+  for (const int node : nodes) {
     for (const auto command :
          {odrive::Command::kInputVelocity, odrive::Command::kSetAxisState, odrive::Command::kClearErrors})
-      ids[i++] = odrive::idOf(node, command);
+      ids.push_back(odrive::idOf(node, command));
+    ids.push_back(odrive::requestVersion(node).id | CAN_RTR_FLAG);
   }
   return ids;
 }
 
 }  // namespace
 
-CanBus::CanBus(const std::string& interface, std::uint64_t seed)
-    : interface_(interface), port_(makeSocketCanPort(monotonicNow)), emulator_(seed) {
-  int error = port_->open(interface, commandIds());
+CanBus::CanBus(const std::string& interface, std::uint64_t seed, const std::array<int, 2>& nodes)
+    : interface_(interface), ids_(commandIds(nodes)), port_(makeSocketCanPort(monotonicNow)), emulator_(seed, nodes) {
+  int error = port_->open(interface, ids_);
   if (error == 0) error = port_->interfaceError();
   if (error == EAFNOSUPPORT || error == EPROTONOSUPPORT)
     throw std::runtime_error("--can " + interface + ": this kernel has no CAN (modprobe can-raw vcan)");
@@ -53,7 +53,7 @@ void CanBus::step(Timestamp now, const CanReadings& readings) {
   }
   if (!gone || now < next_open_) return;
   next_open_ = now + kOpenPeriod;
-  port_->open(interface_, commandIds());
+  port_->open(interface_, ids_);
 }
 
 }  // namespace slam::sim

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -13,7 +15,7 @@ namespace slam::sim {
 class CanBus {
  public:
   /// @throws std::runtime_error, with the fix, when the kernel has no CAN or the interface is not there or down
-  CanBus(const std::string& interface, std::uint64_t seed);
+  CanBus(const std::string& interface, std::uint64_t seed, const std::array<int, 2>& nodes = CanEmulator::kNodes);
 
   /// To be called every few milliseconds. Frames that the interface does not take are lost, as on a real bus; one that
   /// was removed is used again when there is one of its name.
@@ -22,6 +24,7 @@ class CanBus {
 
  private:
   std::string interface_;
+  std::vector<std::uint32_t> ids_;  // of what the host sends
   std::unique_ptr<CanPort> port_;
   Timestamp next_open_{};
   CanEmulator emulator_;

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <utility>
 
+#include "tools/sim/faults/fault_values.hpp"
+
 namespace slam::sim {
 namespace {
 
@@ -13,10 +15,12 @@ using namespace std::chrono_literals;
 namespace odrive = can::odrive;
 namespace xsens = can::xsens;
 
-constexpr Duration kEstimates = 10ms, kHeartbeat = 100ms, kImu = 10ms;
-constexpr double kTurn = 2.0 * std::numbers::pi;   // [rad]
-constexpr std::uint32_t kWatchdogExpired = 0x800;  // ODrive's AXIS_ERROR_WATCHDOG_TIMER_EXPIRED
-constexpr std::array<int, 2> kNodes = {odrive::kLeftNode, odrive::kRightNode};
+constexpr Duration kHeartbeat = 100ms, kImu = 10ms;
+constexpr double kTurn = 2.0 * std::numbers::pi;  // [rad]
+// ODrive's WATCHDOG_TIMER_EXPIRED, and how a procedure of 0.6 ended.
+constexpr std::uint32_t kWatchdogExpired05 = 0x800, kWatchdogExpired06 = 0x01000000;
+constexpr std::uint8_t kSuccess = 0, kBusy = 1, kDisarmed = 3;
+constexpr odrive::Version kVersion06{.hardware = {5, 2, 0}, .firmware = {0, 6, 9}};
 
 can::Frame errorFrame(std::uint32_t classes) { return {.id = classes, .size = 8, .error = true}; }
 
@@ -32,25 +36,39 @@ void CanEmulator::step(Timestamp now, const CanReadings& readings, std::vector<c
     next = std::max(next + period, now - period);  // after a long gap what was missed stays missed
     return true;
   };
-  while (due(next_estimates_, kEstimates)) {
+  for (std::size_t side = 0; side < 2; ++side) {
+    const bool asked = std::exchange(asked_version_[side], false);
+    if (asked && dialect_ == odrive::Dialect::k06) send(now, odrive::encodeVersion(nodes_[side], kVersion06));
+  }
+  while (due(next_estimates_, estimates_)) {
     for (std::size_t side = 0; side < 2; ++side) {
       const Drive& drive = drives_[side];
       send(now, odrive::encodeEncoderEstimates(
-                    kNodes[side], {static_cast<float>(factor_ * drive.position), static_cast<float>(drive.velocity)}));
+                    nodes_[side], {static_cast<float>(factor_ * drive.position), static_cast<float>(drive.velocity)}));
     }
   }
   while (due(next_heartbeat_, kHeartbeat)) {
-    for (std::size_t side = 0; side < 2; ++side)
-      send(now, odrive::encodeHeartbeat(kNodes[side], drives_[side].heartbeat));
+    for (std::size_t side = 0; side < 2; ++side) {
+      odrive::Heartbeat heartbeat = drives_[side].heartbeat;
+      const bool busy = drives_[side].armed(), disarmed = heartbeat.axis_error != 0;
+      heartbeat.trajectory_done = true;  // as long as no trajectory is asked for
+      heartbeat.procedure_result = busy ? kBusy : disarmed ? kDisarmed : kSuccess;
+      send(now, odrive::encodeHeartbeat(nodes_[side], heartbeat, dialect_));
+    }
   }
   while (due(next_imu_, kImu)) {
     if (!stuck_) imu_ = readings;
-    send(now, xsens::encodeSampleTime(static_cast<std::uint32_t>((now - *started_) / 100us)));
-    send(now, xsens::encodeQuaternion(imu_.attitude));
-    send(now, xsens::encodeRateOfTurn(imu_.gyro));
-    send(now, xsens::encodeAcceleration(imu_.accel));
+    sendImu(now);
   }
   for (; !line_.empty() && line_.front().due <= now; line_.pop_front()) out.push_back(line_.front().frame);
+}
+
+void CanEmulator::sendImu(Timestamp now) {
+  const auto isDue = [count = imu_samples_++](int every) { return every > 0 && count % every == 0; };
+  if (isDue(time_every_)) send(now, xsens::encodeSampleTime(static_cast<std::uint32_t>((now - *started_) / 100us)));
+  if (quaternion_) send(now, xsens::encodeQuaternion(imu_.attitude));
+  send(now, xsens::encodeRateOfTurn(imu_.gyro));
+  if (isDue(acceleration_every_)) send(now, xsens::encodeAcceleration(imu_.accel));
 }
 
 void CanEmulator::turn(Timestamp now, const CanReadings& readings) {
@@ -68,7 +86,7 @@ void CanEmulator::watch(Timestamp now) {
   for (Drive& drive : drives_) {
     if (std::exchange(drive.fed, false)) drive.fed_at = now;
     if (watchdog_ == Duration(0) || now - drive.fed_at <= watchdog_) continue;
-    drive.heartbeat.axis_error |= kWatchdogExpired;
+    drive.heartbeat.axis_error |= dialect_ == odrive::Dialect::k06 ? kWatchdogExpired06 : kWatchdogExpired05;
     drive.heartbeat.state = static_cast<std::uint8_t>(odrive::AxisState::kIdle);
   }
 }
@@ -93,20 +111,22 @@ void CanEmulator::spoil(can::Frame& frame) {
 
 void CanEmulator::receive(const can::Frame& frame) {
   for (std::size_t side = 0; side < 2; ++side) {
-    if (static_cast<int>(frame.id >> 5) == kNodes[side]) drives_[side].fed = true;
-    if (const auto velocity = odrive::parseInputVelocity(kNodes[side], frame)) {
+    if (static_cast<int>(frame.id >> 5) == nodes_[side]) drives_[side].fed = true;
+    if (frame == odrive::requestVersion(nodes_[side])) asked_version_[side] = true;
+    if (const auto velocity = odrive::parseInputVelocity(nodes_[side], frame)) {
       asked_[side] = velocity->velocity;
       ++commands_;
     }
     odrive::Heartbeat& heartbeat = drives_[side].heartbeat;
-    const auto state = odrive::parseAxisState(kNodes[side], frame);
+    const auto state = odrive::parseAxisState(nodes_[side], frame);
     const bool refused = state == std::uint32_t(odrive::AxisState::kClosedLoop) && heartbeat.axis_error != 0;
     if (state && !refused) heartbeat.state = static_cast<std::uint8_t>(*state);
-    if (frame == odrive::encodeClearErrors(kNodes[side])) heartbeat.axis_error = 0;
+    if (frame == odrive::encodeClearErrors(nodes_[side])) heartbeat.axis_error = 0;
   }
 }
 
 bool CanEmulator::inject(std::string_view kind, double value) {
+  constexpr double kSeldom = 1000.0;
   const bool on = value != 0.0;
   if (kind == "silent") {
     silent_ = on;
@@ -127,6 +147,19 @@ bool CanEmulator::inject(std::string_view kind, double value) {
     drives_[0].heartbeat.axis_error = static_cast<std::uint32_t>(value);
     drives_[0].heartbeat.state =
         static_cast<std::uint8_t>(on ? odrive::AxisState::kIdle : odrive::AxisState::kClosedLoop);
+  } else if (kind == "firmware") {
+    if (value != 0.5 && value != 0.6) return false;
+    dialect_ = value == 0.5 ? odrive::Dialect::k05 : odrive::Dialect::k06;
+  } else if (kind == "estimates") {
+    if (!(value >= 1.0 && value <= 10e3)) return false;
+    estimates_ = fromSeconds(1e-3 * value);
+    next_estimates_ = {};
+  } else if (kind == "imu_time") {
+    return setCount(time_every_, value, kSeldom);
+  } else if (kind == "imu_acceleration") {
+    return setCount(acceleration_every_, value, kSeldom);
+  } else if (kind == "quaternion") {
+    return setSwitch(quaternion_, value);
   } else if (kind == "bus_off") {
     if (on != bus_off_) line_.push_back({{}, errorFrame(on ? CAN_ERR_BUSOFF : CAN_ERR_RESTARTED)});
     bus_off_ = on;

@@ -25,13 +25,17 @@ struct CanReadings {
 /// clock: time and truth come from outside.
 class CanEmulator {
  public:
-  explicit CanEmulator(std::uint64_t seed = 1) : random_(seed) {}
+  static constexpr std::array<int, 2> kNodes{can::odrive::kLeftNode, can::odrive::kRightNode};
+
+  /// @param nodes left, right
+  explicit CanEmulator(std::uint64_t seed = 1, const std::array<int, 2>& nodes = kNodes)
+      : random_(seed), nodes_(nodes) {}
 
   /// Makes the frames that are due up to `now`; to be called every few milliseconds, time going on.
   /// @param out frames in the order of the bus are appended; error frames are for the host's controller
   void step(Timestamp now, const CanReadings& readings, std::vector<can::Frame>& out);
 
-  /// A frame from the host.
+  /// A frame from the host. What a drive answers comes with the next step.
   void receive(const can::Frame& frame);
   /// Speeds asked for last [turns/s], as sent to each drive.
   const std::array<float, 2>& asked() const { return asked_; }
@@ -42,10 +46,12 @@ class CanEmulator {
 
   /// Makes something go wrong, or right again.
   /// @param kind "silent", "garbage", "stuck": 1 or 0; "wrong": factor of the positions; "slow": factor of the periods;
-  /// "delay": [ms]; "watchdog": [s] without a frame from the host after which a drive has an error, 0: off, as
-  /// delivered;
+  ///        "delay": [ms]; "watchdog": [s] without a frame from the host after which a drive has an error, 0: off, as
+  ///        delivered;
   ///        "axis_error": error word of the left drive, which disarms it, 0 takes it back; "bus_off": 1, then 0 for a
-  ///        controller that was restarted
+  ///        controller that was restarted; "firmware": 0.5 or 0.6 of both drives; "estimates": [ms] their period, 10
+  ///        as delivered; "imu_time", "imu_acceleration": sent with every so many'th turn rate, 1 as delivered, 0
+  ///        never; "quaternion": 1 or 0
   /// @return false when there is no such kind
   bool inject(std::string_view kind, double value);
 
@@ -62,8 +68,10 @@ class CanEmulator {
   void watch(Timestamp now);
   void send(Timestamp now, can::Frame frame);
   void spoil(can::Frame& frame);
+  void sendImu(Timestamp now);
 
   std::mt19937_64 random_;
+  std::array<int, 2> nodes_;
   std::array<Drive, 2> drives_;
   CanReadings imu_;
   std::optional<Timestamp> started_, turned_;
@@ -79,6 +87,11 @@ class CanEmulator {
   bool silent_ = false, garbage_ = false, stuck_ = false, bus_off_ = false;
   double factor_ = 1.0;
   int slow_ = 1;
+  can::odrive::Dialect dialect_ = can::odrive::Dialect::k05;
+  std::array<bool, 2> asked_version_{};
+  Duration estimates_ = std::chrono::milliseconds(10);
+  int time_every_ = 1, acceleration_every_ = 1, imu_samples_ = 0;
+  bool quaternion_ = true;
   Duration delay_{0}, watchdog_{0};
 };
 

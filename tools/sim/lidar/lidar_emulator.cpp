@@ -51,10 +51,15 @@ void LidarEmulator::boot(Timestamp now) {
   line_.assign(banner.begin(), banner.end());
   line_begin_ = now + kBoot - static_cast<std::int64_t>(banner.size()) * byte_time_;
   ready_at_ = now + kBoot + kAfterBanner;
-  pwm_ = 0;
+  pwm_ = speed_ = 0;
 }
 
 void LidarEmulator::beginFaults(Timestamp now) {
+  if (const auto unit = std::exchange(faults_.unit, std::nullopt)) {
+    identity_ = *unit;
+    byte_time_ = fromSeconds(10.0 / identity_.baud);
+    faults_.reboot = true;
+  }
   if (std::exchange(faults_.reboot, false)) boot(now);
   if (faults_.pause > Duration(0)) paused_until_ = now + std::exchange(faults_.pause, Duration(0));
   if (faults_.turn > 0.0) turn_rate_ = 1.0 / faults_.turn;
@@ -62,12 +67,17 @@ void LidarEmulator::beginFaults(Timestamp now) {
 }
 
 bool LidarEmulator::turning(Timestamp now) const {
-  return !faults_.stalled && (!identity_.accessory_board || (pwm_ > 0 && now >= stable_at_));
+  const bool driven = identity_.accessory_board ? pwm_ > 0 : !hasSpeedControl() || speed_ > 0;
+  return !faults_.stalled && driven && now >= stable_at_;
 }
 
 void LidarEmulator::stream(Timestamp now, std::vector<std::uint8_t>& out) {
   beginFaults(now);
-  if (faults_.silent) {
+  if (faults_.other != OtherLidar::kNone) {
+    other_.stream(
+        static_cast<OtherLidar::Make>(faults_.other), now, [&](double bearing) { return measure_(now, bearing); }, out);
+  }
+  if (faults_.silent || faults_.other != OtherLidar::kNone) {
     line_.clear();
     skipTo(now);
     return;
@@ -92,10 +102,11 @@ void LidarEmulator::skipTo(Timestamp now) {
 
 void LidarEmulator::takeSample() {
   const Timestamp stamp = taken(sample_);
+  const LidarFaults::Fate fate = faults_.nextFate();
   const auto look = [&](double clockwise) {
     const double range = measure_(stamp, -clockwise * std::numbers::pi / 180.0);
     const double turned = clockwise / 360.0;
-    return faults_.range_factor * faults_.held(turned - std::floor(turned), range);
+    return faults_.range_factor * faults_.held(turned - std::floor(turned), fate.of(range));
   };
   samples_.push_back(encoder_->take(360.0 * angle_, std::exchange(first_of_turn_, false), look));
   ++sample_;

@@ -13,6 +13,7 @@
 #include "tools/sim/lidar/lidar_encoder.hpp"
 #include "tools/sim/lidar/lidar_faults.hpp"
 #include "tools/sim/lidar/lidar_identity.hpp"
+#include "tools/sim/lidar/other_lidar.hpp"
 
 namespace slam::sim {
 
@@ -35,7 +36,8 @@ class LidarEmulator {
   bool inject(std::string_view kind, double value) { return faults_.inject(kind, value); }
 
   bool scanning() const { return encoder_.has_value(); }
-  std::uint16_t pwm() const { return pwm_; }  ///< of the motor, 0..1023
+  std::uint16_t pwm() const { return pwm_; }      ///< of the motor, 0..1023
+  std::uint16_t speed() const { return speed_; }  ///< [rpm] asked for of the motor of an S unit
 
  private:
   void handle(Timestamp now, std::vector<std::uint8_t>& out);
@@ -47,6 +49,7 @@ class LidarEmulator {
   void beginFaults(Timestamp now);
   void skipTo(Timestamp now);
   bool turning(Timestamp now) const;
+  bool hasSpeedControl() const { return identity_.model >> 4 >= 6; }
   void makePackets(Timestamp now, std::vector<std::uint8_t>& out);
   void takeSample();
   void sendOn(Timestamp now, std::vector<std::uint8_t>& out);
@@ -59,7 +62,8 @@ class LidarEmulator {
   Duration byte_time_;
   std::vector<std::uint8_t> request_;  // bytes of an unfinished one
   Timestamp request_begin_{};
-  std::uint16_t pwm_ = 0;
+  std::uint16_t pwm_ = 0, speed_ = 0;
+  OtherLidar other_;
   Timestamp stable_at_{}, ready_at_{}, paused_until_{};  // motor at speed; boot over; no data until then
 
   std::optional<LidarEncoder> encoder_;  // while it scans

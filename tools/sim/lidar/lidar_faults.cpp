@@ -36,6 +36,14 @@ bool LidarFaults::inject(std::string_view kind, double value) {
   if (kind == "checksum") return set(checksum, value, kMany);
   if (kind == "stale") return set(stale, value, kMostStale);
   if (kind == "wrong") return set(range_factor, value, 0.1, 10.0);
+  if (kind == "echoes") return set(echoes, value, 0.0, 1.0);
+  if (kind == "dust") return set(dust, value, 0.0, 1.0);
+  if (kind == "other") return set(other, value, 3.0);
+  if (kind == "unit") {
+    if (value != 0.0 && value != 1.0 && value != 3.0) return false;
+    unit = value == 0.0 ? a1Firmware129() : value == 1.0 ? c1() : s3();
+    return true;
+  }
   if (kind == "encoder_reset") return encoder_reset = true;
   if (kind == "reboot") return reboot = true;
   if (kind == "pause") {
@@ -56,6 +64,15 @@ bool LidarFaults::inject(std::string_view kind, double value) {
     return true;
   }
   return false;
+}
+
+LidarFaults::Fate LidarFaults::nextFate() {
+  constexpr double kNearest = 0.16, kFurthest = 0.5;  // [m] of a mote
+  std::uniform_real_distribution<double> share(0.0, 1.0);
+  Fate fate;
+  if (dust > 0.0 && share(random_) < dust) fate.mote = kNearest + (kFurthest - kNearest) * share(random_);
+  if (echoes < 1.0) fate.lost = share(random_) >= echoes;
+  return fate;
 }
 
 double LidarFaults::held(double angle, double range) {

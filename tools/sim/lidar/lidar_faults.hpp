@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "core/timestamp.hpp"
+#include "tools/sim/lidar/lidar_identity.hpp"
 
 namespace slam::sim {
 
@@ -30,6 +32,10 @@ namespace slam::sim {
 /// | reboot        | any         | brown-out: the stream breaks off, the boot banner ends 0.67 s later, then idle     |
 /// | stale         | bytes       | of an old stream come before the next answer, at most 4096                         |
 /// | stuck         | 1, 0        | every turn repeats the ranges of the first one                                     |
+/// | unit          | 0, 1, 3     | it is an A1 (firmware 1.29), a C1 or an S3 from its next boot on, which is now     |
+/// | other         | 0 to 3      | a lidar of another make is in its place: OtherLidar::Make; 0 puts it back          |
+/// | echoes        | 0 to 1      | share of the beams that come back: 0 with the cover on or the laser off; 1: all    |
+/// | dust          | 0 to 1      | share of the beams that end at motes within half a metre; 0: none                  |
 /// | wrong         | factor      | that ranges are multiplied by, 0.1 to 10; 1 is right                               |
 struct LidarFaults {
   bool silent = false, stalled = false;
@@ -40,10 +46,23 @@ struct LidarFaults {
   double turn = 0.0;                                 ///< [s] 0: as built
   int stale = 0;                                     ///< [bytes]
   double range_factor = 1.0;
+  double echoes = 1.0, dust = 0.0;      ///< [1] of the beams
+  std::optional<LidarIdentity> unit{};  ///< to become now
+  int other = 0;                        ///< OtherLidar::Make
 
   /// @return false for an unknown kind or a value out of its range
   bool inject(std::string_view kind, double value);
 
+  /// What becomes of one beam: it ends at a mote, or does not come back.
+  struct Fate {
+    double mote = 0.0;  ///< [m] 0: there is none
+    bool lost = false;
+    double of(double range) const {
+      if (mote > 0.0) return range > 0.0 ? std::min(range, mote) : mote;
+      return lost ? 0.0 : range;
+    }
+  };
+  Fate nextFate();
   /// Takes note of, or repeats, the range seen at an angle [turns, 0..1).
   double held(double angle, double range);
   /// Does the damage that is due to a packet.

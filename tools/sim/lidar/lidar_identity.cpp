@@ -37,4 +37,28 @@ LidarIdentity a2() {
   return unit;
 }
 
+LidarIdentity c1() {
+  return {.model = 0x41,
+          .firmware = 0x0101,
+          .hardware = 18,
+          .standard_us = 200,
+          .express_us = 200,
+          .modes = {{200.0, AnswerType::kStandardNodes, "Standard", 16.0},
+                    {200.0, AnswerType::kDenseCapsules, "DenseBoost", 16.0}},
+          .typical_mode = 0,
+          .baud = 460800};
+}
+
+LidarIdentity s3() {
+  return {.model = 0x81,
+          .firmware = 0x0102,
+          .hardware = 18,
+          .standard_us = 125,
+          .express_us = 31,
+          .modes = {{125.0, AnswerType::kStandardNodes, "Standard", 40.0},
+                    {31.25, AnswerType::kDenseCapsules, "DenseBoost", 40.0}},
+          .typical_mode = 1,
+          .baud = 1000000};
+}
+
 }  // namespace slam::sim

@@ -37,5 +37,7 @@ LidarIdentity a1Firmware122();  ///< no list of modes
 LidarIdentity a1Firmware120();  ///< no list, 476 us in both modes
 LidarIdentity a1Firmware115();  ///< knows SCAN alone
 LidarIdentity a2();
+LidarIdentity c1();  ///< firmware 1.01, which is no old one: its series counts anew
+LidarIdentity s3();  ///< the same, firmware 1.02; its motor has a speed control
 
 }  // namespace slam::sim

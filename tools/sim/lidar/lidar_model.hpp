@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <random>
 
 #include "core/pose2.hpp"
@@ -14,6 +15,7 @@ struct LidarErrors {
   double range_noise_per_metre = 0.003;  ///< [m/m] ... and growing with the range
   double angle_jitter = 0.0017;          ///< [rad] standard deviation of a beam's direction
   double dropout = 0.01;                 ///< [1] share of beams without return
+  double range_max = 12.0;               ///< [m]
 };
 
 class LidarModel {
@@ -29,8 +31,10 @@ class LidarModel {
   /// @param bearing [rad] counter-clockwise in the lidar's frame
   /// @return range [m], 0 without return
   double measure(const Pose2& T_world_base, double bearing);
+  /// The same where the range without error [m], infinity without return, is `sight` of the beam's true bearing.
+  double measure(double bearing, const std::function<double(double bearing)>& sight);
   /// The range without any error; infinity where nothing is in reach.
-  double trueRange(const Pose2& T_world_base, double bearing) const;
+  double trueRange(const Pose2& T_world_base, double bearing, const Pose2& T_base_lidar = kExtrinsics) const;
 
  private:
   const World& world_;

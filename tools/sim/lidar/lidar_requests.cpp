@@ -43,7 +43,7 @@ Bytes oldStream(int size) {
 
 void LidarEmulator::receive(std::span<const std::uint8_t> bytes, Timestamp now, Bytes& out) {
   beginFaults(now);
-  if (faults_.silent || now < ready_at_) {
+  if (faults_.silent || faults_.other != OtherLidar::kNone || now < ready_at_) {
     request_.clear();
     return;
   }
@@ -78,6 +78,12 @@ void LidarEmulator::handle(Timestamp now, Bytes& out) {
     pwm_ = std::min<std::uint16_t>(u16(payload, 0), 1023);
     return;
   }
+  if (request == Request::kSetMotorSpeed) {
+    if (!hasSpeedControl() || payload.size() != 2) return;
+    if (speed_ == 0) stable_at_ = now + kSpinUp;
+    speed_ = u16(payload, 0);
+    return;
+  }
   // Any request ends a scan; what is on the line already comes before the answer.
   endScan();
   out.insert(out.end(), line_.begin(), line_.end());
@@ -87,7 +93,8 @@ void LidarEmulator::handle(Timestamp now, Bytes& out) {
     const Bytes old = oldStream(std::exchange(faults_.stale, 0));
     out.insert(out.end(), old.begin(), old.end());
   }
-  const bool knows_express = identity_.firmware >= rplidar::kFirmwareWithExpress;
+  const rplidar::DeviceInfo info{.model = identity_.model, .firmware = identity_.firmware};
+  const bool knows_express = rplidar::comparableFirmware(info) >= rplidar::kFirmwareWithExpress;
   switch (request) {
     case Request::kReset:
       return boot(now);

@@ -11,6 +11,7 @@ constexpr double kAcceleration = 0.5;         // [m/s^2]
 constexpr double kAngularAcceleration = 2.0;  // [rad/s^2]
 constexpr double kAligned = 0.005;            // [rad]
 constexpr double kThere = 0.01;               // [m]
+constexpr double kPutDown = 1.0;              // [s] standing where it was carried to
 constexpr double kSteering = 1.5;             // [1/s] heading correction while driving
 
 /// Speed from which the remaining way can still be braked.
@@ -28,6 +29,13 @@ void DriverModel::beginPause(double seconds) {
   phase_ = Phase::kPause;
   wait_ = seconds;
   reported_ = false;
+}
+
+void DriverModel::continueFrom(std::size_t waypoint) {
+  next_ = waypoint + 1;
+  phase_ = Phase::kTurn;
+  wait_ = kPutDown;
+  twist_ = {};
 }
 
 Twist2 DriverModel::command(const Pose2& pose, double dt) {

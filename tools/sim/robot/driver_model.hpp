@@ -18,6 +18,9 @@ class DriverModel {
   /// @return twist that the robot shall have now
   Twist2 command(const Pose2& T_world_base, double dt);
 
+  /// The robot has been put down at this waypoint of the route: after a pause it drives on to the next.
+  void continueFrom(std::size_t waypoint);
+
   bool finished() const { return next_ >= scene_.route.size(); }
   /// Index of the measured waypoint at whose middle of the pause the last call stood, or -1.
   int reached() const { return reached_; }

@@ -47,6 +47,12 @@ void RobotModel::step(const Twist2& command, double dt) {
   }
 }
 
+void RobotModel::carry(const Pose2& T_world_base, double dt) {
+  acceleration_ = 0.0;
+  twist_ = {0.0, 0.0, wrapAngle(T_world_base.theta - pose_.theta) / dt};
+  pose_ = T_world_base;
+}
+
 std::array<double, 2> RobotModel::encoderAngles() const {
   constexpr double kCount = 2.0 * std::numbers::pi / kCountsPerTurn;
   return {kCount * std::floor(wheels_[0].angle / kCount), kCount * std::floor(wheels_[1].angle / kCount)};

@@ -46,6 +46,8 @@ class RobotModel {
 
   /// Moves the robot with the commanded twist for dt [s].
   void step(const Twist2& command, double dt);
+  /// Someone who carries the robot brings it to this pose in dt [s]; its wheels hang still.
+  void carry(const Pose2& T_world_base, double dt);
 
   const Pose2& pose() const { return pose_; }
   const Twist2& twist() const { return twist_; }
@@ -70,7 +72,7 @@ class RobotModel {
   double true_half_track_;  // [m]
   double gyro_scale_, gyro_bias_;
   Pose2 pose_;
-  Twist2 twist_;
+  Twist2 twist_;               // as the IMU feels it
   double acceleration_ = 0.0;  // [m/s^2]
   int slips_ = 0;
 };

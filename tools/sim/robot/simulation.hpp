@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/pose_history.hpp"
@@ -28,6 +29,10 @@ class Simulation {
   /// The robot stands until this is called.
   void release() { released_ = true; }
 
+  /// Someone takes the robot to a waypoint of the route, with that heading [rad], and leaves it to drive on from there.
+  void carryTo(std::size_t waypoint, double heading, double seconds);
+  bool carried() const { return carrying_.has_value(); }
+
   Timestamp now() const { return now_; }
   /// Time since the release [s], 0 before: the time that the world's moving things go by.
   double driveTime() const { return toSeconds(driven_ * kStep); }
@@ -37,12 +42,21 @@ class Simulation {
   const std::vector<WaypointVisit>& visits() const { return visits_; }
 
  private:
+  struct Carrying {
+    Pose2 from, to;
+    std::size_t waypoint;
+    double seconds, done;
+  };
+  void carry(double dt);
+
+  const Scene& scene_;
   DriverModel driver_;
   RobotModel robot_;
   PoseHistory history_{2000};
   std::vector<WaypointVisit> visits_;
   Timestamp now_;
   bool released_ = false;
+  std::optional<Carrying> carrying_;
   std::int64_t driven_ = 0;  // steps since the release
 };
 

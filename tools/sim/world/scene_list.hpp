@@ -27,6 +27,23 @@ Scene gazebo();
 /// places again.
 Scene people();
 
+/// A home of 12 x 8 m: a corridor, rooms on both sides of it with open doors, furniture. Driven through every room.
+/// @param furniture_moved see SceneVariant
+Scene home(int furniture_moved);
+
+/// One of eight homes of various sizes: seeds 1 to 8, again 9 to 16, and so on.
+Scene homes(std::uint64_t seed, int furniture_moved);
+
+/// A hall of 40 x 30 m with pillars and some shelves.
+Scene hall(std::uint64_t seed);
+
+/// A corridor 2 m wide with nothing in it. @param length [m]
+Scene bareCorridor(double length);
+
+/// Streets 6 m wide around equal blocks of 24 x 16 m, whose fronts have niches where the seed puts them. Driven at
+/// 1 m/s from crossing to crossing, as the seed decides. @param blocks along each side of the grid
+Scene streets(std::uint64_t seed, int blocks);
+
 /// Two rooms, a doorway and its door leaf, which stands open.
 Scene openDoor();
 

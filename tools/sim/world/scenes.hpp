@@ -27,10 +27,19 @@ struct Scene {
   double settle = 2.0;        ///< [s] standing before the drive
 };
 
+/// What can be asked of a scene besides its seed.
+struct SceneVariant {
+  int furniture_moved = 0;  ///< of homes: 0 where it first stood; any other number, 0.5 to 1 m from there
+  int blocks = 4;           ///< of streets, along each side of the grid
+  int laps = 1;             ///< of a route that ends where it starts
+
+  friend bool operator==(const SceneVariant&, const SceneVariant&) = default;
+};
+
 std::vector<std::string> sceneNames();
 
 /// @param seed places what a scene leaves to chance
-/// @throws std::invalid_argument naming the known scenes
-Scene makeScene(const std::string& name, std::uint64_t seed);
+/// @throws std::invalid_argument naming the known scenes, or a variant that the scene does not have
+Scene makeScene(const std::string& name, std::uint64_t seed, const SceneVariant& variant = {});
 
 }  // namespace slam::sim

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <Eigen/Core>
+#include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "tools/sim/world/moving_things.hpp"
@@ -14,10 +16,10 @@ class World {
  public:
   static constexpr double kCeiling = 2.5;  ///< [m] above the floor
 
-  void add(const Box& box) { still_.boxes.push_back(box); }
-  void add(const Cylinder& cylinder) { still_.cylinders.push_back(cylinder); }
-  void add(const Sphere& sphere) { still_.spheres.push_back(sphere); }
-  void add(const Solids& solids) { still_.append(solids); }
+  void add(const Box& box) { add(Solids{.boxes = {box}}); }
+  void add(const Cylinder& cylinder) { add(Solids{.cylinders = {cylinder}}); }
+  void add(const Sphere& sphere) { add(Solids{.spheres = {sphere}}); }
+  void add(const Solids& solids);
   void add(const Person& person);
   void add(const MovedThing& thing);
   /// A wall of the given thickness from one point to another.
@@ -46,7 +48,9 @@ class World {
 
  private:
   Solids still_, moving_;
-  Solids lasting_;  // moved things where they end
+  Bounds still_bounds_;
+  std::map<std::pair<int, int>, Solids> tiles_;  // of the floor, with all still things that reach into each
+  Solids lasting_;                               // moved things where they end
   std::vector<Person> persons_;
   std::vector<MovedThing> moved_;
   double time_ = 0.0;  // [s]

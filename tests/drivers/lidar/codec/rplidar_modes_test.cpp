@@ -81,10 +81,10 @@ std::vector<int> ids(const std::vector<ScanMode>& modes) {
 
 TEST(ModesToTry, DensestFirstTheTypicalOneOfEquallyDenseOnesStandardLast) {
   const auto list = listOf129();
-  EXPECT_THAT(ids(modesToTry("auto", kFirmware129, kRate, list, 3)), ElementsAre(3, 2, 4, 1, -1));
-  EXPECT_THAT(ids(modesToTry("auto", kFirmware129, kRate, list, 2)), ElementsAre(2, 3, 4, 1, -1));
-  EXPECT_THAT(ids(modesToTry("auto", kFirmware129, kRate, list, {})), ElementsAre(2, 3, 4, 1, -1));
-  EXPECT_THAT(ids(modesToTry("auto", kFirmware129, kRate, list, 1)), ElementsAre(2, 3, 4, 1, -1))
+  EXPECT_THAT(ids(modesToTry(ModeWish::kDensest, kFirmware129, kRate, list, 3)), ElementsAre(3, 2, 4, 1, -1));
+  EXPECT_THAT(ids(modesToTry(ModeWish::kDensest, kFirmware129, kRate, list, 2)), ElementsAre(2, 3, 4, 1, -1));
+  EXPECT_THAT(ids(modesToTry(ModeWish::kDensest, kFirmware129, kRate, list, {})), ElementsAre(2, 3, 4, 1, -1));
+  EXPECT_THAT(ids(modesToTry(ModeWish::kDensest, kFirmware129, kRate, list, 1)), ElementsAre(2, 3, 4, 1, -1))
       << "typical counts among equals alone";
 }
 
@@ -93,25 +93,42 @@ TEST(ModesToTry, PassesOverAnswersThatItCannotRead) {
   list.push_back(mode(5, 0x83, 31));  // HQ
   list.push_back(mode(6, 0x86, 31));  // ultra dense
   list.push_back(mode(7, 0x85, 100));
-  EXPECT_THAT(ids(modesToTry("auto", kFirmware129, kRate, list, 5)), ElementsAre(7, 2, 3, 4, 1, -1));
+  EXPECT_THAT(ids(modesToTry(ModeWish::kDensest, kFirmware129, kRate, list, 5)), ElementsAre(7, 2, 3, 4, 1, -1));
 }
 
 TEST(ModesToTry, WithoutAListTakeExpressFromFirmware117On) {
-  const auto modern = modesToTry("auto", 0x0116, kRate, {}, {});
+  const auto modern = modesToTry(ModeWish::kDensest, 0x0116, kRate, {}, {});
   EXPECT_THAT(ids(modern), ElementsAre(0, -1));
   EXPECT_DOUBLE_EQ(modern[0].sample_time, 254e-6);
   EXPECT_DOUBLE_EQ(modern[1].sample_time, 508e-6);
-  EXPECT_THAT(ids(modesToTry("auto", 0x0111, kRate, {}, {})), ElementsAre(0, -1));
-  EXPECT_THAT(ids(modesToTry("auto", 0x0110, kRate, {}, {})), ElementsAre(-1));
+  EXPECT_THAT(ids(modesToTry(ModeWish::kDensest, 0x0111, kRate, {}, {})), ElementsAre(0, -1));
+  EXPECT_THAT(ids(modesToTry(ModeWish::kDensest, 0x0110, kRate, {}, {})), ElementsAre(-1));
 }
 
 TEST(ModesToTry, AWishIsFollowedAlone) {
   const auto list = listOf129();
-  EXPECT_THAT(ids(modesToTry("standard", kFirmware129, kRate, list, 3)), ElementsAre(-1));
-  const auto express = modesToTry("express", kFirmware129, kRate, list, 3);
+  EXPECT_THAT(ids(modesToTry(ModeWish::kStandard, kFirmware129, kRate, list, 3)), ElementsAre(-1));
+  const auto express = modesToTry(ModeWish::kExpress, kFirmware129, kRate, list, 3);
   EXPECT_THAT(ids(express), ElementsAre(1));
   EXPECT_DOUBLE_EQ(express[0].sample_time, 254e-6);
-  EXPECT_THAT(ids(modesToTry("express", 0x0116, kRate, {}, {})), ElementsAre(0));
+  EXPECT_THAT(ids(modesToTry(ModeWish::kExpress, 0x0116, kRate, {}, {})), ElementsAre(0));
+}
+
+TEST(RplidarModes, FirmwareIsComparedWithinTheASeriesAlone) {
+  for (const int model : {0x18, 0x28, 0x31}) {
+    EXPECT_EQ(comparableFirmware({.model = static_cast<std::uint8_t>(model), .firmware = 0x0101}), 0x0101);
+  }
+  for (const int model : {0x41, 0x61, 0x71, 0x81, 0x91, 0xF0, 0x02}) {
+    const DeviceInfo info{.model = static_cast<std::uint8_t>(model), .firmware = 0x0100};
+    EXPECT_GE(comparableFirmware(info), kFirmwareWithModes) << model;
+  }
+}
+
+TEST(RplidarModes, NamesTheModel) {
+  EXPECT_EQ(modelName(0x18), "RPLidar A1 (model 0x18)");
+  EXPECT_EQ(modelName(0x41), "RPLidar C1 (model 0x41)");
+  EXPECT_EQ(modelName(0x81), "RPLidar S3 (model 0x81)");
+  EXPECT_EQ(modelName(0xB2), "RPLidar (model 0xb2)");
 }
 
 }  // namespace

@@ -67,6 +67,49 @@ TEST_F(CanEmulatorTest, SendsTheTruth) {
   EXPECT_THAT(xsens::parseAcceleration(last(frames, 0x034)), testing::Optional(xsens::Vector3{0, 0, 9.75F}));
 }
 
+TEST_F(CanEmulatorTest, SpeaksFirmware06AndTellsItsVersion) {
+  emulator_.receive(odrive::requestVersion(0x10));
+  EXPECT_EQ(last(runFor(100ms), 0x200).size, 0) << "0.5 does not know the question";
+  ASSERT_TRUE(emulator_.inject("firmware", 0.6));
+  const std::array<std::uint8_t, 8> closed_loop = {0, 0, 0, 0, 8, 1, 1, 0};
+  EXPECT_EQ(last(runFor(200ms), 0x201).data, closed_loop);
+  emulator_.receive(odrive::requestVersion(0x18));
+  const auto version = odrive::parseVersion(0x18, last(runFor(100ms), 0x300));
+  ASSERT_TRUE(version);
+  EXPECT_EQ(version->dialect(), odrive::Dialect::k06);
+  ASSERT_TRUE(emulator_.inject("watchdog", 0.5));
+  runFor(1s);
+  const auto heartbeat = odrive::parseHeartbeat(0x10, last(runFor(200ms), 0x201), odrive::Dialect::k06);
+  EXPECT_EQ(heartbeat,
+            (odrive::Heartbeat{.axis_error = 0x01000000, .state = 1, .trajectory_done = true, .procedure_result = 3}));
+  EXPECT_FALSE(emulator_.inject("firmware", 0.7));
+}
+
+TEST_F(CanEmulatorTest, SendsEstimatesAndPartsOfTheImuAtOtherRates) {
+  const auto countOf = [](const std::vector<can::Frame>& frames, std::uint32_t id) {
+    return std::count_if(frames.begin(), frames.end(), [id](const auto& frame) { return frame.id == id; });
+  };
+  ASSERT_TRUE(emulator_.inject("estimates", 200.0));
+  ASSERT_TRUE(emulator_.inject("imu_time", 0.0));
+  ASSERT_TRUE(emulator_.inject("imu_acceleration", 4.0));
+  ASSERT_TRUE(emulator_.inject("quaternion", 0.0));
+  const auto frames = runFor(10s);
+  EXPECT_NEAR(static_cast<double>(countOf(frames, 0x209)), 50.0, 1.0);
+  EXPECT_EQ(countOf(frames, 0x005), 0);
+  EXPECT_EQ(countOf(frames, 0x021), 0);
+  EXPECT_EQ(countOf(frames, 0x032), 1000);
+  EXPECT_EQ(countOf(frames, 0x034), 250);
+  EXPECT_FALSE(emulator_.inject("imu_time", -1.0));
+}
+
+TEST(CanEmulatorNodes, AreThoseThatItIsGiven) {
+  CanEmulator emulator(1, {0, 1});
+  std::vector<can::Frame> frames;
+  for (Timestamp now{1s}; now < Timestamp{2s}; now += 5ms) emulator.step(now, {}, frames);
+  EXPECT_TRUE(std::any_of(frames.begin(), frames.end(), [](const auto& frame) { return frame.id == 0x001; }));
+  EXPECT_TRUE(std::any_of(frames.begin(), frames.end(), [](const auto& frame) { return frame.id == 0x029; }));
+}
+
 TEST_F(CanEmulatorTest, TakesCommands) {
   emulator_.receive(odrive::encodeInputVelocity(0x10, {1.5F, 0.0F}));
   emulator_.receive(odrive::encodeInputVelocity(0x18, {-0.5F, 0.0F}));
@@ -96,7 +139,7 @@ TEST_F(CanEmulatorTest, DisarmsADriveWhoseWatchdogIsNotFed) {
   }
   EXPECT_THAT(emulator_.drive(), testing::ElementsAre(0.0F, 1.0F));
   EXPECT_EQ(odrive::parseHeartbeat(0x10, last(runFor(200ms), 0x201)),
-            (odrive::Heartbeat{.axis_error = 0x800, .state = 1}));
+            (odrive::Heartbeat{.axis_error = 0x800, .state = 1, .trajectory_done = true}));
   EXPECT_FALSE(emulator_.armed());
 }
 
@@ -152,9 +195,10 @@ TEST_F(CanEmulatorTest, DelaysAllFrames) {
 TEST_F(CanEmulatorTest, ReportsAnAxisError) {
   ASSERT_TRUE(emulator_.inject("axis_error", 0x800));
   const auto heartbeat = odrive::parseHeartbeat(0x10, last(runFor(200ms), 0x201));
-  EXPECT_EQ(heartbeat, (odrive::Heartbeat{.axis_error = 0x800, .state = 1}));
+  EXPECT_EQ(heartbeat, (odrive::Heartbeat{.axis_error = 0x800, .state = 1, .trajectory_done = true}));
   emulator_.inject("axis_error", 0);
-  EXPECT_EQ(odrive::parseHeartbeat(0x10, last(runFor(200ms), 0x201)), (odrive::Heartbeat{.state = 8}));
+  EXPECT_EQ(odrive::parseHeartbeat(0x10, last(runFor(200ms), 0x201)),
+            (odrive::Heartbeat{.state = 8, .trajectory_done = true}));
 }
 
 TEST_F(CanEmulatorTest, GoesBusOffAndIsRestarted) {

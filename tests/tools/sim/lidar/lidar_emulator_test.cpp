@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <numbers>
 #include <string>
+#include <tuple>
 
 #include "core/pose2.hpp"
 #include "drivers/lidar/codec/rplidar_modes.hpp"
@@ -212,6 +213,36 @@ TEST(LidarEmulatorFault, UnknownKindsAndBadValuesAreRefused) {
   EXPECT_FALSE(lidar.inject("wrong", 0));
   EXPECT_FALSE(lidar.inject("stale", 5000));
   EXPECT_FALSE(lidar.inject("pause", std::nan("")));
+}
+
+TEST(LidarEmulatorFault, IsAnotherUnitAfterItsBoot) {
+  Bench bench;
+  ASSERT_TRUE(bench.lidar.inject("unit", 3.0));
+  EXPECT_NE(bench.listen(1s).size(), 0U) << "its banner";
+  const Bytes info = bench.ask(Request::kGetInfo);
+  ASSERT_EQ(info.size(), 27U);
+  EXPECT_THAT(Bytes(info.begin() + 7, info.begin() + 11), ElementsAre(0x81, 0x02, 0x01, 18));
+  bench.ask(rplidar::encodeExpressScan(1));
+  EXPECT_TRUE(bench.listen(1s).empty()) << "its motor waits for a speed";
+  bench.ask(rplidar::encodeMotorSpeed(600));
+  bench.listen(600ms);
+  EXPECT_NEAR(static_cast<double>(bench.listen(1s).size()), 84.0 * 800.0, 2000.0);
+  EXPECT_FALSE(bench.lidar.inject("unit", 2.0));
+}
+
+TEST(LidarEmulatorFault, AnotherMakesLidarSendsUnaskedAndHearsNothing) {
+  for (const auto& [make, first, second] : {std::tuple(1.0, 0x54, 0x2C), {2.0, 0xAA, 0x55}}) {
+    Bench bench;
+    ASSERT_TRUE(bench.lidar.inject("other", make));
+    EXPECT_TRUE(bench.ask(Request::kGetInfo).empty());
+    const Bytes bytes = bench.listen(1s);
+    ASSERT_GT(bytes.size(), 1000U);
+    EXPECT_EQ(bytes[0], first);
+    EXPECT_EQ(bytes[1], second);
+    ASSERT_TRUE(bench.lidar.inject("other", 0.0));
+    EXPECT_TRUE(bench.listen(100ms).empty());
+    EXPECT_EQ(bench.ask(Request::kGetInfo).size(), 27U);
+  }
 }
 
 TEST(LidarEmulatorFault, SilentHearsAndSaysNothingUntilItIsOver) {

@@ -55,6 +55,71 @@ TEST(Scenes, AnUnknownNameIsRefusedWithTheKnownOnes) {
       std::invalid_argument);
 }
 
+TEST(Scenes, EachOfTheEightHomesIsDrivenWithItsFurnitureMovedToo) {
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    for (const int moved : {0, 1, 2}) {
+      Scene scene = makeScene("homes", seed, {.furniture_moved = moved});
+      Simulation simulation(scene, 1, Timestamp{});
+      simulation.release();
+      while (!simulation.finished() && simulation.driveTime() < 600.0) {
+        for (int i = 0; i < 20; ++i) simulation.step();
+        const Eigen::Vector2d robot = simulation.robot().pose().translation();
+        ASSERT_FALSE(scene.world.occupied(robot, kFloorClearance, kRobotHeight, kRobotRadius))
+            << "home " << seed << ", moved " << moved << " at " << robot.transpose();
+      }
+      EXPECT_TRUE(simulation.finished());
+    }
+  }
+}
+
+TEST(Scenes, FurnitureIsMovedByHalfAMetreToOneAndWallsAreNot) {
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    const Solids first = makeScene("homes", seed).world.still();
+    const Solids moved = makeScene("homes", seed, {.furniture_moved = 1}).world.still();
+    ASSERT_EQ(first.boxes.size(), moved.boxes.size());
+    int shifted = 0, furniture = 0;
+    for (std::size_t i = 0; i < first.boxes.size(); ++i) {
+      const Box &a = first.boxes[i], &b = moved.boxes[i];
+      const double way = std::hypot(a.x - b.x, a.y - b.y);
+      furniture += a.top < 2.0;  // doors and walls are higher
+      shifted += way > 0.0;
+      if (way > 0.0) {
+        EXPECT_GE(way, 0.499);
+        EXPECT_LE(way, 1.001);
+        EXPECT_LT(a.top, 2.0);
+      }
+    }
+    EXPECT_GE(shifted, furniture / 2) << seed;
+    EXPECT_GE(furniture, 4) << seed;
+  }
+}
+
+TEST(Scenes, ThereAreEightHomes) {
+  const auto walls = [](std::uint64_t seed) { return makeScene("homes", seed).world.bounds().high; };
+  for (std::uint64_t a = 1; a <= 8; ++a) {
+    EXPECT_EQ(walls(a), walls(a + 8));
+    for (std::uint64_t b = a + 1; b <= 8; ++b) EXPECT_GT((walls(a) - walls(b)).norm(), 0.01) << a << " and " << b;
+  }
+}
+
+TEST(Scenes, StreetsAreAsManyAsAskedAndTheirBlocksAlikeButForTheNiches) {
+  const World world = makeScene("streets", 1, {.blocks = 24}).world;
+  EXPECT_NEAR(world.bounds().high.x(), 24 * 30.0 + 3.0, 0.2);
+  for (int i = 0; i < 24; ++i) {
+    EXPECT_TRUE(world.occupied({15.0 + 30.0 * i, 11.0 + 22.0 * i}, 0.1, 0.3));  // a block
+    EXPECT_FALSE(world.occupied({30.0 * i, 22.0 * i}, 0.1, 0.3, 2.9));          // a crossing
+    EXPECT_FALSE(world.occupied({15.0 + 30.0 * i, 22.0 * i}, 0.1, 0.3, 2.89));  // a street
+    EXPECT_TRUE(world.occupied({3.05 + 30.0 * i, 3.05 + 22.0 * i}, 0.1, 0.3));  // a block's corner
+  }
+}
+
+TEST(Scenes, ARouteIsDrivenInLapsAndVariantsThatASceneHasNotAreRefused) {
+  EXPECT_EQ(makeScene("home", 1, {.laps = 3}).route.size(), 3 * makeScene("home", 1).route.size());
+  EXPECT_THROW(makeScene("office-floor", 1, {.laps = 2}), std::invalid_argument);
+  EXPECT_THROW(makeScene("hall", 1, {.furniture_moved = 1}), std::invalid_argument);
+  EXPECT_THROW(makeScene("home", 1, {.blocks = 5}), std::invalid_argument);
+}
+
 TEST(Scenes, TheMeetingRoomsTopsAreAboveTheLidar) {
   const World world = makeScene("meeting-room", 1).world;
   EXPECT_TRUE(world.occupied({3.0, -3.0}, 0.71, 0.73));

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <gtest/gtest.h>
+#include <limits>
 #include <numbers>
 #include <random>
 
@@ -17,6 +18,28 @@ World someWorld() {
   world.add(Cylinder{-1.5, 0.5, 0.3, 0.0, 0.8});
   world.add(Sphere{0.0, 2.0, 0.5, 0.4});
   return world;
+}
+
+TEST(World, ARayMeetsTheSameThingsInALargeWorldAsInAllOfThem) {
+  World world;
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> place(-150.0, 150.0), size(0.5, 60.0), angle(-kPi, kPi);
+  for (int i = 0; i < 150; ++i) world.add(Box{place(random), place(random), angle(random), size(random), 0.5});
+  for (int i = 0; i < 50; ++i) world.add(Cylinder{place(random), place(random), 2.0, 0.0, 2.5});
+  int hits = 0;
+  for (int i = 0; i < 5000; ++i) {
+    const double bearing = angle(random), reach = i % 3 == 0 ? std::numeric_limits<double>::infinity() : size(random);
+    const Eigen::Vector3d from(place(random), place(random), 0.2);
+    const Eigen::Vector3d direction(std::cos(bearing), std::sin(bearing), 0.0);
+    const double nearest = world.still().castRay(from, direction);
+    const auto range = world.castRay(from, direction, reach);
+    EXPECT_EQ(range.has_value(), nearest <= reach);
+    if (range) {
+      EXPECT_EQ(*range, nearest);
+      hits += std::isfinite(nearest);
+    }
+  }
+  EXPECT_GT(hits, 2000);
 }
 
 TEST(World, ARayEndsWhereSomethingStandsAndNowhereBefore) {

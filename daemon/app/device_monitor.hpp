@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <slam/device_health_t.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/trouble_log.hpp"
+#include "core/timestamp.hpp"
+#include "drivers/device_status.hpp"
+#include "frontend/echo_watch.hpp"
+
+namespace slam {
+
+/// One device as the supervisor sees it, whatever thread feeds it.
+struct WatchedDevice {
+  std::string name;
+  DeviceStatus* status;
+  double expected;  ///< [Hz]
+  bool over_lcm = false;
+  const char* without = "";                     ///< what slamd does without it
+  std::string seen = {};                        ///< state and reason at the last look
+  std::optional<Timestamp> opening_since = {};  ///< at the last look
+  bool has_streamed = false;                    ///< at any look
+  double messages = 5.0;                        ///< of health that may be sent at once because of it
+  Timestamp looked{};                           ///< when that was reckoned
+  std::int64_t identified = 0;                  ///< connections whose device's identity was logged
+  std::int64_t samples = 0;                     ///< when rates were measured last
+  double rate = 0.0;                            ///< [Hz] then
+  bool streamed = false;                        ///< then
+  bool judged = false;                          ///< the rate is worth a word
+};
+
+/// Of its last sample; std::nullopt: none came yet.
+std::optional<Duration> ageOf(const WatchedDevice& device, Timestamp now);
+DeviceState stateOf(const WatchedDevice& device, Timestamp now);
+/// @param reason what its driver says, or what is known better @return empty: nothing is wrong
+std::string reasonOf(const WatchedDevice& device, std::string reason, Timestamp now);
+/// @param interval [s] since it was measured last @param settled slamd has run for long enough to judge a rate
+void measureRate(WatchedDevice& device, double interval, bool settled, Timestamp now);
+
+/// What the devices do, for SLAM_HEALTH and the log.
+///
+/// A device that tries to open is not well: what was wrong before goes on until it streams.
+class DeviceMonitor {
+ public:
+  /// @param lidar_stuck what the estimator has found
+  explicit DeviceMonitor(const std::atomic<bool>& lidar_stuck) : lidar_stuck_(lidar_stuck) {}
+
+  void add(WatchedDevice device) { devices_.push_back(std::move(device)); }
+  /// What came before counts for no rate.
+  void begin();
+  /// @param interval, settled as of measureRate()
+  void measureRates(double interval, bool settled, Timestamp now);
+  /// What the front end has found out about the lidar's echoes.
+  void setEchoes(EchoWatch::Finding finding) { echoes_ = finding; }
+  /// Whether anything is new about any, so that a health message should not wait.
+  bool look(Timestamp now);
+  /// What is wrong with each.
+  std::vector<Trouble> troubles(Timestamp now);
+  /// Which device each is, and that it streams for the first time.
+  std::vector<LogLine> arrivals(TroubleLog& log, Timestamp now);
+
+  std::vector<device_health_t> health(Timestamp now) const;
+  /// What is wrong with each and what slamd does meanwhile, in words, each behind "; ".
+  std::string problems(Timestamp now) const;
+  /// Whether there is such a device that gives samples.
+  bool streams(const std::string& name, Timestamp now) const;
+  /// What each says that it is, the same.
+  std::string identities() const;
+  const std::vector<WatchedDevice>& devices() const { return devices_; }
+
+ private:
+  std::string statusReason(const WatchedDevice& device) const;
+
+  const std::atomic<bool>& lidar_stuck_;
+  EchoWatch::Finding echoes_ = EchoWatch::Finding::kNone;
+  std::vector<WatchedDevice> devices_;
+};
+
+}  // namespace slam

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/health_reporter.hpp"
+
+#include <algorithm>
+#include <systemd/sd-daemon.h>
+#include <utility>
+
+#include "app/pose_words.hpp"
+#include "runtime/process_usage.hpp"
+
+namespace slam {
+namespace {
+
+constexpr Duration kPeriod = std::chrono::seconds(1);
+constexpr Duration kSettled = std::chrono::seconds(5);  // from the start: then rates are judged
+
+}  // namespace
+
+stage_health_t stageOf(const std::string& name, const LatencyHistogram& histogram) {
+  const auto summary = histogram.summary();
+  stage_health_t s{};
+  s.name = name;
+  s.count = summary.count;
+  s.p50_us = summary.p50_us;
+  s.p99_us = summary.p99_us;
+  s.max_us = summary.max_us;
+  return s;
+}
+
+void HealthReporter::begin(Timestamp now) {
+  started_ = measured_ = now;
+  next_ = now + kPeriod;
+  devices_.begin();
+  measureDiskSpace();
+}
+
+bool HealthReporter::measure(Timestamp now) {
+  if (now < next_) return false;
+  next_ = std::max(next_ + kPeriod, now);
+  const double interval = toSeconds(now - std::exchange(measured_, now)), cpu = cpuSeconds();
+  measureDiskSpace();
+  cpu_share_ = (cpu - std::exchange(cpu_, cpu)) / interval;
+  devices_.measureRates(interval, now - started_ > kSettled, now);
+  return true;
+}
+
+void HealthReporter::measureDiskSpace() {
+  if (!disk_space_.isBusy()) disk_space_.start([this] { disk_free_ = diskFree(); });
+}
+
+double HealthReporter::diskFree() const {
+  const std::string &maps = config_.store.directory, &log = config_.log.directory;
+  double least = -1.0;
+  for (const std::string& file : {maps.empty() ? maps : maps + "/map", config_.output.map, config_.output.record,
+                                  config_.depth_device.record, log.empty() ? log : log + "/run"}) {
+    const double free = file.empty() ? -1.0 : diskFreeMegabytes(file);
+    if (free >= 0.0) least = least < 0.0 ? free : std::min(least, free);
+  }
+  return least;
+}
+
+std::string HealthReporter::summary(Timestamp now, const PoseSnapshot& pose, const std::string& problems) const {
+  const std::string waits = poseWords(pose, devices_.streams("lidar", now));
+  std::string text = std::string("pose ") + nameOf(pose.pose.state) + (waits.empty() ? "" : ": ") + waits;
+  text += devices_.problems(now);
+  for (const SensorFinding& finding : pose.findings.all()) text += "; " + describe(finding);
+  if (!pose.counters.wheels_heard) text += "; the wheels contradict the scans and are not heard";
+  return text + problems + devices_.identities();
+}
+
+void HealthReporter::send(Timestamp now, const PoseSnapshot& pose, const std::string& problems,
+                          const Counted& counted) {
+  health_t health{};
+  health.utime = clock_.utime(now);
+  health.uptime = toSeconds(now - started_);
+  health.localisation = static_cast<std::uint8_t>(pose.pose.state);
+  health.summary = summary(now, pose, problems);
+  health.cpu = cpu_share_;
+  health.memory_mb = residentMegabytes();
+  health.disk_free_mb = disk_free_;
+  health.devices = devices_.health(now);
+  const auto add_stage = [&](const std::string& name, const LatencyHistogram& histogram) {
+    health.stages.push_back(stageOf(name, histogram));
+  };
+  for (const Worker* thread : counted.threads) {
+    add_stage(thread->name() + ".work", thread->duration());
+    if (thread->rate() > 0.0) add_stage(thread->name() + ".late", thread->lateness());
+  }
+  if (counted.channels != nullptr) visitStages(counted.channels->times, add_stage);
+  const auto add_counter = [&](const CounterInfo& what, const auto& value) {
+    health.counters.push_back(counterOf(what, value));
+  };
+  visitDaemonCounters(counted, add_counter);
+  visitPipelineCounters(counted, add_counter);
+  health.ndevices = static_cast<std::int32_t>(health.devices.size());
+  health.nstages = static_cast<std::int32_t>(health.stages.size());
+  health.ncounters = static_cast<std::int32_t>(health.counters.size());
+  messages_.tryPush(health);
+  bus_wakeup_.notify();
+  sd_notify(0, ("STATUS=" + health.summary).c_str());
+}
+
+}  // namespace slam

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/pose_words.hpp"
+
+namespace slam {
+namespace {
+
+std::string scanWords(const PoseSnapshot& pose, bool has_scans) {
+  const TrackingReport& tracking = pose.tracking;
+  if (!has_scans) return "waits for the lidar";
+  if (pose.scans == 0) return "waits for the first scan";
+  if (pose.echo_finding != EchoWatch::Finding::kNone)
+    return std::string("waits for echoes: ") + describe(pose.echo_finding);
+  if (tracking.points < tracking.needed) {
+    return "waits for a scan that shows more: the last one has " + std::to_string(tracking.points) + " points where " +
+           std::to_string(tracking.needed) + " are needed; walls must be in range (lidar.range_max)";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string poseWords(const PoseSnapshot& pose, bool has_scans) {
+  using enum LocalisationState;
+  const LocalisationState state = pose.pose.state;
+  if (state == kLocalised) return "";
+  const std::string scans = scanWords(pose, has_scans);
+  if (state == kLost) {
+    return "no pose is published until the robot is found in the map; " +
+           (scans.empty() ? "drive slowly on where it has been, or give its place: slamctl set-pose" : scans);
+  }
+  if (!scans.empty()) return scans;
+  if (state == kInitialising) {
+    return pose.tracking.begun ? "waits to be found in the map; drive slowly on, or give its place: slamctl set-pose"
+                               : "waits for a scan that can be placed";
+  }
+  if (pose.tracking.failures > 0) {
+    return "waits for scans that match the map: the last " + std::to_string(pose.tracking.failures) +
+           " do not, the pose goes on by the other sensors; is the lidar covered, or has the place changed?";
+  }
+  return "waits for the next scan that matches; the pose goes on by the other sensors";
+}
+
+}  // namespace slam

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+
+#include "core/pose2.hpp"
+#include "core/samples.hpp"
+#include "estimation/ekf.hpp"
+#include "estimation/wheel_scale.hpp"
+
+namespace slam {
+
+/// What matched scans say of the wheels, from the worst up.
+enum class WheelReliability : std::uint8_t {
+  kNone,        ///< there are none
+  kRejected,    ///< they contradict the scans too much to be used
+  kNoisy,       ///< no better a guess of the next pose than going on as before
+  kReliable,    ///< a better one
+  kConsistent,  ///< as good as their noise model says, or nothing is known of them yet
+};
+
+struct WheelMonitorConfig {
+  double memory = 50.0;         ///< [1] stretches of way that are remembered
+  double stretch = 0.05;        ///< [m, rad] a stretch is as long as this at least, from one matched scan to another
+  double contradiction = 3.0;   ///< [1] mean normalised squared error from which on the wheels are rejected ...
+  double agreement = 1.5;       ///< [1] ... until it is as low as this
+  double guidance = 2.0;        ///< [1] from here on they are noisy
+  double consistency = 1.0;     ///< [1] up to here they are consistent
+  double largest_error = 10.0;  ///< [1] one stretch counts for no more: a slip, a wrong match
+  double least_noise = 0.1;     ///< [1] of the model's variance: the scans' own error is in it, too
+  double scan_distance = 0.01;  ///< [m] standard deviation of a motion between two matched scans
+  double scan_turn = 0.005;     ///< [rad] the same
+  double slip = 0.03;           ///< [rad] wheels whose heading is this far off a match's have slipped
+  WheelScaleConfig scale;
+};
+
+/// Judges the wheels by the way from one matched scan to another, and corrects their scale. The filter's noise model
+/// takes slip, a radius that is a little wrong and a lag of part of a scan; wheels that are wrong by almost two
+/// standard deviations in the mean are worse than none: along a corridor, which a lidar cannot see, they would lead the
+/// filter astray, and a turning lidar's scans are bent by the turns that they make up.
+class WheelMonitor {
+ public:
+  explicit WheelMonitor(const EkfConfig& noise, const WheelMonitorConfig& config = {})
+      : noise_(noise), config_(config), scale_(config.scale) {}
+
+  /// @return the sample for the pose filter, its scale corrected; nothing while they are rejected
+  std::optional<WheelSample> hear(const WheelSample& sample);
+
+  /// Compares them with a matched scan. @param odometry filter without scans, at the scan's stamp
+  /// @param complete the scan told the whole pose
+  void compare(const Ekf& odometry, const Pose2& T_map_base, bool complete);
+  /// Where wheels and scans put the robot at one time, each in its own frame.
+  /// @param turn_known the wheels tell the turn, and no gyro does
+  void compare(const Pose2& T_odom_base, const Pose2& T_map_base, bool turn_known);
+  /// The stretch has no end: the scans did not tell it, or the map moved.
+  void interrupt() { begin_.reset(); }
+
+  WheelReliability reliability() const;
+  bool believed() const { return believed_; }
+  /// Whether they slipped since the scan before. The walls tell the heading whoever walks between them.
+  /// @param turn [rad] from the heading that the wheels predicted to the match's
+  bool slipped(double turn) const { return std::abs(turn) > config_.slip; }
+  /// Times that they were rejected.
+  int withdrawn() const { return withdrawn_; }
+  /// Their way beside the scans'; a wrong radius is no reason to reject them.
+  const WheelScale& scale() const { return scale_; }
+
+  /// By how much their errors exceed the noise model's variances [1], at least 1.
+  double distanceFactor() const { return std::max(1.0, distance_error_); }
+  double turnFactor() const { return std::max(1.0, turn_error_); }
+  /// Variances of their way as measured [m^2], [rad^2], over `distance` [m] and `turn` [rad].
+  double translationVariance(double distance) const {
+    return distanceFactor() * noise_.wheelTranslationVariance(distance);
+  }
+  double rotationVariance(double distance, double turn) const {
+    return turnFactor() * noise_.wheelRotationVariance(distance, turn);
+  }
+
+ private:
+  struct Begin {
+    Pose2 T_odom_base, T_map_base;
+  };
+  double worst() const { return std::max(distance_error_, turn_error_); }
+
+  EkfConfig noise_;
+  WheelMonitorConfig config_;
+  std::optional<Begin> begin_;                      // of the stretch
+  double distance_error_ = 1.0, turn_error_ = 1.0;  // [1] normalised, squared, in the mean
+  WheelScale scale_;
+  RescaledWheels rescaled_;
+  bool heard_ = false;  // a sample came
+  bool believed_ = true, held_back_ = false;
+  int withdrawn_ = 0;
+};
+
+}  // namespace slam

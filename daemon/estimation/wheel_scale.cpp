@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimation/wheel_scale.hpp"
+
+#include <cmath>
+
+namespace slam {
+namespace {
+
+double square(double x) { return x * x; }
+
+}  // namespace
+
+void WheelScale::add(const Pose2& wheels, const Pose2& scans, double variance, double excess) {
+  const double way = std::hypot(scans.x, scans.y);
+  if (!(way > 0.0) || !(excess * variance > 0.0)) return;
+  variance_ += square(config_.noise) * way;
+  const double along = (wheels.x * scans.x + wheels.y * scans.y) / way;
+  const double innovation = along - scale_ * way, prior = way * variance_ * way;
+  if (!(square(innovation) <= square(config_.gate) * (prior + variance))) return;
+  const double K = variance_ * way / (prior + excess * variance);
+  scale_ += K * innovation;
+  variance_ *= 1.0 - K * way;
+}
+
+double WheelScale::value() const {
+  const bool scale = scale_ < config_.largest_factor && scale_ * config_.largest_factor > 1.0;
+  return scale && std::abs(scale_ - 1.0) > config_.significance * sigma() ? scale_ : 1.0;
+}
+
+double WheelScale::sigma() const { return std::sqrt(variance_); }
+
+}  // namespace slam

@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "frontend/front_end.hpp"
+
+namespace slam {
+namespace {
+
+constexpr Duration kLongestPrediction = std::chrono::milliseconds(200);  // of the pose at a depth image
+
+LocalizerConfig withRangeSigma(LocalizerConfig config) {
+  config.normals.range_sigma = config.match.range_sigma = config.lidar.range_sigma;
+  return config;
+}
+
+EkfConfig beginningAt(EkfConfig config, const Pose2& pose, double gyro_bias) {
+  config.initial_pose = pose;
+  config.initial_gyro_bias = gyro_bias;
+  return config;
+}
+
+EkfConfig smooth(EkfConfig config) {
+  config.smooth = true;
+  return config;
+}
+
+}  // namespace
+
+FrontEnd::FrontEnd(const LocalizerConfig& config, Stopwatch stopwatch, const LocalizerStart& start)
+    : config_(withRangeSigma(config)),
+      odometry_(smooth(beginningAt(config.ekf, {}, start.gyro_bias)), config.timeline),
+      pose_(beginningAt(config.ekf, start.T_map_base, start.gyro_bias), config.timeline),
+      intake_(config_),
+      interpreter_(config_, start.body),
+      wheels_(config.ekf, config.wheel_trust),
+      gyro_(config.ekf, config.gyro_trust),
+      preprocessor_(config_),
+      local_map_(config_),
+      registration_(config_, stopwatch),
+      validator_(config_),
+      tracking_(config_, start.in_known_map),
+      keyframes_(config_, start),
+      views_(config.depth) {}
+
+void FrontEnd::add(const WheelSample& recorded) {
+  const auto sample = intake_.accept(recorded);
+  if (!sample) return;
+  if (gyro_.hear(*sample, gyroBias())) pose_.loseGyro();  // the odometry would jump
+  odometry_.add(*sample);
+  if (const auto corrected = wheels_.hear(*sample)) pose_.add(*corrected);
+}
+
+void FrontEnd::add(const ImuSample& recorded) {
+  const auto sample = intake_.accept(recorded, pose_.newestStamp());
+  if (!sample) return;
+  const ImuSample judged = gyro_.hear(*sample);
+  odometry_.add(judged);
+  pose_.add(judged);
+}
+
+ScanOutcome FrontEnd::add(const LaserScan& recorded, bool may_keep) {
+  const SensorIntake::Scan taken =  // order of stamps, copies, a stuck lidar
+      intake_.accept(recorded, pose_, odometry_, interpreter_.noReturnCodes());
+  ScanOutcome outcome;
+  outcome.stamp = outcome.first = taken.first;
+  outcome.stuck = taken.stuck;
+  outcome.scan = &recorded;
+  if (!taken.accepted) return outcome;
+
+  outcome.scan = &interpreter_.interpret(recorded, taken, odometry_);             // what its beams mean
+  const Cloud& cloud = preprocessor_.process(*outcome.scan, taken.first, pose_);  // deskewed to mid-turn, with normals
+  outcome.stamp = cloud.stamp;
+  points_ = static_cast<int>(cloud.points.size());
+  outcome.T_base_first = cloud.T_base_first;
+  const Prediction predicted{pose_.at(cloud.stamp), odometry_.at(cloud.stamp)};
+  if (local_map_.empty()) {
+    outcome.keyframe = may_keep ? beginMap(cloud, predicted) : nullptr;
+    return outcome;
+  }
+
+  local_map_.recentre(predicted.pose.pose().translation());
+  MatchResult& match = outcome.match;
+  match = registration_.align(cloud, local_map_, predicted, tracking_, wheels_.reliability());  // PL-ICP [Censi 2008]
+  outcome.match_time = registration_.matchTime();
+  validator_.removeDynamicBias(match, cloud, local_map_, predicted, wheels_);  // people who walk beside the robot
+  outcome.fused = validator_.acceptTracking(match, cloud, local_map_, predicted, tracking_) &&
+                  fuse(cloud.stamp, match, false);                 // (15)-(17)
+  if (!outcome.fused) recoverBySearch(cloud, predicted, outcome);  // correlative [Olson 2009], stricter test
+
+  judgeGyro(cloud.stamp, match);
+  outcome.keyframe =
+      outcome.fused ? follow(cloud, predicted, match, may_keep) : coast(cloud, predicted, match, may_keep);
+  return outcome;
+}
+
+/// The first scan lies where the filter is, by definition.
+const Keyframe* FrontEnd::beginMap(const Cloud& cloud, const Prediction& predicted) {
+  if (!saysMuch(cloud)) return nullptr;
+  const Pose2 T_map_base = predicted.pose.pose();
+  pose_.add(PoseMeasurement{cloud.stamp, T_map_base, 1e-8 * Eigen::Matrix3d::Identity()});
+  tracking_.begin(cloud.stamp, T_map_base, predicted.odometry.pose());
+  keyframes_.begin(T_map_base);
+  MatchResult by_definition;
+  by_definition.observable = 3;
+  return keyframes_.keep(cloud, T_map_base, by_definition, local_map_);
+}
+
+void FrontEnd::recoverBySearch(const Cloud& cloud, const Prediction& predicted, ScanOutcome& outcome) {
+  const MatchResult found = registration_.search(cloud, local_map_, predicted.pose.pose(), tracking_.failures());
+  if (!validator_.acceptSearch(found, cloud, local_map_, tracking_)) return;
+  outcome.match = found;
+  outcome.fused = fuse(cloud.stamp, found, true);
+}
+
+const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted, const MatchResult& match,
+                                 bool may_keep) {
+  const Pose2 T_map_base = pose_.at(cloud.stamp).pose();
+  shareGyroBias();
+  keyframes_.addDrift(T_map_base, &match, wheels_);
+  wheels_.compare(predicted.odometry, T_map_base, match.observable == 3);
+  tracking_.follow(match, cloud.stamp, T_map_base, predicted.odometry.pose());
+  return may_keep ? keyframes_.select(cloud, T_map_base, match, local_map_) : nullptr;
+}
+
+/// By what the scan says itself: the filter's pose is the gyro's, too.
+void FrontEnd::judgeGyro(Timestamp stamp, const MatchResult& match) {
+  if (!match.usable() || match.observable < 3 || match.overlap < config_.search.trusted_overlap)
+    return gyro_.interrupt();
+  if (const auto bias = gyro_.compare(stamp, match.T_ref_base.theta, gyroBias())) {
+    odometry_.add(*bias);
+    pose_.add(*bias);
+  }
+}
+
+/// The scans have told more of the bias than standstill alone can.
+void FrontEnd::shareGyroBias() {
+  const Ekf newest = pose_.at(pose_.newestStamp());
+  if (newest.gyroActive()) odometry_.add(newest.gyroBiasEstimate());
+}
+
+/// A failed match never moves the pose: the filter carries on. When it lasts, the robot has left what the reference
+/// knows, so the scan extends it from where the filter believes to be.
+const Keyframe* FrontEnd::coast(const Cloud& cloud, const Prediction& predicted, const MatchResult& match,
+                                bool may_keep) {
+  if (!tracking_.fail(match, cloud.stamp, saysMuch(cloud), may_keep)) return nullptr;
+  const Pose2 T_map_base = predicted.pose.pose();
+  if (tracking_.carriedAway(T_map_base, pose_.at(pose_.newestStamp()).covariance().topLeftCorner<3, 3>())) {
+    beginSegment(KeyframeOrigin::kLost);
+    return nullptr;
+  }
+  keyframes_.addDrift(T_map_base, nullptr, wheels_);
+  return keyframes_.keep(cloud, T_map_base, {}, local_map_);
+}
+
+bool FrontEnd::saysMuch(const Cloud& cloud) const {
+  return static_cast<int>(cloud.points.size()) >= config_.match.min_pairs;
+}
+
+bool FrontEnd::fuse(Timestamp stamp, const MatchResult& match, bool confirmed) {
+  return match.usable() && pose_.add(PoseMeasurement{stamp, match.T_ref_base, match.covariance, match.directions,
+                                                     match.observable, confirmed}) == UpdateResult::kFused;
+}
+
+const DepthSight* FrontEnd::add(const PseudoLaser& laser) {
+  const Timestamp stamp = laser.stamp + fromSeconds(config_.depth.time_offset);
+  const bool known =
+      tracking_.begun() && stamp >= pose_.oldestStamp() && stamp <= pose_.newestStamp() + kLongestPrediction;
+  if (!known) return views_.leaveOut();
+  const PoseEstimate seen_from = estimate(stamp);
+  const AnchoredPose anchored = anchor(seen_from.T_map_base);
+  if (seen_from.state != LocalisationState::kLocalised || anchored.keyframe < 0) return views_.leaveOut();
+  return views_.select(laser, stamp, odometry_.at(stamp).pose(), mapId(), segment(), anchored);
+}
+
+void FrontEnd::setPose(const Pose2& T_map_base, const Eigen::Vector3d& sigma) {
+  pose_.setPose(T_map_base, sigma);
+  beginSegment(KeyframeOrigin::kGiven);
+  keyframes_.setSigma(sigma);
+}
+
+void FrontEnd::beginSegment(KeyframeOrigin origin) {
+  tracking_.beginSegment(origin == KeyframeOrigin::kGiven);
+  keyframes_.beginSegment(origin);
+  local_map_.clear(pose_.at(pose_.newestStamp()).pose().translation());
+  wheels_.interrupt();
+  gyro_.interrupt();
+}
+
+void FrontEnd::apply(MapCorrection& correction) {
+  if (correction.segment != segment()) return;
+  if (correction.refuted) return tracking_.refute();
+  const Pose2 T_new_old = local_map_.apply(correction, pose_.at(pose_.newestStamp()).pose().translation());
+  if (correction.T_map_segment) tracking_.place();
+  pose_.transform(T_new_old);
+  wheels_.interrupt();
+  gyro_.interrupt();
+  tracking_.transform(T_new_old);
+  keyframes_.transform(T_new_old);
+}
+
+PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
+  const Ekf ekf = pose_.at(stamp);
+  PoseEstimate estimate{.stamp = stamp,
+                        .T_map_base = ekf.pose(),
+                        .covariance = ekf.covariance().topLeftCorner<3, 3>(),
+                        .twist = ekf.twist(),
+                        .match_quality = tracking_.overlap()};
+  estimate.state = tracking_.state(stamp, estimate.covariance);
+  return estimate;
+}
+
+OdometryEstimate FrontEnd::odometry(Timestamp stamp) const {
+  const Ekf ekf = odometry_.at(stamp);
+  return {.stamp = stamp,
+          .T_odom_base = ekf.pose(),
+          .covariance = ekf.covariance().topLeftCorner<3, 3>(),
+          .twist = ekf.twist(),
+          .gyro_bias = ekf.gyroBias(),
+          .slip = ekf.slip(),
+          .standstill = ekf.standstill(),
+          .T_map_odom = pose_.at(stamp).pose() * ekf.pose().inverse()};
+}
+
+TrackingReport FrontEnd::trackingReport() const {
+  return {.begun = tracking_.begun(),
+          .placed = tracking_.placed(),
+          .failures = tracking_.failures(),
+          .points = points_,
+          .needed = config_.match.min_pairs};
+}
+
+LocalizerCounters FrontEnd::counters() const {
+  LocalizerCounters counters;
+  intake_.addTo(counters);
+  tracking_.addTo(counters);
+  keyframes_.addTo(counters);
+  views_.addTo(counters);
+  counters.searched = registration_.searched();
+  counters.scans_held = validator_.held();
+  counters.wheels_withdrawn = static_cast<std::uint32_t>(wheels_.withdrawn());
+  counters.wheels_heard = wheels_.believed();
+  counters.wheels_scale = wheels_.scale().value();
+  counters.samples_late = odometry_.lateFused();
+  counters.samples_too_old = odometry_.tooOld();
+  return counters;
+}
+
+}  // namespace slam

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "core/counter_info.hpp"
+#include "core/pose2.hpp"
+#include "core/scan.hpp"
+#include "estimation/ekf_timeline.hpp"
+#include "estimation/gyro_monitor.hpp"
+#include "estimation/wheel_monitor.hpp"
+#include "frontend/body_watch.hpp"
+#include "frontend/no_return_watch.hpp"
+#include "frontend/pull_watch.hpp"
+#include "frontend/scan_repeat_watch.hpp"
+#include "frontend/stamp_sequencer.hpp"
+#include "frontend/sweep_watch.hpp"
+#include "matching/correlative.hpp"
+#include "matching/deskew.hpp"
+#include "matching/match_result.hpp"
+#include "matching/normals.hpp"
+#include "matching/reference.hpp"
+
+namespace slam {
+
+/// Bearings as a scan's beams have them, counter-clockwise from one to the other [deg].
+struct BearingRange {
+  double from = 0.0, to = 0.0;  ///< to >= from
+  friend bool operator==(const BearingRange&, const BearingRange&) = default;
+};
+
+/// Extrinsics of the lidar and what its readings are worth.
+struct LidarModel {
+  Pose2 T_base_lidar;
+  bool upside_down = false;        ///< its bearings grow clockwise, seen from above
+  double range_min = 0.15;         ///< [m] shorter returns are not obstacles
+  double range_max = 12.0;         ///< [m] longer returns are not trusted
+  double range_sigma = 0.015;      ///< [m] standard deviation of one range
+  double time_offset = 0.0;        ///< [s] added to the lidar's stamps
+  std::vector<BearingRange> mask;  ///< where the robot itself is seen
+
+  LidarMounting mounting() const { return {T_base_lidar, upside_down}; }
+  /// Where the scan knows better it says so.
+  RangeLimits limitsFor(const LaserScan& scan) const {
+    return {std::max(scan.range_min, static_cast<float>(range_min)),
+            std::min(scan.range_max, static_cast<float>(range_max))};
+  }
+};
+
+/// Which samples are no measurement of now.
+struct IntakeConfig {
+  StampConfig stamps;
+  ScanRepeatConfig repeats;
+  BodyWatchConfig body;
+  NoReturnConfig no_return;
+  SweepWatchConfig sweep;
+  double fastest_turn = 0.02;  ///< [s] no lidar turns faster ...
+  double soonest_scan = 0.6;   ///< [1] ... nor in less than this share of the usual interval: a copy
+  double moving_speed = 0.02;  ///< [m/s] from here on no sensor sees the same twice ...
+  double moving_turn = 0.05;   ///< [rad/s] ... nor from here on
+  double late = 0.0;           ///< [s] a scan that is so much older than the filter's window is not used
+};
+
+/// Where the match of a scan starts from, and the search that follows where it leads nowhere.
+struct RegistrationConfig {
+  int starts = 4;                ///< poses that are tried at most, the prediction first
+  double clearly_better = 0.01;  ///< [1] of overlap, between starting poses
+  double sudden_loss = 0.03;     ///< [1] of overlap from one scan to the next: the prediction may be wrong
+  double widening = 1.0;         ///< [1] of the search window, with each failure
+};
+
+/// Which matches are believed.
+struct ValidatorConfig {
+  double vague_distance = 0.50;      ///< [m] a prediction that is no better known ...
+  double vague_rotation = 0.35;      ///< [rad] ... or whose heading is not, says no more than a search
+  double much_worse = 0.12;          ///< [1] overlap lost by a find: it is another place
+  double seen_through = 0.12;        ///< [1] of the walls in sight; of a right find at most 0.10
+  double newly_seen_through = 0.12;  ///< [1] the same of what a scan that fits worse shows anew
+  double known_surfel = 4.0;         ///< [1] observations
+};
+
+/// When a scan is kept for reference and map.
+struct KeyframeConfig {
+  double translation = 0.20;  ///< [m] since the last keyframe
+  double rotation = 0.17;     ///< [rad] since the last keyframe
+  double familiarity = 0.80;  ///< [1] a scan that shows this share of well-known surfels adds nothing: it is a look
+  double look_period = 1.0;   ///< [s] between looks of a robot that stands still in a known place
+  double overlap = 0.70;      ///< [1] share of points that meet the reference: fewer makes a keyframe ...
+  double soon = 0.25;         ///< [1] ... after this share of the usual motion
+  int max_failures = 8;       ///< scans in a row without a match, and `degraded_after`: then one is kept as predicted
+};
+
+/// How the pose drifts from keyframe to keyframe while scans are matched; a random walk of strength q has standard
+/// deviation q * sqrt(distance). Without matches, and along blind directions, the wheels' noise counts instead.
+struct DriftConfig {
+  double translation = 0.01;           ///< [m per sqrt(m)]
+  double rotation_per_metre = 0.001;   ///< [rad per sqrt(m)]
+  double rotation_per_radian = 0.003;  ///< [rad per sqrt(rad)]
+};
+
+/// When what the depth camera sees is drawn. Views from one place have the same errors: many of them prove no more than
+/// one, but they show what has changed there.
+struct DepthViewConfig {
+  double time_offset = 0.0;   ///< [s] added to the camera's stamps
+  double translation = 0.05;  ///< [m] since the last view
+  double rotation = 0.05;     ///< [rad] since the last view
+  double period = 0.2;        ///< [s] since the last view
+};
+
+struct LocalizerConfig {
+  LidarModel lidar;
+  double wheel_time_offset = 0.0, imu_time_offset = 0.0;  ///< [s] added to the stamps
+  DepthViewConfig depth;
+  IntakeConfig intake;
+  double scan_moment = 0.5;  ///< [1] of a turn, when a scan's pose is found
+  EkfConfig ekf;
+  EkfTimelineConfig timeline;
+  NormalConfig normals;
+  ReferenceConfig reference;
+  MatchConfig match;
+  CorrelativeConfig search;
+  SearchWindow search_window;  ///< around the prediction, after a failed match; grows with each further failure
+  WheelMonitorConfig wheel_trust;
+  GyroMonitorConfig gyro_trust;
+  PullWatchConfig pull_watch;
+  RegistrationConfig registration;
+  ValidatorConfig validator;
+  KeyframeConfig keyframe;
+  DriftConfig drift;
+  bool follows_nearest = true;       ///< a correction moves the pose as the nearest keyframe; false: as the newest
+  bool localise_only = false;        ///< the map is given: scans do not extend it
+  double kidnap_distance = 1.0;      ///< [m] a robot that was localised this near cannot have left the known map: when
+  double kidnap_rotation = 1.5;      ///< [rad] its scans match no longer, it was carried away
+  double degraded_after = 1.0;       ///< [s] without a matched scan
+  double lost_position_sigma = 1.0;  ///< [m] a position this uncertain is not valid
+};
+
+struct LocalizerCounters {
+  std::uint32_t scans = 0, matched = 0, partly_observable = 0, unmatched = 0, gated = 0, searched = 0, scans_held = 0;
+  std::uint32_t scans_too_late = 0, scans_repeated = 0, scans_retimed = 0, clock_resets = 0;
+  std::uint32_t samples_late = 0, samples_too_old = 0, far_ahead = 0;
+  std::uint32_t keyframes = 0, lost = 0, views = 0, views_unplaced = 0, wheels_withdrawn = 0;
+  bool wheels_heard = true;  ///< now
+  double wheels_scale = 1.0;
+
+  template <typename Visitor>
+  friend void visitCounters(const LocalizerCounters& c, Visitor&& visit) {
+    visit(CounterInfo{"scans", "scans", "Scans that were taken in."}, c.scans);
+    visit(CounterInfo{"scans.matched", "scans", "Matched in all directions.", "matched"}, c.matched);
+    visit(CounterInfo{"scans.partly_observable", "scans", "Matched, but not in all directions.", "partly_observable"},
+          c.partly_observable);
+    visit(CounterInfo{"scans.unmatched", "scans", "No match was found.", "unmatched"}, c.unmatched);
+    visit(CounterInfo{"scans.gated", "scans", "The filter refused their match.", "gated"}, c.gated);
+    visit(CounterInfo{"scans.searched", "scans", "Their prediction led to no match and they were searched for.",
+                      "searched"},
+          c.searched);
+    visit(CounterInfo{"scans.held", "scans", "Something moving pulled their match, which was held to the wheels' way."},
+          c.scans_held);
+    visit(CounterInfo{"scans.too_late", "scans", "Older than the filter's window."}, c.scans_too_late);
+    visit(CounterInfo{"scans.repeated", "scans", "Copies of the scan before them, which were not used."},
+          c.scans_repeated);
+    visit(CounterInfo{"scans.retimed", "scans", "Their stamp was not after its predecessor's."}, c.scans_retimed);
+    visit(CounterInfo{"clock_resets", "times", "Stamps jumped back by seconds."}, c.clock_resets);
+    visit(CounterInfo{"samples.late", "samples", "Wheel and IMU samples fused at their place behind newer ones."},
+          c.samples_late);
+    visit(CounterInfo{"samples.too_old", "samples", "Wheel and IMU samples dropped as too old."}, c.samples_too_old);
+    visit(CounterInfo{"samples.far_ahead", "samples", "Dropped because their stamp alone was seconds ahead."},
+          c.far_ahead);
+    visit(CounterInfo{"keyframes", "keyframes", "Keyframes that the front end has made."}, c.keyframes);
+    visit(CounterInfo{"lost", "times", "The place in the map was lost, or given by a person."}, c.lost);
+    visit(CounterInfo{"views", "images", "Depth images that were drawn."}, c.views);
+    visit(CounterInfo{"views.unplaced", "images",
+                      "Depth images dropped because the pose at their stamp was not valid or known."},
+          c.views_unplaced);
+    visit(CounterInfo{"wheels.withdrawn", "times", "The wheels contradicted the scans too much to be heard."},
+          c.wheels_withdrawn);
+    visit(CounterInfo{"wheels.scale", "1", "The wheels' way is divided by it, as the scans have shown so far."},
+          c.wheels_scale);
+  }
+};
+
+/// What a FrontEnd knows of its place, for words.
+struct TrackingReport {
+  bool begun = false;   ///< a scan was placed, by definition or by a match
+  bool placed = false;  ///< the pose is one in the map
+  int failures = 0;     ///< scans in a row that were not matched
+  int points = 0;       ///< of the newest scan that was used
+  int needed = 0;       ///< that a scan must have to say anything
+};
+
+/// Where a FrontEnd begins.
+struct LocalizerStart {
+  std::int32_t map_id = 0;    ///< written into the keyframes; a new one is a new map
+  int first_keyframe = 0;     ///< id of its first keyframe: a stored map has so many
+  bool in_known_map = false;  ///< the map has content: the robot must be found in it
+  Pose2 T_map_base = {};      ///< last pose known
+  BodyShape body = {};        ///< what moves with the robot, as last known
+  double gyro_bias = 0.0;     ///< [rad/s] last value known
+};
+
+}  // namespace slam

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "frontend/keyframe_selector.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <utility>
+
+#include "graph/keyframe_graph.hpp"
+
+namespace slam {
+namespace {
+
+constexpr double kMinStepSigma = 1e-4;  // [m, rad] keeps a step's covariance regular
+
+Eigen::Matrix3d rotation(double angle) {
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(angle).toRotationMatrix();
+  return turn;
+}
+
+double square(double value) { return value * value; }
+
+}  // namespace
+
+KeyframeSelector::KeyframeSelector(const LocalizerConfig& config, const LocalizerStart& start)
+    : config_(config.keyframe),
+      drift_config_(config.drift),
+      T_base_lidar_(config.lidar.T_base_lidar),
+      map_id_(start.map_id),
+      first_keyframe_(start.first_keyframe),
+      localise_only_(config.localise_only),
+      next_keyframe_(start.first_keyframe),
+      origin_(start.in_known_map ? KeyframeOrigin::kLost : KeyframeOrigin::kContinued) {}
+
+void KeyframeSelector::beginSegment(KeyframeOrigin origin) {
+  ++segment_;
+  origin_ = origin;
+  if (localise_only_) next_keyframe_ = first_keyframe_;  // the segment before is forgotten
+}
+
+const Keyframe* KeyframeSelector::select(const Cloud& cloud, const Pose2& T_map_base, const MatchResult& match,
+                                         LocalMap& local_map) {
+  const auto movedFrom = [&](const Pose2& pose, double share = 1.0) {
+    const Pose2 moved = between(pose, T_map_base);
+    return std::hypot(moved.x, moved.y) > share * config_.translation ||
+           std::abs(moved.theta) > share * config_.rotation;
+  };
+  if (!local_map.extends()) return movedFrom(last_look_) ? look(cloud, T_map_base, local_map) : nullptr;
+  const bool long_ago = toSeconds(cloud.stamp - last_look_stamp_) > config_.look_period;
+  if (match.overlap < config_.overlap) {  // soon, but not at every scan of a robot that stands in a crowd
+    const bool due = movedFrom(local_map.newest(), config_.soon) || long_ago;
+    return due ? keep(cloud, T_map_base, match, local_map) : nullptr;
+  }
+  if (match.familiarity < config_.familiarity) {
+    return movedFrom(local_map.newest()) ? keep(cloud, T_map_base, match, local_map) : nullptr;
+  }
+  return movedFrom(last_look_) || long_ago ? look(cloud, T_map_base, local_map) : nullptr;
+}
+
+const Keyframe* KeyframeSelector::keep(const Cloud& cloud, const Pose2& T_map_base, const MatchResult& match,
+                                       LocalMap& local_map) {
+  describe(cloud, T_map_base);
+  keyframe_.id = next_keyframe_++;
+  ++keyframes_;
+  keyframe_.look = false;
+  keyframe_.observable = match.observable;
+  keyframe_.directions = match.directions;
+  keyframe_.origin = std::exchange(origin_, KeyframeOrigin::kContinued);
+  keyframe_.T_previous_base = local_map.empty() ? Pose2{} : between(local_map.newest(), T_map_base);
+  const Eigen::Matrix3d turn = local_map.empty() ? Eigen::Matrix3d::Identity() : rotation(-local_map.newest().theta);
+  keyframe_.step_covariance = turn * drift_ * turn.transpose();
+  keyframe_.step_covariance.diagonal().array() += kMinStepSigma * kMinStepSigma;
+  drift_.setZero();
+  local_map.add(keyframe_, cloud.points);
+  return &keyframe_;
+}
+
+const Keyframe* KeyframeSelector::look(const Cloud& cloud, const Pose2& T_map_base, const LocalMap& local_map) {
+  describe(cloud, T_map_base);
+  const AnchoredPose anchored = local_map.anchor(T_map_base);
+  keyframe_.id = anchored.keyframe;
+  keyframe_.T_previous_base = anchored.T_keyframe_base;
+  keyframe_.look = true;
+  keyframe_.origin = KeyframeOrigin::kContinued;
+  return &keyframe_;
+}
+
+void KeyframeSelector::describe(const Cloud& cloud, const Pose2& T_map_base) {
+  last_look_ = T_map_base;
+  last_look_stamp_ = cloud.stamp;
+  keyframe_.map_id = map_id_;
+  keyframe_.segment = segment_;
+  keyframe_.stamp = cloud.stamp;
+  keyframe_.T_map_base = T_map_base;
+  keyframe_.T_base_lidar = T_base_lidar_;
+  keyframe_.size = 0;
+  for (const ScanPoint& point : cloud.points) {
+    keyframe_.storage[static_cast<std::size_t>(keyframe_.size++)] = keyframePoint(point);
+  }
+}
+
+void KeyframeSelector::addDrift(const Pose2& T_map_base, const MatchResult* match, const WheelMonitor& wheels) {
+  const Pose2 moved = between(drift_pose_, T_map_base);
+  drift_pose_ = T_map_base;
+  const double distance = std::hypot(moved.x, moved.y), turned = std::abs(moved.theta);
+  const DriftConfig& d = drift_config_;
+  Eigen::Vector3d matched(square(d.translation) * distance, square(d.translation) * distance,
+                          square(d.rotation_per_metre) * distance + square(d.rotation_per_radian) * turned);
+  drift_ += matched.asDiagonal();
+  if (match != nullptr && match->observable == 3) return;
+  const double position = wheels.translationVariance(distance);
+  const double heading = wheels.rotationVariance(distance, turned);
+  const Eigen::Matrix3d unmatched = Eigen::Vector3d(position, position, heading).asDiagonal();
+  Eigen::Matrix3d blind = Eigen::Matrix3d::Identity();
+  if (match != nullptr) {
+    const auto unseen = match->directions.rightCols(3 - match->observable);
+    blind = unseen * unseen.transpose();
+  }
+  drift_ += blind * unmatched * blind.transpose();
+}
+
+void KeyframeSelector::transform(const Pose2& T_new_old) {
+  last_look_ = T_new_old * last_look_;
+  drift_pose_ = T_new_old * drift_pose_;
+  const Eigen::Matrix3d turn = rotation(T_new_old.theta);
+  drift_ = (turn * drift_ * turn.transpose()).eval();
+}
+
+void KeyframeSelector::addTo(LocalizerCounters& counters) const {
+  counters.keyframes = keyframes_;
+  counters.lost = static_cast<std::uint32_t>(segment_);
+}
+
+}  // namespace slam

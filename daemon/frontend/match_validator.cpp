@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "frontend/match_validator.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "matching/plicp.hpp"
+
+namespace slam {
+
+MatchValidator::MatchValidator(const LocalizerConfig& config)
+    : lidar_(config.lidar.T_base_lidar.translation()),
+      config_(config.validator),
+      trusted_overlap_(config.search.trusted_overlap),
+      window_(config.search_window),
+      min_pairs_(config.match.min_pairs),
+      pull_watch_(config.pull_watch) {}
+
+void MatchValidator::removeDynamicBias(MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
+                                       const Prediction& predicted, const WheelMonitor& wheels) {
+  if (!match.usable() || wheels.reliability() < WheelReliability::kConsistent) return;
+  const Pose2 guess = predicted.pose.pose();
+  if (wheels.slipped(wrapAngle(match.T_ref_base.theta - guess.theta))) return;
+  const Eigen::Vector2d offset = match.T_ref_base.translation() - guess.translation();
+  const Eigen::Matrix2d covariance = predicted.pose.covariance().topLeftCorner<2, 2>();
+  const double sigma = std::sqrt(offset.dot(covariance * offset)) / std::max(offset.norm(), 1e-9);
+  const bool pulled = pull_watch_.contradicts(offset, sigma)
+                          ? pull_watch_.pulls(cloud.stamp, offset, supportOf(match, guess, cloud, local_map))
+                          : pull_watch_.stillPulls(cloud.stamp);
+  if (!pulled) return;
+  ++held_;
+  match = heldAlong(match, guess.translation(), pull_watch_.pull());
+}
+
+/// Share of the scan that fits better where a match is than where the guess is, less of the walls it sees through.
+double MatchValidator::supportOf(const MatchResult& match, const Pose2& guess, const Cloud& cloud,
+                                 const LocalMap& local_map) {
+  image_.set(cloud.points, lidar_);
+  const auto fit = [&](const Pose2& T_map_base) {
+    return overlapAt(local_map.reference(), cloud.points, T_map_base, cloud.match.kernel_scale, cloud.match) -
+           local_map.reference().seenThrough(T_map_base, image_, config_.known_surfel);
+  };
+  return fit(match.T_ref_base) - fit({guess.x, guess.y, match.T_ref_base.theta});
+}
+
+bool MatchValidator::acceptTracking(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
+                                    const Prediction& predicted, const TrackingState& tracking) {
+  const Eigen::Vector3d sigma = predicted.pose.covariance().topLeftCorner<3, 3>().diagonal().cwiseSqrt();
+  const bool vague = sigma.z() > config_.vague_rotation || sigma.head<2>().maxCoeff() > config_.vague_distance;
+  return tracking.failures() == 0 || !vague || acceptSearch(match, cloud, local_map, tracking);
+}
+
+bool MatchValidator::acceptSearch(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
+                                  const TrackingState& tracking) {
+  if (!match.usable() || match.overlap < trusted_overlap_) return false;
+  image_.set(cloud.points, lidar_);
+  if (local_map.reference().seenThrough(match.T_ref_base, image_, config_.known_surfel) > config_.seen_through)
+    return false;
+  return match.overlap >= tracking.fusedOverlap() - config_.much_worse ||
+         showsMore(match.T_ref_base, cloud, local_map, tracking.lastPose());
+}
+
+/// Whether a scan that fits worse than the last one does so because the robot has turned to what it had not seen: it is
+/// no further on than a robot gets from scan to scan, and shows nothing where the newest keyframe saw through.
+bool MatchValidator::showsMore(const Pose2& T_map_base, const Cloud& cloud, const LocalMap& local_map,
+                               const Pose2& last_pose) {
+  const Pose2 moved = between(last_pose, T_map_base);
+  if (std::max(std::abs(moved.x), std::abs(moved.y)) > window_.translation) return false;
+  if (std::abs(moved.theta) > window_.rotation) return false;
+  image_.set(local_map.newestPoints(), lidar_);
+  const PointTransform T_newest_base(between(local_map.newest(), T_map_base));
+  SightTally tally;
+  for (const ScanPoint& point : cloud.points) {
+    tally.add(image_.sightOf(T_newest_base * point.position, T_newest_base.turned(point.normal)));
+  }
+  return tally.met >= min_pairs_ && tally.seenThrough() <= config_.newly_seen_through;
+}
+
+}  // namespace slam

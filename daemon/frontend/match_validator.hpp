@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include "frontend/front_end_config.hpp"
+#include "frontend/local_map.hpp"
+#include "frontend/preprocessor.hpp"
+#include "frontend/pull_watch.hpp"
+#include "frontend/registration.hpp"
+#include "frontend/tracking_state.hpp"
+#include "matching/range_image.hpp"
+
+namespace slam {
+
+/// Says which matches can be believed, and takes out of them what something that moves has made of them.
+class MatchValidator {
+ public:
+  explicit MatchValidator(const LocalizerConfig& config);
+
+  /// Takes out of a match what something that moves may have made of it: there the wheels tell the way.
+  void removeDynamicBias(MatchResult& match, const Cloud& cloud, const LocalMap& local_map, const Prediction& predicted,
+                         const WheelMonitor& wheels);
+  /// Whether a match from a prediction can be believed. Once the way is lost and the robot may be anywhere around the
+  /// prediction, what fits there is one place of many.
+  bool acceptTracking(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
+                      const Prediction& predicted, const TrackingState& tracking);
+  /// Whether a match can be believed wherever the robot was thought to be. Among many places one fits by half: a find
+  /// needs more agreement than a prediction does. A room has corners that look like one another: in the right one the
+  /// scan sees through no walls, and fits about as well as the last one did.
+  bool acceptSearch(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
+                    const TrackingState& tracking);
+
+  /// Matches that something moving pulled.
+  std::uint32_t held() const { return held_; }
+
+ private:
+  double supportOf(const MatchResult& match, const Pose2& guess, const Cloud& cloud, const LocalMap& local_map);
+  bool showsMore(const Pose2& T_map_base, const Cloud& cloud, const LocalMap& local_map, const Pose2& last_pose);
+
+  Eigen::Vector2d lidar_;  // [m] in base
+  ValidatorConfig config_;
+  double trusted_overlap_;
+  SearchWindow window_;
+  int min_pairs_;
+  PullWatch pull_watch_;
+  RangeImage image_;
+  std::uint32_t held_ = 0;
+};
+
+}  // namespace slam

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include "core/stopwatch.hpp"
+#include "estimation/ekf.hpp"
+#include "estimation/wheel_monitor.hpp"
+#include "frontend/front_end_config.hpp"
+#include "frontend/local_map.hpp"
+#include "frontend/preprocessor.hpp"
+#include "frontend/tracking_state.hpp"
+#include "matching/correlative.hpp"
+#include "matching/match_result.hpp"
+
+namespace slam {
+
+/// Where the filters put the robot at a scan's stamp, before the scan is known.
+struct Prediction {
+  Ekf pose, odometry;
+};
+
+/// Finds a scan in the local map: PL-ICP [Censi 2008] from one to four starting poses, and the correlative search
+/// [Olson 2009] around the prediction where that leads nowhere.
+class Registration {
+ public:
+  explicit Registration(const LocalizerConfig& config, Stopwatch stopwatch = nullptr);
+
+  MatchResult align(const Cloud& cloud, const LocalMap& local_map, const Prediction& predicted,
+                    const TrackingState& tracking, WheelReliability wheels);
+  /// The window grows with the failures in a row.
+  MatchResult search(const Cloud& cloud, const LocalMap& local_map, const Pose2& predicted, int failures);
+
+  /// Spent in the last align(); 0 without a stopwatch.
+  Duration matchTime() const { return match_time_; }
+  std::uint32_t searched() const { return searched_; }
+
+ private:
+  RegistrationConfig config_;
+  int max_failures_;
+  SearchWindow window_;
+  CorrelativeMatcher search_;
+  Stopwatch stopwatch_;
+  Duration match_time_{0};
+  std::uint32_t searched_ = 0;
+};
+
+}  // namespace slam

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "frontend/sensor_intake.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace slam {
+
+bool isMoving(const Twist2& twist, const IntakeConfig& config) {
+  return std::hypot(twist.vx, twist.vy) > config.moving_speed || std::abs(twist.omega) > config.moving_turn;
+}
+
+SensorIntake::SensorIntake(const LocalizerConfig& config)
+    : config_(config.intake),
+      wheel_offset_(fromSeconds(config.wheel_time_offset)),
+      imu_offset_(fromSeconds(config.imu_time_offset)),
+      lidar_offset_(fromSeconds(config.lidar.time_offset)),
+      wheel_guard_(config_.stamps),
+      imu_guard_(config_.stamps),
+      scan_guard_(config_.stamps),
+      wheel_stamps_(config_.stamps),
+      scan_stamps_(config_.stamps),
+      imu_clock_(config_.stamps),
+      repeats_(config_.repeats) {}
+
+std::optional<WheelSample> SensorIntake::accept(const WheelSample& sample) {
+  if (!wheel_guard_.passes(sample.stamp)) return std::nullopt;
+  WheelSample accepted = sample;
+  accepted.stamp = wheel_stamps_.next(sample.stamp) + wheel_offset_;
+  return accepted;
+}
+
+std::optional<ImuSample> SensorIntake::accept(const ImuSample& sample, Timestamp newest) {
+  if (!imu_guard_.passes(sample.stamp)) return std::nullopt;
+  ImuSample accepted = sample;
+  accepted.stamp = imu_clock_.next(sample.stamp, newest) + imu_offset_;
+  return accepted;
+}
+
+SensorIntake::Scan SensorIntake::accept(const LaserScan& scan, const EkfTimeline& pose, const EkfTimeline& odometry,
+                                        std::span<const float> codes) {
+  ++scans_;
+  if (!scan_guard_.passes(scan.stamp)) return {pose.newestStamp()};
+  const bool repeats = repeats_.isStuck(scan, codes);
+  if (isCopy(scan)) {
+    ++repeated_;
+    return {last_first_ + std::max(Duration(0), scan.stamp - last_scan_)};
+  }
+  const Timestamp first = scan_stamps_.next(scan.stamp) + lidar_offset_;
+  last_scan_ = scan.stamp;
+  last_first_ = first;
+  if (pose.started() && first < pose.oldestStamp() - fromSeconds(config_.late)) {
+    ++too_late_;
+    return {first};
+  }
+  stuck_ = isStuck(repeats, first, odometry);
+  repeated_ += stuck_;
+  return {first, !stuck_, scan_stamps_.interval(), stuck_};
+}
+
+/// Whether the scan was sent twice: a lidar needs its time for the next one.
+bool SensorIntake::isCopy(const LaserScan& scan) const {
+  const double soonest = std::max(config_.fastest_turn, config_.soonest_scan * scan_stamps_.interval());
+  return repeats_.isCopy() && toSeconds(scan.stamp - last_scan_) < soonest;
+}
+
+/// A lidar that repeats a turn would hold the robot in place, or take it back when it stops: its scans fit perfectly.
+bool SensorIntake::isStuck(bool repeats, Timestamp first, const EkfTimeline& odometry) {
+  return repeats && (stuck_ || isMoving(odometry.at(first).twist(), config_));
+}
+
+void SensorIntake::addTo(LocalizerCounters& counters) const {
+  counters.scans = scans_;
+  counters.scans_repeated = repeated_;
+  counters.scans_too_late = too_late_;
+  counters.scans_retimed = scan_stamps_.retimed();
+  counters.clock_resets = scan_stamps_.clockResets() + wheel_stamps_.clockResets();
+  counters.far_ahead = wheel_guard_.held() + imu_guard_.held() + scan_guard_.held();
+}
+
+}  // namespace slam

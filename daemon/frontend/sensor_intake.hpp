@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <optional>
+#include <span>
+
+#include "core/estimates.hpp"
+#include "core/samples.hpp"
+#include "core/scan.hpp"
+#include "estimation/ekf_timeline.hpp"
+#include "frontend/front_end_config.hpp"
+#include "frontend/scan_repeat_watch.hpp"
+#include "frontend/stamp_sequencer.hpp"
+
+namespace slam {
+
+/// Whether a robot moves so fast that no sensor sees the same twice.
+bool isMoving(const Twist2& twist, const IntakeConfig& config = {});
+
+/// Takes the sensors' samples in: puts their stamps in order and into the filters' time, and refuses those that are no
+/// measurement of now: damaged stamps, copies, and the turns that a stuck lidar repeats.
+class SensorIntake {
+ public:
+  explicit SensorIntake(const LocalizerConfig& config);
+
+  /// @return the sample with its stamp in the filters' time; nothing where it must not be used
+  std::optional<WheelSample> accept(const WheelSample& sample);
+  /// @param newest stamp of any stream so far
+  std::optional<ImuSample> accept(const ImuSample& sample, Timestamp newest);
+
+  struct Scan {
+    Timestamp first;        ///< of the first beam, in the filters' time
+    bool accepted = false;  ///< else it is left out
+    double interval = 0.0;  ///< [s] usual time between two scans; 0: not known yet
+    bool stuck = false;     ///< because the lidar repeats a turn although the robot moves
+  };
+  /// @param codes ranges that mean "no return" [m]
+  Scan accept(const LaserScan& scan, const EkfTimeline& pose, const EkfTimeline& odometry,
+              std::span<const float> codes = {});
+
+  void addTo(LocalizerCounters& counters) const;
+
+ private:
+  bool isCopy(const LaserScan& scan) const;
+  bool isStuck(bool repeats, Timestamp first, const EkfTimeline& odometry);
+
+  IntakeConfig config_;
+  Duration wheel_offset_, imu_offset_, lidar_offset_;
+  ForwardJumpGuard wheel_guard_, imu_guard_, scan_guard_;
+  StampSequencer wheel_stamps_, scan_stamps_;
+  ClockStepBridge imu_clock_;
+  ScanRepeatWatch repeats_;
+  bool stuck_ = false;
+  Timestamp last_scan_, last_first_;  // as recorded, and in the filters' time
+  std::uint32_t scans_ = 0, repeated_ = 0, too_late_ = 0;
+};
+
+}  // namespace slam

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "frontend/tracking_state.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace slam {
+
+TrackingState::TrackingState(const LocalizerConfig& config, bool in_known_map)
+    : localise_only_(config.localise_only),
+      max_failures_(config.keyframe.max_failures),
+      kidnap_distance_(config.kidnap_distance),
+      kidnap_rotation_(config.kidnap_rotation),
+      degraded_after_(config.degraded_after),
+      lost_position_sigma_(config.lost_position_sigma),
+      placed_(!in_known_map) {}
+
+void TrackingState::begin(Timestamp stamp, const Pose2& T_map_base, const Pose2& T_odom_base) {
+  last_match_ = stamp;
+  last_pose_ = T_map_base;
+  last_motion_ = {};
+  last_odometry_ = T_odom_base;
+}
+
+void TrackingState::follow(const MatchResult& match, Timestamp stamp, const Pose2& T_map_base,
+                           const Pose2& T_odom_base) {
+  ++(match.observable == 3 ? matched_ : partly_observable_);
+  overlap_ = fused_overlap_ = match.overlap;
+  failures_ = 0;
+  last_match_ = stamp;
+  last_motion_ = between(last_pose_, T_map_base);
+  last_pose_ = T_map_base;
+  last_odometry_ = T_odom_base;
+}
+
+bool TrackingState::fail(const MatchResult& match, Timestamp stamp, bool says_much, bool may_act) {
+  ++(match.usable() ? gated_ : unmatched_);
+  overlap_ = match.overlap;
+  if (!says_much) return false;
+  const bool lately = toSeconds(stamp - *last_match_) < degraded_after_;  // a fast lidar fails often
+  if (++failures_ <= max_failures_ || lately || !may_act) return false;
+  failures_ = 0;
+  return true;
+}
+
+bool TrackingState::carriedAway(const Pose2& predicted, const Eigen::Matrix3d& covariance) const {
+  if (localise_only_) return true;
+  const Pose2 moved = between(last_pose_, predicted);
+  return std::sqrt(std::max(covariance(0, 0), covariance(1, 1))) > lost_position_sigma_ ||
+         (std::hypot(moved.x, moved.y) < kidnap_distance_ && std::abs(moved.theta) < kidnap_rotation_);
+}
+
+void TrackingState::beginSegment(bool placed) {
+  was_placed_ |= placed_;
+  placed_ = placed;
+  failures_ = 0;
+}
+
+void TrackingState::refute() {
+  placed_ = false;
+  was_placed_ = true;
+}
+
+LocalisationState TrackingState::state(Timestamp stamp, const Eigen::Matrix3d& covariance) const {
+  if (!last_match_) return LocalisationState::kInitialising;
+  if (!placed_) return was_placed_ ? LocalisationState::kLost : LocalisationState::kInitialising;
+  const double sigma = std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
+  if (sigma > lost_position_sigma_) return LocalisationState::kLost;
+  const bool old = toSeconds(stamp - *last_match_) > degraded_after_;
+  return old || failures_ > 0 ? LocalisationState::kDegraded : LocalisationState::kLocalised;
+}
+
+void TrackingState::addTo(LocalizerCounters& counters) const {
+  counters.matched = matched_;
+  counters.partly_observable = partly_observable_;
+  counters.unmatched = unmatched_;
+  counters.gated = gated_;
+}
+
+}  // namespace slam

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <optional>
+
+#include "core/estimates.hpp"
+#include "frontend/front_end_config.hpp"
+#include "matching/match_result.hpp"
+
+namespace slam {
+
+/// How well the robot's place is known, and what the last scans told of it.
+class TrackingState {
+ public:
+  TrackingState(const LocalizerConfig& config, bool in_known_map);
+
+  /// The first scan of a map or segment, which lies where the robot is by definition.
+  void begin(Timestamp stamp, const Pose2& T_map_base, const Pose2& T_odom_base);
+  /// A match was fused.
+  void follow(const MatchResult& match, Timestamp stamp, const Pose2& T_map_base, const Pose2& T_odom_base);
+  /// No match was fused. @param says_much the scan has enough points @param may_act something can be done about it
+  /// @return whether that has lasted so long that something must be done
+  bool fail(const MatchResult& match, Timestamp stamp, bool says_much, bool may_act);
+
+  /// Whether a robot that scans match no longer was carried away; else it has left what the reference knows.
+  /// @param covariance of the pose [m, m, rad]
+  bool carriedAway(const Pose2& predicted, const Eigen::Matrix3d& covariance) const;
+  /// @param placed its place is known, by a person
+  void beginSegment(bool placed);
+  /// The robot was found in the map, or is not where a person said.
+  void place() { placed_ = true; }
+  void refute();
+  void transform(const Pose2& T_new_old) { last_pose_ = T_new_old * last_pose_; }
+
+  LocalisationState state(Timestamp stamp, const Eigen::Matrix3d& covariance) const;
+  /// Whether any scan was placed yet.
+  bool begun() const { return last_match_.has_value(); }
+  bool placed() const { return placed_; }
+
+  int failures() const { return failures_; }
+  double overlap() const { return overlap_; }                   ///< [1] of the last match
+  double fusedOverlap() const { return fused_overlap_; }        ///< [1] of the last one that was fused
+  const Pose2& lastPose() const { return last_pose_; }          ///< at the last matched scan
+  const Pose2& lastMotion() const { return last_motion_; }      ///< to it from the one before
+  const Pose2& lastOdometry() const { return last_odometry_; }  ///< in odom, at the last matched scan
+
+  void addTo(LocalizerCounters& counters) const;
+
+ private:
+  bool localise_only_;
+  int max_failures_;
+  double kidnap_distance_, kidnap_rotation_, degraded_after_, lost_position_sigma_;
+  std::optional<Timestamp> last_match_;
+  Pose2 last_pose_, last_motion_, last_odometry_;
+  double overlap_ = 0.0, fused_overlap_ = 0.0;
+  int failures_ = 0;
+  bool placed_, was_placed_ = false;
+  std::uint32_t matched_ = 0, partly_observable_ = 0, unmatched_ = 0, gated_ = 0;
+};
+
+}  // namespace slam

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "relocalisation/global_search.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace slam {
+namespace {
+
+constexpr double kFull = 255.0;  // of a level's value
+
+double square(double x) { return x * x; }
+
+}  // namespace
+
+/// The points turned to each direction, in cells.
+struct GlobalSearch::Query {
+  struct Point {
+    int column, row;
+  };
+  int turns = 0;
+  double step = 0.0;          // [rad]
+  int count = 0;              // points
+  std::vector<Point> points;  // turn by turn
+  std::span<const Point> at(int turn) const {
+    return {points.data() + static_cast<std::size_t>(turn) * static_cast<std::size_t>(count),
+            static_cast<std::size_t>(count)};
+  }
+};
+
+GlobalSearch::GlobalSearch(std::span<const Eigen::Vector2d> walls, const GlobalSearchConfig& config)
+    : config_(config), cell_(config.cell) {
+  if (walls.empty()) return;
+  Eigen::Vector2d low = walls.front(), high = walls.front();
+  for (const Eigen::Vector2d& p : walls) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  // A margin on all sides takes the kernel and lets a coarse level look beyond the border.
+  const Eigen::Vector2d size = high - low;
+  cell_ = std::max(config.cell, std::sqrt(size.x() * size.y() / config.max_cells));
+  margin_ =
+      (1 << (config.levels - 1)) + static_cast<int>(std::ceil(config.kernel_sigmas * config.kernel_sigma / cell_));
+  columns_ = static_cast<int>(std::ceil(size.x() / cell_)) + 1 + 2 * margin_;
+  rows_ = static_cast<int>(std::ceil(size.y() / cell_)) + 1 + 2 * margin_;
+  origin_ = low - Eigen::Vector2d::Constant(margin_ * cell_);
+
+  const auto index = [&](int column, int row) {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column);
+  };
+  levels_.resize(static_cast<std::size_t>(config.levels));
+  levels_[0].values.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), 0);
+  levels_[0].reach = 1;
+  const int disc = static_cast<int>(std::ceil(config.kernel_sigmas * config.kernel_sigma / cell_));
+  for (const Eigen::Vector2d& p : walls) {
+    const Eigen::Vector2d at = (p - origin_) / cell_;
+    const int column = static_cast<int>(at.x()), row = static_cast<int>(at.y());
+    for (int r = row - disc; r <= row + disc; ++r) {
+      for (int c = column - disc; c <= column + disc; ++c) {
+        const double distance = cell_ * std::hypot(c + 0.5 - at.x(), r + 0.5 - at.y()) / config.kernel_sigma;
+        if (distance > config.kernel_sigmas || c < 0 || r < 0 || c >= columns_ || r >= rows_) continue;
+        const auto value = static_cast<std::uint8_t>(kFull * std::exp(-0.5 * distance * distance));
+        std::uint8_t& there = levels_[0].values[index(c, r)];
+        there = std::max(there, value);
+      }
+    }
+  }
+  // Each level is the maximum of four of the level below.
+  for (std::size_t l = 1; l < levels_.size(); ++l) {
+    const Level& below = levels_[l - 1];
+    levels_[l].reach = 2 * below.reach;
+    levels_[l].values = below.values;
+    for (int r = 0; r < rows_; ++r) {
+      for (int c = 0; c < columns_; ++c) {
+        const int right = std::min(c + below.reach, columns_ - 1), up = std::min(r + below.reach, rows_ - 1);
+        std::uint8_t& value = levels_[l].values[index(c, r)];
+        value = std::max(
+            {value, below.values[index(right, r)], below.values[index(c, up)], below.values[index(right, up)]});
+      }
+    }
+  }
+}
+
+bool PlaceWindow::holds(const Pose2& pose) const {
+  return std::abs(pose.x - T_map_query.x) <= translation && std::abs(pose.y - T_map_query.y) <= translation &&
+         std::abs(wrapAngle(pose.theta - T_map_query.theta)) <= rotation;
+}
+
+std::vector<GlobalPlace> GlobalSearch::search(std::span<const Eigen::Vector2d> points, double min_score, int most,
+                                              double share, const std::optional<PlaceWindow>& around) const {
+  std::vector<GlobalPlace> places;
+  if (levels_.empty() || points.empty()) return places;
+  Query query;
+  query.count = static_cast<int>(points.size());
+  double sum = 0.0;
+  for (const Eigen::Vector2d& p : points) sum += p.norm();
+  const double lever = std::max(1.0, sum / query.count);
+  query.turns = static_cast<int>(std::ceil(2.0 * std::numbers::pi * lever / (config_.turn_step * cell_)));
+  query.step = 2.0 * std::numbers::pi / query.turns;
+  query.points.reserve(static_cast<std::size_t>(query.turns) * points.size());
+  for (int turn = 0; turn < query.turns; ++turn) {
+    const double c = std::cos(turn * query.step) / cell_, s = std::sin(turn * query.step) / cell_;
+    for (const Eigen::Vector2d& p : points) {
+      query.points.push_back({static_cast<int>(std::floor(c * p.x() - s * p.y() + 0.5)),
+                              static_cast<int>(std::floor(s * p.x() + c * p.y() + 0.5))});
+    }
+  }
+
+  const double full = kFull * query.count;
+  int threshold = static_cast<int>(min_score * full);
+  std::vector<Block> open = coarseBlocks(query, threshold, around);
+  std::make_heap(open.begin(), open.end());
+  std::vector<Pose> known;
+  // Best first: a pose that comes out on top scores no less than any block's bound.
+  while (!open.empty() && static_cast<int>(known.size()) < most) {
+    std::pop_heap(open.begin(), open.end());
+    const Block block = open.back();
+    open.pop_back();
+    if (block.bound <= threshold) break;
+    if (!elsewhere(query, block.pose, levels_[static_cast<std::size_t>(block.level)].reach, known)) continue;
+    if (block.level == 0) {
+      if (around && !around->holds(toPose(query, block.pose))) continue;
+      if (known.empty()) threshold = std::max(threshold, static_cast<int>(share * block.bound));
+      known.push_back(block.pose);
+      places.push_back({toPose(query, block.pose), block.bound / full});
+    } else {
+      branch(query, block, threshold, open);
+    }
+  }
+  return places;
+}
+
+std::vector<GlobalSearch::Block> GlobalSearch::coarseBlocks(const Query& query, int threshold,
+                                                            const std::optional<PlaceWindow>& around) const {
+  // The query's origin lies within the walls' bounding box.
+  const int coarsest = static_cast<int>(levels_.size()) - 1, step = levels_.back().reach;
+  int left = margin_, right = columns_ - margin_, bottom = margin_, top = rows_ - margin_;
+  if (around) {
+    const double reach = around->translation / cell_;
+    const Eigen::Vector2d middle = (around->T_map_query.translation() - origin_) / cell_;
+    left = std::max(left, static_cast<int>(middle.x() - reach));
+    right = std::min(right, static_cast<int>(middle.x() + reach) + 1);
+    bottom = std::max(bottom, static_cast<int>(middle.y() - reach));
+    top = std::min(top, static_cast<int>(middle.y() + reach) + 1);
+  }
+  std::vector<Block> blocks;
+  for (int turn = 0; turn < query.turns; ++turn) {
+    if (around && std::abs(wrapAngle(turn * query.step - around->T_map_query.theta)) > around->rotation) continue;
+    for (int row = bottom; row < top; row += step) {
+      for (int column = left; column < right; column += step) {
+        const Pose pose{turn, column, row};
+        const int bound = score(query, coarsest, pose);
+        if (bound > threshold) blocks.push_back({pose, coarsest, bound});
+      }
+    }
+  }
+  return blocks;
+}
+
+void GlobalSearch::branch(const Query& query, const Block& block, int threshold, std::vector<Block>& open) const {
+  const int level = block.level - 1, half = levels_[static_cast<std::size_t>(level)].reach;
+  const std::array<int, 4> bounds = scoreQuarters(query, level, block.pose);
+  for (int i = 0; i < 4; ++i) {
+    const int bound = bounds[static_cast<std::size_t>(i)];
+    if (bound <= threshold) continue;
+    open.push_back(
+        {{block.pose.turn, block.pose.column + (i & 1) * half, block.pose.row + (i >> 1) * half}, level, bound});
+    std::push_heap(open.begin(), open.end());
+  }
+}
+
+/// Whether a block of poses, `width` cells wide, holds one that is another place than all that are known.
+bool GlobalSearch::elsewhere(const Query& query, const Pose& block, int width, std::span<const Pose> known) const {
+  const double cells = square(config_.distinct_distance / cell_);
+  return std::all_of(known.begin(), known.end(), [&](const Pose& other) {
+    const int turns = std::abs(block.turn - other.turn);
+    if (std::min(turns, query.turns - turns) * query.step > config_.distinct_rotation) return true;
+    const auto farthest = [&](int from, int to) {
+      return std::max(std::abs(from - to), std::abs(from + width - 1 - to));
+    };
+    const int columns = farthest(block.column, other.column), rows = farthest(block.row, other.row);
+    return columns * columns + rows * rows > cells;
+  });
+}
+
+int GlobalSearch::score(const Query& query, int level, const Pose& pose) const {
+  const std::uint8_t* values = levels_[static_cast<std::size_t>(level)].values.data();
+  int sum = 0;
+  for (const Query::Point& point : query.at(pose.turn)) {
+    sum += valueAt(values, point.column + pose.column, point.row + pose.row);
+  }
+  return sum;
+}
+
+/// score() of a block of the level above, quarter by quarter: lower left, lower right, upper left, upper right.
+std::array<int, 4> GlobalSearch::scoreQuarters(const Query& query, int level, const Pose& pose) const {
+  const std::uint8_t* values = levels_[static_cast<std::size_t>(level)].values.data();
+  const int half = levels_[static_cast<std::size_t>(level)].reach;
+  const auto columns = static_cast<unsigned>(columns_ - half), rows = static_cast<unsigned>(rows_ - half);
+  const std::size_t right = static_cast<std::size_t>(half), up = right * static_cast<std::size_t>(columns_);
+  std::array<int, 4> sums{};
+  for (const Query::Point& point : query.at(pose.turn)) {
+    const int column = point.column + pose.column, row = point.row + pose.row;
+    if (static_cast<unsigned>(column) < columns && static_cast<unsigned>(row) < rows) {
+      const std::uint8_t* value = values + static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+                                  static_cast<std::size_t>(column);
+      sums[0] += value[0];
+      sums[1] += value[right];
+      sums[2] += value[up];
+      sums[3] += value[up + right];
+      continue;
+    }
+    for (int i = 0; i < 4; ++i) {
+      sums[static_cast<std::size_t>(i)] += valueAt(values, column + (i & 1) * half, row + (i >> 1) * half);
+    }
+  }
+  return sums;
+}
+
+Pose2 GlobalSearch::toPose(const Query& query, const Pose& pose) const {
+  return {origin_.x() + (pose.column + 0.5) * cell_, origin_.y() + (pose.row + 0.5) * cell_,
+          wrapAngle(pose.turn * query.step)};
+}
+
+}  // namespace slam

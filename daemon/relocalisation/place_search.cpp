@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "relocalisation/place_search.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+namespace slam {
+namespace {
+
+constexpr int kDirections = 12;  // of walls
+
+}  // namespace
+
+PlaceModel floorPlanModel() { return {}; }
+
+PlaceModel scanMapModel() {
+  return {.kind = MapKind::kScans,
+          .beams = {.sigma = 0.05,
+                    .sigma_per_metre = 0.005,
+                    .rigid_range = 0.0,
+                    .scale_sigma = 0.0,
+                    .doorway = 0.0,
+                    .beyond_rim = 0.0,
+                    .doubted = false,
+                    .face = 0.0,
+                    .gone_weight = 0.3},
+          .least_seen = 0.0,
+          .lead_share = 1.0,
+          .neighbours = 0};
+}
+
+PlaceSearch::PlaceSearch(const PlaceSearchConfig& config) : config_(config) {
+  config_.min_lead *= config.model.lead_share;
+  config_.min_seen = std::max(config.min_seen, config.model.least_seen);
+}
+
+void PlaceSearch::begin(const KeyframeGraph& keyframes, std::span<const int> map) {
+  begin();
+  field_.emplace(keyframes, map, config_.model.beams, config_.model.kind);
+  global_.emplace(field_->walls().wallPoints(), config_.search);
+}
+
+void PlaceSearch::begin() {
+  looks_.clear();
+  T_map_segments_.clear();
+}
+
+PlaceSearch::Result PlaceSearch::search(const KeyframeGraph& keyframes, int oldest, int newest,
+                                        const std::optional<PlaceWindow>& around) {
+  if (!hasMap()) return {};
+  keyframes.gather(newest, oldest, config_.query_length, config_.max_query_points, query_);
+  sampleDirections();
+  Look look{{}, keyframes.pose(newest)};
+  look.view.gather(keyframes, oldest, newest, config_.query_length, config_.part_length, field_->model().rigid_range);
+  looks_.push_front(std::move(look));
+  if (static_cast<int>(looks_.size()) > config_.searches) looks_.pop_back();
+  const std::vector<PlaceFit> places = candidates(around);
+  if (places.empty() || places.front().seen < config_.min_seen) return {};
+  return leader(places);
+}
+
+/// The place that leads all others, by the newest search or in the mean of the last ones. Each place is judged by what
+/// all of them saw, whether they found it themselves or not, and lies in the middle of where they put it.
+PlaceSearch::Result PlaceSearch::leader(std::span<const PlaceFit> places) const {
+  struct Contender {
+    double sum = 0.0;  // of log-likelihoods
+    /// [m, m, rad] sum over the searches, from where the newest one put it
+    Eigen::Vector3d moved = Eigen::Vector3d::Zero();
+  };
+  places = places.first(std::min(places.size(), static_cast<std::size_t>(config_.contenders)));
+  std::vector<Contender> contenders(places.size());
+  Result result{.outcome = Outcome::kAmbiguous, .T_map_newest = {}, .needed = config_.min_lead};
+  for (std::size_t searches = 1; searches <= looks_.size(); ++searches) {
+    const Look& look = looks_[searches - 1];
+    const Pose2 T_newest_look = between(looks_.front().T_segment_newest, look.T_segment_newest);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const Pose2& T_map_newest = places[i].T_map_newest;
+      const PlaceFit seen = searches == 1 ? places[i] : fit(look.view, T_map_newest * T_newest_look, places[i].scale);
+      const Pose2 moved = between(T_map_newest, seen.T_map_newest * T_newest_look.inverse());
+      contenders[i].sum += seen.log_likelihood;
+      contenders[i].moved += Eigen::Vector3d(moved.x, moved.y, moved.theta);
+    }
+    const auto less = [](const Contender& a, const Contender& b) { return a.sum < b.sum; };
+    const auto best = std::max_element(contenders.begin(), contenders.end(), less);
+    double second = -std::numeric_limits<double>::infinity();
+    for (auto other = contenders.begin(); other != contenders.end(); ++other) {
+      if (other != best) second = std::max(second, other->sum);
+    }
+    const auto n = static_cast<double>(searches);
+    const double lead = (best->sum - second) / (n + 1.0);
+    if (searches > 1 && lead <= result.lead) continue;
+    const Eigen::Vector3d moved = best->moved / n;
+    result.T_map_newest = places[static_cast<std::size_t>(best - contenders.begin())].T_map_newest *
+                          Pose2{moved.x(), moved.y(), moved.z()};
+    result.lead = lead;
+    if (lead < config_.min_lead) continue;
+    result.outcome = Outcome::kFound;
+    break;
+  }
+  return result;
+}
+
+/// The places that the segment may have in the map, most likely first, each once: what the search finds, and what it
+/// found best the last time.
+std::vector<PlaceFit> PlaceSearch::candidates(const std::optional<PlaceWindow>& around) {
+  const Look& look = looks_.front();
+  std::vector<PlaceFit> fits;
+  for (const GlobalPlace& place :
+       global_->search(sample_, config_.min_score, config_.places, config_.place_share, around)) {
+    fits.push_back(fitPlace(*field_, look.view, place.T_map_query, config_.fit));
+  }
+  for (const Pose2& T_map_segment : T_map_segments_) {
+    const Pose2 T_map_newest = T_map_segment * look.T_segment_newest;
+    if (!around || around->holds(T_map_newest)) fits.push_back(fitPlace(*field_, look.view, T_map_newest, config_.fit));
+  }
+  const std::vector<PlaceFit> places = fitBeside(fitScale(each(std::move(fits))), around);
+  T_map_segments_.clear();
+  for (const PlaceFit& place : places) {
+    if (static_cast<int>(T_map_segments_.size()) == config_.contenders) break;
+    T_map_segments_.push_back(place.T_map_newest * look.T_segment_newest.inverse());
+  }
+  return places;
+}
+
+/// The places, likeliest first, each once.
+std::vector<PlaceFit> PlaceSearch::each(std::vector<PlaceFit> places) const {
+  std::sort(places.begin(), places.end(),
+            [](const PlaceFit& a, const PlaceFit& b) { return a.log_likelihood > b.log_likelihood; });
+  std::vector<PlaceFit> others;
+  for (const PlaceFit& place : places) {
+    const bool known = std::any_of(others.begin(), others.end(),
+                                   [&](const PlaceFit& other) { return same(other.T_map_newest, place.T_map_newest); });
+    if (!known) others.push_back(place);
+  }
+  return others;
+}
+
+/// Lays a view, were it so much longer, at the price of how unlikely that is.
+PlaceFit PlaceSearch::fit(const QueryCloud& view, const Pose2& T_map_newest, double scale) const {
+  if (scale == 1.0) return fitPlace(*field_, view, T_map_newest, config_.fit);
+  const double sigmas = (scale - 1.0) / field_->model().scale_sigma;
+  PlaceFit scaled = fitPlace(*field_, view.scaled(scale), T_map_newest, config_.fit);
+  scaled.scale = scale;
+  scaled.log_likelihood -= 0.5 * sigmas * sigmas;
+  return scaled;
+}
+
+/// Fits the best places again, were the map as much longer or shorter as it may well be: walls far ahead and the way
+/// to walls long passed then agree with each other.
+std::vector<PlaceFit> PlaceSearch::fitScale(std::vector<PlaceFit> places) const {
+  const double sigma = field_->model().scale_sigma;
+  if (sigma <= 0.0) return places;
+  const QueryCloud& view = looks_.front().view;
+  for (std::size_t i = 0; i < std::min(places.size(), static_cast<std::size_t>(config_.scaled_places)); ++i) {
+    const Pose2 T_map_newest = places[i].T_map_newest;
+    for (const double scale : {1.0 - sigma, 1.0 + sigma}) {
+      const PlaceFit scaled = fit(view, T_map_newest, scale);
+      if (scaled.log_likelihood > places[i].log_likelihood) places[i] = scaled;
+    }
+  }
+  return each(std::move(places));
+}
+
+/// Fits the best places again beside where the search found them: along a corridor its score is flat, and what lies a
+/// door further on must not be forgotten because of it.
+std::vector<PlaceFit> PlaceSearch::fitBeside(std::vector<PlaceFit> places,
+                                             const std::optional<PlaceWindow>& around) const {
+  if (config_.model.neighbours == 0) return places;
+  const QueryCloud& view = looks_.front().view;
+  const std::size_t count = std::min(places.size(), static_cast<std::size_t>(config_.model.neighbours));
+  for (std::size_t i = 0; i < count; ++i) {
+    const PlaceFit place = places[i];
+    for (const double steps : {-2.0, -1.0, 1.0, 2.0}) {
+      const double by = steps * config_.beside_step;
+      for (const Pose2& T_place_beside : {Pose2{by, 0.0, 0.0}, Pose2{0.0, by, 0.0}}) {
+        const Pose2 T_map_newest = place.T_map_newest * T_place_beside;
+        if (!around || around->holds(T_map_newest)) places.push_back(fit(view, T_map_newest, place.scale));
+      }
+    }
+  }
+  return each(std::move(places));
+}
+
+bool PlaceSearch::same(const Pose2& a, const Pose2& b) const {
+  const Pose2 gap = between(a, b);
+  return std::hypot(gap.x, gap.y) < config_.same_distance && std::abs(gap.theta) < config_.same_rotation;
+}
+
+/// Fills sample_: each direction of wall gives as many points, as far as it has them.
+void PlaceSearch::sampleDirections() {
+  std::array<std::vector<std::size_t>, kDirections + 1> points;  // the last one: on no line
+  for (std::size_t i = 0; i < query_.size(); ++i) {
+    const ScanPoint& point = query_[i];
+    if (point.position.norm() > config_.max_range) continue;
+    const double angle = std::atan2(point.normal.y(), point.normal.x()) + std::numbers::pi;
+    const auto direction = static_cast<std::size_t>(angle / (2.0 * std::numbers::pi) * kDirections);
+    points[point.hasNormal() ? std::min<std::size_t>(direction, kDirections - 1) : kDirections].push_back(i);
+  }
+  std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.size() < b.size(); });
+  sample_.clear();
+  std::size_t left = static_cast<std::size_t>(config_.max_search_points), groups = points.size();
+  for (const auto& group : points) {
+    const std::size_t count = std::min(group.size(), left / groups--);
+    for (std::size_t i = 0; i < count; ++i) {
+      sample_.push_back(query_[group[i * group.size() / count]].position);
+    }
+    left -= count;
+  }
+}
+
+}  // namespace slam

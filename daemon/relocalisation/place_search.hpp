@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "graph/keyframe_graph.hpp"
+#include "matching/scan_points.hpp"
+#include "relocalisation/decay_rate_map.hpp"
+#include "relocalisation/global_search.hpp"
+#include "relocalisation/place_fit.hpp"
+
+namespace slam {
+
+/// What a kind of map says of a place, and how surely.
+struct PlaceModel {
+  MapKind kind = MapKind::kFloorPlan;
+  BeamModel beams;
+  double least_seen = 0.55;  ///< [1] of min_seen: it shows all of a building that it knows
+  double lead_share = 0.75;  ///< [1] of min_lead: the less sharp its walls, the less a place can lead
+  int neighbours = 3;        ///< best places that are compared with those beside them, too
+};
+PlaceModel floorPlanModel();
+/// Scans know a wall's place better than a building's plan does, have the lidar's scale and draw no wall too thick.
+PlaceModel scanMapModel();
+
+struct PlaceSearchConfig {
+  GlobalSearchConfig search;
+  double query_length = 8.0;    ///< [m] of the newest path are searched for as one scan
+  int max_query_points = 1440;  ///< of it
+  int max_search_points = 240;  ///< of it are searched for, as many along the walls as across them
+  double max_range = 40.0;      ///< [m] points further from the robot are left out: the map is too coarse for them
+  double min_score = 0.35;      ///< [1] of the search
+  int places = 120;             ///< best places of the search that are compared ...
+  double place_share = 0.7;     ///< [1] ... if they reach such a share of the best one's score
+  PlaceModel model = scanMapModel();  ///< of the map, that they are compared by
+  double beside_step = 0.7;           ///< [m] to each side lie neighbours of a place, and twice as far
+  double part_length = 2.0;           ///< [m] of path that fits the map as it is
+  double min_seen = 0.4;        ///< [1] of the walls seen are at their places in the map: else it is another building
+  int searches = 4;             ///< newest ones whose log-likelihoods are averaged, at most
+  int contenders = 10;          ///< best places that are judged by all of them
+  double min_lead = 8.0;        ///< of the best place's log-likelihood over any other's, in the mean of many searches;
+                                ///< in n of them 1 + 1/n times as much
+  double same_distance = 0.75;  ///< [m] results nearer than this ...
+  double same_rotation = 0.2;   ///< [rad] ... are one place
+  int scaled_places = 30;       ///< best places that are fitted in other scales, too
+  PlaceFitConfig fit;           ///< of the places that are compared
+};
+
+/// Finds the place of a segment in a map: what was seen along its newest path is searched for, the places found are
+/// compared by the likelihood of all beams, and the best one is believed when it leads all others clearly, or less
+/// clearly but in several searches. Where places look alike it says nothing.
+///
+/// Points are drawn from walls of all directions alike (normal-space sampling), so that the few that tell one place of
+/// a corridor from the next weigh as much as the many that do not. [Rusinkiewicz 2001] S. Rusinkiewicz and M. Levoy,
+/// "Efficient variants of the ICP algorithm", Proc. 3DIM 2001.
+class PlaceSearch {
+ public:
+  explicit PlaceSearch(const PlaceSearchConfig& config = {});
+
+  /// Begins a new segment, to be looked for among the keyframes `map`.
+  void begin(const KeyframeGraph& keyframes, std::span<const int> map);
+  /// The map stays, the segment is another one.
+  void begin();
+  bool hasMap() const { return global_.has_value(); }
+
+  enum class Outcome : std::uint8_t { kFound, kAmbiguous, kElsewhere };
+  struct Result {
+    Outcome outcome = Outcome::kElsewhere;  ///< kElsewhere: no place of the map fits
+    Pose2 T_map_newest;                     ///< best place, unless elsewhere
+    double lead = 0.0;    ///< of its log-likelihood over any other's, as if in the mean of many searches
+    double needed = 0.0;  ///< lead from which on it is believed
+  };
+  /// @param oldest first keyframe of the segment
+  /// @param around only places in this window; none: anywhere
+  Result search(const KeyframeGraph& keyframes, int oldest, int newest, const std::optional<PlaceWindow>& around = {});
+
+  bool same(const Pose2& a, const Pose2& b) const;
+
+ private:
+  /// What a search compared places by.
+  struct Look {
+    QueryCloud view;
+    Pose2 T_segment_newest;
+  };
+  void sampleDirections();
+  std::vector<PlaceFit> candidates(const std::optional<PlaceWindow>& around);
+  PlaceFit fit(const QueryCloud& view, const Pose2& T_map_newest, double scale) const;
+  std::vector<PlaceFit> fitScale(std::vector<PlaceFit> places) const;
+  std::vector<PlaceFit> fitBeside(std::vector<PlaceFit> places, const std::optional<PlaceWindow>& around) const;
+  std::vector<PlaceFit> each(std::vector<PlaceFit> places) const;
+  Result leader(std::span<const PlaceFit> places) const;
+
+  PlaceSearchConfig config_;
+  std::optional<GlobalSearch> global_;
+  std::optional<DecayRateMap> field_;
+  std::deque<Look> looks_;             // of this segment, newest first
+  std::vector<Pose2> T_map_segments_;  // where the newest search's best places put it
+  ScanPoints query_;
+  std::vector<Eigen::Vector2d> sample_;  // [m] of the query, as many points of each direction
+};
+
+}  // namespace slam

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "graph/keyframe_graph.hpp"
+#include "matching/correlative.hpp"
+#include "matching/reference.hpp"
+#include "relocalisation/place_search.hpp"
+
+namespace slam {
+
+struct RelocalisationConfig {
+  PlaceSearchConfig places;
+  double interval = 0.5;        ///< [m] of path between two searches
+  double submap_radius = 40.0;  ///< [m] of the map around a place are matched against
+  double min_overlap = 0.55;    ///< [1] of the points agree with the map where they were found, or a person placed them
+  int max_iterations = 200;     ///< of the match: to blurred walls it creeps, and no pose waits for it
+  double submap_extent = 102.4;  ///< [m] side of the square that is matched against
+};
+
+/// Finds a robot that does not know where it is in a map: the segment that it has mapped since is searched for in the
+/// whole map, and matched to it where it was found.
+class Relocalisation {
+ public:
+  Relocalisation(const RelocalisationConfig& config, const ReferenceConfig& reference, const MatchConfig& match);
+
+  /// Begins a new segment, to be looked for among the keyframes `map`.
+  void begin(const KeyframeGraph& keyframes, std::span<const int> map);
+  /// The map stays, the segment is another one.
+  void begin();
+
+  struct Found {
+    Pose2 T_map_newest;
+    MatchResult match;
+  };
+  /// @param oldest first keyframe of the segment
+  /// @return what was found at this keyframe, if it was searched for at all and is believed
+  std::optional<Found> search(const KeyframeGraph& keyframes, int oldest, int newest);
+
+  /// Looks around the pose of `newest` only, which a person gave.
+  std::optional<Found> searchNear(const KeyframeGraph& keyframes, int oldest, int newest, const SearchWindow& window);
+
+  struct Counters {
+    int searches = 0, found = 0, ambiguous = 0, refused = 0;
+  };
+  const Counters& counters() const { return counters_; }
+  /// What the newest search over the whole map found.
+  const PlaceSearch::Result& newest() const { return newest_; }
+
+ private:
+  void gather(const KeyframeGraph& keyframes, int oldest, int newest);
+  void buildSubmap(const KeyframeGraph& keyframes, const Eigen::Vector2d& centre);
+
+  RelocalisationConfig config_;
+  MatchConfig match_;
+  PlaceSearch places_;
+  Reference submap_;
+  CorrelativeMatcher matcher_;
+  std::vector<char> in_map_;  // by keyframe
+  ScanPoints query_;
+  double path_ = 0.0, searched_at_ = -1e9;  // [m]
+  int seen_ = -1;                           // keyframe that path_ ends at
+  Counters counters_;
+  PlaceSearch::Result newest_;
+};
+
+}  // namespace slam

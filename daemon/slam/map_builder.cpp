@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "slam/map_builder.hpp"
+
+#include <utility>
+
+namespace slam {
+
+MapBuilder::MapBuilder(const BackEndConfig& config, const MapState& map, Stopwatch stopwatch)
+    : back_end_(config), stopwatch_(stopwatch) {
+  if (map.keyframes.size() > 0) back_end_.load(map.keyframes, map.in_map);
+}
+
+MapUpdate MapBuilder::add(const Keyframe& keyframe) {
+  const Timestamp begin = stopwatch_ ? stopwatch_() : Timestamp{};
+  const BackEndCounters before = back_end_.counters();
+  const int generation = back_end_.generation();
+  back_end_.add(keyframe, !correction_away_);
+  const BackEndCounters now = back_end_.counters();
+  MapUpdate update;
+  update.first_in_map = back_end_.map().first_in_map;
+  update.scans = back_end_.mapScans(keyframe);
+  update.relocalised = now.placed > before.placed;
+  update.begun_anew = now.begun_anew > before.begun_anew;
+  update.loop_closed = now.loop_closures > before.loop_closures;
+  if (back_end_.generation() != generation) {
+    const auto poses = back_end_.keyframes().graph().poses();
+    update.poses.assign(poses.begin(), poses.end());
+  }
+  update.correction = back_end_.takeCorrection();
+  correction_away_ |= update.correction != nullptr;
+  if (stopwatch_) update.work = stopwatch_() - begin;
+  return update;
+}
+
+void MapBuilder::recycle(std::unique_ptr<MapCorrection> used) {
+  back_end_.recycle(std::move(used));
+  correction_away_ = false;
+}
+
+MapState MapBuilder::state(DrawnMap drawn, int drawn_keyframes) const {
+  MapState map;
+  map.keyframes = back_end_.keyframes();
+  map.in_map = back_end_.map().in_map;
+  map.grid = std::move(drawn.grid);
+  map.views = std::move(drawn.views);
+  map.grid_keyframes = drawn_keyframes;
+  return map;
+}
+
+}  // namespace slam

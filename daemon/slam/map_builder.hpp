@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/stopwatch.hpp"
+#include "slam/back_end.hpp"
+#include "slam/map_state.hpp"
+
+namespace slam {
+
+/// What one keyframe or look changed.
+struct MapUpdate {
+  int first_in_map = 0;                       ///< keyframes before it are no part of the map any more
+  std::vector<MapScan> scans;                 ///< to draw
+  std::vector<Pose2> poses;                   ///< of keyframes 0, 1, ..., where known ones moved; empty: none did
+  std::unique_ptr<MapCorrection> correction;  ///< for the front end, if one is due
+  bool relocalised = false;                   ///< a lost robot was found in the map
+  bool begun_anew = false;                    ///< a map of a few keyframes was forgotten
+  bool loop_closed = false;
+  Duration work{0};  ///< spent on it; 0 without a stopwatch
+};
+
+/// The map's half of the pipeline: puts keyframes and depth images into the map, and gives what front end and Mapper
+/// need to follow. A second correction is made only when the last one was given back.
+///
+/// No thread, clock or I/O. Allocates. Not safe for concurrent use.
+class MapBuilder {
+ public:
+  /// @param map to go on in; without keyframes: an unknown place
+  explicit MapBuilder(const BackEndConfig& config, const MapState& map = MapState(), Stopwatch stopwatch = nullptr);
+
+  MapUpdate add(const Keyframe& keyframe);
+  /// @return what is to be drawn; nothing while the robot is lost, or in a map that is only given
+  std::optional<MapView> add(const DepthSight& sight) const { return back_end_.mapView(sight); }
+  /// Takes a correction back, applied or not.
+  void recycle(std::unique_ptr<MapCorrection> used);
+
+  /// Keyframes and what is drawn of them; where the robot is and how it is built are left to the caller.
+  /// @param drawn_keyframes so many are in the grid
+  MapState state(DrawnMap drawn, int drawn_keyframes) const;
+  const BackEnd& backEnd() const { return back_end_; }
+
+ private:
+  BackEnd back_end_;
+  Stopwatch stopwatch_;
+  bool correction_away_ = false;
+};
+
+}  // namespace slam

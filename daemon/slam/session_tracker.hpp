@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <optional>
+
+#include "slam/back_end_config.hpp"
+#include "slam/keyframe_map.hpp"
+
+namespace slam {
+
+/// The present session: the keyframes since the robot's place was lost or given the last time. Looks for its place in
+/// the map as long as that is not known.
+class SessionTracker {
+ public:
+  explicit SessionTracker(const BackEndConfig& config) : config_(config) {}
+
+  /// A robot begins in a stored map: it has to be found there.
+  void load(const KeyframeMap& map);
+  /// @param first keyframe of the session, which is in the map's keyframes already
+  /// @param map_stays no keyframe was put into the map since the session before
+  void begin(const Keyframe& first, const KeyframeMap& map, bool map_stays);
+
+  struct Finding {
+    std::optional<Relocalisation::Found> found;
+    bool refuted = false;  ///< the map contradicts the pose that a person gave
+  };
+  /// Looks for the newest keyframe. @pre !placed()
+  /// @param map_knows the map holds what is seen from there, so that it may contradict a person
+  Finding find(const KeyframeMap& map, bool map_knows);
+  /// Its keyframes lie where they are in the map.
+  void place() { state_ = State::kPlaced; }
+
+  int first() const { return first_; }  ///< keyframe
+  std::int32_t number() const { return number_; }
+  bool placed() const { return state_ == State::kPlaced; }
+  /// What the newest search over the whole map found. @pre there was one
+  const PlaceSearch::Result& newestSearch() const { return relocalisation_->newest(); }
+  void addTo(BackEndCounters& counters) const;
+
+ private:
+  enum class State : std::uint8_t { kPlaced, kGiven, kLost };
+
+  BackEndConfig config_;
+  std::optional<Relocalisation> relocalisation_;  // made when needed: its tables are large
+  int first_ = 0;
+  std::int32_t number_ = 0;
+  State state_ = State::kPlaced;
+};
+
+}  // namespace slam

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <string>
+
+namespace slam {
+
+/// What of a device node and of who opens it makes a refusal.
+struct NodeRights {
+  std::string path;
+  std::string group;      ///< that the node belongs to
+  bool group_may = true;  ///< the node's mode lets its group read and write
+  bool is_member = true;  ///< who opens it is in that group
+};
+NodeRights rightsOf(const std::string& path);
+
+/// Why a port cannot be opened and the fix. @param error errno of open()
+std::string openWords(int error, const NodeRights& rights);
+
+/// The same text for ever: for who hands words over as a pointer. A few different ones only.
+const char* kept(const std::string& words);
+
+}  // namespace slam

@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/speaker.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <optional>
+#include <utility>
+
+#include "drivers/lidar/codec/rplidar_codec.hpp"
+#include "firmware_if/hfi_imu.hpp"
+#include "firmware_if/robolink.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+using Bytes = std::span<const std::uint8_t>;
+
+constexpr int kBoardBaud = 921600;
+constexpr std::array kLidarBauds = {115200, 256000, 460800, 1000000};
+constexpr std::array kOtherBauds = {230400, 128000};
+constexpr Duration kListen = 200ms;
+constexpr std::uint32_t kFrames = 3;  // of a weak checksum
+
+bool isRplidar(Bytes bytes) {
+  for (std::size_t i = 0; i + rplidar::kDescriptorSize <= bytes.size(); ++i) {
+    const auto descriptor = rplidar::parseDescriptor(bytes.subspan(i, rplidar::kDescriptorSize));
+    if (!descriptor) continue;
+    const auto is = [&](rplidar::AnswerType type, std::uint32_t length) {
+      return descriptor->type == static_cast<std::uint8_t>(type) && descriptor->length == length;
+    };
+    if (is(rplidar::AnswerType::kInfo, 20) || is(rplidar::AnswerType::kHealth, 3)) return true;
+  }
+  return false;
+}
+
+bool isBoard(Bytes bytes) {
+  robolink::Decoder decoder;
+  bool found = false;
+  for (const std::uint8_t byte : bytes) found = decoder.push(byte).has_value() || found;
+  return found || decoder.flush().has_value();
+}
+
+bool isImu(Bytes bytes) {
+  hfi::A9Decoder a9;
+  hfi::B6Decoder b6;
+  for (const std::uint8_t byte : bytes) {
+    for (auto data = a9.push(byte); data; data = a9.flush()) {
+    }
+    for (auto frame = b6.push(byte); frame; frame = b6.flush()) {
+    }
+  }
+  return a9.counters().frames >= kFrames || b6.counters().frames >= kFrames;
+}
+
+/// Packets whose begin `lengthAt` recognises, and behind each of them the next. @return its first two bytes
+template <typename LengthAt>
+std::optional<std::array<std::uint8_t, 2>> packetsIn(Bytes bytes, LengthAt&& lengthAt) {
+  constexpr int kInARow = 3;
+  for (std::size_t i = 0; i + 1 < bytes.size(); ++i) {
+    std::size_t at = i;
+    int found = 0;
+    while (found < kInARow && at + 4 <= bytes.size()) {
+      const std::size_t length = lengthAt(bytes.subspan(at));
+      if (length == 0) break;
+      ++found;
+      at += length;
+    }
+    if (found == kInARow) return std::array{bytes[i], bytes[i + 1]};
+  }
+  return std::nullopt;
+}
+
+std::size_t ldrobotLength(Bytes b) { return b[0] == 0x54 && b[1] == 0x2C ? 47 : 0; }
+/// @param Sample [bytes] of one, with or without its intensity
+template <std::size_t Sample>
+std::size_t ydlidarLength(Bytes b) {
+  return b[0] == 0xAA && b[1] == 0x55 && b[3] > 0 ? 10 + Sample * b[3] : 0;
+}
+std::size_t neatoLength(Bytes b) { return b[0] == 0xFA && b[1] >= 0xA0 && b[1] <= 0xF9 ? 22 : 0; }
+std::size_t camsenseLength(Bytes b) { return b[0] == 0x55 && b[1] == 0xAA && b[2] == 0x03 && b[3] == 0x08 ? 36 : 0; }
+
+bool isGps(Bytes bytes) {
+  const std::string text(bytes.begin(), bytes.end());
+  return text.find("$GP") != std::string::npos || text.find("$GN") != std::string::npos;
+}
+
+/// A header that nobody here knows: two bytes that return at one distance, again and again.
+std::optional<std::array<std::uint8_t, 2>> repeatedHeader(Bytes bytes) {
+  constexpr std::size_t kShortest = 6, kLongest = 128, kTimes = 8;
+  for (std::size_t length = kShortest; length <= kLongest && length * kTimes + 1 < bytes.size(); ++length) {
+    for (std::size_t begin = 0; begin < length; ++begin) {
+      const std::array<std::uint8_t, 2> header{bytes[begin], bytes[begin + 1]};
+      // Bytes that are all alike are no packets but a line that is held, or one at another baud rate.
+      if (header[0] == header[1] || header[0] == 0 || header[1] == 0) continue;
+      std::size_t times = 1;
+      for (std::size_t at = begin + length; at + 1 < bytes.size(); at += length, ++times) {
+        if (bytes[at] != header[0] || bytes[at + 1] != header[1]) break;
+      }
+      if (times >= kTimes && begin + times * length + length > bytes.size()) return header;
+    }
+  }
+  return std::nullopt;
+}
+
+const char* const kKeys[] = {"lidar", "base", "imu"};
+
+/// The device that belongs to a port of the configuration; nullptr: to none.
+const char* keyOf(Speaker speaker) {
+  switch (speaker) {
+    case Speaker::kRplidar:
+      return "lidar";
+    case Speaker::kBoard:
+      return "base";
+    case Speaker::kImu:
+      return "imu";
+    default:
+      return nullptr;
+  }
+}
+
+const char* nameOf(Speaker speaker) {
+  switch (speaker) {
+    case Speaker::kRplidar:
+      return "an RPLidar";
+    case Speaker::kBoard:
+      return "the HandsFree board";
+    case Speaker::kImu:
+      return "a HandsFree IMU";
+    case Speaker::kLdrobot:
+      return "another make's lidar, of LDROBOT (LD06, LD19, STL)";
+    case Speaker::kYdlidar:
+      return "another make's lidar, as of YDLIDAR";
+    case Speaker::kNeato:
+      return "another make's lidar, as of Neato (XV-11, LDS-01)";
+    case Speaker::kCamsense:
+      return "another make's lidar, of Camsense";
+    case Speaker::kGps:
+      return "a GPS receiver";
+    default:
+      return "a device of unknown make";
+  }
+}
+
+bool isLidar(Speaker speaker) {
+  return speaker == Speaker::kLdrobot || speaker == Speaker::kYdlidar || speaker == Speaker::kNeato ||
+         speaker == Speaker::kCamsense;
+}
+
+}  // namespace
+
+Heard speakerOf(Bytes bytes) {
+  if (isBoard(bytes)) return {Speaker::kBoard};
+  if (isImu(bytes)) return {Speaker::kImu};
+  if (isRplidar(bytes)) return {Speaker::kRplidar};
+  if (const auto header = packetsIn(bytes, ldrobotLength)) return {Speaker::kLdrobot, *header};
+  if (const auto header = packetsIn(bytes, ydlidarLength<2>)) return {Speaker::kYdlidar, *header};
+  if (const auto header = packetsIn(bytes, ydlidarLength<3>)) return {Speaker::kYdlidar, *header};
+  if (const auto header = packetsIn(bytes, neatoLength)) return {Speaker::kNeato, *header};
+  if (const auto header = packetsIn(bytes, camsenseLength)) return {Speaker::kCamsense, *header};
+  if (isGps(bytes)) return {Speaker::kGps};
+  if (const auto header = repeatedHeader(bytes)) return {Speaker::kPackets, *header};
+  return {};
+}
+
+void SpeakerSearch::begin(const std::string& path, int baud, Timestamp now) {
+  path_ = path;
+  found_ = {};
+  bauds_ = {baud, kBoardBaud};
+  std::copy(kLidarBauds.begin(), kLidarBauds.end(), bauds_.begin() + 2);
+  std::copy(kOtherBauds.begin(), kOtherBauds.end(), bauds_.begin() + 6);
+  next_ = 0;
+  listen(now);
+}
+
+void SpeakerSearch::listen(Timestamp now) {
+  stream_.reset();
+  heard_bytes_.clear();
+  while (next_ < bauds_.size() && std::find(bauds_.begin(), bauds_.begin() + static_cast<std::ptrdiff_t>(next_),
+                                            bauds_[next_]) != bauds_.begin() + static_cast<std::ptrdiff_t>(next_))
+    ++next_;
+  if (next_ >= bauds_.size()) return;
+  const int baud = bauds_[next_++];
+  OpenedPort port = open_(path_, baud);
+  if (!port.stream) {
+    next_ = bauds_.size();  // it has gone, or somebody else has it
+    return;
+  }
+  stream_ = std::move(port.stream);
+  stream_->discardInput();
+  until_ = now + kListen;
+  if (baud == kBoardBaud) {
+    std::array<std::uint8_t, robolink::kMaxFrame> frame;
+    const std::size_t size =
+        robolink::encodeFrame(robolink::kMaster, robolink::kSlave, robolink::Command::kGetSystemInfo, {}, frame);
+    stream_->write({frame.data(), size});
+  } else if (std::find(kOtherBauds.begin(), kOtherBauds.end(), baud) == kOtherBauds.end()) {
+    stream_->write(rplidar::encodeRequest(rplidar::Request::kGetInfo));
+  }
+}
+
+bool SpeakerSearch::tick(Timestamp now) {
+  if (!stream_) return false;
+  std::array<std::uint8_t, 512> chunk;
+  const ReadResult result = stream_->read(chunk, Duration(0));
+  if (result.status == ReadResult::kClosed) {
+    stream_.reset();
+    next_ = bauds_.size();
+    return false;
+  }
+  const std::size_t size = std::min(result.size, kMostBytes - heard_bytes_.size());
+  heard_bytes_.insert(heard_bytes_.end(), chunk.begin(), chunk.begin() + static_cast<std::ptrdiff_t>(size));
+  if (now < until_ && heard_bytes_.size() < kMostBytes) return true;
+  found_ = speakerOf(heard_bytes_);
+  found_.baud = bauds_[next_ - 1];
+  if (found_.speaker != Speaker::kUnknown) next_ = bauds_.size();
+  listen(now);
+  return running();
+}
+
+void WrongSpeaker::ask(Timestamp now) {
+  if (std::exchange(asked_, true)) return;
+  search_.begin(path_, baud_, now);
+}
+
+bool WrongSpeaker::hears(std::span<const std::uint8_t> bytes) {
+  Heard heard = speakerOf(bytes);
+  const char* theirs = keyOf(heard.speaker);
+  const bool own = theirs != nullptr && std::strcmp(theirs, kKeys[static_cast<std::size_t>(expected_)]) == 0;
+  // A header alone may be chance, or of the device that is expected.
+  if (own || heard.speaker == Speaker::kUnknown || heard.speaker == Speaker::kPackets) return false;
+  heard.baud = baud_;
+  asked_ = true;
+  describe(heard);
+  return true;
+}
+
+bool WrongSpeaker::tick(Timestamp now) {
+  if (!search_.running()) return false;
+  if (search_.tick(now)) return true;
+  describe(search_.found());
+  return false;
+}
+
+void WrongSpeaker::describe(const Heard& heard) {
+  const char* key = kKeys[static_cast<std::size_t>(expected_)];
+  const char* theirs = keyOf(heard.speaker);
+  known_ = heard.speaker != Speaker::kUnknown;
+  if (theirs != nullptr && std::strcmp(theirs, key) == 0) {
+    known_ = heard.baud != baud_;  // else it is the right one, which has answered at last
+    std::snprintf(words_.data(), words_.size(),
+                  "%s answers on this port at %d bit/s, not at %d: nothing can be read; set %s.baud = %d",
+                  nameOf(heard.speaker), heard.baud, baud_, key, heard.baud);
+  } else if (theirs != nullptr) {
+    std::snprintf(words_.data(), words_.size(),
+                  "%s is on this port: the %s is missed, slamd goes on without; are the two cables swapped? exchange "
+                  "%s.port and %s.port",
+                  nameOf(heard.speaker), key, key, theirs);
+  } else {
+    char header[24] = "";
+    if (heard.header != std::array<std::uint8_t, 2>{})
+      std::snprintf(header, sizeof header, ", header %02X %02X", static_cast<unsigned>(heard.header[0]),
+                    static_cast<unsigned>(heard.header[1]));
+    const bool lidar = isLidar(heard.speaker) && expected_ == PortOf::kLidar;
+    std::snprintf(words_.data(), words_.size(),
+                  "%s is on this port (%d bit/s%s): slamd cannot read it and goes on without; %s",
+                  nameOf(heard.speaker), heard.baud, header,
+                  lidar ? "let the maker's program read it and send SLAM_SCAN, with lidar.driver = \"lcm\", or take an "
+                          "RPLidar"
+                        : "set the right port: slamctl doctor lists them");
+  }
+}
+
+}  // namespace slam

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drivers/byte_stream.hpp"
+
+namespace slam {
+
+/// Who sends bytes on a serial line.
+enum class Speaker : std::uint8_t {
+  kUnknown,
+  kRplidar,
+  kBoard,  ///< HandsFree, RoboLink
+  kImu,    ///< HandsFree, stand-alone
+  kLdrobot,
+  kYdlidar,
+  kNeato,
+  kCamsense,
+  kGps,
+  kPackets,  ///< of one length that begin alike, of nobody who is known
+};
+
+struct Heard {
+  Speaker speaker = Speaker::kUnknown;
+  std::array<std::uint8_t, 2> header{};  ///< that its packets begin with, where they have one
+  int baud = 0;                          ///< [bit/s] at which it was understood
+};
+
+/// Judges by frames that no other sender makes: checksums where the sender is one of ours, headers at the distance that
+/// its packets have where it is another's.
+Heard speakerOf(std::span<const std::uint8_t> bytes);
+
+/// Finds out who is at the other end of a port where the expected device does not answer: at each baud rate that these
+/// devices use it asks what the others answer to, and listens. Its port must be closed meanwhile. No call waits.
+class SpeakerSearch {
+ public:
+  explicit SpeakerSearch(PortOpener open = openPort) : open_(std::move(open)) { heard_bytes_.reserve(kMostBytes); }
+
+  /// @param baud of the device that is expected: tried first
+  void begin(const std::string& path, int baud, Timestamp now);
+  /// @return whether it goes on
+  bool tick(Timestamp now);
+  bool running() const { return stream_ != nullptr || next_ < bauds_.size(); }
+  void rest(Duration time) {
+    if (stream_) stream_->rest(time);
+  }
+  /// Once it has ended.
+  const Heard& found() const { return found_; }
+
+ private:
+  static constexpr std::size_t kMostBytes = 2048;
+  void listen(Timestamp now);
+
+  PortOpener open_;
+  std::string path_;
+  std::array<int, 8> bauds_{};
+  std::size_t next_ = bauds_.size();
+  std::unique_ptr<ByteStream> stream_;
+  Timestamp until_{};
+  std::vector<std::uint8_t> heard_bytes_;
+  Heard found_;
+};
+
+/// The device that a port is for.
+enum class PortOf : std::uint8_t { kLidar, kBoard, kImu };
+
+/// The search for one port, made once and then remembered, and its words.
+class WrongSpeaker {
+ public:
+  WrongSpeaker(PortOf expected, std::string path, int baud, PortOpener open = openPort)
+      : expected_(expected), path_(std::move(path)), baud_(baud), search_(std::move(open)) {}
+
+  /// The device did not answer, and its port is closed. Does nothing when that was asked before.
+  void ask(Timestamp now);
+  /// Bytes that came at the right baud rate. @return whether somebody is known by them who is not expected here
+  bool hears(std::span<const std::uint8_t> bytes);
+  /// @return whether the search goes on
+  bool tick(Timestamp now);
+  bool running() const { return search_.running(); }
+  /// Lets time pass until more may have come.
+  void rest(Duration time) { search_.rest(time); }
+  /// The device answers, or the port is another one's now.
+  void forget() { asked_ = known_ = false; }
+  /// Who is there instead; `otherwise` where that is not known.
+  const char* words(const char* otherwise) const { return known_ ? words_.data() : otherwise; }
+
+ private:
+  void describe(const Heard& heard);
+
+  PortOf expected_;
+  std::string path_;
+  int baud_;
+  SpeakerSearch search_;
+  bool asked_ = false, known_ = false;
+  std::array<char, 320> words_{};
+};
+
+}  // namespace slam

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/pose_words.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace slam {
+namespace {
+
+using enum LocalisationState;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+PoseSnapshot poseOf(LocalisationState state) {
+  PoseSnapshot pose;
+  pose.pose.state = state;
+  pose.scans = 7;
+  pose.tracking = {.begun = true, .placed = true, .failures = 0, .points = 200, .needed = 40};
+  return pose;
+}
+
+TEST(PoseWords, AreEmptyOnlyWhereItIsLocalised) {
+  EXPECT_EQ(poseWords(poseOf(kLocalised), false), "");
+  for (const LocalisationState state : {kInitialising, kDegraded, kLost}) EXPECT_NE(poseWords(poseOf(state), true), "");
+}
+
+TEST(PoseWords, NameTheLidarThatAPoseWaitsFor) {
+  for (const LocalisationState state : {kInitialising, kDegraded, kLost})
+    EXPECT_THAT(poseWords(poseOf(state), false), HasSubstr("waits for the lidar"));
+}
+
+TEST(PoseWords, TellScansThatShowNothingFromThoseThatDoNotMatch) {
+  PoseSnapshot pose = poseOf(kDegraded);
+  pose.tracking.failures = 12;
+  EXPECT_THAT(poseWords(pose, true), StartsWith("waits for scans that match the map: the last 12 do not"));
+  pose.tracking.points = 11;
+  EXPECT_THAT(poseWords(pose, true), HasSubstr("11 points where 40 are needed"));
+  pose.echo_finding = EchoWatch::Finding::kNoEcho;
+  EXPECT_THAT(poseWords(pose, true), HasSubstr("cover on?"));
+}
+
+TEST(PoseWords, SayWhatHelpsARobotThatIsLookedFor) {
+  EXPECT_THAT(poseWords(poseOf(kLost), true), HasSubstr("slamctl set-pose"));
+  PoseSnapshot pose = poseOf(kInitialising);
+  EXPECT_THAT(poseWords(pose, true), HasSubstr("found in the map"));
+  pose.tracking.begun = false;
+  EXPECT_THAT(poseWords(pose, true), HasSubstr("a scan that can be placed"));
+  pose.scans = 0;
+  EXPECT_THAT(poseWords(pose, true), HasSubstr("the first scan"));
+}
+
+}  // namespace
+}  // namespace slam

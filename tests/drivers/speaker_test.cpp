@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/speaker.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "drivers/lidar/lidar_line.hpp"
+#include "drivers/lidar/rplidar_driver.hpp"
+#include "firmware_if/hfi_imu.hpp"
+#include "firmware_if/robolink.hpp"
+#include "tools/sim/lidar/other_lidar.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+using test::Bytes;
+using test::virtual_now;
+using testing::AllOf;
+using testing::HasSubstr;
+
+Bytes otherLidar(sim::OtherLidar::Make make) {
+  sim::OtherLidar lidar;
+  Bytes bytes;
+  for (Timestamp now{10s}; bytes.size() < 1500; now += 10ms)
+    lidar.stream(
+        make, now, [](double bearing) { return 2.0 + bearing; }, bytes);
+  bytes.erase(bytes.begin(), bytes.begin() + 13);  // one listens from any byte on
+  return bytes;
+}
+
+Bytes boardAnswer() {
+  Bytes bytes(robolink::kMaxFrame);
+  bytes.resize(robolink::encodeFrame(robolink::kSlave, robolink::kMaster, robolink::Command::kShakingHands, {}, bytes));
+  return bytes;
+}
+
+Bytes imuStream() {
+  Bytes bytes;
+  for (int i = 0; i < 10; ++i) {
+    const auto frame = hfi::encodeA9(hfi::A9Motion{.gyro = {0.01F * static_cast<float>(i), 0, 0}, .accel = {0, 0, -1}});
+    bytes.insert(bytes.end(), frame.begin(), frame.end());
+  }
+  return bytes;
+}
+
+TEST(Speaker, IsNobodyInNoise) {
+  std::mt19937 random(9);
+  for (int i = 0; i < 300; ++i) {
+    Bytes bytes(1 + random() % 2000);
+    for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random());
+    EXPECT_EQ(speakerOf(bytes).speaker, Speaker::kUnknown);
+  }
+  EXPECT_EQ(speakerOf({}).speaker, Speaker::kUnknown);
+  EXPECT_EQ(speakerOf(Bytes(2000, 0x55)).speaker, Speaker::kUnknown) << "a line that is held";
+  EXPECT_EQ(speakerOf(Bytes(2000, 0)).speaker, Speaker::kUnknown);
+}
+
+TEST(Speaker, IsKnownByItsFrames) {
+  EXPECT_EQ(speakerOf(Bytes{0x00, 0xA5, 0x5A, 0x14, 0, 0, 0, 0x04, 24, 1, 2}).speaker, Speaker::kRplidar);
+  EXPECT_EQ(speakerOf(boardAnswer()).speaker, Speaker::kBoard);
+  EXPECT_EQ(speakerOf(imuStream()).speaker, Speaker::kImu) << "AA 55 too, but not YDLIDAR's";
+  EXPECT_EQ(speakerOf(otherLidar(sim::OtherLidar::kLdrobot)).speaker, Speaker::kLdrobot);
+  EXPECT_EQ(speakerOf(otherLidar(sim::OtherLidar::kYdlidar)).speaker, Speaker::kYdlidar);
+  EXPECT_EQ(speakerOf(otherLidar(sim::OtherLidar::kNeato)).speaker, Speaker::kNeato);
+  const std::string gps = "$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47\r\n";
+  EXPECT_EQ(speakerOf(Bytes(gps.begin(), gps.end())).speaker, Speaker::kGps);
+}
+
+TEST(Speaker, OfUnknownMakeIsKnownByItsHeader) {
+  std::mt19937 random(2);
+  Bytes bytes(17);
+  for (int i = 0; i < 30; ++i) {
+    bytes.insert(bytes.end(), {0xC3, 0x51});
+    for (int k = 0; k < 29; ++k) bytes.push_back(static_cast<std::uint8_t>(random()));
+  }
+  const Heard heard = speakerOf(bytes);
+  EXPECT_EQ(heard.speaker, Speaker::kPackets);
+  EXPECT_THAT(heard.header, testing::ElementsAre(0xC3, 0x51));
+}
+
+/// A device on a line at a baud rate of its own: at another it is not understood.
+struct Device {
+  int baud;
+  std::function<Bytes(const Bytes& question)> answer;
+  int line_baud = 0, openings = 0;
+  Bytes out{}, in{};
+  test::VirtualLine line{[this](std::span<const std::uint8_t> bytes) {
+                           in.assign(bytes.begin(), bytes.end());
+                           const Bytes said = answer(in);
+                           out.insert(out.end(), said.begin(), said.end());
+                         },
+                         [this](Bytes& sent) {
+                           for (const std::uint8_t byte : std::exchange(out, {}))
+                             sent.push_back(line_baud == baud ? byte : static_cast<std::uint8_t>(byte * 7 + 3));
+                         }};
+
+  PortOpener opener() {
+    return [this](const std::string& path, int at) {
+      line_baud = at;
+      ++openings;
+      return line.opener()(path, at);
+    };
+  }
+};
+
+std::string wordsOf(Device& device, PortOf expected, int baud) {
+  WrongSpeaker wrong(expected, "/dev/x", baud, device.opener());
+  wrong.ask(virtual_now);
+  while (wrong.tick(virtual_now)) wrong.rest(10ms);
+  return wrong.words("not known");
+}
+
+TEST(WrongSpeaker, NamesSwappedPorts) {
+  Device board{921600, [](const Bytes& question) {
+                 return question.size() > 6 && question[0] == 0xFF && question[6] == 1 ? boardAnswer() : Bytes{};
+               }};
+  EXPECT_THAT(wordsOf(board, PortOf::kLidar, 115200),
+              AllOf(HasSubstr("the HandsFree board is on this port"), HasSubstr("exchange lidar.port and base.port")));
+  Device lidar{256000, [](const Bytes& question) {
+                 return question == Bytes{0xA5, 0x50} ? Bytes{0xA5, 0x5A, 0x14, 0, 0, 0, 4, 24} : Bytes{};
+               }};
+  EXPECT_THAT(wordsOf(lidar, PortOf::kBoard, 921600),
+              AllOf(HasSubstr("an RPLidar is on this port"), HasSubstr("exchange base.port and lidar.port")));
+  EXPECT_THAT(wordsOf(lidar, PortOf::kImu, 921600), HasSubstr("exchange imu.port and lidar.port"));
+}
+
+TEST(WrongSpeaker, NamesTheRightBaudRate) {
+  Device lidar{460800, [](const Bytes& question) {
+                 return question == Bytes{0xA5, 0x50} ? Bytes{0xA5, 0x5A, 0x14, 0, 0, 0, 4, 24} : Bytes{};
+               }};
+  EXPECT_THAT(wordsOf(lidar, PortOf::kLidar, 115200), HasSubstr("set lidar.baud = 460800"));
+  EXPECT_EQ(wordsOf(lidar, PortOf::kLidar, 460800), "not known") << "it is the right one";
+}
+
+TEST(WrongSpeaker, AsksOnceUntilItIsToForget) {
+  Device nobody{115200, [](const Bytes&) { return Bytes{}; }};
+  WrongSpeaker wrong(PortOf::kLidar, "/dev/x", 115200, nobody.opener());
+  const auto ask = [&] {
+    wrong.ask(virtual_now);
+    while (wrong.tick(virtual_now)) wrong.rest(10ms);
+    return nobody.openings;
+  };
+  const int once = ask();
+  EXPECT_EQ(once, 7) << "each baud rate once";
+  EXPECT_EQ(ask(), once);
+  EXPECT_STREQ(wrong.words("not known"), "not known");
+  wrong.forget();
+  EXPECT_EQ(ask(), 2 * once);
+}
+
+TEST(WrongSpeaker, EndsWhenThePortGoes) {
+  Device nobody{115200, [](const Bytes&) { return Bytes{}; }};
+  WrongSpeaker wrong(PortOf::kLidar, "/dev/x", 115200, nobody.opener());
+  wrong.ask(virtual_now);
+  nobody.line.unplug();
+  EXPECT_FALSE(wrong.tick(virtual_now));
+  EXPECT_FALSE(wrong.running());
+}
+
+TEST(RplidarWrongPort, NamesAnotherMakesLidarAndGoesOnWhenItsOwnIsThere) {
+  for (const auto& [make, words] : {std::pair(1.0, "LDROBOT"), {2.0, "YDLIDAR"}, {3.0, "Neato"}}) {
+    SCOPED_TRACE(words);
+    test::VirtualLidar lidar(sim::a1Firmware129());
+    int scans = 0;
+    std::atomic<bool> cancel{false};
+    RplidarDriver driver(
+        {.port = "x"}, test::virtualNow, [&](const LaserScan&) { ++scans; }, lidar.opener());
+    ASSERT_TRUE(lidar.inject("other", make));
+    EXPECT_FALSE(driver.connect(cancel));
+    EXPECT_THAT(driver.status().reason.load(),
+                AllOf(HasSubstr(words), HasSubstr("another make's lidar"), HasSubstr("SLAM_SCAN")));
+    EXPECT_EQ(driver.status().state, DeviceState::kFault);
+    const Timestamp again = virtual_now;
+    EXPECT_FALSE(driver.connect(cancel));
+    EXPECT_LT(virtual_now - again, 7s);
+    EXPECT_THAT(driver.status().reason.load(), HasSubstr(words)) << "said as long as it is there";
+    ASSERT_TRUE(lidar.inject("other", 0.0));
+    ASSERT_TRUE(driver.connect(cancel)) << driver.status().reason.load();
+    for (const Timestamp end = virtual_now + 5s; virtual_now < end;) driver.poll(50ms);
+    EXPECT_GT(scans, 10);
+    EXPECT_STREQ(driver.status().reason, "");
+  }
+}
+
+}  // namespace
+}  // namespace slam

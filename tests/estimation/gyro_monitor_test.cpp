@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimation/gyro_monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <gtest/gtest.h>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <utility>
+
+#include "support/allocations.hpp"
+
+namespace slam {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+constexpr double kTold = 0.04;  // [rad/s] twice the sigma of a bias that is handed on
+
+/// A robot that turns to and fro and rests between; gyro and wheels at 50 Hz, matched scans at 5 Hz.
+struct Drive {
+  explicit Drive(unsigned seed = 1) : random(seed) {}
+
+  std::function<double(double)> gyro = [](double rate) { return rate; };  // [rad/s] what it makes of the true rate
+  double wheel_scale = 1.0, wheels_spin = 0.0;                            // [1], [rad/s]
+  double gyro_noise = 0.0015, wheel_noise = 0.0005, scan_noise = 0.001;   // [rad/s, rad, rad]
+  double scans_drift = 0.0;                                               // [rad/s] that scans turn wrongly
+  double bias = 0.0;                                                      // [rad/s] that the filter knows
+  bool with_wheels = true;
+  GyroMonitor monitor{EkfConfig{}};
+  int distrusted = 0, heard_again = 0, withdrawn = 0;  // times
+
+  /// @param fastest [rad/s] of the turns
+  Drive& go(double seconds, double fastest = 0.8) {
+    for (int i = 0; i < static_cast<int>(50.0 * seconds); ++i) {
+      const double rate = fastest * std::clamp(2.0 * std::sin(0.7 * time), -1.0, 1.0);
+      const double read = gyro(rate + gyro_noise * normal(random));
+      time += 0.02;
+      theta += 0.02 * rate;
+      wheels += 0.02 * (wheel_scale * rate + wheels_spin) + wheel_noise * normal(random);
+      const Timestamp now(milliseconds(1'000'000 + std::lround(1000.0 * time)));
+      newest = monitor.hear(ImuSample{.stamp = now, .gyro = {0.0, 0.0, read}});
+      if (with_wheels && monitor.hear(WheelSample{.stamp = now, .T_wheels_base = {0.0, 0.0, wrapAngle(wheels)}}, bias))
+        ++distrusted;
+      if (i % 10 != 0) continue;
+      const bool believed = monitor.believed();
+      if (const auto learned =
+              monitor.compare(now, wrapAngle(theta + scans_drift * time + scan_noise * normal(random)), bias)) {
+        bias = learned->value;
+        ++heard_again;
+      }
+      withdrawn += believed && !monitor.believed();
+    }
+    return *this;
+  }
+  GyroVerdict verdict() const { return monitor.verdict(bias); }
+  void expect(GyroReliability reliability, GyroFault fault) const {
+    EXPECT_EQ(static_cast<int>(verdict().reliability), static_cast<int>(reliability));
+    EXPECT_EQ(static_cast<int>(verdict().fault), static_cast<int>(fault));
+    EXPECT_EQ(monitor.believed(), reliability != GyroReliability::kRejected);
+  }
+
+  double time = 0.0, theta = 3.0, wheels = -2.0;
+  ImuSample newest;
+  std::mt19937 random;
+  std::normal_distribution<double> normal;
+};
+
+TEST(GyroMonitor, KnowsNothingBeforeAnythingTurns) {
+  EXPECT_EQ(GyroMonitor(EkfConfig{}).verdict(0.0).reliability, GyroReliability::kNone);
+  Drive drive;
+  drive.go(20.0, 0.0);
+  drive.expect(GyroReliability::kUnproven, GyroFault::kNone);
+  EXPECT_TRUE(drive.newest.rate_known);
+}
+
+TEST(GyroMonitor, NeverRejectsASoundGyro) {
+  for (const unsigned seed : {1U, 2U, 3U, 4U, 5U}) {
+    Drive drive(seed);
+    drive.gyro = [](double rate) { return 1.01 * rate + 0.01; };
+    for (int i = 0; i < 20; ++i) {
+      drive.go(10.0);
+      ASSERT_TRUE(drive.monitor.believed()) << seed;
+    }
+    drive.expect(GyroReliability::kReliable, GyroFault::kNone);
+    EXPECT_EQ(drive.distrusted + drive.withdrawn, 0) << seed;
+  }
+}
+
+TEST(GyroMonitor, WheelsThatSlipAreNoReasonToRejectTheGyro) {
+  for (const double spin : {0.3, -0.6, 2.0}) {
+    Drive drive;
+    drive.go(10.0);
+    for (int i = 0; i < 10; ++i) {
+      drive.wheels_spin = i % 2 == 0 ? spin : 0.0;
+      drive.go(4.0);
+      ASSERT_TRUE(drive.monitor.believed()) << spin;
+    }
+    drive.expect(GyroReliability::kReliable, GyroFault::kNone);
+  }
+}
+
+TEST(GyroMonitor, ScansThatContradictGyroAndWheelsAreNoReasonToRejectIt) {
+  Drive drive;
+  drive.scans_drift = 0.3;
+  drive.go(60.0);
+  drive.expect(GyroReliability::kReliable, GyroFault::kNone);
+  EXPECT_EQ(drive.distrusted + drive.withdrawn, 0);
+}
+
+TEST(GyroMonitor, AGyroThatLagsIsNotTakenForAWrongOne) {
+  Drive drive;
+  double last = 0.0, before = 0.0;
+  drive.gyro = [&](double rate) { return std::exchange(before, std::exchange(last, rate)); };  // by 0.04 s
+  drive.time = 4.0;  // shortly before it turns back
+  drive.go(1.5, 8.0);
+  EXPECT_EQ(drive.distrusted, 0);
+}
+
+TEST(GyroMonitor, WheelsThatAreWrongFromTheBeginningAreFoundOutByScans) {
+  for (const double scale : {-1.0, 0.0, 2.0}) {
+    Drive drive;
+    drive.wheel_scale = scale;
+    drive.go(20.0);
+    drive.expect(GyroReliability::kReliable, GyroFault::kNone);
+    EXPECT_EQ(drive.withdrawn, 0) << "scans never speak against it";
+  }
+}
+
+TEST(GyroMonitor, FindsDegreesForRadiansBeforeTheFirstScanThatTurns) {
+  Drive drive;
+  drive.gyro = [](double rate) { return kDegrees * rate; };
+  drive.go(0.6);
+  EXPECT_EQ(drive.distrusted, 1) << "by the wheels";
+  EXPECT_FALSE(drive.newest.rate_known);
+  drive.go(20.0);
+  drive.expect(GyroReliability::kRejected, GyroFault::kDegrees);
+  EXPECT_NEAR(drive.verdict().value, kDegrees, 0.05 * kDegrees);
+  EXPECT_EQ(drive.heard_again, 0);
+}
+
+TEST(GyroMonitor, FindsAnAxisThatPointsDown) {
+  Drive drive;
+  drive.gyro = [](double rate) { return -rate; };
+  drive.go(20.0);
+  drive.expect(GyroReliability::kRejected, GyroFault::kReversed);
+  EXPECT_EQ(drive.heard_again, 0);
+}
+
+TEST(GyroMonitor, FindsAWrongScale) {
+  Drive drive;
+  drive.gyro = [](double rate) { return 0.5 * rate; };
+  drive.go(30.0);
+  drive.expect(GyroReliability::kRejected, GyroFault::kScale);
+  EXPECT_NEAR(drive.verdict().value, 0.5, 0.05);
+}
+
+TEST(GyroMonitor, FindsAGyroThatTellsNothingOfTurns) {
+  Drive drive;
+  drive.gyro = [&drive](double rate) { return rate + 0.8 * std::sin(5.0 * drive.time); };
+  drive.go(60.0);
+  drive.expect(GyroReliability::kRejected, GyroFault::kUnrelated);
+}
+
+TEST(GyroMonitor, WithoutWheelsTheScansDecideAlone) {
+  for (const double scale : {kDegrees, -1.5, 4.0}) {
+    Drive drive;
+    drive.with_wheels = false;
+    drive.gyro = [scale](double rate) { return scale * rate; };
+    drive.go(30.0);
+    EXPECT_FALSE(drive.monitor.believed()) << scale;
+  }
+  Drive sound;
+  sound.with_wheels = false;
+  sound.go(60.0);
+  sound.expect(GyroReliability::kReliable, GyroFault::kNone);
+}
+
+TEST(GyroMonitor, LearnsAnOffsetAndHearsTheGyroAgain) {
+  for (const double offset : {0.2, -0.45}) {
+    Drive drive;
+    drive.gyro = [offset](double rate) { return rate + offset; };
+    drive.go(20.0);
+    drive.expect(GyroReliability::kReliable, GyroFault::kOffset);
+    EXPECT_NEAR(drive.bias, offset, kTold);
+    EXPECT_EQ(drive.heard_again, 1);
+    EXPECT_EQ(drive.verdict().value, drive.bias);
+    EXPECT_TRUE(drive.newest.rate_known);
+  }
+}
+
+TEST(GyroMonitor, AnOffsetBeyondAnyBiasIsAFault) {
+  Drive drive;
+  drive.gyro = [](double rate) { return rate + 1.0; };
+  drive.go(30.0);
+  drive.expect(GyroReliability::kRejected, GyroFault::kOffset);
+  EXPECT_NEAR(drive.verdict().value, 1.0, 0.05);
+}
+
+TEST(GyroMonitor, FindsTheEndOfTheRangeAndHearsWhatIsBelow) {
+  for (const double range : {0.3, 0.5}) {
+    Drive drive;
+    drive.gyro = [range](double rate) { return std::clamp(rate, -range, range); };
+    drive.go(20.0);
+    EXPECT_TRUE(drive.monitor.believed()) << range;
+    EXPECT_EQ(drive.verdict().fault, GyroFault::kClipped);
+    EXPECT_EQ(drive.verdict().value, range);
+    drive.time = 0.0;
+    drive.go(2.0);
+    EXPECT_FALSE(drive.newest.rate_known) << "at full turn";
+    drive.go(20.0, 0.2);
+    EXPECT_TRUE(drive.newest.rate_known);
+    drive.gyro = [](double rate) { return rate; };
+    drive.go(10.0);
+    drive.expect(GyroReliability::kReliable, GyroFault::kNone);
+  }
+}
+
+TEST(GyroMonitor, StepsOfADegreeAreNoFault) {
+  Drive drive;
+  drive.gyro = [](double rate) { return std::round(kDegrees * rate) / kDegrees; };
+  for (int i = 0; i < 20; ++i) {
+    drive.go(5.0);
+    ASSERT_TRUE(drive.monitor.believed());
+  }
+  drive.expect(GyroReliability::kReliable, GyroFault::kNone);
+}
+
+TEST(GyroMonitor, AGyroThatIsRightAgainIsHeardAgain) {
+  Drive drive;
+  drive.go(20.0);
+  drive.gyro = [](double) { return 0.0; };  // stuck
+  drive.go(20.0);
+  EXPECT_FALSE(drive.monitor.believed());
+  EXPECT_EQ(drive.withdrawn, 1);
+  drive.gyro = [](double rate) { return rate + 0.03; };
+  drive.go(30.0);
+  drive.expect(GyroReliability::kReliable, GyroFault::kNone);
+  EXPECT_EQ(drive.heard_again, 1);
+  EXPECT_NEAR(drive.bias, 0.03, kTold);
+}
+
+TEST(GyroMonitor, ARestIsNoProofThatAReversedGyroIsRight) {
+  Drive drive;
+  drive.gyro = [](double rate) { return -rate; };
+  drive.go(20.0);
+  drive.go(60.0, 0.0);
+  drive.expect(GyroReliability::kRejected, GyroFault::kReversed);
+}
+
+TEST(GyroMonitor, ReadingsThatAreNoNumberAreNotJudged) {
+  Drive drive;
+  drive.go(20.0);
+  for (const double none : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    drive.monitor.hear(ImuSample{.stamp = drive.newest.stamp, .gyro = {0.0, 0.0, none}});
+    drive.monitor.hear(WheelSample{.stamp = drive.newest.stamp, .T_wheels_base = {0.0, 0.0, none}}, 0.0);
+  }
+  drive.go(20.0);
+  drive.expect(GyroReliability::kReliable, GyroFault::kNone);
+}
+
+TEST(GyroMonitor, DoesNotAllocate) {
+  Drive drive;
+  drive.gyro = [](double rate) { return -rate; };
+  EXPECT_EQ(test::allocationsDuring([&] { drive.go(20.0); }), 0U);
+}
+
+}  // namespace
+}  // namespace slam

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimation/wheel_monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+#include <utility>
+
+namespace slam {
+namespace {
+
+WheelReliability reliability(WheelMonitor monitor) {
+  monitor.hear({});
+  return monitor.reliability();
+}
+bool guides(const WheelMonitor& monitor) { return reliability(monitor) >= WheelReliability::kReliable; }
+bool consistent(const WheelMonitor& monitor) { return reliability(monitor) == WheelReliability::kConsistent; }
+
+/// Drives a winding way, which wheels and matched scans both tell, each with its own errors.
+class Drive {
+ public:
+  explicit Drive(unsigned seed, const WheelMonitorConfig& config = {}) : monitor(EkfConfig{}, config), random_(seed) {}
+
+  /// @param noise of the wheels [m per sqrt(m), rad per sqrt(m)]  @param scale what they tell of a way of 1
+  /// @param step [m] from scan to scan @param turn_share noise of the turn beside that of the way
+  void go(double metres, double noise, double scale = 1.0, double step = 0.06, double turn_share = 0.3) {
+    for (double way = 0.0; way < metres; way += step) {
+      const Pose2 motion{step, 0.0, 0.5 * step * std::sin(way)};
+      T_map_base_ = T_map_base_ * motion;
+      const double spread = noise * std::sqrt(step);
+      T_odom_base_ = T_odom_base_ * Pose2{scale * motion.x + spread * normal_(random_), 0.0,
+                                          motion.theta + turn_share * spread * normal_(random_)};
+      monitor.compare(T_odom_base_, seen(), true);
+    }
+  }
+  /// One wheel spins: a turn that was none.
+  void slip(double radians) { T_odom_base_ = T_odom_base_ * Pose2{0.0, 0.0, radians}; }
+  void stand(int scans) {
+    for (int i = 0; i < scans; ++i) monitor.compare(T_odom_base_, seen(), true);
+  }
+
+  WheelMonitor monitor;
+
+ private:
+  Pose2 seen() {
+    return T_map_base_ * Pose2{0.005 * normal_(random_), 0.005 * normal_(random_), 0.002 * normal_(random_)};
+  }
+
+  Pose2 T_odom_base_{3.0, -1.0, 2.0}, T_map_base_;
+  std::mt19937 random_;
+  std::normal_distribution<double> normal_;
+};
+
+TEST(WheelMonitor, BelievesWheelsAsGoodAsTheFilterTakesThemFor) {
+  for (const unsigned seed : {1U, 2U, 3U, 4U, 5U}) {
+    Drive drive(seed);
+    drive.go(300.0, 0.10);
+    EXPECT_TRUE(drive.monitor.believed()) << seed;
+    drive.go(100.0, 0.10, 1.3);  // a wrong radius
+    EXPECT_TRUE(drive.monitor.believed()) << seed;
+    EXPECT_EQ(drive.monitor.withdrawn(), 0) << seed;
+  }
+}
+
+TEST(WheelMonitor, WithdrawsFromWheelsThatAreWorseThanNoneAndComesBack) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    Drive drive(seed);
+    drive.go(30.0, 0.05);
+    drive.go(8.0, 0.05, -1.0);  // they tell the opposite
+    EXPECT_FALSE(drive.monitor.believed()) << seed;
+    drive.go(8.0, 0.6);
+    EXPECT_FALSE(drive.monitor.believed()) << seed;
+    drive.go(20.0, 0.05);
+    EXPECT_TRUE(drive.monitor.believed()) << seed;
+    EXPECT_EQ(drive.monitor.withdrawn(), 1) << seed;
+  }
+}
+
+TEST(WheelMonitor, DoesNotDependOnHowOftenScansCome) {
+  for (const double step : {0.01, 0.03, 0.06, 0.2}) {
+    Drive good(1), bad(1);
+    good.go(100.0, 0.10, 1.0, step);
+    bad.go(100.0, 0.60, 1.0, step);
+    EXPECT_TRUE(good.monitor.believed()) << step;
+    EXPECT_FALSE(bad.monitor.believed()) << step;
+  }
+}
+
+TEST(WheelMonitor, OneSlipIsForgiven) {
+  Drive drive(1);
+  drive.go(20.0, 0.05);
+  drive.go(0.12, 0.0, 20.0);  // spins on the spot
+  EXPECT_TRUE(drive.monitor.believed());
+}
+
+TEST(WheelMonitor, ManySlipsApartAreForgiven) {
+  Drive drive(1);
+  for (int i = 0; i < 30; ++i) {
+    drive.go(2.0, 0.05);
+    for (const double radians : {0.07, 0.14, 0.08}) {  // over three scans
+      drive.slip(radians);
+      drive.go(0.12, 0.05);
+    }
+    EXPECT_TRUE(drive.monitor.believed()) << i;
+  }
+}
+
+TEST(WheelMonitor, TurnsThatTheWheelsMakeUpAreNoExcuseForThemselves) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    Drive drive(seed);
+    drive.go(30.0, 0.10, 1.0, 0.06, 5.0);
+    EXPECT_GT(drive.monitor.turnFactor(), 3.0) << seed;
+    EXPECT_FALSE(drive.monitor.believed()) << seed;
+  }
+}
+
+TEST(WheelMonitor, TellsHowMuchWorseTheWheelsAreThanTheModel) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    Drive drive(seed);
+    drive.go(60.0, 0.05);
+    EXPECT_EQ(drive.monitor.distanceFactor(), 1.0) << "no better than the model";
+    EXPECT_EQ(drive.monitor.turnFactor(), 1.0);
+    EXPECT_TRUE(guides(drive.monitor));
+    drive.go(60.0, 0.16, 1.0, 0.06, 0.1);  // 2.6 times the variance
+    EXPECT_GT(drive.monitor.distanceFactor(), 1.4) << seed;
+    EXPECT_LT(drive.monitor.distanceFactor(), 3.6) << seed;
+  }
+}
+
+TEST(WheelMonitor, NoisyWheelsStopToGuideBeforeTheyAreNotHeard) {
+  Drive drive(1);
+  while (guides(drive.monitor)) drive.go(0.06, 0.16);
+  EXPECT_TRUE(drive.monitor.believed());
+  drive.go(30.0, 0.4);
+  EXPECT_FALSE(drive.monitor.believed());
+  EXPECT_FALSE(guides(drive.monitor));
+}
+
+TEST(WheelMonitor, LearnsNothingFromStandingStill) {
+  Drive drive(1);
+  drive.go(8.0, 0.05, -1.0);
+  ASSERT_FALSE(drive.monitor.believed());
+  drive.stand(10000);
+  EXPECT_FALSE(drive.monitor.believed());
+}
+
+TEST(WheelMonitor, AnInterruptedStretchIsNotJudged) {
+  WheelMonitor monitor{EkfConfig{}};
+  for (int i = 0; i < 200; ++i) {
+    monitor.compare({1.0 * i, 0.0, 0.0}, {0.1 * i, 0.0, 0.0}, true);
+    monitor.interrupt();
+  }
+  EXPECT_TRUE(monitor.believed());
+}
+
+/// Stretches straight ahead of which the wheels tell so much more than the scans, exactly.
+WheelMonitor after(int stretches, const Pose2& scans, const Pose2& wheels, bool turn_known,
+                   const WheelMonitorConfig& config = {}) {
+  WheelMonitor monitor(EkfConfig{}, config);
+  Pose2 map, odom{3.0, -1.0, 2.0};
+  monitor.compare(odom, map, turn_known);
+  for (int i = 0; i < stretches; ++i) monitor.compare(odom = odom * wheels, map = map * scans, turn_known);
+  return monitor;
+}
+
+TEST(WheelMonitor, OneStretchCountsAsItsErrorAndTheMemorySay) {
+  const EkfConfig noise;
+  for (const double memory : {50.0, 20.0}) {
+    WheelMonitorConfig config;
+    config.memory = memory;
+    const WheelMonitor far = after(1, {0.06, 0, 0}, {0.16, 0, 0}, true, config);
+    const double variance = noise.wheelTranslationVariance(0.16) + 0.01 * 0.01;
+    EXPECT_NEAR(far.distanceFactor(), 1.0 + (0.1 * 0.1 / variance - 1.0) / memory, 1e-9);
+    EXPECT_EQ(far.turnFactor(), 1.0);
+    const WheelMonitor turned = after(1, {0.06, 0, 0.02}, {0.06, 0, 0.12}, true, config);
+    const double turn_variance = noise.wheelRotationVariance(0.06, 0.02) + 0.005 * 0.005;
+    EXPECT_NEAR(turned.turnFactor(), 1.0 + (0.1 * 0.1 / turn_variance - 1.0) / memory, 1e-9);
+    const WheelMonitor jump = after(1, {0.06, 0, 0}, {5.0, 0, 2.0}, true, config);
+    EXPECT_NEAR(jump.turnFactor(), 1.0 + 9.0 / memory, 1e-9) << "one stretch counts for no more than ten";
+    EXPECT_EQ(after(1, {0.06, 0, 0.02}, {0.06, 0, 0.12}, false, config).turnFactor(), 1.0) << "a gyro tells the turn";
+  }
+}
+
+TEST(WheelMonitor, AStretchIsJudgedFromItsLengthOrItsTurnOn) {
+  const auto judged = [](const Pose2& scans, const Pose2& wheels) {
+    const WheelMonitor monitor = after(1, scans, wheels, true);
+    return std::max(monitor.distanceFactor(), monitor.turnFactor()) > 1.0;
+  };
+  EXPECT_FALSE(judged({0, 0, 0}, {0.049, 0, 0}));
+  EXPECT_TRUE(judged({0, 0, 0}, {0.051, 0, 0.04}));
+  EXPECT_FALSE(judged({0, 0, 0.0}, {0, 0, 0.049}));
+  EXPECT_TRUE(judged({0, 0, 0.0}, {0, 0, 0.051}));
+  EXPECT_TRUE(judged({0, 0, 0.3}, {0, 0, 0.0}));
+}
+
+TEST(WheelMonitor, IsWithdrawnGivenBackAndGuidesAtItsLimits) {
+  // Errors whose mean comes as near to a limit as one likes: each stretch counts the same.
+  const auto settled = [](double factor) {
+    const EkfConfig noise;
+    const double variance = noise.wheelRotationVariance(0.06, 0.0) + 0.005 * 0.005;
+    return after(2000, {0.06, 0, 0}, {0.06, 0, std::sqrt(factor * variance)}, true);
+  };
+  EXPECT_TRUE(settled(2.9).believed());
+  EXPECT_FALSE(settled(3.1).believed());
+  EXPECT_EQ(settled(2.9).withdrawn(), 0);
+  EXPECT_EQ(settled(3.1).withdrawn(), 1);
+  EXPECT_TRUE(guides(settled(1.9)));
+  EXPECT_FALSE(guides(settled(2.1)));
+  EXPECT_TRUE(consistent(settled(0.95)));
+  EXPECT_FALSE(consistent(settled(1.05)));
+  for (const auto& [factor, back] : {std::pair(1.6, false), std::pair(1.4, true)}) {
+    WheelMonitor monitor(EkfConfig{});
+    const EkfConfig noise;
+    const double variance = noise.wheelRotationVariance(0.06, 0.0) + 0.005 * 0.005;
+    Pose2 map, odom;
+    for (const double f : {5.0, factor}) {
+      for (int i = 0; i < 1000; ++i) {
+        monitor.compare(odom = odom * Pose2{0.06, 0, std::sqrt(f * variance)}, map = map * Pose2{0.06, 0, 0}, true);
+      }
+    }
+    EXPECT_EQ(monitor.believed(), back) << factor;
+    EXPECT_EQ(monitor.withdrawn(), 1);
+  }
+}
+
+TEST(WheelMonitor, WheelsThatAreOffTheWallsHeadingHaveSlipped) {
+  const WheelMonitor monitor(EkfConfig{});
+  EXPECT_FALSE(monitor.slipped(0.029)) << "the wheels' own error";
+  EXPECT_TRUE(monitor.slipped(0.031));
+  EXPECT_TRUE(monitor.slipped(-0.031));
+}
+
+TEST(WheelMonitor, HandsOnWhatItHearsUntilTheWheelsAreRejectedAndBeginsAnewBehindThat) {
+  WheelMonitor monitor(EkfConfig{});
+  EXPECT_EQ(monitor.reliability(), WheelReliability::kNone);
+  const auto hear = [&](double x) { return monitor.hear({Timestamp{}, {x, 0.0, 0.0}}); };
+  EXPECT_TRUE(hear(0.0));
+  EXPECT_EQ(monitor.reliability(), WheelReliability::kConsistent);
+  Pose2 odom, map;
+  const auto go = [&](double turned, int stretches) {
+    for (int i = 0; i < stretches; ++i)
+      monitor.compare(odom = odom * Pose2{0.06, 0.0, turned}, map = map * Pose2{0.06, 0.0, 0.0}, true);
+  };
+  go(0.3, 100);
+  EXPECT_EQ(monitor.reliability(), WheelReliability::kRejected);
+  EXPECT_FALSE(hear(1.0));
+  EXPECT_FALSE(hear(2.0));
+  go(0.0, 500);
+  ASSERT_EQ(monitor.reliability(), WheelReliability::kConsistent);
+  auto sample = hear(3.0);
+  ASSERT_TRUE(sample);
+  EXPECT_TRUE(sample->restarted) << "what they told meanwhile is not made up for";
+  sample = hear(3.5);
+  EXPECT_FALSE(sample->restarted);
+}
+
+TEST(WheelMonitor, JudgesByScansThatToldTheWholePoseOnly) {
+  const auto rejected = [](bool complete, bool heard) {
+    WheelMonitor monitor(EkfConfig{});
+    if (heard) monitor.hear({});
+    const EkfConfig config;
+    Pose2 odom, map;
+    for (int i = 0; i < 200; ++i) {
+      Ekf filter(config, Timestamp{}, odom = odom * Pose2{0.06, 0.0, 0.3});
+      monitor.compare(filter, map = map * Pose2{0.06, 0.0, 0.0}, complete);
+    }
+    return !monitor.believed();
+  };
+  EXPECT_TRUE(rejected(true, true));
+  EXPECT_FALSE(rejected(false, true));
+  EXPECT_FALSE(rejected(true, false)) << "there are no wheels";
+}
+
+}  // namespace
+}  // namespace slam

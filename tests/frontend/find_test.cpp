@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the front end believes once its prediction has led nowhere, and what it takes for being carried away.
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <memory>
+#include <vector>
+
+#include "frontend/place_drive.hpp"
+
+namespace slam {
+namespace {
+
+using test::Place;
+using test::PlaceDrive;
+
+const Eigen::Vector3d kStand(0, 0, 0);
+
+/// A hall of 8 m by 5 m, told from its mirror image by two cupboards. @param partition a wall across most of it
+/// @param boxes as many crates, each before another piece of wall
+Place hall(bool partition, int boxes = 0) {
+  Place place{.name = "Hall", .low = {-3, -2}, .high = {3, 2}};
+  test::addWalls(place.world, {{-4, -2.5}, {4, -2.5}, {4, 2.5}, {-4, 2.5}});
+  place.world.add(sim::Box{-3.6, 1.9, 0.0, 0.8, 1.2});
+  place.world.add(sim::Box{3.2, -2.3, 0.0, 1.6, 0.4});
+  if (partition) place.world.add(sim::Box{1.2, -0.6, 0.0, 0.2, 3.0});
+  for (int i = 0; i < boxes; ++i) place.world.add(sim::Box{-2.6 + 0.9 * i, -1.7, 0.0, 0.45, 0.3});
+  return place;
+}
+
+/// Somewhere else altogether: four bare walls.
+Place elsewhere(const Eigen::Vector2d& low, const Eigen::Vector2d& high) {
+  Place place{.name = "Elsewhere", .low = low, .high = high};
+  test::addWalls(place.world, {low, {high.x(), low.y()}, high, {low.x(), high.y()}});
+  return place;
+}
+
+/// Nothing but posts, which fit no walls wherever they are laid.
+Place posts(const Eigen::Vector2d& centre) {
+  Place place{.name = "Posts", .low = centre, .high = centre};
+  for (int i = 0; i < 16; ++i) {
+    const double angle = 0.39 * i + 0.1 * (i % 4), distance = 1.6 + 0.37 * (i * 7 % 5);
+    place.world.add(
+        sim::Cylinder{centre.x() + distance * std::cos(angle), centre.y() + distance * std::sin(angle), 0.12});
+  }
+  return place;
+}
+
+/// The robot learns a hall, driving to and fro, and is then lifted somewhere else in it, which the wheels do not see.
+PlaceDrive liftedIn(const Place& place, const LocalizerConfig& config = {}) {
+  PlaceDrive drive(place, config);
+  drive.truth = {-1.0, 1.0, 0.0};
+  drive.run(1.0, kStand);
+  for (int i = 0; i < 4; ++i) drive.run(10.0, {i % 2 == 0 ? 0.3 : -0.3, 0, 0});  // 3 m: it sees both sides
+  EXPECT_TRUE(drive.last.fused);
+  drive.truth = drive.truth * Pose2{0.4, -0.45, 0.7};  // no further than a robot gets from scan to scan
+  return drive;
+}
+/// Of the pose, whose map begins where the robot did [m].
+double error(const PlaceDrive& drive) {
+  const Pose2 truth = Pose2{-1.0, 1.0, 0.0}.inverse() * drive.truth;
+  return (drive.front_end->estimate(drive.now).T_map_base.translation() - truth.translation()).norm();
+}
+
+TEST(Find, IsNotBelievedWhereTheScanSeesThroughAWallThatIsKnown) {
+  for (const bool removed : {false, true}) {
+    PlaceDrive drive = liftedIn(hall(true));
+    if (removed) drive.place = hall(false);
+    drive.run(0.8, kStand);
+    EXPECT_EQ(drive.last.fused, !removed);
+    if (!removed) {
+      EXPECT_LT(error(drive), 0.05);
+    }
+  }
+}
+
+TEST(Find, ThatFitsWorseIsBelievedOnlyWhileNothingStandsWhereTheRobotSawThrough) {
+  for (const auto& [boxes, believed] : {std::pair(0, true), std::pair(1, true), std::pair(5, false)}) {
+    PlaceDrive drive = liftedIn(hall(false));
+    drive.place = hall(false, boxes);
+    drive.run(0.8, kStand);
+    EXPECT_EQ(drive.last.fused, believed) << boxes << ", overlap " << drive.last.match.overlap;
+  }
+}
+
+TEST(Find, NeedsTheOverlapThatItIsToldTo) {
+  for (const auto& [trusted, believed] : {std::pair(0.7, true), std::pair(1.01, false)}) {
+    LocalizerConfig config;
+    config.search.trusted_overlap = trusted;
+    PlaceDrive drive = liftedIn(hall(false), config);
+    drive.run(0.8, kStand);
+    EXPECT_EQ(drive.last.fused, believed);
+  }
+}
+
+TEST(Find, AMatchFromAVaguePredictionMustBeOne) {
+  struct Case {
+    double distance, rotation;
+    bool believed;
+  };
+  // Nothing is ever found here. @return whether a match is believed again after one scan that told nothing
+  for (const Case& c : {Case{0.5, 0.35, true}, Case{1e-4, 0.35, false}, Case{0.5, 1e-5, false}}) {
+    LocalizerConfig config;
+    config.search.trusted_overlap = 1.01;
+    config.validator.vague_distance = c.distance;
+    config.validator.vague_rotation = c.rotation;
+    PlaceDrive drive(hall(false), config);
+    drive.truth = {-1.0, 1.0, 0.0};
+    drive.run(4.0, kStand);
+    EXPECT_TRUE(drive.last.fused) << "as long as the way is not lost";
+    const Place sound = drive.place;
+    drive.place = elsewhere({-2.0, 0.2}, {0.3, 1.7});
+    drive.run(0.2, kStand);
+    ASSERT_FALSE(drive.last.fused);
+    drive.place = sound;
+    drive.run(0.4, kStand);
+    EXPECT_EQ(drive.last.fused, c.believed) << c.distance << " " << c.rotation;
+  }
+}
+
+/// Scans match no longer while the wheels tell this motion. @return whether the robot takes itself for carried away
+bool carriedAway(const Eigen::Vector3d& motion, LocalizerConfig config = {}) {
+  config.search.trusted_overlap = 1.01;  // nor is anything found
+  PlaceDrive drive(hall(false), config);
+  drive.truth = {-2.5, 0.5, 0.0};
+  drive.run(4.0, kStand);
+  EXPECT_TRUE(drive.last.fused);
+  drive.place = posts({-2.0, 0.5});
+  const auto keyframes = drive.front_end->counters().keyframes;
+  // It takes nine scans and more than a second until it decides: 1.8 s.
+  for (int i = 0; i < 20 && drive.front_end->counters().lost == 0; ++i) {
+    if (drive.front_end->counters().keyframes != keyframes) return false;
+    drive.run(0.2, motion / 1.8);
+    EXPECT_FALSE(drive.last.fused);
+  }
+  return drive.front_end->counters().lost > 0;
+}
+
+TEST(CarriedAway, IsARobotThatIsStillNearToWhereItLastMatched) {
+  EXPECT_TRUE(carriedAway(kStand));
+  EXPECT_TRUE(carriedAway({0.9, 0, 0}));
+  EXPECT_FALSE(carriedAway({1.15, 0, 0}));
+  EXPECT_TRUE(carriedAway({0, 0, 1.35}));
+  EXPECT_FALSE(carriedAway({0, 0, 1.7}));
+  EXPECT_FALSE(carriedAway({-1.15, 0, 0}));
+  EXPECT_FALSE(carriedAway({0, 0, -1.7}));
+  LocalizerConfig config;
+  config.kidnap_distance = 1.5;
+  EXPECT_TRUE(carriedAway({1.15, 0, 0}, config));
+  config = {};
+  config.kidnap_rotation = 2.0;
+  EXPECT_TRUE(carriedAway({0, 0, 1.7}, config));
+  config = {};
+  config.localise_only = true;
+  EXPECT_TRUE(carriedAway({1.15, 0, 0}, config)) << "in a given map there is nothing else to know";
+  config = {};
+  config.lost_position_sigma = 0.01;
+  EXPECT_TRUE(carriedAway({1.15, 0, 0}, config)) << "the wheels' way is too uncertain";
+}
+
+TEST(CarriedAway, IsDecidedAfterSoManyScansAndSoLong) {
+  const auto decidedAfter = [](int failures, double degraded) {
+    LocalizerConfig config;
+    config.search.trusted_overlap = 1.01;
+    config.keyframe.max_failures = failures;
+    config.degraded_after = degraded;
+    PlaceDrive drive(hall(false), config);
+    drive.truth = {-2.5, 0.5, 0.0};
+    drive.run(2.0, kStand);
+    drive.place = posts({-2.0, 0.5});
+    int scans = 0;
+    while (drive.front_end->counters().lost == 0 && scans < 100) {
+      drive.run(0.2, kStand);
+      ++scans;
+    }
+    return scans;
+  };
+  EXPECT_EQ(decidedAfter(8, 1.0), 9);
+  EXPECT_EQ(decidedAfter(3, 0.1), 4);
+  EXPECT_EQ(decidedAfter(3, 3.0), 15);
+}
+
+TEST(State, IsDegradedAfterItsTimeAndLostByItsSigma) {
+  const auto standing = [](const LocalizerConfig& config) {
+    PlaceDrive drive(hall(false), config);
+    drive.run(2.0, kStand);
+    return drive;
+  };
+  LocalizerConfig config;
+  config.degraded_after = 0.7;
+  const PlaceDrive drive = standing(config);
+  const auto after = [](const PlaceDrive& d, double seconds) {
+    return d.front_end->estimate(d.now + fromSeconds(seconds));
+  };
+  EXPECT_EQ(after(drive, 0.69).state, LocalisationState::kLocalised);
+  EXPECT_EQ(after(drive, 0.71).state, LocalisationState::kDegraded);
+  const Eigen::Matrix3d P = after(drive, 0.5).covariance;
+  const double sigma = std::sqrt(std::max(P(0, 0), P(1, 1)));
+  config.lost_position_sigma = 1.01 * sigma;
+  EXPECT_EQ(after(standing(config), 0.5).state, LocalisationState::kLocalised);
+  config.lost_position_sigma = 0.99 * sigma;
+  EXPECT_EQ(after(standing(config), 0.5).state, LocalisationState::kLost);
+}
+
+TEST(IsMoving, FromItsSpeedOrItsTurnOn) {
+  EXPECT_FALSE(isMoving({0.019, 0, 0.049}));
+  EXPECT_TRUE(isMoving({0.021, 0, 0}));
+  EXPECT_TRUE(isMoving({-0.021, 0, 0}));
+  EXPECT_TRUE(isMoving({0, 0.021, 0}));
+  EXPECT_TRUE(isMoving({0, 0, 0.051}));
+  EXPECT_TRUE(isMoving({0, 0, -0.051}));
+}
+
+TEST(State, IsDegradedByOneScanThatMatchesNothing) {
+  PlaceDrive drive(hall(false));
+  drive.run(2.0, kStand);
+  EXPECT_EQ(drive.front_end->estimate(drive.now).state, LocalisationState::kLocalised);
+  drive.place = posts({0.0, 0.0});
+  drive.run(0.2, kStand);
+  ASSERT_FALSE(drive.last.fused);
+  EXPECT_EQ(drive.front_end->estimate(drive.now).state, LocalisationState::kDegraded);
+}
+
+TEST(DepthViews, AreDrawnAfterADistanceOrATurnOrATime) {
+  const auto drawn = [](const Eigen::Vector3d& motion, double period) {
+    LocalizerConfig config;
+    config.depth.period = period;
+    PlaceDrive drive(hall(false), config);
+    drive.run(2.0, kStand);
+    auto laser = std::make_unique<PseudoLaser>();
+    laser->stamp = drive.now;
+    EXPECT_NE(drive.front_end->add(*laser), nullptr);
+    drive.run(1.0, motion);
+    laser->stamp = drive.now;
+    return drive.front_end->add(*laser) != nullptr;
+  };
+  EXPECT_FALSE(drawn(kStand, 1.5));
+  EXPECT_TRUE(drawn(kStand, 0.9));
+  EXPECT_FALSE(drawn({0.04, 0, 0}, 1e3));
+  EXPECT_TRUE(drawn({0.06, 0, 0}, 1e3));
+  EXPECT_FALSE(drawn({0, 0, 0.04}, 1e3));
+  EXPECT_TRUE(drawn({0, 0, -0.06}, 1e3));
+}
+
+}  // namespace
+}  // namespace slam

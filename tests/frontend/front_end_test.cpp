@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "frontend/front_end.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <vector>
+
+#include "frontend/drive.hpp"
+#include "support/allocations.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+using test::Drive;
+using test::kCurve;
+using test::kSpin;
+using test::kStand;
+
+TEST(FrontEnd, FollowsACurveUnderNoiseAndLearnsTheGyroBias) {
+  Drive drive;
+  drive.run(2.0, kStand);
+  drive.run(20.0, kCurve);
+  EXPECT_LT(drive.error(), 0.03);
+  EXPECT_EQ(drive.state(), LocalisationState::kLocalised);
+  EXPECT_NEAR(drive.front_end->odometry(drive.now).gyro_bias, 0.01, 0.002);
+  EXPECT_GT(drive.front_end->counters().keyframes, 3U);
+}
+
+TEST(FrontEnd, OdometryUsesTheBiasThatScansTellAndNeverJumps) {
+  Drive drive;
+  drive.gyro_offset = 0.05;
+  Pose2 odom = drive.front_end->odometry(drive.now).T_odom_base, truth = drive.truth;
+  double farthest = 0.0, most_turned = 0.0;
+  const auto go = [&](double seconds, const Eigen::Vector3d& twist) {
+    for (double t = 0.0; t < seconds; t += 0.1) {
+      drive.run(0.1, twist);
+      const Pose2 now = drive.front_end->odometry(drive.now).T_odom_base;
+      const Pose2 step = between(odom, now), driven = between(truth, drive.truth);
+      farthest = std::max(farthest, (step.translation() - driven.translation()).norm());
+      most_turned = std::max(most_turned, std::abs(wrapAngle(step.theta - driven.theta)));
+      odom = now;
+      truth = drive.truth;
+    }
+  };
+  go(20.0, kCurve);  // it has never stood still
+  EXPECT_NEAR(drive.front_end->odometry(drive.now).gyro_bias, 0.06, 0.003);
+  const Pose2 begin = odom, true_begin = truth;
+  go(20.0, kCurve);
+  EXPECT_NEAR(wrapAngle(between(begin, odom).theta - between(true_begin, truth).theta), 0.0, 0.03);
+  go(2.0, kStand);
+  EXPECT_LT(farthest, 0.03);
+  EXPECT_LT(most_turned, 0.02);
+}
+
+TEST(FrontEnd, WorksWithScansAlone) {
+  Drive drive;
+  drive.wheels = drive.imu = false;
+  drive.run(1.0, kStand);
+  drive.run(15.0, {0.2, 0, 0.2});
+  EXPECT_LT(drive.error(), 0.05);
+  EXPECT_EQ(drive.state(), LocalisationState::kLocalised);
+}
+
+TEST(FrontEnd, OutweighsWheelsThatKeepLying) {
+  Drive drive;
+  drive.imu = false;
+  drive.run(2.0, kStand);
+  drive.wheel_factor = -1.0;  // forwards is reported as backwards
+  drive.run(10.0, kCurve);
+  EXPECT_LT(drive.error(), 0.12);  // the wheels carry the pose astray for up to 180 ms after a scan
+  EXPECT_TRUE(drive.last.fused);
+}
+
+TEST(FrontEnd, DoesNotHearWheelsThatKeepLyingUntilTheyTellTheTruth) {
+  for (const bool imu : {true, false}) {
+    Drive drive;
+    drive.imu = imu;
+    drive.run(2.0, kStand);
+    drive.wheel_factor = -1.0;
+    drive.run(30.0, kCurve);
+    EXPECT_EQ(drive.front_end->counters().wheels_withdrawn, 1U);
+    EXPECT_LT(drive.error(), 0.06);  // of a lidar alone, up to 180 ms after a scan
+    drive.wheel_factor = 1.0;
+    drive.run(60.0, kCurve);
+    EXPECT_LT(drive.error(), 0.03);
+    drive.lidar = false;
+    drive.run(2.0, kCurve);
+    EXPECT_LT(drive.error(), 0.1) << "the wheels are not heard again";
+    EXPECT_EQ(drive.front_end->counters().wheels_withdrawn, 1U);
+  }
+}
+
+TEST(FrontEnd, CorrectsWheelsOfAWrongRadius) {
+  for (const double factor : {0.75, 1.2, 1.5}) {
+    Drive drive;
+    drive.wheel_factor = factor;
+    drive.run(2.0, kStand);
+    drive.run(20.0, kCurve);
+    EXPECT_NEAR(drive.front_end->counters().wheels_scale, factor, 0.03 * factor);
+    EXPECT_EQ(drive.front_end->counters().wheels_withdrawn, 0U) << factor;
+    drive.lidar = false;
+    drive.run(8.0, kCurve);
+    EXPECT_LT(drive.error(), 0.1) << factor;
+  }
+}
+
+TEST(FrontEnd, WheelsThatFellSilentAreNotJudgedMeanwhile) {
+  for (const bool imu : {true, false}) {
+    Drive drive;
+    drive.imu = imu;
+    drive.run(2.0, kStand);
+    drive.wheels = false;
+    drive.run(20.0, kCurve);
+    EXPECT_LT(drive.error(), 0.06) << "of a lidar alone";
+    EXPECT_NEAR(drive.front_end->counters().wheels_scale, 1.0, 0.02);
+    EXPECT_EQ(drive.front_end->counters().wheels_withdrawn, 0U);
+    drive.wheels = true;
+    drive.run(4.0, kCurve);
+    EXPECT_NEAR(drive.front_end->counters().wheels_scale, 1.0, 0.05);
+    drive.lidar = false;
+    drive.run(4.0, kCurve);
+    EXPECT_LT(drive.error(), 0.1);
+  }
+}
+
+TEST(FrontEnd, JoinsOdomAndMap) {
+  Drive drive;
+  drive.run(2.0, kStand);
+  drive.run(5.0, kCurve);
+  const OdometryEstimate odometry = drive.front_end->odometry(drive.now);
+  const Pose2 joined = odometry.T_map_odom * odometry.T_odom_base;
+  const Pose2 error = between(drive.front_end->estimate(drive.now).T_map_base, joined);
+  EXPECT_LT(std::hypot(error.x, error.y), 1e-9);
+}
+
+TEST(FrontEnd, SurvivesScansThatSayNothing) {
+  Drive drive;
+  drive.run(2.0, kStand);
+  auto empty = std::make_unique<LaserScan>();
+  empty->stamp = drive.now;
+  for (int i = 0; i < 50; ++i) {
+    EXPECT_FALSE(drive.front_end->add(*empty).fused);
+    empty->stamp += 100ms;
+  }
+  drive.run(6.0, kStand);
+  EXPECT_EQ(drive.state(), LocalisationState::kLocalised);
+}
+
+TEST(FrontEnd, DoesNotAllocateAfterStartUp) {
+  Drive drive;
+  drive.run(1.0, kStand);
+  EXPECT_EQ(test::allocationsDuring([&] { drive.run(5.0, kCurve); }), 0U);
+}
+
+}  // namespace
+}  // namespace slam

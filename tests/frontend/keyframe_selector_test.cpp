@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "frontend/keyframe_selector.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <vector>
+
+#include "frontend/drive.hpp"
+#include "support/allocations.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+using test::Drive;
+using test::kCurve;
+using test::kSpin;
+using test::kStand;
+
+TEST(KeyframeSelector, NoisyWheelsTellLessOfTheWayAlongACorridor) {
+  /// @return [m^2/m] variance of the way along the corridor, where the lidar did not see it
+  const auto variance = [](double noise) {
+    Drive drive;
+    drive.imu = false;
+    drive.room = {.length = 60.0, .width = 3.0, .reach = 12.0, .range_sigma = 0.01};
+    drive.truth = {-28.0, 0.0, 0.0};
+    std::mt19937 random(1);
+    std::normal_distribution<double> normal;
+    double sum = 0.0, way = 0.0;
+    while (drive.truth.x < 5.0) {  // the first metres in sight of the corridor's end
+      drive.pretend({noise * std::sqrt(0.05) * normal(random), 0.0, 0.0});
+      drive.run(0.1, {0.5, 0.0, 0.0});
+      const Keyframe* keyframe = drive.last.keyframe;
+      if (keyframe == nullptr || keyframe->look || keyframe->observable == 3) continue;
+      sum += keyframe->step_covariance(0, 0);
+      way += keyframe->T_previous_base.x;
+    }
+    EXPECT_GT(way, 5.0) << "[m]";
+    return sum / way;
+  };
+  const double good = variance(0.0), noisy = variance(0.2);
+  EXPECT_GT(noisy, 1.5 * good);
+  EXPECT_LT(noisy, 10.0 * good);
+}
+
+TEST(KeyframeSelector, StopsKeepingScansOfAKnownPlaceButGoesOnLooking) {
+  Drive drive;
+  drive.run(2.0, kStand);
+  for (int lap = 0; lap < 4; ++lap) drive.run(16.0, kCurve);  // circles of 0.75 m radius
+  const auto known = drive.front_end->counters().keyframes;
+  bool looked = false;
+  for (int step = 0; step < 160; ++step) {
+    drive.run(0.2, kCurve);
+    looked |= drive.last.keyframe != nullptr && drive.last.keyframe->look;
+  }
+  EXPECT_EQ(drive.front_end->counters().keyframes, known);
+  EXPECT_TRUE(looked);
+}
+
+/// Cuts a drive down to what the selector sees: clouds at poses.
+class Selected {
+ public:
+  explicit Selected(const LocalizerConfig& given = {}, const LocalizerStart& start = {})
+      : config(given), local_map(config), selector(config, start) {
+    cloud.stamp = Timestamp{100s};
+    cloud.points.push_back({.position = {1.0, 0.5}});
+  }
+  const Keyframe* keep(const Pose2& T_map_base, int observable = 3) {
+    MatchResult match;
+    match.observable = observable;
+    selector.addDrift(T_map_base, observable == 0 ? nullptr : &match, wheels);
+    return selector.keep(cloud, T_map_base, match, local_map);
+  }
+
+  LocalizerConfig config;
+  LocalMap local_map;
+  WheelMonitor wheels{EkfConfig{}};
+  KeyframeSelector selector;
+  Cloud cloud;
+};
+
+TEST(KeyframeSelector, CountsIdsFromTheMapsSizeAndSegmentsFromZero) {
+  Selected selected({}, {.map_id = 7, .first_keyframe = 40, .in_known_map = true});
+  const Keyframe* keyframe = selected.keep({1.0, 2.0, 0.3});
+  EXPECT_EQ(keyframe->map_id, 7);
+  EXPECT_EQ(keyframe->id, 40);
+  EXPECT_EQ(keyframe->origin, KeyframeOrigin::kLost) << "it has to be found in the map";
+  EXPECT_EQ(keyframe->T_previous_base, Pose2{});
+  keyframe = selected.keep({1.2, 2.0, 0.3});
+  EXPECT_EQ(keyframe->id, 41);
+  EXPECT_EQ(keyframe->origin, KeyframeOrigin::kContinued);
+  selected.selector.beginSegment(KeyframeOrigin::kGiven);
+  selected.local_map.clear({0.0, 0.0});
+  keyframe = selected.keep({5.0, 0.0, 0.0});
+  EXPECT_EQ(keyframe->id, 42);
+  EXPECT_EQ(keyframe->segment, 1);
+  EXPECT_EQ(keyframe->origin, KeyframeOrigin::kGiven);
+}
+
+TEST(KeyframeSelector, InAGivenMapASegmentForgetsTheOneBefore) {
+  LocalizerConfig config;
+  config.localise_only = true;
+  Selected selected(config, {.first_keyframe = 40, .in_known_map = true});
+  selected.keep({});
+  selected.keep({0.2, 0.0, 0.0});
+  selected.selector.beginSegment(KeyframeOrigin::kLost);
+  EXPECT_EQ(selected.keep({0.4, 0.0, 0.0})->id, 40);
+}
+
+TEST(KeyframeSelector, AStepIsAsUncertainAsWhatToldItsWay) {
+  const auto variance = [](int observable) {
+    Selected selected;
+    selected.keep({});
+    return selected.keep({4.0, 0.0, 0.0}, observable)->step_covariance(0, 0);
+  };
+  const double matched = variance(3), predicted = variance(0);
+  EXPECT_NEAR(matched, 0.01 * 0.01 * 4.0, 1e-7) << "the walk of DriftConfig";
+  EXPECT_NEAR(predicted, matched + EkfConfig{}.wheelTranslationVariance(4.0), 1e-7) << "and of the wheels";
+}
+
+}  // namespace
+}  // namespace slam

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "frontend/match_validator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <vector>
+
+#include "frontend/drive.hpp"
+#include "support/allocations.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+using test::Drive;
+using test::kCurve;
+using test::kSpin;
+using test::kStand;
+
+/// Where a beam meets a person's legs, or as far as it went without the person.
+float behind(const Pose2& lidar, const Beam& beam, const Eigen::Vector2d& person) {
+  constexpr double kRadius = 0.2;  // [m]
+  const double bearing = lidar.theta + beam.bearing;
+  const Eigen::Vector2d direction(std::cos(bearing), std::sin(bearing)), to = person - lidar.translation();
+  const double along = to.dot(direction), inside = kRadius * kRadius - (to.squaredNorm() - along * along);
+  if (along <= 0.0 || inside <= 0.0) return beam.range;
+  const double range = along - std::sqrt(inside);
+  return beam.range > 0.0F && beam.range < range ? beam.range : static_cast<float>(range);
+}
+
+TEST(MatchValidator, IsNotPulledAlongACorridorByWhoWalksThere) {
+  for (const double pace : {-1.2, 0.3}) {  // [m/s]
+    Drive drive;
+    drive.room = {.length = 80.0, .width = 2.0, .reach = 8.0, .range_sigma = 0.01};
+    Eigen::Vector2d person(1.5, 0.4);
+    drive.rearrange = [&](LaserScan& scan) {
+      person.x() += 0.18 * pace;
+      if (std::abs(person.x() - drive.truth.x) > 4.0) person.x() = drive.truth.x - std::copysign(3.0, pace);
+      for (int i = 0; i < scan.size; ++i) {
+        Beam& beam = scan.storage[static_cast<std::size_t>(i)];
+        beam.range = behind(drive.truth, beam, person);
+      }
+    };
+    drive.run(2.0, kStand);
+    drive.run(40.0, {0.3, 0, 0});
+    EXPECT_LT(drive.error(), 1.2) << pace << "; 12 m and more if each match is believed";
+    EXPECT_GT(drive.front_end->counters().scans_held, 50U) << pace;
+    EXPECT_EQ(drive.front_end->counters().wheels_withdrawn, 0U) << pace;
+  }
+}
+
+TEST(MatchValidator, BelievesACorridorsEndWhereAWheelSlips) {
+  for (const double side : {-1.0, 1.0}) {
+    Drive drive;
+    drive.imu = false;
+    drive.room = {.length = 30.0, .width = 2.0, .reach = 20.0, .range_sigma = 0.01};
+    drive.run(2.0, kStand);
+    drive.run(6.0, {0.3, 0, 0});
+    const std::uint32_t held = drive.front_end->counters().scans_held;
+    for (int i = 0; i < 6; ++i) {
+      drive.run(3.0, {0.3, 0, 0});
+      drive.pretend({0.12, 0.0, 0.08 * side});
+      drive.run(0.2, {0.3, 0, 0});
+      EXPECT_LT(drive.error(), 0.1) << "after slip " << i;
+    }
+    EXPECT_EQ(drive.front_end->counters().scans_held, held);
+  }
+}
+
+}  // namespace
+}  // namespace slam

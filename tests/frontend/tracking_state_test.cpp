@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "frontend/tracking_state.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <vector>
+
+#include "frontend/drive.hpp"
+#include "support/allocations.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+using test::Drive;
+using test::kCurve;
+using test::kSpin;
+using test::kStand;
+
+TEST(TrackingState, IsDegradedWithoutLidarAndLocalisedAgainWithIt) {
+  Drive drive;
+  drive.run(2.0, kStand);
+  drive.run(4.0, kCurve);
+  drive.lidar = false;
+  drive.run(3.0, kCurve);
+  EXPECT_EQ(drive.state(), LocalisationState::kDegraded);
+  EXPECT_LT(drive.error(), 0.15);
+  drive.lidar = true;
+  drive.run(2.0, kCurve);
+  EXPECT_EQ(drive.state(), LocalisationState::kLocalised);
+  EXPECT_LT(drive.error(), 0.04);
+}
+
+TEST(TrackingState, IsInitialisingUntilAScanIsPlaced) {
+  Drive drive;
+  drive.lidar = false;
+  drive.run(2.0, kStand);
+  EXPECT_EQ(drive.state(), LocalisationState::kInitialising);
+}
+
+TEST(TrackingState, AFastLidarIsNotLostBehindADoorSill) {
+  Drive drive;
+  drive.scan_every = 1;  // 50 Hz
+  drive.run(4.0, {0.3, 0, 0.1});
+  const test::Room room = drive.room;
+  drive.room = {.length = 1.1, .width = 0.9};  // legs all around
+  drive.run(0.5, {0.3, 0, 0.1});
+  EXPECT_NE(drive.state(), LocalisationState::kLost);
+  drive.room = room;
+  drive.run(1.0, {0.3, 0, 0.1});
+  EXPECT_EQ(drive.front_end->counters().lost, 0U);
+  EXPECT_EQ(drive.state(), LocalisationState::kLocalised);
+  EXPECT_LT(drive.error(), 0.05);
+}
+
+MatchResult matched(double overlap) {
+  MatchResult match;
+  match.status = MatchStatus::kConverged;
+  match.observable = 3;
+  match.overlap = overlap;
+  return match;
+}
+
+TEST(TrackingState, MustActAfterManyFailuresThatLast) {
+  LocalizerConfig config;  // 8 failures, 1 s
+  TrackingState tracking(config, false);
+  Timestamp now{100s};
+  tracking.begin(now, {}, {});
+  EXPECT_EQ(tracking.state(now, Eigen::Matrix3d::Zero()), LocalisationState::kLocalised);
+  const MatchResult none;
+  for (int i = 0; i < 8; ++i) EXPECT_FALSE(tracking.fail(none, now += 200ms, true, true)) << i;
+  EXPECT_FALSE(tracking.fail(none, now, false, true)) << "a scan that says nothing is no failure";
+  EXPECT_EQ(tracking.failures(), 8);
+  EXPECT_FALSE(tracking.fail(none, now, true, false)) << "nobody could take a keyframe";
+  EXPECT_TRUE(tracking.fail(none, now, true, true));
+  EXPECT_EQ(tracking.failures(), 0);
+
+  tracking.follow(matched(0.9), now, {}, {});
+  for (int i = 0; i < 20; ++i) EXPECT_FALSE(tracking.fail(none, now += 40ms, true, true)) << "a fast lidar fails often";
+  EXPECT_TRUE(tracking.fail(none, now += 300ms, true, true));
+}
+
+TEST(TrackingState, KnowsTheLastMatchAndTheMotionToIt) {
+  TrackingState tracking({}, false);
+  const Timestamp now{100s};
+  const Pose2 first{1.0, 2.0, 0.3}, motion{0.1, 0.02, 0.05}, T_new_old{3.0, -1.0, 0.7};
+  tracking.begin(now, first, {5.0, 0.0, 0.0});
+  tracking.follow(matched(0.8), now + 200ms, first * motion, {5.1, 0.0, 0.0});
+  tracking.fail(matched(0.3), now + 400ms, true, true);
+  EXPECT_EQ(tracking.overlap(), 0.3);
+  EXPECT_EQ(tracking.fusedOverlap(), 0.8);
+  EXPECT_NEAR(tracking.lastMotion().x, motion.x, 1e-12);
+  EXPECT_EQ(tracking.lastOdometry(), (Pose2{5.1, 0.0, 0.0}));
+  tracking.transform(T_new_old);
+  EXPECT_EQ(tracking.lastPose(), T_new_old * (first * motion));
+  EXPECT_NEAR(tracking.lastMotion().x, motion.x, 1e-12) << "the map moved, not the robot";
+}
+
+TEST(TrackingState, ARobotNearToItsLastPoseWasCarriedAwayAndOneFurtherOnHasLeftTheMap) {
+  LocalizerConfig config;  // 1 m, 1.5 rad, sigma 1 m
+  const Eigen::Matrix3d sure = 0.01 * Eigen::Matrix3d::Identity();
+  TrackingState tracking(config, false);
+  tracking.begin(Timestamp{100s}, {1.0, 0.0, 0.0}, {});
+  EXPECT_TRUE(tracking.carriedAway({1.9, 0.0, 0.0}, sure));
+  EXPECT_FALSE(tracking.carriedAway({2.1, 0.0, 0.0}, sure));
+  EXPECT_FALSE(tracking.carriedAway({1.0, 0.0, 1.6}, sure));
+  EXPECT_TRUE(tracking.carriedAway({2.1, 0.0, 0.0}, 1.1 * Eigen::Matrix3d::Identity()));
+  config.localise_only = true;
+  EXPECT_TRUE(TrackingState(config, false).carriedAway({50.0, 0.0, 0.0}, sure)) << "a given map has no outside";
+}
+
+TEST(TrackingState, IsLostOnlyOnceItHadBeenPlaced) {
+  TrackingState tracking({}, true);
+  const Timestamp now{100s};
+  const Eigen::Matrix3d sure = Eigen::Matrix3d::Zero();
+  EXPECT_EQ(tracking.state(now, sure), LocalisationState::kInitialising);
+  tracking.begin(now, {}, {});
+  EXPECT_EQ(tracking.state(now, sure), LocalisationState::kInitialising) << "in a known map, and not found in it";
+  tracking.place();
+  EXPECT_EQ(tracking.state(now, sure), LocalisationState::kLocalised);
+  EXPECT_EQ(tracking.state(now, 1.1 * Eigen::Matrix3d::Identity()), LocalisationState::kLost);
+  tracking.beginSegment(false);
+  EXPECT_EQ(tracking.state(now, sure), LocalisationState::kLost);
+  tracking.beginSegment(true);
+  EXPECT_EQ(tracking.state(now, sure), LocalisationState::kLocalised) << "a person said where it is";
+  tracking.refute();
+  EXPECT_EQ(tracking.state(now, sure), LocalisationState::kLost);
+}
+
+}  // namespace
+}  // namespace slam

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "relocalisation/place_search.hpp"
+
+#include <gtest/gtest.h>
+#include <numeric>
+
+#include "support/simulated_keyframes.hpp"
+
+namespace slam::test {
+namespace {
+
+using Outcome = PlaceSearch::Outcome;
+
+const Eigen::Vector3d kStep(0.002, 0.002, 0.0005);
+
+/// A map of both rooms, and a segment that was driven in the first.
+class Searched {
+ public:
+  explicit Searched(const PlaceSearchConfig& config = {}) : map_drive_(twins(), 1), drive_(twins(), 2), places(config) {
+    for (const double x : {0.0, kTwins}) {
+      for (double s = -1.0; s <= 2.0; s += 0.5)
+        add(map_drive_.at({x + s, 0.0, 0.0}, Pose2{}, kStep), {x + s, 0.0, 0.0});
+    }
+    map_.resize(static_cast<std::size_t>(keyframes.size()));
+    std::iota(map_.begin(), map_.end(), 0);
+    places.begin(keyframes, map_);
+    first = keyframes.size();
+    for (double s = -0.5; s <= 1.5; s += 0.25) {
+      truth = {s, 0.1, 0.05};
+      const Keyframe& keyframe = drive_.at(truth, kStep);
+      add(keyframe, keyframe.T_map_base);
+    }
+  }
+  PlaceSearch::Result search(const std::optional<PlaceWindow>& around = {}) {
+    return places.search(keyframes, first, keyframes.size() - 1, around);
+  }
+
+ private:
+  void add(const Keyframe& keyframe, const Pose2& T_map_base) {
+    keyframes.add(std::make_shared<const StoredScan>(keyframe), T_map_base);
+  }
+  KeyframeDrive map_drive_, drive_;
+  std::vector<int> map_;
+
+ public:
+  KeyframeGraph keyframes;
+  PlaceSearch places;
+  Pose2 truth;  ///< of the newest keyframe
+  int first = 0;
+};
+
+TEST(PlaceSearch, ChoosesBetweenAlikePlacesOnlyWhereAWindowDoes) {
+  Searched searched;
+  EXPECT_EQ(searched.search().outcome, Outcome::kAmbiguous);
+  for (const double x : {0.0, kTwins}) {
+    const Pose2 there{searched.truth.x + x, searched.truth.y, searched.truth.theta};
+    searched.places.begin();
+    const auto found = searched.search(PlaceWindow{there * Pose2{0.8, -0.5, 0.2}, 1.5, 0.5});
+    ASSERT_EQ(found.outcome, Outcome::kFound) << x;
+    const Pose2 error = between(there, found.T_map_newest);
+    EXPECT_LT(std::hypot(error.x, error.y), 0.1) << x;
+    EXPECT_LT(std::abs(error.theta), 0.03) << x;
+  }
+}
+
+TEST(PlaceSearch, SaysByHowMuchTheBestPlaceLeads) {
+  Searched searched;
+  const auto alike = searched.search();
+  ASSERT_EQ(alike.outcome, Outcome::kAmbiguous);
+  EXPECT_GE(alike.lead, 0.0);
+  EXPECT_LT(alike.lead, 0.5 * alike.needed);
+  const double x = alike.T_map_newest.x > 0.5 * kTwins ? kTwins : 0.0;
+  EXPECT_NEAR(alike.T_map_newest.x, searched.truth.x + x, 0.1);
+  searched.places.begin();
+  const auto alone = searched.search(PlaceWindow{searched.truth, 1.5, 0.5});
+  ASSERT_EQ(alone.outcome, Outcome::kFound);
+  EXPECT_GE(alone.lead, alone.needed);
+  EXPECT_EQ(alone.needed, PlaceSearchConfig{}.min_lead);
+}
+
+TEST(PlaceSearch, FindsNothingInAWindowBesideTheMap) {
+  Searched searched;
+  EXPECT_EQ(searched.search(PlaceWindow{{10.0, 30.0, 0.0}, 2.0, 0.5}).outcome, Outcome::kElsewhere);
+  const Pose2& truth = searched.truth;
+  EXPECT_EQ(searched.search(PlaceWindow{{truth.x, truth.y, truth.theta + 1.6}, 1.0, 0.3}).outcome, Outcome::kElsewhere)
+      << "where it cannot have turned so far";
+}
+
+TEST(PlaceSearch, FindsNothingWithoutAMap) {
+  Searched searched;
+  EXPECT_TRUE(searched.places.hasMap());
+  searched.places = PlaceSearch();
+  EXPECT_FALSE(searched.places.hasMap());
+  EXPECT_EQ(searched.search().outcome, Outcome::kElsewhere);
+}
+
+TEST(PlaceSearch, BelievesNoPlaceWhereTooLittleIsSeenAsMapped) {
+  PlaceSearchConfig config;
+  config.min_seen = 1.01;  // more than all
+  Searched searched(config);
+  EXPECT_EQ(searched.search(PlaceWindow{searched.truth, 1.5, 0.5}).outcome, Outcome::kElsewhere);
+}
+
+TEST(PlaceSearch, JudgesAMapByTheMeasureOfItsKind) {
+  PlaceSearchConfig config;
+  config.model.lead_share = 0.0;
+  EXPECT_EQ(Searched().search().outcome, Outcome::kAmbiguous);
+  EXPECT_EQ(Searched(config).search().outcome, Outcome::kFound);
+  const auto searched = [](const PlaceSearchConfig& with) {
+    Searched one(with);
+    return one.search(PlaceWindow{one.truth, 1.5, 0.5});
+  };
+  config = {};
+  config.model.lead_share = 0.5;
+  EXPECT_EQ(searched(config).needed, 0.5 * PlaceSearchConfig{}.min_lead);
+  config = {};
+  config.model.least_seen = 1.01;  // more than all
+  EXPECT_EQ(searched(config).outcome, Outcome::kElsewhere);
+  config = {};
+  config.model.beams.stopped = 1e-9;  // of walls that stop nothing
+  EXPECT_EQ(searched(config).outcome, Outcome::kElsewhere);
+}
+
+TEST(PlaceSearch, AFloorPlanIsLessSharpThanScansAndKnowsAll) {
+  const PlaceModel plan = floorPlanModel(), scans = scanMapModel();
+  EXPECT_GT(plan.beams.sigma, scans.beams.sigma);
+  EXPECT_GT(plan.least_seen, PlaceSearchConfig{}.min_seen);
+  EXPECT_LT(plan.lead_share, scans.lead_share);
+  EXPECT_EQ(plan.kind, MapKind::kFloorPlan);
+  EXPECT_EQ(scans.kind, PlaceSearchConfig{}.model.kind);
+}
+
+TEST(PlaceSearch, BelievesALoneContender) {
+  PlaceSearchConfig config;
+  config.min_lead = 1e9;  // nobody leads by so much ...
+  EXPECT_EQ(Searched(config).search().outcome, Outcome::kAmbiguous);
+  config.contenders = 1;  // ... but whom nobody follows
+  EXPECT_EQ(Searched(config).search().outcome, Outcome::kFound);
+}
+
+TEST(PlaceSearch, PlacesAreOneWithinADistanceAndATurn) {
+  const PlaceSearch search;
+  const Pose2 place{3.0, -2.0, 3.1};
+  EXPECT_TRUE(search.same(place, place * Pose2{0.74, 0.0, 0.19}));
+  EXPECT_FALSE(search.same(place, place * Pose2{0.0, 0.76, 0.0}));
+  EXPECT_FALSE(search.same(place, place * Pose2{0.0, 0.0, 0.21}));
+  EXPECT_FALSE(search.same(place, place * Pose2{0.0, 0.0, -0.21}));
+}
+
+}  // namespace
+}  // namespace slam::test

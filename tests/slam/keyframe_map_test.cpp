@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "slam/keyframe_map.hpp"
+
+#include <gmock/gmock.h>
+
+#include "support/simulated_keyframes.hpp"
+
+namespace slam {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+const Eigen::Vector3d kStep(0.002, 0.002, 0.0005);  // [m, m, rad]
+
+class KeyframeMapTest : public testing::Test {
+ protected:
+  void add(bool in_map) { map.add(drive.at({0.1 * map.keyframes.size(), 0.0, 0.0}, kStep), in_map); }
+
+  test::KeyframeDrive drive{test::furnishedRoom()};
+  KeyframeMap map;
+};
+
+TEST_F(KeyframeMapTest, TheFrontEndHoldsWhatItMadeWhereTheGraphHasIt) {
+  add(true);
+  add(false);
+  ASSERT_EQ(map.in_reference.size(), 2U);
+  EXPECT_EQ(map.in_reference[1].T_map_base, map.keyframes.pose(1));
+  EXPECT_TRUE(map.inReference(1));
+  EXPECT_FALSE(map.inReference(2));
+  EXPECT_THAT(map.in_map, ElementsAre(1, 0));
+  EXPECT_THAT(map.idsInMap(), ElementsAre(0));
+  EXPECT_EQ(map.newest(), 1);
+}
+
+TEST_F(KeyframeMapTest, ASessionBeginsWithAReferenceOfItsOwn) {
+  add(true);
+  add(true);
+  const Keyframe& first = drive.at({3.0, 0.5, 0.0}, kStep);
+  map.begin(first);
+  ASSERT_EQ(map.in_reference.size(), 1U);
+  EXPECT_EQ(map.in_reference[0].id, 2);
+  EXPECT_EQ(map.in_reference[0].T_map_base, first.T_map_base);
+  EXPECT_FALSE(map.inMap(2));
+  EXPECT_EQ(map.keyframes.graph().edges().size(), 1U) << "joined to nothing";
+}
+
+TEST_F(KeyframeMapTest, GoesOnInAStoredMapAndBackToIt) {
+  for (int i = 0; i < 3; ++i) add(true);
+  KeyframeMap next;
+  next.load(map.keyframes, {1, 0, 1});
+  EXPECT_EQ(next.given, 3);
+  EXPECT_THAT(next.idsInMap(), ElementsAre(0, 2));
+  EXPECT_THAT(next.in_reference, IsEmpty()) << "the front end has none of them yet";
+  next.begin(drive.at({}, kStep));
+  ASSERT_EQ(next.in_map.size(), 4U);
+  next.truncate();
+  EXPECT_EQ(next.keyframes.size(), 3);
+  EXPECT_THAT(next.in_map, ElementsAre(1, 0, 1));
+  EXPECT_THAT(next.in_reference, IsEmpty());
+}
+
+}  // namespace
+}  // namespace slam

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "store/disk_words.hpp"
+
+#include <cerrno>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <stdexcept>
+#include <system_error>
+
+#include "store/durable_file.hpp"
+#include "tools/files.hpp"
+
+namespace slam {
+namespace {
+
+using testing::HasSubstr;
+using testing::MatchesRegex;
+
+TEST(DiskWords, NameTheRoomThatIsLeft) {
+  const test::Folder folder;
+  const DiskWords words = diskWords(DiskError("f: cannot write: No space", ENOSPC), folder / "maps");
+  EXPECT_THAT(words.cause, MatchesRegex("no space on .*maps \\([0-9]+ MB free\\)"));
+  EXPECT_THAT(words.fix, HasSubstr("make room"));
+}
+
+TEST(DiskWords, TellWhatIsWrongWithADisk) {
+  const auto causeOf = [](int error) { return diskWords(DiskError("f: cannot write: why", error), "/maps").cause; };
+  EXPECT_EQ(causeOf(EROFS), "/maps is read-only");
+  EXPECT_THAT(causeOf(EIO), HasSubstr("reports errors: f: cannot write: why"));
+  EXPECT_THAT(causeOf(EACCES), HasSubstr("f: cannot write: why"));
+  EXPECT_THAT(causeOf(ENOENT), HasSubstr("has its disk gone?"));
+  EXPECT_THAT(causeOf(EDQUOT), HasSubstr("quota"));
+  EXPECT_EQ(causeOf(EFBIG), "f: cannot write: why");
+}
+
+TEST(DiskWords, KnowErrorsOfTheLibraryAndAlwaysHaveAFix) {
+  const std::system_error full(ENOSPC, std::generic_category(), "mkdir");
+  EXPECT_THAT(diskWords(full, "/").cause, HasSubstr("no space"));
+  EXPECT_EQ(diskWords(std::runtime_error("odd"), "/").cause, "odd");
+  for (int error = 0; error < 134; ++error) EXPECT_NE(diskWords(DiskError("x", error), "/").fix, "");
+}
+
+}  // namespace
+}  // namespace slam

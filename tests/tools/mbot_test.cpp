@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/convert/mbot.hpp"
+
+#include <bit>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bus/event_log.hpp"
+#include "tools/convert/auto.hpp"
+#include "tools/files.hpp"
+#include "tools/recorded_log.hpp"
+
+namespace slam {
+namespace {
+
+using test::Log;
+using testing::HasSubstr;
+
+constexpr std::int64_t kNow = 1'500'000'000'000'000, kRobot = 40'000'000;  // [us] clocks of logger and robot
+
+/// Big-endian fields, as LCM has them.
+class Fields {
+ public:
+  explicit Fields(std::uint64_t type) { put(type, 8); }
+  Fields& int64(std::int64_t value) { return put(static_cast<std::uint64_t>(value), 8); }
+  Fields& int32(std::int32_t value) { return put(static_cast<std::uint32_t>(value), 4); }
+  Fields& int16(std::int16_t value) { return put(static_cast<std::uint16_t>(value), 2); }
+  Fields& real(float value) { return put(std::bit_cast<std::uint32_t>(value), 4); }
+  const std::vector<std::uint8_t>& bytes() const { return bytes_; }
+
+ private:
+  Fields& put(std::uint64_t value, int size) {
+    for (int i = size - 1; i >= 0; --i) bytes_.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
+    return *this;
+  }
+  std::vector<std::uint8_t> bytes_;
+};
+
+std::vector<std::uint8_t> scan(std::int64_t utime, std::int64_t first, int beams, std::int64_t step) {
+  Fields fields(kMbotLidar);
+  fields.int64(utime).int32(beams);
+  for (int i = 0; i < beams; ++i) fields.real(2.0F);
+  for (int i = 0; i < beams; ++i) fields.real(0.01F * static_cast<float>(i));
+  for (int i = 0; i < beams; ++i) fields.int64(first + step * i);
+  for (int i = 0; i < beams; ++i) fields.real(1.0F);
+  return fields.bytes();
+}
+
+/// Two seconds of an MBot: the lidar turns in 0.15 s, and a scan arrives 1 ms behind its last beam.
+void writeLog(const std::filesystem::path& file, bool encoders, bool stamped_at_end = false) {
+  EventLogWriter log(file);
+  for (int i = 0; i < 100; ++i) {
+    const std::int64_t t = 20'000 * i;
+    if (encoders) {
+      log.write(
+          kNow + t + 1'000, "MBOT_ENCODERS",
+          Fields(0xa8b04e85ffa9d1d1).int64(kRobot + t).int64(100 * i).int64(200 * i).int16(100).int16(200).bytes());
+    }
+    log.write(kNow + t + 1'000, "ODOMETRY",
+              Fields(0x1f317af1246276ac).int64(kRobot + t).real(0.01F * static_cast<float>(i)).real(0).real(0).bytes());
+    Fields imu(0x5d3f1ec742142382);
+    imu.int64(kRobot + t);
+    for (const float value : {0.0F, 0.0F, 90.0F, 0.0F, 0.0F, 9.8F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F})
+      imu.real(value);
+    log.write(kNow + t + 1'000, "MBOT_IMU", imu.bytes());
+    if (i % 10 != 9) continue;
+    const std::int64_t first = kRobot + t - 150'000;
+    log.write(kNow + t + 1'000, "LIDAR", scan(stamped_at_end ? kRobot + t : first, first, 101, 1'500));
+  }
+}
+
+TEST(Mbot2017, ConvertsWithWheelsAndImu) {
+  const test::Folder folder;
+  writeLog(folder / "in.lcm", true);
+  const Recording recording = convertAny(folder / "in.lcm", folder / "out.lcm");
+  EXPECT_EQ(recording.scans, 10);
+  EXPECT_EQ(recording.wheels, 100);
+  EXPECT_EQ(recording.imu, 100);
+  EXPECT_EQ(recording.rejected, 0) << recording.first_rejection;
+  const Log log = test::readLog(folder / "out.lcm");
+  EXPECT_NEAR(log.imu_samples[0].gyro.z(), 1.5708, 1e-4);
+  EXPECT_NEAR(log.imu_samples[0].accel.z(), 9.8, 1e-5);
+  EXPECT_NEAR(log.wheels[1].T_wheels_base.theta, 100 * 1.540e-4 / 0.210, 1e-6);
+  const Config config = test::configOf(recording);
+  EXPECT_NEAR(config.base_device.geometry.half_track, 0.105, 1e-9);
+  ASSERT_EQ(log.angles[99].size(), 2U);
+  EXPECT_NEAR(log.angles[99][1] * config.base_device.geometry.wheel_radius, 200 * 99 * 1.540e-4, 1e-9);
+}
+
+TEST(Mbot2017, StampsAScanWithItsFirstBeam) {
+  for (const bool stamped_at_end : {false, true}) {
+    const test::Folder folder;
+    writeLog(folder / "in.lcm", true, stamped_at_end);
+    convertMbot(folder / "in.lcm", folder / "out.lcm");
+    const Log log = test::readLog(folder / "out.lcm");
+    ASSERT_EQ(log.scans.size(), 10U);
+    for (std::size_t i = 0; i < 10; ++i) {
+      EXPECT_EQ(log.scan_events[i] - log.scan_utimes[i], 150'000) << "the least delay counts as none";
+      EXPECT_NEAR(log.scans[i].beams().back().time_offset, 0.15, 1e-6);
+      EXPECT_EQ(log.scans[i].beams().front().time_offset, 0.0F);
+    }
+    // Wheels of the same time have the same stamp.
+    EXPECT_EQ(toMicroseconds(log.wheels[9].stamp), log.scan_utimes[0] + 150'000);
+  }
+}
+
+TEST(Mbot2017, TakesOdometryWhereThereAreNoEncoders) {
+  const test::Folder folder;
+  writeLog(folder / "in.lcm", false);
+  EXPECT_EQ(convertMbot(folder / "in.lcm", folder / "out.lcm").wheels, 100);
+  EXPECT_NEAR(test::readLog(folder / "out.lcm").wheels[99].T_wheels_base.x, 0.99, 1e-6);
+}
+
+TEST(Mbot2017, TakesTicksAndWidthFromOptions) {
+  const test::Folder folder;
+  writeLog(folder / "in.lcm", true);
+  const Recording recording = convertMbot(folder / "in.lcm", folder / "out.lcm", {},
+                                          {.metres_per_tick = 1e-3, .width = 0.5, .wheel_radius = 0.04});
+  const Log log = test::readLog(folder / "out.lcm");
+  EXPECT_NEAR(log.wheels[1].T_wheels_base.theta, 0.1 / 0.5, 1e-6);
+  EXPECT_NEAR(log.angles[1][0], 0.1 / 0.04, 1e-9);
+  EXPECT_NEAR(test::configOf(recording).base_device.geometry.wheel_radius, 0.04, 1e-9);
+}
+
+TEST(Mbot2017, RefusesTimesThatAreNone) {
+  const test::Folder folder;
+  {
+    EventLogWriter log(folder / "in.lcm");
+    for (const std::int64_t bad :
+         {std::numeric_limits<std::int64_t>::max(), std::numeric_limits<std::int64_t>::min(), std::int64_t{1} << 58}) {
+      log.write(bad, "MBOT_ENCODERS", Fields(0xa8b04e85ffa9d1d1).int64(kRobot).bytes());
+      log.write(kNow, "LIDAR", scan(bad, bad, 3, 0));
+      log.write(kNow, "MBOT_ENCODERS",
+                Fields(0xa8b04e85ffa9d1d1).int64(bad).int64(bad).int64(bad).int16(0).int16(0).bytes());
+    }
+    log.write(kNow + 1'000, "LIDAR", scan(kRobot, kRobot, 3, 1'000));
+  }
+  const Recording recording = convertMbot(folder / "in.lcm", folder / "out.lcm");
+  EXPECT_EQ(recording.scans, 1);
+  EXPECT_EQ(recording.rejected, 9);
+  EXPECT_THAT(recording.doubt(), HasSubstr("rows of"));
+}
+
+}  // namespace
+}  // namespace slam

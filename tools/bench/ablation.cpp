@@ -1,0 +1,430 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/bench/ablation.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <condition_variable>
+#include <fstream>
+#include <limits>
+#include <mutex>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "config/loader.hpp"
+#include "mapping/map_files.hpp"
+#include "slam/map_import.hpp"
+#include "tools/bench/cold_starts.hpp"
+#include "tools/eval/overlay.hpp"
+#include "tools/eval/trust.hpp"
+#include "tools/replay/estimates.hpp"
+
+namespace slam {
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr int kOften = std::numeric_limits<int>::max() / 2;
+constexpr double kLongSilence = 1e6;  // [s]
+constexpr double kStuck = 5.0;        // [s]
+
+const std::array kRules = std::to_array<Rule>({
+    {"1 stamp far ahead waits", [](LocalizerConfig& c) { c.intake.stamps.far_ahead = kNever; }},
+    {"2 stamps grow by a quarter interval", [](LocalizerConfig& c) { c.intake.stamps.least_step = 0.0; }},
+    {"2, 3 clock set back", [](LocalizerConfig& c) { c.intake.stamps.set_back = kNever; }},
+    {"4 lidar stuck", [](LocalizerConfig& c) { c.intake.repeats.stuck_turns = kOften; }},
+    {"5 scan is a copy", [](LocalizerConfig& c) { c.intake.fastest_turn = c.intake.soonest_scan = 0.0; }},
+    {"6 stuck counts only while moving",
+     [](LocalizerConfig& c) { c.intake.moving_speed = c.intake.moving_turn = -1.0; }},
+    {"7 older than the window", [](LocalizerConfig& c) { c.intake.late = 1e6; }},
+    {"8 points to mid-sweep", [](LocalizerConfig& c) { c.scan_moment = 0.0; }},
+    {"9 beam spacing", [](LocalizerConfig& c) { c.normals.fine_spacing = kNever; }},
+    {"10 grazing points slide", [](LocalizerConfig& c) { c.normals.in_a_row = 0.0; }},
+    {"11 wheels judged", [](LocalizerConfig& c) { c.wheel_trust.memory = kNever; }},
+    {"11a wheels withdrawn", [](LocalizerConfig& c) { c.wheel_trust.contradiction = kNever; }},
+    {"11b wheels no guide", [](LocalizerConfig& c) { c.wheel_trust.guidance = kNever; }},
+    {"11c wheels consistent", [](LocalizerConfig& c) { c.wheel_trust.consistency = kNever; }},
+    {"12 wheels' scale", [](LocalizerConfig& c) { c.wheel_trust.scale.significance = kNever; }},
+    {"13 slip", [](LocalizerConfig& c) { c.ekf.slip_angle = kNever; }},
+    {"14 standstill",
+     [](LocalizerConfig& c) { c.ekf.standstill.min_time = c.ekf.standstill.min_time_unbiased = kNever; }},
+    {"14a sooner without bias",
+     [](LocalizerConfig& c) { c.ekf.standstill.min_time_unbiased = c.ekf.standstill.min_time; }},
+    {"14b never with silent wheels",
+     [](LocalizerConfig& c) { c.ekf.short_silence = c.ekf.long_silence = kLongSilence; }},
+    {"15 sudden speeds believed", [](LocalizerConfig& c) { c.ekf.believes_sudden_speeds = false; }},
+    {"16a short intervals joined", [](LocalizerConfig& c) { c.timeline.too_soon = 0.0; }},
+    {"16b mean of 0.1 s holds", [](LocalizerConfig& c) { c.timeline.recent = 0.0; }},
+    {"16c long silence dropped", [](LocalizerConfig& c) { c.timeline.long_silence = kNever; }},
+    {"17 doubt", [](LocalizerConfig& c) { c.ekf.max_contradiction = 1.0; }},
+    {"18 other starting poses", [](LocalizerConfig& c) { c.registration.starts = 1; }},
+    {"18a none after a loss of overlap", [](LocalizerConfig& c) { c.registration.sudden_loss = kNever; }},
+    {"18c the wheels' turn", [](LocalizerConfig& c) { c.registration.starts = 3; }},
+    {"19a gate narrows", [](LocalizerConfig& c) { c.match.initial_pair_distance = c.match.final_pair_distance; }},
+    {"19b oscillation damped", [](LocalizerConfig& c) { c.match.damping = 1.0; }},
+    {"20a least share of information", [](LocalizerConfig& c) { c.match.min_information = 0.0; }},
+    {"20b confirmed share", [](LocalizerConfig& c) { c.match.min_confirmed = 0.0; }},
+    {"21 low overlap", [](LocalizerConfig& c) { c.match.min_overlap = 0.0; }},
+    {"21a few pairs", [](LocalizerConfig& c) { c.match.min_pairs = 3; }},
+    {"22 something moving pulls", [](LocalizerConfig& c) { c.pull_watch.noticeable = kNever; }},
+    {"22a wheels slipped", [](LocalizerConfig& c) { c.wheel_trust.slip = kNever; }},
+    {"23 vague prediction",
+     [](LocalizerConfig& c) { c.validator.vague_distance = c.validator.vague_rotation = kNever; }},
+    {"24a a find's overlap", [](LocalizerConfig& c) { c.search.trusted_overlap = 0.0; }},
+    {"24b a find sees through", [](LocalizerConfig& c) { c.validator.seen_through = kNever; }},
+    {"24c a find much worse", [](LocalizerConfig& c) { c.validator.much_worse = kNever; }},
+    {"25 a find shows more", [](LocalizerConfig& c) { c.validator.newly_seen_through = -1.0; }},
+    {"26 innovation gate", [](LocalizerConfig& c) { c.ekf.max_rejected_poses = -1; }},
+    {"26a third refusal believed", [](LocalizerConfig& c) { c.ekf.max_rejected_poses = kOften; }},
+    {"26b no farther than 1 km", [](LocalizerConfig& c) { c.ekf.farthest_pose = kNever; }},
+    {"26c first beyond leaves the speed", [](LocalizerConfig& c) { c.ekf.first_beyond_leaves_speed = false; }},
+    {"27 search", [](LocalizerConfig& c) { c.search.trusted_overlap = 2.0; }},
+    {"27a window grows", [](LocalizerConfig& c) { c.registration.widening = 0.0; }},
+    {"27b ambiguous", [](LocalizerConfig& c) { c.search.ambiguity = kNever; }},
+    {"27c turned round while blind", [](LocalizerConfig& c) { c.search.opposite = kNever; }},
+    {"27d slide", [](LocalizerConfig& c) { c.search.clear_gain = 2.0F; }},
+    {"28 failures make a keyframe", [](LocalizerConfig& c) { c.degraded_after = kLongSilence; }},
+    {"28a carried away", [](LocalizerConfig& c) { c.kidnap_distance = c.kidnap_rotation = 0.0; }},
+    {"29 moves as the nearest", [](LocalizerConfig& c) { c.follows_nearest = false; }},
+});
+
+struct FaultName {
+  std::string_view name;
+  StreamFault fault;
+};
+constexpr std::array kFaults = std::to_array<FaultName>({{"-", StreamFault::kNone},
+                                                         {"far-ahead", StreamFault::kFarAhead},
+                                                         {"set-back", StreamFault::kSetBack},
+                                                         {"imu-set-back", StreamFault::kImuSetBack},
+                                                         {"out-of-order", StreamFault::kOutOfOrder},
+                                                         {"copies", StreamFault::kCopies},
+                                                         {"stuck", StreamFault::kStuck},
+                                                         {"late", StreamFault::kLate},
+                                                         {"wheel-jitter", StreamFault::kWheelJitter}});
+
+using Measure = AblationCase::Measure;
+struct MeasureName {
+  std::string_view name;
+  Measure measure;
+};
+constexpr std::array kMeasures = std::to_array<MeasureName>({{"relations", Measure::kRelations},
+                                                             {"course", Measure::kCourse},
+                                                             {"truth", Measure::kTruth},
+                                                             {"known", Measure::kKnown},
+                                                             {"overlay", Measure::kOverlay},
+                                                             {"cold-starts", Measure::kColdStarts}});
+
+template <typename Named>
+const Named& byName(std::span<const Named> all, std::string_view name, std::string_view what) {
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Named& one) { return one.name == name; });
+  if (found != all.end()) return *found;
+  std::string known;
+  for (const Named& one : all) known += (known.empty() ? "" : ", ") + std::string(one.name);
+  throw std::invalid_argument(std::string(what) + " " + std::string(name) + " is not known; known are " + known);
+}
+
+Timestamp& stampIn(LogSample& sample) {
+  if (auto* scan = std::get_if<std::unique_ptr<LaserScan>>(&sample)) return (*scan)->stamp;
+  if (auto* wheels = std::get_if<WheelSample>(&sample)) return wheels->stamp;
+  return std::get<ImuSample>(sample).stamp;
+}
+Timestamp stampOf(const LogSample& sample) {
+  if (const auto* scan = std::get_if<std::unique_ptr<LaserScan>>(&sample)) return (*scan)->stamp;
+  if (const auto* wheels = std::get_if<WheelSample>(&sample)) return wheels->stamp;
+  return std::get<ImuSample>(sample).stamp;
+}
+bool isScan(const LogSample& sample) { return std::holds_alternative<std::unique_ptr<LaserScan>>(sample); }
+
+void setFarAhead(std::vector<LogSample>& samples) {
+  const auto wheels = std::find_if(samples.begin() + static_cast<std::ptrdiff_t>(samples.size() / 3), samples.end(),
+                                   [](const LogSample& s) { return std::holds_alternative<WheelSample>(s); });
+  if (wheels != samples.end()) stampIn(*wheels) += std::chrono::seconds(100);
+}
+
+void setBack(std::vector<LogSample>& samples, bool imu_alone) {
+  for (std::size_t i = samples.size() / 2; i < samples.size(); ++i) {
+    if (!imu_alone || std::holds_alternative<ImuSample>(samples[i])) stampIn(samples[i]) -= std::chrono::seconds(30);
+  }
+}
+
+void disorder(std::vector<LogSample>& samples) {
+  int scans = 0;
+  Timestamp last;
+  for (LogSample& sample : samples) {
+    if (!isScan(sample)) continue;
+    const Timestamp recorded = stampOf(sample);
+    if (++scans % 10 == 0) stampIn(sample) -= std::chrono::milliseconds(300);
+    if (scans % 10 == 5) stampIn(sample) = last + std::chrono::microseconds(10);
+    last = recorded;
+  }
+}
+
+void copyScans(std::vector<LogSample>& samples) {
+  std::vector<LogSample> with_copies;
+  for (LogSample& sample : samples) {
+    std::unique_ptr<LaserScan> copy;
+    if (isScan(sample)) copy = std::make_unique<LaserScan>(*std::get<std::unique_ptr<LaserScan>>(sample));
+    with_copies.push_back(std::move(sample));
+    if (!copy) continue;
+    copy->stamp += std::chrono::milliseconds(10);
+    with_copies.emplace_back(std::move(copy));
+  }
+  samples = std::move(with_copies);
+}
+
+void stickLidar(std::vector<LogSample>& samples) {
+  const Timestamp begin = stampOf(samples.front()), end = stampOf(samples.back());
+  const LaserScan* seen = nullptr;
+  for (LogSample& sample : samples) {
+    if (!isScan(sample)) continue;
+    LaserScan& scan = *std::get<std::unique_ptr<LaserScan>>(sample);
+    const double since_first = toSeconds(scan.stamp - begin - (end - begin) / 3);
+    const double since_second = since_first - toSeconds((end - begin) / 3);
+    const bool stuck = (since_first > 0.0 && since_first < kStuck) || (since_second > 0.0 && since_second < kStuck);
+    if (!stuck) seen = &scan;
+    if (!stuck || seen == nullptr) continue;
+    const Timestamp stamp = scan.stamp;
+    scan = *seen;
+    scan.stamp = stamp;
+  }
+}
+
+void delayScans(std::vector<LogSample>& samples) {
+  const Timestamp middle = stampOf(samples.front()) + (stampOf(samples.back()) - stampOf(samples.front())) / 2;
+  const auto arrival = [&](const LogSample& sample) {
+    const Timestamp stamp = stampOf(sample);
+    const bool late = isScan(sample) && stamp > middle && stamp < middle + std::chrono::seconds(10);
+    return late ? stamp + std::chrono::milliseconds(1500) : stamp;
+  };
+  std::stable_sort(samples.begin(), samples.end(),
+                   [&](const LogSample& a, const LogSample& b) { return arrival(a) < arrival(b); });
+}
+
+void delayWheels(std::vector<LogSample>& samples) {
+  int count = 0;
+  WheelSample* last = nullptr;
+  for (LogSample& sample : samples) {
+    auto* wheels = std::get_if<WheelSample>(&sample);
+    if (wheels == nullptr) continue;
+    if (last != nullptr && ++count % 4 == 0) last->stamp += (wheels->stamp - last->stamp) * 9 / 10;
+    last = wheels;
+  }
+}
+
+/// A line's cells, without the blanks around them.
+std::vector<std::string> cellsOf(const std::string& line) {
+  std::vector<std::string> cells;
+  std::istringstream in(line);
+  for (std::string cell; std::getline(in, cell, '|');) {
+    const auto first = cell.find_first_not_of(' '), last = cell.find_last_not_of(' ');
+    cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
+  }
+  return cells;
+}
+
+AblationCase readCase(const std::string& line) {
+  const std::vector<std::string> cells = cellsOf(line);
+  if (cells.size() != 7) throw std::invalid_argument("not NAME | MEASURE | CONFIG | LOG | TRUTH | FAULT | SETTINGS");
+  AblationCase one;
+  one.name = cells[0];
+  one.measure = byName(std::span<const MeasureName>(kMeasures), cells[1], "measure").measure;
+  std::vector<std::string> settings;
+  std::istringstream words(cells[6]);
+  for (std::string setting; words >> setting;) settings.push_back(setting);
+  one.config = loadConfig(cells[2], settings);
+  one.log = cells[3];
+  one.samples = readSamples(one.log);
+  if (one.config.base_device.driver == BaseDriver::kNone) {
+    std::erase_if(one.samples, [](const LogSample& s) { return std::holds_alternative<WheelSample>(s); });
+  }
+  if (one.config.imu_device.driver == ImuDriver::kNone) {
+    std::erase_if(one.samples, [](const LogSample& s) { return std::holds_alternative<ImuSample>(s); });
+  }
+  if (one.measure == Measure::kRelations) one.relations = readRelations(cells[4]);
+  if (one.measure == Measure::kCourse || one.measure == Measure::kTruth || one.measure == Measure::kKnown) {
+    one.truth = readTrajectory(cells[4]);
+  }
+  if (one.measure == Measure::kColdStarts) {
+    one.config.mode = RunMode::kLocalise;
+    one.map = importMap(readMapFiles(cells[4]));
+    one.places = fitLog(one.samples, one.config, one.map);
+  }
+  const StreamFault fault = streamFault(cells[5]);
+  for (const LogSample& sample : one.samples) {
+    if (isScan(sample)) one.stamps.push_back(std::get<std::unique_ptr<LaserScan>>(sample)->stamp);
+  }
+  if (fault == StreamFault::kCopies) {
+    for (std::size_t i = 0; i < one.stamps.size(); i += 2) {
+      one.stamps.insert(one.stamps.begin() + static_cast<std::ptrdiff_t>(i), one.stamps[i]);
+    }
+  }
+  addFault(one.samples, fault);
+  return one;
+}
+
+AblationFigures startCold(const AblationCase& which, const Config& config) {
+  const ColdStartReport report =
+      coldStarts(which.samples, which.places, config, which.map, {.places = 50, .seconds = 10.0});
+  const auto all = static_cast<double>(report.starts.size());
+  return {{1.0 - report.right / all}, report.not_yet / all, report.wrong / all};
+}
+
+struct Row {
+  Timestamp stamp;
+  AnchoredPose anchored;
+};
+
+double rmseOfKnown(const std::vector<KnownPose>& known, const Trajectory& truth) {
+  Trajectory localised;
+  for (const KnownPose& row : known) {
+    if (row.state == LocalisationState::kLocalised) localised.push_back({row.stamp, row.T_map_base});
+  }
+  return localised.empty() ? kNever : absoluteErrors(localised, truth, false).rmse;
+}
+
+}  // namespace
+
+std::span<const Rule> frontEndRules() { return kRules; }
+
+StreamFault streamFault(std::string_view name) {
+  return byName(std::span<const FaultName>(kFaults), name, "fault").fault;
+}
+
+void addFault(std::vector<LogSample>& samples, StreamFault fault) {
+  switch (fault) {
+    case StreamFault::kNone:
+      return;
+    case StreamFault::kFarAhead:
+      return setFarAhead(samples);
+    case StreamFault::kSetBack:
+      return setBack(samples, false);
+    case StreamFault::kImuSetBack:
+      return setBack(samples, true);
+    case StreamFault::kOutOfOrder:
+      return disorder(samples);
+    case StreamFault::kCopies:
+      return copyScans(samples);
+    case StreamFault::kStuck:
+      return stickLidar(samples);
+    case StreamFault::kLate:
+      return delayScans(samples);
+    case StreamFault::kWheelJitter:
+      return delayWheels(samples);
+  }
+}
+
+std::vector<AblationCase> readCases(const std::filesystem::path& list) {
+  std::ifstream in(list);
+  if (!in) throw std::runtime_error(list.string() + ": cannot read");
+  std::vector<AblationCase> cases;
+  int number = 0;
+  for (std::string line; std::getline(in, line);) {
+    ++number;
+    if (line.empty() || line[0] == '#') continue;
+    try {
+      cases.push_back(readCase(line));
+    } catch (const std::exception& error) {
+      throw std::runtime_error(list.string() + ":" + std::to_string(number) + ": " + error.what());
+    }
+  }
+  if (cases.empty()) throw std::runtime_error(list.string() + ": no case in it");
+  return cases;
+}
+
+AblationFigures runCase(const AblationCase& which, const Rule* without) {
+  Config config = which.config;
+  if (without != nullptr) without->leave_out(config.localizer);
+  if (which.measure == Measure::kColdStarts) return startCold(which, config);
+  Pipeline pipeline({localizerConfig(config), backEndConfig(config), config.map, false}, which.map);
+  std::vector<Row> rows;
+  std::vector<KnownPose> known;
+  std::size_t scan = 0;
+  pipeline.on_scan = [&](const ScanOutcome& outcome) {
+    const ScanEstimate estimate = estimateOf(pipeline.frontEnd(), outcome, 0);
+    const Timestamp stamp = which.stamps[scan++];
+    rows.push_back({stamp, pipeline.frontEnd().anchor(estimate.T_map_base)});
+    known.push_back({stamp, estimate.state, estimate.T_map_base, estimate.covariance});
+  };
+  for (const LogSample& sample : which.samples) addTo(pipeline, sample);
+  Trajectory last;
+  Trajectory causal;
+  for (const Row& row : rows) {
+    const Pose2 T_map_keyframe =
+        row.anchored.keyframe < 0 ? Pose2{} : pipeline.backEnd().keyframes().pose(row.anchored.keyframe);
+    last.push_back({row.stamp, T_map_keyframe * row.anchored.T_keyframe_base});
+  }
+  for (const KnownPose& row : known) causal.push_back({row.stamp, row.T_map_base});
+
+  AblationFigures figures;
+  const auto localised = static_cast<double>(std::count_if(
+      known.begin(), known.end(), [](const KnownPose& row) { return row.state == LocalisationState::kLocalised; }));
+  figures.lost = 1.0 - localised / static_cast<double>(std::max<std::size_t>(1, known.size()));
+  const auto byStamp = [](const StampedPose& a, const StampedPose& b) { return a.stamp < b.stamp; };
+  std::stable_sort(last.begin(), last.end(), byStamp);
+  std::stable_sort(causal.begin(), causal.end(), byStamp);
+  switch (which.measure) {
+    case Measure::kRelations:
+      for (const Trajectory* poses : {&last, &causal}) {
+        figures.errors.push_back(relationErrors(*poses, which.relations).translation.mean);
+      }
+      break;
+    case Measure::kCourse:
+      figures.errors = {absoluteErrors(last, which.truth).rmse};
+      break;
+    case Measure::kTruth:
+      figures.errors = {absoluteErrors(last, which.truth).rmse};
+      break;
+    case Measure::kKnown:
+      figures.errors = {rmseOfKnown(known, which.truth)};
+      break;
+    case Measure::kOverlay:
+      try {
+        figures.errors = {overlayVisits(last, which.log, which.config).mean};
+      } catch (const std::runtime_error&) {
+        figures.errors = {kNever};  // the path does not come back
+      }
+      break;
+    case Measure::kNone:
+    case Measure::kColdStarts:
+      break;
+  }
+  if (which.measure == Measure::kTruth || which.measure == Measure::kKnown) {
+    const TrustOptions options{.align_seconds = 0.0, .settling = 10.0, .kidnapped = {}};
+    figures.sure_and_wrong = trustErrors(known, which.truth, options).sureAndWrong();
+  }
+  return figures;
+}
+
+void ablate(std::span<const AblationCase> cases, std::span<const Rule* const> rules, int jobs,
+            const std::function<void(const Rule* without, const std::vector<AblationFigures>& of_cases)>& done) {
+  const std::size_t rows = rules.size() + 1;
+  std::vector<std::vector<AblationFigures>> figures(rows, std::vector<AblationFigures>(cases.size()));
+  std::vector<std::size_t> left(rows, cases.size());
+  std::atomic<std::size_t> next{0};
+  std::mutex mutex;
+  std::condition_variable finished;
+  const auto ruleOf = [&](std::size_t row) { return row == 0 ? nullptr : rules[row - 1]; };
+  std::vector<std::jthread> workers;
+  for (int i = 0; i < jobs; ++i) {
+    workers.emplace_back([&] {
+      for (std::size_t task = next++; task < rows * cases.size(); task = next++) {
+        const std::size_t row = task / cases.size(), which = task % cases.size();
+        AblationFigures result = runCase(cases[which], ruleOf(row));
+        const std::lock_guard lock(mutex);
+        figures[row][which] = std::move(result);
+        --left[row];
+        finished.notify_one();
+      }
+    });
+  }
+  for (std::size_t row = 0; row < rows; ++row) {
+    std::unique_lock lock(mutex);
+    finished.wait(lock, [&] { return left[row] == 0; });
+    lock.unlock();
+    done(ruleOf(row), figures[row]);
+  }
+}
+
+}  // namespace slam

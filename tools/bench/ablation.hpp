@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/config.hpp"
+#include "tools/bench/log_truth.hpp"
+#include "tools/common/trajectory.hpp"
+#include "tools/eval/metrics.hpp"
+
+namespace slam {
+
+/// A rule of the front end that can be left out alone. docs/algorithms.md explains them; no key of a file does this.
+struct Rule {
+  std::string_view name;
+  std::function<void(LocalizerConfig&)> leave_out;
+};
+std::span<const Rule> frontEndRules();
+
+/// What samples and stamps can suffer on their way.
+enum class StreamFault {
+  kNone,
+  kFarAhead,     ///< the stamp of one wheel sample lies 100 s ahead
+  kSetBack,      ///< all clocks are set back by 30 s in the middle
+  kImuSetBack,   ///< that of the IMU alone
+  kOutOfOrder,   ///< every tenth scan's stamp is 0.3 s early, every tenth one's almost that of the one before
+  kCopies,       ///< every scan is sent twice, the second time 10 ms later
+  kStuck,        ///< the lidar repeats a turn for 5 s, twice
+  kLate,         ///< for 10 s scans come 1.5 s late
+  kWheelJitter,  ///< every fourth wheel sample is stamped late by almost an interval
+};
+/// @throws std::invalid_argument with the known names
+StreamFault streamFault(std::string_view name);
+void addFault(std::vector<LogSample>& samples, StreamFault fault);
+
+/// A drive on which rules are judged.
+struct AblationCase {
+  enum class Measure {
+    kRelations,   ///< known relative poses, of the final and of the causal poses
+    kCourse,      ///< a true course in a frame of its own
+    kTruth,       ///< true poses in the map's frame
+    kKnown,       ///< the same, of the scans alone at which the robot says that it is localised
+    kOverlay,     ///< the last visit's scans on the first one's walls
+    kColdStarts,  ///< in a given map
+    kNone,        ///< nothing is known of where it went
+  };
+  std::string name;
+  Measure measure = Measure::kTruth;
+  Config config;
+  std::filesystem::path log;
+  std::vector<LogSample> samples = {};
+  std::vector<Timestamp> stamps = {};  ///< of the scans, as recorded, before the fault
+  Trajectory truth = {};
+  std::vector<Relation> relations = {};
+  MapState map;
+  LogTruth places = {};
+};
+
+/// Reads a list of cases, a line each: NAME | MEASURE | CONFIG | LOG | TRUTH | FAULT | KEY=VALUE ...
+/// TRUTH is a file, or for cold starts a map; - is none. An empty line and one that begins with # are left out.
+/// @throws std::runtime_error with file and line
+std::vector<AblationCase> readCases(const std::filesystem::path& list);
+
+/// What came out of a case.
+struct AblationFigures {
+  std::vector<double> errors;   ///< [m] smaller is better; of cold starts the share that is not right [1]
+  double lost = 0.0;            ///< [1] scans at which the robot does not say that it is localised; starts not found
+  double sure_and_wrong = 0.0;  ///< [1] of the others; starts found elsewhere
+};
+AblationFigures runCase(const AblationCase& which, const Rule* without);
+
+/// Runs all cases with each rule left out. @param rules none: all @param done called in order, first without a rule
+void ablate(std::span<const AblationCase> cases, std::span<const Rule* const> rules, int jobs,
+            const std::function<void(const Rule* without, const std::vector<AblationFigures>& of_cases)>& done);
+
+}  // namespace slam

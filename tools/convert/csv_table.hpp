@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace slam {
+
+/// What the columns of a table of scans are.
+struct CsvColumns {
+  std::vector<std::string> names;  ///< of the header; empty: it has none
+  std::size_t count = 0;           ///< columns of a usual row
+  char separator = ',';            ///< ' ': blanks
+  std::optional<std::size_t> stamp, x, y, theta, angle_min, angle_max, angle_increment;
+  std::vector<std::size_t> ranges;
+  std::vector<double> bearings;  ///< [rad] as the header names them; empty: it does not
+};
+
+/// What parts a line into cells: the first of comma, semicolon and tab that is in it, else blanks (' ').
+char separatorOf(std::string_view line);
+
+/// Words between separators, empty ones too.
+std::vector<std::string_view> splitCells(std::string_view line, char separator);
+
+/// A number, also one that is not finite; a cell that says "none" is NaN. nullopt: neither.
+std::optional<double> cellNumber(std::string_view cell);
+
+/// Finds out by the header and the first rows what is where.
+/// @param stamp_column, first_range name or number from 1; empty: to be found
+/// @throws std::runtime_error when a column is not there, or no column holds ranges
+CsvColumns csvColumns(const std::filesystem::path& file, const std::string& stamp_column,
+                      const std::string& first_range);
+
+/// Calls row(cells, line number) for each line that is neither header nor comment.
+void forEachCsvRow(const std::filesystem::path& file, const CsvColumns& columns,
+                   const std::function<void(const std::vector<std::string_view>&, int)>& row);
+
+}  // namespace slam

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/convert/range_census.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace slam {
+namespace {
+
+constexpr double kFarthest = 200.0;                // [m] further is no return anyway
+constexpr std::uint32_t kFewest = 10;              // beams that share a code
+constexpr double kFewestShare = 5e-4;              // [1] of all beams
+constexpr double kMostShare = 0.95;                // [1]: where all are one value there is no rim
+constexpr int kFewestDirections = 4;               // of 64
+constexpr double kOverNeighbours = 10.0;           // [1] times the beams that share a value below
+constexpr double kRimShare = 0.1, kRimEnd = 0.01;  // [1] of a code's beams, of all: so few lie above
+
+}  // namespace
+
+void RangeCensus::add(std::size_t beam, std::size_t beams, double range) {
+  if (!(range > 0.0) || range >= kFarthest || beams == 0) return;
+  const auto at = static_cast<std::size_t>(std::lround(range / kStep));
+  if (at >= bins_.size()) bins_.resize(at + 1);
+  Bin& bin = bins_[at];
+  if (bin.count < std::numeric_limits<std::uint32_t>::max()) ++bin.count;
+  bin.directions |= std::uint64_t{1} << (64 * std::min(beam, beams - 1) / beams);
+  ++total_;
+}
+
+double RangeCensus::largest() const {
+  for (std::size_t i = bins_.size(); i-- > 0;) {
+    if (bins_[i].count > 0) return kStep * static_cast<double>(i);
+  }
+  return 0.0;
+}
+
+std::vector<double> RangeCensus::codes() const {
+  std::vector<double> codes;
+  std::vector<double> beams{0.0}, values{0.0};  // in the bins below
+  for (const Bin& bin : bins_) {
+    beams.push_back(beams.back() + bin.count);
+    values.push_back(values.back() + (bin.count > 0 ? 1.0 : 0.0));
+  }
+  const auto all = static_cast<double>(total_);
+  double above = 0.0;  // real ranges
+  for (std::size_t i = bins_.size(); i-- > 0 && above <= kRimEnd * all;) {
+    const Bin& bin = bins_[i];
+    if (bin.count == 0) continue;
+    const double near = beams[i] - beams[i / 2], near_values = values[i] - values[i / 2];
+    const double count = bin.count;
+    const bool many = bin.count >= kFewest && count >= kFewestShare * all && count <= kMostShare * all &&
+                      std::popcount(bin.directions) >= kFewestDirections;
+    if (many && count * near_values >= kOverNeighbours * near && above <= kRimShare * count) {
+      codes.push_back(kStep * static_cast<double>(i));
+    } else {
+      above += count;
+    }
+  }
+  std::reverse(codes.begin(), codes.end());
+  return codes;
+}
+
+bool isCode(double range, double code) { return std::abs(range - code) <= 0.5 * RangeCensus::kStep + 1e-9; }
+
+}  // namespace slam
