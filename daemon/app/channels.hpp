@@ -8,7 +8,7 @@
 #include <slam/map_tile_t.hpp>
 #include <string>
 
-#include "app/thread_messages.hpp"
+#include "app/threads/thread_messages.hpp"
 #include "bus/refusal.hpp"
 #include "core/counter_info.hpp"
 #include "core/keyframe.hpp"

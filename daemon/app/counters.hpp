@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/channels.hpp"
-#include "app/recorder.hpp"
+#include "app/log/recorder.hpp"
 #include "drivers/device_status.hpp"
 #include "runtime/worker.hpp"
 

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "app/log.hpp"
+#include "app/log/log.hpp"
 
 namespace slam {
 namespace {

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "app/trouble_log.hpp"
+#include "app/log/trouble_log.hpp"
 #include "core/timestamp.hpp"
 #include "drivers/device_status.hpp"
-#include "frontend/echo_watch.hpp"
+#include "frontend/interpreter/echo_watch.hpp"
 
 namespace slam {
 

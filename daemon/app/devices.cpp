@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "app/device_configs.hpp"
+#include "depth/depth_projection.hpp"
 #include "drivers/repeat_watch.hpp"
-#include "mapping/depth_projection.hpp"
 #include "runtime/clock.hpp"
 
 namespace slam {

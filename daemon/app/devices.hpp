@@ -5,7 +5,7 @@
 #include <string>
 
 #include "app/channels.hpp"
-#include "app/device_thread.hpp"
+#include "app/threads/device_thread.hpp"
 #include "config/config.hpp"
 #include "drivers/camera/openni_camera.hpp"
 #include "drivers/lidar/rplidar_driver.hpp"

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "app/counters.hpp"
-#include "app/log.hpp"
+#include "app/log/log.hpp"
 #include "app/map_keeper.hpp"
 #include "app/supervisor.hpp"
 #include "config/loader.hpp"

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "app/log.hpp"
+#include "app/log/log.hpp"
 #include "store/disk_words.hpp"
 
 namespace slam {

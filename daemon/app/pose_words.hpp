@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "app/thread_messages.hpp"
+#include "app/threads/thread_messages.hpp"
 
 namespace slam {
 

@@ -11,7 +11,7 @@
 #include <tuple>
 #include <utility>
 
-#include "app/log.hpp"
+#include "app/log/log.hpp"
 #include "app/pose_words.hpp"
 #include "drivers/udev_links.hpp"
 #include "runtime/realtime.hpp"

@@ -6,20 +6,20 @@
 #include <string>
 #include <vector>
 
-#include "app/base_thread.hpp"
-#include "app/bus_thread.hpp"
 #include "app/channels.hpp"
 #include "app/counters.hpp"
 #include "app/device_monitor.hpp"
 #include "app/devices.hpp"
-#include "app/estimator_thread.hpp"
-#include "app/graph_thread.hpp"
 #include "app/health_reporter.hpp"
-#include "app/mapper_thread.hpp"
-#include "app/pose_thread.hpp"
-#include "app/storage_watch.hpp"
-#include "app/thread_watchdog.hpp"
-#include "app/trouble_log.hpp"
+#include "app/log/storage_watch.hpp"
+#include "app/log/trouble_log.hpp"
+#include "app/threads/base_thread.hpp"
+#include "app/threads/bus_thread.hpp"
+#include "app/threads/estimator_thread.hpp"
+#include "app/threads/graph_thread.hpp"
+#include "app/threads/mapper_thread.hpp"
+#include "app/threads/pose_thread.hpp"
+#include "app/threads/thread_watchdog.hpp"
 #include "config/config.hpp"
 
 namespace slam {

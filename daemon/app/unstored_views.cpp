@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/unstored_views.hpp"
 
-#include "slam/mapper.hpp"
+#include "mapping/mapper.hpp"
 
 namespace slam {
 

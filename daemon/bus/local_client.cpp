@@ -9,7 +9,7 @@
 #include <unistd.h>
 #include <utility>
 
-#include "bus/lc02.hpp"
+#include "bus/udpm/lc02.hpp"
 
 namespace slam {
 

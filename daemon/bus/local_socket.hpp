@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "bus/packet_dispatcher.hpp"
+#include "bus/udpm/packet_dispatcher.hpp"
 #include "core/timestamp.hpp"
 
 namespace slam {

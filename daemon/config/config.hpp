@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "config/choices.hpp"
+#include "depth/depth_projection.hpp"
 #include "estimation/wheel_odometry.hpp"
 #include "firmware_if/can_odrive.hpp"
 #include "frontend/front_end_config.hpp"
-#include "mapping/depth_projection.hpp"
 #include "mapping/occupancy_grid.hpp"
 #include "slam/back_end_config.hpp"
 

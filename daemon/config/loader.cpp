@@ -18,7 +18,7 @@
 #include <utility>
 
 #include "bus/local_socket.hpp"
-#include "bus/udpm_url.hpp"
+#include "bus/udpm/udpm_url.hpp"
 #include "config/schema.hpp"
 
 namespace slam {

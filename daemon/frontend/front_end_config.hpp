@@ -10,17 +10,17 @@
 #include "estimation/ekf_timeline.hpp"
 #include "estimation/gyro_monitor.hpp"
 #include "estimation/wheel_monitor.hpp"
-#include "frontend/body_watch.hpp"
-#include "frontend/no_return_watch.hpp"
+#include "frontend/interpreter/body_watch.hpp"
+#include "frontend/interpreter/no_return_watch.hpp"
+#include "frontend/interpreter/scan_repeat_watch.hpp"
+#include "frontend/interpreter/sweep_watch.hpp"
 #include "frontend/pull_watch.hpp"
-#include "frontend/scan_repeat_watch.hpp"
-#include "frontend/stamp_sequencer.hpp"
-#include "frontend/sweep_watch.hpp"
 #include "matching/correlative.hpp"
 #include "matching/deskew.hpp"
 #include "matching/match_result.hpp"
 #include "matching/normals.hpp"
 #include "matching/reference.hpp"
+#include "timing/stamp_sequencer.hpp"
 
 namespace slam {
 

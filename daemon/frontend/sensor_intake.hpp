@@ -8,8 +8,8 @@
 #include "core/scan.hpp"
 #include "estimation/ekf_timeline.hpp"
 #include "frontend/front_end_config.hpp"
-#include "frontend/scan_repeat_watch.hpp"
-#include "frontend/stamp_sequencer.hpp"
+#include "frontend/interpreter/scan_repeat_watch.hpp"
+#include "timing/stamp_sequencer.hpp"
 
 namespace slam {
 

@@ -6,8 +6,8 @@
 
 #include "core/keyframe.hpp"
 #include "core/pseudo_laser.hpp"
+#include "mapping/mapper.hpp"
 #include "slam/map_policy.hpp"
-#include "slam/mapper.hpp"
 
 namespace slam {
 

@@ -5,12 +5,12 @@
 #include <vector>
 
 #include "core/pose2.hpp"
-#include "frontend/body_watch.hpp"
 #include "frontend/front_end_config.hpp"
+#include "frontend/interpreter/body_watch.hpp"
 #include "graph/keyframe_graph.hpp"
+#include "mapping/mapper.hpp"
 #include "mapping/occupancy_grid.hpp"
 #include "relocalisation/distance_field.hpp"
-#include "slam/mapper.hpp"
 
 namespace slam {
 

@@ -4,11 +4,11 @@
 #include <memory>
 #include <optional>
 
+#include "diagnostics/motion_probe.hpp"
 #include "frontend/front_end.hpp"
+#include "mapping/mapper.hpp"
 #include "mapping/occupancy_grid.hpp"
 #include "slam/map_builder.hpp"
-#include "slam/mapper.hpp"
-#include "slam/motion_probe.hpp"
 
 namespace slam {
 

@@ -10,11 +10,11 @@
 
 #include "core/samples.hpp"
 #include "drivers/board/latest_triple.hpp"
-#include "drivers/board/refresh_clock.hpp"
 #include "drivers/device_status.hpp"
 #include "drivers/polled_port.hpp"
 #include "drivers/speaker.hpp"
 #include "firmware_if/robolink.hpp"
+#include "timing/refresh_clock.hpp"
 
 namespace slam {
 

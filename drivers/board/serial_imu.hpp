@@ -10,8 +10,8 @@
 #include "drivers/device_status.hpp"
 #include "drivers/polled_port.hpp"
 #include "drivers/speaker.hpp"
-#include "drivers/stream_clock.hpp"
 #include "firmware_if/hfi_imu.hpp"
+#include "timing/stream_clock.hpp"
 
 namespace slam {
 

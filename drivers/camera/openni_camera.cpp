@@ -10,7 +10,7 @@
 #include <set>
 #include <utility>
 
-#include "drivers/device_clock.hpp"
+#include "timing/device_clock.hpp"
 
 namespace slam {
 namespace {

@@ -5,8 +5,8 @@
 
 #include "core/samples.hpp"
 #include "drivers/companion.hpp"
-#include "drivers/device_clock.hpp"
 #include "firmware_if/can_xsens.hpp"
+#include "timing/device_clock.hpp"
 
 namespace slam {
 

@@ -9,7 +9,7 @@
 #include "core/scan.hpp"
 #include "drivers/lidar/rplidar_stream.hpp"
 #include "drivers/lidar/scan_assembler.hpp"
-#include "drivers/sample_clock.hpp"
+#include "timing/sample_clock.hpp"
 
 namespace slam::rplidar {
 

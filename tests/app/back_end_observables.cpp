@@ -6,7 +6,7 @@
 #include "app/observables.hpp"
 #include "estimation/wheel_monitor.hpp"
 #include "slam/map_builder.hpp"
-#include "support/simulated_keyframes.hpp"
+#include "support/simulated/keyframes.hpp"
 
 namespace slam::test {
 namespace {

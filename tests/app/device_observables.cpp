@@ -6,9 +6,9 @@
 
 #include "app/device_configs.hpp"
 #include "app/map_keeper.hpp"
-#include "app/mapper_thread.hpp"
 #include "app/observables.hpp"
-#include "mapping/depth_projection.hpp"
+#include "app/threads/mapper_thread.hpp"
+#include "depth/depth_projection.hpp"
 #include "tools/files.hpp"
 #include "tools/sim/depth/depth_camera.hpp"
 

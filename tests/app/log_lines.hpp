@@ -4,7 +4,7 @@
 #include <iterator>
 #include <vector>
 
-#include "app/log.hpp"
+#include "app/log/log.hpp"
 #include "core/timestamp.hpp"
 
 namespace slam::test {

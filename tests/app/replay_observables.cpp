@@ -8,7 +8,7 @@
 #include "app/recorded_drive.hpp"
 #include "bus/checked_decode.hpp"
 #include "frontend/front_end.hpp"
-#include "support/simulated_keyframes.hpp"
+#include "support/simulated/keyframes.hpp"
 #include "tools/files.hpp"
 #include "tools/replay/replay.hpp"
 

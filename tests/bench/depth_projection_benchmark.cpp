@@ -2,7 +2,7 @@
 // What a depth image costs the depth thread: projection with the floor followed, of a furnished room.
 #include <benchmark/benchmark.h>
 
-#include "mapping/depth_projection.hpp"
+#include "depth/depth_projection.hpp"
 #include "tools/sim/depth/depth_camera.hpp"
 #include "tools/sim/world/scenes.hpp"
 

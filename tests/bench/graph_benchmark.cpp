@@ -4,7 +4,7 @@
 
 #include "graph/align_map.hpp"
 #include "graph/optimiser.hpp"
-#include "support/simulated_campus.hpp"
+#include "support/simulated/campus.hpp"
 
 namespace slam {
 namespace {

@@ -10,8 +10,8 @@
 
 #include "frontend/front_end.hpp"
 #include "graph/optimiser.hpp"
-#include "support/simulated_campus.hpp"
-#include "support/simulated_room.hpp"
+#include "support/simulated/campus.hpp"
+#include "support/simulated/room.hpp"
 
 namespace slam {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "frontend/front_end.hpp"
 #include "graph/keyframe_graph.hpp"
-#include "support/simulated_room.hpp"
+#include "support/simulated/room.hpp"
 
 namespace slam::test {
 

@@ -4,8 +4,8 @@
 #include "bus/checked_decode.hpp"
 #include "bus/encoding.hpp"
 #include "bus/messages.hpp"
-#include "bus/packet_dispatcher.hpp"
 #include "bus/packets.hpp"
+#include "bus/udpm/packet_dispatcher.hpp"
 #include "fuzz/fuzzing.hpp"
 
 namespace slam {

@@ -11,7 +11,7 @@
 #include <numeric>
 #include <random>
 
-#include "support/simulated_campus.hpp"
+#include "support/simulated/campus.hpp"
 
 namespace slam {
 namespace {

@@ -16,8 +16,8 @@
 
 #include "build_paths.hpp"
 #include "bus/channels.hpp"
-#include "bus/lc02.hpp"
-#include "bus/multicast_receiver.hpp"
+#include "bus/udpm/lc02.hpp"
+#include "bus/udpm/multicast_receiver.hpp"
 #include "support/process.hpp"
 
 // slamd as a user runs it: the simulator's byte-level devices on one side, the real liblcm over UDP on the other.

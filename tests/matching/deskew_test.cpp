@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "support/allocations.hpp"
-#include "support/simulated_room.hpp"
+#include "support/simulated/room.hpp"
 
 namespace slam {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 #include "matching/deskew.hpp"
 #include "matching/normals.hpp"
-#include "support/simulated_room.hpp"
+#include "support/simulated/room.hpp"
 
 namespace slam::test {
 

@@ -13,7 +13,7 @@
 
 #include "relocalisation/loop_closure.hpp"
 #include "support/property.hpp"
-#include "support/simulated_keyframes.hpp"
+#include "support/simulated/keyframes.hpp"
 
 namespace slam {
 namespace {

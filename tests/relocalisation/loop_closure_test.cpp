@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "support/simulated_keyframes.hpp"
+#include "support/simulated/keyframes.hpp"
 
 namespace slam {
 namespace {

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "support/simulated_keyframes.hpp"
+#include "support/simulated/keyframes.hpp"
 
 namespace slam::test {
 namespace {

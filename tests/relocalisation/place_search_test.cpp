@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <numeric>
 
-#include "support/simulated_keyframes.hpp"
+#include "support/simulated/keyframes.hpp"
 
 namespace slam::test {
 namespace {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "slam/back_end.hpp"
-#include "support/simulated_keyframes.hpp"
+#include "support/simulated/keyframes.hpp"
 
 namespace slam {
 namespace {

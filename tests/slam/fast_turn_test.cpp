@@ -5,7 +5,7 @@
 #include <numbers>
 #include <random>
 
-#include "support/simulated_robot.hpp"
+#include "support/simulated/robot.hpp"
 
 namespace slam {
 namespace {

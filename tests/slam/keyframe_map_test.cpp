@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include "support/simulated_keyframes.hpp"
+#include "support/simulated/keyframes.hpp"
 
 namespace slam {
 namespace {

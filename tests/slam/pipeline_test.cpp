@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "support/simulated_room.hpp"
+#include "support/simulated/room.hpp"
 
 namespace slam {
 namespace {

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "support/simulated_keyframes.hpp"
+#include "support/simulated/keyframes.hpp"
 
 namespace slam {
 namespace {

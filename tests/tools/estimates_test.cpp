@@ -8,7 +8,7 @@
 #include <memory>
 #include <random>
 
-#include "support/simulated_room.hpp"
+#include "support/simulated/room.hpp"
 #include "tools/files.hpp"
 
 namespace slam {

@@ -7,7 +7,7 @@
 #include "bus/channels.hpp"
 #include "bus/event_log.hpp"
 #include "bus/messages.hpp"
-#include "support/simulated_room.hpp"
+#include "support/simulated/room.hpp"
 #include "tools/files.hpp"
 
 namespace slam {

@@ -8,8 +8,8 @@
 #include "bus/channels.hpp"
 #include "bus/event_log.hpp"
 #include "bus/received.hpp"
-#include "frontend/stamp_sequencer.hpp"
 #include "slam/pipeline.hpp"
+#include "timing/stamp_sequencer.hpp"
 
 namespace slam {
 namespace {

@@ -14,14 +14,14 @@
 #include "bus/checked_decode.hpp"
 #include "bus/event_log.hpp"
 #include "bus/received.hpp"
+#include "tools/convert/bags/ros.hpp"
+#include "tools/convert/bags/ros_source.hpp"
 #include "tools/convert/carmen.hpp"
 #include "tools/convert/csv.hpp"
 #include "tools/convert/csv_table.hpp"
 #include "tools/convert/formats.hpp"
 #include "tools/convert/log_output.hpp"
 #include "tools/convert/mbot.hpp"
-#include "tools/convert/ros.hpp"
-#include "tools/convert/ros_source.hpp"
 #include "tools/convert/text_file.hpp"
 
 namespace slam {

@@ -9,8 +9,8 @@
 #include "mapping/map_files.hpp"
 #include "tools/common/program.hpp"
 #include "tools/convert/auto.hpp"
+#include "tools/convert/bags/ros.hpp"
 #include "tools/convert/formats.hpp"
-#include "tools/convert/ros.hpp"
 
 namespace {
 

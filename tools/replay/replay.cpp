@@ -9,7 +9,7 @@
 #include "bus/channels.hpp"
 #include "bus/event_log.hpp"
 #include "bus/received.hpp"
-#include "frontend/echo_watch.hpp"
+#include "frontend/interpreter/echo_watch.hpp"
 #include "mapping/map_files.hpp"
 #include "matching/deskew.hpp"
 #include "runtime/process_usage.hpp"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "config/config.hpp"
-#include "slam/mapper.hpp"
+#include "mapping/mapper.hpp"
 #include "tools/replay/stats.hpp"
 
 namespace slam {

@@ -11,7 +11,7 @@
 #include "bus/channels.hpp"
 #include "bus/event_log.hpp"
 #include "bus/messages.hpp"
-#include "mapping/depth_projection.hpp"
+#include "depth/depth_projection.hpp"
 #include "mapping/map_files.hpp"
 #include "tools/common/trajectory.hpp"
 #include "tools/sim/situation/situated_lidar.hpp"

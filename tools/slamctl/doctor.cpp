@@ -20,8 +20,8 @@
 #include <tuple>
 #include <unistd.h>
 
-#include "bus/lcm_link.hpp"
 #include "bus/local_client.hpp"
+#include "bus/udpm/lcm_link.hpp"
 #include "config/service_reach.hpp"
 #include "drivers/can/can_axis.hpp"
 #include "drivers/can/can_socket.hpp"

@@ -11,8 +11,8 @@
 
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
-#include "bus/lcm_link.hpp"
 #include "bus/local_client.hpp"
+#include "bus/udpm/lcm_link.hpp"
 #include "config/service_reach.hpp"
 #include "runtime/clock.hpp"
 

@@ -9,7 +9,7 @@
 
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
-#include "bus/lcm_link.hpp"
+#include "bus/udpm/lcm_link.hpp"
 #include "config/loader.hpp"
 #include "runtime/clock.hpp"
 #include "tools/common/program.hpp"

@@ -9,7 +9,7 @@
 #include "drivers/camera/fake_usb.hpp"
 #include "runtime/clock.hpp"
 #include "runtime/process_usage.hpp"
-#include "support/simulated_camera.hpp"
+#include "support/simulated/camera.hpp"
 
 // OpenNI2 leaks a little of its own, and its locks are half the story to ThreadSanitizer: it is not instrumented.
 extern "C" const char* __asan_default_options() { return "detect_leaks=0"; }

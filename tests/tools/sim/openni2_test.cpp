@@ -13,7 +13,7 @@
 #include <sys/un.h>
 #include <thread>
 
-#include "support/simulated_camera.hpp"
+#include "support/simulated/camera.hpp"
 #include "tools/sim/depth/depth_wire.hpp"
 
 // OpenNI2 leaks a little of its own, and its locks are half the story to ThreadSanitizer: it is not instrumented.

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/log/recorder.hpp"
+
+#include <utility>
+
+#include "bus/event_log.hpp"
+#include "runtime/clock.hpp"
+
+namespace slam {
+namespace {
+
+constexpr double kRate = 10.0;  // [Hz] so much is lost when slamd is killed
+
+}  // namespace
+
+Recorder::Recorder(std::string name, std::unique_ptr<RecordSink> sink, std::size_t capacity)
+    : name_(std::move(name)),
+      sink_(std::move(sink)),
+      capacity_(capacity),
+      worker_({.name = name_, .rate = kRate}, [this] { tick(); }) {
+  worker_.start();
+}
+
+void Recorder::add(std::int64_t utime, const std::string& channel, std::span<const std::uint8_t> data) {
+  const std::scoped_lock lock(mutex_);
+  if (ending_ || pending_.records.size() + recordSize(channel, data) > capacity_) {
+    ++counters_.dropped;
+    return;
+  }
+  if (pending_.messages++ == 0) pending_.utime = utime;
+  appendRecord(pending_.records, number_++, utime, channel, data);
+}
+
+void Recorder::tick() {
+  bool last = false;
+  {
+    const std::scoped_lock lock(mutex_);
+    last = ending_;
+    if (block_.messages == 0) std::swap(block_, pending_);
+  }
+  const Timestamp now = monotonicNow();
+  waits_since_ns_ = now.time_since_epoch().count();
+  sink_->tend();
+  if (last || retry_.due(now)) {
+    try {
+      sink_->write(block_.records, block_.utime);
+      counters_.written += std::exchange(block_.messages, 0);
+      block_.records.clear();
+      retry_.succeeded();
+      problem_.set("");
+      failing_ = false;
+    } catch (const std::exception& error) {
+      retry_.failed(now);
+      problem_.set(std::string(error.what()) + "; " + sink_->advice());
+      failing_ = true;
+    }
+  }
+  waits_since_ns_ = 0;
+  if (!last) return;
+  {
+    const std::scoped_lock lock(mutex_);
+    if (!failing_ && pending_.messages > 0) return;  // once more
+  }
+  waits_since_ns_ = now.time_since_epoch().count();
+  try {
+    sink_->finish();
+  } catch (const std::exception& error) {
+    problem_.set(error.what());
+  }
+  waits_since_ns_ = 0;
+  const std::scoped_lock lock(mutex_);
+  counters_.dropped += block_.messages + pending_.messages;
+  ended_ = true;
+  worker_.requestStop();
+  changed_.notify_all();
+}
+
+bool Recorder::finish(Timestamp deadline) {
+  {
+    std::unique_lock lock(mutex_);
+    ending_ = true;
+    if (!changed_.wait_for(lock, deadline - monotonicNow(), [this] { return ended_; })) return false;
+  }
+  worker_.stop();
+  return problem_.get().empty();
+}
+
+StorageReport Recorder::report(Timestamp now) const {
+  const std::int64_t since = waits_since_ns_;
+  StorageReport report{problem_.get(), "", since == 0 ? Duration(0) : now - Timestamp(Duration(since))};
+  if (counters_.dropped > 0) {
+    report.lost = std::to_string(counters_.dropped) + " messages are missing in it: the disk was away or too slow";
+  }
+  return report;
+}
+
+}  // namespace slam

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bus/udpm/lcm_sender.hpp"
+#include "core/estimates.hpp"
+#include "core/samples.hpp"
+#include "core/scan.hpp"
+#include "diagnostics/sensor_check.hpp"
+#include "frontend/front_end_config.hpp"
+#include "frontend/interpreter/echo_watch.hpp"
+#include "mapping/mapper.hpp"
+#include "slam/map_state.hpp"
+
+/// What the threads hand to each other, beside the samples and maps themselves.
+namespace slam {
+
+/// A wheel sample with the angles it was made from, for the log.
+struct WheelReading {
+  WheelSample sample;
+  std::array<double, 4> angles{};  ///< [rad] as WheelAngles has them
+  int count = 0;                   ///< of the angles that are known
+};
+
+struct ReceivedScan {
+  LaserScan scan;
+  Timestamp received;  ///< when its last beam had been decoded
+};
+
+/// What the base shall do, and since when: it must not be obeyed later because it waited in a queue.
+struct DriveCommand {
+  Twist2 twist;
+  Timestamp given;  ///< never later than now
+};
+
+/// What the estimator tells everybody at each tick.
+struct PoseSnapshot {
+  PoseEstimate pose;
+  OdometryEstimate odometry;
+  std::int32_t map_id = 0;
+  std::int64_t scans = 0;     ///< processed so far
+  Timestamp scan_received{};  ///< of the newest one
+  LocalizerCounters counters;
+  EkfCounters filter;
+  SensorFindings findings;
+  TrackingReport tracking;
+  EchoWatch::Finding echo_finding = EchoWatch::Finding::kNone;
+  BodyShape body;       ///< what moves with the robot
+  double echoes = 0.0;  ///< [1] share of the beams of the newest scan that can be used
+};
+
+/// A pose that the pose thread publishes, for the records and for who judges the link.
+struct SentPose {
+  PoseEstimate pose;
+  OdometryEstimate odometry;
+  std::int32_t map_id = 0;
+  std::int64_t utime = 0;  ///< [us] of its messages
+  Timestamp sent;
+  LcmSender::Outcome before;  ///< how the last message of the pose before was sent
+};
+
+/// What the graph thread tells the mapper: scans and depth views to draw, new poses when a loop was closed, another
+/// map, or that it wants a copy of the grid.
+struct MapChange {
+  std::int32_t map_id = 0;
+  Timestamp stamp;
+  int first_in_map = 0;  ///< keyframes with lower ids are no part of the map any more
+  std::vector<MapScan> scans;
+  std::vector<MapView> views;
+  std::vector<Pose2> poses;                  ///< of keyframes 0, 1, ...; empty: as before
+  std::shared_ptr<const MapState> begin_in;  ///< set: a stored map to go on in
+  bool send_grid = false;
+};
+
+/// A command about the map, for the graph thread.
+struct MapCommand {
+  enum Kind : std::uint8_t { kSave, kLoad, kReset, kLocalise, kSlam } kind = kSave;
+  std::int32_t id = 0;  ///< of the message
+  std::string name;     ///< of a map; empty: the present one
+};
+
+/// The answer to one.
+struct MapAnswer {
+  std::int32_t id = 0;
+  bool accepted = false;
+  std::string message;
+};
+
+/// A pose that a person gives.
+struct SetPose {
+  Pose2 T_map_base;
+};
+
+enum class SaveOutcome : std::uint8_t { kNone, kSaved, kFailed };
+
+}  // namespace slam

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bus/udpm/lc02.hpp"
+#include "bus/udpm/udpm_url.hpp"
+#include "core/timestamp.hpp"
+
+namespace slam {
+
+enum class LinkState : std::uint8_t {
+  kOpening,    ///< nothing is known yet
+  kConnected,  ///< what is sent comes back
+  kNoRoute,    ///< the kernel knows no way to the group
+  kBlocked,    ///< the kernel may not send: a firewall, or the unit's IPAddressDeny
+  kUnheard,    ///< it sends, but nothing comes back
+  kNoSocket    ///< none can be opened
+};
+
+/// Whether a state is one that a person has to do something about.
+constexpr bool isFault(LinkState state) { return state != LinkState::kOpening && state != LinkState::kConnected; }
+/// The cause in words; empty for none.
+std::string causeOf(LinkState state, const UdpmUrl& url);
+/// The command or setting that helps; empty where nothing is wrong.
+std::string fixOf(LinkState state, const UdpmUrl& url);
+
+/// Judges a link by what is sent and what comes back: a group's packets return to their sender's machine. Five times a
+/// second a message is kept, for its copy to be known among those of other programs: their bytes differ by the stamps.
+class LinkWatch {
+ public:
+  void sent(std::string_view channel, std::span<const std::uint8_t> data, Timestamp now);
+  void failed(int error, Timestamp now);  ///< @param error errno of the attempt to send
+  void heard(const Packet& packet);
+
+  LinkState state(Timestamp now) const;
+
+ private:
+  bool isFailing(Timestamp now) const;
+
+  std::string channel_;             // of the message that was kept ...
+  std::vector<std::uint8_t> data_;  // ... and its bytes
+  bool awaited_ = false;            // its copy is
+  bool heard_ = false;              // one was, ever
+  std::optional<Timestamp> kept_;   // when the last one was
+  std::optional<Timestamp> unheard_since_, failing_since_;
+  LinkState failure_ = LinkState::kNoRoute;  // the last one's kind
+};
+
+}  // namespace slam

@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnostics/sensor_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+namespace slam {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+/// Folded to (-pi/2, pi/2]: the two may change their signs together.
+double angleOf(double scans, double other) {
+  const double angle = std::atan2(scans, other);
+  return angle > kPi / 2 ? angle - kPi : angle <= -kPi / 2 ? angle + kPi : angle;
+}
+
+/// Direction of travel at the middle of a bend.
+double directionOf(const Pose2& motion) { return std::atan2(motion.y, motion.x) - 0.5 * motion.theta; }
+
+}  // namespace
+
+SensorFindings withDistances(const SensorFindings& findings, const WheelScale& scale, const SensorCheckConfig& config) {
+  if (scale.sigma() > config.known_scale) return findings;
+  SensorFindings judged;
+  bool explained = false;  // wheels or scans are wrong in another way
+  for (const SensorFinding& finding : findings.all()) {
+    if (finding.fault == SensorFault::kWheelDistanceOff) continue;
+    judged.add(finding.fault, finding.value, finding.second);
+    explained |= finding.fault != SensorFault::kScansRepeated && finding.fault != SensorFault::kTimeBackwards &&
+                 finding.fault != SensorFault::kWheelTurnOff && finding.fault != SensorFault::kLidarMountOff;
+  }
+  if (!explained && std::abs(scale.value() - 1.0) > config.off_scale) {
+    judged.add(SensorFault::kWheelDistanceOff, scale.value());
+  }
+  return judged;
+}
+
+SensorFindings withGyro(const SensorFindings& findings, const GyroVerdict& gyro) {
+  SensorFindings judged;
+  for (const SensorFinding& finding : findings.all())
+    if (finding.fault != SensorFault::kGyroReversed) judged.add(finding.fault, finding.value, finding.second);
+  const auto add = [&](SensorFault fault) { judged.add(fault, gyro.value); };
+  switch (gyro.fault) {
+    case GyroFault::kNone:
+      break;
+    case GyroFault::kReversed:
+      add(SensorFault::kGyroReversed);
+      break;
+    case GyroFault::kDegrees:
+      add(SensorFault::kGyroDegrees);
+      break;
+    case GyroFault::kScale:
+      add(SensorFault::kGyroTurnOff);
+      break;
+    case GyroFault::kOffset:
+      add(gyro.reliability == GyroReliability::kRejected ? SensorFault::kGyroFarOff : SensorFault::kGyroOffset);
+      break;
+    case GyroFault::kClipped:
+      add(SensorFault::kGyroClipped);
+      break;
+    case GyroFault::kUnrelated:
+      add(SensorFault::kGyroContradicts);
+      break;
+  }
+  return judged;
+}
+
+std::string describe(const SensorFinding& finding) {
+  const char* text = "";
+  double value = finding.value;
+  switch (finding.fault) {
+    case SensorFault::kLidarUpsideDown:
+      text = "the lidar turns opposite to gyro and wheels: is it mounted upside down? change lidar.upside_down";
+      break;
+    case SensorFault::kLidarAgainstGyro:
+      text =
+          "lidar and gyro turn in opposite directions: is the lidar upside down (change lidar.upside_down), or "
+          "does the gyro's z axis point down?";
+      break;
+    case SensorFault::kLidarAgainstWheels:
+      text =
+          "lidar and wheels turn in opposite directions: is the lidar upside down (change lidar.upside_down), or "
+          "are left and right wheel swapped?";
+      break;
+    case SensorFault::kGyroReversed:
+      text =
+          "the gyro turns opposite to lidar and wheels: does its z axis point down? slamd goes on without it; fix: "
+          "turn the IMU over, or let its driver negate z";
+      break;
+    case SensorFault::kWheelsSwapped:
+      text = "the wheels turn opposite to the lidar but drive the same way: are left and right swapped?";
+      break;
+    case SensorFault::kWheelsBackwards:
+      text = "the wheels drive and turn opposite to the lidar: do both count backwards?";
+      break;
+    case SensorFault::kLidarYawOff:
+      text =
+          "the lidar travels in another direction than the wheels: is it turned on its mount? add %.2f rad to "
+          "lidar.yaw, or look whether the wheels drive backwards";
+      break;
+    case SensorFault::kWheelDistanceOff:
+      text = "the wheels report %.0f %% of the distance that the scans show: check base.wheel_radius (slam-calibrate)";
+      value *= 100.0;
+      break;
+    case SensorFault::kWheelTurnOff:
+      text = "the wheels report %.0f %% of the turns that the scans show: check base.half_track (slam-calibrate)";
+      value *= 100.0;
+      break;
+    case SensorFault::kWheelsContradict:
+      text = "wheels and scans do not move together: do the wheels slip or stall, or belong to another clock?";
+      break;
+    case SensorFault::kScansRepeated:
+      text = "%.0f scans repeat the one before them: is a driver or a recorder sending twice, or the lidar stuck?";
+      break;
+    case SensorFault::kTimeBackwards:
+      text = "%.0f scans are stamped before the one before them: was a clock set, or are records out of order?";
+      break;
+    case SensorFault::kLidarMountOff:
+      text =
+          "lidar and wheels turn about different centres, the pose is off by as much; add %.2f m to lidar.x and %.2f m "
+          "to "
+          "lidar.y, or measure it with slam-calibrate";
+      break;
+    case SensorFault::kGyroDegrees:
+      text =
+          "the gyro reports %.0f %% of the turns: degrees for radians? slamd goes on without it; fix: let its driver "
+          "send rad/s";
+      value *= 100.0;
+      break;
+    case SensorFault::kGyroTurnOff:
+      text =
+          "the gyro reports %.0f %% of the turns of lidar and wheels; slamd goes on without it; fix: set its range and "
+          "unit in its driver";
+      value *= 100.0;
+      break;
+    case SensorFault::kGyroOffset:
+      text =
+          "the gyro reads %.3f rad/s at rest; slamd takes that off; fix: keep the robot still while its driver or "
+          "board calibrates it";
+      break;
+    case SensorFault::kGyroFarOff:
+      text =
+          "the gyro reads %.3f rad/s at rest, too much for a bias; slamd goes on without it; fix: keep the robot still "
+          "while its driver or board calibrates it, else replace it";
+      break;
+    case SensorFault::kGyroClipped:
+      text =
+          "the gyro never reads more than %.3f rad/s though the robot turns faster; there slamd turns by the wheels; "
+          "fix: set a larger range in its driver";
+      break;
+    case SensorFault::kGyroContradicts:
+      text =
+          "the gyro does not turn with lidar and wheels; slamd goes on without it; fix: mount it firmly with its z "
+          "axis upright, and let one clock stamp it and the wheels";
+      break;
+    case SensorFault::kMovesWithRobot:
+      text =
+          "lidar: %.0f degrees about %.0f degrees end on what moves with the robot and are left out; mount the lidar "
+          "free "
+          "of it, or name them in lidar.mask";
+      break;
+    case SensorFault::kNoReturnCodes:
+      text =
+          "lidar: beams share a range of %.3f m wherever the robot is (%.0f such values), which is taken for no "
+          "return; "
+          "let its driver send 0";
+      break;
+    case SensorFault::kBeamTimesMissing:
+      text =
+          "lidar: the scans carry no beam times though its head turns; slamd spreads the beams over the turn; let its "
+          "driver send time offsets";
+      break;
+  }
+  std::array<char, 256> line{};
+  std::snprintf(line.data(), line.size(), text, value, finding.second);
+  return line.data();
+}
+
+void AngleCounts::add(double angle) {
+  const double turns = angle / period_ + 0.5;
+  const int bin = static_cast<int>(std::floor((turns - std::floor(turns)) * kBins));
+  ++bins_[static_cast<std::size_t>(std::clamp(bin, 0, kBins - 1))];
+  ++count_;
+}
+
+AngleCounts::Peak AngleCounts::peak() const {
+  if (count_ == 0) return {};
+  const auto at = [&](int bin) { return bins_[static_cast<std::size_t>((bin + kBins) % kBins)]; };
+  int best = 0, most = -1;
+  for (int middle = 0; middle < kBins; ++middle) {
+    int sum = 0;
+    for (int k = -kReach; k <= kReach; ++k) sum += at(middle + k);
+    if (sum <= most) continue;
+    most = sum;
+    best = middle;
+  }
+  double mean = 0.0;
+  for (int k = -kReach; k <= kReach; ++k) mean += static_cast<double>(k * at(best + k)) / most;
+  const double turns = (best + 0.5 + mean) / kBins - 0.5;
+  return {period_ * (turns - std::floor(turns + 0.5)), static_cast<double>(most) / count_};
+}
+
+int AngleCounts::between(double low, double high) const {
+  int sum = 0;
+  for (int bin = 0; bin < kBins; ++bin) {
+    const double middle = period_ * ((bin + 0.5) / kBins - 0.5);
+    if (middle > low && middle < high) sum += bins_[static_cast<std::size_t>(bin)];
+  }
+  return sum;
+}
+
+SensorCheck::SensorCheck(const SensorCheckConfig& config)
+    : config_(config), gyro_turn_(kPi), wheel_turn_(kPi), wheel_distance_(kPi), wheel_direction_(2.0 * kPi) {}
+
+void SensorCheck::add(const MotionEvidence& evidence) {
+  ++pairs_;
+  const auto addTurn = [&](AngleCounts& angles, double other) {
+    if (std::max(std::abs(evidence.scans.theta), std::abs(other)) < config_.least_turn) return;
+    angles.add(angleOf(evidence.scans.theta, other));
+  };
+  if (evidence.turn_seen && evidence.gyro_turn) addTurn(gyro_turn_, *evidence.gyro_turn);
+  if (!evidence.wheels) return;
+  if (evidence.turn_seen && evidence.wheels_turn_known) addTurn(wheel_turn_, evidence.wheels->theta);
+  if (evidence.turn_seen && evidence.travel_seen && evidence.wheels_turn_known)
+    mount_.add(evidence.scans, *evidence.wheels);
+  if (!evidence.travel_seen || std::abs(evidence.scans.theta) > config_.straight) return;
+  const double seen = evidence.scans.translation().norm(), told = evidence.wheels->translation().norm();
+  if (std::max(seen, told) < config_.least_travel) return;
+  wheel_distance_.add(angleOf(seen, told));
+  if (std::min(seen, told) < 0.5 * config_.least_travel) return;
+  wheel_direction_.add(directionOf(evidence.scans) - directionOf(*evidence.wheels));
+}
+
+void SensorCheck::addScan(bool repeated, double back) {
+  ++scans_;
+  repeated_ += repeated;
+  backwards_ += back > 0.0;
+  clock_steps_ += back > config_.clock_step;
+}
+
+bool SensorCheck::wants(bool turn) const {
+  if (pairs_ < config_.wanted) return true;
+  return (turn ? std::max(gyro_turn_.count(), wheel_turn_.count()) : wheel_direction_.count()) < config_.wanted;
+}
+
+SensorCheck::Relation SensorCheck::relation(const AngleCounts& angles, double same_size) const {
+  const AngleCounts::Peak peak = angles.peak();
+  const double size = std::abs(peak.angle);
+  const bool alike = peak.share >= config_.most && peak.share * angles.count() >= config_.least_alike;
+  if (alike && peak.angle > config_.both_move && size < kPi / 2 - config_.both_move &&
+      std::abs(size - kPi / 4) > same_size) {
+    return Relation::kScaled;
+  }
+  const double least = std::max(static_cast<double>(config_.least_alike), config_.most * angles.count());
+  if (angles.between(config_.both_move, kPi / 2 - config_.both_move) >= least) return Relation::kAgrees;
+  if (angles.between(config_.both_move - kPi / 2, -config_.both_move) >= least) return Relation::kOpposite;
+  const bool usual = angles.count() >= config_.many_pairs && angles.count() > config_.usual * pairs_;  // slips are few
+  return usual ? Relation::kUnrelated : Relation::kUnknown;
+}
+
+SensorFindings SensorCheck::findings() const {
+  SensorFindings findings;
+  judgeDirections(findings);
+  const bool agree = findings.size == 0 && relation(wheel_turn_, config_.same_size) == Relation::kAgrees;
+  if (const auto offset = agree ? mount_.offset() : std::nullopt)
+    findings.add(SensorFault::kLidarMountOff, offset->x(), offset->y());  // in turns, it makes distances differ, too
+  else
+    judgeWheels(findings);
+  const auto many = [&](int count, double share) { return count >= config_.least_count && count >= share * scans_; };
+  if (many(repeated_, config_.repeated_share)) findings.add(SensorFault::kScansRepeated, repeated_);
+  if (clock_steps_ > 0 || many(backwards_, config_.backwards_share))
+    findings.add(SensorFault::kTimeBackwards, backwards_);
+  return findings;
+}
+
+void SensorCheck::judgeDirections(SensorFindings& findings) const {
+  const Relation gyro = relation(gyro_turn_, config_.same_size), wheels = relation(wheel_turn_, config_.same_size);
+  const AngleCounts::Peak travel = wheel_direction_.peak();
+  const bool travel_known =
+      travel.share >= config_.most && travel.share * wheel_direction_.count() >= config_.least_alike;
+  const bool reversed = travel_known && std::abs(travel.angle) > kPi - config_.yaw_tolerance;
+  const auto undecided = [this](Relation relation, const AngleCounts& angles) {
+    return relation == Relation::kUnknown && angles.count() > 0 && angles.count() < config_.many_pairs;
+  };
+  if (undecided(gyro, gyro_turn_) || undecided(wheels, wheel_turn_)) return;  // it may say who of the others is right
+  if (gyro == Relation::kOpposite) {
+    findings.add(wheels == Relation::kOpposite  ? SensorFault::kLidarUpsideDown
+                 : wheels == Relation::kUnknown ? SensorFault::kLidarAgainstGyro
+                                                : SensorFault::kGyroReversed);
+  } else if (wheels == Relation::kOpposite) {
+    findings.add(reversed                     ? SensorFault::kWheelsBackwards
+                 : gyro == Relation::kUnknown ? SensorFault::kLidarAgainstWheels
+                                              : SensorFault::kWheelsSwapped);
+    if (reversed) return;  // which explains the direction, too
+  }
+  if (travel_known && std::abs(travel.angle) > config_.yaw_tolerance)
+    findings.add(SensorFault::kLidarYawOff, -travel.angle);
+}
+
+void SensorCheck::judgeWheels(SensorFindings& findings) const {
+  // In turns most wheels slip by some share.
+  const bool many = wheel_distance_.count() >= config_.wanted;
+  const Relation distance = relation(wheel_distance_, many ? config_.nearly_same : config_.same_size);
+  const Relation turn = relation(wheel_turn_, config_.same_size);
+  if (distance == Relation::kScaled) {
+    findings.add(SensorFault::kWheelDistanceOff, 1.0 / std::tan(wheel_distance_.peak().angle));
+  }
+  if (turn == Relation::kScaled) findings.add(SensorFault::kWheelTurnOff, 1.0 / std::tan(wheel_turn_.peak().angle));
+  if (distance == Relation::kUnrelated || turn == Relation::kUnrelated) findings.add(SensorFault::kWheelsContradict);
+}
+
+}  // namespace slam

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "frontend/interpreter/scan_interpreter.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace slam {
+namespace {
+
+BodyWatchConfig withRangeSigma(BodyWatchConfig config, double range_sigma) {
+  config.range_sigma = range_sigma;
+  return config;
+}
+
+}  // namespace
+
+ScanInterpreter::ScanInterpreter(const LocalizerConfig& config, const BodyShape& body)
+    : lidar_(config.lidar),
+      sweep_(lidar_.upside_down, config.intake.sweep),
+      codes_(config.intake.no_return),
+      body_(lidar_.T_base_lidar, lidar_.upside_down, withRangeSigma(config.intake.body, lidar_.range_sigma)) {
+  body_.begin(body);
+}
+
+const LaserScan& ScanInterpreter::interpret(const LaserScan& recorded, const SensorIntake::Scan& taken,
+                                            const EkfTimeline& odometry) {
+  scan_.stamp = recorded.stamp;
+  scan_.range_min = recorded.range_min;
+  scan_.range_max = recorded.range_max;
+  scan_.size = 0;
+  for (const Beam& beam : recorded.beams()) scan_.push(beam);
+  giveTimes(taken, odometry);
+
+  const RangeLimits limits = lidar_.limitsFor(scan_);
+  const std::span<Beam> beams(scan_.storage.data(), static_cast<std::size_t>(scan_.size));
+  std::optional<Pose2> T_odom_base;
+  if (odometry.started()) {
+    const double last = beams.empty() ? 0.0 : beams.back().time_offset;
+    T_odom_base = odometry.at(taken.first + fromSeconds(0.5 * last)).pose();
+  }
+  codes_.add(beams, limits,
+             T_odom_base ? std::optional((*T_odom_base * lidar_.T_base_lidar).translation()) : std::nullopt);
+  for (Beam& beam : beams) {
+    if (codes_.isCode(beam.range) || isMasked(beam)) beam.range = 0.0F;
+  }
+  if (!T_odom_base) return scan_;
+  body_.add(beams, limits, *T_odom_base);
+  for (Beam& beam : beams) {
+    if (body_.isBody(beam)) beam.range = 0.0F;
+  }
+  return scan_;
+}
+
+void ScanInterpreter::giveTimes(const SensorIntake::Scan& taken, const EkfTimeline& odometry) {
+  const std::span<Beam> beams(scan_.storage.data(), static_cast<std::size_t>(scan_.size));
+  const bool timed = std::any_of(beams.begin(), beams.end(), [](const Beam& beam) { return beam.time_offset != 0.0F; });
+  if (timed || taken.interval <= 0.0 || !odometry.started()) return;
+  const double sweep = SweepWatch::sweepOf(beams) * taken.interval;
+  const Ekf begin = odometry.at(taken.first);
+  if (begin.gyroActive()) {
+    const Pose2 end = odometry.at(taken.first + fromSeconds(taken.interval)).pose();
+    sweep_.add(beams, lidar_.limitsFor(scan_), taken.first, taken.interval,
+               {begin.pose() * lidar_.T_base_lidar, end * lidar_.T_base_lidar});
+  }
+  if (!timesMissing()) return;
+  const bool forward = sweep_.order() == SweepWatch::Order::kForward;
+  const double each = sweep / static_cast<double>(beams.size());
+  for (std::size_t i = 0; i < beams.size(); ++i)
+    beams[i].time_offset = static_cast<float>(each * static_cast<double>(forward ? i : beams.size() - 1 - i));
+}
+
+bool ScanInterpreter::isMasked(const Beam& beam) const {
+  return std::any_of(lidar_.mask.begin(), lidar_.mask.end(), [&](const BearingRange& masked) {
+    const double beyond = beam.bearing * 180.0 / std::numbers::pi - masked.from;
+    return beyond - 360.0 * std::floor(beyond / 360.0) <= masked.to - masked.from;
+  });
+}
+
+}  // namespace slam

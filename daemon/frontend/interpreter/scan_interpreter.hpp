@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include "core/scan.hpp"
+#include "estimation/ekf_timeline.hpp"
+#include "frontend/front_end_config.hpp"
+#include "frontend/interpreter/body_watch.hpp"
+#include "frontend/interpreter/no_return_watch.hpp"
+#include "frontend/interpreter/sweep_watch.hpp"
+#include "frontend/sensor_intake.hpp"
+
+namespace slam {
+
+/// Decides what a scan's beams mean before they are matched. A beam that says nothing about the world becomes one
+/// without return, which matches nothing, is drawn nowhere and frees no space. Beams that a turning head measured get
+/// their times.
+///
+/// No thread, clock or I/O; after construction no allocation.
+class ScanInterpreter {
+ public:
+  /// @param body what moves with the robot, as last known
+  explicit ScanInterpreter(const LocalizerConfig& config, const BodyShape& body = {});
+
+  /// @param taken    as the intake has accepted it
+  /// @param odometry how the robot moves, by wheels and gyro alone
+  /// @return         valid until the next call
+  const LaserScan& interpret(const LaserScan& recorded, const SensorIntake::Scan& taken, const EkfTimeline& odometry);
+
+  const BodyShape& body() const { return body_.shape(); }
+  std::span<const float> noReturnCodes() const { return codes_.codes(); }
+  /// The beams carry no times though the lidar measures them one after the other.
+  bool timesMissing() const { return sweep_.order() != SweepWatch::Order::kAtOnce; }
+
+ private:
+  void giveTimes(const SensorIntake::Scan& taken, const EkfTimeline& odometry);
+  bool isMasked(const Beam& beam) const;
+
+  LidarModel lidar_;
+  SweepWatch sweep_;
+  NoReturnWatch codes_;
+  BodyWatch body_;
+  LaserScan scan_;
+};
+
+}  // namespace slam

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "timing/stamp_sequencer.hpp"
+
+#include <algorithm>
+
+namespace slam {
+
+bool ForwardJumpGuard::passes(Timestamp recorded) {
+  const bool confirmed = held_ && recorded >= *held_ - fromSeconds(config_.far_ahead);
+  if (last_ && toSeconds(recorded - *last_) > std::max(config_.far_ahead, longest_) && !confirmed) {
+    held_ = recorded;
+    ++held_count_;
+    return false;
+  }
+  if (confirmed) longest_ = 2.0 * toSeconds(recorded - *held_);  // a stream that is slower than that
+  last_ = recorded;
+  held_.reset();
+  return true;
+}
+
+Timestamp ClockStepBridge::next(Timestamp recorded, Timestamp newest) {
+  if (last_ && toSeconds(*last_ - recorded) > config_.set_back) shift_ = newest - recorded;
+  last_ = recorded;
+  return recorded + shift_;
+}
+
+Timestamp StampSequencer::next(Timestamp recorded) {
+  if (!last_) {
+    last_recorded_ = last_ = recorded;
+    return recorded;
+  }
+  if (toSeconds(*last_recorded_ - recorded) > config_.set_back) {
+    ++clock_resets_;
+    shift_ = *last_ + fromSeconds(interval_) - recorded;
+  }
+  const double step = std::max(0.0, toSeconds(recorded - *last_recorded_));
+  if (steps_ < config_.first_steps) {  // one of them may be a pause
+    if (step > 0.0) interval_ = steps_++ == 0 ? step : std::min(interval_, step);
+  } else {
+    interval_ += config_.memory * (std::min(step, config_.longest_share * interval_) - interval_);
+  }
+  last_recorded_ = recorded;
+
+  const Timestamp least = *last_ + std::max(Duration(1), fromSeconds(config_.least_step * interval_));
+  Timestamp stamp = recorded + shift_;
+  if (stamp < least) {
+    stamp = least;
+    ++retimed_;
+  }
+  last_ = stamp;
+  return stamp;
+}
+
+}  // namespace slam

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "depth/beam_sight.hpp"
+
+#include <gtest/gtest.h>
+#include <vector>
+
+namespace slam {
+namespace {
+
+constexpr HeightWindow kWindow{.down = 0.35, .up = 0.40, .lift = 0.0, .range_min = 0.5};
+
+/// Bands of a camera that sees from 0.4 below the horizon to 0.4 above it; all have depth but the one that is blind.
+struct Column {
+  std::vector<DepthRays::Band> bands;
+  std::vector<int> valid;
+  explicit Column(int blind = -1) {
+    for (int i = 0; i < DepthRays::kBands; ++i) {
+      const float high = 0.4F - 0.8F * static_cast<float>(i) / DepthRays::kBands;
+      bands.push_back({high - 0.8F / DepthRays::kBands, high, 10});
+      valid.push_back(i == blind ? 4 : 10);
+    }
+  }
+  BeamSight sight(const HeightWindow& window = kWindow) const { return {bands, valid, window}; }
+};
+
+TEST(BeamSight, SeesAllHeightsFromWhereFloorAndTopComeIntoView) {
+  const auto free = Column().sight().freeStretch(4.0);
+  EXPECT_NEAR(free.from, 0.40 / 0.4, 1e-6);
+  EXPECT_DOUBLE_EQ(free.to, 4.0);
+  EXPECT_NEAR(Column().sight().freeBefore(3.0), 1.0, 1e-6);
+  EXPECT_NEAR(Column().sight().freeBefore(0.8), 0.8, 1e-6) << "never beyond the obstacle";
+}
+
+TEST(BeamSight, ABlindBandNearTheHorizonHidesWhatLiesFar) {
+  const auto free = Column(12).sight().freeStretch(8.0);  // looks up by 0.075 to 0.1
+  EXPECT_NEAR(free.from, 0.40 / 0.075, 1e-3) << "behind it the band looks above the robot's top";
+  EXPECT_DOUBLE_EQ(free.to, 8.0);
+  EXPECT_LT(Column(12).sight().freeStretch(4.0).to, Column(12).sight().freeStretch(4.0).from) << "nothing is free";
+}
+
+TEST(BeamSight, ABlindBandThatLooksOverANearPlaceHidesOnlyFartherOnes) {
+  const HeightWindow high{.down = 1.0, .up = -0.2, .lift = 0.0, .range_min = 0.5};  // the camera above the robot's top
+  const auto free = Column(17).sight(high).freeStretch(8.0);                        // looks down by 0.025 to 0.05
+  EXPECT_NEAR(free.from, 1.0 / 0.4, 1e-3);
+  EXPECT_NEAR(free.to, 0.2 / 0.05, 1e-3);
+}
+
+TEST(BeamSight, ATiltOfTheFloorMovesWhatIsSeen) {
+  HeightWindow uphill = kWindow;
+  uphill.lift = 0.1;
+  EXPECT_NEAR(Column().sight(uphill).freeStretch(4.0).from, 0.40 / 0.3, 1e-6);
+}
+
+TEST(BeamSight, ABandWithoutPixelsIsNotBlind) {
+  Column column;
+  column.bands[12].pixels = 0;
+  column.valid[12] = 0;
+  EXPECT_NEAR(column.sight().freeStretch(4.0).from, 1.0, 1e-6);
+}
+
+}  // namespace
+}  // namespace slam

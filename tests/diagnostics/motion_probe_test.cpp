@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnostics/motion_probe.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <memory>
+#include <numbers>
+
+#include "support/allocations.hpp"
+#include "support/simulated/room.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::IsEmpty;
+using enum SensorFault;
+
+/// A robot that drives bends in a room, and what may be wrong with it.
+struct Drive {
+  bool upside_down = false, turned = false, twice = false, frozen = false, gyro = true;
+  double renewed = 0.0;         // [1] share of the beams that a frozen lidar measures anew
+  bool also_localiser = false;  // the scans come as in slamd and slam-replay
+  double wheel_turn = 1.0, turn_rate = 0.6;
+  Duration copied_after{0};
+  LocalizerConfig config = {};
+  std::unique_ptr<MotionProbe> probe = {};
+  std::unique_ptr<FrontEnd> front_end = {};
+  Pose2 truth{-1.0, -0.5, 0.0}, reckoned = {};
+  Timestamp now{100s};
+  std::mt19937 random{1};
+  test::Room room{.length = 8.0, .width = 5.0, .range_sigma = 0.01};
+  int step = 0;
+  LaserScan seen = {};
+  int stuck = 0;
+
+  void run(double seconds) {
+    if (!probe) probe = std::make_unique<MotionProbe>(config);
+    if (also_localiser && !front_end) front_end = std::make_unique<FrontEnd>(config);
+    for (const Timestamp end = now + fromSeconds(seconds); now < end;) {
+      now += 20ms;
+      const double rate = std::sin(toSeconds(now.time_since_epoch())) > 0.0 ? turn_rate : -0.3 * turn_rate;
+      truth = truth * exp({0.02 * 0.25, 0.0, 0.02 * rate});
+      reckoned = reckoned * exp({0.02 * 0.25, 0.0, 0.02 * wheel_turn * rate});
+      const ImuSample imu{now, {0, 0, rate + 0.01}, {0, 0, 9.81}};
+      if (front_end) front_end->add(WheelSample{now, reckoned}), front_end->add(imu);
+      probe->add(WheelSample{now, reckoned});
+      if (gyro) probe->add(imu);
+      if (++step % 8 != 0) continue;
+      if (seen.size == 0 || !frozen) seen = room.scan(truth, random);
+      if (renewed > 0.0) {
+        const LaserScan fresh = room.scan(truth, random);
+        for (int i = 0; i < static_cast<int>(renewed * seen.size); ++i) {
+          const auto beam = static_cast<std::size_t>(i * 37 % seen.size);
+          seen.storage[beam] = fresh.storage[beam];
+        }
+      }
+      LaserScan scan = seen;
+      scan.stamp = now;
+      for (int i = 0; i < scan.size; ++i) {
+        float& bearing = scan.storage[static_cast<std::size_t>(i)].bearing;
+        if (upside_down) bearing = -bearing;
+        if (turned) bearing = static_cast<float>(wrapAngle(bearing + std::numbers::pi));
+      }
+      for (int copy = 0; copy < (twice ? 2 : 1); ++copy) {
+        front_end ? static_cast<void>(stuck += addScan(*front_end, *probe, scan).stuck) : probe->add(scan);
+        probe->work();
+        scan.stamp += copied_after;
+      }
+    }
+  }
+  std::vector<SensorFault> faults(double seconds = 40.0) {
+    run(seconds);
+    std::vector<SensorFault> faults;
+    for (const SensorFinding& finding : probe->findings().all()) faults.push_back(finding.fault);
+    return faults;
+  }
+};
+
+TEST(MotionProbe, SaysNothingOfASoundRobot) {
+  EXPECT_THAT(Drive{}.faults(), IsEmpty());
+  EXPECT_THAT((Drive{.gyro = false}).faults(), IsEmpty());
+}
+
+TEST(MotionProbe, FindsALidarThatHangsTopDownAlsoInFastTurns) {
+  EXPECT_THAT((Drive{.upside_down = true}).faults(), ElementsAre(kLidarUpsideDown));
+  EXPECT_THAT((Drive{.upside_down = true, .turn_rate = 2.0}).faults(), ElementsAre(kLidarUpsideDown));
+  EXPECT_THAT((Drive{.upside_down = true, .gyro = false}).faults(), ElementsAre(kLidarAgainstWheels));
+  Drive known{.upside_down = true};
+  known.config.lidar.upside_down = true;
+  EXPECT_THAT(known.faults(), IsEmpty());
+}
+
+TEST(MotionProbe, FindsATurnedLidarAndSwappedWheels) {
+  EXPECT_THAT((Drive{.turned = true, .turn_rate = 0.3}).faults(), ElementsAre(kLidarYawOff));
+  EXPECT_THAT((Drive{.wheel_turn = -1.0}).faults(), ElementsAre(kWheelsSwapped));
+}
+
+TEST(MotionProbe, FindsScansThatComeTwice) {
+  EXPECT_THAT((Drive{.twice = true}).faults(), ElementsAre(kScansRepeated));
+  for (const Duration after : {Duration(2ms), Duration(60ms)}) {
+    Drive drive{.twice = true, .copied_after = after};
+    ASSERT_THAT(drive.faults(), ElementsAre(kScansRepeated));
+    EXPECT_NEAR(drive.probe->findings().storage[0].value, 250, 2) << "all of them";
+  }
+}
+
+TEST(MotionProbe, FindsALidarThatIsFrozenWhileTheRobotDrivesStraight) {
+  EXPECT_THAT((Drive{.frozen = true, .turn_rate = 0.0}).faults(), testing::Contains(kScansRepeated));
+}
+
+TEST(MotionProbe, GetsNoScansOfAStuckLidarToBlameTheOthersFor) {
+  // Some of its beams are measured anew, so that no two scans are the same to the last bit.
+  EXPECT_THAT((Drive{.frozen = true, .renewed = 0.1}).faults(100.0), testing::Not(IsEmpty()))
+      << "the scans show no motion";
+  Drive drive{.frozen = true, .renewed = 0.1, .also_localiser = true};
+  EXPECT_THAT(drive.faults(100.0), IsEmpty());
+  EXPECT_GT(drive.stuck, 600) << "of 625 scans";
+}
+
+TEST(MotionProbe, GetsAllScansOfASoundLidar) {
+  EXPECT_THAT((Drive{.also_localiser = true}).faults(), IsEmpty());
+  EXPECT_THAT((Drive{.upside_down = true, .also_localiser = true}).faults(), ElementsAre(kLidarUpsideDown));
+  EXPECT_THAT((Drive{.twice = true, .also_localiser = true}).faults(), ElementsAre(kScansRepeated)) << "copies, too";
+}
+
+TEST(MotionProbe, TakesEqualScansOfARobotAtRestForWhatTheyAre) {
+  Drive drive;
+  drive.run(1.0);
+  LaserScan scan = drive.room.scan(drive.truth, drive.random);
+  for (int i = 0; i < 100; ++i) {
+    drive.now += 100ms;
+    scan.stamp = drive.now;
+    drive.probe->add(WheelSample{drive.now, drive.reckoned});
+    drive.probe->add(ImuSample{drive.now, {0, 0, 0.001}, {0, 0, 9.81}});
+    drive.probe->add(scan);
+  }
+  EXPECT_EQ(drive.probe->findings().size, 0U);
+}
+
+TEST(MotionProbe, GoesOnAfterAClockWasSetBack) {
+  Drive drive{.upside_down = true};
+  drive.run(2.0);
+  drive.now -= 60s;
+  EXPECT_THAT(drive.faults(), ElementsAre(kLidarUpsideDown, kTimeBackwards));
+}
+
+TEST(MotionProbe, DoesNotAllocateAfterStartUp) {
+  Drive drive;
+  drive.run(1.0);
+  EXPECT_EQ(test::allocationsDuring([&] { drive.run(20.0); }), 0U);
+}
+
+}  // namespace
+}  // namespace slam

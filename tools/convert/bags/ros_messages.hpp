@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/scan.hpp"
+#include "tools/convert/bags/ros_source.hpp"
+
+/// The messages of ROS that slam-convert reads, of ROS 1 and of ROS 2 (CDR). A reader gives nullopt for bytes that are
+/// not such a message to the last one.
+namespace slam::ros {
+
+struct Header {
+  std::int64_t stamp = 0;  ///< [us]; 0: none
+  std::string frame;       ///< without a slash before it
+};
+
+struct Scan {
+  Header header;
+  double range_min = 0.0, range_max = 0.0;  ///< [m]
+  LaserScan scan;                           ///< without stamp; of several echoes the first
+  int thinned = 1;                          ///< every so manieth beam, for so many fit into a scan
+};
+
+struct Imu {
+  Header header;
+  Eigen::Vector3d gyro, accel;  ///< [rad/s, m/s^2] accel is zero where not measured
+};
+
+struct Odometry {
+  Header header;
+  std::string child_frame;
+  Eigen::Isometry3d T_odom_child;
+};
+
+struct Joints {
+  Header header;
+  std::vector<std::string> names;
+  std::vector<double> positions;  ///< [rad]
+};
+
+struct Transform {
+  Header header;  ///< of the parent
+  std::string child_frame;
+  Eigen::Isometry3d T_parent_child;
+};
+
+bool isScan(const std::string& type);  ///< LaserScan or MultiEchoLaserScan
+bool isRead(const std::string& type);  ///< any of those here
+
+/// Why messages of this topic cannot be read: their definition is another than the one known here, or none; empty: they
+/// can.
+std::string refusal(const RosTopic& topic);
+
+std::optional<Scan> readScan(const RosMessage& message);
+std::optional<Imu> readImu(const RosMessage& message);
+std::optional<Odometry> readOdometry(const RosMessage& message);
+std::optional<Joints> readJoints(const RosMessage& message);
+std::optional<std::vector<Transform>> readTransforms(const RosMessage& message);
+
+}  // namespace slam::ros

@@ -1,0 +1,412 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What Foxglove shows by itself has its types (docs.foxglove.dev/docs/visualization/message-schemas), the rest slamd's.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <slam/odometry_t.hpp>
+#include <stdexcept>
+
+#include "bus/channels.hpp"
+#include "bus/checked_decode.hpp"
+#include "bus/event_log.hpp"
+#include "bus/messages.hpp"
+#include "config/loader.hpp"
+#include "tools/common/trajectory.hpp"
+#include "tools/convert/bags/mcap_writer.hpp"
+#include "tools/convert/formats.hpp"
+
+namespace slam {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::int64_t kMapPeriod = 2'000'000;    // [us] between pictures of the whole map
+constexpr std::int64_t kMostCells = 1 << 26;      // of such a picture
+constexpr std::int64_t kMountPeriod = 1'000'000;  // [us]
+
+std::string base64(std::string_view bytes) {
+  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t triple = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      triple = triple << 8 | (i + k < bytes.size() ? static_cast<std::uint8_t>(bytes[i + k]) : 0U);
+    for (std::size_t k = 0; k < 4; ++k)
+      text.push_back(i + k <= bytes.size() ? kDigits[triple >> (18 - 6 * k) & 63] : '=');
+  }
+  return text;
+}
+
+json timeOf(std::int64_t utime) { return {{"sec", utime / 1000000}, {"nsec", utime % 1000000 * 1000}}; }
+
+json translation(const Pose2& pose) { return {{"x", pose.x}, {"y", pose.y}, {"z", 0.0}}; }
+
+json rotation(const Pose2& pose) {
+  return {{"x", 0.0}, {"y", 0.0}, {"z", std::sin(0.5 * pose.theta)}, {"w", std::cos(0.5 * pose.theta)}};
+}
+
+json poseOf(const Pose2& pose) { return {{"position", translation(pose)}, {"orientation", rotation(pose)}}; }
+
+/// Schema of an object whose fields have these kinds: "n" number, "i" integer, "b" boolean, "s" text, "o" object, and
+/// "[]" before each: a list. Viewers know the types of Foxglove by their names.
+std::string schemaOf(const std::string& name, const std::map<std::string, std::string>& fields) {
+  const std::map<char, const char*> kinds{
+      {'n', "number"}, {'i', "integer"}, {'b', "boolean"}, {'s', "string"}, {'o', "object"}};
+  json properties = json::object();
+  for (const auto& [field, kind] : fields) {
+    const json one{{"type", kinds.at(kind.back())}};
+    properties[field] = kind.starts_with("[]") ? json{{"type", "array"}, {"items", one}} : one;
+  }
+  return json{{"title", name}, {"type", "object"}, {"properties", properties}}.dump();
+}
+
+/// The newest tiles of a map, as one picture.
+class MapPicture {
+ public:
+  void add(const map_meta_t& meta) {
+    if (meta.map_id != meta_.map_id) tiles_.clear();
+    meta_ = meta;
+    known_ = true;
+  }
+  void add(const map_tile_t& tile) {
+    if (known_ && tile.map_id != meta_.map_id) return;
+    tiles_[{tile.column, tile.row}] = tile;
+    changed_ = true;
+  }
+  bool due(std::int64_t now) const { return changed_ && known_ && now - drawn_ >= kMapPeriod; }
+
+  /// foxglove.Grid with one byte a cell: 0 free to 100 occupied, 255 unknown. @return nullopt: there is nothing to draw
+  std::optional<json> draw(std::int64_t now) {
+    drawn_ = now;
+    changed_ = false;
+    const std::int64_t side = meta_.tile_side;
+    std::int64_t first_column = INT32_MAX, last_column = INT32_MIN, first_row = INT32_MAX, last_row = INT32_MIN;
+    for (const auto& [place, tile] : tiles_) {
+      first_column = std::min<std::int64_t>(first_column, place.first);
+      last_column = std::max<std::int64_t>(last_column, place.first);
+      first_row = std::min<std::int64_t>(first_row, place.second);
+      last_row = std::max<std::int64_t>(last_row, place.second);
+    }
+    if (tiles_.empty() || side < 1 || !(meta_.resolution > 0.0)) return std::nullopt;
+    const double wide = static_cast<double>(last_column - first_column + 1) * static_cast<double>(side);
+    const double high = static_cast<double>(last_row - first_row + 1) * static_cast<double>(side);
+    if (wide * high > static_cast<double>(kMostCells)) return std::nullopt;
+    const std::int64_t columns = (last_column - first_column + 1) * side, rows = (last_row - first_row + 1) * side;
+    std::string cells(static_cast<std::size_t>(columns * rows), '\xFF');
+    for (const auto& [place, tile] : tiles_) {
+      if (tile.side != side) continue;
+      const std::int64_t column = (place.first - first_column) * side, row = (place.second - first_row) * side;
+      for (std::int64_t r = 0; r < side; ++r) {
+        std::memcpy(&cells[static_cast<std::size_t>((row + r) * columns + column)],
+                    &tile.cells[static_cast<std::size_t>(r * side)], static_cast<std::size_t>(side));
+      }
+    }
+    const double metres = meta_.resolution * static_cast<double>(side);
+    const Pose2 corner{meta_.origin[0] + metres * static_cast<double>(first_column),
+                       meta_.origin[1] + metres * static_cast<double>(first_row), 0.0};
+    return json{{"timestamp", timeOf(meta_.utime)},
+                {"frame_id", "map"},
+                {"pose", poseOf(corner)},
+                {"column_count", columns},
+                {"cell_size", {{"x", meta_.resolution}, {"y", meta_.resolution}}},
+                {"row_stride", columns},
+                {"cell_stride", 1},
+                {"fields", json::array({{{"name", "occupied"}, {"offset", 0}, {"type", 1}}})},
+                {"data", base64(cells)}};
+  }
+
+ private:
+  map_meta_t meta_{};
+  bool known_ = false, changed_ = false;
+  std::int64_t drawn_ = 0;  // [us]
+  std::map<std::pair<std::int32_t, std::int32_t>, map_tile_t> tiles_;
+};
+
+class Export {
+ public:
+  Export(const std::filesystem::path& out, const std::filesystem::path& trajectory) : writer_(out) {
+    if (!trajectory.empty()) trajectory_ = readTrajectory(trajectory);
+  }
+
+  Recording run(const std::filesystem::path& in) {
+    recording_.format = "slamd's log";
+    EventLogReader reader(in);
+    std::map<std::string, int> others;
+    for (LogEvent event; reader.next(event);) {
+      if (!add(event)) ++others[event.channel];
+    }
+    if (writer_.messages() == 0) throw std::runtime_error(in.string() + ": no message of slamd in it");
+    for (const auto& [channel, count] : others)
+      recording_.unused.push_back(channel + ", " + std::to_string(count) + " messages");
+    if (!placed_)
+      recording_.notes.push_back("no pose in it: slam-replay --trajectory FILE makes one, --trajectory FILE takes it");
+    writer_.close();
+    return recording_;
+  }
+
+ private:
+  /// @return false: a channel that is not shown
+  bool add(const LogEvent& event) {
+    received_ = event.utime;
+    const auto& name = event.channel;
+    if (name == channel::kConfig) return take<config_t>(event);
+    if (name == channel::kScan) return take<scan_t>(event);
+    if (name == channel::kDepth) return take<depth_t>(event);
+    if (name == channel::kWheels) return take<wheels_t>(event);
+    if (name == channel::kImu) return take<imu_t>(event);
+    if (name == channel::kSlamPose) return take<pose_estimate_t>(event);
+    if (name == channel::kHealth) return take<health_t>(event);
+    if (name == channel::kMapMeta) return take<map_meta_t>(event);
+    if (name == channel::kMapTile) return take<map_tile_t>(event);
+    if (name != channel::kOdometry) return false;
+    odometry_t message;  // of one size: its decoder reads no lengths
+    if (message.decode(event.data.data(), 0, static_cast<int>(event.data.size())) < 0) return refuse(event);
+    show(message);
+    return true;
+  }
+
+  template <typename Message>
+  bool take(const LogEvent& event) {
+    const auto message = decodeChecked<Message>(event.data);
+    if (!message) return refuse(event);
+    show(*message);
+    return true;
+  }
+
+  bool refuse(const LogEvent& event) {
+    recording_.reject(recording_.sensor(event.channel), event.channel, "a message that does not decode");
+    return true;
+  }
+
+  void show(const config_t& message) {
+    try {
+      const Config config = parseConfig(message.configuration, channel::kConfig);
+      const auto& camera = config.depth_device.projection.extrinsics;
+      T_base_lidar_ = config.localizer.lidar.T_base_lidar;
+      upside_down_ = config.localizer.lidar.upside_down;
+      T_base_camera_ = camera.levelled();
+      recording_.robot.lidar_x = T_base_lidar_.x;
+      recording_.robot.lidar_y = T_base_lidar_.y;
+      recording_.robot.lidar_yaw = T_base_lidar_.theta;
+      recording_.robot.lidar_upside_down = upside_down_;
+      recording_.robot.mount_source = channel::kConfig;
+    } catch (const ConfigError& error) {
+      recording_.notes.push_back(std::string("where lidar and camera sit is not known: ") + error.what());
+    }
+  }
+
+  void show(const scan_t& message) {
+    const auto scan = fromMessage(message);
+    if (!scan) return recording_.reject(recording_.sensor(channel::kScan), channel::kScan, "no measurement");
+    recording_.useScan(recording_.sensor(channel::kScan), message.utime);
+    if (!trajectory_.empty()) {
+      if (const auto pose = poseAt(trajectory_, scan->stamp)) place(message.utime, "map", "base", *pose);
+    }
+    if (std::abs(message.utime - mounted_) >= kMountPeriod) {
+      mounted_ = message.utime;
+      transform(message.utime, "base", "lidar", T_base_lidar_);
+      transform(message.utime, "base", "camera", T_base_camera_);
+    }
+    std::string points;
+    int count = 0;
+    for (const Beam& beam : scan->beams()) {
+      if (!scan->isReturn(beam)) continue;
+      const float left = upside_down_ ? -beam.range : beam.range;
+      put(points, beam.range * std::cos(beam.bearing), left * std::sin(beam.bearing), beam.intensity);
+      ++count;
+    }
+    cloud("/scan", "lidar", message.utime, points);
+  }
+
+  void show(const depth_t& message) {
+    const auto laser = fromMessage(message);
+    if (!laser) return recording_.reject(recording_.sensor(channel::kDepth), channel::kDepth, "no measurement");
+    recording_.sensor(channel::kDepth).use(message.utime);
+    std::string points;
+    for (int i = 0; i < message.nbeams; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      if (message.kinds[at] != 2) continue;
+      const float bearing = message.bearing_min + message.bearing_step * static_cast<float>(i);
+      put(points, message.ranges[at] * std::cos(bearing), message.ranges[at] * std::sin(bearing), 0.0F);
+    }
+    cloud("/depth", "camera", message.utime, points);
+  }
+
+  void show(const wheels_t& message) {
+    recording_.useWheels(recording_.sensor(channel::kWheels), message.utime);
+    send("/wheels", "slam.wheels",
+         {{"x", "n"}, {"y", "n"}, {"theta", "n"}, {"turn_rate_known", "b"}, {"angles", "[]n"}}, message.utime,
+         {{"x", message.x},
+          {"y", message.y},
+          {"theta", message.theta},
+          {"turn_rate_known", message.turn_rate_known != 0},
+          {"angles", message.angles}});
+  }
+
+  void show(const imu_t& message) {
+    recording_.useImu(recording_.sensor(channel::kImu), message.utime);
+    send("/imu", "slam.imu", {{"gyro", "[]n"}, {"accel", "[]n"}}, message.utime,
+         {{"gyro", message.gyro}, {"accel", message.accel}});
+  }
+
+  void show(const pose_estimate_t& message) {
+    recording_.sensor(channel::kSlamPose).use(message.utime);
+    const Pose2 pose{message.x, message.y, message.theta};
+    if (trajectory_.empty()) place(message.utime, "map", "base", pose);
+    send("/pose", "foxglove.PoseInFrame", {{"timestamp", "o"}, {"frame_id", "s"}, {"pose", "o"}}, message.utime,
+         {{"timestamp", timeOf(message.utime)}, {"frame_id", "map"}, {"pose", poseOf(pose)}});
+    send("/estimate", "slam.estimate",
+         {{"x", "n"},
+          {"y", "n"},
+          {"theta", "n"},
+          {"covariance", "[]n"},
+          {"twist", "[]n"},
+          {"state", "i"},
+          {"match_quality", "n"},
+          {"map_id", "i"}},
+         message.utime,
+         {{"x", message.x},
+          {"y", message.y},
+          {"theta", message.theta},
+          {"covariance", message.covariance},
+          {"twist", message.twist},
+          {"state", message.state},
+          {"match_quality", message.match_quality},
+          {"map_id", message.map_id}});
+  }
+
+  void show(const odometry_t& message) {
+    recording_.sensor(channel::kOdometry).use(message.utime);
+    send("/odometry", "foxglove.PoseInFrame", {{"timestamp", "o"}, {"frame_id", "s"}, {"pose", "o"}}, message.utime,
+         {{"timestamp", timeOf(message.utime)},
+          {"frame_id", "odom"},
+          {"pose", poseOf({message.x, message.y, message.theta})}});
+  }
+
+  void show(const health_t& message) {
+    recording_.sensor(channel::kHealth).use(message.utime);
+    json devices = json::array(), counters = json::object();
+    for (const auto& device : message.devices)
+      devices.push_back({{"name", device.name}, {"state", device.state}, {"rate", device.rate}});
+    for (const auto& counter : message.counters) counters[counter.name] = counter.value;
+    send("/health", "slam.health",
+         {{"summary", "s"},
+          {"localisation", "i"},
+          {"cpu", "n"},
+          {"memory_mb", "n"},
+          {"devices", "[]o"},
+          {"counters", "o"}},
+         message.utime,
+         {{"summary", message.summary},
+          {"localisation", message.localisation},
+          {"cpu", message.cpu},
+          {"memory_mb", message.memory_mb},
+          {"devices", devices},
+          {"counters", counters}});
+  }
+
+  void show(const map_meta_t& message) {
+    recording_.sensor(channel::kMapMeta).use(message.utime);
+    map_.add(message);
+    drawMap(message.utime);
+  }
+
+  void show(const map_tile_t& message) {
+    recording_.sensor(channel::kMapTile).use(message.utime);
+    map_.add(message);
+    drawMap(message.utime);
+  }
+
+  void drawMap(std::int64_t utime) {
+    if (!map_.due(received_)) return;
+    if (const auto grid = map_.draw(received_)) {
+      send("/map", "foxglove.Grid",
+           {{"timestamp", "o"},
+            {"frame_id", "s"},
+            {"pose", "o"},
+            {"column_count", "i"},
+            {"cell_size", "o"},
+            {"row_stride", "i"},
+            {"cell_stride", "i"},
+            {"fields", "[]o"},
+            {"data", "s"}},
+           utime, *grid);
+    }
+  }
+
+  static void put(std::string& points, float x, float y, float intensity) {
+    for (const float value : {x, y, 0.0F, intensity}) {
+      char bytes[sizeof value];
+      std::memcpy(bytes, &value, sizeof value);  // both ends are little-endian
+      points.append(bytes, sizeof value);
+    }
+  }
+
+  void cloud(const std::string& topic, const char* frame, std::int64_t utime, const std::string& points) {
+    constexpr int kFloat32 = 7;
+    json fields = json::array();
+    for (const char* name : {"x", "y", "z", "intensity"})
+      fields.push_back({{"name", name}, {"offset", 4 * fields.size()}, {"type", kFloat32}});
+    send(
+        topic, "foxglove.PointCloud",
+        {{"timestamp", "o"}, {"frame_id", "s"}, {"pose", "o"}, {"point_stride", "i"}, {"fields", "[]o"}, {"data", "s"}},
+        utime,
+        {{"timestamp", timeOf(utime)},
+         {"frame_id", frame},
+         {"pose", poseOf({})},
+         {"point_stride", 16},
+         {"fields", fields},
+         {"data", base64(points)}});
+  }
+
+  void place(std::int64_t utime, const char* parent, const char* child, const Pose2& pose) {
+    placed_ = true;
+    transform(utime, parent, child, pose);
+  }
+
+  void transform(std::int64_t utime, const char* parent, const char* child, const Pose2& pose) {
+    send("/tf", "foxglove.FrameTransform",
+         {{"timestamp", "o"},
+          {"parent_frame_id", "s"},
+          {"child_frame_id", "s"},
+          {"translation", "o"},
+          {"rotation", "o"}},
+         utime,
+         {{"timestamp", timeOf(utime)},
+          {"parent_frame_id", parent},
+          {"child_frame_id", child},
+          {"translation", translation(pose)},
+          {"rotation", rotation(pose)}});
+  }
+
+  void send(const std::string& topic, const std::string& schema, const std::map<std::string, std::string>& fields,
+            std::int64_t utime, const json& message) {
+    auto at = channels_.find(topic);
+    if (at == channels_.end())
+      at = channels_.emplace(topic, writer_.addChannel(topic, schema, schemaOf(schema, fields))).first;
+    writer_.write(at->second, received_, utime, message.dump(-1, ' ', false, json::error_handler_t::replace));
+  }
+
+  McapWriter writer_;
+  std::map<std::string, std::uint16_t> channels_;  // by topic
+  Trajectory trajectory_;
+  Recording recording_;
+  MapPicture map_;
+  Pose2 T_base_lidar_, T_base_camera_;
+  bool upside_down_ = false;
+  std::int64_t received_ = 0, mounted_ = 0;  // [us]
+  bool placed_ = false;
+};
+
+}  // namespace
+
+Recording convertToMcap(const std::filesystem::path& in, const std::filesystem::path& out,
+                        const std::filesystem::path& trajectory) {
+  return Export(out, trajectory).run(in);
+}
+
+}  // namespace slam
