@@ -91,7 +91,7 @@ struct SensorChannels {
 template <template <typename> typename Forth, template <typename> typename Back>
 struct FrontEndChannels {
   Forth<Keyframe> keyframes{MapCorrection::kMostAhead - 1};  // one more may come while a correction is handed over
-  Forth<DepthSight> sights{64};
+  Forth<DepthObservation> sights{64};
   Back<MapCorrection*> corrections{2};  // who gets one gives it back; one at most is on its way
   Forth<MapCorrection*> used_corrections{2};
   Back<FrontEnd*> front_ends{2};  // begins in another map, and the old one is given back

@@ -19,7 +19,7 @@ std::string rowOf(const CounterInfo& what, const Value&, bool with_statistic) {
 }  // namespace
 
 std::string printCounters() {
-  const LocalizerCounters front_end;
+  const FrontEndCounters front_end;
   const EkfCounters filter;
   const BackEndCounters back_end;
   const auto channels = std::make_unique<Channels>();

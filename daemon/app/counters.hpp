@@ -28,7 +28,7 @@ void visitCounters(const Worker& thread, Visitor&& visit) {
 
 /// All that is counted, wherever it is; nullptr, none: this slamd does not have it.
 struct Counted {
-  const LocalizerCounters* front_end = nullptr;
+  const FrontEndCounters* front_end = nullptr;
   const EkfCounters* filter = nullptr;
   const BackEndCounters* back_end = nullptr;
   const Channels* channels = nullptr;

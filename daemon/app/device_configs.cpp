@@ -67,7 +67,7 @@ SerialImuConfig serialImuConfig(const Config& config) {
 }
 
 RplidarConfig rplidarConfig(const Config& config) {
-  const LidarModel& model = config.localizer.lidar;
+  const LidarModel& model = config.front_end.lidar;
   return {.port = config.lidar_device.port,
           .baud = config.lidar_device.baud,
           .scan_mode = wishOf(config.lidar_device.scan_mode),

@@ -5,7 +5,7 @@
 
 #include "app/device_configs.hpp"
 #include "depth/depth_projection.hpp"
-#include "drivers/repeat_watch.hpp"
+#include "drivers/stuck_sample_detector.hpp"
 #include "runtime/clock.hpp"
 
 namespace slam {
@@ -29,7 +29,7 @@ std::unique_ptr<DepthThread> makeDepthThread(const Config& config, const DepthEn
   const DepthDeviceConfig& device = config.depth_device;
   const auto add = [ends,
                     projection = device.isMounted() ? std::make_shared<DepthProjection>(device.projection) : nullptr,
-                    repeats = std::make_shared<RepeatWatch>(kRepeats)](const DepthImage& image) -> const char* {
+                    repeats = std::make_shared<StuckSampleDetector>(kRepeats)](const DepthImage& image) -> const char* {
     if (!projection) return "images are not used: measure the camera's height above the floor and set depth.z";
     // The noise of a depth sensor never repeats itself, still less what a robot sees that moves.
     const auto* pixels = reinterpret_cast<const std::uint8_t*>(image.depth.data());

@@ -64,7 +64,7 @@ std::string HealthReporter::summary(Timestamp now, const PoseSnapshot& pose, con
   std::string text = std::string("pose ") + nameOf(pose.pose.state) + (waits.empty() ? "" : ": ") + waits;
   text += devices_.problems(now);
   for (const SensorFinding& finding : pose.findings.all()) text += "; " + describe(finding);
-  if (!pose.counters.wheels_heard) text += "; the wheels contradict the scans and are not heard";
+  if (!pose.counters.wheels_reliable) text += "; the wheels contradict the scans and are not heard";
   return text + problems + devices_.identities();
 }
 

@@ -78,7 +78,7 @@ int main(int argc, char** argv) {
     std::optional<slam::ServiceReach> reach;
     if (check && slam::isServiceConfig(config_file)) reach.emplace();
     config = slam::loadConfig(config_file, overrides, reach ? &*reach : nullptr);
-    for (const std::string& line : config.without_effect) std::cerr << line << "\n";
+    for (const std::string& line : config.notices) std::cerr << line << "\n";
   } catch (const slam::ConfigError& error) {
     std::cerr << error.what() << "\n";
     return kBadConfig;

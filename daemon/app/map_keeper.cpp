@@ -168,7 +168,7 @@ std::unique_ptr<FolderLock> MapKeeper::lockOf(const std::string& name) const {
 MapState MapKeeper::open(const std::string& path) {
   LoadedMap loaded = openMap(path, config_.map);
   for (const std::string& remark : loaded.remarks) logWarning(remark);
-  const std::string misfit = misfitOf(loaded.state, config_.localizer.lidar, localises_);
+  const std::string misfit = misfitOf(loaded.state, config_.front_end.lidar, localises_);
   if (!misfit.empty()) throw std::runtime_error(path + ": " + misfit);
   logInfo("map " + path + " of " + std::to_string(loaded.state.keyframes.size()) + " keyframes");
   return std::move(loaded.state);

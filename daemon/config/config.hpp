@@ -120,7 +120,7 @@ struct Config {
   ImuDeviceConfig imu_device;
   CanConfig can;
   DepthDeviceConfig depth_device;
-  LocalizerConfig localizer;
+  FrontEndConfig front_end;
   BackEndConfig back_end;
   OccupancyGridConfig map;
   LcmConfig lcm;
@@ -128,16 +128,16 @@ struct Config {
   OutputConfig output;
   LogConfig log;
   WebConfig web;
-  /// Keys that were set and do nothing any more, one line each: `file:line:column: key: what; fix`.
-  std::vector<std::string> without_effect = {};
+  /// Keys that were set and are renamed, or do nothing any more, one line each: `file:line:column: key: what; fix`.
+  std::vector<std::string> notices = {};
 };
 
 /// Settings of the back end: its own, and those that it shares with the front end.
 inline BackEndConfig backEndConfig(const Config& config) {
   BackEndConfig back_end = config.back_end;
-  back_end.reference = config.localizer.reference;
-  back_end.match = config.localizer.match;
-  back_end.match.range_sigma = config.localizer.lidar.range_sigma;
+  back_end.reference = config.front_end.reference;
+  back_end.match = config.front_end.match;
+  back_end.match.range_sigma = config.front_end.lidar.range_sigma;
   back_end.T_base_depth = config.depth_device.projection.extrinsics.levelled();
   back_end.localise_only = config.mode == RunMode::kLocalise;
   return back_end;
@@ -147,11 +147,11 @@ inline BaseKinematics kinematicsOf(const BaseDeviceConfig& base) {
   return {base.type, base.geometry.wheel_radius, base.geometry.half_track};
 }
 
-inline LocalizerConfig localizerConfig(const Config& config) {
-  LocalizerConfig localizer = config.localizer;
-  localizer.ekf.holonomic = kinematicsOf(config.base_device).type != BaseType::kDifferential;
-  localizer.localise_only = config.mode == RunMode::kLocalise;
-  return localizer;
+inline FrontEndConfig frontEndConfig(const Config& config) {
+  FrontEndConfig front_end = config.front_end;
+  front_end.ekf.holonomic = kinematicsOf(config.base_device).type != BaseType::kDifferential;
+  front_end.localise_only = config.mode == RunMode::kLocalise;
+  return front_end;
 }
 
 }  // namespace slam

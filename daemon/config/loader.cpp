@@ -160,9 +160,13 @@ class TomlLoader : public ConfigVisitor {
         const auto retired = std::find_if(retiredKeys().begin(), retiredKeys().end(), [&](const RetiredKey& one) {
           return one.section == name && one.key == word;
         });
+        const bool alias = std::any_of(renamedKeys().begin(), renamedKeys().end(), [&](const RenamedKey& one) {
+          return one.section == name && one.old_key == word;
+        });
+        if (alias) continue;
         if (retired != retiredKeys().end()) {
-          without_effect_.push_back(placeOf(inner_node) + ": " + name + "." + word +
-                                    ": has no effect any more, because " + retired->instead + "; remove it");
+          notices_.push_back(placeOf(inner_node) + ": " + name + "." + word + ": has no effect any more, because " +
+                             retired->instead + "; remove it");
         } else if (std::find(keys.begin(), keys.end(), word) == keys.end()) {
           unknown(inner_node, name + "." + word, closest(word, keys), elsewhere(word));
         }
@@ -170,7 +174,8 @@ class TomlLoader : public ConfigVisitor {
     }
   }
 
-  const std::vector<std::string>& withoutEffect() const { return without_effect_; }
+  /// Of keys that were renamed or have no effect any more.
+  const std::vector<std::string>& notices() const { return notices_; }
 
   std::vector<std::string> takeProblems() {
     std::stable_sort(problems_.begin(), problems_.end(),
@@ -190,6 +195,18 @@ class TomlLoader : public ConfigVisitor {
   const toml::node* find(const FieldInfo& info) {
     (section_.empty() ? top_level_ : known_[section_]).push_back(info.key);
     const toml::node* node = table_ == nullptr ? nullptr : table_->get(info.key);
+    for (const RenamedKey& renamed : renamedKeys()) {
+      if (table_ == nullptr || renamed.section != section_ || info.key != std::string_view(renamed.key)) continue;
+      const toml::node* old = table_->get(renamed.old_key);
+      if (old == nullptr) continue;
+      if (node != nullptr) {
+        problem(*old, fullKey(renamed.old_key), "is set under its new name, too", "remove the old one");
+        continue;
+      }
+      notices_.push_back(placeOf(*old) + ": " + fullKey(renamed.old_key) + ": is called " + fullKey(info.key) +
+                         " now; the old name still works in this release");
+      node = old;
+    }
     if (node != nullptr) places_[fullKey(info.key)] = placeOf(*node);
     return node;
   }
@@ -232,7 +249,7 @@ class TomlLoader : public ConfigVisitor {
   const toml::table* table_ = nullptr;
   std::map<std::string, std::vector<std::string>> known_;  // keys by section
   std::vector<std::string> top_level_;                     // keys before the first section
-  std::vector<std::string> without_effect_;
+  std::vector<std::string> notices_;
   std::vector<std::pair<std::pair<toml::source_index, toml::source_index>, std::string>> problems_;
 };
 
@@ -244,7 +261,7 @@ void load(const std::string& text, const std::string& name, Config& config, Plac
     visitConfig(config, loader);
     loader.checkUnknown();
     for (std::string& line : loader.takeProblems()) problems.push_back(std::move(line));
-    for (const std::string& line : loader.withoutEffect()) config.without_effect.push_back(line);
+    for (const std::string& line : loader.notices()) config.notices.push_back(line);
   } catch (const toml::parse_error& error) {
     std::ostringstream line;
     line << name << ":" << error.source().begin.line << ":" << error.source().begin.column << ": "
@@ -256,7 +273,7 @@ void load(const std::string& text, const std::string& name, Config& config, Plac
 /// What no single key can be asked for. What has been refused by itself is not compared with anything.
 void checkTogether(const Config& config, const std::string& name, const Places& places, const ServiceReach* reach,
                    std::vector<std::string>& problems) {
-  const LidarModel& lidar = config.localizer.lidar;
+  const LidarModel& lidar = config.front_end.lidar;
   const std::string refused = join(problems, "\n");
   // Placed at the first of the keys that was set; left out where one of them has been refused.
   const auto complain = [&](std::initializer_list<std::string> keys, const std::string& what) {
@@ -318,7 +335,7 @@ void checkTogether(const Config& config, const std::string& name, const Places& 
     complain({"base.mileage_rate", "base.imu_rate", "runtime.base_rate"},
              "with base.imu_rate it is more than runtime.base_rate can ask for; lower one of them");
   }
-  if (config.localizer.match.final_pair_distance > config.localizer.match.initial_pair_distance) {
+  if (config.front_end.match.final_pair_distance > config.front_end.match.initial_pair_distance) {
     complain({"match.final_pair_distance", "match.initial_pair_distance"},
              "is above match.initial_pair_distance; lower the one or raise the other");
   }

@@ -416,8 +416,7 @@ void visitEkf(EkfConfig& ekf, EkfTimelineConfig& timeline, ConfigVisitor& v) {
           ekf.max_speed, 0.1, 100.0);
   v.field({"max_turn_rate", "rad/s", "A wheel sample with a higher turn rate than this is a fault and is not used."},
           ekf.max_turn_rate, 0.1, 100.0);
-  v.field({"doubt_memory", "", "The filter's prediction is judged by this many matched scans."}, ekf.doubt_memory, 1,
-          1000);
+  v.field({"nis_memory", "", "The filter's prediction is judged by this many matched scans."}, ekf.nis_memory, 1, 1000);
   v.field({"max_coast", "s", "The pose moves on for no longer than this without any sample."}, ekf.max_coast, 0.0,
           10.0);
   v.field({"standstill_speed", "m/s", "The robot can stand still only while its wheels are slower than this."},
@@ -434,8 +433,8 @@ void visitEkf(EkfConfig& ekf, EkfTimelineConfig& timeline, ConfigVisitor& v) {
           timeline.window, 0.05, 10.0);
 }
 
-void visitMatching(LocalizerConfig& localizer, ConfigVisitor& v) {
-  MatchConfig& match = localizer.match;
+void visitMatching(FrontEndConfig& front_end, ConfigVisitor& v) {
+  MatchConfig& match = front_end.match;
   v.section("match", "matching of scans against the local map");
   v.field({"method", "",
            "Scans are matched to lines (plicp) or, as the paper's baseline, to points (icp); searches match to lines."},
@@ -452,9 +451,9 @@ void visitMatching(LocalizerConfig& localizer, ConfigVisitor& v) {
   v.field({"point_weight", "1", "A point that lies on no line has this share of the weight of a point on a line."},
           match.point_weight, 0.0, 1.0);
   v.field(
-      {"sliding_observations", "1",
+      {"grazing_observations", "1",
        "A wall point seen at grazing incidence becomes a landmark after this many keyframes have observed it again."},
-      match.sliding_observations, 0.0, 1000.0);
+      match.grazing_observations, 0.0, 1000.0);
   v.field({"overlap_distance", "m", "A point agrees with the local map if it is this near to its line."},
           match.overlap_distance, 0.005, 1.0);
   v.field({"min_overlap", "1", "A match in which a smaller share of the points agrees with the local map has failed."},
@@ -463,7 +462,7 @@ void visitMatching(LocalizerConfig& localizer, ConfigVisitor& v) {
            "A direction that is observed by a smaller share of the pairs than this is not corrected."},
           match.min_information, 0.0, 0.5);
 
-  ReferenceConfig& reference = localizer.reference;
+  ReferenceConfig& reference = front_end.reference;
   v.section("reference", "local map that scans are matched against");
   v.field({"max_observations", "",
            "A surfel of the local map averages this many observations; a higher number makes the local map stiffer."},
@@ -474,9 +473,9 @@ void visitMatching(LocalizerConfig& localizer, ConfigVisitor& v) {
           reference.merge_distance, 0.01, 1.0);
 }
 
-void visitFrontEnd(LocalizerConfig& localizer, ConfigVisitor& v) {
-  visitMatching(localizer, v);
-  KeyframeConfig& keyframe = localizer.keyframe;
+void visitFrontEnd(FrontEndConfig& front_end, ConfigVisitor& v) {
+  visitMatching(front_end, v);
+  KeyframeConfig& keyframe = front_end.keyframe;
   v.section("keyframe", "choice of the scans that are kept for local map and map");
   v.field({"translation", "m", "A scan becomes a keyframe when the robot is this far from the last keyframe."},
           keyframe.translation, 0.01, 10.0);
@@ -484,11 +483,11 @@ void visitFrontEnd(LocalizerConfig& localizer, ConfigVisitor& v) {
           keyframe.rotation, 0.01, kPi);
   v.field({"overlap", "1", "A scan becomes a keyframe at once when a smaller share of its points meets the local map."},
           keyframe.overlap, 0.0, 1.0);
-  v.field({"familiarity", "1", "A scan with this share of points on well-known surfels adds no keyframe to the map."},
-          keyframe.familiarity, 0.0, 1.0);
-  v.field({"look_period", "s",
+  v.field({"known_ratio", "1", "A scan with this share of points on well-known surfels adds no keyframe to the map."},
+          keyframe.known_ratio, 0.0, 1.0);
+  v.field({"refresh_period", "s",
            "A robot that stands still in a known place draws a scan into the occupancy grid this often."},
-          keyframe.look_period, 0.1, 3600.0);
+          keyframe.refresh_period, 0.1, 3600.0);
   v.field({"max_failures", "",
            "One scan is kept at the filter's pose after this many scans in a row that could not be matched."},
           keyframe.max_failures, 1, 10000);
@@ -497,35 +496,35 @@ void visitFrontEnd(LocalizerConfig& localizer, ConfigVisitor& v) {
   v.field(
       {"translation", "m",
        "The search begins with a window of this half width around the prediction and grows with each further failure."},
-      localizer.search_window.translation, 0.0, 20.0);
+      front_end.search_window.translation, 0.0, 20.0);
   v.field(
       {"rotation", "rad",
        "The search begins with a window of this half angle around the prediction and grows with each further failure."},
-      localizer.search_window.rotation, 0.0, kPi);
+      front_end.search_window.rotation, 0.0, kPi);
   v.field({"wheel_contradiction", "1",
            "The wheels are ignored when their mean normalised squared error against the scans is above this."},
-          localizer.wheel_trust.contradiction, 1.0, 1000.0);
+          front_end.wheel_monitor.contradiction, 1.0, 1000.0);
   v.field({"wheel_agreement", "1",
            "Ignored wheels are used again when their mean normalised squared error against the scans is below this."},
-          localizer.wheel_trust.agreement, 0.5, 1000.0);
+          front_end.wheel_monitor.agreement, 0.5, 1000.0);
   v.field({"wheel_guidance", "1",
            "The match also starts from constant motion when the wheels' mean normalised squared error is above this."},
-          localizer.wheel_trust.guidance, 1.0, 1000.0);
+          front_end.wheel_monitor.guidance, 1.0, 1000.0);
   v.field({"trusted_overlap", "1",
            "A found match overrules the filter if this share of its points agrees with the local map."},
-          localizer.search.trusted_overlap, 0.0, 1.0);
+          front_end.search.trusted_overlap, 0.0, 1.0);
   v.field({"ambiguity", "1",
            "A search has no result when its second-best place has more than this share of the best one's score."},
-          localizer.search.ambiguity, 0.0, 1.0);
+          front_end.search.ambiguity, 0.0, 1.0);
 
   v.section("localisation", "limits of a degraded and of a lost pose");
   v.field({"degraded_after", "s", "The pose is degraded after this time without a matched scan."},
-          localizer.degraded_after, 0.1, 60.0);
+          front_end.degraded_after, 0.1, 60.0);
   v.field({"kidnap_distance", "m",
            "The robot was carried away when scans stop matching this near to the place where they last matched."},
-          localizer.kidnap_distance, 0.0, 100.0);
+          front_end.kidnap_distance, 0.0, 100.0);
   v.field({"lost_position_sigma", "m", "A position with a larger standard deviation than this is not valid."},
-          localizer.lost_position_sigma, 0.05, 100.0);
+          front_end.lost_position_sigma, 0.05, 100.0);
 }
 
 void visitBackEnd(BackEndConfig& back_end, DriftConfig& drift, ConfigVisitor& v) {
@@ -572,34 +571,43 @@ void visitBackEnd(BackEndConfig& back_end, DriftConfig& drift, ConfigVisitor& v)
   v.field({"searches", "1", "A place is judged by the mean log-likelihood of this many newest searches at most."},
           found.places.searches, 1, 100);
   v.field(
-      {"min_lead", "1",
+      {"min_margin", "1",
        "The best place must exceed any other by this mean log-likelihood; fewer searches need more, floor plans three "
        "quarters."},
-      found.places.min_lead, 1.0, 1000.0);
+      found.places.min_margin, 1.0, 1000.0);
 }
 
 constexpr std::array kRetired = std::to_array<RetiredKey>({
     {"search", "max_doubt", "the match starts from several poses where its overlap drops, or the wheels are noisy"},
 });
 
+constexpr std::array kRenamed = std::to_array<RenamedKey>({
+    {"ekf", "doubt_memory", "nis_memory"},
+    {"match", "sliding_observations", "grazing_observations"},
+    {"keyframe", "familiarity", "known_ratio"},
+    {"keyframe", "look_period", "refresh_period"},
+    {"relocalisation", "min_lead", "min_margin"},
+});
+
 }  // namespace
 
 std::span<const RetiredKey> retiredKeys() { return kRetired; }
+std::span<const RenamedKey> renamedKeys() { return kRenamed; }
 
 void visitConfig(Config& config, ConfigVisitor& visitor) {
   visitModeAndStore(config, visitor);
-  visitLidar(config.lidar_device, config.localizer.lidar, visitor);
-  visitBase(config.base_device, config.localizer.wheel_time_offset, visitor);
-  visitImu(config.imu_device, config.localizer.imu_time_offset, visitor);
+  visitLidar(config.lidar_device, config.front_end.lidar, visitor);
+  visitBase(config.base_device, config.front_end.wheel_time_offset, visitor);
+  visitImu(config.imu_device, config.front_end.imu_time_offset, visitor);
   visitCan(config.can, visitor);
-  visitDepth(config.depth_device, config.localizer.depth, visitor);
+  visitDepth(config.depth_device, config.front_end.depth, visitor);
   visitMap(config.map, config.output, visitor);
   visitLog(config.log, visitor);
   visitDaemon(config.lcm, config.runtime, visitor);
   visitWeb(config.web, visitor);
-  visitEkf(config.localizer.ekf, config.localizer.timeline, visitor);
-  visitFrontEnd(config.localizer, visitor);
-  visitBackEnd(config.back_end, config.localizer.drift, visitor);
+  visitEkf(config.front_end.ekf, config.front_end.timeline, visitor);
+  visitFrontEnd(config.front_end, visitor);
+  visitBackEnd(config.back_end, config.front_end.drift, visitor);
 }
 
 }  // namespace slam

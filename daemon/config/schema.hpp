@@ -68,4 +68,12 @@ struct RetiredKey {
 };
 std::span<const RetiredKey> retiredKeys();
 
+/// A key that had another name in an earlier release. The old name is an alias.
+struct RenamedKey {
+  const char* section;
+  const char* old_key;
+  const char* key;
+};
+std::span<const RenamedKey> renamedKeys();
+
 }  // namespace slam

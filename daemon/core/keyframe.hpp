@@ -15,8 +15,8 @@ namespace slam {
 /// How a keyframe hangs together with the one before it.
 enum class KeyframeOrigin : std::uint8_t {
   kContinued,  ///< by the motion between them
-  kLost,       ///< not at all: a new segment begins, whose poses are relative to its own beginning
-  kGiven,      ///< a new segment begins, whose place a person gave
+  kLost,       ///< not at all: a new session begins, whose poses are relative to its own beginning
+  kGiven,      ///< a new session begins, whose place a person gave
 };
 
 /// A scan handed to the map: deskewed returns and where they were taken. Fixed capacity, so that it crosses queues
@@ -25,22 +25,22 @@ struct Keyframe {
   struct Point {
     static constexpr double kAngle = 1e-4;  ///< [rad] unit of the two fields below
     static constexpr std::int16_t kNoNormal = INT16_MIN;
-    static constexpr std::uint16_t kMaySlide = 1;
+    static constexpr std::uint16_t kGrazing = 1;
     float x, y;                       ///< [m] in base
     std::int16_t normal = kNoNormal;  ///< direction of the wall's normal in base; kNoNormal: on no line
-    std::uint16_t normal_sigma = 0;   ///< standard deviation of that direction; on no line: kMaySlide where the spot
+    std::uint16_t normal_sigma = 0;   ///< standard deviation of that direction; on no line: kGrazing where the spot
                                       ///< may move along a wall as the robot does, else 0
   };
 
   std::int32_t map_id = 0;   ///< map that it belongs to
-  std::int32_t id = 0;       ///< counts from 0 in its map; of a look: the keyframe nearest to it
-  std::int32_t segment = 0;  ///< counts the times that the place in the map was lost or given
+  std::int32_t id = 0;       ///< counts from 0 in its map; of a refresh: the keyframe nearest to it
+  std::int32_t session = 0;  ///< counts the times that the place in the map was lost or given
   KeyframeOrigin origin = KeyframeOrigin::kContinued;
-  bool look = false;  ///< shows nothing new: it refreshes the grid and is then forgotten, so that a known place costs
-                      ///< no memory however long the robot stays
-  Timestamp stamp;    ///< of the middle of the turn, as the points are
-  Pose2 T_map_base;   ///< as the front end knew it then
-  Pose2 T_previous_base;  ///< relative to the keyframe before it; of a look: relative to keyframe `id`
+  bool refresh = false;   ///< shows nothing new: it refreshes the grid and is then forgotten, so that a known place
+                          ///< costs no memory however long the robot stays
+  Timestamp stamp;        ///< of the middle of the turn, as the points are
+  Pose2 T_map_base;       ///< as the front end knew it then
+  Pose2 T_previous_base;  ///< relative to the keyframe before it; of a refresh: relative to keyframe `id`
   Pose2 T_base_lidar;
   int observable = 3;  ///< directions in which a match said where it is; 0: the filter's prediction alone
   Eigen::Matrix3d directions = Eigen::Matrix3d::Identity();   ///< columns: unit directions of (x, y, theta) in map, the

@@ -54,8 +54,8 @@ struct PseudoLaser {
 };
 
 /// A pseudo-laser and the keyframe it was seen near.
-struct DepthSight {
-  std::int32_t map_id = 0, segment = 0;  ///< as of Keyframe
+struct DepthObservation {
+  std::int32_t map_id = 0, session = 0;  ///< as of Keyframe
   std::int32_t keyframe = -1;            ///< id
   Pose2 T_keyframe_base;                 ///< at the image's stamp
   PseudoLaser laser;

@@ -38,7 +38,7 @@ struct PoseMeasurement {
   Eigen::Matrix3d directions = Eigen::Matrix3d::Identity();  ///< columns: unit directions of (x, y, theta); the first
                                                              ///< `observable` of them were measured
   int observable = 3;                                        ///< 0..3
-  bool confirmed = false;  ///< nothing else around fits as well: a contradiction is the prediction's fault, not its
+  bool bypass_gate = false;  ///< nothing else around fits as well: a contradiction is the prediction's fault, not its
 };
 
 }  // namespace slam

@@ -76,14 +76,14 @@ DepthProjection::Status DepthProjection::project(const DepthImage& image) {
   laser_.surface_count = 0;
   for (int beam = 0; beam < laser_.size; ++beam) {
     const int slot = firstObstacle(beam);
-    const BeamSight sight = sightOf(beam);
+    const VisibleRanges sight = sightOf(beam);
     PseudoBeam& result = laser_.storage[static_cast<std::size_t>(beam)];
     if (slot >= 0) {
       const float range = rangeAround(beam, slot);
       result = {PseudoBeam::Kind::kHit, range, static_cast<float>(sight.freeBefore(range))};
       addSurfaces(beam, slot);
     } else {
-      const BeamSight::Stretch free = sight.freeStretch(config_.range_max);
+      const VisibleRanges::RangeInterval free = sight.freeInterval(config_.range_max);
       result = {};
       if (free.to - free.from > config_.slot) {
         result = {PseudoBeam::Kind::kFree, static_cast<float>(free.to), static_cast<float>(free.from)};
@@ -189,7 +189,7 @@ int DepthProjection::firstObstacle(int beam) const {
   return -1;
 }
 
-BeamSight DepthProjection::sightOf(int beam) const {
+VisibleRanges DepthProjection::sightOf(int beam) const {
   const double z = config_.extrinsics.z - floor_.plane().offset;
   const auto first = static_cast<std::size_t>(beam) * DepthRays::kBands;
   return {rays_.bands(beam),

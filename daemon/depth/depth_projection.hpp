@@ -6,9 +6,9 @@
 
 #include "core/depth_image.hpp"
 #include "core/pseudo_laser.hpp"
-#include "depth/beam_sight.hpp"
 #include "depth/depth_rays.hpp"
 #include "depth/floor_tracker.hpp"
+#include "depth/visible_ranges.hpp"
 
 namespace slam {
 
@@ -73,7 +73,7 @@ class DepthProjection {
   void sortPixels(const std::vector<std::uint16_t>& depth);
   int firstObstacle(int beam) const;
   float rangeAround(int beam, int slot) const;
-  BeamSight sightOf(int beam) const;
+  VisibleRanges sightOf(int beam) const;
   void addSurfaces(int beam, int hit_slot);
   bool isSurface(int beam, int slot) const;
 

@@ -32,7 +32,7 @@ void record(PoseHistory& history, Timestamp stamp, const Pose2& pose, Duration c
 
 }  // namespace
 
-MotionProbe::MotionProbe(const LocalizerConfig& config, const MotionProbeConfig& probe)
+MotionProbe::MotionProbe(const FrontEndConfig& config, const MotionProbeConfig& probe)
     : config_(probe),
       lidar_(config.lidar),
       wheel_offset_(fromSeconds(config.wheel_time_offset)),
@@ -143,9 +143,10 @@ void MotionProbe::work() {
   if (stage_ != Stage::kEnded) return;
   stage_ = Stage::kIdle;
   last_match_ = second_;
-  double coarseness = 1.0;
+  double relative_spacing = 1.0;
   for (ScanPoints* points : {&first_points_, &second_points_}) {
-    coarseness = std::max(coarseness, estimateNormals(*points, lidar_.T_base_lidar.translation(), normals_));
+    relative_spacing =
+        std::max(relative_spacing, estimateNormals(*points, lidar_.T_base_lidar.translation(), normals_));
   }
   reference_.clear();
   reference_.add(Pose2{}, first_points_);
@@ -156,10 +157,10 @@ void MotionProbe::work() {
     if (std::abs(claimed_turn_) < config_.small_turn) break;
   }
   if (!best.usable() || best.overlap < config_.overlap) return;
-  evidence_ = {.scans = best.T_ref_base, .travel_seen = coarseness < config_.coarse};
-  for (int blind = best.observable; blind < 3; ++blind) {
+  evidence_ = {.scans = best.T_ref_base, .travel_seen = relative_spacing < config_.coarse};
+  for (int degenerate = best.observable; degenerate < 3; ++degenerate) {
     evidence_.travel_seen = false;
-    if (std::abs(best.directions(2, blind)) > config_.turn_in) evidence_.turn_seen = false;
+    if (std::abs(best.directions(2, degenerate)) > config_.turn_in) evidence_.turn_seen = false;
   }
   stage_ = Stage::kMatched;
 }

@@ -26,7 +26,7 @@ struct MotionProbeConfig {
   double small_turn = 0.03;                            ///< [rad] needs no guess
   double overlap = 0.75;                               ///< [1] of a pair that is believed
   double coarse = 1.5;                                 ///< [1] between so few beams a pair of scans can hide a travel
-  double turn_in = 0.3;                                ///< [1] share of a blind direction that is a turn
+  double turn_in = 0.3;                                ///< [1] share of a degenerate direction that is a turn
   double still = 0.002, still_turn = 0.005;            ///< [m], [rad] between two scans, of a robot at rest
   int least_returns = 10;
 };
@@ -42,7 +42,7 @@ struct MotionProbeConfig {
 /// No thread, clock or I/O; after construction no allocation. Not safe for concurrent use.
 class MotionProbe {
  public:
-  explicit MotionProbe(const LocalizerConfig& config, const MotionProbeConfig& probe = {});
+  explicit MotionProbe(const FrontEndConfig& config, const MotionProbeConfig& probe = {});
 
   void add(const WheelSample& sample);
   void add(const ImuSample& sample);

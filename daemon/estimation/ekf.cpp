@@ -85,7 +85,7 @@ void Ekf::predict(Timestamp stamp) {
     rotation += c.wheelRotationVariance(distance, turned);
   }
   P_ = A * P_ * A.transpose();  // (14)
-  P_.diagonal().head<3>() += doubt() * Eigen::Vector3d(translation, translation, rotation);
+  P_.diagonal().head<3>() += nisRatio() * Eigen::Vector3d(translation, translation, rotation);
   P_(kGyroBias, kGyroBias) += square(c.gyro_bias_noise) * dt;
   walkSpeeds(speed_walks);
   walkTurnRate(turn_rate_walks);
@@ -296,9 +296,9 @@ UpdateResult Ekf::updatePose(const PoseMeasurement& measurement) {
       config_->first_beyond_leaves_speed && stamp_ > known_until_ && pose_stamp_ < known_until_;
   const Considered considered = first_beyond_wheels ? kSpeeds : kNone;
   UpdateResult result = correct<3>(innovation, H, R, considered, n, &distance);
-  doubt_ += (std::min(distance / n, config_->max_contradiction) - doubt_) / config_->doubt_memory;
+  nis_ratio_ += (std::min(distance / n, config_->max_contradiction) - nis_ratio_) / config_->nis_memory;
   const bool believe = result == UpdateResult::kRejected &&
-                       (measurement.confirmed || ++rejected_in_a_row_ > config_->max_rejected_poses) &&
+                       (measurement.bypass_gate || ++rejected_in_a_row_ > config_->max_rejected_poses) &&
                        error.norm() < config_->farthest_pose;
   if (believe) {  // the robot was moved or the wheels slipped
     P_.topLeftCorner<3, 3>() += (2.0 * error * error.transpose()).eval();

@@ -43,7 +43,7 @@ struct EkfConfig {
   double gate_probability = 0.9999;            ///< share of good measurements that the chi-square gates let pass
   double max_speed = 5.0;                      ///< [m/s] no indoor robot drives faster: such a wheel sample is a fault
   double max_turn_rate = 10.0;                 ///< [rad/s] nor turns faster
-  int doubt_memory = 10;                       ///< matched scans over which the prediction is judged
+  int nis_memory = 10;                         ///< matched scans over which the prediction is judged
   double max_coast = 0.5;  ///< [s] the pose is moved on for no longer beyond what the wheels have told
   bool holonomic = false;  ///< the base can move sideways (omni, mecanum)
   StandstillConfig standstill;
@@ -150,7 +150,7 @@ class Ekf {
   /// By how much matched scans contradict the prediction: their normalised innovation squared per degree of freedom,
   /// averaged; at least 1. The pose's process noise is taken this many times larger, so that wheels which keep
   /// contradicting the scans are outweighed.
-  double doubt() const { return std::max(1.0, doubt_); }
+  double nisRatio() const { return std::max(1.0, nis_ratio_); }
   bool standstill() const;
   /// No wheel sample covers this time, though one was due long ago: whether they roll is not known.
   bool wheelsSilent() const { return stamp_ > silent_from_; }
@@ -186,7 +186,7 @@ class Ekf {
   double slip_evidence_ = 0.0;  // [rad] wheels minus gyro, leaky over slip_window
   double slip_turned_ = 0.0;    // [rad] angle turned, leaky over slip_window
   bool slip_ = false;
-  double doubt_ = 1.0;
+  double nis_ratio_ = 1.0;
   int rejected_in_a_row_ = 0;  // pose measurements
   EkfCounters counters_;
 };

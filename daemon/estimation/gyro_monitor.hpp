@@ -77,7 +77,7 @@ class GyroMonitor {
   /// The interval has no end: the scans did not tell it, or the map moved.
   void interrupt() { begin_.reset(); }
 
-  bool believed() const { return !rejected_; }
+  bool reliable() const { return !rejected_; }
   /// @param bias [rad/s] of the filter
   GyroVerdict verdict(double bias) const;
 

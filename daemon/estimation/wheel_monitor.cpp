@@ -15,7 +15,7 @@ std::optional<WheelSample> WheelMonitor::hear(const WheelSample& sample) {
   heard_ = true;
   WheelSample corrected = sample;
   corrected.T_wheels_base = rescaled_.add(sample.T_wheels_base, scale_);
-  const bool held_back = std::exchange(held_back_, !believed_);
+  const bool held_back = std::exchange(held_back_, !reliable_);
   if (held_back_) return std::nullopt;
   corrected.restarted |= held_back;  // what they told meanwhile is not made up for
   return corrected;
@@ -23,7 +23,7 @@ std::optional<WheelSample> WheelMonitor::hear(const WheelSample& sample) {
 
 WheelReliability WheelMonitor::reliability() const {
   if (!heard_) return WheelReliability::kNone;
-  if (!believed_) return WheelReliability::kRejected;
+  if (!reliable_) return WheelReliability::kRejected;
   if (worst() <= config_.consistency) return WheelReliability::kConsistent;
   return worst() < config_.guidance ? WheelReliability::kReliable : WheelReliability::kNoisy;
 }
@@ -43,12 +43,12 @@ void WheelMonitor::compare(const Pose2& T_odom_base, const Pose2& T_map_base, bo
   const Pose2 scans = between(begin_->T_map_base, T_map_base);
   const double distance = std::max(std::hypot(wheels.x, wheels.y), std::hypot(scans.x, scans.y));
   const double turn = std::abs(scans.theta);  // the wheels' own would excuse itself
-  if (distance < config_.stretch && std::max(turn, std::abs(wheels.theta)) < config_.stretch) return;
+  if (distance < config_.interval && std::max(turn, std::abs(wheels.theta)) < config_.interval) return;
   begin_ = Begin{T_odom_base, T_map_base};
   const auto remember = [&](double error, double variance, double& mean) {
     mean += (std::min(config_.largest_error, square(error) / variance) - mean) / config_.memory;
   };
-  if (distance > config_.stretch) {
+  if (distance > config_.interval) {
     const double variance = noise_.wheelTranslationVariance(distance) + square(config_.scan_distance);
     remember(std::hypot(wheels.x - scans.x, wheels.y - scans.y), variance, distance_error_);
     scale_.add(told, scans, variance, std::max(config_.least_noise, distance_error_));
@@ -57,8 +57,8 @@ void WheelMonitor::compare(const Pose2& T_odom_base, const Pose2& T_map_base, bo
     remember(wrapAngle(wheels.theta - scans.theta),
              noise_.wheelRotationVariance(distance, turn) + square(config_.scan_turn), turn_error_);
   }
-  if (believed_ && worst() > config_.contradiction) ++withdrawn_;
-  believed_ = worst() < (believed_ ? config_.contradiction : config_.agreement);
+  if (reliable_ && worst() > config_.contradiction) ++rejections_;
+  reliable_ = worst() < (reliable_ ? config_.contradiction : config_.agreement);
 }
 
 }  // namespace slam

@@ -21,13 +21,13 @@ enum class WheelReliability : std::uint8_t {
 };
 
 struct WheelMonitorConfig {
-  double memory = 50.0;         ///< [1] stretches of way that are remembered
-  double stretch = 0.05;        ///< [m, rad] a stretch is as long as this at least, from one matched scan to another
+  double memory = 50.0;         ///< [1] intervals of way that are remembered
+  double interval = 0.05;       ///< [m, rad] an interval is as long as this at least, from one matched scan to another
   double contradiction = 3.0;   ///< [1] mean normalised squared error from which on the wheels are rejected ...
   double agreement = 1.5;       ///< [1] ... until it is as low as this
   double guidance = 2.0;        ///< [1] from here on they are noisy
   double consistency = 1.0;     ///< [1] up to here they are consistent
-  double largest_error = 10.0;  ///< [1] one stretch counts for no more: a slip, a wrong match
+  double largest_error = 10.0;  ///< [1] one interval counts for no more: a slip, a wrong match
   double least_noise = 0.1;     ///< [1] of the model's variance: the scans' own error is in it, too
   double scan_distance = 0.01;  ///< [m] standard deviation of a motion between two matched scans
   double scan_turn = 0.005;     ///< [rad] the same
@@ -53,16 +53,16 @@ class WheelMonitor {
   /// Where wheels and scans put the robot at one time, each in its own frame.
   /// @param turn_known the wheels tell the turn, and no gyro does
   void compare(const Pose2& T_odom_base, const Pose2& T_map_base, bool turn_known);
-  /// The stretch has no end: the scans did not tell it, or the map moved.
+  /// The interval has no end: the scans did not tell it, or the map moved.
   void interrupt() { begin_.reset(); }
 
   WheelReliability reliability() const;
-  bool believed() const { return believed_; }
+  bool reliable() const { return reliable_; }
   /// Whether they slipped since the scan before. The walls tell the heading whoever walks between them.
   /// @param turn [rad] from the heading that the wheels predicted to the match's
   bool slipped(double turn) const { return std::abs(turn) > config_.slip; }
   /// Times that they were rejected.
-  int withdrawn() const { return withdrawn_; }
+  int rejections() const { return rejections_; }
   /// Their way beside the scans'; a wrong radius is no reason to reject them.
   const WheelScale& scale() const { return scale_; }
 
@@ -85,13 +85,13 @@ class WheelMonitor {
 
   EkfConfig noise_;
   WheelMonitorConfig config_;
-  std::optional<Begin> begin_;                      // of the stretch
+  std::optional<Begin> begin_;                      // of the interval
   double distance_error_ = 1.0, turn_error_ = 1.0;  // [1] normalised, squared, in the mean
   WheelScale scale_;
   RescaledWheels rescaled_;
   bool heard_ = false;  // a sample came
-  bool believed_ = true, held_back_ = false;
-  int withdrawn_ = 0;
+  bool reliable_ = true, held_back_ = false;
+  int rejections_ = 0;
 };
 
 }  // namespace slam

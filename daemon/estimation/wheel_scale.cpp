@@ -11,15 +11,15 @@ double square(double x) { return x * x; }
 }  // namespace
 
 void WheelScale::add(const Pose2& wheels, const Pose2& scans, double variance, double excess) {
-  const double way = std::hypot(scans.x, scans.y);
-  if (!(way > 0.0) || !(excess * variance > 0.0)) return;
-  variance_ += square(config_.noise) * way;
-  const double along = (wheels.x * scans.x + wheels.y * scans.y) / way;
-  const double innovation = along - scale_ * way, prior = way * variance_ * way;
+  const double path_length = std::hypot(scans.x, scans.y);
+  if (!(path_length > 0.0) || !(excess * variance > 0.0)) return;
+  variance_ += square(config_.noise) * path_length;
+  const double along = (wheels.x * scans.x + wheels.y * scans.y) / path_length;
+  const double innovation = along - scale_ * path_length, prior = path_length * variance_ * path_length;
   if (!(square(innovation) <= square(config_.gate) * (prior + variance))) return;
-  const double K = variance_ * way / (prior + excess * variance);
+  const double K = variance_ * path_length / (prior + excess * variance);
   scale_ += K * innovation;
-  variance_ *= 1.0 - K * way;
+  variance_ *= 1.0 - K * path_length;
 }
 
 double WheelScale::value() const {

@@ -10,7 +10,7 @@ struct WheelScaleConfig {
   double initial_sigma = 0.2;   ///< [1] standard deviation of the scale before anything is known of it
   double noise = 3e-4;          ///< [1 per sqrt(m)] loads, tyres and floors change it
   double significance = 2.0;    ///< [1] standard deviations that it must differ from 1 by, to be believed
-  double gate = 3.0;            ///< [1] standard deviations of the noise model; beyond, a stretch was slip or a jump
+  double gate = 3.0;            ///< [1] standard deviations of the noise model; beyond, an interval was slip or a jump
   double largest_factor = 2.0;  ///< [1] up or down; what is further off is a fault and no scale
 };
 
@@ -27,7 +27,7 @@ class WheelScale {
   explicit WheelScale(const WheelScaleConfig& config = {})
       : config_(config), variance_(config.initial_sigma * config.initial_sigma) {}
 
-  /// One stretch of the way as wheels and as scans tell it, both from the pose at its beginning.
+  /// One interval of the way as wheels and as scans tell it, both from the pose at its beginning.
   /// @param variance [m^2] of its length by the noise model, wheels and scans together; beyond it lies slip
   /// @param excess   [1] the errors' mean square beside that
   void add(const Pose2& wheels, const Pose2& scans, double variance, double excess);

@@ -5,17 +5,18 @@
 
 namespace slam {
 
-const DepthSight* DepthViewSelector::select(const PseudoLaser& laser, Timestamp stamp, const Pose2& T_odom_base,
-                                            std::int32_t map_id, std::int32_t segment, const AnchoredPose& where) {
+const DepthObservation* DepthViewSelector::select(const PseudoLaser& laser, Timestamp stamp, const Pose2& T_odom_base,
+                                                  std::int32_t map_id, std::int32_t session,
+                                                  const AnchoredPose& where) {
   if (!isNew(stamp, T_odom_base)) return nullptr;
   last_ = T_odom_base;
   last_stamp_ = stamp;
   ++drawn_;
-  sight_ = {map_id, segment, where.keyframe, where.T_keyframe_base, laser};
+  sight_ = {map_id, session, where.keyframe, where.T_keyframe_base, laser};
   return &sight_;
 }
 
-const DepthSight* DepthViewSelector::leaveOut() {
+const DepthObservation* DepthViewSelector::leaveOut() {
   ++unplaced_;
   return nullptr;
 }
@@ -26,7 +27,7 @@ bool DepthViewSelector::isNew(Timestamp stamp, const Pose2& T_odom_base) const {
   return std::hypot(moved.x, moved.y) >= config_.translation || std::abs(moved.theta) >= config_.rotation;
 }
 
-void DepthViewSelector::addTo(LocalizerCounters& counters) const {
+void DepthViewSelector::addTo(FrontEndCounters& counters) const {
   counters.views = drawn_;
   counters.views_unplaced = unplaced_;
 }

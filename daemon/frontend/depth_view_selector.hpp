@@ -15,12 +15,12 @@ class DepthViewSelector {
 
   /// @param stamp in the filters' time  @param where the robot was; nothing: its pose was not valid or known
   /// @return the image with its place, if it is to be drawn; valid until the next call
-  const DepthSight* select(const PseudoLaser& laser, Timestamp stamp, const Pose2& T_odom_base, std::int32_t map_id,
-                           std::int32_t segment, const AnchoredPose& where);
+  const DepthObservation* select(const PseudoLaser& laser, Timestamp stamp, const Pose2& T_odom_base,
+                                 std::int32_t map_id, std::int32_t session, const AnchoredPose& where);
   /// The robot's pose at an image's stamp is not known.
-  const DepthSight* leaveOut();
+  const DepthObservation* leaveOut();
 
-  void addTo(LocalizerCounters& counters) const;
+  void addTo(FrontEndCounters& counters) const;
 
  private:
   bool isNew(Timestamp stamp, const Pose2& T_odom_base) const;
@@ -28,7 +28,7 @@ class DepthViewSelector {
   DepthViewConfig config_;
   std::optional<Pose2> last_;  // in odom
   Timestamp last_stamp_;
-  DepthSight sight_;
+  DepthObservation sight_;
   std::uint32_t drawn_ = 0, unplaced_ = 0;
 };
 

@@ -6,7 +6,7 @@ namespace {
 
 constexpr Duration kLongestPrediction = std::chrono::milliseconds(200);  // of the pose at a depth image
 
-LocalizerConfig withRangeSigma(LocalizerConfig config) {
+FrontEndConfig withRangeSigma(FrontEndConfig config) {
   config.normals.range_sigma = config.match.range_sigma = config.lidar.range_sigma;
   return config;
 }
@@ -24,14 +24,14 @@ EkfConfig smooth(EkfConfig config) {
 
 }  // namespace
 
-FrontEnd::FrontEnd(const LocalizerConfig& config, Stopwatch stopwatch, const LocalizerStart& start)
+FrontEnd::FrontEnd(const FrontEndConfig& config, Stopwatch stopwatch, const FrontEndStart& start)
     : config_(withRangeSigma(config)),
       odometry_(smooth(beginningAt(config.ekf, {}, start.gyro_bias)), config.timeline),
       pose_(beginningAt(config.ekf, start.T_map_base, start.gyro_bias), config.timeline),
       intake_(config_),
       interpreter_(config_, start.body),
-      wheels_(config.ekf, config.wheel_trust),
-      gyro_(config.ekf, config.gyro_trust),
+      wheels_(config.ekf, config.wheel_monitor),
+      gyro_(config.ekf, config.gyro_monitor),
       preprocessor_(config_),
       local_map_(config_),
       registration_(config_, stopwatch),
@@ -142,8 +142,8 @@ const Keyframe* FrontEnd::coast(const Cloud& cloud, const Prediction& predicted,
                                 bool may_keep) {
   if (!tracking_.fail(match, cloud.stamp, saysMuch(cloud), may_keep)) return nullptr;
   const Pose2 T_map_base = predicted.pose.pose();
-  if (tracking_.carriedAway(T_map_base, pose_.at(pose_.newestStamp()).covariance().topLeftCorner<3, 3>())) {
-    beginSegment(KeyframeOrigin::kLost);
+  if (tracking_.kidnapped(T_map_base, pose_.at(pose_.newestStamp()).covariance().topLeftCorner<3, 3>())) {
+    beginSession(KeyframeOrigin::kLost);
     return nullptr;
   }
   keyframes_.addDrift(T_map_base, nullptr, wheels_);
@@ -154,12 +154,12 @@ bool FrontEnd::saysMuch(const Cloud& cloud) const {
   return static_cast<int>(cloud.points.size()) >= config_.match.min_pairs;
 }
 
-bool FrontEnd::fuse(Timestamp stamp, const MatchResult& match, bool confirmed) {
+bool FrontEnd::fuse(Timestamp stamp, const MatchResult& match, bool bypass_gate) {
   return match.usable() && pose_.add(PoseMeasurement{stamp, match.T_ref_base, match.covariance, match.directions,
-                                                     match.observable, confirmed}) == UpdateResult::kFused;
+                                                     match.observable, bypass_gate}) == UpdateResult::kFused;
 }
 
-const DepthSight* FrontEnd::add(const PseudoLaser& laser) {
+const DepthObservation* FrontEnd::add(const PseudoLaser& laser) {
   const Timestamp stamp = laser.stamp + fromSeconds(config_.depth.time_offset);
   const bool known =
       tracking_.begun() && stamp >= pose_.oldestStamp() && stamp <= pose_.newestStamp() + kLongestPrediction;
@@ -167,28 +167,28 @@ const DepthSight* FrontEnd::add(const PseudoLaser& laser) {
   const PoseEstimate seen_from = estimate(stamp);
   const AnchoredPose anchored = anchor(seen_from.T_map_base);
   if (seen_from.state != LocalisationState::kLocalised || anchored.keyframe < 0) return views_.leaveOut();
-  return views_.select(laser, stamp, odometry_.at(stamp).pose(), mapId(), segment(), anchored);
+  return views_.select(laser, stamp, odometry_.at(stamp).pose(), mapId(), session(), anchored);
 }
 
 void FrontEnd::setPose(const Pose2& T_map_base, const Eigen::Vector3d& sigma) {
   pose_.setPose(T_map_base, sigma);
-  beginSegment(KeyframeOrigin::kGiven);
+  beginSession(KeyframeOrigin::kGiven);
   keyframes_.setSigma(sigma);
 }
 
-void FrontEnd::beginSegment(KeyframeOrigin origin) {
-  tracking_.beginSegment(origin == KeyframeOrigin::kGiven);
-  keyframes_.beginSegment(origin);
+void FrontEnd::beginSession(KeyframeOrigin origin) {
+  tracking_.beginSession(origin == KeyframeOrigin::kGiven);
+  keyframes_.beginSession(origin);
   local_map_.clear(pose_.at(pose_.newestStamp()).pose().translation());
   wheels_.interrupt();
   gyro_.interrupt();
 }
 
 void FrontEnd::apply(MapCorrection& correction) {
-  if (correction.segment != segment()) return;
+  if (correction.session != session()) return;
   if (correction.refuted) return tracking_.refute();
   const Pose2 T_new_old = local_map_.apply(correction, pose_.at(pose_.newestStamp()).pose().translation());
-  if (correction.T_map_segment) tracking_.place();
+  if (correction.T_map_session) tracking_.place();
   pose_.transform(T_new_old);
   wheels_.interrupt();
   gyro_.interrupt();
@@ -227,16 +227,16 @@ TrackingReport FrontEnd::trackingReport() const {
           .needed = config_.match.min_pairs};
 }
 
-LocalizerCounters FrontEnd::counters() const {
-  LocalizerCounters counters;
+FrontEndCounters FrontEnd::counters() const {
+  FrontEndCounters counters;
   intake_.addTo(counters);
   tracking_.addTo(counters);
   keyframes_.addTo(counters);
   views_.addTo(counters);
   counters.searched = registration_.searched();
   counters.scans_held = validator_.held();
-  counters.wheels_withdrawn = static_cast<std::uint32_t>(wheels_.withdrawn());
-  counters.wheels_heard = wheels_.believed();
+  counters.wheels_rejected = static_cast<std::uint32_t>(wheels_.rejections());
+  counters.wheels_reliable = wheels_.reliable();
   counters.wheels_scale = wheels_.scale().value();
   counters.samples_late = odometry_.lateFused();
   counters.samples_too_old = odometry_.tooOld();

@@ -37,7 +37,7 @@ struct ScanOutcome {
   bool fused = false;                  ///< the match passed the filter's gate
   const LaserScan* scan = nullptr;     ///< as it was interpreted; valid until the next one, and as long as it
   bool stuck = false;                  ///< the lidar repeats a turn although the robot moves: the scan was not used
-  const Keyframe* keyframe = nullptr;  ///< set when the scan became one, or a look; valid until the next scan
+  const Keyframe* keyframe = nullptr;  ///< set when the scan became one, or a refresh; valid until the next scan
 };
 
 /// The paper's pipeline from sensors to pose.
@@ -48,7 +48,7 @@ struct ScanOutcome {
 /// No thread, clock or I/O; after construction no allocation. Not safe for concurrent use.
 class FrontEnd {
  public:
-  explicit FrontEnd(const LocalizerConfig& config, Stopwatch stopwatch = nullptr, const LocalizerStart& start = {});
+  explicit FrontEnd(const FrontEndConfig& config, Stopwatch stopwatch = nullptr, const FrontEndStart& start = {});
 
   void add(const WheelSample& sample);
   void add(const ImuSample& sample);
@@ -56,18 +56,18 @@ class FrontEnd {
   ScanOutcome add(const LaserScan& scan, bool may_keep = true);
 
   /// @return where a depth image was seen from, if it is to be drawn; valid until the next call
-  const DepthSight* add(const PseudoLaser& laser);
+  const DepthObservation* add(const PseudoLaser& laser);
 
   /// Pose of base in map at `stamp`, predicted from the newest samples.
   PoseEstimate estimate(Timestamp stamp) const;
   OdometryEstimate odometry(Timestamp stamp) const;
 
-  /// Moves the robot in the map, by command: a segment begins there, which the back end compares with the map.
+  /// Moves the robot in the map, by command: a session begins there, which the back end compares with the map.
   /// @param sigma [m, m, rad]
   void setPose(const Pose2& T_map_base, const Eigen::Vector3d& sigma);
 
   /// Goes on in the map as the back end has corrected it: pose and reference change together, see LocalMap::apply(). A
-  /// correction that refutes a given pose says that the robot is lost, one made for another segment changes nothing;
+  /// correction that refutes a given pose says that the robot is lost, one made for another session changes nothing;
   /// the old reference is left in it, to be recycled outside the pose path.
   void apply(MapCorrection& correction);
 
@@ -78,14 +78,14 @@ class FrontEnd {
   std::int32_t mapId() const { return keyframes_.mapId(); }
   Timestamp newestStamp() const { return pose_.newestStamp(); }
   /// Counts up when the robot is lost, or its pose given by a person.
-  std::int32_t segment() const { return keyframes_.segment(); }
-  /// false: the pose is relative to the segment's beginning, not to the map
+  std::int32_t session() const { return keyframes_.session(); }
+  /// false: the pose is relative to the session's beginning, not to the map
   bool placed() const { return tracking_.placed(); }
 
   TrackingReport trackingReport() const;
 
-  const LocalizerConfig& config() const { return config_; }
-  LocalizerCounters counters() const;
+  const FrontEndConfig& config() const { return config_; }
+  FrontEndCounters counters() const;
   const WheelScale& wheelScale() const { return wheels_.scale(); }
   GyroVerdict gyroVerdict() const { return gyro_.verdict(gyroBias()); }
   /// What was found out about the lidar's beams.
@@ -101,10 +101,10 @@ class FrontEnd {
   void judgeGyro(Timestamp stamp, const MatchResult& match);
   void shareGyroBias();
   bool saysMuch(const Cloud& cloud) const;
-  bool fuse(Timestamp stamp, const MatchResult& match, bool confirmed);
-  void beginSegment(KeyframeOrigin origin);
+  bool fuse(Timestamp stamp, const MatchResult& match, bool bypass_gate);
+  void beginSession(KeyframeOrigin origin);
 
-  LocalizerConfig config_;
+  FrontEndConfig config_;
   EkfTimeline odometry_, pose_;
   SensorIntake intake_;
   ScanInterpreter interpreter_;

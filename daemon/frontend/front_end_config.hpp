@@ -10,11 +10,11 @@
 #include "estimation/ekf_timeline.hpp"
 #include "estimation/gyro_monitor.hpp"
 #include "estimation/wheel_monitor.hpp"
+#include "frontend/dynamic_object_gate.hpp"
 #include "frontend/interpreter/body_watch.hpp"
 #include "frontend/interpreter/no_return_watch.hpp"
-#include "frontend/interpreter/scan_repeat_watch.hpp"
+#include "frontend/interpreter/stuck_scan_detector.hpp"
 #include "frontend/interpreter/sweep_watch.hpp"
-#include "frontend/pull_watch.hpp"
 #include "matching/correlative.hpp"
 #include "matching/deskew.hpp"
 #include "matching/match_result.hpp"
@@ -72,27 +72,27 @@ struct RegistrationConfig {
 
 /// Which matches are believed.
 struct ValidatorConfig {
-  double vague_distance = 0.50;      ///< [m] a prediction that is no better known ...
-  double vague_rotation = 0.35;      ///< [rad] ... or whose heading is not, says no more than a search
-  double much_worse = 0.12;          ///< [1] overlap lost by a find: it is another place
-  double seen_through = 0.12;        ///< [1] of the walls in sight; of a right find at most 0.10
-  double newly_seen_through = 0.12;  ///< [1] the same of what a scan that fits worse shows anew
-  double known_surfel = 4.0;         ///< [1] observations
+  double vague_distance = 0.50;        ///< [m] a prediction that is no better known ...
+  double vague_rotation = 0.35;        ///< [rad] ... or whose heading is not, says no more than a search
+  double much_worse = 0.12;            ///< [1] overlap lost by a find: it is another place
+  double free_space_violation = 0.12;  ///< [1] of the walls in sight; of a right find at most 0.10
+  double newly_violated = 0.12;        ///< [1] the same of what a scan that fits worse shows anew
+  double known_surfel = 4.0;           ///< [1] observations
 };
 
 /// When a scan is kept for reference and map.
 struct KeyframeConfig {
   double translation = 0.20;  ///< [m] since the last keyframe
   double rotation = 0.17;     ///< [rad] since the last keyframe
-  double familiarity = 0.80;  ///< [1] a scan that shows this share of well-known surfels adds nothing: it is a look
-  double look_period = 1.0;   ///< [s] between looks of a robot that stands still in a known place
-  double overlap = 0.70;      ///< [1] share of points that meet the reference: fewer makes a keyframe ...
-  double soon = 0.25;         ///< [1] ... after this share of the usual motion
-  int max_failures = 8;       ///< scans in a row without a match, and `degraded_after`: then one is kept as predicted
+  double known_ratio = 0.80;  ///< [1] a scan that shows this share of well-known surfels adds nothing: it is a refresh
+  double refresh_period = 1.0;  ///< [s] between refreshes of a robot that stands still in a known place
+  double overlap = 0.70;        ///< [1] share of points that meet the reference: fewer makes a keyframe ...
+  double soon = 0.25;           ///< [1] ... after this share of the usual motion
+  int max_failures = 8;         ///< scans in a row without a match, and `degraded_after`: then one is kept as predicted
 };
 
 /// How the pose drifts from keyframe to keyframe while scans are matched; a random walk of strength q has standard
-/// deviation q * sqrt(distance). Without matches, and along blind directions, the wheels' noise counts instead.
+/// deviation q * sqrt(distance). Without matches, and along degenerate directions, the wheels' noise counts instead.
 struct DriftConfig {
   double translation = 0.01;           ///< [m per sqrt(m)]
   double rotation_per_metre = 0.001;   ///< [rad per sqrt(m)]
@@ -108,7 +108,7 @@ struct DepthViewConfig {
   double period = 0.2;        ///< [s] since the last view
 };
 
-struct LocalizerConfig {
+struct FrontEndConfig {
   LidarModel lidar;
   double wheel_time_offset = 0.0, imu_time_offset = 0.0;  ///< [s] added to the stamps
   DepthViewConfig depth;
@@ -121,9 +121,9 @@ struct LocalizerConfig {
   MatchConfig match;
   CorrelativeConfig search;
   SearchWindow search_window;  ///< around the prediction, after a failed match; grows with each further failure
-  WheelMonitorConfig wheel_trust;
-  GyroMonitorConfig gyro_trust;
-  PullWatchConfig pull_watch;
+  WheelMonitorConfig wheel_monitor;
+  GyroMonitorConfig gyro_monitor;
+  DynamicObjectGateConfig dynamic_object_gate;
   RegistrationConfig registration;
   ValidatorConfig validator;
   KeyframeConfig keyframe;
@@ -136,16 +136,16 @@ struct LocalizerConfig {
   double lost_position_sigma = 1.0;  ///< [m] a position this uncertain is not valid
 };
 
-struct LocalizerCounters {
+struct FrontEndCounters {
   std::uint32_t scans = 0, matched = 0, partly_observable = 0, unmatched = 0, gated = 0, searched = 0, scans_held = 0;
   std::uint32_t scans_too_late = 0, scans_repeated = 0, scans_retimed = 0, clock_resets = 0;
   std::uint32_t samples_late = 0, samples_too_old = 0, far_ahead = 0;
-  std::uint32_t keyframes = 0, lost = 0, views = 0, views_unplaced = 0, wheels_withdrawn = 0;
-  bool wheels_heard = true;  ///< now
+  std::uint32_t keyframes = 0, lost = 0, views = 0, views_unplaced = 0, wheels_rejected = 0;
+  bool wheels_reliable = true;  ///< now
   double wheels_scale = 1.0;
 
   template <typename Visitor>
-  friend void visitCounters(const LocalizerCounters& c, Visitor&& visit) {
+  friend void visitCounters(const FrontEndCounters& c, Visitor&& visit) {
     visit(CounterInfo{"scans", "scans", "Scans that were taken in."}, c.scans);
     visit(CounterInfo{"scans.matched", "scans", "Matched in all directions.", "matched"}, c.matched);
     visit(CounterInfo{"scans.partly_observable", "scans", "Matched, but not in all directions.", "partly_observable"},
@@ -173,8 +173,10 @@ struct LocalizerCounters {
     visit(CounterInfo{"views.unplaced", "images",
                       "Depth images dropped because the pose at their stamp was not valid or known."},
           c.views_unplaced);
-    visit(CounterInfo{"wheels.withdrawn", "times", "The wheels contradicted the scans too much to be heard."},
-          c.wheels_withdrawn);
+    visit(CounterInfo{"wheels.rejected", "times", "The wheels contradicted the scans too much to be used."},
+          c.wheels_rejected);
+    visit(CounterInfo{"wheels.withdrawn", "times", "Old name of wheels.rejected, in this release still."},
+          c.wheels_rejected);
     visit(CounterInfo{"wheels.scale", "1", "The wheels' way is divided by it, as the scans have shown so far."},
           c.wheels_scale);
   }
@@ -190,7 +192,7 @@ struct TrackingReport {
 };
 
 /// Where a FrontEnd begins.
-struct LocalizerStart {
+struct FrontEndStart {
   std::int32_t map_id = 0;    ///< written into the keyframes; a new one is a new map
   int first_keyframe = 0;     ///< id of its first keyframe: a stored map has so many
   bool in_known_map = false;  ///< the map has content: the robot must be found in it

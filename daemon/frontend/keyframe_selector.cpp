@@ -22,7 +22,7 @@ double square(double value) { return value * value; }
 
 }  // namespace
 
-KeyframeSelector::KeyframeSelector(const LocalizerConfig& config, const LocalizerStart& start)
+KeyframeSelector::KeyframeSelector(const FrontEndConfig& config, const FrontEndStart& start)
     : config_(config.keyframe),
       drift_config_(config.drift),
       T_base_lidar_(config.lidar.T_base_lidar),
@@ -32,10 +32,10 @@ KeyframeSelector::KeyframeSelector(const LocalizerConfig& config, const Localize
       next_keyframe_(start.first_keyframe),
       origin_(start.in_known_map ? KeyframeOrigin::kLost : KeyframeOrigin::kContinued) {}
 
-void KeyframeSelector::beginSegment(KeyframeOrigin origin) {
-  ++segment_;
+void KeyframeSelector::beginSession(KeyframeOrigin origin) {
+  ++session_;
   origin_ = origin;
-  if (localise_only_) next_keyframe_ = first_keyframe_;  // the segment before is forgotten
+  if (localise_only_) next_keyframe_ = first_keyframe_;  // the session before is forgotten
 }
 
 const Keyframe* KeyframeSelector::select(const Cloud& cloud, const Pose2& T_map_base, const MatchResult& match,
@@ -45,16 +45,16 @@ const Keyframe* KeyframeSelector::select(const Cloud& cloud, const Pose2& T_map_
     return std::hypot(moved.x, moved.y) > share * config_.translation ||
            std::abs(moved.theta) > share * config_.rotation;
   };
-  if (!local_map.extends()) return movedFrom(last_look_) ? look(cloud, T_map_base, local_map) : nullptr;
-  const bool long_ago = toSeconds(cloud.stamp - last_look_stamp_) > config_.look_period;
+  if (!local_map.extends()) return movedFrom(last_refresh_) ? refresh(cloud, T_map_base, local_map) : nullptr;
+  const bool long_ago = toSeconds(cloud.stamp - last_refresh_stamp_) > config_.refresh_period;
   if (match.overlap < config_.overlap) {  // soon, but not at every scan of a robot that stands in a crowd
     const bool due = movedFrom(local_map.newest(), config_.soon) || long_ago;
     return due ? keep(cloud, T_map_base, match, local_map) : nullptr;
   }
-  if (match.familiarity < config_.familiarity) {
+  if (match.known_ratio < config_.known_ratio) {
     return movedFrom(local_map.newest()) ? keep(cloud, T_map_base, match, local_map) : nullptr;
   }
-  return movedFrom(last_look_) || long_ago ? look(cloud, T_map_base, local_map) : nullptr;
+  return movedFrom(last_refresh_) || long_ago ? refresh(cloud, T_map_base, local_map) : nullptr;
 }
 
 const Keyframe* KeyframeSelector::keep(const Cloud& cloud, const Pose2& T_map_base, const MatchResult& match,
@@ -62,7 +62,7 @@ const Keyframe* KeyframeSelector::keep(const Cloud& cloud, const Pose2& T_map_ba
   describe(cloud, T_map_base);
   keyframe_.id = next_keyframe_++;
   ++keyframes_;
-  keyframe_.look = false;
+  keyframe_.refresh = false;
   keyframe_.observable = match.observable;
   keyframe_.directions = match.directions;
   keyframe_.origin = std::exchange(origin_, KeyframeOrigin::kContinued);
@@ -75,21 +75,21 @@ const Keyframe* KeyframeSelector::keep(const Cloud& cloud, const Pose2& T_map_ba
   return &keyframe_;
 }
 
-const Keyframe* KeyframeSelector::look(const Cloud& cloud, const Pose2& T_map_base, const LocalMap& local_map) {
+const Keyframe* KeyframeSelector::refresh(const Cloud& cloud, const Pose2& T_map_base, const LocalMap& local_map) {
   describe(cloud, T_map_base);
   const AnchoredPose anchored = local_map.anchor(T_map_base);
   keyframe_.id = anchored.keyframe;
   keyframe_.T_previous_base = anchored.T_keyframe_base;
-  keyframe_.look = true;
+  keyframe_.refresh = true;
   keyframe_.origin = KeyframeOrigin::kContinued;
   return &keyframe_;
 }
 
 void KeyframeSelector::describe(const Cloud& cloud, const Pose2& T_map_base) {
-  last_look_ = T_map_base;
-  last_look_stamp_ = cloud.stamp;
+  last_refresh_ = T_map_base;
+  last_refresh_stamp_ = cloud.stamp;
   keyframe_.map_id = map_id_;
-  keyframe_.segment = segment_;
+  keyframe_.session = session_;
   keyframe_.stamp = cloud.stamp;
   keyframe_.T_map_base = T_map_base;
   keyframe_.T_base_lidar = T_base_lidar_;
@@ -111,24 +111,24 @@ void KeyframeSelector::addDrift(const Pose2& T_map_base, const MatchResult* matc
   const double position = wheels.translationVariance(distance);
   const double heading = wheels.rotationVariance(distance, turned);
   const Eigen::Matrix3d unmatched = Eigen::Vector3d(position, position, heading).asDiagonal();
-  Eigen::Matrix3d blind = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d degenerate = Eigen::Matrix3d::Identity();
   if (match != nullptr) {
     const auto unseen = match->directions.rightCols(3 - match->observable);
-    blind = unseen * unseen.transpose();
+    degenerate = unseen * unseen.transpose();
   }
-  drift_ += blind * unmatched * blind.transpose();
+  drift_ += degenerate * unmatched * degenerate.transpose();
 }
 
 void KeyframeSelector::transform(const Pose2& T_new_old) {
-  last_look_ = T_new_old * last_look_;
+  last_refresh_ = T_new_old * last_refresh_;
   drift_pose_ = T_new_old * drift_pose_;
   const Eigen::Matrix3d turn = rotation(T_new_old.theta);
   drift_ = (turn * drift_ * turn.transpose()).eval();
 }
 
-void KeyframeSelector::addTo(LocalizerCounters& counters) const {
+void KeyframeSelector::addTo(FrontEndCounters& counters) const {
   counters.keyframes = keyframes_;
-  counters.lost = static_cast<std::uint32_t>(segment_);
+  counters.lost = static_cast<std::uint32_t>(session_);
 }
 
 }  // namespace slam

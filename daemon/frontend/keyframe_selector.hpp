@@ -11,16 +11,16 @@
 
 namespace slam {
 
-/// Says which scans become keyframes, and which refresh the grid as looks, and describes them: ids, segment, and how
-/// well the step from the keyframe before is known.
+/// Says which scans become keyframes, and which refresh the grid as refreshes, and describes them: ids, session, and
+/// how well the step from the keyframe before is known.
 class KeyframeSelector {
  public:
-  KeyframeSelector(const LocalizerConfig& config, const LocalizerStart& start);
+  KeyframeSelector(const FrontEndConfig& config, const FrontEndStart& start);
 
   std::int32_t mapId() const { return map_id_; }
   /// Counts up when the robot is lost, or its pose given by a person.
-  std::int32_t segment() const { return segment_; }
-  void beginSegment(KeyframeOrigin origin);
+  std::int32_t session() const { return session_; }
+  void beginSession(KeyframeOrigin origin);
   /// The step from the next keyframe on begins here. @param sigma of a pose given by a person [m, m, rad]
   void begin(const Pose2& T_map_base) { drift_pose_ = T_map_base; }
   void setSigma(const Eigen::Vector3d& sigma) { drift_ = sigma.cwiseAbs2().asDiagonal(); }
@@ -29,15 +29,15 @@ class KeyframeSelector {
   /// The robot moved on. @param match that told where to; nullptr: none did
   void addDrift(const Pose2& T_map_base, const MatchResult* match, const WheelMonitor& wheels);
 
-  /// @return the keyframe or look that a matched scan becomes; nullptr: none. Valid until the next call. A keyframe is
-  /// added to the local map
+  /// @return the keyframe or refresh that a matched scan becomes; nullptr: none. Valid until the next call. A keyframe
+  /// is added to the local map
   const Keyframe* select(const Cloud& cloud, const Pose2& T_map_base, const MatchResult& match, LocalMap& local_map);
   const Keyframe* keep(const Cloud& cloud, const Pose2& T_map_base, const MatchResult& match, LocalMap& local_map);
 
-  void addTo(LocalizerCounters& counters) const;
+  void addTo(FrontEndCounters& counters) const;
 
  private:
-  const Keyframe* look(const Cloud& cloud, const Pose2& T_map_base, const LocalMap& local_map);
+  const Keyframe* refresh(const Cloud& cloud, const Pose2& T_map_base, const LocalMap& local_map);
   void describe(const Cloud& cloud, const Pose2& T_map_base);
 
   KeyframeConfig config_;
@@ -48,10 +48,10 @@ class KeyframeSelector {
   bool localise_only_;
   Keyframe keyframe_;
   int next_keyframe_;
-  std::int32_t segment_ = 0;
+  std::int32_t session_ = 0;
   KeyframeOrigin origin_;  // of the next keyframe
-  Pose2 last_look_;
-  Timestamp last_look_stamp_;
+  Pose2 last_refresh_;
+  Timestamp last_refresh_stamp_;
   Pose2 drift_pose_;
   Eigen::Matrix3d drift_ = Eigen::Matrix3d::Zero();  // in map, since the last keyframe
   std::uint32_t keyframes_ = 0;

@@ -8,7 +8,7 @@
 
 namespace slam {
 
-LocalMap::LocalMap(const LocalizerConfig& config)
+LocalMap::LocalMap(const FrontEndConfig& config)
     : T_base_lidar_(config.lidar.T_base_lidar),
       follows_nearest_(config.follows_nearest),
       localise_only_(config.localise_only),
@@ -69,8 +69,8 @@ Pose2 LocalMap::apply(MapCorrection& correction, const Eigen::Vector2d& robot) {
     nearest = distance;
     T_new_old = T;
   }
-  if (correction.T_map_segment) {
-    T_new_old = *correction.T_map_segment;
+  if (correction.T_map_session) {
+    T_new_old = *correction.T_map_session;
     T_new_ahead.reset();
     extends_ = !localise_only_;
   }

@@ -25,7 +25,7 @@ struct AnchoredPose {
 /// After construction no allocation.
 class LocalMap {
  public:
-  explicit LocalMap(const LocalizerConfig& config);
+  explicit LocalMap(const FrontEndConfig& config);
 
   /// Nothing was added since the beginning or clear().
   bool empty() const { return !newest_; }

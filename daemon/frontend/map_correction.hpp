@@ -27,10 +27,10 @@ struct MapCorrection {
   explicit MapCorrection(const ReferenceConfig& config) : reference(config) { keyframes.reserve(kMaxKeyframes); }
   Reference reference;
   std::vector<ReferenceKeyframe> keyframes;  ///< in the reference, by id; the FrontEnd adds to them
-  std::optional<Pose2> T_map_segment;        ///< set: the lost segment has been found here in the map
+  std::optional<Pose2> T_map_session;        ///< set: the lost session has been found here in the map
   bool refuted = false;      ///< set, with nothing else: the map contradicts the pose that a person gave
   std::int32_t map_id = 0;   ///< of the map that it corrects
-  std::int32_t segment = 0;  ///< that the robot was in; void in another one
+  std::int32_t session = 0;  ///< that the robot was in; void in another one
   int newest = -1;           ///< newest keyframe that the back end knew
 };
 

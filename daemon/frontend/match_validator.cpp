@@ -8,13 +8,13 @@
 
 namespace slam {
 
-MatchValidator::MatchValidator(const LocalizerConfig& config)
+MatchValidator::MatchValidator(const FrontEndConfig& config)
     : lidar_(config.lidar.T_base_lidar.translation()),
       config_(config.validator),
       trusted_overlap_(config.search.trusted_overlap),
       window_(config.search_window),
       min_pairs_(config.match.min_pairs),
-      pull_watch_(config.pull_watch) {}
+      dynamic_objects_(config.dynamic_object_gate) {}
 
 void MatchValidator::removeDynamicBias(MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
                                        const Prediction& predicted, const WheelMonitor& wheels) {
@@ -24,21 +24,21 @@ void MatchValidator::removeDynamicBias(MatchResult& match, const Cloud& cloud, c
   const Eigen::Vector2d offset = match.T_ref_base.translation() - guess.translation();
   const Eigen::Matrix2d covariance = predicted.pose.covariance().topLeftCorner<2, 2>();
   const double sigma = std::sqrt(offset.dot(covariance * offset)) / std::max(offset.norm(), 1e-9);
-  const bool pulled = pull_watch_.contradicts(offset, sigma)
-                          ? pull_watch_.pulls(cloud.stamp, offset, supportOf(match, guess, cloud, local_map))
-                          : pull_watch_.stillPulls(cloud.stamp);
-  if (!pulled) return;
+  const bool rejected = dynamic_objects_.contradicts(offset, sigma)
+                            ? dynamic_objects_.rejects(cloud.stamp, offset, support(match, guess, cloud, local_map))
+                            : dynamic_objects_.stillRejects(cloud.stamp);
+  if (!rejected) return;
   ++held_;
-  match = heldAlong(match, guess.translation(), pull_watch_.pull());
+  match = projectedOut(match, guess.translation(), dynamic_objects_.direction());
 }
 
 /// Share of the scan that fits better where a match is than where the guess is, less of the walls it sees through.
-double MatchValidator::supportOf(const MatchResult& match, const Pose2& guess, const Cloud& cloud,
-                                 const LocalMap& local_map) {
+double MatchValidator::support(const MatchResult& match, const Pose2& guess, const Cloud& cloud,
+                               const LocalMap& local_map) {
   image_.set(cloud.points, lidar_);
   const auto fit = [&](const Pose2& T_map_base) {
     return overlapAt(local_map.reference(), cloud.points, T_map_base, cloud.match.kernel_scale, cloud.match) -
-           local_map.reference().seenThrough(T_map_base, image_, config_.known_surfel);
+           local_map.reference().freeSpaceViolation(T_map_base, image_, config_.known_surfel);
   };
   return fit(match.T_ref_base) - fit({guess.x, guess.y, match.T_ref_base.theta});
 }
@@ -54,26 +54,27 @@ bool MatchValidator::acceptSearch(const MatchResult& match, const Cloud& cloud, 
                                   const TrackingState& tracking) {
   if (!match.usable() || match.overlap < trusted_overlap_) return false;
   image_.set(cloud.points, lidar_);
-  if (local_map.reference().seenThrough(match.T_ref_base, image_, config_.known_surfel) > config_.seen_through)
+  if (local_map.reference().freeSpaceViolation(match.T_ref_base, image_, config_.known_surfel) >
+      config_.free_space_violation)
     return false;
   return match.overlap >= tracking.fusedOverlap() - config_.much_worse ||
-         showsMore(match.T_ref_base, cloud, local_map, tracking.lastPose());
+         revealsNewArea(match.T_ref_base, cloud, local_map, tracking.lastPose());
 }
 
 /// Whether a scan that fits worse than the last one does so because the robot has turned to what it had not seen: it is
 /// no further on than a robot gets from scan to scan, and shows nothing where the newest keyframe saw through.
-bool MatchValidator::showsMore(const Pose2& T_map_base, const Cloud& cloud, const LocalMap& local_map,
-                               const Pose2& last_pose) {
+bool MatchValidator::revealsNewArea(const Pose2& T_map_base, const Cloud& cloud, const LocalMap& local_map,
+                                    const Pose2& last_pose) {
   const Pose2 moved = between(last_pose, T_map_base);
   if (std::max(std::abs(moved.x), std::abs(moved.y)) > window_.translation) return false;
   if (std::abs(moved.theta) > window_.rotation) return false;
   image_.set(local_map.newestPoints(), lidar_);
   const PointTransform T_newest_base(between(local_map.newest(), T_map_base));
-  SightTally tally;
+  VisibilityTally tally;
   for (const ScanPoint& point : cloud.points) {
-    tally.add(image_.sightOf(T_newest_base * point.position, T_newest_base.turned(point.normal)));
+    tally.add(image_.visibilityOf(T_newest_base * point.position, T_newest_base.turned(point.normal)));
   }
-  return tally.met >= min_pairs_ && tally.seenThrough() <= config_.newly_seen_through;
+  return tally.consistent >= min_pairs_ && tally.freeSpaceViolation() <= config_.newly_violated;
 }
 
 }  // namespace slam

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include "frontend/dynamic_object_gate.hpp"
 #include "frontend/front_end_config.hpp"
 #include "frontend/local_map.hpp"
 #include "frontend/preprocessor.hpp"
-#include "frontend/pull_watch.hpp"
 #include "frontend/registration.hpp"
 #include "frontend/tracking_state.hpp"
 #include "matching/range_image.hpp"
@@ -13,7 +13,7 @@ namespace slam {
 /// Says which matches can be believed, and takes out of them what something that moves has made of them.
 class MatchValidator {
  public:
-  explicit MatchValidator(const LocalizerConfig& config);
+  explicit MatchValidator(const FrontEndConfig& config);
 
   /// Takes out of a match what something that moves may have made of it: there the wheels tell the way.
   void removeDynamicBias(MatchResult& match, const Cloud& cloud, const LocalMap& local_map, const Prediction& predicted,
@@ -32,15 +32,15 @@ class MatchValidator {
   std::uint32_t held() const { return held_; }
 
  private:
-  double supportOf(const MatchResult& match, const Pose2& guess, const Cloud& cloud, const LocalMap& local_map);
-  bool showsMore(const Pose2& T_map_base, const Cloud& cloud, const LocalMap& local_map, const Pose2& last_pose);
+  double support(const MatchResult& match, const Pose2& guess, const Cloud& cloud, const LocalMap& local_map);
+  bool revealsNewArea(const Pose2& T_map_base, const Cloud& cloud, const LocalMap& local_map, const Pose2& last_pose);
 
   Eigen::Vector2d lidar_;  // [m] in base
   ValidatorConfig config_;
   double trusted_overlap_;
   SearchWindow window_;
   int min_pairs_;
-  PullWatch pull_watch_;
+  DynamicObjectGate dynamic_objects_;
   RangeImage image_;
   std::uint32_t held_ = 0;
 };

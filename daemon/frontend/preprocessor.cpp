@@ -11,11 +11,11 @@ namespace {
 constexpr std::size_t kHistoryCapacity = 1024;  // poses within one scan
 
 /// When the beams were sampled, in any order and on either side of the scan's stamp.
-struct Turn {
+struct Sweep {
   Timestamp begin, end;
 };
 
-Turn turnOf(const LaserScan& scan, Timestamp stamp) {
+Sweep sweepOf(const LaserScan& scan, Timestamp stamp) {
   float first = 0.0F, last = 0.0F;  // [s]
   for (const Beam& beam : scan.beams()) {
     first = std::min(first, beam.time_offset);
@@ -26,7 +26,7 @@ Turn turnOf(const LaserScan& scan, Timestamp stamp) {
 
 }  // namespace
 
-Preprocessor::Preprocessor(const LocalizerConfig& config)
+Preprocessor::Preprocessor(const FrontEndConfig& config)
     : lidar_(config.lidar),
       normals_(config.normals),
       scan_moment_(config.scan_moment),
@@ -40,19 +40,19 @@ Preprocessor::Preprocessor(const LocalizerConfig& config)
 /// that the pose found there is right. At the first beam's time it would be wrong by half of the turn's error, the next
 /// speed by as much the other way, and so on without end.
 const Cloud& Preprocessor::process(const LaserScan& scan, Timestamp first, const EkfTimeline& filter) {
-  const Turn turn = turnOf(scan, first);
-  cloud_.stamp = turn.begin + std::chrono::duration_cast<Duration>(scan_moment_ * (turn.end - turn.begin));
-  filter.fillHistory(turn.begin, turn.end, history_);
+  const Sweep sweep = sweepOf(scan, first);
+  cloud_.stamp = sweep.begin + std::chrono::duration_cast<Duration>(scan_moment_ * (sweep.end - sweep.begin));
+  filter.fillHistory(sweep.begin, sweep.end, history_);
   deskew(scan, lidar_.limitsFor(scan), first, lidar_.mounting(), history_, cloud_.points);
   cloud_.T_base_first = {};
-  if (turn.end > turn.begin) {
+  if (sweep.end > sweep.begin) {
     const auto at = [this](Timestamp stamp) { return history_.at(stamp, Duration::max()).value_or(Pose2{}); };
     cloud_.T_base_first = between(at(cloud_.stamp), at(first));
     for (ScanPoint& point : cloud_.points) point.position = cloud_.T_base_first * point.position;
   }
-  const double coarseness = estimateNormals(cloud_.points, lidar_.T_base_lidar.translation(), normals_);
+  const double relative_spacing = estimateNormals(cloud_.points, lidar_.T_base_lidar.translation(), normals_);
   // Where beams lie far apart, a point on no line is a wall that was hit once: its partner tells little of the way.
-  cloud_.match.point_weight = point_weight_ / coarseness;
+  cloud_.match.point_weight = point_weight_ / relative_spacing;
   return cloud_;
 }
 

@@ -19,7 +19,7 @@ struct Cloud {
 /// Makes a scan's beams points: deskewed to the middle of the turn, within the limits of range, with normals.
 class Preprocessor {
  public:
-  explicit Preprocessor(const LocalizerConfig& config);
+  explicit Preprocessor(const FrontEndConfig& config);
 
   /// @param first  when the first beam was measured, in the filter's time
   /// @param filter how the robot moved during the turn

@@ -8,7 +8,7 @@
 
 namespace slam {
 
-Registration::Registration(const LocalizerConfig& config, Stopwatch stopwatch)
+Registration::Registration(const FrontEndConfig& config, Stopwatch stopwatch)
     : config_(config.registration),
       max_failures_(config.keyframe.max_failures),
       window_(config.search_window),

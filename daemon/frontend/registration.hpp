@@ -21,7 +21,7 @@ struct Prediction {
 /// [Olson 2009] around the prediction where that leads nowhere.
 class Registration {
  public:
-  explicit Registration(const LocalizerConfig& config, Stopwatch stopwatch = nullptr);
+  explicit Registration(const FrontEndConfig& config, Stopwatch stopwatch = nullptr);
 
   MatchResult align(const Cloud& cloud, const LocalMap& local_map, const Prediction& predicted,
                     const TrackingState& tracking, WheelReliability wheels);

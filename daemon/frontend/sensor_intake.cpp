@@ -10,7 +10,7 @@ bool isMoving(const Twist2& twist, const IntakeConfig& config) {
   return std::hypot(twist.vx, twist.vy) > config.moving_speed || std::abs(twist.omega) > config.moving_turn;
 }
 
-SensorIntake::SensorIntake(const LocalizerConfig& config)
+SensorIntake::SensorIntake(const FrontEndConfig& config)
     : config_(config.intake),
       wheel_offset_(fromSeconds(config.wheel_time_offset)),
       imu_offset_(fromSeconds(config.imu_time_offset)),
@@ -42,7 +42,7 @@ SensorIntake::Scan SensorIntake::accept(const LaserScan& scan, const EkfTimeline
   ++scans_;
   if (!scan_guard_.passes(scan.stamp)) return {pose.newestStamp()};
   const bool repeats = repeats_.isStuck(scan, codes);
-  if (isCopy(scan)) {
+  if (isRepeat(scan)) {
     ++repeated_;
     return {last_first_ + std::max(Duration(0), scan.stamp - last_scan_)};
   }
@@ -59,9 +59,9 @@ SensorIntake::Scan SensorIntake::accept(const LaserScan& scan, const EkfTimeline
 }
 
 /// Whether the scan was sent twice: a lidar needs its time for the next one.
-bool SensorIntake::isCopy(const LaserScan& scan) const {
+bool SensorIntake::isRepeat(const LaserScan& scan) const {
   const double soonest = std::max(config_.fastest_turn, config_.soonest_scan * scan_stamps_.interval());
-  return repeats_.isCopy() && toSeconds(scan.stamp - last_scan_) < soonest;
+  return repeats_.isRepeat() && toSeconds(scan.stamp - last_scan_) < soonest;
 }
 
 /// A lidar that repeats a turn would hold the robot in place, or take it back when it stops: its scans fit perfectly.
@@ -69,7 +69,7 @@ bool SensorIntake::isStuck(bool repeats, Timestamp first, const EkfTimeline& odo
   return repeats && (stuck_ || isMoving(odometry.at(first).twist(), config_));
 }
 
-void SensorIntake::addTo(LocalizerCounters& counters) const {
+void SensorIntake::addTo(FrontEndCounters& counters) const {
   counters.scans = scans_;
   counters.scans_repeated = repeated_;
   counters.scans_too_late = too_late_;

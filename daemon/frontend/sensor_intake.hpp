@@ -8,7 +8,7 @@
 #include "core/scan.hpp"
 #include "estimation/ekf_timeline.hpp"
 #include "frontend/front_end_config.hpp"
-#include "frontend/interpreter/scan_repeat_watch.hpp"
+#include "frontend/interpreter/stuck_scan_detector.hpp"
 #include "timing/stamp_sequencer.hpp"
 
 namespace slam {
@@ -20,7 +20,7 @@ bool isMoving(const Twist2& twist, const IntakeConfig& config = {});
 /// measurement of now: damaged stamps, copies, and the turns that a stuck lidar repeats.
 class SensorIntake {
  public:
-  explicit SensorIntake(const LocalizerConfig& config);
+  explicit SensorIntake(const FrontEndConfig& config);
 
   /// @return the sample with its stamp in the filters' time; nothing where it must not be used
   std::optional<WheelSample> accept(const WheelSample& sample);
@@ -37,10 +37,10 @@ class SensorIntake {
   Scan accept(const LaserScan& scan, const EkfTimeline& pose, const EkfTimeline& odometry,
               std::span<const float> codes = {});
 
-  void addTo(LocalizerCounters& counters) const;
+  void addTo(FrontEndCounters& counters) const;
 
  private:
-  bool isCopy(const LaserScan& scan) const;
+  bool isRepeat(const LaserScan& scan) const;
   bool isStuck(bool repeats, Timestamp first, const EkfTimeline& odometry);
 
   IntakeConfig config_;
@@ -48,7 +48,7 @@ class SensorIntake {
   ForwardJumpGuard wheel_guard_, imu_guard_, scan_guard_;
   StampSequencer wheel_stamps_, scan_stamps_;
   ClockStepBridge imu_clock_;
-  ScanRepeatWatch repeats_;
+  StuckScanDetector repeats_;
   bool stuck_ = false;
   Timestamp last_scan_, last_first_;  // as recorded, and in the filters' time
   std::uint32_t scans_ = 0, repeated_ = 0, too_late_ = 0;

@@ -6,7 +6,7 @@
 
 namespace slam {
 
-TrackingState::TrackingState(const LocalizerConfig& config, bool in_known_map)
+TrackingState::TrackingState(const FrontEndConfig& config, bool in_known_map)
     : localise_only_(config.localise_only),
       max_failures_(config.keyframe.max_failures),
       kidnap_distance_(config.kidnap_distance),
@@ -43,14 +43,14 @@ bool TrackingState::fail(const MatchResult& match, Timestamp stamp, bool says_mu
   return true;
 }
 
-bool TrackingState::carriedAway(const Pose2& predicted, const Eigen::Matrix3d& covariance) const {
+bool TrackingState::kidnapped(const Pose2& predicted, const Eigen::Matrix3d& covariance) const {
   if (localise_only_) return true;
   const Pose2 moved = between(last_pose_, predicted);
   return std::sqrt(std::max(covariance(0, 0), covariance(1, 1))) > lost_position_sigma_ ||
          (std::hypot(moved.x, moved.y) < kidnap_distance_ && std::abs(moved.theta) < kidnap_rotation_);
 }
 
-void TrackingState::beginSegment(bool placed) {
+void TrackingState::beginSession(bool placed) {
   was_placed_ |= placed_;
   placed_ = placed;
   failures_ = 0;
@@ -70,7 +70,7 @@ LocalisationState TrackingState::state(Timestamp stamp, const Eigen::Matrix3d& c
   return old || failures_ > 0 ? LocalisationState::kDegraded : LocalisationState::kLocalised;
 }
 
-void TrackingState::addTo(LocalizerCounters& counters) const {
+void TrackingState::addTo(FrontEndCounters& counters) const {
   counters.matched = matched_;
   counters.partly_observable = partly_observable_;
   counters.unmatched = unmatched_;

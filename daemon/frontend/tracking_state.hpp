@@ -11,9 +11,9 @@ namespace slam {
 /// How well the robot's place is known, and what the last scans told of it.
 class TrackingState {
  public:
-  TrackingState(const LocalizerConfig& config, bool in_known_map);
+  TrackingState(const FrontEndConfig& config, bool in_known_map);
 
-  /// The first scan of a map or segment, which lies where the robot is by definition.
+  /// The first scan of a map or session, which lies where the robot is by definition.
   void begin(Timestamp stamp, const Pose2& T_map_base, const Pose2& T_odom_base);
   /// A match was fused.
   void follow(const MatchResult& match, Timestamp stamp, const Pose2& T_map_base, const Pose2& T_odom_base);
@@ -23,9 +23,9 @@ class TrackingState {
 
   /// Whether a robot that scans match no longer was carried away; else it has left what the reference knows.
   /// @param covariance of the pose [m, m, rad]
-  bool carriedAway(const Pose2& predicted, const Eigen::Matrix3d& covariance) const;
+  bool kidnapped(const Pose2& predicted, const Eigen::Matrix3d& covariance) const;
   /// @param placed its place is known, by a person
-  void beginSegment(bool placed);
+  void beginSession(bool placed);
   /// The robot was found in the map, or is not where a person said.
   void place() { placed_ = true; }
   void refute();
@@ -43,7 +43,7 @@ class TrackingState {
   const Pose2& lastMotion() const { return last_motion_; }      ///< to it from the one before
   const Pose2& lastOdometry() const { return last_odometry_; }  ///< in odom, at the last matched scan
 
-  void addTo(LocalizerCounters& counters) const;
+  void addTo(FrontEndCounters& counters) const;
 
  private:
   bool localise_only_;

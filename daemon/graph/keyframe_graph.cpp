@@ -11,7 +11,7 @@ namespace slam {
 Keyframe::Point keyframePoint(const ScanPoint& point) {
   Keyframe::Point out{.x = static_cast<float>(point.position.x()), .y = static_cast<float>(point.position.y())};
   if (!point.hasNormal()) {
-    out.normal_sigma = point.may_slide ? Keyframe::Point::kMaySlide : 0;
+    out.normal_sigma = point.grazing ? Keyframe::Point::kGrazing : 0;
     return out;
   }
   const double units = 1.0 / Keyframe::Point::kAngle;
@@ -25,7 +25,7 @@ ScanPoint scanPoint(const Keyframe::Point& point, const Pose2& T_base_lidar) {
   const Eigen::Vector2d position(point.x, point.y);
   ScanPoint out{.position = position, .range = (position - T_base_lidar.translation()).norm()};
   if (point.normal == Keyframe::Point::kNoNormal) {
-    out.may_slide = point.normal_sigma == Keyframe::Point::kMaySlide;
+    out.grazing = point.normal_sigma == Keyframe::Point::kGrazing;
     return out;
   }
   const double angle = point.normal * Keyframe::Point::kAngle, sigma = point.normal_sigma * Keyframe::Point::kAngle;

@@ -22,7 +22,7 @@ struct Edge {
   int from = 0, to = 0;
   Pose2 T_from_to;
   Eigen::Matrix3d information = Eigen::Matrix3d::Identity();  ///< inverse covariance of (x, y, theta) in `to` as
-                                                              ///< measured, may be singular: a blind direction
+                                                              ///< measured, may be singular: a degenerate direction
   EdgeKind kind = EdgeKind::kMotion;
   bool revoked = false;  ///< taken back; counts for nothing
 };

@@ -14,7 +14,7 @@ namespace slam {
 
 /// A scan with the pose to draw it at.
 struct MapScan {
-  int id = -1;  ///< of the keyframe; -1: a look, drawn once and forgotten
+  int id = -1;  ///< of the keyframe; -1: a refresh, drawn once and forgotten
   Pose2 T_map_base;
   std::shared_ptr<const StoredScan> scan;
 };
@@ -42,7 +42,7 @@ struct ViewMemoryConfig {
   double same_rotation = 0.20;   ///< [rad] ... and turned by less are of the same place
 };
 
-/// Draws keyframes, looks and depth views into the grid, and draws anew what a loop closure moved.
+/// Draws keyframes, refreshes and depth views into the grid, and draws anew what a loop closure moved.
 ///
 /// move() only notes the new poses. work() then draws the tiles that moved keyframes lie on, old place and new, from
 /// all keyframes that touch them, into a patch beside the grid, a few scans at a call; the finished patch takes the
@@ -62,7 +62,7 @@ class Mapper {
   void forgetBefore(int keyframe);
   /// Draws up to `scans` scans of what is left to draw anew. @return true while something is left
   bool work(int scans);
-  /// Goes on in a stored map: its keyframes, and the grid that they and looks were drawn into.
+  /// Goes on in a stored map: its keyframes, and the grid that they and refreshes were drawn into.
   /// @param drawn keyframes with lower ids are in the grid; the others are drawn now
   /// @param views that the grid shows already
   void load(std::span<const MapScan> keyframes, std::span<const MapView> views, OccupancyGrid grid, int drawn);

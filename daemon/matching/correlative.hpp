@@ -29,7 +29,7 @@ struct CorrelativeConfig {
   double reach = 1.5;                        ///< [1] of a step: half of it in both directions, and by the turn
   double mostly_translation = 0.5;           ///< [1] of a unit direction: the rest is rotation
   double same_overlap = 0.02;                ///< [1] less is no difference
-  double slide_step = 0.05;                  ///< [m] along a blind direction
+  double slide_step = 0.05;                  ///< [m] along a degenerate direction
   double slide_kernel = 0.15;                ///< [m] of the score along it
   double opposite = 0.5 * std::numbers::pi;  ///< [rad] a corridor looks the same from its other end: what little tells
                                              ///< the two apart may have changed
@@ -52,7 +52,8 @@ class CorrelativeMatcher {
   explicit CorrelativeMatcher(const CorrelativeConfig& config = {});
 
   /// @param guess first T_ref_base, the middle of the window
-  /// @return      never throws; status as of matchPointToLine(), or kAmbiguous. Along a blind direction, which stays
+  /// @return      never throws; status as of matchPointToLine(), or kAmbiguous. Along a degenerate direction, which
+  /// stays
   ///              unclaimed, the pose is the window's place where most points come near the reference
   SearchResult match(const Reference& reference, std::span<const ScanPoint> points, const Pose2& guess,
                      const SearchWindow& window, const MatchConfig& config) noexcept;

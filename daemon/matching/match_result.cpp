@@ -5,7 +5,7 @@
 
 namespace slam {
 
-MatchResult heldAlong(const MatchResult& match, const Eigen::Vector2d& guess, const Eigen::Vector2d& direction) {
+MatchResult projectedOut(const MatchResult& match, const Eigen::Vector2d& guess, const Eigen::Vector2d& direction) {
   constexpr double kLeast = 0.3;  // [1] of a unit direction that must be left for it to be one
   const Eigen::Vector3d held(direction.x(), direction.y(), 0.0);
   const Eigen::Vector2d matched = match.T_ref_base.translation();

@@ -10,7 +10,7 @@ namespace slam {
 
 enum class MatchStatus : std::uint8_t {
   kConverged,       ///< the pose may be fused
-  kUnobservable,    ///< converged, but blind in 3 - observable directions: there the pose is still the guess
+  kUnobservable,    ///< converged, but degenerate in 3 - observable directions: there the pose is still the guess
   kIterationLimit,  ///< still moving when the iterations were used up
   kTooFewPairs,     ///< hardly any point met the reference
   kLowOverlap,      ///< converged where too many points contradict the reference: probably a wrong minimum
@@ -33,7 +33,7 @@ struct MatchResult {
   int observable = 0;                                        ///< 0..3
   int pairs = 0;                                             ///< points matched at the last iterate
   double overlap = 0.0;      ///< share of the points within overlap_distance of the reference, 0..1
-  double familiarity = 0.0;  ///< share of the points that agree with a surfel seen familiar_observations times, 0..1
+  double known_ratio = 0.0;  ///< share of the points that agree with a surfel seen known_observations times, 0..1
   double residual = 0.0;     ///< [m] RMS distance of those from their lines (point to point: from their points)
   int iterations = 0;
 
@@ -45,7 +45,7 @@ struct MatchResult {
 /// The match without what it says of the way along a direction: there the pose stays at the guess, and is blind. What
 /// it says across and of the heading stays.
 /// @param guess [m] in the reference  @param direction of it, a unit vector
-MatchResult heldAlong(const MatchResult& match, const Eigen::Vector2d& guess, const Eigen::Vector2d& direction);
+MatchResult projectedOut(const MatchResult& match, const Eigen::Vector2d& guess, const Eigen::Vector2d& direction);
 
 /// How a scan is tracked against the local map.
 enum class MatchMethod : std::uint8_t {
@@ -67,10 +67,10 @@ struct MatchConfig {
   double translation_tolerance = 3e-4;  ///< [m] a step below both tolerances has converged
   double rotation_tolerance = 1e-4;     ///< [rad]
   double point_weight = 0.3;            ///< [1] of a corner point against a point on a wall
-  double sliding_observations = 8.0;    ///< [1] where points that may slide were met so often, something stands
+  double grazing_observations = 8.0;    ///< [1] where points that may slide were met so often, something stands
   double range_sigma = 0.015;           ///< [m] standard deviation of one lidar range
   double overlap_distance = 0.10;       ///< [m] a point this near to its line agrees with the reference
-  double familiar_observations = 5.0;   ///< [1] a surfel seen so often is known
+  double known_observations = 5.0;      ///< [1] a surfel seen so often is known
   double min_overlap = 0.50;            ///< [1] less agreement than this is no match
   double min_information = 0.01;        ///< [1] a direction seen by less than this share of the pairs is blind
   double same_face = 0.2;               ///< cosine: a point and a surfel whose normals differ by more are two faces

@@ -10,18 +10,18 @@ ObservableStep solveObservable(const NormalEquations& equations, double lever, d
   const Eigen::Vector3d scale(1.0, 1.0, 1.0 / lever);  // theta -> metres at the mean distance
   const Eigen::Matrix3d S = scale.asDiagonal();
   const Eigen::Matrix3d H = S * equations.H * S;
-  const Eigen::Matrix3d feigned = S * equations.feigned * S;
+  const Eigen::Matrix3d spurious = S * equations.spurious * S;
 
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen;
-  eigen.computeDirect(H - feigned);  // ascending
+  eigen.computeDirect(H - spurious);  // ascending
   const double threshold = min_information * equations.weight;
 
   Eigen::Matrix3d kept = Eigen::Matrix3d::Zero();  // observable directions first, strongest first
-  int n = 0, blind = 3;
+  int n = 0, degenerate = 3;
   for (int i = 2; i >= 0; --i) {
     const Eigen::Vector3d v = eigen.eigenvectors().col(i);
-    const bool seen = n < most && eigen.eigenvalues()[i] > threshold + v.dot(feigned * v);
-    kept.col(seen ? n++ : --blind) = v;
+    const bool seen = n < most && eigen.eigenvalues()[i] > threshold + v.dot(spurious * v);
+    kept.col(seen ? n++ : --degenerate) = v;
   }
   result.observable = n;
   if (n == 0) return result;
@@ -32,7 +32,7 @@ ObservableStep solveObservable(const NormalEquations& equations, double lever, d
   result.step = -result.inverse * equations.g;
   result.weakest = S * kept.col(n - 1);
 
-  // Directions in (x, y, theta): a blind direction must stay blind there, so span the observable ones as its
+  // Directions in (x, y, theta): a degenerate direction must stay degenerate there, so span the observable ones as its
   // complement.
   if (n == 3) return result;
   for (int i = n; i < 3; ++i) result.directions.col(i) = (S * kept.col(i)).normalized();

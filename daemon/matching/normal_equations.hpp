@@ -8,11 +8,11 @@ namespace slam {
 
 /// Sums of a least-squares problem in (x, y, theta), about the scan's own pose.
 struct NormalEquations {
-  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();        ///< sum w J^T J [1, m, m^2]
-  Eigen::Matrix3d feigned = Eigen::Matrix3d::Zero();  ///< expected part of H that comes from noise in the normals
-  Eigen::Vector3d g = Eigen::Vector3d::Zero();        ///< sum w J^T e
-  double weight = 0.0;                                ///< sum w
-  double squared_error = 0.0;                         ///< sum w e^2 [m^2]
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();         ///< sum w J^T J [1, m, m^2]
+  Eigen::Matrix3d spurious = Eigen::Matrix3d::Zero();  ///< expected part of H that comes from noise in the normals
+  Eigen::Vector3d g = Eigen::Vector3d::Zero();         ///< sum w J^T e
+  double weight = 0.0;                                 ///< sum w
+  double squared_error = 0.0;                          ///< sum w e^2 [m^2]
   int pairs = 0;
 };
 

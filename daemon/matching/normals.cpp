@@ -75,8 +75,8 @@ bool inARow(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vec
 }
 
 /// Whether a point goes on a row that comes from one side: the next two there, the first of them nearer and far off.
-bool goesOn(const ScanPoints& points, std::size_t index, int step, double max_gap, const Eigen::Vector2d& lidar,
-            const NormalConfig& config) {
+bool continues(const ScanPoints& points, std::size_t index, int step, double max_gap, const Eigen::Vector2d& lidar,
+               const NormalConfig& config) {
   const auto size = static_cast<std::ptrdiff_t>(points.size()), i = static_cast<std::ptrdiff_t>(index);
   const std::ptrdiff_t last = i + 2 * step;
   if (last < 0 || last >= size) return false;
@@ -89,17 +89,18 @@ bool goesOn(const ScanPoints& points, std::size_t index, int step, double max_ga
 }  // namespace
 
 double estimateNormals(ScanPoints& points, const Eigen::Vector2d& lidar, const NormalConfig& config) {
-  const double coarseness = std::max(1.0, beamSpacing(points, lidar) / config.fine_spacing);
+  const double relative_spacing = std::max(1.0, beamSpacing(points, lidar) / config.fine_spacing);
   for (std::size_t i = 0; i < points.size(); ++i) {
     ScanPoint& point = points[i];
     point.normal.setZero();
-    point.may_slide = false;
-    const double max_gap = std::max(config.max_gap, coarseness * config.max_gap_per_range * point.range);
+    point.grazing = false;
+    const double max_gap = std::max(config.max_gap, relative_spacing * config.max_gap_per_range * point.range);
     Moments m;
     addSide(points, i, -1, max_gap, config, m);
     addSide(points, i, +1, max_gap, config, m);
     if (m.n < 1.0 + config.min_neighbours) {
-      point.may_slide = goesOn(points, i, -1, max_gap, lidar, config) || goesOn(points, i, +1, max_gap, lidar, config);
+      point.grazing =
+          continues(points, i, -1, max_gap, lidar, config) || continues(points, i, +1, max_gap, lidar, config);
       continue;
     }
 
@@ -119,7 +120,7 @@ double estimateNormals(ScanPoints& points, const Eigen::Vector2d& lidar, const N
     point.normal = normal;
     point.normal_variance = variance;
   }
-  return coarseness;
+  return relative_spacing;
 }
 
 }  // namespace slam

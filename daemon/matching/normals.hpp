@@ -25,7 +25,7 @@ struct NormalConfig {
 ///
 /// @param points   in acquisition order
 /// @param lidar    [m] position of the lidar in the points' frame; normals look towards it
-/// @return coarseness [1] of the scan: the median angle between its beams in degrees, at least 1
+/// @return relative_spacing [1] of the scan: the median angle between its beams in degrees, at least 1
 double estimateNormals(ScanPoints& points, const Eigen::Vector2d& lidar, const NormalConfig& config = {});
 
 }  // namespace slam

@@ -21,7 +21,7 @@ struct Pair {
 struct Sums {
   NormalEquations equations;
   int covered = 0;              // points in the reference's window
-  int familiar = 0;             // pairs that agree with a well-known surfel
+  int known = 0;                // pairs that agree with a well-known surfel
   int agreeing = 0;             // pairs within overlap_distance of their line
   double agreeing_error = 0.0;  // [m^2] sum of their squared residuals
 };
@@ -56,7 +56,7 @@ Sums linearize(const Reference& reference, std::span<const ScanPoint> points, co
       const double dx = T.x + rx - surfel->x, dy = T.y + ry - surfel->y;
       if (dx * dx + dy * dy > gate_squared) continue;
       double trust = surfel->observations / (1.0 + surfel->observations);  // its own error beside the point's
-      if (surfel->may_slide && surfel->observations < config.sliding_observations) {
+      if (surfel->grazing && surfel->observations < config.grazing_observations) {
         // Where along the beam it was hit says nothing: it is a line along it, give or take the lidar's place in base.
         const double inverse = 1.0 / std::max(1e-3, std::hypot(rx, ry));
         nx = -ry * inverse, ny = rx * inverse;
@@ -71,7 +71,7 @@ Sums linearize(const Reference& reference, std::span<const ScanPoint> points, co
         ++eq.pairs;
         if (dx * dx + dy * dy < config.overlap_distance * config.overlap_distance) {
           ++sums.agreeing;
-          if (surfel->observations >= config.familiar_observations) ++sums.familiar;
+          if (surfel->observations >= config.known_observations) ++sums.known;
         }
         continue;
       }
@@ -93,13 +93,13 @@ Sums linearize(const Reference& reference, std::span<const ScanPoint> points, co
       ++eq.pairs;
       if (std::abs(e) < config.overlap_distance) {
         ++sums.agreeing;
-        if (surfel->observations >= config.familiar_observations) ++sums.familiar;
+        if (surfel->observations >= config.known_observations) ++sums.known;
         sums.agreeing_error += e * e;
       }
     }
   }
   eq.H << h00, h01, h02, h01, h11, h12, h02, h12, h22;
-  eq.feigned << f00, f01, f02, f01, f11, f12, f02, f12, f22;
+  eq.spurious << f00, f01, f02, f01, f11, f12, f02, f12, f22;
   eq.g << g0, g1, g2;
   return sums;
 }
@@ -143,7 +143,7 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
     // Of the points that the reference can have: a wall beyond its window contradicts nothing.
     const double covered = std::max(1, sums.covered);
     result.overlap = static_cast<double>(sums.agreeing) / covered;
-    result.familiarity = static_cast<double>(sums.familiar) / covered;
+    result.known_ratio = static_cast<double>(sums.known) / covered;
     result.status = MatchStatus::kTooFewPairs;
     if (equations.pairs < config.min_pairs) return result;
 
@@ -168,7 +168,7 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
 
     const Eigen::Vector3d weakest = solution.weakest;
     const double confirmed = confirmedShare(reference, points, T, gate, weakest, config);
-    if (confirmed < config.min_confirmed) {  // blind: settle once more without it
+    if (confirmed < config.min_confirmed) {  // degenerate: settle once more without it
       most = solution.observable - 1;
       continue;
     }
@@ -180,10 +180,10 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
     const double excess = (1.0 / (confirmed * confirmed) - 1.0) / weakest.dot(equations.H * weakest);
     result.covariance = variance * (solution.inverse + excess * weakest * weakest.transpose());
     result.directions = solution.directions;
-    // Earlier iterations may have taken a direction that is blind for a visible one: take their steps back.
-    const auto blind = result.directions.rightCols(3 - result.observable);
+    // Earlier iterations may have taken a direction that is degenerate for a visible one: take their steps back.
+    const auto degenerate = result.directions.rightCols(3 - result.observable);
     const Eigen::Vector3d moved(T.x - guess.x, T.y - guess.y, wrapAngle(T.theta - guess.theta));
-    T = Pose2::fromVector(T.vector() - blind * (blind.transpose() * moved));
+    T = Pose2::fromVector(T.vector() - degenerate * (degenerate.transpose() * moved));
     if (result.overlap < config.min_overlap) {
       result.status = MatchStatus::kLowOverlap;
     } else {

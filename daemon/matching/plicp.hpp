@@ -25,7 +25,7 @@ namespace slam {
 /// points in a row (grazing beams, walls too noisy for a line) feign information, too, so the weakest direction is put
 /// to the test at the end: displaced by a surfel either way and paired anew, does the gradient change as H says? Its
 /// standard deviation grows by the inverse of the share that it does; where next to nothing is left it is blind. What
-/// the pose moved along blind directions before they were known is taken back.
+/// the pose moved along degenerate directions before they were known is taken back.
 ///
 /// @param reference  surfels in the reference frame
 /// @param points     new scan in base, deskewed, with normals where a line was found (they tell wall faces apart)

@@ -46,21 +46,21 @@ void RangeImage::set(std::span<const ScanPoint> points, const Eigen::Vector2d& l
   }
 }
 
-RangeImage::Sight RangeImage::sightOf(const Eigen::Vector2d& p, const Eigen::Vector2d& normal) const {
+RangeImage::Visibility RangeImage::visibilityOf(const Eigen::Vector2d& p, const Eigen::Vector2d& normal) const {
   const Eigen::Vector2d way = p - lidar_;
   const double distance = way.norm();
-  if (distance < config_.margin || distance > farthest_ + config_.margin) return Sight::kUnknown;
-  if (!normal.isZero() && std::abs(normal.dot(way)) < config_.grazing * distance) return Sight::kUnknown;
+  if (distance < config_.margin || distance > farthest_ + config_.margin) return Visibility::kUnknown;
+  if (!normal.isZero() && std::abs(normal.dot(way)) < config_.grazing * distance) return Visibility::kUnknown;
   const double bearing = std::atan2(way.y(), way.x()), error = config_.bearing_error + config_.place_error / distance;
   const auto nearest = static_cast<float>(distance - config_.margin),
              beyond = static_cast<float>(distance + config_.margin);
-  Sight sight = Sight::kSeenThrough;
+  Visibility sight = Visibility::kViolated;
   forBins(bearing - error, bearing + error, [&](std::size_t bin) {
     const float range = ranges_[bin];
-    if (range == 0.0F) sight = Sight::kUnknown;
-    if (range > nearest && range < beyond) sight = Sight::kMet;
-    if (range > 0.0F && range <= nearest) sight = Sight::kHidden;
-    return sight == Sight::kSeenThrough || sight == Sight::kHidden;
+    if (range == 0.0F) sight = Visibility::kUnknown;
+    if (range > nearest && range < beyond) sight = Visibility::kConsistent;
+    if (range > 0.0F && range <= nearest) sight = Visibility::kOccluded;
+    return sight == Visibility::kViolated || sight == Visibility::kOccluded;
   });
   return sight;
 }

@@ -22,11 +22,11 @@ struct RangeImageConfig {
 class RangeImage {
  public:
   /// What a scan says of a place.
-  enum class Sight : std::uint8_t {
-    kUnknown,      ///< no beam went there, or it passed along the wall
-    kHidden,       ///< something stands before it
-    kMet,          ///< something is there
-    kSeenThrough,  ///< all beams near it went on
+  enum class Visibility : std::uint8_t {
+    kUnknown,     ///< no beam went there, or it passed along the wall
+    kOccluded,    ///< something stands before it
+    kConsistent,  ///< something is there
+    kViolated,    ///< all beams near it went on
   };
 
   explicit RangeImage(const RangeImageConfig& config = {}) : config_(config) {}
@@ -37,7 +37,7 @@ class RangeImage {
 
   /// @param p       [m] a place, in base
   /// @param normal  of the wall there, in base; zero where there is no line
-  Sight sightOf(const Eigen::Vector2d& p, const Eigen::Vector2d& normal) const;
+  Visibility visibilityOf(const Eigen::Vector2d& p, const Eigen::Vector2d& normal) const;
 
  private:
   static constexpr int kBins = 720;
@@ -51,16 +51,16 @@ class RangeImage {
 };
 
 /// What a scan says of many places.
-struct SightTally {
-  int met = 0, through = 0;  ///< places
+struct VisibilityTally {
+  int consistent = 0, violated = 0;  ///< places
 
-  void add(RangeImage::Sight sight) {
-    met += sight == RangeImage::Sight::kMet;
-    through += sight == RangeImage::Sight::kSeenThrough;
+  void add(RangeImage::Visibility sight) {
+    consistent += sight == RangeImage::Visibility::kConsistent;
+    violated += sight == RangeImage::Visibility::kViolated;
   }
-  int told() const { return met + through; }
+  int judged() const { return consistent + violated; }
   /// [1] share of the places told of that the scan saw through; 0 where it told of none.
-  double seenThrough() const { return told() == 0 ? 0.0 : static_cast<double>(through) / told(); }
+  double freeSpaceViolation() const { return judged() == 0 ? 0.0 : static_cast<double>(violated) / judged(); }
 };
 
 }  // namespace slam

@@ -104,15 +104,15 @@ int Reference::add(const Pose2& T_ref_base, std::span<const ScanPoint> points) {
   return count_ - before;
 }
 
-double Reference::seenThrough(const Pose2& T_ref_base, const RangeImage& scan, double known) const {
+double Reference::freeSpaceViolation(const Pose2& T_ref_base, const RangeImage& scan, double known) const {
   const PointTransform T_base_ref(T_ref_base.inverse());
-  SightTally tally;
+  VisibilityTally tally;
   for (const Surfel& surfel : surfels()) {
     if (surfel.observations < known) continue;
     const Eigen::Vector2d p = T_base_ref * Eigen::Vector2d(surfel.x, surfel.y);
-    tally.add(scan.sightOf(p, T_base_ref.turned({surfel.nx, surfel.ny})));
+    tally.add(scan.visibilityOf(p, T_base_ref.turned({surfel.nx, surfel.ny})));
   }
-  return tally.told() < config_.fewest_in_sight ? 0.0 : tally.seenThrough();
+  return tally.judged() < config_.fewest_in_sight ? 0.0 : tally.freeSpaceViolation();
 }
 
 bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point) {
@@ -127,7 +127,7 @@ bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, c
     surfel.x += static_cast<float>(point_weight * d.x());
     surfel.y += static_cast<float>(point_weight * d.y());
     surfel.observations = std::min(surfel.observations + 1.0F, static_cast<float>(config_.max_observations));
-    surfel.may_slide &= point.may_slide;
+    surfel.grazing &= point.grazing;
     return true;
   }
   const double across = n.dot(d), along = n.x() * d.y() - n.y() * d.x();
@@ -165,7 +165,7 @@ void Reference::insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, 
                                             static_cast<float>(normal.y()),
                                             static_cast<float>(point.normal_variance),
                                             1.0F,
-                                            point.may_slide};
+                                            point.grazing};
   ++count_;
   enter(fine_, id);
   enter(coarse_, id);

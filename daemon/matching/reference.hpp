@@ -34,7 +34,7 @@ struct Surfel {
   float nx = 0.0F, ny = 0.0F;    ///< unit normal, towards free space
   float normal_variance = 0.0F;  ///< [rad^2]
   float observations = 0.0F;     ///< points merged, at most max_observations
-  bool may_slide = false;        ///< as every point merged might
+  bool grazing = false;          ///< as every point merged might
   bool isLine() const { return nx != 0.0F || ny != 0.0F; }
 };
 
@@ -67,7 +67,7 @@ class Reference {
 
   /// Share of the surfels in sight that a scan sees through instead of meeting them [1]; 0 where few are in sight.
   /// @param known surfels that were observed so often
-  double seenThrough(const Pose2& T_ref_base, const RangeImage& scan, double known) const;
+  double freeSpaceViolation(const Pose2& T_ref_base, const RangeImage& scan, double known) const;
 
   /// Whether a point is in the window: elsewhere nothing is known, or can be.
   bool covers(const Eigen::Vector2d& p) const {

@@ -15,7 +15,7 @@ struct ScanPoint {
   double range = 0.0;                                  ///< [m] from the lidar, as measured
   /// It goes on a row of nearer points: the next spot that a beam hit on a wall seen too flat for a line to be fitted.
   /// Such a spot moves along the wall as the robot does.
-  bool may_slide = false;
+  bool grazing = false;
 
   bool hasNormal() const { return normal != Eigen::Vector2d::Zero(); }
 };

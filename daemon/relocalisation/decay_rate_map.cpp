@@ -21,7 +21,8 @@ constexpr int kDirections = 8;    // that a wall with a door in it may have
 
 DecayRateMap::DecayRateMap(const KeyframeGraph& keyframes, std::span<const int> map, const BeamModel& model,
                            MapKind kind)
-    : walls_(keyframes, map, {.kind = kind, .margin = model.beyond_rim > 0.0 ? WallExtrapolationConfig{}.length : 0.0}),
+    : walls_(keyframes, map,
+             {.kind = kind, .margin = model.extrapolated_rate > 0.0 ? WallExtrapolationConfig{}.length : 0.0}),
       model_(model),
       unknown_rate_(model.rate_unknown),
       wall_threshold_(std::log(model.at_wall * model.rate_unknown)) {
@@ -76,9 +77,9 @@ bool DecayRateMap::isDoorway(int column, int row) const {
   return false;
 }
 
-/// Whether the middle of a wall's cell is no deeper than model_.face of a wall's thickness below free space.
-bool DecayRateMap::isFace(int column, int row) const {
-  const int reach = static_cast<int>(std::ceil(model_.face * walls_.thickness() / walls_.cell() - 0.5));
+/// Whether the middle of a wall's cell is no deeper than model_.surface_layer of a wall's thickness below free space.
+bool DecayRateMap::inSurfaceLayer(int column, int row) const {
+  const int reach = static_cast<int>(std::ceil(model_.surface_layer * walls_.thickness() / walls_.cell() - 0.5));
   for (int r = -reach; r <= reach; ++r) {
     const int across = reach - std::abs(r);
     for (int c = -across; c <= across; ++c) {
@@ -88,26 +89,26 @@ bool DecayRateMap::isFace(int column, int row) const {
   return false;
 }
 
-/// Fills face_.
+/// Fills surface_layer_.
 /// @return [1] of a wall's rate, by cell
 std::vector<float> DecayRateMap::look() {
   const int columns = walls_.columns(), rows = walls_.rows();
   std::vector<float> wall(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 0.0F);
-  face_.assign(wall.size(), false);
+  surface_layer_.assign(wall.size(), false);
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
       const std::size_t cell = walls_.index(column, row);
       const DistanceField::Known known = walls_.known(cell);
       if (known == DistanceField::Known::kSolid) {
         wall[cell] = 1.0F;
-        face_[cell] = isFace(column, row);
+        surface_layer_[cell] = inSurfaceLayer(column, row);
       } else if (known == DistanceField::Known::kFree && model_.doorway > 0.0 && isDoorway(column, row)) {
         wall[cell] = static_cast<float>(model_.doorway);
       }
     }
   }
-  if (model_.beyond_rim > 0.0) {
-    for (const std::size_t cell : extrapolatedWalls(walls_)) wall[cell] = static_cast<float>(model_.beyond_rim);
+  if (model_.extrapolated_rate > 0.0) {
+    for (const std::size_t cell : extrapolatedWalls(walls_)) wall[cell] = static_cast<float>(model_.extrapolated_rate);
   }
   return wall;
 }
@@ -185,7 +186,7 @@ double DecayRateMap::pass(const Eigen::Vector2d& from, const Eigen::Vector2d& to
     const double square = wall != nullptr && wall->isLine() ? std::abs(direction.dot(wall->normal)) : 1.0;
     deep += cell * square;
     s += cell;
-    if (face_[static_cast<std::size_t>(i)] && deep <= walls_.thickness()) continue;
+    if (surface_layer_[static_cast<std::size_t>(i)] && deep <= walls_.thickness()) continue;
     passed.push_back({i, -wall_rate_ * cell * square});
     sum += passed.back().log_through;
   }
@@ -200,7 +201,7 @@ double DecayRateMap::logPassed(std::vector<Passed>& passed) const {
   for (std::size_t i = 0; i < passed.size(); ++i) {
     if (i == 0 || passed[i].cell != passed[i - 1].cell) sum += passed[i].log_through;
   }
-  return model_.gone_weight * sum;
+  return model_.removed_weight * sum;
 }
 
 }  // namespace slam

@@ -26,17 +26,18 @@ struct BeamModel {
   double unknown_as_wall = 0.0;  ///< [1] ... and no lower than this share of a wall's rate
   double doorway = 0.1;          ///< [1] of a wall's rate in the gaps of walls: a door may be closed ...
   double doorway_width = 1.2;    ///< [m] ... if the gap is no wider
-  double beyond_rim = 0.4;       ///< [1] of a wall's rate where a wall of the map would go on beyond the map's rim
-  bool doubted = true;           ///< behind a wall that a beam went through the map is too old to say what is free
-  double correlation = 0.5;      ///< [m] of wall, all of which the map has or has not: it testifies once
-  double face = 0.5;         ///< [1] of a wall's thickness: a plan draws a wall too thick, so that a beam may graze it
-  double gone_weight = 0.4;  ///< [1] of walls that beams went through: what opened one often opened its neighbour
-  double blur_sigmas = 3.0;  ///< [1] of the blur of a wall's place, then it is 0
-  double end_sigmas = 2.0;   ///< [1] before its end a beam may be within the wall that it ended at ...
-  double roughness = 0.1;    ///< [m] ... and so much more
-  double from_lidar = 0.15;  ///< [m] that the robot itself fills
-  double at_wall = 2.0;      ///< [1] times the rate of unknown space: a beam that ends at more ended at a wall
-  double before_door = 0.5;  ///< [m] that is free before and behind a doorway
+  double extrapolated_rate = 0.4;  ///< [1] of a wall's rate where a wall of the map would go on beyond the map's rim
+  bool stale_free_space = true;    ///< behind a wall that a beam went through the map is too old to say what is free
+  double correlation = 0.5;        ///< [m] of wall, all of which the map has or has not: it testifies once
+  double surface_layer =
+      0.5;  ///< [1] of a wall's thickness: a plan draws a wall too thick, so that a beam may graze it
+  double removed_weight = 0.4;  ///< [1] of walls that beams went through: what opened one often opened its neighbour
+  double blur_sigmas = 3.0;     ///< [1] of the blur of a wall's place, then it is 0
+  double end_sigmas = 2.0;      ///< [1] before its end a beam may be within the wall that it ended at ...
+  double roughness = 0.1;       ///< [m] ... and so much more
+  double from_lidar = 0.15;     ///< [m] that the robot itself fills
+  double at_wall = 2.0;         ///< [1] times the rate of unknown space: a beam that ends at more ended at a wall
+  double before_door = 0.5;     ///< [m] that is free before and behind a doorway
 
   /// [m] of a wall relative to a robot so far away.
   double sigmaAt(double range) const { return std::hypot(sigma, sigma_per_metre * range); }
@@ -75,7 +76,7 @@ class DecayRateMap {
  private:
   std::optional<double> toWall(int column, int row, const Eigen::Vector2d& direction) const;
   bool isDoorway(int column, int row) const;
-  bool isFace(int column, int row) const;
+  bool inSurfaceLayer(int column, int row) const;
   std::vector<float> look();
   std::vector<std::uint8_t> blurred(const std::vector<float>& wall, double sigma) const;
   std::size_t levelOf(double range) const;
@@ -86,7 +87,7 @@ class DecayRateMap {
   double unknown_rate_ = 0.0;  // [1/m]
   double wall_threshold_ = 0.0;
   std::vector<std::vector<std::uint8_t>> levels_;  // log rates, of a wall known to sigma times 1, 2, 4, ...
-  std::vector<bool> face_;                         // of a wall, by cell
+  std::vector<bool> surface_layer_;                // of a wall, by cell
   std::vector<double> coarser_;                    // [m] ranges from where the next level is the nearer one
 };
 

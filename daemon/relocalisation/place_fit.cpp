@@ -206,7 +206,8 @@ PlaceFit fitPlace(const DecayRateMap& field, const QueryCloud& view, const Pose2
       const Eigen::Vector2d to = T * ray.to;
       const double log_rate = field.logRate(to, ray.range);
       const bool through = field.pass(T * ray.from, to, passed) < config.through * model.logThrough();
-      fit.log_likelihood += weight * (through && model.doubted ? std::max(log_rate, field.logRateUnknown()) : log_rate);
+      fit.log_likelihood +=
+          weight * (through && model.stale_free_space ? std::max(log_rate, field.logRateUnknown()) : log_rate);
       seen += field.atWall(log_rate) && !through;
     }
   }

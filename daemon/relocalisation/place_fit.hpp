@@ -8,7 +8,7 @@
 
 namespace slam {
 
-/// What a segment saw, thinned so that each piece of wall counts once.
+/// What a session saw, thinned so that each piece of wall counts once.
 struct QueryCloud {
   struct Ray {
     Eigen::Vector2d from, to, normal;  // [m] in the part's frame
@@ -57,12 +57,12 @@ struct PlaceFitConfig {
   Steps ahead{2, 0.1, 2, 0.005};
 };
 
-/// Compares what a segment saw with a place in the map: it is laid there part by part, each matched to the map and
+/// Compares what a session saw with a place in the map: it is laid there part by part, each matched to the map and
 /// bound to the one beside it as firmly as a map may be bent; all of it is moved to where its beams end most
 /// likely; and what they ended at and went through is judged by the beam model.
 struct PlaceFit {
   Pose2 T_map_newest;
-  double log_likelihood = 0.0;  ///< of independent pieces of wall, up to a constant of the segment
+  double log_likelihood = 0.0;  ///< of independent pieces of wall, up to a constant of the session
   double seen = 0.0;            ///< [1] share of the rays that end at a wall of the map, with none before it
   double scale = 1.0;           ///< [1] of the view that fits, against what the robot measured
 };

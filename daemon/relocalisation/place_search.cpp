@@ -24,17 +24,17 @@ PlaceModel scanMapModel() {
                     .rigid_range = 0.0,
                     .scale_sigma = 0.0,
                     .doorway = 0.0,
-                    .beyond_rim = 0.0,
-                    .doubted = false,
-                    .face = 0.0,
-                    .gone_weight = 0.3},
+                    .extrapolated_rate = 0.0,
+                    .stale_free_space = false,
+                    .surface_layer = 0.0,
+                    .removed_weight = 0.3},
           .least_seen = 0.0,
-          .lead_share = 1.0,
+          .margin_share = 1.0,
           .neighbours = 0};
 }
 
 PlaceSearch::PlaceSearch(const PlaceSearchConfig& config) : config_(config) {
-  config_.min_lead *= config.model.lead_share;
+  config_.min_margin *= config.model.margin_share;
   config_.min_seen = std::max(config.min_seen, config.model.least_seen);
 }
 
@@ -46,7 +46,7 @@ void PlaceSearch::begin(const KeyframeGraph& keyframes, std::span<const int> map
 
 void PlaceSearch::begin() {
   looks_.clear();
-  T_map_segments_.clear();
+  T_map_sessions_.clear();
 }
 
 PlaceSearch::Result PlaceSearch::search(const KeyframeGraph& keyframes, int oldest, int newest,
@@ -73,10 +73,10 @@ PlaceSearch::Result PlaceSearch::leader(std::span<const PlaceFit> places) const 
   };
   places = places.first(std::min(places.size(), static_cast<std::size_t>(config_.contenders)));
   std::vector<Contender> contenders(places.size());
-  Result result{.outcome = Outcome::kAmbiguous, .T_map_newest = {}, .needed = config_.min_lead};
+  Result result{.outcome = Outcome::kAmbiguous, .T_map_newest = {}, .needed = config_.min_margin};
   for (std::size_t searches = 1; searches <= looks_.size(); ++searches) {
     const Look& look = looks_[searches - 1];
-    const Pose2 T_newest_look = between(looks_.front().T_segment_newest, look.T_segment_newest);
+    const Pose2 T_newest_look = between(looks_.front().T_session_newest, look.T_session_newest);
     for (std::size_t i = 0; i < places.size(); ++i) {
       const Pose2& T_map_newest = places[i].T_map_newest;
       const PlaceFit seen = searches == 1 ? places[i] : fit(look.view, T_map_newest * T_newest_look, places[i].scale);
@@ -91,20 +91,20 @@ PlaceSearch::Result PlaceSearch::leader(std::span<const PlaceFit> places) const 
       if (other != best) second = std::max(second, other->sum);
     }
     const auto n = static_cast<double>(searches);
-    const double lead = (best->sum - second) / (n + 1.0);
-    if (searches > 1 && lead <= result.lead) continue;
+    const double margin = (best->sum - second) / (n + 1.0);
+    if (searches > 1 && margin <= result.margin) continue;
     const Eigen::Vector3d moved = best->moved / n;
     result.T_map_newest = places[static_cast<std::size_t>(best - contenders.begin())].T_map_newest *
                           Pose2{moved.x(), moved.y(), moved.z()};
-    result.lead = lead;
-    if (lead < config_.min_lead) continue;
+    result.margin = margin;
+    if (margin < config_.min_margin) continue;
     result.outcome = Outcome::kFound;
     break;
   }
   return result;
 }
 
-/// The places that the segment may have in the map, most likely first, each once: what the search finds, and what it
+/// The places that the session may have in the map, most likely first, each once: what the search finds, and what it
 /// found best the last time.
 std::vector<PlaceFit> PlaceSearch::candidates(const std::optional<PlaceWindow>& around) {
   const Look& look = looks_.front();
@@ -113,15 +113,15 @@ std::vector<PlaceFit> PlaceSearch::candidates(const std::optional<PlaceWindow>& 
        global_->search(sample_, config_.min_score, config_.places, config_.place_share, around)) {
     fits.push_back(fitPlace(*field_, look.view, place.T_map_query, config_.fit));
   }
-  for (const Pose2& T_map_segment : T_map_segments_) {
-    const Pose2 T_map_newest = T_map_segment * look.T_segment_newest;
+  for (const Pose2& T_map_session : T_map_sessions_) {
+    const Pose2 T_map_newest = T_map_session * look.T_session_newest;
     if (!around || around->holds(T_map_newest)) fits.push_back(fitPlace(*field_, look.view, T_map_newest, config_.fit));
   }
   const std::vector<PlaceFit> places = fitBeside(fitScale(each(std::move(fits))), around);
-  T_map_segments_.clear();
+  T_map_sessions_.clear();
   for (const PlaceFit& place : places) {
-    if (static_cast<int>(T_map_segments_.size()) == config_.contenders) break;
-    T_map_segments_.push_back(place.T_map_newest * look.T_segment_newest.inverse());
+    if (static_cast<int>(T_map_sessions_.size()) == config_.contenders) break;
+    T_map_sessions_.push_back(place.T_map_newest * look.T_session_newest.inverse());
   }
   return places;
 }
@@ -175,7 +175,7 @@ std::vector<PlaceFit> PlaceSearch::fitBeside(std::vector<PlaceFit> places,
   for (std::size_t i = 0; i < count; ++i) {
     const PlaceFit place = places[i];
     for (const double steps : {-2.0, -1.0, 1.0, 2.0}) {
-      const double by = steps * config_.beside_step;
+      const double by = steps * config_.neighbour_step;
       for (const Pose2& T_place_beside : {Pose2{by, 0.0, 0.0}, Pose2{0.0, by, 0.0}}) {
         const Pose2 T_map_newest = place.T_map_newest * T_place_beside;
         if (!around || around->holds(T_map_newest)) places.push_back(fit(view, T_map_newest, place.scale));

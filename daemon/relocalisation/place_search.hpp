@@ -18,9 +18,9 @@ namespace slam {
 struct PlaceModel {
   MapKind kind = MapKind::kFloorPlan;
   BeamModel beams;
-  double least_seen = 0.55;  ///< [1] of min_seen: it shows all of a building that it knows
-  double lead_share = 0.75;  ///< [1] of min_lead: the less sharp its walls, the less a place can lead
-  int neighbours = 3;        ///< best places that are compared with those beside them, too
+  double least_seen = 0.55;    ///< [1] of min_seen: it shows all of a building that it knows
+  double margin_share = 0.75;  ///< [1] of min_margin: the less sharp its walls, the less a place can margin
+  int neighbours = 3;          ///< best places that are compared with those beside them, too
 };
 PlaceModel floorPlanModel();
 /// Scans know a wall's place better than a building's plan does, have the lidar's scale and draw no wall too thick.
@@ -36,12 +36,12 @@ struct PlaceSearchConfig {
   int places = 120;             ///< best places of the search that are compared ...
   double place_share = 0.7;     ///< [1] ... if they reach such a share of the best one's score
   PlaceModel model = scanMapModel();  ///< of the map, that they are compared by
-  double beside_step = 0.7;           ///< [m] to each side lie neighbours of a place, and twice as far
+  double neighbour_step = 0.7;        ///< [m] to each side lie neighbours of a place, and twice as far
   double part_length = 2.0;           ///< [m] of path that fits the map as it is
   double min_seen = 0.4;        ///< [1] of the walls seen are at their places in the map: else it is another building
   int searches = 4;             ///< newest ones whose log-likelihoods are averaged, at most
   int contenders = 10;          ///< best places that are judged by all of them
-  double min_lead = 8.0;        ///< of the best place's log-likelihood over any other's, in the mean of many searches;
+  double min_margin = 8.0;      ///< of the best place's log-likelihood over any other's, in the mean of many searches;
                                 ///< in n of them 1 + 1/n times as much
   double same_distance = 0.75;  ///< [m] results nearer than this ...
   double same_rotation = 0.2;   ///< [rad] ... are one place
@@ -49,7 +49,7 @@ struct PlaceSearchConfig {
   PlaceFitConfig fit;           ///< of the places that are compared
 };
 
-/// Finds the place of a segment in a map: what was seen along its newest path is searched for, the places found are
+/// Finds the place of a session in a map: what was seen along its newest path is searched for, the places found are
 /// compared by the likelihood of all beams, and the best one is believed when it leads all others clearly, or less
 /// clearly but in several searches. Where places look alike it says nothing.
 ///
@@ -60,9 +60,9 @@ class PlaceSearch {
  public:
   explicit PlaceSearch(const PlaceSearchConfig& config = {});
 
-  /// Begins a new segment, to be looked for among the keyframes `map`.
+  /// Begins a new session, to be looked for among the keyframes `map`.
   void begin(const KeyframeGraph& keyframes, std::span<const int> map);
-  /// The map stays, the segment is another one.
+  /// The map stays, the session is another one.
   void begin();
   bool hasMap() const { return global_.has_value(); }
 
@@ -70,10 +70,10 @@ class PlaceSearch {
   struct Result {
     Outcome outcome = Outcome::kElsewhere;  ///< kElsewhere: no place of the map fits
     Pose2 T_map_newest;                     ///< best place, unless elsewhere
-    double lead = 0.0;    ///< of its log-likelihood over any other's, as if in the mean of many searches
-    double needed = 0.0;  ///< lead from which on it is believed
+    double margin = 0.0;  ///< of its log-likelihood over any other's, as if in the mean of many searches
+    double needed = 0.0;  ///< margin from which on it is believed
   };
-  /// @param oldest first keyframe of the segment
+  /// @param oldest first keyframe of the session
   /// @param around only places in this window; none: anywhere
   Result search(const KeyframeGraph& keyframes, int oldest, int newest, const std::optional<PlaceWindow>& around = {});
 
@@ -83,7 +83,7 @@ class PlaceSearch {
   /// What a search compared places by.
   struct Look {
     QueryCloud view;
-    Pose2 T_segment_newest;
+    Pose2 T_session_newest;
   };
   void sampleDirections();
   std::vector<PlaceFit> candidates(const std::optional<PlaceWindow>& around);
@@ -96,8 +96,8 @@ class PlaceSearch {
   PlaceSearchConfig config_;
   std::optional<GlobalSearch> global_;
   std::optional<DecayRateMap> field_;
-  std::deque<Look> looks_;             // of this segment, newest first
-  std::vector<Pose2> T_map_segments_;  // where the newest search's best places put it
+  std::deque<Look> looks_;             // of this session, newest first
+  std::vector<Pose2> T_map_sessions_;  // where the newest search's best places put it
   ScanPoints query_;
   std::vector<Eigen::Vector2d> sample_;  // [m] of the query, as many points of each direction
 };

@@ -20,22 +20,22 @@ struct RelocalisationConfig {
   double submap_extent = 102.4;  ///< [m] side of the square that is matched against
 };
 
-/// Finds a robot that does not know where it is in a map: the segment that it has mapped since is searched for in the
+/// Finds a robot that does not know where it is in a map: the session that it has mapped since is searched for in the
 /// whole map, and matched to it where it was found.
 class Relocalisation {
  public:
   Relocalisation(const RelocalisationConfig& config, const ReferenceConfig& reference, const MatchConfig& match);
 
-  /// Begins a new segment, to be looked for among the keyframes `map`.
+  /// Begins a new session, to be looked for among the keyframes `map`.
   void begin(const KeyframeGraph& keyframes, std::span<const int> map);
-  /// The map stays, the segment is another one.
+  /// The map stays, the session is another one.
   void begin();
 
   struct Found {
     Pose2 T_map_newest;
     MatchResult match;
   };
-  /// @param oldest first keyframe of the segment
+  /// @param oldest first keyframe of the session
   /// @return what was found at this keyframe, if it was searched for at all and is believed
   std::optional<Found> search(const KeyframeGraph& keyframes, int oldest, int newest);
 

@@ -18,7 +18,7 @@ void BackEnd::load(KeyframeGraph map, const std::vector<char>& in_map) {
 }
 
 void BackEnd::add(const Keyframe& keyframe, bool may_correct) {
-  if (!keyframe.look) {
+  if (!keyframe.refresh) {
     ++keyframes_;
     first_placed_ = keyframe.id;
     if (keyframe.origin == KeyframeOrigin::kContinued) {
@@ -29,7 +29,7 @@ void BackEnd::add(const Keyframe& keyframe, bool may_correct) {
     if (!session_.placed()) return may_correct ? findSession() : void();
     policy_->extend(keyframe);
   }
-  const bool known = session_.placed() && keyframe.segment == session_.number() && map_.keyframes.size() > 0;
+  const bool known = session_.placed() && keyframe.session == session_.number() && map_.keyframes.size() > 0;
   if (may_correct && known) policy_->follow(keyframe);
 }
 
@@ -64,8 +64,8 @@ bool BackEnd::draws(std::int32_t session) const {
 
 std::vector<MapScan> BackEnd::mapScans(const Keyframe& keyframe) const {
   std::vector<MapScan> scans;
-  if (!draws(keyframe.segment)) return scans;
-  if (keyframe.look) {
+  if (!draws(keyframe.session)) return scans;
+  if (keyframe.refresh) {
     scans.push_back({-1, map_.keyframes.pose(keyframe.id) * keyframe.T_previous_base,
                      std::make_shared<const StoredScan>(keyframe)});
     return scans;
@@ -76,9 +76,9 @@ std::vector<MapScan> BackEnd::mapScans(const Keyframe& keyframe) const {
   return scans;
 }
 
-std::optional<MapView> BackEnd::mapView(const DepthSight& sight) const {
+std::optional<MapView> BackEnd::mapView(const DepthObservation& sight) const {
   const bool known = sight.keyframe >= 0 && sight.keyframe < map_.keyframes.size() && map_.inMap(sight.keyframe);
-  if (!known || !draws(sight.segment)) return std::nullopt;
+  if (!known || !draws(sight.session)) return std::nullopt;
   return MapView{sight.keyframe, map_.keyframes.pose(sight.keyframe), sight.T_keyframe_base,
                  std::make_shared<const DepthView>(sight.laser, T_base_depth_)};
 }

@@ -24,15 +24,15 @@ class BackEnd {
   /// Goes on in a stored map: the robot has to be found in it. Before the first add().
   void load(KeyframeGraph map, const std::vector<char>& in_map);
 
-  /// Takes a keyframe (ids count from 0, or from the size of the map loaded, without gaps) or a look.
+  /// Takes a keyframe (ids count from 0, or from the size of the map loaded, without gaps) or a refresh.
   /// @param may_correct false: no correction is made, because the last one is still on its way
   void add(const Keyframe& keyframe, bool may_correct = true);
 
-  /// What the keyframe or look just added gives the Mapper to draw, at its pose as known now: nothing while the robot
-  /// is lost or in a map that is only given, the whole session when it has been found.
+  /// What the keyframe or refresh just added gives the Mapper to draw, at its pose as known now: nothing while the
+  /// robot is lost or in a map that is only given, the whole session when it has been found.
   std::vector<MapScan> mapScans(const Keyframe& keyframe) const;
   /// The same of a depth image.
-  std::optional<MapView> mapView(const DepthSight& sight) const;
+  std::optional<MapView> mapView(const DepthObservation& sight) const;
 
   /// The correction that has become due, if any; give used ones back to recycle their memory.
   std::unique_ptr<MapCorrection> takeCorrection() { return reference_.take(); }

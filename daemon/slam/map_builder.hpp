@@ -10,7 +10,7 @@
 
 namespace slam {
 
-/// What one keyframe or look changed.
+/// What one keyframe or refresh changed.
 struct MapUpdate {
   int first_in_map = 0;                       ///< keyframes before it are no part of the map any more
   std::vector<MapScan> scans;                 ///< to draw
@@ -33,7 +33,7 @@ class MapBuilder {
 
   MapUpdate add(const Keyframe& keyframe);
   /// @return what is to be drawn; nothing while the robot is lost, or in a map that is only given
-  std::optional<MapView> add(const DepthSight& sight) const { return back_end_.mapView(sight); }
+  std::optional<MapView> add(const DepthObservation& sight) const { return back_end_.mapView(sight); }
   /// Takes a correction back, applied or not.
   void recycle(std::unique_ptr<MapCorrection> used);
 

@@ -68,16 +68,16 @@ void GrowingMap::place(const Relocalisation::Found& found, const SessionTracker&
 }
 
 void GrowingMap::extend(const Keyframe& keyframe) {
-  if (keyframe.observable > 0) linkToReference(keyframe);
+  if (keyframe.observable > 0) addMotionEdge(keyframe);
   if (config_.close_loops) loops_.close(map_);
 }
 
 void GrowingMap::follow(const Keyframe& keyframe) {
-  if (config_.close_loops) reference_.renew(map_, keyframe.look ? keyframe.id : map_.newest(), keyframe.segment);
+  if (config_.close_loops) reference_.renew(map_, keyframe.refresh ? keyframe.id : map_.newest(), keyframe.session);
 }
 
 /// Ties a keyframe to an older one that it was matched against, in the directions that the match saw.
-void GrowingMap::linkToReference(const Keyframe& keyframe) {
+void GrowingMap::addMotionEdge(const Keyframe& keyframe) {
   const KeyframeGraph& keyframes = map_.keyframes;
   const int newest = map_.newest();
   int nearest = -1;
@@ -116,9 +116,9 @@ void FixedMap::place(const Relocalisation::Found& found, const SessionTracker& s
 }
 
 void FixedMap::follow(const Keyframe& keyframe) {
-  const Pose2& T_map_base = keyframe.look ? keyframe.T_map_base : map_.keyframes.pose(keyframe.id);
+  const Pose2& T_map_base = keyframe.refresh ? keyframe.T_map_base : map_.keyframes.pose(keyframe.id);
   if ((T_map_base.translation() - centre_).norm() >= config_.renewal_travel)
-    renew(T_map_base.translation(), keyframe.segment);
+    renew(T_map_base.translation(), keyframe.session);
 }
 
 void FixedMap::renew(const Eigen::Vector2d& robot, std::int32_t session) {

@@ -26,7 +26,7 @@ class MapPolicy {
   virtual void place(const Relocalisation::Found& found, const SessionTracker& session) = 0;
   /// The newest keyframe is a placed session's.
   virtual void extend(const Keyframe& keyframe) = 0;
-  /// The reference goes where the robot goes, with a keyframe or look of a placed session.
+  /// The reference goes where the robot goes, with a keyframe or refresh of a placed session.
   virtual void follow(const Keyframe& keyframe) = 0;
   /// Whether scans and depth images change the grid.
   virtual bool draws() const = 0;
@@ -53,7 +53,7 @@ class GrowingMap : public MapPolicy {
   void addTo(BackEndCounters& counters) const override { loops_.addTo(counters); }
 
  private:
-  void linkToReference(const Keyframe& keyframe);
+  void addMotionEdge(const Keyframe& keyframe);
 
   LoopCloser loops_{config_};
 };

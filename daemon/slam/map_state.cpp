@@ -12,7 +12,7 @@ constexpr double kMaxTurn = 0.03;   // [rad]
 
 }  // namespace
 
-LocalizerStart startIn(const MapState& map, std::int32_t map_id) {
+FrontEndStart startIn(const MapState& map, std::int32_t map_id) {
   return {.map_id = map_id,
           .first_keyframe = map.keyframes.size(),
           .in_known_map = map.keyframes.size() > 0,

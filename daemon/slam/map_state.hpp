@@ -31,7 +31,7 @@ struct MapState {
 };
 
 /// Where a FrontEnd begins in a stored map; in one without keyframes, at a new map's origin.
-LocalizerStart startIn(const MapState& map, std::int32_t map_id = 0);
+FrontEndStart startIn(const MapState& map, std::int32_t map_id = 0);
 
 /// The keyframes of a stored map for the Mapper; those that its grid does not show yet are the last ones.
 std::vector<MapScan> scansOf(const MapState& map);

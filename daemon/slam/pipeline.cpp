@@ -34,7 +34,7 @@ void Pipeline::add(const ImuSample& sample) {
 }
 
 void Pipeline::add(const PseudoLaser& laser) {
-  const DepthSight* sight = front_end_->add(laser);
+  const DepthObservation* sight = front_end_->add(laser);
   const auto view = sight != nullptr && mapper_ ? builder_.add(*sight) : std::nullopt;
   if (view) mapper_->add(*view);
 }

@@ -13,7 +13,7 @@
 namespace slam {
 
 struct PipelineConfig {
-  LocalizerConfig front_end;
+  FrontEndConfig front_end;
   BackEndConfig back_end;
   OccupancyGridConfig map;
   bool draws = true;  ///< false: the poses alone are wanted

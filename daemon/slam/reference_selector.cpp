@@ -58,9 +58,9 @@ void ReferenceSelector::refute(std::int32_t session) {
 
 void ReferenceSelector::begin(std::int32_t session) {
   due_ = spare_ ? std::move(spare_) : std::make_unique<MapCorrection>(config_.reference);
-  due_->T_map_segment.reset();
+  due_->T_map_session.reset();
   due_->refuted = false;
-  due_->segment = session;
+  due_->session = session;
 }
 
 }  // namespace slam

@@ -24,7 +24,7 @@ class ReferenceSelector {
   /// A correction becomes due that holds these keyframes. @param robot [m] in map
   void renew(KeyframeMap& map, const Eigen::Vector2d& robot, std::span<const int> ids, std::int32_t session);
   /// The correction that is due places the session, too.
-  void place(const Pose2& T_map_session) { due_->T_map_segment = T_map_session; }
+  void place(const Pose2& T_map_session) { due_->T_map_session = T_map_session; }
   /// Instead of a correction: the map contradicts the pose that a person gave.
   void refute(std::int32_t session);
 

@@ -25,7 +25,7 @@ void SessionTracker::load(const KeyframeMap& map) {
 
 void SessionTracker::begin(const Keyframe& first, const KeyframeMap& map, bool map_stays) {
   first_ = first.id;
-  number_ = first.segment;
+  number_ = first.session;
   state_ = first.origin == KeyframeOrigin::kGiven ? State::kGiven : State::kLost;
   const bool ready = relocalisation_ && map_stays;  // the search's pyramid stays good
   if (!relocalisation_) relocalisation_.emplace(config_.relocalisation, config_.reference, config_.match);

@@ -100,7 +100,7 @@ class HandsfreeBoard {
 
   /// What was read last, and when it was asked for in vain.
   template <typename Values>
-  struct Refreshed {
+  struct PolledRegister {
     std::optional<Values> values;
     Timestamp asked{}, changed{}, used{};  // last request with these values, first one; the last handed on
     RefreshClock clock;
@@ -154,8 +154,8 @@ class HandsfreeBoard {
   std::array<Poll, 4> polls_;
   std::optional<robolink::Command> pending_;
   Timestamp requested_{}, answered_{};
-  Refreshed<robolink::MotorVector> mileage_;
-  Refreshed<robolink::Imu> last_imu_;
+  PolledRegister<robolink::MotorVector> mileage_;
+  PolledRegister<robolink::Imu> last_imu_;
   bool restarted_ = true;
   bool bytes_came_ = false;        // since the last answer
   bool drained_ = true;            // no answer to a request given up before can still come

@@ -68,7 +68,7 @@ std::string lostBackEnd(const Config& config) {
   std::string text;
   for (int step = 0; step < 10; ++step) {
     *lost = drive.at(onRing(13.2 + 0.5 * step), {}, 0.2 * kDrift);
-    lost->segment = 1;
+    lost->session = 1;
     if (step == 0) lost->origin = KeyframeOrigin::kLost;
     map.add(*lost);
     text += std::to_string(map.backEnd().counters().placed);
@@ -77,8 +77,8 @@ std::string lostBackEnd(const Config& config) {
 }
 
 std::string wheelTrust(const Config& config) {
-  const LocalizerConfig localizer = localizerConfig(config);
-  WheelMonitor monitor(localizer.ekf, localizer.wheel_trust);
+  const FrontEndConfig front_end = frontEndConfig(config);
+  WheelMonitor monitor(front_end.ekf, front_end.wheel_monitor);
   monitor.hear({});
   std::string text;
   Pose2 wheels, scans;

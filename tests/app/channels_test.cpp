@@ -68,7 +68,7 @@ TEST(Channels, FreeWhatIsOnItsWayAtTheEnd) {  // seen by AddressSanitizer
   const auto channels = std::make_unique<Channels>();
   const GraphEnds graph = channels->graph();
   EXPECT_TRUE(graph.front_end.corrections.tryPush(new MapCorrection(ReferenceConfig{})));
-  EXPECT_TRUE(graph.front_end.front_ends.tryPush(new FrontEnd(LocalizerConfig{}, nullptr)));
+  EXPECT_TRUE(graph.front_end.front_ends.tryPush(new FrontEnd(FrontEndConfig{}, nullptr)));
 }
 
 }  // namespace

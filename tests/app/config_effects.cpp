@@ -132,7 +132,7 @@ std::vector<Effect> effectsOfEstimation() {
       {"ekf.gate_probability", "0.9", roughDrive},
       {"ekf.max_speed", "100.0", roughDrive},
       {"ekf.max_turn_rate", "100.0", driveWithoutGyro},
-      {"ekf.doubt_memory", "100", states},
+      {"ekf.nis_memory", "100", states},
       {"ekf.max_coast", "0.0", roughDrive},
       {"ekf.standstill_speed", "0.0", roughDrive},
       {"ekf.standstill_turn_rate", "0.0", driveWithoutGyro},
@@ -145,7 +145,7 @@ std::vector<Effect> effectsOfEstimation() {
       {"match.final_pair_distance", "0.05", drive},
       {"match.kernel_scale", "0.01", drive},
       {"match.point_weight", "0.0", drive},
-      {"match.sliding_observations", "0.0", drive},
+      {"match.grazing_observations", "0.0", drive},
       {"match.overlap_distance", "0.01", drive},
       {"match.method", "'icp'", drive},
       {"match.min_overlap", "0.99", drive},
@@ -156,9 +156,9 @@ std::vector<Effect> effectsOfEstimation() {
       {"keyframe.translation", "0.05", drive},
       {"keyframe.rotation", "1.0", drive},
       {"keyframe.overlap", "1.0", drive},
-      {"keyframe.familiarity", "0.1", drive},
-      {"keyframe.look_period", "0.1", drive, {"keyframe.familiarity=0.2"}},
-      {"keyframe.max_failures", "2", carriedAway},
+      {"keyframe.known_ratio", "0.1", drive},
+      {"keyframe.refresh_period", "0.1", drive, {"keyframe.known_ratio=0.2"}},
+      {"keyframe.max_failures", "2", kidnapped},
       {"search.translation", "0.0", spinningWheels},
       {"search.rotation", "0.0", spinningWheels},
       {"search.wheel_contradiction", "1.0", spinningWheels},
@@ -167,7 +167,7 @@ std::vector<Effect> effectsOfEstimation() {
       {"search.trusted_overlap", "0.5", spinningWheels},
       {"search.ambiguity", "0.0", spinningWheels},
       {"localisation.degraded_after", "10.0", states},
-      {"localisation.kidnap_distance", "0.0", carriedAway},
+      {"localisation.kidnap_distance", "0.0", kidnapped},
       {"localisation.lost_position_sigma", "0.05", states},
   };
 }
@@ -197,8 +197,8 @@ std::vector<Effect> effectsOfMap() {
       {"loop_closure.drift_rotation_per_radian", "0.5", ringDrive},
       {"relocalisation.min_overlap", "1.0", lostBackEnd, {"match.overlap_distance=0.01"}},
       {"relocalisation.min_seen", "1.0", lostBackEnd},
-      {"relocalisation.searches", "1", lostBackEnd, {"relocalisation.min_lead=45.0"}},
-      {"relocalisation.min_lead", "1000.0", lostBackEnd},
+      {"relocalisation.searches", "1", lostBackEnd, {"relocalisation.min_margin=45.0"}},
+      {"relocalisation.min_margin", "1000.0", lostBackEnd},
   };
 }
 

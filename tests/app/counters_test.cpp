@@ -36,7 +36,7 @@ std::size_t notVisited(const Counters& counters) {
 }
 
 TEST(Counters, AreAllVisited) {
-  EXPECT_LT(notVisited(LocalizerCounters{}), 8U) << "one bool is no counter";
+  EXPECT_LT(notVisited(FrontEndCounters{}), 8U) << "one bool is no counter";
   EXPECT_EQ(notVisited(EkfCounters{}), 0U);
   EXPECT_EQ(notVisited(BackEndCounters{}), 0U);
   EXPECT_EQ(notVisited(CanLinkCounters{}), 0U);
@@ -48,7 +48,7 @@ TEST(Counters, AreAllVisited) {
 }
 
 TEST(Counters, AreDescribedEachOnce) {
-  const LocalizerCounters front_end;
+  const FrontEndCounters front_end;
   const EkfCounters filter;
   const BackEndCounters back_end;
   const auto channels = std::make_unique<Channels>();
@@ -80,14 +80,15 @@ TEST(Counters, CarryEachItsOwnValue) {
     expected[name] = ++next;
     value = static_cast<std::uint32_t>(next);
   };
-  LocalizerCounters l;
+  FrontEndCounters l;
   set("scans", l.scans), set("scans.matched", l.matched), set("scans.partly_observable", l.partly_observable);
   set("scans.unmatched", l.unmatched), set("scans.gated", l.gated), set("scans.held", l.scans_held);
   set("scans.retimed", l.scans_retimed), set("scans.too_late", l.scans_too_late);
   set("scans.repeated", l.scans_repeated), set("clock_resets", l.clock_resets), set("samples.far_ahead", l.far_ahead);
-  set("wheels.withdrawn", l.wheels_withdrawn), set("keyframes", l.keyframes), set("scans.searched", l.searched);
+  set("wheels.rejected", l.wheels_rejected), set("keyframes", l.keyframes), set("scans.searched", l.searched);
   set("lost", l.lost), set("samples.late", l.samples_late), set("samples.too_old", l.samples_too_old);
   set("views", l.views), set("views.unplaced", l.views_unplaced);
+  expected["wheels.withdrawn"] = expected["wheels.rejected"];
   l.wheels_scale = 1.0316;
   expected["wheels.scale_permille"] = 1032;
   EkfCounters f;

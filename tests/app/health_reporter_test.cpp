@@ -62,7 +62,7 @@ TEST_F(Reporter, NamesTheWorstFirst) {
   reporter.begin(start);
   PoseSnapshot pose;
   pose.pose.state = LocalisationState::kLost;
-  pose.counters.wheels_heard = false;
+  pose.counters.wheels_reliable = false;
   pose.counters.scans = 17;
   channels->times.match.add(1ms);
   const Worker thread({.name = "graph", .rate = 20.0}, [] {});

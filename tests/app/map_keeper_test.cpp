@@ -31,7 +31,7 @@ class MapKeeping : public testing::Test {
     fs::create_directories(folder / "maps");
     config.store.directory = folder / "maps";
     config.map = test::smallGrid();
-    config.localizer.lidar.T_base_lidar = ChangingMap().map.T_base_lidar;
+    config.front_end.lidar.T_base_lidar = ChangingMap().map.T_base_lidar;
   }
   /// A stored map that was written so long ago.
   void store(const std::string& name, std::chrono::hours age, int keyframes) {
@@ -191,7 +191,7 @@ TEST_F(MapKeeping, WaitsForAMapToLocaliseIn) {
 TEST_F(MapKeeping, UsesNoMapOfAnotherLidar) {
   store("home", 1h, 5);
   config.store.map = "home";
-  config.localizer.lidar.T_base_lidar.x += 0.1;
+  config.front_end.lidar.T_base_lidar.x += 0.1;
   EXPECT_THAT(refusal(), AllOf(HasSubstr("was made with the lidar at"), HasSubstr("fix [lidar]")));
   config.mode = RunMode::kLocalise;
   EXPECT_THAT(refusal(), HasSubstr("was made with the lidar at"));

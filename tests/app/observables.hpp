@@ -14,7 +14,7 @@ std::string drive(const Config& config);           ///< wheels, gyro, lidar and 
 std::string driveWithoutGyro(const Config&);       ///< the same, by wheels and lidar
 std::string roughDrive(const Config& config);      ///< slipping wheels, sensors that fall silent, late samples
 std::string spinningWheels(const Config& config);  ///< wheels that spin for long; at the end the robot is pushed aside
-std::string carriedAway(const Config& config);     ///< lifted from one end of a ring of corridors to another place
+std::string kidnapped(const Config& config);       ///< lifted from one end of a ring of corridors to another place
 std::string ringDrive(const Config& config);       ///< once around the ring and on, with wheels alone in between
 std::string states(const Config& config);          ///< what a FrontEnd says at each step of the rough drive
 

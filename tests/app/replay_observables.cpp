@@ -27,7 +27,7 @@ class Log {
 
 void countersInto(std::ostream& out, const ReplayStats& stats) {
   const auto add = [&](const CounterInfo&, const auto& value) { out << value << ' '; };
-  visitCounters(stats.localizer, add);
+  visitCounters(stats.front_end, add);
   visitCounters(stats.back_end, add);
   for (const std::string& warning : stats.warnings) out << warning << '\n';
 }
@@ -174,11 +174,11 @@ std::string drive(const Config& config) { return replayed(config, plainLog()); }
 std::string driveWithoutGyro(const Config& config) { return replayed(config, withoutGyroLog()); }
 std::string roughDrive(const Config& config) { return replayed(config, roughLog()); }
 std::string spinningWheels(const Config& config) { return replayed(config, spinningLog()); }
-std::string carriedAway(const Config& config) { return replayed(config, carriedLog()); }
+std::string kidnapped(const Config& config) { return replayed(config, carriedLog()); }
 std::string ringDrive(const Config& config) { return replayed(config, ringLog()); }
 
 std::string states(const Config& config) {
-  FrontEnd front_end(localizerConfig(config));
+  FrontEnd front_end(frontEndConfig(config));
   EventLogReader log(roughLog().file);
   std::ostringstream text;
   text << std::setprecision(6);

@@ -58,11 +58,11 @@ std::array<int, 3> moved(StreamFault fault, double seconds) {
 }
 
 TEST(Ablation, EveryRuleChangesTheConfigurationAndHasANameOfItsOwn) {
-  const auto untouched = std::make_unique<LocalizerConfig>();
+  const auto untouched = std::make_unique<FrontEndConfig>();
   std::set<std::string_view> names;
   for (const Rule& rule : frontEndRules()) {
     EXPECT_TRUE(names.insert(rule.name).second) << rule.name;
-    LocalizerConfig config;
+    FrontEndConfig config;
     std::memcpy(static_cast<void*>(&config), untouched.get(), sizeof config);  // padding, too
     rule.leave_out(config);
     EXPECT_NE(std::memcmp(&config, untouched.get(), sizeof config), 0) << rule.name;

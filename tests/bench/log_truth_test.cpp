@@ -78,7 +78,7 @@ TEST_F(LogTruthTest, PutsEachScanWhereTheRobotWas) {
   EXPECT_LT(worst(fitted, 1.0), 0.12);
   EXPECT_GT(compared, 100);
   EXPECT_GT(fitted.seen, 0.9);
-  EXPECT_GT(fitted.lead, 50.0);
+  EXPECT_GT(fitted.margin, 50.0);
 }
 
 TEST_F(LogTruthTest, BendsIntoAMapThatIsLongerOrShorterThanTheLog) {

@@ -69,7 +69,7 @@ void scanOfThePosePath(benchmark::State& state) {
   std::vector<double> times;
   state.counters["realtime"] = scheduleAsThePosePath(true) ? 1.0 : 0.0;
   for (auto _ : state) {
-    auto front_end = std::make_unique<FrontEnd>(LocalizerConfig{});
+    auto front_end = std::make_unique<FrontEnd>(FrontEndConfig{});
     Timestamp now{100s};
     for (int i = 0; i < kScans; ++i) {
       LaserScan& scan = scans[static_cast<std::size_t>(i) % scans.size()];

@@ -97,7 +97,7 @@ TEST(ParseConfig, GivesTheDefaultsForAnEmptyText) {
 TEST(ParseConfig, ChangesWhatTheTextNamesAndNothingElse) {
   const Config config =
       parseConfig("[lidar]\nrange_max = 8.5\ndriver = \"lcm\"\n[lcm]\ncommands = true\n", "robot.toml");
-  EXPECT_EQ(config.localizer.lidar.range_max, 8.5);
+  EXPECT_EQ(config.front_end.lidar.range_max, 8.5);
   EXPECT_EQ(config.lidar_device.driver, LidarDriver::kLcm);
   EXPECT_TRUE(config.lcm.commands);
   EXPECT_THAT(differences(config, Config{}), ElementsAre("lcm.commands", "lidar.driver", "lidar.range_max"));
@@ -105,23 +105,42 @@ TEST(ParseConfig, ChangesWhatTheTextNamesAndNothingElse) {
 
 TEST(ParseConfig, ReadsTheLidarsMaskAndNamesWhatIsNone) {
   const Config config = parseConfig("[lidar]\nmask = [[150, 210.5], [-10, 10]]", "test");
-  EXPECT_EQ(config.localizer.lidar.mask, (std::vector<BearingRange>{{150.0, 210.5}, {-10.0, 10.0}}));
+  EXPECT_EQ(config.front_end.lidar.mask, (std::vector<BearingRange>{{150.0, 210.5}, {-10.0, 10.0}}));
   for (const char* wrong : {"150", "[150, 210]", "[[150]]", "[[210, 150]]", "[[0, 400]]", "[['a', 'b']]"})
     EXPECT_THROW(parseConfig(std::string("[lidar]\nmask = ") + wrong, "test"), ConfigError) << wrong;
 }
 
 TEST(ParseConfig, TakesAnIntegerForANumber) {
-  EXPECT_EQ(parseConfig("[lidar]\nrange_max = 8\n", "robot.toml").localizer.lidar.range_max, 8.0);
+  EXPECT_EQ(parseConfig("[lidar]\nrange_max = 8\n", "robot.toml").front_end.lidar.range_max, 8.0);
+}
+
+TEST(ParseConfig, TakesAKeyUnderItsOldNameAndTellsTheNewOne) {
+  const Config config =
+      parseConfig("mode = \"slam\"\n[keyframe]\nfamiliarity = 0.5\n", "robot.toml", {"relocalisation.min_lead=9.0"});
+  EXPECT_EQ(config.front_end.keyframe.known_ratio, 0.5);
+  EXPECT_EQ(config.back_end.relocalisation.places.min_margin, 9.0);
+  EXPECT_THAT(config.notices,
+              ElementsAre(MatchesRegex("robot.toml:3:15: keyframe.familiarity: is called keyframe.known_ratio now; .*"),
+                          HasSubstr("relocalisation.min_lead: is called relocalisation.min_margin now")));
+}
+
+TEST(ParseConfig, RefusesAKeyUnderBothNames) {
+  EXPECT_THAT(problemsOf("[keyframe]\nfamiliarity = 0.5\nknown_ratio = 0.6\n"),
+              ElementsAre(HasSubstr("keyframe.familiarity: is set under its new name, too; remove the old one")));
+}
+
+TEST(ParseConfig, RangesHoldUnderAnOldName) {
+  EXPECT_THAT(problemsOf("[keyframe]\nfamiliarity = 1.5\n"), ElementsAre(StartsWith("robot.toml:2:15: ")));
 }
 
 TEST(ParseConfig, TakesKeysOfEarlierReleasesAndSaysThatTheyDoNothing) {
   const Config config =
       parseConfig("mode = \"slam\"\n[search]\nmax_doubt = 4.0\n", "robot.toml", {"search.max_doubt=\"anything\""});
   EXPECT_THAT(differences(config, Config{}), IsEmpty());
-  EXPECT_THAT(config.without_effect,
+  EXPECT_THAT(config.notices,
               ElementsAre(MatchesRegex("robot.toml:3:13: search.max_doubt: has no effect any more, .*; remove it"),
                           HasSubstr("--set search.max_doubt=\"anything\":1:")));
-  EXPECT_THAT(parseConfig("[search]\ntranslation = 0.4\n", "robot.toml").without_effect, IsEmpty());
+  EXPECT_THAT(parseConfig("[search]\ntranslation = 0.4\n", "robot.toml").notices, IsEmpty());
 }
 
 TEST(Schema, HasNoKeyThatIsRetired) {
@@ -197,7 +216,7 @@ TEST(ParseConfig, NamesAllProblemsAtOnceInTheOrderOfTheFile) {
 TEST(Overrides, AreAppliedOverTheFile) {
   const Config config = parseConfig("[lidar]\nrange_max = 8.0\n", "robot.toml",
                                     {"lidar.range_max=9.5", "lcm.commands=true", "lidar.baud=256000"});
-  EXPECT_EQ(config.localizer.lidar.range_max, 9.5);
+  EXPECT_EQ(config.front_end.lidar.range_max, 9.5);
   EXPECT_TRUE(config.lcm.commands);
   EXPECT_EQ(config.lidar_device.baud, 256000);
 }

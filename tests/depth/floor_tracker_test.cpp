@@ -24,8 +24,8 @@ class Scenery {
       const Eigen::Vector3d p(floor ? draw(kNearest, distance) : distance, draw(-0.5, 0.5),
                               floor ? 0.0 : draw(0.0, 0.8));
       const Eigen::Vector3d from_camera = p - Eigen::Vector3d(0.0, 0.0, kHeight);
-      const double stretch = 1.0 + 0.0015 * p.x() * normal_(random_);
-      points.push_back((stretch * from_camera + Eigen::Vector3d(0.0, 0.0, kHeight)).cast<float>());
+      const double interval = 1.0 + 0.0015 * p.x() * normal_(random_);
+      points.push_back((interval * from_camera + Eigen::Vector3d(0.0, 0.0, kHeight)).cast<float>());
     }
     return points;
   }
@@ -39,8 +39,8 @@ class Scenery {
       const bool floor = i < 1500 * floor_share;
       const Eigen::Vector3d p(floor ? draw(0.9, 3.5) : 3.6, draw(-1.5, 1.5), floor ? 0.0 : draw(0.0, 1.2));
       const Eigen::Vector3d from_camera = p - Eigen::Vector3d(0.0, 0.0, kHeight + lift);
-      const double stretch = 1.0 + 0.0015 * p.x() * normal_(random_);  // depth noise along the ray
-      const Eigen::Vector3d believed = tilt.transpose() * (stretch * from_camera);
+      const double interval = 1.0 + 0.0015 * p.x() * normal_(random_);  // depth noise along the ray
+      const Eigen::Vector3d believed = tilt.transpose() * (interval * from_camera);
       points.push_back((believed + Eigen::Vector3d(0.0, 0.0, kHeight)).cast<float>());
     }
     return points;

@@ -24,7 +24,7 @@ struct Drive {
   bool also_localiser = false;  // the scans come as in slamd and slam-replay
   double wheel_turn = 1.0, turn_rate = 0.6;
   Duration copied_after{0};
-  LocalizerConfig config = {};
+  FrontEndConfig config = {};
   std::unique_ptr<MotionProbe> probe = {};
   std::unique_ptr<FrontEnd> front_end = {};
   Pose2 truth{-1.0, -0.5, 0.0}, reckoned = {};

@@ -121,7 +121,7 @@ RC_GTEST_PROP(EkfPrediction, ItsCovarianceIsThatOfTheNumericJacobian, ()) {
   const double way = square(0.11) * distance + square(0.017) * s;
   const double turn =
       square(0.013) * s + (gyro ? square(0.05) * turned : square(0.23) * turned + square(0.07) * distance);
-  expected.diagonal().head<3>() += ekf.doubt() * Eigen::Vector3d(way, way, turn);
+  expected.diagonal().head<3>() += ekf.nisRatio() * Eigen::Vector3d(way, way, turn);
   expected(Ekf::kGyroBias, Ekf::kGyroBias) += square(0.002) * s;
   if (gyro) expected(Ekf::kTurnRate, Ekf::kTurnRate) += square(config.angular_acceleration_noise) * s;
   expectNear(ekf.covariance(), expected, kChord);
@@ -135,7 +135,7 @@ RC_GTEST_PROP(EkfPrediction, SpeedsWalkBeyondWhatTheWheelsHaveTold, ()) {
   ekf.updateWheels(ekf.twist(), true, fromSeconds(interval), std::nullopt);
   const Vector x = ekf.state();
   Matrix expected = ekf.covariance();
-  const double doubt = ekf.doubt();
+  const double doubt = ekf.nisRatio();
   const Duration dt = fromSeconds(interval) + fromSeconds(beyond);
   ekf.predict(kBegin + dt);
   const auto walk = [&](double seconds) {

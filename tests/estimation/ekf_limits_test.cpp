@@ -186,7 +186,7 @@ TEST(EkfLimits, NoMatchIsBelievedFartherThanARobotIsCarried) {
   for (const auto& [metres, believed] : {std::pair(990.0, true), std::pair(1010.0, false)}) {
     Ekf ekf = standing();
     PoseMeasurement match = measured({0.0, metres, 0.0});
-    match.confirmed = true;
+    match.bypass_gate = true;
     EXPECT_EQ(ekf.updatePose(match) == UpdateResult::kFused, believed) << metres;
   }
 }
@@ -228,19 +228,19 @@ TEST(EkfLimits, TheFirstMatchBeyondTheWheelsWordCorrectsThePoseOnly) {
 TEST(EkfLimits, DoubtIsTheMeanContradictionOfTheLastMatches) {
   for (const int memory : {10, 25}) {
     EkfConfig config;
-    config.doubt_memory = memory;
+    config.nis_memory = memory;
     Ekf ekf(config, kBegin);
     ekf.setPose({}, {0.03, 0.03, 0.03});
     ekf.updatePose(measured({0.2, 0.0, 0.0}, 0.04));
     const double contradiction = square(0.2) / (square(0.03) + square(0.04)) / 3.0;
-    EXPECT_NEAR(ekf.doubt(), 1.0 + (contradiction - 1.0) / memory, 1e-9);
+    EXPECT_NEAR(ekf.nisRatio(), 1.0 + (contradiction - 1.0) / memory, 1e-9);
     ekf.setPose({}, {0.03, 0.03, 0.03});
-    const double before = ekf.doubt();
+    const double before = ekf.nisRatio();
     ekf.updatePose(measured({50.0, 0.0, 0.0}, 0.04));
-    EXPECT_NEAR(ekf.doubt(), before + (100.0 - before) / memory, 1e-9) << "one scan counts for no more";
+    EXPECT_NEAR(ekf.nisRatio(), before + (100.0 - before) / memory, 1e-9) << "one scan counts for no more";
     Ekf sure(config, kBegin);
     sure.updatePose(measured({}));
-    EXPECT_EQ(sure.doubt(), 1.0) << "never below";
+    EXPECT_EQ(sure.nisRatio(), 1.0) << "never below";
   }
 }
 

@@ -592,7 +592,7 @@ TEST(Ekf, BelievesAConfirmedPoseOutsideItsGateAtOnce) {
   drive.run(10.0);
   PoseMeasurement measurement = measured({1.0, 0, 0}, {0.02, 0.02, 0.01});
   measurement.stamp = drive.ekf.stamp();
-  measurement.confirmed = true;
+  measurement.bypass_gate = true;
   EXPECT_EQ(drive.ekf.updatePose(measurement), UpdateResult::kFused);
   EXPECT_NEAR(drive.ekf.pose().x, 1.0, 0.01);
   expectHealthy(drive.ekf, "confirmed");
@@ -609,8 +609,8 @@ TEST(Ekf, DoubtsAPredictionThatScansKeepContradicting) {
     const Pose2 aside{contradicted.pose().x, contradicted.pose().y + 0.15, contradicted.pose().theta};
     contradicted.updatePose(measured(aside, {0.02, 0.02, 0.01}));
   }
-  EXPECT_LT(honest.doubt(), 1.5);
-  EXPECT_GT(contradicted.doubt(), 2.0);
+  EXPECT_LT(honest.nisRatio(), 1.5);
+  EXPECT_GT(contradicted.nisRatio(), 2.0);
 }
 
 TEST(Ekf, TakesASuddenChangeOfSpeedButNoImpossibleOne) {

@@ -46,13 +46,13 @@ struct Drive {
       if (with_wheels && monitor.hear(WheelSample{.stamp = now, .T_wheels_base = {0.0, 0.0, wrapAngle(wheels)}}, bias))
         ++distrusted;
       if (i % 10 != 0) continue;
-      const bool believed = monitor.believed();
+      const bool believed = monitor.reliable();
       if (const auto learned =
               monitor.compare(now, wrapAngle(theta + scans_drift * time + scan_noise * normal(random)), bias)) {
         bias = learned->value;
         ++heard_again;
       }
-      withdrawn += believed && !monitor.believed();
+      withdrawn += believed && !monitor.reliable();
     }
     return *this;
   }
@@ -60,7 +60,7 @@ struct Drive {
   void expect(GyroReliability reliability, GyroFault fault) const {
     EXPECT_EQ(static_cast<int>(verdict().reliability), static_cast<int>(reliability));
     EXPECT_EQ(static_cast<int>(verdict().fault), static_cast<int>(fault));
-    EXPECT_EQ(monitor.believed(), reliability != GyroReliability::kRejected);
+    EXPECT_EQ(monitor.reliable(), reliability != GyroReliability::kRejected);
   }
 
   double time = 0.0, theta = 3.0, wheels = -2.0;
@@ -83,7 +83,7 @@ TEST(GyroMonitor, NeverRejectsASoundGyro) {
     drive.gyro = [](double rate) { return 1.01 * rate + 0.01; };
     for (int i = 0; i < 20; ++i) {
       drive.go(10.0);
-      ASSERT_TRUE(drive.monitor.believed()) << seed;
+      ASSERT_TRUE(drive.monitor.reliable()) << seed;
     }
     drive.expect(GyroReliability::kReliable, GyroFault::kNone);
     EXPECT_EQ(drive.distrusted + drive.withdrawn, 0) << seed;
@@ -97,7 +97,7 @@ TEST(GyroMonitor, WheelsThatSlipAreNoReasonToRejectTheGyro) {
     for (int i = 0; i < 10; ++i) {
       drive.wheels_spin = i % 2 == 0 ? spin : 0.0;
       drive.go(4.0);
-      ASSERT_TRUE(drive.monitor.believed()) << spin;
+      ASSERT_TRUE(drive.monitor.reliable()) << spin;
     }
     drive.expect(GyroReliability::kReliable, GyroFault::kNone);
   }
@@ -171,7 +171,7 @@ TEST(GyroMonitor, WithoutWheelsTheScansDecideAlone) {
     drive.with_wheels = false;
     drive.gyro = [scale](double rate) { return scale * rate; };
     drive.go(30.0);
-    EXPECT_FALSE(drive.monitor.believed()) << scale;
+    EXPECT_FALSE(drive.monitor.reliable()) << scale;
   }
   Drive sound;
   sound.with_wheels = false;
@@ -205,7 +205,7 @@ TEST(GyroMonitor, FindsTheEndOfTheRangeAndHearsWhatIsBelow) {
     Drive drive;
     drive.gyro = [range](double rate) { return std::clamp(rate, -range, range); };
     drive.go(20.0);
-    EXPECT_TRUE(drive.monitor.believed()) << range;
+    EXPECT_TRUE(drive.monitor.reliable()) << range;
     EXPECT_EQ(drive.verdict().fault, GyroFault::kClipped);
     EXPECT_EQ(drive.verdict().value, range);
     drive.time = 0.0;
@@ -224,7 +224,7 @@ TEST(GyroMonitor, StepsOfADegreeAreNoFault) {
   drive.gyro = [](double rate) { return std::round(kDegrees * rate) / kDegrees; };
   for (int i = 0; i < 20; ++i) {
     drive.go(5.0);
-    ASSERT_TRUE(drive.monitor.believed());
+    ASSERT_TRUE(drive.monitor.reliable());
   }
   drive.expect(GyroReliability::kReliable, GyroFault::kNone);
 }
@@ -234,7 +234,7 @@ TEST(GyroMonitor, AGyroThatIsRightAgainIsHeardAgain) {
   drive.go(20.0);
   drive.gyro = [](double) { return 0.0; };  // stuck
   drive.go(20.0);
-  EXPECT_FALSE(drive.monitor.believed());
+  EXPECT_FALSE(drive.monitor.reliable());
   EXPECT_EQ(drive.withdrawn, 1);
   drive.gyro = [](double rate) { return rate + 0.03; };
   drive.go(30.0);

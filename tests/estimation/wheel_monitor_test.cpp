@@ -56,10 +56,10 @@ TEST(WheelMonitor, BelievesWheelsAsGoodAsTheFilterTakesThemFor) {
   for (const unsigned seed : {1U, 2U, 3U, 4U, 5U}) {
     Drive drive(seed);
     drive.go(300.0, 0.10);
-    EXPECT_TRUE(drive.monitor.believed()) << seed;
+    EXPECT_TRUE(drive.monitor.reliable()) << seed;
     drive.go(100.0, 0.10, 1.3);  // a wrong radius
-    EXPECT_TRUE(drive.monitor.believed()) << seed;
-    EXPECT_EQ(drive.monitor.withdrawn(), 0) << seed;
+    EXPECT_TRUE(drive.monitor.reliable()) << seed;
+    EXPECT_EQ(drive.monitor.rejections(), 0) << seed;
   }
 }
 
@@ -68,12 +68,12 @@ TEST(WheelMonitor, WithdrawsFromWheelsThatAreWorseThanNoneAndComesBack) {
     Drive drive(seed);
     drive.go(30.0, 0.05);
     drive.go(8.0, 0.05, -1.0);  // they tell the opposite
-    EXPECT_FALSE(drive.monitor.believed()) << seed;
+    EXPECT_FALSE(drive.monitor.reliable()) << seed;
     drive.go(8.0, 0.6);
-    EXPECT_FALSE(drive.monitor.believed()) << seed;
+    EXPECT_FALSE(drive.monitor.reliable()) << seed;
     drive.go(20.0, 0.05);
-    EXPECT_TRUE(drive.monitor.believed()) << seed;
-    EXPECT_EQ(drive.monitor.withdrawn(), 1) << seed;
+    EXPECT_TRUE(drive.monitor.reliable()) << seed;
+    EXPECT_EQ(drive.monitor.rejections(), 1) << seed;
   }
 }
 
@@ -82,8 +82,8 @@ TEST(WheelMonitor, DoesNotDependOnHowOftenScansCome) {
     Drive good(1), bad(1);
     good.go(100.0, 0.10, 1.0, step);
     bad.go(100.0, 0.60, 1.0, step);
-    EXPECT_TRUE(good.monitor.believed()) << step;
-    EXPECT_FALSE(bad.monitor.believed()) << step;
+    EXPECT_TRUE(good.monitor.reliable()) << step;
+    EXPECT_FALSE(bad.monitor.reliable()) << step;
   }
 }
 
@@ -91,7 +91,7 @@ TEST(WheelMonitor, OneSlipIsForgiven) {
   Drive drive(1);
   drive.go(20.0, 0.05);
   drive.go(0.12, 0.0, 20.0);  // spins on the spot
-  EXPECT_TRUE(drive.monitor.believed());
+  EXPECT_TRUE(drive.monitor.reliable());
 }
 
 TEST(WheelMonitor, ManySlipsApartAreForgiven) {
@@ -102,7 +102,7 @@ TEST(WheelMonitor, ManySlipsApartAreForgiven) {
       drive.slip(radians);
       drive.go(0.12, 0.05);
     }
-    EXPECT_TRUE(drive.monitor.believed()) << i;
+    EXPECT_TRUE(drive.monitor.reliable()) << i;
   }
 }
 
@@ -111,7 +111,7 @@ TEST(WheelMonitor, TurnsThatTheWheelsMakeUpAreNoExcuseForThemselves) {
     Drive drive(seed);
     drive.go(30.0, 0.10, 1.0, 0.06, 5.0);
     EXPECT_GT(drive.monitor.turnFactor(), 3.0) << seed;
-    EXPECT_FALSE(drive.monitor.believed()) << seed;
+    EXPECT_FALSE(drive.monitor.reliable()) << seed;
   }
 }
 
@@ -131,18 +131,18 @@ TEST(WheelMonitor, TellsHowMuchWorseTheWheelsAreThanTheModel) {
 TEST(WheelMonitor, NoisyWheelsStopToGuideBeforeTheyAreNotHeard) {
   Drive drive(1);
   while (guides(drive.monitor)) drive.go(0.06, 0.16);
-  EXPECT_TRUE(drive.monitor.believed());
+  EXPECT_TRUE(drive.monitor.reliable());
   drive.go(30.0, 0.4);
-  EXPECT_FALSE(drive.monitor.believed());
+  EXPECT_FALSE(drive.monitor.reliable());
   EXPECT_FALSE(guides(drive.monitor));
 }
 
 TEST(WheelMonitor, LearnsNothingFromStandingStill) {
   Drive drive(1);
   drive.go(8.0, 0.05, -1.0);
-  ASSERT_FALSE(drive.monitor.believed());
+  ASSERT_FALSE(drive.monitor.reliable());
   drive.stand(10000);
-  EXPECT_FALSE(drive.monitor.believed());
+  EXPECT_FALSE(drive.monitor.reliable());
 }
 
 TEST(WheelMonitor, AnInterruptedStretchIsNotJudged) {
@@ -151,16 +151,16 @@ TEST(WheelMonitor, AnInterruptedStretchIsNotJudged) {
     monitor.compare({1.0 * i, 0.0, 0.0}, {0.1 * i, 0.0, 0.0}, true);
     monitor.interrupt();
   }
-  EXPECT_TRUE(monitor.believed());
+  EXPECT_TRUE(monitor.reliable());
 }
 
 /// Stretches straight ahead of which the wheels tell so much more than the scans, exactly.
-WheelMonitor after(int stretches, const Pose2& scans, const Pose2& wheels, bool turn_known,
+WheelMonitor after(int intervals, const Pose2& scans, const Pose2& wheels, bool turn_known,
                    const WheelMonitorConfig& config = {}) {
   WheelMonitor monitor(EkfConfig{}, config);
   Pose2 map, odom{3.0, -1.0, 2.0};
   monitor.compare(odom, map, turn_known);
-  for (int i = 0; i < stretches; ++i) monitor.compare(odom = odom * wheels, map = map * scans, turn_known);
+  for (int i = 0; i < intervals; ++i) monitor.compare(odom = odom * wheels, map = map * scans, turn_known);
   return monitor;
 }
 
@@ -177,7 +177,7 @@ TEST(WheelMonitor, OneStretchCountsAsItsErrorAndTheMemorySay) {
     const double turn_variance = noise.wheelRotationVariance(0.06, 0.02) + 0.005 * 0.005;
     EXPECT_NEAR(turned.turnFactor(), 1.0 + (0.1 * 0.1 / turn_variance - 1.0) / memory, 1e-9);
     const WheelMonitor jump = after(1, {0.06, 0, 0}, {5.0, 0, 2.0}, true, config);
-    EXPECT_NEAR(jump.turnFactor(), 1.0 + 9.0 / memory, 1e-9) << "one stretch counts for no more than ten";
+    EXPECT_NEAR(jump.turnFactor(), 1.0 + 9.0 / memory, 1e-9) << "one interval counts for no more than ten";
     EXPECT_EQ(after(1, {0.06, 0, 0.02}, {0.06, 0, 0.12}, false, config).turnFactor(), 1.0) << "a gyro tells the turn";
   }
 }
@@ -195,16 +195,16 @@ TEST(WheelMonitor, AStretchIsJudgedFromItsLengthOrItsTurnOn) {
 }
 
 TEST(WheelMonitor, IsWithdrawnGivenBackAndGuidesAtItsLimits) {
-  // Errors whose mean comes as near to a limit as one likes: each stretch counts the same.
+  // Errors whose mean comes as near to a limit as one likes: each interval counts the same.
   const auto settled = [](double factor) {
     const EkfConfig noise;
     const double variance = noise.wheelRotationVariance(0.06, 0.0) + 0.005 * 0.005;
     return after(2000, {0.06, 0, 0}, {0.06, 0, std::sqrt(factor * variance)}, true);
   };
-  EXPECT_TRUE(settled(2.9).believed());
-  EXPECT_FALSE(settled(3.1).believed());
-  EXPECT_EQ(settled(2.9).withdrawn(), 0);
-  EXPECT_EQ(settled(3.1).withdrawn(), 1);
+  EXPECT_TRUE(settled(2.9).reliable());
+  EXPECT_FALSE(settled(3.1).reliable());
+  EXPECT_EQ(settled(2.9).rejections(), 0);
+  EXPECT_EQ(settled(3.1).rejections(), 1);
   EXPECT_TRUE(guides(settled(1.9)));
   EXPECT_FALSE(guides(settled(2.1)));
   EXPECT_TRUE(consistent(settled(0.95)));
@@ -219,8 +219,8 @@ TEST(WheelMonitor, IsWithdrawnGivenBackAndGuidesAtItsLimits) {
         monitor.compare(odom = odom * Pose2{0.06, 0, std::sqrt(f * variance)}, map = map * Pose2{0.06, 0, 0}, true);
       }
     }
-    EXPECT_EQ(monitor.believed(), back) << factor;
-    EXPECT_EQ(monitor.withdrawn(), 1);
+    EXPECT_EQ(monitor.reliable(), back) << factor;
+    EXPECT_EQ(monitor.rejections(), 1);
   }
 }
 
@@ -238,8 +238,8 @@ TEST(WheelMonitor, HandsOnWhatItHearsUntilTheWheelsAreRejectedAndBeginsAnewBehin
   EXPECT_TRUE(hear(0.0));
   EXPECT_EQ(monitor.reliability(), WheelReliability::kConsistent);
   Pose2 odom, map;
-  const auto go = [&](double turned, int stretches) {
-    for (int i = 0; i < stretches; ++i)
+  const auto go = [&](double turned, int intervals) {
+    for (int i = 0; i < intervals; ++i)
       monitor.compare(odom = odom * Pose2{0.06, 0.0, turned}, map = map * Pose2{0.06, 0.0, 0.0}, true);
   };
   go(0.3, 100);
@@ -265,7 +265,7 @@ TEST(WheelMonitor, JudgesByScansThatToldTheWholePoseOnly) {
       Ekf filter(config, Timestamp{}, odom = odom * Pose2{0.06, 0.0, 0.3});
       monitor.compare(filter, map = map * Pose2{0.06, 0.0, 0.0}, complete);
     }
-    return !monitor.believed();
+    return !monitor.reliable();
   };
   EXPECT_TRUE(rejected(true, true));
   EXPECT_FALSE(rejected(false, true));

@@ -16,8 +16,8 @@ class DepthViewSelection : public testing::Test {
   bool select(Duration after, const Pose2& T_odom_base) {
     return views.select(*laser, kBegin + after, T_odom_base, 7, 2, {5, {0.1, 0.2, 0.3}}) != nullptr;
   }
-  LocalizerCounters counters() const {
-    LocalizerCounters counters;
+  FrontEndCounters counters() const {
+    FrontEndCounters counters;
     views.addTo(counters);
     return counters;
   }
@@ -43,10 +43,10 @@ TEST_F(DepthViewSelection, AreCountedWhereThePoseIsNotKnown) {
 }
 
 TEST_F(DepthViewSelection, HoldWhereTheyWereSeenFrom) {
-  const DepthSight* sight = views.select(*laser, kBegin, {}, 7, 2, {5, {0.1, 0.2, 0.3}});
+  const DepthObservation* sight = views.select(*laser, kBegin, {}, 7, 2, {5, {0.1, 0.2, 0.3}});
   ASSERT_NE(sight, nullptr);
   EXPECT_EQ(sight->map_id, 7);
-  EXPECT_EQ(sight->segment, 2);
+  EXPECT_EQ(sight->session, 2);
   EXPECT_EQ(sight->keyframe, 5);
   EXPECT_EQ(sight->T_keyframe_base, (Pose2{0.1, 0.2, 0.3}));
 }

@@ -16,7 +16,7 @@ namespace slam::test {
 /// Drives a robot with wheels, gyro and a lidar in a room, in virtual time.
 class Drive {
  public:
-  explicit Drive(const LocalizerConfig& config = {}) : front_end(std::make_unique<FrontEnd>(config)) {}
+  explicit Drive(const FrontEndConfig& config = {}) : front_end(std::make_unique<FrontEnd>(config)) {}
 
   bool wheels = true, imu = true, lidar = true;
   int scan_every = 9;         // of the wheels' samples: 5.6 Hz
@@ -48,7 +48,7 @@ class Drive {
           scan.stamp += copied_after;
           front_end->add(scan);
         }
-        if (keyframes && last.keyframe && !last.keyframe->look) keyframes->add(*last.keyframe);
+        if (keyframes && last.keyframe && !last.keyframe->refresh) keyframes->add(*last.keyframe);
       }
     }
   }

@@ -47,7 +47,7 @@ Place posts(const Eigen::Vector2d& centre) {
 }
 
 /// The robot learns a hall, driving to and fro, and is then lifted somewhere else in it, which the wheels do not see.
-PlaceDrive liftedIn(const Place& place, const LocalizerConfig& config = {}) {
+PlaceDrive liftedIn(const Place& place, const FrontEndConfig& config = {}) {
   PlaceDrive drive(place, config);
   drive.truth = {-1.0, 1.0, 0.0};
   drive.run(1.0, kStand);
@@ -85,7 +85,7 @@ TEST(Find, ThatFitsWorseIsBelievedOnlyWhileNothingStandsWhereTheRobotSawThrough)
 
 TEST(Find, NeedsTheOverlapThatItIsToldTo) {
   for (const auto& [trusted, believed] : {std::pair(0.7, true), std::pair(1.01, false)}) {
-    LocalizerConfig config;
+    FrontEndConfig config;
     config.search.trusted_overlap = trusted;
     PlaceDrive drive = liftedIn(hall(false), config);
     drive.run(0.8, kStand);
@@ -100,7 +100,7 @@ TEST(Find, AMatchFromAVaguePredictionMustBeOne) {
   };
   // Nothing is ever found here. @return whether a match is believed again after one scan that told nothing
   for (const Case& c : {Case{0.5, 0.35, true}, Case{1e-4, 0.35, false}, Case{0.5, 1e-5, false}}) {
-    LocalizerConfig config;
+    FrontEndConfig config;
     config.search.trusted_overlap = 1.01;
     config.validator.vague_distance = c.distance;
     config.validator.vague_rotation = c.rotation;
@@ -119,7 +119,7 @@ TEST(Find, AMatchFromAVaguePredictionMustBeOne) {
 }
 
 /// Scans match no longer while the wheels tell this motion. @return whether the robot takes itself for carried away
-bool carriedAway(const Eigen::Vector3d& motion, LocalizerConfig config = {}) {
+bool kidnapped(const Eigen::Vector3d& motion, FrontEndConfig config = {}) {
   config.search.trusted_overlap = 1.01;  // nor is anything found
   PlaceDrive drive(hall(false), config);
   drive.truth = {-2.5, 0.5, 0.0};
@@ -137,30 +137,30 @@ bool carriedAway(const Eigen::Vector3d& motion, LocalizerConfig config = {}) {
 }
 
 TEST(CarriedAway, IsARobotThatIsStillNearToWhereItLastMatched) {
-  EXPECT_TRUE(carriedAway(kStand));
-  EXPECT_TRUE(carriedAway({0.9, 0, 0}));
-  EXPECT_FALSE(carriedAway({1.15, 0, 0}));
-  EXPECT_TRUE(carriedAway({0, 0, 1.35}));
-  EXPECT_FALSE(carriedAway({0, 0, 1.7}));
-  EXPECT_FALSE(carriedAway({-1.15, 0, 0}));
-  EXPECT_FALSE(carriedAway({0, 0, -1.7}));
-  LocalizerConfig config;
+  EXPECT_TRUE(kidnapped(kStand));
+  EXPECT_TRUE(kidnapped({0.9, 0, 0}));
+  EXPECT_FALSE(kidnapped({1.15, 0, 0}));
+  EXPECT_TRUE(kidnapped({0, 0, 1.35}));
+  EXPECT_FALSE(kidnapped({0, 0, 1.7}));
+  EXPECT_FALSE(kidnapped({-1.15, 0, 0}));
+  EXPECT_FALSE(kidnapped({0, 0, -1.7}));
+  FrontEndConfig config;
   config.kidnap_distance = 1.5;
-  EXPECT_TRUE(carriedAway({1.15, 0, 0}, config));
+  EXPECT_TRUE(kidnapped({1.15, 0, 0}, config));
   config = {};
   config.kidnap_rotation = 2.0;
-  EXPECT_TRUE(carriedAway({0, 0, 1.7}, config));
+  EXPECT_TRUE(kidnapped({0, 0, 1.7}, config));
   config = {};
   config.localise_only = true;
-  EXPECT_TRUE(carriedAway({1.15, 0, 0}, config)) << "in a given map there is nothing else to know";
+  EXPECT_TRUE(kidnapped({1.15, 0, 0}, config)) << "in a given map there is nothing else to know";
   config = {};
   config.lost_position_sigma = 0.01;
-  EXPECT_TRUE(carriedAway({1.15, 0, 0}, config)) << "the wheels' way is too uncertain";
+  EXPECT_TRUE(kidnapped({1.15, 0, 0}, config)) << "the wheels' way is too uncertain";
 }
 
 TEST(CarriedAway, IsDecidedAfterSoManyScansAndSoLong) {
   const auto decidedAfter = [](int failures, double degraded) {
-    LocalizerConfig config;
+    FrontEndConfig config;
     config.search.trusted_overlap = 1.01;
     config.keyframe.max_failures = failures;
     config.degraded_after = degraded;
@@ -181,12 +181,12 @@ TEST(CarriedAway, IsDecidedAfterSoManyScansAndSoLong) {
 }
 
 TEST(State, IsDegradedAfterItsTimeAndLostByItsSigma) {
-  const auto standing = [](const LocalizerConfig& config) {
+  const auto standing = [](const FrontEndConfig& config) {
     PlaceDrive drive(hall(false), config);
     drive.run(2.0, kStand);
     return drive;
   };
-  LocalizerConfig config;
+  FrontEndConfig config;
   config.degraded_after = 0.7;
   const PlaceDrive drive = standing(config);
   const auto after = [](const PlaceDrive& d, double seconds) {
@@ -223,7 +223,7 @@ TEST(State, IsDegradedByOneScanThatMatchesNothing) {
 
 TEST(DepthViews, AreDrawnAfterADistanceOrATurnOrATime) {
   const auto drawn = [](const Eigen::Vector3d& motion, double period) {
-    LocalizerConfig config;
+    FrontEndConfig config;
     config.depth.period = period;
     PlaceDrive drive(hall(false), config);
     drive.run(2.0, kStand);

@@ -83,7 +83,7 @@ TEST(FrontEnd, DoesNotHearWheelsThatKeepLyingUntilTheyTellTheTruth) {
     drive.run(2.0, kStand);
     drive.wheel_factor = -1.0;
     drive.run(30.0, kCurve);
-    EXPECT_EQ(drive.front_end->counters().wheels_withdrawn, 1U);
+    EXPECT_EQ(drive.front_end->counters().wheels_rejected, 1U);
     EXPECT_LT(drive.error(), 0.06);  // of a lidar alone, up to 180 ms after a scan
     drive.wheel_factor = 1.0;
     drive.run(60.0, kCurve);
@@ -91,7 +91,7 @@ TEST(FrontEnd, DoesNotHearWheelsThatKeepLyingUntilTheyTellTheTruth) {
     drive.lidar = false;
     drive.run(2.0, kCurve);
     EXPECT_LT(drive.error(), 0.1) << "the wheels are not heard again";
-    EXPECT_EQ(drive.front_end->counters().wheels_withdrawn, 1U);
+    EXPECT_EQ(drive.front_end->counters().wheels_rejected, 1U);
   }
 }
 
@@ -102,7 +102,7 @@ TEST(FrontEnd, CorrectsWheelsOfAWrongRadius) {
     drive.run(2.0, kStand);
     drive.run(20.0, kCurve);
     EXPECT_NEAR(drive.front_end->counters().wheels_scale, factor, 0.03 * factor);
-    EXPECT_EQ(drive.front_end->counters().wheels_withdrawn, 0U) << factor;
+    EXPECT_EQ(drive.front_end->counters().wheels_rejected, 0U) << factor;
     drive.lidar = false;
     drive.run(8.0, kCurve);
     EXPECT_LT(drive.error(), 0.1) << factor;
@@ -118,7 +118,7 @@ TEST(FrontEnd, WheelsThatFellSilentAreNotJudgedMeanwhile) {
     drive.run(20.0, kCurve);
     EXPECT_LT(drive.error(), 0.06) << "of a lidar alone";
     EXPECT_NEAR(drive.front_end->counters().wheels_scale, 1.0, 0.02);
-    EXPECT_EQ(drive.front_end->counters().wheels_withdrawn, 0U);
+    EXPECT_EQ(drive.front_end->counters().wheels_rejected, 0U);
     drive.wheels = true;
     drive.run(4.0, kCurve);
     EXPECT_NEAR(drive.front_end->counters().wheels_scale, 1.0, 0.05);

@@ -18,18 +18,18 @@ using Kept = PlaceDrive::Kept;
 const Eigen::Vector3d kStand(0, 0, 0), kAhead(0.1, 0, 0), kSpin(0, 0, 0.1);  // 2 cm, 0.02 rad from scan to scan
 
 /// Nothing is familiar: scans become keyframes by the way since the last one alone.
-LocalizerConfig unfamiliar() {
-  LocalizerConfig config;
-  config.keyframe.familiarity = 1.1;
+FrontEndConfig unfamiliar() {
+  FrontEndConfig config;
+  config.keyframe.known_ratio = 1.1;
   config.keyframe.overlap = 0.0;
   return config;
 }
 /// All is familiar: they become looks.
-LocalizerConfig familiar() {
-  LocalizerConfig config;
-  config.keyframe.familiarity = 0.0;
+FrontEndConfig familiar() {
+  FrontEndConfig config;
+  config.keyframe.known_ratio = 0.0;
   config.keyframe.overlap = 0.0;
-  config.keyframe.look_period = 1e9;
+  config.keyframe.refresh_period = 1e9;
   return config;
 }
 
@@ -54,7 +54,7 @@ void expectWithin(const std::vector<double>& values, double low, double high, st
 
 TEST(KeyframeLimits, AKeyframeComesAfterItsDistanceOrItsTurn) {
   for (const double scale : {1.0, 1.5}) {
-    LocalizerConfig config = unfamiliar();
+    FrontEndConfig config = unfamiliar();
     config.keyframe.translation = 0.20 * scale;
     config.keyframe.rotation = 0.17 * scale;
     PlaceDrive ahead(test::furnishedRoom(), config), spin(test::furnishedRoom(), config);
@@ -82,8 +82,8 @@ TEST(KeyframeLimits, AKnownPlaceIsLookedAtAfterADistanceOrATurnOrATime) {
   spin.run(14.0, kSpin);
   expectWithin(steps(spin, turn), 0.165, 0.195, 4);
   for (const double period : {1.0, 2.0}) {
-    LocalizerConfig config = familiar();
-    config.keyframe.look_period = period;
+    FrontEndConfig config = familiar();
+    config.keyframe.refresh_period = period;
     PlaceDrive standing(test::furnishedRoom(), config);
     standing.run(12.0, kStand);
     expectWithin(steps(standing, seconds), period, period + 0.21, 4);
@@ -92,11 +92,11 @@ TEST(KeyframeLimits, AKnownPlaceIsLookedAtAfterADistanceOrATurnOrATime) {
 }
 
 TEST(KeyframeLimits, AScanThatMeetsLittleIsKeptSoon) {
-  LocalizerConfig config;
+  FrontEndConfig config;
   config.keyframe.overlap = 1.1;  // none meets enough
-  config.keyframe.look_period = 1e9;
+  config.keyframe.refresh_period = 1e9;
   PlaceDrive ahead(test::furnishedRoom(), config), spin(test::furnishedRoom(), config);
-  config.keyframe.look_period = 1.5;
+  config.keyframe.refresh_period = 1.5;
   PlaceDrive standing(test::furnishedRoom(), config);
   ahead.run(1.0, kStand);
   ahead.run(5.0, {0.06, 0, 0});
@@ -110,7 +110,7 @@ TEST(KeyframeLimits, AScanThatMeetsLittleIsKeptSoon) {
 }
 
 TEST(KeyframeLimits, AGivenMapIsLookedAtAndNotExtended) {
-  LocalizerConfig config = unfamiliar();
+  FrontEndConfig config = unfamiliar();
   config.localise_only = true;
   PlaceDrive drive(test::furnishedRoom(), config);
   drive.run(1.0, kStand);
@@ -119,7 +119,7 @@ TEST(KeyframeLimits, AGivenMapIsLookedAtAndNotExtended) {
   for (int i = 0; i < 4; ++i) correction->reference.add({}, drive.place.scan({}, 0.01, random));
   correction->keyframes.push_back({0, {}});
   correction->newest = 0;
-  correction->T_map_segment = Pose2{};
+  correction->T_map_session = Pose2{};
   drive.front_end->apply(*correction);
   const auto keyframes = drive.front_end->counters().keyframes;
   drive.run(10.0, kAhead);
@@ -132,7 +132,7 @@ TEST(KeyframeLimits, AGivenMapIsLookedAtAndNotExtended) {
 class DriftInACorridor : public testing::TestWithParam<double> {
  protected:
   PlaceDrive corridor(double blind_wheels = 0.10) const {
-    LocalizerConfig config = unfamiliar();
+    FrontEndConfig config = unfamiliar();
     config.ekf.translation_noise = blind_wheels;
     return PlaceDrive(test::endlessCorridor(), config, {.T_map_base = {1.0, -2.0, GetParam()}});
   }
@@ -186,7 +186,7 @@ TEST_P(DriftInACorridor, TurnsWithTheMapAsItIsCorrected) {
 INSTANTIATE_TEST_SUITE_P(Headings, DriftInACorridor, testing::Values(0.0, 0.9, std::numbers::pi / 2, -2.4));
 
 TEST(Drift, OfScansThatMatchIsTheirOwnInAllDirections) {
-  LocalizerConfig config = unfamiliar();
+  FrontEndConfig config = unfamiliar();
   config.drift = {.translation = 0.03, .rotation_per_metre = 0.004, .rotation_per_radian = 0.0};
   PlaceDrive ahead(test::furnishedRoom(), config);
   config.drift = {.translation = 0.03, .rotation_per_metre = 0.0, .rotation_per_radian = 0.02};

@@ -35,7 +35,7 @@ TEST(KeyframeSelector, NoisyWheelsTellLessOfTheWayAlongACorridor) {
       drive.pretend({noise * std::sqrt(0.05) * normal(random), 0.0, 0.0});
       drive.run(0.1, {0.5, 0.0, 0.0});
       const Keyframe* keyframe = drive.last.keyframe;
-      if (keyframe == nullptr || keyframe->look || keyframe->observable == 3) continue;
+      if (keyframe == nullptr || keyframe->refresh || keyframe->observable == 3) continue;
       sum += keyframe->step_covariance(0, 0);
       way += keyframe->T_previous_base.x;
     }
@@ -55,7 +55,7 @@ TEST(KeyframeSelector, StopsKeepingScansOfAKnownPlaceButGoesOnLooking) {
   bool looked = false;
   for (int step = 0; step < 160; ++step) {
     drive.run(0.2, kCurve);
-    looked |= drive.last.keyframe != nullptr && drive.last.keyframe->look;
+    looked |= drive.last.keyframe != nullptr && drive.last.keyframe->refresh;
   }
   EXPECT_EQ(drive.front_end->counters().keyframes, known);
   EXPECT_TRUE(looked);
@@ -64,7 +64,7 @@ TEST(KeyframeSelector, StopsKeepingScansOfAKnownPlaceButGoesOnLooking) {
 /// Cuts a drive down to what the selector sees: clouds at poses.
 class Selected {
  public:
-  explicit Selected(const LocalizerConfig& given = {}, const LocalizerStart& start = {})
+  explicit Selected(const FrontEndConfig& given = {}, const FrontEndStart& start = {})
       : config(given), local_map(config), selector(config, start) {
     cloud.stamp = Timestamp{100s};
     cloud.points.push_back({.position = {1.0, 0.5}});
@@ -76,7 +76,7 @@ class Selected {
     return selector.keep(cloud, T_map_base, match, local_map);
   }
 
-  LocalizerConfig config;
+  FrontEndConfig config;
   LocalMap local_map;
   WheelMonitor wheels{EkfConfig{}};
   KeyframeSelector selector;
@@ -93,21 +93,21 @@ TEST(KeyframeSelector, CountsIdsFromTheMapsSizeAndSegmentsFromZero) {
   keyframe = selected.keep({1.2, 2.0, 0.3});
   EXPECT_EQ(keyframe->id, 41);
   EXPECT_EQ(keyframe->origin, KeyframeOrigin::kContinued);
-  selected.selector.beginSegment(KeyframeOrigin::kGiven);
+  selected.selector.beginSession(KeyframeOrigin::kGiven);
   selected.local_map.clear({0.0, 0.0});
   keyframe = selected.keep({5.0, 0.0, 0.0});
   EXPECT_EQ(keyframe->id, 42);
-  EXPECT_EQ(keyframe->segment, 1);
+  EXPECT_EQ(keyframe->session, 1);
   EXPECT_EQ(keyframe->origin, KeyframeOrigin::kGiven);
 }
 
 TEST(KeyframeSelector, InAGivenMapASegmentForgetsTheOneBefore) {
-  LocalizerConfig config;
+  FrontEndConfig config;
   config.localise_only = true;
   Selected selected(config, {.first_keyframe = 40, .in_known_map = true});
   selected.keep({});
   selected.keep({0.2, 0.0, 0.0});
-  selected.selector.beginSegment(KeyframeOrigin::kLost);
+  selected.selector.beginSession(KeyframeOrigin::kLost);
   EXPECT_EQ(selected.keep({0.4, 0.0, 0.0})->id, 40);
 }
 

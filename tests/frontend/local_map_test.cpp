@@ -24,7 +24,7 @@ using test::kStand;
 /// A drive whose map is then corrected as a back end would.
 class CorrectedMap : public testing::Test {
  protected:
-  explicit CorrectedMap(const LocalizerConfig& config = {}) : drive(config) {
+  explicit CorrectedMap(const FrontEndConfig& config = {}) : drive(config) {
     drive.keyframes = &graph;
     drive.run(2.0, kStand);
     drive.run(8.0, kCurve);
@@ -84,11 +84,11 @@ TEST_F(CorrectedMap, GoesOnMatchingInTheCorrectedMap) {
     drive.front_end->apply(*corrected(upTo(newest()), motion));
     for (int id = 0; id < graph.size(); ++id) graph.graph().setPose(id, motion * graph.pose(id));
     const Pose2 T_map_world = estimate() * drive.truth.inverse();
-    const LocalizerCounters before = drive.front_end->counters();
+    const FrontEndCounters before = drive.front_end->counters();
     drive.run(5.0, kCurve);
     EXPECT_LT(distance(estimate(), T_map_world * drive.truth), 0.04);
     EXPECT_EQ(drive.state(), LocalisationState::kLocalised);
-    const LocalizerCounters after = drive.front_end->counters();
+    const FrontEndCounters after = drive.front_end->counters();
     EXPECT_GE(after.matched, before.matched + 25);
     EXPECT_EQ(after.unmatched + after.gated + after.searched, before.unmatched + before.gated + before.searched);
   }
@@ -154,10 +154,10 @@ TEST_F(CorrectedMap, KeepsKeyframesNewerThanTheCorrection) {
 /// Each scan becomes a keyframe: many come while a correction is computed.
 class DenselyKeptMap : public CorrectedMap {
  protected:
-  static LocalizerConfig dense() {
-    LocalizerConfig config;
+  static FrontEndConfig dense() {
+    FrontEndConfig config;
     config.keyframe.translation = 0.01;
-    config.keyframe.familiarity = 2.0;  // nothing is
+    config.keyframe.known_ratio = 2.0;  // nothing is
     return config;
   }
   DenselyKeptMap() : CorrectedMap(dense()) { drive.run(8.0, kCurve); }
@@ -245,7 +245,7 @@ TEST_F(CorrectedMap, DoesNotAllocateForACorrection) {
 }
 
 TEST_F(CorrectedMap, AnchorsAPoseToTheNearestKeyframe) {
-  const FrontEnd fresh{LocalizerConfig{}};
+  const FrontEnd fresh{FrontEndConfig{}};
   EXPECT_EQ(fresh.anchor({}).keyframe, -1);
   for (int id = 0; id < graph.size(); ++id) {
     const AnchoredPose there = drive.front_end->anchor(graph.pose(id) * Pose2{0.001, 0.002, 0.5});

@@ -49,7 +49,7 @@ TEST(MatchValidator, IsNotPulledAlongACorridorByWhoWalksThere) {
     drive.run(40.0, {0.3, 0, 0});
     EXPECT_LT(drive.error(), 1.2) << pace << "; 12 m and more if each match is believed";
     EXPECT_GT(drive.front_end->counters().scans_held, 50U) << pace;
-    EXPECT_EQ(drive.front_end->counters().wheels_withdrawn, 0U) << pace;
+    EXPECT_EQ(drive.front_end->counters().wheels_rejected, 0U) << pace;
   }
 }
 

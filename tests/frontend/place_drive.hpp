@@ -17,7 +17,7 @@ namespace slam::test {
 /// begins where the robot stands at its first scan, at T_map_base of `start`.
 class PlaceDrive {
  public:
-  explicit PlaceDrive(Place scene, const LocalizerConfig& config = {}, const LocalizerStart& start = {})
+  explicit PlaceDrive(Place scene, const FrontEndConfig& config = {}, const FrontEndStart& start = {})
       : place(std::move(scene)), front_end(std::make_unique<FrontEnd>(withNoise(config), nullptr, start)) {}
 
   /// What a keyframe or look says, when it was made.
@@ -54,7 +54,7 @@ class PlaceDrive {
     last = front_end->add(scan);
     if (const Keyframe* keyframe = last.keyframe) {
       kept.push_back({now, truth, keyframe->T_map_base, keyframe->T_previous_base, keyframe->step_covariance,
-                      keyframe->look, keyframe->observable});
+                      keyframe->refresh, keyframe->observable});
     }
   }
 
@@ -67,7 +67,7 @@ class PlaceDrive {
   std::vector<Kept> kept;
 
  private:
-  static LocalizerConfig withNoise(LocalizerConfig config) {
+  static FrontEndConfig withNoise(FrontEndConfig config) {
     config.lidar.range_sigma = 0.01;
     return config;
   }

@@ -51,7 +51,7 @@ TEST(Preprocessor, ASparseScanDoesNotHoldTheRobotInACorridor) {
     drive.run(2.0, kStand);
     drive.run(20.0, {0.4, 0, 0});
     EXPECT_LT(drive.error(), 0.15) << beams << " beams; the wheels are right";
-    EXPECT_EQ(drive.front_end->counters().wheels_withdrawn, 0U) << beams;
+    EXPECT_EQ(drive.front_end->counters().wheels_rejected, 0U) << beams;
   }
 }
 
@@ -65,14 +65,14 @@ TEST(Preprocessor, IsNotHeldInACorridorByWallsSeenTooFlat) {
         drive.run(2.0, kStand);
         drive.run(25.0, {0.4, 0, 0});
         EXPECT_LT(drive.error(), 0.2) << width << " m wide, " << beams << " beams; the wheels are right";
-        EXPECT_EQ(drive.front_end->counters().wheels_withdrawn, 0U) << width << " m wide, " << beams << " beams";
+        EXPECT_EQ(drive.front_end->counters().wheels_rejected, 0U) << width << " m wide, " << beams << " beams";
       }
     }
   }
 }
 
 TEST(Preprocessor, UsesNoReturnsOutsideTheLimitsOfTheConfiguration) {
-  LocalizerConfig config;
+  FrontEndConfig config;
   config.lidar.range_max = 1.0;  // no wall is that near
   Drive drive(config);
   drive.run(3.0, kStand);

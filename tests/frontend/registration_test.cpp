@@ -39,7 +39,7 @@ TEST(Registration, BelievesScansWhenTheWheelsSpinOnTheSpot) {
 }
 
 TEST(Registration, TracksScansByThePapersBaselineWhereItIsChosen) {
-  LocalizerConfig config;
+  FrontEndConfig config;
   config.match.method = MatchMethod::kPointToPoint;
   Drive points(config), lines;
   for (Drive* drive : {&points, &lines}) {

@@ -27,7 +27,7 @@ TEST(SensorIntake, UsesAScanOnceThatIsSentTwice) {
   drive.run(2.0, kStand);
   drive.run(20.0, kCurve);
   EXPECT_LT(drive.error(), 0.03);
-  const LocalizerCounters counters = drive.front_end->counters();
+  const FrontEndCounters counters = drive.front_end->counters();
   EXPECT_GE(counters.scans_repeated, counters.scans / 2 - 2) << "but the first, whose usual interval is not known";
   EXPECT_LE(counters.matched, counters.scans / 2);
 }
@@ -98,7 +98,7 @@ struct Filters {
 };
 
 TEST(SensorIntake, PutsEachStreamIntoTheFiltersTime) {
-  LocalizerConfig config;
+  FrontEndConfig config;
   config.wheel_time_offset = -0.02;
   config.imu_time_offset = 0.01;
   config.lidar.time_offset = 0.05;
@@ -122,7 +122,7 @@ TEST(SensorIntake, LeavesOutAScanThatIsOlderThanTheFiltersWindow) {
     LaserScan scan;
     scan.stamp = oldest + late;
     EXPECT_EQ(intake.accept(scan, filters.pose, filters.odometry).accepted, accepted) << late.count();
-    LocalizerCounters counters;
+    FrontEndCounters counters;
     intake.addTo(counters);
     EXPECT_EQ(counters.scans, 1U);
     EXPECT_EQ(counters.scans_too_late, accepted ? 0U : 1U);

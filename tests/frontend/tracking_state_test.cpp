@@ -66,7 +66,7 @@ MatchResult matched(double overlap) {
 }
 
 TEST(TrackingState, MustActAfterManyFailuresThatLast) {
-  LocalizerConfig config;  // 8 failures, 1 s
+  FrontEndConfig config;  // 8 failures, 1 s
   TrackingState tracking(config, false);
   Timestamp now{100s};
   tracking.begin(now, {}, {});
@@ -101,16 +101,16 @@ TEST(TrackingState, KnowsTheLastMatchAndTheMotionToIt) {
 }
 
 TEST(TrackingState, ARobotNearToItsLastPoseWasCarriedAwayAndOneFurtherOnHasLeftTheMap) {
-  LocalizerConfig config;  // 1 m, 1.5 rad, sigma 1 m
+  FrontEndConfig config;  // 1 m, 1.5 rad, sigma 1 m
   const Eigen::Matrix3d sure = 0.01 * Eigen::Matrix3d::Identity();
   TrackingState tracking(config, false);
   tracking.begin(Timestamp{100s}, {1.0, 0.0, 0.0}, {});
-  EXPECT_TRUE(tracking.carriedAway({1.9, 0.0, 0.0}, sure));
-  EXPECT_FALSE(tracking.carriedAway({2.1, 0.0, 0.0}, sure));
-  EXPECT_FALSE(tracking.carriedAway({1.0, 0.0, 1.6}, sure));
-  EXPECT_TRUE(tracking.carriedAway({2.1, 0.0, 0.0}, 1.1 * Eigen::Matrix3d::Identity()));
+  EXPECT_TRUE(tracking.kidnapped({1.9, 0.0, 0.0}, sure));
+  EXPECT_FALSE(tracking.kidnapped({2.1, 0.0, 0.0}, sure));
+  EXPECT_FALSE(tracking.kidnapped({1.0, 0.0, 1.6}, sure));
+  EXPECT_TRUE(tracking.kidnapped({2.1, 0.0, 0.0}, 1.1 * Eigen::Matrix3d::Identity()));
   config.localise_only = true;
-  EXPECT_TRUE(TrackingState(config, false).carriedAway({50.0, 0.0, 0.0}, sure)) << "a given map has no outside";
+  EXPECT_TRUE(TrackingState(config, false).kidnapped({50.0, 0.0, 0.0}, sure)) << "a given map has no outside";
 }
 
 TEST(TrackingState, IsLostOnlyOnceItHadBeenPlaced) {
@@ -123,9 +123,9 @@ TEST(TrackingState, IsLostOnlyOnceItHadBeenPlaced) {
   tracking.place();
   EXPECT_EQ(tracking.state(now, sure), LocalisationState::kLocalised);
   EXPECT_EQ(tracking.state(now, 1.1 * Eigen::Matrix3d::Identity()), LocalisationState::kLost);
-  tracking.beginSegment(false);
+  tracking.beginSession(false);
   EXPECT_EQ(tracking.state(now, sure), LocalisationState::kLost);
-  tracking.beginSegment(true);
+  tracking.beginSession(true);
   EXPECT_EQ(tracking.state(now, sure), LocalisationState::kLocalised) << "a person said where it is";
   tracking.refute();
   EXPECT_EQ(tracking.state(now, sure), LocalisationState::kLost);

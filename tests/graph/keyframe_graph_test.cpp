@@ -100,7 +100,7 @@ TEST(KeyframeGraph, GivesPointsBackAsTheyWereScannedButForQuantisation) {
   std::mt19937 random(1);
   ScanPoints scanned = room.scan({-1.5, -0.8, 0.4}, 0.01, random);
   std::size_t every = 0;
-  for (ScanPoint& point : scanned) point.may_slide = !point.hasNormal() && ++every % 2 == 0;
+  for (ScanPoint& point : scanned) point.grazing = !point.hasNormal() && ++every % 2 == 0;
   auto keyframe = std::make_unique<Keyframe>();
   for (const ScanPoint& point : scanned)
     keyframe->storage[static_cast<std::size_t>(keyframe->size++)] = keyframePoint(point);
@@ -115,7 +115,7 @@ TEST(KeyframeGraph, GivesPointsBackAsTheyWereScannedButForQuantisation) {
     ASSERT_LT((points[i].position - scanned[i].position).norm(), 1e-6);
     ASSERT_NEAR(points[i].range, scanned[i].position.norm(), 1e-6);
     ASSERT_EQ(points[i].hasNormal(), scanned[i].hasNormal());
-    ASSERT_EQ(points[i].may_slide, scanned[i].may_slide);
+    ASSERT_EQ(points[i].grazing, scanned[i].grazing);
     if (!scanned[i].hasNormal()) continue;
     ++lines;
     ASSERT_LT((points[i].normal - scanned[i].normal).norm(), Keyframe::Point::kAngle);

@@ -198,16 +198,19 @@ void FaultMatrix::runCell(const Row& row, const Cell& cell) {
   inject(row.device, cell.inject);
   const auto begin = Clock::now();
   const std::string words = cell.words;
+  const auto own = [&] {  // what is said of this device, as far as the next one's
+    const std::string text = summary(), name = std::string("; ") + row.status + ": ";
+    return text.substr(std::min(text.find(name), text.size()));
+  };
+  std::string text;
   const bool said =
-      words.empty() || listener_.until([&] { return poseState(), summary().find(words) != std::string::npos; }, 4s);
+      words.empty() || listener_.until([&] { return poseState(), (text = own()).find(words) != text.npos; }, 4s);
   const double noticed = std::chrono::duration<double>(Clock::now() - begin).count();
   EXPECT_TRUE(said) << summary();
   EXPECT_LT(noticed, cell.notice) << summary();
-  if (!words.empty()) {  // of this device, as far as the next one's
-    const std::string text = summary(), name = std::string("; ") + row.status + ": ";
-    const std::string own = text.substr(std::min(text.find(name), text.size()));
-    EXPECT_THAT(own, testing::ContainsRegex(kConsequence));
-    EXPECT_THAT(own, testing::ContainsRegex(kFix));
+  if (!words.empty()) {
+    EXPECT_THAT(text, testing::ContainsRegex(kConsequence));
+    EXPECT_THAT(text, testing::ContainsRegex(kFix));
   }
   int worst = worstStateFor(std::chrono::milliseconds(static_cast<int>(1000 * cell.seconds)));
   EXPECT_GE(worst, cell.at_least) << summary();

@@ -27,7 +27,7 @@ TEST(HeldAlong, KeepsTheHeadingAndWhatLiesAcross) {
   for (const double bearing : {0.0, 0.7, 2.0, -3.0}) {
     const Eigen::Vector2d along(std::cos(bearing), std::sin(bearing)), position(1.0, 2.0);
     const Eigen::Vector2d pulled = position + 0.3 * along;
-    const MatchResult held = heldAlong(matchedAt({pulled.x(), pulled.y(), 0.4}, 3, 1.1), position, along);
+    const MatchResult held = projectedOut(matchedAt({pulled.x(), pulled.y(), 0.4}, 3, 1.1), position, along);
     EXPECT_TRUE(held.usable());
     EXPECT_EQ(held.status, MatchStatus::kUnobservable);
     EXPECT_LT((held.T_ref_base.vector() - Eigen::Vector3d(1.0, 2.0, 0.4)).norm(), 1e-12);
@@ -39,14 +39,14 @@ TEST(HeldAlong, KeepsTheHeadingAndWhatLiesAcross) {
 
 TEST(HeldAlong, ABlindMatchLosesTheDirectionThatItSaw) {
   // It saw y and the heading, and was pulled along y.
-  const MatchResult held = heldAlong(matchedAt({0.0, 0.2, 0.1}, 2), {0.0, 0.0}, {0.0, 1.0});
+  const MatchResult held = projectedOut(matchedAt({0.0, 0.2, 0.1}, 2), {0.0, 0.0}, {0.0, 1.0});
   ASSERT_EQ(held.observable, 1);
   expectOrthonormal(held.directions);
   EXPECT_NEAR(std::abs(held.directions(2, 0)), 1.0, 1e-12) << "the heading is left";
 }
 
 TEST(HeldAlong, AMatchThatSawOneDirectionOnlySaysNothing) {
-  const MatchResult held = heldAlong(matchedAt({0.0, 0.2, 0.1}, 1), {0.0, 0.0}, {0.0, 1.0});
+  const MatchResult held = projectedOut(matchedAt({0.0, 0.2, 0.1}, 1), {0.0, 0.0}, {0.0, 1.0});
   EXPECT_EQ(held.observable, 0);
   EXPECT_FALSE(held.usable());
   expectOrthonormal(held.directions);

@@ -61,7 +61,7 @@ RC_GTEST_PROP(SolveObservable, StaysWhereItIsBlindAndNamesTheDirection, ()) {
   RC_ASSERT(std::abs(std::abs(solved.directions.col(2).dot(blind)) - 1.0) < 1e-9);
   RC_ASSERT((solved.directions.transpose() * solved.directions - Eigen::Matrix3d::Identity()).norm() < 1e-9);
   RC_ASSERT((equations.H * solved.step + equations.g).norm() < 1e-6);
-  // A metre at the lever counts as a metre: there the step is square to the blind direction.
+  // A metre at the lever counts as a metre: there the step is square to the degenerate direction.
   const Eigen::Vector3d metres(1.0, 1.0, lever);
   RC_ASSERT(std::abs(solved.step.cwiseProduct(metres).dot(blind.cwiseProduct(metres))) < 1e-6);
   RC_ASSERT((solved.inverse * equations.H * solved.inverse - solved.inverse).norm() < 1e-6 * solved.inverse.norm());
@@ -102,7 +102,7 @@ TEST(SolveObservable, ATurnIsMeasuredAtTheLever) {
 TEST(SolveObservable, WhatNoiseFeignsIsTakenOffAndMustBeOutweighed) {
   for (const auto& [information, seen] : {std::pair(1.0 + 2 * 0.7 - 0.02, 2), std::pair(1.0 + 2 * 0.7 + 0.02, 3)}) {
     NormalEquations equations = diagonal(50, information, 50);
-    equations.feigned(1, 1) = 0.7;
+    equations.spurious(1, 1) = 0.7;
     EXPECT_EQ(solveObservable(equations, 1.0, kLeast).observable, seen) << information;
   }
 }

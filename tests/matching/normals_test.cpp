@@ -72,10 +72,10 @@ TEST(Normals, SpotsOfAWallSeenTooFlatMaySlide) {
       const Room corridor{.length = 1e6, .width = 2.0, .reach = 12.0, .range_sigma = sigma};
       for (const ScanPoint& point : test::scanPoints(corridor, Pose2{}, random)) {
         if (point.range < 4.5) {
-          EXPECT_FALSE(point.may_slide) << point.range;
+          EXPECT_FALSE(point.grazing) << point.range;
         }
         if (point.range < 6.0 || point.hasNormal()) continue;  // the first one's neighbour is near
-        (point.may_slide ? slides : stays) += 1;
+        (point.grazing ? slides : stays) += 1;
       }
     }
     EXPECT_GT(slides, 300);
@@ -94,7 +94,7 @@ TEST(Normals, WhatStandsAloneOrBeforeAWallDoesNotSlide) {
   estimateNormals(points, Eigen::Vector2d::Zero());
   EXPECT_FALSE(points[3].hasNormal());
   EXPECT_FALSE(points[9].hasNormal());
-  for (const ScanPoint& point : points) EXPECT_FALSE(point.may_slide) << point.range;
+  for (const ScanPoint& point : points) EXPECT_FALSE(point.grazing) << point.range;
 }
 
 }  // namespace

@@ -209,7 +209,7 @@ TEST(PlIcpEquations, CountsWhatAgreesAndWhatIsKnownWell) {
     for (std::size_t i = 0; i < scene.pieces.size(); ++i) known += scene.pieces[i].observations >= 5;
     const MatchResult result = matchPointToLine(scene.reference, scene.points, kTruth);
     EXPECT_DOUBLE_EQ(result.overlap, 1.0);
-    EXPECT_DOUBLE_EQ(result.familiarity, static_cast<double>(known) / all);
+    EXPECT_DOUBLE_EQ(result.known_ratio, static_cast<double>(known) / all);
     const auto overlapWith = [&](double off) {  // every fifth point stands off its piece
       ScanPoints points = scene.points;
       for (std::size_t i = 0; i < points.size(); i += 5) {

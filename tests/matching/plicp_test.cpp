@@ -58,8 +58,8 @@ TEST(PlIcp, APointThatMaySlideTellsTheWayOnceItWasMetOften) {
     ScanPoints seen = scanPoints(corridor, Pose2{}, random), now = scanPoints(corridor, truth, random), spots;
     for (int i = 0; i < 8; ++i) {
       const Eigen::Vector2d spot(5.0 + i, i % 2 ? 1.0 : -1.0);
-      spots.push_back({.position = spot, .range = spot.norm(), .may_slide = true});
-      now.push_back({.position = truth.inverse() * spot, .range = spot.norm(), .may_slide = true});
+      spots.push_back({.position = spot, .range = spot.norm(), .grazing = true});
+      now.push_back({.position = truth.inverse() * spot, .range = spot.norm(), .grazing = true});
     }
     reference.add(Pose2{}, seen);
     for (int i = 0; i < times; ++i) reference.add(Pose2{}, spots);
@@ -144,7 +144,7 @@ TEST(PlIcp, APointBeyondTheReferencesWindowContradictsNothing) {
   const MatchResult result = matchPointToLine(reference, scanPoints(hall, corner * motion, random), {}, noisy(0.01));
   EXPECT_EQ(result.status, MatchStatus::kConverged) << result.observable << " " << result.pairs;
   EXPECT_GT(result.overlap, 0.85);
-  EXPECT_GT(result.familiarity, 0.7);
+  EXPECT_GT(result.known_ratio, 0.7);
   EXPECT_NEAR(result.T_ref_base.x, motion.x, 0.02);
   EXPECT_NEAR(result.T_ref_base.y, motion.y, 0.02);
 }

@@ -11,7 +11,7 @@
 namespace slam {
 namespace {
 
-using enum RangeImage::Sight;
+using enum RangeImage::Visibility;
 using test::Room;
 
 const Eigen::Vector2d kNoNormal = Eigen::Vector2d::Zero();
@@ -28,32 +28,32 @@ TEST(RangeImage, TellsWhatTheScanSawThroughMetAndDidNotSee) {
     const RangeImage image = imageOf({.length = 6.0, .width = 4.0, .range_sigma = 0.01, .beams = beams}, {});
     for (double angle = -3.1; angle < 3.1; angle += 0.1) {
       const Eigen::Vector2d ray(std::cos(angle), std::sin(angle));
-      EXPECT_EQ(image.sightOf(1.5 * ray, kNoNormal), kSeenThrough) << beams << " " << angle;
-      EXPECT_EQ(image.sightOf(1.5 * ray, -ray), kSeenThrough);
+      EXPECT_EQ(image.visibilityOf(1.5 * ray, kNoNormal), kViolated) << beams << " " << angle;
+      EXPECT_EQ(image.visibilityOf(1.5 * ray, -ray), kViolated);
     }
-    EXPECT_EQ(image.sightOf({3.02, 0.5}, {-1.0, 0.0}), kMet);
-    EXPECT_EQ(image.sightOf({1.0, -1.95}, {0.0, 1.0}), kMet);
-    EXPECT_EQ(image.sightOf({3.5, 0.5}, {-1.0, 0.0}), kHidden);
-    EXPECT_EQ(image.sightOf({30.0, 0.5}, {-1.0, 0.0}), kUnknown) << "further than anything seen";
-    EXPECT_EQ(image.sightOf({1.5, 0.0}, {0.0, 1.0}), kUnknown) << "beams pass along such a wall";
-    EXPECT_EQ(image.sightOf({0.0, 0.0}, kNoNormal), kUnknown);
+    EXPECT_EQ(image.visibilityOf({3.02, 0.5}, {-1.0, 0.0}), kConsistent);
+    EXPECT_EQ(image.visibilityOf({1.0, -1.95}, {0.0, 1.0}), kConsistent);
+    EXPECT_EQ(image.visibilityOf({3.5, 0.5}, {-1.0, 0.0}), kOccluded);
+    EXPECT_EQ(image.visibilityOf({30.0, 0.5}, {-1.0, 0.0}), kUnknown) << "further than anything seen";
+    EXPECT_EQ(image.visibilityOf({1.5, 0.0}, {0.0, 1.0}), kUnknown) << "beams pass along such a wall";
+    EXPECT_EQ(image.visibilityOf({0.0, 0.0}, kNoNormal), kUnknown);
   }
 }
 
 TEST(RangeImage, KnowsNothingWhereNoBeamReturned) {
   const RangeImage image = imageOf({.length = 40.0, .width = 2.0, .reach = 5.0, .range_sigma = 0.01}, {});
-  EXPECT_EQ(image.sightOf({3.0, 0.0}, kNoNormal), kUnknown) << "along the corridor";
-  EXPECT_EQ(image.sightOf({0.3, 0.5}, kNoNormal), kSeenThrough);
-  EXPECT_EQ(RangeImage().sightOf({1.0, 0.0}, kNoNormal), kUnknown);
+  EXPECT_EQ(image.visibilityOf({3.0, 0.0}, kNoNormal), kUnknown) << "along the corridor";
+  EXPECT_EQ(image.visibilityOf({0.3, 0.5}, kNoNormal), kViolated);
+  EXPECT_EQ(RangeImage().visibilityOf({1.0, 0.0}, kNoNormal), kUnknown);
 }
 
 TEST(RangeImage, ATallyLeavesOutWhatTheScanDoesNotTell) {
-  SightTally tally;
-  EXPECT_EQ(tally.seenThrough(), 0.0);
-  for (const auto sight : {kMet, kUnknown, kSeenThrough, kHidden, kMet, kMet}) tally.add(sight);
-  EXPECT_EQ(tally.told(), 4);
-  EXPECT_EQ(tally.met, 3);
-  EXPECT_EQ(tally.seenThrough(), 0.25);
+  VisibilityTally tally;
+  EXPECT_EQ(tally.freeSpaceViolation(), 0.0);
+  for (const auto sight : {kConsistent, kUnknown, kViolated, kOccluded, kConsistent, kConsistent}) tally.add(sight);
+  EXPECT_EQ(tally.judged(), 4);
+  EXPECT_EQ(tally.consistent, 3);
+  EXPECT_EQ(tally.freeSpaceViolation(), 0.25);
 }
 
 TEST(RangeImage, LeavesAWallAloneThatItsErrorsMayPassBy) {
@@ -62,7 +62,7 @@ TEST(RangeImage, LeavesAWallAloneThatItsErrorsMayPassBy) {
   const Eigen::Vector2d corner(2.95, 1.95);
   for (const double turn : {-0.015, 0.015}) {
     const Eigen::Vector2d p = Pose2{0.0, 0.0, turn} * corner;
-    EXPECT_NE(image.sightOf(p, kNoNormal), kSeenThrough);
+    EXPECT_NE(image.visibilityOf(p, kNoNormal), kViolated);
   }
 }
 
@@ -83,24 +83,24 @@ TEST(RangeImage, EachLimitHoldsFromBothSides) {
   for (const bool clockwise : {false, true}) {
     const RangeImage image = ring(0.02, 4.0, lidar, clockwise);
     const auto sight = [&](double range, const Eigen::Vector2d& normal = kNoNormal) {
-      return image.sightOf(lidar + range * Eigen::Vector2d(0.6, 0.8), normal);
+      return image.visibilityOf(lidar + range * Eigen::Vector2d(0.6, 0.8), normal);
     };
-    EXPECT_EQ(sight(3.75), kSeenThrough);
-    EXPECT_EQ(sight(3.85), kMet) << "20 cm before the wall";
-    EXPECT_EQ(sight(4.15), kMet);
+    EXPECT_EQ(sight(3.75), kViolated);
+    EXPECT_EQ(sight(3.85), kConsistent) << "20 cm before the wall";
+    EXPECT_EQ(sight(4.15), kConsistent);
     EXPECT_EQ(sight(4.25), kUnknown) << "farther than anything seen";
     EXPECT_EQ(sight(0.15), kUnknown) << "at the lidar itself";
-    EXPECT_EQ(sight(0.45), kSeenThrough);
+    EXPECT_EQ(sight(0.45), kViolated);
     const auto turned = [&](double cosine) {  // a wall's normal at this angle to the beam
       return sight(2.0, Pose2{0.0, 0.0, std::acos(cosine)} * Eigen::Vector2d(0.6, 0.8));
     };
     EXPECT_EQ(turned(0.27), kUnknown) << "beams pass along it";
-    EXPECT_EQ(turned(0.33), kSeenThrough);
+    EXPECT_EQ(turned(0.33), kViolated);
     EXPECT_EQ(turned(-0.27), kUnknown);
-    EXPECT_EQ(turned(-0.33), kSeenThrough);
+    EXPECT_EQ(turned(-0.33), kViolated);
   }
-  EXPECT_EQ(ring(0.055, 4.0, lidar, false).sightOf(lidar + Eigen::Vector2d(2.0, 0.03), kNoNormal), kSeenThrough);
-  EXPECT_EQ(ring(0.065, 4.0, lidar, false).sightOf(lidar + Eigen::Vector2d(2.0, 0.03), kNoNormal), kUnknown)
+  EXPECT_EQ(ring(0.055, 4.0, lidar, false).visibilityOf(lidar + Eigen::Vector2d(2.0, 0.03), kNoNormal), kViolated);
+  EXPECT_EQ(ring(0.065, 4.0, lidar, false).visibilityOf(lidar + Eigen::Vector2d(2.0, 0.03), kNoNormal), kUnknown)
       << "what lies between beams so far apart was not seen";
 }
 
@@ -114,8 +114,8 @@ TEST(RangeImage, BetweenTwoBeamsTheNearerTells) {
   image.set(points, Eigen::Vector2d::Zero());
   for (double bearing = 0.3; bearing < 1.5; bearing += 0.01) {
     const Eigen::Vector2d ray(std::cos(bearing), std::sin(bearing));
-    EXPECT_EQ(image.sightOf(1.5 * ray, kNoNormal), kSeenThrough) << bearing;
-    EXPECT_EQ(image.sightOf(3.0 * ray, kNoNormal), kHidden) << bearing;
+    EXPECT_EQ(image.visibilityOf(1.5 * ray, kNoNormal), kViolated) << bearing;
+    EXPECT_EQ(image.visibilityOf(3.0 * ray, kNoNormal), kOccluded) << bearing;
   }
 }
 

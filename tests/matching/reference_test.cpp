@@ -56,15 +56,15 @@ TEST(Reference, FindsTheNearestSurfelGiveOrTakeHalfACell) {
 
 TEST(Reference, APointMaySlideUntilItIsMetAsOneThatMayNot) {
   Reference reference;
-  const auto meet = [&](double x, bool may_slide) {
-    const ScanPoint point{.position = {x, 1.0}, .range = 8.0, .may_slide = may_slide};
+  const auto meet = [&](double x, bool grazing) {
+    const ScanPoint point{.position = {x, 1.0}, .range = 8.0, .grazing = grazing};
     reference.add(Pose2{}, std::span(&point, 1));
     return *reference.nearest({8.0, 1.0}, 0.2);
   };
-  EXPECT_TRUE(meet(8.0, true).may_slide);
-  EXPECT_TRUE(meet(8.02, true).may_slide);
-  EXPECT_FALSE(meet(8.01, false).may_slide);
-  EXPECT_FALSE(meet(8.0, true).may_slide);
+  EXPECT_TRUE(meet(8.0, true).grazing);
+  EXPECT_TRUE(meet(8.02, true).grazing);
+  EXPECT_FALSE(meet(8.01, false).grazing);
+  EXPECT_FALSE(meet(8.0, true).grazing);
   EXPECT_EQ(reference.size(), 1);
 }
 
@@ -129,11 +129,12 @@ TEST(Reference, IsSeenThroughFromAnotherPlaceThatMatches) {
   const Pose2 here{1.0, 0.5, 0.3};
   RangeImage image;
   image.set(scanPoints(room, here, random), Eigen::Vector2d::Zero());
-  EXPECT_LT(reference.seenThrough(here, image, 2.0), 0.01);
-  EXPECT_LT(reference.seenThrough(here * Pose2{0.05, -0.05, 0.02}, image, 2.0), 0.02) << "a match may be a little off";
+  EXPECT_LT(reference.freeSpaceViolation(here, image, 2.0), 0.01);
+  EXPECT_LT(reference.freeSpaceViolation(here * Pose2{0.05, -0.05, 0.02}, image, 2.0), 0.02)
+      << "a match may be a little off";
   // Two of the walls agree from there.
-  EXPECT_GT(reference.seenThrough(Pose2{0.0, 0.0, 1.5708} * here, image, 2.0), 0.2);
-  EXPECT_EQ(reference.seenThrough(here, image, 100.0), 0.0) << "nothing is known so well";
+  EXPECT_GT(reference.freeSpaceViolation(Pose2{0.0, 0.0, 1.5708} * here, image, 2.0), 0.2);
+  EXPECT_EQ(reference.freeSpaceViolation(here, image, 100.0), 0.0) << "nothing is known so well";
 }
 
 TEST(Reference, DoesNotAllocateAfterConstruction) {
@@ -253,8 +254,8 @@ TEST(Reference, AFewSurfelsTellNoPlace) {
       const ScanPoint point = wallPoint(2.0, 0.1 * i - 1.0, {-1.0, 0.0});
       for (int k = 0; k < 4; ++k) reference.add({}, std::span(&point, 1));
     }
-    EXPECT_EQ(reference.seenThrough({}, image, 4.0), share) << count;
-    EXPECT_EQ(reference.seenThrough({}, image, 5.0), 0.0) << "none was met so often";
+    EXPECT_EQ(reference.freeSpaceViolation({}, image, 4.0), share) << count;
+    EXPECT_EQ(reference.freeSpaceViolation({}, image, 5.0), 0.0) << "none was met so often";
   }
 }
 

@@ -37,7 +37,7 @@ double through(const DecayRateMap& field, const Eigen::Vector2d& from, const Eig
 
 TEST(DecayRateMap, AWallStopsTheSameShareHoweverThickItWasDrawn) {
   BeamModel model;
-  model.face = 0.0;
+  model.surface_layer = 0.0;
   for (const int thickness : {1, 2, 4, 6, 8}) {
     const KeyframeGraph keyframes = wallOf(thickness);
     const DecayRateMap field = fieldOf(keyframes, model);
@@ -51,7 +51,7 @@ TEST(DecayRateMap, OfAWallWithFacesTheSameShareIsLeftHoweverThickItWasDrawn) {
   for (const int thickness : {2, 4, 6, 8}) {  // one cell has no inside
     const KeyframeGraph keyframes = wallOf(thickness);
     const DecayRateMap field = fieldOf(keyframes);
-    const double left = (1.0 - field.model().face) * field.model().logThrough();
+    const double left = (1.0 - field.model().surface_layer) * field.model().logThrough();
     EXPECT_NEAR(through(field, {0.03, -1.5}, {0.03, 3.0}), left, 0.35 * std::abs(left)) << thickness;
   }
 }
@@ -60,7 +60,7 @@ TEST(DecayRateMap, OfAWallWithFacesTheSameShareIsLeftHoweverThickItWasDrawn) {
 TEST(DecayRateMap, ABeamAlongAWallMayCutItsFaceButNotComeThrough) {
   const KeyframeGraph keyframes = wallOf(3);
   BeamModel whole;
-  whole.face = 0.0;
+  whole.surface_layer = 0.0;
   const DecayRateMap field = fieldOf(keyframes), sharp = fieldOf(keyframes, whole);
   const Eigen::Vector2d from(-3.8, -0.05), within(3.8, 0.09), beyond(3.8, 0.7);
   EXPECT_EQ(through(field, from, within), 0.0);
@@ -130,7 +130,7 @@ TEST(DecayRateMap, AWallMayGoOnBeyondTheRimOfTheMap) {
   const KeyframeGraph keyframes = wallOf(3);
   BeamModel model;
   const DecayRateMap field = fieldOf(keyframes);
-  model.beyond_rim = 0.0;
+  model.extrapolated_rate = 0.0;
   const DecayRateMap rim = fieldOf(keyframes, model);
   const double wall = field.logRate({0.0, 0.1}, 3.0), unknown = std::log(model.rate_unknown);
   for (const double x : {-12.0, -5.0, 5.0, 12.0}) {
@@ -165,7 +165,8 @@ TEST(DecayRateMap, CountsEachCellOfWallOnce) {
   field.pass({0.03, -1.5}, {0.03, 2.0}, once);
   for (int i = 0; i < 3; ++i) field.pass({0.03, -1.5}, {0.03, 2.0}, thrice);
   const double one = field.logPassed(once);
-  EXPECT_NEAR(one, model.gone_weight * model.logThrough(), 0.4 * std::abs(model.gone_weight * model.logThrough()));
+  EXPECT_NEAR(one, model.removed_weight * model.logThrough(),
+              0.4 * std::abs(model.removed_weight * model.logThrough()));
   EXPECT_EQ(field.logPassed(thrice), one);
 }
 
@@ -180,7 +181,7 @@ TEST(DecayRateMap, AnOpenDoorCostsTheSameWhereverItIs) {
     return field.logPassed(passed);
   };
   const double door = open(0.03, 0.9);
-  EXPECT_LT(door, 2.0 * field.model().gone_weight * field.model().logThrough());
+  EXPECT_LT(door, 2.0 * field.model().removed_weight * field.model().logThrough());
   for (double x = -3.47; x < 2.5; x += 0.1) EXPECT_NEAR(open(x, 0.9), door, 1e-9) << x;
   EXPECT_NEAR(open(-2.97, 1.9), 2.0 * door, 1e-9) << "a gate of twice the width";
 }
@@ -197,7 +198,7 @@ TEST(DecayRateMap, OfAnEmptyMapKnowsNothing) {
 TEST(DecayRateMap, ABeamPassesAWallThatItEndsBehindByMoreThanItsNoise) {
   const KeyframeGraph keyframes = wallOf(2);
   BeamModel model;
-  model.face = 0.0;
+  model.surface_layer = 0.0;
   const DecayRateMap field = fieldOf(keyframes, model);
   const double whole = through(field, {0.03, -1.5}, {0.03, 3.0}), behind = 2 * kCell + 0.1;  // [m] of roughness
   ASSERT_LT(whole, 0.0);

@@ -196,7 +196,7 @@ TEST(LoopClosureSearch, TakesNoPlaceAlongABareCorridorForAnother) {
     }
   }
   EXPECT_GT(ambiguous, 5) << "every place fits";
-  EXPECT_GT(accepted, 0) << "where only the blind direction is left to choose";
+  EXPECT_GT(accepted, 0) << "where only the degenerate direction is left to choose";
 }
 
 TEST(LoopClosureSearch, FindsItsPlaceAmongTheDoorsOfACorridor) {

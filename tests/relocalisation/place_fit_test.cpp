@@ -28,13 +28,13 @@ class Drive {
   }
   /// Sees from a stretch of the path that ends at a pose.
   QueryCloud seen(const Pose2& newest, double length) {
-    KeyframeGraph segment;
+    KeyframeGraph session;
     for (double back = length; back >= 0.0; back -= 0.25) {
       const Keyframe& keyframe = drive_.at(newest * Pose2{-back, 0.0, 0.0}, kStep);
-      segment.add(std::make_shared<const StoredScan>(keyframe), keyframe.T_map_base);
+      session.add(std::make_shared<const StoredScan>(keyframe), keyframe.T_map_base);
     }
     QueryCloud view;
-    view.gather(segment, 0, segment.size() - 1, 8.0, 2.0, field->model().rigid_range);
+    view.gather(session, 0, session.size() - 1, 8.0, 2.0, field->model().rigid_range);
     return view;
   }
   std::optional<DecayRateMap> field;
@@ -178,10 +178,10 @@ TEST(PlaceFit, BehindAWallThatIsGoneTheMapNoLongerSaysWhatIsFree) {
   for (Place* place : {&map, &now}) addWalls(place->world, {{-4, -3}, {8, -3}, {8, 3}, {-4, 3}});
   addWalls(map.world, {{2.0, -3.0}, {2.0, 3.0}});
   for (const double y : {-2.0, -0.7, 0.7, 2.0}) now.world.add(sim::Cylinder{4.0, y, 0.3});
-  BeamModel doubted, believed;
-  believed.doubted = false;
+  BeamModel stale_free_space, believed;
+  believed.stale_free_space = false;
   for (const Pose2& pose : {Pose2{0.0, 0.0, 0.0}, Pose2{0.0, 0.0, std::numbers::pi}}) {
-    Drive with(map, now, -3.0, 7.0, doubted), without(map, now, -3.0, 7.0, believed);
+    Drive with(map, now, -3.0, 7.0, stale_free_space), without(map, now, -3.0, 7.0, believed);
     const double gain = fitPlace(*with.field, with.seen(pose, 0.5), pose).log_likelihood -
                         fitPlace(*without.field, without.seen(pose, 0.5), pose).log_likelihood;
     EXPECT_GT(gain, 5.0);

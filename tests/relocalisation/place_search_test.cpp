@@ -13,7 +13,7 @@ using Outcome = PlaceSearch::Outcome;
 
 const Eigen::Vector3d kStep(0.002, 0.002, 0.0005);
 
-/// A map of both rooms, and a segment that was driven in the first.
+/// A map of both rooms, and a session that was driven in the first.
 class Searched {
  public:
   explicit Searched(const PlaceSearchConfig& config = {}) : map_drive_(twins(), 1), drive_(twins(), 2), places(config) {
@@ -67,15 +67,15 @@ TEST(PlaceSearch, SaysByHowMuchTheBestPlaceLeads) {
   Searched searched;
   const auto alike = searched.search();
   ASSERT_EQ(alike.outcome, Outcome::kAmbiguous);
-  EXPECT_GE(alike.lead, 0.0);
-  EXPECT_LT(alike.lead, 0.5 * alike.needed);
+  EXPECT_GE(alike.margin, 0.0);
+  EXPECT_LT(alike.margin, 0.5 * alike.needed);
   const double x = alike.T_map_newest.x > 0.5 * kTwins ? kTwins : 0.0;
   EXPECT_NEAR(alike.T_map_newest.x, searched.truth.x + x, 0.1);
   searched.places.begin();
   const auto alone = searched.search(PlaceWindow{searched.truth, 1.5, 0.5});
   ASSERT_EQ(alone.outcome, Outcome::kFound);
-  EXPECT_GE(alone.lead, alone.needed);
-  EXPECT_EQ(alone.needed, PlaceSearchConfig{}.min_lead);
+  EXPECT_GE(alone.margin, alone.needed);
+  EXPECT_EQ(alone.needed, PlaceSearchConfig{}.min_margin);
 }
 
 TEST(PlaceSearch, FindsNothingInAWindowBesideTheMap) {
@@ -103,7 +103,7 @@ TEST(PlaceSearch, BelievesNoPlaceWhereTooLittleIsSeenAsMapped) {
 
 TEST(PlaceSearch, JudgesAMapByTheMeasureOfItsKind) {
   PlaceSearchConfig config;
-  config.model.lead_share = 0.0;
+  config.model.margin_share = 0.0;
   EXPECT_EQ(Searched().search().outcome, Outcome::kAmbiguous);
   EXPECT_EQ(Searched(config).search().outcome, Outcome::kFound);
   const auto searched = [](const PlaceSearchConfig& with) {
@@ -111,8 +111,8 @@ TEST(PlaceSearch, JudgesAMapByTheMeasureOfItsKind) {
     return one.search(PlaceWindow{one.truth, 1.5, 0.5});
   };
   config = {};
-  config.model.lead_share = 0.5;
-  EXPECT_EQ(searched(config).needed, 0.5 * PlaceSearchConfig{}.min_lead);
+  config.model.margin_share = 0.5;
+  EXPECT_EQ(searched(config).needed, 0.5 * PlaceSearchConfig{}.min_margin);
   config = {};
   config.model.least_seen = 1.01;  // more than all
   EXPECT_EQ(searched(config).outcome, Outcome::kElsewhere);
@@ -125,14 +125,14 @@ TEST(PlaceSearch, AFloorPlanIsLessSharpThanScansAndKnowsAll) {
   const PlaceModel plan = floorPlanModel(), scans = scanMapModel();
   EXPECT_GT(plan.beams.sigma, scans.beams.sigma);
   EXPECT_GT(plan.least_seen, PlaceSearchConfig{}.min_seen);
-  EXPECT_LT(plan.lead_share, scans.lead_share);
+  EXPECT_LT(plan.margin_share, scans.margin_share);
   EXPECT_EQ(plan.kind, MapKind::kFloorPlan);
   EXPECT_EQ(scans.kind, PlaceSearchConfig{}.model.kind);
 }
 
 TEST(PlaceSearch, BelievesALoneContender) {
   PlaceSearchConfig config;
-  config.min_lead = 1e9;  // nobody leads by so much ...
+  config.min_margin = 1e9;  // nobody leads by so much ...
   EXPECT_EQ(Searched(config).search().outcome, Outcome::kAmbiguous);
   config.contenders = 1;  // ... but whom nobody follows
   EXPECT_EQ(Searched(config).search().outcome, Outcome::kFound);

@@ -126,7 +126,7 @@ TEST(BackEndLimits, OnlyAMapOfFewKeyframesIsForgotten) {
     session.drive.place = test::hallWithPillars();
     for (int i = 0; i < 14; ++i) {
       auto keyframe = std::make_unique<Keyframe>(session.drive.at({6.0, 1.0, 0.0}, {}, kSharp));
-      keyframe->segment = 1;
+      keyframe->session = 1;
       keyframe->origin = i == 0 ? KeyframeOrigin::kLost : KeyframeOrigin::kContinued;
       session.back_end->add(*keyframe);
       session.back_end->takeCorrection();

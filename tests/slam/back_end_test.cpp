@@ -237,7 +237,7 @@ TEST(BackEnd, LooksAddNoKeyframes) {
   const auto edges = session.back_end->keyframes().graph().edges().size();
   for (int i = 0; i < 20; ++i) {
     const Pose2 offset{0.02 * i, 0.1, 0.05 * i};
-    const Keyframe& look = session.drive.look(session.drive.truth[3] * offset, 3);
+    const Keyframe& look = session.drive.refresh(session.drive.truth[3] * offset, 3);
     session.add(look);
     const auto scans = session.back_end->mapScans(look);
     ASSERT_EQ(scans.size(), 1U);
@@ -286,7 +286,7 @@ TEST(BackEnd, MakesNoCorrectionWhileTheLastIsOnItsWay) {
   session.comeBack({0.25, -0.2, 0.05}, kLost, {}, false);
   EXPECT_GT(session.counters().loop_closures, 0);
   EXPECT_EQ(session.corrections, 0);
-  session.add(session.drive.look(kStart, kVisit + 1));
+  session.add(session.drive.refresh(kStart, kVisit + 1));
   EXPECT_EQ(session.corrections, 1) << "a look asks for it, too";
   EXPECT_TRUE(session.inReference().contains(0));
 }

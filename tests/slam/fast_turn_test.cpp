@@ -70,7 +70,7 @@ class Turn {
     T_world_map_ = robot_.truth * robot_.estimate().T_map_base.inverse();
   }
 
-  bool wheelsHeard() const { return robot_.pipeline.frontEnd().counters().wheels_heard; }
+  bool wheelsHeard() const { return robot_.pipeline.frontEnd().counters().wheels_reliable; }
   /// @param rate [rad/s]  @return poses that were wrong and called good
   int run(double rate) {
     int wrong = 0;

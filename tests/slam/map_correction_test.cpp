@@ -70,7 +70,7 @@ TEST_P(LateCorrections, LeaveFrontEndAndBackEndWithTheSameKeyframesInTheSamePlac
     handed_over = chance(0.04);
     if (!handed_over) return true;
     int ahead = static_cast<int>(std::count_if(robot.keyframes.begin(), robot.keyframes.end(),
-                                               [](const Keyframe& keyframe) { return !keyframe.look; }));
+                                               [](const Keyframe& keyframe) { return !keyframe.refresh; }));
     ahead += robot.pipeline.backEnd().keyframes().size() - 1 - robot.pipeline.correction()->newest;
     most_ahead = std::max(most_ahead, ahead);
     return false;

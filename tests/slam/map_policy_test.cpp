@@ -21,7 +21,7 @@ struct Parts {
   const Keyframe& beginSession(std::int32_t number) {
     first = std::make_unique<Keyframe>(drive.at({2.0, 0.5, 0.0}, kStep));
     first->id = config.localise_only ? map.given : map.keyframes.size();
-    first->segment = number;
+    first->session = number;
     first->origin = KeyframeOrigin::kLost;
     policy->begin(*first, session);
     return *first;
@@ -76,7 +76,7 @@ TEST(GrowingMap, TakesAFoundSessionInAndJoinsItWhereItIs) {
   EXPECT_EQ(edge.to, 8);
   const auto correction = parts.reference.take();
   ASSERT_TRUE(correction);
-  EXPECT_EQ(correction->segment, 1);
+  EXPECT_EQ(correction->session, 1);
   EXPECT_EQ(correction->keyframes.size(), 9U);
 }
 
@@ -110,7 +110,7 @@ TEST(FixedMap, ItsReferenceFollowsTheRobotInSteps) {
   auto correction = parts.reference.take();
   ASSERT_TRUE(correction);
   EXPECT_EQ(correction->keyframes.size(), 8U);
-  auto look = std::make_unique<Keyframe>(parts.drive.look({0.5, 0.0, 0.0}, 2));
+  auto look = std::make_unique<Keyframe>(parts.drive.refresh({0.5, 0.0, 0.0}, 2));
   for (const double x : {8.4, 8.6}) {
     look->T_map_base = {x, 0.0, 0.0};
     parts.policy->follow(*look);

@@ -45,7 +45,7 @@ TEST_F(ReferenceSelectorTest, TakesOutWhatTheRobotHasLostTouchWith) {
   EXPECT_EQ(heldBy(*correction), known);
   EXPECT_EQ(held(), known);
   EXPECT_EQ(correction->newest, 9);
-  EXPECT_EQ(correction->segment, kSession);
+  EXPECT_EQ(correction->session, kSession);
   EXPECT_GT(correction->reference.size(), 0U);
   EXPECT_EQ(selector.made(), 1);
 
@@ -77,7 +77,7 @@ TEST_F(ReferenceSelectorTest, HoldsTheKeyframesThatItIsGiven) {
   ASSERT_TRUE(correction);
   EXPECT_EQ(heldBy(*correction), ids);
   EXPECT_EQ(held(), ids);
-  EXPECT_EQ(correction->T_map_segment, Pose2(1.0, 2.0, 0.5));
+  EXPECT_EQ(correction->T_map_session, Pose2(1.0, 2.0, 0.5));
 }
 
 TEST_F(ReferenceSelectorTest, BuildsTheNextOneInTheMemoryOfAUsedOneFromNothing) {
@@ -85,16 +85,16 @@ TEST_F(ReferenceSelectorTest, BuildsTheNextOneInTheMemoryOfAUsedOneFromNothing) 
   auto refuted = selector.take();
   ASSERT_TRUE(refuted);
   EXPECT_TRUE(refuted->refuted);
-  EXPECT_FALSE(refuted->T_map_segment);
+  EXPECT_FALSE(refuted->T_map_session);
   EXPECT_EQ(selector.made(), 0) << "it corrects nothing";
-  refuted->T_map_segment = Pose2{};
+  refuted->T_map_session = Pose2{};
   const MapCorrection* memory = refuted.get();
   selector.recycle(std::move(refuted));
   selector.renew(map, 9, kSession + 1);
   const auto correction = selector.take();
   EXPECT_EQ(correction.get(), memory);
-  EXPECT_FALSE(correction->refuted || correction->T_map_segment);
-  EXPECT_EQ(correction->segment, kSession + 1);
+  EXPECT_FALSE(correction->refuted || correction->T_map_session);
+  EXPECT_EQ(correction->session, kSession + 1);
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ class Session {
     start_ = truth;
     auto first = std::make_unique<Keyframe>(drive_.at(truth, kStep));
     first->id = map.keyframes.size();
-    first->segment = tracker.number() + 1;
+    first->session = tracker.number() + 1;
     first->origin = origin;
     first->T_map_base = T_map_given;
     map.begin(*first);

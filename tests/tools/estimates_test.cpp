@@ -107,7 +107,7 @@ TEST(EstimateWriter, RefusesAPathThatItCannotWrite) {
 TEST(EstimateOf, TakesPoseAndCovarianceToTheScansOwnStamp) {
   std::mt19937 random(1);
   const test::Room room{.range_sigma = 0.01};
-  const auto front_end = std::make_unique<FrontEnd>(LocalizerConfig{});
+  const auto front_end = std::make_unique<FrontEnd>(FrontEndConfig{});
   Pose2 truth, wheels;
   ScanOutcome outcome;
   for (Timestamp now{100s}; now < Timestamp{103s}; now += 20ms) {

@@ -110,7 +110,7 @@ std::int64_t trueStamp(int scan) { return utimeOf(scan * kScanPeriod); }
 
 Config driveConfig() {
   Config config;
-  config.localizer.lidar.range_sigma = 0.01;
+  config.front_end.lidar.range_sigma = 0.01;
   return config;
 }
 
@@ -154,7 +154,7 @@ TEST(Replay, RecoversTheMotionThatTheWheelsMisjudge) {
   const Folder folder;
   writeDrive(folder / "drive.lcm", trueStamp);
   const ReplayStats stats = replay(driveConfig(), outputsIn(folder, "a"));
-  EXPECT_EQ(stats.localizer.scans, 100U);
+  EXPECT_EQ(stats.front_end.scans, 100U);
   EXPECT_NEAR(stats.log_s, kSeconds, 0.2);
   EXPECT_EQ(stats.rejected_messages, 0U);
   EXPECT_FALSE(stats.truncated);
@@ -275,7 +275,7 @@ TEST(Replay, WritesAnEstimateAScanThatAgreesWithPosesAndOdometryAsKnown) {
     *before = scan;
   });
   const ReplayStats stats = replay(driveConfig(), outputsIn(folder, "a"));
-  EXPECT_EQ(stats.localizer.scans_repeated, 1U);
+  EXPECT_EQ(stats.front_end.scans_repeated, 1U);
   const auto rows = estimatesIn(folder / "a.csv");
   std::istringstream causal(contentOf(folder / "a_causal.tum")), odometry(contentOf(folder / "a_odometry.tum"));
   ASSERT_EQ(rows.size(), 100U);
@@ -326,7 +326,7 @@ TEST(Replay, WarnsOfAStuckLidarAndBlamesNoOtherSensorForIt) {
       }
     });
     const ReplayStats stats = replay(driveConfig(), outputsIn(folder, "a"));
-    EXPECT_GT(stats.localizer.scans_repeated, 640U) << kept;
+    EXPECT_GT(stats.front_end.scans_repeated, 640U) << kept;
     EXPECT_THAT(stats.warnings, testing::ElementsAre(testing::HasSubstr("the lidar was stuck"))) << kept;
     EXPECT_EQ(estimatesIn(folder / "a.csv").at(100).at("status"), "none");
   }
@@ -340,7 +340,7 @@ TEST(Replay, GoesOnBehindDamageAndCountsIt) {
   bytes.resize(bytes.size() - 100);
   folder.write("drive.lcm", bytes);
   const ReplayStats stats = replay(driveConfig(), outputsIn(folder, "a"));
-  EXPECT_GE(stats.localizer.scans, 97U);
+  EXPECT_GE(stats.front_end.scans, 97U);
   EXPECT_GE(stats.skipped_bytes, 5000U);
   EXPECT_TRUE(stats.truncated);
   expectMotion(folder / "a.tum", 0.03, 0.01);
@@ -351,7 +351,7 @@ TEST(Replay, WarnsOfSensorsThatContradictEachOther) {
   writeDrive(folder / "drive.lcm", trueStamp);
   EXPECT_THAT(replay(driveConfig(), outputsIn(folder, "a")).warnings, testing::IsEmpty());
   Config wrong = driveConfig();
-  wrong.localizer.lidar.upside_down = true;
+  wrong.front_end.lidar.upside_down = true;
   const ReplayStats stats = replay(wrong, outputsIn(folder, "a"));
   ASSERT_THAT(stats.warnings, testing::ElementsAre(testing::HasSubstr("upside down")));
   EXPECT_THAT(stats.json(), testing::HasSubstr("\"warnings\": [\"" + stats.warnings[0] + "\"]"));
@@ -419,7 +419,7 @@ TEST(Replay, CountsMessagesThatDoNotDecode) {
   }
   const ReplayStats stats = replay(driveConfig(), outputsIn(folder, "a"));
   EXPECT_EQ(stats.rejected_messages, 3U);
-  EXPECT_EQ(stats.localizer.scans, 1U);
+  EXPECT_EQ(stats.front_end.scans, 1U);
 }
 
 TEST(Replay, RefusesALogWithoutScansAndOutputsItCannotWrite) {
@@ -486,7 +486,7 @@ TEST(Replay, GoesOnInALoadedMap) {
   const ReplayStats stats = replay(driveConfig(), options);
   const MapState first = MapStore::load(folder / "maps", "room", {}).state;
   const MapState longer = MapStore::load(folder / "maps", "longer", {}).state;
-  const int added = static_cast<int>(stats.localizer.keyframes);
+  const int added = static_cast<int>(stats.front_end.keyframes);
   EXPECT_EQ(longer.keyframes.size(), first.keyframes.size() + added);
   EXPECT_LT(added, first.keyframes.size());
   EXPECT_THAT(longer.in_map, testing::Each(testing::Ne(0)));
@@ -494,7 +494,7 @@ TEST(Replay, GoesOnInALoadedMap) {
   EXPECT_LT(between(end, longer.T_map_base).translation().norm(), 0.03);
   options.load_map = options.save_map;  // and on
   options.save_map.clear();
-  EXPECT_LT(replay(driveConfig(), options).localizer.keyframes, first.keyframes.size());
+  EXPECT_LT(replay(driveConfig(), options).front_end.keyframes, first.keyframes.size());
 }
 
 TEST(Replay, SaysInOneLineWhatIsWrongWithAMap) {
@@ -513,7 +513,7 @@ TEST(Replay, SaysInOneLineWhatIsWrongWithAMap) {
   options.load_map = folder / "first.yaml";
   EXPECT_THAT(refusal(), HasSubstr("a picture of a map cannot be extended"));
   options.load_map = map;
-  config.localizer.lidar.T_base_lidar.theta = 0.5;
+  config.front_end.lidar.T_base_lidar.theta = 0.5;
   EXPECT_THAT(refusal(), HasSubstr("fix [lidar]"));
   config = driveConfig();
   options.load_map.clear();
@@ -554,7 +554,7 @@ TEST(ReplayOfRecordedData, MeetsTheRelationsOfIntel) {
   options.logs = {folder / "intel.lcm"};
   options.trajectory = folder / "intel.tum";
   const Config config = loadConfig(std::filesystem::path(SLAMD_SOURCE_DIR) / "config/carmen.toml");
-  EXPECT_EQ(replay(config, options).localizer.scans, 5505U);
+  EXPECT_EQ(replay(config, options).front_end.scans, 5505U);
   EXPECT_EQ(stampsOf(folder / "intel.tum").size(), 5505U);
   const RelationErrors errors =
       relationErrors(readTrajectory(folder / "intel.tum"), readRelations(recorded("intel/intel.relations")));

@@ -17,7 +17,7 @@ namespace slam {
 /// A rule of the front end that can be left out alone. docs/algorithms.md explains them; no key of a file does this.
 struct Rule {
   std::string_view name;
-  std::function<void(LocalizerConfig&)> leave_out;
+  std::function<void(FrontEndConfig&)> leave_out;
 };
 std::span<const Rule> frontEndRules();
 

@@ -43,11 +43,11 @@ ColdStartReport coldStarts(const std::vector<LogSample>& samples, const LogTruth
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (std::holds_alternative<std::unique_ptr<LaserScan>>(samples[i])) scans.push_back(i);
   }
-  PipelineConfig robot{localizerConfig(config), backEndConfig(config), config.map, false};
-  if (options.believe_none) robot.back_end.relocalisation.places.min_lead = std::numeric_limits<double>::infinity();
+  PipelineConfig robot{frontEndConfig(config), backEndConfig(config), config.map, false};
+  if (options.believe_none) robot.back_end.relocalisation.places.min_margin = std::numeric_limits<double>::infinity();
   ColdStartReport report;
   report.truth_seen = truth.seen;
-  report.truth_lead = truth.lead;
+  report.truth_margin = truth.margin;
   const auto stampOf = [&](std::size_t row) { return truth.rows[row].stamp; };
   const Duration longest = fromSeconds(options.seconds);
   const Duration span = stampOf(scans.size() - 1) - stampOf(0) - longest;
@@ -71,7 +71,7 @@ ColdStartReport coldStarts(const std::vector<LogSample>& samples, const LogTruth
       const double after = toSeconds(stampOf(row) - begin);
       if (searches() > before && pipeline.backEnd().newestSearch().outcome != PlaceSearch::Outcome::kElsewhere) {
         const PlaceSearch::Result& found = pipeline.backEnd().newestSearch();
-        start.searches.push_back({after, found.lead, errorOf(found.T_map_newest, truth.rows[row].T_map_base)});
+        start.searches.push_back({after, found.margin, errorOf(found.T_map_newest, truth.rows[row].T_map_base)});
       }
       if (pipeline.frontEnd().placed()) {
         start.found = true;
@@ -101,7 +101,7 @@ void writeStarts(const ColdStartReport& report, const std::filesystem::path& csv
     }
     out << ",";
     for (const ColdSearch& search : start.searches) {
-      out << (&search == &start.searches.front() ? "" : " ") << search.after << " " << search.lead;
+      out << (&search == &start.searches.front() ? "" : " ") << search.after << " " << search.margin;
     }
     out << "\n";
   }

@@ -19,8 +19,8 @@ struct PlaceError {
 
 /// What a search over the whole map found.
 struct ColdSearch {
-  double after = 0.0;  ///< [s] from the start
-  double lead = 0.0;   ///< of its best place's log-likelihood over any other's, see PlaceSearch::Result
+  double after = 0.0;   ///< [s] from the start
+  double margin = 0.0;  ///< of its best place's log-likelihood over any other's, see PlaceSearch::Result
   PlaceError error;
 };
 
@@ -39,7 +39,7 @@ struct ColdStartReport {
   int right = 0, wrong = 0, not_yet = 0;  ///< right: within 0.5 m and 10 deg
   std::vector<double> search_ms;          ///< of each search over the whole map
   double truth_seen = 0.0;                ///< [1] see LogTruth
-  double truth_lead = 0.0;
+  double truth_margin = 0.0;
 };
 
 /// Starts at `places` moments, evenly spaced over the log, and lets each drive for at most `seconds`. The truth is
@@ -61,7 +61,7 @@ ColdStartReport coldStarts(const std::vector<LogSample>& samples, const LogTruth
                            const std::function<void(int done)>& progress = {});
 
 /// Writes a row a start, with all digits of its doubles: begin_s, after_s, x_m, y_m, theta_rad, and of each search
-/// after_s and lead. What was not found stays empty.
+/// after_s and margin. What was not found stays empty.
 /// @throws std::runtime_error
 void writeStarts(const ColdStartReport& report, const std::filesystem::path& csv);
 

@@ -171,7 +171,7 @@ std::optional<ScanOutcome> addTo(Pipeline& pipeline, const LogSample& sample) {
 LogTruth fitLog(const std::vector<LogSample>& samples, const Config& config, const MapState& map) {
   Config mapping = config;
   mapping.mode = RunMode::kSlam;
-  PipelineConfig fitting = fitted({localizerConfig(mapping), backEndConfig(mapping), mapping.map, false}, map);
+  PipelineConfig fitting = fitted({frontEndConfig(mapping), backEndConfig(mapping), mapping.map, false}, map);
   fitting.back_end.relocalisation.places.model = scanMapModel();  // which its own map is
   const auto own = std::make_unique<Pipeline>(fitting);
   const std::vector<AnchoredRow> rows = mapLog(samples, *own);
@@ -181,7 +181,7 @@ LogTruth fitLog(const std::vector<LogSample>& samples, const Config& config, con
   std::iota(ids.begin(), ids.end(), 0);
   std::vector<DecayRateMap> fields;
   for (const double sigma : kBlurs) {
-    fields.emplace_back(map.keyframes, ids, BeamModel{.sigma = sigma, .beyond_rim = 0.0}, map.kind);
+    fields.emplace_back(map.keyframes, ids, BeamModel{.sigma = sigma, .extrapolated_rate = 0.0}, map.kind);
   }
   const KeyframeGraph& keyframes = own->backEnd().keyframes();
   const int newest = keyframes.size() - 1;
@@ -205,11 +205,11 @@ LogTruth fitLog(const std::vector<LogSample>& samples, const Config& config, con
     const LaidPath path = lay(fields, stretched(whole, scale), paths.front().T_map_part.front());
     if (path.log_likelihood > best.log_likelihood) best = path;
   }
-  LogTruth truth{.rows = {}, .seen = best.seen, .lead = std::numeric_limits<double>::infinity()};
+  LogTruth truth{.rows = {}, .seen = best.seen, .margin = std::numeric_limits<double>::infinity()};
   for (const LaidPath& path : paths) {
     const Pose2 apart = between(path.T_map_part.front(), paths.front().T_map_part.front());
     if (std::hypot(apart.x, apart.y) < kElsewhere) continue;
-    truth.lead = std::min(truth.lead, paths.front().log_likelihood - path.log_likelihood);
+    truth.margin = std::min(truth.margin, paths.front().log_likelihood - path.log_likelihood);
   }
   for (const AnchoredRow& row : rows) {
     const int id = std::max(0, row.anchored.keyframe);

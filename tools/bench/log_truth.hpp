@@ -30,7 +30,7 @@ struct LogTruth {
   };
   std::vector<Row> rows;  ///< one a scan
   double seen = 0.0;      ///< [1] share of the walls of the log's own map that are at their places in the given one
-  double lead = 0.0;      ///< log-likelihood over the second best place for the whole log
+  double margin = 0.0;    ///< log-likelihood over the second best place for the whole log
 };
 
 /// The log's own map, made without the given one, is laid into it as a whole: of all places the one that explains the

@@ -52,7 +52,7 @@ void printColdStarts(const slam::ColdStartReport& report, bool verbose) {
         std::printf("at %6.1f s: not yet", start.begin);
         for (const slam::ColdSearch& search : start.searches) {
           std::printf("%s %.1f s %s %.1f", &search == &start.searches.front() ? ":" : ",", search.after,
-                      search.error.right() ? "right by" : "wrong by", search.lead);
+                      search.error.right() ? "right by" : "wrong by", search.margin);
         }
         std::printf("\n");
       }
@@ -65,29 +65,29 @@ void printColdStarts(const slam::ColdStartReport& report, bool verbose) {
   std::printf(
       "truth: the log's own map laid into the given one, %.0f %% of its walls in place, log-likelihood %.0f over the "
       "second best place\n",
-      100.0 * report.truth_seen, report.truth_lead);
+      100.0 * report.truth_seen, report.truth_margin);
 }
 
-/// What each start would believe first, were such a lead enough.
+/// What each start would believe first, were such a margin enough.
 void printLeads(const slam::ColdStartReport& report) {
   double largest = 0.0;
   int leading = 0;
   for (const slam::ColdStart& start : report.starts) {
     leading += !start.searches.empty() && start.searches.back().error.right();
     for (const slam::ColdSearch& search : start.searches) {
-      if (!search.error.right()) largest = std::max(largest, search.lead);
+      if (!search.error.right()) largest = std::max(largest, search.margin);
     }
   }
-  for (const double lead : {4.0, 4.5, 5.0, 5.5, 6.0, 7.0, 8.0, 9.0}) {
+  for (const double margin : {4.0, 4.5, 5.0, 5.5, 6.0, 7.0, 8.0, 9.0}) {
     int right = 0, wrong = 0;
     for (const slam::ColdStart& start : report.starts) {
       const auto believed = std::find_if(start.searches.begin(), start.searches.end(),
-                                         [&](const slam::ColdSearch& search) { return search.lead >= lead; });
+                                         [&](const slam::ColdSearch& search) { return search.margin >= margin; });
       if (believed != start.searches.end()) ++(believed->error.right() ? right : wrong);
     }
-    std::printf("lead %.1f: %d right, %d wrong\n", lead, right, wrong);
+    std::printf("margin %.1f: %d right, %d wrong\n", margin, right, wrong);
   }
-  std::printf("the true place leads at the end: %d; largest lead of a wrong place: %.1f\n", leading, largest);
+  std::printf("the true place leads at the end: %d; largest margin of a wrong place: %.1f\n", leading, largest);
 }
 
 /// Rules of the front end whose names begin with one of `asked`; all where none is.
@@ -184,7 +184,7 @@ int main(int argc, char** argv) {
   localise->add_option("--seconds", seconds, "[s] that each drives at most")->capture_default_str();
   localise->add_flag("--verbose", verbose, "a line for each start");
   localise->add_flag("--leads", leads,
-                     "believe no place that has a rival: how often the best one was right or wrong, by its lead");
+                     "believe no place that has a rival: how often the best one was right or wrong, by its margin");
   localise->add_option("--starts", starts, "write a row a start: when, where found, its searches (CSV)");
   localise->add_option("LOG", log, "LCM event log")->required();
   localise->add_option("MAP", map, "map_server .yaml")->required();

@@ -52,8 +52,8 @@ const RecordedScan* find(const std::map<Timestamp, RecordedScan>& scans, Timesta
 
 std::vector<ScanPair> loadScanPairs(const std::filesystem::path& log, const std::filesystem::path& relations,
                                     const Config& config, double max_interval) {
-  const LidarModel& lidar = config.localizer.lidar;
-  NormalConfig normals = config.localizer.normals;
+  const LidarModel& lidar = config.front_end.lidar;
+  NormalConfig normals = config.front_end.normals;
   normals.range_sigma = lidar.range_sigma;
   std::map<Timestamp, RecordedScan> scans;
   Pose2 wheels;
@@ -86,11 +86,11 @@ PairReport matchPairs(const std::vector<ScanPair>& pairs, Matcher matcher, doubl
                       double rotation_noise, std::uint64_t seed, const Config& config) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-  MatchConfig match = config.localizer.match;
-  match.range_sigma = config.localizer.lidar.range_sigma;
+  MatchConfig match = config.front_end.match;
+  match.range_sigma = config.front_end.lidar.range_sigma;
   match.search_translation = translation_noise;
   match.search_rotation = rotation_noise;
-  Reference reference(config.localizer.reference);
+  Reference reference(config.front_end.reference);
   CorrelativeMatcher search;
   const SearchWindow window{translation_noise, rotation_noise};
 

@@ -23,7 +23,7 @@ slam::Config configFrom(const std::string& file, const std::vector<std::string>&
 
 slam::RobotGeometry configuredGeometry(const slam::Config& config) {
   const slam::DifferentialBase& base = config.base_device.geometry;
-  return {base.wheel_radius, base.wheel_radius, 2.0 * base.half_track, config.localizer.lidar.T_base_lidar};
+  return {base.wheel_radius, base.wheel_radius, 2.0 * base.half_track, config.front_end.lidar.T_base_lidar};
 }
 
 slam::SensorLog readLog(const slam::Config& config, const std::string& file) {

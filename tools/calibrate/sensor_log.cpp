@@ -77,7 +77,7 @@ class LogFeeder {
  private:
   /// Motions are measured between scans near in time: a loop that is closed would put a jump between them.
   static PipelineConfig withoutLoops(const Config& config) {
-    PipelineConfig pipeline{config.localizer, backEndConfig(config), config.map, false};
+    PipelineConfig pipeline{config.front_end, backEndConfig(config), config.map, false};
     pipeline.back_end.localise_only = false;
     pipeline.back_end.close_loops = false;
     return pipeline;

@@ -77,10 +77,10 @@ OverlayErrors overlayVisits(const Trajectory& trajectory, const std::filesystem:
   if (placed.empty()) throw std::runtime_error("no scan of the log lies within the trajectory's time");
   const Visits visits = findVisits(placed, options);
 
-  const LidarModel& lidar = config.localizer.lidar;
-  NormalConfig normals = config.localizer.normals;
+  const LidarModel& lidar = config.front_end.lidar;
+  NormalConfig normals = config.front_end.normals;
   normals.range_sigma = lidar.range_sigma;
-  ReferenceConfig walls = config.localizer.reference;
+  ReferenceConfig walls = config.front_end.reference;
   walls.fine_radius = std::max(walls.fine_radius, options.pair_distance + walls.fine_cell);
   Reference reference(walls);
   reference.clear(placed.front().T_map_base.translation());

@@ -25,7 +25,7 @@ void printOffset(const slam::ReplayStats& stats, double configured) {
 }
 
 void printSummary(const slam::ReplayStats& stats) {
-  const auto& l = stats.localizer;
+  const auto& l = stats.front_end;
   std::printf("%u scans of %.1f s: %u matched, %u partly observable, %u not matched; %u keyframes, %d loop closures\n",
               l.scans, stats.log_s, l.matched, l.partly_observable, l.unmatched + l.gated + l.scans_too_late,
               l.keyframes, stats.back_end.loop_closures);
@@ -58,8 +58,8 @@ void warnOfDamage(const std::string& log, const slam::ReplayStats& stats) {
     std::cerr << "slam-replay: " << log << ": scans have more beams than are used; left " << stats.thinned_beams
               << " out, evenly\n";
   }
-  if (stats.localizer.clock_resets > 0) {
-    std::cerr << "slam-replay: " << log << ": time went back by seconds " << stats.localizer.clock_resets << " times\n";
+  if (stats.front_end.clock_resets > 0) {
+    std::cerr << "slam-replay: " << log << ": time went back by seconds " << stats.front_end.clock_resets << " times\n";
   }
   for (const std::string& warning : stats.warnings) std::cerr << "warning: " << warning << "\n";
 }
@@ -104,7 +104,7 @@ int main(int argc, char** argv) {
         options.logs = slam::logPaths(options.logs);
         const slam::Config config =
             config_file.empty() ? ownConfig(options.logs, overrides) : slam::loadConfig(config_file, overrides);
-        for (const std::string& line : config.without_effect) std::cerr << line << "\n";
+        for (const std::string& line : config.notices) std::cerr << line << "\n";
         if (config.mode == slam::RunMode::kLocalise && !options.save_map.empty()) {
           throw CLI::ValidationError("--save-map", "mode \"localise\" changes no map; there is nothing to save");
         }
@@ -122,7 +122,7 @@ int main(int argc, char** argv) {
         }
         warnOfDamage(options.logs.front().string() + (options.logs.size() > 1 ? " and following" : ""), stats);
         printSummary(stats);
-        printOffset(stats, config.localizer.lidar.time_offset);
+        printOffset(stats, config.front_end.lidar.time_offset);
         return slam::kDone;
       });
 }

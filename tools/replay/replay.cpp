@@ -48,7 +48,7 @@ class Run {
         use_imu_(config.imu_device.driver != ImuDriver::kNone),
         use_depth_(config.depth_device.driver != DepthDriver::kNone),
         localise_only_(config.mode == RunMode::kLocalise),
-        pipeline_({localizerConfig(config), backEndConfig(config), config.map, drawsMap(options)}, map, &stopwatch),
+        pipeline_({frontEndConfig(config), backEndConfig(config), config.map, drawsMap(options)}, map, &stopwatch),
         final_(writerFor(options.trajectory)),
         causal_(writerFor(options.causal)),
         odometry_(writerFor(options.odometry)),
@@ -94,7 +94,7 @@ class Run {
       const Mapper& mapper = pipeline_.drawn();
       writeMapFiles(options.map, renderMap(mapper.grid()), mapper.path());
     }
-    stats_.localizer = pipeline_.frontEnd().counters();
+    stats_.front_end = pipeline_.frontEnd().counters();
     stats_.filter = pipeline_.frontEnd().filterCounters();
     stats_.back_end = pipeline_.backEnd().counters();
     stats_.lidar_gyro_offset = offset_.estimate();
@@ -106,7 +106,7 @@ class Run {
       stats_.warnings.push_back(describe(finding));
       explained |= finding.fault != SensorFault::kScansRepeated && finding.fault != SensorFault::kTimeBackwards;
     }
-    if (scans_stuck_ > std::max(kFewStuck, kFewStuckShare * stats_.localizer.scans)) {
+    if (scans_stuck_ > std::max(kFewStuck, kFewStuckShare * stats_.front_end.scans)) {
       stats_.warnings.push_back(
           "the lidar was stuck: " + std::to_string(scans_stuck_) +
           " scans show the ranges of the turn before although the robot moves; they were left out; "
@@ -114,11 +114,11 @@ class Run {
     }
     if (scans_blind_ > 0)
       stats_.warnings.push_back("lidar: " + std::to_string(scans_blind_) + " scans with " + describe(echo_finding_));
-    if (const auto times = stats_.localizer.wheels_withdrawn; times > 0 && !explained) {
+    if (const auto times = stats_.front_end.wheels_rejected; times > 0 && !explained) {
       stats_.warnings.push_back("the wheels contradicted the scans and were not heard, " + std::to_string(times) +
                                 " times: do they slip, lag behind, or have a wrong radius or sign?");
     }
-    if (stats_.localizer.scans > 0 && stats_.localizer.matched + stats_.localizer.partly_observable == 0) {
+    if (stats_.front_end.scans > 0 && stats_.front_end.matched + stats_.front_end.partly_observable == 0) {
       stats_.warnings.emplace_back(
           "no scan was matched: are its ranges finite and between range_min and range_max, and "
           "its stamps near those of wheels and IMU?");
@@ -170,7 +170,7 @@ class Run {
     if (outcome.fused && outcome.match.observable == 3) offset_.addScan(outcome.stamp, outcome.match.T_ref_base.theta);
     if (outcome.match.iterations > 0) stats_.match_us.push_back(1e6 * toSeconds(outcome.match_time));
     // Before a correction moves the keyframes; in a given map, whose keyframes stay, the pose is its own anchor.
-    poses_.push_back({utime_, front_end.segment(),
+    poses_.push_back({utime_, front_end.session(),
                       localise_only_ ? AnchoredPose{-1, known.T_map_base} : front_end.anchor(known.T_map_base)});
     if (causal_) causal_->write(utime_, known.T_map_base);
     if (odometry_) odometry_->write(utime_, known.T_odom_base);
@@ -179,8 +179,8 @@ class Run {
 
   void note(const MapUpdate& update) {
     if (!update.poses.empty()) stats_.optimise_ms.push_back(1e3 * toSeconds(update.work));
-    if (localise_only_ && update.correction && update.correction->T_map_segment)
-      placeRows(*update.correction->T_map_segment);
+    if (localise_only_ && update.correction && update.correction->T_map_session)
+      placeRows(*update.correction->T_map_session);
   }
 
   /// Keeps the scan for the next frame.
@@ -215,16 +215,16 @@ class Run {
     store.checkpoint(map);
   }
 
-  /// The segment was found: where the robot was since it got lost is known now.
-  void placeRows(const Pose2& T_map_segment) {
-    for (auto row = poses_.rbegin(); row != poses_.rend() && row->segment == pipeline_.frontEnd().segment(); ++row) {
-      row->anchored.T_keyframe_base = T_map_segment * row->anchored.T_keyframe_base;
+  /// The session was found: where the robot was since it got lost is known now.
+  void placeRows(const Pose2& T_map_session) {
+    for (auto row = poses_.rbegin(); row != poses_.rend() && row->session == pipeline_.frontEnd().session(); ++row) {
+      row->anchored.T_keyframe_base = T_map_session * row->anchored.T_keyframe_base;
     }
   }
 
   struct Row {
     std::int64_t utime;
-    std::int32_t segment;
+    std::int32_t session;
     AnchoredPose anchored;
   };
 
@@ -253,7 +253,7 @@ class Run {
 MapState loadMap(const Config& config, const std::filesystem::path& path) {
   LoadedMap loaded = openMap(path, config.map);
   for (const std::string& remark : loaded.remarks) std::cerr << "slam-replay: " << remark << "\n";
-  const std::string misfit = misfitOf(loaded.state, config.localizer.lidar, config.mode == RunMode::kLocalise);
+  const std::string misfit = misfitOf(loaded.state, config.front_end.lidar, config.mode == RunMode::kLocalise);
   if (!misfit.empty()) throw std::runtime_error(path.string() + ": " + misfit);
   return std::move(loaded.state);
 }
@@ -283,7 +283,7 @@ ReplayStats replay(const Config& config, const ReplayOptions& options,
     if (progress) progress(log_s);
   }
   ReplayStats stats = run.finish(options);
-  if (stats.localizer.scans == 0) {
+  if (stats.front_end.scans == 0) {
     const std::string refused = run.refusedScans(), log_name = options.logs.front().string() + ": ";
     throw std::runtime_error(log_name + (!refused.empty()
                                              ? "no scan in it can be used: " + refused

@@ -38,7 +38,7 @@ std::string ReplayStats::json() const {
                   static_cast<double>(value));
     counts.append(" \"").append(what.statistic()).append("\": ").append(number).append(",\n");
   };
-  visitCounters(localizer, add);
+  visitCounters(front_end, add);
   visitCounters(filter, add);
   visitCounters(back_end, add);
   char offset[80] = " \"lidar_gyro_offset_s\": null,\n";

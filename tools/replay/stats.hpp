@@ -18,7 +18,7 @@ Quantiles quantiles(std::vector<double> values);
 
 /// What slam-replay --stats writes.
 struct ReplayStats {
-  LocalizerCounters localizer;
+  FrontEndCounters front_end;
   EkfCounters filter;
   BackEndCounters back_end;
   double log_s = 0.0, wall_s = 0.0, cpu_s = 0.0, peak_rss_mb = 0.0;

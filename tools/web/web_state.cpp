@@ -25,9 +25,9 @@ bool isSound(const pose_estimate_t& pose) {
 }  // namespace
 
 WebState::WebState(const Config& config)
-    : lidar_(config.localizer.lidar),
+    : lidar_(config.front_end.lidar),
       T_base_depth_(config.depth_device.projection.extrinsics.levelled()),
-      depth_time_offset_(config.localizer.depth.time_offset) {}
+      depth_time_offset_(config.front_end.depth.time_offset) {}
 
 void WebState::take(const pose_estimate_t& pose, Timestamp now) {
   if (!isSound(pose)) return countBadMessage();

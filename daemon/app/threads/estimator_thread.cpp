@@ -16,7 +16,7 @@ const Eigen::Vector3d kSetPoseSigma(0.2, 0.2, 0.1);  // [m, m, rad] of a pose gi
 EstimatorThread::EstimatorThread(const Config& config, const EstimatorEnds& ends, std::unique_ptr<FrontEnd> front_end)
     : ends_(ends),
       front_end_(std::move(front_end)),
-      probe_(config.localizer),
+      probe_(config.front_end),
       ticks_per_pose_(ticksPerPose(config)),
       worker_(
           estimatorWorker(config), [this] { tick(); }, ends.wakeup,
@@ -52,7 +52,7 @@ void EstimatorThread::takeIn() {
     probe_.add(sample);
   });
   ends_.samples.views.drain([this](const PseudoLaser& laser) {
-    if (const DepthSight* sight = front_end_->add(laser)) ends_.graph.sights.tryPush(*sight);
+    if (const DepthObservation* sight = front_end_->add(laser)) ends_.graph.sights.tryPush(*sight);
   });
   ends_.samples.scans.popOne([this](const ReceivedScan& received) { scanned_ = addScan(received); });
 }

@@ -47,7 +47,7 @@ void GraphThread::beginIn(MapState map) {
   if (without_map_) start_.in_known_map = true;  // the robot is not found in it
   Config config = all_config_;
   config.mode = keeper_.localises() ? RunMode::kLocalise : RunMode::kSlam;
-  const PipelineConfig fitting = fitted({localizerConfig(config), backEndConfig(config), config.map}, map);
+  const PipelineConfig fitting = fitted({frontEndConfig(config), backEndConfig(config), config.map}, map);
   front_end_config_ = fitting.front_end;
   last_pose_ = map.T_map_base;
   gyro_bias_ = map.gyro_bias;
@@ -248,8 +248,8 @@ MapState GraphThread::mapState(DrawnMap drawn, int drawn_keyframes) const {
   map.T_map_base = last_pose_;
   map.gyro_bias = gyro_bias_;
   map.body = body_;
-  map.T_base_lidar = all_config_.localizer.lidar.T_base_lidar;
-  map.range_max = all_config_.localizer.lidar.range_max;
+  map.T_base_lidar = all_config_.front_end.lidar.T_base_lidar;
+  map.range_max = all_config_.front_end.lidar.range_max;
   map.utime = clock_.utime(monotonicNow());
   return map;
 }
@@ -292,12 +292,12 @@ bool GraphThread::waitUntilStored(Timestamp deadline) {
 void GraphThread::takeIn() {
   // Sights first: the keyframe that one was seen near is in the other queue by then.
   sights_.clear();
-  ends_.front_end.sights.drain([this](const DepthSight& sight) { sights_.push_back(sight); });
+  ends_.front_end.sights.drain([this](const DepthObservation& sight) { sights_.push_back(sight); });
   ends_.front_end.keyframes.drain([this](const Keyframe& keyframe) { add(keyframe); });
-  for (const DepthSight& sight : sights_) add(sight);
+  for (const DepthObservation& sight : sights_) add(sight);
 }
 
-void GraphThread::add(const DepthSight& sight) {
+void GraphThread::add(const DepthObservation& sight) {
   if (sight.map_id != map_id_) return;
   const auto view = builder_->add(sight);
   if (!view) return;

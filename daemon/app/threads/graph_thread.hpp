@@ -73,17 +73,17 @@ class GraphThread {
   std::int64_t changes() const;
   void takeIn();
   void add(const Keyframe& keyframe);
-  void add(const DepthSight& sight);
+  void add(const DepthObservation& sight);
   void sendChanges();
 
   const Config& all_config_;
   const GraphEnds ends_;
   const WallClock& clock_;
   MapKeeper keeper_;
-  LocalizerConfig front_end_config_;  // fitted to the map
+  FrontEndConfig front_end_config_;  // fitted to the map
   std::unique_ptr<MapBuilder> builder_;
   int placed_before_ = 0, begun_anew_before_ = 0;  // counted in the maps before
-  LocalizerStart start_;
+  FrontEndStart start_;
   std::int32_t map_id_;
   PoseSnapshot snapshot_;
   Pose2 last_pose_;         // the last one that was valid
@@ -108,7 +108,7 @@ class GraphThread {
   bool checkpoint_wanted_ = false;         // the journal cannot hold what has happened
   bool without_map_ = false;               // to localise in
   std::shared_ptr<const Outcome> stored_;  // by the last job of all
-  std::vector<DepthSight> sights_;
+  std::vector<DepthObservation> sights_;
   std::deque<std::shared_ptr<const MapChange>> changes_;  // not yet in the mapper's queue
   std::function<void()> then_;                            // behind the job under way
   TroubleLog log_;

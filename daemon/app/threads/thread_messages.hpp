@@ -44,7 +44,7 @@ struct PoseSnapshot {
   std::int32_t map_id = 0;
   std::int64_t scans = 0;     ///< processed so far
   Timestamp scan_received{};  ///< of the newest one
-  LocalizerCounters counters;
+  FrontEndCounters counters;
   EkfCounters filter;
   SensorFindings findings;
   TrackingReport tracking;

@@ -14,7 +14,7 @@ BodyWatchConfig withRangeSigma(BodyWatchConfig config, double range_sigma) {
 
 }  // namespace
 
-ScanInterpreter::ScanInterpreter(const LocalizerConfig& config, const BodyShape& body)
+ScanInterpreter::ScanInterpreter(const FrontEndConfig& config, const BodyShape& body)
     : lidar_(config.lidar),
       sweep_(lidar_.upside_down, config.intake.sweep),
       codes_(config.intake.no_return),

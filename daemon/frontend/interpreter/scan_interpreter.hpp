@@ -18,7 +18,7 @@ namespace slam {
 class ScanInterpreter {
  public:
   /// @param body what moves with the robot, as last known
-  explicit ScanInterpreter(const LocalizerConfig& config, const BodyShape& body = {});
+  explicit ScanInterpreter(const FrontEndConfig& config, const BodyShape& body = {});
 
   /// @param taken    as the intake has accepted it
   /// @param odometry how the robot moves, by wheels and gyro alone

@@ -94,7 +94,7 @@ class FieldLogs : public testing::Test {
 
 TEST_F(FieldLogs, BeginsEachFileWithTheConfigurationThatReadsBack) {
   config.log.file_length = 1.0;
-  config.localizer.ekf.gyro_sigma = 0.0123;
+  config.front_end.ekf.gyro_sigma = 0.0123;
   Logging logging(config);
   logging.log->setMap(42);
   int value = 0;

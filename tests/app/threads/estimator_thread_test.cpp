@@ -21,7 +21,7 @@ class Estimator : public testing::Test {
   void start(std::int32_t map_id = 0) {
     thread = std::make_unique<EstimatorThread>(
         config, channels->estimator(),
-        std::make_unique<FrontEnd>(config.localizer, nullptr, LocalizerStart{.map_id = map_id}));
+        std::make_unique<FrontEnd>(config.front_end, nullptr, FrontEndStart{.map_id = map_id}));
     thread->worker().start();
   }
   /// A scan of a room at the robot's place.
@@ -108,7 +108,7 @@ TEST_F(Estimator, GivesACorrectionOfAnotherMapBackUnused) {
   start(7);
   see();
   ASSERT_TRUE(told([](const PoseSnapshot& s) { return s.scans == 1; }));
-  MapCorrection other(config.localizer.reference);  // of the map before: empty, so that nothing would be matched
+  MapCorrection other(config.front_end.reference);  // of the map before: empty, so that nothing would be matched
   other.map_id = 6;
   other.newest = 0;
   other.keyframes.push_back({0, {5.0, 0.0, 0.0}});
@@ -133,7 +133,7 @@ TEST_F(Estimator, PutsTheRobotWhereAPersonSaysAndGoesOnInAnotherMap) {
   EXPECT_NEAR(snapshot.pose.T_map_base.y, -2.0, 0.1);
   EXPECT_NEAR(std::sqrt(snapshot.pose.covariance(0, 0)), 0.2, 0.02) << "as sure as a person is";
   EXPECT_NEAR(std::sqrt(snapshot.pose.covariance(2, 2)), 0.1, 0.02);
-  channels->front_end.front_ends.tryPush(new FrontEnd(config.localizer, nullptr, LocalizerStart{.map_id = 8}));
+  channels->front_end.front_ends.tryPush(new FrontEnd(config.front_end, nullptr, FrontEndStart{.map_id = 8}));
   ASSERT_TRUE(told([](const PoseSnapshot& s) { return s.map_id == 8; }));
   std::unique_ptr<FrontEnd> old;
   channels->front_end.used_front_ends.popOne([&](FrontEnd* used) { old.reset(used); });

@@ -30,7 +30,7 @@ class GraphKeeping : public testing::Test {
     config.store.journal_period = 0.1;
     config.store.checkpoint_period = 5.0;
     config.map = test::smallGrid();
-    config.localizer.lidar.T_base_lidar = ChangingMap().map.T_base_lidar;
+    config.front_end.lidar.T_base_lidar = ChangingMap().map.T_base_lidar;
   }
   ~GraphKeeping() override { stop(); }
   void start() {
@@ -52,7 +52,7 @@ class GraphKeeping : public testing::Test {
     keyframe->id = next++;
     keyframe->observable = 0;
     keyframe->stamp += 1s;
-    keyframe->T_base_lidar = config.localizer.lidar.T_base_lidar;
+    keyframe->T_base_lidar = config.front_end.lidar.T_base_lidar;
     keyframe->T_map_base = {0.3 * keyframe->id, 0.0, 0.0};
     keyframe->T_previous_base = keyframe->id == 0 ? Pose2{} : Pose2{0.3, 0.0, 0.0};
     keyframe->step_covariance = 1e-4 * Eigen::Matrix3d::Identity();

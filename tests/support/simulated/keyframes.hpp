@@ -23,7 +23,7 @@ class KeyframeDrive {
   const Keyframe& at(const Pose2& T_world_base, const Pose2& error, const Eigen::Vector3d& sigma) {
     describe(T_world_base);
     keyframe_->id = static_cast<std::int32_t>(truth.size());
-    keyframe_->look = false;
+    keyframe_->refresh = false;
     keyframe_->T_previous_base = truth.empty() ? Pose2{} : between(truth.back(), T_world_base) * error;
     keyframe_->T_map_base = truth.empty() ? Pose2{} : measured.back() * keyframe_->T_previous_base;
     keyframe_->step_covariance = sigma.cwiseAbs2().asDiagonal();
@@ -37,12 +37,12 @@ class KeyframeDrive {
     const Eigen::Vector3d e = sigma.cwiseProduct(Eigen::Vector3d(normal(random), normal(random), normal(random)));
     return at(T_world_base, Pose2::fromVector(e), sigma);
   }
-  /// A look from a true pose, anchored to a keyframe.
-  const Keyframe& look(const Pose2& T_world_base, int anchor) {
+  /// A refresh from a true pose, anchored to a keyframe.
+  const Keyframe& refresh(const Pose2& T_world_base, int anchor) {
     describe(T_world_base);
     const auto i = static_cast<std::size_t>(anchor);
     keyframe_->id = anchor;
-    keyframe_->look = true;
+    keyframe_->refresh = true;
     keyframe_->T_previous_base = between(truth[i], T_world_base);
     keyframe_->T_map_base = measured[i] * keyframe_->T_previous_base;
     return *keyframe_;

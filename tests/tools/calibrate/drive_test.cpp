@@ -34,7 +34,7 @@ Calibrated calibrateDrive(const std::string& scene, std::uint64_t seed,
   const Config config = loadConfig(SLAMD_SIM_CONFIG, overrides);
   const DifferentialBase& base = config.base_device.geometry;
   const RobotGeometry configured{base.wheel_radius, base.wheel_radius, 2.0 * base.half_track,
-                                 config.localizer.lidar.T_base_lidar};
+                                 config.front_end.lidar.T_base_lidar};
   return {configured, calibrate(selectMotions(readSensorLog(config, folder / "drive.lcm"), configured), configured)};
 }
 

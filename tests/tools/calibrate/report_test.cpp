@@ -25,9 +25,9 @@ TEST(CalibrationReport, EndsWithLinesThatTheConfigurationTakes) {
   const RobotGeometry& g = report.result.geometry;
   EXPECT_NEAR(config.base_device.geometry.wheel_radius, 0.5 * (g.left_radius + g.right_radius), 1e-6);
   EXPECT_NEAR(config.base_device.geometry.half_track, 0.5 * g.track, 1e-6);
-  EXPECT_NEAR(config.localizer.lidar.T_base_lidar.x, g.T_base_lidar.x, 1e-6);
-  EXPECT_NEAR(config.localizer.lidar.T_base_lidar.y, g.T_base_lidar.y, 1e-6);
-  EXPECT_NEAR(config.localizer.lidar.T_base_lidar.theta, g.T_base_lidar.theta, 1e-6);
+  EXPECT_NEAR(config.front_end.lidar.T_base_lidar.x, g.T_base_lidar.x, 1e-6);
+  EXPECT_NEAR(config.front_end.lidar.T_base_lidar.y, g.T_base_lidar.y, 1e-6);
+  EXPECT_NEAR(config.front_end.lidar.T_base_lidar.theta, g.T_base_lidar.theta, 1e-6);
 }
 
 TEST(CalibrationReport, SaysHowTheWheelsDiffer) {

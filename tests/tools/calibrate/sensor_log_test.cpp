@@ -25,7 +25,7 @@ constexpr DifferentialBase kBase{.wheel_radius = 0.04, .half_track = 0.15};
 Config configOf(double time_offset = 0.0) {
   Config config;
   config.base_device.geometry = kBase;
-  config.localizer.lidar.time_offset = time_offset;
+  config.front_end.lidar.time_offset = time_offset;
   return config;
 }
 

@@ -73,7 +73,7 @@ TEST_F(CarmenLog, HasTheMountFromTheLasersPoses) {
       log += drive.line(i, i == 30 ? Pose2{1.0, 1.0, 1.0} : shaken);
     }
     convert(log);
-    const LidarModel lidar = configOf(recording_).localizer.lidar;
+    const LidarModel lidar = configOf(recording_).front_end.lidar;
     EXPECT_NEAR(lidar.T_base_lidar.x, mount.x, 0.002);
     EXPECT_NEAR(lidar.T_base_lidar.y, mount.y, 0.002);
     EXPECT_NEAR(wrapAngle(lidar.T_base_lidar.theta - mount.theta), 0.0, 0.002);
@@ -86,7 +86,7 @@ TEST_F(CarmenLog, HasTheMountFromTheParameterWhereThePosesAreTheSame) {
   std::string log = "PARAM robot_frontlaser_offset 0.04 100 host 0\n";
   for (int i = 0; i < 20; ++i) log += drive.line(i);
   convert(log);
-  EXPECT_NEAR(configOf(recording_).localizer.lidar.T_base_lidar.x, 0.04, 1e-9);
+  EXPECT_NEAR(configOf(recording_).front_end.lidar.T_base_lidar.x, 0.04, 1e-9);
   EXPECT_THAT(notes(), HasSubstr("robot_frontlaser_offset"));
 }
 
@@ -135,7 +135,7 @@ TEST_F(CarmenLog, FindsCodesOfNoReturnInTheData) {
         EXPECT_EQ(converted.scans[i].isReturn(beams[k]), !code) << written[i][k];
       }
     }
-    EXPECT_NEAR(configOf(recording_).localizer.lidar.range_max, range_max, 1e-6);
+    EXPECT_NEAR(configOf(recording_).front_end.lidar.range_max, range_max, 1e-6);
   }
 }
 

@@ -120,7 +120,7 @@ TEST_F(CsvInMetres, HasItsColumnsFromOptions) {
 TEST_F(CsvInMetres, FindsTheCodeOfNoReturn) {
   const Log log = convert(rows(65, 181, "%.3f", "12.0"));
   for (std::size_t k = 0; k < 181; ++k) EXPECT_EQ(log.scans[3].isReturn(log.scans[3].beams()[k]), k % 7 != 3);
-  EXPECT_NEAR(test::configOf(recording_).localizer.lidar.range_max, 11.999, 1e-6);
+  EXPECT_NEAR(test::configOf(recording_).front_end.lidar.range_max, 11.999, 1e-6);
 }
 
 TEST_F(CsvInMetres, CountsRowsThatAreNone) {

@@ -31,11 +31,11 @@ TEST(RecordingConfig, IsReadBackAsItIsMeant) {
                      .wheel_radius = 0.033,
                      .half_track = 0.08};
   const Config config = test::configOf(recording);
-  EXPECT_NEAR(config.localizer.lidar.T_base_lidar.x, 0.123456789, 1e-9);
-  EXPECT_NEAR(config.localizer.lidar.T_base_lidar.y, -0.25, 1e-9);
-  EXPECT_NEAR(std::abs(config.localizer.lidar.T_base_lidar.theta), 3.14159265, 1e-7);
-  EXPECT_TRUE(config.localizer.lidar.upside_down);
-  EXPECT_NEAR(config.localizer.lidar.range_max, 29.5, 1e-9);
+  EXPECT_NEAR(config.front_end.lidar.T_base_lidar.x, 0.123456789, 1e-9);
+  EXPECT_NEAR(config.front_end.lidar.T_base_lidar.y, -0.25, 1e-9);
+  EXPECT_NEAR(std::abs(config.front_end.lidar.T_base_lidar.theta), 3.14159265, 1e-7);
+  EXPECT_TRUE(config.front_end.lidar.upside_down);
+  EXPECT_NEAR(config.front_end.lidar.range_max, 29.5, 1e-9);
   EXPECT_NEAR(config.base_device.geometry.half_track, 0.08, 1e-9);
   EXPECT_EQ(config.lidar_device.driver, LidarDriver::kLcm);
   EXPECT_EQ(config.base_device.driver, BaseDriver::kNone);

@@ -107,11 +107,11 @@ TEST_P(RosOfKind, GivesScansWheelsImuAndTheMount) {
   EXPECT_NEAR(log.imu_samples[0].gyro.z(), -0.25, 1e-9) << "upside down in tf";
   EXPECT_NEAR(log.imu_samples[0].accel.z(), -9.81, 1e-9);
   const Config config = configOf(recording);
-  EXPECT_NEAR(config.localizer.lidar.T_base_lidar.x, 0.3, 1e-6);
-  EXPECT_NEAR(config.localizer.lidar.T_base_lidar.y, 0.05, 1e-6);
-  EXPECT_NEAR(config.localizer.lidar.T_base_lidar.theta, 1.5, 1e-6);
-  EXPECT_FALSE(config.localizer.lidar.upside_down);
-  EXPECT_NEAR(config.localizer.lidar.range_max, 10.0, 1e-6);
+  EXPECT_NEAR(config.front_end.lidar.T_base_lidar.x, 0.3, 1e-6);
+  EXPECT_NEAR(config.front_end.lidar.T_base_lidar.y, 0.05, 1e-6);
+  EXPECT_NEAR(config.front_end.lidar.T_base_lidar.theta, 1.5, 1e-6);
+  EXPECT_FALSE(config.front_end.lidar.upside_down);
+  EXPECT_NEAR(config.front_end.lidar.range_max, 10.0, 1e-6);
   EXPECT_EQ(config.imu_device.driver, ImuDriver::kLcm);
   EXPECT_THAT(reportText(recording, "out", true), HasSubstr("not used: /camera"));
 }
@@ -177,8 +177,8 @@ TEST_F(Ros, HasALidarUpsideDownFromTf) {
   Drive d = drive(false);
   d.messages[1].data = tfBytes(false, 0, "mast", "laser", 0.2, 0.0, 0.5, M_PI);
   const Config config = configOf(convert(d));
-  EXPECT_TRUE(config.localizer.lidar.upside_down);
-  EXPECT_NEAR(config.localizer.lidar.T_base_lidar.theta, 0.5, 1e-6);
+  EXPECT_TRUE(config.front_end.lidar.upside_down);
+  EXPECT_NEAR(config.front_end.lidar.T_base_lidar.theta, 0.5, 1e-6);
 }
 
 TEST_F(Ros, TakesTheLidarThatIsAskedFor) {

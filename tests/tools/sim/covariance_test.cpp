@@ -34,7 +34,7 @@ std::vector<Compared> drive(const std::string& scene, std::uint64_t seed, double
   fs::create_directories(folder);
   writeLog({.scene = scene, .seed = seed, .seconds = seconds, .truth = truth_file}, log_file);
   const Trajectory truth = readTrajectory(truth_file);
-  FrontEnd front_end(loadConfig(SLAMD_SIM_CONFIG).localizer);
+  FrontEnd front_end(loadConfig(SLAMD_SIM_CONFIG).front_end);
   std::vector<Compared> drive;
   EventLogReader log(log_file);
   for (LogEvent event; log.next(event);) {

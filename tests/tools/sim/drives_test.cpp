@@ -57,7 +57,7 @@ TEST(SimulatedDrive, SlamMeetsTheWaypointsOfTheMeetingRoom) {
     ASSERT_EQ(errors.position.size(), 5U);
     for (const double metres : errors.position) EXPECT_LT(metres, 0.05);
     for (const double degrees : errors.heading) EXPECT_LT(degrees, 1.0);
-    EXPECT_EQ(stats.localizer.unmatched, 0U);
+    EXPECT_EQ(stats.front_end.unmatched, 0U);
   }
 }
 

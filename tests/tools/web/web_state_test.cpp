@@ -63,8 +63,8 @@ TEST_F(State, PlacesEachBeamWhereTheRobotWasAtItsTime) {
 }
 
 TEST_F(State, KnowsWhereTheLidarSits) {
-  config_.localizer.lidar.T_base_lidar = {0.1, 0.0, std::numbers::pi / 2.0};
-  config_.localizer.lidar.upside_down = true;
+  config_.front_end.lidar.T_base_lidar = {0.1, 0.0, std::numbers::pi / 2.0};
+  config_.front_end.lidar.upside_down = true;
   state_.emplace(config_);
   drive(0.0, 0.1);
   LaserScan scan;

@@ -186,8 +186,8 @@ class Export {
     try {
       const Config config = parseConfig(message.configuration, channel::kConfig);
       const auto& camera = config.depth_device.projection.extrinsics;
-      T_base_lidar_ = config.localizer.lidar.T_base_lidar;
-      upside_down_ = config.localizer.lidar.upside_down;
+      T_base_lidar_ = config.front_end.lidar.T_base_lidar;
+      upside_down_ = config.front_end.lidar.upside_down;
       T_base_camera_ = camera.levelled();
       recording_.robot.lidar_x = T_base_lidar_.x;
       recording_.robot.lidar_y = T_base_lidar_.y;

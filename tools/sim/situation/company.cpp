@@ -48,7 +48,7 @@ void Company::stepWalker(Walker& walker, double dt) {
 
 void Company::step(const Pose2& T_world_base, double dt) {
   const bool first = !T_world_base_;
-  if (!first) way_ += (T_world_base.translation() - T_world_base_->translation()).norm();
+  if (!first) path_length_ += (T_world_base.translation() - T_world_base_->translation()).norm();
   T_world_base_ = T_world_base;
   if (first) {
     for (Walker& walker : walkers_) walker.at = T_world_base * walker.place;
@@ -56,7 +56,8 @@ void Company::step(const Pose2& T_world_base, double dt) {
   }
   solids_.clear();
   if (situation_.follower != Situation::Follower::kNone) {
-    addLegs({-kFollowing, 0.0, 0.0}, situation_.follower == Situation::Follower::kSwaying ? swingOf(way_) : 0.0);
+    addLegs({-kFollowing, 0.0, 0.0},
+            situation_.follower == Situation::Follower::kSwaying ? swingOf(path_length_) : 0.0);
   }
   for (Walker& walker : walkers_) stepWalker(walker, dt);
   if (situation_.cart) {  // its axle rolls along the pole alone

@@ -37,8 +37,8 @@ class Company {
   Situation situation_;
   std::optional<Pose2> T_world_base_;
   std::vector<Walker> walkers_;
-  double way_ = 0.0;      // [m] of the robot
-  Eigen::Vector2d axle_;  // [m] of the cart, in world
+  double path_length_ = 0.0;  // [m] of the robot
+  Eigen::Vector2d axle_;      // [m] of the cart, in world
   Solids solids_;
 };
 

@@ -16,26 +16,26 @@ struct HeightWindow {
 };
 
 /// At which distances along one beam a depth camera sees all heights of the window.
-class BeamSight {
+class VisibleRanges {
  public:
   /// @param valid by band: pixels that hold a depth. A band with few of them is blind where it looks into the window.
-  BeamSight(std::span<const DepthRays::Band> bands, std::span<const int> valid, const HeightWindow& window);
+  VisibleRanges(std::span<const DepthRays::Band> bands, std::span<const int> valid, const HeightWindow& window);
 
   /// [m] free space before an obstacle at `range` begins here: nearer, something may have been overlooked
   double freeBefore(double range) const;
 
-  struct Stretch {
+  struct RangeInterval {
     double from, to;  ///< [m]
   };
-  /// The first stretch in which all heights were looked through; empty (to <= from) when there is none.
+  /// The first interval in which all heights were looked through; empty (to <= from) when there is none.
   /// @param range_max [m] its end at most
-  Stretch freeStretch(double range_max) const;
+  RangeInterval freeInterval(double range_max) const;
 
  private:
   void addBlind(const DepthRays::Band& band, const HeightWindow& window);
 
-  double covered_from_;                           // [m] nearer than this not all heights are in view
-  std::array<Stretch, DepthRays::kBands> blind_;  // by beginning
+  double covered_from_;                                 // [m] nearer than this not all heights are in view
+  std::array<RangeInterval, DepthRays::kBands> blind_;  // by beginning
   std::size_t blind_count_ = 0;
 };
 

@@ -18,9 +18,9 @@ struct ScanRepeatConfig {
 
 /// Notices a lidar that repeats a turn: to the last bit the same range at the same bearing, turn after turn, which the
 /// noise of no lidar does for most of its beams.
-class ScanRepeatWatch {
+class StuckScanDetector {
  public:
-  explicit ScanRepeatWatch(const ScanRepeatConfig& config = {}) : config_(config) {}
+  explicit StuckScanDetector(const ScanRepeatConfig& config = {}) : config_(config) {}
 
   /// @param codes written where nothing came back [m]: they repeat in any scan
   /// @return whether the lidar is stuck
@@ -36,21 +36,21 @@ class ScanRepeatWatch {
       seen = beam.range;
     }
     const bool repeats = compared >= config_.fewest && equal > config_.most * compared;
-    is_copy_ = compared >= config_.fewest && equal == compared;
+    is_repeat_ = compared >= config_.fewest && equal == compared;
     const bool was_stuck = repeats_ >= config_.stuck_turns;
     repeats_ = repeats ? repeats_ + 1 : 0;
     return was_stuck || repeats_ >= config_.stuck_turns;  // the turn in which it ends is old in part
   }
 
   /// Whether the scan looked at last shows what the one before it did, to the last bit.
-  bool isCopy() const { return is_copy_; }
+  bool isRepeat() const { return is_repeat_; }
 
  private:
   static constexpr std::size_t kBins = 2880;  // of an eighth of a degree
   ScanRepeatConfig config_;
   std::array<float, kBins> ranges_{};  // [m] seen last; 0: nothing yet
   int repeats_ = 0;
-  bool is_copy_ = false;
+  bool is_repeat_ = false;
 };
 
 }  // namespace slam

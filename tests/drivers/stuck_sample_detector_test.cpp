@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/repeat_watch.hpp"
+#include "drivers/stuck_sample_detector.hpp"
 
 #include <array>
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 namespace slam {
 namespace {
 
-TEST(RepeatWatch, CallsASensorStuckAfterAsManyRepeatsAsAreNoChance) {
-  RepeatWatch watch(3);
+TEST(StuckSampleDetector, CallsASensorStuckAfterAsManyRepeatsAsAreNoChance) {
+  StuckSampleDetector watch(3);
   EXPECT_FALSE(watch.isStuck(7));
   EXPECT_FALSE(watch.isStuck(7));
   EXPECT_FALSE(watch.isStuck(7));
@@ -19,8 +19,8 @@ TEST(RepeatWatch, CallsASensorStuckAfterAsManyRepeatsAsAreNoChance) {
   EXPECT_FALSE(watch.isStuck(8));
 }
 
-TEST(RepeatWatch, NeverCallsOneStuckThatAlternates) {
-  RepeatWatch watch(2);
+TEST(StuckSampleDetector, NeverCallsOneStuckThatAlternates) {
+  StuckSampleDetector watch(2);
   for (std::uint64_t i = 0; i < 20; ++i) EXPECT_FALSE(watch.isStuck(i % 2));
 }
 

@@ -22,10 +22,10 @@ inline std::uint64_t digestOf(std::span<const std::uint8_t> bytes) {
 }
 
 /// Notices a sensor that shows the same thing again and again, to the last bit, as none does whose values have noise.
-class RepeatWatch {
+class StuckSampleDetector {
  public:
   /// @param most times in a row that may be chance
-  explicit RepeatWatch(int most) : most_(most) {}
+  explicit StuckSampleDetector(int most) : most_(most) {}
 
   /// @param digest of what the sensor shows now @return whether it is stuck
   bool isStuck(std::uint64_t digest) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "frontend/pull_watch.hpp"
+#include "frontend/dynamic_object_gate.hpp"
 
 namespace slam {
 
-bool PullWatch::pulls(Timestamp stamp, const Eigen::Vector2d& offset, double support) {
+bool DynamicObjectGate::rejects(Timestamp stamp, const Eigen::Vector2d& offset, double support) {
   const bool same = since_ && (offset - place_).norm() < config_.steady;
   if (!same) {
     since_ = stamp;
@@ -11,7 +11,7 @@ bool PullWatch::pulls(Timestamp stamp, const Eigen::Vector2d& offset, double sup
   }
   if (support < config_.support && toSeconds(stamp - *since_) < config_.patience) {
     last_ = stamp;
-    pull_ = offset.normalized();
+    direction_ = offset.normalized();
     return true;
   }
   since_.reset();
@@ -19,7 +19,7 @@ bool PullWatch::pulls(Timestamp stamp, const Eigen::Vector2d& offset, double sup
   return false;
 }
 
-bool PullWatch::stillPulls(Timestamp stamp) {
+bool DynamicObjectGate::stillRejects(Timestamp stamp) {
   since_.reset();
   return last_ && toSeconds(stamp - *last_) < config_.patience;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "frontend/interpreter/scan_repeat_watch.hpp"
+#include "frontend/interpreter/stuck_scan_detector.hpp"
 
 #include <gtest/gtest.h>
 #include <memory>
@@ -25,17 +25,17 @@ struct Turning {
   }
 };
 
-TEST(ScanRepeatWatch, TrustsALidarAtRestHoweverCoarseItsSteps) {
+TEST(StuckScanDetector, TrustsALidarAtRestHoweverCoarseItsSteps) {
   for (const double step : {0.00025, 0.001, 0.004}) {
     Turning lidar{.step = step};
-    ScanRepeatWatch watch;
+    StuckScanDetector watch;
     for (int i = 0; i < 50; ++i) ASSERT_FALSE(watch.isStuck(lidar.turn())) << step;
   }
 }
 
-TEST(ScanRepeatWatch, NoticesARepeatedTurnAndItsEnd) {
+TEST(StuckScanDetector, NoticesARepeatedTurnAndItsEnd) {
   Turning lidar;
-  ScanRepeatWatch watch;
+  StuckScanDetector watch;
   for (int i = 0; i < 5; ++i) watch.isStuck(lidar.turn());
   int turns = 0;
   while (!watch.isStuck(*lidar.scan)) ASSERT_LT(++turns, 4);
@@ -44,19 +44,19 @@ TEST(ScanRepeatWatch, NoticesARepeatedTurnAndItsEnd) {
   EXPECT_FALSE(watch.isStuck(lidar.turn()));
 }
 
-TEST(ScanRepeatWatch, SaysNothingOfScansWithoutReturns) {
+TEST(StuckScanDetector, SaysNothingOfScansWithoutReturns) {
   Turning lidar;
-  ScanRepeatWatch watch;
+  StuckScanDetector watch;
   lidar.turn();
   for (Beam& beam : lidar.scan->storage) beam.range = 0.0F;
   for (int i = 0; i < 10; ++i) EXPECT_FALSE(watch.isStuck(*lidar.scan));
 }
 
-TEST(ScanRepeatWatch, TakesAnyBearing) {
+TEST(StuckScanDetector, TakesAnyBearing) {
   const auto owned = std::make_unique<LaserScan>();
   LaserScan& scan = *owned;
   for (const float bearing : {-100.0F, -3.2F, 3.1415927F, 6.2831855F, 1e9F}) scan.push({2.0F, bearing, 0.0F, 0.0F});
-  ScanRepeatWatch watch;
+  StuckScanDetector watch;
   EXPECT_FALSE(watch.isStuck(scan));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "depth/beam_sight.hpp"
+#include "depth/visible_ranges.hpp"
 
 #include <gtest/gtest.h>
 #include <vector>
@@ -20,42 +20,42 @@ struct Column {
       valid.push_back(i == blind ? 4 : 10);
     }
   }
-  BeamSight sight(const HeightWindow& window = kWindow) const { return {bands, valid, window}; }
+  VisibleRanges sight(const HeightWindow& window = kWindow) const { return {bands, valid, window}; }
 };
 
-TEST(BeamSight, SeesAllHeightsFromWhereFloorAndTopComeIntoView) {
-  const auto free = Column().sight().freeStretch(4.0);
+TEST(VisibleRanges, SeesAllHeightsFromWhereFloorAndTopComeIntoView) {
+  const auto free = Column().sight().freeInterval(4.0);
   EXPECT_NEAR(free.from, 0.40 / 0.4, 1e-6);
   EXPECT_DOUBLE_EQ(free.to, 4.0);
   EXPECT_NEAR(Column().sight().freeBefore(3.0), 1.0, 1e-6);
   EXPECT_NEAR(Column().sight().freeBefore(0.8), 0.8, 1e-6) << "never beyond the obstacle";
 }
 
-TEST(BeamSight, ABlindBandNearTheHorizonHidesWhatLiesFar) {
-  const auto free = Column(12).sight().freeStretch(8.0);  // looks up by 0.075 to 0.1
+TEST(VisibleRanges, ABlindBandNearTheHorizonHidesWhatLiesFar) {
+  const auto free = Column(12).sight().freeInterval(8.0);  // looks up by 0.075 to 0.1
   EXPECT_NEAR(free.from, 0.40 / 0.075, 1e-3) << "behind it the band looks above the robot's top";
   EXPECT_DOUBLE_EQ(free.to, 8.0);
-  EXPECT_LT(Column(12).sight().freeStretch(4.0).to, Column(12).sight().freeStretch(4.0).from) << "nothing is free";
+  EXPECT_LT(Column(12).sight().freeInterval(4.0).to, Column(12).sight().freeInterval(4.0).from) << "nothing is free";
 }
 
-TEST(BeamSight, ABlindBandThatLooksOverANearPlaceHidesOnlyFartherOnes) {
+TEST(VisibleRanges, ABlindBandThatLooksOverANearPlaceHidesOnlyFartherOnes) {
   const HeightWindow high{.down = 1.0, .up = -0.2, .lift = 0.0, .range_min = 0.5};  // the camera above the robot's top
-  const auto free = Column(17).sight(high).freeStretch(8.0);                        // looks down by 0.025 to 0.05
+  const auto free = Column(17).sight(high).freeInterval(8.0);                       // looks down by 0.025 to 0.05
   EXPECT_NEAR(free.from, 1.0 / 0.4, 1e-3);
   EXPECT_NEAR(free.to, 0.2 / 0.05, 1e-3);
 }
 
-TEST(BeamSight, ATiltOfTheFloorMovesWhatIsSeen) {
+TEST(VisibleRanges, ATiltOfTheFloorMovesWhatIsSeen) {
   HeightWindow uphill = kWindow;
   uphill.lift = 0.1;
-  EXPECT_NEAR(Column().sight(uphill).freeStretch(4.0).from, 0.40 / 0.3, 1e-6);
+  EXPECT_NEAR(Column().sight(uphill).freeInterval(4.0).from, 0.40 / 0.3, 1e-6);
 }
 
-TEST(BeamSight, ABandWithoutPixelsIsNotBlind) {
+TEST(VisibleRanges, ABandWithoutPixelsIsNotBlind) {
   Column column;
   column.bands[12].pixels = 0;
   column.valid[12] = 0;
-  EXPECT_NEAR(column.sight().freeStretch(4.0).from, 1.0, 1e-6);
+  EXPECT_NEAR(column.sight().freeInterval(4.0).from, 1.0, 1e-6);
 }
 
 }  // namespace
