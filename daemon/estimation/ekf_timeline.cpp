@@ -183,15 +183,6 @@ std::optional<Twist2> EkfTimeline::recentTwist(std::size_t end) const {
   return meanTwist(begin, end);
 }
 
-/// Whether a scan has told the whole pose shortly before a sample.
-bool EkfTimeline::wasMatched(std::size_t before) const {
-  for (std::size_t i = before; i-- > 0 && toSeconds(entry(before).stamp - entry(i).stamp) < config_.long_silence;) {
-    const auto* pose = std::get_if<PoseMeasurement>(&entry(i).sample);
-    if (pose != nullptr && pose->observable == 3) return true;
-  }
-  return false;
-}
-
 UpdateResult EkfTimeline::apply(std::size_t i, Ekf& ekf) const {
   if (const auto* pose = std::get_if<PoseMeasurement>(&entry(i).sample)) return ekf.updatePose(*pose);
   if (const auto* imu = std::get_if<ImuSample>(&entry(i).sample)) {
@@ -215,7 +206,6 @@ UpdateResult EkfTimeline::apply(std::size_t i, Ekf& ekf) const {
   const auto& to = std::get<WheelSample>(entry(*end).sample);
   const Duration interval = to.stamp - from.stamp;
   if (to.restarted || interval <= Duration::zero()) return UpdateResult::kUseless;
-  if (toSeconds(interval) > config_.long_silence && wasMatched(*end)) return UpdateResult::kUseless;
 
   double gyro_sum = 0.0;
   int gyro_count = 0;

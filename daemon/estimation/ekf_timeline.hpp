@@ -19,7 +19,6 @@ struct EkfTimelineConfig {
   double jitter = 0.01;       ///< [s] that stamps are late now and then; what is longer apart was so in truth
   double recent = 0.1;        ///< [s] stamps that are off by half an interval make little speed over so long ...
   double too_long_ago = 0.2;  ///< [s] ... and a robot brakes within so long
-  double long_silence = 1.0;  ///< [s] of wheels: scans that are matched meanwhile know better than one mean
 };
 
 /// Feeds an Ekf in stamp order whatever the order of arrival.
@@ -90,7 +89,6 @@ class EkfTimeline {
   void run(std::size_t first);
   UpdateResult apply(std::size_t i, Ekf& ekf) const;
   Twist2 meanTwist(std::size_t begin, std::size_t end) const;
-  bool wasMatched(std::size_t before) const;
   std::optional<Twist2> recentTwist(std::size_t end) const;
   std::optional<std::size_t> wheelsBefore(std::size_t end) const;
   std::optional<std::size_t> wheelsFrom(std::size_t begin) const;

@@ -27,7 +27,9 @@ void GyroMonitor::begin(bool rejected) {
   rejected_ = rejected;
   against_ = rejected ? 1.0 : 0.0;
   votes_ = rejected ? 1 : 0;
-  if (rejected) proofs_ = 0;
+  if (!rejected) return;
+  proofs_ = 0;
+  ++rejections_;
 }
 
 ImuSample GyroMonitor::hear(const ImuSample& sample) {

@@ -78,6 +78,7 @@ class GyroMonitor {
   void interrupt() { begin_.reset(); }
 
   bool reliable() const { return !rejected_; }
+  int rejections() const { return rejections_; }
   /// @param bias [rad/s] of the filter
   GyroVerdict verdict(double bias) const;
 
@@ -109,7 +110,7 @@ class GyroMonitor {
   Eigen::Matrix2d information_ = Eigen::Matrix2d::Zero();  // of scale and offset, in units of scan_turn
   Eigen::Vector2d gradient_ = Eigen::Vector2d::Zero();
   double against_ = 0.0;  // [1] share of votes
-  int votes_ = 0, proofs_ = 0;
+  int votes_ = 0, proofs_ = 0, rejections_ = 0;
   bool heard_ = false, rejected_ = false;
   double largest_ = 0.0;  // [rad/s] reading
   int repeated_ = 0;      // of it

@@ -237,6 +237,7 @@ FrontEndCounters FrontEnd::counters() const {
   counters.scans_held = validator_.held();
   counters.wheels_rejected = static_cast<std::uint32_t>(wheels_.rejections());
   counters.wheels_reliable = wheels_.reliable();
+  counters.gyro_rejected = static_cast<std::uint32_t>(gyro_.rejections());
   counters.wheels_scale = wheels_.scale().value();
   counters.samples_late = odometry_.lateFused();
   counters.samples_too_old = odometry_.tooOld();

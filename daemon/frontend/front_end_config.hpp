@@ -141,6 +141,7 @@ struct FrontEndCounters {
   std::uint32_t scans_too_late = 0, scans_repeated = 0, scans_retimed = 0, clock_resets = 0;
   std::uint32_t samples_late = 0, samples_too_old = 0, far_ahead = 0;
   std::uint32_t keyframes = 0, lost = 0, views = 0, views_unplaced = 0, wheels_rejected = 0;
+  std::uint32_t gyro_rejected = 0;
   bool wheels_reliable = true;  ///< now
   double wheels_scale = 1.0;
 
@@ -177,6 +178,8 @@ struct FrontEndCounters {
           c.wheels_rejected);
     visit(CounterInfo{"wheels.withdrawn", "times", "Old name of wheels.rejected, in this release still."},
           c.wheels_rejected);
+    visit(CounterInfo{"gyro.rejected", "times", "The gyro contradicted scans and wheels too much to be used."},
+          c.gyro_rejected);
     visit(CounterInfo{"wheels.scale", "1", "The wheels' way is divided by it, as the scans have shown so far."},
           c.wheels_scale);
   }

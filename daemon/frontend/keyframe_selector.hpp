@@ -11,7 +11,7 @@
 
 namespace slam {
 
-/// Says which scans become keyframes, and which refresh the grid as refreshes, and describes them: ids, session, and
+/// Says which scans become keyframes, and which only refresh the grid, and describes them: ids, session, and
 /// how well the step from the keyframe before is known.
 class KeyframeSelector {
  public:

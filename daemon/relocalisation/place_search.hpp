@@ -19,7 +19,7 @@ struct PlaceModel {
   MapKind kind = MapKind::kFloorPlan;
   BeamModel beams;
   double least_seen = 0.55;    ///< [1] of min_seen: it shows all of a building that it knows
-  double margin_share = 0.75;  ///< [1] of min_margin: the less sharp its walls, the less a place can margin
+  double margin_share = 0.75;  ///< [1] of min_margin: the less sharp its walls, the smaller a margin can be
   int neighbours = 3;          ///< best places that are compared with those beside them, too
 };
 PlaceModel floorPlanModel();

@@ -85,7 +85,8 @@ TEST(Counters, CarryEachItsOwnValue) {
   set("scans.unmatched", l.unmatched), set("scans.gated", l.gated), set("scans.held", l.scans_held);
   set("scans.retimed", l.scans_retimed), set("scans.too_late", l.scans_too_late);
   set("scans.repeated", l.scans_repeated), set("clock_resets", l.clock_resets), set("samples.far_ahead", l.far_ahead);
-  set("wheels.rejected", l.wheels_rejected), set("keyframes", l.keyframes), set("scans.searched", l.searched);
+  set("wheels.rejected", l.wheels_rejected), set("gyro.rejected", l.gyro_rejected), set("keyframes", l.keyframes),
+      set("scans.searched", l.searched);
   set("lost", l.lost), set("samples.late", l.samples_late), set("samples.too_old", l.samples_too_old);
   set("views", l.views), set("views.unplaced", l.views_unplaced);
   expected["wheels.withdrawn"] = expected["wheels.rejected"];

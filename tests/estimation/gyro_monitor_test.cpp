@@ -236,6 +236,7 @@ TEST(GyroMonitor, AGyroThatIsRightAgainIsHeardAgain) {
   drive.go(20.0);
   EXPECT_FALSE(drive.monitor.reliable());
   EXPECT_EQ(drive.withdrawn, 1);
+  EXPECT_EQ(drive.monitor.rejections(), 1);
   drive.gyro = [](double rate) { return rate + 0.03; };
   drive.go(30.0);
   drive.expect(GyroReliability::kReliable, GyroFault::kNone);

@@ -57,7 +57,6 @@ const std::array kRules = std::to_array<Rule>({
     {"15 sudden speeds believed", [](FrontEndConfig& c) { c.ekf.believes_sudden_speeds = false; }},
     {"16a short intervals joined", [](FrontEndConfig& c) { c.timeline.too_soon = 0.0; }},
     {"16b mean of 0.1 s holds", [](FrontEndConfig& c) { c.timeline.recent = 0.0; }},
-    {"16c long silence dropped", [](FrontEndConfig& c) { c.timeline.long_silence = kNever; }},
     {"17 doubt", [](FrontEndConfig& c) { c.ekf.max_contradiction = 1.0; }},
     {"18 other starting poses", [](FrontEndConfig& c) { c.registration.starts = 1; }},
     {"18a none after a loss of overlap", [](FrontEndConfig& c) { c.registration.sudden_loss = kNever; }},
