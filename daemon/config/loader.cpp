@@ -128,12 +128,13 @@ class TomlLoader : public ConfigVisitor {
     value = std::move(ranges);
   }
   void choice(const FieldInfo& info, std::size_t& index, std::span<const char* const> words) override {
-    std::string text;
-    field(info, text);
-    if (table_ == nullptr || table_->get_as<std::string>(info.key) == nullptr) return;
-    const auto word = std::find(words.begin(), words.end(), text);
+    const toml::node* node = find(info);
+    if (node == nullptr) return;
+    const auto text = node->value_exact<std::string>();
+    if (!text) return wrongType(*node, info, "text in quotes");
+    const auto word = std::find(words.begin(), words.end(), *text);
     if (word == words.end()) {
-      return problem(*table_->get(info.key), fullKey(info.key), "\"" + text + "\" is not a choice",
+      return problem(*node, fullKey(info.key), "\"" + *text + "\" is not a choice",
                      "use one of: " + join({words.begin(), words.end()}, ", "));
     }
     index = static_cast<std::size_t>(word - words.begin());
@@ -160,14 +161,10 @@ class TomlLoader : public ConfigVisitor {
         const auto retired = std::find_if(retiredKeys().begin(), retiredKeys().end(), [&](const RetiredKey& one) {
           return one.section == name && one.key == word;
         });
-        const bool alias = std::any_of(renamedKeys().begin(), renamedKeys().end(), [&](const RenamedKey& one) {
-          return one.section == name && one.old_key == word;
-        });
-        if (alias) continue;
         if (retired != retiredKeys().end()) {
           notices_.push_back(placeOf(inner_node) + ": " + name + "." + word + ": has no effect any more, because " +
                              retired->instead + "; remove it");
-        } else if (std::find(keys.begin(), keys.end(), word) == keys.end()) {
+        } else if (std::find(keys.begin(), keys.end(), word) == keys.end() && !isOldName(name, word)) {
           unknown(inner_node, name + "." + word, closest(word, keys), elsewhere(word));
         }
       }
@@ -192,20 +189,26 @@ class TomlLoader : public ConfigVisitor {
     return std::find(top_level_.begin(), top_level_.end(), key) != top_level_.end();
   }
 
+  static bool isOldName(const std::string& section, const std::string& key) {
+    return std::any_of(renamedKeys().begin(), renamedKeys().end(),
+                       [&](const RenamedKey& one) { return one.section == section && one.old_key == key; });
+  }
+
+  /// The value of a key, under whichever name it is set; null: not set.
   const toml::node* find(const FieldInfo& info) {
     (section_.empty() ? top_level_ : known_[section_]).push_back(info.key);
     const toml::node* node = table_ == nullptr ? nullptr : table_->get(info.key);
     for (const RenamedKey& renamed : renamedKeys()) {
-      if (table_ == nullptr || renamed.section != section_ || info.key != std::string_view(renamed.key)) continue;
-      const toml::node* old = table_->get(renamed.old_key);
+      const bool same = renamed.section == section_ && info.key == std::string_view(renamed.key);
+      const toml::node* old = same && table_ != nullptr ? table_->get(renamed.old_key) : nullptr;
       if (old == nullptr) continue;
       if (node != nullptr) {
         problem(*old, fullKey(renamed.old_key), "is set under its new name, too", "remove the old one");
-        continue;
+      } else {
+        notices_.push_back(placeOf(*old) + ": " + fullKey(renamed.old_key) + ": is called " + fullKey(info.key) +
+                           " now; the old name still works in this release");
+        node = old;
       }
-      notices_.push_back(placeOf(*old) + ": " + fullKey(renamed.old_key) + ": is called " + fullKey(info.key) +
-                         " now; the old name still works in this release");
-      node = old;
     }
     if (node != nullptr) places_[fullKey(info.key)] = placeOf(*node);
     return node;
