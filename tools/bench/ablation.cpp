@@ -113,7 +113,8 @@ constexpr std::array kMeasures = std::to_array<MeasureName>({{"relations", Measu
                                                              {"truth", Measure::kTruth},
                                                              {"known", Measure::kKnown},
                                                              {"overlay", Measure::kOverlay},
-                                                             {"cold-starts", Measure::kColdStarts}});
+                                                             {"cold-starts", Measure::kColdStarts},
+                                                             {"none", Measure::kNone}});
 
 template <typename Named>
 const Named& byName(std::span<const Named> all, std::string_view name, std::string_view what) {
