@@ -14,7 +14,6 @@ LocalMap::LocalMap(const FrontEndConfig& config)
       localise_only_(config.localise_only),
       reference_(config.reference) {
   for (KeptScan& scan : kept_) scan.points.reserve(LaserScan::kCapacity);
-  newest_points_.reserve(LaserScan::kCapacity);
   scratch_.reserve(LaserScan::kCapacity);
   keyframes_.reserve(MapCorrection::kMaxKeyframes);
 }
@@ -36,7 +35,6 @@ void LocalMap::add(const Keyframe& keyframe, const ScanPoints& points) {
   reference_.add(keyframe.T_map_base, points);
   if (keyframes_.size() < MapCorrection::kMaxKeyframes) keyframes_.push_back({keyframe.id, keyframe.T_map_base});
   newest_ = keyframe.T_map_base;
-  newest_points_ = points;
   KeptScan& scan = kept(keyframe.id);
   scan.id = keyframe.id;
   scan.points.assign(keyframe.points().begin(), keyframe.points().end());

@@ -36,9 +36,8 @@ class LocalMap {
   /// Whether keyframes are added: not to a given map that the robot was found in.
   bool extends() const { return extends_; }
 
-  /// Pose of the newest keyframe, and its points in base. @pre !empty()
+  /// Pose of the newest keyframe. @pre !empty()
   const Pose2& newest() const { return *newest_; }
-  const ScanPoints& newestPoints() const { return newest_points_; }
 
   void add(const Keyframe& keyframe, const ScanPoints& points);
   /// Moves the middle of the area held. @param robot [m] in map
@@ -65,7 +64,7 @@ class LocalMap {
   std::vector<ReferenceKeyframe> keyframes_;              // by id
   std::array<KeptScan, MapCorrection::kMostAhead> kept_;  // newest keyframes, which a correction may not know yet
   std::optional<Pose2> newest_;
-  ScanPoints newest_points_, scratch_;
+  ScanPoints scratch_;
   bool extends_ = true;
 };
 

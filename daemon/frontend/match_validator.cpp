@@ -13,7 +13,6 @@ MatchValidator::MatchValidator(const FrontEndConfig& config)
       config_(config.validator),
       trusted_overlap_(config.search.trusted_overlap),
       window_(config.search_window),
-      min_pairs_(config.match.min_pairs),
       dynamic_objects_(config.dynamic_object_gate) {}
 
 void MatchValidator::removeDynamicBias(MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
@@ -53,28 +52,18 @@ bool MatchValidator::acceptTracking(const MatchResult& match, const Cloud& cloud
 bool MatchValidator::acceptSearch(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
                                   const TrackingState& tracking) {
   if (!match.usable() || match.overlap < trusted_overlap_) return false;
+  const bool much_worse = match.overlap < tracking.fusedOverlap() - config_.much_worse;
+  if (much_worse && !isNear(match.T_ref_base, tracking.lastPose())) return false;
   image_.set(cloud.points, lidar_);
-  if (local_map.reference().freeSpaceViolation(match.T_ref_base, image_, config_.known_surfel) >
-      config_.free_space_violation)
-    return false;
-  return match.overlap >= tracking.fusedOverlap() - config_.much_worse ||
-         revealsNewArea(match.T_ref_base, cloud, local_map, tracking.lastPose());
+  return local_map.reference().freeSpaceViolation(match.T_ref_base, image_, config_.known_surfel) <=
+         config_.free_space_violation;
 }
 
-/// Whether a scan that fits worse than the last one does so because the robot has turned to what it had not seen: it is
-/// no further on than a robot gets from scan to scan, and shows nothing where the newest keyframe saw through.
-bool MatchValidator::revealsNewArea(const Pose2& T_map_base, const Cloud& cloud, const LocalMap& local_map,
-                                    const Pose2& last_pose) {
+/// Whether a robot gets so far from scan to scan.
+bool MatchValidator::isNear(const Pose2& T_map_base, const Pose2& last_pose) const {
   const Pose2 moved = between(last_pose, T_map_base);
-  if (std::max(std::abs(moved.x), std::abs(moved.y)) > window_.translation) return false;
-  if (std::abs(moved.theta) > window_.rotation) return false;
-  image_.set(local_map.newestPoints(), lidar_);
-  const PointTransform T_newest_base(between(local_map.newest(), T_map_base));
-  VisibilityTally tally;
-  for (const ScanPoint& point : cloud.points) {
-    tally.add(image_.visibilityOf(T_newest_base * point.position, T_newest_base.turned(point.normal)));
-  }
-  return tally.consistent >= min_pairs_ && tally.freeSpaceViolation() <= config_.newly_violated;
+  return std::max(std::abs(moved.x), std::abs(moved.y)) <= window_.translation &&
+         std::abs(moved.theta) <= window_.rotation;
 }
 
 }  // namespace slam

@@ -24,7 +24,8 @@ class MatchValidator {
                       const Prediction& predicted, const TrackingState& tracking);
   /// Whether a match can be believed wherever the robot was thought to be. Among many places one fits by half: a find
   /// needs more agreement than a prediction does. A room has corners that look like one another: in the right one the
-  /// scan sees through no walls, and fits about as well as the last one did.
+  /// scan sees through no walls, and fits about as well as the last one did. Where a robot gets from scan to scan it
+  /// may fit worse: it has turned to what it had not seen.
   bool acceptSearch(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
                     const TrackingState& tracking);
 
@@ -33,13 +34,12 @@ class MatchValidator {
 
  private:
   double support(const MatchResult& match, const Pose2& guess, const Cloud& cloud, const LocalMap& local_map);
-  bool revealsNewArea(const Pose2& T_map_base, const Cloud& cloud, const LocalMap& local_map, const Pose2& last_pose);
+  bool isNear(const Pose2& T_map_base, const Pose2& last_pose) const;
 
   Eigen::Vector2d lidar_;  // [m] in base
   ValidatorConfig config_;
   double trusted_overlap_;
   SearchWindow window_;
-  int min_pairs_;
   DynamicObjectGate dynamic_objects_;
   RangeImage image_;
   std::uint32_t held_ = 0;

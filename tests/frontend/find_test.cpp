@@ -74,12 +74,16 @@ TEST(Find, IsNotBelievedWhereTheScanSeesThroughAWallThatIsKnown) {
   }
 }
 
-TEST(Find, ThatFitsWorseIsBelievedOnlyWhileNothingStandsWhereTheRobotSawThrough) {
-  for (const auto& [boxes, believed] : {std::pair(0, true), std::pair(1, true), std::pair(5, false)}) {
-    PlaceDrive drive = liftedIn(hall(false));
-    drive.place = hall(false, boxes);
+TEST(Find, ThatFitsMuchWorseIsBelievedOnlyWhereARobotGetsFromScanToScan) {
+  for (const auto& [much_worse, rotation, believed] :
+       {std::tuple(0.12, 0.8, true), std::tuple(0.12, 0.6, false), std::tuple(0.5, 0.6, true)}) {
+    FrontEndConfig config;
+    config.validator.much_worse = much_worse;
+    config.search_window.rotation = rotation;
+    PlaceDrive drive = liftedIn(hall(false), config);
+    drive.place = hall(false, 5);
     drive.run(0.8, kStand);
-    EXPECT_EQ(drive.last.fused, believed) << boxes << ", overlap " << drive.last.match.overlap;
+    EXPECT_EQ(drive.last.fused, believed) << much_worse << " " << rotation << ", overlap " << drive.last.match.overlap;
   }
 }
 

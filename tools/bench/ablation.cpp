@@ -74,7 +74,6 @@ const std::array kRules = std::to_array<Rule>({
     {"24a a find's overlap", [](FrontEndConfig& c) { c.search.trusted_overlap = 0.0; }},
     {"24b a find sees through", [](FrontEndConfig& c) { c.validator.free_space_violation = kNever; }},
     {"24c a find much worse", [](FrontEndConfig& c) { c.validator.much_worse = kNever; }},
-    {"25 a find shows more", [](FrontEndConfig& c) { c.validator.newly_violated = -1.0; }},
     {"26 innovation gate", [](FrontEndConfig& c) { c.ekf.max_rejected_poses = -1; }},
     {"26a third refusal believed", [](FrontEndConfig& c) { c.ekf.max_rejected_poses = kOften; }},
     {"26b no farther than 1 km", [](FrontEndConfig& c) { c.ekf.farthest_pose = kNever; }},
