@@ -50,10 +50,7 @@ SearchResult CorrelativeMatcher::match(const Reference& reference, std::span<con
   if (second.usable() && elsewhere(second.T_ref_base, result.match.T_ref_base)) {
     result.runner_up = second.overlap / result.match.overlap;
   }
-  const bool turned_round = std::abs(wrapAngle(result.match.T_ref_base.theta - guess.theta)) > config_.opposite;
-  if (result.runner_up > config_.ambiguity || (turned_round && result.match.observable < 3)) {
-    result.match.status = MatchStatus::kAmbiguous;
-  }
+  if (result.runner_up > config_.ambiguity) result.match.status = MatchStatus::kAmbiguous;
   return result;
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
-#include <numbers>
 #include <span>
 #include <vector>
 
@@ -24,16 +23,14 @@ struct CorrelativeConfig {
   int refined = 8;                ///< best hypotheses, each a local maximum, that are refined by point-to-line matching
   double trusted_overlap = 0.70;  ///< [1] a direct match that agrees with so much is not searched again
   double ambiguity = 0.95;        ///< [1] a second place whose overlap reaches this share of the best's is ambiguous
-  double distinct_distance = 0.50;           ///< [m] results further apart than this ...
-  double distinct_rotation = 0.35;           ///< [rad] ... or this are two places
-  double reach = 1.5;                        ///< [1] of a step: half of it in both directions, and by the turn
-  double mostly_translation = 0.5;           ///< [1] of a unit direction: the rest is rotation
-  double same_overlap = 0.02;                ///< [1] less is no difference
-  double slide_step = 0.05;                  ///< [m] along a degenerate direction
-  double slide_kernel = 0.15;                ///< [m] of the score along it
-  double opposite = 0.5 * std::numbers::pi;  ///< [rad] a corridor looks the same from its other end: what little tells
-                                             ///< the two apart may have changed
-  float clear_gain = 0.02F;                  ///< [1] of the score that sliding must bring
+  double distinct_distance = 0.50;  ///< [m] results further apart than this ...
+  double distinct_rotation = 0.35;  ///< [rad] ... or this are two places
+  double reach = 1.5;               ///< [1] of a step: half of it in both directions, and by the turn
+  double mostly_translation = 0.5;  ///< [1] of a unit direction: the rest is rotation
+  double same_overlap = 0.02;       ///< [1] less is no difference
+  double slide_step = 0.05;         ///< [m] along a degenerate direction
+  double slide_kernel = 0.15;       ///< [m] of the score along it
+  float clear_gain = 0.02F;         ///< [1] of the score that sliding must bring
 };
 
 /// Outcome of a search: the best match, and how good the second best place is beside it.

@@ -49,32 +49,6 @@ TEST_F(CorrelativeSearch, CallsASymmetricPlaceAmbiguousWhenTheWindowHoldsBothAns
   EXPECT_GT(result.runner_up, 0.95);
 }
 
-TEST_F(CorrelativeSearch, DoesNotTurnRoundInACorridorHoweverMuchBetterItFits) {
-  // Nobody sees its ends; one wall has stretches that the other has not, so that one way round fits better.
-  const Room corridor{.length = 60.0, .width = 2.0, .reach = 6.0, .range_sigma = 0.015};
-  const auto seen = [&](const Pose2& pose) {
-    auto points = scanPoints(corridor, pose, random);
-    std::erase_if(points, [&](const ScanPoint& p) {
-      const Eigen::Vector2d wall = pose * p.position;
-      return wall.y() > 0.0 && std::abs(std::remainder(wall.x() - 1.0, 6.0)) < 1.2;
-    });
-    return points;
-  };
-  Reference walls;
-  for (double x = -4.0; x <= 4.0; x += 1.0) walls.add({x, 0.0, 0.0}, seen({x, 0.0, 0.0}));
-  const SearchWindow window{0.2, std::numbers::pi};
-  for (const double turn : {-3.0, -2.4, 2.4, 3.0}) {
-    const SearchResult round = matcher.match(walls, seen({0.0, 0.0, turn}), {}, window, {});
-    ASSERT_LT(round.runner_up, 0.95) << "one way fits better";
-    EXPECT_EQ(round.match.status, MatchStatus::kAmbiguous) << turn;
-  }
-  for (const double turn : {-0.8, 0.1, 0.8}) {
-    const SearchResult along = matcher.match(walls, seen({0.0, 0.0, turn}), {}, window, {});
-    ASSERT_TRUE(along.match.usable()) << turn;
-    EXPECT_LT(std::abs(along.match.T_ref_base.theta - turn), 0.02);
-  }
-}
-
 TEST_F(CorrelativeSearch, RefusesAScanOfAnotherPlace) {
   const Room other{.length = 2.6, .width = 2.2, .range_sigma = 0.015};
   EXPECT_FALSE(matcher.match(reference, scanPoints(other, {}, random), {}, {2.0, 3.1}, {}).match.usable());

@@ -81,7 +81,6 @@ const std::array kRules = std::to_array<Rule>({
     {"27 search", [](FrontEndConfig& c) { c.search.trusted_overlap = 2.0; }},
     {"27a window grows", [](FrontEndConfig& c) { c.registration.widening = 0.0; }},
     {"27b ambiguous", [](FrontEndConfig& c) { c.search.ambiguity = kNever; }},
-    {"27c turned round while blind", [](FrontEndConfig& c) { c.search.opposite = kNever; }},
     {"27d slide", [](FrontEndConfig& c) { c.search.clear_gain = 2.0F; }},
     {"28 failures make a keyframe", [](FrontEndConfig& c) { c.degraded_after = kLongSilence; }},
     {"28a carried away", [](FrontEndConfig& c) { c.kidnap_distance = c.kidnap_rotation = 0.0; }},
