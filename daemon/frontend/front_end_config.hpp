@@ -59,7 +59,6 @@ struct IntakeConfig {
   double soonest_scan = 0.6;   ///< [1] ... nor in less than this share of the usual interval: a copy
   double moving_speed = 0.02;  ///< [m/s] from here on no sensor sees the same twice ...
   double moving_turn = 0.05;   ///< [rad/s] ... nor from here on
-  double late = 0.0;           ///< [s] a scan that is so much older than the filter's window is not used
 };
 
 /// Where the match of a scan starts from, and the search that follows where it leads nowhere.

@@ -49,7 +49,7 @@ SensorIntake::Scan SensorIntake::accept(const LaserScan& scan, const EkfTimeline
   const Timestamp first = scan_stamps_.next(scan.stamp) + lidar_offset_;
   last_scan_ = scan.stamp;
   last_first_ = first;
-  if (pose.started() && first < pose.oldestStamp() - fromSeconds(config_.late)) {
+  if (pose.started() && first < pose.oldestStamp()) {
     ++too_late_;
     return {first};
   }
