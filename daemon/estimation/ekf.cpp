@@ -118,9 +118,6 @@ UpdateResult Ekf::correct(const Eigen::Matrix<double, N, 1>& innovation, const E
   }
   Eigen::Matrix<double, 7, N> K = S_llt.solve(PHt.transpose()).transpose();  // (15)
   if (considered == kBias) K.row(kGyroBias).setZero();
-  if (considered == kSpeeds) {
-    for (const Index speed : {kSpeed, kTurnRate, kLateralSpeed}) K.row(speed).setZero();
-  }
   if (considered == kPose && config_->smooth) K.template topRows<3>().setZero();
   x_ += K * innovation;  // (16)
   x_[kTheta] = wrapAngle(x_[kTheta]);
@@ -278,22 +275,16 @@ UpdateResult Ekf::updatePose(const PoseMeasurement& measurement) {
   R.topLeftCorner(n, n) = U.transpose() * measurement.covariance * U;
 
   double distance = n;
-  const bool first_beyond_wheels =
-      config_->first_beyond_leaves_speed && stamp_ > known_until_ && pose_stamp_ < known_until_;
-  const Considered considered = first_beyond_wheels ? kSpeeds : kNone;
-  UpdateResult result = correct<3>(innovation, H, R, considered, n, &distance);
+  UpdateResult result = correct<3>(innovation, H, R, kNone, n, &distance);
   nis_ratio_ += (std::min(distance / n, config_->max_contradiction) - nis_ratio_) / config_->nis_memory;
   const bool believe = result == UpdateResult::kRejected &&
                        (measurement.bypass_gate || ++rejected_in_a_row_ > config_->max_rejected_poses) &&
                        error.norm() < config_->farthest_pose;
   if (believe) {  // the robot was moved or the wheels slipped
     P_.topLeftCorner<3, 3>() += (2.0 * error * error.transpose()).eval();
-    result = correct<3>(innovation, H, R, considered, 0);
+    result = correct<3>(innovation, H, R, kNone, 0);
   }
-  if (result == UpdateResult::kFused) {
-    rejected_in_a_row_ = 0;
-    pose_stamp_ = stamp_;
-  }
+  if (result == UpdateResult::kFused) rejected_in_a_row_ = 0;
   ++(result == UpdateResult::kFused ? counters_.poses_fused : counters_.poses_rejected);
   return result;
 }

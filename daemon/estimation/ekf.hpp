@@ -54,8 +54,7 @@ struct EkfConfig {
   double longest_walk = 2.0;         ///< [s] from mean to mean: no robot's speed is further from one, however long
   double silent_intervals = 3.0;     ///< [1] usual intervals of the wheels, beyond which they were silent
   bool smooth = false;               ///< the pose drifts, but never jumps: see Ekf
-  bool first_beyond_leaves_speed = true;  ///< see updatePose()
-  double farthest_pose = 1e3;             ///< [m] from the prediction: no robot is carried further between two scans
+  double farthest_pose = 1e3;        ///< [m] from the prediction: no robot is carried further between two scans
 
   /// Variances of wheel odometry without gyro [m^2], [rad^2], over `distance` [m] and `turn` [rad], both at least zero.
   double wheelTranslationVariance(double distance) const { return translation_noise * translation_noise * distance; }
@@ -128,8 +127,7 @@ class Ekf {
   /// The gyro's bias as known from elsewhere. It holds from now on: the pose stays, and what its errors have to do with
   /// those of the bias shrinks or grows with these. @param variance [rad^2/s^2]
   void setGyroBias(double bias, double variance);
-  /// A matched scan, along its observable directions only. The first one beyond what the wheels have told corrects the
-  /// pose, not the speed: what it is off by may have gathered while they still told it wrongly.
+  /// A matched scan, along its observable directions only.
   UpdateResult updatePose(const PoseMeasurement& measurement);
 
   /// Sets the pose, e.g. by command. @param sigma [m, m, rad]
@@ -157,7 +155,7 @@ class Ekf {
   const EkfCounters& counters() const { return counters_; }
 
  private:
-  enum Considered { kNone, kBias, kSpeeds, kPose };  // states whose gain is zero
+  enum Considered { kNone, kBias, kPose };  // states whose gain is zero
 
   template <int N>
   UpdateResult correct(const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 7>& H,
@@ -179,7 +177,6 @@ class Ekf {
   Timestamp known_until_{};       // the wheels' mean speed holds up to there
   double interval_ = 0.0;         // [s] that it is the mean of
   Timestamp turn_known_until_{};  // and their mean turn rate, where no gyro tells it
-  Timestamp pose_stamp_{};        // of the last matched scan
   Timestamp silent_from_{};       // no wheel sample came, though one was due
   Standstill standstill_;
   double slip_evidence_ = 0.0;  // [rad] wheels minus gyro, leaky over slip_window

@@ -204,24 +204,6 @@ TEST(EkfLimits, TheGateOfEachUpdateIsThatOfItsDegreesOfFreedom) {
   }
 }
 
-TEST(EkfLimits, TheFirstMatchBeyondTheWheelsWordCorrectsThePoseOnly) {
-  Ekf ekf(kConfig, kBegin);
-  ekf.updateWheels({0.5, 0, 0}, true, milliseconds(100), std::nullopt);
-  ekf.predict(kBegin + milliseconds(300));
-  const Twist2 before = ekf.twist();
-  const auto off = [](const Ekf& filter) {
-    const Pose2 pose = filter.pose();
-    return measured({pose.x + 0.05, pose.y + 0.05, pose.theta + 0.02});
-  };
-  ASSERT_EQ(ekf.updatePose(off(ekf)), UpdateResult::kFused);
-  EXPECT_EQ(ekf.twist().vx, before.vx);
-  EXPECT_EQ(ekf.twist().omega, before.omega);
-  ekf.predict(ekf.stamp() + milliseconds(100));
-  ASSERT_EQ(ekf.updatePose(off(ekf)), UpdateResult::kFused);
-  EXPECT_GT(ekf.twist().vx, before.vx + 0.05);
-  EXPECT_GT(ekf.twist().omega, before.omega + 0.02);
-}
-
 TEST(EkfLimits, DoubtIsTheMeanContradictionOfTheLastMatches) {
   for (const int memory : {10, 25}) {
     EkfConfig config;

@@ -248,27 +248,6 @@ TEST(EkfTimeline, WheelsThatTellNoTurnRestThoughTheirHeadingWanders) {
   EXPECT_NEAR(timeline.at(at(1060)).twist().vx, 0.0, 0.01);
 }
 
-TEST(EkfTimeline, AScanThatEndsAFalseRestIsNoSuddenSpeed) {
-  for (const double speed : {0.1, 0.3}) {
-    for (int phase = 0; phase < 180; phase += 10) {
-      EkfTimeline timeline(kEkf, kTimeline);
-      double farthest = 0.0;  // [m] ahead
-      for (int ms = 0; ms <= 4000; ms += 10) {
-        const double x = 1e-3 * speed * std::max(0, ms - 1000);
-        if (ms <= 1500) timeline.add(wheels(ms, {}));  // the wheels deny it, and then say nothing
-        if (ms % 180 == phase && ms > 180) {
-          timeline.add(match(ms - 100, {1e-3 * speed * std::max(0, ms - 1100), 0.0, 0.0}, 0.003));
-        }
-        farthest = std::max(farthest, timeline.at(at(ms)).pose().x - x);
-        if (ms > 2500) {
-          EXPECT_NEAR(timeline.at(at(ms)).pose().x, x, 0.02) << ms << ", scans at " << phase;
-        }
-      }
-      EXPECT_LT(farthest, 0.2 * speed) << speed << " m/s, scans at " << phase;
-    }
-  }
-}
-
 TEST(EkfTimeline, TheWayIsTheWheelsOwnHoweverUnevenTheirStamps) {
   // A board's answers that come late and then early make one interval's speed too low and the next one's too high:
   // neither says how fast the robot was in the interval before.

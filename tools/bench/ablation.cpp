@@ -75,7 +75,6 @@ const std::array kRules = std::to_array<Rule>({
     {"26 innovation gate", [](FrontEndConfig& c) { c.ekf.max_rejected_poses = -1; }},
     {"26a third refusal believed", [](FrontEndConfig& c) { c.ekf.max_rejected_poses = kOften; }},
     {"26b no farther than 1 km", [](FrontEndConfig& c) { c.ekf.farthest_pose = kNever; }},
-    {"26c first beyond leaves the speed", [](FrontEndConfig& c) { c.ekf.first_beyond_leaves_speed = false; }},
     {"27 search", [](FrontEndConfig& c) { c.search.trusted_overlap = 2.0; }},
     {"27a window grows", [](FrontEndConfig& c) { c.registration.widening = 0.0; }},
     {"27b ambiguous", [](FrontEndConfig& c) { c.search.ambiguity = kNever; }},
