@@ -29,10 +29,8 @@ FrontEnd::FrontEnd(const FrontEndConfig& config, Stopwatch stopwatch, const Fron
       odometry_(smooth(beginningAt(config.ekf, {}, start.gyro_bias)), config.timeline),
       pose_(beginningAt(config.ekf, start.T_map_base, start.gyro_bias), config.timeline),
       intake_(config_),
-      interpreter_(config_, start.body),
-      wheels_(config.ekf, config.wheel_monitor),
-      gyro_(config.ekf, config.gyro_monitor),
-      preprocessor_(config_),
+      monitor_{WheelMonitor(config.ekf, config.wheel_monitor), GyroMonitor(config.ekf, config.gyro_monitor)},
+      preprocessor_(config_, start.body),
       local_map_(config_),
       registration_(config_, stopwatch),
       validator_(config_),
@@ -43,32 +41,31 @@ FrontEnd::FrontEnd(const FrontEndConfig& config, Stopwatch stopwatch, const Fron
 void FrontEnd::add(const WheelSample& recorded) {
   const auto sample = intake_.accept(recorded);
   if (!sample) return;
-  if (gyro_.hear(*sample, gyroBias())) pose_.loseGyro();  // the odometry would jump
+  if (monitor_.gyro.hear(*sample, gyroBias())) pose_.loseGyro();  // the odometry would jump
   odometry_.add(*sample);
-  if (const auto corrected = wheels_.hear(*sample)) pose_.add(*corrected);
+  if (const auto corrected = monitor_.wheels.hear(*sample)) pose_.add(*corrected);
 }
 
 void FrontEnd::add(const ImuSample& recorded) {
   const auto sample = intake_.accept(recorded, pose_.newestStamp());
   if (!sample) return;
-  const ImuSample judged = gyro_.hear(*sample);
+  const ImuSample judged = monitor_.gyro.hear(*sample);
   odometry_.add(judged);
   pose_.add(judged);
 }
 
 ScanOutcome FrontEnd::add(const LaserScan& recorded, bool may_keep) {
   const SensorIntake::Scan taken =  // order of stamps, copies, a stuck lidar
-      intake_.accept(recorded, pose_, odometry_, interpreter_.noReturnCodes());
+      intake_.accept(recorded, pose_, odometry_, preprocessor_.interpreter().noReturnCodes());
   ScanOutcome outcome;
   outcome.stamp = outcome.first = taken.first;
   outcome.stuck = taken.stuck;
   outcome.scan = &recorded;
   if (!taken.accepted) return outcome;
 
-  outcome.scan = &interpreter_.interpret(recorded, taken, odometry_);             // what its beams mean
-  const Cloud& cloud = preprocessor_.process(*outcome.scan, taken.first, pose_);  // deskewed to mid-turn, with normals
+  const Cloud& cloud = preprocessor_.process(recorded, taken, pose_, odometry_);  // deskewed to mid-turn, with normals
+  outcome.scan = cloud.scan;
   outcome.stamp = cloud.stamp;
-  points_ = static_cast<int>(cloud.points.size());
   outcome.T_base_first = cloud.T_base_first;
   const Prediction predicted{pose_.at(cloud.stamp), odometry_.at(cloud.stamp)};
   if (local_map_.empty()) {
@@ -77,10 +74,11 @@ ScanOutcome FrontEnd::add(const LaserScan& recorded, bool may_keep) {
   }
 
   local_map_.recentre(predicted.pose.pose().translation());
+  const WheelMonitor& wheels = monitor_.wheels;
   MatchResult& match = outcome.match;
-  match = registration_.align(cloud, local_map_, predicted, tracking_, wheels_.reliability());  // PL-ICP [Censi 2008]
+  match = registration_.align(cloud, local_map_, predicted, tracking_, wheels.reliability());  // PL-ICP [Censi 2008]
   outcome.match_time = registration_.matchTime();
-  validator_.removeDynamicBias(match, cloud, local_map_, predicted, wheels_);  // people who walk beside the robot
+  validator_.removeDynamicBias(match, cloud, local_map_, predicted, wheels);  // people who walk beside the robot
   outcome.fused = validator_.acceptTracking(match, cloud, local_map_, predicted, tracking_) &&
                   fuse(cloud.stamp, match, false);                 // (15)-(17)
   if (!outcome.fused) recoverBySearch(cloud, predicted, outcome);  // correlative [Olson 2009], stricter test
@@ -114,8 +112,8 @@ const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted
                                  bool may_keep) {
   const Pose2 T_map_base = pose_.at(cloud.stamp).pose();
   shareGyroBias();
-  keyframes_.addDrift(T_map_base, &match, wheels_);
-  wheels_.compare(predicted.odometry, T_map_base, match.observable == 3);
+  keyframes_.addDrift(T_map_base, &match, monitor_.wheels);
+  monitor_.wheels.compare(predicted.odometry, T_map_base, match.observable == 3);
   tracking_.follow(match, cloud.stamp, T_map_base, predicted.odometry.pose());
   return may_keep ? keyframes_.select(cloud, T_map_base, match, local_map_) : nullptr;
 }
@@ -123,8 +121,8 @@ const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted
 /// By what the scan says itself: the filter's pose is the gyro's, too.
 void FrontEnd::judgeGyro(Timestamp stamp, const MatchResult& match) {
   if (!match.usable() || match.observable < 3 || match.overlap < config_.search.trusted_overlap)
-    return gyro_.interrupt();
-  if (const auto bias = gyro_.compare(stamp, match.T_ref_base.theta, gyroBias())) {
+    return monitor_.gyro.interrupt();
+  if (const auto bias = monitor_.gyro.compare(stamp, match.T_ref_base.theta, gyroBias())) {
     odometry_.add(*bias);
     pose_.add(*bias);
   }
@@ -146,7 +144,7 @@ const Keyframe* FrontEnd::coast(const Cloud& cloud, const Prediction& predicted,
     beginSession(KeyframeOrigin::kLost);
     return nullptr;
   }
-  keyframes_.addDrift(T_map_base, nullptr, wheels_);
+  keyframes_.addDrift(T_map_base, nullptr, monitor_.wheels);
   return keyframes_.keep(cloud, T_map_base, {}, local_map_);
 }
 
@@ -180,8 +178,7 @@ void FrontEnd::beginSession(KeyframeOrigin origin) {
   tracking_.beginSession(origin == KeyframeOrigin::kGiven);
   keyframes_.beginSession(origin);
   local_map_.clear(pose_.at(pose_.newestStamp()).pose().translation());
-  wheels_.interrupt();
-  gyro_.interrupt();
+  monitor_.interrupt();
 }
 
 void FrontEnd::apply(MapCorrection& correction) {
@@ -190,8 +187,7 @@ void FrontEnd::apply(MapCorrection& correction) {
   const Pose2 T_new_old = local_map_.apply(correction, pose_.at(pose_.newestStamp()).pose().translation());
   if (correction.T_map_session) tracking_.place();
   pose_.transform(T_new_old);
-  wheels_.interrupt();
-  gyro_.interrupt();
+  monitor_.interrupt();
   tracking_.transform(T_new_old);
   keyframes_.transform(T_new_old);
 }
@@ -223,7 +219,7 @@ TrackingReport FrontEnd::trackingReport() const {
   return {.begun = tracking_.begun(),
           .placed = tracking_.placed(),
           .failures = tracking_.failures(),
-          .points = points_,
+          .points = preprocessor_.points(),
           .needed = config_.match.min_pairs};
 }
 
@@ -235,10 +231,10 @@ FrontEndCounters FrontEnd::counters() const {
   views_.addTo(counters);
   counters.searched = registration_.searched();
   counters.scans_held = validator_.held();
-  counters.wheels_rejected = static_cast<std::uint32_t>(wheels_.rejections());
-  counters.wheels_reliable = wheels_.reliable();
-  counters.gyro_rejected = static_cast<std::uint32_t>(gyro_.rejections());
-  counters.wheels_scale = wheels_.scale().value();
+  counters.wheels_rejected = static_cast<std::uint32_t>(monitor_.wheels.rejections());
+  counters.wheels_reliable = monitor_.wheels.reliable();
+  counters.gyro_rejected = static_cast<std::uint32_t>(monitor_.gyro.rejections());
+  counters.wheels_scale = monitor_.wheels.scale().value();
   counters.samples_late = odometry_.lateFused();
   counters.samples_too_old = odometry_.tooOld();
   return counters;

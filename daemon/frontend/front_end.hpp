@@ -11,11 +11,9 @@
 #include "core/scan.hpp"
 #include "core/stopwatch.hpp"
 #include "estimation/ekf_timeline.hpp"
-#include "estimation/gyro_monitor.hpp"
-#include "estimation/wheel_monitor.hpp"
+#include "estimation/odometry_monitor.hpp"
 #include "frontend/depth_view_selector.hpp"
 #include "frontend/front_end_config.hpp"
-#include "frontend/interpreter/scan_interpreter.hpp"
 #include "frontend/keyframe_selector.hpp"
 #include "frontend/local_map.hpp"
 #include "frontend/map_correction.hpp"
@@ -86,10 +84,10 @@ class FrontEnd {
 
   const FrontEndConfig& config() const { return config_; }
   FrontEndCounters counters() const;
-  const WheelScale& wheelScale() const { return wheels_.scale(); }
-  GyroVerdict gyroVerdict() const { return gyro_.verdict(gyroBias()); }
+  const WheelScale& wheelScale() const { return monitor_.wheels.scale(); }
+  GyroVerdict gyroVerdict() const { return monitor_.gyro.verdict(gyroBias()); }
   /// What was found out about the lidar's beams.
-  const ScanInterpreter& interpreter() const { return interpreter_; }
+  const ScanInterpreter& interpreter() const { return preprocessor_.interpreter(); }
   EkfCounters filterCounters() const { return pose_.at(pose_.newestStamp()).counters(); }
 
  private:
@@ -107,9 +105,7 @@ class FrontEnd {
   FrontEndConfig config_;
   EkfTimeline odometry_, pose_;
   SensorIntake intake_;
-  ScanInterpreter interpreter_;
-  WheelMonitor wheels_;
-  GyroMonitor gyro_;
+  OdometryMonitor monitor_;
   Preprocessor preprocessor_;
   LocalMap local_map_;
   Registration registration_;
@@ -117,7 +113,6 @@ class FrontEnd {
   TrackingState tracking_;
   KeyframeSelector keyframes_;
   DepthViewSelector views_;
-  int points_ = 0;  // of the newest scan that was used
 };
 
 }  // namespace slam

@@ -26,8 +26,9 @@ Sweep sweepOf(const LaserScan& scan, Timestamp stamp) {
 
 }  // namespace
 
-Preprocessor::Preprocessor(const FrontEndConfig& config)
-    : lidar_(config.lidar),
+Preprocessor::Preprocessor(const FrontEndConfig& config, const BodyShape& body)
+    : interpreter_(config, body),
+      lidar_(config.lidar),
       normals_(config.normals),
       scan_moment_(config.scan_moment),
       point_weight_(config.match.point_weight),
@@ -39,7 +40,11 @@ Preprocessor::Preprocessor(const FrontEndConfig& config)
 /// What the filter is wrong about the speed moves the beams before the middle one way and those behind it the other, so
 /// that the pose found there is right. At the first beam's time it would be wrong by half of the turn's error, the next
 /// speed by as much the other way, and so on without end.
-const Cloud& Preprocessor::process(const LaserScan& scan, Timestamp first, const EkfTimeline& filter) {
+const Cloud& Preprocessor::process(const LaserScan& recorded, const SensorIntake::Scan& taken,
+                                   const EkfTimeline& filter, const EkfTimeline& odometry) {
+  const Timestamp first = taken.first;
+  const LaserScan& scan = interpreter_.interpret(recorded, taken, odometry);
+  cloud_.scan = &scan;
   const Sweep sweep = sweepOf(scan, first);
   cloud_.stamp = sweep.begin + std::chrono::duration_cast<Duration>(scan_moment_ * (sweep.end - sweep.begin));
   filter.fillHistory(sweep.begin, sweep.end, history_);

@@ -4,29 +4,41 @@
 #include "core/scan.hpp"
 #include "estimation/ekf_timeline.hpp"
 #include "frontend/front_end_config.hpp"
+#include "frontend/interpreter/scan_interpreter.hpp"
+#include "frontend/sensor_intake.hpp"
 #include "matching/scan_points.hpp"
 
 namespace slam {
 
 /// A scan as the matchers take it.
 struct Cloud {
-  Timestamp stamp;     ///< of the middle of the turn in the filters' time
-  ScanPoints points;   ///< in base at `stamp`, with normals where a line was found
-  Pose2 T_base_first;  ///< base at the first beam, seen from base at `stamp`
-  MatchConfig match;   ///< settings for these points
+  Timestamp stamp;                  ///< of the middle of the turn in the filters' time
+  ScanPoints points;                ///< in base at `stamp`, with normals where a line was found
+  Pose2 T_base_first;               ///< base at the first beam, seen from base at `stamp`
+  MatchConfig match;                ///< settings for these points
+  const LaserScan* scan = nullptr;  ///< as it was interpreted
 };
 
-/// Makes a scan's beams points: deskewed to the middle of the turn, within the limits of range, with normals.
+/// Makes a scan's beams points: interpreted, deskewed to the middle of the turn, within the limits of range, with
+/// normals.
 class Preprocessor {
  public:
-  explicit Preprocessor(const FrontEndConfig& config);
+  /// @param body what moves with the robot, as last known
+  explicit Preprocessor(const FrontEndConfig& config, const BodyShape& body = {});
 
-  /// @param first  when the first beam was measured, in the filter's time
-  /// @param filter how the robot moved during the turn
-  /// @return       valid until the next call
-  const Cloud& process(const LaserScan& scan, Timestamp first, const EkfTimeline& filter);
+  /// @param taken    as the intake has accepted it
+  /// @param filter   how the robot moved during the turn
+  /// @param odometry the same by wheels and gyro alone
+  /// @return         valid until the next call
+  const Cloud& process(const LaserScan& recorded, const SensorIntake::Scan& taken, const EkfTimeline& filter,
+                       const EkfTimeline& odometry);
+
+  const ScanInterpreter& interpreter() const { return interpreter_; }
+  /// Of the newest scan.
+  int points() const { return static_cast<int>(cloud_.points.size()); }
 
  private:
+  ScanInterpreter interpreter_;
   LidarModel lidar_;
   NormalConfig normals_;
   double scan_moment_;   // [1] of the turn
