@@ -71,8 +71,6 @@ struct RegistrationConfig {
 
 /// Which matches are believed.
 struct ValidatorConfig {
-  double vague_distance = 0.50;        ///< [m] a prediction that is no better known ...
-  double vague_rotation = 0.35;        ///< [rad] ... or whose heading is not, says no more than a search
   double much_worse = 0.12;            ///< [1] overlap lost by a find: it is another place
   double free_space_violation = 0.12;  ///< [1] of the walls in sight; of a right find at most 0.10
   double known_surfel = 4.0;           ///< [1] observations

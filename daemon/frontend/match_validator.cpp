@@ -11,7 +11,7 @@ namespace slam {
 MatchValidator::MatchValidator(const FrontEndConfig& config)
     : lidar_(config.lidar.T_base_lidar.translation()),
       config_(config.validator),
-      trusted_overlap_(config.search.trusted_overlap),
+      search_(config.search),
       window_(config.search_window),
       dynamic_objects_(config.dynamic_object_gate) {}
 
@@ -45,13 +45,13 @@ double MatchValidator::support(const MatchResult& match, const Pose2& guess, con
 bool MatchValidator::acceptTracking(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
                                     const Prediction& predicted, const TrackingState& tracking) {
   const Eigen::Vector3d sigma = predicted.pose.covariance().topLeftCorner<3, 3>().diagonal().cwiseSqrt();
-  const bool vague = sigma.z() > config_.vague_rotation || sigma.head<2>().maxCoeff() > config_.vague_distance;
+  const bool vague = sigma.z() > search_.distinct_rotation || sigma.head<2>().maxCoeff() > search_.distinct_distance;
   return tracking.failures() == 0 || !vague || acceptSearch(match, cloud, local_map, tracking);
 }
 
 bool MatchValidator::acceptSearch(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
                                   const TrackingState& tracking) {
-  if (!match.usable() || match.overlap < trusted_overlap_) return false;
+  if (!match.usable() || match.overlap < search_.trusted_overlap) return false;
   const bool much_worse = match.overlap < tracking.fusedOverlap() - config_.much_worse;
   if (much_worse && !isNear(match.T_ref_base, tracking.lastPose())) return false;
   image_.set(cloud.points, lidar_);

@@ -18,8 +18,8 @@ class MatchValidator {
   /// Takes out of a match what something that moves may have made of it: there the wheels tell the way.
   void removeDynamicBias(MatchResult& match, const Cloud& cloud, const LocalMap& local_map, const Prediction& predicted,
                          const WheelMonitor& wheels);
-  /// Whether a match from a prediction can be believed. Once the way is lost and the robot may be anywhere around the
-  /// prediction, what fits there is one place of many.
+  /// Whether a match from a prediction can be believed. Once the way is lost and the prediction holds what
+  /// a search calls two places, what fits there is a find, too.
   bool acceptTracking(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
                       const Prediction& predicted, const TrackingState& tracking);
   /// Whether a match can be believed wherever the robot was thought to be. Among many places one fits by half: a find
@@ -38,7 +38,7 @@ class MatchValidator {
 
   Eigen::Vector2d lidar_;  // [m] in base
   ValidatorConfig config_;
-  double trusted_overlap_;
+  CorrelativeConfig search_;
   SearchWindow window_;
   DynamicObjectGate dynamic_objects_;
   RangeImage image_;

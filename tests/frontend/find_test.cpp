@@ -106,8 +106,8 @@ TEST(Find, AMatchFromAVaguePredictionMustBeOne) {
   for (const Case& c : {Case{0.5, 0.35, true}, Case{1e-4, 0.35, false}, Case{0.5, 1e-5, false}}) {
     FrontEndConfig config;
     config.search.trusted_overlap = 1.01;
-    config.validator.vague_distance = c.distance;
-    config.validator.vague_rotation = c.rotation;
+    config.search.distinct_distance = c.distance;
+    config.search.distinct_rotation = c.rotation;
     PlaceDrive drive(hall(false), config);
     drive.truth = {-1.0, 1.0, 0.0};
     drive.run(4.0, kStand);
