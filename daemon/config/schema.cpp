@@ -510,9 +510,6 @@ void visitFrontEnd(FrontEndConfig& front_end, ConfigVisitor& v) {
   v.field({"wheel_agreement", "1",
            "Ignored wheels are used again when their mean normalised squared error against the scans is below this."},
           front_end.wheel_monitor.agreement, 0.5, 1000.0);
-  v.field({"wheel_guidance", "1",
-           "The match also starts from constant motion when the wheels' mean normalised squared error is above this."},
-          front_end.wheel_monitor.guidance, 1.0, 1000.0);
   v.field({"trusted_overlap", "1",
            "A found match overrules the filter if this share of its points agrees with the local map."},
           front_end.search.trusted_overlap, 0.0, 1.0);
@@ -581,7 +578,9 @@ void visitBackEnd(BackEndConfig& back_end, DriftConfig& drift, ConfigVisitor& v)
 }
 
 constexpr std::array kRetired = std::to_array<RetiredKey>({
-    {"search", "max_doubt", "the match starts from several poses where its overlap drops, or the wheels are noisy"},
+    {"search", "max_doubt", "the match starts from several poses where its overlap drops, or the wheels are ignored"},
+    {"search", "wheel_guidance",
+     "the match starts from several poses where its overlap drops, or the wheels are ignored"},
 });
 
 constexpr std::array kRenamed = std::to_array<RenamedKey>({

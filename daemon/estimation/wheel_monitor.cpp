@@ -24,8 +24,7 @@ std::optional<WheelSample> WheelMonitor::hear(const WheelSample& sample) {
 WheelReliability WheelMonitor::reliability() const {
   if (!heard_) return WheelReliability::kNone;
   if (!reliable_) return WheelReliability::kRejected;
-  if (worst() <= config_.consistency) return WheelReliability::kConsistent;
-  return worst() < config_.guidance ? WheelReliability::kReliable : WheelReliability::kNoisy;
+  return worst() <= config_.consistency ? WheelReliability::kConsistent : WheelReliability::kReliable;
 }
 
 void WheelMonitor::compare(const Ekf& odometry, const Pose2& T_map_base, bool complete) {

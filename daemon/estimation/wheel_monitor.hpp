@@ -15,8 +15,7 @@ namespace slam {
 enum class WheelReliability : std::uint8_t {
   kNone,        ///< there are none
   kRejected,    ///< they contradict the scans too much to be used
-  kNoisy,       ///< no better a guess of the next pose than going on as before
-  kReliable,    ///< a better one
+  kReliable,    ///< their noise model is not far off
   kConsistent,  ///< as good as their noise model says, or nothing is known of them yet
 };
 
@@ -25,7 +24,6 @@ struct WheelMonitorConfig {
   double interval = 0.05;       ///< [m, rad] an interval is as long as this at least, from one matched scan to another
   double contradiction = 3.0;   ///< [1] mean normalised squared error from which on the wheels are rejected ...
   double agreement = 1.5;       ///< [1] ... until it is as low as this
-  double guidance = 2.0;        ///< [1] from here on they are noisy
   double consistency = 1.0;     ///< [1] up to here they are consistent
   double largest_error = 10.0;  ///< [1] one interval counts for no more: a slip, a wrong match
   double least_noise = 0.1;     ///< [1] of the model's variance: the scans' own error is in it, too

@@ -163,7 +163,6 @@ std::vector<Effect> effectsOfEstimation() {
       {"search.rotation", "0.0", spinningWheels},
       {"search.wheel_contradiction", "1.0", spinningWheels},
       {"search.wheel_agreement", "0.5", wheelTrust},
-      {"search.wheel_guidance", "1.0", wheelTrust},
       {"search.trusted_overlap", "1.0", spinningWheels},
       {"search.ambiguity", "0.0", ringDrive},
       {"localisation.degraded_after", "10.0", states},

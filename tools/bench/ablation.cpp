@@ -43,7 +43,6 @@ const std::array kRules = std::to_array<Rule>({
     {"10 grazing points slide", [](FrontEndConfig& c) { c.normals.in_a_row = 0.0; }},
     {"11 wheels judged", [](FrontEndConfig& c) { c.wheel_monitor.memory = kNever; }},
     {"11a wheels withdrawn", [](FrontEndConfig& c) { c.wheel_monitor.contradiction = kNever; }},
-    {"11b wheels no guide", [](FrontEndConfig& c) { c.wheel_monitor.guidance = kNever; }},
     {"11c wheels consistent", [](FrontEndConfig& c) { c.wheel_monitor.consistency = kNever; }},
     {"12 wheels' scale", [](FrontEndConfig& c) { c.wheel_monitor.scale.significance = kNever; }},
     {"13 slip", [](FrontEndConfig& c) { c.ekf.slip_angle = kNever; }},
