@@ -412,13 +412,10 @@ void visitEkf(EkfConfig& ekf, EkfTimelineConfig& timeline, ConfigVisitor& v) {
       ekf.slip_speed_sigma, 1e-3, 10.0);
   v.field({"gate_probability", "1", "The innovation gates accept this share of good measurements."},
           ekf.gate_probability, 0.9, 0.999999);
-  v.field({"max_speed", "m/s",
-           "Between two wheel samples the wheels' mean speed holds, unless it is higher than this, which is a fault."},
+  v.field({"max_speed", "m/s", "A wheel sample with a higher speed than this is a fault and is not used."},
           ekf.max_speed, 0.1, 100.0);
-  v.field(
-      {"max_turn_rate", "rad/s",
-       "Between two wheel samples the wheels' mean turn rate holds, unless it is higher than this, which is a fault."},
-      ekf.max_turn_rate, 0.1, 100.0);
+  v.field({"max_turn_rate", "rad/s", "A wheel sample with a higher turn rate than this is a fault and is not used."},
+          ekf.max_turn_rate, 0.1, 100.0);
   v.field({"nis_memory", "", "The filter's prediction is judged by this many matched scans."}, ekf.nis_memory, 1, 1000);
   v.field({"max_coast", "s", "The pose moves on for no longer than this without any sample."}, ekf.max_coast, 0.0,
           10.0);

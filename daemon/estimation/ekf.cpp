@@ -138,13 +138,18 @@ bool Ekf::detectSlip(double wheel_rate, double gyro_rate, double interval) {
   return std::abs(slip_evidence_) > config_->slip_angle + config_->slip_scale * slip_turned_;
 }
 
-/// The wheels' speed along one axis of the base.
-UpdateResult Ekf::correctSpeed(Index state, double speed) {
+/// The wheels' speed along one axis of the base. @param possible the robot can have driven it, however sudden
+UpdateResult Ekf::correctSpeed(Index state, double speed, bool possible) {
   Eigen::Matrix<double, 1, 7> H = Eigen::Matrix<double, 1, 7>::Zero();
   H(0, state) = 1.0;
   const double sigma = slip_ ? config_->slip_speed_sigma : config_->wheel_speed_sigma;
   const Eigen::Matrix<double, 1, 1> innovation(speed - x_[state]), R(square(sigma));
-  return correct<1>(innovation, H, R, kBias, 1);
+  const UpdateResult result = correct<1>(innovation, H, R, kBias, 1);
+  if (result == UpdateResult::kRejected && possible) {
+    P_(state, state) += square(innovation.x());
+    correct<1>(innovation, H, R, kBias, 0);
+  }
+  return result;
 }
 
 UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Duration interval,
@@ -163,10 +168,14 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
   standstill_.addWheels(stamp_, std::hypot(twist.vx, vy), turn_rate_known ? twist.omega : 0.0, c.standstill);
   slip_ = turn_rate_known && gyro_mean && detectSlip(twist.omega, *gyro_mean - x_[kGyroBias], seconds);
 
+  // The wheels' mean over an interval is the only word on what was driven in it: coasting through it at the old speed
+  // would be worse than any sample that the robot can have driven. One outside the gate is a sudden change of speed.
+  const bool possible = c.believes_sudden_speeds && isPossible({twist.vx, vy, twist.omega});
   // From one mean to the next the speed walks at once, not within an interval: that would let the next one's mean
   // correct the way that was driven in it.
   const double walked = std::min(seconds, config_->longest_walk);
   walkSpeeds(walked);
+  const auto sudden = [&](double innovation, Index state) { P_(state, state) += square(innovation); };
 
   UpdateResult result;
   if (turn_rate_known && !gyroActive() && !slip_) {
@@ -180,10 +189,15 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
             .asDiagonal();
     const Eigen::Vector2d innovation(twist.vx - x_[kSpeed], twist.omega - x_[kTurnRate]);
     result = correct<2>(innovation, H, R, kBias, 2);
+    if (result == UpdateResult::kRejected && possible) {
+      sudden(innovation.x(), kSpeed);
+      sudden(innovation.y(), kTurnRate);
+      correct<2>(innovation, H, R, kBias, 0);
+    }
   } else {
-    result = correctSpeed(kSpeed, twist.vx);
+    result = correctSpeed(kSpeed, twist.vx, possible);
   }
-  if (c.holonomic) correctSpeed(kLateralSpeed, vy);
+  if (c.holonomic) correctSpeed(kLateralSpeed, vy, possible);
   ++(result == UpdateResult::kFused ? counters_.wheels_fused : counters_.wheels_rejected);
   updateStandstill();
   return result;

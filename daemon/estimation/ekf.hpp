@@ -41,11 +41,11 @@ struct EkfConfig {
   double slip_window = 0.25;                   ///< [s]
   double slip_speed_sigma = 0.15;              ///< [m/s] of one wheel sample while slipping
   double gate_probability = 0.9999;            ///< share of good measurements that the chi-square gates let pass
-  double max_speed = 5.0;       ///< [m/s] no indoor robot drives faster: such a speed is a fault and does not hold
-  double max_turn_rate = 10.0;  ///< [rad/s] nor turns faster
-  int nis_memory = 10;          ///< matched scans over which the prediction is judged
-  double max_coast = 0.5;       ///< [s] the pose is moved on for no longer beyond what the wheels have told
-  bool holonomic = false;       ///< the base can move sideways (omni, mecanum)
+  double max_speed = 5.0;                      ///< [m/s] no indoor robot drives faster: such a wheel sample is a fault
+  double max_turn_rate = 10.0;                 ///< [rad/s] nor turns faster
+  int nis_memory = 10;                         ///< matched scans over which the prediction is judged
+  double max_coast = 0.5;  ///< [s] the pose is moved on for no longer beyond what the wheels have told
+  bool holonomic = false;  ///< the base can move sideways (omni, mecanum)
   StandstillConfig standstill;
   int max_rejected_poses = 2;        ///< consecutive matched scans outside the gate: then the filter is wrong, not they
   double max_contradiction = 100.0;  ///< [1] one scan counts for no more in the doubt
@@ -54,7 +54,8 @@ struct EkfConfig {
   double longest_walk = 2.0;         ///< [s] from mean to mean: no robot's speed is further from one, however long
   double silent_intervals = 3.0;     ///< [1] usual intervals of the wheels, beyond which they were silent
   bool smooth = false;               ///< the pose drifts, but never jumps: see Ekf
-  double farthest_pose = 1e3;        ///< [m] from the prediction: no robot is carried further between two scans
+  bool believes_sudden_speeds = true;  ///< of the wheels, outside the gate, if the robot can have driven them
+  double farthest_pose = 1e3;          ///< [m] from the prediction: no robot is carried further between two scans
 
   /// Variances of wheel odometry without gyro [m^2], [rad^2], over `distance` [m] and `turn` [rad], both at least zero.
   double wheelTranslationVariance(double distance) const { return translation_noise * translation_noise * distance; }
@@ -161,7 +162,7 @@ class Ekf {
   UpdateResult correct(const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 7>& H,
                        const Eigen::Matrix<double, N, N>& R, Considered considered, int gate_degrees,
                        double* normalised_innovation_squared = nullptr);
-  UpdateResult correctSpeed(Index state, double speed);
+  UpdateResult correctSpeed(Index state, double speed, bool possible);
   void walkSpeeds(double seconds);
   void walkTurnRate(double seconds);
   void updateStandstill();

@@ -613,14 +613,15 @@ TEST(Ekf, DoubtsAPredictionThatScansKeepContradicting) {
   EXPECT_GT(contradicted.nisRatio(), 2.0);
 }
 
-TEST(Ekf, TakesNoSpeedThatNothingCanReachWithinAnInterval) {
+TEST(Ekf, TakesASuddenChangeOfSpeedButNoImpossibleOne) {
   Drive drive;
   drive.run(10.0);
   const auto before = drive.ekf.counters().wheels_rejected;
-  const double speed = drive.ekf.twist().vx;
-  drive.ekf.updateWheels({.vx = speed + 2.0, .omega = 0.0}, true, std::chrono::milliseconds(5), std::nullopt);
-  EXPECT_NEAR(drive.ekf.twist().vx, speed, 0.01);
-  EXPECT_EQ(drive.ekf.counters().wheels_rejected, before + 1);
+  drive.ekf.updateWheels({.vx = 2.0, .omega = 0.0}, true, std::chrono::milliseconds(5), std::nullopt);
+  EXPECT_NEAR(drive.ekf.twist().vx, 2.0, 0.1);
+  EXPECT_EQ(drive.ekf.counters().wheels_rejected, before + 1);  // counted as a contradiction all the same
+  drive.ekf.updateWheels({.vx = 60.0, .omega = 0.0}, true, std::chrono::milliseconds(5), std::nullopt);
+  EXPECT_LT(drive.ekf.twist().vx, 3.0);
 }
 
 TEST(Ekf, SetPoseKeepsTheBiasAndSetsTheUncertainty) {

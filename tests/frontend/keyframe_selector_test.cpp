@@ -32,7 +32,7 @@ TEST(KeyframeSelector, NoisyWheelsTellLessOfTheWayAlongACorridor) {
     std::normal_distribution<double> normal;
     double sum = 0.0, way = 0.0;
     while (drive.truth.x < 5.0) {  // the first metres in sight of the corridor's end
-      drive.wheel_factor = 1.0 + noise / std::sqrt(0.05) * normal(random);
+      drive.pretend({noise * std::sqrt(0.05) * normal(random), 0.0, 0.0});
       drive.run(0.1, {0.5, 0.0, 0.0});
       const Keyframe* keyframe = drive.last.keyframe;
       if (keyframe == nullptr || keyframe->refresh || keyframe->observable == 3) continue;
