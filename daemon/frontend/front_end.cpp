@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "frontend/front_end.hpp"
 
+#include "core/pose_covariance.hpp"
+
 namespace slam {
 namespace {
 
@@ -200,6 +202,7 @@ PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
                         .twist = ekf.twist(),
                         .match_quality = tracking_.overlap()};
   estimate.state = tracking_.state(stamp, estimate.covariance);
+  estimate.covariance += turned(anchor(estimate.T_map_base).covariance, estimate.T_map_base.theta);  // the map's own
   return estimate;
 }
 

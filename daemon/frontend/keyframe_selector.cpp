@@ -1,22 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "frontend/keyframe_selector.hpp"
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <utility>
 
+#include "core/pose_covariance.hpp"
 #include "graph/keyframe_graph.hpp"
 
 namespace slam {
 namespace {
 
 constexpr double kMinStepSigma = 1e-4;  // [m, rad] keeps a step's covariance regular
-
-Eigen::Matrix3d rotation(double angle) {
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(angle).toRotationMatrix();
-  return turn;
-}
 
 double square(double value) { return value * value; }
 
@@ -54,6 +48,7 @@ const Keyframe* KeyframeSelector::select(const Cloud& cloud, const Pose2& T_map_
   if (match.known_ratio < config_.known_ratio) {
     return movedFrom(local_map.newest()) ? keep(cloud, T_map_base, match, local_map) : nullptr;
   }
+  if (match.observable == 3) unseen_.setZero();  // the robot is back where the map is known
   return movedFrom(last_refresh_) || long_ago ? refresh(cloud, T_map_base, local_map) : nullptr;
 }
 
@@ -67,10 +62,16 @@ const Keyframe* KeyframeSelector::keep(const Cloud& cloud, const Pose2& T_map_ba
   keyframe_.directions = match.directions;
   keyframe_.origin = std::exchange(origin_, KeyframeOrigin::kContinued);
   keyframe_.T_previous_base = local_map.empty() ? Pose2{} : between(local_map.newest(), T_map_base);
-  const Eigen::Matrix3d turn = local_map.empty() ? Eigen::Matrix3d::Identity() : rotation(-local_map.newest().theta);
-  keyframe_.step_covariance = turn * drift_ * turn.transpose();
+  keyframe_.step_covariance = turned(drift_, local_map.empty() ? 0.0 : -local_map.newest().theta);
   keyframe_.step_covariance.diagonal().array() += kMinStepSigma * kMinStepSigma;
+  keyframe_.covariance = local_map.anchor(T_map_base).covariance + turned(unseen_, -T_map_base.theta);
+  if (match.usable()) {
+    // A scan that joins n others moves their mean by 2 / (n + 1) of its own error, as the window of a moving average.
+    const double share = 2.0 / (match.observations + 1.0);
+    keyframe_.covariance += share * share * turned(match.covariance, -T_map_base.theta);
+  }
   drift_.setZero();
+  unseen_.setZero();
   local_map.add(keyframe_, cloud.points);
   return &keyframe_;
 }
@@ -117,13 +118,14 @@ void KeyframeSelector::addDrift(const Pose2& T_map_base, const MatchResult* matc
     degenerate = unseen * unseen.transpose();
   }
   drift_ += degenerate * unmatched * degenerate.transpose();
+  unseen_ += degenerate * unmatched * degenerate.transpose();
 }
 
 void KeyframeSelector::transform(const Pose2& T_new_old) {
   last_refresh_ = T_new_old * last_refresh_;
   drift_pose_ = T_new_old * drift_pose_;
-  const Eigen::Matrix3d turn = rotation(T_new_old.theta);
-  drift_ = (turn * drift_ * turn.transpose()).eval();
+  drift_ = turned(drift_, T_new_old.theta);
+  unseen_ = turned(unseen_, T_new_old.theta);
 }
 
 void KeyframeSelector::addTo(FrontEndCounters& counters) const {

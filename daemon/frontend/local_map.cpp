@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/pose_covariance.hpp"
 #include "graph/keyframe_graph.hpp"
 
 namespace slam {
@@ -27,13 +28,16 @@ AnchoredPose LocalMap::anchor(const Pose2& T_map_base) const {
     shortest = distance;
     nearest = &keyframe;
   }
-  return nearest == nullptr ? AnchoredPose{-1, T_map_base}
-                            : AnchoredPose{nearest->id, between(nearest->T_map_base, T_map_base)};
+  if (nearest == nullptr) return {-1, T_map_base};
+  const Pose2 T_keyframe_base = between(nearest->T_map_base, T_map_base);
+  return {nearest->id, T_keyframe_base, carried(nearest->covariance, T_keyframe_base)};
 }
 
 void LocalMap::add(const Keyframe& keyframe, const ScanPoints& points) {
   reference_.add(keyframe.T_map_base, points);
-  if (keyframes_.size() < MapCorrection::kMaxKeyframes) keyframes_.push_back({keyframe.id, keyframe.T_map_base});
+  if (keyframes_.size() < MapCorrection::kMaxKeyframes) {
+    keyframes_.push_back({keyframe.id, keyframe.T_map_base, keyframe.covariance});
+  }
   newest_ = keyframe.T_map_base;
   KeptScan& scan = kept(keyframe.id);
   scan.id = keyframe.id;
@@ -81,7 +85,9 @@ Pose2 LocalMap::apply(MapCorrection& correction, const Eigen::Vector2d& robot) {
     scratch_.clear();
     for (const Keyframe::Point& point : scan.points) scratch_.push_back(scanPoint(point, T_base_lidar_));
     reference_.add(T_map_base, scratch_);
-    if (keyframes_.size() < MapCorrection::kMaxKeyframes) keyframes_.push_back({old.id, T_map_base});
+    if (keyframes_.size() < MapCorrection::kMaxKeyframes) {
+      keyframes_.push_back({old.id, T_map_base, old.covariance});
+    }
   }
   if (newest_) newest_ = T_new_old * *newest_;
   return T_new_old;

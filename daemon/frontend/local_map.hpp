@@ -17,6 +17,8 @@ namespace slam {
 struct AnchoredPose {
   int keyframe = -1;  ///< -1: there is none yet, and the pose is that in map
   Pose2 T_keyframe_base;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< what is not known of the map there: of the pose in map, in
+                                                         ///< base's axes [m, m, rad], if the keyframe's were exact
 };
 
 /// What scans are matched against: the keyframes around the robot. It holds what the back end's newest correction put

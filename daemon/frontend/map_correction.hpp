@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -14,6 +15,7 @@ namespace slam {
 struct ReferenceKeyframe {
   int id = 0;
   Pose2 T_map_base;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of it in map, in base's axes [m, m, rad]
 };
 
 /// What the back end gives the FrontEnd: the part of the map around the robot, built anew. Handed over whole and

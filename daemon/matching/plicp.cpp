@@ -24,6 +24,7 @@ struct Sums {
   int known = 0;                // pairs that agree with a well-known surfel
   int agreeing = 0;             // pairs within overlap_distance of their line
   double agreeing_error = 0.0;  // [m^2] sum of their squared residuals
+  double observations = 0.0;    // of the surfels that they agree with
 };
 
 Sums linearize(const Reference& reference, std::span<const ScanPoint> points, const Pose2& T, double gate,
@@ -71,6 +72,7 @@ Sums linearize(const Reference& reference, std::span<const ScanPoint> points, co
         ++eq.pairs;
         if (dx * dx + dy * dy < config.overlap_distance * config.overlap_distance) {
           ++sums.agreeing;
+          sums.observations += surfel->observations;
           if (surfel->observations >= config.known_observations) ++sums.known;
         }
         continue;
@@ -93,6 +95,7 @@ Sums linearize(const Reference& reference, std::span<const ScanPoint> points, co
       ++eq.pairs;
       if (std::abs(e) < config.overlap_distance) {
         ++sums.agreeing;
+        sums.observations += surfel->observations;
         if (surfel->observations >= config.known_observations) ++sums.known;
         sums.agreeing_error += e * e;
       }
@@ -144,6 +147,7 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
     const double covered = std::max(1, sums.covered);
     result.overlap = static_cast<double>(sums.agreeing) / covered;
     result.known_ratio = static_cast<double>(sums.known) / covered;
+    result.observations = sums.observations / std::max(1, sums.agreeing);
     result.status = MatchStatus::kTooFewPairs;
     if (equations.pairs < config.min_pairs) return result;
 

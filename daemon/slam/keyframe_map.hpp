@@ -46,7 +46,7 @@ struct KeyframeMap {
 
   int newest() const { return keyframes.size() - 1; }
   bool inReference(int id) const {
-    return std::binary_search(in_reference.begin(), in_reference.end(), ReferenceKeyframe{id, {}},
+    return std::binary_search(in_reference.begin(), in_reference.end(), ReferenceKeyframe{id, {}, {}},
                               [](const auto& a, const auto& b) { return a.id < b.id; });
   }
   bool inMap(int id) const { return in_map[static_cast<std::size_t>(id)] != 0; }

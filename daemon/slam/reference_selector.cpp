@@ -26,7 +26,7 @@ void ReferenceSelector::renew(KeyframeMap& map, int anchor, std::int32_t session
     stale |= reached.position_variance < variance(1.0) && distance < config_.renewal_radius &&
              !map.inReference(reached.node);
   }
-  for (const auto& [id, T_reference_base] : map.in_reference) {
+  for (const auto& [id, T_reference_base, covariance] : map.in_reference) {
     const Pose2& pose = map.keyframes.pose(id);
     const Eigen::Vector2d position = pose.translation();
     stale |= (position - T_reference_base.translation()).norm() > config_.renewal_shift ||
@@ -45,7 +45,7 @@ void ReferenceSelector::renew(KeyframeMap& map, const Eigen::Vector2d& robot, st
   due_->reference.clear(robot);
   map.keyframes.addTo(due_->reference, ids);
   due_->keyframes.clear();
-  for (const int id : ids) due_->keyframes.push_back({id, map.keyframes.pose(id)});
+  for (const int id : ids) due_->keyframes.push_back({id, map.keyframes.pose(id), map.keyframes.scan(id)->covariance});
   map.in_reference = due_->keyframes;
   due_->newest = map.newest();
   ++made_;
