@@ -9,20 +9,27 @@ namespace slam {
 
 /// Covariance of (x, y, theta) [m, m, rad] in axes that are turned by `angle` [rad] from those that it is given in:
 /// of a vector v_a it becomes that of R(angle) v_a.
-inline Eigen::Matrix3d turned(const Eigen::Matrix3d& covariance, double angle) {
+inline Eigen::Matrix3d rotated(const Eigen::Matrix3d& covariance, double angle) {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   R.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(angle).toRotationMatrix();
   return R * covariance * R.transpose();
+}
+
+/// Takes a small error of frame a's pose, in a's axes, to that of b's, which is fixed to it, in b's axes: the adjoint of
+/// T_b_a.
+inline Eigen::Matrix3d carrying(const Pose2& T_a_b) {
+  const double c = std::cos(T_a_b.theta), s = std::sin(T_a_b.theta);
+  Eigen::Matrix3d Ad = Eigen::Matrix3d::Identity();
+  Ad << c, s, s * T_a_b.x - c * T_a_b.y, -s, c, c * T_a_b.x + s * T_a_b.y, 0.0, 0.0, 1.0;
+  return Ad;
 }
 
 /// What an error of frame a is for frame b, which is fixed to it: an error of a's heading moves b sideways.
 /// @param covariance of a's pose (x, y, theta), in a's axes [m, m, rad]
 /// @return of b's pose, in b's axes
 inline Eigen::Matrix3d carried(const Eigen::Matrix3d& covariance, const Pose2& T_a_b) {
-  Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
-  J(0, 2) = -T_a_b.y;
-  J(1, 2) = T_a_b.x;
-  return turned(J * covariance * J.transpose(), -T_a_b.theta);
+  const Eigen::Matrix3d Ad = carrying(T_a_b);
+  return Ad * covariance * Ad.transpose();
 }
 
 }  // namespace slam

@@ -1,19 +1,27 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include "estimation/gyro_monitor.hpp"
+#include "estimation/scan_monitor.hpp"
 #include "estimation/wheel_monitor.hpp"
 
 namespace slam {
 
-/// What the odometry's sensors are worth, by the matched scans.
+/// What the odometry's sensors are worth by the matched scans, and these by the odometry.
 struct OdometryMonitor {
   WheelMonitor wheels;
   GyroMonitor gyro;
+  ScanMonitor scans;
 
   /// The interval has no end: the scans did not tell it, or the map moved.
   void interrupt() {
     wheels.interrupt();
     gyro.interrupt();
+    scans.interrupt();
+  }
+  /// The robot is somewhere else: what scans told before is nothing to compare with.
+  void reset() {
+    interrupt();
+    scans.reset();
   }
 };
 

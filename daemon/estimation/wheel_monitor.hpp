@@ -67,6 +67,10 @@ class WheelMonitor {
   /// By how much their errors exceed the noise model's variances [1], at least 1.
   double distanceFactor() const { return std::max(1.0, distance_error_); }
   double turnFactor() const { return std::max(1.0, turn_error_); }
+  /// Variance of their way [m^2] over `distance` [m] as measured from interval to interval, which may be less.
+  double shownVariance(double distance) const {
+    return std::max(config_.least_noise, distance_error_) * noise_.wheelTranslationVariance(distance);
+  }
   /// Variances of their way as measured [m^2], [rad^2], over `distance` [m] and `turn` [rad].
   double translationVariance(double distance) const {
     return distanceFactor() * noise_.wheelTranslationVariance(distance);

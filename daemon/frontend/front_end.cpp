@@ -31,7 +31,8 @@ FrontEnd::FrontEnd(const FrontEndConfig& config, Stopwatch stopwatch, const Fron
       odometry_(smooth(beginningAt(config.ekf, {}, start.gyro_bias)), config.timeline),
       pose_(beginningAt(config.ekf, start.T_map_base, start.gyro_bias), config.timeline),
       intake_(config_),
-      monitor_{WheelMonitor(config.ekf, config.wheel_monitor), GyroMonitor(config.ekf, config.gyro_monitor)},
+      monitor_{WheelMonitor(config.ekf, config.wheel_monitor), GyroMonitor(config.ekf, config.gyro_monitor),
+               ScanMonitor(config.ekf, config.scan_monitor)},
       preprocessor_(config_, start.body),
       local_map_(config_),
       registration_(config_, stopwatch),
@@ -112,9 +113,11 @@ void FrontEnd::recoverBySearch(const Cloud& cloud, const Prediction& predicted, 
 
 const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted, const MatchResult& match,
                                  bool may_keep) {
-  const Pose2 T_map_base = pose_.at(cloud.stamp).pose();
+  const Ekf ekf = pose_.at(cloud.stamp);
+  const Pose2 T_map_base = ekf.pose();
   shareGyroBias();
-  keyframes_.addDrift(T_map_base, &match, monitor_.wheels);
+  monitor_.scans.compare(predicted.odometry, T_map_base, ekf.covariance().topLeftCorner<3, 3>(), monitor_.wheels);
+  keyframes_.addDrift(T_map_base, &match, monitor_);
   monitor_.wheels.compare(predicted.odometry, T_map_base, match.observable == 3);
   tracking_.follow(match, cloud.stamp, T_map_base, predicted.odometry.pose());
   return may_keep ? keyframes_.select(cloud, T_map_base, match, local_map_) : nullptr;
@@ -146,7 +149,7 @@ const Keyframe* FrontEnd::coast(const Cloud& cloud, const Prediction& predicted,
     beginSession(KeyframeOrigin::kLost);
     return nullptr;
   }
-  keyframes_.addDrift(T_map_base, nullptr, monitor_.wheels);
+  keyframes_.addDrift(T_map_base, nullptr, monitor_);
   return keyframes_.keep(cloud, T_map_base, {}, local_map_);
 }
 
@@ -180,7 +183,7 @@ void FrontEnd::beginSession(KeyframeOrigin origin) {
   tracking_.beginSession(origin == KeyframeOrigin::kGiven);
   keyframes_.beginSession(origin);
   local_map_.clear(pose_.at(pose_.newestStamp()).pose().translation());
-  monitor_.interrupt();
+  monitor_.reset();
 }
 
 void FrontEnd::apply(MapCorrection& correction) {
@@ -202,7 +205,11 @@ PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
                         .twist = ekf.twist(),
                         .match_quality = tracking_.overlap()};
   estimate.state = tracking_.state(stamp, estimate.covariance);
-  estimate.covariance += turned(anchor(estimate.T_map_base).covariance, estimate.T_map_base.theta);  // the map's own
+  // Wheels without a gyro beside them are as likely wrong as the scans.
+  const bool doubtful = monitor_.scans.contradicts() && ekf.gyroActive();
+  if (estimate.state == LocalisationState::kLocalised && doubtful) estimate.state = LocalisationState::kDegraded;
+  const Eigen::Matrix3d of_map = anchor(estimate.T_map_base).covariance + monitor_.scans.covariance();
+  estimate.covariance += rotated(of_map, estimate.T_map_base.theta);
   return estimate;
 }
 

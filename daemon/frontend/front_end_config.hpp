@@ -9,6 +9,7 @@
 #include "core/scan.hpp"
 #include "estimation/ekf_timeline.hpp"
 #include "estimation/gyro_monitor.hpp"
+#include "estimation/scan_monitor.hpp"
 #include "estimation/wheel_monitor.hpp"
 #include "frontend/dynamic_object_gate.hpp"
 #include "frontend/interpreter/body_watch.hpp"
@@ -119,6 +120,7 @@ struct FrontEndConfig {
   SearchWindow search_window;  ///< around the prediction, after a failed match; grows with each further failure
   WheelMonitorConfig wheel_monitor;
   GyroMonitorConfig gyro_monitor;
+  ScanMonitorConfig scan_monitor;
   DynamicObjectGateConfig dynamic_object_gate;
   RegistrationConfig registration;
   ValidatorConfig validator;

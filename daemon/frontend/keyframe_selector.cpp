@@ -62,13 +62,13 @@ const Keyframe* KeyframeSelector::keep(const Cloud& cloud, const Pose2& T_map_ba
   keyframe_.directions = match.directions;
   keyframe_.origin = std::exchange(origin_, KeyframeOrigin::kContinued);
   keyframe_.T_previous_base = local_map.empty() ? Pose2{} : between(local_map.newest(), T_map_base);
-  keyframe_.step_covariance = turned(drift_, local_map.empty() ? 0.0 : -local_map.newest().theta);
+  keyframe_.step_covariance = rotated(drift_, local_map.empty() ? 0.0 : -local_map.newest().theta);
   keyframe_.step_covariance.diagonal().array() += kMinStepSigma * kMinStepSigma;
-  keyframe_.covariance = local_map.anchor(T_map_base).covariance + turned(unseen_, -T_map_base.theta);
+  keyframe_.covariance = local_map.anchor(T_map_base).covariance + rotated(unseen_, -T_map_base.theta);
   if (match.usable()) {
     // A scan that joins n others moves their mean by 2 / (n + 1) of its own error, as the window of a moving average.
     const double share = 2.0 / (match.observations + 1.0);
-    keyframe_.covariance += share * share * turned(match.covariance, -T_map_base.theta);
+    keyframe_.covariance += share * share * rotated(match.covariance, -T_map_base.theta);
   }
   drift_.setZero();
   unseen_.setZero();
@@ -100,7 +100,7 @@ void KeyframeSelector::describe(const Cloud& cloud, const Pose2& T_map_base) {
   }
 }
 
-void KeyframeSelector::addDrift(const Pose2& T_map_base, const MatchResult* match, const WheelMonitor& wheels) {
+void KeyframeSelector::addDrift(const Pose2& T_map_base, const MatchResult* match, const OdometryMonitor& monitor) {
   const Pose2 moved = between(drift_pose_, T_map_base);
   drift_pose_ = T_map_base;
   const double distance = std::hypot(moved.x, moved.y), turned = std::abs(moved.theta);
@@ -108,9 +108,10 @@ void KeyframeSelector::addDrift(const Pose2& T_map_base, const MatchResult* matc
   Eigen::Vector3d matched(square(d.translation) * distance, square(d.translation) * distance,
                           square(d.rotation_per_metre) * distance + square(d.rotation_per_radian) * turned);
   drift_ += matched.asDiagonal();
+  unseen_ += rotated(monitor.scans.covarianceOf(moved), T_map_base.theta);
   if (match != nullptr && match->observable == 3) return;
-  const double position = wheels.translationVariance(distance);
-  const double heading = wheels.rotationVariance(distance, turned);
+  const double position = monitor.wheels.translationVariance(distance);
+  const double heading = monitor.wheels.rotationVariance(distance, turned);
   const Eigen::Matrix3d unmatched = Eigen::Vector3d(position, position, heading).asDiagonal();
   Eigen::Matrix3d degenerate = Eigen::Matrix3d::Identity();
   if (match != nullptr) {
@@ -124,8 +125,8 @@ void KeyframeSelector::addDrift(const Pose2& T_map_base, const MatchResult* matc
 void KeyframeSelector::transform(const Pose2& T_new_old) {
   last_refresh_ = T_new_old * last_refresh_;
   drift_pose_ = T_new_old * drift_pose_;
-  drift_ = turned(drift_, T_new_old.theta);
-  unseen_ = turned(unseen_, T_new_old.theta);
+  drift_ = rotated(drift_, T_new_old.theta);
+  unseen_ = rotated(unseen_, T_new_old.theta);
 }
 
 void KeyframeSelector::addTo(FrontEndCounters& counters) const {

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 
 #include "core/keyframe.hpp"
-#include "estimation/wheel_monitor.hpp"
+#include "estimation/odometry_monitor.hpp"
 #include "frontend/front_end_config.hpp"
 #include "frontend/local_map.hpp"
 #include "frontend/preprocessor.hpp"
@@ -27,7 +27,7 @@ class KeyframeSelector {
   void transform(const Pose2& T_new_old);
 
   /// The robot moved on. @param match that told where to; nullptr: none did
-  void addDrift(const Pose2& T_map_base, const MatchResult* match, const WheelMonitor& wheels);
+  void addDrift(const Pose2& T_map_base, const MatchResult* match, const OdometryMonitor& monitor);
 
   /// @return the keyframe or refresh that a matched scan becomes; nullptr: none. Valid until the next call. A keyframe
   /// is added to the local map

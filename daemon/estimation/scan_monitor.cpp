@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimation/scan_monitor.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <utility>
+
+#include "core/pose_covariance.hpp"
+
+namespace slam {
+namespace {
+
+double square(double x) { return x * x; }
+
+}  // namespace
+
+double ScanMonitor::kept(const Pose2& moved) const {
+  return std::exp(-std::hypot(moved.x, moved.y) / config_.memory - std::abs(moved.theta) / config_.memory_turn);
+}
+
+void ScanMonitor::compare(const Ekf& odometry, const Pose2& T_map_base, const Eigen::Matrix3d& covariance,
+                          const WheelMonitor& wheels) {
+  if (wheels.reliability() == WheelReliability::kNone || odometry.wheelsSilent()) return interrupt();
+  const Last now{odometry.stamp(), odometry.pose(), T_map_base};
+  const std::optional<Last> last = std::exchange(last_, now);
+  if (!last) return;
+  const Pose2 told = wheels.scale().corrected(between(last->T_odom_base, now.T_odom_base));
+  const double seconds = toSeconds(now.stamp - last->stamp);
+  const double distance = std::hypot(told.x, told.y), turn = std::abs(told.theta);
+  const double keep = kept(told);
+
+  const Eigen::Matrix3d Ad = carrying(told);
+  difference_ = keep * Ad * difference_ + between(told, between(last->T_map_base, now.T_map_base)).vector();
+  by_bias_ = keep * Ad * by_bias_ + Eigen::Vector3d(0.0, 0.0, seconds);
+  by_turn_ = keep * Ad * by_turn_ + Eigen::Vector3d(0.0, 0.0, told.theta);
+  by_scale_ = keep * Ad * by_scale_ + Eigen::Vector3d(told.x, told.y, 0.0);
+  noise_sum_ = (square(keep) * Ad * noise_sum_ * Ad.transpose()).eval();
+  const double drift = square(noise_.translation_drift) * seconds + (odometry.slip() ? square(noise_.slip_speed_sigma * seconds) : 0.0);
+  const double across = wheels.shownVariance(distance) + drift;
+  const double turning =
+      square(noise_.rotation_drift) * seconds + (odometry.gyroActive() ? square(noise_.rotation_noise_gyro) * turn
+                                                                        : noise_.wheelRotationVariance(distance, turn));
+  noise_sum_.diagonal() += Eigen::Vector3d(across, across, turning);
+
+  const GyroBias bias = odometry.gyroBiasEstimate();
+  Eigen::Matrix3d S = noise_sum_ + rotated(covariance, -T_map_base.theta);
+  if (odometry.gyroActive()) S += bias.variance * by_bias_ * by_bias_.transpose();
+  S += square(config_.turn_scale) * by_turn_ * by_turn_.transpose();
+  S += square(wheels.scale().sigma()) * by_scale_ * by_scale_.transpose();
+  const double place = difference_.head<2>().dot(S.topLeftCorner<2, 2>().inverse() * difference_.head<2>());
+  const double heading = square(difference_.z()) / S(2, 2);
+  // What is left of D when the noise is taken off. A heading that is off by itself is the gyro's as often.
+  const auto excess = [&](double chi_square) {
+    return std::sqrt(std::max(0.0, 1.0 - square(config_.contradiction) / std::max(chi_square, 1e-9)));
+  };
+  const double of_place = excess(place), of_heading = std::max(of_place, excess(heading));
+  const Eigen::Vector3d beyond = difference_.cwiseProduct(Eigen::Vector3d(of_place, of_place, of_heading));
+  contradicts_ = of_place > 0.0;
+  doubt_ = beyond * beyond.transpose();
+}
+
+}  // namespace slam
