@@ -517,9 +517,6 @@ void visitFrontEnd(FrontEndConfig& front_end, ConfigVisitor& v) {
   v.section("localisation", "limits of a degraded and of a lost pose");
   v.field({"degraded_after", "s", "The pose is degraded after this time without a matched scan."},
           front_end.degraded_after, 0.1, 60.0);
-  v.field({"kidnap_distance", "m",
-           "The robot was carried away when scans stop matching this near to the place where they last matched."},
-          front_end.kidnap_distance, 0.0, 100.0);
   v.field({"lost_position_sigma", "m", "A position with a larger standard deviation than this is not valid."},
           front_end.lost_position_sigma, 0.05, 100.0);
 }
@@ -576,6 +573,7 @@ void visitBackEnd(BackEndConfig& back_end, DriftConfig& drift, ConfigVisitor& v)
 
 constexpr std::array kRetired = std::to_array<RetiredKey>({
     {"search", "max_doubt", "the match starts from several poses where its overlap drops, or the wheels are ignored"},
+    {"localisation", "kidnap_distance", "a robot is carried away when its scans see through the map's walls"},
     {"search", "wheel_guidance",
      "the match starts from several poses where its overlap drops, or the wheels are ignored"},
 });

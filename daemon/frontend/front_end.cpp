@@ -82,7 +82,7 @@ ScanOutcome FrontEnd::add(const LaserScan& recorded, bool may_keep) {
   match = registration_.align(cloud, local_map_, predicted, tracking_, wheels.reliability());  // PL-ICP [Censi 2008]
   outcome.match_time = registration_.matchTime();
   validator_.removeDynamicBias(match, cloud, local_map_, predicted, wheels);  // people who walk beside the robot
-  outcome.fused = validator_.acceptTracking(match, cloud, local_map_, predicted, tracking_) &&
+  outcome.fused = validator_.acceptTracking(match, cloud, local_map_, tracking_) &&
                   fuse(cloud.stamp, match, false);                 // (15)-(17)
   if (!outcome.fused) recoverBySearch(cloud, predicted, outcome);  // correlative [Olson 2009], stricter test
 
@@ -139,13 +139,14 @@ void FrontEnd::shareGyroBias() {
   if (newest.gyroActive()) odometry_.add(newest.gyroBiasEstimate());
 }
 
-/// A failed match never moves the pose: the filter carries on. When it lasts, the robot has left what the reference
-/// knows, so the scan extends it from where the filter believes to be.
+/// A failed match never moves the pose: the filter carries on. When it lasts, the robot was carried away if the scan
+/// sees through the walls around. Else it has left what the reference knows, and the scan extends it from there.
 const Keyframe* FrontEnd::coast(const Cloud& cloud, const Prediction& predicted, const MatchResult& match,
                                 bool may_keep) {
   if (!tracking_.fail(match, cloud.stamp, saysMuch(cloud), may_keep)) return nullptr;
   const Pose2 T_map_base = predicted.pose.pose();
-  if (tracking_.kidnapped(T_map_base, pose_.at(pose_.newestStamp()).covariance().topLeftCorner<3, 3>())) {
+  if (validator_.seesThroughWalls(T_map_base, cloud, local_map_) ||
+      tracking_.lost(pose_.at(pose_.newestStamp()).covariance().topLeftCorner<3, 3>())) {
     beginSession(KeyframeOrigin::kLost);
     return nullptr;
   }

@@ -128,8 +128,6 @@ struct FrontEndConfig {
   DriftConfig drift;
   bool follows_nearest = true;       ///< a correction moves the pose as the nearest keyframe; false: as the newest
   bool localise_only = false;        ///< the map is given: scans do not extend it
-  double kidnap_distance = 1.0;      ///< [m] a robot that was localised this near cannot have left the known map: when
-  double kidnap_rotation = 1.5;      ///< [rad] its scans match no longer, it was carried away
   double degraded_after = 1.0;       ///< [s] without a matched scan
   double lost_position_sigma = 1.0;  ///< [m] a position this uncertain is not valid
 };

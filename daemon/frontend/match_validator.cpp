@@ -43,10 +43,8 @@ double MatchValidator::support(const MatchResult& match, const Pose2& guess, con
 }
 
 bool MatchValidator::acceptTracking(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
-                                    const Prediction& predicted, const TrackingState& tracking) {
-  const Eigen::Vector3d sigma = predicted.pose.covariance().topLeftCorner<3, 3>().diagonal().cwiseSqrt();
-  const bool vague = sigma.z() > search_.distinct_rotation || sigma.head<2>().maxCoeff() > search_.distinct_distance;
-  return tracking.failures() == 0 || !vague || acceptSearch(match, cloud, local_map, tracking);
+                                    const TrackingState& tracking) {
+  return tracking.failures() == 0 || acceptSearch(match, cloud, local_map, tracking);
 }
 
 bool MatchValidator::acceptSearch(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
@@ -54,8 +52,12 @@ bool MatchValidator::acceptSearch(const MatchResult& match, const Cloud& cloud, 
   if (!match.usable() || match.overlap < search_.trusted_overlap) return false;
   const bool much_worse = match.overlap < tracking.fusedOverlap() - config_.much_worse;
   if (much_worse && !isNear(match.T_ref_base, tracking.lastPose())) return false;
+  return !seesThroughWalls(match.T_ref_base, cloud, local_map);
+}
+
+bool MatchValidator::seesThroughWalls(const Pose2& T_map_base, const Cloud& cloud, const LocalMap& local_map) {
   image_.set(cloud.points, lidar_);
-  return local_map.reference().freeSpaceViolation(match.T_ref_base, image_, config_.known_surfel) <=
+  return local_map.reference().freeSpaceViolation(T_map_base, image_, config_.known_surfel) >
          config_.free_space_violation;
 }
 

@@ -18,16 +18,17 @@ class MatchValidator {
   /// Takes out of a match what something that moves may have made of it: there the wheels tell the way.
   void removeDynamicBias(MatchResult& match, const Cloud& cloud, const LocalMap& local_map, const Prediction& predicted,
                          const WheelMonitor& wheels);
-  /// Whether a match from a prediction can be believed. Once the way is lost and the prediction holds what
-  /// a search calls two places, what fits there is a find, too.
+  /// Whether a match from a prediction can be believed. Once the way is lost, what fits there is a find, too.
   bool acceptTracking(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
-                      const Prediction& predicted, const TrackingState& tracking);
+                      const TrackingState& tracking);
   /// Whether a match can be believed wherever the robot was thought to be. Among many places one fits by half: a find
   /// needs more agreement than a prediction does. A room has corners that look like one another: in the right one the
   /// scan sees through no walls, and fits about as well as the last one did. Where a robot gets from scan to scan it
   /// may fit worse: it has turned to what it had not seen.
   bool acceptSearch(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
                     const TrackingState& tracking);
+  /// Whether a scan taken there would see through walls that the map knows: then it was taken somewhere else.
+  bool seesThroughWalls(const Pose2& T_map_base, const Cloud& cloud, const LocalMap& local_map);
 
   /// Matches that something moving pulled.
   std::uint32_t held() const { return held_; }

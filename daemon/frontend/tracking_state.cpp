@@ -9,8 +9,6 @@ namespace slam {
 TrackingState::TrackingState(const FrontEndConfig& config, bool in_known_map)
     : localise_only_(config.localise_only),
       max_failures_(config.keyframe.max_failures),
-      kidnap_distance_(config.kidnap_distance),
-      kidnap_rotation_(config.kidnap_rotation),
       degraded_after_(config.degraded_after),
       lost_position_sigma_(config.lost_position_sigma),
       placed_(!in_known_map) {}
@@ -43,11 +41,8 @@ bool TrackingState::fail(const MatchResult& match, Timestamp stamp, bool says_mu
   return true;
 }
 
-bool TrackingState::kidnapped(const Pose2& predicted, const Eigen::Matrix3d& covariance) const {
-  if (localise_only_) return true;
-  const Pose2 moved = between(last_pose_, predicted);
-  return std::sqrt(std::max(covariance(0, 0), covariance(1, 1))) > lost_position_sigma_ ||
-         (std::hypot(moved.x, moved.y) < kidnap_distance_ && std::abs(moved.theta) < kidnap_rotation_);
+bool TrackingState::lost(const Eigen::Matrix3d& covariance) const {
+  return localise_only_ || std::sqrt(std::max(covariance(0, 0), covariance(1, 1))) > lost_position_sigma_;
 }
 
 void TrackingState::beginSession(bool placed) {

@@ -21,9 +21,9 @@ class TrackingState {
   /// @return whether that has lasted so long that something must be done
   bool fail(const MatchResult& match, Timestamp stamp, bool says_much, bool may_act);
 
-  /// Whether a robot that scans match no longer was carried away; else it has left what the reference knows.
+  /// Whether a robot that scans match no longer can be anywhere: in a given map there is nothing else to know.
   /// @param covariance of the pose [m, m, rad]
-  bool kidnapped(const Pose2& predicted, const Eigen::Matrix3d& covariance) const;
+  bool lost(const Eigen::Matrix3d& covariance) const;
   /// @param placed its place is known, by a person
   void beginSession(bool placed);
   /// The robot was found in the map, or is not where a person said.
@@ -48,7 +48,7 @@ class TrackingState {
  private:
   bool localise_only_;
   int max_failures_;
-  double kidnap_distance_, kidnap_rotation_, degraded_after_, lost_position_sigma_;
+  double degraded_after_, lost_position_sigma_;
   std::optional<Timestamp> last_match_;
   Pose2 last_pose_, last_motion_, last_odometry_;
   double overlap_ = 0.0, fused_overlap_ = 0.0;

@@ -166,7 +166,6 @@ std::vector<Effect> effectsOfEstimation() {
       {"search.trusted_overlap", "0.5", spinningWheels},
       {"search.ambiguity", "0.0", spinningWheels},
       {"localisation.degraded_after", "10.0", states},
-      {"localisation.kidnap_distance", "0.0", kidnapped},
       {"localisation.lost_position_sigma", "0.05", states},
   };
 }

@@ -67,9 +67,9 @@ const std::array kRules = std::to_array<Rule>({
     {"21a few pairs", [](FrontEndConfig& c) { c.match.min_pairs = 3; }},
     {"22 something moving pulls", [](FrontEndConfig& c) { c.dynamic_object_gate.noticeable = kNever; }},
     {"22a wheels slipped", [](FrontEndConfig& c) { c.wheel_monitor.slip = kNever; }},
-    {"23, 27b two places", [](FrontEndConfig& c) { c.search.distinct_distance = c.search.distinct_rotation = kNever; }},
+    {"27b two places", [](FrontEndConfig& c) { c.search.distinct_distance = c.search.distinct_rotation = kNever; }},
     {"24a a find's overlap", [](FrontEndConfig& c) { c.search.trusted_overlap = 0.0; }},
-    {"24b a find sees through", [](FrontEndConfig& c) { c.validator.free_space_violation = kNever; }},
+    {"24b, 28a sees through walls", [](FrontEndConfig& c) { c.validator.free_space_violation = kNever; }},
     {"24c a find much worse", [](FrontEndConfig& c) { c.validator.much_worse = kNever; }},
     {"26 innovation gate", [](FrontEndConfig& c) { c.ekf.max_rejected_poses = -1; }},
     {"26a third refusal believed", [](FrontEndConfig& c) { c.ekf.max_rejected_poses = kOften; }},
@@ -79,7 +79,7 @@ const std::array kRules = std::to_array<Rule>({
     {"27b ambiguous", [](FrontEndConfig& c) { c.search.ambiguity = kNever; }},
     {"27d slide", [](FrontEndConfig& c) { c.search.clear_gain = 2.0F; }},
     {"28 failures make a keyframe", [](FrontEndConfig& c) { c.degraded_after = kLongSilence; }},
-    {"28a carried away", [](FrontEndConfig& c) { c.kidnap_distance = c.kidnap_rotation = 0.0; }},
+    {"28b scans against odometry", [](FrontEndConfig& c) { c.scan_monitor.contradiction = kNever; }},
     {"29 moves as the nearest", [](FrontEndConfig& c) { c.follows_nearest = false; }},
 });
 
