@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/pose_words.hpp"
 
+#include <iomanip>
+#include <sstream>
+
 namespace slam {
 namespace {
 
@@ -36,6 +39,15 @@ std::string poseWords(const PoseSnapshot& pose, bool has_scans) {
   if (pose.tracking.failures > 0) {
     return "waits for scans that match the map: the last " + std::to_string(pose.tracking.failures) +
            " do not, the pose goes on by the other sensors; is the lidar covered, or has the place changed?";
+  }
+  if (pose.tracking.contradiction > 0.0) {
+    std::ostringstream words;
+    words
+        << std::fixed << std::setprecision(2) << "scans and wheels tell ways that differ by "
+        << pose.tracking.contradiction
+        << " m, one of them is wrong: was the robot pushed, do its wheels slip, or does someone go along with it? The "
+           "pose is sure again some metres after they agree";
+    return words.str();
   }
   return "waits for the next scan that matches; the pose goes on by the other sensors";
 }

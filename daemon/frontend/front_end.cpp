@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "frontend/front_end.hpp"
 
+#include <cmath>
+
 #include "core/pose_covariance.hpp"
 
 namespace slam {
@@ -82,8 +84,8 @@ ScanOutcome FrontEnd::add(const LaserScan& recorded, bool may_keep) {
   match = registration_.align(cloud, local_map_, predicted, tracking_, wheels.reliability());  // PL-ICP [Censi 2008]
   outcome.match_time = registration_.matchTime();
   validator_.removeDynamicBias(match, cloud, local_map_, predicted, wheels);  // people who walk beside the robot
-  outcome.fused = validator_.acceptTracking(match, cloud, local_map_, tracking_) &&
-                  fuse(cloud.stamp, match, false);                 // (15)-(17)
+  outcome.fused =
+      validator_.acceptTracking(match, cloud, local_map_, tracking_) && fuse(cloud.stamp, match, false);  // (15)-(17)
   if (!outcome.fused) recoverBySearch(cloud, predicted, outcome);  // correlative [Olson 2009], stricter test
 
   judgeGyro(cloud.stamp, match);
@@ -145,7 +147,7 @@ const Keyframe* FrontEnd::coast(const Cloud& cloud, const Prediction& predicted,
                                 bool may_keep) {
   if (!tracking_.fail(match, cloud.stamp, saysMuch(cloud), may_keep)) return nullptr;
   const Pose2 T_map_base = predicted.pose.pose();
-  if (validator_.seesThroughWalls(T_map_base, cloud, local_map_) ||
+  if (validator_.carriedAway(T_map_base, cloud, local_map_) ||
       tracking_.lost(pose_.at(pose_.newestStamp()).covariance().topLeftCorner<3, 3>())) {
     beginSession(KeyframeOrigin::kLost);
     return nullptr;
@@ -231,7 +233,8 @@ TrackingReport FrontEnd::trackingReport() const {
           .placed = tracking_.placed(),
           .failures = tracking_.failures(),
           .points = preprocessor_.points(),
-          .needed = config_.match.min_pairs};
+          .needed = config_.match.min_pairs,
+          .contradiction = std::sqrt(monitor_.scans.covariance().topLeftCorner<2, 2>().trace())};
 }
 
 FrontEndCounters FrontEnd::counters() const {

@@ -183,11 +183,12 @@ struct FrontEndCounters {
 
 /// What a FrontEnd knows of its place, for words.
 struct TrackingReport {
-  bool begun = false;   ///< a scan was placed, by definition or by a match
-  bool placed = false;  ///< the pose is one in the map
-  int failures = 0;     ///< scans in a row that were not matched
-  int points = 0;       ///< of the newest scan that was used
-  int needed = 0;       ///< that a scan must have to say anything
+  bool begun = false;          ///< a scan was placed, by definition or by a match
+  bool placed = false;         ///< the pose is one in the map
+  int failures = 0;            ///< scans in a row that were not matched
+  int points = 0;              ///< of the newest scan that was used
+  int needed = 0;              ///< that a scan must have to say anything
+  double contradiction = 0.0;  ///< [m] between the ways that scans and odometry tell; 0: noise explains it
 };
 
 /// Where a FrontEnd begins.

@@ -52,13 +52,13 @@ bool MatchValidator::acceptSearch(const MatchResult& match, const Cloud& cloud, 
   if (!match.usable() || match.overlap < search_.trusted_overlap) return false;
   const bool much_worse = match.overlap < tracking.fusedOverlap() - config_.much_worse;
   if (much_worse && !isNear(match.T_ref_base, tracking.lastPose())) return false;
-  return !seesThroughWalls(match.T_ref_base, cloud, local_map);
+  return !seesThroughWalls(match.T_ref_base, cloud, local_map, config_.known_surfel);
 }
 
-bool MatchValidator::seesThroughWalls(const Pose2& T_map_base, const Cloud& cloud, const LocalMap& local_map) {
+bool MatchValidator::seesThroughWalls(const Pose2& T_map_base, const Cloud& cloud, const LocalMap& local_map,
+                                      double known) {
   image_.set(cloud.points, lidar_);
-  return local_map.reference().freeSpaceViolation(T_map_base, image_, config_.known_surfel) >
-         config_.free_space_violation;
+  return local_map.reference().freeSpaceViolation(T_map_base, image_, known) > config_.free_space_violation;
 }
 
 /// Whether a robot gets so far from scan to scan.

@@ -27,14 +27,17 @@ class MatchValidator {
   /// may fit worse: it has turned to what it had not seen.
   bool acceptSearch(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
                     const TrackingState& tracking);
-  /// Whether a scan taken there would see through walls that the map knows: then it was taken somewhere else.
-  bool seesThroughWalls(const Pose2& T_map_base, const Cloud& cloud, const LocalMap& local_map);
+  /// Whether a scan that matches no longer was not taken there at all: it would see through what stands there.
+  bool carriedAway(const Pose2& T_map_base, const Cloud& cloud, const LocalMap& local_map) {
+    return seesThroughWalls(T_map_base, cloud, local_map, 0.0);
+  }
 
   /// Matches that something moving pulled.
   std::uint32_t held() const { return held_; }
 
  private:
   double support(const MatchResult& match, const Pose2& guess, const Cloud& cloud, const LocalMap& local_map);
+  bool seesThroughWalls(const Pose2& T_map_base, const Cloud& cloud, const LocalMap& local_map, double known);
   bool isNear(const Pose2& T_map_base, const Pose2& last_pose) const;
 
   Eigen::Vector2d lidar_;  // [m] in base

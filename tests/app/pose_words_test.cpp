@@ -39,6 +39,13 @@ TEST(PoseWords, TellScansThatShowNothingFromThoseThatDoNotMatch) {
   EXPECT_THAT(poseWords(pose, true), HasSubstr("cover on?"));
 }
 
+TEST(PoseWords, TellHowFarScansAndWheelsDiffer) {
+  PoseSnapshot pose = poseOf(kDegraded);
+  pose.tracking.contradiction = 0.424;
+  EXPECT_THAT(poseWords(pose, true), StartsWith("scans and wheels tell ways that differ by 0.42 m"));
+  EXPECT_THAT(poseWords(pose, true), HasSubstr("was the robot pushed"));
+}
+
 TEST(PoseWords, SayWhatHelpsARobotThatIsLookedFor) {
   EXPECT_THAT(poseWords(poseOf(kLost), true), HasSubstr("slamctl set-pose"));
   PoseSnapshot pose = poseOf(kInitialising);

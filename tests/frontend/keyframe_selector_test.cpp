@@ -5,6 +5,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <memory>
+#include <numbers>
 #include <numeric>
 #include <random>
 #include <vector>
@@ -72,13 +73,13 @@ class Selected {
   const Keyframe* keep(const Pose2& T_map_base, int observable = 3) {
     MatchResult match;
     match.observable = observable;
-    selector.addDrift(T_map_base, observable == 0 ? nullptr : &match, wheels);
+    selector.addDrift(T_map_base, observable == 0 ? nullptr : &match, monitor);
     return selector.keep(cloud, T_map_base, match, local_map);
   }
 
   FrontEndConfig config;
   LocalMap local_map;
-  WheelMonitor wheels{EkfConfig{}};
+  OdometryMonitor monitor{WheelMonitor(EkfConfig{}), GyroMonitor(EkfConfig{}), ScanMonitor(EkfConfig{})};
   KeyframeSelector selector;
   Cloud cloud;
 };
@@ -99,6 +100,47 @@ TEST(KeyframeSelector, CountsIdsFromTheMapsSizeAndSegmentsFromZero) {
   EXPECT_EQ(keyframe->id, 42);
   EXPECT_EQ(keyframe->session, 1);
   EXPECT_EQ(keyframe->origin, KeyframeOrigin::kGiven);
+}
+
+/// A match that told the whole pose to 1 cm and 1 mrad, from surfels that were seen so often.
+MatchResult matchWith(double observations) {
+  MatchResult match;
+  match.status = MatchStatus::kConverged;
+  match.observable = 3;
+  match.covariance = Eigen::Vector3d(1e-4, 1e-4, 1e-6).asDiagonal();
+  match.observations = observations;
+  return match;
+}
+
+TEST(KeyframeSelector, AKeyframesCovarianceGrowsByItsShareOfTheMatchsAndByTheLeverOfItsHeading) {
+  Selected selected;
+  selected.keep({}, 0);
+  EXPECT_EQ(selected.local_map.keyframes()[0].covariance, Eigen::Matrix3d::Zero());
+  const Pose2 next{0.2, 0.0, 0.5 * std::numbers::pi};
+  const Keyframe* keyframe = selected.selector.keep(selected.cloud, next, matchWith(1.0), selected.local_map);
+  EXPECT_NEAR(keyframe->covariance(0, 0), 1e-4, 1e-12) << "the second scan of a place counts as the first";
+  keyframe = selected.selector.keep(selected.cloud, next * Pose2{2.0, 0.0, 0.0}, matchWith(9.0), selected.local_map);
+  EXPECT_NEAR(keyframe->covariance(0, 0), 1e-4 + 0.04 * 1e-4, 1e-12);
+  EXPECT_NEAR(keyframe->covariance(1, 1), 1e-4 + 4.0 * 1e-6 + 0.04 * 1e-4, 1e-12);
+}
+
+TEST(KeyframeSelector, AKeyframesCovarianceGrowsByTheWheelsWayWhereNoMatchTellsIt) {
+  Selected selected;
+  selected.keep({}, 0);
+  selected.keep({0.5, 0.0, 0.0}, 0);
+  const Keyframe* keyframe = selected.keep({1.0, 0.0, 0.0}, 0);
+  EXPECT_NEAR(keyframe->covariance(0, 0), EkfConfig{}.wheelTranslationVariance(1.0), 1e-12);
+}
+
+TEST(KeyframeSelector, WhatNoMatchToldCountsNoMoreWhereTheMapIsKnown) {
+  Selected selected;
+  selected.keep({}, 0);
+  selected.selector.addDrift({3.0, 0.0, 0.0}, nullptr, selected.monitor);
+  MatchResult known = matchWith(9.0);
+  known.overlap = known.known_ratio = 1.0;
+  ASSERT_TRUE(selected.selector.select(selected.cloud, {3.0, 0.0, 0.0}, known, selected.local_map)->refresh);
+  const Keyframe* keyframe = selected.keep({3.0, 0.0, 0.0});
+  EXPECT_LT(keyframe->covariance.norm(), 1e-9);
 }
 
 TEST(KeyframeSelector, InAGivenMapASegmentForgetsTheOneBefore) {

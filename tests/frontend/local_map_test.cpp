@@ -37,7 +37,7 @@ class CorrectedMap : public testing::Test {
     for (const int id : ids) {
       graph.points(id, points);
       correction->reference.add(motion * graph.pose(id), points);
-      correction->keyframes.push_back({id, motion * graph.pose(id)});
+      correction->keyframes.push_back({id, motion * graph.pose(id), graph.scan(id)->covariance});
     }
     correction->newest = ids.empty() ? -1 : ids.back();
     return correction;
@@ -143,7 +143,7 @@ TEST_F(CorrectedMap, KeepsKeyframesNewerThanTheCorrection) {
 
   // The next keyframe's step begins where the moved one lies.
   drive.keyframes = nullptr;
-  drive.room = {.length = 9.0, .width = 6.0, .range_sigma = 0.01};  // all looks new, so one is kept
+  drive.room = {.length = 2.4, .width = 2.0, .range_sigma = 0.01};  // hides all that is known, so one is kept
   const auto known = drive.front_end->counters().keyframes;
   while (drive.front_end->counters().keyframes == known && drive.now < Timestamp{200s}) drive.run(0.18, kCurve);
   ASSERT_NE(drive.last.keyframe, nullptr);

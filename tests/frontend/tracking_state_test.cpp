@@ -100,17 +100,13 @@ TEST(TrackingState, KnowsTheLastMatchAndTheMotionToIt) {
   EXPECT_NEAR(tracking.lastMotion().x, motion.x, 1e-12) << "the map moved, not the robot";
 }
 
-TEST(TrackingState, ARobotNearToItsLastPoseWasCarriedAwayAndOneFurtherOnHasLeftTheMap) {
-  FrontEndConfig config;  // 1 m, 1.5 rad, sigma 1 m
+TEST(TrackingState, ARobotIsLostWhoseWayIsTooUncertainOrWhoseMapHasNoOutside) {
+  FrontEndConfig config;  // sigma 1 m
   const Eigen::Matrix3d sure = 0.01 * Eigen::Matrix3d::Identity();
-  TrackingState tracking(config, false);
-  tracking.begin(Timestamp{100s}, {1.0, 0.0, 0.0}, {});
-  EXPECT_TRUE(tracking.kidnapped({1.9, 0.0, 0.0}, sure));
-  EXPECT_FALSE(tracking.kidnapped({2.1, 0.0, 0.0}, sure));
-  EXPECT_FALSE(tracking.kidnapped({1.0, 0.0, 1.6}, sure));
-  EXPECT_TRUE(tracking.kidnapped({2.1, 0.0, 0.0}, 1.1 * Eigen::Matrix3d::Identity()));
+  EXPECT_FALSE(TrackingState(config, false).lost(sure));
+  EXPECT_TRUE(TrackingState(config, false).lost(1.1 * Eigen::Matrix3d::Identity()));
   config.localise_only = true;
-  EXPECT_TRUE(TrackingState(config, false).kidnapped({50.0, 0.0, 0.0}, sure)) << "a given map has no outside";
+  EXPECT_TRUE(TrackingState(config, false).lost(sure));
 }
 
 TEST(TrackingState, IsLostOnlyOnceItHadBeenPlaced) {
