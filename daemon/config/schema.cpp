@@ -559,9 +559,6 @@ void visitBackEnd(BackEndConfig& back_end, DriftConfig& drift, ConfigVisitor& v)
   v.field({"min_overlap", "1",
            "A place in the map, found or given by a person, is accepted if this share of the points agrees with it."},
           found.min_overlap, 0.1, 1.0);
-  v.field({"min_seen", "1",
-           "A place is accepted if the map has at least this share of the observed walls; a floor plan needs 0.55."},
-          found.places.min_seen, 0.1, 1.0);
   v.field({"searches", "1", "A place is judged by the mean log-likelihood of this many newest searches at most."},
           found.places.searches, 1, 100);
   v.field(
@@ -573,9 +570,10 @@ void visitBackEnd(BackEndConfig& back_end, DriftConfig& drift, ConfigVisitor& v)
 
 constexpr std::array kRetired = std::to_array<RetiredKey>({
     {"search", "max_doubt", "the match starts from several poses where its overlap drops, or the wheels are ignored"},
-    {"localisation", "kidnap_distance", "a robot is carried away when its scans see through the map's walls"},
     {"search", "wheel_guidance",
      "the match starts from several poses where its overlap drops, or the wheels are ignored"},
+    {"localisation", "kidnap_distance", "a robot is carried away when its scans see through the walls around it"},
+    {"relocalisation", "min_seen", "that the robot is in no place of the map is one of the places compared"},
 });
 
 constexpr std::array kRenamed = std::to_array<RenamedKey>({

@@ -25,6 +25,7 @@ DecayRateMap::DecayRateMap(const KeyframeGraph& keyframes, std::span<const int> 
              {.kind = kind, .margin = model.extrapolated_rate > 0.0 ? WallExtrapolationConfig{}.length : 0.0}),
       model_(model),
       unknown_rate_(model.rate_unknown),
+      log_rate_walls_(std::log(model.rate_unknown)),
       wall_threshold_(std::log(model.at_wall * model.rate_unknown)) {
   const double thickness = walls_.thickness();
   if (thickness <= 0.0) return;
@@ -32,6 +33,7 @@ DecayRateMap::DecayRateMap(const KeyframeGraph& keyframes, std::span<const int> 
   unknown_rate_ = std::max(model.rate_unknown, model.unknown_as_wall * wall_rate_);
   const std::vector<float> wall = look();
   for (int i = 0; i < kLevels; ++i) levels_.push_back(blurred(wall, (1 << i) * model.sigma));
+  log_rate_walls_ = meanOfWalls(levels_.front());
   for (int i = 1; i < kLevels; ++i) {  // where sigmaAt() is the geometric mean of two levels
     coarser_.push_back(model.sigma * std::sqrt(std::exp2(2 * i - 1) - 1.0) / model.sigma_per_metre);
   }
@@ -151,6 +153,17 @@ std::vector<std::uint8_t> DecayRateMap::blurred(const std::vector<float>& wall, 
     level[i] = static_cast<std::uint8_t>(std::clamp(std::lround((log_rate - kLowest) / kStep), 0L, 255L));
   }
   return level;
+}
+
+double DecayRateMap::meanOfWalls(const std::vector<std::uint8_t>& level) const {
+  double sum = 0.0;
+  std::int64_t count = 0;
+  for (std::size_t i = 0; i < level.size(); ++i) {
+    if (walls_.known(i) != DistanceField::Known::kSolid) continue;
+    sum += kLowest + kStep * level[i];
+    ++count;
+  }
+  return sum / static_cast<double>(std::max<std::int64_t>(1, count));
 }
 
 std::size_t DecayRateMap::levelOf(double range) const {

@@ -57,6 +57,8 @@ class DecayRateMap {
   /// log of the rate [1/m] at which a beam of this range [m] ends at a place.
   double logRate(const Eigen::Vector2d& p_map, double range) const;
   double logRateUnknown() const { return std::log(unknown_rate_); }
+  /// Mean of it within the map's walls, whose places are known best.
+  double logRateWalls() const { return log_rate_walls_; }
   /// Whether such a beam ended at a wall of the map, by all odds.
   bool atWall(double log_rate) const { return log_rate > wall_threshold_; }
 
@@ -79,12 +81,14 @@ class DecayRateMap {
   bool inSurfaceLayer(int column, int row) const;
   std::vector<float> look();
   std::vector<std::uint8_t> blurred(const std::vector<float>& wall, double sigma) const;
+  double meanOfWalls(const std::vector<std::uint8_t>& level) const;
   std::size_t levelOf(double range) const;
 
   DistanceField walls_;
   BeamModel model_;
   double wall_rate_ = 0.0;     // [1/m] within a wall
   double unknown_rate_ = 0.0;  // [1/m]
+  double log_rate_walls_ = 0.0;
   double wall_threshold_ = 0.0;
   std::vector<std::vector<std::uint8_t>> levels_;  // log rates, of a wall known to sigma times 1, 2, 4, ...
   std::vector<bool> surface_layer_;                // of a wall, by cell

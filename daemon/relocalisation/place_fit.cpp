@@ -183,7 +183,7 @@ PlaceFit fitPlace(const DecayRateMap& field, const QueryCloud& view, const Pose2
   PlaceFit fit{.T_map_newest = T_map_newest};
   if (view.parts.empty()) return fit;
   const BeamModel& model = field.model();
-  const double weight = std::min(1.0, view.cell / model.correlation);
+  const double weight = view.weight(model);
   std::vector<Pose2> T_map_part;
   for (const QueryCloud::Part& part : view.parts) {
     Pose2 guess = T_map_newest;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <Eigen/Core>
+#include <algorithm>
 #include <vector>
 
 #include "graph/keyframe_graph.hpp"
@@ -25,6 +26,9 @@ struct QueryCloud {
   std::vector<int> part_of;  ///< by keyframe, newest first
   int rays = 0;
   double cell = 0.25;  ///< [m] of wall that gives one ray, the shortest
+
+  /// [1] Independent pieces of wall that a ray stands for.
+  double weight(const BeamModel& model) const { return std::min(1.0, cell / model.correlation); }
 
   /// @param length [m] of the newest path  @param part [m] of path
   /// @param rigid_range [m] what lies further, or twice as far, is a part of its own; 0: however far

@@ -28,14 +28,13 @@ PlaceModel scanMapModel() {
                     .stale_free_space = false,
                     .surface_layer = 0.0,
                     .removed_weight = 0.3},
-          .least_seen = 0.0,
+          .unchanged = 0.85,
           .margin_share = 1.0,
           .neighbours = 0};
 }
 
 PlaceSearch::PlaceSearch(const PlaceSearchConfig& config) : config_(config) {
   config_.min_margin *= config.model.margin_share;
-  config_.min_seen = std::max(config.min_seen, config.model.least_seen);
 }
 
 void PlaceSearch::begin(const KeyframeGraph& keyframes, std::span<const int> map) {
@@ -59,13 +58,13 @@ PlaceSearch::Result PlaceSearch::search(const KeyframeGraph& keyframes, int olde
   looks_.push_front(std::move(look));
   if (static_cast<int>(looks_.size()) > config_.searches) looks_.pop_back();
   const std::vector<PlaceFit> places = candidates(around);
-  if (places.empty() || places.front().seen < config_.min_seen) return {};
-  return leader(places);
+  if (places.empty()) return {};
+  return leader(places, around.has_value());
 }
 
 /// The place that leads all others, by the newest search or in the mean of the last ones. Each place is judged by what
 /// all of them saw, whether they found it themselves or not, and lies in the middle of where they put it.
-PlaceSearch::Result PlaceSearch::leader(std::span<const PlaceFit> places) const {
+PlaceSearch::Result PlaceSearch::leader(std::span<const PlaceFit> places, bool in_window) const {
   struct Contender {
     double sum = 0.0;  // of log-likelihoods
     /// [m, m, rad] sum over the searches, from where the newest one put it
@@ -73,6 +72,7 @@ PlaceSearch::Result PlaceSearch::leader(std::span<const PlaceFit> places) const 
   };
   places = places.first(std::min(places.size(), static_cast<std::size_t>(config_.contenders)));
   std::vector<Contender> contenders(places.size());
+  Expected sum;  // over the searches
   Result result{.outcome = Outcome::kAmbiguous, .T_map_newest = {}, .needed = config_.min_margin};
   for (std::size_t searches = 1; searches <= looks_.size(); ++searches) {
     const Look& look = looks_[searches - 1];
@@ -90,6 +90,10 @@ PlaceSearch::Result PlaceSearch::leader(std::span<const PlaceFit> places) const 
     for (auto other = contenders.begin(); other != contenders.end(); ++other) {
       if (other != best) second = std::max(second, other->sum);
     }
+    const Expected expectation = expected(look.view);
+    sum.own += expectation.own;
+    sum.unmapped += expectation.unmapped;
+    if (!in_window) second = std::max(second, 0.5 * (sum.own + std::max(second, sum.unmapped)));
     const auto n = static_cast<double>(searches);
     const double margin = (best->sum - second) / (n + 1.0);
     if (searches > 1 && margin <= result.margin) continue;
@@ -97,11 +101,19 @@ PlaceSearch::Result PlaceSearch::leader(std::span<const PlaceFit> places) const 
     result.T_map_newest = places[static_cast<std::size_t>(best - contenders.begin())].T_map_newest *
                           Pose2{moved.x(), moved.y(), moved.z()};
     result.margin = margin;
+    result.outcome = margin < 0.0 ? Outcome::kElsewhere : Outcome::kAmbiguous;
     if (margin < config_.min_margin) continue;
     result.outcome = Outcome::kFound;
     break;
   }
   return result;
+}
+
+/// What a view is expected to have where it was mapped, and where nothing was.
+PlaceSearch::Expected PlaceSearch::expected(const QueryCloud& view) const {
+  const double rays = view.weight(field_->model()) * view.rays, unchanged = config_.model.unchanged;
+  return {.own = rays * (unchanged * field_->logRateWalls() + (1.0 - unchanged) * field_->logRateUnknown()),
+          .unmapped = rays * field_->logRateUnknown()};
 }
 
 /// The places that the session may have in the map, most likely first, each once: what the search finds, and what it

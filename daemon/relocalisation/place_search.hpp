@@ -18,7 +18,7 @@ namespace slam {
 struct PlaceModel {
   MapKind kind = MapKind::kFloorPlan;
   BeamModel beams;
-  double least_seen = 0.55;    ///< [1] of min_seen: it shows all of a building that it knows
+  double unchanged = 0.45;     ///< [1] of what a session sees in the map's own building stands where it was mapped
   double margin_share = 0.75;  ///< [1] of min_margin: the less sharp its walls, the smaller a margin can be
   int neighbours = 3;          ///< best places that are compared with those beside them, too
 };
@@ -38,9 +38,8 @@ struct PlaceSearchConfig {
   PlaceModel model = scanMapModel();  ///< of the map, that they are compared by
   double neighbour_step = 0.7;        ///< [m] to each side lie neighbours of a place, and twice as far
   double part_length = 2.0;           ///< [m] of path that fits the map as it is
-  double min_seen = 0.4;        ///< [1] of the walls seen are at their places in the map: else it is another building
-  int searches = 4;             ///< newest ones whose log-likelihoods are averaged, at most
-  int contenders = 10;          ///< best places that are judged by all of them
+  int searches = 4;                   ///< newest ones whose log-likelihoods are averaged, at most
+  int contenders = 10;                ///< best places that are judged by all of them
   double min_margin = 8.0;      ///< of the best place's log-likelihood over any other's, in the mean of many searches;
                                 ///< in n of them 1 + 1/n times as much
   double same_distance = 0.75;  ///< [m] results nearer than this ...
@@ -52,6 +51,10 @@ struct PlaceSearchConfig {
 /// Finds the place of a session in a map: what was seen along its newest path is searched for, the places found are
 /// compared by the likelihood of all beams, and the best one is believed when it leads all others clearly, or less
 /// clearly but in several searches. Where places look alike it says nothing.
+///
+/// Without a window, one contender is that the session is in no place of the map. The log-likelihood of a session's
+/// place is expected to be about what walls mapped there give its rays, and that of a wrong place what the best wrong
+/// place of the map gives them. With the same spread about both, either is as likely half-way between them.
 ///
 /// Points are drawn from walls of all directions alike (normal-space sampling), so that the few that tell one place of
 /// a corridor from the next weigh as much as the many that do not. [Rusinkiewicz 2001] S. Rusinkiewicz and M. Levoy,
@@ -68,13 +71,14 @@ class PlaceSearch {
 
   enum class Outcome : std::uint8_t { kFound, kAmbiguous, kElsewhere };
   struct Result {
-    Outcome outcome = Outcome::kElsewhere;  ///< kElsewhere: no place of the map fits
-    Pose2 T_map_newest;                     ///< best place, unless elsewhere
-    double margin = 0.0;  ///< of its log-likelihood over any other's, as if in the mean of many searches
+    Outcome outcome = Outcome::kElsewhere;  ///< kElsewhere: none of the map is likelier
+    Pose2 T_map_newest;                     ///< best place, if any is found
+    double margin =
+        0.0;  ///< of its log-likelihood over any other's and that of none, as if in the mean of many searches
     double needed = 0.0;  ///< margin from which on it is believed
   };
   /// @param oldest first keyframe of the session
-  /// @param around only places in this window; none: anywhere
+  /// @param around the robot is in this window; none: anywhere, in the map or not
   Result search(const KeyframeGraph& keyframes, int oldest, int newest, const std::optional<PlaceWindow>& around = {});
 
   bool same(const Pose2& a, const Pose2& b) const;
@@ -91,7 +95,11 @@ class PlaceSearch {
   std::vector<PlaceFit> fitScale(std::vector<PlaceFit> places) const;
   std::vector<PlaceFit> fitBeside(std::vector<PlaceFit> places, const std::optional<PlaceWindow>& around) const;
   std::vector<PlaceFit> each(std::vector<PlaceFit> places) const;
-  Result leader(std::span<const PlaceFit> places) const;
+  Result leader(std::span<const PlaceFit> places, bool in_window) const;
+  struct Expected {
+    double own = 0.0, unmapped = 0.0;  // log-likelihood
+  };
+  Expected expected(const QueryCloud& view) const;
 
   PlaceSearchConfig config_;
   std::optional<GlobalSearch> global_;

@@ -194,8 +194,7 @@ std::vector<Effect> effectsOfMap() {
       {"loop_closure.drift_rotation_per_metre", "0.1", ringDrive},
       {"loop_closure.drift_rotation_per_radian", "0.5", ringDrive},
       {"relocalisation.min_overlap", "1.0", lostBackEnd, {"match.overlap_distance=0.01"}},
-      {"relocalisation.min_seen", "1.0", lostBackEnd},
-      {"relocalisation.searches", "1", lostBackEnd, {"relocalisation.min_margin=45.0"}},
+      {"relocalisation.searches", "1", lostBackEnd, {"relocalisation.min_margin=25.0"}},
       {"relocalisation.min_margin", "1000.0", lostBackEnd},
   };
 }

@@ -94,13 +94,6 @@ TEST(PlaceSearch, FindsNothingWithoutAMap) {
   EXPECT_EQ(searched.search().outcome, Outcome::kElsewhere);
 }
 
-TEST(PlaceSearch, BelievesNoPlaceWhereTooLittleIsSeenAsMapped) {
-  PlaceSearchConfig config;
-  config.min_seen = 1.01;  // more than all
-  Searched searched(config);
-  EXPECT_EQ(searched.search(PlaceWindow{searched.truth, 1.5, 0.5}).outcome, Outcome::kElsewhere);
-}
-
 TEST(PlaceSearch, JudgesAMapByTheMeasureOfItsKind) {
   PlaceSearchConfig config;
   config.model.margin_share = 0.0;
@@ -114,28 +107,26 @@ TEST(PlaceSearch, JudgesAMapByTheMeasureOfItsKind) {
   config.model.margin_share = 0.5;
   EXPECT_EQ(searched(config).needed, 0.5 * PlaceSearchConfig{}.min_margin);
   config = {};
-  config.model.least_seen = 1.01;  // more than all
-  EXPECT_EQ(searched(config).outcome, Outcome::kElsewhere);
-  config = {};
-  config.model.beams.stopped = 1e-9;  // of walls that stop nothing
-  EXPECT_EQ(searched(config).outcome, Outcome::kElsewhere);
+  config.model.unchanged = 3.0;  // more than all
+  EXPECT_EQ(Searched(config).search().outcome, Outcome::kElsewhere);
 }
 
-TEST(PlaceSearch, AFloorPlanIsLessSharpThanScansAndKnowsAll) {
+TEST(PlaceSearch, AFloorPlanIsLessSharpThanScansAndOlder) {
   const PlaceModel plan = floorPlanModel(), scans = scanMapModel();
   EXPECT_GT(plan.beams.sigma, scans.beams.sigma);
-  EXPECT_GT(plan.least_seen, PlaceSearchConfig{}.min_seen);
+  EXPECT_LT(plan.unchanged, scans.unchanged);
   EXPECT_LT(plan.margin_share, scans.margin_share);
   EXPECT_EQ(plan.kind, MapKind::kFloorPlan);
   EXPECT_EQ(scans.kind, PlaceSearchConfig{}.model.kind);
 }
 
-TEST(PlaceSearch, BelievesALoneContender) {
+TEST(PlaceSearch, BelievesALoneContenderInAWindow) {
   PlaceSearchConfig config;
   config.min_margin = 1e9;  // nobody leads by so much ...
-  EXPECT_EQ(Searched(config).search().outcome, Outcome::kAmbiguous);
-  config.contenders = 1;  // ... but whom nobody follows
-  EXPECT_EQ(Searched(config).search().outcome, Outcome::kFound);
+  config.contenders = 1;    // ... but whom nobody follows; that it is in no place of the map always does
+  Searched searched(config);
+  EXPECT_EQ(searched.search().outcome, Outcome::kAmbiguous);
+  EXPECT_EQ(searched.search(PlaceWindow{searched.truth, 1.5, 0.5}).outcome, Outcome::kFound);
 }
 
 TEST(PlaceSearch, PlacesAreOneWithinADistanceAndATurn) {

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "support/simulated/keyframes.hpp"
+#include "tools/sim/world/scenes.hpp"
 
 namespace slam::test {
 namespace {
@@ -16,7 +17,11 @@ const Eigen::Vector3d kStep(0.002, 0.002, 0.0005);
 class LostRobot {
  public:
   LostRobot(const Place& place, const std::vector<Pose2>& map_poses, unsigned seed = 1)
-      : map_drive_(place, seed), drive_(place, seed + 100), relocalisation_({}, {}, {}) {
+      : LostRobot(place, map_poses, place, seed, {}) {}
+  /// Drives in a place other than the one that was mapped.
+  LostRobot(const Place& mapped, const std::vector<Pose2>& map_poses, const Place& place, unsigned seed,
+            const RelocalisationConfig& config)
+      : map_drive_(mapped, seed), drive_(place, seed + 100), relocalisation_(config, {}, {}) {
     for (const Pose2& pose : map_poses) {
       const Keyframe& keyframe = map_drive_.at(pose, Pose2{}, kStep);
       keyframes_.add(std::make_shared<const StoredScan>(keyframe), pose);
@@ -98,6 +103,68 @@ TEST(Relocalisation, KnowsTheDoorsOfItsOwnMapFromThoseThatAreNotInIt) {
     }
   }
   EXPECT_GE(right, 3);
+}
+
+Place home(int number, int furniture_moved = 0) {
+  const auto seed = static_cast<std::uint64_t>(number);
+  return {.name = "Home",
+          .low = {0.0, 0.0},
+          .high = {1.0, 1.0},
+          .world = sim::makeScene("homes", seed, {.furniture_moved = furniture_moved}).world};
+}
+
+/// The way through all rooms of a home, a pose each step [m].
+std::vector<Pose2> homePoses(int number, double step, double length = 1e9) {
+  std::vector<Pose2> poses;
+  Pose2 at;
+  double path = 0.0;
+  for (const sim::Waypoint& waypoint : sim::makeScene("homes", static_cast<std::uint64_t>(number)).route) {
+    const Eigen::Vector2d way = waypoint.pose.translation() - at.translation();
+    const double heading = std::atan2(way.y(), way.x());
+    for (double s = 0.0; s < way.norm() && path < length; s += step, path += step) {
+      poses.push_back(Pose2{at.x, at.y, heading} * Pose2{s, 0.0, 0.0});
+    }
+    at = waypoint.pose;
+  }
+  return poses;
+}
+
+/// Where a robot that drives from the start of one home, in the map of another or its own, believes to be.
+struct Belief {
+  double path = 0.0;  // [m] until then
+  Pose2 truth, found;
+};
+std::optional<Belief> believed(int driven, int mapped, int furniture_moved, const RelocalisationConfig& config = {}) {
+  LostRobot robot(home(mapped), homePoses(mapped, 0.4), home(driven, furniture_moved), 1, config);
+  double path = 0.0;
+  for (const Pose2& truth : homePoses(driven, 0.2, 6.0)) {
+    if (const auto found = robot.at(truth)) return Belief{path, truth, *found};
+    path += 0.2;
+  }
+  return std::nullopt;
+}
+
+TEST(Relocalisation, BelievesNoPlaceInTheMapOfAnotherHome) {
+  RelocalisationConfig somewhere;  // in the map, by all means
+  somewhere.places.model.unchanged = -1e3;
+  int fooled = 0;
+  for (const auto& [driven, mapped] : {std::pair(4, 7), {5, 4}, {4, 5}, {7, 5}, {1, 4}}) {
+    EXPECT_FALSE(believed(driven, mapped, 0)) << driven << " in " << mapped;
+    fooled += believed(driven, mapped, 0, somewhere).has_value() ? 1 : 0;
+  }
+  EXPECT_GE(fooled, 3) << "were it not for the contender that it is in no place of the map";
+}
+
+TEST(Relocalisation, FindsItsOwnHomeWithTheFurnitureMoved) {
+  for (const int furniture_moved : {0, 1}) {
+    for (const int number : {1, 2, 5, 7}) {
+      const auto found = believed(number, number, furniture_moved);
+      ASSERT_TRUE(found) << number << ", moved " << furniture_moved;
+      const Pose2 error = between(found->truth, found->found);
+      EXPECT_LT(std::hypot(error.x, error.y), kRight) << number << ", moved " << furniture_moved;
+      EXPECT_LT(found->path, furniture_moved == 0 ? 1.0 : 4.0) << number;
+    }
+  }
 }
 
 TEST(Relocalisation, SaysNothingInAnotherBuilding) {
