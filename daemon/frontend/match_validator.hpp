@@ -28,7 +28,7 @@ class MatchValidator {
   bool acceptSearch(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
                     const TrackingState& tracking);
   /// Whether a scan that matches no longer was not taken there at all: it would see through what stands there.
-  bool carriedAway(const Pose2& T_map_base, const Cloud& cloud, const LocalMap& local_map) {
+  bool kidnapped(const Pose2& T_map_base, const Cloud& cloud, const LocalMap& local_map) {
     return seesThroughWalls(T_map_base, cloud, local_map, 0.0);
   }
 

@@ -103,7 +103,7 @@ TEST(Find, IsWhatAMatchMustBeOnceTheWayIsLost) {
 }
 
 /// Scans match no longer while the wheels tell this motion. @return whether the robot takes itself for carried away
-bool carriedAway(const Place& next, const Eigen::Vector3d& motion, FrontEndConfig config = {}) {
+bool kidnapped(const Place& next, const Eigen::Vector3d& motion, FrontEndConfig config = {}) {
   config.search.trusted_overlap = 1.01;  // nor is anything found
   PlaceDrive drive(hall(false), config);
   drive.truth = {-2.5, 0.5, 0.0};
@@ -123,20 +123,20 @@ bool carriedAway(const Place& next, const Eigen::Vector3d& motion, FrontEndConfi
 TEST(CarriedAway, IsARobotThatSeesThroughWallsWhateverItsWheelsTell) {
   const Place open = elsewhere({-7.0, -5.0}, {6.0, 6.0});
   for (const Eigen::Vector3d& motion : {kStand, Eigen::Vector3d(1.15, 0, 0), Eigen::Vector3d(0, 0, 1.7)}) {
-    EXPECT_TRUE(carriedAway(open, motion)) << motion.transpose();
+    EXPECT_TRUE(kidnapped(open, motion)) << motion.transpose();
   }
   FrontEndConfig config;
   config.validator.free_space_violation = 1.0;
-  EXPECT_FALSE(carriedAway(open, {1.15, 0, 0}, config));
+  EXPECT_FALSE(kidnapped(open, {1.15, 0, 0}, config));
   config.localise_only = true;
-  EXPECT_TRUE(carriedAway(open, {1.15, 0, 0}, config)) << "in a given map there is nothing else to know";
+  EXPECT_TRUE(kidnapped(open, {1.15, 0, 0}, config)) << "in a given map there is nothing else to know";
   config.localise_only = false;
   config.lost_position_sigma = 0.01;
-  EXPECT_TRUE(carriedAway(open, {1.15, 0, 0}, config)) << "the wheels' way is too uncertain";
+  EXPECT_TRUE(kidnapped(open, {1.15, 0, 0}, config)) << "the wheels' way is too uncertain";
 }
 
 TEST(CarriedAway, IsNoRobotBehindABoxThatHidesItsWalls) {
-  EXPECT_FALSE(carriedAway(elsewhere({-3.3, -0.2}, {-1.3, 1.1}), kStand));
+  EXPECT_FALSE(kidnapped(elsewhere({-3.3, -0.2}, {-1.3, 1.1}), kStand));
 }
 
 TEST(CarriedAway, IsDecidedAfterSoManyScansAndSoLong) {
@@ -196,7 +196,7 @@ TEST(State, IsDegradedByOneScanThatMatchesNothing) {
   PlaceDrive drive(hall(false));
   drive.run(2.0, kStand);
   EXPECT_EQ(drive.front_end->estimate(drive.now).state, LocalisationState::kLocalised);
-  drive.place = posts({0.0, 0.0});
+  drive.place = elsewhere({-7.0, -5.0}, {6.0, 6.0});
   drive.run(0.2, kStand);
   ASSERT_FALSE(drive.last.fused);
   EXPECT_EQ(drive.front_end->estimate(drive.now).state, LocalisationState::kDegraded);
