@@ -47,7 +47,7 @@ struct Keyframe {
                                                               ///< observable ones first
   Eigen::Matrix3d step_covariance = Eigen::Matrix3d::Zero();  ///< of this pose relative to the keyframe before it
                                                               ///< (x, y, theta) in that one's base [m, m, rad]
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of T_map_base in map, in base's axes [m, m, rad]
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();       ///< of T_map_base in map, in base's axes [m, m, rad]
   int size = 0;
   std::array<Point, LaserScan::kCapacity> storage;
 
@@ -58,8 +58,8 @@ struct Keyframe {
 struct StoredScan {
   Timestamp stamp;  ///< of the middle of the turn
   Pose2 T_base_lidar;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of its pose when it was made, in base's axes [m, m, rad]; of
-                                                         ///< a stored map zero: that map is what poses refer to
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of its pose when it was made, in base's axes [m, m, rad];
+                                                         ///< of a stored map zero: that map is what poses refer to
   std::vector<Keyframe::Point> points;  ///< [m] in base, in acquisition order
   /// [m] in base. Of a picture, whose points are the borders of its walls, seen from nowhere: its free cells, and those
   /// within the walls.

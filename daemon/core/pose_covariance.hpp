@@ -15,8 +15,8 @@ inline Eigen::Matrix3d rotated(const Eigen::Matrix3d& covariance, double angle) 
   return R * covariance * R.transpose();
 }
 
-/// Takes a small error of frame a's pose, in a's axes, to that of b's, which is fixed to it, in b's axes: the adjoint of
-/// T_b_a.
+/// Takes a small error of frame a's pose, in a's axes, to that of b's, which is fixed to it, in b's axes: the adjoint
+/// of T_b_a.
 inline Eigen::Matrix3d carrying(const Pose2& T_a_b) {
   const double c = std::cos(T_a_b.theta), s = std::sin(T_a_b.theta);
   Eigen::Matrix3d Ad = Eigen::Matrix3d::Identity();

@@ -35,11 +35,12 @@ void ScanMonitor::compare(const Ekf& odometry, const Pose2& T_map_base, const Ei
   by_turn_ = keep * Ad * by_turn_ + Eigen::Vector3d(0.0, 0.0, told.theta);
   by_scale_ = keep * Ad * by_scale_ + Eigen::Vector3d(told.x, told.y, 0.0);
   noise_sum_ = (square(keep) * Ad * noise_sum_ * Ad.transpose()).eval();
-  const double drift = square(noise_.translation_drift) * seconds + (odometry.slip() ? square(noise_.slip_speed_sigma * seconds) : 0.0);
+  const double drift =
+      square(noise_.translation_drift) * seconds + (odometry.slip() ? square(noise_.slip_speed_sigma * seconds) : 0.0);
   const double across = wheels.shownVariance(distance) + drift;
   const double turning =
       square(noise_.rotation_drift) * seconds + (odometry.gyroActive() ? square(noise_.rotation_noise_gyro) * turn
-                                                                        : noise_.wheelRotationVariance(distance, turn));
+                                                                       : noise_.wheelRotationVariance(distance, turn));
   noise_sum_.diagonal() += Eigen::Vector3d(across, across, turning);
 
   const GyroBias bias = odometry.gyroBiasEstimate();

@@ -53,7 +53,7 @@ class KeyframeSelector {
   Pose2 last_refresh_;
   Timestamp last_refresh_stamp_;
   Pose2 drift_pose_;
-  Eigen::Matrix3d drift_ = Eigen::Matrix3d::Zero();  // in map, since the last keyframe
+  Eigen::Matrix3d drift_ = Eigen::Matrix3d::Zero();   // in map, since the last keyframe
   Eigen::Matrix3d unseen_ = Eigen::Matrix3d::Zero();  // in map: the part of it that no match told
   std::uint32_t keyframes_ = 0;
 };
