@@ -20,7 +20,10 @@ double ScanMonitor::kept(const Pose2& moved) const {
 
 void ScanMonitor::compare(const Ekf& odometry, const Pose2& T_map_base, const Eigen::Matrix3d& covariance,
                           const WheelMonitor& wheels) {
-  if (wheels.reliability() == WheelReliability::kNone || odometry.wheelsSilent()) return interrupt();
+  if (wheels.reliability() == WheelReliability::kNone || odometry.wheelsSilent()) {
+    contradicts_ = false;  // nobody does
+    return interrupt();
+  }
   const Last now{odometry.stamp(), odometry.pose(), T_map_base};
   const std::optional<Last> last = std::exchange(last_, now);
   if (!last) return;

@@ -42,7 +42,7 @@ bool TrackingState::fail(const MatchResult& match, Timestamp stamp, bool says_mu
 }
 
 bool TrackingState::lost(const Eigen::Matrix3d& covariance) const {
-  return localise_only_ || std::sqrt(std::max(covariance(0, 0), covariance(1, 1))) > lost_position_sigma_;
+  return localise_only_ || !placed_ || std::sqrt(std::max(covariance(0, 0), covariance(1, 1))) > lost_position_sigma_;
 }
 
 void TrackingState::beginSession(bool placed) {

@@ -21,7 +21,8 @@ class TrackingState {
   /// @return whether that has lasted so long that something must be done
   bool fail(const MatchResult& match, Timestamp stamp, bool says_much, bool may_act);
 
-  /// Whether a robot that scans match no longer can be anywhere: in a given map there is nothing else to know.
+  /// Whether a robot that scans match no longer can be anywhere: in a given map there is nothing else to know, and of a
+  /// session whose place is not known yet nothing is worth going on with.
   /// @param covariance of the pose [m, m, rad]
   bool lost(const Eigen::Matrix3d& covariance) const;
   /// @param placed its place is known, by a person

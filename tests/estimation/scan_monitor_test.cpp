@@ -125,6 +125,17 @@ TEST(ScanMonitor, HasNothingToCompareWithoutWheels) {
   EXPECT_FALSE(drive.monitor.contradicts());
 }
 
+TEST(ScanMonitor, WheelsThatAreSilentContradictNobodyButTheDoubtRemains) {
+  Drive drive;
+  drive.go(10.0, 1.0);
+  drive.push(1.0);
+  const double before = drive.sigma();
+  drive.has_wheels = false;
+  drive.push(1.0);
+  EXPECT_FALSE(drive.monitor.contradicts());
+  EXPECT_EQ(drive.sigma(), before);
+}
+
 TEST(ScanMonitor, ContradictsFromSoManyStandardDeviationsOn) {
   for (const auto& [sigmas, contradicts] : {std::pair(3.0, true), std::pair(1e3, false)}) {
     ScanMonitorConfig config;

@@ -105,6 +105,7 @@ TEST(TrackingState, ARobotIsLostWhoseWayIsTooUncertainOrWhoseMapHasNoOutside) {
   const Eigen::Matrix3d sure = 0.01 * Eigen::Matrix3d::Identity();
   EXPECT_FALSE(TrackingState(config, false).lost(sure));
   EXPECT_TRUE(TrackingState(config, false).lost(1.1 * Eigen::Matrix3d::Identity()));
+  EXPECT_TRUE(TrackingState(config, true).lost(sure)) << "it was not found yet";
   config.localise_only = true;
   EXPECT_TRUE(TrackingState(config, false).lost(sure));
 }
