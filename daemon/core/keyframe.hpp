@@ -60,7 +60,7 @@ struct StoredScan {
   Pose2 T_base_lidar;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of its pose when it was made, in base's axes [m, m, rad];
                                                          ///< of a stored map zero: that map is what poses refer to
-  std::vector<Keyframe::Point> points;  ///< [m] in base, in acquisition order
+  std::vector<Keyframe::Point> points;                   ///< [m] in base, in acquisition order
   /// [m] in base. Of a picture, whose points are the borders of its walls, seen from nowhere: its free cells, and those
   /// within the walls.
   std::vector<Eigen::Vector2f> free, solid;
