@@ -7,11 +7,17 @@
 
 namespace slam {
 
+/// Turns vectors of (x, y, theta) by `angle` [rad]: x and y, while theta stays.
+inline Eigen::Matrix3d turning(double angle) {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  R.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(angle).toRotationMatrix();
+  return R;
+}
+
 /// Covariance of (x, y, theta) [m, m, rad] in axes that are turned by `angle` [rad] from those that it is given in:
 /// of a vector v_a it becomes that of R(angle) v_a.
 inline Eigen::Matrix3d rotated(const Eigen::Matrix3d& covariance, double angle) {
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  R.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(angle).toRotationMatrix();
+  const Eigen::Matrix3d R = turning(angle);
   return R * covariance * R.transpose();
 }
 
@@ -19,7 +25,7 @@ inline Eigen::Matrix3d rotated(const Eigen::Matrix3d& covariance, double angle) 
 /// of T_b_a.
 inline Eigen::Matrix3d carrying(const Pose2& T_a_b) {
   const double c = std::cos(T_a_b.theta), s = std::sin(T_a_b.theta);
-  Eigen::Matrix3d Ad = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d Ad;
   Ad << c, s, s * T_a_b.x - c * T_a_b.y, -s, c, c * T_a_b.x + s * T_a_b.y, 0.0, 0.0, 1.0;
   return Ad;
 }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimation/ekf_timeline.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <tuple>
+
+#include "core/pose_covariance.hpp"
 
 namespace slam {
 
@@ -45,14 +46,13 @@ void EkfTimeline::setPose(const Pose2& pose, const Eigen::Vector3d& sigma) {
 }
 
 void EkfTimeline::transform(const Pose2& T_new_old) {
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  rotation.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(T_new_old.theta).toRotationMatrix();
+  const Eigen::Matrix3d rotation = turning(T_new_old.theta);
   base_.transform(T_new_old);
   for (std::size_t i = 0; i < size_; ++i) {
     entry(i).after.transform(T_new_old);
     if (auto* pose = std::get_if<PoseMeasurement>(&entry(i).sample)) {
       pose->T_map_base = T_new_old * pose->T_map_base;
-      pose->covariance = (rotation * pose->covariance * rotation.transpose()).eval();
+      pose->covariance = rotated(pose->covariance, T_new_old.theta);
       pose->directions = (rotation * pose->directions).eval();
     }
   }

@@ -41,10 +41,10 @@ void ScanMonitor::compare(const Ekf& odometry, const Pose2& T_map_base, const Ei
   const double drift =
       square(noise_.translation_drift) * seconds + (odometry.slip() ? square(noise_.slip_speed_sigma * seconds) : 0.0);
   const double across = wheels.shownVariance(distance) + drift;
-  const double turning =
+  const double heading_noise =
       square(noise_.rotation_drift) * seconds + (odometry.gyroActive() ? square(noise_.rotation_noise_gyro) * turn
                                                                        : noise_.wheelRotationVariance(distance, turn));
-  noise_sum_.diagonal() += Eigen::Vector3d(across, across, turning);
+  noise_sum_.diagonal() += Eigen::Vector3d(across, across, heading_noise);
 
   const GyroBias bias = odometry.gyroBiasEstimate();
   Eigen::Matrix3d S = noise_sum_ + rotated(covariance, -T_map_base.theta);
@@ -60,7 +60,7 @@ void ScanMonitor::compare(const Ekf& odometry, const Pose2& T_map_base, const Ei
   const double of_place = excess(place), of_heading = std::max(of_place, excess(heading));
   const Eigen::Vector3d beyond = difference_.cwiseProduct(Eigen::Vector3d(of_place, of_place, of_heading));
   contradicts_ = of_place > 0.0;
-  doubt_ = beyond * beyond.transpose();
+  excess_ = beyond * beyond.transpose();
 }
 
 }  // namespace slam

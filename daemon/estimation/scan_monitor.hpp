@@ -42,10 +42,10 @@ class ScanMonitor {
   /// Scans and odometry tell different ways.
   bool contradicts() const { return contradicts_; }
   /// Of the pose, in base's axes [m, m, rad]: zero unless they contradict each other.
-  const Eigen::Matrix3d& covariance() const { return doubt_; }
+  const Eigen::Matrix3d& covariance() const { return excess_; }
   /// The part of it that belongs to a step of the way: a steady error adds up.
   /// @param moved by the step
-  Eigen::Matrix3d covarianceOf(const Pose2& moved) const { return (1.0 - kept(moved)) * doubt_; }
+  Eigen::Matrix3d covarianceOf(const Pose2& moved) const { return (1.0 - kept(moved)) * excess_; }
 
  private:
   struct Last {
@@ -62,7 +62,7 @@ class ScanMonitor {
   Eigen::Vector3d by_bias_ = Eigen::Vector3d::Zero();     // [m, m, rad per rad/s] what a gyro bias makes of the way
   Eigen::Vector3d by_turn_ = Eigen::Vector3d::Zero();     // [m, m, rad] the same of the turns' scale
   Eigen::Vector3d by_scale_ = Eigen::Vector3d::Zero();    // [m, m, rad] the same of the wheels' scale
-  Eigen::Matrix3d doubt_ = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d excess_ = Eigen::Matrix3d::Zero();
   bool contradicts_ = false;
 };
 

@@ -207,10 +207,9 @@ PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
                         .covariance = ekf.covariance().topLeftCorner<3, 3>(),
                         .twist = ekf.twist(),
                         .match_quality = tracking_.overlap()};
-  estimate.state = tracking_.state(stamp, estimate.covariance);
   // Wheels without a gyro beside them are as likely wrong as the scans.
-  const bool doubtful = monitor_.scans.contradicts() && ekf.gyroActive();
-  if (estimate.state == LocalisationState::kLocalised && doubtful) estimate.state = LocalisationState::kDegraded;
+  const bool contradicted = monitor_.scans.contradicts() && ekf.gyroActive();
+  estimate.state = tracking_.state(stamp, estimate.covariance, contradicted);
   const Eigen::Matrix3d of_map = anchor(estimate.T_map_base).covariance + monitor_.scans.covariance();
   estimate.covariance += rotated(of_map, estimate.T_map_base.theta);
   return estimate;

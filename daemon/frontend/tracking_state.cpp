@@ -56,13 +56,13 @@ void TrackingState::refute() {
   was_placed_ = true;
 }
 
-LocalisationState TrackingState::state(Timestamp stamp, const Eigen::Matrix3d& covariance) const {
+LocalisationState TrackingState::state(Timestamp stamp, const Eigen::Matrix3d& covariance, bool contradicted) const {
   if (!last_match_) return LocalisationState::kInitialising;
   if (!placed_) return was_placed_ ? LocalisationState::kLost : LocalisationState::kInitialising;
   const double sigma = std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
   if (sigma > lost_position_sigma_) return LocalisationState::kLost;
   const bool old = toSeconds(stamp - *last_match_) > degraded_after_;
-  return old || failures_ > 0 ? LocalisationState::kDegraded : LocalisationState::kLocalised;
+  return old || failures_ > 0 || contradicted ? LocalisationState::kDegraded : LocalisationState::kLocalised;
 }
 
 void TrackingState::addTo(FrontEndCounters& counters) const {

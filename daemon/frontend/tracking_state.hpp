@@ -32,7 +32,8 @@ class TrackingState {
   void refute();
   void transform(const Pose2& T_new_old) { last_pose_ = T_new_old * last_pose_; }
 
-  LocalisationState state(Timestamp stamp, const Eigen::Matrix3d& covariance) const;
+  /// @param contradicted matched scans and odometry tell different ways
+  LocalisationState state(Timestamp stamp, const Eigen::Matrix3d& covariance, bool contradicted = false) const;
   /// Whether any scan was placed yet.
   bool begun() const { return last_match_.has_value(); }
   bool placed() const { return placed_; }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "graph/keyframe_graph.hpp"
 
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+
+#include "core/pose_covariance.hpp"
 
 namespace slam {
 
@@ -39,12 +40,10 @@ void KeyframeGraph::add(const Keyframe& keyframe) {
   const Pose2 T_map_base = id == 0 ? keyframe.T_map_base : pose(id - 1) * keyframe.T_previous_base;
   add(std::make_shared<const StoredScan>(keyframe), T_map_base);
   if (id == 0) return;
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();  // from the predecessor's base to the keyframe's
-  turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-keyframe.T_previous_base.theta).toRotationMatrix();
   graph_.addEdge({.from = id - 1,
                   .to = id,
                   .T_from_to = keyframe.T_previous_base,
-                  .information = turn * keyframe.step_covariance.inverse() * turn.transpose(),
+                  .information = rotated(keyframe.step_covariance.inverse(), -keyframe.T_previous_base.theta),
                   .kind = EdgeKind::kMotion});
 }
 

@@ -100,6 +100,17 @@ TEST(TrackingState, KnowsTheLastMatchAndTheMotionToIt) {
   EXPECT_NEAR(tracking.lastMotion().x, motion.x, 1e-12) << "the map moved, not the robot";
 }
 
+TEST(TrackingState, OnlyALocalisedPoseIsDegradedByAContradiction) {
+  const Timestamp now{100s};
+  const Eigen::Matrix3d sure = Eigen::Matrix3d::Zero();
+  TrackingState tracking({}, false);
+  tracking.begin(now, {}, {});
+  EXPECT_EQ(tracking.state(now, sure), LocalisationState::kLocalised);
+  EXPECT_EQ(tracking.state(now, sure, true), LocalisationState::kDegraded);
+  tracking.refute();
+  EXPECT_EQ(tracking.state(now, sure, true), LocalisationState::kLost);
+}
+
 TEST(TrackingState, ARobotIsLostWhoseWayIsTooUncertainOrWhoseMapHasNoOutside) {
   FrontEndConfig config;  // sigma 1 m
   const Eigen::Matrix3d sure = 0.01 * Eigen::Matrix3d::Identity();
