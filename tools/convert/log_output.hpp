@@ -24,6 +24,9 @@ inline void reportDamage(const TextFile& file, const std::filesystem::path& name
   }
 }
 
+/// [m] of a beam; 0, no return, for what no lidar measures: not above 0, or 200 m and more
+inline float returnedRange(double range) { return range > 0.0 && range < 200.0 ? static_cast<float>(range) : 0.0F; }
+
 /// Collects samples of several sensors and writes them as one log in the order of arrival times. The stamp inside a
 /// message stays as recorded, also where it goes back; only the log's own event times never go back. What does not fit
 /// into some memory waits in a temporary file.

@@ -64,7 +64,7 @@ Recording convertMines(const std::filesystem::path& in, const std::filesystem::p
     scan->stamp = fromMicroseconds(utime);
     scan->size = 0;
     for (std::size_t i = kMargin; i < kBeams; ++i) {
-      scan->push({.range = static_cast<float>((*numbers)[kFirstRange + i] * 1e-3),
+      scan->push({.range = returnedRange((*numbers)[kFirstRange + i] * 1e-3),
                   .bearing = static_cast<float>(kFirstBearing + kStep * static_cast<double>(i))});
     }
     const double radians_per_tick = 2.0 * std::numbers::pi / kTicksPerTurn;

@@ -66,8 +66,7 @@ Recording convertWean(const std::filesystem::path& in, const std::filesystem::pa
     for (std::size_t i = 0; i < kBeams; ++i) {
       const double range = (*numbers)[6 + i] * kMetresPerUnit;
       const double bearing = -std::numbers::pi / 2.0 + std::numbers::pi / kBeams * static_cast<double>(i);
-      scan->push(
-          {.range = range >= kNoReturn ? 0.0F : static_cast<float>(range), .bearing = static_cast<float>(bearing)});
+      scan->push({.range = range >= kNoReturn ? 0.0F : returnedRange(range), .bearing = static_cast<float>(bearing)});
     }
     log.add(arrival, *scan, utime);
     recording.useScan(recording.sensor("L"), utime);

@@ -1,18 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/convert/formats.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
+#include <filesystem>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <numbers>
 #include <random>
 #include <span>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
+#include "bus/event_log.hpp"
 #include "bus/messages.hpp"
 #include "core/pose2.hpp"
 #include "tools/common/trajectory.hpp"
@@ -412,6 +417,31 @@ TEST(RecordedData, OfTheUnswVehicleHas8292Scans) {
   expectHandfulRejected(report);
   const Log log = readLog(folder / "out.lcm");
   EXPECT_NEAR(pathLength(log.wheels), 26.0, 0.5);
+}
+
+/// The least and the greatest range of the log's first scan as it is written: a reader of its own may not check it.
+std::pair<float, float> rangesOf(const std::filesystem::path& file) {
+  EventLogReader reader(file);
+  for (LogEvent event; reader.next(event);) {
+    if (event.channel != channel::kScan) continue;
+    const auto message = decodeChecked<scan_t>(event.data);
+    const auto [least, most] = std::ranges::minmax(message.value().ranges);
+    return {least, most};
+  }
+  throw std::runtime_error("no scan");
+}
+
+TEST(RangesThatNoLidarMeasures, CountAsNoReturn) {
+  const Folder folder;
+  std::string mines = "1000000";
+  for (int i = 1; i < 706; ++i) mines += i == 200 ? " -40" : i == 201 ? " 1e300" : " 1500";
+  convertMines(folder.write("mines.dat", mines + "\n"), folder / "mines.lcm");
+  EXPECT_EQ(rangesOf(folder / "mines.lcm"), std::pair(0.0F, 1.5F));
+
+  std::string wean = "L 0 0 0 0 0 0";
+  for (int i = 0; i < 180; ++i) wean += i == 20 ? " -40" : i == 21 ? " 1e300" : " 150";
+  convertWean(folder.write("wean.log", wean + " 1.5\n"), folder / "wean.lcm");
+  EXPECT_EQ(rangesOf(folder / "wean.lcm"), std::pair(0.0F, 1.5F));
 }
 
 TEST(RecordedData, OfTheMinesRoverHas756Scans) {
