@@ -54,7 +54,7 @@ double error(const PlaceDrive& drive) {
 TEST(Find, IsNotBelievedWhereTheScanSeesThroughAWallThatIsKnown) {
   for (const bool removed : {false, true}) {
     PlaceDrive drive = liftedIn(hall(true));
-    if (removed) drive.place = hall(false);
+    if (removed) drive.enter(hall(false));
     drive.run(0.8, kStand);
     EXPECT_EQ(drive.last.fused, !removed);
     if (!removed) {
@@ -70,7 +70,7 @@ TEST(Find, ThatFitsMuchWorseIsBelievedOnlyWhereARobotGetsFromScanToScan) {
     config.validator.much_worse = much_worse;
     config.search_window.rotation = rotation;
     PlaceDrive drive = liftedIn(hall(false), config);
-    drive.place = hall(false, 5);
+    drive.enter(hall(false, 5));
     drive.run(0.8, kStand);
     EXPECT_EQ(drive.last.fused, believed) << much_worse << " " << rotation << ", overlap " << drive.last.match.overlap;
   }
@@ -93,11 +93,10 @@ TEST(Find, IsWhatAMatchMustBeOnceTheWayIsLost) {
   drive.truth = {-1.0, 1.0, 0.0};
   drive.run(4.0, kStand);
   EXPECT_TRUE(drive.last.fused) << "as long as the way is not lost";
-  const Place sound = drive.place;
-  drive.place = elsewhere({-2.0, 0.2}, {0.3, 1.7});
+  drive.enter(elsewhere({-2.0, 0.2}, {0.3, 1.7}));
   drive.run(0.2, kStand);
   ASSERT_FALSE(drive.last.fused);
-  drive.place = sound;
+  drive.enter(hall(false));
   drive.run(0.4, kStand);
   EXPECT_FALSE(drive.last.fused);
 }
@@ -109,7 +108,7 @@ bool kidnapped(const Place& next, const Eigen::Vector3d& motion, FrontEndConfig 
   drive.truth = {-2.5, 0.5, 0.0};
   drive.run(4.0, kStand);
   EXPECT_TRUE(drive.last.fused);
-  drive.place = next;
+  drive.enter(next);
   const auto keyframes = drive.front_end->counters().keyframes;
   // It takes nine scans and more than a second until it decides: 1.8 s.
   for (int i = 0; i < 20 && drive.front_end->counters().lost == 0; ++i) {
@@ -148,7 +147,7 @@ TEST(CarriedAway, IsDecidedAfterSoManyScansAndSoLong) {
     PlaceDrive drive(hall(false), config);
     drive.truth = {-2.5, 0.5, 0.0};
     drive.run(2.0, kStand);
-    drive.place = elsewhere({-7.0, -5.0}, {6.0, 6.0});
+    drive.enter(elsewhere({-7.0, -5.0}, {6.0, 6.0}));
     int scans = 0;
     while (drive.front_end->counters().lost == 0 && scans < 100) {
       drive.run(0.2, kStand);
@@ -196,7 +195,7 @@ TEST(State, IsDegradedByOneScanThatMatchesNothing) {
   PlaceDrive drive(hall(false));
   drive.run(2.0, kStand);
   EXPECT_EQ(drive.front_end->estimate(drive.now).state, LocalisationState::kLocalised);
-  drive.place = elsewhere({-7.0, -5.0}, {6.0, 6.0});
+  drive.enter(elsewhere({-7.0, -5.0}, {6.0, 6.0}));
   drive.run(0.2, kStand);
   ASSERT_FALSE(drive.last.fused);
   EXPECT_EQ(drive.front_end->estimate(drive.now).state, LocalisationState::kDegraded);

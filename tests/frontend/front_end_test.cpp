@@ -33,7 +33,7 @@ TEST(FrontEnd, FollowsACurveUnderNoiseAndLearnsTheGyroBias) {
 
 TEST(FrontEnd, OdometryUsesTheBiasThatScansTellAndNeverJumps) {
   Drive drive;
-  drive.gyro_offset = 0.05;
+  drive.gyro.bias = 0.06;
   Pose2 odom = drive.front_end->odometry(drive.now).T_odom_base, truth = drive.truth;
   double farthest = 0.0, most_turned = 0.0;
   const auto go = [&](double seconds, const Eigen::Vector3d& twist) {
@@ -59,7 +59,7 @@ TEST(FrontEnd, OdometryUsesTheBiasThatScansTellAndNeverJumps) {
 
 TEST(FrontEnd, WorksWithScansAlone) {
   Drive drive;
-  drive.wheels = drive.imu = false;
+  drive.wheels.there = drive.gyro.there = false;
   drive.run(1.0, kStand);
   drive.run(15.0, {0.2, 0, 0.2});
   EXPECT_LT(drive.error(), 0.05);
@@ -68,9 +68,9 @@ TEST(FrontEnd, WorksWithScansAlone) {
 
 TEST(FrontEnd, OutweighsWheelsThatKeepLying) {
   Drive drive;
-  drive.imu = false;
+  drive.gyro.there = false;
   drive.run(2.0, kStand);
-  drive.wheel_factor = -1.0;  // forwards is reported as backwards
+  drive.wheels.scale = drive.wheels.turn_scale = -1.0;  // forwards is reported as backwards
   drive.run(10.0, kCurve);
   EXPECT_LT(drive.error(), 0.12);  // the wheels carry the pose astray for up to 180 ms after a scan
   EXPECT_TRUE(drive.last.fused);
@@ -79,16 +79,16 @@ TEST(FrontEnd, OutweighsWheelsThatKeepLying) {
 TEST(FrontEnd, DoesNotHearWheelsThatKeepLyingUntilTheyTellTheTruth) {
   for (const bool imu : {true, false}) {
     Drive drive;
-    drive.imu = imu;
+    drive.gyro.there = imu;
     drive.run(2.0, kStand);
-    drive.wheel_factor = -1.0;
+    drive.wheels.scale = drive.wheels.turn_scale = -1.0;
     drive.run(30.0, kCurve);
     EXPECT_EQ(drive.front_end->counters().wheels_rejected, 1U);
     EXPECT_LT(drive.error(), 0.06);  // of a lidar alone, up to 180 ms after a scan
-    drive.wheel_factor = 1.0;
+    drive.wheels.scale = drive.wheels.turn_scale = 1.0;
     drive.run(60.0, kCurve);
     EXPECT_LT(drive.error(), 0.03);
-    drive.lidar = false;
+    drive.lidar.there = false;
     drive.run(2.0, kCurve);
     EXPECT_LT(drive.error(), 0.1) << "the wheels are not heard again";
     EXPECT_EQ(drive.front_end->counters().wheels_rejected, 1U);
@@ -98,12 +98,12 @@ TEST(FrontEnd, DoesNotHearWheelsThatKeepLyingUntilTheyTellTheTruth) {
 TEST(FrontEnd, CorrectsWheelsOfAWrongRadius) {
   for (const double factor : {0.75, 1.2, 1.5}) {
     Drive drive;
-    drive.wheel_factor = factor;
+    drive.wheels.scale = drive.wheels.turn_scale = factor;
     drive.run(2.0, kStand);
     drive.run(20.0, kCurve);
     EXPECT_NEAR(drive.front_end->counters().wheels_scale, factor, 0.03 * factor);
     EXPECT_EQ(drive.front_end->counters().wheels_rejected, 0U) << factor;
-    drive.lidar = false;
+    drive.lidar.there = false;
     drive.run(8.0, kCurve);
     EXPECT_LT(drive.error(), 0.1) << factor;
   }
@@ -112,17 +112,17 @@ TEST(FrontEnd, CorrectsWheelsOfAWrongRadius) {
 TEST(FrontEnd, WheelsThatFellSilentAreNotJudgedMeanwhile) {
   for (const bool imu : {true, false}) {
     Drive drive;
-    drive.imu = imu;
+    drive.gyro.there = imu;
     drive.run(2.0, kStand);
-    drive.wheels = false;
+    drive.wheels.there = false;
     drive.run(20.0, kCurve);
     EXPECT_LT(drive.error(), 0.06) << "of a lidar alone";
     EXPECT_NEAR(drive.front_end->counters().wheels_scale, 1.0, 0.02);
     EXPECT_EQ(drive.front_end->counters().wheels_rejected, 0U);
-    drive.wheels = true;
+    drive.wheels.there = true;
     drive.run(4.0, kCurve);
     EXPECT_NEAR(drive.front_end->counters().wheels_scale, 1.0, 0.05);
-    drive.lidar = false;
+    drive.lidar.there = false;
     drive.run(4.0, kCurve);
     EXPECT_LT(drive.error(), 0.1);
   }

@@ -116,7 +116,7 @@ TEST(KeyframeLimits, AGivenMapIsLookedAtAndNotExtended) {
   drive.run(1.0, kStand);
   auto correction = std::make_unique<MapCorrection>(drive.front_end->config().reference);
   std::mt19937 random(1);
-  for (int i = 0; i < 4; ++i) correction->reference.add({}, drive.place.scan({}, 0.01, random));
+  for (int i = 0; i < 4; ++i) correction->reference.add({}, test::furnishedRoom().scan({}, 0.01, random));
   correction->keyframes.push_back({0, {}});
   correction->newest = 0;
   correction->T_map_session = Pose2{};
@@ -174,7 +174,7 @@ TEST_P(DriftInACorridor, TurnsWithTheMapAsItIsCorrected) {
   std::mt19937 random(1);
   for (std::size_t i = 0; i < drive.kept.size(); ++i) {
     const Pose2 moved = T_new_old * drive.kept[i].T_map_base;
-    correction->reference.add(moved, drive.place.scan(drive.kept[i].truth, 0.01, random));
+    correction->reference.add(moved, test::endlessCorridor().scan(drive.kept[i].truth, 0.01, random));
     correction->keyframes.push_back({static_cast<int>(i), moved});
   }
   correction->newest = static_cast<int>(drive.kept.size()) - 1;

@@ -26,14 +26,14 @@ TEST(KeyframeSelector, NoisyWheelsTellLessOfTheWayAlongACorridor) {
   /// @return [m^2/m] variance of the way along the corridor, where the lidar did not see it
   const auto variance = [](double noise) {
     Drive drive;
-    drive.imu = false;
-    drive.room = {.length = 60.0, .width = 3.0, .reach = 12.0, .range_sigma = 0.01};
+    drive.gyro.there = false;
+    drive.enter(test::Room{.length = 60.0, .width = 3.0, .reach = 12.0});
     drive.truth = {-28.0, 0.0, 0.0};
     std::mt19937 random(1);
     std::normal_distribution<double> normal;
     double sum = 0.0, way = 0.0;
     while (drive.truth.x < 5.0) {  // the first metres in sight of the corridor's end
-      drive.pretend({noise * std::sqrt(0.05) * normal(random), 0.0, 0.0});
+      drive.wheels.leap({noise * std::sqrt(0.05) * normal(random), 0.0, 0.0});
       drive.run(0.1, {0.5, 0.0, 0.0});
       const Keyframe* keyframe = drive.last.keyframe;
       if (keyframe == nullptr || keyframe->refresh || keyframe->observable == 3) continue;

@@ -143,7 +143,7 @@ TEST_F(CorrectedMap, KeepsKeyframesNewerThanTheCorrection) {
 
   // The next keyframe's step begins where the moved one lies.
   drive.keyframes = nullptr;
-  drive.room = {.length = 2.4, .width = 2.0, .range_sigma = 0.01};  // hides all that is known, so one is kept
+  drive.enter(test::Room{.length = 2.4, .width = 2.0});  // hides all that is known, so one is kept
   const auto known = drive.front_end->counters().keyframes;
   while (drive.front_end->counters().keyframes == known && drive.now < Timestamp{200s}) drive.run(0.18, kCurve);
   ASSERT_NE(drive.last.keyframe, nullptr);
@@ -205,7 +205,7 @@ TEST_F(CorrectedMap, TakesTheCorrectionForNoDrift) {
   drive.front_end->apply(*corrected(upTo(newest()), {20.0, -30.0, 0.3}));
   drive.keyframes = nullptr;
   const auto known = drive.front_end->counters().keyframes;
-  drive.room = {.length = 8.0, .width = 6.0, .range_sigma = 0.01};  // one wall looks new, so a keyframe is kept
+  drive.enter(test::Room{.length = 8.0, .width = 6.0});  // one wall looks new, so a keyframe is kept
   while (drive.front_end->counters().keyframes == known && drive.now < Timestamp{200s}) drive.run(0.18, kCurve);
   ASSERT_NE(drive.last.keyframe, nullptr);
   EXPECT_LT(std::sqrt(drive.last.keyframe->step_covariance(0, 0)), 0.03);
@@ -239,7 +239,7 @@ TEST_F(CorrectedMap, DoesNotAllocateForACorrection) {
   drive.keyframes = nullptr;
   EXPECT_EQ(test::allocationsDuring([&] { drive.front_end->apply(*correction); }), 0U);
   const auto known = drive.front_end->counters().keyframes;
-  drive.room = {.length = 9.0, .width = 6.0, .range_sigma = 0.01};  // all looks new
+  drive.enter(test::Room{.length = 9.0, .width = 6.0});  // all looks new
   EXPECT_EQ(test::allocationsDuring([&] { drive.run(10.0, kCurve); }), 0U);
   EXPECT_GT(drive.front_end->counters().keyframes, known + 3);
 }

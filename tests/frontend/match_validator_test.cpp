@@ -35,7 +35,7 @@ float behind(const Pose2& lidar, const Beam& beam, const Eigen::Vector2d& person
 TEST(MatchValidator, IsNotPulledAlongACorridorByWhoWalksThere) {
   for (const double pace : {-1.2, 0.3}) {  // [m/s]
     Drive drive;
-    drive.room = {.length = 80.0, .width = 2.0, .reach = 8.0, .range_sigma = 0.01};
+    drive.enter(test::Room{.length = 80.0, .width = 2.0, .reach = 8.0});
     Eigen::Vector2d person(1.5, 0.4);
     drive.rearrange = [&](LaserScan& scan) {
       person.x() += 0.18 * pace;
@@ -56,14 +56,14 @@ TEST(MatchValidator, IsNotPulledAlongACorridorByWhoWalksThere) {
 TEST(MatchValidator, BelievesACorridorsEndWhereAWheelSlips) {
   for (const double side : {-1.0, 1.0}) {
     Drive drive;
-    drive.imu = false;
-    drive.room = {.length = 30.0, .width = 2.0, .reach = 20.0, .range_sigma = 0.01};
+    drive.gyro.there = false;
+    drive.enter(test::Room{.length = 30.0, .width = 2.0, .reach = 20.0});
     drive.run(2.0, kStand);
     drive.run(6.0, {0.3, 0, 0});
     const std::uint32_t held = drive.front_end->counters().scans_held;
     for (int i = 0; i < 6; ++i) {
       drive.run(3.0, {0.3, 0, 0});
-      drive.pretend({0.12, 0.0, 0.08 * side});
+      drive.wheels.leap({0.12, 0.0, 0.08 * side});
       drive.run(0.2, {0.3, 0, 0});
       EXPECT_LT(drive.error(), 0.1) << "after slip " << i;
     }

@@ -25,9 +25,9 @@ TEST(Preprocessor, DoesNotSwingAboutTheSpeedOfARobotWithoutWheelsWhoseLidarTakes
   for (const bool imu : {true, false}) {
     SCOPED_TRACE(imu ? "with gyro" : "scans alone");
     Drive drive;
-    drive.wheels = false;
-    drive.imu = imu;
-    drive.turning = true;
+    drive.wheels.there = false;
+    drive.gyro.there = imu;
+    drive.lidar.sweep = 0.18;
     drive.run(1.0, kStand);
     for (const double speed : {0.1, 0.4, 0.2}) {
       const Eigen::Vector3d twist(speed, 0, 0.1);
@@ -47,7 +47,8 @@ TEST(Preprocessor, DoesNotSwingAboutTheSpeedOfARobotWithoutWheelsWhoseLidarTakes
 TEST(Preprocessor, ASparseScanDoesNotHoldTheRobotInACorridor) {
   for (const int beams : {60, 90, 120}) {
     Drive drive;
-    drive.room = {.length = 80.0, .width = 2.0, .reach = 10.0, .range_sigma = 0.01, .beams = beams};
+    drive.enter(test::Room{.length = 80.0, .width = 2.0, .reach = 10.0});
+    drive.lidar.beams = beams;
     drive.run(2.0, kStand);
     drive.run(20.0, {0.4, 0, 0});
     EXPECT_LT(drive.error(), 0.15) << beams << " beams; the wheels are right";
@@ -60,8 +61,9 @@ TEST(Preprocessor, IsNotHeldInACorridorByWallsSeenTooFlat) {
     for (const int beams : {180, 360, 720}) {
       for (const bool imu : {true, false}) {
         Drive drive;
-        drive.imu = imu;
-        drive.room = {.length = 80.0, .width = width, .reach = 12.0, .range_sigma = 0.01, .beams = beams};
+        drive.gyro.there = imu;
+        drive.enter(test::Room{.length = 80.0, .width = width, .reach = 12.0});
+        drive.lidar.beams = beams;
         drive.run(2.0, kStand);
         drive.run(25.0, {0.4, 0, 0});
         EXPECT_LT(drive.error(), 0.2) << width << " m wide, " << beams << " beams; the wheels are right";
@@ -84,7 +86,7 @@ TEST(Preprocessor, StampsBeforeAndBehindTheBeamsAreOne) {
   std::array<Pose2, 3> poses;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     Drive drive;
-    drive.turning = true;
+    drive.lidar.sweep = 0.18;
     drive.rearrange = [i](LaserScan& scan) {
       if (i == 1) {
         const float last = scan.beams().back().time_offset;

@@ -33,7 +33,7 @@ TEST(Registration, FollowsAFastSpin) {
 TEST(Registration, BelievesScansWhenTheWheelsSpinOnTheSpot) {
   Drive drive;
   drive.run(2.0, kStand);
-  drive.wheel_factor = 2.0;
+  drive.wheels.scale = drive.wheels.turn_scale = 2.0;
   drive.run(5.0, {0.15, 0, 0});
   EXPECT_LT(drive.error(), 0.05);
 }
@@ -53,10 +53,10 @@ TEST(Registration, TracksScansByThePapersBaselineWhereItIsChosen) {
 TEST(Registration, FindsItselfAfterTheWheelsPretendedAJump) {
   for (const Pose2 jump : {Pose2{0.5, 0.0, 0.0}, Pose2{-0.3, 0.4, 0.0}, Pose2{0.1, 0.1, 1.0}}) {
     Drive drive;
-    drive.imu = false;
+    drive.gyro.there = false;
     drive.run(2.0, kStand);
     drive.run(4.0, kCurve);
-    drive.pretend(jump);
+    drive.wheels.leap(jump);
     drive.run(1.0, kCurve);
     EXPECT_LT(drive.error(), 0.05);
     EXPECT_EQ(drive.state(), LocalisationState::kLocalised);
@@ -67,7 +67,7 @@ TEST(Registration, AFailedMatchNeverMovesThePose) {
   Drive drive;
   drive.run(3.0, kStand);
   const Pose2 before = drive.front_end->estimate(drive.now).T_map_base;
-  drive.room = {.length = 3.0, .width = 2.4, .range_sigma = 0.01};  // the lidar sees something else altogether
+  drive.enter(test::Room{.length = 3.0, .width = 2.4});  // the lidar sees something else altogether
   drive.run(1.0, kStand);
   EXPECT_FALSE(drive.last.fused);
   const Pose2 moved = between(before, drive.front_end->estimate(drive.now).T_map_base);

@@ -69,8 +69,8 @@ TEST(SensorIntake, IsNotBlindedByOneSampleFromTheFuture) {
 TEST(SensorIntake, CountsTimeThatWentBackAndGoesOn) {
   Drive drive;
   drive.run(3.0, kStand);
-  drive.now -= 60s;   // the clock was set back
-  drive.imu = false;  // (an IMU sample that old is dropped and counted)
+  drive.now -= 60s;          // the clock was set back
+  drive.gyro.there = false;  // (an IMU sample that old is dropped and counted)
   drive.run(3.0, kStand);
   EXPECT_GT(drive.front_end->counters().clock_resets, 0U);
   EXPECT_TRUE(drive.last.fused);

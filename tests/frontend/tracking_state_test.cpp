@@ -25,11 +25,11 @@ TEST(TrackingState, IsDegradedWithoutLidarAndLocalisedAgainWithIt) {
   Drive drive;
   drive.run(2.0, kStand);
   drive.run(4.0, kCurve);
-  drive.lidar = false;
+  drive.lidar.there = false;
   drive.run(3.0, kCurve);
   EXPECT_EQ(drive.state(), LocalisationState::kDegraded);
   EXPECT_LT(drive.error(), 0.15);
-  drive.lidar = true;
+  drive.lidar.there = true;
   drive.run(2.0, kCurve);
   EXPECT_EQ(drive.state(), LocalisationState::kLocalised);
   EXPECT_LT(drive.error(), 0.04);
@@ -37,20 +37,19 @@ TEST(TrackingState, IsDegradedWithoutLidarAndLocalisedAgainWithIt) {
 
 TEST(TrackingState, IsInitialisingUntilAScanIsPlaced) {
   Drive drive;
-  drive.lidar = false;
+  drive.lidar.there = false;
   drive.run(2.0, kStand);
   EXPECT_EQ(drive.state(), LocalisationState::kInitialising);
 }
 
 TEST(TrackingState, AFastLidarIsNotLostBehindADoorSill) {
   Drive drive;
-  drive.scan_every = 1;  // 50 Hz
+  drive.lidar.every = 1;  // 50 Hz
   drive.run(4.0, {0.3, 0, 0.1});
-  const test::Room room = drive.room;
-  drive.room = {.length = 1.1, .width = 0.9};  // legs all around
+  drive.enter(test::Room{.length = 1.1, .width = 0.9});  // legs all around
   drive.run(0.5, {0.3, 0, 0.1});
   EXPECT_NE(drive.state(), LocalisationState::kLost);
-  drive.room = room;
+  drive.enter(test::Room{.length = 8.0, .width = 5.0});
   drive.run(1.0, {0.3, 0, 0.1});
   EXPECT_EQ(drive.front_end->counters().lost, 0U);
   EXPECT_EQ(drive.state(), LocalisationState::kLocalised);

@@ -2,6 +2,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "core/scan.hpp"
 #include "matching/deskew.hpp"
 #include "matching/normals.hpp"
+#include "support/simulated/lidar.hpp"
 #include "tools/sim/world/world.hpp"
 
 namespace slam::test {
@@ -43,19 +45,19 @@ struct Place {
     }
   }
 
+  /// [m] to what stands there; infinite: nothing within reach
+  double range(const Pose2& pose, double bearing) const {
+    constexpr double kHeight = 0.2;  // [m]
+    const double direction = pose.theta + bearing;
+    return world.castRay({pose.x, pose.y, kHeight}, {std::cos(direction), std::sin(direction), 0.0}, reach)
+        .value_or(std::numeric_limits<double>::infinity());
+  }
+
   /// Points with normals of one scan of 360 beams taken at rest. @param range_sigma [m]
   ScanPoints scan(const Pose2& pose, double range_sigma, std::mt19937& random) const {
-    constexpr int kBeams = 360;
-    constexpr double kHeight = 0.2;  // [m]
-    std::normal_distribution<double> noise(0.0, range_sigma);
-    LaserScan scan;
-    for (int i = 0; i < kBeams; ++i) {
-      const double bearing = wrapAngle(2.0 * std::numbers::pi * i / kBeams), direction = pose.theta + bearing;
-      const auto range =
-          world.castRay({pose.x, pose.y, kHeight}, {std::cos(direction), std::sin(direction), 0.0}, reach);
-      scan.push(
-          {.range = range ? static_cast<float>(*range + noise(random)) : 0.0F, .bearing = static_cast<float>(bearing)});
-    }
+    const SimulatedLidar lidar{.reach = reach, .range_sigma = range_sigma};
+    const LaserScan scan =
+        lidar.scan([this](const Pose2& at, double bearing) { return range(at, bearing); }, pose, random);
     ScanPoints points;
     deskew(scan, {0.05F, static_cast<float>(reach)}, scan.stamp, Pose2{}, PoseHistory(2), points);
     estimateNormals(points, Eigen::Vector2d::Zero(), {.range_sigma = range_sigma});

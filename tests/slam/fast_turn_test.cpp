@@ -5,7 +5,7 @@
 #include <numbers>
 #include <random>
 
-#include "support/simulated/robot.hpp"
+#include "slam/robot.hpp"
 
 namespace slam {
 namespace {
@@ -56,16 +56,16 @@ struct Wheels {
 class Turn {
  public:
   explicit Turn(unsigned seed, const Wheels& wheels) : robot_(crossing(seed), {-15.0 - 0.013 * seed, 0.1, 0.0}) {
-    robot_.view = std::numbers::pi;
-    robot_.has_imu = false;
-    robot_.has_wheels = wheels.there;
+    robot_.look(std::numbers::pi);
+    robot_.gyro.there = false;
+    robot_.wheels.there = wheels.there;
     const double straight = (std::abs(robot_.truth.x) - 0.96 - 0.4) / 1.6;  // [s]
     speedUp();
     for (int i = 0; i < 10; ++i) {
-      robot_.wheel_scale = 1.01 + (i % 2 == 0 ? 1.0 : -1.0) * wheels.slip;
+      robot_.wheels.scale = 1.01 + (i % 2 == 0 ? 1.0 : -1.0) * wheels.slip;
       robot_.run(straight / 10, {1.6, 0.0, 0.0});
     }
-    robot_.wheel_scale = 1.01;
+    robot_.wheels.scale = 1.01;
     // What bad wheels did on the way is not the matter here.
     T_world_map_ = robot_.truth * robot_.estimate().T_map_base.inverse();
   }

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "support/simulated/robot.hpp"
+#include "slam/robot.hpp"
 #include "support/stored_map.hpp"
 
 namespace slam {

@@ -9,8 +9,8 @@
 #include <random>
 #include <set>
 
+#include "slam/robot.hpp"
 #include "support/simulated/keyframes.hpp"
-#include "support/simulated/robot.hpp"
 
 namespace slam {
 namespace {

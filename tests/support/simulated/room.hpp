@@ -3,11 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
-#include <random>
 
-#include "core/pose2.hpp"
-#include "core/scan.hpp"
+#include "support/simulated/lidar.hpp"
 
 namespace slam::test {
 
@@ -27,16 +24,8 @@ struct Room {
   }
 
   LaserScan scan(const Pose2& pose, std::mt19937& random) const {
-    std::normal_distribution<double> noise(0.0, 1.0);
-    LaserScan scan;
-    scan.range_min = 0.05F;
-    scan.range_max = static_cast<float>(reach);
-    for (int i = 0; i < beams; ++i) {
-      const double bearing = wrapAngle(2.0 * std::numbers::pi * i / beams);
-      const double truth = range(pose, bearing), measured = truth + range_sigma * noise(random);
-      scan.push({.range = truth < reach ? static_cast<float>(measured) : 0.0F, .bearing = static_cast<float>(bearing)});
-    }
-    return scan;
+    const SimulatedLidar lidar{.beams = beams, .reach = reach, .range_sigma = range_sigma};
+    return lidar.scan([this](const Pose2& at, double bearing) { return range(at, bearing); }, pose, random);
   }
 };
 
