@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "support/allocations.hpp"
-#include "support/simulated/room.hpp"
+#include "support/simulated/robot.hpp"
 
 namespace slam {
 namespace {
@@ -16,6 +16,8 @@ using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::IsEmpty;
 using enum SensorFault;
+
+const test::Room kRoom{.length = 8.0, .width = 5.0, .range_sigma = 0.01};
 
 /// A robot that drives bends in a room, and what may be wrong with it.
 struct Drive {
@@ -27,47 +29,45 @@ struct Drive {
   FrontEndConfig config = {};
   std::unique_ptr<MotionProbe> probe = {};
   std::unique_ptr<FrontEnd> front_end = {};
-  Pose2 truth{-1.0, -0.5, 0.0}, reckoned = {};
-  Timestamp now{100s};
-  std::mt19937 random{1};
-  test::Room room{.length = 8.0, .width = 5.0, .range_sigma = 0.01};
-  int step = 0;
+  test::SimulatedRobot robot{kRoom, {-1.0, -0.5, 0.0}};
   LaserScan seen = {};
   int stuck = 0;
 
   void run(double seconds) {
     if (!probe) probe = std::make_unique<MotionProbe>(config);
     if (also_localiser && !front_end) front_end = std::make_unique<FrontEnd>(config);
-    for (const Timestamp end = now + fromSeconds(seconds); now < end;) {
-      now += 20ms;
-      const double rate = std::sin(toSeconds(now.time_since_epoch())) > 0.0 ? turn_rate : -0.3 * turn_rate;
-      truth = truth * exp({0.02 * 0.25, 0.0, 0.02 * rate});
-      reckoned = reckoned * exp({0.02 * 0.25, 0.0, 0.02 * wheel_turn * rate});
-      const ImuSample imu{now, {0, 0, rate + 0.01}, {0, 0, 9.81}};
-      if (front_end) front_end->add(WheelSample{now, reckoned}), front_end->add(imu);
-      probe->add(WheelSample{now, reckoned});
-      if (gyro) probe->add(imu);
-      if (++step % 8 != 0) continue;
-      if (seen.size == 0 || !frozen) seen = room.scan(truth, random);
-      if (renewed > 0.0) {
-        const LaserScan fresh = room.scan(truth, random);
-        for (int i = 0; i < static_cast<int>(renewed * seen.size); ++i) {
-          const auto beam = static_cast<std::size_t>(i * 37 % seen.size);
-          seen.storage[beam] = fresh.storage[beam];
-        }
-      }
-      LaserScan scan = seen;
-      scan.stamp = now;
-      for (int i = 0; i < scan.size; ++i) {
-        float& bearing = scan.storage[static_cast<std::size_t>(i)].bearing;
-        if (upside_down) bearing = -bearing;
-        if (turned) bearing = static_cast<float>(wrapAngle(bearing + std::numbers::pi));
-      }
-      for (int copy = 0; copy < (twice ? 2 : 1); ++copy) {
-        front_end ? static_cast<void>(stuck += addScan(*front_end, *probe, scan).stuck) : probe->add(scan);
-        probe->work();
-        scan.stamp += copied_after;
-      }
+    robot.wheels.turn_scale = wheel_turn;
+    robot.gyro.bias = 0.01;
+    robot.lidar.every = 8;
+    for (const Timestamp end = robot.now + fromSeconds(seconds); robot.now < end;) {
+      const double rate = std::sin(toSeconds(robot.now.time_since_epoch())) > 0.0 ? turn_rate : -0.3 * turn_rate;
+      robot.step({0.25, 0.0, rate}, *this);
+    }
+  }
+  void add(const WheelSample& sample) {
+    if (front_end) front_end->add(sample);
+    probe->add(sample);
+  }
+  void add(const ImuSample& sample) {
+    if (front_end) front_end->add(sample);
+    if (gyro) probe->add(sample);
+  }
+  void add(LaserScan scan) {
+    if (seen.size == 0 || !frozen) seen = scan;
+    for (int i = 0; i < static_cast<int>(renewed * seen.size); ++i) {
+      const auto beam = static_cast<std::size_t>(i * 37 % seen.size);
+      seen.storage[beam] = scan.storage[beam];
+    }
+    scan.storage = seen.storage;
+    for (int i = 0; i < scan.size; ++i) {
+      float& bearing = scan.storage[static_cast<std::size_t>(i)].bearing;
+      if (upside_down) bearing = -bearing;
+      if (turned) bearing = static_cast<float>(wrapAngle(bearing + std::numbers::pi));
+    }
+    for (int copy = 0; copy < (twice ? 2 : 1); ++copy) {
+      front_end ? static_cast<void>(stuck += addScan(*front_end, *probe, scan).stuck) : probe->add(scan);
+      probe->work();
+      scan.stamp += copied_after;
     }
   }
   std::vector<SensorFault> faults(double seconds = 40.0) {
@@ -128,12 +128,11 @@ TEST(MotionProbe, GetsAllScansOfASoundLidar) {
 TEST(MotionProbe, TakesEqualScansOfARobotAtRestForWhatTheyAre) {
   Drive drive;
   drive.run(1.0);
-  LaserScan scan = drive.room.scan(drive.truth, drive.random);
+  LaserScan scan = kRoom.scan(drive.robot.truth, drive.robot.random);
   for (int i = 0; i < 100; ++i) {
-    drive.now += 100ms;
-    scan.stamp = drive.now;
-    drive.probe->add(WheelSample{drive.now, drive.reckoned});
-    drive.probe->add(ImuSample{drive.now, {0, 0, 0.001}, {0, 0, 9.81}});
+    scan.stamp = drive.robot.now += 100ms;
+    drive.probe->add(WheelSample{scan.stamp, drive.robot.wheels.pose});
+    drive.probe->add(ImuSample{scan.stamp, {0, 0, 0.001}, {0, 0, 9.81}});
     drive.probe->add(scan);
   }
   EXPECT_EQ(drive.probe->findings().size, 0U);
@@ -142,7 +141,7 @@ TEST(MotionProbe, TakesEqualScansOfARobotAtRestForWhatTheyAre) {
 TEST(MotionProbe, GoesOnAfterAClockWasSetBack) {
   Drive drive{.upside_down = true};
   drive.run(2.0);
-  drive.now -= 60s;
+  drive.robot.now -= 60s;
   EXPECT_THAT(drive.faults(), ElementsAre(kLidarUpsideDown, kTimeBackwards));
 }
 

@@ -1,52 +1,33 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "slam/pipeline.hpp"
 
-#include <chrono>
 #include <gtest/gtest.h>
 #include <memory>
-#include <random>
 #include <vector>
 
-#include "support/simulated/room.hpp"
+#include "support/simulated/robot.hpp"
 
 namespace slam {
 namespace {
 
-using namespace std::chrono_literals;
-
 /// The same samples for whoever wants them: a curve through a room, with wheels and gyro.
-class Samples {
- public:
-  /// @param take a scan
-  template <typename Take>
-  void feed(Pipeline& pipeline, const Take& take) {
-    std::mt19937 random(1);
-    const test::Room room{.length = 8.0, .width = 5.0, .range_sigma = 0.01};
-    Pose2 truth;
-    Timestamp now{100s};
-    for (int step = 1; step <= 600; ++step) {
-      now += 20ms;
-      truth = truth * exp(Eigen::Vector3d(0.006, 0.0, 0.008));
-      pipeline.add(WheelSample{now, truth});
-      pipeline.add(ImuSample{now, {0, 0, 0.4}, {0, 0, 9.81}});
-      if (step % 10 != 0) continue;
-      LaserScan scan = room.scan(truth, random);
-      scan.stamp = now;
-      take(scan);
-    }
-  }
-};
+void feed(auto& sink) {
+  test::SimulatedRobot(test::Room{.length = 8.0, .width = 5.0}).run(12.0, {0.3, 0.0, 0.4}, sink);
+}
 
 TEST(Pipeline, ItsStepsGiveWhatTheyGiveTogether) {
-  Pipeline whole({}), stepped({});
-  Samples samples;
-  samples.feed(whole, [&](const LaserScan& scan) { whole.add(scan); });
-  samples.feed(stepped, [&](const LaserScan& scan) {
-    const ScanOutcome outcome = stepped.match(scan);
-    if (outcome.keyframe != nullptr) stepped.build(*outcome.keyframe);
-    stepped.correct();
-    EXPECT_EQ(stepped.correction(), nullptr);
-  });
+  Pipeline whole({});
+  struct InSteps : Pipeline {
+    using Pipeline::Pipeline, Pipeline::add;
+    void add(const LaserScan& scan) {
+      const ScanOutcome outcome = match(scan);
+      if (outcome.keyframe != nullptr) build(*outcome.keyframe);
+      correct();
+      EXPECT_EQ(correction(), nullptr);
+    }
+  } stepped(PipelineConfig{});
+  feed(whole);
+  feed(stepped);
   const Timestamp now = whole.frontEnd().newestStamp();
   EXPECT_EQ(whole.frontEnd().estimate(now).T_map_base, stepped.frontEnd().estimate(now).T_map_base);
   EXPECT_GT(whole.backEnd().keyframes().size(), 3);
@@ -69,7 +50,7 @@ TEST(Pipeline, CallsOnScanBeforeTheKeyframeIsInTheMapAndOnUpdateBehindThat) {
     EXPECT_TRUE(pending);
     known = pipeline.backEnd().keyframes().size();
   };
-  Samples().feed(pipeline, [&](const LaserScan& scan) { pipeline.add(scan); });
+  feed(pipeline);
   EXPECT_EQ(scans, 60);
   EXPECT_GE(updates, known);
   EXPECT_GT(known, 3);
@@ -77,8 +58,7 @@ TEST(Pipeline, CallsOnScanBeforeTheKeyframeIsInTheMapAndOnUpdateBehindThat) {
 
 TEST(Pipeline, GoesOnInTheStateThatItGave) {
   Pipeline first({});
-  Samples samples;
-  samples.feed(first, [&](const LaserScan& scan) { first.add(scan); });
+  feed(first);
   const MapState state = first.state();
   const Pipeline next({}, state);
   EXPECT_FALSE(next.frontEnd().placed()) << "the robot has to be found";
@@ -92,9 +72,8 @@ TEST(Pipeline, WhatIsNotDrawnIsMatchedAlike) {
   PipelineConfig config;
   config.draws = false;
   Pipeline bare(config);
-  Samples samples;
-  samples.feed(drawn, [&](const LaserScan& scan) { drawn.add(scan); });
-  samples.feed(bare, [&](const LaserScan& scan) { bare.add(scan); });
+  feed(drawn);
+  feed(bare);
   const Timestamp now = drawn.frontEnd().newestStamp();
   EXPECT_EQ(drawn.frontEnd().estimate(now).T_map_base, bare.frontEnd().estimate(now).T_map_base);
 }

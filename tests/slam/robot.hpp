@@ -17,8 +17,7 @@ class Robot : public SimulatedRobot {
   explicit Robot(const Place& place, const Pose2& start, bool localise_only = false, const MapState& map = MapState(),
                  const BackEndConfig& back_end = {})
       : SimulatedRobot(place, start, 3), pipeline(settings(localise_only, back_end), map) {
-    wheels.scale = 1.01;
-    wheels.turn_scale = 0.99;
+    wheels = {.scale = 1.01, .turn_scale = 0.99};
     gyro = {.bias = 0.01, .sigma = 0.001};
     look(lidar.view);
   }

@@ -21,7 +21,7 @@ class SimulatedRobot {
     double scale = 1.0, turn_scale = 1.0;  ///< [1] what they tell of the way and of the turn
     double spin = 0.0;                     ///< [m/s] that they tell besides
     double sigma = 0.0, turn_sigma = 0.0;  ///< [m, rad] of each sample
-    Pose2 pose;                            ///< that they tell
+    Pose2 pose = {};                       ///< that they tell
 
     /// They tell a motion that was none.
     void leap(const Pose2& motion) { pose = pose * motion; }
