@@ -67,10 +67,10 @@ const Log& plainLog() {
 const Log& withoutGyroLog() {
   static const Log log([](const auto& file) {
     RecordedDrive drive(furnishedRoom(), {-2.0, -0.3, 0.2});
-    drive.has_gyro = false;
+    drive.gyro.there = false;
     drive.run(1.0, {0, 0, 0});
     drive.run(2.0, {0.4, 0, 0.35});
-    drive.leap(0.0, 0.5);
+    drive.wheels.leap({0.0, 0.0, 0.5});
     drive.run(1.0, {0.4, 0, 0.35});
     drive.save(file);
   });
@@ -82,18 +82,18 @@ const Log& roughLog() {
     RecordedDrive drive(furnishedRoom(), {-2.0, -0.3, 0.2});
     drive.run(1.4, {0, 0, 0});
     drive.run(1.0, {0.4, 0, 0.3});
-    drive.leap(1.0, 0.0);
+    drive.wheels.leap({1.0, 0.0, 0.0});
     drive.run(0.4, {0.4, 0, 0.3});
-    drive.spin = 0.6;
+    drive.wheels.spin = 0.6;
     drive.run(0.6, {0.0, 0, 0.5});
-    drive.spin = 0.0;
+    drive.wheels.spin = 0.0;
     drive.run(1.0, {0.4, 0, 0.2});
-    drive.has_gyro = false;
+    drive.gyro.there = false;
     drive.run(0.6, {0.2, 0, 0.9});
-    drive.has_gyro = true;
-    drive.has_wheels = false;
+    drive.gyro.there = true;
+    drive.wheels.there = false;
     drive.run(1.4, {0.3, 0, -0.9});
-    drive.has_wheels = true;
+    drive.wheels.there = true;
     drive.delay = 0.6;
     drive.run(0.4, {0.3, 0, -0.3});
     drive.delay = 0.0;
@@ -101,9 +101,9 @@ const Log& roughLog() {
     drive.dazzled = 0.6;
     drive.run(2.0, {0.1, 0, 0.5});
     drive.dazzled = 0.0;
-    drive.has_lidar = false;
+    drive.lidar.there = false;
     drive.run(1.6, {0.0, 0, 0.4});
-    drive.has_lidar = true;
+    drive.lidar.there = true;
     drive.run(0.6, {0.0, 0, 0.0});
     drive.save(file);
   });
@@ -112,15 +112,15 @@ const Log& roughLog() {
 
 const Log& spinningLog() {
   static const Log log([](const auto& file) {
-    RecordedDrive drive(furnishedRoom(), {-1.0, 0.9, 0.0});
+    RecordedDrive drive(furnishedRoom(), {-1.0, 0.9, 0.0}, 6);
     drive.run(0.8, {0, 0, 0});
     drive.run(1.2, {0.4, 0, -0.4});
-    drive.spin = 1.5;
+    drive.wheels.spin = 1.5;
     drive.dazzled = 0.35;
     drive.run(1.8, {0.2, 0, -0.4});
-    drive.spin = drive.dazzled = 0.0;
+    drive.wheels.spin = drive.dazzled = 0.0;
     drive.run(9.0, {0.4, 0, -0.6});
-    drive.pose = drive.pose * Pose2{0.7, 0.3, 0.7};
+    drive.truth = drive.truth * Pose2{0.7, 0.3, 0.7};
     drive.run(1.0, {0, 0, 0});
     drive.save(file);
   });
@@ -147,7 +147,7 @@ const Log& carriedLog() {
     drive.run(9.0, {1.0, 0, 0});
     drive.run(1.0, {0, 0, kPi / 2});
     drive.run(2.5, {1.0, 0, 0});
-    drive.pose = {2.8, 1.6, 0.0};
+    drive.truth = {2.8, 1.6, 0.0};
     drive.run(2.4, {0, 0, 0.0});
     drive.run(8.0, {0.4, 0.0, 0.6});
     drive.save(file);

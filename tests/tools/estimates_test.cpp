@@ -6,15 +6,13 @@
 #include <limits>
 #include <locale>
 #include <memory>
-#include <random>
 
-#include "support/simulated/room.hpp"
+#include "frontend/drive.hpp"
 #include "tools/files.hpp"
 
 namespace slam {
 namespace {
 
-using namespace std::chrono_literals;
 using test::contentOf;
 using test::Folder;
 
@@ -105,20 +103,13 @@ TEST(EstimateWriter, RefusesAPathThatItCannotWrite) {
 }
 
 TEST(EstimateOf, TakesPoseAndCovarianceToTheScansOwnStamp) {
-  std::mt19937 random(1);
-  const test::Room room{.range_sigma = 0.01};
-  const auto front_end = std::make_unique<FrontEnd>(FrontEndConfig{});
-  Pose2 truth, wheels;
-  ScanOutcome outcome;
-  for (Timestamp now{100s}; now < Timestamp{103s}; now += 20ms) {
-    truth = truth * exp({0.006, 0.0, 0.008});
-    wheels = wheels * exp({0.0062, 0.0, 0.0078});
-    front_end->add(WheelSample{now, wheels});
-    if (now.time_since_epoch() % 200ms != 0ms) continue;
-    LaserScan scan = room.scan(truth, random);
-    scan.stamp = now;
-    outcome = front_end->add(scan);
-  }
+  test::Drive drive(test::Room{}, {});
+  drive.wheels.scale = 1.03;
+  drive.wheels.turn_scale = 0.98;
+  drive.gyro.there = false;
+  drive.run(3.0, {0.3, 0.0, 0.4});
+  const auto& front_end = drive.front_end;
+  ScanOutcome outcome = drive.last;
   ASSERT_TRUE(outcome.fused);
   outcome.T_base_first = {-0.4, 0.3, 0.2};  // more than there is in a turn, so that the lever shows
   const PoseEstimate middle = front_end->estimate(outcome.stamp);
