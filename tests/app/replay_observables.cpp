@@ -84,9 +84,9 @@ const Log& roughLog() {
     drive.run(1.0, {0.4, 0, 0.3});
     drive.wheels.leap({1.0, 0.0, 0.0});
     drive.run(0.4, {0.4, 0, 0.3});
-    drive.wheels.spin = 0.6;
+    drive.wheels.spin.x() = 0.6;
     drive.run(0.6, {0.0, 0, 0.5});
-    drive.wheels.spin = 0.0;
+    drive.wheels.spin.x() = 0.0;
     drive.run(1.0, {0.4, 0, 0.2});
     drive.gyro.there = false;
     drive.run(0.6, {0.2, 0, 0.9});
@@ -115,10 +115,10 @@ const Log& spinningLog() {
     RecordedDrive drive(furnishedRoom(), {-1.0, 0.9, 0.0}, 6);
     drive.run(0.8, {0, 0, 0});
     drive.run(1.2, {0.4, 0, -0.4});
-    drive.wheels.spin = 1.5;
+    drive.wheels.spin.x() = 1.5;
     drive.dazzled = 0.35;
     drive.run(1.8, {0.2, 0, -0.4});
-    drive.wheels.spin = drive.dazzled = 0.0;
+    drive.wheels.spin.x() = drive.dazzled = 0.0;
     drive.run(9.0, {0.4, 0, -0.6});
     drive.truth = drive.truth * Pose2{0.7, 0.3, 0.7};
     drive.run(1.0, {0, 0, 0});

@@ -3,58 +3,52 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <gtest/gtest.h>
 #include <limits>
 #include <numbers>
-#include <random>
 #include <utility>
 
 #include "support/allocations.hpp"
+#include "support/simulated/robot.hpp"
 
 namespace slam {
 namespace {
-
-using std::chrono::milliseconds;
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr double kTold = 0.04;  // [rad/s] twice the sigma of a bias that is handed on
 
 /// A robot that turns to and fro and rests between; gyro and wheels at 50 Hz, matched scans at 5 Hz.
-struct Drive {
-  explicit Drive(unsigned seed = 1) : random(seed) {}
+struct Drive : test::SimulatedRobot {
+  explicit Drive(unsigned seed = 1) : SimulatedRobot(test::Room{}, {0.0, 0.0, 3.0}, seed) {
+    gyro.sigma = 0.0015;
+    wheels.turn_sigma = 0.0005;
+    wheels.pose.theta = -2.0;
+    matches.sigma.z() = 0.001;
+    lidar.ahead = 9;  // the first at once
+  }
 
-  std::function<double(double)> gyro = [](double rate) { return rate; };  // [rad/s] what it makes of the true rate
-  double wheel_scale = 1.0, wheels_spin = 0.0;                            // [1], [rad/s]
-  double gyro_noise = 0.0015, wheel_noise = 0.0005, scan_noise = 0.001;   // [rad/s, rad, rad]
-  double scans_drift = 0.0;                                               // [rad/s] that scans turn wrongly
-  double bias = 0.0;                                                      // [rad/s] that the filter knows
-  bool with_wheels = true;
+  double time = 0.0;  // [s]
+  double bias = 0.0;  // [rad/s] that the filter knows
   GyroMonitor monitor{EkfConfig{}};
   int distrusted = 0, heard_again = 0, withdrawn = 0;  // times
+  ImuSample newest;
 
   /// @param fastest [rad/s] of the turns
   Drive& go(double seconds, double fastest = 0.8) {
-    for (int i = 0; i < static_cast<int>(50.0 * seconds); ++i) {
-      const double rate = fastest * std::clamp(2.0 * std::sin(0.7 * time), -1.0, 1.0);
-      const double read = gyro(rate + gyro_noise * normal(random));
-      time += 0.02;
-      theta += 0.02 * rate;
-      wheels += 0.02 * (wheel_scale * rate + wheels_spin) + wheel_noise * normal(random);
-      const Timestamp now(milliseconds(1'000'000 + std::lround(1000.0 * time)));
-      newest = monitor.hear(ImuSample{.stamp = now, .gyro = {0.0, 0.0, read}});
-      if (with_wheels && monitor.hear(WheelSample{.stamp = now, .T_wheels_base = {0.0, 0.0, wrapAngle(wheels)}}, bias))
-        ++distrusted;
-      if (i % 10 != 0) continue;
-      const bool believed = monitor.reliable();
-      if (const auto learned =
-              monitor.compare(now, wrapAngle(theta + scans_drift * time + scan_noise * normal(random)), bias)) {
-        bias = learned->value;
-        ++heard_again;
-      }
-      withdrawn += believed && !monitor.reliable();
+    for (const Timestamp end = now + fromSeconds(seconds); now < end; time += toSeconds(kStep)) {
+      step({0.0, 0.0, fastest * std::clamp(2.0 * std::sin(0.7 * time), -1.0, 1.0)}, *this);
     }
     return *this;
+  }
+  void add(const WheelSample& sample) { distrusted += monitor.hear(sample, bias); }
+  void add(const ImuSample& sample) { newest = monitor.hear(sample); }
+  void add(const PoseMeasurement& match) {
+    const bool believed = monitor.reliable();
+    if (const auto learned = monitor.compare(now, match.T_map_base.theta, bias)) {
+      bias = learned->value;
+      ++heard_again;
+    }
+    withdrawn += believed && !monitor.reliable();
   }
   GyroVerdict verdict() const { return monitor.verdict(bias); }
   void expect(GyroReliability reliability, GyroFault fault) const {
@@ -62,11 +56,6 @@ struct Drive {
     EXPECT_EQ(static_cast<int>(verdict().fault), static_cast<int>(fault));
     EXPECT_EQ(monitor.reliable(), reliability != GyroReliability::kRejected);
   }
-
-  double time = 0.0, theta = 3.0, wheels = -2.0;
-  ImuSample newest;
-  std::mt19937 random;
-  std::normal_distribution<double> normal;
 };
 
 TEST(GyroMonitor, KnowsNothingBeforeAnythingTurns) {
@@ -80,7 +69,7 @@ TEST(GyroMonitor, KnowsNothingBeforeAnythingTurns) {
 TEST(GyroMonitor, NeverRejectsASoundGyro) {
   for (const unsigned seed : {1U, 2U, 3U, 4U, 5U}) {
     Drive drive(seed);
-    drive.gyro = [](double rate) { return 1.01 * rate + 0.01; };
+    drive.gyro.reads = [](double rate) { return 1.01 * rate + 0.01; };
     for (int i = 0; i < 20; ++i) {
       drive.go(10.0);
       ASSERT_TRUE(drive.monitor.reliable()) << seed;
@@ -95,7 +84,7 @@ TEST(GyroMonitor, WheelsThatSlipAreNoReasonToRejectTheGyro) {
     Drive drive;
     drive.go(10.0);
     for (int i = 0; i < 10; ++i) {
-      drive.wheels_spin = i % 2 == 0 ? spin : 0.0;
+      drive.wheels.spin.z() = i % 2 == 0 ? spin : 0.0;
       drive.go(4.0);
       ASSERT_TRUE(drive.monitor.reliable()) << spin;
     }
@@ -105,7 +94,7 @@ TEST(GyroMonitor, WheelsThatSlipAreNoReasonToRejectTheGyro) {
 
 TEST(GyroMonitor, ScansThatContradictGyroAndWheelsAreNoReasonToRejectIt) {
   Drive drive;
-  drive.scans_drift = 0.3;
+  drive.matches.drift = 0.3;
   drive.go(60.0);
   drive.expect(GyroReliability::kReliable, GyroFault::kNone);
   EXPECT_EQ(drive.distrusted + drive.withdrawn, 0);
@@ -114,7 +103,7 @@ TEST(GyroMonitor, ScansThatContradictGyroAndWheelsAreNoReasonToRejectIt) {
 TEST(GyroMonitor, AGyroThatLagsIsNotTakenForAWrongOne) {
   Drive drive;
   double last = 0.0, before = 0.0;
-  drive.gyro = [&](double rate) { return std::exchange(before, std::exchange(last, rate)); };  // by 0.04 s
+  drive.gyro.reads = [&](double rate) { return std::exchange(before, std::exchange(last, rate)); };  // by 0.04 s
   drive.time = 4.0;  // shortly before it turns back
   drive.go(1.5, 8.0);
   EXPECT_EQ(drive.distrusted, 0);
@@ -123,7 +112,7 @@ TEST(GyroMonitor, AGyroThatLagsIsNotTakenForAWrongOne) {
 TEST(GyroMonitor, WheelsThatAreWrongFromTheBeginningAreFoundOutByScans) {
   for (const double scale : {-1.0, 0.0, 2.0}) {
     Drive drive;
-    drive.wheel_scale = scale;
+    drive.wheels.turn_scale = scale;
     drive.go(20.0);
     drive.expect(GyroReliability::kReliable, GyroFault::kNone);
     EXPECT_EQ(drive.withdrawn, 0) << "scans never speak against it";
@@ -132,7 +121,7 @@ TEST(GyroMonitor, WheelsThatAreWrongFromTheBeginningAreFoundOutByScans) {
 
 TEST(GyroMonitor, FindsDegreesForRadiansBeforeTheFirstScanThatTurns) {
   Drive drive;
-  drive.gyro = [](double rate) { return kDegrees * rate; };
+  drive.gyro.reads = [](double rate) { return kDegrees * rate; };
   drive.go(0.6);
   EXPECT_EQ(drive.distrusted, 1) << "by the wheels";
   EXPECT_FALSE(drive.newest.rate_known);
@@ -144,7 +133,7 @@ TEST(GyroMonitor, FindsDegreesForRadiansBeforeTheFirstScanThatTurns) {
 
 TEST(GyroMonitor, FindsAnAxisThatPointsDown) {
   Drive drive;
-  drive.gyro = [](double rate) { return -rate; };
+  drive.gyro.reads = [](double rate) { return -rate; };
   drive.go(20.0);
   drive.expect(GyroReliability::kRejected, GyroFault::kReversed);
   EXPECT_EQ(drive.heard_again, 0);
@@ -152,7 +141,7 @@ TEST(GyroMonitor, FindsAnAxisThatPointsDown) {
 
 TEST(GyroMonitor, FindsAWrongScale) {
   Drive drive;
-  drive.gyro = [](double rate) { return 0.5 * rate; };
+  drive.gyro.reads = [](double rate) { return 0.5 * rate; };
   drive.go(30.0);
   drive.expect(GyroReliability::kRejected, GyroFault::kScale);
   EXPECT_NEAR(drive.verdict().value, 0.5, 0.05);
@@ -160,7 +149,7 @@ TEST(GyroMonitor, FindsAWrongScale) {
 
 TEST(GyroMonitor, FindsAGyroThatTellsNothingOfTurns) {
   Drive drive;
-  drive.gyro = [&drive](double rate) { return rate + 0.8 * std::sin(5.0 * drive.time); };
+  drive.gyro.reads = [&drive](double rate) { return rate + 0.8 * std::sin(5.0 * drive.time); };
   drive.go(60.0);
   drive.expect(GyroReliability::kRejected, GyroFault::kUnrelated);
 }
@@ -168,13 +157,13 @@ TEST(GyroMonitor, FindsAGyroThatTellsNothingOfTurns) {
 TEST(GyroMonitor, WithoutWheelsTheScansDecideAlone) {
   for (const double scale : {kDegrees, -1.5, 4.0}) {
     Drive drive;
-    drive.with_wheels = false;
-    drive.gyro = [scale](double rate) { return scale * rate; };
+    drive.wheels.there = false;
+    drive.gyro.reads = [scale](double rate) { return scale * rate; };
     drive.go(30.0);
     EXPECT_FALSE(drive.monitor.reliable()) << scale;
   }
   Drive sound;
-  sound.with_wheels = false;
+  sound.wheels.there = false;
   sound.go(60.0);
   sound.expect(GyroReliability::kReliable, GyroFault::kNone);
 }
@@ -182,7 +171,7 @@ TEST(GyroMonitor, WithoutWheelsTheScansDecideAlone) {
 TEST(GyroMonitor, LearnsAnOffsetAndHearsTheGyroAgain) {
   for (const double offset : {0.2, -0.45}) {
     Drive drive;
-    drive.gyro = [offset](double rate) { return rate + offset; };
+    drive.gyro.reads = [offset](double rate) { return rate + offset; };
     drive.go(20.0);
     drive.expect(GyroReliability::kReliable, GyroFault::kOffset);
     EXPECT_NEAR(drive.bias, offset, kTold);
@@ -194,7 +183,7 @@ TEST(GyroMonitor, LearnsAnOffsetAndHearsTheGyroAgain) {
 
 TEST(GyroMonitor, AnOffsetBeyondAnyBiasIsAFault) {
   Drive drive;
-  drive.gyro = [](double rate) { return rate + 1.0; };
+  drive.gyro.reads = [](double rate) { return rate + 1.0; };
   drive.go(30.0);
   drive.expect(GyroReliability::kRejected, GyroFault::kOffset);
   EXPECT_NEAR(drive.verdict().value, 1.0, 0.05);
@@ -203,7 +192,7 @@ TEST(GyroMonitor, AnOffsetBeyondAnyBiasIsAFault) {
 TEST(GyroMonitor, FindsTheEndOfTheRangeAndHearsWhatIsBelow) {
   for (const double range : {0.3, 0.5}) {
     Drive drive;
-    drive.gyro = [range](double rate) { return std::clamp(rate, -range, range); };
+    drive.gyro.reads = [range](double rate) { return std::clamp(rate, -range, range); };
     drive.go(20.0);
     EXPECT_TRUE(drive.monitor.reliable()) << range;
     EXPECT_EQ(drive.verdict().fault, GyroFault::kClipped);
@@ -213,7 +202,7 @@ TEST(GyroMonitor, FindsTheEndOfTheRangeAndHearsWhatIsBelow) {
     EXPECT_FALSE(drive.newest.rate_known) << "at full turn";
     drive.go(20.0, 0.2);
     EXPECT_TRUE(drive.newest.rate_known);
-    drive.gyro = [](double rate) { return rate; };
+    drive.gyro.reads = [](double rate) { return rate; };
     drive.go(10.0);
     drive.expect(GyroReliability::kReliable, GyroFault::kNone);
   }
@@ -221,7 +210,7 @@ TEST(GyroMonitor, FindsTheEndOfTheRangeAndHearsWhatIsBelow) {
 
 TEST(GyroMonitor, StepsOfADegreeAreNoFault) {
   Drive drive;
-  drive.gyro = [](double rate) { return std::round(kDegrees * rate) / kDegrees; };
+  drive.gyro.reads = [](double rate) { return std::round(kDegrees * rate) / kDegrees; };
   for (int i = 0; i < 20; ++i) {
     drive.go(5.0);
     ASSERT_TRUE(drive.monitor.reliable());
@@ -232,12 +221,12 @@ TEST(GyroMonitor, StepsOfADegreeAreNoFault) {
 TEST(GyroMonitor, AGyroThatIsRightAgainIsHeardAgain) {
   Drive drive;
   drive.go(20.0);
-  drive.gyro = [](double) { return 0.0; };  // stuck
+  drive.gyro.reads = [](double) { return 0.0; };  // stuck
   drive.go(20.0);
   EXPECT_FALSE(drive.monitor.reliable());
   EXPECT_EQ(drive.withdrawn, 1);
   EXPECT_EQ(drive.monitor.rejections(), 1);
-  drive.gyro = [](double rate) { return rate + 0.03; };
+  drive.gyro.reads = [](double rate) { return rate + 0.03; };
   drive.go(30.0);
   drive.expect(GyroReliability::kReliable, GyroFault::kNone);
   EXPECT_EQ(drive.heard_again, 1);
@@ -246,7 +235,7 @@ TEST(GyroMonitor, AGyroThatIsRightAgainIsHeardAgain) {
 
 TEST(GyroMonitor, ARestIsNoProofThatAReversedGyroIsRight) {
   Drive drive;
-  drive.gyro = [](double rate) { return -rate; };
+  drive.gyro.reads = [](double rate) { return -rate; };
   drive.go(20.0);
   drive.go(60.0, 0.0);
   drive.expect(GyroReliability::kRejected, GyroFault::kReversed);
@@ -265,7 +254,7 @@ TEST(GyroMonitor, ReadingsThatAreNoNumberAreNotJudged) {
 
 TEST(GyroMonitor, DoesNotAllocate) {
   Drive drive;
-  drive.gyro = [](double rate) { return -rate; };
+  drive.gyro.reads = [](double rate) { return -rate; };
   EXPECT_EQ(test::allocationsDuring([&] { drive.go(20.0); }), 0U);
 }
 

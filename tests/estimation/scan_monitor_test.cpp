@@ -1,66 +1,53 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimation/scan_monitor.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <gtest/gtest.h>
-#include <random>
 
 #include "estimation/ekf_timeline.hpp"
+#include "support/simulated/robot.hpp"
 
 namespace slam {
 namespace {
 
 constexpr double kSpeed = 0.5;  // [m/s]
 
-/// A robot with wheels and a gyro, whose scans are matched five times a second: they tell its way with an error of
-/// their own.
-class Drive {
+/// Its matched scans tell its way with an error of their own.
+class Drive : public test::SimulatedRobot {
  public:
-  explicit Drive(const ScanMonitorConfig& config = {}) : monitor(EkfConfig{}, config) {}
+  explicit Drive(const ScanMonitorConfig& config = {}) : SimulatedRobot(test::Room{}), monitor(EkfConfig{}, config) {}
 
   /// @param share of the way that the scans tell  @param wheel_noise [m per sqrt(m)]
   void go(double metres, double share, double turn_rate = 0.0, double wheel_noise = 0.02) {
-    for (double way = 0.0; way < metres; way += 0.02 * kSpeed) {
-      const Pose2 step{0.02 * kSpeed, 0.0, 0.02 * turn_rate};
-      const double spread = wheel_noise * std::sqrt(step.x);
-      T_wheels_ = T_wheels_ * Pose2{step.x + spread * normal_(random_), 0.0, step.theta};
-      T_map_base_ = T_map_base_ * Pose2{share * step.x, 0.0, step.theta};
-      add(turn_rate);
-    }
+    matches.scale = share;
+    wheels.scale = 1.0;
+    wheels.sigma = wheel_noise * std::sqrt(kSpeed * toSeconds(kStep));
+    run(metres / kSpeed, {kSpeed, 0.0, turn_rate}, *this);
   }
   /// The robot is pushed, which the wheels do not see.
   void push(double metres) {
-    for (double way = 0.0; way < metres; way += 0.01) {
-      T_map_base_ = T_map_base_ * Pose2{0.01, 0.0, 0.0};
-      add(0.0);
-    }
+    matches.scale = 1.0;
+    wheels.scale = wheels.sigma = 0.0;
+    run(metres / kSpeed, {kSpeed, 0.0, 0.0}, *this);
   }
   double sigma() const { return std::sqrt(monitor.covariance()(0, 0)); }  // [m] along the way
 
-  ScanMonitor monitor;
-  bool has_wheels = true;
-
- private:
-  void add(double turn_rate) {
-    now_ += std::chrono::milliseconds(20);
-    const WheelSample wheels{now_, T_wheels_};
-    if (has_wheels) odometry_.add(wheels);
-    if (has_wheels) wheels_.hear(wheels);
-    odometry_.add(ImuSample{now_, {0.0, 0.0, turn_rate}, {0.0, 0.0, 9.81}});
-    if (++steps_ % 10 != 0) return;
-    const Ekf odometry = odometry_.at(now_);
-    wheels_.compare(odometry, T_map_base_, true);
-    monitor.compare(odometry, T_map_base_, 1e-6 * Eigen::Matrix3d::Identity(), wheels_);
+  void add(const WheelSample& sample) {
+    odometry_.add(sample);
+    wheel_monitor_.hear(sample);
+  }
+  void add(const ImuSample& sample) { odometry_.add(sample); }
+  void add(const PoseMeasurement& match) {
+    const Ekf odometry = odometry_.at(now);
+    wheel_monitor_.compare(odometry, match.T_map_base, true);
+    monitor.compare(odometry, match.T_map_base, 1e-6 * Eigen::Matrix3d::Identity(), wheel_monitor_);
   }
 
+  ScanMonitor monitor;
+
+ private:
   EkfTimeline odometry_{EkfConfig{}, {}};
-  WheelMonitor wheels_{EkfConfig{}};
-  Pose2 T_wheels_, T_map_base_;
-  Timestamp now_{std::chrono::seconds(100)};
-  std::mt19937 random_{1};
-  std::normal_distribution<double> normal_{0.0, 1.0};
-  int steps_ = 0;
+  WheelMonitor wheel_monitor_{EkfConfig{}};
 };
 
 TEST(ScanMonitor, IsQuietWhereScansAndWheelsTellOneWay) {
@@ -120,7 +107,7 @@ TEST(ScanMonitor, ForgetsWhereTheRobotIsSomewhereElseAndNotWhereTheMapMoved) {
 
 TEST(ScanMonitor, HasNothingToCompareWithoutWheels) {
   Drive drive;
-  drive.has_wheels = false;
+  drive.wheels.there = false;
   drive.push(5.0);
   EXPECT_FALSE(drive.monitor.contradicts());
 }
@@ -130,7 +117,7 @@ TEST(ScanMonitor, WheelsThatAreSilentContradictNobodyButTheDoubtRemains) {
   drive.go(10.0, 1.0);
   drive.push(1.0);
   const double before = drive.sigma();
-  drive.has_wheels = false;
+  drive.wheels.there = false;
   drive.push(1.0);
   EXPECT_FALSE(drive.monitor.contradicts());
   EXPECT_EQ(drive.sigma(), before);

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
-#include <random>
 #include <utility>
+
+#include "support/simulated/robot.hpp"
 
 namespace slam {
 namespace {
@@ -16,39 +17,31 @@ WheelReliability reliability(WheelMonitor monitor) {
 }
 bool consistent(const WheelMonitor& monitor) { return reliability(monitor) == WheelReliability::kConsistent; }
 
-/// Drives a winding way, which wheels and matched scans both tell, each with its own errors.
-class Drive {
+/// A winding way, which wheels and matched scans both tell, each with its own errors.
+class Drive : public test::SimulatedRobot {
  public:
-  explicit Drive(unsigned seed, const WheelMonitorConfig& config = {}) : monitor(EkfConfig{}, config), random_(seed) {}
+  explicit Drive(unsigned seed) : SimulatedRobot(test::Room{}, {}, seed) {
+    lidar.every = 1;
+    matches.sigma = {0.005, 0.005, 0.002};
+    wheels.pose = {3.0, -1.0, 2.0};
+  }
 
   /// @param noise of the wheels [m per sqrt(m), rad per sqrt(m)]  @param scale what they tell of a way of 1
   /// @param step [m] from scan to scan @param turn_share noise of the turn beside that of the way
   void go(double metres, double noise, double scale = 1.0, double step = 0.06, double turn_share = 0.3) {
-    for (double way = 0.0; way < metres; way += step) {
-      const Pose2 motion{step, 0.0, 0.5 * step * std::sin(way)};
-      T_map_base_ = T_map_base_ * motion;
-      const double spread = noise * std::sqrt(step);
-      T_odom_base_ = T_odom_base_ * Pose2{scale * motion.x + spread * normal_(random_), 0.0,
-                                          motion.theta + turn_share * spread * normal_(random_)};
-      monitor.compare(T_odom_base_, seen(), true);
-    }
+    wheels.scale = scale;
+    wheels.sigma = noise * std::sqrt(step);
+    wheels.turn_sigma = turn_share * wheels.sigma;
+    const double speed = step / toSeconds(kStep);
+    for (double way = 0.0; way < metres; way += step) this->step({speed, 0.0, 0.5 * speed * std::sin(way)}, *this);
   }
-  /// One wheel spins: a turn that was none.
-  void slip(double radians) { T_odom_base_ = T_odom_base_ * Pose2{0.0, 0.0, radians}; }
   void stand(int scans) {
-    for (int i = 0; i < scans; ++i) monitor.compare(T_odom_base_, seen(), true);
+    wheels.sigma = wheels.turn_sigma = 0.0;
+    for (int i = 0; i < scans; ++i) step({0, 0, 0}, *this);
   }
+  void add(const PoseMeasurement& match) { monitor.compare(wheels.pose, match.T_map_base, true); }
 
-  WheelMonitor monitor;
-
- private:
-  Pose2 seen() {
-    return T_map_base_ * Pose2{0.005 * normal_(random_), 0.005 * normal_(random_), 0.002 * normal_(random_)};
-  }
-
-  Pose2 T_odom_base_{3.0, -1.0, 2.0}, T_map_base_;
-  std::mt19937 random_;
-  std::normal_distribution<double> normal_;
+  WheelMonitor monitor{EkfConfig{}};
 };
 
 TEST(WheelMonitor, BelievesWheelsAsGoodAsTheFilterTakesThemFor) {
@@ -98,7 +91,7 @@ TEST(WheelMonitor, ManySlipsApartAreForgiven) {
   for (int i = 0; i < 30; ++i) {
     drive.go(2.0, 0.05);
     for (const double radians : {0.07, 0.14, 0.08}) {  // over three scans
-      drive.slip(radians);
+      drive.wheels.leap({0.0, 0.0, radians});          // one wheel spins
       drive.go(0.12, 0.05);
     }
     EXPECT_TRUE(drive.monitor.reliable()) << i;

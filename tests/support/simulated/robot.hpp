@@ -10,6 +10,11 @@
 
 namespace slam::test {
 
+template <typename Sink, typename Sample>
+concept Takes = requires(Sink& sink, const Sample& sample) {
+  sink.add(sample);
+};
+
 /// A robot with wheels, gyro and lidar in a room or a place, in virtual time. Each sample goes to the `add()` that a
 /// sink has for it: the sink may be a FrontEnd, a Pipeline, or what a test wants.
 class SimulatedRobot {
@@ -19,7 +24,7 @@ class SimulatedRobot {
   struct Wheels {
     bool there = true;
     double scale = 1.0, turn_scale = 1.0;  ///< [1] what they tell of the way and of the turn
-    double spin = 0.0;                     ///< [m/s] that they tell besides
+    Eigen::Vector3d spin{0, 0, 0};         ///< [m/s, m/s, rad/s] that they tell besides
     double sigma = 0.0, turn_sigma = 0.0;  ///< [m, rad] of each sample
     Pose2 pose = {};                       ///< that they tell
 
@@ -28,15 +33,22 @@ class SimulatedRobot {
   };
   struct Gyro {
     bool there = true;
-    double bias = 0.0, sigma = 0.0;  ///< [rad/s]
+    double bias = 0.0, sigma = 0.0;            ///< [rad/s]
+    std::function<double(double)> reads = {};  ///< [rad/s] what it makes of the rate; empty: it is right
   };
   struct Lidar : SimulatedLidar {
     bool there = true;
-    int every = 10;  ///< steps between scans
+    int every = 10, ahead = 0;  ///< steps from scan to scan; steps by which they come earlier
+  };
+  struct Matches {
+    double scale = 1.0, drift = 0.0;  ///< [1] of the way, [rad/s] what scans tell wrongly
+    Eigen::Vector3d sigma{0, 0, 0};   ///< [m, m, rad] of each pose
+    Pose2 pose = {};                  ///< that they tell
   };
 
   template <typename World>
   explicit SimulatedRobot(World world, const Pose2& start = {}, unsigned seed = 1) : truth(start), random(seed) {
+    matches.pose = start;
     enter(std::move(world));
   }
 
@@ -56,25 +68,36 @@ class SimulatedRobot {
     constexpr double kSeconds = toSeconds(kStep);
     now += kStep;
     truth = truth * exp(kSeconds * twist);
-    wheels.pose =
-        wheels.pose * exp(kSeconds * Eigen::Vector3d(wheels.scale * twist.x() + wheels.spin, wheels.scale * twist.y(),
-                                                     wheels.turn_scale * twist.z()));
+    const Eigen::Vector3d told(wheels.scale * twist.x(), wheels.scale * twist.y(), wheels.turn_scale * twist.z());
+    wheels.pose = wheels.pose * exp(kSeconds * (told + wheels.spin));
     if (wheels.there) {
       const double error = noise(wheels.sigma), turn_error = noise(wheels.turn_sigma);
       wheels.pose = wheels.pose * Pose2{error, 0.0, turn_error};
-      sink.add(WheelSample{now, wheels.pose});
+      if constexpr (Takes<Sink, WheelSample>) sink.add(WheelSample{now, wheels.pose});
     }
-    if (gyro.there) sink.add(ImuSample{now, {0, 0, twist.z() + gyro.bias + noise(gyro.sigma)}, {0, 0, 9.81}});
-    if (++steps_ % lidar.every == 0 && lidar.there) {
+    if (gyro.there) {
+      const double rate = twist.z() + gyro.bias + noise(gyro.sigma);
+      const ImuSample sample{now, {0, 0, gyro.reads ? gyro.reads(rate) : rate}, {0, 0, 9.81}};
+      if constexpr (Takes<Sink, ImuSample>) sink.add(sample);
+    }
+    matches.pose =
+        matches.pose * exp(kSeconds * Eigen::Vector3d(matches.scale * twist.x(), 0.0, twist.z() + matches.drift));
+    if ((++steps_ + lidar.ahead) % lidar.every != 0 || !lidar.there) return;
+    if constexpr (Takes<Sink, LaserScan>) {
       LaserScan scan = lidar.scan(range_, truth, random, twist);
       scan.stamp = now - fromSeconds(lidar.sweep);
       sink.add(scan);
+    }
+    if constexpr (Takes<Sink, PoseMeasurement>) {
+      const Pose2 error{noise(matches.sigma.x()), noise(matches.sigma.y()), noise(matches.sigma.z())};
+      sink.add(PoseMeasurement{now, matches.pose * error});
     }
   }
 
   Wheels wheels;
   Gyro gyro;
   Lidar lidar;
+  Matches matches;
   Pose2 truth;  ///< in the world; may be changed at any time, which wheels and gyro do not see
   Timestamp now{std::chrono::seconds(100)};
   std::mt19937 random;
