@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <gtest/gtest.h>
 #include <numbers>
-#include <numeric>
 #include <utility>
 
 #include "support/simulated/keyframes.hpp"
@@ -12,36 +11,20 @@
 namespace slam::test {
 namespace {
 
-const Eigen::Vector3d kStep(0.002, 0.002, 0.0005);
-
 /// A map of keyframes along the x axis, and what a robot sees that drives there.
-class Drive {
+class Drive : public MappedPlace {
  public:
-  Drive(const Place& map, const Place& now, double from, double to, const BeamModel& model = {})
-      : map_drive_(map), drive_(now, 7) {
-    for (double x = from; x <= to; x += 0.5) {
-      map_.add(std::make_shared<const StoredScan>(map_drive_.at({x, 0.0, 0.0}, Pose2{}, kStep)), {x, 0.0, 0.0});
-    }
-    std::vector<int> ids(static_cast<std::size_t>(map_.size()));
-    std::iota(ids.begin(), ids.end(), 0);
-    field.emplace(map_, ids, model);
-  }
+  Drive(const Place& mapped, const Place& now, double from, double to, const BeamModel& model = {})
+      : MappedPlace(mapped, alongX(from, to), 1, now, 7), field(std::in_place, keyframes, map, model) {}
   /// Sees from a stretch of the path that ends at a pose.
-  QueryCloud seen(const Pose2& newest, double length) {
-    KeyframeGraph session;
-    for (double back = length; back >= 0.0; back -= 0.25) {
-      const Keyframe& keyframe = drive_.at(newest * Pose2{-back, 0.0, 0.0}, kStep);
-      session.add(std::make_shared<const StoredScan>(keyframe), keyframe.T_map_base);
-    }
+  QueryCloud seen(const Pose2& newest_pose, double length) {
+    const int first = keyframes.size();
+    for (double back = length; back >= 0.0; back -= 0.25) drive(newest_pose * Pose2{-back, 0.0, 0.0});
     QueryCloud view;
-    view.gather(session, 0, session.size() - 1, 8.0, 2.0, field->model().rigid_range);
+    view.gather(keyframes, first, newest(), 8.0, 2.0, field->model().rigid_range);
     return view;
   }
   std::optional<DecayRateMap> field;
-
- private:
-  KeyframeDrive map_drive_, drive_;
-  KeyframeGraph map_;
 };
 
 /// @param bend [rad] of what lies beyond its middle

@@ -2,7 +2,6 @@
 #include "relocalisation/place_search.hpp"
 
 #include <gtest/gtest.h>
-#include <numeric>
 
 #include "support/simulated/keyframes.hpp"
 
@@ -11,42 +10,21 @@ namespace {
 
 using Outcome = PlaceSearch::Outcome;
 
-const Eigen::Vector3d kStep(0.002, 0.002, 0.0005);
-
 /// A map of both rooms, and a session that was driven in the first.
-class Searched {
+class Searched : public MappedPlace {
  public:
-  explicit Searched(const PlaceSearchConfig& config = {}) : map_drive_(twins(), 1), drive_(twins(), 2), places(config) {
-    for (const double x : {0.0, kTwins}) {
-      for (double s = -1.0; s <= 2.0; s += 0.5)
-        add(map_drive_.at({x + s, 0.0, 0.0}, Pose2{}, kStep), {x + s, 0.0, 0.0});
-    }
-    map_.resize(static_cast<std::size_t>(keyframes.size()));
-    std::iota(map_.begin(), map_.end(), 0);
-    places.begin(keyframes, map_);
-    first = keyframes.size();
-    for (double s = -0.5; s <= 1.5; s += 0.25) {
-      truth = {s, 0.1, 0.05};
-      const Keyframe& keyframe = drive_.at(truth, kStep);
-      add(keyframe, keyframe.T_map_base);
-    }
+  explicit Searched(const PlaceSearchConfig& config = {})
+      : MappedPlace(twins(), inTwins(), 1, twins(), 2), places(config), first(keyframes.size()) {
+    places.begin(keyframes, map);
+    for (double s = -0.5; s <= 1.5; s += 0.25) drive(truth = {s, 0.1, 0.05});
   }
   PlaceSearch::Result search(const std::optional<PlaceWindow>& around = {}) {
-    return places.search(keyframes, first, keyframes.size() - 1, around);
+    return places.search(keyframes, first, newest(), around);
   }
 
- private:
-  void add(const Keyframe& keyframe, const Pose2& T_map_base) {
-    keyframes.add(std::make_shared<const StoredScan>(keyframe), T_map_base);
-  }
-  KeyframeDrive map_drive_, drive_;
-  std::vector<int> map_;
-
- public:
-  KeyframeGraph keyframes;
   PlaceSearch places;
   Pose2 truth;  ///< of the newest keyframe
-  int first = 0;
+  int first;
 };
 
 TEST(PlaceSearch, ChoosesBetweenAlikePlacesOnlyWhereAWindowDoes) {

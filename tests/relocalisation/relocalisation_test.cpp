@@ -2,7 +2,6 @@
 #include "relocalisation/relocalisation.hpp"
 
 #include <gtest/gtest.h>
-#include <numeric>
 
 #include "support/simulated/keyframes.hpp"
 #include "tools/sim/world/scenes.hpp"
@@ -11,40 +10,27 @@ namespace slam::test {
 namespace {
 
 constexpr double kRight = 0.1;  // [m]
-const Eigen::Vector3d kStep(0.002, 0.002, 0.0005);
-
-/// A map of keyframes at the poses given, and a robot that drives in it without knowing where it began.
-class LostRobot {
+/// A robot that drives in a map made from these poses.
+class LostRobot : public MappedPlace {
  public:
   LostRobot(const Place& place, const std::vector<Pose2>& map_poses, unsigned seed = 1)
       : LostRobot(place, map_poses, place, seed, {}) {}
   /// Drives in a place other than the one that was mapped.
   LostRobot(const Place& mapped, const std::vector<Pose2>& map_poses, const Place& place, unsigned seed,
             const RelocalisationConfig& config)
-      : map_drive_(mapped, seed), drive_(place, seed + 100), relocalisation_(config, {}, {}) {
-    for (const Pose2& pose : map_poses) {
-      const Keyframe& keyframe = map_drive_.at(pose, Pose2{}, kStep);
-      keyframes_.add(std::make_shared<const StoredScan>(keyframe), pose);
-    }
-    map_size_ = keyframes_.size();
-    std::vector<int> ids(static_cast<std::size_t>(map_size_));
-    std::iota(ids.begin(), ids.end(), 0);
-    relocalisation_.begin(keyframes_, ids);
+      : MappedPlace(mapped, map_poses, seed, place, seed + 100), relocalisation_(config, {}, {}) {
+    relocalisation_.begin(keyframes, map);
   }
 
   /// @return the place believed, if any
   std::optional<Pose2> at(const Pose2& truth) {
-    const Keyframe& keyframe = drive_.at(truth, kStep);
-    keyframes_.add(std::make_shared<const StoredScan>(keyframe), keyframe.T_map_base);
-    const auto found = relocalisation_.search(keyframes_, map_size_, keyframes_.size() - 1);
+    drive(truth);
+    const auto found = relocalisation_.search(keyframes, static_cast<int>(map.size()), newest());
     return found ? std::optional(found->T_map_newest) : std::nullopt;
   }
 
  private:
-  KeyframeDrive map_drive_, drive_;
-  KeyframeGraph keyframes_;
   Relocalisation relocalisation_;
-  int map_size_ = 0;
 };
 
 std::vector<Pose2> ringPoses() {
@@ -71,26 +57,19 @@ TEST(Relocalisation, IsNeverWrongOnTheRingAndMostlyRight) {
 }
 
 TEST(Relocalisation, SaysNothingInOneOfTwoRoomsThatAreAlike) {
-  std::vector<Pose2> map;
-  for (const double x : {0.0, kTwins}) {
-    for (double s = -1.0; s <= 2.0; s += 0.5) map.push_back({x + s, 0.0, 0.0});
-  }
-  LostRobot robot(twins(), map);
+  LostRobot robot(twins(), inTwins());
   for (double s = -1.0; s <= 2.0; s += 0.25) EXPECT_FALSE(robot.at({s, 0.1, 0.0}));
 }
 
 TEST(Relocalisation, SaysNothingInAPeriodicCorridor) {
-  std::vector<Pose2> map;
-  for (double x = -18.0; x <= 18.0; x += 0.5) map.push_back({x, 0.0, 0.0});
-  LostRobot robot(corridorWithDoors(), map);
+  LostRobot robot(corridorWithDoors(), alongX(-18.0, 18.0));
   for (double x = -2.0; x <= 4.0; x += 0.4) EXPECT_FALSE(robot.at({x, 0.05, 0.0}));
 }
 
 TEST(Relocalisation, KnowsTheDoorsOfItsOwnMapFromThoseThatAreNotInIt) {
   int right = 0;
   for (unsigned seed = 1; seed <= 4; ++seed) {
-    std::vector<Pose2> map;
-    for (double x = 0.0; x <= 30.0; x += 0.5) map.push_back({x, 0.0, 0.0});
+    const std::vector<Pose2> map = alongX(0.0, 30.0);
     LostRobot beyond(corridorWithIrregularDoors(seed), map, seed);
     for (double x = 60.0; x <= 72.0; x += 0.4) EXPECT_FALSE(beyond.at({x, 0.05, 0.0})) << seed;
     LostRobot within(corridorWithIrregularDoors(seed), map, seed + 50);
@@ -168,23 +147,8 @@ TEST(Relocalisation, FindsItsOwnHomeWithTheFurnitureMoved) {
 }
 
 TEST(Relocalisation, SaysNothingInAnotherBuilding) {
-  KeyframeDrive elsewhere(ringCorridor());
-  KeyframeGraph keyframes;
-  Relocalisation relocalisation({}, {}, {});
-  KeyframeDrive map(hallWithPillars());
-  std::vector<int> ids;
-  for (double x = -10.0; x <= 10.0; x += 1.0) {
-    keyframes.add(std::make_shared<const StoredScan>(map.at({x, 0.0, 0.0}, Pose2{}, kStep)), {x, 0.0, 0.0});
-    ids.push_back(keyframes.size() - 1);
-  }
-  relocalisation.begin(keyframes, ids);
-  const int first = keyframes.size();
-  for (double s = 0.0; s < 8.0; s += 0.4) {
-    const Keyframe& keyframe = elsewhere.at(onRing(s), kStep);
-    keyframes.add(std::make_shared<const StoredScan>(keyframe), keyframe.T_map_base);
-    const auto found = relocalisation.search(keyframes, first, keyframes.size() - 1);
-    EXPECT_FALSE(found);
-  }
+  LostRobot robot(hallWithPillars(), alongX(-10.0, 10.0, 1.0), ringCorridor(), 1, {});
+  for (double s = 0.0; s < 8.0; s += 0.4) EXPECT_FALSE(robot.at(onRing(s)));
 }
 
 }  // namespace

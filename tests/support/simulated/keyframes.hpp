@@ -67,6 +67,43 @@ class KeyframeDrive {
   std::unique_ptr<Keyframe> keyframe_ = std::make_unique<Keyframe>();
 };
 
+/// A map of keyframes, and a robot that drives in it, or elsewhere, without knowing where it began.
+class MappedPlace {
+ public:
+  MappedPlace(const Place& mapped, const std::vector<Pose2>& poses, unsigned seed, const Place& now,
+              unsigned drive_seed)
+      : drive_(now, drive_seed) {
+    KeyframeDrive map_drive(mapped, seed);
+    for (const Pose2& pose : poses) {
+      map.push_back(keyframes.size());
+      add(map_drive.at(pose, Pose2{}, kStep), pose);
+    }
+  }
+  /// The robot's next keyframe is there.
+  void drive(const Pose2& truth) {
+    const Keyframe& keyframe = drive_.at(truth, kStep);
+    add(keyframe, keyframe.T_map_base);
+  }
+  int newest() const { return keyframes.size() - 1; }
+
+  KeyframeGraph keyframes;
+  std::vector<int> map;  ///< ids of its keyframes
+
+ private:
+  void add(const Keyframe& keyframe, const Pose2& T_map_base) {
+    keyframes.add(std::make_shared<const StoredScan>(keyframe), T_map_base);
+  }
+  inline static const Eigen::Vector3d kStep{0.002, 0.002, 0.0005};  // [m, m, rad]
+  KeyframeDrive drive_;
+};
+
+/// Poses along the x axis, one in so many metres.
+inline std::vector<Pose2> alongX(double from, double to, double step = 0.5) {
+  std::vector<Pose2> poses;
+  for (double x = from; x <= to; x += step) poses.push_back({x, 0.0, 0.0});
+  return poses;
+}
+
 /// A corridor 2 m wide around a block of 10 m by 6 m, with cupboards at irregular places.
 inline Place ringCorridor() {
   Place place{.name = "Ring", .low = {-6.5, -4.5}, .high = {6.5, 4.5}, .reach = 10.0};
@@ -104,6 +141,12 @@ inline Place twins() {
     place.world.add(sim::Cylinder{x + 1.0, -0.9, 0.2});
   }
   return place;
+}
+
+inline std::vector<Pose2> inTwins() {
+  std::vector<Pose2> poses = alongX(-1.0, 2.0);
+  for (const Pose2& pose : alongX(kTwins - 1.0, kTwins + 2.0)) poses.push_back(pose);
+  return poses;
 }
 
 /// A corridor 2.3 m wide, 140 m long, with door niches 15 cm deep at irregular places.
