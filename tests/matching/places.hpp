@@ -56,8 +56,7 @@ struct Place {
   /// Points with normals of one scan of 360 beams taken at rest. @param range_sigma [m]
   ScanPoints scan(const Pose2& pose, double range_sigma, std::mt19937& random) const {
     const SimulatedLidar lidar{.reach = reach, .range_sigma = range_sigma};
-    const LaserScan scan =
-        lidar.scan([this](const Pose2& at, double bearing) { return range(at, bearing); }, pose, random);
+    const LaserScan scan = lidar.scan(*this, pose, random);
     ScanPoints points;
     deskew(scan, {0.05F, static_cast<float>(reach)}, scan.stamp, Pose2{}, PoseHistory(2), points);
     estimateNormals(points, Eigen::Vector2d::Zero(), {.range_sigma = range_sigma});

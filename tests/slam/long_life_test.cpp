@@ -38,18 +38,8 @@ class Day {
   Day() {
     const test::Place room = test::furnishedRoom();
     std::mt19937 random(1);
-    std::normal_distribution<double> noise(0.0, 0.01);
     for (int i = 0; i < kNoises * kLapScans; ++i) {
-      const Pose2 pose = onLap(i % kLapScans);
-      LaserScan& scan = scans_.emplace_back();
-      scan.range_min = 0.05F;
-      scan.range_max = 12.0F;
-      for (int beam = 0; beam < kBeams; ++beam) {
-        const double bearing = wrapAngle(2.0 * std::numbers::pi * beam / kBeams), direction = pose.theta + bearing;
-        const double range =
-            room.world.castRay({pose.x, pose.y, 0.2}, {std::cos(direction), std::sin(direction), 0.0}, 12.0).value();
-        scan.push({.range = static_cast<float>(range + noise(random)), .bearing = static_cast<float>(bearing)});
-      }
+      scans_.push_back(test::SimulatedLidar{.beams = kBeams}.scan(room, onLap(i % kLapScans), random));
     }
   }
 

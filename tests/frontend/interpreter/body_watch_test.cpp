@@ -17,20 +17,18 @@ constexpr RangeLimits kLimits{0.05F, 12.0F};
 
 /// A room of 8 m x 5 m, and a body at a range of 0.25 m from 160 to 200 degrees.
 struct RobotWithBody {
-  Room room{.length = 8.0, .width = 5.0, .range_sigma = 0.01};
+  Room room{.length = 8.0, .width = 5.0};
   std::mt19937 random{1};
   bool has_body = true;
 
-  std::vector<Beam> look(const Pose2& truth) {
-    const LaserScan scan = room.scan(truth, random);
-    std::vector<Beam> beams(scan.beams().begin(), scan.beams().end());
-    for (Beam& beam : beams) {
-      if (has_body && isBehind(beam)) beam.range = 0.25F + 0.01F * static_cast<float>(noise(random));
-    }
-    return beams;
+  double range(const Pose2& truth, double bearing) const {
+    return has_body && isBehind(bearing) ? 0.25 : room.range(truth, bearing);
   }
-  static bool isBehind(const Beam& beam) { return std::abs(wrapAngle(beam.bearing - std::numbers::pi)) < 20 * kDegree; }
-  std::normal_distribution<double> noise{0.0, 1.0};
+  std::vector<Beam> look(const Pose2& truth) {
+    const LaserScan scan = SimulatedLidar{}.scan(*this, truth, random);
+    return {scan.beams().begin(), scan.beams().end()};
+  }
+  static bool isBehind(double bearing) { return std::abs(wrapAngle(bearing - std::numbers::pi)) < 20 * kDegree; }
 };
 
 int bodyBeams(const BodyWatch& watch, const std::vector<Beam>& beams) {
@@ -47,8 +45,8 @@ TEST(BodyWatch, FindsWhatKeepsItsRangeWhileTheRobotDrives) {
   const auto beams = robot.look(pose);
   int behind = 0;
   for (const Beam& beam : beams) {
-    behind += RobotWithBody::isBehind(beam);
-    EXPECT_TRUE(watch.isBody(beam) || !RobotWithBody::isBehind(beam)) << beam.bearing;
+    behind += RobotWithBody::isBehind(beam.bearing);
+    EXPECT_TRUE(watch.isBody(beam) || !RobotWithBody::isBehind(beam.bearing)) << beam.bearing;
   }
   EXPECT_LE(bodyBeams(watch, beams), behind + 2);
   EXPECT_NEAR(watch.shape().degrees(), 40, 3);
@@ -67,7 +65,7 @@ TEST(BodyWatch, OneStepIsEnoughWhereManyNeighboursStay) {
 TEST(BodyWatch, AWallBesideTheRobotIsNone) {  // whose range stays as long as the robot drives along it
   RobotWithBody robot;
   robot.has_body = false;
-  robot.room = {.length = 60.0, .width = 2.0, .range_sigma = 0.01};
+  robot.room = {.length = 60.0, .width = 2.0};
   BodyWatch watch(Pose2{}, false);
   Pose2 pose{-25.0, 0.0, 0.0};
   for (int i = 0; i < 300; ++i, pose.x += 0.12) {
@@ -89,7 +87,7 @@ TEST(BodyWatch, WheelsThatSpinMakeNoBodyOfTheRoom) {
 TEST(BodyWatch, AMotionThatTheRoomContradictsMakesNone) {  // as of a lidar upside down, or of wheels that are swapped
   RobotWithBody robot;
   robot.has_body = false;
-  robot.room = {.length = 3.0, .width = 2.0, .range_sigma = 0.01};
+  robot.room = {.length = 3.0, .width = 2.0};
   BodyWatch watch(Pose2{}, false);
   Pose2 truth{-0.5, 0.1, 0.0}, told = truth;
   for (int i = 0; i < 60; ++i) {

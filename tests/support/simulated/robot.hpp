@@ -56,7 +56,7 @@ class SimulatedRobot {
   template <typename World>
   void enter(World world) {
     lidar.reach = world.reach;
-    range_ = [world = std::move(world)](const Pose2& pose, double bearing) { return world.range(pose, bearing); };
+    walls_.range = [world = std::move(world)](const Pose2& pose, double bearing) { return world.range(pose, bearing); };
   }
 
   template <typename Sink>
@@ -84,7 +84,7 @@ class SimulatedRobot {
         matches.pose * exp(kSeconds * Eigen::Vector3d(matches.scale * twist.x(), 0.0, twist.z() + matches.drift));
     if ((++steps_ + lidar.ahead) % lidar.every != 0 || !lidar.there) return;
     if constexpr (Takes<Sink, LaserScan>) {
-      LaserScan scan = lidar.scan(range_, truth, random, twist);
+      LaserScan scan = lidar.scan(walls_, truth, random, twist);
       scan.stamp = now - fromSeconds(lidar.sweep);
       sink.add(scan);
     }
@@ -105,7 +105,9 @@ class SimulatedRobot {
  private:
   double noise(double sigma) { return sigma > 0.0 ? sigma * normal_(random) : 0.0; }
 
-  std::function<double(const Pose2&, double)> range_;
+  struct {
+    std::function<double(const Pose2&, double)> range;
+  } walls_;
   std::normal_distribution<double> normal_{0.0, 1.0};
   int steps_ = 0;
 };

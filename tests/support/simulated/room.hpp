@@ -25,7 +25,7 @@ struct Room {
 
   LaserScan scan(const Pose2& pose, std::mt19937& random) const {
     const SimulatedLidar lidar{.beams = beams, .reach = reach, .range_sigma = range_sigma};
-    return lidar.scan([this](const Pose2& at, double bearing) { return range(at, bearing); }, pose, random);
+    return lidar.scan(*this, pose, random);
   }
 };
 
