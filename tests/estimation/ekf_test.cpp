@@ -5,9 +5,12 @@
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 #include <limits>
+#include <optional>
 #include <random>
+#include <utility>
 
 #include "support/allocations.hpp"
+#include "support/simulated/robot.hpp"
 
 namespace slam {
 namespace {
@@ -17,6 +20,7 @@ using std::chrono::milliseconds;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 const EkfConfig kConfig;
+constexpr double kWheelNoise = 0.0002;  // [m, rad] of each sample
 
 EkfConfig holonomic() {
   EkfConfig config;
@@ -44,30 +48,27 @@ void expectHealthy(const Ekf& ekf, const char* after, bool is_holonomic = false)
   ASSERT_GT(solver.eigenvalues().minCoeff(), -1e-12) << after << '\n' << correlation;  // -rounding
 }
 
-/// Drives a filter with wheels at 50 Hz and a gyro at 100 Hz, in the order of use: at each instant wheels, then gyro.
-/// What the two read may differ from each other.
-struct Drive {
+/// Drives a filter with wheels at 50 Hz and a gyro at 100 Hz.
+struct Drive : test::SimulatedRobot {
+  Eigen::Vector3d twist{0, 0, 0};
   Ekf ekf;
-  double speed = 0.0, lateral = 0.0, wheel_rate = 0.0, gyro = 0.0;
-  double wheel_noise = 0.0, gyro_noise = 0.0;
-  bool has_gyro = true, turn_rate_known = true;
-  std::mt19937 random{1};
+  bool turn_rate_known = true;
+  std::optional<double> before, newest;  // [rad/s] the gyro's last readings
 
-  explicit Drive(const EkfConfig& config = kConfig) : ekf(config) {}
+  explicit Drive(const EkfConfig& config = kConfig) : SimulatedRobot(test::Room{}), ekf(config, now) {
+    gyro.per_step = 2;
+  }
 
-  void run(double seconds) {
-    std::normal_distribution<double> normal;
-    const int cycles = static_cast<int>(std::lround(seconds / 0.02));
-    for (int i = 0; i < cycles; ++i) {
-      const double readings[] = {gyro + gyro_noise * normal(random), gyro + gyro_noise * normal(random)};
-      ekf.updateWheels({speed + wheel_noise * normal(random), lateral, wheel_rate + wheel_noise * normal(random)},
-                       turn_rate_known, milliseconds(20),
-                       has_gyro ? std::optional((readings[0] + readings[1]) / 2) : std::nullopt);
-      for (const double reading : readings) {
-        if (has_gyro) ekf.updateGyro(reading);
-        ekf.predict(ekf.stamp() + milliseconds(10));
-      }
-    }
+  void run(double seconds) { SimulatedRobot::run(seconds, twist, *this); }
+  void add(const WheelSample& sample) {
+    ekf.predict(sample.stamp);
+    ekf.updateWheels({wheels.twist.x(), wheels.twist.y(), wheels.twist.z()}, turn_rate_known, kStep,
+                     before ? std::optional((*before + *newest) / 2) : newest);
+  }
+  void add(const ImuSample& sample) {
+    ekf.predict(sample.stamp);
+    ekf.updateGyro(sample.gyro.z());
+    before = std::exchange(newest, sample.gyro.z());
   }
 };
 
@@ -144,7 +145,7 @@ TEST_P(EkfOfEitherBase, StaysFiniteSymmetricAndPositiveDefiniteUnderAnyInput) {
 
 TEST(Ekf, NumbersThatAreNoneChangeNothing) {
   Drive drive;
-  drive.speed = 0.3;
+  drive.twist.x() = 0.3;
   drive.run(1.0);
   const auto changesNothing = [&](auto&& update) {
     Ekf ekf = drive.ekf;
@@ -169,8 +170,8 @@ TEST(Ekf, NumbersThatAreNoneChangeNothing) {
 
 TEST(Ekf, LearnsTheGyroBiasAtStandstillFromNoisyReadings) {
   Drive drive;
-  drive.gyro = 0.02;
-  drive.gyro_noise = 0.003;
+  drive.gyro.bias = 0.02;
+  drive.gyro.sigma = 0.003;
   drive.run(20.0);
   EXPECT_TRUE(drive.ekf.standstill());
   EXPECT_GT(drive.ekf.counters().standstill_updates, 100U);
@@ -184,10 +185,9 @@ TEST(Ekf, LearnsTheGyroBiasAtStandstillFromNoisyReadings) {
 
 TEST(Ekf, FollowsANoisyArc) {
   Drive drive;
-  drive.speed = 0.4;
-  drive.wheel_rate = drive.gyro = 0.3;
-  drive.wheel_noise = 0.01;
-  drive.gyro_noise = 0.005;
+  drive.twist = {0.4, 0.0, 0.3};
+  drive.wheels.sigma = drive.wheels.turn_sigma = kWheelNoise;
+  drive.gyro.sigma = 0.005;
   drive.run(1.0);
   const Pose2 start = drive.ekf.pose();
   drive.run(10.0);
@@ -201,8 +201,7 @@ TEST(Ekf, FollowsANoisyArc) {
 
 TEST(Ekf, MovesAlongTheArcOfItsTwistBetweenSamples) {
   Drive drive;
-  drive.speed = 0.5;
-  drive.wheel_rate = drive.gyro = -1.0;
+  drive.twist = {0.5, 0.0, -1.0};
   drive.run(2.0);
   const Pose2 start = drive.ekf.pose();
   const Twist2 twist = drive.ekf.twist();
@@ -218,7 +217,7 @@ TEST(Ekf, MovesAlongTheArcOfItsTwistBetweenSamples) {
 
 TEST(Ekf, AnUncertainHeadingBecomesAnUncertainPlace) {
   Drive drive;
-  drive.speed = 0.5;
+  drive.twist.x() = 0.5;
   drive.run(0.5);
   drive.ekf.setPose({1, 2, 0.8}, {0.01, 0.01, 0.1});
   drive.run(4.0);  // 2 m straight ahead: sideways sigma of 2 m * 0.1 rad
@@ -243,9 +242,9 @@ TEST(Ekf, AnUncertainTwistBecomesAnUncertainPose) {
 TEST(Ekf, AHolonomicBaseIsFollowedSideways) {
   static const EkfConfig config = holonomic();
   Drive drive(config);
-  drive.lateral = 0.4;
-  drive.wheel_noise = 0.01;
-  drive.gyro_noise = 0.005;
+  drive.twist = {0.0, 0.4, 0.0};
+  drive.wheels.sigma = drive.wheels.turn_sigma = kWheelNoise;
+  drive.gyro.sigma = 0.005;
   drive.run(0.5);
   drive.ekf.setPose({0, 0, 0.6}, {0.01, 0.01, 0.01});
   drive.run(5.0);  // 2 m to the left
@@ -253,7 +252,7 @@ TEST(Ekf, AHolonomicBaseIsFollowedSideways) {
   EXPECT_NEAR(moved.y, 2.0, 0.05);
   EXPECT_NEAR(moved.x, 0.0, 0.05);
   EXPECT_NEAR(drive.ekf.twist().vy, 0.4, 0.03);
-  drive.lateral = drive.wheel_noise = 0.0;
+  drive.twist.y() = drive.wheels.sigma = drive.wheels.turn_sigma = 0.0;
   drive.run(2.0);
   EXPECT_NEAR(drive.ekf.twist().vy, 0.0, 1e-3) << "and stands when it stands";
   EXPECT_TRUE(drive.ekf.standstill());
@@ -262,8 +261,7 @@ TEST(Ekf, AHolonomicBaseIsFollowedSideways) {
 TEST(Ekf, AHolonomicBaseOnACircleFacesItsCentre) {
   static const EkfConfig config = holonomic();
   Drive drive(config);
-  drive.lateral = 0.5;
-  drive.gyro = drive.wheel_rate = -0.5;
+  drive.twist = {0.0, 0.5, -0.5};
   drive.run(0.5);
   drive.ekf.setPose({1, 0, 0}, {0.01, 0.01, 0.01});  // the centre is 1 m ahead, to the left is round it clockwise
   for (int i = 0; i < 10; ++i) {
@@ -275,8 +273,8 @@ TEST(Ekf, AHolonomicBaseOnACircleFacesItsCentre) {
 
 TEST(Ekf, ABaseThatCannotMoveSidewaysTakesNoWordOfIt) {
   Drive straight, drifting;
-  straight.speed = drifting.speed = 0.5;
-  drifting.lateral = 0.2;
+  straight.twist = {0.5, 0.0, 0.0};
+  drifting.twist = {0.5, 0.2, 0.0};
   straight.run(3.0);
   drifting.run(3.0);
   EXPECT_EQ(straight.ekf.state(), drifting.ekf.state());
@@ -293,13 +291,11 @@ TEST(Ekf, OfASmoothPoseStandstillTellsTheBiasAndMovesNothing) {
   const EkfConfig config = smooth();
   for (const EkfConfig* each : {&config, &kConfig}) {
     Drive drive(*each);
-    drive.speed = 0.5;
-    drive.wheel_rate = 0.1;  // from the first sample on: the bias is in the turn
-    drive.gyro = 0.1 + 0.05;
+    drive.twist = {0.5, 0.0, 0.1};
+    drive.gyro.bias = 0.05;  // from the first sample on: the bias is in the turn
     drive.run(20.0);
     const Pose2 before = drive.ekf.pose();
-    drive.speed = drive.wheel_rate = 0.0;
-    drive.gyro = 0.05;
+    drive.twist.setZero();
     drive.run(2.0);
     const Pose2 moved = between(before, drive.ekf.pose());
     EXPECT_NEAR(drive.ekf.gyroBias(), 0.05, 0.002);
@@ -311,7 +307,7 @@ TEST(Ekf, OfASmoothPoseStandstillTellsTheBiasAndMovesNothing) {
 TEST(Ekf, OfASmoothPoseWhatWasDrivenInSilenceIsLeftOut) {
   const EkfConfig config = smooth();
   Drive drive(config);
-  drive.speed = 0.5;
+  drive.twist.x() = 0.5;
   drive.run(5.0);
   const Pose2 before = drive.ekf.pose();
   Ekf silent = drive.ekf;
@@ -322,7 +318,7 @@ TEST(Ekf, OfASmoothPoseWhatWasDrivenInSilenceIsLeftOut) {
   EXPECT_NEAR(between(before, silent.pose()).x, 0.5 * config.max_coast, 0.02);
 
   Drive gap(config);
-  gap.speed = 0.5;
+  gap.twist.x() = 0.5;
   gap.run(5.0);
   EXPECT_EQ(gap.ekf.updateWheels({0.5, 0.0, 0.0}, true, std::chrono::seconds(10), 0.0), UpdateResult::kUseless);
   gap.ekf.predict(gap.ekf.stamp() + std::chrono::seconds(10));
@@ -339,27 +335,27 @@ TEST(Ekf, OfASmoothPoseWhatWasDrivenInSilenceIsLeftOut) {
 TEST(Ekf, LearnsTheGyroBiasAtTheFirstRestHoweverFarOffItIs) {
   for (const double bias : {0.09, -0.3, 0.49}) {
     Drive drive;
-    drive.gyro = bias;
-    drive.gyro_noise = 0.003;
+    drive.gyro.bias = bias;
+    drive.gyro.sigma = 0.003;
     drive.run(2.0);
     EXPECT_NEAR(drive.ekf.gyroBias(), bias, 0.003);
     EXPECT_NEAR(drive.ekf.pose().theta, 0.0, 0.002);
     expectHealthy(drive.ekf, "bias");
-    drive.gyro = bias + 0.3;  // turned by hand: what is known of the bias stays
+    drive.twist.z() = 0.3;
+    drive.wheels.turn_scale = 0.0;  // turned by hand: what is known of the bias stays
     drive.run(2.0);
     EXPECT_NEAR(drive.ekf.gyroBias(), bias, 0.01);
     EXPECT_NEAR(drive.ekf.pose().theta, 0.6, 0.05);
   }
   Drive beyond;
-  beyond.gyro = 0.7;  // no bias is so large
+  beyond.gyro.bias = 0.7;  // no bias is so large
   beyond.run(2.0);
   EXPECT_NEAR(beyond.ekf.gyroBias(), 0.0, 0.02);
 }
 
 TEST(Ekf, TurnsByTheWheelsAtOnceWhereTheGyroIsLost) {
   Drive drive;
-  drive.speed = 0.5;
-  drive.wheel_rate = drive.gyro = 0.4;
+  drive.twist = {0.5, 0.0, 0.4};
   drive.run(2.0);
   ASSERT_TRUE(drive.ekf.gyroActive());
   drive.ekf.loseGyro();
@@ -372,8 +368,8 @@ TEST(Ekf, TurnsByTheWheelsAtOnceWhereTheGyroIsLost) {
 
 TEST(Ekf, TakesABiasFromElsewhereAndKeepsThePose) {
   Drive drive;
-  drive.speed = 0.5;
-  drive.gyro = 0.02;
+  drive.twist.x() = 0.5;
+  drive.gyro.bias = 0.02;
   drive.run(5.0);
   const Pose2 before = drive.ekf.pose();
   const double turn_sigma = std::sqrt(drive.ekf.covariance()(Ekf::kTheta, Ekf::kTheta));
@@ -392,7 +388,7 @@ TEST(Ekf, TakesABiasFromElsewhereAndKeepsThePose) {
 
 TEST(Ekf, DoesNotCoastForeverNorBackInTime) {
   Drive drive;
-  drive.speed = 1.0;
+  drive.twist.x() = 1.0;
   drive.run(2.0);
   Ekf ekf = drive.ekf;
   ekf.predict(ekf.stamp() - milliseconds(100));
@@ -407,36 +403,35 @@ TEST(Ekf, DoesNotCoastForeverNorBackInTime) {
 
 TEST(Ekf, FlagsSlippingWheelsAndDistrustsThem) {
   Drive drive;
-  drive.speed = 0.3;
-  drive.gyro_noise = 0.003;
+  drive.twist.x() = 0.3;
+  drive.gyro.sigma = 0.003;
   drive.run(2.0);
   ASSERT_FALSE(drive.ekf.slip());
   const auto speedVarianceAfterWheels = [&] {
     Ekf ekf = drive.ekf;
-    ekf.updateWheels({drive.speed, 0, drive.wheel_rate}, true, milliseconds(20), drive.gyro);
+    ekf.updateWheels({0.3, 0, drive.wheels.spin.z()}, true, milliseconds(20), 0.0);
     return ekf.covariance()(Ekf::kSpeed, Ekf::kSpeed);
   };
   const double sure = speedVarianceAfterWheels();
   const double heading = drive.ekf.pose().theta;
 
-  drive.wheel_rate = 1.0;  // one wheel spins; the gyro knows that the robot does not turn
+  drive.wheels.spin.z() = 1.0;  // one wheel spins; the gyro knows that the robot does not turn
   drive.run(0.5);
   EXPECT_TRUE(drive.ekf.slip());
   EXPECT_GT(speedVarianceAfterWheels(), 10 * sure);
   drive.run(2.0);
   EXPECT_NEAR(drive.ekf.pose().theta, heading, 0.05);
 
-  drive.wheel_rate = 0.0;
+  drive.wheels.spin.z() = 0.0;
   drive.run(2.0);
   EXPECT_FALSE(drive.ekf.slip());
 }
 
 TEST(Ekf, AWrongTrackWidthIsNoSlip) {
   Drive drive;
-  drive.speed = 0.3;
-  drive.gyro = 2.0;
-  drive.wheel_rate = 2.0 * 1.05;
-  drive.gyro_noise = 0.003;
+  drive.twist = {0.3, 0.0, 2.0};
+  drive.wheels.turn_scale = 1.05;
+  drive.gyro.sigma = 0.003;
   for (int i = 0; i < 500; ++i) {
     drive.run(0.02);
     ASSERT_FALSE(drive.ekf.slip()) << i;
@@ -447,10 +442,9 @@ TEST(Ekf, WheelsNeverChangeTheGyroBias) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   Drive drive;
-  drive.speed = 0.5;
-  drive.wheel_rate = 0.45;  // a systematic error of the wheels
-  drive.gyro = 0.5;
-  drive.gyro_noise = 0.005;
+  drive.twist = {0.5, 0.0, 0.5};
+  drive.wheels.turn_scale = 0.9;  // a systematic error of the wheels
+  drive.gyro.sigma = 0.005;
   for (int i = 0; i < 500; ++i) {
     drive.run(0.02);
     const Ekf before = drive.ekf;
@@ -464,10 +458,9 @@ TEST(Ekf, WheelsNeverChangeTheGyroBias) {
 
 TEST(Ekf, ASystematicErrorOfTheWheelsDoesNotPassForAGyroBias) {
   Drive drive;
-  drive.speed = 0.3;
-  drive.gyro = 0.5;
-  drive.wheel_rate = 0.52;
-  drive.gyro_noise = 0.005;
+  drive.twist = {0.3, 0.0, 0.5};
+  drive.wheels.turn_scale = 1.04;
+  drive.gyro.sigma = 0.005;
   drive.run(20.0);
   EXPECT_NEAR(drive.ekf.gyroBias(), 0.0, 0.005);  // a quarter of the error
   const double before = drive.ekf.pose().theta;
@@ -477,23 +470,20 @@ TEST(Ekf, ASystematicErrorOfTheWheelsDoesNotPassForAGyroBias) {
 
 TEST(Ekf, TurnsByTheWheelsOnlyWhenThereIsNoGyro) {
   Drive wheels_only;
-  wheels_only.has_gyro = false;
-  wheels_only.speed = 0.3;
-  wheels_only.wheel_rate = 0.5;
+  wheels_only.gyro.there = false;
+  wheels_only.twist = {0.3, 0.0, 0.5};
   wheels_only.run(3.0);
   EXPECT_NEAR(wheels_only.ekf.twist().omega, 0.5, 0.01);
 
   Drive both;
-  both.speed = 0.3;
-  both.wheel_rate = 0.5;
-  both.gyro = 0.52;  // less than slip
+  both.twist = {0.3, 0.0, 0.5};
+  both.gyro.bias = 0.02;  // less than slip
   both.run(3.0);
   EXPECT_NEAR(both.ekf.pose().theta, 3.0 * 0.52, 0.03);
 
   Drive speed_only;
-  speed_only.has_gyro = speed_only.turn_rate_known = false;
-  speed_only.speed = 0.3;
-  speed_only.wheel_rate = 0.5;
+  speed_only.gyro.there = speed_only.turn_rate_known = false;
+  speed_only.twist = {0.3, 0.0, 0.5};
   speed_only.run(3.0);
   EXPECT_EQ(speed_only.ekf.pose().theta, 0.0);
   EXPECT_NEAR(speed_only.ekf.twist().vx, 0.3, 0.01);
@@ -525,7 +515,7 @@ TEST(Ekf, GatesLetTheConfiguredShareOfGoodMeasurementsPass) {
 
 TEST(Ekf, AnOutlierIsCountedAndChangesNothing) {
   Drive drive;
-  drive.speed = 0.3;
+  drive.twist.x() = 0.3;
   drive.run(1.0);
   drive.ekf.setPose({}, {0.02, 0.02, 0.01});
   const Ekf before = drive.ekf;
@@ -626,7 +616,7 @@ TEST(Ekf, TakesASuddenChangeOfSpeedButNoImpossibleOne) {
 
 TEST(Ekf, SetPoseKeepsTheBiasAndSetsTheUncertainty) {
   Drive drive;
-  drive.gyro = 0.01;
+  drive.gyro.bias = 0.01;
   drive.run(10.0);
   const Ekf before = drive.ekf;
   drive.ekf.setPose({4, 5, 6}, {0.1, 0.2, 0.3});

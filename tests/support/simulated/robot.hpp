@@ -27,12 +27,14 @@ class SimulatedRobot {
     Eigen::Vector3d spin{0, 0, 0};         ///< [m/s, m/s, rad/s] that they tell besides
     double sigma = 0.0, turn_sigma = 0.0;  ///< [m, rad] of each sample
     Pose2 pose = {};                       ///< that they tell
+    Eigen::Vector3d twist{0, 0, 0};        ///< [m/s, m/s, rad/s] of the newest sample
 
     /// They tell a motion that was none.
     void leap(const Pose2& motion) { pose = pose * motion; }
   };
   struct Gyro {
     bool there = true;
+    int per_step = 1;                          ///< samples
     double bias = 0.0, sigma = 0.0;            ///< [rad/s]
     std::function<double(double)> reads = {};  ///< [rad/s] what it makes of the rate; empty: it is right
   };
@@ -68,16 +70,19 @@ class SimulatedRobot {
     constexpr double kSeconds = toSeconds(kStep);
     now += kStep;
     truth = truth * exp(kSeconds * twist);
-    const Eigen::Vector3d told(wheels.scale * twist.x(), wheels.scale * twist.y(), wheels.turn_scale * twist.z());
-    wheels.pose = wheels.pose * exp(kSeconds * (told + wheels.spin));
+    wheels.twist = wheels.spin +
+                   Eigen::Vector3d(wheels.scale * twist.x(), wheels.scale * twist.y(), wheels.turn_scale * twist.z());
+    wheels.pose = wheels.pose * exp(kSeconds * wheels.twist);
     if (wheels.there) {
       const double error = noise(wheels.sigma), turn_error = noise(wheels.turn_sigma);
       wheels.pose = wheels.pose * Pose2{error, 0.0, turn_error};
+      wheels.twist += Eigen::Vector3d(error, 0.0, turn_error) / kSeconds;
       if constexpr (Takes<Sink, WheelSample>) sink.add(WheelSample{now, wheels.pose});
     }
-    if (gyro.there) {
+    for (int i = 0; i < gyro.per_step && gyro.there; ++i) {
       const double rate = twist.z() + gyro.bias + noise(gyro.sigma);
-      const ImuSample sample{now, {0, 0, gyro.reads ? gyro.reads(rate) : rate}, {0, 0, 9.81}};
+      const ImuSample sample{
+          now + i * kStep / gyro.per_step, {0, 0, gyro.reads ? gyro.reads(rate) : rate}, {0, 0, 9.81}};
       if constexpr (Takes<Sink, ImuSample>) sink.add(sample);
     }
     matches.pose =
