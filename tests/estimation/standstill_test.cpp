@@ -5,6 +5,8 @@
 #include <limits>
 #include <random>
 
+#include "support/simulated/robot.hpp"
+
 namespace slam {
 namespace {
 
@@ -14,31 +16,32 @@ const StandstillConfig kConfig{
     .max_speed = 0.01, .max_turn_rate = 0.02, .max_gyro_swing = 0.05, .max_gyro_rate = 0.1, .min_time = 0.5};
 
 /// A robot with wheels at 50 Hz and a gyro at 100 Hz.
-struct Robot {
+struct Robot : test::SimulatedRobot {
   Standstill standstill;
-  Timestamp now = Timestamp(milliseconds(5'000'000));
-  double speed = 0.0, turn_rate = 0.0, gyro = 0.0, gyro_noise = 0.0, bias = 0.0;
-  bool has_gyro = true;
-  std::mt19937 random{1};
+  double known_bias = 0.0;  // [rad/s]
 
-  bool run(double seconds) {
-    std::uniform_real_distribution<double> noise(-gyro_noise, gyro_noise);
-    for (const Timestamp end = now + fromSeconds(seconds); now < end;) {
-      for (int i = 0; i < 2; ++i) {
-        now += milliseconds(10);
-        if (has_gyro) standstill.addGyro(now, gyro + noise(random) - bias, kConfig.max_gyro_rate, kConfig);
-      }
-      standstill.addWheels(now, speed, turn_rate, kConfig);
-    }
+  /// @param gyro_noise [rad/s] at most
+  explicit Robot(double gyro_noise = 0.0) : SimulatedRobot(test::Room{}) {
+    gyro.per_step = 2;
+    gyro.reads = [this, noise = std::uniform_real_distribution<double>(-gyro_noise, gyro_noise)](double rate) mutable {
+      return rate + noise(random);
+    };
+  }
+
+  bool run(double seconds, const Eigen::Vector3d& twist = {0, 0, 0}) {
+    SimulatedRobot::run(seconds, twist, *this);
     return active();
+  }
+  void add(const WheelSample&) { standstill.addWheels(now, wheels.twist.x(), wheels.twist.z(), kConfig); }
+  void add(const ImuSample& sample) {
+    standstill.addGyro(sample.stamp, sample.gyro.z() - known_bias, kConfig.max_gyro_rate, kConfig);
   }
   bool active() const { return standstill.active(now, kConfig.min_time); }
 };
 
 TEST(Standstill, SeesARestingRobotThroughGyroNoiseAndBias) {
-  Robot robot;
-  robot.gyro = robot.bias = 0.3;  // far above max_gyro_rate
-  robot.gyro_noise = 0.02;
+  Robot robot(0.02);
+  robot.gyro.bias = robot.known_bias = 0.3;  // far above max_gyro_rate
   EXPECT_FALSE(robot.active());
   EXPECT_FALSE(robot.run(0.4));
   EXPECT_TRUE(robot.run(0.2));
@@ -49,10 +52,9 @@ TEST(Standstill, EndsAtOnceWhenTheWheelsMove) {
   for (const auto& [speed, turn_rate] : {std::pair{0.02, 0.0}, {-0.02, 0.0}, {0.0, 0.03}, {0.0, -0.03}}) {
     Robot robot;
     ASSERT_TRUE(robot.run(2.0));
-    robot.speed = speed;
-    robot.turn_rate = turn_rate;
+    robot.wheels.spin = {speed, 0.0, turn_rate};
     EXPECT_FALSE(robot.run(0.02));
-    robot.speed = robot.turn_rate = 0.0;
+    robot.wheels.spin.setZero();
     EXPECT_FALSE(robot.run(0.4));  // the quiet time counts from anew
     EXPECT_TRUE(robot.run(0.2));
   }
@@ -62,24 +64,22 @@ TEST(Standstill, EndsAtOnceWhenTheRobotIsTurnedByHand) {
   for (const double rate : {0.2, -0.2}) {
     Robot robot;
     ASSERT_TRUE(robot.run(2.0));
-    robot.gyro = rate;
-    EXPECT_FALSE(robot.run(0.02));
-    EXPECT_FALSE(robot.run(2.0));  // however evenly it is turned
-    robot.gyro = 0.0;
+    robot.wheels.turn_scale = 0.0;
+    EXPECT_FALSE(robot.run(0.02, {0.0, 0.0, rate}));
+    EXPECT_FALSE(robot.run(2.0, {0.0, 0.0, rate}));  // however evenly it is turned
     EXPECT_FALSE(robot.run(0.4));
     EXPECT_TRUE(robot.run(0.3));
   }
 }
 
 TEST(Standstill, AGyroThatSwingsMoreThanItsNoiseIsMotion) {
-  Robot robot;
-  robot.gyro_noise = 0.04;  // swing of 0.08, each reading below max_gyro_rate
+  Robot robot(0.04);  // swing of 0.08, each reading below max_gyro_rate
   EXPECT_FALSE(robot.run(5.0));
 }
 
 TEST(Standstill, NeedsNoGyro) {
   Robot robot;
-  robot.has_gyro = false;
+  robot.gyro.there = false;
   EXPECT_FALSE(robot.run(0.4));
   EXPECT_TRUE(robot.run(0.2));
 }
@@ -95,7 +95,7 @@ TEST(Standstill, ReadingsThatAreNoNumberAreNotQuiet) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   for (int broken = 0; broken < 3; ++broken) {
     Robot robot;
-    (broken == 0 ? robot.speed : broken == 1 ? robot.turn_rate : robot.gyro) = kNan;
+    (broken == 0 ? robot.wheels.spin.x() : broken == 1 ? robot.wheels.spin.z() : robot.gyro.bias) = kNan;
     EXPECT_FALSE(robot.run(2.0)) << broken;
   }
 }
