@@ -36,74 +36,59 @@ using test::recorded;
 
 constexpr double kPi = std::numbers::pi;
 constexpr std::int64_t kStart = 1'700'000'000'000'000;
-constexpr double kHalfRoom = 3.0;      // [m] half a side of the square room
-constexpr double kScanPeriod = 0.1;    // [s]
-constexpr double kWheelPeriod = 0.02;  // [s]
+constexpr double kHalfRoom = 3.0;    // [m] half a side of the square room
+constexpr double kScanPeriod = 0.1;  // [s]
 constexpr double kSeconds = 10.0;
 constexpr int kBeams = 360;
+const Eigen::Vector3d kBend(0.25, 0.0, 0.15);
 
 /// A drive off the room's middle: at rest for a second, then along a bend. Pose of base in the room.
 Pose2 truthAt(double seconds) {
   const double driven = std::max(0.0, seconds - 1.0);
-  return Pose2{-1.5, -1.2, 0.1} * exp({0.25 * driven, 0.0, 0.15 * driven});
+  return Pose2{-1.5, -1.2, 0.1} * exp(driven * kBend);
 }
 
-/// Distance from `origin` to the wall along `angle`, in a room with one block in a corner, so that it is not symmetric.
-double rayCast(const Pose2& origin, double angle) {
-  const double dx = std::cos(angle), dy = std::sin(angle);
-  double nearest = 1e9;
-  const auto wall = [&](double position, double direction, double start, double other, double other_direction,
-                        double from, double to) {
-    const double t = (position - start) / direction;
-    const double along = other + t * other_direction;
-    if (t > 0 && along >= from && along <= to) nearest = std::min(nearest, t);
-  };
-  for (const double side : {-kHalfRoom, kHalfRoom}) {
-    wall(side, dx, origin.x, origin.y, dy, -kHalfRoom, kHalfRoom);
-    wall(side, dy, origin.y, origin.x, dx, -kHalfRoom, kHalfRoom);
-  }
-  wall(2.0, dx, origin.x, origin.y, dy, 1.5, kHalfRoom);
-  wall(1.5, dy, origin.y, origin.x, dx, 2.0, kHalfRoom);
-  return nearest;
+/// A square room with one block in a corner, so that it is not symmetric.
+test::Place blockedRoom() {
+  test::Place place{.name = "Blocked", .low = {-3, -3}, .high = {3, 3}};
+  test::addWalls(place.world, {{-3, -3}, {3, -3}, {3, 1.5}, {2, 1.5}, {2, 3}, {-3, 3}});
+  return place;
 }
 
 std::int64_t utimeOf(double seconds) { return kStart + std::llround(seconds * 1e6); }
 
+struct DriveWriter {
+  EventLogWriter log;
+  const std::function<std::int64_t(int)>& stamp_of;
+  const std::function<void(int, LaserScan&)>& edit;
+  int number = 0;
+
+  void add(const WheelSample& sample) {
+    const std::int64_t utime = toMicroseconds(sample.stamp);
+    log.writeMessage(utime, channel::kWheels, toMessage(sample, utime));
+  }
+  void add(LaserScan scan) {
+    const std::int64_t utime = toMicroseconds(scan.stamp + fromSeconds(kScanPeriod));
+    if (edit) edit(number, scan);
+    log.writeMessage(utime, channel::kScan, toMessage(scan, stamp_of(number++)));
+  }
+};
+
 /// What the robot records on its drive. Wheels measure 3 % too far and drift in heading; ranges have 1 cm noise.
 /// @param stamp_of gives the stamp that scan number i is recorded with
 /// @param edit changes scan number i
-template <typename StampOf>
-void writeDrive(const std::filesystem::path& path, StampOf&& stamp_of, double seconds = kSeconds,
-                const std::function<void(int, LaserScan&)>& edit = {}) {
-  std::mt19937 random(7);
-  std::normal_distribution<double> noise(0.0, 0.01);
-  EventLogWriter log(path);
-  Pose2 wheels;
-  auto scan = std::make_unique<LaserScan>();
-  const int steps = static_cast<int>(std::lround(seconds / kWheelPeriod));
-  const int per_scan = static_cast<int>(std::lround(kScanPeriod / kWheelPeriod));
-  for (int step = 1; step <= steps; ++step) {
-    const double now = step * kWheelPeriod;
-    const Eigen::Vector3d motion = slam::log(between(truthAt(now - kWheelPeriod), truthAt(now)));
-    wheels = wheels * exp({1.03 * motion.x(), 0.0, 1.02 * motion.z() + 0.01 * motion.x()});
-    WheelSample sample;
-    sample.T_wheels_base = wheels;
-    log.writeMessage(utimeOf(now), channel::kWheels, toMessage(sample, utimeOf(now)));
-    if (step % per_scan != 0) continue;
-    const double begin = now - kScanPeriod;
-    scan->size = 0;
-    for (int i = 0; i < kBeams; ++i) {
-      const double offset = kScanPeriod * i / kBeams, bearing = 2 * kPi * i / kBeams - kPi;
-      const Pose2 pose = truthAt(begin + offset);
-      scan->push({.range = static_cast<float>(rayCast(pose, pose.theta + bearing) + noise(random)),
-                  .bearing = static_cast<float>(bearing),
-                  .time_offset = static_cast<float>(offset),
-                  .intensity = 0.0F});
-    }
-    const int number = step / per_scan - 1;
-    if (edit) edit(number, *scan);
-    log.writeMessage(utimeOf(now), channel::kScan, toMessage(*scan, stamp_of(number)));
-  }
+void writeDrive(const std::filesystem::path& path, const std::function<std::int64_t(int)>& stamp_of,
+                double seconds = kSeconds, const std::function<void(int, LaserScan&)>& edit = {}) {
+  test::SimulatedRobot robot(blockedRoom(), truthAt(0.0), 7);
+  robot.now = fromMicroseconds(kStart);
+  robot.wheels.scale = 1.03;
+  robot.wheels.turn_scale = 1.037;
+  robot.lidar.every = 5;
+  robot.lidar.sweep = kScanPeriod;
+  robot.lidar.first = -kPi;
+  DriveWriter writer{EventLogWriter(path), stamp_of, edit};
+  robot.run(1.0, {0, 0, 0}, writer);
+  robot.run(seconds - 1.0, kBend, writer);
 }
 
 std::int64_t trueStamp(int scan) { return utimeOf(scan * kScanPeriod); }
