@@ -9,7 +9,6 @@
 #include <map>
 #include <memory>
 #include <numbers>
-#include <random>
 #include <sstream>
 #include <string>
 #include <vector>

@@ -10,6 +10,7 @@
 
 namespace slam::test {
 
+/// A sink that has an add() for samples of a kind.
 template <typename Sink, typename Sample>
 concept Takes = requires(Sink& sink, const Sample& sample) {
   sink.add(sample);
@@ -34,7 +35,7 @@ class SimulatedRobot {
   };
   struct Gyro {
     bool there = true;
-    int per_step = 1;                          ///< samples
+    int per_step = 1;                          ///< samples from step to step
     double bias = 0.0, sigma = 0.0;            ///< [rad/s]
     std::function<double(double)> reads = {};  ///< [rad/s] what it makes of the rate; empty: it is right
   };
@@ -42,6 +43,7 @@ class SimulatedRobot {
     bool there = true;
     int every = 10, ahead = 0;  ///< steps from scan to scan; steps by which they come earlier
   };
+  /// Poses that matched scans tell, for a sink that takes poses.
   struct Matches {
     double scale = 1.0, drift = 0.0;  ///< [1] of the way, [rad/s] what scans tell wrongly
     Eigen::Vector3d sigma{0, 0, 0};   ///< [m, m, rad] of each pose
