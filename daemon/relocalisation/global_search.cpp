@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace slam {
@@ -12,6 +13,8 @@ namespace {
 constexpr double kFull = 255.0;  // of a level's value
 
 double square(double x) { return x * x; }
+
+int floorDivide(int value, int by) { return value >= 0 ? value / by : -((by - 1 - value) / by); }
 
 }  // namespace
 
@@ -50,35 +53,57 @@ GlobalSearch::GlobalSearch(std::span<const Eigen::Vector2d> walls, const GlobalS
   const auto index = [&](int column, int row) {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column);
   };
-  levels_.resize(static_cast<std::size_t>(config.levels));
-  levels_[0].values.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), 0);
-  levels_[0].reach = 1;
+  // A cell's value is that of the nearest point, so the kernel is computed once for a cell and not for each point.
+  const auto cells = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
   const int disc = static_cast<int>(std::ceil(config.kernel_sigmas * config.kernel_sigma / cell_));
+  std::vector<double> nearest(cells, std::numeric_limits<double>::infinity());  // squared, in cells
+  std::vector<double> across(static_cast<std::size_t>(2 * disc + 1));
   for (const Eigen::Vector2d& p : walls) {
     const Eigen::Vector2d at = (p - origin_) / cell_;
-    const int column = static_cast<int>(at.x()), row = static_cast<int>(at.y());
-    for (int r = row - disc; r <= row + disc; ++r) {
-      for (int c = column - disc; c <= column + disc; ++c) {
-        const double distance = cell_ * std::hypot(c + 0.5 - at.x(), r + 0.5 - at.y()) / config.kernel_sigma;
-        if (distance > config.kernel_sigmas || c < 0 || r < 0 || c >= columns_ || r >= rows_) continue;
-        const auto value = static_cast<std::uint8_t>(kFull * std::exp(-0.5 * distance * distance));
-        std::uint8_t& there = levels_[0].values[index(c, r)];
-        there = std::max(there, value);
-      }
+    const int left = static_cast<int>(at.x()) - disc, bottom = static_cast<int>(at.y()) - disc;
+    for (std::size_t i = 0; i < across.size(); ++i) across[i] = square(left + static_cast<int>(i) + 0.5 - at.x());
+    for (int r = bottom; r <= bottom + 2 * disc; ++r) {
+      const double along = square(r + 0.5 - at.y());
+      double* row = &nearest[index(left, r)];
+      for (std::size_t i = 0; i < across.size(); ++i) row[i] = std::min(row[i], across[i] + along);
     }
   }
-  // Each level is the maximum of four of the level below.
+  levels_.resize(static_cast<std::size_t>(config.levels));
+  levels_[0].reach = 1;
+  levels_[0].values.assign(cells, 0);
+  for (std::size_t i = 0; i < cells; ++i) {
+    if (std::isinf(nearest[i])) continue;
+    const double distance = cell_ * std::sqrt(nearest[i]) / config.kernel_sigma;
+    if (distance > config.kernel_sigmas) continue;
+    levels_[0].values[i] = static_cast<std::uint8_t>(kFull * std::exp(-0.5 * distance * distance));
+  }
+  // Each level is the maximum of four of the level below: of two beside each other, and then of two of those.
+  const auto width = static_cast<std::size_t>(columns_);
   for (std::size_t l = 1; l < levels_.size(); ++l) {
     const Level& below = levels_[l - 1];
+    const auto reach = static_cast<std::size_t>(below.reach);
     levels_[l].reach = 2 * below.reach;
-    levels_[l].values = below.values;
+    levels_[l].values.resize(cells);
     for (int r = 0; r < rows_; ++r) {
-      for (int c = 0; c < columns_; ++c) {
-        const int right = std::min(c + below.reach, columns_ - 1), up = std::min(r + below.reach, rows_ - 1);
-        std::uint8_t& value = levels_[l].values[index(c, r)];
-        value = std::max(
-            {value, below.values[index(right, r)], below.values[index(c, up)], below.values[index(right, up)]});
-      }
+      const std::uint8_t* from = &below.values[index(0, r)];
+      std::uint8_t* to = &levels_[l].values[index(0, r)];
+      for (std::size_t c = 0; c + reach < width; ++c) to[c] = std::max(from[c], from[c + reach]);
+      for (std::size_t c = width - reach; c < width; ++c) to[c] = std::max(from[c], from[width - 1]);
+    }
+    for (int r = 0; r < rows_; ++r) {
+      const std::uint8_t* from = &levels_[l].values[index(0, std::min(r + below.reach, rows_ - 1))];
+      std::uint8_t* to = &levels_[l].values[index(0, r)];
+      for (std::size_t c = 0; c < width; ++c) to[c] = std::max(to[c], from[c]);
+    }
+  }
+  const std::vector<std::uint8_t> coarsest = std::move(levels_.back().values);
+  const int step = coarsest_.step = levels_.back().reach;
+  coarsest_.columns = (columns_ + step - 1) / step;
+  coarsest_.rows = (rows_ + step - 1) / step;
+  coarsest_.values.assign(coarsest_.planeSize() * static_cast<std::size_t>(step * step), 0);
+  for (int r = 0; r < rows_; ++r) {
+    for (int c = 0; c < columns_; ++c) {
+      coarsest_.plane(c % step, r % step)[r / step * coarsest_.columns + c / step] = coarsest[index(c, r)];
     }
   }
 }
@@ -135,7 +160,7 @@ std::vector<GlobalPlace> GlobalSearch::search(std::span<const Eigen::Vector2d> p
 std::vector<GlobalSearch::Block> GlobalSearch::coarseBlocks(const Query& query, int threshold,
                                                             const std::optional<PlaceWindow>& around) const {
   // The query's origin lies within the walls' bounding box.
-  const int coarsest = static_cast<int>(levels_.size()) - 1, step = levels_.back().reach;
+  const int coarsest = static_cast<int>(levels_.size()) - 1, step = coarsest_.step;
   int left = margin_, right = columns_ - margin_, bottom = margin_, top = rows_ - margin_;
   if (around) {
     const double reach = around->translation / cell_;
@@ -145,14 +170,28 @@ std::vector<GlobalSearch::Block> GlobalSearch::coarseBlocks(const Query& query, 
     bottom = std::max(bottom, static_cast<int>(middle.y() - reach));
     top = std::min(top, static_cast<int>(middle.y() + reach) + 1);
   }
+  const int across = (right - left + step - 1) / step, along = (top - bottom + step - 1) / step;
+  if (across <= 0 || along <= 0) return {};
+  std::vector<int> bounds(static_cast<std::size_t>(across) * static_cast<std::size_t>(along));
   std::vector<Block> blocks;
   for (int turn = 0; turn < query.turns; ++turn) {
     if (around && std::abs(wrapAngle(turn * query.step - around->T_map_query.theta)) > around->rotation) continue;
+    std::fill(bounds.begin(), bounds.end(), 0);
+    for (const Query::Point& point : query.at(turn)) {
+      const int column = left + point.column, row = bottom + point.row;
+      const int c0 = floorDivide(column, step), r0 = floorDivide(row, step);
+      const std::uint8_t* plane = coarsest_.plane(column - c0 * step, row - r0 * step);
+      const int begin = std::max(0, -c0), end = std::min(across, coarsest_.columns - c0);
+      for (int r = std::max(0, -r0); r < std::min(along, coarsest_.rows - r0); ++r) {
+        const std::uint8_t* values = plane + static_cast<std::ptrdiff_t>(r0 + r) * coarsest_.columns + c0;
+        int* sums = &bounds[static_cast<std::size_t>(r) * static_cast<std::size_t>(across)];
+        for (int c = begin; c < end; ++c) sums[c] += values[c];
+      }
+    }
+    const int* bound = bounds.data();
     for (int row = bottom; row < top; row += step) {
-      for (int column = left; column < right; column += step) {
-        const Pose pose{turn, column, row};
-        const int bound = score(query, coarsest, pose);
-        if (bound > threshold) blocks.push_back({pose, coarsest, bound});
+      for (int column = left; column < right; column += step, ++bound) {
+        if (*bound > threshold) blocks.push_back({{turn, column, row}, coarsest, *bound});
       }
     }
   }
@@ -185,16 +224,8 @@ bool GlobalSearch::elsewhere(const Query& query, const Pose& block, int width, s
   });
 }
 
-int GlobalSearch::score(const Query& query, int level, const Pose& pose) const {
-  const std::uint8_t* values = levels_[static_cast<std::size_t>(level)].values.data();
-  int sum = 0;
-  for (const Query::Point& point : query.at(pose.turn)) {
-    sum += valueAt(values, point.column + pose.column, point.row + pose.row);
-  }
-  return sum;
-}
-
-/// score() of a block of the level above, quarter by quarter: lower left, lower right, upper left, upper right.
+/// Sums of a level's values under the points, for each quarter of a block of the level above: lower left, lower right,
+/// upper left, upper right.
 std::array<int, 4> GlobalSearch::scoreQuarters(const Query& query, int level, const Pose& pose) const {
   const std::uint8_t* values = levels_[static_cast<std::size_t>(level)].values.data();
   const int half = levels_[static_cast<std::size_t>(level)].reach;

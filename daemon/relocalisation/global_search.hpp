@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/pose2.hpp"
@@ -61,8 +62,22 @@ class GlobalSearch {
   };
   struct Query;
   struct Level {
-    int reach = 0;  // cells that it covers, to the right and up
+    int reach = 0;                     // cells that it covers, to the right and up
+    std::vector<std::uint8_t> values;  // of the coarsest one none
+  };
+  /// The coarsest level. All its blocks are looked at, a step apart: of each place within a step it has a plane, on
+  /// which they lie side by side.
+  struct Planes {
+    int step = 0, columns = 0, rows = 0;  // of a plane
     std::vector<std::uint8_t> values;
+
+    std::size_t planeSize() const { return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows); }
+    const std::uint8_t* plane(int column, int row) const {
+      return values.data() + static_cast<std::size_t>(row * step + column) * planeSize();
+    }
+    std::uint8_t* plane(int column, int row) {
+      return const_cast<std::uint8_t*>(std::as_const(*this).plane(column, row));
+    }
   };
 
   static constexpr int kMostLevels = 32;
@@ -73,7 +88,6 @@ class GlobalSearch {
     bool operator<(const Block& other) const { return order() < other.order(); }
   };
   std::vector<Block> coarseBlocks(const Query& query, int threshold, const std::optional<PlaceWindow>& around) const;
-  int score(const Query& query, int level, const Pose& pose) const;
   std::array<int, 4> scoreQuarters(const Query& query, int level, const Pose& pose) const;
   /// 0 beyond the border, on the coarsest level neither: the margin is as wide as that one reaches.
   int valueAt(const std::uint8_t* values, int column, int row) const {
@@ -91,6 +105,7 @@ class GlobalSearch {
   Eigen::Vector2d origin_ = Eigen::Vector2d::Zero();  // lower-left corner of cell (0, 0) of the finest level
   int columns_ = 0, rows_ = 0, margin_ = 0;           // of all levels
   std::vector<Level> levels_;                         // finest first
+  Planes coarsest_;
 };
 
 }  // namespace slam
