@@ -94,7 +94,9 @@ void OccupancyGrid::set(CellIndex cell, LogOdds lidar, LogOdds depth) {
   const auto bounded = [](LogOdds value, const Layer& layer) {
     return layer.keeps_obstacles && value > 0 ? kCertain : std::clamp(value, layer.min, layer.max);
   };
-  Cell& written = tiles_.cell(cell);
+  const TileIndex tile = Tiles::tileOf(cell);
+  if (pen_.tile == nullptr || pen_.index != tile) enter(tile);
+  Cell& written = pen_.tile->at(cell.column & (kTileSide - 1), cell.row & (kTileSide - 1));
   written.lidar = bounded(lidar, lidar_);
   written.depth = bounded(depth, depth_);
 }
@@ -117,6 +119,7 @@ OccupancyGrid OccupancyGrid::patch(const OccupancyGridConfig& config, std::span<
 }
 
 void OccupancyGrid::replaceBy(OccupancyGrid&& patch) {
+  pen_ = {};
   std::vector<TileIndex> tiles;
   patch.tiles_.forEachTile([&](TileIndex tile, const auto&) { tiles.push_back(tile); });
   for (const TileIndex& tile : tiles) {

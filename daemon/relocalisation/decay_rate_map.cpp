@@ -138,19 +138,26 @@ std::vector<std::uint8_t> DecayRateMap::blurred(const std::vector<float>& wall, 
     }
   }
   for (int row = 0; row < rows; ++row) {
-    for (int column = 0; column < columns; ++column) {
-      const float value = along[walls_.index(column, row)];
-      if (value == 0.0F) continue;
-      for (int r = std::max(0, row - reach); r <= std::min(rows - 1, row + reach); ++r) {
-        both[walls_.index(column, r)] += value * kernel[static_cast<std::size_t>(r - row + reach)];
-      }
+    const float* from = &along[walls_.index(0, row)];
+    for (int r = std::max(0, row - reach); r <= std::min(rows - 1, row + reach); ++r) {
+      const float share = kernel[static_cast<std::size_t>(r - row + reach)];
+      float* to = &both[walls_.index(0, r)];
+      for (int column = 0; column < columns; ++column) to[column] += from[column] * share;
     }
   }
+  const auto value = [](double rate) {
+    return static_cast<std::uint8_t>(std::clamp(std::lround((std::log(rate) - kLowest) / kStep), 0L, 255L));
+  };
+  const std::uint8_t unknown = value(unknown_rate_),
+                     free = value(model_.rate_free);  // far from walls, as most cells are
   std::vector<std::uint8_t> level(both.size());
   for (std::size_t i = 0; i < both.size(); ++i) {
-    const double around = walls_.known(i) == DistanceField::Known::kNothing ? unknown_rate_ : model_.rate_free;
-    const double log_rate = std::log(wall_rate_ * static_cast<double>(both[i]) + around);
-    level[i] = static_cast<std::uint8_t>(std::clamp(std::lround((log_rate - kLowest) / kStep), 0L, 255L));
+    const bool is_unknown = walls_.known(i) == DistanceField::Known::kNothing;
+    if (both[i] == 0.0F) {
+      level[i] = is_unknown ? unknown : free;
+    } else {
+      level[i] = value(wall_rate_ * static_cast<double>(both[i]) + (is_unknown ? unknown_rate_ : model_.rate_free));
+    }
   }
   return level;
 }

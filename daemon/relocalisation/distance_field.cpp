@@ -87,11 +87,16 @@ void DistanceField::mark(const KeyframeGraph& keyframes, std::span<const int> ma
       mark(solid_.back(), Known::kSolid);
     }
     if (config_.kind == MapKind::kFloorPlan) continue;
-    const Eigen::Vector2d lidar = T_map_id * scan.T_base_lidar.translation();
+    const PointTransform T(T_map_id);
+    const auto toCells = [&](const Eigen::Vector2d& p) -> Eigen::Vector2d { return (T * p - origin_) / cell_; };
+    const Eigen::Vector2d lidar = toCells(scan.T_base_lidar.translation());
     for (const Keyframe::Point& point : scan.points) {
-      const Eigen::Vector2d ray = T_map_id * Eigen::Vector2d(point.x, point.y) - lidar;
-      const double length = ray.norm();
-      for (double s = 0.0; s < length - config_.before_end; s += cell_) mark(lidar + s / length * ray, Known::kFree);
+      const Eigen::Vector2d ray = toCells(Eigen::Vector2d(point.x, point.y)) - lidar;
+      const double length = ray.norm(), end = length - config_.before_end / cell_;
+      const Eigen::Vector2d step = ray / length;
+      for (double s = 0.0; s < end; s += 1.0) {
+        if (const auto i = cellAt(lidar + s * step); i >= 0) known_[static_cast<std::size_t>(i)] = Known::kFree;
+      }
     }
   }
   for (const Wall& wall : walls_) mark(wall.position, Known::kSolid);
@@ -116,8 +121,9 @@ std::vector<Eigen::Vector2d> DistanceField::wallPoints() const {
   return points;
 }
 
-std::int64_t DistanceField::index(const Eigen::Vector2d& p_map) const {
-  const Eigen::Vector2d at = (p_map - origin_) / cell_;
+std::int64_t DistanceField::index(const Eigen::Vector2d& p_map) const { return cellAt((p_map - origin_) / cell_); }
+
+std::int64_t DistanceField::cellAt(const Eigen::Vector2d& at) const {
   if (!(at.x() >= 0.0 && at.y() >= 0.0 && at.x() < columns_ && at.y() < rows_)) return -1;
   return static_cast<std::int64_t>(at.y()) * columns_ + static_cast<std::int64_t>(at.x());
 }

@@ -63,6 +63,7 @@ class DistanceField {
   void spread();
   void mark(const KeyframeGraph& keyframes, std::span<const int> map);
   void measure();
+  std::int64_t cellAt(const Eigen::Vector2d& at) const;  // [cells] from the origin; -1: outside
 
   DistanceFieldConfig config_;
   double cell_ = 0.1, thickness_ = 0.0;  // [m]

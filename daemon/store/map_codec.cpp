@@ -5,6 +5,7 @@
 #include <array>
 #include <climits>
 #include <cmath>
+#include <cstring>
 #include <iomanip>
 #include <sstream>
 #include <toml++/toml.h>
@@ -97,8 +98,10 @@ void decodeLayer(std::string_view bytes, TileBox box, Set&& set) {
   for (BinaryReader tiles(raw); !tiles.atEnd();) {
     const auto column = tiles.get<std::int32_t>(), row = tiles.get<std::int32_t>();
     box.add(column, row);
+    const std::string_view cells = tiles.getBytes(kTileCells * sizeof(LogOdds));
     for (int i = 0; i < static_cast<int>(kTileCells); ++i) {
-      const auto log_odds = tiles.get<LogOdds>();
+      LogOdds log_odds;
+      std::memcpy(&log_odds, cells.data() + static_cast<std::size_t>(i) * sizeof(LogOdds), sizeof(LogOdds));
       if (log_odds == 0) continue;
       set(CellIndex{column * OccupancyGrid::kTileSide + i % OccupancyGrid::kTileSide,
                     row * OccupancyGrid::kTileSide + i / OccupancyGrid::kTileSide},
