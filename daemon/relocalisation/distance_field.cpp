@@ -90,12 +90,14 @@ void DistanceField::mark(const KeyframeGraph& keyframes, std::span<const int> ma
     const PointTransform T(T_map_id);
     const auto toCells = [&](const Eigen::Vector2d& p) -> Eigen::Vector2d { return (T * p - origin_) / cell_; };
     const Eigen::Vector2d lidar = toCells(scan.T_base_lidar.translation());
+    const bool inside = cellAt(lidar) >= 0;  // as all walls are, and so all ways to them
     for (const Keyframe::Point& point : scan.points) {
       const Eigen::Vector2d ray = toCells(Eigen::Vector2d(point.x, point.y)) - lidar;
       const double length = ray.norm(), end = length - config_.before_end / cell_;
       const Eigen::Vector2d step = ray / length;
       for (double s = 0.0; s < end; s += 1.0) {
-        if (const auto i = cellAt(lidar + s * step); i >= 0) known_[static_cast<std::size_t>(i)] = Known::kFree;
+        const Eigen::Vector2d at = lidar + s * step;
+        if (inside || cellAt(at) >= 0) known_[index(static_cast<int>(at.x()), static_cast<int>(at.y()))] = Known::kFree;
       }
     }
   }
