@@ -7,7 +7,10 @@
 namespace slam {
 
 /// @return angle [rad] in [-pi, pi]
-inline double wrapAngle(double angle) { return std::remainder(angle, 2.0 * std::numbers::pi); }
+inline double wrapAngle(double angle) {
+  if (std::abs(angle) <= std::numbers::pi) return angle;  // as nearly all are, and a remainder takes a call
+  return std::remainder(angle, 2.0 * std::numbers::pi);
+}
 
 /// Rigid transform of the plane, T_a_b: takes coordinates of frame b to frame a, p_a = T_a_b * p_b.
 struct Pose2 {

@@ -24,13 +24,11 @@ Reference::Grid::Grid(double cell, double radius, double extent)
   blocks_ = std::max(1, static_cast<int>(side >> kBlockShift));
   touched_.assign(static_cast<std::size_t>(blocks_ * blocks_), 0);
   for (int row = -reach; row <= reach; ++row) {
-    for (int column = -reach; column <= reach; ++column) {
-      const double distance = std::hypot(column, row) * cell;
-      if (distance <= radius) disc.push_back({column, row, static_cast<float>(distance * distance)});
-    }
+    int half = -1;
+    while (half < reach && std::hypot(half + 1, row) * cell <= radius) ++half;
+    half_rows.push_back(half);
   }
-  std::stable_sort(disc.begin(), disc.end(),
-                   [](const Offset& a, const Offset& b) { return a.distance_squared < b.distance_squared; });
+  columns.resize(half_rows.size());
 }
 
 void Reference::Grid::touch(int column, int row) {
@@ -182,17 +180,23 @@ void Reference::enter(Grid& grid, std::int32_t id) {
     if (taken) return;
   }
   grid.touch(column, row);
-  for (const Offset& offset : grid.disc) {
-    const int c = column + offset.column, r = row + offset.row;
-    std::int32_t& occupant = grid.at(c, r);
-    if (occupant != kNone) {
-      const double x = (c + 0.5) * cell, y = (r + 0.5) * cell;
-      const Surfel& other = surfels_[static_cast<std::size_t>(occupant)];
-      const double mine = (surfel.x - x) * (surfel.x - x) + (surfel.y - y) * (surfel.y - y);
-      const double theirs = (other.x - x) * (other.x - x) + (other.y - y) * (other.y - y);
-      if (theirs <= mine) continue;
+  for (int i = -grid.reach; i <= grid.reach; ++i) {
+    const double x = (column + i + 0.5) * cell;
+    grid.columns[static_cast<std::size_t>(i + grid.reach)] = {x, (surfel.x - x) * (surfel.x - x)};
+  }
+  for (int i = -grid.reach; i <= grid.reach; ++i) {
+    const double y = (row + i + 0.5) * cell, across = (surfel.y - y) * (surfel.y - y);
+    const int half = grid.half_rows[static_cast<std::size_t>(i + grid.reach)];
+    for (int k = -half; k <= half; ++k) {
+      std::int32_t& occupant = grid.at(column + k, row + i);
+      if (occupant != kNone) {
+        const Surfel& other = surfels_[static_cast<std::size_t>(occupant)];
+        const auto& [x, along] = grid.columns[static_cast<std::size_t>(k + grid.reach)];
+        const double theirs = (other.x - x) * (other.x - x) + (other.y - y) * (other.y - y);
+        if (theirs <= along + across) continue;
+      }
+      occupant = id;
     }
-    occupant = id;
   }
 }
 

@@ -80,16 +80,16 @@ class Reference {
 
  private:
   static constexpr std::int32_t kNone = 0;  // a surfel that is always forgotten
-  struct Offset {
-    int column, row;
-    float distance_squared;  // [m^2]
-  };
   struct Grid {
-    double inverse_cell;       // [1/m]
-    int mask;                  // side - 1, side a power of two
-    int shift;                 // log2(side)
-    int reach;                 // [cells] of the disc
-    std::vector<Offset> disc;  // cells within the radius, nearest first
+    double inverse_cell;         // [1/m]
+    int mask;                    // side - 1, side a power of two
+    int shift;                   // log2(side)
+    int reach;                   // [cells] of the disc of cells within the radius
+    std::vector<int> half_rows;  // [cells] of the disc's rows, to either side of its middle
+    struct Column {
+      double x, mine;  // [m], and squared from the surfel that is entered
+    };
+    std::vector<Column> columns;  // of the disc
 
     Grid(double cell, double radius, double extent);
     int coordinate(double metres) const {  // floor(), which is a call where SSE4.1 may not be used
