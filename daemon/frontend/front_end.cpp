@@ -60,6 +60,17 @@ void FrontEnd::add(const ImuSample& recorded) {
 }
 
 ScanOutcome FrontEnd::add(const LaserScan& recorded, bool may_keep) {
+  const ScanOutcome outcome = track(recorded, may_keep);
+  takeAnchor(outcome.stamp);
+  return outcome;
+}
+
+void FrontEnd::takeAnchor(Timestamp stamp) {
+  const ReferenceKeyframe* nearest = local_map_.nearest(pose_.at(stamp).pose().translation());
+  anchor_ = nearest != nullptr ? *nearest : ReferenceKeyframe{};
+}
+
+ScanOutcome FrontEnd::track(const LaserScan& recorded, bool may_keep) {
   const SensorIntake::Scan taken =  // order of stamps, copies, a stuck lidar
       intake_.accept(recorded, pose_, odometry_, preprocessor_.interpreter().noReturnCodes());
   ScanOutcome outcome;
@@ -180,6 +191,7 @@ void FrontEnd::setPose(const Pose2& T_map_base, const Eigen::Vector3d& sigma) {
   pose_.setPose(T_map_base, sigma);
   beginSession(KeyframeOrigin::kGiven);
   keyframes_.setSigma(sigma);
+  takeAnchor(pose_.newestStamp());
 }
 
 void FrontEnd::beginSession(KeyframeOrigin origin) {
@@ -198,6 +210,7 @@ void FrontEnd::apply(MapCorrection& correction) {
   monitor_.interrupt();
   tracking_.transform(T_new_old);
   keyframes_.transform(T_new_old);
+  takeAnchor(pose_.newestStamp());
 }
 
 PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
@@ -210,7 +223,8 @@ PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
   // Wheels without a gyro beside them are as likely wrong as the scans.
   const bool contradicted = monitor_.scans.contradicts() && ekf.gyroActive();
   estimate.state = tracking_.state(stamp, estimate.covariance, contradicted);
-  const Eigen::Matrix3d of_map = anchor(estimate.T_map_base).covariance + monitor_.scans.covariance();
+  const Eigen::Matrix3d of_map =
+      carried(anchor_.covariance, between(anchor_.T_map_base, estimate.T_map_base)) + monitor_.scans.covariance();
   estimate.covariance += rotated(of_map, estimate.T_map_base.theta);
   return estimate;
 }

@@ -91,6 +91,8 @@ class FrontEnd {
   EkfCounters filterCounters() const { return pose_.at(pose_.newestStamp()).counters(); }
 
  private:
+  ScanOutcome track(const LaserScan& recorded, bool may_keep);
+  void takeAnchor(Timestamp stamp);
   const Keyframe* beginMap(const Cloud& cloud, const Prediction& predicted);
   void recoverBySearch(const Cloud& cloud, const Prediction& predicted, ScanOutcome& outcome);
   const Keyframe* follow(const Cloud& cloud, const Prediction& predicted, const MatchResult& match, bool may_keep);
@@ -108,6 +110,7 @@ class FrontEnd {
   OdometryMonitor monitor_;
   Preprocessor preprocessor_;
   LocalMap local_map_;
+  ReferenceKeyframe anchor_;  // nearest to the newest scan, of what may be many; of an empty map none is uncertain
   Registration registration_;
   MatchValidator validator_;
   TrackingState tracking_;

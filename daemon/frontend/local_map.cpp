@@ -19,18 +19,23 @@ LocalMap::LocalMap(const FrontEndConfig& config)
   keyframes_.reserve(MapCorrection::kMaxKeyframes);
 }
 
-AnchoredPose LocalMap::anchor(const Pose2& T_map_base) const {
+const ReferenceKeyframe* LocalMap::nearest(const Eigen::Vector2d& p_map) const {
   const ReferenceKeyframe* nearest = nullptr;
   double shortest = std::numeric_limits<double>::infinity();
   for (const ReferenceKeyframe& keyframe : keyframes_) {
-    const double distance = (keyframe.T_map_base.translation() - T_map_base.translation()).squaredNorm();
+    const double distance = (keyframe.T_map_base.translation() - p_map).squaredNorm();
     if (distance >= shortest) continue;
     shortest = distance;
     nearest = &keyframe;
   }
-  if (nearest == nullptr) return {-1, T_map_base};
-  const Pose2 T_keyframe_base = between(nearest->T_map_base, T_map_base);
-  return {nearest->id, T_keyframe_base, carried(nearest->covariance, T_keyframe_base)};
+  return nearest;
+}
+
+AnchoredPose LocalMap::anchor(const Pose2& T_map_base) const {
+  const ReferenceKeyframe* keyframe = nearest(T_map_base.translation());
+  if (keyframe == nullptr) return {-1, T_map_base};
+  const Pose2 T_keyframe_base = between(keyframe->T_map_base, T_map_base);
+  return {keyframe->id, T_keyframe_base, carried(keyframe->covariance, T_keyframe_base)};
 }
 
 void LocalMap::add(const Keyframe& keyframe, const ScanPoints& points) {

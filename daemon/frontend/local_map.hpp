@@ -34,6 +34,8 @@ class LocalMap {
   const Reference& reference() const { return reference_; }
   /// By id.
   std::span<const ReferenceKeyframe> keyframes() const { return keyframes_; }
+  /// The keyframe nearest to a place; nullptr: there is none yet.
+  const ReferenceKeyframe* nearest(const Eigen::Vector2d& p_map) const;
   AnchoredPose anchor(const Pose2& T_map_base) const;
   /// Whether keyframes are added: not to a given map that the robot was found in.
   bool extends() const { return extends_; }
