@@ -184,14 +184,19 @@ void Reference::enter(Grid& grid, std::int32_t id) {
     const double x = (column + i + 0.5) * cell;
     grid.columns[static_cast<std::size_t>(i + grid.reach)] = {x, (surfel.x - x) * (surfel.x - x)};
   }
-  for (int i = -grid.reach; i <= grid.reach; ++i) {
+  // What a cell that is written might change, as far as the compiler knows.
+  const int mask = grid.mask, reach = grid.reach;
+  const Surfel* const surfels = surfels_.data();
+  const Grid::Column* const columns = &grid.columns[static_cast<std::size_t>(reach)];
+  for (int i = -reach; i <= reach; ++i) {
     const double y = (row + i + 0.5) * cell, across = (surfel.y - y) * (surfel.y - y);
-    const int half = grid.half_rows[static_cast<std::size_t>(i + grid.reach)];
+    const int half = grid.half_rows[static_cast<std::size_t>(i + reach)];
+    std::int32_t* const cells = &grid.at(0, row + i);
     for (int k = -half; k <= half; ++k) {
-      std::int32_t& occupant = grid.at(column + k, row + i);
+      std::int32_t& occupant = cells[(column + k) & mask];
       if (occupant != kNone) {
-        const Surfel& other = surfels_[static_cast<std::size_t>(occupant)];
-        const auto& [x, along] = grid.columns[static_cast<std::size_t>(k + grid.reach)];
+        const Surfel& other = surfels[occupant];
+        const auto& [x, along] = columns[k];
         const double theirs = (other.x - x) * (other.x - x) + (other.y - y) * (other.y - y);
         if (theirs <= along + across) continue;
       }
