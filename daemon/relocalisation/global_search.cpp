@@ -55,28 +55,31 @@ GlobalSearch::GlobalSearch(std::span<const Eigen::Vector2d> walls, const GlobalS
   };
   // A cell's value is that of the nearest point, so the kernel is computed once for a cell and not for each point.
   const auto cells = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
-  const int disc = static_cast<int>(std::ceil(config.kernel_sigmas * config.kernel_sigma / cell_));
-  std::vector<double> nearest(cells, std::numeric_limits<double>::infinity());  // squared, in cells
-  std::vector<double> across(static_cast<std::size_t>(2 * disc + 1));
-  for (const Eigen::Vector2d& p : walls) {
-    const Eigen::Vector2d at = (p - origin_) / cell_;
-    const int left = static_cast<int>(at.x()) - disc, bottom = static_cast<int>(at.y()) - disc;
-    for (std::size_t i = 0; i < across.size(); ++i) across[i] = square(left + static_cast<int>(i) + 0.5 - at.x());
-    for (int r = bottom; r <= bottom + 2 * disc; ++r) {
-      const double along = square(r + 0.5 - at.y());
-      double* row = &nearest[index(left, r)];
-      for (std::size_t i = 0; i < across.size(); ++i) row[i] = std::min(row[i], across[i] + along);
+  const auto smoothed = [&] {
+    const int disc = static_cast<int>(std::ceil(config.kernel_sigmas * config.kernel_sigma / cell_));
+    std::vector<double> nearest(cells, std::numeric_limits<double>::infinity());  // squared, in cells
+    std::vector<double> across(static_cast<std::size_t>(2 * disc + 1));
+    for (const Eigen::Vector2d& p : walls) {
+      const Eigen::Vector2d at = (p - origin_) / cell_;
+      const int left = static_cast<int>(at.x()) - disc, bottom = static_cast<int>(at.y()) - disc;
+      for (std::size_t i = 0; i < across.size(); ++i) across[i] = square(left + static_cast<int>(i) + 0.5 - at.x());
+      for (int r = bottom; r <= bottom + 2 * disc; ++r) {
+        const double along = square(r + 0.5 - at.y());
+        double* row = &nearest[index(left, r)];
+        for (std::size_t i = 0; i < across.size(); ++i) row[i] = std::min(row[i], across[i] + along);
+      }
     }
-  }
+    std::vector<std::uint8_t> values(cells, 0);
+    for (std::size_t i = 0; i < cells; ++i) {
+      if (std::isinf(nearest[i])) continue;
+      const double distance = cell_ * std::sqrt(nearest[i]) / config.kernel_sigma;
+      if (distance > config.kernel_sigmas) continue;
+      values[i] = static_cast<std::uint8_t>(kFull * std::exp(-0.5 * distance * distance));
+    }
+    return values;
+  };
   levels_.resize(static_cast<std::size_t>(config.levels));
-  levels_[0].reach = 1;
-  levels_[0].values.assign(cells, 0);
-  for (std::size_t i = 0; i < cells; ++i) {
-    if (std::isinf(nearest[i])) continue;
-    const double distance = cell_ * std::sqrt(nearest[i]) / config.kernel_sigma;
-    if (distance > config.kernel_sigmas) continue;
-    levels_[0].values[i] = static_cast<std::uint8_t>(kFull * std::exp(-0.5 * distance * distance));
-  }
+  levels_[0] = {.reach = 1, .values = smoothed()};
   // Each level is the maximum of four of the level below: of two beside each other, and then of two of those.
   const auto width = static_cast<std::size_t>(columns_);
   for (std::size_t l = 1; l < levels_.size(); ++l) {
