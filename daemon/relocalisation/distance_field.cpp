@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <queue>
 
 namespace slam {
@@ -51,17 +52,30 @@ void DistanceField::spread() {
     bool operator<(const Front& other) const { return distance > other.distance; }
   };
   std::priority_queue<Front> front;
+  const auto distance = [&](int column, int row, std::int32_t wall) {
+    const Eigen::Vector2d centre = origin_ + cell_ * Eigen::Vector2d(column + 0.5, row + 0.5);
+    return (walls_[static_cast<std::size_t>(wall)].position - centre).norm();
+  };
   const auto push = [&](int column, int row, std::int32_t wall) {
     if (column < 0 || row < 0 || column >= columns_ || row >= rows_) return;
     if (nearest_[index(column, row)] >= 0) return;
-    const Eigen::Vector2d centre = origin_ + cell_ * Eigen::Vector2d(column + 0.5, row + 0.5);
-    const double distance = (walls_[static_cast<std::size_t>(wall)].position - centre).norm();
-    if (distance <= config_.reach) front.push({static_cast<float>(distance), column, row, wall});
+    const double away = distance(column, row, wall);
+    if (away <= config_.reach) front.push({static_cast<float>(away), column, row, wall});
   };
-  for (std::size_t i = 0; i < walls_.size(); ++i) {
-    const Eigen::Vector2d at = (walls_[i].position - origin_) / cell_;
-    push(static_cast<int>(at.x()), static_cast<int>(at.y()), static_cast<std::int32_t>(i));
-  }
+  // Of the walls in a cell, only that nearest to its middle spreads: maps hold many scans of a wall.
+  std::vector<float> least(nearest_.size(), std::numeric_limits<float>::infinity());  // [m]
+  const auto forEachWall = [&](auto&& visit) {
+    for (std::size_t i = 0; i < walls_.size(); ++i) {
+      const Eigen::Vector2d at = (walls_[i].position - origin_) / cell_;
+      const int column = static_cast<int>(at.x()), row = static_cast<int>(at.y());
+      const auto wall = static_cast<std::int32_t>(i);
+      visit(column, row, wall, static_cast<float>(distance(column, row, wall)), least[index(column, row)]);
+    }
+  };
+  forEachWall([&](int, int, std::int32_t, float away, float& shortest) { shortest = std::min(shortest, away); });
+  forEachWall([&](int column, int row, std::int32_t wall, float away, const float& shortest) {
+    if (away <= shortest) push(column, row, wall);
+  });
   while (!front.empty()) {
     const Front next = front.top();
     front.pop();
