@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <unordered_map>
 
 namespace slam {
 namespace {
@@ -99,15 +98,20 @@ std::optional<LoopClosureSearch::Candidate> LoopClosureSearch::candidate(const K
   if (near.empty()) return std::nullopt;
 
   // How far off may each be? What was never reached within the bound is as far as the bound.
-  std::unordered_map<int, PoseGraph::Reached> reached;
-  for (const auto& node : keyframes.graph().reach(newest, far * far, near)) reached[node.node] = node;
+  struct Variance {
+    double position, heading;  // [m^2, rad^2]
+  };
+  std::vector<Variance> variances(near.size(), {far * far, config_.max_turn * config_.max_turn});
+  for (const auto& reached : keyframes.graph().reach(newest, far * far, near)) {
+    const auto at = std::lower_bound(near.begin(), near.end(), reached.node);
+    if (at == near.end() || *at != reached.node) continue;
+    variances[static_cast<std::size_t>(at - near.begin())] = {reached.position_variance, reached.heading_variance};
+  }
   std::optional<Candidate> best;
   double best_cost = std::numeric_limits<double>::infinity();
-  for (const int id : near) {
-    const auto found = reached.find(id);
-    const double position = found == reached.end() ? far * far : found->second.position_variance;
-    const double heading =
-        found == reached.end() ? config_.max_turn * config_.max_turn : found->second.heading_variance;
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    const int id = near[i];
+    const auto [position, heading] = variances[i];
     const double window = std::clamp(config_.window_sigmas * std::sqrt(position), config_.min_search, far);
     // More than the drift and a look around the corner?
     if (distance(here, keyframes.pose(id)) > window + 2.0) continue;
