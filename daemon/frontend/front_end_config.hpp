@@ -12,6 +12,7 @@
 #include "estimation/scan_monitor.hpp"
 #include "estimation/wheel_monitor.hpp"
 #include "frontend/dynamic_object_gate.hpp"
+#include "frontend/dynamic_point_filter.hpp"
 #include "frontend/interpreter/body_watch.hpp"
 #include "frontend/interpreter/no_return_watch.hpp"
 #include "frontend/interpreter/stuck_scan_detector.hpp"
@@ -114,6 +115,7 @@ struct FrontEndConfig {
   EkfConfig ekf;
   EkfTimelineConfig timeline;
   NormalConfig normals;
+  DynamicPointFilterConfig dynamic_points;
   ReferenceConfig reference;
   MatchConfig match;
   CorrelativeConfig search;

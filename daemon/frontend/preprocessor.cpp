@@ -32,6 +32,7 @@ Preprocessor::Preprocessor(const FrontEndConfig& config, const BodyShape& body)
       normals_(config.normals),
       scan_moment_(config.scan_moment),
       point_weight_(config.match.point_weight),
+      dynamic_points_(lidar_.mounting(), config.dynamic_points),
       history_(kHistoryCapacity) {
   cloud_.match = config.match;
   cloud_.points.reserve(LaserScan::kCapacity);
@@ -56,6 +57,8 @@ const Cloud& Preprocessor::process(const LaserScan& recorded, const SensorIntake
     for (ScanPoint& point : cloud_.points) point.position = cloud_.T_base_first * point.position;
   }
   const double relative_spacing = estimateNormals(cloud_.points, lidar_.T_base_lidar.translation(), normals_);
+  dynamic_points_.apply(cloud_.points, cloud_.stamp, filter, scan.beams(), interpreter_.open(),
+                        lidar_.limitsFor(scan).max);
   // Where beams lie far apart, a point on no line is a wall that was hit once: its partner tells little of the way.
   cloud_.match.point_weight = point_weight_ / relative_spacing;
   return cloud_;

@@ -3,6 +3,7 @@
 #include "core/pose_history.hpp"
 #include "core/scan.hpp"
 #include "estimation/ekf_timeline.hpp"
+#include "frontend/dynamic_point_filter.hpp"
 #include "frontend/front_end_config.hpp"
 #include "frontend/interpreter/scan_interpreter.hpp"
 #include "frontend/sensor_intake.hpp"
@@ -43,6 +44,7 @@ class Preprocessor {
   NormalConfig normals_;
   double scan_moment_;   // [1] of the turn
   double point_weight_;  // [1] at usual distances between beams
+  DynamicPointFilter dynamic_points_;
   PoseHistory history_;
   Cloud cloud_;
 };

@@ -46,19 +46,32 @@ void RangeImage::set(std::span<const ScanPoint> points, const Eigen::Vector2d& l
   }
 }
 
+void RangeImage::setOpen(double bearing, double gap, double range) {
+  if (gap >= config_.max_gap) return;
+  const auto free = static_cast<float>(range);
+  forBins(bearing - gap, bearing + gap, [&](std::size_t bin) {
+    if (ranges_[bin] == 0.0F) ranges_[bin] = free;
+    return true;
+  });
+  farthest_ = std::max(farthest_, free);
+}
+
 RangeImage::Visibility RangeImage::visibilityOf(const Eigen::Vector2d& p, const Eigen::Vector2d& normal) const {
   const Eigen::Vector2d way = p - lidar_;
   const double distance = way.norm();
-  if (distance < config_.margin || distance > farthest_ + config_.margin) return Visibility::kUnknown;
+  if (distance > farthest_ + config_.margin) return Visibility::kUnknown;
   if (!normal.isZero() && std::abs(normal.dot(way)) < config_.grazing * distance) return Visibility::kUnknown;
-  const double bearing = std::atan2(way.y(), way.x()), error = config_.bearing_error + config_.place_error / distance;
+  const double bearing = std::atan2(way.y(), way.x());
+  const double error = config_.bearing_error + std::asin(std::min(1.0, config_.place_error / distance));
   const auto nearest = static_cast<float>(distance - config_.margin),
              beyond = static_cast<float>(distance + config_.margin);
+  // Where the lidar itself is there is nothing else, unless it is seen.
+  const Visibility unseen = nearest < 0.0F ? Visibility::kViolated : Visibility::kUnknown;
   Visibility sight = Visibility::kViolated;
   forBins(bearing - error, bearing + error, [&](std::size_t bin) {
     const float range = ranges_[bin];
-    if (range == 0.0F) sight = Visibility::kUnknown;
-    if (range > nearest && range < beyond) sight = Visibility::kConsistent;
+    if (range == 0.0F) sight = unseen;
+    if (range > 0.0F && range > nearest && range < beyond) sight = Visibility::kConsistent;
     if (range > 0.0F && range <= nearest) sight = Visibility::kOccluded;
     return sight == Visibility::kViolated || sight == Visibility::kOccluded;
   });

@@ -35,6 +35,12 @@ class RangeImage {
   /// @param lidar   [m] position of the lidar in base
   void set(std::span<const ScanPoint> points, const Eigen::Vector2d& lidar);
 
+  /// Nothing came back of a beam, and so nothing is nearer than the range [m]. Bearings in which something is known
+  /// stay as they are.
+  /// @param bearing [rad] in base
+  /// @param gap     [rad] to the next beam on either side
+  void setOpen(double bearing, double gap, double range);
+
   /// @param p       [m] a place, in base
   /// @param normal  of the wall there, in base; zero where there is no line
   Visibility visibilityOf(const Eigen::Vector2d& p, const Eigen::Vector2d& normal) const;

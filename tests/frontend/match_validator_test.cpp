@@ -48,7 +48,7 @@ TEST(MatchValidator, IsNotPulledAlongACorridorByWhoWalksThere) {
     drive.run(2.0, kStand);
     drive.run(40.0, {0.3, 0, 0});
     EXPECT_LT(drive.error(), 1.2) << pace << "; 12 m and more if each match is believed";
-    EXPECT_GT(drive.front_end->counters().scans_held, 50U) << pace;
+    EXPECT_GT(drive.front_end->counters().scans_held, 10U) << pace << "; in most of them the person is left out";
     EXPECT_EQ(drive.front_end->counters().wheels_rejected, 0U) << pace;
   }
 }

@@ -36,7 +36,7 @@ TEST(RangeImage, TellsWhatTheScanSawThroughMetAndDidNotSee) {
     EXPECT_EQ(image.visibilityOf({3.5, 0.5}, {-1.0, 0.0}), kOccluded);
     EXPECT_EQ(image.visibilityOf({30.0, 0.5}, {-1.0, 0.0}), kUnknown) << "further than anything seen";
     EXPECT_EQ(image.visibilityOf({1.5, 0.0}, {0.0, 1.0}), kUnknown) << "beams pass along such a wall";
-    EXPECT_EQ(image.visibilityOf({0.0, 0.0}, kNoNormal), kUnknown);
+    EXPECT_EQ(image.visibilityOf({0.0, 0.0}, kNoNormal), kViolated) << "the lidar is there";
   }
 }
 
@@ -89,7 +89,7 @@ TEST(RangeImage, EachLimitHoldsFromBothSides) {
     EXPECT_EQ(sight(3.85), kConsistent) << "20 cm before the wall";
     EXPECT_EQ(sight(4.15), kConsistent);
     EXPECT_EQ(sight(4.25), kUnknown) << "farther than anything seen";
-    EXPECT_EQ(sight(0.15), kUnknown) << "at the lidar itself";
+    EXPECT_EQ(sight(0.15), kViolated) << "where the lidar is there is nothing else";
     EXPECT_EQ(sight(0.45), kViolated);
     const auto turned = [&](double cosine) {  // a wall's normal at this angle to the beam
       return sight(2.0, Pose2{0.0, 0.0, std::acos(cosine)} * Eigen::Vector2d(0.6, 0.8));
@@ -102,6 +102,23 @@ TEST(RangeImage, EachLimitHoldsFromBothSides) {
   EXPECT_EQ(ring(0.055, 4.0, lidar, false).visibilityOf(lidar + Eigen::Vector2d(2.0, 0.03), kNoNormal), kViolated);
   EXPECT_EQ(ring(0.065, 4.0, lidar, false).visibilityOf(lidar + Eigen::Vector2d(2.0, 0.03), kNoNormal), kUnknown)
       << "what lies between beams so far apart was not seen";
+}
+
+TEST(RangeImage, ABeamWithoutReturnTellsOfFreeSpaceWhereNothingElseIsKnown) {
+  RangeImage image;
+  ScanPoints wall;
+  for (double bearing = -0.5; bearing < 0.5; bearing += 0.02)
+    wall.push_back({.position = 4.0 * Eigen::Vector2d(std::cos(bearing), std::sin(bearing))});
+  image.set(wall, Eigen::Vector2d::Zero());
+  for (double bearing = -1.5; bearing < 1.5; bearing += 0.02) image.setOpen(bearing, 0.02, 6.0);
+  image.setOpen(2.5, 0.2, 6.0);  // beams too far apart to tell
+  const auto sight = [&](double bearing, double range) {
+    return image.visibilityOf(range * Eigen::Vector2d(std::cos(bearing), std::sin(bearing)), kNoNormal);
+  };
+  EXPECT_EQ(sight(1.0, 5.0), kViolated);
+  EXPECT_EQ(sight(1.0, 7.0), kUnknown) << "farther than it tells";
+  EXPECT_EQ(sight(0.0, 4.0), kConsistent) << "the wall stays";
+  EXPECT_EQ(sight(2.5, 2.0), kUnknown);
 }
 
 TEST(RangeImage, BetweenTwoBeamsTheNearerTells) {

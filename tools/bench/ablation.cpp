@@ -65,6 +65,7 @@ const std::array kRules = std::to_array<Rule>({
     {"20b confirmed share", [](FrontEndConfig& c) { c.match.min_confirmed = 0.0; }},
     {"21 low overlap", [](FrontEndConfig& c) { c.match.min_overlap = 0.0; }},
     {"21a few pairs", [](FrontEndConfig& c) { c.match.min_pairs = 3; }},
+    {"10a points seen through", [](FrontEndConfig& c) { c.dynamic_points.most = 0.0; }},
     {"22 something moving pulls", [](FrontEndConfig& c) { c.dynamic_object_gate.noticeable = kNever; }},
     {"22a wheels slipped", [](FrontEndConfig& c) { c.wheel_monitor.slip = kNever; }},
     {"27b two places", [](FrontEndConfig& c) { c.search.distinct_distance = c.search.distinct_rotation = kNever; }},

@@ -40,8 +40,11 @@ const LaserScan& ScanInterpreter::interpret(const LaserScan& recorded, const Sen
   }
   codes_.add(beams, limits,
              T_odom_base ? std::optional((*T_odom_base * lidar_.T_base_lidar).translation()) : std::nullopt);
-  for (Beam& beam : beams) {
-    if (codes_.isCode(beam.range) || isMasked(beam)) beam.range = 0.0F;
+  for (std::size_t i = 0; i < beams.size(); ++i) {
+    Beam& beam = beams[i];
+    const bool masked = isMasked(beam), code = codes_.isCode(beam.range);
+    open_[i] = !masked && (code || !(beam.range > 0.0F) || beam.range > limits.max);
+    if (code || masked) beam.range = 0.0F;
   }
   if (!T_odom_base) return scan_;
   body_.add(beams, limits, *T_odom_base);

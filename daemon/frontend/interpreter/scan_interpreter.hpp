@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <array>
+#include <span>
+
 #include "core/scan.hpp"
 #include "estimation/ekf_timeline.hpp"
 #include "frontend/front_end_config.hpp"
@@ -25,6 +28,8 @@ class ScanInterpreter {
   /// @return         valid until the next call
   const LaserScan& interpret(const LaserScan& recorded, const SensorIntake::Scan& taken, const EkfTimeline& odometry);
 
+  /// By beam of the newest scan: it looked, and nothing came back from within the limits.
+  std::span<const bool> open() const { return std::span(open_).first(static_cast<std::size_t>(scan_.size)); }
   const BodyShape& body() const { return body_.shape(); }
   std::span<const float> noReturnCodes() const { return codes_.codes(); }
   /// The beams carry no times though the lidar measures them one after the other.
@@ -39,6 +44,7 @@ class ScanInterpreter {
   NoReturnWatch codes_;
   BodyWatch body_;
   LaserScan scan_;
+  std::array<bool, LaserScan::kCapacity> open_{};
 };
 
 }  // namespace slam

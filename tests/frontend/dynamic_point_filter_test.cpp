@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "frontend/dynamic_point_filter.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <span>
+#include <vector>
+
+#include "matching/normals.hpp"
+#include "support/allocations.hpp"
+#include "support/simulated/robot.hpp"
+
+namespace slam {
+namespace {
+
+constexpr double kLegRadius = 0.06;  // [m]
+
+/// A robot that filters its scans, with legs that may go along. It matches nothing: its wheels are right.
+class Walk {
+ public:
+  explicit Walk(const test::Room& room) : robot_(room) {
+    robot_.lidar.range_sigma = 0.01;
+    robot_.lidar.reach = room.reach;
+  }
+
+  void run(double seconds, const Eigen::Vector3d& twist) { robot_.run(seconds, twist, *this); }
+  void add(const WheelSample& sample) { timeline.add(sample); }
+  void add(LaserScan scan) {
+    if (!pillars.empty()) legs.clear();
+    for (const Eigen::Vector2d& pillar : pillars) legs.push_back(robot_.truth.inverse() * pillar);
+    for (int i = 0; i < scan.size; ++i) {
+      Beam& beam = scan.storage[static_cast<std::size_t>(i)];
+      for (const Eigen::Vector2d& leg : legs) {
+        const double along = leg.dot(Eigen::Vector2d(std::cos(beam.bearing), std::sin(beam.bearing)));
+        const double past = std::sqrt(std::max(0.0, leg.squaredNorm() - along * along));
+        if (along < 0.0 || past > kLegRadius) continue;
+        beam.range = static_cast<float>(along - std::sqrt(kLegRadius * kLegRadius - past * past));
+      }
+      open_[static_cast<std::size_t>(i)] = !blocked && beam.range == 0.0F;
+    }
+    deskew(scan, {0.1F, 100.0F}, scan.stamp, LidarMounting(Pose2{}), PoseHistory(1), points);
+    estimateNormals(points, Eigen::Vector2d::Zero(), {});
+    const int seen = onLegs(), all = static_cast<int>(points.size());
+    const auto allocations = test::allocationCount();
+    filter.apply(points, scan.stamp, timeline, scan.beams(),
+                 std::span(open_).first(static_cast<std::size_t>(scan.size)), robot_.lidar.reach);
+    EXPECT_EQ(test::allocationCount(), allocations);
+    legs_seen = seen;
+    legs_left = onLegs();
+    walls_out = all - seen - (static_cast<int>(points.size()) - legs_left);
+    worst_walls_out = std::max(worst_walls_out, walls_out);
+  }
+  /// The filter of the pose knows nothing of the last seconds.
+  void forget() { timeline = EkfTimeline({}, {}); }
+  void tellAWayThatIsNone() { robot_.wheels.spin = {0.5, 0.0, 0.0}; }
+
+  std::vector<Eigen::Vector2d> legs;     // [m] in base
+  std::vector<Eigen::Vector2d> pillars;  // [m] in the world, as thick
+  bool blocked = false;                  // beams without return say nothing
+  ScanPoints points;
+  EkfTimeline timeline{{}, {}};
+  DynamicPointFilter filter{LidarMounting(Pose2{})};
+  int legs_seen = 0, legs_left = 0, walls_out = 0, worst_walls_out = 0;  // points of the newest scan
+
+ private:
+  int onLegs() const {
+    return static_cast<int>(std::ranges::count_if(points, [this](const ScanPoint& point) {
+      return std::ranges::any_of(legs, [&](const auto& leg) { return (point.position - leg).norm() < 0.1; });
+    }));
+  }
+  test::SimulatedRobot robot_;
+  std::array<bool, LaserScan::kCapacity> open_{};
+};
+
+const std::vector<Eigen::Vector2d> kBehind{{-0.55, 0.1}, {-0.55, -0.1}}, kBeside{{0.1, 0.9}, {-0.1, 0.9}};
+const Eigen::Vector3d kAhead(0.4, 0.0, 0.0), kCurve(0.3, 0.0, 0.4), kWideCurve(0.4, 0.0, 0.1), kStand(0.0, 0.0, 0.0);
+
+TEST(DynamicPointFilter, LeavesOutWhoGoesAlongInARoomAndKeepsItsWalls) {
+  for (const auto& legs : {kBehind, kBeside}) {
+    for (const Eigen::Vector3d& twist : {kAhead, kWideCurve}) {
+      Walk walk({.length = 12.0, .width = 8.0});
+      walk.legs = legs;
+      walk.run(6.0, twist);
+      EXPECT_GT(walk.legs_seen, 8);
+      EXPECT_LE(walk.legs_left, 2) << "of " << walk.legs_seen;
+      EXPECT_LE(walk.worst_walls_out, 4) << "in the shadow of legs that are gone a wall is new";
+    }
+  }
+}
+
+TEST(DynamicPointFilter, KeepsAllWhereNothingMoves) {
+  Walk walk({.length = 9.0, .width = 6.0});
+  walk.run(3.0, kAhead);
+  walk.run(8.0, {0.0, 0.0, 0.8});
+  walk.run(8.0, kCurve);
+  EXPECT_EQ(walk.worst_walls_out, 0);
+}
+
+TEST(DynamicPointFilter, KeepsThinThingsThatStandStill) {
+  Walk walk({.length = 12.0, .width = 8.0});
+  walk.pillars = {{1.5, 0.8}, {1.5, -0.8}, {3.0, 1.5}};
+  for (int i = 0; i < 60; ++i) {
+    walk.run(0.2, i < 30 ? kAhead : kCurve);
+    EXPECT_GE(walk.legs_left, walk.legs_seen - 2) << "at its rim a beam passes by";
+  }
+  EXPECT_LE(walk.worst_walls_out, 4);
+}
+
+TEST(DynamicPointFilter, TakesBeamsThatSawNothingForFreeSpaceUnlessTheyAreBlocked) {
+  const test::Room hall{.length = 60.0, .width = 8.0, .reach = 12.0};  // nothing comes back from ahead
+  Walk open(hall), blocked(hall);
+  blocked.blocked = true;
+  const std::vector<Eigen::Vector2d> ahead{{1.5, 0.1}, {1.5, -0.1}};
+  for (Walk* walk : {&open, &blocked}) {
+    walk->run(4.0, kAhead);
+    walk->legs = ahead;  // somebody steps before the robot
+    walk->run(0.2, kAhead);
+  }
+  EXPECT_GT(open.legs_seen, 4);
+  EXPECT_EQ(open.legs_left, 0);
+  EXPECT_EQ(blocked.legs_left, blocked.legs_seen);
+}
+
+TEST(DynamicPointFilter, BeginsAnewWhereTheFilterDoesNotReachBack) {
+  Walk walk({.length = 12.0, .width = 8.0});
+  walk.legs = kBehind;
+  walk.run(4.0, kAhead);
+  ASSERT_LE(walk.legs_left, 2);
+  walk.forget();
+  walk.run(0.2, kAhead);
+  EXPECT_EQ(walk.legs_left, walk.legs_seen);
+  walk.run(3.0, kAhead);
+  EXPECT_LE(walk.legs_left, 2);
+}
+
+TEST(DynamicPointFilter, LeavesAllInWhereItIsTheMotionThatIsWrong) {
+  Walk walk({.length = 5.0, .width = 4.0});
+  walk.tellAWayThatIsNone();
+  walk.run(8.0, kStand);
+  EXPECT_LT(walk.walls_out, 120) << "of 360: those behind, which an earlier scan seems to see through";
+  EXPECT_GT(walk.points.size(), 200U);
+}
+
+}  // namespace
+}  // namespace slam
