@@ -95,8 +95,8 @@ ScanOutcome FrontEnd::track(const LaserScan& recorded, bool may_keep) {
   match = registration_.align(cloud, local_map_, predicted, tracking_, wheels.reliability());  // PL-ICP [Censi 2008]
   outcome.match_time = registration_.matchTime();
   validator_.removeDynamicBias(match, cloud, local_map_, predicted, wheels);  // people who walk beside the robot
-  outcome.fused =
-      validator_.acceptTracking(match, cloud, local_map_, tracking_) && fuse(cloud.stamp, match, false);  // (15)-(17)
+  outcome.fused = validator_.acceptTracking(match, cloud, local_map_, predicted.pose, tracking_) &&
+                  fuse(cloud.stamp, match, false);                 // (15)-(17)
   if (!outcome.fused) recoverBySearch(cloud, predicted, outcome);  // correlative [Olson 2009], stricter test
 
   judgeGyro(cloud.stamp, match);
@@ -119,7 +119,7 @@ const Keyframe* FrontEnd::beginMap(const Cloud& cloud, const Prediction& predict
 
 void FrontEnd::recoverBySearch(const Cloud& cloud, const Prediction& predicted, ScanOutcome& outcome) {
   const MatchResult found = registration_.search(cloud, local_map_, predicted.pose.pose(), tracking_.failures());
-  if (!validator_.acceptSearch(found, cloud, local_map_, tracking_)) return;
+  if (!validator_.acceptSearch(found, cloud, local_map_, predicted.pose, tracking_)) return;
   outcome.match = found;
   outcome.fused = fuse(cloud.stamp, found, true);
 }

@@ -73,6 +73,7 @@ struct RegistrationConfig {
 
 /// Which matches are believed.
 struct ValidatorConfig {
+  double gyro_error = 0.1;             ///< [rad] of a turn by the gyro, beside three of its standard deviations
   double much_worse = 0.12;            ///< [1] overlap lost by a find: it is another place
   double free_space_violation = 0.12;  ///< [1] of the walls in sight; of a right find at most 0.10
   double known_surfel = 4.0;           ///< [1] observations

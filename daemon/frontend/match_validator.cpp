@@ -43,12 +43,13 @@ double MatchValidator::support(const MatchResult& match, const Pose2& guess, con
 }
 
 bool MatchValidator::acceptTracking(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
-                                    const TrackingState& tracking) {
-  return tracking.failures() == 0 || acceptSearch(match, cloud, local_map, tracking);
+                                    const Ekf& predicted, const TrackingState& tracking) {
+  return tracking.failures() == 0 || acceptSearch(match, cloud, local_map, predicted, tracking);
 }
 
 bool MatchValidator::acceptSearch(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
-                                  const TrackingState& tracking) {
+                                  const Ekf& predicted, const TrackingState& tracking) {
+  if (contradictsGyro(match, predicted)) return false;
   if (!match.usable() || match.overlap < search_.trusted_overlap) return false;
   const bool much_worse = match.overlap < tracking.fusedOverlap() - config_.much_worse;
   if (much_worse && !isNear(match.T_ref_base, tracking.lastPose())) return false;
@@ -59,6 +60,13 @@ bool MatchValidator::seesThroughWalls(const Pose2& T_map_base, const Cloud& clou
                                       double known) {
   image_.set(cloud.points, lidar_);
   return local_map.reference().freeSpaceViolation(T_map_base, image_, known) > config_.free_space_violation;
+}
+
+/// A gyro turns with a robot that slips or is carried, too: it alone tells a turn whatever the scans look like.
+bool MatchValidator::contradictsGyro(const MatchResult& match, const Ekf& predicted) const {
+  if (!predicted.gyroActive()) return false;
+  const double turned = std::abs(wrapAngle(match.T_ref_base.theta - predicted.pose().theta));
+  return turned > config_.gyro_error + 3.0 * std::sqrt(predicted.covariance()(2, 2));
 }
 
 /// Whether a robot gets so far from scan to scan.

@@ -19,13 +19,13 @@ class MatchValidator {
   void removeDynamicBias(MatchResult& match, const Cloud& cloud, const LocalMap& local_map, const Prediction& predicted,
                          const WheelMonitor& wheels);
   /// Whether a match from a prediction can be believed. Once the way is lost, what fits there is a find, too.
-  bool acceptTracking(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
+  bool acceptTracking(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map, const Ekf& predicted,
                       const TrackingState& tracking);
   /// Whether a match can be believed wherever the robot was thought to be. Among many places one fits by half: a find
   /// needs more agreement than a prediction does. A room has corners that look like one another: in the right one the
   /// scan sees through no walls, and fits about as well as the last one did. Where a robot gets from scan to scan it
-  /// may fit worse: it has turned to what it had not seen.
-  bool acceptSearch(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
+  /// may fit worse: it has turned to what it had not seen. How far it has turned a gyro tells.
+  bool acceptSearch(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map, const Ekf& predicted,
                     const TrackingState& tracking);
   /// Whether a scan that matches no longer was not taken there at all: it would see through what stands there.
   bool kidnapped(const Pose2& T_map_base, const Cloud& cloud, const LocalMap& local_map) {
@@ -38,6 +38,7 @@ class MatchValidator {
  private:
   double support(const MatchResult& match, const Pose2& guess, const Cloud& cloud, const LocalMap& local_map);
   bool seesThroughWalls(const Pose2& T_map_base, const Cloud& cloud, const LocalMap& local_map, double known);
+  bool contradictsGyro(const MatchResult& match, const Ekf& predicted) const;
   bool isNear(const Pose2& T_map_base, const Pose2& last_pose) const;
 
   Eigen::Vector2d lidar_;  // [m] in base

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <memory>
+#include <numbers>
 #include <numeric>
 #include <random>
 #include <vector>
@@ -50,6 +51,33 @@ TEST(MatchValidator, IsNotPulledAlongACorridorByWhoWalksThere) {
     EXPECT_LT(drive.error(), 1.2) << pace << "; 12 m and more if each match is believed";
     EXPECT_GT(drive.front_end->counters().scans_held, 10U) << pace << "; in most of them the person is left out";
     EXPECT_EQ(drive.front_end->counters().wheels_rejected, 0U) << pace;
+  }
+}
+
+TEST(MatchValidator, BelievesNoPlaceThatAGyroContradicts) {
+  const FrontEndConfig config;
+  MatchValidator validator(config);
+  const LocalMap local_map(config);
+  const TrackingState tracking(config, false);
+  for (const bool gyro : {true, false}) {
+    EkfTimeline filter(config.ekf, config.timeline);
+    Timestamp now{std::chrono::seconds(100)};
+    for (int i = 0; i < 100; ++i, now += std::chrono::milliseconds(20)) {
+      filter.add(WheelSample{now, {}});
+      if (gyro) filter.add(ImuSample{now, {0, 0, 0.0}, {0, 0, 9.81}});
+    }
+    const Ekf predicted = filter.at(filter.newestStamp());
+    ASSERT_EQ(predicted.gyroActive(), gyro);
+    MatchResult found;
+    found.status = MatchStatus::kConverged;
+    found.overlap = 0.95;
+    const auto accepted = [&](double degrees) {
+      found.T_ref_base.theta = degrees * std::numbers::pi / 180.0;
+      return validator.acceptSearch(found, {}, local_map, predicted, tracking);
+    };
+    EXPECT_TRUE(accepted(3.0));
+    EXPECT_EQ(accepted(30.0), !gyro) << "a look-alike, seen with the robot turned";
+    EXPECT_EQ(accepted(-30.0), !gyro);
   }
 }
 

@@ -71,6 +71,7 @@ const std::array kRules = std::to_array<Rule>({
     {"27b two places", [](FrontEndConfig& c) { c.search.distinct_distance = c.search.distinct_rotation = kNever; }},
     {"24a a find's overlap", [](FrontEndConfig& c) { c.search.trusted_overlap = 0.0; }},
     {"24b, 28a sees through walls", [](FrontEndConfig& c) { c.validator.free_space_violation = kNever; }},
+    {"24d a find the gyro contradicts", [](FrontEndConfig& c) { c.validator.gyro_error = kNever; }},
     {"24c a find much worse", [](FrontEndConfig& c) { c.validator.much_worse = kNever; }},
     {"26 innovation gate", [](FrontEndConfig& c) { c.ekf.max_rejected_poses = -1; }},
     {"26a third refusal believed", [](FrontEndConfig& c) { c.ekf.max_rejected_poses = kOften; }},
