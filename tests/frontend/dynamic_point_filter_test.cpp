@@ -40,7 +40,7 @@ class Walk {
       }
       open_[static_cast<std::size_t>(i)] = !blocked && beam.range == 0.0F;
     }
-    deskew(scan, {0.1F, 100.0F}, scan.stamp, LidarMounting(Pose2{}), PoseHistory(1), points);
+    deskew(scan, {0.1F, 100.0F}, scan.stamp, LidarMounting(Pose2{}), PoseHistory(2), points);
     estimateNormals(points, Eigen::Vector2d::Zero(), {});
     const int seen = onLegs(), all = static_cast<int>(points.size());
     const auto allocations = test::allocationCount();
