@@ -62,7 +62,7 @@ bool MatchValidator::seesThroughWalls(const Pose2& T_map_base, const Cloud& clou
   return local_map.reference().freeSpaceViolation(T_map_base, image_, known) > config_.free_space_violation;
 }
 
-/// A gyro turns with a robot that slips or is carried, too: it alone tells a turn whatever the scans look like.
+/// A gyro turns with a robot that slips or is carried, so that its turn holds whatever the scans look like.
 bool MatchValidator::contradictsGyro(const MatchResult& match, const Ekf& predicted) const {
   if (!predicted.gyroActive()) return false;
   const double turned = std::abs(wrapAngle(match.T_ref_base.theta - predicted.pose().theta));

@@ -24,7 +24,7 @@ class MatchValidator {
   /// Whether a match can be believed wherever the robot was thought to be. Among many places one fits by half: a find
   /// needs more agreement than a prediction does. A room has corners that look like one another: in the right one the
   /// scan sees through no walls, and fits about as well as the last one did. Where a robot gets from scan to scan it
-  /// may fit worse: it has turned to what it had not seen. How far it has turned a gyro tells.
+  /// may fit worse: it has turned to what it had not seen. A gyro measures how far it has turned.
   bool acceptSearch(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map, const Ekf& predicted,
                     const TrackingState& tracking);
   /// Whether a scan that matches no longer was not taken there at all: it would see through what stands there.
