@@ -15,6 +15,8 @@ void DynamicPointFilter::apply(ScanPoints& points, Timestamp stamp, const EkfTim
   if (count_ == 0 || (earlier_[0].T_earlier_base * T_last_base).translation().norm() > config_.spacing)
     remember(points, stamp, beams, open, reach);
 
+  if (count_ < 2) return;
+
   VisibilityTally tally;
   through_.reset();
   std::fill_n(votes_.begin(), points.size(), std::int8_t{0});
@@ -32,7 +34,7 @@ void DynamicPointFilter::apply(ScanPoints& points, Timestamp stamp, const EkfTim
       votes_[i] = static_cast<std::int8_t>(votes_[i] + violated - consistent);
     }
   }
-  if (count_ < 2 || tally.freeSpaceViolation() >= config_.most) return;
+  if (tally.freeSpaceViolation() >= config_.most) return;
   const auto moved = [this](std::size_t i) { return through_.test(i) && votes_[i] >= 0; };
   std::size_t left = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -46,12 +48,16 @@ void DynamicPointFilter::apply(ScanPoints& points, Timestamp stamp, const EkfTim
 Pose2 DynamicPointFilter::follow(Timestamp stamp, const EkfTimeline& filter) {
   const auto begin = last_;
   last_ = stamp;
-  if (count_ > 0 && (stamp < *begin || earlier_[count_ - 1].stamp < filter.oldestStamp())) count_ = 0;
   if (count_ == 0) return {};
+  const Timestamp before = earlier_[count_ - 1].stamp;  // of the scan before the last, unless that is the only one
+  if (stamp < *begin || before < filter.oldestStamp()) {
+    count_ = 0;
+    return {};
+  }
   const Pose2 last = filter.at(*begin).pose();
+  const Pose2 T_before_last = between(filter.at(before).pose(), last);
   for (EarlierScan& earlier : std::span(earlier_).first(count_)) {
-    if (earlier.stamp == *begin) continue;  // it is the last scan
-    earlier.T_earlier_base = earlier.T_earlier_base * between(filter.at(earlier.stamp).pose(), last);
+    if (earlier.stamp == before) earlier.T_earlier_base = earlier.T_earlier_base * T_before_last;
     earlier.stamp = *begin;
   }
   return between(last, filter.at(stamp).pose());

@@ -61,13 +61,8 @@ void FrontEnd::add(const ImuSample& recorded) {
 
 ScanOutcome FrontEnd::add(const LaserScan& recorded, bool may_keep) {
   const ScanOutcome outcome = track(recorded, may_keep);
-  takeAnchor(outcome.stamp);
+  local_map_.follow(pose_.at(outcome.stamp).pose().translation());
   return outcome;
-}
-
-void FrontEnd::takeAnchor(Timestamp stamp) {
-  const ReferenceKeyframe* nearest = local_map_.nearest(pose_.at(stamp).pose().translation());
-  anchor_ = nearest != nullptr ? *nearest : ReferenceKeyframe{};
 }
 
 ScanOutcome FrontEnd::track(const LaserScan& recorded, bool may_keep) {
@@ -191,7 +186,7 @@ void FrontEnd::setPose(const Pose2& T_map_base, const Eigen::Vector3d& sigma) {
   pose_.setPose(T_map_base, sigma);
   beginSession(KeyframeOrigin::kGiven);
   keyframes_.setSigma(sigma);
-  takeAnchor(pose_.newestStamp());
+  local_map_.follow(pose_.at(pose_.newestStamp()).pose().translation());
 }
 
 void FrontEnd::beginSession(KeyframeOrigin origin) {
@@ -210,7 +205,7 @@ void FrontEnd::apply(MapCorrection& correction) {
   monitor_.interrupt();
   tracking_.transform(T_new_old);
   keyframes_.transform(T_new_old);
-  takeAnchor(pose_.newestStamp());
+  local_map_.follow(pose_.at(pose_.newestStamp()).pose().translation());
 }
 
 PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
@@ -223,8 +218,7 @@ PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
   // Wheels without a gyro beside them are as likely wrong as the scans.
   const bool contradicted = monitor_.scans.contradicts() && ekf.gyroActive();
   estimate.state = tracking_.state(stamp, estimate.covariance, contradicted);
-  const Eigen::Matrix3d of_map =
-      carried(anchor_.covariance, between(anchor_.T_map_base, estimate.T_map_base)) + monitor_.scans.covariance();
+  const Eigen::Matrix3d of_map = local_map_.covarianceAt(estimate.T_map_base) + monitor_.scans.covariance();
   estimate.covariance += rotated(of_map, estimate.T_map_base.theta);
   return estimate;
 }

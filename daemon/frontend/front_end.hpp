@@ -92,7 +92,6 @@ class FrontEnd {
 
  private:
   ScanOutcome track(const LaserScan& recorded, bool may_keep);
-  void takeAnchor(Timestamp stamp);
   const Keyframe* beginMap(const Cloud& cloud, const Prediction& predicted);
   void recoverBySearch(const Cloud& cloud, const Prediction& predicted, ScanOutcome& outcome);
   const Keyframe* follow(const Cloud& cloud, const Prediction& predicted, const MatchResult& match, bool may_keep);
@@ -110,7 +109,6 @@ class FrontEnd {
   OdometryMonitor monitor_;
   Preprocessor preprocessor_;
   LocalMap local_map_;
-  ReferenceKeyframe anchor_;  // nearest to the newest scan, of what may be many; of an empty map none is uncertain
   Registration registration_;
   MatchValidator validator_;
   TrackingState tracking_;

@@ -31,6 +31,11 @@ const ReferenceKeyframe* LocalMap::nearest(const Eigen::Vector2d& p_map) const {
   return nearest;
 }
 
+void LocalMap::follow(const Eigen::Vector2d& robot) {
+  const ReferenceKeyframe* keyframe = nearest(robot);
+  followed_ = keyframe != nullptr ? *keyframe : ReferenceKeyframe{};
+}
+
 AnchoredPose LocalMap::anchor(const Pose2& T_map_base) const {
   const ReferenceKeyframe* keyframe = nearest(T_map_base.translation());
   if (keyframe == nullptr) return {-1, T_map_base};

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/keyframe.hpp"
+#include "core/pose_covariance.hpp"
 #include "frontend/front_end_config.hpp"
 #include "frontend/map_correction.hpp"
 #include "matching/reference.hpp"
@@ -34,9 +35,13 @@ class LocalMap {
   const Reference& reference() const { return reference_; }
   /// By id.
   std::span<const ReferenceKeyframe> keyframes() const { return keyframes_; }
-  /// The keyframe nearest to a place; nullptr: there is none yet.
-  const ReferenceKeyframe* nearest(const Eigen::Vector2d& p_map) const;
   AnchoredPose anchor(const Pose2& T_map_base) const;
+  /// Looks among all keyframes for the one nearest to the robot. @param robot [m] in map
+  void follow(const Eigen::Vector2d& robot);
+  /// As anchor(), of the keyframe that follow() has found: without a search.
+  Eigen::Matrix3d covarianceAt(const Pose2& T_map_base) const {
+    return carried(followed_.covariance, between(followed_.T_map_base, T_map_base));
+  }
   /// Whether keyframes are added: not to a given map that the robot was found in.
   bool extends() const { return extends_; }
 
@@ -60,6 +65,7 @@ class LocalMap {
     int id = -1;
     std::vector<Keyframe::Point> points;
   };
+  const ReferenceKeyframe* nearest(const Eigen::Vector2d& p_map) const;
   KeptScan& kept(int id) { return kept_[static_cast<std::size_t>(id) % kept_.size()]; }
 
   Pose2 T_base_lidar_;
@@ -68,6 +74,7 @@ class LocalMap {
   std::vector<ReferenceKeyframe> keyframes_;              // by id
   std::array<KeptScan, MapCorrection::kMostAhead> kept_;  // newest keyframes, which a correction may not know yet
   std::optional<Pose2> newest_;
+  ReferenceKeyframe followed_;  // nearest to the robot; of an empty map one whose pose is exact
   ScanPoints scratch_;
   bool extends_ = true;
 };

@@ -54,6 +54,7 @@ class Walk {
   }
   /// The filter of the pose knows nothing of the last seconds.
   void forget() { timeline = EkfTimeline({}, {}); }
+  void tellATurnThatIsNone() { robot_.wheels.spin = {0.0, 0.0, 3.0}; }
   void tellAWayThatIsNone() { robot_.wheels.spin = {0.5, 0.0, 0.0}; }
 
   std::vector<Eigen::Vector2d> legs;     // [m] in base
@@ -141,6 +142,12 @@ TEST(DynamicPointFilter, LeavesAllInWhereItIsTheMotionThatIsWrong) {
   walk.run(8.0, kStand);
   EXPECT_LT(walk.walls_out, 120) << "of 360: those behind, which an earlier scan seems to see through";
   EXPECT_GT(walk.points.size(), 200U);
+
+  Walk turned({.length = 12.0, .width = 8.0});
+  turned.run(4.0, kAhead);
+  turned.tellATurnThatIsNone();
+  turned.run(0.2, kAhead);
+  EXPECT_EQ(turned.walls_out, 0) << "of a room that seems to be turned";
 }
 
 }  // namespace
