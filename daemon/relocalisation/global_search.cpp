@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 namespace slam {
 namespace {
@@ -106,7 +107,8 @@ GlobalSearch::GlobalSearch(std::span<const Eigen::Vector2d> walls, const GlobalS
   coarsest_.values.assign(coarsest_.planeSize() * static_cast<std::size_t>(step * step), 0);
   for (int r = 0; r < rows_; ++r) {
     for (int c = 0; c < columns_; ++c) {
-      coarsest_.plane(c % step, r % step)[r / step * coarsest_.columns + c / step] = coarsest[index(c, r)];
+      const auto at = static_cast<std::size_t>(r / step * coarsest_.columns + c / step);
+      coarsest_.values[coarsest_.begin(c % step, r % step) + at] = coarsest[index(c, r)];
     }
   }
 }
@@ -183,7 +185,7 @@ std::vector<GlobalSearch::Block> GlobalSearch::coarseBlocks(const Query& query, 
     for (const Query::Point& point : query.at(turn)) {
       const int column = left + point.column, row = bottom + point.row;
       const int c0 = floorDivide(column, step), r0 = floorDivide(row, step);
-      const std::uint8_t* plane = coarsest_.plane(column - c0 * step, row - r0 * step);
+      const std::uint8_t* plane = &coarsest_.values[coarsest_.begin(column - c0 * step, row - r0 * step)];
       const int begin = std::max(0, -c0), end = std::min(across, coarsest_.columns - c0);
       for (int r = std::max(0, -r0); r < std::min(along, coarsest_.rows - r0); ++r) {
         const std::uint8_t* values = plane + static_cast<std::ptrdiff_t>(r0 + r) * coarsest_.columns + c0;

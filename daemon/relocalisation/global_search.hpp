@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "core/pose2.hpp"
@@ -72,12 +71,8 @@ class GlobalSearch {
     std::vector<std::uint8_t> values;
 
     std::size_t planeSize() const { return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows); }
-    const std::uint8_t* plane(int column, int row) const {
-      return values.data() + static_cast<std::size_t>(row * step + column) * planeSize();
-    }
-    std::uint8_t* plane(int column, int row) {
-      return const_cast<std::uint8_t*>(std::as_const(*this).plane(column, row));
-    }
+    /// Where in `values` the plane of a place within a step begins.
+    std::size_t begin(int column, int row) const { return static_cast<std::size_t>(row * step + column) * planeSize(); }
   };
 
   static constexpr int kMostLevels = 32;

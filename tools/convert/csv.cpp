@@ -220,9 +220,8 @@ class ScanRows {
       return true;
     }
     const double range = number * metresPer(survey_.unit);
-    const bool returned = range > 0.0 && range < 200.0 &&
-                          std::none_of(codes_.begin(), codes_.end(), [&](double code) { return isCode(range, code); });
-    scan_->push({.range = returned ? static_cast<float>(range) : 0.0F, .bearing = static_cast<float>(bearing)});
+    const bool code = std::any_of(codes_.begin(), codes_.end(), [&](double none) { return isCode(range, none); });
+    scan_->push({.range = code ? 0.0F : returnedRange(range), .bearing = static_cast<float>(bearing)});
     return true;
   }
   /// Bearings that the row itself has. @return false: it has none
