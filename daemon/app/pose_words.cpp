@@ -2,6 +2,7 @@
 #include "app/pose_words.hpp"
 
 #include <iomanip>
+#include <numbers>
 #include <sstream>
 
 namespace slam {
@@ -40,8 +41,18 @@ std::string poseWords(const PoseSnapshot& pose, bool has_scans) {
     return "waits for scans that match the map: the last " + std::to_string(pose.tracking.failures) +
            " do not, the pose goes on by the other sensors; is the lidar covered, or has the place changed?";
   }
+  std::ostringstream words;
+  if (pose.tracking.scan_drift != 0.0) {
+    words
+        << std::fixed << std::setprecision(1) << "scans turn by "
+        << pose.tracking.scan_drift * 60.0 * 180.0 / std::numbers::pi
+        << " deg per minute against a gyro that was right at rest: does one half of the scan contradict the other "
+           "half, "
+           "as where two lidars are merged and one is turned, is the lidar loose, or does it see too little? The pose "
+           "goes by wheels and gyro until a rest shows that the gyro has changed";
+    return words.str();
+  }
   if (pose.tracking.contradiction > 0.0) {
-    std::ostringstream words;
     words
         << std::fixed << std::setprecision(2) << "scans and wheels tell ways that differ by "
         << pose.tracking.contradiction

@@ -125,6 +125,12 @@ std::optional<GyroBias> GyroMonitor::compare(Timestamp stamp, double theta, doub
   return vote(turn, bias);
 }
 
+std::optional<double> GyroMonitor::turned(Timestamp from, Timestamp to) const {
+  const auto a = gyro_.at(from, fromSeconds(config_.beyond)), b = gyro_.at(to, fromSeconds(config_.beyond));
+  if (rejected_ || !a || !b || (clipped_ && b->y > a->y)) return std::nullopt;
+  return b->x - a->x;
+}
+
 void GyroMonitor::learnRange(const Turn& turn, double bias) {
   if (clipped_ || repeated_ < config_.least || turn.pinned < 0.5 * turn.seconds) return;
   const double wheels = turn.wheels.value_or(turn.scans), by_gyro = turn.gyro - bias * turn.seconds;

@@ -77,6 +77,9 @@ class GyroMonitor {
   /// The interval has no end: the scans did not tell it, or the map moved.
   void interrupt() { begin_.reset(); }
 
+  /// Turn by the gyro as it reads, bias and all [rad]; none where it did not tell, or is not to be believed.
+  std::optional<double> turned(Timestamp from, Timestamp to) const;
+
   bool reliable() const { return !rejected_; }
   int rejections() const { return rejections_; }
   /// @param bias [rad/s] of the filter

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include "estimation/gyro_monitor.hpp"
+#include "estimation/heading_monitor.hpp"
 #include "estimation/scan_monitor.hpp"
 #include "estimation/wheel_monitor.hpp"
 
@@ -11,12 +12,14 @@ struct OdometryMonitor {
   WheelMonitor wheels;
   GyroMonitor gyro;
   ScanMonitor scans;
+  HeadingMonitor heading;
 
   /// The interval has no end: the scans did not tell it, or the map moved.
   void interrupt() {
     wheels.interrupt();
     gyro.interrupt();
     scans.interrupt();
+    heading.interrupt();
   }
   /// The robot is somewhere else: what scans told before is nothing to compare with.
   void reset() {

@@ -34,7 +34,7 @@ FrontEnd::FrontEnd(const FrontEndConfig& config, Stopwatch stopwatch, const Fron
       pose_(beginningAt(config.ekf, start.T_map_base, start.gyro_bias), config.timeline),
       intake_(config_),
       monitor_{WheelMonitor(config.ekf, config.wheel_monitor), GyroMonitor(config.ekf, config.gyro_monitor),
-               ScanMonitor(config.ekf, config.scan_monitor)},
+               ScanMonitor(config.ekf, config.scan_monitor), HeadingMonitor(config.heading_monitor)},
       preprocessor_(config_, start.body),
       local_map_(config_),
       registration_(config_, stopwatch),
@@ -116,7 +116,7 @@ void FrontEnd::recoverBySearch(const Cloud& cloud, const Prediction& predicted, 
   const MatchResult found = registration_.search(cloud, local_map_, predicted.pose.pose(), tracking_.failures());
   if (!validator_.acceptSearch(found, cloud, local_map_, predicted.pose, tracking_)) return;
   outcome.match = found;
-  outcome.fused = fuse(cloud.stamp, found, true);
+  outcome.fused = fuse(cloud.stamp, found, tracking_.failures() > 0);  // nobody is carried far between two scans
 }
 
 const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted, const MatchResult& match,
@@ -125,6 +125,8 @@ const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted
   const Pose2 T_map_base = ekf.pose();
   shareGyroBias();
   monitor_.scans.compare(predicted.odometry, T_map_base, ekf.covariance().topLeftCorner<3, 3>(), monitor_.wheels);
+  monitor_.heading.compare(monitor_.gyro, cloud.stamp, predicted.odometry.standstill(), T_map_base.theta,
+                           ekf.covariance()(2, 2));
   keyframes_.addDrift(T_map_base, &match, monitor_);
   monitor_.wheels.compare(predicted.odometry, T_map_base, match.observable == 3);
   tracking_.follow(match, cloud.stamp, T_map_base, predicted.odometry.pose());
@@ -167,7 +169,8 @@ bool FrontEnd::saysMuch(const Cloud& cloud) const {
 }
 
 bool FrontEnd::fuse(Timestamp stamp, const MatchResult& match, bool bypass_gate) {
-  return match.usable() && pose_.add(PoseMeasurement{stamp, match.T_ref_base, match.covariance, match.directions,
+  const Eigen::Matrix3d covariance = match.covariance + monitor_.heading.matchError();
+  return match.usable() && pose_.add(PoseMeasurement{stamp, match.T_ref_base, covariance, match.directions,
                                                      match.observable, bypass_gate}) == UpdateResult::kFused;
 }
 
@@ -216,7 +219,7 @@ PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
                         .twist = ekf.twist(),
                         .match_quality = tracking_.overlap()};
   // Wheels without a gyro beside them are as likely wrong as the scans.
-  const bool contradicted = monitor_.scans.contradicts() && ekf.gyroActive();
+  const bool contradicted = (monitor_.scans.contradicts() && ekf.gyroActive()) || monitor_.heading.contradicts();
   estimate.state = tracking_.state(stamp, estimate.covariance, contradicted);
   const Eigen::Matrix3d of_map = local_map_.covarianceAt(estimate.T_map_base) + monitor_.scans.covariance();
   estimate.covariance += rotated(of_map, estimate.T_map_base.theta);
@@ -241,7 +244,8 @@ TrackingReport FrontEnd::trackingReport() const {
           .failures = tracking_.failures(),
           .points = preprocessor_.points(),
           .needed = config_.match.min_pairs,
-          .contradiction = std::sqrt(monitor_.scans.covariance().topLeftCorner<2, 2>().trace())};
+          .contradiction = std::sqrt(monitor_.scans.covariance().topLeftCorner<2, 2>().trace()),
+          .scan_drift = monitor_.heading.drift()};
 }
 
 FrontEndCounters FrontEnd::counters() const {

@@ -9,6 +9,7 @@
 #include "core/scan.hpp"
 #include "estimation/ekf_timeline.hpp"
 #include "estimation/gyro_monitor.hpp"
+#include "estimation/heading_monitor.hpp"
 #include "estimation/scan_monitor.hpp"
 #include "estimation/wheel_monitor.hpp"
 #include "frontend/dynamic_object_gate.hpp"
@@ -124,6 +125,7 @@ struct FrontEndConfig {
   WheelMonitorConfig wheel_monitor;
   GyroMonitorConfig gyro_monitor;
   ScanMonitorConfig scan_monitor;
+  HeadingMonitorConfig heading_monitor;
   DynamicObjectGateConfig dynamic_object_gate;
   RegistrationConfig registration;
   ValidatorConfig validator;
@@ -192,6 +194,7 @@ struct TrackingReport {
   int points = 0;              ///< of the newest scan that was used
   int needed = 0;              ///< that a scan must have to say anything
   double contradiction = 0.0;  ///< [m] between the ways that scans and odometry tell; 0: noise explains it
+  double scan_drift = 0.0;     ///< [rad/s] of the scans' heading by a gyro that was right at rest; 0: none is certain
 };
 
 /// Where a FrontEnd begins.

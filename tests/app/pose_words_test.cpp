@@ -46,6 +46,15 @@ TEST(PoseWords, TellHowFarScansAndWheelsDiffer) {
   EXPECT_THAT(poseWords(pose, true), HasSubstr("was the robot pushed"));
 }
 
+TEST(PoseWords, NameScansThatTurnAsTheGyroDoesNot) {
+  PoseSnapshot pose = poseOf(kDegraded);
+  pose.tracking.contradiction = 0.424;
+  pose.tracking.scan_drift = -0.004;
+  EXPECT_THAT(poseWords(pose, true),
+              StartsWith("scans turn by -13.8 deg per minute against a gyro that was right at rest"));
+  EXPECT_THAT(poseWords(pose, true), HasSubstr("half of the scan contradict the other half"));
+}
+
 TEST(PoseWords, SayWhatHelpsARobotThatIsLookedFor) {
   EXPECT_THAT(poseWords(poseOf(kLost), true), HasSubstr("slamctl set-pose"));
   PoseSnapshot pose = poseOf(kInitialising);

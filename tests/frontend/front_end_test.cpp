@@ -5,11 +5,14 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <memory>
+#include <numbers>
 #include <numeric>
 #include <random>
+#include <span>
 #include <vector>
 
 #include "frontend/drive.hpp"
+#include "matching/places.hpp"
 #include "support/allocations.hpp"
 
 namespace slam {
@@ -125,6 +128,34 @@ TEST(FrontEnd, WheelsThatFellSilentAreNotJudgedMeanwhile) {
     drive.lidar.there = false;
     drive.run(4.0, kCurve);
     EXPECT_LT(drive.error(), 0.1);
+  }
+}
+
+/// Two lidars that are merged: what the rear one sees is turned by 5 deg, for it is mounted so.
+TEST(FrontEnd, AScanWhoseHalvesContradictEachOtherDoesNotLead) {
+  for (const bool judged : {true, false}) {
+    FrontEndConfig config;
+    if (!judged) config.heading_monitor.contradiction = 1e9;
+    Drive drive(config);
+    drive.enter(test::hallWithPillars());
+    drive.rearrange = [](LaserScan& scan) {
+      for (Beam& beam : std::span(scan.storage).first(static_cast<std::size_t>(scan.size)))
+        if (std::abs(wrapAngle(beam.bearing)) > 1.6) beam.bearing += 0.087F;
+    };
+    drive.run(2.0, kStand);
+    for (int lap = 0; lap < 10; ++lap) {
+      drive.run(10.0, {0.4, 0.0, 0.0});
+      drive.run(1.5, {0.0, 0.0, std::numbers::pi / 3.0});
+    }
+    const double turned = std::abs(between(drive.truth, drive.front_end->estimate(drive.now).T_map_base).theta);
+    if (judged) {
+      EXPECT_EQ(drive.state(), LocalisationState::kDegraded);
+      EXPECT_LT(turned, 0.05);
+      EXPECT_LT(drive.error(), 0.3);
+    } else {
+      EXPECT_GT(turned, 0.1);
+    }
+    EXPECT_EQ(drive.front_end->trackingReport().scan_drift != 0.0, judged);
   }
 }
 

@@ -79,7 +79,8 @@ class Selected {
 
   FrontEndConfig config;
   LocalMap local_map;
-  OdometryMonitor monitor{WheelMonitor(EkfConfig{}), GyroMonitor(EkfConfig{}), ScanMonitor(EkfConfig{})};
+  OdometryMonitor monitor{WheelMonitor(EkfConfig{}), GyroMonitor(EkfConfig{}), ScanMonitor(EkfConfig{}),
+                          HeadingMonitor()};
   KeyframeSelector selector;
   Cloud cloud;
 };

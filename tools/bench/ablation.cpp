@@ -82,6 +82,7 @@ const std::array kRules = std::to_array<Rule>({
     {"27d slide", [](FrontEndConfig& c) { c.search.clear_gain = 2.0F; }},
     {"28 failures make a keyframe", [](FrontEndConfig& c) { c.degraded_after = kLongSilence; }},
     {"28b scans against odometry", [](FrontEndConfig& c) { c.scan_monitor.contradiction = kNever; }},
+    {"28c scans against a gyro that rested", [](FrontEndConfig& c) { c.heading_monitor.contradiction = kNever; }},
     {"29 moves as the nearest", [](FrontEndConfig& c) { c.follows_nearest = false; }},
 });
 
