@@ -18,41 +18,42 @@ double square(double x) { return x * x; }
 
 void HeadingMonitor::compare(const GyroMonitor& gyro, Timestamp stamp, bool standstill, double theta, double variance) {
   const std::optional<Last> last = std::exchange(last_, Last{stamp, theta, standstill});
-  const bool rested = last && last->standstill && standstill;
-  if (!rested) rest_ = {};
   const auto turn = last ? gyro.turned(last->stamp, stamp) : std::nullopt;
-  if (!turn) return;
-  const double seconds = toSeconds(stamp - last->stamp);
-  if (rested) learnBias(seconds, *turn);
+  const double seconds = last ? toSeconds(stamp - last->stamp) : 0.0;
+  if (!turn || !(seconds > 0.0)) return;
+  if (bias_) bias_->variance += square(config_.bias_walk) * seconds;
+  if (standstill && last->standstill) learnBias(*turn / seconds, square(config_.gyro_noise) / seconds);
   if (!bias_ || contradicts_) return;
 
   const double turned = *turn - bias_->value * seconds;
   difference_ += wrapAngle(wrapAngle(theta - last->theta) - turned);
-  bias_->variance += square(config_.bias_walk) * seconds;
   predict(seconds, turned);
   correct(std::max(variance, square(config_.match_sigma)));
   contradicts_ = square(state_[kDrift]) > square(config_.contradiction) * (P_(kDrift, kDrift) + bias_->variance);
+  if (contradicts_) bias_->variance += square(state_[kDrift]);  // if it is the gyro
 }
 
 /// What the bias has moved since the last rest was no drift of the scans.
-void HeadingMonitor::learnBias(double seconds, double turn) {
-  rest_ = {rest_.seconds + seconds, rest_.turn + turn};
-  const GyroBias bias{rest_.turn / rest_.seconds, square(config_.gyro_noise) / rest_.seconds};
-  if (bias_ && bias.variance > bias_->variance) return;
-  const double moved = bias_ ? bias.value - bias_->value : 0.0;
-  const bool explained = -moved * state_[kDrift] > 0.5 * square(state_[kDrift]);
-  if (contradicts_ && !explained) return;
-  if (contradicts_ || !bias_) {
-    begin();
-  } else {
-    state_[kDrift] += moved;
+void HeadingMonitor::learnBias(double rate, double variance) {
+  if (!bias_) {
+    bias_ = {rate, variance};
+    return begin();
   }
-  contradicts_ = false;
-  bias_ = bias;
+  const double gain = bias_->variance / (bias_->variance + variance);
+  const double moved = gain * (rate - bias_->value);
+  bias_->value += moved;
+  bias_->variance *= 1.0 - gain;
+  if (!contradicts_) {
+    state_[kDrift] += moved;
+    return;
+  }
+  moved_ += moved;
+  if (-moved_ * state_[kDrift] > 0.5 * square(state_[kDrift])) begin();
 }
 
 void HeadingMonitor::begin() {
-  difference_ = 0.0;
+  contradicts_ = false;
+  difference_ = moved_ = 0.0;
   state_.setZero();
   P_ = Eigen::Vector3d(square(config_.match_sigma), square(kAnyDrift), square(config_.gyro_scale)).asDiagonal();
 }
@@ -67,9 +68,13 @@ void HeadingMonitor::predict(double seconds, double turn) {
   P_(kDrift, kDrift) += square(config_.bias_walk) * seconds;
 }
 
+/// A leap from one scan to the next, as of a gyro that is read too seldom for a sudden stop, is no drift.
 void HeadingMonitor::correct(double variance) {
+  const double innovation = difference_ - state_[kDifference];
+  const double expected = P_(kDifference, kDifference) + variance;
+  if (square(innovation) > square(config_.contradiction) * expected) P_(kDifference, kDifference) += square(innovation);
   const Eigen::Vector3d K = P_.col(kDifference) / (P_(kDifference, kDifference) + variance);
-  state_ += K * (difference_ - state_[kDifference]);
+  state_ += K * innovation;
   P_ -= (K * P_.row(kDifference)).eval();
   P_ = (0.5 * (P_ + P_.transpose())).eval();
 }

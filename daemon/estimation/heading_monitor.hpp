@@ -54,10 +54,7 @@ class HeadingMonitor {
     double theta;  // [rad]
     bool standstill;
   };
-  struct Rest {
-    double seconds = 0.0, turn = 0.0;  // [rad] that the gyro has told meanwhile
-  };
-  void learnBias(double seconds, double turn);
+  void learnBias(double rate, double variance);
   void begin();
   void predict(double seconds, double turn);
   void correct(double variance);
@@ -65,8 +62,8 @@ class HeadingMonitor {
   HeadingMonitorConfig config_;
   std::optional<Last> last_;
   std::optional<GyroBias> bias_;  // at the last rest
-  Rest rest_;
-  double difference_ = 0.0;  // [rad] z
+  double moved_ = 0.0;            // [rad/s] by the bias, since the scans contradict it
+  double difference_ = 0.0;       // [rad] z
   Eigen::Vector3d state_ = Eigen::Vector3d::Zero();
   Eigen::Matrix3d P_ = Eigen::Matrix3d::Zero();
   bool contradicts_ = false;

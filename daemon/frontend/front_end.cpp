@@ -116,7 +116,8 @@ void FrontEnd::recoverBySearch(const Cloud& cloud, const Prediction& predicted, 
   const MatchResult found = registration_.search(cloud, local_map_, predicted.pose.pose(), tracking_.failures());
   if (!validator_.acceptSearch(found, cloud, local_map_, predicted.pose, tracking_)) return;
   outcome.match = found;
-  outcome.fused = fuse(cloud.stamp, found, tracking_.failures() > 0);  // nobody is carried far between two scans
+  // Nobody is carried far between two scans, but wheels without a gyro beside them may be what is wrong.
+  outcome.fused = fuse(cloud.stamp, found, tracking_.failures() > 0 || !predicted.pose.gyroActive());
 }
 
 const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted, const MatchResult& match,
