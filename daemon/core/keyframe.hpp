@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -48,6 +49,8 @@ struct Keyframe {
   Eigen::Matrix3d step_covariance = Eigen::Matrix3d::Zero();  ///< of this pose relative to the keyframe before it
                                                               ///< (x, y, theta) in that one's base [m, m, rad]
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();       ///< of T_map_base in map, in base's axes [m, m, rad]
+  /// [rad] by which the session's heading may be off in the map that was lost, by the gyro; pi: nothing is known
+  double heading_tolerance = std::numbers::pi;
   int size = 0;
   std::array<Point, LaserScan::kCapacity> storage;
 

@@ -2,6 +2,7 @@
 #include "frontend/front_end.hpp"
 
 #include <cmath>
+#include <numbers>
 
 #include "core/pose_covariance.hpp"
 
@@ -194,8 +195,14 @@ void FrontEnd::setPose(const Pose2& T_map_base, const Eigen::Vector3d& sigma) {
 }
 
 void FrontEnd::beginSession(KeyframeOrigin origin) {
+  // A gyro turns with who carries the robot, but not with who gives its pose.
+  double heading_tolerance = std::numbers::pi;
+  if (origin == KeyframeOrigin::kLost && monitor_.gyro.reliable()) {
+    heading_tolerance = validator_.headingTolerance(pose_.at(pose_.newestStamp()));
+    if (!tracking_.placed()) heading_tolerance += keyframes_.headingTolerance();
+  }
   tracking_.beginSession(origin == KeyframeOrigin::kGiven);
-  keyframes_.beginSession(origin);
+  keyframes_.beginSession(origin, heading_tolerance);
   local_map_.clear(pose_.at(pose_.newestStamp()).pose().translation());
   monitor_.reset();
 }

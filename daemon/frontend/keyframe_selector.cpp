@@ -26,7 +26,8 @@ KeyframeSelector::KeyframeSelector(const FrontEndConfig& config, const FrontEndS
       next_keyframe_(start.first_keyframe),
       origin_(start.in_known_map ? KeyframeOrigin::kLost : KeyframeOrigin::kContinued) {}
 
-void KeyframeSelector::beginSession(KeyframeOrigin origin) {
+void KeyframeSelector::beginSession(KeyframeOrigin origin, double heading_tolerance) {
+  keyframe_.heading_tolerance = heading_tolerance;
   ++session_;
   origin_ = origin;
   if (localise_only_) next_keyframe_ = first_keyframe_;  // the session before is forgotten

@@ -20,7 +20,9 @@ class KeyframeSelector {
   std::int32_t mapId() const { return map_id_; }
   /// Counts up when the robot is lost, or its pose given by a person.
   std::int32_t session() const { return session_; }
-  void beginSession(KeyframeOrigin origin);
+  /// @param heading_tolerance [rad] by which the heading may be off in the map before it
+  void beginSession(KeyframeOrigin origin, double heading_tolerance);
+  double headingTolerance() const { return keyframe_.heading_tolerance; }
   /// The step from the next keyframe on begins here. @param sigma of a pose given by a person [m, m, rad]
   void begin(const Pose2& T_map_base) { drift_pose_ = T_map_base; }
   void setSigma(const Eigen::Vector3d& sigma) { drift_ = sigma.cwiseAbs2().asDiagonal(); }

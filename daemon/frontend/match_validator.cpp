@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "matching/plicp.hpp"
 
@@ -64,9 +65,12 @@ bool MatchValidator::seesThroughWalls(const Pose2& T_map_base, const Cloud& clou
 
 /// A gyro turns with a robot that slips or is carried, so that its turn holds whatever the scans look like.
 bool MatchValidator::contradictsGyro(const MatchResult& match, const Ekf& predicted) const {
-  if (!predicted.gyroActive()) return false;
-  const double turned = std::abs(wrapAngle(match.T_ref_base.theta - predicted.pose().theta));
-  return turned > config_.gyro_error + 3.0 * std::sqrt(predicted.covariance()(2, 2));
+  return std::abs(wrapAngle(match.T_ref_base.theta - predicted.pose().theta)) > headingTolerance(predicted);
+}
+
+double MatchValidator::headingTolerance(const Ekf& predicted) const {
+  if (!predicted.gyroActive()) return std::numbers::pi;
+  return config_.gyro_error + 3.0 * std::sqrt(predicted.covariance()(2, 2));
 }
 
 /// Whether a robot gets so far from scan to scan.

@@ -32,6 +32,9 @@ class MatchValidator {
     return seesThroughWalls(T_map_base, cloud, local_map, 0.0);
   }
 
+  /// By how much a heading may be off [rad] that a gyro has told; pi: none has.
+  double headingTolerance(const Ekf& predicted) const;
+
   /// Matches that something moving pulled.
   std::uint32_t held() const { return held_; }
 

@@ -49,8 +49,9 @@ void PlaceSearch::begin() {
 }
 
 PlaceSearch::Result PlaceSearch::search(const KeyframeGraph& keyframes, int oldest, int newest,
-                                        const std::optional<PlaceWindow>& around) {
+                                        const std::optional<PlaceWindow>& around, double heading_tolerance) {
   if (!hasMap()) return {};
+  heading_tolerance_ = heading_tolerance;
   keyframes.gather(newest, oldest, config_.query_length, config_.max_query_points, query_);
   sampleDirections();
   Look look{{}, keyframes.pose(newest)};
@@ -79,7 +80,7 @@ PlaceSearch::Result PlaceSearch::leader(std::span<const PlaceFit> places, bool i
     const Pose2 T_newest_look = between(looks_.front().T_session_newest, look.T_session_newest);
     for (std::size_t i = 0; i < places.size(); ++i) {
       const Pose2& T_map_newest = places[i].T_map_newest;
-      const PlaceFit seen = searches == 1 ? places[i] : fit(look.view, T_map_newest * T_newest_look, places[i].scale);
+      const PlaceFit seen = searches == 1 ? places[i] : fit(look, T_map_newest * T_newest_look, places[i].scale);
       const Pose2 moved = between(T_map_newest, seen.T_map_newest * T_newest_look.inverse());
       contenders[i].sum += seen.log_likelihood;
       contenders[i].moved += Eigen::Vector3d(moved.x, moved.y, moved.theta);
@@ -123,11 +124,11 @@ std::vector<PlaceFit> PlaceSearch::candidates(const std::optional<PlaceWindow>& 
   std::vector<PlaceFit> fits;
   for (const GlobalPlace& place :
        global_->search(sample_, config_.min_score, config_.places, config_.place_share, around)) {
-    fits.push_back(fitPlace(*field_, look.view, place.T_map_query, config_.fit));
+    fits.push_back(fit(look, place.T_map_query, 1.0));
   }
   for (const Pose2& T_map_session : T_map_sessions_) {
     const Pose2 T_map_newest = T_map_session * look.T_session_newest;
-    if (!around || around->holds(T_map_newest)) fits.push_back(fitPlace(*field_, look.view, T_map_newest, config_.fit));
+    if (!around || around->holds(T_map_newest)) fits.push_back(fit(look, T_map_newest, 1.0));
   }
   const std::vector<PlaceFit> places = fitBeside(fitScale(each(std::move(fits))), around);
   T_map_sessions_.clear();
@@ -151,14 +152,18 @@ std::vector<PlaceFit> PlaceSearch::each(std::vector<PlaceFit> places) const {
   return others;
 }
 
-/// Lays a view, were it so much longer, at the price of how unlikely that is.
-PlaceFit PlaceSearch::fit(const QueryCloud& view, const Pose2& T_map_newest, double scale) const {
-  if (scale == 1.0) return fitPlace(*field_, view, T_map_newest, config_.fit);
-  const double sigmas = (scale - 1.0) / field_->model().scale_sigma;
-  PlaceFit scaled = fitPlace(*field_, view.scaled(scale), T_map_newest, config_.fit);
-  scaled.scale = scale;
-  scaled.log_likelihood -= 0.5 * sigmas * sigmas;
-  return scaled;
+/// Lays a view, were it so much longer, at the price of how unlikely that is. So has a place its price where the
+/// session's heading is another one: a gyro turns with who carries a robot, unless it is tilted.
+PlaceFit PlaceSearch::fit(const Look& look, const Pose2& T_map_newest, double scale) const {
+  const bool longer = scale != 1.0;
+  const auto laid = [&](const QueryCloud& view) { return fitPlace(*field_, view, T_map_newest, config_.fit); };
+  PlaceFit fit = longer ? laid(look.view.scaled(scale)) : laid(look.view);
+  const double sigmas = longer ? (scale - 1.0) / field_->model().scale_sigma : 0.0;
+  fit.scale = scale;
+  fit.log_likelihood -= 0.5 * sigmas * sigmas;
+  const double turned = std::abs(wrapAngle(fit.T_map_newest.theta - look.T_session_newest.theta));
+  if (turned > heading_tolerance_) fit.log_likelihood -= config_.against_gyro;
+  return fit;
 }
 
 /// Fits the best places again, were the map as much longer or shorter as it may well be: walls far ahead and the way
@@ -166,11 +171,10 @@ PlaceFit PlaceSearch::fit(const QueryCloud& view, const Pose2& T_map_newest, dou
 std::vector<PlaceFit> PlaceSearch::fitScale(std::vector<PlaceFit> places) const {
   const double sigma = field_->model().scale_sigma;
   if (sigma <= 0.0) return places;
-  const QueryCloud& view = looks_.front().view;
   for (std::size_t i = 0; i < std::min(places.size(), static_cast<std::size_t>(config_.scaled_places)); ++i) {
     const Pose2 T_map_newest = places[i].T_map_newest;
     for (const double scale : {1.0 - sigma, 1.0 + sigma}) {
-      const PlaceFit scaled = fit(view, T_map_newest, scale);
+      const PlaceFit scaled = fit(looks_.front(), T_map_newest, scale);
       if (scaled.log_likelihood > places[i].log_likelihood) places[i] = scaled;
     }
   }
@@ -182,7 +186,6 @@ std::vector<PlaceFit> PlaceSearch::fitScale(std::vector<PlaceFit> places) const 
 std::vector<PlaceFit> PlaceSearch::fitBeside(std::vector<PlaceFit> places,
                                              const std::optional<PlaceWindow>& around) const {
   if (config_.model.neighbours == 0) return places;
-  const QueryCloud& view = looks_.front().view;
   const std::size_t count = std::min(places.size(), static_cast<std::size_t>(config_.model.neighbours));
   for (std::size_t i = 0; i < count; ++i) {
     const PlaceFit place = places[i];
@@ -190,7 +193,7 @@ std::vector<PlaceFit> PlaceSearch::fitBeside(std::vector<PlaceFit> places,
       const double by = steps * config_.neighbour_step;
       for (const Pose2& T_place_beside : {Pose2{by, 0.0, 0.0}, Pose2{0.0, by, 0.0}}) {
         const Pose2 T_map_newest = place.T_map_newest * T_place_beside;
-        if (!around || around->holds(T_map_newest)) places.push_back(fit(view, T_map_newest, place.scale));
+        if (!around || around->holds(T_map_newest)) places.push_back(fit(looks_.front(), T_map_newest, place.scale));
       }
     }
   }

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <deque>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <vector>
@@ -44,6 +45,7 @@ struct PlaceSearchConfig {
                                 ///< in n of them 1 + 1/n times as much
   double same_distance = 0.75;  ///< [m] results nearer than this ...
   double same_rotation = 0.2;   ///< [rad] ... are one place
+  double against_gyro = 120.0;  ///< log-likelihood that a place lacks whose heading the gyro contradicts
   int scaled_places = 30;       ///< best places that are fitted in other scales, too
   PlaceFitConfig fit;           ///< of the places that are compared
 };
@@ -79,7 +81,9 @@ class PlaceSearch {
   };
   /// @param oldest first keyframe of the session
   /// @param around the robot is in this window; none: anywhere, in the map or not
-  Result search(const KeyframeGraph& keyframes, int oldest, int newest, const std::optional<PlaceWindow>& around = {});
+  /// @param heading_tolerance [rad] by which the session's heading may be off in the map, by the gyro
+  Result search(const KeyframeGraph& keyframes, int oldest, int newest, const std::optional<PlaceWindow>& around = {},
+                double heading_tolerance = std::numbers::pi);
 
   bool same(const Pose2& a, const Pose2& b) const;
 
@@ -91,7 +95,7 @@ class PlaceSearch {
   };
   void sampleDirections();
   std::vector<PlaceFit> candidates(const std::optional<PlaceWindow>& around);
-  PlaceFit fit(const QueryCloud& view, const Pose2& T_map_newest, double scale) const;
+  PlaceFit fit(const Look& look, const Pose2& T_map_newest, double scale) const;
   std::vector<PlaceFit> fitScale(std::vector<PlaceFit> places) const;
   std::vector<PlaceFit> fitBeside(std::vector<PlaceFit> places, const std::optional<PlaceWindow>& around) const;
   std::vector<PlaceFit> each(std::vector<PlaceFit> places) const;
@@ -104,8 +108,9 @@ class PlaceSearch {
   PlaceSearchConfig config_;
   std::optional<GlobalSearch> global_;
   std::optional<DecayRateMap> field_;
-  std::deque<Look> looks_;             // of this session, newest first
-  std::vector<Pose2> T_map_sessions_;  // where the newest search's best places put it
+  std::deque<Look> looks_;                       // of this session, newest first
+  double heading_tolerance_ = std::numbers::pi;  // [rad] of it
+  std::vector<Pose2> T_map_sessions_;            // where the newest search's best places put it
   ScanPoints query_;
   std::vector<Eigen::Vector2d> sample_;  // [m] of the query, as many points of each direction
 };

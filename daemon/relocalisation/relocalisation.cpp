@@ -36,14 +36,15 @@ void Relocalisation::begin() {
   seen_ = -1;
 }
 
-std::optional<Relocalisation::Found> Relocalisation::search(const KeyframeGraph& keyframes, int oldest, int newest) {
+std::optional<Relocalisation::Found> Relocalisation::search(const KeyframeGraph& keyframes, int oldest, int newest,
+                                                            double heading_tolerance) {
   for (seen_ = std::max(seen_, oldest); seen_ < newest; ++seen_) {
     path_ += (keyframes.pose(seen_ + 1).translation() - keyframes.pose(seen_).translation()).norm();
   }
   if (!places_.hasMap() || path_ - searched_at_ < config_.interval) return std::nullopt;
   searched_at_ = path_;
   ++counters_.searches;
-  newest_ = places_.search(keyframes, oldest, newest);
+  newest_ = places_.search(keyframes, oldest, newest, {}, heading_tolerance);
   const PlaceSearch::Result& place = newest_;
   if (place.outcome != PlaceSearch::Outcome::kFound) {
     ++(place.outcome == PlaceSearch::Outcome::kAmbiguous ? counters_.ambiguous : counters_.refused);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <numbers>
 #include <optional>
 #include <span>
 #include <vector>
@@ -36,8 +37,10 @@ class Relocalisation {
     MatchResult match;
   };
   /// @param oldest first keyframe of the session
+  /// @param heading_tolerance [rad] by which its heading may be off in the map, by the gyro; pi: nothing is known
   /// @return what was found at this keyframe, if it was searched for at all and is believed
-  std::optional<Found> search(const KeyframeGraph& keyframes, int oldest, int newest);
+  std::optional<Found> search(const KeyframeGraph& keyframes, int oldest, int newest,
+                              double heading_tolerance = std::numbers::pi);
 
   /// Looks around the pose of `newest` only, which a person gave.
   std::optional<Found> searchNear(const KeyframeGraph& keyframes, int oldest, int newest, const SearchWindow& window);

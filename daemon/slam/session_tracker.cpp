@@ -26,6 +26,7 @@ void SessionTracker::load(const KeyframeMap& map) {
 void SessionTracker::begin(const Keyframe& first, const KeyframeMap& map, bool map_stays) {
   first_ = first.id;
   number_ = first.session;
+  heading_tolerance_ = first.heading_tolerance;
   state_ = first.origin == KeyframeOrigin::kGiven ? State::kGiven : State::kLost;
   const bool ready = relocalisation_ && map_stays;  // the search's pyramid stays good
   if (!relocalisation_) relocalisation_.emplace(config_.relocalisation, config_.reference, config_.match);
@@ -34,7 +35,8 @@ void SessionTracker::begin(const Keyframe& first, const KeyframeMap& map, bool m
 
 SessionTracker::Finding SessionTracker::find(const KeyframeMap& map, bool map_knows) {
   const int newest = map.newest();
-  if (state_ == State::kLost) return {.found = relocalisation_->search(map.keyframes, first_, newest)};
+  if (state_ == State::kLost)
+    return {.found = relocalisation_->search(map.keyframes, first_, newest, heading_tolerance_)};
   Finding finding{.found = relocalisation_->searchNear(map.keyframes, first_, newest, kGivenWindow)};
   if (finding.found || newest - first_ + 1 < config_.given_attempts) return finding;
   if (map_knows) {  // it does not look as it should: the robot may be anywhere

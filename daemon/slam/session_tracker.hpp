@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <cstdint>
+#include <numbers>
 #include <optional>
 
 #include "slam/back_end_config.hpp"
@@ -43,6 +44,7 @@ class SessionTracker {
   BackEndConfig config_;
   std::optional<Relocalisation> relocalisation_;  // made when needed: its tables are large
   int first_ = 0;
+  double heading_tolerance_ = std::numbers::pi;  // [rad] of it in the map
   std::int32_t number_ = 0;
   State state_ = State::kPlaced;
 };

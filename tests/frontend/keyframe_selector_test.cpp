@@ -95,7 +95,7 @@ TEST(KeyframeSelector, CountsIdsFromTheMapsSizeAndSegmentsFromZero) {
   keyframe = selected.keep({1.2, 2.0, 0.3});
   EXPECT_EQ(keyframe->id, 41);
   EXPECT_EQ(keyframe->origin, KeyframeOrigin::kContinued);
-  selected.selector.beginSession(KeyframeOrigin::kGiven);
+  selected.selector.beginSession(KeyframeOrigin::kGiven, std::numbers::pi);
   selected.local_map.clear({0.0, 0.0});
   keyframe = selected.keep({5.0, 0.0, 0.0});
   EXPECT_EQ(keyframe->id, 42);
@@ -150,8 +150,16 @@ TEST(KeyframeSelector, InAGivenMapASegmentForgetsTheOneBefore) {
   Selected selected(config, {.first_keyframe = 40, .in_known_map = true});
   selected.keep({});
   selected.keep({0.2, 0.0, 0.0});
-  selected.selector.beginSession(KeyframeOrigin::kLost);
+  selected.selector.beginSession(KeyframeOrigin::kLost, std::numbers::pi);
   EXPECT_EQ(selected.keep({0.4, 0.0, 0.0})->id, 40);
+}
+
+TEST(KeyframeSelector, SaysHowFarASessionsHeadingIsKnown) {
+  Selected selected;
+  EXPECT_EQ(selected.keep({})->heading_tolerance, std::numbers::pi);
+  selected.selector.beginSession(KeyframeOrigin::kLost, 0.2);
+  EXPECT_EQ(selected.selector.headingTolerance(), 0.2);
+  EXPECT_EQ(selected.keep({3.0, 0.0, 0.0})->heading_tolerance, 0.2);
 }
 
 TEST(KeyframeSelector, AStepIsAsUncertainAsWhatToldItsWay) {

@@ -56,6 +56,22 @@ TEST(PlaceSearch, SaysByHowMuchTheBestPlaceLeads) {
   EXPECT_EQ(alone.needed, PlaceSearchConfig{}.min_margin);
 }
 
+TEST(PlaceSearch, AGyroTellsTheEndsOfARoomApart) {
+  MappedPlace mapped(bareRoom(), alongX(-1.5, 1.5), 1, bareRoom(), 2);
+  PlaceSearch places;
+  places.begin(mapped.keyframes, mapped.map);
+  const int first = mapped.newest() + 1;
+  for (double x = 0.4; x <= 1.6; x += 0.2) mapped.drive({x, 0.3, 0.1});
+  const auto search = [&](double heading_tolerance) {
+    places.begin();
+    return places.search(mapped.keyframes, first, mapped.newest(), {}, heading_tolerance);
+  };
+  EXPECT_EQ(search(std::numbers::pi).outcome, Outcome::kAmbiguous);
+  const auto found = search(0.3);
+  ASSERT_EQ(found.outcome, Outcome::kFound);
+  EXPECT_LT(std::abs(wrapAngle(found.T_map_newest.theta - mapped.keyframes.pose(mapped.newest()).theta)), 0.3);
+}
+
 TEST(PlaceSearch, FindsNothingInAWindowBesideTheMap) {
   Searched searched;
   EXPECT_EQ(searched.search(PlaceWindow{{10.0, 30.0, 0.0}, 2.0, 0.5}).outcome, Outcome::kElsewhere);
