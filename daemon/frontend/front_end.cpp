@@ -231,6 +231,9 @@ PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
   estimate.state = tracking_.state(stamp, estimate.covariance, contradicted);
   const Eigen::Matrix3d of_map = local_map_.covarianceAt(estimate.T_map_base) + monitor_.scans.covariance();
   estimate.covariance += rotated(of_map, estimate.T_map_base.theta);
+  // Wheels alone do not see a slip within a scan, which is bent by it.
+  if (!ekf.gyroActive())
+    estimate.covariance(2, 2) += config_.ekf.wheelRotationVariance(0.0, 0.5 * std::abs(tracking_.lastMotion().theta));
   return estimate;
 }
 

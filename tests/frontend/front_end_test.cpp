@@ -69,6 +69,20 @@ TEST(FrontEnd, WorksWithScansAlone) {
   EXPECT_EQ(drive.state(), LocalisationState::kLocalised);
 }
 
+TEST(FrontEnd, WithoutAGyroAHeadingIsLessSureWhileItTurns) {
+  const auto variance = [](bool gyro, const Eigen::Vector3d& twist) {
+    Drive drive;
+    drive.gyro.there = gyro;
+    drive.run(2.0, kStand);
+    drive.run(5.0, twist);
+    return drive.front_end->estimate(drive.now).covariance(2, 2);
+  };
+  const double turned = 0.5 * kCurve.z() * 0.18;  // [rad] in half a scan
+  EXPECT_GT(variance(false, kCurve), EkfConfig{}.wheelRotationVariance(0.0, turned));
+  EXPECT_LT(variance(false, kStand), 1e-4);
+  EXPECT_LT(variance(true, kCurve), 1e-4);
+}
+
 TEST(FrontEnd, OutweighsWheelsThatKeepLying) {
   Drive drive;
   drive.gyro.there = false;
