@@ -10,8 +10,6 @@
 namespace slam {
 namespace {
 
-constexpr double kAnyDrift = 0.05;  // [rad/s] standard deviation before anything is known of it
-
 double square(double x) { return x * x; }
 
 }  // namespace
@@ -55,7 +53,7 @@ void HeadingMonitor::begin() {
   contradicts_ = false;
   difference_ = moved_ = 0.0;
   state_.setZero();
-  P_ = Eigen::Vector3d(square(config_.match_sigma), square(kAnyDrift), square(config_.gyro_scale)).asDiagonal();
+  P_ = Eigen::Vector3d(square(config_.match_sigma), square(config_.any_drift), square(config_.gyro_scale)).asDiagonal();
 }
 
 void HeadingMonitor::predict(double seconds, double turn) {

@@ -11,6 +11,7 @@ namespace slam {
 
 struct HeadingMonitorConfig {
   double contradiction = 4.0;  ///< [1] standard deviations from which on the scans' drift is no noise any more
+  double any_drift = 0.05;     ///< [rad/s] standard deviation of it before anything is known
   double match_sigma = 0.003;  ///< [rad] error of a matched heading, seldom less
   double gyro_noise = 5e-4;    ///< [rad per sqrt(s)] angle random walk of a gyro
   double bias_walk = 1e-4;     ///< [rad/s per sqrt(s)] how fast its bias may change while the robot moves
