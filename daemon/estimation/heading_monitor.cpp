@@ -15,17 +15,18 @@ double square(double x) { return x * x; }
 }  // namespace
 
 void HeadingMonitor::compare(const GyroMonitor& gyro, Timestamp stamp, bool standstill, double theta, double variance) {
-  const std::optional<Last> last = std::exchange(last_, Last{stamp, theta, standstill});
+  const std::optional<Last> last = std::exchange(last_, Last{stamp, theta, standstill, 0.0});
   const auto turn = last ? gyro.turned(last->stamp, stamp) : std::nullopt;
   const double seconds = last ? toSeconds(stamp - last->stamp) : 0.0;
   if (!turn || !(seconds > 0.0)) return;
+  last_->rate = *turn / seconds;
   if (bias_) bias_->variance += square(config_.bias_walk) * seconds;
-  if (standstill && last->standstill) learnBias(*turn / seconds, square(config_.gyro_noise) / seconds);
+  if (standstill && last->standstill) learnBias(last_->rate, square(config_.gyro_noise) / seconds);
   if (!bias_ || contradicts_) return;
 
   const double turned = *turn - bias_->value * seconds;
   difference_ += wrapAngle(wrapAngle(theta - last->theta) - turned);
-  predict(seconds, turned);
+  predict(seconds, turned, last_->rate - last->rate);
   correct(std::max(variance, square(config_.match_sigma)));
   contradicts_ = square(state_[kDrift]) > square(config_.contradiction) * (P_(kDrift, kDrift) + bias_->variance);
   if (contradicts_) bias_->variance += square(state_[kDrift]);  // if it is the gyro
@@ -56,13 +57,13 @@ void HeadingMonitor::begin() {
   P_ = Eigen::Vector3d(square(config_.match_sigma), square(config_.any_drift), square(config_.gyro_scale)).asDiagonal();
 }
 
-void HeadingMonitor::predict(double seconds, double turn) {
+void HeadingMonitor::predict(double seconds, double turn, double rate_change) {
   Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
   F(kDifference, kDrift) = seconds;
   F(kDifference, kScale) = turn;
   state_ = (F * state_).eval();
   P_ = (F * P_ * F.transpose()).eval();
-  P_(kDifference, kDifference) += square(config_.gyro_noise) * seconds;
+  P_(kDifference, kDifference) += square(config_.gyro_noise) * seconds + square(config_.time_offset * rate_change);
   P_(kDrift, kDrift) += square(config_.bias_walk) * seconds;
 }
 

@@ -16,6 +16,7 @@ struct HeadingMonitorConfig {
   double gyro_noise = 5e-4;    ///< [rad per sqrt(s)] angle random walk of a gyro
   double bias_walk = 1e-4;     ///< [rad/s per sqrt(s)] how fast its bias may change while the robot moves
   double gyro_scale = 0.05;    ///< [1] error of its scale
+  double time_offset = 0.02;   ///< [s] of its stamps against those of the scans, seldom more
   double match_error = 1.0;    ///< [m, rad] of a match by scans whose heading drifts: wheels and gyro lead
 };
 
@@ -54,10 +55,11 @@ class HeadingMonitor {
     Timestamp stamp;
     double theta;  // [rad]
     bool standstill;
+    double rate;  // [rad/s] of the gyro, up to there
   };
   void learnBias(double rate, double variance);
   void begin();
-  void predict(double seconds, double turn);
+  void predict(double seconds, double turn, double rate_change);
   void correct(double variance);
 
   HeadingMonitorConfig config_;

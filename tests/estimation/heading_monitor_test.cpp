@@ -14,7 +14,8 @@ const Eigen::Vector3d kStand(0, 0, 0), kStraight(0.5, 0, 0), kLeft(0.3, 0, 0.6),
 /// Its matched scans tell its heading, with an error of 1.5 mrad and a drift.
 class Drive : public test::SimulatedRobot {
  public:
-  explicit Drive(unsigned seed = 1) : SimulatedRobot(test::Room{}, {}, seed) {
+  explicit Drive(unsigned seed = 1, const HeadingMonitorConfig& config = {})
+      : SimulatedRobot(test::Room{}, {}, seed), monitor(config) {
     gyro.bias = 0.01;
     gyro.sigma = 0.003;
     matches.sigma.z() = 0.0015;
@@ -28,11 +29,12 @@ class Drive : public test::SimulatedRobot {
   void add(const ImuSample& sample) { gyro_monitor.hear(sample); }
   void add(const PoseMeasurement& match) {
     gyro_monitor.compare(match.stamp, match.T_map_base.theta, gyro.bias);
-    monitor.compare(gyro_monitor, match.stamp, stands_, match.T_map_base.theta, 1e-6);
+    monitor.compare(gyro_monitor, match.stamp - late, stands_, match.T_map_base.theta, 1e-6);
   }
 
   GyroMonitor gyro_monitor{EkfConfig{}};
   HeadingMonitor monitor;
+  Duration late{0};  // the gyro's stamps, by the scans'
 
  private:
   bool stands_ = true;
@@ -94,6 +96,23 @@ TEST(HeadingMonitor, AStopBetweenTwoScansIsNoRest) {
   drive.matches.drift = kDrift;
   drive.go(20.0, kStraight);
   EXPECT_FALSE(drive.monitor.contradicts());
+}
+
+TEST(HeadingMonitor, StampsThatAreOffAreNoDrift) {
+  for (const double time_offset : {HeadingMonitorConfig{}.time_offset, 0.0}) {
+    int contradicted = 0;
+    for (unsigned seed = 1; seed <= 10; ++seed) {
+      HeadingMonitorConfig config;
+      config.time_offset = time_offset;
+      Drive drive(seed, config);
+      drive.late = std::chrono::milliseconds(20);
+      drive.go(1.2, kStand);
+      drive.go(3.0, {0.4, 0.0, 0.35});
+      drive.go(2.0, {0.2, 0.0, -0.65});
+      contradicted += drive.monitor.contradicts();
+    }
+    EXPECT_EQ(contradicted > 0, time_offset == 0.0) << contradicted << " of 10";
+  }
 }
 
 TEST(HeadingMonitor, AMapThatMovesIsNoDrift) {
