@@ -157,8 +157,9 @@ const Keyframe* FrontEnd::coast(const Cloud& cloud, const Prediction& predicted,
                                 bool may_keep) {
   if (!tracking_.fail(match, cloud.stamp, saysMuch(cloud), may_keep)) return nullptr;
   const Pose2 T_map_base = predicted.pose.pose();
-  if (validator_.kidnapped(T_map_base, cloud, local_map_) ||
-      tracking_.lost(pose_.at(pose_.newestStamp()).covariance().topLeftCorner<3, 3>())) {
+  // A scan that contradicts itself sees through walls wherever it is.
+  const bool kidnapped = !monitor_.heading.contradicts() && validator_.kidnapped(T_map_base, cloud, local_map_);
+  if (kidnapped || tracking_.lost(pose_.at(pose_.newestStamp()).covariance().topLeftCorner<3, 3>())) {
     beginSession(KeyframeOrigin::kLost);
     return nullptr;
   }
