@@ -16,11 +16,12 @@ double square(double x) { return x * x; }
 
 void HeadingMonitor::compare(const GyroMonitor& gyro, Timestamp stamp, bool standstill, double theta, double variance) {
   const std::optional<Last> last = std::exchange(last_, Last{stamp, theta, standstill, 0.0});
-  const auto turn = last ? gyro.turned(last->stamp, stamp) : std::nullopt;
-  const double seconds = last ? toSeconds(stamp - last->stamp) : 0.0;
-  if (!turn || !(seconds > 0.0)) return;
-  last_->rate = *turn / seconds;
+  if (!last || stamp <= last->stamp) return;
+  const double seconds = toSeconds(stamp - last->stamp);
   if (bias_) bias_->variance += square(config_.bias_walk) * seconds;
+  const auto turn = gyro.turned(last->stamp, stamp);
+  if (!turn) return;
+  last_->rate = *turn / seconds;
   if (standstill && last->standstill) learnBias(last_->rate, square(config_.gyro_noise) / seconds);
   if (!bias_ || contradicts_) return;
 

@@ -115,6 +115,17 @@ TEST(HeadingMonitor, StampsThatAreOffAreNoDrift) {
   }
 }
 
+TEST(HeadingMonitor, ABiasMayMoveWhileNoScanIsMatched) {
+  Drive drive;
+  drive.go(2.0, kStand);
+  drive.lidar.there = false;
+  drive.go(600.0, kStraight);
+  drive.gyro.bias += 0.003;
+  drive.lidar.there = true;
+  drive.go(20.0, kStraight);
+  EXPECT_FALSE(drive.monitor.contradicts());
+}
+
 TEST(HeadingMonitor, AMapThatMovesIsNoDrift) {
   Drive drive;
   drive.go(2.0, kStand);
