@@ -47,9 +47,8 @@ std::string poseWords(const PoseSnapshot& pose, bool has_scans) {
         << std::fixed << std::setprecision(1) << "scans turn by "
         << pose.tracking.scan_drift * 60.0 * 180.0 / std::numbers::pi
         << " deg per minute against a gyro that was right at rest: does one half of the scan contradict the other "
-           "half, "
-           "as where two lidars are merged and one is turned, is the lidar loose, or does it see too little? The pose "
-           "goes by wheels and gyro until a rest shows that the gyro has changed";
+           "half, as where two lidars are merged and one is turned, is the lidar loose, or does it see too little? The "
+           "pose goes by wheels and gyro until a rest shows that the gyro has changed";
     return words.str();
   }
   if (pose.tracking.contradiction > 0.0) {

@@ -70,9 +70,9 @@ bool GyroMonitor::hear(const WheelSample& sample, double bias) {
     wheels_.clear();
     interrupt();
   }
-  const double turned =
+  const double since_begin =
       wheels_.empty() ? 0.0 : wheels_.newest().pose.x + wrapAngle(theta - last_wheels_.value_or(theta));
-  if (!wheels_.push(sample.stamp, {turned, 0.0, 0.0})) return false;
+  if (!wheels_.push(sample.stamp, {since_begin, 0.0, 0.0})) return false;
   last_wheels_ = theta;
   if (proofs_ >= config_.least || rejected_) return false;
 
@@ -82,9 +82,9 @@ bool GyroMonitor::hear(const WheelSample& sample, double bias) {
     std::array<double, 2> turn{};
     for (std::size_t i = 0; i < 2; ++i) {
       const Timestamp end = sample.stamp - static_cast<int>(i) * lag;
-      const auto a = sensor.at(end - window, lag), b = sensor.at(end, lag);
-      if (!a || !b || (clipped_ && b->y > a->y)) return std::nullopt;
-      turn[i] = b->x - a->x - offset * noise_.slip_window;
+      const auto told = turned(sensor, end - window, end);
+      if (!told) return std::nullopt;
+      turn[i] = *told - offset * noise_.slip_window;
     }
     return Range{std::min(turn[0], turn[1]), std::max(turn[0], turn[1])};
   };
@@ -126,8 +126,12 @@ std::optional<GyroBias> GyroMonitor::compare(Timestamp stamp, double theta, doub
 }
 
 std::optional<double> GyroMonitor::turned(Timestamp from, Timestamp to) const {
-  const auto a = gyro_.at(from, fromSeconds(config_.beyond)), b = gyro_.at(to, fromSeconds(config_.beyond));
-  if (rejected_ || !a || !b || (clipped_ && b->y > a->y)) return std::nullopt;
+  return rejected_ ? std::nullopt : turned(gyro_, from, to);
+}
+
+std::optional<double> GyroMonitor::turned(const PoseHistory& sensor, Timestamp from, Timestamp to) const {
+  const auto a = sensor.at(from, fromSeconds(config_.beyond)), b = sensor.at(to, fromSeconds(config_.beyond));
+  if (!a || !b || (clipped_ && b->y > a->y)) return std::nullopt;
   return b->x - a->x;
 }
 

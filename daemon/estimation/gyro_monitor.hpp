@@ -97,6 +97,7 @@ class GyroMonitor {
     Turn turn;  // from the beginning to there
   };
   std::optional<Instant> at(Timestamp stamp, double theta) const;
+  std::optional<double> turned(const PoseHistory& sensor, Timestamp from, Timestamp to) const;
   void learnRange(const Turn& turn, double bias);
   void learnRelation(const Turn& turn);
   std::optional<GyroBias> vote(const Turn& turn, double bias);

@@ -198,13 +198,14 @@ void FrontEnd::setPose(const Pose2& T_map_base, const Eigen::Vector3d& sigma) {
 void FrontEnd::beginSession(KeyframeOrigin origin) {
   // A gyro turns with who carries the robot, but not with who gives its pose.
   double heading_tolerance = std::numbers::pi;
+  const Ekf newest = pose_.at(pose_.newestStamp());
   if (origin == KeyframeOrigin::kLost && monitor_.gyro.reliable()) {
-    heading_tolerance = validator_.headingTolerance(pose_.at(pose_.newestStamp()));
+    heading_tolerance = validator_.headingTolerance(newest);
     if (!tracking_.placed()) heading_tolerance += keyframes_.headingTolerance();
   }
   tracking_.beginSession(origin == KeyframeOrigin::kGiven);
   keyframes_.beginSession(origin, heading_tolerance);
-  local_map_.clear(pose_.at(pose_.newestStamp()).pose().translation());
+  local_map_.clear(newest.pose().translation());
   monitor_.reset();
 }
 

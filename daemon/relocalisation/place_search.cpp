@@ -51,10 +51,9 @@ void PlaceSearch::begin() {
 PlaceSearch::Result PlaceSearch::search(const KeyframeGraph& keyframes, int oldest, int newest,
                                         const std::optional<PlaceWindow>& around, double heading_tolerance) {
   if (!hasMap()) return {};
-  heading_tolerance_ = heading_tolerance;
   keyframes.gather(newest, oldest, config_.query_length, config_.max_query_points, query_);
   sampleDirections();
-  Look look{{}, keyframes.pose(newest)};
+  Look look{{}, keyframes.pose(newest), heading_tolerance};
   look.view.gather(keyframes, oldest, newest, config_.query_length, config_.part_length, field_->model().rigid_range);
   looks_.push_front(std::move(look));
   if (static_cast<int>(looks_.size()) > config_.searches) looks_.pop_back();
@@ -162,7 +161,7 @@ PlaceFit PlaceSearch::fit(const Look& look, const Pose2& T_map_newest, double sc
   fit.scale = scale;
   fit.log_likelihood -= 0.5 * sigmas * sigmas;
   const double turned = std::abs(wrapAngle(fit.T_map_newest.theta - look.T_session_newest.theta));
-  if (turned > heading_tolerance_) fit.log_likelihood -= config_.against_gyro;
+  if (turned > look.heading_tolerance) fit.log_likelihood -= config_.against_gyro;
   return fit;
 }
 

@@ -81,7 +81,8 @@ class PlaceSearch {
   };
   /// @param oldest first keyframe of the session
   /// @param around the robot is in this window; none: anywhere, in the map or not
-  /// @param heading_tolerance [rad] by which the session's heading may be off in the map, by the gyro
+  /// @param heading_tolerance [rad] by which the session's heading may be off in the map, by the gyro; pi: nothing
+  /// is known
   Result search(const KeyframeGraph& keyframes, int oldest, int newest, const std::optional<PlaceWindow>& around = {},
                 double heading_tolerance = std::numbers::pi);
 
@@ -92,6 +93,7 @@ class PlaceSearch {
   struct Look {
     QueryCloud view;
     Pose2 T_session_newest;
+    double heading_tolerance;  // [rad] of it
   };
   void sampleDirections();
   std::vector<PlaceFit> candidates(const std::optional<PlaceWindow>& around);
@@ -108,9 +110,8 @@ class PlaceSearch {
   PlaceSearchConfig config_;
   std::optional<GlobalSearch> global_;
   std::optional<DecayRateMap> field_;
-  std::deque<Look> looks_;                       // of this session, newest first
-  double heading_tolerance_ = std::numbers::pi;  // [rad] of it
-  std::vector<Pose2> T_map_sessions_;            // where the newest search's best places put it
+  std::deque<Look> looks_;             // of this session, newest first
+  std::vector<Pose2> T_map_sessions_;  // where the newest search's best places put it
   ScanPoints query_;
   std::vector<Eigen::Vector2d> sample_;  // [m] of the query, as many points of each direction
 };

@@ -144,7 +144,7 @@ TEST(KidnappingInAHall, ALookAlikeCornerIsNotTakenForTheRightOne) {
           << "it saw no turn, and the hall tells its ends apart by little";
     } else {
       EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
-      EXPECT_LT(robot.error({3.0, 2.0, 0.0}), 0.1);
+      EXPECT_LT(robot.error({3.0, 2.0, 0.0}), 0.06);
     }
   }
 }
