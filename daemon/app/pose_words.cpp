@@ -37,10 +37,6 @@ std::string poseWords(const PoseSnapshot& pose, bool has_scans) {
     return pose.tracking.begun ? "waits to be found in the map; drive slowly on, or give its place: slamctl set-pose"
                                : "waits for a scan that can be placed";
   }
-  if (pose.tracking.failures > 0) {
-    return "waits for scans that match the map: the last " + std::to_string(pose.tracking.failures) +
-           " do not, the pose goes on by the other sensors; is the lidar covered, or has the place changed?";
-  }
   std::ostringstream words;
   if (pose.tracking.scan_drift != 0.0) {
     words
@@ -50,6 +46,10 @@ std::string poseWords(const PoseSnapshot& pose, bool has_scans) {
            "half, as where two lidars are merged and one is turned, is the lidar loose, or does it see too little? The "
            "pose goes by wheels and gyro until a rest shows that the gyro has changed";
     return words.str();
+  }
+  if (pose.tracking.failures > 0) {
+    return "waits for scans that match the map: the last " + std::to_string(pose.tracking.failures) +
+           " do not, the pose goes on by the other sensors; is the lidar covered, or has the place changed?";
   }
   if (pose.tracking.contradiction > 0.0) {
     words

@@ -52,13 +52,14 @@ class BackEnd {
   void findSession();
   void place(const Relocalisation::Found& found);
   bool draws(std::int32_t session) const;
+  Pose2 poseOf(const Keyframe& keyframe) const;  // or refresh, in map
 
   Pose2 T_base_depth_;
   KeyframeMap map_;
   ReferenceSelector reference_;
   SessionTracker session_;
   std::unique_ptr<MapPolicy> policy_;
-  int first_placed_ = 0;  // keyframe of those that the last add() put into the map
+  int first_placed_ = 0;  // keyframe that the last add() put into the map; those behind it, too
   int keyframes_ = 0, placed_ = 0, begun_anew_ = 0;
 };
 

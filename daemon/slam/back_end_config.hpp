@@ -24,6 +24,7 @@ struct BackEndConfig {
   double reference_radius = 25.0;        ///< [m] keyframes this near to the robot are put into its reference
   double renewal_travel = 8.0;           ///< [m] in a given map the reference follows the robot in such steps
   int given_attempts = 3;                ///< keyframes that are compared with the map around a pose that a person gave
+  double join_travel = 3.0;  ///< [m] that a robot found in the map drives, without getting lost, until it extends the map
   double renewal_radius = 8.0;           ///< [m] what becomes known or unknown within this distance renews it
   int few_keyframes = 10;                ///< a map of no more, and made by this robot since its start, is forgotten ...
   double outgrown = 4.0;                 ///< ... for a session that is not in it and has so many times its keyframes
@@ -34,6 +35,7 @@ struct BackEndConfig {
 struct BackEndCounters {
   int keyframes = 0, loop_closures = 0, revoked = 0, optimisations = 0, corrections = 0;
   int placed = 0;      ///< sessions found in the map
+  int taken_back = 0;  ///< of these, because the robot got lost on the way
   int begun_anew = 0;  ///< maps of a few keyframes that a session has outgrown
   LoopClosureSearch::Counters search;
   Relocalisation::Counters relocalisation;
@@ -54,6 +56,9 @@ struct BackEndCounters {
     visit(CounterInfo{"optimisations", "times", "The graph was optimised."}, c.optimisations);
     visit(CounterInfo{"corrections", "times", "The front end was given another local map."}, c.corrections);
     visit(CounterInfo{"relocalised", "times", "A lost robot was found in the map."}, c.placed);
+    visit(CounterInfo{"relocalised.taken_back", "times",
+                      "Of these: lost again soon, so that nothing of it was put into the map.", "taken_back"},
+          c.taken_back);
     visit(CounterInfo{"relocalisation.searches", "searches", "Searches for a lost robot."}, c.relocalisation.searches);
     visit(CounterInfo{"relocalisation.found", "searches", "Of these: the robot was found."}, c.relocalisation.found);
     visit(CounterInfo{"relocalisation.ambiguous", "searches", "Of these: a second place fits as well."},

@@ -2,6 +2,7 @@
 #pragma once
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -9,6 +10,27 @@
 #include "graph/keyframe_graph.hpp"
 
 namespace slam {
+
+/// A session that was found in the map and is tied to it, but no part of it yet.
+struct ProvisionalJoin {
+  int first = 0;            ///< keyframe of the session
+  int first_edge = 0;       ///< that was added since
+  double remaining = 0.0;   ///< [m] to drive, without getting lost, until it is part of the map
+  Eigen::Vector2d p_robot;  ///< [m] in map
+
+  /// @return whether it may be part of the map, now that the robot is here [m]
+  bool driveTo(const Eigen::Vector2d& p_map) {
+    remaining -= (p_map - std::exchange(p_robot, p_map)).norm();
+    return remaining <= 0.0;
+  }
+
+  /// What ties the session to the map counts for nothing.
+  void revoke(PoseGraph& graph) const {
+    for (int id = first_edge; id < std::ssize(graph.edges()); ++id) {
+      if (graph.edges()[static_cast<std::size_t>(id)].from < first) graph.revoke(id);
+    }
+  }
+};
 
 /// The keyframes of the map, and those of a session whose place in it is not known yet.
 struct KeyframeMap {
@@ -18,6 +40,7 @@ struct KeyframeMap {
   int given = 0;                                ///< keyframes of the stored map that this goes on in
   int first_in_map = 0;                         ///< the ones before are forgotten
   int generation = 0;                           ///< counts up whenever poses of known keyframes changed
+  std::optional<ProvisionalJoin> join;          ///< of the newest session
 
   /// Goes on in a stored map. Before anything is added.
   void load(KeyframeGraph map, std::vector<char> known) {
@@ -28,7 +51,7 @@ struct KeyframeMap {
   /// Takes a keyframe that goes on from the newest one. The front end has put it into its reference itself.
   void add(const Keyframe& keyframe, bool known) {
     keyframes.add(keyframe);
-    in_map.push_back(known ? 1 : 0);
+    in_map.push_back(known && !join ? 1 : 0);
     in_reference.push_back({keyframe.id, keyframes.pose(keyframe.id)});
   }
   /// Takes the first keyframe of a session. The front end's reference begins with it.
@@ -42,6 +65,23 @@ struct KeyframeMap {
     keyframes.truncate(given);
     in_map.resize(static_cast<std::size_t>(given));
     std::erase_if(in_reference, [this](const ReferenceKeyframe& keyframe) { return keyframe.id >= given; });
+  }
+
+  /// The session from keyframe `first` on is part of the map.
+  void take(int first) {
+    std::fill(in_map.begin() + first, in_map.end(), 1);
+    ++generation;
+  }
+  void confirmJoin() {
+    take(join->first);
+    join.reset();
+  }
+  /// The map is as before the join. @return whether there was one
+  bool undoJoin() {
+    if (!join) return false;
+    join->revoke(keyframes.graph());
+    join.reset();
+    return true;
   }
 
   int newest() const { return keyframes.size() - 1; }

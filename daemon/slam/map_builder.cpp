@@ -20,6 +20,7 @@ MapUpdate MapBuilder::add(const Keyframe& keyframe) {
   update.first_in_map = back_end_.map().first_in_map;
   update.scans = back_end_.mapScans(keyframe);
   update.relocalised = now.placed > before.placed;
+  update.taken_back = now.taken_back > before.taken_back;
   update.begun_anew = now.begun_anew > before.begun_anew;
   update.loop_closed = now.loop_closures > before.loop_closures;
   if (back_end_.generation() != generation) {
@@ -40,6 +41,7 @@ void MapBuilder::recycle(std::unique_ptr<MapCorrection> used) {
 MapState MapBuilder::state(DrawnMap drawn, int drawn_keyframes) const {
   MapState map;
   map.keyframes = back_end_.keyframes();
+  if (back_end_.map().join) back_end_.map().join->revoke(map.keyframes.graph());
   map.in_map = back_end_.map().in_map;
   map.grid = std::move(drawn.grid);
   map.views = std::move(drawn.views);

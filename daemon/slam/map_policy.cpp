@@ -19,6 +19,7 @@ std::unique_ptr<MapPolicy> mapPolicy(const BackEndConfig& config, KeyframeMap& m
 }
 
 void GrowingMap::begin(const Keyframe& first, SessionTracker& session) {
+  if (map_.undoJoin()) ++taken_back_;
   map_.begin(first);
   if (first.id > 0) {  // an edge that knows nothing keeps the graph in one piece
     map_.keyframes.graph().addEdge({.from = first.id - 1,
@@ -53,7 +54,13 @@ void GrowingMap::place(const Relocalisation::Found& found, const SessionTracker&
     nearest = id;
   }
   const int newest = map_.newest();
-  if (nearest >= 0) {  // else the map begins with this session
+  if (nearest < 0) {  // the map begins with this session
+    map_.take(session.first());
+  } else {
+    map_.join = {.first = session.first(),
+                 .first_edge = static_cast<int>(map_.keyframes.graph().edges().size()),
+                 .remaining = config_.join_travel,
+                 .p_robot = found.T_map_newest.translation()};
     const LoopClosureConfig& closure = config_.closure;
     map_.keyframes.graph().addEdge(
         {.from = nearest,
@@ -62,14 +69,12 @@ void GrowingMap::place(const Relocalisation::Found& found, const SessionTracker&
          .information = closureInformation(found.match, closure.translation_sigma, closure.rotation_sigma),
          .kind = EdgeKind::kLoopClosure});
   }
-  std::fill(map_.in_map.begin() + session.first(), map_.in_map.end(), 1);
-  ++map_.generation;
   reference_.renew(map_, newest, session.number(), true);
 }
 
 void GrowingMap::extend(const Keyframe& keyframe) {
   if (keyframe.observable > 0) addMotionEdge(keyframe);
-  if (config_.close_loops) loops_.close(map_);
+  if (config_.close_loops && !map_.join) loops_.close(map_);
 }
 
 void GrowingMap::follow(const Keyframe& keyframe) {

@@ -38,7 +38,8 @@ class MapPolicy {
   ReferenceSelector& reference_;
 };
 
-/// The robot makes the map: keyframes are joined to it, and loops closed. A map of a few keyframes (a bad first scan, a
+/// The robot makes the map: keyframes are joined to it, and loops closed. A session that was found in it is only tied to
+/// it until the robot has driven a few metres without getting lost; getting lost undoes that completely. A map of a few keyframes (a bad first scan, a
 /// robot that was switched on while it was carried) is left to a session that was not found in it and outgrows it.
 class GrowingMap : public MapPolicy {
  public:
@@ -49,13 +50,17 @@ class GrowingMap : public MapPolicy {
   void place(const Relocalisation::Found& found, const SessionTracker& session) override;
   void extend(const Keyframe& keyframe) override;
   void follow(const Keyframe& keyframe) override;
-  bool draws() const override { return true; }
-  void addTo(BackEndCounters& counters) const override { loops_.addTo(counters); }
+  bool draws() const override { return !map_.join; }
+  void addTo(BackEndCounters& counters) const override {
+    loops_.addTo(counters);
+    counters.taken_back = taken_back_;
+  }
 
  private:
   void addMotionEdge(const Keyframe& keyframe);
 
   LoopCloser loops_{config_};
+  int taken_back_ = 0;
 };
 
 /// The map is given: no session becomes part of it, and the reference is what lies around the robot.

@@ -60,5 +60,44 @@ TEST_F(KeyframeMapTest, GoesOnInAStoredMapAndBackToIt) {
   EXPECT_THAT(next.in_reference, IsEmpty());
 }
 
+TEST_F(KeyframeMapTest, ASessionThatIsTiedToItIsNoPartOfItUntilTheRobotHasDrivenOn) {
+  add(true);
+  add(true);
+  map.begin(drive.at({0.5, 0.0, 0.0}, kStep));
+  map.join = {.first = 2, .first_edge = 1, .remaining = 1.0, .p_robot = {0.5, 0.0}};
+  add(true);
+  EXPECT_THAT(map.idsInMap(), ElementsAre(0, 1));
+  EXPECT_FALSE(map.join->driveTo({0.5, 0.6}));
+  EXPECT_FALSE(map.join->driveTo({0.5, 0.6})) << "who stands drives nowhere";
+  EXPECT_TRUE(map.join->driveTo({0.5, 0.1})) << "back is driven, too";
+  map.confirmJoin();
+  EXPECT_THAT(map.idsInMap(), ElementsAre(0, 1, 2, 3));
+  EXPECT_EQ(map.generation, 1);
+  EXPECT_FALSE(map.undoJoin()) << "it stays";
+  add(true);
+  EXPECT_TRUE(map.inMap(4));
+}
+
+TEST_F(KeyframeMapTest, AnUndoneJoinLeavesTheSessionsOwnEdges) {
+  add(true);
+  add(true);
+  map.begin(drive.at({0.5, 0.0, 0.0}, kStep));
+  PoseGraph& graph = map.keyframes.graph();
+  map.join = {.first = 2, .first_edge = 1, .remaining = 1.0, .p_robot = {0.5, 0.0}};
+  graph.addEdge({.from = 0, .to = 2, .T_from_to = {}, .information = Eigen::Matrix3d::Identity()});
+  add(true);
+  PoseGraph copy = graph;
+  map.join->revoke(copy);
+  EXPECT_TRUE(copy.edges()[1].revoked);
+  EXPECT_FALSE(graph.edges()[1].revoked);
+  EXPECT_TRUE(map.undoJoin());
+  EXPECT_FALSE(graph.edges()[0].revoked) << "of the map";
+  EXPECT_TRUE(graph.edges()[1].revoked);
+  ASSERT_EQ(graph.edges().size(), 3U);
+  EXPECT_FALSE(graph.edges()[2].revoked) << "within the session";
+  EXPECT_THAT(map.idsInMap(), ElementsAre(0, 1));
+  EXPECT_FALSE(map.undoJoin());
+}
+
 }  // namespace
 }  // namespace slam

@@ -87,7 +87,7 @@ class Kidnapping : public testing::TestWithParam<bool> {
 TEST_P(Kidnapping, IsNoticedAndTheRobotFoundAgain) {
   EXPECT_EQ(robot.state(), LocalisationState::kInitialising);
   ASSERT_TRUE(driveUntilFound(6.0));
-  robot.run(1.3, kCircle);
+  robot.run(12.0, kCircle);
   EXPECT_LT(robot.error(kStart), 0.05);
   const int keyframes = robot.pipeline.mapper().keyframes();
 
@@ -105,7 +105,7 @@ TEST_P(Kidnapping, IsNoticedAndTheRobotFoundAgain) {
   }
   ASSERT_TRUE(driveUntilFound(8.0));
   EXPECT_LT(robot.error(kStart), 0.05);
-  robot.run(6.7, kCircle);
+  robot.run(12.0, kCircle);
   EXPECT_LT(robot.error(kStart), 0.05);
   EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
   EXPECT_EQ(robot.pipeline.frontEnd().counters().lost, 1U);
@@ -116,6 +116,19 @@ TEST_P(Kidnapping, IsNoticedAndTheRobotFoundAgain) {
   EXPECT_GT(robot.pipeline.mapper().keyframes(), keyframes) << "found, it is drawn";
   for (int id = 0; id < robot.pipeline.backEnd().keyframes().size(); ++id)
     EXPECT_TRUE(robot.pipeline.backEnd().map().inMap(id)) << id;
+}
+
+TEST_P(Kidnapping, SoonAfterItWasFoundItLeavesTheMapAsItWas) {
+  ASSERT_TRUE(driveUntilFound(6.0));
+  const KeyframeMap& map = robot.pipeline.backEnd().map();
+  const std::vector<int> given = map.idsInMap();
+  robot.run(1.3, kCircle);
+  EXPECT_EQ(map.idsInMap(), given);
+  robot.truth = kInB;
+  ASSERT_TRUE(driveUntilFound(8.0));
+  EXPECT_EQ(robot.pipeline.frontEnd().counters().lost, 1U);
+  EXPECT_EQ(map.idsInMap(), given);
+  EXPECT_EQ(robot.pipeline.backEnd().counters().taken_back, GetParam() ? 0 : 1);
 }
 
 /// A hall that would look the same from its other end, were it not for what stands in one corner.
@@ -228,7 +241,7 @@ TEST(KidnappedRobot, IsBelievedWhereTheMapKnowsNothing) {
   robot.drive(8.0);
   robot.truth = {28.0, 0.0, 0.3};
   robot.pipeline.setPose(between(kStart, robot.truth), {0.2, 0.2, 0.1});
-  robot.drive(2.0);
+  robot.drive(4.0);
   EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
   EXPECT_LT(robot.error(kStart), 0.1);
   EXPECT_EQ(robot.pipeline.backEnd().counters().placed, 1);

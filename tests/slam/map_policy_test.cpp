@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "slam/map_policy.hpp"
 
+#include <algorithm>
 #include <gtest/gtest.h>
 #include <memory>
+#include <vector>
 
 #include "support/simulated/keyframes.hpp"
 
@@ -26,6 +28,34 @@ struct Parts {
     policy->begin(*first, session);
     return *first;
   }
+  /// Begins one, which is found at once.
+  void findSession(const Pose2& T_map_base) {
+    const int id = beginSession(1).id;
+    map.keyframes.graph().setPose(id, T_map_base);
+    Relocalisation::Found found{T_map_base, {}};
+    found.match.T_ref_base = T_map_base;
+    found.match.directions.setIdentity();
+    found.match.observable = 3;
+    session.place();
+    policy->place(found, session);
+  }
+  void driveOn(const Pose2& truth) {
+    Keyframe keyframe = drive.at(truth, kStep);
+    keyframe.directions.setIdentity();
+    keyframe.observable = 3;
+    map.add(keyframe, true);
+    policy->extend(keyframe);
+  }
+  std::vector<Pose2> poses() const {
+    const auto poses = map.keyframes.graph().poses();
+    return {poses.begin(), poses.end()};
+  }
+  BackEndCounters counters() const {
+    BackEndCounters counters;
+    policy->addTo(counters);
+    return counters;
+  }
+
   test::KeyframeDrive drive{test::furnishedRoom()};
   BackEndConfig config;
   KeyframeMap map;
@@ -60,16 +90,12 @@ TEST(GrowingMap, KnowsWhatIsNearToItsKeyframes) {
   EXPECT_FALSE(parts.policy->knows({0.0, 0.0}));
 }
 
-TEST(GrowingMap, TakesAFoundSessionInAndJoinsItWhereItIs) {
+TEST(GrowingMap, TiesAFoundSessionToTheMapWhereItIs) {
   Parts parts(false);
-  parts.beginSession(1);
-  parts.map.keyframes.graph().setPose(8, {0.6, 0.1, 0.0});
-  Relocalisation::Found found{parts.map.keyframes.pose(8), {}};
-  found.match.T_ref_base = found.T_map_newest;
-  found.match.observable = 3;
-  parts.policy->place(found, parts.session);
-  EXPECT_TRUE(parts.map.inMap(8));
-  EXPECT_EQ(parts.map.generation, 1);
+  parts.findSession({0.6, 0.1, 0.0});
+  EXPECT_FALSE(parts.map.inMap(8)) << "not yet";
+  EXPECT_FALSE(parts.policy->draws());
+  EXPECT_EQ(parts.map.generation, 0);
   const Edge& edge = parts.map.keyframes.graph().edges().back();
   EXPECT_EQ(edge.kind, EdgeKind::kLoopClosure);
   EXPECT_EQ(edge.from, 3) << "0.1 m away";
@@ -78,6 +104,33 @@ TEST(GrowingMap, TakesAFoundSessionInAndJoinsItWhereItIs) {
   ASSERT_TRUE(correction);
   EXPECT_EQ(correction->session, 1);
   EXPECT_EQ(correction->keyframes.size(), 9U);
+}
+
+TEST(GrowingMap, ARobotLostSoonLeavesTheMapAsItWas) {
+  BackEndConfig config;
+  config.link_age = 2;
+  Parts parts(false, config);
+  const auto before = parts.poses();
+  parts.findSession({0.6, 0.1, 0.0});
+  for (int i = 1; i <= 8; ++i) parts.driveOn({2.0 + 0.1 * i, 0.5, 0.0});
+  const auto standing = [&] {
+    const auto edges = parts.map.keyframes.graph().edges();
+    return std::count_if(edges.begin(), edges.end(), [](const Edge& edge) {
+      return edge.from < 8 && edge.to >= 8 && !edge.revoked && edge.information.norm() > 1.0;
+    });
+  };
+  ASSERT_GT(standing(), 1) << "the join, and matches to the map";
+  parts.beginSession(2);
+  EXPECT_EQ(standing(), 0);
+  EXPECT_EQ(parts.counters().taken_back, 1);
+  EXPECT_TRUE(parts.policy->draws()) << "the next session may";
+  EXPECT_EQ(parts.map.generation, 0);
+  const auto after = parts.poses();
+  for (std::size_t id = 0; id < after.size(); ++id) {
+    EXPECT_EQ(parts.map.inMap(static_cast<int>(id)), id < 8) << id;
+  }
+  EXPECT_TRUE(std::equal(before.begin(), before.end(), after.begin()));
+  for (const auto& reached : parts.map.keyframes.graph().reach(0, 1.0)) EXPECT_LT(reached.node, 8);
 }
 
 TEST(GrowingMap, IsOutgrownByASessionOfMoreKeyframesUnlessItWasStored) {

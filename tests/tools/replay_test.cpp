@@ -428,8 +428,8 @@ TEST(Replay, RefusesALogWithoutScansAndOutputsItCannotWrite) {
 }
 
 /// A map made by the drive, and options that begin in it.
-ReplayOptions beginInMapOf(const Folder& folder, const std::string& name) {
-  writeDrive(folder / "drive.lcm", trueStamp);
+ReplayOptions beginInMapOf(const Folder& folder, const std::string& name, double seconds = kSeconds) {
+  writeDrive(folder / "drive.lcm", trueStamp, seconds);
   ReplayOptions first = outputsIn(folder, "first"), next = outputsIn(folder, name);
   first.save_map = next.load_map = folder / "maps/room";
   replay(driveConfig(), first);
@@ -465,7 +465,7 @@ TEST(Replay, FollowsTheRobotInAGivenMapAndLeavesTheMapAlone) {
 
 TEST(Replay, GoesOnInALoadedMap) {
   const Folder folder;
-  ReplayOptions options = beginInMapOf(folder, "second");
+  ReplayOptions options = beginInMapOf(folder, "second", 2.0 * kSeconds);
   options.save_map = folder / "maps/longer";
   const ReplayStats stats = replay(driveConfig(), options);
   const MapState first = MapStore::load(folder / "maps", "room", {}).state;
@@ -479,6 +479,26 @@ TEST(Replay, GoesOnInALoadedMap) {
   options.load_map = options.save_map;  // and on
   options.save_map.clear();
   EXPECT_LT(replay(driveConfig(), options).front_end.keyframes, first.keyframes.size());
+}
+
+TEST(Replay, ChangesNoMapThatTheRobotHasHardlyDrivenIn) {
+  const Folder folder;
+  ReplayOptions options = beginInMapOf(folder, "second");
+  options.save_map = folder / "maps/longer";
+  const ReplayStats stats = replay(driveConfig(), options);
+  EXPECT_GT(stats.front_end.keyframes, 0U);
+  const MapState first = MapStore::load(folder / "maps", "room", {}).state;
+  const MapState longer = MapStore::load(folder / "maps", "longer", {}).state;
+  ASSERT_GT(longer.keyframes.size(), first.keyframes.size());
+  for (int id = 0; id < longer.keyframes.size(); ++id) {
+    const bool given = id < first.keyframes.size();
+    EXPECT_EQ(longer.in_map[static_cast<std::size_t>(id)] != 0, given) << id;
+    EXPECT_TRUE(!given || longer.keyframes.pose(id) == first.keyframes.pose(id)) << id;
+  }
+  for (const Edge& edge : longer.keyframes.graph().edges()) {
+    const bool ties = edge.from < first.keyframes.size() && edge.to >= first.keyframes.size();
+    EXPECT_TRUE(!ties || edge.revoked || edge.information.norm() < 1e-5);
+  }
 }
 
 TEST(Replay, SaysInOneLineWhatIsWrongWithAMap) {
