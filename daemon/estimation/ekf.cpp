@@ -273,6 +273,15 @@ void Ekf::updateStandstill() {
   ++counters_.standstill_updates;
 }
 
+/// Whether a scan puts the robot off the prediction as the last one did, give or take what wheels that slip have made
+/// up.
+bool Ekf::refusedAlike(const Eigen::Vector3d& error) {
+  const Eigen::Vector3d change = error - std::exchange(refused_, error);
+  const Eigen::Vector3d pose = x_.head<3>(), moved = pose - std::exchange(refused_at_, pose);
+  return change.head<2>().norm() <= config_->same_refusal + moved.head<2>().norm() &&
+         std::abs(wrapAngle(change.z())) <= config_->same_refusal + std::abs(wrapAngle(moved.z()));
+}
+
 UpdateResult Ekf::updatePose(const PoseMeasurement& measurement) {
   const int n = measurement.observable;
   if (n <= 0) return UpdateResult::kUseless;
@@ -291,11 +300,14 @@ UpdateResult Ekf::updatePose(const PoseMeasurement& measurement) {
   double distance = n;
   UpdateResult result = correct<3>(innovation, H, R, kNone, n, &distance);
   nis_ratio_ += (std::min(distance / n, config_->max_contradiction) - nis_ratio_) / config_->nis_memory;
+  // A wrong filter is refuted by the same error each time, a wrong match by another one from scan to scan.
+  const Eigen::Vector3d seen = U * innovation.head(n);
+  if (!refusedAlike(seen)) rejected_in_a_row_ = 0;
   const bool believe = result == UpdateResult::kRejected &&
                        (measurement.bypass_gate || ++rejected_in_a_row_ > config_->max_rejected_poses) &&
                        error.norm() < config_->farthest_pose;
-  if (believe) {  // the robot was moved or the wheels slipped
-    P_.topLeftCorner<3, 3>() += (2.0 * error * error.transpose()).eval();
+  if (believe) {  // the robot was moved or the wheels slipped, as far as the scan sees it
+    P_.topLeftCorner<3, 3>() += (2.0 * seen * seen.transpose()).eval();
     result = correct<3>(innovation, H, R, kNone, 0);
   }
   if (result == UpdateResult::kFused) rejected_in_a_row_ = 0;

@@ -31,7 +31,8 @@ class ScanMonitor {
   explicit ScanMonitor(const EkfConfig& noise, const ScanMonitorConfig& config = {}) : noise_(noise), config_(config) {}
 
   /// Compares with a scan that was fused. @param odometry filter without scans, at the scan's stamp
-  /// @param covariance of the pose, in map [m, m, rad]
+  /// @param covariance of the match, in map [m, m, rad]: a pose that is uncertain along a bare corridor follows the
+  /// wheels there, so that its own would hide a contradiction
   void compare(const Ekf& odometry, const Pose2& T_map_base, const Eigen::Matrix3d& covariance,
                const WheelMonitor& wheels);
   /// The interval has no end, since the map moved.

@@ -117,8 +117,9 @@ void FrontEnd::recoverBySearch(const Cloud& cloud, const Prediction& predicted, 
   const MatchResult found = registration_.search(cloud, local_map_, predicted.pose.pose(), tracking_.failures());
   if (!validator_.acceptSearch(found, cloud, local_map_, predicted.pose, tracking_)) return;
   outcome.match = found;
-  // Nobody is carried far between two scans, but wheels without a gyro beside them may be what is wrong.
-  outcome.fused = fuse(cloud.stamp, found, tracking_.failures() > 0 || !predicted.pose.gyroActive());
+  // A place off the prediction is believed where wheels alone made that, or where the scan cannot have been taken.
+  const bool impossible = validator_.kidnapped(predicted.pose.pose(), cloud, local_map_);
+  outcome.fused = fuse(cloud.stamp, found, impossible || !predicted.pose.gyroActive());
 }
 
 const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted, const MatchResult& match,
@@ -126,7 +127,7 @@ const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted
   const Ekf ekf = pose_.at(cloud.stamp);
   const Pose2 T_map_base = ekf.pose();
   shareGyroBias();
-  monitor_.scans.compare(predicted.odometry, T_map_base, ekf.covariance().topLeftCorner<3, 3>(), monitor_.wheels);
+  monitor_.scans.compare(predicted.odometry, T_map_base, match.covariance, monitor_.wheels);
   monitor_.heading.compare(monitor_.gyro, cloud.stamp, predicted.odometry.standstill(), T_map_base.theta,
                            ekf.covariance()(2, 2));
   keyframes_.addDrift(T_map_base, &match, monitor_);
@@ -172,7 +173,7 @@ bool FrontEnd::saysMuch(const Cloud& cloud) const {
 }
 
 bool FrontEnd::fuse(Timestamp stamp, const MatchResult& match, bool bypass_gate) {
-  const Eigen::Matrix3d covariance = match.covariance + monitor_.heading.matchError();
+  const Eigen::Matrix3d covariance = match.covariance + match.tension + monitor_.heading.matchError();
   return match.usable() && pose_.add(PoseMeasurement{stamp, match.T_ref_base, covariance, match.directions,
                                                      match.observable, bypass_gate}) == UpdateResult::kFused;
 }
@@ -233,6 +234,7 @@ PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
   estimate.state = tracking_.state(stamp, estimate.covariance, contradicted);
   const Eigen::Matrix3d of_map = local_map_.covarianceAt(estimate.T_map_base) + monitor_.scans.covariance();
   estimate.covariance += rotated(of_map, estimate.T_map_base.theta);
+  estimate.covariance += tracking_.tension();  // it stays the same from scan to scan, so that no mean lessens it
   // Wheels alone do not see a slip within a scan, which is bent by it.
   if (!ekf.gyroActive())
     estimate.covariance(2, 2) += config_.ekf.wheelRotationVariance(0.0, 0.5 * std::abs(tracking_.lastMotion().theta));

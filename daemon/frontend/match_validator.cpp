@@ -45,7 +45,10 @@ double MatchValidator::support(const MatchResult& match, const Pose2& guess, con
 
 bool MatchValidator::acceptTracking(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
                                     const Ekf& predicted, const TrackingState& tracking) {
-  return tracking.failures() == 0 || acceptSearch(match, cloud, local_map, predicted, tracking);
+  if (tracking.failures() == 0) return true;
+  const bool as_before = match.usable() && match.overlap >= tracking.fusedOverlap() - search_.same_overlap;
+  if (as_before && !contradictsGyro(match, predicted)) return true;
+  return acceptSearch(match, cloud, local_map, predicted, tracking);
 }
 
 bool MatchValidator::acceptSearch(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,

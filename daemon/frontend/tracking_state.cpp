@@ -24,6 +24,7 @@ void TrackingState::follow(const MatchResult& match, Timestamp stamp, const Pose
                            const Pose2& T_odom_base) {
   ++(match.observable == 3 ? matched_ : partly_observable_);
   overlap_ = fused_overlap_ = match.overlap;
+  tension_ = match.tension;
   failures_ = 0;
   last_match_ = stamp;
   last_motion_ = between(last_pose_, T_map_base);
@@ -48,6 +49,7 @@ bool TrackingState::lost(const Eigen::Matrix3d& covariance) const {
 void TrackingState::beginSession(bool placed) {
   was_placed_ |= placed_;
   placed_ = placed;
+  tension_.setZero();
   failures_ = 0;
 }
 

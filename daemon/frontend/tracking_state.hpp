@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "core/estimates.hpp"
+#include "core/pose_covariance.hpp"
 #include "frontend/front_end_config.hpp"
 #include "matching/match_result.hpp"
 
@@ -30,7 +31,10 @@ class TrackingState {
   /// The robot was found in the map, or is not where a person said.
   void place() { placed_ = true; }
   void refute();
-  void transform(const Pose2& T_new_old) { last_pose_ = T_new_old * last_pose_; }
+  void transform(const Pose2& T_new_old) {
+    last_pose_ = T_new_old * last_pose_;
+    tension_ = rotated(tension_, T_new_old.theta);
+  }
 
   /// @param contradicted matched scans and odometry tell different ways
   LocalisationState state(Timestamp stamp, const Eigen::Matrix3d& covariance, bool contradicted = false) const;
@@ -39,8 +43,10 @@ class TrackingState {
   bool placed() const { return placed_; }
 
   int failures() const { return failures_; }
-  double overlap() const { return overlap_; }                   ///< [1] of the last match
-  double fusedOverlap() const { return fused_overlap_; }        ///< [1] of the last one that was fused
+  double overlap() const { return overlap_; }             ///< [1] of the last match
+  double fusedOverlap() const { return fused_overlap_; }  ///< [1] of the last one that was fused
+  /// Of the last one that was fused, by how its parts contradict each other, in map [m, m, rad].
+  const Eigen::Matrix3d& tension() const { return tension_; }
   const Pose2& lastPose() const { return last_pose_; }          ///< at the last matched scan
   const Pose2& lastMotion() const { return last_motion_; }      ///< to it from the one before
   const Pose2& lastOdometry() const { return last_odometry_; }  ///< in odom, at the last matched scan
@@ -54,6 +60,7 @@ class TrackingState {
   std::optional<Timestamp> last_match_;
   Pose2 last_pose_, last_motion_, last_odometry_;
   double overlap_ = 0.0, fused_overlap_ = 0.0;
+  Eigen::Matrix3d tension_ = Eigen::Matrix3d::Zero();
   int failures_ = 0;
   bool placed_, was_placed_ = false;
   std::uint32_t matched_ = 0, partly_observable_ = 0, unmatched_ = 0, gated_ = 0;

@@ -29,6 +29,7 @@ struct MatchResult {
   Pose2 T_ref_base;                                          ///< last iterate; fuse it only if usable()
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();      ///< of (x, y, theta) in the reference [m, m, rad], within
                                                              ///< the observable directions; zero unless usable()
+  Eigen::Matrix3d tension = Eigen::Matrix3d::Zero();         ///< the same by how the scan's parts contradict each other
   Eigen::Matrix3d directions = Eigen::Matrix3d::Identity();  ///< columns: unit directions, the observable ones first
   int observable = 0;                                        ///< 0..3
   int pairs = 0;                                             ///< points matched at the last iterate
@@ -76,6 +77,8 @@ struct MatchConfig {
   double min_information = 0.01;        ///< [1] a direction seen by less than this share of the pairs is blind
   double same_face = 0.2;               ///< cosine: a point and a surfel whose normals differ by more are two faces
   double damping = 0.7;                 ///< [1] per change of the step's direction
+  double part_gap = 0.3;                ///< [m] points further apart belong to two parts of a scan ...
+  double part_bend = 0.7;               ///< cosine: ... and so do those whose normals differ by more
   double min_confirmed = 0.1;  ///< [1] of a direction's information; along a bare wall noise seldom feigns more
 };
 

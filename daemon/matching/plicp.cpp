@@ -107,6 +107,36 @@ Sums linearize(const Reference& reference, std::span<const ScanPoint> points, co
   return sums;
 }
 
+/// Points in a row that one wall or body gives. @return the first point behind those that begin at `first`
+std::size_t endOfPart(std::span<const ScanPoint> points, std::size_t first, const MatchConfig& config) {
+  const auto belongs = [&](std::size_t i) {
+    if ((points[i].position - points[i - 1].position).norm() > config.part_gap) return false;
+    const bool lines = points[i].hasNormal() && points[first].hasNormal();
+    return !lines || points[i].normal.dot(points[first].normal) > config.part_bend;
+  };
+  std::size_t end = first + 1;
+  while (end < points.size() && belongs(end)) ++end;
+  return end;
+}
+
+/// How far the parts of a scan would take the pose if each were followed alone, at the pose where their pulls cancel: a
+/// cluster-robust ("sandwich") covariance. Noise of single points cancels within a part; furniture that was moved, or a
+/// map that is bent, does not. [Liang 1986] K.-Y. Liang and S. Zeger, "Longitudinal data analysis using generalized
+/// linear models", Biometrika 73(1).
+/// @param inverse of the equations, in the directions that they determine
+Eigen::Matrix3d tensionAt(const Reference& reference, std::span<const ScanPoint> points, const Pose2& T,
+                          const Eigen::Matrix3d& inverse, const MatchConfig& config) {
+  Eigen::Matrix3d pulls = Eigen::Matrix3d::Zero();
+  for (std::size_t first = 0, end = 0; first < points.size(); first = end) {
+    end = endOfPart(points, first, config);
+    const Eigen::Vector3d pull = linearize(reference, points.subspan(first, end - first), T, config.final_pair_distance,
+                                           config.kernel_scale, config)
+                                     .equations.g;
+    pulls += pull * pull.transpose();
+  }
+  return inverse * pulls * inverse;
+}
+
 /// Share of the promised information along `direction` that the gradient shows when the scan is displaced by a surfel
 /// either way and the pairs are searched anew, 0..1. Points in a row find a partner wherever they are moved to: what
 /// they seem to know of the direction along the row is not there.
@@ -183,6 +213,7 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
     // An error is the gradient's noise by its slope, and of the slope only the confirmed share is there.
     const double excess = (1.0 / (confirmed * confirmed) - 1.0) / weakest.dot(equations.H * weakest);
     result.covariance = variance * (solution.inverse + excess * weakest * weakest.transpose());
+    result.tension = tensionAt(reference, points, T, solution.inverse, config);
     result.directions = solution.directions;
     // Earlier iterations may have taken a direction that is degenerate for a visible one: take their steps back.
     const auto degenerate = result.directions.rightCols(3 - result.observable);

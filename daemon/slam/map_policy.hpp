@@ -38,9 +38,10 @@ class MapPolicy {
   ReferenceSelector& reference_;
 };
 
-/// The robot makes the map: keyframes are joined to it, and loops closed. A session that was found in it is only tied to
-/// it until the robot has driven a few metres without getting lost; getting lost undoes that completely. A map of a few keyframes (a bad first scan, a
-/// robot that was switched on while it was carried) is left to a session that was not found in it and outgrows it.
+/// The robot makes the map: keyframes are joined to it, and loops closed. A session that was found in it is only tied
+/// to it until the robot has driven a few metres without getting lost; getting lost undoes that completely. A map of a
+/// few keyframes (a bad first scan, a robot that was switched on while it was carried) is left to a session that was
+/// not found in it and outgrows it.
 class GrowingMap : public MapPolicy {
  public:
   using MapPolicy::MapPolicy;

@@ -527,6 +527,48 @@ TEST(Ekf, AnOutlierIsCountedAndChangesNothing) {
   EXPECT_EQ(drive.ekf.covariance(), before.covariance());
 }
 
+TEST(Ekf, RefusedPosesAreBelievedWhereTheyAgree) {
+  for (const double wanders : {0.0, 0.25}) {  // [m] from scan to scan
+    Ekf ekf(kConfig);
+    ekf.setPose({}, {0.02, 0.02, 0.01});
+    int refused = 0;
+    while (refused < 10 &&
+           ekf.updatePose(measured({1.0 + wanders * refused, 0, 0}, {0.02, 0.02, 0.01})) == UpdateResult::kRejected) {
+      ++refused;
+    }
+    EXPECT_EQ(refused, wanders == 0.0 ? kConfig.max_rejected_poses : 10) << wanders;
+    EXPECT_NEAR(ekf.pose().x, wanders == 0.0 ? 1.0 : 0.0, 0.01) << wanders;
+  }
+}
+
+TEST(Ekf, RefusedPosesMayDifferByWhatSlippingWheelsMakeUp) {
+  Drive drive;
+  drive.twist.x() = 1.0;
+  drive.run(1.0);
+  drive.ekf.setPose({}, {0.02, 0.02, 0.01});
+  int refused = 0;  // the robot is blocked: scans stay where the wheels go on
+  for (; refused < 10; ++refused) {
+    drive.run(0.2);
+    if (drive.ekf.updatePose(measured({-1.0, 0, 0}, {0.02, 0.02, 0.01})) == UpdateResult::kFused) break;
+  }
+  EXPECT_EQ(refused, kConfig.max_rejected_poses);
+  EXPECT_NEAR(drive.ekf.pose().x, -1.0, 0.05);
+}
+
+TEST(Ekf, APoseThatIsBelievedMovesNothingAlongABlindDirection) {
+  Ekf ekf(kConfig);
+  ekf.setPose({}, {0.02, 0.02, 0.01});
+  PoseMeasurement measurement = measured({1.0, 0.5, 0.1}, {0.02, 0.02, 0.01});
+  measurement.directions << 0, 0, 1, 1, 0, 0, 0, 1, 0;  // y and heading are seen, x is not
+  measurement.observable = 2;
+  measurement.bypass_gate = true;
+  ASSERT_EQ(ekf.updatePose(measurement), UpdateResult::kFused);
+  EXPECT_NEAR(ekf.pose().y, 0.5, 0.01);
+  EXPECT_NEAR(ekf.pose().theta, 0.1, 0.01);
+  EXPECT_NEAR(ekf.pose().x, 0.0, 1e-6);
+  EXPECT_NEAR(std::sqrt(ekf.covariance()(0, 0)), 0.02, 1e-6);
+}
+
 TEST(Ekf, ABlindDirectionLearnsNothing) {
   std::mt19937 random(5);
   for (int i = 0; i < 200; ++i) {

@@ -149,6 +149,32 @@ TEST(PlIcp, APointBeyondTheReferencesWindowContradictsNothing) {
   EXPECT_NEAR(result.T_ref_base.y, motion.y, 0.02);
 }
 
+TEST(PlIcp, TellsByHowMuchTheScansPartsContradictEachOther) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    std::mt19937 random(seed);
+    const Room room{.length = 6.0, .width = 4.0, .reach = 8.0, .range_sigma = 0.005};
+    Reference reference;
+    reference.add(Pose2{}, scanPoints(room, Pose2{}, random));
+    const auto match = [&](double moved, const MatchConfig& config) {
+      ScanPoints points = scanPoints(room, Pose2{}, random);
+      for (ScanPoint& point : points) {  // of one end wall, its left half
+        if (point.position.x() > 2.9 && point.position.y() > 0.0) point.position.x() += moved;
+      }
+      return matchPointToLine(reference, points, Pose2{}, config);
+    };
+    const MatchResult sound = match(0.0, noisy(0.005)), moved = match(0.1, noisy(0.005));
+    ASSERT_TRUE(sound.usable() && moved.usable());
+    const auto sigma = [](const Eigen::Matrix3d& covariance, int i) { return std::sqrt(covariance(i, i)); };
+    EXPECT_LT(sigma(sound.tension, 0), 1.5 * sigma(sound.covariance, 0)) << seed;
+    EXPECT_GT(sigma(moved.tension, 0), 3.0 * sigma(moved.covariance, 0)) << seed;
+    EXPECT_GT(3.0 * sigma(moved.tension, 0), std::abs(moved.T_ref_base.x)) << seed;
+    EXPECT_LT(sigma(moved.tension, 1), 0.5 * sigma(moved.tension, 0)) << seed << ", across nothing contradicts";
+    MatchConfig whole = noisy(0.005);
+    whole.part_gap = 1e9, whole.part_bend = -2.0;
+    EXPECT_LT(sigma(match(0.1, whole).tension, 0), 0.1 * sigma(moved.tension, 0)) << "one part agrees with itself";
+  }
+}
+
 TEST(PlIcp, RefusesAnotherRoom) {
   std::mt19937 random(5);
   Reference reference;

@@ -318,9 +318,10 @@ void GraphThread::add(const Keyframe& keyframe) {
   };
   if (update.relocalised) tell("found", "found in the map", LogLine::kInfo);
   if (update.taken_back) {
-    tell("taken back",
-         "the robot got lost soon after it was found: what it saw on the way is left out of the map, which is as before",
-         LogLine::kWarning);
+    tell(
+        "taken back",
+        "the robot got lost soon after it was found: what it saw on the way is left out of the map, which is as before",
+        LogLine::kWarning);
   }
   if (update.begun_anew) {
     tell("anew", "the map begins anew: what came before the robot was lost is too little to be found in",
