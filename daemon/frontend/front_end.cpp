@@ -173,7 +173,7 @@ bool FrontEnd::saysMuch(const Cloud& cloud) const {
 }
 
 bool FrontEnd::fuse(Timestamp stamp, const MatchResult& match, bool bypass_gate) {
-  const Eigen::Matrix3d covariance = match.covariance + match.tension + monitor_.heading.matchError();
+  const Eigen::Matrix3d covariance = match.covariance + monitor_.heading.matchError();
   return match.usable() && pose_.add(PoseMeasurement{stamp, match.T_ref_base, covariance, match.directions,
                                                      match.observable, bypass_gate}) == UpdateResult::kFused;
 }
