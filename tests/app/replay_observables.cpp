@@ -115,6 +115,7 @@ const Log& spinningLog() {
     RecordedDrive drive(furnishedRoom(), {-1.0, 0.9, 0.0}, 6);
     drive.run(0.8, {0, 0, 0});
     drive.run(1.2, {0.4, 0, -0.4});
+    drive.gyro.there = false;
     drive.wheels.spin.x() = 1.5;
     drive.dazzled = 0.35;
     drive.run(1.8, {0.2, 0, -0.4});
