@@ -24,7 +24,7 @@ struct WheelMonitorConfig {
   double interval = 0.05;       ///< [m, rad] an interval is as long as this at least, from one matched scan to another
   double contradiction = 3.0;   ///< [1] mean normalised squared error from which on the wheels are rejected ...
   double agreement = 1.5;       ///< [1] ... until it is as low as this
-  double consistency = 1.0;     ///< [1] up to here they are consistent
+  double consistency = 1.1;     ///< [1] up to here they are consistent: the mean's own standard deviation is 0.1
   double largest_error = 10.0;  ///< [1] one interval counts for no more: a slip, a wrong match
   double least_noise = 0.1;     ///< [1] of the model's variance: the scans' own error is in it, too
   double scan_distance = 0.01;  ///< [m] standard deviation of a motion between two matched scans
