@@ -118,8 +118,8 @@ void FrontEnd::recoverBySearch(const Cloud& cloud, const Prediction& predicted, 
   if (!validator_.acceptSearch(found, cloud, local_map_, predicted.pose, tracking_)) return;
   outcome.match = found;
   // A place off the prediction is believed where wheels alone made that, or where the scan cannot have been taken.
-  const bool impossible = validator_.kidnapped(predicted.pose.pose(), cloud, local_map_);
-  outcome.fused = fuse(cloud.stamp, found, impossible || !predicted.pose.gyroActive());
+  const bool from_afar = !predicted.pose.gyroActive() || validator_.kidnapped(predicted.pose.pose(), cloud, local_map_);
+  outcome.fused = fuse(cloud.stamp, found, from_afar);
 }
 
 const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted, const MatchResult& match,

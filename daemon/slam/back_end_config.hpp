@@ -24,13 +24,12 @@ struct BackEndConfig {
   double reference_radius = 25.0;        ///< [m] keyframes this near to the robot are put into its reference
   double renewal_travel = 8.0;           ///< [m] in a given map the reference follows the robot in such steps
   int given_attempts = 3;                ///< keyframes that are compared with the map around a pose that a person gave
-  double join_travel =
-      3.0;  ///< [m] that a robot found in the map drives, without getting lost, until it extends the map
-  double renewal_radius = 8.0;  ///< [m] what becomes known or unknown within this distance renews it
-  int few_keyframes = 10;       ///< a map of no more, and made by this robot since its start, is forgotten ...
-  double outgrown = 4.0;        ///< ... for a session that is not in it and has so many times its keyframes
-  double renewal_shift = 0.01;  ///< [m] a keyframe of the reference that moved further renews it ...
-  double renewal_turn = 0.01;   ///< [rad] ... or that turned by more: a robot may have turned on the spot
+  double join_travel = 3.0;              ///< [m] driven on without getting lost, a robot that was found extends the map
+  double renewal_radius = 8.0;           ///< [m] what becomes known or unknown within this distance renews it
+  int few_keyframes = 10;                ///< a map of no more, and made by this robot since its start, is forgotten ...
+  double outgrown = 4.0;                 ///< ... for a session that is not in it and has so many times its keyframes
+  double renewal_shift = 0.01;           ///< [m] a keyframe of the reference that moved further renews it ...
+  double renewal_turn = 0.01;            ///< [rad] ... or that turned by more: a robot may have turned on the spot
 };
 
 struct BackEndCounters {

@@ -188,8 +188,8 @@ TEST(WheelMonitor, IsWithdrawnGivenBackAndGuidesAtItsLimits) {
   EXPECT_FALSE(settled(3.1).reliable());
   EXPECT_EQ(settled(2.9).rejections(), 0);
   EXPECT_EQ(settled(3.1).rejections(), 1);
-  EXPECT_TRUE(consistent(settled(0.95)));
-  EXPECT_FALSE(consistent(settled(1.05)));
+  EXPECT_TRUE(consistent(settled(1.05)));
+  EXPECT_FALSE(consistent(settled(1.15)));
   for (const auto& [factor, back] : {std::pair(1.6, false), std::pair(1.4, true)}) {
     WheelMonitor monitor(EkfConfig{});
     const EkfConfig noise;
@@ -203,6 +203,11 @@ TEST(WheelMonitor, IsWithdrawnGivenBackAndGuidesAtItsLimits) {
     EXPECT_EQ(monitor.reliable(), back) << factor;
     EXPECT_EQ(monitor.rejections(), 1);
   }
+}
+
+TEST(WheelMonitor, AreConsistentWithAFirstScanThatIsPulledBack) {
+  EXPECT_TRUE(consistent(after(1, {0.055, 0, 0}, {0.0, 0, 0}, false)));
+  EXPECT_FALSE(consistent(after(3, {0.055, 0, 0}, {0.0, 0, 0}, false)));
 }
 
 TEST(WheelMonitor, WheelsThatAreOffTheWallsHeadingHaveSlipped) {
