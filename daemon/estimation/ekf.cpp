@@ -273,13 +273,13 @@ void Ekf::updateStandstill() {
   ++counters_.standstill_updates;
 }
 
-/// Whether a scan puts the robot off the prediction as the last one did, give or take what wheels that slip have made
-/// up.
-bool Ekf::refusedAlike(const Eigen::Vector3d& error) {
-  const Eigen::Vector3d change = error - std::exchange(refused_, error);
-  const Eigen::Vector3d pose = x_.head<3>(), moved = pose - std::exchange(refused_at_, pose);
-  return change.head<2>().norm() <= config_->same_refusal + moved.head<2>().norm() &&
-         std::abs(wrapAngle(change.z())) <= config_->same_refusal + std::abs(wrapAngle(moved.z()));
+/// Remembers by how much a scan is off the prediction. @return whether the last one was off alike, give or take what
+/// slipping wheels have made up since
+bool Ekf::differsAsBefore(const Eigen::Vector3d& error) {
+  const Eigen::Vector3d change = error - std::exchange(last_error_, error);
+  const Eigen::Vector3d pose = x_.head<3>(), moved = pose - std::exchange(last_error_at_, pose);
+  return change.head<2>().norm() <= config_->same_error + moved.head<2>().norm() &&
+         std::abs(wrapAngle(change.z())) <= config_->same_error + std::abs(wrapAngle(moved.z()));
 }
 
 UpdateResult Ekf::updatePose(const PoseMeasurement& measurement) {
@@ -302,7 +302,7 @@ UpdateResult Ekf::updatePose(const PoseMeasurement& measurement) {
   nis_ratio_ += (std::min(distance / n, config_->max_contradiction) - nis_ratio_) / config_->nis_memory;
   // A wrong filter is refuted by the same error each time, a wrong match by another one from scan to scan.
   const Eigen::Vector3d seen = U * innovation.head(n);
-  if (!refusedAlike(seen)) rejected_in_a_row_ = 0;
+  if (!differsAsBefore(seen)) rejected_in_a_row_ = 0;
   const bool believe = result == UpdateResult::kRejected &&
                        (measurement.bypass_gate || ++rejected_in_a_row_ > config_->max_rejected_poses) &&
                        error.norm() < config_->farthest_pose;

@@ -48,7 +48,7 @@ struct EkfConfig {
   bool holonomic = false;  ///< the base can move sideways (omni, mecanum)
   StandstillConfig standstill;
   int max_rejected_poses = 2;        ///< consecutive matched scans outside the gate: then the filter is wrong, not they
-  double same_refusal = 0.1;         ///< [m, rad] and they put the robot to one place: errors that differ by no more
+  double same_error = 0.1;           ///< [m, rad] and they put the robot to one place: errors that differ by no more
   double max_contradiction = 100.0;  ///< [1] one scan counts for no more in the doubt
   double short_silence = 0.1;        ///< [s] of wheels beyond two intervals, at least ...
   double long_silence = 1.0;         ///< [s] ... and at most
@@ -169,7 +169,7 @@ class Ekf {
   void updateStandstill();
   bool isPossible(const Twist2& twist) const;
   bool biasUnknown() const;
-  bool refusedAlike(const Eigen::Vector3d& error);
+  bool differsAsBefore(const Eigen::Vector3d& error);
   bool detectSlip(double wheel_rate, double gyro_rate, double interval);
 
   const EkfConfig* config_;  // owned by whoever owns the filter; a copy of the filter shares it
@@ -186,9 +186,9 @@ class Ekf {
   double slip_turned_ = 0.0;    // [rad] angle turned, leaky over slip_window
   bool slip_ = false;
   double nis_ratio_ = 1.0;
-  int rejected_in_a_row_ = 0;                             // pose measurements that put the robot to one place
-  Eigen::Vector3d refused_ = Eigen::Vector3d::Zero();     // [m, m, rad] error of the last one, as far as it was seen
-  Eigen::Vector3d refused_at_ = Eigen::Vector3d::Zero();  // [m, m, rad] where the filter was
+  int rejected_in_a_row_ = 0;                                // pose measurements that put the robot to one place
+  Eigen::Vector3d last_error_ = Eigen::Vector3d::Zero();     // [m, m, rad] of the last one, as far as it was seen
+  Eigen::Vector3d last_error_at_ = Eigen::Vector3d::Zero();  // [m, m, rad] where the filter was
   EkfCounters counters_;
 };
 

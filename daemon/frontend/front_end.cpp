@@ -117,7 +117,7 @@ void FrontEnd::recoverBySearch(const Cloud& cloud, const Prediction& predicted, 
   const MatchResult found = registration_.search(cloud, local_map_, predicted.pose.pose(), tracking_.failures());
   if (!validator_.acceptSearch(found, cloud, local_map_, predicted.pose, tracking_)) return;
   outcome.match = found;
-  // A place off the prediction is believed where wheels alone made that, or where the scan cannot have been taken.
+  // A place off the prediction is believed where wheels alone predicted, or where no such scan can have been taken.
   const bool from_afar = !predicted.pose.gyroActive() || validator_.kidnapped(predicted.pose.pose(), cloud, local_map_);
   outcome.fused = fuse(cloud.stamp, found, from_afar);
 }

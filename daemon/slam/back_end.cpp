@@ -31,16 +31,11 @@ void BackEnd::add(const Keyframe& keyframe, bool may_correct) {
     policy_->extend(keyframe);
   }
   const bool known = session_.placed() && keyframe.session == session_.number() && map_.keyframes.size() > 0;
-  if (known && map_.join && map_.join->driveTo(poseOf(keyframe).translation())) {
+  if (known && map_.join && map_.join->driveTo(map_.poseOf(keyframe).translation())) {
     first_placed_ = map_.join->first;
     map_.confirmJoin();
   }
   if (may_correct && known) policy_->follow(keyframe);
-}
-
-Pose2 BackEnd::poseOf(const Keyframe& keyframe) const {
-  const Pose2& T_map_keyframe = map_.keyframes.pose(keyframe.id);
-  return keyframe.refresh ? T_map_keyframe * keyframe.T_previous_base : T_map_keyframe;
 }
 
 void BackEnd::findSession() {
@@ -75,7 +70,7 @@ bool BackEnd::draws(std::int32_t session) const {
 std::vector<MapScan> BackEnd::mapScans(const Keyframe& keyframe) const {
   std::vector<MapScan> scans;
   if (!draws(keyframe.session)) return scans;
-  if (keyframe.refresh) scans.push_back({-1, poseOf(keyframe), std::make_shared<const StoredScan>(keyframe)});
+  if (keyframe.refresh) scans.push_back({-1, map_.poseOf(keyframe), std::make_shared<const StoredScan>(keyframe)});
   for (int id = first_placed_; id < map_.keyframes.size(); ++id) {
     scans.push_back({id, map_.keyframes.pose(id), map_.keyframes.scan(id)});
   }

@@ -52,7 +52,6 @@ class BackEnd {
   void findSession();
   void place(const Relocalisation::Found& found);
   bool draws(std::int32_t session) const;
-  Pose2 poseOf(const Keyframe& keyframe) const;  // or refresh, in map
 
   Pose2 T_base_depth_;
   KeyframeMap map_;

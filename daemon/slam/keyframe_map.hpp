@@ -84,6 +84,11 @@ struct KeyframeMap {
     return true;
   }
 
+  /// Of a keyframe or refresh, in map.
+  Pose2 poseOf(const Keyframe& keyframe) const {
+    const Pose2& T_map_keyframe = keyframes.pose(keyframe.id);
+    return keyframe.refresh ? T_map_keyframe * keyframe.T_previous_base : T_map_keyframe;
+  }
   int newest() const { return keyframes.size() - 1; }
   bool inReference(int id) const {
     return std::binary_search(in_reference.begin(), in_reference.end(), ReferenceKeyframe{id, {}, {}},

@@ -53,6 +53,8 @@ TEST(PoseWords, NameScansThatTurnAsTheGyroDoesNot) {
   EXPECT_THAT(poseWords(pose, true),
               StartsWith("scans turn by -13.8 deg per minute against a gyro that was right at rest"));
   EXPECT_THAT(poseWords(pose, true), HasSubstr("half of the scan contradict the other half"));
+  pose.tracking.failures = 3;
+  EXPECT_THAT(poseWords(pose, true), StartsWith("scans turn by")) << "and the lidar is not said to be covered";
 }
 
 TEST(PoseWords, SayWhatHelpsARobotThatIsLookedFor) {
