@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <fcntl.h>
 #include <filesystem>
@@ -8,6 +10,7 @@
 #include <stdexcept>
 #include <stdlib.h>  // NOLINT: posix_openpt
 #include <string>
+#include <sys/ioctl.h>
 #include <termios.h>
 #include <thread>
 #include <unistd.h>
@@ -70,17 +73,26 @@ class PseudoTerminal {
     bytes.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
     return bytes;
   }
-  /// Waits until what was written can be read at the other end: the kernel passes it on in a thread of its own.
-  void awaitDelivery() {
-    pollfd descriptor{keeper_, POLLIN, 0};
-    poll(&descriptor, 1, 100);
-  }
-  /// Drops what does not fit, as a UART does.
+  /// Returns when the other end can read it, which must not read meanwhile: the kernel passes bytes on in a thread of
+  /// its own, and not all of them at once. Drops what does not fit, as a UART does.
   void write(std::span<const std::uint8_t> bytes) {
-    if (master_ >= 0 && ::write(master_, bytes.data(), bytes.size()) < 0) return;
+    if (master_ < 0) return;
+    const int before = readable();
+    const auto written = static_cast<int>(std::max<ssize_t>(0, ::write(master_, bytes.data(), bytes.size())));
+    const auto limit = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
+    while (readable() < std::min(before + written, kBuffer) && std::chrono::steady_clock::now() < limit)
+      std::this_thread::yield();
   }
 
  private:
+  static constexpr int kBuffer = 4095;  // bytes that the line keeps for its reader
+
+  /// Bytes that wait for the reader.
+  int readable() const {
+    int bytes = 0;
+    return ioctl(keeper_, FIONREAD, &bytes) == 0 ? bytes : 0;
+  }
+
   std::string link_;
   int master_ = -1, keeper_ = -1;
 };

@@ -34,7 +34,6 @@ class FakeBoard {
     }
     while (!answers_.empty() && answers_.front().due <= virtual_now) {
       line_.write(answers_.front().bytes);
-      line_.awaitDelivery();
       answers_.pop_front();
     }
     if (babble) line_.write(Bytes{0x12, 0xFF, 0xFF, 0x34, 0x56, 0x78});
@@ -126,7 +125,6 @@ class FakeBoard {
     bytes.insert(bytes.end(), frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(size));
     if (delay > Duration::zero()) return answers_.push_back({virtual_now + delay, std::move(bytes)});
     line_.write(bytes);
-    line_.awaitDelivery();
   }
 
   struct Answer {

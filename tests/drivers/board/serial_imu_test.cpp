@@ -40,7 +40,6 @@ class FakeUnit {
       } else {
         send();
       }
-      line_.awaitDelivery();
     }
   }
   Timestamp takenAt(std::int64_t count) const { return start_ + count * period; }
@@ -243,7 +242,6 @@ TEST(SerialImu, NamesTheLidarThatIsOnItsPortInstead) {
       Bytes answer{0xA5, 0x5A, 0x14, 0, 0, 0, 4};
       answer.resize(27);
       line.write(answer);
-      line.awaitDelivery();
     }
     driver.tick();
   };

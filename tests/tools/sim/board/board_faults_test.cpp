@@ -33,7 +33,6 @@ class DrivenBoard : public testing::Test {
       board_.receive(line_.read(1ms), uptime, out);
       if (out.empty()) continue;
       line_.write(out);
-      line_.awaitDelivery();
     }
   }
   bool streaming() {
