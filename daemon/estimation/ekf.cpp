@@ -104,7 +104,7 @@ void Ekf::walkTurnRate(double seconds) {
 template <int N>
 UpdateResult Ekf::correct(const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 7>& H,
                           const Eigen::Matrix<double, N, N>& R, Considered considered, int gate_degrees,
-                          double* normalised_innovation_squared) {
+                          double* normalised_innovation_squared, const Eigen::Matrix3d* seen) {
   if (!innovation.allFinite() || !H.allFinite() || !R.allFinite()) return UpdateResult::kUseless;
   const Eigen::Matrix<double, 7, N> PHt = P_ * H.transpose();
   const Eigen::Matrix<double, N, N> S = H * PHt + R;
@@ -119,6 +119,7 @@ UpdateResult Ekf::correct(const Eigen::Matrix<double, N, 1>& innovation, const E
   Eigen::Matrix<double, 7, N> K = S_llt.solve(PHt.transpose()).transpose();  // (15)
   if (considered == kBias) K.row(kGyroBias).setZero();
   if (considered == kPose && config_->smooth) K.template topRows<3>().setZero();
+  if (seen != nullptr) K.template topRows<3>() = (*seen * K.template topRows<3>()).eval();
   x_ += K * innovation;  // (16)
   x_[kTheta] = wrapAngle(x_[kTheta]);
   const Matrix I_KH = Matrix::Identity() - K * H;
@@ -297,18 +298,22 @@ UpdateResult Ekf::updatePose(const PoseMeasurement& measurement) {
   innovation.head(n) = U.transpose() * error;
   R.topLeftCorner(n, n) = U.transpose() * measurement.covariance * U;
 
+  // Which way is blind is known to a fraction of a degree only. Where the prediction is off by metres along it, that
+  // much of metres would pass for what the scan saw across, so the gain along it is zero [Schmidt 1966].
+  const Eigen::Matrix3d seen = U * U.transpose();
+
   double distance = n;
-  UpdateResult result = correct<3>(innovation, H, R, kNone, n, &distance);
+  UpdateResult result = correct<3>(innovation, H, R, kNone, n, &distance, &seen);
   nis_ratio_ += (std::min(distance / n, config_->max_contradiction) - nis_ratio_) / config_->nis_memory;
   // A wrong filter is refuted by the same error each time, a wrong match by another one from scan to scan.
-  const Eigen::Vector3d seen = U * innovation.head(n);
-  if (!differsAsBefore(seen)) rejected_in_a_row_ = 0;
+  const Eigen::Vector3d seen_error = U * innovation.head(n);
+  if (!differsAsBefore(seen_error)) rejected_in_a_row_ = 0;
   const bool believe = result == UpdateResult::kRejected &&
                        (measurement.bypass_gate || ++rejected_in_a_row_ > config_->max_rejected_poses) &&
                        error.norm() < config_->farthest_pose;
   if (believe) {  // the robot was moved or the wheels slipped, as far as the scan sees it
-    P_.topLeftCorner<3, 3>() += (2.0 * seen * seen.transpose()).eval();
-    result = correct<3>(innovation, H, R, kNone, 0);
+    P_.topLeftCorner<3, 3>() += (2.0 * seen_error * seen_error.transpose()).eval();
+    result = correct<3>(innovation, H, R, kNone, 0, nullptr, &seen);
   }
   if (result == UpdateResult::kFused) rejected_in_a_row_ = 0;
   ++(result == UpdateResult::kFused ? counters_.poses_fused : counters_.poses_rejected);

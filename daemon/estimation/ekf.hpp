@@ -159,10 +159,11 @@ class Ekf {
  private:
   enum Considered { kNone, kBias, kPose };  // states whose gain is zero
 
+  /// @param seen  projector onto the pose's directions that the measurement sees, the others stay; null: all of them
   template <int N>
   UpdateResult correct(const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 7>& H,
                        const Eigen::Matrix<double, N, N>& R, Considered considered, int gate_degrees,
-                       double* normalised_innovation_squared = nullptr);
+                       double* normalised_innovation_squared = nullptr, const Eigen::Matrix3d* seen = nullptr);
   UpdateResult correctSpeed(Index state, double speed, bool possible);
   void walkSpeeds(double seconds);
   void walkTurnRate(double seconds);

@@ -14,9 +14,10 @@ struct NormalConfig {
   double max_gap_per_range = 0.09;  ///< [m/m] ... nor than this share of the range (1 degree beams at 79 degrees), or
                                     ///< so much more as the beams lie further apart than a degree
   double range_sigma = 0.015;       ///< [m] standard deviation of one lidar range
+  double bearing_sigma = 0.0025;    ///< [rad] and of one bearing: a motor does not turn evenly
   double max_line_error = 0.04;     ///< [m] RMS distance of the neighbours from the line; more is a corner
   double fine_spacing = 0.0175;     ///< [rad] 1 degree, of which max_gap_per_range is told
-  double in_a_row = 3.0;  ///< [1] standard deviations of the ranges: points this near to one line are in a row
+  double in_a_row = 3.0;  ///< [1] standard deviations of ranges and bearings: points this near to one line are in a row
 };
 
 /// Fits a line through each point's neighbours in acquisition order and stores its normal and the normal's variance

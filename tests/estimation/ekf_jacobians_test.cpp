@@ -160,13 +160,16 @@ struct Gaussian {
   Matrix covariance;
 };
 
-/// Kalman's update by the textbook. @param considered states whose gain is zero
+/// Kalman's update by the textbook. @param considered states whose gain is zero @param seen  projector onto what the
+/// pose may be moved by
 template <int N>
 Gaussian updated(Gaussian prior, const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 7>& H,
-                 const Eigen::Matrix<double, N, N>& R, std::initializer_list<Ekf::Index> considered) {
+                 const Eigen::Matrix<double, N, N>& R, std::initializer_list<Ekf::Index> considered,
+                 const Eigen::Matrix3d& seen = Eigen::Matrix3d::Identity()) {
   const Eigen::Matrix<double, N, N> S = H * prior.covariance * H.transpose() + R;
   Eigen::Matrix<double, 7, N> K = prior.covariance * H.transpose() * S.inverse();
   for (const Ekf::Index i : considered) K.row(i).setZero();
+  K.template topRows<3>() = (seen * K.template topRows<3>()).eval();
   // For any gain: P - K H P - (K H P)^T + K S K^T.
   const Matrix KHP = K * H * prior.covariance;
   return {prior.mean + K * innovation, prior.covariance - KHP - KHP.transpose() + K * S * K.transpose()};
@@ -253,7 +256,7 @@ RC_GTEST_PROP(EkfUpdate, TheGyroCorrectsTheTurnRateAndItsBiasAtRestOnly, ()) {
   expectSame(resting, rest);
 }
 
-RC_GTEST_PROP(EkfUpdate, AMatchCorrectsAllStatesInTheDirectionsThatItSaw, ()) {
+RC_GTEST_PROP(EkfUpdate, AMatchCorrectsAllStatesButThePoseAlongWhatItDidNotSee, ()) {
   const EkfConfig config = uneven(draw(0, 1) < 0.5);
   Ekf ekf = drawFilter(config, false);
   ekf.updateWheels(ekf.twist(), true, kLong, std::nullopt);  // the wheels tell the way: speeds are corrected, too
@@ -277,7 +280,8 @@ RC_GTEST_PROP(EkfUpdate, AMatchCorrectsAllStatesInTheDirectionsThatItSaw, ()) {
     Eigen::Matrix<double, 2, 7> H = Eigen::Matrix<double, 2, 7>::Zero();
     H.leftCols<3>() = D.leftCols<2>().transpose();
     expected = updated<2>(expected, D.leftCols<2>().transpose() * error, H,
-                          D.leftCols<2>().transpose() * match.covariance * D.leftCols<2>(), {});
+                          D.leftCols<2>().transpose() * match.covariance * D.leftCols<2>(), {},
+                          Eigen::Matrix3d::Identity() - blind * blind.transpose());
   }
   RC_PRE(ekf.updatePose(match) == UpdateResult::kFused);
   expectSame(ekf, expected);

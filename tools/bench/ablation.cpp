@@ -41,6 +41,7 @@ const std::array kRules = std::to_array<Rule>({
     {"8 points to mid-sweep", [](FrontEndConfig& c) { c.scan_moment = 0.0; }},
     {"9 beam spacing", [](FrontEndConfig& c) { c.normals.fine_spacing = kNever; }},
     {"10 grazing points slide", [](FrontEndConfig& c) { c.normals.in_a_row = 0.0; }},
+    {"10b the bearings' error", [](FrontEndConfig& c) { c.normals.bearing_sigma = 0.0; }},
     {"10a points seen through", [](FrontEndConfig& c) { c.dynamic_points.most = 0.0; }},
     {"11 wheels judged", [](FrontEndConfig& c) { c.wheel_monitor.memory = kNever; }},
     {"11a wheels withdrawn", [](FrontEndConfig& c) { c.wheel_monitor.contradiction = kNever; }},
