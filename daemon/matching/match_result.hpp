@@ -29,7 +29,7 @@ struct MatchResult {
   Pose2 T_ref_base;                                          ///< last iterate; fuse it only if usable()
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();      ///< of (x, y, theta) in the reference [m, m, rad], within
                                                              ///< the observable directions; zero unless usable()
-  Eigen::Matrix3d tension = Eigen::Matrix3d::Zero();         ///< the same by how the scan's parts contradict each other
+  Eigen::Matrix3d tension = Eigen::Matrix3d::Zero();         ///< of it, by how the scan's parts contradict each other
   Eigen::Matrix3d directions = Eigen::Matrix3d::Identity();  ///< columns: unit directions, the observable ones first
   int observable = 0;                                        ///< 0..3
   int pairs = 0;                                             ///< points matched at the last iterate

@@ -212,8 +212,8 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
         std::max(config.range_sigma * config.range_sigma, equations.squared_error / equations.weight);
     // An error is the gradient's noise by its slope, and of the slope only the confirmed share is there.
     const double excess = (1.0 / (confirmed * confirmed) - 1.0) / weakest.dot(equations.H * weakest);
-    result.covariance = variance * (solution.inverse + excess * weakest * weakest.transpose());
     result.tension = tensionAt(reference, points, T, solution.inverse, config);
+    result.covariance = variance * (solution.inverse + excess * weakest * weakest.transpose()) + result.tension;
     result.directions = solution.directions;
     // Earlier iterations may have taken a direction that is degenerate for a visible one: take their steps back.
     const auto degenerate = result.directions.rightCols(3 - result.observable);

@@ -162,7 +162,7 @@ TEST(PlIcpEquations, ErrorsBeyondTheLidarsNoiseMakeTheCovarianceLarger) {
     weighted += w * e2;
     squares += e2;
   }
-  const double variance = result.covariance.inverse().trace();
+  const double variance = (result.covariance - result.tension).inverse().trace();
   const double of_sigma = scene.information(result.T_ref_base.vector()).trace();
   EXPECT_NEAR(variance * (weighted / weight) / of_sigma, 0.8, 0.2) << "of the pairs' weights";
   EXPECT_NEAR(result.residual, std::sqrt(squares / static_cast<double>(scene.pieces.size())), 1e-3);
