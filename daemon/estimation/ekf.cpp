@@ -298,8 +298,8 @@ UpdateResult Ekf::updatePose(const PoseMeasurement& measurement) {
   innovation.head(n) = U.transpose() * error;
   R.topLeftCorner(n, n) = U.transpose() * measurement.covariance * U;
 
-  // Which way is blind is known to a fraction of a degree only. Where the prediction is off by metres along it, that
-  // much of metres would pass for what the scan saw across, so the gain along it is zero [Schmidt 1966].
+  // Which way is blind is known to a fraction of a degree. Where the prediction is off by metres along it, centimetres
+  // of them would pass for what the scan saw across: the gain along it is zero [Schmidt 1966].
   const Eigen::Matrix3d seen = U * U.transpose();
 
   double distance = n;
