@@ -48,6 +48,9 @@ class FrontEnd {
  public:
   explicit FrontEnd(const FrontEndConfig& config, Stopwatch stopwatch = nullptr, const FrontEndStart& start = {});
 
+  /// Takes the memory of its map from the system now instead of at its first use.
+  void takeMemory() { local_map_.takeMemory(); }
+
   void add(const WheelSample& sample);
   void add(const ImuSample& sample);
   /// @param may_keep false: the scan becomes no keyframe, because nobody could take it

@@ -48,6 +48,7 @@ class LocalMap {
   /// Pose of the newest keyframe. @pre !empty()
   const Pose2& newest() const { return *newest_; }
 
+  void takeMemory() { reference_.takeMemory(); }
   void add(const Keyframe& keyframe, const ScanPoints& points);
   /// Moves the middle of the area held. @param robot [m] in map
   void recentre(const Eigen::Vector2d& robot) { reference_.recentre(robot); }

@@ -48,6 +48,12 @@ void Reference::Grid::clear() {
   }
 }
 
+void Reference::Grid::takeMemory() {
+  constexpr std::size_t kPage = 1024;  // [cells] or less than a page
+  volatile std::int32_t* const cells = cells_.get();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(mask + 1) << shift; i += kPage) cells[i] = cells[i];
+}
+
 Reference::Reference(const ReferenceConfig& config)
     : config_(config),
       fine_(config.fine_cell, config.fine_radius, config.extent),
@@ -57,6 +63,16 @@ Reference::Reference(const ReferenceConfig& config)
   surfels_.reserve(static_cast<std::size_t>(config.max_surfels) + 1);
   free_.reserve(static_cast<std::size_t>(config.max_surfels));
   surfels_.emplace_back();
+}
+
+void Reference::takeMemory() {
+  fine_.takeMemory();
+  coarse_.takeMemory();
+  const std::size_t surfels = surfels_.size(), free = free_.size();
+  surfels_.resize(surfels_.capacity());
+  surfels_.resize(surfels);
+  free_.resize(free_.capacity());
+  free_.resize(free);
 }
 
 void Reference::clear(const Eigen::Vector2d& centre) {

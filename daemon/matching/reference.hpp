@@ -44,11 +44,13 @@ struct Surfel {
 ///
 /// The tables are tori over a square window that follows the robot: moving it clears the strips that leave it. Memory
 /// is taken at construction; nothing allocates afterwards. Of the tables the system gives the pages where there are
-/// walls, at their first use or, where the process locks its memory, at construction.
+/// walls, at their first use, unless takeMemory() was called.
 class Reference {
  public:
   explicit Reference(const ReferenceConfig& config = {});
 
+  /// Takes all its memory from the system now, so that no first use makes a real-time thread wait.
+  void takeMemory();
   /// Forgets all surfels and puts the window around `centre`.
   void clear(const Eigen::Vector2d& centre = Eigen::Vector2d::Zero());
   /// Moves the window when `centre` has left its middle half. Surfels that leave it are forgotten.
@@ -102,6 +104,7 @@ class Reference {
     /// Before a disc is written around a cell.
     void touch(int column, int row);
     void clear();
+    void takeMemory();
 
    private:
     struct Free {

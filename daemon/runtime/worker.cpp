@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "runtime/worker.hpp"
 
+#include <array>
 #include <csignal>
+#include <cstring>
 #include <ctime>
 #include <poll.h>
 #include <system_error>
@@ -13,7 +15,13 @@
 namespace slam {
 namespace {
 
-constexpr std::size_t kStack = 1 << 20;  // [bytes] all of it is locked into memory where that is allowed
+constexpr std::size_t kStack = 1 << 20;  // [bytes]
+
+/// Locked memory is there once it was used: half the stack, before a deadline waits for it.
+[[gnu::noinline]] void useStack() {
+  std::array<char, kStack / 2> bytes;
+  explicit_bzero(bytes.data(), bytes.size());
+}
 
 timespec timespecOf(Duration time) {
   return {static_cast<time_t>(time.count() / 1000000000), static_cast<long>(time.count() % 1000000000)};
@@ -68,7 +76,10 @@ void* Worker::entry(void* self) {
 
 void Worker::run() {
   nameThread(config_.name);
-  if (config_.priority > 0) warning_ = setFifoPriority(config_.priority);
+  if (config_.priority > 0) {
+    useStack();
+    warning_ = setFifoPriority(config_.priority);
+  }
   const Duration period = config_.rate > 0.0 ? fromSeconds(1.0 / config_.rate) : Duration(0);
   Timestamp deadline = monotonicNow(), due = deadline;  // of the tick: its deadline, before any was skipped
   while (!stopping_) {

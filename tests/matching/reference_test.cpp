@@ -4,6 +4,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <span>
+#include <sys/resource.h>
 #include <utility>
 
 #include "matching/scanning.hpp"
@@ -257,6 +258,29 @@ TEST(Reference, AFewSurfelsTellNoPlace) {
     EXPECT_EQ(reference.freeSpaceViolation({}, image, 4.0), share) << count;
     EXPECT_EQ(reference.freeSpaceViolation({}, image, 5.0), 0.0) << "none was met so often";
   }
+}
+
+long pageFaults() {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  return usage.ru_minflt;
+}
+
+TEST(Reference, WaitsForNoPageAfterItTookItsMemory) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "the sanitizers take pages of their own";
+#endif
+  Reference reference;
+  const ScanPoint before = wallPoint(1.0, 1.0, {0.0, 1.0});
+  reference.add({}, std::span(&before, 1));
+  reference.takeMemory();
+  EXPECT_EQ(reference.size(), 1);
+  EXPECT_NE(reference.nearest({1.0, 1.0}, 0.1), nullptr);
+  ScanPoints points;
+  for (int i = -150; i <= 150; ++i) points.push_back(wallPoint(0.1 * i, 0.07 * i, {0.0, 1.0}));
+  const long first = pageFaults();
+  EXPECT_EQ(reference.add({}, points), 301);
+  EXPECT_EQ(pageFaults(), first);
 }
 
 }  // namespace

@@ -167,6 +167,7 @@ void GraphThread::changeTo(MapState next) {
   ++map_id_;
   beginIn(std::move(next));
   auto front_end = firstFrontEnd();
+  if (all_config_.runtime.realtime) front_end->takeMemory();
   if (ends_.front_end.front_ends.tryPush(front_end.get())) front_end.release();
 }
 
@@ -347,6 +348,7 @@ void GraphThread::add(const Keyframe& keyframe) {
   checkpoint_wanted_ |= update.begun_anew && keeper_.writes();
   if (update.correction) {
     update.correction->map_id = map_id_;
+    if (all_config_.runtime.realtime) update.correction->reference.takeMemory();
     const bool sent = ends_.front_end.corrections.tryPush(update.correction.get());
     sent ? static_cast<void>(update.correction.release()) : builder_->recycle(std::move(update.correction));
   }
