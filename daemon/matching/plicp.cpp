@@ -15,26 +15,34 @@ constexpr std::size_t kPairsAtOnce = 32;  // looked up before the first is used:
 struct Pair {
   const ScanPoint* point;
   const Surfel* surfel;
-  double rx, ry;  // [m] R p
+  float rx, ry;  // [m] R p
 };
 
 struct Sums {
   NormalEquations equations;
   int covered = 0;              // points in the reference's window
   int known = 0;                // pairs that agree with a well-known surfel
-  int agreeing = 0;             // pairs within overlap_distance of their line
+  int agreeing = 0;             // pairs within overlap_distance of their line or point
   double agreeing_error = 0.0;  // [m^2] sum of their squared residuals
   double observations = 0.0;    // of the surfels that they agree with
 };
 
+/// sum w r r^T of rows r: a processor works on a row's four numbers at once. In single precision, so of few rows.
+using RowSum = Eigen::Matrix4f;
+inline void addRow(RowSum& sum, float w, const Eigen::Vector4f& row) { sum.noalias() += (w * row) * row.transpose(); }
+
 Sums linearize(const Reference& reference, std::span<const ScanPoint> points, const Pose2& T, double gate,
                double kernel_scale, const MatchConfig& config) {
+  const auto single = [](double value) { return static_cast<float>(value); };
   const double c = std::cos(T.theta), s = std::sin(T.theta);
-  const double gate_squared = gate * gate, inverse_kernel = 1.0 / (kernel_scale * kernel_scale);
-  double h00 = 0, h01 = 0, h02 = 0, h11 = 0, h12 = 0, h22 = 0, g0 = 0, g1 = 0, g2 = 0;
-  double f00 = 0, f01 = 0, f02 = 0, f11 = 0, f12 = 0, f22 = 0;
+  const float gate_squared = single(gate * gate), inverse_kernel = single(1.0 / (kernel_scale * kernel_scale));
+  const float near = single(config.overlap_distance * config.overlap_distance),
+              often = single(config.known_observations);
+  const float point_weight = single(config.point_weight), same_face = single(config.same_face);
+  const float grazing_observations = single(config.grazing_observations);
+  const float x = single(T.x), y = single(T.y), cosine = single(c), sine = single(s);
   Sums sums;
-  NormalEquations& eq = sums.equations;
+  Eigen::Matrix4d rows = Eigen::Matrix4d::Zero(), spurious = Eigen::Matrix4d::Zero();
   std::array<Pair, kPairsAtOnce> pairs;
   for (std::size_t first = 0; first < points.size(); first += kPairsAtOnce) {
     std::size_t count = 0;
@@ -47,63 +55,62 @@ Sums linearize(const Reference& reference, std::span<const ScanPoint> points, co
       const Surfel* surfel = reference.nearest(p, gate);
       if (surfel == nullptr) continue;
       __builtin_prefetch(surfel);
-      pairs[count++] = {&point, surfel, rx, ry};
+      pairs[count++] = {&point, surfel, single(rx), single(ry)};
     }
-    for (std::size_t i = 0; i < count; ++i) {
-      const ScanPoint& point = *pairs[i].point;
-      const Surfel* surfel = pairs[i].surfel;
-      const double rx = pairs[i].rx, ry = pairs[i].ry;
-      double nx = surfel->nx, ny = surfel->ny;
-      const double dx = T.x + rx - surfel->x, dy = T.y + ry - surfel->y;
-      if (dx * dx + dy * dy > gate_squared) continue;
-      double trust = surfel->observations / (1.0 + surfel->observations);  // its own error beside the point's
-      if (surfel->grazing && surfel->observations < config.grazing_observations) {
-        // Where along the beam it was hit says nothing: it is a line along it, give or take the lidar's place in base.
-        const double inverse = 1.0 / std::max(1e-3, std::hypot(rx, ry));
-        nx = -ry * inverse, ny = rx * inverse;
-        trust *= config.point_weight;
-      } else if (!surfel->isLine()) {
-        const double k = 1.0 / (1.0 + (dx * dx + dy * dy) * inverse_kernel);
-        const double w = k * trust * config.point_weight;
-        h00 += w, h11 += w, h02 -= w * ry, h12 += w * rx, h22 += w * (rx * rx + ry * ry);
-        g0 += w * dx, g1 += w * dy, g2 += w * (rx * dy - ry * dx);
-        eq.weight += w;
-        eq.squared_error += w * (dx * dx + dy * dy);
-        ++eq.pairs;
-        if (dx * dx + dy * dy < config.overlap_distance * config.overlap_distance) {
-          ++sums.agreeing;
-          sums.observations += surfel->observations;
-          if (surfel->observations >= config.known_observations) ++sums.known;
+    RowSum across = RowSum::Zero(), along = RowSum::Zero();  // of [n, n . R' p, e] and [t, t . R' p, 0]
+    float weight = 0.0F, observations = 0.0F, agreeing_error = 0.0F;
+    int agreeing = 0, known = 0;
+    for (const Pair& pair : std::span(pairs).first(count)) {
+      const Surfel& surfel = *pair.surfel;
+      const float rx = pair.rx, ry = pair.ry;
+      const float dx = x - surfel.x + rx, dy = y - surfel.y + ry;
+      float squared = dx * dx + dy * dy;  // [m^2] residual
+      if (squared > gate_squared) continue;
+      float w = surfel.observations / (1.0F + surfel.observations);  // its own error beside the point's
+      const bool line = surfel.isLine(), sliding = surfel.grazing && surfel.observations < grazing_observations;
+      if (line || sliding) {
+        float nx = surfel.nx, ny = surfel.ny;
+        if (sliding) {
+          // Where along the beam it was hit says nothing: it is a line along it, give or take the lidar's place in
+          // base.
+          const float inverse = 1.0F / std::max(1e-3F, std::hypot(rx, ry));
+          nx = -ry * inverse, ny = rx * inverse;
+          w *= point_weight;
         }
-        continue;
+        const float mx = single(pair.point->normal.x()), my = single(pair.point->normal.y());
+        const float facing = nx * (cosine * mx - sine * my) + ny * (sine * mx + cosine * my);
+        if (facing < same_face && line && pair.point->hasNormal()) continue;
+        const float e = nx * dx + ny * dy;
+        squared = e * e;
+        w /= 1.0F + squared * inverse_kernel;
+        addRow(across, w, {nx, ny, ny * rx - nx * ry, e});
+        addRow(along, w * surfel.normal_variance, {-ny, nx, nx * rx + ny * ry, 0.0F});
+      } else {
+        w *= point_weight / (1.0F + squared * inverse_kernel);
+        addRow(across, w, {1.0F, 0.0F, -ry, dx});
+        addRow(across, w, {0.0F, 1.0F, rx, dy});
       }
-      const double mx = c * point.normal.x() - s * point.normal.y(), my = s * point.normal.x() + c * point.normal.y();
-      if (point.hasNormal() && surfel->isLine() && nx * mx + ny * my < config.same_face) continue;
-
-      const double e = nx * dx + ny * dy;
-      const double k = 1.0 / (1.0 + e * e * inverse_kernel);
-      const double w = k * trust;
-      const double jt = ny * rx - nx * ry;  // n . R' p
-      const double ft = nx * rx + ny * ry;  // t . R' p, t = (-ny, nx) along the wall
-      const double v = w * surfel->normal_variance;
-      h00 += w * nx * nx, h01 += w * nx * ny, h02 += w * nx * jt, h11 += w * ny * ny, h12 += w * ny * jt;
-      h22 += w * jt * jt, g0 += w * nx * e, g1 += w * ny * e, g2 += w * jt * e;
-      f00 += v * ny * ny, f01 -= v * nx * ny, f02 -= v * ny * ft, f11 += v * nx * nx, f12 += v * nx * ft;
-      f22 += v * ft * ft;
-      eq.weight += w;
-      eq.squared_error += w * e * e;
-      ++eq.pairs;
-      if (std::abs(e) < config.overlap_distance) {
-        ++sums.agreeing;
-        sums.observations += surfel->observations;
-        if (surfel->observations >= config.known_observations) ++sums.known;
-        sums.agreeing_error += e * e;
+      weight += w;
+      ++sums.equations.pairs;
+      if (squared < near) {
+        ++agreeing;
+        agreeing_error += squared;
+        observations += surfel.observations;
+        known += surfel.observations >= often;
       }
     }
+    rows += across.cast<double>();
+    spurious += along.cast<double>();
+    sums.equations.weight += weight;
+    sums.observations += observations;
+    sums.agreeing_error += agreeing_error;
+    sums.agreeing += agreeing;
+    sums.known += known;
   }
-  eq.H << h00, h01, h02, h01, h11, h12, h02, h12, h22;
-  eq.spurious << f00, f01, f02, f01, f11, f12, f02, f12, f22;
-  eq.g << g0, g1, g2;
+  sums.equations.H = rows.topLeftCorner<3, 3>();
+  sums.equations.spurious = spurious.topLeftCorner<3, 3>();
+  sums.equations.g = rows.topRightCorner<3, 1>();
+  sums.equations.squared_error = rows(3, 3);
   return sums;
 }
 

@@ -13,9 +13,10 @@ namespace slam {
 template <typename Visit>
 void RangeImage::forBins(double from, double to, Visit visit) const {
   constexpr double kPerBin = kBins / (2.0 * std::numbers::pi);
-  const int last = static_cast<int>(std::floor(to * kPerBin));
-  for (int bin = static_cast<int>(std::floor(from * kPerBin)); bin <= last; ++bin) {
-    if (!visit(static_cast<std::size_t>((bin + 2 * kBins) % kBins))) return;
+  constexpr int kTurns = 2 * kBins;  // added, so that truncation rounds down
+  const int first = static_cast<int>(from * kPerBin + kTurns), last = static_cast<int>(to * kPerBin + kTurns);
+  for (int bin = first, place = first % kBins; bin <= last; ++bin, place = place + 1 < kBins ? place + 1 : 0) {
+    if (!visit(static_cast<std::size_t>(place))) return;
   }
 }
 
@@ -61,8 +62,9 @@ RangeImage::Visibility RangeImage::visibilityOf(const Eigen::Vector2d& p, const 
   const double distance = way.norm();
   if (distance > farthest_ + config_.margin) return Visibility::kUnknown;
   if (!normal.isZero() && std::abs(normal.dot(way)) < config_.grazing * distance) return Visibility::kUnknown;
-  const double bearing = std::atan2(way.y(), way.x());
-  const double error = config_.bearing_error + std::asin(std::min(1.0, config_.place_error / distance));
+  // In single precision, which is a thousandth of a bin.
+  const float bearing = std::atan2(static_cast<float>(way.y()), static_cast<float>(way.x()));
+  const auto error = static_cast<float>(config_.bearing_error + std::min(1.0, config_.place_error / distance));
   const auto nearest = static_cast<float>(distance - config_.margin),
              beyond = static_cast<float>(distance + config_.margin);
   // Where the lidar itself is there is nothing else, unless it is seen.

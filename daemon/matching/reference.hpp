@@ -35,7 +35,7 @@ struct Surfel {
   float normal_variance = 0.0F;  ///< [rad^2]
   float observations = 0.0F;     ///< points merged, at most max_observations
   bool grazing = false;          ///< as every point merged might
-  bool isLine() const { return nx != 0.0F || ny != 0.0F; }
+  bool isLine() const { return nx * nx + ny * ny > 0.0F; }
 };
 
 /// The fixed set that scans are matched against: surfels of the keyframes around the robot, with two look-up tables
@@ -95,9 +95,8 @@ class Reference {
 
     Grid(double cell, double radius, double extent);
     int coordinate(double metres) const {  // floor(), which is a call where SSE4.1 may not be used
-      const double place = metres * inverse_cell;
-      const int truncated = static_cast<int>(place);
-      return truncated - (place < truncated ? 1 : 0);
+      constexpr int kPositive = 1 << 28;   // [cells] truncation rounds down there
+      return static_cast<int>(metres * inverse_cell + kPositive) - kPositive;
     }
     std::int32_t& at(int column, int row) { return cells_[index(column, row)]; }
     std::int32_t at(const Eigen::Vector2d& p) const { return cells_[index(coordinate(p.x()), coordinate(p.y()))]; }
