@@ -48,6 +48,26 @@ void Reference::Grid::clear() {
   }
 }
 
+void Reference::Grid::forget(std::span<const Surfel> surfels, const Eigen::Vector2d& before, const Eigen::Vector2d& now,
+                             double within) {
+  const int cells = mask + 1, side = std::min(cells, 1 << kBlockShift);
+  const auto stays = [&](int block, double centre_before, double centre_now) {
+    const int middle = coordinate(centre_before), far = cells / 2;
+    const int offset = ((block * side + side / 2 - middle + far) & mask) - far;  // by the shorter way around the torus
+    if (std::abs(offset) > far - side) return false;                             // it may lie on either side
+    return (std::abs(middle + offset - coordinate(centre_now)) + side) < within * inverse_cell;
+  };
+  for (std::size_t block = 0; block < touched_.size(); ++block) {
+    const int row = static_cast<int>(block) / blocks_, column = static_cast<int>(block) % blocks_;
+    if (!touched_[block] || (stays(column, before.x(), now.x()) && stays(row, before.y(), now.y()))) continue;
+    for (int r = row * side; r < (row + 1) * side; ++r) {
+      for (std::int32_t& id : std::span(&at(column * side, r), static_cast<std::size_t>(side))) {
+        if (surfels[static_cast<std::size_t>(id)].observations == 0.0F) id = kNone;
+      }
+    }
+  }
+}
+
 void Reference::Grid::takeMemory() {
   constexpr std::size_t kPage = 1024;  // [cells] or less than a page
   volatile std::int32_t* const cells = cells_.get();
@@ -86,7 +106,12 @@ void Reference::clear(const Eigen::Vector2d& centre) {
 
 void Reference::recentre(const Eigen::Vector2d& centre) {
   if ((centre - centre_).lpNorm<Eigen::Infinity>() < 0.5 * half_extent_) return;
-  centre_ = centre;
+  const Eigen::Vector2d before = std::exchange(centre_, centre);
+  // What is so far within its border has no surfel that is forgotten, twice as far none that is hidden by one.
+  const double within = half_extent_ - config_.coarse_radius;
+  const auto isBeside = [&](const Surfel& surfel) {
+    return (Eigen::Vector2d(surfel.x, surfel.y) - centre_).lpNorm<Eigen::Infinity>() > within - config_.coarse_radius;
+  };
   for (std::size_t i = 0; i < surfels_.size(); ++i) {
     Surfel& surfel = surfels_[i];
     if (surfel.observations == 0.0F || covers({surfel.x, surfel.y})) continue;
@@ -94,14 +119,9 @@ void Reference::recentre(const Eigen::Vector2d& centre) {
     free_.push_back(static_cast<std::int32_t>(i));
     --count_;
   }
-  rebuildTables();
-}
-
-void Reference::rebuildTables() {
-  fine_.clear();
-  coarse_.clear();
+  for (Grid* grid : {&fine_, &coarse_}) grid->forget(surfels_, before, centre_, within);
   for (std::size_t i = 0; i < surfels_.size(); ++i) {
-    if (surfels_[i].observations == 0.0F) continue;
+    if (surfels_[i].observations == 0.0F || !isBeside(surfels_[i])) continue;
     enter(fine_, static_cast<std::int32_t>(i));
     enter(coarse_, static_cast<std::int32_t>(i));
   }
@@ -191,7 +211,8 @@ void Reference::enter(Grid& grid, std::int32_t id) {
   const double cell = 1.0 / grid.inverse_cell;
   if (cell > config_.surfel_spacing) {  // one surfel a cell is as good as many
     const std::int32_t there = grid.at(column, row);
-    const bool taken = there != kNone && grid.coordinate(surfels_[static_cast<std::size_t>(there)].x) == column &&
+    const bool taken = there != kNone && there != id &&
+                       grid.coordinate(surfels_[static_cast<std::size_t>(there)].x) == column &&
                        grid.coordinate(surfels_[static_cast<std::size_t>(there)].y) == row;
     if (taken) return;
   }

@@ -103,6 +103,9 @@ class Reference {
     /// Before a disc is written around a cell.
     void touch(int column, int row);
     void clear();
+    /// Empties the cells of surfels that are forgotten. @param within [m] of the window's middle `now`: there are none
+    void forget(std::span<const Surfel> surfels, const Eigen::Vector2d& before, const Eigen::Vector2d& now,
+                double within);
     void takeMemory();
 
    private:
@@ -120,7 +123,6 @@ class Reference {
   bool merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point);
   void insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point);
   void enter(Grid& grid, std::int32_t id);
-  void rebuildTables();
 
   ReferenceConfig config_;
   Grid fine_, coarse_;

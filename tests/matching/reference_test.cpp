@@ -16,6 +16,10 @@ namespace {
 using test::Room;
 using test::scanPoints;
 
+ScanPoint wallPoint(double x, double y, const Eigen::Vector2d& normal, double variance = 0.01) {
+  return {.position = {x, y}, .normal = normal, .normal_variance = variance, .range = 1.0};
+}
+
 TEST(Reference, AveragesTheNoiseOfManyScans) {
   const Room room{.range_sigma = 0.015};
   std::mt19937 random(1);
@@ -95,6 +99,41 @@ TEST(Reference, ForgetsWhatLeavesItsWindowAndKeepsTheRest) {
   EXPECT_TRUE(alias == nullptr || std::abs(alias->x - 3.0F) > 25.0F);
 }
 
+TEST(Reference, AnswersInAWindowThatMovedAsOneThatWasBuiltThere) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> beside(-8.0, 8.0), step(-30.0, 30.0), turn(-3.0, 3.0);
+  for (const double extent : {12.8, 25.6, 51.2}) {
+    Reference moved({.extent = extent});
+    Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+    int found = 0;
+    for (int round = 0; round < 30; ++round) {
+      centre += 0.02 * extent * Eigen::Vector2d(step(random), step(random));
+      moved.recentre(centre);
+      for (int i = 0; i < 300; ++i) {
+        const double angle = turn(random);
+        const ScanPoint point =
+            wallPoint(centre.x() + beside(random), centre.y() + beside(random), {std::cos(angle), std::sin(angle)});
+        moved.add({}, std::span(&point, 1));
+      }
+      for (int i = 0; i < 1000; ++i) {
+        const Eigen::Vector2d p = centre + Eigen::Vector2d(beside(random), beside(random));
+        if (!moved.covers(p)) continue;
+        double nearest = 1e9;
+        for (const Surfel& surfel : moved.surfels()) {
+          if (surfel.observations > 0.0F) nearest = std::min(nearest, (Eigen::Vector2d(surfel.x, surfel.y) - p).norm());
+        }
+        const Surfel* surfel = moved.nearest(p, 2.0);
+        if (nearest > 1.7) continue;
+        ASSERT_NE(surfel, nullptr) << extent << " m, round " << round << ": " << p.transpose();
+        ASSERT_GT(surfel->observations, 0.0F) << extent << " m, round " << round;
+        ASSERT_LT((Eigen::Vector2d(surfel->x, surfel->y) - p).norm(), nearest + 0.45) << extent << " m";
+        ++found;
+      }
+    }
+    EXPECT_GT(found, 5000) << extent;
+  }
+}
+
 TEST(Reference, KnowsNothingOnceItIsCleared) {
   std::mt19937 random(6);
   const auto points = scanPoints(Room{}, Pose2{}, random);
@@ -148,10 +187,6 @@ TEST(Reference, DoesNotAllocateAfterConstruction) {
               reference.add({60.0, 0.0, 0.0}, points);
             }),
             0U);
-}
-
-ScanPoint wallPoint(double x, double y, const Eigen::Vector2d& normal, double variance = 0.01) {
-  return {.position = {x, y}, .normal = normal, .normal_variance = variance, .range = 1.0};
 }
 
 /// How many surfels a second point makes beside one at the origin, whose wall faces y.
