@@ -14,6 +14,7 @@
 #include "config/loader.hpp"
 #include "config/printer.hpp"
 #include "config/service_reach.hpp"
+#include "runtime/realtime.hpp"
 
 namespace {
 
@@ -23,6 +24,7 @@ int runDaemon(const slam::Config& config) {
   const sigset_t signals = slam::Supervisor::stopSignals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   std::signal(SIGPIPE, SIG_IGN);
+  slam::limitLibraryStacks();
   try {
     slam::Supervisor supervisor(config);
     return supervisor.run();

@@ -35,15 +35,8 @@ Eigen::Matrix3d closureInformation(const MatchResult& match, double translation_
 
 LoopClosureSearch::LoopClosureSearch(const LoopClosureConfig& config, const PlaceSearchConfig& places,
                                      const ReferenceConfig& reference, const MatchConfig& match)
-    : config_(config),
-      places_config_(places),
-      match_(match),
-      submap_([&] {
-        ReferenceConfig small = reference;
-        small.extent = std::min(config.submap_extent, reference.extent);
-        return small;
-      }()),
-      matcher_(offlineSearch()) {
+    : config_(config), places_config_(places), match_(match), submap_config_(reference), matcher_(offlineSearch()) {
+  submap_config_.extent = std::min(config.submap_extent, reference.extent);
   match_.min_overlap = config.min_overlap;
   places_config_.model.beams.unknown_as_wall = config.unknown_as_wall;
 }
@@ -179,14 +172,15 @@ std::optional<Edge> LoopClosureSearch::verify(const KeyframeGraph& keyframes, in
   if (static_cast<int>(members.size()) > config_.max_submap)
     members.resize(static_cast<std::size_t>(config_.max_submap));
   std::sort(members.begin(), members.end());
-  submap_.clear(keyframes.pose(place.id).translation());
-  keyframes.addTo(submap_, members);
+  if (!submap_) submap_.emplace(submap_config_);
+  submap_->clear(keyframes.pose(place.id).translation());
+  keyframes.addTo(*submap_, members);
   // One scan only as far as it is one piece; beyond, keyframes of the submap would match themselves.
   int oldest = newest;
   while (oldest > 0 && known_.contains(oldest - 1)) --oldest;
   keyframes.gather(newest, oldest, config_.query_length, config_.max_query_points, query_);
 
-  const SearchResult found = matcher_.match(submap_, query_, place.T_map_newest, place.window, match_);
+  const SearchResult found = matcher_.match(*submap_, query_, place.T_map_newest, place.window, match_);
   if (found.match.status == MatchStatus::kAmbiguous) ++counters_.ambiguous;
   if (!found.match.usable() || found.match.overlap < config_.min_overlap) return std::nullopt;
   last_overlap_ = found.match.overlap;

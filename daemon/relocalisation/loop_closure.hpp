@@ -83,7 +83,8 @@ class LoopClosureSearch {
   LoopClosureConfig config_;
   PlaceSearchConfig places_config_;
   MatchConfig match_;
-  Reference submap_;
+  ReferenceConfig submap_config_;
+  std::optional<Reference> submap_;  // from the first use on
   CorrelativeMatcher matcher_;
   ScanPoints query_;
   NodeSet known_;                      // relative to the newest keyframe, each function as it needs it

@@ -17,7 +17,10 @@ ReferenceConfig submapConfig(ReferenceConfig config, double extent) {
 
 Relocalisation::Relocalisation(const RelocalisationConfig& config, const ReferenceConfig& reference,
                                const MatchConfig& match)
-    : config_(config), match_(match), places_(config.places), submap_(submapConfig(reference, config.submap_extent)) {
+    : config_(config),
+      match_(match),
+      places_(config.places),
+      submap_config_(submapConfig(reference, config.submap_extent)) {
   match_.min_overlap = config.min_overlap;
   match_.max_iterations = std::max(match_.max_iterations, config.max_iterations);
 }
@@ -52,7 +55,7 @@ std::optional<Relocalisation::Found> Relocalisation::search(const KeyframeGraph&
   }
   gather(keyframes, oldest, newest);
   buildSubmap(keyframes, place.T_map_newest.translation());
-  const MatchResult match = matchPointToLine(submap_, query_, place.T_map_newest, match_);
+  const MatchResult match = matchPointToLine(*submap_, query_, place.T_map_newest, match_);
   if (!match.usable() || !places_.same(match.T_ref_base, place.T_map_newest)) {
     ++counters_.refused;
     return std::nullopt;
@@ -69,7 +72,7 @@ std::optional<Relocalisation::Found> Relocalisation::searchNear(const KeyframeGr
                                                                 const SearchWindow& window) {
   gather(keyframes, oldest, newest);
   buildSubmap(keyframes, keyframes.pose(newest).translation());
-  const SearchResult found = matcher_.match(submap_, query_, keyframes.pose(newest), window, match_);
+  const SearchResult found = matcher_.match(*submap_, query_, keyframes.pose(newest), window, match_);
   if (!found.match.usable() || found.match.overlap < config_.min_overlap) return std::nullopt;
   return Found{found.match.T_ref_base, found.match};
 }
@@ -79,8 +82,9 @@ void Relocalisation::buildSubmap(const KeyframeGraph& keyframes, const Eigen::Ve
   std::erase_if(members, [&](int id) {
     return id >= static_cast<int>(in_map_.size()) || in_map_[static_cast<std::size_t>(id)] == 0;
   });
-  submap_.clear(centre);
-  keyframes.addTo(submap_, members);
+  if (!submap_) submap_.emplace(submap_config_);
+  submap_->clear(centre);
+  keyframes.addTo(*submap_, members);
 }
 
 }  // namespace slam

@@ -59,7 +59,8 @@ class Relocalisation {
   RelocalisationConfig config_;
   MatchConfig match_;
   PlaceSearch places_;
-  Reference submap_;
+  ReferenceConfig submap_config_;
+  std::optional<Reference> submap_;  // from the first use on
   CorrelativeMatcher matcher_;
   std::vector<char> in_map_;  // by keyframe
   ScanPoints query_;

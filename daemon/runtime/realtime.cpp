@@ -51,6 +51,14 @@ MemoryLock memoryLockFor(std::uint64_t limit, std::uint64_t mapped, bool privile
           "memory is not locked: " + std::to_string(mapped >> 20) + " MiB are in use and only " + may};
 }
 
+void limitLibraryStacks() {
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  pthread_attr_setstacksize(&attributes, kThreadStack);
+  pthread_setattr_default_np(&attributes);
+  pthread_attr_destroy(&attributes);
+}
+
 std::string lockMemory() {
   rlimit limit{};
   getrlimit(RLIMIT_MEMLOCK, &limit);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -18,6 +19,12 @@ struct MemoryLock {
 /// @param mapped [bytes] of the process's address space, which all count
 /// @param privileged the limit does not hold for this process
 MemoryLock memoryLockFor(std::uint64_t limit, std::uint64_t mapped, bool privileged);
+
+constexpr std::size_t kThreadStack = 1 << 20;  ///< [bytes] of slamd's threads
+
+/// Gives threads that a library begins from now on a stack of kThreadStack, instead of the 8 MiB that are usual: those
+/// that exist when the memory is locked are locked whole.
+void limitLibraryStacks();
 
 /// Locks the process's memory as far as its limit lets it. @return empty, or what is not locked and the fix
 std::string lockMemory();

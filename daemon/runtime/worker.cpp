@@ -15,11 +15,9 @@
 namespace slam {
 namespace {
 
-constexpr std::size_t kStack = 1 << 20;  // [bytes]
-
 /// Locked memory is there once it was used: half the stack, before a deadline waits for it.
 [[gnu::noinline]] void useStack() {
-  std::array<char, kStack / 2> bytes;
+  std::array<char, kThreadStack / 2> bytes;
   explicit_bzero(bytes.data(), bytes.size());
 }
 
@@ -43,7 +41,7 @@ Worker::Worker(const WorkerConfig& config, std::function<void()> body, Wakeup& w
 void Worker::start() {
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
-  pthread_attr_setstacksize(&attributes, kStack);
+  pthread_attr_setstacksize(&attributes, kThreadStack);
   // Signals belong to the supervisor.
   sigset_t all, before;
   sigfillset(&all);

@@ -82,6 +82,22 @@ TEST(MemoryLock, LeavesRoomForAllThatComesLater) {
   }
 }
 
+TEST(LibraryStacks, AreAsLargeAsThoseOfSlamd) {
+  pthread_attr_t before;
+  ASSERT_EQ(pthread_getattr_default_np(&before), 0);
+  limitLibraryStacks();
+  std::size_t size = 0;
+  std::thread([&] {
+    pthread_attr_t own;
+    pthread_getattr_np(pthread_self(), &own);
+    pthread_attr_getstacksize(&own, &size);
+    pthread_attr_destroy(&own);
+  }).join();
+  EXPECT_EQ(size, kThreadStack);
+  pthread_setattr_default_np(&before);
+  pthread_attr_destroy(&before);
+}
+
 int policyOfThisThread() { return sched_getscheduler(0) & ~SCHED_RESET_ON_FORK; }
 
 TEST(FifoPriority, IsNotInheritedByThreadsThatALibraryBegins) {

@@ -68,7 +68,9 @@ void GraphThread::beginIn(MapState map) {
 }
 
 std::unique_ptr<FrontEnd> GraphThread::firstFrontEnd() const {
-  return std::make_unique<FrontEnd>(front_end_config_, &monotonicNow, start_);
+  auto front_end = std::make_unique<FrontEnd>(front_end_config_, &monotonicNow, start_);
+  if (all_config_.runtime.realtime) front_end->takeMemory();
+  return front_end;
 }
 
 void GraphThread::tick() {
@@ -167,7 +169,6 @@ void GraphThread::changeTo(MapState next) {
   ++map_id_;
   beginIn(std::move(next));
   auto front_end = firstFrontEnd();
-  if (all_config_.runtime.realtime) front_end->takeMemory();
   if (ends_.front_end.front_ends.tryPush(front_end.get())) front_end.release();
 }
 
