@@ -26,13 +26,14 @@ LidarGyroOffset listenedTo(const Log& log) {
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   const auto heading = [&](double t) { return log.swing * std::sin(0.9 * t) + 0.3 * log.swing * std::sin(2.3 * t); };
   LidarGyroOffset offset;
+  double scan = 0.0;
   for (double t = 0.0; t < log.seconds; t += 0.01) {
     const double rate = (heading(t + 1e-4) - heading(t - 1e-4)) / 2e-4;
     offset.addGyro(Timestamp(fromSeconds(t)), rate + log.bias + normal(random));
-  }
-  for (double t = 0.0; t < log.seconds; t += 1.0 / 5.5) {
+    if (t < scan) continue;
     const double wrong = uniform(random) < log.wrong_share ? 1.0 : 0.0;
-    offset.addScan(Timestamp(fromSeconds(t + log.late)), wrapAngle(heading(t) + 3.0 + wrong + normal(random)));
+    offset.addScan(Timestamp(fromSeconds(scan + log.late)), wrapAngle(heading(scan) + 3.0 + wrong + normal(random)));
+    scan += 1.0 / 5.5;
   }
   return offset;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <deque>
 #include <iostream>
 #include <optional>
 
@@ -239,7 +240,7 @@ class Run {
   int scans_stuck_ = 0, scans_blind_ = 0;
   EchoWatch echoes_;
   EchoWatch::Finding echo_finding_ = EchoWatch::Finding::kNone;
-  std::vector<Row> poses_;
+  std::deque<Row> poses_;
   std::int64_t utime_ = 0;   // [us] of the scan being used ...
   Clock::time_point begin_;  // ... and when that began
   std::optional<ViewerFrames> viewer_;
