@@ -15,6 +15,7 @@ void DynamicPointFilter::apply(ScanPoints& points, Timestamp stamp, const EkfTim
   if (count_ == 0 || (earlier_[0].T_earlier_base * T_last_base).translation().norm() > config_.spacing)
     remember(points, stamp, beams, open, reach);
 
+  walls_ = {};
   if (count_ < 2) return;
 
   VisibilityTally tally;
@@ -27,6 +28,7 @@ void DynamicPointFilter::apply(ScanPoints& points, Timestamp stamp, const EkfTim
       const Eigen::Vector2d place = T_earlier_base * points[i].position;
       const auto sight = earlier.image.visibilityOf(place, T_earlier_base.turned(points[i].normal));
       tally.add(sight);
+      if (points[i].hasNormal()) walls_.add(sight);
       const bool violated = sight == RangeImage::Visibility::kViolated &&
                             (place - lidar_.T_base_lidar.translation()).norm() < earlier.sharp;
       const bool consistent = sight == RangeImage::Visibility::kConsistent;

@@ -39,6 +39,10 @@ class DynamicPointFilter {
   /// @param reach   [m] of the lidar
   void apply(ScanPoints& points, Timestamp stamp, const EkfTimeline& filter, std::span<const Beam> beams,
              std::span<const bool> open, double reach);
+  /// Of the newest scan's points on lines: met by earlier scans, or standing where they saw through.
+  const VisibilityTally& walls() const { return walls_; }
+  /// The robot may be anywhere: what earlier scans saw says nothing of the next.
+  void forget() { count_ = 0; }
 
  private:
   struct EarlierScan {
@@ -58,6 +62,7 @@ class DynamicPointFilter {
   std::optional<Timestamp> last_;
   std::array<EarlierScan, 4> earlier_;  // newest first, with which nobody has left his place yet
   std::size_t count_ = 0;
+  VisibilityTally walls_;
   // By point: one saw through; how many did, less those that met it.
   std::bitset<LaserScan::kCapacity> through_;
   std::array<std::int8_t, LaserScan::kCapacity> votes_{};

@@ -95,6 +95,14 @@ ScanOutcome FrontEnd::track(const LaserScan& recorded, bool may_keep) {
                   fuse(cloud.stamp, match, false);                 // (15)-(17)
   if (!outcome.fused) recoverBySearch(cloud, predicted, outcome);  // correlative [Olson 2009], stricter test
 
+  // A scan that contradicts itself has walls in the open wherever it is, and so has one at a place that is guessed.
+  const bool by_wheels = wheels.reliability() >= WheelReliability::kReliable;
+  if (validator_.wallsInTheOpen(cloud) && by_wheels && !monitor_.heading.contradicts()) {
+    outcome.fused = false;
+    beginSession(KeyframeOrigin::kLost);
+    return outcome;
+  }
+
   judgeGyro(cloud.stamp, match);
   outcome.keyframe =
       outcome.fused ? follow(cloud, predicted, match, may_keep) : coast(cloud, predicted, match, may_keep);
@@ -204,6 +212,8 @@ void FrontEnd::beginSession(KeyframeOrigin origin) {
     heading_tolerance = validator_.headingTolerance(newest);
     if (!tracking_.placed()) heading_tolerance += keyframes_.headingTolerance();
   }
+  preprocessor_.forgetPlace();
+  validator_.begin();
   tracking_.beginSession(origin == KeyframeOrigin::kGiven);
   keyframes_.beginSession(origin, heading_tolerance);
   local_map_.clear(newest.pose().translation());

@@ -68,8 +68,10 @@ const Keyframe* KeyframeSelector::keep(const Cloud& cloud, const Pose2& T_map_ba
   keyframe_.covariance = local_map.anchor(T_map_base).covariance + rotated(unseen_, -T_map_base.theta);
   if (match.usable()) {
     // A scan that joins n others moves their mean by 2 / (n + 1) of its own error, as the window of a moving average.
+    // What its parts contradict each other by is no noise, and stays whole.
     const double share = 2.0 / (match.observations + 1.0);
-    keyframe_.covariance += share * share * rotated(match.covariance, -T_map_base.theta);
+    const Eigen::Matrix3d noise = match.covariance - match.tension;
+    keyframe_.covariance += rotated(share * share * noise + match.tension, -T_map_base.theta);
   }
   drift_.setZero();
   unseen_.setZero();

@@ -66,6 +66,14 @@ bool MatchValidator::seesThroughWalls(const Pose2& T_map_base, const Cloud& clou
   return local_map.reference().freeSpaceViolation(T_map_base, image_, known) > config_.free_space_violation;
 }
 
+bool MatchValidator::wallsInTheOpen(const Cloud& cloud) {
+  const bool many =
+      cloud.walls.judged() >= cloud.match.min_pairs && cloud.walls.freeSpaceViolation() > config_.walls_in_the_open;
+  if (!many) in_the_open_since_.reset();
+  if (many && !in_the_open_since_) in_the_open_since_ = cloud.stamp;
+  return many && toSeconds(cloud.stamp - *in_the_open_since_) >= config_.in_the_open_for;
+}
+
 /// A gyro turns with a robot that slips or is carried, so that its turn holds whatever the scans look like.
 bool MatchValidator::contradictsGyro(const MatchResult& match, const Ekf& predicted) const {
   return std::abs(wrapAngle(match.T_ref_base.theta - predicted.pose().theta)) > headingTolerance(predicted);

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <optional>
+
 #include "frontend/dynamic_object_gate.hpp"
 #include "frontend/front_end_config.hpp"
 #include "frontend/local_map.hpp"
@@ -32,6 +34,13 @@ class MatchValidator {
     return seesThroughWalls(T_map_base, cloud, local_map, 0.0);
   }
 
+  /// Whether the robot was carried away although its scans match: for seconds many of their walls have stood where the
+  /// scans before saw through. A wall that it was carried along fits as well as before, and tells nothing of that. Who
+  /// walks beside it shows hardly a line, and soon stands elsewhere.
+  bool wallsInTheOpen(const Cloud& cloud);
+  /// A session begins.
+  void begin() { in_the_open_since_.reset(); }
+
   /// By how much a heading may be off [rad] that a gyro has told; pi: none has.
   double headingTolerance(const Ekf& predicted) const;
 
@@ -51,6 +60,7 @@ class MatchValidator {
   DynamicObjectGate dynamic_objects_;
   RangeImage image_;
   std::uint32_t held_ = 0;
+  std::optional<Timestamp> in_the_open_since_;
 };
 
 }  // namespace slam

@@ -59,6 +59,7 @@ const Cloud& Preprocessor::process(const LaserScan& recorded, const SensorIntake
   const double relative_spacing = estimateNormals(cloud_.points, lidar_.T_base_lidar.translation(), normals_);
   dynamic_points_.apply(cloud_.points, cloud_.stamp, filter, scan.beams(), interpreter_.open(),
                         lidar_.limitsFor(scan).max);
+  cloud_.walls = dynamic_points_.walls();
   // Where beams lie far apart, a point on no line is a wall that was hit once: its partner tells little of the way.
   cloud_.match.point_weight = point_weight_ / relative_spacing;
   return cloud_;

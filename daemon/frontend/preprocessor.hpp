@@ -17,6 +17,7 @@ struct Cloud {
   ScanPoints points;                ///< in base at `stamp`, with normals where a line was found
   Pose2 T_base_first;               ///< base at the first beam, seen from base at `stamp`
   MatchConfig match;                ///< settings for these points
+  VisibilityTally walls;            ///< as DynamicPointFilter::walls()
   const LaserScan* scan = nullptr;  ///< as it was interpreted
 };
 
@@ -33,6 +34,9 @@ class Preprocessor {
   /// @return         valid until the next call
   const Cloud& process(const LaserScan& recorded, const SensorIntake::Scan& taken, const EkfTimeline& filter,
                        const EkfTimeline& odometry);
+
+  /// The robot may be anywhere.
+  void forgetPlace() { dynamic_points_.forget(); }
 
   const ScanInterpreter& interpreter() const { return interpreter_; }
   /// Of the newest scan.

@@ -13,8 +13,8 @@ namespace slam {
 template <typename Visit>
 void RangeImage::forBins(double from, double to, Visit visit) const {
   constexpr double kPerBin = kBins / (2.0 * std::numbers::pi);
-  constexpr int kTurns = 2 * kBins;  // added, so that truncation rounds down
-  const int first = static_cast<int>(from * kPerBin + kTurns), last = static_cast<int>(to * kPerBin + kTurns);
+  const int turns = 2 * kBins;  // added, so that truncation rounds down
+  const int first = static_cast<int>(from * kPerBin + turns), last = static_cast<int>(to * kPerBin + turns);
   for (int bin = first, place = first % kBins; bin <= last; ++bin, place = place + 1 < kBins ? place + 1 : 0) {
     if (!visit(static_cast<std::size_t>(place))) return;
   }

@@ -69,9 +69,9 @@ void Reference::Grid::forget(std::span<const Surfel> surfels, const Eigen::Vecto
 }
 
 void Reference::Grid::takeMemory() {
-  constexpr std::size_t kPage = 1024;  // [cells] or less than a page
+  const std::size_t page = 1024;  // [cells] or less than a page
   volatile std::int32_t* const cells = cells_.get();
-  for (std::size_t i = 0; i < static_cast<std::size_t>(mask + 1) << shift; i += kPage) cells[i] = cells[i];
+  for (std::size_t i = 0; i < static_cast<std::size_t>(mask + 1) << shift; i += page) cells[i] = cells[i];
 }
 
 Reference::Reference(const ReferenceConfig& config)

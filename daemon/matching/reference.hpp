@@ -95,8 +95,8 @@ class Reference {
 
     Grid(double cell, double radius, double extent);
     int coordinate(double metres) const {  // floor(), which is a call where SSE4.1 may not be used
-      constexpr int kPositive = 1 << 28;   // [cells] truncation rounds down there
-      return static_cast<int>(metres * inverse_cell + kPositive) - kPositive;
+      const int positive = 1 << 28;        // [cells] truncation rounds down there
+      return static_cast<int>(metres * inverse_cell + positive) - positive;
     }
     std::int32_t& at(int column, int row) { return cells_[index(column, row)]; }
     std::int32_t at(const Eigen::Vector2d& p) const { return cells_[index(coordinate(p.x()), coordinate(p.y()))]; }

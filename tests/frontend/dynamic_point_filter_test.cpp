@@ -54,6 +54,7 @@ class Walk {
   }
   /// The filter of the pose knows nothing of the last seconds.
   void forget() { timeline = EkfTimeline({}, {}); }
+  void carry(const Pose2& T_robot_carried) { robot_.truth = robot_.truth * T_robot_carried; }
   void tellATurnThatIsNone() { robot_.wheels.spin = {0.0, 0.0, 3.0}; }
   void tellAWayThatIsNone() { robot_.wheels.spin = {0.5, 0.0, 0.0}; }
 
@@ -134,6 +135,20 @@ TEST(DynamicPointFilter, BeginsAnewWhereTheFilterDoesNotReachBack) {
   EXPECT_EQ(walk.legs_left, walk.legs_seen);
   walk.run(3.0, kAhead);
   EXPECT_LE(walk.legs_left, 2);
+}
+
+TEST(DynamicPointFilter, TellsOfWallsInTheOpenOnceTheRobotWasCarried) {
+  Walk walk({.length = 12.0, .width = 8.0});
+  walk.legs = kBeside;
+  walk.run(5.0, kAhead);
+  EXPECT_GT(walk.filter.walls().consistent, 100);
+  EXPECT_LT(walk.filter.walls().freeSpaceViolation(), 0.1) << "who goes along has no walls";
+  walk.carry({-2.5, 1.5, 0.5});
+  walk.run(0.4, kStand);
+  EXPECT_GT(walk.filter.walls().freeSpaceViolation(), 0.4);
+  walk.filter.forget();
+  walk.run(0.2, kStand);
+  EXPECT_EQ(walk.filter.walls().judged(), 0);
 }
 
 TEST(DynamicPointFilter, LeavesAllInWhereItIsTheMotionThatIsWrong) {

@@ -105,5 +105,24 @@ TEST(MatchValidator, BelievesACorridorsEndWhereAWheelSlips) {
   }
 }
 
+/// [s] after which walls in the open tell that the robot was carried; -1: they did not within 6 s.
+double toldAfter(const VisibilityTally& walls, double interrupted_at = -1.0) {
+  MatchValidator validator{FrontEndConfig{}};
+  Cloud cloud;
+  for (int i = 0; i <= 30; ++i) {
+    cloud.stamp = Timestamp(fromSeconds(0.2 * i));
+    cloud.walls = 0.2 * i == interrupted_at ? VisibilityTally{200, 0} : walls;
+    if (validator.wallsInTheOpen(cloud)) return 0.2 * i;
+  }
+  return -1.0;
+}
+
+TEST(MatchValidator, TakesWallsThatStandInTheOpenForSecondsForARobotThatWasCarried) {
+  EXPECT_NEAR(toldAfter({.consistent = 50, .violated = 50}), 3.0, 0.01);
+  EXPECT_NEAR(toldAfter({.consistent = 50, .violated = 50}, 2.0), 5.2, 0.01) << "in a row";
+  EXPECT_EQ(toldAfter({.consistent = 70, .violated = 30}), -1.0) << "what moves may hide much";
+  EXPECT_EQ(toldAfter({.consistent = 5, .violated = 10}), -1.0) << "too few tell";
+}
+
 }  // namespace
 }  // namespace slam

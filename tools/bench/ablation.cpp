@@ -87,6 +87,7 @@ const std::array kRules = std::to_array<Rule>({
     {"28 failures make a keyframe", [](FrontEndConfig& c) { c.degraded_after = kLongSilence; }},
     {"28b scans against odometry", [](FrontEndConfig& c) { c.scan_monitor.contradiction = kNever; }},
     {"28c scans against a gyro that rested", [](FrontEndConfig& c) { c.heading_monitor.contradiction = kNever; }},
+    {"28d walls in the open", [](FrontEndConfig& c) { c.validator.walls_in_the_open = kNever; }},
     {"29 moves as the nearest", [](FrontEndConfig& c) { c.follows_nearest = false; }},
 });
 
