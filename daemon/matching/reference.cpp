@@ -69,9 +69,10 @@ void Reference::Grid::forget(std::span<const Surfel> surfels, const Eigen::Vecto
 }
 
 void Reference::Grid::takeMemory() {
-  const std::size_t page = 1024;  // [cells] or less than a page
+  const std::size_t page = 1024, size = static_cast<std::size_t>(mask + 1) << shift;  // [cells]; a page is no smaller
   volatile std::int32_t* const cells = cells_.get();
-  for (std::size_t i = 0; i < static_cast<std::size_t>(mask + 1) << shift; i += page) cells[i] = cells[i];
+  for (std::size_t i = 0; i < size; i += page) cells[i] = cells[i];
+  cells[size - 1] = cells[size - 1];  // the first cell need not begin a page
 }
 
 Reference::Reference(const ReferenceConfig& config)
