@@ -65,11 +65,9 @@ std::string lockMemory() {
   const bool privileged = limit.rlim_cur != RLIM_INFINITY && mayLockMoreThan(limit.rlim_cur);
   const MemoryLock lock = memoryLockFor(limit.rlim_cur, mappedBytes(), privileged);
   if (lock.extent == MemoryLock::kNothing) return lock.remark;
-  if (mlockall(MCL_CURRENT) == 0) {
-    // Of what comes later a page is taken when it is used, and stays: a library's stack of 8 MiB is hardly used.
-    if (lock.extent == MemoryLock::kAll) mlockall(MCL_FUTURE | MCL_ONFAULT);
-    return lock.remark;
-  }
+  // Of what comes later a page is taken when it is used, and stays: a library's stack is hardly used.
+  const bool with_future = lock.extent == MemoryLock::kAll;
+  if (mlockall(MCL_CURRENT) == 0 && (!with_future || mlockall(MCL_FUTURE | MCL_ONFAULT) == 0)) return lock.remark;
   return std::string("memory is not locked: ") + std::strerror(errno) + kFix;
 }
 
