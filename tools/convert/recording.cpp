@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <stdexcept>
 
@@ -26,8 +27,10 @@ std::string tomlNumber(double value) {
   return text.back() == '.' ? text + "0" : text;
 }
 
-/// Text of others in one line of a comment.
-std::string commentText(std::string text) {
+/// Text of others in one line of a comment: UTF-8, as TOML asks, without control characters.
+std::string commentText(const std::string& foreign) {
+  using nlohmann::json;
+  auto text = json::parse(json(foreign).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
   for (char& c : text) {
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
   }

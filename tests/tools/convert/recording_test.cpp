@@ -56,6 +56,13 @@ TEST(RecordingConfig, IsOneThatSlamdTakesWhateverWasMeasured) {
   }
 }
 
+TEST(RecordingConfig, IsUtf8WhateverTheRecordingSays) {
+  Recording recording = ofALidar();
+  recording.robot.mount_source = "tf from b\xFF\xC3se to B\xC3\xBCro";
+  EXPECT_NO_THROW(test::configOf(recording));
+  EXPECT_THAT(configText(recording, "test"), HasSubstr("B\xC3\xBCro")) << "what is UTF-8 stays";
+}
+
 TEST(RecordingDoubt, IsOfEachSensorAlone) {
   Recording recording = ofALidar();
   SensorRows& imu = recording.sensor("/imu");
