@@ -27,6 +27,13 @@ WheelReliability WheelMonitor::reliability() const {
   return worst() <= config_.consistency ? WheelReliability::kConsistent : WheelReliability::kReliable;
 }
 
+void WheelMonitor::acquit() {
+  interrupt();
+  if (std::exchange(reliable_, true)) return;
+  distance_error_ = std::min(distance_error_, config_.agreement);
+  turn_error_ = std::min(turn_error_, config_.agreement);
+}
+
 void WheelMonitor::compare(const Ekf& odometry, const Pose2& T_map_base, bool complete) {
   if (!heard_) return;
   if (!complete || odometry.wheelsSilent()) return interrupt();

@@ -53,6 +53,9 @@ class WheelMonitor {
   void compare(const Pose2& T_odom_base, const Pose2& T_map_base, bool turn_known);
   /// The interval has no end: the scans did not tell it, or the map moved.
   void interrupt() { begin_.reset(); }
+  /// No scan is left that could contradict them: rejected wheels are used again, and judged as ones that just came to
+  /// agree. Without them the filter would go on as fast as it last was.
+  void acquit();
 
   WheelReliability reliability() const;
   bool reliable() const { return reliable_; }

@@ -63,8 +63,12 @@ LocalisationState TrackingState::state(Timestamp stamp, const Eigen::Matrix3d& c
   if (!placed_) return was_placed_ ? LocalisationState::kLost : LocalisationState::kInitialising;
   const double sigma = std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
   if (sigma > lost_position_sigma_) return LocalisationState::kLost;
-  const bool old = toSeconds(stamp - *last_match_) > degraded_after_;
-  return old || failures_ > 0 || contradicted ? LocalisationState::kDegraded : LocalisationState::kLocalised;
+  return unmatched(stamp) || failures_ > 0 || contradicted ? LocalisationState::kDegraded
+                                                           : LocalisationState::kLocalised;
+}
+
+bool TrackingState::unmatched(Timestamp stamp) const {
+  return last_match_ && toSeconds(stamp - *last_match_) > degraded_after_;
 }
 
 void TrackingState::addTo(FrontEndCounters& counters) const {

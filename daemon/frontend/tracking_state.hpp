@@ -41,6 +41,8 @@ class TrackingState {
   /// Whether any scan was placed yet.
   bool begun() const { return last_match_.has_value(); }
   bool placed() const { return placed_; }
+  /// Whether no scan was fused for so long that the odometry leads.
+  bool unmatched(Timestamp stamp) const;
 
   int failures() const { return failures_; }
   double overlap() const { return overlap_; }             ///< [1] of the last match

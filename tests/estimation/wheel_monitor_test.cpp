@@ -79,6 +79,20 @@ TEST(WheelMonitor, DoesNotDependOnHowOftenScansCome) {
   }
 }
 
+TEST(WheelMonitor, WheelsThatWereRejectedAreHeardAgainWhereNoScanIsLeftToContradictThem) {
+  Drive drive(1);
+  drive.go(30.0, 0.01, -1.0);
+  ASSERT_EQ(reliability(drive.monitor), WheelReliability::kRejected);
+  ASSERT_FALSE(drive.monitor.hear({}));
+  drive.monitor.acquit();
+  const auto heard = drive.monitor.hear({});
+  ASSERT_TRUE(heard);
+  EXPECT_TRUE(heard->restarted) << "what they told meanwhile is not made up for";
+  EXPECT_EQ(reliability(drive.monitor), WheelReliability::kReliable) << "they just came to agree";
+  drive.go(30.0, 0.01, -1.0);
+  EXPECT_EQ(reliability(drive.monitor), WheelReliability::kRejected) << "and are judged as before";
+}
+
 TEST(WheelMonitor, OneSlipIsForgiven) {
   Drive drive(1);
   drive.go(20.0, 0.05);
