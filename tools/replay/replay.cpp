@@ -82,9 +82,8 @@ class Run {
 
   ReplayStats finish(const ReplayOptions& options) {
     for (const Row& row : poses_) {
-      const Pose2 T_map_keyframe =
-          row.anchored.keyframe < 0 ? Pose2{} : pipeline_.backEnd().keyframes().pose(row.anchored.keyframe);
-      if (final_) final_->write(row.utime, T_map_keyframe * row.anchored.T_keyframe_base);
+      const Pose2 T_map_keyframe = row.keyframe < 0 ? Pose2{} : pipeline_.backEnd().keyframes().pose(row.keyframe);
+      if (final_) final_->write(row.utime, T_map_keyframe * row.T_keyframe_base);
     }
     for (auto* writer : {&final_, &causal_, &odometry_, &wheels_}) {
       if (*writer) (*writer)->close();
@@ -171,8 +170,8 @@ class Run {
     if (outcome.fused && outcome.match.observable == 3) offset_.addScan(outcome.stamp, outcome.match.T_ref_base.theta);
     if (outcome.match.iterations > 0) stats_.match_us.push_back(1e6 * toSeconds(outcome.match_time));
     // Before a correction moves the keyframes; in a given map, whose keyframes stay, the pose is its own anchor.
-    poses_.push_back({utime_, front_end.session(),
-                      localise_only_ ? AnchoredPose{-1, known.T_map_base} : front_end.anchor(known.T_map_base)});
+    const AnchoredPose pose = localise_only_ ? AnchoredPose{-1, known.T_map_base} : front_end.anchor(known.T_map_base);
+    poses_.push_back({utime_, front_end.session(), pose.keyframe, pose.T_keyframe_base});
     if (causal_) causal_->write(utime_, known.T_map_base);
     if (odometry_) odometry_->write(utime_, known.T_odom_base);
     if (estimates_) estimates_->write(known);
@@ -219,14 +218,15 @@ class Run {
   /// The session was found: where the robot was since it got lost is known now.
   void placeRows(const Pose2& T_map_session) {
     for (auto row = poses_.rbegin(); row != poses_.rend() && row->session == pipeline_.frontEnd().session(); ++row) {
-      row->anchored.T_keyframe_base = T_map_session * row->anchored.T_keyframe_base;
+      row->T_keyframe_base = T_map_session * row->T_keyframe_base;
     }
   }
 
   struct Row {
     std::int64_t utime;
     std::int32_t session;
-    AnchoredPose anchored;
+    std::int32_t keyframe;  // -1: the pose is that in map
+    Pose2 T_keyframe_base;
   };
 
   bool use_lidar_, use_wheels_, use_imu_, use_depth_;  // a driver of "none" is left out of the log, too
