@@ -78,6 +78,7 @@ wheels-away=40,52|corridor-60|150|truth|
 gyro-offset=0.1|home|60|truth|
 beams=20|home|100|truth|
 second-lidar=5|home|100|truth|
+range-noise=0.3|home|100|truth|
 beams=60|corridor-30|150|truth|
 range-max=8|corridor-60|150|truth|
 start=moving|home|60|course|

@@ -182,6 +182,7 @@ SensorFindings findingsOf(const MotionProbe& probe, const FrontEnd& front_end, c
   if (const auto codes = beams.noReturnCodes(); !codes.empty())
     findings.add(SensorFault::kNoReturnCodes, static_cast<double>(*std::max_element(codes.begin(), codes.end())),
                  static_cast<double>(codes.size()));
+  if (beams.rangeNoise().tooNoisy()) findings.add(SensorFault::kRangesScatter, beams.rangeNoise().sigma());
   if (beams.timesMissing()) findings.add(SensorFault::kBeamTimesMissing);
   return findings;
 }

@@ -168,6 +168,12 @@ std::string describe(const SensorFinding& finding) {
           "return; "
           "let its driver send 0";
       break;
+    case SensorFault::kRangesScatter:
+      text =
+          "lidar: its ranges scatter by %.2f m at rest; slamd goes on without its scans; clean its window, keep "
+          "sunlight "
+          "off it, else replace it";
+      break;
     case SensorFault::kBeamTimesMissing:
       text =
           "lidar: the scans carry no beam times though its head turns; slamd spreads the beams over the turn; let its "

@@ -37,9 +37,10 @@ enum class SensorFault : std::uint8_t {
   kGyroContradicts,     ///< the gyro does not turn with lidar and wheels at all
   kMovesWithRobot,      ///< the lidar sees the robot itself, or what it tows; values: [deg] of the turn, their middle
   kNoReturnCodes,       ///< a range is written where nothing came back; values: [m] the largest, how many there are
+  kRangesScatter,       ///< value: [m] standard deviation of the ranges at rest, too much to match scans
   kBeamTimesMissing,    ///< beams carry no times, and the robot turns while they are measured
 };
-constexpr std::size_t kSensorFaults = 22;
+constexpr std::size_t kSensorFaults = 23;
 
 struct SensorFinding {
   SensorFault fault = SensorFault::kLidarUpsideDown;

@@ -326,6 +326,7 @@ void Ekf::setPose(const Pose2& pose, const Eigen::Vector3d& sigma) {
   P_.leftCols<3>().setZero();
   P_.diagonal().head<3>() = sigma.cwiseAbs2();
   rejected_in_a_row_ = 0;
+  nis_ratio_ = 1.0;
 }
 
 void Ekf::transform(const Pose2& T_new_old) {

@@ -76,7 +76,9 @@ ScanOutcome FrontEnd::track(const LaserScan& recorded, bool may_keep) {
   outcome.scan = &recorded;
   if (!taken.accepted) return outcome;
 
+  const bool was_noisy = interpreter().rangeNoise().tooNoisy();
   const Cloud& cloud = preprocessor_.process(recorded, taken, pose_, odometry_);  // deskewed to mid-turn, with normals
+  if (!was_noisy && interpreter().rangeNoise().tooNoisy()) endDoubt();
   outcome.scan = cloud.scan;
   outcome.stamp = cloud.stamp;
   outcome.T_base_first = cloud.T_base_first;
@@ -143,6 +145,12 @@ const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted
   monitor_.wheels.compare(predicted.odometry, T_map_base, match.observable == 3);
   tracking_.follow(match, cloud.stamp, T_map_base, predicted.odometry.pose());
   return may_keep ? keyframes_.select(cloud, T_map_base, match, local_map_) : nullptr;
+}
+
+/// Scans that turn out to be noise were wrong where they contradicted wheels and gyro.
+void FrontEnd::endDoubt() {
+  const Ekf ekf = pose_.at(pose_.newestStamp());
+  pose_.setPose(ekf.pose(), ekf.covariance().diagonal().head<3>().cwiseSqrt());
 }
 
 /// By what the scan says itself: the filter's pose is the gyro's, too.
@@ -265,11 +273,13 @@ OdometryEstimate FrontEnd::odometry(Timestamp stamp) const {
 }
 
 TrackingReport FrontEnd::trackingReport() const {
+  const RangeNoiseWatch& noise = interpreter().rangeNoise();
   return {.begun = tracking_.begun(),
           .placed = tracking_.placed(),
           .failures = tracking_.failures(),
           .points = preprocessor_.points(),
           .needed = config_.match.min_pairs,
+          .range_noise = noise.tooNoisy() ? noise.sigma() : 0.0,
           .contradiction = std::sqrt(monitor_.scans.covariance().topLeftCorner<2, 2>().trace()),
           .scan_drift = monitor_.heading.drift()};
 }

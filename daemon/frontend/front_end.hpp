@@ -101,6 +101,7 @@ class FrontEnd {
   const Keyframe* coast(const Cloud& cloud, const Prediction& predicted, const MatchResult& match, bool may_keep);
   double gyroBias() const { return pose_.at(pose_.newestStamp()).gyroBias(); }
   void judgeGyro(Timestamp stamp, const MatchResult& match);
+  void endDoubt();
   void shareGyroBias();
   bool saysMuch(const Cloud& cloud) const;
   bool fuse(Timestamp stamp, const MatchResult& match, bool bypass_gate);

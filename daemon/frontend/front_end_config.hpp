@@ -16,6 +16,7 @@
 #include "frontend/dynamic_point_filter.hpp"
 #include "frontend/interpreter/body_watch.hpp"
 #include "frontend/interpreter/no_return_watch.hpp"
+#include "frontend/interpreter/range_noise_watch.hpp"
 #include "frontend/interpreter/stuck_scan_detector.hpp"
 #include "frontend/interpreter/sweep_watch.hpp"
 #include "matching/correlative.hpp"
@@ -57,6 +58,7 @@ struct IntakeConfig {
   ScanRepeatConfig repeats;
   BodyWatchConfig body;
   NoReturnConfig no_return;
+  RangeNoiseConfig range_noise;
   SweepWatchConfig sweep;
   double fastest_turn = 0.02;  ///< [s] no lidar turns faster ...
   double soonest_scan = 0.6;   ///< [1] ... nor in less than this share of the usual interval: a copy
@@ -195,6 +197,7 @@ struct TrackingReport {
   int failures = 0;            ///< scans in a row that were not matched
   int points = 0;              ///< of the newest scan that was used
   int needed = 0;              ///< that a scan must have to say anything
+  double range_noise = 0.0;    ///< [m] standard deviation of ranges that are too noisy to be used; 0: they are used
   double contradiction = 0.0;  ///< [m] between the ways that scans and odometry tell; 0: noise explains it
   double scan_drift = 0.0;     ///< [rad/s] of the scans' heading by a gyro that was right at rest; 0: none is certain
 };

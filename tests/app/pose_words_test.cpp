@@ -35,6 +35,8 @@ TEST(PoseWords, TellScansThatShowNothingFromThoseThatDoNotMatch) {
   EXPECT_THAT(poseWords(pose, true), StartsWith("waits for scans that match the map: the last 12 do not"));
   pose.tracking.points = 11;
   EXPECT_THAT(poseWords(pose, true), HasSubstr("11 points where 40 are needed"));
+  pose.tracking.range_noise = 0.312;
+  EXPECT_THAT(poseWords(pose, true), HasSubstr("ranges scatter by 0.31 m")) << "points that are not used are not few";
   pose.echo_finding = EchoWatch::Finding::kNoEcho;
   EXPECT_THAT(poseWords(pose, true), HasSubstr("cover on?"));
 }

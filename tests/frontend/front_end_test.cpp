@@ -112,6 +112,34 @@ TEST(FrontEnd, DoesNotHearWheelsThatKeepLyingUntilTheyTellTheTruth) {
   }
 }
 
+TEST(FrontEnd, AfterTheLastScanItDrivesByWheelsThatScansContradicted) {
+  Drive drive;
+  drive.run(2.0, kStand);
+  drive.wheels.scale = drive.wheels.turn_scale = -1.0;
+  drive.run(30.0, kCurve);
+  ASSERT_EQ(drive.front_end->counters().wheels_rejected, 1U);
+  drive.lidar.there = false;
+  drive.wheels.scale = drive.wheels.turn_scale = 1.0;
+  drive.run(2.0, kCurve);
+  const double at_the_end = drive.error();
+  drive.run(30.0, kStand);
+  EXPECT_LT(drive.error(), at_the_end + 0.05) << "without wheels it would go on at the last speed for ever";
+  EXPECT_LT(drive.front_end->estimate(drive.now).twist.vx, 0.01);
+}
+
+TEST(FrontEnd, RangesThatScatterAtRestLeaveTheWayToWheelsAndGyro) {
+  Drive drive;
+  drive.lidar.range_sigma = 0.3;
+  drive.run(3.0, kStand);
+  EXPECT_NEAR(drive.front_end->trackingReport().range_noise, 0.3, 0.1);
+  for (int i = 0; i < 10; ++i) {
+    drive.run(6.0, kCurve);
+    const Pose2 odom = drive.front_end->odometry(drive.now).T_odom_base;
+    EXPECT_LT((drive.front_end->estimate(drive.now).T_map_base.translation() - odom.translation()).norm(), 0.05);
+    EXPECT_EQ(drive.state(), LocalisationState::kDegraded);
+  }
+}
+
 TEST(FrontEnd, CorrectsWheelsOfAWrongRadius) {
   for (const double factor : {0.75, 1.2, 1.5}) {
     Drive drive;

@@ -38,6 +38,7 @@ const std::array kRules = std::to_array<Rule>({
     {"5 scan is a copy", [](FrontEndConfig& c) { c.intake.fastest_turn = c.intake.soonest_scan = 0.0; }},
     {"6 stuck counts only while moving",
      [](FrontEndConfig& c) { c.intake.moving_speed = c.intake.moving_turn = -1.0; }},
+    {"6b ranges that scatter at rest", [](FrontEndConfig& c) { c.intake.range_noise.most = kNever; }},
     {"8 points to mid-sweep", [](FrontEndConfig& c) { c.scan_moment = 0.0; }},
     {"9 beam spacing", [](FrontEndConfig& c) { c.normals.fine_spacing = kNever; }},
     {"10 grazing points slide", [](FrontEndConfig& c) { c.normals.in_a_row = 0.0; }},

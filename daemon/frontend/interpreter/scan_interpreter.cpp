@@ -18,7 +18,8 @@ ScanInterpreter::ScanInterpreter(const FrontEndConfig& config, const BodyShape& 
     : lidar_(config.lidar),
       sweep_(lidar_.upside_down, config.intake.sweep),
       codes_(config.intake.no_return),
-      body_(lidar_.T_base_lidar, lidar_.upside_down, withRangeSigma(config.intake.body, lidar_.range_sigma)) {
+      body_(lidar_.T_base_lidar, lidar_.upside_down, withRangeSigma(config.intake.body, lidar_.range_sigma)),
+      noise_(config.intake.range_noise) {
   body_.begin(body);
 }
 
@@ -50,6 +51,11 @@ const LaserScan& ScanInterpreter::interpret(const LaserScan& recorded, const Sen
   body_.add(beams, limits, *T_odom_base);
   for (Beam& beam : beams) {
     if (body_.isBody(beam)) beam.range = 0.0F;
+  }
+  noise_.add(beams, limits, odometry.at(taken.first).standstill());
+  if (noise_.tooNoisy()) {
+    for (Beam& beam : beams) beam.range = 0.0F;
+    open_.fill(false);
   }
   return scan_;
 }

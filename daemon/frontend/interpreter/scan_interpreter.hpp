@@ -8,6 +8,7 @@
 #include "frontend/front_end_config.hpp"
 #include "frontend/interpreter/body_watch.hpp"
 #include "frontend/interpreter/no_return_watch.hpp"
+#include "frontend/interpreter/range_noise_watch.hpp"
 #include "frontend/interpreter/sweep_watch.hpp"
 #include "frontend/sensor_intake.hpp"
 
@@ -32,6 +33,7 @@ class ScanInterpreter {
   std::span<const bool> open() const { return std::span(open_).first(static_cast<std::size_t>(scan_.size)); }
   const BodyShape& body() const { return body_.shape(); }
   std::span<const float> noReturnCodes() const { return codes_.codes(); }
+  const RangeNoiseWatch& rangeNoise() const { return noise_; }
   /// The beams carry no times though the lidar measures them one after the other.
   bool timesMissing() const { return sweep_.order() != SweepWatch::Order::kAtOnce; }
 
@@ -43,6 +45,7 @@ class ScanInterpreter {
   SweepWatch sweep_;
   NoReturnWatch codes_;
   BodyWatch body_;
+  RangeNoiseWatch noise_;
   LaserScan scan_;
   std::array<bool, LaserScan::kCapacity> open_{};
 };
