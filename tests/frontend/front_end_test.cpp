@@ -140,6 +140,24 @@ TEST(FrontEnd, RangesThatScatterAtRestLeaveTheWayToWheelsAndGyro) {
   }
 }
 
+TEST(FrontEnd, WheelsAreNotDoubtedForWhatScansToldThatWereNoise) {
+  double least = 1e9, most = 0.0;
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    Drive drive;
+    drive.random.seed(seed);
+    drive.run(2.0, kStand);
+    drive.lidar.range_sigma = 0.3;
+    drive.run(4.0, kCurve);
+    drive.run(3.0, kStand);
+    ASSERT_GT(drive.front_end->trackingReport().range_noise, 0.0);
+    drive.run(20.0, kCurve);
+    const double sigma = std::sqrt(drive.front_end->estimate(drive.now).covariance(0, 0));
+    least = std::min(least, sigma);
+    most = std::max(most, sigma);
+  }
+  EXPECT_LT(most, 1.3 * least) << least << " m, whatever the scans before had contradicted";
+}
+
 TEST(FrontEnd, CorrectsWheelsOfAWrongRadius) {
   for (const double factor : {0.75, 1.2, 1.5}) {
     Drive drive;
