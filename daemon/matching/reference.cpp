@@ -87,6 +87,7 @@ Reference::Reference(const ReferenceConfig& config)
 }
 
 void Reference::takeMemory() {
+  if (std::exchange(has_memory_, true)) return;
   fine_.takeMemory();
   coarse_.takeMemory();
   const std::size_t surfels = surfels_.size(), free = free_.size();

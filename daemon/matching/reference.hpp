@@ -49,7 +49,7 @@ class Reference {
  public:
   explicit Reference(const ReferenceConfig& config = {});
 
-  /// Takes all its memory from the system now, so that no first use makes a real-time thread wait.
+  /// Takes all its memory from the system now, so that no first use makes a real-time thread wait. Once is enough.
   void takeMemory();
   /// Forgets all surfels and puts the window around `centre`.
   void clear(const Eigen::Vector2d& centre = Eigen::Vector2d::Zero());
@@ -131,6 +131,7 @@ class Reference {
   std::vector<Surfel> surfels_;
   std::vector<std::int32_t> free_;
   int count_ = 0;
+  bool has_memory_ = false;  // all of it, from the system
 };
 
 }  // namespace slam

@@ -18,30 +18,30 @@ void RangeNoiseWatch::add(std::span<const Beam> beams, const RangeLimits& limits
   for (const Beam& beam : beams) {
     if (!limits.contains(beam.range) || !std::isfinite(beam.bearing)) continue;
     const double turns = beam.bearing / (2.0 * std::numbers::pi);
-    const auto bin = static_cast<std::size_t>((turns - std::floor(turns)) * kBins) % kBins;
+    const auto bin =
+        static_cast<std::size_t>((turns - std::floor(turns)) * static_cast<double>(newest.size())) % newest.size();
     if (newest[bin] == 0.0F || beam.range < newest[bin]) newest[bin] = beam.range;
   }
   if (++at_rest_ < static_cast<int>(scans_.size())) return;
-  const double sigma = measure();
-  if (sigma <= 0.0) return;
+  const auto sigma = measure();
+  if (!sigma) return;
   std::rotate(newest_.begin(), newest_.end() - 1, newest_.end());
-  newest_.front() = sigma;
+  newest_.front() = *sigma;
 }
 
-double RangeNoiseWatch::measure() {
+std::optional<double> RangeNoiseWatch::measure() {
   std::size_t size = 0;
-  for (std::size_t bin = 0; bin < kBins; ++bin) {
+  for (std::size_t bin = 0; bin < scans_[0].size(); ++bin) {
     const float a = scans_[0][bin], b = scans_[1][bin], c = scans_[2][bin];
     if (a > 0.0F && b > 0.0F && c > 0.0F) spreads_[size++] = {a + b + c, std::abs(a - 2.0F * b + c)};
   }
-  if (size < static_cast<std::size_t>(config_.fewest)) return 0.0;
-  constexpr double kMedianOfNormal = 0.6745;
+  if (size < static_cast<std::size_t>(config_.fewest)) return std::nullopt;
   const auto first = spreads_.begin(), nearer = first + static_cast<std::ptrdiff_t>(size / 2);
   std::nth_element(first, nearer, first + static_cast<std::ptrdiff_t>(size),
                    [](const Spread& x, const Spread& y) { return x.range < y.range; });
   const auto median = first + static_cast<std::ptrdiff_t>(size / 4);
   std::nth_element(first, median, nearer, [](const Spread& x, const Spread& y) { return x.difference < y.difference; });
-  return median->difference / (kMedianOfNormal * std::sqrt(6.0));  // 1 + 4 + 1 variances
+  return median->difference / (0.6745 * std::sqrt(6.0));  // median of a normal distribution; 1 + 4 + 1 variances
 }
 
 }  // namespace slam

@@ -2,6 +2,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <span>
 
 #include "core/scan.hpp"
@@ -26,25 +27,24 @@ class RangeNoiseWatch {
   /// @param at_rest by wheels and gyro
   void add(std::span<const Beam> beams, const RangeLimits& limits, bool at_rest);
 
-  /// [m] standard deviation of one range; 0: not known
+  /// [m] standard deviation of one range, at least; 0: not known, or none
   double sigma() const { return *std::min_element(newest_.begin(), newest_.end()); }
   /// Scans say nothing of where the robot is.
   bool tooNoisy() const { return sigma() > config_.most; }
 
  private:
-  static constexpr std::size_t kBins = 720;
-  using Ranges = std::array<float, kBins>;  // [m] the shortest in each half degree; 0: none
+  using Ranges = std::array<float, 720>;  // [m] the shortest in each half degree; 0: none
 
   struct Spread {
     float range, difference;  // [m]
   };
-  /// @return [m] of the newest scan with the two before it; 0: too few bearings have all three
-  double measure();
+  /// @return [m] of the newest scan with the two before it; nothing: too few bearings have all three
+  std::optional<double> measure();
 
   RangeNoiseConfig config_;
   std::array<Ranges, 3> scans_{};  // the newest first
-  std::array<Spread, kBins> spreads_{};
-  std::array<double, 3> newest_{};  // [m] measurements, the newest first; 0: not yet
+  std::array<Spread, 720> spreads_{};
+  std::array<double, 3> newest_{};  // [m] measurements, the newest first
   int at_rest_ = 0;                 // scans in a row
 };
 
