@@ -11,11 +11,11 @@ double square(double x) { return x * x; }
 
 }  // namespace
 
-std::optional<WheelSample> WheelMonitor::hear(const WheelSample& sample) {
+std::optional<WheelSample> WheelMonitor::hear(const WheelSample& sample, bool unmatched) {
   heard_ = true;
   WheelSample corrected = sample;
   corrected.T_wheels_base = rescaled_.add(sample.T_wheels_base, scale_);
-  const bool held_back = std::exchange(held_back_, !reliable_);
+  const bool held_back = std::exchange(held_back_, !reliable_ && !unmatched);
   if (held_back_) return std::nullopt;
   corrected.restarted |= held_back;  // what they told meanwhile is not made up for
   return corrected;
@@ -25,13 +25,6 @@ WheelReliability WheelMonitor::reliability() const {
   if (!heard_) return WheelReliability::kNone;
   if (!reliable_) return WheelReliability::kRejected;
   return worst() <= config_.consistency ? WheelReliability::kConsistent : WheelReliability::kReliable;
-}
-
-void WheelMonitor::acquit() {
-  interrupt();
-  if (std::exchange(reliable_, true)) return;
-  distance_error_ = std::min(distance_error_, config_.agreement);
-  turn_error_ = std::min(turn_error_, config_.agreement);
 }
 
 void WheelMonitor::compare(const Ekf& odometry, const Pose2& T_map_base, bool complete) {

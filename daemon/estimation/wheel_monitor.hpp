@@ -42,8 +42,9 @@ class WheelMonitor {
   explicit WheelMonitor(const EkfConfig& noise, const WheelMonitorConfig& config = {})
       : noise_(noise), config_(config), scale_(config.scale) {}
 
-  /// @return the sample for the pose filter, its scale corrected; nothing while they are rejected
-  std::optional<WheelSample> hear(const WheelSample& sample);
+  /// @param unmatched no scan tells the motion: without wheels the filter would go on as fast as it last was
+  /// @return the sample for the pose filter, its scale corrected; nothing while they are rejected and scans match
+  std::optional<WheelSample> hear(const WheelSample& sample, bool unmatched = false);
 
   /// Compares them with a matched scan. @param odometry filter without scans, at the scan's stamp
   /// @param complete the scan told the whole pose
@@ -53,9 +54,6 @@ class WheelMonitor {
   void compare(const Pose2& T_odom_base, const Pose2& T_map_base, bool turn_known);
   /// The interval has no end: the scans did not tell it, or the map moved.
   void interrupt() { begin_.reset(); }
-  /// No scan is left that could contradict them: rejected wheels are used again, and judged as ones that just came to
-  /// agree. Without them the filter would go on as fast as it last was.
-  void acquit();
 
   WheelReliability reliability() const;
   bool reliable() const { return reliable_; }

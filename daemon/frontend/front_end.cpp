@@ -49,8 +49,7 @@ void FrontEnd::add(const WheelSample& recorded) {
   if (!sample) return;
   if (monitor_.gyro.hear(*sample, gyroBias())) pose_.loseGyro();  // the odometry would jump
   odometry_.add(*sample);
-  if (tracking_.unmatched(sample->stamp)) monitor_.wheels.acquit();
-  if (const auto corrected = monitor_.wheels.hear(*sample)) pose_.add(*corrected);
+  if (const auto heard = monitor_.wheels.hear(*sample, tracking_.unmatched(sample->stamp))) pose_.add(*heard);
 }
 
 void FrontEnd::add(const ImuSample& recorded) {
