@@ -14,14 +14,8 @@ std::string scanWords(const PoseSnapshot& pose, bool has_scans) {
   if (pose.scans == 0) return "waits for the first scan";
   if (pose.echo_finding != EchoWatch::Finding::kNone)
     return std::string("waits for echoes: ") + describe(pose.echo_finding);
-  if (tracking.range_noise > 0.0) {
-    std::ostringstream words;
-    words << std::fixed << std::setprecision(2) << "goes on by the other sensors: the lidar's ranges scatter by "
-          << tracking.range_noise
-          << " m (standard deviation) while the robot stands still; clean its window, keep sunlight off it, else "
-             "replace it. Its scans are used again when a rest of some seconds shows less";
-    return words.str();
-  }
+  if (tracking.range_noise > 0.0)
+    return "waits for ranges to match: " + describe({SensorFault::kRangesScatter, tracking.range_noise});
   if (tracking.points < tracking.needed) {
     return "waits for a scan that shows more: the last one has " + std::to_string(tracking.points) + " points where " +
            std::to_string(tracking.needed) + " are needed; walls must be in range (lidar.range_max)";

@@ -170,9 +170,8 @@ std::string describe(const SensorFinding& finding) {
       break;
     case SensorFault::kRangesScatter:
       text =
-          "lidar: its ranges scatter by %.2f m at rest; slamd goes on without its scans; clean its window, keep "
-          "sunlight "
-          "off it, else replace it";
+          "lidar: its ranges scatter by %.2f m at rest; slamd goes on without its scans until a rest shows less; "
+          "clean its window, keep sunlight off it, else replace it";
       break;
     case SensorFault::kBeamTimesMissing:
       text =

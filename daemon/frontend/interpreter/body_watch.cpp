@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "frontend/interpreter/bearing_bins.hpp"
+
 namespace slam {
 namespace {
 
@@ -20,8 +22,7 @@ BodyWatch::BodyWatch(const Pose2& T_base_lidar, bool upside_down, const BodyWatc
 }
 
 int BodyWatch::binOf(double bearing) const {
-  const double turns = bearing / (2.0 * std::numbers::pi);
-  return static_cast<int>(std::lround(bins() * (turns - std::floor(turns)))) % bins();
+  return static_cast<int>(bearingBin(bearing, static_cast<std::size_t>(bins())));
 }
 
 Eigen::Vector2d BodyWatch::pointAt(int bin, float range) const {
@@ -66,13 +67,8 @@ void BodyWatch::add(std::span<const Beam> beams, const RangeLimits& limits, cons
     const Pose2 moved = between(*seen_from_, lidar);
     if (std::hypot(moved.x, moved.y) < config_.translation && std::abs(moved.theta) < config_.rotation) return;
   }
-  now_.fill(0.0F);
   spacing_ = std::max(2, bins() / std::max(1, static_cast<int>(beams.size())) + 1);
-  for (const Beam& beam : beams) {
-    if (!limits.contains(beam.range) || !std::isfinite(beam.bearing)) continue;
-    float& range = now_[static_cast<std::size_t>(binOf(beam.bearing))];
-    range = range > 0.0F ? std::min(range, beam.range) : beam.range;
-  }
+  shortestRanges(beams, limits, now_);
   if (seen_from_)
     judge(compare(PointTransform(between(*seen_from_, lidar)), PointTransform(between(lidar, *seen_from_))));
   seen_from_ = lidar;

@@ -3,7 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "frontend/interpreter/bearing_bins.hpp"
 
 namespace slam {
 
@@ -13,15 +14,7 @@ void RangeNoiseWatch::add(std::span<const Beam> beams, const RangeLimits& limits
     return;
   }
   std::rotate(scans_.begin(), scans_.end() - 1, scans_.end());
-  Ranges& newest = scans_.front();
-  newest.fill(0.0F);
-  for (const Beam& beam : beams) {
-    if (!limits.contains(beam.range) || !std::isfinite(beam.bearing)) continue;
-    const double turns = beam.bearing / (2.0 * std::numbers::pi);
-    const auto bin =
-        static_cast<std::size_t>((turns - std::floor(turns)) * static_cast<double>(newest.size())) % newest.size();
-    if (newest[bin] == 0.0F || beam.range < newest[bin]) newest[bin] = beam.range;
-  }
+  shortestRanges(beams, limits, scans_.front());
   if (++at_rest_ < static_cast<int>(scans_.size())) return;
   const auto sigma = measure();
   if (!sigma) return;

@@ -34,25 +34,25 @@ const LaserScan& ScanInterpreter::interpret(const LaserScan& recorded, const Sen
 
   const RangeLimits limits = lidar_.limitsFor(scan_);
   const std::span<Beam> beams(scan_.storage.data(), static_cast<std::size_t>(scan_.size));
-  std::optional<Pose2> T_odom_base;
+  std::optional<Ekf> middle;
   if (odometry.started()) {
     const double last = beams.empty() ? 0.0 : beams.back().time_offset;
-    T_odom_base = odometry.at(taken.first + fromSeconds(0.5 * last)).pose();
+    middle = odometry.at(taken.first + fromSeconds(0.5 * last));
   }
   codes_.add(beams, limits,
-             T_odom_base ? std::optional((*T_odom_base * lidar_.T_base_lidar).translation()) : std::nullopt);
+             middle ? std::optional((middle->pose() * lidar_.T_base_lidar).translation()) : std::nullopt);
   for (std::size_t i = 0; i < beams.size(); ++i) {
     Beam& beam = beams[i];
     const bool masked = isMasked(beam), code = codes_.isCode(beam.range);
     open_[i] = !masked && (code || !(beam.range > 0.0F) || beam.range > limits.max);
     if (code || masked) beam.range = 0.0F;
   }
-  if (!T_odom_base) return scan_;
-  body_.add(beams, limits, *T_odom_base);
+  if (!middle) return scan_;
+  body_.add(beams, limits, middle->pose());
   for (Beam& beam : beams) {
     if (body_.isBody(beam)) beam.range = 0.0F;
   }
-  noise_.add(beams, limits, odometry.at(taken.first).standstill());
+  noise_.add(beams, limits, middle->standstill());
   if (noise_.tooNoisy()) {
     for (Beam& beam : beams) beam.range = 0.0F;
     open_.fill(false);
