@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "runtime/worker.hpp"
 
-#include <array>
 #include <csignal>
 #include <cstring>
 #include <ctime>
@@ -15,10 +14,18 @@
 namespace slam {
 namespace {
 
-/// Locked memory is there once it was used: half the stack, before a deadline waits for it.
+/// Locked memory is there once it was used: half of what is left of the stack, before a deadline waits for it. The
+/// thread-local variables lie in the stack, and those of a sanitizer fill most of it.
 [[gnu::noinline]] void useStack() {
-  std::array<char, kThreadStack / 2> bytes;
-  explicit_bzero(bytes.data(), bytes.size());
+  pthread_attr_t attributes;
+  if (pthread_getattr_np(pthread_self(), &attributes) != 0) return;
+  void* lowest = nullptr;
+  std::size_t size = 0;
+  pthread_attr_getstack(&attributes, &lowest, &size);
+  pthread_attr_destroy(&attributes);
+  const auto left = static_cast<char*>(__builtin_frame_address(0)) - static_cast<char*>(lowest);
+  const auto half = static_cast<std::size_t>(left) / 2;
+  explicit_bzero(__builtin_alloca(half), half);
 }
 
 timespec timespecOf(Duration time) {
