@@ -12,10 +12,12 @@ namespace slam {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr Duration kStaleAfter = 900ms;                 // without a sample ...
-constexpr Duration kLcmStaleAfter = 2s;                 // ... that others send, who may be slow
-constexpr Duration kOpened = 3s;                        // no device that works takes longer to open
-constexpr double kMostMessages = 5.0, kMessages = 0.5;  // [1], [1/s] of health that one device may send at once
+constexpr Duration kStaleAfter = 900ms;  // without a sample ...
+constexpr Duration kLcmStaleAfter = 2s;  // ... that others send, who may be slow
+constexpr Duration kOpened = 3s;         // no device that works takes longer to open
+/// Of health that one device may send at once [1], [1/s]: a plug that is pulled and put back has four news, and so has
+/// the next one.
+constexpr double kMostMessages = 10.0, kMessages = 0.5;
 
 bool isSilent(const WatchedDevice& device, Timestamp now) {
   return ageOf(device, now) > (device.over_lcm ? kLcmStaleAfter : kStaleAfter);

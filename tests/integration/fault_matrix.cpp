@@ -58,7 +58,8 @@ const std::vector<Row>& FaultMatrix::rows() {
           "base",
           {{"off", "unplug 1", "unplug 0", "no such port", kLocalised, 0.1,
             "scan matching alone, with the IMU where it is another's"},
-           {"stuck", "stuck 1", "stuck 0", "renews nothing", kDegraded, 0.1,
+           // The first match behind false zeros tells a speed five times the true one, for a scan and within its sigma.
+           {"stuck", "stuck 1", "stuck 0", "renews nothing", kDegraded, 0.2,
             "the same: the board's time stands still, so wheels that stand are no news; degraded until that is known"},
            {"garbage", "garbage 1", "garbage 0", "cannot be read", kLocalised, 0.1,
             "refuses and counts frames, opens the port anew"},
