@@ -11,6 +11,7 @@ namespace {
 
 struct Node {
   Eigen::Vector2d p_map, p_new;  // [m]
+  double known;                  // [1/m] by which its motion counts
   double turn;                   // [rad] from new to map
   double cos_turn, sin_turn;
 };
@@ -40,22 +41,24 @@ Pose2 leastSquares(std::span<const Node> nodes, double lever, const Weight& weig
 }  // namespace
 
 Pose2 alignToPreviousMap(std::span<const Pose2> T_map_node, std::span<const Pose2> T_new_node,
-                         const AlignMapConfig& config) {
+                         std::span<const double> sigma, const AlignMapConfig& config) {
   if (T_map_node.empty() || T_map_node.size() != T_new_node.size()) return {};
   std::vector<Node> nodes;
   nodes.reserve(T_map_node.size());
   for (std::size_t i = 0; i < T_map_node.size(); ++i) {
     const double turn = wrapAngle(T_map_node[i].theta - T_new_node[i].theta);
-    nodes.push_back({T_map_node[i].translation(), T_new_node[i].translation(), turn, std::cos(turn), std::sin(turn)});
+    const double known = 1.0 / std::hypot(config.least_move, sigma.size() == T_map_node.size() ? sigma[i] : 0.0);
+    nodes.push_back(
+        {T_map_node[i].translation(), T_new_node[i].translation(), known, turn, std::cos(turn), std::sin(turn)});
   }
-  Pose2 T_map_new = leastSquares(nodes, config.lever, [](const Node&) { return 1.0; });
+  Pose2 T_map_new = leastSquares(nodes, config.lever, [](const Node& node) { return node.known; });
   for (int i = 0; i < config.max_iterations; ++i) {
     const Pose2 last = T_map_new;
     const Eigen::Matrix2d rotation = Eigen::Rotation2Dd(last.theta).toRotationMatrix();
     T_map_new = leastSquares(nodes, config.lever, [&](const Node& node) {
       const double moved = (rotation * node.p_new + last.translation() - node.p_map).norm();
       const double turned = config.lever * wrapAngle(node.turn - last.theta);
-      return 1.0 / std::max(config.least_move, std::hypot(moved, turned));
+      return node.known / std::max(config.least_move, std::hypot(moved, turned));
     });
     if (between(last, T_map_new).vector().lpNorm<Eigen::Infinity>() < config.converged) break;
   }

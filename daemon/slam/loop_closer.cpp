@@ -3,21 +3,44 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 
 #include "graph/align_map.hpp"
 
 namespace slam {
 namespace {
 
-/// Lays the optimised map where it moves least.
-void align(KeyframeMap& map, std::span<const Pose2> before) {
+/// @return [m] standard deviation of each node's position relative to `first`, as it was without these closures
+std::vector<double> sigmaWithout(PoseGraph& graph, std::span<const int> closures, int first) {
+  std::vector<int> taken_out;
+  for (const int edge : closures) {
+    if (graph.edges()[static_cast<std::size_t>(edge)].revoked) continue;
+    graph.revoke(edge);
+    taken_out.push_back(edge);
+  }
+  constexpr double unknown = std::numeric_limits<double>::infinity();
+  std::vector<double> sigma(static_cast<std::size_t>(graph.size()), unknown);
+  for (const PoseGraph::Reached& reached : graph.reach(first, unknown)) {
+    sigma[static_cast<std::size_t>(reached.node)] = std::sqrt(reached.position_variance);
+  }
+  for (const int edge : taken_out) graph.restore(edge);
+  return sigma;
+}
+
+/// Lays the optimised map where it moves least, by what was known of it before these closures.
+void align(KeyframeMap& map, std::span<const Pose2> before, std::span<const int> closures) {
   PoseGraph& graph = map.keyframes.graph();
+  const std::vector<int> ids = map.idsInMap();
+  const std::vector<double> sigma_of = sigmaWithout(graph, closures, ids.front());
   std::vector<Pose2> T_map_node, T_new_node;
-  for (const int id : map.idsInMap()) {
+  std::vector<double> sigma;
+  for (const int id : ids) {
     T_map_node.push_back(before[static_cast<std::size_t>(id)]);
     T_new_node.push_back(graph.pose(id));
+    sigma.push_back(sigma_of[static_cast<std::size_t>(id)]);
   }
-  const Pose2 T_map_new = alignToPreviousMap(T_map_node, T_new_node);
+  const Pose2 T_map_new = alignToPreviousMap(T_map_node, T_new_node, sigma);
   for (int id = 0; id < graph.size(); ++id) graph.setPose(id, T_map_new * graph.pose(id));
 }
 
@@ -33,14 +56,14 @@ void LoopCloser::close(KeyframeMap& map) {
   if (closures.empty()) return;
   PoseGraph& graph = map.keyframes.graph();
   const std::vector<Pose2> before(graph.poses().begin(), graph.poses().end());
-  std::vector<int> ends;
+  std::vector<int> added, ends;
   for (const Edge& edge : closures) {
-    graph.addEdge(edge);
+    added.push_back(graph.addEdge(edge));
     ends.insert(ends.end(), {edge.from, edge.to});
   }
   bool all = optimise(graph, ends);
   all |= revokeContradicted(graph);
-  if (all) align(map, before);  // else most of it has stayed
+  if (all) align(map, before, added);  // else most of it has stayed
   closed_ = static_cast<int>(std::count_if(graph.edges().begin(), graph.edges().end(), [](const Edge& edge) {
     return edge.kind == EdgeKind::kLoopClosure && !edge.revoked;
   }));

@@ -168,7 +168,7 @@ TEST_F(Monitor, HasNewsForHealthAtOnceButNotMoreThanEveryTwoSecondsForLong) {
     status.set(DeviceState::kFault, i % 2 == 0 ? "too hot" : "too cold");
     news += monitor.look(kNow + i * 100ms) ? 1 : 0;
   }
-  EXPECT_NEAR(news, 5 + 30, 2);
+  EXPECT_NEAR(news, 10 + 30, 2);
 }
 
 TEST_F(Monitor, LogsWhoEachDeviceIsOnce) {
