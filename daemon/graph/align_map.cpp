@@ -11,7 +11,7 @@ namespace {
 
 struct Node {
   Eigen::Vector2d p_map, p_new;  // [m]
-  double known;                  // [1/m] by which its motion counts
+  double known;                  // [m^-1/2] by which its motion counts
   double turn;                   // [rad] from new to map
   double cos_turn, sin_turn;
 };
@@ -47,7 +47,8 @@ Pose2 alignToPreviousMap(std::span<const Pose2> T_map_node, std::span<const Pose
   nodes.reserve(T_map_node.size());
   for (std::size_t i = 0; i < T_map_node.size(); ++i) {
     const double turn = wrapAngle(T_map_node[i].theta - T_new_node[i].theta);
-    const double known = 1.0 / std::hypot(config.least_move, sigma.size() == T_map_node.size() ? sigma[i] : 0.0);
+    const double s = std::hypot(config.least_move, sigma.size() == T_map_node.size() ? sigma[i] : 0.0);
+    const double known = 1.0 / std::sqrt(s);
     nodes.push_back(
         {T_map_node[i].translation(), T_new_node[i].translation(), known, turn, std::cos(turn), std::sin(turn)});
   }

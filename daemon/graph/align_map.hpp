@@ -16,9 +16,10 @@ struct AlignMapConfig {
 /// A pose graph's edges tell where its nodes lie relative to each other, and not where in map: that is the gauge
 /// freedom. Holding one node would let all that lies behind it swing with each loop that closes, also what the loop
 /// says nothing about; so the map is laid where the sum of its nodes' motions is least, and a part that keeps its
-/// shape keeps its place while the larger part of the map does. Each motion is measured in the standard deviation of
-/// the node's position: what is known to a centimetre stays, and what has drifted by decimetres moves. By iteratively
-/// reweighted least squares, whose weights fall with a node's motion.
+/// shape keeps its place while the larger part of the map does. A motion is a nuisance by its metres (of what was drawn
+/// and of goals) and untrue by its standard deviations: it counts by their geometric mean, so that what is known to a
+/// centimetre stays while what has drifted by decimetres moves. By iteratively reweighted least squares, whose weights
+/// fall with a node's motion.
 ///
 /// @param T_map_node as published before; empty or of another size than the next: identity
 /// @param T_new_node as optimised, in any frame

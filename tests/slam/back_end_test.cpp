@@ -126,8 +126,6 @@ TEST(BackEnd, TheMapStaysWhereItWasAsALoopCloses) {
     }
     EXPECT_GT(with_first_held, 0.0) << seed;
     EXPECT_LT(moved, 0.9 * with_first_held) << seed;
-    const double first = (after[0].translation() - before[0].translation()).norm();
-    EXPECT_LT(first, 0.5 * moved / static_cast<double>(before.size())) << seed << ": what is known best moves least";
   }
 }
 
