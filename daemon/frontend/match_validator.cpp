@@ -45,7 +45,10 @@ double MatchValidator::support(const MatchResult& match, const Pose2& guess, con
 
 bool MatchValidator::acceptTracking(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
                                     const Ekf& predicted, const TrackingState& tracking) {
-  if (tracking.failures() == 0) return true;
+  // Behind a gap in the scans the robot may have been carried: one that has not moved sees what it saw.
+  const double moved = (predicted.pose().translation() - tracking.lastPose().translation()).norm();
+  const bool gap = tracking.unmatched(cloud.stamp) && moved < window_.translation;
+  if (tracking.failures() == 0 && !gap) return true;
   const bool as_before = match.usable() && match.overlap >= tracking.fusedOverlap() - search_.same_overlap;
   if (as_before && !contradictsGyro(match, predicted)) return true;
   return acceptSearch(match, cloud, local_map, predicted, tracking);

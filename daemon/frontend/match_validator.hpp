@@ -20,7 +20,8 @@ class MatchValidator {
   /// Takes out of a match what something that moves may have made of it: there the wheels tell the way.
   void removeDynamicBias(MatchResult& match, const Cloud& cloud, const LocalMap& local_map, const Prediction& predicted,
                          const WheelMonitor& wheels);
-  /// Whether a match from a prediction can be believed. Once the way is lost, what fits there is a find, too.
+  /// Whether a match from a prediction can be believed. Once the way is lost, what fits there is a find, too; and where
+  /// no scan told anything for long though the robot stood: its lidar may have been covered while it was carried.
   bool acceptTracking(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map, const Ekf& predicted,
                       const TrackingState& tracking);
   /// Whether a match can be believed wherever the robot was thought to be. Among many places one fits by half: a find

@@ -87,6 +87,31 @@ TEST(MatchValidator, BelievesNoPlaceThatAGyroContradicts) {
   }
 }
 
+TEST(MatchValidator, BelievesNoWorseMatchBehindAGapOfARobotThatStood) {
+  const FrontEndConfig config;
+  MatchValidator validator(config);
+  const LocalMap local_map(config);
+  TrackingState tracking(config, false);
+  MatchResult match;
+  match.status = MatchStatus::kConverged;
+  match.observable = 3;
+  const Timestamp begin{100s};
+  match.overlap = 0.98;
+  tracking.begin(begin, {}, {});
+  tracking.follow(match, begin, {}, {});
+  const auto accepted = [&](double overlap, Duration later, double moved) {
+    Cloud cloud;
+    cloud.stamp = begin + later;
+    match.overlap = overlap;
+    match.T_ref_base.x = moved;
+    return validator.acceptTracking(match, cloud, local_map, Ekf(config.ekf, cloud.stamp, {moved, 0, 0}), tracking);
+  };
+  EXPECT_TRUE(accepted(0.64, 200ms, 0.0)) << "half of the view is new";
+  EXPECT_FALSE(accepted(0.64, 3s, 0.0)) << "carried with a covered lidar";
+  EXPECT_TRUE(accepted(0.98, 3s, 0.0)) << "it stood where it was";
+  EXPECT_TRUE(accepted(0.64, 3s, 1.0)) << "it drove on";
+}
+
 TEST(MatchValidator, BelievesACorridorsEndWhereAWheelSlips) {
   for (const double side : {-1.0, 1.0}) {
     Drive drive;
