@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <Eigen/Core>
+#include <cmath>
 #include <optional>
 
 #include "core/samples.hpp"
@@ -46,6 +47,9 @@ class HeadingMonitor {
   bool contradicts() const { return contradicts_; }
   /// Of the scans [rad/s]: zero unless they contradict the gyro.
   double drift() const { return contradicts_ ? state_[kDrift] : 0.0; }
+  /// Error of the gyro's scale [1] that the scans show, and its standard deviation.
+  double scale() const { return bias_ ? state_[kScale] : 0.0; }
+  double scaleSigma() const { return bias_ ? std::sqrt(P_(kScale, kScale)) : config_.gyro_scale; }
   /// What a match's covariance lacks [m^2, m rad, rad^2]: zero unless its scans contradict the gyro.
   Eigen::Matrix3d matchError() const;
 

@@ -19,7 +19,7 @@ double ScanMonitor::kept(const Pose2& moved) const {
 }
 
 void ScanMonitor::compare(const Ekf& odometry, const Pose2& T_map_base, const Eigen::Matrix3d& covariance,
-                          const WheelMonitor& wheels) {
+                          const WheelMonitor& wheels, const HeadingMonitor& gyro_scale) {
   if (wheels.reliability() == WheelReliability::kNone || odometry.wheelsSilent()) {
     contradicts_ = false;  // nobody does
     return interrupt();
@@ -48,17 +48,23 @@ void ScanMonitor::compare(const Ekf& odometry, const Pose2& T_map_base, const Ei
 
   const GyroBias bias = odometry.gyroBiasEstimate();
   Eigen::Matrix3d S = noise_sum_ + rotated(covariance, -T_map_base.theta);
-  if (odometry.gyroActive()) S += bias.variance * by_bias_ * by_bias_.transpose();
-  S += square(config_.turn_scale) * by_turn_ * by_turn_.transpose();
   S += square(wheels.scale().sigma()) * by_scale_ * by_scale_.transpose();
-  const double place = difference_.head<2>().dot(S.topLeftCorner<2, 2>().inverse() * difference_.head<2>());
-  const double heading = square(difference_.z()) / S(2, 2);
+  Eigen::Vector3d difference = difference_;
+  double turn_scale = config_.turn_scale;
+  if (odometry.gyroActive()) {
+    S += bias.variance * by_bias_ * by_bias_.transpose();
+    difference -= gyro_scale.scale() * by_turn_;
+    turn_scale = gyro_scale.scaleSigma();
+  }
+  S += square(turn_scale) * by_turn_ * by_turn_.transpose();
+  const double place = difference.head<2>().dot(S.topLeftCorner<2, 2>().inverse() * difference.head<2>());
+  const double heading = square(difference.z()) / S(2, 2);
   // What is left of D when the noise is taken off. A heading that is off by itself is the gyro's as often.
   const auto excess = [&](double chi_square) {
     return std::sqrt(std::max(0.0, 1.0 - square(config_.contradiction) / std::max(chi_square, 1e-9)));
   };
   const double of_place = excess(place), of_heading = std::max(of_place, excess(heading));
-  const Eigen::Vector3d beyond = difference_.cwiseProduct(Eigen::Vector3d(of_place, of_place, of_heading));
+  const Eigen::Vector3d beyond = difference.cwiseProduct(Eigen::Vector3d(of_place, of_place, of_heading));
   contradicts_ = of_place > 0.0;
   excess_ = beyond * beyond.transpose();
 }

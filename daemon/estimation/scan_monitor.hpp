@@ -6,6 +6,7 @@
 #include "core/pose2.hpp"
 #include "core/timestamp.hpp"
 #include "estimation/ekf.hpp"
+#include "estimation/heading_monitor.hpp"
 #include "estimation/wheel_monitor.hpp"
 
 namespace slam {
@@ -14,7 +15,7 @@ struct ScanMonitorConfig {
   double memory = 10.0;        ///< [m] of way ...
   double memory_turn = 6.3;    ///< [rad] ... and of turns that are remembered
   double contradiction = 3.0;  ///< [1] standard deviations between odometry and scans are no noise any more
-  double turn_scale = 0.05;    ///< [1] error of the scale of a gyro, or of the wheels' base
+  double turn_scale = 0.05;    ///< [1] error of the turns' scale by the wheels' base, where there is no gyro
 };
 
 /// Compares the way that matched scans tell with the odometry's, over so many metres that a small steady error shows. A
@@ -33,8 +34,10 @@ class ScanMonitor {
   /// Compares with a scan that was fused. @param odometry filter without scans, at the scan's stamp
   /// @param covariance of the match, in map [m, m, rad]: a pose that is uncertain along a bare corridor follows the
   /// wheels there, so that its own would hide a contradiction
+  /// @param gyro_scale what the scans have shown of it: in a turn a match that is off by degrees is no error of a scale
+  /// that is known to a thousandth
   void compare(const Ekf& odometry, const Pose2& T_map_base, const Eigen::Matrix3d& covariance,
-               const WheelMonitor& wheels);
+               const WheelMonitor& wheels, const HeadingMonitor& gyro_scale);
   /// The interval has no end, since the map moved.
   void interrupt() { last_.reset(); }
   /// Nothing that was told before counts: the robot is somewhere else.

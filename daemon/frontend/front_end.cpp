@@ -137,7 +137,7 @@ const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted
   const Ekf ekf = pose_.at(cloud.stamp);
   const Pose2 T_map_base = ekf.pose();
   shareGyroBias();
-  monitor_.scans.compare(predicted.odometry, T_map_base, match.covariance, monitor_.wheels);
+  monitor_.scans.compare(predicted.odometry, T_map_base, match.covariance, monitor_.wheels, monitor_.heading);
   monitor_.heading.compare(monitor_.gyro, cloud.stamp, predicted.odometry.standstill(), T_map_base.theta,
                            ekf.covariance()(2, 2));
   keyframes_.addDrift(T_map_base, &match, monitor_);

@@ -35,12 +35,17 @@ class Drive : public test::SimulatedRobot {
   void add(const WheelSample& sample) {
     odometry_.add(sample);
     wheel_monitor_.hear(sample);
+    gyro_monitor_.hear(sample, gyro.bias);
   }
-  void add(const ImuSample& sample) { odometry_.add(sample); }
+  void add(const ImuSample& sample) {
+    odometry_.add(sample);
+    gyro_monitor_.hear(sample);
+  }
   void add(const PoseMeasurement& match) {
     const Ekf odometry = odometry_.at(now);
     wheel_monitor_.compare(odometry, match.T_map_base, true);
-    monitor.compare(odometry, match.T_map_base, 1e-6 * Eigen::Matrix3d::Identity(), wheel_monitor_);
+    monitor.compare(odometry, match.T_map_base, 1e-6 * Eigen::Matrix3d::Identity(), wheel_monitor_, heading_monitor_);
+    heading_monitor_.compare(gyro_monitor_, now, odometry.standstill(), match.T_map_base.theta, 1e-6);
   }
 
   ScanMonitor monitor;
@@ -48,6 +53,8 @@ class Drive : public test::SimulatedRobot {
  private:
   EkfTimeline odometry_{EkfConfig{}, {}};
   WheelMonitor wheel_monitor_{EkfConfig{}};
+  GyroMonitor gyro_monitor_{EkfConfig{}};
+  HeadingMonitor heading_monitor_;
 };
 
 TEST(ScanMonitor, IsQuietWhereScansAndWheelsTellOneWay) {
@@ -68,6 +75,22 @@ TEST(ScanMonitor, NoticesScansThatAreDraggedALittleAtEachStep) {
   EXPECT_TRUE(drive.monitor.contradicts());
   EXPECT_GT(drive.sigma(), 0.3);
   EXPECT_LT(drive.sigma(), 1.05) << "no more than the scans are off";
+}
+
+TEST(ScanMonitor, NoticesAHeadingThatAMatchPutOffInATurnWhereTheGyrosScaleIsKnown) {
+  for (const bool known : {true, false}) {
+    Drive drive;
+    drive.gyro.bias = 0.01;
+    if (known) drive.run(3.0, {0, 0, 0}, drive);  // only a gyro that has rested is compared with the scans
+    for (const double rate : {0.6, -0.6, 0.6, -0.6}) drive.go(2.0, 1.0, rate);
+    EXPECT_EQ(drive.monitor.covariance()(2, 2), 0.0);
+    drive.go(1.0, 1.0, 0.8);
+    drive.matches.drift = 0.3;  // a scan of a corner that fits as well when it is turned
+    drive.go(0.25, 1.0, 0.8);
+    drive.matches.drift = 0.0;
+    drive.go(0.1, 1.0, 0.8);
+    EXPECT_EQ(std::sqrt(drive.monitor.covariance()(2, 2)) > 0.1, known);
+  }
 }
 
 TEST(ScanMonitor, ForgetsOverItsMemory) {
