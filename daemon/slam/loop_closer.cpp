@@ -32,6 +32,7 @@ std::vector<double> sigmaWithout(PoseGraph& graph, std::span<const int> closures
 void align(KeyframeMap& map, std::span<const Pose2> before, std::span<const int> closures) {
   PoseGraph& graph = map.keyframes.graph();
   const std::vector<int> ids = map.idsInMap();
+  if (ids.empty()) return;
   const std::vector<double> sigma_of = sigmaWithout(graph, closures, ids.front());
   std::vector<Pose2> T_map_node, T_new_node;
   std::vector<double> sigma;
