@@ -48,7 +48,7 @@ class HeadingMonitor {
   /// Of the scans [rad/s]: zero unless they contradict the gyro.
   double drift() const { return contradicts_ ? state_[kDrift] : 0.0; }
   /// Error of the gyro's scale [1] that the scans show, and its standard deviation.
-  double scale() const { return bias_ ? state_[kScale] : 0.0; }
+  double scale() const { return state_[kScale]; }
   double scaleSigma() const { return bias_ ? std::sqrt(P_(kScale, kScale)) : config_.gyro_scale; }
   /// What a match's covariance lacks [m^2, m rad, rad^2]: zero unless its scans contradict the gyro.
   Eigen::Matrix3d matchError() const;

@@ -47,8 +47,8 @@ Pose2 alignToPreviousMap(std::span<const Pose2> T_map_node, std::span<const Pose
   nodes.reserve(T_map_node.size());
   for (std::size_t i = 0; i < T_map_node.size(); ++i) {
     const double turn = wrapAngle(T_map_node[i].theta - T_new_node[i].theta);
-    const double s = std::hypot(config.least_move, sigma.size() == T_map_node.size() ? sigma[i] : 0.0);
-    const double known = 1.0 / std::sqrt(s);
+    const double s = sigma.size() == T_map_node.size() ? sigma[i] : 0.0;
+    const double known = 1.0 / std::sqrt(std::hypot(config.least_move, s));
     nodes.push_back(
         {T_map_node[i].translation(), T_new_node[i].translation(), known, turn, std::cos(turn), std::sin(turn)});
   }
