@@ -51,6 +51,10 @@ struct Keyframe {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();       ///< of T_map_base in map, in base's axes [m, m, rad]
   /// [rad] by which the session's heading may be off in the map that was lost, by the gyro; pi: nothing is known
   double heading_tolerance = std::numbers::pi;
+  /// What moves with the robot, as far as is known by now: counterclockwise about T_base_lidar. The points have none of
+  /// it, those of older keyframes may.
+  BodyShape body;
+  double body_margin = 0.0;  ///< [m] by which a point of it may lie beside it
   int size = 0;
   std::array<Point, LaserScan::kCapacity> storage;
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -55,6 +56,21 @@ struct LaserScan {
     return true;
   }
   bool isReturn(const Beam& beam) const { return beam.range >= range_min && beam.range <= range_max; }
+};
+
+/// Where the lidar sees the robot, or what the robot carries or tows.
+struct BodyShape {
+  std::array<std::uint16_t, 360> millimetres{};  ///< range by full degrees of a scan's bearings; 0: nothing there
+
+  int degrees() const;    ///< that it takes of the turn
+  double middle() const;  ///< [deg] of it, in (-180, 180]. @pre degrees() > 0
+  /// Of a lidar whose bearings grow the other way.
+  BodyShape mirrored() const;
+  /// What of it is not in another one.
+  BodyShape without(const BodyShape& other) const;
+  /// Whether a point lies on it. @param p_lidar [m] @param margin [m] by which it may lie beside it
+  bool holds(const Eigen::Vector2d& p_lidar, double margin) const;
+  friend bool operator==(const BodyShape&, const BodyShape&) = default;
 };
 
 }  // namespace slam

@@ -20,11 +20,14 @@ KeyframeSelector::KeyframeSelector(const FrontEndConfig& config, const FrontEndS
     : config_(config.keyframe),
       drift_config_(config.drift),
       T_base_lidar_(config.lidar.T_base_lidar),
+      upside_down_(config.lidar.upside_down),
       map_id_(start.map_id),
       first_keyframe_(start.first_keyframe),
       localise_only_(config.localise_only),
       next_keyframe_(start.first_keyframe),
-      origin_(start.in_known_map ? KeyframeOrigin::kLost : KeyframeOrigin::kContinued) {}
+      origin_(start.in_known_map ? KeyframeOrigin::kLost : KeyframeOrigin::kContinued) {
+  keyframe_.body_margin = config.intake.body.translation;  // a step
+}
 
 void KeyframeSelector::beginSession(KeyframeOrigin origin, double heading_tolerance) {
   keyframe_.heading_tolerance = heading_tolerance;
@@ -97,6 +100,7 @@ void KeyframeSelector::describe(const Cloud& cloud, const Pose2& T_map_base) {
   keyframe_.stamp = cloud.stamp;
   keyframe_.T_map_base = T_map_base;
   keyframe_.T_base_lidar = T_base_lidar_;
+  keyframe_.body = upside_down_ ? cloud.body.mirrored() : cloud.body;
   keyframe_.size = 0;
   for (const ScanPoint& point : cloud.points) {
     keyframe_.storage[static_cast<std::size_t>(keyframe_.size++)] = keyframePoint(point);

@@ -45,6 +45,7 @@ class KeyframeSelector {
   KeyframeConfig config_;
   DriftConfig drift_config_;
   Pose2 T_base_lidar_;
+  bool upside_down_;
   std::int32_t map_id_;
   int first_keyframe_;
   bool localise_only_;

@@ -46,6 +46,7 @@ const Cloud& Preprocessor::process(const LaserScan& recorded, const SensorIntake
   const Timestamp first = taken.first;
   const LaserScan& scan = interpreter_.interpret(recorded, taken, odometry);
   cloud_.scan = &scan;
+  cloud_.body = interpreter_.leftOut();
   const Sweep sweep = sweepOf(scan, first);
   cloud_.stamp = sweep.begin + std::chrono::duration_cast<Duration>(scan_moment_ * (sweep.end - sweep.begin));
   filter.fillHistory(sweep.begin, sweep.end, history_);

@@ -19,6 +19,7 @@ struct Cloud {
   MatchConfig match;                ///< settings for these points
   VisibilityTally walls;            ///< as DynamicPointFilter::walls()
   const LaserScan* scan = nullptr;  ///< as it was interpreted
+  BodyShape body;                   ///< what is left out as moving with the robot, by the scan's bearings
 };
 
 /// Makes a scan's beams points: interpreted, deskewed to the middle of the turn, within the limits of range, with

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/pose_covariance.hpp"
 
@@ -77,6 +78,17 @@ void KeyframeGraph::gather(int newest, int oldest, double length, int limit, Sca
   if (points.size() <= most) return;
   for (std::size_t i = 0; i < most; ++i) points[i] = points[i * points.size() / most];
   points.resize(most);
+}
+
+std::shared_ptr<const StoredScan> KeyframeGraph::scanWithout(int id, const BodyShape& body, double margin) const {
+  const PointTransform T_lidar_base(scan(id)->T_base_lidar.inverse());
+  const auto lies = [&](const Keyframe::Point& point) {
+    return body.holds(T_lidar_base * Eigen::Vector2d(point.x, point.y), margin);
+  };
+  if (std::none_of(scan(id)->points.begin(), scan(id)->points.end(), lies)) return scan(id);
+  auto rest = std::make_shared<StoredScan>(*scan(id));
+  std::erase_if(rest->points, lies);
+  return rest;
 }
 
 void KeyframeGraph::truncate(int count) {

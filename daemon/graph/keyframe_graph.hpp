@@ -2,6 +2,7 @@
 #pragma once
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/keyframe.hpp"
@@ -39,6 +40,13 @@ class KeyframeGraph {
   void gather(int newest, int oldest, double length, int limit, ScanPoints& points) const;
   /// Adds the keyframes to a reference in map.
   void addTo(Reference& reference, std::span<const int> ids) const;
+  /// A keyframe's scan without the points that lie on what moves with the robot; where none does, the same one.
+  /// @param body   counterclockwise about the lidar
+  /// @param margin [m] by which they may lie beside it
+  std::shared_ptr<const StoredScan> scanWithout(int id, const BodyShape& body, double margin) const;
+  void setScan(int id, std::shared_ptr<const StoredScan> scan) {
+    scans_[static_cast<std::size_t>(id)] = std::move(scan);
+  }
   /// Forgets the keyframes from id `count` on. Only where no edge was added since.
   void truncate(int count);
 

@@ -31,6 +31,14 @@ void Mapper::draw(const Drawn& drawn) {
 }
 
 void Mapper::add(const MapScan& scan) {
+  if (Drawn* known = scan.id < 0 ? nullptr : drawnScan(scan.id)) {
+    known->scan = scan.scan;
+    known->T_map_keyframe = scan.T_map_base;
+    known->stale = true;
+    keepLate();
+    redraw_ = Redraw{};
+    return;
+  }
   Drawn drawn{scan.id, {}, scan.scan, nullptr, scan.T_map_base, scan.T_map_base, {}};
   draw(drawn);
   if (scan.id < 0) return;
@@ -47,6 +55,14 @@ void Mapper::add(const MapView& view) {
   } else {
     keep(std::move(drawn));
   }
+}
+
+/// Looked for from the newest one, near which it is, or nullptr.
+Mapper::Drawn* Mapper::drawnScan(int keyframe) {
+  for (auto drawn = drawn_.rbegin(); drawn != drawn_.rend(); ++drawn) {
+    if (drawn->scan && drawn->keyframe <= keyframe) return drawn->keyframe == keyframe ? &*drawn : nullptr;
+  }
+  return nullptr;
 }
 
 /// Where a view goes that takes another one's place, or nullptr.
@@ -112,6 +128,7 @@ void Mapper::forgetBefore(int keyframe) {
 }
 
 bool Mapper::hasMoved(const Drawn& drawn) const {
+  if (drawn.stale) return true;
   const Pose2 change = between(drawn.T_map_base_drawn, drawn.T_map_base());
   return std::hypot(change.x, change.y) + kLever * std::abs(change.theta) > kTolerance * config_.resolution;
 }
@@ -169,6 +186,7 @@ void Mapper::finishRedraw() {
   for (Moved& moved : redraw_->moved) {
     drawn_[moved.index].T_map_base_drawn = moved.T_map_base;
     drawn_[moved.index].tiles = std::move(moved.tiles);
+    drawn_[moved.index].stale = false;
   }
   redraw_.reset();
   keepLate();

@@ -54,6 +54,7 @@ class Mapper {
  public:
   explicit Mapper(const OccupancyGridConfig& config = {}) : configured_(config), config_(config), grid_(config) {}
 
+  /// Of a keyframe that is drawn already, whose scan has lost points, the new scan takes the place of the old one.
   void add(const MapScan& scan);
   void add(const MapView& view);
   /// @param T_map_base new poses by keyframe id; further ones stay
@@ -85,6 +86,7 @@ class Mapper {
     std::shared_ptr<const DepthView> view;
     Pose2 T_map_keyframe, T_map_base_drawn;
     std::vector<TileIndex> tiles;  // touched where it is drawn
+    bool stale = false;            // what is drawn is another scan
 
     Pose2 T_map_base() const { return T_map_keyframe * T_keyframe_base; }
     void drawInto(OccupancyGrid& grid, const Pose2& T_map_base) const;
@@ -106,6 +108,7 @@ class Mapper {
   void draw(const Drawn& drawn);
   void keep(Drawn drawn);
   void keepLate();
+  Drawn* drawnScan(int keyframe);
   std::size_t* placeOf(const Drawn& view);
   int examine(int scans);
   void preparePatch();

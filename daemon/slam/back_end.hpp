@@ -29,7 +29,8 @@ class BackEnd {
   void add(const Keyframe& keyframe, bool may_correct = true);
 
   /// What the keyframe or refresh just added gives the Mapper to draw, at its pose as known now: nothing while the
-  /// robot is lost or in a map that is only given, the whole session when it has been found.
+  /// robot is lost or in a map that is only given, the whole session when it has been found. Also keyframes that were
+  /// drawn, but whose points have become fewer.
   std::vector<MapScan> mapScans(const Keyframe& keyframe) const;
   /// The same of a depth image.
   std::optional<MapView> mapView(const DepthObservation& sight) const;
@@ -40,7 +41,7 @@ class BackEnd {
 
   const KeyframeMap& map() const { return map_; }
   const KeyframeGraph& keyframes() const { return map_.keyframes; }
-  /// Counts up whenever poses of known keyframes changed.
+  /// Counts up whenever poses or points of known keyframes changed.
   int generation() const { return map_.generation; }
   /// Whether the front end's reference holds a keyframe, once all corrections have reached it.
   bool inReference(int id) const { return map_.inReference(id); }
@@ -58,7 +59,8 @@ class BackEnd {
   ReferenceSelector reference_;
   SessionTracker session_;
   std::unique_ptr<MapPolicy> policy_;
-  int first_placed_ = 0;  // keyframe that the last add() put into the map; those behind it, too
+  int first_placed_ = 0;   // keyframe that the last add() put into the map; those behind it, too
+  int first_cleared_ = 0;  // keyframe that the last add() took points from; so from those behind it
   int keyframes_ = 0, placed_ = 0, begun_anew_ = 0;
 };
 

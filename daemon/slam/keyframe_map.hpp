@@ -39,8 +39,11 @@ struct KeyframeMap {
   std::vector<ReferenceKeyframe> in_reference;  ///< those of the front end's reference, by id
   int given = 0;                                ///< keyframes of the stored map that this goes on in
   int first_in_map = 0;                         ///< the ones before are forgotten
-  int generation = 0;                           ///< counts up whenever poses of known keyframes changed
+  int generation = 0;                           ///< counts up whenever poses or points of known keyframes changed
   std::optional<ProvisionalJoin> join;          ///< of the newest session
+  BodyShape body;                               ///< what moves with the robot, as far as it is known
+  int cleared = 0;                              ///< the scans of keyframes before it were looked through for it
+  bool reference_cleared = true;                ///< so was the front end's reference
 
   /// Goes on in a stored map. Before anything is added.
   void load(KeyframeGraph map, std::vector<char> known) {
@@ -60,9 +63,33 @@ struct KeyframeMap {
     in_map.push_back(0);
     in_reference = {{keyframe.id, keyframe.T_map_base}};
   }
+  /// Takes what turns out to move with the robot out of the scans of this run. It was there from the first one on: what
+  /// some of them do not show is a wall that a robot drives along, or was put on later.
+  /// @return first of their ids; size() where there are none
+  int leaveOut(const Keyframe& known) {
+    const BodyShape found = known.body.without(body);
+    body = known.body;
+    std::vector<std::shared_ptr<const StoredScan>> scans;
+    if (found.degrees() > 0) {
+      for (int id = newest(); id >= given; --id) {
+        scans.push_back(keyframes.scanWithout(id, found, known.body_margin));
+        if (id >= cleared && scans.back() == keyframes.scan(id)) return keyframes.size();
+      }
+    }
+    if (scans.empty()) return keyframes.size();
+    for (int id = given; id <= newest(); ++id) {
+      keyframes.setScan(id, std::move(scans.back()));
+      scans.pop_back();
+    }
+    cleared = keyframes.size();
+    reference_cleared = false;
+    ++generation;
+    return given;
+  }
   /// Forgets all but the map that was loaded.
   void truncate() {
     keyframes.truncate(given);
+    cleared = given;
     in_map.resize(static_cast<std::size_t>(given));
     std::erase_if(in_reference, [this](const ReferenceKeyframe& keyframe) { return keyframe.id >= given; });
   }

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "core/pose2.hpp"
+#include "core/scan.hpp"
 #include "frontend/front_end_config.hpp"
-#include "frontend/interpreter/body_watch.hpp"
 #include "graph/keyframe_graph.hpp"
 #include "mapping/mapper.hpp"
 #include "mapping/occupancy_grid.hpp"

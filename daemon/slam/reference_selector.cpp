@@ -15,6 +15,7 @@ void ReferenceSelector::renew(KeyframeMap& map, int anchor, std::int32_t session
   // Three thresholds, so that one keyframe after another does not renew it: what is known well must be in it, what has
   // become unknown must not, and what lies between comes along when it is renewed anyway.
   const Eigen::Vector2d robot = map.keyframes.pose(anchor).translation();
+  stale |= !map.reference_cleared;
   const auto variance = [&](double factor) { return std::pow(factor * config_.closure.active_sigma, 2); };
   std::vector<int> wanted;
   known_.clear();
@@ -47,6 +48,7 @@ void ReferenceSelector::renew(KeyframeMap& map, const Eigen::Vector2d& robot, st
   due_->keyframes.clear();
   for (const int id : ids) due_->keyframes.push_back({id, map.keyframes.pose(id), map.keyframes.scan(id)->covariance});
   map.in_reference = due_->keyframes;
+  map.reference_cleared = true;
   due_->newest = map.newest();
   ++made_;
 }

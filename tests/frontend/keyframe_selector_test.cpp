@@ -173,5 +173,18 @@ TEST(KeyframeSelector, AStepIsAsUncertainAsWhatToldItsWay) {
   EXPECT_NEAR(predicted, matched + EkfConfig{}.wheelTranslationVariance(4.0), 1e-7) << "and of the wheels";
 }
 
+TEST(KeyframeSelector, HandsOverWhatMovesWithTheRobotAsSeenFromAbove) {
+  for (const bool upside_down : {false, true}) {
+    FrontEndConfig config;
+    config.lidar.upside_down = upside_down;
+    Selected selected(config);
+    selected.cloud.body.millimetres[40] = 300;
+    const Keyframe* keyframe = selected.keep({});
+    EXPECT_EQ(keyframe->body.degrees(), 1);
+    EXPECT_NEAR(keyframe->body.middle(), upside_down ? -40.5 : 40.5, 1e-9);
+    EXPECT_GT(keyframe->body_margin, 0.0);
+  }
+}
+
 }  // namespace
 }  // namespace slam

@@ -155,5 +155,31 @@ TEST(KeyframeGraph, PutsKeyframesIntoAReferenceAtTheirPoses) {
   EXPECT_EQ(reference.nearest({-3.0, 0.0}, 0.1), nullptr);
 }
 
+TEST(KeyframeGraph, AScanLosesThePointsThatLieOnTheRobot) {
+  Keyframe keyframe;
+  keyframe.T_base_lidar = {0.1, 0.0, std::numbers::pi / 2};
+  const auto see = [&](double x, double y) {  // [m] in lidar
+    const Eigen::Vector2d p = keyframe.T_base_lidar * Eigen::Vector2d(x, y);
+    keyframe.storage[static_cast<std::size_t>(keyframe.size++)] = {.x = static_cast<float>(p.x()),
+                                                                   .y = static_cast<float>(p.y())};
+  };
+  see(-0.3, 0.0);
+  see(2.0, 1.0);
+  see(-0.3, 0.05);
+  see(-0.5, 0.0);
+  KeyframeGraph keyframes;
+  keyframes.add(keyframe);
+  BodyShape behind;
+  behind.millimetres[179] = behind.millimetres[180] = 300;
+  const auto rest = keyframes.scanWithout(0, behind, 0.1);
+  ASSERT_EQ(rest->points.size(), 2U);
+  EXPECT_EQ(rest->points[0].x, keyframe.storage[1].x);
+  EXPECT_EQ(rest->points[1].x, keyframe.storage[3].x);
+  EXPECT_EQ(rest->T_base_lidar, keyframe.T_base_lidar);
+  EXPECT_EQ(keyframes.scan(0)->points.size(), 4U) << "whoever holds the old one keeps it";
+  keyframes.setScan(0, rest);
+  EXPECT_EQ(keyframes.scanWithout(0, behind, 0.1), rest) << "the same one";
+}
+
 }  // namespace
 }  // namespace slam

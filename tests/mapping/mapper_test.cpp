@@ -436,5 +436,26 @@ TEST_F(MapperTest, RedrawsWhatMovedOrOnlyTurnedByMoreThanAFifthOfACell) {
   }
 }
 
+TEST_F(MapperTest, AKeyframeThatLostPointsIsDrawnAnew) {
+  for (int calls = 0; calls < 40; calls += 3) {  // in the middle of drawing, too
+    scans.clear();
+    Mapper mapper(kConfig);
+    fill(mapper, 20);
+    mapper.move(disturbed());
+    for (int i = 0; i < calls; ++i) mapper.work(1);
+    for (const std::size_t id : {7U, 8U}) {
+      auto rest = std::make_shared<StoredScan>(*scans[id].scan);
+      rest->points.resize(rest->points.size() / 2);
+      scans[id].scan = rest;
+      mapper.add(scans[id]);
+    }
+    fill(mapper, 1);
+    finish(mapper, 1);
+    EXPECT_EQ(mapper.keyframes(), 21);
+    ASSERT_TRUE(differences(mapper.grid(), drawnFresh()).empty()) << calls;
+    EXPECT_FALSE(mapper.work(1)) << "it is done";
+  }
+}
+
 }  // namespace
 }  // namespace slam

@@ -331,5 +331,32 @@ TEST(BackEnd, JoinsThemOnlyInTheDirectionsThatTheMatchSaw) {
   EXPECT_NEAR(across.dot(partly->information * across), 1.0 / (0.02 * 0.02), 1.0);
 }
 
+TEST(BackEnd, WhatTurnsOutToBeTheRobotLeavesMapAndReference) {
+  Session session(test::furnishedRoom());
+  const auto look = [&](int step, const BodyShape& known) {
+    Keyframe keyframe = session.drive.at({0.2 * step, 0.0, 0.0}, kSharp);
+    if (known.degrees() == 0) keyframe.storage[static_cast<std::size_t>(keyframe.size++)] = {.x = -0.3F, .y = 0.0F};
+    keyframe.body = known;
+    keyframe.body_margin = 0.1;
+    session.add(keyframe);
+    return session.back_end->mapScans(keyframe);
+  };
+  EXPECT_EQ(look(0, {}).size(), 1U);
+  const auto second = look(1, {});
+  ASSERT_EQ(second.size(), 1U);
+  EXPECT_FALSE(session.correction);
+  BodyShape casing;
+  casing.millimetres[180] = 300;
+  const auto third = look(2, casing);
+  ASSERT_EQ(third.size(), 3U) << "all are to be drawn";
+  EXPECT_EQ(third[1].id, 1);
+  EXPECT_EQ(third[1].scan->points.size(), second[0].scan->points.size() - 1);
+  EXPECT_EQ(session.inReference(), (std::set<int>{0, 1, 2}));
+  ASSERT_TRUE(session.correction);
+  session.correction.reset();
+  EXPECT_EQ(look(3, casing).size(), 1U);
+  EXPECT_FALSE(session.correction) << "once";
+}
+
 }  // namespace
 }  // namespace slam

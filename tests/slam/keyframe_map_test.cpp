@@ -99,5 +99,89 @@ TEST_F(KeyframeMapTest, AnUndoneJoinLeavesTheSessionsOwnEdges) {
   EXPECT_FALSE(map.undoJoin());
 }
 
+/// Keyframes of a robot whose casing lies 0.3 m behind its lidar.
+class CasedRobotTest : public KeyframeMapTest {
+ protected:
+  CasedRobotTest() { casing.millimetres[179] = casing.millimetres[180] = 300; }
+
+  Keyframe& next(bool shows_casing) {
+    keyframe = drive.at({0.1 * map.keyframes.size(), 0.0, 0.0}, kStep);
+    if (shows_casing) keyframe.storage[static_cast<std::size_t>(keyframe.size++)] = {.x = -0.3F, .y = 0.0F};
+    keyframe.body_margin = 0.1;
+    return keyframe;
+  }
+  /// @return first keyframe that lost points to what is known with the next one
+  int know(const BodyShape& body) {
+    next(false).body = body;
+    const int first = map.leaveOut(keyframe);
+    map.add(keyframe, true);
+    return first;
+  }
+  std::size_t points(int id) const { return map.keyframes.scan(id)->points.size(); }
+
+  Keyframe keyframe;
+  BodyShape casing;
+};
+
+TEST_F(CasedRobotTest, WhatTurnsOutToBeTheRobotLeavesTheScansSinceTheFirst) {
+  map.add(next(true), true);
+  map.add(next(true), true);
+  const std::size_t before = points(0);
+  EXPECT_EQ(know({}), 2);
+  EXPECT_EQ(points(0), before);
+  EXPECT_EQ(map.generation, 0);
+
+  KeyframeMap cased;
+  std::swap(cased, map);
+  drive = test::KeyframeDrive(test::furnishedRoom());
+  map.add(next(true), true);
+  map.add(next(true), true);
+  EXPECT_EQ(know(casing), 0);
+  EXPECT_EQ(points(0), before - 1);
+  EXPECT_EQ(points(1), cased.keyframes.scan(1)->points.size() - 1);
+  EXPECT_EQ(map.generation, 1) << "it is drawn and stored anew";
+  EXPECT_FALSE(map.reference_cleared) << "the front end has it still";
+  EXPECT_EQ(know(casing), 3) << "it is known already";
+  EXPECT_EQ(map.generation, 1);
+}
+
+TEST_F(CasedRobotTest, WhatTheFirstScansDidNotShowStays) {  // a wall that it drives along, or a cart that came later
+  map.add(next(false), true);
+  map.add(next(true), true);
+  const std::size_t before = points(1);
+  EXPECT_EQ(know(casing), 2);
+  EXPECT_EQ(points(1), before);
+  EXPECT_EQ(map.generation, 0);
+}
+
+TEST_F(CasedRobotTest, MoreOfItIsLookedForBehindTheScansThatLostAPart) {
+  BodyShape side;
+  side.millimetres[90] = 300;
+  const Keyframe::Point beside{.x = 0.0F, .y = 0.3F};
+  for (const bool shows_casing : {true, false}) {  // the second was made when the casing behind was known
+    Keyframe& made = next(shows_casing);
+    made.storage[static_cast<std::size_t>(made.size++)] = beside;
+    if (!shows_casing) made.body = casing;
+    EXPECT_EQ(map.leaveOut(made), 0);
+    map.add(made, true);
+  }
+  const std::size_t before = points(1);
+  casing.millimetres[90] = 300;
+  EXPECT_EQ(know(casing), 0);
+  EXPECT_EQ(points(1), before - 1);
+}
+
+TEST_F(CasedRobotTest, AStoredMapStaysAsItIs) {
+  map.add(next(true), true);
+  KeyframeMap stored;
+  stored.load(map.keyframes, {1});
+  std::swap(map, stored);
+  const std::size_t before = points(0);
+  next(true).id = 1;
+  map.begin(keyframe);
+  EXPECT_EQ(know(casing), 1);
+  EXPECT_EQ(points(0), before);
+}
+
 }  // namespace
 }  // namespace slam

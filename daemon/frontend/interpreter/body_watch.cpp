@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "frontend/interpreter/bearing_bins.hpp"
 
@@ -95,8 +96,8 @@ bool BodyWatch::compare(const PointTransform& T_seen_now, const PointTransform& 
 }
 
 void BodyWatch::judge(bool moved) {
-  shape_ = {};
-  left_out_ = 0;
+  shape_ = left_out_ = {};
+  leaves_out_ = false;
   for (int bin = 0; bin < bins(); ++bin) {
     const auto i = static_cast<std::size_t>(bin);
     std::int8_t& steps = steps_[i];
@@ -110,8 +111,11 @@ void BodyWatch::judge(bool moved) {
     } else if (steps > 0 && now_[i] > body_[i] + tolerance()) {
       steps = static_cast<std::int8_t>(std::max(0, steps - config_.passed));
     }
-    left_out_ += steps >= config_.enough;
-    if (steps >= config_.sure) shape_.millimetres[i / 2] = static_cast<std::uint16_t>(std::lround(1000.0F * body_[i]));
+    const auto range = static_cast<std::uint16_t>(std::lround(1000.0F * body_[i]));
+    if (steps < config_.enough) continue;
+    leaves_out_ = true;
+    left_out_.millimetres[i / 2] = range;
+    if (steps >= config_.sure) shape_.millimetres[i / 2] = range;
   }
 }
 
@@ -126,7 +130,7 @@ bool BodyWatch::allStayedAround(int bin) const {
 }
 
 bool BodyWatch::isBody(const Beam& beam) const {
-  if (left_out_ == 0) return false;
+  if (!leaves_out_) return false;
   const int bin = binOf(beam.bearing);
   for (int k = -2; k <= 2; ++k) {
     const auto i = static_cast<std::size_t>(wrapped(bin + k));
@@ -141,22 +145,9 @@ void BodyWatch::begin(const BodyShape& shape) {
     if (range == 0) continue;
     body_[i] = 0.001F * range;
     steps_[i] = static_cast<std::int8_t>(config_.sure);
-    ++left_out_;
+    leaves_out_ = true;
   }
-  shape_ = shape;
-}
-
-int BodyShape::degrees() const {
-  return static_cast<int>(std::count_if(millimetres.begin(), millimetres.end(), [](auto range) { return range > 0; }));
-}
-
-double BodyShape::middle() const {
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  for (std::size_t i = 0; i < millimetres.size(); ++i) {
-    const double bearing = (static_cast<double>(i) + 0.5) * std::numbers::pi / 180.0;
-    if (millimetres[i] > 0) sum += Eigen::Vector2d(std::cos(bearing), std::sin(bearing));
-  }
-  return std::atan2(sum.y(), sum.x()) * 180.0 / std::numbers::pi;
+  shape_ = left_out_ = shape;
 }
 
 }  // namespace slam

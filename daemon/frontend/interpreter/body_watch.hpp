@@ -2,7 +2,6 @@
 #pragma once
 #include <array>
 #include <cstdint>
-#include <numbers>
 #include <optional>
 #include <span>
 
@@ -25,15 +24,6 @@ struct BodyWatchConfig {
   int sure = 12;                   ///< ... and until the bearing is reported and stored; more are not counted
   double follow = 0.3;             ///< [1] that its range follows the newest one
   int passed = 2;                  ///< steps that one takes back in which a beam goes past the place
-};
-
-/// Where the lidar sees the robot, or what the robot carries or tows.
-struct BodyShape {
-  std::array<std::uint16_t, 360> millimetres{};  ///< range by full degrees of a scan's bearings; 0: nothing there
-
-  int degrees() const;    ///< that it takes of the turn
-  double middle() const;  ///< [deg] of it, in (-180, 180]. @pre degrees() > 0
-  friend bool operator==(const BodyShape&, const BodyShape&) = default;
 };
 
 /// Finds what moves with the robot. Where wheels and gyro report motion, the world must be seen from another place: a
@@ -59,6 +49,8 @@ class BodyWatch {
 
   /// What is sure.
   const BodyShape& shape() const { return shape_; }
+  /// What is left out, sure or not.
+  const BodyShape& leftOut() const { return left_out_; }
   /// Goes on with what another run was sure of; the first steps may refute it.
   void begin(const BodyShape& shape);
 
@@ -87,9 +79,9 @@ class BodyWatch {
   std::array<std::int8_t, 720> steps_{};
   std::array<bool, 720> stayed_{};
   std::array<Eigen::Vector2d, 720> directions_;  // of the bins, in the lidar's frame
-  int left_out_ = 0;                             // bins whose beams are left out
   int spacing_ = 2;                              // [bins] in which there is a beam on either side, at least
-  BodyShape shape_;
+  BodyShape shape_, left_out_;
+  bool leaves_out_ = false;  // there is something in left_out_
 };
 
 }  // namespace slam

@@ -32,6 +32,8 @@ class ScanInterpreter {
   /// By beam of the newest scan: it looked, and nothing came back from within the limits.
   std::span<const bool> open() const { return std::span(open_).first(static_cast<std::size_t>(scan_.size)); }
   const BodyShape& body() const { return body_.shape(); }
+  /// What moves with the robot as far as the newest scan's beams are left out for it.
+  const BodyShape& leftOut() const { return body_.leftOut(); }
   std::span<const float> noReturnCodes() const { return codes_.codes(); }
   const RangeNoiseWatch& rangeNoise() const { return noise_; }
   /// The beams carry no times though the lidar measures them one after the other.

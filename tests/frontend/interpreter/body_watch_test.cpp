@@ -60,6 +60,8 @@ TEST(BodyWatch, OneStepIsEnoughWhereManyNeighboursStay) {
   watch.add(robot.look({0.12, 0.0, 0.0}), kLimits, {0.12, 0.0, 0.0});
   EXPECT_GE(bodyBeams(watch, robot.look({0.12, 0.0, 0.0})), 30);
   EXPECT_EQ(watch.shape().degrees(), 0) << "not sure yet";
+  EXPECT_NEAR(watch.leftOut().degrees(), 38, 4) << "but left out";
+  EXPECT_NEAR(std::abs(watch.leftOut().middle()), 180.0, 3.0);
 }
 
 TEST(BodyWatch, AWallBesideTheRobotIsNone) {  // whose range stays as long as the robot drives along it
