@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/pose_covariance.hpp"
 #include "frontend/map_correction.hpp"
 #include "graph/keyframe_graph.hpp"
 
@@ -94,6 +95,16 @@ struct KeyframeMap {
     std::erase_if(in_reference, [this](const ReferenceKeyframe& keyframe) { return keyframe.id >= given; });
   }
 
+  /// The poses from keyframe `first` on, known so far from the session's own beginning, are as uncertain in map as the
+  /// keyframe that it was joined at makes them.
+  void addUncertaintyOf(int joined_at, int first) {
+    for (int id = first; id < keyframes.size(); ++id) {
+      auto scan = std::make_shared<StoredScan>(*keyframes.scan(id));
+      const Pose2 T_joined_id = between(keyframes.pose(joined_at), keyframes.pose(id));
+      scan->covariance += carried(keyframes.scan(joined_at)->covariance, T_joined_id);
+      keyframes.setScan(id, std::move(scan));
+    }
+  }
   /// The session from keyframe `first` on is part of the map.
   void take(int first) {
     std::fill(in_map.begin() + first, in_map.end(), 1);

@@ -68,6 +68,7 @@ void GrowingMap::place(const Relocalisation::Found& found, const SessionTracker&
          .T_from_to = between(map_.keyframes.pose(nearest), found.T_map_newest),
          .information = closureInformation(found.match, closure.translation_sigma, closure.rotation_sigma),
          .kind = EdgeKind::kLoopClosure});
+    map_.addUncertaintyOf(nearest, session.first());
   }
   reference_.renew(map_, newest, session.number(), true);
 }

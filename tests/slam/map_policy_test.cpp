@@ -30,8 +30,11 @@ struct Parts {
   }
   /// Begins one, which is found at once.
   void findSession(const Pose2& T_map_base) {
-    const int id = beginSession(1).id;
-    map.keyframes.graph().setPose(id, T_map_base);
+    beginSession(1);
+    placeSession(T_map_base);
+  }
+  void placeSession(const Pose2& T_map_base) {
+    map.keyframes.graph().setPose(map.newest(), T_map_base);
     Relocalisation::Found found{T_map_base, {}};
     found.match.T_ref_base = T_map_base;
     found.match.directions.setIdentity();
@@ -104,6 +107,28 @@ TEST(GrowingMap, TiesAFoundSessionToTheMapWhereItIs) {
   ASSERT_TRUE(correction);
   EXPECT_EQ(correction->session, 1);
   EXPECT_EQ(correction->keyframes.size(), 9U);
+}
+
+TEST(GrowingMap, AFoundSessionIsAsUncertainAsTheMapWhereItWasJoined) {
+  Parts parts(false);
+  auto joined_at = std::make_shared<StoredScan>(*parts.map.keyframes.scan(3));
+  parts.map.keyframes.graph().setPose(3, {0.6, 0.0, 0.0});
+  joined_at->covariance = Eigen::Vector3d(4e-4, 1e-4, 1e-2).asDiagonal();
+  parts.map.keyframes.setScan(3, std::move(joined_at));
+  const Eigen::Matrix3d in_session = Eigen::Vector3d(1e-6, 2e-6, 3e-6).asDiagonal();
+  parts.beginSession(1);
+  auto scan = std::make_shared<StoredScan>(*parts.map.keyframes.scan(8));
+  scan->covariance = in_session;
+  parts.map.keyframes.setScan(8, std::move(scan));
+  parts.placeSession({0.6, 0.1, 0.0});
+  const Eigen::Matrix3d in_map = parts.map.keyframes.scan(8)->covariance;
+  EXPECT_NEAR(in_map(0, 0), 1e-6 + 4e-4 + 0.1 * 0.1 * 1e-2, 1e-12) << "its heading moves what lies beside it";
+  EXPECT_NEAR(in_map(1, 1), 2e-6 + 1e-4, 1e-12);
+  EXPECT_NEAR(in_map(2, 2), 3e-6 + 1e-2, 1e-12);
+  const auto correction = parts.reference.take();
+  ASSERT_TRUE(correction);
+  EXPECT_EQ(correction->keyframes.back().id, 8);
+  EXPECT_EQ(correction->keyframes.back().covariance, in_map) << "the front end is told";
 }
 
 TEST(GrowingMap, ARobotLostSoonLeavesTheMapAsItWas) {
