@@ -82,7 +82,7 @@ trust_judge() { # trust_judge OUT TRUTH ALIGN [option of slam-eval trust ...]; A
   shift 3
   "$bin/slam-eval" trust "$out.csv" "$truth" --json ${align:+"$align"} "$@" >"$out.trust"
   "$bin/slam-eval" ate "$out.causal" "$truth" --json ${align:+"$align"} >"$out.ate"
-  "$bin/slam-eval" ate "$out.odometry" "$truth" --json >"$out.drift"
+  "$bin/slam-eval" ate "$out.odometry" "$truth" --json ${align:+"$align"} >"$out.drift"
   tr -d '\n' <"$out.stats" >"$out.one"
   echo "$(trust_value rmse_m "$out.ate") $(trust_value sure_and_wrong "$out.trust")" \
     "$(trust_value needlessly_lost "$out.trust") $(trust_value noticed_s "$out.trust")" \
