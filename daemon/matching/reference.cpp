@@ -19,7 +19,7 @@ Reference::Grid::Grid(double cell, double radius, double extent)
   const auto side = std::bit_ceil(static_cast<unsigned>(std::ceil(extent / cell)));
   mask = static_cast<int>(side) - 1;
   shift = std::countr_zero(side);
-  cells_.reset(static_cast<std::int32_t*>(std::calloc(static_cast<std::size_t>(side) * side, sizeof(std::int32_t))));
+  cells_.reset(static_cast<Id*>(std::calloc(static_cast<std::size_t>(side) * side, sizeof(Id))));
   if (!cells_) throw std::bad_alloc();
   blocks_ = std::max(1, static_cast<int>(side >> kBlockShift));
   touched_.assign(static_cast<std::size_t>(blocks_ * blocks_), 0);
@@ -61,7 +61,7 @@ void Reference::Grid::forget(std::span<const Surfel> surfels, const Eigen::Vecto
     const int row = static_cast<int>(block) / blocks_, column = static_cast<int>(block) % blocks_;
     if (!touched_[block] || (stays(column, before.x(), now.x()) && stays(row, before.y(), now.y()))) continue;
     for (int r = row * side; r < (row + 1) * side; ++r) {
-      for (std::int32_t& id : std::span(&at(column * side, r), static_cast<std::size_t>(side))) {
+      for (Id& id : std::span(&at(column * side, r), static_cast<std::size_t>(side))) {
         if (surfels[static_cast<std::size_t>(id)].observations == 0.0F) id = kNone;
       }
     }
@@ -69,8 +69,8 @@ void Reference::Grid::forget(std::span<const Surfel> surfels, const Eigen::Vecto
 }
 
 void Reference::Grid::takeMemory() {
-  const std::size_t page = 1024, size = static_cast<std::size_t>(mask + 1) << shift;  // [cells]; a page is no smaller
-  volatile std::int32_t* const cells = cells_.get();
+  const std::size_t page = 2048, size = static_cast<std::size_t>(mask + 1) << shift;  // [cells]; a page is no smaller
+  volatile Id* const cells = cells_.get();
   for (std::size_t i = 0; i < size; i += page) cells[i] = cells[i];
   cells[size - 1] = cells[size - 1];  // the first cell need not begin a page
 }
@@ -81,8 +81,9 @@ Reference::Reference(const ReferenceConfig& config)
       coarse_(config.coarse_cell, config.coarse_radius, config.extent),
       half_extent_(0.5 * std::min((fine_.mask + 1) * config.fine_cell, (coarse_.mask + 1) * config.coarse_cell) -
                    config.coarse_radius) {
-  surfels_.reserve(static_cast<std::size_t>(config.max_surfels) + 1);
-  free_.reserve(static_cast<std::size_t>(config.max_surfels));
+  config_.max_surfels = std::min(config.max_surfels, ReferenceConfig{}.max_surfels);
+  surfels_.reserve(static_cast<std::size_t>(config_.max_surfels) + 1);
+  free_.reserve(static_cast<std::size_t>(config_.max_surfels));
   surfels_.emplace_back();
 }
 
@@ -118,14 +119,14 @@ void Reference::recentre(const Eigen::Vector2d& centre) {
     Surfel& surfel = surfels_[i];
     if (surfel.observations == 0.0F || covers({surfel.x, surfel.y})) continue;
     surfel.observations = 0.0F;
-    free_.push_back(static_cast<std::int32_t>(i));
+    free_.push_back(static_cast<Id>(i));
     --count_;
   }
   for (Grid* grid : {&fine_, &coarse_}) grid->forget(surfels_, before, centre_, within);
   for (std::size_t i = 0; i < surfels_.size(); ++i) {
     if (surfels_[i].observations == 0.0F || !isBeside(surfels_[i])) continue;
-    enter(fine_, static_cast<std::int32_t>(i));
-    enter(coarse_, static_cast<std::int32_t>(i));
+    enter(fine_, static_cast<Id>(i));
+    enter(coarse_, static_cast<Id>(i));
   }
 }
 
@@ -152,7 +153,7 @@ double Reference::freeSpaceViolation(const Pose2& T_ref_base, const RangeImage& 
 }
 
 bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point) {
-  const std::int32_t id = fine_.at(p);
+  const Id id = fine_.at(p);
   if (id == kNone) return false;
   Surfel& surfel = surfels_[static_cast<std::size_t>(id)];
   const Eigen::Vector2d n(surfel.nx, surfel.ny), d = p - Eigen::Vector2d(surfel.x, surfel.y);
@@ -185,12 +186,12 @@ bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, c
 }
 
 void Reference::insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point) {
-  std::int32_t id = kNone;
+  Id id = kNone;
   if (!free_.empty()) {
     id = free_.back();
     free_.pop_back();
   } else if (static_cast<int>(surfels_.size()) <= config_.max_surfels) {
-    id = static_cast<std::int32_t>(surfels_.size());
+    id = static_cast<Id>(surfels_.size());
     surfels_.emplace_back();
   } else {
     return;
@@ -207,12 +208,12 @@ void Reference::insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, 
   enter(coarse_, id);
 }
 
-void Reference::enter(Grid& grid, std::int32_t id) {
+void Reference::enter(Grid& grid, Id id) {
   const Surfel& surfel = surfels_[static_cast<std::size_t>(id)];
   const int column = grid.coordinate(surfel.x), row = grid.coordinate(surfel.y);
   const double cell = 1.0 / grid.inverse_cell;
   if (cell > config_.surfel_spacing) {  // one surfel a cell is as good as many
-    const std::int32_t there = grid.at(column, row);
+    const Id there = grid.at(column, row);
     const bool taken = there != kNone && there != id &&
                        grid.coordinate(surfels_[static_cast<std::size_t>(there)].x) == column &&
                        grid.coordinate(surfels_[static_cast<std::size_t>(there)].y) == row;
@@ -230,9 +231,9 @@ void Reference::enter(Grid& grid, std::int32_t id) {
   for (int i = -reach; i <= reach; ++i) {
     const double y = (row + i + 0.5) * cell, across = (surfel.y - y) * (surfel.y - y);
     const int half = grid.half_rows[static_cast<std::size_t>(i + reach)];
-    std::int32_t* const cells = &grid.at(0, row + i);
+    Id* const cells = &grid.at(0, row + i);
     for (int k = -half; k <= half; ++k) {
-      std::int32_t& occupant = cells[(column + k) & mask];
+      Id& occupant = cells[(column + k) & mask];
       if (occupant != kNone) {
         const Surfel& other = surfels[occupant];
         const auto& [x, along] = columns[k];

@@ -23,7 +23,7 @@ struct ReferenceConfig {
   double surfel_spacing = 0.05;  ///< [m] points closer than this along a wall are one surfel
   double merge_distance = 0.08;  ///< [m] and closer than this across it
   int max_observations = 100;    ///< weight of a surfel's past: more makes the reference stiffer
-  int max_surfels = 1 << 17;     ///< memory bound
+  int max_surfels = UINT16_MAX;  ///< memory bound: no more has an entry of the tables room for
   int fewest_in_sight = 20;      ///< surfels that tell a place
   double same_wall = 0.6;        ///< cosine: normals within 53 degrees may be one wall
 };
@@ -62,7 +62,7 @@ class Reference {
   /// @param reach [m] how far to look; beyond fine_radius the coarse table is asked too, and no further than its radius
   /// @return the surfel nearest to p, give or take half a cell of the table that answers, or nullptr
   const Surfel* nearest(const Eigen::Vector2d& p, double reach) const {
-    std::int32_t id = fine_.at(p);
+    Id id = fine_.at(p);
     if (id == kNone && reach > config_.fine_radius) id = coarse_.at(p);
     return id == kNone ? nullptr : &surfels_[static_cast<std::size_t>(id)];
   }
@@ -81,7 +81,8 @@ class Reference {
   const ReferenceConfig& config() const { return config_; }
 
  private:
-  static constexpr std::int32_t kNone = 0;  // a surfel that is always forgotten
+  using Id = std::uint16_t;       // of a surfel
+  static constexpr Id kNone = 0;  // one that is always forgotten
   struct Grid {
     double inverse_cell;         // [1/m]
     int mask;                    // side - 1, side a power of two
@@ -98,8 +99,8 @@ class Reference {
       const int positive = 1 << 28;        // [cells] truncation rounds down there
       return static_cast<int>(metres * inverse_cell + positive) - positive;
     }
-    std::int32_t& at(int column, int row) { return cells_[index(column, row)]; }
-    std::int32_t at(const Eigen::Vector2d& p) const { return cells_[index(coordinate(p.x()), coordinate(p.y()))]; }
+    Id& at(int column, int row) { return cells_[index(column, row)]; }
+    Id at(const Eigen::Vector2d& p) const { return cells_[index(coordinate(p.x()), coordinate(p.y()))]; }
     /// Before a disc is written around a cell.
     void touch(int column, int row);
     void clear();
@@ -115,21 +116,21 @@ class Reference {
     std::size_t index(int column, int row) const {
       return (static_cast<std::size_t>(row & mask) << shift) | static_cast<std::size_t>(column & mask);
     }
-    std::unique_ptr<std::int32_t[], Free> cells_;  // of zeroed pages, which are not there until they are written
-    int blocks_;                                   // to a side
-    std::vector<char> touched_;                    // blocks that clear() clears
+    std::unique_ptr<Id[], Free> cells_;  // of zeroed pages, which are not there until they are written
+    int blocks_;                         // to a side
+    std::vector<char> touched_;          // blocks that clear() clears
   };
 
   bool merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point);
   void insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point);
-  void enter(Grid& grid, std::int32_t id);
+  void enter(Grid& grid, Id id);
 
   ReferenceConfig config_;
   Grid fine_, coarse_;
   double half_extent_;
   Eigen::Vector2d centre_ = Eigen::Vector2d::Zero();
   std::vector<Surfel> surfels_;
-  std::vector<std::int32_t> free_;
+  std::vector<Id> free_;
   int count_ = 0;
   bool has_memory_ = false;  // all of it, from the system
 };

@@ -99,6 +99,23 @@ TEST(Reference, ForgetsWhatLeavesItsWindowAndKeepsTheRest) {
   EXPECT_TRUE(alias == nullptr || std::abs(alias->x - 3.0F) > 25.0F);
 }
 
+TEST(Reference, TakesNoMoreSurfelsThanItsTablesCanName) {
+  Reference reference({.max_surfels = 1 << 20});
+  const auto at = [](int i) { return Eigen::Vector2d(0.15 * (i % 280 - 140), 0.15 * (i / 280 - 140)); };
+  int added = 0;
+  for (int i = 0; i < 70000; ++i) {
+    const ScanPoint point = wallPoint(at(i).x(), at(i).y(), {1.0, 0.0});
+    added += reference.add({}, std::span(&point, 1));
+  }
+  EXPECT_EQ(added, 65535);
+  EXPECT_EQ(reference.size(), 65535);
+  for (const int i : {0, 1, 30000, 65534}) {
+    const Surfel* surfel = reference.nearest(at(i), 0.2);
+    ASSERT_NE(surfel, nullptr) << i;
+    EXPECT_LT((Eigen::Vector2d(surfel->x, surfel->y) - at(i)).norm(), 1e-4) << i;
+  }
+}
+
 TEST(Reference, AnswersInAWindowThatMovedAsOneThatWasBuiltThere) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> beside(-8.0, 8.0), step(-30.0, 30.0), turn(-3.0, 3.0);
