@@ -25,6 +25,7 @@ int runDaemon(const slam::Config& config) {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   std::signal(SIGPIPE, SIG_IGN);
   slam::limitLibraryStacks();
+  slam::shareOneHeap();
   try {
     slam::Supervisor supervisor(config);
     return supervisor.run();

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <malloc.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sstream>
@@ -58,6 +59,8 @@ void limitLibraryStacks() {
   pthread_setattr_default_np(&attributes);
   pthread_attr_destroy(&attributes);
 }
+
+void shareOneHeap() { mallopt(M_ARENA_MAX, 1); }
 
 std::string lockMemory() {
   rlimit limit{};

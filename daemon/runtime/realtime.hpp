@@ -26,6 +26,10 @@ constexpr std::size_t kThreadStack = 1 << 20;  ///< [bytes] of slamd's threads
 /// that exist when the memory is locked are locked whole.
 void limitLibraryStacks();
 
+/// Lets all threads allocate from one heap. glibc gives each thread that allocates a heap of its own, which keeps the
+/// most that this thread ever had; real-time threads do not allocate, so that none waits for another one's lock.
+void shareOneHeap();
+
 /// Locks the process's memory as far as its limit lets it. @return empty, or what is not locked and the fix
 std::string lockMemory();
 

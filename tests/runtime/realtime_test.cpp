@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "runtime/realtime.hpp"
 
+#include <barrier>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <linux/capability.h>
+#include <malloc.h>
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
@@ -11,6 +16,7 @@
 #include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
+#include <vector>
 
 #include "tools/files.hpp"
 
@@ -148,6 +154,34 @@ TEST(FifoRights, AreReadOfStatusAndControlGroup) {
   EXPECT_TRUE(rights.filtered);
   EXPECT_EQ(rights.group_runtime, 0);
   EXPECT_EQ(rights.group_file, "/sys/fs/cgroup/cpu/system.slice/slamd.service/cpu.rt_runtime_us");
+}
+
+/// Of this process, as glibc counts them.
+int heaps() {
+  char* text = nullptr;
+  std::size_t size = 0;
+  std::FILE* const file = open_memstream(&text, &size);
+  malloc_info(0, file);
+  std::fclose(file);
+  int count = 0;
+  for (const char* at = text; (at = std::strstr(at, "<heap nr=")) != nullptr; ++at) ++count;
+  std::free(text);
+  return count;
+}
+
+TEST(Heap, IsOneForAllThreads) {
+  shareOneHeap();
+  const int before = heaps();
+  std::vector<std::thread> threads;
+  std::barrier together(4);  // one that ends leaves its heap to the next
+  for (int i = 0; i < 4; ++i) {
+    threads.emplace_back([&] {
+      const std::vector<char> allocated(1000);
+      together.arrive_and_wait();
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(heaps(), before);
 }
 
 }  // namespace
