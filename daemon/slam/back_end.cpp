@@ -18,7 +18,8 @@ void BackEnd::load(KeyframeGraph map, const std::vector<char>& in_map) {
 }
 
 void BackEnd::add(const Keyframe& keyframe, bool may_correct) {
-  first_cleared_ = map_.leaveOut(keyframe);
+  const bool shown = draws(session_.number());
+  cleared_ = map_.leaveOut(keyframe) || (cleared_ && !shown);
   first_placed_ = map_.keyframes.size();
   if (!keyframe.refresh) {
     ++keyframes_;
@@ -72,7 +73,7 @@ std::vector<MapScan> BackEnd::mapScans(const Keyframe& keyframe) const {
   std::vector<MapScan> scans;
   if (!draws(keyframe.session)) return scans;
   if (keyframe.refresh) scans.push_back({-1, map_.poseOf(keyframe), std::make_shared<const StoredScan>(keyframe)});
-  for (int id = std::min(first_cleared_, first_placed_); id < map_.keyframes.size(); ++id) {
+  for (int id = cleared_ ? map_.given : first_placed_; id < map_.keyframes.size(); ++id) {
     if (id < first_placed_ && !map_.inMap(id)) continue;
     scans.push_back({id, map_.keyframes.pose(id), map_.keyframes.scan(id)});
   }

@@ -59,8 +59,8 @@ class BackEnd {
   ReferenceSelector reference_;
   SessionTracker session_;
   std::unique_ptr<MapPolicy> policy_;
-  int first_placed_ = 0;   // keyframe that the last add() put into the map; those behind it, too
-  int first_cleared_ = 0;  // keyframe that the last add() took points from; so from those behind it
+  int first_placed_ = 0;  // keyframe that the last add() put into the map; those behind it, too
+  bool cleared_ = false;  // the keyframes of this run have lost points since they were drawn
   int keyframes_ = 0, placed_ = 0, begun_anew_ = 0;
 };
 

@@ -66,18 +66,21 @@ struct KeyframeMap {
   }
   /// Takes what turns out to move with the robot out of the scans of this run. It was there from the first one on: what
   /// some of them do not show is a wall that a robot drives along, or was put on later.
-  /// @return first of their ids; size() where there are none
-  int leaveOut(const Keyframe& known) {
+  /// @return whether there was any
+  bool leaveOut(const Keyframe& known) {
     const BodyShape found = known.body.without(body);
     body = known.body;
     std::vector<std::shared_ptr<const StoredScan>> scans;
+    bool any = false;
     if (found.degrees() > 0) {
       for (int id = newest(); id >= given; --id) {
         scans.push_back(keyframes.scanWithout(id, found, known.body_margin));
-        if (id >= cleared && scans.back() == keyframes.scan(id)) return keyframes.size();
+        const bool shows = scans.back() != keyframes.scan(id);
+        if (id >= cleared && !shows) return false;
+        any |= shows;
       }
     }
-    if (scans.empty()) return keyframes.size();
+    if (!any) return false;
     for (int id = given; id <= newest(); ++id) {
       keyframes.setScan(id, std::move(scans.back()));
       scans.pop_back();
@@ -85,7 +88,7 @@ struct KeyframeMap {
     cleared = keyframes.size();
     reference_cleared = false;
     ++generation;
-    return given;
+    return true;
   }
   /// Forgets all but the map that was loaded.
   void truncate() {
