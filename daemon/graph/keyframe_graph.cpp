@@ -82,12 +82,11 @@ void KeyframeGraph::gather(int newest, int oldest, double length, int limit, Sca
 
 std::shared_ptr<const StoredScan> KeyframeGraph::scanWithout(int id, const BodyShape& body, double margin) const {
   const PointTransform T_lidar_base(scan(id)->T_base_lidar.inverse());
-  const auto lies = [&](const Keyframe::Point& point) {
-    return body.holds(T_lidar_base * Eigen::Vector2d(point.x, point.y), margin);
-  };
-  if (std::none_of(scan(id)->points.begin(), scan(id)->points.end(), lies)) return scan(id);
   auto rest = std::make_shared<StoredScan>(*scan(id));
-  std::erase_if(rest->points, lies);
+  const auto left_out = std::erase_if(rest->points, [&](const Keyframe::Point& point) {
+    return body.holds(T_lidar_base * Eigen::Vector2d(point.x, point.y), margin);
+  });
+  if (left_out == 0) return scan(id);
   return rest;
 }
 

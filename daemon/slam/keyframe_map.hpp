@@ -70,15 +70,14 @@ struct KeyframeMap {
   bool leaveOut(const Keyframe& known) {
     const BodyShape found = known.body.without(body);
     body = known.body;
+    if (found.degrees() == 0) return false;
     std::vector<std::shared_ptr<const StoredScan>> scans;
     bool any = false;
-    if (found.degrees() > 0) {
-      for (int id = newest(); id >= given; --id) {
-        scans.push_back(keyframes.scanWithout(id, found, known.body_margin));
-        const bool shows = scans.back() != keyframes.scan(id);
-        if (id >= cleared && !shows) return false;
-        any |= shows;
-      }
+    for (int id = newest(); id >= given; --id) {
+      scans.push_back(keyframes.scanWithout(id, found, known.body_margin));
+      const bool shows = scans.back() != keyframes.scan(id);
+      if (id >= cleared && !shows) return false;
+      any |= shows;
     }
     if (!any) return false;
     for (int id = given; id <= newest(); ++id) {

@@ -97,7 +97,6 @@ bool BodyWatch::compare(const PointTransform& T_seen_now, const PointTransform& 
 
 void BodyWatch::judge(bool moved) {
   shape_ = left_out_ = {};
-  leaves_out_ = false;
   for (int bin = 0; bin < bins(); ++bin) {
     const auto i = static_cast<std::size_t>(bin);
     std::int8_t& steps = steps_[i];
@@ -111,9 +110,8 @@ void BodyWatch::judge(bool moved) {
     } else if (steps > 0 && now_[i] > body_[i] + tolerance()) {
       steps = static_cast<std::int8_t>(std::max(0, steps - config_.passed));
     }
-    const auto range = static_cast<std::uint16_t>(std::lround(1000.0F * body_[i]));
     if (steps < config_.enough) continue;
-    leaves_out_ = true;
+    const auto range = static_cast<std::uint16_t>(std::lround(1000.0F * body_[i]));
     left_out_.millimetres[i / 2] = range;
     if (steps >= config_.sure) shape_.millimetres[i / 2] = range;
   }
@@ -130,7 +128,6 @@ bool BodyWatch::allStayedAround(int bin) const {
 }
 
 bool BodyWatch::isBody(const Beam& beam) const {
-  if (!leaves_out_) return false;
   const int bin = binOf(beam.bearing);
   for (int k = -2; k <= 2; ++k) {
     const auto i = static_cast<std::size_t>(wrapped(bin + k));
@@ -145,7 +142,6 @@ void BodyWatch::begin(const BodyShape& shape) {
     if (range == 0) continue;
     body_[i] = 0.001F * range;
     steps_[i] = static_cast<std::int8_t>(config_.sure);
-    leaves_out_ = true;
   }
   shape_ = left_out_ = shape;
 }

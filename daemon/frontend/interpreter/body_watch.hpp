@@ -81,7 +81,6 @@ class BodyWatch {
   std::array<Eigen::Vector2d, 720> directions_;  // of the bins, in the lidar's frame
   int spacing_ = 2;                              // [bins] in which there is a beam on either side, at least
   BodyShape shape_, left_out_;
-  bool leaves_out_ = false;  // there is something in left_out_
 };
 
 }  // namespace slam

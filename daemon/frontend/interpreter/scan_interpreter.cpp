@@ -49,8 +49,10 @@ const LaserScan& ScanInterpreter::interpret(const LaserScan& recorded, const Sen
   }
   if (!middle) return scan_;
   body_.add(beams, limits, middle->pose());
-  for (Beam& beam : beams) {
-    if (body_.isBody(beam)) beam.range = 0.0F;
+  if (leftOut().degrees() > 0) {
+    for (Beam& beam : beams) {
+      if (body_.isBody(beam)) beam.range = 0.0F;
+    }
   }
   noise_.add(beams, limits, middle->standstill());
   if (noise_.tooNoisy()) {
