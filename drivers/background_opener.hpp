@@ -15,7 +15,8 @@ namespace slam {
 /// real-time thread must not. Asking and taking neither wait nor allocate. One thread asks.
 class BackgroundOpener {
  public:
-  BackgroundOpener(std::string path, int baud) : path_(std::move(path)), baud_(baud), thread_([this] { work(); }) {}
+  BackgroundOpener(std::string path, int baud, PortOpener open = openPort)
+      : path_(std::move(path)), baud_(baud), open_(std::move(open)), thread_([this] { work(); }) {}
   ~BackgroundOpener() {
     ending_ = true;
     asked_.release();
@@ -51,13 +52,14 @@ class BackgroundOpener {
         closes_.store(false, std::memory_order_release);
       }
       if (!wanted_.exchange(false, std::memory_order_acquire)) continue;
-      result_ = openPort(path_, baud_);
+      result_ = open_(path_, baud_);
       done_.store(true, std::memory_order_release);
     }
   }
 
   const std::string path_;
   const int baud_;  // [bit/s]
+  const PortOpener open_;
   std::counting_semaphore<> asked_{0};
   std::atomic<bool> wanted_{false}, done_{false}, closes_{false}, ending_{false};
   OpenedPort result_;

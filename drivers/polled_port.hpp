@@ -18,10 +18,11 @@ namespace slam {
 class PolledPort {
  public:
   /// @param in_background opening is another thread's: due() is true when it has come to something
-  PolledPort(std::string path, int baud, bool in_background = false)
+  PolledPort(std::string path, int baud, bool in_background = false, PortOpener open = openPort)
       : path_(std::move(path)),
         baud_(baud),
-        opener_(in_background ? std::make_unique<BackgroundOpener>(path_, baud_) : nullptr) {}
+        open_(std::move(open)),
+        opener_(in_background ? std::make_unique<BackgroundOpener>(path_, baud_, open_) : nullptr) {}
 
   bool isOpen() const { return stream_ != nullptr; }
   /// While it is not open: whether to try now. At once when a port that was missing is there again.
@@ -38,7 +39,7 @@ class PolledPort {
   /// Opens it, once due() says so, and forgets what had come before. @return what is in the way, static text; empty
   /// when it is open
   const char* open(Timestamp now) {
-    OpenedPort port = std::exchange(asked_, false) ? opener_->take() : openPort(path_, baud_);
+    OpenedPort port = std::exchange(asked_, false) ? opener_->take() : open_(path_, baud_);
     if (!port.stream) {
       retry_.failed(now);
       return port.problem;
@@ -76,7 +77,8 @@ class PolledPort {
  private:
   static constexpr std::size_t kMostBytes = 16384;  // a tick: at 921600 bit/s one of 200 Hz brings 461
   std::string path_;
-  int baud_;                                  // [bit/s]
+  int baud_;  // [bit/s]
+  PortOpener open_;
   std::unique_ptr<BackgroundOpener> opener_;  // nullptr: none is wanted
   bool asked_ = false;                        // and has not been taken yet
   std::unique_ptr<ByteStream> stream_;

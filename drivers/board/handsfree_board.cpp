@@ -44,13 +44,13 @@ std::array<std::uint8_t, robolink::kCoordinateSize> encodeTriple(const std::arra
 
 }  // namespace
 
-HandsfreeBoard::HandsfreeBoard(const HandsfreeConfig& config, Clock now, Sinks sinks)
+HandsfreeBoard::HandsfreeBoard(const HandsfreeConfig& config, Clock now, Sinks sinks, const PortOpener& open)
     : config_(config),
       now_(now),
       sinks_(std::move(sinks)),
       wheel_count_(wheelsOf(config.chassis)),
-      port_(config.port, config.baud, config.in_background),
-      wrong_speaker_(PortOf::kBoard, config.port, config.baud),
+      port_(config.port, config.baud, config.in_background, open),
+      wrong_speaker_(PortOf::kBoard, config.port, config.baud, open),
       polls_{Poll{Command::kGetMotorMileage, PollSchedule(fromSeconds(1.0 / config.mileage_rate))},
              Poll{Command::kGetImu, PollSchedule(fromSeconds(1.0 / config.imu_rate))},
              Poll{Command::kGetSystemInfo, PollSchedule(kInfo)}, Poll{Command::kGetMotorSpeed, PollSchedule(100ms)}} {}

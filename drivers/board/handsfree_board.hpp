@@ -63,7 +63,7 @@ class HandsfreeBoard {
   };
   using Clock = Timestamp (*)();
 
-  HandsfreeBoard(const HandsfreeConfig& config, Clock now, Sinks sinks);
+  HandsfreeBoard(const HandsfreeConfig& config, Clock now, Sinks sinks, const PortOpener& open = openPort);
   ~HandsfreeBoard() { stop(); }
 
   void tick();

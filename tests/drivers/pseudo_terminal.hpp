@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <fcntl.h>
 #include <filesystem>
+#include <memory>
 #include <poll.h>
 #include <span>
 #include <stdexcept>
@@ -14,8 +15,10 @@
 #include <termios.h>
 #include <thread>
 #include <unistd.h>
+#include <utility>
 #include <vector>
 
+#include "drivers/byte_stream.hpp"
 #include "runtime/clock.hpp"
 
 namespace slam::test {
@@ -44,6 +47,7 @@ class PseudoTerminal {
 
   void plug() {
     unplug();
+    *sent_ = 0;
     master_ = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (master_ < 0 || grantpt(master_) != 0 || unlockpt(master_) != 0) throw std::runtime_error("no pseudo-terminal");
     const std::string slave = ptsname(master_);
@@ -64,6 +68,26 @@ class PseudoTerminal {
     std::filesystem::remove(link_);
   }
 
+  /// How a driver opens the other end where received() is to wait for what it writes.
+  PortOpener opener() {
+    return [sent = sent_](const std::string& path, int baud) {
+      OpenedPort port = openPort(path, baud);
+      if (port.stream) port.stream = std::make_unique<CountedStream>(std::move(port.stream), sent);
+      return port;
+    };
+  }
+  /// All that was written through opener() and not received yet, however late the kernel passes it on.
+  Bytes received() {
+    Bytes all;
+    const auto limit = std::chrono::steady_clock::now() + kLatest;
+    do {
+      const Bytes more = read(all.size() < *sent_ ? std::chrono::milliseconds(10) : Duration(0));
+      all.insert(all.end(), more.begin(), more.end());
+    } while (all.size() < *sent_ && std::chrono::steady_clock::now() < limit);
+    *sent_ -= std::min(*sent_, all.size());
+    return all;
+  }
+
   /// Bytes that arrive within `timeout`, empty if none.
   Bytes read(Duration timeout) {
     Bytes bytes(4096);
@@ -79,13 +103,32 @@ class PseudoTerminal {
     if (master_ < 0) return;
     const int before = readable();
     const auto written = static_cast<int>(std::max<ssize_t>(0, ::write(master_, bytes.data(), bytes.size())));
-    const auto limit = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
+    const auto limit = std::chrono::steady_clock::now() + kLatest;
     while (readable() < std::min(before + written, kBuffer) && std::chrono::steady_clock::now() < limit)
       std::this_thread::yield();
   }
 
  private:
-  static constexpr int kBuffer = 4095;  // bytes that the line keeps for its reader
+  static constexpr int kBuffer = 4095;                // bytes that the line keeps for its reader
+  static constexpr std::chrono::seconds kLatest{10};  // that the kernel of a busy machine passes bytes on
+
+  class CountedStream : public ByteStream {
+   public:
+    CountedStream(std::unique_ptr<ByteStream> inner, std::shared_ptr<std::size_t> sent)
+        : inner_(std::move(inner)), sent_(std::move(sent)) {}
+    ReadResult read(std::span<std::uint8_t> out, Duration timeout) override { return inner_->read(out, timeout); }
+    bool write(std::span<const std::uint8_t> bytes) override {
+      const bool written = inner_->write(bytes);
+      if (written) *sent_ += bytes.size();
+      return written;
+    }
+    void discardInput() override { inner_->discardInput(); }
+    bool setDtr(bool on) override { return inner_->setDtr(on); }
+
+   private:
+    std::unique_ptr<ByteStream> inner_;
+    std::shared_ptr<std::size_t> sent_;  // [bytes]
+  };
 
   /// Bytes that wait for the reader.
   int readable() const {
@@ -94,6 +137,7 @@ class PseudoTerminal {
   }
 
   std::string link_;
+  std::shared_ptr<std::size_t> sent_ = std::make_shared<std::size_t>(0);  // [bytes] not received yet
   int master_ = -1, keeper_ = -1;
 };
 

@@ -26,10 +26,10 @@ class FakeBoard {
   const std::string& path() const { return line_.path(); }
   PseudoTerminal& line() { return line_; }
 
-  /// Answers what has come; waits up to a millisecond for it.
+  /// Answers what was sent.
   void serve() {
     if (!line_.plugged()) return;
-    for (const std::uint8_t byte : line_.read(milliseconds(1))) {
+    for (const std::uint8_t byte : line_.received()) {
       if (const auto frame = decoder_.push(byte)) take(*frame);
     }
     while (!answers_.empty() && answers_.front().due <= virtual_now) {
@@ -176,7 +176,8 @@ class HandsfreeBoardTest : public testing::Test {
         config, virtualNow,
         HandsfreeBoard::Sinks{.wheels = [this](const WheelAngles& angles) { wheels_.push_back(angles); },
                               .imu = [this](const ImuSample& sample) { imu_.push_back(sample); },
-                              .speeds = [this](const WheelSpeeds& speeds) { speeds_.push_back(speeds); }});
+                              .speeds = [this](const WheelSpeeds& speeds) { speeds_.push_back(speeds); }},
+        fake_.line().opener());
   }
   HandsfreeBoardTest() { make({.mileage_rate = 80.0, .imu_rate = 100.0}); }
 

@@ -30,7 +30,7 @@ class DrivenBoard : public testing::Test {
       }
       driver_.tick();
       std::vector<std::uint8_t> out;
-      board_.receive(line_.read(1ms), uptime, out);
+      board_.receive(line_.received(), uptime, out);
       if (out.empty()) continue;
       line_.write(out);
     }
@@ -51,7 +51,8 @@ class DrivenBoard : public testing::Test {
   HandsfreeBoard driver_{{.port = line_.path(), .may_drive = true},
                          virtualNow,
                          {.wheels = [this](const WheelAngles& angles) { wheels_.push_back(angles); },
-                          .imu = [this](const ImuSample& sample) { imu_.push_back(sample); }}};
+                          .imu = [this](const ImuSample& sample) { imu_.push_back(sample); }},
+                         line_.opener()};
 };
 
 struct Fault {
