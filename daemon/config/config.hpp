@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "config/choices.hpp"
+#include "core/speed_limits.hpp"
 #include "depth/depth_projection.hpp"
 #include "estimation/wheel_odometry.hpp"
 #include "firmware_if/can_odrive.hpp"
@@ -27,9 +28,10 @@ struct BaseDeviceConfig {
   int baud = 921600;  ///< [bit/s]
   DifferentialBase geometry;
   bool speed_commands = false;  ///< drive as SLAM_DRIVE says
-  double mileage_rate = 50.0;   ///< [Hz] polls of the wheel angles
-  double imu_rate = 100.0;      ///< [Hz] polls of the IMU; readings that did not change are not used
-  double sample_age = 0.010;    ///< [s] age of the board's values when it answers, until it has been found out
+  SpeedLimits limits;          ///< whatever SLAM_DRIVE asks for
+  double mileage_rate = 50.0;  ///< [Hz] polls of the wheel angles
+  double imu_rate = 100.0;     ///< [Hz] polls of the IMU; readings that did not change are not used
+  double sample_age = 0.010;   ///< [s] age of the board's values when it answers, until it has been found out
 };
 
 struct ImuDeviceConfig {

@@ -39,6 +39,8 @@ std::vector<Effect> effectsOfDevices() {
       {"base.imu_rate", "50.0", boardSettings},
       {"base.sample_age", "0.02", boardSettings},
       {"base.speed_commands", "true", boardSettings},
+      {"base.max_speed", "0.3", boardSettings},
+      {"base.max_turn_rate", "0.7", boardSettings},
       {"base.time_offset", "0.05", drive},
       {"imu.driver", "'none'", drive},
       {"imu.port", "'/dev/other'", imuSettings},

@@ -73,12 +73,10 @@ void BaseThread::tick() {
 
 void BaseThread::drive() {
   ends_.drives.drain([this](const DriveCommand& command) {
-    const Twist2& twist = command.twist;
+    Twist2 twist = command.twist;
+    if (kinematics_.type == BaseType::kDifferential) twist.vy = 0.0;  // it counts for no limit either
     if (board_) board_->command(twist.vx, twist.vy, twist.omega, command.given);
-    if (can_) {
-      const WheelVector speeds = wheelsOf(kinematics_, {twist.vx, twist.vy, twist.omega});
-      can_->command(speeds[0], speeds[1], command.given);
-    }
+    if (can_) can_->command(twist, command.given);
   });
 }
 
