@@ -28,6 +28,7 @@ struct BaseDeviceConfig {
   int baud = 921600;  ///< [bit/s]
   DifferentialBase geometry;
   bool speed_commands = false;  ///< drive as SLAM_DRIVE says
+  DriveOrder drive_order = DriveOrder::kFirst;
   SpeedLimits limits;          ///< whatever SLAM_DRIVE asks for
   double mileage_rate = 50.0;  ///< [Hz] polls of the wheel angles
   double imu_rate = 100.0;     ///< [Hz] polls of the IMU; readings that did not change are not used
@@ -47,6 +48,7 @@ struct CanConfig {
   int left_node = can::odrive::kLeftNode, right_node = can::odrive::kRightNode;
   bool left_reversed = false, right_reversed = false;  ///< the encoder counts down driving forward
   double gear_ratio = 1.0;                             ///< [1] turns of the encoder per turn of the wheel
+  int watchdog_endpoint = 0;                           ///< of axis0.config.enable_watchdog in 0.6; 0: not known
 };
 
 struct DepthDeviceConfig {

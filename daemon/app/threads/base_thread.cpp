@@ -73,8 +73,7 @@ void BaseThread::tick() {
 
 void BaseThread::drive() {
   ends_.drives.drain([this](const DriveCommand& command) {
-    Twist2 twist = command.twist;
-    if (kinematics_.type == BaseType::kDifferential) twist.vy = 0.0;  // it counts for no limit either
+    const Twist2& twist = command.twist;
     if (board_) board_->command(twist.vx, twist.vy, twist.omega, command.given);
     if (can_) can_->command(twist, command.given);
   });
