@@ -312,6 +312,21 @@ TEST_P(CanBaseStopEither, FeedsTheDrivesWatchdogsAsLongAsSlamdRuns) {
   EXPECT_FALSE(bus_.drives.armed()) << "its error is to be cleared first";
 }
 
+TEST_F(CanBaseStop, IsSentToBothWheelsWhileOneDriveIsIdle) {
+  for (const char* kind : {"idle", "axis_error"}) {
+    startDriving();
+    bus_.drives.inject(kind, 1.0);
+    driveFor(300ms);
+    EXPECT_TRUE(lastAreZeros()) << kind;
+    driveFor(10s);
+    EXPECT_TRUE(lastAreZeros()) << "although SLAM_DRIVE goes on";
+    bus_.drives.inject(kind, 0.0);
+    runFor(1s);
+    EXPECT_TRUE(stand()) << "until a new command comes";
+  }
+  startDriving();
+}
+
 TEST_F(CanBaseStop, GivesWayToAFreshCommand) {
   startDriving();
   bus_.takeDown();
