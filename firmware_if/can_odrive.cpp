@@ -61,6 +61,30 @@ std::optional<Version> parseVersion(int node, const Frame& frame) {
 
 Frame requestVersion(int node) { return {.id = idOf(node, Command::kVersion), .size = 8, .remote = true}; }
 
+Frame encodeParameter(int node, const Parameter& value) {
+  Frame frame = makeFrame(node, Command::kParameter, 8);
+  frame.data[1] = static_cast<std::uint8_t>(value.endpoint);
+  frame.data[2] = static_cast<std::uint8_t>(value.endpoint >> 8);
+  putWord(frame, 4, value.value);
+  return frame;
+}
+
+std::optional<Parameter> parseParameter(int node, const Frame& frame) {
+  // A short type makes a short frame; what lies behind it is not sent.
+  if (frame.size < 5 || frame.size > 8 || !isData(frame, idOf(node, Command::kParameter), frame.size))
+    return std::nullopt;
+  Frame whole = frame;
+  std::fill(whole.data.begin() + frame.size, whole.data.end(), std::uint8_t{0});
+  return Parameter{static_cast<std::uint16_t>(frame.data[1] | frame.data[2] << 8), wordAt(whole, 4)};
+}
+
+Frame requestParameter(int node, std::uint16_t endpoint) {
+  Frame frame = makeFrame(node, Command::kReadParameter, 4);
+  frame.data[1] = static_cast<std::uint8_t>(endpoint);
+  frame.data[2] = static_cast<std::uint8_t>(endpoint >> 8);
+  return frame;
+}
+
 Frame encodeHeartbeat(int node, const Heartbeat& value, Dialect dialect) {
   Frame frame = makeFrame(node, Command::kHeartbeat, 8);
   putWord(frame, 0, value.axis_error);

@@ -17,6 +17,8 @@ inline constexpr int kMaxNode = 0x3F;
 enum class Command : std::uint8_t {
   kVersion = 0x00,  ///< firmware 0.6
   kHeartbeat = 0x01,
+  kReadParameter = 0x04,  ///< firmware 0.6: RxSdo
+  kParameter = 0x05,      ///< firmware 0.6: TxSdo
   kSetAxisState = 0x07,
   kEncoderEstimates = 0x09,
   kEncoderCounts = 0x0A,
@@ -48,6 +50,17 @@ std::optional<Version> parseVersion(int node, const Frame& frame);
 /// Firmware 0.6 answers it with its version; 0.5 does not know it.
 Frame requestVersion(int node);
 
+/// One of the drive's settings, firmware 0.6. Its number is in the flat_endpoints.json of just that firmware and board.
+struct Parameter {
+  std::uint16_t endpoint = 0;
+  std::uint32_t value = 0;  ///< as many of its lower bytes as the setting's type has
+  friend bool operator==(const Parameter&, const Parameter&) = default;
+};
+Frame encodeParameter(int node, const Parameter& value);
+std::optional<Parameter> parseParameter(int node, const Frame& frame);
+/// Firmware 0.6 answers it with the parameter; 0.5 does not know it.
+Frame requestParameter(int node, std::uint16_t endpoint);
+
 struct Heartbeat {
   std::uint32_t axis_error = 0;  ///< bits of the axis; 0: none
   std::uint8_t state = 0;        ///< an AxisState, or a value that it does not name
@@ -61,8 +74,8 @@ Frame encodeHeartbeat(int node, const Heartbeat& value, Dialect dialect = Dialec
 std::optional<Heartbeat> parseHeartbeat(int node, const Frame& frame, Dialect dialect = Dialect::k05);
 /// The dialect that alone can have sent these bytes; kUnknown where both can, or none.
 Dialect dialectOf(const Frame& heartbeat);
-/// A bit of the axis error that says in 0.5 that the encoder failed.
-inline constexpr std::uint32_t kEncoderFailed05 = 0x100;
+/// Bits of the axis error: in 0.5 that the encoder failed; that no frame has come for the watchdog's time.
+inline constexpr std::uint32_t kEncoderFailed05 = 0x100, kWatchdogExpired05 = 0x800, kWatchdogExpired06 = 0x01000000;
 
 struct EncoderEstimates {
   float position = 0.0F;  ///< [turns] since the controller's start; a single: coarser as it grows

@@ -37,6 +37,7 @@ std::string printCounters() {
                     .can = &can,
                     .recorders = {{"record", &recorder}, {"log", &recorder}},
                     .battery = 0.0F,
+                    .limited_speeds = 0,
                     .logs = false,
                     .echoes = 0.0};
   std::string text =

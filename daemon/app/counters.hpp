@@ -37,6 +37,7 @@ struct Counted {
   const CanLinkCounters* can = nullptr;
   std::vector<std::pair<std::string, const RecorderCounters*>> recorders = {};
   std::optional<float> battery = {};  ///< [V]
+  std::optional<std::uint64_t> limited_speeds = {};
   std::optional<bool> logs = {};
   std::optional<double> echoes = {};  ///< [1] of the beams of the last turn
 };
@@ -63,6 +64,10 @@ void visitDaemonCounters(const Counted& all, Visitor&& visit) {
   if (all.battery)
     visit(CounterInfo{"base.battery_mv", "mV", "Voltage of the board's battery; 0: not known."},
           static_cast<std::uint64_t>(1000.0F * std::max(0.0F, *all.battery)));
+  if (all.limited_speeds)
+    visit(CounterInfo{"base.limited", "messages",
+                      "SLAM_DRIVE above base.max_speed or base.max_turn_rate, driven slower on the same curve."},
+          *all.limited_speeds);
   if (all.echoes)
     visit(CounterInfo{"lidar.echoes", "1", "Share of the last turn's beams that can be used."}, *all.echoes);
   for (const auto& [name, counters] : all.recorders) visitCounters(*counters, name, visit);

@@ -48,6 +48,7 @@ HandsfreeConfig handsfreeConfig(const Config& config) {
           .wheel_radius = kinematics.wheel_radius,
           .body_radius = kinematics.body_radius,
           .may_drive = base.speed_commands,
+          .limits = base.limits,
           .in_background = true};
 }
 
@@ -59,7 +60,10 @@ CanBaseConfig canBaseConfig(const Config& config) {
           .nodes = {can.left_node, can.right_node},
           .wheel = {.sign = {can.left_reversed ? -1.0 : 1.0, can.right_reversed ? -1.0 : 1.0},
                     .gear_ratio = can.gear_ratio},
-          .commands = config.base_device.speed_commands};
+          .commands = config.base_device.speed_commands,
+          .wheel_radius = config.base_device.geometry.wheel_radius,
+          .half_track = config.base_device.geometry.half_track,
+          .limits = config.base_device.limits};
 }
 
 SerialImuConfig serialImuConfig(const Config& config) {

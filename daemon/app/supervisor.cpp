@@ -332,6 +332,7 @@ Counted Supervisor::counted() {
     if (recorder != nullptr) all.recorders.emplace_back(recorder->name(), &recorder->counters());
   }
   if (base_) all.battery = base_->battery();
+  if (base_ && config_.base_device.speed_commands) all.limited_speeds = base_->limitedSpeeds();
   if (base_ && base_->usesCan()) all.can = &can_counters_;
   all.echoes = snapshot_.echoes;
   if (const FieldLog* log = bus_.fieldLog()) all.logs = log->isRunning();

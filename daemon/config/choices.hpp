@@ -5,6 +5,7 @@
 #include <span>
 #include <type_traits>
 
+#include "bus/drive_senders.hpp"
 #include "estimation/base_kinematics.hpp"
 #include "mapping/occupancy_grid.hpp"
 #include "matching/match_result.hpp"
@@ -48,6 +49,9 @@ inline constexpr std::array<Choice<BaseDriver>, 4> kChoices<BaseDriver>{{{BaseDr
 template <>
 inline constexpr std::array<Choice<BaseType>, 3> kChoices<BaseType>{
     {{BaseType::kDifferential, "differential"}, {BaseType::kOmni3, "omni3"}, {BaseType::kMecanum4, "mecanum4"}}};
+template <>
+inline constexpr std::array<Choice<DriveOrder>, 2> kChoices<DriveOrder>{
+    {{DriveOrder::kFirst, "first"}, {DriveOrder::kLast, "last"}}};
 template <>
 inline constexpr std::array<Choice<ImuDriver>, 5> kChoices<ImuDriver>{{{ImuDriver::kHandsfree, "handsfree"},
                                                                        {ImuDriver::kHfi, "hfi"},

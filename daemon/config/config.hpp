@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "config/choices.hpp"
+#include "core/speed_limits.hpp"
 #include "depth/depth_projection.hpp"
 #include "estimation/wheel_odometry.hpp"
 #include "firmware_if/can_odrive.hpp"
@@ -27,9 +28,11 @@ struct BaseDeviceConfig {
   int baud = 921600;  ///< [bit/s]
   DifferentialBase geometry;
   bool speed_commands = false;  ///< drive as SLAM_DRIVE says
-  double mileage_rate = 50.0;   ///< [Hz] polls of the wheel angles
-  double imu_rate = 100.0;      ///< [Hz] polls of the IMU; readings that did not change are not used
-  double sample_age = 0.010;    ///< [s] age of the board's values when it answers, until it has been found out
+  DriveOrder drive_order = DriveOrder::kFirst;
+  SpeedLimits limits;          ///< whatever SLAM_DRIVE asks for
+  double mileage_rate = 50.0;  ///< [Hz] polls of the wheel angles
+  double imu_rate = 100.0;     ///< [Hz] polls of the IMU; readings that did not change are not used
+  double sample_age = 0.010;   ///< [s] age of the board's values when it answers, until it has been found out
 };
 
 struct ImuDeviceConfig {
@@ -45,6 +48,7 @@ struct CanConfig {
   int left_node = can::odrive::kLeftNode, right_node = can::odrive::kRightNode;
   bool left_reversed = false, right_reversed = false;  ///< the encoder counts down driving forward
   double gear_ratio = 1.0;                             ///< [1] turns of the encoder per turn of the wheel
+  int watchdog_endpoint = 0;                           ///< of axis0.config.enable_watchdog in 0.6; 0: not known
 };
 
 struct DepthDeviceConfig {

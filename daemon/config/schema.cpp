@@ -73,9 +73,7 @@ void visitLidar(LidarDeviceConfig& lidar, LidarModel& model, ConfigVisitor& v) {
   v.field({"range_max", "m", "Lidar returns that are farther than this are ignored.", kSite,
            "Set it to the range up to which the lidar's data sheet gives an accuracy."},
           model.range_max, 0.5, 200.0);
-  v.field({"range_sigma", "m", "One range of the lidar has this standard deviation.", kSite,
-           "Set it to the noise of a range in the lidar's data sheet."},
-          model.range_sigma, 0.0005, 0.5);
+  v.field({"range_sigma", "m", "One range of the lidar has this standard deviation."}, model.range_sigma, 0.0005, 0.5);
   v.field(
       {"mask", "deg",
        "Beams at these bearings are left out: pairs of a first and a last angle, counter-clockwise from the lidar's "
@@ -122,6 +120,18 @@ void visitBase(BaseDeviceConfig& base, double& time_offset, ConfigVisitor& v) {
            "Whoever sends SLAM_DRIVE over LCM may drive the base through slamd, if base.driver is handsfree or can.",
            kSite, "Set true when a navigation program drives the robot through slamd."},
           base.speed_commands);
+  v.field({"drive_order", "",
+           "Where several programs send SLAM_DRIVE, the one that began first is driven until it ends, or the one that "
+           "began last."},
+          base.drive_order);
+  v.field({"max_speed", "m/s",
+           "The base is driven at most this fast; a SLAM_DRIVE that asks for more is made slower on the same curve.",
+           kSite, "Set it to the speed from which the robot stops within the room that it has."},
+          base.limits.max_speed, 0.01, 10.0);
+  v.field({"max_turn_rate", "rad/s",
+           "The base is turned at most this fast; a SLAM_DRIVE that asks for more is made slower on the same curve.",
+           kSite, "Set it to the turn rate at which the robot harms nobody beside it."},
+          base.limits.max_turn_rate, 0.01, 20.0);
   v.field({"time_offset", "s", "This time is added to the stamps of the wheels' samples."}, time_offset, -1.0, 1.0);
 }
 
@@ -142,8 +152,7 @@ void visitImu(ImuDeviceConfig& imu, double& time_offset, ConfigVisitor& v) {
            "Set it when slamd reads an IMU that is not mounted level; 3.14159 is upside down."},
           imu.roll, -kPi, kPi);
   v.field({"pitch", "rad",
-           "The IMU is mounted with this rotation about the axis to the left, positive with its front down.", kSite,
-           "Set it when slamd reads an IMU that is not mounted level."},
+           "The IMU is mounted with this rotation about the axis to the left, positive with its front down."},
           imu.pitch, -kPi, kPi);
   v.field({"yaw", "rad", "The IMU is mounted with this rotation about the vertical axis, positive to the left."},
           imu.yaw, -kPi, kPi);
@@ -171,6 +180,11 @@ void visitCan(CanConfig& can, ConfigVisitor& v) {
   v.field({"gear_ratio", "1", "The encoder makes this many turns for one turn of the wheel.", kSite,
            "Set it when there is a gear between motor and wheel."},
           can.gear_ratio, 0.001, 1000.0);
+  v.field(
+      {"watchdog_endpoint", "",
+       "ODrives of firmware 0.6 tell slamctl doctor under this number whether axis0.config.enable_watchdog is on; 0: "
+       "they are not asked."},
+      can.watchdog_endpoint, 0, 65535);
 }
 
 void visitDepth(DepthDeviceConfig& depth, DepthViewConfig& view, ConfigVisitor& v) {

@@ -16,7 +16,6 @@ constexpr Duration kAnswer = 100ms;         // a request not answered by then is
 constexpr Duration kStale = 500ms;          // no answer at all
 constexpr Duration kDead = 3s;              // then the port is opened anew
 constexpr Duration kDrivePeriod = 50ms;     // the board's own control loop
-constexpr Duration kCommandLasts = 500ms;   // then it is too old to be sent again
 constexpr Duration kChassisPeriod = 1s;     // between attempts
 constexpr int kStopTries = 10;              // at the end
 constexpr Duration kStopAnswer = 10ms;      // to each
@@ -53,7 +52,8 @@ HandsfreeBoard::HandsfreeBoard(const HandsfreeConfig& config, Clock now, Sinks s
       wrong_speaker_(PortOf::kBoard, config.port, config.baud, open),
       polls_{Poll{Command::kGetMotorMileage, PollSchedule(fromSeconds(1.0 / config.mileage_rate))},
              Poll{Command::kGetImu, PollSchedule(fromSeconds(1.0 / config.imu_rate))},
-             Poll{Command::kGetSystemInfo, PollSchedule(kInfo)}, Poll{Command::kGetMotorSpeed, PollSchedule(100ms)}} {}
+             Poll{Command::kGetSystemInfo, PollSchedule(kInfo)}, Poll{Command::kGetMotorSpeed, PollSchedule(100ms)}},
+      command_(config.limits) {}
 
 void HandsfreeBoard::tick() {
   const Timestamp now = now_();
@@ -81,9 +81,7 @@ void HandsfreeBoard::stop() {
 }
 
 bool HandsfreeBoard::command(double vx, double vy, double omega, Timestamp given) {
-  if (!config_.may_drive || !std::isfinite(vx) || !std::isfinite(vy) || !std::isfinite(omega)) return false;
-  command_.store({{vx, vy, omega}, given.time_since_epoch().count()});
-  return true;
+  return config_.may_drive && command_.give({vx, vy, omega}, given);
 }
 
 void HandsfreeBoard::open(Timestamp now) {
@@ -206,7 +204,7 @@ void HandsfreeBoard::request(Timestamp now) {
   // when another command has been answered, all before it have been.
   if (!drained_) {
     // The board may hear although it is not heard: its zero does not wait for that.
-    if (stop_owed_ && !fresh(now)) send(Command::kSetRobotSpeed, robolink::encodeCoordinate({}));
+    if (stop_owed_ && !command_.at(now)) send(Command::kSetRobotSpeed, robolink::encodeCoordinate({}));
     return ask(now, Command::kGetSystemInfo);
   }
   if (requestDrive(now) || requestOnce(now)) return;
@@ -221,18 +219,14 @@ void HandsfreeBoard::request(Timestamp now) {
   ask(now, next->command);
 }
 
-bool HandsfreeBoard::fresh(Timestamp now) {
-  const std::int64_t given = command_.load().time;
-  return given != 0 && now.time_since_epoch().count() - given <= kCommandLasts.count();
-}
-
 bool HandsfreeBoard::requestDrive(Timestamp now) {
-  const bool drives = fresh(now);
-  if (drives ? now < next_drive_ : !stop_owed_) return false;
+  const std::optional<Twist2> twist = command_.at(now);
+  if (twist ? now < next_drive_ : !stop_owed_) return false;
   stop_owed_ = true;
-  zero_asked_ = !drives;
+  zero_asked_ = !twist;
   next_drive_ = now + kDrivePeriod;
-  ask(now, Command::kSetRobotSpeed, drives ? encodeTriple(command_.loaded().numbers) : robolink::encodeCoordinate({}));
+  const Twist2 speed = twist.value_or(Twist2{});
+  ask(now, Command::kSetRobotSpeed, encodeTriple({speed.vx, speed.vy, speed.omega}));
   return true;
 }
 

@@ -9,10 +9,11 @@
 #include <string>
 
 #include "core/samples.hpp"
-#include "drivers/board/latest_triple.hpp"
 #include "drivers/device_status.hpp"
+#include "drivers/latest_triple.hpp"
 #include "drivers/polled_port.hpp"
 #include "drivers/speaker.hpp"
+#include "drivers/speed_command.hpp"
 #include "firmware_if/robolink.hpp"
 #include "timing/refresh_clock.hpp"
 
@@ -28,6 +29,7 @@ struct HandsfreeConfig {
   double wheel_radius = 0.0;   ///< [m] believed here, compared with the board's; 0: not compared
   double body_radius = 0.0;    ///< [m] the same; half the track of a differential base
   bool may_drive = false;      ///< false: command() does nothing
+  SpeedLimits limits{};        ///< of what it commands
   bool in_background = false;  ///< the port is opened by a thread of its own
 };
 
@@ -76,9 +78,10 @@ class HandsfreeBoard {
   void setCoordinate(double x, double y, double theta) { coordinate_.store({{x, y, theta}, 1}); }
   /// What local time is ahead of our clock, so that the board can be told the time at its handshake.
   void setLocalTimeOffset(Duration offset) { local_time_offset_ = offset.count(); }
-  /// Drives the robot with a twist [m/s, m/s, rad/s] for at most 0.5 s: to be called again and again. Then a stop is
-  /// owed, as it is when the port was opened, an answer did not come or the board has begun anew: a zero that the board
-  /// acknowledges. @param given when; not later than now @return false when not allowed or not finite
+  /// Drives the robot with a twist [m/s, m/s, rad/s], within the limits and as long as a SpeedCommand lasts: to be
+  /// called again and again. Then a stop is owed, as it is when the port was opened, an answer did not come or the
+  /// board has begun anew: a zero that the board acknowledges. @param given when; not later than now
+  /// @return false when not allowed or not finite
   bool command(double vx, double vy, double omega, Timestamp given);
   bool command(double vx, double vy, double omega) { return command(vx, vy, omega, now_()); }
 
@@ -88,7 +91,8 @@ class HandsfreeBoard {
   float boardTime() const { return board_time_; }      ///< [s] since the board's start, coarse; 0: not known yet
   float wheelRadius() const { return wheel_radius_; }  ///< [m] that the board believes in; 0: not known yet
   float bodyRadius() const { return body_radius_; }    ///< [m] the same
-  const char* finding() const { return finding_; }     ///< what board and configuration disagree on, static text; or ""
+  std::uint64_t limitedSpeeds() const { return command_.limited(); }  ///< that were asked for above the limits
+  const char* finding() const { return finding_; }  ///< what board and configuration disagree on, static text; or ""
   std::uint32_t findings() const { return findings_; }  ///< how often that was found
 
  private:
@@ -132,7 +136,6 @@ class HandsfreeBoard {
   void greet();
   void sendCoordinate();
   void request(Timestamp now);
-  bool fresh(Timestamp now);
   bool requestDrive(Timestamp now);
   bool requestOnce(Timestamp now);
   void ask(Timestamp now, robolink::Command command, std::span<const std::uint8_t> payload = {});
@@ -169,7 +172,8 @@ class HandsfreeBoard {
   Timestamp time_asked_{};
   int still_looks_ = 0;  // at its time, one after the other without progress
   bool time_ran_ = false, frozen_ = false;
-  LatestTriple coordinate_, command_;
+  LatestTriple coordinate_;
+  SpeedCommand command_;
   std::atomic<std::int64_t> local_time_offset_{0};  // [ns]; 0: not known
   std::atomic<float> battery_{0.0F}, board_time_{0.0F}, wheel_radius_{0.0F}, body_radius_{0.0F};
   std::atomic<const char*> finding_{""};

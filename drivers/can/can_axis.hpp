@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
 
 #include "core/timestamp.hpp"
+#include "drivers/can/pace.hpp"
 #include "firmware_if/can_odrive.hpp"
 
 namespace slam {
@@ -30,6 +32,7 @@ class CanAxis {
     if (last_ && last_->axis_error == heartbeat.axis_error && last_->state == heartbeat.state) said_ = heartbeat;
     last_ = heartbeat;
     heartbeat_ = stamp;
+    heartbeats_.add(stamp);
   }
   /// What comes as heartbeats is of somebody else.
   void forgetHeartbeats(Timestamp stamp) {
@@ -45,11 +48,13 @@ class CanAxis {
     const bool moved = estimates.position != position_ || std::abs(estimates.velocity) < kTurning;
     if (moved || stamp - estimates_ > kFrozen) moved_ = stamp;
     position_ = estimates.position;
+    velocity_ = estimates.velocity;
     estimates_ = stamp;
   }
 
-  Timestamp heartbeat() const { return heartbeat_; }  ///< when the last one came
-  Timestamp estimates() const { return estimates_; }  ///< the same
+  Timestamp heartbeat() const { return heartbeat_; }                  ///< when the last one came
+  Timestamp estimates() const { return estimates_; }                  ///< the same
+  double velocity() const { return static_cast<double>(velocity_); }  ///< [turns/s] in the last of them
   const std::optional<can::odrive::Heartbeat>& said() const { return said_; }
   Dialect dialect() const { return dialect_; }
   const std::optional<can::odrive::Version>& version() const { return version_; }  ///< that it has told
@@ -57,8 +62,18 @@ class CanAxis {
   bool isAmbiguous() const {
     return dialect_ == Dialect::kUnknown && said_ && (said_->motor_error || said_->encoder_error);
   }
-  bool faulty() const { return said_ && (said_->axis_error != 0 || flagged()); }
-  bool inClosedLoop() const { return said_ && said_->state == std::uint8_t(can::odrive::AxisState::kClosedLoop); }
+  bool faulty() const { return said_ && isFaulty(*said_); }
+  bool inClosedLoop() const { return said_ && isClosedLoop(*said_); }
+  /// It does what it is asked for, by what it says. One heartbeat is enough that it does not, two in a row that it
+  /// does.
+  bool obeys() const {
+    const auto well = [this](const auto& h) { return h && isClosedLoop(*h) && !isFaulty(*h); };
+    return well(last_) && well(said_);
+  }
+  /// How long there may be no heartbeat, by the period at which the drive sends them.
+  Duration heartbeatPatience() const {
+    return std::max(kHeartbeatsLost, 2 * heartbeats_.period() + heartbeats_.period() / 4);
+  }
   /// Its position stays the same although it says that the wheel turns.
   bool frozen() const { return estimates_ - moved_ > kFrozen; }
   /// Its position is no measurement.
@@ -76,6 +91,7 @@ class CanAxis {
   static constexpr float kTurning = 0.05F;  // [turns/s]
   static constexpr Duration kFrozen = std::chrono::milliseconds(300);
   static constexpr Duration kForgotten = std::chrono::seconds(3);
+  static constexpr Duration kHeartbeatsLost = std::chrono::milliseconds(300);  // three of a drive as delivered
 
   /// @param flagged the heartbeat has what is a flag in one of them
   void noteDialect(Dialect evidence, bool flagged) {
@@ -86,8 +102,12 @@ class CanAxis {
     dialect_ = evidence_ = Dialect::kUnknown;
     version_.reset();
   }
-  bool flagged() const {
-    return dialect_ == Dialect::k05 && (said_->motor_error || said_->encoder_error || said_->controller_error);
+  static bool isClosedLoop(const can::odrive::Heartbeat& heartbeat) {
+    return heartbeat.state == std::uint8_t(can::odrive::AxisState::kClosedLoop);
+  }
+  bool isFaulty(const can::odrive::Heartbeat& h) const {
+    const bool flagged = dialect_ == Dialect::k05 && (h.motor_error || h.encoder_error || h.controller_error);
+    return h.axis_error != 0 || flagged;
   }
   bool encoderFailed() const {
     if (!said_ || !said_->encoder_error) return false;
@@ -99,7 +119,8 @@ class CanAxis {
   std::optional<can::odrive::Version> version_;
   Dialect dialect_ = Dialect::kUnknown, evidence_ = Dialect::kUnknown;
   Timestamp heartbeat_{}, estimates_{}, moved_{};
-  float position_ = 0.0F;  // [turns]
+  Pace heartbeats_;
+  float position_ = 0.0F, velocity_ = 0.0F;  // [turns, turns/s]
 };
 
 }  // namespace slam

@@ -2,7 +2,6 @@
 #include "drivers/can/can_base.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <numbers>
 #include <thread>
@@ -20,7 +19,7 @@ constexpr Duration kSilent = 500ms;        // estimates and IMU come every 10 ms
 constexpr Duration kHeartbeatSilent = 1s;  // heartbeats every 100 ms
 constexpr Duration kFrozenImu = 1s;        // its noise changes the values every few samples
 constexpr Duration kCommandPeriod = 20ms;  // 50 Hz
-constexpr Duration kCommandFresh = 500ms;
+constexpr Duration kLetGo = 2s;            // without a command, until a wheel that did not follow is tried again
 constexpr Duration kReopen = 50ms;         // between attempts, where wheels may turn until the interface is there again
 constexpr int kStopTries = 100;            // at the end, a millisecond apart
 constexpr Duration kSlowEstimates = 95ms;  // from here on the pose between them suffers
@@ -51,10 +50,11 @@ CanBase::CanBase(const CanBaseConfig& config, Clock now, Sinks sinks, std::uniqu
     : config_(config),
       now_(now),
       sinks_(std::move(sinks)),
-      texts_(config.interface, config.nodes),
+      texts_(config.interface, config.nodes, config.commands && config.wheels),
       link_(std::move(port), config.interface, idsOf(config), config.commands ? kReopen : Duration(1s)),
       wheels_(config.wheel),
-      imu_(config.R_base_imu) {
+      imu_(config.R_base_imu),
+      command_(config.limits) {
   config_.commands = config.commands && config.wheels;
   if (!config_.wheels) wheel_status_.set(DeviceState::kAbsent, "not taken from CAN");
   if (!config_.imu) imu_status_.set(DeviceState::kAbsent, "not taken from CAN");
@@ -68,6 +68,7 @@ void CanBase::tick() {
   for (int i = 0; i < kMostFrames && link_.receive(received); ++i) handle(received);
   if (link_.usable() && !was_usable_) usable_since_ = now;
   was_usable_ = link_.usable();
+  if (config_.commands) watchObedience(now);
   if (config_.wheels) watchWheels(now);
   if (config_.imu) watchImu(now);
   sendCommand(now);
@@ -160,12 +161,15 @@ void CanBase::watchWheels(Timestamp now) {
     dead[side] = silent[side] && since(axes_[side].heartbeat(), now, kSilent);
   }
   if (dead[0] && dead[1]) return stale(texts_.no_wheels);
+  if (link_.isBlocked()) return wheel_status_.set(DeviceState::kFault, texts_.blocked.c_str());
   for (std::size_t side = 0; side < 2; ++side) {
     if (dead[side]) return stale(texts_.no_frames[side]);
     if (silent[side]) return stale(texts_.no_estimates[side]);
   }
   for (std::size_t side = 0; side < 2; ++side) {
     if (axes_[side].faulty()) return wheel_status_.set(DeviceState::kFault, texts_.axis(side, *axes_[side].believed()));
+    const char* hindered = config_.commands ? hindrance(side, now) : nullptr;
+    if (hindered != nullptr) return wheel_status_.set(DeviceState::kFault, hindered);
     if (axes_[side].frozen()) return wheel_status_.set(DeviceState::kFault, texts_.frozen[side].c_str());
   }
   const auto senseless = [&] {
@@ -186,7 +190,6 @@ void CanBase::watchWheels(Timestamp now) {
 
 const char* CanBase::wheelWords(Timestamp now) {
   const char *slow = "", *other = "";
-  bool obeys = true;
   for (std::size_t side = 0; side < 2; ++side) {
     if (wheels_.period(side) >= kSlowEstimates) slow = texts_.slow(side, wheels_.period(side));
     if (crowded_[side] >= kMostCrowded) {
@@ -195,10 +198,44 @@ const char* CanBase::wheelWords(Timestamp now) {
       other = texts_.no_heartbeat[side].c_str();
     } else if (axes_[side].said() && !axes_[side].inClosedLoop()) {
       other = texts_.not_closed_loop[side].c_str();
-      obeys = false;
     }
   }
-  return *slow != '\0' && (obeys || !config_.commands) ? slow : other;
+  return *slow != '\0' ? slow : other;
+}
+
+bool CanBase::obeys(std::size_t side, Timestamp now) const {
+  const CanAxis& axis = axes_[side];
+  const bool heard = axis.heartbeat() > usable_since_ && now - axis.heartbeat() <= axis.heartbeatPatience();
+  // Where its heartbeats cannot be told from others, how its wheel turns is all that is known.
+  const bool says = crowded_[side] >= kMostCrowded || (heard && axis.obeys());
+  return says && follow_.idle() != side;
+}
+
+const char* CanBase::hindrance(std::size_t side, Timestamp now) {
+  const CanAxis& axis = axes_[side];
+  if (crowded_[side] < kMostCrowded) {
+    if (since(axis.heartbeat(), now, axis.heartbeatPatience())) return texts_.no_heartbeat[side].c_str();
+    if (axis.said() && !axis.inClosedLoop()) return texts_.not_closed_loop[side].c_str();
+  }
+  return follow_.idle() == side ? texts_.not_following[side].c_str() : nullptr;
+}
+
+void CanBase::watchObedience(Timestamp now) {
+  const bool measured =
+      !since(axes_[0].estimates(), now, patience(0)) && !since(axes_[1].estimates(), now, patience(1));
+  if (twist_ && measured)
+    follow_.add(now, asked_speeds_, {axes_[0].velocity(), axes_[1].velocity()},
+                std::max(wheels_.period(0), wheels_.period(1)));
+  else
+    follow_.rest();
+  const bool armed_anew = follow_.idle() && axes_[*follow_.idle()].said() && !axes_[*follow_.idle()].inClosedLoop();
+  if (armed_anew || now - command_.given() > kLetGo) follow_.forget();
+  if (link_.usable() && obeys(0, now) && obeys(1, now)) return;
+  command_.revoke(now);
+  if (!twist_) return;
+  twist_.reset();
+  link_.dropWaiting();
+  next_command_ = now;
 }
 
 void CanBase::watchImu(Timestamp now) {
@@ -225,28 +262,19 @@ void CanBase::watchImu(Timestamp now) {
   stale(texts_.senseless_imu);
 }
 
-void CanBase::command(double left, double right, Timestamp given) {
-  if (!std::isfinite(left) || !std::isfinite(right)) return;
-  const double most = config_.wheel.max_speed;
-  const std::array<float, 2> speeds = {static_cast<float>(std::clamp(left, -most, most)),
-                                       static_cast<float>(std::clamp(right, -most, most))};
-  command_.store(std::bit_cast<std::uint64_t>(speeds), std::memory_order_relaxed);
-  commanded_ns_.store(given.time_since_epoch().count(), std::memory_order_release);
-}
+bool CanBase::command(const Twist2& twist, Timestamp given) { return config_.commands && command_.give(twist, given); }
 
 /// Before anything is sent: a speed that has become too old while it waited for room must not go out.
 void CanBase::takeCommand(Timestamp now) {
-  const Timestamp commanded{Duration(commanded_ns_.load(std::memory_order_acquire))};
-  const bool fresh = commanded != Timestamp{} && now - commanded <= kCommandFresh;
-  if (fresh_ && !fresh) link_.dropWaiting();
-  fresh_ = fresh;
+  const bool drove = twist_.has_value();
+  twist_ = command_.at(now);
+  if (drove && !twist_) link_.dropWaiting();
 }
 
 void CanBase::sendCommand(Timestamp now) {
   if (!config_.commands || !link_.usable() || now < next_command_) return;
   next_command_ = std::max(next_command_ + kCommandPeriod, now);
-  const std::uint64_t command = fresh_ ? command_.load(std::memory_order_relaxed) : 0;
-  sendSpeeds(now, std::bit_cast<std::array<float, 2>>(command));
+  sendSpeeds(now, twist_.value_or(Twist2{}));
 }
 
 /// Firmware 0.6 tells its version when asked; 0.5 never answers. Nothing is asked where nothing may be sent.
@@ -265,18 +293,23 @@ void CanBase::askVersions(Timestamp now) {
 
 void CanBase::stop() {
   Timestamp now = now_();
-  for (int i = 0; i < kStopTries && config_.commands && link_.usable() && !sendSpeeds(now, {}); ++i) {
+  for (int i = 0; i < kStopTries && config_.commands && link_.usable() && !sendSpeeds(now, Twist2{}); ++i) {
     std::this_thread::sleep_for(1ms);
     now += 1ms;
   }
   link_.close();
 }
 
-bool CanBase::sendSpeeds(Timestamp now, const std::array<float, 2>& speeds) {
+bool CanBase::sendSpeeds(Timestamp now, const Twist2& twist) {
+  const double turn = config_.half_track * twist.omega;  // [m/s]
+  std::array<double, 2> wheels = {(twist.vx - turn) / config_.wheel_radius, (twist.vx + turn) / config_.wheel_radius};
+  const double fastest = std::max(std::abs(wheels[0]), std::abs(wheels[1]));  // [rad/s]
+  const double factor = fastest > config_.wheel.max_speed ? config_.wheel.max_speed / fastest : 1.0;
   bool taken = false;
   for (std::size_t side = 0; side < 2; ++side) {
-    const double turns = static_cast<double>(speeds[side]) / (2.0 * std::numbers::pi);
+    const double turns = factor * wheels[side] / (2.0 * std::numbers::pi);
     const double velocity = turns * config_.wheel.gear_ratio * config_.wheel.sign[side] + 0.0;  // a zero without sign
+    asked_speeds_[side] = velocity;
     taken = link_.send(odrive::encodeInputVelocity(config_.nodes[side], {static_cast<float>(velocity), 0.0F}), now);
   }
   return taken;

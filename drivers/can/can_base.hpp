@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <array>
-#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -15,7 +14,9 @@
 #include "drivers/can/can_link.hpp"
 #include "drivers/can/can_texts.hpp"
 #include "drivers/can/can_wheels.hpp"
+#include "drivers/can/follow_watch.hpp"
 #include "drivers/device_status.hpp"
+#include "drivers/speed_command.hpp"
 
 namespace slam {
 
@@ -27,6 +28,8 @@ struct CanBaseConfig {
   CanWheelsConfig wheel{};
   Eigen::Matrix3d R_base_imu = Eigen::Matrix3d::Identity();  ///< takes the IMU's axes to the base's
   bool commands = false;  ///< command the drives, see command(); nothing is ever sent otherwise
+  double wheel_radius = 0.0325, half_track = 0.10075;  ///< [m] of the base that is commanded
+  SpeedLimits limits{};                                ///< of what it commands
 };
 
 /// Owns a CAN bus with the drives of two wheels (ODrive CANSimple) and an IMU (Xsens frames).
@@ -51,16 +54,19 @@ class CanBase {
   /// bus.
   void stop();
 
-  /// Speeds that the wheels shall have, positive forward [rad/s], until they are half a second old. From any thread, no
-  /// lock. As long as the bus is usable the drives get a speed each at 50 Hz: this one, else zero. So the next frame
-  /// heals whatever was lost, and whatever speed a drive holds; and its own watchdog trips only when this ends.
-  /// @param given when; not later than now
-  void command(double left, double right, Timestamp given);
-  void command(double left, double right) { command(left, right, now_()); }
+  /// The twist that the base shall have, within the limits and as long as a SpeedCommand lasts; vy is left out. From
+  /// any one thread, no lock. As long as the bus is usable the drives get a speed each at 50 Hz: this one, else zero.
+  /// So the next frame heals whatever was lost, and whatever speed a drive holds; and its own watchdog trips only when
+  /// this ends. Zero is also what both get while one of them does not obey, or is not known to; then a new twist is
+  /// needed.
+  /// @param given when; not later than now @return false when not allowed or not finite
+  bool command(const Twist2& twist, Timestamp given);
+  bool command(const Twist2& twist) { return command(twist, now_()); }
 
   DeviceStatus& wheelStatus() { return wheel_status_; }
   DeviceStatus& imuStatus() { return imu_status_; }
   const CanLinkCounters& linkCounters() const { return link_.counters(); }  ///< of the ticking thread
+  std::uint64_t limitedSpeeds() const { return command_.limited(); }        ///< that were asked for above the limits
 
  private:
   void handle(const StampedCanFrame& received);
@@ -72,7 +78,12 @@ class CanBase {
   void sendCommand(Timestamp now);
   void askVersions(Timestamp now);
   /// @return whether the interface has taken both
-  bool sendSpeeds(Timestamp now, const std::array<float, 2>& speeds);
+  bool sendSpeeds(Timestamp now, const Twist2& twist);
+  /// Stops both wheels while one does not obey.
+  void watchObedience(Timestamp now);
+  bool obeys(std::size_t side, Timestamp now) const;
+  /// Why a wheel does not obey; nullptr: it does, or nothing is known yet.
+  const char* hindrance(std::size_t side, Timestamp now);
   void watchWheels(Timestamp now);
   void watchImu(Timestamp now);
   /// What the link itself has to say. @return false: the bus can be used
@@ -96,9 +107,10 @@ class CanBase {
   Timestamp last_pair_{}, last_sample_{};                      // when they were handed on
   Timestamp last_time_{}, last_rate_{}, last_acceleration_{};  // frames of the IMU
   std::int64_t damaged_ = 0;                                   // frames of the wheels
-  std::atomic<std::uint64_t> command_{0};                      // two floats [rad/s]
-  std::atomic<std::int64_t> commanded_ns_{0};                  // when; 0: never
-  bool fresh_ = false;                                         // the command, at this tick
+  SpeedCommand command_;
+  std::optional<Twist2> twist_;  // of this tick; none: both wheels stand
+  FollowWatch follow_;
+  FollowWatch::Speeds asked_speeds_{};  // sent last
   Timestamp next_command_{};
   struct Asked {
     int times = 0;

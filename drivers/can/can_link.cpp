@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <linux/can/error.h>
+#include <utility>
 
 namespace slam {
 namespace {
@@ -13,6 +14,13 @@ using namespace std::chrono_literals;
 constexpr Duration kFirstBackOff = 100ms, kLongestBackOff = 1s;
 constexpr Duration kLook = 50ms;        // the socket tells when an interface goes down, not when it is up again
 constexpr Duration kFrameTime = 300us;  // of 8 bytes at 500 kbit/s: the queue has room again after that
+// 200 frames of the bus: no queue is busy for so long. With 20 ms to the first speed that is refused, and 100 ms to the
+// next look of who tells it, it is told within 0.2 s.
+constexpr Duration kBlocked = 75ms;
+constexpr Duration kReopen = 1s;  // between sockets of an interface that refuses frames
+
+bool isLoss(int error) { return error == ENODEV || error == ENXIO || error == EBADF || error == ENETDOWN; }
+bool isQueueFull(int error) { return error == ENOBUFS || error == EAGAIN; }
 
 }  // namespace
 
@@ -37,6 +45,7 @@ void CanLink::tick(Timestamp now) {
     return;
   }
   flush(now);
+  reopenBlocked(now);
 }
 
 void CanLink::open(Timestamp now) {
@@ -61,7 +70,7 @@ void CanLink::open(Timestamp now) {
 
 void CanLink::close() {
   port_->close();
-  open_ = false;
+  open_ = blocked_ = false;
   dropWaiting();
   state_ = CanLinkState::kGone;
 }
@@ -72,6 +81,7 @@ void CanLink::noteError(int error) {
     back_off_ = std::min(kFirstBackOff, longest_wait_);
   } else if (error == ENETDOWN) {
     dropWaiting();  // an old set-point must not be obeyed when the interface comes back
+    blocked_ = false;
     state_ = CanLinkState::kDown;
   }
 }
@@ -130,16 +140,15 @@ bool CanLink::send(const can::Frame& frame, Timestamp now) {
 }
 
 void CanLink::flush(Timestamp now) {
+  if (waiting_count_ == 0 && !blocked_) taken_ = now;
   std::size_t done = 0;
   while (done < waiting_count_ && now >= next_send_ && usable()) {
     const int error = port_->send(waiting_[done]);
+    noteSent(error, now);
     if (error == 0) {
-      ++counters_.sent;
       ++done;
       continue;
     }
-    if (error == ENOBUFS || error == EAGAIN) ++counters_.queue_full;
-    noteError(error);
     if (waiting_count_ == 0) return;  // the interface is down or gone, and took all with it
     next_send_ = now + kFrameTime;
     break;
@@ -147,6 +156,30 @@ void CanLink::flush(Timestamp now) {
   std::move(waiting_.begin() + static_cast<std::ptrdiff_t>(done),
             waiting_.begin() + static_cast<std::ptrdiff_t>(waiting_count_), waiting_.begin());
   waiting_count_ -= done;
+}
+
+void CanLink::noteSent(int error, Timestamp now) {
+  send_error_ = error;
+  if (error == 0) {
+    ++counters_.sent;
+    taken_ = now;
+    blocked_ = false;
+    return;
+  }
+  ++(isQueueFull(error) ? counters_.queue_full : counters_.send_errors);
+  // A socket can call an interface lost that is there and up: then it takes no frames, and that is all.
+  if (!isLoss(error) || port_->interfaceError() != 0) noteError(error);
+  if (usable() && now - taken_ >= kBlocked && !std::exchange(blocked_, true)) next_reopen_ = now;
+}
+
+/// A new socket helps where the old one is at fault; a queue that stays full is the interface's, and outlives it.
+void CanLink::reopenBlocked(Timestamp now) {
+  if (!blocked_ || !open_ || isQueueFull(send_error_) || now < next_reopen_) return;
+  next_reopen_ = now + kReopen;
+  const bool passive = state_ == CanLinkState::kErrorPassive;
+  open_ = false;
+  open(now);
+  if (usable() && passive) state_ = CanLinkState::kErrorPassive;  // the controller's, not the socket's
 }
 
 }  // namespace slam

@@ -24,13 +24,14 @@ enum class CanLinkState : std::uint8_t {
 
 struct CanLinkCounters {
   std::uint64_t received = 0, sent = 0;
-  std::uint64_t queue_full = 0, replaced = 0, overflows = 0, bus_offs = 0, restarts = 0, opened = 0;
+  std::uint64_t queue_full = 0, send_errors = 0, replaced = 0, overflows = 0, bus_offs = 0, restarts = 0, opened = 0;
 
   template <typename Visitor>
   friend void visitCounters(const CanLinkCounters& c, Visitor&& visit) {
     visit(CounterInfo{"can.received", "frames", "Frames that were received."}, c.received);
     visit(CounterInfo{"can.sent", "frames", "Frames that the interface took."}, c.sent);
     visit(CounterInfo{"can.queue_full", "times", "The interface did not take a frame."}, c.queue_full);
+    visit(CounterInfo{"can.send_errors", "times", "The interface refused a frame for another reason."}, c.send_errors);
     visit(CounterInfo{"can.replaced", "frames", "Waiting frames that a newer one of the same id put out."}, c.replaced);
     visit(CounterInfo{"can.overflows", "times", "The controller lost frames."}, c.overflows);
     visit(CounterInfo{"can.bus_offs", "times", "The controller went off the bus."}, c.bus_offs);
@@ -40,7 +41,8 @@ struct CanLinkCounters {
 };
 
 /// Keeps a CAN interface in use through all that happens to it: down and up, unplugged and plugged in again, bus-off
-/// and restarted, a full queue. Never waits, never spins: at most one attempt of each kind a tick.
+/// and restarted, a full queue, a socket that takes no frame any more. Never waits, never spins: at most one attempt of
+/// each kind a tick.
 class CanLink {
  public:
   /// @param ids 11-bit identifiers to receive
@@ -61,6 +63,8 @@ class CanLink {
 
   CanLinkState state() const { return state_; }
   bool usable() const { return state_ == CanLinkState::kUp || state_ == CanLinkState::kErrorPassive; }
+  /// The interface is there, and has taken no frame for 75 ms although there were some.
+  bool isBlocked() const { return blocked_ && usable(); }
   const CanLinkCounters& counters() const { return counters_; }
 
  private:
@@ -68,6 +72,8 @@ class CanLink {
   void noteError(int error);
   void digest(const can::Frame& frame);
   void flush(Timestamp now);
+  void noteSent(int error, Timestamp now);
+  void reopenBlocked(Timestamp now);
 
   std::unique_ptr<CanPort> port_;
   std::string interface_;
@@ -77,6 +83,10 @@ class CanLink {
   CanLinkCounters counters_;
   bool open_ = false;
   Timestamp next_open_{}, next_look_{}, next_send_{};
+  Timestamp taken_{};  // when a frame was taken last, or none was there to be sent
+  Timestamp next_reopen_{};
+  bool blocked_ = false;
+  int send_error_ = 0;  // of the last frame
   Duration back_off_{0};
   std::array<can::Frame, 8> waiting_{};  // oldest first
   std::size_t waiting_count_ = 0;

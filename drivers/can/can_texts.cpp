@@ -7,13 +7,19 @@ namespace slam {
 
 using can::odrive::AxisState;
 
-CanTexts::CanTexts(const std::string& interface, const std::array<int, 2>& nodes)
+CanTexts::CanTexts(const std::string& interface, const std::array<int, 2>& nodes, bool commands)
     : gone("interface " + interface + " is gone: adapter unplugged?"),
       down(interface + " is down: ip link set " + interface + " up"),
       bus_off(interface + " is bus-off: check wiring and termination"),
       passive(interface + " is error-passive: check wiring, termination and bit rate"),
       unsupported("the kernel has no CAN: modprobe can-raw"),
       refused("the system refuses a CAN socket on " + interface),
+      blocked(
+          interface +
+          " takes no frames, although frames come in: the wheels keep their last speeds until the drives' own "
+          "watchdogs stop them; slamd goes on trying; fix: if they turn, cut the drives' power; plug the adapter in "
+          "anew, or sudo ip link set " +
+          interface + " down && sudo ip link set " + interface + " up"),
       opening_wheels("waiting for the wheels' first frames"),
       opening_imu("waiting for the IMU's first frames"),
       no_imu("no frames of the IMU (005, 032, 034): check its power and the bit rate"),
@@ -36,21 +42,36 @@ CanTexts::CanTexts(const std::string& interface, const std::array<int, 2>& nodes
     std::array<char, 32> name{};
     std::snprintf(name.data(), name.size(), "%s wheel (node 0x%02x)", kSides[i], static_cast<unsigned>(nodes[i]));
     wheel[i] = name.data();
-    no_frames[i] = "no frames of the " + wheel[i];
+    const std::string stops = "; slamd stops both wheels until both drives obey and a new SLAM_DRIVE comes; fix: ";
+    const auto command = [&](can::odrive::Command which, const char* data) {
+      std::array<char, 16> id{};
+      std::snprintf(id.data(), id.size(), "%03x#", static_cast<unsigned>(can::odrive::idOf(nodes[i], which)));
+      return "cansend " + interface + " " + id.data() + data;
+    };
+    const std::string arm = command(can::odrive::Command::kSetAxisState, "08000000");
+    const auto remedy = [&](const std::string& fix) { return commands ? stops + fix : std::string(); };
+    remedy_[i] = remedy("remove the cause, then " + command(can::odrive::Command::kClearErrors, "") + " and " + arm);
+    no_frames[i] = "no frames of the " + wheel[i] + remedy("check the drive's power and its plug");
     no_estimates[i] = "the " + wheel[i] + " sends heartbeats, but no encoder estimates: set their rate";
-    no_heartbeat[i] = "no heartbeat of the " + wheel[i];
+    no_heartbeat[i] = "no heartbeat of the " + wheel[i] + remedy("set the drive's heartbeat_msg_rate_ms to 100");
     frozen[i] = "the " + wheel[i] + " says that it turns, but its position never changes: check its encoder";
-    not_closed_loop[i] = "the " + wheel[i] + " is not in closed loop: it obeys no commands";
+    not_closed_loop[i] = "the " + wheel[i] + " is not in closed loop: it obeys no commands" + remedy("arm it: " + arm);
+    not_following[i] =
+        "the " + wheel[i] +
+        " does not turn while the other one does as it is asked to: it is blocked, or its drive is not "
+        "in velocity control; slamd stops both wheels until SLAM_DRIVE has paused for 2 s; fix: free the "
+        "wheel, " +
+        command(can::odrive::Command::kControllerMode, "0200000001000000");
     shared_id[i] = "the heartbeat of the " + wheel[i] +
                    " has the IMU's quaternion's id: it is not heard, the wheel is used; switch the quaternion off, or "
                    "give the drive node 16";
     slow_[i] = "the " + wheel[i] +
                " sends encoder estimates seldom: they are used, the pose is coarser between them; set "
                "encoder_msg_rate_ms to 10 to 50";
-    axis_error_[i] = "the " + wheel[i] + " has axis errors";
+    axis_error_[i] = "the " + wheel[i] + " has axis errors" + remedy_[i];
   }
-  no_wheels =
-      no_frames[0] + ", nor of the " + wheel[1] + ": check their power, the bit rate and can.left_node, can.right_node";
+  no_wheels = "no frames of the " + wheel[0] + ", nor of the " + wheel[1] +
+              ": check their power, the bit rate and can.left_node, can.right_node";
 }
 
 const char* CanTexts::slow(std::size_t side, Duration period) {
@@ -102,10 +123,10 @@ const char* CanTexts::axis(std::size_t side, const can::odrive::Heartbeat& heart
   entry.side = side;
   entry.heartbeat = key;
   const bool armed = key.state == static_cast<std::uint8_t>(AxisState::kClosedLoop);
-  std::snprintf(entry.text.data(), entry.text.size(), "%s wheel: axis error 0x%x%s%s%s, %s",
+  std::snprintf(entry.text.data(), entry.text.size(), "%s wheel: axis error 0x%x%s%s%s, %s%s",
                 side == 0 ? "left" : "right", static_cast<unsigned>(key.axis_error), key.motor_error ? ", motor" : "",
                 key.encoder_error ? ", encoder" : "", key.controller_error ? ", controller" : "",
-                armed ? "still in closed loop" : "disarmed");
+                armed ? "still in closed loop" : "disarmed", remedy_[side].c_str());
   return entry.text.data();
 }
 

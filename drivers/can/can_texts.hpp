@@ -12,8 +12,8 @@ namespace slam {
 /// texts stay what and where they are until this goes.
 class CanTexts {
  public:
-  /// @param nodes of the left and the right wheel
-  CanTexts(const std::string& interface, const std::array<int, 2>& nodes);
+  /// @param nodes of the left and the right wheel @param commands slamd drives them, and says what it does about it
+  CanTexts(const std::string& interface, const std::array<int, 2>& nodes, bool commands = false);
 
   const char* link(CanLinkState state) const;
   /// What a drive says of itself. Room for 32 different texts is made at start-up; after that they say less.
@@ -21,8 +21,9 @@ class CanTexts {
   /// A drive sends its estimates more seldom than it should. Periods are told to ten milliseconds.
   const char* slow(std::size_t side, Duration period);
 
-  std::string gone, down, bus_off, passive, unsupported, refused;
-  std::array<std::string, 2> no_frames, no_estimates, no_heartbeat, frozen, not_closed_loop, shared_id;  // left, right
+  std::string gone, down, bus_off, passive, unsupported, refused, blocked;
+  std::array<std::string, 2> no_frames, no_estimates, no_heartbeat, frozen, not_closed_loop, not_following,
+      shared_id;  // left, right
   std::string no_wheels, opening_wheels, opening_imu, no_imu, no_rate, no_acceleration, no_time, senseless_imu;
   std::string frozen_imu, senseless, rare_time, rare_acceleration;
 
@@ -30,7 +31,7 @@ class CanTexts {
   struct AxisText {
     std::size_t side = 0;
     can::odrive::Heartbeat heartbeat;
-    std::array<char, 128> text{};
+    std::array<char, 320> text{};
   };
   std::array<AxisText, 32> axis_texts_;
   std::size_t axis_count_ = 0;
@@ -42,7 +43,7 @@ class CanTexts {
   std::array<SlowText, 16> slow_texts_;
   std::size_t slow_count_ = 0;
   std::array<std::string, 2> slow_;
-  std::array<std::string, 2> axis_error_;
+  std::array<std::string, 2> axis_error_, remedy_;  // what slamd does about it, and the fix
 };
 
 }  // namespace slam

@@ -15,7 +15,6 @@ using namespace std::chrono_literals;
 constexpr Duration kSilence = 500ms;     // a drive that was silent longer may have been reset meanwhile
 constexpr Duration kApart = 50ms;        // readings of the two wheels further apart make no pair
 constexpr Duration kInterpolate = 50ms;  // readings of one wheel further apart say nothing of what is between
-constexpr Duration kLongestPeriod = 2s;  // what comes more seldom has none
 constexpr double kSlack = 0.5;           // [rad] of jitter in the stamps and of the encoder's filter ...
 constexpr double kBending = 4.0;         // [rad/s^2] ... and of a speed that changes between two estimates
 
@@ -26,17 +25,8 @@ Duration periods(int count, Duration period) { return count * period + period / 
 
 bool CanWheel::follows(const Count& before, const Count& now) const {
   const double dt = toSeconds(now.stamp - before.stamp);
-  return now.stamp - before.stamp <= std::max(kSilence, periods(2, period_)) &&
+  return now.stamp - before.stamp <= std::max(kSilence, periods(2, period())) &&
          std::abs(now.angle - before.angle - 0.5 * (before.speed + now.speed) * dt) <= kSlack + kBending * dt * dt;
-}
-
-/// The middle one of the last three steps: neither a lost estimate nor two that came at once change it.
-void CanWheel::learnPeriod(Duration step) {
-  steps_[step_count_ % steps_.size()] = step;
-  const auto known = static_cast<std::ptrdiff_t>(std::min(++step_count_, steps_.size()));
-  auto sorted = steps_;
-  std::sort(sorted.begin(), sorted.begin() + known);
-  period_ = std::min(sorted[static_cast<std::size_t>(known - 1) / 2], kLongestPeriod);
 }
 
 bool CanWheel::trust(const Count& now) {
@@ -52,8 +42,7 @@ CanWheel::Outcome CanWheel::add(Timestamp stamp, const can::odrive::EncoderEstim
                     scale_ * static_cast<double>(estimates.velocity)};
   if (newest_ && stamp <= newest_->stamp) return Outcome::kStepsBack;
   const bool trusted = trust(count), goes_on = trusted && count_ && follows(*count_, count);
-  if (seen_ != Timestamp{}) learnPeriod(stamp - seen_);  // a silence is none to this estimate yet
-  seen_ = stamp;
+  pace_.add(stamp);  // a silence is none to this estimate yet
   if (!trusted) return Outcome::kRejected;
 
   const double turned = goes_on ? count.angle - count_->angle : 0.0;
@@ -66,7 +55,7 @@ CanWheel::Outcome CanWheel::add(Timestamp stamp, const can::odrive::EncoderEstim
 double CanWheel::angleAt(Timestamp stamp) const {
   const double back = toSeconds(last_.stamp - stamp);  // [s]
   if (!previous_ || previous_->stamp > stamp ||
-      last_.stamp - previous_->stamp > std::max(kInterpolate, periods(1, period_)))
+      last_.stamp - previous_->stamp > std::max(kInterpolate, periods(1, period())))
     return last_.angle - last_.speed * back;
   // Cubic through both angles with both speeds.
   const double span = toSeconds(last_.stamp - previous_->stamp), u = 1.0 - back / span;

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/timestamp.hpp"
+#include "drivers/can/pace.hpp"
 #include "firmware_if/can_odrive.hpp"
 
 namespace slam {
@@ -40,7 +41,7 @@ class CanWheel {
   Outcome add(Timestamp stamp, const can::odrive::EncoderEstimates& estimates);
   const Reading& last() const { return last_; }
   /// At which its estimates come, learned; 0: not known yet.
-  Duration period() const { return period_; }
+  Duration period() const { return pace_.period(); }
   /// Angle at an instant not after the last reading, between the last two by their angles and speeds.
   double angleAt(Timestamp stamp) const;
 
@@ -55,17 +56,13 @@ class CanWheel {
 
   bool follows(const Count& before, const Count& now) const;
   bool trust(const Count& now);
-  void learnPeriod(Duration step);
 
   double scale_, max_speed_;
-  Timestamp seen_{};                     // when the last estimate came, believed or not
+  Pace pace_;                            // of the estimates, believed or not
   std::optional<Count> count_, newest_;  // the last one used, the last one that can be read
   int in_line_ = kTrusted;               // with the one before, how many in a row; the first of all is believed
   Reading last_;
   std::optional<Reading> previous_;  // in line with the last
-  Duration period_{0};
-  std::array<Duration, 3> steps_{};  // between the estimates that came last
-  std::size_t step_count_ = 0;
 };
 
 /// Brings the estimates of two wheels, which come at moments of their own, to one instant: that of the older of the two

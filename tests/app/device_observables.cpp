@@ -29,7 +29,7 @@ std::string words(const Values&... values) {
 std::string boardSettings(const Config& config) {
   const HandsfreeConfig c = handsfreeConfig(config);
   return words(c.port, c.baud, c.mileage_rate, c.imu_rate, c.sample_age, static_cast<int>(c.chassis), c.wheel_radius,
-               c.body_radius, c.may_drive);
+               c.body_radius, c.may_drive, c.limits.max_speed, c.limits.max_turn_rate);
 }
 
 std::string canSettings(const Config& config) {

@@ -54,6 +54,19 @@ TEST(CanOdrive, TellsTheDialectsOfItsHeartbeatsApart) {
   EXPECT_EQ(dialectOf(heartbeat({0, 0, 0, 0, 8, 0xFF, 0, 0x80})), Dialect::kUnknown) << "damage";
 }
 
+TEST(CanOdrive, ParametersAreAskedForByTheirNumber) {
+  EXPECT_EQ(requestParameter(kLeftNode, 0x0102), (Frame{.id = 0x204, .size = 4, .data = {0x00, 0x02, 0x01, 0x00}}));
+  const Frame frame{.id = 0x205, .size = 8, .data = {0x00, 0x02, 0x01, 0x00, 0x78, 0x56, 0x34, 0x12}};
+  EXPECT_EQ(parseParameter(kLeftNode, frame), (Parameter{0x0102, 0x12345678}));
+  EXPECT_EQ(encodeParameter(kLeftNode, {0x0102, 0x12345678}), frame);
+  Frame boolean = frame;
+  boolean.size = 5;
+  EXPECT_EQ(parseParameter(kLeftNode, boolean), (Parameter{0x0102, 0x78})) << "what is behind was not sent";
+  boolean.size = 4;
+  EXPECT_FALSE(parseParameter(kLeftNode, boolean));
+  EXPECT_FALSE(parseParameter(kRightNode, frame));
+}
+
 TEST(CanOdrive, VersionsAreAskedForWithARemoteFrame) {
   EXPECT_EQ(requestVersion(1), (Frame{.id = 0x020, .size = 8, .remote = true}));
   const Frame frame{.id = 0x200, .size = 8, .data = {2, 5, 2, 0, 0, 6, 9, 1}};

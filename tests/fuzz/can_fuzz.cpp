@@ -22,7 +22,7 @@ constexpr int kEnough = 3;
 constexpr std::array<int, 2> kNodes = {odrive::kLeftNode, odrive::kRightNode};
 
 /// The ids that somebody listens to are as likely as all others together.
-constexpr std::array<std::uint32_t, 12> kIds = {
+constexpr std::array<std::uint32_t, 13> kIds = {
     odrive::idOf(odrive::kLeftNode, odrive::Command::kHeartbeat),
     odrive::idOf(odrive::kRightNode, odrive::Command::kHeartbeat),
     odrive::idOf(odrive::kLeftNode, odrive::Command::kEncoderEstimates),
@@ -31,6 +31,7 @@ constexpr std::array<std::uint32_t, 12> kIds = {
     odrive::idOf(odrive::kLeftNode, odrive::Command::kInputVelocity),
     odrive::idOf(odrive::kLeftNode, odrive::Command::kSetAxisState),
     odrive::idOf(odrive::kRightNode, odrive::Command::kEncoderCounts),
+    odrive::idOf(odrive::kLeftNode, odrive::Command::kParameter),
     xsens::kSampleTime,
     xsens::kQuaternion,
     xsens::kRateOfTurn,
@@ -70,6 +71,8 @@ void checkFrame(const Frame& frame) {
       if (heartbeat) FUZZ_CHECK(odrive::parseHeartbeat(node, again(*heartbeat), dialect) == heartbeat);
     }
     checkAgain(frame, odrive::parseVersion(node, frame), of(odrive::encodeVersion), false);
+    const auto parameter = odrive::parseParameter(node, frame);  // its value may be shorter than ours
+    if (parameter) FUZZ_CHECK(odrive::parseParameter(node, odrive::encodeParameter(node, *parameter)) == parameter);
     const auto estimates = odrive::parseEncoderEstimates(node, frame);
     if (estimates) FUZZ_CHECK(std::isfinite(estimates->position) && std::isfinite(estimates->velocity));
     checkAgain(frame, estimates, of(odrive::encodeEncoderEstimates));

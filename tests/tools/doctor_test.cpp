@@ -207,23 +207,23 @@ TEST_F(Doctor, NamesTheNodesOfDrivesThatAreHeard) {
 }
 
 TEST_F(Doctor, ExplainsTheDrivesWatchdogsWhereSpeedsAreSent) {
+  test::FakeCanBus bus;
+  bus.open_error = ENODEV;
+  test::FakeCanPort port(bus);
   BaseDeviceConfig base;
   for (const auto& [driver, word] : kChoices<BaseDriver>) {
     base.driver = driver;
-    EXPECT_FALSE(checkWatchdog(base)) << word;
+    EXPECT_FALSE(checkWatchdog(base, {}, port)) << word;
   }
   base.speed_commands = true;
   base.driver = BaseDriver::kCan;
-  ASSERT_TRUE(checkWatchdog(base));
-  EXPECT_EQ(checkWatchdog(base)->level, Finding::kWarning);
-  EXPECT_THAT(checkWatchdog(base)->fix,
-              testing::AllOf(HasSubstr("enable_watchdog = True"), HasSubstr("watchdog_timeout = 0.5"),
-                             HasSubstr("save_configuration()")));
+  ASSERT_TRUE(checkWatchdog(base, {}, port));
+  EXPECT_EQ(checkWatchdog(base, {}, port)->level, Finding::kWarning);
   base.driver = BaseDriver::kHandsfree;
-  ASSERT_TRUE(checkWatchdog(base));
-  EXPECT_EQ(checkWatchdog(base)->level, Finding::kGood);
+  ASSERT_TRUE(checkWatchdog(base, {}, port));
+  EXPECT_EQ(checkWatchdog(base, {}, port)->level, Finding::kGood);
   base.driver = BaseDriver::kLcm;
-  EXPECT_FALSE(checkWatchdog(base)) << "who drives the base is not slamd";
+  EXPECT_FALSE(checkWatchdog(base, {}, port)) << "who drives the base is not slamd";
 }
 
 TEST_F(Doctor, KnowsWhetherThisUserMayCommandOverTheSocket) {

@@ -30,6 +30,7 @@
 #include "runtime/clock.hpp"
 #include "runtime/process_usage.hpp"
 #include "runtime/realtime.hpp"
+#include "tools/slamctl/drive_watchdogs.hpp"
 #include "tools/slamctl/remote.hpp"
 
 namespace slam {
@@ -299,7 +300,7 @@ Finding checkDrives(const CanConfig& can, CanPort& port, Duration patience) {
                        : "nodes that send heartbeats: " + list + "; set can.left_node and can.right_node"};
 }
 
-std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base) {
+std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base, const CanConfig& can, CanPort& port) {
   if (!base.speed_commands) return std::nullopt;
   if (base.driver == BaseDriver::kHandsfree) {
     return Finding{Finding::kGood,
@@ -307,14 +308,7 @@ std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base) {
                    ""};
   }
   if (base.driver != BaseDriver::kCan) return std::nullopt;
-  // CANSimple has no message that asks for it.
-  return Finding{
-      Finding::kWarning,
-      "drives: whether the ODrives' own watchdogs are on cannot be seen over CAN; they are off as delivered. "
-      "slamd feeds them at 50 Hz, with zeros while nobody drives, and stops the wheels when it can reach them again; "
-      "without a watchdog they turn on at the last speed while slamd, the computer or the cable fails",
-      "in odrivetool, once: for both axes <axis>.config.watchdog_timeout = 0.5 and "
-      "<axis>.config.enable_watchdog = True, then <odrive>.save_configuration()"};
+  return checkDriveWatchdogs(can, port);
 }
 
 Finding checkSocket(const std::string& path) {
@@ -530,7 +524,8 @@ Findings diagnose(const Config& config, const std::string& socket) {
       findings.push_back(checkDrives(config.can, *port));
     }
   }
-  if (auto watchdog = checkWatchdog(config.base_device)) findings.push_back(std::move(*watchdog));
+  if (auto watchdog = checkWatchdog(config.base_device, config.can, *makeSocketCanPort(monotonicNow)))
+    findings.push_back(std::move(*watchdog));
   if (config.depth_device.driver == DepthDriver::kOpenni2) findings.push_back(checkMounting(config.depth_device));
   if (config.depth_device.driver == DepthDriver::kOpenni2 && config.depth_device.uri.empty()) {
     const auto usb = makeUsbWatch(kPrimeSense);

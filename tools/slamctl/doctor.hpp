@@ -46,8 +46,9 @@ Finding checkMounting(const DepthDeviceConfig& depth);
 Finding checkCan(const std::string& interface, const std::filesystem::path& net = "/sys/class/net");
 /// Listens for the heartbeats of drives. @param port of the interface; nothing is sent
 Finding checkDrives(const CanConfig& can, CanPort& port, Duration patience = std::chrono::milliseconds(500));
-/// What stops the wheels when slamd cannot. @return std::nullopt: slamd sends no speeds
-std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base);
+/// What stops the wheels when slamd cannot. @param port of the interface, if the wheels are on CAN
+/// @return std::nullopt: slamd sends no speeds
+std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base, const CanConfig& can, CanPort& port);
 /// May this user command slamd over its local socket?
 Finding checkSocket(const std::string& path);
 /// Sends itself a message.

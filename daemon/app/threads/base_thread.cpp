@@ -75,10 +75,7 @@ void BaseThread::drive() {
   ends_.drives.drain([this](const DriveCommand& command) {
     const Twist2& twist = command.twist;
     if (board_) board_->command(twist.vx, twist.vy, twist.omega, command.given);
-    if (can_) {
-      const WheelVector speeds = wheelsOf(kinematics_, {twist.vx, twist.vy, twist.omega});
-      can_->command(speeds[0], speeds[1], command.given);
-    }
+    if (can_) can_->command(twist, command.given);
   });
 }
 

@@ -68,6 +68,7 @@ BusThread::BusThread(const Config& config, const BusEnds& ends, const WallClock&
       imu_{channel::kImu, SenderClocks::kImu},
       depth_{channel::kDepth, SenderClocks::kDepth},
       drives_(channel::kDrive),
+      drive_senders_(config.base_device.drive_order),
       worker_({.name = "bus"}, [this] { tick(); }) {
   if (!config.output.record.empty())
     recorder_ = std::make_unique<Recorder>("record", std::make_unique<RecordFile>(config.output.record));
@@ -109,6 +110,7 @@ void BusThread::tick() {
   ends_.wakeup.clear();
   takePoses();
   followClock();
+  if (stop_owed_) stop_owed_ = !ends_.commands.drives.tryPush({{}, monotonicNow()});
   link_.receive();
   link_.tend(monotonicNow());
   socket_.receive();
@@ -137,6 +139,7 @@ void BusThread::tick() {
   reportLink(now);
   reportSocket();
   reportRival(now);
+  reportDrives(now);
 }
 
 void BusThread::reportLink(Timestamp now) {
@@ -209,7 +212,9 @@ void BusThread::publishRaw() {
 
 /// What is known of others' clocks counts from ours.
 void BusThread::followClock() {
-  if (std::exchange(followed_, clock_.followed()) != followed_) clocks_.forget();
+  if (std::exchange(followed_, clock_.followed()) == followed_) return;
+  clocks_.forget();
+  drive_senders_.forgetClocks();
 }
 
 void BusThread::refuse(Refusal refusal) {
@@ -270,26 +275,48 @@ void BusThread::onDepth(Bytes data) {
 
 void BusThread::onDrive(Bytes data) {
   const Received<drive_t> received(data);
-  const Timestamp now = monotonicNow(), stamp = received ? clock_.stamp(received.message->utime) : Timestamp{};
+  const Timestamp now = monotonicNow();
+  const DriveSenders::Sender sender = link_.senderOfMessage();
+  // A stop is obeyed whatever its stamp: it can come too late, and be meant for a drive before this one, but it harms
+  // nobody.
+  const auto& message = received.message;
+  const bool zero = message && message->vx == 0.0 && message->vy == 0.0 && message->omega == 0.0;
   Refusal refusal = received.refusal;
-  Timestamp sent = stamp;
-  const char* words = "";
+  Timestamp sent = now;
   if (received) {
-    const auto mapped = clocks_.map(SenderClocks::kDrive, stamp, Duration(0), now);
+    const Timestamp stamp = clock_.stamp(message->utime);
+    const auto mapped = drive_senders_.clock(sender, now).map(SenderClocks::kDrive, stamp, Duration(0), now);
     sent = stamp + mapped.shift;
-    words = drive_stamps_.of(now - stamp, mapped.shift != Duration(0));
+    drive_stamp_words_ = drive_stamps_.of(now - stamp, mapped.shift != Duration(0));
     refusal = mapped.refusal;
     if (refusal == Refusal::kNone && !isFreshCommand(sent, now)) refusal = sent > now ? Refusal::kAhead : Refusal::kOld;
-    record(channel::kDrive, restamped(data, clock_.utime(sent), restamped_));
+    record(channel::kDrive, restamped(data, clock_.utime(zero ? now : sent), restamped_));
+  }
+  if (zero) {
+    refusal = Refusal::kNone;
+    drive_senders_.take(sender, true, now);
+    stop_owed_ = !ends_.commands.drives.tryPush({{}, now});
+  } else if (refusal == Refusal::kNone && !stop_owed_ && drive_senders_.take(sender, false, now)) {
+    ends_.commands.drives.tryPush({*received.sample, std::min(sent, now)});
+  } else if (refusal == Refusal::kNone) {
+    ++ends_.counters.drives_not_followed;
   }
   if (refusal == Refusal::kNone) {
     drives_.taken();
-    ends_.commands.drives.tryPush({*received.sample, std::min(sent, now)});
   } else {
     refuse(refusal);
     drives_.refused(refusal);
   }
-  if (*drives_.words() != '\0') words = drives_.words();
+}
+
+/// Also while nothing comes: two that were told of may have become one.
+void BusThread::reportDrives(Timestamp now) {
+  if (now >= next_senders_look_) {
+    next_senders_look_ = now + 1s;  // who does what can change with each message
+    drive_sender_words_ = drive_senders_.words(now);
+  }
+  std::string words = drive_sender_words_;
+  if (words.empty()) words = *drives_.words() != '\0' ? drives_.words() : drive_stamp_words_;
   if (drive_problem_.get() != words) drive_problem_.set(words);
 }
 

@@ -10,6 +10,7 @@
 #include "app/channels.hpp"
 #include "app/log/field_log.hpp"
 #include "app/log/recorder.hpp"
+#include "bus/drive_senders.hpp"
 #include "bus/local_socket.hpp"
 #include "bus/refusal.hpp"
 #include "bus/rival_watch.hpp"
@@ -60,6 +61,7 @@ class BusThread {
   void reportLink(Timestamp now);
   void reportSocket();
   void reportRival(Timestamp now);
+  void reportDrives(Timestamp now);
   void takePoses();
   void publishRaw();
   template <typename Message>
@@ -114,7 +116,12 @@ class BusThread {
   Duration followed_{0};  // by clock_, when clocks_ began
   Sensor lidar_, wheels_, imu_, depth_;
   RefusalNote drives_;
+  DriveSenders drive_senders_;
+  bool stop_owed_ = false;  // the queue had no room for a zero
   StampWords drive_stamps_;
+  const char* drive_stamp_words_ = "";  // of drive_stamps_, of the last speed
+  std::string drive_sender_words_;
+  Timestamp next_senders_look_{};
   SharedText drive_problem_;
   Worker worker_;
 };

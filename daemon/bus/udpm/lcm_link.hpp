@@ -33,6 +33,8 @@ class LcmLink {
   int descriptor() const { return receiver_.descriptor(); }
   /// Hands out what has arrived, but no more than a queue's worth: sending must have its turn under any load.
   void receive();
+  /// Who sent the message that a handler is given, as of MulticastReceiver.
+  std::uint64_t senderOfMessage() const { return receiver_.sender(); }
   bool publish(const std::string& channel, std::span<const std::uint8_t> data, Timestamp now);
   /// For another thread, which sends on its own: opened, moved and closed with this link. What it has sent is to be
   /// reported, before receive(), or else its copy is not known when it comes back.

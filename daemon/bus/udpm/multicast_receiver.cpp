@@ -65,13 +65,17 @@ std::optional<std::span<const std::uint8_t>> MulticastReceiver::next() {
   if (socket_ < 0) return std::nullopt;
   iovec room{buffer_.data(), buffer_.size()};
   alignas(cmsghdr) char control[CMSG_SPACE(sizeof overflow_)];
+  sockaddr_in from{};
   msghdr message{};
+  message.msg_name = &from;
+  message.msg_namelen = sizeof from;
   message.msg_iov = &room;
   message.msg_iovlen = 1;
   message.msg_control = control;
   message.msg_controllen = sizeof control;
   const ssize_t size = recvmsg(socket_, &message, 0);
   if (size < 0) return std::nullopt;
+  sender_ = std::uint64_t{ntohl(from.sin_addr.s_addr)} << 16 | ntohs(from.sin_port);
   const cmsghdr* head = CMSG_FIRSTHDR(&message);
   if (head != nullptr && head->cmsg_level == SOL_SOCKET && head->cmsg_type == SO_RXQ_OVFL) {
     const std::uint32_t before = overflow_;

@@ -35,6 +35,9 @@ class MulticastReceiver {
   int descriptor() const { return socket_; }
   /// The next datagram that waits, if there is one. @return good until the next call
   std::optional<std::span<const std::uint8_t>> next();
+  /// Who sent that datagram: the IPv4 address, and in the lower 16 bits the port. Each program sends from a port of its
+  /// own.
+  std::uint64_t sender() const { return sender_; }
   /// Datagrams that the kernel had no room for.
   std::uint64_t dropped() const { return dropped_; }
 
@@ -44,7 +47,7 @@ class MulticastReceiver {
   const UdpmUrl url_;
   int socket_ = -1;
   std::uint32_t overflow_ = 0;  // the socket's own count of them
-  std::uint64_t dropped_ = 0;
+  std::uint64_t dropped_ = 0, sender_ = 0;
   std::vector<std::uint8_t> buffer_ = std::vector<std::uint8_t>(65536);  // more than IPv4 can carry
 };
 

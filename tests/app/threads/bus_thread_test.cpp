@@ -3,13 +3,18 @@
 
 #include <bot_core/planar_lidar_t.hpp>
 #include <bot_core/pose_t.hpp>
+#include <chrono>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <lcm/lcm-cpp.hpp>
 #include <map>
 #include <memory>
+#include <optional>
 #include <poll.h>
 #include <slam/ack_t.hpp>
+#include <slam/drive_t.hpp>
 #include <slam/pose_estimate_t.hpp>
+#include <utility>
 #include <vector>
 
 #include "app/threads/pose_thread.hpp"
@@ -282,6 +287,125 @@ TEST_F(Bus, SaysWhyItsSocketIsNotOpen) {
   EXPECT_TRUE(waitUntil([&] { return bus.socketProblem().find("missing/socket: No such file") != std::string::npos; }));
   std::filesystem::create_directory(folder / "missing");
   EXPECT_TRUE(waitUntil([&] { return bus.socketProblem().empty(); }));
+}
+
+/// Programs that send SLAM_DRIVE, and what comes of it to the base.
+class BusOfDrives : public Bus {
+ protected:
+  BusOfDrives() {
+    config.output.record.clear();
+    config.base_device.speed_commands = true;
+  }
+  void start() {
+    bus_.emplace(config, channels->bus(), clock);
+    bus_->worker().start();
+  }
+  static drive_t driveOf(double vx, Duration behind) {
+    drive_t drive{};
+    drive.utime = std::chrono::duration_cast<std::chrono::microseconds>(
+                      std::chrono::system_clock::now().time_since_epoch() - behind)
+                      .count();
+    drive.vx = vx;
+    return drive;
+  }
+  /// Publishes each 20 ms until the condition holds of the newest speed that reached the base.
+  template <typename Send, typename Condition>
+  [[nodiscard]] bool sendUntil(Send&& send, Condition&& condition, Duration limit = 5s) {
+    for (const Timestamp end = monotonicNow() + limit; monotonicNow() < end;) {
+      send();
+      ::poll(nullptr, 0, 20);
+      channels->commands.drives.drain([&](const DriveCommand& command) { newest_ = command; });
+      if (condition()) return true;
+    }
+    return false;
+  }
+  bool connected() {
+    return sendUntil([&] { a_.publish(channel::kDrive, &kStop); }, [&] { return newest_.has_value(); }, 3s);
+  }
+
+  const drive_t kStop = driveOf(0.0, 0s);
+  lcm::LCM a_{config.lcm.url}, b_{config.lcm.url};  // two programs
+  std::optional<BusThread> bus_;
+  std::optional<DriveCommand> newest_;
+};
+
+TEST_F(BusOfDrives, HandOnWhenASpeedWasSentNotWhenItCame) {
+  start();
+  if (!connected()) GTEST_SKIP() << "this machine has no multicast";
+  Timestamp sent{};
+  ASSERT_TRUE(sendUntil(
+      [&] {
+        const drive_t drive = driveOf(0.25, 300ms);
+        sent = monotonicNow() - 300ms;
+        a_.publish(channel::kDrive, &drive);
+      },
+      [&] { return newest_->twist.vx == 0.25; }));
+  EXPECT_LE(newest_->given, sent + 20ms) << "it has waited, and is to be driven for so much less";
+  EXPECT_GE(newest_->given, sent - 1s);
+}
+
+TEST_F(BusOfDrives, AreNotDrivenWhenTheyAreOlderThanHalfASecond) {
+  start();
+  if (!connected()) GTEST_SKIP() << "this machine has no multicast";
+  const auto send = [&](double vx, Duration behind) {
+    const drive_t drive = driveOf(vx, behind);
+    a_.publish(channel::kDrive, &drive);
+  };
+  ASSERT_TRUE(sendUntil([&] { send(0.25, 0s); }, [&] { return newest_->twist.vx == 0.25; }));
+  EXPECT_FALSE(sendUntil([&] { send(0.5, 700ms); }, [&] { return newest_->twist.vx == 0.5; }, 500ms));
+  EXPECT_GT(channels->bus_counters.refused[static_cast<std::size_t>(Refusal::kOld) - 1], 0U);
+}
+
+TEST_F(BusOfDrives, AreStoppedByAZeroWhateverItsStamp) {
+  start();
+  if (!connected()) GTEST_SKIP() << "this machine has no multicast";
+  const auto drives = [&] { return newest_->twist.vx == 0.25; };
+  const auto drive = [&] {
+    const drive_t message = driveOf(0.25, 0s);
+    a_.publish(channel::kDrive, &message);
+  };
+  for (const Duration behind : {Duration(30s), Duration(-1h)}) {
+    ASSERT_TRUE(sendUntil(drive, drives));
+    const drive_t stop = driveOf(0.0, behind);
+    bool once = true;
+    ASSERT_TRUE(sendUntil(
+        [&] {
+          drive();
+          if (std::exchange(once, false)) b_.publish(channel::kDrive, &stop);
+        },
+        [&] { return !drives(); }));
+    EXPECT_EQ(newest_->twist.vx, 0.0);
+    EXPECT_LT(monotonicNow() - newest_->given, 1s) << "it is as new as it came";
+    EXPECT_FALSE(sendUntil(drive, drives, 1s)) << "who drove goes on after a pause only";
+    EXPECT_THAT(bus_->commandProblem(), testing::HasSubstr("SLAM_DRIVE comes from 2 programs (127."));
+    ::poll(nullptr, 0, 600);
+  }
+  drive_t timeless = driveOf(0.0, 0s);
+  timeless.utime = 0;
+  ASSERT_TRUE(sendUntil(drive, drives));
+  EXPECT_TRUE(sendUntil([&] { b_.publish(channel::kDrive, &timeless); }, [&] { return !drives(); }));
+}
+
+TEST_F(BusOfDrives, AreThoseOfOneProgramByTheOrderThatIsConfigured) {
+  for (const DriveOrder order : {DriveOrder::kFirst, DriveOrder::kLast}) {
+    config.base_device.drive_order = order;
+    start();
+    if (!connected()) GTEST_SKIP() << "this machine has no multicast";
+    const drive_t end = driveOf(0.0, 0s);
+    ASSERT_TRUE(sendUntil([&] { a_.publish(channel::kDrive, &end); }, [&] { return newest_->twist.vx == 0.0; }));
+    const auto send = [&](lcm::LCM& lcm, double vx) {
+      const drive_t message = driveOf(vx, 0s);
+      lcm.publish(channel::kDrive, &message);
+    };
+    ASSERT_TRUE(sendUntil([&] { send(a_, 0.25); }, [&] { return newest_->twist.vx == 0.25; }));
+    const bool followed = sendUntil([&] { send(a_, 0.25), send(b_, 0.5); }, [&] { return newest_->twist.vx == 0.5; },
+                                    order == DriveOrder::kFirst ? 1500ms : 5s);
+    EXPECT_EQ(followed, order == DriveOrder::kLast);
+    EXPECT_GT(channels->bus_counters.drives_not_followed, 0U);
+    EXPECT_TRUE(sendUntil([&] { send(a_, 0.25), send(b_, 0.5); },
+                          [&] { return bus_->commandProblem().find("2 programs") != std::string::npos; }));
+    bus_.reset();
+  }
 }
 
 TEST_F(Bus, TalksToTheGroupThatIsConfigured) {

@@ -289,6 +289,20 @@ TEST_F(Driving, StopsTheRobotWhenItIsStopped) {
   EXPECT_EQ(fake_.drives.back().speed.x, 0.0F);
 }
 
+TEST_F(Driving, SendsWhatIsTooFastSlowerOnTheSameCurve) {
+  make({.may_drive = true, .limits = {.max_speed = 0.5, .max_turn_rate = 1.0}});
+  ASSERT_TRUE(runUntil([&] { return streaming(); }));
+  for (const double much : {1e300, 1e6, 50.0, 0.6}) {
+    driver_->command(much, -much, 4.0 * much);
+    runFor(milliseconds(200));
+    const auto& speed = fake_.drives.back().speed;
+    EXPECT_FLOAT_EQ(speed.x, 0.25F) << much;
+    EXPECT_FLOAT_EQ(speed.y, -0.25F);
+    EXPECT_FLOAT_EQ(speed.z, 1.0F);
+  }
+  EXPECT_EQ(driver_->limitedSpeeds(), 4U);
+}
+
 TEST_F(Driving, NeverSendsWhatIsNotANumber) {
   EXPECT_FALSE(driver_->command(std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0));
   EXPECT_FALSE(driver_->command(0.0, 0.0, std::numeric_limits<double>::infinity()));

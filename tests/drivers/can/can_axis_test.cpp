@@ -26,6 +26,33 @@ TEST(CanAxis, BelievesAHeartbeatThatCameTwice) {
   EXPECT_EQ(axis.heartbeat(), kStart + 300ms);
 }
 
+TEST(CanAxis, ObeysWhenTwoHeartbeatsTellSoAndNoLongerWhenOneDoesNot) {
+  CanAxis axis;
+  Timestamp stamp = kStart;
+  const auto obeysAfter = [&](const can::odrive::Heartbeat& heartbeat) {
+    axis.addHeartbeat(stamp += 100ms, heartbeat);
+    return axis.obeys();
+  };
+  EXPECT_FALSE(axis.obeys());
+  EXPECT_FALSE(obeysAfter({.state = 8}));
+  EXPECT_TRUE(obeysAfter({.state = 8}));
+  EXPECT_FALSE(obeysAfter({.state = 1}));
+  EXPECT_TRUE(obeysAfter({.state = 8})) << "that one was damaged";
+  EXPECT_FALSE(obeysAfter({.axis_error = 1, .state = 8}));
+  EXPECT_FALSE(obeysAfter({.axis_error = 1, .state = 8}));
+  EXPECT_FALSE(obeysAfter({.state = 8}));
+  EXPECT_TRUE(obeysAfter({.state = 8}));
+}
+
+TEST(CanAxis, MayBeSilentForAsLongAsItsHeartbeatsTake) {
+  CanAxis axis;
+  EXPECT_EQ(axis.heartbeatPatience(), 300ms);
+  for (int i = 0; i < 5; ++i) axis.addHeartbeat(kStart + i * 100ms, {.state = 8});
+  EXPECT_EQ(axis.heartbeatPatience(), 300ms);
+  for (int i = 1; i < 5; ++i) axis.addHeartbeat(kStart + i * 1s, {.state = 8});
+  EXPECT_EQ(axis.heartbeatPatience(), 2250ms);
+}
+
 TEST(CanAxis, EachFlagIsAFaultAndOnlyTheEncoderMakesItLie) {
   const auto lies = [](const can::odrive::Heartbeat& heartbeat) {
     CanAxis axis;

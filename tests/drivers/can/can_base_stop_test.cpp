@@ -15,7 +15,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kTurn = 6.283185307179586;
 constexpr Duration kTick = 5ms;
 constexpr std::uint32_t kController = 0x4, kBusOff = 0x40, kRestarted = 0x100;  // classes of error frames
 constexpr std::uint8_t kPassive = 0x20, kActive = 0x40;
@@ -27,7 +26,7 @@ struct Bus : test::FakeCanBus {
   static constexpr int kFramesPerTick = 16;   // of the bus, at 500 kbit/s
 
   bool there = true, up = true, bus_off = false, cable = true, powered = true;
-  bool drives_heard = true;   ///< false: they hear, but nothing comes from them
+  bool drives_heard = true;   ///< false: they get what is sent, but nothing comes from them
   bool tells_passive = true;  ///< the adapter reports when nobody acknowledges
   std::deque<can::Frame> queue;
   sim::CanEmulator drives;
@@ -126,8 +125,8 @@ class CanBaseStop : public testing::Test {
  protected:
   CanBaseStop() { startSlamd(); }
   void startSlamd() {
-    driver_.emplace(CanBaseConfig{.commands = true}, Bus::now,
-                    CanBase::Sinks{[](const WheelAngles&) {}, [](const ImuSample&) {}}, std::make_unique<Port>(bus_));
+    driver_.emplace(commanding(), Bus::now, CanBase::Sinks{[](const WheelAngles&) {}, [](const ImuSample&) {}},
+                    std::make_unique<Port>(bus_));
   }
   void tick() {
     bus_.clock += kTick;
@@ -137,8 +136,9 @@ class CanBaseStop : public testing::Test {
   void runFor(Duration time) {
     for (const Timestamp end = bus_.clock + time; bus_.clock < end;) tick();
   }
-  void driveFor(Duration time, double speed = kTurn / 2.0) {
-    for (const Timestamp end = bus_.clock + time; bus_.clock < end; tick()) driver_->command(speed, -speed);
+  static CanBaseConfig commanding() { return {.commands = true, .wheel_radius = 1.0, .half_track = 1.0}; }
+  void driveFor(Duration time) {
+    for (const Timestamp end = bus_.clock + time; bus_.clock < end; tick()) driver_->command({.omega = 1.0});
   }
   bool stand() const { return bus_.drives.drive() == std::array<float, 2>{}; }
   void startDriving() {
@@ -177,7 +177,12 @@ class CanBaseStop : public testing::Test {
 /// By what comes from the drives, or by what the adapter reports.
 class CanBaseStopEither : public CanBaseStop, public testing::WithParamInterface<bool> {
  protected:
-  CanBaseStopEither() { bus_.drives_heard = bus_.tells_passive = GetParam(); }
+  /// Drives that are not heard cannot be driven: they fall silent then.
+  void startDriving() {
+    bus_.drives_heard = bus_.tells_passive = true;
+    CanBaseStop::startDriving();
+    bus_.drives_heard = bus_.tells_passive = GetParam();
+  }
 };
 INSTANTIATE_TEST_SUITE_P(Heard, CanBaseStopEither, testing::Bool());
 
@@ -307,23 +312,35 @@ TEST_P(CanBaseStopEither, FeedsTheDrivesWatchdogsAsLongAsSlamdRuns) {
   EXPECT_FALSE(bus_.drives.armed()) << "its error is to be cleared first";
 }
 
+TEST_F(CanBaseStop, IsSentToBothWheelsWhileOneDriveIsIdle) {
+  for (const char* kind : {"idle", "axis_error"}) {
+    startDriving();
+    bus_.drives.inject(kind, 1.0);
+    driveFor(300ms);
+    EXPECT_TRUE(lastAreZeros()) << kind;
+    driveFor(10s);
+    EXPECT_TRUE(lastAreZeros()) << "although SLAM_DRIVE goes on";
+    bus_.drives.inject(kind, 0.0);
+    runFor(1s);
+    EXPECT_TRUE(stand()) << "until a new command comes";
+  }
+  startDriving();
+}
+
 TEST_F(CanBaseStop, GivesWayToAFreshCommand) {
   startDriving();
   bus_.takeDown();
   runFor(3s);
   bus_.bringUp();
-  driver_->command(kTurn, kTurn);
-  bus_.sent.clear();
-  runFor(400ms);
-  ASSERT_FALSE(bus_.sent.empty());
-  EXPECT_EQ(can::odrive::parseInputVelocity(0x10, bus_.sent.front())->velocity, 1.0F) << "no zero before it";
-  EXPECT_FALSE(stand());
-  EXPECT_LE(timeToStop(), 200ms) << "half a second after the command";
+  driveFor(400ms);
+  EXPECT_FALSE(stand()) << "both drives have told that they obey";
+  EXPECT_LE(timeToStop(), 500ms) << "half a second after the command";
 }
 
 TEST_F(CanBaseStop, IsNotReplacedByACommandThatIsOldAlready) {
   startSlamd();
-  driver_->command(kTurn, kTurn, bus_.clock - 501ms);
+  runFor(500ms);
+  driver_->command({.vx = 0.5}, bus_.clock - 501ms);
   for (int i = 0; i < 400; ++i) {
     tick();
     ASSERT_TRUE(stand());
@@ -336,7 +353,7 @@ TEST_F(CanBaseStop, AtTheEndWaitsForRoomInTheQueue) {
   bus_.setCable(false);
   driveFor(3s);
   ASSERT_EQ(bus_.queue.size(), Bus::kQueue);
-  driver_.emplace(CanBaseConfig{.commands = true}, Bus::now, CanBase::Sinks{}, std::make_unique<DrainingPort>(bus_));
+  driver_.emplace(commanding(), Bus::now, CanBase::Sinks{}, std::make_unique<DrainingPort>(bus_));
   driver_->tick();
   driver_->stop();
   ASSERT_GE(bus_.queue.size(), 2U);
@@ -355,8 +372,8 @@ TEST_F(CanBaseStop, AtTheEndGivesUpOnAQueueThatStaysFull) {
   EXPECT_EQ(bus_.queue.size(), Bus::kQueue);
 }
 
-/// Whatever happens, in any order: a tenth of a second after the drives can be reached and no command is fresh, they
-/// stand.
+/// Whatever happens, in any order: a tenth of a second after the drives can be reached they stand, if no command is
+/// fresh, or one of them is idle or silent.
 class CanBaseStopAlways : public CanBaseStop, public testing::WithParamInterface<unsigned> {
  protected:
   void happen(int what) {
@@ -370,7 +387,7 @@ class CanBaseStopAlways : public CanBaseStop, public testing::WithParamInterface
       case 3:
         return bus_.setCable(!bus_.cable);
       case 4:
-        bus_.powered = !bus_.powered || !bus_.drives_heard;  // a drive that is never heard cannot come back
+        bus_.powered = !bus_.powered;
         return;
       case 5:  // too short to be seen as a state
         bus_.takeDown();
@@ -394,6 +411,11 @@ class CanBaseStopAlways : public CanBaseStop, public testing::WithParamInterface
       case 12:
         disturbed_ = bus_.clock;
         return setSpeeds(1.0F);
+      case 13:
+        bus_.drives_heard = !bus_.drives_heard;
+        return;
+      case 14:
+        return bus_.drives.receive(can::odrive::encodeAxisState(0x10, can::odrive::AxisState::kIdle));
       default:
         driving_ = !driving_;
     }
@@ -404,7 +426,8 @@ class CanBaseStopAlways : public CanBaseStop, public testing::WithParamInterface
     if (!bus_.up) bus_.bringUp();
     if (bus_.bus_off) bus_.restart();
     if (!bus_.cable) bus_.setCable(true);
-    bus_.powered = true;
+    bus_.powered = bus_.drives_heard = true;
+    setState(can::odrive::AxisState::kClosedLoop);
   }
 
   std::mt19937 random_{GetParam()};
@@ -413,27 +436,27 @@ class CanBaseStopAlways : public CanBaseStop, public testing::WithParamInterface
 };
 
 TEST_P(CanBaseStopAlways, LeavesNoWheelTurning) {
-  bus_.drives_heard = GetParam() % 2 == 0;
   bus_.tells_passive = GetParam() % 4 < 2;
-  Timestamp commanded{}, unusable{}, next{};
+  Timestamp commanded{}, obeyed{}, unusable{}, next{};
   std::string story;
   int turned = 0, stood = 0;
   for (const Timestamp end = bus_.clock + 300s; bus_.clock < end;) {
     if (bus_.clock >= next) {
       next = bus_.clock + 5ms * (random_() % (random_() % 2 == 0 ? 20 : 400));
-      const int what = static_cast<int>(random_() % 16);
+      const int what = static_cast<int>(random_() % 19);
       happen(what);
       story += std::to_string(what) + " ";
     }
     if (driving_) {
-      const double speed = static_cast<double>(1 + random_() % 5) * kTurn / 5.0;
-      driver_->command(speed, -speed);
+      driver_->command({.omega = static_cast<double>(1 + random_() % 5) / 5.0});
       commanded = bus_.clock;
     }
     tick();
     if (!bus_.usable()) unusable = bus_.clock;
+    if (bus_.drives.armed() && bus_.drives_heard) obeyed = bus_.clock;
     if (!stand()) ++turned;
-    if (bus_.clock - std::max({unusable, disturbed_, commanded + 500ms}) <= 100ms) continue;
+    const Timestamp to_stop = std::min(commanded + 500ms, obeyed + 350ms);
+    if (bus_.clock - std::max({unusable, disturbed_, to_stop}) <= 100ms) continue;
     ++stood;
     ASSERT_TRUE(stand() && lastAreZeros()) << "after " << story;
   }

@@ -400,7 +400,7 @@ TEST_F(CanBaseTest, DoesNotAllocateInATick) {
     if (i % 2 == 0) putSamples();
     if (i % 20 == 0) putHeartbeats();
     allocations += test::allocationsDuring([&] {
-      driver_->command(1.0, 1.0);
+      driver_->command({.vx = 0.1});
       driver_->tick();
     });
   }

@@ -224,9 +224,71 @@ TEST_F(CanLinkTest, ForgetsSetPointsWhenTheBusIsLost) {
 TEST_F(CanLinkTest, NoticesALossByWhatSendingSays) {
   up();
   bus_.send_error = ENXIO;
-  bus_.open_error = ENODEV;
+  bus_.interface_error = bus_.open_error = ENODEV;
   link_.send(kSetPoint, bus_.clock);
   EXPECT_EQ(link_.state(), CanLinkState::kGone);
+}
+
+TEST_F(CanLinkTest, IsBlockedAfterAFewFramesThatTheInterfaceDoesNotTake) {
+  for (const int error : {ENOBUFS, EAGAIN, EIO, EPERM, ENETDOWN, ENXIO}) {  // it is up, whatever it says
+    tickFor(100ms);
+    ASSERT_EQ(link_.state(), CanLinkState::kUp);
+    const CanLinkCounters before = link_.counters();
+    const bool full = error == ENOBUFS || error == EAGAIN;
+    bus_.send_error = error;
+    const auto sendFor = [&](Duration time) {
+      for (const Timestamp end = bus_.clock + time; bus_.clock < end;) {
+        bus_.clock += 5ms;
+        tick();
+        link_.send(kSetPoint, bus_.clock);
+      }
+    };
+    sendFor(70ms);
+    EXPECT_FALSE(link_.isBlocked());
+    sendFor(20ms);
+    EXPECT_TRUE(link_.isBlocked());
+    sendFor(5s);
+    EXPECT_TRUE(link_.isBlocked());
+    EXPECT_EQ(link_.state(), CanLinkState::kUp) << "frames may come in";
+    bus_.put(kData);
+    tick();
+    EXPECT_EQ(received_.size(), 1U);
+    received_.clear();
+    EXPECT_GE(link_.counters().queue_full - before.queue_full, full ? 900U : 0U);
+    EXPECT_GE(link_.counters().send_errors - before.send_errors, full ? 0U : 900U);
+    EXPECT_NEAR(static_cast<double>(link_.counters().opened - before.opened), full ? 0.0 : 5.0, 1.0);
+    bus_.send_error = 0;
+    sendFor(5ms);
+    EXPECT_FALSE(link_.isBlocked());
+  }
+}
+
+TEST_F(CanLinkTest, IsNotBlockedByASingleRefusalAfterALongSilence) {
+  up();
+  tickFor(10s);
+  bus_.send_error = EIO;
+  link_.send(kSetPoint, bus_.clock);
+  EXPECT_FALSE(link_.isBlocked());
+  bus_.interface_error = bus_.pending_error = ENETDOWN;
+  tickFor(1s);
+  EXPECT_EQ(link_.state(), CanLinkState::kDown);
+  bus_.interface_error = 0;
+  tickFor(1s);
+  link_.send(kSetPoint, bus_.clock);
+  EXPECT_FALSE(link_.isBlocked()) << "after it was down";
+}
+
+TEST_F(CanLinkTest, StaysErrorPassiveWithANewSocket) {
+  up();
+  bus_.putError(kController, kPassive);
+  bus_.send_error = EIO;
+  for (int i = 0; i < 100; ++i) {
+    bus_.clock += 5ms;
+    tick();
+    link_.send(kSetPoint, bus_.clock);
+  }
+  EXPECT_GT(link_.counters().opened, 1U);
+  EXPECT_EQ(link_.state(), CanLinkState::kErrorPassive);
 }
 
 TEST_F(CanLinkTest, SaysWhetherAllWasTaken) {

@@ -18,8 +18,8 @@ constexpr Duration kOpenPeriod = std::chrono::milliseconds(100);  // between att
 std::vector<std::uint32_t> commandIds(const std::array<int, 2>& nodes) {
   std::vector<std::uint32_t> ids;
   for (const int node : nodes) {
-    for (const auto command :
-         {odrive::Command::kInputVelocity, odrive::Command::kSetAxisState, odrive::Command::kClearErrors})
+    for (const auto command : {odrive::Command::kInputVelocity, odrive::Command::kSetAxisState,
+                               odrive::Command::kClearErrors, odrive::Command::kReadParameter})
       ids.push_back(odrive::idOf(node, command));
     ids.push_back(odrive::requestVersion(node).id | CAN_RTR_FLAG);
   }

@@ -17,8 +17,7 @@ namespace xsens = can::xsens;
 
 constexpr Duration kHeartbeat = 100ms, kImu = 10ms;
 constexpr double kTurn = 2.0 * std::numbers::pi;  // [rad]
-// ODrive's WATCHDOG_TIMER_EXPIRED, and how a procedure of 0.6 ended.
-constexpr std::uint32_t kWatchdogExpired05 = 0x800, kWatchdogExpired06 = 0x01000000;
+// How a procedure of 0.6 ended.
 constexpr std::uint8_t kSuccess = 0, kBusy = 1, kDisarmed = 3;
 constexpr odrive::Version kVersion06{.hardware = {5, 2, 0}, .firmware = {0, 6, 9}};
 
@@ -39,6 +38,9 @@ void CanEmulator::step(Timestamp now, const CanReadings& readings, std::vector<c
   for (std::size_t side = 0; side < 2; ++side) {
     const bool asked = std::exchange(asked_version_[side], false);
     if (asked && dialect_ == odrive::Dialect::k06) send(now, odrive::encodeVersion(nodes_[side], kVersion06));
+    const bool asked_watchdog = std::exchange(asked_watchdog_[side], false);
+    if (asked_watchdog && dialect_ == odrive::Dialect::k06)
+      send(now, odrive::encodeParameter(nodes_[side], {kWatchdogEndpoint, watchdog_ > Duration(0) ? 1U : 0U}));
   }
   while (due(next_estimates_, estimates_)) {
     for (std::size_t side = 0; side < 2; ++side) {
@@ -86,7 +88,8 @@ void CanEmulator::watch(Timestamp now) {
   for (Drive& drive : drives_) {
     if (std::exchange(drive.fed, false)) drive.fed_at = now;
     if (watchdog_ == Duration(0) || now - drive.fed_at <= watchdog_) continue;
-    drive.heartbeat.axis_error |= dialect_ == odrive::Dialect::k06 ? kWatchdogExpired06 : kWatchdogExpired05;
+    drive.heartbeat.axis_error |=
+        dialect_ == odrive::Dialect::k06 ? odrive::kWatchdogExpired06 : odrive::kWatchdogExpired05;
     drive.heartbeat.state = static_cast<std::uint8_t>(odrive::AxisState::kIdle);
   }
 }
@@ -113,8 +116,9 @@ void CanEmulator::receive(const can::Frame& frame) {
   for (std::size_t side = 0; side < 2; ++side) {
     if (static_cast<int>(frame.id >> 5) == nodes_[side]) drives_[side].fed = true;
     if (frame == odrive::requestVersion(nodes_[side])) asked_version_[side] = true;
+    if (frame == odrive::requestParameter(nodes_[side], kWatchdogEndpoint)) asked_watchdog_[side] = true;
     if (const auto velocity = odrive::parseInputVelocity(nodes_[side], frame)) {
-      asked_[side] = velocity->velocity;
+      asked_[side] = deaf_ && side == 0 ? 0.0F : velocity->velocity;
       ++commands_;
     }
     odrive::Heartbeat& heartbeat = drives_[side].heartbeat;
@@ -147,6 +151,11 @@ bool CanEmulator::inject(std::string_view kind, double value) {
     drives_[0].heartbeat.axis_error = static_cast<std::uint32_t>(value);
     drives_[0].heartbeat.state =
         static_cast<std::uint8_t>(on ? odrive::AxisState::kIdle : odrive::AxisState::kClosedLoop);
+  } else if (kind == "idle") {
+    drives_[0].heartbeat.state =
+        static_cast<std::uint8_t>(on ? odrive::AxisState::kIdle : odrive::AxisState::kClosedLoop);
+  } else if (kind == "deaf") {
+    return setSwitch(deaf_, value);
   } else if (kind == "firmware") {
     if (value != 0.5 && value != 0.6) return false;
     dialect_ = value == 0.5 ? odrive::Dialect::k05 : odrive::Dialect::k06;

@@ -25,6 +25,8 @@ struct CanReadings {
 /// clock: time and truth come from outside.
 class CanEmulator {
  public:
+  /// At which a drive of firmware 0.6 tells whether its watchdog is on.
+  static constexpr std::uint16_t kWatchdogEndpoint = 201;
   static constexpr std::array<int, 2> kNodes{can::odrive::kLeftNode, can::odrive::kRightNode};
 
   /// @param nodes left, right
@@ -48,10 +50,11 @@ class CanEmulator {
   /// @param kind "silent", "garbage", "stuck": 1 or 0; "wrong": factor of the positions; "slow": factor of the periods;
   ///        "delay": [ms]; "watchdog": [s] without a frame from the host after which a drive has an error, 0: off, as
   ///        delivered;
-  ///        "axis_error": error word of the left drive, which disarms it, 0 takes it back; "bus_off": 1, then 0 for a
-  ///        controller that was restarted; "firmware": 0.5 or 0.6 of both drives; "estimates": [ms] their period, 10
-  ///        as delivered; "imu_time", "imu_acceleration": sent with every so many'th turn rate, 1 as delivered, 0
-  ///        never; "quaternion": 1 or 0
+  ///        "axis_error": error word of the left drive, which disarms it, 0 takes it back; "idle": 1 takes the left
+  ///        drive out of closed loop without an error, 0 arms it; "deaf": 1, the left drive leaves speeds out;
+  ///        "bus_off": 1, then 0 for a controller that was restarted; "firmware": 0.5 or 0.6 of both drives;
+  ///        "estimates": [ms] their period, 10 as delivered; "imu_time", "imu_acceleration": sent with every so many'th
+  ///        turn rate, 1 as delivered, 0 never; "quaternion": 1 or 0
   /// @return false when there is no such kind
   bool inject(std::string_view kind, double value);
 
@@ -84,11 +87,11 @@ class CanEmulator {
   std::deque<Delayed> line_;
   std::array<float, 2> asked_{};
   int commands_ = 0;
-  bool silent_ = false, garbage_ = false, stuck_ = false, bus_off_ = false;
+  bool silent_ = false, garbage_ = false, stuck_ = false, bus_off_ = false, deaf_ = false;
   double factor_ = 1.0;
   int slow_ = 1;
   can::odrive::Dialect dialect_ = can::odrive::Dialect::k05;
-  std::array<bool, 2> asked_version_{};
+  std::array<bool, 2> asked_version_{}, asked_watchdog_{};
   Duration estimates_ = std::chrono::milliseconds(10);
   int time_every_ = 1, acceleration_every_ = 1, imu_samples_ = 0;
   bool quaternion_ = true;

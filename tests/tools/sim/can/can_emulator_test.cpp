@@ -201,6 +201,33 @@ TEST_F(CanEmulatorTest, ReportsAnAxisError) {
             (odrive::Heartbeat{.state = 8, .trajectory_done = true}));
 }
 
+TEST_F(CanEmulatorTest, HasALeftDriveThatIsIdleWithoutAnErrorOrLeavesSpeedsOut) {
+  const auto ask = [&] {
+    for (const int node : {0x10, 0x18}) emulator_.receive(odrive::encodeInputVelocity(node, {1.0F, 0.0F}));
+    return emulator_.drive();
+  };
+  ASSERT_TRUE(emulator_.inject("idle", 1));
+  EXPECT_EQ(ask(), (std::array<float, 2>{0.0F, 1.0F}));
+  EXPECT_EQ(odrive::parseHeartbeat(0x10, last(runFor(200ms), 0x201))->axis_error, 0U);
+  emulator_.inject("idle", 0);
+  EXPECT_EQ(ask(), (std::array<float, 2>{1.0F, 1.0F}));
+  ASSERT_TRUE(emulator_.inject("deaf", 1));
+  EXPECT_EQ(ask(), (std::array<float, 2>{0.0F, 1.0F}));
+  EXPECT_TRUE(emulator_.armed());
+}
+
+TEST_F(CanEmulatorTest, TellsWhetherItsWatchdogIsOnFromFirmware06On) {
+  const auto answer = [&] {
+    emulator_.receive(odrive::requestParameter(0x10, CanEmulator::kWatchdogEndpoint));
+    return odrive::parseParameter(0x10, last(runFor(100ms), 0x205));
+  };
+  EXPECT_FALSE(answer());
+  emulator_.inject("firmware", 0.6);
+  EXPECT_EQ(answer(), (odrive::Parameter{CanEmulator::kWatchdogEndpoint, 0}));
+  emulator_.inject("watchdog", 5.0);
+  EXPECT_EQ(answer(), (odrive::Parameter{CanEmulator::kWatchdogEndpoint, 1}));
+}
+
 TEST_F(CanEmulatorTest, GoesBusOffAndIsRestarted) {
   ASSERT_TRUE(emulator_.inject("bus_off", 1));
   EXPECT_THAT(runFor(1s), testing::ElementsAre(can::Frame{.id = 0x40, .size = 8, .error = true}));

@@ -32,8 +32,6 @@ class LatestTriple {
     if (before % 2 == 0 && sequence_.load(std::memory_order_relaxed) == before) loaded_ = value;
     return loaded_;
   }
-  /// The value that was loaded last.
-  const Value& loaded() const { return loaded_; }
 
  private:
   std::atomic<std::uint32_t> sequence_{0};  // odd: being written

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/board/latest_triple.hpp"
+#include "drivers/latest_triple.hpp"
 
 #include <gtest/gtest.h>
 #include <thread>
