@@ -96,6 +96,7 @@ class CanBase {
   Timestamp last_pair_{}, last_sample_{};                      // when they were handed on
   Timestamp last_time_{}, last_rate_{}, last_acceleration_{};  // frames of the IMU
   std::int64_t damaged_ = 0;                                   // frames of the wheels
+  std::array<Timestamp, 2> bad_estimates_{};                   // when the last estimates came that are no numbers
   std::atomic<std::uint64_t> command_{0};                      // two floats [rad/s]
   std::atomic<std::int64_t> commanded_ns_{0};                  // when; 0: never
   bool fresh_ = false;                                         // the command, at this tick
