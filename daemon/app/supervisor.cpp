@@ -310,8 +310,9 @@ std::vector<Trouble> Supervisor::otherTroubles(Timestamp now) const {
   if (const Duration ahead = -clock_.drift(); ahead > kClockStep) {
     troubles.push_back(
         {.cause = "clock set back",
-         .text = "the wall clock was set back: stamps are " + std::to_string(std::lround(toSeconds(ahead))) +
-                 " s ahead of it, for they never go back; slamd goes on; fix: sudo systemctl restart slamd",
+         .text = "the wall clock was set back by " + std::to_string(std::lround(toSeconds(ahead))) +
+                 " s; slamd goes on with stamps that are ahead of it by that, for they never go back; sudo systemctl "
+                 "restart slamd when the robot stands",
          .recovery = "the wall clock has reached the stamps"});
   }
   if (bus_.hasRival()) {

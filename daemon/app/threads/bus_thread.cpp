@@ -23,7 +23,8 @@ namespace slam {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr int kWait = 50;  // [ms] without a wake-up
+constexpr int kWait = 50;                  // [ms] without a wake-up
+constexpr Duration kClockSetBack = 500ms;  // more than a clock is slewed by at once
 
 /// @return std::nullopt for what is no command about the map, or no mode
 std::optional<MapCommand> mapCommandOf(const command_t& command) {
@@ -209,7 +210,10 @@ void BusThread::publishRaw() {
 
 /// What is known of others' clocks counts from ours.
 void BusThread::followClock() {
-  if (std::exchange(followed_, clock_.followed()) != followed_) clocks_.forget();
+  const Duration drift = clock_.drift(), ahead = drift < -kClockSetBack ? -drift : Duration(0);
+  const bool set = std::chrono::abs(ahead - ahead_) > kClockSetBack;
+  if (set) ahead_ = ahead;
+  if (std::exchange(followed_, clock_.followed()) != followed_ || set) clocks_.begin(ahead_);
 }
 
 void BusThread::refuse(Refusal refusal) {
@@ -226,7 +230,7 @@ auto BusThread::receive(Bytes data, Sensor& sensor) {
     const Timestamp stamp = clock_.stamp(received.message->utime);
     const auto mapped = clocks_.map(sensor.stream, stamp, lengthOf(*received.sample), now);
     received.refusal = mapped.refusal;
-    words = sensor.stamps.of(now - stamp, mapped.shift != Duration(0));
+    words = sensor.stamps.of(mapped.age, mapped.differs);
     received.sample->stamp = stamp + mapped.shift;
     if (mapped.refusal != Refusal::kNone) received.sample.reset();
   }
@@ -277,7 +281,7 @@ void BusThread::onDrive(Bytes data) {
   if (received) {
     const auto mapped = clocks_.map(SenderClocks::kDrive, stamp, Duration(0), now);
     sent = stamp + mapped.shift;
-    words = drive_stamps_.of(now - stamp, mapped.shift != Duration(0));
+    words = drive_stamps_.of(mapped.age, mapped.differs);
     refusal = mapped.refusal;
     if (refusal == Refusal::kNone && !isFreshCommand(sent, now)) refusal = sent > now ? Refusal::kAhead : Refusal::kOld;
     record(channel::kDrive, restamped(data, clock_.utime(sent), restamped_));
