@@ -37,7 +37,7 @@ std::string printCounters() {
                     .can = &can,
                     .recorders = {{"record", &recorder}, {"log", &recorder}},
                     .battery = 0.0F,
-                    .logs = false,
+                    .logs = kLogStopped,
                     .echoes = 0.0};
   std::string text =
       "# Counters\n\n"

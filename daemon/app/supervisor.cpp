@@ -35,8 +35,7 @@ constexpr Duration kStopLimit = 15s;       // for the disk; systemd waits for 20
 constexpr Duration kRecordLimit = 3s;      // for the disk, at the end
 const char* const kNoGraph =
     "it hangs, so that no loop is closed, no lost robot is found and no map is stored; the pose goes on; when the "
-    "robot "
-    "stands: sudo systemctl restart slamd";
+    "robot stands: sudo systemctl restart slamd";
 const char* const kNoMapper =
     "it hangs, so that the map is drawn no further and not stored; the pose goes on; when the robot stands: sudo "
     "systemctl restart slamd";
@@ -351,7 +350,11 @@ Counted Supervisor::counted() {
   if (base_) all.battery = base_->battery();
   if (base_ && base_->usesCan()) all.can = &can_counters_;
   all.echoes = snapshot_.echoes;
-  if (const FieldLog* log = bus_.fieldLog()) all.logs = log->isRunning();
+  if (const FieldLog* log = bus_.fieldLog()) {
+    const StorageReport report = bus_.logRecorder()->report(monotonicNow());
+    const bool fails = !report.problem.empty() || report.waiting > kLogWaits;
+    all.logs = !log->isRunning() ? kLogStopped : fails ? kLogFails : kLogWritten;
+  }
   return all;
 }
 
