@@ -36,6 +36,7 @@ class ServiceReach {
 
   std::vector<Problem> problemsOf(const Config& config) const;
   const ServiceAccount& account() const { return account_; }
+  const std::filesystem::path& workingDirectory() const { return working_directory_; }
 
  private:
   using Paths = std::vector<std::filesystem::path>;

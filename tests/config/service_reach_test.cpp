@@ -46,6 +46,7 @@ TEST_F(ServiceReachTest, KnowsAsWhomTheServiceRunsAndItsLimits) {
     EXPECT_THAT(account.further_groups, testing::ElementsAre("dialout", "video"));
     EXPECT_EQ(account.priority_limit + " " + account.lock_limit, "95 infinity");
     EXPECT_FALSE(account.realtime_refused);
+    EXPECT_EQ(ServiceReach(folder / "").workingDirectory(), "/var/lib/slamd");
   }
   dropIn("robot.conf", "[Service]\nUser=robot\nSupplementaryGroups=\nSupplementaryGroups=plugdev\nLimitMEMLOCK=64M\n");
   const ServiceAccount account = ServiceReach(folder / "").account();

@@ -34,6 +34,18 @@ class Doctor : public testing::Test {
   const fs::path directory_ = fs::path(testing::TempDir()) / ("doctor_" + std::to_string(getpid()));
 };
 
+/// Somebody whose number and groups no file here has.
+Account slamdOf(uid_t user, gid_t group) {
+  Account account{.source = Account::kProcess,
+                  .id = "812",
+                  .is_service = true,
+                  .user = user,
+                  .group = group,
+                  .groups = {},
+                  .unit = {}};
+  return account;
+}
+
 TEST_F(Doctor, NamesThePortsToChooseFromWhereOneIsMissing) {
   const Finding finding = checkPort("lidar", directory_ / "none", "lidar.port",
                                     {{"/dev/ttyUSB0", "10c4:ea60 CP2102 0001"}, {"/dev/ttyS0", ""}});
@@ -59,6 +71,18 @@ TEST_F(Doctor, TellsAnAbsentCameraFromAForbiddenOne) {
   EXPECT_EQ(checkCamera(usb).level, Finding::kGood);
   usb.may_open = false;
   EXPECT_THAT(checkCamera(usb).what, HasSubstr("no right"));
+  const fs::path device = directory_ / "sys/bus/usb/devices/1-1", node = directory_ / "dev/bus/usb/001/007";
+  fs::create_directories(device);
+  fs::create_directories(node.parent_path());
+  std::ofstream(device / "idVendor") << "1d27\n";
+  std::ofstream(device / "busnum") << "1\n";
+  std::ofstream(device / "devnum") << "7\n";
+  std::ofstream(node.c_str()) << "";
+  const Account slamd = slamdOf(geteuid(), getegid()), stranger = slamdOf(54321, 54321);
+  fs::permissions(node, fs::perms::owner_all);
+  EXPECT_EQ(checkCamera(usb, slamd, directory_).level, Finding::kGood) << "whether or not who asks may";
+  usb.may_open = true;
+  EXPECT_THAT(checkCamera(usb, stranger, directory_).what, HasSubstr("user 54321) has no right"));
   usb.on_bus = false;
   EXPECT_THAT(checkCamera(usb).what, HasSubstr("no PrimeSense camera"));
 }
@@ -244,18 +268,6 @@ TEST_F(Doctor, KnowsWhetherThisUserMayCommandOverTheSocket) {
   int status = 0;
   waitpid(stranger, &status, 0);
   EXPECT_EQ(status, 0);
-}
-
-/// Somebody whose number and groups no file here has.
-Account slamdOf(uid_t user, gid_t group) {
-  Account account{.source = Account::kProcess,
-                  .id = "812",
-                  .is_service = true,
-                  .user = user,
-                  .group = group,
-                  .groups = {},
-                  .unit = {}};
-  return account;
 }
 
 TEST_F(Doctor, JudgesAFolderByWhoRunsSlamdAndGivesItToNobodyElse) {

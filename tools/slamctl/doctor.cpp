@@ -123,6 +123,14 @@ std::string limitFix(const Account& slamd, const std::string& unit, const std::s
          (is_caller ? "" : "; then start slamd again");
 }
 
+std::filesystem::path workingDirectoryOf(const Account& slamd, const ServiceReach& service) {
+  std::error_code error;
+  if (slamd.is_service) return service.workingDirectory();
+  const auto own =
+      slamd.id.empty() ? std::filesystem::path() : std::filesystem::read_symlink("/proc/" + slamd.id + "/cwd", error);
+  return own.empty() || error ? std::filesystem::current_path(error) : own;
+}
+
 constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
 
 /// A limit as systemd and /proc write it: a number with or without K, M, G or T, of a soft and a hard one the first.
@@ -348,14 +356,41 @@ Finding checkCameraName(const std::string& uri, const std::vector<CameraInfo>& c
               "; set depth.uri, or leave it empty for the first one: a camera's name changes with its USB socket"};
 }
 
-Finding checkCamera(UsbWatch& usb) {
+namespace {
+
+/// Nodes of the devices of one vendor on the USB.
+std::vector<std::filesystem::path> usbNodesOf(std::uint16_t vendor, const std::filesystem::path& root) {
+  std::vector<std::filesystem::path> nodes;
+  std::error_code error;
+  for (std::filesystem::directory_iterator at(root / "sys/bus/usb/devices", error), end; !error && at != end;
+       at.increment(error)) {
+    unsigned id = 0, bus = 0, number = 0;
+    std::ifstream(at->path() / "idVendor") >> std::hex >> id;
+    std::ifstream(at->path() / "busnum") >> bus;
+    if (id != vendor || !(std::ifstream(at->path() / "devnum") >> number)) continue;
+    char name[32];
+    std::snprintf(name, sizeof name, "dev/bus/usb/%03u/%03u", bus, number);
+    nodes.push_back(root / name);
+  }
+  return nodes;
+}
+
+}  // namespace
+
+Finding checkCamera(UsbWatch& usb, const Account& slamd, const std::filesystem::path& root) {
   if (!usb.present()) {
     return {Finding::kFault, "depth: no PrimeSense camera on the USB",
             "plug it into a USB 2 port or a powered hub; lsusb -d 1d27: must list it; or set depth.driver = \"none\""};
   }
-  if (!usb.permitted()) {
+  const auto nodes =
+      slamd.source == Account::kCaller ? std::vector<std::filesystem::path>{} : usbNodesOf(kPrimeSense.vendor, root);
+  const bool permitted =
+      nodes.empty() ? usb.permitted() : std::any_of(nodes.begin(), nodes.end(), [&](const auto& node) {
+        return permissionOf(slamd, node, R_OK | W_OK) != Permission::kRefused;
+      });
+  if (!permitted) {
     return {
-        Finding::kFault, "depth: no right to open the camera",
+        Finding::kFault, "depth: " + slamd.words() + " has no right to open the camera",
         "sudo apt install libopenni2-0, sudo udevadm control --reload && sudo udevadm trigger, and plug it in again"};
   }
   return {Finding::kGood, "depth: a PrimeSense camera is on the USB", ""};
@@ -706,7 +741,7 @@ Findings diagnose(const Config& config, const std::string& socket) {
   if (config.depth_device.driver == DepthDriver::kOpenni2) findings.push_back(checkMounting(config.depth_device));
   if (config.depth_device.driver == DepthDriver::kOpenni2 && config.depth_device.uri.empty()) {
     const auto usb = makeUsbWatch(kPrimeSense);
-    findings.push_back(checkCamera(*usb));
+    findings.push_back(checkCamera(*usb, slamd));
   }
   const std::string& uri = config.depth_device.uri;
   if (config.depth_device.driver == DepthDriver::kOpenni2 && !uri.empty() && !uri.ends_with(".oni"))
@@ -718,19 +753,21 @@ Findings diagnose(const Config& config, const std::string& socket) {
   if (config.runtime.realtime) {
     for (Finding& finding : checkRealtime(config.runtime.base_priority, slamd)) findings.push_back(std::move(finding));
   }
-  const std::filesystem::path maps = config.store.directory.empty() ? "/var/lib/slamd/maps" : config.store.directory;
+  // A relative path is one of slamd's working directory.
+  const std::filesystem::path at = workingDirectoryOf(slamd, service);
+  const std::filesystem::path maps =
+      at / (config.store.directory.empty() ? "/var/lib/slamd/maps" : config.store.directory);
   if (!config.store.directory.empty() || std::filesystem::is_directory(maps, error)) {
     findings.push_back(checkDisk("maps", maps, slamd));
   }
-  const std::filesystem::path logs = config.log.directory.empty() ? "/var/lib/slamd/log" : config.log.directory;
+  const std::filesystem::path logs = at / (config.log.directory.empty() ? "/var/lib/slamd/log" : config.log.directory);
   if (std::filesystem::is_directory(logs, error)) {
     findings.push_back(checkDisk("logs", logs, slamd));
     if (config.log.automatic) add(checkLogFloor(logs, config.log.floor));
   }
   for (const auto& [what, file] : {std::pair("map files", config.output.map), {"recording", config.output.record}}) {
     if (file.empty()) continue;
-    const auto folder = std::filesystem::path(file).parent_path();
-    findings.push_back(checkDisk(what, folder.empty() ? "." : folder, slamd));
+    findings.push_back(checkDisk(what, (at / file).parent_path(), slamd));
   }
   for (const auto& problem : is_installed ? service.problemsOf(config) : std::vector<ServiceReach::Problem>{}) {
     const auto semicolon = problem.what.find("; ");

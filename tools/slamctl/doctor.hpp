@@ -38,7 +38,8 @@ std::optional<Finding> checkHolders(const std::string& device, const std::string
 std::optional<Finding> checkSecondSlamd(const std::filesystem::path& root = "/");
 /// USB-serial adapters without a port: their kernel driver is missing, or a program has taken them from it.
 Findings checkAdapters(const std::filesystem::path& root = "/");
-Finding checkCamera(UsbWatch& usb);
+/// @param root of /sys and /dev
+Finding checkCamera(UsbWatch& usb, const Account& slamd = callerAccount(), const std::filesystem::path& root = "/");
 /// Is a camera that the configuration names among those that there are?
 Finding checkCameraName(const std::string& uri, const std::vector<CameraInfo>& cameras);
 /// Is it known where the camera sits?
