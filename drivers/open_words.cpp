@@ -4,12 +4,16 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <grp.h>
 #include <mutex>
 #include <set>
 #include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <unistd.h>
 #include <vector>
+
+#include "drivers/serial_port.hpp"
 
 namespace slam {
 namespace {
@@ -19,6 +23,23 @@ bool isMemberOf(gid_t group) {
   std::vector<gid_t> groups(static_cast<std::size_t>(std::max(0, getgroups(0, nullptr))));
   const int count = getgroups(static_cast<int>(groups.size()), groups.data());
   return count > 0 && std::find(groups.begin(), groups.begin() + count, group) != groups.begin() + count;
+}
+
+/// Majors of usbserial (ttyUSB) and cdc-acm (ttyACM), which Linux has fixed.
+bool isUsbSerial(dev_t device) { return major(device) == 188 || major(device) == 166; }
+
+/// Who shall have a port that nobody has given to a group for ports.
+std::string noGroupWords(const NodeRights& rights) {
+  const std::string begin = "no right to open the port (EACCES): it belongs to group " + rights.group +
+                            (rights.group_may ? ", which is no group for ports" : ", which may not read and write it");
+  const std::string anew = "sudo udevadm control --reload && sudo udevadm trigger";
+  if (rights.on_usb) return begin + "; install slamd's udev rules, then " + anew;
+  return begin +
+         ", and no rule of slamd's is for a port that is no USB adapter's; end a console on it (sudo systemctl disable "
+         "--now serial-getty@" +
+         rights.tty + ", and take console=" + rights.tty +
+         " out of the kernel's command line), and give it to group dialout: echo 'KERNEL==\"" + rights.tty +
+         "\", GROUP=\"dialout\", MODE=\"0660\"' | sudo tee /etc/udev/rules.d/72-" + rights.tty + ".rules, then " + anew;
 }
 
 }  // namespace
@@ -33,6 +54,11 @@ NodeRights rightsOf(const std::string& path) {
   rights.group = named ? result->gr_name : std::to_string(node.st_gid);
   rights.group_may = (node.st_mode & (S_IRGRP | S_IWGRP)) == (S_IRGRP | S_IWGRP);
   rights.is_member = isMemberOf(node.st_gid);
+  rights.on_usb = isUsbSerial(node.st_rdev);
+  std::error_code error;
+  rights.tty = ttyNameOf(path);
+  if (rights.tty.empty()) rights.tty = std::filesystem::canonical(path, error).filename();
+  rights.group_id = node.st_gid;
   return rights;
 }
 
@@ -46,10 +72,7 @@ std::string openWords(int error, const NodeRights& rights) {
       return "the port is in use by another program";
     case EACCES:
       if (rights.group.empty()) return "no right to look at " + rights.path + " (EACCES): check its folder's rights";
-      if (!rights.group_may || rights.group == "root")
-        return "no right to open the port (EACCES): it belongs to group " + rights.group +
-               ", which is no group for ports; install slamd's udev rules, then sudo udevadm control --reload && sudo "
-               "udevadm trigger";
+      if (!rights.group_may || rights.group == "root") return noGroupWords(rights);
       if (!rights.is_member)
         return "no right to open the port (EACCES): it belongs to group " + rights.group + "; sudo usermod -aG " +
                rights.group + " $USER and log in again, or SupplementaryGroups=" + rights.group + " in the unit";

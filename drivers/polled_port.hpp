@@ -48,6 +48,8 @@ class PolledPort {
     stream_->discardInput();
     return "";
   }
+  /// Whether nothing of this program has the port open: who asked for it to be closed may have to wait.
+  bool isReleased() const { return !isOpen() && (!opener_ || opener_->isClosed()); }
   /// It failed: the next attempt waits.
   void fail(Timestamp now) {
     if (stream_ && opener_) opener_->close(std::move(stream_));

@@ -219,11 +219,6 @@ bool SpeakerSearch::tick(Timestamp now) {
   return running();
 }
 
-void WrongSpeaker::ask(Timestamp now) {
-  if (std::exchange(asked_, true)) return;
-  search_.begin(path_, baud_, now);
-}
-
 bool WrongSpeaker::hears(std::span<const std::uint8_t> bytes) {
   Heard heard = speakerOf(bytes);
   const char* theirs = keyOf(heard.speaker);
@@ -237,6 +232,10 @@ bool WrongSpeaker::hears(std::span<const std::uint8_t> bytes) {
 }
 
 bool WrongSpeaker::tick(Timestamp now) {
+  if (std::exchange(wanted_, false)) {
+    search_.begin(path_, baud_, now);
+    if (!search_.running()) asked_ = false;  // somebody has the port still: asked anew at the next occasion
+  }
   if (!search_.running()) return false;
   if (search_.tick(now)) return true;
   describe(search_.found());

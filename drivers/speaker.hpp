@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drivers/byte_stream.hpp"
@@ -75,17 +76,18 @@ class WrongSpeaker {
   WrongSpeaker(PortOf expected, std::string path, int baud, PortOpener open = openPort)
       : expected_(expected), path_(std::move(path)), baud_(baud), search_(std::move(open)) {}
 
-  /// The device did not answer, and its port is closed. Does nothing when that was asked before.
-  void ask(Timestamp now);
+  /// The device did not answer. Does nothing when that was asked before. The search begins with the next tick, before
+  /// which the port must have been closed.
+  void ask() { wanted_ = wanted_ || !std::exchange(asked_, true); }
   /// Bytes that came at the right baud rate. @return whether somebody is known by them who is not expected here
   bool hears(std::span<const std::uint8_t> bytes);
   /// @return whether the search goes on
   bool tick(Timestamp now);
-  bool running() const { return search_.running(); }
+  bool running() const { return wanted_ || search_.running(); }
   /// Lets time pass until more may have come.
   void rest(Duration time) { search_.rest(time); }
   /// The device answers, or the port is another one's now.
-  void forget() { asked_ = known_ = false; }
+  void forget() { asked_ = known_ = wanted_ = false; }
   /// Who is there instead; `otherwise` where that is not known.
   const char* words(const char* otherwise) const { return known_ ? words_.data() : otherwise; }
 
@@ -97,6 +99,7 @@ class WrongSpeaker {
   int baud_;
   SpeakerSearch search_;
   bool asked_ = false, known_ = false;
+  bool wanted_ = false;  // the search, which has not begun
   std::array<char, 320> words_{};
 };
 

@@ -55,7 +55,8 @@ struct BusCounters {
     visit(CounterInfo{"socket.bad_packets", "packets", "Received there, but no message."}, c.socket_bad);
     visit(CounterInfo{"socket.dropped_clients", "clients", "Disconnected because they did not read."},
           c.socket_dropped);
-    visit(CounterInfo{"socket.refused_clients", "clients", "Found no place."}, c.socket_refused);
+    visit(CounterInfo{"socket.refused_clients", "clients", "Found no place, or gave theirs to a newer one."},
+          c.socket_refused);
   }
 };
 

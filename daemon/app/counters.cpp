@@ -38,7 +38,7 @@ std::string printCounters() {
                     .recorders = {{"record", &recorder}, {"log", &recorder}},
                     .battery = 0.0F,
                     .limited_speeds = 0,
-                    .logs = false,
+                    .logs = kLogStopped,
                     .echoes = 0.0};
   std::string text =
       "# Counters\n\n"

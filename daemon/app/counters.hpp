@@ -26,6 +26,9 @@ void visitCounters(const Worker& thread, Visitor&& visit) {
         static_cast<std::uint64_t>(1e3 * thread.cpuSeconds()));
 }
 
+/// Of log.running.
+enum LogState : std::uint8_t { kLogStopped, kLogWritten, kLogFails };
+
 /// All that is counted, wherever it is; nullptr, none: this slamd does not have it.
 struct Counted {
   const FrontEndCounters* front_end = nullptr;
@@ -38,7 +41,7 @@ struct Counted {
   std::vector<std::pair<std::string, const RecorderCounters*>> recorders = {};
   std::optional<float> battery = {};  ///< [V]
   std::optional<std::uint64_t> limited_speeds = {};
-  std::optional<bool> logs = {};
+  std::optional<LogState> logs = {};
   std::optional<double> echoes = {};  ///< [1] of the beams of the last turn
 };
 
@@ -71,7 +74,9 @@ void visitDaemonCounters(const Counted& all, Visitor&& visit) {
   if (all.echoes)
     visit(CounterInfo{"lidar.echoes", "1", "Share of the last turn's beams that can be used."}, *all.echoes);
   for (const auto& [name, counters] : all.recorders) visitCounters(*counters, name, visit);
-  if (all.logs) visit(CounterInfo{"log.running", "1", "1 while the field log is written."}, *all.logs);
+  if (all.logs)
+    visit(CounterInfo{"log.running", "1", "1 while the field log is written, 2 while it cannot be; 0: it is stopped."},
+          static_cast<int>(*all.logs));
 }
 
 /// docs/counters.md

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -43,15 +44,26 @@ DeviceState stateOf(const WatchedDevice& device, Timestamp now) {
 
 std::string reasonOf(const WatchedDevice& device, std::string reason, Timestamp now) {
   const bool silent = isSilent(device, now);
-  char text[160];
-  constexpr double kSlow = 0.7;  // [1] of the expected rate
+  char text[320];
+  constexpr double kSlow = 0.7;     // [1] of the expected rate
+  constexpr double kDamaged = 0.1;  // [1] of it, refused: a good line loses nothing
   if (reason.empty() && !silent && device.judged && device.rate < kSlow * device.expected) {
-    std::snprintf(text, sizeof text,
-                  "%.1f Hz where %.1f Hz are expected: check the CPU's load (top) and the device's cable", device.rate,
-                  device.expected);
+    const bool damaged = device.refused >= kDamaged * device.expected;
+    const int size =
+        std::snprintf(text, sizeof text, "%.1f Hz where %.1f Hz are expected", device.rate, device.expected);
+    const std::span rest(text + size, text + sizeof text);
+    damaged
+        ? std::snprintf(rest.data(), rest.size(),
+                        ", for %.1f a second are lost or damaged on the line: slamd goes on with those that are "
+                        "whole; check the cable, its plugs and its ground, or take another USB socket without a hub",
+                        device.refused)
+        : std::snprintf(rest.data(), rest.size(),
+                        ", and nothing is damaged on the line: slamd goes on with what comes; check at which rate "
+                        "the device is set to send, and its power");
     return text;
   }
   if (!silent) return reason;
+  if (reason.empty() && device.starved) reason = "the computer is overloaded";
   if (reason.empty()) reason = device.over_lcm ? "nobody sends it over LCM" : "port present, but silent: pull its plug";
   constexpr std::string_view kNoData = "no data, ";  // as a driver begins that cannot tell since when
   if (reason.starts_with(kNoData)) reason.erase(0, kNoData.size());
@@ -63,14 +75,20 @@ void measureRate(WatchedDevice& device, double interval, bool settled, Timestamp
   const std::int64_t samples = device.status->samples.load(std::memory_order_relaxed);
   device.rate = static_cast<double>(samples - device.samples) / interval;
   device.samples = samples;
+  const std::int64_t rejects = device.status->rejects.load(std::memory_order_relaxed);
+  device.refused = static_cast<double>(rejects - device.rejects) / interval;
+  device.rejects = rejects;
   // A second in which the device came or went says nothing of its rate.
   const bool streams = stateOf(device, now) == DeviceState::kStreaming;
-  device.judged = streams && device.streamed && settled;
+  device.judged = streams && device.streamed && settled && !device.starved;
   device.streamed = streams;
 }
 
 void DeviceMonitor::begin() {
-  for (WatchedDevice& device : devices_) device.samples = device.status->samples;
+  for (WatchedDevice& device : devices_) {
+    device.samples = device.status->samples;
+    device.rejects = device.status->rejects;
+  }
 }
 
 void DeviceMonitor::measureRates(double interval, bool settled, Timestamp now) {

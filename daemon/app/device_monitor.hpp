@@ -30,8 +30,11 @@ struct WatchedDevice {
   std::int64_t identified = 0;                  ///< connections whose device's identity was logged
   std::int64_t samples = 0;                     ///< when rates were measured last
   double rate = 0.0;                            ///< [Hz] then
+  std::int64_t rejects = 0;                     ///< the same as samples, of what was refused
+  double refused = 0.0;                         ///< [1/s] then
   bool streamed = false;                        ///< then
   bool judged = false;                          ///< the rate is worth a word
+  bool starved = false;                         ///< slamd has too little of the CPU to hear it
 };
 
 /// Of its last sample; std::nullopt: none came yet.
@@ -57,6 +60,10 @@ class DeviceMonitor {
   void measureRates(double interval, bool settled, Timestamp now);
   /// What the front end has found out about the lidar's echoes.
   void setEchoes(EchoWatch::Finding finding) { echoes_ = finding; }
+  /// The computer gives slamd too little time: neither rate nor silence says anything about a device.
+  void setOverloaded(bool overloaded) {
+    for (WatchedDevice& device : devices_) device.starved = overloaded;
+  }
   /// Whether anything is new about any, so that a health message should not wait.
   bool look(Timestamp now);
   /// What is wrong with each.

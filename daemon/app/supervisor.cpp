@@ -24,6 +24,7 @@ constexpr Duration kPeriod = 100ms;
 // On an overloaded computer a thread waits for others, and for kernel threads of normal priority: reading a serial port
 // took up to 3.8 s. Starting slamd anew would not help any of that, it would only end the pose. A dead thread is one
 // that waits longer than any of this can last. Until then, what it commands no more is the drives' watchdogs' business.
+// Time in which it waits for the CPU is none of that.
 constexpr Duration kDead = 10s;
 constexpr Duration kConnecting = 12s;      // the lidar's start-up sequence, resets included
 constexpr Duration kOptimising = 10s;      // a very large map, on a small computer
@@ -32,7 +33,16 @@ constexpr Duration kReadingLate = 500ms;   // of a wait of 100 ms at most
 constexpr Duration kDrawingLate = 2s;      // a large map anew
 constexpr Duration kStopLimit = 15s;       // for the disk; systemd waits for 20 s
 constexpr Duration kRecordLimit = 3s;      // for the disk, at the end
+const char* const kNoGraph =
+    "it hangs, so that no loop is closed, no lost robot is found and no map is stored; the pose goes on; when the "
+    "robot stands: sudo systemctl restart slamd";
+const char* const kNoMapper =
+    "it hangs, so that the map is drawn no further and not stored; the pose goes on; when the robot stands: sudo "
+    "systemctl restart slamd";
+const char* const kNoCamera =
+    "its device is stuck; slamd goes on without; pull the camera's plug, and plug it in again";
 const char* const kHung = ": the disk has not answered in time";
+constexpr Duration kLogWaits = 3s;  // for the disk: nothing is written
 constexpr Duration kClockStep = 500ms;
 constexpr Duration kPoseWaits = 4s;  // without a pose, before it is logged
 
@@ -109,14 +119,18 @@ Supervisor::Supervisor(const Config& config)
                   .without = without_depth});
 
   watchdog_.add(estimator_.worker(), {kRealtimeLate, kDead});
-  watchdog_.add(graph_.worker(), {kOptimising, kOptimising + kDead});
-  watchdog_.add(mapper_.worker(), {kDrawingLate, kDrawingLate + kDead});
+  // The pose needs neither of these two: they are not worth its end.
+  watchdog_.add(graph_.worker(),
+                {.late = kOptimising, .dead = kOptimising + kDead, .vital = false, .without = kNoGraph});
+  watchdog_.add(mapper_.worker(),
+                {.late = kDrawingLate, .dead = kDrawingLate + kDead, .vital = false, .without = kNoMapper});
   watchdog_.add(bus_.worker(), {kReadingLate, kDead});
   watchdog_.add(pose_.worker(), {kReadingLate, kDead});
   if (base_) watchdog_.add(base_->worker(), {kRealtimeLate, kDead});
   if (lidar_) watchdog_.add(lidar_->worker(), {kReadingLate, kConnecting + kDead}, &lidar_->driver().status());
   if (depth_)  // OpenNI2's calls may hang
-    watchdog_.add(depth_->worker(), {kReadingLate, kConnecting, /*vital=*/false}, &depth_->driver().status());
+    watchdog_.add(depth_->worker(), {.late = kReadingLate, .dead = kConnecting, .vital = false, .without = kNoCamera},
+                  &depth_->driver().status());
 
   storage_.add("map", [this](Timestamp now) { return graph_.storage(now); });
   storage_.add("map files", [this](Timestamp now) { return mapper_.storage(now); });
@@ -182,12 +196,13 @@ int Supervisor::run() {
   while (sigtimedwait(&signals, nullptr, &period) < 0) {
     const Timestamp now = monotonicNow();
     channels_.pose_for_supervisor.load(snapshot_);
+    watchdog_.look(now);
+    devices_.setOverloaded(watchdog_.isOverloaded(now));
     const std::vector<Trouble> others = otherTroubles(now);
     bool news = devices_.look(now);
     news |= std::exchange(link_seen_, bus_.linkState()) != bus_.linkState();
     devices_.setEchoes(snapshot_.echo_finding);
     log(others, now);
-    watchdog_.look(now);
     const bool due = health_.measure(now);  // news does not wait
     if (due || news) health_.send(now, snapshot_, problems(others, now), counted());
   }
@@ -220,7 +235,7 @@ bool Supervisor::stop() {
       logError("the " + recorder->name() + "'s end is lost: the disk has not taken it" +
                (left.problem.empty() ? "" : "; " + left.problem) + (left.lost.empty() ? "" : "; " + left.lost));
     }
-    recorder_hangs_ |= recorder->report(now).waiting > Duration(0);
+    recorder_hangs_ |= recorder->report(monotonicNow()).waiting > Duration(0);
   }
   if (bus_.fieldLog() != nullptr) recorder_hangs_ |= bus_.fieldLog()->keeperHangs(now + kRecordLimit);
   const bool drawn = mapper_.waitUntilSaved(now + kStopLimit), stored = graph_.waitUntilStored(now + kStopLimit);
@@ -294,8 +309,9 @@ std::vector<Trouble> Supervisor::otherTroubles(Timestamp now) const {
   if (const Duration ahead = -clock_.drift(); ahead > kClockStep) {
     troubles.push_back(
         {.cause = "clock set back",
-         .text = "the wall clock was set back: stamps are " + std::to_string(std::lround(toSeconds(ahead))) +
-                 " s ahead of it, for they never go back; slamd goes on; fix: sudo systemctl restart slamd",
+         .text = "the wall clock was set back by " + std::to_string(std::lround(toSeconds(ahead))) +
+                 " s; slamd goes on with stamps that are ahead of it by that, for they never go back; sudo systemctl "
+                 "restart slamd when the robot stands",
          .recovery = "the wall clock has reached the stamps"});
   }
   if (bus_.hasRival()) {
@@ -335,7 +351,11 @@ Counted Supervisor::counted() {
   if (base_ && config_.base_device.speed_commands) all.limited_speeds = base_->limitedSpeeds();
   if (base_ && base_->usesCan()) all.can = &can_counters_;
   all.echoes = snapshot_.echoes;
-  if (const FieldLog* log = bus_.fieldLog()) all.logs = log->isRunning();
+  if (const FieldLog* log = bus_.fieldLog()) {
+    const StorageReport report = bus_.logRecorder()->report(monotonicNow());
+    const bool fails = !report.problem.empty() || report.waiting > kLogWaits;
+    all.logs = !log->isRunning() ? kLogStopped : fails ? kLogFails : kLogWritten;
+  }
   return all;
 }
 

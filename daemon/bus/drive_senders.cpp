@@ -23,11 +23,13 @@ DriveSenders::Entry& DriveSenders::entryOf(Sender sender, Timestamp now) {
   const auto oldest = std::min_element(entries_.begin(), entries_.end(),
                                        [](const Entry& a, const Entry& b) { return a.heard < b.heard; });
   *oldest = {.sender = sender, .heard = now};
+  oldest->clock.begin(ahead_);
   return *oldest;
 }
 
-void DriveSenders::forgetClocks() {
-  for (Entry& entry : entries_) entry.clock.forget();
+void DriveSenders::beginClocks(Duration ahead) {
+  ahead_ = ahead;
+  for (Entry& entry : entries_) entry.clock.begin(ahead);
 }
 
 const DriveSenders::Entry* DriveSenders::followed(Timestamp now) const {

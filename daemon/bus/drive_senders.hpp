@@ -28,7 +28,8 @@ class DriveSenders {
   bool take(Sender from, bool zero, Timestamp now);
   /// What the clock of a program is ahead or behind.
   SenderClocks& clock(Sender from, Timestamp now) { return entryOf(from, now).clock; }
-  void forgetClocks();
+  /// Our own clock was set: see SenderClocks::begin().
+  void beginClocks(Duration ahead);
   /// While there are several: who they are, what slamd does about it, and the fix; empty: there is at most one.
   std::string words(Timestamp now) const;
 
@@ -52,6 +53,7 @@ class DriveSenders {
   const Entry* followed(Timestamp now) const;
 
   DriveOrder order_;
+  Duration ahead_{0};  // of our stamps, when the clocks began
   std::array<Entry, kMost> entries_{};
 };
 

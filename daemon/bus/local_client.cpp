@@ -40,6 +40,13 @@ void LocalClient::close() {
   if (socket_ >= 0) ::close(std::exchange(socket_, -1));
 }
 
+std::optional<pid_t> LocalClient::peer() const {
+  ucred who{};
+  socklen_t size = sizeof who;
+  if (!isOpen() || getsockopt(socket_, SOL_SOCKET, SO_PEERCRED, &who, &size) != 0 || who.pid <= 0) return std::nullopt;
+  return who.pid;
+}
+
 bool LocalClient::send(const std::string& channel, std::span<const std::uint8_t> data) {
   writePacket(channel, data, packet_);
   return isOpen() && ::send(socket_, packet_.data(), packet_.size(), MSG_DONTWAIT | MSG_NOSIGNAL) >= 0;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <sys/types.h>
 #include <sys/un.h>
 #include <vector>
 
@@ -31,6 +32,8 @@ class LocalClient {
   void close();
 
   bool isOpen() const { return socket_ >= 0; }
+  /// Number of the process that listens.
+  std::optional<pid_t> peer() const;
   bool send(const std::string& channel, std::span<const std::uint8_t> data);
   /// The next packet, if one comes in time; closes when the other side has. @return good until the next call; empty
   /// where it was larger than any message

@@ -137,10 +137,17 @@ void LocalSocket::accept() {
     return;
   }
   epoll_event event{.events = EPOLLIN, .data = {.u64 = next_client_}};
-  if (clients_.size() == kMostClients || epoll_ctl(poll_, EPOLL_CTL_ADD, socket, &event) != 0) {
+  if (epoll_ctl(poll_, EPOLL_CTL_ADD, socket, &event) != 0) {
     ::close(socket);
     ++counts_.refused;
     return;
+  }
+  if (clients_.size() == kMostClients) {
+    // Who has never asked for anything waits for no answer.
+    const auto silent =
+        std::find_if(clients_.begin(), clients_.end(), [](const Connection& c) { return !c.has_asked; });
+    drop((silent == clients_.end() ? clients_.begin() : silent)->id);
+    ++counts_.refused;
   }
   clients_.push_back({next_client_++, socket});
 }
@@ -155,6 +162,8 @@ void LocalSocket::take(Client client) {
     ++counts_.bad;
     return;
   }
+  at->has_asked = true;
+  std::rotate(at, at + 1, clients_.end());
   sender_ = client;
   dispatcher_.take(std::span(received_).first(static_cast<std::size_t>(size)));
 }

@@ -16,7 +16,8 @@ namespace slam {
 
 /// A Unix socket (SOCK_SEQPACKET) of this machine, on which slamd takes commands and answers them. Each packet is one
 /// message as LCM sends it over UDP. Who may open the file may command: owner and group. No call waits, whatever the
-/// clients do; there are at most kMostClients of them, and one that does not read is dropped.
+/// clients do; there are at most kMostClients of them: where one comes too many, the one that has been silent for
+/// longest makes place. One that does not read is dropped.
 class LocalSocket {
  public:
   using Client = std::uint64_t;  ///< a connection; no number is used twice
@@ -24,7 +25,7 @@ class LocalSocket {
   struct Counts {
     std::uint64_t bad = 0;      ///< packets that are no message
     std::uint64_t dropped = 0;  ///< clients that did not read
-    std::uint64_t refused = 0;  ///< clients that found no place
+    std::uint64_t refused = 0;  ///< clients that found no place, or gave theirs to a newer one
   };
   static constexpr std::size_t kMostClients = 16;
   static constexpr std::size_t kLongestPath = 107;  ///< [bytes] as the kernel takes it
@@ -56,6 +57,7 @@ class LocalSocket {
   struct Connection {
     Client id;
     int socket;
+    bool has_asked = false;  // sent a packet, ever
   };
 
   struct Fault {
@@ -79,7 +81,7 @@ class LocalSocket {
   std::pair<dev_t, ino_t> file_{};  // of the socket, to know it from one that took its place
   std::string problem_;
   Timestamp next_look_{};
-  std::vector<Connection> clients_;
+  std::vector<Connection> clients_;  // in the order of their last packets, or of their coming
   Client next_client_ = 1, sender_ = 0;
   PacketDispatcher dispatcher_;
   Counts counts_;

@@ -78,14 +78,17 @@ std::array<LeastDelay, SenderClocks::kStreams> SenderClocks::fresh() {
   return {sensor, sensor, sensor, sensor, LeastDelay(1s)};
 }
 
-void SenderClocks::forget() {
+void SenderClocks::begin(Duration ahead) {
+  ahead_ = ahead;
   streams_ = fresh();
   differs_ = {};
 }
 
 SenderClocks::Mapped SenderClocks::map(Stream stream, Timestamp stamp, Duration lasted, Timestamp now) {
   LeastDelay& own = streams_[stream];
-  Mapped mapped{.refusal = own.hear(now - (stamp + lasted), now)};
+  const Duration age = now - stamp, by_wall = age - ahead_;
+  Mapped mapped{.refusal = own.hear(age - lasted, now),
+                .age = std::chrono::abs(age) < std::chrono::abs(by_wall) ? age : by_wall};
   if (mapped.refusal != Refusal::kNone) return mapped;
   Duration least = *own.least();
   for (const LeastDelay& other : streams_) {
@@ -96,6 +99,7 @@ SenderClocks::Mapped SenderClocks::map(Stream stream, Timestamp stamp, Duration 
   bool& differs = differs_[stream];
   differs = differs ? least < Duration(0) || least > kSlowAgain : !isOneClock(least);
   if (differs) mapped.shift = least;
+  mapped.differs = differs && !isOneClock(least - ahead_);
   return mapped;
 }
 

@@ -42,18 +42,22 @@ class SenderClocks {
 
   struct Mapped {
     Refusal refusal = Refusal::kNone;
-    Duration shift{0};  ///< to be added to the stamp, because the clocks differ; 0: they do not
+    Duration shift{0};     ///< to be added to the stamp, because the clocks differ; 0: they do not
+    bool differs = false;  ///< the sender's clock, from our stamps and from this computer's wall clock
+    Duration age{0};       ///< of the stamp, by whichever of these two it is nearer to; below zero: from the future
   };
   /// @param stamp  in our time, as if the sender's clock were ours
   /// @param lasted [s] of the measurement behind its stamp: it cannot have been sent before it was over
   Mapped map(Stream stream, Timestamp stamp, Duration lasted, Timestamp now);
   /// Our own clock was set: what is known of others is worth nothing.
-  void forget();
+  /// @param ahead by which our stamps are ahead of the wall clock now, because it was set back and they never go back
+  void begin(Duration ahead);
 
  private:
   static constexpr std::size_t kStreams = 5;
   std::array<LeastDelay, kStreams> streams_ = fresh();
   std::array<bool, kStreams> differs_{};
+  Duration ahead_{0};
 
   static std::array<LeastDelay, kStreams> fresh();
 };

@@ -76,6 +76,7 @@ ServiceReach::ServiceReach(const fs::path& root) {
     homes_ = Homes::kShown;
     working_directory_ = "/";
     own_.clear();
+    account_ = {.user = "root", .group = "", .further_groups = {}, .priority_limit = "0", .lock_limit = "8M"};
     read(root / *unit / kUnit);
   }
   std::map<std::string, fs::path> drop_ins;  // read in the order of their names; the stronger folder's, of one name
@@ -108,6 +109,16 @@ void ServiceReach::set(const std::string& key, const std::string& value) {
                                     : Homes::kShown;
   }
   if (key == "PrivateTmp") private_tmp_ = isYes(value) || value == "disconnected";
+  if (key == "User") account_.user = value.empty() ? "root" : value;
+  if (key == "Group") account_.group = value;
+  if (key == "LimitRTPRIO") account_.priority_limit = value;
+  if (key == "LimitMEMLOCK") account_.lock_limit = value;
+  if (key == "RestrictRealtime") account_.realtime_refused = isYes(value);
+  if (key == "SupplementaryGroups") {
+    if (value.empty()) account_.further_groups.clear();
+    std::istringstream words(value);
+    for (std::string word; words >> word;) account_.further_groups.push_back(word);
+  }
   if (key == "WorkingDirectory") working_directory_ = folderOf(withoutPrefix(value));
   if (key == "ReadWritePaths") append(writable_, value, withoutPrefix);
   if (key == "BindPaths") append(bound_, value, destinationOf);

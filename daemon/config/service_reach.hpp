@@ -13,8 +13,16 @@ namespace slam {
 inline constexpr const char* kServiceConfig = "/etc/slamd/slamd.toml";
 bool isServiceConfig(const std::filesystem::path& file);
 
-/// Which files slamd.service may read and write, by the unit that is installed and its drop-ins; by the unit as it is
-/// delivered where none is.
+/// Who slamd.service is, and what its limits are, as the unit has them; by the unit as it is delivered at first.
+struct ServiceAccount {
+  std::string user = "slamd", group = "slamd";
+  std::vector<std::string> further_groups = {"dialout", "video"};  ///< SupplementaryGroups=
+  std::string priority_limit = "95", lock_limit = "infinity";      ///< LimitRTPRIO=; LimitMEMLOCK= [bytes]
+  bool realtime_refused = false;                                   ///< RestrictRealtime=
+};
+
+/// Which files slamd.service may read and write, and as whom, by the unit that is installed and its drop-ins; by the
+/// unit as it is delivered where none is.
 class ServiceReach {
  public:
   /// A path of the configuration that the service cannot use.
@@ -27,6 +35,8 @@ class ServiceReach {
   explicit ServiceReach(const std::filesystem::path& root = "/");
 
   std::vector<Problem> problemsOf(const Config& config) const;
+  const ServiceAccount& account() const { return account_; }
+  const std::filesystem::path& workingDirectory() const { return working_directory_; }
 
  private:
   using Paths = std::vector<std::filesystem::path>;
@@ -43,6 +53,7 @@ class ServiceReach {
   Homes homes_ = Homes::kHidden;
   std::filesystem::path working_directory_ = "/var/lib/slamd";
   Paths own_ = {"/var/lib/slamd", "/run/slamd"}, writable_, bound_;
+  ServiceAccount account_;
 };
 
 }  // namespace slam

@@ -22,7 +22,6 @@ JobThread::~JobThread() {
 void JobThread::start(std::function<void()> job) {
   {
     const std::scoped_lock lock(mutex_);
-    if (jobs_.empty()) began_ = monotonicNow();
     jobs_.push_back(std::move(job));
   }
   changed_.notify_all();
@@ -31,11 +30,6 @@ void JobThread::start(std::function<void()> job) {
 bool JobThread::isBusy() const {
   const std::scoped_lock lock(mutex_);
   return !jobs_.empty();
-}
-
-Duration JobThread::busyFor(Timestamp now) const {
-  const std::scoped_lock lock(mutex_);
-  return jobs_.empty() ? Duration(0) : now - began_;
 }
 
 bool JobThread::waitUntilIdle(Timestamp deadline) const {
@@ -49,10 +43,11 @@ void JobThread::work() {
   if (jobs_.empty()) return worker_.requestStop();
   const std::function<void()> job = std::move(jobs_.front());
   lock.unlock();
+  blocked_.begin(monotonicNow());
   job();
+  blocked_.end();
   lock.lock();
   jobs_.pop_front();
-  began_ = monotonicNow();
   lock.unlock();
   changed_.notify_all();
 }

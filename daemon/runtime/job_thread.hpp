@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/timestamp.hpp"
+#include "runtime/thread_use.hpp"
 #include "runtime/worker.hpp"
 
 namespace slam {
@@ -23,8 +24,8 @@ class JobThread {
   /// @param job must not throw
   void start(std::function<void()> job);
   bool isBusy() const;
-  /// How long the job under way has taken so far; 0 without one.
-  Duration busyFor(Timestamp now) const;
+  /// How long the job under way has been kept waiting so far, by anything but the CPU; 0 without one.
+  Duration blockedFor(Timestamp now) const { return blocked_.until(now); }
   /// @return false when a job is still under way at the deadline
   bool waitUntilIdle(Timestamp deadline) const;
 
@@ -34,7 +35,7 @@ class JobThread {
   mutable std::mutex mutex_;
   mutable std::condition_variable changed_;
   std::deque<std::function<void()>> jobs_;  // the first one is under way
-  Timestamp began_{};                       // the first one
+  BlockedTime blocked_;                     // the first one
   bool ending_ = false;
   Worker worker_;
 };

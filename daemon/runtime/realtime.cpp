@@ -9,6 +9,7 @@
 #include <pthread.h>
 #include <sched.h>
 #include <sstream>
+#include <string_view>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -82,19 +83,24 @@ std::string setFifoPriority(int priority) {
   return fifoWords(error, priority, fifoRights());
 }
 
-FifoRights fifoRights(const std::filesystem::path& root) {
+FifoRights fifoRights(const std::filesystem::path& root, const std::string& id) {
   FifoRights rights;
-  rlimit limit{};
-  getrlimit(RLIMIT_RTPRIO, &limit);
-  rights.limit = limit.rlim_cur == RLIM_INFINITY ? std::numeric_limits<int>::max() : static_cast<int>(limit.rlim_cur);
-  std::ifstream status(root / "proc/self/status");
+  const std::filesystem::path process = root / "proc" / id;
+  std::ifstream limits(process / "limits");
+  for (std::string line; std::getline(limits, line);) {
+    constexpr std::string_view kLimit = "Max realtime priority";
+    if (!line.starts_with(kLimit)) continue;
+    std::istringstream soft(line.substr(kLimit.size()));
+    if (!(soft >> rights.limit)) rights.limit = std::numeric_limits<int>::max();  // unlimited
+  }
+  std::ifstream status(process / "status");
   for (std::string line; std::getline(status, line);) {
     constexpr unsigned long kSysNice = 1UL << 23;
     if (line.starts_with("CapEff:")) rights.privileged = (std::stoul(line.substr(7), nullptr, 16) & kSysNice) != 0;
     if (line.starts_with("Seccomp:")) rights.filtered = line.find_first_of("12") != std::string::npos;
   }
   // Of version 1 of control groups, whose controller has a folder of its own.
-  std::ifstream groups(root / "proc/self/cgroup");
+  std::ifstream groups(process / "cgroup");
   for (std::string line; std::getline(groups, line);) {
     const auto first = line.find(':'), second = line.find(':', first + 1);
     if (second == std::string::npos) continue;

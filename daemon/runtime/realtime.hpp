@@ -44,8 +44,8 @@ struct FifoRights {
   std::string group_file = {};  ///< cpu.rt_runtime_us of this process's group, where it can be seen ...
   std::optional<std::int64_t> group_runtime = {};  ///< ... and its value [us]
 };
-/// @param root of /proc and /sys
-FifoRights fifoRights(const std::filesystem::path& root = "/");
+/// @param root of /proc and /sys @param id of the process
+FifoRights fifoRights(const std::filesystem::path& root = "/", const std::string& id = "self");
 /// Why it was refused, what slamd does meanwhile, and the fix. @param error errno
 std::string fifoWords(int error, int priority, const FifoRights& rights);
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 namespace slam {
@@ -10,7 +11,8 @@ namespace {
 
 using namespace std::chrono_literals;
 constexpr Duration kRemembered = 30s;   // lateness that words() still names
-constexpr Duration kLogInterval = 60s;  // between two lines about one thread's lateness
+constexpr Duration kLogInterval = 60s;  // between two lines about one thread's lateness, or about the load
+constexpr Duration kStarves = 1s;       // longer than it does anything else, a thread waits for the CPU: an overload
 
 }  // namespace
 
@@ -19,18 +21,35 @@ std::size_t Watchdog::add(std::string name, const SilenceLimits& limits) {
   return threads_.size() - 1;
 }
 
-void Watchdog::look(std::size_t index, std::uint64_t ticks, Duration lateness, Timestamp now) {
+void Watchdog::look(std::size_t index, std::uint64_t ticks, Duration lateness, Duration starved, Timestamp now) {
   Thread& thread = threads_[index];
   const Duration step = thread.looked ? std::min(now - *thread.looked, longest_step_) : Duration(0);
+  starved = std::min(starved, step);
   thread.looked = now;
-  thread.silent = std::exchange(thread.ticks, ticks) == ticks ? thread.silent + step : Duration(0);
+  thread.silent += step;
+  thread.starved += starved;
+  thread.debt = std::clamp(thread.debt + 2 * starved - step, Duration(0), 2 * kStarves);
+  if (thread.debt > kStarves) noteOverload(thread, std::max(thread.starved, thread.debt), now);
+  const Duration waited = thread.starved;
+  if (std::exchange(thread.ticks, ticks) != ticks) thread.silent = thread.starved = Duration(0);
   const Duration late = std::exchange(thread.excused, false) ? Duration(0) : std::max(thread.silent, lateness);
   if (late <= thread.limits.late) return;
+  if (2 * waited > late) return noteOverload(thread, waited, now);
   if (!thread.was_late || now - *thread.was_late > kRemembered) thread.worst = Duration(0);
   thread.was_late = now;
   thread.worst = std::max(thread.worst, late);
   thread.unlogged = std::max(thread.unlogged, late);
 }
+
+void Watchdog::noteOverload(const Thread& thread, Duration waited, Timestamp now) {
+  if (!isOverloaded(now)) overload_.waited = Duration(0);
+  overload_.last = now;
+  if (waited <= overload_.waited) return;
+  overload_.waited = waited;
+  overload_.thread = thread.name;
+}
+
+bool Watchdog::isOverloaded(Timestamp now) const { return overload_.last && now - *overload_.last <= kRemembered; }
 
 bool Watchdog::allAlive() const {
   return std::none_of(threads_.begin(), threads_.end(),
@@ -39,18 +58,26 @@ bool Watchdog::allAlive() const {
 
 std::string Watchdog::lateWords(const Thread& thread, Duration lateness) {
   return "thread " + thread.name + " was late: " + std::to_string(std::lround(1e3 * toSeconds(lateness))) +
-         " ms; is the computer overloaded?";
+         " ms, and not for want of CPU: slamd was stopped, or a device or the disk kept it waiting; it goes on; see "
+         "dmesg";
+}
+
+std::string Watchdog::overloadWords() const {
+  char seconds[32];
+  std::snprintf(seconds, sizeof seconds, "%.1f s", toSeconds(overload_.waited));
+  return "the computer is overloaded: thread " + overload_.thread + " has waited " + seconds +
+         " for the CPU; slamd goes on, but late; end other programs (top), or give it a faster computer";
 }
 
 std::string Watchdog::deadWords(const Thread& thread) {
   return "thread " + thread.name + " does not tick: " +
-         (thread.limits.vital ? "the watchdog is not fed, so that systemd starts slamd anew" : "its device is stuck");
+         (thread.limits.vital ? "the watchdog is not fed, so that systemd starts slamd anew" : thread.limits.without);
 }
 
 std::string Watchdog::words(Timestamp now) const {
-  std::string text;
+  std::string text = isOverloaded(now) ? overloadWords() : "";
   for (const Thread& thread : threads_) {
-    const bool late = thread.was_late && now - *thread.was_late <= kRemembered;
+    const bool late = thread.was_late && now - *thread.was_late <= kRemembered && !isOverloaded(now);
     if (!late && !thread.isDead()) continue;
     if (!text.empty()) text += "; ";
     text += thread.isDead() ? deadWords(thread) : lateWords(thread, thread.worst);
@@ -60,12 +87,18 @@ std::string Watchdog::words(Timestamp now) const {
 
 std::vector<Watchdog::News> Watchdog::takeNews(Timestamp now) {
   std::vector<News> news;
+  const bool overloaded = isOverloaded(now);
+  if (overloaded && (!overload_.logged || now - *overload_.logged >= kLogInterval)) {
+    overload_.logged = now;
+    news.push_back({false, "computer", overloadWords()});
+  }
   for (Thread& thread : threads_) {
     if (thread.isDead()) {
       if (!std::exchange(thread.death_logged, true)) news.push_back({true, thread.name, deadWords(thread)});
       continue;
     }
     thread.death_logged = false;
+    if (overloaded) thread.unlogged = Duration(0);  // one cause
     const bool over = thread.unlogged > Duration(0) && thread.silent == Duration(0);
     if (!over || (thread.logged && now - *thread.logged < kLogInterval)) continue;
     thread.logged = now;

@@ -13,10 +13,13 @@ namespace slam {
 struct SilenceLimits {
   Duration late;      ///< longer: worth a word
   Duration dead;      ///< longer: it does not come back by itself
-  bool vital = true;  ///< slamd is of no use while it is dead
+  bool vital = true;  ///< there is no pose while it is dead
+  /// Of one that is not vital: what is wrong with it, what slamd does without it, and the fix.
+  const char* without = "";
 };
 
-/// Separates dead threads from late ones by looking at how often they have ticked. Whoever looks may be late itself, or
+/// Separates dead threads from late ones by looking at how often they have ticked, and both from those that get no CPU,
+/// by what the kernel counts of them: no thread is dead that waits for its turn. Whoever looks may be late itself, or
 /// may have been stopped with the whole process: that is no silence of the others.
 class Watchdog {
  public:
@@ -27,13 +30,17 @@ class Watchdog {
   std::size_t add(std::string name, const SilenceLimits& limits);
   /// @param ticks of the thread so far
   /// @param lateness of its latest tick since the last look, as the thread has measured itself
-  void look(std::size_t thread, std::uint64_t ticks, Duration lateness, Timestamp now);
+  /// @param starved time since the last look in which it waited for the CPU
+  void look(std::size_t thread, std::uint64_t ticks, Duration lateness, Duration starved, Timestamp now);
   /// For a time in which the thread has reason to be silent: nothing of it counts as late.
   void excuse(std::size_t thread) { threads_[thread].excused = true; }
 
   /// @return whether all vital threads are alive
   bool allAlive() const;
-  /// Who is dead, and who was late within the last half minute, in words; empty: nobody.
+  /// Whether threads have waited for the CPU for so long within the last half minute that they were late.
+  bool isOverloaded(Timestamp now) const;
+  /// Who is dead, and that the computer was overloaded within the last half minute, or else who was late, in words;
+  /// empty: nobody.
   std::string words(Timestamp now) const;
 
   /// A line for the log.
@@ -42,7 +49,8 @@ class Watchdog {
     std::string thread;  ///< its name
     std::string text;
   };
-  /// What is to be logged since the last call: a death at once, lateness when it is over and once a minute.
+  /// What is to be logged since the last call: a death at once, an overload at once and once a minute, lateness when it
+  /// is over and once a minute.
   std::vector<News> takeNews(Timestamp now);
 
  private:
@@ -50,7 +58,9 @@ class Watchdog {
     std::string name;
     SilenceLimits limits;
     std::uint64_t ticks = 0;
-    Duration silent{0};
+    Duration silent{0};   // since the last tick ...
+    Duration starved{0};  // ... of which it waited for the CPU
+    Duration debt{0};     // by how much longer it waited for the CPU lately than it did anything else
     std::optional<Timestamp> looked = {};
     bool excused = false;
     Duration worst{0};                       // lateness that words() names
@@ -58,13 +68,22 @@ class Watchdog {
     Duration unlogged{0};                    // the worst lateness since the last line about it
     std::optional<Timestamp> logged = {};
     bool death_logged = false;
-    bool isDead() const { return silent > limits.dead; }
+    bool isDead() const { return silent - starved > limits.dead; }
   };
+  /// The worst wait for the CPU within the last half minute.
+  struct Overload {
+    std::string thread;
+    Duration waited{0};
+    std::optional<Timestamp> last = {}, logged = {};
+  };
+  void noteOverload(const Thread& thread, Duration waited, Timestamp now);
+  std::string overloadWords() const;
   static std::string lateWords(const Thread& thread, Duration lateness);
   static std::string deadWords(const Thread& thread);
 
   const Duration longest_step_;  // from one look to the next that counts as silence
   std::vector<Thread> threads_;
+  Overload overload_;
 };
 
 }  // namespace slam

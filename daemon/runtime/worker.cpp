@@ -6,6 +6,7 @@
 #include <ctime>
 #include <poll.h>
 #include <system_error>
+#include <unistd.h>
 #include <utility>
 
 #include "runtime/clock.hpp"
@@ -74,12 +75,18 @@ double Worker::cpuSeconds() const {
   return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
 }
 
+std::optional<ThreadUse> Worker::use() const {
+  const pid_t id = id_;
+  return running_ && id != 0 ? threadUse(id) : std::nullopt;
+}
+
 void* Worker::entry(void* self) {
   static_cast<Worker*>(self)->run();
   return nullptr;
 }
 
 void Worker::run() {
+  id_ = gettid();
   nameThread(config_.name);
   if (config_.priority > 0) {
     useStack();

@@ -3,11 +3,13 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <pthread.h>
 #include <string>
 
 #include "core/timestamp.hpp"
 #include "runtime/latency_histogram.hpp"
+#include "runtime/thread_use.hpp"
 #include "runtime/wakeup.hpp"
 
 namespace slam {
@@ -50,6 +52,8 @@ class Worker {
   Duration takeWorstDelay() { return Duration(worst_delay_ns_.exchange(0, std::memory_order_relaxed)); }
   /// [s] of CPU that the thread has used, while it runs; 0 before and after.
   double cpuSeconds() const;
+  /// What the thread has had of the CPU; std::nullopt: it does not run.
+  std::optional<ThreadUse> use() const;
   /// What stood in the way of real-time scheduling; empty: nothing. Valid once the first tick has begun.
   const std::string& warning() const { return warning_; }
 
@@ -63,6 +67,7 @@ class Worker {
   Wakeup* wakeup_ = nullptr;
   std::function<void()> woken_;
   pthread_t thread_{};
+  std::atomic<pid_t> id_{0};  // of the thread, once it has begun
   bool running_ = false;
   std::atomic<bool> stopping_{false};
   std::atomic<std::uint64_t> ticks_{0}, overruns_{0};

@@ -59,7 +59,8 @@ void HandsfreeBoard::tick() {
   const Timestamp now = now_();
   if (!port_.isOpen()) {
     if (wrong_speaker_.running()) {
-      if (!wrong_speaker_.tick(now)) setBoth(DeviceState::kFault, wrong_speaker_.words(wheels_.reason));
+      if (port_.isReleased() && !wrong_speaker_.tick(now))
+        setBoth(DeviceState::kFault, wrong_speaker_.words(wheels_.reason));
     } else if (port_.due(now)) {
       open(now);
     }
@@ -175,7 +176,7 @@ void HandsfreeBoard::watch(Timestamp now) {
     const char* unknown = bytes_came_ ? "port present, but what comes is not RoboLink: check baud rate and cable"
                                       : "port present, but the board never answers: check baud rate and power";
     close(now, DeviceState::kFault, wrong_speaker_.words(unknown));
-    return wrong_speaker_.ask(now);
+    return wrong_speaker_.ask();
   }
   if (now - answered_ > kStale) {
     const char* unknown = bytes_came_ ? "the board's answers cannot be read: check baud rate and cable"

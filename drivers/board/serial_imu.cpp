@@ -35,7 +35,8 @@ void SerialImu::tick() {
   const Timestamp now = now_();
   if (!port_.isOpen()) {
     if (wrong_speaker_.running()) {
-      if (!wrong_speaker_.tick(now)) status_.set(DeviceState::kFault, wrong_speaker_.words(status_.reason));
+      if (port_.isReleased() && !wrong_speaker_.tick(now))
+        status_.set(DeviceState::kFault, wrong_speaker_.words(status_.reason));
     } else if (port_.due(now)) {
       open(now);
     }
@@ -168,7 +169,7 @@ void SerialImu::watch(Timestamp now) {
     const char* unknown = bytes_came_ ? "port present, but what comes is no IMU's: check baud rate and port"
                                       : "port present, but the IMU is silent: check its power";
     close(now, DeviceState::kFault, wrong_speaker_.words(unknown));
-    return wrong_speaker_.ask(now);
+    return wrong_speaker_.ask();
   }
   if (now - last > kStale) {
     const char* unknown = bytes_came_ ? "the IMU's frames cannot be read: check baud rate and cable"

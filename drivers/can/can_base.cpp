@@ -105,6 +105,7 @@ void CanBase::handleEstimates(std::size_t side, const StampedCanFrame& received)
   const auto estimates = odrive::parseEncoderEstimates(config_.nodes[side], received.frame);
   if (!estimates) {
     ++damaged_;
+    bad_estimates_[side] = received.stamp;
   } else {
     axes_[side].addEstimates(received.stamp, *estimates);
     const auto pair = wheels_.add(side, received.stamp, *estimates);
@@ -164,7 +165,9 @@ void CanBase::watchWheels(Timestamp now) {
   if (link_.isBlocked()) return wheel_status_.set(DeviceState::kFault, texts_.blocked.c_str());
   for (std::size_t side = 0; side < 2; ++side) {
     if (dead[side]) return stale(texts_.no_frames[side]);
-    if (silent[side]) return stale(texts_.no_estimates[side]);
+    if (!silent[side]) continue;
+    const bool bad = bad_estimates_[side] != Timestamp{} && now - bad_estimates_[side] <= patience(side);
+    return stale(bad ? texts_.bad_estimates[side] : texts_.no_estimates[side]);
   }
   for (std::size_t side = 0; side < 2; ++side) {
     if (axes_[side].faulty()) return wheel_status_.set(DeviceState::kFault, texts_.axis(side, *axes_[side].believed()));

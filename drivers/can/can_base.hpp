@@ -107,6 +107,7 @@ class CanBase {
   Timestamp last_pair_{}, last_sample_{};                      // when they were handed on
   Timestamp last_time_{}, last_rate_{}, last_acceleration_{};  // frames of the IMU
   std::int64_t damaged_ = 0;                                   // frames of the wheels
+  std::array<Timestamp, 2> bad_estimates_{};                   // when the last estimates came that are no numbers
   SpeedCommand command_;
   std::optional<Twist2> twist_;  // of this tick; none: both wheels stand
   FollowWatch follow_;

@@ -53,6 +53,9 @@ CanTexts::CanTexts(const std::string& interface, const std::array<int, 2>& nodes
     remedy_[i] = remedy("remove the cause, then " + command(can::odrive::Command::kClearErrors, "") + " and " + arm);
     no_frames[i] = "no frames of the " + wheel[i] + remedy("check the drive's power and its plug");
     no_estimates[i] = "the " + wheel[i] + " sends heartbeats, but no encoder estimates: set their rate";
+    bad_estimates[i] = "the " + wheel[i] +
+                       " sends encoder estimates that are no numbers: slamd uses none of them and goes on without; "
+                       "restart the drive, calibrate its encoder anew (odrivetool: dump_errors), and check its cable";
     no_heartbeat[i] = "no heartbeat of the " + wheel[i] + remedy("set the drive's heartbeat_msg_rate_ms to 100");
     frozen[i] = "the " + wheel[i] + " says that it turns, but its position never changes: check its encoder";
     not_closed_loop[i] = "the " + wheel[i] + " is not in closed loop: it obeys no commands" + remedy("arm it: " + arm);

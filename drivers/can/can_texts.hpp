@@ -22,7 +22,8 @@ class CanTexts {
   const char* slow(std::size_t side, Duration period);
 
   std::string gone, down, bus_off, passive, unsupported, refused, blocked;
-  std::array<std::string, 2> no_frames, no_estimates, no_heartbeat, frozen, not_closed_loop, not_following,
+  std::array<std::string, 2> no_frames, no_estimates, bad_estimates, no_heartbeat, frozen, not_closed_loop,
+      not_following,
       shared_id;  // left, right
   std::string no_wheels, opening_wheels, opening_imu, no_imu, no_rate, no_acceleration, no_time, senseless_imu;
   std::string frozen_imu, senseless, rare_time, rare_acceleration;

@@ -95,7 +95,7 @@ bool RplidarDriver::noAnswer(const std::optional<rplidar::Health>& health) {
 /// Once for a port: what was found is remembered until the lidar answers, or the port has gone.
 void RplidarDriver::findSpeaker(const std::atomic<bool>& cancel) {
   constexpr Duration kLook = 10ms;
-  wrong_speaker_.ask(now_());
+  wrong_speaker_.ask();
   while (wrong_speaker_.tick(now_()) && !cancel) wrong_speaker_.rest(kLook);
   status_.set(DeviceState::kFault, wrong_speaker_.words(unanswered_));
 }

@@ -126,7 +126,7 @@ TEST(Counters, CarryEachItsOwnValue) {
                     .can = &can,
                     .recorders = {{"record", &record}},
                     .battery = 11.5F,
-                    .logs = true};
+                    .logs = kLogWritten};
   std::map<std::string, std::int64_t> counters;
   const auto add = [&](const CounterInfo& what, const auto& value) {
     const counter_t counter = counterOf(what, value);

@@ -67,10 +67,36 @@ TEST(DeviceHealth, SaysThatSamplesComeTooSeldom) {
     lidar.measure(samples);
     EXPECT_EQ(lidar.device.rate, samples);
     EXPECT_EQ(lidar.reason(),
-              slow ? std::to_string(samples) +
-                         ".0 Hz where 10.0 Hz are expected: check the CPU's load (top) and the device's cable"
-                   : "");
+              slow
+                  ? std::to_string(samples) +
+                        ".0 Hz where 10.0 Hz are expected, and nothing is damaged on the line: slamd goes on with what "
+                        "comes; check at which rate the device is set to send, and its power"
+                  : "");
   }
+}
+
+TEST(DeviceHealth, IsNotBlamedForAnOverloadedComputer) {
+  Lidar lidar;
+  lidar.device.starved = true;
+  lidar.measure(10);
+  lidar.measure(1);
+  EXPECT_EQ(lidar.reason(), "") << "it may have sent more";
+  EXPECT_EQ(lidar.reason(kNow + 1300ms), "no data for 1.3 s, the computer is overloaded");
+  lidar.status.reason = "no such port";
+  EXPECT_EQ(lidar.reason(kNow + 1300ms), "no data for 1.3 s, no such port");
+}
+
+TEST(DeviceHealth, SaysThatALineLosesBytes) {
+  Lidar lidar;
+  lidar.measure(10);
+  lidar.status.rejects += 4;
+  lidar.measure(4);
+  EXPECT_THAT(lidar.reason(),
+              testing::AllOf(testing::HasSubstr("4.0 a second are lost or damaged on the line"),
+                             testing::HasSubstr("check the cable"), testing::Not(testing::HasSubstr("CPU"))));
+  lidar.measure(10);
+  lidar.measure(4);
+  EXPECT_THAT(lidar.reason(), testing::HasSubstr("nothing is damaged")) << "what was damaged before does not count";
 }
 
 TEST(DeviceHealth, JudgesNoRateOfASecondInWhichTheDeviceCameOrWent) {

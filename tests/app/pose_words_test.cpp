@@ -38,7 +38,7 @@ TEST(PoseWords, TellScansThatShowNothingFromThoseThatDoNotMatch) {
   pose.tracking.range_noise = 0.312;
   EXPECT_THAT(poseWords(pose, true), HasSubstr("ranges scatter by 0.31 m")) << "points that are not used are not few";
   pose.echo_finding = EchoWatch::Finding::kNoEcho;
-  EXPECT_THAT(poseWords(pose, true), HasSubstr("cover on?"));
+  EXPECT_THAT(poseWords(pose, true), HasSubstr("wide hall"));
 }
 
 TEST(PoseWords, TellHowFarScansAndWheelsDiffer) {

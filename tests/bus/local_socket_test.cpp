@@ -163,22 +163,30 @@ TEST_F(LocalSocketTest, GivesEachItsTurn) {
   EXPECT_EQ(said[2].size(), 1U) << flood << " packets before it";
 }
 
-TEST_F(LocalSocketTest, TakesSoManyClientsAndNoMore) {
+TEST_F(LocalSocketTest, GivesThePlaceOfWhoIsSilentToANewClient) {
   std::vector<std::unique_ptr<LocalClient>> clients;
   for (std::size_t i = 0; i < LocalSocket::kMostClients; ++i) clients.push_back(connected());
   EXPECT_EQ(server->clients(), LocalSocket::kMostClients);
   EXPECT_EQ(server->counts().refused, 0U);
-  const auto late = connected();
-  EXPECT_FALSE(late->next(kSoon));
-  EXPECT_FALSE(late->isOpen());
-  EXPECT_EQ(server->counts().refused, 1U);
-  clients.pop_back();
+  ASSERT_TRUE(clients[0]->send("SAY", bytesOf("waits for its answer")));
   server->receive();
-  const auto next_one = connected();
+  EXPECT_EQ(next(*clients[0]), "HEARD:waits for its answer");
+  std::vector<std::unique_ptr<LocalClient>> late;
+  for (std::size_t i = 1; i < LocalSocket::kMostClients; ++i) {
+    late.push_back(connected());
+    EXPECT_EQ(server->counts().refused, i);
+    EXPECT_FALSE(clients[i]->next(kSoon));
+    EXPECT_FALSE(clients[i]->isOpen()) << "the oldest of the silent ones";
+    ASSERT_TRUE(late.back()->send("SAY", bytesOf("in")));
+    server->receive();
+    EXPECT_EQ(next(*late.back()), "HEARD:in");
+  }
+  EXPECT_FALSE(clients[0]->next(kNone));
+  EXPECT_TRUE(clients[0]->isOpen()) << "it has asked for something";
+  const auto one_more = connected();
+  EXPECT_FALSE(clients[0]->next(kSoon));
+  EXPECT_FALSE(clients[0]->isOpen()) << "and been silent for longest";
   EXPECT_EQ(server->clients(), LocalSocket::kMostClients);
-  EXPECT_TRUE(next_one->send("SAY", bytesOf("in")));
-  server->receive();
-  EXPECT_EQ(next(*next_one), "HEARD:in");
 }
 
 TEST_F(LocalSocketTest, IsOpenToOwnerAndGroupWhateverTheUmask) {

@@ -25,6 +25,8 @@ class Sender : public testing::Test {
         continue;
       }
       shift = mapped.shift;
+      differs = mapped.differs;
+      age = mapped.age;
       if (now - begin > 1s) worst = std::max(worst, Duration(std::chrono::abs(taken - behind + mapped.shift - taken)));
     }
     return worst;
@@ -35,6 +37,8 @@ class Sender : public testing::Test {
   Duration period = 20ms, shift{0};
   std::mt19937_64 random{1};
   int refused = 0;
+  bool differs = false;
+  Duration age{0};
 };
 
 TEST_F(Sender, WhoseClockIsOursKeepsItsStamps) {
@@ -46,12 +50,30 @@ TEST_F(Sender, WhoseClockIsOursKeepsItsStamps) {
 TEST_F(Sender, WhoseClockIsOffIsMappedByTheLeastDelay) {
   for (const Duration behind :
        {Duration(2s), Duration(-2s), Duration(24h), Duration(-24h), Duration(700ms), Duration(-100ms)}) {
-    clocks.forget();
+    clocks.begin(Duration(0));
     refused = 0;
     EXPECT_LT(run(SenderClocks::kWheels, 20s, behind), 12ms) << toSeconds(behind);
     EXPECT_NEAR(toSeconds(shift), toSeconds(behind), 0.012);
     EXPECT_LE(refused, 1) << "the first message may be damaged";
   }
+}
+
+TEST_F(Sender, IsNotToBlameForAClockOfOursThatWasSetBack) {
+  run(SenderClocks::kWheels, 5s, 0ms);
+  clocks.begin(60s);
+  refused = 0;
+  EXPECT_LE(run(SenderClocks::kWheels, 5s, 60s), 10ms) << "of this computer's clock, as it is now";
+  EXPECT_FALSE(differs);
+  EXPECT_LE(age, 110ms);
+  EXPECT_LE(refused, 2);
+  run(SenderClocks::kImu, 5s, 0ms);
+  EXPECT_FALSE(differs) << "its clock was not set, ours was";
+  EXPECT_LE(age, 110ms);
+  run(SenderClocks::kDepth, 5s, 30s);
+  EXPECT_TRUE(differs) << "from both";
+  clocks.begin(0ms);
+  run(SenderClocks::kWheels, 5s, 60s);
+  EXPECT_TRUE(differs);
 }
 
 TEST_F(Sender, WhoseMicrocontrollerCountsFromItsStartIsMapped) {

@@ -38,6 +38,25 @@ class ServiceReachTest : public testing::Test {
   const test::Folder folder;
 };
 
+TEST_F(ServiceReachTest, KnowsAsWhomTheServiceRunsAndItsLimits) {
+  for (const bool installed : {false, true}) {  // what is known without the unit is what the unit says
+    if (installed) unit(delivered());
+    const ServiceAccount account = ServiceReach(folder / "").account();
+    EXPECT_EQ(account.user + " " + account.group, "slamd slamd");
+    EXPECT_THAT(account.further_groups, testing::ElementsAre("dialout", "video"));
+    EXPECT_EQ(account.priority_limit + " " + account.lock_limit, "95 infinity");
+    EXPECT_FALSE(account.realtime_refused);
+    EXPECT_EQ(ServiceReach(folder / "").workingDirectory(), "/var/lib/slamd");
+  }
+  dropIn("robot.conf", "[Service]\nUser=robot\nSupplementaryGroups=\nSupplementaryGroups=plugdev\nLimitMEMLOCK=64M\n");
+  const ServiceAccount account = ServiceReach(folder / "").account();
+  EXPECT_EQ(account.user, "robot");
+  EXPECT_EQ(account.lock_limit, "64M");
+  EXPECT_THAT(account.further_groups, testing::ElementsAre("plugdev"));
+  unit("[Service]\nExecStart=slamd\n");
+  EXPECT_EQ(ServiceReach(folder / "").account().priority_limit, "0");
+}
+
 TEST_F(ServiceReachTest, OfTheDeliveredUnitIsItsStateDirectory) {
   for (const bool installed : {false, true}) {  // what is known without the unit is what the unit says
     if (installed) unit(delivered());

@@ -21,6 +21,17 @@ TEST(OpenWords, NameTheGroupThatIsMissing) {
   EXPECT_THAT(openWords(EACCES, {"/dev/ttyUSB0", "dialout", true, true}), HasSubstr("security module"));
 }
 
+TEST(OpenWords, NameNoRuleOfSlamdForAPortThatIsNoUsbAdapters) {
+  for (const bool group_may : {false, true}) {
+    const NodeRights on_board{"/dev/serial0", group_may ? "root" : "tty", group_may,
+                              false,          /*on_usb=*/false,           "ttyAMA0"};
+    EXPECT_THAT(openWords(EACCES, on_board),
+                AllOf(HasSubstr("belongs to group " + on_board.group), HasSubstr("serial-getty@ttyAMA0"),
+                      HasSubstr("KERNEL==\"ttyAMA0\", GROUP=\"dialout\""),
+                      testing::Not(HasSubstr("install slamd's udev rules"))));
+  }
+}
+
 TEST(OpenWords, TellASandboxFromAMissingRight) {
   EXPECT_THAT(openWords(EPERM, {"/dev/ttyX0", "dialout", true, true}),
               AllOf(HasSubstr("EPERM"), HasSubstr("DeviceAllow=/dev/ttyX0 rw"), HasSubstr("docker run --device")));
@@ -37,6 +48,8 @@ TEST(OpenWords, KnowTheRightsOfANode) {
   const NodeRights rights = rightsOf("/dev/null");
   EXPECT_EQ(rights.group, "root");
   EXPECT_TRUE(rights.group_may);
+  EXPECT_FALSE(rights.on_usb);
+  EXPECT_EQ(rights.tty, "null");
   EXPECT_EQ(rightsOf("/dev/no such node").group, "");
 }
 

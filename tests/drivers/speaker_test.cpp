@@ -107,7 +107,7 @@ struct Device {
 
 std::string wordsOf(Device& device, PortOf expected, int baud) {
   WrongSpeaker wrong(expected, "/dev/x", baud, device.opener());
-  wrong.ask(virtual_now);
+  wrong.ask();
   while (wrong.tick(virtual_now)) wrong.rest(10ms);
   return wrong.words("not known");
 }
@@ -138,7 +138,7 @@ TEST(WrongSpeaker, AsksOnceUntilItIsToForget) {
   Device nobody{115200, [](const Bytes&) { return Bytes{}; }};
   WrongSpeaker wrong(PortOf::kLidar, "/dev/x", 115200, nobody.opener());
   const auto ask = [&] {
-    wrong.ask(virtual_now);
+    wrong.ask();
     while (wrong.tick(virtual_now)) wrong.rest(10ms);
     return nobody.openings;
   };
@@ -153,7 +153,7 @@ TEST(WrongSpeaker, AsksOnceUntilItIsToForget) {
 TEST(WrongSpeaker, EndsWhenThePortGoes) {
   Device nobody{115200, [](const Bytes&) { return Bytes{}; }};
   WrongSpeaker wrong(PortOf::kLidar, "/dev/x", 115200, nobody.opener());
-  wrong.ask(virtual_now);
+  wrong.ask();
   nobody.line.unplug();
   EXPECT_FALSE(wrong.tick(virtual_now));
   EXPECT_FALSE(wrong.running());

@@ -190,7 +190,7 @@ TEST_F(LiveDisk, SaysWhichThreadWasLate) {
   EXPECT_TRUE(listener.until(
       [&] { return says(listener, "thread base was late: 1") && says(listener, "thread estimator was late: 1"); }, 5s))
       << summary(listener);
-  EXPECT_THAT(summary(listener), AllOf(HasSubstr("is the computer overloaded?"), Not(HasSubstr("does not tick"))));
+  EXPECT_THAT(summary(listener), Not(HasSubstr("does not tick")));
   EXPECT_TRUE(drives(listener));
 }
 

@@ -149,7 +149,12 @@ TEST(FifoRights, AreReadOfStatusAndControlGroup) {
   root.write("proc/self/status", "Name:\tslamd\nCapEff:\t0000000000800000\nSeccomp:\t2\n");
   root.write("proc/self/cgroup", "3:cpuset:/\n2:cpu,cpuacct:/system.slice/slamd.service\n0::/x\n");
   root.write("sys/fs/cgroup/cpu/system.slice/slamd.service/cpu.rt_runtime_us", "0\n");
+  root.write("proc/self/limits",
+             "Limit                     Soft Limit           Hard Limit           Units     \n"
+             "Max realtime priority     42                   95                   \n");
   const FifoRights rights = fifoRights(root / "");
+  EXPECT_EQ(rights.limit, 42);
+  EXPECT_EQ(fifoRights(root / "", "1234").limit, 0) << "there is no such process";
   EXPECT_TRUE(rights.privileged);
   EXPECT_TRUE(rights.filtered);
   EXPECT_EQ(rights.group_runtime, 0);

@@ -10,6 +10,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 /// A base thread and a camera's, looked at each 100 ms.
 class Watching : public testing::Test {
@@ -18,7 +19,7 @@ class Watching : public testing::Test {
   enum { kBase, kCamera };
   Watching() : watchdog(kPeriod) {
     watchdog.add("base", {200ms, 10s});
-    watchdog.add("camera", {.late = 200ms, .dead = 10s, .vital = false});
+    watchdog.add("camera", {.late = 200ms, .dead = 10s, .vital = false, .without = "its device is stuck"});
   }
   /// Time goes on. @param base, camera: the thread ticks meanwhile
   void goOn(Duration time, bool base = true, bool camera = true) {
@@ -30,8 +31,8 @@ class Watching : public testing::Test {
     }
   }
   void look(Duration base_delay = Duration(0)) {
-    watchdog.look(kBase, base_ticks, base_delay, now);
-    watchdog.look(kCamera, camera_ticks, Duration(0), now);
+    watchdog.look(kBase, base_ticks, base_delay, base_starved, now);
+    watchdog.look(kCamera, camera_ticks, Duration(0), Duration(0), now);
   }
   std::string news() {
     std::string text;
@@ -43,6 +44,7 @@ class Watching : public testing::Test {
   Watchdog watchdog;
   Timestamp now{1000s};
   std::uint64_t base_ticks = 0, camera_ticks = 0;
+  Duration base_starved{0};  // of each step
 };
 
 TEST_F(Watching, SaysNothingOfThreadsThatTick) {
@@ -58,8 +60,8 @@ TEST_F(Watching, TakesAThreadThatWaitsForTheKernelForLateNotForDead) {
     goOn(kPeriod, /*base=*/false);
     EXPECT_TRUE(watchdog.allAlive()) << "a restart would end the pose and help nobody";
   }
-  EXPECT_THAT(watchdog.words(now),
-              AllOf(HasSubstr("thread base was late: 3"), HasSubstr("is the computer overloaded?")));
+  EXPECT_THAT(watchdog.words(now), AllOf(HasSubstr("thread base was late: 3"), HasSubstr("not for want of CPU"),
+                                         Not(HasSubstr("overloaded"))));
   EXPECT_EQ(news(), "") << "how late it is will be known when it ticks";
   goOn(kPeriod);
   EXPECT_THAT(news(), HasSubstr("thread base was late: 38"));
@@ -81,6 +83,40 @@ TEST_F(Watching, TakesAThreadThatDoesNotComeBackForDead) {
   EXPECT_FALSE(watchdog.allAlive());
   goOn(kPeriod);
   EXPECT_TRUE(watchdog.allAlive());
+}
+
+TEST_F(Watching, TakesAThreadThatGetsNoCpuForStarvedHoweverLong) {
+  goOn(1s);
+  base_starved = 95ms;
+  goOn(5s, /*base=*/false);
+  EXPECT_TRUE(watchdog.isOverloaded(now));
+  EXPECT_THAT(watchdog.words(now), AllOf(HasSubstr("the computer is overloaded: thread base has waited 4."),
+                                         HasSubstr("end other programs"), Not(HasSubstr("was late"))));
+  EXPECT_THAT(news(), AllOf(HasSubstr("the computer is overloaded"), Not(HasSubstr("error "))));
+  goOn(150s, /*base=*/false);
+  EXPECT_TRUE(watchdog.allAlive()) << "it has had 8 s of its own";
+  EXPECT_THAT(watchdog.words(now), Not(HasSubstr("does not tick")));
+  base_starved = 0ms;
+  goOn(5s, /*base=*/false);
+  EXPECT_FALSE(watchdog.allAlive()) << "an overload keeps nobody from seeing that it hangs";
+  EXPECT_THAT(news(), HasSubstr("error thread base does not tick"));
+  goOn(31s);
+  EXPECT_FALSE(watchdog.isOverloaded(now));
+  EXPECT_EQ(watchdog.words(now), "");
+}
+
+TEST_F(Watching, NamesOneCauseOfSeveralThatAreLate) {
+  goOn(1s);
+  base_starved = 80ms;
+  goOn(3s, /*base=*/false, /*camera=*/false);  // the camera's waits for a lock of the base's
+  EXPECT_THAT(watchdog.words(now), AllOf(HasSubstr("overloaded"), Not(HasSubstr("camera"))));
+  base_starved = 0ms;
+  goOn(1s);
+  EXPECT_THAT(news(), AllOf(HasSubstr("overloaded"), Not(HasSubstr("camera"))));
+  for (int i = 0; i < 100; ++i) goOn(500ms);
+  base_starved = 40ms;  // less than half of the time
+  goOn(60s);
+  EXPECT_FALSE(watchdog.isOverloaded(now)) << "it ticks in time";
 }
 
 TEST_F(Watching, GoesOnWithoutAThreadThatIsNotVital) {

@@ -15,6 +15,28 @@ namespace {
 using std::chrono::milliseconds;
 using test::waitUntil;
 
+TEST(Worker, ShowsWhatItsThreadHasOfTheCpu) {
+  std::atomic<bool> begun{false};
+  Worker worker({.name = "busy"}, [&] {
+    begun = true;
+    begun.notify_all();
+  });
+  EXPECT_FALSE(worker.use());
+  worker.start();
+  begun.wait(false);
+  const auto before = worker.use();
+  ASSERT_TRUE(before);
+  Duration had{0};  // it never rests: it runs, or waits for its turn
+  while (had < std::chrono::milliseconds(20)) {
+    const auto now = worker.use();
+    ASSERT_TRUE(now);
+    EXPECT_TRUE(now->is_ready);
+    had = now->ran + now->waited - before->ran - before->waited;
+  }
+  worker.stop();
+  EXPECT_FALSE(worker.use());
+}
+
 TEST(Worker, DoesNotRunBeforeItsStart) {
   Worker worker({.name = "idle", .rate = 1000.0}, [] { FAIL(); });
   EXPECT_EQ(worker.ticks(), 0U);

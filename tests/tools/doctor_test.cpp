@@ -34,6 +34,18 @@ class Doctor : public testing::Test {
   const fs::path directory_ = fs::path(testing::TempDir()) / ("doctor_" + std::to_string(getpid()));
 };
 
+/// Somebody whose number and groups no file here has.
+Account slamdOf(uid_t user, gid_t group) {
+  Account account{.source = Account::kProcess,
+                  .id = "812",
+                  .is_service = true,
+                  .user = user,
+                  .group = group,
+                  .groups = {},
+                  .unit = {}};
+  return account;
+}
+
 TEST_F(Doctor, NamesThePortsToChooseFromWhereOneIsMissing) {
   const Finding finding = checkPort("lidar", directory_ / "none", "lidar.port",
                                     {{"/dev/ttyUSB0", "10c4:ea60 CP2102 0001"}, {"/dev/ttyS0", ""}});
@@ -59,6 +71,18 @@ TEST_F(Doctor, TellsAnAbsentCameraFromAForbiddenOne) {
   EXPECT_EQ(checkCamera(usb).level, Finding::kGood);
   usb.may_open = false;
   EXPECT_THAT(checkCamera(usb).what, HasSubstr("no right"));
+  const fs::path device = directory_ / "sys/bus/usb/devices/1-1", node = directory_ / "dev/bus/usb/001/007";
+  fs::create_directories(device);
+  fs::create_directories(node.parent_path());
+  std::ofstream(device / "idVendor") << "1d27\n";
+  std::ofstream(device / "busnum") << "1\n";
+  std::ofstream(device / "devnum") << "7\n";
+  std::ofstream(node.c_str()) << "";
+  const Account slamd = slamdOf(geteuid(), getegid()), stranger = slamdOf(54321, 54321);
+  fs::permissions(node, fs::perms::owner_all);
+  EXPECT_EQ(checkCamera(usb, slamd, directory_).level, Finding::kGood) << "whether or not who asks may";
+  usb.may_open = true;
+  EXPECT_THAT(checkCamera(usb, stranger, directory_).what, HasSubstr("user 54321) has no right"));
   usb.on_bus = false;
   EXPECT_THAT(checkCamera(usb).what, HasSubstr("no PrimeSense camera"));
 }
@@ -246,6 +270,126 @@ TEST_F(Doctor, KnowsWhetherThisUserMayCommandOverTheSocket) {
   EXPECT_EQ(status, 0);
 }
 
+TEST_F(Doctor, JudgesAFolderByWhoRunsSlamdAndGivesItToNobodyElse) {
+  constexpr uid_t kSlamd = 54321;
+  const fs::path maps = directory_ / "maps";
+  fs::create_directories(maps);
+  fs::permissions(maps, fs::perms::owner_all | fs::perms::group_read | fs::perms::group_exec);
+  const Account owner = slamdOf(geteuid(), getegid()), stranger = slamdOf(kSlamd, kSlamd);
+  EXPECT_EQ(checkDisk("maps", maps, owner).level, Finding::kGood) << checkDisk("maps", maps, owner).what;
+  const Finding finding = checkDisk("maps", maps, stranger);
+  EXPECT_EQ(finding.level, Finding::kFault) << "although who asks may write there";
+  EXPECT_THAT(finding.fix, testing::AllOf(HasSubstr("chown -R 54321:54321 "), testing::Not(HasSubstr("$USER"))));
+  EXPECT_THAT(checkDisk("maps", directory_ / "none", stranger).fix, HasSubstr("install -d -o 54321 -g 54321 -m 750 "));
+  // A folder above that may not be entered, and a group that may write.
+  fs::permissions(maps, fs::perms::all);
+  fs::permissions(directory_, fs::perms::owner_all);
+  EXPECT_EQ(checkDisk("maps", maps, stranger).level, Finding::kFault);
+  fs::permissions(directory_, fs::perms::owner_all | fs::perms::others_exec);
+  EXPECT_NE(checkDisk("maps", maps, stranger).level, Finding::kFault);
+  fs::permissions(maps, fs::perms::owner_all | fs::perms::group_all);
+  EXPECT_EQ(checkDisk("maps", maps, stranger).level, Finding::kFault);
+  Account member = stranger;
+  member.groups = {getegid()};
+  fs::permissions(directory_, fs::perms::owner_all | fs::perms::group_exec);
+  EXPECT_NE(checkDisk("maps", maps, member).level, Finding::kFault);
+}
+
+TEST_F(Doctor, JudgesAPortByWhoRunsSlamd) {
+  const fs::path port = directory_ / "port";
+  std::ofstream(port) << "";
+  fs::permissions(port, fs::perms::owner_all);
+  const Account stranger = slamdOf(54321, 54321);
+  EXPECT_EQ(checkPort("lidar", port, "lidar.port", {}, slamdOf(geteuid(), getegid())).level, Finding::kGood);
+  const Finding finding = checkPort("lidar", port, "lidar.port", {}, stranger);
+  EXPECT_EQ(finding.level, Finding::kFault) << "although who asks may open it";
+  EXPECT_THAT(finding.what, HasSubstr("user 54321"));
+  EXPECT_THAT(finding.fix, testing::AllOf(HasSubstr("KERNEL==\"port\""), testing::Not(HasSubstr("path and cable"))))
+      << "no USB adapter";
+}
+
+TEST_F(Doctor, ShowsWhatTheThreadsOfARunningSlamdHave) {
+  const auto process = [&](const char* limit, const char* locked, const char* policy) {
+    fs::create_directories(directory_ / "proc/812/task/815");
+    std::ofstream(directory_ / "proc/812/limits")
+        << "Max locked memory         " << limit << "      8388608              bytes     \n"
+        << "Max realtime priority     " << (policy[0] == '1' ? "95" : "0") << "                   95\n";
+    std::ofstream(directory_ / "proc/812/status")
+        << "Uid:\t990\t991\t991\t991\nGid:\t992\t993\t993\t993\nGroups:\t20 44 \nVmLck:\t   " << locked
+        << " kB\nCapEff:\t0000000000000000\n";
+    std::ofstream(directory_ / "proc/812/cgroup") << "0::/system.slice/slamd.service\n";
+    std::ofstream(directory_ / "proc/812/task/815/stat") << "815 (a) b) S 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 "
+                                                            "19 20 21 22 23 24 25 26 27 28 29 30 31 32 33 34 35 70 "
+                                                         << "80 " << policy << " 0 0\n";
+  };
+  EXPECT_FALSE(accountOfProcess("812", directory_));
+  process("unlimited", "65536", "1");
+  const auto slamd = accountOfProcess("812", directory_);
+  ASSERT_TRUE(slamd);
+  EXPECT_TRUE(slamd->is_service);
+  EXPECT_EQ(slamd->user, 991U);
+  EXPECT_TRUE(slamd->has(993) && slamd->has(20) && slamd->has(44) && !slamd->has(992));
+  Findings findings = checkRealtime(80, *slamd, directory_);
+  ASSERT_EQ(findings.size(), 2U);
+  EXPECT_EQ(findings[0].level, Finding::kGood) << findings[0].what;
+  EXPECT_THAT(findings[0].what, HasSubstr("1 threads of slamd (process 812"));
+  EXPECT_EQ(findings[1].level, Finding::kGood) << findings[1].what;
+  EXPECT_THAT(findings[1].what, HasSubstr("64 MiB"));
+  process("8388608", "0", "0");
+  findings = checkRealtime(80, *slamd, directory_);
+  EXPECT_EQ(findings[0].level, Finding::kWarning) << "whatever who asks may do";
+  EXPECT_THAT(findings[0].what, HasSubstr("priority 80 where the limit is 0"));
+  EXPECT_THAT(findings[0].fix, testing::AllOf(HasSubstr("systemctl edit slamd"), HasSubstr("LimitRTPRIO=95")));
+  EXPECT_EQ(findings[1].level, Finding::kWarning);
+  EXPECT_THAT(findings[1].what, HasSubstr("only 8 MiB may be"));
+  EXPECT_THAT(findings[1].fix, HasSubstr("LimitMEMLOCK=infinity"));
+}
+
+TEST_F(Doctor, JudgesTheUnitWhereNoSlamdRuns) {
+  ServiceAccount unit{.user = "nobody",
+                      .group = "",
+                      .further_groups = {"no such group"},
+                      .priority_limit = "50:95",
+                      .lock_limit = "8M"};
+  const auto account = accountOfUnit(unit);
+  if (!account) GTEST_SKIP() << "there is no user nobody";
+  EXPECT_EQ(account->source, Account::kUnit);
+  Findings findings = checkRealtime(80, *account);
+  ASSERT_EQ(findings.size(), 2U);
+  EXPECT_THAT(findings[0].what, testing::AllOf(HasSubstr("slamd.service (user nobody)"), HasSubstr("the limit is 50")));
+  EXPECT_THAT(findings[1].what, HasSubstr("its limit is 8M"));
+  unit.priority_limit = "95";
+  unit.lock_limit = "infinity";
+  for (const Finding& finding : checkRealtime(80, *accountOfUnit(unit)))
+    EXPECT_EQ(finding.level, Finding::kGood) << finding.what;
+  EXPECT_FALSE(accountOfUnit({.user = "no such user"}));
+}
+
+TEST_F(Doctor, TellsWhyARunningSlamdDoesNotAnswer) {
+  const Account slamd = slamdOf(1, 1);
+  const auto silence = [&](const char* state) {
+    fs::create_directories(directory_ / "proc/812");
+    std::ofstream(directory_ / "proc/812/stat") << "812 (slamd) " << state << " 1 812 812 0\n";
+    return checkSilence(slamd, directory_);
+  };
+  for (const char* state : {"S", "R", "D", "T"}) EXPECT_EQ(silence(state).level, Finding::kFault) << state;
+  EXPECT_THAT(silence("T").fix, HasSubstr("kill -CONT 812"));
+  EXPECT_THAT(silence("S").fix,
+              testing::AllOf(HasSubstr("systemctl restart slamd"), testing::Not(HasSubstr("systemctl start"))));
+  EXPECT_THAT(checkSilence(slamd, directory_ / "none").what, HasSubstr("has ended"));
+}
+
+TEST_F(Doctor, FindsTheSlamdThatListens) {
+  const std::string path = directory_ / "socket";
+  EXPECT_FALSE(accountOfSlamd(path));
+  LocalSocket slamd(path);
+  slamd.tend(Timestamp{});
+  const auto found = accountOfSlamd(path);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->id, std::to_string(getpid())) << "it is this program";
+  EXPECT_EQ(found->user, geteuid());
+}
+
 TEST_F(Doctor, SaysWhereMapsCannotBeKept) {
   EXPECT_THAT(checkDisk("maps", directory_ / "none").fix, HasSubstr("mkdir -p"));
   EXPECT_NE(checkDisk("maps", directory_).level, Finding::kFault);
@@ -283,14 +427,31 @@ TEST_F(Doctor, SaysWhatThePoseWaitsForAndWhatIsNotStored) {
   health.summary =
       "pose initialising: waits for the lidar; lidar: no such port; map not written since 14:03: no space on /maps (12 "
       "MB free); the map is not stored, slamd tries again; make room: sudo du -sh /maps/*; slamctl log list; the wall "
-      "clock was set back: stamps are 60 s ahead of it";
+      "clock was set back by 60 s";
   const Findings findings = checkHealth(health);
-  ASSERT_EQ(findings.size(), 4U);
+  ASSERT_EQ(findings.size(), 3U);
   EXPECT_EQ(findings[0].what, "slamd, pose initialising: waits for the lidar");
   EXPECT_EQ(findings[1].what, "slamd: map not written since 14:03: no space on /maps (12 MB free)");
   EXPECT_EQ(findings[1].level, Finding::kFault);
   EXPECT_EQ(findings[1].fix, "make room: sudo du -sh /maps/*");
-  EXPECT_THAT(findings[3].what, HasSubstr("set back"));
+  EXPECT_THAT(findings[2].what, HasSubstr("set back"));
+}
+
+TEST_F(Doctor, SaysThatSlamdWaitsForTheCpu) {
+  const auto thread = [&](const char* id, const char* waited) {
+    fs::create_directories(directory_ / "proc/812/task" / id);
+    std::ofstream(directory_ / "proc/812/task" / id / "comm") << "graph\n";
+    std::ofstream(directory_ / "proc/812/task" / id / "schedstat") << "7000000000 " << waited << " 12\n";
+  };
+  thread("815", "1000000000"), thread("816", "9000000000");
+  const auto before = cpuWaits("812", directory_);
+  EXPECT_EQ(before.size(), 2U);
+  thread("815", "1900000000"), thread("817", "60000000000");
+  EXPECT_FALSE(checkLoad(before, cpuWaits("812", directory_), std::chrono::seconds(2))) << "less than half of the time";
+  const auto finding = checkLoad(before, cpuWaits("812", directory_), std::chrono::seconds(1));
+  ASSERT_TRUE(finding);
+  EXPECT_THAT(finding->what, HasSubstr("the computer is overloaded: slamd's thread graph waited 90 % of the time"));
+  EXPECT_TRUE(cpuWaits("none", directory_).empty());
 }
 
 TEST_F(Doctor, ReadsStatesAndRatesOfARunningDaemon) {

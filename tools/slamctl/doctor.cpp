@@ -9,10 +9,12 @@
 #include <ctime>
 #include <fstream>
 #include <grp.h>
+#include <limits>
 #include <map>
 #include <net/if.h>
 #include <poll.h>
 #include <pwd.h>
+#include <sstream>
 #include <sys/resource.h>
 #include <sys/statvfs.h>
 #include <sys/timex.h>
@@ -42,7 +44,8 @@ constexpr double kRateTolerance = 0.7;  // [1] of the expected rate
 constexpr std::time_t kYear2024 = 1704067200;
 constexpr auto kHealthLimit = 3s;  // it comes at 1 Hz
 constexpr Duration kEchoLimit = 3s;
-constexpr int kEchoPeriod = 100;  // [ms]
+constexpr int kEchoPeriod = 100;                     // [ms]
+constexpr std::uint64_t kEnoughLocked = 512U << 20;  // [bytes] of memory
 constexpr auto kRouteUnits = {"/usr/lib/systemd/system/slamd-multicast.service",
                               "/usr/local/lib/systemd/system/slamd-multicast.service"};
 
@@ -102,10 +105,136 @@ std::string fixIn(const std::string& words, const std::string& otherwise) {
   return at == std::string::npos ? otherwise : words.substr(at + 2);
 }
 
+/// How who runs slamd is given a group.
+std::string groupFix(const std::string& group, const Account& slamd) {
+  const bool is_caller = slamd.source == Account::kCaller;
+  return "sudo usermod -aG " + group + " " + (is_caller ? "$USER" : slamd.userName()) +
+         (slamd.is_service ? " && sudo systemctl restart slamd"
+          : is_caller      ? ", and log in again; the service has the right by its unit"
+                           : ", log in again, and start slamd again");
+}
+
+/// How the limits of who runs slamd are raised. @param unit setting of the unit @param shell line of limits.d
+std::string limitFix(const Account& slamd, const std::string& unit, const std::string& shell) {
+  if (slamd.is_service)
+    return "sudo systemctl edit slamd, write " + unit + " into [Service], and sudo systemctl restart slamd";
+  const bool is_caller = slamd.source == Account::kCaller;
+  return "run slamd as a service, or: echo \"" + (is_caller ? "$USER" : slamd.userName()) + " - " + shell +
+         "\" | sudo tee -a /etc/security/limits.d/slamd.conf, and log in again" +
+         (is_caller ? "" : "; then start slamd again");
+}
+
+std::filesystem::path workingDirectoryOf(const Account& slamd, const ServiceReach& service) {
+  std::error_code error;
+  if (slamd.is_service) return service.workingDirectory();
+  const auto own =
+      slamd.id.empty() ? std::filesystem::path() : std::filesystem::read_symlink("/proc/" + slamd.id + "/cwd", error);
+  return own.empty() || error ? std::filesystem::current_path(error) : own;
+}
+
+constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
+
+/// A limit as systemd and /proc write it: a number with or without K, M, G or T, of a soft and a hard one the first.
+std::uint64_t limitOf(const std::string& text) {
+  if (text.starts_with("infinity") || text.starts_with("unlimited")) return kUnlimited;
+  std::istringstream in(text);
+  std::uint64_t value = 0;
+  char unit = '\0';
+  in >> value >> unit;
+  const auto power = std::string_view("KMGT").find(unit);
+  return power == std::string_view::npos ? value : value << (10U * (power + 1));
+}
+
+Finding fifoFinding(const std::string& begin, int priority, const FifoRights& rights, const Account& slamd) {
+  const std::string words = fifoWords(EPERM, priority, rights);
+  const bool by_limit = !rights.privileged && rights.limit < priority;
+  return {Finding::kWarning, "real time: " + begin + words.substr(0, words.find(';')),
+          by_limit ? limitFix(slamd, "LimitRTPRIO=95", "rtprio 95") : fixIn(words, words)};
+}
+
+Finding lockFinding(const std::string& begin, const Account& slamd) {
+  return {Finding::kWarning, "real time: " + begin, limitFix(slamd, "LimitMEMLOCK=infinity", "memlock unlimited")};
+}
+
+Findings checkRealtimeOfProcess(int priority, const Account& slamd, const std::filesystem::path& root) {
+  const FifoRights rights = fifoRights(root, slamd.id);
+  const int threads = fifoThreads(slamd.id, root);
+  const bool may = rights.privileged || rights.limit >= priority;
+  Findings findings;
+  if (threads > 0 && may) {
+    findings.push_back({Finding::kGood,
+                        "real time: " + std::to_string(threads) + " threads of " + slamd.words() + " have SCHED_FIFO",
+                        ""});
+  } else {
+    findings.push_back(fifoFinding(slamd.words() + ": ", priority, rights, slamd));
+  }
+  const auto kilobytes = [&](std::string_view name) { return limitOf(processValue(slamd.id, "status", name, root)); };
+  const std::uint64_t locked = kilobytes("VmLck:"),
+                      limit = limitOf(processValue(slamd.id, "limits", "Max locked memory", root));
+  if (locked == 0) {
+    findings.push_back(lockFinding(
+        slamd.words() + " has no memory locked; " +
+            (limit == kUnlimited ? "it may lock all" : "only " + std::to_string(limit >> 20U) + " MiB may be"),
+        slamd));
+  } else if (limit != kUnlimited && geteuid() != 0 && slamd.user != 0) {
+    findings.push_back(lockFinding(slamd.words() + " has " + std::to_string(locked >> 10U) +
+                                       " MiB of its memory locked; what it takes from now on is not, for only " +
+                                       std::to_string(limit >> 20U) + " MiB may be",
+                                   slamd));
+  } else {
+    findings.push_back(
+        {Finding::kGood,
+         "real time: " + slamd.words() + " has " + std::to_string(locked >> 10U) + " MiB of its memory locked", ""});
+  }
+  return findings;
+}
+
+Findings checkRealtimeOfUnit(int priority, const Account& slamd) {
+  Findings findings;
+  const std::uint64_t fifo = limitOf(slamd.unit.priority_limit), lock = limitOf(slamd.unit.lock_limit);
+  const FifoRights rights{.limit = static_cast<int>(std::min<std::uint64_t>(fifo, 99)),
+                          .privileged = slamd.user == 0,
+                          .filtered = slamd.unit.realtime_refused};
+  if (slamd.unit.realtime_refused) {
+    findings.push_back({Finding::kWarning, "real time: " + slamd.words() + " may not use SCHED_FIFO",
+                        "sudo systemctl edit slamd, write RestrictRealtime=no into [Service]"});
+  } else if (rights.privileged || rights.limit >= priority) {
+    findings.push_back({Finding::kGood, "real time: " + slamd.words() + " may use SCHED_FIFO", ""});
+  } else {
+    findings.push_back(fifoFinding(slamd.words() + ": ", priority, rights, slamd));
+  }
+  if (slamd.user == 0 || lock >= kEnoughLocked) {
+    findings.push_back({Finding::kGood, "real time: " + slamd.words() + " may lock its memory", ""});
+  } else {
+    findings.push_back(
+        lockFinding(slamd.words() + " may not lock its memory: its limit is " + slamd.unit.lock_limit, slamd));
+  }
+  return findings;
+}
+
+Findings checkRealtimeOfCaller(int priority, const Account& slamd) {
+  std::string fifo;
+  std::thread([&] { fifo = setFifoPriority(priority); }).join();
+  Findings findings;
+  if (fifo.empty()) {
+    findings.push_back({Finding::kGood, "real time: SCHED_FIFO is permitted", ""});
+  } else {
+    findings.push_back(fifoFinding("", priority, fifoRights(), slamd));
+  }
+  rlimit limit{};
+  getrlimit(RLIMIT_MEMLOCK, &limit);
+  if (geteuid() == 0 || limit.rlim_cur >= kEnoughLocked) {
+    findings.push_back({Finding::kGood, "real time: memory may be locked", ""});
+  } else {
+    findings.push_back(lockFinding("this user may not lock its memory", slamd));
+  }
+  return findings;
+}
+
 }  // namespace
 
 Finding checkPort(const std::string& device, const std::string& path, const std::string& key,
-                  const std::vector<SerialPortInfo>& others) {
+                  const std::vector<SerialPortInfo>& others, const Account& slamd) {
   std::error_code error;
   if (!std::filesystem::exists(path, error)) {
     return {Finding::kFault, device + ": no port " + path,
@@ -117,13 +246,14 @@ Finding checkPort(const std::string& device, const std::string& path, const std:
   std::string name = target == path || target.empty() ? path : path + " -> " + target;
   const std::string tty = ttyNameOf(path);
   if (!tty.empty() && !target.ends_with("/" + tty)) name += ", which is " + tty;
-  if (access(path.c_str(), R_OK | W_OK) != 0) {
-    const NodeRights rights = rightsOf(path);
-    const std::string words = openWords(errno, rights);
-    return {Finding::kFault, device + ": no right to open " + name + " of group " + rights.group,
-            rights.group == "dialout" && rights.group_may
-                ? "sudo usermod -aG dialout $USER, and log in again; the service has the right by its unit"
-                : fixIn(words, words)};
+  if (permissionOf(slamd, path, R_OK | W_OK) == Permission::kRefused) {
+    NodeRights rights = rightsOf(path);
+    rights.is_member = slamd.has(rights.group_id);
+    const std::string words = openWords(EACCES, rights);
+    const bool by_group = rights.group_may && rights.group != "root" && !rights.is_member;
+    return {Finding::kFault,
+            device + ": " + slamd.words() + " has no right to open " + name + " of group " + rights.group,
+            by_group ? groupFix(rights.group, slamd) : fixIn(words, words)};
   }
   return {Finding::kGood, device + ": " + name, ""};
 }
@@ -227,14 +357,41 @@ Finding checkCameraName(const std::string& uri, const std::vector<CameraInfo>& c
               "; set depth.uri, or leave it empty for the first one: a camera's name changes with its USB socket"};
 }
 
-Finding checkCamera(UsbWatch& usb) {
+namespace {
+
+/// Nodes of the devices of one vendor on the USB.
+std::vector<std::filesystem::path> usbNodesOf(std::uint16_t vendor, const std::filesystem::path& root) {
+  std::vector<std::filesystem::path> nodes;
+  std::error_code error;
+  for (std::filesystem::directory_iterator at(root / "sys/bus/usb/devices", error), end; !error && at != end;
+       at.increment(error)) {
+    unsigned id = 0, bus = 0, number = 0;
+    std::ifstream(at->path() / "idVendor") >> std::hex >> id;
+    std::ifstream(at->path() / "busnum") >> bus;
+    if (id != vendor || !(std::ifstream(at->path() / "devnum") >> number)) continue;
+    char name[32];
+    std::snprintf(name, sizeof name, "dev/bus/usb/%03u/%03u", bus, number);
+    nodes.push_back(root / name);
+  }
+  return nodes;
+}
+
+}  // namespace
+
+Finding checkCamera(UsbWatch& usb, const Account& slamd, const std::filesystem::path& root) {
   if (!usb.present()) {
     return {Finding::kFault, "depth: no PrimeSense camera on the USB",
             "plug it into a USB 2 port or a powered hub; lsusb -d 1d27: must list it; or set depth.driver = \"none\""};
   }
-  if (!usb.permitted()) {
+  const auto nodes =
+      slamd.source == Account::kCaller ? std::vector<std::filesystem::path>{} : usbNodesOf(kPrimeSense.vendor, root);
+  const bool permitted =
+      nodes.empty() ? usb.permitted() : std::any_of(nodes.begin(), nodes.end(), [&](const auto& node) {
+        return permissionOf(slamd, node, R_OK | W_OK) != Permission::kRefused;
+      });
+  if (!permitted) {
     return {
-        Finding::kFault, "depth: no right to open the camera",
+        Finding::kFault, "depth: " + slamd.words() + " has no right to open the camera",
         "sudo apt install libopenni2-0, sudo udevadm control --reload && sudo udevadm trigger, and plug it in again"};
   }
   return {Finding::kGood, "depth: a PrimeSense camera is on the USB", ""};
@@ -321,6 +478,9 @@ Finding checkSocket(const std::string& path) {
               isMember(LocalClient::kGroup)
                   ? "log in again: the group has been given since"
                   : std::string("sudo usermod -aG ") + LocalClient::kGroup + " $USER, and log in again"};
+    case EAGAIN:
+      return {Finding::kFault, name + ": slamd does not take in who connects: it hangs, or the computer is overloaded",
+              "see what is said of slamd below; else sudo systemctl restart slamd"};
     case ENOENT:
     case ECONNREFUSED:
       return {Finding::kWarning, name + ": slamd does not run",
@@ -359,55 +519,49 @@ Finding checkLcm(const std::string& url) {
   return {Finding::kFault, "LCM: " + causeOf(state, link.url()) + " (" + url + ")", fix};
 }
 
-Findings checkRealtime(int priority) {
-  std::string fifo;
-  std::thread([&] { fifo = setFifoPriority(priority); }).join();
-  Findings findings;
-  if (fifo.empty()) {
-    findings.push_back({Finding::kGood, "real time: SCHED_FIFO is permitted", ""});
-  } else {
-    const FifoRights rights = fifoRights();
-    const bool by_limit = !rights.privileged && rights.limit < priority;
-    const std::string words = fifoWords(EPERM, priority, rights);
-    findings.push_back(
-        {Finding::kWarning,
-         by_limit ? "real time: this user may not use SCHED_FIFO" : "real time: " + words.substr(0, words.find(';')),
-         by_limit ? "run slamd as a service, or: echo \"$USER - rtprio 95\" | sudo tee -a "
-                    "/etc/security/limits.d/slamd.conf, and log in again"
-                  : fixIn(words, words)});
+Findings checkRealtime(int priority, const Account& slamd, const std::filesystem::path& root) {
+  switch (slamd.source) {
+    case Account::kProcess:
+      return checkRealtimeOfProcess(priority, slamd, root);
+    case Account::kUnit:
+      return checkRealtimeOfUnit(priority, slamd);
+    default:
+      return checkRealtimeOfCaller(priority, slamd);
   }
-  rlimit limit{};
-  getrlimit(RLIMIT_MEMLOCK, &limit);
-  constexpr rlim_t kEnough = 512U << 20;  // [bytes]
-  if (geteuid() == 0 || limit.rlim_cur >= kEnough) {
-    findings.push_back({Finding::kGood, "real time: memory may be locked", ""});
-  } else {
-    findings.push_back({Finding::kWarning, "real time: this user may not lock its memory",
-                        "run slamd as a service, or: echo \"$USER - memlock unlimited\" | sudo tee -a "
-                        "/etc/security/limits.d/slamd.conf, and log in again"});
-  }
-  return findings;
 }
 
-Finding checkDisk(const std::string& what, const std::filesystem::path& directory) {
+Finding checkDisk(const std::string& what, const std::filesystem::path& directory, const Account& slamd) {
   std::error_code error;
   const std::string name = "disk: " + what + " in " + directory.string();
+  const bool is_caller = slamd.source == Account::kCaller;
+  const std::string owner = slamd.userName() + ":" + slamd.groupName();
   if (!std::filesystem::is_directory(directory, error)) {
     if (error == std::errc::permission_denied) {
       return {Finding::kWarning, name + ": no right to look there", "sudo slamctl doctor"};
     }
-    return {Finding::kFault, name + ": there is no such folder", "mkdir -p " + directory.string()};
+    return {Finding::kFault, name + ": there is no such folder",
+            is_caller ? "mkdir -p " + directory.string()
+                      : "sudo install -d -o " + slamd.userName() + " -g " + slamd.groupName() + " -m 750 " +
+                            directory.string()};
   }
-  if (access(directory.c_str(), W_OK | X_OK) != 0) {
-    if (errno == EROFS)
-      return {
-          Finding::kFault, name + ": the disk is read-only",
-          "sudo dmesg | tail says whether the kernel has found errors on it; replace it, or sudo mount -o remount,rw " +
-              directory.string()};
-    return {Finding::kFault, name + ": no right to write there", "sudo chown $USER " + directory.string()};
+  struct statvfs disk {};
+  if (statvfs(directory.c_str(), &disk) == 0 && (disk.f_flag & ST_RDONLY) != 0)
+    return {
+        Finding::kFault, name + ": the disk is read-only",
+        "sudo dmesg | tail says whether the kernel has found errors on it; replace it, or sudo mount -o remount,rw " +
+            directory.string()};
+  switch (permissionOf(slamd, directory, W_OK | X_OK)) {
+    case Permission::kRefused:
+      return {Finding::kFault, name + ": " + slamd.words() + " has no right to write there",
+              is_caller ? "sudo chown $USER " + directory.string() + ", if slamd is to run as this user"
+                        : "sudo chown -R " + owner + " " + directory.string()};
+    case Permission::kUnseen:
+      return {Finding::kWarning, name + ": whether " + slamd.words() + " may write there is not seen by this user",
+              "sudo slamctl doctor"};
+    default:
+      break;
   }
-  struct statvfs entries {};
-  if (statvfs(directory.c_str(), &entries) == 0 && entries.f_files > 0 && entries.f_favail == 0)
+  if (disk.f_files > 0 && disk.f_favail == 0)
     return {Finding::kFault, name + ": the disk has no room for another file (no inode is free)",
             "remove small files: sudo du --inodes -d 2 " + directory.string()};
   const double free = diskFreeMegabytes((directory / "map").string());
@@ -425,6 +579,25 @@ std::optional<Finding> checkLogFloor(const std::filesystem::path& directory, dou
                  "disk: the field log stops: " + number("%.0f MB are free", free) +
                      number(" where log.floor keeps %.0f MB for the maps", floor),
                  "make room: slamctl log list; or set log.floor"};
+}
+
+std::optional<Finding> checkLoad(const CpuWaits& before, const CpuWaits& after, Duration between) {
+  constexpr double kMuch = 0.5;  // [1] of the time
+  const CpuWait* worst = nullptr;
+  double most = kMuch;
+  for (const auto& [id, wait] : after) {
+    const auto at = before.find(id);
+    const double share = at == before.end() ? 0.0 : toSeconds(wait.waited - at->second.waited) / toSeconds(between);
+    if (share <= most) continue;
+    most = share;
+    worst = &wait;
+  }
+  if (worst == nullptr) return std::nullopt;
+  return Finding{Finding::kWarning,
+                 "CPU: the computer is overloaded: slamd's thread " + worst->name +
+                     number(" waited %.0f %% of the time for the CPU", 100.0 * most) +
+                     "; what else is late follows from it",
+                 "end other programs (top), or give it a faster computer"};
 }
 
 Finding checkClock() {
@@ -450,12 +623,13 @@ Findings checkHealth(const health_t& health) {
                                                    ", plug it in again, and run slamctl doctor")});
     } else if (!device.reason.empty()) {
       findings.push_back({Finding::kWarning, name + ": " + device.reason,
-                          fixIn(device.reason, "check the CPU's load (top), and the device's cable")});
+                          fixIn(device.reason, "slamctl status tells more; journalctl -u slamd -n 20")});
     } else if (device.rate < kRateTolerance * device.expected) {
       findings.push_back(
           {Finding::kWarning,
            name + number(", %.1f Hz", device.rate) + number(" where %.1f Hz are expected", device.expected),
-           "check the CPU's load (top), and the device's cable"});
+           "check at which rate it is set to send, its power and its cable; slamctl status in some seconds tells "
+           "more"});
     } else {
       findings.push_back({Finding::kGood, name + number(", %.1f Hz", device.rate), ""});
     }
@@ -482,28 +656,61 @@ Findings checkHealth(const health_t& health) {
         std::any_of(health.devices.begin(), health.devices.end(),
                     [&](const device_health_t& device) { return device.reason.find(words) != std::string::npos; });
     if (const auto clock = sentenceOf(summary, words); !clock.empty() && !of_device)
-      findings.push_back(
-          {Finding::kWarning, "slamd: " + clock, "sudo timedatectl set-ntp true; sudo systemctl restart slamd"});
+      findings.push_back({Finding::kWarning, "slamd: " + clock,
+                          "sudo timedatectl set-ntp true; where the clock is right, sudo systemctl restart slamd when "
+                          "the robot stands"});
   }
   return findings;
 }
 
+Finding checkSilence(const Account& slamd, const std::filesystem::path& root) {
+  const std::string again = slamd.is_service ? "sudo systemctl restart slamd"
+                                             : "sudo kill " + slamd.id + ", -KILL if it stays; start slamd again";
+  switch (const char state = processState(slamd.id, root)) {
+    case 'T':
+    case 't':
+      return {Finding::kFault, "slamd: " + slamd.words() + " is stopped, by a signal or a debugger: no pose comes",
+              "sudo kill -CONT " + slamd.id};
+    case 'Z':
+    case '\0':
+      return {Finding::kFault, "slamd: " + slamd.words() + " has ended meanwhile",
+              "journalctl -u slamd -n 50 tells why it ended"};
+    default:
+      return {Finding::kFault,
+              "slamd: " + slamd.words() + " runs, but sends nothing" +
+                  (state == 'D' ? ": it waits for a disk or a device" : ": it hangs"),
+              "journalctl -u slamd -n 50 tells what it did last; " + again};
+  }
+}
+
 Findings diagnose(const Config& config, const std::string& socket) {
   Findings findings;
+  std::error_code error;
+  const bool is_installed = std::filesystem::exists(kServiceConfig, error);
+  const ServiceReach service;
+  const std::optional<Account> running = accountOfSlamd(socket),
+                               installed = is_installed ? accountOfUnit(service.account()) : std::nullopt;
+  const Account slamd = running ? *running : installed ? *installed : callerAccount();
+  const Timestamp began = monotonicNow();
+  const CpuWaits waits = running ? cpuWaits(running->id) : CpuWaits{};
+  if (is_installed && !running && !installed)
+    findings.push_back({Finding::kFault,
+                        "service: there is no user " + service.account().user + ", as whom slamd.service runs",
+                        "sudo systemd-sysusers, or set User= (sudo systemctl edit slamd)"});
   const auto ports = serialPorts();
   const auto add = [&](std::optional<Finding> finding) {
     if (finding) findings.push_back(std::move(*finding));
   };
   if (config.lidar_device.driver == LidarDriver::kRplidar) {
-    findings.push_back(checkPort("lidar", config.lidar_device.port, "lidar.port", ports));
+    findings.push_back(checkPort("lidar", config.lidar_device.port, "lidar.port", ports, slamd));
     add(checkClaimants("lidar", config.lidar_device.port, "lidar.port"));
   }
   if (config.base_device.driver == BaseDriver::kHandsfree) {
-    findings.push_back(checkPort("base", config.base_device.port, "base.port", ports));
+    findings.push_back(checkPort("base", config.base_device.port, "base.port", ports, slamd));
     add(checkClaimants("base", config.base_device.port, "base.port"));
   }
   if (config.imu_device.driver == ImuDriver::kHfi) {
-    findings.push_back(checkPort("imu", config.imu_device.port, "imu.port", ports));
+    findings.push_back(checkPort("imu", config.imu_device.port, "imu.port", ports, slamd));
     add(checkClaimants("imu", config.imu_device.port, "imu.port"));
   }
   for (const auto& [device, used, path] :
@@ -529,7 +736,7 @@ Findings diagnose(const Config& config, const std::string& socket) {
   if (config.depth_device.driver == DepthDriver::kOpenni2) findings.push_back(checkMounting(config.depth_device));
   if (config.depth_device.driver == DepthDriver::kOpenni2 && config.depth_device.uri.empty()) {
     const auto usb = makeUsbWatch(kPrimeSense);
-    findings.push_back(checkCamera(*usb));
+    findings.push_back(checkCamera(*usb, slamd));
   }
   const std::string& uri = config.depth_device.uri;
   if (config.depth_device.driver == DepthDriver::kOpenni2 && !uri.empty() && !uri.ends_with(".oni"))
@@ -539,25 +746,25 @@ Findings diagnose(const Config& config, const std::string& socket) {
   const Finding lcm = checkLcm(config.lcm.url);
   findings.push_back(lcm);
   if (config.runtime.realtime) {
-    for (Finding& finding : checkRealtime(config.runtime.base_priority)) findings.push_back(std::move(finding));
+    for (Finding& finding : checkRealtime(config.runtime.base_priority, slamd)) findings.push_back(std::move(finding));
   }
-  const std::filesystem::path maps = config.store.directory.empty() ? "/var/lib/slamd/maps" : config.store.directory;
-  std::error_code error;
+  // A relative path is one of slamd's working directory.
+  const std::filesystem::path at = workingDirectoryOf(slamd, service);
+  const std::filesystem::path maps =
+      at / (config.store.directory.empty() ? "/var/lib/slamd/maps" : config.store.directory);
   if (!config.store.directory.empty() || std::filesystem::is_directory(maps, error)) {
-    findings.push_back(checkDisk("maps", maps));
+    findings.push_back(checkDisk("maps", maps, slamd));
   }
-  const std::filesystem::path logs = config.log.directory.empty() ? "/var/lib/slamd/log" : config.log.directory;
+  const std::filesystem::path logs = at / (config.log.directory.empty() ? "/var/lib/slamd/log" : config.log.directory);
   if (std::filesystem::is_directory(logs, error)) {
-    findings.push_back(checkDisk("logs", logs));
+    findings.push_back(checkDisk("logs", logs, slamd));
     if (config.log.automatic) add(checkLogFloor(logs, config.log.floor));
   }
   for (const auto& [what, file] : {std::pair("map files", config.output.map), {"recording", config.output.record}}) {
     if (file.empty()) continue;
-    const auto folder = std::filesystem::path(file).parent_path();
-    findings.push_back(checkDisk(what, folder.empty() ? "." : folder));
+    findings.push_back(checkDisk(what, (at / file).parent_path(), slamd));
   }
-  const bool is_installed = std::filesystem::exists(kServiceConfig, error);
-  for (const auto& problem : is_installed ? ServiceReach().problemsOf(config) : std::vector<ServiceReach::Problem>{}) {
+  for (const auto& problem : is_installed ? service.problemsOf(config) : std::vector<ServiceReach::Problem>{}) {
     const auto semicolon = problem.what.find("; ");
     findings.push_back({Finding::kWarning,
                         "service: " + std::string(problem.key) + ": " + problem.what.substr(0, semicolon),
@@ -575,8 +782,12 @@ Findings diagnose(const Config& config, const std::string& socket) {
        ""});
   if (lcm.level == Finding::kFault && !local) return findings;
   Remote remote(local ? socket : "", config.lcm.url);
-  if (const auto health = remote.health(kHealthLimit)) {
+  const auto heard = remote.health(kHealthLimit);
+  if (running) add(checkLoad(waits, cpuWaits(running->id), monotonicNow() - began));
+  if (const auto& health = heard) {
     for (Finding& finding : checkHealth(*health)) findings.push_back(std::move(finding));
+  } else if (running) {
+    findings.push_back(checkSilence(*running));
   } else {
     findings.push_back({Finding::kWarning, "slamd: it is not heard on " + (local ? socket : config.lcm.url),
                         "sudo systemctl start slamd; journalctl -u slamd -n 50 tells why it ended"});

@@ -12,6 +12,7 @@
 #include "drivers/camera/usb_watch.hpp"
 #include "drivers/can/can_port.hpp"
 #include "drivers/serial_port.hpp"
+#include "tools/slamctl/account.hpp"
 
 namespace slam {
 
@@ -23,10 +24,10 @@ struct Finding {
 };
 using Findings = std::vector<Finding>;
 
-/// The port of a serial device: is it there, may it be opened? It is not opened: that would stop a lidar's motor.
+/// The port of a serial device: is it there, may slamd open it? It is not opened: that would stop a lidar's motor.
 /// @param key of the configuration, for the fix @param others ports of this machine, to choose from
 Finding checkPort(const std::string& device, const std::string& path, const std::string& key,
-                  const std::vector<SerialPortInfo>& others);
+                  const std::vector<SerialPortInfo>& others, const Account& slamd = callerAccount());
 /// Does another device claim the same name? @return std::nullopt: none does
 std::optional<Finding> checkClaimants(const std::string& device, const std::string& path, const std::string& key,
                                       const std::filesystem::path& root = "/");
@@ -37,7 +38,8 @@ std::optional<Finding> checkHolders(const std::string& device, const std::string
 std::optional<Finding> checkSecondSlamd(const std::filesystem::path& root = "/");
 /// USB-serial adapters without a port: their kernel driver is missing, or a program has taken them from it.
 Findings checkAdapters(const std::filesystem::path& root = "/");
-Finding checkCamera(UsbWatch& usb);
+/// @param root of /sys and /dev
+Finding checkCamera(UsbWatch& usb, const Account& slamd = callerAccount(), const std::filesystem::path& root = "/");
 /// Is a camera that the configuration names among those that there are?
 Finding checkCameraName(const std::string& uri, const std::vector<CameraInfo>& cameras);
 /// Is it known where the camera sits?
@@ -53,12 +55,18 @@ std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base, const CanConf
 Finding checkSocket(const std::string& path);
 /// Sends itself a message.
 Finding checkLcm(const std::string& url);
-/// Tries in a thread of its own what slamd's threads do. @param priority the highest of them
-Findings checkRealtime(int priority);
-/// Is there room, and may it be written? @param what it holds
-Finding checkDisk(const std::string& what, const std::filesystem::path& directory);
+/// What slamd's threads have, where it runs; what its service's limits let them have; or what this user's do, tried in
+/// a thread of this program. @param priority the highest of the threads' @param root of /proc
+Findings checkRealtime(int priority, const Account& slamd, const std::filesystem::path& root = "/");
+/// Is there room, and may slamd write there? @param what it holds
+Finding checkDisk(const std::string& what, const std::filesystem::path& directory,
+                  const Account& slamd = callerAccount());
+/// Why a slamd that runs does not answer. @param root of /proc
+Finding checkSilence(const Account& slamd, const std::filesystem::path& root = "/");
 /// Does the field log stop for lack of room? @return std::nullopt: it does not
 std::optional<Finding> checkLogFloor(const std::filesystem::path& directory, double floor);
+/// Does slamd get the CPU that it asks for? @param before, after looks at it, with so much time between them
+std::optional<Finding> checkLoad(const CpuWaits& before, const CpuWaits& after, Duration between);
 Finding checkClock();
 /// What a running slamd says of itself: states and rates of its devices, what its pose waits for, and what is not
 /// stored.

@@ -79,9 +79,10 @@ void printStatus(const slam::health_t& health) {
     return at == health.counters.end() ? -1LL : static_cast<long long>(at->value);
   };
   if (count("log.running") < 0) return;
-  std::printf("log %s: %lld messages written, %lld lost\n",
-              count("log.running") > 0 ? "running" : "not running (slamctl log start)", count("log.written"),
-              count("log.dropped"));
+  const char* const states[] = {"not running (slamctl log start)", "running",
+                                "wanted, but it cannot be written (the first line says why)"};
+  std::printf("log %s: %lld messages written, %lld lost\n", states[std::clamp(count("log.running"), 0LL, 2LL)],
+              count("log.written"), count("log.dropped"));
 }
 
 /// The folder of what slamd keeps: as configured, or the service's.

@@ -11,8 +11,12 @@
 
 namespace slam {
 
-HttpConnection::HttpConnection(int socket, const Limits& limits)
-    : socket_(socket), limits_(limits), read_by_(monotonicNow() + limits.request) {}
+HttpConnection::HttpConnection(int socket, const Limits& limits, std::string address, std::function<bool()> isCrowded)
+    : socket_(socket),
+      limits_(limits),
+      address_(std::move(address)),
+      isCrowded_(std::move(isCrowded)),
+      read_by_(monotonicNow() + limits.request) {}
 
 bool HttpConnection::wait(short event, Timestamp deadline) const {
   using std::chrono::milliseconds;
@@ -30,9 +34,19 @@ Timestamp HttpConnection::answerDeadline() const {
   return answered_ + limits_.answer + fromSeconds(static_cast<double>(sent_) / limits_.least_rate);
 }
 
+/// Who takes nothing for a while has to go when others want its thread.
+bool HttpConnection::waitForRoom() const {
+  for (;;) {
+    const Timestamp now = monotonicNow(), end = answerDeadline();
+    if (wait(POLLOUT, std::min(end, now + limits_.crowded / 2))) return true;
+    if (monotonicNow() >= end) return false;
+    if (isCrowded_ && isCrowded_() && monotonicNow() - progress_ >= limits_.crowded) return false;
+  }
+}
+
 bool HttpConnection::is_readable() const { return begin_ < end_ || wait(POLLIN, read_by_); }
 
-bool HttpConnection::is_writable() const { return answered_ == Timestamp{} || wait(POLLOUT, answerDeadline()); }
+bool HttpConnection::is_writable() const { return answered_ == Timestamp{} || waitForRoom(); }
 
 ssize_t HttpConnection::read(char* bytes, std::size_t size) {
   while (begin_ == end_) {
@@ -52,11 +66,14 @@ ssize_t HttpConnection::read(char* bytes, std::size_t size) {
 }
 
 ssize_t HttpConnection::write(const char* bytes, std::size_t size) {
-  if (answered_ == Timestamp{}) answered_ = monotonicNow();
-  while (wait(POLLOUT, answerDeadline())) {
+  if (answered_ == Timestamp{}) answered_ = progress_ = monotonicNow();
+  while (waitForRoom()) {
     const ssize_t sent = ::send(socket_, bytes, size, MSG_DONTWAIT | MSG_NOSIGNAL);
     if (sent < 0 && (errno == EAGAIN || errno == EINTR)) continue;
-    if (sent > 0) sent_ += static_cast<std::size_t>(sent);
+    if (sent > 0) {
+      sent_ += static_cast<std::size_t>(sent);
+      progress_ = monotonicNow();
+    }
     return sent;
   }
   return -1;

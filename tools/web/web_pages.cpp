@@ -2,6 +2,7 @@
 #include "tools/web/web_pages.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "mapping/colour_image.hpp"
@@ -216,9 +217,20 @@ bool WebPages::mayCommand(const Request& request, Response& response) const {
     refuse(response, 403, "commands are off; set web.commands = true and web.token, and restart slam-web");
     return false;
   }
-  if (request.get_header_value_count("Authorization") == 1 &&
-      isSameSecret(bearerOf(request.get_header_value("Authorization")), settings_.web.token))
+  const bool given = request.get_header_value_count("Authorization") == 1;
+  const Timestamp now = monotonicNow();
+  const std::lock_guard lock(guessing_);
+  if (const Duration wait = throttle_.wait(request.remote_addr, now); given && wait > Duration(0)) {
+    const std::string seconds = std::to_string(static_cast<int>(std::ceil(toSeconds(wait))));
+    response.set_header("Retry-After", seconds);
+    refuse(response, 429, "too many wrong tokens came from this address; try again in " + seconds + " s");
+    return false;
+  }
+  if (given && isSameSecret(bearerOf(request.get_header_value("Authorization")), settings_.web.token)) {
+    throttle_.right(request.remote_addr);
     return true;
+  }
+  if (given) throttle_.wrong(request.remote_addr, now);
   response.set_header("WWW-Authenticate", "Bearer");
   refuse(response, 401, "the token is not web.token of the robot's configuration");
   return false;

@@ -13,6 +13,7 @@
 #include "tools/web/http_library.hpp"
 #include "tools/web/log_folder.hpp"
 #include "tools/web/request_guard.hpp"
+#include "tools/web/token_throttle.hpp"
 #include "tools/web/web_state.hpp"
 
 namespace slam {
@@ -68,6 +69,8 @@ class WebPages {
 
   Settings settings_;
   const SharedState& shared_;
+  mutable std::mutex guessing_;  // of the one below
+  mutable TokenThrottle throttle_{TokenThrottle::Limits{}};
   Commander commander_;
   mutable std::mutex naming_;  // of the two below
   mutable std::vector<std::string> names_;

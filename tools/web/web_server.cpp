@@ -4,7 +4,10 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <map>
+#include <mutex>
 #include <stdexcept>
+#include <string_view>
 #include <sys/socket.h>
 #include <thread>
 #include <unistd.h>
@@ -18,38 +21,77 @@ namespace {
 constexpr std::size_t kLongestBody = 4096;  // [bytes] of a command
 constexpr int kSendBuffer = 128 * 1024;     // [bytes] a reader that sleeps holds no more of the kernel's memory
 
-thread_local bool refusing = false;    // the accepting thread: there is no room for this connection
 thread_local bool hands_over = false;  // the request of this thread was for the stream of events
 
-/// cpp-httplib's own pool takes any number of connections, each with its descriptor.
-class BoundedPool : public httplib::TaskQueue {
+}  // namespace
+
+/// Takes the place of cpp-httplib's pool, which gives a thread to each connection, whether it asks for anything or not,
+/// and keeps any number of them.
+class WebServer::Requests : public httplib::TaskQueue {
  public:
-  void enqueue(std::function<void()> work) override {
-    if (waiting_ >= WebServer::kMostWaiting) {
-      refusing = true;
-      work();
-      refusing = false;
-      return;
-    }
-    ++waiting_;
-    pool_.enqueue([this, work = std::move(work)] {
-      --waiting_;
-      work();
-    });
+  explicit Requests(WebServer& server)
+      : server_(server),
+        room_({.request = server.limits_.request, .request_size = server.limits_.request_size}),
+        watcher_([this] { watch(); }) {}
+
+  /// In the thread that accepts.
+  void enqueue(std::function<void()> connection) override { connection(); }
+  void shutdown() override {
+    ending_ = true;
+    watcher_.join();
+    pool_.shutdown();
   }
-  void shutdown() override { pool_.shutdown(); }
+
+  void take(int socket) { room_.add(socket, addressOf(socket), monotonicNow()); }
+  /// Whether requests wait for a thread.
+  bool isCrowded() const { return waiting_ > 0; }
 
  private:
-  std::atomic<std::size_t> waiting_{0};
-  httplib::ThreadPool pool_{WebServer::kThreads};
-};
+  void watch() {
+    constexpr std::chrono::milliseconds kLook{50};  // for those that have had too much time
+    while (!ending_) {
+      room_.wait(kLook);
+      for (ConnectionRoom::Connection& connection : room_.takeReady(monotonicNow())) pass(std::move(connection));
+    }
+  }
+  void pass(ConnectionRoom::Connection connection) {
+    {
+      const std::lock_guard lock(mutex_);
+      std::size_t& own = passed_[connection.address];
+      if (waiting_ >= kMostWaiting || own >= kMostOfOne) return refuse(connection.socket);
+      ++own;
+    }
+    ++waiting_;
+    pool_.enqueue([this, connection = std::move(connection)] {
+      --waiting_;
+      server_.answer(connection);
+      const std::lock_guard lock(mutex_);
+      if (--passed_[connection.address] == 0) passed_.erase(connection.address);
+    });
+  }
+  static void refuse(int socket) {
+    constexpr std::string_view kBusy =
+        "HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nConnection: close\r\n\r\n";
+    ::send(socket, kBusy.data(), kBusy.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+    ::close(socket);
+  }
+  // The rest is there for others.
+  static constexpr std::size_t kMostOfOne = (kThreads + kMostWaiting) * 3 / 4;
 
-}  // namespace
+  WebServer& server_;
+  ConnectionRoom room_;
+  std::atomic<std::size_t> waiting_{0};
+  std::mutex mutex_;
+  std::map<std::string, std::size_t> passed_;  // requests of each address that wait for a thread or have one
+  httplib::ThreadPool pool_{kThreads};
+  std::atomic<bool> ending_{false};
+  std::thread watcher_;
+};
 
 WebServer::WebServer(const WebPages& pages, const SharedState& shared, const EventFeed& feed, EventHub& hub,
                      const HttpConnection::Limits& limits)
     : shared_(shared), feed_(feed), hub_(hub), limits_(limits) {
-  new_task_queue = [] { return new BoundedPool; };
+  new_task_queue = [this] { return requests_ = new Requests(*this); };  // cpp-httplib deletes it
   setRoutes(
       *this, pages, [&hub] { return hub.hasRoom(); }, [] { hands_over = true; });
   set_tcp_nodelay(true);
@@ -107,27 +149,23 @@ void prepareRequest(httplib::Request& request) {
 }
 
 bool WebServer::process_and_close_socket(socket_t socket) {
-  if (refusing) {
-    constexpr char kBusy[] = "HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nConnection: close\r\n\r\n";
-    ::send(socket, kBusy, sizeof kBusy - 1, MSG_DONTWAIT | MSG_NOSIGNAL);
-    ::close(socket);
-    return false;
-  }
+  requests_->take(socket);
+  return true;
+}
+
+void WebServer::answer(const ConnectionRoom::Connection& from) {
+  const int socket = from.socket;
   setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
-  HttpConnection connection(socket, limits_);
+  HttpConnection connection(socket, limits_, from.address, [this] { return requests_->isCrowded(); });
   hands_over = false;
   bool closed = false;
   try {
     process_request(connection, true, closed, prepareRequest);
   } catch (const std::exception&) {  // cpp-httplib's parser: the connection ends
   }
-  if (hands_over) {
-    handOver(socket);
-    return true;
-  }
+  if (hands_over) return handOver(socket);
   ::shutdown(socket, SHUT_WR);
   ::close(socket);
-  return true;
 }
 
 void WebServer::handOver(int socket) {

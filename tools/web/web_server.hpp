@@ -4,6 +4,7 @@
 #include <functional>
 #include <string>
 
+#include "tools/web/connection_room.hpp"
 #include "tools/web/event_hub.hpp"
 #include "tools/web/event_text.hpp"
 #include "tools/web/http_connection.hpp"
@@ -20,11 +21,12 @@ void setRoutes(httplib::Server& server, const WebPages& pages, std::function<boo
 /// Takes from a request what is not offered: parts of a file, and compression of what is small or compressed already.
 void prepareRequest(httplib::Request& request);
 
-/// Listens, and answers with WebPages; who listens to events is handed to the EventHub. Threads, waiting connections,
-/// and the time and size of a request are bounded. One request for each connection.
+/// Listens, and answers with WebPages; who listens to events is handed to the EventHub. A connection has a thread only
+/// when its request has come whole, and no longer than it takes what is sent where others wait. Threads, waiting
+/// connections, those of one address, and the time and size of a request are bounded. One request for each connection.
 class WebServer : private httplib::Server {
  public:
-  static constexpr std::size_t kThreads = 6, kMostWaiting = 32;
+  static constexpr std::size_t kThreads = 16, kMostWaiting = 32;
 
   /// @throws std::runtime_error where it cannot listen @param port 0: any that is free
   WebServer(const WebPages& pages, const SharedState& shared, const EventFeed& feed, EventHub& hub,
@@ -37,13 +39,16 @@ class WebServer : private httplib::Server {
   void stop();
 
  private:
+  class Requests;
   bool process_and_close_socket(socket_t socket) override;
+  void answer(const ConnectionRoom::Connection& from);
   void handOver(int socket);
 
   const SharedState& shared_;
   const EventFeed& feed_;
   EventHub& hub_;
   const HttpConnection::Limits limits_;
+  Requests* requests_ = nullptr;  // of cpp-httplib, while run() runs
   int port_ = 0;
   std::atomic<bool> ended_{false};  // run() has
 };

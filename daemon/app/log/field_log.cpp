@@ -127,7 +127,9 @@ void FieldLog::obey(const LogCommand& command) {
 }
 
 std::string FieldLog::mark(const std::string& what) {
-  if (!file_) throw std::runtime_error("nothing is being logged; slamctl status says why");
+  if (!running_) throw std::runtime_error("the log is stopped; begin it with slamctl log start, and mark again");
+  if (!file_ && !why_not_.empty()) throw std::runtime_error(why_not_ + "; " + advice());
+  if (!file_) throw std::runtime_error("nothing has come yet that could be logged; mark again in a second");
   const Timestamp now = monotonicNow();
   std::string line = what.substr(0, kMostWords);
   std::replace_if(
@@ -165,7 +167,9 @@ void FieldLog::write(std::string_view records, std::int64_t utime) {
     if (records.empty()) return;
     if (file_ && isFull(now - begun_, file_->size() + image_bytes_, limits_)) close();
     file_ ? file_->append(records) : begin(records, utime, now);
-  } catch (const std::exception&) {
+    why_not_.clear();
+  } catch (const std::exception& error) {
+    why_not_ = error.what();
     drop();  // the next one may be on another disk
     throw;
   }

@@ -80,6 +80,7 @@ class FieldLog final : public RecordSink {
   std::optional<FolderLock> lock_;
   std::filesystem::path run_;  // empty: not made yet
   std::optional<AppendFile> file_;
+  std::string why_not_;       // nothing could be written the last time; empty: it could
   std::int64_t number_ = -1;  // of file_, or of the last one in the folder
   Timestamp begun_{}, synced_{}, looked_{};
   std::uint64_t synced_size_ = 0;  // [bytes]

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/log/recorder.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "bus/event_log.hpp"
@@ -25,6 +26,7 @@ void Recorder::add(std::int64_t utime, const std::string& channel, std::span<con
   const std::scoped_lock lock(mutex_);
   if (ending_ || pending_.records.size() + recordSize(channel, data) > capacity_) {
     ++counters_.dropped;
+    if (!ending_ && !failing_ && waits_.until(monotonicNow()) == Duration(0)) ++starved_;
     return;
   }
   if (pending_.messages++ == 0) pending_.utime = utime;
@@ -39,7 +41,7 @@ void Recorder::tick() {
     if (block_.messages == 0) std::swap(block_, pending_);
   }
   const Timestamp now = monotonicNow();
-  waits_since_ns_ = now.time_since_epoch().count();
+  waits_.begin(now);
   sink_->tend();
   if (last || retry_.due(now)) {
     try {
@@ -55,19 +57,19 @@ void Recorder::tick() {
       failing_ = true;
     }
   }
-  waits_since_ns_ = 0;
+  waits_.end();
   if (!last) return;
   {
     const std::scoped_lock lock(mutex_);
     if (!failing_ && pending_.messages > 0) return;  // once more
   }
-  waits_since_ns_ = now.time_since_epoch().count();
+  waits_.begin(now);
   try {
     sink_->finish();
   } catch (const std::exception& error) {
     problem_.set(error.what());
   }
-  waits_since_ns_ = 0;
+  waits_.end();
   const std::scoped_lock lock(mutex_);
   counters_.dropped += block_.messages + pending_.messages;
   ended_ = true;
@@ -86,10 +88,11 @@ bool Recorder::finish(Timestamp deadline) {
 }
 
 StorageReport Recorder::report(Timestamp now) const {
-  const std::int64_t since = waits_since_ns_;
-  StorageReport report{problem_.get(), "", since == 0 ? Duration(0) : now - Timestamp(Duration(since))};
-  if (counters_.dropped > 0) {
-    report.lost = std::to_string(counters_.dropped) + " messages are missing in it: the disk was away or too slow";
+  StorageReport report{problem_.get(), "", waits_.until(now)};
+  const std::uint64_t dropped = counters_.dropped, starved = std::min<std::uint64_t>(starved_, dropped);
+  if (dropped > 0) {
+    report.lost = std::to_string(dropped) + " messages are missing in it: " +
+                  (2 * starved > dropped ? "the computer was overloaded" : "the disk was away or too slow");
   }
   return report;
 }

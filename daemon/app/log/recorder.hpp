@@ -13,6 +13,7 @@
 #include "core/counter_info.hpp"
 #include "drivers/retry.hpp"
 #include "runtime/shared_text.hpp"
+#include "runtime/thread_use.hpp"
 #include "runtime/worker.hpp"
 
 namespace slam {
@@ -65,11 +66,12 @@ class Recorder {
   std::int64_t number_ = 0;  // of the next record
   bool ending_ = false, ended_ = false;
   RecorderCounters counters_;
-  std::atomic<std::int64_t> waits_since_ns_{0};  // for the disk; 0: it does not
+  BlockedTime waits_;                      // for the disk
+  std::atomic<std::uint64_t> starved_{0};  // of those dropped: this thread had too little of the CPU to take them
   SharedText problem_;
+  std::atomic<bool> failing_{false};  // at the last attempt
   // Of the thread:
-  Block block_;           // being written
-  bool failing_ = false;  // at the last attempt
+  Block block_;  // being written
   Retry retry_{std::chrono::milliseconds(500), std::chrono::seconds(5)};
   Worker worker_;
 };

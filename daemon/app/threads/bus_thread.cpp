@@ -23,7 +23,8 @@ namespace slam {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr int kWait = 50;  // [ms] without a wake-up
+constexpr int kWait = 50;                  // [ms] without a wake-up
+constexpr Duration kClockSetBack = 500ms;  // more than a clock is slewed by at once
 
 /// @return std::nullopt for what is no command about the map, or no mode
 std::optional<MapCommand> mapCommandOf(const command_t& command) {
@@ -212,9 +213,12 @@ void BusThread::publishRaw() {
 
 /// What is known of others' clocks counts from ours.
 void BusThread::followClock() {
-  if (std::exchange(followed_, clock_.followed()) == followed_) return;
-  clocks_.forget();
-  drive_senders_.forgetClocks();
+  const Duration drift = clock_.drift(), ahead = drift < -kClockSetBack ? -drift : Duration(0);
+  const bool set = std::chrono::abs(ahead - ahead_) > kClockSetBack;
+  if (set) ahead_ = ahead;
+  if (std::exchange(followed_, clock_.followed()) == followed_ && !set) return;
+  clocks_.begin(ahead_);
+  drive_senders_.beginClocks(ahead_);
 }
 
 void BusThread::refuse(Refusal refusal) {
@@ -231,7 +235,7 @@ auto BusThread::receive(Bytes data, Sensor& sensor) {
     const Timestamp stamp = clock_.stamp(received.message->utime);
     const auto mapped = clocks_.map(sensor.stream, stamp, lengthOf(*received.sample), now);
     received.refusal = mapped.refusal;
-    words = sensor.stamps.of(now - stamp, mapped.shift != Duration(0));
+    words = sensor.stamps.of(mapped.age, mapped.differs);
     received.sample->stamp = stamp + mapped.shift;
     if (mapped.refusal != Refusal::kNone) received.sample.reset();
   }
@@ -287,7 +291,7 @@ void BusThread::onDrive(Bytes data) {
     const Timestamp stamp = clock_.stamp(message->utime);
     const auto mapped = drive_senders_.clock(sender, now).map(SenderClocks::kDrive, stamp, Duration(0), now);
     sent = stamp + mapped.shift;
-    drive_stamp_words_ = drive_stamps_.of(now - stamp, mapped.shift != Duration(0));
+    drive_stamp_words_ = drive_stamps_.of(mapped.age, mapped.differs);
     refusal = mapped.refusal;
     if (refusal == Refusal::kNone && !isFreshCommand(sent, now)) refusal = sent > now ? Refusal::kAhead : Refusal::kOld;
     record(channel::kDrive, restamped(data, clock_.utime(zero ? now : sent), restamped_));

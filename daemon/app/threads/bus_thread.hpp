@@ -114,6 +114,7 @@ class BusThread {
   std::vector<std::uint8_t> restamped_, unstepped_;
   SenderClocks clocks_;
   Duration followed_{0};  // by clock_, when clocks_ began
+  Duration ahead_{0};     // of the wall clock, which was set back; our stamps are
   Sensor lidar_, wheels_, imu_, depth_;
   RefusalNote drives_;
   DriveSenders drive_senders_;

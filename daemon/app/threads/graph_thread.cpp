@@ -93,7 +93,7 @@ void GraphThread::keepMap() {
     if (state == LocalisationState::kLocalised) last_pose_ = snapshot_.pose.T_map_base;
   }
   const bool free = diskIsFree();
-  if (disk_.busyFor(monotonicNow()) > kDiskHangs) {
+  if (disk_.blockedFor(monotonicNow()) > kDiskHangs) {
     if (pending_) refuse(*std::exchange(pending_, std::nullopt), kNoAnswer);
     if (obeyed_ && !obeyed_->taken.test_and_set()) refuse(obeyed_->command, kNoAnswer);
   }
@@ -176,7 +176,7 @@ void GraphThread::obey(const MapCommand& command) {
   const bool writes = keeper_.writes();
   std::string problem;
   if (pending_ || obeyed_) problem = "another command about the map is being carried out";
-  if (disk_.busyFor(monotonicNow()) > kDiskHangs) problem = kNoAnswer;
+  if (disk_.blockedFor(monotonicNow()) > kDiskHangs) problem = kNoAnswer;
   if (command.kind == MapCommand::kSave && !writes) {
     problem = keeper_.localises() ? "mode is \"localise\": the map does not change"
                                   : "store.directory is not set in the configuration";

@@ -31,7 +31,7 @@ class MapperThread {
   bool waitUntilSaved(Timestamp deadline);
   bool isWriting() const { return disk_.isBusy(); }
 
-  StorageReport storage(Timestamp now) const { return {problem_.get(), "", disk_.busyFor(now)}; }
+  StorageReport storage(Timestamp now) const { return {problem_.get(), "", disk_.blockedFor(now)}; }
   /// For after the thread has stopped, too.
   DrawnMap drawn() const { return {mapper_.grid().clone(), mapper_.views()}; }
 

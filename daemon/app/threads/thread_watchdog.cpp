@@ -2,6 +2,7 @@
 #include "app/threads/thread_watchdog.hpp"
 
 #include <systemd/sd-daemon.h>
+#include <utility>
 
 #include "app/log/log.hpp"
 
@@ -11,10 +12,12 @@ void ThreadWatchdog::add(Worker& worker, const SilenceLimits& limits, const Devi
   workers_.push_back(&worker);
   connects_.push_back(connects);
   warned_.push_back(false);
+  uses_.emplace_back();
   watchdog_.add(worker.name(), limits);
 }
 
 void ThreadWatchdog::look(Timestamp now) {
+  const Duration step = now - std::exchange(looked_, now).value_or(now);
   for (std::size_t i = 0; i < workers_.size(); ++i) {
     Worker& worker = *workers_[i];
     if (!warned_[i] && worker.ticks() > 0) {
@@ -22,7 +25,10 @@ void ThreadWatchdog::look(Timestamp now) {
       if (!worker.warning().empty()) logWarning("thread " + worker.name() + ": " + worker.warning());
     }
     if (connects_[i] != nullptr && connects_[i]->state != DeviceState::kStreaming) watchdog_.excuse(i);
-    watchdog_.look(i, worker.ticks(), worker.takeWorstDelay(), now);
+    const std::optional<ThreadUse> use = worker.use();
+    const Duration starved = use && uses_[i] ? starvedBetween(*uses_[i], *use, step) : Duration(0);
+    uses_[i] = use;
+    watchdog_.look(i, worker.ticks(), worker.takeWorstDelay(), starved, now);
   }
   if (watchdog_.allAlive()) sd_notify(0, "WATCHDOG=1");
   for (const Watchdog::News& news : watchdog_.takeNews(now)) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,13 +22,16 @@ class ThreadWatchdog {
   void add(Worker& worker, const SilenceLimits& limits, const DeviceStatus* connects = nullptr);
   void look(Timestamp now);
   /// As of Watchdog.
+  bool isOverloaded(Timestamp now) const { return watchdog_.isOverloaded(now); }
   std::string words(Timestamp now) const { return watchdog_.words(now); }
   const std::vector<Worker*>& workers() const { return workers_; }
 
  private:
   std::vector<Worker*> workers_;
-  std::vector<const DeviceStatus*> connects_;  // of each of these, or nullptr
-  std::vector<bool> warned_;                   // the same: about its scheduling
+  std::vector<const DeviceStatus*> connects_;   // of each of these, or nullptr
+  std::vector<bool> warned_;                    // the same: about its scheduling
+  std::vector<std::optional<ThreadUse>> uses_;  // of each at the last look ...
+  std::optional<Timestamp> looked_;             // ... which was then
   Watchdog watchdog_;
   TroubleLog log_;
 };

@@ -40,6 +40,8 @@ void LinkWatch::heard(const Packet& packet) {
   unheard_since_.reset();
 }
 
+void LinkWatch::missed() { unheard_since_.reset(); }
+
 LinkState LinkWatch::state(Timestamp now) const {
   if (isFailing(now)) return failure_;
   if (unheard_since_ && now - *unheard_since_ >= kUnheard) return LinkState::kUnheard;

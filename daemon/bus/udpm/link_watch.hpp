@@ -36,6 +36,8 @@ class LinkWatch {
   void sent(std::string_view channel, std::span<const std::uint8_t> data, Timestamp now);
   void failed(int error, Timestamp now);  ///< @param error errno of the attempt to send
   void heard(const Packet& packet);
+  /// Packets were dropped here for want of room, or wait still: those that are awaited may be among them.
+  void missed();
 
   LinkState state(Timestamp now) const;
 

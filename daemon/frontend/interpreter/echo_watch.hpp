@@ -15,8 +15,8 @@ struct EchoWatchConfig {
   Duration lasting = std::chrono::seconds(5);      ///< before it is a finding
 };
 
-/// Notices a lidar that turns and sends, but sees nothing: the cover is on, its laser is off, its ranges are in another
-/// unit than the limits.
+/// Notices a lidar that turns and sends, but sees nothing: the place is wider than its range, the cover is on, its
+/// laser is off, its ranges are in another unit than the limits. Which of the first three cannot be seen.
 class EchoWatch {
  public:
   enum class Finding : std::uint8_t {
@@ -63,8 +63,9 @@ class EchoWatch {
 constexpr const char* describe(EchoWatch::Finding finding) {
   switch (finding) {
     case EchoWatch::Finding::kNoEcho:
-      return "no echo in any direction: cover on? laser? slamd goes on without scans; take the cover off and clean the "
-             "window, else replace the lidar";
+      return "no echo in any direction: nothing stands within the lidar's range, as in a wide hall, or its window is "
+             "covered or its laser off; slamd goes on without scans; drive to where walls are within range, else take "
+             "the cover off, clean the window, or replace the lidar";
     case EchoWatch::Finding::kNear:
       return "no echo beyond range_min, only nearer ones: cover on? slamd goes on without scans; take off what is "
              "before "

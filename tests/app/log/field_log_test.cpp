@@ -189,7 +189,9 @@ TEST_F(FieldLogs, BeginsAndEndsAsCommanded) {
   Logging logging(config);
   EXPECT_FALSE(logging.log->takes(channel::kScan));
   logging.add(1);
-  EXPECT_FALSE(logging.ask(LogCommand::kMark, "crash").accepted) << "there is nothing to mark";
+  const MapAnswer unmarked = logging.ask(LogCommand::kMark, "crash");
+  EXPECT_FALSE(unmarked.accepted) << "there is nothing to mark";
+  EXPECT_THAT(unmarked.message, HasSubstr("the log is stopped; begin it with slamctl log start"));
   EXPECT_TRUE(logging.ask(LogCommand::kStart).accepted);
   ASSERT_TRUE(logging.write(2));
   EXPECT_TRUE(logging.ask(LogCommand::kStop).accepted);
@@ -269,7 +271,9 @@ TEST_F(FieldLogs, StopsAtTheFloorAndSaysSo) {
   ASSERT_TRUE(waitUntil([&] { return !logging.problem().empty(); }));
   EXPECT_THAT(logging.problem(), AllOf(HasSubstr("are free where log.floor keeps 1000000 MB"),
                                        HasSubstr("nothing is logged"), HasSubstr("make room")));
-  EXPECT_FALSE(logging.ask(LogCommand::kMark, "crash").accepted);
+  const MapAnswer unmarked = logging.ask(LogCommand::kMark, "crash");
+  EXPECT_FALSE(unmarked.accepted);
+  EXPECT_THAT(unmarked.message, AllOf(HasSubstr("log.floor keeps 1000000 MB"), HasSubstr("make room")));
   EXPECT_FALSE(logging.finish());
   EXPECT_THAT(files(), IsEmpty());
 }

@@ -63,6 +63,17 @@ TEST_F(LinkWatched, IsUnheardWhenNothingComesBack) {
   EXPECT_EQ(state(), LinkState::kConnected);
 }
 
+TEST_F(LinkWatched, DoesNotDoubtTheNetworkWhileItReadsTooLittleItself) {
+  sendFor(1s, kAll);
+  for (int i = 0; i < 20; ++i) {
+    sendFor(1s, kNone);
+    watch_.missed();
+    EXPECT_EQ(state(), LinkState::kConnected) << i;
+  }
+  sendFor(3s, kNone);
+  EXPECT_EQ(state(), LinkState::kUnheard) << "it reads all, and nothing comes";
+}
+
 TEST_F(LinkWatched, IsUnheardFromTheStartWhereAFirewallIs) {
   sendFor(3s, kNone);
   EXPECT_EQ(state(), LinkState::kUnheard);

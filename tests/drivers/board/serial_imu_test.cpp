@@ -12,6 +12,7 @@
 
 #include "drivers/pseudo_terminal.hpp"
 #include "drivers/virtual_time.hpp"
+#include "firmware_if/robolink.hpp"
 
 namespace slam {
 namespace {
@@ -257,6 +258,29 @@ TEST(SerialImu, NamesTheLidarThatIsOnItsPortInstead) {
       },
       [&] { return virtual_now > end; }))
       << "it is said as long as it is so";
+}
+
+TEST(SerialImu, NamesTheBoardOnItsPortAlsoWhereAnotherThreadClosesThePort) {
+  test::PseudoTerminal line;
+  SerialImu driver({.port = line.path(), .in_background = true}, virtualNow, [](const ImuSample&) {});
+  const auto step = [&] {
+    const Bytes in = line.read(Duration(0));
+    if (in.size() > 6 && in[0] == 0xFF) {  // a frame of RoboLink
+      Bytes answer(robolink::kMaxFrame);
+      answer.resize(
+          robolink::encodeFrame(robolink::kSlave, robolink::kMaster, robolink::Command::kShakingHands, {}, answer));
+      line.write(answer);
+    }
+    driver.tick();
+  };
+  const auto said = [&] {
+    return std::string(driver.status().reason.load()).find("the HandsFree board is on this port: the imu is missed") ==
+           0;
+  };
+  // Time is virtual, but the other thread's work is not.
+  bool is_said = false;
+  for (int i = 0; i < 20 && !is_said; ++i) is_said = test::tickUntil(step, said);
+  EXPECT_TRUE(is_said) << driver.status().reason.load();
 }
 
 TEST(SerialImu, IsAbsentWithoutAPort) {

@@ -102,6 +102,14 @@ TEST_F(CanBaseTest, TellsMissingEstimatesFromMissingHeartbeats) {
   EXPECT_EQ(wheelState(), DeviceState::kStale);
   EXPECT_THAT(wheelReason(), HasSubstr("no encoder estimates"));
   estimates_ = true;
+  runFor(1s);
+  turns_[1] = speed_[1] = std::numeric_limits<float>::quiet_NaN();
+  runFor(1s);
+  EXPECT_EQ(wheelState(), DeviceState::kStale);
+  EXPECT_THAT(wheelReason(),
+              testing::AllOf(HasSubstr("right wheel (node 0x18) sends encoder estimates that are no numbers"),
+                             testing::Not(HasSubstr("set their rate"))));
+  turns_[1] = speed_[1] = 0.0F;
   heartbeats_ = false;
   runFor(2s);
   EXPECT_EQ(wheelState(), DeviceState::kStreaming);

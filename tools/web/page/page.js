@@ -254,7 +254,7 @@ function showHealth(health) {
   if ("loop_closures" in c) facts.push(["Loop closures", c.loop_closures]);
   if (c.lost > 0 || c.relocalised > 0) facts.push(["Lost, found again", `${c.lost}, ${c.relocalised}`]);
   for (const [name, value] of Object.entries(c))
-    if (name === "log.running") facts.push(["Log", value ? "is being written" : "stopped"]);
+    if (name === "log.running") facts.push(["Log", ["stopped", "is being written", "cannot be written"][value]]);
     else if (name.startsWith("log.") || name.startsWith("record.")) facts.push([name.replace(/[._]/g, " "), value]);
   if (c["base.battery_mv"] > 0) facts.push(["Battery", (c["base.battery_mv"] / 1000).toFixed(1) + " V"]);
   showFacts($("computer"), facts);
