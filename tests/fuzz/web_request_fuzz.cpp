@@ -41,8 +41,7 @@ class Recorded : public httplib::Stream {
 class Site : public httplib::Server {
  public:
   Site() {
-    setRoutes(
-        *this, pages_, [] { return true; }, [] {});
+    setRoutes(*this, pages_, [] {});
   }
 
   void check(fuzz::Bytes request) {
@@ -54,6 +53,7 @@ class Site : public httplib::Server {
     const std::string text(request.begin(), request.end());
     std::string lower(text);
     std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
+    FUZZ_CHECK(!isWholeRequest(text) || text.find("\r\n\r\n") != std::string::npos);
     FUZZ_CHECK(answer.empty() || answer.starts_with("HTTP/1.1 "));
     FUZZ_CHECK(!answer.starts_with("HTTP/1.1 5") || answer.starts_with("HTTP/1.1 504"));
     FUZZ_CHECK(!commanded_ || text.find(kToken) != std::string::npos);

@@ -42,7 +42,8 @@ using namespace std::chrono_literals;
 constexpr double kLittleRoom = 200.0;   // [MB] for maps, and the log of a drive
 constexpr double kRateTolerance = 0.7;  // [1] of the expected rate
 constexpr std::time_t kYear2024 = 1704067200;
-constexpr auto kHealthLimit = 3s;  // it comes at 1 Hz
+constexpr auto kHealthLimit = 3s;          // it comes at 1 Hz
+constexpr Duration kClockSetBack = 500ms;  // more than a clock is slewed by
 constexpr Duration kEchoLimit = 3s;
 constexpr int kEchoPeriod = 100;                     // [ms]
 constexpr std::uint64_t kEnoughLocked = 512U << 20;  // [bytes] of memory
@@ -613,7 +614,7 @@ Finding checkClock() {
   return {Finding::kGood, "clock: synchronised", ""};
 }
 
-Findings checkHealth(const health_t& health) {
+Findings checkHealth(const health_t& health, Duration ahead) {
   Findings findings;
   for (const device_health_t& device : health.devices) {
     const std::string name = "slamd, " + device.name + ": " + nameOf(static_cast<DeviceState>(device.state));
@@ -651,15 +652,20 @@ Findings checkHealth(const health_t& health) {
         {Finding::kFault, "slamd: " + map,
          fix == std::string::npos ? "slamctl status" : sentenceOf(summary.substr(fix + kTries.size()), "")});
   }
-  for (const char* words : {"stamps are", "the wall clock was set back"}) {
-    const bool of_device =
-        std::any_of(health.devices.begin(), health.devices.end(),
-                    [&](const device_health_t& device) { return device.reason.find(words) != std::string::npos; });
-    if (const auto clock = sentenceOf(summary, words); !clock.empty() && !of_device)
-      findings.push_back({Finding::kWarning, "slamd: " + clock,
-                          "sudo timedatectl set-ntp true; where the clock is right, sudo systemctl restart slamd when "
-                          "the robot stands"});
-  }
+  constexpr std::string_view kStamps = "stamps are";  // of SLAM_DRIVE; those of devices stand with these
+  const bool of_device = std::any_of(health.devices.begin(), health.devices.end(), [&](const device_health_t& device) {
+    return device.reason.find(kStamps) != std::string::npos;
+  });
+  if (const auto clock = sentenceOf(summary, kStamps); !clock.empty() && !of_device)
+    findings.push_back(
+        {Finding::kWarning, "slamd: " + clock, "on the sender's computer: sudo timedatectl set-ntp true"});
+  if (ahead > kClockSetBack)
+    findings.push_back(
+        {Finding::kWarning,
+         "slamd: the clock was set back: stamps are " + number("%.1f s ahead of it", toSeconds(ahead)) +
+             ", for they never go back",
+         "sudo timedatectl set-ntp true; where the clock is right, sudo systemctl restart slamd when the "
+         "robot stands"});
   return findings;
 }
 
@@ -785,7 +791,11 @@ Findings diagnose(const Config& config, const std::string& socket) {
   const auto heard = remote.health(kHealthLimit);
   if (running) add(checkLoad(waits, cpuWaits(running->id), monotonicNow() - began));
   if (const auto& health = heard) {
-    for (Finding& finding : checkHealth(*health)) findings.push_back(std::move(finding));
+    // What comes over a network has another computer's clock.
+    const bool is_here = local || parseUdpmUrl(config.lcm.url).ttl == 0;
+    const Timestamp clock = monotonicNow() + wallClockOffset();
+    const Duration ahead = is_here ? fromMicroseconds(health->utime) - clock : Duration(0);
+    for (Finding& finding : checkHealth(*health, ahead)) findings.push_back(std::move(finding));
   } else if (running) {
     findings.push_back(checkSilence(*running));
   } else {

@@ -69,8 +69,8 @@ std::optional<Finding> checkLogFloor(const std::filesystem::path& directory, dou
 std::optional<Finding> checkLoad(const CpuWaits& before, const CpuWaits& after, Duration between);
 Finding checkClock();
 /// What a running slamd says of itself: states and rates of its devices, what its pose waits for, and what is not
-/// stored.
-Findings checkHealth(const health_t& health);
+/// stored. @param ahead by which its stamps are of this computer's clock
+Findings checkHealth(const health_t& health, Duration ahead = Duration(0));
 
 /// All that the configuration asks for. @param socket of slamd; empty: none
 Findings diagnose(const Config& config, const std::string& socket);

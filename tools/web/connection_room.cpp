@@ -7,13 +7,14 @@
 #include <cctype>
 #include <charconv>
 #include <iterator>
-#include <map>
 #include <netinet/in.h>
 #include <string_view>
 #include <sys/epoll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 #include <utility>
+
+#include "tools/web/oldest_of_most.hpp"
 
 namespace slam {
 namespace {
@@ -74,13 +75,7 @@ void ConnectionRoom::add(int socket, std::string address, Timestamp now) {
   epoll_event event{.events = EPOLLIN | EPOLLRDHUP | EPOLLET, .data = {.fd = socket}};
   epoll_ctl(poll_, EPOLL_CTL_ADD, socket, &event);
   if (waiting_.size() <= limits_.most) return;
-  std::map<std::string_view, std::size_t> counts;
-  for (const Connection& connection : waiting_) ++counts[connection.address];
-  const auto most =
-      std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  const auto oldest = std::find_if(waiting_.begin(), waiting_.end(),
-                                   [&](const Connection& connection) { return connection.address == most->first; });
-  drop(static_cast<std::size_t>(oldest - waiting_.begin()));
+  drop(oldestOfMost(waiting_, [](const Connection& connection) { return std::string_view(connection.address); }));
 }
 
 void ConnectionRoom::wait(std::chrono::milliseconds limit) {

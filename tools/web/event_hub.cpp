@@ -2,8 +2,11 @@
 #include "tools/web/event_hub.hpp"
 
 #include <cerrno>
+#include <string_view>
 #include <sys/socket.h>
 #include <unistd.h>
+
+#include "tools/web/oldest_of_most.hpp"
 
 namespace slam {
 
@@ -11,20 +14,22 @@ EventHub::~EventHub() {
   for (const Reader& reader : readers_) ::close(reader.socket);
 }
 
-bool EventHub::hasRoom() const {
+void EventHub::add(int socket, std::string greeting, Timestamp now, std::string address) {
   const std::lock_guard lock(mutex_);
-  return readers_.size() < kMostReaders;
-}
-
-bool EventHub::add(int socket, std::string greeting, Timestamp now) {
-  const std::lock_guard lock(mutex_);
-  Reader reader{socket, std::move(greeting), now};
-  if (readers_.size() >= kMostReaders || !push(reader, now)) {
+  Reader reader{socket, std::move(greeting), now, std::move(address)};
+  if (!push(reader, now)) {
     ::close(socket);
-    return false;
+    return;
   }
   readers_.push_back(std::move(reader));
-  return true;
+  if (readers_.size() > kMostReaders) makePlace();
+}
+
+void EventHub::makePlace() {
+  const auto index = oldestOfMost(readers_, [](const Reader& reader) { return std::string_view(reader.address); });
+  ::close(readers_[index].socket);
+  readers_.erase(readers_.begin() + static_cast<std::ptrdiff_t>(index));
+  ++dropped_;
 }
 
 void EventHub::send(const std::string& text, Timestamp now) {

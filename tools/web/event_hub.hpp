@@ -23,24 +23,26 @@ class EventHub {
   EventHub(const EventHub&) = delete;
   EventHub& operator=(const EventHub&) = delete;
 
-  bool hasRoom() const;
-  /// Owns the socket from now on. @param greeting goes to it first @return false, the socket closed, for one too many
-  bool add(int socket, std::string greeting, Timestamp now);
+  /// Owns the socket from now on. Where one comes too many, the oldest one of the address that has most makes place.
+  /// @param greeting goes to it first @param address whom it comes from
+  void add(int socket, std::string greeting, Timestamp now, std::string address = "");
   void send(const std::string& text, Timestamp now);
   std::size_t readers() const;
-  std::uint64_t dropped() const;  ///< who did not read
+  std::uint64_t dropped() const;  ///< who did not read, or made place
 
  private:
   struct Reader {
     int socket;
     std::string unsent;
     Timestamp progress;
+    std::string address;
   };
+  void makePlace();
   /// @return false for a reader that is gone or too slow
   bool push(Reader& reader, Timestamp now);
 
   mutable std::mutex mutex_;
-  std::vector<Reader> readers_;
+  std::vector<Reader> readers_;  // the oldest first
   std::uint64_t dropped_ = 0;
 };
 

@@ -92,8 +92,7 @@ WebServer::WebServer(const WebPages& pages, const SharedState& shared, const Eve
                      const HttpConnection::Limits& limits)
     : shared_(shared), feed_(feed), hub_(hub), limits_(limits) {
   new_task_queue = [this] { return requests_ = new Requests(*this); };  // cpp-httplib deletes it
-  setRoutes(
-      *this, pages, [&hub] { return hub.hasRoom(); }, [] { hands_over = true; });
+  setRoutes(*this, pages, [] { hands_over = true; });
   set_tcp_nodelay(true);
   // Without SO_REUSEPORT, which cpp-httplib sets: a second program on the port is refused, not mixed in.
   set_socket_options([](socket_t socket) {
@@ -110,29 +109,24 @@ WebServer::WebServer(const WebPages& pages, const SharedState& shared, const Eve
                            "; change web.address or web.port, or stop the program that listens there");
 }
 
-void setRoutes(httplib::Server& server, const WebPages& pages, std::function<bool()> hasRoom,
-               std::function<void()> takeReader) {
+void setRoutes(httplib::Server& server, const WebPages& pages, std::function<void()> takeReader) {
   using Handling = httplib::Server::HandlerResponse;
   server.set_payload_max_length(kLongestBody);
   server.set_default_headers(WebPages::headers());
-  server.set_pre_routing_handler(
-      [&pages, hasRoom, takeReader](const httplib::Request& request, httplib::Response& response) {
-        if (!pages.mayEnter(request, response)) return Handling::Handled;
-        if (request.method == "POST" && request.path == WebPages::kCommand) return Handling::Unhandled;
-        if (request.method != "GET" || request.path != WebPages::kEvents) {
-          pages.answer(request, response);
-        } else if (!hasRoom()) {
-          response.status = 503;
-          response.set_content("too many pages are open on this robot; close one\n", "text/plain");
-        } else {
-          response.status = 200;
-          response.set_content_provider("text/event-stream", [takeReader](std::size_t, httplib::DataSink&) {
-            takeReader();
-            return false;  // somebody else writes what comes behind the head
-          });
-        }
-        return Handling::Handled;
+  server.set_pre_routing_handler([&pages, takeReader](const httplib::Request& request, httplib::Response& response) {
+    if (!pages.mayEnter(request, response)) return Handling::Handled;
+    if (request.method == "POST" && request.path == WebPages::kCommand) return Handling::Unhandled;
+    if (request.method != "GET" || request.path != WebPages::kEvents) {
+      pages.answer(request, response);
+    } else {
+      response.status = 200;
+      response.set_content_provider("text/event-stream", [takeReader](std::size_t, httplib::DataSink&) {
+        takeReader();
+        return false;  // somebody else writes what comes behind the head
       });
+    }
+    return Handling::Handled;
+  });
   server.Post(WebPages::kCommand, [&pages](const httplib::Request& request, httplib::Response& response) {
     pages.command(request, response);
   });
@@ -163,19 +157,19 @@ void WebServer::answer(const ConnectionRoom::Connection& from) {
     process_request(connection, true, closed, prepareRequest);
   } catch (const std::exception&) {  // cpp-httplib's parser: the connection ends
   }
-  if (hands_over) return handOver(socket);
+  if (hands_over) return handOver(from);
   ::shutdown(socket, SHUT_WR);
   ::close(socket);
 }
 
-void WebServer::handOver(int socket) {
+void WebServer::handOver(const ConnectionRoom::Connection& from) {
   const Timestamp now = monotonicNow();
   std::string greeting;
   {
     const std::lock_guard lock(shared_.mutex);
     greeting = feed_.greeting(shared_.state, now);
   }
-  hub_.add(socket, std::move(greeting), now);
+  hub_.add(from.socket, std::move(greeting), now, from.address);
 }
 
 void WebServer::run() {

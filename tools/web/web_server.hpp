@@ -13,10 +13,9 @@
 
 namespace slam {
 
-/// Has a server answer with these pages. @param hasRoom for one more who listens to events @param takeReader hands over
-/// the connection of the request being answered, whose head is sent
-void setRoutes(httplib::Server& server, const WebPages& pages, std::function<bool()> hasRoom,
-               std::function<void()> takeReader);
+/// Has a server answer with these pages. @param takeReader hands over the connection of the request being answered, who
+/// listens to events and whose head is sent
+void setRoutes(httplib::Server& server, const WebPages& pages, std::function<void()> takeReader);
 
 /// Takes from a request what is not offered: parts of a file, and compression of what is small or compressed already.
 void prepareRequest(httplib::Request& request);
@@ -42,7 +41,7 @@ class WebServer : private httplib::Server {
   class Requests;
   bool process_and_close_socket(socket_t socket) override;
   void answer(const ConnectionRoom::Connection& from);
-  void handOver(int socket);
+  void handOver(const ConnectionRoom::Connection& from);
 
   const SharedState& shared_;
   const EventFeed& feed_;

@@ -127,7 +127,9 @@ void FieldLog::obey(const LogCommand& command) {
 }
 
 std::string FieldLog::mark(const std::string& what) {
-  if (!running_) throw std::runtime_error("the log is stopped; begin it with slamctl log start, and mark again");
+  if (!running_)
+    throw std::runtime_error(
+        "nothing is being logged: the log is stopped; begin it with slamctl log start, and mark again");
   if (!file_ && !why_not_.empty()) throw std::runtime_error(why_not_ + "; " + advice());
   if (!file_) throw std::runtime_error("nothing has come yet that could be logged; mark again in a second");
   const Timestamp now = monotonicNow();

@@ -113,13 +113,20 @@ TEST(EventHub, KeepsTheOrderForWhoReadsSlowly) {
   EXPECT_EQ(read + slow.text(), sent);
 }
 
-TEST(EventHub, TakesNoMoreReadersThanItHasRoomFor) {
-  std::vector<Connection> connections(EventHub::kMostReaders + 1);
+TEST(EventHub, GivesThePlaceOfTheOldestOfWhoHasMostToANewReader) {
+  std::vector<Connection> connections(EventHub::kMostReaders + 2);
   EventHub hub;
-  for (std::size_t i = 0; i < EventHub::kMostReaders; ++i) EXPECT_TRUE(hub.add(connections[i].near(), "", kNow));
-  EXPECT_FALSE(hub.hasRoom());
-  EXPECT_FALSE(hub.add(connections.back().near(), "", kNow));
-  EXPECT_TRUE(connections.back().isClosed());
+  hub.add(connections[0].near(), "", kNow, "b");
+  for (std::size_t i = 1; i < EventHub::kMostReaders; ++i) hub.add(connections[i].near(), "", kNow, "a");
+  EXPECT_EQ(hub.dropped(), 0U);
+  hub.add(connections[EventHub::kMostReaders].near(), "", kNow, "a");
+  hub.add(connections[EventHub::kMostReaders + 1].near(), "", kNow, "c");
+  EXPECT_EQ(hub.readers(), EventHub::kMostReaders);
+  EXPECT_EQ(hub.dropped(), 2U);
+  EXPECT_TRUE(connections[1].isClosed() && connections[2].isClosed());
+  hub.send("news", kNow);
+  EXPECT_EQ(connections[0].text(), "news") << "although it is the oldest";
+  EXPECT_EQ(connections.back().text(), "news");
 }
 
 TEST(EventHub, ThrowsAwayWhatAReaderSends) {
