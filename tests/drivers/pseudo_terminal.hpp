@@ -97,12 +97,15 @@ class PseudoTerminal {
     bytes.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
     return bytes;
   }
+  /// For an other end that reads meanwhile. @return bytes that found room
+  int send(std::span<const std::uint8_t> bytes) {
+    return static_cast<int>(std::max<ssize_t>(0, ::write(master_, bytes.data(), bytes.size())));
+  }
   /// Returns when the other end can read it, which must not read meanwhile: the kernel passes bytes on in a thread of
   /// its own, and not all of them at once. Drops what does not fit, as a UART does.
   void write(std::span<const std::uint8_t> bytes) {
     if (master_ < 0) return;
-    const int before = readable();
-    const auto written = static_cast<int>(std::max<ssize_t>(0, ::write(master_, bytes.data(), bytes.size())));
+    const int before = readable(), written = send(bytes);
     const auto limit = std::chrono::steady_clock::now() + kLatest;
     while (readable() < std::min(before + written, kBuffer) && std::chrono::steady_clock::now() < limit)
       std::this_thread::yield();

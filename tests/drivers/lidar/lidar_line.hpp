@@ -38,7 +38,7 @@ class LidarLine {
       const Timestamp now = monotonicNow();
       lidar_.receive(in, now, out);
       lidar_.stream(now, out);
-      if (!out.empty()) line_.write(out);
+      if (!out.empty()) line_.send(out);
     }
   }
 
