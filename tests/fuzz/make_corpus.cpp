@@ -194,6 +194,9 @@ PseudoLaser somePseudoLaser() {
   return laser;
 }
 
+/// Messages of the page, in the order of their numbers in fuzz_web_state.
+const std::array<std::string, 6> kShown = {"pose", "health", "scan", "depth", "map_meta", "map_tile"};
+
 void messageSeeds(const Corpus& corpus) {
   const std::array<double, 2> angles = {1.0, 2.0};
   drive_t drive{};
@@ -230,13 +233,21 @@ void messageSeeds(const Corpus& corpus) {
                                   channel::kDrive,    channel::kCommand, channel::kAck,     channel::kHealth,
                                   channel::kSlamPose, channel::kMapMeta, channel::kMapTile, channel::kConfig};
   EventLogWriter log(corpus.scratch("log"));
+  std::string shown;  // a page's first half second
   for (std::size_t i = 0; i < messages.size(); ++i) {
     const auto& [name, bytes] = messages[i];
     corpus.add("lcm_decode", name, static_cast<int>(i), textOf(bytes).substr(8));  // without fingerprint
     corpus.add("lcm_packet", name, textOf(test::packetOf(channels[i], bytes)));
     corpus.add("lcm_packet", std::string(name) + "-fragment", textOf(test::deadlyFragment(channels[i])));
     log.write(kUtime + static_cast<std::int64_t>(i), name, bytes);
+    const auto place = std::find(kShown.begin(), kShown.end(), std::string(name));
+    if (place == kShown.end()) continue;
+    const std::string body = textOf(bytes).substr(8);
+    shown += {static_cast<char>(place - kShown.begin()), static_cast<char>(body.size() & 0xFF),
+              static_cast<char>(body.size() >> 8)};
+    shown += body;
   }
+  corpus.add("web_state", "page", shown);
   log.flush();
   corpus.add("event_log", "log", readFile(corpus.scratch("log")));
   std::filesystem::remove(corpus.scratch("log"));
