@@ -9,7 +9,6 @@
 #include "core/pseudo_laser.hpp"
 #include "core/samples.hpp"
 #include "core/scan.hpp"
-#include "core/stopwatch.hpp"
 #include "estimation/ekf_timeline.hpp"
 #include "estimation/odometry_monitor.hpp"
 #include "frontend/depth_view_selector.hpp"
@@ -21,6 +20,7 @@
 #include "frontend/preprocessor.hpp"
 #include "frontend/registration.hpp"
 #include "frontend/sensor_intake.hpp"
+#include "frontend/stopwatch.hpp"
 #include "frontend/tracking_state.hpp"
 
 namespace slam {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
-#include "core/stopwatch.hpp"
 #include "estimation/ekf.hpp"
 #include "estimation/wheel_monitor.hpp"
 #include "frontend/front_end_config.hpp"
 #include "frontend/local_map.hpp"
 #include "frontend/preprocessor.hpp"
+#include "frontend/stopwatch.hpp"
 #include "frontend/tracking_state.hpp"
 #include "matching/correlative.hpp"
 #include "matching/match_result.hpp"

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/stopwatch.hpp"
+#include "frontend/stopwatch.hpp"
 #include "slam/back_end.hpp"
 #include "slam/map_state.hpp"
 

@@ -82,11 +82,11 @@ void expectSamples(Pair& pair) {
   EXPECT_NEAR((last.angles[0] - first.angles[0]) / elapsed, 2.0, 0.05);
   EXPECT_NEAR((last.angles[1] - first.angles[1]) / elapsed, 3.0, 0.05);
   EXPECT_NEAR(pair.imu_.back().gyro.z(), 0.5, 1e-3);
-  pair.driver_.command({.omega = -6.2831853 * 0.0325 / 0.10075});  // a turn of each wheel a second
+  pair.driver_.command({.omega = -3.14159265 * 0.0325 / 0.10075});  // half a turn of each wheel a second
   pair.runFor(200ms);
   EXPECT_GE(pair.bus_->emulator().commands(), 8);
-  EXPECT_FLOAT_EQ(pair.bus_->emulator().asked()[0], 1.0F);
-  EXPECT_FLOAT_EQ(pair.bus_->emulator().asked()[1], -1.0F);
+  EXPECT_FLOAT_EQ(pair.bus_->emulator().asked()[0], 0.5F);
+  EXPECT_FLOAT_EQ(pair.bus_->emulator().asked()[1], -0.5F);
 }
 
 TEST_F(VirtualCanDriver, CarriesWheelsImuAndCommands) {

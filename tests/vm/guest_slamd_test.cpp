@@ -101,10 +101,17 @@ TEST_F(SlamdOnVirtualCan, GoesOnByTheLidarWhileTheInterfaceIsDownOrGone) {
   expectTruePoses();
 }
 
-/// Two drives that keep the last speed they heard: all that is on the bus but slamd.
+/// Two drives that keep the last speed they got: all that is on the bus but slamd. They tell that they obey.
 class Drives {
  public:
   const std::array<float, 2>& speeds() {
+    if (const auto now = test::Clock::now(); now >= next_heartbeat_) {
+      next_heartbeat_ = now + 50ms;
+      for (const int node : {0x10, 0x18}) {
+        const can::Frame heartbeat = can::odrive::encodeHeartbeat(node, {.state = 8});
+        peer_.send(heartbeat.id, heartbeat.data);
+      }
+    }
     can_frame raw{};
     while (peer_.receive(raw)) {
       can::Frame frame{.id = raw.can_id, .size = raw.len};
@@ -121,6 +128,7 @@ class Drives {
 
  private:
   test::Peer peer_{"vcan0"};
+  test::Clock::time_point next_heartbeat_{};
   std::array<float, 2> speeds_{};  // [turns/s]
 };
 
