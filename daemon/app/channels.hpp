@@ -29,7 +29,8 @@ class FrontEnd;
 struct BusCounters {
   std::atomic<std::uint64_t> published{0}, failures{0}, bad_messages{0}, messages{0}, fragments{0}, other_packets{0};
   std::array<std::atomic<std::uint64_t>, kRefusals - 1> refused{};  // of sensors and speeds, by the reason
-  std::atomic<std::uint64_t> dropped{0}, socket_clients{0}, socket_bad{0}, socket_dropped{0}, socket_refused{0};
+  std::atomic<std::uint64_t> refused_commands{0}, dropped{0}, socket_clients{0}, socket_bad{0}, socket_dropped{0},
+      socket_refused{0};
 
   template <typename Visitor>
   friend void visitCounters(const BusCounters& c, Visitor&& visit) {
@@ -43,6 +44,8 @@ struct BusCounters {
                         std::string("Refused: ") + meaningOf(refusal) + "."},
             c.refused[i - 1]);
     }
+    visit(CounterInfo{"commands.refused", "commands", "Answered with a reason why they are not carried out."},
+          c.refused_commands);
     visit(CounterInfo{"lcm.messages", "messages", "Received over LCM, on any channel."}, c.messages);
     visit(CounterInfo{"lcm.fragments", "packets", "Parts of messages that are larger than a packet."}, c.fragments);
     visit(CounterInfo{"lcm.other_packets", "packets", "Received, but none of LCM's."}, c.other_packets);

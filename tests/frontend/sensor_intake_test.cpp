@@ -9,7 +9,9 @@
 #include <random>
 #include <vector>
 
+#include "core/plausibility.hpp"
 #include "frontend/drive.hpp"
+#include "support/absurd.hpp"
 #include "support/allocations.hpp"
 
 namespace slam {
@@ -64,6 +66,28 @@ TEST(SensorIntake, IsNotBlindedByOneSampleFromTheFuture) {
   EXPECT_LT(drive.error(), 0.03);
   EXPECT_EQ(drive.front_end->counters().far_ahead, 3U);
   EXPECT_EQ(drive.front_end->counters().scans_too_late, 0U);
+}
+
+TEST(SensorIntake, LeavesOutAndCountsNumbersThatCannotBe) {
+  const auto driven = [](bool disturbed) {
+    Drive drive;
+    std::uint32_t absurd = 0;
+    drive.run(1.0, kStand);
+    for (const double value : test::absurdNumbers(kPlausible.dead_reckoned)) {
+      drive.run(0.2, kCurve);
+      if (!disturbed) continue;
+      drive.front_end->add(WheelSample{drive.now, {value, 0.0, 0.0}});
+      drive.front_end->add(WheelSample{drive.now, {0.0, 0.0, value}});
+      drive.front_end->add(ImuSample{drive.now, {0.0, 0.0, value}, {}});
+      drive.front_end->add(ImuSample{drive.now, {}, {value, 0.0, 0.0}});
+      absurd += 4;
+    }
+    EXPECT_EQ(drive.front_end->counters().implausible, absurd);
+    EXPECT_EQ(drive.state(), LocalisationState::kLocalised);
+    EXPECT_LT(drive.error(), 0.03);
+    return drive.front_end->estimate(drive.now).T_map_base;
+  };
+  EXPECT_EQ(driven(true), driven(false)) << "to the last bit";
 }
 
 TEST(SensorIntake, CountsTimeThatWentBackAndGoesOn) {
