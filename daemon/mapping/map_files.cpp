@@ -147,6 +147,8 @@ MapImage readMapFiles(const fs::path& yaml) {
   if (!header || magic != "P5" || max_value != 255 || image.width <= 0 || image.height <= 0) {
     fail(pgm, "not a binary 8-bit PGM");
   }
+  if (const std::string words = implausibilityOfSize(image.width, image.height); !words.empty())
+    fail(pgm, words + "; the map is not read; cut off what is not known around it");
   const std::string implausible =
       implausibilityOfPicture(image.resolution, image.origin_x, image.origin_y, image.width, image.height);
   if (!implausible.empty())

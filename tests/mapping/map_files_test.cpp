@@ -225,7 +225,7 @@ TEST_F(MapFiles, APlanThatCannotBeIsRefusedWithTheReason) {
       EXPECT_THAT(with("[-1, -2, 0]", origin), HasSubstr(std::isfinite(value) ? "map's origin" : "origin")) << origin;
     EXPECT_THAT(with("0.05", number.str()), HasSubstr("resolution")) << value;
   }
-  for (const char* resolution : {"1e-310", "1e-9", "0.0009", "1.01", "50"})
+  for (const char* resolution : {"1e-300", "1e-9", "0.0009", "1.01", "50"})
     EXPECT_THAT(with("0.05", resolution), HasSubstr("for a cell is not between 0.001 m and 1 m")) << resolution;
   put("map.yaml", kYaml);
   put("map.pgm", pgm("P5\n20000 20000\n255\n", {0}));
