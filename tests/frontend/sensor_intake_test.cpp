@@ -78,8 +78,8 @@ TEST(SensorIntake, LeavesOutAndCountsNumbersThatCannotBe) {
       if (!disturbed) continue;
       drive.front_end->add(WheelSample{drive.now, {value, 0.0, 0.0}});
       drive.front_end->add(WheelSample{drive.now, {0.0, 0.0, value}});
-      drive.front_end->add(ImuSample{drive.now, {0.0, 0.0, value}, {}});
-      drive.front_end->add(ImuSample{drive.now, {}, {value, 0.0, 0.0}});
+      drive.front_end->add(ImuSample{drive.now, {0.0, 0.0, value}});
+      drive.front_end->add(ImuSample{drive.now, {0.0, 0.0, 0.0}, {value, 0.0, 0.0}});
       absurd += 4;
     }
     EXPECT_EQ(drive.front_end->counters().implausible, absurd);
@@ -130,7 +130,7 @@ TEST(SensorIntake, PutsEachStreamIntoTheFiltersTime) {
   const Filters filters;
   const Timestamp now = filters.odometry.newestStamp();
   EXPECT_EQ(intake.accept(WheelSample{now, {}})->stamp, now - 20ms);
-  EXPECT_EQ(intake.accept(ImuSample{now, {}, {}}, now)->stamp, now + 10ms);
+  EXPECT_EQ(intake.accept(ImuSample{now}, now)->stamp, now + 10ms);
   LaserScan scan;
   scan.stamp = now;
   const SensorIntake::Scan accepted = intake.accept(scan, filters.pose, filters.odometry);
