@@ -29,7 +29,7 @@ class FrontEnd;
 struct BusCounters {
   std::atomic<std::uint64_t> published{0}, failures{0}, bad_messages{0}, messages{0}, fragments{0}, other_packets{0};
   std::array<std::atomic<std::uint64_t>, kRefusals - 1> refused{};  // of sensors and speeds, by the reason
-  std::atomic<std::uint64_t> drives_not_followed{0};
+  std::atomic<std::uint64_t> drives_not_followed{0}, refused_commands{0};
   std::atomic<std::uint64_t> dropped{0}, socket_clients{0}, socket_bad{0}, socket_dropped{0}, socket_refused{0};
 
   template <typename Visitor>
@@ -47,6 +47,8 @@ struct BusCounters {
     visit(CounterInfo{"lcm.drives_not_followed", "messages",
                       "SLAM_DRIVE of a program that is not driven, because another one is, or stopped it."},
           c.drives_not_followed);
+    visit(CounterInfo{"commands.refused", "commands", "Answered with a reason why they are not carried out."},
+          c.refused_commands);
     visit(CounterInfo{"lcm.messages", "messages", "Received over LCM, on any channel."}, c.messages);
     visit(CounterInfo{"lcm.fragments", "packets", "Parts of messages that are larger than a packet."}, c.fragments);
     visit(CounterInfo{"lcm.other_packets", "packets", "Received, but none of LCM's."}, c.other_packets);

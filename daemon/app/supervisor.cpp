@@ -31,7 +31,8 @@ constexpr Duration kOptimising = 10s;      // a very large map, on a small compu
 constexpr Duration kRealtimeLate = 200ms;  // of a period of 2 to 10 ms
 constexpr Duration kReadingLate = 500ms;   // of a wait of 100 ms at most
 constexpr Duration kDrawingLate = 2s;      // a large map anew
-constexpr Duration kStopLimit = 15s;       // for the disk; systemd waits for 20 s
+constexpr Duration kStopLimit = 15s;       // for all at the end; systemd waits for 20 s
+constexpr Duration kTurnLimit = 10s;       // of these for the threads' last turn
 constexpr Duration kRecordLimit = 3s;      // for the disk, at the end
 const char* const kNoGraph =
     "it hangs, so that no loop is closed, no lost robot is found and no map is stored; the pose goes on; when the "
@@ -207,27 +208,38 @@ int Supervisor::run() {
     if (due || news) health_.send(now, snapshot_, problems(others, now), counted());
   }
   const bool saved = stop();
-  if (graph_.isWriting() || mapper_.isWriting() || recorder_hangs_ || health_.isBusy()) {
-    std::_Exit(saved ? 0 : 1);  // a thread that waits for a disk cannot be joined
+  if (graph_.isWriting() || mapper_.isWriting() || recorder_hangs_ || thread_hangs_ || health_.isBusy()) {
+    std::_Exit(saved ? 0 : 1);  // a thread that waits for a disk, or never ends its turn, cannot be joined
   }
   return saved ? 0 : 1;
 }
 
+/// @return whether it has ended
+bool Supervisor::end(Worker& worker, Timestamp deadline) {
+  if (worker.stop(deadline)) return true;
+  logError("thread " + worker.name() +
+           " does not end its turn; slamd ends without it, and what it has not stored is lost");
+  thread_hangs_ = true;
+  return false;
+}
+
 bool Supervisor::stop() {
+  const Timestamp begin = monotonicNow(), turns = begin + kTurnLimit, last = begin + kStopLimit;
   sd_notify(0, "STOPPING=1");
   logInfo("stopping");
   for (Worker* worker : watchdog_.workers()) worker->requestStop();  // all at once, then wait for each
   if (base_) base_->stop();  // first: another thread may take long, and the wheels must not turn meanwhile
   for (Worker* worker : watchdog_.workers()) {
-    if (worker != &mapper_.worker()) worker->stop();
+    if (worker != &mapper_.worker()) end(*worker, turns);
   }
   if (lidar_) lidar_->driver().stop();
   if (depth_) depth_->driver().stop();
-  mapper_.worker().stop();
+  // Nobody else may touch what a thread that never ended its turn is at.
+  const bool graph = graph_.worker().stop(turns), mapper = end(mapper_.worker(), turns);
   const Timestamp now = monotonicNow();
-  graph_.finish();
-  mapper_.finish();
-  graph_.store(mapper_.drawn());
+  if (graph) graph_.finish();
+  if (mapper) mapper_.finish();
+  if (graph && mapper) graph_.store(mapper_.drawn());
   for (Recorder* recorder : {bus_.recorder(), bus_.logRecorder()}) {
     if (recorder == nullptr) continue;
     if (!recorder->finish(now + kRecordLimit)) {
@@ -238,7 +250,8 @@ bool Supervisor::stop() {
     recorder_hangs_ |= recorder->report(monotonicNow()).waiting > Duration(0);
   }
   if (bus_.fieldLog() != nullptr) recorder_hangs_ |= bus_.fieldLog()->keeperHangs(now + kRecordLimit);
-  const bool drawn = mapper_.waitUntilSaved(now + kStopLimit), stored = graph_.waitUntilStored(now + kStopLimit);
+  const bool drawn = mapper && mapper_.waitUntilSaved(last), stored = graph && mapper && graph_.waitUntilStored(last);
+  if (!graph || !mapper) return false;
   if (!drawn) logError("the map files are not saved" + std::string(mapper_.isWriting() ? kHung : ""));
   if (!stored) logError("the map is not stored" + std::string(graph_.isWriting() ? kHung : "") + ": " + graph_.loss());
   return drawn && stored;

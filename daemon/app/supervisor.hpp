@@ -40,7 +40,8 @@ class Supervisor {
  private:
   void start();
   void logClaimants() const;  ///< names that udev may give to the wrong device
-  bool stop();                ///< false: the map was not saved
+  bool end(Worker& worker, Timestamp deadline);
+  bool stop();  ///< false: the map was not saved
   std::vector<Trouble> poseTroubles(Timestamp now);
   std::vector<Trouble> sensorTroubles() const;
   std::vector<Trouble> otherTroubles(Timestamp now) const;
@@ -69,7 +70,7 @@ class Supervisor {
   BackEndCounters graph_counters_;
   CanLinkCounters can_counters_;
   TroubleLog log_;
-  bool recorder_hangs_ = false, localised_ = false, link_worked_ = false;
+  bool recorder_hangs_ = false, thread_hangs_ = false, localised_ = false, link_worked_ = false;
   std::optional<Timestamp> unlocalised_since_;
   LinkState link_seen_ = LinkState::kOpening;
 };

@@ -9,6 +9,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "core/plausibility.hpp"
+
 namespace slam {
 namespace {
 
@@ -22,8 +24,6 @@ void copyTwist(const Twist2& twist, double (&out)[3]) {
   out[2] = twist.omega;
 }
 
-constexpr float kFarthestDepth = 100.0F;  // [m] no depth camera sees further; keeps hostile ranges out of the map
-
 /// One member of each item, as the arrays of a message want it.
 template <typename Items, typename Member>
 auto column(const Items& items, Member member) {
@@ -35,6 +35,14 @@ auto column(const Items& items, Member member) {
 
 /// 0 is no stamp; beyond the other end nanoseconds would not fit into 64 bits.
 bool isStamp(std::int64_t utime) { return utime > 0 && utime < std::numeric_limits<std::int64_t>::max() / 4000; }
+
+WheelSample sampleOf(const wheels_t& message) {
+  return {fromMicroseconds(message.utime), {message.x, message.y, message.theta}, message.turn_rate_known != 0};
+}
+
+ImuSample sampleOf(const imu_t& message) {
+  return {fromMicroseconds(message.utime), Eigen::Vector3d(message.gyro), Eigen::Vector3d(message.accel)};
+}
 
 }  // namespace
 
@@ -204,13 +212,12 @@ Refusal refusalOf(const scan_t& message) {
 
 Refusal refusalOf(const wheels_t& message) {
   if (!isStamp(message.utime)) return Refusal::kStamp;
-  return isFinite({message.x, message.y, message.theta}) ? Refusal::kNone : Refusal::kValues;
+  return isPlausible(sampleOf(message)) ? Refusal::kNone : Refusal::kValues;
 }
 
 Refusal refusalOf(const imu_t& message) {
   if (!isStamp(message.utime)) return Refusal::kStamp;
-  const bool finite = Eigen::Vector3d(message.gyro).allFinite() && Eigen::Vector3d(message.accel).allFinite();
-  return finite ? Refusal::kNone : Refusal::kValues;
+  return isPlausible(sampleOf(message)) ? Refusal::kNone : Refusal::kValues;
 }
 
 Refusal refusalOf(const drive_t& message) {
@@ -244,24 +251,19 @@ std::optional<LaserScan> fromMessage(const scan_t& message) {
   const std::size_t all = message.ranges.size(), used = std::min<std::size_t>(all, LaserScan::kCapacity);
   for (std::size_t k = 0; k < used; ++k) {
     const std::size_t i = k * all / used;
-    Beam beam{message.ranges[i], message.bearings[i], message.time_offsets[i], message.intensities[i]};
-    constexpr float kLongestTurn = 10.0F;  // [s] no lidar turns slower; keeps hostile offsets out of the stamps
-    if (!std::isfinite(beam.bearing) || !(std::abs(beam.time_offset) < kLongestTurn)) beam = {};
-    if (!std::isfinite(beam.range) || beam.range < 0.0F) beam.range = 0.0F;
-    scan->push(beam);
+    scan->push(plausible({message.ranges[i], message.bearings[i], message.time_offsets[i], message.intensities[i]}));
   }
   return scan;
 }
 
 std::optional<WheelSample> fromMessage(const wheels_t& message) {
   if (refusalOf(message) != Refusal::kNone) return std::nullopt;
-  return WheelSample{
-      fromMicroseconds(message.utime), {message.x, message.y, message.theta}, message.turn_rate_known != 0};
+  return sampleOf(message);
 }
 
 std::optional<ImuSample> fromMessage(const imu_t& message) {
   if (refusalOf(message) != Refusal::kNone) return std::nullopt;
-  return ImuSample{fromMicroseconds(message.utime), Eigen::Vector3d(message.gyro), Eigen::Vector3d(message.accel)};
+  return sampleOf(message);
 }
 
 std::optional<Twist2> fromMessage(const drive_t& message) {
@@ -278,7 +280,7 @@ std::optional<PseudoLaser> fromMessage(const depth_t& message) {
   laser.size = message.nbeams;
   for (std::size_t i = 0; i < message.ranges.size(); ++i) {
     const float range = message.ranges[i], from = message.free_from[i];
-    const bool sound = range > 0.0F && from >= 0.0F && from <= range && range < kFarthestDepth;
+    const bool sound = range > 0.0F && from >= 0.0F && from <= range && range < kPlausible.depth_range;
     const auto kind = static_cast<std::uint8_t>(message.kinds[i]);
     if (!sound || kind == 0 || kind > static_cast<std::uint8_t>(PseudoBeam::Kind::kHit)) continue;
     laser.storage[i] = {static_cast<PseudoBeam::Kind>(kind), range, from};
@@ -286,7 +288,7 @@ std::optional<PseudoLaser> fromMessage(const depth_t& message) {
   for (std::size_t i = 0; i < message.surface_beams.size(); ++i) {
     const float from = message.surface_from[i], to = message.surface_to[i];
     const bool sound = message.surface_beams[i] >= 0 && message.surface_beams[i] < laser.size && from > 0.0F &&
-                       to >= from && to < kFarthestDepth;
+                       to >= from && to < kPlausible.depth_range;
     if (sound) laser.push({static_cast<std::uint16_t>(message.surface_beams[i]), from, to});
   }
   return laser;

@@ -40,7 +40,7 @@ map_meta_t toMetaMessage(const OccupancyGrid& grid, std::int64_t utime, std::int
 map_tile_t toTileMessage(const OccupancyGrid& grid, TileIndex tile, std::int64_t utime, std::int32_t map_id,
                          MapLayer layer = MapLayer::kBoth);
 
-/// Why a message cannot be a measurement: no plausible utime, values that are not finite, limits that are none.
+/// Why a message cannot be a measurement: no utime, values that are not plausible, limits that are none.
 Refusal refusalOf(const scan_t& message);
 Refusal refusalOf(const wheels_t& message);
 Refusal refusalOf(const imu_t& message);

@@ -24,14 +24,15 @@ constexpr Meaning kMeanings[kRefusals] = {
      "set utime to the microseconds since 1970 at which it was measured"},
     {"limits", "range_min or range_max is not a distance, or range_max is not above range_min",
      "set both in metres; a range_max of 0 means that it is not given"},
-    {"values", "a number is not finite", "send no message where there is no measurement"},
+    {"values", "a number is not finite, or beyond all that can be measured",
+     "send no message where there is no measurement, and numbers in metres, radians and seconds"},
     {"ahead", "a stamp is ahead of all others of this stream", "look after the sender's clock"},
     {"old", "a stamp is seconds behind the others of this stream",
      "look after what delays it on its way, or the sender's clock"}};
 
 const char* fieldsOf(std::string_view channel) {
-  if (channel == channel::kWheels) return "x, y or theta is not finite";
-  if (channel == channel::kImu) return "gyro or accel is not finite";
+  if (channel == channel::kWheels) return "x, y or theta is not finite, or beyond all that wheels can drive";
+  if (channel == channel::kImu) return "gyro or accel is not finite, or beyond all that is measured";
   if (channel == channel::kDepth) return "bearing_min or bearing_step is no angle";
   if (channel == channel::kDrive) return "vx, vy or omega is not finite";
   return "a number is not finite";

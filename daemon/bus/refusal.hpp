@@ -16,7 +16,7 @@ enum class Refusal : std::uint8_t {
   kSize,    ///< its lengths do not fit its size
   kStamp,   ///< no time
   kLimits,  ///< its own limits contradict each other
-  kValues,  ///< a number is not finite
+  kValues,  ///< a number cannot be what it says
   kAhead,   ///< its stamp is in the future
   kOld      ///< its stamp is long past
 };

@@ -24,8 +24,9 @@ struct TileIndex {
   friend bool operator==(const TileIndex&, const TileIndex&) = default;
 };
 
-/// A grid without borders, made of square tiles that are allocated where something is written. Growing moves pointers,
-/// never cells.
+/// A grid without borders, made of square tiles that are allocated where something is written. They are found by a hash
+/// of their address, so that memory follows what is drawn, however far apart it lies. Growing moves pointers, never
+/// cells.
 template <typename Cell, int kSide>
 class TiledGrid {
  public:
@@ -40,34 +41,30 @@ class TiledGrid {
   static TileIndex tileOf(CellIndex cell) { return {floorDivide(cell.column), floorDivide(cell.row)}; }
 
   /// @return the tile, or nullptr where nothing was written yet
-  const Tile* find(TileIndex tile) const {
-    const int c = tile.column - first_.column, r = tile.row - first_.row;
-    if (c < 0 || r < 0 || c >= columns_ || r >= rows_) return nullptr;
-    return directory_[static_cast<std::size_t>(r * columns_ + c)].get();
-  }
+  const Tile* find(TileIndex tile) const { return places_.empty() ? nullptr : places_[slot(tile)].tile.get(); }
   Tile* find(TileIndex tile) { return const_cast<Tile*>(std::as_const(*this).find(tile)); }
 
   /// @return the tile, made if missing
   Tile& make(TileIndex tile) {
-    grow(tile);
-    auto& place = directory_[slot(tile)];
-    if (!place) {
-      place = std::make_unique<Tile>();
+    auto& content = place(tile);
+    if (!content) {
+      content = std::make_unique<Tile>();
       ++count_;
     }
-    return *place;
+    return *content;
   }
 
-  /// Takes a tile out; nullptr where there is none.
-  std::unique_ptr<Tile> take(TileIndex tile) {
-    if (find(tile) == nullptr) return nullptr;
-    --count_;
-    return std::move(directory_[slot(tile)]);
-  }
   /// Puts a tile in the place of the one there, if any.
   void put(TileIndex tile, std::unique_ptr<Tile> content) {
-    make(tile);
-    directory_[slot(tile)] = std::move(content);
+    auto& before = place(tile);
+    count_ += !before;
+    before = std::move(content);
+  }
+  /// Calls take(TileIndex, std::unique_ptr<Tile>) for each tile, row by row from the lower left, and is empty then.
+  template <typename Take>
+  void takeTiles(Take&& take) {
+    for (const std::size_t i : rowByRow()) take(places_[i].index, std::move(places_[i].tile));
+    clear();
   }
 
   Cell& cell(CellIndex index) { return make(tileOf(index)).at(index.column & (kSide - 1), index.row & (kSide - 1)); }
@@ -80,19 +77,15 @@ class TiledGrid {
   /// Calls visit(TileIndex, const Tile&) for each tile, row by row from the lower left.
   template <typename Visit>
   void forEachTile(Visit&& visit) const {
-    for (int r = 0; r < rows_; ++r) {
-      for (int c = 0; c < columns_; ++c) {
-        const auto& tile = directory_[static_cast<std::size_t>(r * columns_ + c)];
-        if (tile) visit(TileIndex{c + first_.column, r + first_.row}, *tile);
-      }
-    }
+    for (const std::size_t i : rowByRow()) visit(places_[i].index, *places_[i].tile);
   }
 
   /// A copy of all tiles: never by accident.
   TiledGrid clone() const {
     TiledGrid copy;
-    copy.first_ = first_, copy.columns_ = columns_, copy.rows_ = rows_, copy.count_ = count_;
-    for (const auto& tile : directory_) copy.directory_.push_back(tile ? std::make_unique<Tile>(*tile) : nullptr);
+    copy.count_ = count_;
+    for (const Place& place : places_)
+      copy.places_.push_back({place.index, place.tile ? std::make_unique<Tile>(*place.tile) : nullptr});
     return copy;
   }
 
@@ -100,38 +93,51 @@ class TiledGrid {
   void clear() { *this = TiledGrid(); }
 
  private:
-  std::size_t slot(TileIndex tile) const {
-    return static_cast<std::size_t>((tile.row - first_.row) * columns_ + tile.column - first_.column);
-  }
+  struct Place {
+    TileIndex index;
+    std::unique_ptr<Tile> tile;  // nullptr: the place is free
+  };
   static int floorDivide(int value) { return value >> std::countr_zero(static_cast<unsigned>(kSide)); }
 
-  void grow(TileIndex tile) {
-    if (columns_ == 0) {
-      first_ = tile;
-      columns_ = rows_ = 1;
-      directory_.resize(1);
-      return;
-    }
-    const int left = std::min(first_.column, tile.column), bottom = std::min(first_.row, tile.row);
-    const int right = std::max(first_.column + columns_, tile.column + 1);
-    const int top = std::max(first_.row + rows_, tile.row + 1);
-    if (right - left == columns_ && top - bottom == rows_) return;
-    std::vector<std::unique_ptr<Tile>> grown(static_cast<std::size_t>(right - left) * (top - bottom));
-    for (int r = 0; r < rows_; ++r) {
-      for (int c = 0; c < columns_; ++c) {
-        const int to = (r + first_.row - bottom) * (right - left) + c + first_.column - left;
-        grown[static_cast<std::size_t>(to)] = std::move(directory_[static_cast<std::size_t>(r * columns_ + c)]);
-      }
-    }
-    directory_ = std::move(grown);
-    first_ = {left, bottom};
-    columns_ = right - left;
-    rows_ = top - bottom;
+  /// Where a tile is, or would be. @pre there are places
+  std::size_t slot(TileIndex tile) const {
+    const std::uint64_t address = static_cast<std::uint64_t>(static_cast<std::uint32_t>(tile.row)) << 32U |
+                                  static_cast<std::uint32_t>(tile.column);
+    const std::size_t mask = places_.size() - 1;
+    std::size_t i = (address * 0x9E3779B97F4A7C15U) >> 32U & mask;  // Fibonacci hashing [Knuth, TAOCP 3, 6.4]
+    while (places_[i].tile && places_[i].index != tile) i = (i + 1) & mask;
+    return i;
   }
 
-  TileIndex first_;
-  int columns_ = 0, rows_ = 0, count_ = 0;
-  std::vector<std::unique_ptr<Tile>> directory_;  // row by row over the bounding box of all tiles
+  /// The same, with room for it.
+  std::unique_ptr<Tile>& place(TileIndex tile) {
+    if (2 * static_cast<std::size_t>(count_) >= places_.size()) {  // half of them stay free
+      std::vector<Place> before(std::max<std::size_t>(16, 2 * places_.size()));
+      std::swap(before, places_);
+      for (Place& old : before) {
+        if (old.tile) places_[slot(old.index)] = std::move(old);
+      }
+    }
+    Place& found = places_[slot(tile)];
+    found.index = tile;
+    return found.tile;
+  }
+
+  std::vector<std::size_t> rowByRow() const {
+    std::vector<std::size_t> order;
+    order.reserve(static_cast<std::size_t>(count_));
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      if (places_[i].tile) order.push_back(i);
+    }
+    std::sort(order.begin(), order.end(), [this](std::size_t a, std::size_t b) {
+      const TileIndex &first = places_[a].index, &second = places_[b].index;
+      return first.row != second.row ? first.row < second.row : first.column < second.column;
+    });
+    return order;
+  }
+
+  int count_ = 0;
+  std::vector<Place> places_;  // a power of two, probed linearly
 };
 
 }  // namespace slam

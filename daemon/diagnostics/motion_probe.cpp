@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 
+#include "core/plausibility.hpp"
 #include "matching/deskew.hpp"
 #include "matching/normals.hpp"
 #include "matching/plicp.hpp"
@@ -48,11 +49,13 @@ MotionProbe::MotionProbe(const FrontEndConfig& config, const MotionProbeConfig& 
 }
 
 void MotionProbe::add(const WheelSample& sample) {
+  if (!isPlausible(sample)) return;
   wheels_turn_known_ = sample.turn_rate_known;
   record(wheels_, sample.stamp + wheel_offset_, sample.T_wheels_base, config_.clock_step);
 }
 
 void MotionProbe::add(const ImuSample& recorded) {
+  if (!isPlausible(recorded)) return;
   ImuSample sample = recorded;
   sample.stamp += imu_offset_;
   Pose2 heading;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "core/plausibility.hpp"
 #include "core/pose_covariance.hpp"
 
 namespace slam {
@@ -16,11 +17,11 @@ EkfTimeline::EkfTimeline(const EkfConfig& ekf_config, const EkfTimelineConfig& c
       base_(*ekf_config_, {}, ekf_config.initial_pose) {}
 
 UpdateResult EkfTimeline::add(const WheelSample& sample) {
-  return isFinite(sample.T_wheels_base) ? insert(sample.stamp, sample) : UpdateResult::kUseless;
+  return isPlausible(sample) ? insert(sample.stamp, sample) : UpdateResult::kUseless;
 }
 
 UpdateResult EkfTimeline::add(const ImuSample& sample) {
-  return sample.gyro.allFinite() ? insert(sample.stamp, sample) : UpdateResult::kUseless;
+  return isPlausible(sample) ? insert(sample.stamp, sample) : UpdateResult::kUseless;
 }
 
 UpdateResult EkfTimeline::add(const PoseMeasurement& measurement) {

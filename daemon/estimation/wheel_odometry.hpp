@@ -29,7 +29,7 @@ class WheelOdometry {
   explicit WheelOdometry(const DifferentialBase& base) : WheelOdometry(kinematicsOf(base)) {}
 
   /// @param angles  accumulated angles [rad], order and sign as in BaseKinematics; four of a differential base are two
-  ///                axles. A wrong number of them, or one that is not finite, is as restart()
+  ///                axles. A wrong number of them, or one that is not plausible, is as restart()
   /// @return        pose after this reading; the first reading is the origin
   const Pose2& add(std::span<const double> angles);
   /// The same for two wheels.

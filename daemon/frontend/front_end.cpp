@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/plausibility.hpp"
 #include "core/pose_covariance.hpp"
 
 namespace slam {
@@ -20,6 +21,10 @@ EkfConfig beginningAt(EkfConfig config, const Pose2& pose, double gyro_bias) {
   config.initial_pose = pose;
   config.initial_gyro_bias = gyro_bias;
   return config;
+}
+
+bool isFarOff(const Pose2& T_map_base) {
+  return !isWithin(T_map_base.x, kPlausible.farthest) || !isWithin(T_map_base.y, kPlausible.farthest);
 }
 
 EkfConfig smooth(EkfConfig config) {
@@ -82,6 +87,10 @@ ScanOutcome FrontEnd::track(const LaserScan& recorded, bool may_keep) {
   outcome.stamp = cloud.stamp;
   outcome.T_base_first = cloud.T_base_first;
   const Prediction predicted{pose_.at(cloud.stamp), odometry_.at(cloud.stamp)};
+  if (isFarOff(predicted.pose.pose())) {
+    leaveFarPlace();
+    return outcome;
+  }
   if (local_map_.empty()) {
     outcome.keyframe = may_keep ? beginMap(cloud, predicted) : nullptr;
     return outcome;
@@ -212,6 +221,18 @@ void FrontEnd::setPose(const Pose2& T_map_base, const Eigen::Vector3d& sigma) {
   local_map_.follow(pose_.at(pose_.newestStamp()).pose().translation());
 }
 
+/// Nothing but odometry that is wrong for long leads beyond where any map reaches: the robot may be anywhere. Its
+/// session begins at the map's origin, as good as any other place until it is found.
+void FrontEnd::leaveFarPlace() {
+  ++far_off_;
+  const Pose2 far = pose_.at(pose_.newestStamp()).pose(), T_new_old{-far.x, -far.y, 0.0};
+  pose_.transform(T_new_old);
+  tracking_.transform(T_new_old);
+  keyframes_.transform(T_new_old);
+  beginSession(KeyframeOrigin::kLost);
+  local_map_.follow(pose_.at(pose_.newestStamp()).pose().translation());
+}
+
 void FrontEnd::beginSession(KeyframeOrigin origin) {
   // A gyro turns with who carries the robot, but not with who gives its pose.
   double heading_tolerance = std::numbers::pi;
@@ -295,6 +316,7 @@ FrontEndCounters FrontEnd::counters() const {
   counters.wheels_reliable = monitor_.wheels.reliable();
   counters.gyro_rejected = static_cast<std::uint32_t>(monitor_.gyro.rejections());
   counters.wheels_scale = monitor_.wheels.scale().value();
+  counters.far_off = far_off_;
   counters.samples_late = odometry_.lateFused();
   counters.samples_too_old = odometry_.tooOld();
   return counters;

@@ -105,6 +105,7 @@ class FrontEnd {
   void shareGyroBias();
   bool saysMuch(const Cloud& cloud) const;
   bool fuse(Timestamp stamp, const MatchResult& match, bool bypass_gate);
+  void leaveFarPlace();
   void beginSession(KeyframeOrigin origin);
 
   FrontEndConfig config_;
@@ -118,6 +119,7 @@ class FrontEnd {
   TrackingState tracking_;
   KeyframeSelector keyframes_;
   DepthViewSelector views_;
+  std::uint32_t far_off_ = 0;
 };
 
 }  // namespace slam

@@ -144,7 +144,7 @@ struct FrontEndConfig {
 struct FrontEndCounters {
   std::uint32_t scans = 0, matched = 0, partly_observable = 0, unmatched = 0, gated = 0, searched = 0, scans_held = 0;
   std::uint32_t scans_too_late = 0, scans_repeated = 0, scans_retimed = 0, clock_resets = 0;
-  std::uint32_t samples_late = 0, samples_too_old = 0, far_ahead = 0;
+  std::uint32_t samples_late = 0, samples_too_old = 0, far_ahead = 0, implausible = 0, far_off = 0;
   std::uint32_t keyframes = 0, lost = 0, views = 0, views_unplaced = 0, wheels_rejected = 0;
   std::uint32_t gyro_rejected = 0;
   bool wheels_reliable = true;  ///< now
@@ -173,6 +173,14 @@ struct FrontEndCounters {
     visit(CounterInfo{"samples.too_old", "samples", "Wheel and IMU samples dropped as too old."}, c.samples_too_old);
     visit(CounterInfo{"samples.far_ahead", "samples", "Dropped because their stamp alone was seconds ahead."},
           c.far_ahead);
+    if (c.implausible > 0)
+      visit(CounterInfo{"samples.implausible", "samples",
+                        "Wheel and IMU samples dropped: a number was beyond all that can be; shown where any were."},
+            c.implausible);
+    if (c.far_off > 0)
+      visit(CounterInfo{"poses.far_off", "times",
+                        "The pose had drifted beyond where a map can reach; shown where it ever did."},
+            c.far_off);
     visit(CounterInfo{"keyframes", "keyframes", "Keyframes that the front end has made."}, c.keyframes);
     visit(CounterInfo{"lost", "times", "The place in the map was lost, or given by a person."}, c.lost);
     visit(CounterInfo{"views", "images", "Depth images that were drawn."}, c.views);

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/plausibility.hpp"
+
 namespace slam {
 
 bool isMoving(const Twist2& twist, const IntakeConfig& config) {
@@ -24,6 +26,7 @@ SensorIntake::SensorIntake(const FrontEndConfig& config)
       repeats_(config_.repeats) {}
 
 std::optional<WheelSample> SensorIntake::accept(const WheelSample& sample) {
+  if (!isPlausible(sample)) return ++implausible_, std::nullopt;
   if (!wheel_guard_.passes(sample.stamp)) return std::nullopt;
   WheelSample accepted = sample;
   accepted.stamp = wheel_stamps_.next(sample.stamp) + wheel_offset_;
@@ -31,6 +34,7 @@ std::optional<WheelSample> SensorIntake::accept(const WheelSample& sample) {
 }
 
 std::optional<ImuSample> SensorIntake::accept(const ImuSample& sample, Timestamp newest) {
+  if (!isPlausible(sample)) return ++implausible_, std::nullopt;
   if (!imu_guard_.passes(sample.stamp)) return std::nullopt;
   ImuSample accepted = sample;
   accepted.stamp = imu_clock_.next(sample.stamp, newest) + imu_offset_;
@@ -75,6 +79,7 @@ void SensorIntake::addTo(FrontEndCounters& counters) const {
   counters.scans_too_late = too_late_;
   counters.scans_retimed = scan_stamps_.retimed();
   counters.clock_resets = scan_stamps_.clockResets() + wheel_stamps_.clockResets();
+  counters.implausible = implausible_;
   counters.far_ahead = wheel_guard_.held() + imu_guard_.held() + scan_guard_.held();
 }
 

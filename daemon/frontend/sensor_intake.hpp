@@ -17,7 +17,7 @@ namespace slam {
 bool isMoving(const Twist2& twist, const IntakeConfig& config = {});
 
 /// Takes the sensors' samples in: puts their stamps in order and into the filters' time, and refuses those that are no
-/// measurement of now: damaged stamps, copies, and the turns that a stuck lidar repeats.
+/// measurement of now: damaged stamps, copies, the turns that a stuck lidar repeats, and numbers that cannot be.
 class SensorIntake {
  public:
   explicit SensorIntake(const FrontEndConfig& config);
@@ -51,7 +51,7 @@ class SensorIntake {
   StuckScanDetector repeats_;
   bool stuck_ = false;
   Timestamp last_scan_, last_first_;  // as recorded, and in the filters' time
-  std::uint32_t scans_ = 0, repeated_ = 0, too_late_ = 0;
+  std::uint32_t scans_ = 0, repeated_ = 0, too_late_ = 0, implausible_ = 0;
 };
 
 }  // namespace slam

@@ -11,6 +11,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "core/plausibility.hpp"
+
 namespace slam {
 namespace {
 
@@ -31,9 +33,14 @@ ColourImage picture(const MapImage& map, std::span<const Eigen::Vector2d> path) 
   return image;
 }
 
-std::string readWhole(const fs::path& file) {
+/// @param most [bytes] that such a file may have: a longer one is not read
+std::string readWhole(const fs::path& file, std::int64_t most) {
   std::ifstream in(file, std::ios::binary);
   if (!in) fail(file, std::string("cannot read: ") + std::strerror(errno));
+  std::error_code unknown;
+  const std::uintmax_t size = fs::file_size(file, unknown);
+  if (!unknown && size > static_cast<std::uintmax_t>(most))
+    fail(file, "has " + std::to_string(size) + " bytes, more than the " + std::to_string(most) + " that it may have");
   std::ostringstream content;
   content << in.rdbuf();
   return content.str();
@@ -109,7 +116,7 @@ void writeMapFiles(const fs::path& prefix, const MapImage& image, std::span<cons
 }
 
 MapImage readMapFiles(const fs::path& yaml) {
-  const std::string text = readWhole(yaml);
+  const std::string text = readWhole(yaml, kPlausible.text_bytes);
   requireYaml(yaml, text, "mode", "trinary");
   if (findYamlValue(text, "negate") != "false") requireYaml(yaml, text, "negate", "0");
   MapImage image;
@@ -128,10 +135,9 @@ MapImage readMapFiles(const fs::path& yaml) {
     fail(yaml, "resolution or a threshold is not a number");
   }
   if (!(free <= occupied)) fail(yaml, "free_thresh is above occupied_thresh");
-  if (!(image.resolution > 0.0)) fail(yaml, "resolution must be above 0");
 
   const fs::path pgm = yaml.parent_path() / yamlValue(yaml, text, "image");
-  const std::string content = readWhole(pgm);
+  const std::string content = readWhole(pgm, kPlausible.text_bytes + kPlausible.picture_cells);
   std::istringstream header(content);
   std::string magic;
   int max_value = 0;
@@ -141,6 +147,12 @@ MapImage readMapFiles(const fs::path& yaml) {
   if (!header || magic != "P5" || max_value != 255 || image.width <= 0 || image.height <= 0) {
     fail(pgm, "not a binary 8-bit PGM");
   }
+  if (const std::string words = implausibilityOfSize(image.width, image.height); !words.empty())
+    fail(pgm, words + "; the map is not read; cut off what is not known around it");
+  const std::string implausible =
+      implausibilityOfPicture(image.resolution, image.origin_x, image.origin_y, image.width, image.height);
+  if (!implausible.empty())
+    fail(yaml, implausible + "; the map is not read; give resolution and origin in metres, near the map's own origin");
   const auto begin = static_cast<std::size_t>(header.tellg()) + 1;
   const auto size = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
   if (content.size() < begin || content.size() - begin < size) fail(pgm, "shorter than its header says");

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
+
+#include "core/plausibility.hpp"
 
 namespace slam {
 
@@ -39,6 +42,9 @@ MapImage renderMap(const OccupancyGrid& grid) {
   image.resolution = grid.resolution();
   image.origin_x = low.column * grid.resolution();
   image.origin_y = low.row * grid.resolution();
+  if (const std::string words = implausibilityOfSize(image.width, image.height); !words.empty())
+    throw std::runtime_error("the map is too large for a picture: " + words +
+                             "; the map itself stays as it is; draw parts that lie far apart as maps of their own");
   image.cells.assign(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height),
                      MapImage::kUnknown);
   forEachCell(

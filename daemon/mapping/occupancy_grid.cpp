@@ -120,14 +120,11 @@ OccupancyGrid OccupancyGrid::patch(const OccupancyGridConfig& config, std::span<
 
 void OccupancyGrid::replaceBy(OccupancyGrid&& patch) {
   pen_ = {};
-  std::vector<TileIndex> tiles;
-  patch.tiles_.forEachTile([&](TileIndex tile, const auto&) { tiles.push_back(tile); });
-  for (const TileIndex& tile : tiles) {
-    auto content = patch.tiles_.take(tile);
+  patch.tiles_.takeTiles([&](TileIndex tile, std::unique_ptr<Tiles::Tile> content) {
     for (Cell& cell : content->cells) cell.look = cell.seen() ? look_ : 0;  // serials of the patch mean nothing here
     tiles_.put(tile, std::move(content));
     markChanged(tile);
-  }
+  });
 }
 
 OccupancyGrid OccupancyGrid::clone() const {

@@ -68,6 +68,14 @@ void Worker::stop() {
   running_ = false;
 }
 
+bool Worker::stop(Timestamp deadline) {
+  stopping_ = true;
+  const timespec until = timespecOf(deadline.time_since_epoch());
+  if (running_ && pthread_clockjoin_np(thread_, nullptr, CLOCK_MONOTONIC, &until) != 0) return false;
+  running_ = false;
+  return true;
+}
+
 double Worker::cpuSeconds() const {
   clockid_t clock{};
   timespec used{};

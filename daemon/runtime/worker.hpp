@@ -37,6 +37,8 @@ class Worker {
   void start();
   /// Asks the thread to end and joins it.
   void stop();
+  /// The same, but waits no longer than until `deadline`. @return whether it has ended
+  bool stop(Timestamp deadline);
   void requestStop() { stopping_ = true; }
   const std::atomic<bool>& stopping() const { return stopping_; }
 

@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "store/durable_file.hpp"
+#include "store/map_codec.hpp"
 
 namespace slam {
 namespace {
@@ -30,6 +31,8 @@ std::string freeOn(fs::path folder) {
 
 DiskWords diskWords(const std::exception& error, const fs::path& folder) {
   const std::string name = folder.string(), what = error.what();
+  if (dynamic_cast<const ImplausibleMap*>(&error) != nullptr)
+    return {"the map " + what, "slamctl reset begins a new map; what is stored stays"};
   switch (codeOf(error)) {
     case ENOSPC:
       return {"no space on " + name + freeOn(folder), "make room: sudo du -sh " + name + "/*; slamctl log list"};

@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <stdexcept>
 #include <string>
 #include <string_view>
 
 #include "slam/map_state.hpp"
 #include "store/binary.hpp"
 
-/// Parts of a map as bytes and back. Reading throws std::runtime_error where the bytes cannot be such a part; numbers
-/// that are not finite and ids out of range are refused.
+/// Parts of a map as bytes and back. Reading throws std::runtime_error where the bytes cannot be such a part: numbers
+/// that are not plausible and ids out of range are refused. Writing throws the same for what could not be read back.
 namespace slam {
+
+/// A number of a map is beyond what can be true of one.
+struct ImplausibleMap : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 
 void encodeNode(BinaryWriter& out, const StoredScan& scan, const Pose2& T_map_base, bool in_map);
 void encodeEdge(BinaryWriter& out, const Edge& edge);
@@ -40,6 +46,7 @@ void decodeDepth(std::string_view bytes, MapState& map);
 
 /// Last pose, bias and calibration, as TOML for people to read.
 std::string encodeState(const MapState& map);
+/// @param map unchanged where it throws
 void decodeState(std::string_view text, MapState& map);
 
 }  // namespace slam

@@ -14,6 +14,8 @@
 #include "bus/checked_decode.hpp"
 #include "bus/encoding.hpp"
 #include "bus/messages.hpp"
+#include "core/plausibility.hpp"
+#include "support/absurd.hpp"
 
 namespace slam {
 namespace {
@@ -105,21 +107,31 @@ TEST(MessageLimits, OfABeamMakeItNoReturnWhereItStands) {
   EXPECT_EQ(beamOf([](scan_t& m) { m.ranges[1] = NAN; }).range, 0.0F);
 }
 
-TEST(MessageLimits, OfWheelsImuAndSpeedsAreThatEachNumberIsFinite) {
+TEST(MessageLimits, OfWheelsAndImuAreThoseOfWhatCanBe) {
   WheelSample wheels;
   wheels.T_wheels_base = {1.0, 2.0, 0.5};
-  ImuSample imu;
+  for (const double bad : test::absurdNumbers(kPlausible.dead_reckoned)) {
+    expectLimits<wheels_t>(toMessage(wheels, kUtime), {{"x", [&](wheels_t& m) { m.x = bad; }, false},
+                                                       {"y", [&](wheels_t& m) { m.y = bad; }, false},
+                                                       {"theta", [&](wheels_t& m) { m.theta = bad; }, false}});
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double bad : test::absurdNumbers(kPlausible.turn_rate))
+      expectLimits<imu_t>(toMessage(ImuSample{}, kUtime), {{"gyro", [&](imu_t& m) { m.gyro[axis] = bad; }, false}});
+    for (const double bad : test::absurdNumbers(kPlausible.acceleration))
+      expectLimits<imu_t>(toMessage(ImuSample{}, kUtime), {{"accel", [&](imu_t& m) { m.accel[axis] = bad; }, false}});
+  }
+  const auto at = [](double limit) {
+    return std::vector<Limit<wheels_t>>{{"x", [=](wheels_t& m) { m.x = limit; }, true}};
+  };
+  expectLimits<wheels_t>(toMessage(wheels, kUtime), at(kPlausible.dead_reckoned));
+}
+
+TEST(MessageLimits, OfSpeedsAreThatEachNumberIsFinite) {
   drive_t drive{};
   drive.utime = kUtime;
   drive.vx = 0.5;
   for (const double bad : {kNaN, kInfinity, -kInfinity}) {
-    expectLimits<wheels_t>(toMessage(wheels, kUtime), {{"x", [&](wheels_t& m) { m.x = bad; }, false},
-                                                       {"y", [&](wheels_t& m) { m.y = bad; }, false},
-                                                       {"theta", [&](wheels_t& m) { m.theta = bad; }, false}});
-    for (int axis = 0; axis < 3; ++axis) {
-      expectLimits<imu_t>(toMessage(imu, kUtime), {{"gyro", [&](imu_t& m) { m.gyro[axis] = bad; }, false},
-                                                   {"accel", [&](imu_t& m) { m.accel[axis] = bad; }, false}});
-    }
     expectLimits<drive_t>(drive, {{"vx", [&](drive_t& m) { m.vx = bad; }, false},
                                   {"vy", [&](drive_t& m) { m.vy = bad; }, false},
                                   {"omega", [&](drive_t& m) { m.omega = bad; }, false}});

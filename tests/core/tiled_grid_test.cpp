@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/tiled_grid.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <map>
+#include <memory>
 #include <random>
 #include <set>
 #include <utility>
@@ -67,6 +69,45 @@ TEST(TiledGrid, GrowingInAnyDirectionMovesNoCell) {
     EXPECT_EQ(&grid.cell({3, 4}), first);
     EXPECT_EQ(*first, 7);
   }
+}
+
+TEST(TiledGrid, TilesThatLieFarApartTakeTheMemoryOfTiles) {
+  constexpr int kFar = 1 << 27;  // a box around them would have 1e15 tiles
+  Grid grid;
+  const CellIndex corners[] = {{kFar, kFar}, {-kFar, kFar}, {0, 0}, {-kFar, -kFar}, {kFar, -kFar}};
+  int value = 0;
+  for (const CellIndex& cell : corners) grid.cell(cell) = ++value;
+  const Grid copy = grid.clone();
+  std::vector<int> visited;
+  copy.forEachTile([&](TileIndex, const Grid::Tile& tile) { visited.push_back(tile.at(0, 0)); });
+  EXPECT_EQ(visited, (std::vector<int>{4, 5, 3, 2, 1}));
+  EXPECT_EQ(copy.tileCount(), 5);
+}
+
+TEST(TiledGrid, TilesAreTakenOutRowByRowAndPutIntoAnother) {
+  std::mt19937 random(3);
+  std::uniform_int_distribution<int> coordinate(-90, 90);
+  Grid from, to;
+  to.cell({0, 0}) = -1;
+  std::map<Address, int> expected{{{0, 0}, -1}};
+  for (int i = 1; i <= 60; ++i) {
+    const TileIndex tile{coordinate(random), coordinate(random)};
+    from.make(tile).at(0, 0) = i;
+    expected[{tile.row, tile.column}] = i;
+  }
+  std::vector<Address> taken;
+  from.takeTiles([&](TileIndex tile, std::unique_ptr<Grid::Tile> content) {
+    taken.push_back({tile.row, tile.column});
+    to.put(tile, std::move(content));
+  });
+  EXPECT_TRUE(std::is_sorted(taken.begin(), taken.end()));
+  EXPECT_EQ(from.tileCount(), 0);
+  from.cell({8, 8}) = 5;
+  EXPECT_EQ(from.tileCount(), 1);
+  std::map<Address, int> found;
+  to.forEachTile([&](TileIndex tile, const Grid::Tile& content) { found[{tile.row, tile.column}] = content.at(0, 0); });
+  EXPECT_EQ(found, expected);
+  EXPECT_EQ(to.tileCount(), static_cast<int>(expected.size()));
 }
 
 TEST(TiledGrid, ReadingMakesNothing) {

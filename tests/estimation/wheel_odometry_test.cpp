@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "estimation/wheel_odometry.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
 #include <numbers>
 #include <random>
+
+#include "core/plausibility.hpp"
+#include "support/absurd.hpp"
 
 namespace slam {
 namespace {
@@ -118,6 +122,19 @@ TEST(WheelOdometry, InventsNoMotionFromReadingsThatAreNone) {
     EXPECT_EQ(odometry.add(500, 4), before) << "nothing to compare with";
   }
   EXPECT_EQ(odometry.add(std::array{1.0, 2.0, 3.0}), before);
+}
+
+TEST(WheelOdometry, GoesOnBehindAnglesThatNoWheelHas) {
+  WheelOdometry odometry(kBase);
+  Pose2 before;
+  for (const double bad : test::absurdNumbers(kPlausible.dead_reckoned)) {
+    odometry.add(1.0, 1.0);
+    before = odometry.add(1.1, 1.1);
+    EXPECT_EQ(odometry.add(bad, 1.1), before) << bad;
+    EXPECT_EQ(odometry.add(2.0, 2.0), before) << bad;
+    EXPECT_NE(odometry.add(2.1, 2.1), before) << bad;
+    EXPECT_LT(std::hypot(odometry.pose().x, odometry.pose().y), 10.0) << bad;
+  }
 }
 
 // What single precision costs. The firmware adds up degrees in single precision at 50 Hz and sends radians in the same

@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "core/plausibility.hpp"
 #include "frontend/drive.hpp"
 #include "matching/places.hpp"
 #include "support/allocations.hpp"
@@ -227,6 +228,25 @@ TEST(FrontEnd, JoinsOdomAndMap) {
   const Pose2 joined = odometry.T_map_odom * odometry.T_odom_base;
   const Pose2 error = between(drive.front_end->estimate(drive.now).T_map_base, joined);
   EXPECT_LT(std::hypot(error.x, error.y), 1e-9);
+}
+
+TEST(FrontEnd, BeyondWhereAMapReachesTheRobotIsLostAndBeginsAtTheOrigin) {
+  KeyframeGraph keyframes;
+  Drive drive;
+  drive.keyframes = &keyframes;
+  drive.run(1.0, kStand);
+  drive.front_end->setPose({9999.5, -9000.0, 0.0}, {0.2, 0.2, 0.1});
+  drive.run(1.0, kStand);
+  EXPECT_EQ(drive.state(), LocalisationState::kLocalised);
+  EXPECT_EQ(drive.front_end->counters().far_off, 0U);
+  drive.run(4.0, {0.3, 0, 0});
+  EXPECT_EQ(drive.front_end->counters().far_off, 1U);
+  EXPECT_EQ(drive.state(), LocalisationState::kLost);
+  const Pose2 pose = drive.front_end->estimate(drive.now).T_map_base;
+  EXPECT_LT(std::hypot(pose.x, pose.y), 2.0);
+  EXPECT_NEAR(pose.theta, 0.0, 0.1) << "the gyro still knows";
+  EXPECT_TRUE(drive.last.fused) << "it goes on from there";
+  for (int id = 0; id < keyframes.size(); ++id) EXPECT_TRUE(isPlausible(keyframes.pose(id))) << id;
 }
 
 TEST(FrontEnd, SurvivesScansThatSayNothing) {

@@ -9,7 +9,9 @@
 #include <random>
 #include <vector>
 
+#include "core/plausibility.hpp"
 #include "frontend/drive.hpp"
+#include "support/absurd.hpp"
 #include "support/allocations.hpp"
 
 namespace slam {
@@ -66,6 +68,28 @@ TEST(SensorIntake, IsNotBlindedByOneSampleFromTheFuture) {
   EXPECT_EQ(drive.front_end->counters().scans_too_late, 0U);
 }
 
+TEST(SensorIntake, LeavesOutAndCountsNumbersThatCannotBe) {
+  const auto driven = [](bool disturbed) {
+    Drive drive;
+    std::uint32_t absurd = 0;
+    drive.run(1.0, kStand);
+    for (const double value : test::absurdNumbers(kPlausible.dead_reckoned)) {
+      drive.run(0.2, kCurve);
+      if (!disturbed) continue;
+      drive.front_end->add(WheelSample{drive.now, {value, 0.0, 0.0}});
+      drive.front_end->add(WheelSample{drive.now, {0.0, 0.0, value}});
+      drive.front_end->add(ImuSample{drive.now, {0.0, 0.0, value}});
+      drive.front_end->add(ImuSample{drive.now, {0.0, 0.0, 0.0}, {value, 0.0, 0.0}});
+      absurd += 4;
+    }
+    EXPECT_EQ(drive.front_end->counters().implausible, absurd);
+    EXPECT_EQ(drive.state(), LocalisationState::kLocalised);
+    EXPECT_LT(drive.error(), 0.03);
+    return drive.front_end->estimate(drive.now).T_map_base;
+  };
+  EXPECT_EQ(driven(true), driven(false)) << "to the last bit";
+}
+
 TEST(SensorIntake, CountsTimeThatWentBackAndGoesOn) {
   Drive drive;
   drive.run(3.0, kStand);
@@ -106,7 +130,7 @@ TEST(SensorIntake, PutsEachStreamIntoTheFiltersTime) {
   const Filters filters;
   const Timestamp now = filters.odometry.newestStamp();
   EXPECT_EQ(intake.accept(WheelSample{now, {}})->stamp, now - 20ms);
-  EXPECT_EQ(intake.accept(ImuSample{now, {}, {}}, now)->stamp, now + 10ms);
+  EXPECT_EQ(intake.accept(ImuSample{now}, now)->stamp, now + 10ms);
   LaserScan scan;
   scan.stamp = now;
   const SensorIntake::Scan accepted = intake.accept(scan, filters.pose, filters.odometry);

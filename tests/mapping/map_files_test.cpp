@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "mapping/map_files.hpp"
 
+#include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,6 +13,9 @@
 #include <stdexcept>
 #include <string>
 #include <unistd.h>
+
+#include "core/plausibility.hpp"
+#include "support/absurd.hpp"
 
 namespace slam {
 namespace {
@@ -204,6 +209,37 @@ TEST_F(MapFiles, BrokenNumbersInTheYamlAreNamed) {
     put("map.yaml", yaml);
     EXPECT_THAT(readError("map.yaml"), HasSubstr("map.yaml")) << bad;
   }
+}
+
+TEST_F(MapFiles, APlanThatCannotBeIsRefusedWithTheReason) {
+  put("map.pgm", pgm("P5\n1 1\n255\n", {0}));
+  const auto with = [&](const std::string& good, const std::string& bad) {
+    std::string yaml = kYaml;
+    put("map.yaml", yaml.replace(yaml.find(good), good.size(), bad));
+    return readError("map.yaml");
+  };
+  for (const double value : test::absurdNumbers(kPlausible.farthest)) {
+    std::ostringstream number;
+    number << value;
+    for (const std::string& origin : {"[" + number.str() + ", -2, 0]", "[-1, " + number.str() + ", 0]"})
+      EXPECT_THAT(with("[-1, -2, 0]", origin), HasSubstr(std::isfinite(value) ? "map's origin" : "origin")) << origin;
+    EXPECT_THAT(with("0.05", number.str()), HasSubstr("resolution")) << value;
+  }
+  for (const char* resolution : {"1e-300", "1e-9", "0.0009", "1.01", "50"})
+    EXPECT_THAT(with("0.05", resolution), HasSubstr("for a cell is not between 0.001 m and 1 m")) << resolution;
+  put("map.yaml", kYaml);
+  put("map.pgm", pgm("P5\n20000 20000\n255\n", {0}));
+  EXPECT_THAT(readError("map.yaml"), HasSubstr("20000 x 20000 cells are not"));
+}
+
+TEST_F(MapFiles, FilesTooLongForAPlanAreNotRead) {
+  put("map.pgm", pgm("P5\n1 1\n255\n", {0}));
+  put("map.yaml", kYaml);
+  std::filesystem::resize_file(file("map.pgm"), std::uintmax_t{40} << 30U);  // a hole
+  EXPECT_THAT(readError("map.yaml"), AllOf(HasSubstr("map.pgm"), HasSubstr("42949672960 bytes")));
+  put("map.pgm", pgm("P5\n1 1\n255\n", {0}));
+  std::filesystem::resize_file(file("map.yaml"), std::uintmax_t{40} << 30U);
+  EXPECT_THAT(readError("map.yaml"), AllOf(HasSubstr("map.yaml"), HasSubstr("42949672960 bytes")));
 }
 
 TEST_F(MapFiles, AFileThatCannotBeWrittenIsNamed) {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "mapping/map_image.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <memory>
+#include <stdexcept>
 
 namespace slam {
 namespace {
@@ -49,6 +51,22 @@ TEST(RenderMap, CoversWhatIsKnownAndHasItsFirstRowAtTheTop) {
   for (int row = 0; row < 77; ++row)
     for (int column = 0; column < 6; ++column)
       EXPECT_EQ(image.at(column, row), classify(toProbability(grid.logOdds({column - 3, row - 71}))));
+}
+
+TEST(RenderMap, RefusesAPictureOfPlacesThatLieTooFarApart) {
+  OccupancyGrid grid({.resolution = 0.05, .lidar = {}});
+  look(grid, {5, 5}, {9, 5}, 4);
+  look(grid, {180'000, -5}, {180'009, -5}, 4);  // 9 km away, on a line with it: 2 million cells
+  EXPECT_EQ(renderMap(grid).width, 180'005);
+  look(grid, {5, 180'000}, {9, 180'000}, 4);
+  EXPECT_EQ(grid.tiles().tileCount(), 3);
+  try {
+    renderMap(grid);
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("x 180006 cells"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("the map itself stays as it is"));
+  }
 }
 
 TEST(RenderMap, CellsSeenTooLittleToClassifyDoNotWidenIt) {

@@ -193,6 +193,25 @@ TEST(Worker, IsJoinedByStopAndByItsDestructor) {
   EXPECT_GE(plain, 1);
 }
 
+TEST(Worker, OfATurnThatDoesNotEndIsNotWaitedForLongerThanAllowed) {
+  std::atomic<bool> begun{false}, released{false};
+  EXPECT_TRUE(Worker({.name = "idle"}, [] {}).stop(monotonicNow())) << "it was never started";
+  Worker stuck({.name = "stuck"}, [&] {
+    begun = true;
+    begun.notify_all();
+    released.wait(false);
+  });
+  stuck.start();
+  begun.wait(false);
+  EXPECT_FALSE(stuck.stop(monotonicNow() + milliseconds(20)));
+  EXPECT_FALSE(stuck.stop(monotonicNow() - milliseconds(20)));
+  released = true;
+  released.notify_all();
+  EXPECT_TRUE(stuck.stop(monotonicNow() + std::chrono::seconds(20)));
+  EXPECT_EQ(stuck.ticks(), 1U);
+  EXPECT_TRUE(stuck.stop(monotonicNow())) << "as often as one likes";
+}
+
 TEST(Worker, SaysWhatStandsInTheWayOfRealTimeScheduling) {
   Worker worker({.name = "realtime", .rate = 1000.0, .priority = 10}, [] {});
   worker.start();

@@ -252,6 +252,25 @@ TEST(KidnappedRobot, IsBelievedWhereTheMapKnowsNothing) {
       << "the yard is drawn";
 }
 
+TEST(KidnappedRobot, MayBeToldThatItIsKilometresAwayAndComeBack) {
+  const Pose2 far{9000.0, -9000.0, 0.3}, in_yard{28.0, 0.0, 0.3};
+  Robot robot(withUnknownYard(), kStart);
+  robot.run(1.0, {0, 0, 0});
+  robot.drive(8.0);
+  const int tiles = robot.pipeline.mapper().grid().tiles().tileCount();
+  robot.truth = in_yard;
+  robot.pipeline.setPose(far, {0.2, 0.2, 0.1});
+  robot.drive(4.0);
+  EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
+  EXPECT_LT(robot.error(in_yard * far.inverse()), 0.1);
+  EXPECT_LT(robot.pipeline.mapper().grid().tiles().tileCount(), tiles + 200) << "of 18 million in a box around all";
+  robot.truth = kInA;
+  robot.pipeline.setPose(between(kStart, robot.truth), {0.2, 0.2, 0.1});
+  robot.run(10.0, kCircle);
+  EXPECT_EQ(robot.state(), LocalisationState::kLocalised);
+  EXPECT_LT(robot.error(kStart), 0.05);
+}
+
 TEST(KidnappedRobot, MayBeToldItsPoseInAnEmptyMap) {
   Robot robot(flat(), kStart);
   robot.pipeline.setPose({1.0, 2.0, 0.0}, {0.2, 0.2, 0.1});

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "core/plausibility.hpp"
 #include "store/map_store.hpp"
 
 namespace slam {
@@ -120,7 +121,6 @@ std::optional<std::vector<std::string>> logPathOf(std::string_view path) {
 std::optional<WebCommand> commandOf(const std::string& body, std::string& problem) {
   using nlohmann::json;
   constexpr std::size_t kLongestMark = 200;
-  constexpr double kFarthest = 100e3;  // [m]
   const json request = json::parse(body, nullptr, false);
   const auto textAt = [&](const char* key) {
     const auto at = request.find(key);
@@ -141,10 +141,13 @@ std::optional<WebCommand> commandOf(const std::string& body, std::string& proble
       const auto at = request.find(keys[i]);
       command.pose[i] = at != request.end() && at->is_number() ? at->get<double>() : std::nan("");
     }
-    const bool sound =
-        std::all_of(command.pose.begin(), command.pose.end(), [](double value) { return std::abs(value) < kFarthest; });
-    if (sound) return command;
-    problem = "\"x\", \"y\" [m] and \"theta\" [rad] are not three numbers";
+    if (std::any_of(command.pose.begin(), command.pose.end(), [](double value) { return std::isnan(value); })) {
+      problem = "\"x\", \"y\" [m] and \"theta\" [rad] are not three numbers";
+      return std::nullopt;
+    }
+    problem = implausibilityOf({command.pose[0], command.pose[1], command.pose[2]});
+    if (problem.empty()) return command;
+    problem += "; the pose stays as it was; \"x\" and \"y\" are in metres from the map's origin, \"theta\" in radians";
   } else if (command.verb == "mode") {
     command.argument = textAt("mode");
     if (command.argument == "localise" || command.argument == "slam") return command;

@@ -8,6 +8,8 @@
 #include <vector>
 #include <zlib.h>
 
+#include "core/plausibility.hpp"
+
 namespace slam {
 namespace {
 
@@ -79,7 +81,7 @@ void TileStore::begin(std::int32_t map_id) {
 }
 
 void TileStore::setResolution(double resolution) {
-  if (!(resolution > 1e-4 && resolution < 10.0) || resolution == resolution_) return;
+  if (!implausibilityOfResolution(resolution).empty() || resolution == resolution_) return;
   resolution_ = resolution;
   ++version_;
 }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "bus/messages.hpp"
+#include "core/plausibility.hpp"
 #include "matching/deskew.hpp"
 
 namespace slam {
@@ -13,12 +14,11 @@ namespace {
 
 using namespace std::chrono_literals;
 constexpr double kTrailStep = 0.05;       // [m]
-constexpr double kFarthest = 100e3;       // [m] a pose beyond is none
 constexpr Duration kExtrapolate = 250ms;  // beams are newer than the newest pose by a turn of the lidar at most
 constexpr Duration kGap = 1s;             // poses further apart are not joined
 
 bool isSound(const pose_estimate_t& pose) {
-  return std::isfinite(pose.theta) && std::abs(pose.x) < kFarthest && std::abs(pose.y) < kFarthest && pose.utime > 0 &&
+  return isPlausible(Pose2{pose.x, pose.y, pose.theta}, kPlausible.stored_farthest) && pose.utime > 0 &&
          pose.utime < std::numeric_limits<std::int64_t>::max() / 4000;
 }
 

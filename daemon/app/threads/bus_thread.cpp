@@ -17,6 +17,7 @@
 #include "bus/messages.hpp"
 #include "bus/received.hpp"
 #include "bus/restamp.hpp"
+#include "core/plausibility.hpp"
 #include "slam/ack_t.hpp"
 
 namespace slam {
@@ -341,6 +342,7 @@ std::int32_t BusThread::ticketFor(const Asker& asker) {
 }
 
 void BusThread::acknowledge(std::int32_t ticket, bool accepted, const std::string& message) {
+  if (!accepted) ++ends_.counters.refused_commands;
   const auto asked = asked_.extract(ticket);
   const Asker asker = asked ? asked.mapped() : Asker{std::nullopt, ticket};
   ack_t ack{};
@@ -371,7 +373,10 @@ void BusThread::onCommand(Bytes data, std::optional<LocalSocket::Client> from) {
     saving_ = command->id;
     ends_.requests.save = true;
   } else if (command->verb == "set_pose") {
-    if (!isFinite(pose)) return acknowledge(command->id, false, "the pose is not finite");
+    if (const std::string words = implausibilityOf(pose); !words.empty())
+      return acknowledge(
+          command->id, false,
+          words + "; the pose stays as it was; give x and y in metres from the map's origin, theta in radians");
     const bool taken = ends_.commands.set_poses.tryPush({pose});
     acknowledge(command->id, taken, taken ? "pose set" : "too many commands at once");
   } else if (const auto map_command = mapCommandOf(*command)) {

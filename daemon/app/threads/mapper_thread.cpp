@@ -139,7 +139,15 @@ bool MapperThread::waitUntilSaved(Timestamp deadline) {
 void MapperThread::save() {
   if (config_.output.map.empty()) return;
   mapper_.work(std::numeric_limits<int>::max());
-  const auto image = std::make_shared<const MapImage>(renderMap(mapper_.grid()));
+  std::shared_ptr<const MapImage> image;
+  try {
+    image = std::make_shared<const MapImage>(renderMap(mapper_.grid()));
+  } catch (const std::exception& error) {
+    problem_.set(error.what());
+    logError(std::string("map not saved: ") + error.what());
+    ends_.requests.saved = SaveOutcome::kFailed;
+    return;
+  }
   disk_.start([this, image, path = mapper_.path(), keyframes = mapper_.keyframes()] {
     try {
       makeFolder(config_.output.map);

@@ -23,6 +23,8 @@
 #include "bus/encoding.hpp"
 #include "bus/event_log.hpp"
 #include "bus/local_client.hpp"
+#include "core/plausibility.hpp"
+#include "support/absurd.hpp"
 #include "support/wait_until.hpp"
 #include "tools/files.hpp"
 
@@ -203,10 +205,11 @@ TEST_F(Bus, AsksForTheWholeMapAsOftenAsConfigured) {
 class Asking {
  public:
   explicit Asking(const std::string& path) { EXPECT_EQ(client_.open(path), 0); }
-  bool ask(std::int32_t id, const std::string& verb) {
+  bool ask(std::int32_t id, const std::string& verb, const Pose2& pose = {}) {
     command_t command{};
     command.id = id;
     command.verb = verb;
+    command.pose[0] = pose.x, command.pose[1] = pose.y, command.pose[2] = pose.theta;
     return client_.send(channel::kCommand, test::encoded(command));
   }
   template <typename Message>
@@ -265,6 +268,37 @@ TEST_F(Bus, AnswersWhoAskedOverTheSocket) {
   EXPECT_EQ(first.next<health_t>(channel::kHealth).value_or(health_t{}).summary, "well");
   EXPECT_EQ(second.next<health_t>(channel::kHealth).value_or(health_t{}).summary, "well");
   EXPECT_EQ(channels->bus_counters.socket_clients, 2U);
+}
+
+TEST_F(Bus, RefusesPosesThatCannotBeCountsThemAndSaysWhy) {
+  config.runtime.socket = folder / "socket";
+  BusThread bus(config, channels->bus(), clock);
+  Asking person(config.runtime.socket);
+  bus.worker().start();
+  std::uint64_t refused = 0;
+  const auto expectRefused = [&](const Pose2& pose, const char* words) {
+    ASSERT_TRUE(person.ask(1, "set_pose", pose));
+    const auto answer = person.next<ack_t>(channel::kAck);
+    ASSERT_TRUE(answer);
+    EXPECT_FALSE(answer->accepted) << pose.x << ' ' << pose.y << ' ' << pose.theta;
+    EXPECT_THAT(answer->message, testing::AllOf(testing::StartsWith(words), testing::HasSubstr("stays as it was")));
+    ++refused;
+  };
+  for (const double value : test::absurdNumbers(kPlausible.farthest)) {
+    expectRefused({value, 0.0, 0.0}, "x ");
+    expectRefused({0.0, value, 0.0}, "y ");
+    expectRefused({0.0, 0.0, value}, "theta ");
+  }
+  EXPECT_GT(refused, 200U);
+  for (const double value : {1e-310, 9999.0, -10e3}) {
+    ASSERT_TRUE(person.ask(2, "set_pose", {value, value, 3.0}));
+    const auto answer = person.next<ack_t>(channel::kAck);
+    ASSERT_TRUE(answer && answer->accepted) << value;
+  }
+  EXPECT_EQ(channels->bus_counters.refused_commands, refused);
+  std::vector<double> taken;
+  channels->commands.set_poses.drain([&](const SetPose& given) { taken.push_back(given.T_map_base.x); });
+  EXPECT_THAT(taken, testing::ElementsAre(1e-310, 9999.0, -10e3)) << "none of the others went on";
 }
 
 TEST_F(Bus, CountsWhatIsNoCommandOnTheSocket) {

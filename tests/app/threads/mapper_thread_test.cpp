@@ -53,6 +53,23 @@ TEST_F(MapFiles, AreReportedAsSoonAsTheirFolderIsOfNoUse) {
   EXPECT_TRUE(fs::exists(folder / "disk/map.png"));
 }
 
+TEST_F(MapFiles, OfPlacesTooFarApartAreRefusedAndTheThreadGoesOn) {
+  config.output.map = folder / "map";
+  MapperThread mapper(config, channels.mapper(), clock);
+  auto change = std::make_shared<MapChange>();
+  int id = 0;
+  for (const Pose2& T_map_base : {Pose2{0.0, 0.0, 0.0}, {9000.0, 0.0, 0.0}, {0.0, 9000.0, 0.0}}) {
+    auto scan = std::make_shared<StoredScan>();
+    scan->points.push_back({2.0F, 0.0F});
+    change->scans.push_back({id++, T_map_base, scan});
+  }
+  ASSERT_TRUE(channels.map.changes.tryPush(change));
+  mapper.finish();
+  EXPECT_FALSE(mapper.waitUntilSaved(monotonicNow() + 20s));
+  EXPECT_THAT(problemOf(mapper), HasSubstr("the map is too large for a picture: its 180"));
+  EXPECT_FALSE(fs::exists(folder / "map.yaml"));
+}
+
 TEST_F(MapFiles, KeepNobodyWaitingForADiskThatHangs) {
   config.output.map = folder / "map";
   ASSERT_EQ(mkfifo((folder / "map.pgm.new").c_str(), 0600), 0);  // whoever opens it to write waits
