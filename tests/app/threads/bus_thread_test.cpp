@@ -411,7 +411,7 @@ TEST_F(BusOfDrives, AreStoppedByAZeroWhateverItsStamp) {
     EXPECT_EQ(newest_->twist.vx, 0.0);
     EXPECT_LT(monotonicNow() - newest_->given, 1s) << "it is as new as it came";
     EXPECT_FALSE(sendUntil(drive, drives, 1s)) << "who drove goes on after a pause only";
-    EXPECT_THAT(bus_->commandProblem(), testing::HasSubstr("SLAM_DRIVE comes from 2 programs (127."));
+    EXPECT_THAT(bus_->commandProblem(), testing::HasSubstr("SLAM_DRIVE comes from 2 programs ("));
     ::poll(nullptr, 0, 600);
   }
   drive_t timeless = driveOf(0.0, 0s);
