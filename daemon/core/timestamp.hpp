@@ -34,4 +34,7 @@ constexpr std::int64_t toMicroseconds(Timestamp stamp) {
   return std::chrono::floor<std::chrono::microseconds>(stamp.time_since_epoch()).count();
 }
 
+/// Reads a clock for statistics only; given from outside, because pure code cannot read one. nullptr: nothing is timed.
+using Stopwatch = Timestamp (*)();
+
 }  // namespace slam

@@ -9,6 +9,7 @@
 #include "core/pseudo_laser.hpp"
 #include "core/samples.hpp"
 #include "core/scan.hpp"
+#include "core/timestamp.hpp"
 #include "estimation/ekf_timeline.hpp"
 #include "estimation/odometry_monitor.hpp"
 #include "frontend/depth_view_selector.hpp"

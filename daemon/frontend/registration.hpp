@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include "core/timestamp.hpp"
 #include "estimation/ekf.hpp"
 #include "estimation/wheel_monitor.hpp"
 #include "frontend/front_end_config.hpp"

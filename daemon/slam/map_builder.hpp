@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "frontend/stopwatch.hpp"
+#include "core/timestamp.hpp"
 #include "slam/back_end.hpp"
 #include "slam/map_state.hpp"
 
