@@ -34,6 +34,9 @@ DistanceField::DistanceField(const KeyframeGraph& keyframes, std::span<const int
 }
 
 void DistanceField::collect(const KeyframeGraph& keyframes, std::span<const int> map) {
+  std::size_t count = 0;
+  for (const int id : map) count += keyframes.scan(id)->points.size();
+  walls_.reserve(count);  // of a large map most of the memory
   ScanPoints points;
   for (const int id : map) {
     keyframes.points(id, points);
@@ -132,7 +135,9 @@ void DistanceField::measure() {
 }
 
 std::vector<Eigen::Vector2d> DistanceField::wallPoints() const {
-  std::vector<Eigen::Vector2d> points = solid_;
+  std::vector<Eigen::Vector2d> points;
+  points.reserve(solid_.size() + walls_.size());
+  points.insert(points.end(), solid_.begin(), solid_.end());
   for (const Wall& wall : walls_) points.push_back(wall.position);
   return points;
 }

@@ -19,21 +19,6 @@ int floorDivide(int value, int by) { return value >= 0 ? value / by : -((by - 1 
 
 }  // namespace
 
-/// The points turned to each direction, in cells.
-struct GlobalSearch::Query {
-  struct Point {
-    int column, row;
-  };
-  int turns = 0;
-  double step = 0.0;          // [rad]
-  int count = 0;              // points
-  std::vector<Point> points;  // turn by turn
-  std::span<const Point> at(int turn) const {
-    return {points.data() + static_cast<std::size_t>(turn) * static_cast<std::size_t>(count),
-            static_cast<std::size_t>(count)};
-  }
-};
-
 GlobalSearch::GlobalSearch(std::span<const Eigen::Vector2d> walls, const GlobalSearchConfig& config)
     : config_(config), cell_(config.cell) {
   if (walls.empty()) return;
@@ -118,11 +103,26 @@ bool PlaceWindow::holds(const Pose2& pose) const {
          std::abs(wrapAngle(pose.theta - T_map_query.theta)) <= rotation;
 }
 
-std::vector<GlobalPlace> GlobalSearch::search(std::span<const Eigen::Vector2d> points, double min_score, int most,
-                                              double share, const std::optional<PlaceWindow>& around) const {
-  std::vector<GlobalPlace> places;
-  if (levels_.empty() || points.empty()) return places;
-  Query query;
+/// Keeps the better half, where there is no room for all.
+void GlobalSearch::Search::leaveOutWorst(std::size_t max_open) {
+  if (open_.size() <= max_open) return;
+  const auto kept = open_.begin() + static_cast<std::ptrdiff_t>(max_open / 2);
+  std::nth_element(open_.begin(), kept, open_.end(), [](const Block& a, const Block& b) { return b < a; });
+  left_out_ = std::max(left_out_, std::max_element(kept, open_.end(), [](const Block& a, const Block& b) {
+                                    return a.bound < b.bound;
+                                  })->bound);
+  open_.erase(kept, open_.end());
+}
+
+GlobalSearch::Search GlobalSearch::begin(std::span<const Eigen::Vector2d> points, double min_score, int most,
+                                         double share, const std::optional<PlaceWindow>& around) const {
+  Search search;
+  search.done_ = levels_.empty() || points.empty();
+  if (search.done_) return search;
+  search.most_ = most;
+  search.share_ = share;
+  search.around_ = around;
+  Query& query = search.query_;
   query.count = static_cast<int>(points.size());
   double sum = 0.0;
   for (const Eigen::Vector2d& p : points) sum += p.norm();
@@ -137,37 +137,59 @@ std::vector<GlobalPlace> GlobalSearch::search(std::span<const Eigen::Vector2d> p
                               static_cast<int>(std::floor(s * p.x() + c * p.y() + 0.5))});
     }
   }
+  search.threshold_ = static_cast<int>(min_score * (kFull * query.count));
+  return search;
+}
 
-  const double full = kFull * query.count;
-  int threshold = static_cast<int>(min_score * full);
-  std::vector<Block> open = coarseBlocks(query, threshold, around);
-  std::make_heap(open.begin(), open.end());
-  std::vector<Pose> known;
+std::vector<GlobalPlace> GlobalSearch::search(std::span<const Eigen::Vector2d> points, double min_score, int most,
+                                              double share, const std::optional<PlaceWindow>& around) const {
+  Search search = begin(points, min_score, most, share, around);
+  auto work = std::numeric_limits<std::int64_t>::max();
+  goOn(search, work);
+  return {search.places().begin(), search.places().end()};
+}
+
+void GlobalSearch::goOn(Search& search, std::int64_t& work) const {
+  const Query& query = search.query_;
+  std::vector<Block>& open = search.open_;
+  while (!search.done_ && search.turn_ < query.turns) {
+    if (work <= 0) return;
+    addCoarseBlocks(search, work);
+    search.leaveOutWorst(config_.max_open);
+    if (++search.turn_ == query.turns) std::make_heap(open.begin(), open.end());
+  }
   // Best first: a pose that comes out on top scores no less than any block's bound.
-  while (!open.empty() && static_cast<int>(known.size()) < most) {
+  const double full = kFull * query.count;
+  while (!search.done_) {
+    if (work <= 0) return;
+    work -= config_.block_work;
+    search.done_ = open.empty() || search.full() || open.front().bound <= search.threshold_;
+    if (search.done_) break;
     std::pop_heap(open.begin(), open.end());
     const Block block = open.back();
     open.pop_back();
-    if (block.bound <= threshold) break;
-    if (!elsewhere(query, block.pose, levels_[static_cast<std::size_t>(block.level)].reach, known)) continue;
+    if (!elsewhere(query, block.pose, levels_[static_cast<std::size_t>(block.level)].reach, search.known_)) continue;
     if (block.level == 0) {
-      if (around && !around->holds(toPose(query, block.pose))) continue;
-      if (known.empty()) threshold = std::max(threshold, static_cast<int>(share * block.bound));
-      known.push_back(block.pose);
-      places.push_back({toPose(query, block.pose), block.bound / full});
+      if (search.around_ && !search.around_->holds(toPose(query, block.pose))) continue;
+      if (search.known_.empty())
+        search.threshold_ = std::max(search.threshold_, static_cast<int>(search.share_ * block.bound));
+      search.known_.push_back(block.pose);
+      search.places_.push_back({toPose(query, block.pose), block.bound / full});
+      search.last_ = block.bound;
     } else {
-      branch(query, block, threshold, open);
+      branch(search, block, work);
     }
   }
-  return places;
 }
 
-std::vector<GlobalSearch::Block> GlobalSearch::coarseBlocks(const Query& query, int threshold,
-                                                            const std::optional<PlaceWindow>& around) const {
-  // The query's origin lies within the walls' bounding box.
-  const int coarsest = static_cast<int>(levels_.size()) - 1, step = coarsest_.step;
+/// Those of the next turn. The query's origin lies within the walls' bounding box.
+void GlobalSearch::addCoarseBlocks(Search& search, std::int64_t& work) const {
+  const Query& query = search.query_;
+  const std::optional<PlaceWindow>& around = search.around_;
+  const int turn = search.turn_, coarsest = static_cast<int>(levels_.size()) - 1, step = coarsest_.step;
   int left = margin_, right = columns_ - margin_, bottom = margin_, top = rows_ - margin_;
   if (around) {
+    if (std::abs(wrapAngle(turn * query.step - around->T_map_query.theta)) > around->rotation) return;
     const double reach = around->translation / cell_;
     const Eigen::Vector2d middle = (around->T_map_query.translation() - origin_) / cell_;
     left = std::max(left, static_cast<int>(middle.x() - reach));
@@ -176,43 +198,41 @@ std::vector<GlobalSearch::Block> GlobalSearch::coarseBlocks(const Query& query, 
     top = std::min(top, static_cast<int>(middle.y() + reach) + 1);
   }
   const int across = (right - left + step - 1) / step, along = (top - bottom + step - 1) / step;
-  if (across <= 0 || along <= 0) return {};
-  std::vector<int> bounds(static_cast<std::size_t>(across) * static_cast<std::size_t>(along));
-  std::vector<Block> blocks;
-  for (int turn = 0; turn < query.turns; ++turn) {
-    if (around && std::abs(wrapAngle(turn * query.step - around->T_map_query.theta)) > around->rotation) continue;
-    std::fill(bounds.begin(), bounds.end(), 0);
-    for (const Query::Point& point : query.at(turn)) {
-      const int column = left + point.column, row = bottom + point.row;
-      const int c0 = floorDivide(column, step), r0 = floorDivide(row, step);
-      const std::uint8_t* plane = &coarsest_.values[coarsest_.begin(column - c0 * step, row - r0 * step)];
-      const int begin = std::max(0, -c0), end = std::min(across, coarsest_.columns - c0);
-      for (int r = std::max(0, -r0); r < std::min(along, coarsest_.rows - r0); ++r) {
-        const std::uint8_t* values = plane + static_cast<std::ptrdiff_t>(r0 + r) * coarsest_.columns + c0;
-        int* sums = &bounds[static_cast<std::size_t>(r) * static_cast<std::size_t>(across)];
-        for (int c = begin; c < end; ++c) sums[c] += values[c];
-      }
-    }
-    const int* bound = bounds.data();
-    for (int row = bottom; row < top; row += step) {
-      for (int column = left; column < right; column += step, ++bound) {
-        if (*bound > threshold) blocks.push_back({{turn, column, row}, coarsest, *bound});
-      }
+  if (across <= 0 || along <= 0) return;
+  std::vector<int> bounds(static_cast<std::size_t>(across) * static_cast<std::size_t>(along), 0);
+  work -= static_cast<std::int64_t>(bounds.size()) * query.count / config_.coarse_at_once;
+  for (const Query::Point& point : query.at(turn)) {
+    const int column = left + point.column, row = bottom + point.row;
+    const int c0 = floorDivide(column, step), r0 = floorDivide(row, step);
+    const std::uint8_t* plane = &coarsest_.values[coarsest_.begin(column - c0 * step, row - r0 * step)];
+    const int begin = std::max(0, -c0), end = std::min(across, coarsest_.columns - c0);
+    for (int r = std::max(0, -r0); r < std::min(along, coarsest_.rows - r0); ++r) {
+      const std::uint8_t* values = plane + static_cast<std::ptrdiff_t>(r0 + r) * coarsest_.columns + c0;
+      int* sums = &bounds[static_cast<std::size_t>(r) * static_cast<std::size_t>(across)];
+      for (int c = begin; c < end; ++c) sums[c] += values[c];
     }
   }
-  return blocks;
+  const int* bound = bounds.data();
+  for (int row = bottom; row < top; row += step) {
+    for (int column = left; column < right; column += step, ++bound) {
+      if (*bound > search.threshold_) search.open_.push_back({{turn, column, row}, coarsest, *bound});
+    }
+  }
 }
 
-void GlobalSearch::branch(const Query& query, const Block& block, int threshold, std::vector<Block>& open) const {
+void GlobalSearch::branch(Search& search, const Block& block, std::int64_t& work) const {
   const int level = block.level - 1, half = levels_[static_cast<std::size_t>(level)].reach;
-  const std::array<int, 4> bounds = scoreQuarters(query, level, block.pose);
+  const std::array<int, 4> bounds = scoreQuarters(search.query_, block, search.threshold_, work);
   for (int i = 0; i < 4; ++i) {
     const int bound = bounds[static_cast<std::size_t>(i)];
-    if (bound <= threshold) continue;
-    open.push_back(
+    if (bound <= search.threshold_) continue;
+    search.open_.push_back(
         {{block.pose.turn, block.pose.column + (i & 1) * half, block.pose.row + (i >> 1) * half}, level, bound});
-    std::push_heap(open.begin(), open.end());
+    std::push_heap(search.open_.begin(), search.open_.end());
   }
+  if (search.open_.size() <= config_.max_open) return;
+  search.leaveOutWorst(config_.max_open);
+  std::make_heap(search.open_.begin(), search.open_.end());
 }
 
 /// Whether a block of poses, `width` cells wide, holds one that is another place than all that are known.
@@ -230,27 +250,45 @@ bool GlobalSearch::elsewhere(const Query& query, const Pose& block, int width, s
 }
 
 /// Sums of a level's values under the points, for each quarter of a block of the level above: lower left, lower right,
-/// upper left, upper right.
-std::array<int, 4> GlobalSearch::scoreQuarters(const Query& query, int level, const Pose& pose) const {
+/// upper left, upper right. Stops where none of them can exceed the threshold any more: under each point the block
+/// has the highest of its quarters' values, so that what the points to come give to any quarter is known from above.
+std::array<int, 4> GlobalSearch::scoreQuarters(const Query& query, const Block& block, int threshold,
+                                               std::int64_t& work) const {
+  const int level = block.level - 1;
+  const Pose& pose = block.pose;
   const std::uint8_t* values = levels_[static_cast<std::size_t>(level)].values.data();
   const int half = levels_[static_cast<std::size_t>(level)].reach;
   const auto columns = static_cast<unsigned>(columns_ - half), rows = static_cast<unsigned>(rows_ - half);
   const std::size_t right = static_cast<std::size_t>(half), up = right * static_cast<std::size_t>(columns_);
   std::array<int, 4> sums{};
-  for (const Query::Point& point : query.at(pose.turn)) {
-    const int column = point.column + pose.column, row = point.row + pose.row;
-    if (static_cast<unsigned>(column) < columns && static_cast<unsigned>(row) < rows) {
-      const std::uint8_t* value = values + static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-                                  static_cast<std::size_t>(column);
-      sums[0] += value[0];
-      sums[1] += value[right];
-      sums[2] += value[up];
-      sums[3] += value[up + right];
-      continue;
+  int left = block.bound;  // of the points to come, at most
+  const std::span<const Query::Point> points = query.at(pose.turn);
+  for (std::size_t begin = 0; begin < points.size(); begin += config_.points_at_once) {
+    const auto some = points.subspan(begin, std::min(config_.points_at_once, points.size() - begin));
+    work -= static_cast<std::int64_t>(some.size());
+    for (const Query::Point& point : some) {
+      const int column = point.column + pose.column, row = point.row + pose.row;
+      int a = 0, b = 0, c = 0, d = 0;
+      if (static_cast<unsigned>(column) < columns && static_cast<unsigned>(row) < rows) {
+        const std::uint8_t* value = values + static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+                                    static_cast<std::size_t>(column);
+        a = value[0];
+        b = value[right];
+        c = value[up];
+        d = value[up + right];
+      } else {
+        a = valueAt(values, column, row);
+        b = valueAt(values, column + half, row);
+        c = valueAt(values, column, row + half);
+        d = valueAt(values, column + half, row + half);
+      }
+      sums[0] += a;
+      sums[1] += b;
+      sums[2] += c;
+      sums[3] += d;
+      left -= std::max(std::max(a, b), std::max(c, d));
     }
-    for (int i = 0; i < 4; ++i) {
-      sums[static_cast<std::size_t>(i)] += valueAt(values, column + (i & 1) * half, row + (i >> 1) * half);
-    }
+    if (*std::max_element(sums.begin(), sums.end()) + left <= threshold) return {};
   }
   return sums;
 }

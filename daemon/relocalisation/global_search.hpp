@@ -20,6 +20,10 @@ struct GlobalSearchConfig {
   double distinct_rotation = 0.35;  ///< [rad] ... or this are two places
   double kernel_sigmas = 2.5;       ///< [1] of the kernel, then it is 0
   double turn_step = 1.5;           ///< [cells] that a point at mean range moves at a step of the turn
+  std::size_t points_at_once = 24;  ///< are compared before a look whether a block can still be worth it
+  std::int64_t block_work = 64;     ///< [points] that are compared in the time that the heap needs for a block
+  std::int64_t coarse_at_once = 8;  ///< blocks of the coarsest level that are compared in the time of four of another
+  std::size_t max_open = 1 << 20;   ///< blocks of poses kept to be divided: bounds the memory of a search to 40 MB
 };
 
 /// Where a query may lie in a map.
@@ -41,9 +45,59 @@ struct PlaceWindow {
 ///
 /// Built once for a map; searching does not change it. Allocates.
 class GlobalSearch {
+  struct Pose {
+    int turn, column, row;
+  };
+  /// The points turned to each direction, in cells.
+  struct Query {
+    struct Point {
+      int column, row;
+    };
+    int turns = 0;
+    double step = 0.0;          // [rad]
+    int count = 0;              // points
+    std::vector<Point> points;  // turn by turn
+    std::span<const Point> at(int turn) const {
+      return {points.data() + static_cast<std::size_t>(turn) * static_cast<std::size_t>(count),
+              static_cast<std::size_t>(count)};
+    }
+  };
+  static constexpr int kMostLevels = 32;
+  struct Block {
+    Pose pose;  // its lower left corner
+    int level, bound;
+    int order() const { return bound * kMostLevels - level; }  // depth first among equals
+    bool operator<(const Block& other) const { return order() < other.order(); }
+  };
+
  public:
   /// @param walls [m] points of the map's walls
   explicit GlobalSearch(std::span<const Eigen::Vector2d> walls, const GlobalSearchConfig& config = {});
+
+  /// A search under way, of a map that stays the same.
+  class Search {
+   public:
+    bool done() const { return done_; }
+    /// @pre done() @return whether nothing that might be among its places was left out, because it found no room
+    bool complete() const { return left_out_ <= threshold_ || (full() && left_out_ <= last_); }
+    /// The best place so far and the best ones elsewhere, best first.
+    std::span<const GlobalPlace> places() const { return places_; }
+
+   private:
+    friend class GlobalSearch;
+    bool full() const { return static_cast<int>(places_.size()) >= most_; }
+    void leaveOutWorst(std::size_t max_open);
+
+    Query query_;
+    int threshold_ = 0, most_ = 0, turn_ = 0;  // turn_: whose blocks are laid out next
+    double share_ = 1.0;
+    std::optional<PlaceWindow> around_;
+    std::vector<Block> open_;  // a heap once all turns are laid out
+    std::vector<Pose> known_;
+    std::vector<GlobalPlace> places_;
+    int left_out_ = 0, last_ = 0;  // highest bound of a block that was left out, score of the last place
+    bool done_ = false;
+  };
 
   /// @param query     [m] points in the query's frame, whose origin the robot stands near; the cost grows with their
   ///                  number
@@ -51,15 +105,17 @@ class GlobalSearch {
   /// @param most      places looked for
   /// @param share     [1] of the best place's score that the others reach at least
   /// @param around    only places in this window; none: anywhere
+  Search begin(std::span<const Eigen::Vector2d> query, double min_score, int most, double share,
+               const std::optional<PlaceWindow>& around = {}) const;
+  /// Takes a search further, until it is done or the work is.
+  /// @param work [points] to be compared with the map's walls, less what was; ends below zero by one step at most
+  void goOn(Search& search, std::int64_t& work) const;
+  /// Begins one and goes on until it is done.
   /// @return the best place and the best ones elsewhere, best first
   std::vector<GlobalPlace> search(std::span<const Eigen::Vector2d> query, double min_score, int most, double share,
                                   const std::optional<PlaceWindow>& around = {}) const;
 
  private:
-  struct Pose {
-    int turn, column, row;
-  };
-  struct Query;
   struct Level {
     int reach = 0;                     // cells that it covers, to the right and up
     std::vector<std::uint8_t> values;  // of the coarsest one none
@@ -75,15 +131,8 @@ class GlobalSearch {
     std::size_t begin(int column, int row) const { return static_cast<std::size_t>(row * step + column) * planeSize(); }
   };
 
-  static constexpr int kMostLevels = 32;
-  struct Block {
-    Pose pose;  // its lower left corner
-    int level, bound;
-    int order() const { return bound * kMostLevels - level; }  // depth first among equals
-    bool operator<(const Block& other) const { return order() < other.order(); }
-  };
-  std::vector<Block> coarseBlocks(const Query& query, int threshold, const std::optional<PlaceWindow>& around) const;
-  std::array<int, 4> scoreQuarters(const Query& query, int level, const Pose& pose) const;
+  void addCoarseBlocks(Search& search, std::int64_t& work) const;
+  std::array<int, 4> scoreQuarters(const Query& query, const Block& block, int threshold, std::int64_t& work) const;
   /// 0 beyond the border, on the coarsest level neither: the margin is as wide as that one reaches.
   int valueAt(const std::uint8_t* values, int column, int row) const {
     if (static_cast<unsigned>(column) >= static_cast<unsigned>(columns_)) return 0;
@@ -91,7 +140,7 @@ class GlobalSearch {
     return values[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
                   static_cast<std::size_t>(column)];
   }
-  void branch(const Query& query, const Block& block, int threshold, std::vector<Block>& open) const;
+  void branch(Search& search, const Block& block, std::int64_t& work) const;
   bool elsewhere(const Query& query, const Pose& block, int width, std::span<const Pose> known) const;
   Pose2 toPose(const Query& query, const Pose& pose) const;
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace slam {
 namespace {
@@ -142,8 +143,9 @@ std::optional<LoopClosureSearch::Candidate> LoopClosureSearch::narrow(const Keyf
   }
   int oldest = newest;
   while (oldest > 0 && known_.contains(oldest - 1)) --oldest;
-  const auto found = places_->search(keyframes, oldest, newest,
-                                     PlaceWindow{wide.T_map_newest, wide.window.translation, wide.window.rotation});
+  std::int64_t work = config_.work_at_once;
+  const PlaceWindow window{wide.T_map_newest, wide.window.translation, wide.window.rotation};
+  const auto found = places_->search(keyframes, oldest, newest, window, std::numbers::pi, &work);
   counters_.ambiguous += found.outcome == PlaceSearch::Outcome::kAmbiguous ? 1 : 0;
   if (found.outcome != PlaceSearch::Outcome::kFound) return std::nullopt;
   const auto likest = std::min_element(places_map_.begin(), places_map_.end(), [&](int a, int b) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -36,6 +37,8 @@ struct LoopClosureConfig {
   double min_turn = 0.05;           ///< [rad] ... and at least ...
   double max_turn = 0.8;            ///< [rad] ... and at most turned by so much
   double submap_extent = 51.2;      ///< [m] side of the square that is matched against
+  std::int64_t work_at_once =
+      150'000'000;  ///< [points] compared with the map at one keyframe, see RelocalisationConfig
 };
 
 /// Information of a closure: of the match, its covariance not below the floor, in the directions that it saw, turned

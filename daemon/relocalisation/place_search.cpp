@@ -45,26 +45,47 @@ void PlaceSearch::begin(const KeyframeGraph& keyframes, std::span<const int> map
 
 void PlaceSearch::begin() {
   looks_.clear();
+  under_way_.reset();
   T_map_sessions_.clear();
 }
 
 PlaceSearch::Result PlaceSearch::search(const KeyframeGraph& keyframes, int oldest, int newest,
-                                        const std::optional<PlaceWindow>& around, double heading_tolerance) {
+                                        const std::optional<PlaceWindow>& around, double heading_tolerance,
+                                        std::int64_t* work) {
   if (!hasMap()) return {};
+  if (!under_way_) ask(keyframes, oldest, newest, around, heading_tolerance);
+  auto unlimited = std::numeric_limits<std::int64_t>::max();
+  std::int64_t& left = work != nullptr ? *work : unlimited;
+  global_->goOn(under_way_->search, left);
+  if (!under_way_->search.done()) return {.outcome = Outcome::kUnfinished, .T_map_newest = {}};
+  const UnderWay done = *std::exchange(under_way_, std::nullopt);
+  fitted_rays_ = 0;
+  const std::vector<PlaceFit> places = candidates(done);
+  Result result = places.empty() ? Result{} : leader(places, done.around.has_value());
+  left -= config_.fit_work * fitted_rays_;
+  if (result.outcome == Outcome::kFound && !done.search.complete()) result.outcome = Outcome::kAmbiguous;
+  // The robot has driven on since it was asked for.
+  const Pose2 &asked = looks_.front().T_session_newest, &now = keyframes.pose(newest);
+  if (asked.x != now.x || asked.y != now.y || asked.theta != now.theta)
+    result.T_map_newest = result.T_map_newest * between(asked, now);
+  return result;
+}
+
+/// Begins a search for what was seen along the newest path.
+void PlaceSearch::ask(const KeyframeGraph& keyframes, int oldest, int newest, const std::optional<PlaceWindow>& around,
+                      double heading_tolerance) {
   keyframes.gather(newest, oldest, config_.query_length, config_.max_query_points, query_);
   sampleDirections();
   Look look{{}, keyframes.pose(newest), heading_tolerance};
   look.view.gather(keyframes, oldest, newest, config_.query_length, config_.part_length, field_->model().rigid_range);
   looks_.push_front(std::move(look));
   if (static_cast<int>(looks_.size()) > config_.searches) looks_.pop_back();
-  const std::vector<PlaceFit> places = candidates(around);
-  if (places.empty()) return {};
-  return leader(places, around.has_value());
+  under_way_ = {global_->begin(sample_, config_.min_score, config_.places, config_.place_share, around), around};
 }
 
 /// The place that leads all others, by the newest search or in the mean of the last ones. Each place is judged by what
 /// all of them saw, whether they found it themselves or not, and lies in the middle of where they put it.
-PlaceSearch::Result PlaceSearch::leader(std::span<const PlaceFit> places, bool in_window) const {
+PlaceSearch::Result PlaceSearch::leader(std::span<const PlaceFit> places, bool in_window) {
   struct Contender {
     double sum = 0.0;  // of log-likelihoods
     /// [m, m, rad] sum over the searches, from where the newest one put it
@@ -118,18 +139,15 @@ PlaceSearch::Expected PlaceSearch::expected(const QueryCloud& view) const {
 
 /// The places that the session may have in the map, most likely first, each once: what the search finds, and what it
 /// found best the last time.
-std::vector<PlaceFit> PlaceSearch::candidates(const std::optional<PlaceWindow>& around) {
+std::vector<PlaceFit> PlaceSearch::candidates(const UnderWay& done) {
   const Look& look = looks_.front();
   std::vector<PlaceFit> fits;
-  for (const GlobalPlace& place :
-       global_->search(sample_, config_.min_score, config_.places, config_.place_share, around)) {
-    fits.push_back(fit(look, place.T_map_query, 1.0));
-  }
+  for (const GlobalPlace& place : done.search.places()) fits.push_back(fit(look, place.T_map_query, 1.0));
   for (const Pose2& T_map_session : T_map_sessions_) {
     const Pose2 T_map_newest = T_map_session * look.T_session_newest;
-    if (!around || around->holds(T_map_newest)) fits.push_back(fit(look, T_map_newest, 1.0));
+    if (!done.around || done.around->holds(T_map_newest)) fits.push_back(fit(look, T_map_newest, 1.0));
   }
-  const std::vector<PlaceFit> places = fitBeside(fitScale(each(std::move(fits))), around);
+  const std::vector<PlaceFit> places = fitBeside(fitScale(each(std::move(fits))), done.around);
   T_map_sessions_.clear();
   for (const PlaceFit& place : places) {
     if (static_cast<int>(T_map_sessions_.size()) == config_.contenders) break;
@@ -153,7 +171,8 @@ std::vector<PlaceFit> PlaceSearch::each(std::vector<PlaceFit> places) const {
 
 /// Lays a view, were it so much longer, at the price of how unlikely that is. So has a place its price where the
 /// session's heading is another one: a gyro turns with who carries a robot, unless it is tilted.
-PlaceFit PlaceSearch::fit(const Look& look, const Pose2& T_map_newest, double scale) const {
+PlaceFit PlaceSearch::fit(const Look& look, const Pose2& T_map_newest, double scale) {
+  fitted_rays_ += look.view.rays;
   const bool longer = scale != 1.0;
   const auto laid = [&](const QueryCloud& view) { return fitPlace(*field_, view, T_map_newest, config_.fit); };
   PlaceFit fit = longer ? laid(look.view.scaled(scale)) : laid(look.view);
@@ -167,7 +186,7 @@ PlaceFit PlaceSearch::fit(const Look& look, const Pose2& T_map_newest, double sc
 
 /// Fits the best places again, were the map as much longer or shorter as it may well be: walls far ahead and the way
 /// to walls long passed then agree with each other.
-std::vector<PlaceFit> PlaceSearch::fitScale(std::vector<PlaceFit> places) const {
+std::vector<PlaceFit> PlaceSearch::fitScale(std::vector<PlaceFit> places) {
   const double sigma = field_->model().scale_sigma;
   if (sigma <= 0.0) return places;
   for (std::size_t i = 0; i < std::min(places.size(), static_cast<std::size_t>(config_.scaled_places)); ++i) {
@@ -182,8 +201,7 @@ std::vector<PlaceFit> PlaceSearch::fitScale(std::vector<PlaceFit> places) const 
 
 /// Fits the best places again beside where the search found them: along a corridor its score is flat, and what lies a
 /// door further on must not be forgotten because of it.
-std::vector<PlaceFit> PlaceSearch::fitBeside(std::vector<PlaceFit> places,
-                                             const std::optional<PlaceWindow>& around) const {
+std::vector<PlaceFit> PlaceSearch::fitBeside(std::vector<PlaceFit> places, const std::optional<PlaceWindow>& around) {
   if (config_.model.neighbours == 0) return places;
   const std::size_t count = std::min(places.size(), static_cast<std::size_t>(config_.model.neighbours));
   for (std::size_t i = 0; i < count; ++i) {

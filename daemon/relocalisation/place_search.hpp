@@ -47,12 +47,16 @@ struct PlaceSearchConfig {
   double same_rotation = 0.2;   ///< [rad] ... are one place
   double against_gyro = 120.0;  ///< log-likelihood that a place lacks whose heading the gyro contradicts
   int scaled_places = 30;       ///< best places that are fitted in other scales, too
+  std::int64_t fit_work = 300;  ///< [points] of the search that take as long as to fit a ray of a place
   PlaceFitConfig fit;           ///< of the places that are compared
 };
 
 /// Finds the place of a session in a map: what was seen along its newest path is searched for, the places found are
 /// compared by the likelihood of all beams, and the best one is believed when it leads all others clearly, or less
 /// clearly but in several searches. Where places look alike it says nothing.
+///
+/// A search may be spread over several calls. Until it is done nothing is said, and one that had to leave out places
+/// for want of memory says of none that it is the only one.
 ///
 /// Without a window, one contender is that the session is in no place of the map. The log-likelihood of a session's
 /// place is expected to be about what walls mapped there give its rays, and that of a wrong place what the best wrong
@@ -70,10 +74,12 @@ class PlaceSearch {
   /// The map stays, the session is another one.
   void begin();
   bool hasMap() const { return global_.has_value(); }
+  /// Whether a search waits to go on.
+  bool underWay() const { return under_way_.has_value(); }
 
-  enum class Outcome : std::uint8_t { kFound, kAmbiguous, kElsewhere };
+  enum class Outcome : std::uint8_t { kFound, kAmbiguous, kElsewhere, kUnfinished };
   struct Result {
-    Outcome outcome = Outcome::kElsewhere;  ///< kElsewhere: none of the map is likelier
+    Outcome outcome = Outcome::kElsewhere;  ///< kElsewhere: none of the map is likelier; kUnfinished: call again
     Pose2 T_map_newest;                     ///< best place, if any is found
     double margin =
         0.0;  ///< of its log-likelihood over any other's and that of none, as if in the mean of many searches
@@ -83,8 +89,10 @@ class PlaceSearch {
   /// @param around the robot is in this window; none: anywhere, in the map or not
   /// @param heading_tolerance [rad] by which the session's heading may be off in the map, by the gyro; pi: nothing
   /// is known
+  /// @param work [points] that may be compared with the map, less what was: below zero by the fits of one search at
+  /// most. A search under way goes on, whatever is asked for. nullptr: as many as it takes
   Result search(const KeyframeGraph& keyframes, int oldest, int newest, const std::optional<PlaceWindow>& around = {},
-                double heading_tolerance = std::numbers::pi);
+                double heading_tolerance = std::numbers::pi, std::int64_t* work = nullptr);
 
   bool same(const Pose2& a, const Pose2& b) const;
 
@@ -95,13 +103,19 @@ class PlaceSearch {
     Pose2 T_session_newest;
     double heading_tolerance;  // [rad] of it
   };
+  struct UnderWay {
+    GlobalSearch::Search search;
+    std::optional<PlaceWindow> around;
+  };
+  void ask(const KeyframeGraph& keyframes, int oldest, int newest, const std::optional<PlaceWindow>& around,
+           double heading_tolerance);
   void sampleDirections();
-  std::vector<PlaceFit> candidates(const std::optional<PlaceWindow>& around);
-  PlaceFit fit(const Look& look, const Pose2& T_map_newest, double scale) const;
-  std::vector<PlaceFit> fitScale(std::vector<PlaceFit> places) const;
-  std::vector<PlaceFit> fitBeside(std::vector<PlaceFit> places, const std::optional<PlaceWindow>& around) const;
+  std::vector<PlaceFit> candidates(const UnderWay& done);
+  PlaceFit fit(const Look& look, const Pose2& T_map_newest, double scale);
+  std::vector<PlaceFit> fitScale(std::vector<PlaceFit> places);
+  std::vector<PlaceFit> fitBeside(std::vector<PlaceFit> places, const std::optional<PlaceWindow>& around);
   std::vector<PlaceFit> each(std::vector<PlaceFit> places) const;
-  Result leader(std::span<const PlaceFit> places, bool in_window) const;
+  Result leader(std::span<const PlaceFit> places, bool in_window);
   struct Expected {
     double own = 0.0, unmapped = 0.0;  // log-likelihood
   };
@@ -111,6 +125,8 @@ class PlaceSearch {
   std::optional<GlobalSearch> global_;
   std::optional<DecayRateMap> field_;
   std::deque<Look> looks_;             // of this session, newest first
+  std::optional<UnderWay> under_way_;  // for the newest look
+  std::int64_t fitted_rays_ = 0;
   std::vector<Pose2> T_map_sessions_;  // where the newest search's best places put it
   ScanPoints query_;
   std::vector<Eigen::Vector2d> sample_;  // [m] of the query, as many points of each direction

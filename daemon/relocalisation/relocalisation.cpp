@@ -20,7 +20,8 @@ Relocalisation::Relocalisation(const RelocalisationConfig& config, const Referen
     : config_(config),
       match_(match),
       places_(config.places),
-      submap_config_(submapConfig(reference, config.submap_extent)) {
+      submap_config_(submapConfig(reference, config.submap_extent)),
+      work_(config.work_saved) {
   match_.min_overlap = config.min_overlap;
   match_.max_iterations = std::max(match_.max_iterations, config.max_iterations);
 }
@@ -44,11 +45,21 @@ std::optional<Relocalisation::Found> Relocalisation::search(const KeyframeGraph&
   for (seen_ = std::max(seen_, oldest); seen_ < newest; ++seen_) {
     path_ += (keyframes.pose(seen_ + 1).translation() - keyframes.pose(seen_).translation()).norm();
   }
-  if (!places_.hasMap() || path_ - searched_at_ < config_.interval) return std::nullopt;
-  searched_at_ = path_;
+  if (!places_.hasMap() || work_ <= 0) return std::nullopt;
+  if (!places_.underWay()) {
+    if (path_ - searched_at_ < config_.interval) return std::nullopt;
+    searched_at_ = path_;
+  }
+  const std::int64_t allowed = std::min(work_, config_.work_at_once);
+  std::int64_t left = allowed;
+  const PlaceSearch::Result place = places_.search(keyframes, oldest, newest, {}, heading_tolerance, &left);
+  work_ -= allowed - left;
+  if (place.outcome == PlaceSearch::Outcome::kUnfinished) {
+    ++counters_.interrupted;
+    return std::nullopt;
+  }
   ++counters_.searches;
-  newest_ = places_.search(keyframes, oldest, newest, {}, heading_tolerance);
-  const PlaceSearch::Result& place = newest_;
+  newest_ = place;
   if (place.outcome != PlaceSearch::Outcome::kFound) {
     ++(place.outcome == PlaceSearch::Outcome::kAmbiguous ? counters_.ambiguous : counters_.refused);
     return std::nullopt;

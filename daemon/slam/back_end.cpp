@@ -32,6 +32,8 @@ void BackEnd::add(const Keyframe& keyframe, bool may_correct) {
     if (!session_.placed()) return may_correct ? findSession() : void();
     policy_->extend(keyframe);
   }
+  if (keyframe.refresh && keyframe.session == session_.number() && session_.searchUnderWay() && may_correct)
+    return findSession();
   const bool known = session_.placed() && keyframe.session == session_.number() && map_.keyframes.size() > 0;
   if (known && map_.join && map_.join->driveTo(map_.poseOf(keyframe).translation())) {
     first_placed_ = map_.join->first;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -27,6 +28,9 @@ class BackEnd {
   /// Takes a keyframe (ids count from 0, or from the size of the map loaded, without gaps) or a refresh.
   /// @param may_correct false: no correction is made, because the last one is still on its way
   void add(const Keyframe& keyframe, bool may_correct = true);
+
+  /// So many scans were used since this was called the last time: the search for a lost robot may do as much work.
+  void allowFor(std::int64_t scans) { session_.allowFor(scans); }
 
   /// What the keyframe or refresh just added gives the Mapper to draw, at its pose as known now: nothing while the
   /// robot is lost or in a map that is only given, the whole session when it has been found. Also keyframes that were

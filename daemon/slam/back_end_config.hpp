@@ -65,6 +65,9 @@ struct BackEndCounters {
           c.relocalisation.ambiguous);
     visit(CounterInfo{"relocalisation.refused", "searches", "Of these: what was found was not sure enough."},
           c.relocalisation.refused);
+    visit(CounterInfo{"relocalisation.interrupted", "times",
+                      "A search had used the work that it may do at once, and went on with a later scan."},
+          c.relocalisation.interrupted);
     visit(CounterInfo{"maps.begun_anew", "times", "A map of a few keyframes was forgotten.", "begun_anew"},
           c.begun_anew);
   }

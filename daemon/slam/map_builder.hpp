@@ -33,6 +33,8 @@ class MapBuilder {
   explicit MapBuilder(const BackEndConfig& config, const MapState& map = MapState(), Stopwatch stopwatch = nullptr);
 
   MapUpdate add(const Keyframe& keyframe);
+  /// See BackEnd.
+  void allowFor(std::int64_t scans) { back_end_.allowFor(scans); }
   /// @return what is to be drawn; nothing while the robot is lost, or in a map that is only given
   std::optional<MapView> add(const DepthObservation& sight) const { return back_end_.mapView(sight); }
   /// Takes a correction back, applied or not.

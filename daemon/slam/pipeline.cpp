@@ -48,6 +48,7 @@ ScanOutcome Pipeline::add(const LaserScan& scan) {
 
 ScanOutcome Pipeline::match(const LaserScan& scan) {
   const ScanOutcome outcome = addScan(*front_end_, probe_, scan);
+  builder_.allowFor(1);
   if (on_scan) on_scan(outcome);
   probe_.work();
   return outcome;

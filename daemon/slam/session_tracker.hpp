@@ -28,6 +28,12 @@ class SessionTracker {
   /// Looks for the newest keyframe. @pre !placed()
   /// @param map_knows the map holds what is seen from there, so that it may contradict a person
   Finding find(const KeyframeMap& map, bool map_knows);
+  /// So many scans were used since this was called the last time.
+  void allowFor(std::int64_t scans) {
+    if (relocalisation_) relocalisation_->allowFor(scans);
+  }
+  /// Whether a search waits to go on.
+  bool searchUnderWay() const { return state_ == State::kLost && relocalisation_ && relocalisation_->underWay(); }
   /// Its keyframes lie where they are in the map.
   void place() { state_ = State::kPlaced; }
 

@@ -99,6 +99,55 @@ TEST(GlobalSearch, GivesPlacesBestFirstAndApart) {
   }
 }
 
+TEST(GlobalSearch, InSmallStepsItComesToTheSameEnd) {
+  std::mt19937 random(5);
+  const Points walls = randomWalls(random);
+  const Points query = seenFrom(walls, {4.0, 3.0, 1.0}, 0.05, random);
+  const GlobalSearch global(walls);
+  constexpr std::int64_t kStep = 20000, kOvershoot = 2000;  // [points]
+  auto search = global.begin(query, 0.1, 20, 0.2);
+  std::int64_t all = 0;
+  int steps = 0;
+  for (; !search.done(); ++steps) {
+    ASSERT_LT(steps, 10000);
+    std::int64_t work = kStep;
+    global.goOn(search, work);
+    EXPECT_TRUE(search.done() || work <= 0);
+    EXPECT_GE(work, -kOvershoot);
+    all += kStep - work;
+  }
+  EXPECT_TRUE(search.complete());
+  EXPECT_GT(steps, 5);
+  std::int64_t at_once = 1'000'000'000;
+  auto whole = global.begin(query, 0.1, 20, 0.2);
+  global.goOn(whole, at_once);
+  EXPECT_EQ(all, 1'000'000'000 - at_once);
+  ASSERT_EQ(search.places().size(), whole.places().size());
+  for (std::size_t i = 0; i < whole.places().size(); ++i) {
+    EXPECT_EQ(search.places()[i].score, whole.places()[i].score);
+    EXPECT_EQ(search.places()[i].T_map_query.x, whole.places()[i].T_map_query.x);
+    EXPECT_EQ(search.places()[i].T_map_query.theta, whole.places()[i].T_map_query.theta);
+  }
+}
+
+TEST(GlobalSearch, TellsWhetherPlacesMayBeMissingForWantOfRoom) {
+  std::mt19937 random(6);
+  const Points walls = randomWalls(random);
+  const Points query = seenFrom(walls, {4.0, 3.0, 1.0}, 0.05, random);
+  for (const std::size_t room : {std::size_t{100}, GlobalSearchConfig{}.max_open}) {
+    GlobalSearchConfig config;
+    config.max_open = room;
+    const GlobalSearch global(walls, config);
+    auto search = global.begin(query, 0.1, 20, 0.2);
+    std::int64_t work = 1'000'000'000;
+    global.goOn(search, work);
+    EXPECT_TRUE(search.done());
+    EXPECT_EQ(search.complete(), room > 100);
+    ASSERT_FALSE(search.places().empty()) << "the best blocks are kept";
+    EXPECT_LT((search.places()[0].T_map_query.translation() - Eigen::Vector2d(4.0, 3.0)).norm(), 0.2);
+  }
+}
+
 TEST(GlobalSearch, TakesAnotherHeadingForAnotherPlace) {
   std::mt19937 random(4);
   Points walls;  // a square room, which looks the same in four directions

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "relocalisation/place_search.hpp"
 
+#include <cmath>
+#include <cstdint>
 #include <gtest/gtest.h>
+#include <numbers>
 
 #include "support/simulated/keyframes.hpp"
 
@@ -39,6 +42,47 @@ TEST(PlaceSearch, ChoosesBetweenAlikePlacesOnlyWhereAWindowDoes) {
     EXPECT_LT(std::hypot(error.x, error.y), 0.1) << x;
     EXPECT_LT(std::abs(error.theta), 0.03) << x;
   }
+}
+
+TEST(PlaceSearch, GoesOnWhereItsWorkEndedWhileTheRobotDrivesOn) {
+  Searched searched;
+  const PlaceWindow window{searched.truth, 1.5, 0.5};
+  PlaceSearch::Result result{.outcome = Outcome::kUnfinished, .T_map_newest = {}};
+  int calls = 0;
+  for (; result.outcome == Outcome::kUnfinished; ++calls) {
+    ASSERT_LT(calls, 1000);
+    if (calls > 0) {
+      EXPECT_TRUE(searched.places.underWay());
+      searched.drive(searched.truth = searched.truth * Pose2{0.01, 0.0, 0.001});
+    }
+    std::int64_t work = 4000;
+    result =
+        searched.places.search(searched.keyframes, searched.first, searched.newest(), window, std::numbers::pi, &work);
+  }
+  EXPECT_GT(calls, 3);
+  EXPECT_FALSE(searched.places.underWay());
+  ASSERT_EQ(result.outcome, Outcome::kFound);
+  const Pose2 error = between(searched.truth, result.T_map_newest);
+  EXPECT_LT(std::hypot(error.x, error.y), 0.1) << "is where the robot is now, not where it was when asked";
+  EXPECT_LT(std::abs(error.theta), 0.03);
+}
+
+TEST(PlaceSearch, TakesNoPlaceForTheOnlyOneWhereRoomForOthersWasMissing) {
+  PlaceSearchConfig config;
+  config.search.max_open = 50;
+  Searched cut(config), whole;
+  const PlaceWindow window{whole.truth, 1.5, 0.5};
+  EXPECT_EQ(whole.search(window).outcome, Outcome::kFound);
+  EXPECT_EQ(cut.search(window).outcome, Outcome::kAmbiguous);
+}
+
+TEST(PlaceSearch, ForgetsASearchUnderWayWithItsSession) {
+  Searched searched;
+  std::int64_t work = 1000;
+  const auto cut = searched.places.search(searched.keyframes, searched.first, searched.newest(), {}, 3.2, &work);
+  EXPECT_EQ(cut.outcome, Outcome::kUnfinished);
+  searched.places.begin();
+  EXPECT_FALSE(searched.places.underWay());
 }
 
 TEST(PlaceSearch, SaysByHowMuchTheBestPlaceLeads) {

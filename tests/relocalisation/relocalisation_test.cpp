@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "relocalisation/relocalisation.hpp"
 
+#include <cstdint>
 #include <gtest/gtest.h>
 
 #include "support/simulated/keyframes.hpp"
@@ -22,12 +23,16 @@ class LostRobot : public MappedPlace {
     relocalisation_.begin(keyframes, map);
   }
 
+  /// @param scans used since the keyframe before
   /// @return the place believed, if any
-  std::optional<Pose2> at(const Pose2& truth) {
+  std::optional<Pose2> at(const Pose2& truth, std::int64_t scans = 1000) {
     drive(truth);
+    relocalisation_.allowFor(scans);
     const auto found = relocalisation_.search(keyframes, static_cast<int>(map.size()), newest());
     return found ? std::optional(found->T_map_newest) : std::nullopt;
   }
+
+  const Relocalisation::Counters& counters() const { return relocalisation_.counters(); }
 
  private:
   Relocalisation relocalisation_;
@@ -54,6 +59,35 @@ TEST(Relocalisation, IsNeverWrongOnTheRingAndMostlyRight) {
   }
   EXPECT_EQ(wrong, 0);
   EXPECT_GE(right, 10);
+}
+
+TEST(Relocalisation, ASearchThatMayDoLittleAtOnceFindsTheRobotLater) {
+  RelocalisationConfig config;
+  config.work_at_once = 200'000;
+  LostRobot robot(ringCorridor(), ringPoses(), ringCorridor(), 3, config);
+  std::optional<Pose2> found;
+  Pose2 truth;
+  for (double s = 3.3; s < 30.0 && !found; s += 0.1) found = robot.at(truth = onRing(s));
+  ASSERT_TRUE(found);
+  EXPECT_GT(robot.counters().interrupted, 5);
+  const Pose2 error = between(truth, *found);
+  EXPECT_LT(std::hypot(error.x, error.y), kRight);
+  EXPECT_LT(std::abs(error.theta), 0.1);
+}
+
+TEST(Relocalisation, SearchesAsMuchAsItsScansAllow) {
+  RelocalisationConfig config;
+  config.work_saved = 40000;
+  config.work_per_scan = 40000;  // [points], little of what a search takes
+  LostRobot robot(corridorWithDoors(), alongX(-18.0, 18.0), corridorWithDoors(), 1, config);
+  const auto drive = [&](int scans) {
+    const Relocalisation::Counters before = robot.counters();
+    for (double x = -10.0; x <= 10.0; x += 0.5) EXPECT_FALSE(robot.at({x, 0.05, 0.0}, scans));
+    return robot.counters().searches - before.searches;
+  };
+  EXPECT_LE(drive(1), 1) << "one scan a keyframe";
+  EXPECT_EQ(drive(0), 0) << "and none";
+  EXPECT_GT(robot.counters().interrupted, 0);
 }
 
 TEST(Relocalisation, SaysNothingInOneOfTwoRoomsThatAreAlike) {

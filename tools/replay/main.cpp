@@ -29,6 +29,12 @@ void printSummary(const slam::ReplayStats& stats) {
   std::printf("%u scans of %.1f s: %u matched, %u partly observable, %u not matched; %u keyframes, %d loop closures\n",
               l.scans, stats.log_s, l.matched, l.partly_observable, l.unmatched + l.gated + l.scans_too_late,
               l.keyframes, stats.back_end.loop_closures);
+  if (const auto& r = stats.back_end.relocalisation; r.searches + r.interrupted > 0) {
+    std::printf(
+        "%d searches for the lost robot: %d found it, %d found places that look alike, %d none; one went on with "
+        "a later scan %d times\n",
+        r.searches, r.found, r.ambiguous, r.refused, r.interrupted);
+  }
   std::printf(
       "CPU %.2f s (%.0f times real time), peak memory %.1f MB, match p50 %.0f us, scan p50 %.0f us p99 %.0f us\n",
       stats.cpu_s, stats.log_s / std::max(1e-9, stats.cpu_s), stats.peak_rss_mb, slam::quantiles(stats.match_us).p50,
@@ -109,10 +115,12 @@ int main(int argc, char** argv) {
           throw CLI::ValidationError("--save-map", "mode \"localise\" changes no map; there is nothing to save");
         }
         int shown = -1;
-        const slam::ReplayStats stats = slam::replay(config, options, [&](double seconds) {
-          if (static_cast<int>(seconds) / 10 == shown) return;
-          shown = static_cast<int>(seconds) / 10;
-          slam::showProgress("replaying: " + std::to_string(static_cast<int>(seconds)) + " s of the log");
+        const slam::ReplayStats stats = slam::replay(config, options, [&](double seconds, bool lost) {
+          const int now = static_cast<int>(seconds) / (lost ? 1 : 10);  // the search for a lost robot takes its time
+          if (now == shown) return;
+          shown = now;
+          slam::showProgress("replaying: " + std::to_string(static_cast<int>(seconds)) + " s of the log" +
+                             (lost ? ", looking for the lost robot in the map" : ""));
         });
         slam::endProgress();
         if (!stats_file.empty()) {

@@ -77,6 +77,9 @@ class Run {
     }
   }
 
+  /// Whether the robot is being looked for in the map.
+  bool lost() const { return !pipeline_.frontEnd().placed(); }
+
   /// How many scans were refused and why; empty: none.
   std::string refusedScans() const { return scans_.words(); }
 
@@ -268,7 +271,7 @@ std::optional<config_t> configOf(const std::vector<std::filesystem::path>& logs)
 }
 
 ReplayStats replay(const Config& config, const ReplayOptions& options,
-                   const std::function<void(double log_seconds)>& progress) {
+                   const std::function<void(double log_seconds, bool lost)>& progress) {
   const auto start = Clock::now();
   const double cpu_before = cpuSeconds();
   EventLogSequence log(options.logs);
@@ -281,7 +284,7 @@ ReplayStats replay(const Config& config, const ReplayOptions& options,
     last = std::max(last, event.utime);
     const double log_s = 1e-6 * static_cast<double>(last - first);
     run.feed(event, log_s);
-    if (progress) progress(log_s);
+    if (progress) progress(log_s, run.lost());
   }
   ReplayStats stats = run.finish(options);
   if (stats.front_end.scans == 0) {

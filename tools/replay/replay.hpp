@@ -32,6 +32,6 @@ std::optional<config_t> configOf(const std::vector<std::filesystem::path>& logs)
 /// Runs the pipeline over a log in one thread, as fast as it goes. Same log, config and binary give the same bytes.
 /// @throws std::runtime_error when the log cannot be read, holds no scan, or an output cannot be written
 ReplayStats replay(const Config& config, const ReplayOptions& options,
-                   const std::function<void(double log_seconds)>& progress = {});
+                   const std::function<void(double log_seconds, bool lost)>& progress = {});
 
 }  // namespace slam

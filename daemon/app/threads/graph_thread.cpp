@@ -88,6 +88,7 @@ void GraphThread::tick() {
 void GraphThread::keepMap() {
   if (ends_.pose.load(snapshot_) && snapshot_.map_id == map_id_) {
     gyro_bias_ = snapshot_.odometry.gyro_bias;
+    builder_->allowFor(snapshot_.scans - std::exchange(seen_scans_, snapshot_.scans));
     body_ = snapshot_.body;
     const LocalisationState state = snapshot_.pose.state;
     if (state == LocalisationState::kLocalised) last_pose_ = snapshot_.pose.T_map_base;

@@ -86,9 +86,10 @@ class GraphThread {
   FrontEndStart start_;
   std::int32_t map_id_;
   PoseSnapshot snapshot_;
-  Pose2 last_pose_;         // the last one that was valid
-  double gyro_bias_ = 0.0;  // [rad/s]
-  BodyShape body_;          // what moves with the robot
+  std::int64_t seen_scans_ = 0;  // of it, that the search for a lost robot was allowed for
+  Pose2 last_pose_;              // the last one that was valid
+  double gyro_bias_ = 0.0;       // [rad/s]
+  BodyShape body_;               // what moves with the robot
   /// What the grid that was asked for from the mapper shows.
   struct Requested {
     int keyframes = 0, generation = 0;
