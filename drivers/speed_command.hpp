@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "core/estimates.hpp"
-#include "core/speed_limits.hpp"
 #include "core/timestamp.hpp"
 #include "drivers/latest_triple.hpp"
 

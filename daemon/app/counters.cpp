@@ -19,8 +19,7 @@ std::string rowOf(const CounterInfo& what, const Value&, bool with_statistic) {
 }  // namespace
 
 std::string printCounters() {
-  FrontEndCounters front_end;
-  front_end.implausible = front_end.far_off = 1;
+  const FrontEndCounters front_end;
   const EkfCounters filter;
   const BackEndCounters back_end;
   const auto channels = std::make_unique<Channels>();

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "config/choices.hpp"
-#include "core/speed_limits.hpp"
+#include "core/estimates.hpp"
 #include "depth/depth_projection.hpp"
 #include "estimation/wheel_odometry.hpp"
 #include "firmware_if/can_odrive.hpp"

@@ -21,7 +21,6 @@
 #include "frontend/preprocessor.hpp"
 #include "frontend/registration.hpp"
 #include "frontend/sensor_intake.hpp"
-#include "frontend/stopwatch.hpp"
 #include "frontend/tracking_state.hpp"
 
 namespace slam {

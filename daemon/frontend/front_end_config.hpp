@@ -173,14 +173,10 @@ struct FrontEndCounters {
     visit(CounterInfo{"samples.too_old", "samples", "Wheel and IMU samples dropped as too old."}, c.samples_too_old);
     visit(CounterInfo{"samples.far_ahead", "samples", "Dropped because their stamp alone was seconds ahead."},
           c.far_ahead);
-    if (c.implausible > 0)
-      visit(CounterInfo{"samples.implausible", "samples",
-                        "Wheel and IMU samples dropped: a number was beyond all that can be; shown where any were."},
-            c.implausible);
-    if (c.far_off > 0)
-      visit(CounterInfo{"poses.far_off", "times",
-                        "The pose had drifted beyond where a map can reach; shown where it ever did."},
-            c.far_off);
+    visit(CounterInfo{"samples.implausible", "samples",
+                      "Wheel and IMU samples dropped: a number was beyond all that can be."},
+          c.implausible);
+    visit(CounterInfo{"poses.far_off", "times", "The pose had drifted beyond where a map can reach."}, c.far_off);
     visit(CounterInfo{"keyframes", "keyframes", "Keyframes that the front end has made."}, c.keyframes);
     visit(CounterInfo{"lost", "times", "The place in the map was lost, or given by a person."}, c.lost);
     visit(CounterInfo{"views", "images", "Depth images that were drawn."}, c.views);

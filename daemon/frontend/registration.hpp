@@ -6,7 +6,6 @@
 #include "frontend/front_end_config.hpp"
 #include "frontend/local_map.hpp"
 #include "frontend/preprocessor.hpp"
-#include "frontend/stopwatch.hpp"
 #include "frontend/tracking_state.hpp"
 #include "matching/correlative.hpp"
 #include "matching/match_result.hpp"
