@@ -40,6 +40,7 @@ class Pages : public testing::Test {
     request.path = path;
     request.params = params;
     request.headers = headers_;
+    request.remote_addr = address_;
     Response response;
     pages().answer(request, response);
     return response;
@@ -49,6 +50,7 @@ class Pages : public testing::Test {
     request.method = "POST";
     request.path = WebPages::kCommand;
     request.headers = headers_;
+    request.remote_addr = address_;
     request.body = body;
     Response response;
     pages().command(request, response);
@@ -74,6 +76,7 @@ class Pages : public testing::Test {
   WebPages::Settings settings_;
   SharedState shared_{Config{}};
   httplib::Headers headers_;
+  std::string address_;  // whom requests come from
   std::vector<WebCommand> commands_;
   std::optional<ack_t> ack_;
   bool fails_ = false;
@@ -212,12 +215,24 @@ TEST_F(Pages, ObeyNobodyElse) {
   for (const char* token :
        {"Bearer ", "Bearer correct horse", "correct horse battery", "Basic correct horse battery"}) {
     headers_ = {{"Content-Type", "application/json"}, {"Authorization", token}};
+    address_ = token;  // who guesses often from one is slowed down
     EXPECT_EQ(post(save).status, 401) << token;
     EXPECT_EQ(get("/api/allowed").status, 401) << token;
   }
   headers_ = {{"Authorization", "Bearer correct horse battery"}, {"Content-Type", "text/plain"}};
   EXPECT_EQ(post(save).status, 415) << "what a form of another page can send";
   EXPECT_TRUE(commands_.empty());
+}
+
+TEST_F(Pages, ObeyOthersWhileOneAddressGuesses) {
+  headers_ = {{"Content-Type", "application/json"}, {"Authorization", "Bearer a guess"}};
+  address_ = "192.168.1.7";
+  for (int i = 0; i < 6; ++i) EXPECT_EQ(get("/api/allowed").status, 401) << i;
+  EXPECT_EQ(get("/api/allowed").status, 429);
+  headers_ = {{"Content-Type", "application/json"}, {"Authorization", "Bearer correct horse battery"}};
+  EXPECT_EQ(get("/api/allowed").status, 429) << "it is not looked at";
+  address_ = "192.168.1.8";
+  EXPECT_EQ(get("/api/allowed").status, 200);
 }
 
 TEST_F(Pages, ObeyNobodyWhereCommandsAreOff) {
