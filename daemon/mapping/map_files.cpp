@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "mapping/map_files.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -31,12 +32,37 @@ ColourImage picture(const MapImage& map, std::span<const Eigen::Vector2d> path) 
   return image;
 }
 
-std::string readWhole(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
+/// @return its size [bytes]
+std::uintmax_t open(const fs::path& file, std::ifstream& in) {
+  std::error_code error;
+  const fs::file_status status = fs::status(file, error);
+  if (fs::exists(status) && !fs::is_regular_file(status)) fail(file, "cannot read: it is no file");
+  in.open(file, std::ios::binary);
   if (!in) fail(file, std::string("cannot read: ") + std::strerror(errno));
+  return fs::file_size(file);
+}
+
+std::string readText(const fs::path& file, std::uintmax_t most) {
+  std::ifstream in;
+  if (open(file, in) > most) fail(file, "is too large for a .yaml of map_server");
   std::ostringstream content;
   content << in.rdbuf();
   return content.str();
+}
+
+/// Width, height and maximum of a PGM, with comments between them; leaves the stream at its first pixel.
+void readHeader(const fs::path& pgm, std::istream& in, MapImage& image) {
+  std::string magic(2, '\0');
+  int max_value = 0;
+  in.read(magic.data(), 2);
+  for (int* number : {&image.width, &image.height, &max_value}) {
+    while ((in >> std::ws).peek() == '#') in.ignore(4096, '\n');
+    in >> *number;
+  }
+  in.get();  // one blank
+  if (!in || magic != "P5" || max_value != 255 || image.width <= 0 || image.height <= 0) {
+    fail(pgm, "not a binary 8-bit PGM");
+  }
 }
 
 /// The value after `key:` of a flat YAML file, as map_server writes it.
@@ -108,8 +134,8 @@ void writeMapFiles(const fs::path& prefix, const MapImage& image, std::span<cons
   replaceFile(prefix.string() + ".png", encodePng(picture(image, path)));
 }
 
-MapImage readMapFiles(const fs::path& yaml) {
-  const std::string text = readWhole(yaml);
+MapImage readMapFiles(const fs::path& yaml, const MapFileLimits& limits) {
+  const std::string text = readText(yaml, limits.yaml_size);
   requireYaml(yaml, text, "mode", "trinary");
   if (findYamlValue(text, "negate") != "false") requireYaml(yaml, text, "negate", "0");
   MapImage image;
@@ -128,28 +154,28 @@ MapImage readMapFiles(const fs::path& yaml) {
     fail(yaml, "resolution or a threshold is not a number");
   }
   if (!(free <= occupied)) fail(yaml, "free_thresh is above occupied_thresh");
-  if (!(image.resolution > 0.0)) fail(yaml, "resolution must be above 0");
+  if (!(image.resolution >= limits.min_resolution && image.resolution <= limits.max_resolution)) {
+    fail(yaml, "resolution must lie between 0.001 and 10 m");
+  }
+  if (!(std::max(std::abs(image.origin_x), std::abs(image.origin_y)) <= limits.max_origin * image.resolution)) {
+    fail(yaml, "origin lies further off than cells can be counted; give the map an origin near 0");
+  }
 
   const fs::path pgm = yaml.parent_path() / yamlValue(yaml, text, "image");
-  const std::string content = readWhole(pgm);
-  std::istringstream header(content);
-  std::string magic;
-  int max_value = 0;
-  header >> magic;
-  while ((header >> std::ws).peek() == '#') header.ignore(4096, '\n');
-  header >> image.width >> image.height >> max_value;
-  if (!header || magic != "P5" || max_value != 255 || image.width <= 0 || image.height <= 0) {
-    fail(pgm, "not a binary 8-bit PGM");
-  }
-  const auto begin = static_cast<std::size_t>(header.tellg()) + 1;
-  const auto size = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-  if (content.size() < begin || content.size() - begin < size) fail(pgm, "shorter than its header says");
-  for (std::size_t i = 0; i < size; ++i) {
-    const auto grey = static_cast<std::uint8_t>(content[begin + i]);
+  std::ifstream in;
+  const std::uintmax_t file_size = open(pgm, in);
+  readHeader(pgm, in, image);
+  const std::int64_t size = std::int64_t{image.width} * image.height;
+  if (size > limits.max_cells) fail(pgm, "has more cells than slamd can hold");
+  if (static_cast<std::uintmax_t>(size) > file_size) fail(pgm, "shorter than its header says");
+  image.cells.resize(static_cast<std::size_t>(size));
+  if (!in.read(reinterpret_cast<char*>(image.cells.data()), size)) fail(pgm, "shorter than its header says");
+  for (std::uint8_t& cell : image.cells) {
+    const std::uint8_t grey = cell;
     const double probability = (255 - grey) / 255.0;
     // 205 means unknown whatever the thresholds: with map_server's own of 0.25 it would be free.
     const bool unknown = grey == MapImage::kUnknown || (probability >= free && probability <= occupied);
-    image.cells.push_back(unknown ? MapImage::kUnknown : probability < free ? MapImage::kFree : MapImage::kOccupied);
+    cell = unknown ? MapImage::kUnknown : probability < free ? MapImage::kFree : MapImage::kOccupied;
   }
   return image;
 }

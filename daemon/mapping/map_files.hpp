@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <Eigen/Core>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -25,8 +26,18 @@ std::string encodeYaml(const std::string& pgm, const MapImage& image);
 void writeMapFiles(const std::filesystem::path& prefix, const MapImage& image,
                    std::span<const Eigen::Vector2d> path = {});
 
-/// Reads a map_server pair with a binary PGM (P5, 8 bit) and `mode: trinary`.
+/// Of a floor plan that somebody gives: beyond them cells have no number, or no memory.
+struct MapFileLimits {
+  std::uintmax_t yaml_size = 1 << 16;              ///< [bytes]
+  double min_resolution = 1e-3;                    ///< [m]
+  double max_resolution = 10.0;                    ///< [m]
+  double max_origin = 1 << 29;                     ///< [cells] in x and in y: cells are counted by int
+  std::int64_t max_cells = std::int64_t{1} << 28;  ///< 800 m by 800 m of 5 cm
+};
+
+/// Reads a map_server pair with a binary PGM (P5, 8 bit) and `mode: trinary`. What is no file, as a pipe, is refused
+/// and not waited for; of the picture no more is read than its header says.
 /// @throws std::runtime_error with file and reason
-MapImage readMapFiles(const std::filesystem::path& yaml);
+MapImage readMapFiles(const std::filesystem::path& yaml, const MapFileLimits& limits = {});
 
 }  // namespace slam
