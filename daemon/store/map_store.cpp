@@ -251,6 +251,17 @@ void requireReadable(const fs::path& generation) {
   }
 }
 
+/// The generation before leads up to the next one by its journal, where that can hold what has changed.
+void leadUpTo(const MapState& map, std::span<const MapView> seen, MapJournal& journal) {
+  try {
+    journal.append(map, seen);
+  } catch (const DiskError&) {
+    throw;
+  } catch (const std::runtime_error&) {  // the next generation holds it, and this journal ends before it
+  }
+  journal.sync();
+}
+
 /// A new folder for what is not finished. What is left of another one, and cannot be removed, keeps its name.
 fs::path makeTemporary(const fs::path& map) {
   for (int i = 1;; ++i) {
@@ -356,7 +367,7 @@ void MapStore::write(const MapState& map, std::span<const MapView> seen, std::in
     writeDurably(temporary / kManifest, encodeManifest(manifest));
     syncFolder(temporary);
     requireReadable(temporary);
-    if (journal_) journal_->append(map, seen), journal_->sync();  // the generation before leads up to this one
+    if (journal_) leadUpTo(map, seen, *journal_);
     // Before the generation is there: whatever fails up to then, the old journal goes on.
     auto journal = std::make_unique<MapJournal>(journalOf(directory_, next), map);
     journal->sync();

@@ -848,7 +848,7 @@ TEST(MapStore, StoresNothingThatItWouldNotReadAndKeepsWhatItHas) {
     MapState bad = drive.changing.copy();
     spoil(bad);
     for (int i = 0; i < 3; ++i) {  // as often as there are generations to bury
-      EXPECT_THROW(drive.store.checkpoint(bad), UnreadableMap);
+      EXPECT_THROW(drive.store.checkpoint(bad), std::runtime_error);
     }
     EXPECT_FALSE(fs::exists(folder / "home/writing"));
     EXPECT_EQ(drive.find(MapStore::load(folder / "", "home", kGrid).state), kLast);
@@ -858,6 +858,18 @@ TEST(MapStore, StoresNothingThatItWouldNotReadAndKeepsWhatItHas) {
     EXPECT_EQ(differenceOf(loaded.state, drive.changing.map), "") << "the journal goes on";
     EXPECT_EQ(loaded.generation, 2);
   }
+}
+
+TEST(MapStore, ACheckpointDoesWithoutTheJournalBeforeItWhereThatCannotHoldWhatChanged) {
+  const Folder folder;
+  Drive drive(folder / "");
+  drive.changing.addKeyframe(true);
+  drive.store.checkpoint(drive.changing.map, std::vector<MapView>{test::viewFrom(99, {})});  // of no keyframe
+  const LoadedMap loaded = MapStore::load(folder / "", "home", kGrid);
+  EXPECT_EQ(differenceOf(loaded.state, drive.changing.map), "");
+  EXPECT_EQ(loaded.generation, 3);
+  damage(folder / "home/000003/keyframes.bin");
+  EXPECT_EQ(drive.find(MapStore::load(folder / "", "home", kGrid).state), kLast) << "as far as the journal went";
 }
 
 TEST(MapStore, WaitsForTheDiskBeforeAGenerationHasItsNumber) {
