@@ -32,7 +32,11 @@ std::string newNameIn(const std::string& directory) {
   const std::string now = nameOfNow();
   std::string name = now;
   std::error_code unknown;  // where the folder cannot be looked into, none is known
-  for (int i = 2; std::filesystem::exists(directory + "/" + name, unknown); ++i) name = now + "-" + std::to_string(i);
+  const auto taken = [&] {  // also by a link to nowhere
+    const auto type = std::filesystem::symlink_status(directory + "/" + name, unknown).type();
+    return type != std::filesystem::file_type::not_found && type != std::filesystem::file_type::none;
+  };
+  for (int i = 2; taken(); ++i) name = now + "-" + std::to_string(i);
   return name;
 }
 
@@ -66,7 +70,7 @@ std::optional<MapState> MapKeeper::take(Timestamp now) {
     std::string path = picture ? store.map : "";
     name_.clear();
     if (!picture && !store.directory.empty()) {
-      name_ = !store.map.empty() ? store.map : MapStore::newest(store.directory).value_or("");
+      name_ = !store.map.empty() ? store.map : newestMap();
       if (!name_.empty()) path = store.directory + "/" + name_;
     }
     const bool exists = !path.empty() && std::filesystem::exists(path);
@@ -111,6 +115,17 @@ std::optional<MapState> MapKeeper::take(Timestamp now) {
   keep(newNameIn(store.directory), now);
   if (store_) succeed();
   return std::nullopt;
+}
+
+/// The map that was gone on in last; empty: none. What lies beside it is told.
+std::string MapKeeper::newestMap() const {
+  std::vector<std::string> passed_over;
+  const std::string newest = MapStore::newest(config_.store.directory, &passed_over).value_or("");
+  for (const std::string& why : passed_over) {
+    logWarning(why + "; it is left as it is, " + (newest.empty() ? "a new map begins" : "slamd continues " + newest) +
+               "; slamctl list says more");
+  }
+  return newest;
 }
 
 /// Makes the map the one that is written, and nobody else's; where the disk refuses, retry() tries again.
@@ -248,6 +263,10 @@ bool MapKeeper::checkpointDue(Timestamp now, std::int64_t changes) const {
 bool MapKeeper::checkpoint(Timestamp now, const MapState& map, std::int64_t changes, std::span<const MapView> seen) {
   checkpointed_ = now;
   if (!store_ || !attempt(now, map, [&] { store_->checkpoint(map, seen); })) return false;
+  if (const std::string& leftover = store_->leftover(); leftover != leftover_) {
+    leftover_ = leftover;
+    if (!leftover.empty()) logWarning(leftover + "; it takes room, the map is stored all the same; remove it by hand");
+  }
   checkpointed_changes_ = journalled_changes_ = changes;
   journalled_pose_ = map.T_map_base;
   return true;
@@ -257,8 +276,7 @@ void MapKeeper::saveAs(const std::string& name, const MapState& map) const {
   if (config_.store.directory.empty()) throw std::runtime_error("store.directory is not set in the configuration");
   MapStore copy(config_.store.directory, name);
   const auto lock = lockOf(name);
-  copy.checkpoint(map);
-  if (store_) store_->touch();  // it is this one that goes on
+  copy.writeCopy(map);
 }
 
 std::string MapKeeper::notWritten(const std::exception& error) const {
@@ -271,7 +289,9 @@ std::string MapKeeper::notWritten(const std::exception& error) const {
     std::strftime(text, sizeof text, today ? "since %H:%M" : "since %Y-%m-%d %H:%M", &local);
     since = text;
   }
-  const DiskWords words = diskWords(error, config_.store.directory);
+  const DiskWords words = dynamic_cast<const UnreadableMap*>(&error) != nullptr
+                              ? DiskWords{error.what(), "begin a new one: slamctl reset; what was stored before stays"}
+                              : diskWords(error, config_.store.directory);
   std::string text = "not written " + since + ": " + words.cause + "; the map is not stored, ";
   if (known_ > stored_)
     text += std::to_string(known_ - stored_) + " of " + std::to_string(known_) + " keyframes are in memory alone, ";

@@ -72,6 +72,7 @@ class MapKeeper {
 
  private:
   std::optional<MapState> take(Timestamp now);
+  std::string newestMap() const;
   MapState open(const std::string& path);
   void keep(const std::string& name, Timestamp now);
   std::unique_ptr<FolderLock> lockOf(const std::string& name) const;
@@ -93,6 +94,7 @@ class MapKeeper {
   Timestamp journalled_{}, checkpointed_{};
   std::int64_t journalled_changes_ = -1, checkpointed_changes_ = -1;
   Pose2 journalled_pose_;
+  std::string leftover_;  // of older generations, as told last
   SharedText problem_;
   Retry retry_{std::chrono::seconds(1), std::chrono::seconds(30)};
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "mapping/map_files.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -33,17 +34,40 @@ ColourImage picture(const MapImage& map, std::span<const Eigen::Vector2d> path) 
   return image;
 }
 
-/// @param most [bytes] that such a file may have: a longer one is not read
-std::string readWhole(const fs::path& file, std::int64_t most) {
-  std::ifstream in(file, std::ios::binary);
+/// @return its size [bytes]
+std::uintmax_t open(const fs::path& file, std::ifstream& in) {
+  std::error_code error;
+  const fs::file_status status = fs::status(file, error);
+  if (fs::exists(status) && !fs::is_regular_file(status)) fail(file, "cannot read: it is no file");
+  in.open(file, std::ios::binary);
   if (!in) fail(file, std::string("cannot read: ") + std::strerror(errno));
-  std::error_code unknown;
-  const std::uintmax_t size = fs::file_size(file, unknown);
-  if (!unknown && size > static_cast<std::uintmax_t>(most))
+  return fs::file_size(file);
+}
+
+/// @param most [bytes] that such a file may have: a longer one is not read
+std::string readText(const fs::path& file, std::int64_t most) {
+  std::ifstream in;
+  const std::uintmax_t size = open(file, in);
+  if (size > static_cast<std::uintmax_t>(most))
     fail(file, "has " + std::to_string(size) + " bytes, more than the " + std::to_string(most) + " that it may have");
   std::ostringstream content;
   content << in.rdbuf();
   return content.str();
+}
+
+/// Width, height and maximum of a PGM, with comments between them; leaves the stream at its first pixel.
+void readHeader(const fs::path& pgm, std::istream& in, MapImage& image) {
+  std::string magic(2, '\0');
+  int max_value = 0;
+  in.read(magic.data(), 2);
+  for (int* number : {&image.width, &image.height, &max_value}) {
+    while ((in >> std::ws).peek() == '#') in.ignore(4096, '\n');
+    in >> *number;
+  }
+  in.get();  // one blank
+  if (!in || magic != "P5" || max_value != 255 || image.width <= 0 || image.height <= 0) {
+    fail(pgm, "not a binary 8-bit PGM");
+  }
 }
 
 /// The value after `key:` of a flat YAML file, as map_server writes it.
@@ -116,7 +140,7 @@ void writeMapFiles(const fs::path& prefix, const MapImage& image, std::span<cons
 }
 
 MapImage readMapFiles(const fs::path& yaml) {
-  const std::string text = readWhole(yaml, kPlausible.text_bytes);
+  const std::string text = readText(yaml, kPlausible.text_bytes);
   requireYaml(yaml, text, "mode", "trinary");
   if (findYamlValue(text, "negate") != "false") requireYaml(yaml, text, "negate", "0");
   MapImage image;
@@ -137,31 +161,25 @@ MapImage readMapFiles(const fs::path& yaml) {
   if (!(free <= occupied)) fail(yaml, "free_thresh is above occupied_thresh");
 
   const fs::path pgm = yaml.parent_path() / yamlValue(yaml, text, "image");
-  const std::string content = readWhole(pgm, kPlausible.text_bytes + kPlausible.picture_cells);
-  std::istringstream header(content);
-  std::string magic;
-  int max_value = 0;
-  header >> magic;
-  while ((header >> std::ws).peek() == '#') header.ignore(4096, '\n');
-  header >> image.width >> image.height >> max_value;
-  if (!header || magic != "P5" || max_value != 255 || image.width <= 0 || image.height <= 0) {
-    fail(pgm, "not a binary 8-bit PGM");
-  }
+  std::ifstream in;
+  const std::uintmax_t file_size = open(pgm, in);
+  readHeader(pgm, in, image);
+  const std::int64_t size = std::int64_t{image.width} * image.height;
   if (const std::string words = implausibilityOfSize(image.width, image.height); !words.empty())
     fail(pgm, words + "; the map is not read; cut off what is not known around it");
   const std::string implausible =
       implausibilityOfPicture(image.resolution, image.origin_x, image.origin_y, image.width, image.height);
   if (!implausible.empty())
     fail(yaml, implausible + "; the map is not read; give resolution and origin in metres, near the map's own origin");
-  const auto begin = static_cast<std::size_t>(header.tellg()) + 1;
-  const auto size = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-  if (content.size() < begin || content.size() - begin < size) fail(pgm, "shorter than its header says");
-  for (std::size_t i = 0; i < size; ++i) {
-    const auto grey = static_cast<std::uint8_t>(content[begin + i]);
+  if (static_cast<std::uintmax_t>(size) > file_size) fail(pgm, "shorter than its header says");
+  image.cells.resize(static_cast<std::size_t>(size));
+  if (!in.read(reinterpret_cast<char*>(image.cells.data()), size)) fail(pgm, "shorter than its header says");
+  for (std::uint8_t& cell : image.cells) {
+    const std::uint8_t grey = cell;
     const double probability = (255 - grey) / 255.0;
     // 205 means unknown whatever the thresholds: with map_server's own of 0.25 it would be free.
     const bool unknown = grey == MapImage::kUnknown || (probability >= free && probability <= occupied);
-    image.cells.push_back(unknown ? MapImage::kUnknown : probability < free ? MapImage::kFree : MapImage::kOccupied);
+    cell = unknown ? MapImage::kUnknown : probability < free ? MapImage::kFree : MapImage::kOccupied;
   }
   return image;
 }

@@ -25,7 +25,8 @@ std::string encodeYaml(const std::string& pgm, const MapImage& image);
 void writeMapFiles(const std::filesystem::path& prefix, const MapImage& image,
                    std::span<const Eigen::Vector2d> path = {});
 
-/// Reads a map_server pair with a binary PGM (P5, 8 bit) and `mode: trinary`.
+/// Reads a map_server pair with a binary PGM (P5, 8 bit) and `mode: trinary`. What is no file, as a pipe, is refused
+/// and not waited for; of the picture no more is read than its header says. Its numbers are held to PlausibilityLimits.
 /// @throws std::runtime_error with file and reason
 MapImage readMapFiles(const std::filesystem::path& yaml);
 

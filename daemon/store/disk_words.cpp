@@ -50,6 +50,11 @@ DiskWords diskWords(const std::exception& error, const fs::path& folder) {
     case EACCES:
     case EPERM:
       return {what, "make the folder writable for slamd: sudo chown -R slamd: " + name};
+    case EISDIR:
+    case EEXIST:
+    case ENOTEMPTY:
+    case ELOOP:
+      return {what, "something else lies in its place: move it out of " + name};
     case ENOENT:
     case ENOTDIR:
     case ESTALE:

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "store/durable_file.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -21,10 +20,30 @@ namespace {
   throw DiskError(file.string() + ": " + what + ": " + std::strerror(error), error);
 }
 
-int openOrFail(const std::filesystem::path& file, int flags) {
+constexpr std::uint64_t kBlock = 1 << 16;  // [bytes] read at once where a file's size is not known
+
+/// What has a file's name and is none.
+const char* kindOf(mode_t mode) {
+  if (S_ISDIR(mode)) return "a folder";
+  if (S_ISFIFO(mode)) return "a pipe";
+  return S_ISSOCK(mode) ? "a socket" : "a device";
+}
+
+[[noreturn]] void failAsNoFile(const std::filesystem::path& file, const char* what, mode_t mode) {
+  throw DiskError(file.string() + ": " + what + ": it is " + kindOf(mode) + ", not a file",
+                  S_ISDIR(mode) ? EISDIR : EEXIST);
+}
+
+int openOrFail(const std::filesystem::path& file, int flags, const char* what = "cannot open") {
   const int descriptor = ::open(file.c_str(), flags | O_CLOEXEC, 0644);
-  if (descriptor < 0) fail(file, "cannot open");
-  return descriptor;
+  if (descriptor >= 0) return descriptor;
+  struct stat status {};
+  const int error = errno;
+  if (error == ENXIO && ::stat(file.c_str(), &status) == 0 && S_ISSOCK(status.st_mode)) {
+    failAsNoFile(file, what, status.st_mode);
+  }
+  errno = error;
+  fail(file, what);
 }
 
 void writeAll(const std::filesystem::path& file, int descriptor, std::string_view content) {
@@ -77,12 +96,42 @@ void syncFolder(const std::filesystem::path& folder) {
   if (::fsync(in.descriptor) != 0) fail(folder, "cannot sync");
 }
 
-std::string readFile(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream content;
-  if (in) content << in.rdbuf();
-  if (!in || std::filesystem::is_directory(file)) fail(file, "cannot read");
-  return std::move(content).str();
+InputFile::InputFile(const std::filesystem::path& file)
+    : file_(file), descriptor_(openOrFail(file, O_RDONLY | O_NONBLOCK, "cannot read")) {
+  struct stat status {};
+  if (::fstat(descriptor_, &status) == 0 && S_ISREG(status.st_mode)) {
+    size_ = static_cast<std::uint64_t>(status.st_size);
+    return;
+  }
+  ::close(descriptor_);
+  failAsNoFile(file, "cannot read", status.st_mode);
+}
+
+InputFile::~InputFile() { ::close(descriptor_); }
+
+std::string InputFile::read(std::uint64_t count) {
+  std::string content;
+  while (content.size() < count) {
+    const std::size_t before = content.size();
+    const std::uint64_t expected = size_ > done_ ? size_ - done_ : kBlock;
+    content.resize(before + static_cast<std::size_t>(std::min(count - before, expected)));
+    const ssize_t got = ::read(descriptor_, content.data() + before, content.size() - before);
+    if (got < 0 && errno != EINTR) fail(file_, "cannot read");
+    content.resize(before + static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+    done_ += content.size() - before;
+    if (got == 0) break;
+  }
+  return content;
+}
+
+std::string readFile(const std::filesystem::path& file, std::uint64_t most) {
+  InputFile in(file);
+  if (in.size() > most) {
+    throw DiskError(file.string() + ": cannot read: it has " + std::to_string(in.size()) + " bytes, not " +
+                        std::to_string(most) + " or fewer",
+                    EFBIG);
+  }
+  return in.read(most);
 }
 
 std::uint32_t crc32Of(std::string_view content) {

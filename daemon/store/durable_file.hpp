@@ -21,8 +21,28 @@ void writeDurably(const std::filesystem::path& file, std::string_view content);
 /// Waits until a folder's entries are on the disk. @throws std::runtime_error
 void syncFolder(const std::filesystem::path& folder);
 
-/// @throws std::runtime_error naming file and reason
-std::string readFile(const std::filesystem::path& file);
+/// A file that is read once, from its begin to its end. Whatever has its name, opening and reading it waits for nobody.
+class InputFile {
+ public:
+  /// @throws DiskError naming file and reason, also for what is no file: a folder, a pipe, a socket, a device
+  explicit InputFile(const std::filesystem::path& file);
+  ~InputFile();
+  InputFile(const InputFile&) = delete;
+  InputFile& operator=(const InputFile&) = delete;
+
+  std::uint64_t size() const { return size_; }  ///< [bytes] by its folder
+  /// The next bytes; fewer at the end. Takes memory for those that are there. @throws DiskError
+  std::string read(std::uint64_t count);
+
+ private:
+  std::filesystem::path file_;
+  int descriptor_;
+  std::uint64_t size_ = 0, done_ = 0;
+};
+
+/// The whole of a file. @param most [bytes] of a larger one nothing is read
+/// @throws DiskError naming file and reason
+std::string readFile(const std::filesystem::path& file, std::uint64_t most);
 
 /// CRC-32 as of zlib.
 std::uint32_t crc32Of(std::string_view content);

@@ -22,6 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr const char* kPartial = ".part";
+constexpr std::uint64_t kLongestMark = 1 << 20;  // [bytes] of a person's words
 
 /// NNNN of a file of a log; std::nullopt for any other name.
 std::optional<std::int64_t> numberOf(const std::string& name) {
@@ -107,7 +108,7 @@ std::vector<fs::path> logPaths(const std::vector<fs::path>& given) {
 }
 
 std::string markOf(const LogFile& file) {
-  return file.marked ? readFile(markPath(file.path.parent_path(), file.number)) : "";
+  return file.marked ? readFile(markPath(file.path.parent_path(), file.number), kLongestMark) : "";
 }
 
 fs::path logPath(const fs::path& run, std::int64_t number) { return named(run, number, ".lcm"); }

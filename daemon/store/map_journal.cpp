@@ -18,7 +18,9 @@ enum Entry : std::uint8_t {
   kBase = 7,
   kView = 8
 };
-constexpr std::uint32_t kMagic = 0x4A4D4C53;  // "SLMJ"
+constexpr std::uint32_t kMagic = 0x4A4D4C53;        // "SLMJ"
+constexpr std::size_t kHeader = 12;                 // [bytes] magic, size and CRC
+constexpr std::uint32_t kLargestRecord = 1U << 28;  // [bytes] what is larger is a checkpoint's
 
 void putEntry(BinaryWriter& out, Entry kind, std::string_view payload) {
   out.put(static_cast<std::uint8_t>(kind));
@@ -27,6 +29,7 @@ void putEntry(BinaryWriter& out, Entry kind, std::string_view payload) {
 }
 
 std::string recordOf(std::string_view entries) {
+  if (entries.size() > kLargestRecord) throw UnreadableMap("more has changed than a record of a journal may hold");
   BinaryWriter out;
   out.put(kMagic);
   out.put(static_cast<std::uint32_t>(entries.size()));
@@ -87,6 +90,26 @@ void applyEntry(Entry kind, std::string_view bytes, MapState& map, MapJournal::R
       break;
     default:
       throw std::runtime_error("holds an entry of an unknown kind");
+  }
+}
+
+void applyRecord(std::string_view record, MapState& map, MapJournal::Replayed& replayed) {
+  for (BinaryReader entries(record); !entries.atEnd();) {
+    const auto kind = static_cast<Entry>(entries.get<std::uint8_t>());
+    applyEntry(kind, entries.getBytes(entries.getCount(1)), map, replayed);
+  }
+}
+
+/// Reads as replay() will what is about to be written: a record that it refuses would hide all that come after it.
+void requireReadable(std::string_view record, const MapState& map) {
+  MapState again;
+  again.keyframes = map.keyframes;  // scans are shared
+  again.in_map = map.in_map;
+  MapJournal::Replayed ignored;
+  try {
+    applyRecord(record, again, ignored);
+  } catch (const std::runtime_error& error) {
+    throw UnreadableMap(std::string("what has changed ") + error.what());
   }
 }
 
@@ -152,32 +175,33 @@ void MapJournal::append(const MapState& map, std::span<const MapView> seen) {
   }
   if (const std::string state = encodeState(map); state != state_) putEntry(out, kState, state);
   if (out.bytes().empty()) return;
+  requireReadable(out.bytes(), map);
   file_.append(recordOf(out.bytes()));
   remember(map);
 }
 
 MapJournal::Replayed MapJournal::replay(const std::filesystem::path& file, MapState& map) {
   Replayed replayed;
-  const std::string content = readFile(file);
-  BinaryReader in(content);
-  while (!in.atEnd()) {
-    try {
-      if (in.get<std::uint32_t>() != kMagic) break;
-      const auto size = in.get<std::uint32_t>();
-      const auto crc = in.get<std::uint32_t>();
-      const std::string_view record = in.getBytes(size);
-      if (crc32Of(record) != crc) break;
-      for (BinaryReader entries(record); !entries.atEnd();) {
-        const auto kind = static_cast<Entry>(entries.get<std::uint8_t>());
-        applyEntry(kind, entries.getBytes(entries.getCount(1)), map, replayed);
-      }
-    } catch (const std::runtime_error&) {
-      break;
+  try {
+    InputFile in(file);
+    for (std::string header = in.read(kHeader); !header.empty(); header = in.read(kHeader)) {
+      replayed.torn = true;  // until all of the record has been applied
+      BinaryReader fields(header);
+      if (fields.get<std::uint32_t>() != kMagic) break;
+      const auto size = fields.get<std::uint32_t>(), crc = fields.get<std::uint32_t>();
+      if (size > kLargestRecord) break;
+      const std::string record = in.read(size);
+      if (record.size() != size || crc32Of(record) != crc) break;
+      applyRecord(record, map, replayed);
+      ++replayed.records;
+      replayed.torn = false;
     }
-    ++replayed.records;
-    if (in.atEnd()) return replayed;
+  } catch (const DiskError& error) {
+    replayed.torn = true;
+    replayed.unread = error.what();
+  } catch (const std::runtime_error&) {  // a header that is cut off, or an entry that fits no map
+    replayed.torn = true;
   }
-  replayed.torn = !content.empty();
   return replayed;
 }
 

@@ -21,6 +21,7 @@ std::string encodeManifest(const MapManifest& manifest) {
   std::ostringstream text;
   text << "slamd map\nversion " << kVersion << "\nutime " << manifest.utime << "\nkeyframes " << manifest.keyframes
        << "\n";
+  if (manifest.order > 0) text << "order " << manifest.order << "\n";
   for (const auto& [name, file] : manifest.files)
     text << "file " << name << " " << file.size << " " << file.crc << "\n";
   return sealed(text.str());
@@ -40,6 +41,8 @@ MapManifest decodeManifest(std::string_view text) {
       words >> version;
     } else if (word == "utime") {
       words >> manifest.utime;
+    } else if (word == "order") {
+      words >> manifest.order;
     } else if (word == "keyframes") {
       words >> manifest.keyframes;
     } else if (word == "file") {
@@ -53,7 +56,8 @@ MapManifest decodeManifest(std::string_view text) {
   }
   if (version > kVersion) {
     throw NewerMap("format " + std::to_string(version) + " is of a newer slamd, this one reads " +
-                   std::to_string(kVersion) + "; update slamd");
+                       std::to_string(kVersion) + "; update slamd",
+                   manifest.order);
   }
   if (version < 1) throw std::runtime_error("names no format");
   return manifest;

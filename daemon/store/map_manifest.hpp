@@ -10,7 +10,8 @@ namespace slam {
 
 /// A map that a newer slamd has written: to be left alone, not to be gone behind.
 struct NewerMap : std::runtime_error {
-  using std::runtime_error::runtime_error;
+  NewerMap(const std::string& words, std::int64_t order_written) : std::runtime_error(words), order(order_written) {}
+  std::int64_t order;  ///< as of the manifest
 };
 
 /// What a generation of a stored map consists of.
@@ -21,6 +22,9 @@ struct MapManifest {
     friend bool operator==(const File&, const File&) = default;
   };
   std::int64_t utime = 0;  ///< [us] of the map's last pose
+  /// The map with the highest one in a store was gone on in last, whatever the clocks said; 0: a copy that nobody has
+  /// gone on in, or a map of a slamd that counted none.
+  std::int64_t order = 0;
   int keyframes = 0;
   std::map<std::string, File> files;  ///< by name
   friend bool operator==(const MapManifest&, const MapManifest&) = default;

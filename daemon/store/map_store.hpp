@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -30,37 +31,37 @@ struct LoadedMap {
 
 /// Maps on disk. A folder holds one folder a map:
 ///
-///     NAME/000007/MANIFEST        format version, and size and CRC-32 of each other file and of itself
-///     NAME/000007/keyframes.bin   scans and poses
-///     NAME/000007/graph.bin       edges
-///     NAME/000007/grid.bin        occupancy by the lidar
-///     NAME/000007/depth.bin       occupancy by the depth camera, and the views it was drawn from
-///     NAME/000007/state.toml      last pose, gyro bias, calibration
-///     NAME/000007.journal         what came after generation 7
-///     NAME/lock                   held by the program that writes the map
+///     NAME/000007/MANIFEST        format version, and order among maps, size and CRC-32 of each other file and of
+///     itself NAME/000007/keyframes.bin   scans and poses NAME/000007/graph.bin       edges NAME/000007/grid.bin
+///     occupancy by the lidar NAME/000007/depth.bin       occupancy by the depth camera, and the views it was drawn
+///     from NAME/000007/state.toml      last pose, gyro bias, calibration NAME/000007.journal         what came after
+///     generation 7 NAME/lock                   held by the program that writes the map
 ///
-/// A checkpoint is written beside the others, synced, and renamed to its number, so that it is there whole or not at
-/// all; the intact generation before it stays, with its journal, as the one to fall back to. Whatever is cut off or
-/// flipped, no more is lost than the journal had not yet synced.
+/// A checkpoint is written beside the others, synced, read back, and renamed to its number, so that it is there whole
+/// or not at all; the intact generation before it stays, with its journal, as the one to fall back to. Whatever is cut
+/// off or flipped, no more is lost than the journal had not yet synced; and whatever else lies in the folder, be it a
+/// pipe or a loop of links, is passed over.
 class MapStore {
  public:
-  /// @throws std::runtime_error where the folder cannot be made
+  /// @throws std::runtime_error where the folder cannot be made or looked into
   MapStore(std::filesystem::path directory, std::string name);
 
   const std::string& name() const { return name_; }
-  /// The newest one there is; 0: none.
+  /// The newest one, also a damaged one where all are; 0: none.
   int generation() const { return generation_; }
 
-  /// Writes the whole map as a new generation and begins a new journal. @throws std::runtime_error; then the
-  /// generations before are as they were
+  /// Writes the whole map as a new generation, begins a new journal and makes it the map that a start continues.
+  /// @throws UnreadableMap, or std::runtime_error of the disk; then the generations before are as they were
   /// @param seen by the depth camera since the last call of append(), for the journal that leads up to this generation
   void checkpoint(const MapState& map, std::span<const MapView> seen = {});
+  /// As checkpoint(), but a start continues the others.
+  void writeCopy(const MapState& map) { write(map, {}, 0); }
+  /// Which older generation the last checkpoint could not remove and why; empty: none.
+  const std::string& leftover() const { return leftover_; }
   /// Writes what has changed since, into the journal. @param seen by the depth camera since the last call
-  /// @throws std::runtime_error
+  /// @throws UnreadableMap, or std::runtime_error of the disk
   void append(const MapState& map, std::span<const MapView> seen = {});
   void sync();
-  /// Makes it the map that was written last.
-  void touch();
 
   /// The newest state that can be read.
   /// @param grid of the grid to make
@@ -70,16 +71,26 @@ class MapStore {
 
   /// All maps of a folder, by name. Reads each as load() does, but draws nothing.
   static std::vector<MapSummary> list(const std::filesystem::path& directory);
-  /// The map that was written last, intact or not, if there is one.
-  static std::optional<std::string> newest(const std::filesystem::path& directory);
+  /// The map that was gone on in last, by the order of the manifests and not by a clock, if there is one; among those
+  /// without an order, the one whose files are the newest. It may be damaged.
+  /// @param passed_over out: what may have been a map and cannot be put in order, one sentence each
+  /// @throws DiskError where the folder cannot be looked into
+  static std::optional<std::string> newest(const std::filesystem::path& directory,
+                                           std::vector<std::string>* passed_over = nullptr);
   /// Letters, digits, - _ and . not at the beginning: a name that is no path.
   static bool isName(const std::string& name);
 
  private:
+  void write(const MapState& map, std::span<const MapView> seen, std::int64_t order);
+  std::int64_t orderOfLast() const;
+  int numberOfNext() const;
+  void removeOld();
+
   std::filesystem::path directory_;  // of this map
   std::string name_;
   int generation_ = 0;
   int first_written_ = 0;  // by this object; 0: none yet
+  std::string leftover_;
   std::unique_ptr<MapJournal> journal_;
 };
 

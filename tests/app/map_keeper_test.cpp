@@ -4,11 +4,14 @@
 #include <algorithm>
 #include <chrono>
 #include <fstream>
+#include <functional>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <limits>
 
 #include "mapping/map_files.hpp"
 #include "support/file_size_limit.hpp"
+#include "support/irremovable.hpp"
 #include "support/stored_map.hpp"
 #include "tools/files.hpp"
 
@@ -33,9 +36,9 @@ class MapKeeping : public testing::Test {
     config.map = test::smallGrid();
     config.front_end.lidar.T_base_lidar = ChangingMap().map.T_base_lidar;
   }
-  /// A stored map that was written so long ago.
+  /// A stored map that was written so long ago, by a slamd that counted no order.
   void store(const std::string& name, std::chrono::hours age, int keyframes) {
-    MapStore(folder / "maps", name).checkpoint(ChangingMap(keyframes).map);
+    MapStore(folder / "maps", name).writeCopy(ChangingMap(keyframes).map);
     for (const auto& entry : fs::directory_iterator(folder / "maps" / name)) {
       fs::last_write_time(entry.path(), fs::file_time_type::clock::now() - age);
     }
@@ -74,6 +77,79 @@ TEST_F(MapKeeping, BeginsInTheNewestMap) {
   EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 5);
   EXPECT_EQ(keeper.name(), "new");
   EXPECT_TRUE(keeper.writes());
+}
+
+TEST_F(MapKeeping, GoesOnInTheMapOfTheLastRunWhateverTheClocksSaid) {
+  std::string last;
+  {
+    MapKeeper keeper(config);
+    keeper.begin(kNow);
+    ASSERT_TRUE(keeper.checkpoint(kNow, ChangingMap(3).map, 1));
+    for (const auto& entry : fs::directory_iterator(folder / "maps" / keeper.name())) {
+      fs::last_write_time(entry.path(), fs::file_time_type::clock::now() + 24h * 3650);  // a clock ten years ahead
+    }
+    keeper.beginNew(kNow + 1s);
+    ASSERT_TRUE(keeper.checkpoint(kNow + 1s, ChangingMap(6).map, 1));
+    last = keeper.name();
+  }
+  MapKeeper keeper(config);
+  EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 6);
+  EXPECT_EQ(keeper.name(), last);
+}
+
+TEST_F(MapKeeping, WhatLiesBesideAGoodMapBeginsNoNewOne) {
+  store("home", 1h, 5);
+  const fs::path maps = folder / "maps";
+  const std::function<void()> kStrange[] = {
+      [&] { fs::create_directories(maps / "map-2/000001"); },
+      [&] { fs::create_directories(maps / "home/000001.journal/in the way"); },
+      [&] { fs::create_symlink("loop", maps / "loop"); },
+      [&] { fs::create_symlink("000002", maps / "home/000002"); },
+      [&] { fs::create_directories(maps / "home/999999999"); },
+  };
+  for (const auto& put : kStrange) {
+    fs::remove_all(maps / "home/000001.journal");
+    put();
+    MapKeeper keeper(config);
+    EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 5);
+    EXPECT_EQ(keeper.name(), "home");
+    EXPECT_EQ(keeper.problem(), "");
+  }
+  MapKeeper keeper(config);
+  keeper.begin(kNow);
+  ASSERT_TRUE(keeper.checkpoint(kNow, ChangingMap(7).map, 1)) << keeper.problem();
+  EXPECT_EQ(newestKeyframes("home"), 7);
+}
+
+TEST_F(MapKeeping, StoresTheMapThoughAnOlderGenerationCannotBeRemoved) {
+  store("home", 1h, 5);
+  const test::Irremovable stays(folder / "maps/home/000001/keyframes.bin");
+  if (!stays.holds()) GTEST_SKIP() << "root may remove any file of this file system";
+  MapKeeper keeper(config);
+  keeper.begin(kNow);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_TRUE(keeper.checkpoint(kNow, ChangingMap(6 + i).map, i));
+    EXPECT_EQ(keeper.problem(), "");
+    EXPECT_EQ(keeper.stored(), 6 + i);
+    EXPECT_TRUE(keeper.hasJournal());
+  }
+  EXPECT_EQ(newestKeyframes("home"), 9);
+}
+
+TEST_F(MapKeeping, StoresNoMapThatItCouldNotReadAgain) {
+  MapKeeper keeper(config);
+  keeper.begin(kNow);
+  ASSERT_TRUE(keeper.checkpoint(kNow, ChangingMap(5).map, 1));
+  ChangingMap far(6);
+  far.map.T_map_base.x = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(keeper.journal(kNow + 1s, far.map, {}, 2));
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_FALSE(keeper.checkpoint(kNow + 60s, far.map, 2));
+    EXPECT_THAT(keeper.problem(),
+                testing::MatchesRegex("not written since .*the map is not stored, 1 of 6 "
+                                      "keyframes are in memory alone, slamd tries again; .*slamctl reset.*"));
+  }
+  EXPECT_EQ(newestKeyframes(keeper.name()), 5);
 }
 
 TEST_F(MapKeeping, BeginsInTheMapThatIsConfigured) {

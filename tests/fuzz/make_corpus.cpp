@@ -20,6 +20,7 @@
 #include "bus/packets.hpp"
 #include "config/printer.hpp"
 #include "drivers/lidar/codec/rplidar_capsules.hpp"
+#include "mapping/map_files.hpp"
 #include "store/durable_file.hpp"
 #include "store/map_codec.hpp"
 #include "store/map_journal.hpp"
@@ -63,6 +64,8 @@ class Corpus {
  private:
   std::filesystem::path folder_;
 };
+
+std::string contentOf(const std::filesystem::path& file) { return readFile(file, std::filesystem::file_size(file)); }
 
 std::string textOf(const Bytes& bytes) { return {bytes.begin(), bytes.end()}; }
 
@@ -249,7 +252,7 @@ void messageSeeds(const Corpus& corpus) {
   }
   corpus.add("web_state", "page", shown);
   log.flush();
-  corpus.add("event_log", "log", readFile(corpus.scratch("log")));
+  corpus.add("event_log", "log", contentOf(corpus.scratch("log")));
   std::filesystem::remove(corpus.scratch("log"));
 }
 
@@ -275,7 +278,7 @@ void textSeeds(const Corpus& corpus, const std::filesystem::path& source) {
   corpus.add("config", "defaults", printConfig(Config{}));
   for (const auto& entry : std::filesystem::directory_iterator(source / "config")) {
     if (entry.path().extension() == ".toml" && entry.file_size() < 4096) {
-      corpus.add("config", entry.path().filename().string(), readFile(entry.path()));
+      corpus.add("config", entry.path().filename().string(), contentOf(entry.path()));
     }
   }
   corpus.add("config", "texts", "[lidar]\nport = '/dev/a\\b\"c'\n[output]\nmap = \"\\u0001\\\\x\\u00e9\"\n");
@@ -316,7 +319,7 @@ void bagSeeds(const Corpus& corpus) {
     }
     const auto file = corpus.scratch("db3");
     test::writeDb3(file, topics, messages, true);
-    corpus.add("ros", "db3", readFile(file));
+    corpus.add("ros", "db3", contentOf(file));
     std::filesystem::remove(file);
   }
   std::string log;
@@ -381,7 +384,7 @@ void mapSeeds(const Corpus& corpus) {
     changing.touch();
     journal.append(map);
   }
-  const std::string content = readFile(file);
+  const std::string content = contentOf(file);
   std::filesystem::remove(file);
   corpus.add("map_store", "journal-raw", 9, content);
   constexpr std::size_t kRecordHead = 12;  // magic, size, CRC: map_store_fuzz writes them itself
@@ -395,6 +398,22 @@ void mapSeeds(const Corpus& corpus) {
   const std::string manifest = encodeManifest({.utime = 1, .keyframes = 5, .files = {{"graph.bin", {82, 7}}}});
   corpus.add("map_store", "manifest", 10, manifest.substr(0, manifest.rfind("crc32 ")));
   corpus.add("map_store", "manifest-raw", 11, manifest);
+}
+
+void floorPlanSeeds(const Corpus& corpus) {
+  const test::ChangingMap changing(5);
+  const MapImage image = renderMap(changing.map.grid);
+  const auto add = [&](const char* seed, const std::string& yaml, const std::string& pgm) {
+    BinaryWriter out;
+    out.put(static_cast<std::uint16_t>(yaml.size()));
+    out.putBytes(yaml);
+    out.putBytes(pgm);
+    corpus.add("map_files", seed, out.take());
+  };
+  add("ours", encodeYaml("map.pgm", image), encodePgm(image));
+  add("map_saver",
+      "resolution: 0.05 # [m]\norigin: [-1, \"-2\", 0.0]\nnegate: false\noccupied_thresh: 0.65\nfree_thresh: 0.25\n",
+      "P5\n# CREATOR: map_saver\n3 2\n255\n\x01\xFE\xCD\xCD\xFE\x01"s);
 }
 
 }  // namespace
@@ -415,6 +434,7 @@ int main(int argc, char** argv) {
     slam::webSeeds(corpus);
     slam::textSeeds(corpus, SLAMD_SOURCE_DIR);
     slam::mapSeeds(corpus);
+    slam::floorPlanSeeds(corpus);
     slam::bagSeeds(corpus);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "make_corpus: %s\n", error.what());

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The input is a byte that chooses a part of a stored map, then that part. What lies compressed or behind a CRC in a
-// file is compressed and sealed here, so that mutations reach what is behind them; the raw forms are fuzzed as well.
+// The input is a byte that chooses a part of a stored map, then that part. A map that decodes is then run. What lies
+// compressed or behind a CRC in a file is compressed and sealed here, so that mutations reach what is behind them; the
+// raw forms are fuzzed as well.
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <zlib.h>
 
 #include "fuzz/fuzzing.hpp"
 #include "fuzz/memory_file.hpp"
+#include "slam/pipeline.hpp"
 #include "store/durable_file.hpp"
 #include "store/map_codec.hpp"
 #include "store/map_journal.hpp"
@@ -72,9 +76,33 @@ MapState throughFiles(const MapState& map) {
   return again;
 }
 
+/// A turn of the lidar in a room 4 m wide.
+LaserScan someScan() {
+  constexpr int kBeams = 90;
+  LaserScan scan;
+  scan.stamp = Timestamp(std::chrono::seconds(1000));
+  for (int i = 0; i < kBeams; ++i) {
+    const float bearing = 6.28F * static_cast<float>(i) / kBeams;
+    const float range = 2.0F / std::max(std::abs(std::cos(bearing)), std::abs(std::sin(bearing)));
+    scan.push({range, bearing, 0.0F, 0.0F});
+  }
+  return scan;
+}
+
+/// Goes on in a map as slamd does with what it has read: front end and back end begin in it and take a scan; the mapper
+/// draws it. What can be read can be run.
+void run(const MapState& map) {
+  static const LaserScan scan = someScan();
+  Pipeline pipeline({.front_end = {}, .back_end = {}, .map = test::smallGrid()}, map);
+  pipeline.add(scan);
+  FUZZ_CHECK(pipeline.backEnd().keyframes().size() >= map.keyframes.size());
+  pipeline.drawn();
+}
+
 void checkMap(const MapState& map) {
   FUZZ_CHECK(map.in_map.size() == static_cast<std::size_t>(map.keyframes.size()));
   FUZZ_CHECK_NO_THROW(test::differenceOf(map, throughFiles(map)).empty());
+  FUZZ_CHECK_NO_THROW((run(map), true));
 }
 
 void checkGrid(const std::string& bytes) {

@@ -31,6 +31,11 @@ TEST(DiskWords, TellWhatIsWrongWithADisk) {
   EXPECT_THAT(causeOf(ENOENT), HasSubstr("has its disk gone?"));
   EXPECT_THAT(causeOf(EDQUOT), HasSubstr("quota"));
   EXPECT_EQ(causeOf(EFBIG), "f: cannot write: why");
+  for (const int in_the_way : {EISDIR, EEXIST, ENOTEMPTY, ELOOP}) {
+    EXPECT_EQ(causeOf(in_the_way), "f: cannot write: why");
+    EXPECT_EQ(diskWords(DiskError("f", in_the_way), "/maps").fix,
+              "something else lies in its place: move it out of /maps");
+  }
 }
 
 TEST(DiskWords, KnowErrorsOfTheLibraryAndAlwaysHaveAFix) {

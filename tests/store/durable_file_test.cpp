@@ -9,6 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "store/sync_log.hpp"
 #include "support/file_size_limit.hpp"
 #include "tools/files.hpp"
 
@@ -26,7 +27,7 @@ TEST(DurableFile, ReadsBackWhatItWrote) {
   for (int i = 0; i < 256; ++i) all += static_cast<char>(i);
   for (const std::string& content : {all, std::string(), std::string(1 << 20, 'x'), std::string("short")}) {
     writeDurably(folder / "file", content);  // over the one before
-    EXPECT_TRUE(readFile(folder / "file") == content);
+    EXPECT_TRUE(readFile(folder / "file", content.size()) == content);
   }
   syncFolder(folder / "");
 }
@@ -35,8 +36,8 @@ TEST(DurableFile, NamesFileAndReason) {
   const Folder folder;
   folder.write("file", "x");
   using testing::HasSubstr;
-  EXPECT_THAT(refusalOf([&] { readFile(folder / "missing"); }), HasSubstr("missing: cannot read: No such file"));
-  EXPECT_THAT(refusalOf([&] { readFile(folder / ""); }), HasSubstr("cannot read"));
+  EXPECT_THAT(refusalOf([&] { readFile(folder / "missing", 1); }), HasSubstr("missing: cannot read: No such file"));
+  EXPECT_THAT(refusalOf([&] { readFile(folder / "", 1); }), HasSubstr("cannot read"));
   EXPECT_THAT(refusalOf([&] { writeDurably(folder / "no/file", "x"); }), HasSubstr("no/file: cannot open: No such"));
   EXPECT_THAT(refusalOf([&] { AppendFile(folder / "no/file", 0); }), HasSubstr("cannot open"));
   EXPECT_THAT(refusalOf([&] { syncFolder(folder / "file"); }), HasSubstr("Not a directory"));
@@ -47,6 +48,56 @@ TEST(DurableFile, SaysThatTheDiskIsFull) {
   const FileSizeLimit limit(1000);
   EXPECT_THAT(refusalOf([&] { writeDurably(folder / "file", std::string(1001, 'x')); }),
               testing::HasSubstr("cannot write: File too large"));
+}
+
+TEST(DurableFile, ReadsNothingOfWhatIsNoFileAndWaitsForNobody) {
+  const Folder folder;
+  using testing::HasSubstr;
+  const std::string pipe = folder / "pipe", socket = folder / "socket";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  ASSERT_EQ(mknod(socket.c_str(), S_IFSOCK | 0600, 0), 0);
+  std::filesystem::create_symlink("loop", folder / "loop");
+  std::filesystem::create_symlink(pipe, folder / "link");
+  for (const auto& [name, words] : {std::pair<std::string, const char*>{pipe, "it is a pipe, not a file"},
+                                    {folder / "link", "it is a pipe, not a file"},
+                                    {socket, "it is a socket, not a file"},
+                                    {folder / "", "it is a folder, not a file"},
+                                    {"/dev/zero", "it is a device, not a file"},
+                                    {folder / "loop", "Too many levels of symbolic links"},
+                                    {"/proc/self/mem", "Input/output error"}}) {
+    EXPECT_THAT(refusalOf([&] { readFile(name, 100); }), testing::AllOf(HasSubstr("cannot read: "), HasSubstr(words)))
+        << name;
+  }
+}
+
+TEST(DurableFile, ReadsNothingOfAFileThatIsLargerThanItMayBe) {
+  const Folder folder;
+  folder.write("file", "12345");
+  EXPECT_EQ(readFile(folder / "file", 5), "12345");
+  EXPECT_THAT(refusalOf([&] { readFile(folder / "file", 4); }), testing::HasSubstr("it has 5 bytes, not 4 or fewer"));
+  std::filesystem::resize_file(folder / "file", 40'000'000'000);  // without blocks on the disk
+  EXPECT_NE(refusalOf([&] { readFile(folder / "file", 1'000'000'000); }), "");
+  InputFile in(folder / "file");
+  EXPECT_EQ(in.read(3), "123");
+  EXPECT_EQ(in.read(2), "45");
+  EXPECT_LT(readFile("/proc/self/status", 10'000'000).size(), 100'000U) << "a file whose size its folder does not say";
+}
+
+TEST(DurableFile, WaitsForTheDiskAndSaysWhenItDoesNotTakeIt) {
+  const Folder folder;
+  test::syncLog().clear();
+  writeDurably(folder / "file", "x");
+  syncFolder(folder / "");
+  AppendFile file(folder / "journal", 0);
+  file.append("x");
+  file.sync();
+  EXPECT_THAT(test::syncLog(), testing::ElementsAre((folder / "file").string(), (folder / "").parent_path().string(),
+                                                    (folder / "journal").string()));
+  // Devices take what is written and cannot sync it.
+  using testing::HasSubstr;
+  EXPECT_THAT(refusalOf([] { writeDurably("/dev/null", "x"); }), HasSubstr("/dev/null: cannot sync"));
+  EXPECT_THAT(refusalOf([] { syncFolder("/proc"); }), HasSubstr("/proc: cannot sync"));
+  EXPECT_THAT(refusalOf([] { AppendFile("/dev/null", 0).sync(); }), HasSubstr("/dev/null: cannot sync"));
 }
 
 TEST(DurableFile, ChecksumsAsZlibDoes) {

@@ -4,6 +4,7 @@
 #include <functional>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <limits>
 #include <vector>
 
 #include "support/file_size_limit.hpp"
@@ -201,10 +202,11 @@ TEST(MapJournal, HoldsWhatTheDepthCameraSaw) {
                                      test::viewFrom(4, changing.map.keyframes.pose(4))};  // of the new keyframe
   journal.append(changing.map, seen);
   const auto whole = std::filesystem::file_size(folder / "journal");
-  journal.append(changing.map, std::vector<MapView>{test::viewFrom(5, {})});  // of one that there is not
+  EXPECT_THROW(journal.append(changing.map, std::vector<MapView>{test::viewFrom(5, {})}), UnreadableMap)
+      << "of one that there is not";
   journal.sync();
   const auto replayed = MapJournal::replay(folder / "journal", map);
-  EXPECT_TRUE(replayed.torn);
+  EXPECT_FALSE(replayed.torn);
   EXPECT_EQ(replayed.records, 2);
   ASSERT_EQ(map.views.size(), 2U);
   EXPECT_EQ(replayed.seen.size(), 2U);
@@ -214,6 +216,73 @@ TEST(MapJournal, HoldsWhatTheDepthCameraSaw) {
   std::filesystem::resize_file(folder / "journal", whole - 1);
   EXPECT_TRUE(MapJournal::replay(folder / "journal", other).torn);
   EXPECT_TRUE(other.views.empty()) << "all of a record or nothing";
+}
+
+TEST(MapJournal, SaysThatTheDiskDoesNotGiveIt) {
+  const Folder folder;
+  MapState map = ChangingMap().copy();
+  for (const auto& [file, words] : {std::pair<std::string, const char*>{"/proc/self/mem", "Input/output error"},
+                                    {folder / "", "it is a folder"},
+                                    {folder / "missing", "No such file"}}) {
+    const auto replayed = MapJournal::replay(file, map);
+    EXPECT_TRUE(replayed.torn) << file;
+    EXPECT_EQ(replayed.records, 0) << file;
+    EXPECT_THAT(replayed.unread, testing::HasSubstr(words));
+  }
+  EXPECT_EQ(differenceOf(map, ChangingMap().map), "");
+}
+
+TEST(MapJournal, TakesNoMemoryForWhatIsNotThere) {
+  const Folder folder;
+  const Written written(folder / "journal");
+  // A record that claims 200 MB, then 40 GB without blocks on the disk.
+  const std::string claim("SLMJ\x00\x00\x00\x0C\x00\x00\x00\x00", 12);
+  folder.write("claim", contentOf(folder / "journal") + claim);
+  std::filesystem::copy(folder / "journal", folder / "sparse");
+  std::filesystem::resize_file(folder / "sparse", 40'000'000'000);
+  for (const char* name : {"claim", "sparse"}) {
+    MapState map = written.base();
+    const auto replayed = MapJournal::replay(folder / name, map);
+    EXPECT_EQ(differenceOf(map, written.states.back()), "") << name;
+    EXPECT_TRUE(replayed.torn) << name;
+    EXPECT_EQ(replayed.unread, "") << name;
+  }
+}
+
+TEST(MapJournal, WritesNothingThatItWouldNotRead) {
+  const Folder folder;
+  const double infinite = std::numeric_limits<double>::infinity();
+  const std::function<void(ChangingMap&)> kBad[] = {
+      [&](ChangingMap& m) {
+        m.map.keyframes.graph().setPose(1, {infinite, 0.0, 0.0});
+      },
+      [&](ChangingMap& m) { m.map.T_map_base.y = infinite; },
+      [&](ChangingMap& m) { m.map.gyro_bias = -infinite; },
+      [&](ChangingMap& m) {
+        auto scan = std::make_shared<StoredScan>();
+        scan->points.push_back({.x = static_cast<float>(infinite), .y = 0.0F});
+        m.map.keyframes.add(scan, {});
+        m.map.in_map.push_back(1);
+      },
+      [&](ChangingMap& m) {
+        m.map.keyframes.graph().addEdge({.from = 0, .to = 1, .T_from_to = {infinite, 0.0, 0.0}});
+      },
+  };
+  for (const auto& spoil : kBad) {
+    ChangingMap changing;
+    const MapState base = changing.copy();
+    MapJournal journal(folder / "journal", base);
+    changing.addKeyframe(true);
+    const MapState good = changing.copy();
+    journal.append(good);
+    const std::string before = contentOf(folder / "journal");
+    spoil(changing);
+    EXPECT_THROW(journal.append(changing.map), std::runtime_error);
+    EXPECT_EQ(contentOf(folder / "journal"), before) << "a record that is refused hides those behind it";
+    MapState again = ChangingMap().copy();
+    EXPECT_FALSE(MapJournal::replay(folder / "journal", again).torn);
+    EXPECT_EQ(differenceOf(again, good), "");
+  }
 }
 
 }  // namespace

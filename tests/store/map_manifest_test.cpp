@@ -16,6 +16,7 @@ using testing::HasSubstr;
 
 MapManifest someManifest() {
   return {.utime = 1'700'000'000'123'456,
+          .order = 12,
           .keyframes = 17,
           .files = {{"graph.bin", {1234, 0xFFFFFFFF}}, {"state.toml", {0, 0}}}};
 }
@@ -54,13 +55,18 @@ TEST(MapManifest, CutOffAnywhereIsDamage) {
 TEST(MapManifest, OfANewerFormatIsNewerOnlyWhenItIsIntact) {
   const std::string lines = "slamd map\nversion 3\nfile new.bin 5 7 of another kind\nand more\n";
   EXPECT_THROW(decodeManifest(sealed(lines)), NewerMap);
+  try {
+    decodeManifest(sealed("version 3\norder 7\n"));
+  } catch (const NewerMap& newer) {
+    EXPECT_EQ(newer.order, 7) << "it keeps its place among the others";
+  }
   EXPECT_THAT(refusalOf([&] { decodeManifest(sealed(lines)); }),
               AllOf(HasSubstr("format 3"), HasSubstr("newer slamd"), HasSubstr("update slamd")));
 }
 
 TEST(MapManifest, RefusesIntactLinesThatSayNothing) {
   for (const char* lines : {"", "slamd map\n", "version 0\n", "version -1\n", "version\n", "version 1\nutime x\n",
-                            "version 1\nfile\n", "version 1\nfile graph.bin 5\n"}) {
+                            "version 1\norder\n", "version 1\nfile\n", "version 1\nfile graph.bin 5\n"}) {
     const std::string text = sealed(lines);
     EXPECT_NE(refusalOf([&] { decodeManifest(text); }), "") << lines;
   }

@@ -2,14 +2,21 @@
 #include "store/map_store.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <fstream>
+#include <functional>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <iterator>
+#include <limits>
 #include <optional>
+#include <sys/stat.h>
 #include <vector>
 
 #include "mapping/map_files.hpp"
+#include "store/sync_log.hpp"
 #include "support/file_size_limit.hpp"
+#include "support/irremovable.hpp"
 #include "support/stored_map.hpp"
 #include "tools/files.hpp"
 
@@ -17,6 +24,7 @@ namespace slam {
 namespace {
 
 namespace fs = std::filesystem;
+using namespace std::chrono_literals;
 using test::ChangingMap;
 using test::contentOf;
 using test::differenceOf;
@@ -450,10 +458,10 @@ TEST(MapStore, AFullDiskLeavesTheGenerationsBeforeAndTheJournalGoesOn) {
 TEST(MapStore, ACheckpointWorksAgainAfterOneThatFailedAtItsEnd) {
   const Folder folder;
   Drive drive(folder / "");
-  fs::create_directories(folder / "home/000003.journal/in the way");
+  fs::rename(folder / "home", folder / "away");
   EXPECT_THROW(drive.store.checkpoint(drive.changing.map), std::exception);
   drive.append();
-  fs::remove_all(folder / "home/000003.journal");
+  fs::rename(folder / "away", folder / "home");
   EXPECT_EQ(MapStore::load(folder / "", "home", kGrid).generation, 2);
   drive.checkpoint();
   drive.changing.addKeyframe(true);
@@ -521,21 +529,359 @@ TEST(MapStore, ListsMapsAndTheirDamage) {
   }
 }
 
-TEST(MapStore, TheNewestMapIsTheOneWrittenLast) {
+/// Sets all times of a map's files, as a clock would that is wrong by so much.
+void dateBack(const fs::path& map, std::chrono::hours age) {
+  for (const auto& entry : fs::directory_iterator(map)) {
+    fs::last_write_time(entry.path(), fs::file_time_type::clock::now() - age);
+  }
+}
+
+TEST(MapStore, TheNewestMapIsTheOneGoneOnInLastWhateverTheClockSaid) {
   const Folder folder;
-  Drive a(folder / "", "a"), b(folder / "", "b");
-  const auto now = fs::file_time_type::clock::now();
-  for (const char* name : {"a", "b"}) {
-    for (const auto& entry : fs::directory_iterator(folder / name)) {
-      fs::last_write_time(entry.path(), now - std::chrono::hours(name[0] == 'a' ? 2 : 1));
+  Drive a(folder / "", "a");
+  dateBack(folder / "a", -24h * 365 * 10);  // a clock ten years ahead
+  Drive b(folder / "", "b");
+  EXPECT_EQ(MapStore::newest(folder / ""), "b");
+  dateBack(folder / "b", 24h * 365 * 50);
+  b.changing.addKeyframe(true);
+  b.append();
+  EXPECT_EQ(MapStore::newest(folder / ""), "b");
+  a.checkpoint();
+  dateBack(folder / "a", 24h * 365 * 50);
+  EXPECT_EQ(MapStore::newest(folder / ""), "a") << "slamctl load a";
+  a.checkpoint(), a.checkpoint();
+  EXPECT_EQ(MapStore::newest(folder / ""), "a");
+  a.store.writeCopy(a.changing.map);
+  EXPECT_EQ(MapStore::newest(folder / ""), "b") << "what is only a copy is not gone on in";
+  fs::remove_all(folder / "b");
+  EXPECT_EQ(MapStore::newest(folder / ""), "a") << "it is better than none";
+}
+
+TEST(MapStore, AStoreRestoredFromElsewhereIsPutInOrderByWhatIsWrittenNext) {
+  const Folder folder;
+  Drive home(folder / "", "home");
+  fs::copy(folder / "home", folder / "backup", fs::copy_options::recursive);
+  dateBack(folder / "backup", -1h);  // the same order, and younger
+  home.checkpoint();
+  EXPECT_EQ(MapStore::newest(folder / ""), "home");
+}
+
+TEST(MapStore, MapsOfASlamdThatCountedNoOrderFollowByTheirFilesTimes) {
+  const Folder folder;
+  Drive old(folder / "", "old"), older(folder / "", "older");
+  for (MapStore* store : {&old.store, &older.store}) {  // an order of 0 is no line
+    store->writeCopy(old.changing.map), store->writeCopy(old.changing.map);
+  }
+  EXPECT_THAT(contentOf(folder / "old/000004/MANIFEST"), Not(HasSubstr("order")));
+  dateBack(folder / "old", 1h), dateBack(folder / "older", 2h);
+  folder.write("older/notes.txt", "written today, and nothing of the map");
+  EXPECT_EQ(MapStore::newest(folder / ""), "old");
+  fs::last_write_time(folder / "older/000004.journal", fs::file_time_type::clock::now());
+  EXPECT_EQ(MapStore::newest(folder / ""), "older") << "a journal counts";
+  old.checkpoint();
+  EXPECT_EQ(MapStore::newest(folder / ""), "old") << "what has an order is newer";
+}
+
+TEST(MapStore, AMapOfANewerSlamdKeepsItsPlaceInTheOrder) {
+  const Folder folder;
+  const Drive first(folder / "", "first"), last(folder / "", "last");
+  const fs::path manifest = folder / "last/000002/MANIFEST";
+  std::string text = contentOf(manifest);
+  text.replace(text.find("version 1"), 9, "version 2");
+  text.resize(text.rfind("crc32 "));
+  std::ofstream(manifest, std::ios::binary) << text << "crc32 " << crc32Of(text) << "\n";
+  EXPECT_EQ(MapStore::newest(folder / ""), "last") << "an older map is not silently gone on in";
+}
+
+/// Something strange in the folder of the maps, and what a start says of it.
+struct Strange {
+  const char* what;
+  void (*put)(const fs::path& maps);
+  const char* remark = "";       // of load("home"); "": none
+  const char* passed_over = "";  // of newest(); "": nothing
+  bool whole = true;             // all that was written is found
+};
+
+void touch(const fs::path& file, const std::string& text = "strange") { std::ofstream(file) << text; }
+void makePipe(const fs::path& file) { ASSERT_EQ(mkfifo(file.c_str(), 0600), 0); }
+void makeSocket(const fs::path& file) { ASSERT_EQ(mknod(file.c_str(), S_IFSOCK | 0600, 0), 0); }
+void replace(const fs::path& file, void (*put)(const fs::path&)) {
+  fs::remove_all(file);
+  put(file);
+}
+void grow(const fs::path& file) { fs::resize_file(file, 40'000'000'000); }
+
+const Strange kStrange[] = {
+    // Beside the map.
+    {"a file", [](const fs::path& maps) { touch(maps / "map-2"); }},
+    {"an empty folder", [](const fs::path& maps) { fs::create_directories(maps / "map-2"); }},
+    {"a map's empty numbered folder", [](const fs::path& maps) { fs::create_directories(maps / "map-2/000001"); }, "",
+     "map-2: no generation in it has a manifest that can be read"},
+    {"a map of other numbers", [](const fs::path& maps) { fs::create_directories(maps / "map-2/2024"); }},
+    {"a number as a map", [](const fs::path& maps) { fs::create_directories(maps / "000003"); }},
+    {"a loop of links", [](const fs::path& maps) { fs::create_symlink("map-2", maps / "map-2"); }},
+    {"a link to nowhere", [](const fs::path& maps) { fs::create_symlink("nowhere", maps / "map-2"); }},
+    {"a link to the folder itself", [](const fs::path& maps) { fs::create_directory_symlink(".", maps / "map-2"); }},
+    {"a pipe", [](const fs::path& maps) { makePipe(maps / "map-2"); }},
+    {"a socket", [](const fs::path& maps) { makeSocket(maps / "map-2"); }},
+    {"names that are none",
+     [](const fs::path& maps) {
+       for (const char* name : {"my map", ".hidden", "lost+found", "caf\xE9", "a\nb"}) {
+         fs::create_directories(maps / name / "000009");
+       }
+     }},
+    {"a manifest that is a pipe",
+     [](const fs::path& maps) {
+       fs::create_directories(maps / "map-2/000001");
+       makePipe(maps / "map-2/000001/MANIFEST");
+     },
+     "", "map-2: no generation"},
+    {"a manifest of nonsense",
+     [](const fs::path& maps) {
+       fs::create_directories(maps / "map-2/000001");
+       touch(maps / "map-2/000001/MANIFEST");
+     },
+     "", "map-2: no generation"},
+    {"journals alone",
+     [](const fs::path& maps) {
+       fs::create_directories(maps / "map-2");
+       fs::copy(maps / "home/000002.journal", maps / "map-2/000002.journal");
+     }},
+    // In the map, beside its generations.
+    {"an empty numbered folder behind the newest",
+     [](const fs::path& maps) { fs::create_directories(maps / "home/000003"); },
+     "000003/MANIFEST: cannot read: No such file or directory; used generation 2 instead"},
+    {"a numbered folder of something else",
+     [](const fs::path& maps) {
+       fs::create_directories(maps / "home/000003");
+       touch(maps / "home/000003/photo.jpg");
+     },
+     "used generation 2 instead"},
+    {"the highest number", [](const fs::path& maps) { fs::create_directories(maps / "home/999999999"); },
+     "used generation 2 instead"},
+    {"numbers that are none",
+     [](const fs::path& maps) {
+       for (const char* name : {"0", "00000", "000000", "0000002", "2", "99999999999999999999", "-00001", "000002 "}) {
+         fs::create_directories(maps / "home" / name);
+       }
+     }},
+    {"a file with the next number", [](const fs::path& maps) { touch(maps / "home/000003"); }},
+    {"a pipe with the next number", [](const fs::path& maps) { makePipe(maps / "home/000003"); }},
+    {"a link to nowhere with the next number",
+     [](const fs::path& maps) { fs::create_symlink("nowhere", maps / "home/000003"); }},
+    {"a loop of links with the next number",
+     [](const fs::path& maps) { fs::create_symlink("000003", maps / "home/000003"); }},
+    {"a folder as the next journal",
+     [](const fs::path& maps) { fs::create_directories(maps / "home/000003.journal/in the way"); },
+     "000003.journal: cannot read: it is a folder, not a file; used the 0 records before that"},
+    {"a pipe as the next journal", [](const fs::path& maps) { makePipe(maps / "home/000003.journal"); },
+     "000003.journal: cannot read: it is a pipe"},
+    {"a socket as the next journal", [](const fs::path& maps) { makeSocket(maps / "home/000003.journal"); },
+     "000003.journal: cannot read: it is a socket"},
+    {"a loop of links as the next journal",
+     [](const fs::path& maps) { fs::create_symlink("000003.journal", maps / "home/000003.journal"); },
+     "000003.journal: cannot read: Too many levels of symbolic links"},
+    {"the journal of a map that is not there", [](const fs::path& maps) { touch(maps / "home/000007.journal"); },
+     "000007.journal: cut off behind record 0"},
+    {"journals of other numbers",
+     [](const fs::path& maps) {
+       for (const char* name :
+            {"3.journal", "journal", ".journal", "99999999999999999999.journal", "000003.journal.old"})
+         fs::create_directories(maps / "home" / name);
+     }},
+    {"a half-written checkpoint", [](const fs::path& maps) { fs::copy(maps / "home/000002", maps / "home/writing"); }},
+    {"a file in place of one", [](const fs::path& maps) { touch(maps / "home/writing"); }},
+    {"a loop of links in place of one",
+     [](const fs::path& maps) { fs::create_symlink("writing", maps / "home/writing"); }},
+    {"copies of generations",
+     [](const fs::path& maps) {
+       for (const char* name : {"000002 (copy)", "000002.bak", "old"})
+         fs::copy(maps / "home/000002", maps / "home" / name);
+     }},
+    {"a generation that is a link elsewhere",
+     [](const fs::path& maps) {
+       fs::rename(maps / "home/000002", maps.parent_path() / "elsewhere");
+       fs::create_directory_symlink(maps.parent_path() / "elsewhere", maps / "home/000002");
+     }},
+    // In the place of what the map needs; the generation before and its journal have all of it.
+    {"a newest generation that is a file",
+     [](const fs::path& maps) { replace(maps / "home/000002", [](const fs::path& f) { touch(f); }); }},
+    {"a newest generation that is a loop of links",
+     [](const fs::path& maps) {
+       replace(maps / "home/000002", [](const fs::path& f) { fs::create_symlink(f.filename(), f); });
+     }},
+    {"keyframes that are a pipe", [](const fs::path& maps) { replace(maps / "home/000002/keyframes.bin", makePipe); },
+     "keyframes.bin: cannot read: it is a pipe, not a file; used generation 1 instead"},
+    {"keyframes that are a folder",
+     [](const fs::path& maps) {
+       replace(maps / "home/000002/keyframes.bin", [](const fs::path& f) { fs::create_directory(f); });
+     },
+     "keyframes.bin: cannot read: it is a folder"},
+    {"keyframes of 40 GB", [](const fs::path& maps) { grow(maps / "home/000002/keyframes.bin"); },
+     "keyframes.bin: cannot read: it has 40000000000 bytes"},
+    {"a manifest of 40 GB", [](const fs::path& maps) { grow(maps / "home/000002/MANIFEST"); },
+     "MANIFEST: cannot read: it has 40000000000 bytes"},
+    {"a manifest that is a pipe", [](const fs::path& maps) { replace(maps / "home/000002/MANIFEST", makePipe); },
+     "MANIFEST: cannot read: it is a pipe"},
+    {"a manifest that is a loop of links",
+     [](const fs::path& maps) {
+       replace(maps / "home/000002/MANIFEST", [](const fs::path& f) { fs::create_symlink(f.filename(), f); });
+     },
+     "MANIFEST: cannot read: Too many levels"},
+    {"a state that no disk gives",
+     [](const fs::path& maps) {
+       replace(maps / "home/000002/state.toml", [](const fs::path& f) { fs::create_symlink("/proc/self/mem", f); });
+     },
+     "state.toml: cannot read: Input/output error; used generation 1 instead"},
+    {"a grid that is a pipe", [](const fs::path& maps) { replace(maps / "home/000002/grid.bin", makePipe); },
+     "grid.bin: cannot read: it is a pipe, not a file; the grid is drawn anew from the keyframes"},
+    {"depth of 40 GB", [](const fs::path& maps) { grow(maps / "home/000002/depth.bin"); },
+     "depth.bin: cannot read: it has 40000000000 bytes"},
+    // In the place of the newest journal: what it held is lost, and said.
+    {"a journal that no disk gives",
+     [](const fs::path& maps) {
+       replace(maps / "home/000002.journal", [](const fs::path& f) { fs::create_symlink("/proc/self/mem", f); });
+     },
+     "000002.journal: cannot read: Input/output error; used the 0 records before that", "", false},
+    {"a journal that is a folder",
+     [](const fs::path& maps) {
+       replace(maps / "home/000002.journal", [](const fs::path& f) { fs::create_directory(f); });
+     },
+     "000002.journal: cannot read: it is a folder", "", false},
+    {"a journal that is a pipe", [](const fs::path& maps) { replace(maps / "home/000002.journal", makePipe); },
+     "000002.journal: cannot read: it is a pipe", "", false},
+    {"a journal of 40 GB", [](const fs::path& maps) { grow(maps / "home/000002.journal"); },
+     "000002.journal: cut off behind record 3"},
+};
+
+TEST(MapStore, WhatLiesBesideAMapLosesNothingOfIt) {
+  static_assert(std::size(kStrange) >= 38);
+  for (const Strange& strange : kStrange) {
+    SCOPED_TRACE(strange.what);
+    const Folder folder;
+    fs::create_directories(folder / "maps");
+    Drive drive(folder / "maps");
+    strange.put(folder / "maps");
+    std::vector<std::string> passed_over;
+    EXPECT_EQ(MapStore::newest(folder / "maps", &passed_over), "home");
+    EXPECT_EQ(passed_over.size(), *strange.passed_over == '\0' ? 0U : 1U);
+    for (const std::string& words : passed_over) EXPECT_THAT(words, HasSubstr(strange.passed_over));
+    LoadedMap loaded;
+    ASSERT_NO_THROW(loaded = MapStore::load(folder / "maps", "home", kGrid));
+    EXPECT_EQ(drive.find(loaded.state), strange.whole ? kLast : kSecond);
+    EXPECT_EQ(loaded.remarks.size(), *strange.remark == '\0' ? 0U : 1U);
+    for (const std::string& remark : loaded.remarks) {
+      EXPECT_THAT(remark, HasSubstr(strange.remark));
+      EXPECT_TRUE(oneSentence(remark));
+    }
+    const auto listed = MapStore::list(folder / "maps");
+    const auto home = std::find_if(listed.begin(), listed.end(), [](const auto& map) { return map.name == "home"; });
+    ASSERT_NE(home, listed.end());
+    EXPECT_EQ(home->generation, loaded.generation);
+
+    // Who goes on in it stores it, again and again, and finds it.
+    MapStore next(folder / "maps", "home");
+    for (int i = 0; i < 3; ++i) {
+      drive.changing.addKeyframe(true);
+      drive.changing.touch();
+      ASSERT_NO_THROW(next.checkpoint(drive.changing.map));
+      EXPECT_EQ(next.leftover(), "");
+      const LoadedMap again = MapStore::load(folder / "maps", "home", kGrid);
+      EXPECT_EQ(differenceOf(again.state, drive.changing.map), "");
+      EXPECT_EQ(again.generation, next.generation());
+      EXPECT_EQ(MapStore::newest(folder / "maps"), "home");
     }
   }
-  EXPECT_EQ(MapStore::newest(folder / ""), "b");
-  a.changing.addKeyframe(true);
-  a.append();  // a journal counts
-  EXPECT_EQ(MapStore::newest(folder / ""), "a");
-  b.store.touch();
-  EXPECT_EQ(MapStore::newest(folder / ""), "b");
+}
+
+TEST(MapStore, AnOlderGenerationThatCannotBeRemovedIsSaidAndNoFailure) {
+  const Folder folder;
+  Drive drive(folder / "");
+  {
+    const test::Irremovable stays(folder / "home/000001/keyframes.bin");
+    if (!stays.holds()) GTEST_SKIP() << "root may remove any file of this file system";
+    for (int i = 0; i < 3; ++i) {
+      drive.changing.addKeyframe(true);
+      ASSERT_NO_THROW(drive.checkpoint());
+      EXPECT_THAT(drive.store.leftover(), AllOf(HasSubstr("home/000001: cannot remove: "), HasSubstr("ermi")));
+      drive.changing.addKeyframe(true);
+      drive.append();
+      const LoadedMap loaded = MapStore::load(folder / "", "home", kGrid);
+      EXPECT_EQ(differenceOf(loaded.state, drive.changing.map), "");
+      EXPECT_THAT(loaded.remarks, IsEmpty());
+    }
+  }
+  drive.checkpoint();
+  EXPECT_EQ(drive.store.leftover(), "");
+  EXPECT_FALSE(fs::exists(folder / "home/000001"));
+}
+
+TEST(MapStore, AnUnfinishedCheckpointThatCannotBeRemovedIsInNobodysWay) {
+  const Folder folder;
+  Drive drive(folder / "");
+  fs::create_directory(folder / "home/writing");
+  folder.write("home/writing/keyframes.bin", "half");
+  const test::Irremovable stays(folder / "home/writing/keyframes.bin");
+  if (!stays.holds()) GTEST_SKIP() << "root may remove any file of this file system";
+  for (int i = 0; i < 3; ++i) ASSERT_NO_THROW(drive.checkpoint());
+  EXPECT_EQ(MapStore::load(folder / "", "home", kGrid).generation, 5);
+  EXPECT_FALSE(fs::exists(folder / "home/writing-2"));
+}
+
+TEST(MapStore, StoresNothingThatItWouldNotReadAndKeepsWhatItHas) {
+  const double infinite = std::numeric_limits<double>::infinity();
+  const std::function<void(MapState&)> kBad[] = {
+      [&](MapState& map) {
+        map.keyframes.graph().setPose(1, {0.0, infinite, 0.0});
+      },
+      [&](MapState& map) { map.T_map_base.x = infinite; },
+      [&](MapState& map) { map.utime = -1; },
+      [&](MapState& map) {
+        map.views = {test::viewFrom(1, map.keyframes.pose(1))};
+        map.views[0].T_keyframe_base.theta = infinite;
+      },
+      [&](MapState& map) { map.grid = OccupancyGrid({.resolution = infinite}); },
+  };
+  for (const auto& spoil : kBad) {
+    const Folder folder;
+    Drive drive(folder / "");
+    MapState bad = drive.changing.copy();
+    spoil(bad);
+    for (int i = 0; i < 3; ++i) {  // as often as there are generations to bury
+      EXPECT_THROW(drive.store.checkpoint(bad), std::runtime_error);
+    }
+    EXPECT_FALSE(fs::exists(folder / "home/writing"));
+    EXPECT_EQ(drive.find(MapStore::load(folder / "", "home", kGrid).state), kLast);
+    drive.changing.addKeyframe(true);
+    drive.append();
+    const LoadedMap loaded = MapStore::load(folder / "", "home", kGrid);
+    EXPECT_EQ(differenceOf(loaded.state, drive.changing.map), "") << "the journal goes on";
+    EXPECT_EQ(loaded.generation, 2);
+  }
+}
+
+TEST(MapStore, ACheckpointDoesWithoutTheJournalBeforeItWhereThatCannotHoldWhatChanged) {
+  const Folder folder;
+  Drive drive(folder / "");
+  drive.changing.addKeyframe(true);
+  drive.store.checkpoint(drive.changing.map, std::vector<MapView>{test::viewFrom(99, {})});  // of no keyframe
+  const LoadedMap loaded = MapStore::load(folder / "", "home", kGrid);
+  EXPECT_EQ(differenceOf(loaded.state, drive.changing.map), "");
+  EXPECT_EQ(loaded.generation, 3);
+  damage(folder / "home/000003/keyframes.bin");
+  EXPECT_EQ(drive.find(MapStore::load(folder / "", "home", kGrid).state), kLast) << "as far as the journal went";
+}
+
+TEST(MapStore, WaitsForTheDiskBeforeAGenerationHasItsNumber) {
+  const Folder folder;
+  Drive drive(folder / "");
+  test::syncLog().clear();
+  drive.checkpoint();
+  const std::string map = folder / "home/";
+  EXPECT_THAT(test::syncLog(),
+              ElementsAre(map + "writing/keyframes.bin", map + "writing/graph.bin", map + "writing/grid.bin",
+                          map + "writing/state.toml", map + "writing/depth.bin", map + "writing/MANIFEST",
+                          map + "writing", map + "000002.journal", map + "000003.journal", folder / "home"));
 }
 
 TEST(OpenMap, TakesAFolderOrAPicture) {

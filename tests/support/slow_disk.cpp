@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The C library's fsync() and fdatasync() as of a disk that may hang: linked into a test they take the place of the
-// real ones. As a library for LD_PRELOAD (SLOW_DISK_FILE) the disk hangs as long as the file of that name exists.
+// The C library's fsync(), fdatasync() and flock() as of a disk that may hang: linked into a test they take the place
+// of the real ones. As a library for LD_PRELOAD (SLOW_DISK_FILE) the disk hangs as long as the file of that name
+// exists.
 #include <atomic>
 #include <cstdlib>
 #include <sys/syscall.h>
@@ -28,4 +29,9 @@ extern "C" int fsync(int descriptor) {
 extern "C" int fdatasync(int descriptor) {
   wait();
   return static_cast<int>(syscall(SYS_fdatasync, descriptor));
+}
+
+extern "C" int flock(int descriptor, int operation) {
+  wait();
+  return static_cast<int>(syscall(SYS_flock, descriptor, operation));
 }

@@ -98,8 +98,8 @@ TEST(EstimateWriter, NamesStateAndStatus) {
 }
 
 TEST(EstimateWriter, RefusesAPathThatItCannotWrite) {
-  EXPECT_EQ(test::refusalOf([] { EstimateWriter("/nonexistent/a.csv"); }),
-            "/nonexistent/a.csv: cannot write: No such file or directory");
+  EXPECT_EQ(test::refusalOf([] { EstimateWriter("/dev/null/a.csv"); }),
+            "/dev/null/a.csv: cannot write: its folder cannot be made: Not a directory");
 }
 
 TEST(EstimateOf, TakesPoseAndCovarianceToTheScansOwnStamp) {

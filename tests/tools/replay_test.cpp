@@ -417,14 +417,41 @@ TEST(Replay, RefusesALogWithoutScansAndOutputsItCannotWrite) {
   writeDrive(folder / "drive.lcm", trueStamp);
   ReplayOptions options;
   options.logs = {folder / "drive.lcm"};
-  options.trajectory = "/nonexistent/a.tum";
+  options.trajectory = "/dev/null/a.tum";
   EXPECT_THROW(replay(driveConfig(), options), std::runtime_error);
   options.trajectory.clear();
-  options.estimates = "/nonexistent/a.csv";
+  options.estimates = "/dev/null/a.csv";
   EXPECT_THROW(replay(driveConfig(), options), std::runtime_error);
   options.estimates.clear();
-  options.map = "/nonexistent/a";
+  options.map = "/dev/null/a";
   EXPECT_THROW(replay(driveConfig(), options), std::runtime_error);
+}
+
+TEST(Replay, MakesTheFoldersOfItsOutputsAndRefusesOthersBeforeItReadsTheLog) {
+  const Folder folder;
+  writeDrive(folder / "drive.lcm", trueStamp);
+  ReplayOptions options;
+  options.logs = {folder / "drive.lcm"};
+  options.map = folder / "out/of/the/way/room";
+  options.trajectory = folder / "poses/a.tum";
+  options.save_map = folder / "store/of/room";
+  int read = 0;
+  const auto count = [&](double) { ++read; };
+  replay(driveConfig(), options, count);
+  EXPECT_GT(read, 0);
+  EXPECT_EQ(readMapFiles(folder / "out/of/the/way/room.yaml").resolution, driveConfig().map.resolution);
+  EXPECT_FALSE(contentOf(folder / "poses/a.tum").empty());
+  EXPECT_EQ(MapStore::newest(folder / "store/of"), "room");
+  read = 0;
+  for (auto ReplayOptions::*output :
+       {&ReplayOptions::map, &ReplayOptions::trajectory, &ReplayOptions::causal, &ReplayOptions::estimates,
+        &ReplayOptions::odometry, &ReplayOptions::wheels, &ReplayOptions::save_map, &ReplayOptions::viewer_frames}) {
+    ReplayOptions bad;
+    bad.logs = options.logs;
+    bad.*output = folder / "drive.lcm/a";
+    EXPECT_NE(test::refusalOf([&] { replay(driveConfig(), bad, count); }), "");
+    EXPECT_EQ(read, 0) << "hours of work would be lost";
+  }
 }
 
 /// A map made by the drive, and options that begin in it.

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "mapping/map_files.hpp"
+#include "tools/common/output_file.hpp"
 #include "tools/common/program.hpp"
 #include "tools/convert/auto.hpp"
 #include "tools/convert/bags/ros.hpp"
@@ -178,6 +179,8 @@ int main(int argc, char** argv) {
 
   return slam::runProgram(
       app, argc, argv, SLAMD_VERSION, "slam-convert auto drive.bag drive.lcm --config drive.toml", [&] {
+        map->parsed() ? slam::prepareMapFiles(files.out) : slam::prepareOutput(files.out);
+        for (const fs::path& file : {fs::path(files.config), truth.file}) slam::prepareOutput(file);
         for (const auto& [command, convert] : conversions) {
           if (command->parsed()) finish(convert(), *command, files);
         }

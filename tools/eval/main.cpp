@@ -7,6 +7,7 @@
 #include "config/loader.hpp"
 #include "mapping/colour_image.hpp"
 #include "mapping/map_files.hpp"
+#include "tools/common/output_file.hpp"
 #include "tools/common/program.hpp"
 #include "tools/eval/live_report.hpp"
 #include "tools/eval/map_metrics.hpp"
@@ -170,10 +171,12 @@ int main(int argc, char** argv) {
         } else if (waypoints->parsed()) {
           printWaypoints(slam::waypointErrors(slam::readTrajectory(estimate), slam::readTrajectory(truth)), json);
         } else if (live->parsed()) {
+          slam::prepareOutput(live_input.trajectory);
           slam::printLiveReport(live_input);
         } else if (map->parsed()) {
           printMap(slam::compareMaps(slam::readMapFiles(estimate), slam::readMapFiles(truth)), json);
         } else if (pair->parsed()) {
+          slam::prepareOutput(picture);
           writePair(estimate, truth, picture);
         } else if (overlay->parsed()) {
           const slam::Config config = slam::loadConfig(config_file, overrides);

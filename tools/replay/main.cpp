@@ -7,6 +7,7 @@
 
 #include "config/loader.hpp"
 #include "store/log_folder.hpp"
+#include "tools/common/output_file.hpp"
 #include "tools/common/program.hpp"
 #include "tools/replay/replay.hpp"
 
@@ -114,6 +115,7 @@ int main(int argc, char** argv) {
         if (config.mode == slam::RunMode::kLocalise && !options.save_map.empty()) {
           throw CLI::ValidationError("--save-map", "mode \"localise\" changes no map; there is nothing to save");
         }
+        slam::prepareOutput(stats_file);
         int shown = -1;
         const slam::ReplayStats stats = slam::replay(config, options, [&](double seconds, bool lost) {
           const int now = static_cast<int>(seconds) / (lost ? 1 : 10);  // the search for a lost robot takes its time

@@ -16,6 +16,7 @@
 #include "runtime/process_usage.hpp"
 #include "slam/pipeline.hpp"
 #include "store/map_store.hpp"
+#include "tools/common/output_file.hpp"
 #include "tools/common/trajectory.hpp"
 #include "tools/replay/estimates.hpp"
 #include "tools/replay/viewer_frames.hpp"
@@ -54,6 +55,7 @@ class Run {
         causal_(writerFor(options.causal)),
         odometry_(writerFor(options.odometry)),
         wheels_(writerFor(options.wheels)) {
+    if (!options.save_map.empty()) store_.emplace(options.save_map);
     if (!options.estimates.empty()) estimates_.emplace(options.estimates);
     if (!options.viewer_frames.empty()) viewer_.emplace(options.viewer_frames, options.viewer_period);
     pipeline_.on_scan = [this](const ScanOutcome& outcome) { write(outcome); };
@@ -92,7 +94,7 @@ class Run {
       if (*writer) (*writer)->close();
     }
     if (estimates_) estimates_->close();
-    if (!options.save_map.empty()) saveMap(options.save_map);
+    if (!options.save_map.empty()) saveMap();
     if (!options.map.empty()) {
       const Mapper& mapper = pipeline_.drawn();
       writeMapFiles(options.map, renderMap(mapper.grid()), mapper.path());
@@ -209,13 +211,10 @@ class Run {
                     .edges = graph.edges()});
   }
 
-  void saveMap(const std::filesystem::path& path) {
+  void saveMap() {
     MapState map = pipeline_.state();
     map.utime = poses_.empty() ? 0 : poses_.back().utime;
-    const auto folder = std::filesystem::absolute(path).lexically_normal();
-    MapStore store(folder.parent_path(), folder.filename());
-    const FolderLock lock(folder);
-    store.checkpoint(map);
+    store_->store.checkpoint(map);
   }
 
   /// The session was found: where the robot was since it got lost is known now.
@@ -224,6 +223,17 @@ class Run {
       row->T_keyframe_base = T_map_session * row->T_keyframe_base;
     }
   }
+
+  /// Where the map will be stored: nobody else's from the begin.
+  struct Destination {
+    explicit Destination(const std::filesystem::path& path)
+        : folder(std::filesystem::absolute(path).lexically_normal()),
+          store(folder.parent_path(), folder.filename()),
+          lock(folder) {}
+    std::filesystem::path folder;
+    MapStore store;
+    FolderLock lock;
+  };
 
   struct Row {
     std::int64_t utime;
@@ -240,6 +250,7 @@ class Run {
   LidarGyroOffset offset_;
   std::optional<TrajectoryWriter> final_, causal_, odometry_, wheels_;
   std::optional<EstimateWriter> estimates_;
+  std::optional<Destination> store_;
   int scans_stuck_ = 0, scans_blind_ = 0;
   EchoWatch echoes_;
   EchoWatch::Finding echo_finding_ = EchoWatch::Finding::kNone;
@@ -274,6 +285,10 @@ ReplayStats replay(const Config& config, const ReplayOptions& options,
                    const std::function<void(double log_seconds, bool lost)>& progress) {
   const auto start = Clock::now();
   const double cpu_before = cpuSeconds();
+  for (const auto& file : {options.trajectory, options.causal, options.estimates, options.odometry, options.wheels}) {
+    prepareOutput(file);
+  }
+  prepareMapFiles(options.map);
   EventLogSequence log(options.logs);
   if (options.load_map.empty() && config.mode == RunMode::kLocalise)
     throw std::runtime_error("mode \"localise\" needs a map; give --load-map");

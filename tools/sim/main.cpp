@@ -2,6 +2,7 @@
 #include <CLI/App.hpp>
 #include <iostream>
 
+#include "tools/common/output_file.hpp"
 #include "tools/common/program.hpp"
 #include "tools/sim/can/can_emulator.hpp"
 #include "tools/sim/device_mode.hpp"
@@ -59,6 +60,9 @@ int main(int argc, char** argv) {
             return static_cast<int>(slam::kBadUsage);
           }
         }
+        for (const auto& file : {std::filesystem::path(log), options.truth, options.waypoints})
+          slam::prepareOutput(file);
+        for (const auto& prefix : {options.truth_map, options.truth_map_lidar}) slam::prepareMapFiles(prefix);
         options.depth = !no_depth;
         log.empty() ? slam::sim::playDevices(options, devices, can, nodes) : slam::sim::writeLog(options, log);
         return static_cast<int>(slam::kDone);

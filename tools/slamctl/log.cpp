@@ -13,6 +13,7 @@
 #include "bus/event_log.hpp"
 #include "store/log_folder.hpp"
 #include "store/log_policy.hpp"
+#include "tools/common/output_file.hpp"
 
 namespace slam {
 namespace {
@@ -84,6 +85,7 @@ std::int64_t sinceTime(const std::string& text, std::int64_t now) {
 LogExport exportLogs(const std::filesystem::path& folder, std::optional<std::int64_t> since,
                      const std::filesystem::path& out) {
   if (std::filesystem::exists(out)) throw std::runtime_error(out.string() + ": is there already; give another --out");
+  prepareOutput(out);
   const std::vector<LogFile> files = logsIn(folder);
   if (files.empty()) throw std::runtime_error(folder.string() + ": no log in this folder");
   LogExport done;

@@ -12,6 +12,7 @@
 #include "mapping/map_files.hpp"
 #include "store/log_policy.hpp"
 #include "store/map_store.hpp"
+#include "tools/common/output_file.hpp"
 #include "tools/common/program.hpp"
 #include "tools/slamctl/doctor.hpp"
 #include "tools/slamctl/log.hpp"
@@ -169,6 +170,7 @@ int main(int argc, char** argv) {
       if (list->parsed()) printMaps(directory);
       if (export_map->parsed()) {
         if (!slam::MapStore::isName(name)) throw std::runtime_error("\"" + name + "\" is no name of a map");
+        slam::prepareMapFiles(prefix);
         exportMap(std::filesystem::path(directory) / name, prefix, config);
       }
       return slam::kDone;

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/stat.h>
 
 #include "app/threads/mapper_thread.hpp"
 #include "support/slow_disk.hpp"
@@ -246,21 +245,42 @@ TEST_F(GraphKeeping, LocalisesInTheMapAndExtendsItAgainByCommand) {
   EXPECT_TRUE(waitUntil([&] { return stored() == 3; })) << stored();
 }
 
+TEST_F(GraphKeeping, StoresWhereTheRobotWasKnownToBeLastAndNotWhereALostOneThinksItIs) {
+  start();
+  keyframe->map_id = graph->firstFrontEnd()->mapId();
+  const auto report = [&](LocalisationState state, const Pose2& T_map_base, double gyro_bias) {
+    PoseSnapshot snapshot;
+    snapshot.map_id = keyframe->map_id;
+    snapshot.pose.state = state;
+    snapshot.pose.T_map_base = T_map_base;
+    snapshot.odometry.gyro_bias = gyro_bias;
+    channels->pose_for_graph.store(snapshot);
+    const std::uint64_t ticks = graph->worker().ticks();
+    ASSERT_TRUE(waitUntil([&] { return graph->worker().ticks() > ticks + 2; })) << "it has seen it";
+  };
+  const Pose2 known{1.5, -0.5, 0.25}, guessed{7.0, 8.0, 1.0};
+  report(LocalisationState::kLocalised, known, 0.01);
+  for (const LocalisationState state :
+       {LocalisationState::kInitialising, LocalisationState::kDegraded, LocalisationState::kLost}) {
+    report(state, guessed, 0.02);
+    drive();
+    ASSERT_TRUE(waitUntil([&] { return stored() == next; }));
+    const auto name = MapStore::newest(folder / "maps");
+    const MapState map = MapStore::load(folder / "maps", *name, config.map).state;
+    EXPECT_EQ(map.T_map_base, known) << static_cast<int>(state);
+    EXPECT_EQ(map.gyro_bias, 0.02) << "which is known all the same";
+  }
+}
+
 TEST_F(GraphKeeping, BeginsWithoutAMapThatTheDiskDoesNotGiveInTime) {
   fs::create_directories(folder / "maps");
   MapStore(folder / "maps", "home").checkpoint(ChangingMap(5).map);
-  const fs::path file = folder / "maps/home/000001/keyframes.bin", aside = folder / "aside";
-  fs::rename(file, aside);
-  ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);  // whoever reads it waits
+  HangingDisk disk;
   start();
   EXPECT_GT(waiting(), 1s);
   const std::uint64_t ticks = graph->worker().ticks();
   EXPECT_TRUE(waitUntil([&] { return graph->worker().ticks() > ticks + 3; }));
-  {
-    std::ofstream disk(file, std::ios::binary);  // it answers
-    disk << test::contentOf(aside);
-    fs::rename(aside, file);  // the next checkpoint reads it again
-  }
+  disk.release();
   FrontEnd* found = nullptr;
   ASSERT_TRUE(
       waitUntil([&] { return channels->front_end.front_ends.popOne([&](FrontEnd* fresh) { found = fresh; }); }));

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The input is the length of a map_server .yaml, that .yaml and a PGM: a floor plan that somebody gives. What is read
+// is made a map, as slamd does before it localises in it.
+#include <stdexcept>
+#include <string>
+
+#include "fuzz/fuzzing.hpp"
+#include "fuzz/memory_file.hpp"
+#include "mapping/map_files.hpp"
+#include "slam/map_import.hpp"
+
+namespace slam {
+namespace {
+
+std::string textOf(fuzz::Bytes bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
+
+/// What is written of an image and read again is the same image.
+void checkWritten(const MapImage& image, const fuzz::MemoryFile& yaml, const fuzz::MemoryFile& pgm) {
+  yaml.write(encodeYaml(pgm.path().filename(), image));
+  pgm.write(encodePgm(image));
+  const MapImage again = readMapFiles(yaml.path());
+  FUZZ_CHECK(again.width == image.width && again.height == image.height && again.cells == image.cells);
+  FUZZ_CHECK(again.resolution == image.resolution);
+  FUZZ_CHECK(again.origin_x == image.origin_x && again.origin_y == image.origin_y);
+}
+
+void checkMap(const MapImage& image) {
+  std::size_t known = 0, found = 0;
+  for (const std::uint8_t cell : image.cells) known += cell != MapImage::kUnknown;
+  const MapState map = importMap(image);
+  FUZZ_CHECK(map.in_map.size() == static_cast<std::size_t>(map.keyframes.size()));
+  FUZZ_CHECK(map.grid_keyframes == map.keyframes.size());
+  for (int id = 0; id < map.keyframes.size(); ++id) {
+    const StoredScan& scan = *map.keyframes.scan(id);
+    found += scan.points.size() + scan.free.size() + scan.solid.size();
+  }
+  FUZZ_CHECK(found == known);
+}
+
+}  // namespace
+}  // namespace slam
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace slam;
+  static const fuzz::MemoryFile yaml, pgm;
+  fuzz::Input input({data, size});
+  const auto length = input.take<std::uint16_t>();
+  // Which file is the picture is not left to the input.
+  yaml.write("image: " + pgm.path().filename().string() + "\n" + textOf(input.takeBytes(length)));
+  const std::string picture = textOf(input.rest());
+  pgm.write(picture);
+  MapImage image;
+  try {
+    image = readMapFiles(yaml.path());
+  } catch (const std::runtime_error&) {  // refused
+    return 0;
+  }
+  FUZZ_CHECK(image.width > 0 && image.height > 0);
+  FUZZ_CHECK(image.cells.size() == static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
+  FUZZ_CHECK(image.cells.size() <= picture.size());
+  for (const std::uint8_t cell : image.cells) {
+    FUZZ_CHECK(cell == MapImage::kFree || cell == MapImage::kOccupied || cell == MapImage::kUnknown);
+  }
+  FUZZ_CHECK_NO_THROW((checkWritten(image, yaml, pgm), true));
+  FUZZ_CHECK_NO_THROW((checkMap(image), true));
+  return 0;
+}
