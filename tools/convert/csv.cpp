@@ -201,12 +201,7 @@ class ScanRows {
     return x && y && theta ? std::optional(Pose2{*x, *y, *theta}) : std::nullopt;
   }
   /// [m] beyond which nothing is a return
-  double rangeMax() const {
-    if (words_) return 50.0;
-    double limit = survey_.census.largest() + 0.01;
-    for (const double code : codes_) limit = std::min(limit, code - RangeCensus::kStep);
-    return std::max(1.0, limit);
-  }
+  double rangeMax() const { return words_ ? 50.0 : survey_.census.limit(); }
 
  private:
   bool push(double number, double bearing) {

@@ -18,6 +18,7 @@ struct RosTopic {
   std::string type = {};        ///< package/Type, without the "msg" that ROS 2 writes between
   std::string definition = {};  ///< text of the message and of those in it; empty: not in the bag
   std::string md5 = {};         ///< of ROS 1; empty or "*": not in the bag
+  std::string publisher = {};   ///< node of ROS 1; empty: not in the bag
   RosEncoding encoding = RosEncoding::kOther;
   std::string remark = {};  ///< why its messages cannot be read; empty: they can
 };

@@ -162,6 +162,7 @@ class RosBag : public RosSource {
     const bool fields = forEachField(record.data, [&](std::string_view name, std::string_view value) {
       if (name == "type") topic.type = value;
       if (name == "md5sum") topic.md5 = value;
+      if (name == "callerid") topic.publisher = value;
       if (name == "message_definition") topic.definition = value;
       if (name == "topic" && topic.name.empty()) topic.name = value;
     });
