@@ -55,13 +55,18 @@ enum class Text { kNone, kCarmen, kWean, kMines, kTable };
 /// What the lines of a text are, by the first of them that say it.
 Text kindOfText(const std::filesystem::path& file) {
   constexpr int kLines = 2000, kEnough = 3;
+  constexpr std::size_t kBytes = std::size_t{16} << 20;
   constexpr std::size_t kMinesColumns = 706, kWeanLaser = 188;  // at least, exactly
   std::map<Text, int> votes;
+  int lines = 0;
   TextFile text(file);
   std::string line;
-  for (int i = 0; i < kLines && text.next(line); ++i) {
+  std::size_t bytes = 0;
+  for (int i = 0; i < kLines && bytes < kBytes && text.next(line); ++i) {
+    bytes += line.size();
     const auto words = splitWords(line);
     if (words.empty() || words[0].front() == '#') continue;
+    ++lines;
     const std::string_view first = words[0];
     if (first == "FLASER" || first == "ODOM" || first == "PARAM" || first.starts_with("ROBOTLASER"))
       return Text::kCarmen;
@@ -73,10 +78,13 @@ Text kindOfText(const std::filesystem::path& file) {
       const auto cells = splitCells(line, separatorOf(line));
       const auto numbers =
           std::count_if(cells.begin(), cells.end(), [](std::string_view cell) { return cellNumber(cell).has_value(); });
-      if (cells.size() >= 3 && 10 * numbers >= 8 * static_cast<std::ptrdiff_t>(cells.size())) ++votes[Text::kTable];
+      // Lines that begin with a word are of a log; a date begins with a digit.
+      const bool row = cellNumber(cells[0]) || std::isdigit(static_cast<unsigned char>(cells[0].front())) != 0;
+      if (row && cells.size() >= 3 && 10 * numbers >= 8 * static_cast<std::ptrdiff_t>(cells.size()))
+        ++votes[Text::kTable];
     }
   }
-  return votes[Text::kTable] > 0 ? Text::kTable : Text::kNone;
+  return votes[Text::kTable] > 0 && 2 * votes[Text::kTable] >= lines ? Text::kTable : Text::kNone;
 }
 
 /// slamd's own messages go as they are, but for those that are no measurement.
@@ -185,8 +193,10 @@ Recording convertAny(const std::filesystem::path& in, const std::filesystem::pat
       break;
   }
   throw std::runtime_error(in.string() +
-                           ": not recognised; nothing was written. Known are CARMEN logs, bags of ROS 1 (.bag) and "
-                           "ROS 2 (.db3, .mcap, a folder of them), LCM logs, and tables of ranges");
+                           ": not recognised; nothing was written. Read are CARMEN logs (lines FLASER, ROBOTLASER1, "
+                           "ODOM), bags of ROS 1 (.bag) and ROS 2 (.db3, .mcap, a folder of them), LCM logs of slamd, "
+                           "MBot and Maebot, the logs of Wean Hall and Mines, and tables with a row of ranges for each "
+                           "scan (csv)");
 }
 
 }  // namespace slam

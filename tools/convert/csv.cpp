@@ -294,6 +294,10 @@ void addScans(const CsvInput& in, Recording& recording, LogOutput& log) {
     log.add(reader.utime(), reader.scan(), reader.utime());
     recording.useScan(rows, reader.utime());
   });
+  if (rows.used == 0) {
+    throw std::runtime_error(in.scans.string() +
+                             ": no row of it could be used as a scan; first refused: " + recording.first_rejection);
+  }
   if (!columns.stamp) {
     recording.notes.push_back(in.period ? "the table has no stamps: --period was used"
                                         : "the table has no stamps: 0.1 s from scan to scan was taken; give --period");

@@ -107,7 +107,7 @@ class Definition {
 
  private:
   static constexpr std::size_t kMostSections = 100, kLongest = 20000;
-  static constexpr int kDeepest = 10;
+  static constexpr int kDeepest = 10, kMostSteps = 1000;  // messages within messages
 
   std::optional<std::string> sectionOf(const std::string& name) const {
     if (const auto at = sections_.find(name); at != sections_.end()) return at->second;
@@ -122,7 +122,7 @@ class Definition {
 
   bool flatten(const std::string& section, const std::string& package, std::string& out, int depth) {
     const auto found = sectionOf(section);
-    if (!found || depth > kDeepest || out.size() > kLongest) {
+    if (!found || depth > kDeepest || out.size() > kLongest || ++steps_ > kMostSteps) {
       missing_ = section;
       return false;
     }
@@ -163,6 +163,7 @@ class Definition {
   bool ros1_;
   std::map<std::string, std::string> sections_;
   std::string missing_;
+  int steps_ = 0;
 };
 
 /// The first field in which two lists differ.
