@@ -13,20 +13,26 @@ namespace {
 constexpr std::uint32_t kSync = 0xEDA1DA01;
 constexpr std::size_t kHeader = 28;        // sync, event number, time, channel length, data length
 constexpr std::size_t kMaxChannel = 63;    // LCM's limit
-constexpr std::size_t kMaxData = 1 << 28;  // LCM's limit for a sender
+constexpr std::size_t kMaxData = 1 << 25;  // [bytes] LCM takes more, but no sensor sends that
 constexpr std::size_t kChunk = 1 << 16;
+
+/// How far the next record may begin behind `begin`, where none does.
+std::size_t bytesToSync(const std::vector<std::uint8_t>& buffer, std::size_t begin) {
+  const auto from = buffer.begin() + static_cast<std::ptrdiff_t>(begin);
+  return static_cast<std::size_t>(std::find(from + 1, buffer.end(), std::uint8_t{kSync >> 24}) - from);
+}
 
 }  // namespace
 
 EventLogReader::EventLogReader(const std::filesystem::path& file) {
   file_ = gzopen(file.c_str(), "rb");
   if (file_ == nullptr) throw std::runtime_error(file.string() + ": cannot open: " + std::strerror(errno));
-  bool found = false;
-  while (!found && fill(4)) {
-    found = bigEndian(0, 4) == kSync;
-    if (!found) ++begin_, ++skipped_;
+  while (fill(4)) {
+    if (bigEndian(0, 4) == kSync) return;
+    const std::size_t damaged = bytesToSync(buffer_, begin_);
+    begin_ += damaged;
+    skipped_ += damaged;
   }
-  if (found) return;
   gzclose(static_cast<gzFile>(file_));
   throw EmptyLog(file.string() + ": no LCM event in it; is it an LCM log (slam-convert makes one)?");
 }
@@ -57,7 +63,9 @@ std::uint64_t EventLogReader::bigEndian(std::size_t offset, std::size_t bytes) c
 bool EventLogReader::next(LogEvent& event) {
   while (fill(kHeader)) {
     if (bigEndian(0, 4) != kSync) {
-      ++begin_, ++skipped_;
+      const std::size_t damaged = bytesToSync(buffer_, begin_);
+      begin_ += damaged;
+      skipped_ += damaged;
       continue;
     }
     const std::uint64_t channel = bigEndian(20, 4), data = bigEndian(24, 4);

@@ -66,7 +66,8 @@ void readHeader(const fs::path& pgm, std::istream& in, MapImage& image) {
   }
   in.get();  // one blank
   if (!in || magic != "P5" || max_value != 255 || image.width <= 0 || image.height <= 0) {
-    fail(pgm, "not a binary 8-bit PGM");
+    fail(pgm,
+         "not a binary 8-bit PGM (P5, greatest value 255), the only picture of a map that slamd reads; convert it");
   }
 }
 
@@ -90,7 +91,7 @@ std::optional<std::string> findYamlValue(const std::string& text, const std::str
 
 std::string yamlValue(const fs::path& file, const std::string& text, const std::string& key) {
   const auto value = findYamlValue(text, key);
-  if (!value) fail(file, "no key '" + key + "'; is it a map_server file?");
+  if (!value) fail(file, "no line '" + key + ": ...'; slamd reads map_server files with a line for each key");
   return *value;
 }
 
@@ -151,8 +152,10 @@ MapImage readMapFiles(const fs::path& yaml) {
     for (char& c : origin) c = (c == '[' || c == ']' || c == ',') ? ' ' : c;
     std::istringstream numbers(origin);
     double yaw = 0.0;
-    if (!(numbers >> image.origin_x >> image.origin_y >> yaw)) fail(yaml, "origin is not [x, y, yaw]");
-    if (yaw != 0.0) fail(yaml, "origin: a yaw other than 0 is not supported");
+    if (!(numbers >> image.origin_x >> image.origin_y >> yaw)) {
+      fail(yaml, "origin does not stand in its line as [x, y, yaw]; write it so, also where it is a list of lines");
+    }
+    if (yaw != 0.0) fail(yaml, "origin: a yaw other than 0 is not supported; turn the picture and set it to 0");
     if (const auto value = findYamlValue(text, "occupied_thresh")) occupied = std::stod(*value);
     if (const auto value = findYamlValue(text, "free_thresh")) free = std::stod(*value);
   } catch (const std::logic_error&) {

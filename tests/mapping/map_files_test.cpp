@@ -221,6 +221,26 @@ TEST_F(MapFiles, WhatIsNoFileIsNotWaitedForAndOfALargeOneNoMoreIsReadThanItsHead
   EXPECT_THAT(readError("map.yaml"), AllOf(HasSubstr("map.yaml"), HasSubstr("40000000000 bytes")));
 }
 
+TEST_F(MapFiles, WhatIsNotReadIsNamedWithWhatIs) {
+  put("map.pgm", pgm("P5\n1 1\n255\n", {0}));
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    std::string yaml = kYaml;
+    yaml.replace(yaml.find(from), from.size(), to);
+    put("map.yaml", yaml);
+    return readError("map.yaml");
+  };
+  EXPECT_THAT(changed("[-1, -2, 0]", "\n- -1\n- -2\n- 0"), HasSubstr("in its line as [x, y, yaw]"));
+  EXPECT_THAT(changed("[-1, -2, 0]", "[-1, -2, 0.5]"), HasSubstr("turn the picture"));
+  EXPECT_THAT(changed("trinary", "raw"), HasSubstr("mode: 'raw' is not supported"));
+  put("map.yaml", "{image: map.pgm, resolution: 0.05, origin: [-1, -2, 0]}\n");
+  EXPECT_THAT(readError("map.yaml"), HasSubstr("a line for each key"));
+  for (const char* const picture : {"P2\n1 1\n255\n0\n", "\x89PNG\r\n\x1A\n"}) {
+    put("map.yaml", kYaml);
+    put("map.pgm", picture);
+    EXPECT_THAT(readError("map.yaml"), HasSubstr("the only picture of a map that slamd reads"));
+  }
+}
+
 TEST_F(MapFiles, MissingKeysInTheYamlAreNamed) {
   writeMapFiles(file("map"), randomImage(5, 4));
   const std::string whole = content("map.yaml");

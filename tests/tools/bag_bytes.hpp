@@ -64,9 +64,9 @@ class Wire {
 };
 
 inline std::string scanBytes(bool cdr, std::int64_t us, const std::vector<float>& ranges,
-                             const std::string& frame = "laser") {
+                             const std::string& frame = "laser", float range_max = 10.0F) {
   Wire wire(cdr);
-  wire.header(us, frame).put(-1.0F).put(1.0F).put(0.5F).put(0.001F).put(0.1F).put(0.1F).put(10.0F);
+  wire.header(us, frame).put(-1.0F).put(1.0F).put(0.5F).put(0.001F).put(0.1F).put(0.1F).put(range_max);
   return wire.all(ranges).all(std::vector<float>{}).bytes();
 }
 
@@ -128,7 +128,7 @@ struct BagMessage {
   std::string data;
 };
 struct BagTopic {
-  std::string name, type, definition = {}, md5 = "*";
+  std::string name, type, definition = {}, md5 = "*", node = {};
 };
 
 inline std::string bagField(const std::string& name, const std::string& value) {
@@ -156,7 +156,8 @@ inline std::string rosBag(const std::vector<BagTopic>& topics, const std::vector
         bagRecord(bagField("conn", rawNumber(static_cast<std::uint32_t>(i))) + bagField("op", "\7") +
                       bagField("topic", topics[i].name),
                   bagField("topic", topics[i].name) + bagField("type", topics[i].type) +
-                      bagField("md5sum", topics[i].md5) + bagField("message_definition", topics[i].definition));
+                      bagField("md5sum", topics[i].md5) + bagField("message_definition", topics[i].definition) +
+                      (topics[i].node.empty() ? "" : bagField("callerid", topics[i].node)));
   }
   std::string part = connections;
   std::size_t in_part = 0;

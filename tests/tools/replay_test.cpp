@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <numbers>
+#include <random>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -314,6 +315,24 @@ TEST(Replay, WarnsOfAStuckLidarAndBlamesNoOtherSensorForIt) {
     EXPECT_THAT(stats.warnings, testing::ElementsAre(testing::HasSubstr("the lidar was stuck"))) << kept;
     EXPECT_EQ(estimatesIn(folder / "a.csv").at(100).at("status"), "none");
   }
+}
+
+TEST(Replay, SaysThatNearlyNothingMatched) {
+  const Folder folder;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> anything(0.3F, 9.0F);
+  for (const int good : {0, 5}) {  // scans before those of another lidar, or with other bearings
+    writeDrive(folder / "drive.lcm", trueStamp, kSeconds, [&](int number, LaserScan& scan) {
+      if (number < good) return;
+      for (int i = 0; i < scan.size; ++i) scan.storage[static_cast<std::size_t>(i)].range = anything(random);
+    });
+    const ReplayStats stats = replay(driveConfig(), outputsIn(folder, "a"));
+    const std::string words = good == 0 ? "no scan was matched" : " of 100 scans were matched; poses and map are not";
+    EXPECT_THAT(stats.warnings, testing::Contains(testing::HasSubstr(words)));
+    EXPECT_GT(stats.notMatched(), 80U);
+  }
+  writeDrive(folder / "drive.lcm", trueStamp);
+  EXPECT_THAT(replay(driveConfig(), outputsIn(folder, "a")).warnings, testing::IsEmpty());
 }
 
 TEST(Replay, GoesOnBehindDamageAndCountsIt) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/convert/auto.hpp"
 
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <map>
@@ -16,6 +17,7 @@
 #include "bus/received.hpp"
 #include "tools/convert/bags/ros.hpp"
 #include "tools/convert/bags/ros_source.hpp"
+#include "tools/convert/beam_times.hpp"
 #include "tools/convert/carmen.hpp"
 #include "tools/convert/csv.hpp"
 #include "tools/convert/csv_table.hpp"
@@ -53,13 +55,18 @@ enum class Text { kNone, kCarmen, kWean, kMines, kTable };
 /// What the lines of a text are, by the first of them that say it.
 Text kindOfText(const std::filesystem::path& file) {
   constexpr int kLines = 2000, kEnough = 3;
+  constexpr std::size_t kBytes = std::size_t{16} << 20;
   constexpr std::size_t kMinesColumns = 706, kWeanLaser = 188;  // at least, exactly
   std::map<Text, int> votes;
+  int lines = 0;
   TextFile text(file);
   std::string line;
-  for (int i = 0; i < kLines && text.next(line); ++i) {
+  std::size_t bytes = 0;
+  for (int i = 0; i < kLines && bytes < kBytes && text.next(line); ++i) {
+    bytes += line.size();
     const auto words = splitWords(line);
     if (words.empty() || words[0].front() == '#') continue;
+    ++lines;
     const std::string_view first = words[0];
     if (first == "FLASER" || first == "ODOM" || first == "PARAM" || first.starts_with("ROBOTLASER"))
       return Text::kCarmen;
@@ -71,10 +78,13 @@ Text kindOfText(const std::filesystem::path& file) {
       const auto cells = splitCells(line, separatorOf(line));
       const auto numbers =
           std::count_if(cells.begin(), cells.end(), [](std::string_view cell) { return cellNumber(cell).has_value(); });
-      if (cells.size() >= 3 && 10 * numbers >= 8 * static_cast<std::ptrdiff_t>(cells.size())) ++votes[Text::kTable];
+      // Lines that begin with a word are of a log; a date begins with a digit.
+      const bool row = cellNumber(cells[0]) || std::isdigit(static_cast<unsigned char>(cells[0].front())) != 0;
+      if (row && cells.size() >= 3 && 10 * numbers >= 8 * static_cast<std::ptrdiff_t>(cells.size()))
+        ++votes[Text::kTable];
     }
   }
-  return votes[Text::kTable] > 0 ? Text::kTable : Text::kNone;
+  return votes[Text::kTable] > 0 && 2 * votes[Text::kTable] >= lines ? Text::kTable : Text::kNone;
 }
 
 /// slamd's own messages go as they are, but for those that are no measurement.
@@ -87,18 +97,43 @@ Refusal copy(const LogEvent& event, const char* channel, LogOutput& log, std::in
   return Refusal::kNone;
 }
 
+/// [us] from a scan's stamp to its last beam
+std::int64_t span(const LaserScan& scan) {
+  float longest = 0.0F;
+  for (const Beam& beam : scan.beams()) longest = std::max(longest, beam.time_offset);
+  return std::llround(1e6 * static_cast<double>(longest));
+}
+/// Where all are 0, nobody says when the beams were measured.
+bool hasTimes(const LaserScan& scan) { return span(scan) > 0; }
+
+/// @param copied_turn [us] over which scans with beam times were measured before these; nullopt: they are right
+Refusal copyScan(const LogEvent& event, std::optional<std::int64_t> copied_turn, LogOutput& log, std::int64_t& utime) {
+  Received<scan_t> scan(event.data);
+  if (!copied_turn || !scan || !hasTimes(*scan.sample)) return copy<scan_t>(event, channel::kScan, log, utime);
+  utime = scan.message->utime - *copied_turn;
+  for (int i = 0; i < scan.sample->size; ++i) scan.sample->storage[static_cast<std::size_t>(i)].time_offset = 0.0F;
+  log.add(event.utime, *scan.sample, utime);
+  return Refusal::kNone;
+}
+
 }  // namespace
 
 Recording convertLcm(const std::filesystem::path& in, const std::filesystem::path& out) {
   Recording recording;
   recording.format = "LCM log";
   std::map<std::string, int> channels;
+  BeamTimes beam_times;
   {
     EventLogReader log(in);
     for (LogEvent event; log.next(event);) {
       if (channels.size() < 1000 || channels.contains(event.channel)) ++channels[event.channel];
+      if (event.channel != channel::kScan) continue;
+      const Received<scan_t> scan(event.data);
+      if (scan && hasTimes(*scan.sample)) beam_times.add(scan.message->utime, scan.message->utime + span(*scan.sample));
     }
   }
+  const auto copied_turn = beam_times.copiedTurn();
+  if (copied_turn) recording.notes.push_back(noteOfCopiedTurns(*copied_turn));
   EventLogReader reader(in);
   LogOutput log;
   for (LogEvent event; reader.next(event);) {
@@ -112,7 +147,7 @@ Recording convertLcm(const std::filesystem::path& in, const std::filesystem::pat
       channels.erase(name);
     };
     if (name == channel::kScan) {
-      count(copy<scan_t>(event, channel::kScan, log, utime), &Recording::useScan);
+      count(copyScan(event, copied_turn, log, utime), &Recording::useScan);
     } else if (name == channel::kWheels) {
       count(copy<wheels_t>(event, channel::kWheels, log, utime), &Recording::useWheels);
     } else if (name == channel::kImu) {
@@ -158,8 +193,10 @@ Recording convertAny(const std::filesystem::path& in, const std::filesystem::pat
       break;
   }
   throw std::runtime_error(in.string() +
-                           ": not recognised; nothing was written. Known are CARMEN logs, bags of ROS 1 (.bag) and "
-                           "ROS 2 (.db3, .mcap, a folder of them), LCM logs, and tables of ranges");
+                           ": not recognised; nothing was written. Read are CARMEN logs (lines FLASER, ROBOTLASER1, "
+                           "ODOM), bags of ROS 1 (.bag) and ROS 2 (.db3, .mcap, a folder of them), LCM logs of slamd, "
+                           "MBot and Maebot, the logs of Wean Hall and Mines, and tables with a row of ranges for each "
+                           "scan (csv)");
 }
 
 }  // namespace slam

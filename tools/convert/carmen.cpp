@@ -130,6 +130,12 @@ struct OdomLine {
   std::optional<std::int64_t> logger;
 };
 
+/// The time of a line by its own stamp and by the logger's [us].
+struct LineStamp {
+  std::int64_t stamp = 0;
+  std::optional<std::int64_t> logger;
+};
+
 /// ODOM x y theta tv rv accel stamp host loggerstamp
 const char* parseOdom(const std::vector<std::string_view>& words, OdomLine& out) {
   const auto x = numberAt(words, 1), y = numberAt(words, 2), theta = numberAt(words, 3);
@@ -163,6 +169,7 @@ struct Survey {
   std::vector<Pose2> mounts;  // laser in the robot's frame
   std::map<std::string, double, std::less<>> parameters;
   StampCount stamps, loggers;
+  std::optional<LineStamp> first;  // of the first line that has one
   int odom_lines = 0, odom_off = 0;
   double odom_farthest = 0.0;  // [m] off the odometry of the laser lines
   bool laser_odometry_moves = false, odom_moves = false;
@@ -180,10 +187,14 @@ Survey surveyed(const std::filesystem::path& in) {
   OdomLine odom, last_odom;
   std::optional<Pose2> last_robot;
   std::int64_t last_stamp = 0;
+  const auto see = [&](std::int64_t stamp, std::optional<std::int64_t> logger) {
+    if (!survey.first && stamp > 0) survey.first = {stamp, logger};
+  };
   for (std::string line; file.next(line);) {
     const auto words = splitWords(line);
     if (words.empty()) continue;
     if (isLaser(words[0]) && parseLaser(words, laser) == nullptr) {
+      see(*laser.stamp, laser.logger);
       for (std::size_t i = 0; i < laser.ranges.size(); ++i) {
         if (laser.ranges[i] < laser.range_max) survey.census.add(i, laser.ranges.size(), laser.ranges[i]);
       }
@@ -195,6 +206,7 @@ Survey surveyed(const std::filesystem::path& in) {
       last_robot = laser.robot;
       last_stamp = *laser.stamp;
     } else if (words[0] == "ODOM" && parseOdom(words, odom) == nullptr) {
+      see(odom.stamp, odom.logger);
       if (survey.odom_lines > 0 && !(odom.pose == last_odom.pose)) survey.odom_moves = true;
       last_odom = odom;
       ++survey.odom_lines;
@@ -302,7 +314,9 @@ class ReturnTest {
 /// The time of each line by the clock that serves.
 class LineTimes {
  public:
-  LineTimes(Clock clock, std::int64_t period) : clock_(clock), period_(period) {}
+  /// @param first of the log's lines with a stamp
+  LineTimes(Clock clock, std::int64_t period, std::optional<LineStamp> first)
+      : clock_(clock), period_(period), before_(first) {}
 
   std::optional<std::int64_t> ofLaser(std::int64_t stamp, std::optional<std::int64_t> logger) {
     if (clock_ == Clock::kPeriod) return last_ = last_ == 0 ? kEpoch : last_ + period_;
@@ -321,18 +335,20 @@ class LineTimes {
       utime = *logger + shift_;
     } else if (stamp > 0) {
       utime = stamp;
-    } else if (last_ > 0 && logger && last_logger_) {
-      utime = last_ + *logger - *last_logger_;
+    } else if (before_) {  // a stamp of 0 is none: the logger's step from the line before, or from the first
+      const bool known = logger && before_->logger && std::abs(*logger - *before_->logger) < kFarthestStep;
+      utime = std::max<std::int64_t>(1, before_->stamp + (known ? *logger - *before_->logger : 0));
     }
     if (!utime || *utime <= 0) return std::nullopt;
     last_ = *utime;
-    last_logger_ = logger;
+    before_ = {*utime, logger};
     return utime;
   }
 
   Clock clock_;
+  static constexpr std::int64_t kFarthestStep = 3600000000;  // [us] the logger's clock is another by then
   std::int64_t period_, last_ = 0, shift_ = 0;
-  std::optional<std::int64_t> last_logger_;
+  std::optional<LineStamp> before_;  // of the newest line
 };
 
 Clock clockOf(const Survey& survey, const CarmenOptions& options, Recording& recording,
@@ -362,7 +378,7 @@ Recording convertCarmen(const std::filesystem::path& in, const std::filesystem::
   recording.format = "CARMEN log";
   const ReturnTest isReturn(survey);
   const Clock clock = survey.stamps.lines > 0 ? clockOf(survey, options, recording, in) : Clock::kStamp;
-  LineTimes times(clock, std::llround(1e6 * options.period.value_or(0.0)));
+  LineTimes times(clock, std::llround(1e6 * options.period.value_or(0.0)), survey.first);
   const bool corrected = survey.odom_off >= 2 && 10 * survey.odom_off > survey.odom_lines;
   const bool odom_only = corrected && !survey.laser_odometry_moves && survey.odom_moves;
   const bool use_odom = (!corrected || odom_only) && clock != Clock::kPeriod;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <numbers>
 #include <stdexcept>
@@ -62,7 +63,7 @@ ScanSurvey surveyed(const CsvInput& in, CsvColumns& columns) {
   constexpr std::size_t kMostSteps = 100000;
   double largest = 0.0;
   bool fractions = false, has_none_word = false;
-  std::size_t numbers = 0, below = 0;
+  std::vector<std::size_t> numbers(columns.count), below(columns.count);
   std::vector<double> steps;
   std::optional<double> last;
   forEachCsvRow(in.scans, columns, [&](const auto& cells, int) {
@@ -73,22 +74,24 @@ ScanSurvey surveyed(const CsvInput& in, CsvColumns& columns) {
       last = stamp;
     }
     for (const std::size_t at : columns.ranges) {
-      const auto range = at < cells.size() ? toNumber(cells[at]) : std::nullopt;
+      const auto range = cellNumber(cells[at]);
       // Without a header or a second row the stamp may still be among them: it is the first, and no word.
-      if (!range || (at == 0 && columns.names.empty())) continue;
-      ++numbers;
-      below += *range < 0.0 && *range != -1.0 ? 1 : 0;  // -1: no return
+      if (!range || std::isnan(*range) || (at == 0 && columns.names.empty())) continue;
+      ++numbers[at];
+      below[at] += *range < 0.0 && *range != -1.0 ? 1 : 0;  // -1: no return
       largest = std::max(largest, *range);
       fractions |= *range != std::floor(*range);
       has_none_word |= *range == 8191.0;
     }
   });
   constexpr std::size_t kFewBelow = 10;  // one of so many
-  if (kFewBelow * below > numbers) {
-    throw std::runtime_error(in.scans.string() + ": many of its numbers are below 0: they are no ranges of a lidar");
+  for (const std::size_t at : columns.ranges) {
+    if (kFewBelow * below[at] <= numbers[at]) continue;
+    throw std::runtime_error(in.scans.string() + ": many of the numbers in column " + std::to_string(at + 1) +
+                             " are below 0: they are no ranges of a lidar; name the first of these with --first-range");
   }
   ScanSurvey survey;
-  survey.unit = in.unit;
+  survey.unit = in.unit.empty() ? columns.unit : in.unit;
   if (survey.unit.empty()) {
     constexpr double kFarthest = 200.0, kLargestWord = 65535.0;
     if (largest <= kFarthest && (fractions || !columns.names.empty())) {
@@ -107,11 +110,12 @@ ScanSurvey surveyed(const CsvInput& in, CsvColumns& columns) {
     std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
   }
   const std::string name = columns.stamp && !columns.names.empty() ? columns.names[*columns.stamp] : std::string();
-  survey.stamp_unit = microsecondsPer(steps.empty() ? 0.0 : steps[steps.size() / 2], name);
+  survey.stamp_unit = columns.stamp_in_ns ? 1e-3 : microsecondsPer(steps.empty() ? 0.0 : steps[steps.size() / 2], name);
+  if (columns.nanoseconds) survey.stamp_unit = 1e6;
   if (survey.unit == "words") return survey;
   forEachCsvRow(in.scans, columns, [&](const auto& cells, int) {
     for (std::size_t i = 0; i < columns.ranges.size(); ++i) {
-      const auto range = columns.ranges[i] < cells.size() ? toNumber(cells[columns.ranges[i]]) : std::nullopt;
+      const auto range = columns.ranges[i] < cells.size() ? cellNumber(cells[columns.ranges[i]]) : std::nullopt;
       if (range) survey.census.add(i, columns.ranges.size(), *range * metresPer(survey.unit));
     }
   });
@@ -171,16 +175,21 @@ class ScanRows {
       utime_ = kEpoch + std::llround(1e6 * in_.period.value_or(kPeriod) * rows_);
     } else {
       const std::string_view cell = cells[*columns_.stamp];
-      const auto number = toNumber(cell);
-      if (!number) return "its stamp is not a number";
+      const auto number = cellNumber(cell);
+      if (!number || std::isnan(*number)) return "its stamp is not a number";
       const double microseconds = *number * survey_.stamp_unit;
       if (!(std::abs(microseconds) < 2.3e15)) return "its stamp is not a time";
       const auto exact = survey_.stamp_unit == 1e6 ? toMicroseconds(cell) : std::nullopt;
       utime_ = exact.value_or(std::llround(microseconds)) + kEpoch;
+      if (columns_.nanoseconds) utime_ += std::llround(1e-3 * numberIn(cells, columns_.nanoseconds).value_or(0.0));
       if (utime_ <= 0) return "its stamp is not a time";
     }
     double first = 0.0, step = 0.0;
     const bool told = anglesOf(cells, first, step);
+    const double each = numberIn(cells, columns_.time_increment).value_or(0.0);
+    time_step_ = each > 0.0 && each < 1.0 ? each : 0.0;
+    const double most = numberIn(cells, columns_.range_max).value_or(0.0);
+    farthest_ = most > 0.0 ? most : std::numeric_limits<double>::infinity();
     scan_->stamp = fromMicroseconds(utime_);
     scan_->size = 0;
     for (std::size_t i = 0; i < columns_.ranges.size(); ++i) {
@@ -196,17 +205,12 @@ class ScanRows {
   std::int64_t utime() const { return utime_; }
   std::optional<Pose2> pose(const std::vector<std::string_view>& cells) const {
     if (!columns_.x || !columns_.y || !columns_.theta) return std::nullopt;
-    const auto x = toNumber(cells[*columns_.x]), y = toNumber(cells[*columns_.y]),
-               theta = toNumber(cells[*columns_.theta]);
+    const auto x = numberIn(cells, columns_.x), y = numberIn(cells, columns_.y),
+               theta = numberIn(cells, columns_.theta);
     return x && y && theta ? std::optional(Pose2{*x, *y, *theta}) : std::nullopt;
   }
   /// [m] beyond which nothing is a return
-  double rangeMax() const {
-    if (words_) return 50.0;
-    double limit = survey_.census.largest() + 0.01;
-    for (const double code : codes_) limit = std::min(limit, code - RangeCensus::kStep);
-    return std::max(1.0, limit);
-  }
+  double rangeMax() const { return words_ ? 50.0 : survey_.census.limit(); }
 
  private:
   bool push(double number, double bearing) {
@@ -221,19 +225,30 @@ class ScanRows {
     }
     const double range = number * metresPer(survey_.unit);
     const bool code = std::any_of(codes_.begin(), codes_.end(), [&](double none) { return isCode(range, none); });
-    scan_->push({.range = code ? 0.0F : returnedRange(range), .bearing = static_cast<float>(bearing)});
+    scan_->push({.range = code || range >= farthest_ ? 0.0F : returnedRange(range),
+                 .bearing = static_cast<float>(bearing),
+                 .time_offset = static_cast<float>(time_step_ * scan_->size)});
     return true;
   }
   /// Bearings that the row itself has. @return false: it has none
   bool anglesOf(const std::vector<std::string_view>& cells, double& first, double& step) const {
     if (!columns_.angle_min || in_.field_of_view || in_.first_bearing) return false;
-    const auto number = [&](std::optional<std::size_t> at) { return at ? toNumber(cells[*at]) : std::nullopt; };
-    const auto least = number(columns_.angle_min), most = number(columns_.angle_max),
-               increment = number(columns_.angle_increment);
+    const auto least = numberIn(cells, columns_.angle_min), most = numberIn(cells, columns_.angle_max),
+               increment = numberIn(cells, columns_.angle_increment);
     if (!least || (!most && !increment)) return false;
+    const auto last = static_cast<double>(columns_.ranges.size() - 1);
     first = *least;
-    step = increment ? *increment : (*most - *least) / static_cast<double>(columns_.ranges.size() - 1);
+    step = increment ? *increment : (*most - *least) / last;
+    constexpr double kMost = 2.0 * std::numbers::pi + 0.02;  // [rad] more are degrees
+    if (std::max(std::abs(first), std::abs(step * last)) > kMost) {
+      first *= kRadians;
+      step *= kRadians;
+    }
     return true;
+  }
+  static std::optional<double> numberIn(const std::vector<std::string_view>& cells, std::optional<std::size_t> at) {
+    const auto number = at ? cellNumber(cells[*at]) : std::nullopt;
+    return number && !std::isnan(*number) ? number : std::nullopt;
   }
 
   const CsvInput& in_;
@@ -243,6 +258,7 @@ class ScanRows {
   std::vector<double> bearings_, codes_;
   std::unique_ptr<LaserScan> scan_ = std::make_unique<LaserScan>();
   std::int64_t utime_ = 0;
+  double time_step_ = 0.0, farthest_ = 0.0;  // [s] from beam to beam, [m] no return from here on
   int rows_ = 0;
 };
 
@@ -252,6 +268,12 @@ void addScans(const CsvInput& in, Recording& recording, LogOutput& log) {
   if (columns.ranges.size() < 2 || columns.ranges.size() > static_cast<std::size_t>(LaserScan::kCapacity)) {
     throw std::runtime_error(in.scans.string() + ": " + std::to_string(columns.ranges.size()) +
                              " columns of ranges; a scan has 2 to " + std::to_string(LaserScan::kCapacity));
+  }
+  constexpr std::size_t kFewestGuessed = 8;
+  if (columns.guessed && columns.ranges.size() < kFewestGuessed) {
+    throw std::runtime_error(in.scans.string() + ": " + std::to_string(columns.ranges.size()) +
+                             " columns of numbers without names are no ranges of scans; is each row of one beam? A "
+                             "table of scans has a row for each scan; name the first range with --first-range");
   }
   ScanRows reader(in, columns, survey, recording);
   const std::string name = in.scans.filename().string();
@@ -272,6 +294,10 @@ void addScans(const CsvInput& in, Recording& recording, LogOutput& log) {
     log.add(reader.utime(), reader.scan(), reader.utime());
     recording.useScan(rows, reader.utime());
   });
+  if (rows.used == 0) {
+    throw std::runtime_error(in.scans.string() +
+                             ": no row of it could be used as a scan; first refused: " + recording.first_rejection);
+  }
   if (!columns.stamp) {
     recording.notes.push_back(in.period ? "the table has no stamps: --period was used"
                                         : "the table has no stamps: 0.1 s from scan to scan was taken; give --period");

@@ -28,11 +28,12 @@ inline void reportDamage(const TextFile& file, const std::filesystem::path& name
 inline float returnedRange(double range) { return range > 0.0 && range < 200.0 ? static_cast<float>(range) : 0.0F; }
 
 /// Collects samples of several sensors and writes them as one log in the order of arrival times. The stamp inside a
-/// message stays as recorded, also where it goes back; only the log's own event times never go back. What does not fit
-/// into some memory waits in a temporary file.
+/// message stays as recorded, also where it goes back; only the log's own event times never go back. Needs little
+/// memory, however much it collects: sorted parts wait in a temporary file and are merged.
 class LogOutput {
  public:
-  explicit LogOutput(std::size_t memory = std::size_t{64} << 20) : memory_(memory) {}
+  /// @param memory [bytes] of the messages that wait in memory, at most
+  explicit LogOutput(std::size_t memory = std::size_t{8} << 20) : memory_(memory) {}
 
   void add(std::int64_t arrival, const LaserScan& scan, std::int64_t utime);
   void add(std::int64_t arrival, const WheelSample& sample, std::int64_t utime, std::span<const double> angles = {});
@@ -47,21 +48,26 @@ class LogOutput {
   struct Record {
     std::int64_t arrival;
     const char* channel;
-    std::uint64_t begin;  // in what was spilled and then in data_
-    std::uint32_t size;
+    std::uint32_t begin, size;  // in data_
   };
+  /// A sorted part in the temporary file.
+  struct Part {
+    std::uint64_t begin, end;
+  };
+  class PartReader;
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
   template <typename Message>
   void append(std::int64_t arrival, const char* channel, const Message& message);
+  void sort();
   void spill();
 
-  std::size_t memory_;  // [bytes] of data_, at most
+  std::size_t memory_;
   std::vector<Record> records_;
   std::vector<std::uint8_t> data_, message_;
   std::unique_ptr<std::FILE, Close> spilled_;
-  std::uint64_t spilled_bytes_ = 0;
+  std::vector<Part> parts_;
 };
 
 }  // namespace slam

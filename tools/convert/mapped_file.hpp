@@ -43,7 +43,17 @@ class MappedFile {
 
   std::span<const std::uint8_t> bytes() const { return bytes_; }
 
+  /// What lies before is not looked at again soon, and needs no memory meanwhile. @param rest the bytes behind it
+  void release(std::span<const std::uint8_t> rest) {
+    constexpr std::size_t kStep = std::size_t{4} << 20;  // [bytes] at once; a multiple of a page
+    const std::size_t until = (bytes_.size() - rest.size()) / kStep * kStep;
+    if (until <= released_) return;
+    ::madvise(const_cast<std::uint8_t*>(bytes_.data() + released_), until - released_, MADV_DONTNEED);
+    released_ = until;
+  }
+
  private:
+  std::size_t released_ = 0;
   std::span<const std::uint8_t> bytes_;
 };
 

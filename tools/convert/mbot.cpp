@@ -19,6 +19,7 @@
 #include "core/scan.hpp"
 #include "estimation/wheel_odometry.hpp"
 #include "tools/common/trajectory.hpp"
+#include "tools/convert/beam_times.hpp"
 #include "tools/convert/log_output.hpp"
 
 namespace slam {
@@ -79,7 +80,8 @@ class Fields {
   bool ok_ = true;
 };
 
-bool readScan(Fields& fields, LaserScan& scan, std::int64_t& utime) {
+/// @param timed its beams have times
+bool readScan(Fields& fields, LaserScan& scan, std::int64_t& utime, bool& timed) {
   utime = fields.int64();
   const std::int32_t n = fields.int32();
   if (n < 1 || n > LaserScan::kCapacity || fields.left() != static_cast<std::size_t>(n) * 20) return false;
@@ -102,8 +104,7 @@ bool readScan(Fields& fields, LaserScan& scan, std::int64_t& utime) {
   // The stamp is the first beam's, whatever the writer put into utime; times far from it are none.
   constexpr std::int64_t kLongest = 2000000;  // [us]
   const auto [first, last] = std::minmax_element(times.begin(), times.begin() + n);
-  const bool timed =
-      *first > 0 && *last < kFarthestTime && *last - *first < kLongest && std::abs(*first - utime) < kLongest;
+  timed = *first > 0 && *last < kFarthestTime && *last - *first < kLongest && std::abs(*first - utime) < kLongest;
   if (timed) utime = *first;
   for (std::size_t i = 0; i < beams.size(); ++i) {
     beams[i].time_offset = timed ? static_cast<float>(1e-6 * static_cast<double>(times[i] - utime)) : 0.0F;
@@ -135,7 +136,8 @@ Recording convertMbot(const std::filesystem::path& in, const std::filesystem::pa
   auto scan = std::make_unique<LaserScan>();
   scan->range_min = 0.15F;
   scan->range_max = 8.0F;
-  bool encoders = false;
+  bool encoders = false, timed = false;
+  BeamTimes beam_times;
   {
     EventLogReader log(in);
     for (LogEvent event; log.next(event);) {
@@ -144,8 +146,10 @@ Recording convertMbot(const std::filesystem::path& in, const std::filesystem::pa
       encoders |= type == kMaebotEncoders || type == kMaebotFeedback || type == kMbotEncoders;
       std::int64_t utime = 0;
       if (type == kMbotLidar) {
-        if (!readScan(fields, *scan, utime)) continue;
-        utime += std::llround(1e6 * duration(*scan));  // a scan is sent when its last beam is there
+        if (!readScan(fields, *scan, utime, timed)) continue;
+        const std::int64_t last = utime + std::llround(1e6 * duration(*scan));
+        if (timed) beam_times.add(utime, last);
+        utime = last;  // a scan is sent when its last beam is there
       } else {
         utime = fields.int64();
       }
@@ -159,6 +163,8 @@ Recording convertMbot(const std::filesystem::path& in, const std::filesystem::pa
   EventLogReader log(in);
   Recording recording;
   recording.format = "LCM log of a Maebot or MBot";
+  const auto copied_turn = beam_times.copiedTurn();
+  if (copied_turn) recording.notes.push_back(noteOfCopiedTurns(*copied_turn));
   LogOutput output;
   Pose2 pose;
   std::optional<std::array<std::int64_t, 2>> last;
@@ -175,7 +181,12 @@ Recording convertMbot(const std::filesystem::path& in, const std::filesystem::pa
     SensorRows& rows = sensor ? recording.sensor(event.channel) : ignored;
     if (type == kMbotLidar) {
       std::int64_t utime = 0;
-      if (!readScan(fields, *scan, utime) || (utime = onOneClock(utime, offset[event.channel])) == 0) {
+      const bool decoded = readScan(fields, *scan, utime, timed);
+      if (decoded && timed && copied_turn) {
+        utime -= *copied_turn;
+        for (int i = 0; i < scan->size; ++i) scan->storage[static_cast<std::size_t>(i)].time_offset = 0.0F;
+      }
+      if (!decoded || (utime = onOneClock(utime, offset[event.channel])) == 0) {
         recording.reject(rows, where, "a scan that does not decode");
         continue;
       }

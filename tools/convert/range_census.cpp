@@ -36,6 +36,13 @@ double RangeCensus::largest() const {
   return 0.0;
 }
 
+double RangeCensus::limit() const {
+  constexpr double kAbove = 0.01, kLeast = 1.0;  // [m]
+  double limit = largest() + kAbove;
+  for (const double code : codes()) limit = std::min(limit, code - kStep);
+  return std::max(kLeast, limit);
+}
+
 std::vector<double> RangeCensus::codes() const {
   std::vector<double> codes;
   std::vector<double> beams{0.0}, values{0.0};  // in the bins below

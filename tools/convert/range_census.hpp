@@ -20,6 +20,8 @@ class RangeCensus {
   bool empty() const { return total_ == 0; }
   /// [m] of all, codes too
   double largest() const;
+  /// [m] beyond which nothing is a return: above all ranges, below all codes
+  double limit() const;
 
  private:
   struct Bin {

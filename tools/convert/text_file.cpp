@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/convert/text_file.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -10,23 +11,65 @@
 
 namespace slam {
 
-TextFile::TextFile(const std::filesystem::path& file) : file_(gzopen(file.c_str(), "rb")) {
-  if (file_ == nullptr) throw std::runtime_error(file.string() + ": cannot open: " + std::strerror(errno));
-  gzbuffer(static_cast<gzFile>(file_), 1 << 17);
+namespace {
+
+constexpr std::size_t kBuffer = std::size_t{1} << 17;       // [bytes]
+constexpr std::uint64_t kLineOverhead = 16;                 // [bytes] that cost as much as a line alone
+constexpr std::size_t kLongestLine = std::size_t{1} << 20;  // [bytes] a scan of 4080 beams takes a tenth
+
+}  // namespace
+
+std::uint64_t mostUnpacked(std::uint64_t packed) {
+  constexpr std::uint64_t kAnyway = std::uint64_t{64} << 20, kTimes = 200;  // [bytes], of what is packed
+  return kAnyway + kTimes * packed;
+}
+
+TextFile::TextFile(const std::filesystem::path& file)
+    : name_(file.string()), file_(gzopen(file.c_str(), "rb")), buffer_(kBuffer) {
+  if (file_ == nullptr) throw std::runtime_error(name_ + ": cannot open: " + std::strerror(errno));
+  gzbuffer(static_cast<gzFile>(file_), kBuffer);
 }
 
 TextFile::~TextFile() { gzclose(static_cast<gzFile>(file_)); }
 
-bool TextFile::next(std::string& line) {
+bool TextFile::fill() {
   const auto file = static_cast<gzFile>(file_);
-  line.clear();
-  int c = 0;
-  while ((c = gzgetc(file)) >= 0 && c != '\n') line += static_cast<char>(c);  // gzgets would hide bytes behind a zero
-  const bool got = c == '\n' || !line.empty();
-  while (!line.empty() && line.back() == '\r') line.pop_back();
+  // gzread() forgets what it has unpacked already where damage follows: only what is there is asked for.
+  const int first = gzgetc(file);
+  const auto more = first < 0 ? 0U : static_cast<unsigned>(std::min<std::size_t>(file->have, buffer_.size() - 1));
+  const int got = more == 0 ? 0 : gzread(file, buffer_.data() + 1, more);
+  if (first >= 0) buffer_[0] = static_cast<char>(first);
   int error = Z_OK;
   gzerror(file, &error);
   if (error != Z_OK && error != Z_STREAM_END) damaged_ = true;
+  begin_ = 0;
+  end_ = first < 0 ? 0 : 1 + static_cast<std::size_t>(std::max(0, got));
+  unpacked_ += end_;
+  if (unpacked_ > mostUnpacked(static_cast<std::uint64_t>(gzoffset(file)))) {
+    throw std::runtime_error(name_ + ": unpacks to more than 200 times its size, which no recording does");
+  }
+  return end_ > 0;
+}
+
+bool TextFile::next(std::string& line) {
+  line.clear();
+  bool ended = false;
+  while (!ended && (begin_ < end_ || fill())) {
+    const char* const from = buffer_.data() + begin_;
+    const void* const at = std::memchr(from, '\n', end_ - begin_);
+    const std::size_t size =
+        at != nullptr ? static_cast<std::size_t>(static_cast<const char*>(at) - from) : end_ - begin_;
+    ended = at != nullptr;
+    if (line.size() + size > kLongestLine) {
+      throw std::runtime_error(name_ + ":" + std::to_string(line_number_ + 1) +
+                               ": this line is longer than 1 MB; it is no text of a recording");
+    }
+    line.append(from, size);
+    begin_ += size + (ended ? 1 : 0);
+  }
+  const bool got = ended || !line.empty();
+  unpacked_ += kLineOverhead;
+  while (!line.empty() && line.back() == '\r') line.pop_back();
   if (got) ++line_number_;
   return got;
 }

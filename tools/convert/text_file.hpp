@@ -19,15 +19,25 @@ class TextFile {
   TextFile& operator=(const TextFile&) = delete;
 
   /// @return false at the end, or where the compressed data is damaged
+  /// @throws std::runtime_error where a line has no end, or a small file unpacks to more than anybody recorded
   bool next(std::string& line);
   bool damaged() const { return damaged_; }
   int lineNumber() const { return line_number_; }  ///< of the last line, from 1
 
  private:
+  bool fill();
+
+  std::string name_;
   void* file_;  // gzFile
+  std::vector<char> buffer_;
+  std::size_t begin_ = 0, end_ = 0;  // of what is left in it
+  std::uint64_t unpacked_ = 0;       // [bytes] and what costs as much
   int line_number_ = 0;
   bool damaged_ = false;
 };
+
+/// [bytes] that a file of so many bytes may unpack to: real recordings shrink to a tenth, damage and malice to nothing.
+std::uint64_t mostUnpacked(std::uint64_t packed);
 
 /// Words between blanks or commas.
 std::vector<std::string_view> splitWords(std::string_view line);

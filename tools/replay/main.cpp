@@ -19,8 +19,7 @@ void printOffset(const slam::ReplayStats& stats, double configured) {
   if (!stats.lidar_gyro_offset) return;
   const auto& [offset, sigma, turns] = *stats.lidar_gyro_offset;
   std::printf("lidar to gyro: %+.1f ms (sigma %.1f ms, %d turns)", 1e3 * offset, 1e3 * sigma, turns);
-  // A sensor that is mounted wrong makes an offset that is none.
-  if (std::abs(offset) > std::max(3.0 * sigma, kNoticed) && stats.warnings.empty())
+  if (std::abs(offset) > std::max(3.0 * sigma, kNoticed) && !stats.turns_differ)
     std::printf("; set lidar.time_offset = %.4f", configured + offset);
   std::printf("\n");
 }
@@ -28,8 +27,8 @@ void printOffset(const slam::ReplayStats& stats, double configured) {
 void printSummary(const slam::ReplayStats& stats) {
   const auto& l = stats.front_end;
   std::printf("%u scans of %.1f s: %u matched, %u partly observable, %u not matched; %u keyframes, %d loop closures\n",
-              l.scans, stats.log_s, l.matched, l.partly_observable, l.unmatched + l.gated + l.scans_too_late,
-              l.keyframes, stats.back_end.loop_closures);
+              l.scans, stats.log_s, l.matched, l.partly_observable, stats.notMatched(), l.keyframes,
+              stats.back_end.loop_closures);
   if (const auto& r = stats.back_end.relocalisation; r.searches + r.interrupted > 0) {
     std::printf(
         "%d searches for the lost robot: %d found it, %d found places that look alike, %d none; one went on with "

@@ -25,6 +25,7 @@ namespace slam {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+constexpr std::uint32_t kFewMatched = 3;                // times as many scans that were not matched are too many
 constexpr double kFewStuck = 5, kFewStuckShare = 0.01;  // scans of a stuck lidar, [1] of all: no more is no fault
 
 double microsecondsSince(Clock::time_point start) {
@@ -39,6 +40,23 @@ std::optional<TrajectoryWriter> writerFor(const std::filesystem::path& file) {
 
 bool drawsMap(const ReplayOptions& options) {
   return !options.map.empty() || !options.save_map.empty() || !options.viewer_frames.empty();
+}
+
+/// Lidar and gyro do not see the same turns, or one of them sees too few: their offset in time is none.
+bool turnsDiffer(SensorFault fault) {
+  switch (fault) {
+    case SensorFault::kWheelsSwapped:
+    case SensorFault::kWheelsBackwards:
+    case SensorFault::kWheelDistanceOff:
+    case SensorFault::kWheelTurnOff:
+    case SensorFault::kGyroOffset:
+    case SensorFault::kMovesWithRobot:
+    case SensorFault::kNoReturnCodes:
+    case SensorFault::kBeamTimesMissing:
+      return false;
+    default:
+      return true;
+  }
 }
 
 /// One run: the log's samples go through the pipeline, and what comes out into files.
@@ -109,6 +127,7 @@ class Run {
     const SensorFindings findings = pipeline_.findings();
     for (const SensorFinding& finding : findings.all()) {
       stats_.warnings.push_back(describe(finding));
+      stats_.turns_differ |= turnsDiffer(finding.fault);
       explained |= finding.fault != SensorFault::kScansRepeated && finding.fault != SensorFault::kTimeBackwards;
     }
     if (scans_stuck_ > std::max(kFewStuck, kFewStuckShare * stats_.front_end.scans)) {
@@ -123,10 +142,14 @@ class Run {
       stats_.warnings.push_back("the wheels contradicted the scans and were not heard, " + std::to_string(times) +
                                 " times: do they slip, lag behind, or have a wrong radius or sign?");
     }
-    if (stats_.front_end.scans > 0 && stats_.front_end.matched + stats_.front_end.partly_observable == 0) {
-      stats_.warnings.emplace_back(
-          "no scan was matched: are its ranges finite and between range_min and range_max, and "
-          "its stamps near those of wheels and IMU?");
+    const auto matched = stats_.front_end.matched + stats_.front_end.partly_observable;
+    if (const auto scans = stats_.front_end.scans; scans > 0 && stats_.notMatched() >= kFewMatched * matched) {
+      stats_.warnings.push_back(
+          (matched == 0 ? "no scan" : "only " + std::to_string(matched) + " of " + std::to_string(scans) + " scans") +
+          std::string(matched == 1 || matched == 0 ? " was" : " were") +
+          " matched; poses and map are not to be trusted; are the ranges finite and between "
+          "range_min and range_max, the beams' bearings right, and the stamps near those of "
+          "wheels and IMU?");
     }
     if (viewer_) {
       drawFrame();

@@ -30,8 +30,11 @@ struct ReplayStats {
   std::uint64_t skipped_bytes = 0;      ///< of the log that belong to no record
   bool truncated = false;
   std::optional<LidarGyroOffset::Estimate> lidar_gyro_offset;  ///< what is left of it with the configured one
-  std::vector<std::string> warnings;                           ///< of sensors that contradict each other, one line each
+  bool turns_differ = false;          ///< by a warning, so that the offset is none that could be set
+  std::vector<std::string> warnings;  ///< of sensors that contradict each other, one line each
 
+  /// Scans that could have been matched.
+  std::uint32_t notMatched() const { return front_end.unmatched + front_end.gated + front_end.scans_too_late; }
   std::string json() const;
 };
 

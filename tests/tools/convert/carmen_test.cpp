@@ -183,6 +183,24 @@ TEST_F(CarmenLog, FillsASingleStampOfZeroByTheLoggers) {
               ElementsAre(100'000'000, 101'000'000, 102'000'000, 103'000'000, 104'000'000, 105'000'000));
 }
 
+TEST_F(CarmenLog, FillsStampsOfZeroAtItsBeginningAndWithoutALogger) {
+  Drive drive(10);
+  const auto odom = [&](int i, const std::string& stamp, const std::string& logger) {
+    return "ODOM " + text(drive.pose(i)) + " 0 0 0 " + stamp + " host " + logger + "\n";
+  };
+  std::string log = odom(0, "0", "0.5") + odom(0, "0.000000", "0.6");
+  for (int i = 0; i < 4; ++i)
+    log +=
+        Drive::flaser(drive.ranges(181), drive.pose(i), drive.pose(i), std::to_string(100 + i), std::to_string(1 + i));
+  log += odom(3, "0", "no time");
+  const Log converted = convert(log);
+  EXPECT_EQ(recording_.rejected, 0) << recording_.first_rejection;
+  std::vector<std::int64_t> times;
+  for (const WheelSample& sample : converted.wheels) times.push_back(toMicroseconds(sample.stamp));
+  EXPECT_THAT(times,
+              ElementsAre(99'500'000, 99'600'000, 100'000'000, 101'000'000, 102'000'000, 103'000'000, 103'000'000));
+}
+
 TEST_F(CarmenLog, LeavesOutOdomLinesOfCorrectedPoses) {
   const auto log = [](const Pose2& drift) {
     Drive drive(10);

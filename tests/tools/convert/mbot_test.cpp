@@ -7,6 +7,7 @@
 
 #include "bus/event_log.hpp"
 #include "tools/convert/auto.hpp"
+#include "tools/convert/log_output.hpp"
 #include "tools/files.hpp"
 #include "tools/recorded_log.hpp"
 
@@ -47,7 +48,9 @@ std::vector<std::uint8_t> scan(std::int64_t utime, std::int64_t first, int beams
 }
 
 /// Two seconds of an MBot: the lidar turns in 0.15 s, and a scan arrives 1 ms behind its last beam.
-void writeLog(const std::filesystem::path& file, bool encoders, bool stamped_at_end = false) {
+/// @param copied [us] between beam times, which are those of a copy at the turn's end; nullopt: they are measured
+void writeLog(const std::filesystem::path& file, bool encoders, bool stamped_at_end = false,
+              std::optional<std::int64_t> copied = std::nullopt) {
   EventLogWriter log(file);
   for (int i = 0; i < 100; ++i) {
     const std::int64_t t = 20'000 * i;
@@ -65,7 +68,9 @@ void writeLog(const std::filesystem::path& file, bool encoders, bool stamped_at_
     log.write(kNow + t + 1'000, "MBOT_IMU", imu.bytes());
     if (i % 10 != 9) continue;
     const std::int64_t first = kRobot + t - 150'000;
-    log.write(kNow + t + 1'000, "LIDAR", scan(stamped_at_end ? kRobot + t : first, first, 101, 1'500));
+    log.write(kNow + t + 1'000, "LIDAR",
+              copied ? scan(kRobot + t, kRobot + t, 101, *copied)
+                     : scan(stamped_at_end ? kRobot + t : first, first, 101, 1'500));
   }
 }
 
@@ -101,6 +106,46 @@ TEST(Mbot2017, StampsAScanWithItsFirstBeam) {
     }
     // Wheels of the same time have the same stamp.
     EXPECT_EQ(toMicroseconds(log.wheels[9].stamp), log.scan_utimes[0] + 150'000);
+  }
+}
+
+TEST(Mbot2017, TakesScansOfOneTimeForTheTurnBefore) {
+  for (const std::int64_t step : {0, 2}) {  // [us] from copy to copy
+    const test::Folder folder;
+    writeLog(folder / "in.lcm", true, false, step);
+    const Recording recording = convertAny(folder / "in.lcm", folder / "out.lcm");
+    EXPECT_THAT(recording.notes, testing::Contains(HasSubstr("over the 0.200 s before")));
+    const Log log = test::readLog(folder / "out.lcm");
+    ASSERT_EQ(log.scans.size(), 10U);
+    EXPECT_NEAR(static_cast<double>(toMicroseconds(log.wheels[9].stamp) - log.scan_utimes[0]), 200'000,
+                100.0 * static_cast<double>(step));
+    EXPECT_EQ(log.scans[0].beams().back().time_offset, 0.0F) << "slamd finds out which way it turns";
+  }
+}
+
+TEST(Mbot2017, MendsOurLogsOfSuchScansOnce) {
+  const test::Folder folder;
+  const auto write = [&](float step) {
+    LogOutput log;
+    auto scan = std::make_unique<LaserScan>();
+    for (int i = 0; i < 20; ++i) {
+      scan->size = 0;
+      for (int k = 0; k < 100; ++k)
+        scan->push({.range = 2.0F, .bearing = 0.01F, .time_offset = step * static_cast<float>(k)});
+      scan->stamp = fromMicroseconds(kNow + 100'000 * i);
+      log.add(kNow + 100'000 * i, *scan, kNow + 100'000 * i);
+    }
+    log.write(folder / "in.lcm");
+  };
+  write(1e-6F);
+  convertAny(folder / "in.lcm", folder / "out.lcm");
+  EXPECT_EQ(test::readLog(folder / "out.lcm").scan_utimes[3], kNow + 200'000);
+  EXPECT_THAT(convertAny(folder / "out.lcm", folder / "again.lcm").notes, testing::IsEmpty());
+  EXPECT_EQ(test::readLog(folder / "again.lcm").scan_utimes[3], kNow + 200'000);
+  for (const float step : {0.0F, 9e-4F}) {  // not said; measured
+    write(step);
+    EXPECT_THAT(convertAny(folder / "in.lcm", folder / "out.lcm").notes, testing::IsEmpty());
+    EXPECT_EQ(test::readLog(folder / "out.lcm").scan_utimes[3], kNow + 300'000);
   }
 }
 

@@ -32,6 +32,8 @@ TEST(RangeCensus, FindsWhatManyDirectionsShareAtTheRim) {
   for (std::size_t k = 0; k < 3000; ++k) census.add(k % kBeams, kBeams, k % 10 == 0 ? 12.003 : 12.5);
   EXPECT_THAT(census.codes(), ElementsAre(DoubleNear(12.003, 1e-9), DoubleNear(12.5, 1e-9)));
   EXPECT_NEAR(census.largest(), 12.5, 1e-9);
+  EXPECT_NEAR(census.limit(), 12.003 - RangeCensus::kStep, 1e-9);
+  EXPECT_NEAR(ofARoom(1, 100).limit(), ofARoom(1, 100).largest() + 0.01, 1e-9);
 }
 
 TEST(RangeCensus, TakesNoWallForACode) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/convert/bags/ros.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -190,6 +191,70 @@ TEST_F(Ros, TakesTheLidarThatIsAskedFor) {
   EXPECT_THAT(reportText(front, "out", true), HasSubstr("--scan /scan_rear"));
   EXPECT_EQ(convert(d, {.scan = "/scan_rear"}).scans, 40);
   EXPECT_THAT(refusalOf([&] { convert(d, {.scan = "/nothing"}); }), HasSubstr("/scan /scan_rear"));
+}
+
+TEST_F(Ros, TakesAGreatestRangeThatIsNoneForNotTold) {
+  for (const float range_max : {0.0F, -1.0F, 0.1F, std::numeric_limits<float>::quiet_NaN()}) {
+    Drive d = drive(false);
+    int i = 0;
+    for (BagMessage& message : d.messages) {
+      const float none = std::numeric_limits<float>::infinity();
+      const float wall = 3.0F + 0.1F * static_cast<float>(i % 7);
+      if (message.topic == 0)
+        message.data = scanBytes(false, kBegin + 100'000 * i++, {wall, none, 2.5F, 12.0F, 0.05F}, "laser", range_max);
+    }
+    const Recording recording = convert(d);
+    EXPECT_EQ(recording.scans, kScans) << range_max;
+    EXPECT_EQ(recording.rejected, 0) << recording.first_rejection;
+    const Log log = readLog(folder_ / "out.lcm");
+    const std::vector<bool> returns = {true, false, true, true, false};
+    for (std::size_t k = 0; k < 5; ++k) EXPECT_EQ(log.scans[0].isReturn(log.scans[0].beams()[k]), returns[k]) << k;
+    EXPECT_NEAR(configOf(recording).front_end.lidar.range_max, 12.01, 1e-6) << "what the scans show";
+  }
+}
+
+/// Every other scan is of a second driver on the same topic, and some more are of the first.
+Drive driveOfTwo(const std::string& other_frame, std::int64_t other_clock, const std::string& other_node = {}) {
+  Drive d = drive(false);
+  d.topics[0].node = "/lidar";
+  d.topics.push_back({"/scan", "sensor_msgs/LaserScan", kScanDefinition, "*", other_node});
+  for (int i = 0; i < kScans - 5; ++i) {
+    const std::int64_t us = kBegin + 100'000 * i + 50'000;
+    d.messages.push_back({other_node.empty() ? 0 : 5, us, scanBytes(false, us + other_clock, {7, 7, 7}, other_frame)});
+  }
+  std::sort(d.messages.begin(), d.messages.end(), [](const auto& a, const auto& b) { return a.us < b.us; });
+  return d;
+}
+
+TEST_F(Ros, TakesOneOfTwoDriversOnATopicAndSaysSo) {
+  const auto said = [&](const Drive& d) {
+    const Recording recording = convert(d);
+    EXPECT_EQ(recording.scans, kScans);
+    EXPECT_EQ(recording.rejected, 0) << recording.first_rejection;
+    const Log log = readLog(folder_ / "out.lcm");
+    for (const LaserScan& scan : log.scans) EXPECT_EQ(scan.size, 5);
+    EXPECT_EQ(log.scan_utimes.back(), kBegin + 100'000 * (kScans - 1));
+    return reportText(recording, "out", true);
+  };
+  EXPECT_THAT(said(driveOfTwo("other", -900'000'000)), HasSubstr("left out: frame other, clock -900.0 s off, 25"));
+  EXPECT_THAT(said(driveOfTwo("laser", 90'000'000)), HasSubstr("left out: frame laser, clock +90.0 s off, 25"));
+  EXPECT_THAT(said(driveOfTwo("other", 0)), HasSubstr("left out: frame other, 25"));
+  EXPECT_THAT(said(driveOfTwo("laser", 0, "/second")), HasSubstr("left out: frame laser, node /second, 25"));
+}
+
+TEST_F(Ros, KeepsTheScansOfADriverThatIsStartedAnew) {
+  Drive d = drive(false);
+  d.topics[0].node = "/lidar_1";
+  d.topics.push_back({"/scan", "sensor_msgs/LaserScan", kScanDefinition, "*", "/lidar_2"});
+  int i = 0;
+  for (BagMessage& message : d.messages) {
+    if (message.topic != 0 || ++i <= kScans / 3) continue;
+    message.topic = 5;
+    if (i > kScans / 2) message.data = scanBytes(false, message.us + 3'000'000, {1, 2, 3});  // its clock is set
+  }
+  const Recording recording = convert(d);
+  EXPECT_EQ(recording.scans, kScans);
+  EXPECT_THAT(recording.notes, testing::Not(testing::Contains(HasSubstr("drivers"))));
 }
 
 TEST_F(Ros, TakesTheTimeOfReceiptForStampsOfZero) {

@@ -29,7 +29,7 @@ std::string textIn(sqlite3_stmt* statement, int column) {
 
 class Db3 : public RosSource {
  public:
-  explicit Db3(const std::filesystem::path& file) : name_(file.filename().string()) {
+  explicit Db3(const std::filesystem::path& file) : RosSource(file) {
     // "immutable": a recorder's journal beside it is not looked for, and nothing is locked or written.
     std::string uri = "file:";
     for (const char c : std::filesystem::absolute(file).string()) {
@@ -44,13 +44,19 @@ class Db3 : public RosSource {
     database_.reset(database);
     if (opened != SQLITE_OK) throw std::runtime_error(file.string() + ": cannot open: " + sqlite3_errmsg(database));
     sqlite3_limit(database, SQLITE_LIMIT_LENGTH, kLargestValue);
+    sqlite3_db_config(database, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+    sqlite3_progress_handler(
+        database, kStepsAtOnce, [](void* self) { return static_cast<Db3*>(self)->isTooMuch(); }, this);
     readTopics(file);
     select(0);
   }
 
   bool next(RosMessage& message) override {
     while (messages_) {
+      steps_ = 0;
       const int status = sqlite3_step(messages_.get());
+      if (status == SQLITE_INTERRUPT)
+        throw std::runtime_error(name() + ": a row of it takes for ever; it is no recording");
       if (status == SQLITE_ROW) {
         skip_ = 1;
         last_ = sqlite3_column_int64(messages_.get(), 0);
@@ -59,7 +65,7 @@ class Db3 : public RosSource {
       }
       if (status == SQLITE_DONE) break;
       // A damaged page: what is behind it may be sound.
-      if (skip_ == 1) damage(name_ + ": damage behind message " + std::to_string(last_) + ": " + error());
+      if (skip_ == 1) damage(name() + ": damage behind message " + std::to_string(last_) + ": " + error());
       if (skip_ > kFarthest || ++attempts_ > kMostAttempts) break;
       select(last_ += skip_);
       skip_ *= 2;
@@ -72,6 +78,16 @@ class Db3 : public RosSource {
   static constexpr std::int64_t kFarthest = std::int64_t{1} << 24;  // messages that a damage may hide
   static constexpr int kMostAttempts = 10000;
 
+  static constexpr int kStepsAtOnce = 100000, kMostSteps = 500;  // of SQLite's machine, and times so many for a row
+
+  int isTooMuch() { return ++steps_ > kMostSteps ? 1 : 0; }
+  /// A view or a virtual table may do anything, or nothing for ever.
+  bool isTable(const std::string& table) const {
+    const Statement kind =
+        prepare("SELECT 1 FROM sqlite_master WHERE name = '" + table +
+                "' AND type = 'table' AND sql LIKE 'CREATE TABLE%'");
+    return kind && sqlite3_step(kind.get()) == SQLITE_ROW;
+  }
   std::string error() const { return sqlite3_errmsg(database_.get()); }
   Statement prepare(const std::string& query) const {
     sqlite3_stmt* statement = nullptr;
@@ -85,11 +101,16 @@ class Db3 : public RosSource {
   }
 
   void readTopics(const std::filesystem::path& file) {
+    for (const char* const table : {"topics", "messages"}) {
+      if (!isTable(table)) throw std::runtime_error(file.string() + ": not a bag of ROS 2: it has no table " + table);
+    }
     const Statement topics = prepare("SELECT id, name, type, serialization_format FROM topics");
     if (!topics) throw std::runtime_error(file.string() + ": not a bag of ROS 2: " + error());
     std::map<std::string, std::pair<std::string, std::string>> definitions;  // encoding and text of a type
     if (const Statement table =
-            prepare("SELECT topic_type, encoding, encoded_message_definition FROM message_definitions")) {
+            !isTable("message_definitions")
+                ? Statement()
+                : prepare("SELECT topic_type, encoding, encoded_message_definition FROM message_definitions")) {
       while (sqlite3_step(table.get()) == SQLITE_ROW && definitions.size() < kMostTopics) {
         definitions[rosTypeName(textIn(table.get(), 0))] = {textIn(table.get(), 1), textIn(table.get(), 2)};
       }
@@ -113,29 +134,31 @@ class Db3 : public RosSource {
   bool read(RosMessage& message) {
     const auto topic = topics_.find(sqlite3_column_int64(messages_.get(), 1));
     if (topic == topics_.end()) {
-      damage(name_ + ": message " + std::to_string(last_) + " is of a topic that is not described");
+      damage(name() + ": message " + std::to_string(last_) + " is of a topic that is not described");
       return false;
     }
     message.topic = &topic->second;
     message.received = sqlite3_column_int64(messages_.get(), 2) / 1000;
     const auto* data = static_cast<const std::uint8_t*>(sqlite3_column_blob(messages_.get(), 3));
     message.data = {data, data == nullptr ? 0 : static_cast<std::size_t>(sqlite3_column_bytes(messages_.get(), 3))};
+    countUnpacked(message.data.size());
     constexpr std::uint8_t kZstd[] = {0x28, 0xB5, 0x2F, 0xFD};  // each message compressed, as rosbag2 may
     if (message.data.size() > 4 && std::equal(std::begin(kZstd), std::end(kZstd), data)) {
-      if (!decompress("zstd", message.data, unpacked_)) {
-        damage(name_ + ": message " + std::to_string(last_) + " cannot be unpacked");
+      if (!decompress("zstd", message.data, message_)) {
+        damage(name() + ": message " + std::to_string(last_) + " cannot be unpacked");
         return false;
       }
-      message.data = unpacked_;
+      countUnpacked(message_.size());
+      message.data = message_;
     }
     return true;
   }
 
-  std::string name_;
   std::unique_ptr<sqlite3, CloseDatabase> database_;
   std::map<std::int64_t, RosTopic> topics_;
   Statement messages_;
-  std::vector<std::uint8_t> unpacked_;
+  std::vector<std::uint8_t> message_;
+  int steps_ = 0;  // times kStepsAtOnce, since the last row
   std::int64_t last_ = 0, skip_ = 1;
   int attempts_ = 0;
 };

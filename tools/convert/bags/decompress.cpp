@@ -65,7 +65,7 @@ bool unpackLz4(std::span<const std::uint8_t> data, Bytes& out) {
 }
 
 bool unpackZstd(std::span<const std::uint8_t> data, Bytes& out) {
-  constexpr int kLargestWindow = 27;  // [bits] 128 MB
+  constexpr int kLargestWindow = 26;  // [bits] as large as a chunk may be
   const std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context(ZSTD_createDCtx(), &ZSTD_freeDCtx);
   if (!context) return false;
   ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, kLargestWindow);

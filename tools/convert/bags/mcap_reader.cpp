@@ -55,7 +55,7 @@ std::optional<Chunk> chunkIn(const Record& record) {
 
 class McapFile : public RosSource {
  public:
-  explicit McapFile(const std::filesystem::path& file) : name_(file.filename().string()), file_(file) {
+  explicit McapFile(const std::filesystem::path& file) : RosSource(file), file_(file) {
     rest_ = file_.bytes().subspan(std::min(mcap::kMagic.size(), file_.bytes().size()));
   }
 
@@ -91,12 +91,13 @@ class McapFile : public RosSource {
         return false;
       }
       bytes = bytes.subspan(record->size);
+      file_.release(rest_);
       if (use(*record, in_chunk, message)) return true;
     }
   }
 
  private:
-  std::string place() const { return name_ + ", byte " + std::to_string(file_.bytes().size() - rest_.size()); }
+  std::string place() const { return name() + ", byte " + std::to_string(file_.bytes().size() - rest_.size()); }
 
   /// A record that goes on behind the end of the file: the last one of a recorder that was stopped.
   static bool cutOff(const Record& record) {
@@ -154,6 +155,7 @@ class McapFile : public RosSource {
       return;
     }
     const bool whole = decompress(chunk->compression, chunk->records, chunk_);
+    countUnpacked(chunk_.size());
     const bool wrong = whole && chunk->crc != 0 && record.complete &&
                        ::crc32(0, chunk_.data(), static_cast<unsigned>(chunk_.size())) != chunk->crc;
     if (record.complete && (!whole || wrong)) damage(place() + ": a damaged chunk");
@@ -190,7 +192,6 @@ class McapFile : public RosSource {
   struct Schema {
     std::string type, encoding, text;
   };
-  std::string name_;
   MappedFile file_;
   Bytes rest_, chunk_rest_;
   std::vector<std::uint8_t> chunk_;

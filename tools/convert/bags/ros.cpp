@@ -16,6 +16,7 @@
 #include "tools/convert/bags/ros_messages.hpp"
 #include "tools/convert/bags/ros_source.hpp"
 #include "tools/convert/log_output.hpp"
+#include "tools/convert/range_census.hpp"
 
 namespace slam {
 namespace {
@@ -39,12 +40,96 @@ void forEachMessage(const std::vector<std::filesystem::path>& files, Recording* 
   }
 }
 
+/// Who publishes on a topic: its messages have one frame, one clock and, in ROS 1, one node.
+struct Publisher {
+  std::string node, frame, child_frame;
+  int messages = 0, without_stamp = 0;
+  int changes = 0;                  // messages that follow one of another publisher of the same frame
+  std::int64_t least_delay = kMax;  // [us] from the stamp to the receipt
+  std::int64_t last_delay = kMax;   // of its newest message with a stamp
+
+  bool sameFrame(const Publisher& other) const { return frame == other.frame && child_frame == other.child_frame; }
+};
+
+/// Tells the publishers of a topic apart, message by message. The same messages give the same numbers.
+class Publishers {
+ public:
+  /// @return the number of the one that published it
+  std::size_t add(const RosMessage& message, const ros::Header& header, const std::string& child_frame = {}) {
+    constexpr std::size_t kMost = 64;
+    const std::int64_t delay = header.stamp > 0 ? message.received - header.stamp : kMax;
+    Publisher seen{.node = message.topic->publisher, .frame = header.frame, .child_frame = child_frame};
+    auto at = std::find_if(all_.begin(), all_.end(), [&](const Publisher& other) {
+      const bool one_clock =
+          delay == kMax || other.last_delay == kMax || std::abs(delay - other.last_delay) <= kOtherClock;
+      return one_clock && other.node == seen.node && other.sameFrame(seen);
+    });
+    if (at == all_.end() && all_.size() >= kMost) at = std::prev(all_.end());
+    if (at == all_.end()) at = all_.insert(at, seen);
+    const auto index = static_cast<std::size_t>(at - all_.begin());
+    ++at->messages;
+    if (last_ < all_.size() && last_ != index && all_[last_].sameFrame(*at)) ++at->changes;
+    if (delay == kMax) ++at->without_stamp;
+    if (delay != kMax) at->least_delay = std::min(at->least_delay, at->last_delay = delay);
+    last_ = index;
+    return index;
+  }
+  const std::vector<Publisher>& all() const { return all_; }
+
+  /// Of each, whether it is used: those of the frame with the most messages; of several that publish there in turn, as
+  /// two drivers do, the one with the most. A driver that is started anew, or whose clock is set, follows itself.
+  std::vector<bool> chosen() const {
+    std::vector<bool> best;
+    int most = 0;
+    for (const Publisher& publisher : all_) {
+      std::vector<bool> taken;
+      int messages = 0, changes = 0, largest = 0;
+      for (const Publisher& other : all_) {
+        taken.push_back(other.sameFrame(publisher));
+        if (!taken.back()) continue;
+        messages += other.messages;
+        changes += other.changes;
+        largest = std::max(largest, other.messages);
+      }
+      if (2 * changes > messages - largest + 2) {
+        for (std::size_t i = 0; i < all_.size(); ++i) taken[i] = &all_[i] == &publisher;
+        messages = publisher.messages;
+      }
+      if (messages > most) {
+        most = messages;
+        best = taken;
+      }
+    }
+    return best;
+  }
+
+ private:
+  std::vector<Publisher> all_;
+  std::size_t last_ = static_cast<std::size_t>(-1);
+};
+
 /// What a bag holds of a topic.
 struct Topic {
   std::string type, refusal;
-  std::string frame, child_frame;  // of the first message that says
-  int messages = 0, unread = 0, without_stamp = 0;
-  std::int64_t least_delay = kMax;  // [us] from the stamp to the receipt
+  int messages = 0, unread = 0;
+  RangeCensus census;  // of scans that do not tell how far they reach
+  Publishers publishers;
+  std::vector<bool> chosen;  // of these; what follows is of them
+  std::string frame, child_frame;
+  int without_stamp = 0;
+  std::int64_t least_delay = kMax;
+
+  void choose() {
+    chosen = publishers.chosen();
+    for (std::size_t i = 0; i < chosen.size(); ++i) {
+      const Publisher& publisher = publishers.all()[i];
+      if (!chosen[i]) continue;
+      if (frame.empty()) frame = publisher.frame;
+      if (child_frame.empty()) child_frame = publisher.child_frame;
+      without_stamp += publisher.without_stamp;
+      least_delay = std::min(least_delay, publisher.least_delay);
+    }
+  }
 };
 
 /// A frame in its parent.
@@ -77,29 +162,34 @@ void addTransforms(const std::vector<ros::Transform>& transforms, Survey& survey
   }
 }
 
-/// Counts one message. @return its header, nullopt where it cannot be read
-std::optional<ros::Header> look(const RosMessage& message, Topic& topic, Survey& survey) {
+/// Counts one message. @return false where it cannot be read
+bool look(const RosMessage& message, Topic& topic, Survey& survey) {
   if (ros::isScan(topic.type)) {
     const auto scan = ros::readScan(message);
-    return scan ? std::optional(scan->header) : std::nullopt;
-  }
-  if (topic.type == "sensor_msgs/Imu") {
+    if (!scan) return false;
+    topic.publishers.add(message, scan->header);
+    const auto beams = scan->scan.beams();
+    for (std::size_t i = 0; i < beams.size() && scan->range_max == 0.0; ++i)
+      topic.census.add(i, beams.size(), static_cast<double>(beams[i].range));
+  } else if (topic.type == "sensor_msgs/Imu") {
     const auto imu = ros::readImu(message);
-    return imu ? std::optional(imu->header) : std::nullopt;
-  }
-  if (topic.type == "nav_msgs/Odometry") {
+    if (!imu) return false;
+    topic.publishers.add(message, imu->header);
+  } else if (topic.type == "nav_msgs/Odometry") {
     const auto odometry = ros::readOdometry(message);
-    if (odometry && topic.child_frame.empty()) topic.child_frame = odometry->child_frame;
-    return odometry ? std::optional(odometry->header) : std::nullopt;
-  }
-  if (topic.type == "sensor_msgs/JointState") {
+    if (!odometry) return false;
+    topic.publishers.add(message, odometry->header, odometry->child_frame);
+  } else if (topic.type == "sensor_msgs/JointState") {
     const auto joints = ros::readJoints(message);
-    return joints ? std::optional(joints->header) : std::nullopt;
+    if (!joints) return false;
+    topic.publishers.add(message, joints->header);
+  } else {
+    const auto transforms = ros::readTransforms(message);
+    if (!transforms || transforms->empty()) return false;
+    addTransforms(*transforms, survey);
+    topic.publishers.add(message, transforms->front().header);
   }
-  const auto transforms = ros::readTransforms(message);
-  if (!transforms || transforms->empty()) return std::nullopt;
-  addTransforms(*transforms, survey);
-  return transforms->front().header;
+  return true;
 }
 
 Survey surveyed(const std::vector<std::filesystem::path>& files, Recording& recording) {
@@ -113,16 +203,9 @@ Survey surveyed(const std::vector<std::filesystem::path>& files, Recording& reco
       topic.refusal = ros::refusal(*message.topic);
     }
     ++topic.messages;
-    if (!topic.refusal.empty()) return;
-    const auto header = look(message, topic, survey);
-    if (!header) {
-      ++topic.unread;
-      return;
-    }
-    if (topic.frame.empty()) topic.frame = header->frame;
-    if (header->stamp <= 0) ++topic.without_stamp;
-    if (header->stamp > 0) topic.least_delay = std::min(topic.least_delay, message.received - header->stamp);
+    if (topic.refusal.empty() && !look(message, topic, survey)) ++topic.unread;
   });
+  for (auto& [name, topic] : survey.topics) topic.choose();
   return survey;
 }
 
@@ -258,6 +341,7 @@ class Converter {
         plan_(plan),
         recording_(recording),
         log_(log),
+        codes_(survey.topics.at(plan.scan).census.codes()),
         reckoning_(DifferentialBase{options.wheel_radius.value_or(DifferentialBase{}.wheel_radius),
                                     options.half_track.value_or(DifferentialBase{}.half_track)}) {}
 
@@ -280,6 +364,17 @@ class Converter {
     if (rows.frame.empty()) rows.frame = topic.frame;
     return rows;
   }
+  bool isChosen(const RosMessage& message, const ros::Header& header, const Topic& topic,
+                const std::string& child_frame = {}) {
+    return topic.chosen[publishers_[message.topic->name].add(message, header, child_frame)];
+  }
+  void leaveOutCodes(LaserScan& scan) const {
+    for (int i = 0; i < scan.size; ++i) {
+      float& range = scan.storage[static_cast<std::size_t>(i)].range;
+      const auto is = [&](double code) { return isCode(static_cast<double>(range), code); };
+      if (std::any_of(codes_.begin(), codes_.end(), is)) range = 0.0F;
+    }
+  }
   void refuse(SensorRows& rows, const RosMessage& message, const char* why) {
     recording_.reject(rows, message.topic->name + " at " + std::to_string(message.received) + " us", why);
   }
@@ -297,13 +392,16 @@ class Converter {
   void addScan(const RosMessage& message, const Topic& topic) {
     SensorRows& sensor = rows(message, topic);
     auto scan = ros::readScan(message);
+    if (scan && !isChosen(message, scan->header, topic)) return;
     const std::int64_t utime = scan ? timeOf(scan->header, message, topic) : 0;
     if (utime == 0) return refuse(sensor, message, scan ? "its stamp is not a time" : "a scan that does not decode");
     scan->scan.stamp = fromMicroseconds(utime);
     thinned_ = std::max(thinned_, scan->thinned);
+    if (scan->range_max == 0.0) leaveOutCodes(scan->scan);
     if (recording_.scans == 0) {
+      const double range_max = scan->range_max > 0.0 ? scan->range_max : topic.census.limit();
       recording_.robot.range_min = std::round(1e6 * scan->range_min) * 1e-6;  // they are 32 bits wide
-      recording_.robot.range_max = std::round(1e6 * scan->range_max) * 1e-6;
+      recording_.robot.range_max = std::round(1e6 * range_max) * 1e-6;
     }
     log_.add(message.received, scan->scan, utime);
     recording_.useScan(sensor, utime);
@@ -312,6 +410,7 @@ class Converter {
   void addOdometry(const RosMessage& message, const Topic& topic) {
     SensorRows& sensor = rows(message, topic);
     const auto odometry = ros::readOdometry(message);
+    if (odometry && !isChosen(message, odometry->header, topic, odometry->child_frame)) return;
     const std::int64_t utime = odometry ? timeOf(odometry->header, message, topic) : 0;
     if (utime == 0)
       return refuse(sensor, message, odometry ? "its stamp is not a time" : "odometry that does not decode");
@@ -350,6 +449,7 @@ class Converter {
   void addImu(const RosMessage& message, const Topic& topic) {
     SensorRows& sensor = rows(message, topic);
     const auto imu = ros::readImu(message);
+    if (imu && !isChosen(message, imu->header, topic)) return;
     const std::int64_t utime = imu ? timeOf(imu->header, message, topic) : 0;
     if (utime == 0)
       return refuse(sensor, message, imu ? "its stamp is not a time" : "an IMU reading that does not decode");
@@ -362,7 +462,9 @@ class Converter {
   const Plan& plan_;
   Recording& recording_;
   LogOutput& log_;
+  std::vector<double> codes_;  // [m] of scans that do not tell how far they reach
   WheelOdometry reckoning_;
+  std::map<std::string, Publishers> publishers_;  // of topics, as in the survey
   int thinned_ = 1;
 };
 
@@ -443,6 +545,32 @@ Plan planOf(const Survey& survey, const RosOptions& options, Recording& recordin
   return plan;
 }
 
+std::string describe(const Publisher& publisher, const Publisher& chosen) {
+  std::string text = "frame " + (publisher.frame.empty() ? "\"\"" : publisher.frame);
+  if (publisher.child_frame != chosen.child_frame) text += ", of " + publisher.child_frame;
+  if (publisher.node != chosen.node) text += ", node " + publisher.node;
+  const bool stamped = publisher.least_delay != kMax && chosen.least_delay != kMax;
+  const double off = stamped ? 1e-6 * static_cast<double>(chosen.least_delay - publisher.least_delay) : 0.0;
+  char clock[64];
+  std::snprintf(clock, sizeof(clock), ", clock %+.1f s off", off);
+  if (std::abs(off) > 1e-6 * kOtherClock) text += clock;
+  return text + ", " + std::to_string(publisher.messages) + " messages";
+}
+
+/// Says where other publishers of a topic are left out.
+void notePublishers(const std::string& name, const Topic& topic, Recording& recording) {
+  const auto& all = topic.publishers.all();
+  const auto first =
+      static_cast<std::size_t>(std::find(topic.chosen.begin(), topic.chosen.end(), true) - topic.chosen.begin());
+  std::string others;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!topic.chosen[i]) others += (others.empty() ? "" : "; ") + describe(all[i], all[first]);
+  }
+  if (others.empty()) return;
+  recording.notes.push_back(name + ": several drivers publish on it; the one with the most messages was used: " +
+                            describe(all[first], all[first]) + "; left out: " + others);
+}
+
 void reportUnused(const Survey& survey, const Plan& plan, Recording& recording) {
   for (const auto& [name, topic] : survey.topics) {
     const bool used = name == plan.scan || name == plan.odometry || name == plan.imu || name == plan.joints;
@@ -508,6 +636,7 @@ Recording convertRos(const std::filesystem::path& in, const std::filesystem::pat
   for (const std::string& name : {plan.scan, plan.odometry, plan.imu, plan.joints}) {
     if (name.empty()) continue;
     const Topic& topic = survey.topics.at(name);
+    if (name != plan.joints) notePublishers(name, topic, recording);
     if (topic.without_stamp > 0) {
       recording.notes.push_back(name + ": " + std::to_string(topic.without_stamp) +
                                 " messages have no stamp; the time of their receipt was used");

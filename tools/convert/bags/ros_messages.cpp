@@ -107,7 +107,7 @@ class Definition {
 
  private:
   static constexpr std::size_t kMostSections = 100, kLongest = 20000;
-  static constexpr int kDeepest = 10;
+  static constexpr int kDeepest = 10, kMostSteps = 1000;  // messages within messages
 
   std::optional<std::string> sectionOf(const std::string& name) const {
     if (const auto at = sections_.find(name); at != sections_.end()) return at->second;
@@ -122,7 +122,7 @@ class Definition {
 
   bool flatten(const std::string& section, const std::string& package, std::string& out, int depth) {
     const auto found = sectionOf(section);
-    if (!found || depth > kDeepest || out.size() > kLongest) {
+    if (!found || depth > kDeepest || out.size() > kLongest || ++steps_ > kMostSteps) {
       missing_ = section;
       return false;
     }
@@ -163,6 +163,7 @@ class Definition {
   bool ros1_;
   std::map<std::string, std::string> sections_;
   std::string missing_;
+  int steps_ = 0;
 };
 
 /// The first field in which two lists differ.
@@ -291,16 +292,19 @@ std::optional<Scan> readScan(const RosMessage& message) {
   out.range_max = reader.number<float>();
   const bool echoes = message.topic->type == "sensor_msgs/MultiEchoLaserScan";
   const auto ranges = values(reader, echoes), intensities = values(reader, echoes);
-  const bool limits = std::isfinite(out.range_min) && out.range_min >= 0.0 && out.range_max > out.range_min;
   const bool bearings =
       std::isfinite(first) && std::isfinite(step) && std::abs(first) < 100.0F && std::abs(step) < 7.0F;
-  if (!reader.atEnd() || ranges.empty() || !bearings || !limits) return std::nullopt;
-  out.range_max = std::min(out.range_max, 200.0);
+  if (!reader.atEnd() || ranges.empty() || !bearings) return std::nullopt;
+  // Drivers that do not know their lidar's limits write 0, or what is none.
+  constexpr double kFarthest = 200.0;  // [m] no lidar of these messages measures further
+  if (!(out.range_min >= 0.0 && out.range_min < kFarthest)) out.range_min = 0.0;
+  const bool limited = out.range_max > out.range_min;
+  out.range_max = limited ? std::min(out.range_max, kFarthest) : 0.0;
   constexpr std::size_t kMost = LaserScan::kCapacity;
   const std::size_t stride = (ranges.size() + kMost - 1) / kMost;
   out.thinned = static_cast<int>(stride);
   out.scan.range_min = static_cast<float>(out.range_min);
-  out.scan.range_max = static_cast<float>(out.range_max);
+  out.scan.range_max = static_cast<float>(limited ? out.range_max : kFarthest);
   const float seconds = std::isfinite(time_step) && time_step > 0.0F && time_step < 1.0F ? time_step : 0.0F;
   for (std::size_t i = 0; i < ranges.size(); i += stride) {
     const auto n = static_cast<float>(i);

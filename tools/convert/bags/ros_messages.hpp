@@ -20,9 +20,10 @@ struct Header {
 
 struct Scan {
   Header header;
-  double range_min = 0.0, range_max = 0.0;  ///< [m]
-  LaserScan scan;                           ///< without stamp; of several echoes the first
-  int thinned = 1;                          ///< every so manieth beam, for so many fit into a scan
+  double range_min = 0.0;  ///< [m]
+  double range_max = 0.0;  ///< [m]; 0: not told
+  LaserScan scan;          ///< without stamp; of several echoes the first
+  int thinned = 1;         ///< every so manieth beam, for so many fit into a scan
 };
 
 struct Imu {

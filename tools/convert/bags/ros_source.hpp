@@ -5,8 +5,11 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "tools/convert/text_file.hpp"
 
 namespace slam {
 
@@ -18,6 +21,7 @@ struct RosTopic {
   std::string type = {};        ///< package/Type, without the "msg" that ROS 2 writes between
   std::string definition = {};  ///< text of the message and of those in it; empty: not in the bag
   std::string md5 = {};         ///< of ROS 1; empty or "*": not in the bag
+  std::string publisher = {};   ///< node of ROS 1; empty: not in the bag
   RosEncoding encoding = RosEncoding::kOther;
   std::string remark = {};  ///< why its messages cannot be read; empty: they can
 };
@@ -31,18 +35,30 @@ struct RosMessage {
 /// Messages of a bag in the order of the file. A damaged part is left out and counted; what is behind it is read.
 class RosSource {
  public:
+  explicit RosSource(const std::filesystem::path& file)
+      : name_(file.filename().string()), most_unpacked_(mostUnpacked(std::filesystem::file_size(file))) {}
   virtual ~RosSource() = default;
   /// @return false at the end
+  /// @throws std::runtime_error where a small file unpacks to more than anybody recorded
   virtual bool next(RosMessage& message) = 0;
   int damages() const { return damages_; }
   const std::string& firstDamage() const { return first_damage_; }  ///< where and what
 
  protected:
+  const std::string& name() const { return name_; }
+  /// So many bytes more were unpacked.
+  void countUnpacked(std::size_t bytes) {
+    unpacked_ += bytes;
+    if (unpacked_ > most_unpacked_)
+      throw std::runtime_error(name_ + ": unpacks to more than 200 times its size, which no recording does");
+  }
   void damage(const std::string& what) {
     if (damages_++ == 0) first_damage_ = what;
   }
 
  private:
+  std::string name_;
+  std::uint64_t most_unpacked_, unpacked_ = 0;  // [bytes]
   int damages_ = 0;
   std::string first_damage_;
 };

@@ -97,9 +97,7 @@ std::size_t nextRecord(Bytes bytes, std::size_t from) {
 class RosBag : public RosSource {
  public:
   explicit RosBag(const std::filesystem::path& file)
-      : name_(file.filename().string()),
-        file_(file),
-        rest_(file_.bytes().subspan(std::min(kMagic, file_.bytes().size()))) {}
+      : RosSource(file), file_(file), rest_(file_.bytes().subspan(std::min(kMagic, file_.bytes().size()))) {}
 
   bool next(RosMessage& message) override {
     for (;;) {
@@ -120,12 +118,13 @@ class RosBag : public RosSource {
         }
       }
       bytes = bytes.subspan(record->size);
+      file_.release(rest_);
       if (use(*record, in_chunk, message)) return true;
     }
   }
 
  private:
-  std::string place() const { return name_ + ", byte " + std::to_string(file_.bytes().size() - rest_.size()); }
+  std::string place() const { return name() + ", byte " + std::to_string(file_.bytes().size() - rest_.size()); }
 
   /// @return true where it is a message
   bool use(const Record& record, bool in_chunk, RosMessage& message) {
@@ -137,6 +136,7 @@ class RosBag : public RosSource {
       if (!decompress(record.compression, record.data, chunk_) && record.complete) {
         damage(place() + ": a chunk that cannot be unpacked whole");
       }
+      countUnpacked(chunk_.size());
       chunk_rest_ = chunk_;
     } else if (record.op == kConnection) {
       connect(record);
@@ -162,6 +162,7 @@ class RosBag : public RosSource {
     const bool fields = forEachField(record.data, [&](std::string_view name, std::string_view value) {
       if (name == "type") topic.type = value;
       if (name == "md5sum") topic.md5 = value;
+      if (name == "callerid") topic.publisher = value;
       if (name == "message_definition") topic.definition = value;
       if (name == "topic" && topic.name.empty()) topic.name = value;
     });
@@ -172,7 +173,6 @@ class RosBag : public RosSource {
     topics_.emplace(record.connection, std::move(topic));
   }
 
-  std::string name_;
   MappedFile file_;
   Bytes rest_, chunk_rest_;
   std::vector<std::uint8_t> chunk_;
