@@ -7,12 +7,10 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/epoll.h>
-#include <sys/file.h>
-#include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
+#include <utility>
 
-#include "drivers/open_words.hpp"
 #include "drivers/serial_port.hpp"
 
 namespace slam {
@@ -21,13 +19,10 @@ namespace {
 /// Waits by edge-triggered epoll. poll(), and a read without data, would wait for the kernel thread that hands a
 /// terminal its bytes (n_tty_poll and n_tty_read call tty_buffer_flush_work), and that has normal priority: on an
 /// overloaded computer a real-time thread waited for seconds. An edge is looked at only when bytes have come.
-class DescriptorStream : public ByteStream {
+class EdgeStream : public ByteStream {
  public:
-  DescriptorStream(int descriptor, int edges) : descriptor_(descriptor), edges_(edges) {}
-  ~DescriptorStream() override {
-    close(edges_);
-    close(descriptor_);
-  }
+  EdgeStream(int descriptor, int edges) : descriptor_(descriptor), edges_(edges) {}
+  ~EdgeStream() override { close(edges_); }
 
   ReadResult read(std::span<std::uint8_t> out, Duration timeout) override {
     if (more_ || hung_up_) {
@@ -51,15 +46,14 @@ class DescriptorStream : public ByteStream {
     }
     return true;
   }
-  void discardInput() override {
-    std::array<std::uint8_t, 256> away;
-    if (tcflush(descriptor_, TCIFLUSH) == 0) return;
-    while (take(away) > 0) {
-    }
-  }
-  bool setDtr(bool on) override {
-    const int line = TIOCM_DTR;
-    return ioctl(descriptor_, on ? TIOCMBIS : TIOCMBIC, &line) == 0;
+
+ protected:
+  int descriptor() const { return descriptor_; }
+  /// @return bytes taken without waiting; -1: hung up
+  int take(std::span<std::uint8_t> out) {
+    const ssize_t n = ::read(descriptor_, out.data(), out.size());
+    if (n > 0) return static_cast<int>(n);
+    return n < 0 && (errno == EAGAIN || errno == EINTR) ? 0 : -1;
   }
 
  private:
@@ -69,16 +63,47 @@ class DescriptorStream : public ByteStream {
     if (n > 0) return {ReadResult::kData, static_cast<std::size_t>(n)};
     return {n < 0 || hung_up_ ? ReadResult::kClosed : ReadResult::kTimeout, 0};
   }
-  /// @return bytes taken without waiting; -1: hung up
-  int take(std::span<std::uint8_t> out) {
-    const ssize_t n = ::read(descriptor_, out.data(), out.size());
-    if (n > 0) return static_cast<int>(n);
-    return n < 0 && (errno == EAGAIN || errno == EINTR) ? 0 : -1;
-  }
 
   int descriptor_, edges_;
   bool more_ = false, hung_up_ = false;
 };
+
+class DescriptorStream : public EdgeStream {
+ public:
+  using EdgeStream::EdgeStream;
+  ~DescriptorStream() override { close(descriptor()); }
+
+  void discardInput() override {
+    std::array<std::uint8_t, 256> away;
+    if (tcflush(descriptor(), TCIFLUSH) == 0) return;
+    while (take(away) > 0) {
+    }
+  }
+  bool setDtr(bool) override { return false; }
+};
+
+class PortStream : public EdgeStream {
+ public:
+  PortStream(std::unique_ptr<SerialPort> port, int edges)
+      : EdgeStream(port->descriptor(), edges), port_(std::move(port)) {}
+
+  void discardInput() override { port_->discardInput(); }
+  bool setDtr(bool on) override { return port_->setDtr(on); }
+
+ private:
+  std::unique_ptr<SerialPort> port_;
+};
+
+/// An epoll of a descriptor that never waits; -1: none can be had.
+int makeEdges(int descriptor) {
+  fcntl(descriptor, F_SETFL, fcntl(descriptor, F_GETFL) | O_NONBLOCK);
+  const int edges = epoll_create1(EPOLL_CLOEXEC);
+  epoll_event event{};
+  event.events = EPOLLIN | EPOLLET;  // a hang-up is told of, too
+  if (edges < 0 || epoll_ctl(edges, EPOLL_CTL_ADD, descriptor, &event) == 0) return edges;
+  close(edges);
+  return -1;
+}
 
 }  // namespace
 
@@ -87,39 +112,19 @@ void ByteStream::rest(Duration time) {
   ppoll(nullptr, 0, &limit, nullptr);
 }
 
-bool lockPort(int descriptor) {
-  ioctl(descriptor, TIOCEXCL);  // keeps others out, but not root
-  return flock(descriptor, LOCK_EX | LOCK_NB) == 0;
-}
-
 std::unique_ptr<ByteStream> makeDescriptorStream(int descriptor) {
-  fcntl(descriptor, F_SETFL, fcntl(descriptor, F_GETFL) | O_NONBLOCK);
-  const int edges = epoll_create1(EPOLL_CLOEXEC);
-  epoll_event event{};
-  event.events = EPOLLIN | EPOLLET;  // a hang-up is told of, too
-  if (edges >= 0 && epoll_ctl(edges, EPOLL_CTL_ADD, descriptor, &event) == 0) {
-    return std::make_unique<DescriptorStream>(descriptor, edges);
-  }
-  if (edges >= 0) close(edges);
+  const int edges = makeEdges(descriptor);
+  if (edges >= 0) return std::make_unique<DescriptorStream>(descriptor, edges);
   close(descriptor);
   return nullptr;
 }
 
 OpenedPort openPort(const std::string& path, int baud) {
-  const int fd = open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-  if (fd < 0) {
-    const int error = errno;
-    return {nullptr, kept(openWords(error, rightsOf(path)))};
-  }
-  if (isatty(fd) == 0) {
-    close(fd);
-    return {nullptr, "not a serial port: check the path"};
-  }
-  auto stream = makeDescriptorStream(fd);
-  if (!stream) return {nullptr, "no file descriptor is left: see LimitNOFILE"};
-  if (!lockPort(fd)) return {nullptr, "the port is in use by another program"};
-  if (const char* problem = setSerialMode(fd, baud); *problem != '\0') return {nullptr, problem};
-  return {std::move(stream), ""};
+  auto port = std::make_unique<SerialPort>();
+  if (const char* problem = port->open(path, baud); *problem != '\0') return {nullptr, problem};
+  const int edges = makeEdges(port->descriptor());
+  if (edges < 0) return {nullptr, "no file descriptor is left: see LimitNOFILE"};
+  return {std::make_unique<PortStream>(std::move(port), edges), ""};
 }
 
 }  // namespace slam

@@ -38,15 +38,11 @@ struct OpenedPort {
   const char* problem = "";  ///< static text; empty when opened
 };
 
-/// Opens 8N1 without flow control and locks the port against others. The path may be a link or a device node of any
-/// name: the port is known by its descriptor alone.
+/// Opens a SerialPort. The path may be a link or a device node of any name: the port is known by its descriptor alone.
 OpenedPort openPort(const std::string& path, int baud);
 
 /// How a driver opens its port: openPort(), or a line in virtual time.
 using PortOpener = std::function<OpenedPort(const std::string& path, int baud)>;
-
-/// Locks an open port against other programs. @return false when one of them has it
-bool lockPort(int descriptor);
 
 /// A stream over a descriptor that is open already; takes ownership and makes it non-blocking. @return nullptr where it
 /// cannot be waited for: it is a file, or the process has no descriptor left

@@ -3,15 +3,26 @@
 
 #include <array>
 #include <asm/termbits.h>  // termios2, for any baud rate; it excludes <termios.h>
+#include <cerrno>
 #include <cstdio>
+#include <fcntl.h>
 #include <libserialport.h>
 #include <linux/serial.h>
+#include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
 #include <system_error>
+#include <unistd.h>
+
+#include "drivers/open_words.hpp"
 
 namespace slam {
+namespace {
+
+const char* const kRefusesSettings = "the port refuses its settings: check the baud rate";
+
+}  // namespace
 
 std::vector<SerialPortInfo> serialPorts() {
   std::vector<SerialPortInfo> found;
@@ -43,26 +54,89 @@ std::string ttyNameOf(const std::string& path, const std::filesystem::path& sys)
   return error || device.parent_path().filename() != "tty" ? "" : device.filename().string();
 }
 
-const char* setSerialMode(int descriptor, int baud) {
-  struct termios2 mode {};
-  if (ioctl(descriptor, TCGETS2, &mode) != 0) return "not a serial port: check the path";
-  mode.c_iflag &=
-      ~static_cast<tcflag_t>(IGNBRK | BRKINT | PARMRK | INPCK | ISTRIP | INLCR | IGNCR | ICRNL | IXON | IXOFF | IXANY);
-  mode.c_oflag &= ~static_cast<tcflag_t>(OPOST);
-  mode.c_lflag &= ~static_cast<tcflag_t>(ECHO | ECHONL | ICANON | ISIG | IEXTEN);
-  // Without HUPCL: else closing drops DTR, and an A1's motor spins again.
-  mode.c_cflag &= ~static_cast<tcflag_t>(CSIZE | CSTOPB | PARENB | CRTSCTS | HUPCL | CBAUD | CBAUD << IBSHIFT);
-  mode.c_cflag |= CS8 | CREAD | CLOCAL | BOTHER | static_cast<tcflag_t>(BOTHER) << IBSHIFT;
-  mode.c_ispeed = mode.c_ospeed = static_cast<speed_t>(baud);
-  mode.c_cc[VMIN] = 1;  // a read without data fails with EAGAIN: 0 bytes are a hang-up
-  mode.c_cc[VTIME] = 0;
-  if (ioctl(descriptor, TCSETS2, &mode) != 0) return "the port refuses its settings: check the baud rate";
-  struct serial_struct serial {};  // where an adapter or UART holds bytes back; many have no such setting
-  if (ioctl(descriptor, TIOCGSERIAL, &serial) == 0 && (serial.flags & ASYNC_LOW_LATENCY) == 0) {
-    serial.flags |= ASYNC_LOW_LATENCY;
-    ioctl(descriptor, TIOCSSERIAL, &serial);
+SerialPort::~SerialPort() {
+  if (handle_ >= 0) ioctl(handle_, TIOCNXCL);  // a pseudo-terminal whose other end is open would stay shut
+  if (port_ != nullptr) {
+    sp_close(port_);
+    sp_free_port(port_);
   }
+  if (node_ >= 0) close(node_);
+}
+
+const char* SerialPort::open(const std::string& path, int baud) {
+  node_ = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (node_ < 0) {
+    const int error = errno;
+    return kept(openWords(error, rightsOf(path)));
+  }
+  if (isatty(node_) == 0) return "not a serial port: check the path";
+  if (flock(node_, LOCK_EX | LOCK_NB) != 0) return "the port is in use by another program";
+  handle_ = node_;
+  int lines = 0;
+  if (ioctl(node_, TIOCMGET, &lines) == 0) {
+    if (const char* problem = openBehindNode(baud); *problem != '\0') return problem;
+  }
+  if (!setUpByHand(baud)) return kRefusesSettings;
+  ioctl(handle_, TIOCEXCL);  // keeps others out who know no flock(), but not root
   return "";
 }
+
+const char* SerialPort::openBehindNode(int baud) {
+  // libserialport 0.1.1 looks for a name in sysfs before it opens it, and there is none of a link of udev's or of a
+  // container's node. This one exists on both ways, seen from /dev and from /sys/class/tty.
+  const std::string name = "/dev/../../../proc/self/fd/" + std::to_string(node_);
+  if (sp_get_port_by_name(name.c_str(), &port_) != SP_OK)
+    return "libserialport does not find the port, for which it needs /proc and /sys: mount them";
+  if (sp_open(port_, SP_MODE_READ_WRITE) != SP_OK) return kept(openWords(sp_last_error_code(), {}));
+  sp_get_port_handle(port_, &handle_);
+  fcntl(handle_, F_SETFD, FD_CLOEXEC);
+  sp_port_config* config = nullptr;  // what is not set stays: DTR and RTS as the kernel raises them
+  if (sp_new_config(&config) != SP_OK) return kRefusesSettings;
+  sp_set_config_baudrate(config, baud);
+  sp_set_config_bits(config, 8);
+  sp_set_config_parity(config, SP_PARITY_NONE);
+  sp_set_config_stopbits(config, 1);
+  sp_set_config_flowcontrol(config, SP_FLOWCONTROL_NONE);
+  const bool is_set = sp_set_config(port_, config) == SP_OK;
+  sp_free_config(config);
+  return is_set ? "" : kRefusesSettings;
+}
+
+/// What libserialport 0.1.1 leaves as it was; and all of it where there are no modem lines, for there it refuses to
+/// open.
+bool SerialPort::setUpByHand(int baud) {
+  struct termios2 mode {};
+  if (ioctl(handle_, TCGETS2, &mode) != 0) return false;
+  if (port_ == nullptr) {
+    mode.c_iflag &= ~static_cast<tcflag_t>(IGNBRK | BRKINT | PARMRK | INPCK | ISTRIP | INLCR | IGNCR | ICRNL | IXON |
+                                           IXOFF | IXANY);
+    mode.c_oflag &= ~static_cast<tcflag_t>(OPOST);
+    mode.c_lflag &= ~static_cast<tcflag_t>(ECHO | ECHONL | ICANON | ISIG | IEXTEN);
+    mode.c_cflag &= ~static_cast<tcflag_t>(CSIZE | CSTOPB | PARENB | CBAUD | CBAUD << IBSHIFT);
+    mode.c_cflag |= CS8 | CREAD | CLOCAL | BOTHER | static_cast<tcflag_t>(BOTHER) << IBSHIFT;
+    mode.c_ispeed = mode.c_ospeed = static_cast<speed_t>(baud);
+  }
+  // Without HUPCL: else closing drops DTR, and an A1's motor spins again.
+  mode.c_cflag &= ~static_cast<tcflag_t>(HUPCL | CRTSCTS);
+  mode.c_cc[VMIN] = 1;  // a read without data fails with EAGAIN: 0 bytes are a hang-up
+  mode.c_cc[VTIME] = 0;
+  if (ioctl(handle_, TCSETS2, &mode) != 0) return false;
+  serial_struct serial{};  // where an adapter or UART holds bytes back; many have no such setting
+  if (ioctl(handle_, TIOCGSERIAL, &serial) == 0 && (serial.flags & ASYNC_LOW_LATENCY) == 0) {
+    serial.flags |= ASYNC_LOW_LATENCY;
+    ioctl(handle_, TIOCSSERIAL, &serial);
+  }
+  return true;
+}
+
+void SerialPort::discardInput() {
+  if (port_ != nullptr) {
+    sp_flush(port_, SP_BUF_INPUT);
+  } else {
+    ioctl(handle_, TCFLSH, TCIFLUSH);
+  }
+}
+
+bool SerialPort::setDtr(bool on) { return port_ != nullptr && sp_set_dtr(port_, on ? SP_DTR_ON : SP_DTR_OFF) == SP_OK; }
 
 }  // namespace slam

@@ -217,7 +217,6 @@ const DepthObservation* FrontEnd::add(const PseudoLaser& laser) {
 void FrontEnd::setPose(const Pose2& T_map_base, const Eigen::Vector3d& sigma) {
   pose_.setPose(T_map_base, sigma);
   beginSession(KeyframeOrigin::kGiven);
-  keyframes_.setSigma(sigma);
   local_map_.follow(pose_.at(pose_.newestStamp()).pose().translation());
 }
 

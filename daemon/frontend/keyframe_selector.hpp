@@ -23,9 +23,8 @@ class KeyframeSelector {
   /// @param heading_tolerance [rad] by which the heading may be off in the map before it
   void beginSession(KeyframeOrigin origin, double heading_tolerance);
   double headingTolerance() const { return keyframe_.heading_tolerance; }
-  /// The step from the next keyframe on begins here. @param sigma of a pose given by a person [m, m, rad]
+  /// The step from the next keyframe on begins here.
   void begin(const Pose2& T_map_base) { drift_pose_ = T_map_base; }
-  void setSigma(const Eigen::Vector3d& sigma) { drift_ = sigma.cwiseAbs2().asDiagonal(); }
   void transform(const Pose2& T_new_old);
 
   /// The robot moved on. @param match that told where to; nullptr: none did

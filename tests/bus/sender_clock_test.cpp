@@ -130,5 +130,21 @@ TEST_F(Sender, OfSpeedsOnAnotherClockIsBelievedAfterASecond) {
   EXPECT_NEAR(toSeconds(shift), -86400.0, 0.012);
 }
 
+TEST_F(Sender, ForgetsTheDelayOfAStreamThatFellSilent) {
+  Duration shift_of_wheels{0};
+  const auto send = [&](Duration time, bool gyro) {
+    for (const Timestamp end = now + time; now < end; now += period) {
+      if (gyro) clocks.map(SenderClocks::kImu, now - 2s, 0ms, now);
+      shift_of_wheels = clocks.map(SenderClocks::kWheels, now - 2s - 200ms, 0ms, now).shift;
+    }
+  };
+  send(5s, true);
+  EXPECT_EQ(shift_of_wheels, 2s) << "the faster stream tells how far off the clock is";
+  send(9s, false);
+  EXPECT_EQ(shift_of_wheels, 2s);
+  send(2s, false);
+  EXPECT_EQ(shift_of_wheels, 2200ms) << "it may have been set since";
+}
+
 }  // namespace
 }  // namespace slam

@@ -156,7 +156,7 @@ TEST(FloorTracker, FollowsNoFasterThanItSettles) {
   FloorTracker tracker({});
   Scenery scenery;
   Timestamp stamp{10s};
-  tracker.update(stamp, scenery.look(0.0, 0.0, 0.0), kHeight);
+  for (int i = 0; i < 20; ++i) tracker.update(stamp += 30ms, scenery.look(0.0, 0.0, 0.0), kHeight);
   ASSERT_NEAR(tracker.plane().slope_x, 0.0, 0.004);
   tracker.update(stamp += 30ms, scenery.look(0.02, 0.0, 0.0), kHeight);
   EXPECT_NEAR(tracker.plane().slope_x, 0.1 * 0.02, 0.003);

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "drivers/pseudo_terminal.hpp"
+#include "support/modem_lines.hpp"
 
 namespace slam {
 namespace {
@@ -132,7 +133,15 @@ TEST_F(SocketStream, DiscardsItsInput) {
   EXPECT_EQ(readAll(*stream_, 1), Bytes{4});
 }
 
-TEST(OpenedTerminal, CarriesEveryByteUnchangedBothWays) {
+/// With modem lines, as a serial port has them, and without, as a pseudo-terminal.
+class OpenedTerminal : public testing::TestWithParam<bool> {
+ protected:
+  OpenedTerminal() { test::has_modem_lines = GetParam(); }
+  ~OpenedTerminal() override { test::has_modem_lines = false; }
+};
+INSTANTIATE_TEST_SUITE_P(Lines, OpenedTerminal, testing::Bool());
+
+TEST_P(OpenedTerminal, CarriesEveryByteUnchangedBothWays) {
   PseudoTerminal device;
   const OpenedPort port = openPort(device.path(), 115200);
   ASSERT_TRUE(port.stream) << port.problem;
@@ -149,14 +158,14 @@ TEST(OpenedTerminal, CarriesEveryByteUnchangedBothWays) {
   EXPECT_EQ(received, everyByte());
 }
 
-TEST(OpenedTerminal, HasNoModemLines) {
+TEST_P(OpenedTerminal, SetsDtrWhereThereIsOne) {
   PseudoTerminal device;
   const OpenedPort port = openPort(device.path(), 115200);
   ASSERT_TRUE(port.stream) << port.problem;
-  EXPECT_FALSE(port.stream->setDtr(true));
+  EXPECT_EQ(port.stream->setDtr(true), GetParam());
 }
 
-TEST(OpenedTerminal, DiscardsItsInput) {
+TEST_P(OpenedTerminal, DiscardsItsInput) {
   PseudoTerminal device;
   const OpenedPort port = openPort(device.path(), 115200);
   ASSERT_TRUE(port.stream) << port.problem;
@@ -167,7 +176,7 @@ TEST(OpenedTerminal, DiscardsItsInput) {
   EXPECT_EQ(port.stream->read(first, milliseconds(20)).status, ReadResult::kTimeout);
 }
 
-TEST(OpenedTerminal, TellsOfAHangUpAtOnce) {
+TEST_P(OpenedTerminal, TellsOfAHangUpAtOnce) {
   PseudoTerminal device;
   const OpenedPort port = openPort(device.path(), 115200);
   ASSERT_TRUE(port.stream) << port.problem;
@@ -180,7 +189,7 @@ TEST(OpenedTerminal, TellsOfAHangUpAtOnce) {
   EXPECT_FALSE(port.stream->write(Bytes{1}));
 }
 
-TEST(OpenedTerminal, IsLockedAgainstOthers) {
+TEST_P(OpenedTerminal, IsLockedAgainstOthers) {
   PseudoTerminal device;
   const OpenedPort first = openPort(device.path(), 115200);
   ASSERT_TRUE(first.stream) << first.problem;
@@ -189,7 +198,7 @@ TEST(OpenedTerminal, IsLockedAgainstOthers) {
   EXPECT_STRNE(second.problem, "");
 }
 
-TEST(OpenedTerminal, CanBeOpenedAgainAfterItWasClosed) {
+TEST_P(OpenedTerminal, CanBeOpenedAgainAfterItWasClosed) {
   PseudoTerminal device;
   EXPECT_TRUE(openPort(device.path(), 115200).stream);
   const OpenedPort again = openPort(device.path(), 921600);

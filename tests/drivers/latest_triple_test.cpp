@@ -22,6 +22,26 @@ TEST(LatestTriple, GivesTheNewestValueAgainAndAgain) {
   }
 }
 
+/// Whose writer the processor was taken from.
+struct HalfWritten : LatestTriple {
+  HalfWritten() {
+    store({{1.0, 2.0, 3.0}, 4});
+    sequence_.fetch_add(1);
+    numbers_[0].store(5.0);
+  }
+  void finish() {
+    numbers_[1].store(6.0);
+    sequence_.fetch_add(1);
+  }
+};
+
+TEST(LatestTriple, IsWhatWasLoadedLastWhileItIsBeingWritten) {
+  HalfWritten triple;
+  EXPECT_EQ(triple.load().time, 0);
+  triple.finish();
+  EXPECT_EQ(triple.load().numbers, (std::array{5.0, 6.0, 3.0}));
+}
+
 TEST(LatestTriple, IsNeverTornNorOlderThanBefore) {
   LatestTriple triple;
   std::thread writer([&] {

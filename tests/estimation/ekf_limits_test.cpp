@@ -318,5 +318,23 @@ TEST(EkfLimits, WheelsThatRestAreBelievedAtOnceWhileTheBiasIsUnknown) {
   EXPECT_TRUE(rests(0.002, 410, true));
 }
 
+TEST(EkfLimits, APredictionThatIsDoubtedLosesThePoseFasterByAsMuch) {
+  Ekf sure(kConfig, kBegin);
+  sure.setPose({}, {0.03, 0.03, 0.03});
+  Ekf unsure = sure;
+  unsure.updatePose(measured({0.2, 0.0, 0.0}, 0.04));
+  const double more = (unsure.nisRatio() - 1.0) * 0.2;  // [s]
+  ASSERT_GT(more, 0.05);
+  const auto lost = [](Ekf& ekf, Ekf::Index i) {
+    Ekf next = ekf;
+    next.predict(kBegin + milliseconds(200));
+    return variance(next, i) - variance(ekf, i);
+  };
+  for (const auto& [i, drift] : {std::pair(Ekf::kX, kConfig.translation_drift),
+                                 {Ekf::kY, kConfig.translation_drift},
+                                 {Ekf::kTheta, kConfig.rotation_drift}})
+    EXPECT_NEAR(lost(unsure, i) - lost(sure, i), more * square(drift), 1e-8) << i;
+}
+
 }  // namespace
 }  // namespace slam

@@ -258,5 +258,16 @@ TEST(GyroMonitor, DoesNotAllocate) {
   EXPECT_EQ(test::allocationsDuring([&] { drive.go(20.0); }), 0U);
 }
 
+TEST(GyroMonitor, ABiasThatIsKnownIsTakenOffBeforeItIsComparedWithTheWheels) {
+  for (const double offset : {0.25, -0.25}) {
+    Drive known, unknown;
+    for (Drive* drive : {&known, &unknown}) drive->gyro.reads = [offset](double rate) { return rate + offset; };
+    known.bias = offset;
+    for (Drive* drive : {&known, &unknown}) drive->go(4.0, std::copysign(0.8, offset));
+    EXPECT_EQ(known.distrusted, 0) << offset;
+    EXPECT_GT(unknown.distrusted, 0) << offset;
+  }
+}
+
 }  // namespace
 }  // namespace slam

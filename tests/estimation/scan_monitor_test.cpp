@@ -4,6 +4,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "core/pose_covariance.hpp"
 #include "estimation/ekf_timeline.hpp"
 #include "support/simulated/robot.hpp"
 
@@ -15,7 +16,8 @@ constexpr double kSpeed = 0.5;  // [m/s]
 /// Its matched scans tell its way with an error of their own.
 class Drive : public test::SimulatedRobot {
  public:
-  explicit Drive(const ScanMonitorConfig& config = {}) : SimulatedRobot(test::Room{}), monitor(EkfConfig{}, config) {}
+  explicit Drive(const ScanMonitorConfig& config = {}, const Pose2& start = {})
+      : SimulatedRobot(test::Room{}, start), monitor(EkfConfig{}, config) {}
 
   /// @param share of the way that the scans tell  @param wheel_noise [m per sqrt(m)]
   void go(double metres, double share, double turn_rate = 0.0, double wheel_noise = 0.02) {
@@ -44,11 +46,12 @@ class Drive : public test::SimulatedRobot {
   void add(const PoseMeasurement& match) {
     const Ekf odometry = odometry_.at(now);
     wheel_monitor_.compare(odometry, match.T_map_base, true);
-    monitor.compare(odometry, match.T_map_base, 1e-6 * Eigen::Matrix3d::Identity(), wheel_monitor_, heading_monitor_);
+    monitor.compare(odometry, match.T_map_base, covariance, wheel_monitor_, heading_monitor_);
     heading_monitor_.compare(gyro_monitor_, now, odometry.standstill(), match.T_map_base.theta, 1e-6);
   }
 
   ScanMonitor monitor;
+  Eigen::Matrix3d covariance = 1e-6 * Eigen::Matrix3d::Identity();  // [m^2, rad^2] of each match, in map
 
  private:
   EkfTimeline odometry_{EkfConfig{}, {}};
@@ -154,6 +157,17 @@ TEST(ScanMonitor, ContradictsFromSoManyStandardDeviationsOn) {
     drive.go(40.0, 1.0);
     drive.go(7.0, 0.8);
     EXPECT_EQ(drive.monitor.contradicts(), contradicts) << sigmas;
+  }
+}
+
+TEST(ScanMonitor, AMatchThatIsUnsureAlongTheWayContradictsNoWheelsThere) {
+  const double heading = 0.7;  // [rad] in map
+  for (const bool along : {true, false}) {
+    Drive drive({}, {0.0, 0.0, heading});
+    drive.covariance = rotated(Eigen::Vector3d(along ? 4.0 : 1e-6, along ? 1e-6 : 4.0, 1e-6).asDiagonal(), heading);
+    drive.go(40.0, 1.0);
+    drive.go(7.0, 0.8);
+    EXPECT_EQ(drive.monitor.contradicts(), !along);
   }
 }
 

@@ -20,7 +20,8 @@ constexpr double kLegRadius = 0.06;  // [m]
 /// A robot that filters its scans, with legs that may go along. It matches nothing: its wheels are right.
 class Walk {
  public:
-  explicit Walk(const test::Room& room) : robot_(room) {
+  explicit Walk(const test::Room& room, const LidarMounting& lidar = Pose2{})
+      : filter(lidar), robot_(room), lidar_(lidar) {
     robot_.lidar.range_sigma = 0.01;
     robot_.lidar.reach = room.reach;
   }
@@ -39,8 +40,10 @@ class Walk {
         beam.range = static_cast<float>(along - std::sqrt(kLegRadius * kLegRadius - past * past));
       }
       open_[static_cast<std::size_t>(i)] = !blocked && beam.range == 0.0F;
+      const double bearing = wrapAngle(beam.bearing - lidar_.T_base_lidar.theta);
+      beam.bearing = static_cast<float>(lidar_.upside_down ? -bearing : bearing);
     }
-    deskew(scan, {0.1F, 100.0F}, scan.stamp, LidarMounting(Pose2{}), PoseHistory(2), points);
+    deskew(scan, {0.1F, 100.0F}, scan.stamp, lidar_, PoseHistory(2), points);
     estimateNormals(points, Eigen::Vector2d::Zero(), {});
     const int seen = onLegs(), all = static_cast<int>(points.size());
     const auto allocations = test::allocationCount();
@@ -63,7 +66,7 @@ class Walk {
   bool blocked = false;                  // beams without return say nothing
   ScanPoints points;
   EkfTimeline timeline{{}, {}};
-  DynamicPointFilter filter{LidarMounting(Pose2{})};
+  DynamicPointFilter filter;
   int legs_seen = 0, legs_left = 0, walls_out = 0, worst_walls_out = 0;  // points of the newest scan
 
  private:
@@ -73,6 +76,7 @@ class Walk {
     }));
   }
   test::SimulatedRobot robot_;
+  const LidarMounting lidar_;  // which only turns the bearings
   std::array<bool, LaserScan::kCapacity> open_{};
 };
 
@@ -112,17 +116,19 @@ TEST(DynamicPointFilter, KeepsThinThingsThatStandStill) {
 
 TEST(DynamicPointFilter, TakesBeamsThatSawNothingForFreeSpaceUnlessTheyAreBlocked) {
   const test::Room hall{.length = 60.0, .width = 8.0, .reach = 12.0};  // nothing comes back from ahead
-  Walk open(hall), blocked(hall);
-  blocked.blocked = true;
   const std::vector<Eigen::Vector2d> ahead{{1.5, 0.1}, {1.5, -0.1}};
-  for (Walk* walk : {&open, &blocked}) {
-    walk->run(4.0, kAhead);
-    walk->legs = ahead;  // somebody steps before the robot
-    walk->run(0.2, kAhead);
+  for (const auto& lidar : {LidarMounting(Pose2{}), LidarMounting({0.0, 0.0, 0.7}, true)}) {
+    Walk open(hall, lidar), blocked(hall, lidar);
+    blocked.blocked = true;
+    for (Walk* walk : {&open, &blocked}) {
+      walk->run(4.0, kAhead);
+      walk->legs = ahead;  // somebody steps before the robot
+      walk->run(0.2, kAhead);
+    }
+    EXPECT_GT(open.legs_seen, 4);
+    EXPECT_EQ(open.legs_left, 0);
+    EXPECT_EQ(blocked.legs_left, blocked.legs_seen);
   }
-  EXPECT_GT(open.legs_seen, 4);
-  EXPECT_EQ(open.legs_left, 0);
-  EXPECT_EQ(blocked.legs_left, blocked.legs_seen);
 }
 
 TEST(DynamicPointFilter, BeginsAnewWhereTheFilterDoesNotReachBack) {

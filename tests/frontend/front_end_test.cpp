@@ -268,5 +268,23 @@ TEST(FrontEnd, DoesNotAllocateAfterStartUp) {
   EXPECT_EQ(test::allocationsDuring([&] { drive.run(5.0, kCurve); }), 0U);
 }
 
+TEST(FrontEnd, PlacesAnImageWhereTheRobotWasAtItsStampAndItsTimeOffset) {
+  const auto laser = std::make_unique<PseudoLaser>();
+  for (const double offset : {0.0, 0.2, -0.2}) {
+    FrontEndConfig config;
+    config.depth.time_offset = offset;
+    Drive drive(config);
+    KeyframeGraph keyframes;
+    drive.keyframes = &keyframes;
+    drive.run(2.0, kStand);
+    drive.run(4.0, {0.5, 0, 0});
+    laser->stamp = drive.now - 300ms;
+    const DepthObservation* sight = drive.front_end->add(*laser);
+    ASSERT_NE(sight, nullptr);
+    const double driven = 0.5 * (3.7 + offset);  // [m]
+    EXPECT_NEAR((keyframes.pose(sight->keyframe) * sight->T_keyframe_base).x, driven, 0.03) << offset;
+  }
+}
+
 }  // namespace
 }  // namespace slam

@@ -149,5 +149,31 @@ TEST(MatchValidator, TakesWallsThatStandInTheOpenForSecondsForARobotThatWasCarri
   EXPECT_EQ(toldAfter({.consistent = 5, .violated = 10}), -1.0) << "too few tell";
 }
 
+TEST(MatchValidator, BelievesATurnOfThreeStandardDeviationsBeyondTheGyrosError) {
+  const FrontEndConfig config;
+  MatchValidator validator(config);
+  const LocalMap local_map(config);
+  const TrackingState tracking(config, false);
+  EkfTimeline filter(config.ekf, config.timeline);
+  Timestamp now{std::chrono::seconds(100)};
+  for (int i = 0; i < 100; ++i, now += std::chrono::milliseconds(20)) {
+    filter.add(WheelSample{now, {}});
+    filter.add(ImuSample{now, {0, 0, 0.0}, {0, 0, 9.81}});
+  }
+  filter.setPose({}, {0.1, 0.1, 0.05});
+  const Ekf predicted = filter.at(filter.newestStamp());
+  const double sigma = std::sqrt(predicted.covariance()(2, 2));
+  ASSERT_NEAR(sigma, 0.05, 0.005);
+  for (const double side : {-1.0, 1.0}) {
+    for (const auto& [sigmas, believed] : {std::pair(2.8, true), std::pair(3.2, false)}) {
+      MatchResult found;
+      found.status = MatchStatus::kConverged;
+      found.overlap = 0.95;
+      found.T_ref_base.theta = side * (config.validator.gyro_error + sigmas * sigma);
+      EXPECT_EQ(validator.acceptSearch(found, {}, local_map, predicted, tracking), believed) << side * sigmas;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace slam

@@ -26,7 +26,10 @@ class FaultMatrix : public test::FaultMatrix {
   void runRow(const Row& row) {
     ASSERT_TRUE(listener_.good());
     startSimulator("600", "meeting-room", {"--speed", "0.1"});  // slow: the drive must outlast the row
+    if (!test::kSanitized) setenv("LD_PRELOAD", MODEM_LINES_LIBRARY, 1);  // the sanitizers want to be loaded first
+    setenv("MODEM_LINES", "", 1);
     startDaemon({"imu.driver='hfi'"});
+    unsetenv("LD_PRELOAD");
     run(row);
   }
 };

@@ -82,7 +82,8 @@ TEST_F(RealTimeWork, IsNoneThatWaitsWhileEveryPlugIsPulledOnce) {
   if (test::kSanitized) GTEST_SKIP() << "the sanitizers want to be loaded first";
   ASSERT_TRUE(listener_.good());
   startSimulator("300", "meeting-room", {"--speed", "0.2"});
-  setenv("LD_PRELOAD", THREAD_WORK_LIBRARY, 1);
+  setenv("LD_PRELOAD", THREAD_WORK_LIBRARY ":" MODEM_LINES_LIBRARY, 1);
+  setenv("MODEM_LINES", "", 1);
   startDaemon({"imu.driver='hfi'"});
   unsetenv("LD_PRELOAD");
   const auto isWellAll = [&] {

@@ -198,5 +198,19 @@ TEST_F(CorrelativeSearch, ThePlaceThatABetterOneReplacesIsItsSecond) {
   EXPECT_LT(result.runner_up, 1.0);
 }
 
+TEST_F(CorrelativeSearch, SlidesForAClearGainAlone) {
+  const MatchConfig blind{.min_information = 0.08};
+  Reference walls;
+  for (int i = 0; i < 3; ++i) walls.add({}, corridorWithPosts({}, {}));
+  const Pose2 truth{0.1, 0.05, 0.03}, guess{0.1 - 0.25, 0.05, 0.03};
+  for (const auto& [gain, slides] : {std::pair(0.02F, true), std::pair(0.5F, false)}) {
+    CorrelativeMatcher sliding({.max_points = 500, .clear_gain = gain});
+    const Pose2 found =
+        sliding.matchOrSearch(walls, corridorWithPosts(truth, {}), guess, {0.6, 0.1}, blind).match.T_ref_base;
+    EXPECT_EQ(distance(found, truth) < 0.05, slides) << gain;
+    EXPECT_EQ(distance(found, guess) < 0.05, !slides) << gain;
+  }
+}
+
 }  // namespace
 }  // namespace slam

@@ -206,10 +206,19 @@ TEST(KidnappedRobot, IsLostWhereTheMapKnowsNothing) {
   ASSERT_EQ(robot.state(), LocalisationState::kLocalised);
   const int first = robot.pipeline.backEnd().keyframes().size(), drawn = robot.pipeline.mapper().keyframes();
   const OccupancyGrid grid = robot.pipeline.mapper().grid().clone();
+  const auto sight = std::make_unique<DepthObservation>();
+  const auto isDrawn = [&] { return robot.pipeline.backEnd().mapView(*sight).has_value(); };
+  sight->session = robot.pipeline.frontEnd().session();
+  sight->keyframe = first - 1;
+  EXPECT_TRUE(isDrawn());
   robot.truth = {28.0, 0.0, 0.3};
   robot.run(3.0, {0, 0, 0});
   robot.after_scan = [&] { ASSERT_EQ(robot.state(), LocalisationState::kLost); };
   robot.run(12.0, kCircle);
+  ASSERT_NE(robot.pipeline.frontEnd().session(), sight->session);
+  EXPECT_FALSE(isDrawn()) << "an image of the robot before it got lost, which waited";
+  sight->session = robot.pipeline.frontEnd().session();
+  EXPECT_FALSE(isDrawn()) << "nor is one of the lost robot, wherever it thinks to be";
   EXPECT_GT(robot.pipeline.backEnd().keyframes().size(), first + 2);
   for (int id = first; id < robot.pipeline.backEnd().keyframes().size(); ++id)
     EXPECT_FALSE(robot.pipeline.backEnd().map().inMap(id)) << id;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "slam/pipeline.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "support/simulated/robot.hpp"
@@ -88,6 +90,79 @@ TEST(Pipeline, IsFittedToAFloorPlanAlone) {
   EXPECT_EQ(config.back_end.match.overlap_distance, usual + 0.5 * map.grid.resolution());
   EXPECT_EQ(PipelineConfig().back_end.relocalisation.places.model.kind, MapKind::kScans);
   EXPECT_EQ(config.back_end.relocalisation.places.model.kind, MapKind::kFloorPlan);
+}
+
+constexpr Pose2 kMounting{0.12, 0.05, 0.6};
+
+/// What a lidar in that place sees of a long hall, and of a post that the robot carries beside it.
+struct HallWithPost {
+  double reach = 8.0;  // [m]
+
+  double range(const Pose2& T_world_base, double bearing) const {
+    if (std::abs(wrapAngle(bearing - 1.75)) < 0.2) return 0.3;
+    return test::Room{.length = 30.0, .width = 5.0}.range(T_world_base * kMounting, bearing);
+  }
+};
+
+/// A drive with the lidar one way up or the other.
+struct MountedDrive {
+  static PipelineConfig settings(bool upside_down) {
+    PipelineConfig config;
+    config.front_end.lidar.T_base_lidar = kMounting;
+    config.front_end.lidar.upside_down = upside_down;
+    return config;
+  }
+  explicit MountedDrive(bool upside_down_) : upside_down(upside_down_), pipeline(settings(upside_down_)) {}
+
+  void add(const WheelSample& sample) { pipeline.add(sample); }
+  void add(const ImuSample& sample) { pipeline.add(sample); }
+  void add(LaserScan scan) {
+    if (upside_down)
+      for (Beam& beam : std::span(scan.storage).first(static_cast<std::size_t>(scan.size))) beam.bearing *= -1.0F;
+    const ScanOutcome outcome = pipeline.add(scan);
+    if (outcome.keyframe != nullptr) body = outcome.keyframe->body;
+  }
+
+  const bool upside_down;
+  BodyShape body;  // of the last keyframe
+  Pipeline pipeline;
+};
+
+TEST(Pipeline, ADriveWithTheLidarUpsideDownIsTheSameDriveUpright) {
+  MountedDrive upright(false), turned(true);
+  for (MountedDrive* drive : {&upright, &turned}) {
+    test::SimulatedRobot robot(HallWithPost{}, {-12.0, 0.5, 0.1});
+    robot.lidar.sweep = 0.1;
+    robot.gyro.bias = 0.01;
+    robot.run(8.0, {0.3, 0.0, 0.2}, *drive);
+    robot.run(8.0, {0.3, 0.0, -0.4}, *drive);
+    robot.run(8.0, {0.3, 0.0, 0.2}, *drive);
+    const Pose2 moved = drive->pipeline.frontEnd().estimate(robot.now).T_map_base;
+    const Pose2 truth = between(Pose2{-12.0, 0.5, 0.1}, robot.truth);
+    EXPECT_LT((moved.translation() - truth.translation()).norm(), 0.05);
+  }
+  const auto pose = [](const MountedDrive& drive) {
+    return drive.pipeline.frontEnd().estimate(drive.pipeline.frontEnd().newestStamp()).T_map_base;
+  };
+  const Pose2 apart = between(pose(upright), pose(turned));
+  EXPECT_LT(apart.translation().norm(), 1e-3);
+  EXPECT_NEAR(apart.theta, 0.0, 1e-3);
+  ASSERT_GT(upright.body.degrees(), 15);
+  EXPECT_NEAR(turned.body.degrees(), upright.body.degrees(), 1);
+  EXPECT_NEAR(turned.body.middle(), upright.body.middle(), 1.5);
+  EXPECT_EQ(turned.pipeline.backEnd().keyframes().size(), upright.pipeline.backEnd().keyframes().size());
+  int seen = 0, differ = 0;
+  const OccupancyGrid &one = upright.pipeline.mapper().grid(), &other = turned.pipeline.mapper().grid();
+  for (double x = -10.0; x < 18.0; x += one.resolution()) {
+    for (double y = -6.0; y < 6.0; y += one.resolution()) {
+      const auto cell = one.cellAt({x, y});
+      const int here = one.logOdds(cell), there = other.logOdds(cell);
+      seen += here != 0;
+      differ += (here > 0) != (there > 0) || (here < 0) != (there < 0);
+    }
+  }
+  EXPECT_GT(seen, 10000);
+  EXPECT_LT(differ, seen / 50);
 }
 
 }  // namespace

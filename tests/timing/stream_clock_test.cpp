@@ -89,5 +89,17 @@ TEST(StreamClock, TellsABurstApart) {
   }
 }
 
+TEST(StreamClock, IsRightAgainBehindALossThatItMiscounts) {
+  StreamClock clock;
+  constexpr Duration kDelays[] = {0ms, 8ms, 9ms, 8ms};  // most samples are late, and those that are not tell the time
+  int sample = 0;
+  const auto next = [&](bool lost) { return clock.stamp(kStart + sample * 10ms + kDelays[sample % 4], lost); };
+  for (; sample < 400; ++sample) next(false);
+  sample = 404;  // four are lost, and this one came at once: it seems to be three
+  next(true);
+  for (++sample; sample < 440; ++sample)
+    EXPECT_LT(std::abs(toSeconds(next(false) - (kStart + sample * 10ms))), 0.001) << sample;
+}
+
 }  // namespace
 }  // namespace slam

@@ -96,5 +96,17 @@ TEST(FragmentAssembler, BelievesNoLength) {
   EXPECT_GT(whole, 10) << "or this test shows nothing";
 }
 
+TEST(FragmentAssembler, TakesNoPartThatBelongsElsewhere) {
+  const Bytes message = messageOf(150'000, 1);
+  for (const std::int32_t aside : {0, -1, 1, -65'000}) {
+    FragmentAssembler assembler;
+    auto parts = partsOf(message, 7, 65'000, "SLAM_SCAN");
+    parts[1].offset += static_cast<std::uint32_t>(aside);
+    std::optional<FragmentAssembler::Whole> whole;
+    for (const Fragment& part : parts) whole = assembler.take(part, kAll);
+    EXPECT_EQ(whole.has_value(), aside == 0) << aside;
+  }
+}
+
 }  // namespace
 }  // namespace slam

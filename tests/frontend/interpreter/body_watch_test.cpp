@@ -15,17 +15,20 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr RangeLimits kLimits{0.05F, 12.0F};
 
-/// A room of 8 m x 5 m, and a body at a range of 0.25 m from 160 to 200 degrees.
+/// A room of 8 m x 5 m, and a body at a range of 0.25 m over 40 degrees.
 struct RobotWithBody {
   Room room{.length = 8.0, .width = 5.0};
   std::mt19937 random{1};
-  bool has_body = true;
+  bool has_body = true, upside_down = false;
+  double body = 180 * kDegree;  // [rad] its middle, as seen from above
 
   double range(const Pose2& truth, double bearing) const {
-    return has_body && isBehind(bearing) ? 0.25 : room.range(truth, bearing);
+    return has_body && isBehind(bearing - body + std::numbers::pi) ? 0.25 : room.range(truth, bearing);
   }
   std::vector<Beam> look(const Pose2& truth) {
-    const LaserScan scan = SimulatedLidar{}.scan(*this, truth, random);
+    LaserScan scan = SimulatedLidar{}.scan(*this, truth, random);
+    if (upside_down)
+      for (Beam& beam : std::span(scan.storage).first(static_cast<std::size_t>(scan.size))) beam.bearing *= -1.0F;
     return {scan.beams().begin(), scan.beams().end()};
   }
   static bool isBehind(double bearing) { return std::abs(wrapAngle(bearing - std::numbers::pi)) < 20 * kDegree; }
@@ -51,6 +54,18 @@ TEST(BodyWatch, FindsWhatKeepsItsRangeWhileTheRobotDrives) {
   EXPECT_LE(bodyBeams(watch, beams), behind + 2);
   EXPECT_NEAR(watch.shape().degrees(), 40, 3);
   EXPECT_NEAR(std::abs(watch.shape().middle()), 180.0, 2.0);
+}
+
+TEST(BodyWatch, FindsTheSameBodyWithALidarUpsideDown) {
+  for (const bool upside_down : {false, true}) {
+    RobotWithBody robot{.upside_down = upside_down, .body = 150 * kDegree};
+    BodyWatch watch(Pose2{0.1, 0.05, 0.0}, upside_down);
+    Pose2 pose{-2.0, 0.3, 0.2};
+    for (int i = 0; i < 20; ++i, pose = pose * Pose2{0.12, 0.0, 0.02})
+      watch.add(robot.look(pose * Pose2{0.1, 0.05, 0.0}), kLimits, pose);
+    EXPECT_NEAR(watch.shape().degrees(), 40, 3);
+    EXPECT_NEAR(watch.shape().middle(), upside_down ? -150.0 : 150.0, 2.0) << "of the scan's own bearings";
+  }
 }
 
 TEST(BodyWatch, OneStepIsEnoughWhereManyNeighboursStay) {

@@ -16,11 +16,12 @@ constexpr RangeLimits kLimits{0.05F, 12.0F};
 constexpr double kInterval = 0.2;  // [s]
 
 /// A robot that turns on the spot, and whose lidar measures its beams in this order.
-SweepWatch::Order orderFoundOf(SweepWatch::Order truth, double turn_rate, bool gyro_wrong = false) {
+SweepWatch::Order orderFoundOf(SweepWatch::Order truth, double turn_rate, bool gyro_wrong = false,
+                               bool upside_down = false) {
   const Room room{.length = 8.0, .width = 5.0, .range_sigma = 0.01};
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0.0, room.range_sigma);
-  SweepWatch watch;
+  SweepWatch watch(upside_down);
   for (int i = 0; i < 40; ++i) {
     std::vector<Beam> beams;
     const auto poseAt = [&](double time, double scale) {
@@ -31,8 +32,9 @@ SweepWatch::Order orderFoundOf(SweepWatch::Order truth, double turn_rate, bool g
       const double time = truth == SweepWatch::Order::kAtOnce    ? 0.0
                           : truth == SweepWatch::Order::kForward ? kInterval * share
                                                                  : kInterval * (1.0 - share);
-      beams.push_back({.range = static_cast<float>(room.range(poseAt(time, 1.0), bearing) + noise(random)),
-                       .bearing = static_cast<float>(bearing)});
+      beams.push_back(
+          {.range = static_cast<float>(room.range(poseAt(time, 1.0), upside_down ? -bearing : bearing) + noise(random)),
+           .bearing = static_cast<float>(bearing)});
     }
     const double scale = gyro_wrong ? 1.02 : 1.0;
     watch.add(beams, kLimits, Timestamp(fromSeconds(kInterval * i)), kInterval,
@@ -52,6 +54,12 @@ TEST(SweepWatch, LeavesScansThatWereMeasuredAtOnce) {
   for (const double rate : {1.5, -1.5, 0.9}) {
     EXPECT_EQ(orderFoundOf(SweepWatch::Order::kAtOnce, rate), SweepWatch::Order::kAtOnce) << rate;
     EXPECT_EQ(orderFoundOf(SweepWatch::Order::kAtOnce, rate, true), SweepWatch::Order::kAtOnce) << rate;
+  }
+}
+
+TEST(SweepWatch, FindsTheOrderOfALidarUpsideDown) {
+  for (const auto order : {SweepWatch::Order::kAtOnce, SweepWatch::Order::kForward, SweepWatch::Order::kReverse}) {
+    for (const double rate : {1.5, -0.9}) EXPECT_EQ(orderFoundOf(order, rate, false, true), order) << rate;
   }
 }
 
