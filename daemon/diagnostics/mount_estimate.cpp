@@ -11,7 +11,7 @@ namespace {
 
 /// Scale times cosine and sine of minus the yaw; offset [m].
 using Unknowns = Eigen::Vector4d;
-constexpr int kScale = 1, kYaw = 2, kOffset = 4;  // which of them are free
+enum Free { kScale = 1, kYaw = 2, kOffset = 4 };  // which of them a fit may choose
 
 /// One motion: the way that scans tell, as the unknowns make it of the wheels' [m].
 struct Equation {
@@ -44,8 +44,7 @@ Fit fit(std::span<const Equation> equations, int free) {
     normal(i, i) = 1.0;
     right(i) = 0.0;
   }
-  constexpr double kNothingSeen = 1e-9;  // [m^2]
-  normal.diagonal().array() += kNothingSeen;
+  normal.diagonal().array() += 1e-9;  // [m^2]: nothing was seen of it
   Fit fit;
   fit.covariance = normal.inverse();
   fit.value = fit.covariance * right;
@@ -60,10 +59,9 @@ double medianOf(std::array<double, 144>& values, std::size_t count) {
 
 /// Leaves out what fits to nothing, again and again. @return variance of the rest [m^2]
 double dropOutliers(std::span<Equation> equations, double outlier) {
-  constexpr int kRounds = 4;
   double sum = 0.0;
   int used = 0;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < 4; ++round) {
     const Unknowns now = fit(equations, kScale | kYaw | kOffset).value;
     std::array<double, 144> residuals{};
     for (std::size_t i = 0; i < equations.size(); ++i) residuals[i] = equations[i].residual(now);

@@ -121,12 +121,11 @@ bool StuckScanDetector::hasLeft(const Eigen::Vector2d& point, std::size_t vertex
 
 /// Of the ranges: the least between neighbours. [m]
 double StuckScanDetector::step() const {
-  constexpr float kEqual = 1e-5F;  // [m] what is left of decimal places
   float step = std::numeric_limits<float>::infinity(), last = 0.0F;
   for (const float range : begin_) {
     if (range == 0.0F) continue;
     const float difference = std::abs(range - last);
-    if (last > 0.0F && difference > kEqual) step = std::min(step, difference);
+    if (last > 0.0F && difference > 1e-5F) step = std::min(step, difference);  // less is left of decimal places
     last = range;
   }
   return std::isfinite(step) ? static_cast<double>(step) : 0.0;

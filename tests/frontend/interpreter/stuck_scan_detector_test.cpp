@@ -25,7 +25,7 @@ struct Driving {
   bool frozen = false;
   Pose2 truth = {}, told = {};
   std::mt19937 random{1};
-  LaserScan scan;
+  LaserScan scan = {};
   StuckScanDetector watch{{}, upside_down ? -1.0 : 1.0};
 
   /// @return whether the lidar is stuck
@@ -134,7 +134,7 @@ TEST(StuckScanDetector, SaysNothingOfScansWithoutReturns) {
 }
 
 TEST(StuckScanDetector, TakesAnyBearing) {
-  LaserScan scan;
+  LaserScan scan = {};
   for (const float bearing : {-100.0F, -3.2F, 3.1415927F, 6.2831855F, 1e9F}) scan.push({2.0F, bearing, 0.0F, 0.0F});
   StuckScanDetector watch({.fewest = 1, .must_change = 1});
   for (int i = 0; i < 10; ++i) {
