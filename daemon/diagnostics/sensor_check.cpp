@@ -247,7 +247,8 @@ void SensorCheck::addScan(bool repeated, double back) {
 }
 
 bool SensorCheck::wants(bool turn) const {
-  if (pairs_ < config_.wanted || (turn && gyro_turn_.count() > 0 && mount_.wantsTurns())) return true;
+  if (pairs_ < config_.wanted) return true;
+  if (turn && pairs_ < 6 * config_.wanted && gyro_turn_.count() > 0 && mount_.wantsTurns()) return true;
   return (turn ? std::max(gyro_turn_.count(), wheel_turn_.count()) : wheel_direction_.count()) < config_.wanted;
 }
 
