@@ -173,6 +173,7 @@ void MotionProbe::settle() {
   evidence_.wheels = wheelMotion(first_, second_, config_.beyond);
   evidence_.wheels_turn_known = wheels_turn_known_;
   evidence_.gyro_turn = gyroTurn(first_, second_, config_.beyond);
+  evidence_.seconds = toSeconds(second_ - first_);
   check_.add(evidence_);
   findings_ = check_.findings();
 }

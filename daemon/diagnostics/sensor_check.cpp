@@ -229,8 +229,8 @@ void SensorCheck::add(const MotionEvidence& evidence) {
   if (evidence.turn_seen && evidence.gyro_turn) addTurn(gyro_turn_, *evidence.gyro_turn);
   if (!evidence.wheels) return;
   if (evidence.turn_seen && evidence.wheels_turn_known) addTurn(wheel_turn_, evidence.wheels->theta);
-  if (evidence.turn_seen && evidence.travel_seen && evidence.wheels_turn_known)
-    mount_.add(evidence.scans, *evidence.wheels);
+  if (evidence.turn_seen && evidence.travel_seen && evidence.wheels_turn_known && evidence.gyro_turn)
+    mount_.add(evidence.scans, *evidence.wheels, *evidence.gyro_turn, evidence.seconds);
   if (!evidence.travel_seen || std::abs(evidence.scans.theta) > config_.straight) return;
   const double seen = evidence.scans.translation().norm(), told = evidence.wheels->translation().norm();
   if (std::max(seen, told) < config_.least_travel) return;
@@ -248,6 +248,7 @@ void SensorCheck::addScan(bool repeated, double back) {
 
 bool SensorCheck::wants(bool turn) const {
   if (pairs_ < config_.wanted) return true;
+  if (turn && pairs_ < 6 * config_.wanted && gyro_turn_.count() > 0 && mount_.wantsTurns()) return true;
   return (turn ? std::max(gyro_turn_.count(), wheel_turn_.count()) : wheel_direction_.count()) < config_.wanted;
 }
 
@@ -270,8 +271,10 @@ SensorFindings SensorCheck::findings() const {
   SensorFindings findings;
   judgeDirections(findings);
   const bool agree = findings.size == 0 && relation(wheel_turn_, config_.same_size) == Relation::kAgrees;
-  if (const auto offset = agree ? mount_.offset() : std::nullopt)
-    findings.add(SensorFault::kLidarMountOff, offset->x(), offset->y());  // in turns, it makes distances differ, too
+  const MountCorrection mount = agree ? mount_.correction() : MountCorrection{};
+  if (mount.yaw) findings.add(SensorFault::kLidarYawOff, *mount.yaw);
+  if (mount.offset)
+    findings.add(SensorFault::kLidarMountOff, mount.offset->x(), mount.offset->y());  // distances differ by it in turns
   else
     judgeWheels(findings);
   const auto many = [&](int count, double share) { return count >= config_.least_count && count >= share * scans_; };

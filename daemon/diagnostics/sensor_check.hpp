@@ -98,6 +98,7 @@ struct MotionEvidence {
   std::optional<Pose2> wheels = {};
   bool wheels_turn_known = true;         ///< false: their theta says nothing
   std::optional<double> gyro_turn = {};  ///< [rad]
+  double seconds = 0.0;                  ///< [s] between the two; 0: not known
 };
 
 /// How angles are spread over a circle: where most of them are, and how many. Adding costs one count.

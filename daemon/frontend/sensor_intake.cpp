@@ -23,7 +23,8 @@ SensorIntake::SensorIntake(const FrontEndConfig& config)
       wheel_stamps_(config_.stamps),
       scan_stamps_(config_.stamps),
       imu_clock_(config_.stamps),
-      repeats_(config_.repeats) {}
+      T_base_lidar_(config.lidar.T_base_lidar),
+      repeats_(config_.repeats, config.lidar.upside_down ? -1.0 : 1.0) {}
 
 std::optional<WheelSample> SensorIntake::accept(const WheelSample& sample) {
   if (!isPlausible(sample)) return ++implausible_, std::nullopt;
@@ -45,7 +46,7 @@ SensorIntake::Scan SensorIntake::accept(const LaserScan& scan, const EkfTimeline
                                         std::span<const float> codes) {
   ++scans_;
   if (!scan_guard_.passes(scan.stamp)) return {pose.newestStamp()};
-  const bool repeats = repeats_.isStuck(scan, codes);
+  repeats_.add(scan, codes);
   if (isRepeat(scan)) {
     ++repeated_;
     return {last_first_ + std::max(Duration(0), scan.stamp - last_scan_)};
@@ -57,9 +58,9 @@ SensorIntake::Scan SensorIntake::accept(const LaserScan& scan, const EkfTimeline
     ++too_late_;
     return {first};
   }
-  stuck_ = isStuck(repeats, first, odometry);
-  repeated_ += stuck_;
-  return {first, !stuck_, scan_stamps_.interval(), stuck_};
+  const bool stuck = isStuck(first, odometry);
+  repeated_ += stuck;
+  return {first, !stuck, scan_stamps_.interval(), stuck};
 }
 
 /// Whether the scan was sent twice: a lidar needs its time for the next one.
@@ -69,8 +70,10 @@ bool SensorIntake::isRepeat(const LaserScan& scan) const {
 }
 
 /// A lidar that repeats a turn would hold the robot in place, or take it back when it stops: its scans fit perfectly.
-bool SensorIntake::isStuck(bool repeats, Timestamp first, const EkfTimeline& odometry) {
-  return repeats && (stuck_ || isMoving(odometry.at(first).twist(), config_));
+bool SensorIntake::isStuck(Timestamp first, const EkfTimeline& odometry) {
+  const Ekf moved = odometry.at(first);
+  if (!isMoving(moved.twist(), config_)) return repeats_.isStuck(std::nullopt);
+  return repeats_.isStuck(moved.pose() * T_base_lidar_);
 }
 
 void SensorIntake::addTo(FrontEndCounters& counters) const {

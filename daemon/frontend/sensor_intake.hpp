@@ -41,15 +41,15 @@ class SensorIntake {
 
  private:
   bool isRepeat(const LaserScan& scan) const;
-  bool isStuck(bool repeats, Timestamp first, const EkfTimeline& odometry);
+  bool isStuck(Timestamp first, const EkfTimeline& odometry);
 
   IntakeConfig config_;
   Duration wheel_offset_, imu_offset_, lidar_offset_;
   ForwardJumpGuard wheel_guard_, imu_guard_, scan_guard_;
   StampSequencer wheel_stamps_, scan_stamps_;
   ClockStepBridge imu_clock_;
+  Pose2 T_base_lidar_;
   StuckScanDetector repeats_;
-  bool stuck_ = false;
   Timestamp last_scan_, last_first_;  // as recorded, and in the filters' time
   std::uint32_t scans_ = 0, repeated_ = 0, too_late_ = 0, implausible_ = 0;
 };

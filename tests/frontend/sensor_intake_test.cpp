@@ -7,6 +7,7 @@
 #include <memory>
 #include <numeric>
 #include <random>
+#include <span>
 #include <vector>
 
 #include "core/plausibility.hpp"
@@ -51,6 +52,24 @@ TEST(SensorIntake, DoesNotBelieveALidarThatRepeatsATurn) {
   EXPECT_FALSE(drive.last.stuck);
   EXPECT_LT(drive.error(), 0.03);
   EXPECT_EQ(drive.state(), LocalisationState::kLocalised);
+}
+
+/// Walls along the way show the same again and again where ranges have coarse steps.
+TEST(SensorIntake, UsesEachScanOfACoarseLidarBesideAWall) {
+  for (const double step : {0.01, 0.05}) {
+    for (const double reach : {12.0, 3.0}) {  // in sight of the ends, and out of it
+      Drive drive(test::Room{.length = 40.0, .width = 2.0, .reach = reach}, {});
+      drive.lidar.every = 4;
+      drive.lidar.range_sigma = 0.002;
+      drive.rearrange = [step](LaserScan& scan) {
+        for (Beam& beam : std::span(scan.storage).first(static_cast<std::size_t>(scan.size)))
+          beam.range = static_cast<float>(step * std::round(static_cast<double>(beam.range) / step));
+      };
+      drive.run(2.0, kStand);
+      drive.run(30.0, {0.3, 0, 0});
+      EXPECT_EQ(drive.front_end->counters().scans_repeated, 0U) << step << " m, " << reach << " m";
+    }
+  }
 }
 
 TEST(SensorIntake, IsNotBlindedByOneSampleFromTheFuture) {

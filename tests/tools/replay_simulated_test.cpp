@@ -20,9 +20,9 @@
 namespace slam {
 namespace {
 
-Config simulated() {
-  return loadConfig(std::filesystem::path(SLAMD_SOURCE_DIR) / "config/sim.toml",
-                    {"lidar.driver='lcm'", "base.driver='lcm'", "imu.driver='lcm'"});
+Config simulated(std::vector<std::string> settings = {}) {
+  settings.insert(settings.begin(), {"lidar.driver='lcm'", "base.driver='lcm'", "imu.driver='lcm'"});
+  return loadConfig(std::filesystem::path(SLAMD_SOURCE_DIR) / "config/sim.toml", settings);
 }
 
 /// Relations between true poses near each other in time and far apart, as people have drawn them up for intel.
@@ -44,12 +44,12 @@ class SimulatedReplay : public testing::Test {
     sim::writeLog({.scene = scene, .seed = seed, .situation = situation, .truth = folder / "truth.tum"},
                   folder / "sound.lcm");
   }
-  ReplayStats replayed(const Disturbance& disturbance) {
+  ReplayStats replayed(const Disturbance& disturbance, const std::vector<std::string>& settings = {}) {
     disturbLog(folder / "sound.lcm", folder / "drive.lcm", disturbance);
     ReplayOptions options;
     options.logs = {folder / "drive.lcm"};
     options.trajectory = folder / "slam.tum";
-    return replay(simulated(), options);
+    return replay(simulated(settings), options);
   }
   RelationErrors errors() const {
     return relationErrors(readTrajectory(folder / "slam.tum"), relationsOf(readTrajectory(folder / "truth.tum")));
@@ -91,6 +91,24 @@ TEST_F(SimulatedReplay, AFaultyGyroIsNamedAndDoesNoHarm) {
   EXPECT_THAT(warnings({.clip = 0.5}), ElementsAre(HasSubstr("the gyro never reads more than 0.500 rad/s")));
   EXPECT_THAT(warnings({.offset = 0.4}), ElementsAre(HasSubstr("rad/s at rest; slamd takes that off")));
   EXPECT_THAT(warnings({.offset = 1.0}), ElementsAre(HasSubstr("too much for a bias; slamd goes on without it")));
+}
+
+/// The lidar sits 0.06 m ahead. The advice names the whole error, and followed it is the last one.
+TEST_F(SimulatedReplay, TellsWhereTheLidarSitsAndTakesNoOtherErrorForIt) {
+  using testing::ElementsAre;
+  using testing::HasSubstr;
+  drive("home", 2);
+  const auto warnings = [&](const std::vector<std::string>& settings, const Disturbance& disturbance = {}) {
+    return replayed(disturbance, settings).warnings;
+  };
+  EXPECT_THAT(warnings({"lidar.x=-0.004"}), ElementsAre(HasSubstr("add 0.07 m to lidar.x")));
+  EXPECT_THAT(warnings({"lidar.x=0.066"}), testing::IsEmpty()) << "followed";
+  EXPECT_THAT(warnings({"lidar.yaw=0.07"}), ElementsAre(HasSubstr("add -0.07 rad to lidar.yaw")));
+  EXPECT_THAT(warnings({"lidar.time_offset=0.05"}), testing::IsEmpty());
+  EXPECT_THAT(warnings({"lidar.time_offset=-0.08"}), testing::IsEmpty());
+  EXPECT_THAT(warnings({}, {.distance_scale = 0.2}), ElementsAre(HasSubstr("base.wheel_radius")));
+  EXPECT_THAT(warnings({"lidar.x=-0.114", "imu.driver='none'"}), testing::Each(testing::Not(HasSubstr("lidar.x"))))
+      << "nobody confirms the turns";
 }
 
 TEST_F(SimulatedReplay, MeetsTheTrueRelations) {
