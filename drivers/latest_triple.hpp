@@ -33,7 +33,7 @@ class LatestTriple {
     return loaded_;
   }
 
- protected:  // for a test, of a value that is half written
+ protected:                                 // for a test, of a value that is half written
   std::atomic<std::uint32_t> sequence_{0};  // odd: being written
   std::array<std::atomic<double>, 3> numbers_{};
   std::atomic<std::int64_t> time_{0};

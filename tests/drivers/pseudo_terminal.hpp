@@ -112,7 +112,7 @@ class PseudoTerminal {
   }
 
  private:
-  static constexpr int kBuffer = 4095;                // bytes that the line keeps for its reader
+  static constexpr int kBuffer = 4095;               // bytes that the line keeps for its reader
   static constexpr std::chrono::seconds kLatest{2};  // that the kernel of a busy machine passes bytes on
 
   class CountedStream : public ByteStream {

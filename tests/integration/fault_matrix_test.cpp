@@ -25,7 +25,7 @@ class FaultMatrix : public test::FaultMatrix {
  protected:
   void runRow(const Row& row) {
     ASSERT_TRUE(listener_.good());
-    startSimulator("600", "meeting-room", {"--speed", "0.1"});  // slow: the drive must outlast the row
+    startSimulator("600", "meeting-room", {"--speed", "0.1"});            // slow: the drive must outlast the row
     if (!test::kSanitized) setenv("LD_PRELOAD", MODEM_LINES_LIBRARY, 1);  // the sanitizers want to be loaded first
     setenv("MODEM_LINES", "", 1);
     startDaemon({"imu.driver='hfi'"});
