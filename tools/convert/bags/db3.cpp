@@ -83,9 +83,8 @@ class Db3 : public RosSource {
   int isTooMuch() { return ++steps_ > kMostSteps ? 1 : 0; }
   /// A view or a virtual table may do anything, or nothing for ever.
   bool isTable(const std::string& table) const {
-    const Statement kind =
-        prepare("SELECT 1 FROM sqlite_master WHERE name = '" + table +
-                "' AND type = 'table' AND sql LIKE 'CREATE TABLE%'");
+    const Statement kind = prepare("SELECT 1 FROM sqlite_master WHERE name = '" + table +
+                                   "' AND type = 'table' AND sql LIKE 'CREATE TABLE%'");
     return kind && sqlite3_step(kind.get()) == SQLITE_ROW;
   }
   std::string error() const { return sqlite3_errmsg(database_.get()); }
