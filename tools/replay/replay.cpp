@@ -52,6 +52,7 @@ bool turnsDiffer(SensorFault fault) {
     case SensorFault::kGyroOffset:
     case SensorFault::kMovesWithRobot:
     case SensorFault::kNoReturnCodes:
+    case SensorFault::kRangesScatter:
     case SensorFault::kBeamTimesMissing:
       return false;
     default:
@@ -143,7 +144,9 @@ class Run {
                                 " times: do they slip, lag behind, or have a wrong radius or sign?");
     }
     const auto matched = stats_.front_end.matched + stats_.front_end.partly_observable;
-    if (const auto scans = stats_.front_end.scans; scans > 0 && stats_.notMatched() >= kFewMatched * matched) {
+    const bool named = matched > 0 && explained && stats_.turns_differ;  // the cause is
+    if (const auto scans = stats_.front_end.scans;
+        scans > 0 && !named && stats_.notMatched() >= kFewMatched * matched) {
       stats_.warnings.push_back(
           (matched == 0 ? "no scan" : "only " + std::to_string(matched) + " of " + std::to_string(scans) + " scans") +
           std::string(matched == 1 || matched == 0 ? " was" : " were") +
