@@ -85,7 +85,7 @@ TEST(Reference, DoesNotGrowWhereItKnowsEverything) {
 
 TEST(Reference, ForgetsWhatLeavesItsWindowAndKeepsTheRest) {
   std::mt19937 random(4);
-  Reference reference({.extent = 50.0, .max_surfels = 9000});  // as many as come by twice
+  Reference reference({.extent = 50.0, .max_surfels = 4500});  // as many as come by twice
   const auto points = scanPoints(Room{}, Pose2{}, random);
   for (int step = 0; step < 40; ++step) {
     const Pose2 pose{3.0 * step, 0, 0};
