@@ -455,7 +455,7 @@ TEST(Replay, MakesTheFoldersOfItsOutputsAndRefusesOthersBeforeItReadsTheLog) {
   options.trajectory = folder / "poses/a.tum";
   options.save_map = folder / "store/of/room";
   int read = 0;
-  const auto count = [&](double) { ++read; };
+  const auto count = [&](double, bool) { ++read; };
   replay(driveConfig(), options, count);
   EXPECT_GT(read, 0);
   EXPECT_EQ(readMapFiles(folder / "out/of/the/way/room.yaml").resolution, driveConfig().map.resolution);
