@@ -192,13 +192,13 @@ TEST_F(CarmenLog, FillsStampsOfZeroAtItsBeginningAndWithoutALogger) {
   for (int i = 0; i < 4; ++i)
     log +=
         Drive::flaser(drive.ranges(181), drive.pose(i), drive.pose(i), std::to_string(100 + i), std::to_string(1 + i));
-  log += odom(3, "0", "no time");
+  log += odom(3, "0", "0") + odom(3, "0", "no time");
   const Log converted = convert(log);
   EXPECT_EQ(recording_.rejected, 0) << recording_.first_rejection;
   std::vector<std::int64_t> times;
   for (const WheelSample& sample : converted.wheels) times.push_back(toMicroseconds(sample.stamp));
-  EXPECT_THAT(times,
-              ElementsAre(99'500'000, 99'600'000, 100'000'000, 101'000'000, 102'000'000, 103'000'000, 103'000'000));
+  EXPECT_THAT(times, ElementsAre(99'500'000, 99'600'000, 100'000'000, 101'000'000, 102'000'000, 103'000'000,
+                                 103'000'000, 103'000'000));
 }
 
 TEST_F(CarmenLog, LeavesOutOdomLinesOfCorrectedPoses) {
