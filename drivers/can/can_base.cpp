@@ -171,7 +171,7 @@ void CanBase::watchWheels(Timestamp now) {
   }
   for (std::size_t side = 0; side < 2; ++side) {
     if (axes_[side].faulty()) return wheel_status_.set(DeviceState::kFault, texts_.axis(side, *axes_[side].believed()));
-    const char* hindered = config_.commands ? hindrance(side, now) : nullptr;
+    const char* hindered = config_.commands ? hindrance(side) : nullptr;
     if (hindered != nullptr) return wheel_status_.set(DeviceState::kFault, hindered);
     if (axes_[side].frozen()) return wheel_status_.set(DeviceState::kFault, texts_.frozen[side].c_str());
   }
@@ -214,10 +214,11 @@ bool CanBase::obeys(std::size_t side, Timestamp now) const {
   return says && follow_.idle() != side;
 }
 
-const char* CanBase::hindrance(std::size_t side, Timestamp now) {
+const char* CanBase::hindrance(std::size_t side) const {
   const CanAxis& axis = axes_[side];
   if (crowded_[side] < kMostCrowded) {
-    if (since(axis.heartbeat(), now, axis.heartbeatPatience())) return texts_.no_heartbeat[side].c_str();
+    // Overdue when the last estimates came: a drive that is silent altogether is another matter.
+    if (since(axis.heartbeat(), axis.estimates(), axis.heartbeatPatience())) return texts_.no_heartbeat[side].c_str();
     if (axis.said() && !axis.inClosedLoop()) return texts_.not_closed_loop[side].c_str();
   }
   return follow_.idle() == side ? texts_.not_following[side].c_str() : nullptr;

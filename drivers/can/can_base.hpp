@@ -83,7 +83,7 @@ class CanBase {
   void watchObedience(Timestamp now);
   bool obeys(std::size_t side, Timestamp now) const;
   /// Why a wheel does not obey; nullptr: it does, or nothing is known yet.
-  const char* hindrance(std::size_t side, Timestamp now);
+  const char* hindrance(std::size_t side) const;
   void watchWheels(Timestamp now);
   void watchImu(Timestamp now);
   /// What the link itself has to say. @return false: the bus can be used

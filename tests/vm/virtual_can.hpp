@@ -30,6 +30,9 @@ class Peer {
     address.can_family = AF_CAN;
     address.can_ifindex = static_cast<int>(if_nametoindex(interface));
     EXPECT_EQ(bind(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    int down = 0;  // ENETDOWN of an interface that is not up yet waits for the first call, unless it is taken away
+    socklen_t size = sizeof down;
+    EXPECT_EQ(getsockopt(socket_, SOL_SOCKET, SO_ERROR, &down, &size), 0);
   }
   ~Peer() { close(socket_); }
   Peer(const Peer&) = delete;
