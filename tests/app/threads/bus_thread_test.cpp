@@ -38,7 +38,7 @@ using test::waitUntil;
 class Bus : public testing::Test {
  protected:
   Bus() {
-    config.lcm.url = "udpm://239.255.76.67:7669?ttl=0";
+    config.lcm.url = "udpm://239.255.76.67:" + std::to_string(20000 + getpid() % 20000) + "?ttl=0";
     config.output.record = folder / "record.lcm";
   }
   std::int64_t sent() const { return channels->bus_counters.published + channels->bus_counters.failures; }
@@ -443,7 +443,8 @@ TEST_F(BusOfDrives, AreThoseOfOneProgramByTheOrderThatIsConfigured) {
 }
 
 TEST_F(Bus, TalksToTheGroupThatIsConfigured) {
-  for (const char* url : {"udpm://239.255.76.67:7669?ttl=0", "udpm://239.255.76.70:7700?ttl=0"}) {
+  for (const char* url : {"udpm://239.255.76.67:" + std::to_string(20000 + getpid() % 20000) + "?ttl=0",
+                          "udpm://239.255.76.70:7700?ttl=0"}) {
     config.lcm.url = url;
     const BusThread bus(config, channels->bus(), clock);
     EXPECT_EQ(bus.url().text, url);

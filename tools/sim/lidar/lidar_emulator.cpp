@@ -101,14 +101,24 @@ void LidarEmulator::skipTo(Timestamp now) {
 }
 
 void LidarEmulator::takeSample() {
-  const Timestamp stamp = taken(sample_);
-  const LidarFaults::Fate fate = faults_.nextFate();
-  const auto look = [&](double clockwise) {
-    const double range = measure_(stamp, -clockwise * std::numbers::pi / 180.0);
-    const double turned = clockwise / 360.0;
-    return faults_.range_factor * faults_.held(turned - std::floor(turned), fate.of(range));
-  };
-  samples_.push_back(encoder_->take(360.0 * angle_, std::exchange(first_of_turn_, false), look));
+  if (first_of_turn_) {
+    if (!repeating_) std::swap(turn_, last_turn_);
+    turn_.clear();
+    repeating_ = faults_.stuck && !last_turn_.empty();
+  }
+  const std::size_t place = turn_.size();
+  if (repeating_ && place < last_turn_.size()) {
+    turn_.push_back(last_turn_[place]);
+    first_of_turn_ = false;
+  } else {
+    const Timestamp stamp = taken(sample_);
+    const LidarFaults::Fate fate = faults_.nextFate();
+    const auto look = [&](double clockwise) {
+      return faults_.range_factor * fate.of(measure_(stamp, -clockwise * std::numbers::pi / 180.0));
+    };
+    turn_.push_back(encoder_->take(360.0 * angle_, std::exchange(first_of_turn_, false), look));
+  }
+  samples_.push_back(turn_.back());
   ++sample_;
   angle_ += turn_rate_ * toSeconds(sample_time_);
   if (angle_ < 1.0) return;

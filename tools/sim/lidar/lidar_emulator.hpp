@@ -73,7 +73,9 @@ class LidarEmulator {
   std::int64_t sample_ = 0;  // next one to take
   double angle_ = 0.0;       // [turns] of that, clockwise
   bool s_bit_ = false, first_of_turn_ = false;
-  std::vector<LidarEncoder::Sample> samples_;  // not sent yet
+  std::vector<LidarEncoder::Sample> samples_;           // not sent yet
+  std::vector<LidarEncoder::Sample> turn_, last_turn_;  // this one, and the one before, which a stuck unit repeats
+  bool repeating_ = false;
 
   std::deque<std::uint8_t> line_;  // bytes that are on their way
   Timestamp line_begin_{};         // when the first of them begins

@@ -58,11 +58,7 @@ bool LidarFaults::inject(std::string_view kind, double value) {
     turn = 1e-3 * ms;
     return true;
   }
-  if (kind == "stuck") {
-    if (!set(stuck_, value)) return false;
-    ranges_.fill(std::numeric_limits<float>::quiet_NaN());
-    return true;
-  }
+  if (kind == "stuck") return set(stuck, value);
   return false;
 }
 
@@ -73,13 +69,6 @@ LidarFaults::Fate LidarFaults::nextFate() {
   if (dust > 0.0 && share(random_) < dust) fate.mote = kNearest + (kFurthest - kNearest) * share(random_);
   if (echoes < 1.0) fate.lost = share(random_) >= echoes;
   return fate;
-}
-
-double LidarFaults::held(double angle, double range) {
-  if (!stuck_) return range;
-  float& kept = ranges_[std::min(static_cast<std::size_t>(angle * kBins), kBins - 1)];
-  if (std::isnan(kept)) kept = static_cast<float>(range);
-  return kept;
 }
 
 void LidarFaults::damage(std::vector<std::uint8_t>& packet, bool capsule) {

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <random>
 #include <string_view>
@@ -31,14 +28,14 @@ namespace slam::sim {
 /// | turn          | ms          | time of a turn from now on, 50 to 60000: the head all but stands                   |
 /// | reboot        | any         | brown-out: the stream breaks off, the boot banner ends 0.67 s later, then idle     |
 /// | stale         | bytes       | of an old stream come before the next answer, at most 4096                         |
-/// | stuck         | 1, 0        | every turn repeats the ranges of the first one                                     |
+/// | stuck         | 1, 0        | every turn from the next on is the one before it, bit by bit                       |
 /// | unit          | 0, 1, 3     | it is an A1 (firmware 1.29), a C1 or an S3 from its next boot on, which is now     |
 /// | other         | 0 to 3      | a lidar of another make is in its place: OtherLidar::Make; 0 puts it back          |
 /// | echoes        | 0 to 1      | share of the beams that come back: 0 with the cover on or the laser off; 1: all    |
 /// | dust          | 0 to 1      | share of the beams that end at motes within half a metre; 0: none                  |
 /// | wrong         | factor      | that ranges are multiplied by, 0.1 to 10; 1 is right                               |
 struct LidarFaults {
-  bool silent = false, stalled = false;
+  bool silent = false, stalled = false, stuck = false;
   int health = 0;
   int lose = 0, insert = 0, flip = 0, checksum = 0;  ///< still to be done
   bool encoder_reset = false, reboot = false;        ///< to be done once
@@ -63,15 +60,10 @@ struct LidarFaults {
     }
   };
   Fate nextFate();
-  /// Takes note of, or repeats, the range seen at an angle [turns, 0..1).
-  double held(double angle, double range);
   /// Does the damage that is due to a packet.
   void damage(std::vector<std::uint8_t>& packet, bool capsule);
 
  private:
-  static constexpr std::size_t kBins = 2880;  // of an eighth of a degree
-  bool stuck_ = false;
-  std::array<float, kBins> ranges_{};  // of the first turn that is repeated; NaN: not seen yet
   std::mt19937 random_{1};
 };
 
