@@ -38,7 +38,7 @@ struct LoopClosureConfig {
   double max_turn = 0.8;            ///< [rad] ... and at most turned by so much
   double submap_extent = 51.2;      ///< [m] side of the square that is matched against
   std::int64_t work_at_once =
-      150'000'000;  ///< [points] compared with the map at one keyframe, see RelocalisationConfig
+      100'000'000;  ///< [points] compared with the map at one keyframe, see RelocalisationConfig
 };
 
 /// Information of a closure: of the match, its covariance not below the floor, in the directions that it saw, turned

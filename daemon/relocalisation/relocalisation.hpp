@@ -17,11 +17,11 @@ namespace slam {
 struct RelocalisationConfig {
   PlaceSearchConfig places;
   double interval = 0.5;  ///< [m] of path between two searches
-  /// A search is bounded by [points] compared with the map, 300 million in a second of a core at 3 GHz: at one keyframe
+  /// A search is bounded by [points] compared with the map, 150 to 300 million in a second of a core: at one keyframe
   /// that many, then it goes on at the next one ...
-  std::int64_t work_at_once = 150'000'000;
+  std::int64_t work_at_once = 100'000'000;
   /// ... of those that each scan used brings, so that a lost robot needs no more time than its other scans do ...
-  std::int64_t work_per_scan = 1'000'000;
+  std::int64_t work_per_scan = 500'000;
   std::int64_t work_saved = 250'000'000;  ///< ... and which are saved up to here
   double submap_radius = 40.0;            ///< [m] of the map around a place are matched against
   double min_overlap = 0.55;  ///< [1] of the points agree with the map where they were found, or a person placed them
