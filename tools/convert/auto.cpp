@@ -165,7 +165,7 @@ Recording convertLcm(const std::filesystem::path& in, const std::filesystem::pat
     throw std::runtime_error(in.string() +
                              ": an LCM log without scans that are known (SLAM_SCAN, or lidar_t of a Maebot or MBot)");
   }
-  log.write(out);
+  log.write(out, &recording);
   return recording;
 }
 

@@ -467,7 +467,7 @@ Recording convertCarmen(const std::filesystem::path& in, const std::filesystem::
   const double lowest = std::min({isReturn.lowestCode() - RangeCensus::kStep, survey.range_max, kTrusted});
   recording.robot.range_min = 0.05;
   recording.robot.range_max = std::floor(lowest * 100.0 + 1e-6) * 0.01;
-  log.write(out);
+  log.write(out, &recording);
   return recording;
 }
 

@@ -369,7 +369,7 @@ Recording convertCsv(const CsvInput& in, const std::filesystem::path& out) {
     });
   }
   if (!in.scans.empty()) addScans(in, recording, log);
-  log.write(out);
+  log.write(out, &recording);
   return recording;
 }
 

@@ -11,6 +11,7 @@
 
 #include "bus/channels.hpp"
 #include "bus/messages.hpp"
+#include "core/plausibility.hpp"
 
 namespace slam {
 
@@ -27,10 +28,12 @@ void LogOutput::add(std::int64_t arrival, const LaserScan& scan, std::int64_t ut
 
 void LogOutput::add(std::int64_t arrival, const WheelSample& sample, std::int64_t utime,
                     std::span<const double> angles) {
+  if (!isPlausible(sample)) return void(++implausible_wheels_);
   append(arrival, channel::kWheels, toMessage(sample, utime, angles));
 }
 
 void LogOutput::add(std::int64_t arrival, const ImuSample& sample, std::int64_t utime) {
+  if (!isPlausible(sample)) return void(++implausible_imu_);
   append(arrival, channel::kImu, toMessage(sample, utime));
 }
 
@@ -107,7 +110,13 @@ class LogOutput::PartReader {
   bool done_ = false;
 };
 
-void LogOutput::write(const std::filesystem::path& file) {
+void LogOutput::write(const std::filesystem::path& file, Recording* recording) {
+  if (recording != nullptr) {
+    recording->wheels -= implausible_wheels_;
+    recording->imu -= implausible_imu_;
+    for (int i = 0; i < implausible_wheels_ + implausible_imu_; ++i)
+      recording->reject("wheels or IMU", "a number is beyond all that can be measured");
+  }
   if (records_.empty() && parts_.empty()) {
     throw std::runtime_error(file.string() + ": not written: the input holds no sample");
   }

@@ -41,10 +41,12 @@ class LogOutput {
   /// A message as it was recorded. @param channel one of those in channels.hpp
   void add(std::int64_t arrival, const char* channel, std::span<const std::uint8_t> message);
 
+  /// @param recording gets a rejection for each sample that was left out, because it cannot be
   /// @throws std::runtime_error when the file cannot be written or there is nothing to write
-  void write(const std::filesystem::path& file);
+  void write(const std::filesystem::path& file, Recording* recording = nullptr);
 
  private:
+  int implausible_wheels_ = 0, implausible_imu_ = 0;  // samples that were left out
   struct Record {
     std::int64_t arrival;
     const char* channel;

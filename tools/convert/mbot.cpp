@@ -276,7 +276,7 @@ Recording convertMbot(const std::filesystem::path& in, const std::filesystem::pa
   recording.robot.range_max = 8.0;
   recording.robot.range_sigma = 0.02;
   recording.robot.mount_source = "the course's software, which has it at the turning centre";
-  output.write(out);
+  output.write(out, &recording);
   return recording;
 }
 

@@ -75,7 +75,7 @@ Recording convertMines(const std::filesystem::path& in, const std::filesystem::p
     recording.useScan(rows, utime);
   }
   reportDamage(file, in, recording);
-  log.write(out);
+  log.write(out, &recording);
   return recording;
 }
 

@@ -76,7 +76,7 @@ Recording convertWean(const std::filesystem::path& in, const std::filesystem::pa
     recording.unused.push_back(std::to_string(odometry_lines) +
                                " O lines: the L lines carry the odometry of each scan");
   }
-  log.write(out);
+  log.write(out, &recording);
   return recording;
 }
 

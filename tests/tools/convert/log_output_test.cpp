@@ -33,6 +33,24 @@ TEST(LogOutput, IsTheSameWithLittleMemory) {
   EXPECT_TRUE(std::is_sorted(log.event_times.begin(), log.event_times.end()));
 }
 
+TEST(LogOutput, LeavesOutAndCountsWhatCannotBeMeasured) {
+  const test::Folder folder;
+  LogOutput out;
+  Recording recording;
+  out.add(1, WheelSample{{}, {1.0, 0.0, 0.0}}, 1);
+  out.add(2, WheelSample{{}, {1e300, 0.0, 0.0}}, 2);
+  ImuSample spun;
+  spun.gyro.z() = 1e9;
+  out.add(3, spun, 3);
+  recording.wheels = 2;
+  recording.imu = 1;
+  out.write(folder / "out.lcm", &recording);
+  EXPECT_EQ(test::readLog(folder / "out.lcm").wheels.size(), 1U);
+  EXPECT_EQ(recording.wheels, 1);
+  EXPECT_EQ(recording.imu, 0);
+  EXPECT_EQ(recording.rejected, 2);
+}
+
 TEST(LogOutput, RefusesToWriteNothing) {
   const test::Folder folder;
   EXPECT_THROW(LogOutput().write(folder / "out.lcm"), std::runtime_error);

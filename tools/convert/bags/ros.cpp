@@ -647,7 +647,7 @@ Recording convertRos(const std::filesystem::path& in, const std::filesystem::pat
           name + ": its clock is another than the lidar's; its stamps were moved by the times of receipt");
     }
   }
-  log.write(out);
+  log.write(out, &recording);
   return recording;
 }
 
