@@ -70,9 +70,11 @@ void Worker::stop() {
 
 bool Worker::stop(Timestamp deadline) {
   stopping_ = true;
-  const timespec until = timespecOf(deadline.time_since_epoch());
-  if (running_ && pthread_clockjoin_np(thread_, nullptr, CLOCK_MONOTONIC, &until) != 0) return false;
-  running_ = false;
+  if (running_) {
+    std::unique_lock lock(end_mutex_);
+    if (!end_.wait_for(lock, deadline - monotonicNow(), [this] { return ended_; })) return false;
+  }
+  stop();
   return true;
 }
 
@@ -89,7 +91,11 @@ std::optional<ThreadUse> Worker::use() const {
 }
 
 void* Worker::entry(void* self) {
-  static_cast<Worker*>(self)->run();
+  auto& worker = *static_cast<Worker*>(self);
+  worker.run();
+  const std::lock_guard lock(worker.end_mutex_);
+  worker.ended_ = true;
+  worker.end_.notify_all();  // within the lock: who waits may destroy the worker
   return nullptr;
 }
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <atomic>
+#include <condition_variable>
 #include <cstdint>
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <pthread.h>
 #include <string>
@@ -72,6 +74,9 @@ class Worker {
   std::atomic<pid_t> id_{0};  // of the thread, once it has begun
   bool running_ = false;
   std::atomic<bool> stopping_{false};
+  std::mutex end_mutex_;
+  std::condition_variable end_;
+  bool ended_ = false;  // under end_mutex_
   std::atomic<std::uint64_t> ticks_{0}, overruns_{0};
   std::atomic<std::int64_t> worst_delay_ns_{0};
   LatencyHistogram lateness_, duration_;
