@@ -18,6 +18,8 @@ namespace slam {
 class CanAxis {
  public:
   using Dialect = can::odrive::Dialect;
+  /// The shortest silence that counts as one: three heartbeats of a drive as delivered.
+  static constexpr Duration kFramesLost = std::chrono::milliseconds(300);
 
   /// @param node of the drive. @return false: the frame is no heartbeat
   bool addHeartbeat(Timestamp stamp, int node, const can::Frame& frame) {
@@ -72,7 +74,7 @@ class CanAxis {
   }
   /// How long there may be no heartbeat, by the period at which the drive sends them.
   Duration heartbeatPatience() const {
-    return std::max(kHeartbeatsLost, 2 * heartbeats_.period() + heartbeats_.period() / 4);
+    return std::max(kFramesLost, 2 * heartbeats_.period() + heartbeats_.period() / 4);
   }
   /// Its position stays the same although it says that the wheel turns.
   bool frozen() const { return estimates_ - moved_ > kFrozen; }
@@ -91,7 +93,6 @@ class CanAxis {
   static constexpr float kTurning = 0.05F;  // [turns/s]
   static constexpr Duration kFrozen = std::chrono::milliseconds(300);
   static constexpr Duration kForgotten = std::chrono::seconds(3);
-  static constexpr Duration kHeartbeatsLost = std::chrono::milliseconds(300);  // three of a drive as delivered
 
   /// @param flagged the heartbeat has what is a flag in one of them
   void noteDialect(Dialect evidence, bool flagged) {

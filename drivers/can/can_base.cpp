@@ -208,9 +208,13 @@ const char* CanBase::wheelWords(Timestamp now) {
 
 bool CanBase::obeys(std::size_t side, Timestamp now) const {
   const CanAxis& axis = axes_[side];
-  const bool heard = axis.heartbeat() > usable_since_ && now - axis.heartbeat() <= axis.heartbeatPatience();
+  const bool heartbeats = axis.heartbeat() > usable_since_ && now - axis.heartbeat() <= axis.heartbeatPatience();
+  // A drive that is gone is seen earliest by what it sends most often.
+  const Duration period = wheels_.period(side);
+  const bool silent = period > Duration(0) && now - std::max(axis.heartbeat(), axis.estimates()) >
+                                                  std::max(CanAxis::kFramesLost, 2 * period + period / 4);
   // Where its heartbeats cannot be told from others, how its wheel turns is all that is known.
-  const bool says = crowded_[side] >= kMostCrowded || (heard && axis.obeys());
+  const bool says = !silent && (crowded_[side] >= kMostCrowded || (heartbeats && axis.obeys()));
   return says && follow_.idle() != side;
 }
 

@@ -8,8 +8,9 @@
 
 namespace slam {
 
-/// At which period frames come, learned: the middle one of the last three steps, which neither a lost frame nor two
-/// that came at once change.
+/// At which period frames come, learned: the middle one of the last three steps that were about as long, which neither
+/// a lost frame nor two that came at once change, nor a bus that fails again and again: how long it fails is chance.
+/// Until there were three, the shortest step.
 class Pace {
  public:
   void add(Timestamp stamp) {
@@ -22,17 +23,22 @@ class Pace {
   static constexpr Duration kLongest = std::chrono::seconds(2);  // what comes more seldom has none
 
   void learn(Duration step) {
-    steps_[count_ % steps_.size()] = step;
-    const std::size_t known = std::min(++count_, steps_.size());
+    steps_[count_++ % steps_.size()] = step;
     auto sorted = steps_;
-    std::sort(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(known));
-    period_ = std::min(sorted[(known - 1) / 2], kLongest);
+    std::sort(sorted.begin(), sorted.end());
+    if (count_ >= steps_.size() && sorted.back() <= sorted.front() + sorted.front() / 2) {
+      period_ = std::min(sorted[1], kLongest);
+      agreed_ = true;
+    } else if (!agreed_) {
+      period_ = std::min(count_ == 1 ? kLongest : period_, step);
+    }
   }
 
   Timestamp last_{};
   Duration period_{0};
   std::array<Duration, 3> steps_{};
   std::size_t count_ = 0;
+  bool agreed_ = false;
 };
 
 }  // namespace slam

@@ -372,6 +372,20 @@ TEST_F(CanBaseStop, AtTheEndGivesUpOnAQueueThatStaysFull) {
   EXPECT_EQ(bus_.queue.size(), Bus::kQueue);
 }
 
+TEST_F(CanBaseStop, IsAsSoonAfterABusThatFailedAgainAndAgain) {
+  for (const Duration away : {1000ms, 640ms, 1300ms, 830ms, 1900ms, 1100ms, 480ms, 1500ms}) {
+    driveFor(110ms);
+    bus_.powered = false;
+    driveFor(away);
+    bus_.powered = true;
+  }
+  startDriving();
+  bus_.drives_heard = false;
+  driveFor(400ms);
+  EXPECT_TRUE(lastAreZeros()) << "although SLAM_DRIVE goes on";
+  EXPECT_TRUE(stand());
+}
+
 /// Whatever happens, in any order: a tenth of a second after the drives can be reached they stand, if no command is
 /// fresh, or one of them is idle or silent.
 class CanBaseStopAlways : public CanBaseStop, public testing::WithParamInterface<unsigned> {
@@ -442,8 +456,8 @@ TEST_P(CanBaseStopAlways, LeavesNoWheelTurning) {
   int turned = 0, stood = 0;
   for (const Timestamp end = bus_.clock + 300s; bus_.clock < end;) {
     if (bus_.clock >= next) {
-      const auto drawn = random_();  // before the next one, whatever the compiler
-      next = bus_.clock + 5ms * (drawn % (random_() % 2 == 0 ? 20 : 400));
+      const auto longest = random_() % 2 == 0 ? 20 : 400;  // drawn first, whatever the compiler
+      next = bus_.clock + 5ms * (random_() % longest);
       const int what = static_cast<int>(random_() % 19);
       happen(what);
       story += std::to_string(what) + " ";
