@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -46,15 +45,9 @@ class ConfigVisitor {
 
   template <Chosen Enum>
   void field(const FieldInfo& info, Enum& value) {
-    constexpr std::size_t kCount = kChoices<Enum>.size();
-    std::array<const char*, kCount> words{};
-    std::size_t index = 0;
-    for (std::size_t i = 0; i < kCount; ++i) {
-      words[i] = kChoices<Enum>[i].word;
-      if (kChoices<Enum>[i].value == value) index = i;
-    }
-    choice(info, index, words);
-    value = kChoices<Enum>[index].value;
+    auto index = static_cast<std::size_t>(value);
+    choice(info, index, kWords<Enum>);
+    value = static_cast<Enum>(index);
   }
 };
 
