@@ -64,6 +64,57 @@ struct EkfConfig {
     return rotation_noise_wheels * rotation_noise_wheels * turn +
            rotation_noise_per_metre * rotation_noise_per_metre * distance;
   }
+
+  void visitSettings(auto& v) {
+    v.expert("acceleration_noise", acceleration_noise, "m/s per sqrt(s)", 0.01, 100.0,
+             "The speed changes as a random walk with this standard deviation.");
+    v.expert("angular_acceleration_noise", angular_acceleration_noise, "rad/s per sqrt(s)", 0.01, 100.0,
+             "The turn rate changes as a random walk with this standard deviation.");
+    v.expert("gyro_bias_noise", gyro_bias_noise, "rad/s per sqrt(s)", 0.0, 0.1,
+             "The gyro's bias changes as a random walk with this standard deviation.");
+    v.expert("initial_gyro_bias_sigma", initial_gyro_bias_sigma, "rad/s", 1e-5, 1.0,
+             "The gyro's bias has this standard deviation at the start.");
+    v.expert("translation_noise", translation_noise, "m per sqrt(m)", 0.0, 1.0,
+             "The distance that the wheels measure has this standard deviation after one metre.");
+    v.expert("rotation_noise_per_metre", rotation_noise_per_metre, "rad per sqrt(m)", 0.0, 1.0,
+             "The heading that the wheels measure without a gyro has this standard deviation after one metre.");
+    v.expert(
+        "rotation_noise_wheels", rotation_noise_wheels, "rad per sqrt(rad)", 0.0, 1.0,
+        "The heading that the wheels measure without a gyro has this standard deviation after a turn of one radian.");
+    v.expert("rotation_noise_gyro", rotation_noise_gyro, "rad per sqrt(rad)", 0.0, 1.0,
+             "The heading that the gyro measures has this standard deviation after a turn of one radian.");
+    v.expert("rotation_drift", rotation_drift, "rad per sqrt(s)", 1e-6, 0.1,
+             "The heading gains this standard deviation in one second, even at rest.");
+    v.expert("translation_drift", translation_drift, "m per sqrt(s)", 1e-6, 0.1,
+             "The position gains this standard deviation in one second, even at rest.");
+    v.expert("wheel_speed_sigma", wheel_speed_sigma, "m/s", 1e-4, 1.0,
+             "The speed in one wheel sample has this standard deviation.");
+    v.expert("wheel_turn_rate_sigma", wheel_turn_rate_sigma, "rad/s", 1e-4, 5.0,
+             "The turn rate in one wheel sample has this standard deviation; it is used without a gyro only.");
+    v.expert("wheel_turn_rate_scale", wheel_turn_rate_scale, "1", 0.0, 1.0,
+             "The turn rate of the wheels is wrong by this share of itself.");
+    v.expert("gyro_sigma", gyro_sigma, "rad/s", 1e-5, 1.0, "One gyro sample has this standard deviation.");
+    v.expert("gyro_timeout", gyro_timeout, "s", 0.01, 10.0,
+             "The wheels give the turn rate after this time without a gyro sample.");
+    v.expert("slip_angle", slip_angle, "rad", 1e-3, 3.0,
+             "The wheels slip when they and the gyro differ by more than this angle within ekf.slip_window.");
+    v.expert("slip_scale", slip_scale, "1", 0.0, 1.0,
+             "Slip also requires that wheels and gyro differ by more than this share of the angle turned in "
+             "ekf.slip_window.");
+    v.expert("slip_window", slip_window, "s", 0.02, 10.0,
+             "Wheels and gyro are compared over this time to detect slip.");
+    v.expert("slip_speed_sigma", slip_speed_sigma, "m/s", 1e-3, 10.0,
+             "The speed in one wheel sample has this standard deviation while the wheels slip.");
+    v.expert("gate_probability", gate_probability, "1", 0.9, 0.999999,
+             "The innovation gates accept this share of good measurements.");
+    v.expert("max_speed", max_speed, "m/s", 0.1, 100.0,
+             "A wheel sample with a higher speed than this is a fault and is not used.");
+    v.expert("max_turn_rate", max_turn_rate, "rad/s", 0.1, 100.0,
+             "A wheel sample with a higher turn rate than this is a fault and is not used.");
+    v.expert("nis_memory", nis_memory, "", 1, 1000, "The filter's prediction is judged by this many matched scans.");
+    v.expert("max_coast", max_coast, "s", 0.0, 10.0, "The pose moves on for no longer than this without any sample.");
+    standstill.visitSettings(v);
+  }
 };
 
 enum class UpdateResult : std::uint8_t { kFused, kRejected, kUseless };

@@ -19,6 +19,11 @@ struct EkfTimelineConfig {
   double jitter = 0.01;       ///< [s] that stamps are late now and then; what is longer apart was so in truth
   double recent = 0.1;        ///< [s] stamps that are off by half an interval make little speed over so long ...
   double too_long_ago = 0.2;  ///< [s] ... and a robot brakes within so long
+
+  void visitSettings(auto& v) {
+    v.expert("window", window, "s", 0.05, 10.0,
+             "A sample that is late by no more than this is still fused at its own stamp.");
+  }
 };
 
 /// Feeds an Ekf in stamp order whatever the order of arrival.

@@ -2,6 +2,7 @@
 #pragma once
 #include <algorithm>
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
 #include "core/counter_info.hpp"
@@ -50,6 +51,29 @@ struct LidarModel {
     return {std::max(scan.range_min, static_cast<float>(range_min)),
             std::min(scan.range_max, static_cast<float>(range_max))};
   }
+
+  void visitSettings(auto& v) {
+    v.robot("x", T_base_lidar.x, "m", -5.0, 5.0, "The lidar is mounted this far ahead of the base's turning centre.",
+            "Measure it on each robot, or use slam-calibrate.");
+    v.robot("y", T_base_lidar.y, "m", -5.0, 5.0, "The lidar is mounted this far left of the base's turning centre.",
+            "Measure it on each robot, or use slam-calibrate.");
+    v.robot("yaw", T_base_lidar.theta, "rad", -std::numbers::pi, std::numbers::pi,
+            "The lidar's zero direction is turned by this angle to the left of the robot's forward.",
+            "Measure it on each robot, or use slam-calibrate.");
+    v.robot("upside_down", upside_down,
+            "The lidar is mounted top down, so that its bearings grow clockwise when they are seen from above.",
+            "Set true when the lidar hangs from a plate.");
+    v.site("range_min", range_min, "m", 0.0, 10.0, "Lidar returns that are nearer than this are ignored.",
+           "Raise it when the lidar sees parts of the robot.");
+    v.site("range_max", range_max, "m", 0.5, 200.0, "Lidar returns that are farther than this are ignored.",
+           "Set it to the range up to which the lidar's data sheet gives an accuracy.");
+    v.expert("range_sigma", range_sigma, "m", 0.0005, 0.5, "One range of the lidar has this standard deviation.");
+    v.site("mask", mask,
+           "Beams at these bearings are left out: pairs of a first and a last angle, counter-clockwise from the "
+           "lidar's zero direction.",
+           "Set it where the lidar sees parts of the robot that slamd does not find by itself.");
+    v.expert("time_offset", time_offset, "s", -1.0, 1.0, "This time is added to the stamps of the lidar's scans.");
+  }
 };
 
 /// Which samples are no measurement of now.
@@ -93,6 +117,21 @@ struct KeyframeConfig {
   double overlap = 0.70;        ///< [1] share of points that meet the reference: fewer makes a keyframe ...
   double soon = 0.25;           ///< [1] ... after this share of the usual motion
   int max_failures = 8;         ///< scans in a row without a match, and `degraded_after`: then one is kept as predicted
+
+  void visitSettings(auto& v) {
+    v.expert("translation", translation, "m", 0.01, 10.0,
+             "A scan becomes a keyframe when the robot is this far from the last keyframe.");
+    v.expert("rotation", rotation, "rad", 0.01, std::numbers::pi,
+             "A scan becomes a keyframe when the robot has turned this far since the last keyframe.");
+    v.expert("overlap", overlap, "1", 0.0, 1.0,
+             "A scan becomes a keyframe at once when a smaller share of its points meets the local map.");
+    v.expert("known_ratio", known_ratio, "1", 0.0, 1.0,
+             "A scan with this share of points on well-known surfels adds no keyframe to the map.");
+    v.expert("refresh_period", refresh_period, "s", 0.1, 3600.0,
+             "A robot that stands still in a known place draws a scan into the occupancy grid this often.");
+    v.expert("max_failures", max_failures, "", 1, 10000,
+             "One scan is kept at the filter's pose after this many scans in a row that could not be matched.");
+  }
 };
 
 /// How the pose drifts from keyframe to keyframe while scans are matched; a random walk of strength q has standard
@@ -101,6 +140,15 @@ struct DriftConfig {
   double translation = 0.01;           ///< [m per sqrt(m)]
   double rotation_per_metre = 0.001;   ///< [rad per sqrt(m)]
   double rotation_per_radian = 0.003;  ///< [rad per sqrt(rad)]
+
+  void visitSettings(auto& v) {
+    v.expert("drift_translation", translation, "m per sqrt(m)", 1e-4, 1.0,
+             "The position from matched scans has this standard deviation after one metre.");
+    v.expert("drift_rotation_per_metre", rotation_per_metre, "rad per sqrt(m)", 1e-5, 1.0,
+             "The heading from matched scans has this standard deviation after one metre.");
+    v.expert("drift_rotation_per_radian", rotation_per_radian, "rad per sqrt(rad)", 1e-5, 1.0,
+             "The heading from matched scans has this standard deviation after a turn of one radian.");
+  }
 };
 
 /// When what the depth camera sees is drawn. Views from one place have the same errors: many of them prove no more than
@@ -110,6 +158,10 @@ struct DepthViewConfig {
   double translation = 0.05;  ///< [m] since the last view
   double rotation = 0.05;     ///< [rad] since the last view
   double period = 0.2;        ///< [s] since the last view
+
+  void visitSettings(auto& v) {
+    v.expert("time_offset", time_offset, "s", -1.0, 1.0, "This time is added to the stamps of the depth images.");
+  }
 };
 
 struct FrontEndConfig {
@@ -139,6 +191,27 @@ struct FrontEndConfig {
   bool localise_only = false;        ///< the map is given: scans do not extend it
   double degraded_after = 1.0;       ///< [s] without a matched scan
   double lost_position_sigma = 1.0;  ///< [m] a position this uncertain is not valid
+
+  void visitSettings(auto& v) {
+    v.section("ekf", "Kalman filter of wheels and IMU");
+    ekf.visitSettings(v);
+    timeline.visitSettings(v);
+    v.section("match", "matching of scans against the local map");
+    match.visitSettings(v);
+    v.section("reference", "local map that scans are matched against");
+    reference.visitSettings(v);
+    v.section("keyframe", "choice of the scans that are kept for local map and map");
+    keyframe.visitSettings(v);
+    v.section("search", "search for a scan whose prediction leads to no match");
+    search_window.visitSettings(v);
+    wheel_monitor.visitSettings(v);
+    search.visitSettings(v);
+    v.section("localisation", "limits of a degraded and of a lost pose");
+    v.expert("degraded_after", degraded_after, "s", 0.1, 60.0,
+             "The pose is degraded after this time without a matched scan.");
+    v.expert("lost_position_sigma", lost_position_sigma, "m", 0.05, 100.0,
+             "A position with a larger standard deviation than this is not valid.");
+  }
 };
 
 struct FrontEndCounters {
