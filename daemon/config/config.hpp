@@ -335,11 +335,11 @@ struct Config {
     front_end.lidar.visitSettings(v);
     v.section("base", "wheels and the geometry of the base");
     base_device.visitSettings(v);
-    v.expert("time_offset", front_end.wheel_time_offset, "s", -1.0, 1.0,
+    v.expert("time_offset", front_end.intake.wheel_time_offset, "s", -1.0, 1.0,
              "This time is added to the stamps of the wheels' samples.");
     v.section("imu", "inertial unit");
     imu_device.visitSettings(v);
-    v.expert("time_offset", front_end.imu_time_offset, "s", -1.0, 1.0,
+    v.expert("time_offset", front_end.intake.imu_time_offset, "s", -1.0, 1.0,
              "This time is added to the stamps of the IMU's samples.");
     v.section("can", "bus of wheels (ODrive CANSimple) and IMU (Xsens), for base.driver or imu.driver = \"can\"");
     can.visitSettings(v);
@@ -366,7 +366,7 @@ struct Config {
     v.section("loop_closure", "correction of the map where the robot comes back to an old part of it");
     v.expert("enabled", back_end.close_loops, "The map is corrected by loop closures; if false, it never is.");
     back_end.closure.visitSettings(v);
-    front_end.drift.visitSettings(v);
+    front_end.keyframe.drift.visitSettings(v);
     v.section("relocalisation", "search for a lost robot in the whole map");
     back_end.relocalisation.visitSettings(v);
   }

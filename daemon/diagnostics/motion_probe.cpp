@@ -36,9 +36,9 @@ void record(PoseHistory& history, Timestamp stamp, const Pose2& pose, Duration c
 MotionProbe::MotionProbe(const FrontEndConfig& config, const MotionProbeConfig& probe)
     : config_(probe),
       lidar_(config.lidar),
-      wheel_offset_(fromSeconds(config.wheel_time_offset)),
-      imu_offset_(fromSeconds(config.imu_time_offset)),
-      normals_(config.normals),
+      wheel_offset_(fromSeconds(config.intake.wheel_time_offset)),
+      imu_offset_(fromSeconds(config.intake.imu_time_offset)),
+      normals_(config.preprocessor.normals),
       match_(config.match),
       wheels_(kHistory),
       gyro_(kHistory),

@@ -13,7 +13,7 @@ namespace {
 constexpr Duration kLongestPrediction = std::chrono::milliseconds(200);  // of the pose at a depth image
 
 FrontEndConfig withRangeSigma(FrontEndConfig config) {
-  config.normals.range_sigma = config.match.range_sigma = config.lidar.range_sigma;
+  config.preprocessor.normals.range_sigma = config.match.range_sigma = config.lidar.range_sigma;
   return config;
 }
 
@@ -38,15 +38,17 @@ FrontEnd::FrontEnd(const FrontEndConfig& config, Stopwatch stopwatch, const Fron
     : config_(withRangeSigma(config)),
       odometry_(smooth(beginningAt(config.ekf, {}, start.gyro_bias)), config.timeline),
       pose_(beginningAt(config.ekf, start.T_map_base, start.gyro_bias), config.timeline),
-      intake_(config_),
+      intake_(config_.intake, config_.lidar),
       monitor_{WheelMonitor(config.ekf, config.wheel_monitor), GyroMonitor(config.ekf, config.gyro_monitor),
                ScanMonitor(config.ekf, config.scan_monitor), HeadingMonitor(config.heading_monitor)},
-      preprocessor_(config_, start.body),
-      local_map_(config_),
-      registration_(config_, stopwatch),
-      validator_(config_),
-      tracking_(config_, start.in_known_map),
-      keyframes_(config_, start),
+      preprocessor_(config_.preprocessor, config_.lidar, config_.match, start.body),
+      local_map_(config_.reference, config_.lidar.T_base_lidar, config_.localise_only, config_.follows_nearest),
+      registration_(config_.registration, config_.search, config_.search_window, stopwatch),
+      validator_(config_.validator, config_.dynamic_object_gate, config_.search_window,
+                 config_.lidar.T_base_lidar.translation()),
+      tracking_(config_.tracking, config_.localise_only, start.in_known_map),
+      keyframes_(config_.keyframe, config_.lidar, config_.localise_only,
+                 config_.preprocessor.interpreter.body.translation, start),
       views_(config.depth) {}
 
 void FrontEnd::add(const WheelSample& recorded) {
@@ -81,7 +83,8 @@ ScanOutcome FrontEnd::track(const LaserScan& recorded, bool may_keep) {
   if (!taken.accepted) return outcome;
 
   const bool was_noisy = interpreter().rangeNoise().tooNoisy();
-  const Cloud& cloud = preprocessor_.process(recorded, taken, pose_, odometry_);  // deskewed to mid-turn, with normals
+  const Cloud& cloud =  // deskewed to mid-turn, with normals
+      preprocessor_.process(recorded, taken.first, taken.interval, pose_, odometry_);
   if (!was_noisy && interpreter().rangeNoise().tooNoisy()) endDoubt();
   outcome.scan = cloud.scan;
   outcome.stamp = cloud.stamp;
@@ -163,7 +166,7 @@ void FrontEnd::endDoubt() {
 
 /// By what the scan says itself: the filter's pose is the gyro's, too.
 void FrontEnd::judgeGyro(Timestamp stamp, const MatchResult& match) {
-  if (!match.usable() || match.observable < 3 || match.overlap < config_.search.trusted_overlap)
+  if (!match.usable() || match.observable < 3 || match.overlap < config_.validator.trusted_overlap)
     return monitor_.gyro.interrupt();
   if (const auto bias = monitor_.gyro.compare(stamp, match.T_ref_base.theta, gyroBias())) {
     odometry_.add(*bias);

@@ -14,13 +14,13 @@
 #include "estimation/odometry_monitor.hpp"
 #include "frontend/depth_view_selector.hpp"
 #include "frontend/front_end_config.hpp"
+#include "frontend/intake/sensor_intake.hpp"
 #include "frontend/keyframe_selector.hpp"
 #include "frontend/local_map.hpp"
 #include "frontend/map_correction.hpp"
 #include "frontend/match_validator.hpp"
 #include "frontend/preprocessor.hpp"
 #include "frontend/registration.hpp"
-#include "frontend/sensor_intake.hpp"
 #include "frontend/tracking_state.hpp"
 
 namespace slam {

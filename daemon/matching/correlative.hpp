@@ -43,8 +43,6 @@ struct CorrelativeConfig {
   float clear_gain = 0.02F;         ///< [1] of the score that sliding must bring
 
   void visitSettings(auto& v) {
-    v.expert("trusted_overlap", trusted_overlap, "1", 0.0, 1.0,
-             "A found match overrules the filter if this share of its points agrees with the local map.");
     v.expert("ambiguity", ambiguity, "1", 0.0, 1.0,
              "A search has no result when its second-best place has more than this share of the best one's score.");
   }
