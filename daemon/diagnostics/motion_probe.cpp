@@ -191,10 +191,4 @@ SensorFindings findingsOf(const MotionProbe& probe, const FrontEnd& front_end, c
   return findings;
 }
 
-ScanOutcome addScan(FrontEnd& front_end, MotionProbe& probe, const LaserScan& scan, bool may_keep) {
-  const ScanOutcome outcome = front_end.add(scan, may_keep);
-  if (!outcome.stuck) probe.add(*outcome.scan);
-  return outcome;
-}
-
 }  // namespace slam
