@@ -162,6 +162,8 @@ class Ekf {
 
   /// Prediction stage, eq. (13)-(14), to `stamp`; an earlier stamp changes nothing.
   void predict(Timestamp stamp);
+  /// Where predict() would put the pose, by (13) alone.
+  Pose2 poseAt(Timestamp stamp) const;
 
   /// Wheels: mean body twist over the interval that begins now. @param gyro_mean mean reading of the gyro over the same
   /// interval [rad/s], for the slip test. While a gyro runs the wheels give the speed only: what their radius, track
@@ -204,10 +206,23 @@ class Ekf {
   bool standstill() const;
   /// No wheel sample covers this time, though one was due long ago: whether they roll is not known.
   bool wheelsSilent() const { return stamp_ > silent_from_; }
-  bool gyroActive() const { return gyro_stamp_ && toSeconds(stamp_ - *gyro_stamp_) < config_->gyro_timeout; }
+  bool gyroActive() const { return gyroActiveAt(stamp_); }
   const EkfCounters& counters() const { return counters_; }
 
  private:
+  /// Arc of constant twist from stamp() to a later stamp.
+  struct Arc {
+    double seconds, v, vy, omega;  // [s] in motion, [m/s], [m/s], [rad/s]
+    double cos_h, sin_h, chord;    // direction of its chord; [s] length of it per speed
+    double dx() const { return chord * (v * cos_h - vy * sin_h); }
+    double dy() const { return chord * (v * sin_h + vy * cos_h); }
+  };
+  Arc arcTo(Timestamp stamp) const;
+  Eigen::Vector3d movedAlong(const Arc& arc) const;
+  bool gyroActiveAt(Timestamp stamp) const {
+    return gyro_stamp_ && toSeconds(stamp - *gyro_stamp_) < config_->gyro_timeout;
+  }
+
   enum Considered { kNone, kBias, kPose };  // states whose gain is zero
 
   /// @param seen  projector onto the pose's directions that the measurement sees, the others stay; null: all of them

@@ -63,8 +63,14 @@ class EkfTimeline {
   Timestamp newestStamp() const { return size_ > 0 ? entry(size_ - 1).stamp : base_.stamp(); }
   Timestamp oldestStamp() const { return base_.stamp(); }
 
+  /// State after the newest sample.
+  const Ekf& newest() const { return size_ > 0 ? entry(size_ - 1).after : base_; }
+  /// State after the newest sample up to `stamp`; the oldest state if it is too early.
+  const Ekf& upTo(Timestamp stamp) const;
   /// Filter state at `stamp`, predicted forward from the newest sample before it; the oldest state if it is too early.
   Ekf at(Timestamp stamp) const;
+  /// Its pose, without a copy of the filter.
+  Pose2 poseAt(Timestamp stamp) const { return upTo(stamp).poseAt(stamp); }
   /// Poses from `from` to `to`, both included, at each sample between.
   void fillHistory(Timestamp from, Timestamp to, PoseHistory& history) const;
 

@@ -69,7 +69,7 @@ void FrontEnd::add(const ImuSample& recorded) {
 
 ScanOutcome FrontEnd::add(const LaserScan& recorded, bool may_keep) {
   const ScanOutcome outcome = track(recorded, may_keep);
-  local_map_.follow(pose_.at(outcome.stamp).pose().translation());
+  local_map_.follow(pose_.poseAt(outcome.stamp).translation());
   return outcome;
 }
 
@@ -146,7 +146,7 @@ void FrontEnd::recoverBySearch(const Cloud& cloud, const Prediction& predicted, 
 
 const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted, const MatchResult& match,
                                  bool may_keep) {
-  const Ekf ekf = pose_.at(cloud.stamp);
+  const Ekf& ekf = pose_.upTo(cloud.stamp);  // the match was fused at this stamp
   const Pose2 T_map_base = ekf.pose();
   shareGyroBias();
   monitor_.scans.compare(predicted.odometry, T_map_base, match.covariance, monitor_.wheels, monitor_.heading);
@@ -160,7 +160,7 @@ const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted
 
 /// Scans that turn out to be noise were wrong where they contradicted wheels and gyro.
 void FrontEnd::endDoubt() {
-  const Ekf ekf = pose_.at(pose_.newestStamp());
+  const Ekf& ekf = pose_.newest();
   pose_.setPose(ekf.pose(), ekf.covariance().diagonal().head<3>().cwiseSqrt());
 }
 
@@ -176,7 +176,7 @@ void FrontEnd::judgeGyro(Timestamp stamp, const MatchResult& match) {
 
 /// The scans have told more of the bias than standstill alone can.
 void FrontEnd::shareGyroBias() {
-  const Ekf newest = pose_.at(pose_.newestStamp());
+  const Ekf& newest = pose_.newest();
   if (newest.gyroActive()) odometry_.add(newest.gyroBiasEstimate());
 }
 
@@ -188,7 +188,7 @@ const Keyframe* FrontEnd::coast(const Cloud& cloud, const Prediction& predicted,
   const Pose2 T_map_base = predicted.pose.pose();
   // A scan that contradicts itself sees through walls wherever it is.
   const bool kidnapped = !monitor_.heading.contradicts() && validator_.kidnapped(T_map_base, cloud, local_map_);
-  if (kidnapped || tracking_.lost(pose_.at(pose_.newestStamp()).covariance().topLeftCorner<3, 3>())) {
+  if (kidnapped || tracking_.lost(pose_.newest().covariance().topLeftCorner<3, 3>())) {
     beginSession(KeyframeOrigin::kLost);
     return nullptr;
   }
@@ -214,31 +214,31 @@ const DepthObservation* FrontEnd::add(const PseudoLaser& laser) {
   const PoseEstimate seen_from = estimate(stamp);
   const AnchoredPose anchored = anchor(seen_from.T_map_base);
   if (seen_from.state != LocalisationState::kLocalised || anchored.keyframe < 0) return views_.leaveOut();
-  return views_.select(laser, stamp, odometry_.at(stamp).pose(), mapId(), session(), anchored);
+  return views_.select(laser, stamp, odometry_.poseAt(stamp), mapId(), session(), anchored);
 }
 
 void FrontEnd::setPose(const Pose2& T_map_base, const Eigen::Vector3d& sigma) {
   pose_.setPose(T_map_base, sigma);
   beginSession(KeyframeOrigin::kGiven);
-  local_map_.follow(pose_.at(pose_.newestStamp()).pose().translation());
+  local_map_.follow(pose_.newest().pose().translation());
 }
 
 /// Nothing but odometry that is wrong for long leads beyond where any map reaches: the robot may be anywhere. Its
 /// session begins at the map's origin, as good as any other place until it is found.
 void FrontEnd::leaveFarPlace() {
   ++far_off_;
-  const Pose2 far = pose_.at(pose_.newestStamp()).pose(), T_new_old{-far.x, -far.y, 0.0};
+  const Pose2 far = pose_.newest().pose(), T_new_old{-far.x, -far.y, 0.0};
   pose_.transform(T_new_old);
   tracking_.transform(T_new_old);
   keyframes_.transform(T_new_old);
   beginSession(KeyframeOrigin::kLost);
-  local_map_.follow(pose_.at(pose_.newestStamp()).pose().translation());
+  local_map_.follow(pose_.newest().pose().translation());
 }
 
 void FrontEnd::beginSession(KeyframeOrigin origin) {
   // A gyro turns with who carries the robot, but not with who gives its pose.
   double heading_tolerance = std::numbers::pi;
-  const Ekf newest = pose_.at(pose_.newestStamp());
+  const Ekf& newest = pose_.newest();
   if (origin == KeyframeOrigin::kLost && monitor_.gyro.reliable()) {
     heading_tolerance = validator_.headingTolerance(newest);
     if (!tracking_.placed()) heading_tolerance += keyframes_.headingTolerance();
@@ -254,13 +254,13 @@ void FrontEnd::beginSession(KeyframeOrigin origin) {
 void FrontEnd::apply(MapCorrection& correction) {
   if (correction.session != session()) return;
   if (correction.refuted) return tracking_.refute();
-  const Pose2 T_new_old = local_map_.apply(correction, pose_.at(pose_.newestStamp()).pose().translation());
+  const Pose2 T_new_old = local_map_.apply(correction, pose_.newest().pose().translation());
   if (correction.T_map_session) tracking_.place();
   pose_.transform(T_new_old);
   monitor_.interrupt();
   tracking_.transform(T_new_old);
   keyframes_.transform(T_new_old);
-  local_map_.follow(pose_.at(pose_.newestStamp()).pose().translation());
+  local_map_.follow(pose_.newest().pose().translation());
 }
 
 PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
@@ -291,7 +291,7 @@ OdometryEstimate FrontEnd::odometry(Timestamp stamp) const {
           .gyro_bias = ekf.gyroBias(),
           .slip = ekf.slip(),
           .standstill = ekf.standstill(),
-          .T_map_odom = pose_.at(stamp).pose() * ekf.pose().inverse()};
+          .T_map_odom = pose_.poseAt(stamp) * ekf.pose().inverse()};
 }
 
 TrackingReport FrontEnd::trackingReport() const {

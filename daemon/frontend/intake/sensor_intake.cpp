@@ -71,9 +71,8 @@ bool SensorIntake::isRepeat(const LaserScan& scan) const {
 
 /// A lidar that repeats a turn would hold the robot in place, or take it back when it stops: its scans fit perfectly.
 bool SensorIntake::isStuck(Timestamp first, const EkfTimeline& odometry) {
-  const Ekf moved = odometry.at(first);
-  if (!isMoving(moved.twist(), config_)) return repeats_.isStuck(std::nullopt);
-  return repeats_.isStuck(moved.pose() * T_base_lidar_);
+  if (!isMoving(odometry.upTo(first).twist(), config_)) return repeats_.isStuck(std::nullopt);
+  return repeats_.isStuck(odometry.poseAt(first) * T_base_lidar_);
 }
 
 void SensorIntake::addTo(FrontEndCounters& counters) const {

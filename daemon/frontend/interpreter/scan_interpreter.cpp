@@ -69,7 +69,7 @@ void ScanInterpreter::giveTimes(Timestamp first, double interval, const EkfTimel
   const double sweep = SweepWatch::sweepOf(beams) * interval;
   const Ekf begin = odometry.at(first);
   if (begin.gyroActive()) {
-    const Pose2 end = odometry.at(first + fromSeconds(interval)).pose();
+    const Pose2 end = odometry.poseAt(first + fromSeconds(interval));
     sweep_.add(beams, lidar_.limitsFor(scan_), first, interval,
                {begin.pose() * lidar_.T_base_lidar, end * lidar_.T_base_lidar});
   }
