@@ -105,18 +105,17 @@ ScanOutcome FrontEnd::track(const LaserScan& recorded, bool may_keep) {
   match = registration_.align(cloud, local_map_, predicted, tracking_, wheels.reliability());  // PL-ICP [Censi 2008]
   outcome.match_time = registration_.matchTime();
   validator_.removeDynamicBias(match, cloud, local_map_, predicted, wheels);  // people who walk beside the robot
-  outcome.fused = validator_.acceptTracking(match, cloud, local_map_, predicted.pose, tracking_) &&
-                  fuse(cloud.stamp, match, false);                 // (15)-(17)
-  if (!outcome.fused) recoverBySearch(cloud, predicted, outcome);  // correlative [Olson 2009], stricter test
 
   // A scan that contradicts itself has walls in the open wherever it is, and so has one at a place that is guessed.
   const bool by_wheels = wheels.reliability() >= WheelReliability::kReliable;
   if (validator_.wallsInTheOpen(cloud) && by_wheels && !monitor_.heading.contradicts()) {
-    outcome.fused = false;
     beginSession(KeyframeOrigin::kLost);
     return outcome;
   }
 
+  outcome.fused = validator_.acceptTracking(match, cloud, local_map_, predicted.pose, tracking_) &&
+                  fuse(cloud.stamp, match, false);                 // (15)-(17)
+  if (!outcome.fused) recoverBySearch(cloud, predicted, outcome);  // correlative [Olson 2009], stricter test
   judgeGyro(cloud.stamp, match);
   outcome.keyframe =
       outcome.fused ? follow(cloud, predicted, match, may_keep) : coast(cloud, predicted, match, may_keep);
