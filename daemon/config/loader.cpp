@@ -2,6 +2,7 @@
 #include "config/loader.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -23,6 +24,22 @@
 
 namespace slam {
 namespace {
+
+constexpr std::array kRetired = std::to_array<RetiredKey>({
+    {"search", "max_doubt", "the match starts from several poses where its overlap drops, or the wheels are ignored"},
+    {"search", "wheel_guidance",
+     "the match starts from several poses where its overlap drops, or the wheels are ignored"},
+    {"localisation", "kidnap_distance", "a robot is carried away when its scans see through the walls around it"},
+    {"relocalisation", "min_seen", "that the robot is in no place of the map is one of the places compared"},
+});
+
+constexpr std::array kRenamed = std::to_array<RenamedKey>({
+    {"ekf", "doubt_memory", "nis_memory"},
+    {"match", "sliding_observations", "grazing_observations"},
+    {"keyframe", "familiarity", "known_ratio"},
+    {"keyframe", "look_period", "refresh_period"},
+    {"relocalisation", "min_lead", "min_margin"},
+});
 
 std::string join(const std::vector<std::string>& lines, const char* separator) {
   std::string text;
@@ -355,6 +372,9 @@ std::string fixOf(int error, const std::filesystem::path& file) {
 }
 
 }  // namespace
+
+std::span<const RetiredKey> retiredKeys() { return kRetired; }
+std::span<const RenamedKey> renamedKeys() { return kRenamed; }
 
 ConfigError::ConfigError(const std::vector<std::string>& problems) : std::runtime_error(join(problems, "\n")) {}
 

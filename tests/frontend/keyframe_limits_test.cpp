@@ -187,9 +187,9 @@ INSTANTIATE_TEST_SUITE_P(Headings, DriftInACorridor, testing::Values(0.0, 0.9, s
 
 TEST(Drift, OfScansThatMatchIsTheirOwnInAllDirections) {
   FrontEndConfig config = unfamiliar();
-  config.drift = {.translation = 0.03, .rotation_per_metre = 0.004, .rotation_per_radian = 0.0};
+  config.keyframe.drift = {.translation = 0.03, .rotation_per_metre = 0.004, .rotation_per_radian = 0.0};
   PlaceDrive ahead(test::furnishedRoom(), config);
-  config.drift = {.translation = 0.03, .rotation_per_metre = 0.0, .rotation_per_radian = 0.02};
+  config.keyframe.drift = {.translation = 0.03, .rotation_per_metre = 0.0, .rotation_per_radian = 0.02};
   PlaceDrive spin(test::furnishedRoom(), config);
   ahead.run(1.0, kStand);
   ahead.run(10.0, kAhead);

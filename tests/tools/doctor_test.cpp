@@ -235,9 +235,9 @@ TEST_F(Doctor, ExplainsTheDrivesWatchdogsWhereSpeedsAreSent) {
   bus.open_error = ENODEV;
   test::FakeCanPort port(bus);
   BaseDeviceConfig base;
-  for (const auto& [driver, word] : kChoices<BaseDriver>) {
-    base.driver = driver;
-    EXPECT_FALSE(checkWatchdog(base, {}, port)) << word;
+  for (std::size_t i = 0; i < kWords<BaseDriver>.size(); ++i) {
+    base.driver = static_cast<BaseDriver>(i);
+    EXPECT_FALSE(checkWatchdog(base, {}, port)) << wordOf(base.driver);
   }
   base.speed_commands = true;
   base.driver = BaseDriver::kCan;

@@ -172,7 +172,7 @@ class Run {
 
   void addImu(const ImuSample& sample) {
     pipeline_.add(sample);
-    offset_.addGyro(sample.stamp + fromSeconds(pipeline_.frontEnd().config().imu_time_offset), sample.gyro.z());
+    offset_.addGyro(sample.stamp + fromSeconds(pipeline_.frontEnd().config().intake.imu_time_offset), sample.gyro.z());
   }
 
   void addWheels(const WheelSample& sample, std::int64_t utime) {

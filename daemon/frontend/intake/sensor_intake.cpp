@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "frontend/sensor_intake.hpp"
+#include "frontend/intake/sensor_intake.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,19 +12,19 @@ bool isMoving(const Twist2& twist, const IntakeConfig& config) {
   return std::hypot(twist.vx, twist.vy) > config.moving_speed || std::abs(twist.omega) > config.moving_turn;
 }
 
-SensorIntake::SensorIntake(const FrontEndConfig& config)
-    : config_(config.intake),
+SensorIntake::SensorIntake(const IntakeConfig& config, const LidarModel& lidar)
+    : config_(config),
       wheel_offset_(fromSeconds(config.wheel_time_offset)),
       imu_offset_(fromSeconds(config.imu_time_offset)),
-      lidar_offset_(fromSeconds(config.lidar.time_offset)),
-      wheel_guard_(config_.stamps),
-      imu_guard_(config_.stamps),
-      scan_guard_(config_.stamps),
-      wheel_stamps_(config_.stamps),
-      scan_stamps_(config_.stamps),
-      imu_clock_(config_.stamps),
-      T_base_lidar_(config.lidar.T_base_lidar),
-      repeats_(config_.repeats, config.lidar.upside_down ? -1.0 : 1.0) {}
+      lidar_offset_(fromSeconds(lidar.time_offset)),
+      wheel_guard_(config.stamps),
+      imu_guard_(config.stamps),
+      scan_guard_(config.stamps),
+      wheel_stamps_(config.stamps),
+      scan_stamps_(config.stamps),
+      imu_clock_(config.stamps),
+      T_base_lidar_(lidar.T_base_lidar),
+      repeats_(config.repeats, lidar.upside_down ? -1.0 : 1.0) {}
 
 std::optional<WheelSample> SensorIntake::accept(const WheelSample& sample) {
   if (!isPlausible(sample)) return ++implausible_, std::nullopt;
@@ -71,9 +71,8 @@ bool SensorIntake::isRepeat(const LaserScan& scan) const {
 
 /// A lidar that repeats a turn would hold the robot in place, or take it back when it stops: its scans fit perfectly.
 bool SensorIntake::isStuck(Timestamp first, const EkfTimeline& odometry) {
-  const Ekf moved = odometry.at(first);
-  if (!isMoving(moved.twist(), config_)) return repeats_.isStuck(std::nullopt);
-  return repeats_.isStuck(moved.pose() * T_base_lidar_);
+  if (!isMoving(odometry.upTo(first).twist(), config_)) return repeats_.isStuck(std::nullopt);
+  return repeats_.isStuck(odometry.poseAt(first) * T_base_lidar_);
 }
 
 void SensorIntake::addTo(FrontEndCounters& counters) const {

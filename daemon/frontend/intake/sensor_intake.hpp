@@ -7,11 +7,23 @@
 #include "core/samples.hpp"
 #include "core/scan.hpp"
 #include "estimation/ekf_timeline.hpp"
-#include "frontend/front_end_config.hpp"
-#include "frontend/interpreter/stuck_scan_detector.hpp"
+#include "frontend/front_end_state.hpp"
+#include "frontend/intake/stuck_scan_detector.hpp"
+#include "frontend/lidar_model.hpp"
 #include "timing/stamp_sequencer.hpp"
 
 namespace slam {
+
+/// Which samples are no measurement of now.
+struct IntakeConfig {
+  StampConfig stamps;
+  ScanRepeatConfig repeats;
+  double wheel_time_offset = 0.0, imu_time_offset = 0.0;  ///< [s] added to the stamps
+  double fastest_turn = 0.02;                             ///< [s] no lidar turns faster ...
+  double soonest_scan = 0.6;   ///< [1] ... nor in less than this share of the usual interval: a copy
+  double moving_speed = 0.02;  ///< [m/s] from here on no sensor sees the same twice ...
+  double moving_turn = 0.05;   ///< [rad/s] ... nor from here on
+};
 
 /// Whether a robot moves so fast that no sensor sees the same twice.
 bool isMoving(const Twist2& twist, const IntakeConfig& config = {});
@@ -20,7 +32,7 @@ bool isMoving(const Twist2& twist, const IntakeConfig& config = {});
 /// measurement of now: damaged stamps, copies, the turns that a stuck lidar repeats, and numbers that cannot be.
 class SensorIntake {
  public:
-  explicit SensorIntake(const FrontEndConfig& config);
+  explicit SensorIntake(const IntakeConfig& config, const LidarModel& lidar = {});
 
   /// @return the sample with its stamp in the filters' time; nothing where it must not be used
   std::optional<WheelSample> accept(const WheelSample& sample);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "frontend/sensor_intake.hpp"
+#include "frontend/intake/sensor_intake.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -141,11 +141,12 @@ struct Filters {
 };
 
 TEST(SensorIntake, PutsEachStreamIntoTheFiltersTime) {
-  FrontEndConfig config;
+  IntakeConfig config;
+  LidarModel lidar;
   config.wheel_time_offset = -0.02;
   config.imu_time_offset = 0.01;
-  config.lidar.time_offset = 0.05;
-  SensorIntake intake(config);
+  lidar.time_offset = 0.05;
+  SensorIntake intake(config, lidar);
   const Filters filters;
   const Timestamp now = filters.odometry.newestStamp();
   EXPECT_EQ(intake.accept(WheelSample{now, {}})->stamp, now - 20ms);

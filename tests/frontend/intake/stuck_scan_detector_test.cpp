@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "frontend/interpreter/stuck_scan_detector.hpp"
+#include "frontend/intake/stuck_scan_detector.hpp"
 
 #include <gtest/gtest.h>
 #include <memory>
