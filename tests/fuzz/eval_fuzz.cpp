@@ -17,7 +17,7 @@ namespace {
 
 enum Comparison : std::uint8_t { kTrajectories, kRelations, kEstimates, kComparisons };
 
-std::string textOf(fuzz::Bytes bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
+using fuzz::textOf;
 
 /// A file, and how many rows it can have.
 struct File {

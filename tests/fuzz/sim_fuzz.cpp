@@ -132,13 +132,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fuzz::Input input({data, size});
   const int kind = input.take<std::uint8_t>() % 3;
   const bool situation = kind == 2;
-  std::string text;
-  if (kind == 1) {
-    text = sim::scriptOf(input);
-  } else {
-    const fuzz::Bytes rest = input.rest();
-    text.assign(rest.begin(), rest.end());
-  }
+  const std::string text = kind == 1 ? sim::scriptOf(input) : fuzz::textOf(input.rest());
   try {
     situation ? sim::checkSituation(text) : sim::checkScript(text);
   } catch (const std::invalid_argument& error) {
