@@ -155,7 +155,14 @@ TEST_P(DriftInACorridor, LiesAlongTheRobotsWayHoweverTheMapLies) {
     drive.run(1.0, kStand);
     drive.run(14.0, kAhead);
     ASSERT_GE(drive.kept.size(), 5U);
-    for (std::size_t i = 1; i < drive.kept.size(); ++i) expectBlindAhead(drive.kept[i], noise);
+    double way = 0.0;  // [m]
+    for (std::size_t i = 1; i < drive.kept.size(); ++i) {
+      expectBlindAhead(drive.kept[i], noise);
+      way += drive.kept[i].T_previous_base.translation().norm();
+    }
+    const Eigen::Matrix3d& pose = drive.kept.back().covariance;  // in map
+    EXPECT_NEAR(pose(0, 0), noise * noise * way, 0.2 * noise * noise * way);
+    EXPECT_LT(pose(1, 1), 0.1 * pose(0, 0));
   }
 }
 

@@ -2,6 +2,8 @@
 #include "tools/sim/can/can_emulator.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <linux/can/error.h>
 #include <numbers>
 #include <utility>
@@ -130,46 +132,39 @@ void CanEmulator::receive(const can::Frame& frame) {
 }
 
 bool CanEmulator::inject(std::string_view kind, double value) {
-  constexpr double kSeldom = 1000.0;
-  const bool on = value != 0.0;
-  if (kind == "silent") {
-    silent_ = on;
-  } else if (kind == "garbage") {
-    garbage_ = on;
-  } else if (kind == "stuck") {
-    stuck_ = on;
-  } else if (kind == "wrong") {
+  constexpr double kSeldom = 1000.0, kLongestDelay = 2000.0, kLongestWatch = 3600.0;  // [1, ms, s]
+  bool on = false;
+  const auto within = [value](double least, double most) { return value >= least && value <= most; };
+  const auto disarm = [this](bool disarmed) {
+    const auto state = disarmed ? odrive::AxisState::kIdle : odrive::AxisState::kClosedLoop;
+    drives_[0].heartbeat.state = static_cast<std::uint8_t>(state);
+  };
+  if (kind == "silent") return setSwitch(silent_, value);
+  if (kind == "garbage") return setSwitch(garbage_, value);
+  if (kind == "stuck") return setSwitch(stuck_, value);
+  if (kind == "deaf") return setSwitch(deaf_, value);
+  if (kind == "quaternion") return setSwitch(quaternion_, value);
+  if (kind == "imu_time") return setCount(time_every_, value, kSeldom);
+  if (kind == "imu_acceleration") return setCount(acceleration_every_, value, kSeldom);
+  if (kind == "wrong" && std::isfinite(value)) {
     factor_ = value;
-  } else if (kind == "slow") {
-    if (value < 1.0) return false;
+  } else if (kind == "slow" && within(1.0, kSeldom)) {
     slow_ = static_cast<int>(value);
-  } else if (kind == "delay") {
+  } else if (kind == "delay" && within(0.0, kLongestDelay)) {
     delay_ = fromSeconds(value * 1e-3);
-  } else if (kind == "watchdog") {
+  } else if (kind == "watchdog" && within(0.0, kLongestWatch)) {
     watchdog_ = fromSeconds(value);
-  } else if (kind == "axis_error") {
+  } else if (kind == "axis_error" && within(0.0, std::numeric_limits<std::uint32_t>::max())) {
     drives_[0].heartbeat.axis_error = static_cast<std::uint32_t>(value);
-    drives_[0].heartbeat.state =
-        static_cast<std::uint8_t>(on ? odrive::AxisState::kIdle : odrive::AxisState::kClosedLoop);
-  } else if (kind == "idle") {
-    drives_[0].heartbeat.state =
-        static_cast<std::uint8_t>(on ? odrive::AxisState::kIdle : odrive::AxisState::kClosedLoop);
-  } else if (kind == "deaf") {
-    return setSwitch(deaf_, value);
-  } else if (kind == "firmware") {
-    if (value != 0.5 && value != 0.6) return false;
+    disarm(value != 0.0);
+  } else if (kind == "idle" && setSwitch(on, value)) {
+    disarm(on);
+  } else if (kind == "firmware" && (value == 0.5 || value == 0.6)) {
     dialect_ = value == 0.5 ? odrive::Dialect::k05 : odrive::Dialect::k06;
-  } else if (kind == "estimates") {
-    if (!(value >= 1.0 && value <= 10e3)) return false;
+  } else if (kind == "estimates" && within(1.0, 10e3)) {
     estimates_ = fromSeconds(1e-3 * value);
     next_estimates_ = {};
-  } else if (kind == "imu_time") {
-    return setCount(time_every_, value, kSeldom);
-  } else if (kind == "imu_acceleration") {
-    return setCount(acceleration_every_, value, kSeldom);
-  } else if (kind == "quaternion") {
-    return setSwitch(quaternion_, value);
-  } else if (kind == "bus_off") {
+  } else if (kind == "bus_off" && setSwitch(on, value)) {
     if (on != bus_off_) line_.push_back({{}, errorFrame(on ? CAN_ERR_BUSOFF : CAN_ERR_RESTARTED)});
     bus_off_ = on;
   } else {

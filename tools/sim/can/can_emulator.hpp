@@ -55,7 +55,7 @@ class CanEmulator {
   ///        "bus_off": 1, then 0 for a controller that was restarted; "firmware": 0.5 or 0.6 of both drives;
   ///        "estimates": [ms] their period, 10 as delivered; "imu_time", "imu_acceleration": sent with every so many'th
   ///        turn rate, 1 as delivered, 0 never; "quaternion": 1 or 0
-  /// @return false when there is no such kind
+  /// @return false for a kind or a value that there is not
   bool inject(std::string_view kind, double value);
 
  private:

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <limits>
 #include <map>
 #include <numbers>
+#include <string>
 
 #include "drivers/can/can_base.hpp"
 #include "drivers/can/fake_can_port.hpp"
@@ -238,7 +240,15 @@ TEST_F(CanEmulatorTest, GoesBusOffAndIsRestarted) {
   EXPECT_GT(frames.size(), 600U);
 }
 
-TEST_F(CanEmulatorTest, KnowsNoOtherKind) { EXPECT_FALSE(emulator_.inject("sulk", 1)); }
+TEST_F(CanEmulatorTest, KnowsNoOtherKindAndNoValueBeyondReason) {
+  EXPECT_FALSE(emulator_.inject("sulk", 1));
+  for (const char* kind : {"silent", "garbage", "stuck", "wrong", "slow", "delay", "watchdog", "axis_error", "idle",
+                           "deaf", "firmware", "estimates", "imu_time", "imu_acceleration", "quaternion", "bus_off"}) {
+    for (const double value : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
+      EXPECT_FALSE(emulator_.inject(kind, value)) << kind << " " << value;
+    EXPECT_EQ(emulator_.inject(kind, 1e300), kind == std::string("wrong")) << kind;
+  }
+}
 
 // ---- What the driver makes of it
 
