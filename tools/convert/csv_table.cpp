@@ -406,8 +406,8 @@ CsvColumns csvColumns(const std::filesystem::path& file, const std::string& stam
   return columns;
 }
 
-void forEachCsvRow(const std::filesystem::path& file, const CsvColumns& columns,
-                   const std::function<void(const std::vector<std::string_view>&, int)>& row) {
+int forEachCsvRow(const std::filesystem::path& file, const CsvColumns& columns,
+                  const std::function<void(const std::vector<std::string_view>&, int)>& row) {
   TextFile text(file);
   bool header = columns.header_row;
   for (std::string line; text.next(line);) {
@@ -415,6 +415,7 @@ void forEachCsvRow(const std::filesystem::path& file, const CsvColumns& columns,
     if (rest.empty() || rest.starts_with("#")) continue;
     if (!std::exchange(header, false)) row(splitCells(line, columns.separator), text.lineNumber());
   }
+  return text.damaged() ? text.lineNumber() : 0;
 }
 
 }  // namespace slam

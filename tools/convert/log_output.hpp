@@ -12,20 +12,8 @@
 #include "core/samples.hpp"
 #include "core/scan.hpp"
 #include "tools/convert/recording.hpp"
-#include "tools/convert/text_file.hpp"
 
 namespace slam {
-
-/// Says so when a compressed input was cut off or damaged: what came before it was used.
-inline void reportDamage(const TextFile& file, const std::filesystem::path& name, Recording& recording) {
-  if (file.damaged()) {
-    recording.reject(name.filename().string() + ":" + std::to_string(file.lineNumber()),
-                     "the compressed data is damaged here");
-  }
-}
-
-/// [m] of a beam; 0, no return, for what no lidar measures: not above 0, or 200 m and more
-inline float returnedRange(double range) { return range > 0.0 && range < 200.0 ? static_cast<float>(range) : 0.0F; }
 
 /// Collects samples of several sensors and writes them as one log in the order of arrival times. The stamp inside a
 /// message stays as recorded, also where it goes back; only the log's own event times never go back. Needs little

@@ -9,8 +9,6 @@
 #include "mapping/map_files.hpp"
 #include "tools/common/output_file.hpp"
 #include "tools/common/program.hpp"
-#include "tools/convert/auto.hpp"
-#include "tools/convert/bags/ros.hpp"
 #include "tools/convert/formats.hpp"
 
 namespace {

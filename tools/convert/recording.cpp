@@ -66,21 +66,6 @@ void Recording::reject(SensorRows& rows, const std::string& where, const std::st
   reject(where, why);
 }
 
-void Recording::useScan(SensorRows& rows, std::int64_t utime) {
-  rows.use(utime);
-  ++scans;
-}
-
-void Recording::useWheels(SensorRows& rows, std::int64_t utime) {
-  rows.use(utime);
-  ++wheels;
-}
-
-void Recording::useImu(SensorRows& rows, std::int64_t utime) {
-  rows.use(utime);
-  ++imu;
-}
-
 std::string Recording::doubt() const {
   for (const SensorRows& rows : sensors) {
     if (!rows.doubtful()) continue;

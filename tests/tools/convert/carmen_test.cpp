@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/convert/carmen.hpp"
-
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
 #include <string>
 
+#include "tools/convert/formats.hpp"
 #include "tools/files.hpp"
 #include "tools/recorded_log.hpp"
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/convert/csv.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -9,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "tools/convert/auto.hpp"
+#include "tools/convert/formats.hpp"
 #include "tools/files.hpp"
 #include "tools/recorded_log.hpp"
 

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/convert/mbot.hpp"
-
 #include <bit>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "bus/event_log.hpp"
-#include "tools/convert/auto.hpp"
+#include "tools/convert/formats.hpp"
 #include "tools/convert/log_output.hpp"
 #include "tools/files.hpp"
 #include "tools/recorded_log.hpp"
@@ -38,7 +36,7 @@ class Fields {
 };
 
 std::vector<std::uint8_t> scan(std::int64_t utime, std::int64_t first, int beams, std::int64_t step) {
-  Fields fields(kMbotLidar);
+  Fields fields(0x89dc5b879a5056cf);
   fields.int64(utime).int32(beams);
   for (int i = 0; i < beams; ++i) fields.real(2.0F);
   for (int i = 0; i < beams; ++i) fields.real(0.01F * static_cast<float>(i));

@@ -202,7 +202,7 @@ class Export {
   void show(const scan_t& message) {
     const auto scan = fromMessage(message);
     if (!scan) return recording_.reject(recording_.sensor(channel::kScan), channel::kScan, "no measurement");
-    recording_.useScan(recording_.sensor(channel::kScan), message.utime);
+    recording_.use(recording_.sensor(channel::kScan), &Recording::scans, message.utime);
     if (!trajectory_.empty()) {
       if (const auto pose = poseAt(trajectory_, scan->stamp)) place(message.utime, "map", "base", *pose);
     }
@@ -237,7 +237,7 @@ class Export {
   }
 
   void show(const wheels_t& message) {
-    recording_.useWheels(recording_.sensor(channel::kWheels), message.utime);
+    recording_.use(recording_.sensor(channel::kWheels), &Recording::wheels, message.utime);
     send("/wheels", "slam.wheels",
          {{"x", "n"}, {"y", "n"}, {"theta", "n"}, {"turn_rate_known", "b"}, {"angles", "[]n"}}, message.utime,
          {{"x", message.x},
@@ -248,7 +248,7 @@ class Export {
   }
 
   void show(const imu_t& message) {
-    recording_.useImu(recording_.sensor(channel::kImu), message.utime);
+    recording_.use(recording_.sensor(channel::kImu), &Recording::imu, message.utime);
     send("/imu", "slam.imu", {{"gyro", "[]n"}, {"accel", "[]n"}}, message.utime,
          {{"gyro", message.gyro}, {"accel", message.accel}});
   }
