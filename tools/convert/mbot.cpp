@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -19,6 +18,7 @@
 #include "tools/common/trajectory.hpp"
 #include "tools/convert/assembler.hpp"
 #include "tools/convert/formats.hpp"
+#include "tools/convert/wire_reader.hpp"
 
 namespace slam {
 namespace {
@@ -51,37 +51,17 @@ bool isEncoders(std::uint64_t type) {
 }
 bool isImu(std::uint64_t type) { return type == kMaebotImu || type == kMaebotSensors || type == kMbotImu; }
 
-/// Big-endian fields of an LCM payload, checked against its size.
-class Fields {
- public:
-  explicit Fields(std::span<const std::uint8_t> data) : data_(data) {}
-  std::uint64_t unsignedInteger(int bytes) {
-    if (data_.size() < at_ + static_cast<std::size_t>(bytes)) {
-      ok_ = false;
-      return 0;
-    }
-    std::uint64_t value = 0;
-    for (int i = 0; i < bytes; ++i) value = value << 8 | data_[at_++];
-    return value;
-  }
-  std::int64_t int64() { return static_cast<std::int64_t>(unsignedInteger(8)); }
-  std::int32_t int32() { return static_cast<std::int32_t>(unsignedInteger(4)); }
-  std::int16_t int16() { return static_cast<std::int16_t>(unsignedInteger(2)); }
-  float real() { return std::bit_cast<float>(static_cast<std::uint32_t>(unsignedInteger(4))); }
-  double realDouble() { return std::bit_cast<double>(unsignedInteger(8)); }
-  std::size_t left() const { return data_.size() - at_; }
-  bool ok() const { return ok_; }
-
- private:
-  std::span<const std::uint8_t> data_;
-  std::size_t at_ = 0;
-  bool ok_ = true;
+/// The fields of an LCM payload.
+struct Fields : WireReader {
+  explicit Fields(std::span<const std::uint8_t> data) : WireReader(data, false, true) {}
+  std::int64_t int64() { return number<std::int64_t>(); }
+  float real() { return number<float>(); }
 };
 
 /// @param timed its beams have times
 bool readScan(Fields& fields, LaserScan& scan, std::int64_t& utime, bool& timed) {
   utime = fields.int64();
-  const std::int32_t n = fields.int32();
+  const std::int32_t n = fields.number<std::int32_t>();
   if (n < 1 || n > LaserScan::kCapacity || fields.left() != static_cast<std::size_t>(n) * 20) return false;
   scan.size = n;
   const std::span<Beam> beams(scan.storage.data(), static_cast<std::size_t>(n));
@@ -119,7 +99,7 @@ class Mbot : public Reader {
     EventLogReader log(in_);
     for (LogEvent event; log.next(event);) {
       Fields fields(event.data);
-      const std::uint64_t type = fields.unsignedInteger(8);
+      const std::uint64_t type = fields.number<std::uint64_t>();
       const Origin at{
           .sensor = event.channel, .where = in_.filename().string() + " " + event.channel, .received = event.utime};
       if (to.surveying()) {
@@ -198,7 +178,7 @@ class Mbot : public Reader {
   void encoders(std::uint64_t type, Fields& fields, Origin at, Assembler& to) {
     at.stamp = onOneClock(fields.int64(), delayOf(at.sensor));
     std::array<std::int64_t, 2> ticks{};  // left and right
-    for (std::int64_t& count : ticks) count = type == kMbotEncoders ? fields.int64() : fields.int32();
+    for (std::int64_t& count : ticks) count = type == kMbotEncoders ? fields.int64() : fields.number<std::int32_t>();
     constexpr std::int64_t kMostTicks = std::int64_t{1} << 52;  // more are none
     if (!fields.ok() || at.stamp <= 0 || std::min(ticks[0], ticks[1]) < -kMostTicks ||
         std::max(ticks[0], ticks[1]) > kMostTicks) {
@@ -230,7 +210,9 @@ class Mbot : public Reader {
     const auto vector = [&](double scale) {
       Eigen::Vector3d v;
       for (int i = 0; i < 3; ++i) {
-        v[i] = type == kMaebotImu ? fields.realDouble() : type == kMaebotSensors ? fields.int16() : fields.real();
+        v[i] = type == kMaebotImu       ? fields.number<double>()
+               : type == kMaebotSensors ? fields.number<std::int16_t>()
+                                        : fields.real();
         v[i] = raw ? v[i] / scale : v[i];
       }
       return v;
@@ -280,7 +262,7 @@ class Mbot : public Reader {
 bool isMbotLog(const std::filesystem::path& file) {
   EventLogReader log(file);
   for (LogEvent event; log.next(event);) {
-    if (Fields(event.data).unsignedInteger(8) == kMbotLidar) return true;
+    if (Fields(event.data).number<std::uint64_t>() == kMbotLidar) return true;
     if (event.channel == channel::kScan) return false;
   }
   return false;

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "core/pose2.hpp"
-#include "tools/convert/bags/wire_reader.hpp"
+#include "tools/convert/wire_reader.hpp"
 
 namespace slam::ros {
 namespace {
