@@ -12,8 +12,7 @@
 /// All throw std::runtime_error when the input cannot be opened, holds no sample, or the output cannot be written.
 namespace slam {
 
-/// LCM logs with slamd's channels: its sensors and the configuration that a field log brings. @throws
-/// std::runtime_error when it cannot be opened, holds no scan, or the output cannot be written
+/// LCM logs with slamd's channels: its sensors and the configuration that a field log brings.
 Recording convertLcm(const std::filesystem::path& in, const std::filesystem::path& out);
 
 /// Recognises the input by its content and converts it: CARMEN, ROS 1 and 2, Maebot and MBot, LCM, Wean Hall, Mines, or
@@ -27,7 +26,6 @@ struct CarmenOptions {
 
 /// CARMEN text logs: FLASER and ROBOTLASER1 (with their odometry as wheels) and ODOM lines. Reads the input twice: what
 /// the whole says of mount, stamps and ranges without return holds for each line.
-/// @throws std::runtime_error when the input cannot be opened, holds no scan, or the output cannot be written
 Recording convertCarmen(const std::filesystem::path& in, const std::filesystem::path& out,
                         const CarmenOptions& options = {});
 
@@ -46,7 +44,6 @@ struct MbotBase {
 };
 
 /// LCM event logs of Maebot and MBot: RPLidar, encoders (or, without them, ODOMETRY) and IMU.
-/// @throws std::runtime_error when the input cannot be opened, holds no scan, or the output cannot be written
 Recording convertMbot(const std::filesystem::path& in, const std::filesystem::path& out, const MbotTruth& truth = {},
                       const MbotBase& base = {});
 
@@ -75,7 +72,6 @@ struct CsvInput {
   std::optional<double> period = {};         ///< [s] between scans without stamps
 };
 
-/// @throws std::runtime_error when an input cannot be opened, holds no sample, or the output cannot be written
 Recording convertCsv(const CsvInput& in, const std::filesystem::path& out);
 
 /// What a bag leaves open. An empty topic is chosen from what the bag holds.
@@ -86,7 +82,6 @@ struct RosOptions {
 
 /// Bags of ROS 1 and 2 (.bag, .db3, .mcap; a folder of split ones) to our log. Reads the input twice: the first time
 /// for the topics, clocks and frames.
-/// @throws std::runtime_error when it cannot be opened, holds no scan that can be read, or the output cannot be written
 Recording convertRos(const std::filesystem::path& in, const std::filesystem::path& out, const RosOptions& options = {});
 
 /// Our log to CARMEN: FLASER lines with the wheels' pose at each scan, 180 or 360 degrees in equal steps.
