@@ -16,9 +16,14 @@ SensorRows& Assembler::rows(const Origin& origin) {
   return rows;
 }
 
-void Assembler::use(const Origin& origin, int Recording::*count) {
-  if (!origin.sensor.empty()) rows(origin).use(origin.stamp);
-  ++(recording.*count);
+/// Writes the message that was recorded, or else the sample, and counts it.
+template <typename Write>
+void Assembler::use(const Origin& origin, const char* channel, int Recording::*count, const Write& write) {
+  if (origin.stamp <= 0) return refuse(origin, kNoTime);
+  if (origin.message.empty()) write();
+  if (!origin.message.empty()) log_.add(origin.received, channel, origin.message);
+  if (origin.sensor.empty()) return void(++(recording.*count));
+  recording.use(rows(origin), count, origin.stamp);
 }
 
 void Assembler::scan(const Origin& origin, LaserScan& scan, const ScanFacts& facts) {
@@ -38,29 +43,20 @@ void Assembler::scan(const Origin& origin, LaserScan& scan, const ScanFacts& fac
     const auto is = [&](double code) { return isCode(facts.written[i], code); };
     if (std::any_of(codes.begin(), codes.end(), is)) beams[i].range = 0.0F;
   }
-  if (from.stamp <= 0) return refuse(from, kNoTime);
   scan.stamp = fromMicroseconds(from.stamp);
-  if (from.message.empty()) log_.add(from.received, scan, from.stamp);
-  if (!from.message.empty()) log_.add(from.received, channel::kScan, from.message);
-  use(from, &Recording::scans);
+  use(from, channel::kScan, &Recording::scans, [&] { log_.add(from.received, scan, from.stamp); });
 }
 
 void Assembler::wheels(const Origin& origin, const Pose2& pose, std::span<const double> angles, bool turn_rate_known) {
   if (surveying_) return;
-  if (origin.stamp <= 0) return refuse(origin, kNoTime);
   const WheelSample sample{fromMicroseconds(origin.stamp), pose, turn_rate_known};
-  if (origin.message.empty()) log_.add(origin.received, sample, origin.stamp, angles);
-  if (!origin.message.empty()) log_.add(origin.received, channel::kWheels, origin.message);
-  use(origin, &Recording::wheels);
+  use(origin, channel::kWheels, &Recording::wheels, [&] { log_.add(origin.received, sample, origin.stamp, angles); });
 }
 
 void Assembler::imu(const Origin& origin, const Eigen::Vector3d& gyro, const Eigen::Vector3d& accel) {
   if (surveying_) return;
-  if (origin.stamp <= 0) return refuse(origin, kNoTime);
   const ImuSample sample{fromMicroseconds(origin.stamp), gyro, accel};
-  if (origin.message.empty()) log_.add(origin.received, sample, origin.stamp);
-  if (!origin.message.empty()) log_.add(origin.received, channel::kImu, origin.message);
-  use(origin, &Recording::imu);
+  use(origin, channel::kImu, &Recording::imu, [&] { log_.add(origin.received, sample, origin.stamp); });
 }
 
 void Assembler::refuse(const Origin& origin, const std::string& why) {

@@ -26,15 +26,17 @@ inline constexpr const char *kNoTime = "its stamp is not a time", *kDamage = "th
 
 /// Where a sample is from.
 struct Origin {
-  std::string sensor = {};                     ///< as in SensorRows; empty: its rows are another sensor's
+  std::string sensor = {};                     ///< as in SensorRows; empty: it has no rows of its own
   std::string where = {};                      ///< place of its record, for a refusal
   std::int64_t stamp = 0;                      ///< [us] of the measurement; not above 0: not a time
   std::int64_t received = 0;                   ///< [us] when it was recorded
   std::string frame = {};                      ///< as in SensorRows
   std::span<const std::uint8_t> message = {};  ///< as our log holds it: written as it is, unless the sample changes
 
-  /// Of the odometry that a scan's record brings: counted, without rows of its own.
-  Origin ofItsWheels() const { return {.sensor = {}, .where = where, .stamp = stamp, .received = received}; }
+  /// The same of another sensor, whose samples stand in the same record.
+  Origin of(std::string other) const {
+    return {.sensor = std::move(other), .where = where, .stamp = stamp, .received = received};
+  }
 };
 
 /// What a reader knows of a scan beside its beams.
@@ -71,7 +73,8 @@ class Assembler {
  private:
   friend Recording assemble(class Reader&& reader, const std::filesystem::path& out);
   void endSurvey();
-  void use(const Origin& origin, int Recording::*count);
+  template <typename Write>
+  void use(const Origin& origin, const char* channel, int Recording::*count, const Write& write);
 
   bool surveying_ = true;
   BeamTimes beam_times_;

@@ -240,9 +240,7 @@ class Carmen : public Reader {
       at.stamp = *utime;
       at.received = arrival = std::max(arrival, *utime);
       if (!laser) return to.wheels(at, line.robot);
-      Origin odometry = at;
-      odometry.sensor = "odometry of " + at.sensor + " lines";
-      if (!odom_only_) to.wheels(odometry, line.robot);
+      if (!odom_only_) to.wheels(at.of("odometry of " + at.sensor + " lines"), line.robot);
       scan_->size = 0;
       for (std::size_t i = 0; i < line.ranges.size(); ++i) {
         const double bearing = wrapAngle(line.first + line.step * static_cast<double>(i));

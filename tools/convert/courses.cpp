@@ -47,7 +47,7 @@ class Mines : public Reader {
         scan_->push({.range = returnedRange((*numbers)[kFirstRange + i] * 1e-3),
                      .bearing = static_cast<float>(kFirstBearing + kStep * static_cast<double>(i))});
       }
-      to.wheels(at.ofItsWheels(), pose, std::array{ticks[0] * kRadiansPerTick, ticks[1] * kRadiansPerTick});
+      to.wheels(at.of(""), pose, std::array{ticks[0] * kRadiansPerTick, ticks[1] * kRadiansPerTick});
       to.scan(at, *scan_);
     });
   }
@@ -93,7 +93,7 @@ class Wean : public Reader {
         return;
       }
       at.received = arrival = std::max(arrival, at.stamp);
-      to.wheels(at.ofItsWheels(), {(*numbers)[0] * kMetresPerUnit, (*numbers)[1] * kMetresPerUnit, (*numbers)[2]});
+      to.wheels(at.of(""), {(*numbers)[0] * kMetresPerUnit, (*numbers)[1] * kMetresPerUnit, (*numbers)[2]});
       scan_->size = 0;
       for (std::size_t i = 0; i < kBeams; ++i) {
         const double range = (*numbers)[6 + i] * kMetresPerUnit;

@@ -339,8 +339,7 @@ class Csv : public Reader {
       Origin at{.sensor = name, .where = name + ":" + std::to_string(line)};
       if (const char* wrong = table_->read(cells, at, *scan_)) return to.refuse(at, wrong);
       if (columns.x && columns.y && columns.theta) {
-        Origin odometry = at;
-        odometry.sensor = name + " (x, y, theta)";
+        const Origin odometry = at.of(name + " (x, y, theta)");
         const auto pose = table_->pose(cells);
         pose ? to.wheels(odometry, *pose) : to.refuse(odometry, "x, y or theta is not a number");
       }

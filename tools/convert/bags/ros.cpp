@@ -170,41 +170,34 @@ bool survey(const RosMessage& message, Topic& topic, Survey& survey) {
   return true;
 }
 
-/// The topic that serves best: the one with the most messages of those that `rank` likes best.
-std::string choose(const Survey& survey, const std::function<bool(const std::string& type)>& takes,
+bool contains(const std::string& text, std::initializer_list<const char*> words) {
+  return std::any_of(words.begin(), words.end(),
+                     [&](const char* word) { return text.find(word) != std::string::npos; });
+}
+
+/// The topic that was asked for by name, which must be there and be read; without one that which serves best: with the
+/// most messages of those that `rank` likes best.
+std::string choose(const Survey& survey, const std::string& asked, const char* option,
+                   const std::function<bool(const std::string& type)>& takes,
                    const std::function<int(const std::string& name)>& rank) {
-  std::string best;
+  std::string best, others;
   std::pair<int, int> best_score{std::numeric_limits<int>::min(), 0};
   for (const auto& [name, topic] : survey.topics) {
-    if (!takes(topic.type) || !topic.refusal.empty() || topic.unread == topic.messages) continue;
+    if (!takes(topic.type)) continue;
+    others += " " + name;
+    if (name == asked && !topic.refusal.empty())
+      throw std::runtime_error(std::string(option) + " " + name + ": " + topic.refusal);
+    if (name == asked) return name;
+    if (!topic.refusal.empty() || topic.unread == topic.messages) continue;
     const std::pair<int, int> score{rank(name), topic.messages - topic.unread};
     if (best.empty() || score > best_score) {
       best = name;
       best_score = score;
     }
   }
-  return best;
-}
-
-bool contains(const std::string& text, std::initializer_list<const char*> words) {
-  return std::any_of(words.begin(), words.end(),
-                     [&](const char* word) { return text.find(word) != std::string::npos; });
-}
-
-/// A topic that was asked for by name must be there and be read.
-void checkTopic(const Survey& survey, const std::string& name, const std::function<bool(const std::string&)>& takes,
-                const char* option) {
-  const auto at = survey.topics.find(name);
-  std::string others;
-  for (const auto& [other, topic] : survey.topics) {
-    if (takes(topic.type)) others += " " + other;
-  }
-  if (at == survey.topics.end() || !takes(at->second.type)) {
-    throw std::runtime_error(std::string(option) + " " + name + ": no such topic of this kind in the bag; it has" +
-                             (others.empty() ? " none" : others));
-  }
-  if (!at->second.refusal.empty())
-    throw std::runtime_error(std::string(option) + " " + name + ": " + at->second.refusal);
+  if (asked.empty()) return best;
+  throw std::runtime_error(std::string(option) + " " + asked + ": no such topic of this kind in the bag; it has" +
+                           (others.empty() ? " none" : others));
 }
 
 struct Place {
@@ -294,10 +287,7 @@ struct Plan {
 
 /// The frame of the base, and of the odometry in tf.
 void findBase(const Survey& survey, const std::string& lidar_frame, Plan& plan) {
-  const auto leads = [&](const std::string& base) {
-    return !base.empty() && (survey.frames.contains(base) || placeOf(survey, base, lidar_frame)) &&
-           placeOf(survey, base, lidar_frame);
-  };
+  const auto leads = [&](const std::string& base) { return !base.empty() && placeOf(survey, base, lidar_frame); };
   std::string child = plan.odometry.empty() ? std::string() : survey.topics.at(plan.odometry).child_frame;
   if (plan.odometry.empty() && plan.joints.empty()) {
     for (const auto& [frame, edge] : survey.frames) {
@@ -317,9 +307,6 @@ Plan planOf(const Survey& survey, const RosOptions& options, Recording& recordin
   using ros::isScan;
   const auto isType = [](const char* type) { return [type](const std::string& other) { return other == type; }; };
   const auto isOdometry = isType(ros::kOdometry), isImu = isType(ros::kImu), isJoints = isType(ros::kJoints);
-  if (!options.scan.empty()) checkTopic(survey, options.scan, isScan, "--scan");
-  if (!options.odometry.empty()) checkTopic(survey, options.odometry, isOdometry, "--odometry");
-  if (!options.imu.empty()) checkTopic(survey, options.imu, isImu, "--imu");
   const auto scanRank = [](const std::string& name) {
     const bool other = contains(name, {"rear", "back", "filtered", "depth", "camera", "ground", "safety"});
     return (name == "/scan" ? 2 : contains(name, {"front", "base_scan"}) ? 1 : 0) - (other ? 2 : 0);
@@ -331,10 +318,10 @@ Plan planOf(const Survey& survey, const RosOptions& options, Recording& recordin
   };
   const auto imuRank = [](const std::string& name) { return contains(name, {"raw"}) ? 0 : 1; };
   Plan plan;
-  plan.scan = options.scan.empty() ? choose(survey, isScan, scanRank) : options.scan;
-  plan.odometry = options.odometry.empty() ? choose(survey, isOdometry, odometryRank) : options.odometry;
-  plan.imu = options.imu.empty() ? choose(survey, isImu, imuRank) : options.imu;
-  const std::string joints = choose(survey, isJoints, [](const std::string&) { return 0; });
+  plan.scan = choose(survey, options.scan, "--scan", isScan, scanRank);
+  plan.odometry = choose(survey, options.odometry, "--odometry", isOdometry, odometryRank);
+  plan.imu = choose(survey, options.imu, "--imu", isImu, imuRank);
+  const std::string joints = choose(survey, {}, "", isJoints, [](const std::string&) { return 0; });
   if (plan.scan.empty()) {
     std::string why;
     for (const auto& [name, topic] : survey.topics) {
