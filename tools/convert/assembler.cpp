@@ -10,6 +10,7 @@
 #include "tools/convert/text_file.hpp"
 
 namespace slam {
+
 SensorRows& Assembler::rows(const Origin& origin) {
   SensorRows& rows = recording.sensor(origin.sensor);
   if (rows.frame.empty()) rows.frame = origin.frame;

@@ -7,7 +7,6 @@
 #include <functional>
 #include <iterator>
 #include <map>
-#include <memory>
 #include <numbers>
 #include <optional>
 #include <stdexcept>

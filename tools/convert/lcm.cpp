@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <map>
 #include <slam/config_t.hpp>
 #include <stdexcept>
 

@@ -329,6 +329,15 @@ TEST_F(CsvInMetres, RefusesTablesOfAnythingElse) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "none.lcm"));
 }
 
+TEST(CsvSpeed, HasAHeaderBehindCommentsAndNoRowWithoutATime) {
+  const test::Folder folder;
+  const Recording recording = convertCsv(
+      {.speed = folder.write("speed.csv", "# of the wheels\nt_s,v_m_s\n-5.0,1\n1.0,1\n1.5,1\n")}, folder / "out.lcm");
+  EXPECT_EQ(recording.wheels, 2);
+  EXPECT_EQ(recording.rejected, 1) << "slamd takes no stamp before 0";
+  EXPECT_THAT(recording.first_rejection, HasSubstr("speed.csv:3"));
+}
+
 TEST(CsvEncoders, KeepTheirTicksAsAngles) {
   const test::Folder folder;
   CsvInput in;

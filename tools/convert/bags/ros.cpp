@@ -5,7 +5,6 @@
 #include <functional>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <stdexcept>
 #include <vector>
 
