@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/convert/csv.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -9,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "tools/convert/auto.hpp"
+#include "tools/convert/formats.hpp"
 #include "tools/files.hpp"
 #include "tools/recorded_log.hpp"
 
@@ -329,6 +327,15 @@ TEST_F(CsvInMetres, RefusesTablesOfAnythingElse) {
   for (int i = 0; i < 50; ++i) map += "0 0 127 -1 0 40 127\n";
   EXPECT_THAT(refused(map), HasSubstr("without a single fraction"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "none.lcm"));
+}
+
+TEST(CsvSpeed, HasAHeaderBehindCommentsAndNoRowWithoutATime) {
+  const test::Folder folder;
+  const Recording recording = convertCsv(
+      {.speed = folder.write("speed.csv", "# of the wheels\nt_s,v_m_s\n-5.0,1\n1.0,1\n1.5,1\n")}, folder / "out.lcm");
+  EXPECT_EQ(recording.wheels, 2);
+  EXPECT_EQ(recording.rejected, 1) << "slamd takes no stamp before 0";
+  EXPECT_THAT(recording.first_rejection, HasSubstr("speed.csv:3"));
 }
 
 TEST(CsvEncoders, KeepTheirTicksAsAnglesAndTurnByTheTrack) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/convert/range_census.hpp"
+#include "tools/convert/survey.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -16,6 +16,10 @@ constexpr double kMostShare = 0.95;                // [1]: where all are one val
 constexpr int kFewestDirections = 4;               // of 64
 constexpr double kOverNeighbours = 10.0;           // [1] times the beams that share a value below
 constexpr double kRimShare = 0.1, kRimEnd = 0.01;  // [1] of a code's beams, of all: so few lie above
+
+constexpr std::size_t kFewestScans = 5, kMostScans = 100000;  // that beam times are judged by
+constexpr std::int64_t kLongestTurn = 2000000;                // [us]
+constexpr std::int64_t kCopied = 20;                          // so many times shorter than a turn is no measurement
 
 }  // namespace
 
@@ -70,5 +74,19 @@ std::vector<double> RangeCensus::codes() const {
 }
 
 bool isCode(double range, double code) { return std::abs(range - code) <= 0.5 * RangeCensus::kStep + 1e-9; }
+
+void BeamTimes::add(std::int64_t first, std::int64_t last) {
+  if (spans_.size() >= kMostScans) return;
+  spans_.push_back(last - first);
+  const std::int64_t period = first - last_.value_or(first);
+  if (period > 0 && period < kLongestTurn) periods_.push_back(period);
+  last_ = first;
+}
+
+std::optional<std::int64_t> BeamTimes::copiedTurn() const {
+  if (spans_.size() < kFewestScans || 2 * periods_.size() < spans_.size()) return std::nullopt;
+  const std::int64_t turn = median(periods_);
+  return kCopied * median(spans_) < turn ? std::optional(turn) : std::nullopt;
+}
 
 }  // namespace slam

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/convert/range_census.hpp"
+#include "tools/convert/survey.hpp"
 
 #include <cmath>
 #include <gmock/gmock.h>

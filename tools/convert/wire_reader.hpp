@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstring>
 #include <span>
@@ -9,11 +11,14 @@
 
 namespace slam {
 
-/// Little-endian values one behind the other, each checked against the end; behind it all are 0 and ok() is false.
+/// Values one behind the other, little-endian unless said, each checked against the end; behind it all are 0 and ok()
+/// is false.
 class WireReader {
  public:
   /// @param aligned each number lies at a multiple of its own size, counted from the beginning (CDR)
-  explicit WireReader(std::span<const std::uint8_t> bytes, bool aligned = false) : bytes_(bytes), aligned_(aligned) {}
+  /// @param big_endian the highest byte lies first (LCM)
+  explicit WireReader(std::span<const std::uint8_t> bytes, bool aligned = false, bool big_endian = false)
+      : bytes_(bytes), aligned_(aligned), big_endian_(big_endian) {}
 
   template <typename T>
   T number() {
@@ -21,7 +26,10 @@ class WireReader {
     T value{};
     if (aligned_) at_ += (sizeof(T) - at_ % sizeof(T)) % sizeof(T);
     const auto part = take(sizeof(T));
-    if (part.size() == sizeof(T)) std::memcpy(&value, part.data(), sizeof(T));
+    std::array<std::uint8_t, sizeof(T)> copy{};
+    std::copy(part.begin(), part.end(), copy.begin());
+    if (big_endian_) std::reverse(copy.begin(), copy.end());
+    std::memcpy(&value, copy.data(), sizeof(T));
     return value;
   }
   /// Empty where fewer are left.
@@ -50,13 +58,12 @@ class WireReader {
   }
   void fail() { ok_ = false; }
   bool ok() const { return ok_; }
-  bool aligned() const { return aligned_; }
   std::size_t left() const { return ok_ && at_ <= bytes_.size() ? bytes_.size() - at_ : 0; }
   std::size_t position() const { return at_; }
 
  private:
   std::span<const std::uint8_t> bytes_;
-  bool aligned_;
+  bool aligned_, big_endian_;
   std::size_t at_ = 0;
   bool ok_ = true;
 };
