@@ -155,9 +155,7 @@ TEST_F(CarmenLog, TakesTheLoggersStampsWhereItsOwnAreNone) {
   for (const char* stamp : {"0", "0.000000", "976052857.5"}) {
     Drive drive(7);
     std::string log;
-    for (int i = 0; i < 5; ++i) {
-      log += drive.line(i, stamp, std::to_string(0.25 * i));
-    }
+    for (int i = 0; i < 5; ++i) log += drive.line(i, stamp, std::to_string(0.25 * i));
     const Log converted = convert(log);
     EXPECT_EQ(recording_.rejected, 0) << stamp;
     EXPECT_THAT(converted.scan_utimes, ElementsAre(1'000'000, 1'250'000, 1'500'000, 1'750'000, 2'000'000)) << stamp;
@@ -177,9 +175,7 @@ TEST_F(CarmenLog, TakesAPeriodWhereNoStampsAreTimes) {
 TEST_F(CarmenLog, FillsASingleStampOfZeroByTheLoggers) {
   Drive drive(9);
   std::string log;
-  for (int i = 0; i < 6; ++i) {
-    log += drive.line(i, i == 3 ? "0" : std::to_string(100 + i), std::to_string(i));
-  }
+  for (int i = 0; i < 6; ++i) log += drive.line(i, i == 3 ? "0" : std::to_string(100 + i), std::to_string(i));
   EXPECT_THAT(convert(log).scan_utimes,
               ElementsAre(100'000'000, 101'000'000, 102'000'000, 103'000'000, 104'000'000, 105'000'000));
 }
