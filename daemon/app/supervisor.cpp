@@ -133,7 +133,7 @@ Supervisor::Supervisor(const Config& config)
     watchdog_.add(depth_->worker(), {.late = kReadingLate, .dead = kConnecting, .vital = false, .without = kNoCamera},
                   &depth_->driver().status());
 
-  storage_.add("map", [this](Timestamp now) { return graph_.storage(now); });
+  storage_.add("map", [this](Timestamp now) { return graph_.jobs().report(now); });
   storage_.add("map files", [this](Timestamp now) { return mapper_.storage(now); });
   if (Recorder* recorder = bus_.recorder()) {
     storage_.add("record", [recorder](Timestamp now) { return recorder->report(now); });
@@ -208,7 +208,7 @@ int Supervisor::run() {
     if (due || news) health_.send(now, snapshot_, problems(others, now), counted());
   }
   const bool saved = stop();
-  if (graph_.isWriting() || mapper_.isWriting() || recorder_hangs_ || thread_hangs_ || health_.isBusy()) {
+  if (graph_.jobs().isWriting() || mapper_.isWriting() || recorder_hangs_ || thread_hangs_ || health_.isBusy()) {
     std::_Exit(saved ? 0 : 1);  // a thread that waits for a disk, or never ends its turn, cannot be joined
   }
   return saved ? 0 : 1;
@@ -239,7 +239,7 @@ bool Supervisor::stop() {
   const Timestamp now = monotonicNow();
   if (graph) graph_.finish();
   if (mapper) mapper_.finish();
-  if (graph && mapper) graph_.store(mapper_.drawn());
+  if (graph && mapper) graph_.jobs().store(mapper_.drawn());
   for (Recorder* recorder : {bus_.recorder(), bus_.logRecorder()}) {
     if (recorder == nullptr) continue;
     if (!recorder->finish(now + kRecordLimit)) {
@@ -250,10 +250,13 @@ bool Supervisor::stop() {
     recorder_hangs_ |= recorder->report(monotonicNow()).waiting > Duration(0);
   }
   if (bus_.fieldLog() != nullptr) recorder_hangs_ |= bus_.fieldLog()->keeperHangs(now + kRecordLimit);
-  const bool drawn = mapper && mapper_.waitUntilSaved(last), stored = graph && mapper && graph_.waitUntilStored(last);
+  const bool drawn = mapper && mapper_.waitUntilSaved(last),
+             stored = graph && mapper && graph_.jobs().waitUntilStored(last);
   if (!graph || !mapper) return false;
   if (!drawn) logError("the map files are not saved" + std::string(mapper_.isWriting() ? kHung : ""));
-  if (!stored) logError("the map is not stored" + std::string(graph_.isWriting() ? kHung : "") + ": " + graph_.loss());
+  if (!stored)
+    logError("the map is not stored" + std::string(graph_.jobs().isWriting() ? kHung : "") + ": " +
+             graph_.jobs().loss());
   return drawn && stored;
 }
 
