@@ -33,7 +33,7 @@ class GraphWork {
   void sendChanges();
   void requestGrid();
 
-  const BackEnd& backEnd() const { return builder_->backEnd(); }
+  const auto& backEnd() const { return builder_->backEnd(); }
   const Pose2& lastPose() const { return robot_.T_map_base; }
   /// Counts up with whatever the stored map should show.
   std::int64_t changes() const;

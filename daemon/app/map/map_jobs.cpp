@@ -81,7 +81,7 @@ bool MapJobs::diskIsFree() {
 }
 
 void MapJobs::requestGrid() {
-  const BackEnd& map = work_.backEnd();
+  const auto& map = work_.backEnd();
   requested_ = {map.keyframes().size(), map.generation(), policy_.beginAttempt(work_.changes(), work_.lastPose())};
   work_.requestGrid();
 }
