@@ -32,6 +32,11 @@ struct BusCounters {
   std::atomic<std::uint64_t> drives_not_followed{0}, refused_commands{0};
   std::atomic<std::uint64_t> dropped{0}, socket_clients{0}, socket_bad{0}, socket_dropped{0}, socket_refused{0};
 
+  void refuse(Refusal refusal) {
+    ++bad_messages;
+    ++refused[static_cast<std::size_t>(refusal) - 1];
+  }
+
   template <typename Visitor>
   friend void visitCounters(const BusCounters& c, Visitor&& visit) {
     visit(CounterInfo{"lcm.published", "messages", "Sent over LCM."}, c.published);

@@ -9,7 +9,7 @@
 
 #include "app/counters.hpp"
 #include "app/log/log.hpp"
-#include "app/map_keeper.hpp"
+#include "app/map/map_keeper.hpp"
 #include "app/supervisor.hpp"
 #include "config/loader.hpp"
 #include "config/printer.hpp"

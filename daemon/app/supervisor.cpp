@@ -82,7 +82,7 @@ Supervisor::Supervisor(const Config& config)
         {.name = "lidar", .status = &lidar_->driver().status(), .expected = kLidarRate, .without = without_lidar});
   if (config_.lidar_device.driver == LidarDriver::kLcm)
     devices_.add({.name = "lidar",
-                  .status = &bus_.lidarStatus(),
+                  .status = &bus_.sensors().lidarStatus(),
                   .expected = kLcmRate,
                   .over_lcm = true,
                   .without = without_lidar});
@@ -91,20 +91,23 @@ Supervisor::Supervisor(const Config& config)
         {.name = "base", .status = base_->wheelStatus(), .expected = base_->wheelRate(), .without = without_wheels});
   if (config_.base_device.driver == BaseDriver::kLcm)
     devices_.add({.name = "base",
-                  .status = &bus_.wheelStatus(),
+                  .status = &bus_.sensors().wheelStatus(),
                   .expected = kLcmRate,
                   .over_lcm = true,
                   .without = without_wheels});
   if (base_ && base_->imuStatus())
     devices_.add({.name = "imu", .status = base_->imuStatus(), .expected = base_->imuRate(), .without = without_imu});
   if (config_.imu_device.driver == ImuDriver::kLcm)
-    devices_.add(
-        {.name = "imu", .status = &bus_.imuStatus(), .expected = kLcmRate, .over_lcm = true, .without = without_imu});
+    devices_.add({.name = "imu",
+                  .status = &bus_.sensors().imuStatus(),
+                  .expected = kLcmRate,
+                  .over_lcm = true,
+                  .without = without_imu});
 
   const DepthDeviceConfig& depth = config_.depth_device;
   if (depth.driver == DepthDriver::kOpenni2) {
     std::function<std::string()> record_to;
-    if (FieldLog* log = bus_.fieldLog(); log != nullptr && config_.log.images && depth.record.empty())
+    if (FieldLog* log = bus_.publisher().fieldLog(); log != nullptr && config_.log.images && depth.record.empty())
       record_to = [log] { return log->imagesPath(); };
     depth_ = makeDepthThread(config_, channels_.depth(), std::move(record_to));
     devices_.add({.name = "depth",
@@ -114,7 +117,7 @@ Supervisor::Supervisor(const Config& config)
   }
   if (depth.driver == DepthDriver::kLcm)
     devices_.add({.name = "depth",
-                  .status = &bus_.depthStatus(),
+                  .status = &bus_.sensors().depthStatus(),
                   .expected = kLcmRate,
                   .over_lcm = true,
                   .without = without_depth});
@@ -133,12 +136,13 @@ Supervisor::Supervisor(const Config& config)
     watchdog_.add(depth_->worker(), {.late = kReadingLate, .dead = kConnecting, .vital = false, .without = kNoCamera},
                   &depth_->driver().status());
 
-  storage_.add("map", [this](Timestamp now) { return graph_.storage(now); });
+  storage_.add("map", [this](Timestamp now) { return graph_.jobs().report(now); });
   storage_.add("map files", [this](Timestamp now) { return mapper_.storage(now); });
-  if (Recorder* recorder = bus_.recorder()) {
+  if (Recorder* recorder = bus_.publisher().recorder()) {
     storage_.add("record", [recorder](Timestamp now) { return recorder->report(now); });
   }
-  if (Recorder* log = bus_.logRecorder()) storage_.add("log", [log](Timestamp now) { return log->report(now); });
+  if (Recorder* log = bus_.publisher().logRecorder())
+    storage_.add("log", [log](Timestamp now) { return log->report(now); });
 }
 
 Supervisor::~Supervisor() {
@@ -201,14 +205,14 @@ int Supervisor::run() {
     devices_.setOverloaded(watchdog_.isOverloaded(now));
     const std::vector<Trouble> others = otherTroubles(now);
     bool news = devices_.look(now);
-    news |= std::exchange(link_seen_, bus_.linkState()) != bus_.linkState();
+    news |= std::exchange(link_seen_, bus_.publisher().linkState()) != bus_.publisher().linkState();
     devices_.setEchoes(snapshot_.echo_finding);
     log(others, now);
     const bool due = health_.measure(now);  // news does not wait
     if (due || news) health_.send(now, snapshot_, problems(others, now), counted());
   }
   const bool saved = stop();
-  if (graph_.isWriting() || mapper_.isWriting() || recorder_hangs_ || thread_hangs_ || health_.isBusy()) {
+  if (graph_.jobs().isWriting() || mapper_.isWriting() || recorder_hangs_ || thread_hangs_ || health_.isBusy()) {
     std::_Exit(saved ? 0 : 1);  // a thread that waits for a disk, or never ends its turn, cannot be joined
   }
   return saved ? 0 : 1;
@@ -239,8 +243,8 @@ bool Supervisor::stop() {
   const Timestamp now = monotonicNow();
   if (graph) graph_.finish();
   if (mapper) mapper_.finish();
-  if (graph && mapper) graph_.store(mapper_.drawn());
-  for (Recorder* recorder : {bus_.recorder(), bus_.logRecorder()}) {
+  if (graph && mapper) graph_.jobs().store(mapper_.drawn());
+  for (Recorder* recorder : {bus_.publisher().recorder(), bus_.publisher().logRecorder()}) {
     if (recorder == nullptr) continue;
     if (!recorder->finish(now + kRecordLimit)) {
       const StorageReport left = recorder->report(now);
@@ -249,11 +253,15 @@ bool Supervisor::stop() {
     }
     recorder_hangs_ |= recorder->report(monotonicNow()).waiting > Duration(0);
   }
-  if (bus_.fieldLog() != nullptr) recorder_hangs_ |= bus_.fieldLog()->keeperHangs(now + kRecordLimit);
-  const bool drawn = mapper && mapper_.waitUntilSaved(last), stored = graph && mapper && graph_.waitUntilStored(last);
+  if (bus_.publisher().fieldLog() != nullptr)
+    recorder_hangs_ |= bus_.publisher().fieldLog()->keeperHangs(now + kRecordLimit);
+  const bool drawn = mapper && mapper_.waitUntilSaved(last),
+             stored = graph && mapper && graph_.jobs().waitUntilStored(last);
   if (!graph || !mapper) return false;
   if (!drawn) logError("the map files are not saved" + std::string(mapper_.isWriting() ? kHung : ""));
-  if (!stored) logError("the map is not stored" + std::string(graph_.isWriting() ? kHung : "") + ": " + graph_.loss());
+  if (!stored)
+    logError("the map is not stored" + std::string(graph_.jobs().isWriting() ? kHung : "") + ": " +
+             graph_.jobs().loss());
   return drawn && stored;
 }
 
@@ -263,7 +271,7 @@ void Supervisor::log(const std::vector<Trouble>& others, Timestamp now) {
   for (const auto& troubles : {poseTroubles(now), sensorTroubles(), others})
     all.insert(all.end(), troubles.begin(), troubles.end());
   logLines(log_.look(all, now));
-  if (bus_.linkState() == LinkState::kConnected && !std::exchange(link_worked_, true))
+  if (bus_.publisher().linkState() == LinkState::kConnected && !std::exchange(link_worked_, true))
     logInfo("LCM connected: " + bus_.url().text);
   const bool localised = snapshot_.pose.state == LocalisationState::kLocalised;
   if (localised && !std::exchange(localised_, true) && !log_.isOpen("pose")) logInfo("pose localised");
@@ -310,7 +318,7 @@ std::vector<Trouble> Supervisor::otherTroubles(Timestamp now) const {
   std::vector<Trouble> troubles = storage_.troubles(now);
   if (base_ && *base_->finding() != '\0')
     troubles.push_back({.cause = "base settings", .text = std::string("base: ") + base_->finding(), .recovery = ""});
-  const LinkState link = bus_.linkState();
+  const LinkState link = bus_.publisher().linkState();
   if (isFault(link)) {
     const char* const lost =
         link == LinkState::kUnheard ? "commands and samples may not arrive" : "nothing is published";
@@ -327,12 +335,12 @@ std::vector<Trouble> Supervisor::otherTroubles(Timestamp now) const {
                  "restart slamd when the robot stands",
          .recovery = "the wall clock has reached the stamps"});
   }
-  if (bus_.hasRival()) {
+  if (bus_.publisher().hasRival()) {
     troubles.push_back({.cause = "SLAM_POSE",
                         .text = "LCM: " + rivalWords(config_.lcm.url),
                         .recovery = "LCM: SLAM_POSE is ours alone again"});
   }
-  if (const std::string drive = bus_.commandProblem(); !drive.empty())
+  if (const std::string drive = bus_.driveProblem(); !drive.empty())
     troubles.push_back({.cause = "SLAM_DRIVE", .text = drive, .recovery = "SLAM_DRIVE is obeyed again"});
   if (const std::string socket = bus_.socketProblem(); !socket.empty()) {
     troubles.push_back(
@@ -357,15 +365,15 @@ Counted Supervisor::counted() {
               .channels = &channels_};
   all.threads.assign(watchdog_.workers().begin(), watchdog_.workers().end());
   for (const WatchedDevice& device : devices_.devices()) all.devices.emplace_back(device.name, device.status);
-  for (const Recorder* recorder : {bus_.recorder(), bus_.logRecorder()}) {
+  for (const Recorder* recorder : {bus_.publisher().recorder(), bus_.publisher().logRecorder()}) {
     if (recorder != nullptr) all.recorders.emplace_back(recorder->name(), &recorder->counters());
   }
   if (base_) all.battery = base_->battery();
   if (base_ && config_.base_device.speed_commands) all.limited_speeds = base_->limitedSpeeds();
   if (base_ && base_->usesCan()) all.can = &can_counters_;
   all.echoes = snapshot_.echoes;
-  if (const FieldLog* log = bus_.fieldLog()) {
-    const StorageReport report = bus_.logRecorder()->report(monotonicNow());
+  if (const FieldLog* log = bus_.publisher().fieldLog()) {
+    const StorageReport report = bus_.publisher().logRecorder()->report(monotonicNow());
     const bool fails = !report.problem.empty() || report.waiting > kLogWaits;
     all.logs = !log->isRunning() ? kLogStopped : fails ? kLogFails : kLogWritten;
   }

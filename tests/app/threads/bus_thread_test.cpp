@@ -51,7 +51,7 @@ class Bus : public testing::Test {
   std::vector<LogEvent> restOf(BusThread& bus, std::int64_t messages) {
     EXPECT_TRUE(waitUntil([&] { return sent() >= messages; })) << sent() << " of " << messages;
     bus.worker().stop();
-    EXPECT_TRUE(bus.recorder()->finish(monotonicNow() + 20s));
+    EXPECT_TRUE(bus.publisher().recorder()->finish(monotonicNow() + 20s));
     std::vector<LogEvent> events;
     EventLogReader reader(folder / "record.lcm");
     for (LogEvent event; reader.next(event);) events.push_back(event);
@@ -97,13 +97,13 @@ TEST_F(Bus, TwoThatPublishThePoseNoticeEachOtherWithinTwoSeconds) {
     return condition();
   };
   if (!publishUntil(
-          false, [&] { return bus.linkState() == LinkState::kConnected; }, 5s))
+          false, [&] { return bus.publisher().linkState() == LinkState::kConnected; }, 5s))
     GTEST_SKIP() << "this machine has no multicast";
-  EXPECT_FALSE(bus.hasRival()) << "its own come back";
+  EXPECT_FALSE(bus.publisher().hasRival()) << "its own come back";
   EXPECT_TRUE(publishUntil(
-      true, [&] { return bus.hasRival() && other.hasRival(); }, 2s));
+      true, [&] { return bus.publisher().hasRival() && other.publisher().hasRival(); }, 2s));
   EXPECT_TRUE(publishUntil(
-      false, [&] { return !bus.hasRival(); }, 6s));
+      false, [&] { return !bus.publisher().hasRival(); }, 6s));
 }
 
 TEST_F(Bus, SendsWhatTheOtherThreadsHandItEachOnItsChannel) {
@@ -411,7 +411,7 @@ TEST_F(BusOfDrives, AreStoppedByAZeroWhateverItsStamp) {
     EXPECT_EQ(newest_->twist.vx, 0.0);
     EXPECT_LT(monotonicNow() - newest_->given, 1s) << "it is as new as it came";
     EXPECT_FALSE(sendUntil(drive, drives, 1s)) << "who drove goes on after a pause only";
-    EXPECT_THAT(bus_->commandProblem(), testing::HasSubstr("SLAM_DRIVE comes from 2 programs ("));
+    EXPECT_THAT(bus_->driveProblem(), testing::HasSubstr("SLAM_DRIVE comes from 2 programs ("));
     ::poll(nullptr, 0, 600);
   }
   drive_t timeless = driveOf(0.0, 0s);
@@ -437,7 +437,7 @@ TEST_F(BusOfDrives, AreThoseOfOneProgramByTheOrderThatIsConfigured) {
     EXPECT_EQ(followed, order == DriveOrder::kLast);
     EXPECT_GT(channels->bus_counters.drives_not_followed, 0U);
     EXPECT_TRUE(sendUntil([&] { send(a_, 0.25), send(b_, 0.5); },
-                          [&] { return bus_->commandProblem().find("2 programs") != std::string::npos; }));
+                          [&] { return bus_->driveProblem().find("2 programs") != std::string::npos; }));
     bus_.reset();
   }
 }

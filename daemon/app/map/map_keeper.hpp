@@ -19,7 +19,7 @@
 
 namespace slam {
 
-/// Which map slamd works on, and when it is written. Writes nothing in mode "localise" or without store.directory.
+/// Which map slamd works on, and how it is written. Writes nothing in mode "localise" or without store.directory.
 ///
 /// A disk ends nothing: a map that cannot be used, and one that cannot be written, are a problem() in words and are
 /// tried again, and so is a folder that somebody removed. One thread at a time; problem() from any.
@@ -55,18 +55,15 @@ class MapKeeper {
   /// What is not read or written and why, what slamd does meanwhile, and the fix; empty: nothing.
   std::string problem() const { return problem_.get(); }
 
-  /// What is new goes to the journal, every journal_period. @param changes counts up with the map's changes
-  bool journalDue(Timestamp now, const Pose2& T_map_base, std::int64_t changes) const;
-  /// @param seen by the depth camera since it was written last @return false when it could not be written
-  bool journal(Timestamp now, const MapState& map, std::span<const MapView> seen, std::int64_t changes);
-  /// Whether there is one that can go on.
-  bool hasJournal() const { return store_ && checkpointed_changes_ >= 0; }
-  /// Whether a new generation should be written.
-  bool checkpointDue(Timestamp now, std::int64_t changes) const;
-  /// Whether one may be written: now, not long behind a failure.
-  bool checkpointAllowed(Timestamp now) const { return store_ && retry_.due(now); }
-  /// @param seen as in journal() @return false when it could not be written
-  bool checkpoint(Timestamp now, const MapState& map, std::int64_t changes, std::span<const MapView> seen = {});
+  /// Whether one of these two may be tried: now, not long behind a failure.
+  bool mayWrite(Timestamp now) const { return store_ && retry_.due(now); }
+  /// Whether there is a journal that can go on.
+  bool hasJournal() const { return store_ && has_journal_; }
+  /// Appends what is new. @param seen by the depth camera since it was written last
+  /// @return false when it could not be written
+  bool journal(Timestamp now, const MapState& map, std::span<const MapView> seen = {});
+  /// Writes a new generation. @param seen as in journal() @return false when it could not be written
+  bool checkpoint(Timestamp now, const MapState& map, std::span<const MapView> seen = {});
   /// Writes the map under another name; the present one stays. @throws std::runtime_error
   void saveAs(const std::string& name, const MapState& map) const;
 
@@ -87,14 +84,12 @@ class MapKeeper {
   bool awaits_ = false;               // the configured map cannot be used yet
   std::unique_ptr<FolderLock> lock_;  // of the map's folder
   std::unique_ptr<MapStore> store_;   // nullptr: not written, or not yet
+  bool has_journal_ = false;          // a checkpoint of this slamd, and all behind it is on the disk
   int generation_ = 0;                // newest one on disk when the map was opened, or the disk went
   std::atomic<int> stored_{0};        // keyframes of the map on the disk ...
   int known_ = 0;                     // ... and of all, when it was written or was to be
   std::time_t written_ = 0;           // [s since the epoch] last; 0: not since slamd was started
-  Timestamp journalled_{}, checkpointed_{};
-  std::int64_t journalled_changes_ = -1, checkpointed_changes_ = -1;
-  Pose2 journalled_pose_;
-  std::string leftover_;  // of older generations, as told last
+  std::string leftover_;              // of older generations, as told last
   SharedText problem_;
   Retry retry_{std::chrono::seconds(1), std::chrono::seconds(30)};
 };

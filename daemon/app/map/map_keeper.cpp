@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "app/map_keeper.hpp"
+#include "app/map/map_keeper.hpp"
 
 #include <cerrno>
-#include <cmath>
 #include <ctime>
 #include <filesystem>
 #include <stdexcept>
@@ -13,8 +12,6 @@
 
 namespace slam {
 namespace {
-
-constexpr double kPoseMoved = 0.1;  // [m, rad] a pose that differs less is not written again
 
 bool isPicture(const std::string& map) { return std::filesystem::path(map).extension() == ".yaml"; }
 
@@ -149,7 +146,7 @@ void MapKeeper::keep(const std::string& name, Timestamp now) {
   store_ = std::move(store);
   name_ = name;
   generation_ = generation;
-  journalled_changes_ = checkpointed_changes_ = -1;
+  has_journal_ = false;
   if (!store_) fail(now, problem);
 }
 
@@ -231,16 +228,7 @@ void MapKeeper::beginNew(Timestamp now) {
   if (store_) succeed();
 }
 
-bool MapKeeper::journalDue(Timestamp now, const Pose2& T_map_base, std::int64_t changes) const {
-  if (!store_ || checkpointed_changes_ < 0 || !retry_.due(now)) return false;
-  if (toSeconds(now - journalled_) < config_.store.journal_period) return false;
-  const Pose2 moved = between(journalled_pose_, T_map_base);
-  return changes != journalled_changes_ || std::hypot(moved.x, moved.y) > kPoseMoved ||
-         std::abs(moved.theta) > kPoseMoved;
-}
-
-bool MapKeeper::journal(Timestamp now, const MapState& map, std::span<const MapView> seen, std::int64_t changes) {
-  journalled_ = now;
+bool MapKeeper::journal(Timestamp now, const MapState& map, std::span<const MapView> seen) {
   bool appended = false;
   const bool written = attempt(now, map, [&] {
     store_->append(map, seen);
@@ -248,27 +236,17 @@ bool MapKeeper::journal(Timestamp now, const MapState& map, std::span<const MapV
     store_->sync();
   });
   // What a disk has once failed to sync it may have lost, and it does not say so again: all is to be written anew.
-  if (!written && appended) checkpointed_changes_ = -1;
-  if (!written) return false;
-  journalled_changes_ = changes;
-  journalled_pose_ = map.T_map_base;
-  return true;
+  if (!written && appended) has_journal_ = false;
+  return written;
 }
 
-bool MapKeeper::checkpointDue(Timestamp now, std::int64_t changes) const {
-  if (!checkpointAllowed(now) || changes == checkpointed_changes_) return false;
-  return checkpointed_changes_ < 0 || toSeconds(now - checkpointed_) >= config_.store.checkpoint_period;
-}
-
-bool MapKeeper::checkpoint(Timestamp now, const MapState& map, std::int64_t changes, std::span<const MapView> seen) {
-  checkpointed_ = now;
+bool MapKeeper::checkpoint(Timestamp now, const MapState& map, std::span<const MapView> seen) {
   if (!store_ || !attempt(now, map, [&] { store_->checkpoint(map, seen); })) return false;
   if (const std::string& leftover = store_->leftover(); leftover != leftover_) {
     leftover_ = leftover;
     if (!leftover.empty()) logWarning(leftover + "; it takes room, the map is stored all the same; remove it by hand");
   }
-  checkpointed_changes_ = journalled_changes_ = changes;
-  journalled_pose_ = map.T_map_base;
+  has_journal_ = true;
   return true;
 }
 

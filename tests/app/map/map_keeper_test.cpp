@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "app/map_keeper.hpp"
+#include "app/map/map_keeper.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -84,12 +84,12 @@ TEST_F(MapKeeping, GoesOnInTheMapOfTheLastRunWhateverTheClocksSaid) {
   {
     MapKeeper keeper(config);
     keeper.begin(kNow);
-    ASSERT_TRUE(keeper.checkpoint(kNow, ChangingMap(3).map, 1));
+    ASSERT_TRUE(keeper.checkpoint(kNow, ChangingMap(3).map));
     for (const auto& entry : fs::directory_iterator(folder / "maps" / keeper.name())) {
       fs::last_write_time(entry.path(), fs::file_time_type::clock::now() + 24h * 3650);  // a clock ten years ahead
     }
     keeper.beginNew(kNow + 1s);
-    ASSERT_TRUE(keeper.checkpoint(kNow + 1s, ChangingMap(6).map, 1));
+    ASSERT_TRUE(keeper.checkpoint(kNow + 1s, ChangingMap(6).map));
     last = keeper.name();
   }
   MapKeeper keeper(config);
@@ -117,7 +117,7 @@ TEST_F(MapKeeping, WhatLiesBesideAGoodMapBeginsNoNewOne) {
   }
   MapKeeper keeper(config);
   keeper.begin(kNow);
-  ASSERT_TRUE(keeper.checkpoint(kNow, ChangingMap(7).map, 1)) << keeper.problem();
+  ASSERT_TRUE(keeper.checkpoint(kNow, ChangingMap(7).map)) << keeper.problem();
   EXPECT_EQ(newestKeyframes("home"), 7);
 }
 
@@ -128,7 +128,7 @@ TEST_F(MapKeeping, StoresTheMapThoughAnOlderGenerationCannotBeRemoved) {
   MapKeeper keeper(config);
   keeper.begin(kNow);
   for (int i = 0; i < 4; ++i) {
-    EXPECT_TRUE(keeper.checkpoint(kNow, ChangingMap(6 + i).map, i));
+    EXPECT_TRUE(keeper.checkpoint(kNow, ChangingMap(6 + i).map));
     EXPECT_EQ(keeper.problem(), "");
     EXPECT_EQ(keeper.stored(), 6 + i);
     EXPECT_TRUE(keeper.hasJournal());
@@ -139,12 +139,12 @@ TEST_F(MapKeeping, StoresTheMapThoughAnOlderGenerationCannotBeRemoved) {
 TEST_F(MapKeeping, StoresNoMapThatItCouldNotReadAgain) {
   MapKeeper keeper(config);
   keeper.begin(kNow);
-  ASSERT_TRUE(keeper.checkpoint(kNow, ChangingMap(5).map, 1));
+  ASSERT_TRUE(keeper.checkpoint(kNow, ChangingMap(5).map));
   ChangingMap far(6);
   far.map.T_map_base.x = std::numeric_limits<double>::infinity();
-  EXPECT_FALSE(keeper.journal(kNow + 1s, far.map, {}, 2));
+  EXPECT_FALSE(keeper.journal(kNow + 1s, far.map));
   for (int i = 0; i < 3; ++i) {
-    EXPECT_FALSE(keeper.checkpoint(kNow + 60s, far.map, 2));
+    EXPECT_FALSE(keeper.checkpoint(kNow + 60s, far.map));
     EXPECT_THAT(keeper.problem(),
                 testing::MatchesRegex("not written since .*the map is not stored, 1 of 6 "
                                       "keyframes are in memory alone, slamd tries again; .*slamctl reset.*"));
@@ -173,8 +173,7 @@ TEST_F(MapKeeping, BeginsANewMapWhereThereIsNone) {
   MapKeeper nowhere(config);
   EXPECT_EQ(nowhere.begin(kNow).keyframes.size(), 0);
   EXPECT_FALSE(nowhere.writes());
-  EXPECT_FALSE(nowhere.checkpointDue(Timestamp(1h), 1));
-  EXPECT_FALSE(nowhere.journalDue(Timestamp(1h), {}, 1));
+  EXPECT_FALSE(nowhere.mayWrite(Timestamp(1h)));
 }
 
 TEST_F(MapKeeping, ReadsOnlyWhereItLocalises) {
@@ -183,8 +182,8 @@ TEST_F(MapKeeping, ReadsOnlyWhereItLocalises) {
   MapKeeper keeper(config);
   EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 5);
   EXPECT_FALSE(keeper.writes());
-  EXPECT_FALSE(keeper.checkpointDue(Timestamp(1h), 1));
-  EXPECT_FALSE(keeper.checkpoint(Timestamp(1h), ChangingMap().map, 1));
+  EXPECT_FALSE(keeper.mayWrite(Timestamp(1h)));
+  EXPECT_FALSE(keeper.checkpoint(Timestamp(1h), ChangingMap().map));
   EXPECT_EQ(newestKeyframes("home"), 5);
 }
 
@@ -195,10 +194,10 @@ TEST_F(MapKeeping, ChangesTheMode) {
   EXPECT_EQ(keeper.changeMode(true, kNow).keyframes.size(), 5);
   EXPECT_TRUE(keeper.localises());
   EXPECT_FALSE(keeper.writes());
-  EXPECT_FALSE(keeper.checkpoint(Timestamp(1h), ChangingMap().map, 1));
+  EXPECT_FALSE(keeper.checkpoint(Timestamp(1h), ChangingMap().map));
   EXPECT_EQ(MapKeeper(config).begin(kNow).keyframes.size(), 5) << "who else extends it may";
   EXPECT_EQ(keeper.changeMode(false, kNow).keyframes.size(), 5);
-  EXPECT_TRUE(keeper.checkpoint(Timestamp(1h), ChangingMap(7).map, 1));
+  EXPECT_TRUE(keeper.checkpoint(Timestamp(1h), ChangingMap(7).map));
   EXPECT_EQ(newestKeyframes("home"), 7);
 }
 
@@ -207,7 +206,7 @@ TEST_F(MapKeeping, KeepsTheModeWhereTheOtherHasNoMap) {
   keeper.begin(kNow);
   EXPECT_THROW(keeper.changeMode(true, kNow), std::runtime_error);
   EXPECT_FALSE(keeper.localises());
-  EXPECT_TRUE(keeper.checkpoint(Timestamp(1h), ChangingMap(3).map, 1)) << keeper.problem();
+  EXPECT_TRUE(keeper.checkpoint(Timestamp(1h), ChangingMap(3).map)) << keeper.problem();
 
   config.mode = RunMode::kLocalise;
   config.store.directory = folder / "none";
@@ -261,7 +260,7 @@ TEST_F(MapKeeping, WaitsForAMapToLocaliseIn) {
   EXPECT_EQ(found->keyframes.size(), 5);
   EXPECT_EQ(keeper.problem(), "");
   EXPECT_FALSE(keeper.retryDue(kNow + 1000s));
-  EXPECT_FALSE(keeper.checkpoint(kNow + 4s, *found, 1));
+  EXPECT_FALSE(keeper.checkpoint(kNow + 4s, *found));
 }
 
 TEST_F(MapKeeping, UsesNoMapOfAnotherLidar) {
@@ -291,7 +290,7 @@ TEST_F(MapKeeping, LeavesADamagedNewestMapAndBeginsANewOne) {
     MapKeeper keeper(config);
     EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 0);
     EXPECT_NE(keeper.name(), "home");
-    for (int i = 0; i < 4; ++i) EXPECT_TRUE(keeper.checkpoint(Timestamp(1h), ChangingMap(3 + i).map, i));
+    for (int i = 0; i < 4; ++i) EXPECT_TRUE(keeper.checkpoint(Timestamp(1h), ChangingMap(3 + i).map));
     EXPECT_EQ(names().size(), 2U);
   }
   EXPECT_EQ(contentOf(folder / "maps/home/000001/keyframes.bin"), before);
@@ -300,7 +299,7 @@ TEST_F(MapKeeping, LeavesADamagedNewestMapAndBeginsANewOne) {
   EXPECT_THAT(refusal(), AllOf(HasSubstr("keyframes.bin: is damaged"), HasSubstr("a new map that is not stored")));
   MapKeeper keeper(config);
   keeper.begin(kNow);
-  EXPECT_FALSE(keeper.checkpoint(kNow, ChangingMap().map, 1)) << "that would bury it";
+  EXPECT_FALSE(keeper.checkpoint(kNow, ChangingMap().map)) << "that would bury it";
   EXPECT_EQ(contentOf(folder / "maps/home/000001/keyframes.bin"), before);
   for (Timestamp now = kNow; now < kNow + 100s; now += 1s) {
     if (!keeper.retryDue(now)) continue;
@@ -313,7 +312,7 @@ TEST_F(MapKeeping, LeavesADamagedNewestMapAndBeginsANewOne) {
   ASSERT_TRUE(healed);
   EXPECT_EQ(healed->keyframes.size(), 7);
   EXPECT_EQ(keeper.problem(), "");
-  EXPECT_TRUE(keeper.checkpoint(kNow + 201s, ChangingMap(8).map, 1));
+  EXPECT_TRUE(keeper.checkpoint(kNow + 201s, ChangingMap(8).map));
   EXPECT_EQ(newestKeyframes("home"), 8);
 }
 
@@ -324,16 +323,17 @@ TEST_F(MapKeeping, ExtendsAMapOnADiskThatCannotBeWritten) {
   EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 5) << "the robot goes on in it";
   EXPECT_EQ(keeper.name(), "home");
   EXPECT_THAT(keeper.problem(), AllOf(HasSubstr("lock"), HasSubstr("the map is not stored"), HasSubstr("tries again")));
-  EXPECT_FALSE(keeper.checkpointDue(kNow + 100s, 1));
-  EXPECT_FALSE(keeper.checkpoint(kNow, ChangingMap(6).map, 1));
+  EXPECT_FALSE(keeper.mayWrite(kNow + 100s));
+  EXPECT_FALSE(keeper.checkpoint(kNow, ChangingMap(6).map));
   EXPECT_FALSE(keeper.retry(kNow + 1s));
   EXPECT_NE(keeper.problem(), "");
   fs::remove(folder / "maps/home/lock");
   ASSERT_TRUE(keeper.retryDue(kNow + 10s));
   EXPECT_FALSE(keeper.retry(kNow + 10s)) << "the robot is in it already";
   EXPECT_EQ(keeper.problem(), "");
-  ASSERT_TRUE(keeper.checkpointDue(kNow + 11s, 1));
-  EXPECT_TRUE(keeper.checkpoint(kNow + 11s, ChangingMap(6).map, 1));
+  ASSERT_TRUE(keeper.mayWrite(kNow + 11s));
+  EXPECT_FALSE(keeper.hasJournal());
+  EXPECT_TRUE(keeper.checkpoint(kNow + 11s, ChangingMap(6).map));
   EXPECT_EQ(newestKeyframes("home"), 6);
 }
 
@@ -348,7 +348,7 @@ TEST_F(MapKeeping, WritesOverNobodysMapWhenTheDiskCanBeWrittenAgain) {
   fs::remove(folder / "maps/home/lock");
   EXPECT_FALSE(keeper.retry(kNow + 10s));
   EXPECT_NE(keeper.name(), "home");
-  EXPECT_TRUE(keeper.checkpoint(kNow + 11s, ChangingMap(6).map, 1));
+  EXPECT_TRUE(keeper.checkpoint(kNow + 11s, ChangingMap(6).map));
   EXPECT_EQ(newestKeyframes("home"), 9);
   EXPECT_EQ(newestKeyframes(keeper.name()), 6);
 }
@@ -361,11 +361,11 @@ TEST_F(MapKeeping, BeginsWithoutTheFolderOfAllMapsAndStoresWhenItCanBeMade) {
     MapKeeper keeper(config);
     EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 0);
     EXPECT_THAT(keeper.problem(), AllOf(HasSubstr("disk/maps"), HasSubstr("or make the folder")));
-    EXPECT_FALSE(keeper.checkpoint(kNow, ChangingMap(3).map, 1));
+    EXPECT_FALSE(keeper.checkpoint(kNow, ChangingMap(3).map));
     fs::remove_all(folder / "disk");
     EXPECT_FALSE(keeper.retry(kNow + 5s));
     EXPECT_EQ(keeper.problem(), "");
-    EXPECT_TRUE(keeper.checkpoint(kNow + 6s, ChangingMap(3).map, 1));
+    EXPECT_TRUE(keeper.checkpoint(kNow + 6s, ChangingMap(3).map));
     EXPECT_EQ(MapStore::list(config.store.directory).size(), 1U);
     fs::remove_all(folder / "disk");
     folder.write("disk", "not mounted yet");
@@ -390,15 +390,15 @@ TEST_F(MapKeeping, StoresTheWholeMapAgainWhereItsFolderWasRemoved) {
   MapKeeper keeper(config);
   keeper.begin(kNow);
   ChangingMap changing;
-  ASSERT_TRUE(keeper.checkpoint(kNow, changing.map, 1));
+  ASSERT_TRUE(keeper.checkpoint(kNow, changing.map));
   fs::remove_all(folder / "maps");
   changing.addKeyframe(true);
-  EXPECT_FALSE(keeper.journal(kNow + 10s, changing.map, {}, 2)) << "into a file without a name";
+  EXPECT_FALSE(keeper.journal(kNow + 10s, changing.map)) << "into a file without a name";
   EXPECT_THAT(keeper.problem(), HasSubstr("removed the map's folder"));
   EXPECT_FALSE(keeper.retry(kNow + 20s));
-  EXPECT_FALSE(keeper.journalDue(kNow + 21s, {}, 3)) << "there is nothing that it would follow";
-  ASSERT_TRUE(keeper.checkpointDue(kNow + 21s, 3));
-  EXPECT_TRUE(keeper.checkpoint(kNow + 21s, changing.map, 3));
+  EXPECT_FALSE(keeper.hasJournal()) << "there is nothing that it would follow";
+  ASSERT_TRUE(keeper.mayWrite(kNow + 21s));
+  EXPECT_TRUE(keeper.checkpoint(kNow + 21s, changing.map));
   EXPECT_EQ(newestKeyframes(keeper.name()), 5);
 }
 
@@ -408,21 +408,20 @@ TEST_F(MapKeeping, BeginsInANamedFolderThatNothingWasStoredIn) {
   MapKeeper keeper(config);
   EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 0);
   EXPECT_EQ(keeper.problem(), "");
-  EXPECT_TRUE(keeper.checkpoint(kNow, ChangingMap(3).map, 1));
+  EXPECT_TRUE(keeper.checkpoint(kNow, ChangingMap(3).map));
 }
 
 TEST_F(MapKeeping, TriesToWriteLessOftenWhileItFails) {
-  config.store.journal_period = 0.1;
   MapKeeper keeper(config);
   keeper.begin(kNow);
   ChangingMap changing;
-  ASSERT_TRUE(keeper.checkpoint(kNow, changing.map, 1));
+  ASSERT_TRUE(keeper.checkpoint(kNow, changing.map));
   const test::FileSizeLimit limit(20);
   int attempts = 0;
   for (Timestamp now = kNow + 1s; now < kNow + 101s; now += 50ms) {
     changing.touch();
-    if (!keeper.journalDue(now, {}, 2)) continue;
-    EXPECT_FALSE(keeper.journal(now, changing.map, {}, 2));
+    if (!keeper.mayWrite(now)) continue;
+    EXPECT_FALSE(keeper.journal(now, changing.map));
     ++attempts;
   }
   EXPECT_GE(attempts, 4);
@@ -432,7 +431,7 @@ TEST_F(MapKeeping, TriesToWriteLessOftenWhileItFails) {
 TEST_F(MapKeeping, TakesNoOtherMapsFolderForANewOne) {
   MapKeeper first(config), second(config);
   first.begin(kNow);
-  EXPECT_TRUE(first.checkpoint(Timestamp(1h), ChangingMap().map, 1));
+  EXPECT_TRUE(first.checkpoint(Timestamp(1h), ChangingMap().map));
   damage(first.name());
   second.begin(kNow);  // within the same second
   EXPECT_NE(first.name(), second.name());
@@ -452,7 +451,7 @@ TEST_F(MapKeeping, ChangesToAnotherMapOrStaysInTheOneItHas) {
     EXPECT_NE(refusalOf([&] { keeper.load(bad, kNow); }), "") << bad;
     EXPECT_EQ(keeper.name(), "hall");
   }
-  EXPECT_TRUE(keeper.checkpoint(Timestamp(1h), ChangingMap(4).map, 1));
+  EXPECT_TRUE(keeper.checkpoint(Timestamp(1h), ChangingMap(4).map));
   EXPECT_EQ(newestKeyframes("hall"), 4);
   EXPECT_EQ(newestKeyframes("home"), 5);
 }
@@ -465,7 +464,7 @@ TEST_F(MapKeeping, SavesACopyUnderAnotherName) {
   EXPECT_EQ(keeper.name(), "home");
   EXPECT_EQ(newestKeyframes("copy"), 5);
   EXPECT_THROW(keeper.saveAs("../copy", map), std::runtime_error);
-  EXPECT_TRUE(keeper.checkpoint(Timestamp(1h), map, 1));
+  EXPECT_TRUE(keeper.checkpoint(Timestamp(1h), map));
   keeper.saveAs("later", map);
   EXPECT_EQ(MapStore::newest(config.store.directory), "home") << "a copy is not what a start continues";
 }
@@ -497,61 +496,29 @@ TEST_F(MapKeeping, LeavesAMapToWhoWritesIt) {
   EXPECT_NO_THROW(MapKeeper(other).begin(kNow)) << "who only reads needs no lock";
 }
 
-TEST_F(MapKeeping, WritesACheckpointAtOnceAndThenByItsPeriod) {
-  config.store.checkpoint_period = 60.0;
-  MapKeeper keeper(config);
-  keeper.begin(kNow);
-  const ChangingMap changing;
-  EXPECT_TRUE(keeper.checkpointDue(Timestamp(100s), 1)) << "there is no journal before it";
-  EXPECT_FALSE(keeper.journalDue(Timestamp(100s), {}, 1));
-  EXPECT_TRUE(keeper.checkpoint(Timestamp(100s), changing.map, 1));
-  EXPECT_FALSE(keeper.checkpointDue(Timestamp(500s), 1)) << "nothing changed";
-  EXPECT_FALSE(keeper.checkpointDue(Timestamp(159s), 2));
-  EXPECT_TRUE(keeper.checkpointDue(Timestamp(160s), 2));
-}
-
-TEST_F(MapKeeping, WritesTheJournalWhenSomethingChangedOrTheRobotMoved) {
-  config.store.journal_period = 2.0;
-  MapKeeper keeper(config);
-  keeper.begin(kNow);
-  ChangingMap changing;
-  const Pose2 pose = changing.map.T_map_base;
-  EXPECT_TRUE(keeper.checkpoint(Timestamp(100s), changing.map, 1));
-  EXPECT_FALSE(keeper.journalDue(Timestamp(200s), pose * Pose2{0.05, 0.0, 0.05}, 1));
-  EXPECT_TRUE(keeper.journalDue(Timestamp(200s), pose * Pose2{0.11, 0.0, 0.0}, 1));
-  EXPECT_TRUE(keeper.journalDue(Timestamp(200s), pose * Pose2{0.0, 0.0, -0.11}, 1));
-  EXPECT_TRUE(keeper.journalDue(Timestamp(200s), pose, 2));
-  changing.addKeyframe(true);
-  keeper.journal(Timestamp(200s), changing.map, {}, 2);
-  EXPECT_FALSE(keeper.journalDue(Timestamp(300s), pose, 2));
-  EXPECT_FALSE(keeper.journalDue(Timestamp(201s), pose, 3));
-  EXPECT_TRUE(keeper.journalDue(Timestamp(202s), pose, 3));
-  EXPECT_EQ(newestKeyframes(keeper.name()), 5);
-}
-
 TEST_F(MapKeeping, NamesAFullDiskWhileItIsFull) {
   MapKeeper keeper(config);
   keeper.begin(kNow);
   ChangingMap changing;
-  ASSERT_TRUE(keeper.checkpoint(Timestamp(100s), changing.map, 1));
+  ASSERT_TRUE(keeper.checkpoint(Timestamp(100s), changing.map));
   for (int i = 0; i < 6; ++i) changing.addKeyframe(true);
-  ASSERT_TRUE(keeper.journal(Timestamp(101s), changing.map, {}, 1));
+  ASSERT_TRUE(keeper.journal(Timestamp(101s), changing.map));
   EXPECT_EQ(keeper.problem(), "");
   {
     const test::FileSizeLimit limit(600);  // the journal is longer
     for (int i = 2; i < 12; ++i) {
       changing.addKeyframe(true);
-      keeper.journal(Timestamp(i * 100s), changing.map, {}, i);
-      EXPECT_TRUE(keeper.journalDue(Timestamp(i * 100s + 50s), changing.map.T_map_base, i)) << "it is tried again";
-      EXPECT_FALSE(keeper.checkpoint(Timestamp(i * 100s), changing.map, i));
-      EXPECT_TRUE(keeper.checkpointDue(Timestamp(i * 100s + 1000s), i));
+      keeper.journal(Timestamp(i * 100s), changing.map);
+      EXPECT_TRUE(keeper.mayWrite(Timestamp(i * 100s + 50s))) << "it is tried again";
+      EXPECT_TRUE(keeper.hasJournal());
+      EXPECT_FALSE(keeper.checkpoint(Timestamp(i * 100s), changing.map));
       EXPECT_THAT(keeper.problem(), HasSubstr("not stored"));
     }
   }
-  keeper.journal(Timestamp(2000s), changing.map, {}, 12);
+  keeper.journal(Timestamp(2000s), changing.map);
   EXPECT_EQ(newestKeyframes(keeper.name()), 20) << "also what was refused before";
   changing.addKeyframe(true);
-  EXPECT_TRUE(keeper.checkpoint(Timestamp(2100s), changing.map, 13));
+  EXPECT_TRUE(keeper.checkpoint(Timestamp(2100s), changing.map));
   EXPECT_EQ(keeper.problem(), "");
   EXPECT_EQ(newestKeyframes(keeper.name()), 21);
 }
@@ -560,13 +527,13 @@ TEST_F(MapKeeping, SaysSinceWhenAndHowMuchIsNotOnTheDisk) {
   MapKeeper keeper(config);
   keeper.begin(kNow);
   ChangingMap changing;
-  ASSERT_TRUE(keeper.checkpoint(Timestamp(100s), changing.map, 1));
+  ASSERT_TRUE(keeper.checkpoint(Timestamp(100s), changing.map));
   const int stored = changing.map.keyframes.size();
   EXPECT_EQ(keeper.stored(), stored);
   for (int i = 0; i < 6; ++i) changing.addKeyframe(true);
   {
     const test::FileSizeLimit limit(100);
-    EXPECT_FALSE(keeper.journal(Timestamp(200s), changing.map, {}, 2));
+    EXPECT_FALSE(keeper.journal(Timestamp(200s), changing.map));
   }
   EXPECT_EQ(keeper.stored(), stored);
   EXPECT_THAT(keeper.problem(),
@@ -574,7 +541,7 @@ TEST_F(MapKeeping, SaysSinceWhenAndHowMuchIsNotOnTheDisk) {
                   "not written since [0-9][0-9]:[0-9][0-9]: .*journal.*File too large; the map is not "
                   "stored, 6 of " +
                   std::to_string(stored + 6) + " keyframes are in memory alone, slamd tries again; make room.*"));
-  EXPECT_TRUE(keeper.journal(Timestamp(300s), changing.map, {}, 2));
+  EXPECT_TRUE(keeper.journal(Timestamp(300s), changing.map));
   EXPECT_EQ(keeper.stored(), stored + 6);
 }
 
@@ -582,18 +549,18 @@ TEST_F(MapKeeping, GoesOnInItsMapWhenTheDiskIsBack) {
   MapKeeper keeper(config);
   keeper.begin(kNow);
   ChangingMap changing;
-  ASSERT_TRUE(keeper.checkpoint(Timestamp(100s), changing.map, 1));
+  ASSERT_TRUE(keeper.checkpoint(Timestamp(100s), changing.map));
   const std::string name = keeper.name();
   fs::rename(folder / "maps", folder / "away");
   changing.addKeyframe(true);
-  EXPECT_FALSE(keeper.journal(Timestamp(200s), changing.map, {}, 2));
+  EXPECT_FALSE(keeper.journal(Timestamp(200s), changing.map));
   EXPECT_THAT(keeper.problem(), HasSubstr("not written since"));
   ASSERT_TRUE(keeper.retryDue(Timestamp(300s)));
   fs::rename(folder / "away", folder / "maps");
   keeper.retry(Timestamp(300s));
   EXPECT_EQ(keeper.name(), name) << "nobody else has written it";
-  ASSERT_TRUE(keeper.checkpointDue(Timestamp(300s), 2));
-  EXPECT_TRUE(keeper.checkpoint(Timestamp(300s), changing.map, 2)) << keeper.problem();
+  ASSERT_TRUE(keeper.mayWrite(Timestamp(300s)));
+  EXPECT_TRUE(keeper.checkpoint(Timestamp(300s), changing.map)) << keeper.problem();
   EXPECT_EQ(keeper.problem(), "");
   EXPECT_EQ(newestKeyframes(name), changing.map.keyframes.size());
 }
