@@ -215,6 +215,41 @@ class LineTimes {
   std::optional<Stamp> before_;  // of the newest line
 };
 
+/// Whether ODOM lines and laser lines tell the same way: in corrected logs only one of them is as the robot measured
+/// it.
+class OdomLines {
+ public:
+  /// @param robot in a laser line, stamp [us] of it
+  void addLaser(const Pose2& robot, std::int64_t stamp) {
+    if (last_laser_ && !(last_laser_->first == robot)) laser_moves_ = true;
+    last_laser_ = {robot, stamp};
+  }
+  void addOdom(const Pose2& robot, std::int64_t stamp) {
+    if (lines_++ > 0 && !(robot == last_odom_)) odom_moves_ = true;
+    last_odom_ = robot;
+    if (!last_laser_) return;
+    const auto& [robot_then, then] = *last_laser_;
+    const double off = std::hypot(robot.x - robot_then.x, robot.y - robot_then.y);
+    const double seconds = std::min(5.0, 1e-6 * static_cast<double>(std::abs(stamp - then)));
+    if (off <= 0.1 + 2.0 * seconds) return;  // [m] what the wheels may have driven since
+    ++off_;
+    farthest_ = std::max(farthest_, off);
+  }
+
+  bool corrected() const { return off_ >= 2 && 10 * off_ > lines_; }
+  bool areAllThatMoves() const { return corrected() && !laser_moves_ && odom_moves_; }
+  int lines() const { return lines_; }
+  int off() const { return off_; }               ///< of them, the robot elsewhere than in the laser lines
+  double farthest() const { return farthest_; }  ///< [m] off the odometry of the laser lines
+
+ private:
+  std::optional<std::pair<Pose2, std::int64_t>> last_laser_;  // the robot's pose, and [us]
+  Pose2 last_odom_;
+  int lines_ = 0, off_ = 0;
+  double farthest_ = 0.0;  // [m]
+  bool laser_moves_ = false, odom_moves_ = false;
+};
+
 class Carmen : public Reader {
  public:
   Carmen(const std::filesystem::path& in, const CarmenOptions& options)
@@ -258,8 +293,8 @@ class Carmen : public Reader {
       to.codes.erase(std::unique(to.codes.begin(), to.codes.end(), isCode), to.codes.end());
     }
     if (stamps_.lines > 0 && !stamps_.serves()) chooseClock(to.recording);
-    corrected_ = odom_off_ >= 2 && 10 * odom_off_ > odom_lines_;
-    odom_only_ = corrected_ && !laser_odometry_moves_ && odom_moves_;
+    corrected_ = odom_.corrected();
+    odom_only_ = odom_.areAllThatMoves();
     use_odom_ = (!corrected_ || odom_only_) && clock_ != Clock::kPeriod;
   }
 
@@ -278,7 +313,7 @@ class Carmen : public Reader {
       std::snprintf(
           words, sizeof(words),
           "%d ODOM lines: %d lie up to %.1f m off the odometry of the laser lines, so they are corrected poses",
-          odom_lines_, odom_off_, odom_farthest_);
+          odom_.lines(), odom_.off(), odom_.farthest());
       recording.unused.emplace_back(words);
       recording.notes.emplace_back(
           "the ODOM lines hold corrected poses, which are no wheels: the laser lines' odometry was used alone");
@@ -316,20 +351,11 @@ class Carmen : public Reader {
     stamps_.add(line.stamp);
     loggers_.add(line.logger);
     if (mounts_.size() < kMostMounts) mounts_.push_back(between(line.robot, line.laser));
-    if (last_laser_ && !(last_laser_->first == line.robot)) laser_odometry_moves_ = true;
-    last_laser_ = {line.robot, *line.stamp};
+    odom_.addLaser(line.robot, *line.stamp);
   }
   void surveyOdom(const Line& line) {
     surveyStamp(line);
-    if (odom_lines_++ > 0 && !(line.robot == last_odom_)) odom_moves_ = true;
-    last_odom_ = line.robot;
-    if (!last_laser_) return;
-    const auto& [robot, stamp] = *last_laser_;
-    const double off = std::hypot(line.robot.x - robot.x, line.robot.y - robot.y);
-    const double seconds = std::min(5.0, 1e-6 * static_cast<double>(std::abs(*line.stamp - stamp)));
-    if (off <= 0.1 + 2.0 * seconds) return;  // [m] what the wheels may have driven since
-    ++odom_off_;
-    odom_farthest_ = std::max(odom_farthest_, off);
+    odom_.addOdom(line.robot, *line.stamp);
   }
   void readOther(const std::vector<std::string_view>& words, Assembler& to) {
     constexpr std::size_t kMostKinds = 32, kLongest = 24;
@@ -386,12 +412,8 @@ class Carmen : public Reader {
   std::vector<Pose2> mounts_;  // laser in the robot's frame
   std::map<std::string, double, std::less<>> parameters_;
   StampCount stamps_, loggers_;
-  std::optional<LineTimes::Stamp> first_;                     // of the first line that has one
-  std::optional<std::pair<Pose2, std::int64_t>> last_laser_;  // the robot's pose, and [us]
-  Pose2 last_odom_;
-  int odom_lines_ = 0, odom_off_ = 0;
-  double odom_farthest_ = 0.0;  // [m] off the odometry of the laser lines
-  bool laser_odometry_moves_ = false, odom_moves_ = false;
+  std::optional<LineTimes::Stamp> first_;  // of the first line that has one
+  OdomLines odom_;
   double range_max_ = kFarthest;  // [m] least of the lines
   // What it decides:
   Clock clock_ = Clock::kStamp;
