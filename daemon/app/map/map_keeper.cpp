@@ -150,7 +150,6 @@ void MapKeeper::keep(const std::string& name, Timestamp now) {
   if (!store_) fail(now, problem);
 }
 
-
 std::optional<MapState> MapKeeper::retry(Timestamp now) {
   if (awaits_) return take(now);
   const int known = generation_;
