@@ -14,7 +14,7 @@
 #include <unistd.h>
 
 #include "app/log/log.hpp"
-#include "app/map_keeper.hpp"
+#include "app/map/map_keeper.hpp"
 #include "bus/checked_decode.hpp"
 #include "bus/drive_senders.hpp"
 #include "bus/encoding.hpp"
@@ -204,11 +204,11 @@ class Robot {
     return map;
   }
 
-  /// As GraphThread::carryOut() does, behind the checkpoint of the present map.
+  /// As MapCommands::carryOut() does, behind the checkpoint of the present map.
   void aboutMap(Command command, fuzz::Input& input) {
     const MapState map = stamped(pipeline_->state());
     if (keeper_.writes() && map.keyframes.size() > 0) {
-      FUZZ_CHECK(keeper_.checkpoint(now_, map, ++changes_));
+      FUZZ_CHECK(keeper_.checkpoint(now_, map));
       checkStored(map);
     }
     const std::string name(1, static_cast<char>('a' + input.take<std::uint8_t>() % 4));
@@ -227,7 +227,7 @@ class Robot {
   void journal() {
     if (!keeper_.hasJournal()) return;  // nothing is stored yet
     const MapState map = stamped(pipeline_->state());
-    FUZZ_CHECK(keeper_.journal(now_, map, {}, ++changes_));
+    FUZZ_CHECK(keeper_.journal(now_, map));
     checkStored(map);
   }
   void checkStored(const MapState& map) const {
@@ -245,7 +245,6 @@ class Robot {
   MapKeeper keeper_{config_};
   std::unique_ptr<Pipeline> pipeline_;
   int loaded_ = 0, scans_ = 0;  // keyframes that its map had, and scans since
-  std::int64_t changes_ = 0;
   SenderClocks clocks_;
   DriveSenders senders_{DriveOrder::kFirst};
   SpeedLimits limits_;
