@@ -145,10 +145,7 @@ bool CanBase::watchLink(DeviceStatus& status) {
   return true;
 }
 
-Duration CanBase::patience(std::size_t side) const {
-  const Duration period = wheels_.period(side);
-  return std::max(kSilent, 2 * period + period / 4);
-}
+Duration CanBase::patience(std::size_t side) const { return patienceFor(wheels_.period(side), kSilent); }
 
 void CanBase::watchWheels(Timestamp now) {
   if (watchLink(wheel_status_)) return;
@@ -211,8 +208,8 @@ bool CanBase::obeys(std::size_t side, Timestamp now) const {
   const bool heartbeats = axis.heartbeat() > usable_since_ && now - axis.heartbeat() <= axis.heartbeatPatience();
   // A drive that is gone is seen earliest by what it sends most often.
   const Duration period = wheels_.period(side);
-  const bool silent = period > Duration(0) && now - std::max(axis.heartbeat(), axis.estimates()) >
-                                                  std::max(CanAxis::kFramesLost, 2 * period + period / 4);
+  const bool silent = period > Duration(0) &&
+                      now - std::max(axis.heartbeat(), axis.estimates()) > patienceFor(period, CanAxis::kFramesLost);
   // Where its heartbeats cannot be told from others, how its wheel turns is all that is known.
   const bool says = !silent && (crowded_[side] >= kMostCrowded || (heartbeats && axis.obeys()));
   return says && follow_.idle() != side;
