@@ -109,8 +109,7 @@ std::optional<MapState> MapKeeper::take(Timestamp now) {
     }
     logError(std::string(error.what()) + "; a new map begins, that one is left as it is");
   }
-  keep(newNameIn(store.directory), now);
-  if (store_) succeed();
+  beginNew(now);
   return std::nullopt;
 }
 
@@ -164,8 +163,7 @@ std::optional<MapState> MapKeeper::retry(Timestamp now) {
   } catch (const FolderLocked& error) {
     logWarning(std::string(error.what()) + "; this map gets another name");
   }
-  keep(newNameIn(config_.store.directory), now);
-  if (store_) succeed();
+  beginNew(now);
   return std::nullopt;
 }
 
