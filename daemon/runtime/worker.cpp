@@ -50,6 +50,7 @@ void Worker::start() {
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
   pthread_attr_setstacksize(&attributes, kThreadStack);
+  ended_ = false;
   // Signals belong to the supervisor.
   sigset_t all, before;
   sigfillset(&all);
