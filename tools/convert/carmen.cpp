@@ -215,8 +215,7 @@ class LineTimes {
   std::optional<Stamp> before_;  // of the newest line
 };
 
-/// Whether ODOM lines and laser lines tell the same way: in corrected logs only one of them is as the robot measured
-/// it.
+/// Whether the ways of ODOM lines and laser lines agree: in corrected logs only one of them is as it was measured.
 class OdomLines {
  public:
   /// @param robot in a laser line, stamp [us] of it
