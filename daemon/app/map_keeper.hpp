@@ -9,10 +9,11 @@
 #include <span>
 #include <string>
 
+#include "app/log/storage_report.hpp"
 #include "config/config.hpp"
 #include "core/timestamp.hpp"
 #include "drivers/retry.hpp"
-#include "runtime/shared_text.hpp"
+#include "runtime/shared_value.hpp"
 #include "slam/map_state.hpp"
 #include "store/durable_file.hpp"
 #include "store/map_store.hpp"
@@ -21,7 +22,7 @@ namespace slam {
 
 /// Which map slamd works on, and when it is written. Writes nothing in mode "localise" or without store.directory.
 ///
-/// A disk ends nothing: a map that cannot be used, and one that cannot be written, are a problem() in words and are
+/// A disk ends nothing: a map that cannot be used, and one that cannot be written, are a problem() and are
 /// tried again, and so is a folder that somebody removed. One thread at a time; problem() from any.
 class MapKeeper {
  public:
@@ -53,7 +54,7 @@ class MapKeeper {
   /// Keyframes of the present map that are on the disk. From any thread.
   int stored() const { return stored_; }
   /// What is not read or written and why, what slamd does meanwhile, and the fix; empty: nothing.
-  std::string problem() const { return problem_.get(); }
+  StorageProblem problem() const { return problem_.get(); }
 
   /// What is new goes to the journal, every journal_period. @param changes counts up with the map's changes
   bool journalDue(Timestamp now, const Pose2& T_map_base, std::int64_t changes) const;
@@ -77,8 +78,8 @@ class MapKeeper {
   void keep(const std::string& name, Timestamp now);
   std::unique_ptr<FolderLock> lockOf(const std::string& name) const;
   bool attempt(Timestamp now, const MapState& map, const std::function<void()>& write);
-  std::string notWritten(const std::exception& error) const;
-  void fail(Timestamp now, const std::string& problem);
+  StorageProblem notWritten(const std::exception& error) const;
+  void fail(Timestamp now, StorageProblem problem);
   void succeed();
 
   const Config& config_;
@@ -95,7 +96,7 @@ class MapKeeper {
   std::int64_t journalled_changes_ = -1, checkpointed_changes_ = -1;
   Pose2 journalled_pose_;
   std::string leftover_;  // of older generations, as told last
-  SharedText problem_;
+  SharedValue<StorageProblem> problem_;
   Retry retry_{std::chrono::seconds(1), std::chrono::seconds(30)};
 };
 

@@ -143,7 +143,7 @@ Recording convertLcm(const std::filesystem::path& in, const std::filesystem::pat
     const auto count = [&](Refusal refusal, void (Recording::*use)(SensorRows&, std::int64_t)) {
       SensorRows& rows = recording.sensor(name);
       if (refusal == Refusal::kNone) (recording.*use)(rows, utime);
-      if (refusal != Refusal::kNone) recording.reject(rows, where, describe(refusal, name));
+      if (refusal != Refusal::kNone) recording.reject(rows, where, problemOf(refusal, name).words());
       channels.erase(name);
     };
     if (name == channel::kScan) {

@@ -14,7 +14,7 @@
 #include "config/config.hpp"
 #include "runtime/clock.hpp"
 #include "runtime/job_thread.hpp"
-#include "runtime/shared_text.hpp"
+#include "runtime/shared_value.hpp"
 #include "runtime/spsc_queue.hpp"
 #include "store/durable_file.hpp"
 #include "store/log_policy.hpp"
@@ -52,7 +52,7 @@ class FieldLog final : public RecordSink {
   void tend() override;
   void write(std::string_view records, std::int64_t utime) override;
   void finish() override;
-  std::string advice() const override;
+  Problem problemOf(const std::exception& error) const override;
 
  private:
   void obey(const LogCommand& command);
@@ -75,12 +75,12 @@ class FieldLog final : public RecordSink {
   SpscQueue<MapAnswer> answers_{8};
   std::atomic<bool> running_;
   std::atomic<std::int32_t> map_id_{0};
-  SharedText images_;
+  SharedValue<std::string> images_;
   // Of the recorder's thread:
   std::optional<FolderLock> lock_;
   std::filesystem::path run_;  // empty: not made yet
   std::optional<AppendFile> file_;
-  std::string why_not_;       // nothing could be written the last time; empty: it could
+  Problem why_not_;           // nothing could be written the last time
   std::int64_t number_ = -1;  // of file_, or of the last one in the folder
   Timestamp begun_{}, synced_{}, looked_{};
   std::uint64_t synced_size_ = 0;  // [bytes]

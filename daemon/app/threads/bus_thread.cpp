@@ -69,7 +69,6 @@ BusThread::BusThread(const Config& config, const BusEnds& ends, const WallClock&
       wheels_{channel::kWheels, SenderClocks::kWheels},
       imu_{channel::kImu, SenderClocks::kImu},
       depth_{channel::kDepth, SenderClocks::kDepth},
-      drives_(channel::kDrive),
       drive_senders_(config.base_device.drive_order),
       worker_({.name = "bus"}, [this] { tick(); }) {
   if (!config.output.record.empty())
@@ -80,7 +79,7 @@ BusThread::BusThread(const Config& config, const BusEnds& ends, const WallClock&
     log_ = std::make_unique<Recorder>("log", std::move(field_log));
   }
   for (Sensor* sensor : {&lidar_, &wheels_, &imu_, &depth_})
-    sensor->status.set(DeviceState::kOpening, "waiting for messages on LCM");
+    sensor->status.set(DeviceState::kOpening, problem::kLcmOpening);
   subscribe();
   socket_.tend(monotonicNow());  // so that it is there when systemd hears that slamd is
 }
@@ -128,8 +127,10 @@ void BusThread::tick() {
   ends_.tiles.map.drain([this](const map_tile_t& tile) { publish(channel::kMapTile, tile); });
   ends_.tiles.lidar.drain([this](const map_tile_t& tile) { publish(channel::kMapLidar, tile); });
   ends_.tiles.depth.drain([this](const map_tile_t& tile) { publish(channel::kMapDepth, tile); });
-  ends_.health.drain([this](const health_t& health) {
-    publish(channel::kHealth, health);
+  ends_.health.drain([this](const HealthReport& report) {
+    publish(channel::kProblems, report.problems);
+    socket_.sendAll(channel::kProblems, buffer_);
+    publish(channel::kHealth, report.health);
     socket_.sendAll(channel::kHealth, buffer_);
   });
 
@@ -162,7 +163,6 @@ void BusThread::reportSocket() {
   ends_.counters.socket_bad = socket_.counts().bad;
   ends_.counters.socket_dropped = socket_.counts().dropped;
   ends_.counters.socket_refused = socket_.counts().refused;
-  if (socket_.problem() == socket_problem_.get()) return;
   socket_problem_.set(socket_.problem());
 }
 
@@ -231,27 +231,29 @@ template <typename Message>
 auto BusThread::receive(Bytes data, Sensor& sensor) {
   Received<Message> received(data);
   const Timestamp now = monotonicNow();
-  const char* words = "";
+  Problem problem;
   if (received) {
     const Timestamp stamp = clock_.stamp(received.message->utime);
     const auto mapped = clocks_.map(sensor.stream, stamp, lengthOf(*received.sample), now);
     received.refusal = mapped.refusal;
-    words = sensor.stamps.of(mapped.age, mapped.differs);
+    problem = stampProblem(mapped.age, mapped.differs);
     received.sample->stamp = stamp + mapped.shift;
     if (mapped.refusal != Refusal::kNone) received.sample.reset();
   }
   if (received.sample) {
     sensor.refusals.taken();
-    if (*sensor.refusals.words() != '\0') words = sensor.refusals.words();
+    if (const Refusal noted = sensor.refusals.noted(); noted != Refusal::kNone)
+      problem = problemOf(noted, sensor.channel);
     if constexpr (std::is_same_v<Message, scan_t>) sensor.status.thinned += thinnedBeams(*received.message);
     sensor.status.countSample(now);
-    sensor.status.set(DeviceState::kStreaming, words);
+    sensor.status.set(DeviceState::kStreaming, problem);
     record(sensor.channel, restamped(data, clock_.utime(received.sample->stamp), restamped_));
   } else {
     refuse(received.refusal);
     sensor.refusals.refused(received.refusal);
     sensor.status.rejects.fetch_add(1, std::memory_order_relaxed);
-    if (*sensor.refusals.words() != '\0') sensor.status.reason = sensor.refusals.words();
+    if (const Refusal noted = sensor.refusals.noted(); noted != Refusal::kNone)
+      sensor.status.setProblem(problemOf(noted, sensor.channel));
   }
   return std::move(received.sample);
 }
@@ -292,7 +294,7 @@ void BusThread::onDrive(Bytes data) {
     const Timestamp stamp = clock_.stamp(message->utime);
     const auto mapped = drive_senders_.clock(sender, now).map(SenderClocks::kDrive, stamp, Duration(0), now);
     sent = stamp + mapped.shift;
-    drive_stamp_words_ = drive_stamps_.of(mapped.age, mapped.differs);
+    drive_stamps_ = stampProblem(mapped.age, mapped.differs);
     refusal = mapped.refusal;
     if (refusal == Refusal::kNone && !isFreshCommand(sent, now)) refusal = sent > now ? Refusal::kAhead : Refusal::kOld;
     record(channel::kDrive, restamped(data, clock_.utime(zero ? now : sent), restamped_));
@@ -318,11 +320,12 @@ void BusThread::onDrive(Bytes data) {
 void BusThread::reportDrives(Timestamp now) {
   if (now >= next_senders_look_) {
     next_senders_look_ = now + 1s;  // who does what can change with each message
-    drive_sender_words_ = drive_senders_.words(now);
+    several_senders_ = drive_senders_.problem(now);
   }
-  std::string words = drive_sender_words_;
-  if (words.empty()) words = *drives_.words() != '\0' ? drives_.words() : drive_stamp_words_;
-  if (drive_problem_.get() != words) drive_problem_.set(words);
+  const bool refused = drives_.noted() != Refusal::kNone;
+  drive_problem_.set(several_senders_ ? several_senders_
+                     : refused        ? problemOf(drives_.noted(), channel::kDrive)
+                                      : drive_stamps_);
 }
 
 void BusThread::acknowledgeSave() {

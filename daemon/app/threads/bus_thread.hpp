@@ -15,12 +15,11 @@
 #include "bus/refusal.hpp"
 #include "bus/rival_watch.hpp"
 #include "bus/sender_clock.hpp"
-#include "bus/stamp_words.hpp"
 #include "bus/udpm/lcm_link.hpp"
 #include "config/config.hpp"
 #include "drivers/device_status.hpp"
 #include "runtime/clock.hpp"
-#include "runtime/shared_text.hpp"
+#include "runtime/shared_value.hpp"
 #include "runtime/worker.hpp"
 
 namespace slam {
@@ -39,14 +38,14 @@ class BusThread {
   FieldLog* fieldLog() const { return field_log_; }       ///< of logRecorder()
   LinkState linkState() const { return link_state_; }
   const UdpmUrl& url() const { return link_.url(); }
-  std::string socketProblem() const { return socket_problem_.get(); }  ///< in words; empty: none
-  bool hasRival() const { return rival_; }                             ///< somebody else publishes SLAM_POSE too
+  Problem socketProblem() const { return socket_problem_.get(); }
+  bool hasRival() const { return rival_; }  ///< somebody else publishes SLAM_POSE too
   LcmSender& poseSender() { return link_.sender(); }
   DeviceStatus& lidarStatus() { return lidar_.status; }  ///< of a lidar that comes over LCM
   DeviceStatus& wheelStatus() { return wheels_.status; }
   DeviceStatus& imuStatus() { return imu_.status; }
   DeviceStatus& depthStatus() { return depth_.status; }
-  std::string commandProblem() const { return drive_problem_.get(); }  ///< with speeds that come over LCM; empty: none
+  Problem commandProblem() const { return drive_problem_.get(); }  ///< with speeds that come over LCM
 
  private:
   using Bytes = std::span<const std::uint8_t>;
@@ -77,8 +76,7 @@ class BusThread {
     const char* channel;
     SenderClocks::Stream stream;
     DeviceStatus status = {};
-    RefusalNote refusals{channel};
-    StampWords stamps = {};
+    RefusalNote refusals = {};
   };
   /// Decodes a sensor message and records it; what cannot be one is counted. @return the sample, its stamp in our time
   template <typename Message>
@@ -98,7 +96,7 @@ class BusThread {
   const WallClock& clock_;
   LcmLink link_;
   LocalSocket socket_;
-  SharedText socket_problem_;
+  SharedValue<Problem> socket_problem_;
   RivalWatch rivals_;  // on SLAM_POSE
   std::atomic<bool> rival_{false};
   std::map<std::int32_t, Asker> asked_;  // by the tickets of commands that are not answered yet
@@ -118,12 +116,11 @@ class BusThread {
   Sensor lidar_, wheels_, imu_, depth_;
   RefusalNote drives_;
   DriveSenders drive_senders_;
-  bool stop_owed_ = false;  // the queue had no room for a zero
-  StampWords drive_stamps_;
-  const char* drive_stamp_words_ = "";  // of drive_stamps_, of the last speed
-  std::string drive_sender_words_;
+  bool stop_owed_ = false;   // the queue had no room for a zero
+  Problem drive_stamps_;     // with the last speed
+  Problem several_senders_;  // of SLAM_DRIVE
   Timestamp next_senders_look_{};
-  SharedText drive_problem_;
+  SharedValue<Problem> drive_problem_;
   Worker worker_;
 };
 

@@ -202,7 +202,7 @@ void GraphThread::refuse(const MapCommand& command, const std::string& problem) 
 
 /// In the disk's thread, behind the checkpoint of the present map.
 void GraphThread::carryOut(const MapCommand& command, const MapState& map, Outcome& outcome) {
-  const std::string loss = "not stored: " + keeper_.problem();
+  const std::string loss = "not stored: " + keeper_.problem().words();
   const auto answer = [&](bool accepted, const std::string& message) {
     outcome.answer = {command.id, accepted, message};
   };
@@ -283,7 +283,7 @@ void GraphThread::store(DrawnMap drawn) {
 
 std::string GraphThread::loss() const {
   const int all = builder_->backEnd().keyframes().size(), stored = std::min(all, keeper_.stored());
-  const std::string why = keeper_.problem();
+  const std::string why = keeper_.problem().words();
   return std::to_string(all - stored) + " of " + std::to_string(all) + " keyframes are lost" +
          (why.empty() ? "" : "; map " + why);
 }
@@ -317,7 +317,7 @@ void GraphThread::add(const Keyframe& keyframe) {
   MapUpdate update = builder_->add(keyframe);
   BackEndCounters counters = builder_->backEnd().counters();
   const auto tell = [&](const char* cause, const std::string& text, LogLine::Level level) {
-    if (const auto line = log_.happened(cause, text, level, monotonicNow())) logLine(*line);
+    if (const auto line = log_.happened(cause, {}, text, level, monotonicNow())) logLine(*line);
   };
   if (update.relocalised) tell("found", "found in the map", LogLine::kInfo);
   if (update.taken_back) {

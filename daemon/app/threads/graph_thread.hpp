@@ -45,7 +45,7 @@ class GraphThread {
   /// What is not stored and why, when waitUntilStored() has been in vain.
   std::string loss() const;
 
-  StorageReport storage(Timestamp now) const { return {keeper_.problem(), "", disk_.blockedFor(now)}; }
+  StorageReport storage(Timestamp now) const { return {keeper_.problem(), {}, disk_.blockedFor(now)}; }
 
  private:
   void tick();
