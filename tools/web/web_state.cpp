@@ -71,6 +71,11 @@ void WebState::take(const health_t& health, Timestamp now) {
   ++serials_.health;
 }
 
+void WebState::take(const problems_t& problems, Timestamp now) {
+  heard_ = now;
+  problems_ = problems;
+}
+
 void WebState::add(Points& points, const Eigen::Vector2d& p_map) {
   if (points.size() < kMostPoints && p_map.allFinite()) points.push_back(p_map);
 }
