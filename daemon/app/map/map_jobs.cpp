@@ -131,7 +131,8 @@ void MapJobs::store(DrawnMap drawn) {
   // Behind a journal that is being written these views may be in it already: twice does no harm.
   disk_.start([this, map, seen = policy_.views().unjournalled(), written, may_journal = !policy_.requiresCheckpoint()] {
     const Timestamp now = monotonicNow();
-    if (keeper_.retryDue(now)) keeper_.retry(now);
+    // The last chance, however long ago the one before was. A map that came late is not what was drawn meanwhile.
+    if (keeper_.waitsForDisk() && keeper_.retry(now)) keeper_.beginNew(now);
     *written = keeper_.checkpoint(now, *map, *seen);
     // A journal needs less room, and waits for no further attempt.
     if (!*written && may_journal && keeper_.hasJournal()) *written = keeper_.journal(now, *map, *seen);

@@ -145,7 +145,6 @@ void MapKeeper::keep(const std::string& name, Timestamp now) {
   if (!store_) fail(now, problem);
 }
 
-bool MapKeeper::retryDue(Timestamp now) const { return (awaits_ || (writes() && !store_)) && retry_.due(now); }
 
 std::optional<MapState> MapKeeper::retry(Timestamp now) {
   if (awaits_) return take(now);

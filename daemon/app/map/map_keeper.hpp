@@ -34,8 +34,10 @@ class MapKeeper {
   /// The map to begin with: the one configured, or the newest one, or a new one. Where the configured one cannot be
   /// used, it is one without keyframes, which is not written; retry() looks again.
   MapState begin(Timestamp now);
-  /// Whether something that failed should be tried again.
-  bool retryDue(Timestamp now) const;
+  /// Something has failed that retry() may bring to its end.
+  bool waitsForDisk() const { return awaits_ || (writes() && !store_); }
+  /// Whether it should be tried again by now.
+  bool retryDue(Timestamp now) const { return waitsForDisk() && retry_.due(now); }
   /// @return the map that was configured, where it could not be used before and can be now
   std::optional<MapState> retry(Timestamp now);
   /// Changes to another map. @throws std::runtime_error with one sentence; then the present one stays

@@ -200,6 +200,27 @@ TEST_F(GraphKeeping, EndsInTimeOnADiskThatHangs) {
   EXPECT_EQ(stored(), 2);
 }
 
+TEST_F(GraphKeeping, WritesAtTheEndOverNoMapThatCameLate) {
+  MapStore(folder / "maps", "kitchen").checkpoint(ChangingMap(5).map);
+  fs::rename(folder / "maps", folder / "disk in the drawer");
+  folder.write("maps", "not mounted yet");
+  config.store.map = "kitchen";
+  start();
+  keyframe->map_id = graph->firstFrontEnd()->mapId();
+  drive();
+  ASSERT_TRUE(waitUntil([&] { return channels->map_keyframes == 1; }));
+  graph->worker().stop();
+  mapper->worker().stop();
+  fs::remove(folder / "maps");
+  fs::rename(folder / "disk in the drawer", folder / "maps");
+  graph->finish();
+  mapper->finish();
+  graph->jobs().store(mapper->drawn());
+  EXPECT_TRUE(graph->jobs().waitUntilStored(monotonicNow() + 20s));
+  EXPECT_EQ(MapStore::load(folder / "maps", "kitchen", config.map).state.keyframes.size(), 5);
+  EXPECT_EQ(stored(), 1) << "under a name of its own";
+}
+
 TEST_F(GraphKeeping, HasNoPoseInAnEmptyMapToLocaliseIn) {
   config.mode = RunMode::kLocalise;
   fs::create_directories(folder / "maps");
