@@ -69,8 +69,10 @@ class WebState {
   void add(Points& points, const Eigen::Vector2d& p_map);
 
   LidarModel lidar_;
-  Pose2 T_base_depth_;
-  double depth_time_offset_;  // [s]
+  struct {
+    Pose2 T_base_camera;
+    double time_offset;  // [s]
+  } depth_mount_;
   Serials serials_;
   Timestamp heard_{};
   std::optional<pose_estimate_t> pose_;
