@@ -541,7 +541,7 @@ TEST_F(MapKeeping, SaysSinceWhenAndHowMuchIsNotOnTheDisk) {
               testing::MatchesRegex(
                   "not written since [0-9][0-9]:[0-9][0-9]: .*journal.*File too large; the map is not "
                   "stored, 6 of " +
-                  std::to_string(stored + 6) + " keyframes are in memory alone, slamd tries again; make room.*"));
+                  std::to_string(stored + 6) + " keyframes are in memory alone, slamd tries again; fix: make room.*"));
   EXPECT_TRUE(keeper.journal(Timestamp(300s), changing.map));
   EXPECT_EQ(keeper.stored(), stored + 6);
 }
