@@ -104,12 +104,14 @@ inline constexpr ProblemKind kLidarNoScan{"lidar_no_scan", "the lidar does not s
 inline constexpr ProblemKind kLidarSpinsUp{"lidar_spins_up", "waiting for the motor's speed"};
 inline constexpr ProblemKind kLidarWarns{"lidar_warns", "works, but the lidar warns of its health", "",
                                          "clean its window, see its manual"};
-inline constexpr ProblemKind kLidarHalved{"lidar_halved", "a turn has more measurements than a scan holds (4080)",
-                                          "every second one is used, evenly over the turn",
-                                          "let the motor turn faster, or choose a sparser lidar.scan_mode"};
-inline constexpr ProblemKind kLidarThinned{
-    "lidar_thinned", "a turn has many more measurements than a scan holds (4080)",
-    "one of several is used, evenly over the turn", "let the motor turn faster: check its supply and belt"};
+inline constexpr ProblemKind kLidarHalved{
+    "lidar_halved", "a turn has more measurements than a scan holds (4080)",
+    "every second one is used, evenly over the turn, and slamd goes on with these",
+    "let the motor turn faster, or choose a sparser lidar.scan_mode"};
+inline constexpr ProblemKind kLidarThinned{"lidar_thinned",
+                                           "a turn has many more measurements than a scan holds (4080)",
+                                           "one of several is used, evenly over the turn, and slamd goes on with these",
+                                           "let the motor turn faster: check its supply and belt"};
 inline constexpr ProblemKind kLidarStuck{
     "lidar_stuck", "every turn shows the same ranges although the robot moves: the lidar is stuck", "",
     "pull its plug"};
@@ -302,9 +304,9 @@ inline constexpr ProblemKind kLcmOpening{"lcm_opening", "waiting for messages on
 inline constexpr ProblemKind kLcmSilent{"lcm_silent", "nobody sends it over LCM", "",
                                         "start the program that sends it; both need one lcm.url"};
 inline constexpr ProblemKind kStampsOld{
-    "stamps_old", "stamps are {#0.1} s old: use slam-replay for a log; else the clocks differ",
+    "stamps_old", "stamps are {#0s} s old: use slam-replay for a log; else the clocks differ",
     "slamd goes by the difference", "set the sender's clock: timedatectl set-ntp true"};
-inline constexpr ProblemKind kStampsAhead{"stamps_ahead", "stamps are {#0.1} s ahead: the clocks differ",
+inline constexpr ProblemKind kStampsAhead{"stamps_ahead", "stamps are {#0s} s ahead: the clocks differ",
                                           "slamd goes by the difference",
                                           "set the sender's clock: timedatectl set-ntp true"};
 

@@ -11,12 +11,13 @@ namespace {
 
 static_assert(std::is_trivially_copyable_v<Problem> && sizeof(Problem) % sizeof(std::uint64_t) == 0);
 
-/// A place holder's number. @param format behind the `#`: index, and its decimals or hexadecimal digits
+/// A place holder's number. @param format behind the `#`: index, and its decimals or hexadecimal digits; s: a time,
+/// whose tenths are left out from 10 on
 std::string numberAs(std::string_view format, const std::array<double, Problem::kNumbers>& numbers) {
   const double value = numbers.at(static_cast<std::size_t>(format[0] - '0'));
   char text[64];
   if (format.size() < 3) {
-    std::snprintf(text, sizeof text, "%.0f", value);
+    std::snprintf(text, sizeof text, "%.*f", format.ends_with('s') && value < 10.0 ? 1 : 0, value);
   } else if (format[1] == 'x') {
     std::snprintf(text, sizeof text, "%0*llx", format[2] - '0', static_cast<unsigned long long>(value));
   } else {

@@ -11,7 +11,7 @@
 namespace slam {
 
 /// A row of the table of problems. `{0}` is the first text of a Problem; `{#0}` its first number as a whole one,
-/// `{#0.2}` with two decimals, `{#0x3}` hexadecimal with three digits.
+/// `{#0.2}` with two decimals, `{#0x3}` hexadecimal with three digits, `{#0s}` a time, with tenths below 10.
 struct ProblemKind {
   const char* id;              ///< for programs: stays when the words change
   const char* cause;           ///< what is wrong
