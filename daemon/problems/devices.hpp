@@ -156,7 +156,7 @@ inline constexpr ProblemKind kImuSilent{"imu_silent", "the IMU sends nothing", "
 inline constexpr ProblemKind kImuFrozen{"imu_frozen", "the IMU sends frames, but its values never change", "",
                                         "restart it"};
 inline constexpr ProblemKind kImuNoAcceleration{"imu_no_acceleration", "the IMU sends acceleration seldom or never",
-                                                "its turn rate is used without", "set its output"};
+                                                "slamd goes on with its turn rate alone", "set its output"};
 
 // CAN. Texts: interface.
 inline constexpr ProblemKind kCanGone{"can_gone", "interface {0} is gone: adapter unplugged?"};
@@ -177,15 +177,15 @@ inline constexpr ProblemKind kCanNoImu{"can_no_imu", "no frames of the IMU (005,
                                        "check its power and the bit rate"};
 inline constexpr ProblemKind kCanNoRate{"can_no_rate", "the IMU sends no rate of turn (032)", "", "set its output"};
 inline constexpr ProblemKind kCanNoAcceleration{"can_no_acceleration", "the IMU sends no acceleration (034)",
-                                                "its turn rate is used without", "set its output"};
+                                                "slamd goes on with its turn rate alone", "set its output"};
 inline constexpr ProblemKind kCanNoTime{"can_no_time", "the IMU sends no sample time (005)",
-                                        "its readings are used with the stamps of their arrival", "set its output"};
+                                        "slamd takes its readings with the stamps of their arrival", "set its output"};
 inline constexpr ProblemKind kCanRareTime{
     "can_rare_time", "the IMU sends fewer sample times (005) than turn rates (032)",
-    "its readings are used with the stamps of their arrival", "set both to one rate"};
+    "slamd takes its readings with the stamps of their arrival", "set both to one rate"};
 inline constexpr ProblemKind kCanRareAcceleration{
     "can_rare_acceleration", "the IMU sends fewer accelerations (034) than turn rates (032)",
-    "each turn rate is used, without acceleration", "set both to one rate"};
+    "slamd takes each turn rate without acceleration", "set both to one rate"};
 inline constexpr ProblemKind kCanImuSenseless{"can_imu_senseless", "the IMU's frames do not make samples", "",
                                               "see the rejects"};
 inline constexpr ProblemKind kCanImuFrozen{"can_imu_frozen", "the IMU answers, but its values never change", "",
@@ -226,9 +226,9 @@ inline constexpr ProblemKind kNotFollowing{"not_following",
                                            "free the wheel, cansend {2} {#3x3}#0200000001000000"};
 inline constexpr ProblemKind kSharedId{
     "shared_id", "the heartbeat of the {0} wheel (node 0x{#0x2}) has the IMU's quaternion's id",
-    "it is not heard, the wheel is used", "switch the quaternion off, or give the drive node 16"};
+    "slamd goes on with the wheel alone", "switch the quaternion off, or give the drive node 16"};
 inline constexpr ProblemKind kSlowEstimates{"slow_estimates", "{0} wheel: encoder estimates come every {#0} ms",
-                                            "they are used as far as they agree, the pose is coarser",
+                                            "slamd goes on with those that agree, the pose is coarser",
                                             "set encoder_msg_rate_ms to 10 to 50"};
 inline constexpr ProblemKind kAxisError{"axis_error", "{0} wheel: axis error {1}", "",
                                         "remove the cause, then cansend {2} {#2x3}# and cansend {2} {#1x3}#08000000"};

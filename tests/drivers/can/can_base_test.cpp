@@ -132,9 +132,11 @@ TEST_F(CanBaseTest, SaysWithinASecondWhatIsMissingOfTheImu) {
     runFor(2s);
     expectStreaming();
   };
-  expectWithout(time_, DeviceState::kStreaming, "no sample time (005); its readings are used with the stamps of their");
+  expectWithout(time_, DeviceState::kStreaming,
+                "no sample time (005); slamd takes its readings with the stamps of their");
   expectWithout(rate_, DeviceState::kStale, "no rate of turn (032)");
-  expectWithout(acceleration_, DeviceState::kStreaming, "no acceleration (034); its turn rate is used without");
+  expectWithout(acceleration_, DeviceState::kStreaming,
+                "no acceleration (034); slamd goes on with its turn rate alone");
   time_ = rate_ = acceleration_ = false;
   runFor(1s);
   EXPECT_THAT(imuReason(), HasSubstr("no frames of the IMU"));
