@@ -3,7 +3,6 @@
 #include <array>
 #include <atomic>
 #include <memory>
-#include <slam/health_t.hpp>
 #include <slam/map_meta_t.hpp>
 #include <slam/map_tile_t.hpp>
 #include <string>
@@ -232,7 +231,7 @@ struct BusEnds {
   Consumer<MapAnswer> answers;
   TileChannels<Consumer> tiles;
   MapRequests& requests;
-  Consumer<health_t> health;
+  Consumer<HealthReport> health;
   Consumer<SentPose> poses;
   BusCounters& counters;
   Wakeup &wakeup, &estimator_wakeup;
@@ -260,7 +259,7 @@ struct Channels {
   TileChannels<SpscQueue> tiles;
   CommandChannels<SpscQueue> commands;
   SpscQueue<MapAnswer> answers{16};      // graph -> bus
-  SpscQueue<health_t> health{4};         // supervisor -> bus
+  SpscQueue<HealthReport> health{4};     // supervisor -> bus
   SpscQueue<SentPose> sent_poses{1024};  // pose -> bus
   MapRequests requests;
 

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "app/log/log.hpp"
-#include "app/pose_words.hpp"
+#include "app/pose_problem.hpp"
 #include "drivers/udev_links.hpp"
 #include "runtime/realtime.hpp"
 
@@ -34,14 +34,6 @@ constexpr Duration kDrawingLate = 2s;      // a large map anew
 constexpr Duration kStopLimit = 15s;       // for all at the end; systemd waits for 20 s
 constexpr Duration kTurnLimit = 10s;       // of these for the threads' last turn
 constexpr Duration kRecordLimit = 3s;      // for the disk, at the end
-const char* const kNoGraph =
-    "it hangs, so that no loop is closed, no lost robot is found and no map is stored; the pose goes on; when the "
-    "robot stands: sudo systemctl restart slamd";
-const char* const kNoMapper =
-    "it hangs, so that the map is drawn no further and not stored; the pose goes on; when the robot stands: sudo "
-    "systemctl restart slamd";
-const char* const kNoCamera =
-    "its device is stuck; slamd goes on without; pull the camera's plug, and plug it in again";
 const char* const kHung = ": the disk has not answered in time";
 constexpr Duration kLogWaits = 3s;  // for the disk: nothing is written
 constexpr Duration kClockStep = 500ms;
@@ -125,15 +117,16 @@ Supervisor::Supervisor(const Config& config)
   watchdog_.add(estimator_.worker(), {kRealtimeLate, kDead});
   // The pose needs neither of these two: they are not worth its end.
   watchdog_.add(graph_.worker(),
-                {.late = kOptimising, .dead = kOptimising + kDead, .vital = false, .without = kNoGraph});
+                {.late = kOptimising, .dead = kOptimising + kDead, .vital = false, .death = &problem::kGraphDead});
   watchdog_.add(mapper_.worker(),
-                {.late = kDrawingLate, .dead = kDrawingLate + kDead, .vital = false, .without = kNoMapper});
+                {.late = kDrawingLate, .dead = kDrawingLate + kDead, .vital = false, .death = &problem::kMapperDead});
   watchdog_.add(bus_.worker(), {kReadingLate, kDead});
   watchdog_.add(pose_.worker(), {kReadingLate, kDead});
   if (base_) watchdog_.add(base_->worker(), {kRealtimeLate, kDead});
   if (lidar_) watchdog_.add(lidar_->worker(), {kReadingLate, kConnecting + kDead}, &lidar_->driver().status());
   if (depth_)  // OpenNI2's calls may hang
-    watchdog_.add(depth_->worker(), {.late = kReadingLate, .dead = kConnecting, .vital = false, .without = kNoCamera},
+    watchdog_.add(depth_->worker(),
+                  {.late = kReadingLate, .dead = kConnecting, .vital = false, .death = &problem::kCameraDead},
                   &depth_->driver().status());
 
   storage_.add("map", [this](Timestamp now) { return graph_.jobs().report(now); });
@@ -163,7 +156,7 @@ sigset_t Supervisor::stopSignals() {
 void Supervisor::start() {
   if (config_.runtime.realtime) {
     not_locked_ = lockMemory();
-    if (!not_locked_.empty()) logWarning(not_locked_);
+    if (not_locked_) logWarning(not_locked_.words());
   }
   // What the base has measured while the map was loaded has gaps, its queues were full, and it counts for no rate.
   for (auto* sensors : {&channels_.samples, &channels_.raw}) {
@@ -209,7 +202,7 @@ int Supervisor::run() {
     devices_.setEchoes(snapshot_.echo_finding);
     log(others, now);
     const bool due = health_.measure(now);  // news does not wait
-    if (due || news) health_.send(now, snapshot_, problems(others, now), counted());
+    if (due || news) health_.send(now, snapshot_, withThreads(others, now), counted());
   }
   const bool saved = stop();
   if (graph_.jobs().isWriting() || mapper_.isWriting() || recorder_hangs_ || thread_hangs_ || health_.isBusy()) {
@@ -249,7 +242,7 @@ bool Supervisor::stop() {
     if (!recorder->finish(now + kRecordLimit)) {
       const StorageReport left = recorder->report(now);
       logError("the " + recorder->name() + "'s end is lost: the disk has not taken it" +
-               (left.problem.empty() ? "" : "; " + left.problem) + (left.lost.empty() ? "" : "; " + left.lost));
+               (left.problem.problem ? "; " + left.problem.words() : "") + (left.lost ? "; " + left.lost.words() : ""));
     }
     recorder_hangs_ |= recorder->report(monotonicNow()).waiting > Duration(0);
   }
@@ -268,7 +261,7 @@ bool Supervisor::stop() {
 void Supervisor::log(const std::vector<Trouble>& others, Timestamp now) {
   logLines(devices_.arrivals(log_, now));
   std::vector<Trouble> all = devices_.troubles(now);
-  for (const auto& troubles : {poseTroubles(now), sensorTroubles(), others})
+  for (const auto& troubles : {poseTroubles(now), sensorTroubles(snapshot_), others})
     all.insert(all.end(), troubles.begin(), troubles.end());
   logLines(log_.look(all, now));
   if (bus_.publisher().linkState() == LinkState::kConnected && !std::exchange(link_worked_, true))
@@ -283,12 +276,8 @@ void Supervisor::followClock(Timestamp now) {
   const Duration step = clock_.drift();
   if (step <= kClockStep) return;
   clock_.follow(step);
-  const auto line = log_.happened(
-      "clock",
-      "the wall clock was set ahead by " + std::to_string(std::lround(toSeconds(step))) +
-          " s; the stamps of messages follow it, those of logs go on without the step; nothing is to be done",
-      LogLine::kWarning, now);
-  if (line) logLine(*line);
+  const Problem problem(problem::kClockAhead, {toSeconds(step)});
+  if (const auto line = log_.happened("clock", problem, problem.words(), LogLine::kWarning, now)) logLine(*line);
 }
 
 std::vector<Trouble> Supervisor::poseTroubles(Timestamp now) {
@@ -297,63 +286,41 @@ std::vector<Trouble> Supervisor::poseTroubles(Timestamp now) {
   if (!unlocalised_since_) unlocalised_since_ = now;
   // Every drive begins without a pose, and single scans do not match.
   const bool matters = state == LocalisationState::kLost || now - *unlocalised_since_ >= kPoseWaits;
-  const std::string words = poseWords(snapshot_, devices_.streams("lidar", now));
-  return {{.cause = "pose",
-           .text = matters ? std::string("pose ") + nameOf(state) + ": " + words : "",
-           .recovery = "pose localised"}};
-}
-
-std::vector<Trouble> Supervisor::sensorTroubles() const {
-  std::vector<Trouble> troubles;
-  for (const SensorFinding& finding : snapshot_.findings.all()) {
-    troubles.push_back({.cause = "sensors " + std::to_string(static_cast<int>(finding.fault)),
-                        .text = describe(finding),
-                        .recovery = ""});
-  }
-  return troubles;
+  Trouble trouble = poseTrouble(snapshot_, devices_.streams("lidar", now));
+  if (!matters) trouble.problem = {};
+  return {trouble};
 }
 
 /// All but devices, sensors and pose, which health shows in its own words.
 std::vector<Trouble> Supervisor::otherTroubles(Timestamp now) const {
   std::vector<Trouble> troubles = storage_.troubles(now);
-  if (base_ && *base_->finding() != '\0')
-    troubles.push_back({.cause = "base settings", .text = std::string("base: ") + base_->finding(), .recovery = ""});
-  const LinkState link = bus_.publisher().linkState();
-  if (isFault(link)) {
-    const char* const lost =
-        link == LinkState::kUnheard ? "commands and samples may not arrive" : "nothing is published";
-    troubles.push_back({.cause = "LCM",
-                        .text = "LCM: " + causeOf(link, bus_.url()) + "; " + lost +
-                                ", pose, map and store go on; fix: " + fixOf(link, bus_.url()),
-                        .recovery = "LCM messages are sent again"});
-  }
-  if (const Duration ahead = -clock_.drift(); ahead > kClockStep) {
+  if (const Problem settings = base_ ? base_->finding() : Problem())
+    troubles.push_back({.device = "base", .problem = settings, .besides = true});
+  if (const Problem link = problemOf(bus_.publisher().linkState(), bus_.url()))
+    troubles.push_back({.device = "LCM", .problem = link, .begin = "LCM: ", .recovery = "LCM messages are sent again"});
+  if (const Duration ahead = -clock_.drift(); ahead > kClockStep)
+    troubles.push_back({.device = "clock set back",
+                        .problem = {problem::kClockBack, {toSeconds(ahead)}},
+                        .recovery = "the wall clock has reached the stamps"});
+  if (bus_.publisher().hasRival())
+    troubles.push_back({.device = "SLAM_POSE",
+                        .problem = {problem::kRival, {}, {config_.lcm.url}},
+                        .begin = "LCM: ",
+                        .recovery = "LCM: SLAM_POSE is ours alone again",
+                        .fault = true});
+  if (const Problem drive = bus_.driveProblem())
+    troubles.push_back({.device = "SLAM_DRIVE", .problem = drive, .recovery = "SLAM_DRIVE is obeyed again"});
+  if (const Problem socket = bus_.socketProblem())
     troubles.push_back(
-        {.cause = "clock set back",
-         .text = "the wall clock was set back by " + std::to_string(std::lround(toSeconds(ahead))) +
-                 " s; slamd goes on with stamps that are ahead of it by that, for they never go back; sudo systemctl "
-                 "restart slamd when the robot stands",
-         .recovery = "the wall clock has reached the stamps"});
-  }
-  if (bus_.publisher().hasRival()) {
-    troubles.push_back({.cause = "SLAM_POSE",
-                        .text = "LCM: " + rivalWords(config_.lcm.url),
-                        .recovery = "LCM: SLAM_POSE is ours alone again"});
-  }
-  if (const std::string drive = bus_.driveProblem(); !drive.empty())
-    troubles.push_back({.cause = "SLAM_DRIVE", .text = drive, .recovery = "SLAM_DRIVE is obeyed again"});
-  if (const std::string socket = bus_.socketProblem(); !socket.empty()) {
-    troubles.push_back(
-        {.cause = "socket", .text = socket, .recovery = config_.runtime.socket + ": commands are taken again"});
-  }
+        {.device = "socket", .problem = socket, .recovery = config_.runtime.socket + ": commands are taken again"});
   return troubles;
 }
 
-std::string Supervisor::problems(const std::vector<Trouble>& others, Timestamp now) const {
-  std::string text;
-  for (const Trouble& trouble : others) text += "; " + trouble.text;
-  if (const std::string threads = watchdog_.words(now); !threads.empty()) text += "; " + threads;
-  return not_locked_.empty() ? text : text + "; " + not_locked_;
+/// The log has lines of its own about these.
+std::vector<Trouble> Supervisor::withThreads(std::vector<Trouble> troubles, Timestamp now) const {
+  for (const Problem& problem : watchdog_.problems(now)) troubles.push_back({.device = "threads", .problem = problem});
+  if (not_locked_) troubles.push_back({.device = "memory", .problem = not_locked_});
+  return troubles;
 }
 
 Counted Supervisor::counted() {
@@ -374,7 +341,7 @@ Counted Supervisor::counted() {
   all.echoes = snapshot_.echoes;
   if (const FieldLog* log = bus_.publisher().fieldLog()) {
     const StorageReport report = bus_.publisher().logRecorder()->report(monotonicNow());
-    const bool fails = !report.problem.empty() || report.waiting > kLogWaits;
+    const bool fails = report.problem.problem || report.waiting > kLogWaits;
     all.logs = !log->isRunning() ? kLogStopped : fails ? kLogFails : kLogWritten;
   }
   return all;

@@ -305,7 +305,8 @@ void checkTogether(const Config& config, const std::string& name, const Places& 
     problems.push_back(place + ": " + *keys.begin() + ": " + what);
   };
   if (reach != nullptr) {
-    for (const ServiceReach::Problem& problem : reach->problemsOf(config)) complain({problem.key}, problem.what);
+    for (const ServiceReach::Problem& problem : reach->problemsOf(config))
+      complain({problem.key}, problem.what + "; " + problem.fix);
   }
   if (lidar.range_min >= lidar.range_max) {
     complain({"lidar.range_min", "lidar.range_max"}, "is not below lidar.range_max; lower the one or raise the other");

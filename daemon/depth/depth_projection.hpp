@@ -54,9 +54,6 @@ enum class DepthStatus : std::uint8_t {
   kBelowFloor,  ///< much of the image lies below the floor
 };
 
-/// @return what is wrong, in words; empty: nothing
-const char* describe(DepthStatus status);
-
 /// Projects depth images to the nearest obstacle per bearing. [Paper] "Indoor Robot SLAM with Multi-Sensor Fusion",
 /// section III.B (pseudo two-dimensional laser data), with free space claimed only where it was seen: a beam is free
 /// where all heights from the floor to the robot's top were looked through.

@@ -216,6 +216,13 @@ void messageSeeds(const Corpus& corpus) {
   health.devices.resize(1);
   health.stages.resize(1);
   health.counters.resize(1);
+  problems_t problems{};
+  problems.nproblems = 1;
+  problems.problems.resize(1);
+  problems.problems[0].device = "lidar";
+  problems.problems[0].id = "port_gone";
+  problems.problems[0].nnumbers = 4;
+  problems.problems[0].numbers.resize(4);
   config_t config{};
   config.host = "robot";
   config.configuration = "[log]\n";
@@ -231,10 +238,12 @@ void messageSeeds(const Corpus& corpus) {
       {"pose", test::encoded(toMessage(PoseEstimate{}, kUtime, 1))},
       {"map_meta", test::encoded(toMetaMessage(OccupancyGrid{}, kUtime, 1, 0))},
       {"map_tile", test::encoded(toTileMessage(OccupancyGrid{}, {1, -2}, kUtime, 1))},
-      {"config", test::encoded(config)}};
+      {"config", test::encoded(config)},
+      {"problems", test::encoded(problems)}};
   const char* const channels[] = {channel::kScan,     channel::kWheels,  channel::kImu,     channel::kDepth,
                                   channel::kDrive,    channel::kCommand, channel::kAck,     channel::kHealth,
-                                  channel::kSlamPose, channel::kMapMeta, channel::kMapTile, channel::kConfig};
+                                  channel::kSlamPose, channel::kMapMeta, channel::kMapTile, channel::kConfig,
+                                  channel::kProblems};
   EventLogWriter log(corpus.scratch("log"));
   std::string shown;  // a page's first half second
   for (std::size_t i = 0; i < messages.size(); ++i) {

@@ -54,7 +54,7 @@ class OwnLog : public Reader {
   template <typename Message, typename Body>
   static void use(Origin at, Assembler& to, const Body& body) {
     Received<Message> received(at.message);
-    if (!received) return to.refuse(at, describe(received.refusal, at.sensor));
+    if (!received) return to.refuse(at, problemOf(received.refusal, at.sensor).words());
     at.stamp = received.message->utime;
     body(at, *received.sample);
   }

@@ -58,7 +58,7 @@ void CommandDesk::report() {
   ends_.counters.socket_bad = socket_.counts().bad;
   ends_.counters.socket_dropped = socket_.counts().dropped;
   ends_.counters.socket_refused = socket_.counts().refused;
-  if (socket_.problem() != problem_.get()) problem_.set(socket_.problem());
+  problem_.set(socket_.problem());
 }
 
 void CommandDesk::acknowledgeSave() {

@@ -8,7 +8,7 @@
 
 #include "app/bus/publisher.hpp"
 #include "bus/local_socket.hpp"
-#include "runtime/shared_text.hpp"
+#include "runtime/shared_value.hpp"
 
 namespace slam {
 
@@ -21,7 +21,7 @@ class CommandDesk {
   /// What other threads have answered since.
   void answer();
   void report();
-  std::string problem() const { return problem_.get(); }  ///< of the socket, in words; empty: none; from any thread
+  Problem problem() const { return problem_.get(); }  ///< of the socket; from any thread
 
  private:
   /// Who sent a command, and its number there: two may choose the same.
@@ -41,7 +41,7 @@ class CommandDesk {
   Publisher& publisher_;
   const std::string output_map_;  // prefix of its files; empty: none
   LocalSocket socket_;
-  SharedText problem_;
+  SharedValue<Problem> problem_;
   std::map<std::int32_t, Asker> asked_;  // by the tickets of commands that are not answered yet
   std::uint32_t next_ticket_ = 1;
   std::optional<std::int32_t> saving_;  // ticket of a save_map command that the mapper works on

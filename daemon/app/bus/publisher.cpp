@@ -71,8 +71,10 @@ void Publisher::publishMap() {
 }
 
 void Publisher::publishHealth(LocalSocket& socket) {
-  ends_.health.drain([&](const health_t& health) {
-    publish(channel::kHealth, health);
+  ends_.health.drain([&](const HealthReport& report) {
+    publish(channel::kProblems, report.problems);
+    socket.sendAll(channel::kProblems, buffer_);
+    publish(channel::kHealth, report.health);
     socket.sendAll(channel::kHealth, buffer_);
   });
 }

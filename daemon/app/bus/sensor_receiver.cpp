@@ -33,27 +33,29 @@ template <typename Message>
 auto SensorReceiver::receive(Bytes data, Sensor& sensor) {
   Received<Message> received(data);
   const Timestamp now = monotonicNow();
-  const char* words = "";
+  Problem problem;
   if (received) {
     const Timestamp stamp = clock_.stamp(received.message->utime);
     const auto mapped = clocks_.map(sensor.stream, stamp, lengthOf(*received.sample), now);
     received.refusal = mapped.refusal;
-    words = sensor.stamps.of(mapped.age, mapped.differs);
+    problem = stampProblem(mapped.age, mapped.differs);
     received.sample->stamp = stamp + mapped.shift;
     if (mapped.refusal != Refusal::kNone) received.sample.reset();
   }
   if (received.sample) {
     sensor.refusals.taken();
-    if (*sensor.refusals.words() != '\0') words = sensor.refusals.words();
+    if (const Refusal noted = sensor.refusals.noted(); noted != Refusal::kNone)
+      problem = problemOf(noted, sensor.channel);
     if constexpr (std::is_same_v<Message, scan_t>) sensor.status.thinned += thinnedBeams(*received.message);
     sensor.status.countSample(now);
-    sensor.status.set(DeviceState::kStreaming, words);
+    sensor.status.set(DeviceState::kStreaming, problem);
     publisher_.record(sensor.channel, restamped(data, clock_.utime(received.sample->stamp), restamped_));
   } else {
     ends_.counters.refuse(received.refusal);
     sensor.refusals.refused(received.refusal);
     sensor.status.rejects.fetch_add(1, std::memory_order_relaxed);
-    if (*sensor.refusals.words() != '\0') sensor.status.reason = sensor.refusals.words();
+    if (const Refusal noted = sensor.refusals.noted(); noted != Refusal::kNone)
+      sensor.status.setProblem(problemOf(noted, sensor.channel));
   }
   return std::move(received.sample);
 }
@@ -78,7 +80,7 @@ SensorReceiver::SensorReceiver(const Config& config, const BusEnds& ends, const 
       depth_{channel::kDepth, SenderClocks::kDepth},
       scan_(std::make_unique<ReceivedScan>()) {
   for (Sensor* sensor : {&lidar_, &wheels_, &imu_, &depth_})
-    sensor->status.set(DeviceState::kOpening, "waiting for messages on LCM");
+    sensor->status.set(DeviceState::kOpening, problem::kLcmOpening);
   LcmLink& link = publisher.link();
   if (config.lidar_device.driver == LidarDriver::kLcm)
     link.subscribe(channel::kScan, [this](Bytes data) { onScan(data); });
@@ -100,11 +102,7 @@ SensorReceiver::SensorReceiver(const Config& config, const BusEnds& ends, const 
 }
 
 DriveReceiver::DriveReceiver(const Config& config, const BusEnds& ends, const WallClock& clock, Publisher& publisher)
-    : ends_(ends),
-      clock_(clock),
-      publisher_(publisher),
-      refusals_(channel::kDrive),
-      senders_(config.base_device.drive_order) {
+    : ends_(ends), clock_(clock), publisher_(publisher), senders_(config.base_device.drive_order) {
   if (config.base_device.speed_commands)
     publisher.link().subscribe(channel::kDrive, [this](Publisher::Bytes data) { onDrive(data); });
 }
@@ -127,7 +125,7 @@ void DriveReceiver::onDrive(Publisher::Bytes data) {
     const Timestamp stamp = clock_.stamp(message->utime);
     const auto mapped = senders_.clock(sender, now).map(SenderClocks::kDrive, stamp, Duration(0), now);
     sent = stamp + mapped.shift;
-    stamp_words_ = stamps_.of(mapped.age, mapped.differs);
+    stamps_ = stampProblem(mapped.age, mapped.differs);
     refusal = mapped.refusal;
     if (refusal == Refusal::kNone && !isFreshCommand(sent, now)) refusal = sent > now ? Refusal::kAhead : Refusal::kOld;
     publisher_.record(channel::kDrive, restamped(data, clock_.utime(zero ? now : sent), restamped_));
@@ -153,11 +151,10 @@ void DriveReceiver::onDrive(Publisher::Bytes data) {
 void DriveReceiver::report(Timestamp now) {
   if (now >= next_senders_look_) {
     next_senders_look_ = now + 1s;  // who does what can change with each message
-    sender_words_ = senders_.words(now);
+    several_ = senders_.problem(now);
   }
-  std::string words = sender_words_;
-  if (words.empty()) words = *refusals_.words() != '\0' ? refusals_.words() : stamp_words_;
-  if (problem_.get() != words) problem_.set(words);
+  const Refusal noted = refusals_.noted();
+  problem_.set(several_ ? several_ : noted != Refusal::kNone ? problemOf(noted, channel::kDrive) : stamps_);
 }
 
 }  // namespace slam

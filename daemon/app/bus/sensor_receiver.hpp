@@ -2,16 +2,14 @@
 #pragma once
 #include <cstdint>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "app/bus/publisher.hpp"
 #include "bus/drive_senders.hpp"
 #include "bus/refusal.hpp"
 #include "bus/sender_clock.hpp"
-#include "bus/stamp_words.hpp"
 #include "drivers/device_status.hpp"
-#include "runtime/shared_text.hpp"
+#include "runtime/shared_value.hpp"
 
 namespace slam {
 
@@ -33,8 +31,7 @@ class SensorReceiver {
     const char* channel;
     SenderClocks::Stream stream;
     DeviceStatus status = {};
-    RefusalNote refusals{channel};
-    StampWords stamps = {};
+    RefusalNote refusals = {};
   };
   /// Decodes a sensor message and records it; what cannot be one is counted. @return the sample, its stamp in our time
   template <typename Message>
@@ -59,7 +56,7 @@ class DriveReceiver {
   /// Hands on a zero that the queue had no room for. Call it before newer speeds are received.
   void sendOwedStop();
   void report(Timestamp now);
-  std::string problem() const { return problem_.get(); }  ///< in words; empty: none; from any thread
+  Problem problem() const { return problem_.get(); }  ///< from any thread
 
  private:
   void onDrive(Publisher::Bytes data);
@@ -70,11 +67,10 @@ class DriveReceiver {
   RefusalNote refusals_;
   DriveSenders senders_;
   bool stop_owed_ = false;  // the queue had no room for a zero
-  StampWords stamps_;
-  const char* stamp_words_ = "";  // of stamps_, of the last speed
-  std::string sender_words_;
+  Problem stamps_;          // with the last speed
+  Problem several_;         // senders
   Timestamp next_senders_look_{};
-  SharedText problem_;
+  SharedValue<Problem> problem_;
   std::vector<std::uint8_t> restamped_;
 };
 

@@ -39,6 +39,10 @@ LogLimits limitsOf(const LogConfig& config) {
           .file_length = fromSeconds(config.file_length)};
 }
 
+struct NoRoom : std::runtime_error {
+  NoRoom() : std::runtime_error("no room") {}
+};
+
 /// The unit gives it where /proc/sys is not to be seen.
 std::string readBootId() {
   const char* given = std::getenv("SLAMD_BOOT_ID");
@@ -123,10 +127,12 @@ void LogKeeper::keep(const fs::path& run, std::int64_t end) {
     }
     logLines(log_.look({}, monotonicNow()));
   } catch (const std::exception& error) {
-    logLines(log_.look({{.cause = "keeper",
-                         .text = std::string("log: ") + error.what() + "; older logs stay as they are",
-                         .recovery = "log: older logs are tidied up again"}},
-                       monotonicNow()));
+    const Trouble fails{.device = "log",
+                        .problem = {problem::kDiskFails, {}, {config_.directory, "", error.what()}},
+                        .begin = "log: ",
+                        .meanwhile = "older logs stay as they are",
+                        .recovery = "log: older logs are tidied up again"};
+    logLines(log_.look({fails}, monotonicNow()));
   }
 }
 
@@ -175,7 +181,7 @@ std::string FieldLog::mark(const std::string& what) {
   if (!running_)
     throw std::runtime_error(
         "nothing is being logged: the log is stopped; begin it with slamctl log start, and mark again");
-  if (!open_ && !why_not_.empty()) throw std::runtime_error(why_not_ + "; " + advice());
+  if (!open_ && why_not_) throw std::runtime_error(why_not_.words());
   if (!open_) throw std::runtime_error("nothing has come yet that could be logged; mark again in a second");
   const Timestamp now = monotonicNow();
   std::string line = what.substr(0, kMostWords);
@@ -214,9 +220,9 @@ void FieldLog::write(std::string_view records, std::int64_t utime) {
     if (records.empty()) return;
     if (open_ && isFull(now - open_->begun, open_->file.size() + open_->image_bytes, limits_)) close();
     open_ ? open_->file.append(records) : begin(records, utime, now);
-    why_not_.clear();
+    why_not_ = {};
   } catch (const std::exception& error) {
-    why_not_ = error.what();
+    why_not_ = problemOf(error);
     drop();  // the next one may be on another disk
     throw;
   }
@@ -251,8 +257,7 @@ void FieldLog::checkRoom(Timestamp now) {
   }
   if (room_.enough) return;
   close();
-  throw std::runtime_error(config_.directory + ": only " + megabytes(room_.free) + " are free where log.floor keeps " +
-                           megabytes(limits_.floor) + " for the maps");
+  throw NoRoom();
 }
 
 void FieldLog::begin(std::string_view records, std::int64_t utime, Timestamp now) {
@@ -292,9 +297,11 @@ void FieldLog::close() {
 
 void FieldLog::finish() { close(); }
 
-std::string FieldLog::advice() const {
-  return "nothing is logged, slamd goes on without and tries again; make room (slamctl log list), or change "
-         "log.directory";
+Problem FieldLog::problemOf(const std::exception& error) const {
+  if (dynamic_cast<const NoRoom*>(&error) == nullptr) return {problem::kLogNotWritten, {}, {"", "", error.what()}};
+  return {problem::kLogNoRoom,
+          {1e-6 * static_cast<double>(room_.free), 1e-6 * static_cast<double>(limits_.floor)},
+          {config_.directory}};
 }
 
 }  // namespace slam

@@ -14,7 +14,7 @@
 #include "config/config.hpp"
 #include "runtime/clock.hpp"
 #include "runtime/job_thread.hpp"
-#include "runtime/shared_text.hpp"
+#include "runtime/shared_value.hpp"
 #include "runtime/spsc_queue.hpp"
 #include "store/durable_file.hpp"
 #include "store/log_policy.hpp"
@@ -89,7 +89,7 @@ class FieldLog final : public RecordSink {
   void tend() override;
   void write(std::string_view records, std::int64_t utime) override;
   void finish() override;
-  std::string advice() const override;
+  Problem problemOf(const std::exception& error) const override;
 
  private:
   void obey(const LogCommand& command);
@@ -110,7 +110,7 @@ class FieldLog final : public RecordSink {
     std::function<void()> wake;
   } commands_;
   std::atomic<bool> running_;
-  SharedText images_;
+  SharedValue<std::string> images_;
   // Of the recorder's thread:
   std::optional<FolderLock> lock_;
   std::filesystem::path run_;  // empty: not made yet
@@ -122,7 +122,7 @@ class FieldLog final : public RecordSink {
   };
   std::optional<Open> open_;
   std::int64_t number_ = -1;  // of the open file, or of the last one in the folder
-  std::string why_not_;       // nothing could be written the last time; empty: it could
+  Problem why_not_;           // nothing could be written the last time
   bool short_logged_ = false;
   struct Room {
     Timestamp looked;

@@ -108,7 +108,7 @@ void GraphWork::add(const Keyframe& keyframe) {
 
 void GraphWork::logEvents(const MapUpdate& update, const BackEndCounters& counters) {
   const auto tell = [&](const char* cause, const std::string& text, LogLine::Level level) {
-    if (const auto line = log_.happened(cause, text, level, monotonicNow())) logLine(*line);
+    if (const auto line = log_.happened(cause, {}, text, level, monotonicNow())) logLine(*line);
   };
   if (update.relocalised) tell("found", "found in the map", LogLine::kInfo);
   if (update.taken_back) {

@@ -59,7 +59,7 @@ std::optional<MapState> MapCommands::end() {
 void MapCommands::carryOut(Command& command, const MapState& map, bool saved) {
   if (command.taken.test_and_set()) return;
   const MapCommand& asked = command.asked;
-  const std::string loss = "not stored: " + keeper_.problem();
+  const std::string loss = "not stored: " + keeper_.problem().words();
   const auto answer = [&](bool accepted, const std::string& message) {
     command.answer = {asked.id, accepted, message};
   };

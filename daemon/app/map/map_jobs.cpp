@@ -141,7 +141,7 @@ void MapJobs::store(DrawnMap drawn) {
 
 std::string MapJobs::loss() const {
   const int all = work_.backEnd().keyframes().size(), stored = std::min(all, keeper_.stored());
-  const std::string why = keeper_.problem();
+  const std::string why = keeper_.problem().words();
   return std::to_string(all - stored) + " of " + std::to_string(all) + " keyframes are lost" +
          (why.empty() ? "" : "; map " + why);
 }

@@ -34,7 +34,7 @@ class MapJobs {
   /// What is not stored and why, when waitUntilStored() has been in vain.
   std::string loss() const;
 
-  StorageReport report(Timestamp now) const { return {keeper_.problem(), "", disk_.blockedFor(now)}; }
+  StorageReport report(Timestamp now) const { return {keeper_.problem(), {}, disk_.blockedFor(now)}; }
 
  private:
   bool hangs() const;

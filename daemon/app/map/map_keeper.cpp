@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "app/log/log.hpp"
-#include "store/disk_words.hpp"
+#include "store/disk_problem.hpp"
 
 namespace slam {
 namespace {
@@ -99,12 +99,7 @@ std::optional<MapState> MapKeeper::take(Timestamp now) {
     lock_.reset();
     if (localise || !store.map.empty()) {  // a map that was asked for by name is not silently replaced by an empty one
       awaits_ = true;
-      fail(now, localise
-                    ? std::string("no map to localise in: ") + error.what() +
-                          "; slamd has no pose until there is one, and looks again; put it there, or change store.map"
-                    : std::string(error.what()) +
-                          "; slamd draws a new map that is not stored, and tries again; fix that one, or change "
-                          "store.map");
+      fail(now, {{localise ? problem::kMapToLocaliseMissing : problem::kMapNotTaken, {}, {"", "", error.what()}}});
       return std::nullopt;
     }
     logError(std::string(error.what()) + "; a new map begins, that one is left as it is");
@@ -128,7 +123,7 @@ std::string MapKeeper::newestMap() const {
 /// @throws FolderLocked, then the one before stays
 void MapKeeper::keep(const std::string& name, Timestamp now) {
   std::unique_ptr<MapStore> store;
-  std::string problem;
+  StorageProblem problem;
   int generation = 0;
   if (name != name_) stored_ = known_ = 0;
   try {
@@ -253,7 +248,7 @@ void MapKeeper::saveAs(const std::string& name, const MapState& map) const {
   copy.writeCopy(map);
 }
 
-std::string MapKeeper::notWritten(const std::exception& error) const {
+StorageProblem MapKeeper::notWritten(const std::exception& error) const {
   std::string since = "yet";
   if (written_ != 0) {
     const bool today = std::time(nullptr) - written_ < 12 * 3600;
@@ -263,13 +258,14 @@ std::string MapKeeper::notWritten(const std::exception& error) const {
     std::strftime(text, sizeof text, today ? "since %H:%M" : "since %Y-%m-%d %H:%M", &local);
     since = text;
   }
-  const DiskWords words = dynamic_cast<const UnreadableMap*>(&error) != nullptr
-                              ? DiskWords{error.what(), "begin a new one: slamctl reset; what was stored before stays"}
-                              : diskWords(error, config_.store.directory);
-  std::string text = "not written " + since + ": " + words.cause + "; the map is not stored, ";
+  std::string meanwhile = "the map is not stored, ";
   if (known_ > stored_)
-    text += std::to_string(known_ - stored_) + " of " + std::to_string(known_) + " keyframes are in memory alone, ";
-  return text + "slamd tries again; " + words.fix;
+    meanwhile +=
+        std::to_string(known_ - stored_) + " of " + std::to_string(known_) + " keyframes are in memory alone, ";
+  const Problem problem = dynamic_cast<const UnreadableMap*>(&error) != nullptr
+                              ? Problem(problem::kMapUnreadable, {}, {"", "", error.what()})
+                              : diskProblem(error, config_.store.directory);
+  return {problem, "not written " + since + ": ", meanwhile + "slamd tries again"};
 }
 
 bool MapKeeper::attempt(Timestamp now, const MapState& map, const std::function<void()>& write) {
@@ -293,14 +289,14 @@ bool MapKeeper::attempt(Timestamp now, const MapState& map, const std::function<
   }
 }
 
-void MapKeeper::fail(Timestamp now, const std::string& problem) {
+void MapKeeper::fail(Timestamp now, StorageProblem problem) {
   retry_.failed(now);
-  problem_.set(problem);
+  problem_.set(std::move(problem));
 }
 
 void MapKeeper::succeed() {
   retry_.succeeded();
-  problem_.set("");
+  problem_.set({});
 }
 
 }  // namespace slam

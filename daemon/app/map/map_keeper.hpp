@@ -9,10 +9,11 @@
 #include <span>
 #include <string>
 
+#include "app/log/storage_report.hpp"
 #include "config/config.hpp"
 #include "core/timestamp.hpp"
 #include "drivers/retry.hpp"
-#include "runtime/shared_text.hpp"
+#include "runtime/shared_value.hpp"
 #include "slam/map_state.hpp"
 #include "store/durable_file.hpp"
 #include "store/map_store.hpp"
@@ -21,7 +22,7 @@ namespace slam {
 
 /// Which map slamd works on, and how it is written. Writes nothing in mode "localise" or without store.directory.
 ///
-/// A disk ends nothing: a map that cannot be used, and one that cannot be written, are a problem() in words and are
+/// A disk ends nothing: a map that cannot be used, and one that cannot be written, are a problem() and are
 /// tried again, and so is a folder that somebody removed. One thread at a time; problem() from any.
 class MapKeeper {
  public:
@@ -55,7 +56,7 @@ class MapKeeper {
   /// Keyframes of the present map that are on the disk. From any thread.
   int stored() const { return stored_; }
   /// What is not read or written and why, what slamd does meanwhile, and the fix; empty: nothing.
-  std::string problem() const { return problem_.get(); }
+  StorageProblem problem() const { return problem_.get(); }
 
   /// Whether one of these two may be tried: now, not long behind a failure.
   bool mayWrite(Timestamp now) const { return store_ && retry_.due(now); }
@@ -76,8 +77,8 @@ class MapKeeper {
   void keep(const std::string& name, Timestamp now);
   std::unique_ptr<FolderLock> lockOf(const std::string& name) const;
   bool attempt(Timestamp now, const MapState& map, const std::function<void()>& write);
-  std::string notWritten(const std::exception& error) const;
-  void fail(Timestamp now, const std::string& problem);
+  StorageProblem notWritten(const std::exception& error) const;
+  void fail(Timestamp now, StorageProblem problem);
   void succeed();
 
   const Config& config_;
@@ -92,7 +93,7 @@ class MapKeeper {
   int known_ = 0;                     // ... and of all, when it was written or was to be
   std::time_t written_ = 0;           // [s since the epoch] last; 0: not since slamd was started
   std::string leftover_;              // of older generations, as told last
-  SharedText problem_;
+  SharedValue<StorageProblem> problem_;
   Retry retry_{std::chrono::seconds(1), std::chrono::seconds(30)};
 };
 

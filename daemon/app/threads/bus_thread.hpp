@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
-#include <string>
-
 #include "app/bus/command_desk.hpp"
 #include "app/bus/publisher.hpp"
 #include "app/bus/sensor_receiver.hpp"
@@ -25,8 +23,8 @@ class BusThread {
   SensorReceiver& sensors() { return sensors_; }
   LcmSender& poseSender() { return publisher_.link().sender(); }
   const UdpmUrl& url() const { return publisher_.link().url(); }
-  std::string driveProblem() const { return drives_.problem(); }     ///< with speeds over LCM, in words; empty: none
-  std::string socketProblem() const { return commands_.problem(); }  ///< in words; empty: none
+  Problem driveProblem() const { return drives_.problem(); }  ///< with speeds over LCM
+  Problem socketProblem() const { return commands_.problem(); }
 
  private:
   void tick();

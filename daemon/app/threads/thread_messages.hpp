@@ -3,6 +3,8 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <slam/health_t.hpp>
+#include <slam/problems_t.hpp>
 #include <string>
 #include <vector>
 
@@ -52,6 +54,12 @@ struct PoseSnapshot {
   EchoWatch::Finding echo_finding = EchoWatch::Finding::kNone;
   BodyShape body;       ///< what moves with the robot
   double echoes = 0.0;  ///< [1] share of the beams of the newest scan that can be used
+};
+
+/// How slamd is, for the bus.
+struct HealthReport {
+  problems_t problems;
+  health_t health;
 };
 
 /// A pose that the pose thread publishes, for the records and for who judges the link.

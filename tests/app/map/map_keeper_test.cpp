@@ -57,7 +57,7 @@ class MapKeeping : public testing::Test {
   std::string refusal() const {
     MapKeeper keeper(config);
     EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 0);
-    const std::string text = keeper.problem();
+    const std::string text = keeper.problem().words();
     EXPECT_EQ(text.find('\n'), std::string::npos) << text;
     return text;
   }
@@ -113,11 +113,11 @@ TEST_F(MapKeeping, WhatLiesBesideAGoodMapBeginsNoNewOne) {
     MapKeeper keeper(config);
     EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 5);
     EXPECT_EQ(keeper.name(), "home");
-    EXPECT_EQ(keeper.problem(), "");
+    EXPECT_EQ(keeper.problem().words(), "");
   }
   MapKeeper keeper(config);
   keeper.begin(kNow);
-  ASSERT_TRUE(keeper.checkpoint(kNow, ChangingMap(7).map)) << keeper.problem();
+  ASSERT_TRUE(keeper.checkpoint(kNow, ChangingMap(7).map)) << keeper.problem().words();
   EXPECT_EQ(newestKeyframes("home"), 7);
 }
 
@@ -129,7 +129,7 @@ TEST_F(MapKeeping, StoresTheMapThoughAnOlderGenerationCannotBeRemoved) {
   keeper.begin(kNow);
   for (int i = 0; i < 4; ++i) {
     EXPECT_TRUE(keeper.checkpoint(kNow, ChangingMap(6 + i).map));
-    EXPECT_EQ(keeper.problem(), "");
+    EXPECT_EQ(keeper.problem().words(), "");
     EXPECT_EQ(keeper.stored(), 6 + i);
     EXPECT_TRUE(keeper.hasJournal());
   }
@@ -145,7 +145,7 @@ TEST_F(MapKeeping, StoresNoMapThatItCouldNotReadAgain) {
   EXPECT_FALSE(keeper.journal(kNow + 1s, far.map));
   for (int i = 0; i < 3; ++i) {
     EXPECT_FALSE(keeper.checkpoint(kNow + 60s, far.map));
-    EXPECT_THAT(keeper.problem(),
+    EXPECT_THAT(keeper.problem().words(),
                 testing::MatchesRegex("not written since .*the map is not stored, 1 of 6 "
                                       "keyframes are in memory alone, slamd tries again; .*slamctl reset.*"));
   }
@@ -206,7 +206,7 @@ TEST_F(MapKeeping, KeepsTheModeWhereTheOtherHasNoMap) {
   keeper.begin(kNow);
   EXPECT_THROW(keeper.changeMode(true, kNow), std::runtime_error);
   EXPECT_FALSE(keeper.localises());
-  EXPECT_TRUE(keeper.checkpoint(Timestamp(1h), ChangingMap(3).map)) << keeper.problem();
+  EXPECT_TRUE(keeper.checkpoint(Timestamp(1h), ChangingMap(3).map)) << keeper.problem().words();
 
   config.mode = RunMode::kLocalise;
   config.store.directory = folder / "none";
@@ -214,7 +214,7 @@ TEST_F(MapKeeping, KeepsTheModeWhereTheOtherHasNoMap) {
   waiting.begin(kNow);
   EXPECT_EQ(waiting.changeMode(false, kNow).keyframes.size(), 0);
   EXPECT_TRUE(waiting.writes());
-  EXPECT_EQ(waiting.problem(), "");
+  EXPECT_EQ(waiting.problem().words(), "");
 
   config.store.map = "plan.yaml";
   MapKeeper plan(config);
@@ -258,7 +258,7 @@ TEST_F(MapKeeping, WaitsForAMapToLocaliseIn) {
   const auto found = keeper.retry(kNow + 3s);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->keyframes.size(), 5);
-  EXPECT_EQ(keeper.problem(), "");
+  EXPECT_EQ(keeper.problem().words(), "");
   EXPECT_FALSE(keeper.retryDue(kNow + 1000s));
   EXPECT_FALSE(keeper.checkpoint(kNow + 4s, *found));
 }
@@ -305,13 +305,13 @@ TEST_F(MapKeeping, LeavesADamagedNewestMapAndBeginsANewOne) {
     if (!keeper.retryDue(now)) continue;
     EXPECT_FALSE(keeper.retry(now));
   }
-  EXPECT_NE(keeper.problem(), "");
+  EXPECT_NE(keeper.problem().words(), "");
   fs::remove_all(folder / "maps/home");
   store("home", 1h, 7);  // from a backup
   const auto healed = keeper.retry(kNow + 200s);
   ASSERT_TRUE(healed);
   EXPECT_EQ(healed->keyframes.size(), 7);
-  EXPECT_EQ(keeper.problem(), "");
+  EXPECT_EQ(keeper.problem().words(), "");
   EXPECT_TRUE(keeper.checkpoint(kNow + 201s, ChangingMap(8).map));
   EXPECT_EQ(newestKeyframes("home"), 8);
 }
@@ -322,15 +322,16 @@ TEST_F(MapKeeping, ExtendsAMapOnADiskThatCannotBeWritten) {
   MapKeeper keeper(config);
   EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 5) << "the robot goes on in it";
   EXPECT_EQ(keeper.name(), "home");
-  EXPECT_THAT(keeper.problem(), AllOf(HasSubstr("lock"), HasSubstr("the map is not stored"), HasSubstr("tries again")));
+  EXPECT_THAT(keeper.problem().words(),
+              AllOf(HasSubstr("lock"), HasSubstr("the map is not stored"), HasSubstr("tries again")));
   EXPECT_FALSE(keeper.mayWrite(kNow + 100s));
   EXPECT_FALSE(keeper.checkpoint(kNow, ChangingMap(6).map));
   EXPECT_FALSE(keeper.retry(kNow + 1s));
-  EXPECT_NE(keeper.problem(), "");
+  EXPECT_NE(keeper.problem().words(), "");
   fs::remove(folder / "maps/home/lock");
   ASSERT_TRUE(keeper.retryDue(kNow + 10s));
   EXPECT_FALSE(keeper.retry(kNow + 10s)) << "the robot is in it already";
-  EXPECT_EQ(keeper.problem(), "");
+  EXPECT_EQ(keeper.problem().words(), "");
   ASSERT_TRUE(keeper.mayWrite(kNow + 11s));
   EXPECT_FALSE(keeper.hasJournal());
   EXPECT_TRUE(keeper.checkpoint(kNow + 11s, ChangingMap(6).map));
@@ -360,11 +361,11 @@ TEST_F(MapKeeping, BeginsWithoutTheFolderOfAllMapsAndStoresWhenItCanBeMade) {
     config.store.map = name;
     MapKeeper keeper(config);
     EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 0);
-    EXPECT_THAT(keeper.problem(), AllOf(HasSubstr("disk/maps"), HasSubstr("or make the folder")));
+    EXPECT_THAT(keeper.problem().words(), AllOf(HasSubstr("disk/maps"), HasSubstr("or make the folder")));
     EXPECT_FALSE(keeper.checkpoint(kNow, ChangingMap(3).map));
     fs::remove_all(folder / "disk");
     EXPECT_FALSE(keeper.retry(kNow + 5s));
-    EXPECT_EQ(keeper.problem(), "");
+    EXPECT_EQ(keeper.problem().words(), "");
     EXPECT_TRUE(keeper.checkpoint(kNow + 6s, ChangingMap(3).map));
     EXPECT_EQ(MapStore::list(config.store.directory).size(), 1U);
     fs::remove_all(folder / "disk");
@@ -394,7 +395,7 @@ TEST_F(MapKeeping, StoresTheWholeMapAgainWhereItsFolderWasRemoved) {
   fs::remove_all(folder / "maps");
   changing.addKeyframe(true);
   EXPECT_FALSE(keeper.journal(kNow + 10s, changing.map)) << "into a file without a name";
-  EXPECT_THAT(keeper.problem(), HasSubstr("removed the map's folder"));
+  EXPECT_THAT(keeper.problem().words(), HasSubstr("removed the map's folder"));
   EXPECT_FALSE(keeper.retry(kNow + 20s));
   EXPECT_FALSE(keeper.hasJournal()) << "there is nothing that it would follow";
   ASSERT_TRUE(keeper.mayWrite(kNow + 21s));
@@ -407,7 +408,7 @@ TEST_F(MapKeeping, BeginsInANamedFolderThatNothingWasStoredIn) {
   MapKeeper(config).begin(kNow);  // killed before its first checkpoint
   MapKeeper keeper(config);
   EXPECT_EQ(keeper.begin(kNow).keyframes.size(), 0);
-  EXPECT_EQ(keeper.problem(), "");
+  EXPECT_EQ(keeper.problem().words(), "");
   EXPECT_TRUE(keeper.checkpoint(kNow, ChangingMap(3).map));
 }
 
@@ -503,7 +504,7 @@ TEST_F(MapKeeping, NamesAFullDiskWhileItIsFull) {
   ASSERT_TRUE(keeper.checkpoint(Timestamp(100s), changing.map));
   for (int i = 0; i < 6; ++i) changing.addKeyframe(true);
   ASSERT_TRUE(keeper.journal(Timestamp(101s), changing.map));
-  EXPECT_EQ(keeper.problem(), "");
+  EXPECT_EQ(keeper.problem().words(), "");
   {
     const test::FileSizeLimit limit(600);  // the journal is longer
     for (int i = 2; i < 12; ++i) {
@@ -512,14 +513,14 @@ TEST_F(MapKeeping, NamesAFullDiskWhileItIsFull) {
       EXPECT_TRUE(keeper.mayWrite(Timestamp(i * 100s + 50s))) << "it is tried again";
       EXPECT_TRUE(keeper.hasJournal());
       EXPECT_FALSE(keeper.checkpoint(Timestamp(i * 100s), changing.map));
-      EXPECT_THAT(keeper.problem(), HasSubstr("not stored"));
+      EXPECT_THAT(keeper.problem().words(), HasSubstr("not stored"));
     }
   }
   keeper.journal(Timestamp(2000s), changing.map);
   EXPECT_EQ(newestKeyframes(keeper.name()), 20) << "also what was refused before";
   changing.addKeyframe(true);
   EXPECT_TRUE(keeper.checkpoint(Timestamp(2100s), changing.map));
-  EXPECT_EQ(keeper.problem(), "");
+  EXPECT_EQ(keeper.problem().words(), "");
   EXPECT_EQ(newestKeyframes(keeper.name()), 21);
 }
 
@@ -536,11 +537,11 @@ TEST_F(MapKeeping, SaysSinceWhenAndHowMuchIsNotOnTheDisk) {
     EXPECT_FALSE(keeper.journal(Timestamp(200s), changing.map));
   }
   EXPECT_EQ(keeper.stored(), stored);
-  EXPECT_THAT(keeper.problem(),
+  EXPECT_THAT(keeper.problem().words(),
               testing::MatchesRegex(
                   "not written since [0-9][0-9]:[0-9][0-9]: .*journal.*File too large; the map is not "
                   "stored, 6 of " +
-                  std::to_string(stored + 6) + " keyframes are in memory alone, slamd tries again; make room.*"));
+                  std::to_string(stored + 6) + " keyframes are in memory alone, slamd tries again; fix: make room.*"));
   EXPECT_TRUE(keeper.journal(Timestamp(300s), changing.map));
   EXPECT_EQ(keeper.stored(), stored + 6);
 }
@@ -554,14 +555,14 @@ TEST_F(MapKeeping, GoesOnInItsMapWhenTheDiskIsBack) {
   fs::rename(folder / "maps", folder / "away");
   changing.addKeyframe(true);
   EXPECT_FALSE(keeper.journal(Timestamp(200s), changing.map));
-  EXPECT_THAT(keeper.problem(), HasSubstr("not written since"));
+  EXPECT_THAT(keeper.problem().words(), HasSubstr("not written since"));
   ASSERT_TRUE(keeper.retryDue(Timestamp(300s)));
   fs::rename(folder / "away", folder / "maps");
   keeper.retry(Timestamp(300s));
   EXPECT_EQ(keeper.name(), name) << "nobody else has written it";
   ASSERT_TRUE(keeper.mayWrite(Timestamp(300s)));
-  EXPECT_TRUE(keeper.checkpoint(Timestamp(300s), changing.map)) << keeper.problem();
-  EXPECT_EQ(keeper.problem(), "");
+  EXPECT_TRUE(keeper.checkpoint(Timestamp(300s), changing.map)) << keeper.problem().words();
+  EXPECT_EQ(keeper.problem().words(), "");
   EXPECT_EQ(newestKeyframes(name), changing.map.keyframes.size());
 }
 

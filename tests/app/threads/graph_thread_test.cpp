@@ -135,7 +135,7 @@ TEST_F(GraphKeeping, SavesThePresentMapUnderItsOwnNameAndGoesOn) {
     const auto saved = answer();
     ASSERT_TRUE(saved);
     EXPECT_EQ(saved->message, "saved as " + name);
-    EXPECT_EQ(graph->jobs().report(monotonicNow()).problem, "");
+    EXPECT_EQ(graph->jobs().report(monotonicNow()).problem.words(), "");
   }
   EXPECT_EQ(stored(), 4);
 }
@@ -225,7 +225,7 @@ TEST_F(GraphKeeping, HasNoPoseInAnEmptyMapToLocaliseIn) {
   config.mode = RunMode::kLocalise;
   fs::create_directories(folder / "maps");
   start();
-  EXPECT_THAT(graph->jobs().report(monotonicNow()).problem, HasSubstr("no map to localise in"));
+  EXPECT_THAT(graph->jobs().report(monotonicNow()).problem.words(), HasSubstr("no map to localise in"));
   EXPECT_NE(graph->firstFrontEnd()->estimate(Timestamp(1s)).state, LocalisationState::kLocalised);
   keyframe->map_id = graph->firstFrontEnd()->mapId();
   keyframe->origin = KeyframeOrigin::kLost;
@@ -236,7 +236,7 @@ TEST_F(GraphKeeping, HasNoPoseInAnEmptyMapToLocaliseIn) {
       waitUntil([&] { return channels->front_end.front_ends.popOne([&](FrontEnd* fresh) { found = fresh; }); }));
   const std::unique_ptr<FrontEnd> owned(found);
   EXPECT_NE(found->mapId(), keyframe->map_id);
-  EXPECT_EQ(graph->jobs().report(monotonicNow()).problem, "");
+  EXPECT_EQ(graph->jobs().report(monotonicNow()).problem.words(), "");
 }
 
 TEST_F(GraphKeeping, LocalisesInTheMapAndExtendsItAgainByCommand) {

@@ -279,8 +279,8 @@ class CanFaults : public testing::Test {
     return driver_.wheelStatus().state == DeviceState::kStreaming &&
            driver_.imuStatus().state == DeviceState::kStreaming && wheelReason().empty();
   }
-  std::string wheelReason() { return driver_.wheelStatus().reason.load(); }
-  std::string imuReason() { return driver_.imuStatus().reason.load(); }
+  std::string wheelReason() { return driver_.wheelStatus().problem().words(); }
+  std::string imuReason() { return driver_.imuStatus().problem().words(); }
   /// Injects, expects it to be noticed, takes it back, and expects the devices to be used again.
   void expectNoticed(const std::string& kind, double value, double back, double within = 1.0) {
     emulator_.inject(kind, value);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "store/disk_words.hpp"
+#include "store/disk_problem.hpp"
 
 #include <cerrno>
 #include <gmock/gmock.h>
@@ -16,15 +16,15 @@ namespace {
 using testing::HasSubstr;
 using testing::MatchesRegex;
 
-TEST(DiskWords, NameTheRoomThatIsLeft) {
+TEST(DiskProblem, NameTheRoomThatIsLeft) {
   const test::Folder folder;
-  const DiskWords words = diskWords(DiskError("f: cannot write: No space", ENOSPC), folder / "maps");
-  EXPECT_THAT(words.cause, MatchesRegex("no space on .*maps \\([0-9]+ MB free\\)"));
-  EXPECT_THAT(words.fix, HasSubstr("make room"));
+  const Problem problem = diskProblem(DiskError("f: cannot write: No space", ENOSPC), folder / "maps");
+  EXPECT_THAT(problem.cause(), MatchesRegex("no space on .*maps \\([0-9]+ MB free\\)"));
+  EXPECT_THAT(problem.fix(), HasSubstr("make room"));
 }
 
-TEST(DiskWords, TellWhatIsWrongWithADisk) {
-  const auto causeOf = [](int error) { return diskWords(DiskError("f: cannot write: why", error), "/maps").cause; };
+TEST(DiskProblem, TellWhatIsWrongWithADisk) {
+  const auto causeOf = [](int error) { return diskProblem(DiskError("f: cannot write: why", error), "/maps").cause(); };
   EXPECT_EQ(causeOf(EROFS), "/maps is read-only");
   EXPECT_THAT(causeOf(EIO), HasSubstr("reports errors: f: cannot write: why"));
   EXPECT_THAT(causeOf(EACCES), HasSubstr("f: cannot write: why"));
@@ -33,16 +33,16 @@ TEST(DiskWords, TellWhatIsWrongWithADisk) {
   EXPECT_EQ(causeOf(EFBIG), "f: cannot write: why");
   for (const int in_the_way : {EISDIR, EEXIST, ENOTEMPTY, ELOOP}) {
     EXPECT_EQ(causeOf(in_the_way), "f: cannot write: why");
-    EXPECT_EQ(diskWords(DiskError("f", in_the_way), "/maps").fix,
+    EXPECT_EQ(diskProblem(DiskError("f", in_the_way), "/maps").fix(),
               "something else lies in its place: move it out of /maps");
   }
 }
 
-TEST(DiskWords, KnowErrorsOfTheLibraryAndAlwaysHaveAFix) {
+TEST(DiskProblem, KnowErrorsOfTheLibraryAndAlwaysHaveAFix) {
   const std::system_error full(ENOSPC, std::generic_category(), "mkdir");
-  EXPECT_THAT(diskWords(full, "/").cause, HasSubstr("no space"));
-  EXPECT_EQ(diskWords(std::runtime_error("odd"), "/").cause, "odd");
-  for (int error = 0; error < 134; ++error) EXPECT_NE(diskWords(DiskError("x", error), "/").fix, "");
+  EXPECT_THAT(diskProblem(full, "/").cause(), HasSubstr("no space"));
+  EXPECT_EQ(diskProblem(std::runtime_error("odd"), "/").cause(), "odd");
+  for (int error = 0; error < 134; ++error) EXPECT_NE(diskProblem(DiskError("x", error), "/").fix(), "");
 }
 
 }  // namespace

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "runtime/shared_text.hpp"
+#include "runtime/shared_value.hpp"
 
 #include <gtest/gtest.h>
+#include <string>
 #include <thread>
 
 namespace slam {
 namespace {
 
-TEST(SharedText, IsReadAsItWasWrittenLast) {
-  SharedText text;
+TEST(SharedValue, IsReadAsItWasWrittenLast) {
+  SharedValue<std::string> text;
   EXPECT_EQ(text.get(), "");
   const std::string a(1000, 'a'), b(2000, 'b');
   text.set(a);

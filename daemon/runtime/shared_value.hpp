@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <mutex>
-#include <string>
 #include <utility>
 
 namespace slam {
 
-/// Words that one thread writes and others read; not for real-time threads.
-class SharedText {
+/// A value that some threads write and others read; not for real-time threads.
+template <typename Value>
+class SharedValue {
  public:
-  void set(std::string text) {
+  void set(Value value) {
     const std::scoped_lock lock(mutex_);
-    text_ = std::move(text);
+    value_ = std::move(value);
   }
-  std::string get() const {
+  Value get() const {
     const std::scoped_lock lock(mutex_);
-    return text_;
+    return value_;
   }
 
  private:
   mutable std::mutex mutex_;
-  std::string text_;
+  Value value_;
 };
 
 }  // namespace slam

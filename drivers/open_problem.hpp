@@ -3,6 +3,8 @@
 #include <string>
 #include <sys/types.h>
 
+#include "problems/devices.hpp"
+
 namespace slam {
 
 /// What of a device node and of who opens it makes a refusal.
@@ -18,10 +20,7 @@ struct NodeRights {
 /// As the calling process has them.
 NodeRights rightsOf(const std::string& path);
 
-/// Why a port cannot be opened and the fix. @param error errno of open()
-std::string openWords(int error, const NodeRights& rights);
-
-/// The same text for ever: for who hands words over as a pointer. A few different ones only.
-const char* kept(const std::string& words);
+/// Why a port cannot be opened. @param error errno of open()
+Problem openProblem(int error, const NodeRights& rights);
 
 }  // namespace slam
