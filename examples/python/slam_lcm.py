@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""slamd's messages over a UDP socket: what a program without LCM needs to send sensors and to read pose and map.
+
+A datagram is b"LC02", a sequence number, the channel's name with a zero byte behind it, the fingerprint of the message's
+type, and its fields in the order of its .lcm file (/usr/share/slamd/lcmtypes), big-endian without padding. Stamps are
+microseconds since the epoch, all else SI units; axes are x forward, y left, angles counter-clockwise."""
+import socket
+import struct
+from collections import namedtuple
+
+GROUP = ("239.255.76.67", 7667)
+LOCALHOST = "127.0.0.1"  # of the interface; on another computer the address of its own network card
+
+SCAN = bytes.fromhex("92b49ccd55ab5bb2")
+WHEELS = bytes.fromhex("9d3e3f72b854cb11")
+IMU = bytes.fromhex("21291eea3f200253")
+POSE = bytes.fromhex("12873a8e138714b8")
+MAP_META = bytes.fromhex("5d03a978dcc50d54")
+MAP_TILE = bytes.fromhex("5b0063056a561b49")
+
+Pose = namedtuple("Pose", "utime map_id x y theta covariance twist state match_quality")
+MapMeta = namedtuple("MapMeta", "utime map_id resolution origin_x origin_y tile_side "
+                     "column_min column_max row_min row_max tiles keyframes")
+MapTile = namedtuple("MapTile", "utime map_id column row side cells")
+
+
+class Sender:
+    """Sends sensors to a slamd whose lidar.driver, base.driver and imu.driver are "lcm"."""
+
+    def __init__(self, interface=LOCALHOST):
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(interface))
+        self._number = 0
+
+    def scan(self, utime, ranges, bearings, time_offsets, range_min=0.0, range_max=0.0):
+        """One turn of the lidar, beams in the order of measurement, at most 4080.
+
+        utime: [us] of the first beam, not of the turn's end; ranges: [m], 0 for no return; bearings: [rad] in the lidar's
+        frame; time_offsets: [s] from utime to each beam, all 0 where all are measured at once; range_min, range_max: [m],
+        0 leaves the limit to slamd's configuration."""
+        n = len(ranges)
+        message = SCAN + struct.pack(">qffi", utime, range_min, range_max, n)
+        for values in (ranges, bearings, time_offsets, [0.0] * n):  # the last are intensities
+            message += struct.pack(f">{n}f", *values)
+        self._send(b"SLAM_SCAN", message)
+
+    def wheels(self, utime, x, y, theta):
+        """Dead reckoning of the wheels, from any origin: only differences count. [us], [m], [m], [rad]"""
+        self._send(b"SLAM_WHEELS", WHEELS + struct.pack(">qddd?i", utime, x, y, theta, True, 0))
+
+    def imu(self, utime, gyro, accel=(0.0, 0.0, 0.0)):
+        """Turn rates about forward, left, up [rad/s] and specific force [m/s^2], zeros where it is not measured."""
+        self._send(b"SLAM_IMU", IMU + struct.pack(">q3d3d", utime, *gyro, *accel))
+
+    def _send(self, channel, message):
+        self._number = (self._number + 1) % 2**32
+        self._socket.sendto(b"LC02" + struct.pack(">I", self._number) + channel + b"\0" + message, GROUP)
+
+
+class Receiver:
+    """Reads what slamd publishes."""
+
+    def __init__(self, interface=LOCALHOST):
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 21)
+        self._socket.bind(GROUP)
+        self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
+                                socket.inet_aton(GROUP[0]) + socket.inet_aton(interface))
+
+    def messages(self):
+        """Yields each Pose, MapMeta and MapTile as it comes."""
+        while True:
+            message = decode(self._socket.recv(65536))
+            if message is not None:
+                yield message
+
+
+def decode(datagram):
+    """The Pose, MapMeta or MapTile in a datagram, or None: another message, or a damaged one."""
+    if datagram[:4] != b"LC02":
+        return None
+    channel, zero, message = datagram[8:].partition(b"\0")
+    kind, fields = message[:8], message[8:]
+    try:
+        if channel == b"SLAM_POSE" and kind == POSE:
+            values = struct.unpack(">qi3d9d3dBf", fields)
+            return Pose(*values[:5], values[5:14], values[14:17], *values[17:])
+        if channel == b"SLAM_MAP_META" and kind == MAP_META:
+            return MapMeta(*struct.unpack(">qi3d7i", fields))
+        if channel == b"SLAM_MAP_TILE" and kind == MAP_TILE:
+            *values, count = struct.unpack(">qi4i", fields[:28])
+            return MapTile(*values, fields[28:]) if count == len(fields) - 28 == values[-1] ** 2 else None
+    except struct.error:
+        pass
+    return None
