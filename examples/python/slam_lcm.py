@@ -15,10 +15,15 @@ SCAN = bytes.fromhex("92b49ccd55ab5bb2")
 WHEELS = bytes.fromhex("9d3e3f72b854cb11")
 IMU = bytes.fromhex("21291eea3f200253")
 POSE = bytes.fromhex("12873a8e138714b8")
+ODOMETRY = bytes.fromhex("677053b1a5f3ba4c")
+COMMAND = bytes.fromhex("a55376217e534e3a")
+DRIVE = bytes.fromhex("479abf67d547708d")
 MAP_META = bytes.fromhex("5d03a978dcc50d54")
 MAP_TILE = bytes.fromhex("5b0063056a561b49")
 
 Pose = namedtuple("Pose", "utime map_id x y theta covariance twist state match_quality")
+Odometry = namedtuple("Odometry", "utime x y theta covariance twist gyro_bias slip standstill map_odom")
+Scan = namedtuple("Scan", "utime range_min range_max ranges bearings time_offsets")
 MapMeta = namedtuple("MapMeta", "utime map_id resolution origin_x origin_y tile_side "
                      "column_min column_max row_min row_max tiles keyframes")
 MapTile = namedtuple("MapTile", "utime map_id column row side cells")
@@ -52,6 +57,16 @@ class Sender:
         """Turn rates about forward, left, up [rad/s] and specific force [m/s^2], zeros where it is not measured."""
         self._send(b"SLAM_IMU", IMU + struct.pack(">q3d3d", utime, *gyro, *accel))
 
+    def drive(self, utime, forward, left, turn):
+        """The speed that the base shall have [m/s, m/s, rad/s]: obeyed with base.speed_commands, for half a second."""
+        self._send(b"SLAM_DRIVE", DRIVE + struct.pack(">q3d", utime, forward, left, turn))
+
+    def set_pose(self, utime, number, x, y, theta):
+        """Tells where the base is in the map [m, m, rad]: obeyed with lcm.commands. number: comes back in SLAM_ACK."""
+        verb = b"set_pose\0"
+        self._send(b"SLAM_COMMAND", COMMAND + struct.pack(">qii", utime, number, len(verb)) + verb +
+                   struct.pack(">i", 1) + b"\0" + struct.pack(">3d", x, y, theta))
+
     def _send(self, channel, message):
         self._number = (self._number + 1) % 2**32
         self._socket.sendto(b"LC02" + struct.pack(">I", self._number) + channel + b"\0" + message, GROUP)
@@ -69,7 +84,7 @@ class Receiver:
                                 socket.inet_aton(GROUP[0]) + socket.inet_aton(interface))
 
     def messages(self):
-        """Yields each Pose, MapMeta and MapTile as it comes."""
+        """Yields each message that decode() knows as it comes."""
         while True:
             message = decode(self._socket.recv(65536))
             if message is not None:
@@ -77,7 +92,7 @@ class Receiver:
 
 
 def decode(datagram):
-    """The Pose, MapMeta or MapTile in a datagram, or None: another message, or a damaged one."""
+    """The Pose, Odometry, Scan, MapMeta or MapTile in a datagram, or None: another message, or a damaged one."""
     if datagram[:4] != b"LC02":
         return None
     channel, zero, message = datagram[8:].partition(b"\0")
@@ -86,6 +101,15 @@ def decode(datagram):
         if channel == b"SLAM_POSE" and kind == POSE:
             values = struct.unpack(">qi3d9d3dBf", fields)
             return Pose(*values[:5], values[5:14], values[14:17], *values[17:])
+        if channel == b"SLAM_ODOMETRY" and kind == ODOMETRY:
+            values = struct.unpack(">q3d9d3dd??3d", fields)
+            return Odometry(*values[:4], values[4:13], values[13:16], *values[16:19], values[19:])
+        if channel == b"SLAM_SCAN" and kind == SCAN:
+            *values, n = struct.unpack(">qffi", fields[:20])
+            if n < 0:
+                return None
+            floats = struct.unpack(f">{4 * n}f", fields[20:])
+            return Scan(*values, floats[:n], floats[n:2 * n], floats[2 * n:3 * n])
         if channel == b"SLAM_MAP_META" and kind == MAP_META:
             return MapMeta(*struct.unpack(">qi3d7i", fields))
         if channel == b"SLAM_MAP_TILE" and kind == MAP_TILE:
