@@ -216,7 +216,7 @@ function headline() {
   const level = worst && worst.level === "fault" && !localised ? "fault" : worst && localised ? "warning" : kLevels[p.state] || "unknown";
   if (worst && worst.device !== "pose")
     return [(worst.level === "fault" && panes.has(worst.device) ? "No " : "") + worst.device + ": " + worst.cause, level];
-  if (localised) return [worst ? worst.cause : "Localised to " + length(sigma(p)), level];
+  if (localised) return [worst ? worst.cause : "Localised to " + (sigma(p) < 1 ? Math.max(1, Math.round(100 * sigma(p))) + " cm" : length(sigma(p))), level];
   const state = p.state[0].toUpperCase() + p.state.slice(1) + since;
   return [worst ? state + ": " + (worst.fix || worst.cause) : state, level];
 }
@@ -497,7 +497,7 @@ function fit() {
     bottom = Math.min(bottom, tile.row * side + tile.bottom), top = Math.max(top, tile.row * side + tile.top);
   }
   if (left >= right) return;
-  const cell = robot.map.resolution, above = 58 * ratio, below = 48 * ratio, beside = 16 * ratio;  // for what lies over it
+  const cell = robot.map.resolution, above = ($("top").offsetHeight + 22) * ratio, below = 48 * ratio, beside = 16 * ratio;  // for what lies over it
   view.scale = Math.min((canvas.width - 2 * beside) / ((right - left) * cell),
     (canvas.height - above - below) / ((top - bottom) * cell));
   view.x = (left + right) / 2 * cell;
