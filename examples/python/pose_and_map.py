@@ -44,7 +44,7 @@ def main():
             sigma = max(message.covariance[0], message.covariance[4]) ** 0.5
             print(f"{state}: x {message.x:.3f} m, y {message.y:.3f} m, theta {message.theta:.3f} rad, "
                   f"sigma {sigma:.3f} m", flush=True)
-        elif message.map_id != map_id:  # another map has begun: tiles of the last one are none of it
+        elif isinstance(message, (MapTile, MapMeta)) and message.map_id != map_id:  # another map has begun: tiles of the last one are none of it
             map_id, tiles = message.map_id, {}
         if isinstance(message, MapTile):
             tiles[message.column, message.row] = message
