@@ -34,7 +34,7 @@ TEST(ProblemTable, HasAnIdOfItsOwnForEachRow) {
 
 TEST(ProblemTable, HasPlaceHoldersThatAProblemCanFill) {
   const std::string text = table();
-  const std::regex literal("\"([^\"]*)\""), place(R"(\{(#[0-3](\.[0-9]|x[1-9])?|[0-2])\})");
+  const std::regex literal("\"([^\"]*)\""), place(R"(\{(#[0-3](\.[0-9]|x[1-9]|s)?|[0-2])\})");
   for (std::sregex_iterator at(text.begin(), text.end(), literal), end; at != end; ++at) {
     const std::string rest = std::regex_replace((*at)[1].str(), place, "");
     EXPECT_EQ(rest.find_first_of("{}"), std::string::npos) << (*at)[1];
