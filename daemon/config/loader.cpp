@@ -11,7 +11,6 @@
 #include <initializer_list>
 #include <iterator>
 #include <map>
-#include <numeric>
 #include <sstream>
 #include <stdexcept>
 #include <sys/stat.h>
@@ -20,6 +19,7 @@
 
 #include "bus/local_socket.hpp"
 #include "bus/udpm/udpm_url.hpp"
+#include "config/closest_word.hpp"
 #include "config/schema.hpp"
 
 namespace slam {
@@ -45,30 +45,6 @@ std::string join(const std::vector<std::string>& lines, const char* separator) {
   std::string text;
   for (const std::string& line : lines) text += (text.empty() ? "" : separator) + line;
   return text;
-}
-
-/// Levenshtein distance, for "did you mean".
-std::size_t editDistance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
-    }
-  }
-  return row.back();
-}
-
-std::string closest(const std::string& word, const std::vector<std::string>& known) {
-  const auto best = std::min_element(known.begin(), known.end(), [&](const auto& a, const auto& b) {
-    return editDistance(word, a) < editDistance(word, b);
-  });
-  if (best == known.end() || editDistance(word, *best) > std::max<std::size_t>(2, word.size() / 3)) return "";
-  return *best;
 }
 
 /// Where each key was set last, as file:line:column.
@@ -167,7 +143,7 @@ class TomlLoader : public ConfigVisitor {
       if (isTopLevel(name)) continue;
       if (!known_.count(name)) {
         const std::string section = node.is_table() ? "" : elsewhere(name);
-        unknown(node, name, section.empty() ? closest(name, sections) : "", section);
+        unknown(node, name, section.empty() ? closestWord(name, sections) : "", section);
         continue;
       }
       const toml::table* table = node.as_table();
@@ -182,7 +158,7 @@ class TomlLoader : public ConfigVisitor {
           notices_.push_back(placeOf(inner_node) + ": " + name + "." + word + ": has no effect any more, because " +
                              retired->instead + "; remove it");
         } else if (std::find(keys.begin(), keys.end(), word) == keys.end() && !isOldName(name, word)) {
-          unknown(inner_node, name + "." + word, closest(word, keys), elsewhere(word));
+          unknown(inner_node, name + "." + word, closestWord(word, keys), elsewhere(word));
         }
       }
     }

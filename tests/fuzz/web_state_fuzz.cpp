@@ -7,7 +7,7 @@
 
 #include "bus/checked_decode.hpp"
 #include "fuzz/fuzzing.hpp"
-#include "tools/web/event_text.hpp"
+#include "tools/web/text/event_text.hpp"
 #include "tools/web/web_state.hpp"
 
 namespace slam {

@@ -150,7 +150,7 @@ TEST_F(LiveLog, ObeysSlamctl) {
   slamd_->signal(SIGKILL);  // what follows needs no slamd
   slamd_->wait(5s);
   EXPECT_EQ(slamctl({"log", "list"}), 0);
-  EXPECT_THAT(said(), AllOf(HasSubstr("0000.lcm"), HasSubstr("hit the wall"), HasSubstr("1 files in")));
+  EXPECT_THAT(said(), AllOf(HasSubstr("0000.lcm"), HasSubstr("hit the wall"), HasSubstr("1 file in")));
   EXPECT_EQ(slamctl({"log", "export", "--since", "10min", "--out", folder_ / "all.lcm"}), 0) << said();
   EXPECT_GT(scansIn(folder_ / "all.lcm"), 5);
   EXPECT_EQ(run("slam-replay", {"--log", folder_ / "all.lcm", "--trajectory", folder_ / "all.tum"}), 0) << said();

@@ -4,15 +4,36 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <CLI/TypeTools.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <sstream>
 #include <unistd.h>
+#include <vector>
 
+#include "config/closest_word.hpp"
 #include "config/loader.hpp"
 
 namespace slam {
+namespace {
+
+/// The subcommand or option that a word of the command line is nearly; empty: none is.
+std::string meantBy(const CLI::App& app, int argc, char** argv) {
+  std::vector<std::string> known;
+  for (const CLI::App* command : app.get_subcommands(nullptr)) {
+    known.push_back(command->get_name());
+    for (const CLI::App* inner : command->get_subcommands(nullptr)) known.push_back(inner->get_name());
+  }
+  for (const CLI::Option* option : app.get_options()) known.push_back(option->get_name());
+  for (const std::string& word : std::vector<std::string>(argv + 1, argv + argc)) {
+    if (word.size() < 3 || std::find(known.begin(), known.end(), word) != known.end()) continue;
+    if (std::string meant = closestWord(word, known); !meant.empty()) return meant;
+  }
+  return "";
+}
+
+}  // namespace
 
 int runProgram(CLI::App& app, int argc, char** argv, const std::string& version, const std::string& example,
                const std::function<int()>& body) {
@@ -27,7 +48,9 @@ int runProgram(CLI::App& app, int argc, char** argv, const std::string& version,
   } catch (const CLI::CallForVersion& wanted) {
     return app.exit(wanted);
   } catch (const CLI::ParseError& error) {
-    std::cerr << app.get_name() << ": " << error.what() << "; see " << app.get_name() << " --help\n";
+    const std::string meant = meantBy(app, argc, argv);
+    std::cerr << app.get_name() << ": " << error.what() << (meant.empty() ? "" : "; did you mean " + meant + "?")
+              << "; see " << app.get_name() << " --help\n";
     return kBadUsage;
   }
   try {

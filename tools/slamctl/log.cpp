@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cstdio>
 #include <ctime>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -48,7 +49,28 @@ std::vector<LogFile> logsIn(const std::filesystem::path& folder) {
   return files;
 }
 
+std::vector<std::string> marksOf(const LogFile& file) {
+  std::vector<std::string> marks;
+  const std::string words = markOf(file);
+  for (std::size_t at = 0, end = 0; (end = words.find('\n', at)) != std::string::npos; at = end + 1)
+    marks.push_back(words.substr(at, end - at));
+  return marks;
+}
+
 }  // namespace
+
+nlohmann::json logsJson(const std::filesystem::path& folder) {
+  auto list = nlohmann::json::array();
+  for (const LogFile& file : logFilesIn(folder)) {
+    const auto first = file.isLog() ? firstTime(file) : std::nullopt;
+    list.push_back({{"run", file.run()},
+                    {"file", file.path.filename().string()},
+                    {"bytes", file.bytes},
+                    {"utime", first ? nlohmann::json(*first) : nlohmann::json()},
+                    {"marks", marksOf(file)}});
+  }
+  return list;
+}
 
 void printLogs(const std::filesystem::path& folder) {
   std::string run;
@@ -63,11 +85,9 @@ void printLogs(const std::filesystem::path& folder) {
                 first          ? utcName(*first).c_str()
                 : file.isLog() ? "no whole record in it"
                                : "images");
-    std::string words = markOf(file);
-    for (std::size_t at = 0, end = 0; (end = words.find('\n', at)) != std::string::npos; at = end + 1)
-      std::printf("    marked %s\n", words.substr(at, end - at).c_str());
+    for (const std::string& mark : marksOf(file)) std::printf("    marked %s\n", mark.c_str());
   }
-  std::printf("%zu files in %s, %.1f MB\n", files.size(), folder.c_str(), sum);
+  std::printf("%zu file%s in %s, %.1f MB\n", files.size(), files.size() == 1 ? "" : "s", folder.c_str(), sum);
 }
 
 std::int64_t sinceTime(const std::string& text, std::int64_t now) {

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
@@ -10,6 +11,8 @@ namespace slam {
 
 /// Prints all files of the logs, the oldest first.
 void printLogs(const std::filesystem::path& folder);
+/// The same for programs: a list of run, file, bytes, utime [us since the epoch] (null: no whole record in it), marks.
+nlohmann::json logsJson(const std::filesystem::path& folder);
 
 /// What a person means by --since. @param text "90s", "10min", "2h", "3d": so long ago; or a UTC time, such as
 /// "2026-11-25 06:37" or "2026-11-25T06:37:55Z" @param now [us since the epoch]

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <ctime>
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "config/loader.hpp"
 #include "config/service_reach.hpp"
@@ -15,6 +16,7 @@
 #include "tools/common/output_file.hpp"
 #include "tools/common/program.hpp"
 #include "tools/slamctl/doctor.hpp"
+#include "tools/slamctl/health_json.hpp"
 #include "tools/slamctl/log.hpp"
 #include "tools/slamctl/remote.hpp"
 
@@ -33,21 +35,53 @@ std::string timeText(std::int64_t utime) {
   return utime == 0 ? "-" : text;
 }
 
+void printJson(const nlohmann::json& value) { std::printf("%s\n", slam::textOf(value).c_str()); }
+
+const char* stateOf(const slam::MapSummary& map) {
+  return map.newer                      ? "of a newer slamd"
+         : map.generation == 0          ? "damaged"
+         : map.problem.empty()          ? "good"
+         : map.generation != map.newest ? "good, newest generation damaged"
+                                        : "usable, in part damaged";
+}
+
 void printMaps(const std::string& directory) {
   const auto maps = slam::MapStore::list(directory);
   const auto newest = slam::MapStore::newest(directory);
   std::printf("%-2s%-28s %10s %10s  %-19s  %s\n", "", "map", "keyframes", "generation", "saved (UTC)", "state");
   for (const slam::MapSummary& map : maps) {
-    const char* state = map.newer                      ? "of a newer slamd"
-                        : map.generation == 0          ? "damaged"
-                        : map.problem.empty()          ? "good"
-                        : map.generation != map.newest ? "good, newest generation damaged"
-                                                       : "usable, in part damaged";
     std::printf("%-2s%-28s %10d %10d  %-19s  %s\n", newest == map.name ? "*" : "", map.name.c_str(), map.keyframes,
-                map.generation, timeText(map.utime).c_str(), state);
+                map.generation, timeText(map.utime).c_str(), stateOf(map));
     if (!map.problem.empty()) std::printf("  %s\n", map.problem.c_str());
   }
-  std::printf("%zu maps in %s%s\n", maps.size(), directory.c_str(), newest ? "; * is continued at start" : "");
+  std::printf("%zu map%s in %s%s\n", maps.size(), maps.size() == 1 ? "" : "s", directory.c_str(),
+              newest ? "; * is continued at start" : "");
+}
+
+nlohmann::json mapsJson(const std::string& directory) {
+  auto list = nlohmann::json::array();
+  const auto newest = slam::MapStore::newest(directory);
+  for (const slam::MapSummary& map : slam::MapStore::list(directory))
+    list.push_back({{"name", map.name},
+                    {"keyframes", map.keyframes},
+                    {"generation", map.generation},
+                    {"utime", map.utime},
+                    {"state", stateOf(map)},
+                    {"problem", map.problem},
+                    {"continued_at_start", newest == map.name}});
+  return list;
+}
+
+int printFindings(const slam::Findings& findings, bool json) {
+  if (!json) return slam::print(findings);
+  constexpr const char* kLevels[] = {"good", "warning", "fault"};
+  auto list = nlohmann::json::array();
+  for (const slam::Finding& finding : findings)
+    list.push_back({{"level", kLevels[finding.level]}, {"what", finding.what}, {"fix", finding.fix}});
+  printJson(list);
+  return static_cast<int>(std::count_if(findings.begin(), findings.end(), [](const slam::Finding& finding) {
+    return finding.level == slam::Finding::kFault;
+  }));
 }
 
 void exportMap(const std::filesystem::path& map, const std::string& prefix, const slam::Config& config) {
@@ -114,6 +148,7 @@ struct Arguments {
   std::string config_file = slam::kServiceConfig, maps, name, prefix, url, what, since, out;
   std::vector<std::string> overrides;
   std::array<double, 3> pose{};
+  bool json = false;
 };
 
 /// The subcommands that are looked at by themselves; the others are sent to slamd.
@@ -129,6 +164,7 @@ Commands addCommands(CLI::App& app, Arguments& arguments) {
   app.add_option("--set", arguments.overrides, "section.key=value over the file; may be repeated");
   app.add_option("--url", arguments.url, "LCM URL, in place of the configuration's and of the socket");
   app.add_option("--maps", arguments.maps, "folder of the maps, in place of the configuration's");
+  app.add_flag("--json", arguments.json, "print JSON, for programs (docs/api.md)");
   commands.status = app.add_subcommand("status", "what slamd does, and how its devices are");
   commands.doctor = app.add_subcommand(
       "doctor",
@@ -190,7 +226,7 @@ int main(int argc, char** argv) {
     if (commands.list->parsed() || commands.export_map->parsed()) {
       const std::string directory = folderOf(config.store.directory, slam::kServiceMaps, "maps",
                                              "store.directory in the configuration or give --maps");
-      if (commands.list->parsed()) printMaps(directory);
+      if (commands.list->parsed()) arguments.json ? printJson(mapsJson(directory)) : printMaps(directory);
       if (commands.export_map->parsed()) {
         if (!slam::MapStore::isName(arguments.name))
           throw std::runtime_error("\"" + arguments.name + "\" is no name of a map");
@@ -202,17 +238,18 @@ int main(int argc, char** argv) {
     if (commands.log_list->parsed() || commands.log_export->parsed()) {
       const std::string folder =
           folderOf(config.log.directory, slam::kServiceLog, "logs", "log.directory in the configuration");
-      commands.log_list->parsed() ? slam::printLogs(folder) : exportLog(folder, arguments.since, arguments.out);
+      if (commands.log_export->parsed()) exportLog(folder, arguments.since, arguments.out);
+      if (commands.log_list->parsed()) arguments.json ? printJson(slam::logsJson(folder)) : slam::printLogs(folder);
       return slam::kDone;
     }
     const std::string socket = arguments.url.empty() ? slam::socketOf(config, arguments.config_file) : "";
     if (commands.doctor->parsed())
-      return slam::print(slam::diagnose(config, socket)) == 0 ? slam::kDone : slam::kFailed;
+      return printFindings(slam::diagnose(config, socket), arguments.json) == 0 ? slam::kDone : slam::kFailed;
     slam::Remote remote(socket, config.lcm.url);
     if (commands.status->parsed()) {
       const auto health = remote.health(kHealthLimit);
       if (!health) throw std::runtime_error(remote.silence());
-      printStatus(*health);
+      arguments.json ? printJson(slam::healthJson(*health, remote.problems())) : printStatus(*health);
       return slam::kDone;
     }
     const auto sent =
@@ -220,6 +257,10 @@ int main(int argc, char** argv) {
     if (commands.log_mark->parsed()) arguments.name = arguments.what;
     const auto ack = remote.ask(sent->second, arguments.name, arguments.pose, kAnswerLimit);
     if (!ack) throw std::runtime_error(remote.silence());
+    if (arguments.json) {
+      printJson({{"accepted", ack->accepted != 0}, {"message", ack->message}});
+      return ack->accepted ? slam::kDone : slam::kFailed;
+    }
     if (!ack->accepted) throw std::runtime_error(ack->message);
     std::printf("%s\n", ack->message.c_str());
     return slam::kDone;

@@ -8,9 +8,10 @@
 #include "mapping/colour_image.hpp"
 #include "mapping/map_files.hpp"
 #include "runtime/clock.hpp"
-#include "tools/web/event_text.hpp"
-#include "tools/web/metrics_text.hpp"
+#include "tools/slamctl/health_json.hpp"
 #include "tools/web/page_files.hpp"
+#include "tools/web/text/event_text.hpp"
+#include "tools/web/text/metrics_text.hpp"
 
 namespace slam {
 namespace {

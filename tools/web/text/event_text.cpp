@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/web/event_text.hpp"
+#include "tools/web/text/event_text.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,9 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "core/estimates.hpp"
-#include "drivers/device_status.hpp"
-#include "tools/slamctl/doctor.hpp"
+#include "tools/slamctl/health_json.hpp"
 
 namespace slam {
 namespace {
@@ -34,77 +32,11 @@ std::string base64(std::span<const std::uint8_t> bytes) {
   return text;
 }
 
-/// Fewer digits than a double has: a tenth of a millimetre is enough for a page. @param scale a power of ten
-double rounded(double value, double scale = 1e4) { return std::round(value * scale) / scale; }
-
-std::string stateName(std::int8_t state) {
-  const auto index = static_cast<std::uint8_t>(state);
-  return index <= static_cast<std::uint8_t>(LocalisationState::kLost) ? nameOf(static_cast<LocalisationState>(index))
-                                                                      : "unknown";
-}
-
 json closureJson(const WebState::Closure& closure) {
   return {{"x", rounded(closure.at.x())}, {"y", rounded(closure.at.y())}, {"n", closure.total}};
 }
 
 }  // namespace
-
-json poseJson(const pose_estimate_t& pose) {
-  const double* c = pose.covariance;
-  return {
-      {"utime", pose.utime},
-      {"map", pose.map_id},
-      {"x", rounded(pose.x)},
-      {"y", rounded(pose.y)},
-      {"theta", rounded(pose.theta)},
-      {"cov",
-       {rounded(c[0], 1e9), rounded(c[1], 1e9), rounded(c[4], 1e9), rounded(c[8], 1e9)}},  // xx, xy, yy, theta theta
-      {"speed", rounded(pose.twist[0], 1e3)},
-      {"turn", rounded(pose.twist[2], 1e3)},
-      {"state", stateName(static_cast<std::int8_t>(pose.state))},
-      {"quality", rounded(static_cast<double>(pose.match_quality), 1e2)}};
-}
-
-json healthJson(const health_t& health, const problems_t& problems) {
-  json devices = json::array(), stages = json::array(), counters = json::object();
-  const Findings findings = checkHealth(health, problems);
-  for (std::size_t i = 0; i < health.devices.size(); ++i) {
-    const device_health_t& d = health.devices[i];
-    constexpr const char* kLevels[] = {"good", "warning", "fault"};
-    devices.push_back({{"name", d.name},
-                       {"state", nameOf(static_cast<DeviceState>(static_cast<std::uint8_t>(d.state)))},
-                       {"level", kLevels[findings[i].level]},
-                       {"reason", d.reason},
-                       {"advice", findings[i].fix},
-                       {"age", rounded(d.age, 1e2)},
-                       {"rate", rounded(d.rate, 10)},
-                       {"expected", rounded(d.expected, 10)},
-                       {"rejects", d.rejects}});
-  }
-  json wrong = json::array();
-  for (const problem_t& p : problems.problems)
-    wrong.push_back({{"device", p.device},
-                     {"id", p.id},
-                     {"level", p.level > 1 ? "fault" : "warning"},
-                     {"cause", p.cause},
-                     {"meanwhile", p.meanwhile},
-                     {"fix", p.fix}});
-  for (const stage_health_t& s : health.stages)
-    stages.push_back(
-        {{"name", s.name}, {"count", s.count}, {"p50_us", s.p50_us}, {"p99_us", s.p99_us}, {"max_us", s.max_us}});
-  for (const counter_t& counter : health.counters) counters[counter.name] = counter.value;
-  return {{"utime", health.utime},
-          {"uptime", rounded(health.uptime, 10)},
-          {"state", stateName(static_cast<std::int8_t>(health.localisation))},
-          {"summary", health.summary},
-          {"cpu", rounded(health.cpu, 1e3)},
-          {"memory_mb", rounded(health.memory_mb, 10)},
-          {"disk_free_mb", rounded(health.disk_free_mb, 1)},
-          {"devices", std::move(devices)},
-          {"problems", std::move(wrong)},
-          {"stages", std::move(stages)},
-          {"counters", std::move(counters)}};
-}
 
 json mapJson(const WebState& state) {
   const TileStore& tiles = state.tiles();
@@ -141,8 +73,6 @@ json trailJson(const WebState& state) {
   for (const WebState::Closure& closure : state.closures()) closures.push_back(closureJson(closure));
   return {{"cm", std::move(points)}, {"closures", std::move(closures)}};
 }
-
-std::string textOf(const json& value) { return value.dump(-1, ' ', false, json::error_handler_t::replace); }
 
 std::string eventText(const char* name, const json& data) {
   return std::string("event: ") + name + "\ndata: " + textOf(data) + "\n\n";

@@ -8,16 +8,11 @@
 /// What the page is sent: server-sent events with JSON in them. Names are short because poses come at 10 Hz.
 namespace slam {
 
-nlohmann::json poseJson(const pose_estimate_t& pose);
-/// With words and advice for each device.
-nlohmann::json healthJson(const health_t& health, const problems_t& problems);
 nlohmann::json mapJson(const WebState& state);
 /// Points relative to a corner near them: x and y [cm] of the corner, and base64 of int16 pairs [cm].
 nlohmann::json pointsJson(const WebState::Points& points);
 nlohmann::json trailJson(const WebState& state);
 
-/// JSON that every browser reads, whatever bytes the strings of a message have.
-std::string textOf(const nlohmann::json& json);
 /// One event of a stream.
 std::string eventText(const char* name, const nlohmann::json& data);
 

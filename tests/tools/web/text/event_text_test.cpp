@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/web/event_text.hpp"
+#include "tools/web/text/event_text.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,6 +8,7 @@
 
 #include "bus/problem_message.hpp"
 #include "problems/devices.hpp"
+#include "tools/slamctl/health_json.hpp"
 #include "tools/web/map_tiles.hpp"
 
 namespace slam {

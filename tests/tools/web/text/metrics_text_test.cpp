@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/web/metrics_text.hpp"
+#include "tools/web/text/metrics_text.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
