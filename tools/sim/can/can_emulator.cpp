@@ -2,11 +2,12 @@
 #include "tools/sim/can/can_emulator.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <linux/can/error.h>
 #include <numbers>
 #include <utility>
 
-#include "tools/sim/faults/fault_values.hpp"
+#include "tools/faults/fault_kinds.hpp"
 
 namespace slam::sim {
 namespace {
@@ -40,7 +41,7 @@ void CanEmulator::step(Timestamp now, const CanReadings& readings, std::vector<c
     if (asked && dialect_ == odrive::Dialect::k06) send(now, odrive::encodeVersion(nodes_[side], kVersion06));
     const bool asked_watchdog = std::exchange(asked_watchdog_[side], false);
     if (asked_watchdog && dialect_ == odrive::Dialect::k06)
-      send(now, odrive::encodeParameter(nodes_[side], {kWatchdogEndpoint, watchdog_ > Duration(0) ? 1U : 0U}));
+      send(now, odrive::encodeParameter(nodes_[side], {kWatchdogEndpoint, watchdog_ > 0.0 ? 1U : 0U}));
   }
   while (due(next_estimates_, estimates_)) {
     for (std::size_t side = 0; side < 2; ++side) {
@@ -87,7 +88,7 @@ void CanEmulator::turn(Timestamp now, const CanReadings& readings) {
 void CanEmulator::watch(Timestamp now) {
   for (Drive& drive : drives_) {
     if (std::exchange(drive.fed, false)) drive.fed_at = now;
-    if (watchdog_ == Duration(0) || now - drive.fed_at <= watchdog_) continue;
+    if (watchdog_ == 0.0 || toSeconds(now - drive.fed_at) <= watchdog_) continue;
     drive.heartbeat.axis_error |=
         dialect_ == odrive::Dialect::k06 ? odrive::kWatchdogExpired06 : odrive::kWatchdogExpired05;
     drive.heartbeat.state = static_cast<std::uint8_t>(odrive::AxisState::kIdle);
@@ -130,52 +131,49 @@ void CanEmulator::receive(const can::Frame& frame) {
 }
 
 bool CanEmulator::inject(std::string_view kind, double value) {
-  constexpr double kSeldom = 1000.0;
-  const bool on = value != 0.0;
-  if (kind == "silent") {
-    silent_ = on;
-  } else if (kind == "garbage") {
-    garbage_ = on;
-  } else if (kind == "stuck") {
-    stuck_ = on;
-  } else if (kind == "wrong") {
-    factor_ = value;
-  } else if (kind == "slow") {
-    if (value < 1.0) return false;
-    slow_ = static_cast<int>(value);
-  } else if (kind == "delay") {
-    delay_ = fromSeconds(value * 1e-3);
-  } else if (kind == "watchdog") {
-    watchdog_ = fromSeconds(value);
-  } else if (kind == "axis_error") {
-    drives_[0].heartbeat.axis_error = static_cast<std::uint32_t>(value);
-    drives_[0].heartbeat.state =
-        static_cast<std::uint8_t>(on ? odrive::AxisState::kIdle : odrive::AxisState::kClosedLoop);
-  } else if (kind == "idle") {
-    drives_[0].heartbeat.state =
-        static_cast<std::uint8_t>(on ? odrive::AxisState::kIdle : odrive::AxisState::kClosedLoop);
-  } else if (kind == "deaf") {
-    return setSwitch(deaf_, value);
-  } else if (kind == "firmware") {
-    if (value != 0.5 && value != 0.6) return false;
-    dialect_ = value == 0.5 ? odrive::Dialect::k05 : odrive::Dialect::k06;
-  } else if (kind == "estimates") {
-    if (!(value >= 1.0 && value <= 10e3)) return false;
-    estimates_ = fromSeconds(1e-3 * value);
-    next_estimates_ = {};
-  } else if (kind == "imu_time") {
-    return setCount(time_every_, value, kSeldom);
-  } else if (kind == "imu_acceleration") {
-    return setCount(acceleration_every_, value, kSeldom);
-  } else if (kind == "quaternion") {
-    return setSwitch(quaternion_, value);
-  } else if (kind == "bus_off") {
-    if (on != bus_off_) line_.push_back({{}, errorFrame(on ? CAN_ERR_BUSOFF : CAN_ERR_RESTARTED)});
-    bus_off_ = on;
-  } else {
-    return false;
-  }
-  return true;
+  using E = CanEmulator;
+  constexpr double kSeldom = 1000.0, kAny = std::numeric_limits<double>::max();
+  static constexpr auto idle = [](E& can, double to) {
+    can.drives_[0].heartbeat.state =
+        static_cast<std::uint8_t>(to != 0.0 ? odrive::AxisState::kIdle : odrive::AxisState::kClosedLoop);
+    return true;
+  };
+  static constexpr FaultKind<E> kKinds[] = {
+      {"silent", &E::silent_},                // sends nothing
+      {"garbage", &E::garbage_},              // frames of random bytes
+      {"stuck", &E::stuck_},                  // the same values again and again
+      {"wrong", &E::factor_, -kAny, kAny},    // factor of the positions
+      {"slow", &E::slow_, 1.0, 1e6},          // factor of the periods
+      {"delay", &E::delay_, 0.0, 1e6},        // [ms]
+      {"watchdog", &E::watchdog_, 0.0, 1e6},  // [s] without a frame from the host, then an error; 0: off, as delivered
+      // The error word of the left drive, which disarms it; 0 takes it back.
+      {"axis_error",
+       [](E& can, double to) {
+         can.drives_[0].heartbeat.axis_error = static_cast<std::uint32_t>(to);
+         return idle(can, to);
+       },
+       0.0, 0xFFFFFFFF},
+      {"idle", idle},       // takes the left drive out of closed loop without an error; 0 arms it
+      {"deaf", &E::deaf_},  // the left drive leaves speeds out
+      {"firmware",          // of both drives, 0.5 or 0.6
+       [](E& can, double to) {
+         if (to != 0.5 && to != 0.6) return false;
+         can.dialect_ = to == 0.5 ? odrive::Dialect::k05 : odrive::Dialect::k06;
+         return true;
+       }},
+      {"estimates", &E::estimates_, 1.0, 10e3},                     // [ms] their period, 10 as delivered
+      {"imu_time", &E::time_every_, 0.0, kSeldom},                  // sent with every so many'th turn rate, 0 never
+      {"imu_acceleration", &E::acceleration_every_, 0.0, kSeldom},  // the same
+      {"quaternion", &E::quaternion_},                              // it is sent
+      {"bus_off",                                                   // 0: of a controller that was restarted
+       [](E& can, double to) {
+         const bool on = to != 0.0;
+         if (on != can.bus_off_) can.line_.push_back({{}, errorFrame(on ? CAN_ERR_BUSOFF : CAN_ERR_RESTARTED)});
+         can.bus_off_ = on;
+         return true;
+       }},
+  };
+  return injectFault(kKinds, *this, kind, value);
 }
 
 }  // namespace slam::sim
