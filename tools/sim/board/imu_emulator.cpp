@@ -31,6 +31,7 @@ bool ImuEmulator::inject(std::string_view kind, double value) {
       {"checksum", &E::wrong_checksums_, 0.0, 1e6},  // so many frames have a wrong checksum
       {"stuck", &E::stuck_},                         // sends the same values for ever
       {"slow", &E::slow_, 1.0, 1000.0},              // only each n-th sample comes
+      {"no_accel", &E::no_accel_},                   // a B6 whose acceleration is switched off
       {"wrong", &E::factor_, -1e9, 1e9},             // turn rates are multiplied by it
   };
   return injectFault(kKinds, *this, kind, value);
@@ -69,6 +70,7 @@ void ImuEmulator::sample(const std::array<double, 3>& gyro, const std::array<dou
   for (const hfi::B6Frame& frame : {counts(hfi::B6Type::kAccel, gravity, static_cast<double>(hfi::kB6Accel)),
                                     counts(hfi::B6Type::kGyro, gyro_, static_cast<double>(hfi::kB6Gyro)),
                                     hfi::B6Frame{hfi::B6Type::kAngle}, hfi::B6Frame{hfi::B6Type::kMagnetic}}) {
+    if (no_accel_ && frame.type == hfi::B6Type::kAccel) continue;
     auto bytes = hfi::encodeB6(frame);
     send(bytes, out);
   }

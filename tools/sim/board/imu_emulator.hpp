@@ -28,7 +28,7 @@ class ImuEmulator {
   Framing framing_;
   std::mt19937_64 random_;
   std::array<double, 3> gyro_{}, accel_{};  // [rad/s], [m/s^2]
-  bool silent_ = false, garbage_ = false, stuck_ = false;
+  bool silent_ = false, garbage_ = false, stuck_ = false, no_accel_ = false;
   int wrong_checksums_ = 0, slow_ = 1, samples_ = 0;
   double factor_ = 1.0;
 };
