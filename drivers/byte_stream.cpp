@@ -121,10 +121,10 @@ std::unique_ptr<ByteStream> makeDescriptorStream(int descriptor) {
 
 OpenedPort openPort(const std::string& path, int baud) {
   auto port = std::make_unique<SerialPort>();
-  if (const char* problem = port->open(path, baud); *problem != '\0') return {nullptr, problem};
+  if (const Problem problem = port->open(path, baud)) return {nullptr, problem};
   const int edges = makeEdges(port->descriptor());
-  if (edges < 0) return {nullptr, "no file descriptor is left: see LimitNOFILE"};
-  return {std::make_unique<PortStream>(std::move(port), edges), ""};
+  if (edges < 0) return {nullptr, problem::kNoDescriptors};
+  return {std::make_unique<PortStream>(std::move(port), edges), {}};
 }
 
 }  // namespace slam

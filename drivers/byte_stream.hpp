@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/timestamp.hpp"
+#include "problems/devices.hpp"
 
 namespace slam {
 
@@ -35,7 +36,7 @@ class ByteStream {
 /// Result of opening: a stream, or why not.
 struct OpenedPort {
   std::unique_ptr<ByteStream> stream;
-  const char* problem = "";  ///< static text; empty when opened
+  Problem problem = {};  ///< none when opened
 };
 
 /// Opens a SerialPort. The path may be a link or a device node of any name: the port is known by its descriptor alone.

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "core/timestamp.hpp"
+#include "problems/devices.hpp"
 
 namespace slam {
 
@@ -24,21 +25,24 @@ inline const char* nameOf(DeviceState state) {
 /// What a driver's thread lets the supervisor see. Written by one thread, read by any; no lock.
 struct DeviceStatus {
   std::atomic<DeviceState> state{DeviceState::kAbsent};
-  std::atomic<const char*> reason{"not opened yet"};  ///< lives as long as the driver
-  std::atomic<std::int64_t> last_sample_ns{0};        ///< stamp of the last good sample, 0: none yet
+  std::atomic<std::int64_t> last_sample_ns{0};  ///< stamp of the last good sample, 0: none yet
   std::atomic<std::int64_t> samples{0};
   std::atomic<std::int64_t> rejects{0};
   std::atomic<std::int64_t> thinned{0};     ///< readings left out evenly, because there were too many to be used
   std::atomic<const char*> identity{""};    ///< what it says that it is; good until it was connected three times more
   std::atomic<std::int64_t> identified{0};  ///< how often that was set: once for each connection
 
-  void set(DeviceState new_state, const char* why) {
-    reason.store(why, std::memory_order_release);  // words may have been made a moment ago
+  DeviceStatus() { problem_.store(problem::kNotOpened); }
+
+  Problem problem() const { return problem_.load(); }
+  void setProblem(const Problem& problem) { problem_.store(problem); }
+  void set(DeviceState new_state, const Problem& why = {}) {
+    problem_.store(why);
     state.store(new_state, std::memory_order_release);
   }
   /// It is being opened. What was wrong with one that failed stays to be read until it streams.
   /// @param doing said of any other
-  void setOpening(const char* doing) {
+  void setOpening(const Problem& doing) {
     const DeviceState before = state;
     const bool failed = before == DeviceState::kStale || before == DeviceState::kFault;
     recovers_ = before == DeviceState::kOpening ? recovers_ : failed;
@@ -59,6 +63,7 @@ struct DeviceStatus {
   }
 
  private:
+  SharedProblem problem_;
   bool recovers_ = false;  // of the writing thread
   std::array<std::array<char, 256>, 4> identities_{};
 };

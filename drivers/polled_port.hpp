@@ -36,9 +36,9 @@ class PolledPort {
     asked_ = true;
     return false;
   }
-  /// Opens it, once due() says so, and forgets what had come before. @return what is in the way, static text; empty
-  /// when it is open
-  const char* open(Timestamp now) {
+  /// Opens it, once due() says so, and forgets what had come before. @return what is in the way; none when it
+  /// is open
+  Problem open(Timestamp now) {
     OpenedPort port = std::exchange(asked_, false) ? opener_->take() : open_(path_, baud_);
     if (!port.stream) {
       retry_.failed(now);
@@ -46,7 +46,7 @@ class PolledPort {
     }
     stream_ = std::move(port.stream);
     stream_->discardInput();
-    return "";
+    return {};
   }
   /// Whether nothing of this program has the port open: who asked for it to be closed may have to wait.
   bool isReleased() const { return !isOpen() && (!opener_ || opener_->isClosed()); }

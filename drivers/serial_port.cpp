@@ -15,14 +15,10 @@
 #include <system_error>
 #include <unistd.h>
 
-#include "drivers/open_words.hpp"
+#include "drivers/open_problem.hpp"
 
 namespace slam {
-namespace {
-
-const char* const kRefusesSettings = "the port refuses its settings: check the baud rate";
-
-}  // namespace
+namespace {}  // namespace
 
 std::vector<SerialPortInfo> serialPorts() {
   std::vector<SerialPortInfo> found;
@@ -63,35 +59,34 @@ SerialPort::~SerialPort() {
   if (node_ >= 0) close(node_);
 }
 
-const char* SerialPort::open(const std::string& path, int baud) {
+Problem SerialPort::open(const std::string& path, int baud) {
   node_ = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (node_ < 0) {
     const int error = errno;
-    return kept(openWords(error, rightsOf(path)));
+    return openProblem(error, rightsOf(path));
   }
-  if (isatty(node_) == 0) return "not a serial port: check the path";
-  if (flock(node_, LOCK_EX | LOCK_NB) != 0) return "the port is in use by another program";
+  if (isatty(node_) == 0) return problem::kPortIsNone;
+  if (flock(node_, LOCK_EX | LOCK_NB) != 0) return problem::kPortInUse;
   handle_ = node_;
   int lines = 0;
   if (ioctl(node_, TIOCMGET, &lines) == 0) {
-    if (const char* problem = openBehindNode(baud); *problem != '\0') return problem;
+    if (const Problem problem = openBehindNode(baud)) return problem;
   }
-  if (!setUpByHand(baud)) return kRefusesSettings;
+  if (!setUpByHand(baud)) return problem::kPortRefusesSettings;
   ioctl(handle_, TIOCEXCL);  // keeps others out who know no flock(), but not root
-  return "";
+  return {};
 }
 
-const char* SerialPort::openBehindNode(int baud) {
+Problem SerialPort::openBehindNode(int baud) {
   // libserialport 0.1.1 looks for a name in sysfs before it opens it, and there is none of a link of udev's or of a
   // container's node. This one exists on both ways, seen from /dev and from /sys/class/tty.
   const std::string name = "/dev/../../../proc/self/fd/" + std::to_string(node_);
-  if (sp_get_port_by_name(name.c_str(), &port_) != SP_OK)
-    return "libserialport does not find the port, for which it needs /proc and /sys: mount them";
-  if (sp_open(port_, SP_MODE_READ_WRITE) != SP_OK) return kept(openWords(sp_last_error_code(), {}));
+  if (sp_get_port_by_name(name.c_str(), &port_) != SP_OK) return problem::kPortUnknown;
+  if (sp_open(port_, SP_MODE_READ_WRITE) != SP_OK) return openProblem(sp_last_error_code(), {});
   sp_get_port_handle(port_, &handle_);
   fcntl(handle_, F_SETFD, FD_CLOEXEC);
   sp_port_config* config = nullptr;  // what is not set stays: DTR and RTS as the kernel raises them
-  if (sp_new_config(&config) != SP_OK) return kRefusesSettings;
+  if (sp_new_config(&config) != SP_OK) return problem::kPortRefusesSettings;
   sp_set_config_baudrate(config, baud);
   sp_set_config_bits(config, 8);
   sp_set_config_parity(config, SP_PARITY_NONE);
@@ -99,7 +94,7 @@ const char* SerialPort::openBehindNode(int baud) {
   sp_set_config_flowcontrol(config, SP_FLOWCONTROL_NONE);
   const bool is_set = sp_set_config(port_, config) == SP_OK;
   sp_free_config(config);
-  return is_set ? "" : kRefusesSettings;
+  return is_set ? Problem() : problem::kPortRefusesSettings;
 }
 
 /// What libserialport 0.1.1 leaves as it was; and all of it where there are no modem lines, for there it refuses to

@@ -6,6 +6,8 @@
 
 struct sp_port;
 
+#include "problems/devices.hpp"
+
 namespace slam {
 
 /// A serial port of this machine, as udev rules name it.
@@ -32,15 +34,15 @@ class SerialPort {
 
   /// Opens it without waiting for a carrier, for this process alone, as a line of 8N1 without flow control, whose bytes
   /// are passed on unchanged and as soon as they come. Closing it does not drop DTR. Once.
-  /// @param baud [bit/s] any that its adapter can @return why not, static text; empty: it is open
-  const char* open(const std::string& path, int baud);
+  /// @param baud [bit/s] any that its adapter can @return why not; none: it is open
+  Problem open(const std::string& path, int baud);
   int descriptor() const { return handle_; }
   void discardInput();
   /// @return false where it has no modem lines
   bool setDtr(bool on);
 
  private:
-  const char* openBehindNode(int baud);
+  Problem openBehindNode(int baud);
   bool setUpByHand(int baud);
 
   int node_ = -1;            // holds the lock, and the device while libserialport opens it

@@ -245,29 +245,21 @@ bool WrongSpeaker::tick(Timestamp now) {
 void WrongSpeaker::describe(const Heard& heard) {
   const char* key = kKeys[static_cast<std::size_t>(expected_)];
   const char* theirs = keyOf(heard.speaker);
+  const char* name = nameOf(heard.speaker);
+  const double baud = heard.baud;
   known_ = heard.speaker != Speaker::kUnknown;
   if (theirs != nullptr && std::strcmp(theirs, key) == 0) {
     known_ = heard.baud != baud_;  // else it is the right one, which has answered at last
-    std::snprintf(words_.data(), words_.size(),
-                  "%s answers on this port at %d bit/s, not at %d: nothing can be read; set %s.baud = %d",
-                  nameOf(heard.speaker), heard.baud, baud_, key, heard.baud);
+    problem_ = {problem::kOtherBaud, {baud, static_cast<double>(baud_)}, {name, key}};
   } else if (theirs != nullptr) {
-    std::snprintf(words_.data(), words_.size(),
-                  "%s is on this port: the %s is missed, slamd goes on without; are the two cables swapped? exchange "
-                  "%s.port and %s.port",
-                  nameOf(heard.speaker), key, key, theirs);
+    problem_ = {problem::kOtherDevice, {}, {name, key, theirs}};
   } else {
     char header[24] = "";
     if (heard.header != std::array<std::uint8_t, 2>{})
       std::snprintf(header, sizeof header, ", header %02X %02X", static_cast<unsigned>(heard.header[0]),
                     static_cast<unsigned>(heard.header[1]));
     const bool lidar = isLidar(heard.speaker) && expected_ == PortOf::kLidar;
-    std::snprintf(words_.data(), words_.size(),
-                  "%s is on this port (%d bit/s%s): slamd cannot read it and goes on without; %s",
-                  nameOf(heard.speaker), heard.baud, header,
-                  lidar ? "let the maker's program read it and send SLAM_SCAN, with lidar.driver = \"lcm\", or take an "
-                          "RPLidar"
-                        : "set the right port: slamctl doctor lists them");
+    problem_ = {lidar ? problem::kForeignLidar : problem::kForeignDevice, {baud}, {name, header}};
   }
 }
 

@@ -70,7 +70,7 @@ class SpeakerSearch {
 /// The device that a port is for.
 enum class PortOf : std::uint8_t { kLidar, kBoard, kImu };
 
-/// The search for one port, made once and then remembered, and its words.
+/// The search for one port, made once and then remembered.
 class WrongSpeaker {
  public:
   WrongSpeaker(PortOf expected, std::string path, int baud, PortOpener open = openPort)
@@ -89,7 +89,7 @@ class WrongSpeaker {
   /// The device answers, or the port is another one's now.
   void forget() { asked_ = known_ = wanted_ = false; }
   /// Who is there instead; `otherwise` where that is not known.
-  const char* words(const char* otherwise) const { return known_ ? words_.data() : otherwise; }
+  Problem found(const Problem& otherwise) const { return known_ ? problem_ : otherwise; }
 
  private:
   void describe(const Heard& heard);
@@ -100,7 +100,7 @@ class WrongSpeaker {
   SpeakerSearch search_;
   bool asked_ = false, known_ = false;
   bool wanted_ = false;  // the search, which has not begun
-  std::array<char, 320> words_{};
+  Problem problem_;      // where it is known
 };
 
 }  // namespace slam

@@ -3,7 +3,6 @@
 #include <array>
 #include <atomic>
 #include <memory>
-#include <slam/health_t.hpp>
 #include <slam/map_meta_t.hpp>
 #include <slam/map_tile_t.hpp>
 #include <string>
@@ -31,6 +30,11 @@ struct BusCounters {
   std::array<std::atomic<std::uint64_t>, kRefusals - 1> refused{};  // of sensors and speeds, by the reason
   std::atomic<std::uint64_t> drives_not_followed{0}, refused_commands{0};
   std::atomic<std::uint64_t> dropped{0}, socket_clients{0}, socket_bad{0}, socket_dropped{0}, socket_refused{0};
+
+  void refuse(Refusal refusal) {
+    ++bad_messages;
+    ++refused[static_cast<std::size_t>(refusal) - 1];
+  }
 
   template <typename Visitor>
   friend void visitCounters(const BusCounters& c, Visitor&& visit) {
@@ -227,7 +231,7 @@ struct BusEnds {
   Consumer<MapAnswer> answers;
   TileChannels<Consumer> tiles;
   MapRequests& requests;
-  Consumer<health_t> health;
+  Consumer<HealthReport> health;
   Consumer<SentPose> poses;
   BusCounters& counters;
   Wakeup &wakeup, &estimator_wakeup;
@@ -255,7 +259,7 @@ struct Channels {
   TileChannels<SpscQueue> tiles;
   CommandChannels<SpscQueue> commands;
   SpscQueue<MapAnswer> answers{16};      // graph -> bus
-  SpscQueue<health_t> health{4};         // supervisor -> bus
+  SpscQueue<HealthReport> health{4};     // supervisor -> bus
   SpscQueue<SentPose> sent_poses{1024};  // pose -> bus
   MapRequests requests;
 

@@ -3,11 +3,10 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <span>
-#include <string_view>
 #include <utility>
 
 #include "app/log/log.hpp"
+#include "diagnostics/sensor_problems.hpp"
 
 namespace slam {
 namespace {
@@ -20,14 +19,10 @@ constexpr Duration kOpened = 3s;         // no device that works takes longer to
 /// the next one.
 constexpr double kMostMessages = 10.0, kMessages = 0.5;
 
+constexpr ProblemKind kIdentity{"identity", "{0}"};  // none: it tells one line about a device from another
+
 bool isSilent(const WatchedDevice& device, Timestamp now) {
   return ageOf(device, now) > (device.over_lcm ? kLcmStaleAfter : kStaleAfter);
-}
-
-/// Drivers know causes and fixes. What follows from them depends on the other devices.
-std::string withConsequence(const WatchedDevice& device, std::string reason) {
-  const bool known = *device.without == '\0' || reason.find("slamd ") != std::string::npos;
-  return known ? std::move(reason) : std::move(reason) + "; slamd " + device.without;
 }
 
 }  // namespace
@@ -42,33 +37,24 @@ DeviceState stateOf(const WatchedDevice& device, Timestamp now) {
   return state == DeviceState::kStreaming && isSilent(device, now) ? DeviceState::kStale : state;
 }
 
-std::string reasonOf(const WatchedDevice& device, std::string reason, Timestamp now) {
-  const bool silent = isSilent(device, now);
-  char text[320];
+Problem problemOf(const WatchedDevice& device, const Problem& found, Timestamp now) {
   constexpr double kSlow = 0.7;     // [1] of the expected rate
   constexpr double kDamaged = 0.1;  // [1] of it, refused: a good line loses nothing
-  if (reason.empty() && !silent && device.judged && device.rate < kSlow * device.expected) {
-    const bool damaged = device.refused >= kDamaged * device.expected;
-    const int size =
-        std::snprintf(text, sizeof text, "%.1f Hz where %.1f Hz are expected", device.rate, device.expected);
-    const std::span rest(text + size, text + sizeof text);
-    damaged
-        ? std::snprintf(rest.data(), rest.size(),
-                        ", for %.1f a second are lost or damaged on the line: slamd goes on with those that are "
-                        "whole; check the cable, its plugs and its ground, or take another USB socket without a hub",
-                        device.refused)
-        : std::snprintf(rest.data(), rest.size(),
-                        ", and nothing is damaged on the line: slamd goes on with what comes; check at which rate "
-                        "the device is set to send, and its power");
-    return text;
+  if (found) return found;
+  if (isSilent(device, now)) {
+    if (device.starved) return problem::kStarved;
+    return device.over_lcm ? problem::kLcmSilent : problem::kSilent;
   }
-  if (!silent) return reason;
-  if (reason.empty() && device.starved) reason = "the computer is overloaded";
-  if (reason.empty()) reason = device.over_lcm ? "nobody sends it over LCM" : "port present, but silent: pull its plug";
-  constexpr std::string_view kNoData = "no data, ";  // as a driver begins that cannot tell since when
-  if (reason.starts_with(kNoData)) reason.erase(0, kNoData.size());
+  if (!device.judged || device.rate >= kSlow * device.expected) return {};
+  const bool damaged = device.refused >= kDamaged * device.expected;
+  return {damaged ? problem::kDamaged : problem::kSlow, {device.rate, device.expected, device.refused}};
+}
+
+std::string silenceOf(const WatchedDevice& device, Timestamp now) {
+  if (!isSilent(device, now)) return "";
+  char text[32];
   std::snprintf(text, sizeof text, "no data for %.1f s, ", toSeconds(*ageOf(device, now)));
-  return text + reason;
+  return text;
 }
 
 void measureRate(WatchedDevice& device, double interval, bool settled, Timestamp now) {
@@ -95,13 +81,11 @@ void DeviceMonitor::measureRates(double interval, bool settled, Timestamp now) {
   for (WatchedDevice& device : devices_) measureRate(device, interval, settled, now);
 }
 
-std::string DeviceMonitor::statusReason(const WatchedDevice& device) const {
-  if (device.name == "lidar" && lidar_stuck_) {
-    return "every turn shows the same ranges although the robot moves: the lidar is stuck, pull its plug";
-  }
-  const std::string reason = device.status->reason.load(std::memory_order_acquire);
-  const bool blind = device.name == "lidar" && reason.empty() && echoes_ != EchoWatch::Finding::kNone;
-  return blind ? describe(echoes_) : reason;
+Problem DeviceMonitor::found(const WatchedDevice& device) const {
+  if (device.name == "lidar" && lidar_stuck_) return problem::kLidarStuck;
+  const Problem problem = device.status->problem();
+  const bool blind = device.name == "lidar" && !problem && echoes_ != EchoWatch::Finding::kNone;
+  return blind ? problemOf(echoes_) : problem;
 }
 
 bool DeviceMonitor::look(Timestamp now) {
@@ -113,28 +97,42 @@ bool DeviceMonitor::look(Timestamp now) {
     // One that alternates for long has news every two seconds.
     device.messages = std::min(kMostMessages, device.messages + kMessages * toSeconds(now - device.looked));
     device.looked = now;
-    std::string seen = std::string(nameOf(state)) + statusReason(device);
-    if (seen == device.seen || device.messages < 1.0) continue;
+    const Problem problem = found(device);
+    const bool same = !device.is_new && state == device.seen_state && problem.isSame(device.seen);
+    if (same || device.messages < 1.0) continue;
     device.messages -= 1.0;
-    device.seen = std::move(seen);
+    device.seen_state = state;
+    device.seen = problem;
+    device.is_new = false;
     news = true;
   }
   return news;
 }
 
+std::vector<Trouble> DeviceMonitor::problems(Timestamp now) const {
+  std::vector<Trouble> problems;
+  for (const WatchedDevice& device : devices_) {
+    if (const Problem problem = problemOf(device, found(device), now))
+      problems.push_back({.device = device.name,
+                          .problem = problem,
+                          .begin = device.name + ": ",
+                          .since = silenceOf(device, now),
+                          .meanwhile = device.without.empty() ? "" : "slamd " + device.without,
+                          .recovery = device.name + " STREAMING",
+                          .fault = stateOf(device, now) != DeviceState::kStreaming});
+  }
+  return problems;
+}
+
 std::vector<Trouble> DeviceMonitor::troubles(Timestamp now) {
-  std::vector<Trouble> troubles;
-  for (WatchedDevice& device : devices_) {
+  std::vector<Trouble> troubles = problems(now);
+  for (Trouble& trouble : troubles) {
+    const WatchedDevice& device = *std::find_if(devices_.begin(), devices_.end(),
+                                                [&](const WatchedDevice& d) { return d.name == trouble.device; });
     const DeviceState state = stateOf(device, now);
-    std::string status = statusReason(device), reason = reasonOf(device, status, now);
-    if (state == DeviceState::kStreaming && reason.empty()) continue;
-    Trouble& trouble = troubles.emplace_back();
-    trouble.cause = device.name;
+    trouble.begin = device.name + " " + nameOf(state) + ": ";
     const bool opens = device.opening_since && now - *device.opening_since < kOpened;
-    if (state == DeviceState::kOpening && opens) continue;  // not over, and no news
-    trouble.recovery = device.name + " STREAMING";
-    trouble.reason = status.empty() ? nameOf(state) : std::move(status);
-    trouble.text = device.name + " " + nameOf(state) + ": " + withConsequence(device, std::move(reason));
+    if (state == DeviceState::kOpening && opens) trouble.problem = {};  // not over, and no news
   }
   return troubles;
 }
@@ -145,7 +143,8 @@ std::vector<LogLine> DeviceMonitor::arrivals(TroubleLog& log, Timestamp now) {
     const std::int64_t identified = device.status->identified.load(std::memory_order_acquire);
     if (std::exchange(device.identified, identified) != identified) {
       const std::string text = device.name + ": " + device.status->identity.load(std::memory_order_acquire);
-      if (auto line = log.happened(device.name, text, LogLine::kInfo, now)) lines.push_back(std::move(*line));
+      if (auto line = log.happened(device.name, {kIdentity, {}, {text}}, text, LogLine::kInfo, now))
+        lines.push_back(std::move(*line));
     }
     const bool first = stateOf(device, now) == DeviceState::kStreaming && !std::exchange(device.has_streamed, true);
     // One that was missed is reported as it recovers.
@@ -160,7 +159,8 @@ std::vector<device_health_t> DeviceMonitor::health(Timestamp now) const {
     device_health_t d{};
     d.name = device.name;
     d.state = static_cast<std::uint8_t>(stateOf(device, now));
-    d.reason = reasonOf(device, statusReason(device), now);
+    if (const Problem problem = problemOf(device, found(device), now))
+      d.reason = silenceOf(device, now) + problem.words();
     const std::optional<Duration> age = ageOf(device, now);
     d.age = age ? toSeconds(*age) : -1.0;
     d.samples = device.status->samples.load(std::memory_order_relaxed);
@@ -170,15 +170,6 @@ std::vector<device_health_t> DeviceMonitor::health(Timestamp now) const {
     all.push_back(std::move(d));
   }
   return all;
-}
-
-std::string DeviceMonitor::problems(Timestamp now) const {
-  std::string text;
-  for (const WatchedDevice& device : devices_) {
-    const std::string reason = reasonOf(device, statusReason(device), now);
-    if (!reason.empty()) text += "; " + device.name + ": " + withConsequence(device, reason);
-  }
-  return text;
 }
 
 bool DeviceMonitor::streams(const std::string& name, Timestamp now) const {

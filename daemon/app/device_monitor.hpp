@@ -21,27 +21,31 @@ struct WatchedDevice {
   DeviceStatus* status;
   double expected;  ///< [Hz]
   bool over_lcm = false;
-  const char* without = "";                     ///< what slamd does without it
-  std::string seen = {};                        ///< state and reason at the last look
-  std::optional<Timestamp> opening_since = {};  ///< at the last look
-  bool has_streamed = false;                    ///< at any look
-  double messages = 5.0;                        ///< of health that may be sent at once because of it
-  Timestamp looked{};                           ///< when that was reckoned
-  std::int64_t identified = 0;                  ///< connections whose device's identity was logged
-  std::int64_t samples = 0;                     ///< when rates were measured last
-  double rate = 0.0;                            ///< [Hz] then
-  std::int64_t rejects = 0;                     ///< the same as samples, of what was refused
-  double refused = 0.0;                         ///< [1/s] then
-  bool streamed = false;                        ///< then
-  bool judged = false;                          ///< the rate is worth a word
-  bool starved = false;                         ///< slamd has too little of the CPU to hear it
+  std::string without = {};                       ///< what slamd does without it
+  DeviceState seen_state = DeviceState::kAbsent;  ///< at the last look that was news ...
+  Problem seen = {};                              ///< ... and the problem
+  bool is_new = true;                             ///< there was none yet
+  std::optional<Timestamp> opening_since = {};    ///< at the last look
+  bool has_streamed = false;                      ///< at any look
+  double messages = 5.0;                          ///< of health that may be sent at once because of it
+  Timestamp looked{};                             ///< when that was reckoned
+  std::int64_t identified = 0;                    ///< connections whose device's identity was logged
+  std::int64_t samples = 0;                       ///< when rates were measured last
+  double rate = 0.0;                              ///< [Hz] then
+  std::int64_t rejects = 0;                       ///< the same as samples, of what was refused
+  double refused = 0.0;                           ///< [1/s] then
+  bool streamed = false;                          ///< then
+  bool judged = false;                            ///< the rate is worth a word
+  bool starved = false;                           ///< slamd has too little of the CPU to hear it
 };
 
 /// Of its last sample; std::nullopt: none came yet.
 std::optional<Duration> ageOf(const WatchedDevice& device, Timestamp now);
 DeviceState stateOf(const WatchedDevice& device, Timestamp now);
-/// @param reason what its driver says, or what is known better @return empty: nothing is wrong
-std::string reasonOf(const WatchedDevice& device, std::string reason, Timestamp now);
+/// @param found by its driver, or what is known better @return what is wrong with what comes from it
+Problem problemOf(const WatchedDevice& device, const Problem& found, Timestamp now);
+/// What the words about its problem begin with: for how long it has sent nothing; empty: it sends.
+std::string silenceOf(const WatchedDevice& device, Timestamp now);
 /// @param interval [s] since it was measured last @param settled slamd has run for long enough to judge a rate
 void measureRate(WatchedDevice& device, double interval, bool settled, Timestamp now);
 
@@ -66,14 +70,14 @@ class DeviceMonitor {
   }
   /// Whether anything is new about any, so that a health message should not wait.
   bool look(Timestamp now);
-  /// What is wrong with each.
+  /// What is wrong with each, for the log.
   std::vector<Trouble> troubles(Timestamp now);
   /// Which device each is, and that it streams for the first time.
   std::vector<LogLine> arrivals(TroubleLog& log, Timestamp now);
 
   std::vector<device_health_t> health(Timestamp now) const;
-  /// What is wrong with each and what slamd does meanwhile, in words, each behind "; ".
-  std::string problems(Timestamp now) const;
+  /// The same as troubles(), also of a device that opens.
+  std::vector<Trouble> problems(Timestamp now) const;
   /// Whether there is such a device that gives samples.
   bool streams(const std::string& name, Timestamp now) const;
   /// What each says that it is, the same.
@@ -81,7 +85,7 @@ class DeviceMonitor {
   const std::vector<WatchedDevice>& devices() const { return devices_; }
 
  private:
-  std::string statusReason(const WatchedDevice& device) const;
+  Problem found(const WatchedDevice& device) const;
 
   const std::atomic<bool>& lidar_stuck_;
   EchoWatch::Finding echoes_ = EchoWatch::Finding::kNone;

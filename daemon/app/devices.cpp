@@ -13,6 +13,22 @@ namespace {
 
 constexpr int kRepeats = 5;  // images in a row
 
+Problem problemOf(DepthStatus status) {
+  switch (status) {
+    case DepthStatus::kWrongSize:
+      return problem::kImagesWrongSize;
+    case DepthStatus::kNoDepth:
+      return problem::kImagesEmpty;
+    case DepthStatus::kTilted:
+      return problem::kImagesTilted;
+    case DepthStatus::kBelowFloor:
+      return problem::kImagesBelowFloor;
+    case DepthStatus::kOk:
+      break;
+  }
+  return {};
+}
+
 }  // namespace
 
 std::unique_ptr<LidarThread> makeLidarThread(const Config& config, const SampleProducer<ReceivedScan>& scans) {
@@ -29,17 +45,17 @@ std::unique_ptr<DepthThread> makeDepthThread(const Config& config, const DepthEn
   const DepthDeviceConfig& device = config.depth_device;
   const auto add = [ends,
                     projection = device.isMounted() ? std::make_shared<DepthProjection>(device.projection) : nullptr,
-                    repeats = std::make_shared<StuckSampleDetector>(kRepeats)](const DepthImage& image) -> const char* {
-    if (!projection) return "images are not used: measure the camera's height above the floor and set depth.z";
+                    repeats = std::make_shared<StuckSampleDetector>(kRepeats)](const DepthImage& image) -> Problem {
+    if (!projection) return problem::kCameraNotMounted;
     // The noise of a depth sensor never repeats itself, still less what a robot sees that moves.
     const auto* pixels = reinterpret_cast<const std::uint8_t*>(image.depth.data());
     const bool repeated = repeats->isStuck(digestOf({pixels, image.depth.size() * sizeof(std::uint16_t)}));
-    if (repeated && ends.moving) return "every image is the same: the camera is stuck, pull its plug";
+    if (repeated && ends.moving) return problem::kCameraStuck;
     const Timestamp begin = monotonicNow();
     const DepthStatus status = projection->project(image);
     ends.work.add(monotonicNow() - begin);
     if (status == DepthStatus::kOk) ends.views.push(projection->laser());
-    return describe(status);
+    return problemOf(status);
   };
   OpenniConfig camera = openniConfig(config);
   camera.record_to = std::move(record_to);

@@ -5,7 +5,10 @@
 #include <systemd/sd-daemon.h>
 #include <utility>
 
-#include "app/pose_words.hpp"
+#include "app/pose_problem.hpp"
+#include "bus/problem_message.hpp"
+#include "diagnostics/sensor_problems.hpp"
+#include "problems/daemon.hpp"
 #include "runtime/process_usage.hpp"
 
 namespace slam {
@@ -14,7 +17,32 @@ namespace {
 constexpr Duration kPeriod = std::chrono::seconds(1);
 constexpr Duration kSettled = std::chrono::seconds(5);  // from the start: then rates are judged
 
+constexpr std::size_t kMostProblems = 24;  // that certainly fit into a datagram
+
+problems_t messageOf(const std::vector<Trouble>& troubles, std::int64_t utime) {
+  problems_t message{};
+  message.utime = utime;
+  for (const Trouble& trouble : troubles) {
+    if (message.problems.size() == kMostProblems) break;
+    problem_t entry = toMessage(trouble.device, trouble.problem, trouble.fault);
+    entry.cause = trouble.since + entry.cause;
+    if (entry.meanwhile.empty()) entry.meanwhile = trouble.meanwhile;
+    message.problems.push_back(std::move(entry));
+  }
+  message.nproblems = static_cast<std::int32_t>(message.problems.size());
+  return message;
+}
+
 }  // namespace
+
+std::vector<Trouble> sensorTroubles(const PoseSnapshot& pose) {
+  std::vector<Trouble> troubles;
+  for (const SensorFinding& finding : pose.findings.all())
+    troubles.push_back({.device = "sensors", .problem = problemOf(finding), .besides = true});
+  if (!pose.counters.wheels_reliable)
+    troubles.push_back({.device = "sensors", .problem = problem::kWheelsRejected, .besides = true});
+  return troubles;
+}
 
 stage_health_t stageOf(const std::string& name, const LatencyHistogram& histogram) {
   const auto summary = histogram.summary();
@@ -59,22 +87,21 @@ double HealthReporter::diskFree() const {
   return least;
 }
 
-std::string HealthReporter::summary(Timestamp now, const PoseSnapshot& pose, const std::string& problems) const {
-  const std::string waits = poseWords(pose, devices_.streams("lidar", now));
-  std::string text = std::string("pose ") + nameOf(pose.pose.state) + (waits.empty() ? "" : ": ") + waits;
-  text += devices_.problems(now);
-  for (const SensorFinding& finding : pose.findings.all()) text += "; " + describe(finding);
-  if (!pose.counters.wheels_reliable) text += "; the wheels contradict the scans and are not heard";
-  return text + problems + devices_.identities();
-}
-
-void HealthReporter::send(Timestamp now, const PoseSnapshot& pose, const std::string& problems,
+void HealthReporter::send(Timestamp now, const PoseSnapshot& pose, const std::vector<Trouble>& others,
                           const Counted& counted) {
-  health_t health{};
+  const Trouble waits = poseTrouble(pose, devices_.streams("lidar", now));
+  std::vector<Trouble> all = devices_.problems(now);
+  for (const auto& more : {sensorTroubles(pose), others}) all.insert(all.end(), more.begin(), more.end());
+  HealthReport report{};
+  health_t& health = report.health;
   health.utime = clock_.utime(now);
   health.uptime = toSeconds(now - started_);
   health.localisation = static_cast<std::uint8_t>(pose.pose.state);
-  health.summary = summary(now, pose, problems);
+  health.summary = waits.text();
+  for (const Trouble& trouble : all) health.summary += "; " + trouble.text();
+  health.summary += devices_.identities();
+  if (waits.problem) all.insert(all.begin(), waits);
+  report.problems = messageOf(all, health.utime);
   health.cpu = cpu_share_;
   health.memory_mb = residentMegabytes();
   health.disk_free_mb = disk_free_;
@@ -95,7 +122,7 @@ void HealthReporter::send(Timestamp now, const PoseSnapshot& pose, const std::st
   health.ndevices = static_cast<std::int32_t>(health.devices.size());
   health.nstages = static_cast<std::int32_t>(health.stages.size());
   health.ncounters = static_cast<std::int32_t>(health.counters.size());
-  messages_.tryPush(health);
+  messages_.tryPush(report);
   bus_wakeup_.notify();
   sd_notify(0, ("STATUS=" + health.summary).c_str());
 }

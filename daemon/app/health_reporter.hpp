@@ -3,10 +3,10 @@
 #include <atomic>
 #include <cmath>
 #include <slam/counter_t.hpp>
-#include <slam/health_t.hpp>
 #include <slam/stage_health_t.hpp>
 #include <string>
 #include <type_traits>
+#include <vector>
 
 #include "app/counters.hpp"
 #include "app/device_monitor.hpp"
@@ -29,32 +29,34 @@ counter_t counterOf(const CounterInfo& what, const Value& value) {
   return c;
 }
 
+/// What the front end has found out about the sensors.
+std::vector<Trouble> sensorTroubles(const PoseSnapshot& pose);
+
 stage_health_t stageOf(const std::string& name, const LatencyHistogram& histogram);
 
-/// Makes SLAM_HEALTH, and systemd's STATUS, of what the threads show.
+/// Makes SLAM_HEALTH, SLAM_PROBLEMS, and systemd's STATUS, of what the threads show.
 class HealthReporter {
  public:
   HealthReporter(const Config& config, const WallClock& clock, DeviceMonitor& devices,
-                 const Producer<health_t>& messages, Wakeup& bus_wakeup)
+                 const Producer<HealthReport>& messages, Wakeup& bus_wakeup)
       : config_(config), clock_(clock), devices_(devices), messages_(messages), bus_wakeup_(bus_wakeup) {}
 
   void begin(Timestamp now);
   /// Measures rates once a second. @return whether it has: a message is due
   bool measure(Timestamp now);
-  /// @param problems beside those of devices and sensors, each behind "; "
-  void send(Timestamp now, const PoseSnapshot& pose, const std::string& problems, const Counted& counted);
+  /// @param others beside those of pose, devices and sensors
+  void send(Timestamp now, const PoseSnapshot& pose, const std::vector<Trouble>& others, const Counted& counted);
   /// Whether a disk keeps who asks for its room: then its thread cannot be joined.
   bool isBusy() const { return disk_space_.isBusy(); }
 
  private:
-  std::string summary(Timestamp now, const PoseSnapshot& pose, const std::string& problems) const;
   void measureDiskSpace();
   double diskFree() const;  // [MB] where maps and records are written, the least; -1: not known
 
   const Config& config_;
   const WallClock& clock_;
   DeviceMonitor& devices_;
-  const Producer<health_t> messages_;
+  const Producer<HealthReport> messages_;
   Wakeup& bus_wakeup_;
   Timestamp started_{}, next_{};
   Timestamp measured_{};                 // when rates were

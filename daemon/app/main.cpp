@@ -9,7 +9,7 @@
 
 #include "app/counters.hpp"
 #include "app/log/log.hpp"
-#include "app/map_keeper.hpp"
+#include "app/map/map_keeper.hpp"
 #include "app/supervisor.hpp"
 #include "config/loader.hpp"
 #include "config/printer.hpp"
@@ -99,7 +99,7 @@ int main(int argc, char** argv) {
   // A pose is worth more than a file that cannot be written: no reason not to start.
   if (!check && !print && state != nullptr && slam::isServiceConfig(config_file)) {
     for (const auto& problem : slam::ServiceReach().problemsOf(config))
-      slam::logWarning(problem.key + (": " + problem.what));
+      slam::logWarning(problem.key + (": " + problem.what + "; " + problem.fix));
   }
   if (print) std::cout << slam::printConfig(config);
   if (check && !print) std::cout << config_file << ": good\n";

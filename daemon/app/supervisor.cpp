@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "app/log/log.hpp"
-#include "app/pose_words.hpp"
+#include "app/pose_problem.hpp"
 #include "drivers/udev_links.hpp"
 #include "runtime/realtime.hpp"
 
@@ -34,14 +34,6 @@ constexpr Duration kDrawingLate = 2s;      // a large map anew
 constexpr Duration kStopLimit = 15s;       // for all at the end; systemd waits for 20 s
 constexpr Duration kTurnLimit = 10s;       // of these for the threads' last turn
 constexpr Duration kRecordLimit = 3s;      // for the disk, at the end
-const char* const kNoGraph =
-    "it hangs, so that no loop is closed, no lost robot is found and no map is stored; the pose goes on; when the "
-    "robot stands: sudo systemctl restart slamd";
-const char* const kNoMapper =
-    "it hangs, so that the map is drawn no further and not stored; the pose goes on; when the robot stands: sudo "
-    "systemctl restart slamd";
-const char* const kNoCamera =
-    "its device is stuck; slamd goes on without; pull the camera's plug, and plug it in again";
 const char* const kHung = ": the disk has not answered in time";
 constexpr Duration kLogWaits = 3s;  // for the disk: nothing is written
 constexpr Duration kClockStep = 500ms;
@@ -82,7 +74,7 @@ Supervisor::Supervisor(const Config& config)
         {.name = "lidar", .status = &lidar_->driver().status(), .expected = kLidarRate, .without = without_lidar});
   if (config_.lidar_device.driver == LidarDriver::kLcm)
     devices_.add({.name = "lidar",
-                  .status = &bus_.lidarStatus(),
+                  .status = &bus_.sensors().lidarStatus(),
                   .expected = kLcmRate,
                   .over_lcm = true,
                   .without = without_lidar});
@@ -91,20 +83,23 @@ Supervisor::Supervisor(const Config& config)
         {.name = "base", .status = base_->wheelStatus(), .expected = base_->wheelRate(), .without = without_wheels});
   if (config_.base_device.driver == BaseDriver::kLcm)
     devices_.add({.name = "base",
-                  .status = &bus_.wheelStatus(),
+                  .status = &bus_.sensors().wheelStatus(),
                   .expected = kLcmRate,
                   .over_lcm = true,
                   .without = without_wheels});
   if (base_ && base_->imuStatus())
     devices_.add({.name = "imu", .status = base_->imuStatus(), .expected = base_->imuRate(), .without = without_imu});
   if (config_.imu_device.driver == ImuDriver::kLcm)
-    devices_.add(
-        {.name = "imu", .status = &bus_.imuStatus(), .expected = kLcmRate, .over_lcm = true, .without = without_imu});
+    devices_.add({.name = "imu",
+                  .status = &bus_.sensors().imuStatus(),
+                  .expected = kLcmRate,
+                  .over_lcm = true,
+                  .without = without_imu});
 
   const DepthDeviceConfig& depth = config_.depth_device;
   if (depth.driver == DepthDriver::kOpenni2) {
     std::function<std::string()> record_to;
-    if (FieldLog* log = bus_.fieldLog(); log != nullptr && config_.log.images && depth.record.empty())
+    if (FieldLog* log = bus_.publisher().fieldLog(); log != nullptr && config_.log.images && depth.record.empty())
       record_to = [log] { return log->imagesPath(); };
     depth_ = makeDepthThread(config_, channels_.depth(), std::move(record_to));
     devices_.add({.name = "depth",
@@ -114,7 +109,7 @@ Supervisor::Supervisor(const Config& config)
   }
   if (depth.driver == DepthDriver::kLcm)
     devices_.add({.name = "depth",
-                  .status = &bus_.depthStatus(),
+                  .status = &bus_.sensors().depthStatus(),
                   .expected = kLcmRate,
                   .over_lcm = true,
                   .without = without_depth});
@@ -122,23 +117,25 @@ Supervisor::Supervisor(const Config& config)
   watchdog_.add(estimator_.worker(), {kRealtimeLate, kDead});
   // The pose needs neither of these two: they are not worth its end.
   watchdog_.add(graph_.worker(),
-                {.late = kOptimising, .dead = kOptimising + kDead, .vital = false, .without = kNoGraph});
+                {.late = kOptimising, .dead = kOptimising + kDead, .vital = false, .death = &problem::kGraphDead});
   watchdog_.add(mapper_.worker(),
-                {.late = kDrawingLate, .dead = kDrawingLate + kDead, .vital = false, .without = kNoMapper});
+                {.late = kDrawingLate, .dead = kDrawingLate + kDead, .vital = false, .death = &problem::kMapperDead});
   watchdog_.add(bus_.worker(), {kReadingLate, kDead});
   watchdog_.add(pose_.worker(), {kReadingLate, kDead});
   if (base_) watchdog_.add(base_->worker(), {kRealtimeLate, kDead});
   if (lidar_) watchdog_.add(lidar_->worker(), {kReadingLate, kConnecting + kDead}, &lidar_->driver().status());
   if (depth_)  // OpenNI2's calls may hang
-    watchdog_.add(depth_->worker(), {.late = kReadingLate, .dead = kConnecting, .vital = false, .without = kNoCamera},
+    watchdog_.add(depth_->worker(),
+                  {.late = kReadingLate, .dead = kConnecting, .vital = false, .death = &problem::kCameraDead},
                   &depth_->driver().status());
 
-  storage_.add("map", [this](Timestamp now) { return graph_.storage(now); });
+  storage_.add("map", [this](Timestamp now) { return graph_.jobs().report(now); });
   storage_.add("map files", [this](Timestamp now) { return mapper_.storage(now); });
-  if (Recorder* recorder = bus_.recorder()) {
+  if (Recorder* recorder = bus_.publisher().recorder()) {
     storage_.add("record", [recorder](Timestamp now) { return recorder->report(now); });
   }
-  if (Recorder* log = bus_.logRecorder()) storage_.add("log", [log](Timestamp now) { return log->report(now); });
+  if (Recorder* log = bus_.publisher().logRecorder())
+    storage_.add("log", [log](Timestamp now) { return log->report(now); });
 }
 
 Supervisor::~Supervisor() {
@@ -159,7 +156,7 @@ sigset_t Supervisor::stopSignals() {
 void Supervisor::start() {
   if (config_.runtime.realtime) {
     not_locked_ = lockMemory();
-    if (!not_locked_.empty()) logWarning(not_locked_);
+    if (not_locked_) logWarning(not_locked_.words());
   }
   // What the base has measured while the map was loaded has gaps, its queues were full, and it counts for no rate.
   for (auto* sensors : {&channels_.samples, &channels_.raw}) {
@@ -201,14 +198,14 @@ int Supervisor::run() {
     devices_.setOverloaded(watchdog_.isOverloaded(now));
     const std::vector<Trouble> others = otherTroubles(now);
     bool news = devices_.look(now);
-    news |= std::exchange(link_seen_, bus_.linkState()) != bus_.linkState();
+    news |= std::exchange(link_seen_, bus_.publisher().linkState()) != bus_.publisher().linkState();
     devices_.setEchoes(snapshot_.echo_finding);
     log(others, now);
     const bool due = health_.measure(now);  // news does not wait
-    if (due || news) health_.send(now, snapshot_, problems(others, now), counted());
+    if (due || news) health_.send(now, snapshot_, withThreads(others, now), counted());
   }
   const bool saved = stop();
-  if (graph_.isWriting() || mapper_.isWriting() || recorder_hangs_ || thread_hangs_ || health_.isBusy()) {
+  if (graph_.jobs().isWriting() || mapper_.isWriting() || recorder_hangs_ || thread_hangs_ || health_.isBusy()) {
     std::_Exit(saved ? 0 : 1);  // a thread that waits for a disk, or never ends its turn, cannot be joined
   }
   return saved ? 0 : 1;
@@ -239,31 +236,35 @@ bool Supervisor::stop() {
   const Timestamp now = monotonicNow();
   if (graph) graph_.finish();
   if (mapper) mapper_.finish();
-  if (graph && mapper) graph_.store(mapper_.drawn());
-  for (Recorder* recorder : {bus_.recorder(), bus_.logRecorder()}) {
+  if (graph && mapper) graph_.jobs().store(mapper_.drawn());
+  for (Recorder* recorder : {bus_.publisher().recorder(), bus_.publisher().logRecorder()}) {
     if (recorder == nullptr) continue;
     if (!recorder->finish(now + kRecordLimit)) {
       const StorageReport left = recorder->report(now);
       logError("the " + recorder->name() + "'s end is lost: the disk has not taken it" +
-               (left.problem.empty() ? "" : "; " + left.problem) + (left.lost.empty() ? "" : "; " + left.lost));
+               (left.problem.problem ? "; " + left.problem.words() : "") + (left.lost ? "; " + left.lost.words() : ""));
     }
     recorder_hangs_ |= recorder->report(monotonicNow()).waiting > Duration(0);
   }
-  if (bus_.fieldLog() != nullptr) recorder_hangs_ |= bus_.fieldLog()->keeperHangs(now + kRecordLimit);
-  const bool drawn = mapper && mapper_.waitUntilSaved(last), stored = graph && mapper && graph_.waitUntilStored(last);
+  if (bus_.publisher().fieldLog() != nullptr)
+    recorder_hangs_ |= bus_.publisher().fieldLog()->keeperHangs(now + kRecordLimit);
+  const bool drawn = mapper && mapper_.waitUntilSaved(last),
+             stored = graph && mapper && graph_.jobs().waitUntilStored(last);
   if (!graph || !mapper) return false;
   if (!drawn) logError("the map files are not saved" + std::string(mapper_.isWriting() ? kHung : ""));
-  if (!stored) logError("the map is not stored" + std::string(graph_.isWriting() ? kHung : "") + ": " + graph_.loss());
+  if (!stored)
+    logError("the map is not stored" + std::string(graph_.jobs().isWriting() ? kHung : "") + ": " +
+             graph_.jobs().loss());
   return drawn && stored;
 }
 
 void Supervisor::log(const std::vector<Trouble>& others, Timestamp now) {
   logLines(devices_.arrivals(log_, now));
   std::vector<Trouble> all = devices_.troubles(now);
-  for (const auto& troubles : {poseTroubles(now), sensorTroubles(), others})
+  for (const auto& troubles : {poseTroubles(now), sensorTroubles(snapshot_), others})
     all.insert(all.end(), troubles.begin(), troubles.end());
   logLines(log_.look(all, now));
-  if (bus_.linkState() == LinkState::kConnected && !std::exchange(link_worked_, true))
+  if (bus_.publisher().linkState() == LinkState::kConnected && !std::exchange(link_worked_, true))
     logInfo("LCM connected: " + bus_.url().text);
   const bool localised = snapshot_.pose.state == LocalisationState::kLocalised;
   if (localised && !std::exchange(localised_, true) && !log_.isOpen("pose")) logInfo("pose localised");
@@ -275,12 +276,8 @@ void Supervisor::followClock(Timestamp now) {
   const Duration step = clock_.drift();
   if (step <= kClockStep) return;
   clock_.follow(step);
-  const auto line = log_.happened(
-      "clock",
-      "the wall clock was set ahead by " + std::to_string(std::lround(toSeconds(step))) +
-          " s; the stamps of messages follow it, those of logs go on without the step; nothing is to be done",
-      LogLine::kWarning, now);
-  if (line) logLine(*line);
+  const Problem problem(problem::kClockAhead, {toSeconds(step)});
+  if (const auto line = log_.happened("clock", problem, problem.words(), LogLine::kWarning, now)) logLine(*line);
 }
 
 std::vector<Trouble> Supervisor::poseTroubles(Timestamp now) {
@@ -289,63 +286,41 @@ std::vector<Trouble> Supervisor::poseTroubles(Timestamp now) {
   if (!unlocalised_since_) unlocalised_since_ = now;
   // Every drive begins without a pose, and single scans do not match.
   const bool matters = state == LocalisationState::kLost || now - *unlocalised_since_ >= kPoseWaits;
-  const std::string words = poseWords(snapshot_, devices_.streams("lidar", now));
-  return {{.cause = "pose",
-           .text = matters ? std::string("pose ") + nameOf(state) + ": " + words : "",
-           .recovery = "pose localised"}};
-}
-
-std::vector<Trouble> Supervisor::sensorTroubles() const {
-  std::vector<Trouble> troubles;
-  for (const SensorFinding& finding : snapshot_.findings.all()) {
-    troubles.push_back({.cause = "sensors " + std::to_string(static_cast<int>(finding.fault)),
-                        .text = describe(finding),
-                        .recovery = ""});
-  }
-  return troubles;
+  Trouble trouble = poseTrouble(snapshot_, devices_.streams("lidar", now));
+  if (!matters) trouble.problem = {};
+  return {trouble};
 }
 
 /// All but devices, sensors and pose, which health shows in its own words.
 std::vector<Trouble> Supervisor::otherTroubles(Timestamp now) const {
   std::vector<Trouble> troubles = storage_.troubles(now);
-  if (base_ && *base_->finding() != '\0')
-    troubles.push_back({.cause = "base settings", .text = std::string("base: ") + base_->finding(), .recovery = ""});
-  const LinkState link = bus_.linkState();
-  if (isFault(link)) {
-    const char* const lost =
-        link == LinkState::kUnheard ? "commands and samples may not arrive" : "nothing is published";
-    troubles.push_back({.cause = "LCM",
-                        .text = "LCM: " + causeOf(link, bus_.url()) + "; " + lost +
-                                ", pose, map and store go on; fix: " + fixOf(link, bus_.url()),
-                        .recovery = "LCM messages are sent again"});
-  }
-  if (const Duration ahead = -clock_.drift(); ahead > kClockStep) {
+  if (const Problem settings = base_ ? base_->finding() : Problem())
+    troubles.push_back({.device = "base", .problem = settings, .besides = true});
+  if (const Problem link = problemOf(bus_.publisher().linkState(), bus_.url()))
+    troubles.push_back({.device = "LCM", .problem = link, .begin = "LCM: ", .recovery = "LCM messages are sent again"});
+  if (const Duration ahead = -clock_.drift(); ahead > kClockStep)
+    troubles.push_back({.device = "clock set back",
+                        .problem = {problem::kClockBack, {toSeconds(ahead)}},
+                        .recovery = "the wall clock has reached the stamps"});
+  if (bus_.publisher().hasRival())
+    troubles.push_back({.device = "SLAM_POSE",
+                        .problem = {problem::kRival, {}, {config_.lcm.url}},
+                        .begin = "LCM: ",
+                        .recovery = "LCM: SLAM_POSE is ours alone again",
+                        .fault = true});
+  if (const Problem drive = bus_.driveProblem())
+    troubles.push_back({.device = "SLAM_DRIVE", .problem = drive, .recovery = "SLAM_DRIVE is obeyed again"});
+  if (const Problem socket = bus_.socketProblem())
     troubles.push_back(
-        {.cause = "clock set back",
-         .text = "the wall clock was set back by " + std::to_string(std::lround(toSeconds(ahead))) +
-                 " s; slamd goes on with stamps that are ahead of it by that, for they never go back; sudo systemctl "
-                 "restart slamd when the robot stands",
-         .recovery = "the wall clock has reached the stamps"});
-  }
-  if (bus_.hasRival()) {
-    troubles.push_back({.cause = "SLAM_POSE",
-                        .text = "LCM: " + rivalWords(config_.lcm.url),
-                        .recovery = "LCM: SLAM_POSE is ours alone again"});
-  }
-  if (const std::string drive = bus_.commandProblem(); !drive.empty())
-    troubles.push_back({.cause = "SLAM_DRIVE", .text = drive, .recovery = "SLAM_DRIVE is obeyed again"});
-  if (const std::string socket = bus_.socketProblem(); !socket.empty()) {
-    troubles.push_back(
-        {.cause = "socket", .text = socket, .recovery = config_.runtime.socket + ": commands are taken again"});
-  }
+        {.device = "socket", .problem = socket, .recovery = config_.runtime.socket + ": commands are taken again"});
   return troubles;
 }
 
-std::string Supervisor::problems(const std::vector<Trouble>& others, Timestamp now) const {
-  std::string text;
-  for (const Trouble& trouble : others) text += "; " + trouble.text;
-  if (const std::string threads = watchdog_.words(now); !threads.empty()) text += "; " + threads;
-  return not_locked_.empty() ? text : text + "; " + not_locked_;
+/// The log has lines of its own about these.
+std::vector<Trouble> Supervisor::withThreads(std::vector<Trouble> troubles, Timestamp now) const {
+  for (const Problem& problem : watchdog_.problems(now)) troubles.push_back({.device = "threads", .problem = problem});
+  if (not_locked_) troubles.push_back({.device = "memory", .problem = not_locked_});
+  return troubles;
 }
 
 Counted Supervisor::counted() {
@@ -357,16 +332,16 @@ Counted Supervisor::counted() {
               .channels = &channels_};
   all.threads.assign(watchdog_.workers().begin(), watchdog_.workers().end());
   for (const WatchedDevice& device : devices_.devices()) all.devices.emplace_back(device.name, device.status);
-  for (const Recorder* recorder : {bus_.recorder(), bus_.logRecorder()}) {
+  for (const Recorder* recorder : {bus_.publisher().recorder(), bus_.publisher().logRecorder()}) {
     if (recorder != nullptr) all.recorders.emplace_back(recorder->name(), &recorder->counters());
   }
   if (base_) all.battery = base_->battery();
   if (base_ && config_.base_device.speed_commands) all.limited_speeds = base_->limitedSpeeds();
   if (base_ && base_->usesCan()) all.can = &can_counters_;
   all.echoes = snapshot_.echoes;
-  if (const FieldLog* log = bus_.fieldLog()) {
-    const StorageReport report = bus_.logRecorder()->report(monotonicNow());
-    const bool fails = !report.problem.empty() || report.waiting > kLogWaits;
+  if (const FieldLog* log = bus_.publisher().fieldLog()) {
+    const StorageReport report = bus_.publisher().logRecorder()->report(monotonicNow());
+    const bool fails = report.problem.problem || report.waiting > kLogWaits;
     all.logs = !log->isRunning() ? kLogStopped : fails ? kLogFails : kLogWritten;
   }
   return all;

@@ -43,11 +43,10 @@ class Supervisor {
   bool end(Worker& worker, Timestamp deadline);
   bool stop();  ///< false: the map was not saved
   std::vector<Trouble> poseTroubles(Timestamp now);
-  std::vector<Trouble> sensorTroubles() const;
   std::vector<Trouble> otherTroubles(Timestamp now) const;
   void log(const std::vector<Trouble>& others, Timestamp now);
   void followClock(Timestamp now);
-  std::string problems(const std::vector<Trouble>& others, Timestamp now) const;  ///< for the summary
+  std::vector<Trouble> withThreads(std::vector<Trouble> troubles, Timestamp now) const;
   Counted counted();
 
   const Config config_;
@@ -65,7 +64,7 @@ class Supervisor {
   ThreadWatchdog watchdog_;
   StorageWatch storage_;
   HealthReporter health_;
-  std::string not_locked_;  // memory, in words
+  Problem not_locked_;  // memory
   PoseSnapshot snapshot_;
   BackEndCounters graph_counters_;
   CanLinkCounters can_counters_;

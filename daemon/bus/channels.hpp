@@ -17,6 +17,7 @@ inline constexpr char kMapTile[] = "SLAM_MAP_TILE";
 inline constexpr char kMapLidar[] = "SLAM_MAP_LIDAR";
 inline constexpr char kMapDepth[] = "SLAM_MAP_DEPTH";
 inline constexpr char kHealth[] = "SLAM_HEALTH";
+inline constexpr char kProblems[] = "SLAM_PROBLEMS";
 inline constexpr char kCommand[] = "SLAM_COMMAND";
 inline constexpr char kDrive[] = "SLAM_DRIVE";
 inline constexpr char kAck[] = "SLAM_ACK";

@@ -146,6 +146,21 @@ std::optional<health_t> decodeChecked(Bytes data) {
 }
 
 template <>
+std::optional<problems_t> decodeChecked(Bytes data) {
+  constexpr std::size_t kHead = kFingerprint + 8;
+  if (data.size() < kHead) return std::nullopt;
+  Fields fields(data, kHead);
+  fields.list([&] {
+    fields.string();
+    fields.string();
+    fields.skip(1);
+    fields.list([&] { fields.skip(8); });
+    for (int i = 0; i < 3; ++i) fields.string();
+  });
+  return fields.areAll() ? decode<problems_t>(data) : std::nullopt;
+}
+
+template <>
 std::optional<pose_estimate_t> decodeChecked(Bytes data) {
   return data.size() == kFingerprint + 8 + 4 + 15 * 8 + 1 + 4 ? decode<pose_estimate_t>(data) : std::nullopt;
 }

@@ -13,6 +13,7 @@
 #include <slam/map_meta_t.hpp>
 #include <slam/map_tile_t.hpp>
 #include <slam/pose_estimate_t.hpp>
+#include <slam/problems_t.hpp>
 #include <slam/scan_t.hpp>
 #include <slam/wheels_t.hpp>
 #include <span>
@@ -43,6 +44,8 @@ template <>
 std::optional<config_t> decodeChecked(std::span<const std::uint8_t> data);
 template <>
 std::optional<health_t> decodeChecked(std::span<const std::uint8_t> data);
+template <>
+std::optional<problems_t> decodeChecked(std::span<const std::uint8_t> data);
 template <>
 std::optional<pose_estimate_t> decodeChecked(std::span<const std::uint8_t> data);
 template <>

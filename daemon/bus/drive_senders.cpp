@@ -60,7 +60,7 @@ bool DriveSenders::take(Sender from, bool zero, Timestamp now) {
   return followed(now) == &entry;
 }
 
-std::string DriveSenders::words(Timestamp now) const {
+Problem DriveSenders::problem(Timestamp now) const {
   const Entry* driven = followed(now);
   std::string names;
   int count = 0;
@@ -74,12 +74,9 @@ std::string DriveSenders::words(Timestamp now) const {
                                                     : " has ended";
     names += (count++ == 0 ? "" : ", ") + nameOf(entry.sender) + does;
   }
-  if (count < 2) return "";
-  return "SLAM_DRIVE comes from " + std::to_string(count) + " programs (" + names +
-         "): slamd follows the one that began " + (order_ == DriveOrder::kFirst ? "first" : "last") +
-         ", and stops for a zero of any; one that was stopped is driven again when it has paused for 0.5 s; fix: end "
-         "the "
-         "programs that are not to drive (ss -uap), or set base.drive_order";
+  if (count < 2) return {};
+  return {
+      problem::kDriveSenders, {static_cast<double>(count)}, {names, order_ == DriveOrder::kFirst ? "first" : "last"}};
 }
 
 }  // namespace slam

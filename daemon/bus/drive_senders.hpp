@@ -6,6 +6,7 @@
 
 #include "bus/sender_clock.hpp"
 #include "core/timestamp.hpp"
+#include "problems/daemon.hpp"
 
 namespace slam {
 
@@ -30,8 +31,8 @@ class DriveSenders {
   SenderClocks& clock(Sender from, Timestamp now) { return entryOf(from, now).clock; }
   /// Our own clock was set: see SenderClocks::begin().
   void beginClocks(Duration ahead);
-  /// While there are several: who they are, what slamd does about it, and the fix; empty: there is at most one.
-  std::string words(Timestamp now) const;
+  /// While there are several; none: there is at most one.
+  Problem problem(Timestamp now) const;
 
  private:
   struct Entry {

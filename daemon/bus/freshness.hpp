@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <cmath>
+
 #include "core/timestamp.hpp"
+#include "problems/devices.hpp"
 
 namespace slam {
 
@@ -12,5 +15,13 @@ inline bool isPossible(Timestamp stamp, Timestamp now) { return stamp <= now + k
 
 /// Whether a speed asked for at `sent` is still driven: what was delayed on its way must not move the robot.
 inline bool isFreshCommand(Timestamp sent, Timestamp now) { return sent > now - kOldCommand && sent < now + kFarAhead; }
+
+/// What is wrong with stamps of such an age: a log that is played, or a computer whose clock differs.
+/// @param age of the newest sample; below zero: from the future @param differs the clocks do, by more than a delay
+inline Problem stampProblem(Duration age, bool differs) {
+  constexpr Duration kOldSample = std::chrono::seconds(5);  // none that is on its way, nor one that the filter can use
+  if (!differs && age < kOldSample && age >= -kFarAhead) return {};
+  return {age > Duration(0) ? problem::kStampsOld : problem::kStampsAhead, {std::abs(toSeconds(age))}};
+}
 
 }  // namespace slam

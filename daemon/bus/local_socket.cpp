@@ -47,25 +47,21 @@ void LocalSocket::tend(Timestamp now) {
   next_look_ = now + kLook;
   if (listener_ >= 0 && !hasFile()) stopListening();
   if (listener_ >= 0) return listen();
-  const Fault fault = open();
-  problem_ = fault.cause.empty()
-                 ? ""
-                 : path_ + ": " + fault.cause + "; slamd takes no commands there and tries again; fix: " + fault.fix;
+  problem_ = open();
 }
 
-LocalSocket::Fault LocalSocket::open() {
+Problem LocalSocket::open() {
   if (poll_ < 0) poll_ = epoll_create1(EPOLL_CLOEXEC);
   if (poll_ >= 0) listener_ = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (listener_ < 0) return {std::strerror(errno), "raise the limit of open files (LimitNOFILE= in the unit)"};
-  const Fault fault = bindFile();
-  fault.cause.empty() ? listen() : void(::close(std::exchange(listener_, -1)));
-  return fault;
+  if (listener_ < 0) return {problem::kSocketNoDescriptor, {}, {path_, std::strerror(errno)}};
+  const Problem problem = bindFile();
+  problem ? void(::close(std::exchange(listener_, -1))) : listen();
+  return problem;
 }
 
-LocalSocket::Fault LocalSocket::bindFile() {
-  const std::string elsewhere = "set runtime.socket to another path";
+Problem LocalSocket::bindFile() {
   sockaddr_un address{};
-  if (!toAddress(path_, address)) return {"is longer than a socket's path may be", elsewhere};
+  if (!toAddress(path_, address)) return {problem::kSocketTooLong, {}, {path_}};
   struct stat file {};
   const bool is_socket = lstat(path_.c_str(), &file) != 0 || S_ISSOCK(file.st_mode);
   switch (const int error = is_socket ? LocalClient::probe(path_) : ENOTSOCK) {
@@ -75,20 +71,19 @@ LocalSocket::Fault LocalSocket::bindFile() {
       unlink(path_.c_str());
       break;
     case ENOTSOCK:
-      return {"there is a file that is no socket", "remove it, or " + elsewhere};
+      return {problem::kSocketIsFile, {}, {path_}};
     case 0:
     case EAGAIN:
     case EPROTOTYPE:
-      return {"another program listens there, e.g. a second slamd", "stop it, or " + elsewhere};
+      return {problem::kSocketTaken, {}, {path_}};
     default:
-      return {std::strerror(error), elsewhere};
+      return {problem::kSocketFails, {}, {path_, std::strerror(error)}};
   }
   // Open to nobody before it is open to those who may.
   fchmod(listener_, 0);
   if (bind(listener_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
     const std::string folder = path_.substr(0, path_.rfind('/') + 1);
-    return {std::strerror(errno),
-            "make the folder " + (folder.empty() ? "." : folder) + ", writable for slamd, or " + elsewhere};
+    return {problem::kSocketNoFolder, {}, {path_, std::strerror(errno), folder.empty() ? "." : folder}};
   }
   lstat(path_.c_str(), &file);
   file_ = {file.st_dev, file.st_ino};
@@ -96,7 +91,7 @@ LocalSocket::Fault LocalSocket::bindFile() {
   if (group_ && *group_ != getegid() && chown(path_.c_str(), static_cast<uid_t>(-1), *group_) != 0) errno = 0;
   if (chmod(path_.c_str(), kOwnerAndGroup) != 0 || ::listen(listener_, kBacklog) != 0) {
     unlink(path_.c_str());
-    return {std::strerror(errno), elsewhere};
+    return {problem::kSocketFails, {}, {path_, std::strerror(errno)}};
   }
   return {};
 }

@@ -11,6 +11,7 @@
 
 #include "bus/udpm/packet_dispatcher.hpp"
 #include "core/timestamp.hpp"
+#include "problems/daemon.hpp"
 
 namespace slam {
 
@@ -48,8 +49,8 @@ class LocalSocket {
   void sendAll(const std::string& channel, std::span<const std::uint8_t> data);
 
   const std::string& path() const { return path_; }
-  /// Why nobody can connect, what slamd does meanwhile and the fix; empty: nothing is wrong.
-  const std::string& problem() const { return problem_; }
+  /// Why nobody can connect.
+  const Problem& problem() const { return problem_; }
   std::size_t clients() const { return clients_.size(); }
   Counts counts() const;
 
@@ -60,13 +61,9 @@ class LocalSocket {
     bool has_asked = false;  // sent a packet, ever
   };
 
-  struct Fault {
-    std::string cause, fix;
-  };
-
-  /// @return what keeps it closed; no cause: nothing, it is open
-  Fault open();
-  Fault bindFile();
+  /// @return what keeps it closed; none: it is open
+  Problem open();
+  Problem bindFile();
   bool hasFile() const;
   void listen();
   void stopListening();
@@ -79,7 +76,7 @@ class LocalSocket {
   const std::optional<gid_t> group_;  // whose members may connect
   int poll_ = -1, listener_ = -1;
   std::pair<dev_t, ino_t> file_{};  // of the socket, to know it from one that took its place
-  std::string problem_;
+  Problem problem_;
   Timestamp next_look_{};
   std::vector<Connection> clients_;  // in the order of their last packets, or of their coming
   Client next_client_ = 1, sender_ = 0;

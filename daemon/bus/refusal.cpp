@@ -50,10 +50,9 @@ const char* nameOf(Refusal refusal) { return kMeanings[static_cast<std::size_t>(
 
 const char* meaningOf(Refusal refusal) { return kMeanings[static_cast<std::size_t>(refusal)].cause; }
 
-std::string describe(Refusal refusal, std::string_view channel) {
-  if (refusal == Refusal::kNone) return "";
-  return std::string(channel) + " is rejected: " + causeOf(refusal, channel) +
-         "; slamd goes on without such messages; fix: " + fixOf(refusal);
+Problem problemOf(Refusal refusal, std::string_view channel) {
+  if (refusal == Refusal::kNone) return {};
+  return {problem::kRefused, {}, {channel, causeOf(refusal, channel), fixOf(refusal)}};
 }
 
 std::string RefusedMessages::words() const {
@@ -66,10 +65,6 @@ std::string RefusedMessages::words() const {
     text += "; " + std::to_string(counts_[i]) + ": " + causeOf(refusal, channel_) + "; fix: " + fixOf(refusal);
   }
   return text;
-}
-
-RefusalNote::RefusalNote(std::string_view channel) {
-  for (std::size_t i = 0; i < kRefusals; ++i) words_[i] = describe(static_cast<Refusal>(i), channel);
 }
 
 void RefusalNote::refused(Refusal refusal) {

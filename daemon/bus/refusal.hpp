@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "problems/devices.hpp"
+
 namespace slam {
 
 /// Why a message is no measurement.
@@ -26,8 +28,7 @@ inline constexpr std::size_t kRefusals = 8;
 const char* nameOf(Refusal refusal);
 /// What is wrong with such messages, whatever they measure.
 const char* meaningOf(Refusal refusal);
-/// What is wrong with such messages of a channel, what slamd does meanwhile, and the fix.
-std::string describe(Refusal refusal, std::string_view channel);
+Problem problemOf(Refusal refusal, std::string_view channel);
 
 /// Messages of one channel of a log, of which some were refused.
 class RefusedMessages {
@@ -46,24 +47,20 @@ class RefusedMessages {
   Refusal last_ = Refusal::kNone;
 };
 
-/// Notes which messages of one channel are refused, and has words while many are: one that was damaged on its way is
+/// Notes which messages of one channel are refused, and names them while many are: one that was damaged on its way is
 /// counted, and no news. One thread writes; the counts may be read by any.
 class RefusalNote {
  public:
-  /// @param channel to be named in the words
-  explicit RefusalNote(std::string_view channel);
-
   void refused(Refusal refusal);
   void taken() {
     if (level_ > 0) --level_;
     if (level_ == 0) noted_ = Refusal::kNone;
   }
-  /// Good as long as this; empty: at most one message in five is refused.
-  const char* words() const { return words_[static_cast<std::size_t>(noted_)].c_str(); }
+  /// kNone: at most one message in five is refused.
+  Refusal noted() const { return noted_; }
   std::int64_t count(Refusal refusal) const { return counts_[static_cast<std::size_t>(refusal)]; }
 
  private:
-  std::array<std::string, kRefusals> words_;
   std::array<std::atomic<std::int64_t>, kRefusals> counts_{};
   int level_ = 0;  // of a bucket that one refused message fills by as much as kShare good ones empty it
   Refusal noted_ = Refusal::kNone;

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <functional>
 #include <span>
-#include <string>
 #include <string_view>
 
 #include "core/timestamp.hpp"
@@ -41,12 +40,5 @@ class RivalWatch {
   Timestamp before_{}, last_{};  // of the last two foreign messages
   bool has_ = false;
 };
-
-inline std::string rivalWords(const std::string& url) {
-  return "another program publishes SLAM_POSE on " + url +
-         " too, a second slamd or a log that is played: who listens gets both poses in turn, slamd goes on; stop one "
-         "of "
-         "them (pgrep -a slamd), or give it an lcm.url of its own";
-}
 
 }  // namespace slam

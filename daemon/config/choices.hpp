@@ -21,65 +21,39 @@ enum class ImuDriver : std::uint8_t { kHandsfree, kHfi, kCan, kLcm, kNone };
 enum class DepthDriver : std::uint8_t { kOpenni2, kLcm, kNone };
 enum class LogContent : std::uint8_t { kRaw, kAll };
 
-/// One enumerator and its word.
+/// The words of an enum that a key takes, by enumerator.
 template <typename Enum>
-struct Choice {
-  Enum value;
-  const char* word;
-};
-
-/// All words of an enum, in the order in which they are offered.
-template <typename Enum>
-inline constexpr std::array<Choice<Enum>, 0> kChoices{};
-
+inline constexpr std::array<const char*, 0> kWords{};
 template <>
-inline constexpr std::array<Choice<RunMode>, 2> kChoices<RunMode>{
-    {{RunMode::kSlam, "slam"}, {RunMode::kLocalise, "localise"}}};
+inline constexpr std::array kWords<RunMode>{"slam", "localise"};
 template <>
-inline constexpr std::array<Choice<LidarDriver>, 3> kChoices<LidarDriver>{
-    {{LidarDriver::kRplidar, "rplidar"}, {LidarDriver::kLcm, "lcm"}, {LidarDriver::kNone, "none"}}};
+inline constexpr std::array kWords<LidarDriver>{"rplidar", "lcm", "none"};
 template <>
-inline constexpr std::array<Choice<LidarScanMode>, 3> kChoices<LidarScanMode>{
-    {{LidarScanMode::kAuto, "auto"}, {LidarScanMode::kExpress, "express"}, {LidarScanMode::kStandard, "standard"}}};
+inline constexpr std::array kWords<LidarScanMode>{"auto", "express", "standard"};
 template <>
-inline constexpr std::array<Choice<BaseDriver>, 4> kChoices<BaseDriver>{{{BaseDriver::kHandsfree, "handsfree"},
-                                                                         {BaseDriver::kCan, "can"},
-                                                                         {BaseDriver::kLcm, "lcm"},
-                                                                         {BaseDriver::kNone, "none"}}};
+inline constexpr std::array kWords<BaseDriver>{"handsfree", "can", "lcm", "none"};
 template <>
-inline constexpr std::array<Choice<BaseType>, 3> kChoices<BaseType>{
-    {{BaseType::kDifferential, "differential"}, {BaseType::kOmni3, "omni3"}, {BaseType::kMecanum4, "mecanum4"}}};
+inline constexpr std::array kWords<BaseType>{"differential", "omni3", "mecanum4"};
 template <>
-inline constexpr std::array<Choice<DriveOrder>, 2> kChoices<DriveOrder>{
-    {{DriveOrder::kFirst, "first"}, {DriveOrder::kLast, "last"}}};
+inline constexpr std::array kWords<DriveOrder>{"first", "last"};
 template <>
-inline constexpr std::array<Choice<ImuDriver>, 5> kChoices<ImuDriver>{{{ImuDriver::kHandsfree, "handsfree"},
-                                                                       {ImuDriver::kHfi, "hfi"},
-                                                                       {ImuDriver::kCan, "can"},
-                                                                       {ImuDriver::kLcm, "lcm"},
-                                                                       {ImuDriver::kNone, "none"}}};
+inline constexpr std::array kWords<ImuDriver>{"handsfree", "hfi", "can", "lcm", "none"};
 template <>
-inline constexpr std::array<Choice<DepthDriver>, 3> kChoices<DepthDriver>{
-    {{DepthDriver::kOpenni2, "openni2"}, {DepthDriver::kLcm, "lcm"}, {DepthDriver::kNone, "none"}}};
+inline constexpr std::array kWords<DepthDriver>{"openni2", "lcm", "none"};
 template <>
-inline constexpr std::array<Choice<Fusion>, 2> kChoices<Fusion>{
-    {{Fusion::kLayers, "layers"}, {Fusion::kPaper, "paper"}}};
+inline constexpr std::array kWords<Fusion>{"layers", "paper"};
 template <>
-inline constexpr std::array<Choice<MatchMethod>, 2> kChoices<MatchMethod>{
-    {{MatchMethod::kPointToLine, "plicp"}, {MatchMethod::kPointToPoint, "icp"}}};
+inline constexpr std::array kWords<MatchMethod>{"plicp", "icp"};
 template <>
-inline constexpr std::array<Choice<LogContent>, 2> kChoices<LogContent>{
-    {{LogContent::kRaw, "raw"}, {LogContent::kAll, "all"}}};
+inline constexpr std::array kWords<LogContent>{"raw", "all"};
 
 template <typename Enum>
-concept Chosen = std::is_enum_v<Enum> && !kChoices<Enum>.empty();
+concept Chosen = std::is_enum_v<Enum> && !kWords<Enum>.empty();
 
 /// The word that the file has for a value.
 template <Chosen Enum>
 constexpr const char* wordOf(Enum value) {
-  for (const Choice<Enum>& choice : kChoices<Enum>)
-    if (choice.value == value) return choice.word;
-  return "";
+  return kWords<Enum>[static_cast<std::size_t>(value)];
 }
 
 }  // namespace slam

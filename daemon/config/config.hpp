@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,20 @@ struct LidarDeviceConfig {
   std::string port = "/dev/rplidar";
   int baud = 115200;  ///< [bit/s]
   LidarScanMode scan_mode = LidarScanMode::kAuto;
+
+  void visitSettings(auto& v) {
+    v.robot(
+        "driver", driver,
+        "The scans come from an RPLidar that slamd reads, from another program over LCM (SLAM_SCAN), or from nowhere.",
+        "Set lcm for a lidar for which slamd has no driver.");
+    v.robot("port", port, "The RPLidar is connected to this serial port.",
+            "Set it where the udev rule for /dev/rplidar does not fit, e.g. with two lidars.");
+    v.site("baud", baud, "bit/s", 9600, 4000000, "The lidar's serial port runs at this speed.",
+           "Set 115200 for an A1 or A2M8, 256000 for an A2M7, A2M12 or A3.");
+    v.expert(
+        "scan_mode", scan_mode,
+        "The lidar scans in its densest mode that slamd reads (auto), in legacy express mode or in standard mode.");
+  }
 };
 
 struct BaseDeviceConfig {
@@ -33,6 +48,34 @@ struct BaseDeviceConfig {
   double mileage_rate = 50.0;  ///< [Hz] polls of the wheel angles
   double imu_rate = 100.0;     ///< [Hz] polls of the IMU; readings that did not change are not used
   double sample_age = 0.010;   ///< [s] age of the board's values when it answers, until it has been found out
+
+  void visitSettings(auto& v) {
+    v.robot("driver", driver,
+            "The wheel angles come from a HandsFree board, from two ODrives on CAN, from another program over LCM "
+            "(SLAM_WHEELS), or from nowhere.",
+            "Set it to what drives the wheels of the robot.");
+    v.robot(
+        "type", type,
+        "The base has two driven wheels (differential), three omni wheels (omni3) or four mecanum wheels (mecanum4).",
+        "Set omni3 or mecanum4 for a base that can move sideways.");
+    v.robot("port", port, "The HandsFree board is connected to this serial port.",
+            "Set it where the udev rule for /dev/handsfree does not fit.");
+    v.expert("baud", baud, "bit/s", 9600, 4000000, "The serial port of the HandsFree board runs at this speed.");
+    geometry.visitSettings(v);
+    v.expert("mileage_rate", mileage_rate, "Hz", 1.0, 200.0,
+             "The HandsFree board is asked for its wheel angles at this rate.");
+    v.expert("imu_rate", imu_rate, "Hz", 1.0, 200.0, "The HandsFree board is asked for its IMU's values at this rate.");
+    v.expert("sample_age", sample_age, "s", 0.0, 0.2,
+             "The HandsFree board's values are taken to be this old when they are sent, until slamd has measured "
+             "their age.");
+    v.site("speed_commands", speed_commands,
+           "Whoever sends SLAM_DRIVE over LCM may drive the base through slamd, if base.driver is handsfree or can.",
+           "Set true when a navigation program drives the robot through slamd.");
+    v.expert("drive_order", drive_order,
+             "Where several programs send SLAM_DRIVE, the one that began first is driven until it ends, or the one "
+             "that began last.");
+    limits.visitSettings(v);
+  }
 };
 
 struct ImuDeviceConfig {
@@ -40,6 +83,24 @@ struct ImuDeviceConfig {
   std::string port = "/dev/hfi";              ///< of "hfi"
   int baud = 921600;                          ///< [bit/s] of "hfi"
   double roll = 0.0, pitch = 0.0, yaw = 0.0;  ///< [rad] of the IMU's axes in base
+
+  void visitSettings(auto& v) {
+    v.robot("driver", driver,
+            "The gyro is on the HandsFree board, on a serial port of its own (hfi), on CAN, in another program "
+            "over LCM (SLAM_IMU), or missing.",
+            "Set hfi for a HandsFree A9, B6, B9 or D6; set none if the robot has no gyro.");
+    v.site("port", port, "The HandsFree IMU of imu.driver = \"hfi\" is connected to this serial port.",
+           "Set it where the udev rule for /dev/hfi does not fit.");
+    v.expert("baud", baud, "bit/s", 9600, 4000000,
+             "The IMU's own serial port runs at this speed: 921600, or 9600 for a D6.");
+    v.site("roll", roll, "rad", -std::numbers::pi, std::numbers::pi,
+           "The IMU is mounted with this rotation about the forward axis, positive with its right side down.",
+           "Set it when slamd reads an IMU that is not mounted level; 3.14159 is upside down.");
+    v.expert("pitch", pitch, "rad", -std::numbers::pi, std::numbers::pi,
+             "The IMU is mounted with this rotation about the axis to the left, positive with its front down.");
+    v.expert("yaw", yaw, "rad", -std::numbers::pi, std::numbers::pi,
+             "The IMU is mounted with this rotation about the vertical axis, positive to the left.");
+  }
 };
 
 /// The CAN bus of wheels (ODrive CANSimple) and IMU (Xsens frames).
@@ -49,6 +110,26 @@ struct CanConfig {
   bool left_reversed = false, right_reversed = false;  ///< the encoder counts down driving forward
   double gear_ratio = 1.0;                             ///< [1] turns of the encoder per turn of the wheel
   int watchdog_endpoint = 0;                           ///< of axis0.config.enable_watchdog in 0.6; 0: not known
+
+  void visitSettings(auto& v) {
+    v.site("interface", interface,
+           "Wheels and IMU are on this SocketCAN interface, whose bit rate is set by the system, not by slamd.",
+           "Set it when the robot has several CAN interfaces.");
+    v.site("left_node", left_node, "", 0, 63, "The ODrive axis of the left wheel has this CANSimple node number.",
+           "Set it to the node number that is stored in the left wheel's axis; ODrives come with 0 and 1.");
+    v.site("right_node", right_node, "", 0, 63, "The ODrive axis of the right wheel has this CANSimple node number.",
+           "Set it to the node number that is stored in the right wheel's axis.");
+    v.site("left_reversed", left_reversed, "The encoder of the left wheel counts down when the robot drives forward.",
+           "Set true when the left wheel is reported to turn backwards.");
+    v.site("right_reversed", right_reversed,
+           "The encoder of the right wheel counts down when the robot drives forward.",
+           "Set true when the right wheel is reported to turn backwards.");
+    v.site("gear_ratio", gear_ratio, "1", 0.001, 1000.0, "The encoder makes this many turns for one turn of the wheel.",
+           "Set it when there is a gear between motor and wheel.");
+    v.expert("watchdog_endpoint", watchdog_endpoint, "", 0, 65535,
+             "ODrives of firmware 0.6 tell slamctl doctor under this number whether axis0.config.enable_watchdog "
+             "is on; 0: they are not asked.");
+  }
 };
 
 struct DepthDeviceConfig {
@@ -61,6 +142,24 @@ struct DepthDeviceConfig {
 
   /// Without its height above the floor no image can be used.
   bool isMounted() const { return projection.extrinsics.z > 0.0; }
+
+  void visitSettings(auto& v) {
+    v.robot(
+        "driver", driver,
+        "The depth images come from a camera that slamd reads through OpenNI2, over LCM (SLAM_DEPTH), or from nowhere.",
+        "Set none if the robot has no depth camera.");
+    v.expert("uri", uri,
+             "This is the OpenNI2 address of the camera, or an .oni recording to play; the first camera is used if "
+             "it is empty.");
+    v.expert("width", width, "pixel", 160, 1280,
+             "The depth images have this width: 640 at 30 Hz, 320 at 30 or 60 Hz, or 160.");
+    v.expert("height", height, "pixel", 120, 1024,
+             "The depth images have this height: 480, 240 or 120, as depth.width requires.");
+    v.expert("rate", rate, "Hz", 1, 120, "The camera takes depth images at this rate.");
+    v.expert("record", record,
+             "The depth images are recorded into this .oni file, with -2 behind its name if it exists; nothing is "
+             "recorded if it is empty.");
+  }
 };
 
 struct LcmConfig {
@@ -68,6 +167,19 @@ struct LcmConfig {
   double pose_rate = 100.0;  ///< [Hz] POSE, SLAM_POSE, SLAM_ODOMETRY
   double map_refresh = 5.0;  ///< [s] all tiles once
   bool commands = false;     ///< obey SLAM_COMMAND
+
+  void visitSettings(auto& v) {
+    v.site("url", url,
+           "LCM messages are sent to this UDP multicast group; ttl=0 keeps them on this computer, ttl=1 within the "
+           "local network.",
+           "Set ttl=1 when other computers are to receive the pose or the map.");
+    v.expert("pose_rate", pose_rate, "Hz", 1.0, 200.0, "POSE, SLAM_POSE and SLAM_ODOMETRY are sent at this rate.");
+    v.expert("map_refresh", map_refresh, "s", 0.5, 3600.0,
+             "Every tile of the map is sent once in this time, whether it changed or not.");
+    v.site("commands", commands,
+           "Whoever sends SLAM_COMMAND over LCM may save, load and reset the map and set the pose.",
+           "Set true when a program on another computer commands slamd; slamctl uses the local socket.");
+  }
 };
 
 struct RuntimeConfig {
@@ -79,6 +191,24 @@ struct RuntimeConfig {
   int lidar_priority = 75;
   int depth_priority = 72;
   int estimator_priority = 70;
+
+  void visitSettings(auto& v) {
+    v.expert("estimator_rate", estimator_rate, "Hz", 20.0, 1000.0, "The estimator thread runs at this rate.");
+    v.expert("base_rate", base_rate, "Hz", 20.0, 1000.0, "The thread that reads wheels and IMU runs at this rate.");
+    v.expert(
+        "realtime", realtime,
+        "Threads run under SCHED_FIFO with locked memory where that is permitted, and slamd warns where it is not.");
+    v.expert("socket", socket,
+             "The programs slamctl and slam-web use the socket of this path, open to group slamd; if it is empty, "
+             "the service uses /run/slamd/socket.");
+    v.expert("base_priority", base_priority, "", 1, 99,
+             "The thread that reads wheels and IMU has this SCHED_FIFO priority.");
+    v.expert("lidar_priority", lidar_priority, "", 1, 99,
+             "The thread that reads the lidar has this SCHED_FIFO priority.");
+    v.expert("depth_priority", depth_priority, "", 1, 99,
+             "The thread that reads the depth camera has this SCHED_FIFO priority.");
+    v.expert("estimator_priority", estimator_priority, "", 1, 99, "The estimator thread has this SCHED_FIFO priority.");
+  }
 };
 
 /// Maps that outlast the daemon.
@@ -87,11 +217,35 @@ struct StoreConfig {
   std::string map = "";              ///< to begin with; empty: the newest
   double journal_period = 1.0;       ///< [s]
   double checkpoint_period = 120.0;  ///< [s]
+
+  void visitSettings(auto& v) {
+    v.site("directory", directory,
+           "All maps are stored in this folder; if it is empty, the service uses /var/lib/slamd/maps, and other "
+           "runs store none.",
+           "Set it for a run outside of the service whose map is to be kept.");
+    v.site("map", map,
+           "The run begins with this map: a name in store.directory, a map_server .yaml file, or, if it is empty, "
+           "the newest.",
+           "Set it to choose among several maps; a .yaml file needs mode = \"localise\".");
+    v.expert("journal_period", journal_period, "s", 0.1, 60.0,
+             "New keyframes are written to the disk this often; a power cut loses what is newer.");
+    v.expert("checkpoint_period", checkpoint_period, "s", 1.0, 86400.0,
+             "The whole map is written to the disk this often.");
+  }
 };
 
 struct OutputConfig {
   std::string map = "";     ///< prefix of the map files written at the end and on save_map; empty: none
   std::string record = "";  ///< LCM event log of all that is published; empty: none
+
+  void visitSettings(auto& v) {
+    v.expert("map", map,
+             "The map is written to this path with .yaml, .pgm and .png added, at the end of the run; no files if "
+             "it is empty.");
+    v.expert("record", record,
+             "All published messages are appended to this LCM event log, even without a network; there is no log "
+             "if it is empty.");
+  }
 };
 
 /// The field log.
@@ -103,6 +257,24 @@ struct LogConfig {
   double file_length = 600.0;  ///< [s]
   LogContent content = LogContent::kRaw;
   bool images = false;  ///< the camera's, too
+
+  void visitSettings(auto& v) {
+    v.expert("directory", directory,
+             "The field logs are written into this folder; if it is empty, the service uses /var/lib/slamd/log, "
+             "and other runs write none.");
+    v.site("automatic", automatic, "The field log begins when slamd starts; if false, slamctl log start begins it.",
+           "Set false when only chosen drives are to be logged.");
+    v.site("quota", quota, "MB", 1.0, 1e6,
+           "All field logs together take no more than this; the oldest files are deleted first, marked ones last.",
+           "Set it to the part of the disk that logs may fill.");
+    v.expert("floor", floor, "MB", 0.0, 1e6,
+             "The field log stops while less than this is free on its disk, so that the maps have room.");
+    v.expert("file_length", file_length, "s", 1.0, 86400.0, "A new file of the field log begins after this time.");
+    v.expert("content", content,
+             "The field log holds the sensors' messages that a replay needs (raw), or every message (all).");
+    v.expert("images", images,
+             "The depth camera's images are recorded into the folder of the field log, as an .oni file.");
+  }
 };
 
 /// Of slam-web, a program of its own.
@@ -113,6 +285,19 @@ struct WebConfig {
   int port = 8080;
   bool commands = false;
   std::string token = "";
+
+  void visitSettings(auto& v) {
+    v.site("address", address,
+           "slam-web listens on this address: 127.0.0.1 for this computer alone, 0.0.0.0 for all networks.",
+           "Set 0.0.0.0 when the page is to be opened from other computers; anybody there may look.");
+    v.expert("port", port, "", 1, 65535, "slam-web listens on this TCP port.");
+    v.site("commands", commands,
+           "The page can save the map, set the pose and mark the log, for those who know web.token.",
+           "Set true, together with web.token, when the robot is operated from the page.");
+    v.secret("token", token,
+             "This is the password for commands from the page; it has 12 characters or more and is never printed.",
+             "Set it when web.commands is true, e.g. to what openssl rand -hex 16 prints.");
+  }
 };
 
 /// All of slamd's settings. slam-replay uses the parts that are not about devices.
@@ -134,6 +319,57 @@ struct Config {
   WebConfig web;
   /// Keys that were set and are renamed, or do nothing any more, one line each: `file:line:column: key: what; fix`.
   std::vector<std::string> notices = {};
+
+  void visitSettings(auto& v) {
+    v.section("", "what slamd does");
+    v.robot("mode", mode,
+            "Mode slam extends the newest map or begins a new one; mode localise follows the robot in a map that "
+            "stays as it is.",
+            "Set localise once the map is good and must not change any more.");
+    v.section("store",
+              "maps that outlast the daemon: keyframes, graph, grid, calibration, last pose; the service may write "
+              "below /var/lib/slamd alone");
+    store.visitSettings(v);
+    v.section("lidar", "2D lidar: device, place on the robot, quality of its ranges");
+    lidar_device.visitSettings(v);
+    front_end.lidar.visitSettings(v);
+    v.section("base", "wheels and the geometry of the base");
+    base_device.visitSettings(v);
+    v.expert("time_offset", front_end.intake.wheel_time_offset, "s", -1.0, 1.0,
+             "This time is added to the stamps of the wheels' samples.");
+    v.section("imu", "inertial unit");
+    imu_device.visitSettings(v);
+    v.expert("time_offset", front_end.intake.imu_time_offset, "s", -1.0, 1.0,
+             "This time is added to the stamps of the IMU's samples.");
+    v.section("can", "bus of wheels (ODrive CANSimple) and IMU (Xsens), for base.driver or imu.driver = \"can\"");
+    can.visitSettings(v);
+    v.section("depth", "depth camera: device, place on the robot, use of its images");
+    depth_device.visitSettings(v);
+    depth_device.projection.extrinsics.visitSettings(v);
+    front_end.depth.visitSettings(v);
+    depth_device.projection.visitSettings(v);
+    v.section("map", "occupancy grid");
+    map.visitSettings(v);
+    v.section(
+        "output",
+        "files that are written; ~ and variables are not expanded; the service may write below /var/lib/slamd alone");
+    output.visitSettings(v);
+    v.section("log", "field log: a folder for each run, in files that slam-replay reads; see slamctl log");
+    log.visitSettings(v);
+    v.section("lcm", "messages over LCM");
+    lcm.visitSettings(v);
+    v.section("runtime", "threads, and the socket for commands");
+    runtime.visitSettings(v);
+    v.section("web", "slam-web, the page with the live map; a program of its own");
+    web.visitSettings(v);
+    front_end.visitSettings(v);
+    v.section("loop_closure", "correction of the map where the robot comes back to an old part of it");
+    v.expert("enabled", back_end.close_loops, "The map is corrected by loop closures; if false, it never is.");
+    back_end.closure.visitSettings(v);
+    front_end.keyframe.drift.visitSettings(v);
+    v.section("relocalisation", "search for a lost robot in the whole map");
+    back_end.relocalisation.visitSettings(v);
+  }
 };
 
 /// Settings of the back end: its own, and those that it shares with the front end.

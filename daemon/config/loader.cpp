@@ -2,6 +2,7 @@
 #include "config/loader.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -23,6 +24,22 @@
 
 namespace slam {
 namespace {
+
+constexpr std::array kRetired = std::to_array<RetiredKey>({
+    {"search", "max_doubt", "the match starts from several poses where its overlap drops, or the wheels are ignored"},
+    {"search", "wheel_guidance",
+     "the match starts from several poses where its overlap drops, or the wheels are ignored"},
+    {"localisation", "kidnap_distance", "a robot is carried away when its scans see through the walls around it"},
+    {"relocalisation", "min_seen", "that the robot is in no place of the map is one of the places compared"},
+});
+
+constexpr std::array kRenamed = std::to_array<RenamedKey>({
+    {"ekf", "doubt_memory", "nis_memory"},
+    {"match", "sliding_observations", "grazing_observations"},
+    {"keyframe", "familiarity", "known_ratio"},
+    {"keyframe", "look_period", "refresh_period"},
+    {"relocalisation", "min_lead", "min_margin"},
+});
 
 std::string join(const std::vector<std::string>& lines, const char* separator) {
   std::string text;
@@ -288,7 +305,8 @@ void checkTogether(const Config& config, const std::string& name, const Places& 
     problems.push_back(place + ": " + *keys.begin() + ": " + what);
   };
   if (reach != nullptr) {
-    for (const ServiceReach::Problem& problem : reach->problemsOf(config)) complain({problem.key}, problem.what);
+    for (const ServiceReach::Problem& problem : reach->problemsOf(config))
+      complain({problem.key}, problem.what + "; " + problem.fix);
   }
   if (lidar.range_min >= lidar.range_max) {
     complain({"lidar.range_min", "lidar.range_max"}, "is not below lidar.range_max; lower the one or raise the other");
@@ -355,6 +373,9 @@ std::string fixOf(int error, const std::filesystem::path& file) {
 }
 
 }  // namespace
+
+std::span<const RetiredKey> retiredKeys() { return kRetired; }
+std::span<const RenamedKey> renamedKeys() { return kRenamed; }
 
 ConfigError::ConfigError(const std::vector<std::string>& problems) : std::runtime_error(join(problems, "\n")) {}
 

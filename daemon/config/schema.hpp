@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "config/choices.hpp"
@@ -19,7 +19,7 @@ enum class Tier : std::uint8_t {
   kExpert,  ///< hidden
 };
 
-/// What the file may say for one key. Declared once, in schema.cpp, for loading, checking and printing.
+/// What the file may say for one key. Declared once, in the visitSettings() of its struct.
 struct FieldInfo {
   const char* key;
   const char* unit;     ///< "" for none
@@ -31,7 +31,12 @@ struct FieldInfo {
   bool isShown() const { return tier != Tier::kExpert; }
 };
 
-/// Visits every key of the configuration, section by section.
+/// Visits every key of the configuration, section by section. Each struct declares its settings beside its fields, in
+/// `void visitSettings(auto& v)`, and needs nothing of this library:
+///
+///     v.section(name, meaning);
+///     v.robot(key, number, unit, least, most, meaning, when to change it);  // or site()
+///     v.expert(key, text, meaning);  // or a flag, a choice, a list of bearings
 class ConfigVisitor {
  public:
   virtual ~ConfigVisitor() = default;
@@ -44,21 +49,42 @@ class ConfigVisitor {
   /// @param index of the value's word; to be set to that of another
   virtual void choice(const FieldInfo& info, std::size_t& index, std::span<const char* const> words) = 0;
 
+  template <typename Value, typename... About>
+  void robot(const char* key, Value& value, About... about) {
+    declare(Tier::kRobot, key, value, about...);
+  }
+  template <typename Value, typename... About>
+  void site(const char* key, Value& value, About... about) {
+    declare(Tier::kSite, key, value, about...);
+  }
+  template <typename Value, typename... About>
+  void expert(const char* key, Value& value, About... about) {
+    declare(Tier::kExpert, key, value, about...);
+  }
+  /// As site(), of a text that is never printed.
+  void secret(const char* key, std::string& value, const char* meaning, const char* when) {
+    field({key, "", meaning, Tier::kSite, when, true}, value);
+  }
+
+ private:
+  template <typename Number>
+  void declare(Tier tier, const char* key, Number& value, const char* unit, Number min, Number max, const char* meaning,
+               const char* when = "") {
+    field({key, unit, meaning, tier, when}, value, min, max);
+  }
+  template <typename Value>
+  void declare(Tier tier, const char* key, Value& value, const char* meaning, const char* when = "") {
+    field({key, std::is_same_v<Value, std::vector<BearingRange>> ? "deg" : "", meaning, tier, when}, value);
+  }
   template <Chosen Enum>
   void field(const FieldInfo& info, Enum& value) {
-    constexpr std::size_t kCount = kChoices<Enum>.size();
-    std::array<const char*, kCount> words{};
-    std::size_t index = 0;
-    for (std::size_t i = 0; i < kCount; ++i) {
-      words[i] = kChoices<Enum>[i].word;
-      if (kChoices<Enum>[i].value == value) index = i;
-    }
-    choice(info, index, words);
-    value = kChoices<Enum>[index].value;
+    auto index = static_cast<std::size_t>(value);
+    choice(info, index, kWords<Enum>);
+    value = static_cast<Enum>(index);
   }
 };
 
-void visitConfig(Config& config, ConfigVisitor& visitor);
+inline void visitConfig(Config& config, ConfigVisitor& visitor) { config.visitSettings(visitor); }
 
 /// A key of an earlier release. A file that sets it stays valid; it has no effect.
 struct RetiredKey {

@@ -131,30 +131,31 @@ void ServiceReach::set(const std::string& key, const std::string& value) {
   }
 }
 
-std::string ServiceReach::problemOf(const fs::path& given, Access access) const {
+ServiceReach::Problem ServiceReach::problemOf(const char* key, const fs::path& given, Access access) const {
   std::error_code error;
   const fs::path absolute = (given.is_absolute() ? given : working_directory_ / given).lexically_normal();
   const fs::path real = fs::weakly_canonical(absolute, error);  // a link may lead out of what may be reached
   const fs::path path = error ? absolute : real;
   const fs::path folder = access == Access::kWritesInto ? path : path.parent_path();
   const bool at_home = isBelowAny(path, kHomes), writes = access != Access::kReads;
-  if (at_home && homes_ == Homes::kHidden) return "slamd.service cannot reach " + path.string() + fixFor(folder, true);
-  if (isBelowAny(path, own_) || isBelowAny(path, bound_)) return "";
-  if (at_home && homes_ == Homes::kEmpty) return "slamd.service cannot reach " + path.string() + fixFor(folder, true);
+  const Problem hidden{key, "slamd.service cannot reach " + path.string(), fixFor(folder, true)}, none{key, "", ""};
+  if (at_home && homes_ == Homes::kHidden) return hidden;
+  if (isBelowAny(path, own_) || isBelowAny(path, bound_)) return none;
+  if (at_home && homes_ == Homes::kEmpty) return hidden;
   if (private_tmp_ && isBelowAny(path, kTemporary)) {
-    return "slamd.service has a /tmp and /var/tmp of its own, which nobody else sees and which end with it" +
-           fixFor(folder, false);
+    return {key, "slamd.service has a /tmp and /var/tmp of its own, which nobody else sees and which end with it",
+            fixFor(folder, false)};
   }
   const bool protects = strict_ || (at_home && homes_ == Homes::kReadOnly);
-  if (!writes || !protects || isBelowAny(path, writable_)) return "";
-  return "slamd.service may not write " + path.string() + fixFor(folder, false);
+  if (!writes || !protects || isBelowAny(path, writable_)) return none;
+  return {key, "slamd.service may not write " + path.string(), fixFor(folder, false)};
 }
 
 std::string ServiceReach::fixFor(const fs::path& folder, bool at_home) const {
   const std::string allowed = at_home                          ? "ProtectHome=tmpfs and BindPaths="
                               : isBelowAny(folder, kTemporary) ? "PrivateTmp=no and ReadWritePaths="
                                                                : "ReadWritePaths=";
-  return "; use a path below " + (own_.empty() ? std::string("/var/lib/slamd") : own_.front().string()) +
+  return "use a path below " + (own_.empty() ? std::string("/var/lib/slamd") : own_.front().string()) +
          ", or run sudo systemctl edit slamd, write " + allowed + folder.string() +
          " into [Service], and let user slamd write there";
 }
@@ -164,8 +165,8 @@ std::vector<ServiceReach::Problem> ServiceReach::problemsOf(const Config& config
   const std::string& uri = config.depth_device.uri;
   std::vector<Problem> problems;
   const auto check = [&](const char* key, const std::string& path, Access access) {
-    std::string what = path.empty() ? "" : problemOf(path, access);
-    if (!what.empty()) problems.push_back({key, std::move(what)});
+    if (path.empty()) return;
+    if (Problem problem = problemOf(key, path, access); !problem.what.empty()) problems.push_back(std::move(problem));
   };
   check("store.directory", config.store.directory, Access::kWritesInto);
   check("store.map", map.find('/') == std::string::npos ? "" : map, Access::kReads);  // else a name in the folder

@@ -28,7 +28,8 @@ class ServiceReach {
   /// A path of the configuration that the service cannot use.
   struct Problem {
     const char* key;   ///< section.key
-    std::string what;  ///< cause and fix
+    std::string what;  ///< empty: the service may use it
+    std::string fix;
   };
 
   /// @param root of the file system that the unit is installed in
@@ -45,8 +46,7 @@ class ServiceReach {
 
   void read(const std::filesystem::path& file);
   void set(const std::string& key, const std::string& value);
-  /// @return cause and fix; empty: the service may use it
-  std::string problemOf(const std::filesystem::path& path, Access access) const;
+  Problem problemOf(const char* key, const std::filesystem::path& path, Access access) const;
   std::string fixFor(const std::filesystem::path& folder, bool at_home) const;
 
   bool strict_ = true, private_tmp_ = true;

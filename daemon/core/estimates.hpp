@@ -42,6 +42,15 @@ struct SpeedLimits {
     if (turn_rate > max_turn_rate) factor = std::min(factor, max_turn_rate / turn_rate);
     return factor;
   }
+
+  void visitSettings(auto& v) {
+    v.site("max_speed", max_speed, "m/s", 0.01, 10.0,
+           "The base is driven at most this fast; a SLAM_DRIVE that asks for more is made slower on the same curve.",
+           "Set it to the speed from which the robot stops within the room that it has.");
+    v.site("max_turn_rate", max_turn_rate, "rad/s", 0.01, 20.0,
+           "The base is turned at most this fast; a SLAM_DRIVE that asks for more is made slower on the same curve.",
+           "Set it to the turn rate at which the robot harms nobody beside it.");
+  }
 };
 
 /// Pose of base in map.

@@ -21,22 +21,6 @@ std::uint16_t medianOf(std::uint16_t a, std::uint16_t b, std::uint16_t c) {
 
 }  // namespace
 
-const char* describe(DepthStatus status) {
-  switch (status) {
-    case DepthStatus::kOk:
-      return "";
-    case DepthStatus::kWrongSize:
-      return "images of a wrong size are not used";
-    case DepthStatus::kNoDepth:
-      return "images without depth are not used: is the camera covered, or blinded by the sun?";
-    case DepthStatus::kTilted:
-      return "images are not used, the floor is not where [depth] puts it: check pitch, roll and z";
-    case DepthStatus::kBelowFloor:
-      return "images are not used, they show much below the floor: check pitch, roll and z";
-  }
-  return "";
-}
-
 DepthProjection::DepthProjection(const DepthProjectionConfig& config)
     : config_(config), floor_(config.floor), slots_(static_cast<int>(std::ceil(config.range_max / config.slot)) + 1) {
   if (!(config.extrinsics.z > config.floor_clearance)) {

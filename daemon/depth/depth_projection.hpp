@@ -29,6 +29,21 @@ struct DepthProjectionConfig {
   double fewest_valid = 0.02;  ///< [1] share of all pixels with depth
   double most_below = 0.15;    ///< [1] share of the floor's points that lie below it: no stairs are so wide
   double below = 0.10;         ///< [m] under the floor
+
+  void visitSettings(auto& v) {
+    v.site("floor_clearance", floor_clearance, "m", 0.01, 0.5, "The robot drives over things that are lower than this.",
+           "Set it to the height of the step that the wheels can take.");
+    v.site("robot_height", robot_height, "m", 0.05, 3.0, "The robot drives under things that begin above this height.",
+           "Set it to the height of the robot with its load.");
+    v.expert("range_min", range_min, "m", 0.1, 5.0, "Depth values that are nearer than this are ignored.");
+    v.expert("range_max", range_max, "m", 0.5, 10.0,
+             "The camera draws obstacles up to this distance; its depth has steps of 5 cm at 4 m, and the lidar "
+             "sees farther.");
+    v.expert(
+        "median", median, "", 1, 3,
+        "Each pixel is the median of this many images: 1 for none, or 3 for less noise on a robot that moves slowly.");
+    floor.visitSettings(v);
+  }
 };
 
 enum class DepthStatus : std::uint8_t {
@@ -38,9 +53,6 @@ enum class DepthStatus : std::uint8_t {
   kTilted,      ///< the floor is not where the extrinsics put it
   kBelowFloor,  ///< much of the image lies below the floor
 };
-
-/// @return what is wrong, in words; empty: nothing
-const char* describe(DepthStatus status);
 
 /// Projects depth images to the nearest obstacle per bearing. [Paper] "Indoor Robot SLAM with Multi-Sensor Fusion",
 /// section III.B (pseudo two-dimensional laser data), with free space claimed only where it was seen: a beam is free

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -19,6 +20,22 @@ struct DepthExtrinsics {
 
   /// The camera levelled to the floor, T_base_depth.
   Pose2 levelled() const { return {x, y, yaw}; }
+
+  void visitSettings(auto& v) {
+    v.robot("x", x, "m", -5.0, 5.0, "The camera is mounted this far ahead of the base's turning centre.",
+            "Measure it on each robot.");
+    v.site("y", y, "m", -5.0, 5.0, "The camera is mounted this far left of the base's turning centre.",
+           "Set it when the camera is not in the middle of the robot.");
+    v.robot("z", z, "m", 0.0, 3.0,
+            "The camera is mounted this far above the floor; its images are not used while this is 0.",
+            "Measure it on each robot that has a depth camera.");
+    v.expert("roll", roll, "rad", -std::numbers::pi, std::numbers::pi,
+             "The camera is rotated by this angle about its optical axis, positive with its right side down.");
+    v.robot("pitch", pitch, "rad", -1.2, 1.2, "The camera looks down from the horizontal by this angle.",
+            "Measure it on each robot; SLAM_HEALTH names the error that the floor shows.");
+    v.expert("yaw", yaw, "rad", -std::numbers::pi, std::numbers::pi,
+             "The camera looks to the left of the robot's forward by this angle.");
+  }
 };
 
 /// The directions in which a depth camera's pixels look, sorted into beams of equal bearing and, within a beam, into

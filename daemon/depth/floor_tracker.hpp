@@ -44,6 +44,12 @@ struct FloorTrackerConfig {
   double thickness_slope = 0.01;  ///< [1] ... and per metre of distance
   double scarce = 0.25;           ///< [1] share of all points: with fewer on the floor it may lie elsewhere
   double dominant = 0.25;         ///< [1] share of all points that a floor elsewhere must have
+
+  void visitSettings(auto& v) {
+    v.expert("max_tilt", max_tilt, "rad", 0.0, 0.3,
+             "The camera's tilt follows the floor up to this angle from its mounting, as far as bracket and "
+             "suspension give.");
+  }
 };
 
 /// Follows the floor plane through the images of a depth camera, within bounds, and tells when the floor lies somewhere

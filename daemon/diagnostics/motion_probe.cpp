@@ -36,9 +36,9 @@ void record(PoseHistory& history, Timestamp stamp, const Pose2& pose, Duration c
 MotionProbe::MotionProbe(const FrontEndConfig& config, const MotionProbeConfig& probe)
     : config_(probe),
       lidar_(config.lidar),
-      wheel_offset_(fromSeconds(config.wheel_time_offset)),
-      imu_offset_(fromSeconds(config.imu_time_offset)),
-      normals_(config.normals),
+      wheel_offset_(fromSeconds(config.intake.wheel_time_offset)),
+      imu_offset_(fromSeconds(config.intake.imu_time_offset)),
+      normals_(config.preprocessor.normals),
       match_(config.match),
       wheels_(kHistory),
       gyro_(kHistory),
@@ -189,12 +189,6 @@ SensorFindings findingsOf(const MotionProbe& probe, const FrontEnd& front_end, c
   if (beams.rangeNoise().tooNoisy()) findings.add(SensorFault::kRangesScatter, beams.rangeNoise().sigma());
   if (beams.timesMissing()) findings.add(SensorFault::kBeamTimesMissing);
   return findings;
-}
-
-ScanOutcome addScan(FrontEnd& front_end, MotionProbe& probe, const LaserScan& scan, bool may_keep) {
-  const ScanOutcome outcome = front_end.add(scan, may_keep);
-  if (!outcome.stuck) probe.add(*outcome.scan);
-  return outcome;
 }
 
 }  // namespace slam

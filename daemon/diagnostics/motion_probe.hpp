@@ -48,6 +48,11 @@ class MotionProbe {
   void add(const ImuSample& sample);
   /// Cheap, also for a scan that is taken; the work on it is left to work().
   void add(const LaserScan& scan);
+  /// The scan as the front end has interpreted it, but none of a stuck lidar: the turn that it repeats is no
+  /// measurement.
+  void add(const ScanOutcome& outcome) {
+    if (!outcome.stuck) add(*outcome.scan);
+  }
   /// Matches the pair that add() has completed, some tenths of a millisecond; otherwise does nothing.
   void work();
 
@@ -89,10 +94,5 @@ class MotionProbe {
 
 /// What is wrong with the sensors, as far as the probe and the front end know.
 SensorFindings findingsOf(const MotionProbe& probe, const FrontEnd& front_end, const SensorCheckConfig& config = {});
-
-/// Gives a scan to the front end and then to the probe, but none of a stuck lidar: the turn that it repeats is no
-/// measurement. work() is left to the caller.
-/// @param may_keep as FrontEnd::add() has it
-ScanOutcome addScan(FrontEnd& front_end, MotionProbe& probe, const LaserScan& scan, bool may_keep = true);
 
 }  // namespace slam

@@ -88,9 +88,6 @@ SensorFindings withGyro(const SensorFindings& findings, const GyroVerdict& gyro)
 SensorFindings withDistances(const SensorFindings& findings, const WheelScale& scale,
                              const SensorCheckConfig& config = {});
 
-/// One line for people: what was seen, and what to fix.
-std::string describe(const SensorFinding& finding);
-
 /// The motion of base between two scans, by each sensor alone.
 struct MotionEvidence {
   Pose2 scans;                                ///< by matching one scan against the other, without a guess from others

@@ -35,15 +35,37 @@ Ekf::Ekf(const EkfConfig& config, Timestamp stamp, const Pose2& pose) : config_(
       config.holonomic ? square(0.5) : 0.0;
 }
 
+/// (13): the arc of constant twist, written as its chord.
+Ekf::Arc Ekf::arcTo(Timestamp stamp) const {
+  const EkfConfig& c = *config_;
+  const double dt = toSeconds(stamp - stamp_);
+  const double moved_time = std::min(dt, std::max(c.max_coast, toSeconds(known_until_ - stamp_)));
+  // Wheels that have told no speed for long: the robot may have stopped, and no scan tells where it is.
+  const Timestamp told_until = std::max(silent_from_, known_until_ + fromSeconds(c.max_coast));
+  const double told = c.smooth ? std::clamp(toSeconds(told_until - stamp_) / moved_time, 0.0, 1.0) : 1.0;
+  const double v = told * x_[kSpeed], vy = told * x_[kLateralSpeed];
+  const double omega = (gyroActiveAt(stamp) ? 1.0 : told) * x_[kTurnRate];
+  const double half_turn = 0.5 * omega * moved_time;
+  const double sinc = std::abs(half_turn) < 1e-6 ? 1.0 : std::sin(half_turn) / half_turn;
+  const double heading = x_[kTheta] + half_turn;
+  return {moved_time, v, vy, omega, std::cos(heading), std::sin(heading), moved_time * sinc};
+}
+
+/// @return the pose (x, y, theta) [m, m, rad] at the arc's end
+Eigen::Vector3d Ekf::movedAlong(const Arc& arc) const {
+  return {x_[kX] + arc.dx(), x_[kY] + arc.dy(), wrapAngle(x_[kTheta] + arc.omega * arc.seconds)};
+}
+
+Pose2 Ekf::poseAt(Timestamp stamp) const {
+  return stamp <= stamp_ ? pose() : Pose2::fromVector(movedAlong(arcTo(stamp)));
+}
+
 void Ekf::predict(Timestamp stamp) {
   if (stamp <= stamp_) return;
   const EkfConfig& c = *config_;
+  const Arc arc = arcTo(stamp);
   const Timestamp from = std::exchange(stamp_, stamp);
   const double dt = toSeconds(stamp - from);
-  const double moved_time = std::min(dt, std::max(c.max_coast, toSeconds(known_until_ - from)));
-  // Wheels that have told no speed for long: the robot may have stopped, and no scan tells where it is.
-  const Timestamp told_until = std::max(silent_from_, known_until_ + fromSeconds(c.max_coast));
-  const double told = c.smooth ? std::clamp(toSeconds(told_until - from) / moved_time, 0.0, 1.0) : 1.0;
   const auto secondsBeyond = [&](Timestamp until) { return std::max(0.0, toSeconds(stamp - std::max(from, until))); };
   const double speed_walks = secondsBeyond(known_until_);
   const double turn_rate_walks = gyroActive() ? dt : secondsBeyond(turn_known_until_);
@@ -52,31 +74,20 @@ void Ekf::predict(Timestamp stamp) {
   if (speed_walks > 0.0 && from <= known_until_) walkSpeeds(walked);
   if (turn_rate_walks > 0.0 && from <= turn_known_until_) walkTurnRate(walked);
 
-  const double v = told * x_[kSpeed], vy = told * x_[kLateralSpeed];
-  const double omega = (gyroActive() ? 1.0 : told) * x_[kTurnRate];
-  const double half_turn = 0.5 * omega * moved_time;
-  const double sinc = std::abs(half_turn) < 1e-6 ? 1.0 : std::sin(half_turn) / half_turn;
-  const double heading = x_[kTheta] + half_turn, chord = moved_time * sinc;
-  const double cos_h = std::cos(heading), sin_h = std::sin(heading);
-
-  // (13): the arc of constant twist, written as its chord
-  const double dx = chord * (v * cos_h - vy * sin_h), dy = chord * (v * sin_h + vy * cos_h);
-  x_[kX] += dx;
-  x_[kY] += dy;
-  x_[kTheta] = wrapAngle(x_[kTheta] + omega * moved_time);
+  x_.head<3>() = movedAlong(arc);
 
   Matrix A = Matrix::Identity();
-  A(kX, kTheta) = -dy;
-  A(kY, kTheta) = dx;
-  A(kX, kSpeed) = chord * cos_h;
-  A(kY, kSpeed) = chord * sin_h;
-  A(kX, kTurnRate) = -0.5 * moved_time * dy;
-  A(kY, kTurnRate) = 0.5 * moved_time * dx;
-  A(kX, kLateralSpeed) = -chord * sin_h;
-  A(kY, kLateralSpeed) = chord * cos_h;
-  A(kTheta, kTurnRate) = moved_time;
+  A(kX, kTheta) = -arc.dy();
+  A(kY, kTheta) = arc.dx();
+  A(kX, kSpeed) = arc.chord * arc.cos_h;
+  A(kY, kSpeed) = arc.chord * arc.sin_h;
+  A(kX, kTurnRate) = -0.5 * arc.seconds * arc.dy();
+  A(kY, kTurnRate) = 0.5 * arc.seconds * arc.dx();
+  A(kX, kLateralSpeed) = -arc.chord * arc.sin_h;
+  A(kY, kLateralSpeed) = arc.chord * arc.cos_h;
+  A(kTheta, kTurnRate) = arc.seconds;
 
-  const double distance = std::hypot(v, vy) * moved_time, turned = std::abs(omega) * moved_time;
+  const double distance = std::hypot(arc.v, arc.vy) * arc.seconds, turned = std::abs(arc.omega) * arc.seconds;
   const double translation = c.wheelTranslationVariance(distance) + square(c.translation_drift) * dt;
   double rotation = square(c.rotation_drift) * dt;
   if (gyroActive()) {

@@ -64,6 +64,57 @@ struct EkfConfig {
     return rotation_noise_wheels * rotation_noise_wheels * turn +
            rotation_noise_per_metre * rotation_noise_per_metre * distance;
   }
+
+  void visitSettings(auto& v) {
+    v.expert("acceleration_noise", acceleration_noise, "m/s per sqrt(s)", 0.01, 100.0,
+             "The speed changes as a random walk with this standard deviation.");
+    v.expert("angular_acceleration_noise", angular_acceleration_noise, "rad/s per sqrt(s)", 0.01, 100.0,
+             "The turn rate changes as a random walk with this standard deviation.");
+    v.expert("gyro_bias_noise", gyro_bias_noise, "rad/s per sqrt(s)", 0.0, 0.1,
+             "The gyro's bias changes as a random walk with this standard deviation.");
+    v.expert("initial_gyro_bias_sigma", initial_gyro_bias_sigma, "rad/s", 1e-5, 1.0,
+             "The gyro's bias has this standard deviation at the start.");
+    v.expert("translation_noise", translation_noise, "m per sqrt(m)", 0.0, 1.0,
+             "The distance that the wheels measure has this standard deviation after one metre.");
+    v.expert("rotation_noise_per_metre", rotation_noise_per_metre, "rad per sqrt(m)", 0.0, 1.0,
+             "The heading that the wheels measure without a gyro has this standard deviation after one metre.");
+    v.expert(
+        "rotation_noise_wheels", rotation_noise_wheels, "rad per sqrt(rad)", 0.0, 1.0,
+        "The heading that the wheels measure without a gyro has this standard deviation after a turn of one radian.");
+    v.expert("rotation_noise_gyro", rotation_noise_gyro, "rad per sqrt(rad)", 0.0, 1.0,
+             "The heading that the gyro measures has this standard deviation after a turn of one radian.");
+    v.expert("rotation_drift", rotation_drift, "rad per sqrt(s)", 1e-6, 0.1,
+             "The heading gains this standard deviation in one second, even at rest.");
+    v.expert("translation_drift", translation_drift, "m per sqrt(s)", 1e-6, 0.1,
+             "The position gains this standard deviation in one second, even at rest.");
+    v.expert("wheel_speed_sigma", wheel_speed_sigma, "m/s", 1e-4, 1.0,
+             "The speed in one wheel sample has this standard deviation.");
+    v.expert("wheel_turn_rate_sigma", wheel_turn_rate_sigma, "rad/s", 1e-4, 5.0,
+             "The turn rate in one wheel sample has this standard deviation; it is used without a gyro only.");
+    v.expert("wheel_turn_rate_scale", wheel_turn_rate_scale, "1", 0.0, 1.0,
+             "The turn rate of the wheels is wrong by this share of itself.");
+    v.expert("gyro_sigma", gyro_sigma, "rad/s", 1e-5, 1.0, "One gyro sample has this standard deviation.");
+    v.expert("gyro_timeout", gyro_timeout, "s", 0.01, 10.0,
+             "The wheels give the turn rate after this time without a gyro sample.");
+    v.expert("slip_angle", slip_angle, "rad", 1e-3, 3.0,
+             "The wheels slip when they and the gyro differ by more than this angle within ekf.slip_window.");
+    v.expert("slip_scale", slip_scale, "1", 0.0, 1.0,
+             "Slip also requires that wheels and gyro differ by more than this share of the angle turned in "
+             "ekf.slip_window.");
+    v.expert("slip_window", slip_window, "s", 0.02, 10.0,
+             "Wheels and gyro are compared over this time to detect slip.");
+    v.expert("slip_speed_sigma", slip_speed_sigma, "m/s", 1e-3, 10.0,
+             "The speed in one wheel sample has this standard deviation while the wheels slip.");
+    v.expert("gate_probability", gate_probability, "1", 0.9, 0.999999,
+             "The innovation gates accept this share of good measurements.");
+    v.expert("max_speed", max_speed, "m/s", 0.1, 100.0,
+             "A wheel sample with a higher speed than this is a fault and is not used.");
+    v.expert("max_turn_rate", max_turn_rate, "rad/s", 0.1, 100.0,
+             "A wheel sample with a higher turn rate than this is a fault and is not used.");
+    v.expert("nis_memory", nis_memory, "", 1, 1000, "The filter's prediction is judged by this many matched scans.");
+    v.expert("max_coast", max_coast, "s", 0.0, 10.0, "The pose moves on for no longer than this without any sample.");
+    standstill.visitSettings(v);
+  }
 };
 
 enum class UpdateResult : std::uint8_t { kFused, kRejected, kUseless };
@@ -111,6 +162,8 @@ class Ekf {
 
   /// Prediction stage, eq. (13)-(14), to `stamp`; an earlier stamp changes nothing.
   void predict(Timestamp stamp);
+  /// Where predict() would put the pose, by (13) alone.
+  Pose2 poseAt(Timestamp stamp) const;
 
   /// Wheels: mean body twist over the interval that begins now. @param gyro_mean mean reading of the gyro over the same
   /// interval [rad/s], for the slip test. While a gyro runs the wheels give the speed only: what their radius, track
@@ -153,10 +206,23 @@ class Ekf {
   bool standstill() const;
   /// No wheel sample covers this time, though one was due long ago: whether they roll is not known.
   bool wheelsSilent() const { return stamp_ > silent_from_; }
-  bool gyroActive() const { return gyro_stamp_ && toSeconds(stamp_ - *gyro_stamp_) < config_->gyro_timeout; }
+  bool gyroActive() const { return gyroActiveAt(stamp_); }
   const EkfCounters& counters() const { return counters_; }
 
  private:
+  /// Arc of constant twist from stamp() to a later stamp.
+  struct Arc {
+    double seconds, v, vy, omega;  // [s] in motion, [m/s], [m/s], [rad/s]
+    double cos_h, sin_h, chord;    // direction of its chord; [s] length of it per speed
+    double dx() const { return chord * (v * cos_h - vy * sin_h); }
+    double dy() const { return chord * (v * sin_h + vy * cos_h); }
+  };
+  Arc arcTo(Timestamp stamp) const;
+  Eigen::Vector3d movedAlong(const Arc& arc) const;
+  bool gyroActiveAt(Timestamp stamp) const {
+    return gyro_stamp_ && toSeconds(stamp - *gyro_stamp_) < config_->gyro_timeout;
+  }
+
   enum Considered { kNone, kBias, kPose };  // states whose gain is zero
 
   /// @param seen  projector onto the pose's directions that the measurement sees, the others stay; null: all of them

@@ -222,21 +222,25 @@ UpdateResult EkfTimeline::apply(std::size_t i, Ekf& ekf) const {
                           gyro_count > 0 && gyro_known ? std::optional(gyro_sum / gyro_count) : std::nullopt);
 }
 
-Ekf EkfTimeline::at(Timestamp stamp) const {
+const Ekf& EkfTimeline::upTo(Timestamp stamp) const {
   std::size_t i = size_;
   while (i > 0 && entry(i - 1).stamp > stamp) --i;
-  Ekf ekf = i == 0 ? base_ : entry(i - 1).after;
+  return i == 0 ? base_ : entry(i - 1).after;
+}
+
+Ekf EkfTimeline::at(Timestamp stamp) const {
+  Ekf ekf = upTo(stamp);
   ekf.predict(stamp);
   return ekf;
 }
 
 void EkfTimeline::fillHistory(Timestamp from, Timestamp to, PoseHistory& history) const {
   history.clear();
-  history.push(from, at(from).pose());
+  history.push(from, poseAt(from));
   std::size_t i = size_;
   while (i > 0 && entry(i - 1).stamp > from) --i;
   for (; i < size_ && entry(i).stamp < to; ++i) history.push(entry(i).stamp, entry(i).after.pose());
-  history.push(to, at(to).pose());
+  history.push(to, poseAt(to));
 }
 
 }  // namespace slam

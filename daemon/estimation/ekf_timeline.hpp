@@ -19,6 +19,11 @@ struct EkfTimelineConfig {
   double jitter = 0.01;       ///< [s] that stamps are late now and then; what is longer apart was so in truth
   double recent = 0.1;        ///< [s] stamps that are off by half an interval make little speed over so long ...
   double too_long_ago = 0.2;  ///< [s] ... and a robot brakes within so long
+
+  void visitSettings(auto& v) {
+    v.expert("window", window, "s", 0.05, 10.0,
+             "A sample that is late by no more than this is still fused at its own stamp.");
+  }
 };
 
 /// Feeds an Ekf in stamp order whatever the order of arrival.
@@ -58,8 +63,14 @@ class EkfTimeline {
   Timestamp newestStamp() const { return size_ > 0 ? entry(size_ - 1).stamp : base_.stamp(); }
   Timestamp oldestStamp() const { return base_.stamp(); }
 
+  /// State after the newest sample.
+  const Ekf& newest() const { return size_ > 0 ? entry(size_ - 1).after : base_; }
+  /// State after the newest sample up to `stamp`; the oldest state if it is too early.
+  const Ekf& upTo(Timestamp stamp) const;
   /// Filter state at `stamp`, predicted forward from the newest sample before it; the oldest state if it is too early.
   Ekf at(Timestamp stamp) const;
+  /// Its pose, without a copy of the filter.
+  Pose2 poseAt(Timestamp stamp) const { return upTo(stamp).poseAt(stamp); }
   /// Poses from `from` to `to`, both included, at each sample between.
   void fillHistory(Timestamp from, Timestamp to, PoseHistory& history) const;
 

@@ -19,6 +19,17 @@ struct StandstillConfig {
   bool isQuiet(double speed, double turn_rate) const {
     return std::abs(speed) <= max_speed && std::abs(turn_rate) <= max_turn_rate;
   }
+
+  void visitSettings(auto& v) {
+    v.expert("standstill_speed", max_speed, "m/s", 0.0, 0.1,
+             "The robot can stand still only while its wheels are slower than this.");
+    v.expert("standstill_turn_rate", max_turn_rate, "rad/s", 0.0, 0.5,
+             "The robot can stand still only while its wheels turn it slower than this.");
+    v.expert("standstill_gyro_swing", max_gyro_swing, "rad/s", 0.0, 1.0,
+             "The robot stands still only while the gyro's largest and smallest readings differ by no more than this.");
+    v.expert("standstill_time", min_time, "s", 0.05, 10.0,
+             "The robot stands still once wheels and gyro have been quiet for this time.");
+  }
 };
 
 /// Says whether the robot stands still, from wheels and, where there is one, the gyro. A plain value: it is copied with

@@ -31,6 +31,13 @@ struct WheelMonitorConfig {
   double scan_turn = 0.005;     ///< [rad] the same
   double slip = 0.03;           ///< [rad] wheels whose heading is this far off a match's have slipped
   WheelScaleConfig scale;
+
+  void visitSettings(auto& v) {
+    v.expert("wheel_contradiction", contradiction, "1", 1.0, 1000.0,
+             "The wheels are ignored when their mean normalised squared error against the scans is above this.");
+    v.expert("wheel_agreement", agreement, "1", 0.5, 1000.0,
+             "Ignored wheels are used again when their mean normalised squared error against the scans is below this.");
+  }
 };
 
 /// Judges the wheels by the way from one matched scan to another, and corrects their scale. The filter's noise model

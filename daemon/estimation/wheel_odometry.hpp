@@ -13,6 +13,15 @@ namespace slam {
 struct DifferentialBase {
   double wheel_radius = 0.0325;  ///< [m]
   double half_track = 0.10075;   ///< [m] half the distance between the wheels' contact points
+
+  void visitSettings(auto& v) {
+    v.robot("wheel_radius", wheel_radius, "m", 0.005, 1.0, "A driven wheel has this radius.",
+            "Measure it on each robot, or use slam-calibrate.");
+    v.robot("half_track", half_track, "m", 0.01, 2.0,
+            "This is half the distance between the driven wheels; omni3: centre to wheel; mecanum4: half track "
+            "plus half wheelbase.",
+            "Measure it on each robot, or use slam-calibrate.");
+  }
 };
 
 constexpr BaseKinematics kinematicsOf(const DifferentialBase& base) {

@@ -3,10 +3,23 @@
 #include <optional>
 
 #include "core/pseudo_laser.hpp"
-#include "frontend/front_end_config.hpp"
+#include "frontend/front_end_state.hpp"
 #include "frontend/local_map.hpp"
 
 namespace slam {
+
+/// When what the depth camera sees is drawn. Views from one place have the same errors: many of them prove no more than
+/// one, but they show what has changed there.
+struct DepthViewConfig {
+  double time_offset = 0.0;   ///< [s] added to the camera's stamps
+  double translation = 0.05;  ///< [m] since the last view
+  double rotation = 0.05;     ///< [rad] since the last view
+  double period = 0.2;        ///< [s] since the last view
+
+  void visitSettings(auto& v) {
+    v.expert("time_offset", time_offset, "s", -1.0, 1.0, "This time is added to the stamps of the depth images.");
+  }
+};
 
 /// Says which of the depth camera's images are drawn.
 class DepthViewSelector {

@@ -56,13 +56,13 @@ Pose2 DynamicPointFilter::follow(Timestamp stamp, const EkfTimeline& filter) {
     count_ = 0;
     return {};
   }
-  const Pose2 last = filter.at(*begin).pose();
-  const Pose2 T_before_last = between(filter.at(before).pose(), last);
+  const Pose2 last = filter.poseAt(*begin);
+  const Pose2 T_before_last = between(filter.poseAt(before), last);
   for (EarlierScan& earlier : std::span(earlier_).first(count_)) {
     if (earlier.stamp == before) earlier.T_earlier_base = earlier.T_earlier_base * T_before_last;
     earlier.stamp = *begin;
   }
-  return between(last, filter.at(stamp).pose());
+  return between(last, filter.poseAt(stamp));
 }
 
 void DynamicPointFilter::remember(const ScanPoints& points, Timestamp stamp, std::span<const Beam> beams,

@@ -13,7 +13,7 @@ namespace {
 constexpr Duration kLongestPrediction = std::chrono::milliseconds(200);  // of the pose at a depth image
 
 FrontEndConfig withRangeSigma(FrontEndConfig config) {
-  config.normals.range_sigma = config.match.range_sigma = config.lidar.range_sigma;
+  config.preprocessor.normals.range_sigma = config.match.range_sigma = config.lidar.range_sigma;
   return config;
 }
 
@@ -38,15 +38,17 @@ FrontEnd::FrontEnd(const FrontEndConfig& config, Stopwatch stopwatch, const Fron
     : config_(withRangeSigma(config)),
       odometry_(smooth(beginningAt(config.ekf, {}, start.gyro_bias)), config.timeline),
       pose_(beginningAt(config.ekf, start.T_map_base, start.gyro_bias), config.timeline),
-      intake_(config_),
+      intake_(config_.intake, config_.lidar),
       monitor_{WheelMonitor(config.ekf, config.wheel_monitor), GyroMonitor(config.ekf, config.gyro_monitor),
                ScanMonitor(config.ekf, config.scan_monitor), HeadingMonitor(config.heading_monitor)},
-      preprocessor_(config_, start.body),
-      local_map_(config_),
-      registration_(config_, stopwatch),
-      validator_(config_),
-      tracking_(config_, start.in_known_map),
-      keyframes_(config_, start),
+      preprocessor_(config_.preprocessor, config_.lidar, config_.match, start.body),
+      local_map_(config_.reference, config_.lidar.T_base_lidar, config_.localise_only, config_.follows_nearest),
+      registration_(config_.registration, config_.search, config_.search_window, stopwatch),
+      validator_(config_.validator, config_.dynamic_object_gate, config_.search_window,
+                 config_.lidar.T_base_lidar.translation()),
+      tracking_(config_.tracking, config_.localise_only, start.in_known_map),
+      keyframes_(config_.keyframe, config_.lidar, config_.localise_only,
+                 config_.preprocessor.interpreter.body.translation, start),
       views_(config.depth) {}
 
 void FrontEnd::add(const WheelSample& recorded) {
@@ -67,7 +69,7 @@ void FrontEnd::add(const ImuSample& recorded) {
 
 ScanOutcome FrontEnd::add(const LaserScan& recorded, bool may_keep) {
   const ScanOutcome outcome = track(recorded, may_keep);
-  local_map_.follow(pose_.at(outcome.stamp).pose().translation());
+  local_map_.follow(pose_.poseAt(outcome.stamp).translation());
   return outcome;
 }
 
@@ -81,7 +83,8 @@ ScanOutcome FrontEnd::track(const LaserScan& recorded, bool may_keep) {
   if (!taken.accepted) return outcome;
 
   const bool was_noisy = interpreter().rangeNoise().tooNoisy();
-  const Cloud& cloud = preprocessor_.process(recorded, taken, pose_, odometry_);  // deskewed to mid-turn, with normals
+  const Cloud& cloud =  // deskewed to mid-turn, with normals
+      preprocessor_.process(recorded, taken.first, taken.interval, pose_, odometry_);
   if (!was_noisy && interpreter().rangeNoise().tooNoisy()) endDoubt();
   outcome.scan = cloud.scan;
   outcome.stamp = cloud.stamp;
@@ -102,18 +105,17 @@ ScanOutcome FrontEnd::track(const LaserScan& recorded, bool may_keep) {
   match = registration_.align(cloud, local_map_, predicted, tracking_, wheels.reliability());  // PL-ICP [Censi 2008]
   outcome.match_time = registration_.matchTime();
   validator_.removeDynamicBias(match, cloud, local_map_, predicted, wheels);  // people who walk beside the robot
-  outcome.fused = validator_.acceptTracking(match, cloud, local_map_, predicted.pose, tracking_) &&
-                  fuse(cloud.stamp, match, false);                 // (15)-(17)
-  if (!outcome.fused) recoverBySearch(cloud, predicted, outcome);  // correlative [Olson 2009], stricter test
 
   // A scan that contradicts itself has walls in the open wherever it is, and so has one at a place that is guessed.
   const bool by_wheels = wheels.reliability() >= WheelReliability::kReliable;
   if (validator_.wallsInTheOpen(cloud) && by_wheels && !monitor_.heading.contradicts()) {
-    outcome.fused = false;
     beginSession(KeyframeOrigin::kLost);
     return outcome;
   }
 
+  outcome.fused = validator_.acceptTracking(match, cloud, local_map_, predicted.pose, tracking_) &&
+                  fuse(cloud.stamp, match, false);                 // (15)-(17)
+  if (!outcome.fused) recoverBySearch(cloud, predicted, outcome);  // correlative [Olson 2009], stricter test
   judgeGyro(cloud.stamp, match);
   outcome.keyframe =
       outcome.fused ? follow(cloud, predicted, match, may_keep) : coast(cloud, predicted, match, may_keep);
@@ -143,7 +145,7 @@ void FrontEnd::recoverBySearch(const Cloud& cloud, const Prediction& predicted, 
 
 const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted, const MatchResult& match,
                                  bool may_keep) {
-  const Ekf ekf = pose_.at(cloud.stamp);
+  const Ekf& ekf = pose_.upTo(cloud.stamp);  // the match was fused at this stamp
   const Pose2 T_map_base = ekf.pose();
   shareGyroBias();
   monitor_.scans.compare(predicted.odometry, T_map_base, match.covariance, monitor_.wheels, monitor_.heading);
@@ -157,13 +159,13 @@ const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted
 
 /// Scans that turn out to be noise were wrong where they contradicted wheels and gyro.
 void FrontEnd::endDoubt() {
-  const Ekf ekf = pose_.at(pose_.newestStamp());
+  const Ekf& ekf = pose_.newest();
   pose_.setPose(ekf.pose(), ekf.covariance().diagonal().head<3>().cwiseSqrt());
 }
 
 /// By what the scan says itself: the filter's pose is the gyro's, too.
 void FrontEnd::judgeGyro(Timestamp stamp, const MatchResult& match) {
-  if (!match.usable() || match.observable < 3 || match.overlap < config_.search.trusted_overlap)
+  if (!match.usable() || match.observable < 3 || match.overlap < config_.validator.trusted_overlap)
     return monitor_.gyro.interrupt();
   if (const auto bias = monitor_.gyro.compare(stamp, match.T_ref_base.theta, gyroBias())) {
     odometry_.add(*bias);
@@ -173,7 +175,7 @@ void FrontEnd::judgeGyro(Timestamp stamp, const MatchResult& match) {
 
 /// The scans have told more of the bias than standstill alone can.
 void FrontEnd::shareGyroBias() {
-  const Ekf newest = pose_.at(pose_.newestStamp());
+  const Ekf& newest = pose_.newest();
   if (newest.gyroActive()) odometry_.add(newest.gyroBiasEstimate());
 }
 
@@ -185,7 +187,7 @@ const Keyframe* FrontEnd::coast(const Cloud& cloud, const Prediction& predicted,
   const Pose2 T_map_base = predicted.pose.pose();
   // A scan that contradicts itself sees through walls wherever it is.
   const bool kidnapped = !monitor_.heading.contradicts() && validator_.kidnapped(T_map_base, cloud, local_map_);
-  if (kidnapped || tracking_.lost(pose_.at(pose_.newestStamp()).covariance().topLeftCorner<3, 3>())) {
+  if (kidnapped || tracking_.lost(pose_.newest().covariance().topLeftCorner<3, 3>())) {
     beginSession(KeyframeOrigin::kLost);
     return nullptr;
   }
@@ -211,31 +213,31 @@ const DepthObservation* FrontEnd::add(const PseudoLaser& laser) {
   const PoseEstimate seen_from = estimate(stamp);
   const AnchoredPose anchored = anchor(seen_from.T_map_base);
   if (seen_from.state != LocalisationState::kLocalised || anchored.keyframe < 0) return views_.leaveOut();
-  return views_.select(laser, stamp, odometry_.at(stamp).pose(), mapId(), session(), anchored);
+  return views_.select(laser, stamp, odometry_.poseAt(stamp), mapId(), session(), anchored);
 }
 
 void FrontEnd::setPose(const Pose2& T_map_base, const Eigen::Vector3d& sigma) {
   pose_.setPose(T_map_base, sigma);
   beginSession(KeyframeOrigin::kGiven);
-  local_map_.follow(pose_.at(pose_.newestStamp()).pose().translation());
+  local_map_.follow(pose_.newest().pose().translation());
 }
 
 /// Nothing but odometry that is wrong for long leads beyond where any map reaches: the robot may be anywhere. Its
 /// session begins at the map's origin, as good as any other place until it is found.
 void FrontEnd::leaveFarPlace() {
   ++far_off_;
-  const Pose2 far = pose_.at(pose_.newestStamp()).pose(), T_new_old{-far.x, -far.y, 0.0};
+  const Pose2 far = pose_.newest().pose(), T_new_old{-far.x, -far.y, 0.0};
   pose_.transform(T_new_old);
   tracking_.transform(T_new_old);
   keyframes_.transform(T_new_old);
   beginSession(KeyframeOrigin::kLost);
-  local_map_.follow(pose_.at(pose_.newestStamp()).pose().translation());
+  local_map_.follow(pose_.newest().pose().translation());
 }
 
 void FrontEnd::beginSession(KeyframeOrigin origin) {
   // A gyro turns with who carries the robot, but not with who gives its pose.
   double heading_tolerance = std::numbers::pi;
-  const Ekf newest = pose_.at(pose_.newestStamp());
+  const Ekf& newest = pose_.newest();
   if (origin == KeyframeOrigin::kLost && monitor_.gyro.reliable()) {
     heading_tolerance = validator_.headingTolerance(newest);
     if (!tracking_.placed()) heading_tolerance += keyframes_.headingTolerance();
@@ -251,13 +253,13 @@ void FrontEnd::beginSession(KeyframeOrigin origin) {
 void FrontEnd::apply(MapCorrection& correction) {
   if (correction.session != session()) return;
   if (correction.refuted) return tracking_.refute();
-  const Pose2 T_new_old = local_map_.apply(correction, pose_.at(pose_.newestStamp()).pose().translation());
+  const Pose2 T_new_old = local_map_.apply(correction, pose_.newest().pose().translation());
   if (correction.T_map_session) tracking_.place();
   pose_.transform(T_new_old);
   monitor_.interrupt();
   tracking_.transform(T_new_old);
   keyframes_.transform(T_new_old);
-  local_map_.follow(pose_.at(pose_.newestStamp()).pose().translation());
+  local_map_.follow(pose_.newest().pose().translation());
 }
 
 PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
@@ -288,7 +290,7 @@ OdometryEstimate FrontEnd::odometry(Timestamp stamp) const {
           .gyro_bias = ekf.gyroBias(),
           .slip = ekf.slip(),
           .standstill = ekf.standstill(),
-          .T_map_odom = pose_.at(stamp).pose() * ekf.pose().inverse()};
+          .T_map_odom = pose_.poseAt(stamp) * ekf.pose().inverse()};
 }
 
 TrackingReport FrontEnd::trackingReport() const {

@@ -14,13 +14,13 @@
 #include "estimation/odometry_monitor.hpp"
 #include "frontend/depth_view_selector.hpp"
 #include "frontend/front_end_config.hpp"
+#include "frontend/intake/sensor_intake.hpp"
 #include "frontend/keyframe_selector.hpp"
 #include "frontend/local_map.hpp"
 #include "frontend/map_correction.hpp"
 #include "frontend/match_validator.hpp"
 #include "frontend/preprocessor.hpp"
 #include "frontend/registration.hpp"
-#include "frontend/sensor_intake.hpp"
 #include "frontend/tracking_state.hpp"
 
 namespace slam {
@@ -91,7 +91,7 @@ class FrontEnd {
   GyroVerdict gyroVerdict() const { return monitor_.gyro.verdict(gyroBias()); }
   /// What was found out about the lidar's beams.
   const ScanInterpreter& interpreter() const { return preprocessor_.interpreter(); }
-  EkfCounters filterCounters() const { return pose_.at(pose_.newestStamp()).counters(); }
+  EkfCounters filterCounters() const { return pose_.newest().counters(); }
 
  private:
   ScanOutcome track(const LaserScan& recorded, bool may_keep);
@@ -99,7 +99,7 @@ class FrontEnd {
   void recoverBySearch(const Cloud& cloud, const Prediction& predicted, ScanOutcome& outcome);
   const Keyframe* follow(const Cloud& cloud, const Prediction& predicted, const MatchResult& match, bool may_keep);
   const Keyframe* coast(const Cloud& cloud, const Prediction& predicted, const MatchResult& match, bool may_keep);
-  double gyroBias() const { return pose_.at(pose_.newestStamp()).gyroBias(); }
+  double gyroBias() const { return pose_.newest().gyroBias(); }
   void judgeGyro(Timestamp stamp, const MatchResult& match);
   void endDoubt();
   void shareGyroBias();

@@ -16,17 +16,17 @@ double square(double value) { return value * value; }
 
 }  // namespace
 
-KeyframeSelector::KeyframeSelector(const FrontEndConfig& config, const FrontEndStart& start)
-    : config_(config.keyframe),
-      drift_config_(config.drift),
-      T_base_lidar_(config.lidar.T_base_lidar),
-      upside_down_(config.lidar.upside_down),
+KeyframeSelector::KeyframeSelector(const KeyframeConfig& config, const LidarModel& lidar, bool localise_only,
+                                   double body_margin, const FrontEndStart& start)
+    : config_(config),
+      T_base_lidar_(lidar.T_base_lidar),
+      upside_down_(lidar.upside_down),
       map_id_(start.map_id),
       first_keyframe_(start.first_keyframe),
-      localise_only_(config.localise_only),
+      localise_only_(localise_only),
       next_keyframe_(start.first_keyframe),
       origin_(start.in_known_map ? KeyframeOrigin::kLost : KeyframeOrigin::kContinued) {
-  keyframe_.body_margin = config.intake.body.translation;  // a step
+  keyframe_.body_margin = body_margin;
 }
 
 void KeyframeSelector::beginSession(KeyframeOrigin origin, double heading_tolerance) {
@@ -111,7 +111,7 @@ void KeyframeSelector::addDrift(const Pose2& T_map_base, const MatchResult* matc
   const Pose2 moved = between(drift_pose_, T_map_base);
   drift_pose_ = T_map_base;
   const double distance = std::hypot(moved.x, moved.y), turned = std::abs(moved.theta);
-  const DriftConfig& d = drift_config_;
+  const DriftConfig& d = config_.drift;
   Eigen::Vector3d matched(square(d.translation) * distance, square(d.translation) * distance,
                           square(d.rotation_per_metre) * distance + square(d.rotation_per_radian) * turned);
   drift_ += matched.asDiagonal();

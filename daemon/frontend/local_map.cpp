@@ -9,11 +9,12 @@
 
 namespace slam {
 
-LocalMap::LocalMap(const FrontEndConfig& config)
-    : T_base_lidar_(config.lidar.T_base_lidar),
-      follows_nearest_(config.follows_nearest),
-      localise_only_(config.localise_only),
-      reference_(config.reference) {
+LocalMap::LocalMap(const ReferenceConfig& reference, const Pose2& T_base_lidar, bool localise_only,
+                   bool follows_nearest)
+    : T_base_lidar_(T_base_lidar),
+      follows_nearest_(follows_nearest),
+      localise_only_(localise_only),
+      reference_(reference) {
   for (KeptScan& scan : kept_) scan.points.reserve(LaserScan::kCapacity);
   scratch_.reserve(LaserScan::kCapacity);
   keyframes_.reserve(MapCorrection::kMaxKeyframes);

@@ -7,7 +7,6 @@
 
 #include "core/keyframe.hpp"
 #include "core/pose_covariance.hpp"
-#include "frontend/front_end_config.hpp"
 #include "frontend/map_correction.hpp"
 #include "matching/reference.hpp"
 #include "matching/scan_points.hpp"
@@ -28,7 +27,10 @@ struct AnchoredPose {
 /// After construction no allocation.
 class LocalMap {
  public:
-  explicit LocalMap(const FrontEndConfig& config);
+  /// @param localise_only   the map is given: scans do not extend it
+  /// @param follows_nearest a correction moves the pose as the nearest keyframe; false: as the newest
+  LocalMap(const ReferenceConfig& reference, const Pose2& T_base_lidar, bool localise_only = false,
+           bool follows_nearest = true);
 
   /// Nothing was added since the beginning or clear().
   bool empty() const { return !newest_; }

@@ -9,12 +9,9 @@
 
 namespace slam {
 
-MatchValidator::MatchValidator(const FrontEndConfig& config)
-    : lidar_(config.lidar.T_base_lidar.translation()),
-      config_(config.validator),
-      search_(config.search),
-      window_(config.search_window),
-      dynamic_objects_(config.dynamic_object_gate) {}
+MatchValidator::MatchValidator(const ValidatorConfig& config, const DynamicObjectGateConfig& gate,
+                               const SearchWindow& reach, const Eigen::Vector2d& p_lidar)
+    : lidar_(p_lidar), config_(config), reach_(reach), dynamic_objects_(gate) {}
 
 void MatchValidator::removeDynamicBias(MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
                                        const Prediction& predicted, const WheelMonitor& wheels) {
@@ -47,9 +44,9 @@ bool MatchValidator::acceptTracking(const MatchResult& match, const Cloud& cloud
                                     const Ekf& predicted, const TrackingState& tracking) {
   // Behind a gap in the scans the robot may have been carried: one that has not moved sees what it saw.
   const double moved = (predicted.pose().translation() - tracking.lastPose().translation()).norm();
-  const bool gap = tracking.unmatched(cloud.stamp) && moved < window_.translation;
+  const bool gap = tracking.unmatched(cloud.stamp) && moved < reach_.translation;
   if (tracking.failures() == 0 && !gap) return true;
-  const bool as_before = match.usable() && match.overlap >= tracking.fusedOverlap() - search_.same_overlap;
+  const bool as_before = match.usable() && match.overlap >= tracking.fusedOverlap() - config_.same_overlap;
   if (as_before && !contradictsGyro(match, predicted)) return true;
   return acceptSearch(match, cloud, local_map, predicted, tracking);
 }
@@ -57,7 +54,7 @@ bool MatchValidator::acceptTracking(const MatchResult& match, const Cloud& cloud
 bool MatchValidator::acceptSearch(const MatchResult& match, const Cloud& cloud, const LocalMap& local_map,
                                   const Ekf& predicted, const TrackingState& tracking) {
   if (contradictsGyro(match, predicted)) return false;
-  if (!match.usable() || match.overlap < search_.trusted_overlap) return false;
+  if (!match.usable() || match.overlap < config_.trusted_overlap) return false;
   const bool much_worse = match.overlap < tracking.fusedOverlap() - config_.much_worse;
   if (much_worse && !isNear(match.T_ref_base, tracking.lastPose())) return false;
   return !seesThroughWalls(match.T_ref_base, cloud, local_map, config_.known_surfel);
@@ -90,8 +87,8 @@ double MatchValidator::headingTolerance(const Ekf& predicted) const {
 /// Whether a robot gets so far from scan to scan.
 bool MatchValidator::isNear(const Pose2& T_map_base, const Pose2& last_pose) const {
   const Pose2 moved = between(last_pose, T_map_base);
-  return std::max(std::abs(moved.x), std::abs(moved.y)) <= window_.translation &&
-         std::abs(moved.theta) <= window_.rotation;
+  return std::max(std::abs(moved.x), std::abs(moved.y)) <= reach_.translation &&
+         std::abs(moved.theta) <= reach_.rotation;
 }
 
 }  // namespace slam

@@ -3,19 +3,39 @@
 #include <optional>
 
 #include "frontend/dynamic_object_gate.hpp"
-#include "frontend/front_end_config.hpp"
 #include "frontend/local_map.hpp"
 #include "frontend/preprocessor.hpp"
 #include "frontend/registration.hpp"
 #include "frontend/tracking_state.hpp"
+#include "matching/correlative.hpp"
 #include "matching/range_image.hpp"
 
 namespace slam {
 
+/// Which matches are believed.
+struct ValidatorConfig {
+  double trusted_overlap = 0.70;       ///< [1] of a find that overrules the filter
+  double same_overlap = 0.02;          ///< [1] a match that lost no more since the last one fits as before
+  double gyro_error = 0.1;             ///< [rad] of a turn by the gyro, beside three of its standard deviations
+  double much_worse = 0.12;            ///< [1] overlap lost by a find: it is another place
+  double free_space_violation = 0.12;  ///< [1] of the walls in sight; of a right find at most 0.10
+  double known_surfel = 4.0;           ///< [1] observations
+  double walls_in_the_open = 0.4;  ///< [1] of a scan's points on walls that stand where earlier scans saw through ...
+  double in_the_open_for = 3.0;    ///< [s] ... so long: the robot was carried away
+
+  void visitSettings(auto& v) {
+    v.expert("trusted_overlap", trusted_overlap, "1", 0.0, 1.0,
+             "A found match overrules the filter if this share of its points agrees with the local map.");
+  }
+};
+
 /// Says which matches can be believed, and takes out of them what something that moves has made of them.
 class MatchValidator {
  public:
-  explicit MatchValidator(const FrontEndConfig& config);
+  /// @param reach   how far a robot gets from scan to scan
+  /// @param p_lidar [m] in base
+  MatchValidator(const ValidatorConfig& config, const DynamicObjectGateConfig& gate, const SearchWindow& reach,
+                 const Eigen::Vector2d& p_lidar);
 
   /// Takes out of a match what something that moves may have made of it: there the wheels tell the way.
   void removeDynamicBias(MatchResult& match, const Cloud& cloud, const LocalMap& local_map, const Prediction& predicted,
@@ -56,8 +76,7 @@ class MatchValidator {
 
   Eigen::Vector2d lidar_;  // [m] in base
   ValidatorConfig config_;
-  CorrelativeConfig search_;
-  SearchWindow window_;
+  SearchWindow reach_;
   DynamicObjectGate dynamic_objects_;
   RangeImage image_;
   std::uint32_t held_ = 0;

@@ -26,25 +26,25 @@ Sweep sweepOf(const LaserScan& scan, Timestamp stamp) {
 
 }  // namespace
 
-Preprocessor::Preprocessor(const FrontEndConfig& config, const BodyShape& body)
-    : interpreter_(config, body),
-      lidar_(config.lidar),
+Preprocessor::Preprocessor(const PreprocessorConfig& config, const LidarModel& lidar, const MatchConfig& match,
+                           const BodyShape& body)
+    : interpreter_(config.interpreter, lidar, body),
+      lidar_(lidar),
       normals_(config.normals),
       scan_moment_(config.scan_moment),
-      point_weight_(config.match.point_weight),
+      point_weight_(match.point_weight),
       dynamic_points_(lidar_.mounting(), config.dynamic_points),
       history_(kHistoryCapacity) {
-  cloud_.match = config.match;
+  cloud_.match = match;
   cloud_.points.reserve(LaserScan::kCapacity);
 }
 
 /// What the filter is wrong about the speed moves the beams before the middle one way and those behind it the other, so
 /// that the pose found there is right. At the first beam's time it would be wrong by half of the turn's error, the next
 /// speed by as much the other way, and so on without end.
-const Cloud& Preprocessor::process(const LaserScan& recorded, const SensorIntake::Scan& taken,
+const Cloud& Preprocessor::process(const LaserScan& recorded, Timestamp first, double interval,
                                    const EkfTimeline& filter, const EkfTimeline& odometry) {
-  const Timestamp first = taken.first;
-  const LaserScan& scan = interpreter_.interpret(recorded, taken, odometry);
+  const LaserScan& scan = interpreter_.interpret(recorded, first, interval, odometry);
   cloud_.scan = &scan;
   cloud_.body = interpreter_.leftOut();
   const Sweep sweep = sweepOf(scan, first);

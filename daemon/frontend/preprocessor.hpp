@@ -4,12 +4,20 @@
 #include "core/scan.hpp"
 #include "estimation/ekf_timeline.hpp"
 #include "frontend/dynamic_point_filter.hpp"
-#include "frontend/front_end_config.hpp"
 #include "frontend/interpreter/scan_interpreter.hpp"
-#include "frontend/sensor_intake.hpp"
+#include "frontend/lidar_model.hpp"
+#include "matching/match_result.hpp"
+#include "matching/normals.hpp"
 #include "matching/scan_points.hpp"
 
 namespace slam {
+
+struct PreprocessorConfig {
+  InterpreterConfig interpreter;
+  NormalConfig normals;
+  DynamicPointFilterConfig dynamic_points;
+  double scan_moment = 0.5;  ///< [1] of a turn, when a scan's pose is found
+};
 
 /// A scan as the matchers take it.
 struct Cloud {
@@ -27,13 +35,15 @@ struct Cloud {
 class Preprocessor {
  public:
   /// @param body what moves with the robot, as last known
-  explicit Preprocessor(const FrontEndConfig& config, const BodyShape& body = {});
+  Preprocessor(const PreprocessorConfig& config, const LidarModel& lidar, const MatchConfig& match,
+               const BodyShape& body = {});
 
-  /// @param taken    as the intake has accepted it
+  /// @param first    stamp of the first beam in the filters' time
+  /// @param interval [s] usual time between two scans; 0: not known yet
   /// @param filter   how the robot moved during the turn
   /// @param odometry the same by wheels and gyro alone
   /// @return         valid until the next call
-  const Cloud& process(const LaserScan& recorded, const SensorIntake::Scan& taken, const EkfTimeline& filter,
+  const Cloud& process(const LaserScan& recorded, Timestamp first, double interval, const EkfTimeline& filter,
                        const EkfTimeline& odometry);
 
   /// The robot may be anywhere.

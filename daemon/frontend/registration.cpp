@@ -8,12 +8,9 @@
 
 namespace slam {
 
-Registration::Registration(const FrontEndConfig& config, Stopwatch stopwatch)
-    : config_(config.registration),
-      max_failures_(config.keyframe.max_failures),
-      window_(config.search_window),
-      search_(config.search),
-      stopwatch_(stopwatch) {}
+Registration::Registration(const RegistrationConfig& config, const CorrelativeConfig& search,
+                           const SearchWindow& window, Stopwatch stopwatch)
+    : config_(config), window_(window), search_(search), stopwatch_(stopwatch) {}
 
 MatchResult Registration::align(const Cloud& cloud, const LocalMap& local_map, const Prediction& predicted,
                                 const TrackingState& tracking, WheelReliability wheels) {
@@ -46,7 +43,7 @@ MatchResult Registration::align(const Cloud& cloud, const LocalMap& local_map, c
 
 MatchResult Registration::search(const Cloud& cloud, const LocalMap& local_map, const Pose2& predicted, int failures) {
   ++searched_;
-  const double widening = 1.0 + config_.widening * std::min(failures, max_failures_);
+  const double widening = 1.0 + config_.widening * std::min(failures, config_.most_widened);
   const SearchWindow window{widening * window_.translation, widening * window_.rotation};
   return search_.match(local_map.reference(), cloud.points, predicted, window, cloud.match).match;
 }

@@ -3,7 +3,6 @@
 #include "core/timestamp.hpp"
 #include "estimation/ekf.hpp"
 #include "estimation/wheel_monitor.hpp"
-#include "frontend/front_end_config.hpp"
 #include "frontend/local_map.hpp"
 #include "frontend/preprocessor.hpp"
 #include "frontend/tracking_state.hpp"
@@ -11,6 +10,15 @@
 #include "matching/match_result.hpp"
 
 namespace slam {
+
+/// Where the match of a scan starts from, and the search that follows where it leads nowhere.
+struct RegistrationConfig {
+  int starts = 4;                ///< poses that are tried at most, the prediction first
+  double clearly_better = 0.01;  ///< [1] of overlap, between starting poses
+  double sudden_loss = 0.03;     ///< [1] of overlap from one scan to the next: the prediction may be wrong
+  double widening = 1.0;         ///< [1] of the search window, with each failure ...
+  int most_widened = 8;          ///< ... up to so many in a row
+};
 
 /// Where the filters put the robot at a scan's stamp, before the scan is known.
 struct Prediction {
@@ -21,7 +29,8 @@ struct Prediction {
 /// [Olson 2009] around the prediction where that leads nowhere.
 class Registration {
  public:
-  explicit Registration(const FrontEndConfig& config, Stopwatch stopwatch = nullptr);
+  Registration(const RegistrationConfig& config, const CorrelativeConfig& search, const SearchWindow& window,
+               Stopwatch stopwatch = nullptr);
 
   MatchResult align(const Cloud& cloud, const LocalMap& local_map, const Prediction& predicted,
                     const TrackingState& tracking, WheelReliability wheels);
@@ -34,7 +43,6 @@ class Registration {
 
  private:
   RegistrationConfig config_;
-  int max_failures_;
   SearchWindow window_;
   CorrelativeMatcher search_;
   Stopwatch stopwatch_;

@@ -6,12 +6,8 @@
 
 namespace slam {
 
-TrackingState::TrackingState(const FrontEndConfig& config, bool in_known_map)
-    : localise_only_(config.localise_only),
-      max_failures_(config.keyframe.max_failures),
-      degraded_after_(config.degraded_after),
-      lost_position_sigma_(config.lost_position_sigma),
-      placed_(!in_known_map) {}
+TrackingState::TrackingState(const TrackingConfig& config, bool localise_only, bool in_known_map)
+    : config_(config), localise_only_(localise_only), placed_(!in_known_map) {}
 
 void TrackingState::begin(Timestamp stamp, const Pose2& T_map_base, const Pose2& T_odom_base) {
   last_match_ = stamp;
@@ -36,14 +32,15 @@ bool TrackingState::fail(const MatchResult& match, Timestamp stamp, bool says_mu
   ++(match.usable() ? gated_ : unmatched_);
   overlap_ = match.overlap;
   if (!says_much) return false;
-  const bool lately = toSeconds(stamp - *last_match_) < degraded_after_;  // a fast lidar fails often
-  if (++failures_ <= max_failures_ || lately || !may_act) return false;
+  const bool lately = toSeconds(stamp - *last_match_) < config_.degraded_after;  // a fast lidar fails often
+  if (++failures_ <= config_.max_failures || lately || !may_act) return false;
   failures_ = 0;
   return true;
 }
 
 bool TrackingState::lost(const Eigen::Matrix3d& covariance) const {
-  return localise_only_ || !placed_ || std::sqrt(std::max(covariance(0, 0), covariance(1, 1))) > lost_position_sigma_;
+  return localise_only_ || !placed_ ||
+         std::sqrt(std::max(covariance(0, 0), covariance(1, 1))) > config_.lost_position_sigma;
 }
 
 void TrackingState::beginSession(bool placed) {
@@ -62,13 +59,13 @@ LocalisationState TrackingState::state(Timestamp stamp, const Eigen::Matrix3d& c
   if (!last_match_) return LocalisationState::kInitialising;
   if (!placed_) return was_placed_ ? LocalisationState::kLost : LocalisationState::kInitialising;
   const double sigma = std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
-  if (sigma > lost_position_sigma_) return LocalisationState::kLost;
+  if (sigma > config_.lost_position_sigma) return LocalisationState::kLost;
   return unmatched(stamp) || failures_ > 0 || contradicted ? LocalisationState::kDegraded
                                                            : LocalisationState::kLocalised;
 }
 
 bool TrackingState::unmatched(Timestamp stamp) const {
-  return last_match_ && toSeconds(stamp - *last_match_) > degraded_after_;
+  return last_match_ && toSeconds(stamp - *last_match_) > config_.degraded_after;
 }
 
 void TrackingState::addTo(FrontEndCounters& counters) const {

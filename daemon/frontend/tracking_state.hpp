@@ -4,15 +4,30 @@
 
 #include "core/estimates.hpp"
 #include "core/pose_covariance.hpp"
-#include "frontend/front_end_config.hpp"
+#include "frontend/front_end_state.hpp"
 #include "matching/match_result.hpp"
 
 namespace slam {
 
+/// When a pose is degraded, lost, or to be acted upon.
+struct TrackingConfig {
+  int max_failures = 8;              ///< scans in a row without a match, and `degraded_after`: then something is done
+  double degraded_after = 1.0;       ///< [s] without a matched scan
+  double lost_position_sigma = 1.0;  ///< [m] a position this uncertain is not valid
+
+  void visitSettings(auto& v) {
+    v.expert("degraded_after", degraded_after, "s", 0.1, 60.0,
+             "The pose is degraded after this time without a matched scan.");
+    v.expert("lost_position_sigma", lost_position_sigma, "m", 0.05, 100.0,
+             "A position with a larger standard deviation than this is not valid.");
+  }
+};
+
 /// How well the robot's place is known, and what the last scans told of it.
 class TrackingState {
  public:
-  TrackingState(const FrontEndConfig& config, bool in_known_map);
+  /// @param localise_only the map is given, and knows no outside
+  TrackingState(const TrackingConfig& config, bool localise_only, bool in_known_map);
 
   /// The first scan of a map or session, which lies where the robot is by definition.
   void begin(Timestamp stamp, const Pose2& T_map_base, const Pose2& T_odom_base);
@@ -56,9 +71,8 @@ class TrackingState {
   void addTo(FrontEndCounters& counters) const;
 
  private:
+  TrackingConfig config_;
   bool localise_only_;
-  int max_failures_;
-  double degraded_after_, lost_position_sigma_;
   std::optional<Timestamp> last_match_;
   Pose2 last_pose_, last_motion_, last_odometry_;
   double overlap_ = 0.0, fused_overlap_ = 0.0;

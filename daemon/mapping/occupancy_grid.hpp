@@ -27,6 +27,32 @@ struct OccupancyGridConfig {
   double max_range = 30.0;   ///< [m] longer returns of the lidar are not drawn
   Fusion fusion = Fusion::kLayers;
   InverseSensorModel lidar = {}, depth = {};
+
+  void visitSettings(auto& v) {
+    v.site("resolution", resolution, "m", 0.005, 1.0, "One cell of the map has this side length.",
+           "Lower it for narrow places, raise it to save memory in large halls.");
+    v.expert("max_range", max_range, "m", 0.5, 200.0,
+             "Lidar returns that are farther than this are not drawn into the map.");
+    v.expert("fusion", fusion,
+             "The lidar and the depth camera draw into layers of their own that later scans can clear (layers), or "
+             "as in the paper (paper).");
+    v.expert("hit_probability", lidar.hit_probability, "1", 0.51, 0.99,
+             "A cell in which a lidar beam ended once is occupied with this probability.");
+    v.expert("miss_probability", lidar.miss_probability, "1", 0.01, 0.49,
+             "A cell that a lidar beam crossed once is occupied with this probability.");
+    v.expert("min_probability", lidar.min_probability, "1", 0.001, 0.19,
+             "The lidar never makes the probability that a cell is occupied lower than this.");
+    v.expert("max_probability", lidar.max_probability, "1", 0.66, 0.999,
+             "The lidar never makes the probability that a cell is occupied higher than this.");
+    v.expert("depth_hit_probability", depth.hit_probability, "1", 0.51, 0.99,
+             "A cell in which the depth camera saw an obstacle once is occupied with this probability.");
+    v.expert("depth_miss_probability", depth.miss_probability, "1", 0.01, 0.49,
+             "A cell through which the depth camera looked once at all heights is occupied with this probability.");
+    v.expert("depth_min_probability", depth.min_probability, "1", 0.001, 0.19,
+             "The depth camera never makes the probability that a cell is occupied lower than this.");
+    v.expert("depth_max_probability", depth.max_probability, "1", 0.66, 0.999,
+             "The depth camera never makes the probability that a cell is occupied higher than this.");
+  }
 };
 
 enum class MapLayer : std::uint8_t { kBoth, kLidar, kDepth };

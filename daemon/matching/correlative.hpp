@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -13,6 +14,15 @@ namespace slam {
 struct SearchWindow {
   double translation = 0.5;  ///< [m] on either side of the guess, in x and in y
   double rotation = 0.8;     ///< [rad] on either side
+
+  void visitSettings(auto& v) {
+    v.expert("translation", translation, "m", 0.0, 20.0,
+             "The search begins with a window of this half width around the prediction and grows with each further "
+             "failure.");
+    v.expert("rotation", rotation, "rad", 0.0, std::numbers::pi,
+             "The search begins with a window of this half angle around the prediction and grows with each further "
+             "failure.");
+  }
 };
 
 struct CorrelativeConfig {
@@ -31,6 +41,11 @@ struct CorrelativeConfig {
   double slide_step = 0.05;         ///< [m] along a degenerate direction
   double slide_kernel = 0.15;       ///< [m] of the score along it
   float clear_gain = 0.02F;         ///< [1] of the score that sliding must bring
+
+  void visitSettings(auto& v) {
+    v.expert("ambiguity", ambiguity, "1", 0.0, 1.0,
+             "A search has no result when its second-best place has more than this share of the best one's score.");
+  }
 };
 
 /// Outcome of a search: the best match, and how good the second best place is beside it.

@@ -80,6 +80,32 @@ struct MatchConfig {
   double part_gap = 0.3;                ///< [m] points further apart belong to two parts of a scan ...
   double part_bend = 0.7;               ///< cosine: ... and so do those whose normals differ by more
   double min_confirmed = 0.1;  ///< [1] of a direction's information; along a bare wall noise seldom feigns more
+
+  void visitSettings(auto& v) {
+    v.expert(
+        "method", method,
+        "Scans are matched to lines (plicp) or, as the paper's baseline, to points (icp); searches match to lines.");
+    v.expert("max_iterations", max_iterations, "", 1, 1000,
+             "A match that has not converged after this many iterations has failed.");
+    v.expert("min_pairs", min_pairs, "", 3, 4000, "A match with fewer paired points than this has failed.");
+    v.expert("initial_pair_distance", initial_pair_distance, "m", 0.02, 2.0,
+             "A point is paired with a line up to this distance in the first iteration.");
+    v.expert("final_pair_distance", final_pair_distance, "m", 0.02, 2.0,
+             "A point is paired with a line up to this distance in the last iterations.");
+    v.expert("kernel_scale", kernel_scale, "m", 0.005, 1.0,
+             "A pair with this residual has half the weight of a pair without any.");
+    v.expert("point_weight", point_weight, "1", 0.0, 1.0,
+             "A point that lies on no line has this share of the weight of a point on a line.");
+    v.expert(
+        "grazing_observations", grazing_observations, "1", 0.0, 1000.0,
+        "A wall point seen at grazing incidence becomes a landmark after this many keyframes have observed it again.");
+    v.expert("overlap_distance", overlap_distance, "m", 0.005, 1.0,
+             "A point agrees with the local map if it is this near to its line.");
+    v.expert("min_overlap", min_overlap, "1", 0.0, 1.0,
+             "A match in which a smaller share of the points agrees with the local map has failed.");
+    v.expert("min_information", min_information, "1", 0.0, 0.5,
+             "A direction that is observed by a smaller share of the pairs than this is not corrected.");
+  }
 };
 
 }  // namespace slam

@@ -26,6 +26,15 @@ struct ReferenceConfig {
   int max_surfels = UINT16_MAX;  ///< memory bound: no more has an entry of the tables room for
   int fewest_in_sight = 20;      ///< surfels that tell a place
   double same_wall = 0.6;        ///< cosine: normals within 53 degrees may be one wall
+
+  void visitSettings(auto& v) {
+    v.expert("max_observations", max_observations, "", 1, 1000000,
+             "A surfel of the local map averages this many observations; a higher number makes the local map stiffer.");
+    v.expert("surfel_spacing", surfel_spacing, "m", 0.01, 1.0,
+             "Points that are closer than this along a wall become one surfel.");
+    v.expert("merge_distance", merge_distance, "m", 0.01, 1.0,
+             "Points that are closer than this across a wall become one surfel.");
+  }
 };
 
 /// A piece of wall: mean of the points seen there, with its line.

@@ -39,6 +39,23 @@ struct LoopClosureConfig {
   double submap_extent = 51.2;      ///< [m] side of the square that is matched against
   std::int64_t work_at_once =
       100'000'000;  ///< [points] compared with the map at one keyframe, see RelocalisationConfig
+
+  void visitSettings(auto& v) {
+    v.expert("max_search", max_search, "m", 0.3, 50.0,
+             "Loop closures are searched up to this distance from the expected place.");
+    v.expert("min_overlap", min_overlap, "1", 0.1, 1.0,
+             "A loop closure needs at least this share of the newest points to agree with the old map.");
+    v.expert(
+        "sure_overlap", sure_overlap, "1", 0.1, 1.0,
+        "A loop closure in a narrow window needs no second one if this share of its points agrees with the old map.");
+    v.expert("consistency", consistency, "m", 0.01, 5.0,
+             "Two loop closures confirm each other if they differ by less than this over the path between them.");
+    v.expert("max_chi_square", max_chi_square, "1", 1.0, 10000.0,
+             "A loop closure is removed when its chi-square error in the pose graph is above this.");
+    v.expert("active_sigma", active_sigma, "m", 0.005, 5.0,
+             "Scans are matched against keyframes whose position relative to the robot has a standard deviation "
+             "below this.");
+  }
 };
 
 /// Information of a closure: of the match, its covariance not below the floor, in the directions that it saw, turned

@@ -49,6 +49,14 @@ struct PlaceSearchConfig {
   int scaled_places = 30;       ///< best places that are fitted in other scales, too
   std::int64_t fit_work = 300;  ///< [points] of the search that take as long as to fit a ray of a place
   PlaceFitConfig fit;           ///< of the places that are compared
+
+  void visitSettings(auto& v) {
+    v.expert("searches", searches, "1", 1, 100,
+             "A place is judged by the mean log-likelihood of this many newest searches at most.");
+    v.expert("min_margin", min_margin, "1", 1.0, 1000.0,
+             "The best place must exceed any other by this mean log-likelihood; fewer searches need more, floor "
+             "plans three quarters.");
+  }
 };
 
 /// Finds the place of a session in a map: what was seen along its newest path is searched for, the places found are

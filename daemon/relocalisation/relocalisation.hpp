@@ -27,6 +27,12 @@ struct RelocalisationConfig {
   double min_overlap = 0.55;  ///< [1] of the points agree with the map where they were found, or a person placed them
   int max_iterations = 200;   ///< of the match: to blurred walls it creeps, and no pose waits for it
   double submap_extent = 102.4;  ///< [m] side of the square that is matched against
+
+  void visitSettings(auto& v) {
+    v.expert("min_overlap", min_overlap, "1", 0.1, 1.0,
+             "A place in the map, found or given by a person, is accepted if this share of the points agrees with it.");
+    places.visitSettings(v);
+  }
 };
 
 /// Finds a robot that does not know where it is in a map: the session that it has mapped since is searched for in the

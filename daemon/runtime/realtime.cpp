@@ -17,7 +17,6 @@
 namespace slam {
 namespace {
 
-const char* const kFix = "; set LimitMEMLOCK=infinity in the unit, or ulimit -l unlimited in a shell";
 // [bytes] The main thread's stack is locked with the rest and counts as it grows: beyond the limit that is a SIGSEGV.
 constexpr std::uint64_t kRoomForStack = 8 << 20;
 
@@ -44,13 +43,10 @@ bool mayLockMoreThan(std::uint64_t limit) {
 
 MemoryLock memoryLockFor(std::uint64_t limit, std::uint64_t mapped, bool privileged) {
   if (limit == RLIM_INFINITY || privileged) return {};
-  const std::string may =
-      std::to_string(limit >> 20) + " MiB may be locked; the real-time threads may wait for memory" + kFix;
-  if (mapped <= limit && limit - mapped >= kRoomForStack) {
-    return {MemoryLock::kPresent, "memory that slamd takes from now on is not locked: only " + may};
-  }
-  return {MemoryLock::kNothing,
-          "memory is not locked: " + std::to_string(mapped >> 20) + " MiB are in use and only " + may};
+  const bool fits = mapped <= limit && limit - mapped >= kRoomForStack;
+  return {fits ? MemoryLock::kPresent : MemoryLock::kNothing,
+          {fits ? problem::kNewMemoryNotLocked : problem::kMemoryNotLocked,
+           {static_cast<double>(mapped >> 20), static_cast<double>(limit >> 20)}}};
 }
 
 void limitLibraryStacks() {
@@ -63,7 +59,7 @@ void limitLibraryStacks() {
 
 void shareOneHeap() { mallopt(M_ARENA_MAX, 1); }
 
-std::string lockMemory() {
+Problem lockMemory() {
   rlimit limit{};
   getrlimit(RLIMIT_MEMLOCK, &limit);
   const bool privileged = limit.rlim_cur != RLIM_INFINITY && mayLockMoreThan(limit.rlim_cur);
@@ -72,15 +68,15 @@ std::string lockMemory() {
   // Of what comes later a page is taken when it is used, and stays: a library's stack is hardly used.
   const bool with_future = lock.extent == MemoryLock::kAll;
   if (mlockall(MCL_CURRENT) == 0 && (!with_future || mlockall(MCL_FUTURE | MCL_ONFAULT) == 0)) return lock.remark;
-  return std::string("memory is not locked: ") + std::strerror(errno) + kFix;
+  return {problem::kMemoryRefused, {}, {std::strerror(errno)}};
 }
 
-std::string setFifoPriority(int priority) {
+Problem setFifoPriority(int priority) {
   const sched_param param{priority};
   // Threads that a library begins in a real-time thread are none.
-  if (sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &param) == 0) return "";
+  if (sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &param) == 0) return {};
   const int error = errno;
-  return fifoWords(error, priority, fifoRights());
+  return fifoProblem(error, priority, fifoRights());
 }
 
 FifoRights fifoRights(const std::filesystem::path& root, const std::string& id) {
@@ -120,23 +116,12 @@ FifoRights fifoRights(const std::filesystem::path& root, const std::string& id) 
   return rights;
 }
 
-std::string fifoWords(int error, int priority, const FifoRights& rights) {
-  const std::string begin = "no SCHED_FIFO: ", meanwhile = "; slamd goes on at normal priority; fix: ";
-  if (error != EPERM) return begin + std::strerror(error) + meanwhile + "set the runtime.*_priority keys to 1 to 99";
+Problem fifoProblem(int error, int priority, const FifoRights& rights) {
+  if (error != EPERM) return {problem::kNoFifo, {}, {std::strerror(error)}};
   if (!rights.privileged && rights.limit < priority)
-    return begin + "priority " + std::to_string(priority) + " where the limit is " + std::to_string(rights.limit) +
-           meanwhile + "set LimitRTPRIO=95 in the unit, or ulimit -r 95 in a shell";
-  if (rights.group_runtime == 0)
-    return begin + "the kernel gives this control group no real time, cpu.rt_runtime_us is 0" + meanwhile +
-           "echo 950000 | sudo tee " + rights.group_file +
-           " (and in the groups above it), or sudo sysctl -w "
-           "kernel.sched_rt_runtime_us=-1";
-  return begin + "the limit allows it, but " +
-         (rights.filtered ? "a system call filter may not (RestrictRealtime=yes in the unit, or a container), or "
-                          : "") +
-         "the kernel schedules real time by groups (CONFIG_RT_GROUP_SCHED) and gives this one none" + meanwhile +
-         "sudo sysctl -w kernel.sched_rt_runtime_us=-1, or cpu.rt_runtime_us of the group; in a container "
-         "--cap-add=SYS_NICE --ulimit rtprio=95";
+    return {problem::kNoFifoByLimit, {static_cast<double>(priority), static_cast<double>(rights.limit)}};
+  if (rights.group_runtime == 0) return {problem::kNoFifoOfGroup, {}, {rights.group_file}};
+  return rights.filtered ? problem::kNoFifoByFilter : problem::kNoFifoByKernel;
 }
 
 NormalPriority::NormalPriority(int priority) : priority_(priority) {

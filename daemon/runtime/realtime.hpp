@@ -6,12 +6,14 @@
 #include <optional>
 #include <string>
 
+#include "problems/daemon.hpp"
+
 namespace slam {
 
 /// What may be locked, so that no page fault stops a real-time thread.
 struct MemoryLock {
   enum Extent { kAll, kPresent, kNothing } extent = kAll;  ///< kAll: also what is mapped later
-  std::string remark;                                      ///< what is not locked, and the fix; empty: nothing
+  Problem remark = {};                                     ///< what is not locked
 };
 
 /// Under a finite limit, future memory is not locked: mapping more than the limit would fail, and so would the process.
@@ -30,11 +32,11 @@ void limitLibraryStacks();
 /// most that this thread ever had; real-time threads do not allocate, so that none waits for another one's lock.
 void shareOneHeap();
 
-/// Locks the process's memory as far as its limit lets it. @return empty, or what is not locked and the fix
-std::string lockMemory();
+/// Locks the process's memory as far as its limit lets it. @return what is not locked
+Problem lockMemory();
 
-/// Gives the calling thread SCHED_FIFO, but not the threads that it begins. @return empty, or why not and how to fix it
-std::string setFifoPriority(int priority);
+/// Gives the calling thread SCHED_FIFO, but not the threads that it begins. @return why not
+Problem setFifoPriority(int priority);
 
 /// What the kernel asks for before it gives a thread SCHED_FIFO.
 struct FifoRights {
@@ -46,8 +48,8 @@ struct FifoRights {
 };
 /// @param root of /proc and /sys @param id of the process
 FifoRights fifoRights(const std::filesystem::path& root = "/", const std::string& id = "self");
-/// Why it was refused, what slamd does meanwhile, and the fix. @param error errno
-std::string fifoWords(int error, int priority, const FifoRights& rights);
+/// Why it was refused. @param error errno
+Problem fifoProblem(int error, int priority, const FifoRights& rights);
 
 /// The calling thread has normal priority while this lives: for what allocates and waits, such as opening a device.
 class NormalPriority {

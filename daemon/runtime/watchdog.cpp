@@ -10,7 +10,7 @@ namespace slam {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr Duration kRemembered = 30s;   // lateness that words() still names
+constexpr Duration kRemembered = 30s;   // lateness that problems() still names
 constexpr Duration kLogInterval = 60s;  // between two lines about one thread's lateness, or about the load
 constexpr Duration kStarves = 1s;       // longer than it does anything else, a thread waits for the CPU: an overload
 
@@ -56,33 +56,20 @@ bool Watchdog::allAlive() const {
                       [](const Thread& thread) { return thread.limits.vital && thread.isDead(); });
 }
 
-std::string Watchdog::lateWords(const Thread& thread, Duration lateness) {
-  return "thread " + thread.name + " was late: " + std::to_string(std::lround(1e3 * toSeconds(lateness))) +
-         " ms, and not for want of CPU: slamd was stopped, or a device or the disk kept it waiting; it goes on; see "
-         "dmesg";
+Problem Watchdog::late(const Thread& thread, Duration lateness) {
+  return {problem::kThreadLate, {1e3 * toSeconds(lateness)}, {thread.name}};
 }
 
-std::string Watchdog::overloadWords() const {
-  char seconds[32];
-  std::snprintf(seconds, sizeof seconds, "%.1f s", toSeconds(overload_.waited));
-  return "the computer is overloaded: thread " + overload_.thread + " has waited " + seconds +
-         " for the CPU; slamd goes on, but late; end other programs (top), or give it a faster computer";
-}
+Problem Watchdog::overload() const { return {problem::kOverloaded, {toSeconds(overload_.waited)}, {overload_.thread}}; }
 
-std::string Watchdog::deadWords(const Thread& thread) {
-  return "thread " + thread.name + " does not tick: " +
-         (thread.limits.vital ? "the watchdog is not fed, so that systemd starts slamd anew" : thread.limits.without);
-}
-
-std::string Watchdog::words(Timestamp now) const {
-  std::string text = isOverloaded(now) ? overloadWords() : "";
+std::vector<Problem> Watchdog::problems(Timestamp now) const {
+  std::vector<Problem> problems;
+  if (isOverloaded(now)) problems.push_back(overload());
   for (const Thread& thread : threads_) {
-    const bool late = thread.was_late && now - *thread.was_late <= kRemembered && !isOverloaded(now);
-    if (!late && !thread.isDead()) continue;
-    if (!text.empty()) text += "; ";
-    text += thread.isDead() ? deadWords(thread) : lateWords(thread, thread.worst);
+    const bool was_late = thread.was_late && now - *thread.was_late <= kRemembered && !isOverloaded(now);
+    if (was_late || thread.isDead()) problems.push_back(thread.isDead() ? dead(thread) : late(thread, thread.worst));
   }
-  return text;
+  return problems;
 }
 
 std::vector<Watchdog::News> Watchdog::takeNews(Timestamp now) {
@@ -90,11 +77,11 @@ std::vector<Watchdog::News> Watchdog::takeNews(Timestamp now) {
   const bool overloaded = isOverloaded(now);
   if (overloaded && (!overload_.logged || now - *overload_.logged >= kLogInterval)) {
     overload_.logged = now;
-    news.push_back({false, "computer", overloadWords()});
+    news.push_back({false, "computer", overload()});
   }
   for (Thread& thread : threads_) {
     if (thread.isDead()) {
-      if (!std::exchange(thread.death_logged, true)) news.push_back({true, thread.name, deadWords(thread)});
+      if (!std::exchange(thread.death_logged, true)) news.push_back({true, thread.name, dead(thread)});
       continue;
     }
     thread.death_logged = false;
@@ -102,7 +89,7 @@ std::vector<Watchdog::News> Watchdog::takeNews(Timestamp now) {
     const bool over = thread.unlogged > Duration(0) && thread.silent == Duration(0);
     if (!over || (thread.logged && now - *thread.logged < kLogInterval)) continue;
     thread.logged = now;
-    news.push_back({false, thread.name, lateWords(thread, std::exchange(thread.unlogged, Duration(0)))});
+    news.push_back({false, thread.name, late(thread, std::exchange(thread.unlogged, Duration(0)))});
   }
   return news;
 }

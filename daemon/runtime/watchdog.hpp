@@ -6,16 +6,16 @@
 #include <vector>
 
 #include "core/timestamp.hpp"
+#include "problems/daemon.hpp"
 
 namespace slam {
 
 /// How long a thread may be silent, which is: not tick.
 struct SilenceLimits {
-  Duration late;      ///< longer: worth a word
-  Duration dead;      ///< longer: it does not come back by itself
-  bool vital = true;  ///< there is no pose while it is dead
-  /// Of one that is not vital: what is wrong with it, what slamd does without it, and the fix.
-  const char* without = "";
+  Duration late;                                     ///< longer: worth a word
+  Duration dead;                                     ///< longer: it does not come back by itself
+  bool vital = true;                                 ///< there is no pose while it is dead
+  const ProblemKind* death = &problem::kThreadDead;  ///< text: the thread's name
 };
 
 /// Separates dead threads from late ones by looking at how often they have ticked, and both from those that get no CPU,
@@ -39,15 +39,14 @@ class Watchdog {
   bool allAlive() const;
   /// Whether threads have waited for the CPU for so long within the last half minute that they were late.
   bool isOverloaded(Timestamp now) const;
-  /// Who is dead, and that the computer was overloaded within the last half minute, or else who was late, in words;
-  /// empty: nobody.
-  std::string words(Timestamp now) const;
+  /// Who is dead, and that the computer was overloaded within the last half minute, or else who was late.
+  std::vector<Problem> problems(Timestamp now) const;
 
   /// A line for the log.
   struct News {
     bool is_error = false;
     std::string thread;  ///< its name
-    std::string text;
+    Problem problem;
   };
   /// What is to be logged since the last call: a death at once, an overload at once and once a minute, lateness when it
   /// is over and once a minute.
@@ -63,7 +62,7 @@ class Watchdog {
     Duration debt{0};     // by how much longer it waited for the CPU lately than it did anything else
     std::optional<Timestamp> looked = {};
     bool excused = false;
-    Duration worst{0};                       // lateness that words() names
+    Duration worst{0};                       // lateness that problems() names
     std::optional<Timestamp> was_late = {};  // last
     Duration unlogged{0};                    // the worst lateness since the last line about it
     std::optional<Timestamp> logged = {};
@@ -77,9 +76,9 @@ class Watchdog {
     std::optional<Timestamp> last = {}, logged = {};
   };
   void noteOverload(const Thread& thread, Duration waited, Timestamp now);
-  std::string overloadWords() const;
-  static std::string lateWords(const Thread& thread, Duration lateness);
-  static std::string deadWords(const Thread& thread);
+  Problem overload() const;
+  static Problem late(const Thread& thread, Duration lateness);
+  static Problem dead(const Thread& thread) { return {*thread.limits.death, {}, {thread.name}}; }
 
   const Duration longest_step_;  // from one look to the next that counts as silence
   std::vector<Thread> threads_;

@@ -50,6 +50,7 @@ void Worker::start() {
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
   pthread_attr_setstacksize(&attributes, kThreadStack);
+  ended_ = false;
   // Signals belong to the supervisor.
   sigset_t all, before;
   sigfillset(&all);
@@ -104,7 +105,7 @@ void Worker::run() {
   nameThread(config_.name);
   if (config_.priority > 0) {
     useStack();
-    warning_ = setFifoPriority(config_.priority);
+    warning_ = setFifoPriority(config_.priority).words();
   }
   const Duration period = config_.rate > 0.0 ? fromSeconds(1.0 / config_.rate) : Duration(0);
   Timestamp deadline = monotonicNow(), due = deadline;  // of the tick: its deadline, before any was skipped

@@ -6,7 +6,8 @@
 
 #include "core/pose2.hpp"
 #include "core/scan.hpp"
-#include "frontend/front_end_config.hpp"
+#include "frontend/front_end_state.hpp"
+#include "frontend/lidar_model.hpp"
 #include "graph/keyframe_graph.hpp"
 #include "mapping/mapper.hpp"
 #include "mapping/occupancy_grid.hpp"

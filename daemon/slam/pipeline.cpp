@@ -47,7 +47,8 @@ ScanOutcome Pipeline::add(const LaserScan& scan) {
 }
 
 ScanOutcome Pipeline::match(const LaserScan& scan) {
-  const ScanOutcome outcome = addScan(*front_end_, probe_, scan);
+  const ScanOutcome outcome = front_end_->add(scan);
+  probe_.add(outcome);
   builder_.allowFor(1);
   if (on_scan) on_scan(outcome);
   probe_.work();

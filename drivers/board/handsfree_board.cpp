@@ -60,13 +60,13 @@ void HandsfreeBoard::tick() {
   if (!port_.isOpen()) {
     if (wrong_speaker_.running()) {
       if (port_.isReleased() && !wrong_speaker_.tick(now))
-        setBoth(DeviceState::kFault, wrong_speaker_.words(wheels_.reason));
+        setBoth(DeviceState::kFault, wrong_speaker_.found(wheels_.problem()));
     } else if (port_.due(now)) {
       open(now);
     }
     return;
   }
-  if (!receive()) return close(now, DeviceState::kAbsent, "the port is gone: unplugged?");
+  if (!receive()) return close(now, DeviceState::kAbsent, problem::kPortGone);
   watch(now);
   if (port_.isOpen()) request(now);
 }
@@ -86,7 +86,7 @@ bool HandsfreeBoard::command(double vx, double vy, double omega, Timestamp given
 }
 
 void HandsfreeBoard::open(Timestamp now) {
-  if (const char* problem = port_.open(now); *problem != '\0') {
+  if (const Problem problem = port_.open(now)) {
     wrong_speaker_.forget();
     return setBoth(DeviceState::kAbsent, problem);
   }
@@ -99,18 +99,18 @@ void HandsfreeBoard::open(Timestamp now) {
   next_chassis_ = now;
   answered_ = now;
   stop_owed_ = config_.may_drive;
-  for (DeviceStatus* status : {&wheels_, &imu_}) status->setOpening("waiting for the board's first answer");
+  for (DeviceStatus* status : {&wheels_, &imu_}) status->setOpening(problem::kBoardOpening);
 }
 
-void HandsfreeBoard::close(Timestamp now, DeviceState state, const char* reason) {
+void HandsfreeBoard::close(Timestamp now, DeviceState state, const Problem& why) {
   port_.fail(now);
   if (state == DeviceState::kAbsent) wrong_speaker_.forget();
-  setBoth(state, reason);
+  setBoth(state, why);
 }
 
-void HandsfreeBoard::setBoth(DeviceState state, const char* reason) {
-  wheels_.set(state, reason);
-  imu_.set(state, reason);
+void HandsfreeBoard::setBoth(DeviceState state, const Problem& why) {
+  wheels_.set(state, why);
+  imu_.set(state, why);
 }
 
 bool HandsfreeBoard::receive(Duration wait) {
@@ -173,23 +173,19 @@ void HandsfreeBoard::watch(Timestamp now) {
     return status.state == DeviceState::kStreaming && now.time_since_epoch().count() - last > kStale.count();
   };
   if (now - answered_ > kDead) {
-    const char* unknown = bytes_came_ ? "port present, but what comes is not RoboLink: check baud rate and cable"
-                                      : "port present, but the board never answers: check baud rate and power";
-    close(now, DeviceState::kFault, wrong_speaker_.words(unknown));
+    const Problem unknown = bytes_came_ ? problem::kBoardUndecoded : problem::kBoardUnanswered;
+    close(now, DeviceState::kFault, wrong_speaker_.found(unknown));
     return wrong_speaker_.ask();
   }
   if (now - answered_ > kStale) {
-    const char* unknown = bytes_came_ ? "the board's answers cannot be read: check baud rate and cable"
-                                      : "the board does not answer: check its power";
-    return setBoth(DeviceState::kStale, wrong_speaker_.words(unknown));
+    const Problem unknown = bytes_came_ ? problem::kBoardGarbage : problem::kBoardSilent;
+    return setBoth(DeviceState::kStale, wrong_speaker_.found(unknown));
   }
   if (now - answered_ > kAnswer) return;  // it may be the board that has just fallen silent
-  constexpr const char* kLate = "the board's answers come too late: is its link or the computer overloaded?";
   // Now and then one that is late passes for the answer to the same question asked anew.
   const bool late = late_ && now - *late_ < kStale;
-  if (silent(imu_))
-    imu_.set(DeviceState::kStale, late ? kLate : "the board answers, but its IMU values never change: restart it");
-  if (silent(wheels_)) wheels_.set(DeviceState::kStale, late ? kLate : "the board answers, but not with mileage");
+  if (silent(imu_)) imu_.set(DeviceState::kStale, late ? problem::kBoardLate : problem::kBoardImuFrozen);
+  if (silent(wheels_)) wheels_.set(DeviceState::kStale, late ? problem::kBoardLate : problem::kBoardNoMileage);
 }
 
 void HandsfreeBoard::request(Timestamp now) {

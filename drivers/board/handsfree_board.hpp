@@ -92,8 +92,7 @@ class HandsfreeBoard {
   float wheelRadius() const { return wheel_radius_; }  ///< [m] that the board believes in; 0: not known yet
   float bodyRadius() const { return body_radius_; }    ///< [m] the same
   std::uint64_t limitedSpeeds() const { return command_.limited(); }  ///< that were asked for above the limits
-  const char* finding() const { return finding_; }  ///< what board and configuration disagree on, static text; or ""
-  std::uint32_t findings() const { return findings_; }  ///< how often that was found
+  Problem finding() const { return finding_.load(); }                 ///< what board and configuration disagree on
 
  private:
   struct Poll {
@@ -122,7 +121,7 @@ class HandsfreeBoard {
   };
 
   void open(Timestamp now);
-  void close(Timestamp now, DeviceState state, const char* reason);
+  void close(Timestamp now, DeviceState state, const Problem& why);
   bool receive(Duration wait = Duration(0));
   void handle(const robolink::Frame& frame);
   bool handleAnswer(robolink::Command command, std::span<const std::uint8_t> payload);
@@ -140,8 +139,7 @@ class HandsfreeBoard {
   bool requestOnce(Timestamp now);
   void ask(Timestamp now, robolink::Command command, std::span<const std::uint8_t> payload = {});
   void send(robolink::Command command, std::span<const std::uint8_t> payload = {});
-  void setBoth(DeviceState state, const char* reason);
-  void find(const char* what);
+  void setBoth(DeviceState state, const Problem& why);
   void watch(Timestamp now);
   bool impossible(const robolink::MotorVector& mileage) const;
   std::array<double, 4> forward(const robolink::MotorVector& motors) const;
@@ -176,8 +174,7 @@ class HandsfreeBoard {
   SpeedCommand command_;
   std::atomic<std::int64_t> local_time_offset_{0};  // [ns]; 0: not known
   std::atomic<float> battery_{0.0F}, board_time_{0.0F}, wheel_radius_{0.0F}, body_radius_{0.0F};
-  std::atomic<const char*> finding_{""};
-  std::atomic<std::uint32_t> findings_{0};
+  SharedProblem finding_;
 };
 
 }  // namespace slam

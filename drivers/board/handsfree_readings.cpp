@@ -95,12 +95,12 @@ void HandsfreeBoard::handleMileage(const robolink::MotorVector& mileage) {
   sinks_.wheels({*stamp, forward(mileage), wheel_count_, restarted_});
   restarted_ = false;
   wheels_.countSample(requested_);
-  if (!frozen_) wheels_.set(DeviceState::kStreaming, "");
+  if (!frozen_) wheels_.set(DeviceState::kStreaming);
 }
 
 void HandsfreeBoard::handleImu(const robolink::Imu& imu) {
   if ((imu.online & 1) == 0) {
-    imu_.set(DeviceState::kFault, "the board says that its IMU is offline");
+    imu_.set(DeviceState::kFault, problem::kBoardImuOffline);
     return;
   }
   if (last_imu_.values && last_imu_.values->gyro == imu.gyro && last_imu_.values->accel == imu.accel) {
@@ -117,7 +117,7 @@ void HandsfreeBoard::handleImu(const robolink::Imu& imu) {
   }
   sinks_.imu(sample);
   imu_.countSample(requested_);
-  imu_.set(DeviceState::kStreaming, "");
+  imu_.set(DeviceState::kStreaming);
 }
 
 void HandsfreeBoard::handleInfo(const robolink::SystemInfo& info) {
@@ -134,33 +134,25 @@ void HandsfreeBoard::handleInfo(const robolink::SystemInfo& info) {
   still_looks_ = runs ? 0 : still_looks_ + 1;
   frozen_ = fine && time_ran_ && still_looks_ >= kStillLooks;
   time_ran_ = time_ran_ || runs;
-  if (frozen_) setBoth(DeviceState::kStale, "the board answers, but renews nothing any more: restart it");
+  if (frozen_) setBoth(DeviceState::kStale, problem::kBoardFrozen);
 }
 
 void HandsfreeBoard::handleChassis(const robolink::ChassisParameters& chassis) {
   chassis_tries_left_ = 0;
   wheel_radius_ = chassis.wheel_radius;
   body_radius_ = chassis.body_radius;
-  finding_ = "";
+  Problem finding;
   // The first axle of four driven wheels does for a base that is configured as two-wheeled.
   const bool suits = chassis.type == config_.chassis ||
                      (config_.chassis == ChassisType::kDifferential2 && chassis.type == ChassisType::kDifferential4);
-  if (differs(config_.body_radius, chassis.body_radius)) {
-    find("the board believes in another body radius (half the track) than configured: which one is right?");
-  }
-  if (differs(config_.wheel_radius, chassis.wheel_radius)) {
-    find("the board believes in another wheel radius than configured: which one is right?");
-  }
-  if (!suits) find("the board drives another type of base than configured: its wheels are read wrongly");
+  if (differs(config_.body_radius, chassis.body_radius)) finding = problem::kBoardBodyRadius;
+  if (differs(config_.wheel_radius, chassis.wheel_radius)) finding = problem::kBoardWheelRadius;
+  if (!suits) finding = problem::kBoardOtherBase;
+  finding_.store(finding);
 }
 
 void HandsfreeBoard::handleSpeeds(const robolink::MotorVector& speeds) {
   if (sinks_.speeds) sinks_.speeds({requested_, forward(speeds), wheel_count_});
-}
-
-void HandsfreeBoard::find(const char* what) {
-  finding_ = what;
-  ++findings_;
 }
 
 }  // namespace slam

@@ -36,18 +36,18 @@ void SerialImu::tick() {
   if (!port_.isOpen()) {
     if (wrong_speaker_.running()) {
       if (port_.isReleased() && !wrong_speaker_.tick(now))
-        status_.set(DeviceState::kFault, wrong_speaker_.words(status_.reason));
+        status_.set(DeviceState::kFault, wrong_speaker_.found(status_.problem()));
     } else if (port_.due(now)) {
       open(now);
     }
     return;
   }
-  if (!receive(now)) return close(now, DeviceState::kAbsent, "the port is gone: unplugged?");
+  if (!receive(now)) return close(now, DeviceState::kAbsent, problem::kPortGone);
   watch(now);
 }
 
 void SerialImu::open(Timestamp now) {
-  if (const char* problem = port_.open(now); *problem != '\0') {
+  if (const Problem problem = port_.open(now)) {
     wrong_speaker_.forget();
     return status_.set(DeviceState::kAbsent, problem);
   }
@@ -61,13 +61,13 @@ void SerialImu::open(Timestamp now) {
   clock_ = StreamClock();
   bytes_came_ = sampled_ = false;
   opened_ = frame_ = changed_ = now;
-  status_.setOpening("waiting for the IMU's first frames");
+  status_.setOpening(Problem(problem::kWaitsForFrames, {}, {"the IMU's"}));
 }
 
-void SerialImu::close(Timestamp now, DeviceState state, const char* reason) {
+void SerialImu::close(Timestamp now, DeviceState state, const Problem& why) {
   port_.fail(now);
   if (state == DeviceState::kAbsent) wrong_speaker_.forget();
-  status_.set(state, reason);
+  status_.set(state, why);
 }
 
 bool SerialImu::receive(Timestamp now) {
@@ -133,14 +133,13 @@ void SerialImu::emit(const Eigen::Vector3d& gyro, const Eigen::Vector3d& gravity
   last_gyro_ = gyro;
   last_gravity_ = gravity;
   if (now - changed_ > kStale) {  // a real sensor never repeats itself for long
-    status_.set(DeviceState::kStale, "the IMU sends frames, but its values never change: restart it");
+    status_.set(DeviceState::kStale, problem::kImuFrozen);
     return;
   }
   sink_({stamp, gyro, -kStandardGravity * gravity});
   status_.countSample(now);
   const bool bare = framing_ == Framing::kB6 && !with_gravity_.expected();
-  status_.set(DeviceState::kStreaming,
-              bare ? "the IMU sends acceleration seldom or never: its turn rate is used without; set its output" : "");
+  status_.set(DeviceState::kStreaming, bare ? problem::kImuNoAcceleration : Problem());
   port_.succeeded();
   wrong_speaker_.forget();
 }
@@ -166,15 +165,12 @@ void SerialImu::countRejects() {
 void SerialImu::watch(Timestamp now) {
   const Timestamp last = std::max(opened_, frame_);
   if (now - last > kDead) {
-    const char* unknown = bytes_came_ ? "port present, but what comes is no IMU's: check baud rate and port"
-                                      : "port present, but the IMU is silent: check its power";
-    close(now, DeviceState::kFault, wrong_speaker_.words(unknown));
+    const Problem unknown = bytes_came_ ? problem::kImuUndecoded : problem::kImuUnanswered;
+    close(now, DeviceState::kFault, wrong_speaker_.found(unknown));
     return wrong_speaker_.ask();
   }
   if (now - last > kStale) {
-    const char* unknown = bytes_came_ ? "the IMU's frames cannot be read: check baud rate and cable"
-                                      : "the IMU sends nothing: check its power";
-    status_.set(DeviceState::kStale, wrong_speaker_.words(unknown));
+    status_.set(DeviceState::kStale, wrong_speaker_.found(bytes_came_ ? problem::kImuGarbage : problem::kImuSilent));
   }
 }
 

@@ -45,7 +45,7 @@ class SerialImu {
 
  private:
   void open(Timestamp now);
-  void close(Timestamp now, DeviceState state, const char* reason);
+  void close(Timestamp now, DeviceState state, const Problem& why);
   bool receive(Timestamp now);
   void take(std::uint8_t byte, Timestamp now);
   void take(hfi::A9Decoder::Data data, Timestamp now);

@@ -133,8 +133,8 @@ struct OpenniCamera::Stream {
   std::string recorded;  // file that was wanted; empty: none
   Timestamp next_look{};
   bool mirrored = false;
-  const char* note = "";  // what goes on beside a stream that is sound
-  int frames_left = 0;    // of a recording
+  Problem note;         // what goes on beside a stream that is sound
+  int frames_left = 0;  // of a recording
   DeviceClock clock;
   Timestamp last_image{};
   Timestamp first_shown{};  // of a recording
@@ -151,9 +151,9 @@ OpenniCamera::OpenniCamera(const OpenniConfig& config, Clock now, Sink sink, std
 
 OpenniCamera::~OpenniCamera() = default;
 
-bool OpenniCamera::fail(DeviceState state, const char* reason) {
+bool OpenniCamera::fail(DeviceState state, const Problem& why) {
   stream_.reset();
-  status_.set(state, reason);
+  status_.set(state, why);
   return false;
 }
 
@@ -169,7 +169,7 @@ bool OpenniCamera::startLibrary() {
   if (!library_ && now_() >= next_restart_) restartLibrary();
   if (library_ && library_->started) return true;
   library_.reset();
-  return fail(DeviceState::kFault, "OpenNI2 does not start; is libopenni2-0 installed with its drivers?");
+  return fail(DeviceState::kFault, problem::kNoOpenni);
 }
 
 void OpenniCamera::restartLibrary() {
@@ -182,16 +182,16 @@ void OpenniCamera::restartLibrary() {
 void OpenniCamera::resetSilentCamera() {
   const Timestamp now = now_();
   if (fruitless_ < kFruitless || now < next_reset_ || !usb_->present()) return;
-  status_.set(DeviceState::kOpening, "the camera sends no images: resetting it on the USB");
-  if (*usb_->reset() != '\0') return;  // the next attempt says what is the matter
+  status_.set(DeviceState::kOpening, problem::kCameraReset);
+  if (!usb_->reset()) return;  // the next attempt says what is the matter
   fruitless_ = 0;
   next_reset_ = now + reset_wait_;
   reset_wait_ = std::min(2 * reset_wait_, kSeldomReset);
 }
 
 bool OpenniCamera::connect(const std::atomic<bool>& cancel) {
-  if (finished_) return fail(DeviceState::kAbsent, "the recording is over");
-  status_.setOpening("looking for the camera: if that lasts, check its cable");
+  if (finished_) return fail(DeviceState::kAbsent, problem::kImagesOver);
+  status_.setOpening(problem::kCameraSought);
   resetSilentCamera();
   if (!startLibrary()) return false;
   library_->unplugged.take();  // what happened to the one before
@@ -199,10 +199,10 @@ bool OpenniCamera::connect(const std::atomic<bool>& cancel) {
   if (cancel || !open(cancel) || !setMode()) return false;
   startRecording();
   if (stream_->stream.start() != openni::STATUS_OK) {
-    return fail(DeviceState::kFault, "the camera does not start its depth stream; USB 2 port, enough bandwidth?");
+    return fail(DeviceState::kFault, problem::kCameraNotStarted);
   }
   if (stream_->recorder.isValid() && stream_->recorder.start() != openni::STATUS_OK) {
-    return fail(DeviceState::kFault, "the recording does not start; can depth.record be written?");
+    return fail(DeviceState::kFault, problem::kImagesNotStored);
   }
   stream_->last_image = now_();
   noteRecording();
@@ -211,26 +211,24 @@ bool OpenniCamera::connect(const std::atomic<bool>& cancel) {
   status_.identify(std::string(info.getVendor()) + " " + info.getName() + ", " + info.getUri() + ", " +
                    std::to_string(mode.getResolutionX()) + "x" + std::to_string(mode.getResolutionY()) + " at " +
                    std::to_string(mode.getFps()) + " Hz");
-  status_.setOpening("waiting for the first image");
+  status_.setOpening(problem::kCameraOpening);
   return true;
 }
 
 bool OpenniCamera::open(const std::atomic<bool>& cancel) {
   const bool recording = std::filesystem::path(config_.uri).extension() == ".oni";
   if (recording && !std::filesystem::exists(config_.uri)) {
-    return fail(DeviceState::kAbsent, "there is no such recording; see depth.uri");
+    return fail(DeviceState::kAbsent, problem::kImagesMissing);
   }
   if (!recording && !findCamera(cancel)) return false;
   stream_ = std::make_unique<Stream>();
   const char* uri = config_.uri.empty() ? openni::ANY_DEVICE : config_.uri.c_str();
   if (stream_->device.open(uri) != openni::STATUS_OK) {
-    if (const char* words = recording ? "" : nameMissing(); *words != '\0') return fail(DeviceState::kAbsent, words);
-    return fail(DeviceState::kFault, recording
-                                         ? "the recording cannot be opened"
-                                         : "the camera cannot be opened: check rights, and other programs using it");
+    if (const Problem missing = recording ? Problem() : nameMissing()) return fail(DeviceState::kAbsent, missing);
+    return fail(DeviceState::kFault, recording ? problem::kImagesNotOpened : problem::kCameraNotOpened);
   }
   if (stream_->stream.create(stream_->device, openni::SENSOR_DEPTH) != openni::STATUS_OK) {
-    return fail(DeviceState::kFault, "the device has no depth stream");
+    return fail(DeviceState::kFault, problem::kCameraNoStream);
   }
   return true;
 }
@@ -248,29 +246,22 @@ bool OpenniCamera::findCamera(const std::atomic<bool>& cancel) {
   fruitless_ = 0;  // there is none to be reset
   if (!usb_->present()) {
     restart_wait_ = kFirstRestart;
-    return fail(DeviceState::kAbsent, "no camera found: check plug and power");
+    return fail(DeviceState::kAbsent, problem::kCameraMissing);
   }
   // Without udev OpenNI2 does not notice a camera that came after it was started.
   if (now_() >= next_restart_) restartLibrary();
-  return fail(DeviceState::kAbsent, "a camera is on the USB, but OpenNI2 does not find it: check the udev rules");
+  return fail(DeviceState::kAbsent, problem::kCameraHidden);
 }
 
-const char* OpenniCamera::keep(std::string words) {
-  constexpr std::size_t kMost = 32;
-  if (words_.size() == kMost && !words_.contains(words)) return "depth.uri or the mode is not right: slamctl doctor";
-  return words_.insert(std::move(words)).first->c_str();
-}
-
-/// What to say where the camera that is wanted is none of those that there are. @return empty: it is one
-const char* OpenniCamera::nameMissing() {
-  if (config_.uri.empty()) return "";
+/// @return none: the camera that is wanted is one of those that there are
+Problem OpenniCamera::nameMissing() {
+  if (config_.uri.empty()) return {};
   std::string list;
   for (const CameraInfo& camera : foundCameras()) {
-    if (camera.uri == config_.uri) return "";
+    if (camera.uri == config_.uri) return {};
     list += (list.empty() ? "" : ", ") + describe(camera);
   }
-  return keep("there is no camera " + config_.uri + " (depth.uri): the map goes on without; there is " + list +
-              ": set depth.uri to it, or leave it empty for the first one");
+  return Problem(problem::kCameraNameMissing, {}, {config_.uri, list});
 }
 
 /// Mode and mirroring are set and read back: their defaults differ between machines.
@@ -280,7 +271,7 @@ bool OpenniCamera::setMode() {
     openni::PlaybackControl* playback = stream_->device.getPlaybackControl();
     if (playback == nullptr || playback->setSpeed(-1.0F) != openni::STATUS_OK ||
         playback->setRepeatEnabled(false) != openni::STATUS_OK) {
-      return fail(DeviceState::kFault, "the recording cannot be played image by image");
+      return fail(DeviceState::kFault, problem::kImagesNotPlayed);
     }
     stream_->frames_left = playback->getNumberOfFrames(stream);
   } else {
@@ -289,28 +280,27 @@ bool OpenniCamera::setMode() {
     mode.setFps(config_.rate);
     mode.setPixelFormat(openni::PIXEL_FORMAT_DEPTH_1_MM);
     if (stream.setVideoMode(mode) != openni::STATUS_OK) {
-      return fail(DeviceState::kFault,
-                  keep("the camera does not offer " + std::to_string(config_.width) + "x" +
-                       std::to_string(config_.height) + " at " + std::to_string(config_.rate) +
-                       " Hz: the map goes on without; set depth.width, height and rate to one of " +
-                       modesOf(stream_->device.getSensorInfo(openni::SENSOR_DEPTH))));
+      const std::string wanted = std::to_string(config_.width) + "x" + std::to_string(config_.height) + " at " +
+                                 std::to_string(config_.rate) + " Hz";
+      return fail(DeviceState::kFault, Problem(problem::kCameraNoMode, {},
+                                               {wanted, modesOf(stream_->device.getSensorInfo(openni::SENSOR_DEPTH))}));
     }
     const openni::VideoMode set = stream.getVideoMode();
     if (set.getResolutionX() != config_.width || set.getResolutionY() != config_.height ||
         set.getPixelFormat() != openni::PIXEL_FORMAT_DEPTH_1_MM) {
-      return fail(DeviceState::kFault, "the camera did not take the mode that it was given");
+      return fail(DeviceState::kFault, problem::kCameraOtherMode);
     }
     stream.setMirroringEnabled(false);
   }
   stream_->mirrored = stream.getMirroringEnabled();  // where it cannot be switched off, the image is turned here
   const openni::VideoMode mode = stream.getVideoMode();
   if (mode.getPixelFormat() != openni::PIXEL_FORMAT_DEPTH_1_MM) {
-    return fail(DeviceState::kFault, "the depth is not in the 1 mm format");
+    return fail(DeviceState::kFault, problem::kCameraOtherFormat);
   }
   const double horizontal = stream.getHorizontalFieldOfView(), vertical = stream.getVerticalFieldOfView();
   const auto plausible = [](double angle) { return angle > 0.1 && angle < 2.8; };
   if (!plausible(horizontal) || !plausible(vertical) || mode.getResolutionX() <= 0 || mode.getResolutionY() <= 0) {
-    return fail(DeviceState::kFault, "the camera tells no field of view");
+    return fail(DeviceState::kFault, problem::kCameraNoView);
   }
   image_.intrinsics =
       DepthIntrinsics::fromFieldOfView(mode.getResolutionX(), mode.getResolutionY(), horizontal, vertical);
@@ -328,7 +318,7 @@ void OpenniCamera::startRecording() {
 
 void OpenniCamera::noteRecording() {
   const bool missing = !stream_->recorder.isValid() && !stream_->recorded.empty() && !stream_->device.isFile();
-  stream_->note = missing ? "the images cannot be recorded, they are used all the same: can the file be written?" : "";
+  stream_->note = missing ? problem::kImagesNotRecorded : Problem();
 }
 
 void OpenniCamera::moveRecording() {
@@ -343,11 +333,11 @@ void OpenniCamera::moveRecording() {
 }
 
 bool OpenniCamera::poll(Duration timeout) {
-  if (library_->unplugged.take()) return fail(DeviceState::kAbsent, "the camera was unplugged");
+  if (library_->unplugged.take()) return fail(DeviceState::kAbsent, problem::kCameraUnplugged);
   if (stream_->device.isFile()) {
     if (stream_->frames_left == 0) {
       finished_ = true;
-      return fail(DeviceState::kAbsent, "the recording is over");
+      return fail(DeviceState::kAbsent, problem::kImagesOver);
     }
     --stream_->frames_left;
     return readImage();
@@ -358,13 +348,13 @@ bool OpenniCamera::poll(Duration timeout) {
   const int wait = static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(timeout).count());
   if (openni::OpenNI::waitForAnyStream(&stream, 1, &ready, wait) == openni::STATUS_OK) return readImage();
   if (now_() - stream_->last_image < kSilence) return true;
-  return fail(DeviceState::kFault, "no image for 0.9 s: the camera has frozen or left the bus");
+  return fail(DeviceState::kFault, problem::kCameraFrozen);
 }
 
 bool OpenniCamera::readImage() {
   openni::VideoFrameRef& frame = stream_->frame;
   if (stream_->stream.readFrame(&frame) != openni::STATUS_OK || !frame.isValid()) {
-    return fail(DeviceState::kFault, "an image cannot be read");
+    return fail(DeviceState::kFault, problem::kCameraUnread);
   }
   const Timestamp arrival = now_();
   const DepthIntrinsics& intrinsics = image_.intrinsics;
@@ -404,9 +394,9 @@ bool OpenniCamera::readImage() {
   fruitless_ = 0;
   restart_wait_ = kFirstRestart;
   status_.countSample(image_.stamp);
-  const char* problem = sink_(image_);
-  status_.set(DeviceState::kStreaming, *problem != '\0' ? problem : stream_->note);
-  if (*problem != '\0') status_.rejects.fetch_add(1, std::memory_order_relaxed);
+  const Problem problem = sink_(image_);
+  status_.set(DeviceState::kStreaming, problem ? problem : stream_->note);
+  if (problem) status_.rejects.fetch_add(1, std::memory_order_relaxed);
   return true;
 }
 

@@ -3,7 +3,6 @@
 #include <atomic>
 #include <functional>
 #include <memory>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -39,8 +38,8 @@ std::vector<CameraInfo> listCameras();
 /// recording is played once, image by image without loss, at the pace of its stamps.
 class OpenniCamera {
  public:
-  /// @return why the image is of no use, in static words; empty: it was used
-  using Sink = std::function<const char*(const DepthImage&)>;
+  /// @return why the image is of no use; none: it was used
+  using Sink = std::function<Problem(const DepthImage&)>;
   using Clock = Timestamp (*)();
 
   /// @param usb that the camera is on; empty: libusb's
@@ -68,11 +67,10 @@ class OpenniCamera {
   void restartLibrary();
   bool findCamera(const std::atomic<bool>& cancel);
   void resetSilentCamera();
-  bool fail(DeviceState state, const char* reason);
+  bool fail(DeviceState state, const Problem& why);
   bool open(const std::atomic<bool>& cancel);
   bool setMode();
-  const char* keep(std::string words);
-  const char* nameMissing();
+  Problem nameMissing();
   void startRecording();
   void noteRecording();
   void moveRecording();
@@ -88,7 +86,6 @@ class OpenniCamera {
   int fruitless_ = 0;  // connections in a row without an image
   Timestamp next_restart_{}, next_reset_{};
   Duration restart_wait_, reset_wait_;
-  std::set<std::string> words_;  // that were made here: the status points at them
   DepthImage image_;
   bool finished_ = false;
 };

@@ -51,20 +51,17 @@ class LibusbWatch : public UsbWatch {
     return std::exchange(arrived_, false);
   }
 
-  const char* reset() override {
-    const char* problem = "it is not on the bus";
+  bool reset() override {
+    bool done = false;
     forEach([&](libusb_device* device) {
       libusb_device_handle* handle = nullptr;
-      if (libusb_open(device, &handle) != LIBUSB_SUCCESS) {
-        problem = "no right to open it on the USB: check the udev rules";
-        return;
-      }
+      if (libusb_open(device, &handle) != LIBUSB_SUCCESS) return;
       const int result = libusb_reset_device(handle);
       // Not found means that it came back as a new device: that is what was wanted.
-      problem = result == LIBUSB_SUCCESS || result == LIBUSB_ERROR_NOT_FOUND ? "" : "the USB refused to reset it";
+      done = result == LIBUSB_SUCCESS || result == LIBUSB_ERROR_NOT_FOUND;
       libusb_close(handle);
     });
-    return problem;
+    return done;
   }
 
  private:

@@ -28,8 +28,8 @@ class UsbWatch {
   /// Has one been plugged in since the last call? By hot-plug events; never true where there is no udev.
   virtual bool arrived() = 0;
   /// Resets the first such device, as pulling its plug would. Nobody may hold it.
-  /// @return what stood in the way, in static words; empty: done
-  virtual const char* reset() = 0;
+  /// @return whether that was done
+  virtual bool reset() = 0;
 };
 
 /// Through libusb. Where that does not start, nothing is ever present.

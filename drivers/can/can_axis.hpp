@@ -73,9 +73,7 @@ class CanAxis {
     return well(last_) && well(said_);
   }
   /// How long there may be no heartbeat, by the period at which the drive sends them.
-  Duration heartbeatPatience() const {
-    return std::max(kFramesLost, 2 * heartbeats_.period() + heartbeats_.period() / 4);
-  }
+  Duration heartbeatPatience() const { return patienceFor(heartbeats_.period(), kFramesLost); }
   /// Its position stays the same although it says that the wheel turns.
   bool frozen() const { return estimates_ - moved_ > kFrozen; }
   /// Its position is no measurement.

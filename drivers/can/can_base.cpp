@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <thread>
 
@@ -29,6 +30,8 @@ constexpr Duration kAskPeriod = 1s;        // for a drive's version
 constexpr int kAskTries = 3;
 constexpr int kMostFrames = 200;  // a tick: ten times what the bus carries in that time
 
+constexpr std::array<const char*, 2> kSides = {"left", "right"};
+
 std::vector<std::uint32_t> idsOf(const CanBaseConfig& config) {
   std::vector<std::uint32_t> ids;
   for (const int node : config.nodes) {
@@ -41,6 +44,27 @@ std::vector<std::uint32_t> idsOf(const CanBaseConfig& config) {
   return ids;
 }
 
+Problem problemOf(CanLinkState state, const std::string& interface) {
+  const auto of = [&](const ProblemKind& kind) { return Problem(kind, {}, {interface}); };
+  switch (state) {
+    case CanLinkState::kGone:
+      return of(problem::kCanGone);
+    case CanLinkState::kUnsupported:
+      return of(problem::kCanUnsupported);
+    case CanLinkState::kRefused:
+      return of(problem::kCanRefused);
+    case CanLinkState::kDown:
+      return of(problem::kCanDown);
+    case CanLinkState::kBusOff:
+      return of(problem::kCanBusOff);
+    case CanLinkState::kErrorPassive:
+      return of(problem::kCanPassive);
+    case CanLinkState::kUp:
+      break;
+  }
+  return {};
+}
+
 }  // namespace
 
 CanBase::CanBase(const CanBaseConfig& config, Clock now, Sinks sinks)
@@ -50,14 +74,13 @@ CanBase::CanBase(const CanBaseConfig& config, Clock now, Sinks sinks, std::uniqu
     : config_(config),
       now_(now),
       sinks_(std::move(sinks)),
-      texts_(config.interface, config.nodes, config.commands && config.wheels),
       link_(std::move(port), config.interface, idsOf(config), config.commands ? kReopen : Duration(1s)),
       wheels_(config.wheel),
       imu_(config.R_base_imu),
       command_(config.limits) {
   config_.commands = config.commands && config.wheels;
-  if (!config_.wheels) wheel_status_.set(DeviceState::kAbsent, "not taken from CAN");
-  if (!config_.imu) imu_status_.set(DeviceState::kAbsent, "not taken from CAN");
+  if (!config_.wheels) wheel_status_.set(DeviceState::kAbsent, problem::kNotWanted);
+  if (!config_.imu) imu_status_.set(DeviceState::kAbsent, problem::kNotWanted);
 }
 
 void CanBase::tick() {
@@ -141,69 +164,102 @@ bool CanBase::since(Timestamp event, Timestamp now, Duration limit) const {
 bool CanBase::watchLink(DeviceStatus& status) {
   if (link_.usable()) return false;
   const bool fault = link_.state() == CanLinkState::kBusOff;
-  status.set(fault ? DeviceState::kFault : DeviceState::kAbsent, texts_.link(link_.state()));
+  status.set(fault ? DeviceState::kFault : DeviceState::kAbsent, problemOf(link_.state(), config_.interface));
   return true;
 }
 
-Duration CanBase::patience(std::size_t side) const {
-  const Duration period = wheels_.period(side);
-  return std::max(kSilent, 2 * period + period / 4);
-}
+Duration CanBase::patience(std::size_t side) const { return patienceFor(wheels_.period(side), kSilent); }
 
 void CanBase::watchWheels(Timestamp now) {
   if (watchLink(wheel_status_)) return;
-  const auto stale = [&](const std::string& why) {
-    const bool passive = link_.state() == CanLinkState::kErrorPassive;
-    wheel_status_.set(DeviceState::kStale, passive ? texts_.passive.c_str() : why.c_str());
-  };
+  const auto stale = [&](const Problem& why) { setStale(wheel_status_, why); };
   std::array<bool, 2> silent{}, dead{};
   for (std::size_t side = 0; side < 2; ++side) {
     silent[side] = since(axes_[side].estimates(), now, patience(side));
     dead[side] = silent[side] && since(axes_[side].heartbeat(), now, kSilent);
   }
-  if (dead[0] && dead[1]) return stale(texts_.no_wheels);
-  if (link_.isBlocked()) return wheel_status_.set(DeviceState::kFault, texts_.blocked.c_str());
+  if (dead[0] && dead[1])
+    return stale({problem::kNoWheels, {static_cast<double>(config_.nodes[0]), static_cast<double>(config_.nodes[1])}});
+  if (link_.isBlocked()) return wheel_status_.set(DeviceState::kFault, {problem::kCanBlocked, {}, {config_.interface}});
   for (std::size_t side = 0; side < 2; ++side) {
-    if (dead[side]) return stale(texts_.no_frames[side]);
+    if (dead[side]) return stale(ofWheel(config_.commands ? problem::kNoFramesStops : problem::kNoFrames, side));
     if (!silent[side]) continue;
     const bool bad = bad_estimates_[side] != Timestamp{} && now - bad_estimates_[side] <= patience(side);
-    return stale(bad ? texts_.bad_estimates[side] : texts_.no_estimates[side]);
+    return stale(ofWheel(bad ? problem::kBadEstimates : problem::kNoEstimates, side));
   }
   for (std::size_t side = 0; side < 2; ++side) {
-    if (axes_[side].faulty()) return wheel_status_.set(DeviceState::kFault, texts_.axis(side, *axes_[side].believed()));
-    const char* hindered = config_.commands ? hindrance(side) : nullptr;
-    if (hindered != nullptr) return wheel_status_.set(DeviceState::kFault, hindered);
-    if (axes_[side].frozen()) return wheel_status_.set(DeviceState::kFault, texts_.frozen[side].c_str());
+    if (axes_[side].faulty()) return wheel_status_.set(DeviceState::kFault, axisError(side));
+    if (const Problem hindered = config_.commands ? hindrance(side) : Problem())
+      return wheel_status_.set(DeviceState::kFault, hindered);
+    if (axes_[side].frozen()) return wheel_status_.set(DeviceState::kFault, ofWheel(problem::kWheelFrozen, side));
   }
   const auto senseless = [&] {
     for (std::size_t side = 0; side < 2; ++side) {
       if (wheels_.period(side) > kSilent)  // too seldom for one to be judged by the one before
-        return wheel_status_.set(DeviceState::kStale, texts_.slow(side, wheels_.period(side)));
+        return wheel_status_.set(DeviceState::kStale, slowEstimates(side));
     }
-    stale(texts_.senseless);
+    stale(problem::kWheelsSenseless);
   };
   const Duration patient = std::max(patience(0), patience(1));
   if (last_pair_ < usable_since_ || last_pair_ == Timestamp{}) {
-    if (!since({}, now, patient)) return wheel_status_.set(DeviceState::kOpening, texts_.opening_wheels.c_str());
+    if (!since({}, now, patient))
+      return wheel_status_.set(DeviceState::kOpening, {problem::kWaitsForFrames, {}, {"the wheels'"}});
     return senseless();
   }
   if (since(last_pair_, now, patient)) return senseless();
-  wheel_status_.set(DeviceState::kStreaming, wheelWords(now));
+  wheel_status_.set(DeviceState::kStreaming, warning(now));
 }
 
-const char* CanBase::wheelWords(Timestamp now) {
-  const char *slow = "", *other = "";
+Problem CanBase::warning(Timestamp now) const {
+  Problem slow, other;
   for (std::size_t side = 0; side < 2; ++side) {
-    if (wheels_.period(side) >= kSlowEstimates) slow = texts_.slow(side, wheels_.period(side));
+    if (wheels_.period(side) >= kSlowEstimates) slow = slowEstimates(side);
     if (crowded_[side] >= kMostCrowded) {
-      other = texts_.shared_id[side].c_str();
+      other = ofWheel(problem::kSharedId, side);
     } else if (since(axes_[side].heartbeat(), now, kHeartbeatSilent)) {
-      other = texts_.no_heartbeat[side].c_str();
+      other = noHeartbeat(side);
     } else if (axes_[side].said() && !axes_[side].inClosedLoop()) {
-      other = texts_.not_closed_loop[side].c_str();
+      other = notArmed(side);
     }
   }
-  return *slow != '\0' ? slow : other;
+  return slow ? slow : other;
+}
+
+void CanBase::setStale(DeviceStatus& status, const Problem& why) const {
+  const bool passive = link_.state() == CanLinkState::kErrorPassive;
+  status.set(DeviceState::kStale, passive ? problemOf(link_.state(), config_.interface) : why);
+}
+
+Problem CanBase::ofWheel(const ProblemKind& kind, std::size_t side, std::string_view report) const {
+  const int node = config_.nodes[side];
+  const auto id = [&](odrive::Command command) { return static_cast<double>(odrive::idOf(node, command)); };
+  return {kind,
+          {static_cast<double>(node), id(odrive::Command::kSetAxisState), id(odrive::Command::kClearErrors),
+           id(odrive::Command::kControllerMode)},
+          {kSides[side], report, config_.interface}};
+}
+
+Problem CanBase::noHeartbeat(std::size_t side) const {
+  return ofWheel(config_.commands ? problem::kNoHeartbeatStops : problem::kNoHeartbeat, side);
+}
+
+Problem CanBase::notArmed(std::size_t side) const {
+  return ofWheel(config_.commands ? problem::kNotArmedStops : problem::kNotArmed, side);
+}
+
+Problem CanBase::slowEstimates(std::size_t side) const {
+  const double period = 10.0 * std::round(100.0 * toSeconds(wheels_.period(side)));  // [ms]
+  return {problem::kSlowEstimates, {period}, {kSides[side]}};
+}
+
+Problem CanBase::axisError(std::size_t side) const {
+  const odrive::Heartbeat axis = *axes_[side].believed();
+  const bool armed = axis.state == static_cast<std::uint8_t>(odrive::AxisState::kClosedLoop);
+  std::array<char, 64> report{};
+  std::snprintf(report.data(), report.size(), "0x%x%s%s%s, %s", static_cast<unsigned>(axis.axis_error),
+                axis.motor_error ? ", motor" : "", axis.encoder_error ? ", encoder" : "",
+                axis.controller_error ? ", controller" : "", armed ? "still in closed loop" : "disarmed");
+  return ofWheel(config_.commands ? problem::kAxisErrorStops : problem::kAxisError, side, report.data());
 }
 
 bool CanBase::obeys(std::size_t side, Timestamp now) const {
@@ -211,21 +267,21 @@ bool CanBase::obeys(std::size_t side, Timestamp now) const {
   const bool heartbeats = axis.heartbeat() > usable_since_ && now - axis.heartbeat() <= axis.heartbeatPatience();
   // A drive that is gone is seen earliest by what it sends most often.
   const Duration period = wheels_.period(side);
-  const bool silent = period > Duration(0) && now - std::max(axis.heartbeat(), axis.estimates()) >
-                                                  std::max(CanAxis::kFramesLost, 2 * period + period / 4);
+  const bool silent = period > Duration(0) &&
+                      now - std::max(axis.heartbeat(), axis.estimates()) > patienceFor(period, CanAxis::kFramesLost);
   // Where its heartbeats cannot be told from others, how its wheel turns is all that is known.
   const bool says = !silent && (crowded_[side] >= kMostCrowded || (heartbeats && axis.obeys()));
   return says && follow_.idle() != side;
 }
 
-const char* CanBase::hindrance(std::size_t side) const {
+Problem CanBase::hindrance(std::size_t side) const {
   const CanAxis& axis = axes_[side];
   if (crowded_[side] < kMostCrowded) {
     // Overdue when the last estimates came: a drive that is silent altogether is another matter.
-    if (since(axis.heartbeat(), axis.estimates(), axis.heartbeatPatience())) return texts_.no_heartbeat[side].c_str();
-    if (axis.said() && !axis.inClosedLoop()) return texts_.not_closed_loop[side].c_str();
+    if (since(axis.heartbeat(), axis.estimates(), axis.heartbeatPatience())) return noHeartbeat(side);
+    if (axis.said() && !axis.inClosedLoop()) return notArmed(side);
   }
-  return follow_.idle() == side ? texts_.not_following[side].c_str() : nullptr;
+  return follow_.idle() == side ? ofWheel(problem::kNotFollowing, side) : Problem();
 }
 
 void CanBase::watchObedience(Timestamp now) {
@@ -248,26 +304,23 @@ void CanBase::watchObedience(Timestamp now) {
 
 void CanBase::watchImu(Timestamp now) {
   if (watchLink(imu_status_)) return;
-  const auto stale = [&](const std::string& why) {
-    const bool passive = link_.state() == CanLinkState::kErrorPassive;
-    imu_status_.set(DeviceState::kStale, passive ? texts_.passive.c_str() : why.c_str());
-  };
+  const auto stale = [&](const Problem& why) { setStale(imu_status_, why); };
   const bool no_time = since(last_time_, now, kSilent), no_rate = since(last_rate_, now, kSilent);
   const bool no_acceleration = since(last_acceleration_, now, kSilent);
-  if (no_time && no_rate && no_acceleration) return stale(texts_.no_imu);
-  if (no_rate) return stale(texts_.no_rate);
+  if (no_time && no_rate && no_acceleration) return stale(problem::kCanNoImu);
+  if (no_rate) return stale(problem::kCanNoRate);
   const bool first = last_sample_ < usable_since_ || last_sample_ == Timestamp{};
-  if (first && !since({}, now, kSilent)) return imu_status_.set(DeviceState::kOpening, texts_.opening_imu.c_str());
+  if (first && !since({}, now, kSilent))
+    return imu_status_.set(DeviceState::kOpening, {problem::kWaitsForFrames, {}, {"the IMU's"}});
   if (!first && !since(last_sample_, now, kSilent)) {
-    const std::string* words = no_time                    ? &texts_.no_time
-                               : no_acceleration          ? &texts_.no_acceleration
-                               : !imu_.usesTime()         ? &texts_.rare_time
-                               : !imu_.usesAcceleration() ? &texts_.rare_acceleration
-                                                          : nullptr;
-    return imu_status_.set(DeviceState::kStreaming, words == nullptr ? "" : words->c_str());
+    return imu_status_.set(DeviceState::kStreaming, no_time                    ? problem::kCanNoTime
+                                                    : no_acceleration          ? problem::kCanNoAcceleration
+                                                    : !imu_.usesTime()         ? problem::kCanRareTime
+                                                    : !imu_.usesAcceleration() ? problem::kCanRareAcceleration
+                                                                               : Problem());
   }
-  if (now - imu_.changed() > kFrozenImu) return stale(texts_.frozen_imu);
-  stale(texts_.senseless_imu);
+  if (now - imu_.changed() > kFrozenImu) return stale(problem::kCanImuFrozen);
+  stale(problem::kCanImuSenseless);
 }
 
 bool CanBase::command(const Twist2& twist, Timestamp given) { return config_.commands && command_.give(twist, given); }

@@ -12,7 +12,6 @@
 #include "drivers/can/can_axis.hpp"
 #include "drivers/can/can_imu.hpp"
 #include "drivers/can/can_link.hpp"
-#include "drivers/can/can_texts.hpp"
 #include "drivers/can/can_wheels.hpp"
 #include "drivers/can/follow_watch.hpp"
 #include "drivers/device_status.hpp"
@@ -82,8 +81,8 @@ class CanBase {
   /// Stops both wheels while one does not obey.
   void watchObedience(Timestamp now);
   bool obeys(std::size_t side, Timestamp now) const;
-  /// Why a wheel does not obey; nullptr: it does, or nothing is known yet.
-  const char* hindrance(std::size_t side) const;
+  /// Why a wheel does not obey; none: it does, or nothing is known yet.
+  Problem hindrance(std::size_t side) const;
   void watchWheels(Timestamp now);
   void watchImu(Timestamp now);
   /// What the link itself has to say. @return false: the bus can be used
@@ -91,13 +90,19 @@ class CanBase {
   bool since(Timestamp event, Timestamp now, Duration limit) const;
   /// How long a wheel may be silent, by the period at which its drive sends.
   Duration patience(std::size_t side) const;
-  const char* wheelWords(Timestamp now);
+  Problem warning(Timestamp now) const;
+  void setStale(DeviceStatus& status, const Problem& why) const;
+  /// @param report of its drive
+  Problem ofWheel(const ProblemKind& kind, std::size_t side, std::string_view report = {}) const;
+  Problem noHeartbeat(std::size_t side) const;
+  Problem notArmed(std::size_t side) const;
+  Problem slowEstimates(std::size_t side) const;
+  Problem axisError(std::size_t side) const;
 
   CanBaseConfig config_;
   Clock now_;
   Sinks sinks_;
   DeviceStatus wheel_status_, imu_status_;
-  CanTexts texts_;
   CanLink link_;
   std::array<CanAxis, 2> axes_;
   CanWheels wheels_;

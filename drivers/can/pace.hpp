@@ -41,4 +41,8 @@ class Pace {
   bool agreed_ = false;
 };
 
+/// How long nothing may come of what has a period: one may be lost, and the next be a quarter late.
+/// @param least however short the period is, or where it is not known
+inline Duration patienceFor(Duration period, Duration least) { return std::max(least, 2 * period + period / 4); }
+
 }  // namespace slam

@@ -63,9 +63,7 @@ bool RplidarDriver::identify() {
     if (info && !error) {
       wrong_speaker_.forget();
       info_ = *info;
-      warning_ = health->status == HealthStatus::kWarning
-                     ? "works, but the lidar warns of its health: clean its window, see its manual"
-                     : "";
+      warning_ = health->status == HealthStatus::kWarning ? problem::kLidarWarns : Problem();
       askRate();
       askModes();
       askMotor();
@@ -79,17 +77,15 @@ bool RplidarDriver::identify() {
     }
     dialogue_->drain(error ? kAfterStop : kQuiet, kBoot);
   }
-  return fail(DeviceState::kAbsent, "stopped while opening");
+  return fail(DeviceState::kAbsent, problem::kStoppedOpening);
 }
 
 bool RplidarDriver::noAnswer(const std::optional<rplidar::Health>& health) {
-  if (dialogue_->hungUp()) return fail(DeviceState::kAbsent, "the port is gone: unplugged?");
-  if (health && health->status == HealthStatus::kError)
-    return fail(DeviceState::kFault, "the lidar reports a hardware error even after resets: see its manual");
-  if (health) return fail(DeviceState::kFault, "the lidar tells its health but not what it is: check its cable");
-  unanswered_ = dialogue_->heardBytes() ? "bytes come, but no answer among them: check the baud rate"
-                                        : "port present, but no answer: check baud rate and 5 V supply";
-  return fail(DeviceState::kFault, wrong_speaker_.words(unanswered_));
+  if (dialogue_->hungUp()) return fail(DeviceState::kAbsent, problem::kPortGone);
+  if (health && health->status == HealthStatus::kError) return fail(DeviceState::kFault, problem::kLidarErrorStays);
+  if (health) return fail(DeviceState::kFault, problem::kLidarUnknown);
+  unanswered_ = dialogue_->heardBytes() ? problem::kLidarUndecoded : problem::kLidarUnanswered;
+  return fail(DeviceState::kFault, wrong_speaker_.found(unanswered_));
 }
 
 /// Once for a port: what was found is remembered until the lidar answers, or the port has gone.
@@ -97,7 +93,7 @@ void RplidarDriver::findSpeaker(const std::atomic<bool>& cancel) {
   constexpr Duration kLook = 10ms;
   wrong_speaker_.ask();
   while (wrong_speaker_.tick(now_()) && !cancel) wrong_speaker_.rest(kLook);
-  status_.set(DeviceState::kFault, wrong_speaker_.words(unanswered_));
+  status_.set(DeviceState::kFault, wrong_speaker_.found(unanswered_));
 }
 
 void RplidarDriver::askRate() {
@@ -151,10 +147,10 @@ bool RplidarDriver::startScan() {
                                          listed_modes_, typical_mode_);
   for (std::size_t i = 0; i < modes.size() && !dialogue_->cancelled(); ++i) {
     if (startMode(modes[(passed_over_ + i) % modes.size()])) return true;
-    if (dialogue_->hungUp()) return fail(DeviceState::kAbsent, "the port is gone: unplugged?");
+    if (dialogue_->hungUp()) return fail(DeviceState::kAbsent, problem::kPortGone);
   }
-  if (dialogue_->cancelled()) return fail(DeviceState::kAbsent, "stopped while opening");
-  return fail(DeviceState::kFault, "the lidar does not start its scan: check its 5 V supply");
+  if (dialogue_->cancelled()) return fail(DeviceState::kAbsent, problem::kStoppedOpening);
+  return fail(DeviceState::kFault, problem::kLidarNoScan);
 }
 
 bool RplidarDriver::startMode(const rplidar::ScanMode& mode) {
@@ -184,7 +180,7 @@ bool RplidarDriver::startMode(const rplidar::ScanMode& mode) {
   last_node_ = last_turn_ = last_arrival_ = now_() + kSpinUp - kSilence;  // the motor may take that long
   turns_ = 0;
   status_.identify(identityOf(info_, mode_));
-  status_.setOpening("waiting for the motor's speed");
+  status_.setOpening(problem::kLidarSpinsUp);
   return true;
 }
 

@@ -20,13 +20,9 @@ constexpr Duration kSlowestTurn = 2s;      // ten times what these units need
 constexpr Duration kLastQuestion = 250ms;  // to a silent unit; a boot is over by then
 
 /// @param stride one of so many measurements is used
-const char* thinningWords(int stride) {
-  if (stride < 2) return "";
-  return stride == 2
-             ? "a turn has more measurements than a scan holds (4080): every second one is used, evenly over "
-               "the turn; let the motor turn faster, or choose a sparser lidar.scan_mode"
-             : "a turn has many more measurements than a scan holds (4080): one of several is used, evenly over "
-               "the turn; let the motor turn faster: check its supply and belt";
+Problem thinning(int stride) {
+  if (stride < 2) return {};
+  return stride == 2 ? problem::kLidarHalved : problem::kLidarThinned;
 }
 
 }  // namespace
@@ -39,26 +35,26 @@ RplidarDriver::RplidarDriver(const RplidarConfig& config, Clock now, Sink sink, 
       wrong_speaker_(PortOf::kLidar, config.port, config.baud, open_),
       byte_time_(10.0 / config.baud) {
   report_scan_ = [this](const LaserScan& scan) {
-    status_.set(DeviceState::kStreaming, *warning_ != '\0' ? warning_ : thinningWords(scans_->stride()));
+    status_.set(DeviceState::kStreaming, warning_ ? warning_ : thinning(scans_->stride()));
     status_.thinned.store(thinned_before_ + scans_->thinned(), std::memory_order_relaxed);
     status_.countSample(last_arrival_);
     sink_(scan);
   };
 }
 
-bool RplidarDriver::fail(DeviceState state, const char* reason) {
-  status_.set(state, reason);
+bool RplidarDriver::fail(DeviceState state, const Problem& why) {
+  status_.set(state, why);
   stop();
   return false;
 }
 
-bool RplidarDriver::lose(DeviceState state, const char* reason) {
+bool RplidarDriver::lose(DeviceState state, const Problem& why) {
   lost_();
-  return fail(state, reason);
+  return fail(state, why);
 }
 
 bool RplidarDriver::connect(const std::atomic<bool>& cancel) {
-  status_.setOpening("opening");
+  status_.setOpening(problem::kOpening);
   stop();
   OpenedPort port = open_(config_.port, config_.baud);
   if (!port.stream) {
@@ -68,13 +64,13 @@ bool RplidarDriver::connect(const std::atomic<bool>& cancel) {
   stream_ = std::move(port.stream);
   dialogue_ = std::make_unique<rplidar::Dialogue>(*stream_, now_, &cancel);
   quiet();
-  unanswered_ = "";
+  unanswered_ = {};
   const bool connected = identify() && startScan();
   if (connected) {
     dialogue_ = std::make_unique<rplidar::Dialogue>(*stream_, now_, nullptr);  // `cancel` may not live longer
     return true;
   }
-  if (*unanswered_ != '\0') findSpeaker(cancel);
+  if (unanswered_) findSpeaker(cancel);
   return false;
 }
 
@@ -89,7 +85,7 @@ bool RplidarDriver::poll(Duration timeout) {
     if (rests_ && timeout > kRest) stream_->rest(kRest);
     const Duration patience = std::max<Duration>(last_node_ + kSilence - now_(), 0ns);
     const ReadResult result = stream_->read(chunk, std::min(timeout, patience));
-    if (result.status == ReadResult::kClosed) return lose(DeviceState::kAbsent, "the port is gone: unplugged?");
+    if (result.status == ReadResult::kClosed) return lose(DeviceState::kAbsent, problem::kPortGone);
     size = result.size;
   }
   const Timestamp arrival = now_();  // of the chunk's last byte
@@ -109,16 +105,14 @@ bool RplidarDriver::poll(Duration timeout) {
     } else {
       nodes = scans_->push({chunk.data(), size}, arrival, report_scan_);
     }
-    if (scans_->sawBootText())
-      return lose(DeviceState::kStale, "the lidar restarted by itself in mid-scan: check its 5 V supply");
+    if (scans_->sawBootText()) return lose(DeviceState::kStale, problem::kLidarRestarted);
     status_.rejects.store(rejects_before_ + scans_->rejects(), std::memory_order_relaxed);
     if (nodes > 0) last_node_ = arrival;
     nodes_ += nodes;
     if (scans_->turns() != turns_) last_turn_ = arrival;
     turns_ = scans_->turns();
   }
-  if (nodes_ > 0 && arrival - last_turn_ > kSlowestTurn)
-    return lose(DeviceState::kStale, "measurements come, but of no whole turn: the head does not turn, check its belt");
+  if (nodes_ > 0 && arrival - last_turn_ > kSlowestTurn) return lose(DeviceState::kStale, problem::kLidarHeadStands);
   if (arrival - last_node_ < kSilence) return true;
   lost_();
   return endSilence();
@@ -131,19 +125,13 @@ bool RplidarDriver::endSilence() {
   dialogue_->send(rplidar::encodeRequest(Request::kStop));
   dialogue_->drain(kAfterStop, 2 * kAfterStop);
   const auto health = askHealth(kLastQuestion);
-  if (dialogue_->hungUp()) return fail(DeviceState::kAbsent, "the port is gone: unplugged?");
-  if (dialogue_->sawBoot())
-    return fail(DeviceState::kStale, "the lidar restarted by itself in mid-scan: check its 5 V supply");
-  if (!health) return fail(DeviceState::kStale, "no data, port present, no answer: check 5 V supply and cable");
-  if (health->status == HealthStatus::kError)
-    return fail(DeviceState::kStale, "no data, port present, the lidar reports a hardware error");
-  if (undecodable)
-    return fail(DeviceState::kStale,
-                "bytes come, but no measurements among them: check cable and ground, and scan_mode");
-  if (nodes_ == 0)
-    return fail(DeviceState::kStale,
-                "scan accepted, but no data: the motor does not turn, check its plug and 5 V supply");
-  return fail(DeviceState::kStale, "no data, port present, health OK: check 5 V supply and motor");
+  if (dialogue_->hungUp()) return fail(DeviceState::kAbsent, problem::kPortGone);
+  if (dialogue_->sawBoot()) return fail(DeviceState::kStale, problem::kLidarRestarted);
+  if (!health) return fail(DeviceState::kStale, problem::kLidarSilent);
+  if (health->status == HealthStatus::kError) return fail(DeviceState::kStale, problem::kLidarError);
+  if (undecodable) return fail(DeviceState::kStale, problem::kLidarGarbage);
+  if (nodes_ == 0) return fail(DeviceState::kStale, problem::kLidarMotorStands);
+  return fail(DeviceState::kStale, problem::kLidarIdle);
 }
 
 void RplidarDriver::stop() {

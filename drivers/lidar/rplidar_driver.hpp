@@ -68,8 +68,8 @@ class RplidarDriver {
   bool endSilence();
   void findSpeaker(const std::atomic<bool>& cancel);
   void setMotor(bool on);
-  bool fail(DeviceState state, const char* reason);
-  bool lose(DeviceState state, const char* reason);
+  bool fail(DeviceState state, const Problem& why);
+  bool lose(DeviceState state, const Problem& why);
   std::vector<std::uint8_t> ask(rplidar::Request request, rplidar::AnswerType type, std::size_t size);
   std::optional<rplidar::Health> askHealth(Duration timeout);
 
@@ -81,7 +81,7 @@ class RplidarDriver {
   std::int64_t rejects_before_ = 0, thinned_before_ = 0;  // of the connections before
   DeviceStatus status_;
   WrongSpeaker wrong_speaker_;
-  const char* unanswered_ = "";  // why the last attempt failed, where nobody has answered it
+  Problem unanswered_;  // why the last attempt failed, where nobody has answered it
   std::unique_ptr<ByteStream> stream_;
   std::unique_ptr<rplidar::Dialogue> dialogue_;
   double byte_time_;  // [s]
@@ -91,7 +91,7 @@ class RplidarDriver {
   std::vector<rplidar::ScanMode> listed_modes_;
   std::optional<std::uint16_t> typical_mode_;
   bool motor_by_pwm_ = false, motor_by_speed_ = false;
-  const char* warning_ = "";  // what to say although it streams
+  Problem warning_;  // although it streams
 
   rplidar::ScanMode mode_;
   std::size_t passed_over_ = 0;  // modes that sent nothing we understand

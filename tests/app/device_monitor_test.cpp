@@ -8,11 +8,13 @@
 #include <vector>
 
 #include "app/log_lines.hpp"
+#include "support/problems.hpp"
 
 namespace slam {
 namespace {
 
 using namespace std::chrono_literals;
+using test::problemOf;
 using testing::ElementsAre;
 using testing::IsEmpty;
 constexpr Timestamp kNow{1000s};
@@ -22,8 +24,11 @@ struct Lidar {
   DeviceStatus status;
   WatchedDevice device{"lidar", &status, 10.0};
 
-  Lidar() { status.set(DeviceState::kStreaming, ""); }
-  std::string reason(Timestamp now = kNow) const { return reasonOf(device, status.reason.load(), now); }
+  Lidar() { status.set(DeviceState::kStreaming); }
+  std::string reason(Timestamp now = kNow) const {
+    const Problem problem = slam::problemOf(device, status.problem(), now);
+    return problem ? silenceOf(device, now) + problem.words() : "";
+  }
   /// Samples of the second that ends now.
   void measure(int samples, Timestamp now = kNow, bool settled = true) {
     for (int i = 0; i < samples; ++i) status.countSample(now);
@@ -43,12 +48,10 @@ TEST(DeviceHealth, IsStaleWithoutASampleForNineTenthsOfASecond) {
   EXPECT_EQ(lidar.reason(kNow + 1300ms), "no data for 1.3 s, port present, but silent: pull its plug");
   EXPECT_EQ(ageOf(lidar.device, kNow + 1300ms), Duration(1300ms));
   for (const DeviceState other : {DeviceState::kAbsent, DeviceState::kOpening, DeviceState::kFault}) {
-    lidar.status.set(other, "no such port");
+    lidar.status.set(other, problemOf("no such port"));
     EXPECT_EQ(stateOf(lidar.device, kNow + 5s), other) << "the driver knows better";
   }
   EXPECT_EQ(lidar.reason(kNow + 5s), "no data for 5.0 s, no such port");
-  lidar.status.set(DeviceState::kStale, "no data, is it wedged?");
-  EXPECT_EQ(lidar.reason(kNow + 5s), "no data for 5.0 s, is it wedged?");
 }
 
 TEST(DeviceHealth, LetsOthersWhoSendOverLcmTakeTwoSeconds) {
@@ -57,7 +60,8 @@ TEST(DeviceHealth, LetsOthersWhoSendOverLcmTakeTwoSeconds) {
   lidar.status.countSample(kNow);
   EXPECT_EQ(stateOf(lidar.device, kNow + 2s), DeviceState::kStreaming);
   EXPECT_EQ(stateOf(lidar.device, kNow + 2001ms), DeviceState::kStale);
-  EXPECT_EQ(lidar.reason(kNow + 2500ms), "no data for 2.5 s, nobody sends it over LCM");
+  EXPECT_EQ(lidar.reason(kNow + 2500ms),
+            "no data for 2.5 s, nobody sends it over LCM: start the program that sends it; both need one lcm.url");
 }
 
 TEST(DeviceHealth, SaysThatSamplesComeTooSeldom) {
@@ -69,8 +73,8 @@ TEST(DeviceHealth, SaysThatSamplesComeTooSeldom) {
     EXPECT_EQ(lidar.reason(),
               slow
                   ? std::to_string(samples) +
-                        ".0 Hz where 10.0 Hz are expected, and nothing is damaged on the line: slamd goes on with what "
-                        "comes; check at which rate the device is set to send, and its power"
+                        ".0 Hz where 10.0 Hz are expected, and nothing is damaged on the line; slamd goes on with what "
+                        "comes; fix: check at which rate the device is set to send, and its power"
                   : "");
   }
 }
@@ -81,8 +85,8 @@ TEST(DeviceHealth, IsNotBlamedForAnOverloadedComputer) {
   lidar.measure(10);
   lidar.measure(1);
   EXPECT_EQ(lidar.reason(), "") << "it may have sent more";
-  EXPECT_EQ(lidar.reason(kNow + 1300ms), "no data for 1.3 s, the computer is overloaded");
-  lidar.status.reason = "no such port";
+  EXPECT_EQ(lidar.reason(kNow + 1300ms), "no data for 1.3 s, the computer is overloaded: end other programs (top)");
+  lidar.status.setProblem(problemOf("no such port"));
   EXPECT_EQ(lidar.reason(kNow + 1300ms), "no data for 1.3 s, no such port");
 }
 
@@ -108,11 +112,11 @@ TEST(DeviceHealth, JudgesNoRateOfASecondInWhichTheDeviceCameOrWent) {
   lidar.measure(3, kNow, /*settled=*/false);
   EXPECT_FALSE(lidar.device.judged) << "slamd has just begun";
   lidar.measure(3);
-  lidar.status.set(DeviceState::kOpening, "looking for it");
+  lidar.status.set(DeviceState::kOpening, problemOf("looking for it"));
   lidar.measure(3);
   EXPECT_FALSE(lidar.device.judged) << "it went";
   EXPECT_EQ(lidar.reason(), "looking for it");
-  lidar.status.set(DeviceState::kStreaming, "");
+  lidar.status.set(DeviceState::kStreaming);
   lidar.measure(3);
   EXPECT_FALSE(lidar.device.judged);
   lidar.measure(3);
@@ -147,7 +151,7 @@ class Monitor : public testing::Test {
     return texts;
   }
   void stream(Duration at) {
-    status.set(DeviceState::kStreaming, "");
+    status.set(DeviceState::kStreaming);
     status.countSample(kNow + at);
   }
 
@@ -158,10 +162,10 @@ class Monitor : public testing::Test {
 };
 
 TEST_F(Monitor, LogsNewsOnceAndTriesToOpenNotAtAll) {
-  status.set(DeviceState::kAbsent, "no such port");
+  status.set(DeviceState::kAbsent, problemOf("no such port"));
   EXPECT_THAT(look(0s), ElementsAre("lidar ABSENT: no such port; slamd goes on by wheels"));
   EXPECT_THAT(look(100ms), IsEmpty());
-  status.setOpening("opening");
+  status.setOpening(problemOf("opening"));
   EXPECT_THAT(lookFor(200ms, 2s), IsEmpty()) << "it is tried again and again";
   std::vector<std::string> texts;
   for (Duration at = 2s; at < 8s; at += 100ms) {
@@ -170,19 +174,19 @@ TEST_F(Monitor, LogsNewsOnceAndTriesToOpenNotAtAll) {
   }
   EXPECT_THAT(texts, ElementsAre("lidar STREAMING at 7000"));
   EXPECT_THAT(lookFor(8s, 9s), ElementsAre(testing::StartsWith("lidar STALE: no data for 1.0 s")));
-  status.set(DeviceState::kFault, "wedged");
+  status.set(DeviceState::kFault, problemOf("wedged"));
   EXPECT_THAT(look(9s), ElementsAre(testing::HasSubstr("wedged"))) << "another reason";
 }
 
 TEST_F(Monitor, LogsTheFirstSampleOfADeviceThatWasNotMissed) {
-  status.set(DeviceState::kOpening, "opening");
+  status.set(DeviceState::kOpening, problemOf("opening"));
   EXPECT_THAT(lookFor(0s, 2s), IsEmpty());
   stream(2s);
   EXPECT_THAT(look(2s), ElementsAre("lidar STREAMING"));
 }
 
 TEST_F(Monitor, NamesADeviceThatNeverOpensWithinThreeSeconds) {
-  status.set(DeviceState::kOpening, "waiting for the motor's speed");
+  status.set(DeviceState::kOpening, problemOf("waiting for the motor's speed"));
   EXPECT_THAT(lookFor(0s, 2900ms), IsEmpty());
   EXPECT_THAT(lookFor(2900ms, 10s),
               ElementsAre("lidar OPENING: waiting for the motor's speed; slamd goes on by wheels"));
@@ -191,7 +195,7 @@ TEST_F(Monitor, NamesADeviceThatNeverOpensWithinThreeSeconds) {
 TEST_F(Monitor, HasNewsForHealthAtOnceButNotMoreThanEveryTwoSecondsForLong) {
   int news = 0;
   for (int i = 0; i < 600; ++i) {  // a minute
-    status.set(DeviceState::kFault, i % 2 == 0 ? "too hot" : "too cold");
+    status.set(DeviceState::kFault, problemOf(i % 2 == 0 ? "too hot" : "too cold"));
     news += monitor.look(kNow + i * 100ms) ? 1 : 0;
   }
   EXPECT_NEAR(news, 10 + 30, 2);
@@ -214,9 +218,9 @@ struct Fault {
 
 void PrintTo(const Fault& fault, std::ostream* out) { *out << fault.kind; }
 
-void stream(DeviceStatus& status, Timestamp now, const char* words = "") {
+void stream(DeviceStatus& status, Timestamp now, const Problem& problem = {}) {
   status.countSample(now);
-  status.set(DeviceState::kStreaming, words);
+  status.set(DeviceState::kStreaming, problem);
 }
 
 class DeviceDay : public testing::TestWithParam<Fault> {};
@@ -258,49 +262,56 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Fault{"off",
               [](DeviceStatus& status, Duration at, Timestamp) {
-                at / 500ms % 2 == 0 ? status.set(DeviceState::kAbsent, "no such port") : status.setOpening("opening");
+                at / 500ms % 2 == 0 ? status.set(DeviceState::kAbsent, problemOf("no such port"))
+                                    : status.setOpening(problemOf("opening"));
               }},
-        Fault{"stuck", [](DeviceStatus& status, Duration, Timestamp) { status.set(DeviceState::kStale, "stuck"); }},
+        Fault{"stuck",
+              [](DeviceStatus& status, Duration, Timestamp) { status.set(DeviceState::kStale, problemOf("stuck")); }},
         Fault{"garbage",
               [](DeviceStatus& status, Duration at, Timestamp) {
                 const char* const words[] = {"no data", "bytes come, but no answer", "bytes come, but no measurements"};
-                at / 1s % 7 < 3 ? status.set(DeviceState::kFault, words[at / 1s % 3]) : status.setOpening("opening");
+                at / 1s % 7 < 3 ? status.set(DeviceState::kFault, problemOf(words[at / 1s % 3]))
+                                : status.setOpening(problemOf("opening"));
               }},
         Fault{"slow",
               [](DeviceStatus& status, Duration at, Timestamp now) {
                 if (at % 1s == 500ms) stream(status, now);
               }},
-        Fault{"crowded", [](DeviceStatus& status, Duration, Timestamp now) { stream(status, now, "every second"); }},
+        Fault{"crowded",
+              [](DeviceStatus& status, Duration, Timestamp now) { stream(status, now, problemOf("every second")); }},
         Fault{"intermittent",
               [](DeviceStatus& status, Duration at, Timestamp now) {
-                at / 3s % 2 == 0 ? status.set(DeviceState::kAbsent, "the port is gone") : stream(status, now);
+                at / 3s % 2 == 0 ? status.set(DeviceState::kAbsent, problemOf("the port is gone"))
+                                 : stream(status, now);
               }},
         Fault{"without power: STALE and FAULT in turn",
               [](DeviceStatus& status, Duration at, Timestamp) {
-                at / 500ms % 2 == 0 ? status.set(DeviceState::kStale, "the board does not answer: check its power")
-                                    : status.set(DeviceState::kFault, "no answer: check power and baud rate");
+                at / 500ms % 2 == 0
+                    ? status.set(DeviceState::kStale, problemOf("the board does not answer: check its power"))
+                    : status.set(DeviceState::kFault, problemOf("no answer: check power and baud rate"));
               }},
         Fault{"motor unplugged: a scan without data",
               [](DeviceStatus& status, Duration at, Timestamp) {
-                at / 1s % 5 == 4 ? status.set(DeviceState::kStale, "scan accepted, but no data: check the motor's plug")
-                                 : status.setOpening("waiting for the motor's speed");
+                at / 1s % 5 == 4
+                    ? status.set(DeviceState::kStale, problemOf("scan accepted, but no data: check the motor's plug"))
+                    : status.setOpening(problemOf("waiting for the motor's speed"));
               }},
         Fault{"silent, and its driver has no words",
-              [](DeviceStatus& status, Duration, Timestamp) { status.set(DeviceState::kStreaming, ""); }},
+              [](DeviceStatus& status, Duration, Timestamp) { status.set(DeviceState::kStreaming); }},
         Fault{"another unit at each connect", [](DeviceStatus& status, Duration at, Timestamp) {
                 if (at % 10s == 0s) status.identify("unit " + std::string(1, static_cast<char>('A' + at / 10s % 3)));
-                status.set(DeviceState::kFault, "restarts");
+                status.set(DeviceState::kFault, problemOf("restarts"));
               }}));
 
 TEST_F(Monitor, NamesWhatIsWrongAndWhatTheDeviceIs) {
-  status.set(DeviceState::kStreaming, "");
+  status.set(DeviceState::kStreaming);
   status.countSample(kNow);
-  EXPECT_EQ(monitor.problems(kNow), "");
+  EXPECT_TRUE(monitor.problems(kNow).empty());
   EXPECT_EQ(monitor.identities(), "");
   status.identify("an A1");
   EXPECT_EQ(monitor.identities(), "; lidar is an A1");
   lidar_stuck = true;
-  EXPECT_THAT(monitor.problems(kNow), testing::StartsWith("; lidar: every turn shows the same ranges"));
+  EXPECT_THAT(monitor.problems(kNow).at(0).text(), testing::StartsWith("lidar: every turn shows the same ranges"));
   const auto health = monitor.health(kNow + 250ms);
   ASSERT_EQ(health.size(), 1U);
   EXPECT_EQ(health[0].name, "lidar");

@@ -5,7 +5,8 @@
 #include <sstream>
 
 #include "app/device_configs.hpp"
-#include "app/map_keeper.hpp"
+#include "app/map/map_keeper.hpp"
+#include "app/map/store_policy.hpp"
 #include "app/observables.hpp"
 #include "app/threads/mapper_thread.hpp"
 #include "depth/depth_projection.hpp"
@@ -88,11 +89,13 @@ std::string keeping(const Config& original) {
   const MapState map = keeper.begin(start);
   std::string text = words(keeper.writes(), keeper.name());
   if (!keeper.writes()) return text;
-  keeper.checkpoint(start, map, 1);
-  keeper.journal(start, map, {}, 1);
+  using Due = StorePolicy::Due;
+  StorePolicy policy(config.store);
+  policy.endAttempt(Due::kCheckpoint, {.changes = 1}, start, keeper.checkpoint(start, map));
+  policy.endAttempt(Due::kJournal, {.changes = 1}, start, keeper.journal(start, map));
   for (int s = 1; s < 200; ++s) {
     const Timestamp now = start + std::chrono::seconds(s);
-    text += words(keeper.checkpointDue(now, 2), keeper.journalDue(now, {1.0, 0.0, 0.0}, 2));
+    text += words(static_cast<int>(policy.due(now, 2, {1.0, 0.0, 0.0}, keeper.hasJournal())));
   }
   return text;
 }

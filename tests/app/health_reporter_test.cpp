@@ -29,9 +29,9 @@ TEST(StageHealth, HasThePercentilesOfItsHistogramEachInItsPlace) {
 class Reporter : public testing::Test {
  protected:
   Reporter() { devices.add({"lidar", &lidar, 10.0}); }
-  health_t sent() {
-    health_t last{};
-    EXPECT_EQ(channels->health.drain([&](const health_t& health) { last = health; }), 1U);
+  HealthReport sent() {
+    HealthReport last{};
+    EXPECT_EQ(channels->health.drain([&](const HealthReport& report) { last = report; }), 1U);
     return last;
   }
 
@@ -56,7 +56,7 @@ TEST_F(Reporter, IsDueOnceASecondAndCatchesNothingUp) {
 }
 
 TEST_F(Reporter, NamesTheWorstFirst) {
-  lidar.set(DeviceState::kAbsent, "no such port");
+  lidar.set(DeviceState::kAbsent, problem::kPortMissing);
   lidar.countSample(start);
   lidar.identify("an A1");
   reporter.begin(start);
@@ -66,13 +66,26 @@ TEST_F(Reporter, NamesTheWorstFirst) {
   pose.counters.scans = 17;
   channels->times.match.add(1ms);
   const Worker thread({.name = "graph", .rate = 20.0}, [] {});
-  reporter.send(start + 2s, pose, "; the disk is full",
+  reporter.send(start + 2s, pose, {{.device = "map", .problem = {problem::kDiskHangs, {7.0}}}},
                 {.front_end = &pose.counters, .channels = channels.get(), .threads = {&thread}});
-  const health_t health = sent();
-  EXPECT_EQ(health.summary,
-            "pose lost: no pose is published until the robot is found in the map; waits for the lidar; lidar: no data "
-            "for 2.0 s, no such port; the wheels contradict the scans and are "
-            "not heard; the disk is full; lidar is an A1");
+  const auto [problems, health] = sent();
+  EXPECT_EQ(
+      health.summary,
+      "pose lost: no pose is published until the robot is found in the map; waits for the lidar; lidar: no data "
+      "for 2.0 s, no such port: check cable and udev rule; the wheels contradict the scans and are not heard; the "
+      "disk does not answer; slamd goes on and writes what is new when it does; fix: is it broken, or too slow? (7 "
+      "s so far); lidar is an A1");
+  std::vector<std::string> ids;
+  for (const problem_t& problem : problems.problems) ids.push_back(problem.device + " " + problem.id);
+  EXPECT_THAT(ids,
+              testing::ElementsAre("pose no_scans", "lidar port_missing", "sensors wheels_rejected", "map disk_hangs"));
+  EXPECT_EQ(problems.nproblems, 4);
+  EXPECT_EQ(problems.problems[1].level, 2) << "it does not stream";
+  EXPECT_EQ(problems.problems[1].cause, "no data for 2.0 s, no such port");
+  EXPECT_EQ(problems.problems[1].fix, "check cable and udev rule");
+  EXPECT_EQ(problems.problems[3].level, 1);
+  EXPECT_EQ(problems.problems[3].numbers.at(0), 7.0);
+  EXPECT_EQ(problems.utime, health.utime);
   EXPECT_EQ(health.uptime, 2.0);
   EXPECT_EQ(health.utime, clock.utime(start + 2s));
   EXPECT_EQ(health.localisation, static_cast<std::uint8_t>(LocalisationState::kLost));
@@ -91,8 +104,8 @@ TEST_F(Reporter, KnowsTheRoomOnTheDisk) {
   config.output.map = folder / "map";
   reporter.begin(start);
   ASSERT_TRUE(test::waitUntil([&] { return !reporter.isBusy(); }));
-  reporter.send(start, {}, "", {});
-  EXPECT_GT(sent().disk_free_mb, 0.0);
+  reporter.send(start, {}, {}, {});
+  EXPECT_GT(sent().health.disk_free_mb, 0.0);
 }
 
 }  // namespace

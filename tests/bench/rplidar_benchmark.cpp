@@ -70,7 +70,7 @@ void runDriver(benchmark::State& state) {
   std::int64_t scans = 0;
   RplidarDriver driver({.port = lidar.path()}, monotonicNow, [&](const LaserScan&) { ++scans; });
   const std::atomic<bool> cancel{false};
-  if (!driver.connect(cancel)) return state.SkipWithError(driver.status().reason.load());
+  if (!driver.connect(cancel)) return state.SkipWithError(driver.status().problem().words().c_str());
   Duration used{0}, passed{0};
   std::int64_t reads = 0;
   for (auto _ : state) {

@@ -90,6 +90,19 @@ health_t sample() {
 }
 
 template <>
+problems_t sample() {
+  problems_t message{};
+  message.nproblems = 2;
+  message.problems.resize(2);
+  message.problems[0].device = "lidar";
+  message.problems[0].id = "port_gone";
+  message.problems[1].fix = "check its cable";
+  message.problems[1].nnumbers = 1;
+  message.problems[1].numbers = {2.5};
+  return message;
+}
+
+template <>
 pose_estimate_t sample() {
   pose_estimate_t message{};
   message.map_id = 3;
@@ -128,8 +141,8 @@ Bytes patched(Bytes data, std::size_t offset, std::uint32_t word, std::size_t si
 
 template <typename Message>
 class DecodeChecked : public testing::Test {};
-using Subscribed = testing::Types<scan_t, wheels_t, imu_t, command_t, ack_t, config_t, health_t, pose_estimate_t,
-                                  map_meta_t, map_tile_t>;
+using Subscribed = testing::Types<scan_t, wheels_t, imu_t, command_t, ack_t, config_t, health_t, problems_t,
+                                  pose_estimate_t, map_meta_t, map_tile_t>;
 TYPED_TEST_SUITE(DecodeChecked, Subscribed);
 
 TYPED_TEST(DecodeChecked, ReadsWhatWasWritten) {

@@ -31,7 +31,7 @@ TEST_F(DriveSendersTest, DriveWhatOneProgramSends) {
   EXPECT_TRUE(drive(first_, kA));
   EXPECT_TRUE(stop(first_, kA));
   EXPECT_TRUE(drive(first_, kA));
-  EXPECT_EQ(first_.words(now_), "");
+  EXPECT_FALSE(first_.problem(now_));
 }
 
 TEST_F(DriveSendersTest, FollowOneOfTwoByTheOrderThatIsSet) {
@@ -74,25 +74,25 @@ TEST_F(DriveSendersTest, StopForAZeroOfAnyAndDriveNobodyOnWhoWasStopped) {
 
 TEST_F(DriveSendersTest, AreNamedWhileThereAreSeveral) {
   drive(first_, kA);
-  EXPECT_EQ(first_.words(now_), "");
+  EXPECT_FALSE(first_.problem(now_));
   now_ += 100ms;
   drive(first_, kB);
-  EXPECT_THAT(first_.words(now_),
+  EXPECT_THAT(first_.problem(now_).words(),
               AllOf(HasSubstr("2 programs (127.0.0.1:5001 is driven, 192.168.1.2:60000 waits)"),
                     HasSubstr("began first"), HasSubstr("fix: end the programs"), HasSubstr("base.drive_order")));
   stop(first_, kB);
-  EXPECT_THAT(first_.words(now_),
+  EXPECT_THAT(first_.problem(now_).words(),
               HasSubstr("(127.0.0.1:5001 was stopped by another one's zero, 192.168.1.2:60000 sends "
                         "zeros)"));
   drive(last_, kA);
   drive(last_, kB);
-  EXPECT_THAT(last_.words(now_), HasSubstr("began last"));
+  EXPECT_THAT(last_.problem(now_).words(), HasSubstr("began last"));
   now_ += 1s;
   drive(first_, kA);
-  EXPECT_THAT(first_.words(now_), Not(testing::IsEmpty())) << "still fresh in mind";
+  EXPECT_TRUE(first_.problem(now_)) << "still fresh in mind";
   now_ += 1500ms;
   drive(first_, kA);
-  EXPECT_EQ(first_.words(now_), "");
+  EXPECT_FALSE(first_.problem(now_));
 }
 
 TEST_F(DriveSendersTest, RememberTheNewestOfMoreThanTheyHaveRoomFor) {

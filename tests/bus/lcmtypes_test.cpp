@@ -20,6 +20,8 @@
 #include <slam/map_tile_t.hpp>
 #include <slam/odometry_t.hpp>
 #include <slam/pose_estimate_t.hpp>
+#include <slam/problem_t.hpp>
+#include <slam/problems_t.hpp>
 #include <slam/scan_t.hpp>
 #include <slam/stage_health_t.hpp>
 #include <slam/wheels_t.hpp>
@@ -38,7 +40,7 @@ std::map<std::string, std::uint64_t> fingerprints() {
 std::map<std::string, std::uint64_t> allFingerprints() {
   return fingerprints<bot_core::planar_lidar_t, bot_core::pose_t, ack_t, command_t, config_t, counter_t, depth_t,
                       device_health_t, drive_t, health_t, imu_t, map_meta_t, map_tile_t, odometry_t, pose_estimate_t,
-                      scan_t, stage_health_t, wheels_t>();
+                      problem_t, problems_t, scan_t, stage_health_t, wheels_t>();
 }
 
 TEST(LcmTypes, BorrowedTypesHaveTheFingerprintsOfExistingViewers) {

@@ -196,7 +196,7 @@ TEST_F(LocalSocketTest, IsOpenToOwnerAndGroupWhateverTheUmask) {
     server = make();
     umask(before);
     struct stat file {};
-    ASSERT_EQ(stat(path.c_str(), &file), 0) << server->problem();
+    ASSERT_EQ(stat(path.c_str(), &file), 0) << server->problem().words();
     EXPECT_TRUE(S_ISSOCK(file.st_mode));
     EXPECT_EQ(file.st_mode & 07777, 0660) << mask;
     const group* members = getgrnam(LocalClient::kGroup);
@@ -210,7 +210,7 @@ TEST_F(LocalSocketTest, TakesThePlaceOfOneThatWasKilled) {
   ::close(bindOther(SOCK_SEQPACKET, true));
   ASSERT_TRUE(std::filesystem::exists(path));
   server = make();
-  EXPECT_EQ(server->problem(), "");
+  EXPECT_FALSE(server->problem());
   EXPECT_EQ(server->clients(), 0U);
   connected();
 }
@@ -220,15 +220,15 @@ TEST_F(LocalSocketTest, LeavesAnotherProgramsSocketUntilThatEnds) {
     server.reset();
     const int other = bindOther(kind, true);
     server = make();
-    EXPECT_THAT(server->problem(), testing::StartsWith(path + ": another program listens there"));
-    EXPECT_THAT(server->problem(), HasSubstr("; slamd takes no commands there and tries again; fix: stop it"));
+    EXPECT_THAT(server->problem().words(), testing::StartsWith(path + ": another program listens there"));
+    EXPECT_THAT(server->problem().words(), HasSubstr("; slamd takes no commands there and tries again; fix: stop it"));
     tendAfter(2s, *server);
-    EXPECT_NE(server->problem(), "");
+    EXPECT_TRUE(server->problem());
     EXPECT_EQ(LocalClient::probe(path), kind == SOCK_STREAM ? EPROTOTYPE : 0) << "the other's still works";
     ::close(other);
-    EXPECT_NE(server->problem(), "");
+    EXPECT_TRUE(server->problem());
     tendAfter(2s, *server);
-    EXPECT_EQ(server->problem(), "");
+    EXPECT_FALSE(server->problem());
     connected();
   }
 }
@@ -236,7 +236,7 @@ TEST_F(LocalSocketTest, LeavesAnotherProgramsSocketUntilThatEnds) {
 TEST_F(LocalSocketTest, LeavesTheSocketOfAnotherSlamdAtItsEnd) {
   LocalSocket second(path);
   second.tend(now);
-  EXPECT_THAT(second.problem(), HasSubstr("a second slamd"));
+  EXPECT_THAT(second.problem().words(), HasSubstr("a second slamd"));
   {
     LocalSocket third(path);
     third.tend(now);
@@ -245,7 +245,7 @@ TEST_F(LocalSocketTest, LeavesTheSocketOfAnotherSlamdAtItsEnd) {
   server.reset();
   EXPECT_FALSE(std::filesystem::exists(path));
   tendAfter(2s, second);
-  EXPECT_EQ(second.problem(), "");
+  EXPECT_FALSE(second.problem());
   EXPECT_TRUE(std::filesystem::exists(path));
 }
 
@@ -253,14 +253,14 @@ TEST_F(LocalSocketTest, LeavesWhatIsNoSocket) {
   server.reset();
   folder.write("socket", "of great value");
   server = make();
-  EXPECT_THAT(server->problem(), HasSubstr("there is a file that is no socket"));
-  EXPECT_THAT(server->problem(), HasSubstr("fix: remove it"));
+  EXPECT_THAT(server->problem().words(), HasSubstr("there is a file that is no socket"));
+  EXPECT_THAT(server->problem().words(), HasSubstr("; fix: remove it"));
   server.reset();
   EXPECT_EQ(test::contentOf(path), "of great value");
   std::filesystem::remove(path);
   std::filesystem::create_symlink(folder / "nowhere", path);
   server = make();
-  EXPECT_THAT(server->problem(), HasSubstr("there is a file that is no socket"));
+  EXPECT_THAT(server->problem().words(), HasSubstr("there is a file that is no socket"));
 }
 
 TEST_F(LocalSocketTest, ComesBackWhereItsFileWasRemovedOrReplaced) {
@@ -277,7 +277,7 @@ TEST_F(LocalSocketTest, ComesBackWhereItsFileWasRemovedOrReplaced) {
   std::filesystem::remove(path);
   const int other = bindOther(SOCK_SEQPACKET, true);
   tendAfter(2s, *server);
-  EXPECT_THAT(server->problem(), HasSubstr("another program listens there"));
+  EXPECT_THAT(server->problem().words(), HasSubstr("another program listens there"));
   server.reset();
   EXPECT_EQ(LocalClient::probe(path), 0) << "the other's file is not removed";
   ::close(other);
@@ -286,11 +286,11 @@ TEST_F(LocalSocketTest, ComesBackWhereItsFileWasRemovedOrReplaced) {
 TEST_F(LocalSocketTest, WaitsForItsFolder) {
   LocalSocket early(folder / "later/socket");
   early.tend(now);
-  EXPECT_THAT(early.problem(), HasSubstr("No such file or directory"));
-  EXPECT_THAT(early.problem(), HasSubstr("make the folder " + (folder / "later/").string() + ", writable"));
+  EXPECT_THAT(early.problem().words(), HasSubstr("No such file or directory"));
+  EXPECT_THAT(early.problem().words(), HasSubstr("make the folder " + (folder / "later/").string() + ", writable"));
   std::filesystem::create_directory(folder / "later");
   tendAfter(2s, early);
-  EXPECT_EQ(early.problem(), "");
+  EXPECT_FALSE(early.problem());
   EXPECT_EQ(LocalClient::probe(folder / "later/socket"), 0);
 }
 
@@ -299,8 +299,8 @@ TEST_F(LocalSocketTest, RefusesALongPathInWords) {
   LocalSocket fits(path + room + "1"), longer(path + room + "12");
   fits.tend(now);
   longer.tend(now);
-  EXPECT_EQ(fits.problem(), "");
-  EXPECT_THAT(longer.problem(), HasSubstr("longer than a socket's path may be"));
+  EXPECT_FALSE(fits.problem());
+  EXPECT_THAT(longer.problem().words(), HasSubstr("longer than a socket's path may be"));
 }
 
 TEST_F(LocalSocketTest, WaitsInPeaceWithoutDescriptors) {
@@ -331,7 +331,7 @@ TEST_F(LocalSocketTest, DoesNothingWithoutAPath) {
   none.receive();
   none.sendAll("NEWS", {});
   EXPECT_EQ(none.descriptor(), -1);
-  EXPECT_EQ(none.problem(), "");
+  EXPECT_FALSE(none.problem());
 }
 
 }  // namespace

@@ -107,7 +107,9 @@ TEST_F(Sender, HasOneClockForAllItsStreams) {
 TEST_F(Sender, OfOneDamagedStampIsNotFollowed) {
   run(SenderClocks::kWheels, 10s, 0ms);
   EXPECT_EQ(clocks.map(SenderClocks::kWheels, now + 3600s, 0ms, now).refusal, Refusal::kAhead);
-  EXPECT_EQ(clocks.map(SenderClocks::kWheels, now - 3600s, 0ms, now).refusal, Refusal::kOld);
+  for (const Duration behind : {Duration(3600s), Duration(5100ms)})
+    EXPECT_EQ(clocks.map(SenderClocks::kWheels, now - behind, 0ms, now).refusal, Refusal::kOld);
+  EXPECT_EQ(clocks.map(SenderClocks::kWheels, now - 4900ms, 0ms, now).refusal, Refusal::kNone) << "it came late";
   EXPECT_EQ(run(SenderClocks::kWheels, 10s, 0ms), 0ms);
 }
 

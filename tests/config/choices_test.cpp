@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "config/choices.hpp"
 
-#include <cstring>
+#include <cstddef>
 #include <gtest/gtest.h>
 #include <set>
 #include <string>
@@ -12,21 +12,18 @@ namespace {
 template <typename Enum>
 class Choices : public testing::Test {};
 
-using Enums = testing::Types<RunMode, LidarDriver, LidarScanMode, BaseDriver, BaseType, ImuDriver, DepthDriver, Fusion,
-                             LogContent>;
+using Enums = testing::Types<RunMode, LidarDriver, LidarScanMode, BaseDriver, BaseType, DriveOrder, ImuDriver,
+                             DepthDriver, Fusion, MatchMethod, LogContent>;
 TYPED_TEST_SUITE(Choices, Enums);
 
 TYPED_TEST(Choices, NameEachEnumeratorOnce) {
   std::set<std::string> words;
-  std::set<int> values;
-  for (const auto& [value, word] : kChoices<TypeParam>) {
-    words.insert(word);
-    values.insert(static_cast<int>(value));
-    EXPECT_STREQ(wordOf(value), word);
+  for (std::size_t i = 0; i < kWords<TypeParam>.size(); ++i) {
+    words.insert(kWords<TypeParam>[i]);
+    EXPECT_STREQ(wordOf(static_cast<TypeParam>(i)), kWords<TypeParam>[i]);
   }
-  EXPECT_EQ(words.size(), kChoices<TypeParam>.size());
-  EXPECT_EQ(values.size(), kChoices<TypeParam>.size());
-  EXPECT_EQ(*values.rbegin() + 1, static_cast<int>(values.size())) << "an enumerator before the last has no word";
+  EXPECT_GE(words.size(), 2U);
+  EXPECT_EQ(words.size(), kWords<TypeParam>.size());
 }
 
 }  // namespace

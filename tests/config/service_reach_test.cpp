@@ -29,7 +29,7 @@ class ServiceReachTest : public testing::Test {
     Config config;
     config.store.directory = directory;
     const auto problems = ServiceReach(folder / "").problemsOf(config);
-    return problems.empty() ? "" : problems[0].what;
+    return problems.empty() ? "" : problems[0].what + "; " + problems[0].fix;
   }
   static std::string delivered() {
     return test::contentOf(std::filesystem::path(SLAMD_SOURCE_DIR) / "systemd/slamd.service.in");
@@ -121,9 +121,9 @@ TEST_F(ServiceReachTest, AsksOfEachPathWhatIsDoneThere) {
     keys.emplace_back(problem.key);
     const bool is_folder = keys.back() == "store.directory" || keys.back() == "log.directory",
                reads = keys.back() == "store.map" || keys.back() == "depth.uri";
-    EXPECT_THAT(problem.what, HasSubstr(is_folder ? "BindPaths=/home/robot/out/x.y into"
-                                        : reads   ? "BindPaths=/home/robot into"
-                                                  : "BindPaths=/home/robot/out into"));
+    EXPECT_THAT(problem.fix, HasSubstr(is_folder ? "BindPaths=/home/robot/out/x.y into"
+                                       : reads   ? "BindPaths=/home/robot into"
+                                                 : "BindPaths=/home/robot/out into"));
   }
   EXPECT_THAT(keys, testing::UnorderedElementsAre("store.directory", "store.map", "depth.uri", "depth.record",
                                                   "runtime.socket", "log.directory", "output.map", "output.record"));

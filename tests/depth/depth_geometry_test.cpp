@@ -89,7 +89,7 @@ TEST_P(DepthGeometry, DrawsAThingWhereItStandsAndNothingWhereItsMirrorImageWould
   OccupancyGrid grid({.resolution = 0.05});
   for (int i = 0; i < 10; ++i) {
     const DepthStatus status = projection.project(camera.look(world, GetParam().T_map_base));
-    ASSERT_EQ(status, DepthStatus::kOk) << describe(status);
+    ASSERT_EQ(status, DepthStatus::kOk) << static_cast<int>(status);
     const DepthView view(projection.laser(), GetParam().mounted.levelled());
     grid.add(GetParam().T_map_base * view.T_base_depth, view);
   }

@@ -168,9 +168,6 @@ TEST_F(Projection, RefusesImagesOfACameraThatHangsOtherwiseThanConfigured) {
   high.extrinsics.z = 0.6;
   DepthProjection projection(high);
   for (int i = 0; i < 10; ++i) EXPECT_NE(projection.project(look()), DepthStatus::kOk) << "0.2 m too high";
-  for (const DepthStatus status : {DepthStatus::kTilted, DepthStatus::kBelowFloor}) {
-    EXPECT_NE(std::string(describe(status)).find("pitch"), std::string::npos) << "the fix is named";
-  }
 }
 
 TEST_F(Projection, RefusesImagesWithoutDepthOrOfAWrongSize) {
@@ -268,7 +265,7 @@ TEST_F(KinectStills, OfOnePlaceAgreeInTheirHits) {
                                  .floor = {.min_points = 1 << 28}};
     DepthProjection projection(config);
     const DepthStatus status = projection.project(read(i));
-    ASSERT_EQ(status, DepthStatus::kOk) << describe(status);
+    ASSERT_EQ(status, DepthStatus::kOk) << static_cast<int>(status);
     const Pose2 T_world_depth{z, -x, yaw};
     hits.emplace_back();
     for (int beam = 0; beam < projection.laser().size; ++beam) {

@@ -65,7 +65,13 @@ struct Drive {
       if (turned) bearing = static_cast<float>(wrapAngle(bearing + std::numbers::pi));
     }
     for (int copy = 0; copy < (twice ? 2 : 1); ++copy) {
-      front_end ? static_cast<void>(stuck += addScan(*front_end, *probe, scan).stuck) : probe->add(scan);
+      if (front_end) {
+        const ScanOutcome outcome = front_end->add(scan);
+        stuck += outcome.stuck;
+        probe->add(outcome);
+      } else {
+        probe->add(scan);
+      }
       probe->work();
       scan.stamp += copied_after;
     }

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "diagnostics/sensor_check.hpp"
+#include "diagnostics/sensor_problems.hpp"
 
 namespace slam {
 namespace {
@@ -124,7 +125,7 @@ TEST(MountEstimate, IsAFindingThatNamesWhatToDo) {
   const SensorFindings findings = Turning{.off = {0.3, 0.0}}.findings();
   ASSERT_EQ(findings.size, 1U);
   EXPECT_EQ(findings.storage[0].fault, SensorFault::kLidarMountOff);
-  const std::string words = describe(findings.storage[0]);
+  const std::string words = problemOf(findings.storage[0]).words();
   EXPECT_NE(words.find("add 0.30 m to lidar.x"), std::string::npos) << words;
   EXPECT_NE(words.find("slam-calibrate"), std::string::npos) << words;
   const SensorFindings turned = Turning{.yaw = 0.07, .noise = 0.003}.findings();

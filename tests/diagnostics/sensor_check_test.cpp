@@ -9,6 +9,7 @@
 #include <numbers>
 #include <random>
 
+#include "diagnostics/sensor_problems.hpp"
 #include "support/allocations.hpp"
 
 namespace slam {
@@ -147,15 +148,15 @@ TEST(SensorCheck, CountsRepeatedAndMisdatedScansButForgivesAFew) {
 TEST(SensorCheck, DescribesEachFaultInALineWithoutQuotationMarks) {
   std::vector<std::string> lines;
   for (std::size_t i = 0; i < kSensorFaults; ++i) {
-    lines.push_back(describe({static_cast<SensorFault>(i), 2.0}));
+    lines.push_back(problemOf({static_cast<SensorFault>(i), 2.0}).words());
     EXPECT_GT(lines.back().size(), 20U);
     EXPECT_LT(lines.back().size(), 200U);
     EXPECT_EQ(lines.back().find_first_of("\n\"\\"), std::string::npos);
   }
   std::sort(lines.begin(), lines.end());
   EXPECT_EQ(std::unique(lines.begin(), lines.end()), lines.end());
-  EXPECT_THAT(describe({kWheelDistanceOff, 2.0}), HasSubstr("200 %"));
-  EXPECT_THAT(describe({kLidarUpsideDown, 0.0}), HasSubstr("lidar.upside_down"));
+  EXPECT_THAT(problemOf({kWheelDistanceOff, 2.0}).words(), HasSubstr("200 %"));
+  EXPECT_THAT(problemOf({kLidarUpsideDown, 0.0}).words(), HasSubstr("lidar.upside_down"));
 }
 
 TEST(SensorCheck, NamesWhatIsWrongWithTheGyroAndWhatSlamdDoesMeanwhile) {
@@ -167,7 +168,7 @@ TEST(SensorCheck, NamesWhatIsWrongWithTheGyroAndWhatSlamdDoesMeanwhile) {
     const SensorFindings findings = withGyro(pairs, verdict);
     EXPECT_EQ(findings.all().front().fault, kScansRepeated);
     std::vector<std::string> words;
-    for (const SensorFinding& finding : findings.all().subspan(1)) words.push_back(describe(finding));
+    for (const SensorFinding& finding : findings.all().subspan(1)) words.push_back(problemOf(finding).words());
     return words;
   };
   const auto all = [](const char* what, const char* meanwhile, const char* fix) {

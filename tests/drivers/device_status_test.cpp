@@ -3,32 +3,36 @@
 
 #include <gtest/gtest.h>
 
+#include "support/problems.hpp"
+
 namespace slam {
 namespace {
 
+using test::problemOf;
+
 TEST(DeviceStatus, SaysWhatItDoesWhileItIsOpenedForTheFirstTime) {
   DeviceStatus status;
-  status.setOpening("opening");
-  EXPECT_STREQ(status.reason, "opening");
-  status.setOpening("waiting");
-  EXPECT_STREQ(status.reason, "waiting");
+  status.setOpening(problemOf("opening"));
+  EXPECT_EQ(status.problem().words(), "opening");
+  status.setOpening(problemOf("waiting"));
+  EXPECT_EQ(status.problem().words(), "waiting");
   EXPECT_EQ(status.state, DeviceState::kOpening);
 }
 
 TEST(DeviceStatus, KeepsSayingWhatIsWrongUntilItStreamsAgain) {
   for (const DeviceState failed : {DeviceState::kStale, DeviceState::kFault}) {
     DeviceStatus status;
-    status.set(DeviceState::kStreaming, "");
-    status.set(failed, "no data: check 5 V supply");
-    status.setOpening("opening");
+    status.set(DeviceState::kStreaming);
+    status.set(failed, problemOf("no data: check 5 V supply"));
+    status.setOpening(problemOf("opening"));
     EXPECT_EQ(status.state, DeviceState::kOpening);
-    status.setOpening("waiting");
-    EXPECT_STREQ(status.reason, "no data: check 5 V supply");
-    status.set(DeviceState::kStreaming, "");
-    EXPECT_STREQ(status.reason, "");
-    status.set(DeviceState::kAbsent, "no such port");
-    status.setOpening("opening");
-    EXPECT_STREQ(status.reason, "opening") << "its return is news";
+    status.setOpening(problemOf("waiting"));
+    EXPECT_EQ(status.problem().words(), "no data: check 5 V supply");
+    status.set(DeviceState::kStreaming);
+    EXPECT_EQ(status.problem().words(), "");
+    status.set(DeviceState::kAbsent, problemOf("no such port"));
+    status.setOpening(problemOf("opening"));
+    EXPECT_EQ(status.problem().words(), "opening") << "its return is news";
   }
 }
 

@@ -58,7 +58,7 @@ TEST_P(SerialPortTest, IsRawWhateverAnEarlierProgramLeft) {
   before.c_cc[VTIME] = 7;
   ASSERT_EQ(tcsetattr(watcher_, TCSANOW, &before), 0);
   SerialPort port;
-  ASSERT_STREQ(port.open(line_.path(), 115200), "");
+  ASSERT_FALSE(port.open(line_.path(), 115200));
   const termios now = mode();
   EXPECT_EQ(now.c_iflag & (ICRNL | INLCR | IGNCR | ISTRIP | IXON | IXOFF | IXANY | PARMRK | BRKINT), 0U);
   EXPECT_EQ(now.c_oflag & OPOST, 0U);
@@ -73,30 +73,30 @@ TEST_P(SerialPortTest, IsRawWhateverAnEarlierProgramLeft) {
 TEST_P(SerialPortTest, IsShutToOthersAsLongAsItIsOpen) {
   {
     SerialPort port;
-    ASSERT_STREQ(port.open(line_.path(), 115200), "");
+    ASSERT_FALSE(port.open(line_.path(), 115200));
     EXPECT_TRUE(isShut());
     const termios before = mode();
     ASSERT_EQ(ioctl(watcher_, TIOCNXCL), 0);
     SerialPort other;
-    EXPECT_STREQ(other.open(line_.path(), 9600), "the port is in use by another program");
+    EXPECT_TRUE(other.open(line_.path(), 9600).is(problem::kPortInUse));
     EXPECT_EQ(mode().c_ospeed, before.c_ospeed) << "it is not the other's to set up";
   }
   EXPECT_FALSE(isShut()) << "although the line is still open elsewhere";
   SerialPort again;
-  EXPECT_STREQ(again.open(line_.path(), 115200), "");
+  EXPECT_FALSE(again.open(line_.path(), 115200));
 }
 
 TEST_P(SerialPortTest, LeavesNoDescriptorBehindAndGivesNoneToAnotherProgram) {
   const std::set<int> before = descriptors();
   {
     SerialPort port;
-    ASSERT_STREQ(port.open(line_.path(), 115200), "");
+    ASSERT_FALSE(port.open(line_.path(), 115200));
     for (const int descriptor : descriptors()) {
       EXPECT_TRUE(before.contains(descriptor) || (fcntl(descriptor, F_GETFD) & FD_CLOEXEC) != 0) << descriptor;
     }
     EXPECT_NE(fcntl(port.descriptor(), F_GETFL) & O_NONBLOCK, 0);
     SerialPort other;
-    EXPECT_STRNE(other.open(line_.path(), 115200), "");
+    EXPECT_TRUE(other.open(line_.path(), 115200));
   }
   EXPECT_EQ(descriptors(), before);
 }
@@ -104,7 +104,7 @@ TEST_P(SerialPortTest, LeavesNoDescriptorBehindAndGivesNoneToAnotherProgram) {
 TEST_P(SerialPortTest, SetsDtrWhereThereIsOne) {
   test::modem_lines = TIOCM_DTR | TIOCM_RTS;  // as the kernel raises them
   SerialPort port;
-  ASSERT_STREQ(port.open(line_.path(), 256000), "");
+  ASSERT_FALSE(port.open(line_.path(), 256000));
   EXPECT_EQ(test::modem_lines, TIOCM_DTR | TIOCM_RTS);
   const termios before = mode();
   EXPECT_EQ(port.setDtr(false), GetParam());
@@ -147,7 +147,7 @@ TEST(SerialPort, IsAtTheBaudRateThatLibserialportReads) {
     Reader reader(watcher);  // before the port, which shuts others out
     for (const int baud : {9600, 115200, 128000, 256000, 921600, 1000000, 123457}) {
       SerialPort port;
-      ASSERT_STREQ(port.open(line.path(), baud), "");
+      ASSERT_FALSE(port.open(line.path(), baud));
       const sp_port_config* config = reader.read();
       int number = 0;
       sp_get_config_baudrate(config, &number);

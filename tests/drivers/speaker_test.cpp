@@ -9,6 +9,7 @@
 #include "drivers/lidar/rplidar_driver.hpp"
 #include "firmware_if/hfi_imu.hpp"
 #include "firmware_if/robolink.hpp"
+#include "support/problems.hpp"
 #include "tools/sim/lidar/other_lidar.hpp"
 
 namespace slam {
@@ -109,7 +110,7 @@ std::string wordsOf(Device& device, PortOf expected, int baud) {
   WrongSpeaker wrong(expected, "/dev/x", baud, device.opener());
   wrong.ask();
   while (wrong.tick(virtual_now)) wrong.rest(10ms);
-  return wrong.words("not known");
+  return wrong.found(test::problemOf("not known")).words();
 }
 
 TEST(WrongSpeaker, NamesSwappedPorts) {
@@ -145,7 +146,7 @@ TEST(WrongSpeaker, AsksOnceUntilItIsToForget) {
   const int once = ask();
   EXPECT_EQ(once, 7) << "each baud rate once";
   EXPECT_EQ(ask(), once);
-  EXPECT_STREQ(wrong.words("not known"), "not known");
+  EXPECT_EQ(wrong.found(test::problemOf("not known")).words(), "not known");
   wrong.forget();
   EXPECT_EQ(ask(), 2 * once);
 }
@@ -169,18 +170,18 @@ TEST(RplidarWrongPort, NamesAnotherMakesLidarAndGoesOnWhenItsOwnIsThere) {
         {.port = "x"}, test::virtualNow, [&](const LaserScan&) { ++scans; }, lidar.line().opener());
     ASSERT_TRUE(lidar.inject("other", make));
     EXPECT_FALSE(driver.connect(cancel));
-    EXPECT_THAT(driver.status().reason.load(),
+    EXPECT_THAT(driver.status().problem().words(),
                 AllOf(HasSubstr(words), HasSubstr("another make's lidar"), HasSubstr("SLAM_SCAN")));
     EXPECT_EQ(driver.status().state, DeviceState::kFault);
     const Timestamp again = virtual_now;
     EXPECT_FALSE(driver.connect(cancel));
     EXPECT_LT(virtual_now - again, 7s);
-    EXPECT_THAT(driver.status().reason.load(), HasSubstr(words)) << "said as long as it is there";
+    EXPECT_THAT(driver.status().problem().words(), HasSubstr(words)) << "said as long as it is there";
     ASSERT_TRUE(lidar.inject("other", 0.0));
-    ASSERT_TRUE(driver.connect(cancel)) << driver.status().reason.load();
+    ASSERT_TRUE(driver.connect(cancel)) << driver.status().problem().words();
     for (const Timestamp end = virtual_now + 5s; virtual_now < end;) driver.poll(50ms);
     EXPECT_GT(scans, 10);
-    EXPECT_STREQ(driver.status().reason, "");
+    EXPECT_EQ(driver.status().problem().words(), "");
   }
 }
 

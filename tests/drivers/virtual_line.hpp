@@ -27,8 +27,8 @@ class VirtualLine {
 
   PortOpener opener() {
     return [this](const std::string&, int) -> OpenedPort {
-      if (!plugged_) return {nullptr, "no such port"};
-      return {std::make_unique<Stream>(*this), ""};
+      if (!plugged_) return {nullptr, problem::kPortMissing};
+      return {std::make_unique<Stream>(*this), {}};
     };
   }
   /// Hang-up.

@@ -417,6 +417,18 @@ TEST(EkfTimeline, DoesNotCoastForever) {
   EXPECT_NEAR(between(newest, timeline.at(at(60'000)).pose()).x, kEkf.max_coast, 0.01);
 }
 
+TEST(EkfTimeline, PredictsAPoseToTheSameBitsWithoutItsCovariance) {
+  for (const bool smooth : {false, true}) {
+    EkfConfig config = kEkf;
+    config.smooth = smooth;
+    EkfTimeline timeline(config, kTimeline);
+    run(timeline, noisyDrive(3000));
+    for (int ms = 1900; ms <= 8000; ms += 7)
+      EXPECT_EQ(timeline.poseAt(at(ms)), timeline.at(at(ms)).pose()) << ms << (smooth ? " ms, smooth" : " ms");
+    EXPECT_EQ(timeline.newest().state(), timeline.at(timeline.newestStamp()).state());
+  }
+}
+
 TEST(EkfTimeline, HistoryHoldsBothEndsAndEachSampleBetween) {
   EkfTimeline timeline(kEkf, kTimeline);
   run(timeline, noisyDrive(3000));

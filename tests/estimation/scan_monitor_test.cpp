@@ -131,6 +131,20 @@ TEST(ScanMonitor, ForgetsWhereTheRobotIsSomewhereElseAndNotWhereTheMapMoved) {
   EXPECT_FALSE(drive.monitor.contradicts());
 }
 
+TEST(ScanMonitor, ForgetsVariancesTwiceAsFastAsErrors) {
+  const auto noise = [](double memory, double way) {  // [m^2] by which a push of 1 m is made less
+    ScanMonitorConfig config;
+    config.memory = memory;
+    Drive drive(config);
+    drive.go(60.0, 1.0, 0.0, 0.0);
+    drive.monitor.reset();
+    drive.go(way, 1.0, 0.0, 0.0);
+    drive.push(1.0);
+    return 1.0 - std::pow(drive.sigma(), 2);
+  };
+  EXPECT_NEAR(noise(10.0, 60.0) / noise(1e9, 10.0), 0.5, 0.1) << "a long way counts as half the memory";
+}
+
 TEST(ScanMonitor, HasNothingToCompareWithoutWheels) {
   Drive drive;
   drive.wheels.there = false;

@@ -80,7 +80,7 @@ TEST(Find, ThatFitsMuchWorseIsBelievedOnlyWhereARobotGetsFromScanToScan) {
 TEST(Find, NeedsTheOverlapThatItIsToldTo) {
   for (const auto& [trusted, believed] : {std::pair(0.7, true), std::pair(1.01, false)}) {
     FrontEndConfig config;
-    config.search.trusted_overlap = trusted;
+    config.validator.trusted_overlap = trusted;
     PlaceDrive drive = liftedIn(hall(false), config);
     drive.run(0.8, kStand);
     EXPECT_EQ(drive.last.fused, believed);
@@ -89,7 +89,7 @@ TEST(Find, NeedsTheOverlapThatItIsToldTo) {
 
 TEST(Find, IsWhatAMatchMustBeOnceTheWayIsLost) {
   FrontEndConfig config;
-  config.search.trusted_overlap = 1.01;  // nothing is ever found here
+  config.validator.trusted_overlap = 1.01;  // nothing is ever found here
   PlaceDrive drive(hall(false), config);
   drive.truth = {-1.0, 1.0, 0.0};
   drive.run(4.0, kStand);
@@ -107,7 +107,7 @@ TEST(Find, IsWhatAMatchMustBeOnceTheWayIsLost) {
 
 /// Scans match no longer while the wheels tell this motion. @return whether the robot takes itself for carried away
 bool kidnapped(const Place& next, const Eigen::Vector3d& motion, FrontEndConfig config = {}) {
-  config.search.trusted_overlap = 1.01;  // nor is anything found
+  config.validator.trusted_overlap = 1.01;  // nor is anything found
   PlaceDrive drive(hall(false), config);
   drive.truth = {-2.5, 0.5, 0.0};
   drive.run(4.0, kStand);
@@ -134,7 +134,7 @@ TEST(CarriedAway, IsARobotThatSeesThroughWallsWhateverItsWheelsTell) {
   config.localise_only = true;
   EXPECT_TRUE(kidnapped(open, {1.15, 0, 0}, config)) << "in a given map there is nothing else to know";
   config.localise_only = false;
-  config.lost_position_sigma = 0.01;
+  config.tracking.lost_position_sigma = 0.01;
   EXPECT_TRUE(kidnapped(open, {1.15, 0, 0}, config)) << "the wheels' way is too uncertain";
 }
 
@@ -145,9 +145,9 @@ TEST(CarriedAway, IsNoRobotBehindABoxThatHidesItsWalls) {
 TEST(CarriedAway, IsDecidedAfterSoManyScansAndSoLong) {
   const auto decidedAfter = [](int failures, double degraded) {
     FrontEndConfig config;
-    config.search.trusted_overlap = 1.01;
-    config.keyframe.max_failures = failures;
-    config.degraded_after = degraded;
+    config.validator.trusted_overlap = 1.01;
+    config.tracking.max_failures = failures;
+    config.tracking.degraded_after = degraded;
     PlaceDrive drive(hall(false), config);
     drive.truth = {-2.5, 0.5, 0.0};
     drive.run(2.0, kStand);
@@ -171,7 +171,7 @@ TEST(State, IsDegradedAfterItsTimeAndLostByItsSigma) {
     return drive;
   };
   FrontEndConfig config;
-  config.degraded_after = 0.7;
+  config.tracking.degraded_after = 0.7;
   const PlaceDrive drive = standing(config);
   const auto after = [](const PlaceDrive& d, double seconds) {
     return d.front_end->estimate(d.now + fromSeconds(seconds));
@@ -180,9 +180,9 @@ TEST(State, IsDegradedAfterItsTimeAndLostByItsSigma) {
   EXPECT_EQ(after(drive, 0.71).state, LocalisationState::kDegraded);
   const Eigen::Matrix3d P = after(drive, 0.5).covariance;
   const double sigma = std::sqrt(std::max(P(0, 0), P(1, 1)));
-  config.lost_position_sigma = 1.01 * sigma;
+  config.tracking.lost_position_sigma = 1.01 * sigma;
   EXPECT_EQ(after(standing(config), 0.5).state, LocalisationState::kLocalised);
-  config.lost_position_sigma = 0.99 * sigma;
+  config.tracking.lost_position_sigma = 0.99 * sigma;
   EXPECT_EQ(after(standing(config), 0.5).state, LocalisationState::kLost);
 }
 

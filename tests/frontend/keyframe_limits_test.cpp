@@ -155,7 +155,14 @@ TEST_P(DriftInACorridor, LiesAlongTheRobotsWayHoweverTheMapLies) {
     drive.run(1.0, kStand);
     drive.run(14.0, kAhead);
     ASSERT_GE(drive.kept.size(), 5U);
-    for (std::size_t i = 1; i < drive.kept.size(); ++i) expectBlindAhead(drive.kept[i], noise);
+    double way = 0.0;  // [m]
+    for (std::size_t i = 1; i < drive.kept.size(); ++i) {
+      expectBlindAhead(drive.kept[i], noise);
+      way += drive.kept[i].T_previous_base.translation().norm();
+    }
+    const Eigen::Matrix3d& pose = drive.kept.back().covariance;  // in map
+    EXPECT_NEAR(pose(0, 0), noise * noise * way, 0.2 * noise * noise * way);
+    EXPECT_LT(pose(1, 1), 0.1 * pose(0, 0));
   }
 }
 
@@ -187,9 +194,9 @@ INSTANTIATE_TEST_SUITE_P(Headings, DriftInACorridor, testing::Values(0.0, 0.9, s
 
 TEST(Drift, OfScansThatMatchIsTheirOwnInAllDirections) {
   FrontEndConfig config = unfamiliar();
-  config.drift = {.translation = 0.03, .rotation_per_metre = 0.004, .rotation_per_radian = 0.0};
+  config.keyframe.drift = {.translation = 0.03, .rotation_per_metre = 0.004, .rotation_per_radian = 0.0};
   PlaceDrive ahead(test::furnishedRoom(), config);
-  config.drift = {.translation = 0.03, .rotation_per_metre = 0.0, .rotation_per_radian = 0.02};
+  config.keyframe.drift = {.translation = 0.03, .rotation_per_metre = 0.0, .rotation_per_radian = 0.02};
   PlaceDrive spin(test::furnishedRoom(), config);
   ahead.run(1.0, kStand);
   ahead.run(10.0, kAhead);

@@ -66,7 +66,9 @@ TEST(KeyframeSelector, StopsKeepingScansOfAKnownPlaceButGoesOnLooking) {
 class Selected {
  public:
   explicit Selected(const FrontEndConfig& given = {}, const FrontEndStart& start = {})
-      : config(given), local_map(config), selector(config, start) {
+      : config(given),
+        local_map(config.reference, config.lidar.T_base_lidar, config.localise_only),
+        selector(config.keyframe, config.lidar, config.localise_only, 0.1, start) {
     cloud.stamp = Timestamp{100s};
     cloud.points.push_back({.position = {1.0, 0.5}});
   }

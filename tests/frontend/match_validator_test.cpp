@@ -33,6 +33,10 @@ float behind(const Pose2& lidar, const Beam& beam, const Eigen::Vector2d& person
   return beam.range > 0.0F && beam.range < range ? beam.range : static_cast<float>(range);
 }
 
+MatchValidator validatorOf(const FrontEndConfig& config) {
+  return {config.validator, config.dynamic_object_gate, config.search_window, config.lidar.T_base_lidar.translation()};
+}
+
 TEST(MatchValidator, IsSeldomPulledAlongACorridorByWhoWalksThere) {
   for (const double pace : {-1.2, 0.3}) {  // [m/s]
     int pulled = 0, blamed = 0;
@@ -62,9 +66,9 @@ TEST(MatchValidator, IsSeldomPulledAlongACorridorByWhoWalksThere) {
 
 TEST(MatchValidator, BelievesNoPlaceThatAGyroContradicts) {
   const FrontEndConfig config;
-  MatchValidator validator(config);
-  const LocalMap local_map(config);
-  const TrackingState tracking(config, false);
+  MatchValidator validator = validatorOf(config);
+  const LocalMap local_map(config.reference, config.lidar.T_base_lidar);
+  const TrackingState tracking(config.tracking, false, false);
   for (const bool gyro : {true, false}) {
     EkfTimeline filter(config.ekf, config.timeline);
     Timestamp now{std::chrono::seconds(100)};
@@ -89,9 +93,9 @@ TEST(MatchValidator, BelievesNoPlaceThatAGyroContradicts) {
 
 TEST(MatchValidator, BelievesNoWorseMatchBehindAGapOfARobotThatStood) {
   const FrontEndConfig config;
-  MatchValidator validator(config);
-  const LocalMap local_map(config);
-  TrackingState tracking(config, false);
+  MatchValidator validator = validatorOf(config);
+  const LocalMap local_map(config.reference, config.lidar.T_base_lidar);
+  TrackingState tracking(config.tracking, false, false);
   MatchResult match;
   match.status = MatchStatus::kConverged;
   match.observable = 3;
@@ -132,7 +136,7 @@ TEST(MatchValidator, BelievesACorridorsEndWhereAWheelSlips) {
 
 /// [s] after which walls in the open tell that the robot was carried; -1: they did not within 6 s.
 double toldAfter(const VisibilityTally& walls, double interrupted_at = -1.0) {
-  MatchValidator validator{FrontEndConfig{}};
+  MatchValidator validator = validatorOf({});
   Cloud cloud;
   for (int i = 0; i <= 30; ++i) {
     cloud.stamp = Timestamp(fromSeconds(0.2 * i));
@@ -151,9 +155,9 @@ TEST(MatchValidator, TakesWallsThatStandInTheOpenForSecondsForARobotThatWasCarri
 
 TEST(MatchValidator, BelievesATurnOfThreeStandardDeviationsBeyondTheGyrosError) {
   const FrontEndConfig config;
-  MatchValidator validator(config);
-  const LocalMap local_map(config);
-  const TrackingState tracking(config, false);
+  MatchValidator validator = validatorOf(config);
+  const LocalMap local_map(config.reference, config.lidar.T_base_lidar);
+  const TrackingState tracking(config.tracking, false, false);
   EkfTimeline filter(config.ekf, config.timeline);
   Timestamp now{std::chrono::seconds(100)};
   for (int i = 0; i < 100; ++i, now += std::chrono::milliseconds(20)) {

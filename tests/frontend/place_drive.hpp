@@ -18,7 +18,7 @@ class PlaceDrive : public Drive {
   struct Kept {
     Timestamp stamp;
     Pose2 truth, T_map_base, T_previous_base;
-    Eigen::Matrix3d step_covariance;
+    Eigen::Matrix3d step_covariance, covariance;
     bool look;
     int observable;
   };
@@ -29,7 +29,7 @@ class PlaceDrive : public Drive {
     Drive::add(scan);
     if (const Keyframe* keyframe = last.keyframe) {
       kept.push_back({now, truth, keyframe->T_map_base, keyframe->T_previous_base, keyframe->step_covariance,
-                      keyframe->refresh, keyframe->observable});
+                      keyframe->covariance, keyframe->refresh, keyframe->observable});
     }
   }
   std::vector<Kept> kept;

@@ -65,8 +65,8 @@ MatchResult matched(double overlap) {
 }
 
 TEST(TrackingState, MustActAfterManyFailuresThatLast) {
-  FrontEndConfig config;  // 8 failures, 1 s
-  TrackingState tracking(config, false);
+  const TrackingConfig config;  // 8 failures, 1 s
+  TrackingState tracking(config, false, false);
   Timestamp now{100s};
   tracking.begin(now, {}, {});
   EXPECT_EQ(tracking.state(now, Eigen::Matrix3d::Zero()), LocalisationState::kLocalised);
@@ -84,7 +84,7 @@ TEST(TrackingState, MustActAfterManyFailuresThatLast) {
 }
 
 TEST(TrackingState, KnowsTheLastMatchAndTheMotionToIt) {
-  TrackingState tracking({}, false);
+  TrackingState tracking({}, false, false);
   const Timestamp now{100s};
   const Pose2 first{1.0, 2.0, 0.3}, motion{0.1, 0.02, 0.05}, T_new_old{3.0, -1.0, 0.7};
   tracking.begin(now, first, {5.0, 0.0, 0.0});
@@ -102,7 +102,7 @@ TEST(TrackingState, KnowsTheLastMatchAndTheMotionToIt) {
 TEST(TrackingState, OnlyALocalisedPoseIsDegradedByAContradiction) {
   const Timestamp now{100s};
   const Eigen::Matrix3d sure = Eigen::Matrix3d::Zero();
-  TrackingState tracking({}, false);
+  TrackingState tracking({}, false, false);
   tracking.begin(now, {}, {});
   EXPECT_EQ(tracking.state(now, sure), LocalisationState::kLocalised);
   EXPECT_EQ(tracking.state(now, sure, true), LocalisationState::kDegraded);
@@ -111,17 +111,16 @@ TEST(TrackingState, OnlyALocalisedPoseIsDegradedByAContradiction) {
 }
 
 TEST(TrackingState, ARobotIsLostWhoseWayIsTooUncertainOrWhoseMapHasNoOutside) {
-  FrontEndConfig config;  // sigma 1 m
+  const TrackingConfig config;  // sigma 1 m
   const Eigen::Matrix3d sure = 0.01 * Eigen::Matrix3d::Identity();
-  EXPECT_FALSE(TrackingState(config, false).lost(sure));
-  EXPECT_TRUE(TrackingState(config, false).lost(1.1 * Eigen::Matrix3d::Identity()));
-  EXPECT_TRUE(TrackingState(config, true).lost(sure)) << "it was not found yet";
-  config.localise_only = true;
-  EXPECT_TRUE(TrackingState(config, false).lost(sure));
+  EXPECT_FALSE(TrackingState(config, false, false).lost(sure));
+  EXPECT_TRUE(TrackingState(config, false, false).lost(1.1 * Eigen::Matrix3d::Identity()));
+  EXPECT_TRUE(TrackingState(config, false, true).lost(sure)) << "it was not found yet";
+  EXPECT_TRUE(TrackingState(config, true, false).lost(sure));
 }
 
 TEST(TrackingState, IsLostOnlyOnceItHadBeenPlaced) {
-  TrackingState tracking({}, true);
+  TrackingState tracking({}, false, true);
   const Timestamp now{100s};
   const Eigen::Matrix3d sure = Eigen::Matrix3d::Zero();
   EXPECT_EQ(tracking.state(now, sure), LocalisationState::kInitialising);

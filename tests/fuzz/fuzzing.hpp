@@ -8,11 +8,13 @@
 #include <cstring>
 #include <exception>
 #include <span>
+#include <string>
 #include <type_traits>
 
 namespace slam::fuzz {
 
 using Bytes = std::span<const std::uint8_t>;
+inline std::string textOf(Bytes bytes) { return {bytes.begin(), bytes.end()}; }
 
 /// Ends the run as a crash does, with the property that did not hold.
 [[noreturn]] inline void fail(const char* property, const char* file, int line) {

@@ -65,6 +65,13 @@ void checkContent(const health_t& health) {
   FUZZ_CHECK(health.devices.size() + health.stages.size() + health.counters.size() <= size);
 }
 
+void checkContent(const problems_t& problems) {
+  const auto size = static_cast<std::size_t>(problems.getEncodedSize());
+  FUZZ_CHECK(problems.problems.size() <= size);
+  for (const problem_t& problem : problems.problems)
+    FUZZ_CHECK(problem.numbers.size() + problem.cause.size() + problem.fix.size() <= size);
+}
+
 void checkContent(const pose_estimate_t&) {}
 void checkContent(const map_meta_t&) {}
 void checkContent(const map_tile_t& tile) {
@@ -134,6 +141,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       break;
     case 7:
       checkMessage<health_t>(datagram, with_fingerprint);
+      break;
+    case 12:
+      checkMessage<problems_t>(datagram, with_fingerprint);
       break;
     default:
       checkMessage<config_t>(datagram, with_fingerprint);

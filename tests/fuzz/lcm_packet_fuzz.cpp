@@ -34,6 +34,7 @@ class Subscriber {
     subscribe<command_t>(channel::kCommand);
     subscribe<ack_t>(channel::kAck);
     subscribe<health_t>(channel::kHealth);
+    subscribe<problems_t>(channel::kProblems);
     subscribe<pose_estimate_t>(channel::kSlamPose);
     subscribe<map_meta_t>(channel::kMapMeta);
     subscribe<map_tile_t>(channel::kMapTile);

@@ -216,6 +216,13 @@ void messageSeeds(const Corpus& corpus) {
   health.devices.resize(1);
   health.stages.resize(1);
   health.counters.resize(1);
+  problems_t problems{};
+  problems.nproblems = 1;
+  problems.problems.resize(1);
+  problems.problems[0].device = "lidar";
+  problems.problems[0].id = "port_gone";
+  problems.problems[0].nnumbers = 4;
+  problems.problems[0].numbers.resize(4);
   config_t config{};
   config.host = "robot";
   config.configuration = "[log]\n";
@@ -231,10 +238,12 @@ void messageSeeds(const Corpus& corpus) {
       {"pose", test::encoded(toMessage(PoseEstimate{}, kUtime, 1))},
       {"map_meta", test::encoded(toMetaMessage(OccupancyGrid{}, kUtime, 1, 0))},
       {"map_tile", test::encoded(toTileMessage(OccupancyGrid{}, {1, -2}, kUtime, 1))},
-      {"config", test::encoded(config)}};
+      {"config", test::encoded(config)},
+      {"problems", test::encoded(problems)}};
   const char* const channels[] = {channel::kScan,     channel::kWheels,  channel::kImu,     channel::kDepth,
                                   channel::kDrive,    channel::kCommand, channel::kAck,     channel::kHealth,
-                                  channel::kSlamPose, channel::kMapMeta, channel::kMapTile, channel::kConfig};
+                                  channel::kSlamPose, channel::kMapMeta, channel::kMapTile, channel::kConfig,
+                                  channel::kProblems};
   EventLogWriter log(corpus.scratch("log"));
   std::string shown;  // a page's first half second
   for (std::size_t i = 0; i < messages.size(); ++i) {
@@ -416,6 +425,63 @@ void floorPlanSeeds(const Corpus& corpus) {
       "P5\n# CREATOR: map_saver\n3 2\n255\n\x01\xFE\xCD\xCD\xFE\x01"s);
 }
 
+void evalSeeds(const Corpus& corpus) {
+  const std::string trajectory = "# t x y z\n1.0 0 0 0 0 0 0 1\n2.5 1 0.5 0 0 0 0.1 0.99\n-9.1e9 2 1 0 0 0 0.5 0.5\n";
+  const std::string estimates =
+      "t,state,x,y,theta,sxx,sxy,syy,sxt,syt,stt\n1.0,localised,0,0,0,1e-4,0,1e-4,0,0,1e-5\n"
+      "1e300,lost,1,0,nan,1e-4,0,1e-4,0,0,1e-5\n";
+  const auto add = [&](const char* seed, int comparison, const std::string& first, const std::string& second) {
+    BinaryWriter out;
+    out.put(static_cast<std::uint16_t>(first.size()));
+    out.putBytes(first);
+    out.putBytes(second);
+    corpus.add("eval", seed, comparison, out.take());
+  };
+  add("trajectories", 0, trajectory, trajectory);
+  add("relations", 1, trajectory, "1.0 2.5 1 0.5 0 0 0 0.2\n1e300 2.5 1 0 0 0 0 0.1\n");
+  add("estimates", 2, estimates, trajectory);
+}
+
+void simulationSeeds(const Corpus& corpus) {
+  corpus.add("sim", "script", 0,
+             "# a drive\n0.1 lidar lose 3\n0.2 lidar turn 100\n2 can slow 3 # later\n1 imu wrong 2\n");
+  BinaryWriter faults;
+  for (std::uint8_t i = 0; i < 12; ++i) {
+    faults.put(std::uint16_t{i});
+    faults.put(static_cast<std::uint8_t>(i % 5));  // the device
+    faults.put(static_cast<std::uint8_t>(3 * i));  // the kind
+    faults.put(0.5 * i);
+  }
+  corpus.add("sim", "faults", 1, faults.take());
+  corpus.add(
+      "sim", "situation", 2,
+      "casing=150,210,0.2\nposts=4,3,0.3\nfloor-line=2\nfollower=swaying\nwalkers=3\nrange-noise=0.02\nbeams=720\n"
+      "field-of-view=270\nno-return=0.05,12\nsecond-lidar=5\nwheels-away=10,20\nkidnapped=30,covered\nlaps=2\n");
+}
+
+/// Drives, in the numbers of commands_fuzz.
+void commandSeeds(const Corpus& corpus) {
+  const std::string scan = "\0\4\5"s, save = "\6\0"s, load = "\7\0"s, reset = "\10\0"s, mode = "\11\0"s;
+  const auto numbers = [](int command, const std::string& head, double a, double b, double c) {
+    BinaryWriter out;
+    out.put(static_cast<std::uint8_t>(command));
+    out.putBytes(head);
+    for (const double number : {a, b, c}) out.put(number);
+    return out.take();
+  };
+  const std::string now(5, '\0'), sender_now(6, '\0');  // [s or ms] of the stamp, behind the sender
+  const auto pose = [&](double x, double y) { return scan + numbers(1, "", x, y, 1.0); };
+  corpus.add("commands", "drive",
+             scan + numbers(2, now, 0, 0, 0) + numbers(4, sender_now, 0.3, 0, 0.1) + numbers(2, now, 0.02, 0, 0) +
+                 numbers(3, now, 0, 0, 0.1) + scan + save + "\5" + scan);
+  corpus.add("commands", "poses", pose(3, -2) + pose(9000, -9000) + pose(1e6, 0) + scan + "\5");
+  corpus.add("commands", "maps",
+             scan + scan + save + reset + scan + load + scan + mode + scan + mode + "\12\1\0"s + scan);
+  corpus.add("commands", "absurd",
+             scan + numbers(2, now, 1e300, 0, 0) + numbers(3, now, 0, 0, 1e9) +
+                 numbers(4, sender_now, 1e300, 0, -1e300) + pose(1e155, 0) + pose(1e16, -1e308));
+}
+
 }  // namespace
 }  // namespace slam
 
@@ -436,6 +502,9 @@ int main(int argc, char** argv) {
     slam::mapSeeds(corpus);
     slam::floorPlanSeeds(corpus);
     slam::bagSeeds(corpus);
+    slam::evalSeeds(corpus);
+    slam::simulationSeeds(corpus);
+    slam::commandSeeds(corpus);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "make_corpus: %s\n", error.what());
     return 1;

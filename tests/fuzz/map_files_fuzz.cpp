@@ -12,7 +12,7 @@
 namespace slam {
 namespace {
 
-std::string textOf(fuzz::Bytes bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
+using fuzz::textOf;
 
 /// What is written of an image and read again is the same image.
 void checkWritten(const MapImage& image, const fuzz::MemoryFile& yaml, const fuzz::MemoryFile& pgm) {

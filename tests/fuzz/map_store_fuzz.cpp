@@ -44,7 +44,7 @@ MapState knownMap() {
   return known.copy();
 }
 
-std::string textOf(fuzz::Bytes bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
+using fuzz::textOf;
 
 /// A layer as the store writes it; each tile of three numbers: where it is and what all of its cells say.
 std::string layerOf(fuzz::Input& input, double resolution) {

@@ -8,7 +8,7 @@
 #include "fuzz/fuzzing.hpp"
 #include "fuzz/memory_file.hpp"
 #include "fuzz/read_log.hpp"
-#include "tools/convert/mbot.hpp"
+#include "tools/convert/formats.hpp"
 
 namespace {
 

@@ -6,7 +6,7 @@
 
 #include "fuzz/fuzzing.hpp"
 #include "fuzz/read_log.hpp"
-#include "tools/convert/bags/ros.hpp"
+#include "tools/convert/formats.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace slam;

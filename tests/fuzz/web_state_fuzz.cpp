@@ -37,7 +37,7 @@ class Page {
 
  private:
   void take(std::uint8_t channel, fuzz::Bytes body) {
-    switch (channel % 8) {
+    switch (channel % 9) {
       case 0:
         return takeAs<pose_estimate_t>(body);
       case 1:
@@ -48,9 +48,11 @@ class Page {
         return takeAs<depth_t>(body);
       case 4:
         return takeAs<map_meta_t>(body);
+      case 8:
+        return takeAs<problems_t>(body);
       default:
         if (const auto tile = decode<map_tile_t>(body))
-          state_.take(static_cast<MapLayer>(channel % 8 - 5), *tile, now_);
+          state_.take(static_cast<MapLayer>(channel % 9 - 5), *tile, now_);
     }
   }
   template <typename Message>

@@ -68,13 +68,13 @@ TEST(FaultMatrixCan, EachCell) {
     SCOPED_TRACE(cell.fault);
     const DeviceStatus& status = *of;
     runFor(3s);
-    ASSERT_EQ(status.state.load(), DeviceState::kStreaming) << status.reason.load();
-    ASSERT_STREQ(status.reason, "");
+    ASSERT_EQ(status.state.load(), DeviceState::kStreaming) << status.problem().words();
+    ASSERT_EQ(status.problem().words(), "");
     const auto rejects = status.rejects.load();
     ASSERT_TRUE(inject(cell.inject));
     runFor(fromSeconds(std::max(1.0, cell.notice)));
     if (*cell.words != '\0') {
-      EXPECT_THAT(status.reason.load(), testing::HasSubstr(cell.words)) << "in time";
+      EXPECT_THAT(status.problem().words(), testing::HasSubstr(cell.words)) << "in time";
     }
     runFor(3s);
     const auto samples = status.samples.load();
@@ -90,7 +90,7 @@ TEST(FaultMatrixCan, EachCell) {
     }
     ASSERT_TRUE(inject(cell.heal));
     runFor(1s);
-    EXPECT_EQ(status.state.load(), DeviceState::kStreaming) << status.reason.load();
+    EXPECT_EQ(status.state.load(), DeviceState::kStreaming) << status.problem().words();
   }
 }
 

@@ -157,7 +157,7 @@ TEST_F(LiveDisk, NamesAFullDiskAndWhatIsLost) {
   fill();
   ASSERT_TRUE(listener.until([&] { return says(listener, "; map not written since "); }, 40s)) << summary(listener);
   EXPECT_THAT(summary(listener), AllOf(HasSubstr(": no space on " + (disk / "maps").string()), HasSubstr("MB free)"),
-                                       HasSubstr("slamd tries again; make room")));
+                                       HasSubstr("slamd tries again; fix: make room")));
   Process status({kBin + "/slamctl", "--config", kConfig, "status"}, folder_ / "status.txt");
   EXPECT_EQ(status.wait(10s), 0);
   EXPECT_THAT(textOf(folder_ / "status.txt"), HasSubstr("map not written since "));

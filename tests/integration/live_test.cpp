@@ -168,7 +168,9 @@ TEST_F(Live, MapsByTheLidarWhereTheCamerasHeightIsNotKnown) {
   startDaemon({"depth.z=0.0"});
   const auto said = [&] {
     const auto health = listener.last<health_t>(channel::kHealth);
-    return health && health->summary.find("depth: images are not used: measure") != std::string::npos;
+    return health &&
+           health->summary.find("depth: images are not used; slamd draws what the lidar sees alone; fix: measure") !=
+               std::string::npos;
   };
   EXPECT_TRUE(listener.until(said, kPatience * 10s)) << daemonLog();
   EXPECT_TRUE(listener.until([&] { return listener.count(channel::kMapTile) > 3; }, 15s)) << daemonLog();

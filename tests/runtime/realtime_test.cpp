@@ -29,21 +29,21 @@ constexpr int kNotAllowed = 77;  // to have such a limit
 
 TEST(MemoryLock, LocksTheFutureOnlyWhereNoLimitHolds) {
   EXPECT_EQ(memoryLockFor(RLIM_INFINITY, 500 * kMiB, false).extent, MemoryLock::kAll);
-  EXPECT_EQ(memoryLockFor(RLIM_INFINITY, 500 * kMiB, false).remark, "");
+  EXPECT_EQ(memoryLockFor(RLIM_INFINITY, 500 * kMiB, false).remark, Problem());
   EXPECT_EQ(memoryLockFor(8 * kMiB, 500 * kMiB, true).extent, MemoryLock::kAll);
   for (const std::uint64_t limit : {0UL, 64 * kMiB, 96 * kMiB, 128 * kMiB, 512 * kMiB, 64 * 1024 * kMiB}) {
     EXPECT_NE(memoryLockFor(limit, 100 * kMiB, false).extent, MemoryLock::kAll) << limit;
-    EXPECT_THAT(memoryLockFor(limit, 100 * kMiB, false).remark, HasSubstr("LimitMEMLOCK=infinity")) << limit;
+    EXPECT_THAT(memoryLockFor(limit, 100 * kMiB, false).remark.words(), HasSubstr("LimitMEMLOCK=infinity")) << limit;
   }
 }
 
 TEST(MemoryLock, LocksWhatIsMappedWhereTheStackMayStillGrow) {
   EXPECT_EQ(memoryLockFor(512 * kMiB, 100 * kMiB, false).extent, MemoryLock::kPresent);
-  EXPECT_THAT(memoryLockFor(512 * kMiB, 100 * kMiB, false).remark,
+  EXPECT_THAT(memoryLockFor(512 * kMiB, 100 * kMiB, false).remark.words(),
               HasSubstr("from now on is not locked: only 512 MiB"));
   EXPECT_EQ(memoryLockFor(104 * kMiB, 100 * kMiB, false).extent, MemoryLock::kNothing) << "its growth is locked, too";
   EXPECT_EQ(memoryLockFor(64 * kMiB, 100 * kMiB, false).extent, MemoryLock::kNothing);
-  EXPECT_THAT(memoryLockFor(64 * kMiB, 100 * kMiB, false).remark,
+  EXPECT_THAT(memoryLockFor(64 * kMiB, 100 * kMiB, false).remark.words(),
               HasSubstr("memory is not locked: 100 MiB are in use and only 64 MiB"));
 }
 
@@ -63,7 +63,7 @@ int exitCodeUnder(rlim_t limit) {
     const rlimit bound{limit, limit};
     if (setrlimit(RLIMIT_MEMLOCK, &bound) != 0) _exit(kNotAllowed);
     giveUpIpcLock();
-    if (lockMemory().empty()) _exit(13);
+    if (!lockMemory()) _exit(13);
     for (int i = 0; i < 40; ++i) {
       if (mmap(nullptr, 16 * kMiB, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) == MAP_FAILED) _exit(14);
     }
@@ -108,7 +108,7 @@ int policyOfThisThread() { return sched_getscheduler(0) & ~SCHED_RESET_ON_FORK; 
 
 TEST(FifoPriority, IsNotInheritedByThreadsThatALibraryBegins) {
   int own = -1, begun = -1, connecting = -1, back = -1;
-  std::string problem;
+  Problem problem;
   std::thread([&] {
     problem = setFifoPriority(1);
     own = policyOfThisThread();
@@ -119,27 +119,28 @@ TEST(FifoPriority, IsNotInheritedByThreadsThatALibraryBegins) {
     }
     back = policyOfThisThread();
   }).join();
-  if (!problem.empty()) GTEST_SKIP() << problem;
+  if (problem) GTEST_SKIP() << problem.words();
   EXPECT_EQ(own, SCHED_FIFO);
   EXPECT_EQ(begun, SCHED_OTHER);
   EXPECT_EQ(connecting, SCHED_OTHER);
   EXPECT_EQ(back, SCHED_FIFO);
 }
 
-TEST(FifoWords, NameTheTrueCauseOfARefusal) {
-  EXPECT_THAT(fifoWords(EPERM, 80, {.limit = 0}), HasSubstr("LimitRTPRIO=95"));
-  EXPECT_THAT(fifoWords(EPERM, 80, {.limit = 50}), HasSubstr("priority 80 where the limit is 50"));
+TEST(FifoProblem, NamesTheTrueCauseOfARefusal) {
+  EXPECT_THAT(fifoProblem(EPERM, 80, {.limit = 0}).words(), HasSubstr("LimitRTPRIO=95"));
+  EXPECT_THAT(fifoProblem(EPERM, 80, {.limit = 50}).words(), HasSubstr("priority 80 where the limit is 50"));
   const std::string group =
-      fifoWords(EPERM, 80, {.limit = 95, .group_file = "/sys/fs/cgroup/cpu/x/cpu.rt_runtime_us", .group_runtime = 0});
+      fifoProblem(EPERM, 80, {.limit = 95, .group_file = "/sys/fs/cgroup/cpu/x/cpu.rt_runtime_us", .group_runtime = 0})
+          .words();
   EXPECT_THAT(group, HasSubstr("cpu.rt_runtime_us is 0"));
   EXPECT_THAT(group, HasSubstr("tee /sys/fs/cgroup/cpu/x/cpu.rt_runtime_us"));
   EXPECT_THAT(group, testing::Not(HasSubstr("LimitRTPRIO")));
-  const std::string unseen = fifoWords(EPERM, 80, {.limit = 95, .filtered = true});
+  const std::string unseen = fifoProblem(EPERM, 80, {.limit = 95, .filtered = true}).words();
   EXPECT_THAT(unseen, HasSubstr("CONFIG_RT_GROUP_SCHED"));
   EXPECT_THAT(unseen, HasSubstr("RestrictRealtime"));
   EXPECT_THAT(unseen, testing::Not(HasSubstr("LimitRTPRIO")));
-  EXPECT_THAT(fifoWords(EPERM, 80, {.limit = 0, .privileged = true}), testing::Not(HasSubstr("LimitRTPRIO")));
-  EXPECT_THAT(fifoWords(EINVAL, 800, {}), HasSubstr("Invalid argument"));
+  EXPECT_THAT(fifoProblem(EPERM, 80, {.limit = 0, .privileged = true}).words(), testing::Not(HasSubstr("LimitRTPRIO")));
+  EXPECT_THAT(fifoProblem(EINVAL, 800, {}).words(), HasSubstr("Invalid argument"));
 }
 
 TEST(FifoRights, AreReadOfStatusAndControlGroup) {

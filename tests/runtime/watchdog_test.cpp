@@ -19,7 +19,7 @@ class Watching : public testing::Test {
   enum { kBase, kCamera };
   Watching() : watchdog(kPeriod) {
     watchdog.add("base", {200ms, 10s});
-    watchdog.add("camera", {.late = 200ms, .dead = 10s, .vital = false, .without = "its device is stuck"});
+    watchdog.add("camera", {.late = 200ms, .dead = 10s, .vital = false, .death = &problem::kCameraDead});
   }
   /// Time goes on. @param base, camera: the thread ticks meanwhile
   void goOn(Duration time, bool base = true, bool camera = true) {
@@ -37,7 +37,13 @@ class Watching : public testing::Test {
   std::string news() {
     std::string text;
     for (const Watchdog::News& line : watchdog.takeNews(now))
-      text += (line.is_error ? "error " : "") + line.text + "\n";
+      text += (line.is_error ? "error " : "") + line.problem.words() + "\n";
+    return text;
+  }
+
+  std::string words() {
+    std::string text;
+    for (const Problem& problem : watchdog.problems(now)) text += problem.words() + "\n";
     return text;
   }
 
@@ -50,7 +56,7 @@ class Watching : public testing::Test {
 TEST_F(Watching, SaysNothingOfThreadsThatTick) {
   goOn(60s);
   EXPECT_TRUE(watchdog.allAlive());
-  EXPECT_EQ(watchdog.words(now), "");
+  EXPECT_TRUE(watchdog.problems(now).empty());
   EXPECT_EQ(news(), "");
 }
 
@@ -60,14 +66,14 @@ TEST_F(Watching, TakesAThreadThatWaitsForTheKernelForLateNotForDead) {
     goOn(kPeriod, /*base=*/false);
     EXPECT_TRUE(watchdog.allAlive()) << "a restart would end the pose and help nobody";
   }
-  EXPECT_THAT(watchdog.words(now), AllOf(HasSubstr("thread base was late: 3"), HasSubstr("not for want of CPU"),
-                                         Not(HasSubstr("overloaded"))));
+  EXPECT_THAT(words(), AllOf(HasSubstr("thread base was late: 3"), HasSubstr("not for want of CPU"),
+                             Not(HasSubstr("overloaded"))));
   EXPECT_EQ(news(), "") << "how late it is will be known when it ticks";
   goOn(kPeriod);
   EXPECT_THAT(news(), HasSubstr("thread base was late: 38"));
-  EXPECT_THAT(watchdog.words(now), HasSubstr("thread base was late: 38"));
+  EXPECT_THAT(words(), HasSubstr("thread base was late: 38"));
   goOn(31s);
-  EXPECT_EQ(watchdog.words(now), "");
+  EXPECT_TRUE(watchdog.problems(now).empty());
 }
 
 TEST_F(Watching, TakesAThreadThatDoesNotComeBackForDead) {
@@ -76,7 +82,7 @@ TEST_F(Watching, TakesAThreadThatDoesNotComeBackForDead) {
   EXPECT_TRUE(watchdog.allAlive());
   goOn(300ms, /*base=*/false);
   EXPECT_FALSE(watchdog.allAlive());
-  EXPECT_THAT(watchdog.words(now), HasSubstr("thread base does not tick: the watchdog is not fed"));
+  EXPECT_THAT(words(), HasSubstr("thread base does not tick; the watchdog is not fed"));
   EXPECT_THAT(news(), AllOf(HasSubstr("error "), HasSubstr("thread base does not tick")));
   goOn(60s, /*base=*/false);
   EXPECT_EQ(news(), "") << "once is enough";
@@ -90,26 +96,26 @@ TEST_F(Watching, TakesAThreadThatGetsNoCpuForStarvedHoweverLong) {
   base_starved = 95ms;
   goOn(5s, /*base=*/false);
   EXPECT_TRUE(watchdog.isOverloaded(now));
-  EXPECT_THAT(watchdog.words(now), AllOf(HasSubstr("the computer is overloaded: thread base has waited 4."),
-                                         HasSubstr("end other programs"), Not(HasSubstr("was late"))));
+  EXPECT_THAT(words(), AllOf(HasSubstr("the computer is overloaded: thread base has waited 4."),
+                             HasSubstr("end other programs"), Not(HasSubstr("was late"))));
   EXPECT_THAT(news(), AllOf(HasSubstr("the computer is overloaded"), Not(HasSubstr("error "))));
   goOn(150s, /*base=*/false);
   EXPECT_TRUE(watchdog.allAlive()) << "it has had 8 s of its own";
-  EXPECT_THAT(watchdog.words(now), Not(HasSubstr("does not tick")));
+  EXPECT_THAT(words(), Not(HasSubstr("does not tick")));
   base_starved = 0ms;
   goOn(5s, /*base=*/false);
   EXPECT_FALSE(watchdog.allAlive()) << "an overload keeps nobody from seeing that it hangs";
   EXPECT_THAT(news(), HasSubstr("error thread base does not tick"));
   goOn(31s);
   EXPECT_FALSE(watchdog.isOverloaded(now));
-  EXPECT_EQ(watchdog.words(now), "");
+  EXPECT_TRUE(watchdog.problems(now).empty());
 }
 
 TEST_F(Watching, NamesOneCauseOfSeveralThatAreLate) {
   goOn(1s);
   base_starved = 80ms;
   goOn(3s, /*base=*/false, /*camera=*/false);  // the camera's waits for a lock of the base's
-  EXPECT_THAT(watchdog.words(now), AllOf(HasSubstr("overloaded"), Not(HasSubstr("camera"))));
+  EXPECT_THAT(words(), AllOf(HasSubstr("overloaded"), Not(HasSubstr("camera"))));
   base_starved = 0ms;
   goOn(1s);
   EXPECT_THAT(news(), AllOf(HasSubstr("overloaded"), Not(HasSubstr("camera"))));
@@ -122,7 +128,7 @@ TEST_F(Watching, NamesOneCauseOfSeveralThatAreLate) {
 TEST_F(Watching, GoesOnWithoutAThreadThatIsNotVital) {
   goOn(20s, true, /*camera=*/false);
   EXPECT_TRUE(watchdog.allAlive());
-  EXPECT_THAT(watchdog.words(now), HasSubstr("thread camera does not tick: its device is stuck"));
+  EXPECT_THAT(words(), HasSubstr("thread camera does not tick: its device is stuck"));
 }
 
 TEST_F(Watching, CountsNoSilenceWhileItDidNotLookItself) {
@@ -130,7 +136,7 @@ TEST_F(Watching, CountsNoSilenceWhileItDidNotLookItself) {
   now += 60s;  // the whole process was stopped, and the threads have not been woken yet
   look();
   EXPECT_TRUE(watchdog.allAlive());
-  EXPECT_EQ(watchdog.words(now).find("60"), std::string::npos) << watchdog.words(now);
+  EXPECT_EQ(words().find("60"), std::string::npos) << words();
   for (int i = 0; i < 10; ++i) {  // it is late itself each time
     now += 3s;
     base_ticks += 600;
@@ -138,19 +144,19 @@ TEST_F(Watching, CountsNoSilenceWhileItDidNotLookItself) {
     look();
   }
   now += 31s;
-  EXPECT_EQ(watchdog.words(now), "");
+  EXPECT_TRUE(watchdog.problems(now).empty());
 }
 
 TEST_F(Watching, HearsOfADelayThatNoLookHasSeen) {
   goOn(1s);
   now += kPeriod, ++base_ticks, ++camera_ticks;
   look(830ms);
-  EXPECT_THAT(watchdog.words(now), HasSubstr("thread base was late: 830 ms"));
+  EXPECT_THAT(words(), HasSubstr("thread base was late: 830 ms"));
   EXPECT_THAT(news(), HasSubstr("thread base was late: 830 ms"));
   EXPECT_TRUE(watchdog.allAlive());
   now += kPeriod, ++base_ticks, ++camera_ticks;
   look(150ms);  // as it may be
-  EXPECT_THAT(watchdog.words(now), HasSubstr("830 ms")) << "the worst one of half a minute";
+  EXPECT_THAT(words(), HasSubstr("830 ms")) << "the worst one of half a minute";
 }
 
 TEST_F(Watching, LogsLatenessOnceAMinute) {
@@ -169,12 +175,12 @@ TEST_F(Watching, ExcusesAThreadThatHasReasonToBeSilent) {
     watchdog.excuse(kCamera);
     goOn(kPeriod, true, /*camera=*/false);
   }
-  EXPECT_EQ(watchdog.words(now), "");
+  EXPECT_TRUE(watchdog.problems(now).empty());
   for (int i = 0; i < 60; ++i) {  // but not of being dead
     watchdog.excuse(kCamera);
     goOn(kPeriod, true, /*camera=*/false);
   }
-  EXPECT_THAT(watchdog.words(now), HasSubstr("thread camera does not tick"));
+  EXPECT_THAT(words(), HasSubstr("thread camera does not tick"));
 }
 
 }  // namespace

@@ -16,6 +16,8 @@
 #include <slam/map_tile_t.hpp>
 #include <slam/odometry_t.hpp>
 #include <slam/pose_estimate_t.hpp>
+#include <slam/problem_t.hpp>
+#include <slam/problems_t.hpp>
 #include <slam/scan_t.hpp>
 #include <slam/stage_health_t.hpp>
 #include <slam/wheels_t.hpp>
@@ -35,5 +37,5 @@ int main() {
   printAll<bot_core::planar_lidar_t, bot_core::pose_t>("bot_core");
   using namespace slam;
   printAll<ack_t, command_t, config_t, counter_t, depth_t, device_health_t, drive_t, health_t, imu_t, map_meta_t,
-           map_tile_t, odometry_t, pose_estimate_t, scan_t, stage_health_t, wheels_t>("slam");
+           map_tile_t, odometry_t, pose_estimate_t, problem_t, problems_t, scan_t, stage_health_t, wheels_t>("slam");
 }

@@ -101,5 +101,16 @@ TEST(StreamClock, IsRightAgainBehindALossThatItMiscounts) {
     EXPECT_LT(std::abs(toSeconds(next(false) - (kStart + sample * 10ms))), 0.001) << sample;
 }
 
+TEST(StreamClock, CountsTheSamplesThatAreLostIntoItsRate) {
+  StreamClock clock;
+  for (int i = 0; i < 3000; ++i) {
+    const int of_fifty = i % 50;
+    if (i > 200 && of_fifty == 49) continue;
+    const bool held_up = i > 200 && of_fifty >= 25 && of_fifty<45, lost = i> 250 && of_fifty == 0;
+    const Timestamp taken = kStart + i * 10ms, stamp = clock.stamp(taken + (held_up ? 4ms : 0ms), lost);
+    EXPECT_LT(i > 1000 ? std::abs(toSeconds(stamp - taken)) : 0.0, 0.001) << i;
+  }
+}
+
 }  // namespace
 }  // namespace slam

@@ -12,8 +12,11 @@
 #include <unistd.h>
 
 #include "bus/local_socket.hpp"
+#include "bus/problem_message.hpp"
 #include "drivers/camera/fake_usb.hpp"
 #include "drivers/can/fake_can_port.hpp"
+#include "problems/daemon.hpp"
+#include "problems/devices.hpp"
 
 namespace slam {
 namespace {
@@ -235,9 +238,9 @@ TEST_F(Doctor, ExplainsTheDrivesWatchdogsWhereSpeedsAreSent) {
   bus.open_error = ENODEV;
   test::FakeCanPort port(bus);
   BaseDeviceConfig base;
-  for (const auto& [driver, word] : kChoices<BaseDriver>) {
-    base.driver = driver;
-    EXPECT_FALSE(checkWatchdog(base, {}, port)) << word;
+  for (std::size_t i = 0; i < kWords<BaseDriver>.size(); ++i) {
+    base.driver = static_cast<BaseDriver>(i);
+    EXPECT_FALSE(checkWatchdog(base, {}, port)) << wordOf(base.driver);
   }
   base.speed_commands = true;
   base.driver = BaseDriver::kCan;
@@ -422,17 +425,23 @@ TEST_F(Doctor, SaysThatTheFieldLogStopsForLackOfRoom) {
   EXPECT_FALSE(checkLogFloor(directory_ / "no/such", 1e12));
 }
 
+problems_t messageOf(std::vector<problem_t> problems) {
+  problems_t message{};
+  message.problems = std::move(problems);
+  message.nproblems = static_cast<std::int32_t>(message.problems.size());
+  return message;
+}
+
 TEST_F(Doctor, SaysWhatThePoseWaitsForAndWhatIsNotStored) {
-  health_t health{};
-  health.summary =
-      "pose initialising: waits for the lidar; lidar: no such port; map not written since 14:03: no space on /maps (12 "
-      "MB free); the map is not stored, slamd tries again; make room: sudo du -sh /maps/*; slamctl log list";
-  const Findings findings = checkHealth(health, std::chrono::seconds(60));
+  const Problem waits(problem::kNoScans), full(problem::kDiskFull, {}, {"/maps", "", " (12 MB free)"});
+  const Findings findings = checkHealth({}, messageOf({toMessage("pose", waits, false), toMessage("map", full, true)}),
+                                        std::chrono::seconds(60));
   ASSERT_EQ(findings.size(), 3U);
-  EXPECT_EQ(findings[0].what, "slamd, pose initialising: waits for the lidar");
-  EXPECT_EQ(findings[1].what, "slamd: map not written since 14:03: no space on /maps (12 MB free)");
+  EXPECT_EQ(findings[0].what, "slamd, pose: " + waits.cause());
+  EXPECT_EQ(findings[0].level, Finding::kWarning);
+  EXPECT_EQ(findings[1].what, "slamd, map: " + full.cause());
   EXPECT_EQ(findings[1].level, Finding::kFault);
-  EXPECT_EQ(findings[1].fix, "make room: sudo du -sh /maps/*");
+  EXPECT_EQ(findings[1].fix, full.fix());
   EXPECT_THAT(findings[2].what, HasSubstr("stamps are 60.0 s ahead of it"));
 }
 
@@ -455,49 +464,50 @@ TEST_F(Doctor, SaysThatSlamdWaitsForTheCpu) {
 
 TEST_F(Doctor, ReadsStatesAndRatesOfARunningDaemon) {
   health_t health{};
-  const auto device = [](const char* name, std::uint8_t state, double rate, double expected, const char* reason) {
+  const auto device = [](const char* name, std::uint8_t state, double rate, double expected) {
     device_health_t d{};
     d.name = name;
     d.state = state;
     d.rate = rate;
     d.expected = expected;
-    d.reason = reason;
     return d;
   };
-  health.devices = {device("lidar", 2, 5.4, 5.5, ""), device("base", 2, 20.0, 50.0, ""),
-                    device("depth", 4, 0.0, 30.0, "the camera has frozen"), device("imu", 200, 0.0, 0.0, "hostile")};
-  const Findings findings = checkHealth(health);
+  health.devices = {device("lidar", 2, 5.4, 5.5), device("base", 2, 20.0, 50.0), device("depth", 4, 0.0, 30.0),
+                    device("imu", 200, 0.0, 0.0)};
+  const Problem frozen(problem::kCameraFrozen);
+  const Findings findings = checkHealth(health, messageOf({toMessage("depth", frozen, true)}));
   ASSERT_EQ(findings.size(), 4U);
   EXPECT_EQ(findings[0].level, Finding::kGood);
   EXPECT_EQ(findings[1].level, Finding::kWarning);
   EXPECT_THAT(findings[1].what, HasSubstr("20.0 Hz where 50.0 Hz are expected"));
   EXPECT_EQ(findings[2].level, Finding::kFault);
-  EXPECT_THAT(findings[2].what, HasSubstr("the camera has frozen"));
+  EXPECT_EQ(findings[2].what, "slamd, depth: FAULT: " + frozen.cause());
   EXPECT_THAT(findings[2].fix, HasSubstr("journalctl"));
   EXPECT_EQ(findings[3].level, Finding::kFault) << "an unknown state is none that streams";
 }
 
-TEST_F(Doctor, GivesTheFixThatADevicesWordsName) {
+TEST_F(Doctor, GivesTheFixOfEachProblem) {
   health_t health{};
-  device_health_t base{};
+  device_health_t base{}, lidar{};
   base.name = "base";
   base.state = 2;
   base.rate = base.expected = 5.0;
-  base.reason = "left wheel: encoder estimates come every 200 ms: they are used; set encoder_msg_rate_ms to 10 to 50";
-  device_health_t lidar = base;
   lidar.name = "lidar";
   lidar.state = 4;
-  lidar.reason = "the HandsFree board is on this port: slamd goes on without; exchange lidar.port and base.port";
   health.devices = {base, lidar};
-  health.summary = "pose localised; LCM: another program publishes SLAM_POSE on udpm://239.255.76.67:7667 too";
-  const Findings findings = checkHealth(health);
+  const Problem slow(problem::kSlowEstimates, {200.0}, {"left"}), rival(problem::kRival, {}, {"udpm://"}),
+      board(problem::kOtherDevice, {}, {"the HandsFree board", "lidar", "base"});
+  const Findings findings =
+      checkHealth(health, messageOf({toMessage("base", slow, false), toMessage("lidar", board, true),
+                                     toMessage("SLAM_POSE", rival, true)}));
   ASSERT_EQ(findings.size(), 3U);
   EXPECT_EQ(findings[0].level, Finding::kWarning);
-  EXPECT_EQ(findings[0].fix, "set encoder_msg_rate_ms to 10 to 50");
+  EXPECT_EQ(findings[0].what, "slamd, base: STREAMING: " + slow.cause() + "; " + slow.meanwhile());
+  EXPECT_EQ(findings[0].fix, slow.fix());
   EXPECT_EQ(findings[1].level, Finding::kFault);
-  EXPECT_EQ(findings[1].fix, "exchange lidar.port and base.port");
+  EXPECT_EQ(findings[1].fix, board.fix());
   EXPECT_EQ(findings[2].level, Finding::kFault);
-  EXPECT_THAT(findings[2].fix, HasSubstr("lcm.url"));
+  EXPECT_EQ(findings[2].fix, rival.fix());
 }
 
 TEST_F(Doctor, CountsFaults) {

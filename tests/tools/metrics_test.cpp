@@ -97,8 +97,11 @@ TEST(ReadRelations, TakesThePlanarPartOfEachRow) {
 
 TEST(ReadRelations, NamesFileAndLineOfABadRow) {
   const Folder folder;
-  const auto file = folder.write("bad.relations", "1 2 0 0 0 0 0 0\n1 2 0 0 0 0 0\n");
-  EXPECT_THAT(refusalOf([&] { readRelations(file); }), HasSubstr(file.string() + ":2"));
+  const std::string good = "1 2 0 0 0 0 0 0\n";
+  for (const char* bad : {"1 2 0 0 0 0 0\n", "1e300 2 0 0 0 0 0 0\n", "1 -9e9 0 0 0 0 0 0\n"}) {
+    const auto file = folder.write("bad.relations", good + bad);
+    EXPECT_THAT(refusalOf([&] { readRelations(file); }), HasSubstr(file.string() + ":2")) << bad;
+  }
   EXPECT_THROW(readRelations(folder / "missing"), std::runtime_error);
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <limits>
 #include <numbers>
 #include <sstream>
 #include <string>
@@ -86,6 +87,13 @@ TEST(ReadTrajectory, NamesFileAndLineOfABadRow) {
     const auto file = folder.write("bad.tum", good + bad + good);
     EXPECT_THAT(refusalOf([&] { readTrajectory(file); }), HasSubstr(file.string() + ":2")) << bad;
   }
+}
+
+TEST(StampOf, HasADifferenceFromAnyOther) {
+  EXPECT_EQ(stampOf(-1.5L), at(-1.5));
+  EXPECT_GT(*stampOf(4.6e9L) - *stampOf(-4.6e9L), Duration(0));
+  for (const long double seconds : {4.7e9L, -4.7e9L, 1e300L, std::numeric_limits<long double>::quiet_NaN()})
+    EXPECT_FALSE(stampOf(seconds)) << seconds;
 }
 
 TEST(ReadTrajectory, TakesCommentsAndLineEndsOfWindows) {

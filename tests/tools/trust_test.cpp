@@ -143,7 +143,8 @@ TEST(ReadEstimates, RefusesWhatIsNone) {
   EXPECT_THAT(refusal(header), HasSubstr("no estimate"));
   EXPECT_THAT(refusal(header + "1,localised,1,2,3,1,0,1,0,0,1\n2,localised,1\n"), HasSubstr("a.csv:3"));
   EXPECT_THAT(refusal(header + "1,sure,1,2,3,1,0,1,0,0,1\n"), HasSubstr("a.csv:2"));
-  EXPECT_THAT(refusal(header + "nan,lost,1,2,3,1,0,1,0,0,1\n"), HasSubstr("a.csv:2"));
+  for (const char* stamp : {"nan", "1e300", "-9e9"})
+    EXPECT_THAT(refusal(header + stamp + ",lost,1,2,3,1,0,1,0,0,1\n"), HasSubstr("a.csv:2")) << stamp;
 }
 
 }  // namespace

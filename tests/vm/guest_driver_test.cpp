@@ -58,7 +58,7 @@ class Pair {
     return driver_.wheelStatus().state == DeviceState::kStreaming &&
            driver_.imuStatus().state == DeviceState::kStreaming;
   }
-  std::string reason() { return driver_.wheelStatus().reason.load(); }
+  std::string reason() { return driver_.wheelStatus().problem().words(); }
 
   std::vector<WheelAngles> wheels_;
   std::vector<ImuSample> imu_;
@@ -145,8 +145,8 @@ TEST_F(VirtualCanDriver, IsFedBySlamSim) {
     driver.tick();
     std::this_thread::sleep_for(2ms);
   }
-  EXPECT_EQ(driver.wheelStatus().state, DeviceState::kStreaming) << driver.wheelStatus().reason.load();
-  EXPECT_EQ(driver.imuStatus().state, DeviceState::kStreaming) << driver.imuStatus().reason.load();
+  EXPECT_EQ(driver.wheelStatus().state, DeviceState::kStreaming) << driver.wheelStatus().problem().words();
+  EXPECT_EQ(driver.imuStatus().state, DeviceState::kStreaming) << driver.imuStatus().problem().words();
   EXPECT_GE(wheels, 200);
   EXPECT_GE(samples, 200);
   EXPECT_EQ(driver.wheelStatus().rejects.load(), 0);

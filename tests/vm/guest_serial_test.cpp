@@ -21,8 +21,8 @@ using namespace std::chrono_literals;
 
 TEST(UsbSerial, OpensByNameSetsDtrAndPassesData) {
   OpenedPort port = openPort("/dev/ttyUSB0", 921600);
-  ASSERT_TRUE(port.stream) << port.problem;
-  EXPECT_STREQ(openPort("/dev/ttyUSB0", 921600).problem, "the port is in use by another program");
+  ASSERT_TRUE(port.stream) << port.problem.words();
+  EXPECT_EQ(openPort("/dev/ttyUSB0", 921600).problem.words(), "the port is in use by another program");
   EXPECT_TRUE(port.stream->setDtr(false));
   EXPECT_TRUE(port.stream->setDtr(true));
   std::array<std::uint8_t, robolink::kMaxFrame> request;
@@ -50,7 +50,7 @@ TEST(UsbSerial, IsSetUpUnderAnyName) {
   EXPECT_EQ(ttyNameOf(path), "ttyUSB0");
   for (const int baud : {115200, 256000, 1000000}) {
     OpenedPort port = openPort(path, baud);
-    ASSERT_TRUE(port.stream) << port.problem;
+    ASSERT_TRUE(port.stream) << port.problem.words();
     EXPECT_TRUE(port.stream->setDtr(true)) << "a pseudo-terminal has none";
     const int fd = open("/dev/ttyUSB0", O_RDONLY | O_NOCTTY | O_NONBLOCK);  // root may, in spite of the lock
     ASSERT_GE(fd, 0);

@@ -53,7 +53,7 @@ const RecordedScan* find(const std::map<Timestamp, RecordedScan>& scans, Timesta
 std::vector<ScanPair> loadScanPairs(const std::filesystem::path& log, const std::filesystem::path& relations,
                                     const Config& config, double max_interval) {
   const LidarModel& lidar = config.front_end.lidar;
-  NormalConfig normals = config.front_end.normals;
+  NormalConfig normals = config.front_end.preprocessor.normals;
   normals.range_sigma = lidar.range_sigma;
   std::map<Timestamp, RecordedScan> scans;
   Pose2 wheels;

@@ -27,6 +27,11 @@ void TrajectoryWriter::write(std::int64_t utime, const Pose2& pose) {
   file_.write(row);
 }
 
+std::optional<Timestamp> stampOf(long double seconds) {
+  if (!(std::abs(seconds) <= 4.6e9L)) return std::nullopt;
+  return Timestamp(Duration(std::llround(seconds * 1e9L)));
+}
+
 Trajectory readTrajectory(const std::filesystem::path& file) {
   std::ifstream in(file);
   if (!in) throw std::runtime_error(file.string() + ": cannot read: " + std::strerror(errno));
@@ -39,12 +44,12 @@ Trajectory readTrajectory(const std::filesystem::path& file) {
     double x, y, z, qx, qy, qz, qw;
     std::istringstream row(line);
     const bool eight = static_cast<bool>(row >> t >> x >> y >> z >> qx >> qy >> qz >> qw) && (row >> std::ws).eof();
-    if (!eight || !(std::abs(t) < 9.2e9L)) {
+    const auto stamp = stampOf(t);
+    if (!eight || !stamp) {
       throw std::runtime_error(file.string() + ":" + std::to_string(number) +
                                ": not a TUM row; expected 't tx ty tz qx qy qz qw'");
     }
-    const auto nanoseconds = static_cast<std::int64_t>(t * 1e9L + 0.5L);
-    trajectory.push_back({Timestamp(Duration(nanoseconds)), {x, y, wrapAngle(2.0 * std::atan2(qz, qw))}});
+    trajectory.push_back({*stamp, {x, y, wrapAngle(2.0 * std::atan2(qz, qw))}});
   }
   if (trajectory.empty()) throw std::runtime_error(file.string() + ": no pose in it");
   std::stable_sort(trajectory.begin(), trajectory.end(),

@@ -28,6 +28,10 @@ class TrajectoryWriter {
   OutputFile file_;
 };
 
+/// @param seconds of a file, since the epoch
+/// @return std::nullopt beyond 4.6e9 s, of the year 2115, to either side: two stamps have a difference
+std::optional<Timestamp> stampOf(long double seconds);
+
 /// Poses sorted by stamp (rows of equal stamps keep their order).
 using Trajectory = std::vector<StampedPose>;
 

@@ -1,29 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/convert/auto.hpp"
-
 #include <algorithm>
 #include <cctype>
-#include <cmath>
 #include <map>
 #include <memory>
-#include <slam/config_t.hpp>
 #include <stdexcept>
 #include <string>
 #include <zlib.h>
 
-#include "bus/channels.hpp"
-#include "bus/checked_decode.hpp"
-#include "bus/event_log.hpp"
-#include "bus/received.hpp"
-#include "tools/convert/bags/ros.hpp"
 #include "tools/convert/bags/ros_source.hpp"
-#include "tools/convert/beam_times.hpp"
-#include "tools/convert/carmen.hpp"
-#include "tools/convert/csv.hpp"
 #include "tools/convert/csv_table.hpp"
 #include "tools/convert/formats.hpp"
-#include "tools/convert/log_output.hpp"
-#include "tools/convert/mbot.hpp"
 #include "tools/convert/text_file.hpp"
 
 namespace slam {
@@ -37,17 +23,6 @@ std::string beginning(const std::filesystem::path& file) {
   const int got = gzread(in.get(), bytes.data(), static_cast<unsigned>(bytes.size()));
   bytes.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
   return bytes;
-}
-
-bool isMbotLog(const std::filesystem::path& file) {
-  EventLogReader log(file);
-  for (LogEvent event; log.next(event);) {
-    std::uint64_t type = 0;
-    for (std::size_t i = 0; i < 8 && i < event.data.size(); ++i) type = type << 8 | event.data[i];
-    if (type == kMbotLidar) return true;
-    if (event.channel == channel::kScan) return false;
-  }
-  return false;
 }
 
 enum class Text { kNone, kCarmen, kWean, kMines, kTable };
@@ -87,87 +62,7 @@ Text kindOfText(const std::filesystem::path& file) {
   return votes[Text::kTable] > 0 && 2 * votes[Text::kTable] >= lines ? Text::kTable : Text::kNone;
 }
 
-/// slamd's own messages go as they are, but for those that are no measurement.
-template <typename Message>
-Refusal copy(const LogEvent& event, const char* channel, LogOutput& log, std::int64_t& utime) {
-  const Received<Message> received(event.data);
-  if (!received) return received.refusal;
-  utime = received.message->utime;
-  log.add(event.utime, channel, event.data);
-  return Refusal::kNone;
-}
-
-/// [us] from a scan's stamp to its last beam
-std::int64_t span(const LaserScan& scan) {
-  float longest = 0.0F;
-  for (const Beam& beam : scan.beams()) longest = std::max(longest, beam.time_offset);
-  return std::llround(1e6 * static_cast<double>(longest));
-}
-/// Where all are 0, nobody says when the beams were measured.
-bool hasTimes(const LaserScan& scan) { return span(scan) > 0; }
-
-/// @param copied_turn [us] over which scans with beam times were measured before these; nullopt: they are right
-Refusal copyScan(const LogEvent& event, std::optional<std::int64_t> copied_turn, LogOutput& log, std::int64_t& utime) {
-  Received<scan_t> scan(event.data);
-  if (!copied_turn || !scan || !hasTimes(*scan.sample)) return copy<scan_t>(event, channel::kScan, log, utime);
-  utime = scan.message->utime - *copied_turn;
-  for (int i = 0; i < scan.sample->size; ++i) scan.sample->storage[static_cast<std::size_t>(i)].time_offset = 0.0F;
-  log.add(event.utime, *scan.sample, utime);
-  return Refusal::kNone;
-}
-
 }  // namespace
-
-Recording convertLcm(const std::filesystem::path& in, const std::filesystem::path& out) {
-  Recording recording;
-  recording.format = "LCM log";
-  std::map<std::string, int> channels;
-  BeamTimes beam_times;
-  {
-    EventLogReader log(in);
-    for (LogEvent event; log.next(event);) {
-      if (channels.size() < 1000 || channels.contains(event.channel)) ++channels[event.channel];
-      if (event.channel != channel::kScan) continue;
-      const Received<scan_t> scan(event.data);
-      if (scan && hasTimes(*scan.sample)) beam_times.add(scan.message->utime, scan.message->utime + span(*scan.sample));
-    }
-  }
-  const auto copied_turn = beam_times.copiedTurn();
-  if (copied_turn) recording.notes.push_back(noteOfCopiedTurns(*copied_turn));
-  EventLogReader reader(in);
-  LogOutput log;
-  for (LogEvent event; reader.next(event);) {
-    const std::string& name = event.channel;
-    const std::string where = in.filename().string() + " " + name;
-    std::int64_t utime = 0;
-    const auto count = [&](Refusal refusal, void (Recording::*use)(SensorRows&, std::int64_t)) {
-      SensorRows& rows = recording.sensor(name);
-      if (refusal == Refusal::kNone) (recording.*use)(rows, utime);
-      if (refusal != Refusal::kNone) recording.reject(rows, where, describe(refusal, name));
-      channels.erase(name);
-    };
-    if (name == channel::kScan) {
-      count(copyScan(event, copied_turn, log, utime), &Recording::useScan);
-    } else if (name == channel::kWheels) {
-      count(copy<wheels_t>(event, channel::kWheels, log, utime), &Recording::useWheels);
-    } else if (name == channel::kImu) {
-      count(copy<imu_t>(event, channel::kImu, log, utime), &Recording::useImu);
-    } else if (name == channel::kConfig) {
-      const auto message = decodeChecked<config_t>(event.data);
-      if (message && !recording.configuration) recording.configuration = message->configuration;
-      channels.erase(name);
-    }
-  }
-  for (const auto& [name, messages] : channels) {
-    recording.unused.push_back(name + ", " + std::to_string(messages) + " messages: of a kind that is not read");
-  }
-  if (recording.scans == 0) {
-    throw std::runtime_error(in.string() +
-                             ": an LCM log without scans that are known (SLAM_SCAN, or lidar_t of a Maebot or MBot)");
-  }
-  log.write(out, &recording);
-  return recording;
-}
 
 Recording convertAny(const std::filesystem::path& in, const std::filesystem::path& out) {
   if (std::filesystem::is_directory(in)) return convertRos(in, out);

@@ -112,7 +112,7 @@ Recording convertToCarmen(const std::filesystem::path& in, const std::filesystem
       const Received<wheels_t> received(event.data);
       const auto& sample = received.sample;
       if (!sample) {
-        report.reject(in.filename().string(), describe(received.refusal, event.channel));
+        report.reject(in.filename().string(), problemOf(received.refusal, event.channel).words());
         continue;
       }
       wheels.push(sample->stamp, sample->T_wheels_base);
@@ -124,7 +124,7 @@ Recording convertToCarmen(const std::filesystem::path& in, const std::filesystem
       const auto& scan = received.sample;
       if (!scan || scan->size == 0) {
         report.reject(in.filename().string(),
-                      scan ? "a SLAM_SCAN without beams" : describe(received.refusal, event.channel));
+                      scan ? "a SLAM_SCAN without beams" : problemOf(received.refusal, event.channel).words());
         continue;
       }
       const bool own = newest && newest->stamp == scan->stamp;

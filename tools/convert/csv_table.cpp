@@ -111,42 +111,43 @@ std::size_t columnOf(const CsvColumns& columns, const std::string& asked, const 
   return static_cast<std::size_t>(*number) - 1;
 }
 
+/// Columns that a name alone decides.
+struct Role {
+  std::optional<std::size_t> CsvColumns::*column;
+  std::vector<std::string_view> names;
+};
+const Role kRoles[] = {
+    {&CsvColumns::x, {"x", "odom_x", "pose_x", "x_m", "robot_x"}},
+    {&CsvColumns::y, {"y", "odom_y", "pose_y", "y_m", "robot_y"}},
+    {&CsvColumns::theta,
+     {"theta", "yaw", "heading", "odom_theta", "odom_yaw", "pose_theta", "theta_rad", "robot_theta"}},
+    {&CsvColumns::angle_min, {"angle_min"}},
+    {&CsvColumns::angle_max, {"angle_max"}},
+    {&CsvColumns::angle_increment, {"angle_increment", "angle_step"}},
+    {&CsvColumns::time_increment, {"time_increment"}},
+    {&CsvColumns::range_max, {"range_max"}},
+    {&CsvColumns::nanoseconds, {"nsec", "nsecs", "nanosec", "nanosecs", "stamp_nsec", "stamp_nanosec"}},
+};
+
 void useHeader(CsvColumns& columns, const std::filesystem::path& file) {
   std::vector<RangeName> ranges;
   std::optional<std::size_t> bearing_column;
   for (std::size_t i = 0; i < columns.names.size(); ++i) {
     columns.stamp_in_ns |= columns.names[i] == "%time" || columns.names[i].starts_with("field.");
     const std::string name = lastPart(columns.names[i]);
-    const auto role = [&](std::optional<std::size_t>& to) {
-      if (!to) to = i;
-    };
-    if (isOneOf(name, {"x", "odom_x", "pose_x", "x_m", "robot_x"}))
-      role(columns.x);
-    else if (isOneOf(name, {"y", "odom_y", "pose_y", "y_m", "robot_y"}))
-      role(columns.y);
-    else if (isOneOf(name,
-                     {"theta", "yaw", "heading", "odom_theta", "odom_yaw", "pose_theta", "theta_rad", "robot_theta"}))
-      role(columns.theta);
-    else if (name == "angle_min")
-      role(columns.angle_min);
-    else if (name == "angle_max")
-      role(columns.angle_max);
-    else if (isOneOf(name, {"angle_increment", "angle_step"}))
-      role(columns.angle_increment);
-    else if (name == "time_increment")
-      role(columns.time_increment);
-    else if (name == "range_max")
-      role(columns.range_max);
-    else if (isOneOf(name, {"nsec", "nsecs", "nanosec", "nanosecs", "stamp_nsec", "stamp_nanosec"}))
-      role(columns.nanoseconds);
-    else if (namesBearings(name))
+    const auto* const role = std::find_if(std::begin(kRoles), std::end(kRoles),
+                                          [&](const Role& one) { return std::ranges::count(one.names, name) > 0; });
+    if (role != std::end(kRoles)) {
+      auto& column = columns.*role->column;
+      if (!column) column = i;
+    } else if (namesBearings(name)) {
       bearing_column = i;
-    else if (const auto range = rangeName(name)) {
+    } else if (const auto range = rangeName(name)) {
       columns.ranges.push_back(i);
       ranges.push_back(*range);
       if (!range->unit.empty()) columns.unit = range->unit;
     } else if (isStampName(name) && name != "scan_time") {
-      role(columns.stamp);
+      if (!columns.stamp) columns.stamp = i;
     }
   }
   const bool whole_seconds =
@@ -390,10 +391,8 @@ CsvColumns csvColumns(const std::filesystem::path& file, const std::string& stam
     columns.bearings.clear();
     const std::size_t begin = first_range.empty() ? 0 : columnOf(columns, first_range, file);
     for (std::size_t i = begin; i < columns.count; ++i) {
-      const bool other = i == columns.stamp || i == columns.x || i == columns.y || i == columns.theta ||
-                         i == columns.angle_min || i == columns.angle_max || i == columns.angle_increment ||
-                         i == columns.time_increment || i == columns.range_max || i == columns.nanoseconds ||
-                         i == counter;
+      const auto is = [&](const Role& role) { return columns.*role.column == i; };
+      const bool other = i == columns.stamp || i == counter || std::any_of(std::begin(kRoles), std::end(kRoles), is);
       if (!other) columns.ranges.push_back(i);
     }
   }
@@ -406,8 +405,8 @@ CsvColumns csvColumns(const std::filesystem::path& file, const std::string& stam
   return columns;
 }
 
-void forEachCsvRow(const std::filesystem::path& file, const CsvColumns& columns,
-                   const std::function<void(const std::vector<std::string_view>&, int)>& row) {
+int forEachCsvRow(const std::filesystem::path& file, const CsvColumns& columns,
+                  const std::function<void(const std::vector<std::string_view>&, int)>& row) {
   TextFile text(file);
   bool header = columns.header_row;
   for (std::string line; text.next(line);) {
@@ -415,6 +414,7 @@ void forEachCsvRow(const std::filesystem::path& file, const CsvColumns& columns,
     if (rest.empty() || rest.starts_with("#")) continue;
     if (!std::exchange(header, false)) row(splitCells(line, columns.separator), text.lineNumber());
   }
+  return text.damaged() ? text.lineNumber() : 0;
 }
 
 }  // namespace slam

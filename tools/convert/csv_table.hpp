@@ -43,7 +43,8 @@ CsvColumns csvColumns(const std::filesystem::path& file, const std::string& stam
                       const std::string& first_range);
 
 /// Calls row(cells, line number) for each line that is neither header nor comment.
-void forEachCsvRow(const std::filesystem::path& file, const CsvColumns& columns,
-                   const std::function<void(const std::vector<std::string_view>&, int)>& row);
+/// @return where compressed data is damaged, as a line's number; 0: nowhere
+int forEachCsvRow(const std::filesystem::path& file, const CsvColumns& columns,
+                  const std::function<void(const std::vector<std::string_view>&, int)>& row);
 
 }  // namespace slam

@@ -1,44 +1,32 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "bus/event_log.hpp"
 #include "core/samples.hpp"
 #include "core/scan.hpp"
 #include "tools/convert/recording.hpp"
-#include "tools/convert/text_file.hpp"
+#include "tools/convert/sqlite.hpp"
 
 namespace slam {
 
-/// Says so when a compressed input was cut off or damaged: what came before it was used.
-inline void reportDamage(const TextFile& file, const std::filesystem::path& name, Recording& recording) {
-  if (file.damaged()) {
-    recording.reject(name.filename().string() + ":" + std::to_string(file.lineNumber()),
-                     "the compressed data is damaged here");
-  }
-}
-
-/// [m] of a beam; 0, no return, for what no lidar measures: not above 0, or 200 m and more
-inline float returnedRange(double range) { return range > 0.0 && range < 200.0 ? static_cast<float>(range) : 0.0F; }
-
 /// Collects samples of several sensors and writes them as one log in the order of arrival times. The stamp inside a
 /// message stays as recorded, also where it goes back; only the log's own event times never go back. Needs little
-/// memory, however much it collects: sorted parts wait in a temporary file and are merged.
+/// memory, however much it collects: the messages wait in a temporary database, which sorts them.
 class LogOutput {
  public:
-  /// @param memory [bytes] of the messages that wait in memory, at most
-  explicit LogOutput(std::size_t memory = std::size_t{8} << 20) : memory_(memory) {}
+  /// @param memory [bytes] of the messages that wait in memory, about
+  /// @throws std::runtime_error when a temporary file cannot be made
+  explicit LogOutput(std::size_t memory = std::size_t{8} << 20);
 
   void add(std::int64_t arrival, const LaserScan& scan, std::int64_t utime);
   void add(std::int64_t arrival, const WheelSample& sample, std::int64_t utime, std::span<const double> angles = {});
   void add(std::int64_t arrival, const ImuSample& sample, std::int64_t utime);
-  /// A message as it was recorded. @param channel one of those in channels.hpp
+  /// A message as it was recorded. @throws std::runtime_error when the temporary file cannot be written
+  /// @param channel one of those in channels.hpp
   void add(std::int64_t arrival, const char* channel, std::span<const std::uint8_t> message);
 
   /// @param recording gets a rejection for each sample that was left out, because it cannot be
@@ -46,30 +34,15 @@ class LogOutput {
   void write(const std::filesystem::path& file, Recording* recording = nullptr);
 
  private:
-  int implausible_wheels_ = 0, implausible_imu_ = 0;  // samples that were left out
-  struct Record {
-    std::int64_t arrival;
-    const char* channel;
-    std::uint32_t begin, size;  // in data_
-  };
-  /// A sorted part in the temporary file.
-  struct Part {
-    std::uint64_t begin, end;
-  };
-  class PartReader;
-  struct Close {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
   template <typename Message>
   void append(std::int64_t arrival, const char* channel, const Message& message);
-  void sort();
-  void spill();
+  void check(bool good) const;
 
-  std::size_t memory_;
-  std::vector<Record> records_;
-  std::vector<std::uint8_t> data_, message_;
-  std::unique_ptr<std::FILE, Close> spilled_;
-  std::vector<Part> parts_;
+  Database waiting_;
+  Statement insert_;
+  std::vector<std::uint8_t> message_;
+  int implausible_wheels_ = 0, implausible_imu_ = 0;  // samples that were left out
+  bool empty_ = true;
 };
 
 }  // namespace slam

@@ -9,8 +9,6 @@
 #include "mapping/map_files.hpp"
 #include "tools/common/output_file.hpp"
 #include "tools/common/program.hpp"
-#include "tools/convert/auto.hpp"
-#include "tools/convert/bags/ros.hpp"
 #include "tools/convert/formats.hpp"
 
 namespace {
@@ -28,9 +26,19 @@ void addOutput(CLI::App* command, Files& files) {
   command->add_option("--config", files.config, "also write slamd's configuration for the log (TOML)");
 }
 
-void addFiles(CLI::App* command, Files& files) {
+void addInput(CLI::App* command, Files& files) {
   command->add_option("IN", files.in, "input, plain or .gz")->required();
+}
+
+void addFiles(CLI::App* command, Files& files) {
+  addInput(command, files);
   addOutput(command, files);
+}
+
+/// Of a conversion from our log, which has no configuration.
+void addPair(CLI::App* command, Files& files, const char* out = "output") {
+  addInput(command, files);
+  command->add_option("OUT", files.out, out)->required();
 }
 
 /// Writes the configuration, prints what was found, and refuses what was not understood.
@@ -83,13 +91,11 @@ int main(int argc, char** argv) {
                [&] { return slam::convertLcm(files.in, files.out); }),
            files);
   CLI::App* to_carmen = app.add_subcommand("to-carmen", "our LCM log to CARMEN");
-  to_carmen->add_option("IN", files.in, "input, plain or .gz")->required();
-  to_carmen->add_option("OUT", files.out, "output")->required();
+  addPair(to_carmen, files);
   std::string trajectory;
   CLI::App* to_mcap = app.add_subcommand("to-mcap", "our LCM log to MCAP, for Foxglove");
   to_mcap->add_option("--trajectory", trajectory, "poses of the robot in place of the log's own (TUM, of slam-replay)");
-  to_mcap->add_option("IN", files.in, "input, plain or .gz")->required();
-  to_mcap->add_option("OUT", files.out, "output")->required();
+  addPair(to_mcap, files);
   addFiles(
       add("mines", "Mines ParisTech rover .dat to LCM log", [&] { return slam::convertMines(files.in, files.out); }),
       files);
@@ -170,12 +176,10 @@ int main(int argc, char** argv) {
   disturb->add_flag("--time-backwards", disturbance.time_backwards,
                     "clocks are set back by 30 s in the middle, and every tenth scan by 0.3 s");
   disturb->add_option("--seed", disturbance.seed, "of times, jumps and noise")->capture_default_str();
-  disturb->add_option("IN", files.in, "input, plain or .gz")->required();
-  disturb->add_option("OUT", files.out, "output")->required();
+  addPair(disturb, files);
 
   CLI::App* map = app.add_subcommand("wean-map", "the map that comes with Wean Hall's logs to OUT.yaml, .pgm and .png");
-  map->add_option("IN", files.in, "input, plain or .gz")->required();
-  map->add_option("OUT", files.out, "prefix of the map files")->required();
+  addPair(map, files, "prefix of the map files");
 
   return slam::runProgram(
       app, argc, argv, SLAMD_VERSION, "slam-convert auto drive.bag drive.lcm --config drive.toml", [&] {

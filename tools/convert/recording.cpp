@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <stdexcept>
 
 #include "core/pose2.hpp"
 #include "tools/common/output_file.hpp"
@@ -64,21 +63,6 @@ void Recording::reject(SensorRows& rows, const std::string& where, const std::st
   ++rows.refused;
   if (rows.reasons.size() < kMostReasons || rows.reasons.contains(why)) ++rows.reasons[why];
   reject(where, why);
-}
-
-void Recording::useScan(SensorRows& rows, std::int64_t utime) {
-  rows.use(utime);
-  ++scans;
-}
-
-void Recording::useWheels(SensorRows& rows, std::int64_t utime) {
-  rows.use(utime);
-  ++wheels;
-}
-
-void Recording::useImu(SensorRows& rows, std::int64_t utime) {
-  rows.use(utime);
-  ++imu;
 }
 
 std::string Recording::doubt() const {

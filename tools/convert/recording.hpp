@@ -56,9 +56,11 @@ struct Recording {
   }
   void reject(SensorRows& rows, const std::string& where, const std::string& why);
 
-  void useScan(SensorRows& rows, std::int64_t utime);
-  void useWheels(SensorRows& rows, std::int64_t utime);
-  void useImu(SensorRows& rows, std::int64_t utime);
+  /// @param count of samples of this kind, which is one more
+  void use(SensorRows& rows, int Recording::*count, std::int64_t utime) {
+    rows.use(utime);
+    ++(this->*count);
+  }
 
   /// @return what to say where less than half of a sensor's rows could be used, or nothing at all; empty: all is well
   std::string doubt() const;

@@ -14,8 +14,6 @@ namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
-Timestamp stampOf(long double seconds) { return Timestamp(Duration(static_cast<std::int64_t>(seconds * 1e9L + 0.5L))); }
-
 MeanAndDeviation ofSquares(std::vector<double> values) {
   for (double& value : values) value *= value;
   return meanAndDeviation(values);
@@ -44,11 +42,13 @@ std::vector<Relation> readRelations(const std::filesystem::path& file) {
     long double t1 = 0, t2 = 0;
     double x, y, z, roll, pitch, yaw;
     std::istringstream row(line);
-    if (!(row >> t1 >> t2 >> x >> y >> z >> roll >> pitch >> yaw)) {
+    const bool eight = static_cast<bool>(row >> t1 >> t2 >> x >> y >> z >> roll >> pitch >> yaw);
+    const auto from = stampOf(t1), to = stampOf(t2);
+    if (!eight || !from || !to) {
       throw std::runtime_error(file.string() + ":" + std::to_string(number) +
                                ": not a relation; expected 't1 t2 x y z roll pitch yaw'");
     }
-    relations.push_back({stampOf(t1), stampOf(t2), {x, y, yaw}});
+    relations.push_back({*from, *to, {x, y, yaw}});
   }
   if (relations.empty()) throw std::runtime_error(file.string() + ": no relation in it");
   return relations;

@@ -78,7 +78,7 @@ OverlayErrors overlayVisits(const Trajectory& trajectory, const std::filesystem:
   const Visits visits = findVisits(placed, options);
 
   const LidarModel& lidar = config.front_end.lidar;
-  NormalConfig normals = config.front_end.normals;
+  NormalConfig normals = config.front_end.preprocessor.normals;
   normals.range_sigma = lidar.range_sigma;
   ReferenceConfig walls = config.front_end.reference;
   walls.fine_radius = std::max(walls.fine_radius, options.pair_distance + walls.fine_cell);

@@ -63,8 +63,9 @@ std::optional<KnownPose> poseOf(std::string_view line, const Columns& columns) {
   const auto state = std::find_if(kStates.begin(), kStates.end(), [&](LocalisationState s) {
     return columns.state < cells.size() && cells[columns.state] == nameOf(s);
   });
-  if (state == kStates.end() || !std::isfinite(v[0])) return std::nullopt;
-  KnownPose known{.stamp = Timestamp(fromSeconds(v[0])), .state = *state, .T_map_base = {v[1], v[2], v[3]}};
+  const auto stamp = stampOf(v[0]);
+  if (state == kStates.end() || !stamp) return std::nullopt;
+  KnownPose known{.stamp = *stamp, .state = *state, .T_map_base = {v[1], v[2], v[3]}};
   known.covariance << v[4], v[5], v[7], v[5], v[6], v[8], v[7], v[8], v[9];
   return known;
 }

@@ -10,7 +10,7 @@
 #include "bus/channels.hpp"
 #include "bus/event_log.hpp"
 #include "bus/received.hpp"
-#include "frontend/interpreter/echo_watch.hpp"
+#include "diagnostics/sensor_problems.hpp"
 #include "mapping/map_files.hpp"
 #include "matching/deskew.hpp"
 #include "runtime/process_usage.hpp"
@@ -127,7 +127,7 @@ class Run {
     bool explained = false;
     const SensorFindings findings = pipeline_.findings();
     for (const SensorFinding& finding : findings.all()) {
-      stats_.warnings.push_back(describe(finding));
+      stats_.warnings.push_back(problemOf(finding).words());
       stats_.turns_differ |= turnsDiffer(finding.fault);
       explained |= finding.fault != SensorFault::kScansRepeated && finding.fault != SensorFault::kTimeBackwards;
     }
@@ -138,7 +138,8 @@ class Run {
           "look after its cable and power");
     }
     if (scans_blind_ > 0)
-      stats_.warnings.push_back("lidar: " + std::to_string(scans_blind_) + " scans with " + describe(echo_finding_));
+      stats_.warnings.push_back("lidar: " + std::to_string(scans_blind_) + " scans with " +
+                                problemOf(echo_finding_).words());
     if (const auto times = stats_.front_end.wheels_rejected; times > 0 && !explained) {
       stats_.warnings.push_back("the wheels contradicted the scans and were not heard, " + std::to_string(times) +
                                 " times: do they slip, lag behind, or have a wrong radius or sign?");
@@ -172,7 +173,7 @@ class Run {
 
   void addImu(const ImuSample& sample) {
     pipeline_.add(sample);
-    offset_.addGyro(sample.stamp + fromSeconds(pipeline_.frontEnd().config().imu_time_offset), sample.gyro.z());
+    offset_.addGyro(sample.stamp + fromSeconds(pipeline_.frontEnd().config().intake.imu_time_offset), sample.gyro.z());
   }
 
   void addWheels(const WheelSample& sample, std::int64_t utime) {

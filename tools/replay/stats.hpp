@@ -5,7 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "frontend/front_end_config.hpp"
+#include "estimation/ekf.hpp"
+#include "frontend/front_end_state.hpp"
 #include "slam/back_end.hpp"
 #include "tools/replay/time_offset.hpp"
 

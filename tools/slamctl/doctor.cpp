@@ -27,7 +27,7 @@
 #include "config/service_reach.hpp"
 #include "drivers/can/can_axis.hpp"
 #include "drivers/can/can_socket.hpp"
-#include "drivers/open_words.hpp"
+#include "drivers/open_problem.hpp"
 #include "drivers/udev_links.hpp"
 #include "runtime/clock.hpp"
 #include "runtime/process_usage.hpp"
@@ -94,18 +94,6 @@ std::vector<Process> processesIn(const std::filesystem::path& root) {
   return processes;
 }
 
-/// The sentence of a summary that begins with certain words; empty: there is none.
-std::string sentenceOf(const std::string& summary, std::string_view begin) {
-  const auto at = summary.find(begin);
-  return at == std::string::npos ? "" : summary.substr(at, summary.find("; ", at) - at);
-}
-
-/// The fix of words that name cause, what slamd does meanwhile, and it.
-std::string fixIn(const std::string& words, const std::string& otherwise) {
-  const auto at = words.rfind("; ");
-  return at == std::string::npos ? otherwise : words.substr(at + 2);
-}
-
 /// How who runs slamd is given a group.
 std::string groupFix(const std::string& group, const Account& slamd) {
   const bool is_caller = slamd.source == Account::kCaller;
@@ -147,10 +135,10 @@ std::uint64_t limitOf(const std::string& text) {
 }
 
 Finding fifoFinding(const std::string& begin, int priority, const FifoRights& rights, const Account& slamd) {
-  const std::string words = fifoWords(EPERM, priority, rights);
+  const Problem problem = fifoProblem(EPERM, priority, rights);
   const bool by_limit = !rights.privileged && rights.limit < priority;
-  return {Finding::kWarning, "real time: " + begin + words.substr(0, words.find(';')),
-          by_limit ? limitFix(slamd, "LimitRTPRIO=95", "rtprio 95") : fixIn(words, words)};
+  return {Finding::kWarning, "real time: " + begin + problem.cause(),
+          by_limit ? limitFix(slamd, "LimitRTPRIO=95", "rtprio 95") : problem.fix()};
 }
 
 Finding lockFinding(const std::string& begin, const Account& slamd) {
@@ -214,10 +202,10 @@ Findings checkRealtimeOfUnit(int priority, const Account& slamd) {
 }
 
 Findings checkRealtimeOfCaller(int priority, const Account& slamd) {
-  std::string fifo;
-  std::thread([&] { fifo = setFifoPriority(priority); }).join();
+  Problem refused;
+  std::thread([&] { refused = setFifoPriority(priority); }).join();
   Findings findings;
-  if (fifo.empty()) {
+  if (!refused) {
     findings.push_back({Finding::kGood, "real time: SCHED_FIFO is permitted", ""});
   } else {
     findings.push_back(fifoFinding("", priority, fifoRights(), slamd));
@@ -250,11 +238,11 @@ Finding checkPort(const std::string& device, const std::string& path, const std:
   if (permissionOf(slamd, path, R_OK | W_OK) == Permission::kRefused) {
     NodeRights rights = rightsOf(path);
     rights.is_member = slamd.has(rights.group_id);
-    const std::string words = openWords(EACCES, rights);
+    const Problem problem = openProblem(EACCES, rights);
     const bool by_group = rights.group_may && rights.group != "root" && !rights.is_member;
     return {Finding::kFault,
             device + ": " + slamd.words() + " has no right to open " + name + " of group " + rights.group,
-            by_group ? groupFix(rights.group, slamd) : fixIn(words, words)};
+            by_group ? groupFix(rights.group, slamd) : problem.fix()};
   }
   return {Finding::kGood, device + ": " + name, ""};
 }
@@ -510,14 +498,15 @@ Finding checkLcm(const std::string& url) {
   if (returned) return {Finding::kGood, "LCM: " + url + " carries messages", ""};
   const LinkState seen = link.state(monotonicNow());
   const LinkState state = isFault(seen) ? seen : LinkState::kUnheard;
-  std::string fix = fixOf(state, link.url());
+  const Problem problem = problemOf(state, link.url());
+  std::string fix = problem.fix();
   const bool has_unit = std::any_of(kRouteUnits.begin(), kRouteUnits.end(), [](const char* unit) {
     std::error_code ignored;
     return std::filesystem::exists(unit, ignored);
   });
   if (state == LinkState::kNoRoute && link.url().ttl == 0 && has_unit)
     fix = "sudo systemctl restart slamd-multicast, or " + fix;
-  return {Finding::kFault, "LCM: " + causeOf(state, link.url()) + " (" + url + ")", fix};
+  return {Finding::kFault, "LCM: " + problem.cause() + " (" + url + ")", fix};
 }
 
 Findings checkRealtime(int priority, const Account& slamd, const std::filesystem::path& root) {
@@ -614,51 +603,39 @@ Finding checkClock() {
   return {Finding::kGood, "clock: synchronised", ""};
 }
 
-Findings checkHealth(const health_t& health, Duration ahead) {
+Findings checkHealth(const health_t& health, const problems_t& problems, Duration ahead) {
   Findings findings;
+  const auto add = [&](Finding::Level level, const std::string& what, const problem_t& problem) {
+    findings.push_back(
+        {level, "slamd, " + what + problem.cause + (problem.meanwhile.empty() ? "" : "; " + problem.meanwhile),
+         problem.fix.empty() ? "journalctl -u slamd -n 20 tells since when; slamctl status" : problem.fix});
+  };
   for (const device_health_t& device : health.devices) {
-    const std::string name = "slamd, " + device.name + ": " + nameOf(static_cast<DeviceState>(device.state));
-    if (device.state != static_cast<std::uint8_t>(DeviceState::kStreaming)) {
-      findings.push_back({Finding::kFault, name + (device.reason.empty() ? "" : ": " + device.reason),
-                          fixIn(device.reason, "journalctl -u slamd -n 20 tells since when; unplug " + device.name +
-                                                   ", plug it in again, and run slamctl doctor")});
-    } else if (!device.reason.empty()) {
-      findings.push_back({Finding::kWarning, name + ": " + device.reason,
-                          fixIn(device.reason, "slamctl status tells more; journalctl -u slamd -n 20")});
+    const std::string name = device.name + ": " + nameOf(static_cast<DeviceState>(device.state));
+    const bool streams = device.state == static_cast<std::uint8_t>(DeviceState::kStreaming);
+    const auto problem = std::find_if(problems.problems.begin(), problems.problems.end(),
+                                      [&](const problem_t& p) { return p.device == device.name; });
+    if (problem != problems.problems.end()) {
+      add(streams ? Finding::kWarning : Finding::kFault, name + ": ", *problem);
+    } else if (!streams) {
+      findings.push_back({Finding::kFault, "slamd, " + name,
+                          "journalctl -u slamd -n 20 tells since when; unplug " + device.name +
+                              ", plug it in again, and run slamctl doctor"});
     } else if (device.rate < kRateTolerance * device.expected) {
       findings.push_back(
           {Finding::kWarning,
-           name + number(", %.1f Hz", device.rate) + number(" where %.1f Hz are expected", device.expected),
+           "slamd, " + name + number(", %.1f Hz", device.rate) + number(" where %.1f Hz are expected", device.expected),
            "check at which rate it is set to send, its power and its cable; slamctl status in some seconds tells "
            "more"});
     } else {
-      findings.push_back({Finding::kGood, name + number(", %.1f Hz", device.rate), ""});
+      findings.push_back({Finding::kGood, "slamd, " + name + number(", %.1f Hz", device.rate), ""});
     }
   }
-  constexpr std::string_view kRival = "another program publishes SLAM_POSE";
-  if (const auto at = health.summary.find(kRival); at != std::string::npos) {
-    findings.push_back(
-        {Finding::kFault, "slamd: " + std::string(kRival) + " too",
-         "pgrep -a slamd, and stop the second one; on another computer: give each an lcm.url of its own"});
+  for (const problem_t& problem : problems.problems) {
+    const bool of_device = std::any_of(health.devices.begin(), health.devices.end(),
+                                       [&](const device_health_t& device) { return device.name == problem.device; });
+    if (!of_device) add(problem.level > 1 ? Finding::kFault : Finding::kWarning, problem.device + ": ", problem);
   }
-  const std::string& summary = health.summary;
-  if (const auto pose = sentenceOf(summary, "pose "); pose.find(": ") != std::string::npos && summary.starts_with(pose))
-    findings.push_back({Finding::kWarning, "slamd, " + pose,
-                        "see to the faults above; then drive slowly on where it has been, or slamctl set-pose"});
-  if (const auto map = sentenceOf(summary, "map not written "); !map.empty()) {
-    constexpr std::string_view kTries = "slamd tries again; ";
-    const auto fix = summary.find(kTries);
-    findings.push_back(
-        {Finding::kFault, "slamd: " + map,
-         fix == std::string::npos ? "slamctl status" : sentenceOf(summary.substr(fix + kTries.size()), "")});
-  }
-  constexpr std::string_view kStamps = "stamps are";  // of SLAM_DRIVE; those of devices stand with these
-  const bool of_device = std::any_of(health.devices.begin(), health.devices.end(), [&](const device_health_t& device) {
-    return device.reason.find(kStamps) != std::string::npos;
-  });
-  if (const auto clock = sentenceOf(summary, kStamps); !clock.empty() && !of_device)
-    findings.push_back(
-        {Finding::kWarning, "slamd: " + clock, "on the sender's computer: sudo timedatectl set-ntp true"});
   if (ahead > kClockSetBack)
     findings.push_back(
         {Finding::kWarning,
@@ -771,10 +748,7 @@ Findings diagnose(const Config& config, const std::string& socket) {
     findings.push_back(checkDisk(what, (at / file).parent_path(), slamd));
   }
   for (const auto& problem : is_installed ? service.problemsOf(config) : std::vector<ServiceReach::Problem>{}) {
-    const auto semicolon = problem.what.find("; ");
-    findings.push_back({Finding::kWarning,
-                        "service: " + std::string(problem.key) + ": " + problem.what.substr(0, semicolon),
-                        semicolon == std::string::npos ? "" : problem.what.substr(semicolon + 2)});
+    findings.push_back({Finding::kWarning, "service: " + std::string(problem.key) + ": " + problem.what, problem.fix});
   }
   findings.push_back(checkClock());
   findings.push_back(
@@ -795,7 +769,7 @@ Findings diagnose(const Config& config, const std::string& socket) {
     const bool is_here = local || parseUdpmUrl(config.lcm.url).ttl == 0;
     const Timestamp clock = monotonicNow() + wallClockOffset();
     const Duration ahead = is_here ? fromMicroseconds(health->utime) - clock : Duration(0);
-    for (Finding& finding : checkHealth(*health, ahead)) findings.push_back(std::move(finding));
+    for (Finding& finding : checkHealth(*health, remote.problems(), ahead)) findings.push_back(std::move(finding));
   } else if (running) {
     findings.push_back(checkSilence(*running));
   } else {

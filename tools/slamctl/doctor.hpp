@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <slam/health_t.hpp>
+#include <slam/problems_t.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -69,8 +70,9 @@ std::optional<Finding> checkLogFloor(const std::filesystem::path& directory, dou
 std::optional<Finding> checkLoad(const CpuWaits& before, const CpuWaits& after, Duration between);
 Finding checkClock();
 /// What a running slamd says of itself: states and rates of its devices, what its pose waits for, and what is not
-/// stored. @param ahead by which its stamps are of this computer's clock
-Findings checkHealth(const health_t& health, Duration ahead = Duration(0));
+/// stored. The first findings are the devices', one for each. @param ahead by which its stamps are of this computer's
+/// clock
+Findings checkHealth(const health_t& health, const problems_t& problems, Duration ahead = Duration(0));
 
 /// All that the configuration asks for. @param socket of slamd; empty: none
 Findings diagnose(const Config& config, const std::string& socket);

@@ -44,6 +44,7 @@ class Call {
   Call(const std::string& socket, const std::string& url) : socket_(socket), link_(url) {
     subscribe<ack_t>(channel::kAck, ack);
     subscribe<health_t>(channel::kHealth, health);
+    subscribe<problems_t>(channel::kProblems, problems);
     const int error = socket.empty() ? 0 : local_.open(socket);
     if (local_.isOpen()) return;
     if (error != 0) not_local_ = wordsOf(error, socket) + "; and ";
@@ -71,6 +72,7 @@ class Call {
 
   std::optional<ack_t> ack;
   std::optional<health_t> health;
+  std::optional<problems_t> problems;
 
  private:
   static constexpr std::chrono::milliseconds kLongestWait{100};  // after it, the link is tended
@@ -86,8 +88,8 @@ class Call {
   void refuseFault() const {
     const LinkState state = link_.state(monotonicNow());
     if (!isFault(state)) return;
-    throw std::runtime_error(not_local_ + link_.url().text + ": LCM: " + causeOf(state, link_.url()) +
-                             "; fix: " + fixOf(state, link_.url()));
+    const Problem why = problemOf(state, link_.url());
+    throw std::runtime_error(not_local_ + link_.url().text + ": LCM: " + why.cause() + "; fix: " + why.fix());
   }
   void receiveLocally() {
     if (const auto packet = local_.next(kLongestWait)) dispatcher_.take(*packet);
@@ -139,6 +141,7 @@ std::optional<ack_t> Remote::ask(const std::string& verb, const std::string& arg
 std::optional<health_t> Remote::health(std::chrono::milliseconds limit) {
   Call call(socket_, url_);
   call.handleUntil(limit, [&] { return call.health.has_value(); });
+  problems_ = call.problems.value_or(problems_t{});
   silence_ = call.silence();
   return call.health;
 }

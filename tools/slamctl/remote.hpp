@@ -6,6 +6,7 @@
 #include <optional>
 #include <slam/ack_t.hpp>
 #include <slam/health_t.hpp>
+#include <slam/problems_t.hpp>
 #include <string>
 #include <utility>
 
@@ -35,12 +36,15 @@ class Remote {
                            std::chrono::milliseconds limit);
   /// The next health message. @return, @throws as ask()
   std::optional<health_t> health(std::chrono::milliseconds limit);
+  /// What came with it.
+  const problems_t& problems() const { return problems_; }
   /// Of the last call, when nothing came: what was tried, and what to look at.
   const std::string& silence() const { return silence_; }
 
  private:
   const std::string socket_, url_;
   std::string silence_;
+  problems_t problems_{};
 };
 
 }  // namespace slam

@@ -65,9 +65,9 @@ json poseJson(const pose_estimate_t& pose) {
       {"quality", rounded(static_cast<double>(pose.match_quality), 1e2)}};
 }
 
-json healthJson(const health_t& health) {
+json healthJson(const health_t& health, const problems_t& problems) {
   json devices = json::array(), stages = json::array(), counters = json::object();
-  const Findings findings = checkHealth(health);
+  const Findings findings = checkHealth(health, problems);
   for (std::size_t i = 0; i < health.devices.size(); ++i) {
     const device_health_t& d = health.devices[i];
     constexpr const char* kLevels[] = {"good", "warning", "fault"};
@@ -147,7 +147,7 @@ std::string EventFeed::greeting(const WebState& state, Timestamp now) const {
                               {"commands", commands_},
                               {"silence", rounded(toSeconds(state.silence(now)), 10)}});
   text += eventText("trail", trailJson(state));
-  if (state.health()) text += eventText("health", healthJson(*state.health()));
+  if (state.health()) text += eventText("health", healthJson(*state.health(), state.problems()));
   if (state.pose()) text += eventText("pose", poseJson(*state.pose()));
   return text + eventText("map", mapJson(state));
 }
@@ -162,7 +162,7 @@ std::string EventFeed::news(const WebState& state, Timestamp now) {
   const WebState::Serials& serials = state.serials();
   std::string text;
   if (serials.pose != sent_.pose) text += eventText("pose", poseJson(*state.pose()));
-  if (serials.health != sent_.health) text += eventText("health", healthJson(*state.health()));
+  if (serials.health != sent_.health) text += eventText("health", healthJson(*state.health(), state.problems()));
   if (serials.closure != sent_.closure && !state.closures().empty())
     text += eventText("closure", closureJson(state.closures().back()));
   WebState::Serials sent = serials;

@@ -10,7 +10,7 @@ namespace slam {
 
 nlohmann::json poseJson(const pose_estimate_t& pose);
 /// With words and advice for each device.
-nlohmann::json healthJson(const health_t& health);
+nlohmann::json healthJson(const health_t& health, const problems_t& problems);
 nlohmann::json mapJson(const WebState& state);
 /// Points relative to a corner near them: x and y [cm] of the corner, and base64 of int16 pairs [cm].
 nlohmann::json pointsJson(const WebState::Points& points);

@@ -29,6 +29,7 @@ class Listener {
   Listener(const std::string& url, SharedState& shared) : link_(url), shared_(shared) {
     shared_.state.begin(monotonicNow());
     subscribe<pose_estimate_t>(channel::kSlamPose);
+    subscribe<problems_t>(channel::kProblems);
     subscribe<health_t>(channel::kHealth);
     subscribe<scan_t>(channel::kScan);
     subscribe<depth_t>(channel::kDepth);

@@ -128,7 +128,7 @@ void WebPages::status(Response& response) const {
     const WebState& state = shared_.state;
     body["silence_s"] = toSeconds(state.silence(now));
     body["pose"] = state.pose() ? poseJson(*state.pose()) : json();
-    body["health"] = state.health() ? healthJson(*state.health()) : json();
+    body["health"] = state.health() ? healthJson(*state.health(), state.problems()) : json();
     body["map"] = mapJson(state);
     body["closures"] = state.closures().size();
     body["bad_messages"] = state.badMessages();

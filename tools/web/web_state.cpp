@@ -26,8 +26,7 @@ bool isSound(const pose_estimate_t& pose) {
 
 WebState::WebState(const Config& config)
     : lidar_(config.front_end.lidar),
-      T_base_depth_(config.depth_device.projection.extrinsics.levelled()),
-      depth_time_offset_(config.front_end.depth.time_offset) {}
+      depth_mount_{config.depth_device.projection.extrinsics.levelled(), config.front_end.depth.time_offset} {}
 
 void WebState::take(const pose_estimate_t& pose, Timestamp now) {
   if (!isSound(pose)) return countBadMessage();
@@ -71,6 +70,11 @@ void WebState::take(const health_t& health, Timestamp now) {
   ++serials_.health;
 }
 
+void WebState::take(const problems_t& problems, Timestamp now) {
+  heard_ = now;
+  problems_ = problems;
+}
+
 void WebState::add(Points& points, const Eigen::Vector2d& p_map) {
   if (points.size() < kMostPoints && p_map.allFinite()) points.push_back(p_map);
 }
@@ -96,9 +100,9 @@ void WebState::take(const depth_t& message, Timestamp now) {
   const auto laser = fromMessage(message);
   if (!laser) return countBadMessage();
   heard_ = now;
-  const auto T_map_base = history_.at(laser->stamp + fromSeconds(depth_time_offset_), kExtrapolate);
+  const auto T_map_base = history_.at(laser->stamp + fromSeconds(depth_mount_.time_offset), kExtrapolate);
   if (!T_map_base) return;
-  const Pose2 T_map_depth = *T_map_base * T_base_depth_;
+  const Pose2 T_map_depth = *T_map_base * depth_mount_.T_base_camera;
   depth_.clear();
   for (int i = 0; i < laser->size; ++i) {
     const PseudoBeam& beam = laser->beams()[static_cast<std::size_t>(i)];

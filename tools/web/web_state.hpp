@@ -8,6 +8,7 @@
 #include <slam/health_t.hpp>
 #include <slam/map_meta_t.hpp>
 #include <slam/pose_estimate_t.hpp>
+#include <slam/problems_t.hpp>
 #include <slam/scan_t.hpp>
 #include <vector>
 
@@ -40,6 +41,7 @@ class WebState {
 
   void take(const pose_estimate_t& pose, Timestamp now);
   void take(const health_t& health, Timestamp now);
+  void take(const problems_t& problems, Timestamp now);
   void take(const scan_t& scan, Timestamp now);
   void take(const depth_t& depth, Timestamp now);
   void take(const map_meta_t& meta, Timestamp now);
@@ -48,6 +50,7 @@ class WebState {
   const Serials& serials() const { return serials_; }
   const std::optional<pose_estimate_t>& pose() const { return pose_; }
   const std::optional<health_t>& health() const { return health_; }
+  const problems_t& problems() const { return problems_; }  ///< that came before it
   const std::optional<map_meta_t>& meta() const { return meta_; }
   const Points& scan() const { return scan_; }    ///< [m] returns of the newest scan in map, of each beam's own time
   const Points& depth() const { return depth_; }  ///< [m] obstacles of the newest depth view in map
@@ -66,12 +69,15 @@ class WebState {
   void add(Points& points, const Eigen::Vector2d& p_map);
 
   LidarModel lidar_;
-  Pose2 T_base_depth_;
-  double depth_time_offset_;  // [s]
+  struct {
+    Pose2 T_base_camera;
+    double time_offset;  // [s]
+  } depth_mount_;
   Serials serials_;
   Timestamp heard_{};
   std::optional<pose_estimate_t> pose_;
   std::optional<health_t> health_;
+  problems_t problems_{};
   std::optional<map_meta_t> meta_;
   PoseHistory history_{300};  // of base in map, 3 s
   Points scan_, depth_;

@@ -39,6 +39,10 @@ LogLimits limitsOf(const LogConfig& config) {
           .file_length = fromSeconds(config.file_length)};
 }
 
+struct NoRoom : std::runtime_error {
+  NoRoom() : std::runtime_error("no room") {}
+};
+
 /// The unit gives it where /proc/sys is not to be seen.
 std::string readBootId() {
   const char* given = std::getenv("SLAMD_BOOT_ID");
@@ -83,16 +87,63 @@ std::string configurationFor(Config config) {
 
 }  // namespace
 
+LogHeader::LogHeader(const Config& config) : boot_id_(readBootId()), configuration_(configurationFor(config)) {}
+
+std::string LogHeader::record(std::int64_t utime) const {
+  config_t message{};
+  message.utime = utime;
+  message.host = hostName();
+  message.boot_id = boot_id_;
+  message.map_id = map_id_;
+  message.versions = versions();
+  message.configuration = configuration_;
+  std::vector<std::uint8_t> data(static_cast<std::size_t>(message.getEncodedSize()));
+  message.encode(data.data(), 0, static_cast<int>(data.size()));
+  std::string record;
+  appendRecord(record, 0, utime, channel::kConfig, data);
+  return record;
+}
+
+bool LogKeeper::hangs(Timestamp deadline) {
+  ending_ = true;
+  return !thread_.waitUntilIdle(deadline);
+}
+
+void LogKeeper::keep(const fs::path& run, std::int64_t end) {
+  if (!std::exchange(lowered_, true)) ::setpriority(PRIO_PROCESS, 0, kLeastPriority);  // of this thread alone
+  try {
+    tidyLogs(config_.directory, run);
+    std::vector<LogFile> files = logFilesIn(config_.directory);
+    std::erase_if(files, [&](const LogFile& file) { return file.number >= end; });
+    const auto gone = filesToRemove(files, fs::space(config_.directory).available, limits_);
+    for (const std::size_t i : gone) removeLog(files[i]);
+    for (std::size_t i = 0; i < files.size() && !ending_; ++i) {
+      const bool removed = std::find(gone.begin(), gone.end(), i) != gone.end();
+      if (removed || files[i].path.extension() != ".lcm") continue;
+      // While it is compressed, it is there twice.
+      if (fs::space(config_.directory).available < limits_.floor / 2 + files[i].bytes) break;
+      compressLog(files[i].path, ending_);
+      break;  // and see again what is there
+    }
+    logLines(log_.look({}, monotonicNow()));
+  } catch (const std::exception& error) {
+    const Trouble fails{.device = "log",
+                        .problem = {problem::kDiskFails, {}, {config_.directory, "", error.what()}},
+                        .begin = "log: ",
+                        .meanwhile = "older logs stay as they are",
+                        .recovery = "log: older logs are tidied up again"};
+    logLines(log_.look({fails}, monotonicNow()));
+  }
+}
+
 FieldLog::FieldLog(const Config& config, const WallClock& clock, std::function<void()> wake)
     : config_(config.log),
       limits_(limitsOf(config.log)),
       clock_(clock),
-      wake_(std::move(wake)),
-      boot_id_(readBootId()),
-      configuration_(configurationFor(config)),
-      running_(config.log.automatic) {}
-
-FieldLog::~FieldLog() { ending_ = true; }
+      header_(config),
+      commands_{.wake = std::move(wake)},
+      running_(config.log.automatic),
+      keeper_(config_, limits_) {}
 
 bool FieldLog::takes(std::string_view channel) const {
   if (!running_) return false;
@@ -101,7 +152,7 @@ bool FieldLog::takes(std::string_view channel) const {
 }
 
 void FieldLog::tend() {
-  commands_.drain([this](const LogCommand& command) { obey(command); });
+  commands_.asked.drain([this](const LogCommand& command) { obey(command); });
 }
 
 void FieldLog::obey(const LogCommand& command) {
@@ -122,16 +173,16 @@ void FieldLog::obey(const LogCommand& command) {
         answer.message = std::string("not marked: ") + error.what();
       }
   }
-  answers_.tryPush(answer);
-  wake_();
+  commands_.answers.tryPush(answer);
+  commands_.wake();
 }
 
 std::string FieldLog::mark(const std::string& what) {
   if (!running_)
     throw std::runtime_error(
         "nothing is being logged: the log is stopped; begin it with slamctl log start, and mark again");
-  if (!file_ && !why_not_.empty()) throw std::runtime_error(why_not_ + "; " + advice());
-  if (!file_) throw std::runtime_error("nothing has come yet that could be logged; mark again in a second");
+  if (!open_ && why_not_) throw std::runtime_error(why_not_.words());
+  if (!open_) throw std::runtime_error("nothing has come yet that could be logged; mark again in a second");
   const Timestamp now = monotonicNow();
   std::string line = what.substr(0, kMostWords);
   std::replace_if(
@@ -142,36 +193,36 @@ std::string FieldLog::mark(const std::string& what) {
     words.append(line);
     words.sync();
   };
-  file_->sync();
+  open_->file.sync();
   keep_last(number_);
-  const bool before = now - begun_ < kBeforeMark && (fs::exists(logPath(run_, number_ - 1)) ||
-                                                     fs::exists(logPath(run_, number_ - 1).string() + ".gz"));
+  const bool before = now - open_->begun < kBeforeMark && (fs::exists(logPath(run_, number_ - 1)) ||
+                                                           fs::exists(logPath(run_, number_ - 1).string() + ".gz"));
   if (before) keep_last(number_ - 1);
   syncFolder(run_);
-  return "marked " + file_->path().string();
+  return "marked " + open_->file.path().string();
 }
 
 void FieldLog::write(std::string_view records, std::int64_t utime) {
   const Timestamp now = monotonicNow();
-  if (file_ && !file_->isThere()) drop();
+  if (open_ && !open_->file.isThere()) drop();
   try {
     if (!running_) {
-      if (file_ && !records.empty()) file_->append(records);  // what came before the stop
+      if (open_ && !records.empty()) open_->file.append(records);  // what came before the stop
       return close();
     }
     prepare(now);
     checkRoom(now);
-    if (file_ && file_->size() > synced_size_ && now - synced_ >= kSyncPeriod) {
-      file_->sync();
-      synced_ = now;
-      synced_size_ = file_->size();
+    if (open_ && open_->file.size() > open_->synced_size && now - open_->synced >= kSyncPeriod) {
+      open_->file.sync();
+      open_->synced = now;
+      open_->synced_size = open_->file.size();
     }
     if (records.empty()) return;
-    if (file_ && isFull(now - begun_, file_->size() + image_bytes_, limits_)) close();
-    file_ ? file_->append(records) : begin(records, utime, now);
-    why_not_.clear();
+    if (open_ && isFull(now - open_->begun, open_->file.size() + open_->image_bytes, limits_)) close();
+    open_ ? open_->file.append(records) : begin(records, utime, now);
+    why_not_ = {};
   } catch (const std::exception& error) {
-    why_not_ = error.what();
+    why_not_ = problemOf(error);
     drop();  // the next one may be on another disk
     throw;
   }
@@ -188,35 +239,34 @@ void FieldLog::prepare(Timestamp now) {
     number_ = nextNumber(logFilesIn(config_.directory)) - 1;
   }
   if (run_.empty() || !fs::is_directory(run_)) {
-    run_ = makeRun(config_.directory, runName(clock_.utime(now), boot_id_));
+    run_ = makeRun(config_.directory, runName(clock_.utime(now), header_.bootId()));
     syncFolder(config_.directory);
   }
 }
 
 void FieldLog::checkRoom(Timestamp now) {
-  if (now - looked_ >= kLookPeriod) {
-    looked_ = now;
-    if (!keeper_.isBusy()) keeper_.start([this, run = run_, end = number_ + (file_ ? 0 : 1)] { keep(run, end); });
-    free_ = fs::space(config_.directory).available;
-    image_bytes_ = 0;
-    for (const LogFile& file : config_.images&& file_ ? logFilesIn(run_) : std::vector<LogFile>{}) {
-      if (!file.isLog() && file.number == number_) image_bytes_ += file.bytes;
+  if (now - room_.looked >= kLookPeriod) {
+    room_.looked = now;
+    if (!keeper_.isBusy()) keeper_.start(run_, number_ + (open_ ? 0 : 1));
+    room_.free = fs::space(config_.directory).available;
+    if (open_) open_->image_bytes = 0;
+    for (const LogFile& file : config_.images&& open_ ? logFilesIn(run_) : std::vector<LogFile>{}) {
+      if (!file.isLog() && file.number == number_) open_->image_bytes += file.bytes;
     }
-    has_room_ = hasRoom(free_, limits_.floor, has_room_);
+    room_.enough = hasRoom(room_.free, limits_.floor, room_.enough);
   }
-  if (has_room_) return;
+  if (room_.enough) return;
   close();
-  throw std::runtime_error(config_.directory + ": only " + megabytes(free_) + " are free where log.floor keeps " +
-                           megabytes(limits_.floor) + " for the maps");
+  throw NoRoom();
 }
 
 void FieldLog::begin(std::string_view records, std::int64_t utime, Timestamp now) {
   // Somebody may have put further files there.
   number_ = std::max(number_ + 1, nextNumber(logFilesIn(config_.directory)));
   const fs::path path = logPath(run_, number_);
-  AppendFile& file = file_.emplace(path, AppendFile::kNew);
+  AppendFile& file = open_.emplace(path, now).file;
   try {
-    file.append(header(utime) + std::string(records));
+    file.append(header_.record(utime) + std::string(records));
     file.sync();
     syncFolder(run_);
   } catch (const std::exception&) {
@@ -224,79 +274,34 @@ void FieldLog::begin(std::string_view records, std::int64_t utime, Timestamp now
     fs::remove(path, ignored);
     throw;
   }
-  begun_ = synced_ = now;
-  synced_size_ = file.size();
-  image_bytes_ = 0;
+  open_->synced_size = file.size();
   if (config_.images) images_.set(fs::path(path).replace_extension(".oni"));
 }
 
 void FieldLog::drop() {
-  file_.reset();
+  open_.reset();
   images_.set("");
 }
 
 void FieldLog::close() {
-  if (!file_) return;
-  const bool early =
-      file_->size() + image_bytes_ >= limits_.fileBytes() && monotonicNow() - begun_ < limits_.file_length;
+  if (!open_) return;
+  const bool early = open_->file.size() + open_->image_bytes >= limits_.fileBytes() &&
+                     monotonicNow() - open_->begun < limits_.file_length;
   if (early && !std::exchange(short_logged_, true)) {
     logWarning("log: a file of log.file_length is larger than an eighth of log.quota; files end at " +
                megabytes(limits_.fileBytes()) + "; raise log.quota for longer ones");
   }
-  file_->sync();
+  open_->file.sync();
   drop();
-}
-
-std::string FieldLog::header(std::int64_t utime) const {
-  config_t message{};
-  message.utime = utime;
-  message.host = hostName();
-  message.boot_id = boot_id_;
-  message.map_id = map_id_;
-  message.versions = versions();
-  message.configuration = configuration_;
-  std::vector<std::uint8_t> data(static_cast<std::size_t>(message.getEncodedSize()));
-  message.encode(data.data(), 0, static_cast<int>(data.size()));
-  std::string record;
-  appendRecord(record, 0, utime, channel::kConfig, data);
-  return record;
 }
 
 void FieldLog::finish() { close(); }
 
-bool FieldLog::keeperHangs(Timestamp deadline) {
-  ending_ = true;
-  return !keeper_.waitUntilIdle(deadline);
-}
-
-std::string FieldLog::advice() const {
-  return "nothing is logged, slamd goes on without and tries again; make room (slamctl log list), or change "
-         "log.directory";
-}
-
-void FieldLog::keep(const fs::path& run, std::int64_t end) {
-  if (!std::exchange(lowered_, true)) ::setpriority(PRIO_PROCESS, 0, kLeastPriority);  // of this thread alone
-  try {
-    tidyLogs(config_.directory, run);
-    std::vector<LogFile> files = logFilesIn(config_.directory);
-    std::erase_if(files, [&](const LogFile& file) { return file.number >= end; });
-    const auto gone = filesToRemove(files, fs::space(config_.directory).available, limits_);
-    for (const std::size_t i : gone) removeLog(files[i]);
-    for (std::size_t i = 0; i < files.size() && !ending_; ++i) {
-      const bool removed = std::find(gone.begin(), gone.end(), i) != gone.end();
-      if (removed || files[i].path.extension() != ".lcm") continue;
-      // While it is compressed, it is there twice.
-      if (fs::space(config_.directory).available < limits_.floor / 2 + files[i].bytes) break;
-      compressLog(files[i].path, ending_);
-      break;  // and see again what is there
-    }
-    logLines(keeper_log_.look({}, monotonicNow()));
-  } catch (const std::exception& error) {
-    logLines(keeper_log_.look({{.cause = "keeper",
-                                .text = std::string("log: ") + error.what() + "; older logs stay as they are",
-                                .recovery = "log: older logs are tidied up again"}},
-                              monotonicNow()));
-  }
+Problem FieldLog::problemOf(const std::exception& error) const {
+  if (dynamic_cast<const NoRoom*>(&error) == nullptr) return {problem::kLogNotWritten, {}, {"", "", error.what()}};
+  return {problem::kLogNoRoom,
+          {1e-6 * static_cast<double>(room_.free), 1e-6 * static_cast<double>(limits_.floor)},
+          {config_.directory}};
 }
 
 }  // namespace slam

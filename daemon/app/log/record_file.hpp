@@ -28,9 +28,8 @@ class RecordFile final : public RecordSink {
       throw;
     }
   }
-  std::string advice() const override {
-    return "the record is not written, slamd goes on without and tries again; make room or the folder for it, or "
-           "change output.record";
+  Problem problemOf(const std::exception& error) const override {
+    return {problem::kRecordNotWritten, {}, {"", "", error.what()}};
   }
 
  private:

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <cstdint>
-#include <string>
+#include <exception>
 #include <string_view>
+
+#include "problems/daemon.hpp"
 
 namespace slam {
 
@@ -18,8 +20,8 @@ class RecordSink {
   virtual void write(std::string_view records, std::int64_t utime) = 0;
   /// Behind the last write(). @throws std::exception when something written before is lost
   virtual void finish() {}
-  /// What slamd does without, and the fix; behind the words of an exception.
-  virtual std::string advice() const = 0;
+  /// @param error that was thrown last
+  virtual Problem problemOf(const std::exception& error) const = 0;
 };
 
 }  // namespace slam

@@ -49,11 +49,11 @@ void Recorder::tick() {
       counters_.written += std::exchange(block_.messages, 0);
       block_.records.clear();
       retry_.succeeded();
-      problem_.set("");
+      problem_.set({});
       failing_ = false;
     } catch (const std::exception& error) {
       retry_.failed(now);
-      problem_.set(std::string(error.what()) + "; " + sink_->advice());
+      problem_.set(sink_->problemOf(error));
       failing_ = true;
     }
   }
@@ -67,7 +67,7 @@ void Recorder::tick() {
   try {
     sink_->finish();
   } catch (const std::exception& error) {
-    problem_.set(error.what());
+    problem_.set(sink_->problemOf(error));
   }
   waits_.end();
   const std::scoped_lock lock(mutex_);
@@ -84,15 +84,15 @@ bool Recorder::finish(Timestamp deadline) {
     if (!changed_.wait_for(lock, deadline - monotonicNow(), [this] { return ended_; })) return false;
   }
   worker_.stop();
-  return problem_.get().empty();
+  return !problem_.get();
 }
 
 StorageReport Recorder::report(Timestamp now) const {
-  StorageReport report{problem_.get(), "", waits_.until(now)};
+  StorageReport report{{problem_.get()}, {}, waits_.until(now)};
   const std::uint64_t dropped = counters_.dropped, starved = std::min<std::uint64_t>(starved_, dropped);
   if (dropped > 0) {
-    report.lost = std::to_string(dropped) + " messages are missing in it: " +
-                  (2 * starved > dropped ? "the computer was overloaded" : "the disk was away or too slow");
+    report.lost = {2 * starved > dropped ? problem::kMessagesStarved : problem::kMessagesLost,
+                   {static_cast<double>(dropped)}};
   }
   return report;
 }

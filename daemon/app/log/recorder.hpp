@@ -12,7 +12,7 @@
 #include "app/log/storage_report.hpp"
 #include "core/counter_info.hpp"
 #include "drivers/retry.hpp"
-#include "runtime/shared_text.hpp"
+#include "runtime/shared_value.hpp"
 #include "runtime/thread_use.hpp"
 #include "runtime/worker.hpp"
 
@@ -68,7 +68,7 @@ class Recorder {
   RecorderCounters counters_;
   BlockedTime waits_;                      // for the disk
   std::atomic<std::uint64_t> starved_{0};  // of those dropped: this thread had too little of the CPU to take them
-  SharedText problem_;
+  SharedValue<Problem> problem_;
   std::atomic<bool> failing_{false};  // at the last attempt
   // Of the thread:
   Block block_;  // being written

@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/log/storage_watch.hpp"
 
-#include <cmath>
-#include <string_view>
-
 namespace slam {
 namespace {
 
 using namespace std::chrono_literals;
 constexpr Duration kDiskHangs = 3s;  // in one piece of work
-constexpr std::string_view kNotWritten = "not written ";
 
 }  // namespace
 
@@ -18,21 +14,25 @@ std::vector<Trouble> StorageWatch::troubles(Timestamp now) const {
   for (const Stored& stored : stored_) {
     const StorageReport report = stored.report(now);
     const std::string name = stored.name;
-    if (!report.problem.empty()) {
-      troubles.push_back({.cause = name,
-                          .text = name + (report.problem.starts_with(kNotWritten) ? " " : ": ") + report.problem,
+    const StorageProblem& fails = report.problem;
+    if (fails.problem) {
+      troubles.push_back({.device = name,
+                          .problem = fails.problem,
+                          .begin = name + (fails.since.empty() ? ": " : " "),
+                          .since = fails.since,
+                          .meanwhile = fails.meanwhile,
                           .recovery = name + ": the disk takes it again",
-                          .error = true});
+                          .error = true,
+                          .fault = true});
     }
-    if (!report.lost.empty())
-      troubles.push_back({.cause = name + " gaps", .text = name + ": " + report.lost, .recovery = ""});
+    if (report.lost)
+      troubles.push_back({.device = name, .problem = report.lost, .begin = name + ": ", .besides = true});
     if (report.waiting <= kDiskHangs) continue;
-    troubles.push_back({.cause = name + " disk",
-                        .text = name +
-                                ": the disk does not answer, slamd goes on and writes what is new when it does; is it "
-                                "broken, or too slow? (" +
-                                std::to_string(std::lround(toSeconds(report.waiting))) + " s so far)",
-                        .recovery = name + ": the disk answers again"});
+    troubles.push_back({.device = name,
+                        .problem = {problem::kDiskHangs, {toSeconds(report.waiting)}},
+                        .begin = name + ": ",
+                        .recovery = name + ": the disk answers again",
+                        .besides = true});
   }
   return troubles;
 }

@@ -2,17 +2,15 @@
 #include "app/log/trouble_log.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <utility>
 
 namespace slam {
 namespace {
 
-/// Words without their figures: "only 12 MB free" and "only 11 MB free" are one reason.
-std::string withoutFigures(std::string text) {
-  std::erase_if(text, [](unsigned char c) { return std::isdigit(c) != 0 || c == '.'; });
-  return text;
+/// "Only 12 MB free" and "only 11 MB free" are one reason.
+bool isKnown(const std::vector<Problem>& reasons, const Problem& reason) {
+  return std::any_of(reasons.begin(), reasons.end(), [&](const Problem& known) { return known.isSame(reason); });
 }
 
 std::string lengthOf(Duration time) {
@@ -27,15 +25,13 @@ bool TroubleLog::hasRoom(Cause& cause, std::size_t most, Timestamp now) const {
   return cause.lines.size() < most;
 }
 
-bool TroubleLog::isDue(Cause& cause, const std::string& reason, Timestamp now) const {
+bool TroubleLog::isDue(Cause& cause, const Problem& reason, Timestamp now) const {
   if (!hasRoom(cause, config_.most - config_.recoveries, now)) return false;
-  const bool known = std::find(cause.reasons.begin(), cause.reasons.end(), reason) != cause.reasons.end();
-  return !known || !cause.repeated || now - *cause.repeated >= cause.interval;
+  return !isKnown(cause.reasons, reason) || !cause.repeated || now - *cause.repeated >= cause.interval;
 }
 
-void TroubleLog::note(Cause& cause, const std::string& reason, Timestamp now) {
-  const auto known = std::find(cause.reasons.begin(), cause.reasons.end(), reason);
-  if (known == cause.reasons.end()) {
+void TroubleLog::note(Cause& cause, const Problem& reason, Timestamp now) {
+  if (!isKnown(cause.reasons, reason)) {
     if (cause.reasons.size() >= config_.reasons) cause.reasons.erase(cause.reasons.begin());
     cause.reasons.push_back(reason);
     cause.interval = std::max(cause.interval, config_.first);
@@ -54,14 +50,14 @@ std::optional<LogLine> TroubleLog::wrong(Cause& cause, const Trouble& trouble, T
     ++cause.times;
   }
   cause.well_since.reset();
-  if (trouble.text.empty()) return std::nullopt;
+  if (!trouble.problem) return std::nullopt;
   cause.recovery = trouble.recovery;
-  const std::string reason = withoutFigures(trouble.reason.empty() ? trouble.text : trouble.reason);
+  const Problem& reason = trouble.problem;
   const Duration lasted = now - *cause.wrong_since;
   const bool untrue =
       !cause.said_wrong && lasted >= config_.untrue && hasRoom(cause, config_.most - config_.recoveries, now);
   if (!untrue && !isDue(cause, reason, now)) return std::nullopt;
-  std::string text = trouble.text;
+  std::string text = trouble.text();
   if (cause.times > 1) text += " (" + std::to_string(cause.times) + " times)";
   if (lasted >= config_.first) text += " (for " + lengthOf(lasted) + ")";
   note(cause, reason, now);
@@ -87,11 +83,11 @@ std::vector<LogLine> TroubleLog::look(const std::vector<Trouble>& present, Times
   };
   for (const Trouble& trouble : present) {
     // What was never wrong has nothing that could not be over.
-    if (!trouble.text.empty() || causes_.contains(trouble.cause)) add(wrong(causes_[trouble.cause], trouble, now));
+    if (trouble.problem || causes_.contains(trouble.cause())) add(wrong(causes_[trouble.cause()], trouble, now));
   }
   for (auto at = causes_.begin(); at != causes_.end();) {
-    const bool is_present =
-        std::any_of(present.begin(), present.end(), [&](const Trouble& trouble) { return trouble.cause == at->first; });
+    const bool is_present = std::any_of(present.begin(), present.end(),
+                                        [&](const Trouble& trouble) { return trouble.cause() == at->first; });
     if (!is_present) add(well(at->second, now));
     const bool forgotten = at->second.well_since && now - *at->second.well_since >= config_.forgotten;
     at = forgotten ? causes_.erase(at) : std::next(at);
@@ -104,17 +100,16 @@ bool TroubleLog::isOpen(const std::string& cause) const {
   return at != causes_.end() && at->second.said_wrong;
 }
 
-std::optional<LogLine> TroubleLog::happened(const std::string& name, const std::string& text, LogLine::Level level,
-                                            Timestamp now) {
+std::optional<LogLine> TroubleLog::happened(const std::string& name, const Problem& reason, const std::string& text,
+                                            LogLine::Level level, Timestamp now) {
   Cause& cause = events_[name];
   if (cause.well_since && now - *cause.well_since >= config_.forgotten) cause = {};
   cause.well_since = now;  // the last time
-  const std::string reason = withoutFigures(text);
   if (!isDue(cause, reason, now)) {
     ++cause.unsaid;
     return std::nullopt;
   }
-  const bool known = std::find(cause.reasons.begin(), cause.reasons.end(), reason) != cause.reasons.end();
+  const bool known = isKnown(cause.reasons, reason);
   const std::string further =
       known && cause.unsaid > 0 ? " (and " + std::to_string(cause.unsaid) + " times before)" : "";
   note(cause, reason, now);

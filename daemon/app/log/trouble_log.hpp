@@ -10,16 +10,24 @@
 
 #include "app/log/log.hpp"
 #include "core/timestamp.hpp"
+#include "problems/problem.hpp"
 
 namespace slam {
 
 /// Something that is wrong now.
 struct Trouble {
-  std::string cause;        ///< what it is about, such as a device: one that fails in two ways in turn is one cause
-  std::string text;         ///< what is wrong, what slamd does meanwhile, and the fix; empty: it is not over, no more
-  std::string recovery;     ///< the line when it is over
-  std::string reason = {};  ///< what tells it from others of its cause; empty: the text. Figures in it do not count
-  bool error = false;
+  std::string device;          ///< what it is about: one that fails in two ways in turn is one cause
+  Problem problem = {};        ///< none: it is not over, no more
+  std::string begin = {};      ///< that the line begins with: the device, and its state
+  std::string since = {};      ///< words before the cause, such as how long that has been so
+  std::string meanwhile = {};  ///< what slamd does, where the table has nothing
+  std::string recovery = {};   ///< the line when it is over
+  bool error = false;          ///< of the line
+  bool fault = false;          ///< slamctl doctor fails for it
+  bool besides = false;        ///< a cause of its own, beside the others of the device
+
+  std::string cause() const { return besides ? device + " " + problem.id() : device; }
+  std::string text() const { return begin + since + problem.words(meanwhile); }
 };
 
 /// How often something is logged.
@@ -44,15 +52,16 @@ class TroubleLog {
   /// All that is wrong now, at most one trouble of each cause. Every other cause is well. @return what is to be written
   std::vector<LogLine> look(const std::vector<Trouble>& present, Timestamp now);
   /// Something happened that is over at once, such as a late thread. @return the line, if it is to be written
-  std::optional<LogLine> happened(const std::string& cause, const std::string& text, LogLine::Level level,
-                                  Timestamp now);
+  /// @param reason tells it from others of its cause; none: it is all that happens of it
+  std::optional<LogLine> happened(const std::string& cause, const Problem& reason, const std::string& text,
+                                  LogLine::Level level, Timestamp now);
 
   /// Whether the last line about a cause says that it is wrong.
   bool isOpen(const std::string& cause) const;
 
  private:
   struct Cause {
-    std::vector<std::string> reasons;  // that have a line
+    std::vector<Problem> reasons;  // that have a line
     std::string recovery;
     std::optional<Timestamp> wrong_since, well_since;  // without the other between them for long
     std::optional<Timestamp> repeated;                 // the last line that is no recovery
@@ -65,9 +74,9 @@ class TroubleLog {
 
   std::optional<LogLine> wrong(Cause& cause, const Trouble& trouble, Timestamp now);
   std::optional<LogLine> well(Cause& cause, Timestamp now);
-  bool isDue(Cause& cause, const std::string& reason, Timestamp now) const;
+  bool isDue(Cause& cause, const Problem& reason, Timestamp now) const;
   bool hasRoom(Cause& cause, std::size_t most, Timestamp now) const;
-  void note(Cause& cause, const std::string& reason, Timestamp now);
+  void note(Cause& cause, const Problem& reason, Timestamp now);
 
   const TroubleLogConfig config_;
   std::map<std::string, Cause> causes_, events_;

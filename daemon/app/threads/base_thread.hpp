@@ -28,8 +28,8 @@ class BaseThread {
   float battery() const { return board_ ? board_->battery() : 0.0F; }  ///< [V]; 0: not known
   /// Speeds that were asked for above base.max_speed or base.max_turn_rate.
   std::uint64_t limitedSpeeds() const { return board_ ? board_->limitedSpeeds() : can_ ? can_->limitedSpeeds() : 0; }
-  /// What board and configuration disagree on, static words; empty: nothing.
-  const char* finding() const { return board_ ? board_->finding() : ""; }
+  /// What board and configuration disagree on.
+  Problem finding() const { return board_ ? board_->finding() : Problem(); }
   /// Ends the thread, stops the wheels if they may turn, and closes all ports.
   void stop();
 

@@ -1,26 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
-#include <map>
-#include <memory>
-#include <optional>
-#include <slam/command_t.hpp>
-#include <span>
-#include <string>
-
+#include "app/bus/command_desk.hpp"
+#include "app/bus/publisher.hpp"
+#include "app/bus/sensor_receiver.hpp"
 #include "app/channels.hpp"
-#include "app/log/field_log.hpp"
-#include "app/log/recorder.hpp"
-#include "bus/drive_senders.hpp"
-#include "bus/local_socket.hpp"
-#include "bus/refusal.hpp"
-#include "bus/rival_watch.hpp"
-#include "bus/sender_clock.hpp"
-#include "bus/stamp_words.hpp"
-#include "bus/udpm/lcm_link.hpp"
 #include "config/config.hpp"
-#include "drivers/device_status.hpp"
 #include "runtime/clock.hpp"
-#include "runtime/shared_text.hpp"
 #include "runtime/worker.hpp"
 
 namespace slam {
@@ -31,99 +16,28 @@ namespace slam {
 class BusThread {
  public:
   BusThread(const Config& config, const BusEnds& ends, const WallClock& clock);
-  ~BusThread();
+  ~BusThread() { worker_.stop(); }
   Worker& worker() { return worker_; }
 
-  Recorder* recorder() const { return recorder_.get(); }  ///< nullptr where nothing is recorded
-  Recorder* logRecorder() const { return log_.get(); }    ///< nullptr where nothing is logged
-  FieldLog* fieldLog() const { return field_log_; }       ///< of logRecorder()
-  LinkState linkState() const { return link_state_; }
-  const UdpmUrl& url() const { return link_.url(); }
-  std::string socketProblem() const { return socket_problem_.get(); }  ///< in words; empty: none
-  bool hasRival() const { return rival_; }                             ///< somebody else publishes SLAM_POSE too
-  LcmSender& poseSender() { return link_.sender(); }
-  DeviceStatus& lidarStatus() { return lidar_.status; }  ///< of a lidar that comes over LCM
-  DeviceStatus& wheelStatus() { return wheels_.status; }
-  DeviceStatus& imuStatus() { return imu_.status; }
-  DeviceStatus& depthStatus() { return depth_.status; }
-  std::string commandProblem() const { return drive_problem_.get(); }  ///< with speeds that come over LCM; empty: none
+  const Publisher& publisher() const { return publisher_; }
+  SensorReceiver& sensors() { return sensors_; }
+  LcmSender& poseSender() { return publisher_.link().sender(); }
+  const UdpmUrl& url() const { return publisher_.link().url(); }
+  Problem driveProblem() const { return drives_.problem(); }  ///< with speeds over LCM
+  Problem socketProblem() const { return commands_.problem(); }
 
  private:
-  using Bytes = std::span<const std::uint8_t>;
-  /// Who sent a command, and its number there: two may choose the same.
-  struct Asker {
-    std::optional<LocalSocket::Client> client;  ///< none: it came over LCM
-    std::int32_t id = 0;
-  };
-
   void tick();
-  void subscribe();
-  void reportLink(Timestamp now);
-  void reportSocket();
-  void reportRival(Timestamp now);
-  void reportDrives(Timestamp now);
-  void takePoses();
-  void publishRaw();
-  template <typename Message>
-  void publish(const char* channel, const Message& message);
-  void acknowledgeSave();
-  void record(const std::string& channel, Bytes data);
-  /// @param ticket of the command, as ticketFor() gave it
-  void acknowledge(std::int32_t ticket, bool accepted, const std::string& message);
-  std::int32_t ticketFor(const Asker& asker);
-
-  /// A sensor that comes over LCM.
-  struct Sensor {
-    const char* channel;
-    SenderClocks::Stream stream;
-    DeviceStatus status = {};
-    RefusalNote refusals{channel};
-    StampWords stamps = {};
-  };
-  /// Decodes a sensor message and records it; what cannot be one is counted. @return the sample, its stamp in our time
-  template <typename Message>
-  auto receive(Bytes data, Sensor& sensor);
-  void refuse(Refusal refusal);
   void followClock();
-  void onScan(Bytes data);
-  void onWheels(Bytes data);
-  void onImu(Bytes data);
-  void onDepth(Bytes data);
-  void onDrive(Bytes data);
-  void onCommand(Bytes data, std::optional<LocalSocket::Client> from);
-  void onLogCommand(const command_t& command);
 
-  const Config& config_;
   const BusEnds ends_;
   const WallClock& clock_;
-  LcmLink link_;
-  LocalSocket socket_;
-  SharedText socket_problem_;
-  RivalWatch rivals_;  // on SLAM_POSE
-  std::atomic<bool> rival_{false};
-  std::map<std::int32_t, Asker> asked_;  // by the tickets of commands that are not answered yet
-  std::uint32_t next_ticket_ = 1;
-  std::unique_ptr<Recorder> recorder_, log_;
-  FieldLog* field_log_ = nullptr;  // of log_
-  std::atomic<LinkState> link_state_{LinkState::kOpening};
-  bool too_large_logged_ = false;
-  Timestamp next_refresh_{};
-  std::optional<std::int32_t> saving_;  // ticket of a save_map command that the mapper works on
-  std::unique_ptr<ReceivedScan> scan_;
-  std::vector<std::uint8_t> buffer_;
-  std::vector<std::uint8_t> restamped_, unstepped_;
-  SenderClocks clocks_;
-  Duration followed_{0};  // by clock_, when clocks_ began
+  Publisher publisher_;
+  SensorReceiver sensors_;
+  DriveReceiver drives_;
+  CommandDesk commands_;
+  Duration followed_{0};  // by clock_, when the senders' clocks began
   Duration ahead_{0};     // of the wall clock, which was set back; our stamps are
-  Sensor lidar_, wheels_, imu_, depth_;
-  RefusalNote drives_;
-  DriveSenders drive_senders_;
-  bool stop_owed_ = false;  // the queue had no room for a zero
-  StampWords drive_stamps_;
-  const char* drive_stamp_words_ = "";  // of drive_stamps_, of the last speed
-  std::string drive_sender_words_;
-  Timestamp next_senders_look_{};
-  SharedText drive_problem_;
   Worker worker_;
 };
 

@@ -81,7 +81,8 @@ bool EstimatorThread::addScan(const ReceivedScan& received) {
   const LidarModel& lidar = front_end_->config().lidar;
   echoes_.add(received.scan, {static_cast<float>(lidar.range_min), static_cast<float>(lidar.range_max)},
               received.received);
-  const ScanOutcome outcome = slam::addScan(*front_end_, probe_, received.scan, ends_.graph.keyframes.hasRoom());
+  const ScanOutcome outcome = front_end_->add(received.scan, ends_.graph.keyframes.hasRoom());
+  probe_.add(outcome);
   ends_.lidar_stuck = outcome.stuck;
   if (outcome.stuck) return false;
   ends_.scan_work.add(monotonicNow() - begin);

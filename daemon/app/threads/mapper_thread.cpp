@@ -20,8 +20,6 @@ namespace {
 
 constexpr double kRate = 10.0;      // [Hz]
 constexpr int kScansPerTick = 100;  // drawn anew after a loop closure: about 20 ms
-const char* const kNotSaved =
-    "; the map files cannot be saved, slamd goes on; make their folder writable and room in it, or change output.map";
 
 /// Makes the folder that a file is to lie in. @throws std::runtime_error when nothing can be written there
 void makeFolder(const std::filesystem::path& file) {
@@ -143,7 +141,7 @@ void MapperThread::save() {
   try {
     image = std::make_shared<const MapImage>(renderMap(mapper_.grid()));
   } catch (const std::exception& error) {
-    problem_.set(error.what());
+    problem_.set({problem::kMapFilesNotSaved, {}, {"", "", error.what()}});
     logError(std::string("map not saved: ") + error.what());
     ends_.requests.saved = SaveOutcome::kFailed;
     return;
@@ -153,10 +151,10 @@ void MapperThread::save() {
       makeFolder(config_.output.map);
       writeMapFiles(config_.output.map, *image, path);
       logInfo("map of " + std::to_string(keyframes) + " keyframes saved to " + config_.output.map + ".yaml");
-      problem_.set("");
+      problem_.set({});
       ends_.requests.saved = SaveOutcome::kSaved;
     } catch (const std::exception& error) {
-      problem_.set(error.what() + std::string(kNotSaved));
+      problem_.set({problem::kMapFilesNotSaved, {}, {"", "", error.what()}});
       logError(std::string("map not saved: ") + error.what());
       folder_known_ = false;
       ends_.requests.saved = SaveOutcome::kFailed;
@@ -171,10 +169,10 @@ void MapperThread::checkFolder(Timestamp now) {
   disk_.start([this] {
     try {
       makeFolder(config_.output.map);
-      problem_.set("");
+      problem_.set({});
       folder_known_ = true;
     } catch (const std::exception& error) {
-      problem_.set(error.what() + std::string(kNotSaved));
+      problem_.set({problem::kMapFilesNotSaved, {}, {"", "", error.what()}});
     }
   });
 }

@@ -11,7 +11,7 @@
 #include "mapping/mapper.hpp"
 #include "runtime/clock.hpp"
 #include "runtime/job_thread.hpp"
-#include "runtime/shared_text.hpp"
+#include "runtime/shared_value.hpp"
 #include "runtime/worker.hpp"
 
 namespace slam {
@@ -31,7 +31,7 @@ class MapperThread {
   bool waitUntilSaved(Timestamp deadline);
   bool isWriting() const { return disk_.isBusy(); }
 
-  StorageReport storage(Timestamp now) const { return {problem_.get(), "", disk_.blockedFor(now)}; }
+  StorageReport storage(Timestamp now) const { return {{problem_.get()}, {}, disk_.blockedFor(now)}; }
   /// For after the thread has stopped, too.
   DrawnMap drawn() const { return {mapper_.grid().clone(), mapper_.views()}; }
 
@@ -52,7 +52,7 @@ class MapperThread {
   std::int32_t map_id_ = 0;
   std::int64_t utime_ = 0;  // of the newest keyframe
   bool meta_due_ = false;
-  SharedText problem_;                                              // with the map files
+  SharedValue<Problem> problem_;                                    // with the map files
   std::atomic<bool> folder_known_{false};                           // to be there
   Retry retry_{std::chrono::seconds(1), std::chrono::seconds(10)};  // to look at the folder
   JobThread disk_{"map files"};

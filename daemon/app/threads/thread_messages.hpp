@@ -3,6 +3,8 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <slam/health_t.hpp>
+#include <slam/problems_t.hpp>
 #include <string>
 #include <vector>
 
@@ -11,7 +13,8 @@
 #include "core/samples.hpp"
 #include "core/scan.hpp"
 #include "diagnostics/sensor_check.hpp"
-#include "frontend/front_end_config.hpp"
+#include "estimation/ekf.hpp"
+#include "frontend/front_end_state.hpp"
 #include "frontend/interpreter/echo_watch.hpp"
 #include "mapping/mapper.hpp"
 #include "slam/map_state.hpp"
@@ -51,6 +54,12 @@ struct PoseSnapshot {
   EchoWatch::Finding echo_finding = EchoWatch::Finding::kNone;
   BodyShape body;       ///< what moves with the robot
   double echoes = 0.0;  ///< [1] share of the beams of the newest scan that can be used
+};
+
+/// How slamd is, for the bus.
+struct HealthReport {
+  problems_t problems;
+  health_t health;
 };
 
 /// A pose that the pose thread publishes, for the records and for who judges the link.

@@ -33,7 +33,7 @@ void ThreadWatchdog::look(Timestamp now) {
   if (watchdog_.allAlive()) sd_notify(0, "WATCHDOG=1");
   for (const Watchdog::News& news : watchdog_.takeNews(now)) {
     const auto level = news.is_error ? LogLine::kError : LogLine::kWarning;
-    if (const auto line = log_.happened(news.thread, news.text, level, now)) logLine(*line);
+    if (const auto line = log_.happened(news.thread, news.problem, news.problem.words(), level, now)) logLine(*line);
   }
 }
 

@@ -23,7 +23,7 @@ class ThreadWatchdog {
   void look(Timestamp now);
   /// As of Watchdog.
   bool isOverloaded(Timestamp now) const { return watchdog_.isOverloaded(now); }
-  std::string words(Timestamp now) const { return watchdog_.words(now); }
+  std::vector<Problem> problems(Timestamp now) const { return watchdog_.problems(now); }
   const std::vector<Worker*>& workers() const { return workers_; }
 
  private:

@@ -48,41 +48,20 @@ LinkState LinkWatch::state(Timestamp now) const {
   return heard_ ? LinkState::kConnected : LinkState::kOpening;
 }
 
-std::string causeOf(LinkState state, const UdpmUrl& url) {
-  const std::string port = "udp " + std::to_string(url.port());
+Problem problemOf(LinkState state, const UdpmUrl& url) {
+  const std::string port = std::to_string(url.port()), name = url.name();
+  const auto of = [&](const ProblemKind& kind) { return Problem(kind, {}, {port, name.substr(0, name.find(':'))}); };
   switch (state) {
     case LinkState::kNoRoute:
-      return "no multicast route";
+      return of(url.ttl == 0 ? problem::kNoLocalRoute : problem::kNoRoute);
     case LinkState::kBlocked:
-      return "not permitted to send; does a firewall or the unit block " + port + "?";
+      return of(problem::kLinkBlocked);
     case LinkState::kUnheard:
-      return "sent packets do not come back; is " + port + " blocked?";
+      return of(problem::kLinkUnheard);
     case LinkState::kNoSocket:
-      return "no socket for " + port + "; has another program taken it?";
+      return of(problem::kNoLcmSocket);
     default:
-      return "";
-  }
-}
-
-std::string fixOf(LinkState state, const UdpmUrl& url) {
-  const std::string port = std::to_string(url.port());
-  switch (state) {
-    case LinkState::kNoRoute:
-      return url.ttl == 0
-                 ? "ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo"
-                 : "connect the network, or ip route add 224.0.0.0/4 dev INTERFACE with the interface that goes "
-                   "to the other computers (ip -br addr)";
-    case LinkState::kBlocked:
-      return "let udp " + port +
-             " out (nft list ruleset), and IPAddressAllow=" + url.name().substr(0, url.name().find(':')) +
-             " in the unit (systemctl cat slamd)";
-    case LinkState::kUnheard:
-      return "let udp " + port + " in (nft list ruleset); ip route get " + url.name().substr(0, url.name().find(':')) +
-             " names the interface";
-    case LinkState::kNoSocket:
-      return "ss -ulnp 'sport = :" + port + "' names the program";
-    default:
-      return "";
+      return {};
   }
 }
 

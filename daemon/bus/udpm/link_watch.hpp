@@ -10,6 +10,7 @@
 #include "bus/udpm/lc02.hpp"
 #include "bus/udpm/udpm_url.hpp"
 #include "core/timestamp.hpp"
+#include "problems/daemon.hpp"
 
 namespace slam {
 
@@ -24,10 +25,8 @@ enum class LinkState : std::uint8_t {
 
 /// Whether a state is one that a person has to do something about.
 constexpr bool isFault(LinkState state) { return state != LinkState::kOpening && state != LinkState::kConnected; }
-/// The cause in words; empty for none.
-std::string causeOf(LinkState state, const UdpmUrl& url);
-/// The command or setting that helps; empty where nothing is wrong.
-std::string fixOf(LinkState state, const UdpmUrl& url);
+/// None where nothing is wrong.
+Problem problemOf(LinkState state, const UdpmUrl& url);
 
 /// Judges a link by what is sent and what comes back: a group's packets return to their sender's machine. Five times a
 /// second a message is kept, for its copy to be known among those of other programs: their bytes differ by the stamps.

@@ -59,25 +59,4 @@ class EchoWatch {
   Finding finding_ = Finding::kNone;
 };
 
-/// What is wrong, what slamd does meanwhile, and the fix; empty: nothing.
-constexpr const char* describe(EchoWatch::Finding finding) {
-  switch (finding) {
-    case EchoWatch::Finding::kNoEcho:
-      return "no echo in any direction: nothing stands within the lidar's range, as in a wide hall, or its window is "
-             "covered or its laser off; slamd goes on without scans; drive to where walls are within range, else take "
-             "the cover off, clean the window, or replace the lidar";
-    case EchoWatch::Finding::kNear:
-      return "no echo beyond range_min, only nearer ones: cover on? slamd goes on without scans; take off what is "
-             "before "
-             "the lidar, or set lidar.range_min in metres";
-    case EchoWatch::Finding::kFar:
-      return "no echo within range_max, only ranges beyond it: are they in millimetres? slamd goes on without scans; "
-             "send "
-             "metres, or set lidar.range_max";
-    case EchoWatch::Finding::kNone:
-      break;
-  }
-  return "";
-}
-
 }  // namespace slam

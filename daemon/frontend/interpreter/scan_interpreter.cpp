@@ -14,30 +14,30 @@ BodyWatchConfig withRangeSigma(BodyWatchConfig config, double range_sigma) {
 
 }  // namespace
 
-ScanInterpreter::ScanInterpreter(const FrontEndConfig& config, const BodyShape& body)
-    : lidar_(config.lidar),
-      sweep_(lidar_.upside_down, config.intake.sweep),
-      codes_(config.intake.no_return),
-      body_(lidar_.T_base_lidar, lidar_.upside_down, withRangeSigma(config.intake.body, lidar_.range_sigma)),
-      noise_(config.intake.range_noise) {
+ScanInterpreter::ScanInterpreter(const InterpreterConfig& config, const LidarModel& lidar, const BodyShape& body)
+    : lidar_(lidar),
+      sweep_(lidar_.upside_down, config.sweep),
+      codes_(config.no_return),
+      body_(lidar_.T_base_lidar, lidar_.upside_down, withRangeSigma(config.body, lidar_.range_sigma)),
+      noise_(config.range_noise) {
   body_.begin(body);
 }
 
-const LaserScan& ScanInterpreter::interpret(const LaserScan& recorded, const SensorIntake::Scan& taken,
+const LaserScan& ScanInterpreter::interpret(const LaserScan& recorded, Timestamp first, double interval,
                                             const EkfTimeline& odometry) {
   scan_.stamp = recorded.stamp;
   scan_.range_min = recorded.range_min;
   scan_.range_max = recorded.range_max;
   scan_.size = 0;
   for (const Beam& beam : recorded.beams()) scan_.push(beam);
-  giveTimes(taken, odometry);
+  giveTimes(first, interval, odometry);
 
   const RangeLimits limits = lidar_.limitsFor(scan_);
   const std::span<Beam> beams(scan_.storage.data(), static_cast<std::size_t>(scan_.size));
   std::optional<Ekf> middle;
   if (odometry.started()) {
     const double last = beams.empty() ? 0.0 : beams.back().time_offset;
-    middle = odometry.at(taken.first + fromSeconds(0.5 * last));
+    middle = odometry.at(first + fromSeconds(0.5 * last));
   }
   codes_.add(beams, limits,
              middle ? std::optional((middle->pose() * lidar_.T_base_lidar).translation()) : std::nullopt);
@@ -62,15 +62,15 @@ const LaserScan& ScanInterpreter::interpret(const LaserScan& recorded, const Sen
   return scan_;
 }
 
-void ScanInterpreter::giveTimes(const SensorIntake::Scan& taken, const EkfTimeline& odometry) {
+void ScanInterpreter::giveTimes(Timestamp first, double interval, const EkfTimeline& odometry) {
   const std::span<Beam> beams(scan_.storage.data(), static_cast<std::size_t>(scan_.size));
   const bool timed = std::any_of(beams.begin(), beams.end(), [](const Beam& beam) { return beam.time_offset != 0.0F; });
-  if (timed || taken.interval <= 0.0 || !odometry.started()) return;
-  const double sweep = SweepWatch::sweepOf(beams) * taken.interval;
-  const Ekf begin = odometry.at(taken.first);
+  if (timed || interval <= 0.0 || !odometry.started()) return;
+  const double sweep = SweepWatch::sweepOf(beams) * interval;
+  const Ekf begin = odometry.at(first);
   if (begin.gyroActive()) {
-    const Pose2 end = odometry.at(taken.first + fromSeconds(taken.interval)).pose();
-    sweep_.add(beams, lidar_.limitsFor(scan_), taken.first, taken.interval,
+    const Pose2 end = odometry.poseAt(first + fromSeconds(interval));
+    sweep_.add(beams, lidar_.limitsFor(scan_), first, interval,
                {begin.pose() * lidar_.T_base_lidar, end * lidar_.T_base_lidar});
   }
   if (!timesMissing()) return;

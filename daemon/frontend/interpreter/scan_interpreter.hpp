@@ -5,14 +5,21 @@
 
 #include "core/scan.hpp"
 #include "estimation/ekf_timeline.hpp"
-#include "frontend/front_end_config.hpp"
 #include "frontend/interpreter/body_watch.hpp"
 #include "frontend/interpreter/no_return_watch.hpp"
 #include "frontend/interpreter/range_noise_watch.hpp"
 #include "frontend/interpreter/sweep_watch.hpp"
-#include "frontend/sensor_intake.hpp"
+#include "frontend/lidar_model.hpp"
 
 namespace slam {
+
+/// How it is found out which beams say nothing, or when they were measured.
+struct InterpreterConfig {
+  BodyWatchConfig body;
+  NoReturnConfig no_return;
+  RangeNoiseConfig range_noise;
+  SweepWatchConfig sweep;
+};
 
 /// Decides what a scan's beams mean before they are matched. A beam that says nothing about the world becomes one
 /// without return, which matches nothing, is drawn nowhere and frees no space. Beams that a turning head measured get
@@ -22,12 +29,13 @@ namespace slam {
 class ScanInterpreter {
  public:
   /// @param body what moves with the robot, as last known
-  explicit ScanInterpreter(const FrontEndConfig& config, const BodyShape& body = {});
+  ScanInterpreter(const InterpreterConfig& config, const LidarModel& lidar, const BodyShape& body = {});
 
-  /// @param taken    as the intake has accepted it
+  /// @param first    stamp of the first beam in the filters' time
+  /// @param interval [s] usual time between two scans; 0: not known yet
   /// @param odometry how the robot moves, by wheels and gyro alone
   /// @return         valid until the next call
-  const LaserScan& interpret(const LaserScan& recorded, const SensorIntake::Scan& taken, const EkfTimeline& odometry);
+  const LaserScan& interpret(const LaserScan& recorded, Timestamp first, double interval, const EkfTimeline& odometry);
 
   /// By beam of the newest scan: it looked, and nothing came back from within the limits.
   std::span<const bool> open() const { return std::span(open_).first(static_cast<std::size_t>(scan_.size)); }
@@ -40,7 +48,7 @@ class ScanInterpreter {
   bool timesMissing() const { return sweep_.order() != SweepWatch::Order::kAtOnce; }
 
  private:
-  void giveTimes(const SensorIntake::Scan& taken, const EkfTimeline& odometry);
+  void giveTimes(Timestamp first, double interval, const EkfTimeline& odometry);
   bool isMasked(const Beam& beam) const;
 
   LidarModel lidar_;

@@ -53,7 +53,7 @@ struct Logging {
     EXPECT_TRUE(waitUntil([&] { return log->answers().popOne([&](const MapAnswer& given) { answer = given; }); }));
     return answer;
   }
-  std::string problem() const { return recorder.report(monotonicNow()).problem; }
+  std::string problem() const { return recorder.report(monotonicNow()).problem.words(); }
   [[nodiscard]] bool finish() { return recorder.finish(monotonicNow() + 20s); }
 
   WallClock clock;

@@ -34,7 +34,7 @@ class Recording : public testing::Test {
     recorder.add(1'000'000 + value, "SLAM_POSE", std::vector<std::uint8_t>(size, value));
     return size;
   }
-  static std::string problemOf(const Recorder& recorder) { return recorder.report(monotonicNow()).problem; }
+  static std::string problemOf(const Recorder& recorder) { return recorder.report(monotonicNow()).problem.words(); }
   static bool waits(const Recorder& recorder) { return recorder.report(monotonicNow()).waiting > 0ms; }
   /// First byte of each message of a log, which must be whole.
   static std::vector<int> valuesIn(const fs::path& file) {
@@ -91,7 +91,7 @@ TEST_F(Recording, LetsNobodyWaitForADiskThatStalls) {
   for (int i = 0; i < 3; ++i) fill();
   EXPECT_GT(recorder.counters().dropped, 0U) << "what cannot be kept is dropped, and nobody waits";
   EXPECT_EQ(recorder.counters().written, written);
-  EXPECT_THAT(recorder.report(monotonicNow()).lost,
+  EXPECT_THAT(recorder.report(monotonicNow()).lost.words(),
               testing::AllOf(HasSubstr("messages are missing"), HasSubstr("the disk was away or too slow")));
   EXPECT_FALSE(recorder.finish(monotonicNow() + 50ms)) << "the end does not wait for ever either";
 

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "app/log_lines.hpp"
+#include "problems/daemon.hpp"
+#include "support/problems.hpp"
 
 namespace slam {
 namespace {
@@ -16,6 +18,7 @@ namespace {
 using namespace std::chrono_literals;
 using test::LoggedLine;
 using test::mostWithinAnHour;
+using test::problemOf;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
@@ -26,7 +29,7 @@ class Log : public testing::Test {
   /// @param text that is wrong with the lidar then; empty: it is well
   std::vector<std::string> look(Duration at, const std::string& text) {
     std::vector<Trouble> present;
-    if (!text.empty()) present.push_back({.cause = "lidar", .text = text, .recovery = "lidar works"});
+    if (!text.empty()) present.push_back({.device = "lidar", .problem = problemOf(text), .recovery = "lidar works"});
     return textsOf(log.look(present, kBegin + at));
   }
   static std::vector<std::string> textsOf(const std::vector<LogLine>& lines) {
@@ -61,7 +64,9 @@ TEST_F(Log, TakesTwoReasonsInTurnForOneCause) {
 TEST_F(Log, TakesFiguresForNoNews) {
   int lines = 0;
   for (int second = 0; second < 60; ++second)
-    lines += static_cast<int>(look(second * 1s, "no space (" + std::to_string(1.5 * second) + " MB free)").size());
+    lines += static_cast<int>(
+        log.look({{.device = "log", .problem = {problem::kLogNoRoom, {1.5 * second, 200.0}}}}, kBegin + second * 1s)
+            .size());
   EXPECT_EQ(lines, 1);
 }
 
@@ -79,9 +84,9 @@ TEST_F(Log, SaysOnceThatACauseIsOverWhenItHasBeenWellForAWhile) {
 TEST_F(Log, KeepsACauseOpenThatHasNoWordsNow) {
   look(0s, "no data");
   for (int second = 1; second < 50; ++second)
-    EXPECT_THAT(log.look({{.cause = "lidar", .text = "", .recovery = ""}}, kBegin + second * 1s), IsEmpty());
+    EXPECT_THAT(log.look({{.device = "lidar"}}, kBegin + second * 1s), IsEmpty());
   EXPECT_TRUE(log.isOpen("lidar"));
-  EXPECT_THAT(log.look({{.cause = "base", .text = "", .recovery = ""}}, kBegin + 50s), IsEmpty());
+  EXPECT_THAT(log.look({{.device = "base"}}, kBegin + 50s), IsEmpty());
   EXPECT_FALSE(log.isOpen("base"));
 }
 
@@ -118,8 +123,8 @@ TEST_F(Log, HasTwentyLinesAnHourOfACauseWhateverItSaysAndKeepsOneForTheRecovery)
 
 TEST_F(Log, HasEventsOnceAndCountsThoseThatItLeavesOut) {
   const auto happens = [&](Duration at) {
-    return log.happened("estimator", "late: " + std::to_string(at.count() % 97) + " ms", LogLine::kWarning,
-                        kBegin + at);
+    const Problem late(problem::kThreadLate, {static_cast<double>(at.count() % 97)}, {"estimator"});
+    return log.happened("estimator", late, late.words(), LogLine::kWarning, kBegin + at);
   };
   EXPECT_TRUE(happens(0s));
   EXPECT_FALSE(happens(1s));
@@ -142,7 +147,7 @@ struct Course {
 void PrintTo(const Course& course, std::ostream* out) { *out << course.kind; }
 
 std::string alternating(Duration at, Duration wrong, Duration well) {
-  return at % (wrong + well) < wrong ? "no data for " + std::to_string(at / 1s) + " s" : "";
+  return at % (wrong + well) < wrong ? "no data" : "";
 }
 
 class Day : public testing::TestWithParam<Course> {};
@@ -154,7 +159,7 @@ TEST_P(Day, HasFewLines) {
   for (Duration at = 0s; at < 24h; at += course.step) {
     std::vector<Trouble> present;
     if (const std::string text = course.at(at); !text.empty())
-      present.push_back({.cause = "it", .text = text, .recovery = "well"});
+      present.push_back({.device = "it", .problem = problemOf(text), .recovery = "well"});
     for (const LogLine& line : log.look(present, kBegin + at)) lines.push_back({at, line});
   }
   int recoveries = 0, well_before = 0;
@@ -193,10 +198,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Course{"intermittent, 11 minutes", 1s, [](Duration at) { return alternating(at, 11min, 11min); }},
                     Course{"a second each five minutes", 1s, [](Duration at) { return alternating(at, 1s, 299s); }},
                     Course{"well for a second each minute", 1s, [](Duration at) { return alternating(at, 59s, 1s); }},
-                    Course{"each hour and a minute", 1s, [](Duration at) { return alternating(at, 30s, 3630s); }},
-                    Course{"figures that change", 1s, [](Duration at) {
-                             return "no space on /maps (" + std::to_string(at / 1s % 5000) + " MB free)";
-                           }}));
+                    Course{"each hour and a minute", 1s, [](Duration at) { return alternating(at, 30s, 3630s); }}));
 
 }  // namespace
 }  // namespace slam

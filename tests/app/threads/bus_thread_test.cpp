@@ -51,7 +51,7 @@ class Bus : public testing::Test {
   std::vector<LogEvent> restOf(BusThread& bus, std::int64_t messages) {
     EXPECT_TRUE(waitUntil([&] { return sent() >= messages; })) << sent() << " of " << messages;
     bus.worker().stop();
-    EXPECT_TRUE(bus.recorder()->finish(monotonicNow() + 20s));
+    EXPECT_TRUE(bus.publisher().recorder()->finish(monotonicNow() + 20s));
     std::vector<LogEvent> events;
     EventLogReader reader(folder / "record.lcm");
     for (LogEvent event; reader.next(event);) events.push_back(event);
@@ -97,13 +97,13 @@ TEST_F(Bus, TwoThatPublishThePoseNoticeEachOtherWithinTwoSeconds) {
     return condition();
   };
   if (!publishUntil(
-          false, [&] { return bus.linkState() == LinkState::kConnected; }, 5s))
+          false, [&] { return bus.publisher().linkState() == LinkState::kConnected; }, 5s))
     GTEST_SKIP() << "this machine has no multicast";
-  EXPECT_FALSE(bus.hasRival()) << "its own come back";
+  EXPECT_FALSE(bus.publisher().hasRival()) << "its own come back";
   EXPECT_TRUE(publishUntil(
-      true, [&] { return bus.hasRival() && other.hasRival(); }, 2s));
+      true, [&] { return bus.publisher().hasRival() && other.publisher().hasRival(); }, 2s));
   EXPECT_TRUE(publishUntil(
-      false, [&] { return !bus.hasRival(); }, 6s));
+      false, [&] { return !bus.publisher().hasRival(); }, 6s));
 }
 
 TEST_F(Bus, SendsWhatTheOtherThreadsHandItEachOnItsChannel) {
@@ -133,14 +133,14 @@ TEST_F(Bus, SendsWhatTheOtherThreadsHandItEachOnItsChannel) {
   channels->tiles.lidar.tryPush(tile);
   tile.column = 15;
   channels->tiles.depth.tryPush(tile);
-  health_t health{};
-  health.summary = "well";
-  channels->health.tryPush(health);
+  HealthReport report{};
+  report.health.summary = "well";
+  channels->health.tryPush(report);
   channels->answers.tryPush({.id = 13, .accepted = true, .message = "saved"});
   BusThread bus(config, channels->bus(), clock);
   std::map<std::string, LogEvent> record;
-  for (const LogEvent& event : recordOf(bus, 11)) EXPECT_TRUE(record.emplace(event.channel, event).second);
-  ASSERT_EQ(record.size(), 11U);
+  for (const LogEvent& event : recordOf(bus, 12)) EXPECT_TRUE(record.emplace(event.channel, event).second);
+  ASSERT_EQ(record.size(), 12U);
 
   const auto w = decoded<wheels_t>(record[channel::kWheels]);
   EXPECT_EQ(w.utime, clock.utime(stamp + 1ms));
@@ -160,6 +160,7 @@ TEST_F(Bus, SendsWhatTheOtherThreadsHandItEachOnItsChannel) {
   EXPECT_EQ(decoded<map_tile_t>(record[channel::kMapTile]).column, 12);
   EXPECT_EQ(decoded<map_tile_t>(record[channel::kMapLidar]).column, 14);
   EXPECT_EQ(decoded<map_tile_t>(record[channel::kMapDepth]).column, 15);
+  EXPECT_EQ(decoded<problems_t>(record[channel::kProblems]).nproblems, 0);
   EXPECT_EQ(decoded<health_t>(record[channel::kHealth]).summary, "well");
   const auto ack = decoded<ack_t>(record[channel::kAck]);
   EXPECT_EQ(ack.id, 13);
@@ -261,10 +262,12 @@ TEST_F(Bus, AnswersWhoAskedOverTheSocket) {
   EXPECT_FALSE(unknown->accepted);
   EXPECT_FALSE(second.next<ack_t>(channel::kAck, 0ms));
 
-  health_t health{};
-  health.summary = "well";
-  channels->health.tryPush(health);
+  HealthReport report{};
+  report.health.summary = "well";
+  channels->health.tryPush(report);
   channels->bus_wakeup.notify();
+  EXPECT_TRUE(first.next<problems_t>(channel::kProblems)) << "what health tells in words comes first";
+  EXPECT_TRUE(second.next<problems_t>(channel::kProblems));
   EXPECT_EQ(first.next<health_t>(channel::kHealth).value_or(health_t{}).summary, "well");
   EXPECT_EQ(second.next<health_t>(channel::kHealth).value_or(health_t{}).summary, "well");
   EXPECT_EQ(channels->bus_counters.socket_clients, 2U);
@@ -311,16 +314,16 @@ TEST_F(Bus, CountsWhatIsNoCommandOnTheSocket) {
   EXPECT_TRUE(client.send(std::string(70, 'x'), {}));  // names no channel
   EXPECT_TRUE(
       waitUntil([&] { return channels->bus_counters.bad_messages == 1 && channels->bus_counters.socket_bad == 1; }));
-  EXPECT_EQ(bus.socketProblem(), "");
+  EXPECT_FALSE(bus.socketProblem());
 }
 
 TEST_F(Bus, SaysWhyItsSocketIsNotOpen) {
   config.runtime.socket = folder / "missing/socket";
   BusThread bus(config, channels->bus(), clock);
   bus.worker().start();
-  EXPECT_TRUE(waitUntil([&] { return bus.socketProblem().find("missing/socket: No such file") != std::string::npos; }));
+  EXPECT_TRUE(waitUntil([&] { return bus.socketProblem().is(problem::kSocketNoFolder); }));
   std::filesystem::create_directory(folder / "missing");
-  EXPECT_TRUE(waitUntil([&] { return bus.socketProblem().empty(); }));
+  EXPECT_TRUE(waitUntil([&] { return !bus.socketProblem(); }));
 }
 
 /// Programs that send SLAM_DRIVE, and what comes of it to the base.
@@ -411,7 +414,7 @@ TEST_F(BusOfDrives, AreStoppedByAZeroWhateverItsStamp) {
     EXPECT_EQ(newest_->twist.vx, 0.0);
     EXPECT_LT(monotonicNow() - newest_->given, 1s) << "it is as new as it came";
     EXPECT_FALSE(sendUntil(drive, drives, 1s)) << "who drove goes on after a pause only";
-    EXPECT_THAT(bus_->commandProblem(), testing::HasSubstr("SLAM_DRIVE comes from 2 programs ("));
+    EXPECT_THAT(bus_->driveProblem().words(), testing::HasSubstr("SLAM_DRIVE comes from 2 programs ("));
     ::poll(nullptr, 0, 600);
   }
   drive_t timeless = driveOf(0.0, 0s);
@@ -437,7 +440,7 @@ TEST_F(BusOfDrives, AreThoseOfOneProgramByTheOrderThatIsConfigured) {
     EXPECT_EQ(followed, order == DriveOrder::kLast);
     EXPECT_GT(channels->bus_counters.drives_not_followed, 0U);
     EXPECT_TRUE(sendUntil([&] { send(a_, 0.25), send(b_, 0.5); },
-                          [&] { return bus_->commandProblem().find("2 programs") != std::string::npos; }));
+                          [&] { return bus_->driveProblem().is(problem::kDriveSenders); }));
     bus_.reset();
   }
 }

@@ -67,7 +67,7 @@ class GraphKeeping : public testing::Test {
     const auto name = MapStore::newest(folder / "maps");
     return name ? MapStore::load(folder / "maps", *name, config.map).state.keyframes.size() : 0;
   }
-  Duration waiting() const { return graph->storage(monotonicNow()).waiting; }
+  Duration waiting() const { return graph->jobs().report(monotonicNow()).waiting; }
   std::optional<MapAnswer> answer() {
     std::optional<MapAnswer> got;
     const bool there = waitUntil([&] {
@@ -135,7 +135,7 @@ TEST_F(GraphKeeping, SavesThePresentMapUnderItsOwnNameAndGoesOn) {
     const auto saved = answer();
     ASSERT_TRUE(saved);
     EXPECT_EQ(saved->message, "saved as " + name);
-    EXPECT_EQ(graph->storage(monotonicNow()).problem, "");
+    EXPECT_EQ(graph->jobs().report(monotonicNow()).problem.words(), "");
   }
   EXPECT_EQ(stored(), 4);
 }
@@ -191,20 +191,41 @@ TEST_F(GraphKeeping, EndsInTimeOnADiskThatHangs) {
   mapper->worker().stop();
   graph->finish();
   mapper->finish();
-  graph->store(mapper->drawn());
-  EXPECT_FALSE(graph->waitUntilStored(monotonicNow() + 50ms));
-  EXPECT_TRUE(graph->isWriting());
+  graph->jobs().store(mapper->drawn());
+  EXPECT_FALSE(graph->jobs().waitUntilStored(monotonicNow() + 50ms));
+  EXPECT_TRUE(graph->jobs().isWriting());
   disk.release();
-  EXPECT_TRUE(graph->waitUntilStored(monotonicNow() + 20s));
-  EXPECT_FALSE(graph->isWriting());
+  EXPECT_TRUE(graph->jobs().waitUntilStored(monotonicNow() + 20s));
+  EXPECT_FALSE(graph->jobs().isWriting());
   EXPECT_EQ(stored(), 2);
+}
+
+TEST_F(GraphKeeping, WritesAtTheEndOverNoMapThatCameLate) {
+  MapStore(folder / "maps", "kitchen").checkpoint(ChangingMap(5).map);
+  fs::rename(folder / "maps", folder / "disk in the drawer");
+  folder.write("maps", "not mounted yet");
+  config.store.map = "kitchen";
+  start();
+  keyframe->map_id = graph->firstFrontEnd()->mapId();
+  drive();
+  ASSERT_TRUE(waitUntil([&] { return channels->map_keyframes == 1; }));
+  graph->worker().stop();
+  mapper->worker().stop();
+  fs::remove(folder / "maps");
+  fs::rename(folder / "disk in the drawer", folder / "maps");
+  graph->finish();
+  mapper->finish();
+  graph->jobs().store(mapper->drawn());
+  EXPECT_TRUE(graph->jobs().waitUntilStored(monotonicNow() + 20s));
+  EXPECT_EQ(MapStore::load(folder / "maps", "kitchen", config.map).state.keyframes.size(), 5);
+  EXPECT_EQ(stored(), 1) << "under a name of its own";
 }
 
 TEST_F(GraphKeeping, HasNoPoseInAnEmptyMapToLocaliseIn) {
   config.mode = RunMode::kLocalise;
   fs::create_directories(folder / "maps");
   start();
-  EXPECT_THAT(graph->storage(monotonicNow()).problem, HasSubstr("no map to localise in"));
+  EXPECT_THAT(graph->jobs().report(monotonicNow()).problem.words(), HasSubstr("no map to localise in"));
   EXPECT_NE(graph->firstFrontEnd()->estimate(Timestamp(1s)).state, LocalisationState::kLocalised);
   keyframe->map_id = graph->firstFrontEnd()->mapId();
   keyframe->origin = KeyframeOrigin::kLost;
@@ -215,7 +236,7 @@ TEST_F(GraphKeeping, HasNoPoseInAnEmptyMapToLocaliseIn) {
       waitUntil([&] { return channels->front_end.front_ends.popOne([&](FrontEnd* fresh) { found = fresh; }); }));
   const std::unique_ptr<FrontEnd> owned(found);
   EXPECT_NE(found->mapId(), keyframe->map_id);
-  EXPECT_EQ(graph->storage(monotonicNow()).problem, "");
+  EXPECT_EQ(graph->jobs().report(monotonicNow()).problem.words(), "");
 }
 
 TEST_F(GraphKeeping, LocalisesInTheMapAndExtendsItAgainByCommand) {
@@ -241,6 +262,8 @@ TEST_F(GraphKeeping, LocalisesInTheMapAndExtendsItAgainByCommand) {
   ASSERT_TRUE(channels->commands.map.tryPush({MapCommand::kSave, 9, ""}));
   EXPECT_FALSE(answer()->accepted);
   changeTo(MapCommand::kSlam);
+  keyframe->origin = KeyframeOrigin::kLost;  // as a front end begins in a known map
+  keyframe->session = 1;
   drive();
   EXPECT_TRUE(waitUntil([&] { return stored() == 3; })) << stored();
 }

@@ -19,7 +19,7 @@ using testing::HasSubstr;
 
 class MapFiles : public testing::Test {
  protected:
-  std::string problemOf(const MapperThread& mapper) { return mapper.storage(monotonicNow()).problem; }
+  std::string problemOf(const MapperThread& mapper) { return mapper.storage(monotonicNow()).problem.words(); }
 
   const test::Folder folder;
   Config config;

@@ -71,18 +71,18 @@ TEST_F(Threads, FeedSystemdOnlyWhileAllVitalOnesAreAlive) {
   for (int i = 9; i <= 12; ++i) log += look(i * 100ms);
   EXPECT_EQ(systemd.feeds(), 2);
   EXPECT_THAT(log, testing::HasSubstr("thread lidar does not tick"));
-  EXPECT_THAT(watchdog.words(Timestamp{} + 1200ms), testing::HasSubstr("lidar"));
+  EXPECT_THAT(watchdog.problems(Timestamp{} + 1200ms).at(0).words(), testing::HasSubstr("lidar"));
   EXPECT_THAT(watchdog.workers(), testing::ElementsAre(&lidar, &depth));
 }
 
 TEST_F(Threads, AreNotLateWhileTheirDeviceConnects) {
   watchdog.add(lidar, {200ms, 10s}, &status);
-  status.set(DeviceState::kOpening, "resetting");
+  status.set(DeviceState::kOpening, problem::kOpening);
   for (int i = 0; i <= 5; ++i) look(i * 100ms);
-  EXPECT_EQ(watchdog.words(Timestamp{} + 500ms), "");
-  status.set(DeviceState::kStreaming, "");
+  EXPECT_TRUE(watchdog.problems(Timestamp{} + 500ms).empty());
+  status.set(DeviceState::kStreaming);
   look(600ms);
-  EXPECT_THAT(watchdog.words(Timestamp{} + 600ms), testing::HasSubstr("thread lidar was late"));
+  EXPECT_THAT(watchdog.problems(Timestamp{} + 600ms).at(0).words(), testing::HasSubstr("thread lidar was late"));
 }
 
 }  // namespace

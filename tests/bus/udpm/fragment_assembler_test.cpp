@@ -75,6 +75,8 @@ TEST(FragmentAssembler, BelievesNoLength) {
   EXPECT_FALSE(assembler.take({7, 1000, 0xFFFFFFF0, 0, 2, "SLAM_SCAN", payload}, kAll)) << "offset and size pass 2^32";
   EXPECT_FALSE(assembler.take({8, 0xFFFFFFFF, 0, 0, 2, "SLAM_SCAN", payload}, kAll));
   EXPECT_FALSE(assembler.take({9, 50, 0, 0, 2, "SLAM_SCAN", payload}, kAll)) << "more than it is to have";
+  for (const std::uint16_t parts : {std::uint16_t{0}, std::uint16_t{1}})
+    EXPECT_FALSE(assembler.take({10, 100, 0, 0, parts, "SLAM_SCAN", payload}, kAll)) << "no part of several";
   std::mt19937 random(1);
   const auto any = [&](std::uint32_t below) { return static_cast<std::uint32_t>(random() % below); };
   int whole = 0;

@@ -105,24 +105,23 @@ TEST_F(LinkWatched, HasNothingToSayWhereNothingIsSent) {
   EXPECT_EQ(state(), LinkState::kOpening);
 }
 
-TEST(LinkWords, NameCauseAndFix) {
+TEST(LinkProblem, NamesCauseAndFix) {
   UdpmUrl url = parseUdpmUrl("udpm://239.255.76.67:7668?ttl=0");
   for (const LinkState state : {LinkState::kNoRoute, LinkState::kBlocked, LinkState::kUnheard, LinkState::kNoSocket}) {
     EXPECT_TRUE(isFault(state));
-    EXPECT_FALSE(causeOf(state, url).empty());
-    EXPECT_FALSE(fixOf(state, url).empty());
+    EXPECT_FALSE(problemOf(state, url).fix().empty());
   }
   for (const LinkState state : {LinkState::kOpening, LinkState::kConnected}) {
     EXPECT_FALSE(isFault(state));
-    EXPECT_EQ(causeOf(state, url) + fixOf(state, url), "");
+    EXPECT_FALSE(problemOf(state, url));
   }
-  EXPECT_EQ(causeOf(LinkState::kUnheard, url), "sent packets do not come back; is udp 7668 blocked?");
+  EXPECT_EQ(problemOf(LinkState::kUnheard, url).cause(), "sent packets do not come back; is udp 7668 blocked?");
 }
 
-TEST(LinkWords, RecommendTheRouteOnLoOnlyToWhatStaysOnThisMachine) {
-  EXPECT_THAT(fixOf(LinkState::kNoRoute, parseUdpmUrl("udpm://239.255.76.67:7667?ttl=0")),
+TEST(LinkProblem, RecommendsTheRouteOnLoOnlyToWhatStaysOnThisMachine) {
+  EXPECT_THAT(problemOf(LinkState::kNoRoute, parseUdpmUrl("udpm://239.255.76.67:7667?ttl=0")).fix(),
               testing::HasSubstr("dev lo"));
-  const std::string network = fixOf(LinkState::kNoRoute, parseUdpmUrl("udpm://239.255.76.67:7667?ttl=1"));
+  const std::string network = problemOf(LinkState::kNoRoute, parseUdpmUrl("udpm://239.255.76.67:7667?ttl=1")).fix();
   EXPECT_THAT(network, testing::Not(testing::HasSubstr("dev lo")));
   EXPECT_THAT(network, testing::HasSubstr("ip route add 224.0.0.0/4 dev "));
 }

@@ -101,18 +101,17 @@ TEST_F(HandsfreeBoardTest, FindsNothingWhenTheBoardAgrees) {
   ASSERT_TRUE(runUntil([&] { return driver_->wheelRadius() != 0.0F; }));
   EXPECT_EQ(driver_->wheelRadius(), 0.033F);
   EXPECT_EQ(driver_->bodyRadius(), 0.16F);
-  EXPECT_STREQ(driver_->finding(), "");
-  EXPECT_EQ(driver_->findings(), 0U);
+  EXPECT_FALSE(driver_->finding());
 }
 
 TEST_F(HandsfreeBoardTest, AllowsACalibrationOfFivePercent) {
   const auto findings = [this](double share) {
     make({.wheel_radius = 0.033 / share, .body_radius = 0.16 / share});
     EXPECT_TRUE(runUntil([&] { return driver_->wheelRadius() != 0.0F; }));
-    return driver_->findings();
+    return driver_->finding();
   };
-  for (const double share : {1.04, 0.96}) EXPECT_EQ(findings(share), 0U) << share;
-  for (const double share : {1.06, 0.94}) EXPECT_EQ(findings(share), 2U) << share;
+  for (const double share : {1.04, 0.96}) EXPECT_FALSE(findings(share)) << share;
+  for (const double share : {1.06, 0.94}) EXPECT_TRUE(findings(share)) << share;
 }
 
 struct Disagreement {
@@ -123,8 +122,8 @@ class Chassis : public HandsfreeBoardTest, public testing::WithParamInterface<Di
 
 TEST_P(Chassis, ThatIsAnotherThanConfiguredIsSaidInWordsAndNotObeyed) {
   make(GetParam().config);
-  ASSERT_TRUE(runUntil([&] { return driver_->findings() > 0; }));
-  EXPECT_NE(std::string(driver_->finding()).find(GetParam().word), std::string::npos) << driver_->finding();
+  ASSERT_TRUE(runUntil([&] { return static_cast<bool>(driver_->finding()); }));
+  EXPECT_NE(driver_->finding().words().find(GetParam().word), std::string::npos) << driver_->finding().words();
   ASSERT_TRUE(runUntilWheels(3));
   EXPECT_TRUE(streaming());
 }
@@ -137,7 +136,7 @@ INSTANTIATE_TEST_SUITE_P(Of, Chassis,
 TEST_F(HandsfreeBoardTest, WorksWithABoardThatDoesNotKnowItsChassis) {
   fake_.knows_chassis = false;
   ASSERT_TRUE(runUntil([&] { return wheels_.size() > 300; }));
-  EXPECT_STREQ(driver_->finding(), "");
+  EXPECT_FALSE(driver_->finding());
   const std::int64_t unanswered = driver_->wheelStatus().rejects;
   EXPECT_EQ(unanswered, 3) << "asks in vain a few times, not for ever";
 }

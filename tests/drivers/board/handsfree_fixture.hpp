@@ -161,7 +161,7 @@ class HandsfreeBoardTest : public testing::Test {
   static void note(const DeviceStatus& status, std::vector<DeviceState>& states) {
     const DeviceState state = status.state;
     if (states.empty() || states.back() != state) states.push_back(state);
-    EXPECT_TRUE(state == DeviceState::kStreaming || status.reason.load()[0] != 0) << "no words for what is wrong";
+    EXPECT_TRUE(state == DeviceState::kStreaming || status.problem()) << "no words for what is wrong";
   }
   bool streaming() {
     return driver_->wheelStatus().state == DeviceState::kStreaming &&

@@ -15,10 +15,10 @@ struct FakeUsb : UsbWatch {
   bool present() override { return on_bus; }
   bool permitted() override { return may_open; }
   bool arrived() override { return std::exchange(plugged_in, false); }
-  const char* reset() override {
+  bool reset() override {
     ++resets;
     at_reset();
-    return "";
+    return true;
   }
 };
 

@@ -56,8 +56,8 @@ class CanBaseTest : public testing::Test {
   void put(const can::Frame& frame) {
     if (connected_) bus_.put(frame);
   }
-  std::string wheelReason() { return driver_->wheelStatus().reason.load(); }
-  std::string imuReason() { return driver_->imuStatus().reason.load(); }
+  std::string wheelReason() { return driver_->wheelStatus().problem().words(); }
+  std::string imuReason() { return driver_->imuStatus().problem().words(); }
   DeviceState wheelState() { return driver_->wheelStatus().state; }
   DeviceState imuState() { return driver_->imuStatus().state; }
   void expectStreaming() {

@@ -255,13 +255,13 @@ TEST_P(CanBaseStopEither, IsAllThatIsSentWhenDrivesThatHadNoPowerAcknowledgeAgai
   driveFor(3s);
   runFor(1s);
   ASSERT_EQ(bus_.queue.size(), Bus::kQueue);
-  const char* reason = driver_->wheelStatus().reason;
+  const std::string reason = driver_->wheelStatus().problem().words();
   EXPECT_THAT(reason, testing::HasSubstr(GetParam() ? "error-passive" : "no frames of the left wheel"));
   bus_.sent.clear();
   bus_.sends = 0;
   for (int i = 0; i < 12000; ++i) {
     tick();
-    ASSERT_EQ(driver_->wheelStatus().reason, reason) << "no news, nothing to log";
+    ASSERT_EQ(driver_->wheelStatus().problem().words(), reason) << "no news, nothing to log";
   }
   EXPECT_LE(bus_.sends, 12000) << "an attempt a tick";
   ASSERT_TRUE(bus_.sent.empty());

@@ -18,6 +18,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
+using testing::StartsWith;
 namespace odrive = can::odrive;
 namespace xsens = can::xsens;
 using CanBaseTest = test::CanBaseTest;
@@ -82,11 +83,11 @@ TEST_F(CanBaseTest, SaysWithinASecondThatAWheelIsSilent) {
   drive_[0] = false;
   runFor(1s);
   EXPECT_EQ(wheelState(), DeviceState::kStale);
-  EXPECT_EQ(wheelReason(), "no frames of the left wheel (node 0x10)");
+  EXPECT_THAT(wheelReason(), StartsWith("no frames of the left wheel (node 0x10)"));
   EXPECT_EQ(imuState(), DeviceState::kStreaming);
   drive_ = {true, false};
   runFor(1s);
-  EXPECT_EQ(wheelReason(), "no frames of the right wheel (node 0x18)");
+  EXPECT_THAT(wheelReason(), StartsWith("no frames of the right wheel (node 0x18)"));
   drive_ = {false, false};
   runFor(1s);
   EXPECT_THAT(wheelReason(), HasSubstr("nor of the right wheel"));
@@ -131,9 +132,11 @@ TEST_F(CanBaseTest, SaysWithinASecondWhatIsMissingOfTheImu) {
     runFor(2s);
     expectStreaming();
   };
-  expectWithout(time_, DeviceState::kStreaming, "no sample time (005): its readings are used with the stamps of their");
+  expectWithout(time_, DeviceState::kStreaming,
+                "no sample time (005); slamd takes its readings with the stamps of their");
   expectWithout(rate_, DeviceState::kStale, "no rate of turn (032)");
-  expectWithout(acceleration_, DeviceState::kStreaming, "no acceleration (034): its turn rate is used without");
+  expectWithout(acceleration_, DeviceState::kStreaming,
+                "no acceleration (034); slamd goes on with its turn rate alone");
   time_ = rate_ = acceleration_ = false;
   runFor(1s);
   EXPECT_THAT(imuReason(), HasSubstr("no frames of the IMU"));
@@ -147,7 +150,10 @@ TEST_F(CanBaseTest, SaysWhatIsWrongWithADrive) {
   const auto before = wheels_.size();
   runFor(300ms);
   EXPECT_EQ(wheelState(), DeviceState::kFault);
-  EXPECT_EQ(wheelReason(), "left wheel: axis error 0x800, controller, disarmed");
+  EXPECT_EQ(
+      wheelReason(),
+      "left wheel: axis error 0x800, controller, disarmed: remove the cause, then cansend can0 218# and cansend can0 "
+      "207#08000000");
   EXPECT_GT(wheels_.size(), before + 25) << "a disarmed wheel is still measured";
   heartbeat_[0] = {.state = 1};
   runFor(300ms);
@@ -166,7 +172,7 @@ TEST_F(CanBaseTest, DoesNotUseAWheelWhoseEncoderFailed) {
   const auto before = wheels_.size();
   runFor(1s);
   EXPECT_EQ(wheels_.size(), before);
-  EXPECT_EQ(wheelReason(), "right wheel: axis error 0x100, encoder, disarmed");
+  EXPECT_THAT(wheelReason(), StartsWith("right wheel: axis error 0x100, encoder, disarmed"));
 }
 
 class CanBaseOf06 : public CanBaseTest {
@@ -193,7 +199,7 @@ TEST_F(CanBaseOf06, TakesAProcedureResultForNoError) {
   EXPECT_TRUE(bus_.sent.empty()) << "it may not ask where nothing may be sent";
   run06(1s, 0x01000000, 1, 3);
   EXPECT_EQ(wheelState(), DeviceState::kFault);
-  EXPECT_EQ(wheelReason(), "left wheel: axis error 0x1000000, disarmed");
+  EXPECT_THAT(wheelReason(), StartsWith("left wheel: axis error 0x1000000, disarmed"));
   const auto before = wheels_.size();
   run06(1s, 0x01000000, 1, 3);
   EXPECT_GT(wheels_.size(), before + 90) << "a disarmed wheel is still measured";
@@ -270,19 +276,17 @@ TEST_F(CanBaseTest, DoesNotBelieveASingleHeartbeat) {
   expectStreaming();
 }
 
-TEST_F(CanBaseTest, HasWordsForMoreErrorsThanItHasRoomFor) {
+TEST_F(CanBaseTest, NamesEachErrorOfADrive) {
   start();
   runFor(500ms);
-  std::map<const char*, std::string> said;
   for (std::uint32_t error = 1; error < 100; ++error) {
     heartbeat_[0] = {.axis_error = error, .state = 1};
     runFor(200ms);
-    said.emplace(driver_->wheelStatus().reason.load(), wheelReason());
     EXPECT_EQ(wheelState(), DeviceState::kFault);
-    EXPECT_THAT(wheelReason(), testing::AllOf(HasSubstr("left wheel"), HasSubstr("error")));
+    char words[64];
+    std::snprintf(words, sizeof words, "left wheel: axis error 0x%x, disarmed: ", error);
+    EXPECT_THAT(wheelReason(), StartsWith(words));
   }
-  EXPECT_GT(said.size(), 30U);
-  for (const auto& [at, text] : said) EXPECT_EQ(at, text) << "another thread may be reading it still";
 }
 
 TEST_F(CanBaseTest, NoticesAPositionThatIsFrozenWhileTheWheelTurns) {

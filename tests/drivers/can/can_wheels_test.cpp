@@ -186,6 +186,19 @@ TEST(CanWheels, SurviveRandomEstimatesAndGoOn) {
   EXPECT_FALSE(pair->restarted);
 }
 
+TEST(CanWheels, GoOnWhereTheyAreSpedUpBetweenTwoEstimates) {
+  CanWheels wheels({});
+  for (int i = 0; i < 20; ++i) {
+    const double t = 0.35 * (i - 10), speed = t > 0.0 ? 7.0 : 0.0;        // [rad/s] 20 rad/s^2 for a period
+    const double angle = t > 0.0 ? speed * t - 0.5 * speed * 0.35 : 0.0;  // [rad]
+    for (const std::size_t side : {kLeft, kRight}) {
+      const auto pair = wheels.add(side, kStart + i * 350ms, turns(angle / kTurn, speed / kTurn));
+      EXPECT_EQ(pair && pair->restarted, i == 0 && side == kRight);
+    }
+  }
+  EXPECT_EQ(wheels.rejects(), 0);
+}
+
 TEST(CanWheels, PairAtAnyPeriodThatDrivesSendAt) {
   struct Case {
     Duration left, right;

@@ -10,9 +10,9 @@ namespace slam {
 namespace {
 
 TEST(ScanInterpreter, TellsABeamThatSawNothingFromOneThatIsBlocked) {
-  FrontEndConfig config;
-  config.lidar.mask = {{10.0, 20.0}};
-  ScanInterpreter interpreter(config);
+  LidarModel lidar;
+  lidar.mask = {{10.0, 20.0}};
+  ScanInterpreter interpreter({}, lidar);
   LaserScan scan;
   scan.range_min = 0.15F;
   scan.range_max = 12.0F;
@@ -23,7 +23,7 @@ TEST(ScanInterpreter, TellsABeamThatSawNothingFromOneThatIsBlocked) {
   }
   for (const float range : {0.0F, 5.0F}) scan.push({.range = range, .bearing = 15.0F * kDegree});  // masked
 
-  const LaserScan& interpreted = interpreter.interpret(scan, {}, EkfTimeline({}, {}));
+  const LaserScan& interpreted = interpreter.interpret(scan, {}, 0.0, EkfTimeline({}, {}));
   EXPECT_THAT(interpreter.open(), testing::ElementsAre(true, false, false, true, true, false, false));
   EXPECT_EQ(interpreted.beams()[1].range, 5.0F);
   EXPECT_EQ(interpreted.beams()[6].range, 0.0F) << "masked";

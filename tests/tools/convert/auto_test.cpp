@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/convert/auto.hpp"
-
 #include <functional>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,6 +8,7 @@
 #include <zlib.h>
 
 #include "tools/bag_bytes.hpp"
+#include "tools/convert/formats.hpp"
 #include "tools/files.hpp"
 
 namespace slam {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/convert/carmen.hpp"
-
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
 #include <string>
 
+#include "tools/convert/formats.hpp"
 #include "tools/files.hpp"
 #include "tools/recorded_log.hpp"
 
@@ -41,6 +40,9 @@ class Drive {
     std::string line = "FLASER " + std::to_string(ranges.size());
     for (const std::string& range : ranges) line += " " + range;
     return line + " " + text(laser) + " " + text(robot) + " " + stamp + " host " + logger + "\n";
+  }
+  std::string line(int i, const std::string& stamp, const std::string& logger) {
+    return flaser(ranges(181), pose(i), pose(i), stamp, logger);
   }
   /// Line i of a log whose laser sits at `mount`.
   std::string line(int i, const Pose2& mount = {}) {
@@ -153,9 +155,7 @@ TEST_F(CarmenLog, TakesTheLoggersStampsWhereItsOwnAreNone) {
   for (const char* stamp : {"0", "0.000000", "976052857.5"}) {
     Drive drive(7);
     std::string log;
-    for (int i = 0; i < 5; ++i) {
-      log += Drive::flaser(drive.ranges(181), drive.pose(i), drive.pose(i), stamp, std::to_string(0.25 * i));
-    }
+    for (int i = 0; i < 5; ++i) log += drive.line(i, stamp, std::to_string(0.25 * i));
     const Log converted = convert(log);
     EXPECT_EQ(recording_.rejected, 0) << stamp;
     EXPECT_THAT(converted.scan_utimes, ElementsAre(1'000'000, 1'250'000, 1'500'000, 1'750'000, 2'000'000)) << stamp;
@@ -166,7 +166,7 @@ TEST_F(CarmenLog, TakesTheLoggersStampsWhereItsOwnAreNone) {
 TEST_F(CarmenLog, TakesAPeriodWhereNoStampsAreTimes) {
   Drive drive(8);
   std::string log;
-  for (int i = 0; i < 4; ++i) log += Drive::flaser(drive.ranges(181), drive.pose(i), drive.pose(i), "0", "7.5");
+  for (int i = 0; i < 4; ++i) log += drive.line(i, "0", "7.5");
   EXPECT_THAT(test::refusalOf([&] { convert(log); }), HasSubstr("--period"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out.lcm"));
   EXPECT_THAT(convert(log, {.period = 0.2}).scan_utimes, ElementsAre(1'000'000, 1'200'000, 1'400'000, 1'600'000));
@@ -175,10 +175,7 @@ TEST_F(CarmenLog, TakesAPeriodWhereNoStampsAreTimes) {
 TEST_F(CarmenLog, FillsASingleStampOfZeroByTheLoggers) {
   Drive drive(9);
   std::string log;
-  for (int i = 0; i < 6; ++i) {
-    log += Drive::flaser(drive.ranges(181), drive.pose(i), drive.pose(i), i == 3 ? "0" : std::to_string(100 + i),
-                         std::to_string(i));
-  }
+  for (int i = 0; i < 6; ++i) log += drive.line(i, i == 3 ? "0" : std::to_string(100 + i), std::to_string(i));
   EXPECT_THAT(convert(log).scan_utimes,
               ElementsAre(100'000'000, 101'000'000, 102'000'000, 103'000'000, 104'000'000, 105'000'000));
 }
@@ -189,9 +186,7 @@ TEST_F(CarmenLog, FillsStampsOfZeroAtItsBeginningAndWithoutALogger) {
     return "ODOM " + text(drive.pose(i)) + " 0 0 0 " + stamp + " host " + logger + "\n";
   };
   std::string log = odom(0, "0", "0.5") + odom(0, "0.000000", "0.6");
-  for (int i = 0; i < 4; ++i)
-    log +=
-        Drive::flaser(drive.ranges(181), drive.pose(i), drive.pose(i), std::to_string(100 + i), std::to_string(1 + i));
+  for (int i = 0; i < 4; ++i) log += drive.line(i, std::to_string(100 + i), std::to_string(1 + i));
   log += odom(3, "0", "0") + odom(3, "0", "no time");
   const Log converted = convert(log);
   EXPECT_EQ(recording_.rejected, 0) << recording_.first_rejection;

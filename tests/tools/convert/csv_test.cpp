@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/convert/csv.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -9,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "tools/convert/auto.hpp"
+#include "tools/convert/formats.hpp"
 #include "tools/files.hpp"
 #include "tools/recorded_log.hpp"
 
@@ -331,18 +329,29 @@ TEST_F(CsvInMetres, RefusesTablesOfAnythingElse) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "none.lcm"));
 }
 
-TEST(CsvEncoders, KeepTheirTicksAsAngles) {
+TEST(CsvSpeed, HasAHeaderBehindCommentsAndNoRowWithoutATime) {
+  const test::Folder folder;
+  const Recording recording = convertCsv(
+      {.speed = folder.write("speed.csv", "# of the wheels\nt_s,v_m_s\n-5.0,1\n1.0,1\n1.5,1\n")}, folder / "out.lcm");
+  EXPECT_EQ(recording.wheels, 2);
+  EXPECT_EQ(recording.rejected, 1) << "slamd takes no stamp before 0";
+  EXPECT_THAT(recording.first_rejection, HasSubstr("speed.csv:3"));
+}
+
+TEST(CsvEncoders, KeepTheirTicksAsAnglesAndTurnByTheTrack) {
   const test::Folder folder;
   CsvInput in;
   in.encoders = folder.write("encoders.csv", "1.0,1,2,1,2\n1.1,3,4,3,4\n");
   in.metres_per_tick = 0.01;
   in.wheel_radius = 0.1;
+  in.half_track = 0.05;
   const Recording recording = convertCsv(in, folder / "out.lcm");
   const Log log = test::readLog(folder / "out.lcm");
   ASSERT_EQ(log.angles.size(), 2U);
   ASSERT_EQ(log.angles[1].size(), 2U);
   EXPECT_NEAR(log.angles[1][0], 0.6, 1e-9);
   EXPECT_NEAR(log.angles[1][1], 0.4, 1e-9);
+  EXPECT_NEAR(log.wheels[1].T_wheels_base.theta, (0.04 - 0.06) / 0.1, 1e-9) << "right less left, by the whole track";
   EXPECT_NEAR(test::configOf(recording).base_device.geometry.wheel_radius, 0.1, 1e-9);
 }
 

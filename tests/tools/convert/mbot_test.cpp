@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/convert/mbot.hpp"
-
 #include <bit>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "bus/event_log.hpp"
-#include "tools/convert/auto.hpp"
+#include "tools/common/trajectory.hpp"
+#include "tools/convert/formats.hpp"
 #include "tools/convert/log_output.hpp"
 #include "tools/files.hpp"
 #include "tools/recorded_log.hpp"
@@ -38,7 +37,7 @@ class Fields {
 };
 
 std::vector<std::uint8_t> scan(std::int64_t utime, std::int64_t first, int beams, std::int64_t step) {
-  Fields fields(kMbotLidar);
+  Fields fields(0x89dc5b879a5056cf);
   fields.int64(utime).int32(beams);
   for (int i = 0; i < beams; ++i) fields.real(2.0F);
   for (int i = 0; i < beams; ++i) fields.real(0.01F * static_cast<float>(i));
@@ -147,6 +146,34 @@ TEST(Mbot2017, MendsOurLogsOfSuchScansOnce) {
     EXPECT_THAT(convertAny(folder / "in.lcm", folder / "out.lcm").notes, testing::IsEmpty());
     EXPECT_EQ(test::readLog(folder / "out.lcm").scan_utimes[3], kNow + 300'000);
   }
+}
+
+TEST(Mbot2017, WritesThePosesOfTheLogOnItsOwnClock) {
+  const test::Folder folder;
+  {
+    EventLogWriter log(folder / "in.lcm");
+    const auto pose = [](std::int64_t t, float x) { return Fields(0x1f317af1246276ac).int64(kRobot + t).real(x); };
+    for (int i = 0; i < 3; ++i) {  // the second pose arrives late
+      const std::int64_t t = 100'000 * i, arrival = kNow + t + (i == 1 ? 30'000 : 2'000);
+      log.write(arrival, "SLAM_POSE", pose(t, 0.5F * static_cast<float>(i)).real(-1.0F).real(0.25F).bytes());
+      log.write(arrival, "TRUE_POSE", pose(t, 9.0F).real(9.0F).real(0.0F).bytes());
+    }
+    log.write(kNow + 252'000, "SLAM_POSE", pose(250'000, 1.0F).bytes());
+    log.write(kNow + 300'000, "LIDAR", scan(kRobot, kRobot, 1, 0));
+  }
+  const Recording recording = convertMbot(folder / "in.lcm", folder / "out.lcm", {.file = folder / "truth.tum"});
+  EXPECT_EQ(recording.poses, 3);
+  EXPECT_EQ(recording.rejected, 1);
+  const Trajectory poses = readTrajectory(folder / "truth.tum");
+  ASSERT_EQ(poses.size(), 3U);
+  EXPECT_EQ(toMicroseconds(poses[1].stamp), kNow + 2'000 + 100'000) << "the least delay counts as none";
+  EXPECT_NEAR(poses[1].pose.x, 0.5, 1e-6);
+  EXPECT_NEAR(poses[1].pose.y, -1.0, 1e-6);
+  EXPECT_NEAR(poses[1].pose.theta, 0.25, 1e-6);
+  convertMbot(folder / "in.lcm", folder / "out.lcm", {.file = folder / "truth.tum", .channel = "TRUE_POSE"});
+  EXPECT_NEAR(readTrajectory(folder / "truth.tum")[0].pose.x, 9.0, 1e-6);
+  EXPECT_THROW(convertMbot(folder / "in.lcm", folder / "out.lcm", {.file = folder / "truth.tum", .channel = "NONE"}),
+               std::runtime_error);
 }
 
 TEST(Mbot2017, TakesOdometryWhereThereAreNoEncoders) {

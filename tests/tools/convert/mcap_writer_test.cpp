@@ -6,7 +6,7 @@
 
 #include "tools/convert/bags/mcap.hpp"
 #include "tools/convert/bags/ros_source.hpp"
-#include "tools/convert/bags/wire_reader.hpp"
+#include "tools/convert/wire_reader.hpp"
 #include "tools/files.hpp"
 
 namespace slam {

@@ -14,7 +14,7 @@ using testing::Not;
 
 Recording ofALidar() {
   Recording recording;
-  recording.useScan(recording.sensor("/scan"), 5'000'000);
+  recording.use(recording.sensor("/scan"), &Recording::scans, 5'000'000);
   return recording;
 }
 
@@ -66,7 +66,7 @@ TEST(RecordingConfig, IsUtf8WhateverTheRecordingSays) {
 TEST(RecordingDoubt, IsOfEachSensorAlone) {
   Recording recording = ofALidar();
   SensorRows& imu = recording.sensor("/imu");
-  recording.useImu(imu, 1'000'000);
+  recording.use(imu, &Recording::imu, 1'000'000);
   recording.reject(imu, "file:1", "cut off");
   EXPECT_EQ(recording.doubt(), "") << "half of them";
   recording.reject(imu, "file:2", "cut off");
@@ -76,7 +76,7 @@ TEST(RecordingDoubt, IsOfEachSensorAlone) {
 
 TEST(RecordingReport, SaysWhatOfEachSensorWasUsed) {
   Recording recording = ofALidar();
-  for (int i = 1; i < 11; ++i) recording.useScan(recording.sensor("/scan"), 5'000'000 + 100'000 * i);
+  for (int i = 1; i < 11; ++i) recording.use(recording.sensor("/scan"), &Recording::scans, 5'000'000 + 100'000 * i);
   recording.sensor("/scan").frame = "laser\x1b[2J";
   recording.unused.emplace_back("/camera: not read");
   const std::string report = reportText(recording, "out.lcm", true);

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/convert/bags/ros.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <gmock/gmock.h>
@@ -8,7 +6,7 @@
 #include <limits>
 
 #include "tools/bag_bytes.hpp"
-#include "tools/convert/auto.hpp"
+#include "tools/convert/formats.hpp"
 #include "tools/files.hpp"
 #include "tools/recorded_log.hpp"
 

@@ -1,24 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The tables are those of rosbag2_storage_sqlite3: topics, messages, and in newer ones message_definitions.
 #include <map>
-#include <sqlite3.h>
 #include <stdexcept>
 
 #include "tools/convert/bags/decompress.hpp"
 #include "tools/convert/bags/ros_source.hpp"
+#include "tools/convert/sqlite.hpp"
 
 namespace slam {
 namespace {
 
 constexpr int kLargestValue = 1 << 26;  // [bytes]
-
-struct CloseDatabase {
-  void operator()(sqlite3* database) const { sqlite3_close(database); }
-};
-struct Finalize {
-  void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
-};
-using Statement = std::unique_ptr<sqlite3_stmt, Finalize>;
 
 std::string textIn(sqlite3_stmt* statement, int column) {
   const auto* text = sqlite3_column_text(statement, column);
@@ -88,11 +80,7 @@ class Db3 : public RosSource {
     return kind && sqlite3_step(kind.get()) == SQLITE_ROW;
   }
   std::string error() const { return sqlite3_errmsg(database_.get()); }
-  Statement prepare(const std::string& query) const {
-    sqlite3_stmt* statement = nullptr;
-    sqlite3_prepare_v2(database_.get(), query.c_str(), -1, &statement, nullptr);
-    return Statement(statement);
-  }
+  Statement prepare(const std::string& query) const { return slam::prepare(database_, query); }
   /// Not in the order of time, which would need an index or much memory.
   void select(std::int64_t behind) {
     messages_ = prepare("SELECT id, topic_id, timestamp, data FROM messages WHERE id > " + std::to_string(behind) +
@@ -153,7 +141,7 @@ class Db3 : public RosSource {
     return true;
   }
 
-  std::unique_ptr<sqlite3, CloseDatabase> database_;
+  Database database_;
   std::map<std::int64_t, RosTopic> topics_;
   Statement messages_;
   std::vector<std::uint8_t> message_;

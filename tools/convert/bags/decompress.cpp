@@ -15,33 +15,40 @@ constexpr std::size_t kStep = std::size_t{1} << 16;  // [bytes] that out grows b
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Room for another step, nullptr when out is as large as it may be.
-std::uint8_t* grow(Bytes& out, std::size_t used) {
-  if (used + kStep > kLargestChunk) return nullptr;
-  out.resize(used + kStep);
-  return out.data() + used;
+/// What a decoder made of its input in one step.
+struct Step {
+  std::size_t made;   // [bytes]
+  bool ended, stuck;  // the data is whole; it is damaged, or cut off
+};
+
+/// Calls step(room) for kStep bytes of room each until the data ends. @return false: it is damaged, cut off or too
+/// large
+template <typename Decode>
+bool unpack(Bytes& out, const Decode& decode) {
+  Step step{0, false, false};
+  std::size_t used = 0;
+  while (!step.ended && !step.stuck && used + kStep <= kLargestChunk) {
+    out.resize(used + kStep);
+    step = decode(out.data() + used);
+    used += step.made;
+  }
+  out.resize(used);
+  return step.ended;
 }
 
 bool unpackBz2(std::span<const std::uint8_t> data, Bytes& out) {
   bz_stream stream{};
   if (data.size() > std::numeric_limits<unsigned>::max() || BZ2_bzDecompressInit(&stream, 0, 0) != BZ_OK) return false;
+  const std::unique_ptr<bz_stream, decltype(&BZ2_bzDecompressEnd)> owner(&stream, &BZ2_bzDecompressEnd);
   stream.next_in = const_cast<char*>(reinterpret_cast<const char*>(data.data()));
   stream.avail_in = static_cast<unsigned>(data.size());
-  std::size_t used = 0;
-  int status = BZ_OK;
-  while (status == BZ_OK) {
-    std::uint8_t* room = grow(out, used);
-    if (room == nullptr) break;
+  return unpack(out, [&](std::uint8_t* room) {
     stream.next_out = reinterpret_cast<char*>(room);
     stream.avail_out = kStep;
-    status = BZ2_bzDecompress(&stream);
+    const int status = BZ2_bzDecompress(&stream);
     const std::size_t made = kStep - stream.avail_out;
-    used += made;
-    if (status == BZ_OK && made == 0 && stream.avail_in == 0) break;  // cut off
-  }
-  BZ2_bzDecompressEnd(&stream);
-  out.resize(used);
-  return status == BZ_STREAM_END;
+    return Step{made, status == BZ_STREAM_END, status != BZ_OK || (made == 0 && stream.avail_in == 0)};
+  });
 }
 
 bool unpackLz4(std::span<const std::uint8_t> data, Bytes& out) {
@@ -49,19 +56,13 @@ bool unpackLz4(std::span<const std::uint8_t> data, Bytes& out) {
   if (LZ4F_isError(LZ4F_createDecompressionContext(&context, LZ4F_VERSION))) return false;
   const std::unique_ptr<LZ4F_dctx, decltype(&LZ4F_freeDecompressionContext)> owner(context,
                                                                                    &LZ4F_freeDecompressionContext);
-  std::size_t used = 0, at = 0, wanted = 1;
-  while (wanted != 0) {
-    std::uint8_t* room = grow(out, used);
-    if (room == nullptr) break;
-    std::size_t made = kStep, read = data.size() - at;
-    wanted = LZ4F_decompress(context, room, &made, data.data() + at, &read, nullptr);
-    if (LZ4F_isError(wanted)) break;
-    used += made;
-    at += read;
-    if (made == 0 && read == 0) break;  // cut off
-  }
-  out.resize(used);
-  return wanted == 0;
+  return unpack(out, [&](std::uint8_t* room) {
+    std::size_t made = kStep, read = data.size();
+    const std::size_t wanted = LZ4F_decompress(context, room, &made, data.data(), &read, nullptr);
+    if (LZ4F_isError(wanted)) return Step{0, false, true};
+    data = data.subspan(read);
+    return Step{made, wanted == 0, made == 0 && read == 0};
+  });
 }
 
 bool unpackZstd(std::span<const std::uint8_t> data, Bytes& out) {
@@ -70,18 +71,12 @@ bool unpackZstd(std::span<const std::uint8_t> data, Bytes& out) {
   if (!context) return false;
   ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, kLargestWindow);
   ZSTD_inBuffer input{data.data(), data.size(), 0};
-  std::size_t used = 0, wanted = 1;
-  while (wanted != 0) {
-    std::uint8_t* room = grow(out, used);
-    if (room == nullptr) break;
+  return unpack(out, [&](std::uint8_t* room) {
     ZSTD_outBuffer output{room, kStep, 0};
-    wanted = ZSTD_decompressStream(context.get(), &output, &input);
-    if (ZSTD_isError(wanted)) break;
-    used += output.pos;
-    if (output.pos == 0 && input.pos == input.size) break;  // cut off
-  }
-  out.resize(used);
-  return wanted == 0;
+    const std::size_t wanted = ZSTD_decompressStream(context.get(), &output, &input);
+    if (ZSTD_isError(wanted)) return Step{0, false, true};
+    return Step{output.pos, wanted == 0, output.pos == 0 && input.pos == input.size};
+  });
 }
 
 }  // namespace

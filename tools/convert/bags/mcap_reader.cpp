@@ -7,8 +7,8 @@
 #include "tools/convert/bags/decompress.hpp"
 #include "tools/convert/bags/mcap.hpp"
 #include "tools/convert/bags/ros_source.hpp"
-#include "tools/convert/bags/wire_reader.hpp"
 #include "tools/convert/mapped_file.hpp"
+#include "tools/convert/wire_reader.hpp"
 
 namespace slam {
 namespace {

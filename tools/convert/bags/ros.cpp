@@ -1,41 +1,36 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/convert/bags/ros.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <stdexcept>
 #include <vector>
 
-#include "core/samples.hpp"
 #include "estimation/wheel_odometry.hpp"
+#include "tools/convert/assembler.hpp"
 #include "tools/convert/bags/ros_messages.hpp"
 #include "tools/convert/bags/ros_source.hpp"
-#include "tools/convert/log_output.hpp"
-#include "tools/convert/range_census.hpp"
+#include "tools/convert/formats.hpp"
 
 namespace slam {
 namespace {
 
-constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kOtherClock = 1000000;  // [us] delays that differ by more are of different clocks
 
 /// Calls body(message) for each message of all files.
-void forEachMessage(const std::vector<std::filesystem::path>& files, Recording* recording,
+void forEachMessage(const std::vector<std::filesystem::path>& files, Assembler& to,
                     const std::function<void(const RosMessage&)>& body) {
   for (const auto& file : files) {
     const auto source = openRosFile(file);
     if (!source) throw std::runtime_error(file.string() + ": not a bag of ROS 1, nor .db3 or .mcap of ROS 2");
     for (RosMessage message; source->next(message);) body(message);
-    if (recording == nullptr || source->damages() == 0) continue;
-    recording->reject(source->firstDamage(), "left out");
-    recording->rejected += source->damages() - 1;
-    if (source->damages() > 1 || recording->rejected > 1) {
-      recording->notes.push_back(file.filename().string() + " is damaged; what is sound was used");
+    if (!to.surveying() || source->damages() == 0) continue;
+    to.recording.reject(source->firstDamage(), "left out");
+    to.recording.rejected += source->damages() - 1;
+    if (to.recording.rejected > 1) {
+      to.recording.notes.push_back(file.filename().string() + " is damaged; what is sound was used");
     }
   }
 }
@@ -44,9 +39,9 @@ void forEachMessage(const std::vector<std::filesystem::path>& files, Recording* 
 struct Publisher {
   std::string node, frame, child_frame;
   int messages = 0, without_stamp = 0;
-  int changes = 0;                  // messages that follow one of another publisher of the same frame
-  std::int64_t least_delay = kMax;  // [us] from the stamp to the receipt
-  std::int64_t last_delay = kMax;   // of its newest message with a stamp
+  int changes = 0;  // messages that follow one of another publisher of the same frame
+  ReceiptDelay delay = {};
+  std::optional<std::int64_t> last_delay = {};  // [us] of its newest message with a stamp
 
   bool sameFrame(const Publisher& other) const { return frame == other.frame && child_frame == other.child_frame; }
 };
@@ -55,13 +50,12 @@ struct Publisher {
 class Publishers {
  public:
   /// @return the number of the one that published it
-  std::size_t add(const RosMessage& message, const ros::Header& header, const std::string& child_frame = {}) {
+  std::size_t add(const RosMessage& message, const ros::Header& header, const std::string& child_frame) {
     constexpr std::size_t kMost = 64;
-    const std::int64_t delay = header.stamp > 0 ? message.received - header.stamp : kMax;
+    const auto delay = header.stamp > 0 ? std::optional(message.received - header.stamp) : std::nullopt;
     Publisher seen{.node = message.topic->publisher, .frame = header.frame, .child_frame = child_frame};
     auto at = std::find_if(all_.begin(), all_.end(), [&](const Publisher& other) {
-      const bool one_clock =
-          delay == kMax || other.last_delay == kMax || std::abs(delay - other.last_delay) <= kOtherClock;
+      const bool one_clock = !delay || !other.last_delay || std::abs(*delay - *other.last_delay) <= kOtherClock;
       return one_clock && other.node == seen.node && other.sameFrame(seen);
     });
     if (at == all_.end() && all_.size() >= kMost) at = std::prev(all_.end());
@@ -69,8 +63,8 @@ class Publishers {
     const auto index = static_cast<std::size_t>(at - all_.begin());
     ++at->messages;
     if (last_ < all_.size() && last_ != index && all_[last_].sameFrame(*at)) ++at->changes;
-    if (delay == kMax) ++at->without_stamp;
-    if (delay != kMax) at->least_delay = std::min(at->least_delay, at->last_delay = delay);
+    if (!delay) ++at->without_stamp;
+    if (delay) at->delay.add(*(at->last_delay = delay));
     last_ = index;
     return index;
   }
@@ -117,7 +111,7 @@ struct Topic {
   std::vector<bool> chosen;  // of these; what follows is of them
   std::string frame, child_frame;
   int without_stamp = 0;
-  std::int64_t least_delay = kMax;
+  ReceiptDelay delay = {};
 
   void choose() {
     chosen = publishers.chosen();
@@ -127,7 +121,7 @@ struct Topic {
       if (frame.empty()) frame = publisher.frame;
       if (child_frame.empty()) child_frame = publisher.child_frame;
       without_stamp += publisher.without_stamp;
-      least_delay = std::min(least_delay, publisher.least_delay);
+      delay.add(publisher.delay.least);
     }
   }
 };
@@ -145,8 +139,6 @@ struct Survey {
   std::map<std::string, Edge> frames;  // by child
 };
 
-bool isTf(const std::string& type) { return type == "tf2_msgs/TFMessage" || type == "tf/tfMessage"; }
-
 void addTransforms(const std::vector<ros::Transform>& transforms, Survey& survey) {
   constexpr std::size_t kMostFrames = 2000;
   constexpr double kSame = 1e-3;  // [m, 1]
@@ -163,66 +155,18 @@ void addTransforms(const std::vector<ros::Transform>& transforms, Survey& survey
 }
 
 /// Counts one message. @return false where it cannot be read
-bool look(const RosMessage& message, Topic& topic, Survey& survey) {
-  if (ros::isScan(topic.type)) {
-    const auto scan = ros::readScan(message);
-    if (!scan) return false;
-    topic.publishers.add(message, scan->header);
-    const auto beams = scan->scan.beams();
-    for (std::size_t i = 0; i < beams.size() && scan->range_max == 0.0; ++i)
-      topic.census.add(i, beams.size(), static_cast<double>(beams[i].range));
-  } else if (topic.type == "sensor_msgs/Imu") {
-    const auto imu = ros::readImu(message);
-    if (!imu) return false;
-    topic.publishers.add(message, imu->header);
-  } else if (topic.type == "nav_msgs/Odometry") {
-    const auto odometry = ros::readOdometry(message);
-    if (!odometry) return false;
-    topic.publishers.add(message, odometry->header, odometry->child_frame);
-  } else if (topic.type == "sensor_msgs/JointState") {
-    const auto joints = ros::readJoints(message);
-    if (!joints) return false;
-    topic.publishers.add(message, joints->header);
-  } else {
-    const auto transforms = ros::readTransforms(message);
-    if (!transforms || transforms->empty()) return false;
-    addTransforms(*transforms, survey);
-    topic.publishers.add(message, transforms->front().header);
-  }
+bool survey(const RosMessage& message, Topic& topic, Survey& survey) {
+  const auto read = ros::read(message);
+  if (!read) return false;
+  const auto* transforms = std::get_if<std::vector<ros::Transform>>(&read->content);
+  if (transforms != nullptr && transforms->empty()) return false;
+  if (transforms != nullptr) addTransforms(*transforms, survey);
+  topic.publishers.add(message, transforms != nullptr ? transforms->front().header : read->header, read->child_frame);
+  const auto* scan = std::get_if<ros::Scan>(&read->content);
+  if (scan == nullptr || scan->range_max != 0.0) return true;
+  const auto beams = scan->scan.beams();
+  for (std::size_t i = 0; i < beams.size(); ++i) topic.census.add(i, beams.size(), static_cast<double>(beams[i].range));
   return true;
-}
-
-Survey surveyed(const std::vector<std::filesystem::path>& files, Recording& recording) {
-  Survey survey;
-  forEachMessage(files, &recording, [&](const RosMessage& message) {
-    if (survey.topics.size() >= kMostTopics && !survey.topics.contains(message.topic->name)) return;
-    const auto [at, added] = survey.topics.emplace(message.topic->name, Topic{});
-    Topic& topic = at->second;
-    if (added) {
-      topic.type = message.topic->type;
-      topic.refusal = ros::refusal(*message.topic);
-    }
-    ++topic.messages;
-    if (topic.refusal.empty() && !look(message, topic, survey)) ++topic.unread;
-  });
-  for (auto& [name, topic] : survey.topics) topic.choose();
-  return survey;
-}
-
-/// The topic that serves best: the one with the most messages of those that `rank` likes best.
-std::string choose(const Survey& survey, const std::function<bool(const std::string& type)>& takes,
-                   const std::function<int(const std::string& name)>& rank) {
-  std::string best;
-  std::pair<int, int> best_score{std::numeric_limits<int>::min(), 0};
-  for (const auto& [name, topic] : survey.topics) {
-    if (!takes(topic.type) || !topic.refusal.empty() || topic.unread == topic.messages) continue;
-    const std::pair<int, int> score{rank(name), topic.messages - topic.unread};
-    if (best.empty() || score > best_score) {
-      best = name;
-      best_score = score;
-    }
-  }
-  return best;
 }
 
 bool contains(const std::string& text, std::initializer_list<const char*> words) {
@@ -230,20 +174,29 @@ bool contains(const std::string& text, std::initializer_list<const char*> words)
                      [&](const char* word) { return text.find(word) != std::string::npos; });
 }
 
-/// A topic that was asked for by name must be there and be read.
-void checkTopic(const Survey& survey, const std::string& name, const std::function<bool(const std::string&)>& takes,
-                const char* option) {
-  const auto at = survey.topics.find(name);
-  std::string others;
-  for (const auto& [other, topic] : survey.topics) {
-    if (takes(topic.type)) others += " " + other;
+/// The topic that was asked for by name, which must be there and be read; without one that which serves best: with the
+/// most messages of those that `rank` likes best.
+std::string choose(const Survey& survey, const std::string& asked, const char* option,
+                   const std::function<bool(const std::string& type)>& takes,
+                   const std::function<int(const std::string& name)>& rank) {
+  std::string best, others;
+  std::pair<int, int> best_score{std::numeric_limits<int>::min(), 0};
+  for (const auto& [name, topic] : survey.topics) {
+    if (!takes(topic.type)) continue;
+    others += " " + name;
+    if (name == asked && !topic.refusal.empty())
+      throw std::runtime_error(std::string(option) + " " + name + ": " + topic.refusal);
+    if (name == asked) return name;
+    if (!topic.refusal.empty() || topic.unread == topic.messages) continue;
+    const std::pair<int, int> score{rank(name), topic.messages - topic.unread};
+    if (best.empty() || score > best_score) {
+      best = name;
+      best_score = score;
+    }
   }
-  if (at == survey.topics.end() || !takes(at->second.type)) {
-    throw std::runtime_error(std::string(option) + " " + name + ": no such topic of this kind in the bag; it has" +
-                             (others.empty() ? " none" : others));
-  }
-  if (!at->second.refusal.empty())
-    throw std::runtime_error(std::string(option) + " " + name + ": " + at->second.refusal);
+  if (asked.empty()) return best;
+  throw std::runtime_error(std::string(option) + " " + asked + ": no such topic of this kind in the bag; it has" +
+                           (others.empty() ? " none" : others));
 }
 
 struct Place {
@@ -306,25 +259,22 @@ void mountLidar(const Survey& survey, const std::string& base, const Topic& scan
     recording.notes.push_back("tf moves the lidar's frame " + scan.frame + ": its first place was used");
 }
 
-/// The angles of left and right wheels among joints; empty: it has none.
-class WheelJoints {
- public:
-  std::optional<std::array<double, 2>> angles(const ros::Joints& joints) const {
-    if (joints.names.size() != joints.positions.size()) return std::nullopt;
-    std::array<double, 2> sum{}, count{};
-    for (std::size_t i = 0; i < joints.names.size(); ++i) {
-      const std::string& name = joints.names[i];
-      if (name.find("wheel") == std::string::npos || contains(name, {"caster", "steer"})) continue;
-      const bool left = contains(name, {"left", "_l_"}) || name.starts_with("l_") || name.ends_with("_l");
-      const bool right = contains(name, {"right", "_r_"}) || name.starts_with("r_") || name.ends_with("_r");
-      if (left == right || !std::isfinite(joints.positions[i])) continue;
-      sum[right ? 1 : 0] += joints.positions[i];
-      count[right ? 1 : 0] += 1.0;
-    }
-    if (count[0] == 0.0 || count[1] == 0.0) return std::nullopt;
-    return std::array{sum[0] / count[0], sum[1] / count[1]};
+/// [rad] of left and right wheels among joints; nullopt: they are others
+std::optional<std::array<double, 2>> wheelAngles(const ros::Joints& joints) {
+  if (joints.names.size() != joints.positions.size()) return std::nullopt;
+  std::array<double, 2> sum{}, count{};
+  for (std::size_t i = 0; i < joints.names.size(); ++i) {
+    const std::string& name = joints.names[i];
+    if (name.find("wheel") == std::string::npos || contains(name, {"caster", "steer"})) continue;
+    const bool left = contains(name, {"left", "_l_"}) || name.starts_with("l_") || name.ends_with("_l");
+    const bool right = contains(name, {"right", "_r_"}) || name.starts_with("r_") || name.ends_with("_r");
+    if (left == right || !std::isfinite(joints.positions[i])) continue;
+    sum[right ? 1 : 0] += joints.positions[i];
+    count[right ? 1 : 0] += 1.0;
   }
-};
+  if (count[0] == 0.0 || count[1] == 0.0) return std::nullopt;
+  return std::array{sum[0] / count[0], sum[1] / count[1]};
+}
 
 /// What is converted, and how.
 struct Plan {
@@ -334,146 +284,9 @@ struct Plan {
   Eigen::Matrix3d imu_turn = Eigen::Matrix3d::Identity();  // from the IMU's axes to the base's
 };
 
-class Converter {
- public:
-  Converter(const Survey& survey, const Plan& plan, const RosOptions& options, Recording& recording, LogOutput& log)
-      : survey_(survey),
-        plan_(plan),
-        recording_(recording),
-        log_(log),
-        codes_(survey.topics.at(plan.scan).census.codes()),
-        reckoning_(DifferentialBase{options.wheel_radius.value_or(DifferentialBase{}.wheel_radius),
-                                    options.half_track.value_or(DifferentialBase{}.half_track)}) {}
-
-  void add(const RosMessage& message) {
-    const std::string& name = message.topic->name;
-    const auto at = survey_.topics.find(name);
-    if (at == survey_.topics.end() || !at->second.refusal.empty()) return;
-    const Topic& topic = at->second;
-    if (name == plan_.scan) addScan(message, topic);
-    if (name == plan_.odometry) addOdometry(message, topic);
-    if (name == plan_.imu) addImu(message, topic);
-    if (name == plan_.joints) addJoints(message, topic);
-    if (!plan_.odom_child.empty() && isTf(topic.type)) addTf(message, topic);
-  }
-  int thinned() const { return thinned_; }
-
- private:
-  SensorRows& rows(const RosMessage& message, const Topic& topic) {
-    SensorRows& rows = recording_.sensor(message.topic->name + " (" + topic.type + ")");
-    if (rows.frame.empty()) rows.frame = topic.frame;
-    return rows;
-  }
-  bool isChosen(const RosMessage& message, const ros::Header& header, const Topic& topic,
-                const std::string& child_frame = {}) {
-    return topic.chosen[publishers_[message.topic->name].add(message, header, child_frame)];
-  }
-  void leaveOutCodes(LaserScan& scan) const {
-    for (int i = 0; i < scan.size; ++i) {
-      float& range = scan.storage[static_cast<std::size_t>(i)].range;
-      const auto is = [&](double code) { return isCode(static_cast<double>(range), code); };
-      if (std::any_of(codes_.begin(), codes_.end(), is)) range = 0.0F;
-    }
-  }
-  void refuse(SensorRows& rows, const RosMessage& message, const char* why) {
-    recording_.reject(rows, message.topic->name + " at " + std::to_string(message.received) + " us", why);
-  }
-  /// [us] of a message by the clock of the scans; 0: not a time
-  std::int64_t timeOf(const ros::Header& header, const RosMessage& message, const Topic& topic) const {
-    const std::int64_t scans = survey_.topics.at(plan_.scan).least_delay, own = topic.least_delay;
-    std::int64_t utime = header.stamp > 0 ? header.stamp : message.received;
-    if (header.stamp <= 0 && scans != kMax && std::abs(scans) > kOtherClock) utime -= scans;
-    if (header.stamp > 0 && own != kMax && scans != kMax && std::abs(own - scans) > kOtherClock) utime += own - scans;
-    if (header.stamp > 0 && scans == kMax && std::abs(own) > kOtherClock) utime += own;
-    constexpr std::int64_t kLatest = 2'300'000'000'000'000;  // [us] fromMessage() takes no later ones
-    return utime > 0 && utime < kLatest ? utime : 0;
-  }
-
-  void addScan(const RosMessage& message, const Topic& topic) {
-    SensorRows& sensor = rows(message, topic);
-    auto scan = ros::readScan(message);
-    if (scan && !isChosen(message, scan->header, topic)) return;
-    const std::int64_t utime = scan ? timeOf(scan->header, message, topic) : 0;
-    if (utime == 0) return refuse(sensor, message, scan ? "its stamp is not a time" : "a scan that does not decode");
-    scan->scan.stamp = fromMicroseconds(utime);
-    thinned_ = std::max(thinned_, scan->thinned);
-    if (scan->range_max == 0.0) leaveOutCodes(scan->scan);
-    if (recording_.scans == 0) {
-      const double range_max = scan->range_max > 0.0 ? scan->range_max : topic.census.limit();
-      recording_.robot.range_min = std::round(1e6 * scan->range_min) * 1e-6;  // they are 32 bits wide
-      recording_.robot.range_max = std::round(1e6 * range_max) * 1e-6;
-    }
-    log_.add(message.received, scan->scan, utime);
-    recording_.useScan(sensor, utime);
-  }
-
-  void addOdometry(const RosMessage& message, const Topic& topic) {
-    SensorRows& sensor = rows(message, topic);
-    const auto odometry = ros::readOdometry(message);
-    if (odometry && !isChosen(message, odometry->header, topic, odometry->child_frame)) return;
-    const std::int64_t utime = odometry ? timeOf(odometry->header, message, topic) : 0;
-    if (utime == 0)
-      return refuse(sensor, message, odometry ? "its stamp is not a time" : "odometry that does not decode");
-    addWheels(message, sensor, utime, planar(odometry->T_odom_child), {});
-  }
-
-  void addTf(const RosMessage& message, const Topic& topic) {
-    const auto transforms = ros::readTransforms(message);
-    if (!transforms) return refuse(rows(message, topic), message, "transforms that do not decode");
-    for (const ros::Transform& transform : *transforms) {
-      if (transform.child_frame != plan_.odom_child) continue;
-      const std::int64_t utime = timeOf(transform.header, message, topic);
-      SensorRows& sensor = rows(message, topic);
-      if (utime == 0) return refuse(sensor, message, "its stamp is not a time");
-      addWheels(message, sensor, utime, planar(transform.T_parent_child), {});
-    }
-  }
-
-  void addJoints(const RosMessage& message, const Topic& topic) {
-    SensorRows& sensor = rows(message, topic);
-    const auto joints = ros::readJoints(message);
-    if (!joints) return refuse(sensor, message, "joint states that do not decode");
-    const auto angles = WheelJoints().angles(*joints);
-    if (!angles) return;  // of other joints
-    const std::int64_t utime = timeOf(joints->header, message, topic);
-    if (utime == 0) return refuse(sensor, message, "its stamp is not a time");
-    addWheels(message, sensor, utime, reckoning_.add((*angles)[0], (*angles)[1]), *angles);
-  }
-
-  void addWheels(const RosMessage& message, SensorRows& sensor, std::int64_t utime, const Pose2& pose,
-                 std::span<const double> angles) {
-    log_.add(message.received, WheelSample{fromMicroseconds(utime), pose}, utime, angles);
-    recording_.useWheels(sensor, utime);
-  }
-
-  void addImu(const RosMessage& message, const Topic& topic) {
-    SensorRows& sensor = rows(message, topic);
-    const auto imu = ros::readImu(message);
-    if (imu && !isChosen(message, imu->header, topic)) return;
-    const std::int64_t utime = imu ? timeOf(imu->header, message, topic) : 0;
-    if (utime == 0)
-      return refuse(sensor, message, imu ? "its stamp is not a time" : "an IMU reading that does not decode");
-    log_.add(message.received,
-             ImuSample{fromMicroseconds(utime), plan_.imu_turn * imu->gyro, plan_.imu_turn * imu->accel}, utime);
-    recording_.useImu(sensor, utime);
-  }
-
-  const Survey& survey_;
-  const Plan& plan_;
-  Recording& recording_;
-  LogOutput& log_;
-  std::vector<double> codes_;  // [m] of scans that do not tell how far they reach
-  WheelOdometry reckoning_;
-  std::map<std::string, Publishers> publishers_;  // of topics, as in the survey
-  int thinned_ = 1;
-};
-
 /// The frame of the base, and of the odometry in tf.
 void findBase(const Survey& survey, const std::string& lidar_frame, Plan& plan) {
-  const auto leads = [&](const std::string& base) {
-    return !base.empty() && (survey.frames.contains(base) || placeOf(survey, base, lidar_frame)) &&
-           placeOf(survey, base, lidar_frame);
-  };
+  const auto leads = [&](const std::string& base) { return !base.empty() && placeOf(survey, base, lidar_frame); };
   std::string child = plan.odometry.empty() ? std::string() : survey.topics.at(plan.odometry).child_frame;
   if (plan.odometry.empty() && plan.joints.empty()) {
     for (const auto& [frame, edge] : survey.frames) {
@@ -492,11 +305,7 @@ void findBase(const Survey& survey, const std::string& lidar_frame, Plan& plan) 
 Plan planOf(const Survey& survey, const RosOptions& options, Recording& recording) {
   using ros::isScan;
   const auto isType = [](const char* type) { return [type](const std::string& other) { return other == type; }; };
-  const auto isOdometry = isType("nav_msgs/Odometry"), isImu = isType("sensor_msgs/Imu"),
-             isJoints = isType("sensor_msgs/JointState");
-  if (!options.scan.empty()) checkTopic(survey, options.scan, isScan, "--scan");
-  if (!options.odometry.empty()) checkTopic(survey, options.odometry, isOdometry, "--odometry");
-  if (!options.imu.empty()) checkTopic(survey, options.imu, isImu, "--imu");
+  const auto isOdometry = isType(ros::kOdometry), isImu = isType(ros::kImu), isJoints = isType(ros::kJoints);
   const auto scanRank = [](const std::string& name) {
     const bool other = contains(name, {"rear", "back", "filtered", "depth", "camera", "ground", "safety"});
     return (name == "/scan" ? 2 : contains(name, {"front", "base_scan"}) ? 1 : 0) - (other ? 2 : 0);
@@ -508,10 +317,10 @@ Plan planOf(const Survey& survey, const RosOptions& options, Recording& recordin
   };
   const auto imuRank = [](const std::string& name) { return contains(name, {"raw"}) ? 0 : 1; };
   Plan plan;
-  plan.scan = options.scan.empty() ? choose(survey, isScan, scanRank) : options.scan;
-  plan.odometry = options.odometry.empty() ? choose(survey, isOdometry, odometryRank) : options.odometry;
-  plan.imu = options.imu.empty() ? choose(survey, isImu, imuRank) : options.imu;
-  const std::string joints = choose(survey, isJoints, [](const std::string&) { return 0; });
+  plan.scan = choose(survey, options.scan, "--scan", isScan, scanRank);
+  plan.odometry = choose(survey, options.odometry, "--odometry", isOdometry, odometryRank);
+  plan.imu = choose(survey, options.imu, "--imu", isImu, imuRank);
+  const std::string joints = choose(survey, {}, "", isJoints, [](const std::string&) { return 0; });
   if (plan.scan.empty()) {
     std::string why;
     for (const auto& [name, topic] : survey.topics) {
@@ -549,8 +358,8 @@ std::string describe(const Publisher& publisher, const Publisher& chosen) {
   std::string text = "frame " + (publisher.frame.empty() ? "\"\"" : publisher.frame);
   if (publisher.child_frame != chosen.child_frame) text += ", of " + publisher.child_frame;
   if (publisher.node != chosen.node) text += ", node " + publisher.node;
-  const bool stamped = publisher.least_delay != kMax && chosen.least_delay != kMax;
-  const double off = stamped ? 1e-6 * static_cast<double>(chosen.least_delay - publisher.least_delay) : 0.0;
+  const bool stamped = publisher.delay.known() && chosen.delay.known();
+  const double off = stamped ? 1e-6 * static_cast<double>(chosen.delay.least - publisher.delay.least) : 0.0;
   char clock[64];
   std::snprintf(clock, sizeof(clock), ", clock %+.1f s off", off);
   if (std::abs(off) > 1e-6 * kOtherClock) text += clock;
@@ -574,7 +383,7 @@ void notePublishers(const std::string& name, const Topic& topic, Recording& reco
 void reportUnused(const Survey& survey, const Plan& plan, Recording& recording) {
   for (const auto& [name, topic] : survey.topics) {
     const bool used = name == plan.scan || name == plan.odometry || name == plan.imu || name == plan.joints;
-    if (used || (isTf(topic.type) && topic.refusal.empty())) continue;
+    if (used || (ros::isTf(topic.type) && topic.refusal.empty())) continue;
     std::string why = topic.refusal;
     if (why.empty())
       why = ros::isScan(topic.type) ? "another lidar was chosen; --scan " + name + " takes it"
@@ -603,52 +412,155 @@ void noteOtherParts(const std::filesystem::path& in, Recording& recording) {
   }
 }
 
+class Ros : public Reader {
+ public:
+  Ros(const std::filesystem::path& in, const RosOptions& options)
+      : Reader(in),
+        options_(options),
+        base_{options.wheel_radius.value_or(DifferentialBase{}.wheel_radius),
+              options.half_track.value_or(DifferentialBase{}.half_track)},
+        reckoning_(base_),
+        files_(rosFiles(in)) {
+    if (files_.empty()) throw std::runtime_error(in.string() + ": no .bag, .db3 or .mcap in this folder");
+  }
+
+  void read(Assembler& to) override {
+    forEachMessage(files_, to, [&](const RosMessage& message) {
+      const std::string& name = message.topic->name;
+      const auto at = survey_.topics.find(name);
+      if (!to.surveying()) {
+        if (at != survey_.topics.end() && at->second.refusal.empty()) use(message, at->second, to);
+        return;
+      }
+      if (at == survey_.topics.end() && survey_.topics.size() >= kMostTopics) return;
+      Topic& topic = survey_.topics[name];
+      if (topic.messages++ == 0) {
+        topic.type = message.topic->type;
+        topic.refusal = ros::refusal(*message.topic);
+      }
+      if (topic.refusal.empty() && !survey(message, topic, survey_)) ++topic.unread;
+    });
+  }
+
+  void decide(Assembler& to) override {
+    to.recording.format =
+        "ROS bag" + (files_.size() > 1 ? " of " + std::to_string(files_.size()) + " files" : std::string());
+    for (auto& [name, topic] : survey_.topics) topic.choose();
+    try {
+      plan_ = planOf(survey_, options_, to.recording);
+    } catch (const std::runtime_error& error) {
+      throw std::runtime_error(in_.string() + ": " + error.what());
+    }
+    lidar_ = &survey_.topics.at(plan_.scan);
+    to.codes = lidar_->census.codes();
+  }
+
+  void finish(Assembler& to) override {
+    Recording& recording = to.recording;
+    if (recording.scans == 0) throw std::runtime_error(in_.string() + ": no lidar scan in it that can be read");
+    mountLidar(survey_, plan_.base, *lidar_, recording);
+    reportUnused(survey_, plan_, recording);
+    if (!std::filesystem::is_directory(in_)) noteOtherParts(in_, recording);
+    if (thinned_ > 1) {
+      recording.notes.push_back("the scans have more beams than a message holds: every " + std::to_string(thinned_) +
+                                "th was used");
+    }
+    if (!plan_.joints.empty()) {
+      recording.robot.wheel_radius = base_.wheel_radius;
+      recording.robot.half_track = base_.half_track;
+    }
+    for (const std::string& name : {plan_.scan, plan_.odometry, plan_.imu, plan_.joints}) {
+      if (name.empty()) continue;
+      const Topic& topic = survey_.topics.at(name);
+      if (name != plan_.joints) notePublishers(name, topic, recording);
+      if (topic.without_stamp > 0) {
+        recording.notes.push_back(name + ": " + std::to_string(topic.without_stamp) +
+                                  " messages have no stamp; the time of their receipt was used");
+      }
+      if (hasOtherClock(topic)) {
+        recording.notes.push_back(
+            name + ": its clock is another than the lidar's; its stamps were moved by the times of receipt");
+      }
+    }
+  }
+
+ private:
+  bool hasOtherClock(const Topic& topic) const {
+    return topic.delay.known() && lidar_->delay.known() &&
+           std::abs(topic.delay.least - lidar_->delay.least) > kOtherClock;
+  }
+  /// [us] of a message by the clock of the scans; 0: not a time
+  std::int64_t timeOf(const ros::Header& header, const RosMessage& message, const Topic& topic) const {
+    const bool stamped = header.stamp > 0, lidar_stamped = lidar_->delay.known();
+    const std::int64_t scans = lidar_->delay.least, own = topic.delay.least;
+    std::int64_t utime = stamped ? header.stamp : message.received;
+    if (!stamped && lidar_stamped && std::abs(scans) > kOtherClock) utime -= scans;
+    if (stamped && hasOtherClock(topic)) utime += own - scans;
+    if (stamped && !lidar_stamped && std::abs(own) > kOtherClock) utime += own;
+    constexpr std::int64_t kLatest = 2'300'000'000'000'000;  // [us] fromMessage() takes no later ones
+    return utime > 0 && utime < kLatest ? utime : 0;
+  }
+
+  void use(const RosMessage& message, const Topic& topic, Assembler& to) {
+    const std::string& name = message.topic->name;
+    const bool tf = ros::isTf(topic.type) && !plan_.odom_child.empty();
+    if (!tf && name != plan_.scan && name != plan_.odometry && name != plan_.imu && name != plan_.joints) return;
+    Origin at{.sensor = name + " (" + topic.type + ")",
+              .where = name + " at " + std::to_string(message.received) + " us",
+              .received = message.received,
+              .frame = topic.frame};
+    if (!tf) to.rows(at);
+    auto read = ros::read(message);
+    if (!read) return to.refuse(at, ros::undecoded(topic.type));
+    const bool joints = name == plan_.joints;
+    const auto publisher = [&] { return publishers_[name].add(message, read->header, read->child_frame); };
+    if (!tf && !joints && !topic.chosen[publisher()]) return;
+    at.stamp = timeOf(read->header, message, topic);
+    if (const auto* transforms = std::get_if<std::vector<ros::Transform>>(&read->content)) {
+      for (const ros::Transform& transform : *transforms) {
+        at.stamp = timeOf(transform.header, message, topic);
+        if (transform.child_frame == plan_.odom_child) to.wheels(at, planar(transform.T_parent_child));
+      }
+    } else if (auto* scan = std::get_if<ros::Scan>(&read->content)) {
+      addScan(at, *scan, topic, to);
+    } else if (const auto* imu = std::get_if<ros::Imu>(&read->content)) {
+      to.imu(at, plan_.imu_turn * imu->gyro, plan_.imu_turn * imu->accel);
+    } else if (const auto* odometry = std::get_if<ros::Odometry>(&read->content)) {
+      to.wheels(at, planar(odometry->T_odom_child));
+    } else if (const auto angles = wheelAngles(std::get<ros::Joints>(read->content))) {
+      to.wheels(at, at.stamp > 0 ? reckoning_.add((*angles)[0], (*angles)[1]) : Pose2{}, *angles);
+    }
+  }
+
+  void addScan(const Origin& at, ros::Scan& scan, const Topic& topic, Assembler& to) {
+    thinned_ = std::max(thinned_, at.stamp > 0 ? scan.thinned : 1);
+    if (to.recording.scans == 0 && at.stamp > 0) {
+      const double range_max = scan.range_max > 0.0 ? scan.range_max : topic.census.limit();
+      to.recording.robot.range_min = std::round(1e6 * scan.range_min) * 1e-6;  // they are 32 bits wide
+      to.recording.robot.range_max = std::round(1e6 * range_max) * 1e-6;
+    }
+    std::vector<double> written;
+    if (scan.range_max == 0.0) {
+      for (const Beam& beam : scan.scan.beams()) written.push_back(static_cast<double>(beam.range));
+    }
+    to.scan(at, scan.scan, {.written = written});
+  }
+
+  const RosOptions& options_;
+  const DifferentialBase base_;
+  WheelOdometry reckoning_;
+  std::vector<std::filesystem::path> files_;
+  Survey survey_;
+  Plan plan_;
+  const Topic* lidar_ = nullptr;                  // whose scans are used
+  std::map<std::string, Publishers> publishers_;  // of topics, as in the survey
+  int thinned_ = 1;
+};
+
 }  // namespace
 
 Recording convertRos(const std::filesystem::path& in, const std::filesystem::path& out, const RosOptions& options) {
-  const auto files = rosFiles(in);
-  if (files.empty()) throw std::runtime_error(in.string() + ": no .bag, .db3 or .mcap in this folder");
-  Recording recording;
-  recording.format = "ROS bag" + (files.size() > 1 ? " of " + std::to_string(files.size()) + " files" : std::string());
-  const Survey survey = surveyed(files, recording);
-  Plan plan;
-  try {
-    plan = planOf(survey, options, recording);
-  } catch (const std::runtime_error& error) {
-    throw std::runtime_error(in.string() + ": " + error.what());
-  }
-  LogOutput log;
-  Converter converter(survey, plan, options, recording, log);
-  forEachMessage(files, nullptr, [&](const RosMessage& message) { converter.add(message); });
-  if (recording.scans == 0) throw std::runtime_error(in.string() + ": no lidar scan in it that can be read");
-  mountLidar(survey, plan.base, survey.topics.at(plan.scan), recording);
-  reportUnused(survey, plan, recording);
-  if (!std::filesystem::is_directory(in)) noteOtherParts(in, recording);
-  if (converter.thinned() > 1) {
-    recording.notes.push_back("the scans have more beams than a message holds: every " +
-                              std::to_string(converter.thinned()) + "th was used");
-  }
-  if (!plan.joints.empty()) {
-    recording.robot.wheel_radius = options.wheel_radius.value_or(DifferentialBase{}.wheel_radius);
-    recording.robot.half_track = options.half_track.value_or(DifferentialBase{}.half_track);
-  }
-  const std::int64_t scan_delay = survey.topics.at(plan.scan).least_delay;
-  for (const std::string& name : {plan.scan, plan.odometry, plan.imu, plan.joints}) {
-    if (name.empty()) continue;
-    const Topic& topic = survey.topics.at(name);
-    if (name != plan.joints) notePublishers(name, topic, recording);
-    if (topic.without_stamp > 0) {
-      recording.notes.push_back(name + ": " + std::to_string(topic.without_stamp) +
-                                " messages have no stamp; the time of their receipt was used");
-    }
-    const std::int64_t delay = topic.least_delay;
-    if (delay != kMax && scan_delay != kMax && std::abs(delay - scan_delay) > kOtherClock) {
-      recording.notes.push_back(
-          name + ": its clock is another than the lidar's; its stamps were moved by the times of receipt");
-    }
-  }
-  log.write(out, &recording);
-  return recording;
+  return assemble(Ros(in, options), out);
 }
 
 }  // namespace slam

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "core/pose2.hpp"
-#include "tools/convert/bags/wire_reader.hpp"
+#include "tools/convert/wire_reader.hpp"
 
 namespace slam::ros {
 namespace {
@@ -252,11 +252,89 @@ std::vector<float> values(Reader& reader, bool echoes) {
   return values;
 }
 
+/// Each fills what follows the header. @return false: it is none, whatever its size
+bool fill(Reader& reader, const std::string& type, Scan& out) {
+  const auto first = reader.number<float>();
+  reader.number<float>();  // the last bearing, which follows
+  const auto step = reader.number<float>(), time_step = reader.number<float>();
+  reader.number<float>();  // time from scan to scan
+  out.range_min = reader.number<float>();
+  out.range_max = reader.number<float>();
+  const bool echoes = type == "sensor_msgs/MultiEchoLaserScan";
+  const auto ranges = values(reader, echoes), intensities = values(reader, echoes);
+  const bool bearings =
+      std::isfinite(first) && std::isfinite(step) && std::abs(first) < 100.0F && std::abs(step) < 7.0F;
+  if (!reader.atEnd() || ranges.empty() || !bearings) return false;
+  // Drivers that do not know their lidar's limits write 0, or what is none.
+  constexpr double kFarthest = 200.0;  // [m] no lidar of these messages measures further
+  if (!(out.range_min >= 0.0 && out.range_min < kFarthest)) out.range_min = 0.0;
+  const bool limited = out.range_max > out.range_min;
+  out.range_max = limited ? std::min(out.range_max, kFarthest) : 0.0;
+  constexpr std::size_t kMost = LaserScan::kCapacity;
+  const std::size_t stride = (ranges.size() + kMost - 1) / kMost;
+  out.thinned = static_cast<int>(stride);
+  out.scan.range_min = static_cast<float>(out.range_min);
+  out.scan.range_max = static_cast<float>(limited ? out.range_max : kFarthest);
+  const float seconds = std::isfinite(time_step) && time_step > 0.0F && time_step < 1.0F ? time_step : 0.0F;
+  for (std::size_t i = 0; i < ranges.size(); i += stride) {
+    const auto n = static_cast<float>(i);
+    const double bearing = wrapAngle(static_cast<double>(first) + static_cast<double>(step) * static_cast<double>(i));
+    const bool returned = ranges[i] >= out.scan.range_min && ranges[i] < out.scan.range_max && ranges[i] > 0.0F;
+    const float intensity =
+        intensities.size() == ranges.size() && std::isfinite(intensities[i]) ? intensities[i] : 0.0F;
+    out.scan.push({.range = returned ? ranges[i] : 0.0F,
+                   .bearing = static_cast<float>(bearing),
+                   .time_offset = n * seconds,
+                   .intensity = intensity});
+  }
+  return true;
+}
+
+bool fill(Reader& reader, Imu& out) {
+  reader.skip<double>(4 + 9);
+  out.gyro = reader.vector();
+  reader.skip<double>(9);
+  out.accel = reader.vector();
+  const bool measured = reader.number<double>() != -1.0;  // as sensor_msgs/Imu says it
+  reader.skip<double>(8);
+  if (!measured || !out.accel.allFinite()) out.accel.setZero();
+  return out.gyro.allFinite();
+}
+
+bool fill(Reader& reader, Odometry& out, std::string& child_frame) {
+  child_frame = reader.frame();
+  out.T_odom_child = reader.pose();
+  reader.skip<double>(36 + 6 + 36);
+  return out.T_odom_child.matrix().allFinite();
+}
+
+bool fill(Reader& reader, Joints& out) {
+  const std::uint32_t names = reader.count(4);
+  for (std::uint32_t i = 0; i < names && reader.ok(); ++i) out.names.push_back(reader.string());
+  const std::uint32_t positions = reader.count(8);
+  for (std::uint32_t i = 0; i < positions && reader.ok(); ++i) out.positions.push_back(reader.number<double>());
+  for (int i = 0; i < 2; ++i) reader.skip<double>(reader.count(8));
+  return true;
+}
+
+void fill(Reader& reader, std::vector<Transform>& out) {
+  const std::uint32_t count = reader.count(64);
+  for (std::uint32_t i = 0; i < count && reader.ok(); ++i) {
+    Transform& transform = out.emplace_back();
+    transform.header = reader.header();
+    transform.child_frame = reader.frame();
+    transform.T_parent_child = reader.pose();
+  }
+  std::erase_if(out, [](const Transform& t) { return !t.T_parent_child.matrix().allFinite(); });
+}
+
 }  // namespace
 
 bool isScan(const std::string& type) {
   return type == "sensor_msgs/LaserScan" || type == "sensor_msgs/MultiEchoLaserScan";
 }
+
+bool isTf(const std::string& type) { return type == "tf2_msgs/TFMessage" || type == "tf/tfMessage"; }
 
 bool isRead(const std::string& type) { return knownTypes().contains(type); }
 
@@ -280,97 +358,33 @@ std::string refusal(const RosTopic& topic) {
   return "the definition of " + topic.type + " in the bag is another: " + firstDifference(expected, written);
 }
 
-std::optional<Scan> readScan(const RosMessage& message) {
+std::string undecoded(const std::string& type) {
+  const char* what = isScan(type)        ? "a scan"
+                     : isTf(type)        ? "transforms"
+                     : type == kImu      ? "an IMU reading"
+                     : type == kOdometry ? "odometry"
+                                         : "joint states";
+  return std::string(what) + (isTf(type) || type == kJoints ? " that do not decode" : " that does not decode");
+}
+
+std::optional<Message> read(const RosMessage& message) {
   Reader reader(message);
-  Scan out;
-  out.header = reader.header();
-  const auto first = reader.number<float>();
-  reader.number<float>();  // the last bearing, which follows
-  const auto step = reader.number<float>(), time_step = reader.number<float>();
-  reader.number<float>();  // time from scan to scan
-  out.range_min = reader.number<float>();
-  out.range_max = reader.number<float>();
-  const bool echoes = message.topic->type == "sensor_msgs/MultiEchoLaserScan";
-  const auto ranges = values(reader, echoes), intensities = values(reader, echoes);
-  const bool bearings =
-      std::isfinite(first) && std::isfinite(step) && std::abs(first) < 100.0F && std::abs(step) < 7.0F;
-  if (!reader.atEnd() || ranges.empty() || !bearings) return std::nullopt;
-  // Drivers that do not know their lidar's limits write 0, or what is none.
-  constexpr double kFarthest = 200.0;  // [m] no lidar of these messages measures further
-  if (!(out.range_min >= 0.0 && out.range_min < kFarthest)) out.range_min = 0.0;
-  const bool limited = out.range_max > out.range_min;
-  out.range_max = limited ? std::min(out.range_max, kFarthest) : 0.0;
-  constexpr std::size_t kMost = LaserScan::kCapacity;
-  const std::size_t stride = (ranges.size() + kMost - 1) / kMost;
-  out.thinned = static_cast<int>(stride);
-  out.scan.range_min = static_cast<float>(out.range_min);
-  out.scan.range_max = static_cast<float>(limited ? out.range_max : kFarthest);
-  const float seconds = std::isfinite(time_step) && time_step > 0.0F && time_step < 1.0F ? time_step : 0.0F;
-  for (std::size_t i = 0; i < ranges.size(); i += stride) {
-    const auto n = static_cast<float>(i);
-    const double bearing = wrapAngle(static_cast<double>(first) + static_cast<double>(step) * static_cast<double>(i));
-    const bool returned = ranges[i] >= out.scan.range_min && ranges[i] < out.scan.range_max && ranges[i] > 0.0F;
-    const float intensity =
-        intensities.size() == ranges.size() && std::isfinite(intensities[i]) ? intensities[i] : 0.0F;
-    out.scan.push({.range = returned ? ranges[i] : 0.0F,
-                   .bearing = static_cast<float>(bearing),
-                   .time_offset = n * seconds,
-                   .intensity = intensity});
+  std::optional<Message> out(std::in_place);
+  const std::string& type = message.topic->type;
+  if (!isTf(type)) out->header = reader.header();
+  bool good = true;
+  if (isTf(type)) {
+    fill(reader, out->content.emplace<std::vector<Transform>>());
+  } else if (isScan(type)) {
+    good = fill(reader, type, out->content.emplace<Scan>());
+  } else if (type == kImu) {
+    good = fill(reader, out->content.emplace<Imu>());
+  } else if (type == kOdometry) {
+    good = fill(reader, out->content.emplace<Odometry>(), out->child_frame);
+  } else {
+    good = fill(reader, out->content.emplace<Joints>());
   }
-  return out;
-}
-
-std::optional<Imu> readImu(const RosMessage& message) {
-  Reader reader(message);
-  Imu out;
-  out.header = reader.header();
-  reader.skip<double>(4 + 9);
-  out.gyro = reader.vector();
-  reader.skip<double>(9);
-  out.accel = reader.vector();
-  const bool measured = reader.number<double>() != -1.0;  // as sensor_msgs/Imu says it
-  reader.skip<double>(8);
-  if (!reader.atEnd() || !out.gyro.allFinite()) return std::nullopt;
-  if (!measured || !out.accel.allFinite()) out.accel.setZero();
-  return out;
-}
-
-std::optional<Odometry> readOdometry(const RosMessage& message) {
-  Reader reader(message);
-  Odometry out;
-  out.header = reader.header();
-  out.child_frame = reader.frame();
-  out.T_odom_child = reader.pose();
-  reader.skip<double>(36 + 6 + 36);
-  if (!reader.atEnd() || !out.T_odom_child.matrix().allFinite()) return std::nullopt;
-  return out;
-}
-
-std::optional<Joints> readJoints(const RosMessage& message) {
-  Reader reader(message);
-  Joints out;
-  out.header = reader.header();
-  const std::uint32_t names = reader.count(4);
-  for (std::uint32_t i = 0; i < names && reader.ok(); ++i) out.names.push_back(reader.string());
-  const std::uint32_t positions = reader.count(8);
-  for (std::uint32_t i = 0; i < positions && reader.ok(); ++i) out.positions.push_back(reader.number<double>());
-  for (int i = 0; i < 2; ++i) reader.skip<double>(reader.count(8));
-  if (!reader.atEnd()) return std::nullopt;
-  return out;
-}
-
-std::optional<std::vector<Transform>> readTransforms(const RosMessage& message) {
-  Reader reader(message);
-  std::vector<Transform> out;
-  const std::uint32_t count = reader.count(64);
-  for (std::uint32_t i = 0; i < count && reader.ok(); ++i) {
-    Transform& transform = out.emplace_back();
-    transform.header = reader.header();
-    transform.child_frame = reader.frame();
-    transform.T_parent_child = reader.pose();
-  }
-  if (!reader.atEnd()) return std::nullopt;
-  std::erase_if(out, [](const Transform& t) { return !t.T_parent_child.matrix().allFinite(); });
+  if (!good || !reader.atEnd()) out.reset();
   return out;
 }
 

@@ -4,14 +4,17 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "core/scan.hpp"
 #include "tools/convert/bags/ros_source.hpp"
 
-/// The messages of ROS that slam-convert reads, of ROS 1 and of ROS 2 (CDR). A reader gives nullopt for bytes that are
-/// not such a message to the last one.
+/// The messages of ROS that slam-convert reads, of ROS 1 and of ROS 2 (CDR).
 namespace slam::ros {
+
+inline constexpr const char *kImu = "sensor_msgs/Imu", *kOdometry = "nav_msgs/Odometry",
+                            *kJoints = "sensor_msgs/JointState";
 
 struct Header {
   std::int64_t stamp = 0;  ///< [us]; 0: none
@@ -19,7 +22,6 @@ struct Header {
 };
 
 struct Scan {
-  Header header;
   double range_min = 0.0;  ///< [m]
   double range_max = 0.0;  ///< [m]; 0: not told
   LaserScan scan;          ///< without stamp; of several echoes the first
@@ -27,18 +29,14 @@ struct Scan {
 };
 
 struct Imu {
-  Header header;
   Eigen::Vector3d gyro, accel;  ///< [rad/s, m/s^2] accel is zero where not measured
 };
 
 struct Odometry {
-  Header header;
-  std::string child_frame;
   Eigen::Isometry3d T_odom_child;
 };
 
 struct Joints {
-  Header header;
   std::vector<std::string> names;
   std::vector<double> positions;  ///< [rad]
 };
@@ -49,17 +47,24 @@ struct Transform {
   Eigen::Isometry3d T_parent_child;
 };
 
+struct Message {
+  Header header;            ///< of transforms: each has its own
+  std::string child_frame;  ///< of odometry
+  std::variant<Joints, Scan, Imu, Odometry, std::vector<Transform>> content;
+};
+
 bool isScan(const std::string& type);  ///< LaserScan or MultiEchoLaserScan
+bool isTf(const std::string& type);    ///< transforms, of ROS 1 or 2
 bool isRead(const std::string& type);  ///< any of those here
 
 /// Why messages of this topic cannot be read: their definition is another than the one known here, or none; empty: they
 /// can.
 std::string refusal(const RosTopic& topic);
 
-std::optional<Scan> readScan(const RosMessage& message);
-std::optional<Imu> readImu(const RosMessage& message);
-std::optional<Odometry> readOdometry(const RosMessage& message);
-std::optional<Joints> readJoints(const RosMessage& message);
-std::optional<std::vector<Transform>> readTransforms(const RosMessage& message);
+/// What a message of a type is called that does not decode.
+std::string undecoded(const std::string& type);
+
+/// @return nullopt for bytes that are not such a message to the last one
+std::optional<Message> read(const RosMessage& message);
 
 }  // namespace slam::ros

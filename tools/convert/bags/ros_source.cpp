@@ -2,33 +2,24 @@
 #include "tools/convert/bags/ros_source.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <fstream>
+#include <utility>
 
 namespace slam {
 namespace {
 
-/// "bag_2" before "bag_10".
-bool byNumber(const std::filesystem::path& a, const std::filesystem::path& b) {
-  const std::string s = a.filename().string(), t = b.filename().string();
-  const auto digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
-  for (std::size_t i = 0, k = 0; i < s.size() && k < t.size();) {
-    if (!digit(s[i]) || !digit(t[k])) {
-      if (s[i] != t[k]) return s[i] < t[k];
-      ++i, ++k;
-      continue;
-    }
-    std::size_t end_i = i, end_k = k;
-    while (end_i < s.size() && digit(s[end_i])) ++end_i;
-    while (end_k < t.size() && digit(t[end_k])) ++end_k;
-    while (i + 1 < end_i && s[i] == '0') ++i;
-    while (k + 1 < end_k && t[k] == '0') ++k;
-    if (end_i - i != end_k - k) return end_i - i < end_k - k;
-    const int order = s.compare(i, end_i - i, t, k, end_k - k);
-    if (order != 0) return order < 0;
-    i = end_i, k = end_k;
+/// A name by which "bag_2" lies before "bag_10": each number of it with as many digits.
+std::string inOrder(const std::filesystem::path& file) {
+  constexpr std::size_t kDigits = 20;
+  const std::string name = file.filename().string();
+  std::string key;
+  for (std::size_t i = 0; i < name.size();) {
+    const std::size_t end = std::min(name.find_first_not_of("0123456789", i), name.size());
+    key += std::string(end > i && end - i < kDigits ? kDigits - (end - i) : 0, '0') + name.substr(i, end - i);
+    i = end;
+    if (i < name.size()) key += name[i++];
   }
-  return s.size() < t.size();
+  return key;
 }
 
 }  // namespace
@@ -58,7 +49,8 @@ std::vector<std::filesystem::path> rosFiles(const std::filesystem::path& path) {
       files.push_back(entry.path());
     }
   }
-  std::sort(files.begin(), files.end(), byNumber);
+  std::sort(files.begin(), files.end(),
+            [](const auto& a, const auto& b) { return std::pair(inOrder(a), a) < std::pair(inOrder(b), b); });
   return files;
 }
 

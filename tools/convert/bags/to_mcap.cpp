@@ -51,15 +51,23 @@ json rotation(const Pose2& pose) {
 
 json poseOf(const Pose2& pose) { return {{"position", translation(pose)}, {"orientation", rotation(pose)}}; }
 
-/// Schema of an object whose fields have these kinds: "n" number, "i" integer, "b" boolean, "s" text, "o" object, and
-/// "[]" before each: a list. Viewers know the types of Foxglove by their names.
-std::string schemaOf(const std::string& name, const std::map<std::string, std::string>& fields) {
-  const std::map<char, const char*> kinds{
-      {'n', "number"}, {'i', "integer"}, {'b', "boolean"}, {'s', "string"}, {'o', "object"}};
+/// Schema of messages as this one. Viewers know the types of Foxglove by their names.
+std::string schemaOf(const std::string& name, const json& message) {
+  const auto kindOf = [](const json& value) {
+    const char* kind = value.is_number_float()     ? "number"
+                       : value.is_number_integer() ? "integer"
+                       : value.is_boolean()        ? "boolean"
+                       : value.is_string()         ? "string"
+                                                   : "object";
+    return json{{"type", kind}};
+  };
   json properties = json::object();
-  for (const auto& [field, kind] : fields) {
-    const json one{{"type", kinds.at(kind.back())}};
-    properties[field] = kind.starts_with("[]") ? json{{"type", "array"}, {"items", one}} : one;
+  for (const auto& [field, value] : message.items()) {
+    // Lists that may be empty are those of a base's angles, and of devices.
+    const json item = value.is_array() && !value.empty() ? value.front()
+                      : field == "devices"               ? json::object()
+                                                         : json(0.0);
+    properties[field] = value.is_array() ? json{{"type", "array"}, {"items", kindOf(item)}} : kindOf(value);
   }
   return json{{"title", name}, {"type", "object"}, {"properties", properties}}.dump();
 }
@@ -202,7 +210,7 @@ class Export {
   void show(const scan_t& message) {
     const auto scan = fromMessage(message);
     if (!scan) return recording_.reject(recording_.sensor(channel::kScan), channel::kScan, "no measurement");
-    recording_.useScan(recording_.sensor(channel::kScan), message.utime);
+    recording_.use(recording_.sensor(channel::kScan), &Recording::scans, message.utime);
     if (!trajectory_.empty()) {
       if (const auto pose = poseAt(trajectory_, scan->stamp)) place(message.utime, "map", "base", *pose);
     }
@@ -237,9 +245,8 @@ class Export {
   }
 
   void show(const wheels_t& message) {
-    recording_.useWheels(recording_.sensor(channel::kWheels), message.utime);
-    send("/wheels", "slam.wheels",
-         {{"x", "n"}, {"y", "n"}, {"theta", "n"}, {"turn_rate_known", "b"}, {"angles", "[]n"}}, message.utime,
+    recording_.use(recording_.sensor(channel::kWheels), &Recording::wheels, message.utime);
+    send("/wheels", "slam.wheels", message.utime,
          {{"x", message.x},
           {"y", message.y},
           {"theta", message.theta},
@@ -248,27 +255,17 @@ class Export {
   }
 
   void show(const imu_t& message) {
-    recording_.useImu(recording_.sensor(channel::kImu), message.utime);
-    send("/imu", "slam.imu", {{"gyro", "[]n"}, {"accel", "[]n"}}, message.utime,
-         {{"gyro", message.gyro}, {"accel", message.accel}});
+    recording_.use(recording_.sensor(channel::kImu), &Recording::imu, message.utime);
+    send("/imu", "slam.imu", message.utime, {{"gyro", message.gyro}, {"accel", message.accel}});
   }
 
   void show(const pose_estimate_t& message) {
     recording_.sensor(channel::kSlamPose).use(message.utime);
     const Pose2 pose{message.x, message.y, message.theta};
     if (trajectory_.empty()) place(message.utime, "map", "base", pose);
-    send("/pose", "foxglove.PoseInFrame", {{"timestamp", "o"}, {"frame_id", "s"}, {"pose", "o"}}, message.utime,
+    send("/pose", "foxglove.PoseInFrame", message.utime,
          {{"timestamp", timeOf(message.utime)}, {"frame_id", "map"}, {"pose", poseOf(pose)}});
-    send("/estimate", "slam.estimate",
-         {{"x", "n"},
-          {"y", "n"},
-          {"theta", "n"},
-          {"covariance", "[]n"},
-          {"twist", "[]n"},
-          {"state", "i"},
-          {"match_quality", "n"},
-          {"map_id", "i"}},
-         message.utime,
+    send("/estimate", "slam.estimate", message.utime,
          {{"x", message.x},
           {"y", message.y},
           {"theta", message.theta},
@@ -281,7 +278,7 @@ class Export {
 
   void show(const odometry_t& message) {
     recording_.sensor(channel::kOdometry).use(message.utime);
-    send("/odometry", "foxglove.PoseInFrame", {{"timestamp", "o"}, {"frame_id", "s"}, {"pose", "o"}}, message.utime,
+    send("/odometry", "foxglove.PoseInFrame", message.utime,
          {{"timestamp", timeOf(message.utime)},
           {"frame_id", "odom"},
           {"pose", poseOf({message.x, message.y, message.theta})}});
@@ -293,14 +290,7 @@ class Export {
     for (const auto& device : message.devices)
       devices.push_back({{"name", device.name}, {"state", device.state}, {"rate", device.rate}});
     for (const auto& counter : message.counters) counters[counter.name] = counter.value;
-    send("/health", "slam.health",
-         {{"summary", "s"},
-          {"localisation", "i"},
-          {"cpu", "n"},
-          {"memory_mb", "n"},
-          {"devices", "[]o"},
-          {"counters", "o"}},
-         message.utime,
+    send("/health", "slam.health", message.utime,
          {{"summary", message.summary},
           {"localisation", message.localisation},
           {"cpu", message.cpu},
@@ -309,32 +299,16 @@ class Export {
           {"counters", counters}});
   }
 
-  void show(const map_meta_t& message) {
-    recording_.sensor(channel::kMapMeta).use(message.utime);
-    map_.add(message);
-    drawMap(message.utime);
-  }
+  void show(const map_meta_t& message) { drawMap(channel::kMapMeta, message); }
+  void show(const map_tile_t& message) { drawMap(channel::kMapTile, message); }
 
-  void show(const map_tile_t& message) {
-    recording_.sensor(channel::kMapTile).use(message.utime);
+  template <typename Message>
+  void drawMap(const char* channel, const Message& message) {
+    recording_.sensor(channel).use(message.utime);
     map_.add(message);
-    drawMap(message.utime);
-  }
-
-  void drawMap(std::int64_t utime) {
     if (!map_.due(received_)) return;
     if (const auto grid = map_.draw(received_)) {
-      send("/map", "foxglove.Grid",
-           {{"timestamp", "o"},
-            {"frame_id", "s"},
-            {"pose", "o"},
-            {"column_count", "i"},
-            {"cell_size", "o"},
-            {"row_stride", "i"},
-            {"cell_stride", "i"},
-            {"fields", "[]o"},
-            {"data", "s"}},
-           utime, *grid);
+      send("/map", "foxglove.Grid", message.utime, *grid);
     }
   }
 
@@ -351,16 +325,13 @@ class Export {
     json fields = json::array();
     for (const char* name : {"x", "y", "z", "intensity"})
       fields.push_back({{"name", name}, {"offset", 4 * fields.size()}, {"type", kFloat32}});
-    send(
-        topic, "foxglove.PointCloud",
-        {{"timestamp", "o"}, {"frame_id", "s"}, {"pose", "o"}, {"point_stride", "i"}, {"fields", "[]o"}, {"data", "s"}},
-        utime,
-        {{"timestamp", timeOf(utime)},
-         {"frame_id", frame},
-         {"pose", poseOf({})},
-         {"point_stride", 16},
-         {"fields", fields},
-         {"data", base64(points)}});
+    send(topic, "foxglove.PointCloud", utime,
+         {{"timestamp", timeOf(utime)},
+          {"frame_id", frame},
+          {"pose", poseOf({})},
+          {"point_stride", 16},
+          {"fields", fields},
+          {"data", base64(points)}});
   }
 
   void place(std::int64_t utime, const char* parent, const char* child, const Pose2& pose) {
@@ -369,13 +340,7 @@ class Export {
   }
 
   void transform(std::int64_t utime, const char* parent, const char* child, const Pose2& pose) {
-    send("/tf", "foxglove.FrameTransform",
-         {{"timestamp", "o"},
-          {"parent_frame_id", "s"},
-          {"child_frame_id", "s"},
-          {"translation", "o"},
-          {"rotation", "o"}},
-         utime,
+    send("/tf", "foxglove.FrameTransform", utime,
          {{"timestamp", timeOf(utime)},
           {"parent_frame_id", parent},
           {"child_frame_id", child},
@@ -383,11 +348,10 @@ class Export {
           {"rotation", rotation(pose)}});
   }
 
-  void send(const std::string& topic, const std::string& schema, const std::map<std::string, std::string>& fields,
-            std::int64_t utime, const json& message) {
+  void send(const std::string& topic, const std::string& schema, std::int64_t utime, const json& message) {
     auto at = channels_.find(topic);
     if (at == channels_.end())
-      at = channels_.emplace(topic, writer_.addChannel(topic, schema, schemaOf(schema, fields))).first;
+      at = channels_.emplace(topic, writer_.addChannel(topic, schema, schemaOf(schema, message))).first;
     writer_.write(at->second, received_, utime, message.dump(-1, ' ', false, json::error_handler_t::replace));
   }
 

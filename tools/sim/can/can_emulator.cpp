@@ -132,20 +132,22 @@ void CanEmulator::receive(const can::Frame& frame) {
 
 bool CanEmulator::inject(std::string_view kind, double value) {
   using E = CanEmulator;
-  constexpr double kSeldom = 1000.0, kAny = std::numeric_limits<double>::max();
+  constexpr double kSeldom = 1000.0, kLongestDelay = 2000.0, kLongestWatch = 3600.0;  // [1, ms, s]
+  constexpr double kAny = std::numeric_limits<double>::max();
   static constexpr auto idle = [](E& can, double to) {
     can.drives_[0].heartbeat.state =
         static_cast<std::uint8_t>(to != 0.0 ? odrive::AxisState::kIdle : odrive::AxisState::kClosedLoop);
     return true;
   };
   static constexpr FaultKind<E> kKinds[] = {
-      {"silent", &E::silent_},                // sends nothing
-      {"garbage", &E::garbage_},              // frames of random bytes
-      {"stuck", &E::stuck_},                  // the same values again and again
-      {"wrong", &E::factor_, -kAny, kAny},    // factor of the positions
-      {"slow", &E::slow_, 1.0, 1e6},          // factor of the periods
-      {"delay", &E::delay_, 0.0, 1e6},        // [ms]
-      {"watchdog", &E::watchdog_, 0.0, 1e6},  // [s] without a frame from the host, then an error; 0: off, as delivered
+      {"silent", &E::silent_},                    // sends nothing
+      {"garbage", &E::garbage_},                  // frames of random bytes
+      {"stuck", &E::stuck_},                      // the same values again and again
+      {"wrong", &E::factor_, -kAny, kAny},        // factor of the positions
+      {"slow", &E::slow_, 1.0, kSeldom},          // factor of the periods
+      {"delay", &E::delay_, 0.0, kLongestDelay},  // [ms]
+      {"watchdog", &E::watchdog_, 0.0,
+       kLongestWatch},  // [s] without a frame from the host, then an error; 0: off, as delivered
       // The error word of the left drive, which disarms it; 0 takes it back.
       {"axis_error",
        [](E& can, double to) {
@@ -161,7 +163,13 @@ bool CanEmulator::inject(std::string_view kind, double value) {
          can.dialect_ = to == 0.5 ? odrive::Dialect::k05 : odrive::Dialect::k06;
          return true;
        }},
-      {"estimates", &E::estimates_, 1.0, 10e3},                     // [ms] their period, 10 as delivered
+      {"estimates",  // [ms] their period, 10 as delivered
+       [](E& can, double to) {
+         can.estimates_ = fromSeconds(1e-3 * to);
+         can.next_estimates_ = {};
+         return true;
+       },
+       1.0, 10e3},
       {"imu_time", &E::time_every_, 0.0, kSeldom},                  // sent with every so many'th turn rate, 0 never
       {"imu_acceleration", &E::acceleration_every_, 0.0, kSeldom},  // the same
       {"quaternion", &E::quaternion_},                              // it is sent

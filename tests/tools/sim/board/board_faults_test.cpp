@@ -39,7 +39,7 @@ class DrivenBoard : public testing::Test {
     return driver_.wheelStatus().state == DeviceState::kStreaming &&
            driver_.imuStatus().state == DeviceState::kStreaming;
   }
-  static std::string words(DeviceStatus& status) { return status.reason.load(); }
+  static std::string words(DeviceStatus& status) { return status.problem().words(); }
 
   test::PseudoTerminal line_;
   BoardEmulator board_;

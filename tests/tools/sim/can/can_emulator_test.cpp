@@ -5,8 +5,10 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <limits>
 #include <map>
 #include <numbers>
+#include <string>
 
 #include "drivers/can/can_base.hpp"
 #include "drivers/can/fake_can_port.hpp"
@@ -238,7 +240,15 @@ TEST_F(CanEmulatorTest, GoesBusOffAndIsRestarted) {
   EXPECT_GT(frames.size(), 600U);
 }
 
-TEST_F(CanEmulatorTest, KnowsNoOtherKind) { EXPECT_FALSE(emulator_.inject("sulk", 1)); }
+TEST_F(CanEmulatorTest, KnowsNoOtherKindAndNoValueBeyondReason) {
+  EXPECT_FALSE(emulator_.inject("sulk", 1));
+  for (const char* kind : {"silent", "garbage", "stuck", "wrong", "slow", "delay", "watchdog", "axis_error", "idle",
+                           "deaf", "firmware", "estimates", "imu_time", "imu_acceleration", "quaternion", "bus_off"}) {
+    for (const double value : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
+      EXPECT_FALSE(emulator_.inject(kind, value)) << kind << " " << value;
+    EXPECT_EQ(emulator_.inject(kind, 1e300), kind == std::string("wrong")) << kind;
+  }
+}
 
 // ---- What the driver makes of it
 
@@ -269,8 +279,8 @@ class CanFaults : public testing::Test {
     return driver_.wheelStatus().state == DeviceState::kStreaming &&
            driver_.imuStatus().state == DeviceState::kStreaming && wheelReason().empty();
   }
-  std::string wheelReason() { return driver_.wheelStatus().reason.load(); }
-  std::string imuReason() { return driver_.imuStatus().reason.load(); }
+  std::string wheelReason() { return driver_.wheelStatus().problem().words(); }
+  std::string imuReason() { return driver_.imuStatus().problem().words(); }
   /// Injects, expects it to be noticed, takes it back, and expects the devices to be used again.
   void expectNoticed(const std::string& kind, double value, double back, double within = 1.0) {
     emulator_.inject(kind, value);

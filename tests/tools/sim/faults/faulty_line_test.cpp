@@ -23,7 +23,7 @@ std::vector<std::uint8_t> readFrom(ByteStream& host) {
 TEST(FaultyLine, CarriesBytesBothWays) {
   FaultyLine line(kLink);
   OpenedPort host = openPort(kLink, 115200);
-  ASSERT_TRUE(host.stream) << host.problem;
+  ASSERT_TRUE(host.stream) << host.problem.words();
   line.send({1, 2}, kNow);
   EXPECT_THAT(readFrom(*host.stream), testing::ElementsAre(1, 2));
   const std::vector<std::uint8_t> request{0xA5, 0x50};
@@ -34,7 +34,7 @@ TEST(FaultyLine, CarriesBytesBothWays) {
 TEST(FaultyLine, HangsUpWhenUnpluggedAndIsAnotherPortWhenPluggedAgain) {
   FaultyLine line(kLink);
   OpenedPort host = openPort(kLink, 115200);
-  ASSERT_TRUE(host.stream) << host.problem;
+  ASSERT_TRUE(host.stream) << host.problem.words();
   ASSERT_TRUE(line.inject("unplug", 1));
   std::vector<std::uint8_t> bytes(16);
   EXPECT_EQ(host.stream->read(bytes, 2s).status, ReadResult::kClosed);
@@ -44,7 +44,7 @@ TEST(FaultyLine, HangsUpWhenUnpluggedAndIsAnotherPortWhenPluggedAgain) {
 
   ASSERT_TRUE(line.inject("unplug", 0));
   OpenedPort again = openPort(kLink, 115200);
-  ASSERT_TRUE(again.stream) << again.problem;
+  ASSERT_TRUE(again.stream) << again.problem.words();
   line.send({5}, kNow);
   EXPECT_THAT(readFrom(*again.stream), testing::ElementsAre(5));
 }

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/map/map_commands.hpp"
+
+#include <exception>
+#include <utility>
+
+#include "runtime/clock.hpp"
+
+namespace slam {
+namespace {
+
+const char* const kNoAnswer = "the disk does not answer; try again when it does";
+
+}  // namespace
+
+void MapCommands::take(const MapCommand& command, bool disk_hangs) {
+  const std::string problem = problemWith(command, disk_hangs);
+  if (!problem.empty()) return refuse(command, problem);
+  waiting_ = command;  // the present map is stored first
+}
+
+std::string MapCommands::problemWith(const MapCommand& command, bool disk_hangs) const {
+  const bool localises = keeper_.localises(), localise = command.kind == MapCommand::kLocalise;
+  if ((localise || command.kind == MapCommand::kSlam) && localise == localises)
+    return std::string("mode is \"") + (localise ? "localise" : "slam") + "\" already";
+  if (command.kind == MapCommand::kReset && localises)
+    return "mode is \"localise\": the map stays; use set-pose to say where the robot is";
+  if (command.kind == MapCommand::kSave && !command.name.empty() && !MapStore::isName(command.name))
+    return "\"" + command.name + "\" is no name of a map; use letters, digits, - and _";
+  if (command.kind == MapCommand::kSave && !keeper_.writes()) {
+    return localises ? "mode is \"localise\": the map does not change"
+                     : "store.directory is not set in the configuration";
+  }
+  if (disk_hangs) return kNoAnswer;
+  return waiting_ || under_way_ ? "another command about the map is being carried out" : "";
+}
+
+void MapCommands::refuse(const MapCommand& command, const std::string& problem) {
+  answers_.tryPush({command.id, false, problem});
+}
+
+void MapCommands::refuseAll() {
+  if (waiting_) refuse(*std::exchange(waiting_, std::nullopt), kNoAnswer);
+  if (under_way_ && !under_way_->taken.test_and_set()) refuse(under_way_->asked, kNoAnswer);
+}
+
+std::shared_ptr<MapCommands::Command> MapCommands::begin() {
+  if (waiting_) under_way_ = std::make_shared<Command>(*std::exchange(waiting_, std::nullopt));
+  return under_way_;
+}
+
+std::optional<MapState> MapCommands::end() {
+  const auto ended = std::exchange(under_way_, nullptr);
+  if (!ended) return std::nullopt;
+  if (ended->answer) answers_.tryPush(*ended->answer);
+  return std::move(ended->next);
+}
+
+void MapCommands::carryOut(Command& command, const MapState& map, bool saved) {
+  if (command.taken.test_and_set()) return;
+  const MapCommand& asked = command.asked;
+  const std::string loss = "not stored: " + keeper_.problem().words();
+  const auto answer = [&](bool accepted, const std::string& message) {
+    command.answer = {asked.id, accepted, message};
+  };
+  try {
+    if (asked.kind == MapCommand::kSave) {
+      if (asked.name.empty() || asked.name == keeper_.name())
+        return saved ? answer(true, "saved as " + keeper_.name()) : answer(false, loss);
+      keeper_.saveAs(asked.name, map);
+      return answer(true, "saved as " + asked.name);
+    }
+    const bool lost = !saved && keeper_.writes() && map.keyframes.size() > 0;
+    const std::string before = lost ? "; the one before is " + loss : "";
+    if (asked.kind == MapCommand::kLoad) {
+      command.next = keeper_.load(asked.name, monotonicNow());
+      answer(true, "loaded " + asked.name + "; looking for the robot in it" + before);
+    } else if (asked.kind == MapCommand::kLocalise || asked.kind == MapCommand::kSlam) {
+      const bool localise = asked.kind == MapCommand::kLocalise;
+      if (lost) return answer(false, "the map is " + loss);  // the stored one lacks what is new
+      command.next = keeper_.changeMode(localise, monotonicNow());
+      const std::string& name = keeper_.name();
+      answer(true, (localise ? "localises in " + name + ", which stays as it is" : "extends " + name) +
+                       "; the next start takes mode from the configuration");
+    } else {
+      keeper_.beginNew(monotonicNow());
+      command.next.emplace();
+      answer(true, "a new map begins" + before);
+    }
+  } catch (const std::exception& error) {
+    answer(false, error.what());
+  }
+}
+
+}  // namespace slam

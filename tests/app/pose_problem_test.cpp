@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "app/pose_problem.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace slam {
+namespace {
+
+using enum LocalisationState;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+PoseSnapshot poseOf(LocalisationState state) {
+  PoseSnapshot pose;
+  pose.pose.state = state;
+  pose.scans = 7;
+  pose.tracking = {.begun = true, .placed = true, .failures = 0, .points = 200, .needed = 40};
+  return pose;
+}
+
+std::string wordsOf(const PoseSnapshot& pose, bool has_scans) {
+  const Trouble trouble = poseTrouble(pose, has_scans);
+  return trouble.since + trouble.problem.words();
+}
+
+TEST(PoseProblem, IsNoneOnlyWhereItIsLocalised) {
+  EXPECT_FALSE(poseTrouble(poseOf(kLocalised), false).problem);
+  for (const LocalisationState state : {kInitialising, kDegraded, kLost})
+    EXPECT_TRUE(poseTrouble(poseOf(state), true).problem);
+  EXPECT_EQ(poseTrouble(poseOf(kLocalised), true).text(), "pose localised");
+}
+
+TEST(PoseProblem, NameTheLidarThatAPoseWaitsFor) {
+  for (const LocalisationState state : {kInitialising, kDegraded, kLost})
+    EXPECT_THAT(wordsOf(poseOf(state), false), HasSubstr("waits for the lidar"));
+}
+
+TEST(PoseProblem, TellScansThatShowNothingFromThoseThatDoNotMatch) {
+  PoseSnapshot pose = poseOf(kDegraded);
+  pose.tracking.failures = 12;
+  EXPECT_THAT(wordsOf(pose, true), StartsWith("waits for scans that match the map: the last 12 do not"));
+  pose.tracking.points = 11;
+  EXPECT_THAT(wordsOf(pose, true), HasSubstr("11 points where 40 are needed"));
+  pose.tracking.range_noise = 0.312;
+  EXPECT_THAT(wordsOf(pose, true), HasSubstr("ranges scatter by 0.31 m")) << "points that are not used are not few";
+  pose.echo_finding = EchoWatch::Finding::kNoEcho;
+  EXPECT_THAT(wordsOf(pose, true), HasSubstr("wide hall"));
+}
+
+TEST(PoseProblem, TellHowFarScansAndWheelsDiffer) {
+  PoseSnapshot pose = poseOf(kDegraded);
+  pose.tracking.contradiction = 0.424;
+  EXPECT_THAT(wordsOf(pose, true), StartsWith("scans and wheels tell ways that differ by 0.42 m"));
+  EXPECT_THAT(wordsOf(pose, true), HasSubstr("was the robot pushed"));
+}
+
+TEST(PoseProblem, NameScansThatTurnAsTheGyroDoesNot) {
+  PoseSnapshot pose = poseOf(kDegraded);
+  pose.tracking.contradiction = 0.424;
+  pose.tracking.scan_drift = -0.004;
+  EXPECT_THAT(wordsOf(pose, true),
+              StartsWith("scans turn by -13.8 deg per minute against a gyro that was right at rest"));
+  EXPECT_THAT(wordsOf(pose, true), HasSubstr("half of the scan contradict the other half"));
+  pose.tracking.failures = 3;
+  EXPECT_THAT(wordsOf(pose, true), StartsWith("scans turn by")) << "and the lidar is not said to be covered";
+}
+
+TEST(PoseProblem, SayWhatHelpsARobotThatIsLookedFor) {
+  EXPECT_THAT(wordsOf(poseOf(kLost), true), HasSubstr("slamctl set-pose"));
+  PoseSnapshot pose = poseOf(kInitialising);
+  EXPECT_THAT(wordsOf(pose, true), HasSubstr("found in the map"));
+  pose.tracking.begun = false;
+  EXPECT_THAT(wordsOf(pose, true), HasSubstr("a scan that can be placed"));
+  pose.scans = 0;
+  EXPECT_THAT(wordsOf(pose, true), HasSubstr("the first scan"));
+}
+
+}  // namespace
+}  // namespace slam
