@@ -189,7 +189,7 @@ TEST(SerialImu, UsesTheTurnRatesOfAB6ThatSendsNoAcceleration) {
   SerialImu driver({.port = unit.path()}, virtualNow, [&](const ImuSample& sample) { samples.push_back(sample); });
   ASSERT_TRUE(test::tickUntil([&] { unit.serve(), driver.tick(); }, [&] { return samples.size() > 300; }));
   EXPECT_EQ(driver.status().state.load(), DeviceState::kStreaming);
-  EXPECT_NE(driver_.status().problem().words().find("slamd goes on with its turn rate alone"), std::string::npos);
+  EXPECT_NE(driver.status().problem().words().find("slamd goes on with its turn rate alone"), std::string::npos);
   EXPECT_NEAR(samples.back().gyro.y(), unit.gyro_y, static_cast<double>(hfi::kB6Gyro));
   EXPECT_TRUE(samples.back().accel.isZero());
   ASSERT_TRUE(unit.inject("no_accel", 0));
