@@ -40,6 +40,7 @@ DeviceState stateOf(const WatchedDevice& device, Timestamp now) {
 Problem problemOf(const WatchedDevice& device, const Problem& found, Timestamp now) {
   constexpr double kSlow = 0.7;     // [1] of the expected rate
   constexpr double kDamaged = 0.1;  // [1] of it, refused: a good line loses nothing
+  if (device.starved && found.is(problem::kBoardLate)) return problem::kStarved;
   if (found) return found;
   if (isSilent(device, now)) {
     if (device.starved) return problem::kStarved;

@@ -35,6 +35,13 @@ int runDaemon(const slam::Config& config) {
   }
 }
 
+/// As a service, systemd gives the folders where state is kept.
+void useServiceFolders(slam::Config& config, const char* state, const char* runtime) {
+  if (config.store.directory.empty() && state != nullptr) config.store.directory = std::string(state) + "/maps";
+  if (config.runtime.socket.empty() && runtime != nullptr) config.runtime.socket = std::string(runtime) + "/socket";
+  if (config.log.directory.empty() && state != nullptr) config.log.directory = std::string(state) + "/log";
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -86,12 +93,8 @@ int main(int argc, char** argv) {
     std::cerr << error.what() << "\n";
     return kBadConfig;
   }
-  // As a service, systemd says where state is kept.
   const char* state = std::getenv("STATE_DIRECTORY");
-  if (config.store.directory.empty() && state != nullptr) config.store.directory = std::string(state) + "/maps";
-  const char* runtime = std::getenv("RUNTIME_DIRECTORY");
-  if (config.runtime.socket.empty() && runtime != nullptr) config.runtime.socket = std::string(runtime) + "/socket";
-  if (config.log.directory.empty() && state != nullptr) config.log.directory = std::string(state) + "/log";
+  useServiceFolders(config, state, std::getenv("RUNTIME_DIRECTORY"));
   if (const std::string wrong = slam::MapKeeper::misconfiguration(config); !wrong.empty()) {
     std::cerr << config_file << ":1:1: " << wrong << "\n";
     return kBadConfig;

@@ -126,7 +126,7 @@ inline constexpr ProblemKind kBoardGarbage{"board_garbage", "the board's answers
                                            "check baud rate and cable"};
 inline constexpr ProblemKind kBoardSilent{"board_silent", "the board does not answer", "", "check its power"};
 inline constexpr ProblemKind kBoardLate{"board_late", "the board's answers come too late", "",
-                                        "is its link or the computer overloaded?"};
+                                        "is something else on its link (USB hub, cable)?"};
 inline constexpr ProblemKind kBoardFrozen{"board_frozen", "the board answers, but renews nothing any more", "",
                                           "restart it"};
 inline constexpr ProblemKind kBoardNoMileage{"board_no_mileage", "the board answers, but not with mileage", "",

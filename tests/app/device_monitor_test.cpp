@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/log_lines.hpp"
+#include "problems/devices.hpp"
 #include "support/problems.hpp"
 
 namespace slam {
@@ -88,6 +89,10 @@ TEST(DeviceHealth, IsNotBlamedForAnOverloadedComputer) {
   EXPECT_EQ(lidar.reason(kNow + 1300ms), "no data for 1.3 s, the computer is overloaded: end other programs (top)");
   lidar.status.setProblem(problemOf("no such port"));
   EXPECT_EQ(lidar.reason(kNow + 1300ms), "no data for 1.3 s, no such port");
+  lidar.status.setProblem(problem::kBoardLate);
+  EXPECT_EQ(lidar.reason(), "the computer is overloaded: end other programs (top)");
+  lidar.device.starved = false;
+  EXPECT_THAT(lidar.reason(), testing::HasSubstr("come too late: is something else on its link"));
 }
 
 TEST(DeviceHealth, SaysThatALineLosesBytes) {

@@ -278,6 +278,84 @@ std::vector<std::string> fieldsOfRos2(const std::vector<std::string_view>& cells
   return names;
 }
 
+/// The first rows of a table.
+struct Sample {
+  std::vector<std::string> header;
+  std::map<std::size_t, int> counts;  // rows by their number of cells
+  Shape shape;
+};
+
+Sample sampleOf(const std::filesystem::path& file, CsvColumns& columns) {
+  constexpr int kRows = 2000;
+  Sample sample;
+  bool begun = false;
+  TextFile text(file);
+  for (std::string line; sample.shape.rows < kRows && text.next(line);) {
+    std::string_view rest = trimmed(line);
+    const bool comment = rest.starts_with("#");
+    while (rest.starts_with("#")) rest = trimmed(rest.substr(1));
+    if (rest.empty() || (comment && begun)) continue;
+    const char separator = separatorOf(rest);
+    const auto cells = splitCells(rest, separator);
+    const auto numbers =
+        std::count_if(cells.begin(), cells.end(), [](auto cell) { return cellNumber(cell).has_value(); });
+    const bool first_word = !cells.empty() && !cellNumber(cells[0]);
+    if (comment || (!begun && (2 * numbers < static_cast<std::ptrdiff_t>(cells.size()) || first_word))) {
+      sample.header.clear();
+      for (const auto cell : cells) sample.header.push_back(lower(cell));
+      columns.header_row = !comment;
+      begun = begun || !comment;
+      continue;
+    }
+    begun = true;
+    columns.separator = separator;
+    if (sample.shape.rows == 0 && sample.header.empty()) sample.header = fieldsOfRos2(cells);
+    ++sample.counts[cells.size()];
+    sample.shape.add(cells);
+  }
+  for (const auto& [count, times] : sample.counts) {
+    if (columns.count == 0 || times > sample.counts[columns.count]) columns.count = count;
+  }
+  if (columns.count == 0) throw std::runtime_error(file.string() + ": no row of numbers in it");
+  return sample;
+}
+
+/// Names the columns by the header, or by a first row of bearings.
+/// @param bare nothing names a column
+void nameColumns(CsvColumns& columns, const Sample& sample, bool bare, const std::filesystem::path& file) {
+  const auto& [header, counts, shape] = sample;
+  if (header.size() == columns.count) columns.names = header;
+  const auto bearings = bare && shape.first_row.size() == columns.count ? shape.bearingsFrom() : std::nullopt;
+  if (bearings) {
+    columns.header_row = true;
+    for (std::size_t i = 0; i < columns.count; ++i)
+      columns.names.push_back(i < *bearings ? "" : std::to_string(shape.first_row[i]));
+  }
+  const bool labelled = !header.empty() && (header.front().empty() || namesBearings(header.front()));
+  if ((bare || labelled) && shape.onItsSide(bearings || labelled)) {
+    throw std::runtime_error(file.string() +
+                             ": it stands on its side: its first column holds the bearings, and a table of scans has a "
+                             "row for each scan; turn it");
+  }
+  useHeader(columns, file);
+}
+
+/// Finds the column of the stamps by what its numbers do, where no name gives it.
+/// @return the column that numbers the rows, if there is one
+std::optional<std::size_t> findStamp(CsvColumns& columns, const Shape& shape) {
+  const bool first_is_range = !columns.ranges.empty() && columns.ranges.front() == 0;
+  const bool nameless = columns.names.empty() || columns.names.front().empty() || !columns.bearings.empty();
+  std::optional<std::size_t> counter;
+  if (columns.stamp || !nameless || first_is_range) return counter;
+  if (shape.first.rises()) (shape.first.countsRows() ? counter : columns.stamp) = 0;
+  if (columns.names.empty() && shape.first.rises() && shape.second.surelyRises()) {
+    counter = shape.first.counts() ? 0 : 1;
+    columns.stamp = 1 - *counter;
+  }
+  if (columns.names.empty() && !columns.stamp && shape.last.surelyRises()) columns.stamp = columns.count - 1;
+  return counter;
+}
+
 }  // namespace
 
 char separatorOf(std::string_view line) {
@@ -320,71 +398,15 @@ std::optional<double> cellNumber(std::string_view cell) {
 
 CsvColumns csvColumns(const std::filesystem::path& file, const std::string& stamp_column,
                       const std::string& first_range) {
-  constexpr int kRows = 2000;
   CsvColumns columns;
-  std::vector<std::string> header;
-  std::map<std::size_t, int> counts;
-  Shape shape;
-  bool begun = false;
-  TextFile text(file);
-  for (std::string line; shape.rows < kRows && text.next(line);) {
-    std::string_view rest = trimmed(line);
-    const bool comment = rest.starts_with("#");
-    while (rest.starts_with("#")) rest = trimmed(rest.substr(1));
-    if (rest.empty() || (comment && begun)) continue;
-    const char separator = separatorOf(rest);
-    const auto cells = splitCells(rest, separator);
-    const auto numbers =
-        std::count_if(cells.begin(), cells.end(), [](auto cell) { return cellNumber(cell).has_value(); });
-    const bool first_word = !cells.empty() && !cellNumber(cells[0]);
-    if (comment || (!begun && (2 * numbers < static_cast<std::ptrdiff_t>(cells.size()) || first_word))) {
-      header.clear();
-      for (const auto cell : cells) header.push_back(lower(cell));
-      columns.header_row = !comment;
-      begun = begun || !comment;
-      continue;
-    }
-    begun = true;
-    columns.separator = separator;
-    if (shape.rows == 0 && header.empty()) header = fieldsOfRos2(cells);
-    ++counts[cells.size()];
-    shape.add(cells);
-  }
-  for (const auto& [count, times] : counts) {
-    if (columns.count == 0 || times > counts[columns.count]) columns.count = count;
-  }
-  if (columns.count == 0) throw std::runtime_error(file.string() + ": no row of numbers in it");
-  if (header.size() == columns.count) columns.names = header;
-  const bool bare = header.empty() && stamp_column.empty() && first_range.empty();
-  const auto bearings = bare && shape.first_row.size() == columns.count ? shape.bearingsFrom() : std::nullopt;
-  if (bearings) {
-    columns.header_row = true;
-    for (std::size_t i = 0; i < columns.count; ++i)
-      columns.names.push_back(i < *bearings ? "" : std::to_string(shape.first_row[i]));
-  }
-  const bool labelled = !header.empty() && (header.front().empty() || namesBearings(header.front()));
-  if ((bare || labelled) && shape.onItsSide(bearings || labelled)) {
-    throw std::runtime_error(file.string() +
-                             ": it stands on its side: its first column holds the bearings, and a table of scans has a "
-                             "row for each scan; turn it");
-  }
-  useHeader(columns, file);
+  const Sample sample = sampleOf(file, columns);
+  nameColumns(columns, sample, sample.header.empty() && stamp_column.empty() && first_range.empty(), file);
   for (std::size_t i = 0; i < columns.names.size(); ++i) {  // when it was measured rather than when it was recorded
-    if (columns.names[i].ends_with("header.stamp") && shape.moves(i)) columns.stamp = i;
+    if (columns.names[i].ends_with("header.stamp") && sample.shape.moves(i)) columns.stamp = i;
   }
   if (!stamp_column.empty()) columns.stamp = columnOf(columns, stamp_column, file);
   const bool named = !columns.ranges.empty();
-  const bool first_is_range = named && columns.ranges.front() == 0;
-  std::optional<std::size_t> counter;  // numbers the rows
-  const bool nameless = columns.names.empty() || columns.names.front().empty() || !columns.bearings.empty();
-  if (!columns.stamp && nameless && !first_is_range) {
-    if (shape.first.rises()) (shape.first.countsRows() ? counter : columns.stamp) = 0;
-    if (columns.names.empty() && shape.first.rises() && shape.second.surelyRises()) {
-      counter = shape.first.counts() ? 0 : 1;
-      columns.stamp = 1 - *counter;
-    }
-    if (columns.names.empty() && !columns.stamp && shape.last.surelyRises()) columns.stamp = columns.count - 1;
-  }
+  const std::optional<std::size_t> counter = findStamp(columns, sample.shape);
   columns.guessed = first_range.empty() && !named;
   if (!first_range.empty() || !named) {
     columns.ranges.clear();

@@ -2,9 +2,9 @@
 #include <CLI/App.hpp>
 #include <functional>
 #include <iostream>
-#include <map>
 #include <numbers>
 #include <stdexcept>
+#include <vector>
 
 #include "mapping/map_files.hpp"
 #include "tools/common/output_file.hpp"
@@ -51,103 +51,113 @@ void finish(const slam::Recording& recording, const CLI::App& command, const Fil
   if (const std::string doubt = recording.doubt(); !doubt.empty()) throw std::runtime_error(doubt);
 }
 
-}  // namespace
+/// The subcommands that make a log of ours, each with what it does.
+class Conversions {
+ public:
+  Conversions(CLI::App& app, Files& files) : app_(app), files_(files) {}
 
-int main(int argc, char** argv) {
-  CLI::App app("Converts recorded data of other systems to an LCM event log that slam-replay reads, and back",
-               "slam-convert");
-  app.require_subcommand(1);
-  Files files;
-  std::map<const CLI::App*, std::function<slam::Recording()>> conversions;  // to our log
-  const auto add = [&](const char* name, const char* what, const std::function<slam::Recording()>& convert) {
-    CLI::App* command = app.add_subcommand(name, what);
-    conversions.emplace(command, convert);
+  CLI::App* add(const char* name, const char* what, const std::function<slam::Recording()>& convert) {
+    CLI::App* command = app_.add_subcommand(name, what);
+    all_.emplace_back(command, convert);
     return command;
-  };
-  CLI::App* any = add("auto", "whatever it is: recognised by its content, with a report of what was found",
-                      [&] { return slam::convertAny(files.in, files.out); });
-  addFiles(any, files);
-  slam::CarmenOptions carmen;
-  CLI::App* carmen_command = add("carmen", "CARMEN log (FLASER, ROBOTLASER1 and ODOM lines) to LCM log",
-                                 [&] { return slam::convertCarmen(files.in, files.out, carmen); });
-  carmen_command
-      ->add_option("--period", carmen.period, "[s] between scans, where neither its stamps nor the logger's are times")
+  }
+  void addWithFiles(const char* name, const char* what, slam::Recording (*convert)(const fs::path&, const fs::path&)) {
+    addFiles(add(name, what, [this, convert] { return convert(files_.in, files_.out); }), files_);
+  }
+  void addCarmen();
+  void addRos();
+  void addMbot();
+  void addCsv();
+  const fs::path& truth() const { return truth_.file; }
+  /// Runs the one that was asked for, if any.
+  void run() const {
+    for (const auto& [command, convert] : all_) {
+      if (command->parsed()) finish(convert(), *command, files_);
+    }
+  }
+
+ private:
+  CLI::App& app_;
+  Files& files_;
+  std::vector<std::pair<const CLI::App*, std::function<slam::Recording()>>> all_;
+  slam::CarmenOptions carmen_;
+  slam::RosOptions ros_;
+  slam::MbotTruth truth_;
+  slam::MbotBase mbot_;
+  slam::CsvInput csv_;
+};
+
+void Conversions::addCarmen() {
+  CLI::App* command = add("carmen", "CARMEN log (FLASER, ROBOTLASER1 and ODOM lines) to LCM log",
+                          [this] { return slam::convertCarmen(files_.in, files_.out, carmen_); });
+  command
+      ->add_option("--period", carmen_.period, "[s] between scans, where neither its stamps nor the logger's are times")
       ->check(slam::inRange(1e-3, 10.0));
-  addFiles(carmen_command, files);
-  slam::RosOptions ros;
-  CLI::App* ros_command = add("ros", "bag of ROS 1 (.bag) or ROS 2 (.db3, .mcap, a folder of split ones) to LCM log",
-                              [&] { return slam::convertRos(files.in, files.out, ros); });
-  ros_command->add_option("--scan", ros.scan, "topic of the lidar, where there are several");
-  ros_command->add_option("--odometry", ros.odometry, "topic of nav_msgs/Odometry that stands for the wheels");
-  ros_command->add_option("--imu", ros.imu, "topic of the IMU");
-  ros_command
-      ->add_option("--wheel-radius", ros.wheel_radius,
+  addFiles(command, files_);
+}
+
+void Conversions::addRos() {
+  CLI::App* command = add("ros", "bag of ROS 1 (.bag) or ROS 2 (.db3, .mcap, a folder of split ones) to LCM log",
+                          [this] { return slam::convertRos(files_.in, files_.out, ros_); });
+  command->add_option("--scan", ros_.scan, "topic of the lidar, where there are several");
+  command->add_option("--odometry", ros_.odometry, "topic of nav_msgs/Odometry that stands for the wheels");
+  command->add_option("--imu", ros_.imu, "topic of the IMU");
+  command
+      ->add_option("--wheel-radius", ros_.wheel_radius,
                    "[m] with --half-track: makes odometry of the wheels' angles in sensor_msgs/JointState")
       ->check(slam::inRange(0.005, 1.0));
-  ros_command->add_option("--half-track", ros.half_track, "[m] half the distance between the wheels")
+  command->add_option("--half-track", ros_.half_track, "[m] half the distance between the wheels")
       ->check(slam::inRange(0.01, 2.0));
-  addFiles(ros_command, files);
-  addFiles(add("lcm", "LCM log with slamd's channels: its sensors alone",
-               [&] { return slam::convertLcm(files.in, files.out); }),
-           files);
-  CLI::App* to_carmen = app.add_subcommand("to-carmen", "our LCM log to CARMEN");
-  addPair(to_carmen, files);
-  std::string trajectory;
-  CLI::App* to_mcap = app.add_subcommand("to-mcap", "our LCM log to MCAP, for Foxglove");
-  to_mcap->add_option("--trajectory", trajectory, "poses of the robot in place of the log's own (TUM, of slam-replay)");
-  addPair(to_mcap, files);
-  addFiles(
-      add("mines", "Mines ParisTech rover .dat to LCM log", [&] { return slam::convertMines(files.in, files.out); }),
-      files);
-  addFiles(
-      add("wean", "CMU Wean Hall robotdata .log to LCM log", [&] { return slam::convertWean(files.in, files.out); }),
-      files);
-  slam::MbotTruth truth;
-  slam::MbotBase mbot_base;
-  CLI::App* mbot = add("mbot", "LCM log of a Maebot or MBot to ours",
-                       [&] { return slam::convertMbot(files.in, files.out, truth, mbot_base); });
-  mbot->add_option("--truth", truth.file, "also write the poses that the log holds (TUM)");
-  mbot->add_option("--truth-channel", truth.channel, "where they are: the course's own SLAM, or TRUE_POSE")
+  addFiles(command, files_);
+}
+
+void Conversions::addMbot() {
+  CLI::App* command = add("mbot", "LCM log of a Maebot or MBot to ours",
+                          [this] { return slam::convertMbot(files_.in, files_.out, truth_, mbot_); });
+  command->add_option("--truth", truth_.file, "also write the poses that the log holds (TUM)");
+  command->add_option("--truth-channel", truth_.channel, "where they are: the course's own SLAM, or TRUE_POSE")
       ->capture_default_str();
-  mbot->add_option("--metres-per-tick", mbot_base.metres_per_tick,
+  command
+      ->add_option("--metres-per-tick", mbot_.metres_per_tick,
                    "[m] of the encoders: 2.09e-4 in 2014-15, 8.2e-5 in 2016, 1.540e-4 from 2017 on, unless given")
       ->check(slam::inRange(1e-7, 0.1));
-  mbot->add_option("--base-width", mbot_base.width, "[m] between the wheels: 0.083 to 2016, 0.210 then, unless given")
+  command->add_option("--base-width", mbot_.width, "[m] between the wheels: 0.083 to 2016, 0.210 then, unless given")
       ->check(slam::inRange(0.02, 4.0));
-  mbot->add_option("--wheel-radius", mbot_base.wheel_radius, "[m] by which the log's angles are made of ticks")
+  command->add_option("--wheel-radius", mbot_.wheel_radius, "[m] by which the log's angles are made of ticks")
       ->check(slam::inRange(0.005, 1.0));
-  addFiles(mbot, files);
-  slam::CsvInput csv;
-  bool imu_z_down = false;
-  CLI::App* csv_command = add("csv", "tables of scans, speed, encoders and IMU to LCM log", [&] {
-    csv.imu_sign_z = imu_z_down ? -1.0 : 1.0;
-    return slam::convertCsv(csv, files.out);
-  });
-  csv_command->add_option(
-      "--scans", csv.scans,
-      "ranges, in metres or raw SICK words; columns by a header (t, r0.., or bearings, x, y, theta, "
-      "angle_min..) or the options below");
-  csv_command->add_option("--unit", csv.unit, "of the ranges, where the data does not show it")
-      ->check(CLI::IsMember({"m", "cm", "mm", "words"}));
-  csv_command->add_option("--stamp-column", csv.stamp_column, "of the scans: name, or number from 1");
-  csv_command->add_option("--first-range", csv.first_range, "column of the first range: name, or number from 1");
-  csv_command
-      ->add_option("--fov", csv.field_of_view, "[deg] from first to last beam, ahead in its middle; below 0: clockwise")
-      ->check(slam::inRange(-360.0, 360.0));
-  csv_command->add_option("--first-bearing", csv.first_bearing, "[deg] of the first beam, counter-clockwise from ahead")
-      ->check(slam::inRange(-360.0, 360.0));
-  csv_command->add_option("--period", csv.period, "[s] from scan to scan, where there are no stamps")
-      ->check(slam::inRange(1e-3, 10.0));
-  csv_command->add_option("--speed", csv.speed, "t_s,v_m_s");
-  csv_command->add_option("--imu", csv.imu, "t_s,ax_g,ay_g,az_g,wx_rad_s,wy_rad_s,wz_rad_s");
-  csv_command->add_flag("--imu-z-down", imu_z_down, "the IMU's z axis points down: turn its sign");
-  csv_command->add_option("--encoders", csv.encoders, "stamp_s and ticks per interval of four wheels");
-  csv_command->add_option("--metres-per-tick", csv.metres_per_tick, "of the encoders")->capture_default_str();
-  csv_command->add_option("--wheel-radius", csv.wheel_radius, "[m] of the encoders' wheels")->capture_default_str();
-  csv_command->add_option("--half-track", csv.half_track, "[m] half the effective track")->capture_default_str();
-  addOutput(csv_command, files);
+  addFiles(command, files_);
+}
 
-  slam::Disturbance disturbance;
+void Conversions::addCsv() {
+  CLI::App* command = add("csv", "tables of scans, speed, encoders and IMU to LCM log",
+                          [this] { return slam::convertCsv(csv_, files_.out); });
+  command->add_option("--scans", csv_.scans,
+                      "ranges, in metres or raw SICK words; columns by a header (t, r0.., or bearings, x, y, theta, "
+                      "angle_min..) or the options below");
+  command->add_option("--unit", csv_.unit, "of the ranges, where the data does not show it")
+      ->check(CLI::IsMember({"m", "cm", "mm", "words"}));
+  command->add_option("--stamp-column", csv_.stamp_column, "of the scans: name, or number from 1");
+  command->add_option("--first-range", csv_.first_range, "column of the first range: name, or number from 1");
+  command
+      ->add_option("--fov", csv_.field_of_view,
+                   "[deg] from first to last beam, ahead in its middle; below 0: clockwise")
+      ->check(slam::inRange(-360.0, 360.0));
+  command->add_option("--first-bearing", csv_.first_bearing, "[deg] of the first beam, counter-clockwise from ahead")
+      ->check(slam::inRange(-360.0, 360.0));
+  command->add_option("--period", csv_.period, "[s] from scan to scan, where there are no stamps")
+      ->check(slam::inRange(1e-3, 10.0));
+  command->add_option("--speed", csv_.speed, "t_s,v_m_s");
+  command->add_option("--imu", csv_.imu, "t_s,ax_g,ay_g,az_g,wx_rad_s,wy_rad_s,wz_rad_s");
+  command->add_flag_callback(
+      "--imu-z-down", [this] { csv_.imu_sign_z = -1.0; }, "the IMU's z axis points down: turn its sign");
+  command->add_option("--encoders", csv_.encoders, "stamp_s and ticks per interval of four wheels");
+  command->add_option("--metres-per-tick", csv_.metres_per_tick, "of the encoders")->capture_default_str();
+  command->add_option("--wheel-radius", csv_.wheel_radius, "[m] of the encoders' wheels")->capture_default_str();
+  command->add_option("--half-track", csv_.half_track, "[m] half the effective track")->capture_default_str();
+  addOutput(command, files_);
+}
+
+CLI::App* addDisturb(CLI::App& app, Files& files, slam::Disturbance& disturbance) {
   CLI::App* disturb =
       app.add_subcommand("disturb", "our log with sensors that lie, lag or are mounted wrong, to see what it does");
   disturb->add_option("--jumps", disturbance.wheels.jumps, "sudden false motions at random times")
@@ -177,17 +187,42 @@ int main(int argc, char** argv) {
                     "clocks are set back by 30 s in the middle, and every tenth scan by 0.3 s");
   disturb->add_option("--seed", disturbance.seed, "of times, jumps and noise")->capture_default_str();
   addPair(disturb, files);
+  return disturb;
+}
 
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Converts recorded data of other systems to an LCM event log that slam-replay reads, and back",
+               "slam-convert");
+  app.require_subcommand(1);
+  Files files;
+  Conversions conversions(app, files);
+  conversions.addWithFiles("auto", "whatever it is: recognised by its content, with a report of what was found",
+                           slam::convertAny);
+  conversions.addCarmen();
+  conversions.addRos();
+  conversions.addWithFiles("lcm", "LCM log with slamd's channels: its sensors alone", slam::convertLcm);
+  CLI::App* to_carmen = app.add_subcommand("to-carmen", "our LCM log to CARMEN");
+  addPair(to_carmen, files);
+  std::string trajectory;
+  CLI::App* to_mcap = app.add_subcommand("to-mcap", "our LCM log to MCAP, for Foxglove");
+  to_mcap->add_option("--trajectory", trajectory, "poses of the robot in place of the log's own (TUM, of slam-replay)");
+  addPair(to_mcap, files);
+  conversions.addWithFiles("mines", "Mines ParisTech rover .dat to LCM log", slam::convertMines);
+  conversions.addWithFiles("wean", "CMU Wean Hall robotdata .log to LCM log", slam::convertWean);
+  conversions.addMbot();
+  conversions.addCsv();
+  slam::Disturbance disturbance;
+  CLI::App* disturb = addDisturb(app, files, disturbance);
   CLI::App* map = app.add_subcommand("wean-map", "the map that comes with Wean Hall's logs to OUT.yaml, .pgm and .png");
   addPair(map, files, "prefix of the map files");
 
   return slam::runProgram(
       app, argc, argv, SLAMD_VERSION, "slam-convert auto drive.bag drive.lcm --config drive.toml", [&] {
         map->parsed() ? slam::prepareMapFiles(files.out) : slam::prepareOutput(files.out);
-        for (const fs::path& file : {fs::path(files.config), truth.file}) slam::prepareOutput(file);
-        for (const auto& [command, convert] : conversions) {
-          if (command->parsed()) finish(convert(), *command, files);
-        }
+        for (const fs::path& file : {fs::path(files.config), conversions.truth()}) slam::prepareOutput(file);
+        conversions.run();
         if (map->parsed()) slam::writeMapFiles(files.out, slam::readBeesoftMap(files.in), {});
         if (to_carmen->parsed()) std::cout << reportText(slam::convertToCarmen(files.in, files.out), files.out, false);
         if (to_mcap->parsed())

@@ -106,6 +106,35 @@ void printTrust(const slam::TrustErrors& e, bool json) {
               e.scans, e.left_out, e.localised, e.sureAndWrong(), e.needlesslyLost(), e.worst, e.nees, noticed.c_str());
 }
 
+void addTrustOptions(CLI::App* trust, bool& no_align, slam::TrustOptions& options) {
+  trust->add_flag("--no-align", no_align, "the map lies in the truth's frame; default: laid on it by the first 2 s");
+  trust->add_option("--kidnapped", options.kidnapped, "[s] behind the first scan: when the robot was carried away");
+}
+
+CLI::App* addLive(CLI::App& app, slam::LiveInput& input) {
+  CLI::App* live = app.add_subcommand("live", "table of a recorded live run of slamd against the simulator's truth");
+  live->add_option("--record", input.record, "slamd's record (output.record)")->required();
+  live->add_option("--truth", input.truth, "true poses (TUM)")->required();
+  live->add_option("--waypoints", input.waypoints, "true poses at the measured waypoints (TUM)");
+  live->add_option("--map", input.map, "map written by slamd (yaml)");
+  live->add_option("--truth-map", input.truth_map, "true map (yaml)");
+  live->add_option("--trajectory", input.trajectory, "write SLAM's poses (TUM)");
+  return live;
+}
+
+struct OverlayArguments {
+  slam::OverlayOptions options;
+  std::string config_file;
+  std::vector<std::string> overrides;
+};
+
+void addOverlayOptions(CLI::App* overlay, OverlayArguments& arguments) {
+  overlay->add_option("--config", arguments.config_file, "slamd configuration (TOML)")->required();
+  overlay->add_option("--set", arguments.overrides, "section.key=value over the file; may be repeated");
+  overlay->add_option("--first-seconds", arguments.options.first_seconds, "[s] of the log that are the first visit")
+      ->capture_default_str();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -125,33 +154,20 @@ int main(int argc, char** argv) {
   ate->add_flag("--no-align", no_align, "compare in the files' own frames");
   slam::TrustOptions trust_options;
   CLI::App* trust = add("trust", "whether a robot that was sure was right", "ESTIMATES.csv", "TRUTH.tum");
-  trust->add_flag("--no-align", no_align, "the map lies in the truth's frame; default: laid on it by the first 2 s");
-  trust->add_option("--kidnapped", trust_options.kidnapped,
-                    "[s] behind the first scan: when the robot was carried away");
+  addTrustOptions(trust, no_align, trust_options);
   CLI::App* waypoints = add("waypoints", "position and heading at a few true poses", "TRAJ.tum", "WAYPOINTS.tum");
   slam::LiveInput live_input;
-  CLI::App* live = app.add_subcommand("live", "table of a recorded live run of slamd against the simulator's truth");
-  live->add_option("--record", live_input.record, "slamd's record (output.record)")->required();
-  live->add_option("--truth", live_input.truth, "true poses (TUM)")->required();
-  live->add_option("--waypoints", live_input.waypoints, "true poses at the measured waypoints (TUM)");
-  live->add_option("--map", live_input.map, "map written by slamd (yaml)");
-  live->add_option("--truth-map", live_input.truth_map, "true map (yaml)");
-  live->add_option("--trajectory", live_input.trajectory, "write SLAM's poses (TUM)");
+  CLI::App* live = addLive(app, live_input);
   CLI::App* map = add("map", "occupied and free cells against a true map", "MAP.yaml", "TRUTH.yaml");
   std::string picture;
   CLI::App* pair = app.add_subcommand("pair", "picture of two maps side by side");
   pair->add_option("LEFT.yaml", estimate)->required();
   pair->add_option("RIGHT.yaml", truth)->required();
   pair->add_option("OUT.png", picture)->required();
-  slam::OverlayOptions overlay_options;
-  std::string config_file;
-  std::vector<std::string> overrides;
+  OverlayArguments overlaid;
   CLI::App* overlay =
       add("overlay", "scans of the last visit to the start on the walls that the first one saw", "TRAJ.tum", "LOG.lcm");
-  overlay->add_option("--config", config_file, "slamd configuration (TOML)")->required();
-  overlay->add_option("--set", overrides, "section.key=value over the file; may be repeated");
-  overlay->add_option("--first-seconds", overlay_options.first_seconds, "[s] of the log that are the first visit")
-      ->capture_default_str();
+  addOverlayOptions(overlay, overlaid);
 
   return slam::runProgram(
       app, argc, argv, SLAMD_VERSION, "slam-eval relations out/trajectory.tum intel.relations", [&] {
@@ -179,8 +195,8 @@ int main(int argc, char** argv) {
           slam::prepareOutput(picture);
           writePair(estimate, truth, picture);
         } else if (overlay->parsed()) {
-          const slam::Config config = slam::loadConfig(config_file, overrides);
-          printOverlay(slam::overlayVisits(slam::readTrajectory(estimate), truth, config, overlay_options), json);
+          const slam::Config config = slam::loadConfig(overlaid.config_file, overlaid.overrides);
+          printOverlay(slam::overlayVisits(slam::readTrajectory(estimate), truth, config, overlaid.options), json);
         }
         return slam::kDone;
       });

@@ -70,16 +70,16 @@ void warnOfDamage(const std::string& log, const slam::ReplayStats& stats) {
   for (const std::string& warning : stats.warnings) std::cerr << "warning: " << warning << "\n";
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  CLI::App app("Runs slamd's pipeline over a recorded log", "slam-replay");
+/// What the command line asks for beside the replay itself.
+struct Arguments {
   std::string config_file, stats_file;
   std::vector<std::string> overrides;
-  slam::ReplayOptions options;
-  app.add_option("--config", config_file,
+};
+
+void addOptions(CLI::App& app, Arguments& arguments, slam::ReplayOptions& options) {
+  app.add_option("--config", arguments.config_file,
                  "slamd configuration (TOML); may be left out for a field log, which has its own");
-  app.add_option("--set", overrides, "section.key=value over the file; may be repeated");
+  app.add_option("--set", arguments.overrides, "section.key=value over the file; may be repeated");
   app.add_option("--log", options.logs,
                  "LCM event log with SLAM_SCAN, SLAM_WHEELS, SLAM_IMU, plain or gzip; several, or a folder of slamd's "
                  "field logs, are read in order")
@@ -102,19 +102,28 @@ int main(int argc, char** argv) {
   app.add_option("--viewer-period", options.viewer_period, "[s] of log time between pictures")
       ->check(slam::inRange(0.01, 1e6))
       ->capture_default_str();
-  app.add_option("--stats", stats_file, "write statistics (JSON)");
+  app.add_option("--stats", arguments.stats_file, "write statistics (JSON)");
+}
 
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Runs slamd's pipeline over a recorded log", "slam-replay");
+  Arguments arguments;
+  slam::ReplayOptions options;
+  addOptions(app, arguments, options);
   return slam::runProgram(
       app, argc, argv, SLAMD_VERSION,
       "slam-replay --config config/carmen.toml --log intel.lcm --trajectory intel.tum --map out/intel", [&] {
         options.logs = slam::logPaths(options.logs);
-        const slam::Config config =
-            config_file.empty() ? ownConfig(options.logs, overrides) : slam::loadConfig(config_file, overrides);
+        const slam::Config config = arguments.config_file.empty()
+                                        ? ownConfig(options.logs, arguments.overrides)
+                                        : slam::loadConfig(arguments.config_file, arguments.overrides);
         for (const std::string& line : config.notices) std::cerr << line << "\n";
         if (config.mode == slam::RunMode::kLocalise && !options.save_map.empty()) {
           throw CLI::ValidationError("--save-map", "mode \"localise\" changes no map; there is nothing to save");
         }
-        slam::prepareOutput(stats_file);
+        slam::prepareOutput(arguments.stats_file);
         int shown = -1;
         const slam::ReplayStats stats = slam::replay(config, options, [&](double seconds, bool lost) {
           const int now = static_cast<int>(seconds) / (lost ? 1 : 10);  // the search for a lost robot takes its time
@@ -124,10 +133,10 @@ int main(int argc, char** argv) {
                              (lost ? ", looking for the lost robot in the map" : ""));
         });
         slam::endProgress();
-        if (!stats_file.empty()) {
-          std::ofstream out(stats_file);
+        if (!arguments.stats_file.empty()) {
+          std::ofstream out(arguments.stats_file);
           out << stats.json();
-          if (!out.flush()) throw std::runtime_error(stats_file + ": cannot write");
+          if (!out.flush()) throw std::runtime_error(arguments.stats_file + ": cannot write");
         }
         warnOfDamage(options.logs.front().string() + (options.logs.size() > 1 ? " and following" : ""), stats);
         printSummary(stats);

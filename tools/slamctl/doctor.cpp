@@ -666,6 +666,105 @@ Finding checkSilence(const Account& slamd, const std::filesystem::path& root) {
   }
 }
 
+namespace {
+
+void append(Findings& findings, std::optional<Finding> finding) {
+  if (finding) findings.push_back(std::move(*finding));
+}
+void append(Findings& findings, Findings more) { std::move(more.begin(), more.end(), std::back_inserter(findings)); }
+
+/// Ports that the configuration names, as their owner would open them.
+Findings diagnosePorts(const Config& config, const Account& slamd) {
+  struct Used {
+    const char *device, *key;
+    bool used;
+    const std::string& path;
+  };
+  const Used all[] = {
+      {"lidar", "lidar.port", config.lidar_device.driver == LidarDriver::kRplidar, config.lidar_device.port},
+      {"base", "base.port", config.base_device.driver == BaseDriver::kHandsfree, config.base_device.port},
+      {"imu", "imu.port", config.imu_device.driver == ImuDriver::kHfi, config.imu_device.port}};
+  Findings findings;
+  const auto ports = serialPorts();
+  for (const auto& [device, key, used, path] : all) {
+    if (!used) continue;
+    findings.push_back(checkPort(device, path, key, ports, slamd));
+    append(findings, checkClaimants(device, path, key));
+  }
+  for (const auto& [device, key, used, path] : all) {
+    std::error_code none;
+    const auto port = std::filesystem::canonical(path, none);
+    if (used && !none) append(findings, checkHolders(device, port.string()));
+  }
+  return findings;
+}
+
+Findings diagnoseCan(const Config& config) {
+  Findings findings;
+  const bool drives = config.base_device.driver == BaseDriver::kCan;
+  if (drives || config.imu_device.driver == ImuDriver::kCan) {
+    findings.push_back(checkCan(config.can.interface));
+    if (drives && findings.back().level != Finding::kFault)
+      findings.push_back(checkDrives(config.can, *makeSocketCanPort(monotonicNow)));
+  }
+  append(findings, checkWatchdog(config.base_device, config.can, *makeSocketCanPort(monotonicNow)));
+  return findings;
+}
+
+Findings diagnoseCamera(const DepthDeviceConfig& depth, const Account& slamd) {
+  if (depth.driver != DepthDriver::kOpenni2) return {};
+  Findings findings{checkMounting(depth)};
+  if (depth.uri.empty()) findings.push_back(checkCamera(*makeUsbWatch(kPrimeSense), slamd));
+  if (!depth.uri.empty() && !depth.uri.ends_with(".oni")) findings.push_back(checkCameraName(depth.uri, listCameras()));
+  return findings;
+}
+
+Findings diagnoseDisks(const Config& config, const Account& slamd, const ServiceReach& service) {
+  Findings findings;
+  std::error_code error;
+  // A relative path is one of slamd's working directory.
+  const std::filesystem::path at = workingDirectoryOf(slamd, service);
+  const std::filesystem::path maps =
+      at / (config.store.directory.empty() ? "/var/lib/slamd/maps" : config.store.directory);
+  if (!config.store.directory.empty() || std::filesystem::is_directory(maps, error))
+    findings.push_back(checkDisk("maps", maps, slamd));
+  const std::filesystem::path logs = at / (config.log.directory.empty() ? "/var/lib/slamd/log" : config.log.directory);
+  if (std::filesystem::is_directory(logs, error)) {
+    findings.push_back(checkDisk("logs", logs, slamd));
+    if (config.log.automatic) append(findings, checkLogFloor(logs, config.log.floor));
+  }
+  for (const auto& [what, file] : {std::pair("map files", config.output.map), {"recording", config.output.record}}) {
+    if (!file.empty()) findings.push_back(checkDisk(what, (at / file).parent_path(), slamd));
+  }
+  return findings;
+}
+
+/// What slamd itself sends.
+/// @param socket empty: over LCM
+Findings diagnoseRunning(const Config& config, const std::string& socket, const std::optional<Account>& running,
+                         const CpuWaits& waits, Timestamp began) {
+  Findings findings;
+  Remote remote(socket, config.lcm.url);
+  const auto health = remote.health(kHealthLimit);
+  if (running) append(findings, checkLoad(waits, cpuWaits(running->id), monotonicNow() - began));
+  if (health) {
+    // What comes over a network has another computer's clock.
+    const bool is_here = !socket.empty() || parseUdpmUrl(config.lcm.url).ttl == 0;
+    const Timestamp clock = monotonicNow() + wallClockOffset();
+    const Duration ahead = is_here ? fromMicroseconds(health->utime) - clock : Duration(0);
+    append(findings, checkHealth(*health, remote.problems(), ahead));
+  } else if (running) {
+    findings.push_back(checkSilence(*running));
+  } else {
+    findings.push_back({Finding::kWarning,
+                        "slamd: nothing comes from it on " + (socket.empty() ? config.lcm.url : socket),
+                        "sudo systemctl start slamd; journalctl -u slamd -n 50 tells why it ended"});
+  }
+  return findings;
+}
+
+}  // namespace
+
 Findings diagnose(const Config& config, const std::string& socket) {
   Findings findings;
   std::error_code error;
@@ -680,76 +779,19 @@ Findings diagnose(const Config& config, const std::string& socket) {
     findings.push_back({Finding::kFault,
                         "service: there is no user " + service.account().user + ", as whom slamd.service runs",
                         "sudo systemd-sysusers, or set User= (sudo systemctl edit slamd)"});
-  const auto ports = serialPorts();
-  const auto add = [&](std::optional<Finding> finding) {
-    if (finding) findings.push_back(std::move(*finding));
-  };
-  if (config.lidar_device.driver == LidarDriver::kRplidar) {
-    findings.push_back(checkPort("lidar", config.lidar_device.port, "lidar.port", ports, slamd));
-    add(checkClaimants("lidar", config.lidar_device.port, "lidar.port"));
-  }
-  if (config.base_device.driver == BaseDriver::kHandsfree) {
-    findings.push_back(checkPort("base", config.base_device.port, "base.port", ports, slamd));
-    add(checkClaimants("base", config.base_device.port, "base.port"));
-  }
-  if (config.imu_device.driver == ImuDriver::kHfi) {
-    findings.push_back(checkPort("imu", config.imu_device.port, "imu.port", ports, slamd));
-    add(checkClaimants("imu", config.imu_device.port, "imu.port"));
-  }
-  for (const auto& [device, used, path] :
-       {std::tuple("lidar", config.lidar_device.driver == LidarDriver::kRplidar, config.lidar_device.port),
-        {"base", config.base_device.driver == BaseDriver::kHandsfree, config.base_device.port},
-        {"imu", config.imu_device.driver == ImuDriver::kHfi, config.imu_device.port}}) {
-    std::error_code none;
-    const auto port = std::filesystem::canonical(path, none);
-    if (used && !none) add(checkHolders(device, port.string()));
-  }
-  add(checkSecondSlamd());
-  for (Finding& finding : checkAdapters()) findings.push_back(std::move(finding));
-  if (config.base_device.driver == BaseDriver::kCan || config.imu_device.driver == ImuDriver::kCan) {
-    findings.push_back(checkCan(config.can.interface));
-    const bool up = findings.back().level != Finding::kFault;
-    if (up && config.base_device.driver == BaseDriver::kCan) {
-      const auto port = makeSocketCanPort(monotonicNow);
-      findings.push_back(checkDrives(config.can, *port));
-    }
-  }
-  if (auto watchdog = checkWatchdog(config.base_device, config.can, *makeSocketCanPort(monotonicNow)))
-    findings.push_back(std::move(*watchdog));
-  if (config.depth_device.driver == DepthDriver::kOpenni2) findings.push_back(checkMounting(config.depth_device));
-  if (config.depth_device.driver == DepthDriver::kOpenni2 && config.depth_device.uri.empty()) {
-    const auto usb = makeUsbWatch(kPrimeSense);
-    findings.push_back(checkCamera(*usb, slamd));
-  }
-  const std::string& uri = config.depth_device.uri;
-  if (config.depth_device.driver == DepthDriver::kOpenni2 && !uri.empty() && !uri.ends_with(".oni"))
-    findings.push_back(checkCameraName(uri, listCameras()));
+  append(findings, diagnosePorts(config, slamd));
+  append(findings, checkSecondSlamd());
+  append(findings, checkAdapters());
+  append(findings, diagnoseCan(config));
+  append(findings, diagnoseCamera(config.depth_device, slamd));
   if (!socket.empty()) findings.push_back(checkSocket(socket));
   const bool local = !socket.empty() && findings.back().level == Finding::kGood;
   const Finding lcm = checkLcm(config.lcm.url);
   findings.push_back(lcm);
-  if (config.runtime.realtime) {
-    for (Finding& finding : checkRealtime(config.runtime.base_priority, slamd)) findings.push_back(std::move(finding));
-  }
-  // A relative path is one of slamd's working directory.
-  const std::filesystem::path at = workingDirectoryOf(slamd, service);
-  const std::filesystem::path maps =
-      at / (config.store.directory.empty() ? "/var/lib/slamd/maps" : config.store.directory);
-  if (!config.store.directory.empty() || std::filesystem::is_directory(maps, error)) {
-    findings.push_back(checkDisk("maps", maps, slamd));
-  }
-  const std::filesystem::path logs = at / (config.log.directory.empty() ? "/var/lib/slamd/log" : config.log.directory);
-  if (std::filesystem::is_directory(logs, error)) {
-    findings.push_back(checkDisk("logs", logs, slamd));
-    if (config.log.automatic) add(checkLogFloor(logs, config.log.floor));
-  }
-  for (const auto& [what, file] : {std::pair("map files", config.output.map), {"recording", config.output.record}}) {
-    if (file.empty()) continue;
-    findings.push_back(checkDisk(what, (at / file).parent_path(), slamd));
-  }
-  for (const auto& problem : is_installed ? service.problemsOf(config) : std::vector<ServiceReach::Problem>{}) {
+  if (config.runtime.realtime) append(findings, checkRealtime(config.runtime.base_priority, slamd));
+  append(findings, diagnoseDisks(config, slamd, service));
+  for (const auto& problem : is_installed ? service.problemsOf(config) : std::vector<ServiceReach::Problem>{})
     findings.push_back({Finding::kWarning, "service: " + std::string(problem.key) + ": " + problem.what, problem.fix});
-  }
   findings.push_back(checkClock());
   findings.push_back(
       {Finding::kGood,
@@ -761,21 +803,7 @@ Findings diagnose(const Config& config, const std::string& socket) {
        "other users that have a port open (sudo slamctl doctor)",
        ""});
   if (lcm.level == Finding::kFault && !local) return findings;
-  Remote remote(local ? socket : "", config.lcm.url);
-  const auto heard = remote.health(kHealthLimit);
-  if (running) add(checkLoad(waits, cpuWaits(running->id), monotonicNow() - began));
-  if (const auto& health = heard) {
-    // What comes over a network has another computer's clock.
-    const bool is_here = local || parseUdpmUrl(config.lcm.url).ttl == 0;
-    const Timestamp clock = monotonicNow() + wallClockOffset();
-    const Duration ahead = is_here ? fromMicroseconds(health->utime) - clock : Duration(0);
-    for (Finding& finding : checkHealth(*health, remote.problems(), ahead)) findings.push_back(std::move(finding));
-  } else if (running) {
-    findings.push_back(checkSilence(*running));
-  } else {
-    findings.push_back({Finding::kWarning, "slamd: it is not heard on " + (local ? socket : config.lcm.url),
-                        "sudo systemctl start slamd; journalctl -u slamd -n 50 tells why it ended"});
-  }
+  append(findings, diagnoseRunning(config, local ? socket : "", running, waits, began));
   return findings;
 }
 

@@ -109,97 +109,116 @@ void exportLog(const std::string& folder, const std::string& since, std::string 
               timeText(done.first).c_str(), timeText(done.last).c_str());
 }
 
+/// What the command line asks for.
+struct Arguments {
+  std::string config_file = slam::kServiceConfig, maps, name, prefix, url, what, since, out;
+  std::vector<std::string> overrides;
+  std::array<double, 3> pose{};
+};
+
+/// The subcommands that are looked at by themselves; the others are sent to slamd.
+struct Commands {
+  const CLI::App *status, *doctor, *list, *export_map, *log_mark, *log_list, *log_export;
+  std::vector<std::pair<const CLI::App*, const char*>> sent;  ///< with the command's verb
+};
+
+Commands addCommands(CLI::App& app, Arguments& arguments) {
+  Commands commands{};
+  app.add_option("--config", arguments.config_file, "slamd's configuration: its socket, LCM URL and folder of the maps")
+      ->capture_default_str();
+  app.add_option("--set", arguments.overrides, "section.key=value over the file; may be repeated");
+  app.add_option("--url", arguments.url, "LCM URL, in place of the configuration's and of the socket");
+  app.add_option("--maps", arguments.maps, "folder of the maps, in place of the configuration's");
+  commands.status = app.add_subcommand("status", "what slamd does, and how its devices are");
+  commands.doctor = app.add_subcommand(
+      "doctor",
+      "check devices, rights, rates, socket, LCM, real time, disk and clock, and print the fix for each fault");
+  auto* save = app.add_subcommand("save", "store the map now; with a NAME, a copy under that name");
+  save->add_option("NAME", arguments.name, "letters, digits, - and _");
+  auto* load = app.add_subcommand("load", "store the present map and go on in another one");
+  load->add_option("NAME", arguments.name, "of a map")->required();
+  commands.list = app.add_subcommand("list", "all stored maps, and what slamd would find damaged in them");
+  CLI::App* export_map = app.add_subcommand("export", "a stored map as map_server files");
+  export_map->add_option("NAME", arguments.name, "of a map")->required()->check(slam::namesFile());
+  commands.export_map = export_map;
+  export_map->add_option("PREFIX", arguments.prefix, "of the .yaml, .pgm and .png to write")
+      ->required()
+      ->check(slam::namesFile());
+  auto* set_pose = app.add_subcommand("set-pose", "say where the robot is in the map");
+  set_pose->add_option("X", arguments.pose[0], "[m]")->required();
+  set_pose->add_option("Y", arguments.pose[1], "[m]")->required();
+  set_pose->add_option("THETA", arguments.pose[2], "[rad] counter-clockwise from the map's x axis")->required();
+  const CLI::App* reset = app.add_subcommand("reset", "store the present map and begin a new one");
+  auto* mode =
+      app.add_subcommand("mode", "change the mode until slamd is started anew; afterwards the configuration's");
+  mode->add_option("MODE", arguments.name, "localise: in the present map, which stays as it is; slam: and extend it")
+      ->required()
+      ->check(CLI::IsMember({"localise", "slam"}));
+  auto* log = app.add_subcommand("log", "field logs: begin, end, mark, list and export them");
+  log->require_subcommand(1);
+  const CLI::App* log_start = log->add_subcommand("start", "begin to log");
+  const CLI::App* log_stop = log->add_subcommand("stop", "end logging until log start, or the next start of slamd");
+  CLI::App* log_mark = log->add_subcommand("mark", "note what has just happened; marked files are removed last");
+  commands.log_mark = log_mark;
+  log_mark->add_option("WHAT", arguments.what, "in words")->required();
+  commands.log_list = log->add_subcommand("list", "all files of the logs, with their marks");
+  CLI::App* log_export = log->add_subcommand("export", "one plain log for slam-replay or lcm-logplayer");
+  commands.log_export = log_export;
+  log_export->add_option("--since", arguments.since, "10min or 2h ago, or a UTC time; default: all");
+  log_export->add_option("--out", arguments.out, "file to write; default: slamd-log-TIME.lcm")
+      ->check(slam::namesFile());
+  commands.sent = {{log_start, "log_start"}, {log_stop, "log_stop"}, {log_mark, "log_mark"}, {save, "save"},
+                   {load, "load"},           {set_pose, "set_pose"}, {mode, "mode"},         {reset, "reset"}};
+  for (CLI::App* command : app.get_subcommands({})) command->fallthrough();
+  for (CLI::App* command : log->get_subcommands({})) command->fallthrough();
+  return commands;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app("Asks and commands a running slamd; lists and exports its maps", "slamctl");
   app.require_subcommand(1);
-  std::string config_file = slam::kServiceConfig, maps, name, prefix, url, what, since, out;
-  std::vector<std::string> overrides;
-  std::array<double, 3> pose{};
-  app.add_option("--config", config_file, "slamd's configuration: its socket, LCM URL and folder of the maps")
-      ->capture_default_str();
-  app.add_option("--set", overrides, "section.key=value over the file; may be repeated");
-  app.add_option("--url", url, "LCM URL, in place of the configuration's and of the socket");
-  app.add_option("--maps", maps, "folder of the maps, in place of the configuration's");
-  const auto* status = app.add_subcommand("status", "what slamd does, and how its devices are");
-  const auto* doctor = app.add_subcommand(
-      "doctor",
-      "check devices, rights, rates, socket, LCM, real time, disk and clock, and print the fix for each fault");
-  auto* save = app.add_subcommand("save", "store the map now; with a NAME, a copy under that name");
-  save->add_option("NAME", name, "letters, digits, - and _");
-  auto* load = app.add_subcommand("load", "store the present map and go on in another one");
-  load->add_option("NAME", name, "of a map")->required();
-  const auto* list = app.add_subcommand("list", "all stored maps, and what slamd would find damaged in them");
-  auto* export_map = app.add_subcommand("export", "a stored map as map_server files");
-  export_map->add_option("NAME", name, "of a map")->required()->check(slam::namesFile());
-  export_map->add_option("PREFIX", prefix, "of the .yaml, .pgm and .png to write")
-      ->required()
-      ->check(slam::namesFile());
-  auto* set_pose = app.add_subcommand("set-pose", "say where the robot is in the map");
-  set_pose->add_option("X", pose[0], "[m]")->required();
-  set_pose->add_option("Y", pose[1], "[m]")->required();
-  set_pose->add_option("THETA", pose[2], "[rad] counter-clockwise from the map's x axis")->required();
-  app.add_subcommand("reset", "store the present map and begin a new one");
-  auto* mode =
-      app.add_subcommand("mode", "change the mode until slamd is started anew; afterwards the configuration's");
-  mode->add_option("MODE", name, "localise: in the present map, which stays as it is; slam: and extend it")
-      ->required()
-      ->check(CLI::IsMember({"localise", "slam"}));
-  auto* log = app.add_subcommand("log", "field logs: begin, end, mark, list and export them");
-  log->require_subcommand(1);
-  const auto* log_start = log->add_subcommand("start", "begin to log");
-  const auto* log_stop = log->add_subcommand("stop", "end logging until log start, or the next start of slamd");
-  auto* log_mark = log->add_subcommand("mark", "note what has just happened; marked files are removed last");
-  log_mark->add_option("WHAT", what, "in words")->required();
-  const auto* log_list = log->add_subcommand("list", "all files of the logs, with their marks");
-  auto* log_export = log->add_subcommand("export", "one plain log for slam-replay or lcm-logplayer");
-  log_export->add_option("--since", since, "10min or 2h ago, or a UTC time; default: all");
-  log_export->add_option("--out", out, "file to write; default: slamd-log-TIME.lcm")->check(slam::namesFile());
-  for (CLI::App* command : app.get_subcommands({})) command->fallthrough();
-  for (CLI::App* command : log->get_subcommands({})) command->fallthrough();
-
+  Arguments arguments;
+  const Commands commands = addCommands(app, arguments);
   return slam::runProgram(app, argc, argv, SLAMD_VERSION, "slamctl save kitchen", [&] {
-    const bool given = app.count("--config") > 0 || std::filesystem::exists(config_file);
-    auto config = given ? slam::loadConfig(config_file, overrides) : slam::parseConfig("", "defaults", overrides);
-    if (!maps.empty()) config.store.directory = maps;
-    if (!url.empty()) config.lcm.url = url;
-    if (list->parsed() || export_map->parsed()) {
+    const bool given = app.count("--config") > 0 || std::filesystem::exists(arguments.config_file);
+    auto config = given ? slam::loadConfig(arguments.config_file, arguments.overrides)
+                        : slam::parseConfig("", "defaults", arguments.overrides);
+    if (!arguments.maps.empty()) config.store.directory = arguments.maps;
+    if (!arguments.url.empty()) config.lcm.url = arguments.url;
+    if (commands.list->parsed() || commands.export_map->parsed()) {
       const std::string directory = folderOf(config.store.directory, slam::kServiceMaps, "maps",
                                              "store.directory in the configuration or give --maps");
-      if (list->parsed()) printMaps(directory);
-      if (export_map->parsed()) {
-        if (!slam::MapStore::isName(name)) throw std::runtime_error("\"" + name + "\" is no name of a map");
-        slam::prepareMapFiles(prefix);
-        exportMap(std::filesystem::path(directory) / name, prefix, config);
+      if (commands.list->parsed()) printMaps(directory);
+      if (commands.export_map->parsed()) {
+        if (!slam::MapStore::isName(arguments.name))
+          throw std::runtime_error("\"" + arguments.name + "\" is no name of a map");
+        slam::prepareMapFiles(arguments.prefix);
+        exportMap(std::filesystem::path(directory) / arguments.name, arguments.prefix, config);
       }
       return slam::kDone;
     }
-    if (log_list->parsed() || log_export->parsed()) {
+    if (commands.log_list->parsed() || commands.log_export->parsed()) {
       const std::string folder =
           folderOf(config.log.directory, slam::kServiceLog, "logs", "log.directory in the configuration");
-      log_list->parsed() ? slam::printLogs(folder) : exportLog(folder, since, out);
+      commands.log_list->parsed() ? slam::printLogs(folder) : exportLog(folder, arguments.since, arguments.out);
       return slam::kDone;
     }
-    const std::string socket = url.empty() ? slam::socketOf(config, config_file) : "";
-    if (doctor->parsed()) return slam::print(slam::diagnose(config, socket)) == 0 ? slam::kDone : slam::kFailed;
+    const std::string socket = arguments.url.empty() ? slam::socketOf(config, arguments.config_file) : "";
+    if (commands.doctor->parsed())
+      return slam::print(slam::diagnose(config, socket)) == 0 ? slam::kDone : slam::kFailed;
     slam::Remote remote(socket, config.lcm.url);
-    if (status->parsed()) {
+    if (commands.status->parsed()) {
       const auto health = remote.health(kHealthLimit);
       if (!health) throw std::runtime_error(remote.silence());
       printStatus(*health);
       return slam::kDone;
     }
-    if (log_mark->parsed()) name = what;
-    const std::string verb = log_start->parsed()  ? "log_start"
-                             : log_stop->parsed() ? "log_stop"
-                             : log_mark->parsed() ? "log_mark"
-                             : save->parsed()     ? "save"
-                             : load->parsed()     ? "load"
-                             : set_pose->parsed() ? "set_pose"
-                             : mode->parsed()     ? "mode"
-                                                  : "reset";
-    const auto ack = remote.ask(verb, name, pose, kAnswerLimit);
+    const auto sent =
+        std::find_if(commands.sent.begin(), commands.sent.end(), [](auto& one) { return one.first->parsed(); });
+    if (commands.log_mark->parsed()) arguments.name = arguments.what;
+    const auto ack = remote.ask(sent->second, arguments.name, arguments.pose, kAnswerLimit);
     if (!ack) throw std::runtime_error(remote.silence());
     if (!ack->accepted) throw std::runtime_error(ack->message);
     std::printf("%s\n", ack->message.c_str());

@@ -81,6 +81,14 @@ json healthJson(const health_t& health, const problems_t& problems) {
                        {"expected", rounded(d.expected, 10)},
                        {"rejects", d.rejects}});
   }
+  json wrong = json::array();
+  for (const problem_t& p : problems.problems)
+    wrong.push_back({{"device", p.device},
+                     {"id", p.id},
+                     {"level", p.level > 1 ? "fault" : "warning"},
+                     {"cause", p.cause},
+                     {"meanwhile", p.meanwhile},
+                     {"fix", p.fix}});
   for (const stage_health_t& s : health.stages)
     stages.push_back(
         {{"name", s.name}, {"count", s.count}, {"p50_us", s.p50_us}, {"p99_us", s.p99_us}, {"max_us", s.max_us}});
@@ -93,6 +101,7 @@ json healthJson(const health_t& health, const problems_t& problems) {
           {"memory_mb", rounded(health.memory_mb, 10)},
           {"disk_free_mb", rounded(health.disk_free_mb, 1)},
           {"devices", std::move(devices)},
+          {"problems", std::move(wrong)},
           {"stages", std::move(stages)},
           {"counters", std::move(counters)}};
 }

@@ -2,7 +2,8 @@
 # cmake -D PAGE=folder -D OUT=file.cpp -P page_files.cmake: the files of the page as a C++ source.
 set(text "// Written by page_files.cmake.\n#include \"tools/web/page_files.hpp\"\n\nnamespace slam {\nnamespace {\n\n")
 set(rows "")
-foreach(row "/|index.html|text/html" "/page.js|page.js|text/javascript" "/page.css|page.css|text/css")
+foreach(row "/|index.html|text/html" "/page.js|page.js|text/javascript" "/page.css|page.css|text/css"
+        "/manifest.webmanifest|manifest.webmanifest|application/manifest+json" "/icon.svg|icon.svg|image/svg+xml")
   string(REGEX MATCH "^(.*)[|](.*)[|](.*)$" matched "${row}")
   set(path ${CMAKE_MATCH_1})
   set(file ${CMAKE_MATCH_2})

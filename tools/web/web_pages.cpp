@@ -9,6 +9,7 @@
 #include "mapping/map_files.hpp"
 #include "runtime/clock.hpp"
 #include "tools/web/event_text.hpp"
+#include "tools/web/metrics_text.hpp"
 #include "tools/web/page_files.hpp"
 
 namespace slam {
@@ -72,6 +73,7 @@ WebPages::WebPages(Settings settings, const SharedState& shared, Commander comma
 httplib::Headers WebPages::headers() {
   return {{"Content-Security-Policy",
            "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
+           "manifest-src 'self'; "
            "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"},
           {"X-Content-Type-Options", "nosniff"},
           {"X-Frame-Options", "DENY"},
@@ -109,6 +111,7 @@ void WebPages::answer(const Request& request, Response& response) const {
   }
   if (const PageFile* file = findPageFile(path)) return answerWith(response, std::string(file->content), file->type);
   if (path == "/api/status") return status(response);
+  if (path == "/metrics") return metrics(response);
   if (path == "/api/map") return tiles(request, response);
   if (path == "/api/allowed") {
     if (mayCommand(request, response)) answerWith(response, "{\"allowed\":true}", kJson);
@@ -134,6 +137,16 @@ void WebPages::status(Response& response) const {
     body["bad_messages"] = state.badMessages();
   }
   answerWith(response, textOf(body), kJson);
+}
+
+void WebPages::metrics(Response& response) const {
+  std::string text;
+  const Timestamp now = monotonicNow();
+  {
+    const std::lock_guard lock(shared_.mutex);
+    text = metricsText(shared_.state, settings_.version, now);
+  }
+  answerWith(response, text, "text/plain; version=0.0.4; charset=utf-8");
 }
 
 void WebPages::tiles(const Request& request, Response& response) const {

@@ -57,6 +57,7 @@ class WebPages {
  private:
   bool mayCommand(const httplib::Request& request, httplib::Response& response) const;
   void status(httplib::Response& response) const;
+  void metrics(httplib::Response& response) const;
   void tiles(const httplib::Request& request, httplib::Response& response) const;
   void mapFile(const std::string& path, httplib::Response& response) const;
   void logs(const std::string& path, httplib::Response& response) const;

@@ -174,7 +174,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 /// Answers that come late are taken for those of later requests now and then, whatever the last one was.
 TEST_F(HandsfreeBoardTest, SaysThatAnswersComeTooLateHoweverLate) {
-  constexpr const char* kWords = "the board's answers come too late: is its link or the computer overloaded?";
+  constexpr const char* kWords = "the board's answers come too late: is something else on its link (USB hub, cable)?";
   for (int delay = 110; delay <= 190; delay += 5) {
     ASSERT_TRUE(runUntil([&] { return streaming(); }));
     fake_.delay = milliseconds(delay);

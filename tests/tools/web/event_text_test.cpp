@@ -121,6 +121,10 @@ TEST(EventText, HasADevicesWordsAndAdvice) {
   EXPECT_EQ(lidar["level"], "fault");
   EXPECT_EQ(lidar["reason"], "no data for 2.5 s, port present");
   EXPECT_EQ(lidar["advice"], silent.fix());
+  const json problem = healthJson(someHealth(""), problems)["problems"][0];
+  EXPECT_EQ(problem["id"], silent.id());
+  EXPECT_EQ(problem["level"], "fault");
+  EXPECT_EQ(problem["cause"], silent.cause());
 }
 
 TEST(EventText, StaysJsonAndOneLineWhateverAMessageHas) {

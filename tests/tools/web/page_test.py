@@ -51,11 +51,11 @@ def call(method, url, body=None):
 class Browser:
     """A window of Chromium, by the WebDriver protocol."""
 
-    def __init__(self, chromium, width, height, ratio):
+    def __init__(self, chromium, width, height, ratio, dark=False):
         options = {
             "binary": chromium,
             "args": ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
-                     f"--window-size={width},{height}"],
+                     f"--window-size={width},{height}", *(["--force-dark-mode"] if dark else [])],
         }
         if ratio > 1:
             options["mobileEmulation"] = {"deviceMetrics": {"width": width, "height": height, "pixelRatio": ratio,
@@ -75,6 +75,11 @@ class Browser:
 
     def run(self, script):
         return call("POST", self.session + "/execute/sync", {"script": script, "args": []})
+
+    def keys(self, text):
+        """Presses keys, wherever the focus is."""
+        actions = [{"type": kind, "value": key} for key in text for kind in ("keyDown", "keyUp")]
+        call("POST", self.session + "/actions", {"actions": [{"type": "key", "id": "keyboard", "actions": actions}]})
 
     def screenshot(self, file):
         import base64
@@ -119,6 +124,10 @@ class Robot:
         self.web = self.start("slam-web", *self.config, "--set", "web.commands=true", "--set", f"web.token='{TOKEN}'",
                               "--logs", self.folder / "logs")
 
+    def inject(self, fault):
+        with open(self.devices / "faults", "w") as faults:
+            faults.write(fault + "\n")
+
     def stop(self):
         for process in (self.web, self.slamd, self.sim):
             process.kill()
@@ -139,9 +148,10 @@ HAS_A_POSE = "return window.slam.robot.pose !== null"  # whether it is localised
 WORDS = "return document.getElementById('banner').hidden ? '' : document.getElementById('banner').textContent"
 
 
-def check_size(name, chromium, out):
+def check_size(name, chromium, out, dark=False):
     width, height, ratio = SIZES[name]
-    browser = Browser(chromium, width, height, ratio)
+    browser = Browser(chromium, width, height, ratio, dark)
+    name += "-dark" if dark else ""
     browser.open(PAGE)
     wait_until(f"{name}: the map is drawn", lambda: browser.run(SHOWS_A_MAP))
     wait_until(f"{name}: the robot is drawn", lambda: browser.run(HAS_A_POSE))
@@ -171,6 +181,84 @@ def check_layers(browser):
     browser.run("document.querySelector('[data-layer=\"0\"]').click()")
     if len(set(pictures)) != 3:
         sys.exit("the layers look alike")
+
+
+LINE = "return document.getElementById('headline').textContent"
+ARROW_LEFT, TAB, ENTER, ESCAPE = "\ue012", "\ue004", "\ue007", "\ue00c"
+
+
+def check_line(browser, robot):
+    """The line over the map names a pulled plug while the robot goes on, and says afterwards how well it knows its place."""
+    wait_until("the line says how it is", lambda: browser.run(LINE).startswith("Localised to "))
+    if browser.run("return document.querySelector('.badge.good') === null"):
+        sys.exit("the badge of a localised robot is not good")
+    began = time.monotonic()
+    robot.inject("lidar unplug 1")
+    line = wait_until("the line names the lidar", lambda: (lambda text: "lidar" in text and text)(browser.run(LINE)))
+    print(f"a pulled plug: \"{line}\" after {time.monotonic() - began:.1f} s")
+    if len(line) > 80:
+        sys.exit("the line is longer than 80 characters: " + line)
+    if not browser.run("return [...document.querySelectorAll('.device.fault')].some((d) => d.open)"):
+        sys.exit("the lidar's details are folded away")
+    robot.inject("lidar unplug 0")
+    wait_until("the line is good again", lambda: browser.run(LINE).startswith("Localised to "))
+
+
+def check_keys(browser):
+    view = "const v = window.slam.view; return [v.x, v.y, v.scale, v.follow]"
+    browser.run("document.getElementById('map').focus()")
+    before = browser.run(view)
+    browser.keys(ARROW_LEFT + "+")
+    moved = browser.run(view)
+    if not (moved[0] < before[0] and moved[2] > before[2]):
+        sys.exit(f"arrow and plus changed the view from {before} to {moved}")
+    browser.keys("f")
+    if not browser.run(view)[3] or browser.run("return document.getElementById('follow').ariaPressed") != "true":
+        sys.exit("F does not follow the robot")
+    browser.keys("0")
+    names = "const e = document.activeElement; return e.id || e.getAttribute('aria-label') || e.textContent"
+    reached, wanted = set(), {"zoom-in", "zoom-out", "fit", "follow", "save", "set-pose", "localise", "slam", "mark-text"}
+    for _ in range(60):
+        browser.keys(TAB)
+        reached.add(browser.run(names))
+    if wanted - reached:
+        sys.exit(f"the Tab key does not reach {sorted(wanted - reached)}")
+    unnamed = browser.run("""return [...document.querySelectorAll("button, input, canvas, a")].filter(
+        (e) => !(e.ariaLabel || e.getAttribute("aria-label") || e.textContent.trim())).map((e) => e.outerHTML)""")
+    if unnamed:
+        sys.exit(f"without a name for a screen reader: {unnamed}")
+
+
+# Least contrast of the texts that are shown, by the formula of WCAG 2.1.
+CONTRAST = """
+const parse = (c) => c.match(/[\\d.]+/g).map(Number);
+const level = (c) => { const f = (v) => (v /= 255) <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
+  return 0.2126 * f(c[0]) + 0.7152 * f(c[1]) + 0.0722 * f(c[2]); };
+const ground = (e) => { for (; e; e = e.parentElement) { const c = parse(getComputedStyle(e).backgroundColor);
+  if (c.length === 3 || c[3] > 0.9) return c; } return [255, 255, 255]; };
+let worst = [21, ""];
+for (const e of document.querySelectorAll("body *")) {
+  if (e.disabled || !e.checkVisibility() || ![...e.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim())) continue;
+  const a = level(parse(getComputedStyle(e).color)), b = level(ground(e));
+  const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+  if (ratio < worst[0]) worst = [ratio, e.outerHTML.slice(0, 100)];
+}
+return worst;
+"""
+
+
+def check_contrast(name, browser):
+    ratio, where = browser.run(CONTRAST)
+    print(f"{name}: contrast {ratio:.1f} at least")
+    if ratio < 4.5:
+        sys.exit(f"{name}: too little contrast: {where}")
+
+
+def check_targets(browser):
+    small = browser.run("""return [...document.querySelectorAll("button, input, summary, .links a")].filter((e) =>
+        e.checkVisibility() && e.getBoundingClientRect().height < 44).map((e) => e.outerHTML)""")
+    if small:
+        sys.exit(f"lower than a finger: {small}")
 
 
 def check_commands(browser, robot):
@@ -245,9 +333,14 @@ def main():
             time.sleep(8)  # something to look at
             browser = check_size("desktop", chromium, out)
             check_layers(browser)
+            check_line(browser, robot)
             check_commands(browser, robot)
+            check_keys(browser)
+            check_contrast("light", browser)
             check_restarts(browser, robot, out)
-            phone = check_size("phone", chromium, out)
+            phone = check_size("phone", chromium, out, dark=True)
+            check_contrast("dark", phone)
+            check_targets(phone)
             problems = [words for b in (browser, phone) for words in b.complaints() if "net::ERR" not in words]
             if problems:
                 sys.exit("the browser complains: " + "\n".join(problems))

@@ -90,10 +90,19 @@ TEST_F(Pages, AreOneDocumentWithItsScriptAndStyle) {
   EXPECT_THAT(page.body, HasSubstr("/page.js"));
   EXPECT_EQ(get("/page.js").get_header_value("Content-Type"), "text/javascript; charset=utf-8");
   EXPECT_EQ(get("/page.css").get_header_value("Content-Type"), "text/css; charset=utf-8");
-  for (const char* path : {"/", "/page.js", "/page.css"}) {
+  EXPECT_EQ(get("/manifest.webmanifest").get_header_value("Content-Type"), "application/manifest+json; charset=utf-8");
+  EXPECT_EQ(get("/icon.svg").status, 200);
+  for (const char* path : {"/", "/page.js", "/page.css", "/manifest.webmanifest"}) {
     EXPECT_THAT(get(path).body, testing::Not(HasSubstr("http:"))) << path << " asks for an address outside the robot";
     EXPECT_THAT(get(path).body, testing::Not(HasSubstr("https:"))) << path;
   }
+}
+
+TEST_F(Pages, HaveMetricsForPrometheus) {
+  const Response metrics = get("/metrics");
+  EXPECT_EQ(metrics.status, 200);
+  EXPECT_EQ(metrics.get_header_value("Content-Type"), "text/plain; version=0.0.4; charset=utf-8");
+  EXPECT_THAT(metrics.body, HasSubstr("slamd_silence_seconds"));
 }
 
 TEST_F(Pages, AllowNoScriptButTheirOwn) {

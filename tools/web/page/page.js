@@ -10,6 +10,8 @@ const robot = {
   session: null, pose: null, scan: [], depth: [], trail: [], closures: [],
   map: { id: null, version: 0, wanted: 0, layers: false, resolution: 0.05, side: 64, tiles: [new Map(), new Map(), new Map()] },
 };
+robot.problems = [];
+robot.since = null;  // when the page saw the present state begin
 const link = { open: false, heard: performance.now(), silence: 0 };
 const view = { x: 0, y: 0, scale: 40, follow: false, moved: false, layer: 0 };  // centre [m], [pixel/m]
 const place = { armed: false, from: null, to: null };  // a pose that is being drawn as an arrow [m]
@@ -123,6 +125,7 @@ const takers = {
   },
   pose(data) {
     if (robot.pose && robot.pose.map !== data.map) robot.trail = [], robot.closures = [], robot.scan = [], robot.depth = [];
+    if (robot.pose && robot.pose.state !== data.state) robot.since = new Date();
     robot.pose = data;
     link.silence = 0;
     const lag = Date.now() - data.utime / 1000;
@@ -182,34 +185,60 @@ function showFacts(list, facts) {
 }
 
 const fixed = (value, digits) => value.toFixed(digits).replace(/^-(0\.?0*)$/, "$1");  // no -0.00
+const length = (metres) =>
+  metres >= 1 ? metres.toFixed(1) + " m" : (100 * metres).toFixed(metres < 0.1 ? 1 : 0) + " cm";
+const sigma = (pose) => Math.sqrt(Math.max(0, pose.cov[0], pose.cov[2]));
 const degrees = (radians) => fixed(radians * 180 / Math.PI, 1) + "\u00b0";
 
 function showPose() {
-  const p = robot.pose, [xx, , yy, tt] = p.cov;
+  const p = robot.pose, tt = p.cov[3];
   showFacts($("pose"), [
     ["x, y", fixed(p.x, 2) + ", " + fixed(p.y, 2) + " m"], ["Heading", degrees(p.theta)],
-    ["Sigma", (100 * Math.sqrt(Math.max(0, Math.max(xx, yy)))).toFixed(1) + " cm, " + degrees(Math.sqrt(Math.max(0, tt)))],
+    ["Sigma", length(sigma(p)) + ", " + degrees(Math.sqrt(Math.max(0, tt)))],
     ["Speed", fixed(p.speed, 2) + " m/s, " + degrees(p.turn) + "/s"],
     ["Scan on the map", Math.round(100 * p.quality) + " %"],
   ]);
 }
 
 const kLevels = { localised: "good", degraded: "warning", initialising: "warning", lost: "fault" };
+const kLongestLine = 80;  // characters of the line over the map
+
+const shortened = (text) => text.length <= kLongestLine ? text : text.slice(0, kLongestLine - 1).trimEnd() + "\u2026";
+
+/// How the robot is, in one line, and how bad that is.
+function headline() {
+  const p = robot.pose;
+  if (!p) return ["Waiting for the robot\u2019s first pose", "unknown"];
+  const since = robot.since ? " since " + robot.since.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" }) : "";
+  const worst = robot.problems.find((problem) => problem.level === "fault") ||
+    robot.problems.find((problem) => problem.device === "pose") || robot.problems[0];
+  const localised = p.state === "localised";
+  const level = worst && worst.level === "fault" && !localised ? "fault" : worst && localised ? "warning" : kLevels[p.state] || "unknown";
+  if (worst && worst.device !== "pose")
+    return [(worst.level === "fault" && panes.has(worst.device) ? "No " : "") + worst.device + ": " + worst.cause, level];
+  if (localised) return [worst ? worst.cause : "Localised to " + (sigma(p) < 1 ? Math.max(1, Math.round(100 * sigma(p))) + " cm" : length(sigma(p))), level];
+  const state = p.state[0].toUpperCase() + p.state.slice(1) + since;
+  return [worst ? state + ": " + (worst.fix || worst.cause) : state, level];
+}
 
 function showState() {
   const lost = performance.now() - link.heard;
   const silent = link.silence + lost / 1000;
-  let words = "";
+  let words = "", line = "";
   if (!link.open && lost > 3000) {
+    line = "No answer from slam-web";
     words = `No answer from slam-web for ${Math.round(lost / 1000)} s; the page keeps trying. Is the robot on, and in this network?`;
   } else if (silent > 3) {
+    line = "slamd is silent";
     words = `slamd is silent since ${Math.round(silent)} s; the page shows its last state. On the robot: systemctl status slamd`;
   }
   $("banner").hidden = words === "";
   if (words) $("banner").textContent = words;
-  const state = words ? "silent" : robot.pose ? robot.pose.state : "waiting";
-  $("state").textContent = state;
-  $("badge").className = "badge " + (words ? "fault" : kLevels[state] || "unknown");
+  robot.silent = words !== "";
+  const [text, level] = words ? [line, "fault"] : headline();
+  if ($("headline").textContent !== shortened(text)) $("headline").textContent = shortened(text);  // else it is read out again
+  $("badge").title = text;
+  $("badge").className = "badge " + level;
 }
 
 function duration(seconds) {
@@ -224,20 +253,35 @@ function element(tag, text, className) {
   return made;
 }
 
+const panes = new Map();  // of the devices, by name: what is unfolded stays so
+
 function showDevice(device) {
-  const box = element("div", "", "device " + device.level), head = element("div", "");
-  const age = device.age < 0 ? "no data yet" : device.age > 2 ? duration(device.age) + " old" : Math.round(1000 * device.age) + " ms";
-  head.append(element("i", ""), element("b", device.name), element("span", `${device.rate.toFixed(1)} Hz \u00b7 ${age}`));
-  box.append(head);
-  const reason = device.reason || (device.level === "good" ? "" : device.state.toLowerCase());
-  if (reason) box.append(element("p", reason));
-  if (device.level !== "good" && device.advice) box.append(element("p", device.advice, "advice"));
-  return box;
+  let pane = panes.get(device.name);
+  if (!pane) {
+    pane = document.createElement("details");
+    pane.append(document.createElement("summary"));
+    panes.set(device.name, pane);
+  }
+  if (pane.dataset.level !== device.level) pane.open = device.level !== "good";
+  pane.dataset.level = device.level;
+  pane.className = "device " + device.level;
+  const age = device.age < 0 ? "no data yet" : device.age > 2 ? duration(device.age) + " old" : Math.round(1000 * device.age) + " ms old";
+  const words = device.level === "good" ? "good" : device.state.toLowerCase();
+  pane.firstChild.replaceChildren(element("i", ""), element("b", device.name), element("span", `${words}, ${device.rate.toFixed(1)} Hz`));
+  const lines = [device.reason && element("p", device.reason, "reason"),
+    device.level !== "good" && device.advice && element("p", device.advice, "advice"),
+    element("p", `${age}; ${device.expected.toFixed(1)} Hz expected; ${device.rejects} refused`, "advice")];
+  pane.replaceChildren(pane.firstChild, ...lines.filter(Boolean));
+  return pane;
 }
 
 function showHealth(health) {
   $("summary").textContent = health.summary;
-  $("devices").replaceChildren(...health.devices.map(showDevice));
+  robot.problems = health.problems;
+  const shown = health.devices.map(showDevice);
+  if (shown.length !== $("devices").childElementCount || shown.some((pane, i) => $("devices").children[i] !== pane))
+    $("devices").replaceChildren(...shown);
+  showState();
   const rows = [["", "p50", "p99", "max"]];
   for (const s of health.stages)
     if (s.count > 0 && !s.name.endsWith(".work") && !s.name.endsWith(".late"))
@@ -261,6 +305,14 @@ function showHealth(health) {
 }
 
 // ---- drawing ------------------------------------------------------------------------------------------------------
+
+let ground = "";  // colour beside the map
+const dark = matchMedia("(prefers-color-scheme: dark)"), still = matchMedia("(prefers-reduced-motion: reduce)");
+function takeColours() {
+  ground = getComputedStyle(document.documentElement).getPropertyValue("--canvas").trim();
+  redraw();
+}
+dark.addEventListener("change", takeColours);
 
 let due = false;
 function redraw() {
@@ -315,7 +367,7 @@ function drawClosures(ratio) {
     paint.beginPath();
     paint.arc(px(closure.x), py(closure.y), 3.5 * ratio, 0, 2 * Math.PI);
     paint.fill();
-    if (age >= 1) continue;
+    if (age >= 1 || still.matches) continue;
     flashes = true;
     paint.globalAlpha = 1 - age;
     paint.lineWidth = 3 * ratio;
@@ -327,25 +379,50 @@ function drawClosures(ratio) {
   if (flashes) redraw();
 }
 
+const kMarks = {  // colour, and how it is filled: never by colour alone
+  localised: { colour: "#1a8f5a", fill: "solid" }, degraded: { colour: "#b26a00", fill: "hatched" },
+  lost: { colour: "#66717c", fill: "dashed" }, initialising: { colour: "#66717c", fill: "dashed" },
+};
+let hatch = null;
+
+function hatchOf(colour) {
+  if (hatch) return hatch;
+  const tile = document.createElement("canvas");
+  tile.width = tile.height = 8;
+  const context = tile.getContext("2d");
+  context.fillStyle = "#fff";
+  context.fillRect(0, 0, 8, 8);
+  context.strokeStyle = colour;
+  context.lineWidth = 3;
+  context.beginPath();
+  for (const x of [-8, 0, 8]) context.moveTo(x, 8), context.lineTo(x + 8, 0);
+  context.stroke();
+  return hatch = paint.createPattern(tile, "repeat");
+}
+
 function drawRobot(ratio) {
   const p = robot.pose, [xx, xy, yy] = p.cov;
-  // Where it is with 95 %: half axes and direction of the covariance's ellipse.
+  const mark = robot.silent ? kMarks.lost : kMarks[p.state] || kMarks.lost;
+  // Where it is with 95 %: half axes and direction of the covariance's ellipse. One larger than the screen is in words.
   const mean = (xx + yy) / 2, spread = Math.hypot((xx - yy) / 2, xy), k = 2.45;
   const a = k * Math.sqrt(Math.max(0, mean + spread)), b = k * Math.sqrt(Math.max(0, mean - spread));
-  if (Number.isFinite(a) && a < 100) {
-    paint.fillStyle = "rgba(26, 143, 90, .18)";
-    paint.strokeStyle = "rgba(26, 143, 90, .6)";
+  if (mark.fill !== "dashed" && a * view.scale < Math.max(canvas.width, canvas.height) / 2) {
+    paint.strokeStyle = mark.colour;
     paint.lineWidth = ratio;
     paint.beginPath();
     paint.ellipse(px(p.x), py(p.y), Math.max(a * view.scale, 1), Math.max(b * view.scale, 1),
       -0.5 * Math.atan2(2 * xy, xx - yy), 0, 2 * Math.PI);
+    paint.globalAlpha = 0.18;
+    paint.fillStyle = mark.colour;
     paint.fill();
+    paint.globalAlpha = 0.6;
     paint.stroke();
+    paint.globalAlpha = 1;
   }
-  drawArrow(p.x, p.y, p.theta, p.state === "lost" ? "#cc3333" : "#1a8f5a", ratio);
+  drawArrow(p.x, p.y, p.theta, mark, ratio);
 }
 
-function drawArrow(x, y, theta, colour, ratio) {
+function drawArrow(x, y, theta, mark, ratio) {
   const r = Math.max(11 * ratio, 0.17 * view.scale);
   paint.save();
   paint.translate(px(x), py(y));
@@ -356,10 +433,11 @@ function drawArrow(x, y, theta, colour, ratio) {
   paint.lineTo(-0.4 * r, 0);
   paint.lineTo(-0.7 * r, -0.65 * r);
   paint.closePath();
-  paint.fillStyle = colour;
-  paint.strokeStyle = "#fff";
-  paint.lineWidth = 1.5 * ratio;
-  paint.fill();
+  paint.lineWidth = (mark.fill === "solid" ? 1.5 : 2) * ratio;
+  paint.strokeStyle = mark.fill === "solid" ? "#fff" : mark.colour;
+  paint.fillStyle = mark.fill === "hatched" ? hatchOf(mark.colour) : mark.colour;
+  if (mark.fill === "dashed") paint.setLineDash([4 * ratio, 3 * ratio]);
+  else paint.fill();
   paint.stroke();
   paint.restore();
 }
@@ -379,7 +457,7 @@ function draw() {
   }
   paint.setTransform(1, 0, 0, 1, 0, 0);
   paint.imageSmoothingEnabled = view.scale * robot.map.resolution < 1;
-  paint.fillStyle = "#cfd6dc";
+  paint.fillStyle = ground;
   paint.fillRect(0, 0, canvas.width, canvas.height);
   const [both, lidar] = robot.map.tiles;
   if (view.layer === 1) drawTiles(both, lidar);  // what the depth camera has not seen is the lidar's alone
@@ -397,7 +475,7 @@ function draw() {
     paint.moveTo(px(place.from.x), py(place.from.y));
     paint.lineTo(px(place.to.x), py(place.to.y));
     paint.stroke();
-    drawArrow(place.from.x, place.from.y, theta, "#1f6feb", ratio);
+    drawArrow(place.from.x, place.from.y, theta, { colour: "#1f6feb", fill: "solid" }, ratio);
   }
   drawScale(ratio);
 }
@@ -419,7 +497,7 @@ function fit() {
     bottom = Math.min(bottom, tile.row * side + tile.bottom), top = Math.max(top, tile.row * side + tile.top);
   }
   if (left >= right) return;
-  const cell = robot.map.resolution, above = 58 * ratio, below = 48 * ratio, beside = 16 * ratio;  // for what lies over it
+  const cell = robot.map.resolution, above = ($("top").offsetHeight + 22) * ratio, below = 48 * ratio, beside = 16 * ratio;  // for what lies over it
   view.scale = Math.min((canvas.width - 2 * beside) / ((right - left) * cell),
     (canvas.height - above - below) / ((top - bottom) * cell));
   view.x = (left + right) / 2 * cell;
@@ -431,7 +509,7 @@ function fit() {
 function setFollow(on) {
   view.follow = on;
   view.moved ||= on;
-  $("follow").classList.toggle("on", on);
+  $("follow").setAttribute("aria-pressed", on);
   redraw();
 }
 
@@ -503,6 +581,47 @@ canvas.addEventListener("wheel", (event) => {
   zoom(Math.exp(-event.deltaY * 0.0015), p.x, p.y);
 }, { passive: false });
 
+// ---- keys ---------------------------------------------------------------------------------------------------------
+
+const kKeyStep = 60, kKeyTurn = Math.PI / 36;  // [pixel of the screen], [rad]
+const kArrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+/// Moves or turns the pose that is being drawn: it stands in the middle of the map.
+function placeByKey(event, arrow) {
+  const from = { x: view.x, y: view.y };
+  let theta = place.from ? Math.atan2(place.to.y - place.from.y, place.to.x - place.from.x) : 0;
+  if (arrow && event.shiftKey) theta -= kKeyTurn * (arrow[0] || -arrow[1]);
+  const ahead = 60 / view.scale;
+  place.from = from;
+  place.to = { x: from.x + ahead * Math.cos(theta), y: from.y + ahead * Math.sin(theta) };
+  return theta;
+}
+
+canvas.addEventListener("keydown", (event) => {
+  const arrow = kArrows[event.key], ratio = window.devicePixelRatio || 1;
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  if (arrow && !(place.armed && event.shiftKey)) {
+    view.x += arrow[0] * kKeyStep * ratio / view.scale;
+    view.y += arrow[1] * kKeyStep * ratio / view.scale;
+    view.moved = true;
+    if (view.follow) setFollow(false);
+  }
+  if (place.armed && (arrow || event.key === "Enter")) {
+    const theta = placeByKey(event, arrow), from = place.from;
+    if (event.key === "Enter") {
+      arm(false);
+      command({ verb: "set_pose", x: from.x, y: from.y, theta });
+    }
+  } else if (event.key === "Escape") arm(false);
+  else if (event.key === "+" || event.key === "=") zoom(1.4);
+  else if (event.key === "-") zoom(1 / 1.4);
+  else if (event.key === "0" || event.key === "Home") fit();
+  else if (event.key === "f" || event.key === "F") setFollow(!view.follow);
+  else if (!arrow) return;
+  event.preventDefault();
+  redraw();
+});
+
 $("zoom-in").onclick = () => zoom(1.4);
 $("zoom-out").onclick = () => zoom(1 / 1.4);
 $("fit").onclick = fit;
@@ -510,7 +629,7 @@ $("follow").onclick = () => setFollow(!view.follow);
 for (const button of document.querySelectorAll("[data-layer]")) {
   button.onclick = () => {
     view.layer = Number(button.dataset.layer);
-    for (const other of document.querySelectorAll("[data-layer]")) other.classList.toggle("on", other === button);
+    for (const other of document.querySelectorAll("[data-layer]")) other.setAttribute("aria-pressed", other === button);
     if (view.layer > 0 && !robot.map.layers) {
       robot.map.layers = true;
       robot.map.version = 0;  // the layers of all tiles, once
@@ -565,9 +684,10 @@ function arm(on) {
   place.armed = on;
   place.from = place.to = null;
   canvas.classList.toggle("placing", on);
-  $("set-pose").classList.toggle("on", on);
+  $("set-pose").setAttribute("aria-pressed", on);
   $("hint").hidden = !on;
-  $("hint").textContent = "Press where the robot stands and drag to where it looks";
+  $("hint").textContent = "Press where the robot stands and drag to where it looks; or arrow keys, Shift with them to turn, Enter";
+  if (on) canvas.focus();
   redraw();
 }
 
@@ -581,6 +701,7 @@ $("localise").onclick = () => command({ verb: "mode", mode: "localise" });
 $("slam").onclick = () => command({ verb: "mode", mode: "slam" });
 $("set-pose").onclick = () => arm(!place.armed);
 
+takeColours();
 new ResizeObserver(resize).observe(canvas);
 resize();
 setInterval(showState, 500);
