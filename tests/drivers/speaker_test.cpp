@@ -167,7 +167,7 @@ TEST(RplidarWrongPort, NamesAnotherMakesLidarAndGoesOnWhenItsOwnIsThere) {
     int scans = 0;
     std::atomic<bool> cancel{false};
     RplidarDriver driver(
-        {.port = "x"}, test::virtualNow, [&](const LaserScan&) { ++scans; }, lidar.opener());
+        {.port = "x"}, test::virtualNow, [&](const LaserScan&) { ++scans; }, lidar.line().opener());
     ASSERT_TRUE(lidar.inject("other", make));
     EXPECT_FALSE(driver.connect(cancel));
     EXPECT_THAT(driver.status().problem().words(),

@@ -121,7 +121,7 @@ TEST(GyroMonitor, WheelsThatAreWrongFromTheBeginningAreFoundOutByScans) {
 
 TEST(GyroMonitor, FindsDegreesForRadiansBeforeTheFirstScanThatTurns) {
   Drive drive;
-  drive.gyro.reads = [](double rate) { return kDegrees * rate; };
+  drive.gyro.fault.degrees = true;
   drive.go(0.6);
   EXPECT_EQ(drive.distrusted, 1) << "by the wheels";
   EXPECT_FALSE(drive.newest.rate_known);
@@ -133,7 +133,7 @@ TEST(GyroMonitor, FindsDegreesForRadiansBeforeTheFirstScanThatTurns) {
 
 TEST(GyroMonitor, FindsAnAxisThatPointsDown) {
   Drive drive;
-  drive.gyro.reads = [](double rate) { return -rate; };
+  drive.gyro.fault.down = true;
   drive.go(20.0);
   drive.expect(GyroReliability::kRejected, GyroFault::kReversed);
   EXPECT_EQ(drive.heard_again, 0);
@@ -171,7 +171,7 @@ TEST(GyroMonitor, WithoutWheelsTheScansDecideAlone) {
 TEST(GyroMonitor, LearnsAnOffsetAndHearsTheGyroAgain) {
   for (const double offset : {0.2, -0.45}) {
     Drive drive;
-    drive.gyro.reads = [offset](double rate) { return rate + offset; };
+    drive.gyro.fault.offset = offset;
     drive.go(20.0);
     drive.expect(GyroReliability::kReliable, GyroFault::kOffset);
     EXPECT_NEAR(drive.bias, offset, kTold);
@@ -183,7 +183,7 @@ TEST(GyroMonitor, LearnsAnOffsetAndHearsTheGyroAgain) {
 
 TEST(GyroMonitor, AnOffsetBeyondAnyBiasIsAFault) {
   Drive drive;
-  drive.gyro.reads = [](double rate) { return rate + 1.0; };
+  drive.gyro.fault.offset = 1.0;
   drive.go(30.0);
   drive.expect(GyroReliability::kRejected, GyroFault::kOffset);
   EXPECT_NEAR(drive.verdict().value, 1.0, 0.05);
@@ -192,7 +192,7 @@ TEST(GyroMonitor, AnOffsetBeyondAnyBiasIsAFault) {
 TEST(GyroMonitor, FindsTheEndOfTheRangeAndHearsWhatIsBelow) {
   for (const double range : {0.3, 0.5}) {
     Drive drive;
-    drive.gyro.reads = [range](double rate) { return std::clamp(rate, -range, range); };
+    drive.gyro.fault.clip = range;
     drive.go(20.0);
     EXPECT_TRUE(drive.monitor.reliable()) << range;
     EXPECT_EQ(drive.verdict().fault, GyroFault::kClipped);
@@ -202,7 +202,7 @@ TEST(GyroMonitor, FindsTheEndOfTheRangeAndHearsWhatIsBelow) {
     EXPECT_FALSE(drive.newest.rate_known) << "at full turn";
     drive.go(20.0, 0.2);
     EXPECT_TRUE(drive.newest.rate_known);
-    drive.gyro.reads = [](double rate) { return rate; };
+    drive.gyro.fault = {};
     drive.go(10.0);
     drive.expect(GyroReliability::kReliable, GyroFault::kNone);
   }
@@ -210,7 +210,7 @@ TEST(GyroMonitor, FindsTheEndOfTheRangeAndHearsWhatIsBelow) {
 
 TEST(GyroMonitor, StepsOfADegreeAreNoFault) {
   Drive drive;
-  drive.gyro.reads = [](double rate) { return std::round(kDegrees * rate) / kDegrees; };
+  drive.gyro.fault.step = 1.0 / kDegrees;
   for (int i = 0; i < 20; ++i) {
     drive.go(5.0);
     ASSERT_TRUE(drive.monitor.reliable());
@@ -226,7 +226,8 @@ TEST(GyroMonitor, AGyroThatIsRightAgainIsHeardAgain) {
   EXPECT_FALSE(drive.monitor.reliable());
   EXPECT_EQ(drive.withdrawn, 1);
   EXPECT_EQ(drive.monitor.rejections(), 1);
-  drive.gyro.reads = [](double rate) { return rate + 0.03; };
+  drive.gyro.reads = {};
+  drive.gyro.fault.offset = 0.03;
   drive.go(30.0);
   drive.expect(GyroReliability::kReliable, GyroFault::kNone);
   EXPECT_EQ(drive.heard_again, 1);
@@ -235,7 +236,7 @@ TEST(GyroMonitor, AGyroThatIsRightAgainIsHeardAgain) {
 
 TEST(GyroMonitor, ARestIsNoProofThatAReversedGyroIsRight) {
   Drive drive;
-  drive.gyro.reads = [](double rate) { return -rate; };
+  drive.gyro.fault.down = true;
   drive.go(20.0);
   drive.go(60.0, 0.0);
   drive.expect(GyroReliability::kRejected, GyroFault::kReversed);
@@ -254,14 +255,14 @@ TEST(GyroMonitor, ReadingsThatAreNoNumberAreNotJudged) {
 
 TEST(GyroMonitor, DoesNotAllocate) {
   Drive drive;
-  drive.gyro.reads = [](double rate) { return -rate; };
+  drive.gyro.fault.down = true;
   EXPECT_EQ(test::allocationsDuring([&] { drive.go(20.0); }), 0U);
 }
 
 TEST(GyroMonitor, ABiasThatIsKnownIsTakenOffBeforeItIsComparedWithTheWheels) {
   for (const double offset : {0.25, -0.25}) {
     Drive known, unknown;
-    for (Drive* drive : {&known, &unknown}) drive->gyro.reads = [offset](double rate) { return rate + offset; };
+    for (Drive* drive : {&known, &unknown}) drive->gyro.fault.offset = offset;
     known.bias = offset;
     for (Drive* drive : {&known, &unknown}) drive->go(4.0, std::copysign(0.8, offset));
     EXPECT_EQ(known.distrusted, 0) << offset;

@@ -139,7 +139,7 @@ TEST(HeadingMonitor, AMapThatMovesIsNoDrift) {
 
 TEST(HeadingMonitor, AsksNoGyroThatIsRejected) {
   Drive drive;
-  drive.gyro.reads = [](double rate) { return 57.3 * rate; };
+  drive.gyro.fault.degrees = true;
   drive.gyro.sigma = 0.0;
   drive.go(2.0, kStand);
   drive.go(20.0, kLeft);

@@ -38,11 +38,8 @@ std::vector<Relation> relationsOf(const Trajectory& truth) {
 
 class SimulatedReplay : public testing::Test {
  protected:
-  void drive(const std::string& scene, std::uint64_t seed, const sim::GyroFault& gyro = {}) {
-    sim::Situation situation;
-    situation.gyro = gyro;
-    sim::writeLog({.scene = scene, .seed = seed, .situation = situation, .truth = folder / "truth.tum"},
-                  folder / "sound.lcm");
+  void drive(const std::string& scene, std::uint64_t seed) {
+    sim::writeLog({.scene = scene, .seed = seed, .truth = folder / "truth.tum"}, folder / "sound.lcm");
   }
   ReplayStats replayed(const Disturbance& disturbance, const std::vector<std::string>& settings = {}) {
     disturbLog(folder / "sound.lcm", folder / "drive.lcm", disturbance);
@@ -63,22 +60,23 @@ TEST_F(SimulatedReplay, WarnsOfWhatIsWrongAndOfNothingElse) {
   drive("meeting-room", 1);
   const auto warnings = [&](const Disturbance& disturbance) { return replayed(disturbance).warnings; };
   EXPECT_THAT(warnings({}), testing::IsEmpty());
-  EXPECT_THAT(warnings({.lidar_upside_down = true}), ElementsAre(HasSubstr("lidar turns opposite to gyro and wheels")));
-  EXPECT_THAT(warnings({.lidar_turned = true}), ElementsAre(HasSubstr("lidar.yaw")));
-  EXPECT_THAT(warnings({.gyro_reversed = true}), ElementsAre(HasSubstr("the gyro turns opposite")));
-  EXPECT_THAT(warnings({.wheels_swapped = true}), ElementsAre(HasSubstr("left and right swapped")));
-  EXPECT_THAT(warnings({.wheels_backwards = true}), ElementsAre(HasSubstr("count backwards")));
+  EXPECT_THAT(warnings({.lidar = {.upside_down = true}}),
+              ElementsAre(HasSubstr("lidar turns opposite to gyro and wheels")));
+  EXPECT_THAT(warnings({.lidar = {.turned = true}}), ElementsAre(HasSubstr("lidar.yaw")));
+  EXPECT_THAT(warnings({.imu = {.down = true}}), ElementsAre(HasSubstr("the gyro turns opposite")));
+  EXPECT_THAT(warnings({.wheels = {.swapped = true}}), ElementsAre(HasSubstr("left and right swapped")));
+  EXPECT_THAT(warnings({.wheels = {.backwards = true}}), ElementsAre(HasSubstr("count backwards")));
   EXPECT_THAT(warnings({.double_scans = true}), ElementsAre(HasSubstr("repeat the one before")));
   EXPECT_THAT(warnings({.time_backwards = true}), ElementsAre(HasSubstr("stamped before the one before")));
-  EXPECT_THAT(warnings({.distance_scale = 1.0}), ElementsAre(HasSubstr("base.wheel_radius")));
+  EXPECT_THAT(warnings({.wheels = {.distance_scale = 1.0}}), ElementsAre(HasSubstr("base.wheel_radius")));
 }
 
 TEST_F(SimulatedReplay, AFaultyGyroIsNamedAndDoesNoHarm) {
   using testing::ElementsAre;
   using testing::HasSubstr;
-  const auto warnings = [&](const sim::GyroFault& gyro) {
-    drive("home", 1, gyro);
-    const ReplayStats stats = replayed({});
+  drive("home", 1);
+  const auto warnings = [&](const ImuFault& imu) {
+    const ReplayStats stats = replayed({.imu = imu});
     const AteErrors error =
         absoluteErrors(readTrajectory(folder / "slam.tum"), readTrajectory(folder / "truth.tum"), false);
     EXPECT_LE(error.rmse, 0.02) << "[m]; measured 0.010 at most";
@@ -106,7 +104,7 @@ TEST_F(SimulatedReplay, TellsWhereTheLidarSitsAndTakesNoOtherErrorForIt) {
   EXPECT_THAT(warnings({"lidar.yaw=0.07"}), ElementsAre(HasSubstr("add -0.07 rad to lidar.yaw")));
   EXPECT_THAT(warnings({"lidar.time_offset=0.05"}), testing::IsEmpty());
   EXPECT_THAT(warnings({"lidar.time_offset=-0.08"}), testing::IsEmpty());
-  EXPECT_THAT(warnings({}, {.distance_scale = 0.2}), ElementsAre(HasSubstr("base.wheel_radius")));
+  EXPECT_THAT(warnings({}, {.wheels = {.distance_scale = 0.2}}), ElementsAre(HasSubstr("base.wheel_radius")));
   EXPECT_THAT(warnings({"lidar.x=-0.114", "imu.driver='none'"}), testing::Each(testing::Not(HasSubstr("lidar.x"))))
       << "nobody confirms the turns";
 }
@@ -126,7 +124,7 @@ TEST_F(SimulatedReplay, MeetsTheTrueRelations) {
 
 TEST_F(SimulatedReplay, IsNotLedAstrayByVeryNoisyWheels) {
   drive("meeting-room", 1);
-  replayed({.noise = 0.4, .seed = 1});
+  replayed({.wheels = {.noise = 0.4}, .seed = 1});
   const RelationErrors found = errors();
   RecordProperty("translation", std::to_string(found.translation.mean));
   RecordProperty("rotation", std::to_string(found.rotation.mean));

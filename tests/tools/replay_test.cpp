@@ -380,9 +380,10 @@ TEST(Replay, WarnsOfDisturbancesOfASimulatedLogAndOfNothingElse) {
   using testing::ElementsAre;
   using testing::HasSubstr;
   EXPECT_THAT(warnings({}), testing::IsEmpty());
-  EXPECT_THAT(warnings({.lidar_upside_down = true}), ElementsAre(HasSubstr("lidar turns opposite to gyro and wheels")));
-  EXPECT_THAT(warnings({.gyro_reversed = true}), ElementsAre(HasSubstr("the gyro turns opposite")));
-  EXPECT_THAT(warnings({.wheels_swapped = true}), ElementsAre(HasSubstr("left and right swapped")));
+  EXPECT_THAT(warnings({.lidar = {.upside_down = true}}),
+              ElementsAre(HasSubstr("lidar turns opposite to gyro and wheels")));
+  EXPECT_THAT(warnings({.imu = {.down = true}}), ElementsAre(HasSubstr("the gyro turns opposite")));
+  EXPECT_THAT(warnings({.wheels = {.swapped = true}}), ElementsAre(HasSubstr("left and right swapped")));
   EXPECT_THAT(warnings({.double_scans = true}), ElementsAre(HasSubstr("repeat the one before")));
   EXPECT_THAT(warnings({.time_backwards = true}), ElementsAre(HasSubstr("stamped before the one before")));
 }
@@ -401,14 +402,15 @@ TEST(ReplayOfRecordedData, WarnsOfWhatIsWrongAndOfNothingElse) {
   using testing::ElementsAre;
   using testing::HasSubstr;
   EXPECT_THAT(warnings({}), testing::IsEmpty());
-  EXPECT_THAT(warnings({.lidar_upside_down = true}), ElementsAre(HasSubstr("lidar turns opposite to gyro and wheels")));
-  EXPECT_THAT(warnings({.lidar_turned = true}), ElementsAre(HasSubstr("lidar.yaw")));
-  EXPECT_THAT(warnings({.gyro_reversed = true}), ElementsAre(HasSubstr("the gyro turns opposite")));
-  EXPECT_THAT(warnings({.wheels_swapped = true}), ElementsAre(HasSubstr("left and right swapped")));
-  EXPECT_THAT(warnings({.wheels_backwards = true}), ElementsAre(HasSubstr("count backwards")));
+  EXPECT_THAT(warnings({.lidar = {.upside_down = true}}),
+              ElementsAre(HasSubstr("lidar turns opposite to gyro and wheels")));
+  EXPECT_THAT(warnings({.lidar = {.turned = true}}), ElementsAre(HasSubstr("lidar.yaw")));
+  EXPECT_THAT(warnings({.imu = {.down = true}}), ElementsAre(HasSubstr("the gyro turns opposite")));
+  EXPECT_THAT(warnings({.wheels = {.swapped = true}}), ElementsAre(HasSubstr("left and right swapped")));
+  EXPECT_THAT(warnings({.wheels = {.backwards = true}}), ElementsAre(HasSubstr("count backwards")));
   EXPECT_THAT(warnings({.double_scans = true}), ElementsAre(HasSubstr("repeat the one before")));
   EXPECT_THAT(warnings({.time_backwards = true}), ElementsAre(HasSubstr("stamped before the one before")));
-  EXPECT_THAT(warnings({.distance_scale = 1.0}), ElementsAre(HasSubstr("base.wheel_radius")));
+  EXPECT_THAT(warnings({.wheels = {.distance_scale = 1.0}}), ElementsAre(HasSubstr("base.wheel_radius")));
 }
 
 TEST(Replay, CountsMessagesThatDoNotDecode) {
@@ -618,7 +620,7 @@ TEST(ReplayOfRecordedData, IsNotLedAstrayByVeryNoisyWheels) {
   SLAM_SKIP_WITHOUT(recorded("intel/intel.relations"));
   const Folder folder;
   convertCarmen(recorded("intel/intel.clf.gz"), folder / "intel.lcm");
-  disturbLog(folder / "intel.lcm", folder / "noisy.lcm", {.noise = 0.4, .seed = 1});
+  disturbLog(folder / "intel.lcm", folder / "noisy.lcm", {.wheels = {.noise = 0.4}, .seed = 1});
   const Config config = loadConfig(std::filesystem::path(SLAMD_SOURCE_DIR) / "config/carmen.toml");
   replay(config, {.logs = {folder / "noisy.lcm"}, .trajectory = folder / "noisy.tum"});
   const RelationErrors errors =

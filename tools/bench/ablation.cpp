@@ -28,7 +28,6 @@ namespace {
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr int kOften = std::numeric_limits<int>::max() / 2;
 constexpr double kLongSilence = 1e6;  // [s]
-constexpr double kStuck = 5.0;        // [s]
 
 const std::array kRules = std::to_array<Rule>({
     {"1 stamp far ahead waits", [](FrontEndConfig& c) { c.intake.stamps.far_ahead = kNever; }},
@@ -92,20 +91,6 @@ const std::array kRules = std::to_array<Rule>({
     {"29 moves as the nearest", [](FrontEndConfig& c) { c.follows_nearest = false; }},
 });
 
-struct FaultName {
-  std::string_view name;
-  StreamFault fault;
-};
-constexpr std::array kFaults = std::to_array<FaultName>({{"-", StreamFault::kNone},
-                                                         {"far-ahead", StreamFault::kFarAhead},
-                                                         {"set-back", StreamFault::kSetBack},
-                                                         {"imu-set-back", StreamFault::kImuSetBack},
-                                                         {"out-of-order", StreamFault::kOutOfOrder},
-                                                         {"copies", StreamFault::kCopies},
-                                                         {"stuck", StreamFault::kStuck},
-                                                         {"late", StreamFault::kLate},
-                                                         {"wheel-jitter", StreamFault::kWheelJitter}});
-
 using Measure = AblationCase::Measure;
 struct MeasureName {
   std::string_view name;
@@ -126,94 +111,6 @@ const Named& byName(std::span<const Named> all, std::string_view name, std::stri
   std::string known;
   for (const Named& one : all) known += (known.empty() ? "" : ", ") + std::string(one.name);
   throw std::invalid_argument(std::string(what) + " " + std::string(name) + " is not known; known are " + known);
-}
-
-Timestamp& stampIn(LogSample& sample) {
-  if (auto* scan = std::get_if<std::unique_ptr<LaserScan>>(&sample)) return (*scan)->stamp;
-  if (auto* wheels = std::get_if<WheelSample>(&sample)) return wheels->stamp;
-  return std::get<ImuSample>(sample).stamp;
-}
-Timestamp stampOf(const LogSample& sample) {
-  if (const auto* scan = std::get_if<std::unique_ptr<LaserScan>>(&sample)) return (*scan)->stamp;
-  if (const auto* wheels = std::get_if<WheelSample>(&sample)) return wheels->stamp;
-  return std::get<ImuSample>(sample).stamp;
-}
-bool isScan(const LogSample& sample) { return std::holds_alternative<std::unique_ptr<LaserScan>>(sample); }
-
-void setFarAhead(std::vector<LogSample>& samples) {
-  const auto wheels = std::find_if(samples.begin() + static_cast<std::ptrdiff_t>(samples.size() / 3), samples.end(),
-                                   [](const LogSample& s) { return std::holds_alternative<WheelSample>(s); });
-  if (wheels != samples.end()) stampIn(*wheels) += std::chrono::seconds(100);
-}
-
-void setBack(std::vector<LogSample>& samples, bool imu_alone) {
-  for (std::size_t i = samples.size() / 2; i < samples.size(); ++i) {
-    if (!imu_alone || std::holds_alternative<ImuSample>(samples[i])) stampIn(samples[i]) -= std::chrono::seconds(30);
-  }
-}
-
-void disorder(std::vector<LogSample>& samples) {
-  int scans = 0;
-  Timestamp last;
-  for (LogSample& sample : samples) {
-    if (!isScan(sample)) continue;
-    const Timestamp recorded = stampOf(sample);
-    if (++scans % 10 == 0) stampIn(sample) -= std::chrono::milliseconds(300);
-    if (scans % 10 == 5) stampIn(sample) = last + std::chrono::microseconds(10);
-    last = recorded;
-  }
-}
-
-void copyScans(std::vector<LogSample>& samples) {
-  std::vector<LogSample> with_copies;
-  for (LogSample& sample : samples) {
-    std::unique_ptr<LaserScan> copy;
-    if (isScan(sample)) copy = std::make_unique<LaserScan>(*std::get<std::unique_ptr<LaserScan>>(sample));
-    with_copies.push_back(std::move(sample));
-    if (!copy) continue;
-    copy->stamp += std::chrono::milliseconds(10);
-    with_copies.emplace_back(std::move(copy));
-  }
-  samples = std::move(with_copies);
-}
-
-void stickLidar(std::vector<LogSample>& samples) {
-  const Timestamp begin = stampOf(samples.front()), end = stampOf(samples.back());
-  const LaserScan* seen = nullptr;
-  for (LogSample& sample : samples) {
-    if (!isScan(sample)) continue;
-    LaserScan& scan = *std::get<std::unique_ptr<LaserScan>>(sample);
-    const double since_first = toSeconds(scan.stamp - begin - (end - begin) / 3);
-    const double since_second = since_first - toSeconds((end - begin) / 3);
-    const bool stuck = (since_first > 0.0 && since_first < kStuck) || (since_second > 0.0 && since_second < kStuck);
-    if (!stuck) seen = &scan;
-    if (!stuck || seen == nullptr) continue;
-    const Timestamp stamp = scan.stamp;
-    scan = *seen;
-    scan.stamp = stamp;
-  }
-}
-
-void delayScans(std::vector<LogSample>& samples) {
-  const Timestamp middle = stampOf(samples.front()) + (stampOf(samples.back()) - stampOf(samples.front())) / 2;
-  const auto arrival = [&](const LogSample& sample) {
-    const Timestamp stamp = stampOf(sample);
-    const bool late = isScan(sample) && stamp > middle && stamp < middle + std::chrono::seconds(10);
-    return late ? stamp + std::chrono::milliseconds(1500) : stamp;
-  };
-  std::stable_sort(samples.begin(), samples.end(),
-                   [&](const LogSample& a, const LogSample& b) { return arrival(a) < arrival(b); });
-}
-
-void delayWheels(std::vector<LogSample>& samples) {
-  int count = 0;
-  WheelSample* last = nullptr;
-  for (LogSample& sample : samples) {
-    auto* wheels = std::get_if<WheelSample>(&sample);
-    if (wheels == nullptr) continue;
-    if (last != nullptr && ++count % 4 == 0) last->stamp += (wheels->stamp - last->stamp) * 9 / 10;
-    last = wheels;
-  }
 }
 
 /// A line's cells, without the blanks around them.
@@ -254,16 +151,16 @@ AblationCase readCase(const std::string& line) {
     one.map = importMap(readMapFiles(cells[4]));
     one.places = fitLog(one.samples, one.config, one.map);
   }
-  const StreamFault fault = streamFault(cells[5]);
+  const StreamFault& fault = streamFault(cells[5]);
   for (const LogSample& sample : one.samples) {
     if (isScan(sample)) one.stamps.push_back(std::get<std::unique_ptr<LaserScan>>(sample)->stamp);
   }
-  if (fault == StreamFault::kCopies) {
+  if (fault.name == "copies") {
     for (std::size_t i = 0; i < one.stamps.size(); i += 2) {
       one.stamps.insert(one.stamps.begin() + static_cast<std::ptrdiff_t>(i), one.stamps[i]);
     }
   }
-  addFault(one.samples, fault);
+  fault.add(one.samples);
   return one;
 }
 
@@ -290,33 +187,6 @@ double rmseOfKnown(const std::vector<KnownPose>& known, const Trajectory& truth)
 }  // namespace
 
 std::span<const Rule> frontEndRules() { return kRules; }
-
-StreamFault streamFault(std::string_view name) {
-  return byName(std::span<const FaultName>(kFaults), name, "fault").fault;
-}
-
-void addFault(std::vector<LogSample>& samples, StreamFault fault) {
-  switch (fault) {
-    case StreamFault::kNone:
-      return;
-    case StreamFault::kFarAhead:
-      return setFarAhead(samples);
-    case StreamFault::kSetBack:
-      return setBack(samples, false);
-    case StreamFault::kImuSetBack:
-      return setBack(samples, true);
-    case StreamFault::kOutOfOrder:
-      return disorder(samples);
-    case StreamFault::kCopies:
-      return copyScans(samples);
-    case StreamFault::kStuck:
-      return stickLidar(samples);
-    case StreamFault::kLate:
-      return delayScans(samples);
-    case StreamFault::kWheelJitter:
-      return delayWheels(samples);
-  }
-}
 
 std::vector<AblationCase> readCases(const std::filesystem::path& list) {
   std::ifstream in(list);

@@ -21,22 +21,6 @@ struct Rule {
 };
 std::span<const Rule> frontEndRules();
 
-/// What samples and stamps can suffer on their way.
-enum class StreamFault {
-  kNone,
-  kFarAhead,     ///< the stamp of one wheel sample lies 100 s ahead
-  kSetBack,      ///< all clocks are set back by 30 s in the middle
-  kImuSetBack,   ///< that of the IMU alone
-  kOutOfOrder,   ///< every tenth scan's stamp is 0.3 s early, every tenth one's almost that of the one before
-  kCopies,       ///< every scan is sent twice, the second time 10 ms later
-  kStuck,        ///< the lidar repeats a turn for 5 s, twice
-  kLate,         ///< for 10 s scans come 1.5 s late
-  kWheelJitter,  ///< every fourth wheel sample is stamped late by almost an interval
-};
-/// @throws std::invalid_argument with the known names
-StreamFault streamFault(std::string_view name);
-void addFault(std::vector<LogSample>& samples, StreamFault fault);
-
 /// A drive on which rules are judged.
 struct AblationCase {
   enum class Measure {

@@ -1,20 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <filesystem>
-#include <memory>
 #include <optional>
-#include <variant>
 #include <vector>
 
 #include "config/config.hpp"
-#include "core/samples.hpp"
-#include "core/scan.hpp"
 #include "slam/map_state.hpp"
 #include "slam/pipeline.hpp"
+#include "tools/faults/stream_fault.hpp"
 
 namespace slam {
-
-using LogSample = std::variant<std::unique_ptr<LaserScan>, WheelSample, ImuSample>;
 
 /// The samples of a log in its order.
 std::vector<LogSample> readSamples(const std::filesystem::path& log);

@@ -7,6 +7,7 @@
 
 #include "mapping/map_image.hpp"
 #include "tools/convert/recording.hpp"
+#include "tools/faults/sensor_faults.hpp"
 
 /// One function per recorded format. Each reads all of its input, counts what it does not understand and goes on.
 /// All throw std::runtime_error when the input cannot be opened, holds no sample, or the output cannot be written.
@@ -104,18 +105,9 @@ MapImage readBeesoftMap(const std::filesystem::path& in);
 
 /// What may go wrong with a robot's sensors, to be added to a log of one where it did not.
 struct Disturbance {
-  int jumps = 0;                  ///< sudden false motions at random times
-  double jump_translation = 0.5;  ///< [m] of a jump, at most, in x and in y
-  double jump_rotation = 0.785;   ///< [rad] of a jump, at most
-  double noise = 0.0;             ///< [m per sqrt(m)] on distance, [rad per sqrt(m), rad per sqrt(rad)] on heading
-  double distance_scale = 0.0;    ///< [1] error of the wheels' radius
-  bool reverse_sign = false;      ///< driving backwards is reported as forwards
-  double wheel_lag = 0.0;         ///< [s] a sample says where the wheels stood so long before its stamp
-  bool wheels_swapped = false;    ///< left and right: the wheels turn the wrong way
-  bool wheels_backwards = false;  ///< both count backwards
-  bool gyro_reversed = false;     ///< its z axis points down
-  bool lidar_upside_down = false;
-  bool lidar_turned = false;    ///< by 180 degrees
+  WheelFault wheels = {};
+  ImuFault imu = {};
+  LidarMountFault lidar = {};
   bool double_scans = false;    ///< every scan is sent twice
   bool time_backwards = false;  ///< all clocks are set back by 30 s in the middle, and every tenth scan by 0.3 s
   std::uint64_t seed = 1;

@@ -160,28 +160,28 @@ void Conversions::addCsv() {
 CLI::App* addDisturb(CLI::App& app, Files& files, slam::Disturbance& disturbance) {
   CLI::App* disturb =
       app.add_subcommand("disturb", "our log with sensors that lie, lag or are mounted wrong, to see what it does");
-  disturb->add_option("--jumps", disturbance.jumps, "sudden false motions at random times")
+  disturb->add_option("--jumps", disturbance.wheels.jumps, "sudden false motions at random times")
       ->check(CLI::Range(0, 100000));
-  disturb->add_option("--jump-translation", disturbance.jump_translation, "[m] at most")
+  disturb->add_option("--jump-translation", disturbance.wheels.jump_translation, "[m] at most")
       ->check(slam::inRange(0.0, 100.0))
       ->capture_default_str();
-  disturb->add_option("--jump-rotation", disturbance.jump_rotation, "[rad] at most")
+  disturb->add_option("--jump-rotation", disturbance.wheels.jump_rotation, "[rad] at most")
       ->check(slam::inRange(0.0, std::numbers::pi))
       ->capture_default_str();
-  disturb->add_option("--noise", disturbance.noise, "[m per sqrt(m), rad per sqrt(m) and per sqrt(rad)]")
+  disturb->add_option("--noise", disturbance.wheels.noise, "[m per sqrt(m), rad per sqrt(m) and per sqrt(rad)]")
       ->check(slam::inRange(0.0, 10.0));
-  disturb->add_option("--distance-scale", disturbance.distance_scale, "[1] error of the wheels' radius")
+  disturb->add_option("--distance-scale", disturbance.wheels.distance_scale, "[1] error of the wheels' radius")
       ->check(slam::inRange(-0.9, 10.0));
-  disturb->add_flag("--reverse-sign", disturbance.reverse_sign, "driving backwards is reported as forwards");
+  disturb->add_flag("--reverse-sign", disturbance.wheels.reverse_sign, "driving backwards is reported as forwards");
   disturb
-      ->add_option("--wheel-lag", disturbance.wheel_lag,
+      ->add_option("--wheel-lag", disturbance.wheels.lag,
                    "[s] a wheel sample says where they stood so long before its stamp")
       ->check(slam::inRange(0.0, 10.0));
-  disturb->add_flag("--wheels-swapped", disturbance.wheels_swapped, "left and right: they turn the wrong way");
-  disturb->add_flag("--wheels-backwards", disturbance.wheels_backwards, "both count backwards");
-  disturb->add_flag("--gyro-reversed", disturbance.gyro_reversed, "its z axis points down");
-  disturb->add_flag("--lidar-upside-down", disturbance.lidar_upside_down, "its beams are mirrored");
-  disturb->add_flag("--lidar-turned", disturbance.lidar_turned, "by 180 degrees");
+  disturb->add_flag("--wheels-swapped", disturbance.wheels.swapped, "left and right: they turn the wrong way");
+  disturb->add_flag("--wheels-backwards", disturbance.wheels.backwards, "both count backwards");
+  disturb->add_flag("--gyro-reversed", disturbance.imu.down, "its z axis points down");
+  disturb->add_flag("--lidar-upside-down", disturbance.lidar.upside_down, "its beams are mirrored");
+  disturb->add_flag("--lidar-turned", disturbance.lidar.turned, "by 180 degrees");
   disturb->add_flag("--double-scans", disturbance.double_scans, "every scan is sent twice");
   disturb->add_flag("--time-backwards", disturbance.time_backwards,
                     "clocks are set back by 30 s in the middle, and every tenth scan by 0.3 s");

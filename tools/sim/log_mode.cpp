@@ -128,9 +128,9 @@ class LogSession {
     const auto& away = options_.situation.wheels_away;
     if (!away || !away->contains(simulation_.driveTime()))
       write(now, channel::kWheels, toMessage(wheels, toMicroseconds(now), angles));
-    const ImuReading reading = options_.situation.gyro.apply(simulation_.robot().readImu());
+    const ImuReading reading = simulation_.robot().readImu();
     const ImuSample imu{now, Eigen::Vector3d(reading.gyro.data()), Eigen::Vector3d(reading.accel.data())};
-    write(now, channel::kImu, toMessage(imu, toMicroseconds(now)));
+    write(now, channel::kImu, toMessage(options_.situation.imu.apply(imu), toMicroseconds(now)));
   }
 
   template <typename Message>

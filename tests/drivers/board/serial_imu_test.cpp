@@ -8,11 +8,14 @@
 #include <limits>
 #include <random>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "drivers/pseudo_terminal.hpp"
 #include "drivers/virtual_time.hpp"
 #include "firmware_if/robolink.hpp"
+#include "tools/sim/board/imu_emulator.hpp"
 
 namespace slam {
 namespace {
@@ -23,61 +26,46 @@ using test::virtual_now;
 using test::virtualNow;
 using Framing = SerialImu::Framing;
 
-/// A unit that sends a set of frames each period; what it measures is a ramp, so that each value says when it was
-/// taken.
-class FakeUnit {
- public:
-  explicit FakeUnit(Framing framing) : framing_(framing) {}
+constexpr double kGravity = 9.80665;  // [m/s^2]
 
-  test::PseudoTerminal& line() { return line_; }
+/// An emulated unit on a line in virtual time; the rate about x is a ramp, so that each value shows when it was taken.
+class UnitOnALine {
+ public:
+  explicit UnitOnALine(Framing framing)
+      : unit_(framing == Framing::kA9 ? sim::ImuEmulator::Framing::kA9 : sim::ImuEmulator::Framing::kB6),
+        ramp_(framing == Framing::kA9 ? 1.0 : static_cast<double>(hfi::kB6Gyro)) {}
+
   const std::string& path() const { return line_.path(); }
   /// Sends what was taken until now and has found its way through the line.
   void serve() {
-    for (; start_ + (taken_ + 1) * period + delay_ <= virtual_now; delay_ = delay ? delay() : Duration(0)) {
+    for (; start_ + (taken_ + 1) * kPeriod + delay_ <= virtual_now; delay_ = delay ? delay() : Duration(0)) {
       ++taken_;
-      if (mute || !line_.plugged()) continue;
-      if (babble) {
-        line_.write(Bytes{0x00, 0xAA, 0x55, 0x51, 0x13, 0x2C, 0x55, 0x52});
-      } else {
-        send();
-      }
+      Bytes out;
+      unit_.sample({ramp_ * static_cast<double>(taken_ % 30000), gyro_y, -0.5},
+                   {-0.125 * kGravity, 0.0625 * kGravity, kGravity}, out);
+      line_.write(out);
     }
   }
-  Timestamp takenAt(std::int64_t count) const { return start_ + count * period; }
+  bool inject(std::string_view kind, double value) {
+    if (kind != "unplug") return unit_.inject(kind, value);
+    value == 0.0 ? line_.plug() : line_.unplug();
+    return true;
+  }
+  /// @param rate [rad/s] about x
+  Timestamp takenAt(double rate) const { return start_ + std::lround(rate / ramp_) * kPeriod; }
 
-  Duration period = milliseconds(5);
   std::function<Duration()> delay;
-  bool mute = false, babble = false, stuck = false, damaged = false;
-  bool nan = false;
-  bool bare = false;  ///< a B6 whose acceleration is switched off
+  double gyro_y = 0.25;  ///< [rad/s]
 
  private:
-  void send() {
-    if (!stuck) value_ = taken_;
-    if (framing_ == Framing::kA9) {
-      hfi::A9Motion motion{{static_cast<float>(value_), 0.25F, -0.5F}, {0.125F, -0.0625F, -1.0F}, {}};
-      if (nan) motion.gyro[1] = std::numeric_limits<float>::quiet_NaN();
-      write(hfi::encodeA9(motion));
-      write(hfi::encodeA9(hfi::A9Attitude{1.0F, 2.0F, 3.0F}));
-      return;
-    }
-    const auto x = static_cast<std::int16_t>(value_ % 30000);
-    if (!bare) write(hfi::encodeB6({hfi::B6Type::kAccel, {256, -128, -2048, 0}}));
-    write(hfi::encodeB6({hfi::B6Type::kGyro, {x, 1000, -2000, 0}}));
-    write(hfi::encodeB6({hfi::B6Type::kAngle, {1, 2, 3, 0}}));
-    write(hfi::encodeB6({hfi::B6Type::kMagnetic, {1, 2, 3, 0}}));
-  }
-  template <std::size_t N>
-  void write(std::array<std::uint8_t, N> frame) {
-    if (damaged) ++frame[7];
-    line_.write(frame);
-  }
+  static constexpr Duration kPeriod = milliseconds(5);
 
   test::PseudoTerminal line_;
-  Framing framing_;
+  sim::ImuEmulator unit_;
+  double ramp_;  // [rad/s] from sample to sample
   Timestamp start_ = virtual_now;
   Duration delay_{0};
-  std::int64_t taken_ = 0, value_ = 0;
+  std::int64_t taken_ = 0;
 };
 
 class SerialImuTest : public testing::TestWithParam<Framing> {
@@ -96,12 +84,8 @@ class SerialImuTest : public testing::TestWithParam<Framing> {
     ASSERT_TRUE(runUntil([&] { return virtual_now >= end; }));
   }
   bool streaming() { return driver_.status().state == DeviceState::kStreaming; }
-  std::int64_t count(const ImuSample& sample) const {
-    const double unit = GetParam() == Framing::kA9 ? 1.0 : static_cast<double>(hfi::kB6Gyro);
-    return std::lround(sample.gyro.x() / unit);
-  }
 
-  FakeUnit unit_{GetParam()};
+  UnitOnALine unit_{GetParam()};
   std::vector<ImuSample> samples_;
   SerialImu driver_{{.port = unit_.path()}, virtualNow, [this](const ImuSample& s) { samples_.push_back(s); }};
 };
@@ -117,17 +101,12 @@ TEST_P(SerialImuTest, RecognisesTheUnitByItself) {
 TEST_P(SerialImuTest, TurnsGravityIntoSpecificForceAndKeepsTheGyro) {
   ASSERT_TRUE(runUntil([&] { return samples_.size() >= 20; }));
   const ImuSample& sample = samples_.back();
-  EXPECT_NEAR(sample.accel.z(), 9.80665, 1e-6) << "at rest";
-  EXPECT_LT(sample.accel.x(), 0.0);
-  EXPECT_GT(sample.accel.y(), 0.0);
-  if (GetParam() == Framing::kA9) {
-    EXPECT_TRUE(sample.gyro.tail<2>().isApprox(Eigen::Vector2d(0.25, -0.5)));
-    EXPECT_NEAR(sample.accel.x(), -0.125 * 9.80665, 1e-6);
-  } else {
-    constexpr double kUnit = 2000.0 / 32768.0 * 3.14159265358979 / 180.0;
-    EXPECT_TRUE(sample.gyro.tail<2>().isApprox(Eigen::Vector2d(1000 * kUnit, -2000 * kUnit), 1e-6));
-    EXPECT_NEAR(sample.accel.x(), -0.125 * 9.80665, 1e-6);
-  }
+  EXPECT_NEAR(sample.accel.z(), kGravity, 1e-6) << "at rest";
+  EXPECT_NEAR(sample.accel.x(), -0.125 * kGravity, 1e-6);
+  EXPECT_NEAR(sample.accel.y(), 0.0625 * kGravity, 1e-6);
+  const double step = GetParam() == Framing::kA9 ? 1e-6 : static_cast<double>(hfi::kB6Gyro);  // [rad/s] of the values
+  EXPECT_NEAR(sample.gyro.y(), 0.25, step);
+  EXPECT_NEAR(sample.gyro.z(), -0.5, step);
 }
 
 TEST_P(SerialImuTest, StampsRightToAMillisecondUnderJitteredArrival) {
@@ -140,8 +119,7 @@ TEST_P(SerialImuTest, StampsRightToAMillisecondUnderJitteredArrival) {
   ASSERT_GT(samples_.size(), 3500U);
   std::vector<double> errors;  // [s]
   for (const ImuSample& sample : samples_) {
-    const Timestamp taken = unit_.takenAt(count(sample));
-    errors.push_back(std::abs(toSeconds(sample.stamp - taken)));
+    errors.push_back(std::abs(toSeconds(sample.stamp - unit_.takenAt(sample.gyro.x()))));
   }
   std::sort(errors.begin(), errors.end());
   EXPECT_LT(errors[errors.size() * 95 / 100], 0.001);
@@ -150,11 +128,11 @@ TEST_P(SerialImuTest, StampsRightToAMillisecondUnderJitteredArrival) {
 
 TEST_P(SerialImuTest, CountsDamageAndUsesTheNextGoodFrame) {
   ASSERT_TRUE(runUntil([&] { return samples_.size() >= 100; }));
-  unit_.damaged = true;
+  ASSERT_TRUE(unit_.inject("checksum", 1e6));
   runFor(milliseconds(100));
   const std::size_t before = samples_.size();
   EXPECT_GE(driver_.status().rejects.load(), 15);
-  unit_.damaged = false;
+  ASSERT_TRUE(unit_.inject("checksum", 0));
   runFor(milliseconds(100));
   EXPECT_GE(samples_.size(), before + 15);
 }
@@ -162,46 +140,33 @@ TEST_P(SerialImuTest, CountsDamageAndUsesTheNextGoodFrame) {
 TEST_P(SerialImuTest, DropsSamplesThatAreNotNumbers) {
   if (GetParam() == Framing::kB6) return;  // integers always are
   ASSERT_TRUE(runUntil([&] { return samples_.size() >= 10; }));
-  unit_.nan = true;
+  unit_.gyro_y = std::numeric_limits<double>::quiet_NaN();
   runFor(milliseconds(100));
   for (const ImuSample& sample : samples_) EXPECT_TRUE(sample.gyro.allFinite());
   EXPECT_GT(driver_.status().rejects.load(), 10);
 }
 
-struct Trouble {
-  const char* name;
-  std::function<void(FakeUnit&)> begin, end;
-  const char* words;
-};
-const std::vector<Trouble>& troubles() {
-  static const std::vector<Trouble> all{
-      {"silence", [](FakeUnit& u) { u.mute = true; }, [](FakeUnit& u) { u.mute = false; },
-       "the IMU sends nothing: check its power"},
-      {"babble", [](FakeUnit& u) { u.babble = true; }, [](FakeUnit& u) { u.babble = false; },
-       "the IMU's frames cannot be read: check baud rate and cable"},
-      {"stuck", [](FakeUnit& u) { u.stuck = true; }, [](FakeUnit& u) { u.stuck = false; },
-       "the IMU sends frames, but its values never change: restart it"},
-      {"unplugged", [](FakeUnit& u) { u.line().unplug(); }, [](FakeUnit& u) { u.line().plug(); },
-       "the port is gone: unplugged?"},
-  };
-  return all;
-}
-
 TEST_P(SerialImuTest, SaysWhatIsWrongWithinASecondAndStreamsAgainWithinThree) {
-  for (const Trouble& trouble : troubles()) {
-    ASSERT_TRUE(runUntil([&] { return streaming(); })) << trouble.name;
-    trouble.begin(unit_);
+  const std::pair<const char*, const char*> troubles[] = {
+      {"silent", "the IMU sends nothing: check its power"},
+      {"garbage", "the IMU's frames cannot be read: check baud rate and cable"},
+      {"stuck", "the IMU sends frames, but its values never change: restart it"},
+      {"unplug", "the port is gone: unplugged?"},
+  };
+  for (const auto& [kind, words] : troubles) {
+    ASSERT_TRUE(runUntil([&] { return streaming(); })) << kind;
+    ASSERT_TRUE(unit_.inject(kind, 1));
     const Timestamp begin = virtual_now;
-    ASSERT_TRUE(runUntil([&] { return !streaming(); })) << trouble.name;
-    EXPECT_LE(virtual_now - begin, std::chrono::seconds(1)) << trouble.name;
-    EXPECT_EQ(driver_.status().problem().words(), trouble.words);
+    ASSERT_TRUE(runUntil([&] { return !streaming(); })) << kind;
+    EXPECT_LE(virtual_now - begin, std::chrono::seconds(1)) << kind;
+    EXPECT_EQ(driver_.status().problem().words(), words);
     const std::size_t before = samples_.size();
     runFor(std::chrono::seconds(6));
-    EXPECT_EQ(samples_.size(), before) << trouble.name;
-    trouble.end(unit_);
+    EXPECT_EQ(samples_.size(), before) << kind;
+    ASSERT_TRUE(unit_.inject(kind, 0));
     const Timestamp end = virtual_now;
-    ASSERT_TRUE(runUntil([&] { return streaming(); })) << trouble.name;
-    EXPECT_LE(virtual_now - end, std::chrono::seconds(3)) << trouble.name;
+    ASSERT_TRUE(runUntil([&] { return streaming(); })) << kind;
+    EXPECT_LE(virtual_now - end, std::chrono::seconds(3)) << kind;
   }
 }
 
@@ -218,16 +183,16 @@ TEST(SerialImu, NeverWaitsInATick) {
 }
 
 TEST(SerialImu, UsesTheTurnRatesOfAB6ThatSendsNoAcceleration) {
-  FakeUnit unit(Framing::kB6);
-  unit.bare = true;
+  UnitOnALine unit(Framing::kB6);
+  ASSERT_TRUE(unit.inject("no_accel", 1));
   std::vector<ImuSample> samples;
   SerialImu driver({.port = unit.path()}, virtualNow, [&](const ImuSample& sample) { samples.push_back(sample); });
   ASSERT_TRUE(test::tickUntil([&] { unit.serve(), driver.tick(); }, [&] { return samples.size() > 300; }));
   EXPECT_EQ(driver.status().state.load(), DeviceState::kStreaming);
   EXPECT_NE(driver.status().problem().words().find("slamd goes on with its turn rate alone"), std::string::npos);
-  EXPECT_NEAR(samples.back().gyro.y(), 1000 * static_cast<double>(hfi::kB6Gyro), 1e-6);
+  EXPECT_NEAR(samples.back().gyro.y(), unit.gyro_y, static_cast<double>(hfi::kB6Gyro));
   EXPECT_TRUE(samples.back().accel.isZero());
-  unit.bare = false;
+  ASSERT_TRUE(unit.inject("no_accel", 0));
   samples.clear();
   ASSERT_TRUE(test::tickUntil([&] { unit.serve(), driver.tick(); }, [&] { return samples.size() > 300; }));
   EXPECT_FALSE(samples.back().accel.isZero());

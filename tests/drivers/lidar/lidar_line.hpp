@@ -65,14 +65,12 @@ class VirtualLidar {
               }
             }) {}
 
-  PortOpener opener() { return line_.opener(); }
+  VirtualLine& line() { return line_; }
   bool inject(std::string_view kind, double value) { return lidar_.inject(kind, value); }
   std::uint16_t pwm() const { return lidar_.pwm(); }
   std::uint16_t speed() const { return lidar_.speed(); }
   /// Turns each byte to the host into what a receiver at another baud rate makes of it.
   void garble() { garbled_ = true; }
-  /// Done every millisecond.
-  void meanwhile(std::function<void()> what) { line_.meanwhile = std::move(what); }
   /// How often the host has sent this request byte behind A5.
   int count(rplidar::Request request) const {
     int found = 0;

@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
-#include <numbers>
 
-#include "drivers/lidar/codec/rplidar_capsules.hpp"
-#include "drivers/virtual_line.hpp"
+#include "drivers/lidar/lidar_line.hpp"
 
 namespace slam {
 namespace {
@@ -15,173 +13,12 @@ namespace {
 using namespace rplidar;
 using std::chrono::milliseconds;
 using test::virtual_now;
-using Bytes = test::VirtualLine::Bytes;
-
-constexpr int kTurn = 360 * 64;  // [deg/64]
-
-/// Distance to the walls [mm]: another one in each quarter, seen clockwise.
-int distanceAt(int angle_q6) { return 2000 + 1000 * (angle_q6 / (90 * 64)); }
-
-/// How the device behaves.
-struct Behaviour {
-  Bytes info = {24, 0x1D, 0x01, 7, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-  bool knows_express = true;       ///< and the sample rate
-  bool scanning_at_start = false;  ///< left so by a program that was killed
-  bool reset_heals = false;        ///< health 2 becomes 0
-  int lose_every = 0;              ///< [bytes] of the stream, 0: never
-  std::uint8_t health = 0;
-  bool mute = false;     ///< answers nothing
-  bool stalled = false;  ///< motor does not turn: a descriptor but no data
-};
-
-/// An A1 in virtual time: answers byte for byte and streams at the pace of its sample rate.
-class FakeLidar {
- public:
-  explicit FakeLidar(Behaviour& behaviour)
-      : behaviour_(behaviour),
-        line_(
-            [this](std::span<const std::uint8_t> bytes) {
-              for (const std::uint8_t byte : bytes) take(byte);
-            },
-            [this](Bytes& out) {
-              stream();
-              out.insert(out.end(), sent_.begin(), sent_.end());
-              sent_.clear();
-            }) {
-    if (behaviour.scanning_at_start) startScan(false);
-  }
-
-  test::VirtualLine& line() { return line_; }
-  int count(Request request) const { return static_cast<int>(std::count(requests_.begin(), requests_.end(), request)); }
-  int pwm() const { return pwm_; }
-
- private:
-  enum class Scan : std::uint8_t { kNone, kStandard, kExpress };
-
-  void take(std::uint8_t byte) {
-    if (packet_.empty() && byte != 0xA5) return;
-    packet_.push_back(byte);
-    if (packet_.size() < 2) return;
-    if ((packet_[1] & 0x80) != 0) {
-      if (packet_.size() < 3 || packet_.size() < packet_[2] + 4U) return;
-      std::uint8_t check = 0;
-      for (const std::uint8_t b : packet_) check ^= b;
-      if (check != 0) ADD_FAILURE() << "request with a wrong checksum";
-    }
-    const Bytes packet = std::exchange(packet_, {});
-    const auto request = static_cast<Request>(packet[1]);
-    requests_.push_back(request);
-    if (!behaviour_.mute) answer(request, packet);
-  }
-
-  void answer(Request request, const Bytes& packet) {
-    if (scan_ != Scan::kNone && request != Request::kSetMotorPwm) {
-      write(Bytes{0x3E, 0x9B, 0x64, 0xA5});  // data that was on the line already: precedes the answer
-      scan_ = Scan::kNone;
-    }
-    switch (request) {
-      case Request::kStop:
-        break;
-      case Request::kReset:
-        if (behaviour_.reset_heals) behaviour_.health = 0;
-        say("RP LIDAR System.\r\nFirmware Ver 1.29 - rtm, HW Ver 7\r\nModel: 18\r\n");
-        break;
-      case Request::kGetInfo:
-        reply({0xA5, 0x5A, 0x14, 0, 0, 0, 0x04}, behaviour_.info);
-        break;
-      case Request::kGetHealth:
-        reply({0xA5, 0x5A, 0x03, 0, 0, 0, 0x06}, {behaviour_.health, 0x01, 0x00});
-        break;
-      case Request::kGetSampleRate:
-        if (behaviour_.knows_express) reply({0xA5, 0x5A, 0x04, 0, 0, 0, 0x15}, {0xFC, 0x01, 0xFE, 0x00});
-        break;
-      case Request::kGetAccessoryBoardFlag:
-        reply({0xA5, 0x5A, 0x04, 0, 0, 0, 0xFF}, {1, 0, 0, 0});
-        break;
-      case Request::kSetMotorPwm:
-        pwm_ = packet[3] | packet[4] << 8;
-        break;
-      case Request::kScan:
-        write(Bytes{0xA5, 0x5A, 0x05, 0, 0, 0x40, 0x81});
-        startScan(false);
-        break;
-      case Request::kExpressScan:
-        if (!behaviour_.knows_express) break;
-        write(Bytes{0xA5, 0x5A, 0x54, 0, 0, 0x40, 0x82});
-        startScan(true);
-        break;
-      default:  // has no list of modes
-        break;
-    }
-  }
-
-  void reply(Bytes descriptor, const Bytes& data) {
-    descriptor.insert(descriptor.end(), data.begin(), data.end());
-    write(descriptor);
-  }
-  void say(const std::string& text) { write(Bytes(text.begin(), text.end())); }
-
-  void startScan(bool express) {
-    scan_ = express ? Scan::kExpress : Scan::kStandard;
-    angle_ = 0;
-    first_ = true;
-    next_ = virtual_now;
-  }
-
-  /// Sends the packets that are due: 360 standard nodes or 720 express samples a turn.
-  void stream() {
-    if (scan_ == Scan::kNone || behaviour_.mute || behaviour_.stalled) {
-      next_ = virtual_now + milliseconds(3);
-      return;
-    }
-    while (next_ <= virtual_now) {
-      if (scan_ == Scan::kStandard) {
-        const auto node = encodeStandardNode({.angle_q6 = static_cast<std::uint16_t>(angle_),
-                                              .distance_q2 = static_cast<std::uint32_t>(4 * distanceAt(angle_)),
-                                              .quality = 15,
-                                              .start = angle_ == 0});
-        send(node);
-        angle_ = (angle_ + 64) % kTurn;
-        next_ += std::chrono::microseconds(behaviour_.knows_express ? 508 : 476);
-      } else {
-        ExpressCapsule capsule{.start_angle_q6 = static_cast<std::uint16_t>(angle_), .start = first_};
-        for (int k = 0; k < kExpressSamples; ++k) {
-          const int raw = (angle_ + 32 * k) % kTurn;
-          const int corrected = (raw - 3 * 8 + kTurn) % kTurn;
-          capsule.samples[static_cast<std::size_t>(k)] = {static_cast<std::uint16_t>(distanceAt(corrected)), 3};
-        }
-        send(encodeExpressCapsule(capsule));
-        first_ = false;
-        angle_ = (angle_ + 32 * kExpressSamples) % kTurn;
-        next_ += std::chrono::microseconds(254 * kExpressSamples);
-      }
-    }
-  }
-  void write(const Bytes& bytes) { sent_.insert(sent_.end(), bytes.begin(), bytes.end()); }
-  void send(std::span<const std::uint8_t> bytes) {
-    Bytes kept;
-    for (const std::uint8_t byte : bytes) {
-      if (behaviour_.lose_every == 0 || ++streamed_ % behaviour_.lose_every != 0) kept.push_back(byte);
-    }
-    write(kept);
-  }
-
-  Behaviour& behaviour_;
-  int pwm_ = -1;
-  std::vector<Request> requests_;
-  Bytes packet_, sent_;
-  Scan scan_ = Scan::kNone;
-  int angle_ = 0, streamed_ = 0;
-  bool first_ = true;
-  Timestamp next_;
-  test::VirtualLine line_;
-};
 
 class RplidarDriverTest : public testing::Test {
  protected:
-  /// Behaviour must be set before.
-  void start(rplidar::ModeWish mode = rplidar::ModeWish::kDensest) {
-    lidar_ = std::make_unique<FakeLidar>(behaviour_);
+  /// An A1 without a list of modes, unless it is another unit.
+  void start(const sim::LidarIdentity& unit = sim::a1Firmware122(), ModeWish mode = ModeWish::kDensest) {
+    lidar_ = std::make_unique<test::VirtualLidar>(unit);
     driver_ = std::make_unique<RplidarDriver>(
         RplidarConfig{.port = "", .scan_mode = mode, .range_min = 0.2F, .range_max = 9.0F}, test::virtualNow,
         [this](const LaserScan& scan) {
@@ -212,18 +49,16 @@ class RplidarDriverTest : public testing::Test {
   }
 
   /// Whole turns with the right walls, whose beams lie one sample apart and were stamped shortly before they came.
-  void expectRightGeometry(int beams, double sample_time) {
+  void expectRightGeometry(double sample_time) {
     for (std::size_t n = 0; n < scans_.size(); ++n) {
       const LaserScan& scan = scans_[n];
-      EXPECT_NEAR(scan.size, beams, 2);
+      EXPECT_NEAR(scan.size, 1.0 / (test::kLidarTurns * sample_time), 2);
       EXPECT_EQ(scan.range_min, 0.2F);
       EXPECT_EQ(scan.range_max, 9.0F);
       int wrong = 0;
       for (const Beam& beam : scan.beams()) {
-        const double clockwise = std::fmod(4.0 * std::numbers::pi - beam.bearing, 2.0 * std::numbers::pi);
-        const auto angle_q6 = static_cast<int>(clockwise * kTurn / (2.0 * std::numbers::pi));
-        const bool at_corner = (angle_q6 + 64) % (90 * 64) < 128;  // within a degree
-        wrong += !at_corner && std::abs(beam.range - 1e-3 * distanceAt(angle_q6)) > 0.002 ? 1 : 0;
+        const double corner = std::abs(std::abs(beam.bearing) - 1.57);  // [rad]
+        wrong += corner > 0.02 && std::abs(beam.range - test::lidarRoom({}, beam.bearing)) > 0.002;
       }
       EXPECT_EQ(wrong, 0);
       if (scan.size < 2) continue;
@@ -238,9 +73,8 @@ class RplidarDriverTest : public testing::Test {
     }
   }
 
-  Behaviour behaviour_;
   std::atomic<bool> cancel_{false};
-  std::unique_ptr<FakeLidar> lidar_;
+  std::unique_ptr<test::VirtualLidar> lidar_;
   std::unique_ptr<RplidarDriver> driver_;
   std::vector<LaserScan> scans_;
   std::vector<Timestamp> arrivals_;
@@ -254,41 +88,41 @@ TEST_F(RplidarDriverTest, GivesExpressScansWhenTheDeviceCan) {
   EXPECT_EQ(state(), DeviceState::kStreaming);
   EXPECT_GE(driver_->status().samples.load(), 4);
   EXPECT_GT(driver_->status().last_sample_ns.load(), 0);
-  expectRightGeometry(720, 254e-6);
+  expectRightGeometry(254e-6);
 }
 
 TEST_F(RplidarDriverTest, GivesStandardScansOnRequest) {
-  start(rplidar::ModeWish::kStandard);
+  start(sim::a1Firmware122(), ModeWish::kStandard);
   ASSERT_TRUE(connect()) << reason();
   ASSERT_TRUE(collect(4));
   EXPECT_EQ(lidar_->count(Request::kExpressScan), 0);
-  expectRightGeometry(360, 508e-6);
+  expectRightGeometry(508e-6);
 }
 
 TEST_F(RplidarDriverTest, FallsBackToStandardScansOnOldFirmware) {
-  behaviour_.info[1] = 15;  // 1.15: before GET_SAMPLERATE and EXPRESS_SCAN
-  behaviour_.knows_express = false;
-  start();
+  start(sim::a1Firmware115());  // before GET_SAMPLERATE and EXPRESS_SCAN
   ASSERT_TRUE(connect()) << reason();
   ASSERT_TRUE(collect(2));
-  expectRightGeometry(360, 476e-6);
+  expectRightGeometry(476e-6);
   EXPECT_DOUBLE_EQ(driver_->mode().sample_time, 476e-6) << "what the manual says of firmware that cannot be asked";
 }
 
 TEST_F(RplidarDriverTest, IsNotMisledByTheStreamOfAPreviousRun) {
-  behaviour_.scanning_at_start = true;
   start();
+  lidar_->line().opener()("", 0).stream->write(encodeRequest(Request::kScan));
   lidar_->line().pass(std::chrono::seconds(1));
   ASSERT_TRUE(connect()) << reason();
   ASSERT_TRUE(collect(2));
-  expectRightGeometry(720, 254e-6);
+  expectRightGeometry(254e-6);
 }
 
 TEST_F(RplidarDriverTest, KeepsScanningWhileBytesGetLost) {
-  behaviour_.lose_every = 20'011;  // about one capsule in 238
   start();
   ASSERT_TRUE(connect()) << reason();
-  ASSERT_TRUE(collect(30));
+  while (scans_.size() < 30) {
+    ASSERT_TRUE(lidar_->inject("lose", 1));
+    ASSERT_TRUE(collect(scans_.size() + 6));
+  }
   EXPECT_GT(driver_->status().rejects.load(), 0) << "damage is counted";
   EXPECT_TRUE(collect(scans_.size() + 2));
 }
@@ -301,8 +135,7 @@ TEST_F(RplidarDriverTest, SendsNoPwmToTheMotorOfAnA1) {
 }
 
 TEST_F(RplidarDriverTest, RunsTheMotorOfAnA2ByPwmAndStopsIt) {
-  behaviour_.info[0] = 0x28;
-  start();
+  start(sim::a2());
   ASSERT_TRUE(connect()) << reason();
   ASSERT_TRUE(collect(1));
   EXPECT_GT(lidar_->pwm(), 0);
@@ -334,14 +167,14 @@ TEST_F(RplidarDriverTest, CanConnectAgainAfterItsStop) {
     scans_.clear();
     arrivals_.clear();
     ASSERT_TRUE(collect(2));
-    expectRightGeometry(720, 254e-6);
+    expectRightGeometry(254e-6);
     driver_->stop();
   }
 }
 
 TEST_F(RplidarDriverTest, CallsProtectionStopAFault) {
-  behaviour_.health = 2;
   start();
+  ASSERT_TRUE(lidar_->inject("health", 2));
   EXPECT_FALSE(connect());
   EXPECT_EQ(state(), DeviceState::kFault);
   EXPECT_NE(reason(), "");
@@ -351,17 +184,19 @@ TEST_F(RplidarDriverTest, CallsProtectionStopAFault) {
 }
 
 TEST_F(RplidarDriverTest, LeavesProtectionStopByAReset) {
-  behaviour_.health = 2;
-  behaviour_.reset_heals = true;
   start();
+  ASSERT_TRUE(lidar_->inject("health", 2));
+  lidar_->line().meanwhile = [&] {
+    if (lidar_->count(Request::kReset) > 0) lidar_->inject("health", 0);
+  };
   const bool connected = connect() || connect();  // the reset may end the first attempt
   ASSERT_TRUE(connected) << reason();
   EXPECT_TRUE(collect(1));
 }
 
 TEST_F(RplidarDriverTest, WorksWithAWarning) {
-  behaviour_.health = 1;
   start();
+  ASSERT_TRUE(lidar_->inject("health", 1));
   ASSERT_TRUE(connect()) << reason();
   EXPECT_TRUE(collect(1));
   EXPECT_EQ(state(), DeviceState::kStreaming);
@@ -369,22 +204,22 @@ TEST_F(RplidarDriverTest, WorksWithAWarning) {
 }
 
 TEST_F(RplidarDriverTest, GivesUpADeviceThatNeverAnswers) {
-  behaviour_.mute = true;
   start();
+  ASSERT_TRUE(lidar_->inject("silent", 1));
   const Timestamp begin = virtual_now;
   EXPECT_FALSE(connect());
   EXPECT_LT(virtual_now - begin, std::chrono::seconds(15)) << "up to some seconds";
   EXPECT_TRUE(state() == DeviceState::kFault || state() == DeviceState::kAbsent);
   EXPECT_NE(reason(), "");
 
-  behaviour_.mute = false;
+  ASSERT_TRUE(lidar_->inject("silent", 0));
   ASSERT_TRUE(connect()) << reason();
   EXPECT_TRUE(collect(1));
 }
 
 TEST_F(RplidarDriverTest, GivesUpEarlyWhenCancelled) {
-  behaviour_.mute = true;
   start();
+  ASSERT_TRUE(lidar_->inject("silent", 1));
   lidar_->line().meanwhile = [&] { cancel_ = lidar_->count(Request::kStop) + lidar_->count(Request::kGetInfo) > 0; };
   const Timestamp begin = virtual_now;
   EXPECT_FALSE(connect());
@@ -412,12 +247,12 @@ TEST_F(RplidarDriverTest, NoticesThatTheMotorStoppedAndRecovers) {
   start();
   ASSERT_TRUE(connect()) << reason();
   ASSERT_TRUE(collect(1));
-  behaviour_.stalled = true;
+  ASSERT_TRUE(lidar_->inject("stall", 1));
   ASSERT_TRUE(pollUntilOver());
   EXPECT_NE(state(), DeviceState::kStreaming);
   EXPECT_NE(reason(), "");
 
-  behaviour_.stalled = false;
+  ASSERT_TRUE(lidar_->inject("stall", 0));
   ASSERT_TRUE(connect()) << reason();
   EXPECT_TRUE(collect(scans_.size() + 2));
   EXPECT_EQ(state(), DeviceState::kStreaming);

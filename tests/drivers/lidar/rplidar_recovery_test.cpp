@@ -32,7 +32,7 @@ struct Rig {
       : lidar(identity),
         driver(
             {.port = "", .scan_mode = mode}, test::virtualNow, [this](const LaserScan& scan) { scans.push_back(scan); },
-            lidar.opener()) {}
+            lidar.line().opener()) {}
 
   std::string reason() { return driver.status().problem().words(); }
   DeviceState state() { return driver.status().state.load(); }
@@ -251,11 +251,11 @@ TEST(RplidarFault, AReturnInTheMidstOfAConnectIsNotMissed) {
   Rig rig;
   ASSERT_TRUE(rig.lidar.inject("silent", 1));
   std::optional<Timestamp> back;
-  rig.lidar.meanwhile([&] {
+  rig.lidar.line().meanwhile = [&] {
     if (back || rig.lidar.count(Request::kReset) == 0) return;
     ASSERT_TRUE(rig.lidar.inject("silent", 0));
     back = virtual_now;
-  });
+  };
   EXPECT_TRUE(rig.streamAgain(1)) << rig.reason();
   ASSERT_TRUE(back) << "it is being reset in vain";
   EXPECT_EQ(rig.scans.size(), 1U);

@@ -7,6 +7,7 @@
 
 #include "core/samples.hpp"
 #include "support/simulated/room.hpp"
+#include "tools/faults/sensor_faults.hpp"
 
 namespace slam::test {
 
@@ -35,9 +36,10 @@ class SimulatedRobot {
   };
   struct Gyro {
     bool there = true;
-    int per_step = 1;                          ///< samples from step to step
-    double bias = 0.0, sigma = 0.0;            ///< [rad/s]
-    std::function<double(double)> reads = {};  ///< [rad/s] what it makes of the rate; empty: it is right
+    int per_step = 1;                ///< samples from step to step
+    double bias = 0.0, sigma = 0.0;  ///< [rad/s]
+    ImuFault fault = {};
+    std::function<double(double)> reads = {};  ///< [rad/s] what else it makes of the rate; empty: it is right
   };
   struct Lidar : SimulatedLidar {
     bool there = true;
@@ -85,7 +87,7 @@ class SimulatedRobot {
       const double rate = twist.z() + gyro.bias + noise(gyro.sigma);
       const ImuSample sample{
           now + i * kStep / gyro.per_step, {0, 0, gyro.reads ? gyro.reads(rate) : rate}, {0, 0, 9.81}};
-      if constexpr (Takes<Sink, ImuSample>) sink.add(sample);
+      if constexpr (Takes<Sink, ImuSample>) sink.add(gyro.fault.apply(sample));
     }
     matches.pose =
         matches.pose * exp(kSeconds * Eigen::Vector3d(matches.scale * twist.x(), 0.0, twist.z() + matches.drift));

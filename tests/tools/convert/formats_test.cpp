@@ -306,7 +306,7 @@ TEST_F(Carmen, CanBeDisturbedByFalseMotionsOfTheWheels) {
   std::string text;
   for (int i = 0; i < 100; ++i) text += flaser(180, std::to_string(2 + i), std::to_string(0.01 * i) + " 0 0");
   const auto clean = convert(text);
-  Disturbance disturbance{.jumps = 1, .jump_translation = 0.5, .jump_rotation = 0.0, .seed = 4};
+  Disturbance disturbance{.wheels = {.jumps = 1, .jump_translation = 0.5, .jump_rotation = 0.0}, .seed = 4};
   disturbLog(folder_ / "out.lcm", folder_ / "jumped.lcm", disturbance);
   const Log jumped = readLog(folder_ / "jumped.lcm");
   ASSERT_EQ(jumped.wheels.size(), clean.wheels.size());
@@ -323,7 +323,7 @@ TEST_F(Carmen, CanBeDisturbedByWheelsThatReportLate) {
   std::string text;
   for (int i = 0; i < 50; ++i) text += flaser(180, std::to_string(2 + i), std::to_string(0.01 * i) + " 0 0");
   convert(text);
-  disturbLog(folder_ / "out.lcm", folder_ / "late.lcm", {.wheel_lag = 1.0});
+  disturbLog(folder_ / "out.lcm", folder_ / "late.lcm", {.wheels = {.lag = 1.0}});
   const Log late = readLog(folder_ / "late.lcm");
   EXPECT_NEAR(late.wheels[30].T_wheels_base.x, 0.29, 1e-9);  // a second is one line
 }
@@ -339,14 +339,14 @@ TEST_F(Carmen, CanBeDisturbedByWrongMountsAndClocks) {
     return readLog(folder_ / "wrong.lcm");
   };
   const auto bearing = [](const Log& log) { return log.scans[0].beams()[30].bearing; };
-  EXPECT_NEAR(bearing(disturbed({.lidar_upside_down = true})), -bearing(clean), 1e-6);
-  EXPECT_NEAR(std::abs(bearing(disturbed({.lidar_turned = true})) - bearing(clean)), std::numbers::pi, 1e-5);
+  EXPECT_NEAR(bearing(disturbed({.lidar = {.upside_down = true}})), -bearing(clean), 1e-6);
+  EXPECT_NEAR(std::abs(bearing(disturbed({.lidar = {.turned = true}})) - bearing(clean)), std::numbers::pi, 1e-5);
 
   const Pose2 told = clean.wheels[20].T_wheels_base;
-  const Pose2 swapped = disturbed({.wheels_swapped = true}).wheels[20].T_wheels_base;
+  const Pose2 swapped = disturbed({.wheels = {.swapped = true}}).wheels[20].T_wheels_base;
   EXPECT_NEAR(swapped.theta, -told.theta, 1e-9);
   EXPECT_NEAR(swapped.x, told.x, 1e-9);
-  const Pose2 backwards = disturbed({.wheels_backwards = true}).wheels[1].T_wheels_base;
+  const Pose2 backwards = disturbed({.wheels = {.backwards = true}}).wheels[1].T_wheels_base;
   EXPECT_NEAR(backwards.theta, -0.02, 1e-9);
   EXPECT_LT(backwards.x, -0.009);
 

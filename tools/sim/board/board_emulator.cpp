@@ -3,8 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-#include "tools/sim/faults/fault_values.hpp"
+#include "tools/faults/fault_kinds.hpp"
 
 namespace slam::sim {
 
@@ -15,9 +16,6 @@ namespace {
 // The firmware's watchdog [OpenRE, 2_Package/robot_control/chassis.cpp].
 constexpr double kCheckPeriod = 0.050;  // [s]
 constexpr int kQualityOfACommand = 30, kQualityLost = 5, kWorst = 5, kBest = 100, kMotorsOff = 30, kMotorsOn = 70;
-
-constexpr double kLongestDelay = 10000.0;  // [ms]
-constexpr double kMostChecksums = 1e6;
 
 }  // namespace
 
@@ -86,18 +84,20 @@ void BoardEmulator::restart() {
 }
 
 bool BoardEmulator::inject(std::string_view kind, double value) {
-  if (!std::isfinite(value)) return false;
-  if (kind == "reset") return restart(), true;
-  if (kind == "silent") return setSwitch(silent_, value);
-  if (kind == "garbage") return setSwitch(garbage_, value);
-  if (kind == "stuck") return setSwitch(stuck_, value);
-  if (kind == "imu_offline") return setSwitch(imu_offline_, value);
-  if (kind == "checksum") return setCount(wrong_checksums_, value, kMostChecksums);
-  if (kind == "wrong") return factor_ = value, true;
-  if (kind == "gyro_wrong") return gyro_bias_ = value, true;
-  if (kind != "slow" || value < 0.0 || value > kLongestDelay) return false;
-  delay_ = 1e-3 * value;
-  return true;
+  using E = BoardEmulator;
+  constexpr double kAny = std::numeric_limits<double>::max();
+  static constexpr FaultKind<E> kKinds[] = {
+      {"reset", [](E& board, double) { return board.restart(), true; }, -kAny, kAny},  // cold start: counts from 0
+      {"silent", &E::silent_},                                                         // answers nothing
+      {"garbage", &E::garbage_},                     // answers random bytes, as many as the answer has
+      {"checksum", &E::wrong_checksums_, 0.0, 1e6},  // so many answers have a wrong checksum
+      {"stuck", &E::stuck_},  // answers, but renews nothing; the wheels are counted on, and seen afterwards
+      {"wrong", &E::factor_, -kAny, kAny},          // what the wheels turn is multiplied by it
+      {"gyro_wrong", &E::gyro_bias_, -kAny, kAny},  // [rad/s] is added to the turn rate about z
+      {"imu_offline", &E::imu_offline_},            // reports that its IMU is offline
+      {"slow", &E::delay_, 0.0, 10000.0},           // [ms] that answers come later
+  };
+  return injectFault(kKinds, *this, kind, value);
 }
 
 void BoardEmulator::answer(Command command, std::span<const std::uint8_t> payload, std::vector<std::uint8_t>& out) {
@@ -109,8 +109,8 @@ void BoardEmulator::answer(Command command, std::span<const std::uint8_t> payloa
     ++frame[size - 1];
   }
   if (garbage_) std::generate_n(frame.begin(), size, [this] { return static_cast<std::uint8_t>(random_()); });
-  if (delay_ > 0.0 || !late_.empty()) {  // never before one that is under way
-    late_.push_back({uptime_ + delay_, {frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(size)}});
+  if (delay_ > Duration(0) || !late_.empty()) {  // never before one that is under way
+    late_.push_back({uptime_ + toSeconds(delay_), {frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(size)}});
   } else {
     out.insert(out.end(), frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(size));
   }

@@ -10,25 +10,14 @@
 #include <string_view>
 #include <vector>
 
+#include "core/timestamp.hpp"
 #include "estimation/base_kinematics.hpp"
 #include "firmware_if/robolink.hpp"
 
 namespace slam::sim {
 
 /// A HandsFree board at byte level: handshake after start, then answers with the values it renewed last, as the open
-/// firmware does. What a script can do to it:
-///
-/// | inject(kind, value) | value   | from then on                                                               |
-/// |---------------------|---------|----------------------------------------------------------------------------|
-/// | reset               | any     | a cold start: asks for the handshake again, counts wheels from 0           |
-/// | silent              | 1 or 0  | answers nothing                                                            |
-/// | garbage             | 1 or 0  | answers random bytes, as many as the answer has                            |
-/// | checksum            | count   | so many answers have a wrong checksum                                      |
-/// | stuck               | 1 or 0  | answers, but renews nothing; the wheels are counted on, and seen afterwards |
-/// | wrong               | factor  | what the wheels turn is multiplied by it; 1 is right                       |
-/// | gyro_wrong          | rad/s   | is added to the turn rate about z                                          |
-/// | imu_offline         | 1 or 0  | says that its IMU is offline                                               |
-/// | slow                | ms      | answers come so much later, up to 10000                                    |
+/// firmware does.
 class BoardEmulator {
  public:
   /// @param base what the robot is; its wheels are given in this order and sign
@@ -49,7 +38,7 @@ class BoardEmulator {
     receive(bytes, out);
   }
 
-  /// See above. @return false: no such kind, or not a value for it
+  /// Makes something go wrong from then on, or right again. @return false: no such kind, or not a value for it
   bool inject(std::string_view kind, double value);
 
   bool greeted() const { return greeted_; }
@@ -91,7 +80,8 @@ class BoardEmulator {
 
   bool silent_ = false, garbage_ = false, stuck_ = false, imu_offline_ = false;
   int wrong_checksums_ = 0;
-  double factor_ = 1.0, gyro_bias_ = 0.0, delay_ = 0.0;  // [1], [rad/s], [s]
+  double factor_ = 1.0, gyro_bias_ = 0.0;  // [1], [rad/s]
+  Duration delay_{0};
   std::deque<Late> late_;
 };
 

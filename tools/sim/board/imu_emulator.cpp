@@ -5,13 +5,12 @@
 #include <cmath>
 
 #include "firmware_if/hfi_imu.hpp"
-#include "tools/sim/faults/fault_values.hpp"
+#include "tools/faults/fault_kinds.hpp"
 
 namespace slam::sim {
 namespace {
 
 constexpr double kStandardGravity = 9.80665;  // [m/s^2] of one g
-constexpr double kMostChecksums = 1e6, kSlowest = 1000.0;
 
 /// @param unit what one count means, in the unit of `values`
 hfi::B6Frame counts(hfi::B6Type type, const std::array<double, 3>& values, double unit) {
@@ -25,14 +24,17 @@ hfi::B6Frame counts(hfi::B6Type type, const std::array<double, 3>& values, doubl
 }  // namespace
 
 bool ImuEmulator::inject(std::string_view kind, double value) {
-  if (kind == "silent") return setSwitch(silent_, value);
-  if (kind == "garbage") return setSwitch(garbage_, value);
-  if (kind == "stuck") return setSwitch(stuck_, value);
-  if (kind == "slow" && value >= 1.0) return setCount(slow_, value, kSlowest);
-  if (kind == "checksum") return setCount(wrong_checksums_, value, kMostChecksums);
-  if (kind != "wrong" || !std::isfinite(value)) return false;
-  factor_ = value;
-  return true;
+  using E = ImuEmulator;
+  static constexpr FaultKind<E> kKinds[] = {
+      {"silent", &E::silent_},                       // sends nothing
+      {"garbage", &E::garbage_},                     // sends random bytes, as many as otherwise
+      {"checksum", &E::wrong_checksums_, 0.0, 1e6},  // so many frames have a wrong checksum
+      {"stuck", &E::stuck_},                         // sends the same values for ever
+      {"slow", &E::slow_, 1.0, 1000.0},              // only each n-th sample comes
+      {"no_accel", &E::no_accel_},                   // a B6 whose acceleration is switched off
+      {"wrong", &E::factor_, -1e9, 1e9},             // turn rates are multiplied by it
+  };
+  return injectFault(kKinds, *this, kind, value);
 }
 
 void ImuEmulator::send(std::span<std::uint8_t> frame, std::vector<std::uint8_t>& out) {
@@ -68,6 +70,7 @@ void ImuEmulator::sample(const std::array<double, 3>& gyro, const std::array<dou
   for (const hfi::B6Frame& frame : {counts(hfi::B6Type::kAccel, gravity, static_cast<double>(hfi::kB6Accel)),
                                     counts(hfi::B6Type::kGyro, gyro_, static_cast<double>(hfi::kB6Gyro)),
                                     hfi::B6Frame{hfi::B6Type::kAngle}, hfi::B6Frame{hfi::B6Type::kMagnetic}}) {
+    if (no_accel_ && frame.type == hfi::B6Type::kAccel) continue;
     auto bytes = hfi::encodeB6(frame);
     send(bytes, out);
   }

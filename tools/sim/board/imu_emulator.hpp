@@ -9,16 +9,7 @@
 
 namespace slam::sim {
 
-/// A stand-alone HandsFree IMU at byte level. What a script can do to it:
-///
-/// | inject(kind, value) | value   | from then on                              |
-/// |---------------------|---------|-------------------------------------------|
-/// | silent              | 1 or 0  | sends nothing                             |
-/// | garbage             | 1 or 0  | sends random bytes, as many as otherwise  |
-/// | checksum            | count   | so many frames have a wrong checksum      |
-/// | stuck               | 1 or 0  | sends the same values for ever            |
-/// | slow                | n       | only each n-th sample comes; 1 is right   |
-/// | wrong               | factor  | turn rates are multiplied by it           |
+/// A stand-alone HandsFree IMU at byte level.
 class ImuEmulator {
  public:
   enum class Framing : std::uint8_t { kA9, kB6 };
@@ -28,7 +19,7 @@ class ImuEmulator {
   /// z up @param accel [m/s^2] specific force, (0, 0, +9.81) at rest @param out the bytes are appended
   void sample(const std::array<double, 3>& gyro, const std::array<double, 3>& accel, std::vector<std::uint8_t>& out);
 
-  /// See above. @return false: no such kind, or not a value for it
+  /// Makes something go wrong from then on, or right again. @return false: no such kind, or not a value for it
   bool inject(std::string_view kind, double value);
 
  private:
@@ -37,7 +28,7 @@ class ImuEmulator {
   Framing framing_;
   std::mt19937_64 random_;
   std::array<double, 3> gyro_{}, accel_{};  // [rad/s], [m/s^2]
-  bool silent_ = false, garbage_ = false, stuck_ = false;
+  bool silent_ = false, garbage_ = false, stuck_ = false, no_accel_ = false;
   int wrong_checksums_ = 0, slow_ = 1, samples_ = 0;
   double factor_ = 1.0;
 };

@@ -2,13 +2,12 @@
 #include "tools/sim/can/can_emulator.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <linux/can/error.h>
 #include <numbers>
 #include <utility>
 
-#include "tools/sim/faults/fault_values.hpp"
+#include "tools/faults/fault_kinds.hpp"
 
 namespace slam::sim {
 namespace {
@@ -42,7 +41,7 @@ void CanEmulator::step(Timestamp now, const CanReadings& readings, std::vector<c
     if (asked && dialect_ == odrive::Dialect::k06) send(now, odrive::encodeVersion(nodes_[side], kVersion06));
     const bool asked_watchdog = std::exchange(asked_watchdog_[side], false);
     if (asked_watchdog && dialect_ == odrive::Dialect::k06)
-      send(now, odrive::encodeParameter(nodes_[side], {kWatchdogEndpoint, watchdog_ > Duration(0) ? 1U : 0U}));
+      send(now, odrive::encodeParameter(nodes_[side], {kWatchdogEndpoint, watchdog_ > 0.0 ? 1U : 0U}));
   }
   while (due(next_estimates_, estimates_)) {
     for (std::size_t side = 0; side < 2; ++side) {
@@ -89,7 +88,7 @@ void CanEmulator::turn(Timestamp now, const CanReadings& readings) {
 void CanEmulator::watch(Timestamp now) {
   for (Drive& drive : drives_) {
     if (std::exchange(drive.fed, false)) drive.fed_at = now;
-    if (watchdog_ == Duration(0) || now - drive.fed_at <= watchdog_) continue;
+    if (watchdog_ == 0.0 || toSeconds(now - drive.fed_at) <= watchdog_) continue;
     drive.heartbeat.axis_error |=
         dialect_ == odrive::Dialect::k06 ? odrive::kWatchdogExpired06 : odrive::kWatchdogExpired05;
     drive.heartbeat.state = static_cast<std::uint8_t>(odrive::AxisState::kIdle);
@@ -132,45 +131,57 @@ void CanEmulator::receive(const can::Frame& frame) {
 }
 
 bool CanEmulator::inject(std::string_view kind, double value) {
+  using E = CanEmulator;
   constexpr double kSeldom = 1000.0, kLongestDelay = 2000.0, kLongestWatch = 3600.0;  // [1, ms, s]
-  bool on = false;
-  const auto within = [value](double least, double most) { return value >= least && value <= most; };
-  const auto disarm = [this](bool disarmed) {
-    const auto state = disarmed ? odrive::AxisState::kIdle : odrive::AxisState::kClosedLoop;
-    drives_[0].heartbeat.state = static_cast<std::uint8_t>(state);
+  constexpr double kAny = std::numeric_limits<double>::max();
+  static constexpr auto idle = [](E& can, double to) {
+    can.drives_[0].heartbeat.state =
+        static_cast<std::uint8_t>(to != 0.0 ? odrive::AxisState::kIdle : odrive::AxisState::kClosedLoop);
+    return true;
   };
-  if (kind == "silent") return setSwitch(silent_, value);
-  if (kind == "garbage") return setSwitch(garbage_, value);
-  if (kind == "stuck") return setSwitch(stuck_, value);
-  if (kind == "deaf") return setSwitch(deaf_, value);
-  if (kind == "quaternion") return setSwitch(quaternion_, value);
-  if (kind == "imu_time") return setCount(time_every_, value, kSeldom);
-  if (kind == "imu_acceleration") return setCount(acceleration_every_, value, kSeldom);
-  if (kind == "wrong" && std::isfinite(value)) {
-    factor_ = value;
-  } else if (kind == "slow" && within(1.0, kSeldom)) {
-    slow_ = static_cast<int>(value);
-  } else if (kind == "delay" && within(0.0, kLongestDelay)) {
-    delay_ = fromSeconds(value * 1e-3);
-  } else if (kind == "watchdog" && within(0.0, kLongestWatch)) {
-    watchdog_ = fromSeconds(value);
-  } else if (kind == "axis_error" && within(0.0, std::numeric_limits<std::uint32_t>::max())) {
-    drives_[0].heartbeat.axis_error = static_cast<std::uint32_t>(value);
-    disarm(value != 0.0);
-  } else if (kind == "idle" && setSwitch(on, value)) {
-    disarm(on);
-  } else if (kind == "firmware" && (value == 0.5 || value == 0.6)) {
-    dialect_ = value == 0.5 ? odrive::Dialect::k05 : odrive::Dialect::k06;
-  } else if (kind == "estimates" && within(1.0, 10e3)) {
-    estimates_ = fromSeconds(1e-3 * value);
-    next_estimates_ = {};
-  } else if (kind == "bus_off" && setSwitch(on, value)) {
-    if (on != bus_off_) line_.push_back({{}, errorFrame(on ? CAN_ERR_BUSOFF : CAN_ERR_RESTARTED)});
-    bus_off_ = on;
-  } else {
-    return false;
-  }
-  return true;
+  static constexpr FaultKind<E> kKinds[] = {
+      {"silent", &E::silent_},                    // sends nothing
+      {"garbage", &E::garbage_},                  // frames of random bytes
+      {"stuck", &E::stuck_},                      // the same values again and again
+      {"wrong", &E::factor_, -kAny, kAny},        // factor of the positions
+      {"slow", &E::slow_, 1.0, kSeldom},          // factor of the periods
+      {"delay", &E::delay_, 0.0, kLongestDelay},  // [ms]
+      {"watchdog", &E::watchdog_, 0.0,
+       kLongestWatch},  // [s] without a frame from the host, then an error; 0: off, as delivered
+      // The error word of the left drive, which disarms it; 0 takes it back.
+      {"axis_error",
+       [](E& can, double to) {
+         can.drives_[0].heartbeat.axis_error = static_cast<std::uint32_t>(to);
+         return idle(can, to);
+       },
+       0.0, 0xFFFFFFFF},
+      {"idle", idle},       // takes the left drive out of closed loop without an error; 0 arms it
+      {"deaf", &E::deaf_},  // the left drive leaves speeds out
+      {"firmware",          // of both drives, 0.5 or 0.6
+       [](E& can, double to) {
+         if (to != 0.5 && to != 0.6) return false;
+         can.dialect_ = to == 0.5 ? odrive::Dialect::k05 : odrive::Dialect::k06;
+         return true;
+       }},
+      {"estimates",  // [ms] their period, 10 as delivered
+       [](E& can, double to) {
+         can.estimates_ = fromSeconds(1e-3 * to);
+         can.next_estimates_ = {};
+         return true;
+       },
+       1.0, 10e3},
+      {"imu_time", &E::time_every_, 0.0, kSeldom},                  // sent with every so many'th turn rate, 0 never
+      {"imu_acceleration", &E::acceleration_every_, 0.0, kSeldom},  // the same
+      {"quaternion", &E::quaternion_},                              // it is sent
+      {"bus_off",                                                   // 0: of a controller that was restarted
+       [](E& can, double to) {
+         const bool on = to != 0.0;
+         if (on != can.bus_off_) can.line_.push_back({{}, errorFrame(on ? CAN_ERR_BUSOFF : CAN_ERR_RESTARTED)});
+         can.bus_off_ = on;
+         return true;
+       }},
+  };
+  return injectFault(kKinds, *this, kind, value);
 }
 
 }  // namespace slam::sim

@@ -46,16 +46,7 @@ class CanEmulator {
   /// Speeds at which the motors turn the wheels [turns/s]: those asked for last, for ever, while the drive is armed.
   std::array<float, 2> drive() const;
 
-  /// Makes something go wrong, or right again.
-  /// @param kind "silent", "garbage", "stuck": 1 or 0; "wrong": factor of the positions; "slow": factor of the periods;
-  ///        "delay": [ms]; "watchdog": [s] without a frame from the host after which a drive has an error, 0: off, as
-  ///        delivered;
-  ///        "axis_error": error word of the left drive, which disarms it, 0 takes it back; "idle": 1 takes the left
-  ///        drive out of closed loop without an error, 0 arms it; "deaf": 1, the left drive leaves speeds out;
-  ///        "bus_off": 1, then 0 for a controller that was restarted; "firmware": 0.5 or 0.6 of both drives;
-  ///        "estimates": [ms] their period, 10 as delivered; "imu_time", "imu_acceleration": sent with every so many'th
-  ///        turn rate, 1 as delivered, 0 never; "quaternion": 1 or 0
-  /// @return false for a kind or a value that there is not
+  /// Makes something go wrong, or right again. @return false: no such kind, or not a value for it
   bool inject(std::string_view kind, double value);
 
  private:
@@ -95,7 +86,8 @@ class CanEmulator {
   Duration estimates_ = std::chrono::milliseconds(10);
   int time_every_ = 1, acceleration_every_ = 1, imu_samples_ = 0;
   bool quaternion_ = true;
-  Duration delay_{0}, watchdog_{0};
+  Duration delay_{0};
+  double watchdog_ = 0.0;  // [s] 0: off
 };
 
 }  // namespace slam::sim

@@ -8,32 +8,26 @@
 #include "tools/sim/depth/depth_wire.hpp"
 
 namespace slam::sim {
-namespace {
-
-constexpr double kLongestDelay = 2000.0;  // [ms] of frames that are kept back
-
-}  // namespace
 
 bool DepthFaults::inject(std::string_view kind, double value) {
-  const bool flag = value == 0.0 || value == 1.0;
-  if (kind == "unplug" && flag) return unplugged_ = value != 0.0, true;
-  if (kind == "freeze" && flag) return frozen_ = value != 0.0, true;
-  if (kind == "garbage" && flag) return garbage_ = value != 0.0, true;
-  if (kind == "stuck" && flag) {
-    stuck_ = value != 0.0;
-    picture_.clear();
-    return true;
-  }
-  if (kind == "wrong" && value > 0.0 && value < 100.0) return wrong_ = value, true;
-  if (kind == "slow" && value >= 1.0 && value <= 1000.0) return slow_ = static_cast<int>(value), true;
-  if (kind == "delay" && value >= 0.0 && value <= kLongestDelay) return delay_ = fromSeconds(1e-3 * value), true;
-  return false;
+  using F = DepthFaults;
+  static constexpr FaultKind<F> kKinds[] = {
+      {"unplug", &F::unplugged_},          // the socket is gone; 0: it is back
+      {"freeze", &F::frozen_},             // the connection stands, but no frame comes
+      {"garbage", &F::garbage_},           // pixels of noise
+      {"wrong", &F::wrong_, 0.01, 100.0},  // factor of all depths
+      {"slow", &F::slow_, 1.0, 1000.0},    // only each n-th frame comes
+      {"delay", &F::delay_, 0.0, 2000.0},  // [ms] that each frame comes later
+      {"stuck", &F::stuck_},               // the same picture again and again, with new stamps
+  };
+  return injectFault(kKinds, *this, kind, value);
 }
 
 bool DepthFaults::spoil(std::span<std::uint8_t> frame) {
   if (frozen_ || frame.size() <= sizeof(DepthFrameHeader)) return false;
   if (++frames_ % slow_ != 0) return false;
   const std::span<std::uint8_t> pixels = frame.subspan(sizeof(DepthFrameHeader));
+  if (!stuck_) picture_.clear();
   if (stuck_) {
     if (picture_.size() != pixels.size()) picture_.assign(pixels.begin(), pixels.end());
     std::copy(picture_.begin(), picture_.end(), pixels.begin());

@@ -7,20 +7,11 @@
 #include <vector>
 
 #include "core/timestamp.hpp"
+#include "tools/faults/fault_kinds.hpp"
 
 namespace slam::sim {
 
 /// What may be wrong with the depth camera. Each lasts until it is set back.
-///
-/// | kind    | value                                                             | right |
-/// |---------|-------------------------------------------------------------------|-------|
-/// | unplug  | 1: the socket is gone; 0: it is back                              | 0     |
-/// | freeze  | 1: the connection stands, but no frame comes                      | 0     |
-/// | garbage | 1: pixels of noise                                                | 0     |
-/// | stuck   | 1: the same picture again and again, with new stamps              | 0     |
-/// | wrong   | factor of all depths                                              | 1     |
-/// | slow    | only each n-th frame comes                                        | 1     |
-/// | delay   | [ms] that each frame comes later                                  | 0     |
 class DepthFaults {
  public:
   /// @return false for a kind or a value that there is not

@@ -4,18 +4,15 @@
 #include <utility>
 
 namespace slam::sim {
-namespace {
-
-constexpr double kLongestDelay = 2000.0;  // [ms]
-
-}  // namespace
 
 bool LineFaults::inject(std::string_view kind, double value) {
-  const bool flag = value == 0.0 || value == 1.0;
-  if (kind == "unplug" && flag) return unplugged_ = value != 0.0, true;
-  if (kind == "garbage" && flag) return garbage_ = value != 0.0, true;
-  if (kind == "delay" && value >= 0.0 && value <= kLongestDelay) return delay_ = fromSeconds(1e-3 * value), true;
-  return false;
+  using F = LineFaults;
+  static constexpr FaultKind<F> kKinds[] = {
+      {"unplug", &F::unplugged_},          // the port is gone; 0: it is back
+      {"garbage", &F::garbage_},           // each byte on its way to the host is a random one
+      {"delay", &F::delay_, 0.0, 2000.0},  // [ms] that each byte comes later
+  };
+  return injectFault(kKinds, *this, kind, value);
 }
 
 std::vector<std::uint8_t> LineFaults::pass(std::vector<std::uint8_t> bytes, Timestamp now) {

@@ -7,16 +7,11 @@
 #include <vector>
 
 #include "core/timestamp.hpp"
+#include "tools/faults/fault_kinds.hpp"
 
 namespace slam::sim {
 
 /// What may be wrong with a serial line, whatever device is at its end. Each lasts until it is set back.
-///
-/// | kind    | value                                                   | right |
-/// |---------|---------------------------------------------------------|-------|
-/// | unplug  | 1: the port is gone; 0: it is back                      | 0     |
-/// | garbage | 1: each byte on its way to the host is a random one     | 0     |
-/// | delay   | [ms] that each byte comes later                         | 0     |
 class LineFaults {
  public:
   /// @return false for a kind or a value that there is not

@@ -62,7 +62,7 @@ void LidarEmulator::beginFaults(Timestamp now) {
   }
   if (std::exchange(faults_.reboot, false)) boot(now);
   if (faults_.pause > Duration(0)) paused_until_ = now + std::exchange(faults_.pause, Duration(0));
-  if (faults_.turn > 0.0) turn_rate_ = 1.0 / faults_.turn;
+  if (faults_.turn > Duration(0)) turn_rate_ = 1.0 / toSeconds(faults_.turn);
   if (faults_.health == 2) endScan();
 }
 

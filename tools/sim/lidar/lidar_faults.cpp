@@ -1,65 +1,41 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/sim/lidar/lidar_faults.hpp"
 
-#include <algorithm>
+#include "tools/faults/fault_kinds.hpp"
 
 namespace slam::sim {
-namespace {
-
-bool set(bool& flag, double value) {
-  if (value != 0.0 && value != 1.0) return false;
-  flag = value == 1.0;
-  return true;
-}
-bool set(int& count, double value, double most) {
-  if (value < 0.0 || value > most || value != std::floor(value)) return false;
-  count = static_cast<int>(value);
-  return true;
-}
-bool set(double& number, double value, double least, double most) {
-  if (value < least || value > most) return false;
-  number = value;
-  return true;
-}
-
-}  // namespace
 
 bool LidarFaults::inject(std::string_view kind, double value) {
-  constexpr double kMany = 1e6, kMostStale = 4096.0, kLongestPause = 600e3;
-  if (!std::isfinite(value)) return false;
-  if (kind == "silent") return set(silent, value);
-  if (kind == "health") return set(health, value, 2.0);
-  if (kind == "stall") return set(stalled, value);
-  if (kind == "lose") return set(lose, value, kMany);
-  if (kind == "insert") return set(insert, value, kMany);
-  if (kind == "flip") return set(flip, value, kMany);
-  if (kind == "checksum") return set(checksum, value, kMany);
-  if (kind == "stale") return set(stale, value, kMostStale);
-  if (kind == "wrong") return set(range_factor, value, 0.1, 10.0);
-  if (kind == "echoes") return set(echoes, value, 0.0, 1.0);
-  if (kind == "dust") return set(dust, value, 0.0, 1.0);
-  if (kind == "other") return set(other, value, 3.0);
-  if (kind == "unit") {
-    if (value != 0.0 && value != 1.0 && value != 3.0) return false;
-    unit = value == 0.0 ? a1Firmware129() : value == 1.0 ? c1() : s3();
-    return true;
-  }
-  if (kind == "encoder_reset") return encoder_reset = true;
-  if (kind == "reboot") return reboot = true;
-  if (kind == "pause") {
-    double ms = 0.0;
-    if (!set(ms, value, 0.0, kLongestPause)) return false;
-    pause = fromSeconds(1e-3 * ms);
-    return true;
-  }
-  if (kind == "turn") {
-    double ms = 0.0;
-    if (!set(ms, value, 50.0, 60000.0)) return false;
-    turn = 1e-3 * ms;
-    return true;
-  }
-  if (kind == "stuck") return set(stuck, value);
-  return false;
+  using F = LidarFaults;
+  constexpr double kMany = 1e6;
+  static constexpr FaultKind<F> kKinds[] = {
+      {"silent", &F::silent},            // takes nothing, answers nothing, sends nothing; a scan goes on afterwards
+      {"health", &F::health, 0.0, 2.0},  // OK, warning, error; with 2 (Protection Stop) it does not scan, reset or not
+      {"stall", &F::stalled},            // the motor does not turn: a scan is announced but has no data
+      {"lose", &F::lose, 0.0, kMany},    // bytes missing from the next packets, one from each
+      {"insert", &F::insert, 0.0, kMany},      // foreign bytes in the next packets, one in each
+      {"flip", &F::flip, 0.0, kMany},          // bytes damaged in the next packet
+      {"checksum", &F::checksum, 0.0, kMany},  // packets that have a wrong checksum (standard nodes: check bit)
+      {"encoder_reset", &F::encoder_reset},    // once: the angle begins at zero again, a capsule has its S bit
+      {"pause", &F::pause, 0.0, 600e3},        // [ms] without data; what would have been sampled is missing
+      {"turn", &F::turn, 50.0, 60e3},          // [ms] time of a turn from now on: the head all but stands
+      // Brown-out: the stream breaks off, the boot banner ends 0.67 s later, then it is idle.
+      {"reboot", &F::reboot},
+      {"stale", &F::stale, 0.0, 4096.0},  // bytes of an old stream come before the next answer
+      {"stuck", &F::stuck},               // every turn from the next on is the one before it, bit by bit
+      {"unit",                            // it is an A1 (firmware 1.29), a C1 or an S3 from its next boot on, now
+       [](F& f, double to) {
+         if (to != 0.0 && to != 1.0 && to != 3.0) return false;
+         f.unit = to == 0.0 ? a1Firmware129() : to == 1.0 ? c1() : s3();
+         return true;
+       },
+       0.0, 3.0},
+      {"other", &F::other, 0.0, 3.0},  // OtherLidar::Make of the lidar that is in its place; 0 puts it back
+      {"echoes", &F::echoes},          // share of the beams that come back: 0 with the cover on or the laser off
+      {"dust", &F::dust},              // share of the beams that end at motes within half a metre
+      {"wrong", &F::range_factor, 0.1, 10.0},  // factor of all ranges
+  };
+  return injectFault(kKinds, *this, kind, value);
 }
 
 LidarFaults::Fate LidarFaults::nextFate() {

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "tools/faults/sensor_faults.hpp"
 #include "tools/sim/lidar/lidar_model.hpp"
-#include "tools/sim/situation/gyro_fault.hpp"
 #include "tools/sim/world/scenes.hpp"
 
 namespace slam::sim {
@@ -54,7 +54,7 @@ struct Situation {
   NoReturn no_return = {};
   std::optional<double> second_lidar = {};  ///< [rad] by which a second one, merged with the first, is turned unknown
 
-  GyroFault gyro = {};
+  ImuFault imu = {};
   std::optional<TimeSpan> wheels_away = {};
   bool starts_moving = false;  ///< the log begins while the robot drives, and it never pauses
   std::optional<Kidnapping> kidnapping = {};

@@ -49,9 +49,9 @@ TEST(Situation, ReadsNumbersInTheirUnits) {
   EXPECT_EQ(s.lidar.range_noise_per_metre, 0.02);
   EXPECT_EQ(s.claimed_range_max, 80.0);
   EXPECT_NEAR(*s.second_lidar, 5 * kDegree, 1e-12);
-  EXPECT_NEAR(s.gyro.step, kDegree, 1e-12);
-  EXPECT_EQ(s.gyro.clip, 1.0);
-  EXPECT_EQ(s.gyro.offset, -0.1);
+  EXPECT_NEAR(s.imu.step, kDegree, 1e-12);
+  EXPECT_EQ(s.imu.clip, 1.0);
+  EXPECT_EQ(s.imu.offset, -0.1);
   EXPECT_FALSE(s.wheels_away->contains(19.9));
   EXPECT_TRUE(s.wheels_away->contains(20.0));
   EXPECT_FALSE(s.wheels_away->contains(32.0));
@@ -65,8 +65,8 @@ TEST(Situation, ReadsWords) {
   EXPECT_TRUE(s.cart);
   EXPECT_EQ(s.follower, Situation::Follower::kSwaying);
   EXPECT_FALSE(s.beam_times);
-  EXPECT_TRUE(s.gyro.degrees);
-  EXPECT_TRUE(s.gyro.down);
+  EXPECT_TRUE(s.imu.degrees);
+  EXPECT_TRUE(s.imu.down);
   EXPECT_TRUE(s.starts_moving);
   EXPECT_EQ(s.kidnapping->time, 60.0);
   EXPECT_TRUE(s.kidnapping->covered);
