@@ -6,9 +6,9 @@
 
 #include "tools/web/connection_room.hpp"
 #include "tools/web/event_hub.hpp"
-#include "tools/web/text/event_text.hpp"
 #include "tools/web/http_connection.hpp"
 #include "tools/web/http_library.hpp"
+#include "tools/web/text/event_text.hpp"
 #include "tools/web/web_pages.hpp"
 
 namespace slam {
