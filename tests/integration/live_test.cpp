@@ -455,7 +455,7 @@ TEST_F(LiveMaps, OutliveAKill) {
   slamd_->signal(SIGKILL);
   ASSERT_EQ(slamd_->wait(5s), 128 + SIGKILL);
   EXPECT_EQ(slamctl({"list"}), 0);
-  EXPECT_THAT(said(), testing::AllOf(testing::HasSubstr("good"), testing::HasSubstr("1 maps in")));
+  EXPECT_THAT(said(), testing::AllOf(testing::HasSubstr("good"), testing::HasSubstr("1 map in")));
   if (kCamera) {  // the only checkpoint is of the drive's first moment
     EXPECT_GT(MapStore::load(maps(), *MapStore::newest(maps()), {}).state.views.size(), 5U);
   }
