@@ -70,13 +70,15 @@ SerialImuConfig serialImuConfig(const Config& config) {
   return {.port = config.imu_device.port, .baud = config.imu_device.baud, .in_background = true};
 }
 
+SerialLidarConfig serialLidarConfig(const Config& config) {
+  return {.port = config.lidar_device.port, .baud = config.lidar_device.baud};
+}
+
 RplidarConfig rplidarConfig(const Config& config) {
   const LidarModel& model = config.front_end.lidar;
-  return {.port = config.lidar_device.port,
-          .baud = config.lidar_device.baud,
+  return {.baud = config.lidar_device.baud,
           .scan_mode = wishOf(config.lidar_device.scan_mode),
-          .range_min = static_cast<float>(model.range_min),
-          .range_max = static_cast<float>(model.range_max)};
+          .limits = {static_cast<float>(model.range_min), static_cast<float>(model.range_max)}};
 }
 
 OpenniConfig openniConfig(const Config& config) {

@@ -8,7 +8,8 @@
 #include "drivers/board/serial_imu.hpp"
 #include "drivers/camera/openni_camera.hpp"
 #include "drivers/can/can_base.hpp"
-#include "drivers/lidar/rplidar_driver.hpp"
+#include "drivers/lidar/rplidar_unit.hpp"
+#include "drivers/lidar/serial_lidar.hpp"
 #include "runtime/worker.hpp"
 
 /// What the configuration is to drivers and threads. Pure, so that a test can follow each key to where it ends.
@@ -17,6 +18,7 @@ namespace slam {
 HandsfreeConfig handsfreeConfig(const Config& config);
 CanBaseConfig canBaseConfig(const Config& config);
 SerialImuConfig serialImuConfig(const Config& config);
+SerialLidarConfig serialLidarConfig(const Config& config);
 RplidarConfig rplidarConfig(const Config& config);
 OpenniConfig openniConfig(const Config& config);
 

@@ -37,7 +37,9 @@ std::unique_ptr<LidarThread> makeLidarThread(const Config& config, const SampleP
     received->received = monotonicNow();
     scans.push(*received);
   };
-  return std::make_unique<LidarThread>(lidarWorker(config), rplidarConfig(config), &monotonicNow, add);
+  return std::make_unique<LidarThread>(lidarWorker(config), serialLidarConfig(config),
+                                       std::make_unique<RplidarUnit>(rplidarConfig(config), &monotonicNow),
+                                       &monotonicNow, add);
 }
 
 std::unique_ptr<DepthThread> makeDepthThread(const Config& config, const DepthEnds& ends,

@@ -10,6 +10,7 @@
 #include "drivers/byte_stream.hpp"
 #include "drivers/lidar/codec/rplidar_codec.hpp"
 #include "drivers/lidar/rplidar_scan_stream.hpp"
+#include "drivers/lidar/text_watch.hpp"
 
 namespace slam::rplidar {
 

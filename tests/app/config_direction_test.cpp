@@ -202,10 +202,11 @@ TEST(DeviceKeys, ReachTheirDriversEachInItsPlace) {
                    "base.mileage_rate=21.0", "base.imu_rate=31.0", "imu.port='/dev/c'", "imu.baud=9600",
                    "can.left_node=5", "can.right_node=6", "depth.width=320", "depth.height=240", "depth.rate=60"});
   const RplidarConfig lidar = rplidarConfig(config);
-  EXPECT_EQ(lidar.port, "/dev/a");
+  EXPECT_EQ(serialLidarConfig(config).port, "/dev/a");
+  EXPECT_EQ(serialLidarConfig(config).baud, 256000);
   EXPECT_EQ(lidar.baud, 256000);
-  EXPECT_FLOAT_EQ(lidar.range_min, 0.25F);
-  EXPECT_FLOAT_EQ(lidar.range_max, 7.0F);
+  EXPECT_FLOAT_EQ(lidar.limits.min, 0.25F);
+  EXPECT_FLOAT_EQ(lidar.limits.max, 7.0F);
   const HandsfreeConfig board = handsfreeConfig(config);
   EXPECT_EQ(board.port, "/dev/b");
   EXPECT_EQ(board.baud, 57600);

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "drivers/lidar/lidar_line.hpp"
-#include "drivers/lidar/rplidar_driver.hpp"
+#include "drivers/lidar/rplidar.hpp"
 #include "firmware_if/hfi_imu.hpp"
 #include "firmware_if/robolink.hpp"
 #include "support/problems.hpp"
@@ -166,8 +166,8 @@ TEST(RplidarWrongPort, NamesAnotherMakesLidarAndGoesOnWhenItsOwnIsThere) {
     test::VirtualLidar lidar(sim::a1Firmware129());
     int scans = 0;
     std::atomic<bool> cancel{false};
-    RplidarDriver driver(
-        {.port = "x"}, test::virtualNow, [&](const LaserScan&) { ++scans; }, lidar.opener());
+    test::Rplidar driver(
+        "x", {}, test::virtualNow, [&](const LaserScan&) { ++scans; }, lidar.opener());
     ASSERT_TRUE(lidar.inject("other", make));
     EXPECT_FALSE(driver.connect(cancel));
     EXPECT_THAT(driver.status().problem().words(),

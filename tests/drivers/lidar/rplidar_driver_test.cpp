@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/lidar/rplidar_driver.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
 
 #include "drivers/lidar/codec/rplidar_capsules.hpp"
+#include "drivers/lidar/rplidar.hpp"
 #include "drivers/virtual_line.hpp"
 
 namespace slam {
@@ -182,8 +181,8 @@ class RplidarDriverTest : public testing::Test {
   /// Behaviour must be set before.
   void start(rplidar::ModeWish mode = rplidar::ModeWish::kDensest) {
     lidar_ = std::make_unique<FakeLidar>(behaviour_);
-    driver_ = std::make_unique<RplidarDriver>(
-        RplidarConfig{.port = "", .scan_mode = mode, .range_min = 0.2F, .range_max = 9.0F}, test::virtualNow,
+    driver_ = std::make_unique<test::Rplidar>(
+        "", RplidarConfig{.scan_mode = mode, .limits = {0.2F, 9.0F}}, test::virtualNow,
         [this](const LaserScan& scan) {
           scans_.push_back(scan);
           arrivals_.push_back(virtual_now);
@@ -241,7 +240,7 @@ class RplidarDriverTest : public testing::Test {
   Behaviour behaviour_;
   std::atomic<bool> cancel_{false};
   std::unique_ptr<FakeLidar> lidar_;
-  std::unique_ptr<RplidarDriver> driver_;
+  std::unique_ptr<test::Rplidar> driver_;
   std::vector<LaserScan> scans_;
   std::vector<Timestamp> arrivals_;
 };
@@ -392,7 +391,7 @@ TEST_F(RplidarDriverTest, GivesUpEarlyWhenCancelled) {
 }
 
 TEST_F(RplidarDriverTest, SaysWhyThereIsNoPort) {
-  RplidarDriver driver({.port = "/dev/no_such_lidar"}, test::virtualNow, [](const LaserScan&) {});
+  test::Rplidar driver("/dev/no_such_lidar", {}, test::virtualNow, [](const LaserScan&) {});
   EXPECT_FALSE(driver.connect(cancel_));
   EXPECT_EQ(driver.status().state.load(), DeviceState::kAbsent);
   EXPECT_NE(driver.status().problem().words(), "");
