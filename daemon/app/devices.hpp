@@ -12,6 +12,8 @@
 
 namespace slam {
 
+/// What reads the lidar of the configuration.
+std::unique_ptr<LidarUnit> makeLidarUnit(const Config& config);
 using LidarThread = DeviceThread<SerialLidar>;
 /// Thread *lidar*: scans into the queues.
 std::unique_ptr<LidarThread> makeLidarThread(const Config& config, const SampleProducer<ReceivedScan>& scans);

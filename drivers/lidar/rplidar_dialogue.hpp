@@ -35,6 +35,12 @@ class Dialogue {
   /// After a reset: waits for the end of the boot banner. @return false when it did not come
   bool awaitBoot(Duration timeout);
 
+  /// One read. @return what came, with what was read ahead of it
+  std::vector<std::uint8_t> readOn(Duration timeout) {
+    read(timeout);
+    return takeInput();
+  }
+
   bool hungUp() const { return hung_up_; }
   bool heardBytes() const { return heard_bytes_; }                  ///< any, since construction
   std::span<const std::uint8_t> recent() const { return recent_; }  ///< the last bytes that came, up to 2 kB

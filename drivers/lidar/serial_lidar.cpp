@@ -21,7 +21,7 @@ SerialLidar::SerialLidar(const SerialLidarConfig& config, std::unique_ptr<LidarU
       now_(now),
       sink_(std::move(sink)),
       open_(std::move(open)),
-      wrong_speaker_(PortOf::kLidar, config.port, config.baud, open_) {
+      wrong_speaker_(PortOf::kLidar, config.port, config.baud, open_, config.speaker) {
   report_scan_ = [this](const LaserScan& scan) { report(scan); };
 }
 

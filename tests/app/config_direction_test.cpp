@@ -224,6 +224,25 @@ TEST(DeviceKeys, ReachTheirDriversEachInItsPlace) {
   EXPECT_EQ(openniConfig(config).rate, 60);
 }
 
+TEST(LidarKeys, NameEachRowOfTheDriversTable) {
+  std::size_t rows = 0;
+  for (const char* word : kWords<LidarDriver>) {
+    const Config config = parseConfig("", "given", {std::string("lidar.driver='") + word + "'"});
+    const LidarFacts* facts = lidarFacts(config);
+    rows += facts != nullptr;
+    const bool other = config.lidar_device.driver == LidarDriver::kRplidar || !config.lidar_device.isRead();
+    EXPECT_EQ(facts == nullptr, other) << word;
+    if (facts == nullptr) continue;
+    EXPECT_EQ(serialLidarConfig(config).baud, facts->baud) << word;
+    EXPECT_EQ(packetLidarConfig(config).baud, facts->baud) << word;
+    EXPECT_EQ(serialLidarConfig(config).speaker, facts->speaker) << word;
+  }
+  EXPECT_EQ(rows, lidarTable().size());
+  EXPECT_EQ(serialLidarConfig(parseConfig("", "given", {})).baud, 115200) << "an RPLidar A1";
+  const Config faster = parseConfig("", "given", {"lidar.driver='ld19'", "lidar.baud=115200"});
+  EXPECT_EQ(packetLidarConfig(faster).baud, 115200) << "what is set goes before the model's own";
+}
+
 TEST(BaseKeys, NameTheChassisThatTheBoardKnows) {
   using robolink::ChassisType;
   const auto chassis = [](const char* type) {

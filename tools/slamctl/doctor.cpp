@@ -684,7 +684,7 @@ Findings diagnose(const Config& config, const std::string& socket) {
   const auto add = [&](std::optional<Finding> finding) {
     if (finding) findings.push_back(std::move(*finding));
   };
-  if (config.lidar_device.driver == LidarDriver::kRplidar) {
+  if (config.lidar_device.isRead()) {
     findings.push_back(checkPort("lidar", config.lidar_device.port, "lidar.port", ports, slamd));
     add(checkClaimants("lidar", config.lidar_device.port, "lidar.port"));
   }
@@ -697,7 +697,7 @@ Findings diagnose(const Config& config, const std::string& socket) {
     add(checkClaimants("imu", config.imu_device.port, "imu.port"));
   }
   for (const auto& [device, used, path] :
-       {std::tuple("lidar", config.lidar_device.driver == LidarDriver::kRplidar, config.lidar_device.port),
+       {std::tuple("lidar", config.lidar_device.isRead(), config.lidar_device.port),
         {"base", config.base_device.driver == BaseDriver::kHandsfree, config.base_device.port},
         {"imu", config.imu_device.driver == ImuDriver::kHfi, config.imu_device.port}}) {
     std::error_code none;
