@@ -30,7 +30,7 @@ class LidarReader {
   const LidarScanStream& scans() const { return *scans_; }
   std::int64_t bytes() const { return bytes_; }  ///< that came
   std::int64_t nodes() const { return nodes_; }  ///< among them
-  Timestamp lastArrival() const { return last_arrival_; }
+  Timestamp lastArrival() const { return last_arrival_; }  ///< of a byte
 
  private:
   void take(std::span<const std::uint8_t> bytes, Timestamp arrival, const LidarScanStream::Sink& sink);

@@ -30,8 +30,8 @@ class LidarUnit {
   /// @param others who else may be there: is to forget them once the unit is known
   virtual Begun begin(ByteStream& port, const std::atomic<bool>& cancel, WrongSpeaker& others) = 0;
 
-  /// A scan has ended in silence: why. @param bytes that came during it, @param nodes among them
-  virtual Problem silence(std::int64_t bytes, std::int64_t nodes) = 0;
+  /// A scan has ended in silence, or in bytes without nodes: why.
+  virtual Problem silence(const LidarReader& scan) = 0;
   /// Scan and motor off. The port is closed afterwards.
   virtual void end() = 0;
 };

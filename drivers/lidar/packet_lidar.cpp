@@ -60,9 +60,10 @@ PacketLidar::Begun PacketLidar::listen(rplidar::Dialogue& dialogue, WrongSpeaker
   return {DeviceState::kFault, facts_.talk.start != nullptr ? problem::kLidarUnanswered : problem::kLidarUnheard, true};
 }
 
-Problem PacketLidar::silence(std::int64_t bytes, std::int64_t nodes) {
-  if (nodes == 0 && bytes > 0) return problem::kLidarNoPackets;
-  return problem::kLidarUnheard;
+Problem PacketLidar::silence(const LidarReader& scan) {
+  constexpr Duration kStillComing = 100ms;  // since the last byte
+  const bool hears = scan.bytes() > 0 && now_() - scan.lastArrival() < kStillComing;
+  return hears ? problem::kLidarNoPackets : problem::kLidarUnheard;
 }
 
 void PacketLidar::end() {

@@ -19,7 +19,7 @@ class PacketLidar : public LidarUnit {
       : facts_(facts), config_(config), now_(now) {}
 
   Begun begin(ByteStream& port, const std::atomic<bool>& cancel, WrongSpeaker& others) override;
-  Problem silence(std::int64_t bytes, std::int64_t nodes) override;
+  Problem silence(const LidarReader& scan) override;
   void end() override;
 
  private:

@@ -8,9 +8,9 @@ using rplidar::HealthStatus;
 using rplidar::Request;
 
 /// The port is there, so ask the unit how it is before giving up.
-Problem RplidarUnit::silence(std::int64_t bytes, std::int64_t nodes) {
+Problem RplidarUnit::silence(const LidarReader& scan) {
   constexpr Duration kLastQuestion = 250ms;  // to a silent unit; a boot is over by then
-  const bool undecodable = nodes == 0 && bytes > 0;
+  const bool undecodable = scan.nodes() == 0 && scan.bytes() > 0;
   if (undecodable) ++passed_over_;
   dialogue_->send(rplidar::encodeRequest(Request::kStop));
   dialogue_->drain(kAfterStop, 2 * kAfterStop);
@@ -20,7 +20,7 @@ Problem RplidarUnit::silence(std::int64_t bytes, std::int64_t nodes) {
   if (!health) return problem::kLidarSilent;
   if (health->status == HealthStatus::kError) return problem::kLidarError;
   if (undecodable) return problem::kLidarGarbage;
-  if (nodes == 0) return problem::kLidarMotorStands;
+  if (scan.nodes() == 0) return problem::kLidarMotorStands;
   return problem::kLidarIdle;
 }
 

@@ -23,7 +23,7 @@ class RplidarUnit : public LidarUnit {
   RplidarUnit(const RplidarConfig& config, Clock now) : config_(config), now_(now) {}
 
   Begun begin(ByteStream& port, const std::atomic<bool>& cancel, WrongSpeaker& others) override;
-  Problem silence(std::int64_t bytes, std::int64_t nodes) override;
+  Problem silence(const LidarReader& scan) override;
   void end() override;
 
   /// What the unit said of itself, and the mode that was started last.

@@ -84,7 +84,7 @@ bool SerialLidar::poll(Duration timeout) {
     default:
       break;
   }
-  const Problem why = unit_->silence(reader_->bytes(), reader_->nodes());
+  const Problem why = unit_->silence(*reader_);
   return fail(why.is(problem::kPortGone) ? DeviceState::kAbsent : DeviceState::kStale, why);
 }
 

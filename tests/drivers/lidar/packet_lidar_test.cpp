@@ -95,6 +95,16 @@ TEST_P(PacketLidars, NameTheirSilenceAndComeBack) {
   EXPECT_EQ(rig.words(), "");
 }
 
+TEST_P(PacketLidars, NameBytesAmongWhichIsNoPacket) {
+  PacketRig rig(GetParam());
+  ASSERT_TRUE(rig.connect());
+  ASSERT_TRUE(rig.collect(2));
+  rig.garbled = true;
+  EXPECT_LT(rig.pollUntilOver(), 1500ms);
+  EXPECT_EQ(rig.state(), DeviceState::kStale);
+  EXPECT_THAT(rig.words(), HasSubstr("no packet of this lidar"));
+}
+
 TEST_P(PacketLidars, NameTheRightBaudRate) {
   PacketRig rig(GetParam(), {}, 57600);
   EXPECT_FALSE(rig.connect());
