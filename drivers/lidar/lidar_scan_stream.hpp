@@ -41,6 +41,9 @@ class LidarScanStream {
   std::int64_t thinned() const { return assembler_.thinned(); }  ///< measurements left out evenly
   int stride() const { return assembler_.stride(); }             ///< of the last finished turn
 
+ protected:
+  const LidarDecoder& decoder() const { return *decoder_; }
+
  private:
   Format format_;
   std::unique_ptr<LidarDecoder> decoder_;

@@ -27,6 +27,8 @@ class ScanStream : public LidarScanStream {
                          .byte_time = format.byte_time,
                          .limits = {format.limits.min, format.limits.max},
                          .boot_text = kBootText}) {}
+
+  const DecoderCounters& counters() const { return static_cast<const StreamDecoder&>(decoder()).counters(); }
 };
 
 }  // namespace slam::rplidar
