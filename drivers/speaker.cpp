@@ -78,7 +78,11 @@ template <std::size_t Sample>
 std::size_t ydlidarLength(Bytes b) {
   return b[0] == 0xAA && b[1] == 0x55 && b[3] > 0 ? 10 + Sample * b[3] : 0;
 }
-std::size_t neatoLength(Bytes b) { return b[0] == 0xFA && b[1] >= 0xA0 && b[1] <= 0xF9 ? 22 : 0; }
+/// @param Size [bytes] of one: the XV-11's or the LDS-01's
+template <std::size_t Size>
+std::size_t neatoLength(Bytes b) {
+  return b[0] == 0xFA && b[1] >= 0xA0 && b[1] <= 0xF9 ? Size : 0;
+}
 std::size_t camsenseLength(Bytes b) { return b[0] == 0x55 && b[1] == 0xAA && b[2] == 0x03 && b[3] == 0x08 ? 36 : 0; }
 
 bool isGps(Bytes bytes) {
@@ -129,13 +133,13 @@ const char* nameOf(Speaker speaker) {
     case Speaker::kImu:
       return "a HandsFree IMU";
     case Speaker::kLdrobot:
-      return "another make's lidar, of LDROBOT (LD06, LD19, STL)";
+      return "a lidar of LDROBOT (LD06, LD19, STL)";
     case Speaker::kYdlidar:
-      return "another make's lidar, as of YDLIDAR";
+      return "a lidar as of YDLIDAR";
     case Speaker::kNeato:
-      return "another make's lidar, as of Neato (XV-11, LDS-01)";
+      return "a lidar as of Neato (XV-11, LDS-01)";
     case Speaker::kCamsense:
-      return "another make's lidar, of Camsense";
+      return "a lidar of Camsense";
     case Speaker::kGps:
       return "a GPS receiver";
     default:
@@ -143,9 +147,27 @@ const char* nameOf(Speaker speaker) {
   }
 }
 
+/// Words of lidar.driver for a lidar.
+const char* driversFor(Speaker speaker) {
+  switch (speaker) {
+    case Speaker::kRplidar:
+      return "rplidar";
+    case Speaker::kLdrobot:
+      return "ld06, ld19, stl19p, stl27l, ms200 or lds02";
+    case Speaker::kYdlidar:
+      return "ydlidar-x2, -x4, -x4-pro, -g2, -g4, -t-mini or coin-d4";
+    case Speaker::kNeato:
+      return "xv11 or lds01";
+    case Speaker::kCamsense:
+      return "camsense-x1";
+    default:
+      return "lcm, with the maker's program sending SLAM_SCAN,";
+  }
+}
+
 bool isLidar(Speaker speaker) {
-  return speaker == Speaker::kLdrobot || speaker == Speaker::kYdlidar || speaker == Speaker::kNeato ||
-         speaker == Speaker::kCamsense;
+  return speaker == Speaker::kRplidar || speaker == Speaker::kLdrobot || speaker == Speaker::kYdlidar ||
+         speaker == Speaker::kNeato || speaker == Speaker::kCamsense;
 }
 
 }  // namespace
@@ -157,7 +179,8 @@ Heard speakerOf(Bytes bytes) {
   if (const auto header = packetsIn(bytes, ldrobotLength)) return {Speaker::kLdrobot, *header};
   if (const auto header = packetsIn(bytes, ydlidarLength<2>)) return {Speaker::kYdlidar, *header};
   if (const auto header = packetsIn(bytes, ydlidarLength<3>)) return {Speaker::kYdlidar, *header};
-  if (const auto header = packetsIn(bytes, neatoLength)) return {Speaker::kNeato, *header};
+  if (const auto header = packetsIn(bytes, neatoLength<22>)) return {Speaker::kNeato, *header};
+  if (const auto header = packetsIn(bytes, neatoLength<42>)) return {Speaker::kNeato, *header};
   if (const auto header = packetsIn(bytes, camsenseLength)) return {Speaker::kCamsense, *header};
   if (isGps(bytes)) return {Speaker::kGps};
   if (const auto header = repeatedHeader(bytes)) return {Speaker::kPackets, *header};
@@ -221,10 +244,8 @@ bool SpeakerSearch::tick(Timestamp now) {
 
 bool WrongSpeaker::hears(std::span<const std::uint8_t> bytes) {
   Heard heard = speakerOf(bytes);
-  const char* theirs = keyOf(heard.speaker);
-  const bool own = theirs != nullptr && std::strcmp(theirs, kKeys[static_cast<std::size_t>(expected_)]) == 0;
   // A header alone may be chance, or of the device that is expected.
-  if (own || heard.speaker == Speaker::kUnknown || heard.speaker == Speaker::kPackets) return false;
+  if (isOwn(heard.speaker) || heard.speaker == Speaker::kUnknown || heard.speaker == Speaker::kPackets) return false;
   heard.baud = baud_;
   asked_ = true;
   describe(heard);
@@ -242,16 +263,22 @@ bool WrongSpeaker::tick(Timestamp now) {
   return false;
 }
 
+bool WrongSpeaker::isOwn(Speaker speaker) const {
+  if (expected_ == PortOf::kLidar) return speaker == lidar_;
+  const char* theirs = keyOf(speaker);
+  return theirs != nullptr && std::strcmp(theirs, kKeys[static_cast<std::size_t>(expected_)]) == 0;
+}
+
 void WrongSpeaker::describe(const Heard& heard) {
   const char* key = kKeys[static_cast<std::size_t>(expected_)];
   const char* theirs = keyOf(heard.speaker);
   const char* name = nameOf(heard.speaker);
   const double baud = heard.baud;
   known_ = heard.speaker != Speaker::kUnknown;
-  if (theirs != nullptr && std::strcmp(theirs, key) == 0) {
+  if (isOwn(heard.speaker)) {
     known_ = heard.baud != baud_;  // else it is the right one, which has answered at last
     problem_ = {problem::kOtherBaud, {baud, static_cast<double>(baud_)}, {name, key}};
-  } else if (theirs != nullptr) {
+  } else if (theirs != nullptr && std::strcmp(theirs, key) != 0) {
     problem_ = {problem::kOtherDevice, {}, {name, key, theirs}};
   } else {
     char header[24] = "";
@@ -259,7 +286,8 @@ void WrongSpeaker::describe(const Heard& heard) {
       std::snprintf(header, sizeof header, ", header %02X %02X", static_cast<unsigned>(heard.header[0]),
                     static_cast<unsigned>(heard.header[1]));
     const bool lidar = isLidar(heard.speaker) && expected_ == PortOf::kLidar;
-    problem_ = {lidar ? problem::kForeignLidar : problem::kForeignDevice, {baud}, {name, header}};
+    problem_ = lidar ? Problem{problem::kForeignLidar, {baud}, {name, header, driversFor(heard.speaker)}}
+                     : Problem{problem::kForeignDevice, {baud}, {name, header}};
   }
 }
 

@@ -73,8 +73,10 @@ enum class PortOf : std::uint8_t { kLidar, kBoard, kImu };
 /// The search for one port, made once and then remembered.
 class WrongSpeaker {
  public:
-  WrongSpeaker(PortOf expected, std::string path, int baud, PortOpener open = openPort)
-      : expected_(expected), path_(std::move(path)), baud_(baud), search_(std::move(open)) {}
+  /// @param lidar which one it is, of a lidar's port
+  WrongSpeaker(PortOf expected, std::string path, int baud, PortOpener open = openPort,
+               Speaker lidar = Speaker::kRplidar)
+      : expected_(expected), lidar_(lidar), path_(std::move(path)), baud_(baud), search_(std::move(open)) {}
 
   /// The device did not answer. Does nothing when that was asked before. The search begins with the next tick, before
   /// which the port must have been closed.
@@ -94,7 +96,11 @@ class WrongSpeaker {
  private:
   void describe(const Heard& heard);
 
+  /// The device that it is for, and which uses another baud rate perhaps.
+  bool isOwn(Speaker speaker) const;
+
   PortOf expected_;
+  Speaker lidar_;
   std::string path_;
   int baud_;
   SpeakerSearch search_;

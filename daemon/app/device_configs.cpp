@@ -32,6 +32,17 @@ rplidar::ModeWish wishOf(LidarScanMode mode) {
   return rplidar::ModeWish::kDensest;
 }
 
+RangeLimits rangesOf(const LidarModel& model) {
+  return {static_cast<float>(model.range_min), static_cast<float>(model.range_max)};
+}
+
+int lidarBaud(const Config& config) {
+  constexpr int kRplidar = 115200;  // A1, A2M8
+  if (config.lidar_device.baud > 0) return config.lidar_device.baud;
+  const LidarFacts* facts = lidarFacts(config);
+  return facts != nullptr ? facts->baud : kRplidar;
+}
+
 int priority(const Config& config, int wanted) { return config.runtime.realtime ? wanted : 0; }
 
 }  // namespace
@@ -70,13 +81,23 @@ SerialImuConfig serialImuConfig(const Config& config) {
   return {.port = config.imu_device.port, .baud = config.imu_device.baud, .in_background = true};
 }
 
-RplidarConfig rplidarConfig(const Config& config) {
-  const LidarModel& model = config.front_end.lidar;
+const LidarFacts* lidarFacts(const Config& config) { return findLidar(wordOf(config.lidar_device.driver)); }
+
+SerialLidarConfig serialLidarConfig(const Config& config) {
+  const LidarFacts* facts = lidarFacts(config);
   return {.port = config.lidar_device.port,
-          .baud = config.lidar_device.baud,
+          .baud = lidarBaud(config),
+          .speaker = facts != nullptr ? facts->speaker : Speaker::kRplidar};
+}
+
+PacketLidarConfig packetLidarConfig(const Config& config) {
+  return {.baud = lidarBaud(config), .limits = rangesOf(config.front_end.lidar)};
+}
+
+RplidarConfig rplidarConfig(const Config& config) {
+  return {.baud = lidarBaud(config),
           .scan_mode = wishOf(config.lidar_device.scan_mode),
-          .range_min = static_cast<float>(model.range_min),
-          .range_max = static_cast<float>(model.range_max)};
+          .limits = rangesOf(config.front_end.lidar)};
 }
 
 OpenniConfig openniConfig(const Config& config) {

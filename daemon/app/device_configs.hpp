@@ -8,7 +8,9 @@
 #include "drivers/board/serial_imu.hpp"
 #include "drivers/camera/openni_camera.hpp"
 #include "drivers/can/can_base.hpp"
-#include "drivers/lidar/rplidar_driver.hpp"
+#include "drivers/lidar/packet_lidar.hpp"
+#include "drivers/lidar/rplidar_unit.hpp"
+#include "drivers/lidar/serial_lidar.hpp"
 #include "runtime/worker.hpp"
 
 /// What the configuration is to drivers and threads. Pure, so that a test can follow each key to where it ends.
@@ -17,7 +19,11 @@ namespace slam {
 HandsfreeConfig handsfreeConfig(const Config& config);
 CanBaseConfig canBaseConfig(const Config& config);
 SerialImuConfig serialImuConfig(const Config& config);
+SerialLidarConfig serialLidarConfig(const Config& config);
 RplidarConfig rplidarConfig(const Config& config);
+/// The row of a lidar that sends packets; nullptr: it is none of these.
+const LidarFacts* lidarFacts(const Config& config);
+PacketLidarConfig packetLidarConfig(const Config& config);
 OpenniConfig openniConfig(const Config& config);
 
 /// R_base_imu of an IMU that slamd reads.

@@ -31,13 +31,20 @@ Problem problemOf(DepthStatus status) {
 
 }  // namespace
 
+std::unique_ptr<LidarUnit> makeLidarUnit(const Config& config) {
+  if (const LidarFacts* facts = lidarFacts(config))
+    return std::make_unique<PacketLidar>(*facts, packetLidarConfig(config), &monotonicNow);
+  return std::make_unique<RplidarUnit>(rplidarConfig(config), &monotonicNow);
+}
+
 std::unique_ptr<LidarThread> makeLidarThread(const Config& config, const SampleProducer<ReceivedScan>& scans) {
   const auto add = [scans, received = std::make_shared<ReceivedScan>()](const LaserScan& scan) {
     received->scan = scan;
     received->received = monotonicNow();
     scans.push(*received);
   };
-  return std::make_unique<LidarThread>(lidarWorker(config), rplidarConfig(config), &monotonicNow, add);
+  return std::make_unique<LidarThread>(lidarWorker(config), serialLidarConfig(config), makeLidarUnit(config),
+                                       &monotonicNow, add);
 }
 
 std::unique_ptr<DepthThread> makeDepthThread(const Config& config, const DepthEnds& ends,

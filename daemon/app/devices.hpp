@@ -8,11 +8,13 @@
 #include "app/threads/device_thread.hpp"
 #include "config/config.hpp"
 #include "drivers/camera/openni_camera.hpp"
-#include "drivers/lidar/rplidar_driver.hpp"
+#include "drivers/lidar/serial_lidar.hpp"
 
 namespace slam {
 
-using LidarThread = DeviceThread<RplidarDriver>;
+/// What reads the lidar of the configuration.
+std::unique_ptr<LidarUnit> makeLidarUnit(const Config& config);
+using LidarThread = DeviceThread<SerialLidar>;
 /// Thread *lidar*: scans into the queues.
 std::unique_ptr<LidarThread> makeLidarThread(const Config& config, const SampleProducer<ReceivedScan>& scans);
 

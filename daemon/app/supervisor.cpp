@@ -60,7 +60,7 @@ Supervisor::Supervisor(const Config& config)
       devices_(channels_.lidar_stuck),
       watchdog_(kPeriod),
       health_(config_, clock_, devices_, channels_.health, channels_.bus_wakeup) {
-  if (config_.lidar_device.driver == LidarDriver::kRplidar) lidar_ = makeLidarThread(config_, channels_.lidar());
+  if (config_.lidar_device.isRead()) lidar_ = makeLidarThread(config_, channels_.lidar());
 
   constexpr double kLidarRate = 5.5, kLcmRate = 0.0;  // [Hz] 0: whatever comes
   const bool has_lidar = config_.lidar_device.driver != LidarDriver::kNone,
@@ -173,8 +173,7 @@ void Supervisor::start() {
 }
 
 void Supervisor::logClaimants() const {
-  const bool lidar = config_.lidar_device.driver == LidarDriver::kRplidar,
-             board = config_.base_device.driver == BaseDriver::kHandsfree;
+  const bool lidar = config_.lidar_device.isRead(), board = config_.base_device.driver == BaseDriver::kHandsfree;
   const bool imu = config_.imu_device.driver == ImuDriver::kHfi;
   for (const auto& [used, key, port] : {std::tuple(lidar, "lidar", config_.lidar_device.port),
                                         {board, "base", config_.base_device.port},

@@ -14,7 +14,29 @@
 namespace slam {
 
 enum class RunMode : std::uint8_t { kSlam, kLocalise };
-enum class LidarDriver : std::uint8_t { kRplidar, kLcm, kNone };
+/// A lidar that slamd reads, by its model where several makes differ (drivers/lidar/lidar_facts.cpp has their rows), or
+/// where else scans come from.
+enum class LidarDriver : std::uint8_t {
+  kRplidar,
+  kLd06,
+  kLd19,
+  kStl19p,
+  kStl27l,
+  kMs200,
+  kLds02,
+  kYdlidarX2,
+  kYdlidarX4,
+  kYdlidarX4Pro,
+  kYdlidarG2,
+  kYdlidarG4,
+  kYdlidarTmini,
+  kCoinD4,
+  kLds01,
+  kXv11,
+  kCamsenseX1,
+  kLcm,
+  kNone
+};
 enum class LidarScanMode : std::uint8_t { kAuto, kExpress, kStandard };
 enum class BaseDriver : std::uint8_t { kHandsfree, kCan, kLcm, kNone };
 enum class ImuDriver : std::uint8_t { kHandsfree, kHfi, kCan, kLcm, kNone };
@@ -27,7 +49,10 @@ inline constexpr std::array<const char*, 0> kWords{};
 template <>
 inline constexpr std::array kWords<RunMode>{"slam", "localise"};
 template <>
-inline constexpr std::array kWords<LidarDriver>{"rplidar", "lcm", "none"};
+inline constexpr std::array kWords<LidarDriver>{
+    "rplidar",    "ld06",       "ld19",           "stl19p",     "stl27l",     "ms200",          "lds02",
+    "ydlidar-x2", "ydlidar-x4", "ydlidar-x4-pro", "ydlidar-g2", "ydlidar-g4", "ydlidar-t-mini", "coin-d4",
+    "lds01",      "xv11",       "camsense-x1",    "lcm",        "none"};
 template <>
 inline constexpr std::array kWords<LidarScanMode>{"auto", "express", "standard"};
 template <>

@@ -18,21 +18,26 @@ namespace slam {
 struct LidarDeviceConfig {
   LidarDriver driver = LidarDriver::kRplidar;
   std::string port = "/dev/rplidar";
-  int baud = 115200;  ///< [bit/s]
+  int baud = 0;  ///< [bit/s] 0: the model's own
   LidarScanMode scan_mode = LidarScanMode::kAuto;
 
+  /// slamd reads it at a serial port.
+  bool isRead() const { return driver != LidarDriver::kLcm && driver != LidarDriver::kNone; }
+
   void visitSettings(auto& v) {
-    v.robot(
-        "driver", driver,
-        "The scans come from an RPLidar that slamd reads, from another program over LCM (SLAM_SCAN), or from nowhere.",
-        "Set lcm for a lidar for which slamd has no driver.");
-    v.robot("port", port, "The RPLidar is connected to this serial port.",
+    v.robot("driver", driver,
+            "The scans come from a lidar of this model that slamd reads, from another program over LCM (SLAM_SCAN), or "
+            "from "
+            "nowhere.",
+            "Set lcm for a lidar for which slamd has no driver.");
+    v.robot("port", port, "The lidar is connected to this serial port.",
             "Set it where the udev rule for /dev/rplidar does not fit, e.g. with two lidars.");
-    v.site("baud", baud, "bit/s", 9600, 4000000, "The lidar's serial port runs at this speed.",
-           "Set 115200 for an A1 or A2M8, 256000 for an A2M7, A2M12 or A3.");
+    v.site("baud", baud, "bit/s", 0, 4000000,
+           "The lidar's serial port runs at this speed; 0: at the one of its model, 115200 for an RPLidar.",
+           "Set 256000 for an A2M7, A2M12, A3 or S1, 460800 for a C1, 1000000 for an S2 or S3.");
     v.expert(
         "scan_mode", scan_mode,
-        "The lidar scans in its densest mode that slamd reads (auto), in legacy express mode or in standard mode.");
+        "An RPLidar scans in its densest mode that slamd reads (auto), in legacy express mode or in standard mode.");
   }
 };
 

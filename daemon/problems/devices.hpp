@@ -73,12 +73,16 @@ inline constexpr ProblemKind kOtherDevice{"other_device", "{0} is on this port: 
 inline constexpr ProblemKind kForeignDevice{"foreign_device", "{0} is on this port ({#0} bit/s{1})",
                                             "slamd cannot read it and goes on without",
                                             "set the right port: slamctl doctor lists them"};
+// Texts: its name, how its packets begin, the values of lidar.driver for it.
 inline constexpr ProblemKind kForeignLidar{"foreign_lidar", "{0} is on this port ({#0} bit/s{1})",
-                                           "slamd cannot read it and goes on without",
-                                           "let the maker's program read it and send SLAM_SCAN, with lidar.driver = "
-                                           "\"lcm\", or take an RPLidar"};
+                                           "slamd is set for another lidar and goes on without",
+                                           "set lidar.driver = {2} for it"};
 
-// RPLidar.
+// Lidars.
+inline constexpr ProblemKind kLidarUnheard{"lidar_unheard", "port present, but nothing comes", "",
+                                           "check the lidar's 5 V supply and its data line, and whether it turns"};
+inline constexpr ProblemKind kLidarNoPackets{"lidar_no_packets", "bytes come, but no packet of this lidar among them",
+                                             "", "check lidar.driver and lidar.baud, cable and ground"};
 inline constexpr ProblemKind kLidarUndecoded{"lidar_undecoded", "bytes come, but no answer among them", "",
                                              "check the baud rate"};
 inline constexpr ProblemKind kLidarUnanswered{"lidar_unanswered", "port present, but no answer", "",

@@ -10,6 +10,7 @@
 #include "drivers/byte_stream.hpp"
 #include "drivers/lidar/codec/rplidar_codec.hpp"
 #include "drivers/lidar/rplidar_scan_stream.hpp"
+#include "drivers/lidar/text_watch.hpp"
 
 namespace slam::rplidar {
 
@@ -33,6 +34,12 @@ class Dialogue {
   void drain(Duration silence, Duration limit);
   /// After a reset: waits for the end of the boot banner. @return false when it did not come
   bool awaitBoot(Duration timeout);
+
+  /// One read. @return what came, with what was read ahead of it
+  std::vector<std::uint8_t> readOn(Duration timeout) {
+    read(timeout);
+    return takeInput();
+  }
 
   bool hungUp() const { return hung_up_; }
   bool heardBytes() const { return heard_bytes_; }                  ///< any, since construction

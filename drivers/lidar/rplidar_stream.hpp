@@ -9,6 +9,7 @@
 
 #include "drivers/lidar/codec/rplidar_capsules.hpp"
 #include "drivers/lidar/codec/rplidar_codec.hpp"
+#include "drivers/lidar/lidar_decoder.hpp"
 
 namespace slam::rplidar {
 
@@ -29,16 +30,10 @@ struct DecoderCounters {
   std::uint32_t skipped_bytes = 0;   ///< bytes that belonged to no node or capsule
 };
 
-/// A decoded node and how much younger the newest byte pushed so far is than the node's sampling.
-struct TimedNode {
-  Node node;
-  double age = 0.0;  ///< [s] from sampling to the arrival of the last byte of its packet
-};
-
 /// Nodes out of a scan's stream of bytes, whatever damage it has. After damage it realigns: for standard nodes it asks
 /// for kAlignNodes good ones in a row, because random bytes pass the check bits with probability 1/4. Does not allocate
 /// after construction if `nodes` has room.
-class StreamDecoder {
+class StreamDecoder final : public LidarDecoder {
  public:
   static constexpr int kAlignNodes = 5;
   static constexpr std::size_t kMostNodes = kUltraSamples;  ///< that one byte can complete
@@ -48,11 +43,14 @@ class StreamDecoder {
   /// @param byte_time    [s] on the line
   StreamDecoder(AnswerType type, double sample_time, double byte_time);
 
-  /// Takes one byte; appends the nodes it completes to `nodes`.
-  void push(std::uint8_t byte, std::vector<TimedNode>& nodes);
-  void reset();
-  /// Samples missing before the first node of the last push(), judged by the bytes skipped.
-  int lost() const { return lost_; }
+  void push(std::uint8_t byte, std::vector<TimedNode>& nodes) override;
+  void reset() override;
+  int lost() const override { return lost_; }
+  std::size_t mostNodes() const override { return kMostNodes; }
+  std::int64_t rejects() const override {
+    return static_cast<std::int64_t>(counters_.bad_check_bits) + counters_.bad_checksums + counters_.wild_angles;
+  }
+  std::uint32_t zeroShifts() const override { return counters_.encoder_resets; }
   const DecoderCounters& counters() const { return counters_; }
 
  private:

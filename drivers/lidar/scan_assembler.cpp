@@ -6,7 +6,7 @@
 
 #include "core/pose2.hpp"
 
-namespace slam::rplidar {
+namespace slam {
 namespace {
 
 constexpr int kTurnQ6 = 360 * 64;
@@ -14,43 +14,54 @@ constexpr int kLongestTurnQ6 = kTurnQ6 + 30 * 64;  // corrections shift its firs
 
 int wrapQ6(int angle) { return angle - (2 * angle >= kTurnQ6 ? kTurnQ6 : 2 * angle < -kTurnQ6 ? -kTurnQ6 : 0); }
 
-/// Clockwise angle from one beam to another [rad], in (-pi, pi].
-double turnedBetween(const Beam& from, const Beam& to) { return -wrapAngle(to.bearing - from.bearing); }
+/// Places beams without echo between the echoes around them. @param sense -1: bearings fall from beam to beam, 1: they
+/// rise
+class EvenPlaces {
+ public:
+  EvenPlaces(std::span<Beam> beams, double sense) : beams_(beams), sense_(sense) {}
 
-/// Places the beams [first, last) at an even clockwise step behind `bearing`.
-void spread(std::span<Beam> beams, std::size_t first, std::size_t last, double bearing, double step) {
-  for (std::size_t i = first; i < last; ++i) {
-    bearing -= step;
-    beams[i].bearing = static_cast<float>(wrapAngle(bearing));
-  }
-}
-
-void placeBeamsWithoutEcho(std::span<Beam> beams) {
-  const std::size_t size = beams.size();
-  const double step = 2.0 * std::numbers::pi / static_cast<double>(size);
-  const auto next_echo = [&](std::size_t i) {
-    while (i < size && beams[i].range <= 0.0F) ++i;
-    return i;
-  };
-  std::size_t echo = next_echo(0);
-  if (echo == size) return;
-  spread(beams, 0, echo, beams[echo].bearing + static_cast<double>(echo + 1) * step, step);
-  while (echo < size) {
-    const std::size_t first = echo + 1, next = next_echo(first);
-    if (next == size) {
-      spread(beams, first, size, beams[echo].bearing, step);
-    } else if (next > first) {
-      // In order already: nothing is wrong with them.
-      const bool ordered =
-          turnedBetween(beams[echo], beams[first]) >= 0.0 && turnedBetween(beams[next - 1], beams[next]) >= 0.0;
-      const double expected = step * static_cast<double>(next - echo);
-      const double turned = expected + wrapAngle(turnedBetween(beams[echo], beams[next]) - expected);
-      if (!ordered && turned > 0.0)
-        spread(beams, first, next, beams[echo].bearing, turned / static_cast<double>(next - echo));
+  void place() {
+    const std::size_t size = beams_.size();
+    const double step = 2.0 * std::numbers::pi / static_cast<double>(size);
+    std::size_t echo = nextEcho(0);
+    if (echo == size) return;
+    spread(0, echo, beams_[echo].bearing - sense_ * static_cast<double>(echo + 1) * step, step);
+    while (echo < size) {
+      const std::size_t first = echo + 1, next = nextEcho(first);
+      if (next == size) {
+        spread(first, size, beams_[echo].bearing, step);
+      } else if (next > first) {
+        // In order already: nothing is wrong with them.
+        const bool ordered = turned(echo, first) >= 0.0 && turned(next - 1, next) >= 0.0;
+        const double expected = step * static_cast<double>(next - echo);
+        const double angle = expected + wrapAngle(turned(echo, next) - expected);
+        if (!ordered && angle > 0.0)
+          spread(first, next, beams_[echo].bearing, angle / static_cast<double>(next - echo));
+      }
+      echo = next;
     }
-    echo = next;
   }
-}
+
+ private:
+  /// Angle that the head turned from one beam to another [rad], in (-pi, pi].
+  double turned(std::size_t from, std::size_t to) const {
+    return sense_ * wrapAngle(beams_[to].bearing - beams_[from].bearing);
+  }
+  std::size_t nextEcho(std::size_t i) const {
+    while (i < beams_.size() && beams_[i].range <= 0.0F) ++i;
+    return i;
+  }
+  /// Places the beams [first, last) at an even step behind `bearing`.
+  void spread(std::size_t first, std::size_t last, double bearing, double step) {
+    for (std::size_t i = first; i < last; ++i) {
+      bearing += sense_ * step;
+      beams_[i].bearing = static_cast<float>(wrapAngle(bearing));
+    }
+  }
+
+  std::span<Beam> beams_;
+  double sense_;
+};
 
 }  // namespace
 
@@ -66,11 +77,11 @@ const LaserScan* ScanAssembler::finish() {
   finished_.range_max = scan_.range_max;
   finished_.size = scan_.size;
   std::copy_n(scan_.storage.begin(), scan_.size, finished_.storage.begin());
-  placeBeamsWithoutEcho({finished_.storage.data(), static_cast<std::size_t>(finished_.size)});
+  EvenPlaces({finished_.storage.data(), static_cast<std::size_t>(finished_.size)}, sense_).place();
   return &finished_;
 }
 
-const LaserScan* ScanAssembler::add(const Node& node, Timestamp stamp) {
+const LaserScan* ScanAssembler::add(const LidarNode& node, Timestamp stamp) {
   const LaserScan* done = nullptr;
   turned_q6_ += wrapQ6(node.angle_q6 - last_angle_q6_);
   last_angle_q6_ = node.angle_q6;
@@ -93,7 +104,7 @@ const LaserScan* ScanAssembler::add(const Node& node, Timestamp stamp) {
   if (scan_.size == 0) scan_.stamp = stamp;
   constexpr double kRadiansPerQ6 = std::numbers::pi / (180.0 * 64.0);
   const Beam beam{.range = static_cast<float>(node.distance_q2) * 0.25e-3F,
-                  .bearing = static_cast<float>(wrapAngle(-node.angle_q6 * kRadiansPerQ6)),  // clockwise there
+                  .bearing = static_cast<float>(wrapAngle(sense_ * node.angle_q6 * kRadiansPerQ6)),
                   .time_offset = static_cast<float>(toSeconds(stamp - scan_.stamp)),
                   .intensity = static_cast<float>(node.quality)};
   push(beam);
@@ -119,4 +130,4 @@ void ScanAssembler::push(const Beam& beam) {
   skip_ = stride_ - 1;
 }
 
-}  // namespace slam::rplidar
+}  // namespace slam

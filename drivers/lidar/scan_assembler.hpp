@@ -3,9 +3,9 @@
 #include <cstdint>
 
 #include "core/scan.hpp"
-#include "drivers/lidar/codec/rplidar_codec.hpp"
+#include "drivers/lidar/lidar_decoder.hpp"
 
-namespace slam::rplidar {
+namespace slam {
 
 /// Collects measurement nodes to one LaserScan a turn: metres, radians counter-clockwise, each beam with its own time.
 ///
@@ -17,15 +17,16 @@ class ScanAssembler {
  public:
   struct Limits {
     float range_min = 0.15F, range_max = 12.0F;  ///< [m]
+    bool clockwise = true;                       ///< sense of the nodes' angles, seen from above
   };
-  explicit ScanAssembler(const Limits& limits) {
+  explicit ScanAssembler(const Limits& limits) : sense_(limits.clockwise ? -1 : 1) {
     scan_.range_min = limits.range_min, scan_.range_max = limits.range_max;
   }
 
   /// @param stamp when the node was sampled
   /// @return the finished turn when this node starts the next one (valid until the next add()); the turn in which the
   ///         stream began is not whole and never returned
-  const LaserScan* add(const Node& node, Timestamp stamp);
+  const LaserScan* add(const LidarNode& node, Timestamp stamp);
   void reset();
 
   std::int64_t thinned() const { return thinned_; }  ///< beams left out because a turn had too many
@@ -37,6 +38,7 @@ class ScanAssembler {
   const LaserScan* finish();
   void push(const Beam& beam);
 
+  int sense_;  // of a bearing where the angle rises
   LaserScan scan_, finished_;
   bool whole_ = false;
   int last_angle_q6_ = 0, turned_q6_ = 0;  // [deg * 64] since the turn's start
@@ -45,4 +47,4 @@ class ScanAssembler {
   int stride_ = 1, skip_ = 0, finished_stride_ = 1;  // of the turn under way; nodes to leave out; of the last turn
 };
 
-}  // namespace slam::rplidar
+}  // namespace slam

@@ -202,10 +202,11 @@ TEST(DeviceKeys, ReachTheirDriversEachInItsPlace) {
                    "base.mileage_rate=21.0", "base.imu_rate=31.0", "imu.port='/dev/c'", "imu.baud=9600",
                    "can.left_node=5", "can.right_node=6", "depth.width=320", "depth.height=240", "depth.rate=60"});
   const RplidarConfig lidar = rplidarConfig(config);
-  EXPECT_EQ(lidar.port, "/dev/a");
+  EXPECT_EQ(serialLidarConfig(config).port, "/dev/a");
+  EXPECT_EQ(serialLidarConfig(config).baud, 256000);
   EXPECT_EQ(lidar.baud, 256000);
-  EXPECT_FLOAT_EQ(lidar.range_min, 0.25F);
-  EXPECT_FLOAT_EQ(lidar.range_max, 7.0F);
+  EXPECT_FLOAT_EQ(lidar.limits.min, 0.25F);
+  EXPECT_FLOAT_EQ(lidar.limits.max, 7.0F);
   const HandsfreeConfig board = handsfreeConfig(config);
   EXPECT_EQ(board.port, "/dev/b");
   EXPECT_EQ(board.baud, 57600);
@@ -221,6 +222,25 @@ TEST(DeviceKeys, ReachTheirDriversEachInItsPlace) {
   EXPECT_EQ(openniConfig(config).width, 320);
   EXPECT_EQ(openniConfig(config).height, 240);
   EXPECT_EQ(openniConfig(config).rate, 60);
+}
+
+TEST(LidarKeys, NameEachRowOfTheDriversTable) {
+  std::size_t rows = 0;
+  for (const char* word : kWords<LidarDriver>) {
+    const Config config = parseConfig("", "given", {std::string("lidar.driver='") + word + "'"});
+    const LidarFacts* facts = lidarFacts(config);
+    rows += facts != nullptr;
+    const bool other = config.lidar_device.driver == LidarDriver::kRplidar || !config.lidar_device.isRead();
+    EXPECT_EQ(facts == nullptr, other) << word;
+    if (facts == nullptr) continue;
+    EXPECT_EQ(serialLidarConfig(config).baud, facts->baud) << word;
+    EXPECT_EQ(packetLidarConfig(config).baud, facts->baud) << word;
+    EXPECT_EQ(serialLidarConfig(config).speaker, facts->speaker) << word;
+  }
+  EXPECT_EQ(rows, lidarTable().size());
+  EXPECT_EQ(serialLidarConfig(parseConfig("", "given", {})).baud, 115200) << "an RPLidar A1";
+  const Config faster = parseConfig("", "given", {"lidar.driver='ld19'", "lidar.baud=115200"});
+  EXPECT_EQ(packetLidarConfig(faster).baud, 115200) << "what is set goes before the model's own";
 }
 
 TEST(BaseKeys, NameTheChassisThatTheBoardKnows) {

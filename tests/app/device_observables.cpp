@@ -45,8 +45,9 @@ std::string imuSettings(const Config& config) {
 }
 
 std::string lidarSettings(const Config& config) {
+  const SerialLidarConfig port = serialLidarConfig(config);
   const RplidarConfig c = rplidarConfig(config);
-  return words(c.port, c.baud, static_cast<int>(c.scan_mode), c.range_min, c.range_max);
+  return words(port.port, port.baud, c.baud, static_cast<int>(c.scan_mode), c.limits.min, c.limits.max);
 }
 
 std::string cameraSettings(const Config& config) {

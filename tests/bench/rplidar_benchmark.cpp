@@ -9,7 +9,7 @@
 #include <time.h>
 
 #include "drivers/lidar/lidar_line.hpp"
-#include "drivers/lidar/rplidar_driver.hpp"
+#include "drivers/lidar/rplidar.hpp"
 #include "drivers/lidar/rplidar_scan_stream.hpp"
 #include "tools/sim/lidar/lidar_emulator.hpp"
 
@@ -68,7 +68,7 @@ Duration threadTime() {
 void runDriver(benchmark::State& state) {
   test::LidarLine lidar(sim::a1Firmware129());
   std::int64_t scans = 0;
-  RplidarDriver driver({.port = lidar.path()}, monotonicNow, [&](const LaserScan&) { ++scans; });
+  test::Rplidar driver(lidar.path(), {}, monotonicNow, [&](const LaserScan&) { ++scans; });
   const std::atomic<bool> cancel{false};
   if (!driver.connect(cancel)) return state.SkipWithError(driver.status().problem().words().c_str());
   Duration used{0}, passed{0};

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "drivers/lidar/lidar_line.hpp"
-#include "drivers/lidar/rplidar_driver.hpp"
+#include "drivers/lidar/rplidar.hpp"
 #include "firmware_if/hfi_imu.hpp"
 #include "firmware_if/robolink.hpp"
 #include "support/problems.hpp"
@@ -166,12 +166,12 @@ TEST(RplidarWrongPort, NamesAnotherMakesLidarAndGoesOnWhenItsOwnIsThere) {
     test::VirtualLidar lidar(sim::a1Firmware129());
     int scans = 0;
     std::atomic<bool> cancel{false};
-    RplidarDriver driver(
-        {.port = "x"}, test::virtualNow, [&](const LaserScan&) { ++scans; }, lidar.line().opener());
+    test::Rplidar driver(
+        "x", {}, test::virtualNow, [&](const LaserScan&) { ++scans; }, lidar.line().opener());
     ASSERT_TRUE(lidar.inject("other", make));
     EXPECT_FALSE(driver.connect(cancel));
     EXPECT_THAT(driver.status().problem().words(),
-                AllOf(HasSubstr(words), HasSubstr("another make's lidar"), HasSubstr("SLAM_SCAN")));
+                AllOf(HasSubstr(words), HasSubstr("a lidar"), HasSubstr("set lidar.driver = ")));
     EXPECT_EQ(driver.status().state, DeviceState::kFault);
     const Timestamp again = virtual_now;
     EXPECT_FALSE(driver.connect(cancel));

@@ -31,6 +31,7 @@
 #include "tools/sim/board/imu_emulator.hpp"
 #include "tools/sim/can/can_emulator.hpp"
 #include "tools/sim/lidar/lidar_emulator.hpp"
+#include "tools/sim/lidar/packet_emulator.hpp"
 
 namespace slam {
 namespace {
@@ -119,6 +120,17 @@ void lidarSeeds(const Corpus& corpus) {
     const std::string name = "answer-" + std::to_string(static_cast<int>(request));
     corpus.add("rplidar", name + "-descriptor", kAnswers, answer.substr(0, rplidar::kDescriptorSize));
     corpus.add("rplidar", name, kAnswers, answer.substr(std::min(answer.size(), rplidar::kDescriptorSize)));
+  }
+}
+
+void packetLidarSeeds(const Corpus& corpus) {
+  int choice = 0;
+  for (const LidarFacts& facts : lidarTable()) {
+    sim::PacketEmulator lidar(room, facts.driver);
+    Bytes bytes, answers;
+    lidar.receive(Bytes{0xA5, 0x60, 0xF0, 0x0F, 'b'}, Timestamp{1s}, answers);  // the commands that begin a scan
+    for (Timestamp now{1s}; now < Timestamp{1100ms}; now += 1ms) lidar.stream(now, bytes);
+    corpus.add("lidar", facts.driver, choice++, textOf(bytes));
   }
 }
 
@@ -493,6 +505,7 @@ int main(int argc, char** argv) {
   try {
     const slam::Corpus corpus(argv[1]);
     slam::lidarSeeds(corpus);
+    slam::packetLidarSeeds(corpus);
     slam::boardSeeds(corpus);
     slam::imuSeeds(corpus);
     slam::canSeeds(corpus);

@@ -31,7 +31,7 @@ const std::vector<Row>& FaultMatrix::rows() {
             "thins a turn with more measurements than a scan holds evenly, counts what it leaves out", 2.6},
            {"another unit", "unit 3", "unit 0", "RPLidar S3 (model 0x81), firmware 1.02", kDegraded, 0.1,
             "asks the unit again what it is and knows; compares firmware numbers within a series alone", 4.0},
-           {"another make's", "other 1", "other 0", "another make's lidar", kDegraded, 0.1,
+           {"another make's", "other 1", "other 0", "a lidar of LDROBOT", kDegraded, 0.1,
             "knows it by its header; goes on by wheels and IMU; asks again every second at most", 4.0},
            {"delayed", "delay 300", "delay 0", "", kDegraded, 0.1,
             "cannot be told from a lidar that turned later; slam-replay tells a constant delay from a log"},

@@ -22,6 +22,7 @@
 #include "tools/sim/faults/faulty_line.hpp"
 #include "tools/sim/lidar/lidar_emulator.hpp"
 #include "tools/sim/lidar/lidar_model.hpp"
+#include "tools/sim/lidar/packet_emulator.hpp"
 #include "tools/sim/log_mode.hpp"
 #include "tools/sim/robot/simulation.hpp"
 
@@ -46,7 +47,7 @@ class DeviceSession {
         simulation_(scene_, options.seed, monotonicNow()),
         lidar_model_(scene_.world, {}, options.seed),
         seen_(scene_.world, options.seed),
-        lidar_([this](Timestamp stamp, double bearing) { return measure(stamp, bearing); }, LidarModel::kTurnRate),
+        lidar_(makeLidar(options.lidar)),
         lidar_line_(directory / "lidar"),
         board_line_(directory / "board"),
         imu_line_(directory / "imu"),
@@ -88,9 +89,15 @@ class DeviceSession {
   }
 
  private:
+  std::unique_ptr<EmulatedLidar> makeLidar(const std::string& driver) {
+    const auto look = [this](Timestamp stamp, double bearing) { return measure(stamp, bearing); };
+    if (driver == "rplidar") return std::make_unique<LidarEmulator>(look, LidarModel::kTurnRate);
+    return std::make_unique<PacketEmulator>(look, driver);
+  }
+
   void stepWorld() {
     const std::lock_guard lock(mutex_);
-    if (!released_ && lidar_.scanning() && (can_ || board_.greeted())) {
+    if (!released_ && lidar_->scanning() && (can_ || board_.greeted())) {
       released_ = true;
       released_at_ = simulation_.now();
       simulation_.release();
@@ -161,8 +168,8 @@ class DeviceSession {
     {
       const std::lock_guard lock(mutex_);
       const Timestamp now = std::min(monotonicNow(), simulation_.now());  // which has the poses
-      lidar_.receive(in, now, out);
-      lidar_.stream(now, out);
+      lidar_->receive(in, now, out);
+      lidar_->stream(now, out);
     }
     lidar_line_.send(std::move(out), monotonicNow());
   }
@@ -196,10 +203,10 @@ class DeviceSession {
   bool injectLidar(const Fault& fault) {
     if (!lidar_line_.inject(fault.kind, fault.value)) {
       const std::lock_guard lock(mutex_);
-      return lidar_.inject(fault.kind, fault.value);
+      return lidar_->inject(fault.kind, fault.value);
     }
     const std::lock_guard lock(mutex_);
-    if (fault.kind == "unplug") lidar_.inject("reboot", 1.0);  // it has its power from the plug
+    if (fault.kind == "unplug") lidar_->inject("reboot", 1.0);  // it has its power from the plug
     return true;
   }
 
@@ -301,7 +308,7 @@ class DeviceSession {
   Simulation simulation_;
   LidarModel lidar_model_;
   TruthRecorder seen_;
-  LidarEmulator lidar_;
+  std::unique_ptr<EmulatedLidar> lidar_;
   BoardEmulator board_{kinematicsOf(kNominalBase)};
   std::array<double, 2> mileage_{};  // [rad] as the board has copied it last
   ImuEmulator imu_{ImuEmulator::Framing::kA9};

@@ -6,6 +6,7 @@
 #include "tools/common/program.hpp"
 #include "tools/sim/can/can_emulator.hpp"
 #include "tools/sim/device_mode.hpp"
+#include "tools/sim/lidar/packet_encoders.hpp"
 #include "tools/sim/log_mode.hpp"
 
 int main(int argc, char** argv) {
@@ -28,6 +29,10 @@ int main(int argc, char** argv) {
                  "with --devices: a script of SECONDS DEVICE KIND [VALUE], e.g. 12.5 lidar unplug 1; while it plays,\n"
                  "lines of DEVICE KIND [VALUE] can be written to DIR/faults")
       ->needs(devices_option);
+  app.add_option("--lidar", options.lidar, "with --devices: the lidar to be played, as lidar.driver names it")
+      ->check(CLI::IsMember(slam::sim::lidarNames()))
+      ->needs(devices_option)
+      ->capture_default_str();
   CLI::Option* can_option =
       app.add_option("--can", can, "with --devices: put wheels and IMU on this CAN interface too, e.g. vcan0")
           ->needs(devices_option);

@@ -16,6 +16,7 @@ struct SimOptions {
   double seconds = 0.0;                        ///< [s] 0: the whole route
   Situation situation = {};                    ///< of a log
   bool depth = false;                          ///< render the depth camera for a log: half of the work
+  std::string lidar = "rplidar";               ///< word of lidar.driver: which one is played
   std::filesystem::path faults = {};           ///< script of what goes wrong with the devices; empty: nothing
   std::filesystem::path truth = {};            ///< TUM file of true poses; empty: none
   std::filesystem::path waypoints = {};        ///< true poses at the measured waypoints; empty: none

@@ -681,7 +681,7 @@ Findings diagnosePorts(const Config& config, const Account& slamd) {
     const std::string& path;
   };
   const Used all[] = {
-      {"lidar", "lidar.port", config.lidar_device.driver == LidarDriver::kRplidar, config.lidar_device.port},
+      {"lidar", "lidar.port", config.lidar_device.isRead(), config.lidar_device.port},
       {"base", "base.port", config.base_device.driver == BaseDriver::kHandsfree, config.base_device.port},
       {"imu", "imu.port", config.imu_device.driver == ImuDriver::kHfi, config.imu_device.port}};
   Findings findings;

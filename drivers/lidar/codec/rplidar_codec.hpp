@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "drivers/lidar/lidar_decoder.hpp"
+
 /// RPLidar A-series serial protocol: requests, answers and standard nodes (Slamtec, "Interface Protocol and Application
 /// Notes"). Pure: no I/O, no clock. Capsules are in rplidar_capsules.hpp, damaged streams in rplidar_stream.hpp.
 namespace slam::rplidar {
@@ -73,13 +75,7 @@ std::optional<DeviceInfo> parseInfo(std::span<const std::uint8_t> data);
 std::optional<Health> parseHealth(std::span<const std::uint8_t> data);
 std::optional<SampleRate> parseSampleRate(std::span<const std::uint8_t> data);
 
-/// One sample in device units, in acquisition order.
-struct Node {
-  std::uint16_t angle_q6 = 0;     ///< [deg * 64] clockwise seen from above, 0..23039
-  std::uint32_t distance_q2 = 0;  ///< [mm * 4]; 0: no echo
-  std::uint8_t quality = 0;
-  bool start = false;  ///< first node of a new turn
-};
+using Node = LidarNode;  ///< its angle is clockwise seen from above
 
 /// Standard node `81`, 5 bytes: no sync word and weak check bits.
 inline constexpr std::size_t kStandardNodeSize = 5;

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/lidar/rplidar_driver.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 
 #include "drivers/lidar/lidar_line.hpp"
+#include "drivers/lidar/rplidar.hpp"
 
 namespace slam {
 namespace {
@@ -17,10 +16,11 @@ using test::virtual_now;
 class RplidarDriverTest : public testing::Test {
  protected:
   /// An A1 without a list of modes, unless it is another unit.
-  void start(const sim::LidarIdentity& unit = sim::a1Firmware122(), ModeWish mode = ModeWish::kDensest) {
+  void start(const sim::LidarIdentity& unit = sim::a1Firmware122(),
+             rplidar::ModeWish mode = rplidar::ModeWish::kDensest) {
     lidar_ = std::make_unique<test::VirtualLidar>(unit);
-    driver_ = std::make_unique<RplidarDriver>(
-        RplidarConfig{.port = "", .scan_mode = mode, .range_min = 0.2F, .range_max = 9.0F}, test::virtualNow,
+    driver_ = std::make_unique<test::Rplidar>(
+        "", RplidarConfig{.scan_mode = mode, .limits = {0.2F, 9.0F}}, test::virtualNow,
         [this](const LaserScan& scan) {
           scans_.push_back(scan);
           arrivals_.push_back(virtual_now);
@@ -75,7 +75,7 @@ class RplidarDriverTest : public testing::Test {
 
   std::atomic<bool> cancel_{false};
   std::unique_ptr<test::VirtualLidar> lidar_;
-  std::unique_ptr<RplidarDriver> driver_;
+  std::unique_ptr<test::Rplidar> driver_;
   std::vector<LaserScan> scans_;
   std::vector<Timestamp> arrivals_;
 };
@@ -227,7 +227,7 @@ TEST_F(RplidarDriverTest, GivesUpEarlyWhenCancelled) {
 }
 
 TEST_F(RplidarDriverTest, SaysWhyThereIsNoPort) {
-  RplidarDriver driver({.port = "/dev/no_such_lidar"}, test::virtualNow, [](const LaserScan&) {});
+  test::Rplidar driver("/dev/no_such_lidar", {}, test::virtualNow, [](const LaserScan&) {});
   EXPECT_FALSE(driver.connect(cancel_));
   EXPECT_EQ(driver.status().state.load(), DeviceState::kAbsent);
   EXPECT_NE(driver.status().problem().words(), "");

@@ -10,7 +10,7 @@
 
 #include "core/pose2.hpp"
 #include "drivers/lidar/lidar_line.hpp"
-#include "drivers/lidar/rplidar_driver.hpp"
+#include "drivers/lidar/rplidar.hpp"
 
 namespace slam {
 namespace {
@@ -23,7 +23,7 @@ using testing::HasSubstr;
 /// Driver and unit, in virtual time.
 struct Rig {
   test::VirtualLidar lidar;
-  RplidarDriver driver;
+  test::Rplidar driver;
   std::atomic<bool> cancel{false};
   std::vector<LaserScan> scans;
 
@@ -31,7 +31,7 @@ struct Rig {
                rplidar::ModeWish mode = rplidar::ModeWish::kDensest)
       : lidar(identity),
         driver(
-            {.port = "", .scan_mode = mode}, test::virtualNow, [this](const LaserScan& scan) { scans.push_back(scan); },
+            "", {.scan_mode = mode}, test::virtualNow, [this](const LaserScan& scan) { scans.push_back(scan); },
             lidar.line().opener()) {}
 
   std::string reason() { return driver.status().problem().words(); }
@@ -219,7 +219,7 @@ TEST(RplidarMotor, OfAnA2RunsByPwmAndStops) {
 TEST(RplidarModes, StreamsThroughAPseudoTerminal) {
   test::LidarLine lidar(sim::a1Firmware129());
   std::vector<LaserScan> scans;
-  RplidarDriver driver({.port = lidar.path()}, monotonicNow, [&](const LaserScan& scan) { scans.push_back(scan); });
+  test::Rplidar driver(lidar.path(), {}, monotonicNow, [&](const LaserScan& scan) { scans.push_back(scan); });
   const std::atomic<bool> cancel{false};
   for (bool connected = false; scans.size() < 2;) connected = connected ? driver.poll(50ms) : driver.connect(cancel);
   expectRoom(scans.back());

@@ -118,7 +118,7 @@ INSTANTIATE_TEST_SUITE_P(Of, StampError,
 
 TEST(TextWatch, FindsATextWhateverItsChunksAndWhatStandsBeforeIt) {
   for (const std::string_view before : {"", "R", "RP ", "RRP L", "xRP LIDA", "RP LIDARP LIDA"}) {
-    rplidar::TextWatch watch(rplidar::kBootText);
+    TextWatch watch(rplidar::kBootText);
     int found = 0;
     for (const char c : before) found += watch.push(static_cast<std::uint8_t>(c));
     const int already = found;

@@ -7,9 +7,12 @@
 #include <utility>
 #include <vector>
 
-namespace slam::rplidar {
+#include "core/pose2.hpp"
+
+namespace slam {
 namespace {
 
+using Node = LidarNode;
 constexpr Timestamp kBegin{std::chrono::seconds(100)};
 constexpr Duration kSampleTime = std::chrono::microseconds(500);
 
@@ -47,6 +50,34 @@ TEST(ScanAssembler, GivesWholeTurnsOnly) {
   feeder.turn(1);
   ASSERT_EQ(feeder.scans.size(), 2U);
   EXPECT_EQ(feeder.scans[1].size, 300);
+}
+
+TEST(ScanAssembler, TakesAnglesThatRiseCounterClockwise) {
+  Feeder feeder;
+  feeder.assembler = ScanAssembler({.clockwise = false});
+  feeder.turn(4);
+  feeder.turn(1);
+  ASSERT_EQ(feeder.scans.size(), 1U);
+  EXPECT_NEAR(feeder.scans[0].beams()[1].bearing, std::numbers::pi / 2.0, 1e-3);
+}
+
+TEST(ScanAssembler, PlacesBeamsWithoutEchoInTheSenseOfTheirAngles) {
+  for (const bool clockwise : {true, false}) {
+    Feeder feeder;
+    feeder.assembler = ScanAssembler({.clockwise = clockwise});
+    feeder.turn(180);
+    for (int i = 0; i < 180; ++i) {
+      const bool echo = i % 10 > 2;  // those without lie 7 degrees ahead of their neighbours
+      feeder.add(nodeAt(std::fmod(2.0 * i + (echo ? 0.0 : 7.0), 360.0), echo ? 1.0 : 0.0, i == 0));
+    }
+    feeder.turn(1);
+    ASSERT_EQ(feeder.scans.size(), 2U);
+    const auto beams = feeder.scans[1].beams();
+    for (std::size_t i = 1; i < beams.size(); ++i) {
+      const double turned = (clockwise ? -1.0 : 1.0) * wrapAngle(beams[i].bearing - beams[i - 1].bearing);
+      EXPECT_NEAR(turned, 2.0 * std::numbers::pi / 180.0, 0.01) << i;
+    }
+  }
 }
 
 TEST(ScanAssembler, TurnsClockwiseDegreesIntoCounterClockwiseRadians) {
@@ -220,4 +251,4 @@ TEST(ScanAssembler, AllowsATurnOfThirtyDegreesMoreAndNoMore) {
 }
 
 }  // namespace
-}  // namespace slam::rplidar
+}  // namespace slam

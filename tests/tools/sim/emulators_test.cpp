@@ -50,7 +50,7 @@ TEST_P(LidarEmulatorScan, PutsTheDentWhereItIsAndPacesItsBytes) {
   EXPECT_LE(out.size(), 2U * 11520U);  // the line carries no more
 
   rplidar::StreamDecoder decoder(GetParam(), express ? 254e-6 : 508e-6, 10.0 / 115200);
-  std::vector<rplidar::TimedNode> nodes;
+  std::vector<TimedNode> nodes;
   for (const std::uint8_t byte : out) decoder.push(byte, nodes);
   int turns = 0, wrong = 0;
   for (const auto& [node, age] : nodes) {

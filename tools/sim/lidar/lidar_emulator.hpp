@@ -2,7 +2,6 @@
 #pragma once
 #include <cstdint>
 #include <deque>
-#include <functional>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -10,6 +9,7 @@
 
 #include "core/timestamp.hpp"
 #include "drivers/lidar/codec/rplidar_codec.hpp"
+#include "tools/sim/lidar/emulated_lidar.hpp"
 #include "tools/sim/lidar/lidar_encoder.hpp"
 #include "tools/sim/lidar/lidar_faults.hpp"
 #include "tools/sim/lidar/lidar_identity.hpp"
@@ -19,23 +19,15 @@ namespace slam::sim {
 
 /// An RPLidar at byte level: answers requests as its identity does, streams standard nodes or capsules byte by byte as
 /// the line carries them. Pure: time and ranges come from outside.
-class LidarEmulator {
+class LidarEmulator : public EmulatedLidar {
  public:
-  /// Range [m] measured at an instant and bearing [rad, counter-clockwise], 0 without return.
-  using Measure = std::function<double(Timestamp, double bearing)>;
-
   /// @param turn_rate [1/s]
   LidarEmulator(Measure measure, double turn_rate, LidarIdentity identity = a1Firmware129());
 
-  /// Bytes from the host. @param out answers are appended
-  void receive(std::span<const std::uint8_t> bytes, Timestamp now, std::vector<std::uint8_t>& out);
-  /// Appends the bytes that have come through the line by `now`.
-  void stream(Timestamp now, std::vector<std::uint8_t>& out);
-  /// Lets something go wrong from the next call on; kinds and values are those of LidarFaults.
-  /// @return false for an unknown kind or a bad value
-  bool inject(std::string_view kind, double value) { return faults_.inject(kind, value); }
-
-  bool scanning() const { return encoder_.has_value(); }
+  void receive(std::span<const std::uint8_t> bytes, Timestamp now, std::vector<std::uint8_t>& out) override;
+  void stream(Timestamp now, std::vector<std::uint8_t>& out) override;
+  bool inject(std::string_view kind, double value) override { return faults_.inject(kind, value); }
+  bool scanning() const override { return encoder_.has_value(); }
   std::uint16_t pwm() const { return pwm_; }      ///< of the motor, 0..1023
   std::uint16_t speed() const { return speed_; }  ///< [rpm] asked for of the motor of an S unit
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// RplidarDriver::connect(): from an opened port to a running scan.
+// RplidarUnit::begin(): from an opened port to a running scan.
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <utility>
 
-#include "drivers/lidar/rplidar_driver.hpp"
+#include "drivers/lidar/rplidar_scan_stream.hpp"
+#include "drivers/lidar/rplidar_unit.hpp"
 
 namespace slam {
 namespace {
@@ -18,7 +20,6 @@ using rplidar::Request;
 constexpr Duration kQuiet = 100ms;       // after an answer that did not come
 constexpr Duration kAnswer = 500ms;      // to a request
 constexpr Duration kBoot = 1s;           // after a reset; 0.67 s were measured
-constexpr Duration kSpinUp = 3s;         // from the start of the scan to the first node
 constexpr double kBusyLine = 0.8;        // share of the time that it carries bytes
 constexpr int kResets = 3;               // then the unit is at fault
 constexpr int kFirstWithMotorSpeed = 6;  // of the series: the S units have a speed control of their own
@@ -40,36 +41,47 @@ std::string identityOf(const rplidar::DeviceInfo& info, const rplidar::ScanMode&
 
 }  // namespace
 
-std::vector<std::uint8_t> RplidarDriver::ask(Request request, AnswerType type, std::size_t size) {
+std::vector<std::uint8_t> RplidarUnit::ask(Request request, AnswerType type, std::size_t size) {
   return dialogue_->ask(rplidar::encodeRequest(request), type, size, kAnswer);
 }
 
-std::optional<rplidar::Health> RplidarDriver::askHealth(Duration timeout) {
+std::optional<rplidar::Health> RplidarUnit::askHealth(Duration timeout) {
   return rplidar::parseHealth(
       dialogue_->ask(rplidar::encodeRequest(Request::kGetHealth), AnswerType::kHealth, 3, timeout));
 }
 
-void RplidarDriver::quiet() {
-  stream_->setDtr(true);  // motor off: a stale stream of an earlier run must not go on
+RplidarUnit::Begun RplidarUnit::begin(ByteStream& port, const std::atomic<bool>& cancel, WrongSpeaker& others) {
+  port_ = &port;
+  dialogue_ = std::make_unique<rplidar::Dialogue>(port, now_, &cancel);
+  quiet();
+  Begun begun = identify(others);
+  if (begun.state == DeviceState::kStreaming) begun = startScan();
+  if (begun.state == DeviceState::kStreaming)
+    dialogue_ = std::make_unique<rplidar::Dialogue>(port, now_, nullptr);  // `cancel` may not live longer
+  return begun;
+}
+
+void RplidarUnit::quiet() {
+  port_->setDtr(true);  // motor off: a stale stream of an earlier run must not go on
   dialogue_->send(rplidar::encodeRequest(Request::kStop));
   dialogue_->drain(kAfterStop, 1s);
 }
 
-bool RplidarDriver::identify() {
+RplidarUnit::Begun RplidarUnit::identify(WrongSpeaker& others) {
   for (int attempt = 0; attempt <= kResets && !dialogue_->cancelled(); ++attempt) {
     const auto health = askHealth(kAnswer);
     const bool error = health && health->status == HealthStatus::kError;
     const auto info = health ? rplidar::parseInfo(ask(Request::kGetInfo, AnswerType::kInfo, 20)) : std::nullopt;
     if (info && !error) {
-      wrong_speaker_.forget();
+      others.forget();
       info_ = *info;
       warning_ = health->status == HealthStatus::kWarning ? problem::kLidarWarns : Problem();
       askRate();
       askModes();
       askMotor();
-      return true;
+      return {};
     }
-    if (dialogue_->hungUp() || attempt == kResets || wrong_speaker_.hears(dialogue_->recent())) return noAnswer(health);
+    if (dialogue_->hungUp() || attempt == kResets || others.hears(dialogue_->recent())) return noAnswer(health);
     if (dialogue_->cancelled()) break;
     if (attempt > 0 || error) {
       dialogue_->send(rplidar::encodeRequest(Request::kReset));
@@ -77,33 +89,24 @@ bool RplidarDriver::identify() {
     }
     dialogue_->drain(error ? kAfterStop : kQuiet, kBoot);
   }
-  return fail(DeviceState::kAbsent, problem::kStoppedOpening);
+  return {DeviceState::kAbsent, problem::kStoppedOpening};
 }
 
-bool RplidarDriver::noAnswer(const std::optional<rplidar::Health>& health) {
-  if (dialogue_->hungUp()) return fail(DeviceState::kAbsent, problem::kPortGone);
-  if (health && health->status == HealthStatus::kError) return fail(DeviceState::kFault, problem::kLidarErrorStays);
-  if (health) return fail(DeviceState::kFault, problem::kLidarUnknown);
-  unanswered_ = dialogue_->heardBytes() ? problem::kLidarUndecoded : problem::kLidarUnanswered;
-  return fail(DeviceState::kFault, wrong_speaker_.found(unanswered_));
+RplidarUnit::Begun RplidarUnit::noAnswer(const std::optional<rplidar::Health>& health) const {
+  if (dialogue_->hungUp()) return {DeviceState::kAbsent, problem::kPortGone};
+  if (health && health->status == HealthStatus::kError) return {DeviceState::kFault, problem::kLidarErrorStays};
+  if (health) return {DeviceState::kFault, problem::kLidarUnknown};
+  return {DeviceState::kFault, dialogue_->heardBytes() ? problem::kLidarUndecoded : problem::kLidarUnanswered, true};
 }
 
-/// Once for a port: what was found is remembered until the lidar answers, or the port has gone.
-void RplidarDriver::findSpeaker(const std::atomic<bool>& cancel) {
-  constexpr Duration kLook = 10ms;
-  wrong_speaker_.ask();
-  while (wrong_speaker_.tick(now_()) && !cancel) wrong_speaker_.rest(kLook);
-  status_.set(DeviceState::kFault, wrong_speaker_.found(unanswered_));
-}
-
-void RplidarDriver::askRate() {
+void RplidarUnit::askRate() {
   sample_rate_ = {476, 500};  // of firmware that cannot be asked
   if (rplidar::comparableFirmware(info_) < rplidar::kFirmwareWithExpress) return;
   const auto rate = rplidar::parseSampleRate(ask(Request::kGetSampleRate, AnswerType::kSampleRate, 4));
   if (rate) sample_rate_ = *rate;
 }
 
-void RplidarDriver::askModes() {
+void RplidarUnit::askModes() {
   listed_modes_.clear();
   typical_mode_.reset();
   if (rplidar::comparableFirmware(info_) < rplidar::kFirmwareWithModes) return;
@@ -131,7 +134,7 @@ void RplidarDriver::askModes() {
   }
 }
 
-void RplidarDriver::askMotor() {
+void RplidarUnit::askMotor() {
   motor_by_pwm_ = false;
   motor_by_speed_ = info_.model >> 4 >= kFirstWithMotorSpeed;
   if (info_.model >> 4 < 2 || motor_by_speed_) return;
@@ -141,19 +144,20 @@ void RplidarDriver::askMotor() {
   motor_by_pwm_ = !flags.empty() && (flags[0] & 1) != 0;
 }
 
-bool RplidarDriver::startScan() {
+RplidarUnit::Begun RplidarUnit::startScan() {
   setMotor(true);
   const auto modes = rplidar::modesToTry(config_.scan_mode, rplidar::comparableFirmware(info_), sample_rate_,
                                          listed_modes_, typical_mode_);
   for (std::size_t i = 0; i < modes.size() && !dialogue_->cancelled(); ++i) {
-    if (startMode(modes[(passed_over_ + i) % modes.size()])) return true;
-    if (dialogue_->hungUp()) return fail(DeviceState::kAbsent, problem::kPortGone);
+    if (auto start = startMode(modes[(passed_over_ + i) % modes.size()]))
+      return {DeviceState::kStreaming, warning_, false, std::move(*start), identityOf(info_, mode_)};
+    if (dialogue_->hungUp()) return {DeviceState::kAbsent, problem::kPortGone};
   }
-  if (dialogue_->cancelled()) return fail(DeviceState::kAbsent, problem::kStoppedOpening);
-  return fail(DeviceState::kFault, problem::kLidarNoScan);
+  if (dialogue_->cancelled()) return {DeviceState::kAbsent, problem::kStoppedOpening};
+  return {DeviceState::kFault, problem::kLidarNoScan};
 }
 
-bool RplidarDriver::startMode(const rplidar::ScanMode& mode) {
+std::optional<LidarScanStart> RplidarUnit::startMode(const rplidar::ScanMode& mode) {
   dialogue_->send(mode.by_express ? rplidar::encodeExpressScan(static_cast<std::uint8_t>(mode.id))
                                   : rplidar::encodeRequest(Request::kScan));
   const auto descriptor = dialogue_->awaitStream(kAnswer);
@@ -161,27 +165,21 @@ bool RplidarDriver::startMode(const rplidar::ScanMode& mode) {
   if (!format || format->size != descriptor->length) {
     dialogue_->send(rplidar::encodeRequest(Request::kStop));
     dialogue_->drain(kAfterStop, kAnswer);
-    return false;
+    return std::nullopt;
   }
   mode_ = mode;
   mode_.answer_type = descriptor->type;  // whatever the mode list says
-  float range_max = config_.range_max;
-  if (mode.max_distance > config_.range_min) range_max = std::min(range_max, static_cast<float>(mode.max_distance));
-  scans_ = std::make_unique<rplidar::ScanStream>(
-      rplidar::ScanStream::Format{.type = static_cast<AnswerType>(descriptor->type),
-                                  .sample_time = mode.sample_time,
-                                  .byte_time = byte_time_,
-                                  .limits = {config_.range_min, range_max}});
-  read_ahead_ = dialogue_->takeInput();
+  RangeLimits limits = config_.limits;
+  if (mode.max_distance > limits.min) limits.max = std::min(limits.max, static_cast<float>(mode.max_distance));
+  const double byte_time = 10.0 / config_.baud;                   // [s]
   const double packet_time = mode.sample_time * format->samples;  // [s]
-  rests_ = static_cast<double>(format->size) * byte_time_ > kBusyLine * packet_time;
-  bytes_ = nodes_ = 0;
-  catching_up_ = false;
-  last_node_ = last_turn_ = last_arrival_ = now_() + kSpinUp - kSilence;  // the motor may take that long
-  turns_ = 0;
-  status_.identify(identityOf(info_, mode_));
-  status_.setOpening(problem::kLidarSpinsUp);
-  return true;
+  return LidarScanStart{.scans = std::make_unique<rplidar::ScanStream>(
+                            rplidar::ScanStream::Format{.type = static_cast<AnswerType>(descriptor->type),
+                                                        .sample_time = mode.sample_time,
+                                                        .byte_time = byte_time,
+                                                        .limits = limits}),
+                        .read_ahead = dialogue_->takeInput(),
+                        .busy_line = static_cast<double>(format->size) * byte_time > kBusyLine * packet_time};
 }
 
 }  // namespace slam

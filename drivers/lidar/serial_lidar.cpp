@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/lidar/serial_lidar.hpp"
+
+#include <utility>
+
+namespace slam {
+namespace {
+
+/// @param stride one of so many measurements is used
+Problem thinning(int stride) {
+  if (stride < 2) return {};
+  return stride == 2 ? problem::kLidarHalved : problem::kLidarThinned;
+}
+
+}  // namespace
+
+SerialLidar::SerialLidar(const SerialLidarConfig& config, std::unique_ptr<LidarUnit> unit, Clock now, Sink sink,
+                         PortOpener open)
+    : config_(config),
+      unit_(std::move(unit)),
+      now_(now),
+      sink_(std::move(sink)),
+      open_(std::move(open)),
+      wrong_speaker_(PortOf::kLidar, config.port, config.baud, open_, config.speaker) {
+  report_scan_ = [this](const LaserScan& scan) { report(scan); };
+}
+
+void SerialLidar::report(const LaserScan& scan) {
+  status_.set(DeviceState::kStreaming, warning_ ? warning_ : thinning(reader_->scans().stride()));
+  status_.thinned.store(thinned_before_ + reader_->scans().thinned(), std::memory_order_relaxed);
+  status_.countSample(reader_->lastArrival());
+  sink_(scan);
+}
+
+bool SerialLidar::fail(DeviceState state, const Problem& why) {
+  status_.set(state, why);
+  stop();
+  return false;
+}
+
+bool SerialLidar::connect(const std::atomic<bool>& cancel) {
+  status_.setOpening(problem::kOpening);
+  stop();
+  OpenedPort port = open_(config_.port, config_.baud);
+  if (!port.stream) {
+    wrong_speaker_.forget();
+    return fail(DeviceState::kAbsent, port.problem);
+  }
+  stream_ = std::move(port.stream);
+  LidarUnit::Begun begun = unit_->begin(*stream_, cancel, wrong_speaker_);
+  if (begun.state != DeviceState::kStreaming) {
+    fail(begun.state, begun.unanswered ? wrong_speaker_.found(begun.problem) : begun.problem);
+    if (begun.unanswered) findSpeaker(cancel, begun.problem);
+    return false;
+  }
+  warning_ = begun.problem;
+  status_.identify(begun.identity);
+  status_.setOpening(problem::kLidarSpinsUp);
+  reader_.emplace(now_, std::move(begun.start));
+  return true;
+}
+
+/// Once for a port: what was found is remembered until the lidar answers, or the port has gone.
+void SerialLidar::findSpeaker(const std::atomic<bool>& cancel, const Problem& unanswered) {
+  constexpr Duration kLook = std::chrono::milliseconds(10);
+  wrong_speaker_.ask();
+  while (wrong_speaker_.tick(now_()) && !cancel) wrong_speaker_.rest(kLook);
+  status_.set(DeviceState::kFault, wrong_speaker_.found(unanswered));
+}
+
+bool SerialLidar::poll(Duration timeout) {
+  if (!stream_ || !reader_) return false;
+  const LidarReader::Ending ending = reader_->read(*stream_, timeout, report_scan_);
+  status_.rejects.store(rejects_before_ + reader_->scans().rejects(), std::memory_order_relaxed);
+  if (ending == LidarReader::Ending::kNone) return true;
+  lost_();
+  switch (ending) {
+    case LidarReader::Ending::kClosed:
+      return fail(DeviceState::kAbsent, problem::kPortGone);
+    case LidarReader::Ending::kRestarted:
+      return fail(DeviceState::kStale, problem::kLidarRestarted);
+    case LidarReader::Ending::kHeadStands:
+      return fail(DeviceState::kStale, problem::kLidarHeadStands);
+    default:
+      break;
+  }
+  const Problem why = unit_->silence(*reader_);
+  return fail(why.is(problem::kPortGone) ? DeviceState::kAbsent : DeviceState::kStale, why);
+}
+
+void SerialLidar::stop() {
+  if (!stream_) return;
+  unit_->end();
+  if (reader_) {
+    rejects_before_ += reader_->scans().rejects();
+    thinned_before_ += reader_->scans().thinned();
+  }
+  reader_.reset();
+  stream_.reset();
+}
+
+}  // namespace slam
