@@ -6,6 +6,7 @@
 
 #include "core/plausibility.hpp"
 #include "core/pose_covariance.hpp"
+#include "matching/systematic.hpp"
 
 namespace slam {
 namespace {
@@ -114,7 +115,7 @@ ScanOutcome FrontEnd::track(const LaserScan& recorded, bool may_keep) {
   }
 
   outcome.fused = validator_.acceptTracking(match, cloud, local_map_, predicted.pose, tracking_) &&
-                  fuse(cloud.stamp, match, false);                 // (15)-(17)
+                  fuse(cloud, predicted, match, false);            // (15)-(17)
   if (!outcome.fused) recoverBySearch(cloud, predicted, outcome);  // correlative [Olson 2009], stricter test
   judgeGyro(cloud.stamp, match);
   outcome.keyframe =
@@ -131,7 +132,7 @@ const Keyframe* FrontEnd::beginMap(const Cloud& cloud, const Prediction& predict
   keyframes_.begin(T_map_base);
   MatchResult by_definition;
   by_definition.observable = 3;
-  return keyframes_.keep(cloud, T_map_base, by_definition, local_map_);
+  return keyframes_.keep(cloud, T_map_base, by_definition, Sensitivity::Zero(), local_map_);
 }
 
 void FrontEnd::recoverBySearch(const Cloud& cloud, const Prediction& predicted, ScanOutcome& outcome) {
@@ -140,7 +141,7 @@ void FrontEnd::recoverBySearch(const Cloud& cloud, const Prediction& predicted, 
   outcome.match = found;
   // A place off the prediction is believed where wheels alone predicted, or where no such scan can have been taken.
   const bool from_afar = !predicted.pose.gyroActive() || validator_.kidnapped(predicted.pose.pose(), cloud, local_map_);
-  outcome.fused = fuse(cloud.stamp, found, from_afar);
+  outcome.fused = fuse(cloud, predicted, found, from_afar);
 }
 
 const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted, const MatchResult& match,
@@ -154,7 +155,7 @@ const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted
   keyframes_.addDrift(T_map_base, &match, monitor_);
   monitor_.wheels.compare(predicted.odometry, T_map_base, match.observable == 3);
   tracking_.follow(match, cloud.stamp, T_map_base, predicted.odometry.pose());
-  return may_keep ? keyframes_.select(cloud, T_map_base, match, local_map_) : nullptr;
+  return may_keep ? keyframes_.select(cloud, T_map_base, match, ekf.sensitivity(), local_map_) : nullptr;
 }
 
 /// Scans that turn out to be noise were wrong where they contradicted wheels and gyro.
@@ -192,17 +193,20 @@ const Keyframe* FrontEnd::coast(const Cloud& cloud, const Prediction& predicted,
     return nullptr;
   }
   keyframes_.addDrift(T_map_base, nullptr, monitor_);
-  return keyframes_.keep(cloud, T_map_base, {}, local_map_);
+  return keyframes_.keep(cloud, T_map_base, {}, predicted.pose.sensitivity(), local_map_);
 }
 
 bool FrontEnd::saysMuch(const Cloud& cloud) const {
   return static_cast<int>(cloud.points.size()) >= config_.match.min_pairs;
 }
 
-bool FrontEnd::fuse(Timestamp stamp, const MatchResult& match, bool bypass_gate) {
+bool FrontEnd::fuse(const Cloud& cloud, const Prediction& predicted, const MatchResult& match, bool bypass_gate) {
+  if (!match.usable()) return false;
+  const Sensitivity sensitivity =  // [Schmidt 1966]
+      sensitivityOf(local_map_.reference(), cloud.points, match, predicted.pose.sensitivity(), cloud.match);
   const Eigen::Matrix3d covariance = match.covariance + monitor_.heading.matchError();
-  return match.usable() && pose_.add(PoseMeasurement{stamp, match.T_ref_base, covariance, match.directions,
-                                                     match.observable, bypass_gate}) == UpdateResult::kFused;
+  return pose_.add(PoseMeasurement{cloud.stamp, match.T_ref_base, covariance, match.directions, sensitivity,
+                                   match.observable, bypass_gate}) == UpdateResult::kFused;
 }
 
 const DepthObservation* FrontEnd::add(const PseudoLaser& laser) {
@@ -274,6 +278,8 @@ PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
   estimate.state = tracking_.state(stamp, estimate.covariance, contradicted);
   const Eigen::Matrix3d of_map = local_map_.covarianceAt(estimate.T_map_base) + monitor_.scans.covariance();
   estimate.covariance += rotated(of_map, estimate.T_map_base.theta);
+  const Sensitivity sensitivity = ekf.sensitivity();
+  estimate.covariance += sensitivity * config_.lidar.systematic.covariance() * sensitivity.transpose();
   estimate.covariance += tracking_.tension();  // it stays the same from scan to scan, so that no mean lessens it
   // Wheels alone do not see a slip within a scan, which is bent by it.
   if (!ekf.gyroActive())

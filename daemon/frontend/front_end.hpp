@@ -104,7 +104,7 @@ class FrontEnd {
   void endDoubt();
   void shareGyroBias();
   bool saysMuch(const Cloud& cloud) const;
-  bool fuse(Timestamp stamp, const MatchResult& match, bool bypass_gate);
+  bool fuse(const Cloud& cloud, const Prediction& predicted, const MatchResult& match, bool bypass_gate);
   void leaveFarPlace();
   void beginSession(KeyframeOrigin origin);
 
