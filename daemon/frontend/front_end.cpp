@@ -41,7 +41,8 @@ FrontEnd::FrontEnd(const FrontEndConfig& config, Stopwatch stopwatch, const Fron
       pose_(beginningAt(config.ekf, start.T_map_base, start.gyro_bias), config.timeline),
       intake_(config_.intake, config_.lidar),
       monitor_{WheelMonitor(config.ekf, config.wheel_monitor), GyroMonitor(config.ekf, config.gyro_monitor),
-               ScanMonitor(config.ekf, config.scan_monitor), HeadingMonitor(config.heading_monitor)},
+               ScanMonitor(config.ekf, config.scan_monitor), HeadingMonitor(config.heading_monitor),
+               MountMonitor(config.lidar.systematic.mountCovariance())},
       preprocessor_(config_.preprocessor, config_.lidar, config_.match, start.body),
       local_map_(config_.reference, config_.lidar.T_base_lidar, config_.localise_only, config_.follows_nearest),
       registration_(config_.registration, config_.search, config_.search_window, stopwatch),
@@ -130,6 +131,7 @@ const Keyframe* FrontEnd::beginMap(const Cloud& cloud, const Prediction& predict
   pose_.add(PoseMeasurement{cloud.stamp, T_map_base, 1e-8 * Eigen::Matrix3d::Identity()});
   tracking_.begin(cloud.stamp, T_map_base, predicted.odometry.pose());
   keyframes_.begin(T_map_base);
+  monitor_.mount.beginMap(T_map_base);
   MatchResult by_definition;
   by_definition.observable = 3;
   return keyframes_.keep(cloud, T_map_base, by_definition, Sensitivity::Zero(), local_map_);
@@ -154,6 +156,7 @@ const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted
                            ekf.covariance()(2, 2));
   keyframes_.addDrift(T_map_base, &match, monitor_);
   monitor_.wheels.compare(predicted.odometry, T_map_base, match.observable == 3);
+  monitor_.mount.compare(predicted.odometry.pose(), T_map_base, match.observable == 3);
   tracking_.follow(match, cloud.stamp, T_map_base, predicted.odometry.pose());
   return may_keep ? keyframes_.select(cloud, T_map_base, match, ekf.sensitivity(), local_map_) : nullptr;
 }
@@ -261,6 +264,10 @@ void FrontEnd::apply(MapCorrection& correction) {
   if (correction.T_map_session) tracking_.place();
   pose_.transform(T_new_old);
   monitor_.interrupt();
+  if (correction.T_map_session)
+    monitor_.mount.beginMap({});
+  else
+    monitor_.mount.transform(T_new_old);
   tracking_.transform(T_new_old);
   keyframes_.transform(T_new_old);
   local_map_.follow(pose_.newest().pose().translation());
@@ -280,6 +287,7 @@ PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
   estimate.covariance += rotated(of_map, estimate.T_map_base.theta);
   const Sensitivity sensitivity = ekf.sensitivity();
   estimate.covariance += sensitivity * config_.lidar.systematic.covariance() * sensitivity.transpose();
+  estimate.covariance += monitor_.mount.covarianceAt(estimate.T_map_base);
   estimate.covariance += tracking_.tension();  // it stays the same from scan to scan, so that no mean lessens it
   // Wheels alone do not see a slip within a scan, which is bent by it.
   if (!ekf.gyroActive())

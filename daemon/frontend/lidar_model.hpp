@@ -21,7 +21,14 @@ struct BearingRange {
 struct SystematicPrior {
   double range_bias = 0.015;     ///< [m] an RPLidar's; triangulation and phase shift of grey walls make 1 to 3 cm
   double bearing_scale = 0.002;  ///< [1] a beam of a full turn in 500, by the encoder's or the driver's count
+  double mount_yaw = 0.0087;     ///< [rad] half a degree: what a level of 10 cm on the robot's side tells
+  double mount_offset = 0.01;    ///< [m] along each axis, by a tape from the wheels' axle
 
+  /// Of (x, y, yaw) of the mount [m, m, rad].
+  Eigen::Matrix3d mountCovariance() const {
+    return Eigen::Vector3d(mount_offset * mount_offset, mount_offset * mount_offset, mount_yaw * mount_yaw)
+        .asDiagonal();
+  }
   Eigen::Matrix<double, kSystematic, kSystematic> covariance() const {
     return Eigen::Vector2d(range_bias * range_bias, bearing_scale * bearing_scale).asDiagonal();
   }
@@ -31,6 +38,9 @@ struct SystematicPrior {
              "All ranges of the lidar are too long or too short by one length with this standard deviation.");
     v.expert("bearing_scale_sigma", bearing_scale, "1", 0.0, 1.0,
              "All bearings of the lidar are too wide or too narrow by one share with this standard deviation.");
+    v.expert("mount_yaw_sigma", mount_yaw, "rad", 1e-4, 3.2, "The lidar's yaw is known with this standard deviation.");
+    v.expert("mount_offset_sigma", mount_offset, "m", 1e-4, 5.0,
+             "The lidar's x and y are known with this standard deviation.");
   }
 };
 
