@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/pose2.hpp"
+#include "core/pose_covariance.hpp"
 #include "core/scan.hpp"
 #include "core/timestamp.hpp"
 
@@ -49,6 +50,7 @@ struct Keyframe {
   Eigen::Matrix3d step_covariance = Eigen::Matrix3d::Zero();  ///< of this pose relative to the keyframe before it
                                                               ///< (x, y, theta) in that one's base [m, m, rad]
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();       ///< of T_map_base in map, in base's axes [m, m, rad]
+  Sensitivity sensitivity = Sensitivity::Zero();              ///< of T_map_base, in base's axes
   /// [rad] by which the session's heading may be off in the map that was lost, by the gyro; pi: nothing is known
   double heading_tolerance = std::numbers::pi;
   /// What moves with the robot, as far as is known by now: counterclockwise about T_base_lidar. The points have none of
@@ -67,6 +69,7 @@ struct StoredScan {
   Pose2 T_base_lidar;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of its pose when it was made, in base's axes [m, m, rad];
                                                          ///< of a stored map zero: that map is what poses refer to
+  Sensitivity sensitivity = Sensitivity::Zero();         ///< of its pose, in base's axes; of a stored map zero, too
   std::vector<Keyframe::Point> points;                   ///< [m] in base, in acquisition order
   /// [m] in base. Of a picture, whose points are the borders of its walls, seen from nowhere: its free cells, and those
   /// within the walls.
@@ -77,6 +80,7 @@ struct StoredScan {
       : stamp(keyframe.stamp),
         T_base_lidar(keyframe.T_base_lidar),
         covariance(keyframe.covariance),
+        sensitivity(keyframe.sensitivity),
         points(keyframe.points().begin(), keyframe.points().end()) {}
 };
 

@@ -7,6 +7,12 @@
 
 namespace slam {
 
+/// Errors that are the same in each scan, so that no mean over scans lessens them: all ranges too long by [m], and all
+/// bearings, from the lidar's zero direction, too wide by a share [1].
+enum Systematic { kRangeBias, kBearingScale, kSystematic };
+/// How such errors, of one unit each, move a pose (x, y, theta) [m, m, rad]: a column each.
+using Sensitivity = Eigen::Matrix<double, 3, kSystematic>;
+
 /// Turns vectors of (x, y, theta) by `angle` [rad]: x and y, while theta stays.
 inline Eigen::Matrix3d turning(double angle) {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 
 #include "core/pose2.hpp"
+#include "core/pose_covariance.hpp"
 #include "core/timestamp.hpp"
 
 namespace slam {
@@ -37,6 +38,7 @@ struct PoseMeasurement {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();      ///< of (x, y, theta) in map [m, m, rad]
   Eigen::Matrix3d directions = Eigen::Matrix3d::Identity();  ///< columns: unit directions of (x, y, theta); the first
                                                              ///< `observable` of them were measured
+  Sensitivity sensitivity = Sensitivity::Zero();             ///< of T_map_base, as far as it was measured
   int observable = 3;                                        ///< 0..3
   bool bypass_gate = false;  ///< nothing else around fits as well: a contradiction is the prediction's fault, not its
 };

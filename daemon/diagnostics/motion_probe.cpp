@@ -179,7 +179,9 @@ void MotionProbe::settle() {
 }
 
 SensorFindings findingsOf(const MotionProbe& probe, const FrontEnd& front_end, const SensorCheckConfig& config) {
-  SensorFindings findings = withGyro(withDistances(probe.findings(), front_end.wheelScale()), front_end.gyroVerdict());
+  SensorFindings findings =
+      withMount(withGyro(withDistances(probe.findings(), front_end.wheelScale()), front_end.gyroVerdict()),
+                front_end.mountError());
   const ScanInterpreter& beams = front_end.interpreter();
   if (const int degrees = beams.body().degrees(); degrees >= config.few_degrees)
     findings.add(SensorFault::kMovesWithRobot, degrees, beams.body().middle());

@@ -68,6 +68,19 @@ SensorFindings withGyro(const SensorFindings& findings, const GyroVerdict& gyro)
   return judged;
 }
 
+SensorFindings withMount(const SensorFindings& findings, const MountError& mount, const SensorCheckConfig& config) {
+  SensorFindings judged = findings;
+  for (const SensorFinding& finding : findings.all())
+    if (finding.fault <= SensorFault::kLidarYawOff) return judged;
+  const Eigen::Vector3d sigma = mount.covariance.diagonal().cwiseSqrt();
+  if (const double yaw = mount.mean.z(); std::abs(yaw) > std::max(config.off_yaw, config.sure * sigma.z()))
+    judged.add(SensorFault::kLidarYawOff, yaw);
+  const Eigen::Vector2d offset = mount.mean.head<2>();
+  if (offset.norm() > std::max(config.off_offset, config.sure * sigma.head<2>().maxCoeff()))
+    judged.add(SensorFault::kLidarMountOff, offset.x(), offset.y());
+  return judged;
+}
+
 void AngleCounts::add(double angle) {
   const double turns = angle / period_ + 0.5;
   const int bin = static_cast<int>(std::floor((turns - std::floor(turns)) * kBins));
@@ -113,8 +126,6 @@ void SensorCheck::add(const MotionEvidence& evidence) {
   if (evidence.turn_seen && evidence.gyro_turn) addTurn(gyro_turn_, *evidence.gyro_turn);
   if (!evidence.wheels) return;
   if (evidence.turn_seen && evidence.wheels_turn_known) addTurn(wheel_turn_, evidence.wheels->theta);
-  if (evidence.turn_seen && evidence.travel_seen && evidence.wheels_turn_known && evidence.gyro_turn)
-    mount_.add(evidence.scans, *evidence.wheels, *evidence.gyro_turn, evidence.seconds);
   if (!evidence.travel_seen || std::abs(evidence.scans.theta) > config_.straight) return;
   const double seen = evidence.scans.translation().norm(), told = evidence.wheels->translation().norm();
   if (std::max(seen, told) < config_.least_travel) return;
@@ -132,7 +143,6 @@ void SensorCheck::addScan(bool repeated, double back) {
 
 bool SensorCheck::wants(bool turn) const {
   if (pairs_ < config_.wanted) return true;
-  if (turn && pairs_ < 6 * config_.wanted && gyro_turn_.count() > 0 && mount_.wantsTurns()) return true;
   return (turn ? std::max(gyro_turn_.count(), wheel_turn_.count()) : wheel_direction_.count()) < config_.wanted;
 }
 
@@ -154,13 +164,7 @@ SensorCheck::Relation SensorCheck::relation(const AngleCounts& angles, double sa
 SensorFindings SensorCheck::findings() const {
   SensorFindings findings;
   judgeDirections(findings);
-  const bool agree = findings.size == 0 && relation(wheel_turn_, config_.same_size) == Relation::kAgrees;
-  const MountCorrection mount = agree ? mount_.correction() : MountCorrection{};
-  if (mount.yaw) findings.add(SensorFault::kLidarYawOff, *mount.yaw);
-  if (mount.offset)
-    findings.add(SensorFault::kLidarMountOff, mount.offset->x(), mount.offset->y());  // distances differ by it in turns
-  else
-    judgeWheels(findings);
+  judgeWheels(findings);
   const auto many = [&](int count, double share) { return count >= config_.least_count && count >= share * scans_; };
   if (many(repeated_, config_.repeated_share)) findings.add(SensorFault::kScansRepeated, repeated_);
   if (clock_steps_ > 0 || many(backwards_, config_.backwards_share))

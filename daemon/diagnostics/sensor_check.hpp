@@ -8,8 +8,8 @@
 #include <string>
 
 #include "core/pose2.hpp"
-#include "diagnostics/mount_estimate.hpp"
 #include "estimation/gyro_monitor.hpp"
+#include "estimation/mount_monitor.hpp"
 #include "estimation/wheel_scale.hpp"
 
 namespace slam {
@@ -71,6 +71,9 @@ struct SensorCheckConfig {
   double nearly_same = 4.5 * kDegree;     ///< [rad] of distances, where many pairs tell them: 0.85 to 1.17
   double known_scale = 0.02;              ///< [1] standard deviation of the whole way's scale ...
   double off_scale = 0.05;                ///< [1] ... and its error
+  double off_yaw = 1.0 * kDegree;         ///< [rad] of the mount, and ...
+  double off_offset = 0.02;               ///< [m] ... less does little harm
+  double sure = 4.0;                      ///< [1] standard deviations of it that are no chance
   double both_move = 10.0 * kDegree;      ///< [rad] from 0 and 90 degrees: there only one of them moves
   double yaw_tolerance = 30.0 * kDegree;  ///< [rad]
   int few_degrees = 8;  ///< [deg] of what moves with the robot: fewer do no harm, and a wall may look so for a while
@@ -87,6 +90,10 @@ SensorFindings withGyro(const SensorFindings& findings, const GyroVerdict& gyro)
 /// scans that know nothing of each other's neighbours take a corridor for a shorter way.
 SensorFindings withDistances(const SensorFindings& findings, const WheelScale& scale,
                              const SensorCheckConfig& config = {});
+
+/// The findings with where the lidar sits, as the ways of the whole drive tell it. A lidar or wheels that are reversed
+/// explain it, too.
+SensorFindings withMount(const SensorFindings& findings, const MountError& mount, const SensorCheckConfig& config = {});
 
 /// The motion of base between two scans, by each sensor alone.
 struct MotionEvidence {
@@ -150,7 +157,6 @@ class SensorCheck {
 
   SensorCheckConfig config_;
   AngleCounts gyro_turn_, wheel_turn_, wheel_distance_, wheel_direction_;
-  MountEstimate mount_;
   int pairs_ = 0, scans_ = 0, repeated_ = 0, backwards_ = 0, clock_steps_ = 0;
 };
 

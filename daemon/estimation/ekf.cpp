@@ -96,6 +96,7 @@ void Ekf::predict(Timestamp stamp) {
     rotation += c.wheelRotationVariance(distance, turned);
   }
   P_ = A * P_ * A.transpose();  // (14)
+  systematic_ = (A * systematic_).eval();
   P_.diagonal().head<3>() += nisRatio() * Eigen::Vector3d(translation, translation, rotation);
   P_(kGyroBias, kGyroBias) += square(c.gyro_bias_noise) * dt;
   walkSpeeds(speed_walks);
@@ -115,7 +116,8 @@ void Ekf::walkTurnRate(double seconds) {
 template <int N>
 UpdateResult Ekf::correct(const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 7>& H,
                           const Eigen::Matrix<double, N, N>& R, Considered considered, int gate_degrees,
-                          double* normalised_innovation_squared, const Eigen::Matrix3d* seen) {
+                          double* normalised_innovation_squared, const Eigen::Matrix3d* seen,
+                          const Eigen::Matrix<double, N, kSystematic>& sensitivity) {
   if (!innovation.allFinite() || !H.allFinite() || !R.allFinite()) return UpdateResult::kUseless;
   const Eigen::Matrix<double, 7, N> PHt = P_ * H.transpose();
   const Eigen::Matrix<double, N, N> S = H * PHt + R;
@@ -136,6 +138,7 @@ UpdateResult Ekf::correct(const Eigen::Matrix<double, N, 1>& innovation, const E
   const Matrix I_KH = Matrix::Identity() - K * H;
   P_ = I_KH * P_ * I_KH.transpose() + K * R * K.transpose();  // (17) in Joseph form
   P_ = (0.5 * (P_ + P_.transpose())).eval();
+  systematic_ = (I_KH * systematic_ + K * sensitivity).eval();
   return UpdateResult::kFused;
 }
 
@@ -222,6 +225,7 @@ void Ekf::holdTwist(const Twist2& mean, bool turn_rate_known) {
     P_.row(state).setZero();
     P_.col(state).setZero();
     P_(state, state) = square(sigma);
+    systematic_.row(state).setZero();
   };
   hold(kSpeed, mean.vx, config_->wheel_speed_sigma);
   if (config_->holonomic) hold(kLateralSpeed, mean.vy, config_->wheel_speed_sigma);
@@ -288,8 +292,8 @@ void Ekf::updateStandstill() {
 /// Remembers by how much a scan is off the prediction. @return whether the last one was off alike, give or take what
 /// slipping wheels have made up since
 bool Ekf::differsAsBefore(const Eigen::Vector3d& error) {
-  const Eigen::Vector3d change = error - std::exchange(last_error_, error);
-  const Eigen::Vector3d pose = x_.head<3>(), moved = pose - std::exchange(last_error_at_, pose);
+  const Eigen::Vector3d change = error - std::exchange(last_.error, error);
+  const Eigen::Vector3d pose = x_.head<3>(), moved = pose - std::exchange(last_.at, pose);
   return change.head<2>().norm() <= config_->same_error + moved.head<2>().norm() &&
          std::abs(wrapAngle(change.z())) <= config_->same_error + std::abs(wrapAngle(moved.z()));
 }
@@ -304,7 +308,9 @@ UpdateResult Ekf::updatePose(const PoseMeasurement& measurement) {
   Eigen::Matrix<double, 3, 7> H = Eigen::Matrix<double, 3, 7>::Zero();
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d innovation = Eigen::Vector3d::Zero();
+  Sensitivity sensitivity = Sensitivity::Zero();
   const auto U = measurement.directions.leftCols(n);
+  sensitivity.topRows(n) = U.transpose() * measurement.sensitivity;
   H.topLeftCorner(n, 3) = U.transpose();
   innovation.head(n) = U.transpose() * error;
   R.topLeftCorner(n, n) = U.transpose() * measurement.covariance * U;
@@ -314,7 +320,7 @@ UpdateResult Ekf::updatePose(const PoseMeasurement& measurement) {
   const Eigen::Matrix3d seen = U * U.transpose();
 
   double distance = n;
-  UpdateResult result = correct<3>(innovation, H, R, kNone, n, &distance, &seen);
+  UpdateResult result = correct<3>(innovation, H, R, kNone, n, &distance, &seen, sensitivity);
   nis_ratio_ += (std::min(distance / n, config_->max_contradiction) - nis_ratio_) / config_->nis_memory;
   // A wrong filter is refuted by the same error each time, a wrong match by another one from scan to scan.
   const Eigen::Vector3d seen_error = U * innovation.head(n);
@@ -324,7 +330,7 @@ UpdateResult Ekf::updatePose(const PoseMeasurement& measurement) {
                        error.norm() < config_->farthest_pose;
   if (believe) {  // the robot was moved or the wheels slipped, as far as the scan sees it
     P_.topLeftCorner<3, 3>() += (2.0 * seen_error * seen_error.transpose()).eval();
-    result = correct<3>(innovation, H, R, kNone, 0, nullptr, &seen);
+    result = correct<3>(innovation, H, R, kNone, 0, nullptr, &seen, sensitivity);
   }
   if (result == UpdateResult::kFused) rejected_in_a_row_ = 0;
   ++(result == UpdateResult::kFused ? counters_.poses_fused : counters_.poses_rejected);
@@ -336,6 +342,7 @@ void Ekf::setPose(const Pose2& pose, const Eigen::Vector3d& sigma) {
   P_.topRows<3>().setZero();
   P_.leftCols<3>().setZero();
   P_.diagonal().head<3>() = sigma.cwiseAbs2();
+  systematic_.topRows<3>().setZero();
   rejected_in_a_row_ = 0;
   nis_ratio_ = 1.0;
 }
@@ -345,6 +352,7 @@ void Ekf::transform(const Pose2& T_new_old) {
   Matrix rotation = Matrix::Identity();
   rotation.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(T_new_old.theta).toRotationMatrix();
   P_ = (rotation * P_ * rotation.transpose()).eval();
+  systematic_ = (rotation * systematic_).eval();
 }
 
 }  // namespace slam

@@ -8,6 +8,7 @@
 #include "core/counter_info.hpp"
 #include "core/estimates.hpp"
 #include "core/pose2.hpp"
+#include "core/pose_covariance.hpp"
 #include "core/samples.hpp"
 #include "core/timestamp.hpp"
 #include "estimation/standstill.hpp"
@@ -198,6 +199,8 @@ class Ekf {
   GyroBias gyroBiasEstimate() const { return {x_[kGyroBias], P_(kGyroBias, kGyroBias)}; }
   const Vector& state() const { return x_; }
   const Matrix& covariance() const { return P_; }
+  /// Of the pose, in map: the errors that P does not hold, since no mean over scans lessens them.
+  Sensitivity sensitivity() const { return systematic_.topRows<3>(); }
   bool slip() const { return slip_; }
   /// By how much matched scans contradict the prediction: their normalised innovation squared per degree of freedom,
   /// averaged; at least 1. The pose's process noise is taken this many times larger, so that wheels which keep
@@ -226,10 +229,13 @@ class Ekf {
   enum Considered { kNone, kBias, kPose };  // states whose gain is zero
 
   /// @param seen  projector onto the pose's directions that the measurement sees, the others stay; null: all of them
+  /// @param sensitivity of the measurement
   template <int N>
-  UpdateResult correct(const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 7>& H,
-                       const Eigen::Matrix<double, N, N>& R, Considered considered, int gate_degrees,
-                       double* normalised_innovation_squared = nullptr, const Eigen::Matrix3d* seen = nullptr);
+  UpdateResult correct(
+      const Eigen::Matrix<double, N, 1>& innovation, const Eigen::Matrix<double, N, 7>& H,
+      const Eigen::Matrix<double, N, N>& R, Considered considered, int gate_degrees,
+      double* normalised_innovation_squared = nullptr, const Eigen::Matrix3d* seen = nullptr,
+      const Eigen::Matrix<double, N, kSystematic>& sensitivity = Eigen::Matrix<double, N, kSystematic>::Zero());
   UpdateResult correctSpeed(Index state, double speed, bool possible);
   void walkSpeeds(double seconds);
   void walkTurnRate(double seconds);
@@ -243,6 +249,8 @@ class Ekf {
   Timestamp stamp_;
   Vector x_ = Vector::Zero();
   Matrix P_ = Matrix::Zero();
+  Eigen::Matrix<double, 7, kSystematic> systematic_ =
+      Eigen::Matrix<double, 7, kSystematic>::Zero();  // sensitivity of x
   std::optional<Timestamp> gyro_stamp_;
   Timestamp known_until_{};       // the wheels' mean speed holds up to there
   double interval_ = 0.0;         // [s] that it is the mean of
@@ -253,9 +261,11 @@ class Ekf {
   double slip_turned_ = 0.0;    // [rad] angle turned, leaky over slip_window
   bool slip_ = false;
   double nis_ratio_ = 1.0;
-  int rejected_in_a_row_ = 0;                                // pose measurements that put the robot to one place
-  Eigen::Vector3d last_error_ = Eigen::Vector3d::Zero();     // [m, m, rad] of the last one, as far as it was seen
-  Eigen::Vector3d last_error_at_ = Eigen::Vector3d::Zero();  // [m, m, rad] where the filter was
+  int rejected_in_a_row_ = 0;  // pose measurements that put the robot to one place
+  struct {
+    Eigen::Vector3d error = Eigen::Vector3d::Zero();  // [m, m, rad] as far as it was seen
+    Eigen::Vector3d at = Eigen::Vector3d::Zero();     // [m, m, rad] where the filter was
+  } last_;                                            // pose measurement
   EkfCounters counters_;
 };
 

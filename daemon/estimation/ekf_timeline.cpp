@@ -55,6 +55,7 @@ void EkfTimeline::transform(const Pose2& T_new_old) {
       pose->T_map_base = T_new_old * pose->T_map_base;
       pose->covariance = rotated(pose->covariance, T_new_old.theta);
       pose->directions = (rotation * pose->directions).eval();
+      pose->sensitivity = (rotation * pose->sensitivity).eval();
     }
   }
 }

@@ -2,6 +2,7 @@
 #pragma once
 #include "estimation/gyro_monitor.hpp"
 #include "estimation/heading_monitor.hpp"
+#include "estimation/mount_monitor.hpp"
 #include "estimation/scan_monitor.hpp"
 #include "estimation/wheel_monitor.hpp"
 
@@ -13,6 +14,7 @@ struct OdometryMonitor {
   GyroMonitor gyro;
   ScanMonitor scans;
   HeadingMonitor heading;
+  MountMonitor mount = MountMonitor();
 
   /// The interval has no end: the scans did not tell it, or the map moved.
   void interrupt() {
@@ -20,6 +22,7 @@ struct OdometryMonitor {
     gyro.interrupt();
     scans.interrupt();
     heading.interrupt();
+    mount.interrupt();
   }
   /// The robot is somewhere else: what scans told before is nothing to compare with.
   void reset() {

@@ -6,6 +6,7 @@
 
 #include "core/plausibility.hpp"
 #include "core/pose_covariance.hpp"
+#include "matching/systematic.hpp"
 
 namespace slam {
 namespace {
@@ -40,7 +41,8 @@ FrontEnd::FrontEnd(const FrontEndConfig& config, Stopwatch stopwatch, const Fron
       pose_(beginningAt(config.ekf, start.T_map_base, start.gyro_bias), config.timeline),
       intake_(config_.intake, config_.lidar),
       monitor_{WheelMonitor(config.ekf, config.wheel_monitor), GyroMonitor(config.ekf, config.gyro_monitor),
-               ScanMonitor(config.ekf, config.scan_monitor), HeadingMonitor(config.heading_monitor)},
+               ScanMonitor(config.ekf, config.scan_monitor), HeadingMonitor(config.heading_monitor),
+               MountMonitor(config.lidar.systematic.mountCovariance())},
       preprocessor_(config_.preprocessor, config_.lidar, config_.match, start.body),
       local_map_(config_.reference, config_.lidar.T_base_lidar, config_.localise_only, config_.follows_nearest),
       registration_(config_.registration, config_.search, config_.search_window, stopwatch),
@@ -114,7 +116,7 @@ ScanOutcome FrontEnd::track(const LaserScan& recorded, bool may_keep) {
   }
 
   outcome.fused = validator_.acceptTracking(match, cloud, local_map_, predicted.pose, tracking_) &&
-                  fuse(cloud.stamp, match, false);                 // (15)-(17)
+                  fuse(cloud, predicted, match, false);            // (15)-(17)
   if (!outcome.fused) recoverBySearch(cloud, predicted, outcome);  // correlative [Olson 2009], stricter test
   judgeGyro(cloud.stamp, match);
   outcome.keyframe =
@@ -129,9 +131,10 @@ const Keyframe* FrontEnd::beginMap(const Cloud& cloud, const Prediction& predict
   pose_.add(PoseMeasurement{cloud.stamp, T_map_base, 1e-8 * Eigen::Matrix3d::Identity()});
   tracking_.begin(cloud.stamp, T_map_base, predicted.odometry.pose());
   keyframes_.begin(T_map_base);
+  monitor_.mount.beginMap(T_map_base);
   MatchResult by_definition;
   by_definition.observable = 3;
-  return keyframes_.keep(cloud, T_map_base, by_definition, local_map_);
+  return keyframes_.keep(cloud, T_map_base, by_definition, Sensitivity::Zero(), local_map_);
 }
 
 void FrontEnd::recoverBySearch(const Cloud& cloud, const Prediction& predicted, ScanOutcome& outcome) {
@@ -140,7 +143,7 @@ void FrontEnd::recoverBySearch(const Cloud& cloud, const Prediction& predicted, 
   outcome.match = found;
   // A place off the prediction is believed where wheels alone predicted, or where no such scan can have been taken.
   const bool from_afar = !predicted.pose.gyroActive() || validator_.kidnapped(predicted.pose.pose(), cloud, local_map_);
-  outcome.fused = fuse(cloud.stamp, found, from_afar);
+  outcome.fused = fuse(cloud, predicted, found, from_afar);
 }
 
 const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted, const MatchResult& match,
@@ -153,8 +156,9 @@ const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted
                            ekf.covariance()(2, 2));
   keyframes_.addDrift(T_map_base, &match, monitor_);
   monitor_.wheels.compare(predicted.odometry, T_map_base, match.observable == 3);
+  monitor_.mount.compare(predicted.odometry.pose(), T_map_base, match.observable == 3);
   tracking_.follow(match, cloud.stamp, T_map_base, predicted.odometry.pose());
-  return may_keep ? keyframes_.select(cloud, T_map_base, match, local_map_) : nullptr;
+  return may_keep ? keyframes_.select(cloud, T_map_base, match, ekf.sensitivity(), local_map_) : nullptr;
 }
 
 /// Scans that turn out to be noise were wrong where they contradicted wheels and gyro.
@@ -192,17 +196,20 @@ const Keyframe* FrontEnd::coast(const Cloud& cloud, const Prediction& predicted,
     return nullptr;
   }
   keyframes_.addDrift(T_map_base, nullptr, monitor_);
-  return keyframes_.keep(cloud, T_map_base, {}, local_map_);
+  return keyframes_.keep(cloud, T_map_base, {}, predicted.pose.sensitivity(), local_map_);
 }
 
 bool FrontEnd::saysMuch(const Cloud& cloud) const {
   return static_cast<int>(cloud.points.size()) >= config_.match.min_pairs;
 }
 
-bool FrontEnd::fuse(Timestamp stamp, const MatchResult& match, bool bypass_gate) {
+bool FrontEnd::fuse(const Cloud& cloud, const Prediction& predicted, const MatchResult& match, bool bypass_gate) {
+  if (!match.usable()) return false;
+  const Sensitivity sensitivity =  // [Schmidt 1966]
+      sensitivityOf(local_map_.reference(), cloud.points, match, predicted.pose.sensitivity(), cloud.match);
   const Eigen::Matrix3d covariance = match.covariance + monitor_.heading.matchError();
-  return match.usable() && pose_.add(PoseMeasurement{stamp, match.T_ref_base, covariance, match.directions,
-                                                     match.observable, bypass_gate}) == UpdateResult::kFused;
+  return pose_.add(PoseMeasurement{cloud.stamp, match.T_ref_base, covariance, match.directions, sensitivity,
+                                   match.observable, bypass_gate}) == UpdateResult::kFused;
 }
 
 const DepthObservation* FrontEnd::add(const PseudoLaser& laser) {
@@ -257,6 +264,10 @@ void FrontEnd::apply(MapCorrection& correction) {
   if (correction.T_map_session) tracking_.place();
   pose_.transform(T_new_old);
   monitor_.interrupt();
+  if (correction.T_map_session)
+    monitor_.mount.beginMap({});
+  else
+    monitor_.mount.transform(T_new_old);
   tracking_.transform(T_new_old);
   keyframes_.transform(T_new_old);
   local_map_.follow(pose_.newest().pose().translation());
@@ -274,6 +285,9 @@ PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
   estimate.state = tracking_.state(stamp, estimate.covariance, contradicted);
   const Eigen::Matrix3d of_map = local_map_.covarianceAt(estimate.T_map_base) + monitor_.scans.covariance();
   estimate.covariance += rotated(of_map, estimate.T_map_base.theta);
+  const Sensitivity sensitivity = ekf.sensitivity();
+  estimate.covariance += sensitivity * config_.lidar.systematic.covariance() * sensitivity.transpose();
+  estimate.covariance += monitor_.mount.covarianceAt(estimate.T_map_base);
   estimate.covariance += tracking_.tension();  // it stays the same from scan to scan, so that no mean lessens it
   // Wheels alone do not see a slip within a scan, which is bent by it.
   if (!ekf.gyroActive())

@@ -88,6 +88,8 @@ class FrontEnd {
   const FrontEndConfig& config() const { return config_; }
   FrontEndCounters counters() const;
   const WheelScale& wheelScale() const { return monitor_.wheels.scale(); }
+  /// By how much the lidar's mount is off, as the whole drive tells it.
+  const MountError& mountError() const { return monitor_.mount.error(); }
   GyroVerdict gyroVerdict() const { return monitor_.gyro.verdict(gyroBias()); }
   /// What was found out about the lidar's beams.
   const ScanInterpreter& interpreter() const { return preprocessor_.interpreter(); }
@@ -104,7 +106,7 @@ class FrontEnd {
   void endDoubt();
   void shareGyroBias();
   bool saysMuch(const Cloud& cloud) const;
-  bool fuse(Timestamp stamp, const MatchResult& match, bool bypass_gate);
+  bool fuse(const Cloud& cloud, const Prediction& predicted, const MatchResult& match, bool bypass_gate);
   void leaveFarPlace();
   void beginSession(KeyframeOrigin origin);
 

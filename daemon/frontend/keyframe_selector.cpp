@@ -37,7 +37,7 @@ void KeyframeSelector::beginSession(KeyframeOrigin origin, double heading_tolera
 }
 
 const Keyframe* KeyframeSelector::select(const Cloud& cloud, const Pose2& T_map_base, const MatchResult& match,
-                                         LocalMap& local_map) {
+                                         const Sensitivity& sensitivity, LocalMap& local_map) {
   const auto movedFrom = [&](const Pose2& pose, double share = 1.0) {
     const Pose2 moved = between(pose, T_map_base);
     return std::hypot(moved.x, moved.y) > share * config_.translation ||
@@ -47,18 +47,19 @@ const Keyframe* KeyframeSelector::select(const Cloud& cloud, const Pose2& T_map_
   const bool long_ago = toSeconds(cloud.stamp - last_refresh_stamp_) > config_.refresh_period;
   if (match.overlap < config_.overlap) {  // soon, but not at every scan of a robot that stands in a crowd
     const bool due = movedFrom(local_map.newest(), config_.soon) || long_ago;
-    return due ? keep(cloud, T_map_base, match, local_map) : nullptr;
+    return due ? keep(cloud, T_map_base, match, sensitivity, local_map) : nullptr;
   }
   if (match.known_ratio < config_.known_ratio) {
-    return movedFrom(local_map.newest()) ? keep(cloud, T_map_base, match, local_map) : nullptr;
+    return movedFrom(local_map.newest()) ? keep(cloud, T_map_base, match, sensitivity, local_map) : nullptr;
   }
   if (match.observable == 3) unseen_.setZero();  // the robot is back where the map is known
   return movedFrom(last_refresh_) || long_ago ? refresh(cloud, T_map_base, local_map) : nullptr;
 }
 
 const Keyframe* KeyframeSelector::keep(const Cloud& cloud, const Pose2& T_map_base, const MatchResult& match,
-                                       LocalMap& local_map) {
+                                       const Sensitivity& sensitivity, LocalMap& local_map) {
   describe(cloud, T_map_base);
+  keyframe_.sensitivity = turning(-T_map_base.theta) * sensitivity;
   keyframe_.id = next_keyframe_++;
   ++keyframes_;
   keyframe_.refresh = false;
@@ -70,11 +71,10 @@ const Keyframe* KeyframeSelector::keep(const Cloud& cloud, const Pose2& T_map_ba
   keyframe_.step_covariance.diagonal().array() += kMinStepSigma * kMinStepSigma;
   keyframe_.covariance = local_map.anchor(T_map_base).covariance + rotated(unseen_, -T_map_base.theta);
   if (match.usable()) {
-    // A scan that joins n others moves their mean by 2 / (n + 1) of its own error, as the window of a moving average.
-    // What its parts contradict each other by is no noise, and stays whole.
-    const double share = 2.0 / (match.observations + 1.0);
-    const Eigen::Matrix3d noise = match.covariance - match.tension;
-    keyframe_.covariance += rotated(share * share * noise + match.tension, -T_map_base.theta);
+    // A scan that joins n others moves their mean by 1 / (n + 1) of its own error. What is wrong in each of them alike
+    // is in the sensitivity.
+    const double share = 1.0 / (match.observations + 1.0);
+    keyframe_.covariance += rotated(share * share * match.covariance, -T_map_base.theta);
   }
   drift_.setZero();
   unseen_.setZero();

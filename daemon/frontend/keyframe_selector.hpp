@@ -78,8 +78,11 @@ class KeyframeSelector {
 
   /// @return the keyframe or refresh that a matched scan becomes; nullptr: none. Valid until the next call. A keyframe
   /// is added to the local map
-  const Keyframe* select(const Cloud& cloud, const Pose2& T_map_base, const MatchResult& match, LocalMap& local_map);
-  const Keyframe* keep(const Cloud& cloud, const Pose2& T_map_base, const MatchResult& match, LocalMap& local_map);
+  /// @param sensitivity of the pose, in map
+  const Keyframe* select(const Cloud& cloud, const Pose2& T_map_base, const MatchResult& match,
+                         const Sensitivity& sensitivity, LocalMap& local_map);
+  const Keyframe* keep(const Cloud& cloud, const Pose2& T_map_base, const MatchResult& match,
+                       const Sensitivity& sensitivity, LocalMap& local_map);
 
   void addTo(FrontEndCounters& counters) const;
 

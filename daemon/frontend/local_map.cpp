@@ -45,9 +45,9 @@ AnchoredPose LocalMap::anchor(const Pose2& T_map_base) const {
 }
 
 void LocalMap::add(const Keyframe& keyframe, const ScanPoints& points) {
-  reference_.add(keyframe.T_map_base, points);
+  reference_.add(keyframe.T_map_base, points, turning(keyframe.T_map_base.theta) * keyframe.sensitivity);
   if (keyframes_.size() < MapCorrection::kMaxKeyframes) {
-    keyframes_.push_back({keyframe.id, keyframe.T_map_base, keyframe.covariance});
+    keyframes_.push_back({keyframe.id, keyframe.T_map_base, keyframe.covariance, keyframe.sensitivity});
   }
   newest_ = keyframe.T_map_base;
   KeptScan& scan = kept(keyframe.id);
@@ -95,9 +95,9 @@ Pose2 LocalMap::apply(MapCorrection& correction, const Eigen::Vector2d& robot) {
     const Pose2 T_map_base = T_new_ahead.value_or(T_new_old) * old.T_map_base;
     scratch_.clear();
     for (const Keyframe::Point& point : scan.points) scratch_.push_back(scanPoint(point, T_base_lidar_));
-    reference_.add(T_map_base, scratch_);
+    reference_.add(T_map_base, scratch_, turning(T_map_base.theta) * old.sensitivity);
     if (keyframes_.size() < MapCorrection::kMaxKeyframes) {
-      keyframes_.push_back({old.id, T_map_base, old.covariance});
+      keyframes_.push_back({old.id, T_map_base, old.covariance, old.sensitivity});
     }
   }
   if (newest_) newest_ = T_new_old * *newest_;

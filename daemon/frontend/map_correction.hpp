@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/pose2.hpp"
+#include "core/pose_covariance.hpp"
 #include "matching/reference.hpp"
 
 namespace slam {
@@ -16,6 +17,7 @@ struct ReferenceKeyframe {
   int id = 0;
   Pose2 T_map_base;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of it in map, in base's axes [m, m, rad]
+  Sensitivity sensitivity = Sensitivity::Zero();         ///< of it in map, in base's axes
 };
 
 /// What the back end gives the FrontEnd: the part of the map around the robot, built anew. Handed over whole and

@@ -57,7 +57,9 @@ const Cloud& Preprocessor::process(const LaserScan& recorded, Timestamp first, d
     cloud_.T_base_first = between(at(cloud_.stamp), at(first));
     for (ScanPoint& point : cloud_.points) point.position = cloud_.T_base_first * point.position;
   }
-  const double relative_spacing = estimateNormals(cloud_.points, lidar_.T_base_lidar.translation(), normals_);
+  const Eigen::Vector2d lidar = lidar_.T_base_lidar.translation();
+  for (ScanPoint& point : cloud_.points) point.beam = (point.position - lidar).normalized();
+  const double relative_spacing = estimateNormals(cloud_.points, lidar, normals_);
   dynamic_points_.apply(cloud_.points, cloud_.stamp, filter, scan.beams(), interpreter_.open(),
                         lidar_.limitsFor(scan).max);
   cloud_.walls = dynamic_points_.walls();

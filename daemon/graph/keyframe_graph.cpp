@@ -24,8 +24,11 @@ Keyframe::Point keyframePoint(const ScanPoint& point) {
 }
 
 ScanPoint scanPoint(const Keyframe::Point& point, const Pose2& T_base_lidar) {
-  const Eigen::Vector2d position(point.x, point.y);
-  ScanPoint out{.position = position, .range = (position - T_base_lidar.translation()).norm()};
+  const Eigen::Vector2d position(point.x, point.y), seen = position - T_base_lidar.translation();
+  ScanPoint out{.position = position,
+                .beam = seen.normalized(),
+                .bearing = wrapAngle(std::atan2(seen.y(), seen.x()) - T_base_lidar.theta),
+                .range = seen.norm()};
   if (point.normal == Keyframe::Point::kNoNormal) {
     out.grazing = point.normal_sigma == Keyframe::Point::kGrazing;
     return out;
@@ -57,6 +60,9 @@ void KeyframeGraph::points(int id, ScanPoints& points) const {
   const StoredScan& stored = *scan(id);
   points.clear();
   for (const Keyframe::Point& point : stored.points) points.push_back(scanPoint(point, stored.T_base_lidar));
+  const bool is_picture = !stored.free.empty() || !stored.solid.empty();  // which no lidar has drawn
+  if (is_picture)
+    for (ScanPoint& point : points) point.beam.setZero();
 }
 
 void KeyframeGraph::gather(int newest, int oldest, double length, int limit, ScanPoints& points) const {
@@ -71,6 +77,7 @@ void KeyframeGraph::gather(int newest, int oldest, double length, int limit, Sca
     for (ScanPoint point : scratch_) {
       point.position = T_newest_id * point.position;
       point.normal = T_newest_id.turned(point.normal);
+      point.beam = T_newest_id.turned(point.beam);
       points.push_back(point);
     }
   }
@@ -98,7 +105,7 @@ void KeyframeGraph::truncate(int count) {
 void KeyframeGraph::addTo(Reference& reference, std::span<const int> ids) const {
   for (const int id : ids) {
     points(id, scratch_);
-    reference.add(pose(id), scratch_);
+    reference.add(pose(id), scratch_, turning(pose(id).theta) * scan(id)->sensitivity);
   }
 }
 

@@ -51,7 +51,7 @@ void deskew(const LaserScan& scan, const RangeLimits& limits, Timestamp stamp, c
                                   side * beam.range * std::sin(static_cast<double>(beam.bearing)));
     Eigen::Vector2d p_base = T_base_lidar * p_lidar;
     if (beam.time_offset != 0.0F) p_base = motion.at(stamp + fromSeconds(beam.time_offset)) * p_base;
-    points.push_back({.position = p_base, .range = beam.range});
+    points.push_back({.position = p_base, .bearing = wrapAngle(side * beam.bearing), .range = beam.range});
   }
 }
 

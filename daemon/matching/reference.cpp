@@ -130,13 +130,14 @@ void Reference::recentre(const Eigen::Vector2d& centre) {
   }
 }
 
-int Reference::add(const Pose2& T_ref_base, std::span<const ScanPoint> points) {
+int Reference::add(const Pose2& T_ref_base, std::span<const ScanPoint> points, const Sensitivity& sensitivity) {
   const PointTransform T(T_ref_base);
   const int before = count_;
   for (const ScanPoint& point : points) {
     const Eigen::Vector2d p = T * point.position, normal = T.turned(point.normal);
     if (!covers(p)) continue;
-    if (!merge(p, normal, point)) insert(p, normal, point);
+    const PointShift shift = shiftOf(point, T, sensitivity);
+    if (!merge(p, normal, point, shift)) insert(p, normal, point, shift);
   }
   return count_ - before;
 }
@@ -152,7 +153,8 @@ double Reference::freeSpaceViolation(const Pose2& T_ref_base, const RangeImage& 
   return tally.judged() < config_.fewest_in_sight ? 0.0 : tally.freeSpaceViolation();
 }
 
-bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point) {
+bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point,
+                      const PointShift& shift) {
   const Id id = fine_.at(p);
   if (id == kNone) return false;
   Surfel& surfel = surfels_[static_cast<std::size_t>(id)];
@@ -175,6 +177,10 @@ bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, c
   const double weight = 1.0 / (surfel.observations + 1.0);
   surfel.x += static_cast<float>(weight * across * n.x());
   surfel.y += static_cast<float>(weight * across * n.y());
+  for (int i = 0; i < kSystematic; ++i) {
+    float& mean = surfel.shift[static_cast<std::size_t>(i)];
+    mean += static_cast<float>(weight * (n.dot(shift.col(i)) - mean));
+  }
   const double gain = surfel.normal_variance / (surfel.normal_variance + point.normal_variance);
   const Eigen::Vector2d blended = (n + gain * (normal - n)).normalized();
   surfel.nx = static_cast<float>(blended.x());
@@ -185,7 +191,8 @@ bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, c
   return true;
 }
 
-void Reference::insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point) {
+void Reference::insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point,
+                       const PointShift& shift) {
   Id id = kNone;
   if (!free_.empty()) {
     id = free_.back();
@@ -203,6 +210,9 @@ void Reference::insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, 
                                             static_cast<float>(point.normal_variance),
                                             1.0F,
                                             point.grazing};
+  for (int i = 0; i < kSystematic; ++i)
+    surfels_[static_cast<std::size_t>(id)].shift[static_cast<std::size_t>(i)] =
+        static_cast<float>(normal.dot(shift.col(i)));
   ++count_;
   enter(fine_, id);
   enter(coarse_, id);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "core/pose2.hpp"
+#include "core/pose_covariance.hpp"
 #include "matching/range_image.hpp"
 #include "matching/scan_points.hpp"
 
@@ -39,11 +41,12 @@ struct ReferenceConfig {
 
 /// A piece of wall: mean of the points seen there, with its line.
 struct Surfel {
-  float x = 0.0F, y = 0.0F;      ///< [m] in the reference frame
-  float nx = 0.0F, ny = 0.0F;    ///< unit normal, towards free space
-  float normal_variance = 0.0F;  ///< [rad^2]
-  float observations = 0.0F;     ///< points merged, at most max_observations
-  bool grazing = false;          ///< as every point merged might
+  float x = 0.0F, y = 0.0F;                   ///< [m] in the reference frame
+  float nx = 0.0F, ny = 0.0F;                 ///< unit normal, towards free space
+  float normal_variance = 0.0F;               ///< [rad^2]
+  float observations = 0.0F;                  ///< points merged, at most max_observations
+  bool grazing = false;                       ///< as every point merged might
+  std::array<float, kSystematic> shift = {};  ///< [units] across the line, by systematic errors of one unit each
   bool isLine() const { return nx * nx + ny * ny > 0.0F; }
 };
 
@@ -66,7 +69,9 @@ class Reference {
   void recentre(const Eigen::Vector2d& centre);
   /// Adds points; merges those that meet a surfel of the same wall, or of the same place where there is no line.
   /// @return number of new surfels
-  int add(const Pose2& T_ref_base, std::span<const ScanPoint> points);
+  /// @param sensitivity of the pose, in the reference
+  int add(const Pose2& T_ref_base, std::span<const ScanPoint> points,
+          const Sensitivity& sensitivity = Sensitivity::Zero());
 
   /// @param reach [m] how far to look; beyond fine_radius the coarse table is asked too, and no further than its radius
   /// @return the surfel nearest to p, give or take half a cell of the table that answers, or nullptr
@@ -130,8 +135,8 @@ class Reference {
     std::vector<char> touched_;          // blocks that clear() clears
   };
 
-  bool merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point);
-  void insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point);
+  bool merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point, const PointShift& shift);
+  void insert(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point, const PointShift& shift);
   void enter(Grid& grid, Id id);
 
   ReferenceConfig config_;

@@ -88,7 +88,7 @@ void GrowingMap::addMotionEdge(const Keyframe& keyframe) {
   const int newest = map_.newest();
   int nearest = -1;
   double shortest = config_.link_distance;
-  for (const auto& [id, T_reference_base, covariance] : map_.in_reference) {
+  for (const auto& [id, T_reference_base, covariance, sensitivity] : map_.in_reference) {
     if (id > newest - config_.link_age) break;
     const Pose2 &a = keyframes.pose(id), &b = keyframes.pose(newest);
     const double distance = (a.translation() - b.translation()).norm();

@@ -27,7 +27,7 @@ void ReferenceSelector::renew(KeyframeMap& map, int anchor, std::int32_t session
     stale |= reached.position_variance < variance(1.0) && distance < config_.renewal_radius &&
              !map.inReference(reached.node);
   }
-  for (const auto& [id, T_reference_base, covariance] : map.in_reference) {
+  for (const auto& [id, T_reference_base, covariance, sensitivity] : map.in_reference) {
     const Pose2& pose = map.keyframes.pose(id);
     const Eigen::Vector2d position = pose.translation();
     stale |= (position - T_reference_base.translation()).norm() > config_.renewal_shift ||
@@ -46,7 +46,10 @@ void ReferenceSelector::renew(KeyframeMap& map, const Eigen::Vector2d& robot, st
   due_->reference.clear(robot);
   map.keyframes.addTo(due_->reference, ids);
   due_->keyframes.clear();
-  for (const int id : ids) due_->keyframes.push_back({id, map.keyframes.pose(id), map.keyframes.scan(id)->covariance});
+  for (const int id : ids) {
+    const StoredScan& scan = *map.keyframes.scan(id);
+    due_->keyframes.push_back({id, map.keyframes.pose(id), scan.covariance, scan.sensitivity});
+  }
   map.in_reference = due_->keyframes;
   map.reference_cleared = true;
   due_->newest = map.newest();

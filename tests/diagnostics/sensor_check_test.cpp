@@ -214,6 +214,26 @@ TEST(SensorCheck, TheWholeWayTellsDistancesBetterThanPairs) {
   EXPECT_EQ(withDistances(backwards, learned(1.2, 30.0)).size, 1U) << "one fault explains the other";
 }
 
+TEST(SensorCheck, TellsAMountThatIsOffOnceItIsSure) {
+  const auto known = [](const Eigen::Vector3d& mean, double sigma) {
+    return MountError{.mean = mean, .covariance = sigma * sigma * Eigen::Matrix3d::Identity()};
+  };
+  const SensorFindings turned = withMount({}, known({0.0, 0.0, 0.07}, 0.002));
+  ASSERT_EQ(turned.size, 1U);
+  EXPECT_EQ(turned.storage[0].fault, kLidarYawOff);
+  EXPECT_EQ(turned.storage[0].value, 0.07) << "to add to lidar.yaw";
+  const SensorFindings shifted = withMount({}, known({-0.064, 0.01, 0.01}, 0.003));
+  ASSERT_EQ(shifted.size, 1U);
+  EXPECT_EQ(shifted.storage[0].fault, SensorFault::kLidarMountOff);
+  EXPECT_EQ(shifted.storage[0].value, -0.064);
+  EXPECT_EQ(shifted.storage[0].second, 0.01);
+  EXPECT_EQ(withMount({}, known({-0.064, 0.01, 0.07}, 0.02)).size, 0U) << "it may be chance";
+  EXPECT_EQ(withMount({}, known({0.015, 0.0, 0.01}, 0.001)).size, 0U) << "it does little harm";
+  SensorFindings reversed;
+  reversed.add(kWheelsSwapped);
+  EXPECT_EQ(withMount(reversed, known({0.0, 0.0, 0.07}, 0.002)).size, 1U) << "one fault explains the other";
+}
+
 TEST(AngleCounts, FindThePeakAcrossTheSeam) {
   AngleCounts angles(2 * kPi);
   for (int i = -10; i <= 10; ++i) angles.add(kPi + i * kDegree);

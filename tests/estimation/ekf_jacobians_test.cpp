@@ -287,6 +287,52 @@ RC_GTEST_PROP(EkfUpdate, AMatchCorrectsAllStatesButThePoseAlongWhatItDidNotSee, 
   expectSame(ekf, expected);
 }
 
+/// What an error that all matched scans have does to the filter, as much as it believes them.
+RC_GTEST_PROP(EkfSensitivity, IsWhatTheMeasuredPosesErrorsDoToThePose, ()) {
+  const EkfConfig config = uneven(false);
+  const Ekf begin = drawFilter(config, true);
+  std::vector<PoseMeasurement> matches(3);
+  for (PoseMeasurement& match : matches) {
+    match.T_map_base = begin.pose();
+    match.covariance = Eigen::Vector3d(draw(0.01, 0.1), draw(0.01, 0.1), draw(0.01, 0.1)).asDiagonal();
+    match.observable = draw(0, 1) < 0.5 ? 3 : 2;
+    match.bypass_gate = true;
+    for (int i = 0; i < 3; ++i) match.sensitivity.row(i) << draw(-1.0, 1.0), draw(-1.0, 1.0);
+  }
+  const auto poseWith = [&](int error, double size) {
+    Ekf ekf = begin;
+    for (PoseMeasurement match : matches) {
+      ekf.predict(ekf.stamp() + milliseconds(100));
+      match.T_map_base = Pose2::fromVector(ekf.pose().vector() + size * match.sensitivity.col(error));
+      if (size == 0.0) match.T_map_base = ekf.pose();
+      ekf.updatePose(match);
+    }
+    return ekf;
+  };
+  // The measured poses move with the filter's own, so that its errors add up: beside the one to come, those before.
+  Ekf ekf = begin;
+  Eigen::Matrix<double, 3, kSystematic> expected = ekf.sensitivity();
+  for (int error = 0; error < kSystematic; ++error) {
+    constexpr double kSize = 1e-5;
+    const Ekf there = poseWith(error, kSize), back = poseWith(error, -kSize);
+    Eigen::Vector3d moved = there.pose().vector() - back.pose().vector();
+    moved.z() = wrapAngle(moved.z());
+    expected.col(error) = moved / (2.0 * kSize);
+  }
+  for (PoseMeasurement match : matches) {
+    ekf.predict(ekf.stamp() + milliseconds(100));
+    match.T_map_base = ekf.pose();
+    match.sensitivity += ekf.sensitivity();
+    ekf.updatePose(match);
+  }
+  const double difference = (ekf.sensitivity() - expected).cwiseAbs().maxCoeff();
+  if (difference > 0.02 * std::max(1.0, expected.cwiseAbs().maxCoeff())) {
+    std::ostringstream text;
+    text << "filter:\n" << ekf.sensitivity() << "\nmeasured:\n" << expected;
+    RC_FAIL(text.str());
+  }
+}
+
 RC_GTEST_PROP(EkfTransform, TurnsTheWholeCovarianceWithTheMap, ()) {
   const EkfConfig config = uneven(draw(0, 1) < 0.5);
   Ekf ekf = drawFilter(config, draw(0, 1) < 0.5);

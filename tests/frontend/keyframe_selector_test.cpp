@@ -76,7 +76,7 @@ class Selected {
     MatchResult match;
     match.observable = observable;
     selector.addDrift(T_map_base, observable == 0 ? nullptr : &match, monitor);
-    return selector.keep(cloud, T_map_base, match, local_map);
+    return selector.keep(cloud, T_map_base, match, sensitivity, local_map);
   }
 
   FrontEndConfig config;
@@ -85,6 +85,7 @@ class Selected {
                           HeadingMonitor()};
   KeyframeSelector selector;
   Cloud cloud;
+  Sensitivity sensitivity = Sensitivity::Zero();
 };
 
 TEST(KeyframeSelector, CountsIdsFromTheMapsSizeAndSegmentsFromZero) {
@@ -120,11 +121,22 @@ TEST(KeyframeSelector, AKeyframesCovarianceGrowsByItsShareOfTheMatchsAndByTheLev
   selected.keep({}, 0);
   EXPECT_EQ(selected.local_map.keyframes()[0].covariance, Eigen::Matrix3d::Zero());
   const Pose2 next{0.2, 0.0, 0.5 * std::numbers::pi};
-  const Keyframe* keyframe = selected.selector.keep(selected.cloud, next, matchWith(1.0), selected.local_map);
-  EXPECT_NEAR(keyframe->covariance(0, 0), 1e-4, 1e-12) << "the second scan of a place counts as the first";
-  keyframe = selected.selector.keep(selected.cloud, next * Pose2{2.0, 0.0, 0.0}, matchWith(9.0), selected.local_map);
-  EXPECT_NEAR(keyframe->covariance(0, 0), 1e-4 + 0.04 * 1e-4, 1e-12);
-  EXPECT_NEAR(keyframe->covariance(1, 1), 1e-4 + 4.0 * 1e-6 + 0.04 * 1e-4, 1e-12);
+  const Keyframe* keyframe =
+      selected.selector.keep(selected.cloud, next, matchWith(1.0), selected.sensitivity, selected.local_map);
+  EXPECT_NEAR(keyframe->covariance(0, 0), 0.25 * 1e-4, 1e-12) << "the mean of two scans moves by half of the second";
+  keyframe = selected.selector.keep(selected.cloud, next * Pose2{2.0, 0.0, 0.0}, matchWith(9.0), selected.sensitivity,
+                                    selected.local_map);
+  EXPECT_NEAR(keyframe->covariance(0, 0), 0.25 * 1e-4 + 0.01 * 1e-4, 1e-12);
+  EXPECT_NEAR(keyframe->covariance(1, 1), 0.25 * 1e-4 + 4.0 * 0.25 * 1e-6 + 0.01 * 1e-4, 1e-12);
+}
+
+TEST(KeyframeSelector, AKeyframeKnowsWhatSystematicErrorsDoToItsPoseInItsOwnAxes) {
+  Selected selected;
+  selected.sensitivity.col(kRangeBias) = Eigen::Vector3d(2.0, 0.0, 0.1);
+  const Keyframe* keyframe = selected.keep({1.0, 0.0, 0.5 * std::numbers::pi});
+  EXPECT_TRUE(keyframe->sensitivity.col(kRangeBias).isApprox(Eigen::Vector3d(0.0, -2.0, 0.1)));
+  EXPECT_TRUE(selected.local_map.keyframes()[0].sensitivity.isApprox(keyframe->sensitivity));
+  EXPECT_TRUE(StoredScan(*keyframe).sensitivity.isApprox(keyframe->sensitivity));
 }
 
 TEST(KeyframeSelector, AKeyframesCovarianceGrowsByTheWheelsWayWhereNoMatchTellsIt) {
@@ -141,7 +153,9 @@ TEST(KeyframeSelector, WhatNoMatchToldCountsNoMoreWhereTheMapIsKnown) {
   selected.selector.addDrift({3.0, 0.0, 0.0}, nullptr, selected.monitor);
   MatchResult known = matchWith(9.0);
   known.overlap = known.known_ratio = 1.0;
-  ASSERT_TRUE(selected.selector.select(selected.cloud, {3.0, 0.0, 0.0}, known, selected.local_map)->refresh);
+  ASSERT_TRUE(
+      selected.selector.select(selected.cloud, {3.0, 0.0, 0.0}, known, selected.sensitivity, selected.local_map)
+          ->refresh);
   const Keyframe* keyframe = selected.keep({3.0, 0.0, 0.0});
   EXPECT_LT(keyframe->covariance.norm(), 1e-9);
 }

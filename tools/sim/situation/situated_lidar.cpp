@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/sim/situation/situated_lidar.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -53,10 +54,13 @@ SituatedLidar::Look SituatedLidar::look(const Pose2& T_world_base, int index, bo
   const double off = std::abs(ahead);
   const bool rear =
       situation_.second_lidar && (off > kHalfView || (index % 2 == 1 && off > std::numbers::pi - kHalfView));
-  const Pose2 mounted = rear ? kRear * Pose2{0.0, 0.0, *situation_.second_lidar} : LidarModel::kExtrinsics;
+  const Pose2 mounted =
+      rear ? kRear * Pose2{0.0, 0.0, *situation_.second_lidar} : LidarModel::kExtrinsics * situation_.mount_error;
   const double own = rear ? wrapAngle(ahead - std::numbers::pi) : ahead;
   Look look;
-  double range = model_.measure(own, [&](double b) { return sight(T_world_base, mounted, b, look.world); });
+  const double stretched = own * (1.0 + situation_.bearing_scale);
+  double range = model_.measure(stretched, [&](double b) { return sight(T_world_base, mounted, b, look.world); });
+  if (range > 0.0) range = std::max(0.0, range * (1.0 + situation_.range_scale) + situation_.range_bias);
   if (covered) range = 0.0;
   look.world = look.world && range > 0.0;
   look.beam = {.range = static_cast<float>(range),

@@ -52,6 +52,10 @@ struct Situation {
   std::optional<double> claimed_range_max = {};  ///< [m] in the scans, where it is not the lidar's
   bool beam_times = true;
   NoReturn no_return = {};
+  double range_bias = 0.0;                  ///< [m] that is added to each range, and ...
+  double range_scale = 0.0;                 ///< [1] ... share of it
+  double bearing_scale = 0.0;               ///< [1] by which beams lie further apart than they are written
+  Pose2 mount_error = {};                   ///< from where the lidar is taken to sit to where it does
   std::optional<double> second_lidar = {};  ///< [rad] by which a second one, merged with the first, is turned unknown
 
   ImuFault imu = {};

@@ -110,6 +110,22 @@ TEST(SituatedLidar, TwoMergedOnesAgreeUnlessOneIsTurned) {
   EXPECT_GT(misfit({"second-lidar=5"}), 0.05);
 }
 
+TEST(SituatedLidar, ErrorsThatEachScanHasAreAsGiven) {
+  const World world = room();
+  const Pose2 pose{1.0, -0.5, 0.7};
+  Situation sound = with({"range-noise=0", "range-noise-per-metre=0"}), wrong = sound;
+  sound.lidar.angle_jitter = wrong.lidar.angle_jitter = sound.lidar.dropout = wrong.lidar.dropout = 0.0;
+  for (const char* kind : {"range-bias=0.03", "range-scale=0.01", "bearing-scale=0.02", "lidar-turned=4"})
+    addTo(wrong, kind);
+  SituatedLidar lidar(world, wrong, 3);
+  for (int i = 0; i < 360; ++i) {
+    const Beam beam = lidar.look(pose, i, false).beam;
+    const double truth = lidar.trueRange(pose, 1.02 * lidar.bearing(i) + 4.0 * kPi / 180.0);
+    EXPECT_NEAR(beam.range, 1.01 * truth + 0.03, 1e-6);
+    EXPECT_EQ(beam.bearing, static_cast<float>(lidar.bearing(i)));
+  }
+}
+
 TEST(SituatedLidar, NoiseIsAsGiven) {
   const World world = room();
   const auto deviation = [&](std::initializer_list<const char*> kinds) {

@@ -38,9 +38,11 @@ TEST(Situation, CasingsAndPostsAddUp) {
 }
 
 TEST(Situation, ReadsNumbersInTheirUnits) {
-  const Situation s = with({"field-of-view=58", "range-max=4", "beams=1080", "turn-rate=5", "range-noise=0.3",
-                            "range-noise-per-metre=0.02", "claimed-range-max=80", "second-lidar=5", "gyro-step=1",
-                            "gyro-clip=1", "gyro-offset=-0.1", "wheels-away=20,32", "floor-line=1.5", "walkers=4"});
+  const Situation s =
+      with({"field-of-view=58", "range-max=4", "beams=1080", "turn-rate=5", "range-noise=0.3",
+            "range-noise-per-metre=0.02", "claimed-range-max=80", "second-lidar=5", "gyro-step=1", "gyro-clip=1",
+            "gyro-offset=-0.1", "wheels-away=20,32", "floor-line=1.5", "walkers=4", "range-bias=-0.03",
+            "range-scale=0.01", "bearing-scale=0.02", "lidar-turned=4", "lidar-ahead=-0.06"});
   EXPECT_NEAR(s.field_of_view, 58 * kDegree, 1e-12);
   EXPECT_EQ(s.lidar.range_max, 4.0);
   EXPECT_EQ(s.beams, 1080);
@@ -57,6 +59,11 @@ TEST(Situation, ReadsNumbersInTheirUnits) {
   EXPECT_FALSE(s.wheels_away->contains(32.0));
   EXPECT_EQ(s.floor_line, 1.5);
   EXPECT_EQ(s.walkers, 4);
+  EXPECT_EQ(s.range_bias, -0.03);
+  EXPECT_EQ(s.range_scale, 0.01);
+  EXPECT_EQ(s.bearing_scale, 0.02);
+  EXPECT_NEAR(s.mount_error.theta, 4 * kDegree, 1e-12);
+  EXPECT_EQ(s.mount_error.x, -0.06);
 }
 
 TEST(Situation, ReadsWords) {
@@ -100,6 +107,8 @@ TEST(Situation, ABadValueIsRefusedWithItsForm) {
                           "range-max=nan",
                           "range-max=inf",
                           "range-noise=-1",
+                          "range-bias=2",
+                          "bearing-scale=x",
                           "turn-rate=0",
                           "casing=10,20",
                           "casing=20,10,0.3",
@@ -132,7 +141,7 @@ TEST(Situation, EveryKindHasItsLine) {
     EXPECT_NE(line.find('='), std::string::npos) << line;
     EXPECT_NE(line.find(": "), std::string::npos) << line;
   }
-  EXPECT_GE(kinds, 28);
+  EXPECT_GE(kinds, 33);
 }
 
 }  // namespace
