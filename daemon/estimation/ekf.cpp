@@ -97,6 +97,11 @@ void Ekf::predict(Timestamp stamp) {
   }
   P_ = A * P_ * A.transpose();  // (14)
   P_.diagonal().head<3>() += nisRatio() * Eigen::Vector3d(translation, translation, rotation);
+  // No sensor was heard for so long that nothing is known of the motion but what a robot can do.
+  if (const double unknown = dt - arc.seconds; dt > c.longest_walk) {
+    const double reach = c.limits.max_speed * unknown;
+    P_.diagonal().head<3>() += Eigen::Vector3d(reach, reach, c.limits.max_turn_rate * unknown).cwiseAbs2();
+  }
   P_(kGyroBias, kGyroBias) += square(c.gyro_bias_noise) * dt;
   walkSpeeds(speed_walks);
   walkTurnRate(turn_rate_walks);

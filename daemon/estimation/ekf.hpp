@@ -45,6 +45,7 @@ struct EkfConfig {
   double max_turn_rate = 10.0;                 ///< [rad/s] nor turns faster
   int nis_memory = 10;                         ///< matched scans over which the prediction is judged
   double max_coast = 0.5;  ///< [s] the pose is moved on for no longer beyond what the wheels have told
+  SpeedLimits limits;      ///< of a motion that no sensor tells: the pose becomes uncertain by it
   bool holonomic = false;  ///< the base can move sideways (omni, mecanum)
   StandstillConfig standstill;
   int max_rejected_poses = 2;        ///< consecutive matched scans outside the gate: then the filter is wrong, not they

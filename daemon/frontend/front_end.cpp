@@ -271,13 +271,13 @@ PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
                         .match_quality = tracking_.overlap()};
   // Wheels without a gyro beside them are as likely wrong as the scans.
   const bool contradicted = (monitor_.scans.contradicts() && ekf.gyroActive()) || monitor_.heading.contradicts();
-  estimate.state = tracking_.state(stamp, estimate.covariance, contradicted);
   const Eigen::Matrix3d of_map = local_map_.covarianceAt(estimate.T_map_base) + monitor_.scans.covariance();
   estimate.covariance += rotated(of_map, estimate.T_map_base.theta);
   estimate.covariance += tracking_.tension();  // it stays the same from scan to scan, so that no mean lessens it
   // Wheels alone do not see a slip within a scan, which is bent by it.
   if (!ekf.gyroActive())
     estimate.covariance(2, 2) += config_.ekf.wheelRotationVariance(0.0, 0.5 * std::abs(tracking_.lastMotion().theta));
+  estimate.state = tracking_.state(stamp, pose_.newestStamp(), estimate.covariance, contradicted);
   return estimate;
 }
 
@@ -293,10 +293,11 @@ OdometryEstimate FrontEnd::odometry(Timestamp stamp) const {
           .T_map_odom = pose_.poseAt(stamp) * ekf.pose().inverse()};
 }
 
-TrackingReport FrontEnd::trackingReport() const {
+TrackingReport FrontEnd::trackingReport(Timestamp stamp) const {
   const RangeNoiseWatch& noise = interpreter().rangeNoise();
   return {.begun = tracking_.begun(),
           .placed = tracking_.placed(),
+          .silent = tracking_.silent(stamp, pose_.newestStamp()),
           .failures = tracking_.failures(),
           .points = preprocessor_.points(),
           .needed = config_.match.min_pairs,

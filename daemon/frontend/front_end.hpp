@@ -83,7 +83,7 @@ class FrontEnd {
   /// false: the pose is relative to the session's beginning, not to the map
   bool placed() const { return tracking_.placed(); }
 
-  TrackingReport trackingReport() const;
+  TrackingReport trackingReport(Timestamp stamp) const;
 
   const FrontEndConfig& config() const { return config_; }
   FrontEndCounters counters() const;
