@@ -149,8 +149,9 @@ struct EkfCounters {
 /// to the left, is not the paper's: a base that cannot move sideways keeps it at zero, exactly. Sensors correct one
 /// after another, wheels first, then IMU, then (in the pose filter) a matched scan, each on the result of the one
 /// before. Corrections use the Joseph form, which keeps P positive definite for any gain. A filter without
-/// scans is smooth: standstill corrects its speeds and bias, but not its pose, for what a wrong bias has turned since
-/// the last one would be undone by a jump of metres; and what was driven while the wheels were silent is left out.
+/// scans is smooth: a correction changes its speeds and bias, but not its pose. What a wrong bias has turned since the
+/// last rest, or a speed that wheels do not tell for long, would be undone by a jump of metres. What was driven while
+/// the wheels were silent is left out.
 ///
 /// A plain value without I/O or allocation: EkfTimeline keeps copies of it. Not safe for concurrent writes.
 class Ekf {
@@ -224,7 +225,7 @@ class Ekf {
     return gyro_stamp_ && toSeconds(stamp - *gyro_stamp_) < config_->gyro_timeout;
   }
 
-  enum Considered { kNone, kBias, kPose };  // states whose gain is zero
+  enum Considered { kNone, kBias };  // states whose gain is zero
 
   /// @param seen  projector onto the pose's directions that the measurement sees, the others stay; null: all of them
   template <int N>
