@@ -21,7 +21,7 @@ void StillWheels::add(const WheelSample& sample, std::optional<double> turned, c
   const bool was_still = std::exchange(still_, StandstillConfig().isQuiet(speed, moved.theta / seconds));
   if (!still_) {
     speed_ = std::min(speed, std::exchange(newest_speed_, speed));
-    turned_ = way_ = moved_ = 0.0;
+    turned_ = path_ = moved_ = 0.0;
     dead_ = false;
     return rest_.reset();
   }
@@ -33,8 +33,8 @@ void StillWheels::add(const WheelSample& sample, std::optional<double> turned, c
     rest_.reset();
   }
   if (!dead_) return;
-  way_ += speed_ * seconds;
-  longest_way_ = std::max(longest_way_, way_);
+  path_ += speed_ * seconds;
+  longest_path_ = std::max(longest_path_, path_);
 }
 
 void StillWheels::compare(Timestamp stamp, const Pose2& T_map_base, bool complete, const WheelMonitorConfig& config) {
@@ -47,7 +47,7 @@ void StillWheels::compare(Timestamp stamp, const Pose2& T_map_base, bool complet
     rest_ = Seen{stamp, T_map_base};
   } else if (moved_ < config.dead_motion && toSeconds(stamp - rest_->stamp) >= config.rest_time) {
     dead_ = false;
-    speed_ = turned_ = way_ = moved_ = 0.0;
+    speed_ = turned_ = path_ = moved_ = 0.0;
   }
 }
 

@@ -62,7 +62,7 @@ class StillWheels {
   /// The wheels stand, and nothing shows that the robot does.
   bool dead() const { return dead_; }
   /// [m] that the robot may have driven meanwhile at its last speed, at most so far
-  double longestWay() const { return longest_way_; }
+  double longestWay() const { return longest_path_; }
 
  private:
   struct Seen {
@@ -76,7 +76,7 @@ class StillWheels {
   std::optional<Seen> rest_;   // a scan that saw the whole pose, since they are dead
   double moved_ = 0.0;         // [m] by such scans
   bool still_ = false, dead_ = false;
-  double way_ = 0.0, longest_way_ = 0.0;
+  double path_ = 0.0, longest_path_ = 0.0;
 };
 
 /// Judges the wheels by the way from one matched scan to another, and corrects their scale. The filter's noise model
