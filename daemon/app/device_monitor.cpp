@@ -113,12 +113,13 @@ bool DeviceMonitor::look(Timestamp now) {
 std::vector<Trouble> DeviceMonitor::problems(Timestamp now) const {
   std::vector<Trouble> problems;
   for (const WatchedDevice& device : devices_) {
+    const bool goes_on = !device.without.empty() && (device.by.empty() || streams(device.by, now));
     if (const Problem problem = problemOf(device, found(device), now))
       problems.push_back({.device = device.name,
                           .problem = problem,
                           .begin = device.name + ": ",
                           .since = silenceOf(device, now),
-                          .meanwhile = device.without.empty() ? "" : "slamd " + device.without,
+                          .meanwhile = goes_on ? "slamd " + device.without : "",
                           .recovery = device.name + " STREAMING",
                           .fault = stateOf(device, now) != DeviceState::kStreaming});
   }

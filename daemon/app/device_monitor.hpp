@@ -21,7 +21,8 @@ struct WatchedDevice {
   DeviceStatus* status;
   double expected;  ///< [Hz]
   bool over_lcm = false;
-  std::string without = {};                       ///< what slamd does without it
+  std::string without = {};                       ///< what slamd does without it ...
+  std::string by = {};                            ///< ... as long as this device gives samples; empty: in any case
   DeviceState seen_state = DeviceState::kAbsent;  ///< at the last look that was news ...
   Problem seen = {};                              ///< ... and the problem
   bool is_new = true;                             ///< there was none yet

@@ -11,6 +11,7 @@ namespace {
 
 Problem scanProblem(const PoseSnapshot& pose, bool has_scans) {
   const TrackingReport& tracking = pose.tracking;
+  if (tracking.begun && tracking.silent) return problem::kNoSource;
   if (!has_scans) return problem::kNoScans;
   if (pose.scans == 0) return problem::kNoScanYet;
   if (pose.echo_finding != EchoWatch::Finding::kNone) return problemOf(pose.echo_finding);
@@ -38,7 +39,8 @@ Trouble poseTrouble(const PoseSnapshot& pose, bool has_scans) {
   trouble.begin += ": ";
   const Problem scans = scanProblem(pose, has_scans);
   trouble.problem = scans ? scans : problemOf(pose.tracking, state);
-  if (state == LocalisationState::kLost && scans) trouble.since = problem::kLost.cause + std::string("; ");
+  if (state == LocalisationState::kLost && scans && !scans.is(problem::kNoSource))
+    trouble.since = problem::kLost.cause + std::string("; ");
   if (scans.is(problem::kRangesScatter)) trouble.since += "waits for ranges to match: ";
   if (scans && scans.isSame(problemOf(pose.echo_finding))) trouble.since += "waits for echoes: ";
   return trouble;

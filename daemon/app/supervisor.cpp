@@ -70,31 +70,44 @@ Supervisor::Supervisor(const Config& config)
   const char* const without_imu = "takes the turn rate from the wheels";
   const char* const without_depth = "draws what the lidar sees alone";
   if (lidar_)
-    devices_.add(
-        {.name = "lidar", .status = &lidar_->driver().status(), .expected = kLidarRate, .without = without_lidar});
+    devices_.add({.name = "lidar",
+                  .status = &lidar_->driver().status(),
+                  .expected = kLidarRate,
+                  .without = without_lidar,
+                  .by = "base"});
   if (config_.lidar_device.driver == LidarDriver::kLcm)
     devices_.add({.name = "lidar",
                   .status = &bus_.sensors().lidarStatus(),
                   .expected = kLcmRate,
                   .over_lcm = true,
-                  .without = without_lidar});
+                  .without = without_lidar,
+                  .by = "base"});
   if (base_ && base_->wheelStatus())
-    devices_.add(
-        {.name = "base", .status = base_->wheelStatus(), .expected = base_->wheelRate(), .without = without_wheels});
+    devices_.add({.name = "base",
+                  .status = base_->wheelStatus(),
+                  .expected = base_->wheelRate(),
+                  .without = without_wheels,
+                  .by = "lidar"});
   if (config_.base_device.driver == BaseDriver::kLcm)
     devices_.add({.name = "base",
                   .status = &bus_.sensors().wheelStatus(),
                   .expected = kLcmRate,
                   .over_lcm = true,
-                  .without = without_wheels});
+                  .without = without_wheels,
+                  .by = "lidar"});
   if (base_ && base_->imuStatus())
-    devices_.add({.name = "imu", .status = base_->imuStatus(), .expected = base_->imuRate(), .without = without_imu});
+    devices_.add({.name = "imu",
+                  .status = base_->imuStatus(),
+                  .expected = base_->imuRate(),
+                  .without = without_imu,
+                  .by = "base"});
   if (config_.imu_device.driver == ImuDriver::kLcm)
     devices_.add({.name = "imu",
                   .status = &bus_.sensors().imuStatus(),
                   .expected = kLcmRate,
                   .over_lcm = true,
-                  .without = without_imu});
+                  .without = without_imu,
+                  .by = "base"});
 
   const DepthDeviceConfig& depth = config_.depth_device;
   if (depth.driver == DepthDriver::kOpenni2) {

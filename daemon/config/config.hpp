@@ -395,6 +395,7 @@ inline BaseKinematics kinematicsOf(const BaseDeviceConfig& base) {
 inline FrontEndConfig frontEndConfig(const Config& config) {
   FrontEndConfig front_end = config.front_end;
   front_end.ekf.holonomic = kinematicsOf(config.base_device).type != BaseType::kDifferential;
+  front_end.ekf.limits = config.base_device.limits;
   front_end.localise_only = config.mode == RunMode::kLocalise;
   return front_end;
 }

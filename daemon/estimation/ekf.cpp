@@ -98,6 +98,11 @@ void Ekf::predict(Timestamp stamp) {
   P_ = A * P_ * A.transpose();  // (14)
   systematic_ = (A * systematic_).eval();
   P_.diagonal().head<3>() += nisRatio() * Eigen::Vector3d(translation, translation, rotation);
+  // No sensor was heard for so long that nothing is known of the motion but what a robot can do.
+  if (const double unknown = dt - arc.seconds; dt > c.longest_walk) {
+    const double reach = c.limits.max_speed * unknown;
+    P_.diagonal().head<3>() += Eigen::Vector3d(reach, reach, c.limits.max_turn_rate * unknown).cwiseAbs2();
+  }
   P_(kGyroBias, kGyroBias) += square(c.gyro_bias_noise) * dt;
   walkSpeeds(speed_walks);
   walkTurnRate(turn_rate_walks);
@@ -131,7 +136,7 @@ UpdateResult Ekf::correct(const Eigen::Matrix<double, N, 1>& innovation, const E
   }
   Eigen::Matrix<double, 7, N> K = S_llt.solve(PHt.transpose()).transpose();  // (15)
   if (considered == kBias) K.row(kGyroBias).setZero();
-  if (considered == kPose && config_->smooth) K.template topRows<3>().setZero();
+  if (config_->smooth) K.template topRows<3>().setZero();
   if (seen != nullptr) K.template topRows<3>() = (*seen * K.template topRows<3>()).eval();
   x_ += K * innovation;  // (16)
   x_[kTheta] = wrapAngle(x_[kTheta]);
@@ -244,11 +249,11 @@ UpdateResult Ekf::updateGyro(double rate) {
   // While driving, the predicted turn rate comes from the wheels: learning the bias from the difference would let their
   // systematic errors in again. The bias is learned at standstill and from matched scans.
   const Eigen::Matrix<double, 1, 1> innovation(rate - x_[kTurnRate] - x_[kGyroBias]), R(square(c.gyro_sigma));
-  UpdateResult result = correct<1>(innovation, H, R, standstill() ? kPose : kBias, 1);
+  UpdateResult result = correct<1>(innovation, H, R, standstill() ? kNone : kBias, 1);
   if (result == UpdateResult::kRejected && bias_unknown && !wheelsSilent() &&
       standstill_.active(stamp_, c.standstill.min_time)) {
     P_(kGyroBias, kGyroBias) += square(innovation.x());
-    result = correct<1>(innovation, H, R, kPose, 0);
+    result = correct<1>(innovation, H, R, kNone, 0);
   }
   ++(result == UpdateResult::kFused ? counters_.gyro_fused : counters_.gyro_rejected);
   gyro_stamp_ = stamp_;
@@ -280,11 +285,11 @@ void Ekf::updateStandstill() {
   const Eigen::Matrix2d R =
       Eigen::Vector2d(square(config_->standstill_speed_sigma), square(config_->standstill_turn_rate_sigma))
           .asDiagonal();
-  correct<2>(Eigen::Vector2d(-x_[kSpeed], -x_[kTurnRate]), H, R, kPose, 0);
+  correct<2>(Eigen::Vector2d(-x_[kSpeed], -x_[kTurnRate]), H, R, kNone, 0);
   if (config_->holonomic) {
     Eigen::Matrix<double, 1, 7> across = Eigen::Matrix<double, 1, 7>::Zero();
     across(0, kLateralSpeed) = 1.0;
-    correct<1>(Eigen::Matrix<double, 1, 1>(-x_[kLateralSpeed]), across, R.topLeftCorner<1, 1>(), kPose, 0);
+    correct<1>(Eigen::Matrix<double, 1, 1>(-x_[kLateralSpeed]), across, R.topLeftCorner<1, 1>(), kNone, 0);
   }
   ++counters_.standstill_updates;
 }

@@ -46,6 +46,7 @@ struct EkfConfig {
   double max_turn_rate = 10.0;                 ///< [rad/s] nor turns faster
   int nis_memory = 10;                         ///< matched scans over which the prediction is judged
   double max_coast = 0.5;  ///< [s] the pose is moved on for no longer beyond what the wheels have told
+  SpeedLimits limits;      ///< of a motion that no sensor tells: the pose becomes uncertain by it
   bool holonomic = false;  ///< the base can move sideways (omni, mecanum)
   StandstillConfig standstill;
   int max_rejected_poses = 2;        ///< consecutive matched scans outside the gate: then the filter is wrong, not they
@@ -149,8 +150,9 @@ struct EkfCounters {
 /// to the left, is not the paper's: a base that cannot move sideways keeps it at zero, exactly. Sensors correct one
 /// after another, wheels first, then IMU, then (in the pose filter) a matched scan, each on the result of the one
 /// before. Corrections use the Joseph form, which keeps P positive definite for any gain. A filter without
-/// scans is smooth: standstill corrects its speeds and bias, but not its pose, for what a wrong bias has turned since
-/// the last one would be undone by a jump of metres; and what was driven while the wheels were silent is left out.
+/// scans is smooth: a correction changes its speeds and bias, but not its pose. What a wrong bias has turned since the
+/// last rest, or a speed that wheels do not tell for long, would be undone by a jump of metres. What was driven while
+/// the wheels were silent is left out.
 ///
 /// A plain value without I/O or allocation: EkfTimeline keeps copies of it. Not safe for concurrent writes.
 class Ekf {
@@ -226,7 +228,7 @@ class Ekf {
     return gyro_stamp_ && toSeconds(stamp - *gyro_stamp_) < config_->gyro_timeout;
   }
 
-  enum Considered { kNone, kBias, kPose };  // states whose gain is zero
+  enum Considered { kNone, kBias };  // states whose gain is zero
 
   /// @param seen  projector onto the pose's directions that the measurement sees, the others stay; null: all of them
   /// @param sensitivity of the measurement

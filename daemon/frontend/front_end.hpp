@@ -35,6 +35,7 @@ struct ScanOutcome {
   bool fused = false;                  ///< the match passed the filter's gate
   const LaserScan* scan = nullptr;     ///< as it was interpreted; valid until the next one, and as long as it
   bool stuck = false;                  ///< the lidar repeats a turn although the robot moves: the scan was not used
+  bool misdated = false;               ///< its stamp is no moment of this drive: the scan was not used
   const Keyframe* keyframe = nullptr;  ///< set when the scan became one, or a refresh; valid until the next scan
 };
 
@@ -83,13 +84,15 @@ class FrontEnd {
   /// false: the pose is relative to the session's beginning, not to the map
   bool placed() const { return tracking_.placed(); }
 
-  TrackingReport trackingReport() const;
+  TrackingReport trackingReport(Timestamp stamp) const;
 
   const FrontEndConfig& config() const { return config_; }
   FrontEndCounters counters() const;
   const WheelScale& wheelScale() const { return monitor_.wheels.scale(); }
   /// By how much the lidar's mount is off, as the whole drive tells it.
   const MountError& mountError() const { return monitor_.mount.error(); }
+  /// [m] that dead wheels have kept back at most; 0: they were not dead
+  double keptBackByWheels() const { return monitor_.wheels.keptBack(); }
   GyroVerdict gyroVerdict() const { return monitor_.gyro.verdict(gyroBias()); }
   /// What was found out about the lidar's beams.
   const ScanInterpreter& interpreter() const { return preprocessor_.interpreter(); }
@@ -101,6 +104,7 @@ class FrontEnd {
   void recoverBySearch(const Cloud& cloud, const Prediction& predicted, ScanOutcome& outcome);
   const Keyframe* follow(const Cloud& cloud, const Prediction& predicted, const MatchResult& match, bool may_keep);
   const Keyframe* coast(const Cloud& cloud, const Prediction& predicted, const MatchResult& match, bool may_keep);
+  std::optional<double> turnBesideWheels(Timestamp stamp);
   double gyroBias() const { return pose_.newest().gyroBias(); }
   void judgeGyro(Timestamp stamp, const MatchResult& match);
   void endDoubt();
@@ -121,6 +125,7 @@ class FrontEnd {
   TrackingState tracking_;
   KeyframeSelector keyframes_;
   DepthViewSelector views_;
+  Timestamp wheels_from_, wheels_to_;  // of the last two samples
   std::uint32_t far_off_ = 0;
 };
 

@@ -55,11 +55,12 @@ void TrackingState::refute() {
   was_placed_ = true;
 }
 
-LocalisationState TrackingState::state(Timestamp stamp, const Eigen::Matrix3d& covariance, bool contradicted) const {
+LocalisationState TrackingState::state(Timestamp stamp, Timestamp last_source, const Eigen::Matrix3d& covariance,
+                                       bool contradicted) const {
   if (!last_match_) return LocalisationState::kInitialising;
   if (!placed_) return was_placed_ ? LocalisationState::kLost : LocalisationState::kInitialising;
   const double sigma = std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
-  if (sigma > config_.lost_position_sigma) return LocalisationState::kLost;
+  if (sigma > config_.lost_position_sigma || silent(stamp, last_source)) return LocalisationState::kLost;
   return unmatched(stamp) || failures_ > 0 || contradicted ? LocalisationState::kDegraded
                                                            : LocalisationState::kLocalised;
 }

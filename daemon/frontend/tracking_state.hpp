@@ -13,6 +13,7 @@ namespace slam {
 struct TrackingConfig {
   int max_failures = 8;              ///< scans in a row without a match, and `degraded_after`: then something is done
   double degraded_after = 1.0;       ///< [s] without a matched scan
+  double lost_after = 1.0;           ///< [s] without a sample of wheels or gyro, or a matched scan: a pose is a guess
   double lost_position_sigma = 1.0;  ///< [m] a position this uncertain is not valid
 
   void visitSettings(auto& v) {
@@ -51,8 +52,15 @@ class TrackingState {
     tension_ = rotated(tension_, T_new_old.theta);
   }
 
-  /// @param contradicted matched scans and odometry tell different ways
-  LocalisationState state(Timestamp stamp, const Eigen::Matrix3d& covariance, bool contradicted = false) const;
+  /// @param last_source stamp of the newest sample of any sensor that tells the motion
+  /// @param covariance as it is published [m, m, rad] @param contradicted matched scans and odometry tell different
+  /// ways
+  LocalisationState state(Timestamp stamp, Timestamp last_source, const Eigen::Matrix3d& covariance,
+                          bool contradicted = false) const;
+  /// No sensor tells the motion any more.
+  bool silent(Timestamp stamp, Timestamp last_source) const {
+    return toSeconds(stamp - last_source) > config_.lost_after;
+  }
   /// Whether any scan was placed yet.
   bool begun() const { return last_match_.has_value(); }
   bool placed() const { return placed_; }

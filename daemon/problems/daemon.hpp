@@ -58,6 +58,10 @@ inline constexpr ProblemKind kMessagesStarved{"messages_starved",
 inline constexpr const char *kDriveOn = "drive slowly on where it has been, or give its place: slamctl set-pose",
                             *kOtherSensors = "the pose goes on by the other sensors";
 inline constexpr ProblemKind kNoScans{"no_scans", "waits for the lidar"};
+inline constexpr ProblemKind kNoSource{
+    "no_source", "wheels, gyro and lidar are all silent, so that nothing shows how the robot moves",
+    "no pose is published until one of them is back",
+    "check what they share: power, USB hub, the program that sends them"};
 inline constexpr ProblemKind kNoScanYet{"no_scan_yet", "waits for the first scan"};
 inline constexpr ProblemKind kFewPoints{
     "few_points", "waits for a scan that shows more: the last one has {#0} points where {#1} are needed", "",

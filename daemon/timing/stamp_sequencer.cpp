@@ -5,7 +5,26 @@
 
 namespace slam {
 
-bool ForwardJumpGuard::passes(Timestamp recorded) {
+/// Whether the stamp is ahead of streams that have gone on since the last sample of this one.
+bool ForwardJumpGuard::leads(Timestamp recorded, std::optional<Timestamp> others) {
+  if (!last_ || !others || *others <= *last_) return false;
+  const double lead = toSeconds(recorded - *others);
+  if (lead <= lead_ + config_.ahead_of_others) {
+    leading_ = 0;
+    lead_ = std::clamp(lead, 0.0, lead_);
+    return false;
+  }
+  if (++leading_ <= config_.usual_lead) return true;
+  leading_ = 0;
+  lead_ = lead;
+  return false;
+}
+
+bool ForwardJumpGuard::passes(Timestamp recorded, std::optional<Timestamp> others) {
+  if (leads(recorded, others)) {
+    ++held_count_;
+    return false;
+  }
   const bool confirmed = held_ && recorded >= *held_ - fromSeconds(config_.far_ahead);
   if (last_ && toSeconds(recorded - *last_) > std::max(config_.far_ahead, longest_) && !confirmed) {
     held_ = recorded;

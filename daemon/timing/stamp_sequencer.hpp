@@ -9,28 +9,37 @@ namespace slam {
 
 /// What a stream's stamps may do and still be those of one clock.
 struct StampConfig {
-  double far_ahead = 3.0;      ///< [s] a step forward by more needs a second sample to be believed
-  double set_back = 5.0;       ///< [s] a jump back by more is a clock that was set
-  double least_step = 0.25;    ///< [1] of the usual interval, between two stamps
-  int first_steps = 5;         ///< of which the shortest is the usual interval; then it is a running mean ...
-  double memory = 0.05;        ///< [1] ... of this gain ...
-  double longest_share = 3.0;  ///< [1] ... in which no step counts for more intervals: it was a pause
+  double far_ahead = 3.0;        ///< [s] a step forward by more needs a second sample to be believed
+  double ahead_of_others = 0.5;  ///< [s] nor is any stream so far ahead of the others for one sample, while these go on
+  int usual_lead = 3;            ///< such samples in a row: it always is
+  double set_back = 5.0;         ///< [s] a jump back by more is a clock that was set
+  double least_step = 0.25;      ///< [1] of the usual interval, between two stamps
+  int first_steps = 5;           ///< of which the shortest is the usual interval; then it is a running mean ...
+  double memory = 0.05;          ///< [1] ... of this gain ...
+  double longest_share = 3.0;    ///< [1] ... in which no step counts for more intervals: it was a pause
 };
 
 /// Holds back a sample whose stamp is seconds ahead of its stream until the next one confirms it: a single damaged
-/// stamp must not make everything after it look old.
+/// stamp must not make everything after it look old. Where other streams go on meanwhile, tenths of a second ahead of
+/// them are too many, until three in a row confirm them.
 class ForwardJumpGuard {
  public:
   explicit ForwardJumpGuard(const StampConfig& config = {}) : config_(config) {}
 
+  /// @param others newest stamp of the other streams; none: there are none
   /// @return false for a sample that must not be used
-  bool passes(Timestamp recorded);
+  bool passes(Timestamp recorded, std::optional<Timestamp> others = {});
+  std::optional<Timestamp> last() const { return last_; }
   std::uint32_t held() const { return held_count_; }
 
  private:
   StampConfig config_;
+  bool leads(Timestamp recorded, std::optional<Timestamp> others);
+
   std::optional<Timestamp> last_, held_;
   double longest_ = 0.0;  // [s] between two samples of the stream, as confirmed
+  double lead_ = 0.0;     // [s] before the other streams, as confirmed
+  int leading_ = 0;       // samples in a row that are further ahead
   std::uint32_t held_count_ = 0;
 };
 

@@ -183,6 +183,22 @@ TEST_F(Monitor, LogsNewsOnceAndTriesToOpenNotAtAll) {
   EXPECT_THAT(look(9s), ElementsAre(testing::HasSubstr("wedged"))) << "another reason";
 }
 
+TEST_F(Monitor, GoesOnByNothingThatIsAwayItself) {
+  DeviceStatus base;
+  monitor.add(
+      {.name = "base", .status = &base, .expected = 50.0, .without = "goes on by scan matching", .by = "lidar"});
+  const auto words = [&](Duration at) {
+    std::vector<std::string> texts;
+    for (const Trouble& trouble : monitor.problems(kNow + at)) texts.push_back(trouble.text());
+    return texts;
+  };
+  base.set(DeviceState::kAbsent, problemOf("no such port"));
+  stream(0s);
+  EXPECT_THAT(words(0s), ElementsAre("base: no such port; slamd goes on by scan matching"));
+  status.set(DeviceState::kAbsent, problemOf("gone"));
+  EXPECT_THAT(words(100ms), ElementsAre("lidar: gone; slamd goes on by wheels", "base: no such port"));
+}
+
 TEST_F(Monitor, LogsTheFirstSampleOfADeviceThatWasNotMissed) {
   status.set(DeviceState::kOpening, problemOf("opening"));
   EXPECT_THAT(lookFor(0s, 2s), IsEmpty());

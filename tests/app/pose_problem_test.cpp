@@ -36,6 +36,15 @@ TEST(PoseProblem, NameTheLidarThatAPoseWaitsFor) {
     EXPECT_THAT(wordsOf(poseOf(state), false), HasSubstr("waits for the lidar"));
 }
 
+TEST(PoseProblem, NameNoSensorAloneWhereAllAreSilent) {
+  PoseSnapshot pose = poseOf(kLost);
+  pose.tracking.silent = true;
+  EXPECT_THAT(wordsOf(pose, false), StartsWith("wheels, gyro and lidar are all silent"));
+  pose.pose.state = kInitialising;
+  pose.tracking.begun = false;
+  EXPECT_THAT(wordsOf(pose, false), HasSubstr("waits for the lidar")) << "at the start there is nothing to lose";
+}
+
 TEST(PoseProblem, TellScansThatShowNothingFromThoseThatDoNotMatch) {
   PoseSnapshot pose = poseOf(kDegraded);
   pose.tracking.failures = 12;

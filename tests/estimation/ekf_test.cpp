@@ -304,6 +304,25 @@ TEST(Ekf, OfASmoothPoseStandstillTellsTheBiasAndMovesNothing) {
   }
 }
 
+TEST(Ekf, ASmoothPoseDoesNotJumpWhenWheelsComeBack) {
+  const EkfConfig config = smooth();
+  for (const double speed : {0.0, 0.2, 0.5}) {
+    Drive drive(config);
+    drive.twist.x() = 0.5;
+    drive.run(5.0);
+    Ekf& ekf = drive.ekf;
+    for (int i = 0; i < 1200; ++i) {
+      ekf.updateGyro(0.0);
+      ekf.predict(ekf.stamp() + milliseconds(10));
+    }
+    const Pose2 before = ekf.pose();
+    ekf.updateWheels({speed, 0.0, 0.0}, true, milliseconds(20), 0.0);
+    EXPECT_EQ(ekf.pose(), before) << "the new speed tells nothing of where the robot is";
+    EXPECT_NEAR(ekf.twist().vx, speed, 0.02);
+    expectHealthy(ekf, "wheels come back");
+  }
+}
+
 TEST(Ekf, OfASmoothPoseWhatWasDrivenInSilenceIsLeftOut) {
   const EkfConfig config = smooth();
   Drive drive(config);

@@ -132,7 +132,7 @@ TEST(FrontEnd, RangesThatScatterAtRestLeaveTheWayToWheelsAndGyro) {
   Drive drive;
   drive.lidar.range_sigma = 0.3;
   drive.run(3.0, kStand);
-  EXPECT_NEAR(drive.front_end->trackingReport().range_noise, 0.3, 0.1);
+  EXPECT_NEAR(drive.front_end->trackingReport(drive.now).range_noise, 0.3, 0.1);
   for (int i = 0; i < 10; ++i) {
     drive.run(6.0, kCurve);
     const Pose2 odom = drive.front_end->odometry(drive.now).T_odom_base;
@@ -150,7 +150,7 @@ TEST(FrontEnd, WheelsAreNotDoubtedForWhatScansToldThatWereNoise) {
     drive.lidar.range_sigma = 0.3;
     drive.run(4.0, kCurve);
     drive.run(3.0, kStand);
-    ASSERT_GT(drive.front_end->trackingReport().range_noise, 0.0);
+    ASSERT_GT(drive.front_end->trackingReport(drive.now).range_noise, 0.0);
     drive.run(20.0, kCurve);
     const double sigma = std::sqrt(drive.front_end->estimate(drive.now).covariance(0, 0));
     least = std::min(least, sigma);
@@ -216,7 +216,7 @@ TEST(FrontEnd, AScanWhoseHalvesContradictEachOtherDoesNotLead) {
     } else {
       EXPECT_GT(turned, 0.1);
     }
-    EXPECT_EQ(drive.front_end->trackingReport().scan_drift != 0.0, judged);
+    EXPECT_EQ(drive.front_end->trackingReport(drive.now).scan_drift != 0.0, judged);
   }
 }
 

@@ -35,6 +35,38 @@ TEST(TrackingState, IsDegradedWithoutLidarAndLocalisedAgainWithIt) {
   EXPECT_LT(drive.error(), 0.04);
 }
 
+TEST(TrackingState, IsLostWithinASecondOnceNoSensorTellsTheMotion) {
+  for (const bool moving : {false, true}) {
+    Drive drive;
+    drive.run(4.0, moving ? kCurve : kStand);
+    const Timestamp away = drive.now;
+    const auto after = [&](double seconds) { return drive.front_end->estimate(away + fromSeconds(seconds)); };
+    EXPECT_EQ(after(0.9).state, LocalisationState::kLocalised);
+    for (const double seconds : {1.1, 10.0, 300.0}) {
+      EXPECT_EQ(after(seconds).state, LocalisationState::kLost) << seconds;
+      EXPECT_TRUE(drive.front_end->trackingReport(away + fromSeconds(seconds)).silent);
+    }
+    const double reach = drive.front_end->config().ekf.limits.max_speed * 300.0;
+    EXPECT_NEAR(std::sqrt(after(300.0).covariance(0, 0)), reach, 0.1 * reach) << "it may have driven all the time";
+  }
+}
+
+TEST(TrackingState, IsAPoseAgainOnceAnySensorTellsTheMotionAndAScanMatches) {
+  Drive drive;
+  drive.run(4.0, kStand);
+  drive.now += 60s;
+  EXPECT_EQ(drive.state(), LocalisationState::kLost);
+  drive.lidar.there = false;
+  drive.wheels.there = false;
+  drive.run(0.5, kStand);
+  EXPECT_EQ(drive.state(), LocalisationState::kLost) << "a gyro does not tell how far it was carried";
+  drive.lidar.there = true;
+  drive.wheels.there = true;
+  drive.run(1.0, kStand);
+  EXPECT_EQ(drive.state(), LocalisationState::kLocalised);
+  EXPECT_LT(drive.error(), 0.03);
+}
+
 TEST(TrackingState, IsInitialisingUntilAScanIsPlaced) {
   Drive drive;
   drive.lidar.there = false;
@@ -69,7 +101,7 @@ TEST(TrackingState, MustActAfterManyFailuresThatLast) {
   TrackingState tracking(config, false, false);
   Timestamp now{100s};
   tracking.begin(now, {}, {});
-  EXPECT_EQ(tracking.state(now, Eigen::Matrix3d::Zero()), LocalisationState::kLocalised);
+  EXPECT_EQ(tracking.state(now, now, Eigen::Matrix3d::Zero()), LocalisationState::kLocalised);
   const MatchResult none;
   for (int i = 0; i < 8; ++i) EXPECT_FALSE(tracking.fail(none, now += 200ms, true, true)) << i;
   EXPECT_FALSE(tracking.fail(none, now, false, true)) << "a scan that says nothing is no failure";
@@ -104,10 +136,10 @@ TEST(TrackingState, OnlyALocalisedPoseIsDegradedByAContradiction) {
   const Eigen::Matrix3d sure = Eigen::Matrix3d::Zero();
   TrackingState tracking({}, false, false);
   tracking.begin(now, {}, {});
-  EXPECT_EQ(tracking.state(now, sure), LocalisationState::kLocalised);
-  EXPECT_EQ(tracking.state(now, sure, true), LocalisationState::kDegraded);
+  EXPECT_EQ(tracking.state(now, now, sure), LocalisationState::kLocalised);
+  EXPECT_EQ(tracking.state(now, now, sure, true), LocalisationState::kDegraded);
   tracking.refute();
-  EXPECT_EQ(tracking.state(now, sure, true), LocalisationState::kLost);
+  EXPECT_EQ(tracking.state(now, now, sure, true), LocalisationState::kLost);
 }
 
 TEST(TrackingState, ARobotIsLostWhoseWayIsTooUncertainOrWhoseMapHasNoOutside) {
@@ -123,18 +155,20 @@ TEST(TrackingState, IsLostOnlyOnceItHadBeenPlaced) {
   TrackingState tracking({}, false, true);
   const Timestamp now{100s};
   const Eigen::Matrix3d sure = Eigen::Matrix3d::Zero();
-  EXPECT_EQ(tracking.state(now, sure), LocalisationState::kInitialising);
+  EXPECT_EQ(tracking.state(now, now, sure), LocalisationState::kInitialising);
   tracking.begin(now, {}, {});
-  EXPECT_EQ(tracking.state(now, sure), LocalisationState::kInitialising) << "in a known map, and not found in it";
+  EXPECT_EQ(tracking.state(now, now, sure), LocalisationState::kInitialising) << "in a known map, and not found in it";
   tracking.place();
-  EXPECT_EQ(tracking.state(now, sure), LocalisationState::kLocalised);
-  EXPECT_EQ(tracking.state(now, 1.1 * Eigen::Matrix3d::Identity()), LocalisationState::kLost);
+  EXPECT_EQ(tracking.state(now, now, sure), LocalisationState::kLocalised);
+  EXPECT_EQ(tracking.state(now, now, 1.1 * Eigen::Matrix3d::Identity()), LocalisationState::kLost);
+  EXPECT_EQ(tracking.state(now, now - 900ms, sure), LocalisationState::kLocalised);
+  EXPECT_EQ(tracking.state(now, now - 1100ms, sure), LocalisationState::kLost) << "no sensor tells the motion";
   tracking.beginSession(false);
-  EXPECT_EQ(tracking.state(now, sure), LocalisationState::kLost);
+  EXPECT_EQ(tracking.state(now, now, sure), LocalisationState::kLost);
   tracking.beginSession(true);
-  EXPECT_EQ(tracking.state(now, sure), LocalisationState::kLocalised) << "a person said where it is";
+  EXPECT_EQ(tracking.state(now, now, sure), LocalisationState::kLocalised) << "a person said where it is";
   tracking.refute();
-  EXPECT_EQ(tracking.state(now, sure), LocalisationState::kLost);
+  EXPECT_EQ(tracking.state(now, now, sure), LocalisationState::kLost);
 }
 
 }  // namespace

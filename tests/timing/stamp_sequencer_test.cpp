@@ -36,6 +36,29 @@ TEST(StampSequencer, StampsIncreaseWhateverIsRecorded) {
   EXPECT_GT(sequencer.clockResets(), 0U);
 }
 
+TEST(ForwardJumpGuard, LeavesOutAStampAheadOfStreamsThatGoOn) {
+  ForwardJumpGuard guard;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  std::uint32_t ahead = 0;
+  for (int i = 0, bad = 0; i < 5000; ++i) {
+    const std::int64_t ms = 1000 + 140 * i;
+    bad = bad < 2 && uniform(random) < 0.03 ? bad + 1 : 0;
+    ahead += bad > 0;
+    ASSERT_EQ(guard.passes(at(ms + (bad > 0 ? 1000 : 0)), at(ms + 5)), bad == 0) << i;
+  }
+  EXPECT_EQ(guard.held(), ahead);
+}
+
+TEST(ForwardJumpGuard, TakesAStreamThatIsAlwaysAheadAndAPauseOfAll) {
+  ForwardJumpGuard ahead, pause;
+  int passed = 0;
+  for (int i = 0; i < 100; ++i) passed += ahead.passes(at(1000 + 140 * i + (i > 0 ? 800 : 0)), at(1000 + 140 * i + 5));
+  EXPECT_EQ(passed, 100 - 3) << "by another clock";
+  for (const std::int64_t ms : {1000, 1140, 3000, 3140}) EXPECT_TRUE(pause.passes(at(ms), at(ms - 5))) << ms;
+  EXPECT_TRUE(pause.passes(at(5500), at(3135))) << "the others are silent";
+}
+
 TEST(StampSequencer, LeavesAGoodStreamAlone) {
   std::mt19937 random(2);
   std::uniform_int_distribution<int> interval(70, 130);

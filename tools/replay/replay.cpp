@@ -54,6 +54,8 @@ bool turnsDiffer(SensorFault fault) {
     case SensorFault::kNoReturnCodes:
     case SensorFault::kRangesScatter:
     case SensorFault::kBeamTimesMissing:
+    case SensorFault::kWheelsDead:
+    case SensorFault::kStampsAlone:
       return false;
     default:
       return true;
@@ -129,7 +131,8 @@ class Run {
     for (const SensorFinding& finding : findings.all()) {
       stats_.warnings.push_back(problemOf(finding).words());
       stats_.turns_differ |= turnsDiffer(finding.fault);
-      explained |= finding.fault != SensorFault::kScansRepeated && finding.fault != SensorFault::kTimeBackwards;
+      explained |= finding.fault != SensorFault::kScansRepeated && finding.fault != SensorFault::kTimeBackwards &&
+                   finding.fault != SensorFault::kStampsAlone;
     }
     if (scans_stuck_ > std::max(kFewStuck, kFewStuckShare * stats_.front_end.scans)) {
       stats_.warnings.push_back(
@@ -195,6 +198,7 @@ class Run {
   }
 
   void write(const ScanOutcome& outcome) {
+    if (outcome.misdated) return;  // nobody knows of which moment its pose is
     const FrontEnd& front_end = pipeline_.frontEnd();
     const ScanEstimate known = estimateOf(front_end, outcome, utime_);
     stats_.scan_us.push_back(microsecondsSince(begin_));

@@ -64,7 +64,7 @@ void EstimatorThread::tellPose() {
   ends_.moving = isMoving(snapshot_.odometry.twist);
   snapshot_.counters = front_end_->counters();
   snapshot_.filter = front_end_->filterCounters();
-  snapshot_.tracking = front_end_->trackingReport();
+  snapshot_.tracking = front_end_->trackingReport(now);
   snapshot_.echo_finding = echoes_.finding();
   snapshot_.echoes = echoes_.share();
   snapshot_.findings = findingsOf(probe_, *front_end_);

@@ -7,6 +7,13 @@
 #include "core/plausibility.hpp"
 
 namespace slam {
+namespace {
+
+std::optional<Timestamp> newestOf(const ForwardJumpGuard& a, const ForwardJumpGuard& b) {
+  return std::max(a.last(), b.last());  // none is before any
+}
+
+}  // namespace
 
 bool isMoving(const Twist2& twist, const IntakeConfig& config) {
   return std::hypot(twist.vx, twist.vy) > config.moving_speed || std::abs(twist.omega) > config.moving_turn;
@@ -28,7 +35,7 @@ SensorIntake::SensorIntake(const IntakeConfig& config, const LidarModel& lidar)
 
 std::optional<WheelSample> SensorIntake::accept(const WheelSample& sample) {
   if (!isPlausible(sample)) return ++implausible_, std::nullopt;
-  if (!wheel_guard_.passes(sample.stamp)) return std::nullopt;
+  if (!wheel_guard_.passes(sample.stamp, newestOf(imu_guard_, scan_guard_))) return std::nullopt;
   WheelSample accepted = sample;
   accepted.stamp = wheel_stamps_.next(sample.stamp) + wheel_offset_;
   return accepted;
@@ -36,7 +43,7 @@ std::optional<WheelSample> SensorIntake::accept(const WheelSample& sample) {
 
 std::optional<ImuSample> SensorIntake::accept(const ImuSample& sample, Timestamp newest) {
   if (!isPlausible(sample)) return ++implausible_, std::nullopt;
-  if (!imu_guard_.passes(sample.stamp)) return std::nullopt;
+  if (!imu_guard_.passes(sample.stamp, newestOf(wheel_guard_, scan_guard_))) return std::nullopt;
   ImuSample accepted = sample;
   accepted.stamp = imu_clock_.next(sample.stamp, newest) + imu_offset_;
   return accepted;
@@ -45,7 +52,8 @@ std::optional<ImuSample> SensorIntake::accept(const ImuSample& sample, Timestamp
 SensorIntake::Scan SensorIntake::accept(const LaserScan& scan, const EkfTimeline& pose, const EkfTimeline& odometry,
                                         std::span<const float> codes) {
   ++scans_;
-  if (!scan_guard_.passes(scan.stamp)) return {pose.newestStamp()};
+  if (!scan_guard_.passes(scan.stamp, newestOf(wheel_guard_, imu_guard_)))
+    return {.first = pose.newestStamp(), .misdated = true};
   repeats_.add(scan, codes);
   if (isRepeat(scan)) {
     ++repeated_;

@@ -44,6 +44,7 @@ class SensorIntake {
     bool accepted = false;  ///< else it is left out
     double interval = 0.0;  ///< [s] usual time between two scans; 0: not known yet
     bool stuck = false;     ///< because the lidar repeats a turn although the robot moves
+    bool misdated = false;  ///< because its stamp is far ahead of all others
   };
   /// @param codes ranges that mean "no return" [m]
   Scan accept(const LaserScan& scan, const EkfTimeline& pose, const EkfTimeline& odometry,
