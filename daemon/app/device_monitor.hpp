@@ -18,8 +18,8 @@ namespace slam {
 /// One device as the supervisor sees it, whatever thread feeds it.
 struct WatchedDevice {
   std::string name;
-  DeviceStatus* status;
-  double expected;  ///< [Hz]
+  DeviceStatus* status = nullptr;
+  double expected = 0.0;  ///< [Hz]
   bool over_lcm = false;
   std::string without = {};                       ///< what slamd does without it ...
   std::string by = {};                            ///< ... as long as this device gives samples; empty: in any case

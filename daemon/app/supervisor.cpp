@@ -62,71 +62,57 @@ Supervisor::Supervisor(const Config& config)
       health_(config_, clock_, devices_, channels_.health, channels_.bus_wakeup) {
   if (config_.lidar_device.isRead()) lidar_ = makeLidarThread(config_, channels_.lidar());
 
+  if (config_.depth_device.driver == DepthDriver::kOpenni2) {
+    std::function<std::string()> record_to;
+    FieldLog* log = bus_.publisher().fieldLog();
+    if (log != nullptr && config_.log.images && config_.depth_device.record.empty())
+      record_to = [log] { return log->imagesPath(); };
+    depth_ = makeDepthThread(config_, channels_.depth(), std::move(record_to));
+  }
+  watchDevices();
+  watchThreads();
+
+  storage_.add("map", [this](Timestamp now) { return graph_.jobs().report(now); });
+  storage_.add("map files", [this](Timestamp now) { return mapper_.storage(now); });
+  if (Recorder* recorder = bus_.publisher().recorder()) {
+    storage_.add("record", [recorder](Timestamp now) { return recorder->report(now); });
+  }
+  if (Recorder* log = bus_.publisher().logRecorder())
+    storage_.add("log", [log](Timestamp now) { return log->report(now); });
+}
+
+/// The devices, and what slamd does without each of them.
+void Supervisor::watchDevices() {
   constexpr double kLidarRate = 5.5, kLcmRate = 0.0;  // [Hz] 0: whatever comes
   const bool has_lidar = config_.lidar_device.driver != LidarDriver::kNone,
              has_imu = config_.imu_device.driver != ImuDriver::kNone;
-  const char* const without_lidar = has_imu ? "goes on by wheels and IMU" : "goes on by the wheels";
-  const char* const without_wheels = has_lidar ? "goes on by scan matching" : "goes on without motion";
-  const char* const without_imu = "takes the turn rate from the wheels";
-  const char* const without_depth = "draws what the lidar sees alone";
-  if (lidar_)
-    devices_.add({.name = "lidar",
-                  .status = &lidar_->driver().status(),
-                  .expected = kLidarRate,
-                  .without = without_lidar,
-                  .by = "base"});
-  if (config_.lidar_device.driver == LidarDriver::kLcm)
-    devices_.add({.name = "lidar",
-                  .status = &bus_.sensors().lidarStatus(),
-                  .expected = kLcmRate,
-                  .over_lcm = true,
-                  .without = without_lidar,
-                  .by = "base"});
-  if (base_ && base_->wheelStatus())
-    devices_.add({.name = "base",
-                  .status = base_->wheelStatus(),
-                  .expected = base_->wheelRate(),
-                  .without = without_wheels,
-                  .by = "lidar"});
-  if (config_.base_device.driver == BaseDriver::kLcm)
-    devices_.add({.name = "base",
-                  .status = &bus_.sensors().wheelStatus(),
-                  .expected = kLcmRate,
-                  .over_lcm = true,
-                  .without = without_wheels,
-                  .by = "lidar"});
-  if (base_ && base_->imuStatus())
-    devices_.add({.name = "imu",
-                  .status = base_->imuStatus(),
-                  .expected = base_->imuRate(),
-                  .without = without_imu,
-                  .by = "base"});
-  if (config_.imu_device.driver == ImuDriver::kLcm)
-    devices_.add({.name = "imu",
-                  .status = &bus_.sensors().imuStatus(),
-                  .expected = kLcmRate,
-                  .over_lcm = true,
-                  .without = without_imu,
-                  .by = "base"});
+  const WatchedDevice lidar{
+      .name = "lidar", .without = has_imu ? "goes on by wheels and IMU" : "goes on by the wheels", .by = "base"};
+  const WatchedDevice base{
+      .name = "base", .without = has_lidar ? "goes on by scan matching" : "goes on without motion", .by = "lidar"};
+  const WatchedDevice imu{.name = "imu", .without = "takes the turn rate from the wheels", .by = "base"};
+  const WatchedDevice depth{.name = "depth", .without = "draws what the lidar sees alone"};
+  const auto add = [this](WatchedDevice device, DeviceStatus* status, double expected) {
+    device.status = status;
+    device.expected = expected;
+    devices_.add(device);
+  };
+  const auto addOverLcm = [&](WatchedDevice device, DeviceStatus& status) {
+    device.over_lcm = true;
+    add(device, &status, kLcmRate);
+  };
+  SensorReceiver& sensors = bus_.sensors();
+  if (lidar_) add(lidar, &lidar_->driver().status(), kLidarRate);
+  if (config_.lidar_device.driver == LidarDriver::kLcm) addOverLcm(lidar, sensors.lidarStatus());
+  if (base_ && base_->wheelStatus()) add(base, base_->wheelStatus(), base_->wheelRate());
+  if (config_.base_device.driver == BaseDriver::kLcm) addOverLcm(base, sensors.wheelStatus());
+  if (base_ && base_->imuStatus()) add(imu, base_->imuStatus(), base_->imuRate());
+  if (config_.imu_device.driver == ImuDriver::kLcm) addOverLcm(imu, sensors.imuStatus());
+  if (depth_) add(depth, &depth_->driver().status(), static_cast<double>(config_.depth_device.rate));
+  if (config_.depth_device.driver == DepthDriver::kLcm) addOverLcm(depth, sensors.depthStatus());
+}
 
-  const DepthDeviceConfig& depth = config_.depth_device;
-  if (depth.driver == DepthDriver::kOpenni2) {
-    std::function<std::string()> record_to;
-    if (FieldLog* log = bus_.publisher().fieldLog(); log != nullptr && config_.log.images && depth.record.empty())
-      record_to = [log] { return log->imagesPath(); };
-    depth_ = makeDepthThread(config_, channels_.depth(), std::move(record_to));
-    devices_.add({.name = "depth",
-                  .status = &depth_->driver().status(),
-                  .expected = static_cast<double>(depth.rate),
-                  .without = without_depth});
-  }
-  if (depth.driver == DepthDriver::kLcm)
-    devices_.add({.name = "depth",
-                  .status = &bus_.sensors().depthStatus(),
-                  .expected = kLcmRate,
-                  .over_lcm = true,
-                  .without = without_depth});
-
+void Supervisor::watchThreads() {
   watchdog_.add(estimator_.worker(), {kRealtimeLate, kDead});
   // The pose needs neither of these two: they are not worth its end.
   watchdog_.add(graph_.worker(),
@@ -141,14 +127,6 @@ Supervisor::Supervisor(const Config& config)
     watchdog_.add(depth_->worker(),
                   {.late = kReadingLate, .dead = kConnecting, .vital = false, .death = &problem::kCameraDead},
                   &depth_->driver().status());
-
-  storage_.add("map", [this](Timestamp now) { return graph_.jobs().report(now); });
-  storage_.add("map files", [this](Timestamp now) { return mapper_.storage(now); });
-  if (Recorder* recorder = bus_.publisher().recorder()) {
-    storage_.add("record", [recorder](Timestamp now) { return recorder->report(now); });
-  }
-  if (Recorder* log = bus_.publisher().logRecorder())
-    storage_.add("log", [log](Timestamp now) { return log->report(now); });
 }
 
 Supervisor::~Supervisor() {

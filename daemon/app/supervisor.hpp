@@ -38,6 +38,8 @@ class Supervisor {
   int run();
 
  private:
+  void watchDevices();
+  void watchThreads();
   void start();
   void logClaimants() const;  ///< names that udev may give to the wrong device
   bool end(Worker& worker, Timestamp deadline);

@@ -28,8 +28,8 @@ class LidarReader {
   /// Waits up to `timeout` for bytes and hands finished scans to the sink.
   Ending read(ByteStream& stream, Duration timeout, const LidarScanStream::Sink& sink);
   const LidarScanStream& scans() const { return *scans_; }
-  std::int64_t bytes() const { return bytes_; }  ///< that came
-  std::int64_t nodes() const { return nodes_; }  ///< among them
+  std::int64_t bytes() const { return bytes_; }            ///< that came
+  std::int64_t nodes() const { return nodes_; }            ///< among them
   Timestamp lastArrival() const { return last_arrival_; }  ///< of a byte
 
  private:
