@@ -32,7 +32,7 @@ class PacketEmulator : public EmulatedLidar {
   void beginFaults(Timestamp now);
   std::vector<std::uint8_t> nextPacket();
   double look(Timestamp stamp, double angle);
-  double turnRate() const { return faults_.turn > 0.0 ? 1.0 / faults_.turn : format_.turn_rate; }
+  double turnRate() const { return faults_.turn > Duration(0) ? 1.0 / toSeconds(faults_.turn) : format_.turn_rate; }
 
   Measure measure_;
   const LidarFacts& facts_;
