@@ -23,7 +23,7 @@ class ReferenceSelectorTest : public testing::Test {
   }
   std::vector<int> held() const {
     std::vector<int> ids;
-    for (const auto& [id, T_reference_base, covariance] : map.in_reference) ids.push_back(id);
+    for (const ReferenceKeyframe& keyframe : map.in_reference) ids.push_back(keyframe.id);
     return ids;
   }
   static std::vector<int> heldBy(const MapCorrection& correction) {
