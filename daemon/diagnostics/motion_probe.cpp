@@ -190,7 +190,6 @@ SensorFindings findingsOf(const MotionProbe& probe, const FrontEnd& front_end, c
                  static_cast<double>(codes.size()));
   if (beams.rangeNoise().tooNoisy()) findings.add(SensorFault::kRangesScatter, beams.rangeNoise().sigma());
   if (beams.timesMissing()) findings.add(SensorFault::kBeamTimesMissing);
-  if (const double way = front_end.keptBackByWheels(); way > 0.0) findings.add(SensorFault::kWheelsDead, way);
   if (const auto ahead = front_end.counters().far_ahead; ahead >= static_cast<std::uint32_t>(config.least_count))
     findings.add(SensorFault::kStampsAlone, static_cast<double>(ahead));
   return findings;

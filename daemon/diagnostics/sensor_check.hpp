@@ -39,10 +39,9 @@ enum class SensorFault : std::uint8_t {
   kNoReturnCodes,       ///< a range is written where nothing came back; values: [m] the largest, how many there are
   kRangesScatter,       ///< value: [m] standard deviation of the ranges at rest, too much to match scans
   kBeamTimesMissing,    ///< beams carry no times, and the robot turns while they are measured
-  kWheelsDead,          ///< value: [m] that the wheels have kept back at most, standing while the robot drove
   kStampsAlone,         ///< value: samples stamped far ahead of all others, alone
 };
-constexpr std::size_t kSensorFaults = 25;
+constexpr std::size_t kSensorFaults = 24;
 
 struct SensorFinding {
   SensorFault fault = SensorFault::kLidarUpsideDown;

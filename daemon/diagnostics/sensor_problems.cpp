@@ -13,8 +13,7 @@ constexpr std::array<const ProblemKind*, kSensorFaults> kFaults = {
     &problem::kWheelTurnOff,    &problem::kWheelsContradict, &problem::kScansRepeated,      &problem::kTimeBackwards,
     &problem::kLidarMountOff,   &problem::kGyroDegrees,      &problem::kGyroTurnOff,        &problem::kGyroOffset,
     &problem::kGyroFarOff,      &problem::kGyroClipped,      &problem::kGyroContradicts,    &problem::kMovesWithRobot,
-    &problem::kNoReturnCodes,   &problem::kRangesScatter,    &problem::kBeamTimesMissing,   &problem::kWheelsDead,
-    &problem::kStampsAlone};
+    &problem::kNoReturnCodes,   &problem::kRangesScatter,    &problem::kBeamTimesMissing,   &problem::kStampsAlone};
 
 bool isShare(SensorFault fault) {
   return fault == SensorFault::kWheelDistanceOff || fault == SensorFault::kWheelTurnOff ||

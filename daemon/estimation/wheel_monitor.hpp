@@ -30,14 +30,6 @@ struct WheelMonitorConfig {
   double scan_distance = 0.01;  ///< [m] standard deviation of a motion between two matched scans
   double scan_turn = 0.005;     ///< [rad] the same
   double slip = 0.03;           ///< [rad] wheels whose heading is this far off a match's have slipped
-  double hardest_braking =
-      9.8;                     ///< [m/s^2] no tyre holds on a floor beyond its weight: wheels that stop sooner are dead
-  double still_turn = 0.1;     ///< [rad] nor does a robot turn by this on wheels that stand ...
-  double still_memory = 10.0;  ///< [s] ... in so long, by its gyro
-  double rest_time = 0.5;      ///< [s] scans that saw all of the pose so long ...
-  double rest_motion = 0.03;   ///< [m, rad] ... at one place show that the robot rests: wheels that stand are right
-  double dead_motion = 0.3;    ///< [m] that such scans show: the wheels are dead until they move, whatever rests follow
-  double dead_way = 1.0;       ///< [m] that wheels may have kept back, before they are named
   WheelScaleConfig scale;
 
   void visitSettings(auto& v) {
@@ -48,37 +40,6 @@ struct WheelMonitorConfig {
   }
 };
 
-/// Whether wheels that stand say something: beside a gyro, the scans and what a robot can do. A plug that came off, or
-/// a board that counts no more, leaves them where they were while the robot drives on.
-class StillWheels {
- public:
-  /// @param turned [rad] by the gyro, from the stamp of the sample before the last one to that of the last one, beyond
-  /// what its bias may make; none: it does not tell
-  void add(const WheelSample& sample, std::optional<double> turned, const WheelMonitorConfig& config);
-  /// @param complete the scan told the whole pose
-  void compare(Timestamp stamp, const Pose2& T_map_base, bool complete, const WheelMonitorConfig& config);
-  void interrupt() { rest_.reset(); }
-
-  /// The wheels stand, and nothing shows that the robot does.
-  bool dead() const { return dead_; }
-  /// [m] that the robot may have driven meanwhile at its last speed, at most so far
-  double longestWay() const { return longest_path_; }
-
- private:
-  struct Seen {
-    Timestamp stamp;
-    Pose2 T_map_base;
-  };
-  std::optional<WheelSample> last_;
-  double newest_speed_ = 0.0;  // [m/s] that they told
-  double speed_ = 0.0;         // [m/s] that two samples told: one alone may be a jump
-  double turned_ = 0.0;        // [rad] by the gyro while they stand, leaky
-  std::optional<Seen> rest_;   // a scan that saw the whole pose, since they are dead
-  double moved_ = 0.0;         // [m] by such scans
-  bool still_ = false, dead_ = false;
-  double path_ = 0.0, longest_path_ = 0.0;
-};
-
 /// Judges the wheels by the way from one matched scan to another, and corrects their scale. The filter's noise model
 /// takes slip, a radius that is a little wrong and a lag of part of a scan; wheels that are wrong by almost two
 /// standard deviations in the mean are worse than none: along a corridor, which a lidar cannot see, they would lead the
@@ -87,14 +48,6 @@ class WheelMonitor {
  public:
   explicit WheelMonitor(const EkfConfig& noise, const WheelMonitorConfig& config = {})
       : noise_(noise), config_(config), scale_(config.scale) {}
-
-  /// Before any filter gets it. @param turned as of StillWheels @return the sample for the filters; nothing from wheels
-  /// that are dead
-  std::optional<WheelSample> listen(const WheelSample& sample, std::optional<double> turned);
-  /// Wheels that stand, though the robot may drive.
-  const StillWheels& still() const { return still_; }
-  /// [m] that they have kept back at most, once that is worth a word; else 0
-  double keptBack() const { return still_.longestWay() >= config_.dead_way ? still_.longestWay() : 0.0; }
 
   /// @param unmatched no scan tells the motion: without wheels the filter would go on as fast as it last was
   /// @return the sample for the pose filter, its scale corrected; nothing while they are rejected and scans match
@@ -107,10 +60,7 @@ class WheelMonitor {
   /// @param turn_known the wheels tell the turn, and no gyro does
   void compare(const Pose2& T_odom_base, const Pose2& T_map_base, bool turn_known);
   /// The interval has no end: the scans did not tell it, or the map moved.
-  void interrupt() {
-    begin_.reset();
-    still_.interrupt();
-  }
+  void interrupt() { begin_.reset(); }
 
   WheelReliability reliability() const;
   bool reliable() const { return reliable_; }
@@ -149,7 +99,6 @@ class WheelMonitor {
   double distance_error_ = 1.0, turn_error_ = 1.0;  // [1] normalised, squared, in the mean
   WheelScale scale_;
   RescaledWheels rescaled_;
-  StillWheels still_;
   bool heard_ = false;  // a sample came
   bool reliable_ = true, held_back_ = false;
   int rejections_ = 0;

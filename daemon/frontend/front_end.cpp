@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <utility>
 
 #include "core/plausibility.hpp"
 #include "core/pose_covariance.hpp"
@@ -55,24 +54,11 @@ FrontEnd::FrontEnd(const FrontEndConfig& config, Stopwatch stopwatch, const Fron
       views_(config.depth) {}
 
 void FrontEnd::add(const WheelSample& recorded) {
-  const auto taken = intake_.accept(recorded);
-  if (!taken) return;
-  const auto sample = monitor_.wheels.listen(*taken, turnBesideWheels(taken->stamp));
+  const auto sample = intake_.accept(recorded);
   if (!sample) return;
   if (monitor_.gyro.hear(*sample, gyroBias())) pose_.loseGyro();  // the odometry would jump
   odometry_.add(*sample);
   if (const auto heard = monitor_.wheels.hear(*sample, tracking_.unmatched(sample->stamp))) pose_.add(*heard);
-}
-
-/// What the gyro has turned between the last two samples of the wheels, beyond what its bias may make [rad].
-std::optional<double> FrontEnd::turnBesideWheels(Timestamp stamp) {
-  const Timestamp from = std::exchange(wheels_from_, std::exchange(wheels_to_, stamp)), to = wheels_from_;
-  const auto turned = monitor_.gyro.turned(from, to);
-  if (!turned) return std::nullopt;
-  const GyroBias bias = pose_.newest().gyroBiasEstimate();
-  const double seconds = toSeconds(to - from), turn = *turned - bias.value * seconds;
-  const double by_bias = 3.0 * std::sqrt(bias.variance) * seconds;
-  return std::copysign(std::max(0.0, std::abs(turn) - by_bias), turn);
 }
 
 void FrontEnd::add(const ImuSample& recorded) {
@@ -169,13 +155,11 @@ const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted
   monitor_.scans.compare(predicted.odometry, T_map_base, match.covariance, monitor_.wheels, monitor_.heading);
   monitor_.heading.compare(monitor_.gyro, cloud.stamp, predicted.odometry.standstill(), T_map_base.theta,
                            ekf.covariance()(2, 2));
-  // What no source shows is no part of the map: the next scan that sees the whole pose finds its place in it.
-  const bool blind = match.observable < 3 && monitor_.wheels.still().dead();
-  if (!blind) keyframes_.addDrift(T_map_base, &match, monitor_);
+  keyframes_.addDrift(T_map_base, &match, monitor_);
   monitor_.wheels.compare(predicted.odometry, T_map_base, match.observable == 3);
   monitor_.mount.compare(predicted.odometry.pose(), T_map_base, match.observable == 3);
   tracking_.follow(match, cloud.stamp, T_map_base, predicted.odometry.pose());
-  return may_keep && !blind ? keyframes_.select(cloud, T_map_base, match, ekf.sensitivity(), local_map_) : nullptr;
+  return may_keep ? keyframes_.select(cloud, T_map_base, match, ekf.sensitivity(), local_map_) : nullptr;
 }
 
 /// Scans that turn out to be noise were wrong where they contradicted wheels and gyro.
@@ -298,8 +282,7 @@ PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
                         .twist = ekf.twist(),
                         .match_quality = tracking_.overlap()};
   // Wheels without a gyro beside them are as likely wrong as the scans.
-  const bool contradicted = (monitor_.scans.contradicts() && ekf.gyroActive()) || monitor_.heading.contradicts() ||
-                            monitor_.wheels.still().dead();
+  const bool contradicted = (monitor_.scans.contradicts() && ekf.gyroActive()) || monitor_.heading.contradicts();
   const Eigen::Matrix3d of_map = local_map_.covarianceAt(estimate.T_map_base) + monitor_.scans.covariance();
   estimate.covariance += rotated(of_map, estimate.T_map_base.theta);
   const Sensitivity sensitivity = ekf.sensitivity();

@@ -91,8 +91,6 @@ class FrontEnd {
   const WheelScale& wheelScale() const { return monitor_.wheels.scale(); }
   /// By how much the lidar's mount is off, as the whole drive tells it.
   const MountError& mountError() const { return monitor_.mount.error(); }
-  /// [m] that dead wheels have kept back at most; 0: they were not dead
-  double keptBackByWheels() const { return monitor_.wheels.keptBack(); }
   GyroVerdict gyroVerdict() const { return monitor_.gyro.verdict(gyroBias()); }
   /// What was found out about the lidar's beams.
   const ScanInterpreter& interpreter() const { return preprocessor_.interpreter(); }
@@ -104,7 +102,6 @@ class FrontEnd {
   void recoverBySearch(const Cloud& cloud, const Prediction& predicted, ScanOutcome& outcome);
   const Keyframe* follow(const Cloud& cloud, const Prediction& predicted, const MatchResult& match, bool may_keep);
   const Keyframe* coast(const Cloud& cloud, const Prediction& predicted, const MatchResult& match, bool may_keep);
-  std::optional<double> turnBesideWheels(Timestamp stamp);
   double gyroBias() const { return pose_.newest().gyroBias(); }
   void judgeGyro(Timestamp stamp, const MatchResult& match);
   void endDoubt();
@@ -125,7 +122,6 @@ class FrontEnd {
   TrackingState tracking_;
   KeyframeSelector keyframes_;
   DepthViewSelector views_;
-  Timestamp wheels_from_, wheels_to_;  // of the last two samples
   std::uint32_t far_off_ = 0;
 };
 

@@ -69,9 +69,6 @@ inline constexpr ProblemKind kBeamTimesMissing{
     "beam_times_missing", "lidar: the scans carry no beam times though its head turns",
     "slamd spreads the beams over the turn", "let its driver send time offsets"};
 
-inline constexpr ProblemKind kWheelsDead{
-    "wheels_dead", "the wheels stood still on {#0.1} m that the robot may have driven",
-    "the pose goes by scans and gyro until they move again", "check the encoders' plugs and the board that counts"};
 inline constexpr ProblemKind kStampsAlone{"stamps_alone", "{#0} samples are stamped far ahead of all others",
                                           "they are left out",
                                           "look after the clock of the program or driver that stamps them"};

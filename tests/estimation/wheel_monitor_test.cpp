@@ -2,7 +2,6 @@
 #include "estimation/wheel_monitor.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <utility>
@@ -91,100 +90,6 @@ TEST(WheelMonitor, RejectedWheelsAreHeardWhileNoScanTellsTheMotion) {
   EXPECT_FALSE(drive.monitor.hear({}, true)->restarted);
   EXPECT_EQ(reliability(drive.monitor), WheelReliability::kRejected) << "the verdict stays";
   EXPECT_FALSE(drive.monitor.hear({})) << "a scan matches again";
-}
-
-/// Wheels at 50 Hz that drive 0.4 m/s for a second. @return stamp of the last sample
-Timestamp driven(StillWheels& wheels, WheelSample& sample, const WheelMonitorConfig& config) {
-  for (int i = 0; i < 50; ++i) {
-    sample.stamp += std::chrono::milliseconds(20);
-    sample.T_wheels_base.x += 0.4 * 0.02;
-    wheels.add(sample, 0.0, config);
-  }
-  return sample.stamp;
-}
-void stand(StillWheels& wheels, WheelSample& sample, int samples, double turned, const WheelMonitorConfig& config) {
-  for (int i = 0; i < samples; ++i) {
-    sample.stamp += std::chrono::milliseconds(20);
-    wheels.add(sample, turned, config);
-  }
-}
-
-TEST(StillWheels, AreDeadWhereTheyStopSoonerThanAnyRobotBrakes) {
-  const WheelMonitorConfig config;
-  for (const double braking : {0.0, 2.0, 8.0}) {  // [m/s^2]; 0: from one sample to the next
-    StillWheels wheels;
-    WheelSample sample{Timestamp(std::chrono::seconds(100)), {}};
-    driven(wheels, sample, config);
-    for (double speed = 0.4 - 0.02 * braking; braking > 0.0 && speed > 0.0; speed -= 0.02 * braking) {
-      sample.stamp += std::chrono::milliseconds(20);
-      sample.T_wheels_base.x += speed * 0.02;
-      wheels.add(sample, 0.0, config);
-    }
-    stand(wheels, sample, 100, 0.0, config);
-    EXPECT_EQ(wheels.dead(), braking == 0.0) << braking;
-    EXPECT_NEAR(wheels.longestWay(), braking == 0.0 ? 0.8 : 0.0, 0.01) << "at its last speed";
-    driven(wheels, sample, config);
-    EXPECT_FALSE(wheels.dead()) << "they move again";
-  }
-}
-
-TEST(StillWheels, AreNotDeadAfterAJump) {
-  const WheelMonitorConfig config;
-  StillWheels wheels;
-  WheelSample sample{Timestamp(std::chrono::seconds(100)), {}};
-  stand(wheels, sample, 50, 0.0, config);
-  sample.T_wheels_base.x += 0.5;
-  stand(wheels, sample, 50, 0.0, config);
-  EXPECT_FALSE(wheels.dead());
-}
-
-TEST(StillWheels, AreDeadWhereTheGyroTurns) {
-  const WheelMonitorConfig config;
-  StillWheels wheels;
-  WheelSample sample{Timestamp(std::chrono::seconds(100)), {}};
-  stand(wheels, sample, 5000, 1e-5, config);
-  EXPECT_FALSE(wheels.dead()) << "what is left of a bias is no turn";
-  stand(wheels, sample, 50, 0.3 * 0.02, config);
-  EXPECT_TRUE(wheels.dead());
-}
-
-TEST(StillWheels, AreRightWhereScansShowARestUnlessTheyShowedAMotion) {
-  const WheelMonitorConfig config;
-  for (const double moved : {0.0, 1.0}) {
-    StillWheels wheels;
-    WheelSample sample{Timestamp(std::chrono::seconds(100)), {}};
-    driven(wheels, sample, config);
-    const auto look = [&](double seconds, double speed, bool complete) {
-      static Pose2 pose;
-      for (double t = 0.0; t < seconds; t += 0.2) {
-        pose.x += 0.2 * speed;
-        stand(wheels, sample, 10, 0.0, config);
-        wheels.compare(sample.stamp, pose, complete, config);
-      }
-    };
-    look(2.0, 0.5 * moved, true);
-    look(1.0, 0.0, false);
-    EXPECT_EQ(wheels.dead(), moved > 0.0) << "while no scan sees the whole pose nothing changes";
-    look(1.0, 0.0, true);
-    EXPECT_EQ(wheels.dead(), moved > 0.0);
-  }
-}
-
-TEST(WheelMonitor, GivesTheFiltersNothingFromDeadWheels) {
-  WheelMonitor monitor{EkfConfig{}};
-  WheelSample sample{Timestamp(std::chrono::seconds(100)), {}};
-  const auto next = [&](double way) {
-    sample.stamp += std::chrono::milliseconds(20);
-    sample.T_wheels_base.x += way;
-    return monitor.listen(sample, 0.0);
-  };
-  for (int i = 0; i < 50; ++i) EXPECT_TRUE(next(0.01));
-  for (int i = 0; i < 500; ++i) EXPECT_FALSE(next(0.0));
-  EXPECT_NEAR(monitor.keptBack(), 5.0, 0.02);
-  const auto heard = next(0.01);
-  ASSERT_TRUE(heard);
-  EXPECT_TRUE(heard->restarted) << "what they kept back is not made up for";
-  EXPECT_FALSE(next(0.01)->restarted);
 }
 
 TEST(WheelMonitor, OneSlipIsForgiven) {
