@@ -39,6 +39,7 @@ std::string replayed(const Config& config, const Log& log) {
   options.trajectory = folder / "final.tum";
   options.causal = folder / "causal.tum";
   options.odometry = folder / "odometry.tum";
+  options.estimates = folder / "estimates.csv";
   options.map = folder / "map";
   std::ostringstream text;
   try {
@@ -46,7 +47,7 @@ std::string replayed(const Config& config, const Log& log) {
   } catch (const std::runtime_error& refusal) {
     return refusal.what();
   }
-  for (const char* name : {"final.tum", "causal.tum", "odometry.tum", "map.yaml", "map.pgm"})
+  for (const char* name : {"final.tum", "causal.tum", "odometry.tum", "estimates.csv", "map.yaml", "map.pgm"})
     text << contentOf(folder / name);
   return text.str();
 }

@@ -54,7 +54,6 @@ bool turnsDiffer(SensorFault fault) {
     case SensorFault::kNoReturnCodes:
     case SensorFault::kRangesScatter:
     case SensorFault::kBeamTimesMissing:
-    case SensorFault::kWheelsDead:
     case SensorFault::kStampsAlone:
       return false;
     default:
