@@ -283,6 +283,8 @@ PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
                         .match_quality = tracking_.overlap()};
   // Wheels without a gyro beside them are as likely wrong as the scans.
   const bool contradicted = (monitor_.scans.contradicts() && ekf.gyroActive()) || monitor_.heading.contradicts();
+  // What follows are errors of the map: the robot's place among its walls is as sure as the filter has it.
+  estimate.state = tracking_.state(stamp, pose_.newestStamp(), estimate.covariance, contradicted);
   const Eigen::Matrix3d of_map = local_map_.covarianceAt(estimate.T_map_base) + monitor_.scans.covariance();
   estimate.covariance += rotated(of_map, estimate.T_map_base.theta);
   const Sensitivity sensitivity = ekf.sensitivity();
@@ -292,7 +294,6 @@ PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
   // Wheels alone do not see a slip within a scan, which is bent by it.
   if (!ekf.gyroActive())
     estimate.covariance(2, 2) += config_.ekf.wheelRotationVariance(0.0, 0.5 * std::abs(tracking_.lastMotion().theta));
-  estimate.state = tracking_.state(stamp, pose_.newestStamp(), estimate.covariance, contradicted);
   return estimate;
 }
 

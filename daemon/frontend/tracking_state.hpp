@@ -53,7 +53,7 @@ class TrackingState {
   }
 
   /// @param last_source stamp of the newest sample of any sensor that tells the motion
-  /// @param covariance as it is published [m, m, rad] @param contradicted matched scans and odometry tell different
+  /// @param covariance of the filter [m, m, rad] @param contradicted matched scans and odometry tell different
   /// ways
   LocalisationState state(Timestamp stamp, Timestamp last_source, const Eigen::Matrix3d& covariance,
                           bool contradicted = false) const;
