@@ -131,7 +131,7 @@ TEST(FilterCovarianceOfALidarThatIsOff, CoversThePoseSinceTheMapBegan) {
     SCOPED_TRACE(scene);
     testing::Test::RecordProperty(std::string(scene) + "_nees_per_degree", std::to_string(consistency.ratio()));
     EXPECT_LT(consistency.ratio(), kOverconfident);
-    EXPECT_GT(consistency.ratio(), 0.5);
+    EXPECT_GT(consistency.ratio(), 0.25) << "the mount is considered, too, though it is right here";
   }
 }
 
