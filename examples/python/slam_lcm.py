@@ -91,6 +91,36 @@ class Receiver:
                 yield message
 
 
+class Map:
+    """The tiles of the newest map: those of the last one are none of another that has begun."""
+
+    def __init__(self):
+        self._map_id, self._tiles = None, {}
+
+    def take(self, message):
+        """A MapTile or MapMeta."""
+        if message.map_id != self._map_id:
+            self._map_id, self._tiles = message.map_id, {}
+        if isinstance(message, MapTile):
+            self._tiles[message.column, message.row] = message
+
+    def joined(self, meta):
+        """@return width, height [cells], and the cells row by row from the lower left (255 unknown); None: no tile yet"""
+        if not (meta.tiles and self._tiles):
+            return None
+        side = meta.tile_side
+        width = (meta.column_max - meta.column_min + 1) * side
+        height = (meta.row_max - meta.row_min + 1) * side
+        cells = bytearray(b"\xff") * (width * height)
+        for (column, row), tile in self._tiles.items():
+            if not (meta.column_min <= column <= meta.column_max and meta.row_min <= row <= meta.row_max):
+                continue  # came after the map grew, before its new geometry
+            for line in range(side):
+                at = ((row - meta.row_min) * side + line) * width + (column - meta.column_min) * side
+                cells[at:at + side] = tile.cells[line * side:(line + 1) * side]
+        return width, height, cells
+
+
 def decode(datagram):
     """The Pose, Odometry, Scan, MapMeta or MapTile in a datagram, or None: another message, or a damaged one."""
     if datagram[:4] != b"LC02":

@@ -94,7 +94,7 @@ class Slamd(Node):
         self.scan = self.create_publisher(LaserScan, "scan", qos_profile_sensor_data)
         self.create_subscription(PoseWithCovarianceStamped, "initialpose", self.set_pose, 1)
         self.create_subscription(Twist, "cmd_vel", self.drive, 1)
-        self.map_id, self.tiles, self.changed, self.published = None, {}, False, 0.0
+        self.known, self.changed, self.published = slam_lcm.Map(), False, 0.0
         self.commands = 0
         self.takers = {slam_lcm.Pose: self.take_pose, slam_lcm.Odometry: self.take_odometry, slam_lcm.Scan: self.take_scan,
                        slam_lcm.MapTile: self.take_tile, slam_lcm.MapMeta: self.take_meta}
@@ -132,33 +132,23 @@ class Slamd(Node):
     def take_scan(self, scan):
         self.scan.publish(even_scan(scan))
 
-    def begin_map(self, map_id):
-        if map_id != self.map_id:  # tiles of the last map are none of another that has begun
-            self.map_id, self.tiles = map_id, {}
-
     def take_tile(self, tile):
-        self.begin_map(tile.map_id)
-        self.tiles[tile.column, tile.row] = tile
+        self.known.take(tile)
         self.changed = True
 
     def take_meta(self, meta):
-        self.begin_map(meta.map_id)
-        if not (meta.tiles and self.changed) or time.monotonic() < self.published + MAP_PERIOD:
+        self.known.take(meta)
+        if not self.changed or time.monotonic() < self.published + MAP_PERIOD:
             return
-        side, columns = meta.tile_side, meta.column_max - meta.column_min + 1
-        rows = meta.row_max - meta.row_min + 1
-        width = columns * side
-        cells = bytearray(b"\xff") * (width * rows * side)  # -1: unknown
-        for (column, row), tile in self.tiles.items():
-            if not (meta.column_min <= column <= meta.column_max and meta.row_min <= row <= meta.row_max):
-                continue  # came after the map grew, before its new geometry
-            for line in range(side):
-                at = ((row - meta.row_min) * side + line) * width + (column - meta.column_min) * side
-                cells[at:at + side] = tile.cells[line * side:(line + 1) * side]
+        joined = self.known.joined(meta)
+        if joined is None:
+            return
+        width, height, cells = joined
+        side = meta.tile_side
         message = OccupancyGrid()
         set_stamp(message.header, meta.utime, "map")
         message.info.resolution = meta.resolution
-        message.info.width, message.info.height = width, rows * side
+        message.info.width, message.info.height = width, height
         message.info.origin.position.x = meta.origin_x + meta.column_min * side * meta.resolution
         message.info.origin.position.y = meta.origin_y + meta.row_min * side * meta.resolution
         message.info.origin.orientation.w = 1.0
