@@ -95,15 +95,18 @@ void MountMonitor::estimate() {
     whole = solve(variance, all);
   }
 
-  // What differs from group to group is no mount.
+  // What differs from group to group is no mount. A group that shows nothing, as the left turns of a robot that only
+  // turned right, stays at the prior, and confirms nothing.
+  error_.mean = errorOf(whole);
   const auto differ = [&](auto one, auto other) -> Eigen::Vector3d {
-    return 0.5 * (errorOf(solve(variance, one)) - errorOf(solve(variance, other)));
+    const Eigen::Vector3d from_one = errorOf(solve(variance, one)) - error_.mean;
+    const Eigen::Vector3d from_other = errorOf(solve(variance, other)) - error_.mean;
+    return from_one.cwiseAbs().cwiseMax(from_other.cwiseAbs());
   };
   const Eigen::Vector3d halves =
       differ([](const Interval&, bool first) { return first; }, [](const Interval&, bool first) { return !first; });
-  const Eigen::Vector3d sides = differ([&](const Interval& i, bool) { return i.turn > -config_.straight; },
-                                       [&](const Interval& i, bool) { return i.turn < config_.straight; });
-  error_.mean = errorOf(whole);
+  const Eigen::Vector3d sides = differ([](const Interval& i, bool) { return i.turn >= 0.0; },
+                                       [](const Interval& i, bool) { return i.turn <= 0.0; });
   const std::array order = {2, 3, 1};  // of x, y, yaw among the unknowns
   for (int i = 0; i < 3; ++i) {
     for (int k = 0; k < 3; ++k)

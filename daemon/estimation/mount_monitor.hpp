@@ -20,7 +20,6 @@ struct MountMonitorConfig {
   double same_turn_share = 0.02;  ///< [1] ... and this share of the turn
   double mostly = 0.8;            ///< [1] of the intervals must be without slip: else wheels are no measure
   std::size_t least = 6;          ///< intervals before anything is known
-  double straight = 0.1;          ///< [rad] a bend of less belongs to left and right turns alike
   double outlier = 2.5;           ///< [1] standard deviations at which an interval has lost half its weight
   double scale_sigma = 0.2;       ///< [1] of the wheels' scale
   int rounds = 4;                 ///< of weights and variance
@@ -43,8 +42,8 @@ struct MountError {
 /// squares over the last intervals, with the mount as measured as prior. Ways tell delta, turns tell d.
 ///
 /// What slips or lags looks like a mount, too, but not the same in left and right turns or in both halves of the way:
-/// half of what these differ by is added to the standard deviations. Where odometry turns otherwise than the scans in
-/// more than a few intervals, its ways are no measure, and the prior stays.
+/// by how much the farther of each two is from the whole is added to the standard deviations. Where odometry turns
+/// otherwise than the scans in more than a few intervals, its ways are no measure, and the prior stays.
 ///
 /// No allocation.
 class MountMonitor {
