@@ -31,6 +31,8 @@ trust_situations() {
 3|driven off before the first standstill|home|start=moving|
 3|gyro offset of 0.1 rad/s|home|gyro-offset=0.1|
 3|wheels away for 12 s|home|wheels-away=40,52|
+3|wheels' counters stand for 30 s|hall|wheels-dead=40,70|
+3|wheels' counters stand for 30 s|corridor-60|wheels-dead=40,70|
 4|localise, furniture moved|homes|furniture-moved=1|mode='localise'
 4|view of 58 deg to 4 m|home|field-of-view=58 range-max=4|
 4|1080 beams in 30 m of corridor|corridor-30|beams=1080|

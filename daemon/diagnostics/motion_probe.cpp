@@ -192,6 +192,7 @@ SensorFindings findingsOf(const MotionProbe& probe, const FrontEnd& front_end, c
   if (beams.timesMissing()) findings.add(SensorFault::kBeamTimesMissing);
   if (const auto ahead = front_end.counters().far_ahead; ahead >= static_cast<std::uint32_t>(config.least_count))
     findings.add(SensorFault::kStampsAlone, static_cast<double>(ahead));
+  if (front_end.wheelsDead()) findings.add(SensorFault::kWheelsDead);
   return findings;
 }
 

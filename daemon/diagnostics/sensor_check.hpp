@@ -40,8 +40,9 @@ enum class SensorFault : std::uint8_t {
   kRangesScatter,       ///< value: [m] standard deviation of the ranges at rest, too much to match scans
   kBeamTimesMissing,    ///< beams carry no times, and the robot turns while they are measured
   kStampsAlone,         ///< value: samples stamped far ahead of all others, alone
+  kWheelsDead,          ///< the wheels report that they stand, while scans show that the robot moves
 };
-constexpr std::size_t kSensorFaults = 24;
+constexpr std::size_t kSensorFaults = 25;
 
 struct SensorFinding {
   SensorFault fault = SensorFault::kLidarUpsideDown;

@@ -13,7 +13,8 @@ constexpr std::array<const ProblemKind*, kSensorFaults> kFaults = {
     &problem::kWheelTurnOff,    &problem::kWheelsContradict, &problem::kScansRepeated,      &problem::kTimeBackwards,
     &problem::kLidarMountOff,   &problem::kGyroDegrees,      &problem::kGyroTurnOff,        &problem::kGyroOffset,
     &problem::kGyroFarOff,      &problem::kGyroClipped,      &problem::kGyroContradicts,    &problem::kMovesWithRobot,
-    &problem::kNoReturnCodes,   &problem::kRangesScatter,    &problem::kBeamTimesMissing,   &problem::kStampsAlone};
+    &problem::kNoReturnCodes,   &problem::kRangesScatter,    &problem::kBeamTimesMissing,   &problem::kStampsAlone,
+    &problem::kWheelsDead};
 
 bool isShare(SensorFault fault) {
   return fault == SensorFault::kWheelDistanceOff || fault == SensorFault::kWheelTurnOff ||

@@ -172,6 +172,48 @@ UpdateResult Ekf::correctSpeed(Index state, double speed, bool possible) {
   return result;
 }
 
+/// Whether wheels that stand are not to be followed: they stopped harder than tyres can brake, and no scan has
+/// confirmed it. The speed is zero give or take what it was: a robot that ran into something stands, one whose counters
+/// died may go on. Two intervals before and two behind the stop: of coarse counters at a high rate single ones are
+/// zero.
+bool Ekf::mayHaveDied(const Eigen::Vector2d& velocity, double turn_rate, double seconds) {
+  if (!config_->standstill.isQuiet(velocity.norm(), turn_rate)) {
+    last_moved_ = {quiet_intervals_ > 0 ? Eigen::Vector2d::Zero() : last_moved_.second, velocity};
+    quiet_intervals_ = 0;
+    stop_ = {};
+    return false;
+  }
+  const double before = std::min(last_moved_.first.norm(), last_moved_.second.norm());
+  if (++quiet_intervals_ != 2 || before <= config_->hardest_braking * seconds) return stop_.before > 0.0;
+  stop_ = {before, last_moved_.second, stamp_, pose()};
+  silent_from_ = known_until_ = stamp_;
+  const auto stop = [this, before](Index state) {
+    x_[state] = 0.0;
+    P_.row(state).setZero();
+    P_.col(state).setZero();
+    P_(state, state) = square(before);
+    systematic_.row(state).setZero();
+  };
+  stop(kSpeed);
+  if (config_->holonomic) stop(kLateralSpeed);
+  return true;
+}
+
+/// By where scans show the robot since its wheels stopped at once: where they stopped, where it would be at the same
+/// speed, or elsewhere, as a robot that was pushed or carried.
+void Ekf::decideStop() {
+  const double turn = wrapAngle(x_[kTheta] - stop_.pose.theta);  // the chord of an arc lies at half of it
+  const Eigen::Vector2d drive =
+      toSeconds(stamp_ - stop_.stamp) * (Eigen::Rotation2Dd(stop_.pose.theta + 0.5 * turn) * stop_.velocity);
+  const Eigen::Vector2d moved = x_.head<2>() - stop_.pose.translation();
+  const double half = 0.5 * drive.norm(), margin = 4.0 * std::sqrt(P_.topLeftCorner<2, 2>().trace());
+  if (stop_.dead || half < margin) return;
+  if ((moved - drive).norm() < half)
+    stop_.dead = true;
+  else
+    stop_ = {};
+}
+
 UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Duration interval,
                                std::optional<double> gyro_mean) {
   const EkfConfig& c = *config_;
@@ -180,12 +222,15 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
   const bool finite = std::isfinite(twist.vx) && std::isfinite(vy) && std::isfinite(twist.omega);
   if (!(seconds > 0.0) || !finite) return UpdateResult::kUseless;
 
+  const Eigen::Vector2d velocity(twist.vx, vy);
+  const double known_turn_rate = turn_rate_known ? twist.omega : 0.0;
+  if (!c.smooth && mayHaveDied(velocity, known_turn_rate, seconds)) return UpdateResult::kUseless;
   const bool was_silent = interval_ > 0.0 && seconds > std::max(c.longest_walk, c.silent_intervals * interval_);
   interval_ = seconds;
   if (c.smooth && was_silent) return UpdateResult::kUseless;
   known_until_ = stamp_ + interval;
   silent_from_ = known_until_ + fromSeconds(std::clamp(2.0 * seconds, config_->short_silence, config_->long_silence));
-  standstill_.addWheels(stamp_, std::hypot(twist.vx, vy), turn_rate_known ? twist.omega : 0.0, c.standstill);
+  standstill_.addWheels(stamp_, velocity.norm(), known_turn_rate, c.standstill);
   slip_ = turn_rate_known && gyro_mean && detectSlip(twist.omega, *gyro_mean - x_[kGyroBias], seconds);
 
   // The wheels' mean over an interval is the only word on what was driven in it: coasting through it at the old speed
@@ -338,6 +383,7 @@ UpdateResult Ekf::updatePose(const PoseMeasurement& measurement) {
     result = correct<3>(innovation, H, R, kNone, 0, nullptr, &seen, sensitivity);
   }
   if (result == UpdateResult::kFused) rejected_in_a_row_ = 0;
+  if (stop_.before > 0.0) decideStop();
   ++(result == UpdateResult::kFused ? counters_.poses_fused : counters_.poses_rejected);
   return result;
 }
@@ -350,6 +396,8 @@ void Ekf::setPose(const Pose2& pose, const Eigen::Vector3d& sigma) {
   systematic_.topRows<3>().setZero();
   rejected_in_a_row_ = 0;
   nis_ratio_ = 1.0;
+  stop_.stamp = stamp_;
+  stop_.pose = pose;
 }
 
 void Ekf::transform(const Pose2& T_new_old) {
@@ -358,6 +406,7 @@ void Ekf::transform(const Pose2& T_new_old) {
   rotation.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(T_new_old.theta).toRotationMatrix();
   P_ = (rotation * P_ * rotation.transpose()).eval();
   systematic_ = (rotation * systematic_).eval();
+  stop_.pose = T_new_old * stop_.pose;
 }
 
 }  // namespace slam

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <optional>
+#include <utility>
 
 #include "core/counter_info.hpp"
 #include "core/estimates.hpp"
@@ -35,6 +36,7 @@ struct EkfConfig {
   double wheel_turn_rate_scale = 0.05;         ///< [1] error of wheel turn rate per turn rate
   double gyro_sigma = 0.005;                   ///< [rad/s] of one gyro sample
   double gyro_timeout = 0.2;                   ///< [s] without a gyro sample the wheels give the turn rate
+  double hardest_braking = 9.81;               ///< [m/s^2] by tyres: their friction is no more than the weight
   double standstill_speed_sigma = 0.001;       ///< [m/s] zero-velocity update
   double standstill_turn_rate_sigma = 0.0003;  ///< [rad/s] zero-rate update
   double slip_angle = 0.035;                   ///< [rad] wheels and gyro differing by more within slip_window is slip
@@ -211,6 +213,8 @@ class Ekf {
   bool standstill() const;
   /// No wheel sample covers this time, though one was due long ago: whether they roll is not known.
   bool wheelsSilent() const { return stamp_ > silent_from_; }
+  /// The wheels report that they stand, while scans show that the robot moves.
+  bool wheelsDead() const { return stop_.dead; }
   bool gyroActive() const { return gyroActiveAt(stamp_); }
   const EkfCounters& counters() const { return counters_; }
 
@@ -244,6 +248,8 @@ class Ekf {
   void updateStandstill();
   bool isPossible(const Twist2& twist) const;
   bool biasUnknown() const;
+  bool mayHaveDied(const Eigen::Vector2d& velocity, double turn_rate, double seconds);
+  void decideStop();
   bool differsAsBefore(const Eigen::Vector3d& error);
   bool detectSlip(double wheel_rate, double gyro_rate, double interval);
 
@@ -259,6 +265,16 @@ class Ekf {
   Timestamp turn_known_until_{};  // and their mean turn rate, where no gyro tells it
   Timestamp silent_from_{};       // no wheel sample came, though one was due
   Standstill standstill_;
+  std::pair<Eigen::Vector2d, Eigen::Vector2d> last_moved_ = {
+      Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};  // [m/s] of the wheels' last two intervals before they stood
+  int quiet_intervals_ = 0;                               // since then
+  struct {
+    double before = 0.0;                                 // [m/s] speed; 0: there was none, or it is confirmed
+    Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  // [m/s] before, in base
+    Timestamp stamp{};
+    Pose2 pose = {};
+    bool dead = false;          // scans show that the robot drives on
+  } stop_;                      // of wheels that may have died
   double slip_evidence_ = 0.0;  // [rad] wheels minus gyro, leaky over slip_window
   double slip_turned_ = 0.0;    // [rad] angle turned, leaky over slip_window
   bool slip_ = false;

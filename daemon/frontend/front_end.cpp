@@ -151,12 +151,18 @@ const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted
                                  bool may_keep) {
   const Ekf& ekf = pose_.upTo(cloud.stamp);  // the match was fused at this stamp
   const Pose2 T_map_base = ekf.pose();
+  // A scan that sees walls along the robot's way alone leaves it open where on it: no match from there is the only one.
+  if (tracking_.placed() && tracking_.unplaced(ekf.covariance().topLeftCorner<3, 3>())) {
+    beginSession(KeyframeOrigin::kLost);
+    return nullptr;
+  }
   shareGyroBias();
   monitor_.scans.compare(predicted.odometry, T_map_base, match.covariance, monitor_.wheels, monitor_.heading);
   monitor_.heading.compare(monitor_.gyro, cloud.stamp, predicted.odometry.standstill(), T_map_base.theta,
                            ekf.covariance()(2, 2));
   keyframes_.addDrift(T_map_base, &match, monitor_);
-  monitor_.wheels.compare(predicted.odometry, T_map_base, match.observable == 3);
+  // Counters that died are no wrong radius.
+  monitor_.wheels.compare(predicted.odometry, T_map_base, match.observable == 3 && !ekf.wheelsDead());
   monitor_.mount.compare(predicted.odometry.pose(), T_map_base, match.observable == 3);
   tracking_.follow(match, cloud.stamp, T_map_base, predicted.odometry.pose());
   return may_keep ? keyframes_.select(cloud, T_map_base, match, ekf.sensitivity(), local_map_) : nullptr;

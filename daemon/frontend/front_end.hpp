@@ -91,6 +91,8 @@ class FrontEnd {
   const WheelScale& wheelScale() const { return monitor_.wheels.scale(); }
   /// By how much the lidar's mount is off, as the whole drive tells it.
   const MountError& mountError() const { return monitor_.mount.error(); }
+  /// The wheels report that they stand, while scans show that the robot moves.
+  bool wheelsDead() const { return pose_.newest().wheelsDead(); }
   GyroVerdict gyroVerdict() const { return monitor_.gyro.verdict(gyroBias()); }
   /// What was found out about the lidar's beams.
   const ScanInterpreter& interpreter() const { return preprocessor_.interpreter(); }

@@ -39,8 +39,11 @@ bool TrackingState::fail(const MatchResult& match, Timestamp stamp, bool says_mu
 }
 
 bool TrackingState::lost(const Eigen::Matrix3d& covariance) const {
-  return localise_only_ || !placed_ ||
-         std::sqrt(std::max(covariance(0, 0), covariance(1, 1))) > config_.lost_position_sigma;
+  return localise_only_ || !placed_ || unplaced(covariance);
+}
+
+bool TrackingState::unplaced(const Eigen::Matrix3d& covariance) const {
+  return std::sqrt(std::max(covariance(0, 0), covariance(1, 1))) > config_.lost_position_sigma;
 }
 
 void TrackingState::beginSession(bool placed) {
@@ -59,8 +62,7 @@ LocalisationState TrackingState::state(Timestamp stamp, Timestamp last_source, c
                                        bool contradicted) const {
   if (!last_match_) return LocalisationState::kInitialising;
   if (!placed_) return was_placed_ ? LocalisationState::kLost : LocalisationState::kInitialising;
-  const double sigma = std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
-  if (sigma > config_.lost_position_sigma || silent(stamp, last_source)) return LocalisationState::kLost;
+  if (unplaced(covariance) || silent(stamp, last_source)) return LocalisationState::kLost;
   return unmatched(stamp) || failures_ > 0 || contradicted ? LocalisationState::kDegraded
                                                            : LocalisationState::kLocalised;
 }

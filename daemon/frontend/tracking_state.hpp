@@ -42,6 +42,8 @@ class TrackingState {
   /// session whose place is not known yet nothing is worth going on with.
   /// @param covariance of the pose [m, m, rad]
   bool lost(const Eigen::Matrix3d& covariance) const;
+  /// Whether the place is known too badly to go on from it. @param covariance as for lost()
+  bool unplaced(const Eigen::Matrix3d& covariance) const;
   /// @param placed its place is known, by a person
   void beginSession(bool placed);
   /// The robot was found in the map, or is not where a person said.

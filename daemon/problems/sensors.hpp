@@ -73,6 +73,11 @@ inline constexpr ProblemKind kStampsAlone{"stamps_alone", "{#0} samples are stam
                                           "they are left out",
                                           "look after the clock of the program or driver that stamps them"};
 
+inline constexpr ProblemKind kWheelsDead{
+    "wheels_dead", "the wheels report that they stand, but scans show that the robot moves",
+    "the pose goes by lidar and gyro",
+    "was it pushed or carried? else look after the plugs of the encoders and the power of the base"};
+
 inline constexpr const char* kWithoutScans = "slamd goes on without scans";
 inline constexpr ProblemKind kNoEcho{
     "no_echo",

@@ -60,6 +60,14 @@ struct Drive : test::SimulatedRobot {
   }
 
   void run(double seconds) { SimulatedRobot::run(seconds, twist, *this); }
+  /// To a stand, at 5 m/s^2.
+  void brake() {
+    while (twist.head<2>().norm() > 0.0) {
+      const double left = 1.0 - 5.0 * toSeconds(kStep) / twist.head<2>().norm();
+      twist *= left > 1e-6 ? left : 0.0;
+      run(toSeconds(kStep));
+    }
+  }
   void add(const WheelSample& sample) {
     ekf.predict(sample.stamp);
     ekf.updateWheels({wheels.twist.x(), wheels.twist.y(), wheels.twist.z()}, turn_rate_known, kStep,
@@ -252,7 +260,8 @@ TEST(Ekf, AHolonomicBaseIsFollowedSideways) {
   EXPECT_NEAR(moved.y, 2.0, 0.05);
   EXPECT_NEAR(moved.x, 0.0, 0.05);
   EXPECT_NEAR(drive.ekf.twist().vy, 0.4, 0.03);
-  drive.twist.y() = drive.wheels.sigma = drive.wheels.turn_sigma = 0.0;
+  drive.brake();
+  drive.wheels.sigma = drive.wheels.turn_sigma = 0.0;
   drive.run(2.0);
   EXPECT_NEAR(drive.ekf.twist().vy, 0.0, 1e-3) << "and stands when it stands";
   EXPECT_TRUE(drive.ekf.standstill());
@@ -281,6 +290,67 @@ TEST(Ekf, ABaseThatCannotMoveSidewaysTakesNoWordOfIt) {
   EXPECT_EQ(straight.ekf.covariance(), drifting.ekf.covariance());
 }
 
+/// Wheels at 0.5 m/s whose counters stop from one sample to the next, and scans that see the robot drive on or stand.
+/// @param seen the scans see the way along
+Drive stoppedAtOnce(bool drives_on, bool seen) {
+  Drive drive;
+  drive.twist.x() = 0.5;
+  drive.run(2.0);
+  drive.ekf.setPose({0, 0, 0}, {0.005, 0.005, 0.005});
+  drive.twist.x() = 0.0;
+  for (int scan = 1; scan <= 15; ++scan) {
+    drive.run(0.2);
+    PoseMeasurement match = measured({drives_on ? 0.1 * scan : 0.0, 0.0, 0.0}, {0.005, 0.005, 0.005});
+    match.stamp = drive.ekf.stamp();
+    if (!seen) {
+      match.directions.col(0) = Eigen::Vector3d::UnitY();
+      match.directions.col(1) = Eigen::Vector3d::UnitZ();
+      match.observable = 2;
+    }
+    drive.ekf.updatePose(match);
+  }
+  return drive;
+}
+
+TEST(Ekf, WheelsThatDieWhileTheRobotDrivesOnAreNotFollowed) {
+  const Drive drive = stoppedAtOnce(true, true);
+  EXPECT_TRUE(drive.ekf.wheelsDead());
+  EXPECT_FALSE(drive.ekf.standstill());
+  EXPECT_NEAR(drive.ekf.pose().x, 1.5, 0.02);
+  EXPECT_NEAR(drive.ekf.twist().vx, 0.5, 0.1);
+}
+
+TEST(Ekf, WheelsThatStopAtOnceAreFollowedOnceScansShowThatTheRobotStands) {
+  const Drive drive = stoppedAtOnce(false, true);
+  EXPECT_FALSE(drive.ekf.wheelsDead());
+  EXPECT_TRUE(drive.ekf.standstill());
+  EXPECT_NEAR(drive.ekf.pose().x, 0.0, 0.02);
+}
+
+TEST(Ekf, WhereNoScanShowsTheWayAnAbruptStopLeavesItUncertain) {
+  for (const bool drives_on : {true, false}) {
+    const Drive drive = stoppedAtOnce(drives_on, false);
+    const double off = drive.ekf.pose().x - (drives_on ? 1.5 : 0.0);
+    EXPECT_LT(std::abs(off), 2.0 * std::sqrt(drive.ekf.covariance()(0, 0)));
+    EXPECT_FALSE(drive.ekf.wheelsDead());
+  }
+}
+
+TEST(Ekf, CoarseCountersAndTyresThatBrakeAreNoDeadWheels) {
+  Drive braking;
+  braking.twist.x() = 0.5;
+  braking.run(2.0);
+  braking.brake();
+  braking.run(1.0);
+  EXPECT_TRUE(braking.ekf.standstill());
+  Drive coarse;  // one tick in five intervals
+  for (int i = 0; i < 200; ++i) {
+    coarse.twist.x() = i % 5 == 0 ? 1.0 : 0.0;
+    coarse.run(toSeconds(Drive::kStep));
+    EXPECT_FALSE(coarse.ekf.wheelsSilent());
+  }
+}
+
 EkfConfig smooth() {
   EkfConfig config;
   config.smooth = true;
@@ -294,8 +364,8 @@ TEST(Ekf, OfASmoothPoseStandstillTellsTheBiasAndMovesNothing) {
     drive.twist = {0.5, 0.0, 0.1};
     drive.gyro.bias = 0.05;  // from the first sample on: the bias is in the turn
     drive.run(20.0);
+    drive.brake();
     const Pose2 before = drive.ekf.pose();
-    drive.twist.setZero();
     drive.run(2.0);
     const Pose2 moved = between(before, drive.ekf.pose());
     EXPECT_NEAR(drive.ekf.gyroBias(), 0.05, 0.002);

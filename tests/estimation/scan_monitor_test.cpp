@@ -13,6 +13,12 @@ namespace {
 
 constexpr double kSpeed = 0.5;  // [m/s]
 
+EkfConfig smooth() {
+  EkfConfig config;
+  config.smooth = true;
+  return config;
+}
+
 /// Its matched scans tell its way with an error of their own.
 class Drive : public test::SimulatedRobot {
  public:
@@ -54,7 +60,7 @@ class Drive : public test::SimulatedRobot {
   Eigen::Matrix3d covariance = 1e-6 * Eigen::Matrix3d::Identity();  // [m^2, rad^2] of each match, in map
 
  private:
-  EkfTimeline odometry_{EkfConfig{}, {}};
+  EkfTimeline odometry_{smooth(), {}};
   WheelMonitor wheel_monitor_{EkfConfig{}};
   GyroMonitor gyro_monitor_{EkfConfig{}};
   HeadingMonitor heading_monitor_;

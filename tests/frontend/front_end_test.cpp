@@ -149,6 +149,7 @@ TEST(FrontEnd, WheelsAreNotDoubtedForWhatScansToldThatWereNoise) {
     drive.run(2.0, kStand);
     drive.lidar.range_sigma = 0.3;
     drive.run(4.0, kCurve);
+    drive.run(0.04, 0.3 * kCurve);  // it brakes as tyres can
     drive.run(3.0, kStand);
     ASSERT_GT(drive.front_end->trackingReport(drive.now).range_noise, 0.0);
     drive.run(20.0, kCurve);

@@ -121,6 +121,7 @@ void checkSituation(const std::string& text) {
   FUZZ_CHECK(situation.turn_rate > 0.0 && situation.field_of_view > 0.0 && situation.lidar.range_max > 0.0);
   FUZZ_CHECK(situation.walkers >= 0 && situation.walkers <= 100 && situation.scene.laps >= 1);
   FUZZ_CHECK(!situation.no_return.ranges.empty());
+  FUZZ_CHECK(!situation.wheels_dead || situation.wheels_dead->begin < situation.wheels_dead->end);
   FUZZ_CHECK(!situation.wheels_away || situation.wheels_away->begin < situation.wheels_away->end);
 }
 

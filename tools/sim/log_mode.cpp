@@ -123,10 +123,15 @@ class LogSession {
 
   void readBoard() {
     const Timestamp now = simulation_.now();
-    const auto angles = simulation_.robot().encoderAngles();
+    const auto within = [&](const auto& span) { return span && span->contains(simulation_.driveTime()); };
+    std::array<double, 2> angles = simulation_.robot().encoderAngles();
+    for (std::size_t i = 0; i < angles.size(); ++i) {
+      const double turned = angles[i] - std::exchange(angles_[i], angles[i]);
+      if (within(options_.situation.wheels_dead)) missed_[i] += turned;
+      angles[i] -= missed_[i];
+    }
     const WheelSample wheels{now, odometry_.add(angles[0], angles[1])};
-    const auto& away = options_.situation.wheels_away;
-    if (!away || !away->contains(simulation_.driveTime()))
+    if (!within(options_.situation.wheels_away))
       write(now, channel::kWheels, toMessage(wheels, toMicroseconds(now), angles));
     const ImuReading reading = simulation_.robot().readImu();
     const ImuSample imu{now, Eigen::Vector3d(reading.gyro.data()), Eigen::Vector3d(reading.accel.data())};
@@ -147,6 +152,7 @@ class LogSession {
   std::mt19937_64 random_;
   bool kidnapped_ = false;
   WheelOdometry odometry_;
+  std::array<double, 2> angles_{}, missed_{};  // [rad] of the encoders; what their counters left out
   TruthRecorder seen_;
   DepthProjection projection_;
   DepthSampler depth_;

@@ -50,6 +50,24 @@ TEST(LogMode, WheelsAreAwayForTheirTime) {
   EXPECT_NEAR(static_cast<double>(played.imu.size()), 10.0 * 50, 3);
 }
 
+TEST(LogMode, DeadWheelsStandForTheirTimeAndLeaveOutItsWay) {
+  const Played dead = play("home", 20.0, {"wheels-dead=8,12"}), sound = play("home", 20.0, {});
+  ASSERT_EQ(dead.wheels.size(), sound.wheels.size());
+  const auto way = [](const Played& played, double from, double to) {
+    double sum = 0.0;
+    for (std::size_t i = 1; i < played.wheels.size(); ++i) {
+      const double at = seconds(played.wheels[i].utime);
+      const double step =
+          std::hypot(played.wheels[i].x - played.wheels[i - 1].x, played.wheels[i].y - played.wheels[i - 1].y);
+      if (at > from && at < to) sum += step;
+    }
+    return sum;
+  };
+  EXPECT_LT(way(dead, 8.05, 11.95), 1e-9);
+  EXPECT_GT(way(sound, 8.05, 11.95), 0.5);
+  EXPECT_NEAR(way(dead, 12.05, 20.0), way(sound, 12.05, 20.0), 1e-6);
+}
+
 TEST(LogMode, ALogThatStartsMovingHasNoStandstill) {
   const Played played = play("home", 10.0, {"start=moving"});
   for (std::size_t i = 1; i < played.truth.size(); ++i) {

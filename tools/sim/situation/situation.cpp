@@ -111,10 +111,10 @@ bool setNoReturn(Situation& s, std::string_view value) {
   return true;
 }
 
-bool setWheelsAway(Situation& s, std::string_view value) {
+bool setSpan(std::optional<TimeSpan>& span, std::string_view value) {
   const Numbers n = numbers(value);
   if (n.size() != 2 || !(n[0] >= 0.0) || !(n[1] > n[0])) return false;
-  s.wheels_away = {n[0], n[1]};
+  span = {n[0], n[1]};
   return true;
 }
 
@@ -181,7 +181,10 @@ constexpr Kind kKinds[] = {
     {"gyro-offset", "RATE [rad/s]", "beyond the ordinary bias",
      [](S& s, V v) { return setNumber(s.imu.offset, v, -100.0, 100.0); }},
     {"gyro-step", "RATE [deg/s]", "of its values", [](S& s, V v) { return setNumber(s.imu.step, v, 0, 100, kDegree); }},
-    {"wheels-away", "FROM,TO [s]", "the wheels report nothing then", setWheelsAway},
+    {"wheels-away", "FROM,TO [s]", "the wheels report nothing then",
+     [](S& s, V v) { return setSpan(s.wheels_away, v); }},
+    {"wheels-dead", "FROM,TO [s]", "the wheels' counters stand then while the robot drives on",
+     [](S& s, V v) { return setSpan(s.wheels_dead, v); }},
     {"start", "moving", "the log begins while the robot drives, and it never pauses",
      [](S& s, V v) { return setFlag(s.starts_moving, v, "moving"); }},
     {"kidnapped", "TIME [s] | TIME,covered",

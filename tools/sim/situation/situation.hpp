@@ -60,7 +60,8 @@ struct Situation {
 
   ImuFault imu = {};
   std::optional<TimeSpan> wheels_away = {};
-  bool starts_moving = false;  ///< the log begins while the robot drives, and it never pauses
+  std::optional<TimeSpan> wheels_dead = {};  ///< their counters stand
+  bool starts_moving = false;                ///< the log begins while the robot drives, and it never pauses
   std::optional<Kidnapping> kidnapping = {};
 
   SceneVariant scene = {};
