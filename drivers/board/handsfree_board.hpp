@@ -14,6 +14,7 @@
 #include "drivers/polled_port.hpp"
 #include "drivers/speaker.hpp"
 #include "drivers/speed_command.hpp"
+#include "drivers/wheel_angles.hpp"
 #include "firmware_if/robolink.hpp"
 #include "timing/refresh_clock.hpp"
 
@@ -31,17 +32,6 @@ struct HandsfreeConfig {
   bool may_drive = false;      ///< false: command() does nothing
   SpeedLimits limits{};        ///< of what it commands
   bool in_background = false;  ///< the port is opened by a thread of its own
-};
-
-/// Accumulated angles of the wheels. Differential: left, right (again left, right with two axles), positive driving
-/// forward; others: servo 1.. as the firmware counts.
-struct WheelAngles {
-  Timestamp stamp;
-  std::array<double, 4> angles{};  ///< [rad]
-  int count = 2;                   ///< of the angles that are used
-  bool restarted = false;          ///< the board began to count anew: no difference to the reading before
-
-  std::span<const double> used() const { return {angles.data(), static_cast<std::size_t>(count)}; }
 };
 
 /// Speeds of the wheels as the board measures them, in the same order and sign.
