@@ -109,6 +109,7 @@ class FrontEnd {
   bool saysMuch(const Cloud& cloud) const;
   bool fuse(const Cloud& cloud, const Prediction& predicted, const MatchResult& match, bool bypass_gate);
   void leaveFarPlace();
+  void leaveTheFloor();
   void beginSession(KeyframeOrigin origin);
 
   FrontEndConfig config_;
@@ -123,6 +124,7 @@ class FrontEnd {
   KeyframeSelector keyframes_;
   DepthViewSelector views_;
   std::uint32_t far_off_ = 0;
+  bool lifted_ = false;  // by its wheels, which hang in the air
 };
 
 }  // namespace slam
