@@ -106,7 +106,7 @@ void SerialBase::take(const BaseReading& reading) {
   if (reading.battery) battery_ = *reading.battery;
   if (reading.lifted.value_or(false)) heard_.lifted_until = heard_.at + kPutDown;
   const bool obeyed = std::exchange(heard_.obeys, reading.obeys.value_or(heard_.obeys));
-  if (isLifted() || (obeyed && !heard_.obeys)) speeds_.revoke(heard_.at);
+  if (obeyed && !heard_.obeys) speeds_.revoke(heard_.at);
   if (reading.has_speed) speeds_.acknowledge();
   if (reading.counts || reading.turn_rate) emit(reading);
 }
@@ -139,6 +139,7 @@ void SerialBase::watch(Timestamp now) {
 
 void SerialBase::send(Timestamp now) {
   if (const Outgoing question = protocol_->question(now); !question.empty()) port_.write(question.bytes());
+  if (isLifted()) speeds_.revoke(now);
   if (!protocol_->takesSpeeds(now)) return;
   if (const std::optional<Twist2> twist = speeds_.due(now))
     port_.write(protocol_->speeds(sidesOf(*twist), now).bytes());

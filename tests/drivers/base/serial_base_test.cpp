@@ -260,7 +260,9 @@ TEST_P(EachBase, ThatIsLiftedIsReportedAndItsWheelsAreNoMotion) {
   rig.emulator->inject("lifted", 1.0);
   rig.driveFor(200ms, {.vx = 0.3});
   const double at = rig.wheels.back().angles[0];
+  const std::size_t written = rig.written.size();
   rig.driveFor(1s, {.vx = 0.3});
+  EXPECT_EQ(rig.written.size(), written) << "no speed is sent to wheels in the air";
   EXPECT_TRUE(rig.has(problem::kBaseLifted)) << rig.words();
   EXPECT_EQ(rig.state(), DeviceState::kStreaming);
   EXPECT_TRUE(rig.wheels.back().lifted);
