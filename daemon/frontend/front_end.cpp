@@ -57,7 +57,7 @@ FrontEnd::FrontEnd(const FrontEndConfig& config, Stopwatch stopwatch, const Fron
 void FrontEnd::add(const WheelSample& recorded) {
   const auto sample = intake_.accept(recorded);
   if (!sample) return;
-  if (!std::exchange(lifted_, sample->lifted) && lifted_) leaveTheFloor();
+  if (!std::exchange(lifted_, sample->lifted) && lifted_) leaveTheFloor(sample->stamp);
   if (monitor_.gyro.hear(*sample, gyroBias())) pose_.loseGyro();  // the odometry would jump
   odometry_.add(*sample);
   if (const auto heard = monitor_.wheels.hear(*sample, tracking_.unmatched(sample->stamp))) pose_.add(*heard);
@@ -86,10 +86,7 @@ ScanOutcome FrontEnd::track(const LaserScan& recorded, bool may_keep) {
   outcome.misdated = taken.misdated;
   outcome.scan = &recorded;
   if (!taken.accepted) return outcome;
-  if (lifted_) {  // seen from another height or tilted: of no use for pose and map
-    if (tracking_.begun()) tracking_.fail({}, taken.first, true, false);
-    return outcome;
-  }
+  if (lifted_) return outcome;  // seen from another height or tilted: of no use for pose and map
 
   const bool was_noisy = interpreter().rangeNoise().tooNoisy();
   const Cloud& cloud =  // deskewed to mid-turn, with normals
@@ -250,8 +247,9 @@ void FrontEnd::leaveFarPlace() {
 
 /// Who lifts a robot may put it down anywhere around. Until a scan fits where it was, as well as before, its place is
 /// not valid; when none does for long, it was carried away. Its gyro turns with it.
-void FrontEnd::leaveTheFloor() {
+void FrontEnd::leaveTheFloor(Timestamp stamp) {
   if (!tracking_.begun()) return;
+  tracking_.fail({}, stamp, true, false);  // so that the next scan that counts must be a find
   const Ekf& newest = pose_.newest();
   const double carried = config_.tracking.carried_sigma;
   const double heading = monitor_.gyro.reliable() ? std::sqrt(newest.covariance()(2, 2)) : std::numbers::pi;

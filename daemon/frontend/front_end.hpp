@@ -109,7 +109,7 @@ class FrontEnd {
   bool saysMuch(const Cloud& cloud) const;
   bool fuse(const Cloud& cloud, const Prediction& predicted, const MatchResult& match, bool bypass_gate);
   void leaveFarPlace();
-  void leaveTheFloor();
+  void leaveTheFloor(Timestamp stamp);
   void beginSession(KeyframeOrigin origin);
 
   FrontEndConfig config_;
