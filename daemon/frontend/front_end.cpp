@@ -146,13 +146,15 @@ void FrontEnd::recoverBySearch(const Cloud& cloud, const Prediction& predicted, 
   if (!validator_.acceptSearch(found, cloud, local_map_, predicted.pose, tracking_)) return;
   outcome.match = found;
   // A place off the prediction is believed where wheels alone predicted, or where no such scan can have been taken.
-  const bool from_afar = !predicted.pose.gyroActive() || validator_.kidnapped(predicted.pose.pose(), cloud, local_map_);
+  const bool from_afar =
+      carried_ || !predicted.pose.gyroActive() || validator_.kidnapped(predicted.pose.pose(), cloud, local_map_);
   outcome.fused = fuse(cloud, predicted, found, from_afar);
 }
 
 const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted, const MatchResult& match,
                                  bool may_keep) {
   const Ekf& ekf = pose_.upTo(cloud.stamp);  // the match was fused at this stamp
+  carried_ = false;
   const Pose2 T_map_base = ekf.pose();
   shareGyroBias();
   monitor_.scans.compare(predicted.odometry, T_map_base, match.covariance, monitor_.wheels, monitor_.heading);
@@ -195,7 +197,7 @@ const Keyframe* FrontEnd::coast(const Cloud& cloud, const Prediction& predicted,
   const Pose2 T_map_base = predicted.pose.pose();
   // A scan that contradicts itself sees through walls wherever it is.
   const bool kidnapped = !monitor_.heading.contradicts() && validator_.kidnapped(T_map_base, cloud, local_map_);
-  if (kidnapped || tracking_.lost(pose_.newest().covariance().topLeftCorner<3, 3>())) {
+  if (kidnapped || carried_ || tracking_.lost(pose_.newest().covariance().topLeftCorner<3, 3>())) {
     beginSession(KeyframeOrigin::kLost);
     return nullptr;
   }
@@ -245,15 +247,11 @@ void FrontEnd::leaveFarPlace() {
   local_map_.follow(pose_.newest().pose().translation());
 }
 
-/// Who lifts a robot may put it down anywhere around. Until a scan fits where it was, as well as before, its place is
-/// not valid; when none does for long, it was carried away. Its gyro turns with it.
+/// Who lifts a robot may put it down anywhere around: the next scan that counts must be a find.
 void FrontEnd::leaveTheFloor(Timestamp stamp) {
   if (!tracking_.begun()) return;
-  tracking_.fail({}, stamp, true, false);  // so that the next scan that counts must be a find
-  const Ekf& newest = pose_.newest();
-  const double carried = config_.tracking.carried_sigma;
-  const double heading = monitor_.gyro.reliable() ? std::sqrt(newest.covariance()(2, 2)) : std::numbers::pi;
-  pose_.setPose(newest.pose(), {carried, carried, heading});
+  tracking_.fail({}, stamp, true, false);
+  carried_ = true;
 }
 
 void FrontEnd::beginSession(KeyframeOrigin origin) {
@@ -264,6 +262,7 @@ void FrontEnd::beginSession(KeyframeOrigin origin) {
     heading_tolerance = validator_.headingTolerance(newest);
     if (!tracking_.placed()) heading_tolerance += keyframes_.headingTolerance();
   }
+  carried_ = false;
   preprocessor_.forgetPlace();
   validator_.begin();
   tracking_.beginSession(origin == KeyframeOrigin::kGiven);
@@ -299,6 +298,7 @@ PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
   const bool contradicted = (monitor_.scans.contradicts() && ekf.gyroActive()) || monitor_.heading.contradicts();
   // What follows are errors of the map: the robot's place among its walls is as sure as the filter has it.
   estimate.state = tracking_.state(stamp, pose_.newestStamp(), estimate.covariance, contradicted);
+  if (carried_) estimate.state = LocalisationState::kLost;
   const Eigen::Matrix3d of_map = local_map_.covarianceAt(estimate.T_map_base) + monitor_.scans.covariance();
   estimate.covariance += rotated(of_map, estimate.T_map_base.theta);
   const Sensitivity sensitivity = ekf.sensitivity();

@@ -124,7 +124,8 @@ class FrontEnd {
   KeyframeSelector keyframes_;
   DepthViewSelector views_;
   std::uint32_t far_off_ = 0;
-  bool lifted_ = false;  // by its wheels, which hang in the air
+  bool lifted_ = false;   // by its wheels, which hang in the air
+  bool carried_ = false;  // lifted, and no scan has been fused since: its place is not valid
 };
 
 }  // namespace slam

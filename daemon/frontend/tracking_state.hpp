@@ -15,7 +15,6 @@ struct TrackingConfig {
   double degraded_after = 1.0;       ///< [s] without a matched scan
   double lost_after = 1.0;           ///< [s] without a sample of wheels or gyro, or a matched scan: a pose is a guess
   double lost_position_sigma = 1.0;  ///< [m] a position this uncertain is not valid
-  double carried_sigma = 2.0;  ///< [m] of the position of a robot that somebody lifts: not valid until it is found
 
   void visitSettings(auto& v) {
     v.expert("degraded_after", degraded_after, "s", 0.1, 60.0,
