@@ -8,7 +8,10 @@
 #include <utility>
 
 #include "drivers/lidar/codec/rplidar_codec.hpp"
+#include "firmware_if/arduino_bridge.hpp"
+#include "firmware_if/create_oi.hpp"
 #include "firmware_if/hfi_imu.hpp"
+#include "firmware_if/kobuki.hpp"
 #include "firmware_if/robolink.hpp"
 
 namespace slam {
@@ -52,6 +55,36 @@ bool isImu(Bytes bytes) {
     }
   }
   return a9.counters().frames >= kFrames || b6.counters().frames >= kFrames;
+}
+
+bool isArduino(Bytes bytes) {
+  using arduino_bridge::Answer;
+  arduino_bridge::LineDecoder lines;
+  constexpr std::array kRates = {9600, 57600, 115200};  // [bit/s] that the board answers with
+  for (const std::uint8_t byte : bytes) {
+    const auto answer = lines.push(byte);
+    if (answer && answer->kind == Answer::kRefused) return true;
+    const bool rate = answer && answer->kind == Answer::kNumber &&
+                      std::find(kRates.begin(), kRates.end(), answer->counts[0]) != kRates.end();
+    if (rate) return true;
+  }
+  return false;
+}
+
+bool isCreate(Bytes bytes) {
+  create_oi::StreamDecoder decoder;
+  std::uint32_t frames = 0;
+  for (const std::uint8_t byte : bytes)
+    decoder.push(byte, [&](Bytes frame) { frames += create_oi::parseStream(frame) ? 1 : 0; });
+  return frames >= kFrames;
+}
+
+bool isKobuki(Bytes bytes) {
+  kobuki::Decoder decoder;
+  std::uint32_t frames = 0;
+  for (const std::uint8_t byte : bytes)
+    decoder.push(byte, [&](Bytes frame) { frames += kobuki::parseFeedback(frame) ? 1 : 0; });
+  return frames >= kFrames;
 }
 
 /// Packets whose begin `lengthAt` recognises, and behind each of them the next. @return its first two bytes
@@ -116,6 +149,9 @@ const char* keyOf(Speaker speaker) {
     case Speaker::kRplidar:
       return "lidar";
     case Speaker::kBoard:
+    case Speaker::kArduino:
+    case Speaker::kCreate:
+    case Speaker::kKobuki:
       return "base";
     case Speaker::kImu:
       return "imu";
@@ -130,6 +166,12 @@ const char* nameOf(Speaker speaker) {
       return "an RPLidar";
     case Speaker::kBoard:
       return "the HandsFree board";
+    case Speaker::kArduino:
+      return "an Arduino with ros_arduino_bridge";
+    case Speaker::kCreate:
+      return "an iRobot Create 2 or Roomba";
+    case Speaker::kKobuki:
+      return "a Kobuki";
     case Speaker::kImu:
       return "a HandsFree IMU";
     case Speaker::kLdrobot:
@@ -165,6 +207,20 @@ const char* driversFor(Speaker speaker) {
   }
 }
 
+/// The word of base.driver for a base.
+const char* baseDriverFor(Speaker speaker) {
+  switch (speaker) {
+    case Speaker::kArduino:
+      return "ros_arduino_bridge";
+    case Speaker::kCreate:
+      return "create2";
+    case Speaker::kKobuki:
+      return "kobuki";
+    default:
+      return "handsfree";
+  }
+}
+
 bool isLidar(Speaker speaker) {
   return speaker == Speaker::kRplidar || speaker == Speaker::kLdrobot || speaker == Speaker::kYdlidar ||
          speaker == Speaker::kNeato || speaker == Speaker::kCamsense;
@@ -176,6 +232,9 @@ Heard speakerOf(Bytes bytes) {
   if (isBoard(bytes)) return {Speaker::kBoard};
   if (isImu(bytes)) return {Speaker::kImu};
   if (isRplidar(bytes)) return {Speaker::kRplidar};
+  if (isKobuki(bytes)) return {Speaker::kKobuki};
+  if (isCreate(bytes)) return {Speaker::kCreate};
+  if (isArduino(bytes)) return {Speaker::kArduino};
   if (const auto header = packetsIn(bytes, ldrobotLength)) return {Speaker::kLdrobot, *header};
   if (const auto header = packetsIn(bytes, ydlidarLength<2>)) return {Speaker::kYdlidar, *header};
   if (const auto header = packetsIn(bytes, ydlidarLength<3>)) return {Speaker::kYdlidar, *header};
@@ -187,12 +246,14 @@ Heard speakerOf(Bytes bytes) {
   return {};
 }
 
-void SpeakerSearch::begin(const std::string& path, int baud, Timestamp now) {
+void SpeakerSearch::begin(const std::string& path, int baud, Timestamp now, Speaker expected) {
   path_ = path;
+  expected_ = expected;
   found_ = {};
   bauds_ = {baud, kBoardBaud};
   std::copy(kLidarBauds.begin(), kLidarBauds.end(), bauds_.begin() + 2);
   std::copy(kOtherBauds.begin(), kOtherBauds.end(), bauds_.begin() + 6);
+  bauds_.back() = arduino_bridge::kBaud;
   next_ = 0;
   listen(now);
 }
@@ -213,7 +274,10 @@ void SpeakerSearch::listen(Timestamp now) {
   stream_ = std::move(port.stream);
   stream_->discardInput();
   until_ = now + kListen;
-  if (baud == kBoardBaud) {
+  if (expected_ == Speaker::kCreate) return;
+  if (expected_ == Speaker::kArduino || baud == arduino_bridge::kBaud) {
+    stream_->write(arduino_bridge::askBaudRate().bytes());
+  } else if (baud == kBoardBaud) {
     std::array<std::uint8_t, robolink::kMaxFrame> frame;
     const std::size_t size =
         robolink::encodeFrame(robolink::kMaster, robolink::kSlave, robolink::Command::kGetSystemInfo, {}, frame);
@@ -245,7 +309,7 @@ bool SpeakerSearch::tick(Timestamp now) {
 bool WrongSpeaker::hears(std::span<const std::uint8_t> bytes) {
   Heard heard = speakerOf(bytes);
   // A header alone may be chance, or of the device that is expected.
-  if (isOwn(heard.speaker) || heard.speaker == Speaker::kUnknown || heard.speaker == Speaker::kPackets) return false;
+  if (heard.speaker == own_ || heard.speaker == Speaker::kUnknown || heard.speaker == Speaker::kPackets) return false;
   heard.baud = baud_;
   asked_ = true;
   describe(heard);
@@ -254,7 +318,7 @@ bool WrongSpeaker::hears(std::span<const std::uint8_t> bytes) {
 
 bool WrongSpeaker::tick(Timestamp now) {
   if (std::exchange(wanted_, false)) {
-    search_.begin(path_, baud_, now);
+    search_.begin(path_, baud_, now, own_);
     if (!search_.running()) asked_ = false;  // somebody has the port still: asked anew at the next occasion
   }
   if (!search_.running()) return false;
@@ -263,19 +327,13 @@ bool WrongSpeaker::tick(Timestamp now) {
   return false;
 }
 
-bool WrongSpeaker::isOwn(Speaker speaker) const {
-  if (expected_ == PortOf::kLidar) return speaker == lidar_;
-  const char* theirs = keyOf(speaker);
-  return theirs != nullptr && std::strcmp(theirs, kKeys[static_cast<std::size_t>(expected_)]) == 0;
-}
-
 void WrongSpeaker::describe(const Heard& heard) {
   const char* key = kKeys[static_cast<std::size_t>(expected_)];
   const char* theirs = keyOf(heard.speaker);
   const char* name = nameOf(heard.speaker);
   const double baud = heard.baud;
   known_ = heard.speaker != Speaker::kUnknown;
-  if (isOwn(heard.speaker)) {
+  if (heard.speaker == own_) {
     known_ = heard.baud != baud_;  // else it is the right one, which has answered at last
     problem_ = {problem::kOtherBaud, {baud, static_cast<double>(baud_)}, {name, key}};
   } else if (theirs != nullptr && std::strcmp(theirs, key) != 0) {
@@ -285,9 +343,11 @@ void WrongSpeaker::describe(const Heard& heard) {
     if (heard.header != std::array<std::uint8_t, 2>{})
       std::snprintf(header, sizeof header, ", header %02X %02X", static_cast<unsigned>(heard.header[0]),
                     static_cast<unsigned>(heard.header[1]));
-    const bool lidar = isLidar(heard.speaker) && expected_ == PortOf::kLidar;
-    problem_ = lidar ? Problem{problem::kForeignLidar, {baud}, {name, header, driversFor(heard.speaker)}}
-                     : Problem{problem::kForeignDevice, {baud}, {name, header}};
+    problem_ = {problem::kForeignDevice, {baud}, {name, header}};
+    if (isLidar(heard.speaker) && expected_ == PortOf::kLidar)
+      problem_ = {problem::kForeignLidar, {baud}, {name, header, driversFor(heard.speaker)}};
+    if (theirs != nullptr && expected_ == PortOf::kBoard)
+      problem_ = {problem::kForeignBase, {baud}, {name, header, baseDriverFor(heard.speaker)}};
   }
 }
 

@@ -16,8 +16,11 @@ namespace slam {
 enum class Speaker : std::uint8_t {
   kUnknown,
   kRplidar,
-  kBoard,  ///< HandsFree, RoboLink
-  kImu,    ///< HandsFree, stand-alone
+  kBoard,    ///< HandsFree, RoboLink
+  kArduino,  ///< ros_arduino_bridge
+  kCreate,   ///< iRobot Create, Roomba
+  kKobuki,
+  kImu,  ///< HandsFree, stand-alone
   kLdrobot,
   kYdlidar,
   kNeato,
@@ -42,8 +45,9 @@ class SpeakerSearch {
  public:
   explicit SpeakerSearch(PortOpener open = openPort) : open_(std::move(open)) { heard_bytes_.reserve(kMostBytes); }
 
-  /// @param baud of the device that is expected: tried first
-  void begin(const std::string& path, int baud, Timestamp now);
+  /// @param baud of the device that is expected: tried first @param expected it: a Create is asked nothing, because it
+  /// takes the questions for pressed buttons
+  void begin(const std::string& path, int baud, Timestamp now, Speaker expected = Speaker::kUnknown);
   /// @return whether it goes on
   bool tick(Timestamp now);
   bool running() const { return stream_ != nullptr || next_ < bauds_.size(); }
@@ -59,7 +63,8 @@ class SpeakerSearch {
 
   PortOpener open_;
   std::string path_;
-  std::array<int, 8> bauds_{};
+  Speaker expected_ = Speaker::kUnknown;
+  std::array<int, 9> bauds_{};
   std::size_t next_ = bauds_.size();
   std::unique_ptr<ByteStream> stream_;
   Timestamp until_{};
@@ -73,10 +78,13 @@ enum class PortOf : std::uint8_t { kLidar, kBoard, kImu };
 /// The search for one port, made once and then remembered.
 class WrongSpeaker {
  public:
-  /// @param lidar which one it is, of a lidar's port
-  WrongSpeaker(PortOf expected, std::string path, int baud, PortOpener open = openPort,
-               Speaker lidar = Speaker::kRplidar)
-      : expected_(expected), lidar_(lidar), path_(std::move(path)), baud_(baud), search_(std::move(open)) {}
+  /// @param own which device it is; without: the RPLidar, the HandsFree board or IMU
+  WrongSpeaker(PortOf expected, std::string path, int baud, PortOpener open = openPort, Speaker own = Speaker::kUnknown)
+      : expected_(expected),
+        own_(own == Speaker::kUnknown ? usualOf(expected) : own),
+        path_(std::move(path)),
+        baud_(baud),
+        search_(std::move(open)) {}
 
   /// The device did not answer. Does nothing when that was asked before. The search begins with the next tick, before
   /// which the port must have been closed.
@@ -96,11 +104,12 @@ class WrongSpeaker {
  private:
   void describe(const Heard& heard);
 
-  /// The device that it is for, and which uses another baud rate perhaps.
-  bool isOwn(Speaker speaker) const;
+  static Speaker usualOf(PortOf port) {
+    return port == PortOf::kLidar ? Speaker::kRplidar : port == PortOf::kBoard ? Speaker::kBoard : Speaker::kImu;
+  }
 
   PortOf expected_;
-  Speaker lidar_;
+  Speaker own_;  // the device that it is for, and which uses another baud rate perhaps
   std::string path_;
   int baud_;
   SpeakerSearch search_;

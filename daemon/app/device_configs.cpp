@@ -47,11 +47,30 @@ int priority(const Config& config, int wanted) { return config.runtime.realtime 
 
 }  // namespace
 
+const BaseFacts* baseFacts(const Config& config) { return findBase(wordOf(config.base_device.driver)); }
+
+SerialBaseConfig serialBaseConfig(const Config& config) {
+  const BaseDeviceConfig& base = config.base_device;
+  const BaseFacts& facts = *baseFacts(config);
+  return {.facts = &facts,
+          .port = base.port,
+          .baud = base.baud > 0 ? base.baud : facts.baud,
+          .robot = {.wheel_radius = base.geometry.wheel_radius,
+                    .half_track = base.geometry.half_track,
+                    .counts_per_turn = base.counts_per_turn > 0.0 ? base.counts_per_turn : facts.counts_per_turn,
+                    .loop_rate = base.loop_rate,
+                    .may_drive = base.speed_commands},
+          .gyro = config.imu_device.driver == ImuDriver::kBase,
+          .limits = base.limits,
+          .in_background = true};
+}
+
 HandsfreeConfig handsfreeConfig(const Config& config) {
+  constexpr int kBaud = 921600;  // [bit/s] of the board
   const BaseDeviceConfig& base = config.base_device;
   const BaseKinematics kinematics = kinematicsOf(base);
   return {.port = base.port,
-          .baud = base.baud,
+          .baud = base.baud > 0 ? base.baud : kBaud,
           .mileage_rate = base.mileage_rate,
           .imu_rate = base.imu_rate,
           .sample_age = base.sample_age,

@@ -4,6 +4,7 @@
 
 #include "config/config.hpp"
 #include "core/samples.hpp"
+#include "drivers/base/serial_base.hpp"
 #include "drivers/board/handsfree_board.hpp"
 #include "drivers/board/serial_imu.hpp"
 #include "drivers/camera/openni_camera.hpp"
@@ -17,6 +18,10 @@
 namespace slam {
 
 HandsfreeConfig handsfreeConfig(const Config& config);
+/// The row of a base of the table; nullptr: it is none of these.
+const BaseFacts* baseFacts(const Config& config);
+/// Of one that has a row.
+SerialBaseConfig serialBaseConfig(const Config& config);
 CanBaseConfig canBaseConfig(const Config& config);
 SerialImuConfig serialImuConfig(const Config& config);
 SerialLidarConfig serialLidarConfig(const Config& config);

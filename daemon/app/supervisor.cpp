@@ -164,7 +164,7 @@ void Supervisor::start() {
 }
 
 void Supervisor::logClaimants() const {
-  const bool lidar = config_.lidar_device.isRead(), board = config_.base_device.driver == BaseDriver::kHandsfree;
+  const bool lidar = config_.lidar_device.isRead(), board = config_.base_device.isSerial();
   const bool imu = config_.imu_device.driver == ImuDriver::kHfi;
   for (const auto& [used, key, port] : {std::tuple(lidar, "lidar", config_.lidar_device.port),
                                         {board, "base", config_.base_device.port},

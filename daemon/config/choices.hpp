@@ -38,8 +38,10 @@ enum class LidarDriver : std::uint8_t {
   kNone
 };
 enum class LidarScanMode : std::uint8_t { kAuto, kExpress, kStandard };
-enum class BaseDriver : std::uint8_t { kHandsfree, kCan, kLcm, kNone };
-enum class ImuDriver : std::uint8_t { kHandsfree, kHfi, kCan, kLcm, kNone };
+/// A base that slamd reads (drivers/base/base_facts.cpp has the rows of those at a serial port, but for the HandsFree
+/// board), or where else the wheels' angles come from.
+enum class BaseDriver : std::uint8_t { kHandsfree, kRosArduinoBridge, kCreate2, kKobuki, kCan, kLcm, kNone };
+enum class ImuDriver : std::uint8_t { kHandsfree, kBase, kHfi, kCan, kLcm, kNone };
 enum class DepthDriver : std::uint8_t { kOpenni2, kLcm, kNone };
 enum class LogContent : std::uint8_t { kRaw, kAll };
 
@@ -56,13 +58,14 @@ inline constexpr std::array kWords<LidarDriver>{
 template <>
 inline constexpr std::array kWords<LidarScanMode>{"auto", "express", "standard"};
 template <>
-inline constexpr std::array kWords<BaseDriver>{"handsfree", "can", "lcm", "none"};
+inline constexpr std::array kWords<BaseDriver>{"handsfree", "ros_arduino_bridge", "create2", "kobuki", "can", "lcm",
+                                               "none"};
 template <>
 inline constexpr std::array kWords<BaseType>{"differential", "omni3", "mecanum4"};
 template <>
 inline constexpr std::array kWords<DriveOrder>{"first", "last"};
 template <>
-inline constexpr std::array kWords<ImuDriver>{"handsfree", "hfi", "can", "lcm", "none"};
+inline constexpr std::array kWords<ImuDriver>{"handsfree", "base", "hfi", "can", "lcm", "none"};
 template <>
 inline constexpr std::array kWords<DepthDriver>{"openni2", "lcm", "none"};
 template <>

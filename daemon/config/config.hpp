@@ -45,28 +45,42 @@ struct BaseDeviceConfig {
   BaseDriver driver = BaseDriver::kHandsfree;
   BaseType type = BaseType::kDifferential;
   std::string port = "/dev/handsfree";
-  int baud = 921600;  ///< [bit/s]
+  int baud = 0;  ///< [bit/s] 0: the model's own
   DifferentialBase geometry;
-  bool speed_commands = false;  ///< drive as SLAM_DRIVE says
+  double counts_per_turn = 0.0;  ///< [1] of a wheel; 0: the model's own
+  double loop_rate = 30.0;       ///< [Hz] of an Arduino's speed control
+  bool speed_commands = false;   ///< drive as SLAM_DRIVE says
   DriveOrder drive_order = DriveOrder::kFirst;
   SpeedLimits limits;          ///< whatever SLAM_DRIVE asks for
   double mileage_rate = 50.0;  ///< [Hz] polls of the wheel angles
   double imu_rate = 100.0;     ///< [Hz] polls of the IMU; readings that did not change are not used
   double sample_age = 0.010;   ///< [s] age of the board's values when it answers, until it has been found out
 
+  /// slamd reads it at a serial port.
+  bool isSerial() const {
+    return driver != BaseDriver::kCan && driver != BaseDriver::kLcm && driver != BaseDriver::kNone;
+  }
+
   void visitSettings(auto& v) {
     v.robot("driver", driver,
-            "The wheel angles come from a HandsFree board, from two ODrives on CAN, from another program over LCM "
+            "The wheel angles come from a base of this make that slamd reads, from another program over LCM "
             "(SLAM_WHEELS), or from nowhere.",
             "Set it to what drives the wheels of the robot.");
     v.robot(
         "type", type,
         "The base has two driven wheels (differential), three omni wheels (omni3) or four mecanum wheels (mecanum4).",
         "Set omni3 or mecanum4 for a base that can move sideways.");
-    v.robot("port", port, "The HandsFree board is connected to this serial port.",
+    v.robot("port", port, "The base is connected to this serial port.",
             "Set it where the udev rule for /dev/handsfree does not fit.");
-    v.expert("baud", baud, "bit/s", 9600, 4000000, "The serial port of the HandsFree board runs at this speed.");
+    v.expert("baud", baud, "bit/s", 0, 4000000,
+             "The base's serial port runs at this speed; 0: at the one of its model, 921600 for a HandsFree board.");
     geometry.visitSettings(v);
+    v.expert("counts_per_turn", counts_per_turn, "1", 0.0, 1e6,
+             "The encoder of a driven wheel counts this much in one turn of the wheel; 0: as of the "
+             "base's model.");
+    v.expert("loop_rate", loop_rate, "Hz", 1.0, 1000.0,
+             "The speed control of an Arduino with ros_arduino_bridge runs at this rate: a speed is sent as counts per "
+             "run.");
     v.expert("mileage_rate", mileage_rate, "Hz", 1.0, 200.0,
              "The HandsFree board is asked for its wheel angles at this rate.");
     v.expert("imu_rate", imu_rate, "Hz", 1.0, 200.0, "The HandsFree board is asked for its IMU's values at this rate.");
@@ -74,7 +88,7 @@ struct BaseDeviceConfig {
              "The HandsFree board's values are taken to be this old when they are sent, until slamd has measured "
              "their age.");
     v.site("speed_commands", speed_commands,
-           "Whoever sends SLAM_DRIVE over LCM may drive the base through slamd, if base.driver is handsfree or can.",
+           "Whoever sends SLAM_DRIVE over LCM may drive the base through slamd, if slamd reads the base.",
            "Set true when a navigation program drives the robot through slamd.");
     v.expert("drive_order", drive_order,
              "Where several programs send SLAM_DRIVE, the one that began first is driven until it ends, or the one "
@@ -90,10 +104,11 @@ struct ImuDeviceConfig {
   double roll = 0.0, pitch = 0.0, yaw = 0.0;  ///< [rad] of the IMU's axes in base
 
   void visitSettings(auto& v) {
-    v.robot("driver", driver,
-            "The gyro is on the HandsFree board, on a serial port of its own (hfi), on CAN, in another program "
-            "over LCM (SLAM_IMU), or missing.",
-            "Set hfi for a HandsFree A9, B6, B9 or D6; set none if the robot has no gyro.");
+    v.robot(
+        "driver", driver,
+        "The gyro is in the HandsFree board, another base (base), a unit of its own (hfi), on CAN, in another program "
+        "(lcm), or missing.",
+        "Set hfi for a HandsFree A9, B6, B9 or D6; set none if the robot has no gyro.");
     v.site("port", port, "The HandsFree IMU of imu.driver = \"hfi\" is connected to this serial port.",
            "Set it where the udev rule for /dev/hfi does not fit.");
     v.expert("baud", baud, "bit/s", 9600, 4000000,

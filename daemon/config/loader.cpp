@@ -288,13 +288,28 @@ void checkTogether(const Config& config, const std::string& name, const Places& 
     complain({"lidar.range_min", "lidar.range_max"}, "is not below lidar.range_max; lower the one or raise the other");
   }
   if (config.imu_device.driver == ImuDriver::kHandsfree && config.base_device.driver != BaseDriver::kHandsfree) {
-    complain({"imu.driver", "base.driver"}, "\"handsfree\" means the base's board, but base.driver is \"" +
+    complain({"imu.driver", "base.driver"},
+             "\"handsfree\" means the base's board, but base.driver is \"" +
+                 std::string(wordOf(config.base_device.driver)) +
+                 "\"; set imu.driver to \"base\", \"hfi\", \"can\", \"lcm\" or \"none\"");
+  }
+  if (config.imu_device.driver == ImuDriver::kBase && config.base_device.driver != BaseDriver::kKobuki) {
+    complain({"imu.driver", "base.driver"}, "\"base\" means the gyro of a Kobuki, but base.driver is \"" +
                                                 std::string(wordOf(config.base_device.driver)) +
                                                 "\"; set imu.driver to \"hfi\", \"can\", \"lcm\" or \"none\"");
   }
-  if (config.base_device.driver == BaseDriver::kCan && config.base_device.type != BaseType::kDifferential) {
+  if (config.base_device.driver == BaseDriver::kRosArduinoBridge && !(config.base_device.counts_per_turn > 0.0)) {
+    complain(
+        {"base.counts_per_turn", "base.driver"},
+        "is not set, but an Arduino has no model that says it; set it to what the encoder counts in one turn of the "
+        "wheel (enc_counts_per_rev of diffdrive_arduino)");
+  }
+  const bool any_type = config.base_device.driver == BaseDriver::kHandsfree ||
+                        config.base_device.driver == BaseDriver::kLcm || config.base_device.driver == BaseDriver::kNone;
+  if (!any_type && config.base_device.type != BaseType::kDifferential) {
     complain({"base.type", "base.driver"}, "\"" + std::string(wordOf(config.base_device.type)) +
-                                               "\" has more wheels than the two on CAN; set it to \"differential\"");
+                                               "\" has more wheels than the two of such a base; set it to "
+                                               "\"differential\"");
   }
   if (config.base_device.driver == BaseDriver::kCan && config.can.left_node == config.can.right_node) {
     complain({"can.right_node", "can.left_node"}, "is the left wheel's, too; give each its own");

@@ -15,6 +15,7 @@ struct WheelSample {
   Pose2 T_wheels_base;          ///< base in a frame that starts anywhere and drifts
   bool turn_rate_known = true;  ///< false: the source measures speed only, theta of T_wheels_base says nothing
   bool restarted = false;       ///< the source began anew: what was driven since the sample before is not known
+  bool lifted = false;          ///< a wheel hangs in the air: T_wheels_base stands, and the robot may be carried
 };
 
 /// One reading of the inertial unit, in base axes (x forward, y left, z up).

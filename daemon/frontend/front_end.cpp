@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/plausibility.hpp"
 #include "core/pose_covariance.hpp"
@@ -56,6 +57,7 @@ FrontEnd::FrontEnd(const FrontEndConfig& config, Stopwatch stopwatch, const Fron
 void FrontEnd::add(const WheelSample& recorded) {
   const auto sample = intake_.accept(recorded);
   if (!sample) return;
+  if (!std::exchange(lifted_, sample->lifted) && lifted_) leaveTheFloor(sample->stamp);
   if (monitor_.gyro.hear(*sample, gyroBias())) pose_.loseGyro();  // the odometry would jump
   odometry_.add(*sample);
   if (const auto heard = monitor_.wheels.hear(*sample, tracking_.unmatched(sample->stamp))) pose_.add(*heard);
@@ -84,6 +86,7 @@ ScanOutcome FrontEnd::track(const LaserScan& recorded, bool may_keep) {
   outcome.misdated = taken.misdated;
   outcome.scan = &recorded;
   if (!taken.accepted) return outcome;
+  if (lifted_) return outcome;  // seen from another height or tilted: of no use for pose and map
 
   const bool was_noisy = interpreter().rangeNoise().tooNoisy();
   const Cloud& cloud =  // deskewed to mid-turn, with normals
@@ -143,13 +146,15 @@ void FrontEnd::recoverBySearch(const Cloud& cloud, const Prediction& predicted, 
   if (!validator_.acceptSearch(found, cloud, local_map_, predicted.pose, tracking_)) return;
   outcome.match = found;
   // A place off the prediction is believed where wheels alone predicted, or where no such scan can have been taken.
-  const bool from_afar = !predicted.pose.gyroActive() || validator_.kidnapped(predicted.pose.pose(), cloud, local_map_);
+  const bool from_afar =
+      carried_ || !predicted.pose.gyroActive() || validator_.kidnapped(predicted.pose.pose(), cloud, local_map_);
   outcome.fused = fuse(cloud, predicted, found, from_afar);
 }
 
 const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted, const MatchResult& match,
                                  bool may_keep) {
   const Ekf& ekf = pose_.upTo(cloud.stamp);  // the match was fused at this stamp
+  carried_ = false;
   const Pose2 T_map_base = ekf.pose();
   // A scan that sees walls along the robot's way alone leaves it open where on it: no match from there is the only one.
   if (tracking_.placed() && tracking_.unplaced(ekf.covariance().topLeftCorner<3, 3>())) {
@@ -198,7 +203,7 @@ const Keyframe* FrontEnd::coast(const Cloud& cloud, const Prediction& predicted,
   const Pose2 T_map_base = predicted.pose.pose();
   // A scan that contradicts itself sees through walls wherever it is.
   const bool kidnapped = !monitor_.heading.contradicts() && validator_.kidnapped(T_map_base, cloud, local_map_);
-  if (kidnapped || tracking_.lost(pose_.newest().covariance().topLeftCorner<3, 3>())) {
+  if (kidnapped || carried_ || tracking_.lost(pose_.newest().covariance().topLeftCorner<3, 3>())) {
     beginSession(KeyframeOrigin::kLost);
     return nullptr;
   }
@@ -248,6 +253,13 @@ void FrontEnd::leaveFarPlace() {
   local_map_.follow(pose_.newest().pose().translation());
 }
 
+/// Who lifts a robot may put it down anywhere around: the next scan that counts must be a find.
+void FrontEnd::leaveTheFloor(Timestamp stamp) {
+  if (!tracking_.begun()) return;
+  tracking_.fail({}, stamp, true, false);
+  carried_ = true;
+}
+
 void FrontEnd::beginSession(KeyframeOrigin origin) {
   // A gyro turns with who carries the robot, but not with who gives its pose.
   double heading_tolerance = std::numbers::pi;
@@ -256,6 +268,7 @@ void FrontEnd::beginSession(KeyframeOrigin origin) {
     heading_tolerance = validator_.headingTolerance(newest);
     if (!tracking_.placed()) heading_tolerance += keyframes_.headingTolerance();
   }
+  carried_ = false;
   preprocessor_.forgetPlace();
   validator_.begin();
   tracking_.beginSession(origin == KeyframeOrigin::kGiven);
@@ -291,6 +304,7 @@ PoseEstimate FrontEnd::estimate(Timestamp stamp) const {
   const bool contradicted = (monitor_.scans.contradicts() && ekf.gyroActive()) || monitor_.heading.contradicts();
   // What follows are errors of the map: the robot's place among its walls is as sure as the filter has it.
   estimate.state = tracking_.state(stamp, pose_.newestStamp(), estimate.covariance, contradicted);
+  if (carried_) estimate.state = LocalisationState::kLost;
   const Eigen::Matrix3d of_map = local_map_.covarianceAt(estimate.T_map_base) + monitor_.scans.covariance();
   estimate.covariance += rotated(of_map, estimate.T_map_base.theta);
   const Sensitivity sensitivity = ekf.sensitivity();

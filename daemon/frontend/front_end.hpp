@@ -111,6 +111,7 @@ class FrontEnd {
   bool saysMuch(const Cloud& cloud) const;
   bool fuse(const Cloud& cloud, const Prediction& predicted, const MatchResult& match, bool bypass_gate);
   void leaveFarPlace();
+  void leaveTheFloor(Timestamp stamp);
   void beginSession(KeyframeOrigin origin);
 
   FrontEndConfig config_;
@@ -125,6 +126,8 @@ class FrontEnd {
   KeyframeSelector keyframes_;
   DepthViewSelector views_;
   std::uint32_t far_off_ = 0;
+  bool lifted_ = false;   // by its wheels, which hang in the air
+  bool carried_ = false;  // lifted, and no scan has been fused since: its place is not valid
 };
 
 }  // namespace slam

@@ -78,6 +78,11 @@ inline constexpr ProblemKind kForeignLidar{"foreign_lidar", "{0} is on this port
                                            "slamd is set for another lidar and goes on without",
                                            "set lidar.driver = {2} for it"};
 
+// Texts: its name, how its packets begin, the value of base.driver for it.
+inline constexpr ProblemKind kForeignBase{"foreign_base", "{0} is on this port ({#0} bit/s{1})",
+                                          "slamd is set for another base and goes on without",
+                                          "set base.driver = \"{2}\" for it"};
+
 // Lidars.
 inline constexpr ProblemKind kLidarUnheard{"lidar_unheard", "port present, but nothing comes", "",
                                            "check the lidar's 5 V supply and its data line, and whether it turns"};
@@ -148,6 +153,24 @@ inline constexpr ProblemKind kBoardWheelRadius{
 inline constexpr ProblemKind kBoardOtherBase{"board_other_base",
                                              "base: the board drives another type of base than configured",
                                              "its wheels are read wrongly", "set base.kinematics"};
+
+// Bases of the table. Texts: name of the make. Numbers of the geometry: wheel radius and half track [m] as configured,
+// and by the maker.
+inline constexpr ProblemKind kBaseUndecoded{"base_undecoded", "port present, but what comes is not of {0}", "",
+                                            "check base.driver, base.baud and the cable"};
+inline constexpr ProblemKind kBaseLifted{"base_lifted",
+                                         "a wheel hangs in the air: the base is lifted, or stands on an edge",
+                                         "slamd takes the wheels for no motion, maps nothing, and drives the base only "
+                                         "by a SLAM_DRIVE given after it stands",
+                                         "put it down on the floor"};
+inline constexpr ProblemKind kBaseLeftSafeMode{
+    "base_left_safe_mode", "the base has stopped by itself: a wheel dropped, an edge or its charger came, or a button",
+    "slamd drives it by a new SLAM_DRIVE only", "clear its way, and drive on"};
+inline constexpr ProblemKind kBaseGeometry{
+    "base_geometry",
+    "base: base.wheel_radius is {#0.4} m and base.half_track {#1.4} m, but {0} has {#2.4} m and {#3.4} m",
+    "slamd goes by the configuration",
+    "set base.wheel_radius = {#2.4} and base.half_track = {#3.4}, or to what slam-calibrate measures"};
 
 // HandsFree IMU.
 inline constexpr ProblemKind kImuUndecoded{"imu_undecoded", "port present, but what comes is no IMU's", "",

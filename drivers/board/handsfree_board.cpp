@@ -53,7 +53,7 @@ HandsfreeBoard::HandsfreeBoard(const HandsfreeConfig& config, Clock now, Sinks s
       polls_{Poll{Command::kGetMotorMileage, PollSchedule(fromSeconds(1.0 / config.mileage_rate))},
              Poll{Command::kGetImu, PollSchedule(fromSeconds(1.0 / config.imu_rate))},
              Poll{Command::kGetSystemInfo, PollSchedule(kInfo)}, Poll{Command::kGetMotorSpeed, PollSchedule(100ms)}},
-      command_(config.limits) {}
+      speeds_(config.may_drive, config.limits, kDrivePeriod) {}
 
 void HandsfreeBoard::tick() {
   const Timestamp now = now_();
@@ -72,9 +72,9 @@ void HandsfreeBoard::tick() {
 }
 
 void HandsfreeBoard::stop() {
-  for (int i = 0; i < kStopTries && port_.isOpen() && stop_owed_; ++i) {
+  for (int i = 0; i < kStopTries && port_.isOpen() && speeds_.isOwed(); ++i) {
     // The answer to a speed that is still under way comes first, and is not the zero's.
-    zero_asked_ = zero_asked_ || (drained_ && pending_ != Command::kSetRobotSpeed);
+    speeds_.sendZero(drained_ && pending_ != Command::kSetRobotSpeed);
     ask(now_(), Command::kSetRobotSpeed, robolink::encodeCoordinate({}));
     if (!receive(kStopAnswer)) break;
   }
@@ -82,7 +82,7 @@ void HandsfreeBoard::stop() {
 }
 
 bool HandsfreeBoard::command(double vx, double vy, double omega, Timestamp given) {
-  return config_.may_drive && command_.give({vx, vy, omega}, given);
+  return speeds_.give({vx, vy, omega}, given);
 }
 
 void HandsfreeBoard::open(Timestamp now) {
@@ -98,7 +98,7 @@ void HandsfreeBoard::open(Timestamp now) {
   chassis_tries_left_ = kChassisTries;
   next_chassis_ = now;
   answered_ = now;
-  stop_owed_ = config_.may_drive;
+  speeds_.owe();
   for (DeviceStatus* status : {&wheels_, &imu_}) status->setOpening(problem::kBoardOpening);
 }
 
@@ -138,7 +138,7 @@ void HandsfreeBoard::handle(const robolink::Frame& frame) {
     return;
   }
   pending_.reset();
-  if (command == Command::kSetRobotSpeed && zero_asked_) stop_owed_ = false;
+  if (command == Command::kSetRobotSpeed) speeds_.acknowledge();
   drained_ = drained_ || command == Command::kGetSystemInfo;
   if (handleAnswer(command, frame.payload)) return;
   if (command == Command::kGetMotorMileage) {
@@ -158,7 +158,7 @@ void HandsfreeBoard::greet() {
   }
   ask(answered_, Command::kSetSystemInfo, robolink::encodeSystemInfo(info));
   drained_ = restarted_ = true;
-  stop_owed_ = config_.may_drive;
+  speeds_.owe();
   mileage_.clock.restart();
   last_imu_.clock.restart();
   time_ran_ = frozen_ = false;
@@ -195,13 +195,13 @@ void HandsfreeBoard::request(Timestamp now) {
     decoder_.reset();  // half a frame must not hold the next answer back
     ++unanswered_;
     drained_ = false;
-    stop_owed_ = config_.may_drive;
+    speeds_.owe();
   }
   // Answers carry no number, and one that comes late must not pass for that of the next request. They come in order:
   // when another command has been answered, all before it have been.
   if (!drained_) {
     // The board may hear although it is not heard: its zero does not wait for that.
-    if (stop_owed_ && !command_.at(now)) send(Command::kSetRobotSpeed, robolink::encodeCoordinate({}));
+    if (speeds_.isOwed() && !speeds_.drives(now)) send(Command::kSetRobotSpeed, robolink::encodeCoordinate({}));
     return ask(now, Command::kGetSystemInfo);
   }
   if (requestDrive(now) || requestOnce(now)) return;
@@ -217,13 +217,9 @@ void HandsfreeBoard::request(Timestamp now) {
 }
 
 bool HandsfreeBoard::requestDrive(Timestamp now) {
-  const std::optional<Twist2> twist = command_.at(now);
-  if (twist ? now < next_drive_ : !stop_owed_) return false;
-  stop_owed_ = true;
-  zero_asked_ = !twist;
-  next_drive_ = now + kDrivePeriod;
-  const Twist2 speed = twist.value_or(Twist2{});
-  ask(now, Command::kSetRobotSpeed, encodeTriple({speed.vx, speed.vy, speed.omega}));
+  const std::optional<Twist2> speed = speeds_.due(now);
+  if (!speed) return false;
+  ask(now, Command::kSetRobotSpeed, encodeTriple({speed->vx, speed->vy, speed->omega}));
   return true;
 }
 
@@ -236,7 +232,8 @@ bool HandsfreeBoard::requestOnce(Timestamp now) {
     return true;
   }
   const auto coarse = [](float angle) { return std::abs(angle) > kLongRun; };
-  if (!mileage_.values || frozen_ || stop_owed_ || now < next_clear_ || now - mileage_.changed < kStandingForClear ||
+  if (!mileage_.values || frozen_ || speeds_.isOwed() || now < next_clear_ ||
+      now - mileage_.changed < kStandingForClear ||
       std::none_of(mileage_.values->begin(), mileage_.values->end(), coarse)) {
     return false;
   }

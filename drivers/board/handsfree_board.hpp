@@ -14,6 +14,7 @@
 #include "drivers/polled_port.hpp"
 #include "drivers/speaker.hpp"
 #include "drivers/speed_command.hpp"
+#include "drivers/wheel_angles.hpp"
 #include "firmware_if/robolink.hpp"
 #include "timing/refresh_clock.hpp"
 
@@ -31,17 +32,6 @@ struct HandsfreeConfig {
   bool may_drive = false;      ///< false: command() does nothing
   SpeedLimits limits{};        ///< of what it commands
   bool in_background = false;  ///< the port is opened by a thread of its own
-};
-
-/// Accumulated angles of the wheels. Differential: left, right (again left, right with two axles), positive driving
-/// forward; others: servo 1.. as the firmware counts.
-struct WheelAngles {
-  Timestamp stamp;
-  std::array<double, 4> angles{};  ///< [rad]
-  int count = 2;                   ///< of the angles that are used
-  bool restarted = false;          ///< the board began to count anew: no difference to the reading before
-
-  std::span<const double> used() const { return {angles.data(), static_cast<std::size_t>(count)}; }
 };
 
 /// Speeds of the wheels as the board measures them, in the same order and sign.
@@ -91,8 +81,8 @@ class HandsfreeBoard {
   float boardTime() const { return board_time_; }      ///< [s] since the board's start, coarse; 0: not known yet
   float wheelRadius() const { return wheel_radius_; }  ///< [m] that the board believes in; 0: not known yet
   float bodyRadius() const { return body_radius_; }    ///< [m] the same
-  std::uint64_t limitedSpeeds() const { return command_.limited(); }  ///< that were asked for above the limits
-  Problem finding() const { return finding_.load(); }                 ///< what board and configuration disagree on
+  std::uint64_t limitedSpeeds() const { return speeds_.limited(); }  ///< that were asked for above the limits
+  Problem finding() const { return finding_.load(); }                ///< what board and configuration disagree on
 
  private:
   struct Poll {
@@ -163,15 +153,13 @@ class HandsfreeBoard {
   std::optional<Timestamp> late_;  // of the last answer to a request given up before
   std::uint32_t unanswered_ = 0, bad_mileage_ = 0;
   int chassis_tries_left_ = 0;
-  Timestamp next_chassis_{}, next_clear_{}, next_drive_{};
-  bool stop_owed_ = false;         // until the board acknowledges a zero
-  bool zero_asked_ = false;        // by the last speed that was sent as a request
+  Timestamp next_chassis_{}, next_clear_{};
   float last_system_time_ = 0.0F;  // [us]
   Timestamp time_asked_{};
   int still_looks_ = 0;  // at its time, one after the other without progress
   bool time_ran_ = false, frozen_ = false;
   LatestTriple coordinate_;
-  SpeedCommand command_;
+  SpeedDuty speeds_;
   std::atomic<std::int64_t> local_time_offset_{0};  // [ns]; 0: not known
   std::atomic<float> battery_{0.0F}, board_time_{0.0F}, wheel_radius_{0.0F}, body_radius_{0.0F};
   SharedProblem finding_;

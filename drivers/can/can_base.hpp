@@ -8,7 +8,6 @@
 #include <string>
 
 #include "core/samples.hpp"
-#include "drivers/board/handsfree_board.hpp"
 #include "drivers/can/can_axis.hpp"
 #include "drivers/can/can_imu.hpp"
 #include "drivers/can/can_link.hpp"
@@ -16,6 +15,7 @@
 #include "drivers/can/follow_watch.hpp"
 #include "drivers/device_status.hpp"
 #include "drivers/speed_command.hpp"
+#include "drivers/wheel_angles.hpp"
 
 namespace slam {
 

@@ -224,6 +224,45 @@ TEST(DeviceKeys, ReachTheirDriversEachInItsPlace) {
   EXPECT_EQ(openniConfig(config).rate, 60);
 }
 
+TEST(BaseKeys, NameEachRowOfTheDriversTable) {
+  std::size_t rows = 0;
+  for (const char* word : kWords<BaseDriver>) {
+    const Config config = parseConfig(
+        "", "given", {std::string("base.driver='") + word + "'", "base.counts_per_turn=900.0", "imu.driver='none'"});
+    const BaseFacts* facts = baseFacts(config);
+    rows += facts != nullptr;
+    const bool other = config.base_device.driver == BaseDriver::kHandsfree || !config.base_device.isSerial();
+    EXPECT_EQ(facts == nullptr, other) << word;
+    if (facts == nullptr) continue;
+    EXPECT_EQ(serialBaseConfig(config).baud, facts->baud) << word;
+    EXPECT_EQ(serialBaseConfig(config).robot.counts_per_turn, 900.0) << word;
+    EXPECT_FALSE(serialBaseConfig(config).robot.may_drive) << word << ": only where it is allowed";
+  }
+  EXPECT_EQ(rows, baseTable().size());
+  EXPECT_EQ(handsfreeConfig(parseConfig("", "given", {})).baud, 921600);
+  const Config kobuki =
+      parseConfig("", "given", {"base.driver='kobuki'", "imu.driver='base'", "base.baud=9600", "base.port='/dev/k'"});
+  EXPECT_EQ(serialBaseConfig(kobuki).robot.counts_per_turn, findBase("kobuki")->counts_per_turn);
+  EXPECT_EQ(serialBaseConfig(kobuki).baud, 9600);
+  EXPECT_EQ(serialBaseConfig(kobuki).port, "/dev/k");
+  EXPECT_TRUE(serialBaseConfig(kobuki).gyro);
+}
+
+TEST(BaseKeys, AreRefusedWhereTheyDoNotFitTogether) {
+  const auto refused = [](std::vector<std::string> settings, const char* words) {
+    try {
+      parseConfig("", "given", settings);
+      ADD_FAILURE() << words;
+    } catch (const std::exception& error) {
+      EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+    }
+  };
+  refused({"base.driver='ros_arduino_bridge'", "imu.driver='none'"}, "base.counts_per_turn");
+  refused({"base.driver='create2'", "imu.driver='base'"}, "imu.driver");
+  refused({"base.driver='kobuki'", "imu.driver='base'", "base.type='omni3'"}, "base.type");
+  refused({"base.driver='kobuki'"}, "imu.driver");
+}
+
 TEST(LidarKeys, NameEachRowOfTheDriversTable) {
   std::size_t rows = 0;
   for (const char* word : kWords<LidarDriver>) {

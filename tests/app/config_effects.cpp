@@ -5,6 +5,8 @@ namespace slam::test {
 namespace {
 
 const std::vector<std::string> kMounted{"depth.z=0.4", "depth.x=0.1"};
+const std::vector<std::string> kArduino{"base.driver='ros_arduino_bridge'", "base.counts_per_turn=1000.0",
+                                        "imu.driver='none'"};
 const std::vector<std::string> kStored{"store.directory='given'"};
 
 }  // namespace
@@ -39,6 +41,8 @@ std::vector<Effect> effectsOfDevices() {
       {"base.baud", "115200", boardSettings},
       {"base.wheel_radius", "0.05", boardSettings},
       {"base.half_track", "0.3", boardSettings},
+      {"base.counts_per_turn", "1234.0", baseSettings, kArduino},
+      {"base.loop_rate", "50.0", baseSettings, kArduino},
       {"base.mileage_rate", "25.0", boardSettings},
       {"base.imu_rate", "50.0", boardSettings},
       {"base.sample_age", "0.02", boardSettings},

@@ -26,6 +26,7 @@ std::string wheelTrust(const Config& config);
 
 // What is handed to drivers, threads and the front end.
 std::string boardSettings(const Config& config);
+std::string baseSettings(const Config& config);  ///< of a base of the table
 std::string canSettings(const Config& config);
 std::string imuSettings(const Config& config);
 std::string lidarSettings(const Config& config);

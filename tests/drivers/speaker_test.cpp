@@ -7,7 +7,9 @@
 
 #include "drivers/lidar/lidar_line.hpp"
 #include "drivers/lidar/rplidar.hpp"
+#include "firmware_if/create_oi.hpp"
 #include "firmware_if/hfi_imu.hpp"
+#include "firmware_if/kobuki.hpp"
 #include "firmware_if/robolink.hpp"
 #include "support/problems.hpp"
 #include "tools/sim/lidar/other_lidar.hpp"
@@ -65,6 +67,15 @@ TEST(Speaker, IsKnownByItsFrames) {
   EXPECT_EQ(speakerOf(otherLidar(sim::OtherLidar::kLdrobot)).speaker, Speaker::kLdrobot);
   EXPECT_EQ(speakerOf(otherLidar(sim::OtherLidar::kYdlidar)).speaker, Speaker::kYdlidar);
   EXPECT_EQ(speakerOf(otherLidar(sim::OtherLidar::kNeato)).speaker, Speaker::kNeato);
+  const auto repeated = [](const Outgoing& frame) {
+    Bytes bytes{0xAA, 0x13};
+    for (int i = 0; i < 5; ++i) bytes.insert(bytes.end(), frame.bytes().begin(), frame.bytes().end());
+    return bytes;
+  };
+  EXPECT_EQ(speakerOf(repeated(kobuki::encodeFeedback({.stamp = 7}))).speaker, Speaker::kKobuki) << "AA 55 as well";
+  EXPECT_EQ(speakerOf(repeated(create_oi::encodeStream({.voltage = 14000}))).speaker, Speaker::kCreate);
+  for (const std::string line : {"57600\r\n", "Invalid Command\r\n"})
+    EXPECT_EQ(speakerOf(Bytes(line.begin(), line.end())).speaker, Speaker::kArduino) << line;
   const std::string gps = "$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47\r\n";
   EXPECT_EQ(speakerOf(Bytes(gps.begin(), gps.end())).speaker, Speaker::kGps);
 }
@@ -144,7 +155,7 @@ TEST(WrongSpeaker, AsksOnceUntilItIsToForget) {
     return nobody.openings;
   };
   const int once = ask();
-  EXPECT_EQ(once, 7) << "each baud rate once";
+  EXPECT_EQ(once, 8) << "each baud rate once";
   EXPECT_EQ(ask(), once);
   EXPECT_EQ(wrong.found(test::problemOf("not known")).words(), "not known");
   wrong.forget();

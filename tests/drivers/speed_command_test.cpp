@@ -88,5 +88,45 @@ TEST(SpeedCommand, IsWithinItsLimitsOnTheCurveThatWasAskedForWhateverThatIs) {
   EXPECT_NEAR(command.at(kNow)->omega, -1.5, 1e-12);
 }
 
+TEST(SpeedDuty, OwesAZeroBehindEachSpeedUntilItIsAcknowledged) {
+  SpeedDuty duty(true, {}, 50ms);
+  EXPECT_FALSE(duty.due(kNow)) << "nothing was sent, and nothing is owed";
+  ASSERT_TRUE(duty.give({.vx = 0.3}, kNow));
+  ASSERT_EQ(duty.due(kNow).value_or(Twist2{}).vx, 0.3);
+  duty.acknowledge();
+  EXPECT_TRUE(duty.isOwed()) << "the speed was acknowledged, not a zero";
+  EXPECT_FALSE(duty.due(kNow + 49ms)) << "between two speeds";
+  for (const auto late : {500ms, 550ms, 600ms}) {
+    const auto zero = duty.due(kNow + late);
+    ASSERT_TRUE(zero);
+    EXPECT_EQ(zero->vx, 0.0);
+    EXPECT_FALSE(duty.due(kNow + late + 49ms));
+  }
+  duty.acknowledge();
+  EXPECT_FALSE(duty.due(kNow + 700ms));
+  duty.owe();
+  EXPECT_TRUE(duty.due(kNow + 710ms)) << "an answer did not come, or the base was reset";
+}
+
+TEST(SpeedDuty, LetsAFreshCommandGoBeforeTheZeroAndRevokesOldOnes) {
+  SpeedDuty duty(true, {}, 50ms);
+  duty.owe();
+  ASSERT_TRUE(duty.give({.vx = 0.3}, kNow));
+  EXPECT_EQ(duty.due(kNow).value_or(Twist2{}).vx, 0.3);
+  duty.revoke(kNow + 10ms);
+  EXPECT_FALSE(duty.drives(kNow + 10ms));
+  EXPECT_EQ(duty.due(kNow + 10ms).value_or(Twist2{.vx = 1.0}).vx, 0.0) << "a stop does not wait";
+  ASSERT_TRUE(duty.give({.vx = 0.2}, kNow + 60ms));
+  EXPECT_EQ(duty.due(kNow + 60ms).value_or(Twist2{}).vx, 0.2);
+}
+
+TEST(SpeedDuty, OwesNothingWhereTheBaseMayNotBeDriven) {
+  SpeedDuty duty(false, {}, 50ms);
+  duty.owe();
+  EXPECT_FALSE(duty.give({.vx = 0.3}, kNow));
+  EXPECT_FALSE(duty.isOwed());
+  EXPECT_FALSE(duty.due(kNow));
+}
+
 }  // namespace
 }  // namespace slam

@@ -33,6 +33,7 @@ class VirtualLine {
   }
   /// Hang-up.
   void unplug() { plugged_ = false; }
+  void plug() { plugged_ = true; }
   /// Done every millisecond.
   std::function<void()> meanwhile = [] {};
 

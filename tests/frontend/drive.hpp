@@ -24,7 +24,10 @@ class Drive : public SimulatedRobot {
       : SimulatedRobot(std::move(world)), front_end(std::make_unique<FrontEnd>(config, nullptr, start)) {}
 
   void run(double seconds, const Eigen::Vector3d& twist) { SimulatedRobot::run(seconds, twist, *this); }
-  void add(const WheelSample& sample) { front_end->add(sample); }
+  void add(WheelSample sample) {
+    sample.lifted = lifted;
+    front_end->add(sample);
+  }
   void add(const ImuSample& sample) { front_end->add(sample); }
   void add(const LaserScan& measured) {
     if (!frozen) seen_ = measured;
@@ -50,6 +53,7 @@ class Drive : public SimulatedRobot {
 
   std::unique_ptr<FrontEnd> front_end;
   ScanOutcome last;
+  bool lifted = false;       // a wheel hangs in the air
   bool frozen = false;       // the lidar shows one turn again and again
   Duration copied_after{0};  // a scan is sent once more, so much later
   std::function<void(LaserScan&)> rearrange;

@@ -226,5 +226,47 @@ TEST(DepthViews, AreDrawnAfterADistanceOrATurnOrATime) {
   EXPECT_TRUE(drawn({0, 0, -0.06}, 1e3));
 }
 
+TEST(Lifted, IsARobotWhosePlaceIsNotValidUntilAScanFitsWhereItWas) {
+  PlaceDrive drive(hall(false));
+  drive.truth = {-2.5, 0.5, 0.0};
+  drive.run(4.0, kStand);
+  ASSERT_EQ(drive.state(), LocalisationState::kLocalised);
+  const auto keyframes = drive.front_end->counters().keyframes;
+  const double before = drive.error();  // the map begins where the robot stood first
+  drive.lifted = true;
+  for (int i = 0; i < 30; ++i) {
+    drive.run(0.2, kStand);
+    EXPECT_EQ(drive.state(), LocalisationState::kLost);
+    EXPECT_FALSE(drive.last.fused);
+    EXPECT_EQ(drive.last.keyframe, nullptr);
+  }
+  drive.lifted = false;
+  drive.run(0.5, kStand);
+  EXPECT_EQ(drive.state(), LocalisationState::kLocalised) << "it was put down where it had been";
+  EXPECT_NEAR(drive.error(), before, 0.02);
+  EXPECT_EQ(drive.front_end->counters().keyframes, keyframes);
+  EXPECT_EQ(drive.front_end->counters().lost, 0U);
+}
+
+TEST(Lifted, IsCarriedAwayWhereItsScansFitNoLonger) {
+  for (const double seconds : {0.6, 5.0}) {
+    PlaceDrive drive(hall(false));
+    drive.truth = {-2.5, 0.5, 0.0};
+    drive.run(4.0, kStand);
+    const std::size_t kept = drive.kept.size();
+    drive.lifted = true;
+    drive.enter(elsewhere({-7.0, -5.0}, {6.0, 6.0}));
+    drive.run(seconds, kStand);
+    EXPECT_EQ(drive.kept.size(), kept) << "nothing is mapped from somebody's arms";
+    EXPECT_EQ(drive.front_end->counters().lost, 0U);
+    drive.lifted = false;
+    for (int i = 0; i < 20 && drive.front_end->counters().lost == 0; ++i) {
+      drive.run(0.2, kStand);
+      EXPECT_EQ(drive.kept.size(), kept) << "nor at the place where it was";
+    }
+    EXPECT_EQ(drive.front_end->counters().lost, 1U) << "a session of its own, which the back end finds";
+  }
+}
+
 }  // namespace
 }  // namespace slam

@@ -19,6 +19,7 @@
 #include "bus/messages.hpp"
 #include "bus/packets.hpp"
 #include "config/printer.hpp"
+#include "drivers/base/base_facts.hpp"
 #include "drivers/lidar/codec/rplidar_capsules.hpp"
 #include "mapping/map_files.hpp"
 #include "store/durable_file.hpp"
@@ -27,6 +28,7 @@
 #include "store/map_manifest.hpp"
 #include "support/stored_map.hpp"
 #include "tools/bag_bytes.hpp"
+#include "tools/sim/base/emulated_base.hpp"
 #include "tools/sim/board/board_emulator.hpp"
 #include "tools/sim/board/imu_emulator.hpp"
 #include "tools/sim/can/can_emulator.hpp"
@@ -131,6 +133,28 @@ void packetLidarSeeds(const Corpus& corpus) {
     lidar.receive(Bytes{0xA5, 0x60, 0xF0, 0x0F, 'b'}, Timestamp{1s}, answers);  // the commands that begin a scan
     for (Timestamp now{1s}; now < Timestamp{1100ms}; now += 1ms) lidar.stream(now, bytes);
     corpus.add("lidar", facts.driver, choice++, textOf(bytes));
+  }
+}
+
+/// Half a second of what each base sends while it is asked.
+void baseSeeds(const Corpus& corpus) {
+  int choice = 0;
+  for (const BaseFacts& facts : baseTable()) {
+    const auto base = sim::makeBase(facts.driver);
+    const auto protocol = facts.make(
+        {.wheel_radius = 0.03, .half_track = 0.1, .counts_per_turn = 1000.0, .loop_rate = 30.0, .may_drive = true});
+    sim::RobotModel robot({}, 1);
+    Bytes bytes;
+    Timestamp now{1s};
+    protocol->begin(now);
+    for (; now < Timestamp{1500ms}; now += 5ms) {
+      robot.step({.vx = 0.3, .omega = 0.5}, 5e-3);
+      base->renew(robot, now);
+      const std::size_t before = bytes.size();
+      base->exchange(protocol->question(now).bytes(), now, bytes);
+      for (std::size_t i = before; i < bytes.size(); ++i) protocol->push(bytes[i], now, [](const BaseReading&) {});
+    }
+    corpus.add("base", facts.driver, choice++, textOf(bytes));
   }
 }
 
@@ -504,6 +528,7 @@ int main(int argc, char** argv) {
   }
   try {
     const slam::Corpus corpus(argv[1]);
+    slam::baseSeeds(corpus);
     slam::lidarSeeds(corpus);
     slam::packetLidarSeeds(corpus);
     slam::boardSeeds(corpus);

@@ -249,6 +249,14 @@ TEST_F(Doctor, ExplainsTheDrivesWatchdogsWhereSpeedsAreSent) {
   base.driver = BaseDriver::kHandsfree;
   ASSERT_TRUE(checkWatchdog(base, {}, port));
   EXPECT_EQ(checkWatchdog(base, {}, port)->level, Finding::kGood);
+  for (const auto driver : {BaseDriver::kRosArduinoBridge, BaseDriver::kKobuki}) {
+    base.driver = driver;
+    ASSERT_TRUE(checkWatchdog(base, {}, port));
+    EXPECT_EQ(checkWatchdog(base, {}, port)->level, Finding::kGood);
+  }
+  base.driver = BaseDriver::kCreate2;
+  ASSERT_TRUE(checkWatchdog(base, {}, port));
+  EXPECT_EQ(checkWatchdog(base, {}, port)->level, Finding::kWarning) << "it has none";
   base.driver = BaseDriver::kLcm;
   EXPECT_FALSE(checkWatchdog(base, {}, port)) << "who drives the base is not slamd";
 }

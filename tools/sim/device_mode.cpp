@@ -14,7 +14,7 @@
 #include "runtime/clock.hpp"
 #include "runtime/worker.hpp"
 #include "tools/common/program.hpp"
-#include "tools/sim/board/board_emulator.hpp"
+#include "tools/sim/base/emulated_base.hpp"
 #include "tools/sim/board/imu_emulator.hpp"
 #include "tools/sim/can/can_bus.hpp"
 #include "tools/sim/depth/depth_server.hpp"
@@ -30,8 +30,6 @@ namespace slam::sim {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr Duration kBoardPeriod = 20ms;    // the board renews its IMU's values at 50 Hz ...
-constexpr Duration kMileagePeriod = 50ms;  // ... and its mileage at 20 Hz, as the open firmware does
 constexpr Duration kImuPeriod = 10ms;
 constexpr std::size_t kImuBuffer = 4096;  // [bytes] of the line
 constexpr Duration kCanPeriod = 10ms;     // of the frames of wheels and IMU
@@ -44,10 +42,11 @@ class DeviceSession {
                 const std::array<int, 2>& nodes)
       : options_(options),
         scene_(sceneFor(options)),
-        simulation_(scene_, options.seed, monotonicNow()),
+        simulation_(scene_, options.seed, monotonicNow(), {}, geometryOf(options.base).base),
         lidar_model_(scene_.world, {}, options.seed),
         seen_(scene_.world, options.seed),
         lidar_(makeLidar(options.lidar)),
+        board_(makeBase(options.base)),
         lidar_line_(directory / "lidar"),
         board_line_(directory / "board"),
         imu_line_(directory / "imu"),
@@ -56,8 +55,6 @@ class DeviceSession {
         script_(readScript(options.faults)),
         pipe_(directory / "faults"),
         started_(simulation_.now()),
-        next_board_(simulation_.now()),
-        next_mileage_(simulation_.now()),
         next_can_(simulation_.now()),
         next_imu_(simulation_.now()) {
     if (!can.empty()) can_.emplace(can, options.seed, nodes);
@@ -97,7 +94,7 @@ class DeviceSession {
 
   void stepWorld() {
     const std::lock_guard lock(mutex_);
-    if (!released_ && lidar_->scanning() && (can_ || board_.greeted())) {
+    if (!released_ && lidar_->scanning() && (can_ || board_->inUse())) {
       released_ = true;
       released_at_ = simulation_.now();
       simulation_.release();
@@ -109,26 +106,11 @@ class DeviceSession {
       truth_.push_back({simulation_.now() + clock_offset_, simulation_.robot().pose()});
       stepCan();
       stepImu();
-      if (simulation_.now() < next_board_) continue;
-      next_board_ += kBoardPeriod;
-      renewBoard();
+      board_->renew(simulation_.robot(), simulation_.now());
+      if (options_.obey) simulation_.obey(board_->drive());
     }
     if (!options_.truth_map.empty()) seen_.addView(simulation_.robot().pose(), simulation_.now());
     if (simulation_.finished() && finished_at_ == Timestamp{}) finished_at_ = simulation_.now();
-  }
-
-  void renewBoard() {
-    if (simulation_.now() >= next_mileage_) {
-      next_mileage_ += kMileagePeriod;
-      mileage_ = simulation_.robot().encoderAngles();
-    }
-    const ImuReading reading = simulation_.robot().readImu();
-    robolink::Imu imu;
-    for (std::size_t i = 0; i < 3; ++i) {
-      imu.gyro[i] = static_cast<float>(reading.gyro[i]);
-      imu.accel[i] = static_cast<float>(reading.accel[i]);
-    }
-    board_.renew(mileage_[0], mileage_[1], imu, toSeconds(simulation_.now() - started_));
   }
 
   void stepCan() {
@@ -180,7 +162,7 @@ class DeviceSession {
     std::vector<std::uint8_t> out;
     {
       const std::lock_guard lock(mutex_);
-      board_.receive(in, toSeconds(simulation_.now() - started_), out);
+      board_->exchange(in, simulation_.now(), out);
     }
     board_line_.send(std::move(out), monotonicNow());
   }
@@ -211,9 +193,11 @@ class DeviceSession {
   }
 
   bool injectBoard(const Fault& fault) {
-    if (board_line_.inject(fault.kind, fault.value)) return true;
+    const bool of_line = board_line_.inject(fault.kind, fault.value);
     const std::lock_guard lock(mutex_);
-    return board_.inject(fault.kind, fault.value);
+    if (!of_line) return board_->inject(fault.kind, fault.value);
+    if (fault.kind == "unplug") board_->loseItsPlug();
+    return true;
   }
 
   std::vector<ScheduledFault> readScript(const std::filesystem::path& file) {
@@ -309,8 +293,7 @@ class DeviceSession {
   LidarModel lidar_model_;
   TruthRecorder seen_;
   std::unique_ptr<EmulatedLidar> lidar_;
-  BoardEmulator board_{kinematicsOf(kNominalBase)};
-  std::array<double, 2> mileage_{};  // [rad] as the board has copied it last
+  std::unique_ptr<EmulatedBase> board_;
   ImuEmulator imu_{ImuEmulator::Framing::kA9};
   std::vector<std::uint8_t> imu_out_;
   FaultyLine lidar_line_, board_line_, imu_line_;  // of their threads alone
@@ -322,7 +305,7 @@ class DeviceSession {
   std::vector<Fault> due_;
   Duration clock_offset_ = wallClockOffset();
   std::optional<CanBus> can_;
-  Timestamp started_, next_board_, next_mileage_, next_can_, next_imu_, released_at_{}, finished_at_{};
+  Timestamp started_, next_can_, next_imu_, released_at_{}, finished_at_{};
   bool released_ = false;
   std::vector<StampedPose> truth_;
 };

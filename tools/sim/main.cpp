@@ -4,6 +4,7 @@
 
 #include "tools/common/output_file.hpp"
 #include "tools/common/program.hpp"
+#include "tools/sim/base/emulated_base.hpp"
 #include "tools/sim/can/can_emulator.hpp"
 #include "tools/sim/device_mode.hpp"
 #include "tools/sim/lidar/packet_encoders.hpp"
@@ -33,6 +34,13 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember(slam::sim::lidarNames()))
       ->needs(devices_option)
       ->capture_default_str();
+  app.add_option("--base", options.base, "with --devices: the base to be played at DIR/board, as base.driver names it")
+      ->check(CLI::IsMember(slam::sim::baseNames()))
+      ->needs(devices_option)
+      ->capture_default_str();
+  app.add_flag("--obey", options.obey,
+               "with --devices: the robot drives as its base is commanded, not along the scene's route")
+      ->needs(devices_option);
   CLI::Option* can_option =
       app.add_option("--can", can, "with --devices: put wheels and IMU on this CAN interface too, e.g. vcan0")
           ->needs(devices_option);

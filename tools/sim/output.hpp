@@ -16,6 +16,8 @@ struct SimOptions {
   double seconds = 0.0;                        ///< [s] 0: the whole route
   Situation situation = {};                    ///< of a log
   bool depth = false;                          ///< render the depth camera for a log: half of the work
+  std::string base = "handsfree";              ///< word of base.driver: which one is played
+  bool obey = false;                           ///< the robot drives as its base is commanded, not along the route
   std::string lidar = "rplidar";               ///< word of lidar.driver: which one is played
   std::filesystem::path faults = {};           ///< script of what goes wrong with the devices; empty: nothing
   std::filesystem::path truth = {};            ///< TUM file of true poses; empty: none

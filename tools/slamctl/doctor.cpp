@@ -453,6 +453,20 @@ std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base, const CanConf
                    "drives: the board's own watchdog stops the motors 0.7 s after the last command; it is always on",
                    ""};
   }
+  if (base.driver == BaseDriver::kRosArduinoBridge || base.driver == BaseDriver::kKobuki) {
+    const bool arduino = base.driver == BaseDriver::kRosArduinoBridge;
+    return Finding{Finding::kGood,
+                   std::string("drives: the base's own watchdog stops the motors ") + (arduino ? "2 s" : "0.6 s") +
+                       " after the last command; it is always on",
+                   ""};
+  }
+  if (base.driver == BaseDriver::kCreate2) {
+    return Finding{
+        Finding::kWarning,
+        "drives: a Create or Roomba has no watchdog: it keeps its last speed while slamd, the computer or the "
+        "cable is down, until it meets an edge",
+        "keep its CLEAN button within reach: pressed, it stops the robot"};
+  }
   if (base.driver != BaseDriver::kCan) return std::nullopt;
   return checkDriveWatchdogs(can, port);
 }
@@ -680,10 +694,9 @@ Findings diagnosePorts(const Config& config, const Account& slamd) {
     bool used;
     const std::string& path;
   };
-  const Used all[] = {
-      {"lidar", "lidar.port", config.lidar_device.isRead(), config.lidar_device.port},
-      {"base", "base.port", config.base_device.driver == BaseDriver::kHandsfree, config.base_device.port},
-      {"imu", "imu.port", config.imu_device.driver == ImuDriver::kHfi, config.imu_device.port}};
+  const Used all[] = {{"lidar", "lidar.port", config.lidar_device.isRead(), config.lidar_device.port},
+                      {"base", "base.port", config.base_device.isSerial(), config.base_device.port},
+                      {"imu", "imu.port", config.imu_device.driver == ImuDriver::kHfi, config.imu_device.port}};
   Findings findings;
   const auto ports = serialPorts();
   for (const auto& [device, key, used, path] : all) {

@@ -46,6 +46,11 @@ BaseThread::BaseThread(const Config& config, const BaseEnds& ends)
     board_.emplace(handsfreeConfig(config), &monotonicNow, sinks);
     board_->setLocalTimeOffset(localTimeOffset());
   }
+  if (baseFacts(config) != nullptr) {
+    SerialBase::Sinks sinks{.wheels = wheels_in};
+    if (imu.driver == ImuDriver::kBase) sinks.imu = imu_in;
+    serial_.emplace(serialBaseConfig(config), &monotonicNow, sinks);
+  }
   if (base.driver == BaseDriver::kCan || imu.driver == ImuDriver::kCan) {
     can_.emplace(canBaseConfig(config), &monotonicNow, CanBase::Sinks{wheels_in, imu_in});
   }
@@ -59,6 +64,7 @@ BaseThread::~BaseThread() { stop(); }
 void BaseThread::stop() {
   worker_.stop();
   if (board_) board_->stop();
+  if (serial_) serial_->stop();
   if (can_) can_->stop();
   if (imu_) imu_->stop();
 }
@@ -66,6 +72,7 @@ void BaseThread::stop() {
 void BaseThread::tick() {
   drive();
   if (board_) board_->tick();
+  if (serial_) serial_->tick();
   if (can_) can_->tick();
   if (can_) ends_.can_counters.store(can_->linkCounters());
   if (imu_) imu_->tick();
@@ -75,6 +82,7 @@ void BaseThread::drive() {
   ends_.drives.drain([this](const DriveCommand& command) {
     const Twist2& twist = command.twist;
     if (board_) board_->command(twist.vx, twist.vy, twist.omega, command.given);
+    if (serial_) serial_->command(twist, command.given);
     if (can_) can_->command(twist, command.given);
   });
 }
@@ -83,7 +91,8 @@ void BaseThread::addWheels(const WheelAngles& angles) {
   if (angles.restarted) odometry_.restart();
   const Pose2& pose = odometry_.add(angles.used());
   if (board_) board_->setCoordinate(pose.x, pose.y, pose.theta);
-  const WheelSample sample{.stamp = angles.stamp, .T_wheels_base = pose, .restarted = angles.restarted};
+  const WheelSample sample{
+      .stamp = angles.stamp, .T_wheels_base = pose, .restarted = angles.restarted, .lifted = angles.lifted};
   ends_.wheels.push({sample, angles.angles, angles.count});
 }
 
@@ -91,23 +100,27 @@ void BaseThread::addImu(const ImuSample& sample) { ends_.imu.push(inBase(R_base_
 
 DeviceStatus* BaseThread::wheelStatus() {
   if (board_) return &board_->wheelStatus();
+  if (serial_) return &serial_->wheelStatus();
   return config_.base_device.driver == BaseDriver::kCan ? &can_->wheelStatus() : nullptr;
 }
 
 DeviceStatus* BaseThread::imuStatus() {
   const ImuDriver driver = config_.imu_device.driver;
   if (driver == ImuDriver::kHandsfree) return &board_->imuStatus();
+  if (driver == ImuDriver::kBase) return &serial_->imuStatus();
   if (driver == ImuDriver::kCan) return &can_->imuStatus();
   return imu_ ? &imu_->status() : nullptr;
 }
 
 double BaseThread::wheelRate() const {
+  if (serial_) return baseFacts(config_)->rate;
   return config_.base_device.driver == BaseDriver::kCan ? kCanRate
                                                         : std::min(config_.base_device.mileage_rate, kBoardWheelRate);
 }
 
 double BaseThread::imuRate() const {
   if (config_.imu_device.driver == ImuDriver::kCan) return kCanRate;
+  if (config_.imu_device.driver == ImuDriver::kBase) return baseFacts(config_)->rate;
   return config_.imu_device.driver == ImuDriver::kHandsfree ? std::min(config_.base_device.imu_rate, kBoardImuRate)
                                                             : 0.0;
 }

@@ -4,6 +4,7 @@
 
 #include "app/channels.hpp"
 #include "config/config.hpp"
+#include "drivers/base/serial_base.hpp"
 #include "drivers/board/handsfree_board.hpp"
 #include "drivers/board/serial_imu.hpp"
 #include "drivers/can/can_base.hpp"
@@ -12,8 +13,8 @@
 
 namespace slam {
 
-/// Thread *base*: wheels and IMU of our own devices into the queues, whichever of board, CAN bus and serial IMU they
-/// come from; speeds to the wheels where that is allowed.
+/// Thread *base*: wheels and IMU of our own devices into the queues, whichever of board, other base, CAN bus and serial
+/// IMU they come from; speeds to the wheels where that is allowed.
 class BaseThread {
  public:
   BaseThread(const Config& config, const BaseEnds& ends);
@@ -25,11 +26,16 @@ class BaseThread {
   double imuRate() const;  ///< [Hz] expected; 0: not known
   double wheelRate() const;
   bool usesCan() const { return can_.has_value(); }
-  float battery() const { return board_ ? board_->battery() : 0.0F; }  ///< [V]; 0: not known
+  float battery() const {
+    return board_ ? board_->battery() : serial_ ? serial_->battery() : 0.0F;
+  }  ///< [V]; 0: not known
   /// Speeds that were asked for above base.max_speed or base.max_turn_rate.
-  std::uint64_t limitedSpeeds() const { return board_ ? board_->limitedSpeeds() : can_ ? can_->limitedSpeeds() : 0; }
+  std::uint64_t limitedSpeeds() const {
+    if (serial_) return serial_->limitedSpeeds();
+    return board_ ? board_->limitedSpeeds() : can_ ? can_->limitedSpeeds() : 0;
+  }
   /// What board and configuration disagree on.
-  Problem finding() const { return board_ ? board_->finding() : Problem(); }
+  Problem finding() const { return board_ ? board_->finding() : serial_ ? serial_->finding() : Problem(); }
   /// Ends the thread, stops the wheels if they may turn, and closes all ports.
   void stop();
 
@@ -48,6 +54,7 @@ class BaseThread {
   WheelOdometry odometry_;
   Eigen::Matrix3d R_base_imu_;
   std::optional<HandsfreeBoard> board_;
+  std::optional<SerialBase> serial_;
   std::optional<CanBase> can_;
   std::optional<SerialImu> imu_;
   Worker worker_;

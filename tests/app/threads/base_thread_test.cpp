@@ -121,6 +121,7 @@ TEST(BaseRates, AreThoseAtWhichValuesAreNew) {
   EXPECT_EQ(ratesOf(BaseDriver::kHandsfree, ImuDriver::kHandsfree, 15.0, 40.0), std::pair(15.0, 40.0))
       << "what it is asked for";
   EXPECT_EQ(ratesOf(BaseDriver::kCan, ImuDriver::kCan, 15.0, 40.0), std::pair(100.0, 100.0));
+  EXPECT_EQ(ratesOf(BaseDriver::kKobuki, ImuDriver::kBase, 15.0, 40.0), std::pair(50.0, 50.0));
   EXPECT_EQ(ratesOf(BaseDriver::kHandsfree, ImuDriver::kHfi, 100.0, 40.0).second, 0.0) << "nobody knows";
 }
 

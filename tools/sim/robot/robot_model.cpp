@@ -15,10 +15,11 @@ double quantised(double value, double step) { return step * std::round(value / s
 
 }  // namespace
 
-RobotModel::RobotModel(const RobotErrors& errors, std::uint64_t seed) : errors_(errors), random_(seed) {
+RobotModel::RobotModel(const RobotErrors& errors, std::uint64_t seed, const DifferentialBase& nominal)
+    : errors_(errors), random_(seed) {
   for (Wheel& wheel : wheels_)
-    wheel.true_radius = kNominalBase.wheel_radius * (1.0 + errors.wheel_radius * normal_(random_));
-  true_half_track_ = kNominalBase.half_track * (1.0 + errors.track * normal_(random_));
+    wheel.true_radius = nominal.wheel_radius * (1.0 + errors.wheel_radius * normal_(random_));
+  true_half_track_ = nominal.half_track * (1.0 + errors.track * normal_(random_));
   gyro_scale_ = 1.0 + errors.gyro_scale * normal_(random_);
   gyro_bias_ = errors.gyro_bias * normal_(random_);
 }

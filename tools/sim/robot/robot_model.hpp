@@ -42,7 +42,8 @@ struct TrueBase {
 /// Differential drive with imperfect wheels and an imperfect gyro.
 class RobotModel {
  public:
-  RobotModel(const RobotErrors& errors, std::uint64_t seed);
+  /// @param nominal geometry that its odometry is given
+  RobotModel(const RobotErrors& errors, std::uint64_t seed, const DifferentialBase& nominal = kNominalBase);
 
   /// Moves the robot with the commanded twist for dt [s].
   void step(const Twist2& command, double dt);
@@ -53,6 +54,8 @@ class RobotModel {
   const Twist2& twist() const { return twist_; }
   /// Accumulated wheel angles as the encoders count them [rad]: left, right; positive driving forward.
   std::array<double, 2> encoderAngles() const;
+  /// The same without the encoders' counts.
+  std::array<double, 2> wheelAngles() const { return {wheels_[0].angle, wheels_[1].angle}; }
   ImuReading readImu();
   int slips() const { return slips_; }
   TrueBase trueBase() const { return {wheels_[0].true_radius, wheels_[1].true_radius, true_half_track_}; }

@@ -5,8 +5,9 @@
 
 namespace slam::sim {
 
-Simulation::Simulation(const Scene& scene, std::uint64_t seed, Timestamp start, const RobotErrors& errors)
-    : scene_(scene), driver_(scene), robot_(errors, seed), now_(start) {
+Simulation::Simulation(const Scene& scene, std::uint64_t seed, Timestamp start, const RobotErrors& errors,
+                       const DifferentialBase& nominal)
+    : scene_(scene), driver_(scene), robot_(errors, seed, nominal), now_(start) {
   history_.push(now_, robot_.pose());
 }
 
@@ -33,7 +34,7 @@ void Simulation::step() {
   if (carrying_) {
     carry(dt);
   } else {
-    robot_.step(released_ ? driver_.command(robot_.pose(), dt) : Twist2{}, dt);
+    robot_.step(told_ ? *told_ : released_ ? driver_.command(robot_.pose(), dt) : Twist2{}, dt);
   }
   now_ += kStep;
   history_.push(now_, robot_.pose());

@@ -23,11 +23,15 @@ class Simulation {
  public:
   static constexpr Duration kStep = std::chrono::milliseconds(5);
 
-  Simulation(const Scene& scene, std::uint64_t seed, Timestamp start, const RobotErrors& errors = {});
+  Simulation(const Scene& scene, std::uint64_t seed, Timestamp start, const RobotErrors& errors = {},
+             const DifferentialBase& nominal = kNominalBase);
 
   void step();
   /// The robot stands until this is called.
   void release() { released_ = true; }
+
+  /// From now on it drives as its base is told, not along the route.
+  void obey(const Twist2& twist) { told_ = twist; }
 
   /// Someone takes the robot to a waypoint of the route, with that heading [rad], and leaves it to drive on from there.
   void carryTo(std::size_t waypoint, double heading, double seconds);
@@ -57,7 +61,8 @@ class Simulation {
   Timestamp now_;
   bool released_ = false;
   std::optional<Carrying> carrying_;
-  std::int64_t driven_ = 0;  // steps since the release
+  std::optional<Twist2> told_;  // none: it drives along the route
+  std::int64_t driven_ = 0;     // steps since the release
 };
 
 }  // namespace slam::sim
