@@ -85,7 +85,7 @@ Bytes lidarBytes(sim::LidarEmulator& lidar, const Bytes& request, Duration durat
 
 void lidarSeeds(const Corpus& corpus) {
   using rplidar::Request;
-  constexpr int kAnswers = 8;
+  constexpr int kKinds = 5, kAnswers = 2 * kKinds;
   struct Mode {
     const char* name;
     Bytes request;
@@ -103,7 +103,7 @@ void lidarSeeds(const Corpus& corpus) {
       const std::string chunk = stream.substr(at, 64);
       chunks += static_cast<char>(chunk.size()) + chunk;
     }
-    corpus.add("rplidar", std::string(mode.name) + "-chunks", mode.choice + 4, chunks);
+    corpus.add("rplidar", std::string(mode.name) + "-chunks", mode.choice + kKinds, chunks);
   }
   Bytes dense;
   for (std::uint16_t i = 0; i < 8; ++i) {
@@ -114,6 +114,10 @@ void lidarSeeds(const Corpus& corpus) {
     dense.insert(dense.end(), bytes.begin(), bytes.end());
   }
   corpus.add("rplidar", "dense", 3, textOf(dense));
+  sim::LidarEmulator s3(room, 10.0, sim::s3WithUltraDense());
+  Bytes motor_answer;
+  s3.receive(rplidar::encodeMotorSpeed(600), kStart, motor_answer);
+  corpus.add("rplidar", "ultra-dense", 4, textOf(lidarBytes(s3, rplidar::encodeExpressScan(1), 520ms)));
   for (const Request request : {Request::kGetInfo, Request::kGetHealth, Request::kGetSampleRate}) {
     sim::LidarEmulator lidar(room, 5.5);
     const std::string answer = textOf(lidarBytes(lidar, rplidar::encodeRequest(request), 0ms));

@@ -91,7 +91,9 @@ class DeviceSession {
  private:
   std::unique_ptr<EmulatedLidar> makeLidar(const std::string& driver) {
     const auto look = [this](Timestamp stamp, double bearing) { return measure(stamp, bearing); };
-    if (driver == "rplidar") return std::make_unique<LidarEmulator>(look, LidarModel::kTurnRate);
+    for (const NamedIdentity& unit : namedIdentities()) {
+      if (driver == unit.name) return std::make_unique<LidarEmulator>(look, unit.make().turn_rate, unit.make());
+    }
     return std::make_unique<PacketEmulator>(look, driver);
   }
 

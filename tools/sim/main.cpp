@@ -29,7 +29,8 @@ int main(int argc, char** argv) {
                  "with --devices: a script of SECONDS DEVICE KIND [VALUE], e.g. 12.5 lidar unplug 1; while it plays,\n"
                  "lines of DEVICE KIND [VALUE] can be written to DIR/faults")
       ->needs(devices_option);
-  app.add_option("--lidar", options.lidar, "with --devices: the lidar to be played, as lidar.driver names it")
+  app.add_option("--lidar", options.lidar,
+                 "with --devices: the lidar to be played, as lidar.driver names it, or an RPLidar's model")
       ->check(CLI::IsMember(slam::sim::lidarNames()))
       ->needs(devices_option)
       ->capture_default_str();

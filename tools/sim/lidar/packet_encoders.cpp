@@ -8,6 +8,7 @@
 #include "drivers/lidar/codec/ldrobot_packets.hpp"
 #include "drivers/lidar/codec/neato_packets.hpp"
 #include "drivers/lidar/codec/ydlidar_packets.hpp"
+#include "tools/sim/lidar/lidar_identity.hpp"
 
 namespace slam::sim {
 namespace {
@@ -148,7 +149,8 @@ const PacketFormat* findPacketFormat(std::string_view driver) {
 }
 
 std::vector<std::string> lidarNames() {
-  std::vector<std::string> names = {"rplidar"};
+  std::vector<std::string> names;
+  for (const NamedIdentity& unit : namedIdentities()) names.push_back(unit.name);
   for (const PacketFormat& row : kFormats) names.push_back(row.driver);
   return names;
 }
