@@ -5,6 +5,7 @@
 
 #include "app/device_configs.hpp"
 #include "depth/depth_projection.hpp"
+#include "drivers/lidar/cola/cola_unit.hpp"
 #include "drivers/stuck_sample_detector.hpp"
 #include "runtime/clock.hpp"
 
@@ -34,6 +35,10 @@ Problem problemOf(DepthStatus status) {
 std::unique_ptr<LidarUnit> makeLidarUnit(const Config& config) {
   if (const LidarFacts* facts = lidarFacts(config))
     return std::make_unique<PacketLidar>(*facts, packetLidarConfig(config), &monotonicNow);
+  if (config.lidar_device.driver == LidarDriver::kHokuyo)
+    return std::make_unique<ScipUnit>(scipConfig(config), &monotonicNow);
+  if (config.lidar_device.driver == LidarDriver::kSick)
+    return std::make_unique<ColaUnit>(scipConfig(config).limits, &monotonicNow);
   return std::make_unique<RplidarUnit>(rplidarConfig(config), &monotonicNow);
 }
 

@@ -34,6 +34,8 @@ enum class LidarDriver : std::uint8_t {
   kLds01,
   kXv11,
   kCamsenseX1,
+  kHokuyo,
+  kSick,
   kLcm,
   kNone
 };
@@ -50,9 +52,10 @@ template <>
 inline constexpr std::array kWords<RunMode>{"slam", "localise"};
 template <>
 inline constexpr std::array kWords<LidarDriver>{
-    "rplidar",    "ld06",       "ld19",           "stl19p",     "stl27l",     "ms200",          "lds02",
-    "ydlidar-x2", "ydlidar-x4", "ydlidar-x4-pro", "ydlidar-g2", "ydlidar-g4", "ydlidar-t-mini", "coin-d4",
-    "lds01",      "xv11",       "camsense-x1",    "lcm",        "none"};
+    "rplidar",        "ld06",       "ld19",       "stl19p",         "stl27l",      "ms200",
+    "lds02",          "ydlidar-x2", "ydlidar-x4", "ydlidar-x4-pro", "ydlidar-g2",  "ydlidar-g4",
+    "ydlidar-t-mini", "coin-d4",    "lds01",      "xv11",           "camsense-x1", "hokuyo",
+    "sick",           "lcm",        "none"};
 template <>
 inline constexpr std::array kWords<LidarScanMode>{"auto", "express", "standard"};
 template <>

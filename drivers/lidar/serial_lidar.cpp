@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "drivers/tcp_port.hpp"
+
 namespace slam {
 namespace {
 
@@ -10,6 +12,16 @@ namespace {
 Problem thinning(int stride) {
   if (stride < 2) return {};
   return stride == 2 ? problem::kLidarHalved : problem::kLidarThinned;
+}
+
+/// Of a lidar on the network: neither plug nor baud rate.
+Problem overTcp(const Problem& problem, const std::string& path) {
+  if (problem.is(problem::kPortGone)) return {problem::kTcpClosed, {}, {path}};
+  for (const ProblemKind* kind : {&problem::kLidarUnheard, &problem::kLidarNoPackets, &problem::kLidarUndecoded,
+                                  &problem::kLidarUnanswered, &problem::kLidarSilent}) {
+    if (problem.is(*kind)) return {problem::kTcpSilent, {}, {path}};
+  }
+  return problem;
 }
 
 }  // namespace
@@ -33,7 +45,7 @@ void SerialLidar::report(const LaserScan& scan) {
 }
 
 bool SerialLidar::fail(DeviceState state, const Problem& why) {
-  status_.set(state, why);
+  status_.set(state, isTcp(config_.port) ? overTcp(why, config_.port) : why);
   stop();
   return false;
 }
@@ -50,7 +62,7 @@ bool SerialLidar::connect(const std::atomic<bool>& cancel) {
   LidarUnit::Begun begun = unit_->begin(*stream_, cancel, wrong_speaker_);
   if (begun.state != DeviceState::kStreaming) {
     fail(begun.state, begun.unanswered ? wrong_speaker_.found(begun.problem) : begun.problem);
-    if (begun.unanswered) findSpeaker(cancel, begun.problem);
+    if (begun.unanswered && !isTcp(config_.port)) findSpeaker(cancel, begun.problem);
     return false;
   }
   warning_ = begun.problem;

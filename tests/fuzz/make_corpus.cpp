@@ -19,6 +19,7 @@
 #include "bus/messages.hpp"
 #include "bus/packets.hpp"
 #include "config/printer.hpp"
+#include "drivers/lidar/codec/cola_codec.hpp"
 #include "drivers/lidar/codec/rplidar_capsules.hpp"
 #include "mapping/map_files.hpp"
 #include "store/durable_file.hpp"
@@ -30,8 +31,10 @@
 #include "tools/sim/board/board_emulator.hpp"
 #include "tools/sim/board/imu_emulator.hpp"
 #include "tools/sim/can/can_emulator.hpp"
+#include "tools/sim/lidar/cola_emulator.hpp"
 #include "tools/sim/lidar/lidar_emulator.hpp"
 #include "tools/sim/lidar/packet_emulator.hpp"
+#include "tools/sim/lidar/scip_emulator.hpp"
 
 namespace slam {
 namespace {
@@ -136,6 +139,28 @@ void packetLidarSeeds(const Corpus& corpus) {
     for (Timestamp now{1s}; now < Timestamp{1100ms}; now += 1ms) lidar.stream(now, bytes);
     corpus.add("lidar", facts.driver, choice++, textOf(bytes));
   }
+}
+
+/// What a lidar with a protocol of text sends for its commands, then scans.
+void textLidarSeeds(const Corpus& corpus, const char* name, int choice, sim::EmulatedLidar& lidar,
+                    const std::string& commands, Duration time) {
+  Bytes bytes;
+  lidar.receive(Bytes(commands.begin(), commands.end()), kStart, bytes);
+  for (Timestamp now = kStart; now < kStart + time; now += 1ms) lidar.stream(now, bytes);
+  corpus.add("lidar_text", name, choice, textOf(bytes));
+}
+
+void textLidarsSeeds(const Corpus& corpus) {
+  const sim::ScipModel& model = sim::scipModels()[0];
+  sim::ScipEmulator scans(room, model), answers(room, model);
+  textLidarSeeds(corpus, "scip-scans", 0, scans, "MD0044072501000\n", 250ms);
+  textLidarSeeds(corpus, "scip-answers", 1, answers, "VV\nPP\nII\nBM\n", 0ms);
+  sim::ColaEmulator cola_scans(room, sim::colaModels()[1]), cola_answers(room, sim::colaModels()[1]);
+  textLidarSeeds(corpus, "cola-scans", 2, cola_scans, cola::telegram("sEN LMDscandata 1"), 50ms);
+  textLidarSeeds(corpus, "cola-answers", 3, cola_answers, cola::telegram("sRN DeviceIdent"), 0ms);
+  corpus.add("lidar_text", "cola-scan", 3,
+             "sRA LMDscandata 1 1 89A27F 0 0 343 347 27477BA9 2747813B 0 0 7 0 0 1388 168 0 1 DIST1 3F800000 00000000 "
+             "186A0 1388 3 8A1 8A5 8AB 0 0 0 0 0 0");
 }
 
 void boardSeeds(const Corpus& corpus) {
@@ -510,6 +535,7 @@ int main(int argc, char** argv) {
     const slam::Corpus corpus(argv[1]);
     slam::lidarSeeds(corpus);
     slam::packetLidarSeeds(corpus);
+    slam::textLidarsSeeds(corpus);
     slam::boardSeeds(corpus);
     slam::imuSeeds(corpus);
     slam::canSeeds(corpus);
