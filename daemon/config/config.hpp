@@ -26,7 +26,7 @@ struct LidarDeviceConfig {
 
   void visitSettings(auto& v) {
     v.robot("driver", driver,
-            "The scans come from a lidar of this model that slamd reads, from another program over LCM "
+            "The scans come from a lidar of this model, from the one on the port (auto), from another program over LCM "
             "(SLAM_SCAN), or from nowhere.",
             "Set lcm for a lidar for which slamd has no driver.");
     v.robot("port", port,

@@ -101,6 +101,10 @@ inline constexpr ProblemKind kLidarUnheard{"lidar_unheard", "port present, but n
                                            "check the lidar's 5 V supply and its data line, and whether it turns"};
 inline constexpr ProblemKind kLidarNoPackets{"lidar_no_packets", "bytes come, but no packet of this lidar among them",
                                              "", "check lidar.driver and lidar.baud, cable and ground"};
+inline constexpr ProblemKind kLidarSearched{"lidar_searched", "looking for the lidar that is on this port"};
+inline constexpr ProblemKind kLidarNotFound{
+    "lidar_not_found", "something sends on this port, but nothing of a lidar that can be found by itself", "",
+    "set lidar.driver to the lidar's model, check cable and ground"};
 inline constexpr ProblemKind kLidarUndecoded{"lidar_undecoded", "bytes come, but no answer among them", "",
                                              "check the baud rate"};
 inline constexpr ProblemKind kLidarUnanswered{"lidar_unanswered", "port present, but no answer", "",

@@ -32,7 +32,7 @@ TEST_F(LiveLidars, DriveAndNameTheirFaults) {
   ASSERT_TRUE(listener_.good());
   // Each with what lidar.driver is set to.
   for (const auto& [lidar, driver] :
-       {std::pair("ld19", "ld19"), {"ydlidar-x4", "ydlidar-x4"}, {"hokuyo-urg", "hokuyo"}}) {
+       {std::pair("ld19", "ld19"), {"ydlidar-x4", "ydlidar-x4"}, {"hokuyo-urg", "hokuyo"}, {"stl19p", "auto"}}) {
     SCOPED_TRACE(lidar);
     listener_.listenFor(300ms);  // what the slamd before it has sent
     listener_.clear();
