@@ -7,11 +7,13 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/epoll.h>
+#include <sys/socket.h>
 #include <termios.h>
 #include <unistd.h>
 #include <utility>
 
 #include "drivers/serial_port.hpp"
+#include "drivers/tcp_port.hpp"
 
 namespace slam {
 namespace {
@@ -34,12 +36,12 @@ class EdgeStream : public ByteStream {
     const int ready = epoll_wait(edges_, &event, 1, static_cast<int>(limit.count()));
     if (ready < 0) return {errno == EINTR ? ReadResult::kTimeout : ReadResult::kClosed, 0};
     if (ready == 0) return {};
-    hung_up_ = (event.events & (EPOLLHUP | EPOLLERR)) != 0;
+    hung_up_ = (event.events & (EPOLLHUP | EPOLLERR | EPOLLRDHUP)) != 0;
     return takeInto(out);
   }
   bool write(std::span<const std::uint8_t> bytes) override {
     while (!bytes.empty()) {
-      const ssize_t n = ::write(descriptor_, bytes.data(), bytes.size());
+      const ssize_t n = writeSome(bytes);
       if (n < 0 && errno == EINTR) continue;
       if (n <= 0) return false;
       bytes = bytes.subspan(static_cast<std::size_t>(n));
@@ -49,6 +51,9 @@ class EdgeStream : public ByteStream {
 
  protected:
   int descriptor() const { return descriptor_; }
+  virtual ssize_t writeSome(std::span<const std::uint8_t> bytes) {
+    return ::write(descriptor_, bytes.data(), bytes.size());
+  }
   /// @return bytes taken without waiting; -1: hung up
   int take(std::span<std::uint8_t> out) {
     const ssize_t n = ::read(descriptor_, out.data(), out.size());
@@ -80,6 +85,13 @@ class DescriptorStream : public EdgeStream {
     }
   }
   bool setDtr(bool) override { return false; }
+
+ protected:
+  /// Without a signal where the other end of a connection has gone.
+  ssize_t writeSome(std::span<const std::uint8_t> bytes) override {
+    const ssize_t n = ::send(descriptor(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    return n < 0 && errno == ENOTSOCK ? EdgeStream::writeSome(bytes) : n;
+  }
 };
 
 class PortStream : public EdgeStream {
@@ -99,7 +111,7 @@ int makeEdges(int descriptor) {
   fcntl(descriptor, F_SETFL, fcntl(descriptor, F_GETFL) | O_NONBLOCK);
   const int edges = epoll_create1(EPOLL_CLOEXEC);
   epoll_event event{};
-  event.events = EPOLLIN | EPOLLET;  // a hang-up is told of, too
+  event.events = EPOLLIN | EPOLLRDHUP | EPOLLET;  // a hang-up is told of, too
   if (edges < 0 || epoll_ctl(edges, EPOLL_CTL_ADD, descriptor, &event) == 0) return edges;
   close(edges);
   return -1;
@@ -120,6 +132,7 @@ std::unique_ptr<ByteStream> makeDescriptorStream(int descriptor) {
 }
 
 OpenedPort openPort(const std::string& path, int baud) {
+  if (isTcp(path)) return openTcp(path);
   auto port = std::make_unique<SerialPort>();
   if (const Problem problem = port->open(path, baud)) return {nullptr, problem};
   const int edges = makeEdges(port->descriptor());

@@ -17,7 +17,8 @@ struct ReadResult {
   std::size_t size = 0;                                                       ///< [bytes]
 };
 
-/// A serial line, real or a pseudo-terminal. One thread at a time. Reading waits on the descriptor and never spins.
+/// A serial line, real or a pseudo-terminal, or a connection. One thread at a time. Reading waits on the descriptor and
+/// never spins.
 class ByteStream {
  public:
   virtual ~ByteStream() = default;
@@ -39,7 +40,8 @@ struct OpenedPort {
   Problem problem = {};  ///< none when opened
 };
 
-/// Opens a SerialPort. The path may be a link or a device node of any name: the port is known by its descriptor alone.
+/// Opens a SerialPort, or a connection where the path is a TcpAddress, which has no baud rate. The path may be a link
+/// or a device node of any name: the port is known by its descriptor alone.
 OpenedPort openPort(const std::string& path, int baud);
 
 /// How a driver opens its port: openPort(), or a line in virtual time.

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "drivers/lidar/codec/rplidar_codec.hpp"
@@ -118,10 +119,12 @@ std::size_t neatoLength(Bytes b) {
 }
 std::size_t camsenseLength(Bytes b) { return b[0] == 0x55 && b[1] == 0xAA && b[2] == 0x03 && b[3] == 0x08 ? 36 : 0; }
 
-bool isGps(Bytes bytes) {
-  const std::string text(bytes.begin(), bytes.end());
-  return text.find("$GP") != std::string::npos || text.find("$GN") != std::string::npos;
+bool hasText(Bytes bytes, std::string_view text) {
+  return std::search(bytes.begin(), bytes.end(), text.begin(), text.end()) != bytes.end();
 }
+bool isGps(Bytes bytes) { return hasText(bytes, "$GP") || hasText(bytes, "$GN"); }
+/// It answers who it is, or sends scans.
+bool isHokuyo(Bytes bytes) { return hasText(bytes, "\nVEND:Hokuyo") || hasText(bytes, "\n99b\n"); }
 
 /// A header that nobody here knows: two bytes that return at one distance, again and again.
 std::optional<std::array<std::uint8_t, 2>> repeatedHeader(Bytes bytes) {
@@ -182,6 +185,8 @@ const char* nameOf(Speaker speaker) {
       return "a lidar as of Neato (XV-11, LDS-01)";
     case Speaker::kCamsense:
       return "a lidar of Camsense";
+    case Speaker::kHokuyo:
+      return "a lidar of Hokuyo";
     case Speaker::kGps:
       return "a GPS receiver";
     default:
@@ -202,6 +207,8 @@ const char* driversFor(Speaker speaker) {
       return "xv11 or lds01";
     case Speaker::kCamsense:
       return "camsense-x1";
+    case Speaker::kHokuyo:
+      return "hokuyo";
     default:
       return "lcm, with the maker's program sending SLAM_SCAN,";
   }
@@ -223,7 +230,7 @@ const char* baseDriverFor(Speaker speaker) {
 
 bool isLidar(Speaker speaker) {
   return speaker == Speaker::kRplidar || speaker == Speaker::kLdrobot || speaker == Speaker::kYdlidar ||
-         speaker == Speaker::kNeato || speaker == Speaker::kCamsense;
+         speaker == Speaker::kNeato || speaker == Speaker::kCamsense || speaker == Speaker::kHokuyo;
 }
 
 }  // namespace
@@ -241,6 +248,7 @@ Heard speakerOf(Bytes bytes) {
   if (const auto header = packetsIn(bytes, neatoLength<22>)) return {Speaker::kNeato, *header};
   if (const auto header = packetsIn(bytes, neatoLength<42>)) return {Speaker::kNeato, *header};
   if (const auto header = packetsIn(bytes, camsenseLength)) return {Speaker::kCamsense, *header};
+  if (isHokuyo(bytes)) return {Speaker::kHokuyo};
   if (isGps(bytes)) return {Speaker::kGps};
   if (const auto header = repeatedHeader(bytes)) return {Speaker::kPackets, *header};
   return {};
@@ -284,6 +292,7 @@ void SpeakerSearch::listen(Timestamp now) {
     stream_->write({frame.data(), size});
   } else if (std::find(kOtherBauds.begin(), kOtherBauds.end(), baud) == kOtherBauds.end()) {
     stream_->write(rplidar::encodeRequest(rplidar::Request::kGetInfo));
+    stream_->write(std::array<std::uint8_t, 4>{'\n', 'V', 'V', '\n'});  // of SCIP
   }
 }
 

@@ -25,6 +25,7 @@ enum class Speaker : std::uint8_t {
   kYdlidar,
   kNeato,
   kCamsense,
+  kHokuyo,
   kGps,
   kPackets,  ///< of one length that begin alike, of nobody who is known
 };

@@ -104,13 +104,21 @@ const LidarFacts* lidarFacts(const Config& config) { return findLidar(wordOf(con
 
 SerialLidarConfig serialLidarConfig(const Config& config) {
   const LidarFacts* facts = lidarFacts(config);
+  const LidarDriver driver = config.lidar_device.driver;
+  const Speaker other = driver == LidarDriver::kRplidar  ? Speaker::kRplidar
+                        : driver == LidarDriver::kHokuyo ? Speaker::kHokuyo
+                                                         : Speaker::kUnknown;
   return {.port = config.lidar_device.port,
           .baud = lidarBaud(config),
-          .speaker = facts != nullptr ? facts->speaker : Speaker::kRplidar};
+          .speaker = facts != nullptr ? facts->speaker : other};
 }
 
 PacketLidarConfig packetLidarConfig(const Config& config) {
   return {.baud = lidarBaud(config), .limits = rangesOf(config.front_end.lidar)};
+}
+
+ScipConfig scipConfig(const Config& config) {
+  return {.baud = config.lidar_device.baud, .limits = rangesOf(config.front_end.lidar)};
 }
 
 RplidarConfig rplidarConfig(const Config& config) {

@@ -11,6 +11,7 @@
 #include "drivers/can/can_base.hpp"
 #include "drivers/lidar/packet_lidar.hpp"
 #include "drivers/lidar/rplidar_unit.hpp"
+#include "drivers/lidar/scip/scip_unit.hpp"
 #include "drivers/lidar/serial_lidar.hpp"
 #include "runtime/worker.hpp"
 
@@ -26,6 +27,7 @@ CanBaseConfig canBaseConfig(const Config& config);
 SerialImuConfig serialImuConfig(const Config& config);
 SerialLidarConfig serialLidarConfig(const Config& config);
 RplidarConfig rplidarConfig(const Config& config);
+ScipConfig scipConfig(const Config& config);
 /// The row of a lidar that sends packets; nullptr: it is none of these.
 const LidarFacts* lidarFacts(const Config& config);
 PacketLidarConfig packetLidarConfig(const Config& config);

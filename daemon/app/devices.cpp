@@ -5,6 +5,8 @@
 
 #include "app/device_configs.hpp"
 #include "depth/depth_projection.hpp"
+#include "drivers/lidar/cola/cola_unit.hpp"
+#include "drivers/lidar/search/lidar_search.hpp"
 #include "drivers/stuck_sample_detector.hpp"
 #include "runtime/clock.hpp"
 
@@ -32,9 +34,46 @@ Problem problemOf(DepthStatus status) {
 }  // namespace
 
 std::unique_ptr<LidarUnit> makeLidarUnit(const Config& config) {
+  if (config.lidar_device.driver == LidarDriver::kAuto) return nullptr;  // lidarFinder() finds it
   if (const LidarFacts* facts = lidarFacts(config))
     return std::make_unique<PacketLidar>(*facts, packetLidarConfig(config), &monotonicNow);
+  if (config.lidar_device.driver == LidarDriver::kHokuyo)
+    return std::make_unique<ScipUnit>(scipConfig(config), &monotonicNow);
+  if (config.lidar_device.driver == LidarDriver::kSick)
+    return std::make_unique<ColaUnit>(scipConfig(config).limits, &monotonicNow);
   return std::make_unique<RplidarUnit>(rplidarConfig(config), &monotonicNow);
+}
+
+LidarFinder lidarFinder(const Config& config) {
+  if (config.lidar_device.driver != LidarDriver::kAuto) return {};
+  return [config](const PortOpener& open, const std::atomic<bool>& cancel) -> FoundUnit {
+    const LidarDeviceConfig& device = config.lidar_device;
+    const LidarFinding found = LidarSearch(device.port, device.baud, open, &monotonicNow).find(cancel);
+    FoundUnit unit{.baud = found.baud, .problem = found.problem, .is_open = found.is_open};
+    Config as_found = config;
+    as_found.lidar_device.baud = found.baud;
+    switch (found.family) {
+      case LidarFinding::kNone:
+        return unit;
+      case LidarFinding::kPackets:
+        unit.unit = std::make_unique<PacketLidar>(*found.facts, packetLidarConfig(as_found), &monotonicNow);
+        unit.speaker = found.facts->speaker;
+        return unit;
+      case LidarFinding::kRplidar:
+        as_found.lidar_device.driver = LidarDriver::kRplidar;
+        break;
+      case LidarFinding::kHokuyo:
+        as_found.lidar_device.driver = LidarDriver::kHokuyo;
+        as_found.lidar_device.baud = device.baud;  // that of its USB does not matter
+        break;
+      case LidarFinding::kSick:
+        as_found.lidar_device.driver = LidarDriver::kSick;
+        break;
+    }
+    unit.unit = makeLidarUnit(as_found);
+    unit.speaker = serialLidarConfig(as_found).speaker;
+    return unit;
+  };
 }
 
 std::unique_ptr<LidarThread> makeLidarThread(const Config& config, const SampleProducer<ReceivedScan>& scans) {
@@ -43,8 +82,9 @@ std::unique_ptr<LidarThread> makeLidarThread(const Config& config, const SampleP
     received->received = monotonicNow();
     scans.push(*received);
   };
-  return std::make_unique<LidarThread>(lidarWorker(config), serialLidarConfig(config), makeLidarUnit(config),
-                                       &monotonicNow, add);
+  SerialLidarConfig port = serialLidarConfig(config);
+  port.find = lidarFinder(config);
+  return std::make_unique<LidarThread>(lidarWorker(config), port, makeLidarUnit(config), &monotonicNow, add);
 }
 
 std::unique_ptr<DepthThread> makeDepthThread(const Config& config, const DepthEnds& ends,

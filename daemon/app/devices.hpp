@@ -12,8 +12,10 @@
 
 namespace slam {
 
-/// What reads the lidar of the configuration.
+/// What reads the lidar of the configuration; nullptr where that is to be found.
 std::unique_ptr<LidarUnit> makeLidarUnit(const Config& config);
+/// What finds it; empty where it is known.
+LidarFinder lidarFinder(const Config& config);
 using LidarThread = DeviceThread<SerialLidar>;
 /// Thread *lidar*: scans into the queues.
 std::unique_ptr<LidarThread> makeLidarThread(const Config& config, const SampleProducer<ReceivedScan>& scans);

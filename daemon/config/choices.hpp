@@ -34,6 +34,9 @@ enum class LidarDriver : std::uint8_t {
   kLds01,
   kXv11,
   kCamsenseX1,
+  kHokuyo,
+  kSick,
+  kAuto,
   kLcm,
   kNone
 };
@@ -54,7 +57,8 @@ template <>
 inline constexpr std::array kWords<LidarDriver>{
     "rplidar",    "ld06",       "ld19",           "stl19p",     "stl27l",     "ms200",          "lds02",
     "ydlidar-x2", "ydlidar-x4", "ydlidar-x4-pro", "ydlidar-g2", "ydlidar-g4", "ydlidar-t-mini", "coin-d4",
-    "lds01",      "xv11",       "camsense-x1",    "lcm",        "none"};
+    "lds01",      "xv11",       "camsense-x1",    "hokuyo",     "sick",       "auto",           "lcm",
+    "none"};
 template <>
 inline constexpr std::array kWords<LidarScanMode>{"auto", "express", "standard"};
 template <>

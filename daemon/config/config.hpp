@@ -26,11 +26,12 @@ struct LidarDeviceConfig {
 
   void visitSettings(auto& v) {
     v.robot("driver", driver,
-            "The scans come from a lidar of this model that slamd reads, from another program over LCM (SLAM_SCAN), or "
-            "from "
-            "nowhere.",
+            "The scans come from a lidar of this model, from the one on the port (auto), from another program over LCM "
+            "(SLAM_SCAN), or from nowhere.",
             "Set lcm for a lidar for which slamd has no driver.");
-    v.robot("port", port, "The lidar is connected to this serial port.",
+    v.robot("port", port,
+            "The lidar is connected to this serial port, or has this address on the network: "
+            "tcp://192.168.0.10:10940.",
             "Set it where the udev rule for /dev/rplidar does not fit, e.g. with two lidars.");
     v.site("baud", baud, "bit/s", 0, 4000000,
            "The lidar's serial port runs at this speed; 0: at the one of its model, 115200 for an RPLidar.",

@@ -62,6 +62,24 @@ inline constexpr ProblemKind kPortUnknown{"port_unknown",
 inline constexpr ProblemKind kPortRefusesSettings{"port_refuses_settings", "the port refuses its settings", "",
                                                   "check the baud rate"};
 
+// Devices on the network. Texts: the address.
+inline constexpr ProblemKind kTcpAddressBad{"tcp_address_bad", "{0} is no address of a device on the network", "",
+                                            "write it as tcp://192.168.0.10:10940, in numbers"};
+inline constexpr ProblemKind kTcpRefused{
+    "tcp_refused", "{0} refuses the connection", "slamd goes on without, and tries again",
+    "check the number behind the colon; most lidars take one program at a time: end the other one"};
+inline constexpr ProblemKind kTcpNoWay{
+    "tcp_no_way", "no way leads to {0}", "slamd goes on without, and tries again",
+    "check the network cable, and give this computer an address in the lidar's network (ip address)"};
+inline constexpr ProblemKind kTcpNoReply{"tcp_no_reply", "{0} does not reply", "slamd goes on without, and tries again",
+                                         "check the lidar's supply and cable, and its address (ping)"};
+inline constexpr ProblemKind kTcpClosed{
+    "tcp_closed", "{0} has closed the connection", "slamd goes on without, and tries again",
+    "most lidars take one program at a time: end the other one, else check the lidar's supply"};
+inline constexpr ProblemKind kTcpSilent{"tcp_silent", "{0} takes the connection, but sends nothing of this lidar",
+                                        "slamd goes on without, and tries again",
+                                        "check lidar.driver and lidar.port; another program may be connected to it"};
+
 // Another device on the port. Texts: its name, the keys of the device that is expected and of this one, or how its
 // packets begin. Numbers [bit/s]: as it answers, as configured.
 inline constexpr ProblemKind kOtherBaud{"other_baud",
@@ -88,12 +106,20 @@ inline constexpr ProblemKind kLidarUnheard{"lidar_unheard", "port present, but n
                                            "check the lidar's 5 V supply and its data line, and whether it turns"};
 inline constexpr ProblemKind kLidarNoPackets{"lidar_no_packets", "bytes come, but no packet of this lidar among them",
                                              "", "check lidar.driver and lidar.baud, cable and ground"};
+inline constexpr ProblemKind kLidarSearched{"lidar_searched", "looking for the lidar that is on this port"};
+inline constexpr ProblemKind kLidarNotFound{
+    "lidar_not_found", "something sends on this port, but nothing of a lidar that can be found by itself", "",
+    "set lidar.driver to the lidar's model, check cable and ground"};
 inline constexpr ProblemKind kLidarUndecoded{"lidar_undecoded", "bytes come, but no answer among them", "",
                                              "check the baud rate"};
 inline constexpr ProblemKind kLidarUnanswered{"lidar_unanswered", "port present, but no answer", "",
                                               "check baud rate and 5 V supply"};
 inline constexpr ProblemKind kLidarSilent{"lidar_silent", "port present, no answer", "", "check 5 V supply and cable"};
 inline constexpr ProblemKind kLidarIdle{"lidar_idle", "port present, health OK", "", "check 5 V supply and motor"};
+// Text: what it reports of its state.
+inline constexpr ProblemKind kLidarStopped{"lidar_stopped",
+                                           "the lidar answers, but its scan has stopped; it reports: {0}",
+                                           "slamd begins its scan anew", "check its supply, see its manual"};
 inline constexpr ProblemKind kLidarError{"lidar_error", "port present, the lidar reports a hardware error", "",
                                          "see its manual"};
 inline constexpr ProblemKind kLidarErrorStays{

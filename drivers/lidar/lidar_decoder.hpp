@@ -31,6 +31,8 @@ class LidarDecoder {
   virtual void reset() = 0;
   /// Samples missing before the first node of the last push(), found by the bytes skipped.
   virtual int lost() const = 0;
+  /// The turn has ended with the last node of the last push(): the next one need not be waited for.
+  virtual bool endsTurn() const { return false; }
   virtual std::size_t mostNodes() const = 0;
   virtual std::int64_t rejects() const = 0;  ///< packets or nodes refused
   /// How often the unit's angle began to count from another zero.

@@ -11,7 +11,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration kSilence = 500ms;  // while it streams
-constexpr Duration kHoldUp = 100ms;   // between two reads: what comes then has lost its time
+constexpr Duration kHoldUp = 100ms;   // between two reads, beyond the unit's own pauses
 // Between two reads, so that not every two bytes wake the thread. On a busy line it costs the stamps nothing: the last
 // of the bytes that wait has just come, and those before it came one behind the other.
 constexpr Duration kRest = 3ms;
@@ -25,6 +25,7 @@ LidarReader::LidarReader(Clock now, LidarScanStart start)
       scans_(std::move(start.scans)),
       read_ahead_(std::move(start.read_ahead)),
       rests_(start.busy_line),
+      hold_up_(kHoldUp + start.pause),
       last_node_(now() + start.spin_up - kSilence),
       last_turn_(last_node_),
       last_arrival_(last_node_) {}
@@ -50,7 +51,7 @@ LidarReader::Ending LidarReader::read(ByteStream& stream, Duration timeout, cons
 }
 
 void LidarReader::take(std::span<const std::uint8_t> bytes, Timestamp arrival, const LidarScanStream::Sink& sink) {
-  const bool held_up = bytes_ > 0 && arrival - last_arrival_ > kHoldUp;
+  const bool held_up = bytes_ > 0 && arrival - last_arrival_ > hold_up_;
   last_arrival_ = arrival;
   bytes_ += static_cast<std::int64_t>(bytes.size());
   int nodes = 0;

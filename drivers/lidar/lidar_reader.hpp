@@ -15,6 +15,7 @@ struct LidarScanStart {
   std::vector<std::uint8_t> read_ahead;        ///< bytes of the scan that came with what began it
   bool busy_line = false;                      ///< it carries bytes nearly all the time
   Duration spin_up = std::chrono::seconds(3);  ///< until the first node, at most
+  Duration pause{0};                           ///< between two packets
 };
 
 /// Reads a running scan until it ends: closed, restarted, standing, or silent.
@@ -39,6 +40,7 @@ class LidarReader {
   std::unique_ptr<LidarScanStream> scans_;
   std::vector<std::uint8_t> read_ahead_;
   bool rests_;                // between reads
+  Duration hold_up_;          // between two reads: what comes then has lost its time
   bool catching_up_ = false;  // with bytes that waited too long
   Timestamp last_node_, last_turn_, last_arrival_;
   std::uint32_t turns_ = 0;

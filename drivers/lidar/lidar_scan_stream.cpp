@@ -31,6 +31,9 @@ int LidarScanStream::push(std::span<const std::uint8_t> bytes, Timestamp arrival
       const Timestamp stamp = clock_.stamp(byte_arrival - fromSeconds(timed.age), std::exchange(lost, 0));
       if (const LaserScan* scan = assembler_.add(timed.node, stamp)) sink(*scan);
     }
+    if (decoder_->endsTurn()) {
+      if (const LaserScan* scan = assembler_.endTurn()) sink(*scan);
+    }
     count += static_cast<int>(nodes_.size());
   }
   return count;

@@ -171,6 +171,8 @@ std::optional<LidarScanStart> RplidarUnit::startMode(const rplidar::ScanMode& mo
   mode_.answer_type = descriptor->type;  // whatever the mode list says
   RangeLimits limits = config_.limits;
   if (mode.max_distance > limits.min) limits.max = std::min(limits.max, static_cast<float>(mode.max_distance));
+  if (const double longest = rplidar::longestRange(info_.model); longest > 0.0)
+    limits.max = std::min(limits.max, static_cast<float>(longest));
   const double byte_time = 10.0 / config_.baud;                   // [s]
   const double packet_time = mode.sample_time * format->samples;  // [s]
   return LidarScanStart{.scans = std::make_unique<rplidar::ScanStream>(

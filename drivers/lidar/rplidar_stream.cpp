@@ -22,6 +22,8 @@ std::optional<PacketFormat> packetFormat(std::uint8_t type) {
       return PacketFormat{kUltraCapsuleSize, kUltraSamples};
     case AnswerType::kDenseCapsules:
       return PacketFormat{kDenseCapsuleSize, kDenseSamples};
+    case AnswerType::kUltraDenseCapsules:
+      return PacketFormat{kUltraDenseCapsuleSize, kUltraDenseSamples, kUltraDenseAngleAt};
     default:
       return std::nullopt;
   }
@@ -32,7 +34,7 @@ StreamDecoder::StreamDecoder(AnswerType type, double sample_time, double byte_ti
       format_(packetFormat(static_cast<std::uint8_t>(type)).value_or(PacketFormat{kStandardNodeSize, 1})),
       sample_time_(sample_time),
       byte_time_(byte_time) {
-  buffer_.reserve(2 * kUltraCapsuleSize);
+  buffer_.reserve(2 * kLongestPacket);
 }
 
 void StreamDecoder::reset() {
@@ -97,7 +99,7 @@ void StreamDecoder::pushStandard(std::vector<TimedNode>& nodes) {
 void StreamDecoder::pushCapsule(std::vector<TimedNode>& nodes) {
   while (buffer_.size() >= format_.size) {
     const std::span<const std::uint8_t> bytes{buffer_.data(), format_.size};
-    const auto head = parseCapsuleHead(bytes);
+    const auto head = parseCapsuleHead(bytes, format_.angle_at);
     if (!head) {
       if (aligned_ || hasCapsuleSync(bytes)) ++counters_.bad_checksums;
       aligned_ = false;
@@ -135,6 +137,8 @@ void StreamDecoder::decodeHeld(const CapsuleHead& next_head, std::vector<TimedNo
       return emit(decodeExpress(*parseExpressCapsule(held), next_head.start_angle_q6), nodes);
     case AnswerType::kUltraCapsules:
       return emit(decodeUltra(*parseUltraCapsule(held), *parseUltraCapsule(next)), nodes);
+    case AnswerType::kUltraDenseCapsules:
+      return emit(decodeUltraDense(*parseUltraDenseCapsule(held), next_head.start_angle_q6), nodes);
     default:
       return emit(decodeDense(*parseDenseCapsule(held), next_head.start_angle_q6), nodes);
   }

@@ -17,6 +17,7 @@ namespace slam::rplidar {
 struct PacketFormat {
   std::size_t size = 0;  ///< [bytes]
   int samples = 0;
+  std::size_t angle_at = kCapsuleAngleAt;  ///< [bytes] of a capsule
 };
 /// @param type of a descriptor. @return std::nullopt for one that StreamDecoder cannot read
 std::optional<PacketFormat> packetFormat(std::uint8_t type);
@@ -37,6 +38,7 @@ class StreamDecoder final : public LidarDecoder {
  public:
   static constexpr int kAlignNodes = 5;
   static constexpr std::size_t kMostNodes = kUltraSamples;  ///< that one byte can complete
+  static constexpr std::size_t kLongestPacket = kUltraDenseCapsuleSize;
 
   /// @param type         kStandardNodes or one of the capsules
   /// @param sample_time  [s] per sample
@@ -71,7 +73,7 @@ class StreamDecoder final : public LidarDecoder {
   int lost_ = 0;
   bool aligned_ = false;                  // standard nodes
   std::optional<CapsuleHead> held_head_;  // a capsule waits for the start angle of the next one
-  std::array<std::uint8_t, kUltraCapsuleSize> held_{};
+  std::array<std::uint8_t, kLongestPacket> held_{};
   std::uint64_t held_begin_ = 0;  // [bytes]
   bool first_capsule_ = true;
   int width_q6_ = 0;  // [deg * 64] from the last capsule to its successor; 0: not known

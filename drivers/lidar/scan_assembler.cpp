@@ -77,8 +77,14 @@ const LaserScan* ScanAssembler::finish() {
   finished_.range_max = scan_.range_max;
   finished_.size = scan_.size;
   std::copy_n(scan_.storage.begin(), scan_.size, finished_.storage.begin());
-  EvenPlaces({finished_.storage.data(), static_cast<std::size_t>(finished_.size)}, sense_).place();
+  if (places_) EvenPlaces({finished_.storage.data(), static_cast<std::size_t>(finished_.size)}, sense_).place();
   return &finished_;
+}
+
+const LaserScan* ScanAssembler::endTurn() {
+  const LaserScan* done = whole_ && scan_.size > 0 ? finish() : nullptr;
+  reset();
+  return done;
 }
 
 const LaserScan* ScanAssembler::add(const LidarNode& node, Timestamp stamp) {

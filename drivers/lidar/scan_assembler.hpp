@@ -18,8 +18,9 @@ class ScanAssembler {
   struct Limits {
     float range_min = 0.15F, range_max = 12.0F;  ///< [m]
     bool clockwise = true;                       ///< sense of the nodes' angles, seen from above
+    bool exact_bearings = false;                 ///< of nodes without echo, too: none is placed anew
   };
-  explicit ScanAssembler(const Limits& limits) : sense_(limits.clockwise ? -1 : 1) {
+  explicit ScanAssembler(const Limits& limits) : sense_(limits.clockwise ? -1 : 1), places_(!limits.exact_bearings) {
     scan_.range_min = limits.range_min, scan_.range_max = limits.range_max;
   }
 
@@ -27,6 +28,8 @@ class ScanAssembler {
   /// @return the finished turn when this node starts the next one (valid until the next add()); the turn in which the
   ///         stream began is not whole and never returned
   const LaserScan* add(const LidarNode& node, Timestamp stamp);
+  /// The turn has ended with the node before. @return it, as add() does
+  const LaserScan* endTurn();
   void reset();
 
   std::int64_t thinned() const { return thinned_; }  ///< beams left out because a turn had too many
@@ -38,7 +41,8 @@ class ScanAssembler {
   const LaserScan* finish();
   void push(const Beam& beam);
 
-  int sense_;  // of a bearing where the angle rises
+  int sense_;    // of a bearing where the angle rises
+  bool places_;  // beams without echo between the others
   LaserScan scan_, finished_;
   bool whole_ = false;
   int last_angle_q6_ = 0, turned_q6_ = 0;  // [deg * 64] since the turn's start

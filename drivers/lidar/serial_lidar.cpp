@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "drivers/tcp_port.hpp"
+
 namespace slam {
 namespace {
 
@@ -10,6 +12,16 @@ namespace {
 Problem thinning(int stride) {
   if (stride < 2) return {};
   return stride == 2 ? problem::kLidarHalved : problem::kLidarThinned;
+}
+
+/// Of a lidar on the network: neither plug nor baud rate.
+Problem overTcp(const Problem& problem, const std::string& path) {
+  if (problem.is(problem::kPortGone)) return {problem::kTcpClosed, {}, {path}};
+  for (const ProblemKind* kind : {&problem::kLidarUnheard, &problem::kLidarNoPackets, &problem::kLidarUndecoded,
+                                  &problem::kLidarUnanswered, &problem::kLidarSilent}) {
+    if (problem.is(*kind)) return {problem::kTcpSilent, {}, {path}};
+  }
+  return problem;
 }
 
 }  // namespace
@@ -33,7 +45,7 @@ void SerialLidar::report(const LaserScan& scan) {
 }
 
 bool SerialLidar::fail(DeviceState state, const Problem& why) {
-  status_.set(state, why);
+  status_.set(state, isTcp(config_.port) ? overTcp(why, config_.port) : why);
   stop();
   return false;
 }
@@ -41,6 +53,7 @@ bool SerialLidar::fail(DeviceState state, const Problem& why) {
 bool SerialLidar::connect(const std::atomic<bool>& cancel) {
   status_.setOpening(problem::kOpening);
   stop();
+  if (!unit_ && !findUnit(cancel)) return false;
   OpenedPort port = open_(config_.port, config_.baud);
   if (!port.stream) {
     wrong_speaker_.forget();
@@ -50,13 +63,32 @@ bool SerialLidar::connect(const std::atomic<bool>& cancel) {
   LidarUnit::Begun begun = unit_->begin(*stream_, cancel, wrong_speaker_);
   if (begun.state != DeviceState::kStreaming) {
     fail(begun.state, begun.unanswered ? wrong_speaker_.found(begun.problem) : begun.problem);
-    if (begun.unanswered) findSpeaker(cancel, begun.problem);
+    if (begun.unanswered && !isTcp(config_.port)) findSpeaker(cancel, begun.problem);
+    if (begun.unanswered && config_.find) unit_.reset();  // another one may be there now
     return false;
   }
   warning_ = begun.problem;
+  if (config_.find && !isTcp(config_.port))
+    begun.identity = "found at " + std::to_string(config_.baud) + " bit/s: " + begun.identity;
   status_.identify(begun.identity);
   status_.setOpening(problem::kLidarSpinsUp);
   reader_.emplace(now_, std::move(begun.start));
+  return true;
+}
+
+bool SerialLidar::findUnit(const std::atomic<bool>& cancel) {
+  status_.setOpening(problem::kLidarSearched);
+  FoundUnit found = config_.find(open_, cancel);
+  if (!found.unit) {
+    const bool other = found.is_open && !cancel;
+    if (!other) wrong_speaker_.forget();
+    fail(other ? DeviceState::kFault : DeviceState::kAbsent, wrong_speaker_.found(found.problem));
+    if (other && !isTcp(config_.port)) findSpeaker(cancel, found.problem);
+    return false;
+  }
+  unit_ = std::move(found.unit);
+  config_.baud = found.baud;
+  wrong_speaker_ = WrongSpeaker(PortOf::kLidar, config_.port, found.baud, open_, found.speaker);
   return true;
 }
 

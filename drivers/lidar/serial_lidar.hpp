@@ -15,10 +15,22 @@
 
 namespace slam {
 
+/// A lidar that was found on the port.
+struct FoundUnit {
+  std::unique_ptr<LidarUnit> unit{};  ///< nullptr: none
+  int baud = 0;                       ///< [bit/s]
+  Speaker speaker = Speaker::kUnknown;
+  Problem problem{};    ///< why there is none
+  bool is_open = true;  ///< the port could be opened
+};
+/// Looks for a lidar on the port, which is closed. May wait; gives up early when `cancel` becomes true.
+using LidarFinder = std::function<FoundUnit(const PortOpener& open, const std::atomic<bool>& cancel)>;
+
 struct SerialLidarConfig {
   std::string port;
   int baud = 115200;                    ///< [bit/s]
   Speaker speaker = Speaker::kRplidar;  ///< who is to be there
+  LidarFinder find{};  ///< of a unit that is not known; until it has been found, and again once nobody answers
 };
 
 /// Owns a lidar on a serial port, of whatever make: port, silence, words, scans out. What differs between makes is its
@@ -30,6 +42,7 @@ class SerialLidar {
   using Sink = std::function<void(const LaserScan&)>;
   using Clock = LidarReader::Clock;
 
+  /// @param unit nullptr: config.find finds it
   SerialLidar(const SerialLidarConfig& config, std::unique_ptr<LidarUnit> unit, Clock now, Sink sink,
               PortOpener open = openPort);
   SerialLidar(const SerialLidar&) = delete;
@@ -51,6 +64,7 @@ class SerialLidar {
 
  private:
   bool fail(DeviceState state, const Problem& why);
+  bool findUnit(const std::atomic<bool>& cancel);
   void findSpeaker(const std::atomic<bool>& cancel, const Problem& unanswered);
   void report(const LaserScan& scan);
 

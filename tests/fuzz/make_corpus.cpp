@@ -20,6 +20,7 @@
 #include "bus/packets.hpp"
 #include "config/printer.hpp"
 #include "drivers/base/base_facts.hpp"
+#include "drivers/lidar/codec/cola_codec.hpp"
 #include "drivers/lidar/codec/rplidar_capsules.hpp"
 #include "mapping/map_files.hpp"
 #include "store/durable_file.hpp"
@@ -32,8 +33,10 @@
 #include "tools/sim/board/board_emulator.hpp"
 #include "tools/sim/board/imu_emulator.hpp"
 #include "tools/sim/can/can_emulator.hpp"
+#include "tools/sim/lidar/cola_emulator.hpp"
 #include "tools/sim/lidar/lidar_emulator.hpp"
 #include "tools/sim/lidar/packet_emulator.hpp"
+#include "tools/sim/lidar/scip_emulator.hpp"
 
 namespace slam {
 namespace {
@@ -87,7 +90,7 @@ Bytes lidarBytes(sim::LidarEmulator& lidar, const Bytes& request, Duration durat
 
 void lidarSeeds(const Corpus& corpus) {
   using rplidar::Request;
-  constexpr int kAnswers = 8;
+  constexpr int kKinds = 5, kAnswers = 2 * kKinds;
   struct Mode {
     const char* name;
     Bytes request;
@@ -105,7 +108,7 @@ void lidarSeeds(const Corpus& corpus) {
       const std::string chunk = stream.substr(at, 64);
       chunks += static_cast<char>(chunk.size()) + chunk;
     }
-    corpus.add("rplidar", std::string(mode.name) + "-chunks", mode.choice + 4, chunks);
+    corpus.add("rplidar", std::string(mode.name) + "-chunks", mode.choice + kKinds, chunks);
   }
   Bytes dense;
   for (std::uint16_t i = 0; i < 8; ++i) {
@@ -116,6 +119,10 @@ void lidarSeeds(const Corpus& corpus) {
     dense.insert(dense.end(), bytes.begin(), bytes.end());
   }
   corpus.add("rplidar", "dense", 3, textOf(dense));
+  sim::LidarEmulator s3(room, 10.0, sim::s3WithUltraDense());
+  Bytes motor_answer;
+  s3.receive(rplidar::encodeMotorSpeed(600), kStart, motor_answer);
+  corpus.add("rplidar", "ultra-dense", 4, textOf(lidarBytes(s3, rplidar::encodeExpressScan(1), 520ms)));
   for (const Request request : {Request::kGetInfo, Request::kGetHealth, Request::kGetSampleRate}) {
     sim::LidarEmulator lidar(room, 5.5);
     const std::string answer = textOf(lidarBytes(lidar, rplidar::encodeRequest(request), 0ms));
@@ -156,6 +163,28 @@ void baseSeeds(const Corpus& corpus) {
     }
     corpus.add("base", facts.driver, choice++, textOf(bytes));
   }
+}
+
+/// What a lidar with a protocol of text sends for its commands, then scans.
+void textLidarSeeds(const Corpus& corpus, const char* name, int choice, sim::EmulatedLidar& lidar,
+                    const std::string& commands, Duration time) {
+  Bytes bytes;
+  lidar.receive(Bytes(commands.begin(), commands.end()), kStart, bytes);
+  for (Timestamp now = kStart; now < kStart + time; now += 1ms) lidar.stream(now, bytes);
+  corpus.add("lidar_text", name, choice, textOf(bytes));
+}
+
+void textLidarsSeeds(const Corpus& corpus) {
+  const sim::ScipModel& model = sim::scipModels()[0];
+  sim::ScipEmulator scans(room, model), answers(room, model);
+  textLidarSeeds(corpus, "scip-scans", 0, scans, "MD0044072501000\n", 250ms);
+  textLidarSeeds(corpus, "scip-answers", 1, answers, "VV\nPP\nII\nBM\n", 0ms);
+  sim::ColaEmulator cola_scans(room, sim::colaModels()[1]), cola_answers(room, sim::colaModels()[1]);
+  textLidarSeeds(corpus, "cola-scans", 2, cola_scans, cola::telegram("sEN LMDscandata 1"), 50ms);
+  textLidarSeeds(corpus, "cola-answers", 3, cola_answers, cola::telegram("sRN DeviceIdent"), 0ms);
+  corpus.add("lidar_text", "cola-scan", 3,
+             "sRA LMDscandata 1 1 89A27F 0 0 343 347 27477BA9 2747813B 0 0 7 0 0 1388 168 0 1 DIST1 3F800000 00000000 "
+             "186A0 1388 3 8A1 8A5 8AB 0 0 0 0 0 0");
 }
 
 void boardSeeds(const Corpus& corpus) {
@@ -531,6 +560,7 @@ int main(int argc, char** argv) {
     slam::baseSeeds(corpus);
     slam::lidarSeeds(corpus);
     slam::packetLidarSeeds(corpus);
+    slam::textLidarsSeeds(corpus);
     slam::boardSeeds(corpus);
     slam::imuSeeds(corpus);
     slam::canSeeds(corpus);

@@ -16,7 +16,7 @@ namespace {
 using fuzz::Bytes;
 
 constexpr std::array kStreams = {AnswerType::kStandardNodes, AnswerType::kExpressCapsules, AnswerType::kUltraCapsules,
-                                 AnswerType::kDenseCapsules};
+                                 AnswerType::kDenseCapsules, AnswerType::kUltraDenseCapsules};
 constexpr double kSampleTime = 254e-6, kByteTime = 10.0 / 115200.0;  // [s]
 constexpr int kTurnQ6 = 360 * 64;
 constexpr int kGoodPackets = 12;
@@ -40,6 +40,11 @@ std::vector<std::uint8_t> goodPacket(AnswerType type, int index) {
       DenseCapsule capsule{.start_angle_q6 = angle_q6};
       capsule.distances_mm.fill(1025);
       return vector(encodeDenseCapsule(capsule));
+    }
+    case AnswerType::kUltraDenseCapsules: {
+      UltraDenseCapsule capsule{.start_angle_q6 = angle_q6};
+      capsule.samples.fill({1032, 1});
+      return vector(encodeUltraDenseCapsule(capsule));
     }
     default:
       return vector(encodeStandardNode({.angle_q6 = angle_q6, .distance_q2 = 4096, .quality = 15}));
@@ -96,7 +101,8 @@ void checkDecoder(AnswerType type, Bytes input) {
 /// Scans out of chunks, as the driver's thread makes them.
 void checkScans(AnswerType type, Bytes input) {
   static ScanStream* const streams[] = {new ScanStream({.type = kStreams[0]}), new ScanStream({.type = kStreams[1]}),
-                                        new ScanStream({.type = kStreams[2]}), new ScanStream({.type = kStreams[3]})};
+                                        new ScanStream({.type = kStreams[2]}), new ScanStream({.type = kStreams[3]}),
+                                        new ScanStream({.type = kStreams[4]})};
   const auto index = static_cast<std::size_t>(std::find(kStreams.begin(), kStreams.end(), type) - kStreams.begin());
   ScanStream& stream = *streams[index];  // some 130 kB: made once
   stream.restart();

@@ -20,9 +20,11 @@
 #include "tools/sim/depth/depth_server.hpp"
 #include "tools/sim/faults/fault_script.hpp"
 #include "tools/sim/faults/faulty_line.hpp"
+#include "tools/sim/lidar/cola_emulator.hpp"
 #include "tools/sim/lidar/lidar_emulator.hpp"
 #include "tools/sim/lidar/lidar_model.hpp"
 #include "tools/sim/lidar/packet_emulator.hpp"
+#include "tools/sim/lidar/scip_emulator.hpp"
 #include "tools/sim/log_mode.hpp"
 #include "tools/sim/robot/simulation.hpp"
 
@@ -47,7 +49,7 @@ class DeviceSession {
         seen_(scene_.world, options.seed),
         lidar_(makeLidar(options.lidar)),
         board_(makeBase(options.base)),
-        lidar_line_(directory / "lidar"),
+        lidar_line_(options.lidar_tcp > 0 ? FaultyLine(options.lidar_tcp) : FaultyLine(directory / "lidar")),
         board_line_(directory / "board"),
         imu_line_(directory / "imu"),
         depth_server_(directory / "depth", scene_.world, options.seed,
@@ -88,7 +90,15 @@ class DeviceSession {
  private:
   std::unique_ptr<EmulatedLidar> makeLidar(const std::string& driver) {
     const auto look = [this](Timestamp stamp, double bearing) { return measure(stamp, bearing); };
-    if (driver == "rplidar") return std::make_unique<LidarEmulator>(look, LidarModel::kTurnRate);
+    for (const NamedIdentity& unit : namedIdentities()) {
+      if (driver == unit.name) return std::make_unique<LidarEmulator>(look, unit.make().turn_rate, unit.make());
+    }
+    for (const ScipModel& model : scipModels()) {
+      if (driver == model.name) return std::make_unique<ScipEmulator>(look, model);
+    }
+    for (const ColaModel& model : colaModels()) {
+      if (driver == model.name) return std::make_unique<ColaEmulator>(look, model);
+    }
     return std::make_unique<PacketEmulator>(look, driver);
   }
 

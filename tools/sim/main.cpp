@@ -30,7 +30,9 @@ int main(int argc, char** argv) {
                  "with --devices: a script of SECONDS DEVICE KIND [VALUE], e.g. 12.5 lidar unplug 1; while it plays,\n"
                  "lines of DEVICE KIND [VALUE] can be written to DIR/faults")
       ->needs(devices_option);
-  app.add_option("--lidar", options.lidar, "with --devices: the lidar to be played, as lidar.driver names it")
+  app.add_option(
+         "--lidar", options.lidar,
+         "with --devices: the lidar to be played, as lidar.driver names it, or a model of RPLidar, Hokuyo or SICK")
       ->check(CLI::IsMember(slam::sim::lidarNames()))
       ->needs(devices_option)
       ->capture_default_str();
@@ -40,6 +42,10 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("--obey", options.obey,
                "with --devices: the robot drives as its base is commanded, not along the scene's route")
+      ->needs(devices_option);
+  app.add_option("--lidar-tcp", options.lidar_tcp,
+                 "with --devices: play the lidar at tcp://127.0.0.1:PORT instead of DIR/lidar")
+      ->check(slam::inRange(1, 65535))
       ->needs(devices_option);
   CLI::Option* can_option =
       app.add_option("--can", can, "with --devices: put wheels and IMU on this CAN interface too, e.g. vcan0")

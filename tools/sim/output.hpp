@@ -19,6 +19,7 @@ struct SimOptions {
   std::string base = "handsfree";              ///< word of base.driver: which one is played
   bool obey = false;                           ///< the robot drives as its base is commanded, not along the route
   std::string lidar = "rplidar";               ///< word of lidar.driver: which one is played
+  std::uint16_t lidar_tcp = 0;                 ///< TCP port at which it is played; 0: at a serial port
   std::filesystem::path faults = {};           ///< script of what goes wrong with the devices; empty: nothing
   std::filesystem::path truth = {};            ///< TUM file of true poses; empty: none
   std::filesystem::path waypoints = {};        ///< true poses at the measured waypoints; empty: none

@@ -28,6 +28,7 @@
 #include "drivers/can/can_axis.hpp"
 #include "drivers/can/can_socket.hpp"
 #include "drivers/open_problem.hpp"
+#include "drivers/tcp_port.hpp"
 #include "drivers/udev_links.hpp"
 #include "runtime/clock.hpp"
 #include "runtime/process_usage.hpp"
@@ -700,7 +701,7 @@ Findings diagnosePorts(const Config& config, const Account& slamd) {
   Findings findings;
   const auto ports = serialPorts();
   for (const auto& [device, key, used, path] : all) {
-    if (!used) continue;
+    if (!used || isTcp(path)) continue;
     findings.push_back(checkPort(device, path, key, ports, slamd));
     append(findings, checkClaimants(device, path, key));
   }

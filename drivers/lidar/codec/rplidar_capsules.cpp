@@ -21,17 +21,17 @@ bool hasCapsuleSync(std::span<const std::uint8_t> bytes) {
   return bytes.size() >= 2 && (bytes[0] & 0xF0) == kFirstSync && (bytes[1] & 0xF0) == kSecondSync;
 }
 
-std::optional<CapsuleHead> parseCapsuleHead(std::span<const std::uint8_t> bytes) {
-  if (bytes.size() < kCapsuleHeadSize || !hasCapsuleSync(bytes)) return std::nullopt;
+std::optional<CapsuleHead> parseCapsuleHead(std::span<const std::uint8_t> bytes, std::size_t angle_at) {
+  if (bytes.size() < angle_at + 2 || !hasCapsuleSync(bytes)) return std::nullopt;
   if (((bytes[0] & 0x0F) | (bytes[1] & 0x0F) << 4) != checksum(bytes)) return std::nullopt;
-  const int word = bytes[2] | bytes[3] << 8;
+  const int word = bytes[angle_at] | bytes[angle_at + 1] << 8;
   return CapsuleHead{static_cast<std::uint16_t>((word & ~kStartBit) % kTurnQ6), (word & kStartBit) != 0};
 }
 
-void sealCapsule(const CapsuleHead& head, std::span<std::uint8_t> bytes) {
+void sealCapsule(const CapsuleHead& head, std::span<std::uint8_t> bytes, std::size_t angle_at) {
   const int word = head.start_angle_q6 | (head.start ? kStartBit : 0);
-  bytes[2] = static_cast<std::uint8_t>(word);
-  bytes[3] = static_cast<std::uint8_t>(word >> 8);
+  bytes[angle_at] = static_cast<std::uint8_t>(word);
+  bytes[angle_at + 1] = static_cast<std::uint8_t>(word >> 8);
   const std::uint8_t sum = checksum(bytes);
   bytes[0] = static_cast<std::uint8_t>(kFirstSync | (sum & 0x0F));
   bytes[1] = static_cast<std::uint8_t>(kSecondSync | sum >> 4);

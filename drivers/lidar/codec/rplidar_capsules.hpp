@@ -16,13 +16,15 @@ struct CapsuleHead {
   std::uint16_t start_angle_q6 = 0;  ///< [deg * 64] raw, clockwise
   bool start = false;                ///< S bit: the scan began, or the encoder was reset
 };
-inline constexpr std::size_t kCapsuleHeadSize = 4;
-/// @param bytes a whole capsule of any kind. @return std::nullopt for wrong sync nibbles or checksum
-std::optional<CapsuleHead> parseCapsuleHead(std::span<const std::uint8_t> bytes);
+inline constexpr std::size_t kCapsuleHeadSize = 4, kCapsuleAngleAt = 2;
+/// @param bytes    a whole capsule of any kind
+/// @param angle_at [bytes] where its start angle stands. @return std::nullopt for wrong sync nibbles or checksum
+std::optional<CapsuleHead> parseCapsuleHead(std::span<const std::uint8_t> bytes,
+                                            std::size_t angle_at = kCapsuleAngleAt);
 /// Has it the sync nibbles of a capsule, whatever its checksum?
 bool hasCapsuleSync(std::span<const std::uint8_t> bytes);
 /// Writes start angle, S bit, sync nibbles and the checksum of what stands behind the head.
-void sealCapsule(const CapsuleHead& head, std::span<std::uint8_t> bytes);
+void sealCapsule(const CapsuleHead& head, std::span<std::uint8_t> bytes, std::size_t angle_at = kCapsuleAngleAt);
 
 /// Angle of sample k of a capsule before correction, and whether it is the last one before the zero direction: with
 /// that one a turn begins. Exact at k = count, so that neighbouring capsules neither miss nor double a turn.
@@ -102,6 +104,27 @@ struct DenseCapsule {
 std::array<std::uint8_t, kDenseCapsuleSize> encodeDenseCapsule(const DenseCapsule& capsule);
 std::optional<DenseCapsule> parseDenseCapsule(std::span<const std::uint8_t> bytes);
 std::array<Node, kDenseSamples> decodeDense(const DenseCapsule& capsule, std::uint16_t next_start_angle_q6);
+
+/// Ultra-dense capsule `86` of newer S units, 170 bytes: 64 samples of 20 bits, angles without correction. Its time
+/// stamp and status word are not used.
+inline constexpr std::size_t kUltraDenseCapsuleSize = 170, kUltraDenseAngleAt = 8;
+inline constexpr int kUltraDenseSamples = 64;
+struct UltraDenseCapsule {
+  std::uint16_t start_angle_q6 = 0;
+  bool start = false;
+  struct Sample {
+    std::uint32_t distance_q2 = 0;  ///< [mm * 4] in steps of 2 to 5 mm, 262088 at most; 0: no echo
+    std::uint8_t quality = 0;       ///< its low bits are lost at a distance
+  };
+  std::array<Sample, kUltraDenseSamples> samples{};
+};
+UltraDenseCapsule::Sample decodeUltraDenseSample(std::uint32_t bits);
+/// The nearest value of the scale.
+std::uint32_t encodeUltraDenseSample(const UltraDenseCapsule::Sample& sample);
+std::array<std::uint8_t, kUltraDenseCapsuleSize> encodeUltraDenseCapsule(const UltraDenseCapsule& capsule);
+std::optional<UltraDenseCapsule> parseUltraDenseCapsule(std::span<const std::uint8_t> bytes);
+std::array<Node, kUltraDenseSamples> decodeUltraDense(const UltraDenseCapsule& capsule,
+                                                      std::uint16_t next_start_angle_q6);
 
 inline constexpr std::uint8_t kCapsuleQuality = 0x2F;  ///< capsules carry none; the vendor's value for a valid sample
 

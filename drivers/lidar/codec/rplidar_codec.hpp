@@ -42,6 +42,7 @@ enum class AnswerType : std::uint8_t {
   kExpressCapsules = 0x82,
   kUltraCapsules = 0x84,
   kDenseCapsules = 0x85,
+  kUltraDenseCapsules = 0x86,
   kAccessoryBoardFlag = 0xFF,
 };
 

@@ -39,6 +39,11 @@ std::string modelName(std::uint8_t model) {
   return text.data();
 }
 
+double longestRange(std::uint8_t model) {
+  constexpr double kC1 = 12.0;  // [m] its data sheet
+  return model >> 4 == 4 ? kC1 : 0.0;
+}
+
 std::vector<std::uint8_t> encodeConfigurationRequest(ConfigurationEntry entry, std::optional<std::uint16_t> mode) {
   const auto type = static_cast<std::uint32_t>(entry);
   std::vector<std::uint8_t> payload;

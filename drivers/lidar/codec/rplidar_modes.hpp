@@ -20,6 +20,8 @@ inline constexpr std::uint16_t kFirmwareWithModes = 0x0118;    ///< 1.24
 std::uint16_t comparableFirmware(const DeviceInfo& info);
 /// "RPLidar A1 (model 0x18)"
 std::string modelName(std::uint8_t model);
+/// How far that model measures [m], where its list of modes claims more; 0: the list is right. A C1 lists 40 m.
+double longestRange(std::uint8_t model);
 
 enum class ConfigurationEntry : std::uint32_t {
   kModeCount = 0x70,

@@ -28,11 +28,11 @@ struct Rig {
   std::vector<LaserScan> scans;
 
   explicit Rig(const sim::LidarIdentity& identity = sim::a1Firmware129(),
-               rplidar::ModeWish mode = rplidar::ModeWish::kDensest)
+               rplidar::ModeWish mode = rplidar::ModeWish::kDensest, RangeLimits limits = {})
       : lidar(identity),
         driver(
-            "", {.scan_mode = mode}, test::virtualNow, [this](const LaserScan& scan) { scans.push_back(scan); },
-            lidar.line().opener()) {}
+            "", {.scan_mode = mode, .limits = limits}, test::virtualNow,
+            [this](const LaserScan& scan) { scans.push_back(scan); }, lidar.line().opener()) {}
 
   std::string reason() { return driver.status().problem().words(); }
   DeviceState state() { return driver.status().state.load(); }
@@ -94,7 +94,13 @@ TEST_P(RplidarUnit, StreamsInItsDensestMode) {
   ASSERT_TRUE(rig.stream(3)) << rig.reason();
   EXPECT_EQ(rig.driver.mode().answer_type, GetParam().answer_type);
   EXPECT_NEAR(rig.driver.mode().sample_time, 1e-6 * GetParam().sample_us, 1e-9);
-  EXPECT_NEAR(rig.scans.back().size, 1e6 / GetParam().sample_us / 5.5, 2.0);
+  const double samples = 1e6 / GetParam().sample_us / 5.5;
+  if (samples < LaserScan::kCapacity) {
+    EXPECT_NEAR(rig.scans.back().size, samples, 2.0);
+  } else {
+    EXPECT_NEAR(rig.scans.back().size, samples / 2.0, 2.0);
+    EXPECT_TRUE(rig.driver.status().problem().is(problem::kLidarHalved));
+  }
   EXPECT_EQ(rig.driver.status().rejects.load(), 0);
   EXPECT_EQ(rig.state(), DeviceState::kStreaming);
   expectRoom(rig.scans.back());
@@ -114,7 +120,11 @@ INSTANTIATE_TEST_SUITE_P(Of, RplidarUnit,
                                          Unit{"A1Firmware124", sim::a1Firmware124(), 0x84, 127},
                                          Unit{"A1Firmware129", sim::a1Firmware129(), 0x84, 127},
                                          Unit{"A2OnItsBoard", sim::a2(), 0x84, 127},
-                                         Unit{"WithADenseMode", withDenseMode(), 0x85, 100}),
+                                         Unit{"WithADenseMode", withDenseMode(), 0x85, 100},
+                                         Unit{"A2M12", sim::a2m12(), 0x84, 62.5}, Unit{"A3", sim::a3(), 0x84, 62.5},
+                                         Unit{"C1", sim::c1(), 0x85, 200}, Unit{"S1", sim::s1(), 0x85, 108.5},
+                                         Unit{"S2", sim::s2(), 0x85, 31.25}, Unit{"S3", sim::s3(), 0x85, 31.25},
+                                         Unit{"S3WithUltraDense", sim::s3WithUltraDense(), 0x86, 31.25}),
                          [](const auto& test) { return test.param.name; });
 
 TEST(RplidarModes, NumbersOfAnotherSeriesAreNotOldOnes) {
@@ -131,6 +141,13 @@ TEST(RplidarModes, NumbersOfAnotherSeriesAreNotOldOnes) {
     EXPECT_EQ(rig.driver.status().identified.load(), 1);
     expectRoom(rig.scans.back());
   }
+}
+
+TEST(RplidarModes, OfAC1ListARangeThatItDoesNotReach) {
+  Rig rig(sim::c1(), rplidar::ModeWish::kDensest, {0.15F, 60.0F});
+  ASSERT_TRUE(rig.stream()) << rig.reason();
+  EXPECT_DOUBLE_EQ(rig.driver.mode().max_distance, 40.0);
+  EXPECT_EQ(rig.scans.back().range_max, 12.0F);
 }
 
 TEST(RplidarMotor, OfAnSUnitRunsByItsSpeedControlAndStops) {

@@ -67,6 +67,22 @@ Packets dense(int count, const std::set<int>& starts = {0}) {
   return result;
 }
 
+Packets ultraDense(int count, const std::set<int>& starts) {
+  Packets result{AnswerType::kUltraDenseCapsules, kUltraDenseCapsuleSize, kUltraDenseSamples, {}, {}};
+  std::mt19937 random(7);
+  for (int i = 0; i < count; ++i) {
+    UltraDenseCapsule capsule{.start_angle_q6 = static_cast<std::uint16_t>(i * 24 % 360 * 64),
+                              .start = starts.contains(i)};
+    for (auto& sample : capsule.samples) sample = decodeUltraDenseSample(static_cast<std::uint32_t>(random()) >> 12);
+    const auto bytes = encodeUltraDenseCapsule(capsule);
+    result.packets.emplace_back(bytes.begin(), bytes.end());
+    if (i + 1 == count) break;
+    const auto part = decodeUltraDense(capsule, static_cast<std::uint16_t>((i + 1) * 24 % 360 * 64));
+    result.nodes.insert(result.nodes.end(), part.begin(), part.end());
+  }
+  return result;
+}
+
 Bytes streamOf(const std::vector<Bytes>& packets) {
   Bytes stream;
   for (const Bytes& packet : packets) stream.insert(stream.end(), packet.begin(), packet.end());
@@ -207,8 +223,9 @@ TEST_P(CapsuleStream, DoesNotAllocateOnceItIsBuilt) {
             0U);
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, CapsuleStream, testing::Values(&ultra, &dense),
-                         [](const auto& test) { return test.index == 0 ? "Ultra" : "Dense"; });
+INSTANTIATE_TEST_SUITE_P(Of, CapsuleStream, testing::Values(&ultra, &dense, &ultraDense), [](const auto& test) {
+  return test.index == 0 ? "Ultra" : test.index == 1 ? "Dense" : "UltraDense";
+});
 
 TEST(StandardStreamLoss, IsCountedInSamples) {
   Bytes stream;

@@ -6,12 +6,22 @@
 
 namespace slam::sim {
 
+void FaultyLine::plugIn() {
+  if (tcp_port_ && !server_) {
+    server_.emplace(*tcp_port_);
+    tcp_port_ = server_->port();
+  } else if (!tcp_port_ && !port_) {
+    port_.emplace(link_);
+  }
+}
+
 bool FaultyLine::inject(std::string_view kind, double value) {
   if (!faults_.inject(kind, value)) return false;
   if (faults_.unplugged()) {
     port_.reset();
-  } else if (!port_) {
-    port_.emplace(link_);
+    server_.reset();
+  } else {
+    plugIn();
   }
   return true;
 }
@@ -19,17 +29,19 @@ bool FaultyLine::inject(std::string_view kind, double value) {
 std::vector<std::uint8_t> FaultyLine::receive(Duration timeout) {
   using namespace std::chrono_literals;
   std::vector<std::uint8_t> bytes(256);
-  if (!port_) {
+  if (!port_ && !server_) {
     ::poll(nullptr, 0, static_cast<int>(timeout / 1ms));
     return {};
   }
-  bytes.resize(port_->stream().read(bytes, timeout).size);
+  bytes.resize(server_ ? server_->read(bytes, timeout) : port_->stream().read(bytes, timeout).size);
   return bytes;
 }
 
 void FaultyLine::send(std::vector<std::uint8_t> bytes, Timestamp now) {
   const std::vector<std::uint8_t> arrived = faults_.pass(std::move(bytes), now);
-  if (port_ && !arrived.empty()) port_->send(arrived);
+  if (arrived.empty()) return;
+  if (port_) port_->send(arrived);
+  if (server_) server_->send(arrived);
 }
 
 }  // namespace slam::sim

@@ -1,20 +1,26 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <vector>
 
 #include "tools/sim/faults/line_faults.hpp"
 #include "tools/sim/pseudo_terminal.hpp"
+#include "tools/sim/tcp_server.hpp"
 
 namespace slam::sim {
 
-/// The serial line between an emulator and whoever opens the link, with the line's faults. For one thread, but for
-/// LineFaults::inject, which is to be called from it too.
+/// The serial line between an emulator and whoever opens the link, or the connection of whoever comes to the TCP port,
+/// with the line's faults. For one thread, but for LineFaults::inject, which is to be called from it too.
 class FaultyLine {
  public:
   /// @throws std::system_error when there is no pseudo-terminal or the link cannot be made
-  explicit FaultyLine(const std::filesystem::path& link) : link_(link) { port_.emplace(link_); }
+  explicit FaultyLine(const std::filesystem::path& link) : link_(link) { plugIn(); }
+  /// @param port 0: any that is free
+  explicit FaultyLine(std::uint16_t port) : tcp_port_(port) { plugIn(); }
+
+  std::uint16_t tcpPort() const { return tcp_port_.value_or(0); }  ///< 0: it is a serial line
 
   /// @return false for a fault that LineFaults does not know
   bool inject(std::string_view kind, double value);
@@ -24,8 +30,12 @@ class FaultyLine {
   void send(std::vector<std::uint8_t> bytes, Timestamp now);
 
  private:
+  void plugIn();
+
   std::filesystem::path link_;
+  std::optional<std::uint16_t> tcp_port_;
   std::optional<PseudoTerminal> port_;
+  std::optional<TcpServer> server_;
   LineFaults faults_;
 };
 

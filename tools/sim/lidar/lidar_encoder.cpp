@@ -11,7 +11,8 @@ namespace {
 
 using rplidar::AnswerType;
 
-constexpr double kEnough = 0.05;  // [deg] a better guess of the angle is not worth another look
+constexpr std::uint8_t kUltraDenseQuality = 40;  // of an echo
+constexpr double kEnough = 0.05;                 // [deg] a better guess of the angle is not worth another look
 
 std::uint16_t angleQ6(double degrees) {
   return static_cast<std::uint16_t>(((std::lround(degrees * 64.0) % 23040) + 23040) % 23040);
@@ -30,6 +31,7 @@ double LidarEncoder::offsetFor(double range) const {
   const double offset = rplidar::ultraAngleOffsetQ16(distance_q2) / 65536.0;
   switch (type_) {
     case AnswerType::kDenseCapsules:
+    case AnswerType::kUltraDenseCapsules:
       return 0.0;
     case AnswerType::kExpressCapsules:  // told in six bits of an eighth of a degree
       return range > 0.0 ? std::clamp(std::round(offset * 8.0), 0.0, 63.0) / 8.0 : 0.0;
@@ -75,6 +77,14 @@ std::vector<std::uint8_t> LidarEncoder::pack(const std::vector<Sample>& samples,
         capsule.distances_mm[i] = static_cast<std::uint16_t>(millimetres(samples[i].range, 65535));
       }
       return bytesOf(rplidar::encodeDenseCapsule(capsule));
+    }
+    case AnswerType::kUltraDenseCapsules: {
+      rplidar::UltraDenseCapsule capsule{.start_angle_q6 = start, .start = s_bit};
+      for (std::size_t i = 0; i < capsule.samples.size(); ++i) {
+        if (const int mm = millimetres(samples[i].range, 65522); mm > 0)
+          capsule.samples[i] = {4U * static_cast<std::uint32_t>(mm), kUltraDenseQuality};
+      }
+      return bytesOf(rplidar::encodeUltraDenseCapsule(capsule));
     }
     default: {
       const Sample& sample = samples[0];

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,7 @@ struct LidarIdentity {
   std::uint16_t typical_mode = 0;
   bool accessory_board = false;  ///< motor by PWM; else by DTR, which a pseudo-terminal has not: always on
   int baud = 115200;             ///< [bit/s]
+  double turn_rate = 5.5;        ///< [1/s]
 };
 
 /// Units of the field: A1M8 of today; what others reported of older firmware; an A2 on its accessory board.
@@ -37,7 +39,19 @@ LidarIdentity a1Firmware122();  ///< no list of modes
 LidarIdentity a1Firmware120();  ///< no list, 476 us in both modes
 LidarIdentity a1Firmware115();  ///< knows SCAN alone
 LidarIdentity a2();
+LidarIdentity a2m12();
+LidarIdentity a3();
 LidarIdentity c1();  ///< firmware 1.01, which is no old one: its series counts anew
-LidarIdentity s3();  ///< the same, firmware 1.02; its motor has a speed control
+LidarIdentity s1();  ///< the motor of the S units has a speed control
+LidarIdentity s2();
+LidarIdentity s3();
+LidarIdentity s3WithUltraDense();  ///< newer firmware
+
+/// Those that slam-sim plays, by name.
+struct NamedIdentity {
+  const char* name;
+  LidarIdentity (*make)();
+};
+std::span<const NamedIdentity> namedIdentities();
 
 }  // namespace slam::sim

@@ -9,6 +9,8 @@
 #include <string>
 #include <utility>
 
+#include "drivers/lidar/search/lidar_search.hpp"
+
 namespace slam::sim {
 namespace {
 
@@ -17,6 +19,13 @@ const LidarFacts& factsOf(std::string_view driver) {
   if (facts == nullptr || findPacketFormat(driver) == nullptr)
     throw std::invalid_argument("no lidar " + std::string(driver) + " is simulated");
   return *facts;
+}
+
+/// Number that a YDLIDAR answers with; 0: it does not say who it is.
+std::uint8_t modelOf(const LidarFacts& facts) {
+  std::uint8_t model = 0xFF;
+  while (model > 0 && ydlidarOf(model) != &facts) --model;
+  return model;
 }
 
 double wrapDegrees(double angle) { return angle - 360.0 * std::floor(angle / 360.0); }
@@ -38,6 +47,7 @@ void PacketEmulator::receive(std::span<const std::uint8_t> bytes, Timestamp, std
     out.insert(out.end(), {0xA5, 0x5A, size, 0x00, 0x00, static_cast<std::uint8_t>(type > 0x7F ? 0x40 : 0x00), type});
     if (type <= 0x7F) out.insert(out.end(), data.begin(), data.end());
   };
+  const std::uint8_t model = modelOf(facts_);
   for (const std::uint8_t byte : bytes) {
     heard_.push_back(byte);
     if (heard_.size() > 2) heard_.erase(heard_.begin());
@@ -47,8 +57,9 @@ void PacketEmulator::receive(std::span<const std::uint8_t> bytes, Timestamp, std
     if ((yd && byte == 0x60) || (before == 0xF0 && byte == 0x0F) || byte == 'b') scanning_ = true;
     if ((yd && (byte == 0x00 || byte == 0x65)) || (before == 0xF5 && byte == 0x0A) || byte == 'e') scanning_ = false;
     if (yd && byte == 0x60) answer(0x81, std::vector<std::uint8_t>(5));
-    if (yd && byte == 0x90) answer(0x04, {6, 2, 1, 1, 2, 0, 2, 0, 0, 6, 0, 1, 0, 0, 0, 0, 0, 2, 0, 1});
-    if (yd && byte == 0x92) answer(0x06, {static_cast<std::uint8_t>(std::min(faults_.health, 2)), 0, 0});
+    if (yd && byte == 0x90 && model != 0)
+      answer(0x04, {model, 2, 1, 1, 2, 0, 2, 0, 0, 6, 0, 1, 0, 0, 0, 0, 0, 2, 0, 1});
+    if (yd && byte == 0x92 && model != 0) answer(0x06, {static_cast<std::uint8_t>(std::min(faults_.health, 2)), 0, 0});
     if (!scanning_) line_.clear();
   }
 }

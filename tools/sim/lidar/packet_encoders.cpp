@@ -8,6 +8,9 @@
 #include "drivers/lidar/codec/ldrobot_packets.hpp"
 #include "drivers/lidar/codec/neato_packets.hpp"
 #include "drivers/lidar/codec/ydlidar_packets.hpp"
+#include "tools/sim/lidar/cola_emulator.hpp"
+#include "tools/sim/lidar/lidar_identity.hpp"
+#include "tools/sim/lidar/scip_emulator.hpp"
 
 namespace slam::sim {
 namespace {
@@ -148,8 +151,11 @@ const PacketFormat* findPacketFormat(std::string_view driver) {
 }
 
 std::vector<std::string> lidarNames() {
-  std::vector<std::string> names = {"rplidar"};
+  std::vector<std::string> names;
+  for (const NamedIdentity& unit : namedIdentities()) names.push_back(unit.name);
   for (const PacketFormat& row : kFormats) names.push_back(row.driver);
+  for (const ScipModel& model : scipModels()) names.push_back(model.name);
+  for (const ColaModel& model : colaModels()) names.push_back(model.name);
   return names;
 }
 

@@ -30,7 +30,7 @@ struct PacketFormat {
 /// @return nullptr for a lidar that nobody simulates
 const PacketFormat* findPacketFormat(std::string_view driver);
 
-/// "rplidar" and the drivers of all rows.
+/// All that slam-sim plays: RPLidars, Hokuyos and SICKs by their models, and the drivers of all rows.
 std::vector<std::string> lidarNames();
 
 }  // namespace slam::sim

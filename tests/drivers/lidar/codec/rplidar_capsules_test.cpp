@@ -214,6 +214,61 @@ TEST(DenseCapsule, PlacesItsSamplesWithoutCorrection) {
   }
 }
 
+TEST(DenseCapsule, BeginsAsComputedFromTheDocument) {
+  DenseCapsule capsule{.start_angle_q6 = 10 * 64, .start = true};
+  for (std::size_t k = 0; k < capsule.distances_mm.size(); ++k)
+    capsule.distances_mm[k] = static_cast<std::uint16_t>(1000 + k);
+  const Bytes bytes = bytesOf(encodeDenseCapsule(capsule));
+  EXPECT_THAT(Bytes(bytes.begin(), bytes.begin() + 10),
+              ElementsAre(0xA2, 0x50, 0x80, 0x82, 0xE8, 0x03, 0xE9, 0x03, 0xEA, 0x03));
+}
+
+// ---- Ultra-dense capsules. No recorded one is published: these bits are computed from the vendor's driver.
+
+TEST(UltraDenseCapsule, ReadsEachOfItsFourScales) {
+  const auto expect = [](std::uint32_t bits, std::uint32_t mm, int quality) {
+    const UltraDenseCapsule::Sample sample = decodeUltraDenseSample(bits);
+    EXPECT_EQ(sample.distance_q2, 4 * mm) << mm;
+    EXPECT_EQ(sample.quality, quality) << mm;
+    EXPECT_EQ(encodeUltraDenseSample(sample), bits) << mm;
+  };
+  expect(0x2F7D0, 1000, 47);
+  expect(0x2EFA1, 5046, 46);
+  expect(0x2CFA2, 12187, 44);
+  expect(0x292C3, 30567, 40);
+  expect(0, 0, 0);
+}
+
+TEST(UltraDenseCapsule, RoundsADistanceToTheNearestOfItsScale) {
+  for (std::uint32_t mm = 0; mm <= 65522; ++mm) {
+    const auto sample = decodeUltraDenseSample(encodeUltraDenseSample({4 * mm, 40}));
+    const double step = mm <= 2046 ? 2.0 : mm <= 8187 ? 3.0 : mm <= 24567 ? 4.0 : 5.0;  // [mm]
+    ASSERT_LE(std::abs(sample.distance_q2 / 4.0 - mm), step / 2.0) << mm;
+    ASSERT_EQ(sample.quality, 40) << mm;
+  }
+}
+
+TEST(UltraDenseCapsule, LaysItsBytesOutAsTheProtocolSays) {
+  UltraDenseCapsule capsule{.start_angle_q6 = 350 * 64, .start = true};
+  capsule.samples[0] = {4 * 1000, 47};
+  capsule.samples[1] = {4 * 5046, 46};
+  Bytes bytes = bytesOf(encodeUltraDenseCapsule(capsule));
+  ASSERT_EQ(bytes.size(), 170U);
+  EXPECT_THAT(Bytes(bytes.begin() + 8, bytes.begin() + 15), ElementsAre(0x80, 0xD7, 0xD0, 0xF7, 0xA1, 0xEF, 0x22));
+  const auto back = parseUltraDenseCapsule(bytes);
+  ASSERT_TRUE(back);
+  EXPECT_TRUE(back->start);
+  const auto nodes = decodeUltraDense(*back, 6 * 64);
+  EXPECT_EQ(nodes[1].angle_q6, 350 * 64 + 16);
+  EXPECT_EQ(nodes[1].distance_q2, 4U * 5046);
+  EXPECT_EQ(nodes[1].quality, 46);
+  EXPECT_EQ(nodes[2].distance_q2, 0U);
+  EXPECT_EQ(nodes[2].quality, 0);
+  EXPECT_TRUE(nodes[39].start);
+  bytes[4] ^= 1;  // of its time stamp, which the checksum covers
+  EXPECT_FALSE(parseUltraDenseCapsule(bytes));
+}
+
 TEST(CapsuleSpan, NeitherMissesNorDoublesATurnBetweenUnevenCapsules) {
   std::mt19937 random(4);
   for (const int count : {kExpressSamples, kDenseSamples, kUltraSamples}) {

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/lidar/search/lidar_search.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "drivers/lidar/codec/cola_codec.hpp"
+#include "drivers/lidar/codec/scip_codec.hpp"
+#include "drivers/lidar/packet_decoder.hpp"
+#include "drivers/lidar/packet_lidar.hpp"
+#include "drivers/lidar/text/text_answer.hpp"
+#include "drivers/speaker.hpp"
+#include "drivers/tcp_port.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+using rplidar::AnswerType;
+
+// The most frequent ones first.
+constexpr std::array kSending = {230400, 115200, 921600, 128000};    // [bit/s] of lidars that send unasked
+constexpr std::array kRplidars = {115200, 460800, 1000000, 256000};  // [bit/s] these are asked
+constexpr std::array kYdlidars = {128000, 230400};                   // [bit/s] of those that wait for a command
+constexpr Duration kListen = 400ms;                                  // at each: two turns and more
+constexpr Duration kAnswer = 300ms;                                  // to a question
+constexpr double kSameRate = 0.06;  // [1] of the samples' rate: the models of one family are 10 % apart
+
+LidarFinding foundRow(const LidarFacts* row, int baud) {
+  return row == nullptr ? LidarFinding{} : LidarFinding{LidarFinding::kPackets, row, baud};
+}
+
+}  // namespace
+
+const LidarFacts* ydlidarOf(int model) {
+  constexpr std::pair<int, const char*> kModels[] = {
+      {5, "ydlidar-g4"},       {6, "ydlidar-x4"},       {15, "ydlidar-g2"},     {140, "ydlidar-t-mini"},
+      {150, "ydlidar-t-mini"}, {151, "ydlidar-t-mini"}, {152, "ydlidar-t-mini"}};
+  for (const auto& [number, driver] : kModels) {
+    if (number == model) return findLidar(driver);
+  }
+  return nullptr;
+}
+
+/// Opens the port at each baud rate, until `look` has found something. @return whether to go on
+template <typename Look>
+bool LidarSearch::tryEach(std::span<const int> bauds, const std::atomic<bool>& cancel, const Look& look) {
+  for (const int baud : bauds) {
+    if (baud_ > 0 && baud != baud_) continue;
+    if (cancel) break;
+    OpenedPort port = open_(path_, baud);
+    if (!port.stream) {
+      found_ = {.problem = port.problem, .is_open = false};
+      return false;
+    }
+    port.stream->discardInput();
+    rplidar::Dialogue dialogue(*port.stream, now_, &cancel);
+    found_ = look(dialogue, baud);
+    if (found_.family != LidarFinding::kNone) return false;
+    hears_ = hears_ || dialogue.heardBytes();
+    if (dialogue.hungUp()) found_ = {.problem = problem::kPortGone, .is_open = false};
+    if (dialogue.hungUp()) return false;
+    const Heard other = speakerOf(dialogue.recent());  // which is to be asked nothing
+    if (other.speaker == Speaker::kBoard || other.speaker == Speaker::kImu || other.speaker == Speaker::kGps)
+      return false;
+  }
+  return !cancel;
+}
+
+LidarFinding LidarSearch::find(const std::atomic<bool>& cancel) {
+  found_ = {};
+  hears_ = false;
+  const auto text = [this](auto& dialogue, int baud) { return askText(dialogue, baud); };
+  if (isTcp(path_)) {
+    tryEach(std::array{baud_}, cancel, text);
+  } else {
+    const std::array one = {baud_};
+    const bool other_baud = baud_ > 0 && std::find(kSending.begin(), kSending.end(), baud_) == kSending.end();
+    const auto rplidars = [this](auto& dialogue, int baud) { return askRplidar(dialogue, baud); };
+    tryEach(kSending, cancel, [this](auto& dialogue, int baud) { return listen(dialogue, baud); }) &&
+        tryEach(other_baud ? std::span<const int>(one) : kRplidars, cancel, rplidars) &&
+        tryEach(kYdlidars, cancel, [this](auto& dialogue, int baud) { return askYdlidar(dialogue, baud); }) &&
+        tryEach(std::span<const int>(kRplidars).first(1), cancel, text);
+  }
+  if (found_.family == LidarFinding::kNone && !found_.problem)
+    found_.problem = cancel ? problem::kStoppedOpening : hears_ ? problem::kLidarNotFound : problem::kLidarUnheard;
+  return found_;
+}
+
+LidarFinding LidarSearch::listen(rplidar::Dialogue& dialogue, int baud) {
+  struct Candidate {
+    const LidarFacts* row;
+    PacketDecoder decoder;
+    int best = 0;  // packets in a row
+    std::size_t nodes = 0;
+  };
+  std::vector<Candidate> candidates;
+  for (const LidarFacts& row : lidarTable()) {
+    if (row.baud == baud) candidates.push_back({&row, PacketDecoder(*row.packets, 1.0 / row.sample_rate, 10.0 / baud)});
+  }
+  std::vector<TimedNode> nodes;
+  for (const Timestamp end = now_() + kListen; now_() < end && !dialogue.hungUp() && !dialogue.cancelled();) {
+    for (const std::uint8_t byte : dialogue.readOn(end - now_())) {
+      for (Candidate& candidate : candidates) {
+        nodes.clear();
+        candidate.decoder.push(byte, nodes);
+        candidate.nodes += nodes.size();
+        candidate.best = std::max(candidate.best, candidate.decoder.inARow());
+      }
+    }
+  }
+  // Where the rates are alike, too, one that sends unasked.
+  const auto off = [](const Candidate& candidate) {
+    const double rate = static_cast<double>(candidate.nodes) / toSeconds(kListen);
+    return std::abs(rate / candidate.row->sample_rate - 1.0) + (candidate.row->talk.start != nullptr ? kSameRate : 0.0);
+  };
+  const Candidate* best = nullptr;
+  for (const Candidate& candidate : candidates) {
+    if (candidate.best >= PacketLidar::kEnough && (best == nullptr || off(candidate) < off(*best))) best = &candidate;
+  }
+  if (best == nullptr) return {};
+  if (best->row->speaker == Speaker::kYdlidar) {  // it may say who it is
+    const LidarFinding answer = askYdlidar(dialogue, baud);
+    if (answer.facts != nullptr && answer.facts->packets == best->row->packets) return answer;
+  }
+  return foundRow(best->row, baud);
+}
+
+LidarFinding LidarSearch::askRplidar(rplidar::Dialogue& dialogue, int baud) const {
+  const auto info = dialogue.ask(rplidar::encodeRequest(rplidar::Request::kGetInfo), AnswerType::kInfo, 20, kAnswer);
+  return info.empty() ? LidarFinding{} : LidarFinding{LidarFinding::kRplidar, nullptr, baud};
+}
+
+LidarFinding LidarSearch::askYdlidar(rplidar::Dialogue& dialogue, int baud) const {
+  constexpr std::array<std::uint8_t, 2> kWho = {0xA5, 0x90};
+  const auto info = dialogue.ask(kWho, AnswerType::kInfo, 20, kAnswer);
+  return info.empty() ? LidarFinding{} : foundRow(ydlidarOf(info[0]), baud);
+}
+
+LidarFinding LidarSearch::askText(rplidar::Dialogue& dialogue, int baud) const {
+  std::vector<std::uint8_t> behind;
+  constexpr std::string_view kVersion = "\nVV\n";
+  dialogue.send({reinterpret_cast<const std::uint8_t*>(kVersion.data()), kVersion.size()});
+  const auto scip = awaitText(
+      dialogue, now_, kAnswer,
+      [](std::string_view text, std::size_t& size) { return scip::findAnswer(text, "VV", size); }, behind);
+  if (scip && !scip::valueOf(*scip, "VEND").empty()) return {LidarFinding::kHokuyo, nullptr, baud};
+  if (!isTcp(path_)) return {};
+  const std::string who = cola::telegram("sRN DeviceIdent");
+  dialogue.send({reinterpret_cast<const std::uint8_t*>(who.data()), who.size()});
+  const auto sick = awaitText(
+      dialogue, now_, kAnswer,
+      [](std::string_view text, std::size_t& size) { return cola::findTelegram(text, "sRA DeviceIdent", "sFA", size); },
+      behind);
+  return sick ? LidarFinding{LidarFinding::kSick, nullptr, baud} : LidarFinding{};
+}
+
+}  // namespace slam

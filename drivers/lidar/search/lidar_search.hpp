@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drivers/byte_stream.hpp"
+#include "drivers/lidar/lidar_facts.hpp"
+#include "drivers/lidar/rplidar_dialogue.hpp"
+
+namespace slam {
+
+/// What a LidarSearch has come to.
+struct LidarFinding {
+  enum Family : std::uint8_t { kNone, kPackets, kRplidar, kHokuyo, kSick } family = kNone;
+  const LidarFacts* facts = nullptr;  ///< of kPackets
+  int baud = 0;                       ///< [bit/s] at which it was understood
+  Problem problem{};                  ///< of kNone: why
+  bool is_open = true;                ///< the port could be opened
+};
+
+/// Finds out which lidar is on a port. It listens first at the baud rates of those that send unasked: three good
+/// packets in a row name the family, their rate the model. Then it asks what no device is harmed by: RPLidars and
+/// YDLIDARs who they are, Hokuyos and SICKs the same. A lidar that must be started before it can be known (LDS-01,
+/// COIN-D4) is not found. It may wait and allocate, some seconds in all; the port must be closed meanwhile.
+class LidarSearch {
+ public:
+  using Clock = rplidar::Dialogue::Clock;
+
+  /// @param baud [bit/s] the only one to be tried; 0: all
+  LidarSearch(std::string path, int baud, PortOpener open, Clock now)
+      : path_(std::move(path)), baud_(baud), open_(std::move(open)), now_(now) {}
+
+  LidarFinding find(const std::atomic<bool>& cancel);
+
+ private:
+  template <typename Look>
+  bool tryEach(std::span<const int> bauds, const std::atomic<bool>& cancel, const Look& look);
+  LidarFinding listen(rplidar::Dialogue& dialogue, int baud);
+  LidarFinding askRplidar(rplidar::Dialogue& dialogue, int baud) const;
+  LidarFinding askYdlidar(rplidar::Dialogue& dialogue, int baud) const;
+  LidarFinding askText(rplidar::Dialogue& dialogue, int baud) const;
+
+  std::string path_;
+  int baud_;  // [bit/s]
+  PortOpener open_;
+  Clock now_;
+  LidarFinding found_;
+  bool hears_ = false;  // bytes that are no lidar's
+};
+
+/// The row for a YDLIDAR that answers with this model number; nullptr: none is known.
+const LidarFacts* ydlidarOf(int model);
+
+}  // namespace slam
