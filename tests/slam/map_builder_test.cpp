@@ -76,7 +76,7 @@ TEST(MapBuilder, GoesOnInTheStateThatItGave) {
 /// A robot in a ring of corridors, with its map drawn.
 class EditsInMap : public testing::Test {
  protected:
-  void drive(double from, double to, const Eigen::Vector3d& drift = Eigen::Vector3d::Zero()) {
+  void drive(double from, double to, const Eigen::Vector3d& drift = kDrift) {
     for (double s = from; s < to; s += kStep) {
       MapUpdate update = builder.add(course.at(onRing(s), drift));
       for (const MapScan& scan : update.scans) mapper.add(scan);
@@ -147,12 +147,11 @@ TEST_F(EditsInMap, AnEraseLeavesKeyframesDrawingAndReferenceUntilItIsSeenAgain) 
 }
 
 TEST_F(EditsInMap, FreeStaysFreeWhateverIsSeenAndHoweverTheMapMoves) {
-  const Eigen::Vector3d drift(0.01, 0.01, 0.002);  // [m, m, rad] a step
-  drive(0.0, 6.0, drift);
+  drive(0.0, 6.0);
   const EditOutcome outcome = edit(aboutAWall(EditKind::kFree));
   ASSERT_EQ(outcome.problem, "");
   EXPECT_EQ(occupiedIn(whereIs(1)), 0);
-  drive(6.0, 1.3 * kRound, drift);
+  drive(6.0, 1.3 * kRound);
   ASSERT_GT(closed, 0);
   EXPECT_EQ(occupiedIn(whereIs(1)), 0);
 }
@@ -181,7 +180,7 @@ TEST_F(EditsInMap, AreThereTheNextDay) {
 }
 
 TEST_F(EditsInMap, WithoutAMapNothingIsEdited) {
-  EXPECT_THAT(edit(test::squareEdit(EditKind::kFree, 0.0, 0.0)).problem, HasSubstr("no map yet"));
+  EXPECT_THAT(builder.edit(test::squareEdit(EditKind::kFree, 0.0, 0.0), {}).problem, HasSubstr("no map yet"));
 }
 
 }  // namespace

@@ -32,13 +32,13 @@ TEST(EditExport, TheMaskHoldsZonesAndWallsAlone) {
   ASSERT_EQ(test::edit(changing.map, test::squareEdit(EditKind::kNoGo, 1.0, 0.5)), "");
   ASSERT_EQ(test::edit(changing.map, test::squareEdit(EditKind::kFree, 3.0, 0.5)), "");
   EditCommand wall = test::squareEdit(EditKind::kWall, 0.0, 0.0);
-  wall.request.points = {{-0.5, 2.0}, {4.0, 2.0}};
+  wall.request.points = {{-0.5, 2.02}, {4.0, 2.02}};
   ASSERT_EQ(test::edit(changing.map, wall), "");
   const MapImage mask = keepOutMask(changing.map, image());
   EXPECT_EQ(at(mask, 1.55, 1.05), MapImage::kOccupied);
   EXPECT_EQ(at(mask, 2.55, 1.05), MapImage::kFree);
   EXPECT_EQ(at(mask, 3.55, 1.05), MapImage::kFree);
-  EXPECT_EQ(at(mask, 0.05, 2.0), MapImage::kOccupied);
+  EXPECT_EQ(at(mask, 0.05, 2.02), MapImage::kOccupied);
   EXPECT_EQ(at(mask, 0.05, 2.25), MapImage::kFree);
   EXPECT_EQ(std::count(mask.cells.begin(), mask.cells.end(), MapImage::kUnknown), 0);
 }
