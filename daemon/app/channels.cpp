@@ -34,6 +34,7 @@ GraphEnds Channels::graph() {
           map.ends<Producer, Consumer>(),
           commands.map,
           answers,
+          edits,
           pose_for_graph,
           graph_counters,
           times.loop_closure};
@@ -48,6 +49,7 @@ BusEnds Channels::bus() {
           raw.ends<Consumer>(),
           commands.ends<Producer>(),
           answers,
+          edits,
           tiles.ends<Consumer>(),
           requests,
           health,

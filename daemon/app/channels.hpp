@@ -3,9 +3,11 @@
 #include <array>
 #include <atomic>
 #include <memory>
+#include <slam/map_edit_t.hpp>
 #include <slam/map_meta_t.hpp>
 #include <slam/map_tile_t.hpp>
 #include <string>
+#include <vector>
 
 #include "app/threads/thread_messages.hpp"
 #include "bus/refusal.hpp"
@@ -153,6 +155,9 @@ struct CommandChannels {
   }
 };
 
+/// All edits of the map, as messages.
+using EditMessages = std::shared_ptr<const std::vector<map_edit_t>>;
+
 /// Between bus and mapper.
 struct MapRequests {
   std::atomic<bool> save{false};
@@ -210,6 +215,7 @@ struct GraphEnds {
   MapChannels<Producer, Consumer> map;
   Consumer<MapCommand> commands;
   Producer<MapAnswer> answers;
+  Producer<EditMessages> edits;
   LatestReader<PoseSnapshot> pose;
   LatestWriter<BackEndCounters> counters;
   LatencyHistogram& loop_closure;
@@ -229,6 +235,7 @@ struct BusEnds {
   SensorChannels<Consumer> raw;
   CommandChannels<Producer> commands;
   Consumer<MapAnswer> answers;
+  Consumer<EditMessages> edits;
   TileChannels<Consumer> tiles;
   MapRequests& requests;
   Consumer<HealthReport> health;
@@ -259,6 +266,7 @@ struct Channels {
   TileChannels<SpscQueue> tiles;
   CommandChannels<SpscQueue> commands;
   SpscQueue<MapAnswer> answers{16};      // graph -> bus
+  SpscQueue<EditMessages> edits{4};      // graph -> bus
   SpscQueue<HealthReport> health{4};     // supervisor -> bus
   SpscQueue<SentPose> sent_poses{1024};  // pose -> bus
   MapRequests requests;

@@ -16,6 +16,7 @@ inline constexpr char kMapMeta[] = "SLAM_MAP_META";
 inline constexpr char kMapTile[] = "SLAM_MAP_TILE";
 inline constexpr char kMapLidar[] = "SLAM_MAP_LIDAR";
 inline constexpr char kMapDepth[] = "SLAM_MAP_DEPTH";
+inline constexpr char kMapEdits[] = "SLAM_MAP_EDITS";
 inline constexpr char kHealth[] = "SLAM_HEALTH";
 inline constexpr char kProblems[] = "SLAM_PROBLEMS";
 inline constexpr char kCommand[] = "SLAM_COMMAND";

@@ -87,13 +87,14 @@ void KeyframeGraph::gather(int newest, int oldest, double length, int limit, Sca
   points.resize(most);
 }
 
-std::shared_ptr<const StoredScan> KeyframeGraph::scanWithout(int id, const BodyShape& body, double margin) const {
-  const PointTransform T_lidar_base(scan(id)->T_base_lidar.inverse());
-  auto rest = std::make_shared<StoredScan>(*scan(id));
+std::shared_ptr<const StoredScan> scanWithout(const std::shared_ptr<const StoredScan>& scan, const BodyShape& body,
+                                              double margin) {
+  const PointTransform T_lidar_base(scan->T_base_lidar.inverse());
+  auto rest = std::make_shared<StoredScan>(*scan);
   const auto left_out = std::erase_if(rest->points, [&](const Keyframe::Point& point) {
     return body.holds(T_lidar_base * Eigen::Vector2d(point.x, point.y), margin);
   });
-  if (left_out == 0) return scan(id);
+  if (left_out == 0) return scan;
   return rest;
 }
 

@@ -17,6 +17,12 @@ Keyframe::Point keyframePoint(const ScanPoint& point);
 /// The scan's point again, but for quantisation.
 ScanPoint scanPoint(const Keyframe::Point& point, const Pose2& T_base_lidar);
 
+/// A scan without the points that lie on what moves with the robot; where none does, the same one.
+/// @param body   counterclockwise about the lidar
+/// @param margin [m] by which they may lie beside it
+std::shared_ptr<const StoredScan> scanWithout(const std::shared_ptr<const StoredScan>& scan, const BodyShape& body,
+                                              double margin);
+
 /// The pose graph of a map with the scan of each keyframe. Keyframe ids are the graph's node ids.
 class KeyframeGraph {
  public:
@@ -40,10 +46,6 @@ class KeyframeGraph {
   void gather(int newest, int oldest, double length, int limit, ScanPoints& points) const;
   /// Adds the keyframes to a reference in map.
   void addTo(Reference& reference, std::span<const int> ids) const;
-  /// A keyframe's scan without the points that lie on what moves with the robot; where none does, the same one.
-  /// @param body   counterclockwise about the lidar
-  /// @param margin [m] by which they may lie beside it
-  std::shared_ptr<const StoredScan> scanWithout(int id, const BodyShape& body, double margin) const;
   void setScan(int id, std::shared_ptr<const StoredScan> scan) {
     scans_[static_cast<std::size_t>(id)] = std::move(scan);
   }

@@ -21,12 +21,43 @@ bool meet(const std::vector<TileIndex>& sorted, const std::vector<TileIndex>& ti
 
 }  // namespace
 
+std::shared_ptr<const DepthView> shownOf(const MapView& view, std::span<const EditedDrawing::Erased> erased) {
+  std::shared_ptr<const DepthView> shown = view.view;
+  for (const EditedDrawing::Erased& edit : erased) {
+    const auto anchor = edit.T_keyframe_map.find(view.keyframe);
+    if (edit.edit <= view.edit || anchor == edit.T_keyframe_map.end()) continue;
+    const Pose2 T_map_depth = anchor->second.inverse() * view.T_keyframe_base * view.view->T_base_depth;
+    const auto isErased = [&](float bearing, float range) {
+      const double direction = T_map_depth.theta + static_cast<double>(bearing);
+      return holds(edit.outline,
+                   T_map_depth.translation() +
+                       static_cast<double>(range) * Eigen::Vector2d(std::cos(direction), std::sin(direction)));
+    };
+    auto rest = std::make_shared<DepthView>(*shown);
+    const auto beams = std::erase_if(
+        rest->beams, [&](const DepthView::Beam& beam) { return beam.hit && isErased(beam.bearing, beam.range); });
+    const auto surfaces = std::erase_if(rest->surfaces, [&](const DepthView::Surface& surface) {
+      return isErased(surface.bearing, surface.from) || isErased(surface.bearing, surface.to);
+    });
+    if (beams + surfaces > 0) shown = std::move(rest);
+  }
+  return shown;
+}
+
+Mapper::Drawn Mapper::drawnOf(const MapView& view, std::span<const EditedDrawing::Erased> erased) {
+  Drawn drawn{view.keyframe, view.T_keyframe_base, nullptr, view.view, view.T_map_keyframe, view.T_map_base(), {}};
+  drawn.edit = view.edit;
+  drawn.shown = shownOf(view, erased);
+  return drawn;
+}
+
 void Mapper::Drawn::drawInto(OccupancyGrid& grid, const Pose2& T_map_base) const {
-  scan ? grid.add(T_map_base, scan->T_base_lidar, scan->points) : grid.add(T_map_base * view->T_base_depth, *view);
+  scan ? grid.add(T_map_base, scan->T_base_lidar, scan->points) : grid.add(T_map_base * shown->T_base_depth, *shown);
 }
 
 void Mapper::draw(const Drawn& drawn) {
   drawn.drawInto(grid_, drawn.T_map_base());
+  if (!free_.empty()) free_.apply(grid_, grid_.touched());
   if (redraw_ && redraw_->patch) drawn.drawInto(*redraw_->patch, drawn.T_map_base());
 }
 
@@ -47,7 +78,7 @@ void Mapper::add(const MapScan& scan) {
 }
 
 void Mapper::add(const MapView& view) {
-  Drawn drawn{view.keyframe, view.T_keyframe_base, nullptr, view.view, view.T_map_keyframe, view.T_map_base(), {}};
+  Drawn drawn = drawnOf(view, erased_);
   draw(drawn);
   drawn.tiles = grid_.touched();
   if (redraw_) {  // which counts what is kept: no view may take another one's place now
@@ -110,6 +141,31 @@ void Mapper::move(std::span<const Pose2> T_map_base) {
   redraw_ = Redraw{};  // begins anew: what was not finished is still drawn at its old place
 }
 
+void Mapper::apply(const EditedDrawing& edits, std::span<const Outline> anew) {
+  keepLate();
+  const auto touch = [this](const Outline& outline) {
+    const auto under = tilesUnder(outline, grid_);
+    edited_.insert(edited_.end(), under.begin(), under.end());
+  };
+  for (const Outline& outline : anew) touch(outline);
+  if (edits.free != free_.outlines()) {
+    for (const auto* outlines : {&free_.outlines(), &edits.free})
+      std::for_each(outlines->begin(), outlines->end(), touch);
+    free_ = FreeCells(edits.free, config_.resolution);
+  }
+  erased_ = edits.erased;
+  bool stale = false;
+  for (Drawn& drawn : drawn_) {
+    if (!drawn.view) continue;
+    Drawn now = drawnOf({drawn.keyframe, drawn.T_map_keyframe, drawn.T_keyframe_base, drawn.view, drawn.edit}, erased_);
+    const auto size = [](const DepthView& view) { return view.beams.size() + view.surfaces.size(); };
+    if (size(*now.shown) == size(*drawn.shown)) continue;
+    drawn.shown = std::move(now.shown);
+    stale = drawn.stale = true;
+  }
+  if (stale || !edited_.empty()) redraw_ = Redraw{};
+}
+
 void Mapper::forgetBefore(int keyframe) {
   if (drawn_.empty() || drawn_.front().keyframe >= keyframe) return;  // they are in their order
   work(std::numeric_limits<int>::max());
@@ -164,6 +220,7 @@ int Mapper::examine(int scans) {
 
 void Mapper::preparePatch() {
   auto& dirty = redraw_->dirty;
+  dirty.insert(dirty.end(), edited_.begin(), edited_.end());
   std::sort(dirty.begin(), dirty.end(), before);
   dirty.erase(std::unique(dirty.begin(), dirty.end()), dirty.end());
   redraw_->patch = OccupancyGrid::patch(config_, dirty);
@@ -182,6 +239,8 @@ void Mapper::preparePatch() {
 }
 
 void Mapper::finishRedraw() {
+  if (!free_.empty()) free_.apply(*redraw_->patch, redraw_->dirty);
+  edited_.clear();
   grid_.replaceBy(std::move(*redraw_->patch));
   for (Moved& moved : redraw_->moved) {
     drawn_[moved.index].T_map_base_drawn = moved.T_map_base;
@@ -192,10 +251,13 @@ void Mapper::finishRedraw() {
   keepLate();
 }
 
-void Mapper::load(std::span<const MapScan> keyframes, std::span<const MapView> views, OccupancyGrid grid, int drawn) {
+void Mapper::load(std::span<const MapScan> keyframes, std::span<const MapView> views, OccupancyGrid grid, int drawn,
+                  const EditedDrawing& edits) {
   reset();
   grid_ = std::move(grid);
   config_.resolution = grid_.resolution();  // patches have to fit
+  free_ = FreeCells(edits.free, config_.resolution);
+  erased_ = edits.erased;
   const auto keepUndrawn = [this](Drawn undrawn) {
     OccupancyGrid alone(config_);
     undrawn.drawInto(alone, undrawn.T_map_base());
@@ -210,7 +272,7 @@ void Mapper::load(std::span<const MapScan> keyframes, std::span<const MapView> v
     }
   }
   for (const MapView& view : views) {
-    keepUndrawn({view.keyframe, view.T_keyframe_base, nullptr, view.view, view.T_map_keyframe, view.T_map_base(), {}});
+    keepUndrawn(drawnOf(view, erased_));
   }
 }
 
@@ -227,7 +289,8 @@ std::vector<Eigen::Vector2d> Mapper::path() const {
 std::vector<MapView> Mapper::views() const {
   std::vector<MapView> views;
   for (const Drawn& drawn : drawn_) {
-    if (drawn.view) views.push_back({drawn.keyframe, drawn.T_map_keyframe, drawn.T_keyframe_base, drawn.view});
+    if (drawn.view)
+      views.push_back({drawn.keyframe, drawn.T_map_keyframe, drawn.T_keyframe_base, drawn.view, drawn.edit});
   }
   return views;
 }

@@ -8,6 +8,7 @@
 
 #include "core/depth_view.hpp"
 #include "core/keyframe.hpp"
+#include "mapping/edited_drawing.hpp"
 #include "mapping/occupancy_grid.hpp"
 
 namespace slam {
@@ -24,9 +25,13 @@ struct MapView {
   int keyframe = -1;  ///< id
   Pose2 T_map_keyframe, T_keyframe_base;
   std::shared_ptr<const DepthView> view;
+  int edit = 0;  ///< the newest edit of the map when it was seen; 0: there was none
 
   Pose2 T_map_base() const { return T_map_keyframe * T_keyframe_base; }
 };
+
+/// A view without what edits erased of it; the same one where they erased nothing.
+std::shared_ptr<const DepthView> shownOf(const MapView& view, std::span<const EditedDrawing::Erased> erased);
 
 /// The Mapper's share of a map: what is drawn, and the depth views it was drawn from.
 struct DrawnMap {
@@ -59,6 +64,8 @@ class Mapper {
   void add(const MapView& view);
   /// @param T_map_base new poses by keyframe id; further ones stay
   void move(std::span<const Pose2> T_map_base);
+  /// Draws anew what the edits of the map change. @param anew whatever was drawn within them [m, in map]
+  void apply(const EditedDrawing& edits, std::span<const Outline> anew = {});
   /// Forgets keyframes with lower ids, if there are any, and what the depth camera saw near them; at once.
   void forgetBefore(int keyframe);
   /// Draws up to `scans` scans of what is left to draw anew. @return true while something is left
@@ -66,7 +73,9 @@ class Mapper {
   /// Goes on in a stored map: its keyframes, and the grid that they and refreshes were drawn into.
   /// @param drawn keyframes with lower ids are in the grid; the others are drawn now
   /// @param views that the grid shows already
-  void load(std::span<const MapScan> keyframes, std::span<const MapView> views, OccupancyGrid grid, int drawn);
+  /// @param edits that the grid shows already
+  void load(std::span<const MapScan> keyframes, std::span<const MapView> views, OccupancyGrid grid, int drawn,
+            const EditedDrawing& edits = {});
   /// Forgets the map.
   void reset();
 
@@ -85,8 +94,10 @@ class Mapper {
     std::shared_ptr<const StoredScan> scan;  // one of these two
     std::shared_ptr<const DepthView> view;
     Pose2 T_map_keyframe, T_map_base_drawn;
-    std::vector<TileIndex> tiles;  // touched where it is drawn
-    bool stale = false;            // what is drawn is another scan
+    std::vector<TileIndex> tiles;                      // touched where it is drawn
+    bool stale = false;                                // what is drawn is another scan
+    int edit = 0;                                      // of a view: the newest one when it was seen
+    std::shared_ptr<const DepthView> shown = nullptr;  // of a view: what is drawn of it
 
     Pose2 T_map_base() const { return T_map_keyframe * T_keyframe_base; }
     void drawInto(OccupancyGrid& grid, const Pose2& T_map_base) const;
@@ -106,6 +117,7 @@ class Mapper {
   };
   bool hasMoved(const Drawn& drawn) const;
   void draw(const Drawn& drawn);
+  static Drawn drawnOf(const MapView& view, std::span<const EditedDrawing::Erased> erased);
   void keep(Drawn drawn);
   void keepLate();
   Drawn* drawnScan(int keyframe);
@@ -120,7 +132,10 @@ class Mapper {
   int keyframes_ = 0;                               // of these
   std::vector<std::vector<std::size_t>> views_of_;  // in drawn_, by keyframe
   std::optional<Redraw> redraw_;
-  std::vector<Drawn> late_;  // views that came during it: drawn, and kept when it is over
+  FreeCells free_;
+  std::vector<EditedDrawing::Erased> erased_;
+  std::vector<TileIndex> edited_;  // tiles that edits changed, until they are drawn anew
+  std::vector<Drawn> late_;        // views that came during it: drawn, and kept when it is over
 };
 
 }  // namespace slam

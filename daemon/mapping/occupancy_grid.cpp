@@ -101,6 +101,17 @@ void OccupancyGrid::set(CellIndex cell, LogOdds lidar, LogOdds depth) {
   written.depth = bounded(depth, depth_);
 }
 
+void OccupancyGrid::keepFree(TileIndex tile, const std::bitset<kTileSide * kTileSide>& cells) {
+  Tiles::Tile* const known = tiles_.find(tile);
+  if (known == nullptr) return;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    Cell& cell = known->cells[i];
+    if (!cells.test(i) || !cell.seen()) continue;
+    cell.lidar = lidar_.min;
+    cell.depth = std::min<LogOdds>(cell.depth, 0);
+  }
+}
+
 void OccupancyGrid::enter(TileIndex tile) {
   pen_.index = tile;
   pen_.tile = grows_ ? &tiles_.make(tile) : tiles_.find(tile);

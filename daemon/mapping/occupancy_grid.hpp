@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <Eigen/Core>
+#include <bitset>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -80,6 +81,9 @@ class OccupancyGrid {
   void add(const Pose2& T_map_depth, const DepthView& view);
   /// Writes one cell, as of a stored map.
   void set(CellIndex cell, LogOdds lidar, LogOdds depth = 0);
+  /// Makes cells of a tile free, in both layers, where something is known of them.
+  /// @param cells by row * kTileSide + column
+  void keepFree(TileIndex tile, const std::bitset<kTileSide * kTileSide>& cells);
   /// Tiles that the last scan or view changed, each once.
   const std::vector<TileIndex>& touched() const { return touched_; }
 

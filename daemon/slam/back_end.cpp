@@ -12,8 +12,9 @@ BackEnd::BackEnd(const BackEndConfig& config)
       session_(config),
       policy_(mapPolicy(config, map_, reference_)) {}
 
-void BackEnd::load(KeyframeGraph map, const std::vector<char>& in_map) {
+void BackEnd::load(KeyframeGraph map, const std::vector<char>& in_map, const MapEdits& edits) {
   map_.load(std::move(map), in_map);
+  map_.edits = edits;
   session_.load(map_);
 }
 
@@ -86,7 +87,7 @@ std::optional<MapView> BackEnd::mapView(const DepthObservation& sight) const {
   const bool known = sight.keyframe >= 0 && sight.keyframe < map_.keyframes.size() && map_.inMap(sight.keyframe);
   if (!known || !draws(sight.session)) return std::nullopt;
   return MapView{sight.keyframe, map_.keyframes.pose(sight.keyframe), sight.T_keyframe_base,
-                 std::make_shared<const DepthView>(sight.laser, T_base_depth_)};
+                 std::make_shared<const DepthView>(sight.laser, T_base_depth_), map_.edits.made};
 }
 
 BackEndCounters BackEnd::counters() const {

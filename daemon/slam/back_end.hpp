@@ -23,11 +23,17 @@ class BackEnd {
   BackEnd& operator=(const BackEnd&) = delete;
 
   /// Goes on in a stored map: the robot has to be found in it. Before the first add().
-  void load(KeyframeGraph map, const std::vector<char>& in_map);
+  void load(KeyframeGraph map, const std::vector<char>& in_map, const MapEdits& edits = {});
 
   /// Takes a keyframe (ids count from 0, or from the size of the map loaded, without gaps) or a refresh.
   /// @param may_correct false: no correction is made, because the last one is still on its way
   void add(const Keyframe& keyframe, bool may_correct = true);
+
+  /// Makes or undoes an edit; see KeyframeMap. The front end's reference follows with the next correction.
+  std::string edit(const EditCommand& command, const Eigen::Vector2d& robot, std::vector<int>* changed,
+                   int* concerned) {
+    return map_.edit(command, robot, changed, concerned);
+  }
 
   /// So many scans were used since this was called the last time: the search for a lost robot may do as much work.
   void allowFor(std::int64_t scans) { session_.allowFor(scans); }

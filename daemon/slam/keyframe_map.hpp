@@ -9,6 +9,7 @@
 #include "core/pose_covariance.hpp"
 #include "frontend/map_correction.hpp"
 #include "graph/keyframe_graph.hpp"
+#include "slam/edits/map_edits.hpp"
 
 namespace slam {
 
@@ -45,6 +46,7 @@ struct KeyframeMap {
   BodyShape body;                               ///< what moves with the robot, as far as it is known
   int cleared = 0;                              ///< the scans of keyframes before it were looked through for it
   bool reference_cleared = true;                ///< so was the front end's reference
+  MapEdits edits;
 
   /// Goes on in a stored map. Before anything is added.
   void load(KeyframeGraph map, std::vector<char> known) {
@@ -74,7 +76,7 @@ struct KeyframeMap {
     std::vector<std::shared_ptr<const StoredScan>> scans;
     bool any = false;
     for (int id = newest(); id >= given; --id) {
-      scans.push_back(keyframes.scanWithout(id, found, known.body_margin));
+      scans.push_back(scanWithout(keyframes.scan(id), found, known.body_margin));
       const bool shows = scans.back() != keyframes.scan(id);
       if (id >= cleared && !shows) return false;
       any |= shows;
@@ -84,11 +86,17 @@ struct KeyframeMap {
       keyframes.setScan(id, std::move(scans.back()));
       scans.pop_back();
     }
+    for (auto& [id, scan] : edits.whole) {
+      if (id >= given) scan = scanWithout(scan, found, known.body_margin);
+    }
     cleared = keyframes.size();
     reference_cleared = false;
     ++generation;
     return true;
   }
+  /// Makes or undoes an edit. @param robot [m] in map @param changed out: keyframes whose points changed
+  /// @param concerned out: id of the edit that came or went @return why not, in words; empty: it is done
+  std::string edit(const EditCommand& command, const Eigen::Vector2d& robot, std::vector<int>* changed, int* concerned);
   /// Forgets all but the map that was loaded.
   void truncate() {
     keyframes.truncate(given);

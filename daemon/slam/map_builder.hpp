@@ -16,11 +16,21 @@ struct MapUpdate {
   std::vector<MapScan> scans;                 ///< to draw
   std::vector<Pose2> poses;                   ///< of keyframes 0, 1, ..., where known ones moved; empty: none did
   std::unique_ptr<MapCorrection> correction;  ///< for the front end, if one is due
+  std::optional<EditedDrawing> edits;         ///< what they ask, where the keyframes that they are tied to moved
   bool relocalised = false;                   ///< a lost robot was found in the map
   bool taken_back = false;                    ///< the session before was found, and lost before the map had it
   bool begun_anew = false;                    ///< a map of a few keyframes was forgotten
   bool loop_closed = false;
   Duration work{0};  ///< spent on it; 0 without a stopwatch
+};
+
+/// What an edit changed.
+struct EditOutcome {
+  std::string problem;         ///< why it was not made, in words; empty: it was
+  int edit = 0;                ///< id of the one that came or went
+  std::vector<MapScan> scans;  ///< to draw in the place of those before
+  EditedDrawing drawing;
+  std::vector<Outline> anew;  ///< [m] in map: whatever was drawn within them
 };
 
 /// The map's half of the pipeline: puts keyframes and depth images into the map, and gives what front end and Mapper
@@ -37,6 +47,8 @@ class MapBuilder {
   void allowFor(std::int64_t scans) { back_end_.allowFor(scans); }
   /// @return what is to be drawn; nothing while the robot is lost, or in a map that is only given
   std::optional<MapView> add(const DepthObservation& sight) const { return back_end_.mapView(sight); }
+  /// Makes or undoes an edit. @param robot [m] in map
+  EditOutcome edit(const EditCommand& command, const Eigen::Vector2d& robot);
   /// Takes a correction back, applied or not.
   void recycle(std::unique_ptr<MapCorrection> used);
 

@@ -38,6 +38,27 @@ std::vector<MapView> viewsOf(const MapState& map) {
   return views;
 }
 
+EditedDrawing drawingOf(const MapState& map) { return drawingOf(map.edits, map.keyframes, map.in_map); }
+
+const StoredScan& wholeScan(const MapState& map, int id) {
+  const auto whole = map.edits.whole.find(id);
+  return whole == map.edits.whole.end() ? *map.keyframes.scan(id) : *whole->second;
+}
+
+OccupancyGrid drawGrid(const MapState& map, const OccupancyGridConfig& config) {
+  OccupancyGrid grid(config);
+  const EditedDrawing edits = drawingOf(map);
+  for (int id = 0; id < map.keyframes.size(); ++id) {
+    const StoredScan& scan = *map.keyframes.scan(id);
+    if (map.in_map[static_cast<std::size_t>(id)] != 0) grid.add(map.keyframes.pose(id), scan.T_base_lidar, scan.points);
+  }
+  for (const MapView& view : viewsOf(map))
+    grid.add(view.T_map_base() * view.view->T_base_depth, *shownOf(view, edits.erased));
+  FreeCells free(edits.free, grid.resolution());
+  grid.tiles().forEachTile([&](TileIndex tile, const auto&) { free.apply(grid, {&tile, 1}); });
+  return grid;
+}
+
 std::string misfitOf(const MapState& map, const LidarModel& lidar, bool localise_only) {
   if (map.kind == MapKind::kFloorPlan) {
     return localise_only ? "" : "a picture of a map cannot be extended; set mode to \"localise\"";

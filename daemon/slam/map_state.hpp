@@ -12,6 +12,7 @@
 #include "mapping/mapper.hpp"
 #include "mapping/occupancy_grid.hpp"
 #include "relocalisation/distance_field.hpp"
+#include "slam/edits/map_edits.hpp"
 
 namespace slam {
 
@@ -28,6 +29,7 @@ struct MapState {
   Pose2 T_base_lidar;              ///< extrinsics that the keyframes were taken with
   double range_max = 0.0;          ///< [m] of the lidar
   std::int64_t utime = 0;          ///< [us] of the last keyframe
+  MapEdits edits;                  ///< what they erase is not in the scans of `keyframes`
   MapKind kind = MapKind::kScans;  ///< a floor plan serves localisation alone
 };
 
@@ -38,6 +40,13 @@ FrontEndStart startIn(const MapState& map, std::int32_t map_id = 0);
 std::vector<MapScan> scansOf(const MapState& map);
 /// Its depth views, where their keyframes are now.
 std::vector<MapView> viewsOf(const MapState& map);
+
+/// What its edits ask of the drawing.
+EditedDrawing drawingOf(const MapState& map);
+/// A keyframe's scan before anything was erased of it.
+const StoredScan& wholeScan(const MapState& map, int id);
+/// A grid in which all keyframes and views of a map are drawn, as its edits ask.
+OccupancyGrid drawGrid(const MapState& map, const OccupancyGridConfig& config);
 
 /// Why a robot cannot go on in a map, in words: its lidar is elsewhere than when the map was made, or the map cannot be
 /// extended. Empty: it can.

@@ -20,7 +20,8 @@ Pipeline::Pipeline(const PipelineConfig& config, const MapState& map, Stopwatch 
       builder_(fitted(config, map).back_end, map, stopwatch) {
   if (!config.draws) return;
   mapper_.emplace(config.map);
-  if (map.keyframes.size() > 0) mapper_->load(scansOf(map), viewsOf(map), map.grid.clone(), map.grid_keyframes);
+  if (map.keyframes.size() > 0)
+    mapper_->load(scansOf(map), viewsOf(map), map.grid.clone(), map.grid_keyframes, drawingOf(map));
 }
 
 void Pipeline::add(const WheelSample& sample) {
@@ -61,6 +62,7 @@ void Pipeline::build(const Keyframe& keyframe) {
     mapper_->forgetBefore(update.first_in_map);
     for (const MapScan& scan : update.scans) mapper_->add(scan);
     if (!update.poses.empty()) mapper_->move(update.poses);  // drawn when somebody looks
+    if (update.edits) mapper_->apply(*update.edits);
   }
   if (on_update) on_update(update);
   if (update.correction) correction_ = std::move(update.correction);

@@ -245,7 +245,7 @@ std::string encodeKeyframes(const MapState& map) {
   BinaryWriter out;
   out.put(static_cast<std::uint64_t>(map.keyframes.size()));
   for (int id = 0; id < map.keyframes.size(); ++id) {
-    encodeNode(out, *map.keyframes.scan(id), map.keyframes.pose(id), map.in_map[static_cast<std::size_t>(id)] != 0);
+    encodeNode(out, wholeScan(map, id), map.keyframes.pose(id), map.in_map[static_cast<std::size_t>(id)] != 0);
   }
   return out.take();
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "store/edit_codec.hpp"
 #include "store/map_codec.hpp"
 
 namespace slam {
@@ -16,7 +17,8 @@ enum Entry : std::uint8_t {
   kRevoked = 5,
   kState = 6,
   kBase = 7,
-  kView = 8
+  kView = 8,
+  kEdits = 9
 };
 constexpr std::uint32_t kMagic = 0x4A4D4C53;        // "SLMJ"
 constexpr std::size_t kHeader = 12;                 // [bytes] magic, size and CRC
@@ -83,7 +85,12 @@ void applyEntry(Entry kind, std::string_view bytes, MapState& map, MapJournal::R
     }
     case kView:
       map.views.push_back(decodeView(in, map));
+      map.views.back().edit = map.edits.made;
       replayed.seen.push_back(map.views.back());
+      break;
+    case kEdits:
+      decodeEdits(bytes, map);
+      replayed.moved = true;
       break;
     case kBase:
       if (in.get<std::uint32_t>() != fingerprintOf(map)) throw std::runtime_error("continues another map");
@@ -105,6 +112,7 @@ void requireReadable(std::string_view record, const MapState& map) {
   MapState again;
   again.keyframes = map.keyframes;  // scans are shared
   again.in_map = map.in_map;
+  again.edits = map.edits;
   MapJournal::Replayed ignored;
   try {
     applyRecord(record, again, ignored);
@@ -130,6 +138,7 @@ void MapJournal::remember(const MapState& map) {
   revoked_.clear();
   for (const Edge& edge : map.keyframes.graph().edges()) revoked_.push_back(edge.revoked);
   state_ = encodeState(map);
+  edits_ = map.edits.revision;
 }
 
 void MapJournal::append(const MapState& map, std::span<const MapView> seen) {
@@ -138,7 +147,7 @@ void MapJournal::append(const MapState& map, std::span<const MapView> seen) {
   const bool moved = !std::equal(poses_.begin(), poses_.end(), graph.poses().begin());
   for (int id = static_cast<int>(poses_.size()); id < graph.size(); ++id) {
     BinaryWriter node;
-    encodeNode(node, *map.keyframes.scan(id), graph.pose(id), map.in_map[static_cast<std::size_t>(id)] != 0);
+    encodeNode(node, wholeScan(map, id), graph.pose(id), map.in_map[static_cast<std::size_t>(id)] != 0);
     putEntry(out, kNode, node.bytes());
   }
   for (std::size_t e = revoked_.size(); e < graph.edges().size(); ++e) {
@@ -173,6 +182,7 @@ void MapJournal::append(const MapState& map, std::span<const MapView> seen) {
     encodeView(content, view);
     putEntry(out, kView, content.bytes());
   }
+  if (map.edits.revision != edits_) putEntry(out, kEdits, encodeEdits(map));
   if (const std::string state = encodeState(map); state != state_) putEntry(out, kState, state);
   if (out.bytes().empty()) return;
   requireReadable(out.bytes(), map);

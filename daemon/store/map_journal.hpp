@@ -48,6 +48,7 @@ class MapJournal {
   std::vector<Pose2> poses_;            // as written
   std::vector<char> in_map_, revoked_;  // as written
   std::string state_;
+  int edits_ = 0;  // revision of those that were written
 };
 
 }  // namespace slam

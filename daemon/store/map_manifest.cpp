@@ -8,7 +8,7 @@
 namespace slam {
 namespace {
 
-constexpr int kVersion = 1;
+constexpr int kVersion = 2, kWithoutEdits = 1;
 constexpr std::string_view kSeal = "crc32 ";
 
 std::string sealed(std::string_view lines) {
@@ -19,8 +19,8 @@ std::string sealed(std::string_view lines) {
 
 std::string encodeManifest(const MapManifest& manifest) {
   std::ostringstream text;
-  text << "slamd map\nversion " << kVersion << "\nutime " << manifest.utime << "\nkeyframes " << manifest.keyframes
-       << "\n";
+  text << "slamd map\nversion " << (manifest.files.contains(kEditsFile) ? kVersion : kWithoutEdits) << "\nutime "
+       << manifest.utime << "\nkeyframes " << manifest.keyframes << "\n";
   if (manifest.order > 0) text << "order " << manifest.order << "\n";
   for (const auto& [name, file] : manifest.files)
     text << "file " << name << " " << file.size << " " << file.crc << "\n";

@@ -14,6 +14,9 @@ struct NewerMap : std::runtime_error {
   std::int64_t order;  ///< as of the manifest
 };
 
+/// The edits of a map: a generation that has them is of format 2, which older programs leave alone.
+inline constexpr const char* kEditsFile = "edits.bin";
+
 /// What a generation of a stored map consists of.
 struct MapManifest {
   struct File {

@@ -13,6 +13,7 @@
 
 #include "mapping/map_files.hpp"
 #include "slam/map_import.hpp"
+#include "store/edit_codec.hpp"
 #include "store/map_codec.hpp"
 #include "store/map_manifest.hpp"
 
@@ -171,17 +172,6 @@ void decodeFile(const fs::path& generation, const MapManifest& manifest, const c
   }
 }
 
-/// Draws all keyframes of the map, in place of a grid that cannot be used.
-OccupancyGrid drawGrid(const MapState& map, const OccupancyGridConfig& config) {
-  OccupancyGrid grid(config);
-  for (int id = 0; id < map.keyframes.size(); ++id) {
-    const StoredScan& scan = *map.keyframes.scan(id);
-    if (map.in_map[static_cast<std::size_t>(id)] != 0) grid.add(map.keyframes.pose(id), scan.T_base_lidar, scan.points);
-  }
-  for (const MapView& view : viewsOf(map)) grid.add(view.T_map_base() * view.view->T_base_depth, *view.view);
-  return grid;
-}
-
 /// A map as it was read, before what its grid lacks is drawn.
 struct ReadMap {
   LoadedMap loaded;
@@ -218,6 +208,8 @@ ReadMap readGeneration(const fs::path& generation, const OccupancyGridConfig& co
       read.loaded.remarks.push_back(std::string(error.what()) + "; what the depth camera saw is lost");
     }
   }
+  if (read.manifest.files.contains(kEditsFile))
+    decode(kEditsFile, [&](const std::string& bytes) { decodeEdits(bytes, map); });
   return read;
 }
 
@@ -364,6 +356,7 @@ void MapStore::write(const MapState& map, std::span<const MapView> seen, std::in
     put(kFiles[2], encodeGrid(map.grid));
     put(kFiles[3], encodeState(map));
     put(kDepthFile, encodeDepth(map));
+    if (!map.edits.empty()) put(kEditsFile, encodeEdits(map));
     writeDurably(temporary / kManifest, encodeManifest(manifest));
     syncFolder(temporary);
     requireReadable(temporary);
@@ -424,7 +417,11 @@ LoadedMap MapStore::load(const fs::path& directory, const std::string& name, con
     map.grid = drawGrid(map, config);
     map.grid_keyframes = map.keyframes.size();
   } else {
-    for (const MapView& view : read.seen) map.grid.add(view.T_map_base() * view.view->T_base_depth, *view.view);
+    FreeCells free(drawingOf(map).free, map.grid.resolution());
+    for (const MapView& view : read.seen) {
+      map.grid.add(view.T_map_base() * view.view->T_base_depth, *view.view);
+      free.apply(map.grid, map.grid.touched());
+    }
   }
   return std::move(read.loaded);
 }

@@ -34,8 +34,9 @@ struct LoadedMap {
 ///     NAME/000007/MANIFEST        format version, and order among maps, size and CRC-32 of each other file and of
 ///     itself NAME/000007/keyframes.bin   scans and poses NAME/000007/graph.bin       edges NAME/000007/grid.bin
 ///     occupancy by the lidar NAME/000007/depth.bin       occupancy by the depth camera, and the views it was drawn
-///     from NAME/000007/state.toml      last pose, gyro bias, calibration NAME/000007.journal         what came after
-///     generation 7 NAME/lock                   held by the program that writes the map
+///     from NAME/000007/edits.bin       what was drawn into the map, if anything NAME/000007/state.toml      last pose,
+///     gyro bias, calibration NAME/000007.journal         what came after generation 7 NAME/lock                   held
+///     by the program that writes the map
 ///
 /// A checkpoint is written beside the others, synced, read back, and renamed to its number, so that it is there whole
 /// or not at all; the intact generation before it stays, with its journal, as the one to fall back to. Whatever is cut

@@ -16,6 +16,7 @@
 #include <slam/drive_t.hpp>
 #include <slam/health_t.hpp>
 #include <slam/imu_t.hpp>
+#include <slam/map_edit_t.hpp>
 #include <slam/map_meta_t.hpp>
 #include <slam/map_tile_t.hpp>
 #include <slam/odometry_t.hpp>
@@ -39,8 +40,8 @@ std::map<std::string, std::uint64_t> fingerprints() {
 
 std::map<std::string, std::uint64_t> allFingerprints() {
   return fingerprints<bot_core::planar_lidar_t, bot_core::pose_t, ack_t, command_t, config_t, counter_t, depth_t,
-                      device_health_t, drive_t, health_t, imu_t, map_meta_t, map_tile_t, odometry_t, pose_estimate_t,
-                      problem_t, problems_t, scan_t, stage_health_t, wheels_t>();
+                      device_health_t, drive_t, health_t, imu_t, map_edit_t, map_meta_t, map_tile_t, odometry_t,
+                      pose_estimate_t, problem_t, problems_t, scan_t, stage_health_t, wheels_t>();
 }
 
 TEST(LcmTypes, BorrowedTypesHaveTheFingerprintsOfExistingViewers) {

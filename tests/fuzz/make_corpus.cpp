@@ -24,6 +24,7 @@
 #include "drivers/lidar/codec/rplidar_capsules.hpp"
 #include "mapping/map_files.hpp"
 #include "store/durable_file.hpp"
+#include "store/edit_codec.hpp"
 #include "store/map_codec.hpp"
 #include "store/map_journal.hpp"
 #include "store/map_manifest.hpp"
@@ -472,6 +473,9 @@ void mapSeeds(const Corpus& corpus) {
   const std::string manifest = encodeManifest({.utime = 1, .keyframes = 5, .files = {{"graph.bin", {82, 7}}}});
   corpus.add("map_store", "manifest", 10, manifest.substr(0, manifest.rfind("crc32 ")));
   corpus.add("map_store", "manifest-raw", 11, manifest);
+  for (const EditKind kind : {EditKind::kErase, EditKind::kFree, EditKind::kRoom})
+    test::edit(seen, test::squareEdit(kind, 1.0, 0.5));
+  corpus.add("map_store", "edits", 12, encodeEdits(seen));
 }
 
 void floorPlanSeeds(const Corpus& corpus) {

@@ -12,6 +12,7 @@
 #include "fuzz/memory_file.hpp"
 #include "slam/pipeline.hpp"
 #include "store/durable_file.hpp"
+#include "store/edit_codec.hpp"
 #include "store/map_codec.hpp"
 #include "store/map_journal.hpp"
 #include "store/map_manifest.hpp"
@@ -33,6 +34,7 @@ enum Part : std::uint8_t {
   kRawJournal,
   kManifest,
   kRawManifest,
+  kEdits,
   kParts
 };
 
@@ -73,6 +75,7 @@ MapState throughFiles(const MapState& map) {
   decodeKeyframes(encodeKeyframes(map), again);
   decodeEdges(encodeEdges(map), again);
   decodeState(encodeState(map), again);
+  decodeEdits(encodeEdits(map), again);
   return again;
 }
 
@@ -194,6 +197,9 @@ void checkPart(Part part, fuzz::Input& input) {
       const std::string lines = textOf(input.rest());
       return checkManifest(lines + "crc32 " + std::to_string(crc32Of(lines)) + "\n");
     }
+    case kEdits:
+      decodeEdits(textOf(input.rest()), map);
+      return checkMap(map);
     case kRawManifest:
       return checkManifest(textOf(input.rest()));
     default:

@@ -12,6 +12,7 @@
 #include <slam/drive_t.hpp>
 #include <slam/health_t.hpp>
 #include <slam/imu_t.hpp>
+#include <slam/map_edit_t.hpp>
 #include <slam/map_meta_t.hpp>
 #include <slam/map_tile_t.hpp>
 #include <slam/odometry_t.hpp>
@@ -36,6 +37,7 @@ void printAll(const char* package) {
 int main() {
   printAll<bot_core::planar_lidar_t, bot_core::pose_t>("bot_core");
   using namespace slam;
-  printAll<ack_t, command_t, config_t, counter_t, depth_t, device_health_t, drive_t, health_t, imu_t, map_meta_t,
-           map_tile_t, odometry_t, pose_estimate_t, problem_t, problems_t, scan_t, stage_health_t, wheels_t>("slam");
+  printAll<ack_t, command_t, config_t, counter_t, depth_t, device_health_t, drive_t, health_t, imu_t, map_edit_t,
+           map_meta_t, map_tile_t, odometry_t, pose_estimate_t, problem_t, problems_t, scan_t, stage_health_t,
+           wheels_t>("slam");
 }

@@ -420,12 +420,12 @@ TEST(MapStore, LeavesAMapOfANewerSlamdAlone) {
   const Drive drive(folder / "");
   const fs::path manifest = folder / "home/000002/MANIFEST";
   std::string text = contentOf(manifest);
-  text.replace(text.find("version 1"), 9, "version 2");
+  text.replace(text.find("version 1"), 9, "version 3");
   text.resize(text.rfind("crc32 "));
   text += "crc32 " + std::to_string(crc32Of(text)) + "\n";
   std::ofstream(manifest, std::ios::binary) << text;
   const std::string refusal = refusalOf([&] { MapStore::load(folder / "", "home", kGrid); });
-  EXPECT_THAT(refusal, AllOf(HasSubstr("format 2"), HasSubstr("newer slamd"), HasSubstr("update slamd")));
+  EXPECT_THAT(refusal, AllOf(HasSubstr("format 3"), HasSubstr("newer slamd"), HasSubstr("update slamd")));
   EXPECT_TRUE(oneSentence(refusal));
   const MapSummary listed = MapStore::list(folder / "")[0];
   EXPECT_EQ(listed.problem, refusal);
@@ -587,7 +587,7 @@ TEST(MapStore, AMapOfANewerSlamdKeepsItsPlaceInTheOrder) {
   const Drive first(folder / "", "first"), last(folder / "", "last");
   const fs::path manifest = folder / "last/000002/MANIFEST";
   std::string text = contentOf(manifest);
-  text.replace(text.find("version 1"), 9, "version 2");
+  text.replace(text.find("version 1"), 9, "version 3");
   text.resize(text.rfind("crc32 "));
   std::ofstream(manifest, std::ios::binary) << text << "crc32 " << crc32Of(text) << "\n";
   EXPECT_EQ(MapStore::newest(folder / ""), "last") << "an older map is not silently gone on in";

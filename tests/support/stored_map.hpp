@@ -67,6 +67,7 @@ class ChangingMap {
     same.in_map = map.in_map;
     same.grid = map.grid.clone();
     same.views = map.views;
+    same.edits = map.edits;
     same.grid_keyframes = map.grid_keyframes;
     same.T_map_base = map.T_map_base;
     same.gyro_bias = map.gyro_bias;
@@ -100,6 +101,25 @@ inline MapView viewFrom(int keyframe, const Pose2& T_map_keyframe) {
   return {keyframe, T_map_keyframe, {0.2, 0.1, 0.3}, view};
 }
 
+/// Makes an edit of a map, as the back end does.
+inline std::string edit(MapState& map, EditCommand command) {
+  int concerned = 0;
+  const std::string problem = map.edits.carryOut(command, map.keyframes, map.in_map, &concerned);
+  if (problem.empty()) eraseFrom(map.keyframes, map.edits);
+  return problem;
+}
+
+/// A square of 1 m.
+inline EditCommand squareEdit(EditKind kind, double x, double y) {
+  EditCommand command;
+  command.request.kind = kind;
+  command.request.author = "test";
+  command.request.name = kind == EditKind::kRoom ? "Kitchen" : "";
+  command.request.points = {{x, y}, {x + 1.0, y}, {x + 1.0, y + 1.0}, {x, y + 1.0}};
+  command.utime = 1'700'000'000'000'000;
+  return command;
+}
+
 /// What differs first between two maps but for their grids; empty: nothing.
 inline std::string differenceOf(const MapState& a, const MapState& b) {
   if (a.keyframes.size() != b.keyframes.size()) {
@@ -122,6 +142,19 @@ inline std::string differenceOf(const MapState& a, const MapState& b) {
   };
   const auto edges = a.keyframes.graph().edges(), others = b.keyframes.graph().edges();
   if (!std::equal(edges.begin(), edges.end(), others.begin(), others.end(), same)) return "edges";
+  const auto same_edit = [](const MapEdit& p, const MapEdit& q) {
+    const auto same_corner = [](const MapEdit::Corner& c, const MapEdit::Corner& d) {
+      return c.keyframe == d.keyframe && c.p_keyframe == d.p_keyframe;
+    };
+    return p.id == q.id && p.active == q.active && p.kind == q.kind && p.name == q.name && p.author == q.author &&
+           p.utime == q.utime && p.theta == q.theta && p.sigma == q.sigma && p.outline == q.outline &&
+           p.T_keyframe_map == q.T_keyframe_map &&
+           std::equal(p.corners.begin(), p.corners.end(), q.corners.begin(), q.corners.end(), same_corner);
+  };
+  const MapEdits &e = a.edits, &f = b.edits;
+  const bool counts =
+      e.made == f.made && e.revision == f.revision && e.done == f.done && e.steps.size() == f.steps.size();
+  if (!counts || !std::equal(e.edits.begin(), e.edits.end(), f.edits.begin(), f.edits.end(), same_edit)) return "edits";
   const bool state = a.T_map_base == b.T_map_base && a.gyro_bias == b.gyro_bias && a.body == b.body &&
                      a.utime == b.utime && a.T_base_lidar == b.T_base_lidar && a.range_max == b.range_max;
   return state ? "" : "state";
@@ -146,11 +179,15 @@ inline bool sameCells(const OccupancyGrid& a, const OccupancyGrid& b) {
 /// The grid that drawing the keyframes and views of a map gives.
 inline OccupancyGrid drawn(const MapState& map) {
   OccupancyGrid grid(smallGrid());
+  const EditedDrawing edits = drawingOf(map);
   for (int id = 0; id < map.keyframes.size(); ++id) {
     if (map.in_map[static_cast<std::size_t>(id)] == 0) continue;
     grid.add(map.keyframes.pose(id), map.keyframes.scan(id)->T_base_lidar, map.keyframes.scan(id)->points);
   }
-  for (const MapView& view : viewsOf(map)) grid.add(view.T_map_base() * view.view->T_base_depth, *view.view);
+  for (const MapView& view : viewsOf(map))
+    grid.add(view.T_map_base() * view.view->T_base_depth, *shownOf(view, edits.erased));
+  FreeCells free(edits.free, grid.resolution());
+  grid.tiles().forEachTile([&](TileIndex tile, const auto&) { free.apply(grid, {&tile, 1}); });
   return grid;
 }
 

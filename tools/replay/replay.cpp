@@ -15,6 +15,7 @@
 #include "matching/deskew.hpp"
 #include "runtime/process_usage.hpp"
 #include "slam/pipeline.hpp"
+#include "store/edit_files.hpp"
 #include "store/map_store.hpp"
 #include "tools/common/output_file.hpp"
 #include "tools/common/trajectory.hpp"
@@ -118,7 +119,9 @@ class Run {
     if (!options.save_map.empty()) saveMap();
     if (!options.map.empty()) {
       const Mapper& mapper = pipeline_.drawn();
-      writeMapFiles(options.map, renderMap(mapper.grid()), mapper.path());
+      const MapImage image = renderMap(mapper.grid());
+      writeMapFiles(options.map, image, mapper.path());
+      if (!pipeline_.backEnd().map().edits.empty()) writeEditFiles(options.map, pipeline_.state(), image);
     }
     stats_.front_end = pipeline_.frontEnd().counters();
     stats_.filter = pipeline_.frontEnd().filterCounters();

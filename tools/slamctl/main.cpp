@@ -11,6 +11,7 @@
 #include "config/service_reach.hpp"
 #include "drivers/device_status.hpp"
 #include "mapping/map_files.hpp"
+#include "store/edit_files.hpp"
 #include "store/log_policy.hpp"
 #include "store/map_store.hpp"
 #include "tools/common/output_file.hpp"
@@ -18,6 +19,7 @@
 #include "tools/slamctl/doctor.hpp"
 #include "tools/slamctl/health_json.hpp"
 #include "tools/slamctl/log.hpp"
+#include "tools/slamctl/map_edits.hpp"
 #include "tools/slamctl/remote.hpp"
 
 namespace {
@@ -89,9 +91,12 @@ void exportMap(const std::filesystem::path& map, const std::string& prefix, cons
   for (const std::string& remark : loaded.remarks) std::cerr << "slamctl: " << remark << "\n";
   slam::Mapper mapper(config.map);
   mapper.load(slam::scansOf(loaded.state), slam::viewsOf(loaded.state), loaded.state.grid.clone(),
-              loaded.state.grid_keyframes);
-  slam::writeMapFiles(prefix, slam::renderMap(mapper.grid()), mapper.path());
+              loaded.state.grid_keyframes, slam::drawingOf(loaded.state));
+  const slam::MapImage image = slam::renderMap(mapper.grid());
+  slam::writeMapFiles(prefix, image, mapper.path());
   std::printf("%s.yaml, .pgm and .png: map of %d keyframes\n", prefix.c_str(), loaded.state.keyframes.size());
+  if (slam::writeEditFiles(prefix, loaded.state, image))
+    std::printf("%s.geojson, -keepout.yaml and .pgm: what was drawn into it\n", prefix.c_str());
 }
 
 void printStatus(const slam::health_t& health) {
@@ -216,6 +221,7 @@ int main(int argc, char** argv) {
   CLI::App app("Asks and commands a running slamd; lists and exports its maps", "slamctl");
   app.require_subcommand(1);
   Arguments arguments;
+  const slam::MapEditing editing(app);
   const Commands commands = addCommands(app, arguments);
   return slam::runProgram(app, argc, argv, SLAMD_VERSION, "slamctl save kitchen", [&] {
     const bool given = app.count("--config") > 0 || std::filesystem::exists(arguments.config_file);
@@ -223,9 +229,12 @@ int main(int argc, char** argv) {
                         : slam::parseConfig("", "defaults", arguments.overrides);
     if (!arguments.maps.empty()) config.store.directory = arguments.maps;
     if (!arguments.url.empty()) config.lcm.url = arguments.url;
-    if (commands.list->parsed() || commands.export_map->parsed()) {
+    const auto edit = editing.parsed() ? editing.command() : std::nullopt;
+    const bool lists_edits = editing.parsed() && !edit;
+    if (commands.list->parsed() || commands.export_map->parsed() || lists_edits) {
       const std::string directory = folderOf(config.store.directory, slam::kServiceMaps, "maps",
                                              "store.directory in the configuration or give --maps");
+      if (lists_edits) editing.list(directory, config, arguments.json);
       if (commands.list->parsed()) arguments.json ? printJson(mapsJson(directory)) : printMaps(directory);
       if (commands.export_map->parsed()) {
         if (!slam::MapStore::isName(arguments.name))
@@ -255,7 +264,8 @@ int main(int argc, char** argv) {
     const auto sent =
         std::find_if(commands.sent.begin(), commands.sent.end(), [](auto& one) { return one.first->parsed(); });
     if (commands.log_mark->parsed()) arguments.name = arguments.what;
-    const auto ack = remote.ask(sent->second, arguments.name, arguments.pose, kAnswerLimit);
+    const auto ack = edit ? remote.ask(edit->first, edit->second, arguments.pose, kAnswerLimit)
+                          : remote.ask(sent->second, arguments.name, arguments.pose, kAnswerLimit);
     if (!ack) throw std::runtime_error(remote.silence());
     if (arguments.json) {
       printJson({{"accepted", ack->accepted != 0}, {"message", ack->message}});

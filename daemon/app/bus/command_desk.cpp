@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/bus/command_desk.hpp"
 
+#include <charconv>
 #include <slam/ack_t.hpp>
+#include <stdexcept>
 #include <vector>
 
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
 #include "core/plausibility.hpp"
+#include "slam/edits/edit_json.hpp"
 
 namespace slam {
 namespace {
@@ -20,6 +23,27 @@ std::optional<MapCommand> mapCommandOf(const command_t& command) {
   if (verb == "mode" && argument == "slam") return MapCommand{MapCommand::kSlam, command.id, ""};
   if (verb == "mode" && argument == "localise") return MapCommand{MapCommand::kLocalise, command.id, ""};
   return std::nullopt;
+}
+
+/// @return std::nullopt for what is no command about edits
+/// @throws std::runtime_error with one sentence where its argument cannot be
+std::optional<MapCommand> editCommandOf(const command_t& command) {
+  const std::string &verb = command.verb, &argument = command.argument;
+  EditCommand edit;
+  if (verb == "map_straighten") return MapCommand{MapCommand::kStraighten, command.id, argument};
+  if (verb == "map_edit") {
+    edit.request = editRequestOf(argument);
+  } else if (verb == "map_remove") {
+    edit.kind = EditCommand::kRemove;
+    const char* const end = argument.data() + argument.size();
+    const auto [rest, error] = std::from_chars(argument.data(), end, edit.id);
+    if (error != std::errc{} || rest != end) throw std::runtime_error("\"" + argument + "\" is no number of an edit");
+  } else if (verb == "map_undo" || verb == "map_redo") {
+    edit.kind = verb == "map_undo" ? EditCommand::kUndo : EditCommand::kRedo;
+  } else {
+    return std::nullopt;
+  }
+  return MapCommand{MapCommand::kEdit, command.id, "", std::make_shared<const EditCommand>(std::move(edit))};
 }
 
 std::optional<LogCommand> logCommandOf(const command_t& command) {
@@ -115,6 +139,8 @@ void CommandDesk::onCommand(Publisher::Bytes data, std::optional<LocalSocket::Cl
           words + "; the pose stays as it was; give x and y in metres from the map's origin, theta in radians");
     const bool taken = ends_.commands.set_poses.tryPush({pose});
     acknowledge(command->id, taken, taken ? "pose set" : "too many commands at once");
+  } else if (command->verb.starts_with("map_")) {
+    onEdit(*command);
   } else if (const auto map_command = mapCommandOf(*command)) {
     const bool taken = ends_.commands.map.tryPush(*map_command);
     if (!taken) acknowledge(command->id, false, "too many commands at once");  // otherwise the graph thread answers
@@ -124,7 +150,22 @@ void CommandDesk::onCommand(Publisher::Bytes data, std::optional<LocalSocket::Cl
     onLogCommand(*command);
   } else {
     acknowledge(command->id, false,
-                "unknown verb; known are save, load, set_pose, reset, mode, save_map, log_start, log_stop, log_mark");
+                "unknown verb; known are save, load, set_pose, reset, mode, save_map, log_start, log_stop, log_mark, "
+                "map_edit, map_undo, map_redo, map_remove, map_straighten");
+  }
+}
+
+void CommandDesk::onEdit(const command_t& command) {
+  try {
+    const auto wanted = editCommandOf(command);
+    if (!wanted)
+      return acknowledge(command.id, false,
+                         "unknown verb; known are map_edit, map_undo, map_redo, map_remove, "
+                         "map_straighten");
+    const bool taken = ends_.commands.map.tryPush(*wanted);
+    if (!taken) acknowledge(command.id, false, "too many commands at once");  // otherwise the graph thread answers
+  } catch (const std::runtime_error& error) {
+    acknowledge(command.id, false, error.what());
   }
 }
 

@@ -30,6 +30,7 @@ class CommandDesk {
     std::int32_t id = 0;
   };
   void onCommand(Publisher::Bytes data, std::optional<LocalSocket::Client> from);
+  void onEdit(const command_t& command);
   void onLogCommand(const command_t& command);
   void acknowledgeSave();
   /// @param ticket of the command, as ticketFor() gave it

@@ -68,6 +68,15 @@ void Publisher::publishMap() {
   ends_.tiles.map.drain([this](const map_tile_t& tile) { publish(channel::kMapTile, tile); });
   ends_.tiles.lidar.drain([this](const map_tile_t& tile) { publish(channel::kMapLidar, tile); });
   ends_.tiles.depth.drain([this](const map_tile_t& tile) { publish(channel::kMapDepth, tile); });
+  ends_.edits.drain([this](const EditMessages& edits) {
+    edits_ = edits;
+    publishEdits();
+  });
+}
+
+void Publisher::publishEdits() {
+  if (!edits_) return;
+  for (const map_edit_t& edit : *edits_) publish(channel::kMapEdits, edit);
 }
 
 void Publisher::publishHealth(LocalSocket& socket) {
@@ -83,6 +92,7 @@ void Publisher::report(Timestamp now) {
   if (now >= next_refresh_) {
     next_refresh_ = now + map_refresh_;
     ends_.requests.refresh = true;
+    publishEdits();
   }
   link_state_ = link_.state(now);
   rival_ = rivals_.hasRival(now);

@@ -53,6 +53,7 @@ class Publisher {
   bool hasRival() const { return rival_; }                ///< somebody else publishes SLAM_POSE too; from any thread
 
  private:
+  void publishEdits();
   const BusEnds& ends_;
   const WallClock& clock_;
   const Duration map_refresh_;
@@ -63,6 +64,7 @@ class Publisher {
   std::unique_ptr<Recorder> recorder_, log_;
   FieldLog* field_log_ = nullptr;  // of log_
   bool too_large_logged_ = false;
+  EditMessages edits_;
   Timestamp next_refresh_{};
   std::vector<std::uint8_t> buffer_, unstepped_;
 };

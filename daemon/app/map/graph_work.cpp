@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/log/log.hpp"
+#include "app/map/edit_messages.hpp"
 #include "slam/pipeline.hpp"
 
 namespace slam {
@@ -38,6 +39,11 @@ void GraphWork::beginIn(MapState map, bool localise) {
   }
   builder_ = std::make_unique<MapBuilder>(fitting.back_end, map, &monotonicNow);
   addChange(monotonicNow()).begin_in = std::make_shared<const MapState>(std::move(map));
+  showEdits();
+}
+
+void GraphWork::showEdits() {
+  edits_ = std::make_shared<const std::vector<map_edit_t>>(editMessages(backEnd().map(), start_.map_id));
 }
 
 std::unique_ptr<FrontEnd> GraphWork::newFrontEnd() const {
@@ -102,6 +108,8 @@ void GraphWork::add(const Keyframe& keyframe) {
   change.first_in_map = update.first_in_map;
   change.scans = std::move(update.scans);
   change.poses = std::move(update.poses);
+  change.edits = std::move(update.edits);
+  if (change.edits) showEdits();
   if (update.begun_anew) policy_.requireCheckpoint();
   if (update.correction) send(std::move(update.correction));
 }
@@ -141,10 +149,31 @@ void GraphWork::sendChanges() {
     ends_.map.changes.tryPush(changes_.front());
     changes_.pop_front();
   }
+  if (edits_ && ends_.edits.hasRoom()) ends_.edits.tryPush(std::exchange(edits_, nullptr));
+}
+
+std::string GraphWork::edit(EditCommand command, int* done) {
+  const Timestamp now = monotonicNow();
+  command.utime = clock_.utime(now);
+  EditRequest& request = command.request;
+  if (request.kind == EditKind::kPlace && request.points.empty()) {
+    request.points = {robot_.T_map_base.translation()};
+    request.theta = robot_.T_map_base.theta;
+  }
+  EditOutcome outcome = builder_->edit(command, robot_.T_map_base.translation());
+  if (!outcome.problem.empty()) return outcome.problem;
+  MapChange& change = addChange(now);
+  change.scans = std::move(outcome.scans);
+  change.edits = std::move(outcome.drawing);
+  change.anew = std::move(outcome.anew);
+  showEdits();
+  *done = outcome.edit;
+  return "";
 }
 
 std::int64_t GraphWork::changes() const {
-  return static_cast<std::int64_t>(backEnd().keyframes().size()) + backEnd().generation() + policy_.views().added();
+  return static_cast<std::int64_t>(backEnd().keyframes().size()) + backEnd().generation() + policy_.views().added() +
+         backEnd().map().edits.revision;
 }
 
 MapState GraphWork::state(DrawnMap drawn, int drawn_keyframes) const {

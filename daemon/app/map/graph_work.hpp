@@ -32,9 +32,13 @@ class GraphWork {
   /// To the mapper, as far as it has room.
   void sendChanges();
   void requestGrid();
+  /// Makes or undoes an edit. A place without a pose is where the robot is.
+  /// @param done out: id of the edit @return why not, in words; empty: it is done
+  std::string edit(EditCommand command, int* done);
 
   const auto& backEnd() const { return builder_->backEnd(); }
   const Pose2& lastPose() const { return robot_.T_map_base; }
+  bool isLocalised() const { return snapshot_.pose.state == LocalisationState::kLocalised; }
   /// Counts up with whatever the stored map should show.
   std::int64_t changes() const;
   /// As it is to be stored. @param drawn_keyframes so many are in the grid
@@ -42,6 +46,7 @@ class GraphWork {
 
  private:
   void followPose();
+  void showEdits();
   void add(const Keyframe& keyframe);
   void add(const DepthObservation& sight);
   void logEvents(const MapUpdate& update, const BackEndCounters& counters);
@@ -64,6 +69,7 @@ class GraphWork {
     double gyro_bias = 0.0;  // [rad/s]
     BodyShape body;          // what moves with it
   } robot_;
+  EditMessages edits_;                              // not yet in the bus's queue
   std::deque<std::shared_ptr<MapChange>> changes_;  // not yet in the mapper's queue
   TroubleLog log_;
 };

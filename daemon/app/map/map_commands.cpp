@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/map/map_commands.hpp"
 
+#include <cstdio>
 #include <exception>
+#include <numbers>
 #include <utility>
 
 #include "runtime/clock.hpp"
+#include "slam/edits/straighten.hpp"
 
 namespace slam {
 namespace {
@@ -16,13 +19,24 @@ const char* const kNoAnswer = "the disk does not answer; try again when it does"
 void MapCommands::take(const MapCommand& command, bool disk_hangs) {
   const std::string problem = problemWith(command, disk_hangs);
   if (!problem.empty()) return refuse(command, problem);
-  waiting_ = command;  // the present map is stored first
+  MapCommand next = command;
+  if (command.kind == MapCommand::kEdit) {
+    int edit = 0;
+    if (const std::string why = work_.edit(*command.edit, &edit); !why.empty()) return refuse(command, why);
+    constexpr const char* kDone[] = {"made", "undone (its last step)", "done again (its last step)", "removed"};
+    next.name = "edit " + std::to_string(edit) + " is " + kDone[command.edit->kind];
+  }
+  waiting_ = next;  // the present map is stored first
 }
 
 std::string MapCommands::problemWith(const MapCommand& command, bool disk_hangs) const {
   const bool localises = keeper_.localises(), localise = command.kind == MapCommand::kLocalise;
   if ((localise || command.kind == MapCommand::kSlam) && localise == localises)
     return std::string("mode is \"") + (localise ? "localise" : "slam") + "\" already";
+  if (command.kind == MapCommand::kStraighten && !work_.isLocalised())
+    return "the robot is not localised: it would be lost in the turned map; try again when it is";
+  if ((command.kind == MapCommand::kEdit || command.kind == MapCommand::kStraighten) && localises)
+    return "mode is \"localise\": the map stays as it is; slamctl mode slam, edit it, and slamctl mode localise";
   if (command.kind == MapCommand::kReset && localises)
     return "mode is \"localise\": the map stays; use set-pose to say where the robot is";
   if (command.kind == MapCommand::kSave && !command.name.empty() && !MapStore::isName(command.name))
@@ -40,8 +54,14 @@ void MapCommands::refuse(const MapCommand& command, const std::string& problem) 
 }
 
 void MapCommands::refuseAll() {
-  if (waiting_) refuse(*std::exchange(waiting_, std::nullopt), kNoAnswer);
-  if (under_way_ && !under_way_->taken.test_and_set()) refuse(under_way_->asked, kNoAnswer);
+  if (waiting_) giveUp(*std::exchange(waiting_, std::nullopt));
+  if (under_way_ && !under_way_->taken.test_and_set()) giveUp(under_way_->asked);
+}
+
+/// What was to be stored before the answer is not, as yet.
+void MapCommands::giveUp(const MapCommand& command) {
+  if (command.kind != MapCommand::kEdit) return refuse(command, kNoAnswer);
+  answers_.tryPush({command.id, true, command.name + ", but not stored yet: the disk does not answer"});
 }
 
 std::shared_ptr<MapCommands::Command> MapCommands::begin() {
@@ -49,11 +69,10 @@ std::shared_ptr<MapCommands::Command> MapCommands::begin() {
   return under_way_;
 }
 
-std::optional<MapState> MapCommands::end() {
-  const auto ended = std::exchange(under_way_, nullptr);
-  if (!ended) return std::nullopt;
-  if (ended->answer) answers_.tryPush(*ended->answer);
-  return std::move(ended->next);
+std::shared_ptr<MapCommands::Command> MapCommands::end() {
+  auto ended = std::exchange(under_way_, nullptr);
+  if (ended && ended->answer) answers_.tryPush(*ended->answer);
+  return ended;
 }
 
 void MapCommands::carryOut(Command& command, const MapState& map, bool saved) {
@@ -70,8 +89,26 @@ void MapCommands::carryOut(Command& command, const MapState& map, bool saved) {
       keeper_.saveAs(asked.name, map);
       return answer(true, "saved as " + asked.name);
     }
+    if (asked.kind == MapCommand::kEdit) {
+      return answer(true, saved              ? asked.name + " and stored in " + keeper_.name()
+                          : keeper_.writes() ? asked.name + ", but " + loss
+                                             : asked.name + ", and lost at the end: store.directory is not set");
+    }
     const bool lost = !saved && keeper_.writes() && map.keyframes.size() > 0;
     const std::string before = lost ? "; the one before is " + loss : "";
+    if (asked.kind == MapCommand::kStraighten) {
+      if (lost) return answer(false, "the map is " + loss);
+      const Pose2 T_next_map = straightFrame(map, asked.name);
+      MapState next = transformed(map, T_next_map, keeper_.gridConfig());
+      const bool stored = !keeper_.writes() || keeper_.checkpoint(monotonicNow(), next);
+      if (!stored) return answer(false, "the map stays as it is: the straightened one is " + loss);
+      command.next = std::move(next);
+      command.T_next_map = T_next_map;
+      char text[120];
+      std::snprintf(text, sizeof text, "the map is turned by %.2f deg; its origin was at x %.3f m, y %.3f m",
+                    T_next_map.theta * 180.0 / std::numbers::pi, T_next_map.inverse().x, T_next_map.inverse().y);
+      return answer(true, text);
+    }
     if (asked.kind == MapCommand::kLoad) {
       command.next = keeper_.load(asked.name, monotonicNow());
       answer(true, "loaded " + asked.name + "; looking for the robot in it" + before);

@@ -10,8 +10,9 @@ namespace slam {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr Duration kLoadLimit = 10s;  // a disk that takes longer for the first map is not waited for
-constexpr Duration kDiskHangs = 3s;   // in one job
+constexpr Duration kLoadLimit = 10s;                // a disk that takes longer for the first map is not waited for
+constexpr Duration kDiskHangs = 3s;                 // in one job
+const Eigen::Vector3d kMovedSigma(0.1, 0.1, 0.05);  // [m, m, rad] the robot may have driven on meanwhile
 
 }  // namespace
 
@@ -34,9 +35,12 @@ void MapJobs::beginIn(MapState map) {
   work_.beginIn(std::move(map), keeper_.localises());
 }
 
-void MapJobs::changeTo(MapState next) {
+void MapJobs::changeTo(MapState next, const std::optional<Pose2>& T_next_map) {
+  if (T_next_map) next.T_map_base = *T_next_map * work_.lastPose();
+  const Pose2 T_map_base = next.T_map_base;
   beginIn(std::move(next));
   auto front_end = work_.newFrontEnd();
+  if (T_next_map) front_end->setPose(T_map_base, kMovedSigma);
   if (ends_.front_end.front_ends.tryPush(front_end.get())) front_end.release();
 }
 
@@ -99,7 +103,8 @@ void MapJobs::writeCheckpoint(DrawnMap drawn) {
       },
       [this, written, now, extent = shown.extent] {
         policy_.endAttempt(StorePolicy::Due::kCheckpoint, extent, now, *written);
-        if (auto next = commands_.end()) changeTo(std::move(*next));
+        if (const auto command = commands_.end(); command && command->next)
+          changeTo(std::move(*command->next), command->T_next_map);
       });
 }
 

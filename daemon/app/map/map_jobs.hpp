@@ -39,7 +39,8 @@ class MapJobs {
  private:
   bool hangs() const;
   void beginIn(MapState map);
-  void changeTo(MapState next);
+  /// @param T_next_map where that is the present map in another frame: the robot goes on where it is
+  void changeTo(MapState next, const std::optional<Pose2>& T_next_map = std::nullopt);
   void beginDue(Timestamp now);
   void requestGrid();
   void writeCheckpoint(DrawnMap drawn);
@@ -54,7 +55,7 @@ class MapJobs {
   GraphWork& work_;
   StorePolicy& policy_;
   MapKeeper keeper_;
-  MapCommands commands_{keeper_, ends_.answers};
+  MapCommands commands_{keeper_, work_, ends_.answers};
   /// What the grid that was asked for from the mapper shows.
   struct Requested {
     int keyframes = 0, generation = 0;

@@ -74,13 +74,15 @@ void MapperThread::draw(const MapChange& change) {
   }
   if (change.begin_in) {
     const MapState& map = *change.begin_in;
-    if (map.keyframes.size() > 0) mapper_.load(scansOf(map), viewsOf(map), map.grid.clone(), map.grid_keyframes);
+    if (map.keyframes.size() > 0)
+      mapper_.load(scansOf(map), viewsOf(map), map.grid.clone(), map.grid_keyframes, drawingOf(map));
     ends_.requests.refresh = true;
   }
   mapper_.forgetBefore(change.first_in_map);
   for (const MapScan& scan : change.scans) mapper_.add(scan);
   for (const MapView& view : change.views) mapper_.add(view);
   if (!change.poses.empty()) mapper_.move(change.poses);
+  if (change.edits) mapper_.apply(*change.edits, change.anew);
   if (change.send_grid) {
     mapper_.work(std::numeric_limits<int>::max());
     ends_.map.grids.tryPush(std::make_shared<DrawnMap>(drawn()));

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <slam/health_t.hpp>
 #include <slam/problems_t.hpp>
 #include <string>
@@ -81,15 +82,18 @@ struct MapChange {
   std::vector<MapScan> scans;
   std::vector<MapView> views;
   std::vector<Pose2> poses;                  ///< of keyframes 0, 1, ...; empty: as before
+  std::optional<EditedDrawing> edits;        ///< what they ask; nothing: as before
+  std::vector<Outline> anew;                 ///< [m] in map: with `edits`, whatever was drawn within them
   std::shared_ptr<const MapState> begin_in;  ///< set: a stored map to go on in
   bool send_grid = false;
 };
 
 /// A command about the map, for the graph thread.
 struct MapCommand {
-  enum Kind : std::uint8_t { kSave, kLoad, kReset, kLocalise, kSlam } kind = kSave;
+  enum Kind : std::uint8_t { kSave, kLoad, kReset, kLocalise, kSlam, kEdit, kStraighten } kind = kSave;
   std::int32_t id = 0;  ///< of the message
-  std::string name;     ///< of a map; empty: the present one
+  std::string name;     ///< of a map; empty: the present one; of kStraighten: of the place at the origin
+  std::shared_ptr<const EditCommand> edit = nullptr;  ///< of kEdit
 };
 
 /// The answer to one.
