@@ -153,16 +153,16 @@ bool Ekf::isPossible(const Twist2& twist) const {
 
 bool Ekf::detectSlip(double wheel_rate, double gyro_rate, double interval) {
   const double leak = std::exp(-interval / config_->slip_window);
-  slip_evidence_ = leak * slip_evidence_ + (wheel_rate - gyro_rate) * interval;
-  slip_turned_ = leak * slip_turned_ + std::abs(gyro_rate) * interval;
-  return std::abs(slip_evidence_) > config_->slip_angle + config_->slip_scale * slip_turned_;
+  slip_.evidence = leak * slip_.evidence + (wheel_rate - gyro_rate) * interval;
+  slip_.turned = leak * slip_.turned + std::abs(gyro_rate) * interval;
+  return std::abs(slip_.evidence) > config_->slip_angle + config_->slip_scale * slip_.turned;
 }
 
 /// The wheels' speed along one axis of the base. @param possible the robot can have driven it, however sudden
 UpdateResult Ekf::correctSpeed(Index state, double speed, bool possible) {
   Eigen::Matrix<double, 1, 7> H = Eigen::Matrix<double, 1, 7>::Zero();
   H(0, state) = 1.0;
-  const double sigma = slip_ ? config_->slip_speed_sigma : config_->wheel_speed_sigma;
+  const double sigma = slip_.now ? config_->slip_speed_sigma : config_->wheel_speed_sigma;
   const Eigen::Matrix<double, 1, 1> innovation(speed - x_[state]), R(square(sigma));
   const UpdateResult result = correct<1>(innovation, H, R, kBias, 1);
   if (result == UpdateResult::kRejected && possible) {
@@ -172,46 +172,25 @@ UpdateResult Ekf::correctSpeed(Index state, double speed, bool possible) {
   return result;
 }
 
-/// Whether wheels that stand are not to be followed: they stopped harder than tyres can brake, and no scan has
-/// confirmed it. The speed is zero give or take what it was: a robot that ran into something stands, one whose counters
-/// died may go on. Two intervals before and two behind the stop: of coarse counters at a high rate single ones are
-/// zero.
+/// Whether wheels that stand are not to be followed. From an abrupt stop on the speed is zero give or take what it was,
+/// until scans show where the robot is.
 bool Ekf::mayHaveDied(const Eigen::Vector2d& velocity, double turn_rate, double seconds) {
   if (!config_->standstill.isQuiet(velocity.norm(), turn_rate)) {
-    last_moved_ = {quiet_intervals_ > 0 ? Eigen::Vector2d::Zero() : last_moved_.second, velocity};
-    quiet_intervals_ = 0;
-    stop_ = {};
+    stop_.move(velocity);
     return false;
   }
-  const double before = std::min(last_moved_.first.norm(), last_moved_.second.norm());
-  if (++quiet_intervals_ != 2 || before <= config_->hardest_braking * seconds) return stop_.before > 0.0;
-  stop_ = {before, last_moved_.second, stamp_, pose()};
+  if (!stop_.stand(config_->hardest_braking, seconds, stamp_, pose())) return stop_.doubtful();
   silent_from_ = known_until_ = stamp_;
-  const auto stop = [this, before](Index state) {
+  const auto stop = [this](Index state) {
     x_[state] = 0.0;
     P_.row(state).setZero();
     P_.col(state).setZero();
-    P_(state, state) = square(before);
+    P_(state, state) = square(stop_.speed());
     systematic_.row(state).setZero();
   };
   stop(kSpeed);
   if (config_->holonomic) stop(kLateralSpeed);
   return true;
-}
-
-/// By where scans show the robot since its wheels stopped at once: where they stopped, where it would be at the same
-/// speed, or elsewhere, as a robot that was pushed or carried.
-void Ekf::decideStop() {
-  const double turn = wrapAngle(x_[kTheta] - stop_.pose.theta);  // the chord of an arc lies at half of it
-  const Eigen::Vector2d drive =
-      toSeconds(stamp_ - stop_.stamp) * (Eigen::Rotation2Dd(stop_.pose.theta + 0.5 * turn) * stop_.velocity);
-  const Eigen::Vector2d moved = x_.head<2>() - stop_.pose.translation();
-  const double half = 0.5 * drive.norm(), margin = 4.0 * std::sqrt(P_.topLeftCorner<2, 2>().trace());
-  if (stop_.dead || half < margin) return;
-  if ((moved - drive).norm() < half)
-    stop_.dead = true;
-  else
-    stop_ = {};
 }
 
 UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Duration interval,
@@ -231,7 +210,7 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
   known_until_ = stamp_ + interval;
   silent_from_ = known_until_ + fromSeconds(std::clamp(2.0 * seconds, config_->short_silence, config_->long_silence));
   standstill_.addWheels(stamp_, velocity.norm(), known_turn_rate, c.standstill);
-  slip_ = turn_rate_known && gyro_mean && detectSlip(twist.omega, *gyro_mean - x_[kGyroBias], seconds);
+  slip_.now = turn_rate_known && gyro_mean && detectSlip(twist.omega, *gyro_mean - x_[kGyroBias], seconds);
 
   // The wheels' mean over an interval is the only word on what was driven in it: coasting through it at the old speed
   // would be worse than any sample that the robot can have driven. One outside the gate is a sudden change of speed.
@@ -243,7 +222,7 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
   const auto sudden = [&](double innovation, Index state) { P_(state, state) += square(innovation); };
 
   UpdateResult result;
-  if (turn_rate_known && !gyroActive() && !slip_) {
+  if (turn_rate_known && !gyroActive() && !slip_.now) {
     turn_known_until_ = known_until_;
     walkTurnRate(walked);
     Eigen::Matrix<double, 2, 7> H = Eigen::Matrix<double, 2, 7>::Zero();
@@ -269,7 +248,7 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
 }
 
 void Ekf::holdTwist(const Twist2& mean, bool turn_rate_known) {
-  if (slip_ || !isPossible(mean)) return;
+  if (slip_.now || !isPossible(mean)) return;
   const auto hold = [this](Index state, double value, double sigma) {
     x_[state] = value;
     P_.row(state).setZero();
@@ -383,7 +362,7 @@ UpdateResult Ekf::updatePose(const PoseMeasurement& measurement) {
     result = correct<3>(innovation, H, R, kNone, 0, nullptr, &seen, sensitivity);
   }
   if (result == UpdateResult::kFused) rejected_in_a_row_ = 0;
-  if (stop_.before > 0.0) decideStop();
+  stop_.decide(stamp_, pose(), config_->stop_sigmas * std::sqrt(P_.topLeftCorner<2, 2>().trace()));
   ++(result == UpdateResult::kFused ? counters_.poses_fused : counters_.poses_rejected);
   return result;
 }
@@ -396,8 +375,7 @@ void Ekf::setPose(const Pose2& pose, const Eigen::Vector3d& sigma) {
   systematic_.topRows<3>().setZero();
   rejected_in_a_row_ = 0;
   nis_ratio_ = 1.0;
-  stop_.stamp = stamp_;
-  stop_.pose = pose;
+  stop_.beginAt(stamp_, pose);
 }
 
 void Ekf::transform(const Pose2& T_new_old) {
@@ -406,7 +384,7 @@ void Ekf::transform(const Pose2& T_new_old) {
   rotation.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(T_new_old.theta).toRotationMatrix();
   P_ = (rotation * P_ * rotation.transpose()).eval();
   systematic_ = (rotation * systematic_).eval();
-  stop_.pose = T_new_old * stop_.pose;
+  stop_.transform(T_new_old);
 }
 
 }  // namespace slam

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <optional>
-#include <utility>
 
 #include "core/counter_info.hpp"
 #include "core/estimates.hpp"
@@ -12,6 +11,7 @@
 #include "core/pose_covariance.hpp"
 #include "core/samples.hpp"
 #include "core/timestamp.hpp"
+#include "estimation/abrupt_stop.hpp"
 #include "estimation/standstill.hpp"
 
 namespace slam {
@@ -37,6 +37,7 @@ struct EkfConfig {
   double gyro_sigma = 0.005;                   ///< [rad/s] of one gyro sample
   double gyro_timeout = 0.2;                   ///< [s] without a gyro sample the wheels give the turn rate
   double hardest_braking = 9.81;               ///< [m/s^2] by tyres: their friction is no more than the weight
+  double stop_sigmas = 4.0;                    ///< [1] standard deviations of its place by which a stop is decided
   double standstill_speed_sigma = 0.001;       ///< [m/s] zero-velocity update
   double standstill_turn_rate_sigma = 0.0003;  ///< [rad/s] zero-rate update
   double slip_angle = 0.035;                   ///< [rad] wheels and gyro differing by more within slip_window is slip
@@ -205,7 +206,7 @@ class Ekf {
   const Matrix& covariance() const { return P_; }
   /// Of the pose, in map: the errors that P does not hold, since no mean over scans lessens them.
   Sensitivity sensitivity() const { return systematic_.topRows<3>(); }
-  bool slip() const { return slip_; }
+  bool slip() const { return slip_.now; }
   /// By how much matched scans contradict the prediction: their normalised innovation squared per degree of freedom,
   /// averaged; at least 1. The pose's process noise is taken this many times larger, so that wheels which keep
   /// contradicting the scans are outweighed.
@@ -214,7 +215,7 @@ class Ekf {
   /// No wheel sample covers this time, though one was due long ago: whether they roll is not known.
   bool wheelsSilent() const { return stamp_ > silent_from_; }
   /// The wheels report that they stand, while scans show that the robot moves.
-  bool wheelsDead() const { return stop_.dead; }
+  bool wheelsDead() const { return stop_.dead(); }
   bool gyroActive() const { return gyroActiveAt(stamp_); }
   const EkfCounters& counters() const { return counters_; }
 
@@ -249,7 +250,6 @@ class Ekf {
   bool isPossible(const Twist2& twist) const;
   bool biasUnknown() const;
   bool mayHaveDied(const Eigen::Vector2d& velocity, double turn_rate, double seconds);
-  void decideStop();
   bool differsAsBefore(const Eigen::Vector3d& error);
   bool detectSlip(double wheel_rate, double gyro_rate, double interval);
 
@@ -265,19 +265,12 @@ class Ekf {
   Timestamp turn_known_until_{};  // and their mean turn rate, where no gyro tells it
   Timestamp silent_from_{};       // no wheel sample came, though one was due
   Standstill standstill_;
-  std::pair<Eigen::Vector2d, Eigen::Vector2d> last_moved_ = {
-      Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};  // [m/s] of the wheels' last two intervals before they stood
-  int quiet_intervals_ = 0;                               // since then
+  AbruptStop stop_;
   struct {
-    double before = 0.0;                                 // [m/s] speed; 0: there was none, or it is confirmed
-    Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  // [m/s] before, in base
-    Timestamp stamp{};
-    Pose2 pose = {};
-    bool dead = false;          // scans show that the robot drives on
-  } stop_;                      // of wheels that may have died
-  double slip_evidence_ = 0.0;  // [rad] wheels minus gyro, leaky over slip_window
-  double slip_turned_ = 0.0;    // [rad] angle turned, leaky over slip_window
-  bool slip_ = false;
+    double evidence = 0.0;  // [rad] wheels minus gyro, leaky over slip_window
+    double turned = 0.0;    // [rad] angle turned, leaky over slip_window
+    bool now = false;
+  } slip_;
   double nis_ratio_ = 1.0;
   int rejected_in_a_row_ = 0;  // pose measurements that put the robot to one place
   struct {

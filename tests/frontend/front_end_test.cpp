@@ -13,6 +13,7 @@
 
 #include "core/plausibility.hpp"
 #include "frontend/drive.hpp"
+#include "frontend/place_drive.hpp"
 #include "matching/places.hpp"
 #include "support/allocations.hpp"
 
@@ -139,6 +140,21 @@ TEST(FrontEnd, RangesThatScatterAtRestLeaveTheWayToWheelsAndGyro) {
     EXPECT_LT((drive.front_end->estimate(drive.now).T_map_base.translation() - odom.translation()).norm(), 0.05);
     EXPECT_EQ(drive.state(), LocalisationState::kDegraded);
   }
+}
+
+TEST(FrontEnd, APlaceThatIsNotKnownAlongACorridorIsLookedForThoughScansMatch) {
+  test::PlaceDrive drive(test::endlessCorridor());
+  const Eigen::Vector3d ahead(0.5, 0.0, 0.0);
+  drive.run(3.0, kStand);
+  drive.run(6.0, ahead);
+  EXPECT_EQ(drive.front_end->counters().lost, 0U);
+  drive.wheels.scale = 0.0;  // their counters die
+  for (double seconds = 0.0; seconds < 30.0 && drive.front_end->counters().lost == 0; seconds += 1.0) {
+    drive.run(1.0, ahead);
+    EXPECT_FALSE(drive.front_end->wheelsDead()) << "nothing along the corridor shows it";
+  }
+  EXPECT_EQ(drive.front_end->counters().lost, 1U);
+  EXPECT_FALSE(drive.front_end->placed());
 }
 
 TEST(FrontEnd, WheelsAreNotDoubtedForWhatScansToldThatWereNoise) {

@@ -137,7 +137,7 @@ class Run {
       explained |= finding.fault != SensorFault::kScansRepeated && finding.fault != SensorFault::kTimeBackwards &&
                    finding.fault != SensorFault::kStampsAlone;
     }
-    if (wheels_died_ && !pipeline_.frontEnd().wheelsDead())
+    if (stats_.wheels_died && !pipeline_.frontEnd().wheelsDead())
       stats_.warnings.push_back(Problem(problem::kWheelsDead).words());
     if (scans_stuck_ > std::max(kFewStuck, kFewStuckShare * stats_.front_end.scans)) {
       stats_.warnings.push_back(
@@ -208,7 +208,7 @@ class Run {
     const ScanEstimate known = estimateOf(front_end, outcome, utime_);
     stats_.scan_us.push_back(microsecondsSince(begin_));
     scans_stuck_ += outcome.stuck;
-    wheels_died_ |= pipeline_.frontEnd().wheelsDead();
+    stats_.wheels_died |= pipeline_.frontEnd().wheelsDead();
     if (outcome.fused && outcome.match.observable == 3) offset_.addScan(outcome.stamp, outcome.match.T_ref_base.theta);
     if (outcome.match.iterations > 0) stats_.match_us.push_back(1e6 * toSeconds(outcome.match_time));
     // Before a correction moves the keyframes; in a given map, whose keyframes stay, the pose is its own anchor.
@@ -289,7 +289,6 @@ class Run {
   std::optional<EstimateWriter> estimates_;
   std::optional<Destination> store_;
   int scans_stuck_ = 0, scans_blind_ = 0;
-  bool wheels_died_ = false;
   EchoWatch echoes_;
   EchoWatch::Finding echo_finding_ = EchoWatch::Finding::kNone;
   std::deque<Row> poses_;

@@ -32,6 +32,7 @@ struct ReplayStats {
   bool truncated = false;
   std::optional<LidarGyroOffset::Estimate> lidar_gyro_offset;  ///< what is left of it with the configured one
   bool turns_differ = false;          ///< by a warning, so that the offset is none that could be set
+  bool wheels_died = false;           ///< they reported that they stand while scans showed that the robot moves
   std::vector<std::string> warnings;  ///< of sensors that contradict each other, one line each
 
   /// Scans that could have been matched.

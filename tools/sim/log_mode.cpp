@@ -126,9 +126,9 @@ class LogSession {
     const auto within = [&](const auto& span) { return span && span->contains(simulation_.driveTime()); };
     std::array<double, 2> angles = simulation_.robot().encoderAngles();
     for (std::size_t i = 0; i < angles.size(); ++i) {
-      const double turned = angles[i] - std::exchange(angles_[i], angles[i]);
-      if (within(options_.situation.wheels_dead)) missed_[i] += turned;
-      angles[i] -= missed_[i];
+      const double turned = angles[i] - std::exchange(counters_[i].angle, angles[i]);
+      if (within(options_.situation.wheels_dead)) counters_[i].missed += turned;
+      angles[i] -= counters_[i].missed;
     }
     const WheelSample wheels{now, odometry_.add(angles[0], angles[1])};
     if (!within(options_.situation.wheels_away))
@@ -152,7 +152,10 @@ class LogSession {
   std::mt19937_64 random_;
   bool kidnapped_ = false;
   WheelOdometry odometry_;
-  std::array<double, 2> angles_{}, missed_{};  // [rad] of the encoders; what their counters left out
+  struct Counter {
+    double angle = 0.0, missed = 0.0;  // [rad] of the encoder; what it left out
+  };
+  std::array<Counter, 2> counters_;
   TruthRecorder seen_;
   DepthProjection projection_;
   DepthSampler depth_;
