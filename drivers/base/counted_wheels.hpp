@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "core/timestamp.hpp"
-#include "drivers/wheel_angles.hpp"
+#include "drivers/base/wheel_angles.hpp"
 
 namespace slam {
 

@@ -9,12 +9,12 @@
 #include <string>
 
 #include "core/samples.hpp"
+#include "drivers/base/wheel_angles.hpp"
 #include "drivers/device_status.hpp"
 #include "drivers/latest_triple.hpp"
 #include "drivers/polled_port.hpp"
 #include "drivers/speaker.hpp"
 #include "drivers/speed_command.hpp"
-#include "drivers/wheel_angles.hpp"
 #include "firmware_if/robolink.hpp"
 #include "timing/refresh_clock.hpp"
 

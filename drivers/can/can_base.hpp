@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/samples.hpp"
+#include "drivers/base/wheel_angles.hpp"
 #include "drivers/can/can_axis.hpp"
 #include "drivers/can/can_imu.hpp"
 #include "drivers/can/can_link.hpp"
@@ -15,7 +16,6 @@
 #include "drivers/can/follow_watch.hpp"
 #include "drivers/device_status.hpp"
 #include "drivers/speed_command.hpp"
-#include "drivers/wheel_angles.hpp"
 
 namespace slam {
 

@@ -171,14 +171,14 @@ TEST(KeyframeGraph, AScanLosesThePointsThatLieOnTheRobot) {
   keyframes.add(keyframe);
   BodyShape behind;
   behind.millimetres[179] = behind.millimetres[180] = 300;
-  const auto rest = keyframes.scanWithout(0, behind, 0.1);
+  const auto rest = scanWithout(keyframes.scan(0), behind, 0.1);
   ASSERT_EQ(rest->points.size(), 2U);
   EXPECT_EQ(rest->points[0].x, keyframe.storage[1].x);
   EXPECT_EQ(rest->points[1].x, keyframe.storage[3].x);
   EXPECT_EQ(rest->T_base_lidar, keyframe.T_base_lidar);
   EXPECT_EQ(keyframes.scan(0)->points.size(), 4U) << "whoever holds the old one keeps it";
   keyframes.setScan(0, rest);
-  EXPECT_EQ(keyframes.scanWithout(0, behind, 0.1), rest) << "the same one";
+  EXPECT_EQ(scanWithout(keyframes.scan(0), behind, 0.1), rest) << "the same one";
 }
 
 }  // namespace
