@@ -8,9 +8,10 @@
 
 namespace slam {
 
-bool writeEditFiles(const std::filesystem::path& prefix, const MapState& map, const MapImage& image) {
+bool writeEditFiles(const std::filesystem::path& prefix, const MapState& map, const MapImage& image, bool always) {
   const auto& edits = map.edits.edits;
-  if (std::none_of(edits.begin(), edits.end(), [](const MapEdit& edit) { return edit.active; })) return false;
+  if (!always && std::none_of(edits.begin(), edits.end(), [](const MapEdit& edit) { return edit.active; }))
+    return false;
   const MapImage mask = keepOutMask(map, image);
   const std::string keepout = prefix.string() + "-keepout";
   replaceFile(keepout + ".pgm", encodePgm(mask));

@@ -8,8 +8,9 @@
 namespace slam {
 
 /// Writes PREFIX.geojson and PREFIX-keepout.yaml and .pgm beside a map's files, where the map has edits.
-/// @param image of the map @return whether it has
+/// @param image of the map @param always also where it has none @return whether they are written
 /// @throws std::runtime_error with file and reason
-bool writeEditFiles(const std::filesystem::path& prefix, const MapState& map, const MapImage& image);
+bool writeEditFiles(const std::filesystem::path& prefix, const MapState& map, const MapImage& image,
+                    bool always = false);
 
 }  // namespace slam

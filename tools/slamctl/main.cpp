@@ -21,6 +21,7 @@
 #include "tools/slamctl/log.hpp"
 #include "tools/slamctl/map_edits.hpp"
 #include "tools/slamctl/remote.hpp"
+#include "tools/slamctl/stored_map_commands.hpp"
 
 namespace {
 
@@ -86,7 +87,7 @@ int printFindings(const slam::Findings& findings, bool json) {
   }));
 }
 
-void exportMap(const std::filesystem::path& map, const std::string& prefix, const slam::Config& config) {
+void exportMap(const std::filesystem::path& map, const std::string& prefix, const slam::Config& config, bool zones) {
   const slam::LoadedMap loaded = slam::openMap(map, config.map);
   for (const std::string& remark : loaded.remarks) std::cerr << "slamctl: " << remark << "\n";
   slam::Mapper mapper(config.map);
@@ -95,7 +96,7 @@ void exportMap(const std::filesystem::path& map, const std::string& prefix, cons
   const slam::MapImage image = slam::renderMap(mapper.grid());
   slam::writeMapFiles(prefix, image, mapper.path());
   std::printf("%s.yaml, .pgm and .png: map of %d keyframes\n", prefix.c_str(), loaded.state.keyframes.size());
-  if (slam::writeEditFiles(prefix, loaded.state, image))
+  if (slam::writeEditFiles(prefix, loaded.state, image, zones))
     std::printf("%s.geojson, -keepout.yaml and .pgm: what was drawn into it\n", prefix.c_str());
 }
 
@@ -153,7 +154,7 @@ struct Arguments {
   std::string config_file = slam::kServiceConfig, maps, name, prefix, url, what, since, out;
   std::vector<std::string> overrides;
   std::array<double, 3> pose{};
-  bool json = false;
+  bool json = false, zones = false;
 };
 
 /// The subcommands that are looked at by themselves; the others are sent to slamd.
@@ -178,13 +179,16 @@ Commands addCommands(CLI::App& app, Arguments& arguments) {
   save->add_option("NAME", arguments.name, "letters, digits, - and _");
   auto* load = app.add_subcommand("load", "store the present map and go on in another one");
   load->add_option("NAME", arguments.name, "of a map")->required();
-  commands.list = app.add_subcommand("list", "all stored maps, and what slamd would find damaged in them");
+  commands.list =
+      app.add_subcommand("list", "all stored maps, and what slamd would find damaged in them")->alias("maps");
   CLI::App* export_map = app.add_subcommand("export", "a stored map as map_server files");
   export_map->add_option("NAME", arguments.name, "of a map")->required()->check(slam::namesFile());
   commands.export_map = export_map;
   export_map->add_option("PREFIX", arguments.prefix, "of the .yaml, .pgm and .png to write")
       ->required()
       ->check(slam::namesFile());
+  export_map->add_flag("--zones", arguments.zones,
+                       "the keep-out mask and .geojson also where nothing is drawn into it");
   auto* set_pose = app.add_subcommand("set-pose", "say where the robot is in the map");
   set_pose->add_option("X", arguments.pose[0], "[m]")->required();
   set_pose->add_option("Y", arguments.pose[1], "[m]")->required();
@@ -222,6 +226,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   Arguments arguments;
   const slam::MapEditing editing(app);
+  const slam::StoredMapCommands stored(app);
   const Commands commands = addCommands(app, arguments);
   return slam::runProgram(app, argc, argv, SLAMD_VERSION, "slamctl save kitchen", [&] {
     const bool given = app.count("--config") > 0 || std::filesystem::exists(arguments.config_file);
@@ -231,6 +236,14 @@ int main(int argc, char** argv) {
     if (!arguments.url.empty()) config.lcm.url = arguments.url;
     const auto edit = editing.parsed() ? editing.command() : std::nullopt;
     const bool lists_edits = editing.parsed() && !edit;
+    slam::StoredMapCommands::Sent sent;
+    if (edit) sent.push_back(*edit);
+    if (stored.parsed()) {
+      const std::string directory = folderOf(config.store.directory, slam::kServiceMaps, "maps",
+                                             "store.directory in the configuration or give --maps");
+      sent = stored.carryOut(directory, config, utimeNow());
+      if (sent.empty()) return slam::kDone;
+    }
     if (commands.list->parsed() || commands.export_map->parsed() || lists_edits) {
       const std::string directory = folderOf(config.store.directory, slam::kServiceMaps, "maps",
                                              "store.directory in the configuration or give --maps");
@@ -240,7 +253,7 @@ int main(int argc, char** argv) {
         if (!slam::MapStore::isName(arguments.name))
           throw std::runtime_error("\"" + arguments.name + "\" is no name of a map");
         slam::prepareMapFiles(arguments.prefix);
-        exportMap(std::filesystem::path(directory) / arguments.name, arguments.prefix, config);
+        exportMap(std::filesystem::path(directory) / arguments.name, arguments.prefix, config, arguments.zones);
       }
       return slam::kDone;
     }
@@ -261,18 +274,17 @@ int main(int argc, char** argv) {
       arguments.json ? printJson(slam::healthJson(*health, remote.problems())) : printStatus(*health);
       return slam::kDone;
     }
-    const auto sent =
-        std::find_if(commands.sent.begin(), commands.sent.end(), [](auto& one) { return one.first->parsed(); });
     if (commands.log_mark->parsed()) arguments.name = arguments.what;
-    const auto ack = edit ? remote.ask(edit->first, edit->second, arguments.pose, kAnswerLimit)
-                          : remote.ask(sent->second, arguments.name, arguments.pose, kAnswerLimit);
-    if (!ack) throw std::runtime_error(remote.silence());
-    if (arguments.json) {
-      printJson({{"accepted", ack->accepted != 0}, {"message", ack->message}});
-      return ack->accepted ? slam::kDone : slam::kFailed;
+    for (const auto& [command, verb] : commands.sent)
+      if (command->parsed()) sent.emplace_back(verb, arguments.name);
+    for (const auto& [verb, argument] : sent) {
+      const auto ack = remote.ask(verb, argument, arguments.pose, kAnswerLimit);
+      if (!ack) throw std::runtime_error(remote.silence());
+      if (arguments.json) printJson({{"accepted", ack->accepted != 0}, {"message", ack->message}});
+      if (!ack->accepted && arguments.json) return slam::kFailed;
+      if (!ack->accepted) throw std::runtime_error(ack->message);
+      if (!arguments.json) std::printf("%s\n", ack->message.c_str());
     }
-    if (!ack->accepted) throw std::runtime_error(ack->message);
-    std::printf("%s\n", ack->message.c_str());
     return slam::kDone;
   });
 }

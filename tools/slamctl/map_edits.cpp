@@ -11,15 +11,11 @@
 #include "store/map_store.hpp"
 
 namespace slam {
-namespace {
 
-/// Who runs this program.
 std::string userName() {
   const passwd* const user = ::getpwuid(::getuid());
   return user != nullptr ? user->pw_name : std::to_string(::getuid());
 }
-
-}  // namespace
 
 MapEditing::MapEditing(CLI::App& app) {
   map_ = app.add_subcommand("map",

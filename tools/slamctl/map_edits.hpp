@@ -11,6 +11,9 @@
 
 namespace slam {
 
+/// Who runs this program.
+std::string userName();
+
 /// `slamctl map ...`: what a person draws into the map.
 class MapEditing {
  public:

@@ -39,7 +39,7 @@ EditRequest editRequestOf(std::string_view json) {
   for (const auto& [key, value] : edit.items()) {
     if (key == "kind") {
       const auto kind = editKindOf(textOf(value, key));
-      if (!kind) throw std::runtime_error("an edit's kind is erase, free, wall, nogo, room or place");
+      if (!kind) throw std::runtime_error("an edit's kind is erase, free, wall, zone, room or place");
       request.kind = *kind;
       has_kind = true;
     } else if (key == "name") {

@@ -11,7 +11,7 @@
 namespace slam {
 namespace {
 
-constexpr std::array<const char*, 6> kNames{"erase", "free", "wall", "nogo", "room", "place"};  // by EditKind
+constexpr std::array<const char*, 6> kNames{"erase", "free", "wall", "zone", "room", "place"};  // by EditKind
 
 std::string problemWithName(const std::string& name) {
   if (name.empty()) return "a room or place needs a name";

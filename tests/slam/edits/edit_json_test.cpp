@@ -35,7 +35,7 @@ TEST(EditJson, RefusesWhatIsNoneWithAReason) {
   EXPECT_THAT(refusal(R"({"kind": "free")"), HasSubstr("no JSON object"));
   EXPECT_THAT(refusal("{\"kind\": \"room\", \"name\": \"\xFF\"}"), HasSubstr("no JSON object"));  // no UTF-8
   EXPECT_THAT(refusal(R"({"points": []})"), HasSubstr("kind is missing"));
-  EXPECT_THAT(refusal(R"({"kind": "paint"})"), HasSubstr("erase, free, wall, nogo, room or place"));
+  EXPECT_THAT(refusal(R"({"kind": "paint"})"), HasSubstr("erase, free, wall, zone, room or place"));
   EXPECT_THAT(refusal(R"({"kind": "free", "points": [[1]]})"), HasSubstr("no [x, y]"));
   EXPECT_THAT(refusal(R"({"kind": "free", "points": [["1", 2]]})"), HasSubstr("x is no number"));
   EXPECT_THAT(refusal(R"({"kind": "free", "corners": []})"), HasSubstr("corners"));

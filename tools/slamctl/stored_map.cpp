@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/slamctl/stored_map.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <stdexcept>
+
+#include "slam/edits/straighten.hpp"
+#include "store/durable_file.hpp"
+#include "store/map_store.hpp"
+
+namespace slam {
+namespace {
+
+constexpr std::size_t kMostEdits = 1000;  // of a file
+
+/// Locks the map, and gives what change() makes of it to the store.
+template <typename Change>
+void replace(const StoredMap& map, const Change& change) {
+  if (!MapStore::isName(map.name)) throw std::runtime_error("\"" + map.name + "\" is no name of a map");
+  if (!std::filesystem::is_directory(map.directory / map.name))
+    throw std::runtime_error("there is no map \"" + map.name + "\"; slamctl maps lists them");
+  const FolderLock lock(map.directory / map.name);
+  LoadedMap loaded = MapStore::load(map.directory, map.name, map.grid);
+  if (!loaded.remarks.empty())
+    throw std::runtime_error(loaded.remarks.front() + "; let slamd load and save the map before it is changed");
+  const MapState changed = change(loaded.state);
+  MapStore store(map.directory, map.name);
+  MapStore::newest(map.directory) == map.name ? store.checkpoint(changed) : store.writeCopy(changed);
+}
+
+/// Why an edit would take from the robot what it finds its place by; empty: it would not.
+std::string lossBy(const EditCommand& command, const MapState& map) {
+  const EditRequest& request = command.request;
+  if (command.kind != EditCommand::kAdd || request.kind != EditKind::kErase || request.force) return "";
+  const auto anchor = anchored(request, map.keyframes, map.in_map);
+  if (!anchor || shareLeft(*anchor, map.keyframes, map.T_map_base.translation()) >= kEditLimits.least_share) return "";
+  return "the robot would not find its place any more where it was last; \"force\": true erases all the same";
+}
+
+}  // namespace
+
+std::string StoredMap::edit(std::span<const EditCommand> commands) const {
+  replace(*this, [&](MapState& map) {
+    for (const EditCommand& command : commands) {
+      int id = 0;
+      std::string problem = lossBy(command, map);
+      if (problem.empty()) problem = map.edits.carryOut(command, map.keyframes, map.in_map, &id);
+      if (!problem.empty())
+        throw std::runtime_error("edit " + std::to_string(&command - commands.data() + 1) + " of " +
+                                 std::to_string(commands.size()) + ": " + problem + "; none was made");
+    }
+    eraseFrom(map.keyframes, map.edits);
+    return transformed(map, Pose2{}, grid);  // draws it anew
+  });
+  return std::to_string(commands.size()) + (commands.size() == 1 ? " edit" : " edits") + " of map " + name;
+}
+
+std::string StoredMap::straighten(const std::string& origin) const {
+  double turn = 0.0;  // [rad]
+  replace(*this, [&](const MapState& map) {
+    const Pose2 T_new_map = straightFrame(map, origin);
+    turn = T_new_map.theta;
+    return transformed(map, T_new_map, grid);
+  });
+  char text[40];
+  std::snprintf(text, sizeof text, "turned by %.2f deg", turn * 180.0 / std::numbers::pi);
+  return "map " + name + " is " + text;
+}
+
+void StoredMap::remove() const {
+  if (!MapStore::isName(name) || !std::filesystem::is_directory(directory / name))
+    throw std::runtime_error("there is no map \"" + name + "\"; slamctl maps lists them");
+  const FolderLock lock(directory / name);
+  std::filesystem::remove_all(directory / name);
+  syncFolder(directory);
+}
+
+void StoredMap::rename(const std::string& to) const {
+  if (!MapStore::isName(name) || !std::filesystem::is_directory(directory / name))
+    throw std::runtime_error("there is no map \"" + name + "\"; slamctl maps lists them");
+  if (!MapStore::isName(to))
+    throw std::runtime_error("\"" + to + "\" is no name of a map; use letters, digits, - and _");
+  if (std::filesystem::exists(std::filesystem::symlink_status(directory / to)))
+    throw std::runtime_error("there is a map \"" + to + "\" already");
+  const FolderLock lock(directory / name);
+  std::filesystem::rename(directory / name, directory / to);
+  syncFolder(directory);
+}
+
+std::vector<std::string> editsIn(std::string_view json, const std::string& author) {
+  nlohmann::json list = nlohmann::json::parse(json, nullptr, false);
+  if (list.is_object()) list = nlohmann::json::array({list});
+  if (!list.is_array() || list.empty())
+    throw std::runtime_error("the file is no JSON list of edits; docs/api.md shows one");
+  if (list.size() > kMostEdits) throw std::runtime_error("the file holds more than 1000 edits");
+  std::vector<std::string> edits;
+  for (nlohmann::json& edit : list) {
+    if (edit.is_object() && !edit.contains("by")) edit["by"] = author;
+    edits.push_back(edit.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  }
+  return edits;
+}
+
+}  // namespace slam

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/slamctl/stored_map_commands.hpp"
+
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+#include "slam/edits/edit_json.hpp"
+#include "store/durable_file.hpp"
+#include "tools/slamctl/map_edits.hpp"
+#include "tools/slamctl/stored_map.hpp"
+
+namespace slam {
+namespace {
+
+constexpr std::size_t kLargestFile = 4 << 20;  // [bytes] of edits: 1000 outlines of 100 corners
+
+std::string contentOf(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw std::runtime_error("cannot read " + file);
+  std::string content(kLargestFile + 1, '\0');
+  in.read(content.data(), static_cast<std::streamsize>(content.size()));
+  content.resize(static_cast<std::size_t>(in.gcount()));
+  if (content.size() > kLargestFile) throw std::runtime_error(file + " is larger than 4 MiB: no file of edits");
+  return content;
+}
+
+}  // namespace
+
+StoredMapCommands::StoredMapCommands(CLI::App& app) {
+  const auto add = [&](const char* command, const char* what) {
+    CLI::App* const added = app.add_subcommand(command, what);
+    added->add_option("NAME", name_, "of a map")->required();
+    return added;
+  };
+  CLI::App* const edit = add("edit", "carry out a file of edits in a map: all of them, or none");
+  edit->add_option("FILE", file_, "JSON list of objects with kind and points (docs/api.md)")->required();
+  CLI::App* const straighten = add("straighten", "turn a map so that most walls lie along its axes");
+  straighten->add_option("--origin", origin_, "a place that is the origin from now on");
+  CLI::App* const rename = add("rename", "give a map another name");
+  rename->add_option("TO", to_, "letters, digits, - and _")->required();
+  edit_ = edit, straighten_ = straighten, rename_ = rename;
+  undo_ = add("undo", "undo the last edit of a map");
+  delete_ = add("delete", "remove a map from the disk, for good");
+}
+
+bool StoredMapCommands::parsed() const {
+  for (const CLI::App* command : {edit_, undo_, straighten_, delete_, rename_})
+    if (command->parsed()) return true;
+  return false;
+}
+
+StoredMapCommands::Sent StoredMapCommands::carryOut(const std::string& directory, const Config& config,
+                                                    std::int64_t utime) const {
+  const StoredMap map{directory, name_, config.map};
+  Sent sent;
+  std::vector<EditCommand> commands;
+  if (edit_->parsed()) {
+    for (const std::string& one : editsIn(contentOf(file_), userName())) {
+      commands.push_back({.kind = EditCommand::kAdd, .request = editRequestOf(one), .utime = utime});
+      sent.emplace_back("map_edit", one);
+    }
+  } else if (undo_->parsed()) {
+    commands.push_back({.kind = EditCommand::kUndo, .request = {}, .utime = utime});
+    sent.emplace_back("map_undo", "");
+  } else if (straighten_->parsed()) {
+    sent.emplace_back("map_straighten", origin_);
+  }
+  try {
+    if (!commands.empty()) {
+      std::printf("%s\n", map.edit(commands).c_str());
+    } else if (straighten_->parsed()) {
+      std::printf("%s\n", map.straighten(origin_).c_str());
+    } else if (delete_->parsed()) {
+      map.remove();
+      std::printf("map %s is removed\n", name_.c_str());
+    } else {
+      map.rename(to_);
+      std::printf("map %s is now %s\n", name_.c_str(), to_.c_str());
+    }
+    return {};
+  } catch (const FolderLocked&) {
+    if (sent.empty()) throw std::runtime_error("slamd has map " + name_ + " open; slamctl load another one first");
+    return sent;
+  }
+}
+
+}  // namespace slam

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <CLI/App.hpp>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "config/config.hpp"
+
+namespace slam {
+
+/// `slamctl edit`, `undo`, `straighten`, `delete` and `rename`: of a map by its name, whether slamd has it open or not.
+class StoredMapCommands {
+ public:
+  /// Adds the subcommands.
+  explicit StoredMapCommands(CLI::App& app);
+  bool parsed() const;
+
+  /// What is asked for, one after another, as verb and argument for the slamd that has the map open.
+  using Sent = std::vector<std::pair<std::string, std::string>>;
+  /// Changes the map where no slamd has it open, and prints what was done.
+  /// @param directory of the maps @param utime [us since the epoch] now @return what to send to the slamd that has it
+  /// open; empty: it is done
+  /// @throws std::runtime_error with one sentence where it cannot be done
+  Sent carryOut(const std::string& directory, const Config& config, std::int64_t utime) const;
+
+ private:
+  const CLI::App *edit_, *undo_, *straighten_, *delete_, *rename_;
+  std::string name_, file_, to_, origin_;
+};
+
+}  // namespace slam
