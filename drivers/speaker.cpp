@@ -218,9 +218,9 @@ const char* driversFor(Speaker speaker) {
 const char* baseDriverFor(Speaker speaker) {
   switch (speaker) {
     case Speaker::kArduino:
-      return "ros_arduino_bridge";
+      return "text";
     case Speaker::kCreate:
-      return "create2";
+      return "create";
     case Speaker::kKobuki:
       return "kobuki";
     default:

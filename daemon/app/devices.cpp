@@ -34,7 +34,7 @@ Problem problemOf(DepthStatus status) {
 }  // namespace
 
 std::unique_ptr<LidarUnit> makeLidarUnit(const Config& config) {
-  if (config.lidar_device.driver == LidarDriver::kAuto) return nullptr;  // lidarFinder() finds it
+  if (config.lidar_device.isSearched()) return nullptr;  // lidarFinder() finds it
   if (const LidarFacts* facts = lidarFacts(config))
     return std::make_unique<PacketLidar>(*facts, packetLidarConfig(config), &monotonicNow);
   if (config.lidar_device.driver == LidarDriver::kHokuyo)
@@ -45,7 +45,7 @@ std::unique_ptr<LidarUnit> makeLidarUnit(const Config& config) {
 }
 
 LidarFinder lidarFinder(const Config& config) {
-  if (config.lidar_device.driver != LidarDriver::kAuto) return {};
+  if (!config.lidar_device.isSearched()) return {};
   return [config](const PortOpener& open, const std::atomic<bool>& cancel) -> FoundUnit {
     const LidarDeviceConfig& device = config.lidar_device;
     const LidarFinding found = LidarSearch(device.port, device.baud, open, &monotonicNow).find(cancel);

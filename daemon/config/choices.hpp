@@ -37,6 +37,8 @@ enum class LidarDriver : std::uint8_t {
   kHokuyo,
   kSick,
   kAuto,
+  kYdlidar,  ///< as kAuto: which one of the family answers
+  kLds,      ///< the same of LDS-02 and XV-11
   kLcm,
   kNone
 };
@@ -55,15 +57,13 @@ template <>
 inline constexpr std::array kWords<RunMode>{"slam", "localise"};
 template <>
 inline constexpr std::array kWords<LidarDriver>{
-    "rplidar",    "ld06",       "ld19",           "stl19p",     "stl27l",     "ms200",          "lds02",
-    "ydlidar-x2", "ydlidar-x4", "ydlidar-x4-pro", "ydlidar-g2", "ydlidar-g4", "ydlidar-t-mini", "coin-d4",
-    "lds01",      "xv11",       "camsense-x1",    "hokuyo",     "sick",       "auto",           "lcm",
-    "none"};
+    "rplidar",     "ld06",           "ld19",       "stl19p",     "stl27l",         "ms200",   "lds02", "ydlidar-x2",
+    "ydlidar-x4",  "ydlidar-x4-pro", "ydlidar-g2", "ydlidar-g4", "ydlidar-t-mini", "coin-d4", "lds01", "xv11",
+    "camsense-x1", "hokuyo",         "sick",       "auto",       "ydlidar",        "lds",     "lcm",   "none"};
 template <>
 inline constexpr std::array kWords<LidarScanMode>{"auto", "express", "standard"};
 template <>
-inline constexpr std::array kWords<BaseDriver>{"handsfree", "ros_arduino_bridge", "create2", "kobuki", "can", "lcm",
-                                               "none"};
+inline constexpr std::array kWords<BaseDriver>{"handsfree", "text", "create", "kobuki", "can", "lcm", "none"};
 template <>
 inline constexpr std::array kWords<BaseType>{"differential", "omni3", "mecanum4"};
 template <>

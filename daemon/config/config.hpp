@@ -23,11 +23,15 @@ struct LidarDeviceConfig {
 
   /// slamd reads it at a serial port.
   bool isRead() const { return driver != LidarDriver::kLcm && driver != LidarDriver::kNone; }
+  /// Its model is found when the port is opened.
+  bool isSearched() const {
+    return driver == LidarDriver::kAuto || driver == LidarDriver::kYdlidar || driver == LidarDriver::kLds;
+  }
 
   void visitSettings(auto& v) {
     v.robot("driver", driver,
-            "The scans come from a lidar of this model, from the one on the port (auto), from another program over LCM "
-            "(SLAM_SCAN), or from nowhere.",
+            "The scans come from a lidar of this model, from the one on the port (auto, ydlidar, lds), from another "
+            "program over LCM (SLAM_SCAN), or from nowhere.",
             "Set lcm for a lidar for which slamd has no driver.");
     v.robot("port", port,
             "The lidar is connected to this serial port, or has this address on the network: "

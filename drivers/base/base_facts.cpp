@@ -15,14 +15,14 @@ namespace slam {
 namespace {
 
 constexpr std::array kTable = {
-    BaseFacts{.driver = "ros_arduino_bridge",
+    BaseFacts{.driver = "text",
               .name = "an Arduino with ros_arduino_bridge",
               .speaker = Speaker::kArduino,
               .make = makeArduinoProtocol,
               .baud = arduino_bridge::kBaud,
               .counter_bits = 32,
               .rate = 50.0},
-    BaseFacts{.driver = "create2",
+    BaseFacts{.driver = "create",
               .name = "an iRobot Create 2 or Roomba",
               .speaker = Speaker::kCreate,
               .make = makeCreateProtocol,

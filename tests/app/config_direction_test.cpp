@@ -271,7 +271,8 @@ TEST(LidarKeys, NameEachRowOfTheDriversTable) {
     rows += facts != nullptr;
     const LidarDriver driver = config.lidar_device.driver;
     const bool other = driver == LidarDriver::kRplidar || driver == LidarDriver::kHokuyo ||
-                       driver == LidarDriver::kSick || driver == LidarDriver::kAuto || !config.lidar_device.isRead();
+                       driver == LidarDriver::kSick || config.lidar_device.isSearched() ||
+                       !config.lidar_device.isRead();
     EXPECT_EQ(facts == nullptr, other) << word;
     if (facts == nullptr) continue;
     EXPECT_EQ(serialLidarConfig(config).baud, facts->baud) << word;

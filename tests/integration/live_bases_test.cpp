@@ -89,7 +89,7 @@ TEST_F(LiveBases, DriveAsTheyAreToldAndStopAndNameTheirFaults) {
     const std::int64_t stood = now();
     const std::size_t calm = poses_.size();
     for (const Cell& cell : kCells) {
-      const bool no_sensor = base == "ros_arduino_bridge" || base == "roboclaw";
+      const bool no_sensor = base == "text" || base == "roboclaw";
       if (std::string_view(cell.name) == "lifted" && no_sensor) continue;
       inject("board", cell.fault);
       EXPECT_TRUE(

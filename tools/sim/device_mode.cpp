@@ -47,7 +47,7 @@ class DeviceSession {
         simulation_(scene_, options.seed, monotonicNow(), {}, geometryOf(options.base).base),
         lidar_model_(scene_.world, {}, options.seed),
         seen_(scene_.world, options.seed),
-        lidar_(makeLidar(options.lidar)),
+        lidar_(makeLidar(std::string(lidarModel(options.lidar)))),
         board_(makeBase(options.base)),
         lidar_line_(options.lidar_tcp > 0 ? FaultyLine(options.lidar_tcp) : FaultyLine(directory / "lidar")),
         board_line_(directory / "board"),

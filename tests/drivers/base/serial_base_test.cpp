@@ -20,7 +20,7 @@ class EachBase : public testing::TestWithParam<const char*> {
  protected:
   const char* word() const { return GetParam(); }
   /// A base whose own watchdog stops it may stand before slamd has stopped it.
-  bool keepsItsSpeed() const { return std::string_view(word()) == "create2"; }
+  bool keepsItsSpeed() const { return std::string_view(word()) == "create"; }
 };
 
 /// Way along x that the wheels tell [m].
@@ -92,7 +92,7 @@ TEST_P(EachBase, StopsBehindTheLastCommand) {
   const std::size_t written = rig.written.size();
   rig.runFor(3s);
   EXPECT_TRUE(rig.stands());
-  const bool is_asked = std::string_view(word()) == "ros_arduino_bridge";
+  const bool is_asked = std::string_view(word()) == "text";
   EXPECT_TRUE(is_asked || rig.written.size() == written) << "the base is known to stand: nothing is owed any more";
 }
 
@@ -215,7 +215,7 @@ TEST_P(EachBase, CountsDamageAndNeverJumps) {
     jumps += std::abs(rig.wheels[i].angles[0] - rig.wheels[i - 1].angles[0]) > 3.0 ? 1 : 0;
   }
   // A text without a checksum cannot tell a damaged digit from another count.
-  EXPECT_TRUE(std::string_view(word()) == "ros_arduino_bridge" || jumps == 0) << jumps;
+  EXPECT_TRUE(std::string_view(word()) == "text" || jumps == 0) << jumps;
   ASSERT_TRUE(rig.connect()) << rig.words();
 }
 
@@ -233,7 +233,7 @@ TEST_P(EachBase, BeginsAnewWhenItsCountersDo) {
 }
 
 TEST_P(EachBase, IsNamedAtAWrongBaudRate) {
-  if (std::string_view(word()) == "create2") GTEST_SKIP() << "it is silent, and takes a question for pressed buttons";
+  if (std::string_view(word()) == "create") GTEST_SKIP() << "it is silent, and takes a question for pressed buttons";
   const int right = findBase(word())->baud, wrong = right == 115200 ? 57600 : 115200;
   BaseRig rig(word(), word(), wrong);
   ASSERT_TRUE(rig.runUntil([&] { return rig.has(problem::kOtherBaud); }, 30s)) << rig.words();
@@ -241,9 +241,9 @@ TEST_P(EachBase, IsNamedAtAWrongBaudRate) {
 }
 
 TEST_P(EachBase, IsNamedWhereAnotherIsExpected) {
-  const std::string other = std::string_view(word()) == "kobuki" ? "ros_arduino_bridge" : "kobuki";
+  const std::string other = std::string_view(word()) == "kobuki" ? "text" : "kobuki";
   BaseRig rig(word(), other);
-  if (std::string_view(word()) == "create2") {
+  if (std::string_view(word()) == "create") {
     // It sends only when it is asked: a session before has left it streaming.
     BaseRig::Bytes out;
     rig.emulator->exchange(BaseRig::Bytes{128, 148, 8, 7, 22, 34, 35, 41, 42, 43, 44}, virtual_now, out);
@@ -254,7 +254,7 @@ TEST_P(EachBase, IsNamedWhereAnotherIsExpected) {
 
 TEST_P(EachBase, ThatIsLiftedIsReportedAndItsWheelsAreNoMotion) {
   BaseRig rig(word());
-  if (std::string_view(word()) == "ros_arduino_bridge") GTEST_SKIP() << "it has no such sensor";
+  if (std::string_view(word()) == "text") GTEST_SKIP() << "it has no such sensor";
   ASSERT_TRUE(rig.connect());
   rig.driveFor(2s, {.vx = 0.3});
   rig.emulator->inject("lifted", 1.0);
@@ -283,7 +283,7 @@ TEST_P(EachBase, ThatIsLiftedIsReportedAndItsWheelsAreNoMotion) {
   EXPECT_GT(rig.wheels.back().angles[0], at);
 }
 
-INSTANTIATE_TEST_SUITE_P(, EachBase, testing::Values("ros_arduino_bridge", "create2", "kobuki"),
+INSTANTIATE_TEST_SUITE_P(, EachBase, testing::Values("text", "create", "kobuki"),
                          [](const auto& test) { return std::string(test.param); });
 
 TEST(SerialBase, ComparesTheGeometryWithItsMakers) {
@@ -306,7 +306,7 @@ TEST(SerialBase, HandsOnTheTurnRateOfAKobukisGyro) {
 }
 
 TEST(SerialBase, EntersACreatesSafeModeForACommandAlone) {
-  BaseRig rig("create2");
+  BaseRig rig("create");
   ASSERT_TRUE(rig.connect());
   rig.runFor(3s);
   EXPECT_THAT(rig.written, testing::Not(testing::Contains(131))) << "no mode in which a motor obeys";
@@ -317,7 +317,7 @@ TEST(SerialBase, EntersACreatesSafeModeForACommandAlone) {
 }
 
 TEST(SerialBase, IsNeverAskedWhatACreateTakesForPressedButtons) {
-  BaseRig rig("create2");
+  BaseRig rig("create");
   rig.emulator->inject("silent", 1.0);
   ASSERT_TRUE(rig.runUntil([&] { return rig.state() == DeviceState::kFault; }));
   rig.runFor(10s);
@@ -325,7 +325,7 @@ TEST(SerialBase, IsNeverAskedWhatACreateTakesForPressedButtons) {
 }
 
 TEST(SerialBase, LeavesAnArduinosBootloaderInPeace) {
-  BaseRig rig("ros_arduino_bridge");
+  BaseRig rig("text");
   rig.emulator->loseItsPlug();
   const Timestamp opened = virtual_now;
   rig.runFor(400ms);
@@ -337,7 +337,7 @@ TEST(SerialBase, LeavesAnArduinosBootloaderInPeace) {
 }
 
 TEST(SerialBase, DoesNotTakeALateAnswerForThatToTheZero) {
-  BaseRig rig("ros_arduino_bridge");
+  BaseRig rig("text");
   ASSERT_TRUE(rig.connect());
   rig.driveFor(1s, {.vx = 0.3});
   rig.delay = 130ms;  // each answer comes when its request has been given up

@@ -14,7 +14,7 @@ namespace {
 /// `m`.
 class ArduinoEmulator : public CountingBase {
  public:
-  ArduinoEmulator() : CountingBase(geometryOf("ros_arduino_bridge"), {}) {}
+  ArduinoEmulator() : CountingBase(geometryOf("text"), {}) {}
   void loseItsPlug() override { inject("reset", 1.0); }
 
  protected:

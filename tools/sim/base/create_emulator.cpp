@@ -14,7 +14,7 @@ constexpr Duration kPeriod = std::chrono::milliseconds(15);
 /// A Create 2: it keeps the last speed for ever, but in safe mode a wheel that drops makes it passive, and stops it.
 class CreateEmulator : public CountingBase {
  public:
-  CreateEmulator() : CountingBase(geometryOf("create2"), {65500, 40}) {}  // both soon wrap
+  CreateEmulator() : CountingBase(geometryOf("create"), {65500, 40}) {}  // both soon wrap
 
  protected:
   void restart() override {

@@ -142,6 +142,11 @@ constexpr std::array kFormats = {
     PacketFormat{.driver = "camsense-x1", .encode = camsense, .samples = 8, .turn_rate = 5.2},
 };
 
+/// A word of lidar.driver for several models, and the one that is played for it.
+using Family = std::pair<std::string_view, std::string_view>;
+constexpr std::array kFamilies = {Family{"ydlidar", "ydlidar-x4"}, Family{"lds", "lds02"},
+                                  Family{"hokuyo", "hokuyo-urg"}, Family{"sick", "sick-tim"}};
+
 }  // namespace
 
 const PacketFormat* findPacketFormat(std::string_view driver) {
@@ -150,8 +155,14 @@ const PacketFormat* findPacketFormat(std::string_view driver) {
   return found == kFormats.end() ? nullptr : &*found;
 }
 
+std::string_view lidarModel(std::string_view word) {
+  const auto found = std::ranges::find(kFamilies, word, &Family::first);
+  return found == kFamilies.end() ? word : found->second;
+}
+
 std::vector<std::string> lidarNames() {
   std::vector<std::string> names;
+  for (const Family& family : kFamilies) names.emplace_back(family.first);
   for (const NamedIdentity& unit : namedIdentities()) names.push_back(unit.name);
   for (const PacketFormat& row : kFormats) names.push_back(row.driver);
   for (const ScipModel& model : scipModels()) names.push_back(model.name);

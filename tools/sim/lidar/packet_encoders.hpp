@@ -30,6 +30,9 @@ struct PacketFormat {
 /// @return nullptr for a lidar that nobody simulates
 const PacketFormat* findPacketFormat(std::string_view driver);
 
+/// The model that is played for a word of lidar.driver: the word itself, but for a family.
+std::string_view lidarModel(std::string_view word);
+
 /// All that slam-sim plays: RPLidars, Hokuyos and SICKs by their models, and the drivers of all rows.
 std::vector<std::string> lidarNames();
 
