@@ -30,8 +30,8 @@ struct LidarDeviceConfig {
 
   void visitSettings(auto& v) {
     v.robot("driver", driver,
-            "The scans come from a lidar of this model, from the one on the port (auto, ydlidar, lds), from another "
-            "program over LCM (SLAM_SCAN), or from nowhere.",
+            "The scans come from a lidar of this model, from the one on the port (auto, ydlidar, lds), over LCM "
+            "(SLAM_SCAN), or from nowhere.",
             "Set lcm for a lidar for which slamd has no driver.");
     v.robot("port", port,
             "The lidar is connected to this serial port, or has this address on the network: "

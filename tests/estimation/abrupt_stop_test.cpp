@@ -61,7 +61,7 @@ TEST(AbruptStop, OfARobotThatDrivesOnIsOfDeadWheels) {
 }
 
 TEST(AbruptStop, OfARobotThatStandsOrIsCarriedIsTrue) {
-  for (const Pose2& seen : {Pose2{0.02, 0.0, 0.0}, Pose2{-1.0, 0.0, 0.0}, Pose2{0.5, 1.0, 2.0}}) {
+  for (const Pose2& seen : {Pose2{0.02, 0.0, 0.0}, Pose2{-1.0, 0.0, 0.0}, Pose2{0.5, -1.0, 2.0}}) {
     AbruptStop stop = stopped();
     stop.decide(at(2.0), seen, 0.04);
     EXPECT_FALSE(stop.dead() || stop.doubtful());

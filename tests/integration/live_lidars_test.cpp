@@ -20,11 +20,10 @@ struct Cell {
   const char* words;
   const char* of_asked = words;  ///< of a lidar that is asked before its silence is named
 };
-constexpr Cell kCells[] = {
-    {"pulled", "unplug 1", "unplug 0", "no such port"},
-    {"silent", "silent 1", "silent 0", "lidar: port present, but nothing comes", "lidar: port present, no answer"},
-    {"noise", "garbage 1", "garbage 0", "lidar: bytes come, but no packet", "lidar: port present, no answer"},
-    {"half a packet", "lose 3;insert 3;flip 3", "pause 1", ""}};
+constexpr Cell kCells[] = {{"pulled", "unplug 1", "unplug 0", "no such port"},
+                           {"silent", "silent 1", "silent 0", "lidar: port present, but nothing comes", "no answer"},
+                           {"noise", "garbage 1", "garbage 0", "lidar: bytes come, but no packet", "no answer"},
+                           {"half a packet", "lose 3;insert 3;flip 3", "pause 1", ""}};
 
 class LiveLidars : public test::LiveFaults {};
 

@@ -159,7 +159,7 @@ struct Arguments {
 
 /// The subcommands that are looked at by themselves; the others are sent to slamd.
 struct Commands {
-  const CLI::App *status, *doctor, *list, *export_map, *log_mark, *log_list, *log_export;
+  const CLI::App *status, *doctor, *list, *maps, *export_map, *log_mark, *log_list, *log_export;
   std::vector<std::pair<const CLI::App*, const char*>> sent;  ///< with the command's verb
 };
 
@@ -179,8 +179,8 @@ Commands addCommands(CLI::App& app, Arguments& arguments) {
   save->add_option("NAME", arguments.name, "letters, digits, - and _");
   auto* load = app.add_subcommand("load", "store the present map and go on in another one");
   load->add_option("NAME", arguments.name, "of a map")->required();
-  commands.list =
-      app.add_subcommand("list", "all stored maps, and what slamd would find damaged in them")->alias("maps");
+  commands.list = app.add_subcommand("list", "all stored maps, and what slamd would find damaged in them");
+  commands.maps = app.add_subcommand("maps", "the same as list");
   CLI::App* export_map = app.add_subcommand("export", "a stored map as map_server files");
   export_map->add_option("NAME", arguments.name, "of a map")->required()->check(slam::namesFile());
   commands.export_map = export_map;
@@ -244,11 +244,12 @@ int main(int argc, char** argv) {
       sent = stored.carryOut(directory, config, utimeNow());
       if (sent.empty()) return slam::kDone;
     }
-    if (commands.list->parsed() || commands.export_map->parsed() || lists_edits) {
+    const bool lists_maps = commands.list->parsed() || commands.maps->parsed();
+    if (lists_maps || commands.export_map->parsed() || lists_edits) {
       const std::string directory = folderOf(config.store.directory, slam::kServiceMaps, "maps",
                                              "store.directory in the configuration or give --maps");
       if (lists_edits) editing.list(directory, config, arguments.json);
-      if (commands.list->parsed()) arguments.json ? printJson(mapsJson(directory)) : printMaps(directory);
+      if (lists_maps) arguments.json ? printJson(mapsJson(directory)) : printMaps(directory);
       if (commands.export_map->parsed()) {
         if (!slam::MapStore::isName(arguments.name))
           throw std::runtime_error("\"" + arguments.name + "\" is no name of a map");

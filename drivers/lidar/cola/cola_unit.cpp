@@ -12,16 +12,17 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kAnswer = 1s;    // to a request: of a scan it comes with the next turn
-constexpr Duration kQuiet = 150ms;  // two turns of the slowest, after the end of an old scan
+constexpr Duration kAnswer = 1s;           // to a request: of a scan it comes with the next turn
+constexpr Duration kLastQuestion = 250ms;  // to a silent unit: the thread that reads it waits meanwhile
+constexpr Duration kQuiet = 150ms;         // two turns of the slowest, after the end of an old scan
 constexpr std::string_view kError = "sFA", kStop = "sEN LMDscandata 0", kIdentity = "sRA DeviceIdent ";
 
 }  // namespace
 
-std::optional<std::string> ColaUnit::ask(std::string_view request, std::string_view answer) {
+std::optional<std::string> ColaUnit::ask(std::string_view request, std::string_view answer, Duration limit) {
   sendText(*port_, cola::telegram(request));
   auto found = awaitText(
-      *dialogue_, now_, kAnswer,
+      *dialogue_, now_, limit,
       [&](std::string_view text, std::size_t& size) { return cola::findTelegram(text, answer, kError, size); },
       read_ahead_);
   return found && found->starts_with(kError) ? std::nullopt : found;
@@ -32,8 +33,8 @@ ColaUnit::Begun ColaUnit::begin(ByteStream& port, const std::atomic<bool>& cance
   dialogue_ = std::make_unique<rplidar::Dialogue>(port, now_, &cancel);
   sendText(port, cola::telegram(kStop));
   dialogue_->drain(kQuiet, 10 * kQuiet);
-  const auto identity = ask("sRN DeviceIdent", kIdentity);
-  const auto scan = identity ? ask("sRN LMDscandata", "sRA LMDscandata") : std::nullopt;
+  const auto identity = ask("sRN DeviceIdent", kIdentity, kAnswer);
+  const auto scan = identity ? ask("sRN LMDscandata", "sRA LMDscandata", kAnswer) : std::nullopt;
   if (dialogue_->hungUp()) return {DeviceState::kAbsent, problem::kPortGone};
   if (dialogue_->cancelled()) return {DeviceState::kAbsent, problem::kStoppedOpening};
   if (!identity) {
@@ -51,7 +52,7 @@ ColaUnit::Begun ColaUnit::begin(ByteStream& port, const std::atomic<bool>& cance
 ColaUnit::Begun ColaUnit::startScan(const std::string& telegram) {
   const auto scan = cola::parseScan(telegram);
   if (!scan) return {DeviceState::kFault, problem::kLidarUnknown};
-  if (!ask("sEN LMDscandata 1", "sEA LMDscandata 1")) return {DeviceState::kFault, problem::kLidarNoScan};
+  if (!ask("sEN LMDscandata 1", "sEA LMDscandata 1", kAnswer)) return {DeviceState::kFault, problem::kLidarNoScan};
   constexpr double kByteTime = 0.0;  // [s] Ethernet carries a scan in less than a millisecond
   Begun begun;
   if (scan->contamination != cola::Contamination::kNone) begun.problem = problem::kLidarWarns;
@@ -68,7 +69,7 @@ ColaUnit::Begun ColaUnit::startScan(const std::string& telegram) {
 
 /// It is connected, so ask the unit how it is before giving up.
 Problem ColaUnit::silence(const LidarReader& scan) {
-  const auto state = ask("sRN SCdevicestate", "sRA SCdevicestate ");
+  const auto state = ask("sRN SCdevicestate", "sRA SCdevicestate ", kLastQuestion);
   if (dialogue_->hungUp()) return problem::kPortGone;
   if (!state) return problem::kLidarSilent;
   if (scan.nodes() == 0 && scan.bytes() > 0) return problem::kLidarGarbage;

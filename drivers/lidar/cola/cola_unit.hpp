@@ -22,7 +22,7 @@ class ColaUnit : public LidarUnit {
   void end() override;
 
  private:
-  std::optional<std::string> ask(std::string_view request, std::string_view answer);
+  std::optional<std::string> ask(std::string_view request, std::string_view answer, Duration limit);
   Begun startScan(const std::string& telegram);
 
   RangeLimits limits_;

@@ -12,8 +12,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kAnswer = 500ms;  // to a command
-constexpr Duration kQuiet = 100ms;   // after the end of an old scan
+constexpr Duration kAnswer = 500ms;        // to a command
+constexpr Duration kLastQuestion = 250ms;  // to a silent unit: the thread that reads it waits meanwhile
+constexpr Duration kQuiet = 100ms;         // after the end of an old scan
 
 bool isAny(const std::string& status, std::initializer_list<const char*> values) {
   return std::find(values.begin(), values.end(), status) != values.end();
@@ -23,10 +24,10 @@ bool isAny(const std::string& status, std::initializer_list<const char*> values)
 
 void ScipUnit::send(const std::string& command) { sendText(*port_, command + "\n"); }
 
-std::optional<scip::Answer> ScipUnit::ask(const std::string& command) {
+std::optional<scip::Answer> ScipUnit::ask(const std::string& command, Duration limit) {
   send(command);
   return awaitText(
-      *dialogue_, now_, kAnswer,
+      *dialogue_, now_, limit,
       [&](std::string_view text, std::size_t& size) { return scip::findAnswer(text, command, size); }, read_ahead_);
 }
 
@@ -34,10 +35,10 @@ std::optional<scip::Answer> ScipUnit::ask(const std::string& command) {
 std::optional<scip::Answer> ScipUnit::identify() {
   send("QT");
   dialogue_->drain(kQuiet, 10 * kQuiet);
-  if (auto version = ask("VV")) return version;
+  if (auto version = ask("VV", kAnswer)) return version;
   send("SCIP2.0");  // an old URG-04LX begins with SCIP 1.1
   dialogue_->drain(kQuiet, 10 * kQuiet);
-  return ask("VV");
+  return ask("VV", kAnswer);
 }
 
 ScipUnit::Begun ScipUnit::begin(ByteStream& port, const std::atomic<bool>& cancel, WrongSpeaker& others) {
@@ -46,10 +47,10 @@ ScipUnit::Begun ScipUnit::begin(ByteStream& port, const std::atomic<bool>& cance
   const auto version = identify();
   if (!version) return noAnswer(others);
   others.forget();
-  const auto parameters = ask("PP");
+  const auto parameters = ask("PP", kAnswer);
   const auto unit = parameters ? scip::parseParameters(*parameters) : std::nullopt;
   if (!unit) return dialogue_->hungUp() ? noAnswer(others) : Begun{DeviceState::kFault, problem::kLidarUnknown};
-  const auto laser = ask("BM");
+  const auto laser = ask("BM", kAnswer);
   if (!laser || !isAny(laser->status, {"00", "02"})) return {DeviceState::kFault, problem::kLidarNoScan};
   Begun begun = startScan(*unit);
   begun.identity = "Hokuyo " + unit->model + ", firmware " + scip::valueOf(*version, "FIRM") + ", serial number " +
@@ -67,7 +68,7 @@ ScipUnit::Begun ScipUnit::noAnswer(WrongSpeaker& others) const {
 
 ScipUnit::Begun ScipUnit::startScan(const scip::Parameters& unit) {
   const std::string command = scip::scanCommand(unit);
-  const auto answer = ask(command);
+  const auto answer = ask(command, kAnswer);
   if (!answer || answer->status != "00") return {DeviceState::kFault, problem::kLidarNoScan};
   constexpr double kFastLine = 1e-6;  // [s] of a byte on USB at full speed; on Ethernet it is less
   const double byte_time = config_.baud > 0 ? 10.0 / config_.baud : kFastLine;
@@ -88,7 +89,7 @@ ScipUnit::Begun ScipUnit::startScan(const scip::Parameters& unit) {
 
 /// The port is there, so ask the unit how it is before giving up.
 Problem ScipUnit::silence(const LidarReader& scan) {
-  const auto state = ask("II");
+  const auto state = ask("II", kLastQuestion);
   if (dialogue_->hungUp()) return problem::kPortGone;
   if (!state) return problem::kLidarSilent;
   if (scan.nodes() == 0 && scan.bytes() > 0) return problem::kLidarGarbage;

@@ -27,7 +27,7 @@ class ScipUnit : public LidarUnit {
 
  private:
   void send(const std::string& command);
-  std::optional<scip::Answer> ask(const std::string& command);
+  std::optional<scip::Answer> ask(const std::string& command, Duration limit);
   std::optional<scip::Answer> identify();
   Begun noAnswer(WrongSpeaker& others) const;
   Begun startScan(const scip::Parameters& unit);

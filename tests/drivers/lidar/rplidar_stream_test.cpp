@@ -247,7 +247,8 @@ TEST(PacketFormats, AreThoseOfTheTypesItReads) {
   EXPECT_EQ(packetFormat(0x84)->size, 132U);
   EXPECT_EQ(packetFormat(0x84)->samples, 96);
   EXPECT_EQ(packetFormat(0x85)->samples, 40);
-  for (const std::uint8_t other : Bytes{0x00, 0x04, 0x20, 0x80, 0x83, 0x86, 0xFF}) EXPECT_FALSE(packetFormat(other));
+  EXPECT_EQ(packetFormat(0x86)->samples, 64);
+  for (const std::uint8_t other : Bytes{0x00, 0x04, 0x20, 0x80, 0x83, 0x87, 0xFF}) EXPECT_FALSE(packetFormat(other));
 }
 
 }  // namespace

@@ -91,7 +91,7 @@ TEST(ModesToTry, DensestFirstTheTypicalOneOfEquallyDenseOnesStandardLast) {
 TEST(ModesToTry, PassesOverAnswersThatItCannotRead) {
   auto list = listOf129();
   list.push_back(mode(5, 0x83, 31));  // HQ
-  list.push_back(mode(6, 0x86, 31));  // ultra dense
+  list.push_back(mode(6, 0x87, 31));
   list.push_back(mode(7, 0x85, 100));
   EXPECT_THAT(ids(modesToTry(ModeWish::kDensest, kFirmware129, kRate, list, 5)), ElementsAre(7, 2, 3, 4, 1, -1));
 }
