@@ -75,8 +75,7 @@ inline constexpr ProblemKind kStampsAlone{"stamps_alone", "{#0} samples are stam
 
 inline constexpr ProblemKind kWheelsDead{
     "wheels_dead", "the wheels report that they stand, but scans show that the robot moves",
-    "the pose goes by lidar and gyro",
-    "was it pushed or carried? else look after the plugs of the encoders and the power of the base"};
+    "the pose goes by lidar and gyro", "was it pushed or carried? else check the plugs of the encoders"};
 
 inline constexpr const char* kWithoutScans = "slamd goes on without scans";
 inline constexpr ProblemKind kNoEcho{

@@ -257,8 +257,8 @@ TEST(BaseKeys, AreRefusedWhereTheyDoNotFitTogether) {
       EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
     }
   };
-  refused({"base.driver='ros_arduino_bridge'", "imu.driver='none'"}, "base.counts_per_turn");
-  refused({"base.driver='create2'", "imu.driver='base'"}, "imu.driver");
+  refused({"base.driver='text'", "imu.driver='none'"}, "base.counts_per_turn");
+  refused({"base.driver='create'", "imu.driver='base'"}, "imu.driver");
   refused({"base.driver='kobuki'", "imu.driver='base'", "base.type='omni3'"}, "base.type");
   refused({"base.driver='kobuki'"}, "imu.driver");
 }

@@ -5,8 +5,7 @@ namespace slam::test {
 namespace {
 
 const std::vector<std::string> kMounted{"depth.z=0.4", "depth.x=0.1"};
-const std::vector<std::string> kArduino{"base.driver='ros_arduino_bridge'", "base.counts_per_turn=1000.0",
-                                        "imu.driver='none'"};
+const std::vector<std::string> kArduino{"base.driver='text'", "base.counts_per_turn=1000.0", "imu.driver='none'"};
 const std::vector<std::string> kStored{"store.directory='given'"};
 
 }  // namespace
