@@ -51,7 +51,7 @@ TEST_F(Estimator, TellsThePoseAtItsRateBetweenScans) {
   start();
   int poses = 0;
   ASSERT_TRUE(told([&](const PoseSnapshot&) { return ++poses == 5; }));
-  EXPECT_GT(thread->worker().ticks(), 80U) << "one in twenty ticks";
+  EXPECT_GE(thread->worker().ticks(), 80U) << "one in twenty ticks, and the fifth within its tick";
 }
 
 TEST_F(Estimator, HandsScansToTheFrontEndAndTheirKeyframesOn) {
