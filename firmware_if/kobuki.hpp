@@ -27,9 +27,9 @@ struct Feedback {
   bool bumped = false;
   bool dropped = false;  ///< a wheel hangs in the air
   bool cliff = false;
-  std::array<std::uint16_t, 2> counts{};  ///< left, right, forward up, modulo 65536
-  double battery = 0.0;                   ///< [V]
-  std::optional<std::int16_t> turn_rate{};///< [0.01 deg/s] counter-clockwise, of its gyro
+  std::array<std::uint16_t, 2> counts{};    ///< left, right, forward up, modulo 65536
+  double battery = 0.0;                     ///< [V]
+  std::optional<std::int16_t> turn_rate{};  ///< [0.01 deg/s] counter-clockwise, of its gyro
 };
 
 /// Frames in both directions: AA 55, length, sub-payloads, XOR of length and these.
