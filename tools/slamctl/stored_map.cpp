@@ -6,8 +6,10 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 #include "slam/edits/straighten.hpp"
+#include "slam/keyframe_map.hpp"
 #include "store/durable_file.hpp"
 #include "store/map_store.hpp"
 
@@ -31,28 +33,24 @@ void replace(const StoredMap& map, const Change& change) {
   MapStore::newest(map.directory) == map.name ? store.checkpoint(changed) : store.writeCopy(changed);
 }
 
-/// Why an edit would take from the robot what it finds its place by; empty: it would not.
-std::string lossBy(const EditCommand& command, const MapState& map) {
-  const EditRequest& request = command.request;
-  if (command.kind != EditCommand::kAdd || request.kind != EditKind::kErase || request.force) return "";
-  const auto anchor = anchored(request, map.keyframes, map.in_map);
-  if (!anchor || shareLeft(*anchor, map.keyframes, map.T_map_base.translation()) >= kEditLimits.least_share) return "";
-  return "the robot would not find its place any more where it was last; \"force\": true erases all the same";
-}
-
 }  // namespace
 
 std::string StoredMap::edit(std::span<const EditCommand> commands) const {
   replace(*this, [&](MapState& map) {
+    KeyframeMap edited;
+    edited.load(std::move(map.keyframes), std::move(map.in_map));
+    edited.edits = std::move(map.edits);
     for (const EditCommand& command : commands) {
+      std::vector<int> changed;
       int id = 0;
-      std::string problem = lossBy(command, map);
-      if (problem.empty()) problem = map.edits.carryOut(command, map.keyframes, map.in_map, &id);
+      const std::string problem = edited.edit(command, map.T_map_base.translation(), &changed, &id);
       if (!problem.empty())
         throw std::runtime_error("edit " + std::to_string(&command - commands.data() + 1) + " of " +
                                  std::to_string(commands.size()) + ": " + problem + "; none was made");
     }
-    eraseFrom(map.keyframes, map.edits);
+    map.keyframes = std::move(edited.keyframes);
+    map.in_map = std::move(edited.in_map);
+    map.edits = std::move(edited.edits);
     return transformed(map, Pose2{}, grid);  // draws it anew
   });
   return std::to_string(commands.size()) + (commands.size() == 1 ? " edit" : " edits") + " of map " + name;
