@@ -235,6 +235,10 @@ bool isLidar(Speaker speaker) {
 
 }  // namespace
 
+bool isOtherDevice(Speaker speaker) {
+  return !isLidar(speaker) && speaker != Speaker::kUnknown && speaker != Speaker::kPackets;
+}
+
 Heard speakerOf(Bytes bytes) {
   if (isBoard(bytes)) return {Speaker::kBoard};
   if (isImu(bytes)) return {Speaker::kImu};

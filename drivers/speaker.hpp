@@ -30,6 +30,9 @@ enum class Speaker : std::uint8_t {
   kPackets,  ///< of one length that begin alike, of nobody who is known
 };
 
+/// A base, an IMU or a GPS: one that is known, and no lidar.
+bool isOtherDevice(Speaker speaker);
+
 struct Heard {
   Speaker speaker = Speaker::kUnknown;
   std::array<std::uint8_t, 2> header{};  ///< that its packets begin with, where they have one

@@ -62,9 +62,7 @@ bool LidarSearch::tryEach(std::span<const int> bauds, const std::atomic<bool>& c
     hears_ = hears_ || dialogue.heardBytes();
     if (dialogue.hungUp()) found_ = {.problem = problem::kPortGone, .is_open = false};
     if (dialogue.hungUp()) return false;
-    const Heard other = speakerOf(dialogue.recent());  // which is to be asked nothing
-    if (other.speaker == Speaker::kBoard || other.speaker == Speaker::kImu || other.speaker == Speaker::kGps)
-      return false;
+    if (isOtherDevice(speakerOf(dialogue.recent()).speaker)) return false;  // which is to be asked nothing
   }
   return !cancel;
 }
