@@ -18,13 +18,19 @@ namespace {
 
 constexpr std::size_t kMostEdits = 1000;  // of a file
 
-/// Locks the map, and gives what change() makes of it to the store.
-template <typename Change>
-void replace(const StoredMap& map, const Change& change) {
+/// @throws std::runtime_error where there is no such map
+std::filesystem::path folderOf(const StoredMap& map) {
   if (!MapStore::isName(map.name)) throw std::runtime_error("\"" + map.name + "\" is no name of a map");
   if (!std::filesystem::is_directory(map.directory / map.name))
     throw std::runtime_error("there is no map \"" + map.name + "\"; slamctl maps lists them");
-  const FolderLock lock(map.directory / map.name);
+  return map.directory / map.name;
+}
+
+/// Locks the map, and gives what change() makes of it to the store.
+template <typename Change>
+void replace(const StoredMap& map, const Change& change) {
+  const std::filesystem::path folder = folderOf(map);
+  const FolderLock lock(folder);
   LoadedMap loaded = MapStore::load(map.directory, map.name, map.grid);
   if (!loaded.remarks.empty())
     throw std::runtime_error(loaded.remarks.front() + "; let slamd load and save the map before it is changed");
@@ -69,22 +75,20 @@ std::string StoredMap::straighten(const std::string& origin) const {
 }
 
 void StoredMap::remove() const {
-  if (!MapStore::isName(name) || !std::filesystem::is_directory(directory / name))
-    throw std::runtime_error("there is no map \"" + name + "\"; slamctl maps lists them");
-  const FolderLock lock(directory / name);
-  std::filesystem::remove_all(directory / name);
+  const std::filesystem::path folder = folderOf(*this);
+  const FolderLock lock(folder);
+  std::filesystem::remove_all(folder);
   syncFolder(directory);
 }
 
 void StoredMap::rename(const std::string& to) const {
-  if (!MapStore::isName(name) || !std::filesystem::is_directory(directory / name))
-    throw std::runtime_error("there is no map \"" + name + "\"; slamctl maps lists them");
+  const std::filesystem::path folder = folderOf(*this);
   if (!MapStore::isName(to))
     throw std::runtime_error("\"" + to + "\" is no name of a map; use letters, digits, - and _");
   if (std::filesystem::exists(std::filesystem::symlink_status(directory / to)))
     throw std::runtime_error("there is a map \"" + to + "\" already");
-  const FolderLock lock(directory / name);
-  std::filesystem::rename(directory / name, directory / to);
+  const FolderLock lock(folder);
+  std::filesystem::rename(folder, directory / to);
   syncFolder(directory);
 }
 
