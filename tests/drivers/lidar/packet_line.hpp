@@ -71,11 +71,13 @@ class PacketRig {
   std::atomic<bool> cancel{false};
   std::vector<LaserScan> scans;
   VirtualLine line;
-  SerialLidar lidar;
 
  private:
   Bytes answers_;
   std::mt19937 random_{1};
+
+ public:
+  SerialLidar lidar;  ///< ends first: it stops the unit
 };
 
 }  // namespace slam::test

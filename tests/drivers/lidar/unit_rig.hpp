@@ -15,9 +15,6 @@ namespace slam::test {
 
 /// Any emulated lidar and what drives it, in virtual time.
 class UnitRig {
- private:
-  Bytes answers_;  // outlives the driver, which writes to the emulator at its end
-
  public:
   UnitRig(std::unique_ptr<sim::EmulatedLidar> unit, std::unique_ptr<LidarUnit> driver, Speaker speaker,
           const std::string& port = "/dev/lidar")
@@ -57,7 +54,12 @@ class UnitRig {
   std::atomic<bool> cancel{false};
   std::vector<LaserScan> scans;
   VirtualLine line;
-  SerialLidar lidar;
+
+ private:
+  Bytes answers_;
+
+ public:
+  SerialLidar lidar;  ///< ends first: it stops the unit
 };
 
 /// Beams that are not where the room of lidarRoom() is.
