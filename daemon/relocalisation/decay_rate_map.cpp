@@ -126,37 +126,43 @@ std::vector<std::uint8_t> DecayRateMap::blurred(const std::vector<float>& wall, 
     sum += kernel[static_cast<std::size_t>(i + reach)] = static_cast<float>(std::exp(-0.5 * u * u));
   }
   for (float& k : kernel) k /= sum;
-  // Each solid cell is spread over its row, then each row over its column: most of a map is not solid.
-  std::vector<float> along(wall.size(), 0.0F), both(wall.size(), 0.0F);
-  for (int row = 0; row < rows; ++row) {
-    for (int column = 0; column < columns; ++column) {
-      const float rate = wall[walls_.index(column, row)];
-      if (rate == 0.0F) continue;
-      for (int c = std::max(0, column - reach); c <= std::min(columns - 1, column + reach); ++c) {
-        along[walls_.index(c, row)] += rate * kernel[static_cast<std::size_t>(c - column + reach)];
-      }
-    }
-  }
-  for (int row = 0; row < rows; ++row) {
-    const float* from = &along[walls_.index(0, row)];
-    for (int r = std::max(0, row - reach); r <= std::min(rows - 1, row + reach); ++r) {
-      const float share = kernel[static_cast<std::size_t>(r - row + reach)];
-      float* to = &both[walls_.index(0, r)];
-      for (int column = 0; column < columns; ++column) to[column] += from[column] * share;
-    }
-  }
   const auto value = [](double rate) {
     return static_cast<std::uint8_t>(std::clamp(std::lround((std::log(rate) - kLowest) / kStep), 0L, 255L));
   };
   const std::uint8_t unknown = value(unknown_rate_),
                      free = value(model_.rate_free);  // far from walls, as most cells are
-  std::vector<std::uint8_t> level(both.size());
-  for (std::size_t i = 0; i < both.size(); ++i) {
-    const bool is_unknown = walls_.known(i) == DistanceField::Known::kNothing;
-    if (both[i] == 0.0F) {
-      level[i] = is_unknown ? unknown : free;
-    } else {
-      level[i] = value(wall_rate_ * static_cast<double>(both[i]) + (is_unknown ? unknown_rate_ : model_.rate_free));
+  // Each solid cell is spread over its row, then each row over those around it: most of a map is not solid. Of the rows
+  // that were spread only those are kept that the next ones need.
+  const auto window = static_cast<int>(kernel.size());
+  std::vector<std::vector<float>> along(kernel.size());
+  const auto spreadRow = [&](int row) {
+    std::vector<float>& to = along[static_cast<std::size_t>(row % window)];
+    to.assign(static_cast<std::size_t>(columns), 0.0F);
+    for (int column = 0; column < columns; ++column) {
+      const float rate = wall[walls_.index(column, row)];
+      if (rate == 0.0F) continue;
+      for (int c = std::max(0, column - reach); c <= std::min(columns - 1, column + reach); ++c)
+        to[static_cast<std::size_t>(c)] += rate * kernel[static_cast<std::size_t>(c - column + reach)];
+    }
+  };
+  std::vector<std::uint8_t> level(wall.size());
+  std::vector<float> both(static_cast<std::size_t>(columns));
+  for (int row = 0, spread = 0; row < rows; ++row) {
+    for (; spread < std::min(rows, row + reach + 1); ++spread) spreadRow(spread);
+    std::fill(both.begin(), both.end(), 0.0F);
+    for (int r = std::max(0, row - reach); r < spread; ++r) {
+      const std::vector<float>& from = along[static_cast<std::size_t>(r % window)];
+      const float share = kernel[static_cast<std::size_t>(row - r + reach)];
+      for (std::size_t c = 0; c < both.size(); ++c) both[c] += from[c] * share;
+    }
+    for (std::size_t c = 0; c < both.size(); ++c) {
+      const std::size_t i = walls_.index(static_cast<int>(c), row);
+      const bool is_unknown = walls_.known(i) == DistanceField::Known::kNothing;
+      if (both[c] == 0.0F) {
+        level[i] = is_unknown ? unknown : free;
+      } else {
+        level[i] = value(wall_rate_ * static_cast<double>(both[c]) + (is_unknown ? unknown_rate_ : model_.rate_free));
+      }
     }
   }
   return level;

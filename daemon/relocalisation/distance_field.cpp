@@ -5,18 +5,38 @@
 #include <cmath>
 #include <limits>
 #include <queue>
+#include <utility>
 
 namespace slam {
+namespace {
+
+template <typename Visit>
+void forEachWall(const KeyframeGraph& keyframes, std::span<const int> map, Visit&& visit) {
+  for (const int id : map) {
+    const Pose2& T_map_id = keyframes.pose(id);
+    for (const Keyframe::Point& point : keyframes.scan(id)->points) visit(T_map_id * Eigen::Vector2d(point.x, point.y));
+  }
+}
+
+}  // namespace
+
+void forEachWallPoint(const KeyframeGraph& keyframes, std::span<const int> map,
+                      const std::function<void(const Eigen::Vector2d&)>& visit) {
+  for (const int id : map) {
+    for (const Eigen::Vector2f& p : keyframes.scan(id)->solid) visit(keyframes.pose(id) * p.cast<double>());
+  }
+  forEachWall(keyframes, map, visit);
+}
+
 DistanceField::DistanceField(const KeyframeGraph& keyframes, std::span<const int> map,
                              const DistanceFieldConfig& config)
     : config_(config) {
-  collect(keyframes, map);
-  if (walls_.empty()) return;
-  Eigen::Vector2d low = walls_.front().position, high = low;
-  for (const Wall& wall : walls_) {
-    low = low.cwiseMin(wall.position);
-    high = high.cwiseMax(wall.position);
-  }
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  forEachWall(keyframes, map, [&](const Eigen::Vector2d& p) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  });
+  if (!low.allFinite()) return;
   low.array() -= config.reach + config.margin;
   high.array() += config.reach + config.margin;
   const Eigen::Vector2d size = high - low;
@@ -28,25 +48,41 @@ DistanceField::DistanceField(const KeyframeGraph& keyframes, std::span<const int
   const auto cells = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
   nearest_.assign(cells, -1);
   known_.assign(cells, Known::kNothing);
+  collect(keyframes, map);
   spread();
   mark(keyframes, map);
   measure();
 }
 
+/// Of the walls in a cell the one nearest to its middle, for scans show a wall again and again: kept in nearest_. Of a
+/// floor plan all.
 void DistanceField::collect(const KeyframeGraph& keyframes, std::span<const int> map) {
-  std::size_t count = 0;
-  for (const int id : map) count += keyframes.scan(id)->points.size();
-  walls_.reserve(count);  // of a large map most of the memory
   ScanPoints points;
   for (const int id : map) {
     keyframes.points(id, points);
     const Pose2& T_map_id = keyframes.pose(id);
     const Pose2 turn{0.0, 0.0, T_map_id.theta};
-    for (const ScanPoint& point : points) walls_.push_back({T_map_id * point.position, turn * point.normal});
+    for (const ScanPoint& point : points) {
+      const Wall wall{T_map_id * point.position, turn * point.normal};
+      const Eigen::Vector2d at = (wall.position - origin_) / cell_;
+      const int column = static_cast<int>(at.x()), row = static_cast<int>(at.y());
+      std::int32_t& kept = nearest_[index(column, row)];
+      const bool nearer = kept < 0 || distance(column, row, wall) < distance(column, row, wallAt(kept));
+      if (kept >= 0 && config_.kind == MapKind::kScans) {
+        if (nearer) walls_[static_cast<std::size_t>(kept)] = wall;
+        continue;
+      }
+      if (nearer) kept = static_cast<std::int32_t>(walls_.size());
+      walls_.push_back(wall);
+    }
   }
 }
 
-/// Each cell learns its nearest wall from its neighbours, nearest cells first.
+double DistanceField::distance(int column, int row, const Wall& wall) const {
+  return (wall.position - origin_ - cell_ * Eigen::Vector2d(column + 0.5, row + 0.5)).norm();
+}
+
+/// Each cell gets its nearest wall from its neighbours, nearest cells first.
 void DistanceField::spread() {
   struct Front {
     float distance;
@@ -54,31 +90,21 @@ void DistanceField::spread() {
     std::int32_t wall;
     bool operator<(const Front& other) const { return distance > other.distance; }
   };
+  std::vector<float> least(nearest_.size(), static_cast<float>(config_.reach));  // [m] of what waits in the front
   std::priority_queue<Front> front;
-  const auto distance = [&](int column, int row, std::int32_t wall) {
-    const Eigen::Vector2d centre = origin_ + cell_ * Eigen::Vector2d(column + 0.5, row + 0.5);
-    return (walls_[static_cast<std::size_t>(wall)].position - centre).norm();
-  };
   const auto push = [&](int column, int row, std::int32_t wall) {
     if (column < 0 || row < 0 || column >= columns_ || row >= rows_) return;
-    if (nearest_[index(column, row)] >= 0) return;
-    const double away = distance(column, row, wall);
-    if (away <= config_.reach) front.push({static_cast<float>(away), column, row, wall});
+    const auto away = static_cast<float>(distance(column, row, wallAt(wall)));
+    float& shortest = least[index(column, row)];
+    if (away >= shortest) return;
+    shortest = away;
+    front.push({away, column, row, wall});
   };
-  // Of the walls in a cell, only that nearest to its middle spreads: maps hold many scans of a wall.
-  std::vector<float> least(nearest_.size(), std::numeric_limits<float>::infinity());  // [m]
-  const auto forEachWall = [&](auto&& visit) {
-    for (std::size_t i = 0; i < walls_.size(); ++i) {
-      const Eigen::Vector2d at = (walls_[i].position - origin_) / cell_;
-      const int column = static_cast<int>(at.x()), row = static_cast<int>(at.y());
-      const auto wall = static_cast<std::int32_t>(i);
-      visit(column, row, wall, static_cast<float>(distance(column, row, wall)), least[index(column, row)]);
+  for (int row = 0; row < rows_; ++row) {
+    for (int column = 0; column < columns_; ++column) {
+      if (const std::int32_t wall = std::exchange(nearest_[index(column, row)], -1); wall >= 0) push(column, row, wall);
     }
-  };
-  forEachWall([&](int, int, std::int32_t, float away, float& shortest) { shortest = std::min(shortest, away); });
-  forEachWall([&](int column, int row, std::int32_t wall, float away, const float& shortest) {
-    if (away <= shortest) push(column, row, wall);
-  });
+  }
   while (!front.empty()) {
     const Front next = front.top();
     front.pop();
@@ -99,10 +125,7 @@ void DistanceField::mark(const KeyframeGraph& keyframes, std::span<const int> ma
     const StoredScan& scan = *keyframes.scan(id);
     const Pose2& T_map_id = keyframes.pose(id);
     for (const Eigen::Vector2f& p : scan.free) mark(T_map_id * p.cast<double>(), Known::kFree);
-    for (const Eigen::Vector2f& p : scan.solid) {
-      solid_.push_back(T_map_id * p.cast<double>());
-      mark(solid_.back(), Known::kSolid);
-    }
+    for (const Eigen::Vector2f& p : scan.solid) mark(T_map_id * p.cast<double>(), Known::kSolid);
     if (config_.kind == MapKind::kFloorPlan) continue;
     const PointTransform T(T_map_id);
     const auto toCells = [&](const Eigen::Vector2d& p) -> Eigen::Vector2d { return (T * p - origin_) / cell_; };
@@ -134,14 +157,6 @@ void DistanceField::measure() {
   if (cells > 0) thickness_ = cell_ * std::max(1.0, 2.0 * static_cast<double>(cells) / static_cast<double>(faces));
 }
 
-std::vector<Eigen::Vector2d> DistanceField::wallPoints() const {
-  std::vector<Eigen::Vector2d> points;
-  points.reserve(solid_.size() + walls_.size());
-  points.insert(points.end(), solid_.begin(), solid_.end());
-  for (const Wall& wall : walls_) points.push_back(wall.position);
-  return points;
-}
-
 std::int64_t DistanceField::index(const Eigen::Vector2d& p_map) const { return cellAt((p_map - origin_) / cell_); }
 
 std::int64_t DistanceField::cellAt(const Eigen::Vector2d& at) const {
@@ -158,7 +173,7 @@ const DistanceField::Wall* DistanceField::nearest(const Eigen::Vector2d& p_map) 
   const auto i = index(p_map);
   if (i < 0) return nullptr;
   const std::int32_t wall = nearest_[static_cast<std::size_t>(i)];
-  return wall < 0 ? nullptr : &walls_[static_cast<std::size_t>(wall)];
+  return wall < 0 ? nullptr : &wallAt(wall);
 }
 
 }  // namespace slam

@@ -2,6 +2,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -24,6 +25,10 @@ struct DistanceFieldConfig {
   double before_end = 0.30;  ///< [m] a beam shows free space up to so much before its end
 };
 
+/// Visits the faces and insides of a map's walls [m], in map.
+void forEachWallPoint(const KeyframeGraph& keyframes, std::span<const int> map,
+                      const std::function<void(const Eigen::Vector2d&)>& visit);
+
 /// The walls of a whole map on a raster: which one is nearest, what is solid and what is known to be free. Built once
 /// for a map. Allocates.
 class DistanceField {
@@ -35,13 +40,12 @@ class DistanceField {
     Eigen::Vector2d normal;    ///< unit, towards free space; zero where there is no line
     bool isLine() const { return !normal.isZero(); }
   };
+  /// At most one a cell, of a floor plan all.
   std::span<const Wall> walls() const { return walls_; }
   /// The wall nearest to a point, give or take a cell; nullptr: none within reach.
   const Wall* nearest(const Eigen::Vector2d& p_map) const;
   /// Mean thickness of the walls [m], drawn thicker by noise than they are. 0: there are none.
   double thickness() const { return thickness_; }
-  /// Faces and insides of the walls [m].
-  std::vector<Eigen::Vector2d> wallPoints() const;
 
   /// What the map knows of a cell; kSolid: a wall, or within one.
   enum class Known : std::uint8_t { kNothing, kFree, kSolid };
@@ -60,6 +64,8 @@ class DistanceField {
 
  private:
   void collect(const KeyframeGraph& keyframes, std::span<const int> map);
+  double distance(int column, int row, const Wall& wall) const;  // [m] from a cell's middle
+  const Wall& wallAt(std::int32_t wall) const { return walls_[static_cast<std::size_t>(wall)]; }
   void spread();
   void mark(const KeyframeGraph& keyframes, std::span<const int> map);
   void measure();
@@ -72,7 +78,6 @@ class DistanceField {
   std::vector<Wall> walls_;
   std::vector<std::int32_t> nearest_;  // -1: none
   std::vector<Known> known_;
-  std::vector<Eigen::Vector2d> solid_;  // [m] in map
 };
 
 }  // namespace slam

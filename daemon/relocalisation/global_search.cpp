@@ -20,13 +20,15 @@ int floorDivide(int value, int by) { return value >= 0 ? value / by : -((by - 1 
 }  // namespace
 
 GlobalSearch::GlobalSearch(std::span<const Eigen::Vector2d> walls, const GlobalSearchConfig& config)
-    : config_(config), cell_(config.cell) {
-  if (walls.empty()) return;
-  Eigen::Vector2d low = walls.front(), high = walls.front();
-  for (const Eigen::Vector2d& p : walls) {
+    : GlobalSearch([walls](const auto& visit) { std::for_each(walls.begin(), walls.end(), visit); }, config) {}
+
+GlobalSearch::GlobalSearch(const Walls& walls, const GlobalSearchConfig& config) : config_(config), cell_(config.cell) {
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  walls([&](const Eigen::Vector2d& p) {
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
-  }
+  });
+  if (!low.allFinite()) return;
   // A margin on all sides takes the kernel and lets a coarse level look beyond the border.
   const Eigen::Vector2d size = high - low;
   cell_ = std::max(config.cell, std::sqrt(size.x() * size.y() / config.max_cells));
@@ -45,7 +47,7 @@ GlobalSearch::GlobalSearch(std::span<const Eigen::Vector2d> walls, const GlobalS
     const int disc = static_cast<int>(std::ceil(config.kernel_sigmas * config.kernel_sigma / cell_));
     std::vector<double> nearest(cells, std::numeric_limits<double>::infinity());  // squared, in cells
     std::vector<double> across(static_cast<std::size_t>(2 * disc + 1));
-    for (const Eigen::Vector2d& p : walls) {
+    walls([&](const Eigen::Vector2d& p) {
       const Eigen::Vector2d at = (p - origin_) / cell_;
       const int left = static_cast<int>(at.x()) - disc, bottom = static_cast<int>(at.y()) - disc;
       for (std::size_t i = 0; i < across.size(); ++i) across[i] = square(left + static_cast<int>(i) + 0.5 - at.x());
@@ -54,7 +56,7 @@ GlobalSearch::GlobalSearch(std::span<const Eigen::Vector2d> walls, const GlobalS
         double* row = &nearest[index(left, r)];
         for (std::size_t i = 0; i < across.size(); ++i) row[i] = std::min(row[i], across[i] + along);
       }
-    }
+    });
     std::vector<std::uint8_t> values(cells, 0);
     for (std::size_t i = 0; i < cells; ++i) {
       if (std::isinf(nearest[i])) continue;

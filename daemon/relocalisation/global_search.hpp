@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -71,7 +72,10 @@ class GlobalSearch {
   };
 
  public:
-  /// @param walls [m] points of the map's walls
+  /// Gives each of a map's walls' points [m] to a visitor.
+  using Walls = std::function<void(const std::function<void(const Eigen::Vector2d&)>&)>;
+  /// @param walls are gone through twice, and not kept
+  explicit GlobalSearch(const Walls& walls, const GlobalSearchConfig& config = {});
   explicit GlobalSearch(std::span<const Eigen::Vector2d> walls, const GlobalSearchConfig& config = {});
 
   /// A search under way, of a map that stays the same.

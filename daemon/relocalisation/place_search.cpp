@@ -40,7 +40,7 @@ PlaceSearch::PlaceSearch(const PlaceSearchConfig& config) : config_(config) {
 void PlaceSearch::begin(const KeyframeGraph& keyframes, std::span<const int> map) {
   begin();
   field_.emplace(keyframes, map, config_.model.beams, config_.model.kind);
-  global_.emplace(field_->walls().wallPoints(), config_.search);
+  global_.emplace([&](const auto& visit) { forEachWallPoint(keyframes, map, visit); }, config_.search);
 }
 
 void PlaceSearch::begin() {

@@ -193,8 +193,8 @@ LogTruth fitLog(const std::vector<LogSample>& samples, const Config& config, con
   }
   for (std::size_t i = 0; i < kQuery; ++i) query.push_back(all[i * all.size() / kQuery]);
   std::vector<LaidPath> paths;
-  for (const GlobalPlace& place :
-       GlobalSearch(fields.back().walls().wallPoints(), kCoarse).search(query, 0.3, kPlaces, 0.5)) {
+  const GlobalSearch search([&](const auto& visit) { forEachWallPoint(map.keyframes, ids, visit); }, kCoarse);
+  for (const GlobalPlace& place : search.search(query, 0.3, kPlaces, 0.5)) {
     paths.push_back(lay(fields, whole, place.T_map_query));
   }
   if (paths.empty()) throw std::runtime_error("the log's own map fits nowhere in the given one");
