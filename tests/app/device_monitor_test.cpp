@@ -65,7 +65,7 @@ TEST(DeviceHealth, LetsOthersWhoSendOverLcmTakeTwoSeconds) {
             "no data for 2.5 s, nobody sends it over LCM: start the program that sends it; both need one lcm.url");
 }
 
-TEST(DeviceHealth, SaysThatSamplesComeTooSeldom) {
+TEST(DeviceHealth, ReportsThatSamplesComeTooSeldom) {
   for (const auto& [samples, slow] : {std::pair(10, false), {7, false}, {6, true}, {1, true}}) {
     Lidar lidar;
     lidar.measure(10);
@@ -95,7 +95,7 @@ TEST(DeviceHealth, IsNotBlamedForAnOverloadedComputer) {
   EXPECT_THAT(lidar.reason(), testing::HasSubstr("come too late: is something else on its link"));
 }
 
-TEST(DeviceHealth, SaysThatALineLosesBytes) {
+TEST(DeviceHealth, ReportsThatALineLosesBytes) {
   Lidar lidar;
   lidar.measure(10);
   lidar.status.rejects += 4;
@@ -108,7 +108,7 @@ TEST(DeviceHealth, SaysThatALineLosesBytes) {
   EXPECT_THAT(lidar.reason(), testing::HasSubstr("nothing is damaged")) << "what was damaged before does not count";
 }
 
-TEST(DeviceHealth, JudgesNoRateOfASecondInWhichTheDeviceCameOrWent) {
+TEST(DeviceHealth, EvaluatesNoRateOfASecondInWhichTheDeviceCameOrWent) {
   Lidar lidar;
   lidar.measure(3);
   EXPECT_FALSE(lidar.device.judged) << "it came";

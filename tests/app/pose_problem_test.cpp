@@ -45,7 +45,7 @@ TEST(PoseProblem, NameNoSensorAloneWhereAllAreSilent) {
   EXPECT_THAT(wordsOf(pose, false), HasSubstr("waits for the lidar")) << "at the start there is nothing to lose";
 }
 
-TEST(PoseProblem, TellScansThatShowNothingFromThoseThatDoNotMatch) {
+TEST(PoseProblem, DistinguishScansThatShowNothingFromThoseThatDoNotMatch) {
   PoseSnapshot pose = poseOf(kDegraded);
   pose.tracking.failures = 12;
   EXPECT_THAT(wordsOf(pose, true), StartsWith("waits for scans that match the map: the last 12 do not"));
@@ -75,7 +75,7 @@ TEST(PoseProblem, NameScansThatTurnAsTheGyroDoesNot) {
   EXPECT_THAT(wordsOf(pose, true), StartsWith("scans turn by")) << "and the lidar is not said to be covered";
 }
 
-TEST(PoseProblem, SayWhatHelpsARobotThatIsLookedFor) {
+TEST(PoseProblem, ReportWhatHelpsARobotThatIsLookedFor) {
   EXPECT_THAT(wordsOf(poseOf(kLost), true), HasSubstr("slamctl set-pose"));
   PoseSnapshot pose = poseOf(kInitialising);
   EXPECT_THAT(wordsOf(pose, true), HasSubstr("found in the map"));

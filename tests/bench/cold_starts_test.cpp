@@ -40,7 +40,7 @@ TEST(ColdStarts, AreWrittenWithAllDigitsAndNothingWhereNothingWasFound) {
   fs::remove(file);
 }
 
-TEST(ColdStarts, SayWhichFileCannotBeWritten) {
+TEST(ColdStarts, ReportWhichFileCannotBeWritten) {
   try {
     writeStarts({}, "/dev/null/starts.csv");
     FAIL() << "nothing thrown";

@@ -317,7 +317,7 @@ TEST(EventLogReader, RefusesWhatIsNoLog) {
   EXPECT_THROW(read(testing::TempDir()), std::runtime_error);
 }
 
-TEST(EventLogWriter, SaysWhenItCannotWrite) {
+TEST(EventLogWriter, ReportsWhenItCannotWrite) {
   EXPECT_THROW(EventLogWriter("/nonexistent/log.lcm"), std::runtime_error);
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   EventLogWriter full("/dev/full");

@@ -22,7 +22,7 @@ class LocalClientTest : public testing::Test {
   const std::string path = folder / "socket";
 };
 
-TEST_F(LocalClientTest, SaysWhyItCannotConnect) {
+TEST_F(LocalClientTest, ReportsWhyItCannotConnect) {
   LocalClient client;
   EXPECT_EQ(client.open(path), ENOENT);
   EXPECT_EQ(client.open(folder / "no/socket"), ENOENT);

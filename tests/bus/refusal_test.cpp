@@ -35,7 +35,7 @@ Refusal refusalOfWire(const Message& message) {
   return Received<Message>(test::encoded(message)).refusal;
 }
 
-TEST(Received, SaysWhyAMessageIsNoMeasurement) {
+TEST(Received, ReportsWhyAMessageIsNoMeasurement) {
   EXPECT_EQ(refusalOfWire(someScan(100)), Refusal::kNone);
   EXPECT_EQ(Received<scan_t>(test::encoded(imu_t{})).refusal, Refusal::kType);
   EXPECT_EQ(Received<scan_t>({}).refusal, Refusal::kType);

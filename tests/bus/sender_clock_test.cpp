@@ -125,7 +125,7 @@ TEST_F(Sender, OfSpeedsThatWaitedOnTheirWayIsNotTakenForOneOfAnotherClock) {
   EXPECT_EQ(refused, 0);
 }
 
-TEST_F(Sender, OfSpeedsOnAnotherClockIsBelievedAfterASecond) {
+TEST_F(Sender, OfSpeedsOnAnotherClockIsAcceptedAfterASecond) {
   run(SenderClocks::kDrive, 5s, -24h);
   EXPECT_GE(refused, 50);
   EXPECT_LE(refused, 60);

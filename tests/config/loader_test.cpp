@@ -133,7 +133,7 @@ TEST(ParseConfig, RangesHoldUnderAnOldName) {
   EXPECT_THAT(problemsOf("[keyframe]\nfamiliarity = 1.5\n"), ElementsAre(StartsWith("robot.toml:2:15: ")));
 }
 
-TEST(ParseConfig, TakesKeysOfEarlierReleasesAndSaysThatTheyDoNothing) {
+TEST(ParseConfig, TakesKeysOfEarlierReleasesAndReportsThatTheyDoNothing) {
   const Config config =
       parseConfig("mode = \"slam\"\n[search]\nmax_doubt = 4.0\n", "robot.toml", {"search.max_doubt=\"anything\""});
   EXPECT_THAT(differences(config, Config{}), IsEmpty());
@@ -167,7 +167,7 @@ TEST(ParseConfig, AsksDidYouMean) {
   EXPECT_THAT(problemsOf("[lidr]\n"), ElementsAre(AllOf(HasSubstr("did you mean"), HasSubstr("lidar"))));
 }
 
-TEST(ParseConfig, SaysHowToMendAValue) {
+TEST(ParseConfig, ShowsHowToMendAValue) {
   EXPECT_THAT(problemsOf("[lidar]\nrange_max = 201.0\n"),
               ElementsAre(AllOf(HasSubstr("0.5"), HasSubstr("200"), HasSubstr("lidar.range_max"))));
   EXPECT_THAT(problemsOf("[lidar]\ndriver = \"usb\"\n"), ElementsAre(AllOf(HasSubstr("rplidar"), HasSubstr("lcm"))));

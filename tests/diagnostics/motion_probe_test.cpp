@@ -84,7 +84,7 @@ struct Drive {
   }
 };
 
-TEST(MotionProbe, SaysNothingOfASoundRobot) {
+TEST(MotionProbe, ReportsNothingOfASoundRobot) {
   EXPECT_THAT(Drive{}.faults(), IsEmpty());
   EXPECT_THAT((Drive{.gyro = false}).faults(), IsEmpty());
 }

@@ -59,7 +59,7 @@ struct Drive {
   }
 };
 
-TEST(SensorCheck, SaysNothingOfSensorsThatAgreeRoughly) {
+TEST(SensorCheck, ReportsNothingOfSensorsThatAgreeRoughly) {
   EXPECT_THAT(Drive{}.faults(), IsEmpty());
   EXPECT_THAT((Drive{.wheel_turn = 0.9, .wheel_distance = 1.1, .gyro_turn = 1.1}).faults(), IsEmpty());
   EXPECT_THAT((Drive{.lidar_yaw = 10 * kDegree}).faults(), IsEmpty());

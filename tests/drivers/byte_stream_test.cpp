@@ -108,7 +108,7 @@ TEST_F(SocketStream, WakesWhenBytesComeFromAnotherThread) {
   EXPECT_EQ(buffer_[0], 7);
 }
 
-TEST_F(SocketStream, GivesTheLastBytesThenTellsOfTheHangUp) {
+TEST_F(SocketStream, GivesTheLastBytesThenReportsTheHangUp) {
   peerWrites({1, 2, 3});
   hangUp();
   const Timestamp begin = monotonicNow();
@@ -117,7 +117,7 @@ TEST_F(SocketStream, GivesTheLastBytesThenTellsOfTheHangUp) {
   EXPECT_LT(monotonicNow() - begin, kLong / 2) << "does not wait for the time-out";
 }
 
-TEST_F(SocketStream, WritesEverythingOrSaysThatItDidNot) {
+TEST_F(SocketStream, WritesEverythingOrReportsThatItDidNot) {
   EXPECT_TRUE(stream_->write(everyByte()));
   Bytes received(256);
   ASSERT_EQ(::read(peer_, received.data(), received.size()), 256);
@@ -176,7 +176,7 @@ TEST_P(OpenedTerminal, DiscardsItsInput) {
   EXPECT_EQ(port.stream->read(first, milliseconds(20)).status, ReadResult::kTimeout);
 }
 
-TEST_P(OpenedTerminal, TellsOfAHangUpAtOnce) {
+TEST_P(OpenedTerminal, ReportsAHangUpAtOnce) {
   PseudoTerminal device;
   const OpenedPort port = openPort(device.path(), 115200);
   ASSERT_TRUE(port.stream) << port.problem.words();
@@ -205,7 +205,7 @@ TEST_P(OpenedTerminal, CanBeOpenedAgainAfterItWasClosed) {
   EXPECT_TRUE(again.stream) << again.problem.words();
 }
 
-TEST(OpenPort, SaysWhyItCannot) {
+TEST(OpenPort, ReportsWhyItCannot) {
   for (const char* path : {"/dev/no_such_port", "/no/such/folder/port", ""}) {
     const OpenedPort port = openPort(path, 115200);
     EXPECT_FALSE(port.stream) << path;

@@ -10,7 +10,7 @@ namespace {
 
 using test::problemOf;
 
-TEST(DeviceStatus, SaysWhatItDoesWhileItIsOpenedForTheFirstTime) {
+TEST(DeviceStatus, ReportsWhatItDoesWhileItIsOpenedForTheFirstTime) {
   DeviceStatus status;
   status.setOpening(problemOf("opening"));
   EXPECT_EQ(status.problem().words(), "opening");

@@ -32,7 +32,7 @@ TEST(OpenProblem, NameNoRuleOfSlamdForAPortThatIsNoUsbAdapters) {
   }
 }
 
-TEST(OpenProblem, TellASandboxFromAMissingRight) {
+TEST(OpenProblem, DistinguishASandboxFromAMissingRight) {
   EXPECT_THAT(openProblem(EPERM, {"/dev/ttyX0", "dialout", true, true}).words(),
               AllOf(HasSubstr("EPERM"), HasSubstr("DeviceAllow=/dev/ttyX0 rw"), HasSubstr("docker run --device")));
 }

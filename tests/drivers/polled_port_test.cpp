@@ -38,7 +38,7 @@ TEST_F(PolledPortTest, GivesWhatHasComeSinceItWasOpenedAndNeverWaits) {
   EXPECT_FALSE(hung_up_);
 }
 
-TEST_F(PolledPortTest, SaysThatThePlugWasPulledAndOpensAgainWithMoreAndMorePatience) {
+TEST_F(PolledPortTest, ReportsThatThePlugWasPulledAndOpensAgainWithMoreAndMorePatience) {
   ASSERT_FALSE(port_.open(kNow));
   line_.unplug();
   drained();

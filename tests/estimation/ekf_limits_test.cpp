@@ -34,7 +34,7 @@ Ekf standing(const EkfConfig& config = kConfig) {
   return ekf;
 }
 
-TEST(EkfLimits, ASuddenSpeedIsBelievedUpToWhatARobotCanDrive) {
+TEST(EkfLimits, ASuddenSpeedIsAcceptedUpToWhatARobotCanDrive) {
   static const EkfConfig config = [] {
     EkfConfig holonomic;
     holonomic.holonomic = true;
@@ -167,7 +167,7 @@ TEST(EkfLimits, SilentWheelsAreNoStandstill) {
   EXPECT_FALSE(ekf.standstill());
 }
 
-TEST(EkfLimits, TheThirdMatchInARowOutsideTheGateIsBelieved) {
+TEST(EkfLimits, TheThirdMatchInARowOutsideTheGateIsAccepted) {
   Ekf ekf = standing();
   ekf.setPose({}, {0.01, 0.01, 0.01});
   const PoseMeasurement far = measured({0.5, 0, 0}), here = measured({});
@@ -182,7 +182,7 @@ TEST(EkfLimits, TheThirdMatchInARowOutsideTheGateIsBelieved) {
   EXPECT_EQ(set.updatePose(far), UpdateResult::kRejected) << "it counts from anew";
 }
 
-TEST(EkfLimits, NoMatchIsBelievedFartherThanARobotIsCarried) {
+TEST(EkfLimits, NoMatchIsAcceptedFartherThanARobotIsCarried) {
   for (const auto& [metres, believed] : {std::pair(990.0, true), std::pair(1010.0, false)}) {
     Ekf ekf = standing();
     PoseMeasurement match = measured({0.0, metres, 0.0});
@@ -289,7 +289,7 @@ TEST(EkfLimits, BeginsWithTheBiasThatIsKnown) {
   EXPECT_EQ(ekf.pose(), (Pose2{1, 2, 3}));
 }
 
-TEST(EkfLimits, WheelsThatRestAreBelievedAtOnceWhileTheBiasIsUnknown) {
+TEST(EkfLimits, WheelsThatRestAreAcceptedAtOnceWhileTheBiasIsUnknown) {
   const auto rests = [](double bias_sigma, int ms, bool gyro) {
     EkfConfig config;
     config.initial_gyro_bias_sigma = 0.02;

@@ -616,7 +616,7 @@ TEST(Ekf, AnOutlierIsCountedAndChangesNothing) {
   EXPECT_EQ(drive.ekf.covariance(), before.covariance());
 }
 
-TEST(Ekf, RefusedPosesAreBelievedWhereTheyAgree) {
+TEST(Ekf, RefusedPosesAreAcceptedWhereTheyAgree) {
   for (const double wanders : {0.0, 0.25}) {  // [m] from scan to scan
     Ekf ekf(kConfig);
     ekf.setPose({}, {0.02, 0.02, 0.01});
@@ -644,7 +644,7 @@ TEST(Ekf, RefusedPosesMayDifferByWhatSlippingWheelsMakeUp) {
   EXPECT_NEAR(drive.ekf.pose().x, -1.0, 0.05);
 }
 
-TEST(Ekf, APoseThatIsBelievedMovesNothingAlongABlindDirection) {
+TEST(Ekf, APoseThatIsAcceptedMovesNothingAlongABlindDirection) {
   Ekf ekf(kConfig);
   ekf.setPose({}, {0.02, 0.02, 0.01});
   PoseMeasurement measurement = measured({1.0, 0.5, 0.1}, {0.02, 0.02, 0.01});
@@ -728,7 +728,7 @@ TEST(Ekf, FusesTwoHeadingsAcrossTheHalfTurn) {
   EXPECT_NEAR(std::abs(ekf.pose().theta), std::numbers::pi, 1e-6);  // half way
 }
 
-TEST(Ekf, BelievesAConfirmedPoseOutsideItsGateAtOnce) {
+TEST(Ekf, AcceptsAConfirmedPoseOutsideItsGateAtOnce) {
   Drive drive;
   drive.run(10.0);
   PoseMeasurement measurement = measured({1.0, 0, 0}, {0.02, 0.02, 0.01});

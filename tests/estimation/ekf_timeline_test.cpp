@@ -136,7 +136,7 @@ TEST(EkfTimeline, WheelsThatAreReadUnevenlyMakeNoSpeedThatHolds) {
   }
 }
 
-TEST(EkfTimeline, ARobotThatStopsIsBelievedAtOnce) {
+TEST(EkfTimeline, ARobotThatStopsIsAcceptedAtOnce) {
   EkfTimeline timeline(kEkf, kTimeline);
   for (int ms = 0; ms <= 2000; ms += 20) {
     timeline.add(wheels(ms, {0.0003 * std::min(ms, 1000), 0.0, 0.0}));

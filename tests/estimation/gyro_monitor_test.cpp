@@ -168,7 +168,7 @@ TEST(GyroMonitor, WithoutWheelsTheScansDecideAlone) {
   sound.expect(GyroReliability::kReliable, GyroFault::kNone);
 }
 
-TEST(GyroMonitor, LearnsAnOffsetAndHearsTheGyroAgain) {
+TEST(GyroMonitor, LearnsAnOffsetAndUsesTheGyroAgain) {
   for (const double offset : {0.2, -0.45}) {
     Drive drive;
     drive.gyro.fault.offset = offset;
@@ -189,7 +189,7 @@ TEST(GyroMonitor, AnOffsetBeyondAnyBiasIsAFault) {
   EXPECT_NEAR(drive.verdict().value, 1.0, 0.05);
 }
 
-TEST(GyroMonitor, FindsTheEndOfTheRangeAndHearsWhatIsBelow) {
+TEST(GyroMonitor, FindsTheEndOfTheRangeAndUsesWhatIsBelow) {
   for (const double range : {0.3, 0.5}) {
     Drive drive;
     drive.gyro.fault.clip = range;
@@ -218,7 +218,7 @@ TEST(GyroMonitor, StepsOfADegreeAreNoFault) {
   drive.expect(GyroReliability::kReliable, GyroFault::kNone);
 }
 
-TEST(GyroMonitor, AGyroThatIsRightAgainIsHeardAgain) {
+TEST(GyroMonitor, AGyroThatIsRightAgainIsUsedAgain) {
   Drive drive;
   drive.go(20.0);
   drive.gyro.reads = [](double) { return 0.0; };  // stuck
@@ -242,7 +242,7 @@ TEST(GyroMonitor, ARestIsNoProofThatAReversedGyroIsRight) {
   drive.expect(GyroReliability::kRejected, GyroFault::kReversed);
 }
 
-TEST(GyroMonitor, ReadingsThatAreNoNumberAreNotJudged) {
+TEST(GyroMonitor, ReadingsThatAreNoNumberAreNotEvaluated) {
   Drive drive;
   drive.go(20.0);
   for (const double none : {std::nan(""), std::numeric_limits<double>::infinity()}) {

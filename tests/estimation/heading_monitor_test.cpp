@@ -54,7 +54,7 @@ TEST(HeadingMonitor, IsQuietWithSoundScansAndAGyroOfAnyScale) {
   }
 }
 
-TEST(HeadingMonitor, NoticesScansThatTurnWithinSecondsAndBelievesThemLittle) {
+TEST(HeadingMonitor, NoticesScansThatTurnWithinSecondsAndAcceptsThemLittle) {
   for (const double drift : {kDrift, -kDrift}) {
     Drive drive;
     drive.go(2.0, kStand);

@@ -115,7 +115,7 @@ TEST(ScanMonitor, ForgetsOverItsMemory) {
   }
 }
 
-TEST(ScanMonitor, SeesAPushAtOnceAndSaysHowFar) {
+TEST(ScanMonitor, SeesAPushAtOnceAndReportsHowFar) {
   Drive drive;
   drive.go(10.0, 1.0);
   drive.push(1.0);

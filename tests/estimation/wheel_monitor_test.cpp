@@ -44,7 +44,7 @@ class Drive : public test::SimulatedRobot {
   WheelMonitor monitor{EkfConfig{}};
 };
 
-TEST(WheelMonitor, BelievesWheelsAsGoodAsTheFilterTakesThemFor) {
+TEST(WheelMonitor, AcceptsWheelsAsGoodAsTheFilterTakesThemFor) {
   for (const unsigned seed : {1U, 2U, 3U, 4U, 5U}) {
     Drive drive(seed);
     drive.go(300.0, 0.10);
@@ -79,7 +79,7 @@ TEST(WheelMonitor, DoesNotDependOnHowOftenScansCome) {
   }
 }
 
-TEST(WheelMonitor, RejectedWheelsAreHeardWhileNoScanTellsTheMotion) {
+TEST(WheelMonitor, RejectedWheelsAreUsedWhileNoScanShowsTheMotion) {
   Drive drive(1);
   drive.go(30.0, 0.01, -1.0);
   ASSERT_EQ(reliability(drive.monitor), WheelReliability::kRejected);
@@ -141,7 +141,7 @@ TEST(WheelMonitor, LearnsNothingFromStandingStill) {
   EXPECT_FALSE(drive.monitor.reliable());
 }
 
-TEST(WheelMonitor, AnInterruptedStretchIsNotJudged) {
+TEST(WheelMonitor, AnInterruptedStretchIsNotEvaluated) {
   WheelMonitor monitor{EkfConfig{}};
   for (int i = 0; i < 200; ++i) {
     monitor.compare({1.0 * i, 0.0, 0.0}, {0.1 * i, 0.0, 0.0}, true);
@@ -178,7 +178,7 @@ TEST(WheelMonitor, OneStretchCountsAsItsErrorAndTheMemorySay) {
   }
 }
 
-TEST(WheelMonitor, AStretchIsJudgedFromItsLengthOrItsTurnOn) {
+TEST(WheelMonitor, AStretchIsEvaluatedFromItsLengthOrItsTurnOn) {
   const auto judged = [](const Pose2& scans, const Pose2& wheels) {
     const WheelMonitor monitor = after(1, scans, wheels, true);
     return std::max(monitor.distanceFactor(), monitor.turnFactor()) > 1.0;
@@ -230,7 +230,7 @@ TEST(WheelMonitor, WheelsThatAreOffTheWallsHeadingHaveSlipped) {
   EXPECT_TRUE(monitor.slipped(-0.031));
 }
 
-TEST(WheelMonitor, HandsOnWhatItHearsUntilTheWheelsAreRejectedAndBeginsAnewBehindThat) {
+TEST(WheelMonitor, HandsOnWhatItReceivesUntilTheWheelsAreRejectedAndBeginsAnewBehindThat) {
   WheelMonitor monitor(EkfConfig{});
   EXPECT_EQ(monitor.reliability(), WheelReliability::kNone);
   const auto hear = [&](double x) { return monitor.hear({Timestamp{}, {x, 0.0, 0.0}}); };
@@ -254,7 +254,7 @@ TEST(WheelMonitor, HandsOnWhatItHearsUntilTheWheelsAreRejectedAndBeginsAnewBehin
   EXPECT_FALSE(sample->restarted);
 }
 
-TEST(WheelMonitor, JudgesByScansThatToldTheWholePoseOnly) {
+TEST(WheelMonitor, EvaluatesByScansThatToldTheWholePoseOnly) {
   const auto rejected = [](bool complete, bool heard) {
     WheelMonitor monitor(EkfConfig{});
     if (heard) monitor.hear({});

@@ -38,7 +38,7 @@ TEST(CanOdrive, HeartbeatsKeepEachBitInItsPlace) {
   EXPECT_EQ(parseHeartbeat(kRightNode, encoder), (Heartbeat{.state = 1, .encoder_error = true}));
 }
 
-TEST(CanOdrive, TellsTheDialectsOfItsHeartbeatsApart) {
+TEST(CanOdrive, DistinguishesTheDialectsOfItsHeartbeatsApart) {
   const auto heartbeat = [](std::array<std::uint8_t, 8> data) { return Frame{.id = 0x201, .size = 8, .data = data}; };
   // As an S1 sends it in closed loop: byte 5 is a procedure result, byte 6 says that the trajectory is done.
   const Frame busy = heartbeat({0x00, 0x00, 0x00, 0x00, 0x08, 0x01, 0x01, 0x00});

@@ -18,7 +18,7 @@ TEST(LittleEndian, PutsTheLowByteFirst) {
   EXPECT_EQ(floatAt(bytes, 2), 0.2F);
 }
 
-TEST(LittleEndian, SaysWhetherAllAreFinite) {
+TEST(LittleEndian, ReportsWhetherAllAreFinite) {
   std::array<std::uint8_t, 12> bytes{};
   std::array<float, 3> read{};
   putFloats(bytes, 0, std::array{1.0F, -2.5F, 1e-30F});

@@ -26,7 +26,7 @@ TEST(DynamicObjectGate, WhoWalksPullsToAnotherPlaceEachTime) {
   }
 }
 
-TEST(DynamicObjectGate, WallsPullToTheSamePlaceAndAreBelievedInTheEnd) {
+TEST(DynamicObjectGate, WallsPullToTheSamePlaceAndAreAcceptedInTheEnd) {
   DynamicObjectGate watch;
   for (int i = 0; i < 5; ++i) EXPECT_TRUE(watch.rejects(kBegin + i * 200ms, {0.3, 0.005 * i}, kLittle)) << i;
   EXPECT_FALSE(watch.rejects(kBegin + 1s, {0.3, 0.03}, kLittle));
@@ -50,7 +50,7 @@ TEST(DynamicObjectGate, AMatchThatAgreesBeginsThePatienceAnew) {
   EXPECT_FALSE(watch.rejects(kBegin + 3s, {0.3, 0.0}, kLittle));
 }
 
-TEST(DynamicObjectGate, MuchOfAScanIsBelievedAtOnce) {
+TEST(DynamicObjectGate, MuchOfAScanIsAcceptedAtOnce) {
   DynamicObjectGate watch;
   EXPECT_FALSE(watch.rejects(kBegin, {0.4, 0.2}, 0.5)) << "the wheels slipped";
   EXPECT_TRUE(watch.rejects(kBegin, {0.4, 0.2}, -0.1)) << "it fits worse there";

@@ -52,7 +52,7 @@ double error(const PlaceDrive& drive) {
   return (drive.front_end->estimate(drive.now).T_map_base.translation() - truth.translation()).norm();
 }
 
-TEST(Find, IsNotBelievedWhereTheScanSeesThroughAWallThatIsKnown) {
+TEST(Find, IsNotAcceptedWhereTheScanSeesThroughAWallThatIsKnown) {
   for (const bool removed : {false, true}) {
     PlaceDrive drive = liftedIn(hall(true));
     if (removed) drive.enter(hall(false));
@@ -64,7 +64,7 @@ TEST(Find, IsNotBelievedWhereTheScanSeesThroughAWallThatIsKnown) {
   }
 }
 
-TEST(Find, ThatFitsMuchWorseIsBelievedOnlyWhereARobotGetsFromScanToScan) {
+TEST(Find, ThatFitsMuchWorseIsAcceptedOnlyWhereARobotGetsFromScanToScan) {
   for (const auto& [much_worse, rotation, believed] :
        {std::tuple(0.12, 0.8, true), std::tuple(0.12, 0.6, false), std::tuple(0.5, 0.6, true)}) {
     FrontEndConfig config;

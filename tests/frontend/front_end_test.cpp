@@ -190,7 +190,7 @@ TEST(FrontEnd, CorrectsWheelsOfAWrongRadius) {
   }
 }
 
-TEST(FrontEnd, WheelsThatFellSilentAreNotJudgedMeanwhile) {
+TEST(FrontEnd, WheelsThatFellSilentAreNotEvaluatedMeanwhile) {
   for (const bool imu : {true, false}) {
     Drive drive;
     drive.gyro.there = imu;
@@ -266,7 +266,7 @@ TEST(FrontEnd, BeyondWhereAMapReachesTheRobotIsLostAndBeginsAtTheOrigin) {
   for (int id = 0; id < keyframes.size(); ++id) EXPECT_TRUE(isPlausible(keyframes.pose(id))) << id;
 }
 
-TEST(FrontEnd, SurvivesScansThatSayNothing) {
+TEST(FrontEnd, SurvivesScansThatReportNothing) {
   Drive drive;
   drive.run(2.0, kStand);
   auto empty = std::make_unique<LaserScan>();

@@ -170,7 +170,7 @@ TEST(KeyframeSelector, InAGivenMapASegmentForgetsTheOneBefore) {
   EXPECT_EQ(selected.keep({0.4, 0.0, 0.0})->id, 40);
 }
 
-TEST(KeyframeSelector, SaysHowFarASessionsHeadingIsKnown) {
+TEST(KeyframeSelector, ReportsHowFarASessionsHeadingIsKnown) {
   Selected selected;
   EXPECT_EQ(selected.keep({})->heading_tolerance, std::numbers::pi);
   selected.selector.beginSession(KeyframeOrigin::kLost, 0.2);

@@ -64,7 +64,7 @@ TEST(MatchValidator, IsSeldomPulledAlongACorridorByWhoWalksThere) {
   }
 }
 
-TEST(MatchValidator, BelievesNoPlaceThatAGyroContradicts) {
+TEST(MatchValidator, AcceptsNoPlaceThatAGyroContradicts) {
   const FrontEndConfig config;
   MatchValidator validator = validatorOf(config);
   const LocalMap local_map(config.reference, config.lidar.T_base_lidar);
@@ -91,7 +91,7 @@ TEST(MatchValidator, BelievesNoPlaceThatAGyroContradicts) {
   }
 }
 
-TEST(MatchValidator, BelievesNoWorseMatchBehindAGapOfARobotThatStood) {
+TEST(MatchValidator, AcceptsNoWorseMatchBehindAGapOfARobotThatStood) {
   const FrontEndConfig config;
   MatchValidator validator = validatorOf(config);
   const LocalMap local_map(config.reference, config.lidar.T_base_lidar);
@@ -116,7 +116,7 @@ TEST(MatchValidator, BelievesNoWorseMatchBehindAGapOfARobotThatStood) {
   EXPECT_TRUE(accepted(0.64, 3s, 1.0)) << "it drove on";
 }
 
-TEST(MatchValidator, BelievesACorridorsEndWhereAWheelSlips) {
+TEST(MatchValidator, AcceptsACorridorsEndWhereAWheelSlips) {
   for (const double side : {-1.0, 1.0}) {
     Drive drive;
     drive.gyro.there = false;
@@ -153,7 +153,7 @@ TEST(MatchValidator, TakesWallsThatStandInTheOpenForSecondsForARobotThatWasCarri
   EXPECT_EQ(toldAfter({.consistent = 5, .violated = 10}), -1.0) << "too few tell";
 }
 
-TEST(MatchValidator, BelievesATurnOfThreeStandardDeviationsBeyondTheGyrosError) {
+TEST(MatchValidator, AcceptsATurnOfThreeStandardDeviationsBeyondTheGyrosError) {
   const FrontEndConfig config;
   MatchValidator validator = validatorOf(config);
   const LocalMap local_map(config.reference, config.lidar.T_base_lidar);

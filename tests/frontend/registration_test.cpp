@@ -30,7 +30,7 @@ TEST(Registration, FollowsAFastSpin) {
             3U);  // the jolt at its begin and end
 }
 
-TEST(Registration, BelievesScansWhenTheWheelsSpinOnTheSpot) {
+TEST(Registration, AcceptsScansWhenTheWheelsSpinOnTheSpot) {
   Drive drive;
   drive.run(2.0, kStand);
   drive.wheels.scale = drive.wheels.turn_scale = 2.0;

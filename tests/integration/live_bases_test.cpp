@@ -61,7 +61,7 @@ constexpr Cell kCells[] = {{"pulled", "unplug 1", "unplug 0", "no such port"},
                            {"half a frame", "lose 3;insert 3;flip 3", "lose 0", ""},
                            {"lifted", "lifted 1", "lifted 0", "base: a wheel hangs in the air"}};
 
-TEST_F(LiveBases, DriveAsTheyAreToldAndStopAndNameTheirFaults) {
+TEST_F(LiveBases, DriveAsCommandedAndStopAndNameTheirFaults) {
   ASSERT_TRUE(listener_.good());
   for (const std::string& base : sim::baseNames()) {
     if (base == "handsfree") continue;  // FaultMatrix.Board, Stop

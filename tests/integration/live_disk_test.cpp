@@ -177,7 +177,7 @@ TEST_F(LiveDisk, NamesAFullDiskAndWhatIsLost) {
   umount2(disk.c_str(), MNT_DETACH);
 }
 
-TEST_F(LiveDisk, SaysWhichThreadWasLate) {
+TEST_F(LiveDisk, ReportsWhichThreadWasLate) {
   Listener listener;
   ASSERT_TRUE(listener.good());
   startSimulator("60");

@@ -136,7 +136,7 @@ TEST_F(Live, StopsOnSigtermWithTheMapSaved) {
   for (const char* ending : {".yaml", ".pgm", ".png"}) EXPECT_TRUE(fs::exists(folder_ / ("map" + std::string(ending))));
 }
 
-TEST_F(Live, SaysInWordsWhatIsMissing) {
+TEST_F(Live, ReportsInWordsWhatIsMissing) {
   Listener listener;
   ASSERT_TRUE(listener.good());
   startDaemon({});  // no simulator: neither lidar nor board

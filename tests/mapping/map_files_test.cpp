@@ -111,7 +111,7 @@ TEST_F(MapFiles, ThePgmHasItsFirstRowAtTheTop) {
   EXPECT_EQ(bytes.substr(bytes.size() - 6), pgm("", {0, 205, 205, 205, 205, 254}));
 }
 
-TEST_F(MapFiles, TheYamlSaysWhatMapServerNeeds) {
+TEST_F(MapFiles, TheYamlReportsWhatMapServerNeeds) {
   writeMapFiles(file("map"), randomImage(4, 5));
   std::istringstream yaml(content("map.yaml"));
   std::map<std::string, std::string> values;

@@ -134,7 +134,7 @@ TEST(OccupancyGrid, DrawsNothingOfReturnsBeyondTheMaximumRange) {
   EXPECT_EQ(grid.logOdds({19, 0}), kHit);
 }
 
-TEST(OccupancyGrid, TellsEachChangedTileOnceInOrderOfChange) {
+TEST(OccupancyGrid, ListsEachChangedTileOnceInOrderOfChange) {
   OccupancyGrid grid(kConfig);
   const Keyframe::Point here{0.01F, 0.0F};
   const double tile = 0.1 * OccupancyGrid::kTileSide;

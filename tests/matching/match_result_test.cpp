@@ -45,7 +45,7 @@ TEST(HeldAlong, ABlindMatchLosesTheDirectionThatItSaw) {
   EXPECT_NEAR(std::abs(held.directions(2, 0)), 1.0, 1e-12) << "the heading is left";
 }
 
-TEST(HeldAlong, AMatchThatSawOneDirectionOnlySaysNothing) {
+TEST(HeldAlong, AMatchThatSawOneDirectionOnlyReportsNothing) {
   const MatchResult held = projectedOut(matchedAt({0.0, 0.2, 0.1}, 1), {0.0, 0.0}, {0.0, 1.0});
   EXPECT_EQ(held.observable, 0);
   EXPECT_FALSE(held.usable());

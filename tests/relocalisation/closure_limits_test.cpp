@@ -47,7 +47,7 @@ RC_GTEST_PROP(ClosureInformation, IsTheMatchsCovarianceInMapAndItsFloor, ()) {
   RC_ASSERT(std::abs(actual - expected) < 1e-6 * (1.0 + expected));
 }
 
-RC_GTEST_PROP(ClosureInformation, SaysNothingAlongWhatTheMatchDidNotSee, ()) {
+RC_GTEST_PROP(ClosureInformation, ReportsNothingAlongWhatTheMatchDidNotSee, ()) {
   MatchResult match;
   match.T_ref_base = test::drawPose(10.0);
   match.covariance = drawCovariance();

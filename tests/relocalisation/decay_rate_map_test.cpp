@@ -186,7 +186,7 @@ TEST(DecayRateMap, AnOpenDoorCostsTheSameWhereverItIs) {
   EXPECT_NEAR(open(-2.97, 1.9), 2.0 * door, 1e-9) << "a gate of twice the width";
 }
 
-TEST(DecayRateMap, OfAnEmptyMapKnowsNothing) {
+TEST(DecayRateMap, OfAnEmptyMapIsEmpty) {
   const KeyframeGraph keyframes;
   const DecayRateMap field(keyframes, {});
   EXPECT_EQ(field.logRate({1.0, 2.0}, 3.0), std::log(field.model().rate_unknown));

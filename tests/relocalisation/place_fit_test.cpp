@@ -156,7 +156,7 @@ TEST(PlaceFit, ASegmentSplitByRangeHasEachRayOnceAtItsPlace) {
 
 /// A partition was taken away since the map was made, and things were put where it had shown free space: no worse than
 /// where the map has not looked.
-TEST(PlaceFit, BehindAWallThatIsGoneTheMapNoLongerSaysWhatIsFree) {
+TEST(PlaceFit, BehindAWallThatIsGoneTheMapNoLongerReportsWhatIsFree) {
   Place map{.name = "Rooms", .low = {-4, -3}, .high = {8, 3}}, now{.name = "Hall", .low = {-4, -3}, .high = {8, 3}};
   for (Place* place : {&map, &now}) addWalls(place->world, {{-4, -3}, {8, -3}, {8, 3}, {-4, 3}});
   addWalls(map.world, {{2.0, -3.0}, {2.0, 3.0}});

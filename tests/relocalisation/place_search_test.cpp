@@ -85,7 +85,7 @@ TEST(PlaceSearch, ForgetsASearchUnderWayWithItsSession) {
   EXPECT_FALSE(searched.places.underWay());
 }
 
-TEST(PlaceSearch, SaysByHowMuchTheBestPlaceLeads) {
+TEST(PlaceSearch, ReportsByHowMuchTheBestPlaceLeads) {
   Searched searched;
   const auto alike = searched.search();
   ASSERT_EQ(alike.outcome, Outcome::kAmbiguous);
@@ -100,7 +100,7 @@ TEST(PlaceSearch, SaysByHowMuchTheBestPlaceLeads) {
   EXPECT_EQ(alone.needed, PlaceSearchConfig{}.min_margin);
 }
 
-TEST(PlaceSearch, AGyroTellsTheEndsOfARoomApart) {
+TEST(PlaceSearch, AGyroDistinguishesTheEndsOfARoomApart) {
   MappedPlace mapped(bareRoom(), alongX(-1.5, 1.5), 1, bareRoom(), 2);
   PlaceSearch places;
   places.begin(mapped.keyframes, mapped.map);
@@ -132,7 +132,7 @@ TEST(PlaceSearch, FindsNothingWithoutAMap) {
   EXPECT_EQ(searched.search().outcome, Outcome::kElsewhere);
 }
 
-TEST(PlaceSearch, JudgesAMapByTheMeasureOfItsKind) {
+TEST(PlaceSearch, EvaluatesAMapByTheMeasureOfItsKind) {
   PlaceSearchConfig config;
   config.model.margin_share = 0.0;
   EXPECT_EQ(Searched().search().outcome, Outcome::kAmbiguous);
@@ -158,7 +158,7 @@ TEST(PlaceSearch, AFloorPlanIsLessSharpThanScansAndOlder) {
   EXPECT_EQ(scans.kind, PlaceSearchConfig{}.model.kind);
 }
 
-TEST(PlaceSearch, BelievesALoneContenderInAWindow) {
+TEST(PlaceSearch, AcceptsALoneContenderInAWindow) {
   PlaceSearchConfig config;
   config.min_margin = 1e9;  // nobody leads by so much ...
   config.contenders = 1;    // ... but whom nobody follows; that it is in no place of the map always does

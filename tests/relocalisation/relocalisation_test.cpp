@@ -90,12 +90,12 @@ TEST(Relocalisation, SearchesAsMuchAsItsScansAllow) {
   EXPECT_GT(robot.counters().interrupted, 0);
 }
 
-TEST(Relocalisation, SaysNothingInOneOfTwoRoomsThatAreAlike) {
+TEST(Relocalisation, ReportsNothingInOneOfTwoRoomsThatAreAlike) {
   LostRobot robot(twins(), inTwins());
   for (double s = -1.0; s <= 2.0; s += 0.25) EXPECT_FALSE(robot.at({s, 0.1, 0.0}));
 }
 
-TEST(Relocalisation, SaysNothingInAPeriodicCorridor) {
+TEST(Relocalisation, ReportsNothingInAPeriodicCorridor) {
   LostRobot robot(corridorWithDoors(), alongX(-18.0, 18.0));
   for (double x = -2.0; x <= 4.0; x += 0.4) EXPECT_FALSE(robot.at({x, 0.05, 0.0}));
 }
@@ -157,7 +157,7 @@ std::optional<Belief> believed(int driven, int mapped, int furniture_moved, cons
   return std::nullopt;
 }
 
-TEST(Relocalisation, BelievesNoPlaceInTheMapOfAnotherHome) {
+TEST(Relocalisation, AcceptsNoPlaceInTheMapOfAnotherHome) {
   RelocalisationConfig somewhere;  // in the map, by all means
   somewhere.places.model.unchanged = -1e3;
   int fooled = 0;
@@ -180,7 +180,7 @@ TEST(Relocalisation, FindsItsOwnHomeWithTheFurnitureMoved) {
   }
 }
 
-TEST(Relocalisation, SaysNothingInAnotherBuilding) {
+TEST(Relocalisation, ReportsNothingInAnotherBuilding) {
   LostRobot robot(hallWithPillars(), alongX(-10.0, 10.0, 1.0), ringCorridor(), 1, {});
   for (double s = 0.0; s < 8.0; s += 0.4) EXPECT_FALSE(robot.at(onRing(s)));
 }

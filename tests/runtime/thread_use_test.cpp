@@ -32,7 +32,7 @@ TEST(ThreadUseTest, IsReadOfWhatTheKernelCounts) {
   EXPECT_TRUE(threadUse(7, root / "")->is_ready);
 }
 
-TEST(ThreadUseTest, TellsAThreadThatWaitsForItsTurnFromOneThatWorksOrSleeps) {
+TEST(ThreadUseTest, DistinguishesAThreadThatWaitsForItsTurnFromOneThatWorksOrSleeps) {
   const ThreadUse before{.ran = 1s, .waited = 1s};
   EXPECT_EQ(starvedBetween(before, {.ran = 1s, .waited = 1s, .is_ready = true}, 100ms), 100ms) << "not counted yet";
   EXPECT_EQ(starvedBetween(before, {.ran = 1030ms, .waited = 1s, .is_ready = true}, 100ms), 70ms);

@@ -53,7 +53,7 @@ class Watching : public testing::Test {
   Duration base_starved{0};  // of each step
 };
 
-TEST_F(Watching, SaysNothingOfThreadsThatTick) {
+TEST_F(Watching, ReportsNothingOfThreadsThatTick) {
   goOn(60s);
   EXPECT_TRUE(watchdog.allAlive());
   EXPECT_TRUE(watchdog.problems(now).empty());

@@ -212,7 +212,7 @@ TEST(Worker, OfATurnThatDoesNotEndIsNotWaitedForLongerThanAllowed) {
   EXPECT_TRUE(stuck.stop(monotonicNow())) << "as often as one likes";
 }
 
-TEST(Worker, SaysWhatStandsInTheWayOfRealTimeScheduling) {
+TEST(Worker, ReportsWhatStandsInTheWayOfRealTimeScheduling) {
   Worker worker({.name = "realtime", .rate = 1000.0, .priority = 10}, [] {});
   worker.start();
   ASSERT_TRUE(waitUntil([&] { return worker.ticks() > 0; }));

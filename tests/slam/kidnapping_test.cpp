@@ -162,7 +162,7 @@ TEST(KidnappingInAHall, ALookAlikeCornerIsNotTakenForTheRightOne) {
   }
 }
 
-TEST_P(Kidnapping, APersonWhoIsRightIsBelieved) {
+TEST_P(Kidnapping, APersonWhoIsRightIsAccepted) {
   ASSERT_TRUE(driveUntilFound(6.0));
   robot.truth = kInB;
   robot.run(0.4, kCircle);
@@ -200,7 +200,7 @@ test::Place withUnknownYard() {
   return place;
 }
 
-TEST(KidnappedRobot, IsLostWhereTheMapKnowsNothing) {
+TEST(KidnappedRobot, IsLostWhereTheMapIsEmpty) {
   Robot robot(withUnknownYard(), kInA, false, given());
   robot.run(20.0, kCircle);
   ASSERT_EQ(robot.state(), LocalisationState::kLocalised);
@@ -244,7 +244,7 @@ TEST(KidnappedRobot, BeginsAnewWhereTheMapWasHardlyBegun) {
   EXPECT_EQ(robot.pipeline.mapper().keyframes(), robot.pipeline.backEnd().keyframes().size() - begun);
 }
 
-TEST(KidnappedRobot, IsBelievedWhereTheMapKnowsNothing) {
+TEST(KidnappedRobot, IsAcceptedWhereTheMapIsEmpty) {
   Robot robot(withUnknownYard(), kStart);
   robot.run(1.0, {0, 0, 0});
   robot.drive(8.0);

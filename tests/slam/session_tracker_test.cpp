@@ -101,7 +101,7 @@ TEST(SessionTracker, AMapThatKnowsThePlaceRefutesAWrongPose) {
   EXPECT_FALSE(session.at(onRing(3.3)).refuted) << "it is lost already";
 }
 
-TEST(SessionTracker, WhereTheMapKnowsNothingThePersonIsBelieved) {
+TEST(SessionTracker, WhereTheMapIsEmptyThePersonIsAccepted) {
   Session session;
   session.begin(onRing(3.0), KeyframeOrigin::kGiven, Pose2{100.0, 0.0, 1.0});
   EXPECT_FALSE(session.at(onRing(3.1), false).found);

@@ -42,7 +42,7 @@ TEST(Binary, ReadsNothingBehindTheEnd) {
   EXPECT_THROW(in.get<std::uint8_t>(), std::runtime_error);
 }
 
-TEST(Binary, BelievesNoCountOfMoreThanThereIs) {
+TEST(Binary, AcceptsNoCountOfMoreThanThereIs) {
   for (const std::uint64_t count :
        {std::uint64_t{3}, std::uint64_t{1} << 32, std::uint64_t{1} << 61, std::numeric_limits<std::uint64_t>::max()}) {
     BinaryWriter out;

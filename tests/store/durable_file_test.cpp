@@ -43,7 +43,7 @@ TEST(DurableFile, NamesFileAndReason) {
   EXPECT_THAT(refusalOf([&] { syncFolder(folder / "file"); }), HasSubstr("Not a directory"));
 }
 
-TEST(DurableFile, SaysThatTheDiskIsFull) {
+TEST(DurableFile, ReportsThatTheDiskIsFull) {
   const Folder folder;
   const FileSizeLimit limit(1000);
   EXPECT_THAT(refusalOf([&] { writeDurably(folder / "file", std::string(1001, 'x')); }),
@@ -83,7 +83,7 @@ TEST(DurableFile, ReadsNothingOfAFileThatIsLargerThanItMayBe) {
   EXPECT_LT(readFile("/proc/self/status", 10'000'000).size(), 100'000U) << "a file whose size its folder does not say";
 }
 
-TEST(DurableFile, WaitsForTheDiskAndSaysWhenItDoesNotTakeIt) {
+TEST(DurableFile, WaitsForTheDiskAndReportsWhenItDoesNotTakeIt) {
   const Folder folder;
   test::syncLog().clear();
   writeDurably(folder / "file", "x");

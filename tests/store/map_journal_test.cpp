@@ -218,7 +218,7 @@ TEST(MapJournal, HoldsWhatTheDepthCameraSaw) {
   EXPECT_TRUE(other.views.empty()) << "all of a record or nothing";
 }
 
-TEST(MapJournal, SaysThatTheDiskDoesNotGiveIt) {
+TEST(MapJournal, ReportsThatTheDiskDoesNotGiveIt) {
   const Folder folder;
   MapState map = ChangingMap().copy();
   for (const auto& [file, words] : {std::pair<std::string, const char*>{"/proc/self/mem", "Input/output error"},

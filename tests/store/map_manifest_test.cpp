@@ -64,7 +64,7 @@ TEST(MapManifest, OfANewerFormatIsNewerOnlyWhenItIsIntact) {
               AllOf(HasSubstr("format 3"), HasSubstr("newer slamd"), HasSubstr("update slamd")));
 }
 
-TEST(MapManifest, RefusesIntactLinesThatSayNothing) {
+TEST(MapManifest, RefusesIntactLinesThatReportNothing) {
   for (const char* lines : {"", "slamd map\n", "version 0\n", "version -1\n", "version\n", "version 1\nutime x\n",
                             "version 1\norder\n", "version 1\nfile\n", "version 1\nfile graph.bin 5\n"}) {
     const std::string text = sealed(lines);

@@ -275,7 +275,7 @@ TEST(MapStore, LosesOnlyTheJournalsEndByAFlippedByteInIt) {
   });
 }
 
-TEST(MapStore, SaysInOneSentenceThatNoGenerationIsIntact) {
+TEST(MapStore, ReportsInOneSentenceThatNoGenerationIsIntact) {
   const Folder folder;
   const Drive drive(folder / "");
   damage(folder / "home/000002/keyframes.bin");
@@ -794,7 +794,7 @@ TEST(MapStore, WhatLiesBesideAMapLosesNothingOfIt) {
   }
 }
 
-TEST(MapStore, AnOlderGenerationThatCannotBeRemovedIsSaidAndNoFailure) {
+TEST(MapStore, AnOlderGenerationThatCannotBeRemovedIsReportedAndNoFailure) {
   const Folder folder;
   Drive drive(folder / "");
   {

@@ -120,13 +120,13 @@ TEST(RefreshClock, FollowsWheelsTooSlowToCountAtEachRenewal) {
   for (const double error : slow.errors(10.0, 100.0)) EXPECT_LE(error, 0.0201) << "wrong, and does not say so";
 }
 
-TEST(RefreshClock, SaysNothingWhenAskedTooSeldom) {
+TEST(RefreshClock, ReportsNothingWhenAskedTooSeldom) {
   Asking board({.poll_rate = 50.0});
   for (const double error : board.errors(1.0, 30.0)) EXPECT_EQ(error, 0.020);
   EXPECT_FALSE(board.clock().locked());
 }
 
-TEST(RefreshClock, SaysNothingUntilItHasSeenEnough) {
+TEST(RefreshClock, ReportsNothingUntilItHasSeenEnough) {
   RefreshClock clock;
   for (int i = 0; i < 20; ++i) {
     const Timestamp asked = kStart + i * 20ms;

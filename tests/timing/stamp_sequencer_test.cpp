@@ -170,7 +170,7 @@ TEST(ForwardJumpGuard, LetsAStreamGoOnThatIsSlowerThanAJump) {
   EXPECT_EQ(passed, 99);
 }
 
-TEST(ForwardJumpGuard, BelievesAPauseOnceASecondSampleConfirmsIt) {
+TEST(ForwardJumpGuard, AcceptsAPauseOnceASecondSampleConfirmsIt) {
   ForwardJumpGuard guard;
   const Timestamp start{std::chrono::seconds(100)};
   EXPECT_TRUE(guard.passes(start));
@@ -198,7 +198,7 @@ TEST(StampSequencer, KnowsTheUsualInterval) {
   EXPECT_NEAR(sequencer.interval(), 0.1 + 0.05 * 0.2, 1e-9);
 }
 
-TEST(StampSequencer, ItsFirstStepsAreJudgedByTheShortest) {
+TEST(StampSequencer, ItsFirstStepsAreEvaluatedByTheShortest) {
   StampSequencer sequencer;
   std::int64_t ms = 0;
   for (const int step : {0, 300, 100, 250, 120}) sequencer.next(at(ms += step));

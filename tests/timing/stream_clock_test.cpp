@@ -81,7 +81,7 @@ TEST(StreamClock, BeginsAnewBehindAGap) {
   EXPECT_EQ(clock.stamp(kStart + 60s), kStart + 60s);
 }
 
-TEST(StreamClock, TellsABurstApart) {
+TEST(StreamClock, DistinguishesABurstApart) {
   StreamClock clock;
   for (int i = 0; i < 500; ++i) clock.stamp(kStart + i * 10ms);
   for (int i = 500; i < 504; ++i) {  // four samples that waited for a thread that was late

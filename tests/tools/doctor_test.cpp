@@ -58,7 +58,7 @@ TEST_F(Doctor, NamesThePortsToChooseFromWhereOneIsMissing) {
   EXPECT_THAT(checkPort("lidar", directory_ / "none", "lidar.port", {}).fix, HasSubstr("no serial port"));
 }
 
-TEST_F(Doctor, TellsAPortFromOneWithoutRights) {
+TEST_F(Doctor, DistinguishesAPortFromOneWithoutRights) {
   const fs::path port = directory_ / "port";
   std::ofstream(port) << "";
   EXPECT_EQ(checkPort("lidar", port, "lidar.port", {}).level, Finding::kGood);
@@ -69,7 +69,7 @@ TEST_F(Doctor, TellsAPortFromOneWithoutRights) {
   EXPECT_THAT(finding.fix, HasSubstr("usermod -aG dialout"));
 }
 
-TEST_F(Doctor, TellsAnAbsentCameraFromAForbiddenOne) {
+TEST_F(Doctor, DistinguishesAnAbsentCameraFromAForbiddenOne) {
   FakeUsb usb;
   EXPECT_EQ(checkCamera(usb).level, Finding::kGood);
   usb.may_open = false;
@@ -281,7 +281,7 @@ TEST_F(Doctor, KnowsWhetherThisUserMayCommandOverTheSocket) {
   EXPECT_EQ(status, 0);
 }
 
-TEST_F(Doctor, JudgesAFolderByWhoRunsSlamdAndGivesItToNobodyElse) {
+TEST_F(Doctor, EvaluatesAFolderByWhoRunsSlamdAndGivesItToNobodyElse) {
   constexpr uid_t kSlamd = 54321;
   const fs::path maps = directory_ / "maps";
   fs::create_directories(maps);
@@ -306,7 +306,7 @@ TEST_F(Doctor, JudgesAFolderByWhoRunsSlamdAndGivesItToNobodyElse) {
   EXPECT_NE(checkDisk("maps", maps, member).level, Finding::kFault);
 }
 
-TEST_F(Doctor, JudgesAPortByWhoRunsSlamd) {
+TEST_F(Doctor, EvaluatesAPortByWhoRunsSlamd) {
   const fs::path port = directory_ / "port";
   std::ofstream(port) << "";
   fs::permissions(port, fs::perms::owner_all);
@@ -356,7 +356,7 @@ TEST_F(Doctor, ShowsWhatTheThreadsOfARunningSlamdHave) {
   EXPECT_THAT(findings[1].fix, HasSubstr("LimitMEMLOCK=infinity"));
 }
 
-TEST_F(Doctor, JudgesTheUnitWhereNoSlamdRuns) {
+TEST_F(Doctor, EvaluatesTheUnitWhereNoSlamdRuns) {
   ServiceAccount unit{.user = "nobody",
                       .group = "",
                       .further_groups = {"no such group"},
@@ -401,12 +401,12 @@ TEST_F(Doctor, FindsTheSlamdThatListens) {
   EXPECT_EQ(found->user, geteuid());
 }
 
-TEST_F(Doctor, SaysWhereMapsCannotBeKept) {
+TEST_F(Doctor, ReportsWhereMapsCannotBeKept) {
   EXPECT_THAT(checkDisk("maps", directory_ / "none").fix, HasSubstr("mkdir -p"));
   EXPECT_NE(checkDisk("maps", directory_).level, Finding::kFault);
 }
 
-TEST_F(Doctor, TellsAReadOnlyDiskFromAMissingRight) {
+TEST_F(Doctor, DistinguishesAReadOnlyDiskFromAMissingRight) {
   const pid_t child = fork();
   if (child == 0) {
     const char* const folder = directory_.c_str();
@@ -425,7 +425,7 @@ TEST_F(Doctor, TellsAReadOnlyDiskFromAMissingRight) {
   EXPECT_EQ(status, 0);
 }
 
-TEST_F(Doctor, SaysThatTheFieldLogStopsForLackOfRoom) {
+TEST_F(Doctor, ReportsThatTheFieldLogStopsForLackOfRoom) {
   EXPECT_FALSE(checkLogFloor(directory_, 0.0));
   const auto finding = checkLogFloor(directory_, 1e12);
   ASSERT_TRUE(finding);
@@ -440,7 +440,7 @@ problems_t messageOf(std::vector<problem_t> problems) {
   return message;
 }
 
-TEST_F(Doctor, SaysWhatThePoseWaitsForAndWhatIsNotStored) {
+TEST_F(Doctor, ReportsWhatThePoseWaitsForAndWhatIsNotStored) {
   const Problem waits(problem::kNoScans), full(problem::kDiskFull, {}, {"/maps", "", " (12 MB free)"});
   const Findings findings = checkHealth({}, messageOf({toMessage("pose", waits, false), toMessage("map", full, true)}),
                                         std::chrono::seconds(60));
@@ -453,7 +453,7 @@ TEST_F(Doctor, SaysWhatThePoseWaitsForAndWhatIsNotStored) {
   EXPECT_THAT(findings[2].what, HasSubstr("stamps are 60.0 s ahead of it"));
 }
 
-TEST_F(Doctor, SaysThatSlamdWaitsForTheCpu) {
+TEST_F(Doctor, ReportsThatSlamdWaitsForTheCpu) {
   const auto thread = [&](const char* id, const char* waited) {
     fs::create_directories(directory_ / "proc/812/task" / id);
     std::ofstream(directory_ / "proc/812/task" / id / "comm") << "graph\n";

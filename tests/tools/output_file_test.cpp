@@ -19,7 +19,7 @@ TEST(OutputFile, HoldsWhatWasWritten) {
   EXPECT_EQ(test::contentOf(folder / "a.csv"), "t,x\n1,2\n");
 }
 
-TEST(OutputFile, SaysInOneLineWhatItCannotWrite) {
+TEST(OutputFile, ReportsInOneLineWhatItCannotWrite) {
   const test::Folder folder;
   EXPECT_EQ(test::refusalOf([] { OutputFile("/dev/null/a.csv"); }),
             "/dev/null/a.csv: cannot write: its folder cannot be made: Not a directory");

@@ -98,7 +98,7 @@ TEST_F(RemoteTest, FindsASlamdThatWasStartedAgain) {
   }
 }
 
-TEST_F(RemoteTest, SaysWhatToLookAtWhereNobodyAnswers) {
+TEST_F(RemoteTest, ReportsWhatToLookAtWhereNobodyAnswers) {
   {
     LocalSocket killed(socket);
     killed.tend(monotonicNow());

@@ -317,7 +317,7 @@ TEST(Replay, WarnsOfAStuckLidarAndBlamesNoOtherSensorForIt) {
   }
 }
 
-TEST(Replay, SaysThatNearlyNothingMatched) {
+TEST(Replay, ReportsThatNearlyNothingMatched) {
   const Folder folder;
   std::mt19937 random(3);
   std::uniform_real_distribution<float> anything(0.3F, 9.0F);
@@ -549,7 +549,7 @@ TEST(Replay, ChangesNoMapThatTheRobotHasHardlyDrivenIn) {
   }
 }
 
-TEST(Replay, SaysInOneLineWhatIsWrongWithAMap) {
+TEST(Replay, ReportsInOneLineWhatIsWrongWithAMap) {
   const Folder folder;
   ReplayOptions options = beginInMapOf(folder, "second");
   Config config = driveConfig();

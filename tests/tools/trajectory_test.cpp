@@ -55,7 +55,7 @@ TEST(TrajectoryWriter, IsReadBack) {
   }
 }
 
-TEST(TrajectoryWriter, SaysWhenRowsAreLost) {
+TEST(TrajectoryWriter, ReportsWhenRowsAreLost) {
   EXPECT_THROW(TrajectoryWriter("/dev/null/a.tum"), std::runtime_error);
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   EXPECT_THROW(

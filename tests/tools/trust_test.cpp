@@ -67,7 +67,7 @@ TEST_F(Trust, CountsWhatIsSureAndWrong) {
   EXPECT_NEAR(result.sureAndWrong(), 150.0 / 451.0, 1e-12);
 }
 
-TEST_F(Trust, JudgesAnErrorByTheVarianceInItsDirection) {
+TEST_F(Trust, EvaluatesAnErrorByTheVarianceInItsDirection) {
   for (KnownPose& pose : known) pose.covariance(0, 0) = 1.0;  // an endless corridor along the map's x
   for (std::size_t i = 300; i < 320; ++i) known[i].T_map_base.x += 1.0;
   EXPECT_EQ(errors().wrong, 0);

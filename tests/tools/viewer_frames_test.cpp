@@ -95,7 +95,7 @@ TEST(ViewerFrames, ReplaceThoseOfAnEarlierRunAndNothingElse) {
   EXPECT_TRUE(std::filesystem::exists(folder / "frame-7.png"));
 }
 
-TEST(ViewerFrames, SayWhichFolderTheyCannotWrite) {
+TEST(ViewerFrames, ReportWhichFolderTheyCannotWrite) {
   const Folder folder;
   folder.write("file", "in the way");
   for (const char* name : {"file", "file/below"}) {

@@ -264,7 +264,7 @@ TEST_F(FieldLogs, KeepsAQuotaThatIsSmallerThanOneFile) {
   EXPECT_EQ(values().back(), 119) << "the newest stay";
 }
 
-TEST_F(FieldLogs, StopsAtTheFloorAndSaysSo) {
+TEST_F(FieldLogs, StopsAtTheFloorAndReportsIt) {
   config.log.floor = 1e6;  // [MB] no disk here has as much free
   Logging logging(config);
   logging.add(1);

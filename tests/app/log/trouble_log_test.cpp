@@ -48,7 +48,7 @@ TEST_F(Log, HasANewReasonAtOnceAndRepeatsItEverMoreSeldom) {
   EXPECT_THAT(minutes, ElementsAre(0, 1, 3, 7, 15, 31, 63, 123, 183, 243, 303));
 }
 
-TEST_F(Log, SaysHowLongItHasLasted) {
+TEST_F(Log, ReportsHowLongItHasLasted) {
   EXPECT_THAT(look(0s, "no such port"), ElementsAre("no such port"));
   EXPECT_THAT(look(60s, "no such port"), ElementsAre("no such port (for 1 min)"));
   EXPECT_THAT(look(10min, "no answer"), ElementsAre("no answer (for 10 min)"));
@@ -70,7 +70,7 @@ TEST_F(Log, TakesFiguresForNoNews) {
   EXPECT_EQ(lines, 1);
 }
 
-TEST_F(Log, SaysOnceThatACauseIsOverWhenItHasBeenWellForAWhile) {
+TEST_F(Log, ReportsOnceThatACauseIsOverWhenItHasBeenWellForAWhile) {
   look(0s, "no data");
   EXPECT_THAT(look(10s, ""), IsEmpty());
   EXPECT_THAT(look(12s, "no data"), IsEmpty()) << "it was not over";

@@ -524,7 +524,7 @@ TEST_F(MapKeeping, NamesAFullDiskWhileItIsFull) {
   EXPECT_EQ(newestKeyframes(keeper.name()), 21);
 }
 
-TEST_F(MapKeeping, SaysSinceWhenAndHowMuchIsNotOnTheDisk) {
+TEST_F(MapKeeping, ReportsSinceWhenAndHowMuchIsNotOnTheDisk) {
   MapKeeper keeper(config);
   keeper.begin(kNow);
   ChangingMap changing;

@@ -273,7 +273,7 @@ TEST_F(Bus, AnswersWhoAskedOverTheSocket) {
   EXPECT_EQ(channels->bus_counters.socket_clients, 2U);
 }
 
-TEST_F(Bus, RefusesPosesThatCannotBeCountsThemAndSaysWhy) {
+TEST_F(Bus, RefusesPosesThatCannotBeCountsThemAndReportsWhy) {
   config.runtime.socket = folder / "socket";
   BusThread bus(config, channels->bus(), clock);
   Asking person(config.runtime.socket);
@@ -317,7 +317,7 @@ TEST_F(Bus, CountsWhatIsNoCommandOnTheSocket) {
   EXPECT_FALSE(bus.socketProblem());
 }
 
-TEST_F(Bus, SaysWhyItsSocketIsNotOpen) {
+TEST_F(Bus, ReportsWhyItsSocketIsNotOpen) {
   config.runtime.socket = folder / "missing/socket";
   BusThread bus(config, channels->bus(), clock);
   bus.worker().start();

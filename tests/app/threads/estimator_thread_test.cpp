@@ -45,7 +45,7 @@ class Estimator : public testing::Test {
   PoseSnapshot snapshot;
 };
 
-TEST_F(Estimator, TellsThePoseAtItsRateBetweenScans) {
+TEST_F(Estimator, PublishesThePoseAtItsRateBetweenScans) {
   config.runtime.estimator_rate = 500.0;
   config.lcm.pose_rate = 25.0;
   start();
@@ -91,7 +91,7 @@ TEST_F(Estimator, IsWokenByAScan) {
   EXPECT_EQ(thread->worker().ticks(), 1U);
 }
 
-TEST_F(Estimator, HearsWheelsAndGyro) {
+TEST_F(Estimator, ReceivesWheelsAndGyro) {
   start();
   const Timestamp begin = monotonicNow();
   for (int i = 0; i < 100; ++i) {

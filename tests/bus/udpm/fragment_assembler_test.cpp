@@ -69,7 +69,7 @@ TEST(FragmentAssembler, KeepsNothingOfChannelsThatNobodyWants) {
     EXPECT_FALSE(assembler.take(part, [](std::string_view channel) { return channel == "SLAM_SCAN"; }));
 }
 
-TEST(FragmentAssembler, BelievesNoLength) {
+TEST(FragmentAssembler, AcceptsNoLength) {
   FragmentAssembler assembler;
   const Bytes payload = messageOf(100, 1);
   EXPECT_FALSE(assembler.take({7, 1000, 0xFFFFFFF0, 0, 2, "SLAM_SCAN", payload}, kAll)) << "offset and size pass 2^32";

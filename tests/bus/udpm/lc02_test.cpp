@@ -85,7 +85,7 @@ TEST(Lc02, NamesHaveAtMost63Characters) {
   EXPECT_EQ(parsePacket(packetOf("", Bytes(9, 0))).kind, Packet::kMessage);
 }
 
-TEST(Lc02, TellsFragmentsFromMessages) {
+TEST(Lc02, DistinguishesFragmentsFromMessages) {
   const Bytes deadly = deadlyFragment("SLAM_COMMAND"), middle = fragmentOf({1000, 500, 256, 257}, "", 100);
   const Packet first = parsePacket(deadly);
   EXPECT_EQ(first.kind, Packet::kFragment);

@@ -45,7 +45,7 @@ class Link : public testing::Test {
   std::vector<Bytes> heard_;
 };
 
-TEST_F(Link, HearsWhatItSends) {
+TEST_F(Link, ReceivesWhatItSends) {
   runFor(1s);
   EXPECT_EQ(state(), LinkState::kConnected);
   EXPECT_EQ(heard_.size(), 100U);

@@ -100,7 +100,7 @@ TEST_F(LinkWatched, DoesNotCountTimeWithoutARouteAsSilence) {
   EXPECT_EQ(state(), LinkState::kUnheard);
 }
 
-TEST_F(LinkWatched, HasNothingToSayWhereNothingIsSent) {
+TEST_F(LinkWatched, HasNothingToReportWhereNothingIsSent) {
   now_ += 60s;
   EXPECT_EQ(state(), LinkState::kOpening);
 }

@@ -120,7 +120,7 @@ struct Disagreement {
 };
 class Chassis : public HandsfreeBoardTest, public testing::WithParamInterface<Disagreement> {};
 
-TEST_P(Chassis, ThatIsAnotherThanConfiguredIsSaidInWordsAndNotObeyed) {
+TEST_P(Chassis, ThatIsAnotherThanConfiguredIsReportedInWordsAndNotObeyed) {
   make(GetParam().config);
   ASSERT_TRUE(runUntil([&] { return static_cast<bool>(driver_->finding()); }));
   EXPECT_NE(driver_->finding().words().find(GetParam().word), std::string::npos) << driver_->finding().words();

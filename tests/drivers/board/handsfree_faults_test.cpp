@@ -142,7 +142,7 @@ struct Trouble {
 };
 class InTrouble : public HandsfreeBoardTest, public testing::WithParamInterface<Trouble> {};
 
-TEST_P(InTrouble, SaysSoWithinASecondAndStreamsAgainWithinThree) {
+TEST_P(InTrouble, ReportsItWithinASecondAndStreamsAgainWithinThree) {
   ASSERT_TRUE(runUntil([&] { return streaming() && wheels_.size() > 100; }));
   GetParam().begin(fake_);
   const Timestamp begin = virtual_now;
@@ -173,7 +173,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& instance) { return instance.param.name; });
 
 /// Answers that come late are taken for those of later requests now and then, whatever the last one was.
-TEST_F(HandsfreeBoardTest, SaysThatAnswersComeTooLateHoweverLate) {
+TEST_F(HandsfreeBoardTest, ReportsThatAnswersComeTooLateHoweverLate) {
   constexpr const char* kWords = "the board's answers come too late: is something else on its link (USB hub, cable)?";
   for (int delay = 110; delay <= 190; delay += 5) {
     ASSERT_TRUE(runUntil([&] { return streaming(); }));

@@ -146,7 +146,7 @@ TEST_P(SerialImuTest, DropsSamplesThatAreNotNumbers) {
   EXPECT_GT(driver_.status().rejects.load(), 10);
 }
 
-TEST_P(SerialImuTest, SaysWhatIsWrongWithinASecondAndStreamsAgainWithinThree) {
+TEST_P(SerialImuTest, ReportsWhatIsWrongWithinASecondAndStreamsAgainWithinThree) {
   const std::pair<const char*, const char*> troubles[] = {
       {"silent", "the IMU sends nothing: check its power"},
       {"garbage", "the IMU's frames cannot be read: check baud rate and cable"},

@@ -76,7 +76,7 @@ TEST_F(OpenniCameraTest, HandsOutImagesAsTheCameraSeesThem) {
   EXPECT_EQ(usb_->resets, 0);
 }
 
-TEST_F(OpenniCameraTest, SaysWhatItsUserFoundWrongWithAnImage) {
+TEST_F(OpenniCameraTest, ReportsWhatItsUserFoundWrongWithAnImage) {
   simulate();
   verdict_ = problem::kImagesEmpty;
   ASSERT_TRUE(seesImages());
@@ -117,7 +117,7 @@ TEST_F(OpenniCameraTest, NamesTheModesOfACameraThatDoesNotOfferTheWantedOne) {
               testing::AllOf(HasSubstr("does not offer 1024x768 at 30 Hz"), HasSubstr("320x240 at")));
 }
 
-TEST_F(OpenniCameraTest, SaysWhatItIs) {
+TEST_F(OpenniCameraTest, ReportsWhatItIs) {
   simulate();
   ASSERT_TRUE(seesImages()) << reason();
   EXPECT_THAT(camera_.status().identity.load(), testing::AllOf(HasSubstr("slam-sim:"), HasSubstr("320x240 at 30 Hz")));
@@ -166,7 +166,7 @@ TEST_F(OpenniCameraTest, ResetsOnceInAWhileOnly) {
   EXPECT_TRUE(seesImages());
 }
 
-TEST_F(OpenniCameraTest, SaysThatACameraIsThereWhichOpenNI2DoesNotFind) {
+TEST_F(OpenniCameraTest, ReportsThatACameraIsThereWhichOpenNI2DoesNotFind) {
   ASSERT_TRUE(runUntil([&] { return reason().find("udev") != std::string::npos; })) << reason();
   EXPECT_EQ(camera_.status().state, DeviceState::kAbsent);
   EXPECT_EQ(usb_->resets, 0);
@@ -194,7 +194,7 @@ TEST_F(OpenniCameraTest, GrowsNoMemoryWhileThereIsNoCamera) {
   }
 }
 
-TEST_F(OpenniCameraTest, ResumesAtOnceWhenTheBusTellsOfAnArrival) {
+TEST_F(OpenniCameraTest, ResumesAtOnceWhenTheBusReportsAnArrival) {
   EXPECT_FALSE(camera_.returned());
   usb_->plugged_in = true;
   EXPECT_TRUE(camera_.returned());

@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint16_t kProducts[] = {0x0001, 0x0002};
 constexpr UsbKind kNobody{0xFFFF, kProducts};
 
-TEST(UsbWatch, SaysThatADeviceNobodyMakesIsNotThere) {
+TEST(UsbWatch, ReportsThatADeviceNobodyMakesIsNotThere) {
   const auto usb = makeUsbWatch(kNobody);
   EXPECT_FALSE(usb->present());
   EXPECT_FALSE(usb->permitted());

@@ -11,7 +11,7 @@ namespace {
 using namespace std::chrono_literals;
 constexpr Timestamp kStart{1000s};
 
-TEST(CanAxis, BelievesAHeartbeatThatCameTwice) {
+TEST(CanAxis, AcceptsAHeartbeatThatCameTwice) {
   CanAxis axis;
   EXPECT_FALSE(axis.said());
   axis.addHeartbeat(kStart, {.state = 8});

@@ -171,7 +171,7 @@ TEST_F(CanBaseCommands, StopsBothWheelsWhileOneDriveDoesNotObey) {
   }
 }
 
-TEST_F(CanBaseCommands, StopsAtTheFirstHeartbeatThatTellsOfAnIdleDrive) {
+TEST_F(CanBaseCommands, StopsAtTheFirstHeartbeatThatReportsAnIdleDrive) {
   start({.commands = true});
   driveFor(1s, {.vx = 0.1});
   bus_.put(odrive::encodeHeartbeat(nodes_[0], {.state = 1}));
@@ -246,7 +246,7 @@ TEST_F(CanBaseCommands, StopsBothWheelsWhenOneLeavesItsSpeedOutAlthoughItIsInClo
 
 // ---- Adapters that take no frames
 
-TEST_F(CanBaseCommands, TellsWithinATenthOfASecondThatTheAdapterTakesNoFrames) {
+TEST_F(CanBaseCommands, ReportsWithinATenthOfASecondThatTheAdapterTakesNoFrames) {
   for (const int error : {ENOBUFS, EIO, ENETDOWN, EPERM, ENXIO}) {
     start({.commands = true});
     driveFor(1s, {.vx = 0.1});

@@ -96,7 +96,7 @@ TEST_F(CanBaseTest, SaysWithinASecondThatAWheelIsSilent) {
   expectStreaming();
 }
 
-TEST_F(CanBaseTest, TellsMissingEstimatesFromMissingHeartbeats) {
+TEST_F(CanBaseTest, DistinguishesMissingEstimatesFromMissingHeartbeats) {
   start();
   estimates_ = false;
   runFor(1s);
@@ -143,7 +143,7 @@ TEST_F(CanBaseTest, SaysWithinASecondWhatIsMissingOfTheImu) {
   EXPECT_EQ(wheelState(), DeviceState::kStreaming);
 }
 
-TEST_F(CanBaseTest, SaysWhatIsWrongWithADrive) {
+TEST_F(CanBaseTest, ReportsWhatIsWrongWithADrive) {
   start();
   runFor(500ms);
   heartbeat_[0] = {.axis_error = 0x800, .state = 1, .controller_error = true};
@@ -268,7 +268,7 @@ TEST_F(CanBaseTest, UsesEstimatesThatComeSeldomAndNamesTheFix) {
   }
 }
 
-TEST_F(CanBaseTest, DoesNotBelieveASingleHeartbeat) {
+TEST_F(CanBaseTest, DoesNotAcceptASingleHeartbeat) {
   start();
   runFor(500ms);
   bus_.put(odrive::encodeHeartbeat(0x10, {.axis_error = 0xDEAD, .state = 77}));
@@ -349,7 +349,7 @@ TEST_F(CanBaseTest, HasWordsForAllThatHappensToTheInterface) {
   EXPECT_THAT(wheelReason(), HasSubstr("error-passive"));
 }
 
-TEST_F(CanBaseTest, SaysThatTheKernelHasNoCan) {
+TEST_F(CanBaseTest, ReportsThatTheKernelHasNoCan) {
   bus_.open_error = EAFNOSUPPORT;
   start();
   runFor(1s);

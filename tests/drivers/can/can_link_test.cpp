@@ -63,7 +63,7 @@ TEST_F(CanLinkTest, AsksForAMissingInterfaceAtLeastEverySecondAndNotOften) {
   EXPECT_EQ(link_.state(), CanLinkState::kUp);
 }
 
-TEST_F(CanLinkTest, TellsAKernelWithoutCanFromAMissingInterface) {
+TEST_F(CanLinkTest, DistinguishesAKernelWithoutCanFromAMissingInterface) {
   bus_.open_error = EAFNOSUPPORT;
   tick();
   EXPECT_EQ(link_.state(), CanLinkState::kUnsupported);
@@ -291,7 +291,7 @@ TEST_F(CanLinkTest, StaysErrorPassiveWithANewSocket) {
   EXPECT_EQ(link_.state(), CanLinkState::kErrorPassive);
 }
 
-TEST_F(CanLinkTest, SaysWhetherAllWasTaken) {
+TEST_F(CanLinkTest, ReportsWhetherAllWasTaken) {
   EXPECT_FALSE(link_.send(kSetPoint, bus_.clock)) << "not open yet";
   up();
   EXPECT_TRUE(link_.send(kSetPoint, bus_.clock));

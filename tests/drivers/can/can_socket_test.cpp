@@ -26,7 +26,7 @@ TEST(CanSocket, StampsWithTheTimeOfReadingWhenTheWallClockWasSet) {
   EXPECT_EQ(stampFromWallClock(Duration(0), kWall, kNow), kNow) << "no stamp at all";
 }
 
-TEST(CanSocket, SaysThatAnInterfaceIsNotThere) {
+TEST(CanSocket, ReportsThatAnInterfaceIsNotThere) {
   const auto port = makeSocketCanPort(monotonicNow);
   const std::uint32_t ids[] = {0x209};
   EXPECT_THAT(port->open("nocan77", ids), testing::AnyOf(ENODEV, EAFNOSUPPORT, EPROTONOSUPPORT));

@@ -226,7 +226,7 @@ TEST_F(RplidarDriverTest, GivesUpEarlyWhenCancelled) {
   EXPECT_LT(virtual_now - begin, std::chrono::seconds(2));
 }
 
-TEST_F(RplidarDriverTest, SaysWhyThereIsNoPort) {
+TEST_F(RplidarDriverTest, ReportsWhyThereIsNoPort) {
   test::Rplidar driver("/dev/no_such_lidar", {}, test::virtualNow, [](const LaserScan&) {});
   EXPECT_FALSE(driver.connect(cancel_));
   EXPECT_EQ(driver.status().state.load(), DeviceState::kAbsent);

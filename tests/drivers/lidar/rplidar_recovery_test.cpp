@@ -279,7 +279,7 @@ TEST(RplidarFault, AReturnInTheMidstOfAConnectIsNotMissed) {
   EXPECT_LT(virtual_now - *back, 3s);
 }
 
-TEST(RplidarFault, AStalledMotorWithHealthOkSaysWhatToCheck) {
+TEST(RplidarFault, AStalledMotorWithHealthOkReportsWhatToCheck) {
   Rig rig;
   ASSERT_TRUE(rig.stream()) << rig.reason();
   ASSERT_TRUE(rig.lidar.inject("stall", 1));
@@ -309,7 +309,7 @@ TEST(RplidarFault, ADescriptorWithoutDataIsTheMotor) {
   EXPECT_THAT(rig.reason(), HasSubstr("the motor does not turn"));
 }
 
-TEST(RplidarFault, AWarningOfItsHealthIsToldWhileItStreams) {
+TEST(RplidarFault, AWarningOfItsHealthIsReportedWhileItStreams) {
   Rig rig;
   ASSERT_TRUE(rig.lidar.inject("health", 1));
   ASSERT_TRUE(rig.stream()) << rig.reason();
@@ -317,7 +317,7 @@ TEST(RplidarFault, AWarningOfItsHealthIsToldWhileItStreams) {
   EXPECT_THAT(rig.reason(), HasSubstr("warns"));
 }
 
-TEST(RplidarFault, ProtectionStopInMidScanIsToldAndLeftWhenItEnds) {
+TEST(RplidarFault, ProtectionStopInMidScanIsReportedAndLeftWhenItEnds) {
   Rig rig;
   ASSERT_TRUE(rig.stream()) << rig.reason();
   ASSERT_TRUE(rig.lidar.inject("health", 2));

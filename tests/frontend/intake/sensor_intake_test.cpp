@@ -35,7 +35,7 @@ TEST(SensorIntake, UsesAScanOnceThatIsSentTwice) {
   EXPECT_LE(counters.matched, counters.scans / 2);
 }
 
-TEST(SensorIntake, DoesNotBelieveALidarThatRepeatsATurn) {
+TEST(SensorIntake, DoesNotAcceptALidarThatRepeatsATurn) {
   Drive drive;
   drive.run(2.0, kStand);
   drive.run(8.0, kCurve);

@@ -128,7 +128,7 @@ TEST(StuckScanDetector, NoticesARepeatedTurnByTheEndOfACorridor) {
   while (!robot.turn(kAhead)) ASSERT_LT(++turns, 16);
 }
 
-TEST(StuckScanDetector, SaysNothingOfScansWithoutReturns) {
+TEST(StuckScanDetector, ReportsNothingOfScansWithoutReturns) {
   Driving robot{.returned = 0.0};
   for (int i = 0; i < 10; ++i) EXPECT_FALSE(robot.turn(kAhead));
 }

@@ -60,7 +60,7 @@ TEST(EchoWatch, TakesNoSingleTurnForLasting) {
   }
 }
 
-TEST(EchoWatch, TellsRangesBeyondTheLimitsFromNone) {
+TEST(EchoWatch, DistinguishesRangesBeyondTheLimitsFromNone) {
   Lidar near, far;
   near.turn(6.0, 0.02, 3.0F, 0.05F);
   far.turn(6.0, 0.02, 3.0F, 3000.0F);

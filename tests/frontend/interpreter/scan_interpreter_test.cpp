@@ -9,7 +9,7 @@
 namespace slam {
 namespace {
 
-TEST(ScanInterpreter, TellsABeamThatSawNothingFromOneThatIsBlocked) {
+TEST(ScanInterpreter, DistinguishesABeamThatSawNothingFromOneThatIsBlocked) {
   LidarModel lidar;
   lidar.mask = {{10.0, 20.0}};
   ScanInterpreter interpreter({}, lidar);

@@ -148,7 +148,7 @@ TEST_F(MapEditsTest, RefusesTooManyAndAnEmptyMap) {
   EXPECT_THAT(place("dock"), HasSubstr("no map yet"));
 }
 
-TEST_F(MapEditsTest, SaysWhatAnEraseWouldLeaveAroundTheRobot) {
+TEST_F(MapEditsTest, ReportsWhatAnEraseWouldLeaveAroundTheRobot) {
   EditRequest all{
       .kind = EditKind::kErase, .name = "", .author = "", .points = {{-50.0, -50.0}, {50.0, -50.0}, {0.0, 50.0}}};
   EXPECT_EQ(shareLeft(*anchored(all, keyframes(), in_map()), keyframes(), {0.5, 0.0}), 0.0);

@@ -137,7 +137,7 @@ TEST(Calibration, GivesTheSameForTheSameMotions) {
   EXPECT_EQ(calibrate(motions, kBelieved).geometry.vector(), calibrate(motions, kBelieved).geometry.vector());
 }
 
-TEST(Calibration, BelievesNoRobotOfThriceTheSizeThatIsConfigured) {
+TEST(Calibration, AcceptsNoRobotOfThriceTheSizeThatIsConfigured) {
   const auto statusAt = [](double factor) {
     RobotGeometry small = kBelieved;
     small.left_radius /= factor;

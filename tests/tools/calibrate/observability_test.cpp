@@ -84,7 +84,7 @@ TEST(DriveKind, IsNamedFromNoisyMotions) {
   EXPECT_EQ(kindOf(Drive::kOneArc), DriveKind::kOneArc);
 }
 
-TEST(DriveKind, SaysHowToMendIt) {
+TEST(DriveKind, ShowsHowToMendIt) {
   EXPECT_THAT(describe(DriveKind::kStraight), HasSubstr("turn both ways"));
   EXPECT_THAT(describe(DriveKind::kOnTheSpot), HasSubstr("drive some metres"));
   EXPECT_THAT(describe(DriveKind::kOneArc), HasSubstr("same arc"));

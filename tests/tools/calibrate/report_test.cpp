@@ -30,7 +30,7 @@ TEST(CalibrationReport, EndsWithLinesThatTheConfigurationTakes) {
   EXPECT_NEAR(config.front_end.lidar.T_base_lidar.theta, g.T_base_lidar.theta, 1e-6);
 }
 
-TEST(CalibrationReport, SaysHowTheWheelsDiffer) {
+TEST(CalibrationReport, ReportsHowTheWheelsDiffer) {
   EXPECT_THAT(reportOf(Drive::kVaried).table(), HasSubstr("The left wheel is larger by 1."));
   CalibrationReport report = reportOf(Drive::kVaried);
   report.result.geometry.left_radius = report.result.geometry.right_radius;
@@ -51,7 +51,7 @@ TEST(CalibrationReport, GivesNoNumberForWhatIsNotDetermined) {
   EXPECT_THAT(spot, Not(HasSubstr("wheel is larger")));
 }
 
-TEST(CalibrationReport, SaysWhereTheAnglesComeFromAndWhatWasRejected) {
+TEST(CalibrationReport, ReportsWhereTheAnglesComeFromAndWhatWasRejected) {
   CalibrationReport report = reportOf(Drive::kVaried);
   EXPECT_THAT(report.table(), Not(HasSubstr("dead reckoning")));
   EXPECT_THAT(report.table(), Not(HasSubstr("disagree")));

@@ -257,7 +257,7 @@ TEST_P(HostileRecording, IsRefusedWithTheReasonInBoundedTimeAndMemory) {
 INSTANTIATE_TEST_SUITE_P(Any, HostileRecording, testing::ValuesIn(hostileRecordings()),
                          [](const auto& hostile) { return hostile.param.name; });
 
-TEST(RecordingsOfOtherFormats, AreNotRecognisedAndWhatIsReadIsSaid) {
+TEST(RecordingsOfOtherFormats, AreNotRecognisedAndWhatIsReadIsReported) {
   const Folder folder;
   const auto refused = [&](const std::string& content) {
     return refusalOf([&] { convertAny(folder.write("in.log", content), folder / "out.lcm"); });

@@ -74,7 +74,7 @@ TEST(RecordingDoubt, IsOfEachSensorAlone) {
   EXPECT_THAT(recording.doubt(), HasSubstr("cut off"));
 }
 
-TEST(RecordingReport, SaysWhatOfEachSensorWasUsed) {
+TEST(RecordingReport, ReportsWhatOfEachSensorWasUsed) {
   Recording recording = ofALidar();
   for (int i = 1; i < 11; ++i) recording.use(recording.sensor("/scan"), &Recording::scans, 5'000'000 + 100'000 * i);
   recording.sensor("/scan").frame = "laser\x1b[2J";

@@ -224,7 +224,7 @@ Drive driveOfTwo(const std::string& other_frame, std::int64_t other_clock, const
   return d;
 }
 
-TEST_F(Ros, TakesOneOfTwoDriversOnATopicAndSaysSo) {
+TEST_F(Ros, TakesOneOfTwoDriversOnATopicAndReportsIt) {
   const auto said = [&](const Drive& d) {
     const Recording recording = convert(d);
     EXPECT_EQ(recording.scans, kScans);

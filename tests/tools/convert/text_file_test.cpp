@@ -89,7 +89,7 @@ TEST(ToMicroseconds, RefusesWhatIsNoTime) {
   }
 }
 
-TEST(TextFile, EndsAtDamageOfCompressedDataAndSaysSo) {
+TEST(TextFile, EndsAtDamageOfCompressedDataAndReportsIt) {
   const std::string path = testing::TempDir() + "damaged_" + std::to_string(getpid()) + ".gz";
   gzFile out = gzopen(path.c_str(), "wb");
   for (int i = 0; i < 20000; ++i) gzprintf(out, "line %d %d\n", i, i * 7919 % 1000);

@@ -97,7 +97,7 @@ TEST(CommandOf, TakesThoseOfThePage) {
   EXPECT_EQ(mode->argument, "localise");
 }
 
-TEST(CommandOf, SaysWhatIsWrong) {
+TEST(CommandOf, ReportsWhatIsWrong) {
   const std::pair<const char*, const char*> cases[] = {
       {"", "JSON"},
       {"[]", "JSON"},

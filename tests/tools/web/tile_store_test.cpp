@@ -67,7 +67,7 @@ TEST(TileStore, GivesOnlyWhatChangedSinceAVersion) {
   EXPECT_EQ(tilesIn(store.changedSince(store.version() + 1)).size(), 2U) << "a version of another run: all of it";
 }
 
-TEST(TileStore, TellsMapResolutionAndVersion) {
+TEST(TileStore, HoldsMapResolutionAndVersion) {
   TileStore store;
   store.begin(-5);
   store.setResolution(0.1);

@@ -187,7 +187,7 @@ TEST_F(Pages, ListLogsAndGiveThem) {
   EXPECT_EQ(get("/logs").status, 301);
 }
 
-TEST_F(Pages, SayWhereNoLogsAre) {
+TEST_F(Pages, ReportWhereNoLogsAre) {
   settings_.logs.clear();
   EXPECT_EQ(get("/logs/").status, 404);
   EXPECT_THAT(get("/logs/").body, HasSubstr("log.directory"));
@@ -201,7 +201,7 @@ TEST_F(Pages, RefuseOtherPathsAndMethods) {
   EXPECT_EQ(get(WebPages::kCommand, {}, "GET").status, 404);
 }
 
-TEST_F(Pages, ObeyWhoKnowsTheToken) {
+TEST_F(Pages, ObeyWhoHasTheToken) {
   ack_.emplace();
   ack_->accepted = true;
   ack_->message = "pose set";
@@ -253,7 +253,7 @@ TEST_F(Pages, ObeyNobodyWhereCommandsAreOff) {
   EXPECT_TRUE(commands_.empty());
 }
 
-TEST_F(Pages, SayWhatWasWrongWithACommand) {
+TEST_F(Pages, ReportWhatWasWrongWithACommand) {
   headers_ = {{"Authorization", "Bearer correct horse battery"}, {"Content-Type", "application/json"}};
   EXPECT_EQ(post("{").status, 400);
   EXPECT_EQ(post(R"({"verb":"format_disk"})").status, 400);

@@ -137,7 +137,7 @@ TEST_F(Server, AnswersWithThePageAndItsHeaders) {
   EXPECT_THAT(answerTo("HEAD / HTTP/1.1\r\nHost: localhost\r\n\r\n"), testing::Not(HasSubstr("<canvas")));
 }
 
-TEST_F(Server, ListensWhereItIsTold) {
+TEST_F(Server, ListensWhereItIsConfigured) {
   settings_.web.address = "127.0.0.2";
   start();
   EXPECT_GT(server_->port(), 0);
@@ -176,7 +176,7 @@ TEST_F(Server, ObeysOnlyWhereCommandsAreAllowed) {
   EXPECT_TRUE(commands_.empty());
 }
 
-TEST_F(Server, ObeysOnlyWhoKnowsTheToken) {
+TEST_F(Server, ObeysOnlyWhoHasTheToken) {
   settings_.web.commands = true;
   start();
   EXPECT_THAT(post(R"({"verb":"save"})", ""), StartsWith("HTTP/1.1 401"));

@@ -160,7 +160,7 @@ TEST_F(State, CountsWhatCannotBeAPose) {
   EXPECT_EQ(state_->badMessages(), 3U);
 }
 
-TEST_F(State, SaysSinceWhenSlamdIsSilent) {
+TEST_F(State, ReportsSinceWhenSlamdIsSilent) {
   state_->begin(kNow);
   EXPECT_EQ(state_->silence(kNow + 5s), 5s);
   health(0, 1.0);

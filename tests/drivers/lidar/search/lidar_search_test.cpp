@@ -76,7 +76,7 @@ std::unique_ptr<sim::EmulatedLidar> rplidar(const sim::LidarIdentity& unit) {
   return std::make_unique<sim::LidarEmulator>(test::lidarRoom, unit.turn_rate, unit);
 }
 
-TEST(LidarSearch, FindsEachLidarThatSendsOrSaysWhoItIs) {
+TEST(LidarSearch, FindsEachLidarThatSendsOrAnswers) {
   for (const LidarFacts& row : lidarTable()) {
     SCOPED_TRACE(row.driver);
     Port port(packetLidar(row.driver), row.baud);

@@ -62,7 +62,7 @@ struct Fault {
   const char* wheels;  // and that of the wheels; "": streaming
 };
 
-TEST_F(DrivenBoard, SaysWhatEachFaultIsAndStreamsAgainAfterIt) {
+TEST_F(DrivenBoard, ReportsWhatEachFaultIsAndStreamsAgainAfterIt) {
   const Fault faults[] = {
       {"silent", 1, 0, "does not answer", "does not answer"},
       {"garbage", 1, 0, "cannot be read", "cannot be read"},

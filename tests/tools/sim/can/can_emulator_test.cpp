@@ -69,7 +69,7 @@ TEST_F(CanEmulatorTest, SendsTheTruth) {
   EXPECT_THAT(xsens::parseAcceleration(last(frames, 0x034)), testing::Optional(xsens::Vector3{0, 0, 9.75F}));
 }
 
-TEST_F(CanEmulatorTest, SpeaksFirmware06AndTellsItsVersion) {
+TEST_F(CanEmulatorTest, SendsFirmware06AndItsVersion) {
   emulator_.receive(odrive::requestVersion(0x10));
   EXPECT_EQ(last(runFor(100ms), 0x200).size, 0) << "0.5 does not know the question";
   ASSERT_TRUE(emulator_.inject("firmware", 0.6));
@@ -159,7 +159,7 @@ TEST_F(CanEmulatorTest, CannotArmADriveWithAnErrorWhichAnIdleOneHasToo) {
   EXPECT_TRUE(emulator_.armed());
 }
 
-TEST_F(CanEmulatorTest, FallsSilentAndSpeaksAgain) {
+TEST_F(CanEmulatorTest, FallsSilentAndSendsAgain) {
   runFor(1s);
   ASSERT_TRUE(emulator_.inject("silent", 1));
   EXPECT_TRUE(runFor(1s).empty());
@@ -218,7 +218,7 @@ TEST_F(CanEmulatorTest, HasALeftDriveThatIsIdleWithoutAnErrorOrLeavesSpeedsOut) 
   EXPECT_TRUE(emulator_.armed());
 }
 
-TEST_F(CanEmulatorTest, TellsWhetherItsWatchdogIsOnFromFirmware06On) {
+TEST_F(CanEmulatorTest, DistinguishesWhetherItsWatchdogIsOnFromFirmware06On) {
   const auto answer = [&] {
     emulator_.receive(odrive::requestParameter(0x10, CanEmulator::kWatchdogEndpoint));
     return odrive::parseParameter(0x10, last(runFor(100ms), 0x205));

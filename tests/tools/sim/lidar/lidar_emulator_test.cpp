@@ -230,7 +230,7 @@ TEST(LidarEmulatorFault, IsAnotherUnitAfterItsBoot) {
   EXPECT_FALSE(bench.lidar.inject("unit", 2.0));
 }
 
-TEST(LidarEmulatorFault, AnotherMakesLidarSendsUnaskedAndHearsNothing) {
+TEST(LidarEmulatorFault, AnotherMakesLidarSendsUnaskedAndReceivesNothing) {
   for (const auto& [make, first, second] : {std::tuple(1.0, 0x54, 0x2C), {2.0, 0xAA, 0x55}}) {
     Bench bench;
     ASSERT_TRUE(bench.lidar.inject("other", make));
@@ -245,7 +245,7 @@ TEST(LidarEmulatorFault, AnotherMakesLidarSendsUnaskedAndHearsNothing) {
   }
 }
 
-TEST(LidarEmulatorFault, SilentHearsAndSaysNothingUntilItIsOver) {
+TEST(LidarEmulatorFault, SilentHearsAndReportsNothingUntilItIsOver) {
   ScanningBench bench;
   bench.run(500ms);
   ASSERT_TRUE(bench.lidar.inject("silent", 1));
