@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <net/if.h>
+#include <thread>
+
+#include "drivers/can/can_axis.hpp"
+#include "runtime/clock.hpp"
+#include "tools/slamctl/doctor.hpp"
+#include "tools/slamctl/drive_watchdogs.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+
+}  // namespace
+
+Finding checkCan(const std::string& interface, const std::filesystem::path& net) {
+  const std::string up = "sudo ip link set " + interface + " up type can bitrate 500000 restart-ms 100";
+  std::error_code error;
+  if (!std::filesystem::exists(net / interface, error)) {
+    return {Finding::kFault, "CAN: no interface " + interface,
+            "plug the adapter in, then " + up + "; or set can.interface"};
+  }
+  unsigned flags = 0;
+  std::ifstream(net / interface / "flags") >> std::hex >> flags;
+  if ((flags & IFF_UP) == 0) return {Finding::kFault, "CAN: " + interface + " is down", up};
+  int queue = 0;
+  std::ifstream(net / interface / "tx_queue_len") >> queue;
+  if (queue > 0 && queue < 128) {
+    return {Finding::kWarning, "CAN: " + interface + " queues only " + std::to_string(queue) + " frames",
+            "sudo ip link set " + interface + " txqueuelen 256"};
+  }
+  return {Finding::kGood, "CAN: " + interface + " is up", ""};
+}
+
+Finding checkDrives(const CanConfig& can, CanPort& port, Duration patience) {
+  namespace odrive = can::odrive;
+  // Of all nodes there are more ids than a socket filters by: those that people use, and the first ones.
+  std::vector<int> nodes{can.left_node, can.right_node};
+  for (int node = 0; nodes.size() < 32; ++node) {
+    if (std::find(nodes.begin(), nodes.end(), node) == nodes.end()) nodes.push_back(node);
+  }
+  std::vector<std::uint32_t> ids;
+  for (const int node : nodes) ids.push_back(odrive::idOf(node, odrive::Command::kHeartbeat));
+  if (const int error = port.open(can.interface, ids); error != 0)
+    return {Finding::kWarning, "CAN: it cannot be listened to on " + can.interface + ": " + std::strerror(error),
+            "sudo slamctl doctor"};
+  std::map<int, CanAxis> heard;
+  StampedCanFrame received;
+  for (const Timestamp end = monotonicNow() + patience; monotonicNow() < end;) {
+    if (port.receive(received) != 0) {
+      std::this_thread::sleep_for(5ms);
+      continue;
+    }
+    const int node = static_cast<int>(received.frame.id >> 5);
+    if (!received.frame.error) heard[node].addHeartbeat(received.stamp, node, received.frame);
+  }
+  port.close();
+  std::string list;
+  for (const auto& [node, axis] : heard) list += (list.empty() ? "" : ", ") + std::to_string(node);
+  const bool both = heard.contains(can.left_node) && heard.contains(can.right_node);
+  if (both) return {Finding::kGood, "CAN: the drives of both wheels send heartbeats", ""};
+  const std::string missing = !heard.contains(can.left_node)
+                                  ? "left wheel (can.left_node = " + std::to_string(can.left_node) + ")"
+                                  : "right wheel (can.right_node = " + std::to_string(can.right_node) + ")";
+  return {Finding::kFault, "CAN: no heartbeat of the " + missing,
+          list.empty() ? "switch the drives on, check the bit rate: ip -details link show " + can.interface
+                       : "nodes that send heartbeats: " + list + "; set can.left_node and can.right_node"};
+}
+
+std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base, const CanConfig& can, CanPort& port) {
+  if (!base.speed_commands) return std::nullopt;
+  if (base.driver == BaseDriver::kHandsfree) {
+    return Finding{Finding::kGood,
+                   "drives: the board's own watchdog stops the motors 0.7 s after the last command; it is always on",
+                   ""};
+  }
+  if (base.driver == BaseDriver::kRosArduinoBridge || base.driver == BaseDriver::kKobuki) {
+    const bool arduino = base.driver == BaseDriver::kRosArduinoBridge;
+    return Finding{Finding::kGood,
+                   std::string("drives: the base's own watchdog stops the motors ") + (arduino ? "2 s" : "0.6 s") +
+                       " after the last command; it is always on",
+                   ""};
+  }
+  if (base.driver == BaseDriver::kCreate2) {
+    return Finding{
+        Finding::kWarning,
+        "drives: a Create or Roomba has no watchdog: it keeps its last speed while slamd, the computer or the "
+        "cable is down, until it meets an edge",
+        "keep its CLEAN button within reach: pressed, it stops the robot"};
+  }
+  if (base.driver != BaseDriver::kCan) return std::nullopt;
+  return checkDriveWatchdogs(can, port);
+}
+
+}  // namespace slam
