@@ -48,9 +48,10 @@ MountMonitor::Solution MountMonitor::solve(double variance, Filter counts) const
   Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
   information(0, 0) = 1.0 / (config_.scale_sigma * config_.scale_sigma);
   // A mount that is off by more than it was measured to was measured less well.
-  const Eigen::Matrix3d prior = prior_ + error_.mean * error_.mean.transpose();
-  information(1, 1) = 1.0 / prior(2, 2);
-  information.bottomRightCorner<2, 2>() = prior.topLeftCorner<2, 2>().inverse();
+  const Eigen::Vector3d prior = prior_.diagonal() + error_.mean.cwiseAbs2();
+  information(1, 1) = 1.0 / prior[2];
+  information(2, 2) = 1.0 / prior[0];
+  information(3, 3) = 1.0 / prior[1];
   Eigen::Vector4d sum = information.col(0);
   const std::size_t size = std::min(count_, intervals_.size());
   for (std::size_t i = 0; i < size; ++i) {
@@ -70,7 +71,7 @@ void MountMonitor::estimate() {
   if (!(prior_.diagonal().minCoeff() > 0.0)) return;
   const std::span<Interval> intervals(intervals_.data(), std::min(count_, intervals_.size()));
   const auto sound = static_cast<double>(std::ranges::count(intervals, false, &Interval::slipped));
-  if (intervals.size() < config_.least || sound < config_.mostly * static_cast<double>(intervals.size())) return;
+  if (sound < config_.mostly * static_cast<double>(intervals.size())) return;
 
   const auto all = [](const Interval&, bool) { return true; };
   const auto errorOf = [](const Solution& solution) {
@@ -79,9 +80,10 @@ void MountMonitor::estimate() {
   };
   for (Interval& interval : intervals) interval.weight = 1.0;
   double variance = 1.0;
+  error_.mean.setConstant(config_.interval);  // no prior: what the first ways show would take long to widen it
   Solution whole = solve(variance, all);
   for (int round = 0; round < config_.rounds; ++round) {
-    double squares = 0.0, weights = 0.0;
+    double squares = config_.expected, weights = config_.expected;
     for (Interval& interval : intervals) {
       if (interval.slipped) continue;
       const Eigen::Vector2d residual = interval.scans - rowsOf(interval) * whole.value;

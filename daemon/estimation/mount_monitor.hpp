@@ -13,13 +13,13 @@ namespace slam {
 struct MountMonitorConfig {
   double interval = 0.5;       ///< [m] or [rad] between two comparisons: the matches' noise is little of it
   double match_sigma = 0.007;  ///< [m] of a way between two matched poses, by the matches
-  double wheel_sigma = 0.02;   ///< [m per sqrt(m)] of it, by the wheels; what the intervals show counts instead ...
-  double least_share = 0.05;   ///< [1] ... down to this share of these variances
+  double wheel_sigma = 0.02;   ///< [m per sqrt(m)] of it, by the wheels; what the intervals show counts beside ...
+  double expected = 6.0;       ///< [1] ... these variances, which count as so many intervals ...
+  double least_share = 0.05;   ///< [1] ... down to this share of them
   double turn_sigma = 0.01;    ///< [m/rad] by which the centre wanders that wheels turn about
   double same_turn = 0.02;  ///< [rad] odometry that turns otherwise than the scans has slipped, by more than this ...
   double same_turn_share = 0.02;  ///< [1] ... and this share of the turn
   double mostly = 0.8;            ///< [1] of the intervals must be without slip: else wheels are no measure
-  std::size_t least = 6;          ///< intervals before anything is known
   double outlier = 2.5;           ///< [1] standard deviations at which an interval has lost half its weight
   double scale_sigma = 0.2;       ///< [1] of the wheels' scale
   int rounds = 4;                 ///< of weights and variance
@@ -41,6 +41,9 @@ struct MountError {
 /// where R is the turn between them and 1/a the wheels' scale. (1) is linear in (a, a delta, d), and is solved by least
 /// squares over the last intervals, with the mount as measured as prior. Ways tell delta, turns tell d.
 ///
+/// A mount that is found to be off by more than the prior has it was measured less well: the prior is widened by what
+/// is found. Starting from none, one interval that lies beyond its own error widens it already.
+///
 /// What slips or lags looks like a mount, too, but not the same in left and right turns or in both halves of the way:
 /// by how much the farther of each two is from the whole is added to the standard deviations. Where odometry turns
 /// otherwise than the scans in more than a few intervals, its ways are no measure, and the prior stays.
@@ -58,7 +61,10 @@ class MountMonitor {
   const MountError& error() const { return error_; }
   /// The map begins here: its first pose is right by definition, and others are as far as the robot went from it.
   void beginMap(const Pose2& T_map_base) { T_map_begin_ = T_map_base; }
-  void transform(const Pose2& T_new_old) { T_map_begin_ = T_new_old * T_map_begin_; }
+  void transform(const Pose2& T_new_old) {
+    T_map_begin_ = T_new_old * T_map_begin_;
+    if (begin_) begin_->T_map_base = T_new_old * begin_->T_map_base;
+  }
   /// What the error does to a pose since the map began: a mount that is off by E makes E^-1 T E of the way T.
   /// @return covariance of (x, y, theta) in map [m, m, rad]
   Eigen::Matrix3d covarianceAt(const Pose2& T_map_base) const {

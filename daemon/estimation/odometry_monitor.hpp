@@ -16,17 +16,17 @@ struct OdometryMonitor {
   HeadingMonitor heading;
   MountMonitor mount = MountMonitor();
 
-  /// The interval has no end: the scans did not tell it, or the map moved.
+  /// The interval has no end: the scans did not tell it, or the map moved, with which the mount's interval moves.
   void interrupt() {
     wheels.interrupt();
     gyro.interrupt();
     scans.interrupt();
     heading.interrupt();
-    mount.interrupt();
   }
   /// The robot is somewhere else: what scans told before is nothing to compare with.
   void reset() {
     interrupt();
+    mount.interrupt();
     scans.reset();
   }
 };

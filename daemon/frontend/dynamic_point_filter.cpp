@@ -5,6 +5,14 @@
 #include <cmath>
 
 namespace slam {
+namespace {
+
+/// Cosine of the angle at which a beam from the lidar to p meets a line there.
+double squareness(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const Eigen::Vector2d& lidar) {
+  return std::abs(normal.dot((p - lidar).normalized()));
+}
+
+}  // namespace
 
 DynamicPointFilter::DynamicPointFilter(const LidarMounting& lidar, const DynamicPointFilterConfig& config)
     : lidar_(lidar), config_(config) {}
@@ -18,6 +26,7 @@ void DynamicPointFilter::apply(ScanPoints& points, Timestamp stamp, const EkfTim
   walls_ = {};
   if (count_ < 2) return;
 
+  const Eigen::Vector2d lidar = lidar_.T_base_lidar.translation();
   VisibilityTally tally;
   through_.reset();
   std::fill_n(votes_.begin(), points.size(), std::int8_t{0});
@@ -26,11 +35,14 @@ void DynamicPointFilter::apply(ScanPoints& points, Timestamp stamp, const EkfTim
     const PointTransform T_earlier_base(earlier.T_earlier_base * T_last_base);
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Eigen::Vector2d place = T_earlier_base * points[i].position;
-      const auto sight = earlier.image.visibilityOf(place, T_earlier_base.turned(points[i].normal));
+      const Eigen::Vector2d normal = T_earlier_base.turned(points[i].normal);
+      const auto sight = earlier.image.visibilityOf(place, normal);
       tally.add(sight);
-      if (points[i].hasNormal()) walls_.add(sight);
-      const bool violated = sight == RangeImage::Visibility::kViolated &&
-                            (place - lidar_.T_base_lidar.translation()).norm() < earlier.sharp;
+      // Glass sends back what meets it squarely, and is looked through at any other angle.
+      const bool as_squarely =
+          squareness(place, normal, lidar) >= squareness(points[i].position, points[i].normal, lidar);
+      if (points[i].hasNormal() && as_squarely) walls_.add(sight);
+      const bool violated = sight == RangeImage::Visibility::kViolated && (place - lidar).norm() < earlier.sharp;
       const bool consistent = sight == RangeImage::Visibility::kConsistent;
       if (violated) through_.set(i);
       votes_[i] = static_cast<std::int8_t>(votes_[i] + violated - consistent);

@@ -39,7 +39,8 @@ class DynamicPointFilter {
   /// @param reach   [m] of the lidar
   void apply(ScanPoints& points, Timestamp stamp, const EkfTimeline& filter, std::span<const Beam> beams,
              std::span<const bool> open, double reach);
-  /// Of the newest scan's points on lines: met by earlier scans, or standing where they saw through.
+  /// Of the newest scan's points on lines: met by earlier scans, or standing where they saw through. Scans whose beams
+  /// met a line less squarely than the newest one's do not count: it may be glass.
   const VisibilityTally& walls() const { return walls_; }
   /// The robot may be anywhere: what earlier scans saw says nothing of the next.
   void forget() { count_ = 0; }

@@ -284,10 +284,8 @@ void FrontEnd::apply(MapCorrection& correction) {
   if (correction.T_map_session) tracking_.place();
   pose_.transform(T_new_old);
   monitor_.interrupt();
-  if (correction.T_map_session)
-    monitor_.mount.beginMap({});
-  else
-    monitor_.mount.transform(T_new_old);
+  monitor_.mount.transform(T_new_old);
+  if (correction.T_map_session) monitor_.mount.beginMap({});
   tracking_.transform(T_new_old);
   keyframes_.transform(T_new_old);
   local_map_.follow(pose_.newest().pose().translation());

@@ -89,9 +89,26 @@ TEST(MountMonitor, KeepsThePriorWhereTheWheelsSlipInTurns) {
   EXPECT_TRUE(sigmas(error).isApprox(kPriorSigma));
 }
 
-TEST(MountMonitor, KeepsThePriorUntilWaysTellMore) {
-  const MountError error = Drive{.mount = {0.0, 0.0, 4.0 * kDegree}, .steps = 20}.driven().error();
-  EXPECT_EQ(error.mean, Eigen::Vector3d::Zero());
+TEST(MountMonitor, IsUnsureOfATurnedMountFromTheFirstMetreOn) {
+  for (const double degrees : {4.0, -4.0, 8.0}) {
+    for (unsigned seed = 1; seed <= 5; ++seed) {
+      const double yaw = degrees * kDegree;
+      const MountError error = Drive{.mount = {0.0, 0.0, yaw}, .steps = 12, .seed = seed}.driven().error();
+      EXPECT_GT(std::sqrt(error.secondMoment()(2, 2)), 0.7 * std::abs(yaw)) << degrees << ", seed " << seed;
+    }
+  }
+}
+
+TEST(MountMonitor, StaysNearThePriorOnTheFirstMetresOfASoundRobot) {
+  for (const int steps : {8, 12, 20, 30}) {
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+      const MountError error = Drive{.way_noise = 0.003, .steps = steps, .seed = seed}.driven().error();
+      EXPECT_LT(std::sqrt(error.secondMoment()(2, 2)), 2.0 * kPriorSigma.z()) << steps << ", seed " << seed;
+    }
+  }
+}
+
+TEST(MountMonitor, KeepsThePriorWhereScansDoNotSeeAllDirections) {
   MountMonitor blind(kPriorSigma.cwiseAbs2().asDiagonal());
   for (int i = 0; i < 1000; ++i) blind.compare({0.1 * i, 0.0, 0.0}, {0.1 * i, 0.01 * i, 0.0}, false);
   EXPECT_EQ(blind.error().mean, Eigen::Vector3d::Zero());
@@ -106,6 +123,21 @@ TEST(MountMonitor, WhatLeftAndRightTurnsTellOtherwiseMakesItUnsure) {
 TEST(MountMonitor, IsUnsureOfAnOffsetThatLeftTurnsAloneShow) {
   const MountError error = Drive{.mount = {-0.1, 0.0, 0.0}, .only_left = true}.driven().error();
   EXPECT_LT(std::abs(error.mean.x()), 1.2 * sigmas(error).x());
+}
+
+TEST(MountMonitor, AnIntervalGoesOnWhereTheMapMoves) {
+  MountMonitor still(kPriorSigma.cwiseAbs2().asDiagonal()), moved = still;
+  Pose2 T_new_old;
+  for (int i = 0; i < 20; ++i) {
+    const Pose2 odometry{0.1 * i, 0.0, 0.0}, matched{0.1 * i, -0.007 * i, 0.0};
+    still.compare(odometry, matched, true);
+    moved.compare(odometry, T_new_old * matched, true);
+    const Pose2 correction{0.02, -0.01, 0.003};
+    moved.transform(correction);
+    T_new_old = correction * T_new_old;
+  }
+  EXPECT_GT(still.error().mean.z(), 3.0 * kDegree);
+  EXPECT_NEAR(moved.error().mean.z(), still.error().mean.z(), 1e-6);
 }
 
 TEST(MountMonitor, AMountsErrorActsSinceTheMapBeganAndMovesWithIt) {

@@ -16,6 +16,7 @@ namespace slam {
 namespace {
 
 constexpr double kLegRadius = 0.06;  // [m]
+constexpr double kSquarely = 0.966;  // cosine of 15 degrees: a pane of glass sends beams back that meet it so
 
 /// A robot that filters its scans, with legs that may go along. It matches nothing: its wheels are right.
 class Walk {
@@ -39,6 +40,7 @@ class Walk {
         if (along < 0.0 || past > kLegRadius) continue;
         beam.range = static_cast<float>(along - std::sqrt(kLegRadius * kLegRadius - past * past));
       }
+      if (glass && std::abs(std::sin(robot_.truth.theta + beam.bearing)) < kSquarely) beam.range = 0.0F;
       open_[static_cast<std::size_t>(i)] = !blocked && beam.range == 0.0F;
       const double bearing = wrapAngle(beam.bearing - lidar_.T_base_lidar.theta);
       beam.bearing = static_cast<float>(lidar_.upside_down ? -bearing : bearing);
@@ -63,6 +65,7 @@ class Walk {
 
   std::vector<Eigen::Vector2d> legs;     // [m] in base
   std::vector<Eigen::Vector2d> pillars;  // [m] in the world, as thick
+  bool glass = false;                    // the walls beside are
   bool blocked = false;                  // beams without return say nothing
   ScanPoints points;
   EkfTimeline timeline{{}, {}};
@@ -155,6 +158,24 @@ TEST(DynamicPointFilter, TellsOfWallsInTheOpenOnceTheRobotWasCarried) {
   walk.filter.forget();
   walk.run(0.2, kStand);
   EXPECT_EQ(walk.filter.walls().judged(), 0);
+}
+
+TEST(DynamicPointFilter, GlassThatEarlierScansMetAtAnotherAngleIsNoWallInTheOpen) {
+  const test::Room hall{.length = 60.0, .width = 5.0, .reach = 12.0};
+  for (const double side : {-1.0, 0.0, 1.0}) {
+    Walk walk(hall);
+    walk.glass = true;
+    walk.carry({0.0, side, 0.0});
+    walk.run(4.0, kAhead);
+    VisibilityTally walls;
+    for (int i = 0; i < 20; ++i) {
+      walk.run(0.2, kAhead);
+      walls.consistent += walk.filter.walls().consistent;
+      walls.violated += walk.filter.walls().violated;
+    }
+    EXPECT_GT(walls.judged(), 100);
+    EXPECT_LT(walls.freeSpaceViolation(), 0.2) << side;
+  }
 }
 
 TEST(DynamicPointFilter, LeavesAllInWhereItIsTheMotionThatIsWrong) {
