@@ -337,6 +337,7 @@ void webSeeds(const Corpus& corpus) {
                                      {"map", "/api/map?since=12"},
                                      {"events", "/api/events"},
                                      {"status", "/api/status"},
+                                     {"maps", "/api/v1/maps"},
                                      {"pgm", "/map.pgm"},
                                      {"log", "/logs/run/0001.lcm.gz"},
                                      {"encoded", "/%2e%2e/a+b?x=%00&since=1"}}) {

@@ -102,6 +102,15 @@ std::int64_t sinceTime(const std::string& text, std::int64_t now) {
                            "\"2026-11-25 06:37\"");
 }
 
+std::string timeText(std::int64_t utime) {
+  const auto seconds = static_cast<std::time_t>(utime / 1000000);
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &utc);
+  return utime == 0 ? "-" : text;
+}
+
 LogExport exportLogs(const std::filesystem::path& folder, std::optional<std::int64_t> since,
                      const std::filesystem::path& out) {
   if (std::filesystem::exists(out)) throw std::runtime_error(out.string() + ": is there already; give another --out");
