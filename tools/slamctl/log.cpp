@@ -111,6 +111,22 @@ std::string timeText(std::int64_t utime) {
   return utime == 0 ? "-" : text;
 }
 
+std::optional<std::int64_t> newestTime(const std::filesystem::path& folder) {
+  const std::vector<LogFile> files = logsIn(folder);
+  for (auto file = files.rbegin(); file != files.rend(); ++file) {
+    std::optional<std::int64_t> newest;
+    try {
+      EventLogReader reader(file->path);
+      for (LogEvent event; reader.next(event);) {
+        if (event.channel != channel::kConfig) newest = std::max(event.utime, newest.value_or(event.utime));
+      }
+    } catch (const EmptyLog&) {
+    }
+    if (newest) return newest;
+  }
+  return std::nullopt;
+}
+
 LogExport exportLogs(const std::filesystem::path& folder, std::optional<std::int64_t> since,
                      const std::filesystem::path& out) {
   if (std::filesystem::exists(out)) throw std::runtime_error(out.string() + ": is there already; give another --out");
