@@ -27,7 +27,7 @@ struct PlausibilityLimits {
   double information = 1e12;   ///< [1/m^2, 1/rad^2] of an edge: a sigma of 1 um
   double finest = 0.001, coarsest = 1.0;   ///< [m] side of a grid's cell: the noise of a lidar, the width of a door
   std::int64_t picture_cells = 1LL << 27;  ///< [cells] of a picture of a map: 580 m by 580 m at 5 cm
-  std::int64_t text_bytes = 1 << 20;       ///< [bytes] of a text that describes a map, and of a picture's header
+  std::int64_t text_bytes = 1 << 16;       ///< [bytes] of a text that describes a map, and of a picture's header
 };
 inline constexpr PlausibilityLimits kPlausible;
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "mapping/colour_image.hpp"
+#include "mapping/map_description.hpp"
 #include "mapping/map_image.hpp"
 
 namespace slam {
@@ -14,9 +15,8 @@ namespace slam {
 /// @throws std::runtime_error with file and reason
 void replaceFile(const std::filesystem::path& file, const std::string& content);
 
-/// The two files of a map_server pair. @param pgm name of the picture, as the .yaml has it
+/// The picture of a map_server pair.
 std::string encodePgm(const MapImage& image);
-std::string encodeYaml(const std::string& pgm, const MapImage& image);
 
 /// Writes PREFIX.yaml, PREFIX.pgm (the pair that map_server loads) and PREFIX.png (for people, with the path in blue).
 /// Each file is written beside its place and renamed, so that a crash leaves the old one whole.
@@ -25,8 +25,9 @@ std::string encodeYaml(const std::string& pgm, const MapImage& image);
 void writeMapFiles(const std::filesystem::path& prefix, const MapImage& image,
                    std::span<const Eigen::Vector2d> path = {});
 
-/// Reads a map_server pair with a binary PGM (P5, 8 bit) and `mode: trinary`. What is no file, as a pipe, is refused
-/// and not waited for; of the picture no more is read than its header says. Its numbers are held to PlausibilityLimits.
+/// Reads a map_server pair: what parseMapDescription() and readGreyPicture() do. What is no file, as a pipe, is refused
+/// and not waited for. Its numbers are held to PlausibilityLimits. A picture with a yaw is drawn anew along the axes;
+/// what is not opaque is unknown.
 /// @throws std::runtime_error with file and reason
 MapImage readMapFiles(const std::filesystem::path& yaml);
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "mapping/map_image.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
 #include "core/plausibility.hpp"
+#include "core/pose2.hpp"
 
 namespace slam {
 
@@ -50,6 +52,44 @@ MapImage renderMap(const OccupancyGrid& grid) {
   forEachCell(
       [&](CellIndex cell, std::uint8_t value) { image.at(cell.column - low.column, cell.row - low.row) = value; });
   return image;
+}
+
+MapImage alongAxes(const MapImage& image, double yaw) {
+  const PointTransform T_axes_image({0.0, 0.0, yaw}), T_image_axes({0.0, 0.0, -yaw});  // [cells], about the origin
+  Eigen::AlignedBox2d box;
+  for (const double x : {0, image.width})
+    for (const double y : {0, image.height}) box.extend(T_axes_image * Eigen::Vector2d(x, y));
+  // What is less than a tenth of a cell beyond the last row or column, is rounding of the yaw.
+  const Eigen::Vector2d corner = box.min(), size = (box.sizes().array() - 0.1).ceil();
+  MapImage turned = image;
+  turned.width = static_cast<int>(size.x());
+  turned.height = static_cast<int>(size.y());
+  turned.origin_x += corner.x() * image.resolution;
+  turned.origin_y += corner.y() * image.resolution;
+  if (const std::string words = implausibilityOfSize(turned.width, turned.height); !words.empty())
+    throw std::runtime_error("turned by its yaw, " + words + "; the map is not read; turn the picture and set it to 0");
+  turned.cells.assign(static_cast<std::size_t>(turned.width) * static_cast<std::size_t>(turned.height),
+                      MapImage::kUnknown);
+  const auto at = [](MapImage& of, const Eigen::Vector2d& p) -> std::uint8_t* {
+    const double column = std::floor(p.x()), row = std::floor(p.y());
+    const bool inside = column >= 0.0 && row >= 0.0 && column < of.width && row < of.height;
+    return inside ? &of.at(static_cast<int>(column), static_cast<int>(row)) : nullptr;
+  };
+  const auto middle = [](int column, int row) { return Eigen::Vector2d(column + 0.5, row + 0.5); };
+  for (int row = 0; row < turned.height; ++row) {
+    for (int column = 0; column < turned.width; ++column) {
+      const std::uint8_t* cell = at(const_cast<MapImage&>(image), T_image_axes * (corner + middle(column, row)));
+      if (cell != nullptr) turned.at(column, row) = *cell;
+    }
+  }
+  for (int row = 0; row < image.height; ++row) {
+    for (int column = 0; column < image.width; ++column) {
+      if (image.at(column, row) != MapImage::kOccupied) continue;
+      std::uint8_t* cell = at(turned, T_axes_image * middle(column, row) - corner);
+      if (cell != nullptr) *cell = MapImage::kOccupied;
+    }
+  }
+  return turned;
 }
 
 OccupancyGrid toGrid(const MapImage& image) {

@@ -30,6 +30,11 @@ std::uint8_t classify(double probability);
 /// The bounding box of all cells that are not unknown; empty grid: an image of one unknown cell.
 MapImage renderMap(const OccupancyGrid& grid);
 
+/// The same map, of an image whose rows run along `yaw` [rad], in one whose rows run along x: turned about its origin.
+/// What is occupied stays so, by its cell's middle; what the image does not cover is unknown.
+/// @throws std::runtime_error where that has more cells than a picture may have
+MapImage alongAxes(const MapImage& image, double yaw);
+
 /// The grid that an image shows: as sure of its cells as a grid can be. The cells lie on the image's own raster: their
 /// corners are off by what the image's origin is off from a multiple of the resolution, half a cell at most.
 OccupancyGrid toGrid(const MapImage& image);

@@ -337,6 +337,7 @@ void webSeeds(const Corpus& corpus) {
                                      {"map", "/api/map?since=12"},
                                      {"events", "/api/events"},
                                      {"status", "/api/status"},
+                                     {"maps", "/api/v1/maps"},
                                      {"pgm", "/map.pgm"},
                                      {"log", "/logs/run/0001.lcm.gz"},
                                      {"encoded", "/%2e%2e/a+b?x=%00&since=1"}}) {
@@ -492,6 +493,10 @@ void floorPlanSeeds(const Corpus& corpus) {
   add("map_saver",
       "resolution: 0.05 # [m]\norigin: [-1, \"-2\", 0.0]\nnegate: false\noccupied_thresh: 0.65\nfree_thresh: 0.25\n",
       "P5\n# CREATOR: map_saver\n3 2\n255\n\x01\xFE\xCD\xCD\xFE\x01"s);
+  add("nav2", "mode: scale\nresolution: 0.05\norigin:\n- -1.5\n- 2\n- 0.3\nnegate: 1\nby: &a [{b: *a}, ? c]\n",
+      encodePng(colourMap(image)));
+  add("text", "mode: raw\nresolution: 1e-1\norigin: [0, 0, 1.57]\n",
+      "P2 # of a person\n3 2\n100\n0 100 50\n#\n1 0 99\n");
 }
 
 void evalSeeds(const Corpus& corpus) {

@@ -2,12 +2,10 @@
 #include "mapping/map_files.hpp"
 
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <map>
 #include <random>
 #include <sstream>
 #include <stdexcept>
@@ -17,12 +15,14 @@
 #include <vector>
 
 #include "core/plausibility.hpp"
+#include "mapping/picture_files.hpp"
 #include "support/absurd.hpp"
 
 namespace slam {
 namespace {
 
 namespace fs = std::filesystem;
+using test::png;
 using testing::AllOf;
 using testing::HasSubstr;
 
@@ -111,27 +111,6 @@ TEST_F(MapFiles, ThePgmHasItsFirstRowAtTheTop) {
   EXPECT_EQ(bytes.substr(bytes.size() - 6), pgm("", {0, 205, 205, 205, 205, 254}));
 }
 
-TEST_F(MapFiles, TheYamlReportsWhatMapServerNeeds) {
-  writeMapFiles(file("map"), randomImage(4, 5));
-  std::istringstream yaml(content("map.yaml"));
-  std::map<std::string, std::string> values;
-  for (std::string line; std::getline(yaml, line);) {
-    if (const auto colon = line.find(": "); colon != std::string::npos)
-      values[line.substr(0, colon)] = line.substr(colon + 2);
-  }
-  EXPECT_EQ(values["image"], "map.pgm");  // beside the yaml, so that both can be moved
-  EXPECT_EQ(values["mode"], "trinary");
-  EXPECT_EQ(values["negate"], "0");
-  EXPECT_EQ(values["occupied_thresh"], "0.65");
-  EXPECT_EQ(values["free_thresh"], "0.196");
-  EXPECT_DOUBLE_EQ(std::stod(values["resolution"]), 0.05);
-  double x = 0, y = 0, yaw = 1;
-  ASSERT_EQ(std::sscanf(values["origin"].c_str(), "[%lf, %lf, %lf]", &x, &y, &yaw), 3);
-  EXPECT_DOUBLE_EQ(x, -12.35);
-  EXPECT_DOUBLE_EQ(y, 3.7);
-  EXPECT_EQ(yaw, 0.0);
-}
-
 TEST_F(MapFiles, WritesThreeFilesAndLeavesNoOthers) {
   const std::vector<Eigen::Vector2d> path{{-12.0, 3.8}, {-11.0, 4.0}, {1e6, -1e6}};   // also beyond the image
   for (int i = 0; i < 2; ++i) writeMapFiles(file("map"), randomImage(20, 10), path);  // the second over the first
@@ -171,34 +150,80 @@ TEST_F(MapFiles, ReadsTheFilesOfOthers) {
   EXPECT_EQ(image.origin_y, -2.0);
 }
 
-TEST_F(MapFiles, ReadsThresholdsQuotesAndCommentsOfOthers) {
-  put("map.yaml",
-      "image: \"map.pgm\"  # beside this file\nmode: trinary\nresolution: 0.05 # [m]\norigin: [0, 0, 0]\n"
-      "negate: false\noccupied_thresh: 0.9\nfree_thresh: 0.25\n");
-  put("map.pgm", pgm("P5\n5 1\n255\n", {0, 60, 204, 205, 206}));
-  EXPECT_EQ(readMapFiles(file("map.yaml")).cells, (std::vector<std::uint8_t>{0, 205, 254, 205, 254}))
-      << "205 means unknown whatever the thresholds";
-  put("map.yaml",
-      "image: map.pgm\nmode: trinary\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.2\n"
-      "free_thresh: 0.5\n");
-  EXPECT_THAT(readError("map.yaml"), HasSubstr("free_thresh"));
+struct Variant {
+  const char* name;
+  const char *key, *value;  // of kYaml, and what stands there instead
+  std::string picture;      // of two rows: occupied, free; unknown, free
+};
+
+std::vector<Variant> variants() {
+  using K = test::PngKind;
+  const std::vector<std::uint8_t> greys = {0, 254, 205, 254};
+  const std::string binary = pgm("P5\n2 2\n255\n", {0, 254, 205, 254});
+  return {{"binary PGM", "", "", binary},
+          {"PGM as text", "", "", "P2\n2 2\n255\n0 254\n205 254\n"},
+          {"PGM of 16 bit", "", "", pgm("P5\n2 2\n65535\n", {0, 0, 255, 0, 205, 205, 255, 0})},
+          {"grey PNG", "", "", png(2, 2, greys, K::kGrey)},
+          {"PNG of colours", "", "", png(2, 2, greys, K::kColour)},
+          {"PNG with opacity", "mode: trinary", "mode: scale", png(2, 2, {0, 255, 254, 255}, K::kGreyKeyed)},
+          {"origin in lines", "[-1, -2, 0]", "\n- -1.0\n- -2.0\n- 0.0", binary},
+          {"yaw of a quarter", "[-1, -2, 0]", "[-0.9, -2, 1.5707963]", pgm("P5 2 2 255\n", {205, 0, 254, 254})},
+          {"negated", "negate: 0", "negate: 1", pgm("P5 2 2 255\n", {255, 0, 128, 0})},
+          {"negated by a word", "negate: 0", "negate: true", pgm("P5 2 2 255\n", {255, 0, 128, 0})},
+          {"scale", "mode: trinary", "mode: scale", pgm("P5 2 2 255\n", {0, 254, 140, 254})},
+          {"raw", "mode: trinary", "mode: raw", pgm("P5 2 2 255\n", {100, 0, 255, 0})},
+          {"without mode and negation", "mode: trinary\n", "", binary}};
+}
+
+TEST_F(MapFiles, OfEachVariantOfMapServerAreRead) {
+  for (const auto& [name, key, value, picture] : variants()) {
+    std::string yaml = kYaml;
+    put("map.yaml", yaml.replace(yaml.find(key), std::string(key).size(), value));
+    put("map.pgm", picture);
+    EXPECT_EQ(readError("map.yaml"), "") << name;
+    const MapImage image = readMapFiles(file("map.yaml"));
+    EXPECT_EQ(image.cells, (std::vector<std::uint8_t>{0, 254, 205, 254})) << name;
+    EXPECT_NEAR(image.origin_x, -1.0, 1e-6) << name;
+    EXPECT_NEAR(image.origin_y, -2.0, 1e-6) << name;
+    EXPECT_EQ(image.resolution, 0.05) << name;
+  }
+}
+
+TEST_F(MapFiles, FindTheirPictureFromTheYamlsFolderOrAtAnyPath) {
+  fs::create_directories(file("pictures"));
+  put("pictures/a map.png", png(1, 1, {0}, test::PngKind::kGrey));
+  for (const std::string& path : {std::string("pictures/a map.png"), file("pictures/a map.png").string()}) {
+    std::string yaml = kYaml;
+    put("map.yaml", yaml.replace(yaml.find("map.pgm"), 7, path));
+    EXPECT_EQ(readMapFiles(file("map.yaml")).cells, std::vector<std::uint8_t>{0}) << path;
+  }
+}
+
+TEST_F(MapFiles, WithAYawAreHeldToTheSameLimits) {
+  put("map.pgm", pgm("P5 1 1 255\n", {0}));
+  const auto errorOf = [&](const std::string& origin) {
+    std::string yaml = kYaml;
+    put("map.yaml", yaml.replace(yaml.find("[-1, -2, 0]"), 11, origin));
+    return readError("map.yaml");
+  };
+  EXPECT_THAT(errorOf("[0, 0, 90]"), AllOf(HasSubstr("theta = 90 rad"), HasSubstr("give its yaw in radians")));
+  EXPECT_THAT(errorOf("[-9999.99, 0, 3.14159]"), HasSubstr("left edge x"));
+  put("map.pgm", "P5 50000 1 255\n" + std::string(50'000, '\0'));
+  EXPECT_THAT(errorOf("[0, 0, 0.7]"), AllOf(HasSubstr("map.yaml: turned by its yaw"), HasSubstr("set it to 0")));
+}
+
+TEST_F(MapFiles, ThatAreDamagedAreNamed) {
+  put("map.yaml", kYaml);
+  put("map.pgm", "P5\n2");
+  EXPECT_THAT(readError("map.yaml"), HasSubstr("map.pgm: its header"));
+  put("map.yaml", "image: map.pgm\norigin: [");
+  EXPECT_THAT(readError("map.yaml"), HasSubstr("map.yaml: line 2 is no YAML"));
 }
 
 TEST_F(MapFiles, MissingFilesAreNamed) {
   EXPECT_THAT(readError("absent.yaml"), HasSubstr("absent.yaml"));
   put("map.yaml", kYaml);
   EXPECT_THAT(readError("map.yaml"), HasSubstr("map.pgm"));
-}
-
-TEST_F(MapFiles, BrokenImagesAreNamed) {
-  put("map.yaml", kYaml);
-  for (const std::string& broken :
-       {std::string(), std::string("P5\n2"), pgm("P5\n2 2\n255\n", {0, 0, 0}), std::string("P2\n2 1\n255\n0 0\n"),
-        pgm("P5\n-2 -2\n255\n", {0, 0, 0, 0}), pgm("P5\n2 2\n65535\n", {0, 0, 0, 0, 0, 0, 0, 0}),
-        std::string("P5\n2000000000 2000000000\n255\n"), pgm("P5\n0 2\n255\n", {})}) {
-    put("map.pgm", broken);
-    EXPECT_THAT(readError("map.yaml"), HasSubstr("map.pgm")) << broken;
-  }
 }
 
 TEST_F(MapFiles, WhatIsNoFileIsNotWaitedForAndOfALargeOneNoMoreIsReadThanItsHeaderSays) {
@@ -219,58 +244,6 @@ TEST_F(MapFiles, WhatIsNoFileIsNotWaitedForAndOfALargeOneNoMoreIsReadThanItsHead
   EXPECT_THAT(readError("map.yaml"), HasSubstr("150000 x 150000 cells are not"));
   fs::resize_file(file("map.yaml"), 40'000'000'000);
   EXPECT_THAT(readError("map.yaml"), AllOf(HasSubstr("map.yaml"), HasSubstr("40000000000 bytes")));
-}
-
-TEST_F(MapFiles, WhatIsNotReadIsNamedWithWhatIs) {
-  put("map.pgm", pgm("P5\n1 1\n255\n", {0}));
-  const auto changed = [&](const std::string& from, const std::string& to) {
-    std::string yaml = kYaml;
-    yaml.replace(yaml.find(from), from.size(), to);
-    put("map.yaml", yaml);
-    return readError("map.yaml");
-  };
-  EXPECT_THAT(changed("[-1, -2, 0]", "\n- -1\n- -2\n- 0"), HasSubstr("in its line as [x, y, yaw]"));
-  EXPECT_THAT(changed("[-1, -2, 0]", "[-1, -2, 0.5]"), HasSubstr("turn the picture"));
-  EXPECT_THAT(changed("trinary", "raw"), HasSubstr("mode: 'raw' is not supported"));
-  put("map.yaml", "{image: map.pgm, resolution: 0.05, origin: [-1, -2, 0]}\n");
-  EXPECT_THAT(readError("map.yaml"), HasSubstr("a line for each key"));
-  for (const char* const picture : {"P2\n1 1\n255\n0\n", "\x89PNG\r\n\x1A\n"}) {
-    put("map.yaml", kYaml);
-    put("map.pgm", picture);
-    EXPECT_THAT(readError("map.yaml"), HasSubstr("the only picture of a map that slamd reads"));
-  }
-}
-
-TEST_F(MapFiles, MissingKeysInTheYamlAreNamed) {
-  writeMapFiles(file("map"), randomImage(5, 4));
-  const std::string whole = content("map.yaml");
-  for (const char* key : {"image", "resolution", "origin"}) {
-    std::istringstream lines(whole);
-    std::string without;
-    for (std::string line; std::getline(lines, line);)
-      if (!line.starts_with(key)) without += line + '\n';
-    put("map.yaml", without);
-    EXPECT_THAT(readError("map.yaml"), AllOf(HasSubstr("map.yaml"), HasSubstr(key)));
-  }
-}
-
-TEST_F(MapFiles, BrokenNumbersInTheYamlAreNamed) {
-  put("map.pgm", pgm("P5\n1 1\n255\n", {0}));
-  for (const auto& [good, bad] : {std::pair{"0.05", "wide"},
-                                  {"0.05", "0"},
-                                  {"0.05", "-1"},
-                                  {"0.05", "nan"},
-                                  {"0.05", "1e-300"},
-                                  {"0.05", "inf"},
-                                  {"[-1, -2, 0]", "[1e308, 0, 0]"},
-                                  {"[-1, -2, 0]", "[0, -5e7, 0]"},
-                                  {"[-1, -2, 0]", "[-1"},
-                                  {"trinary", "scale"}}) {
-    std::string yaml = kYaml;
-    yaml.replace(yaml.find(good), std::string(good).size(), bad);
-    put("map.yaml", yaml);
-    EXPECT_THAT(readError("map.yaml"), HasSubstr("map.yaml")) << bad;
-  }
 }
 
 TEST_F(MapFiles, APlanThatCannotBeIsRefusedWithTheReason) {

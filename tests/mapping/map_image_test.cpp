@@ -4,7 +4,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <memory>
+#include <numbers>
+#include <random>
 #include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "core/pose2.hpp"
 
 namespace slam {
 namespace {
@@ -86,6 +92,64 @@ TEST(RenderMap, OfAnEmptyGridIsOneUnknownCell) {
   EXPECT_EQ(image.height, 1);
   EXPECT_EQ(image.cells, std::vector<std::uint8_t>{MapImage::kUnknown});
   EXPECT_DOUBLE_EQ(image.resolution, 0.2);
+}
+
+/// An image of letters, the upper row first: # occupied, . free, blank unknown.
+MapImage imageOf(const std::vector<std::string>& rows) {
+  MapImage image{.width = static_cast<int>(rows[0].size()), .height = static_cast<int>(rows.size()), .cells = {}};
+  image.origin_x = 1.0;
+  image.origin_y = 2.0;
+  for (const std::string& row : rows) {
+    for (const char c : row)
+      image.cells.push_back(c == '#' ? MapImage::kOccupied : c == '.' ? MapImage::kFree : MapImage::kUnknown);
+  }
+  return image;
+}
+
+TEST(AlongAxes, TurnsByQuartersWithoutLoss) {
+  const MapImage image = imageOf({"#.", " .", "##"});
+  for (const double rounding : {0.0, 5e-5, -5e-5}) {
+    const MapImage left = alongAxes(image, std::numbers::pi / 2 + rounding);
+    const MapImage expected = imageOf({"..#", "# #"});
+    EXPECT_EQ(left.width, 3);
+    EXPECT_EQ(left.cells, expected.cells);
+    EXPECT_NEAR(left.origin_x, 1.0 - 3 * 0.05, 1e-4);  // the lower left corner is the lower right one now
+    EXPECT_NEAR(left.origin_y, 2.0, 1e-4);
+    const MapImage back = alongAxes(image, -std::numbers::pi + rounding);
+    EXPECT_EQ(back.cells, imageOf({"##", ". ", ".#"}).cells);
+    EXPECT_NEAR(back.origin_x, 0.9, 1e-4);
+    EXPECT_NEAR(back.origin_y, 1.85, 1e-4);
+  }
+}
+
+TEST(AlongAxes, KeepsEachOccupiedCellInItsPlaceAtAnyAngle) {
+  std::mt19937 random(1);
+  MapImage image = imageOf(std::vector<std::string>(30, std::string(50, '.')));
+  for (std::uint8_t& cell : image.cells)
+    if (random() % 10 == 0) cell = MapImage::kOccupied;
+  for (double yaw = -6.3; yaw < 6.3; yaw += 0.37) {
+    const MapImage turned = alongAxes(image, yaw);
+    const Pose2 T_map_image{image.origin_x, image.origin_y, yaw};
+    for (int row = 0; row < image.height; ++row) {
+      for (int column = 0; column < image.width; ++column) {
+        const Eigen::Vector2d p = T_map_image * Eigen::Vector2d((column + 0.5) * 0.05, (row + 0.5) * 0.05);
+        const int x = static_cast<int>(std::floor((p.x() - turned.origin_x) / 0.05));
+        const int y = static_cast<int>(std::floor((p.y() - turned.origin_y) / 0.05));
+        ASSERT_TRUE(x >= 0 && y >= 0 && x < turned.width && y < turned.height);
+        if (image.at(column, row) == MapImage::kOccupied) {
+          ASSERT_EQ(turned.at(x, y), MapImage::kOccupied) << yaw;
+        } else if (row > 0 && column > 0 && row < image.height - 1 && column < image.width - 1) {
+          ASSERT_NE(turned.at(x, y), MapImage::kUnknown) << yaw << ": no hole in what is free";
+        }
+      }
+    }
+  }
+}
+
+TEST(AlongAxes, RefusesWhatBecomesTooLarge) {
+  MapImage line{.width = 50'000, .height = 1, .cells = std::vector<std::uint8_t>(50'000, MapImage::kFree)};
+  EXPECT_EQ(alongAxes(line, std::numbers::pi).cells, line.cells);
+  EXPECT_THROW(alongAxes(line, 0.7), std::runtime_error);
 }
 
 TEST(ToGrid, ShowsTheImageAgain) {

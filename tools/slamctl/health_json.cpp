@@ -12,6 +12,7 @@ namespace slam {
 namespace {
 
 using nlohmann::json;
+constexpr const char* kLevels[] = {"good", "warning", "fault"};  // of a finding
 
 std::string stateName(std::int8_t state) {
   const auto index = static_cast<std::uint8_t>(state);
@@ -44,7 +45,6 @@ json healthJson(const health_t& health, const problems_t& problems) {
   const Findings findings = checkHealth(health, problems);
   for (std::size_t i = 0; i < health.devices.size(); ++i) {
     const device_health_t& d = health.devices[i];
-    constexpr const char* kLevels[] = {"good", "warning", "fault"};
     devices.push_back({{"name", d.name},
                        {"state", nameOf(static_cast<DeviceState>(static_cast<std::uint8_t>(d.state)))},
                        {"level", kLevels[findings[i].level]},
@@ -78,6 +78,13 @@ json healthJson(const health_t& health, const problems_t& problems) {
           {"problems", std::move(wrong)},
           {"stages", std::move(stages)},
           {"counters", std::move(counters)}};
+}
+
+json findingsJson(const std::vector<Finding>& findings) {
+  json list = json::array();
+  for (const Finding& finding : findings)
+    list.push_back({{"level", kLevels[finding.level]}, {"what", finding.what}, {"fix", finding.fix}});
+  return list;
 }
 
 std::string textOf(const json& value) { return value.dump(-1, ' ', false, json::error_handler_t::replace); }

@@ -5,13 +5,19 @@
 #include <slam/pose_estimate_t.hpp>
 #include <slam/problems_t.hpp>
 #include <string>
+#include <vector>
 
 /// What slamd sends, as JSON for programs: docs/api.md describes the fields.
 namespace slam {
 
+struct Finding;
+
 nlohmann::json poseJson(const pose_estimate_t& pose);
 /// With words and advice for each device.
 nlohmann::json healthJson(const health_t& health, const problems_t& problems);
+
+/// What a doctor found, one after another.
+nlohmann::json findingsJson(const std::vector<Finding>& findings);
 
 /// Fewer digits than a double has: a tenth of a millimetre is enough for a page. @param scale a power of ten
 double rounded(double value, double scale = 1e4);

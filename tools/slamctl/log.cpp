@@ -102,6 +102,31 @@ std::int64_t sinceTime(const std::string& text, std::int64_t now) {
                            "\"2026-11-25 06:37\"");
 }
 
+std::string timeText(std::int64_t utime) {
+  const auto seconds = static_cast<std::time_t>(utime / 1000000);
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &utc);
+  return utime == 0 ? "-" : text;
+}
+
+std::optional<std::int64_t> newestTime(const std::filesystem::path& folder) {
+  const std::vector<LogFile> files = logsIn(folder);
+  for (auto file = files.rbegin(); file != files.rend(); ++file) {
+    std::optional<std::int64_t> newest;
+    try {
+      EventLogReader reader(file->path);
+      for (LogEvent event; reader.next(event);) {
+        if (event.channel != channel::kConfig) newest = std::max(event.utime, newest.value_or(event.utime));
+      }
+    } catch (const EmptyLog&) {
+    }
+    if (newest) return newest;
+  }
+  return std::nullopt;
+}
+
 LogExport exportLogs(const std::filesystem::path& folder, std::optional<std::int64_t> since,
                      const std::filesystem::path& out) {
   if (std::filesystem::exists(out)) throw std::runtime_error(out.string() + ": is there already; give another --out");

@@ -19,6 +19,12 @@ nlohmann::json logsJson(const std::filesystem::path& folder);
 /// @return [us since the epoch] @throws std::runtime_error naming what can be written
 std::int64_t sinceTime(const std::string& text, std::int64_t now);
 
+/// "2025-11-25 06:37:55" in UTC; "-" for 0. @param utime [us since the epoch]
+std::string timeText(std::int64_t utime);
+
+/// [us since the epoch] of the newest record of the newest log that has one. @throws as exportLogs()
+std::optional<std::int64_t> newestTime(const std::filesystem::path& folder);
+
 struct LogExport {
   std::uint64_t records = 0, files = 0;
   std::int64_t first = 0, last = 0;  ///< [us since the epoch] of the records

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <ctime>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -20,7 +19,9 @@
 #include "tools/slamctl/health_json.hpp"
 #include "tools/slamctl/log.hpp"
 #include "tools/slamctl/map_edits.hpp"
+#include "tools/slamctl/map_list.hpp"
 #include "tools/slamctl/remote.hpp"
+#include "tools/slamctl/report_command.hpp"
 #include "tools/slamctl/stored_map_commands.hpp"
 
 namespace {
@@ -29,59 +30,11 @@ using namespace std::chrono_literals;
 constexpr auto kAnswerLimit = 20s;  // a large map on a slow disk
 constexpr auto kHealthLimit = 3s;   // it comes at 1 Hz
 
-std::string timeText(std::int64_t utime) {
-  const auto seconds = static_cast<std::time_t>(utime / 1000000);
-  std::tm utc{};
-  gmtime_r(&seconds, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &utc);
-  return utime == 0 ? "-" : text;
-}
-
 void printJson(const nlohmann::json& value) { std::printf("%s\n", slam::textOf(value).c_str()); }
-
-const char* stateOf(const slam::MapSummary& map) {
-  return map.newer                      ? "of a newer slamd"
-         : map.generation == 0          ? "damaged"
-         : map.problem.empty()          ? "good"
-         : map.generation != map.newest ? "good, newest generation damaged"
-                                        : "usable, in part damaged";
-}
-
-void printMaps(const std::string& directory) {
-  const auto maps = slam::MapStore::list(directory);
-  const auto newest = slam::MapStore::newest(directory);
-  std::printf("%-2s%-28s %10s %10s  %-19s  %s\n", "", "map", "keyframes", "generation", "saved (UTC)", "state");
-  for (const slam::MapSummary& map : maps) {
-    std::printf("%-2s%-28s %10d %10d  %-19s  %s\n", newest == map.name ? "*" : "", map.name.c_str(), map.keyframes,
-                map.generation, timeText(map.utime).c_str(), stateOf(map));
-    if (!map.problem.empty()) std::printf("  %s\n", map.problem.c_str());
-  }
-  std::printf("%zu map%s in %s%s\n", maps.size(), maps.size() == 1 ? "" : "s", directory.c_str(),
-              newest ? "; * is continued at start" : "");
-}
-
-nlohmann::json mapsJson(const std::string& directory) {
-  auto list = nlohmann::json::array();
-  const auto newest = slam::MapStore::newest(directory);
-  for (const slam::MapSummary& map : slam::MapStore::list(directory))
-    list.push_back({{"name", map.name},
-                    {"keyframes", map.keyframes},
-                    {"generation", map.generation},
-                    {"utime", map.utime},
-                    {"state", stateOf(map)},
-                    {"problem", map.problem},
-                    {"continued_at_start", newest == map.name}});
-  return list;
-}
 
 int printFindings(const slam::Findings& findings, bool json) {
   if (!json) return slam::print(findings);
-  constexpr const char* kLevels[] = {"good", "warning", "fault"};
-  auto list = nlohmann::json::array();
-  for (const slam::Finding& finding : findings)
-    list.push_back({{"level", kLevels[finding.level]}, {"what", finding.what}, {"fix", finding.fix}});
-  printJson(list);
+  printJson(slam::findingsJson(findings));
   return static_cast<int>(std::count_if(findings.begin(), findings.end(), [](const slam::Finding& finding) {
     return finding.level == slam::Finding::kFault;
   }));
@@ -146,7 +99,7 @@ void exportLog(const std::string& folder, const std::string& since, std::string 
       slam::exportLogs(folder, since.empty() ? std::nullopt : std::optional(slam::sinceTime(since, now)), out);
   std::printf("%s: %llu records of %llu files, %s to %s (UTC)\n", out.c_str(),
               static_cast<unsigned long long>(done.records), static_cast<unsigned long long>(done.files),
-              timeText(done.first).c_str(), timeText(done.last).c_str());
+              slam::timeText(done.first).c_str(), slam::timeText(done.last).c_str());
 }
 
 /// What the command line asks for.
@@ -227,8 +180,13 @@ int main(int argc, char** argv) {
   Arguments arguments;
   const slam::MapEditing editing(app);
   const slam::StoredMapCommands stored(app);
+  const slam::ReportCommand report(app);
   const Commands commands = addCommands(app, arguments);
   return slam::runProgram(app, argc, argv, SLAMD_VERSION, "slamctl save kitchen", [&] {
+    if (report.parsed()) {
+      report.run({arguments.config_file, arguments.url, SLAMD_VERSION, arguments.overrides, app.count("--config") > 0});
+      return slam::kDone;
+    }
     const bool given = app.count("--config") > 0 || std::filesystem::exists(arguments.config_file);
     auto config = given ? slam::loadConfig(arguments.config_file, arguments.overrides)
                         : slam::parseConfig("", "defaults", arguments.overrides);
@@ -249,7 +207,7 @@ int main(int argc, char** argv) {
       const std::string directory = folderOf(config.store.directory, slam::kServiceMaps, "maps",
                                              "store.directory in the configuration or give --maps");
       if (lists_edits) editing.list(directory, config, arguments.json);
-      if (lists_maps) arguments.json ? printJson(mapsJson(directory)) : printMaps(directory);
+      if (lists_maps) arguments.json ? printJson(slam::mapsJson(directory)) : slam::printMaps(directory);
       if (commands.export_map->parsed()) {
         if (!slam::MapStore::isName(arguments.name))
           throw std::runtime_error("\"" + arguments.name + "\" is no name of a map");

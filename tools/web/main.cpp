@@ -66,10 +66,10 @@ class Listener {
   SharedState& shared_;
 };
 
-/// Where slamd keeps its field logs; empty: nowhere.
-std::filesystem::path logFolder(const std::string& given) {
+/// Where slamd keeps its maps or field logs; empty: nowhere.
+std::filesystem::path folderOf(const std::string& given, const char* service) {
   std::error_code error;
-  return given.empty() && std::filesystem::is_directory(kServiceLog, error) ? kServiceLog : given;
+  return given.empty() && std::filesystem::is_directory(service, error) ? service : given;
 }
 
 int signalDescriptor() {
@@ -82,7 +82,7 @@ int signalDescriptor() {
 }
 
 /// Until a signal ends it.
-int serve(const Config& config, const std::string& socket, const std::filesystem::path& logs) {
+int serve(const Config& config, const std::string& socket, const std::string& logs) {
   const int signals = signalDescriptor();
   std::signal(SIGPIPE, SIG_IGN);
   SharedState shared(config);
@@ -91,7 +91,9 @@ int serve(const Config& config, const std::string& socket, const std::filesystem
   const auto command = [&config, &socket](const WebCommand& c) {
     return Remote(socket, config.lcm.url).ask(c.verb, c.argument, c.pose, kAnswerLimit);
   };
-  const WebPages pages({config.web, logs, SLAMD_VERSION, session}, shared, command);
+  const WebPages pages(
+      {config.web, folderOf(config.store.directory, kServiceMaps), folderOf(logs, kServiceLog), SLAMD_VERSION, session},
+      shared, command);
   EventHub hub;
   WebServer server(pages, shared, feed, hub);
   Listener listener(config.lcm.url, shared);
@@ -142,6 +144,6 @@ int main(int argc, char** argv) {
     auto config = given ? slam::loadConfig(config_file, overrides) : slam::parseConfig("", "defaults", overrides);
     if (!address.empty()) config.web.address = address;
     if (port >= 0) config.web.port = port;
-    return serve(config, slam::socketOf(config, config_file), logFolder(logs.empty() ? config.log.directory : logs));
+    return serve(config, slam::socketOf(config, config_file), logs.empty() ? config.log.directory : logs);
   });
 }

@@ -9,8 +9,11 @@
 #include "mapping/map_files.hpp"
 #include "runtime/clock.hpp"
 #include "tools/slamctl/health_json.hpp"
+#include "tools/slamctl/log.hpp"
+#include "tools/slamctl/map_list.hpp"
 #include "tools/web/page_files.hpp"
 #include "tools/web/text/event_text.hpp"
+#include "tools/web/text/log_page.hpp"
 #include "tools/web/text/metrics_text.hpp"
 
 namespace slam {
@@ -37,39 +40,14 @@ void download(Response& response, const std::string& name) {
   response.set_header("Content-Disposition", "attachment; filename=\"" + name + "\"");
 }
 
-std::string sizeText(std::uint64_t bytes) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f MB", 1e-6 * static_cast<double>(bytes));
-  return text;
-}
-
-std::string escaped(const std::string& text) {
-  std::string html;
-  for (const char c : text) {
-    switch (c) {
-      case '<':
-        html += "&lt;";
-        break;
-      case '>':
-        html += "&gt;";
-        break;
-      case '&':
-        html += "&amp;";
-        break;
-      case '"':
-        html += "&quot;";
-        break;
-      default:
-        html += c;
-    }
-  }
-  return html;
-}
-
 }  // namespace
 
 WebPages::WebPages(Settings settings, const SharedState& shared, Commander commander)
-    : settings_(std::move(settings)), shared_(shared), commander_(std::move(commander)) {}
+    : settings_(std::move(settings)),
+      shared_(shared),
+      commander_(std::move(commander)),
+      maps_(settings_.maps, mapsJson),
+      logs_(settings_.logs, logsJson) {}
 
 httplib::Headers WebPages::headers() {
   return {{"Content-Security-Policy",
@@ -106,26 +84,47 @@ bool WebPages::mayEnter(const Request& request, Response& response) const {
 
 void WebPages::answer(const Request& request, Response& response) const {
   const std::string& path = request.path;
+  const std::string api = apiPathOf(path);
   if (request.method != "GET" && request.method != "HEAD") {
-    response.set_header("Allow", path == kCommand ? "POST" : "GET, HEAD");
+    response.set_header("Allow", api == kCommand ? "POST" : "GET, HEAD");
     return refuse(response, 405, "this method is not for this path");
   }
-  if (const PageFile* file = findPageFile(path)) return answerWith(response, std::string(file->content), file->type);
-  if (path == "/api/status") return status(response);
+  if (const PageFile* page = findPageFile(path)) return answerWith(response, std::string(page->content), page->type);
   if (path == "/metrics") return metrics(response);
-  if (path == "/api/map") return tiles(request, response);
-  if (path == "/api/allowed") {
+  if (api == "/api/v1/status") return status(response);
+  if (api == "/api/v1/map") return tiles(request, response);
+  if (api == "/api/v1/maps") return list(maps_, "stores no maps here; set store.directory", response);
+  if (api == "/api/v1/logs") return list(logs_, "keeps no logs here; set log.directory", response);
+  if (api == "/api/v1/allowed") {
     if (mayCommand(request, response)) answerWith(response, "{\"allowed\":true}", kJson);
     return;
   }
-  if (path == "/map.png" || path == "/map.pgm" || path == "/map.yaml") return mapFile(path, response);
+  const std::string file = api.substr(api.starts_with(kApi) ? kApi.size() - 1 : 0);
+  if (file == "/map.png" || file == "/map.pgm" || file == "/map.yaml") return mapFile(file, response);
   if (path.starts_with("/logs")) return logs(path, response);
   refuse(response, 404, "there is no such page; / has the map");
 }
 
+std::string WebPages::apiPathOf(const std::string& path) {
+  constexpr std::string_view kFirst = "/api/";  // before there were versions
+  return path.starts_with(kFirst) && !path.starts_with(kApi) ? std::string(kApi) + path.substr(kFirst.size()) : path;
+}
+
+void WebPages::list(const StoredList& stored, const char* otherwise, Response& response) const {
+  if (!stored.isThere()) return refuse(response, 404, std::string("slamd ") + otherwise);
+  try {
+    answerWith(response, stored.text(monotonicNow()), kJson);
+  } catch (const std::runtime_error& error) {
+    refuse(response, 404, error.what());
+  }
+}
+
 void WebPages::status(Response& response) const {
   using nlohmann::json;
-  json body = {{"version", settings_.version}, {"commands", settings_.web.commands}, {"logs", !settings_.logs.empty()}};
+  json body = {{"api", 1},
+               {"version", settings_.version},
+               {"commands", settings_.web.commands},
+               {"logs", !settings_.logs.empty()}};
   const Timestamp now = monotonicNow();
   {
     const std::lock_guard lock(shared_.mutex);
@@ -197,23 +196,7 @@ void WebPages::logs(const std::string& path, Response& response) const {
   const auto parts = logPathOf(path);
   const LogFolder folder(settings_.logs);
   const auto entries = parts ? folder.list(*parts) : std::nullopt;
-  if (entries) {
-    std::string html =
-        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" "
-        "content=\"width=device-width\"><title>slamd: logs</title><link rel=\"stylesheet\" "
-        "href=\"/page.css\"><main class=\"listing\"><h1>Logs</h1><p><a href=\"/\">Live map</a>";
-    std::string at = "/logs/";
-    if (!parts->empty()) html += " &middot; <a href=\"/logs/\">All runs</a>";
-    for (const std::string& part : *parts) at += part + "/";
-    html += "</p><ul>";
-    for (const LogFolder::Entry& entry : *entries) {
-      if (!logPathOf(at + entry.name)) continue;
-      html += "<li><a href=\"" + at + escaped(entry.name) + (entry.is_folder ? "/" : "") + "\">" + escaped(entry.name) +
-              "</a> " + (entry.is_folder ? "" : sizeText(entry.size)) + "</li>";
-    }
-    html += entries->empty() ? "</ul><p>Nothing is logged yet.</p></main></html>" : "</ul></main></html>";
-    return answerWith(response, html, "text/html; charset=utf-8");
-  }
+  if (entries) return answerWith(response, logPage(*parts, *entries), "text/html; charset=utf-8");
   const auto file = parts ? folder.open(*parts) : nullptr;
   if (!file) return refuse(response, 404, "there is no such log");
   download(response, parts->back());

@@ -6,6 +6,7 @@
 #include <optional>
 #include <slam/ack_t.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/config.hpp"
@@ -13,6 +14,7 @@
 #include "tools/web/http_library.hpp"
 #include "tools/web/log_folder.hpp"
 #include "tools/web/request_guard.hpp"
+#include "tools/web/stored_list.hpp"
 #include "tools/web/token_throttle.hpp"
 #include "tools/web/web_state.hpp"
 
@@ -33,12 +35,12 @@ class WebPages {
  public:
   struct Settings {
     WebConfig web;
-    std::filesystem::path logs;  ///< folder; empty: none
+    std::filesystem::path maps, logs;  ///< folders; empty: none
     std::string version;
     std::int64_t session = 0;  ///< another number for each start of the program
   };
-  static constexpr const char* kEvents = "/api/events";
-  static constexpr const char* kCommand = "/api/command";
+  static constexpr std::string_view kApi = "/api/v1/";
+  static constexpr const char *kEvents = "/api/v1/events", *kCommand = "/api/v1/command";
 
   WebPages(Settings settings, const SharedState& shared, Commander commander);
 
@@ -51,11 +53,14 @@ class WebPages {
   void command(const httplib::Request& request, httplib::Response& response) const;
 
   const Settings& settings() const { return settings_; }
+  /// The path with its version, which those of before there were versions lack: /api/status is /api/v1/status.
+  static std::string apiPathOf(const std::string& path);
   /// Headers of every answer.
   static httplib::Headers headers();
 
  private:
   bool mayCommand(const httplib::Request& request, httplib::Response& response) const;
+  void list(const StoredList& stored, const char* otherwise, httplib::Response& response) const;
   void status(httplib::Response& response) const;
   void metrics(httplib::Response& response) const;
   void tiles(const httplib::Request& request, httplib::Response& response) const;
@@ -73,6 +78,7 @@ class WebPages {
   mutable std::mutex guessing_;  // of the one below
   mutable TokenThrottle throttle_{TokenThrottle::Limits{}};
   Commander commander_;
+  StoredList maps_, logs_;
   mutable std::mutex naming_;  // of the two below
   mutable std::vector<std::string> names_;
   mutable Timestamp names_read_{};

@@ -115,8 +115,9 @@ void setRoutes(httplib::Server& server, const WebPages& pages, std::function<voi
   server.set_default_headers(WebPages::headers());
   server.set_pre_routing_handler([&pages, takeReader](const httplib::Request& request, httplib::Response& response) {
     if (!pages.mayEnter(request, response)) return Handling::Handled;
-    if (request.method == "POST" && request.path == WebPages::kCommand) return Handling::Unhandled;
-    if (request.method != "GET" || request.path != WebPages::kEvents) {
+    const std::string path = WebPages::apiPathOf(request.path);
+    if (request.method == "POST" && path == WebPages::kCommand) return Handling::Unhandled;
+    if (request.method != "GET" || path != WebPages::kEvents) {
       pages.answer(request, response);
     } else {
       response.status = 200;
@@ -127,7 +128,7 @@ void setRoutes(httplib::Server& server, const WebPages& pages, std::function<voi
     }
     return Handling::Handled;
   });
-  server.Post(WebPages::kCommand, [&pages](const httplib::Request& request, httplib::Response& response) {
+  server.Post("/api/(?:v1/)?command", [&pages](const httplib::Request& request, httplib::Response& response) {
     pages.command(request, response);
   });
   server.set_exception_handler([](const httplib::Request&, httplib::Response& response, std::exception_ptr) {

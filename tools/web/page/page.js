@@ -85,7 +85,7 @@ async function fetchTiles() {
   fetching = true;
   try {
     const since = robot.map.version, layers = robot.map.layers;
-    const answer = await fetch("/api/map?since=" + since + (layers ? "&layers=1" : ""));
+    const answer = await fetch("/api/v1/map?since=" + since + (layers ? "&layers=1" : ""));
     if (answer.ok) {
       const buffer = await answer.arrayBuffer();
       // Else the map began anew meanwhile, or more of it is wanted.
@@ -158,7 +158,7 @@ const takers = {
 };
 
 function connect() {
-  const events = new EventSource("/api/events");
+  const events = new EventSource("/api/v1/events");
   for (const [name, take] of Object.entries(takers)) {
     events.addEventListener(name, (event) => {
       link.open = true;
@@ -650,7 +650,7 @@ function showResult(words, bad) {
 
 async function unlock(given) {
   try {
-    const answer = await fetch("/api/allowed", { headers: { Authorization: "Bearer " + given } });
+    const answer = await fetch("/api/v1/allowed", { headers: { Authorization: "Bearer " + given } });
     if (!answer.ok) {
       sessionStorage.removeItem("slamd-token");
       return showResult(await answer.text(), true);
@@ -667,7 +667,7 @@ async function command(request) {
   showResult("\u2026");
   for (const button of $("actions").querySelectorAll("button")) button.disabled = true;
   try {
-    const answer = await fetch("/api/command", {
+    const answer = await fetch("/api/v1/command", {
       method: "POST", body: JSON.stringify(request),
       headers: { "Content-Type": "application/json", Authorization: "Bearer " + token },
     });
