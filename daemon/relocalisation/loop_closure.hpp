@@ -79,17 +79,23 @@ class LoopClosureSearch {
   /// @return edges to add to the graph; empty most of the time
   std::vector<Edge> search(const KeyframeGraph& keyframes, std::span<const char> in_map);
 
+  /// Where a keyframe may have come back to an older one.
+  struct Candidate {
+    int id;
+    Pose2 T_map_newest;  ///< middle of the window
+    SearchWindow window;
+  };
+  /// Matches what led up to a keyframe with the submap around a candidate, which no edge joins to it within
+  /// active_sigma.
+  /// @return the edge between the two; none where too few points agree, or another place of the window fits as well
+  std::optional<Edge> verify(const KeyframeGraph& keyframes, int newest, const Candidate& candidate);
+
   struct Counters {
     int searches = 0, found = 0, ambiguous = 0, accepted = 0, inconsistent = 0;
   };
   const Counters& counters() const { return counters_; }
 
  private:
-  struct Candidate {
-    int id;
-    Pose2 T_map_newest;  // middle of the window
-    SearchWindow window;
-  };
   struct Pending {
     Edge edge;
     double path;  // [m] driven when it was found
@@ -97,7 +103,6 @@ class LoopClosureSearch {
   std::optional<Candidate> candidate(const KeyframeGraph& keyframes, int newest, std::span<const char> in_map);
   std::optional<Candidate> narrow(const KeyframeGraph& keyframes, int newest, const Candidate& wide,
                                   std::span<const char> in_map);
-  std::optional<Edge> verify(const KeyframeGraph& keyframes, int newest, const Candidate& candidate);
   bool agree(const KeyframeGraph& keyframes, const Edge& a, const Edge& b) const;
 
   LoopClosureConfig config_;

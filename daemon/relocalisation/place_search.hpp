@@ -103,6 +103,8 @@ class PlaceSearch {
                 double heading_tolerance = std::numbers::pi, std::int64_t* work = nullptr);
 
   bool same(const Pose2& a, const Pose2& b) const;
+  /// Where the best places of the newest search put the session's frame in the map, likeliest first.
+  std::span<const Pose2> contenders() const { return T_map_sessions_; }
 
  private:
   /// What a search compared places by.

@@ -10,6 +10,7 @@
 #include "slam/map_import.hpp"
 #include "tools/bench/ablation.hpp"
 #include "tools/bench/cold_starts.hpp"
+#include "tools/bench/map_commands.hpp"
 #include "tools/bench/scan_pairs.hpp"
 #include "tools/common/program.hpp"
 #include "tools/replay/stats.hpp"
@@ -194,9 +195,14 @@ int main(int argc, char** argv) {
   ablate->add_option("--rule", rules, "without this rule alone; may be repeated");
   ablate->add_option("--jobs", jobs, "runs at a time")->capture_default_str()->check(CLI::Range(1, 64));
   ablate->add_option("CASES", log, "list of drives, see tools/bench/ablation.hpp")->required();
+  const slam::MapCommands maps(app);
   return slam::runProgram(
       app, argc, argv, SLAMD_VERSION, "slam-benchmark matcher --config config/carmen.toml intel.lcm intel.relations",
       [&] {
+        if (maps.parsed()) {
+          maps.carryOut();
+          return slam::kDone;
+        }
         if (ablate->parsed()) {
           printAblation(slam::readCases(log), rules, jobs);
           return slam::kDone;

@@ -5,10 +5,13 @@
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
+#include <utility>
 
 #include "slam/edits/edit_json.hpp"
 #include "store/durable_file.hpp"
+#include "tools/common/program.hpp"
 #include "tools/slamctl/map_edits.hpp"
+#include "tools/slamctl/merge_maps.hpp"
 #include "tools/slamctl/stored_map.hpp"
 
 namespace slam {
@@ -43,16 +46,27 @@ StoredMapCommands::StoredMapCommands(CLI::App& app) {
   edit_ = edit, straighten_ = straighten, rename_ = rename;
   undo_ = add("undo", "undo the last edit of a map");
   delete_ = add("delete", "remove a map from the disk, for good");
+  CLI::App* const merge = app.add_subcommand("merge", "make one map of two that show some of the same rooms");
+  merge->add_option("A", name_, "a map, whose frame the new one has")->required();
+  merge->add_option("B", second_, "a map that is looked for in A")->required();
+  merge->add_option("--as", to_, "name of the new map; A and B stay")->required();
+  merge->add_option("--pictures", pictures_, "where two places fit, draw both: PREFIX-1.png and PREFIX-2.png");
+  merge->footer("Example: slamctl merge house east-wing --as home");
+  merge_ = merge;
 }
 
 bool StoredMapCommands::parsed() const {
-  for (const CLI::App* command : {edit_, undo_, straighten_, delete_, rename_})
+  for (const CLI::App* command : {edit_, undo_, straighten_, delete_, rename_, merge_})
     if (command->parsed()) return true;
   return false;
 }
 
 StoredMapCommands::Sent StoredMapCommands::carryOut(const std::string& directory, const Config& config,
                                                     std::int64_t utime) const {
+  if (merge_->parsed()) {
+    merge(directory, config);
+    return {};
+  }
   const StoredMap map{directory, name_, config.map};
   Sent sent;
   std::vector<EditCommand> commands;
@@ -84,6 +98,23 @@ StoredMapCommands::Sent StoredMapCommands::carryOut(const std::string& directory
     if (sent.empty()) throw std::runtime_error("slamd has map " + name_ + " open; slamctl load another one first");
     return sent;
   }
+}
+
+void StoredMapCommands::merge(const std::string& directory, const Config& config) const {
+  const StoredMerge merge{.directory = directory,
+                          .first = name_,
+                          .second = second_,
+                          .merged = to_,
+                          .back_end = backEndConfig(config),
+                          .grid = config.map,
+                          .pictures = pictures_};
+  int shown = -1;
+  const std::string done = merge.carryOut([&](double share) {
+    const int percent = static_cast<int>(100.0 * share);
+    if (std::exchange(shown, percent) != percent) showProgress("merging: " + std::to_string(percent) + " %");
+  });
+  endProgress();
+  std::printf("%s\n", done.c_str());
 }
 
 }  // namespace slam

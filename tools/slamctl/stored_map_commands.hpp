@@ -10,7 +10,8 @@
 
 namespace slam {
 
-/// `slamctl edit`, `undo`, `straighten`, `delete` and `rename`: of a map by its name, whether slamd has it open or not.
+/// `slamctl edit`, `undo`, `straighten`, `delete`, `rename` and `merge`: of maps by their names, whether slamd has them
+/// open or not.
 class StoredMapCommands {
  public:
   /// Adds the subcommands.
@@ -26,8 +27,10 @@ class StoredMapCommands {
   Sent carryOut(const std::string& directory, const Config& config, std::int64_t utime) const;
 
  private:
-  const CLI::App *edit_, *undo_, *straighten_, *delete_, *rename_;
-  std::string name_, file_, to_, origin_;
+  void merge(const std::string& directory, const Config& config) const;
+
+  const CLI::App *edit_, *undo_, *straighten_, *delete_, *rename_, *merge_;
+  std::string name_, second_, file_, to_, origin_, pictures_;
 };
 
 }  // namespace slam

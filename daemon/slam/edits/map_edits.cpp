@@ -2,8 +2,10 @@
 #include "slam/edits/map_edits.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <set>
+#include <utility>
 
 namespace slam {
 namespace {
@@ -83,11 +85,40 @@ std::string MapEdits::add(const EditCommand& command, const KeyframeGraph& keyfr
 void MapEdits::take(Step step) {
   steps.resize(done);
   steps.push_back(step);
-  if (steps.size() > kEditLimits.steps) steps.erase(steps.begin());
+  forgetUndone();
+}
+
+void MapEdits::forgetUndone() {
+  steps.erase(steps.begin(), steps.end() - static_cast<std::ptrdiff_t>(std::min(steps.size(), kEditLimits.steps)));
   done = steps.size();
   std::erase_if(edits, [this](const MapEdit& edit) {
     return !edit.active && std::none_of(steps.begin(), steps.end(), [&](const Step& s) { return s.id == edit.id; });
   });
+}
+
+void MapEdits::append(const MapEdits& other, int first, double turn) {
+  const int before = made;
+  for (MapEdit edit : other.edits) {
+    edit.id += before;
+    for (MapEdit::Corner& corner : edit.corners) corner.keyframe += first;
+    std::map<int, Pose2> anchors;
+    for (const auto& [keyframe, T_keyframe_map] : edit.T_keyframe_map) anchors[keyframe + first] = T_keyframe_map;
+    edit.T_keyframe_map = std::move(anchors);
+    edit.sigma = turnedSigma(edit.sigma, turn);
+    edits.push_back(std::move(edit));
+  }
+  steps.resize(done);
+  for (std::size_t i = 0; i < other.done; ++i)
+    steps.push_back({.id = other.steps[i].id + before, .removes = other.steps[i].removes});
+  for (const auto& [keyframe, scan] : other.whole) whole[keyframe + first] = scan;
+  made += other.made;
+  revision += other.revision + 1;
+  forgetUndone();
+}
+
+Eigen::Vector3d turnedSigma(const Eigen::Vector3d& sigma, double turn) {
+  const double c = std::cos(turn), s = std::sin(turn);
+  return {std::hypot(c * sigma.x(), s * sigma.y()), std::hypot(s * sigma.x(), c * sigma.y()), sigma.z()};
 }
 
 std::vector<int> eraseFrom(KeyframeGraph& keyframes, MapEdits& edits) {

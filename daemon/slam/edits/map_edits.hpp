@@ -37,11 +37,18 @@ struct MapEdits {
   /// @return why not, in words; empty: it is done
   std::string carryOut(const EditCommand& command, const KeyframeGraph& keyframes, std::span<const char> in_map,
                        int* concerned);
+  /// Takes over the edits of another map, whose keyframes count from `first` on in this one and whose axes are turned
+  /// by `turn` [rad] in it. What was undone in either is forgotten.
+  void append(const MapEdits& other, int first, double turn);
 
  private:
   std::string add(const EditCommand& command, const KeyframeGraph& keyframes, std::span<const char> in_map);
   void take(Step step);
+  void forgetUndone();
 };
+
+/// [m, m, rad] of a place, in the axes of a frame in which its own are turned by so much [rad].
+Eigen::Vector3d turnedSigma(const Eigen::Vector3d& sigma, double turn);
 
 /// Makes the scans of a map such as its edits ask. @param keyframes with whole scans, or those that this gave
 /// @return ids of the keyframes whose points changed

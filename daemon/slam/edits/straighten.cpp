@@ -79,12 +79,7 @@ MapState transformed(const MapState& map, const Pose2& T_new_map, const Occupanc
   moved.in_map = map.in_map;
   moved.views = map.views;
   moved.edits = map.edits;  // tied to keyframes
-  const double c = std::cos(T_new_map.theta), s = std::sin(T_new_map.theta);
-  for (MapEdit& edit : moved.edits.edits) {
-    const Eigen::Vector2d squares(edit.sigma.x() * edit.sigma.x(), edit.sigma.y() * edit.sigma.y());
-    edit.sigma.x() = std::sqrt(c * c * squares.x() + s * s * squares.y());
-    edit.sigma.y() = std::sqrt(s * s * squares.x() + c * c * squares.y());
-  }
+  for (MapEdit& edit : moved.edits.edits) edit.sigma = turnedSigma(edit.sigma, T_new_map.theta);
   ++moved.edits.revision;
   moved.T_map_base = T_new_map * map.T_map_base;
   moved.gyro_bias = map.gyro_bias;

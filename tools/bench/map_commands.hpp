@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <CLI/App.hpp>
+#include <string>
+
+namespace slam {
+
+/// `slam-benchmark cut` and `keyframes`: drives and maps for tools/benchmark maps.
+class MapCommands {
+ public:
+  /// Adds the subcommands.
+  explicit MapCommands(CLI::App& app);
+  bool parsed() const { return cut_->parsed() || keyframes_->parsed(); }
+  /// @throws std::runtime_error where a file cannot be read or written
+  void carryOut() const;
+
+ private:
+  void cut() const;
+  void writeKeyframes() const;
+
+  const CLI::App *cut_, *keyframes_;
+  std::string in_, out_;
+  double from_ = 0.0, to_ = 1.0;  // [1] of the log
+  double later_ = 0.0;            // [s]
+};
+
+}  // namespace slam

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# For tools/benchmark, which sources it: maps merged by slamctl. Homes in two drives of different days, each through a part of
+# the rooms, furniture moved between them; maps of different homes; the halves of a log; three maps in any order. $bin, $data,
+# $short and $work are its own.
+# shellcheck shell=bash disable=SC2154,SC2015 # set by tools/benchmark; "failed" is printed whichever step failed
+
+maps_value() { sed -nE "s/.*\"$1\": ([0-9.]+).*/\1/p" "$2"; } # maps_value KEY FILE
+
+# The drive of a day: part of it mapped as $work/maps/NAME, with its truth.
+maps_drive() { # maps_drive NAME HOME DAY FROM TO
+  local name=$1 out=$work/maps-$1
+  "$bin/slam-sim" --no-depth --scene homes --seed $(($2 + 8 * $3)) --with "furniture-moved=$3" \
+    --log "$out.whole" --truth "$out.true" >/dev/null
+  "$bin/slam-benchmark" cut "$out.whole" "$out.lcm" --from "$4" --to "$5" --later $((10000 * $3))
+  awk -v later=$((10000 * $3)) '{printf "%.6f", $1 + later; for (i = 2; i <= NF; ++i) printf " %s", $i; print ""}' \
+    "$out.true" >"$out.tum"
+  "$bin/slam-replay" --config config/sim.toml --set lidar.driver="'lcm'" --set base.driver="'lcm'" --set imu.driver="'lcm'" \
+    --log "$out.lcm" --save-map "$work/maps/$name" >/dev/null 2>&1
+  rm -f "$out.whole" "$out.lcm" "$out.true"
+}
+maps_merge() { # maps_merge A B C: what slamctl prints goes to $work/merge.txt
+  "$bin/slamctl" --maps "$work/maps" --config "${maps_config:-config/sim.toml}" merge "$1" "$2" --as "$3" \
+    >"$work/merge.txt" 2>&1
+}
+maps_error() { # maps_error MAP TRUTH [KEY]: of its keyframes after alignment [m]
+  "$bin/slam-benchmark" keyframes "$work/maps/$1" "$work/$1.tum"
+  "$bin/slam-eval" ate "$work/$1.tum" "$2" --json >"$work/ate.json"
+  maps_value "${3:-rmse_m}" "$work/ate.json"
+}
+
+maps_homes() {
+  local homes=8 home right=0 wrong=0 ratios=() one
+  [ -z "$short" ] || homes=2
+  for home in $(seq "$homes"); do
+    maps_drive "west-$home" "$home" 0 0 0.65
+    maps_drive "east-$home" "$home" 1 0.35 1
+    maps_merge "west-$home" "east-$home" "home-$home" || { echo "home $home: $(cat "$work/merge.txt")" >&2; continue; }
+    cat "$work/maps-west-$home.tum" "$work/maps-east-$home.tum" >"$work/both.tum"
+    one=$(printf '%s\n' "$(maps_error "west-$home" "$work/maps-west-$home.tum")" \
+      "$(maps_error "east-$home" "$work/maps-east-$home.tum")" | awk '{s += $1} END {print s / NR}')
+    ratios+=("$(maps_error "home-$home" "$work/both.tum" | awk -v one="$one" '{print $1, one, $1 / one}')")
+    echo "home $home: ${ratios[-1]}; $(tr '\n' ';' <"$work/merge.txt")" >&2
+    awk '{exit $1 > 0.1}' <<<"${ratios[-1]}" && right=$((right + 1)) || wrong=$((wrong + 1))
+  done
+  row "homes in two drives, furniture moved" "merged and right, of $homes" "$right" ">=" "$homes"
+  row "homes in two drives, furniture moved" "merged and wrong" "$wrong" "<=" 0
+  row "homes in two drives, furniture moved" "ATE by that of one drive, mean" \
+    "$(printf '%s\n' "${ratios[@]}" | awk '{s += $1; o += $2} END {printf "%.2f", s / o}')" "<=" 1.2
+}
+
+maps_others() { # after maps_homes
+  local homes=8 here there merged=0
+  [ -z "$short" ] || homes=2
+  for here in $(seq "$homes"); do
+    for there in $(seq "$homes"); do
+      [ "$here" -ne "$there" ] || continue
+      maps_merge "west-$here" "east-$there" "other-$here-$there" && merged=$((merged + 1)) || true
+      echo "$here in $there: $(head -1 "$work/merge.txt")" >&2
+    done
+  done
+  row "different homes, $((homes * (homes - 1))) pairs" merged "$merged" "<=" 0
+}
+
+maps_orders() {
+  local a b c worst=0 gap
+  maps_drive first 3 0 0 0.5
+  maps_drive second 3 1 0.25 0.75
+  maps_drive third 3 2 0.45 1
+  for order in "first second third" "second first third" "second third first" "third second first"; do
+    read -r a b c <<<"$order"
+    maps_merge "$a" "$b" "$a-$b" && maps_merge "$a-$b" "$c" "$a-$b-$c" || { echo "$order: $(cat "$work/merge.txt")" >&2; worst=; break; }
+    if [ "$order" = "first second third" ]; then
+      "$bin/slam-benchmark" keyframes "$work/maps/$a-$b-$c" "$work/in-order.tum"
+      continue
+    fi
+    gap=$(maps_error "$a-$b-$c" "$work/in-order.tum" max_m)
+    worst=$(printf '%s\n' "$worst" "$gap" | sort -g | tail -1)
+  done
+  row "three drives of a home, in any order" "largest difference of a keyframe" "$worst" "<=" 0.02 m
+}
+
+maps_intel() {
+  missing "$data/intel/intel.clf.gz" "intel, two halves" && return
+  local half
+  intel_log
+  "$bin/slam-replay" --config config/carmen.toml --log "$work/intel.lcm" --trajectory "$work/whole.tum" >/dev/null
+  for half in "former 0 0.5" "latter 0.5 1"; do
+    read -r name from to <<<"$half"
+    "$bin/slam-benchmark" cut "$work/intel.lcm" "$work/half.lcm" --from "$from" --to "$to"
+    "$bin/slam-replay" --config config/carmen.toml --log "$work/half.lcm" --save-map "$work/maps/$name" >/dev/null
+  done
+  maps_config=config/carmen.toml maps_merge former latter intel || cat "$work/merge.txt" >&2
+  row "intel, two halves" "off the whole log's trajectory, RMSE" "$(maps_error intel "$work/whole.tum" || true)" "<=" 0.1 m
+}
+
+maps() {
+  mkdir -p "$work/maps"
+  echo "| case | figure | value | target | |"
+  echo "|---|---|---|---|---|"
+  maps_homes
+  maps_others
+  maps_orders
+  maps_intel
+}
