@@ -275,9 +275,11 @@ MergedMap mergeMaps(const MapState& first, const MapState& second, const BackEnd
   joining.tie(report.registration.found);
   const std::vector<Edge> edges = joining.tieAll(report, part(0.7, 0.3));
   report.outcome = Outcome::kContradictory;
-  if (report.verified == 0 || report.verified < merge.min_verified * report.near) return merged;
+  if (edges.empty()) return merged;
   KeyframeGraph keyframes = joining.optimised(edges, report);
-  if (report.revoked > merge.max_revoked * report.verified) return merged;
+  if (report.verified - report.revoked < merge.min_verified * report.near ||
+      report.revoked > merge.max_revoked * report.verified)
+    return merged;
   report.outcome = Outcome::kMerged;
   merged.map = joined(first, second, std::move(keyframes), T_map_second.theta, grid);
   return merged;

@@ -14,12 +14,12 @@ struct MergeConfig {
   MapRegistrationConfig registration;  ///< its places are those of the back end
   double closure_spacing = 0.5;        ///< [m] of the second map's path between two closures
   double closure_distance = 1.0;       ///< [m] from a keyframe of the first map, within which both saw the same
-  double min_verified = 0.5;           ///< [1] of the keyframes so near that match
+  double min_verified = 0.75;          ///< [1] of the keyframes so near that match, and are not revoked
   double consistent_within = 5.0;      ///< [m] two closures so near to each other in the second map ...
   double consistency = 0.03;           ///< [m] ... agree when they differ by less over the way between them ...
   double bend = 0.01;                  ///< [1] ... and that share of it ...
   double consistent_turn = 0.02;       ///< [rad] ... and by no more turn; one with which most disagree is revoked
-  double max_revoked = 0.25;           ///< [1] of the closures that the others contradict
+  double max_revoked = 0.2;            ///< [1] of the closures that the others contradict
 };
 
 /// How a merge went.

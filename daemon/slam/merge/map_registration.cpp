@@ -204,7 +204,9 @@ RegisteredMap MapRegistration::find(const std::function<void(double)>& progress)
     if (found > 0) result.outcome = RegisteredMap::Outcome::kContradictory;
     return result;
   }
-  if (found >= config_.min_found) result.outcome = RegisteredMap::Outcome::kFound;
+  const double known = result.overlap * result.stretches;
+  if (found >= std::max<double>(config_.min_found, config_.min_found_share * known))
+    result.outcome = RegisteredMap::Outcome::kFound;
   return result;
 }
 

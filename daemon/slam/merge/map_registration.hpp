@@ -24,6 +24,7 @@ struct MapRegistrationConfig {
   double min_agreement = 0.5;     ///< [1] of what ends in known space ends at walls and looks through none, ...
   double min_likelihood = 0.6;    ///< [1] ... and so much of the log-likelihood that it has where nothing changed
   int min_found = 2;              ///< stretches that are each found by themselves, and at one place of the second map
+  double min_found_share = 0.2;   ///< [1] of the stretches that lie in known space are
   double max_elsewhere = 0.2;     ///< [1] of the stretches that are found may be found where the others are not
   double min_margin = 16.0;       ///< of the log-likelihood over that of any other hypothesis ...
   double min_margin_share = 0.2;  ///< [1] ... and that share of it, as most of both is the same walls
