@@ -697,7 +697,7 @@ Findings diagnosePorts(const Config& config, const Account& slamd) {
   };
   const Used all[] = {{"lidar", "lidar.port", config.lidar_device.isRead(), config.lidar_device.port},
                       {"base", "base.port", config.base_device.isSerial(), config.base_device.port},
-                      {"imu", "imu.port", config.imu_device.driver == ImuDriver::kHfi, config.imu_device.port}};
+                      {"imu", "imu.port", config.imu_device.isSerial(), config.imu_device.port}};
   Findings findings;
   const auto ports = serialPorts();
   for (const auto& [device, key, used, path] : all) {

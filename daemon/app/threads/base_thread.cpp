@@ -54,7 +54,7 @@ BaseThread::BaseThread(const Config& config, const BaseEnds& ends)
   if (base.driver == BaseDriver::kCan || imu.driver == ImuDriver::kCan) {
     can_.emplace(canBaseConfig(config), &monotonicNow, CanBase::Sinks{wheels_in, imu_in});
   }
-  if (imu.driver == ImuDriver::kHfi) {
+  if (imuFacts(config) != nullptr) {
     imu_.emplace(serialImuConfig(config), &monotonicNow, imu_in);
   }
 }
@@ -121,6 +121,7 @@ double BaseThread::wheelRate() const {
 double BaseThread::imuRate() const {
   if (config_.imu_device.driver == ImuDriver::kCan) return kCanRate;
   if (config_.imu_device.driver == ImuDriver::kBase) return baseFacts(config_)->rate;
+  if (const ImuFacts* facts = imuFacts(config_)) return facts->rate;
   return config_.imu_device.driver == ImuDriver::kHandsfree ? std::min(config_.base_device.imu_rate, kBoardImuRate)
                                                             : 0.0;
 }

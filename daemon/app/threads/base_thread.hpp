@@ -6,8 +6,8 @@
 #include "config/config.hpp"
 #include "drivers/base/serial_base.hpp"
 #include "drivers/board/handsfree_board.hpp"
-#include "drivers/board/serial_imu.hpp"
 #include "drivers/can/can_base.hpp"
+#include "drivers/imu/serial_imu.hpp"
 #include "estimation/wheel_odometry.hpp"
 #include "runtime/worker.hpp"
 
