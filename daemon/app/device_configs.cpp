@@ -103,6 +103,8 @@ SerialImuConfig serialImuConfig(const Config& config) {
       .facts = imuFacts(config), .port = config.imu_device.port, .baud = config.imu_device.baud, .in_background = true};
 }
 
+IioImuConfig iioImuConfig(const Config& config) { return {.device = config.imu_device.port}; }
+
 const LidarFacts* lidarFacts(const Config& config) { return findLidar(wordOf(config.lidar_device.driver)); }
 
 SerialLidarConfig serialLidarConfig(const Config& config) {

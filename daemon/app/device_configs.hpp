@@ -8,6 +8,7 @@
 #include "drivers/board/handsfree_board.hpp"
 #include "drivers/camera/openni_camera.hpp"
 #include "drivers/can/can_base.hpp"
+#include "drivers/imu/iio_imu.hpp"
 #include "drivers/imu/serial_imu.hpp"
 #include "drivers/lidar/packet_lidar.hpp"
 #include "drivers/lidar/rplidar_unit.hpp"
@@ -27,6 +28,7 @@ CanBaseConfig canBaseConfig(const Config& config);
 /// Row of imu.driver; nullptr: it is no IMU of its own at a serial port.
 const ImuFacts* imuFacts(const Config& config);
 SerialImuConfig serialImuConfig(const Config& config);
+IioImuConfig iioImuConfig(const Config& config);
 SerialLidarConfig serialLidarConfig(const Config& config);
 RplidarConfig rplidarConfig(const Config& config);
 ScipConfig scipConfig(const Config& config);

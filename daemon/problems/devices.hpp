@@ -221,6 +221,15 @@ inline constexpr ProblemKind kImuFrozen{"imu_frozen", "the IMU sends frames, but
                                         "restart it"};
 inline constexpr ProblemKind kImuNoAcceleration{"imu_no_acceleration", "the IMU sends acceleration seldom or never",
                                                 "slamd goes on with its turn rate alone", "set its output"};
+// IMUs that the kernel reads. Texts: what imu.port wants; name of the chip.
+inline constexpr ProblemKind kIioMissing{
+    "iio_missing", "the kernel has no IMU {0}", "",
+    "set imu.port to its name or folder, grep . /sys/bus/iio/devices/*/name lists them; else load its kernel driver"};
+inline constexpr ProblemKind kIioNoGyro{"iio_no_gyro", "{0} has no gyro of three axes", "",
+                                        "set imu.port to another device: grep . /sys/bus/iio/devices/*/name"};
+inline constexpr ProblemKind kIioUnread{"iio_unread", "the kernel cannot read {0}", "",
+                                        "check its wires and its bus: sudo dmesg"};
+
 // CAN. Texts: interface.
 inline constexpr ProblemKind kCanGone{"can_gone", "interface {0} is gone: adapter unplugged?"};
 inline constexpr ProblemKind kCanDown{"can_down", "{0} is down", "", "ip link set {0} up"};

@@ -27,6 +27,7 @@
 #include "config/service_reach.hpp"
 #include "drivers/can/can_axis.hpp"
 #include "drivers/can/can_socket.hpp"
+#include "drivers/imu/iio_device.hpp"
 #include "drivers/open_problem.hpp"
 #include "drivers/tcp_port.hpp"
 #include "drivers/udev_links.hpp"
@@ -661,6 +662,13 @@ Findings checkHealth(const health_t& health, const problems_t& problems, Duratio
   return findings;
 }
 
+Finding checkIio(const std::string& wanted, const std::filesystem::path& root) {
+  Problem problem;
+  const auto device = IioDevice::find(wanted, problem, root);
+  if (!device) return {Finding::kFault, "imu: " + problem.cause(), problem.fix()};
+  return {Finding::kGood, "imu: " + device->name() + ", which the kernel reads", ""};
+}
+
 Finding checkSilence(const Account& slamd, const std::filesystem::path& root) {
   const std::string again = slamd.is_service ? "sudo systemctl restart slamd"
                                              : "sudo kill " + slamd.id + ", -KILL if it stays; start slamd again";
@@ -794,6 +802,8 @@ Findings diagnose(const Config& config, const std::string& socket) {
                         "service: there is no user " + service.account().user + ", as whom slamd.service runs",
                         "sudo systemd-sysusers, or set User= (sudo systemctl edit slamd)"});
   append(findings, diagnosePorts(config, slamd));
+  if (config.imu_device.driver == ImuDriver::kIio)
+    findings.push_back(checkIio(config.imu_device.port, IioDevice::kRoot));
   append(findings, checkSecondSlamd());
   append(findings, checkAdapters());
   append(findings, diagnoseCan(config));
