@@ -25,6 +25,8 @@ class BackgroundOpener {
   BackgroundOpener(const BackgroundOpener&) = delete;
   BackgroundOpener& operator=(const BackgroundOpener&) = delete;
 
+  /// Before ask(). @param baud [bit/s]
+  void useBaud(int baud) { baud_ = baud; }
   /// Not again before take().
   void ask() {
     wanted_.store(true, std::memory_order_release);
@@ -58,7 +60,7 @@ class BackgroundOpener {
   }
 
   const std::string path_;
-  const int baud_;  // [bit/s]
+  int baud_;  // [bit/s] handed over by wanted_
   const PortOpener open_;
   std::counting_semaphore<> asked_{0};
   std::atomic<bool> wanted_{false}, done_{false}, closes_{false}, ending_{false};

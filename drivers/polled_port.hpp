@@ -30,8 +30,9 @@ class PolledPort {
     if (asked_) return opener_->isDone();
     if (opener_ && !opener_->isClosed()) return false;
     const bool is_back = std::exchange(missing_, access(path_.c_str(), F_OK) != 0) && !missing_;
-    const bool is_due = is_back || retry_.due(now);
+    const bool is_due = is_back || at_once_ || retry_.due(now);
     if (!is_due || !opener_) return is_due;
+    opener_->useBaud(baud_);
     opener_->ask();
     asked_ = true;
     return false;
@@ -39,6 +40,7 @@ class PolledPort {
   /// Opens it, once due() says so, and forgets what had come before. @return what is in the way; none when it
   /// is open
   Problem open(Timestamp now) {
+    at_once_ = false;
     OpenedPort port = std::exchange(asked_, false) ? opener_->take() : open_(path_, baud_);
     if (!port.stream) {
       retry_.failed(now);
@@ -52,9 +54,16 @@ class PolledPort {
   bool isReleased() const { return !isOpen() && (!opener_ || opener_->isClosed()); }
   /// It failed: the next attempt waits.
   void fail(Timestamp now) {
-    if (stream_ && opener_) opener_->close(std::move(stream_));
-    close();
+    release();
     retry_.failed(now);
+  }
+  /// From the next opening on. @param baud [bit/s]
+  void useBaud(int baud) { baud_ = baud; }
+  /// Closes it, to be opened at once at another baud rate [bit/s].
+  void reopen(int baud) {
+    release();
+    useBaud(baud);
+    at_once_ = true;
   }
   /// What comes makes sense: the next attempt after a failure is soon again.
   void succeeded() { retry_.succeeded(); }
@@ -77,6 +86,11 @@ class PolledPort {
   void write(std::span<const std::uint8_t> bytes) { stream_->write(bytes); }
 
  private:
+  void release() {
+    if (stream_ && opener_) opener_->close(std::move(stream_));
+    close();
+  }
+
   static constexpr std::size_t kMostBytes = 16384;  // a tick: at 921600 bit/s one of 200 Hz brings 461
   std::string path_;
   int baud_;  // [bit/s]
@@ -85,7 +99,7 @@ class PolledPort {
   bool asked_ = false;                        // and has not been taken yet
   std::unique_ptr<ByteStream> stream_;
   Retry retry_{std::chrono::milliseconds(200)};
-  bool missing_ = false;
+  bool missing_ = false, at_once_ = false;
 };
 
 }  // namespace slam

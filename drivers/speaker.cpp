@@ -8,6 +8,9 @@
 #include <string_view>
 #include <utility>
 
+#include "drivers/imu/codec/bno08x_frames.hpp"
+#include "drivers/imu/codec/witmotion_frames.hpp"
+#include "drivers/imu/codec/xsens_messages.hpp"
 #include "drivers/lidar/codec/rplidar_codec.hpp"
 #include "firmware_if/arduino_bridge.hpp"
 #include "firmware_if/create_oi.hpp"
@@ -46,16 +49,23 @@ bool isBoard(Bytes bytes) {
   return found || decoder.flush().has_value();
 }
 
+/// A HandsFree A9.
 bool isImu(Bytes bytes) {
-  hfi::A9Decoder a9;
-  hfi::B6Decoder b6;
+  hfi::A9Decoder decoder;
   for (const std::uint8_t byte : bytes) {
-    for (auto data = a9.push(byte); data; data = a9.flush()) {
-    }
-    for (auto frame = b6.push(byte); frame; frame = b6.flush()) {
+    for (auto data = decoder.push(byte); data; data = decoder.flush()) {
     }
   }
-  return a9.counters().frames >= kFrames || b6.counters().frames >= kFrames;
+  return decoder.counters().frames >= kFrames;
+}
+
+/// @tparam Decoder a FrameDecoder
+template <typename Decoder>
+bool hasFrames(Bytes bytes) {
+  Decoder decoder;
+  std::uint32_t frames = 0;
+  for (const std::uint8_t byte : bytes) decoder.push(byte, [&](Bytes) { ++frames; });
+  return frames >= kFrames;
 }
 
 bool isArduino(Bytes bytes) {
@@ -157,6 +167,9 @@ const char* keyOf(Speaker speaker) {
     case Speaker::kKobuki:
       return "base";
     case Speaker::kImu:
+    case Speaker::kBno08x:
+    case Speaker::kWitmotion:
+    case Speaker::kXsens:
       return "imu";
     default:
       return nullptr;
@@ -177,6 +190,12 @@ const char* nameOf(Speaker speaker) {
       return "a Kobuki";
     case Speaker::kImu:
       return "a HandsFree IMU";
+    case Speaker::kBno08x:
+      return "a BNO08x in UART-RVC mode";
+    case Speaker::kWitmotion:
+      return "a WitMotion IMU";
+    case Speaker::kXsens:
+      return "an Xsens MTi";
     case Speaker::kLdrobot:
       return "a lidar of LDROBOT (LD06, LD19, STL)";
     case Speaker::kYdlidar:
@@ -228,6 +247,20 @@ const char* baseDriverFor(Speaker speaker) {
   }
 }
 
+/// The word of imu.driver for an IMU.
+const char* imuDriverFor(Speaker speaker) {
+  switch (speaker) {
+    case Speaker::kBno08x:
+      return "bno08x";
+    case Speaker::kWitmotion:
+      return "witmotion";
+    case Speaker::kXsens:
+      return "xsens";
+    default:
+      return "hfi";
+  }
+}
+
 bool isLidar(Speaker speaker) {
   return speaker == Speaker::kRplidar || speaker == Speaker::kLdrobot || speaker == Speaker::kYdlidar ||
          speaker == Speaker::kNeato || speaker == Speaker::kCamsense || speaker == Speaker::kHokuyo;
@@ -242,6 +275,9 @@ bool isOtherDevice(Speaker speaker) {
 Heard speakerOf(Bytes bytes) {
   if (isBoard(bytes)) return {Speaker::kBoard};
   if (isImu(bytes)) return {Speaker::kImu};
+  if (hasFrames<witmotion::Decoder>(bytes)) return {Speaker::kWitmotion};
+  if (hasFrames<bno08x::Decoder>(bytes)) return {Speaker::kBno08x};
+  if (hasFrames<xsens::Decoder>(bytes)) return {Speaker::kXsens};
   if (isRplidar(bytes)) return {Speaker::kRplidar};
   if (isKobuki(bytes)) return {Speaker::kKobuki};
   if (isCreate(bytes)) return {Speaker::kCreate};
@@ -322,7 +358,7 @@ bool SpeakerSearch::tick(Timestamp now) {
 bool WrongSpeaker::hears(std::span<const std::uint8_t> bytes) {
   Heard heard = speakerOf(bytes);
   // A header alone may be chance, or of the device that is expected.
-  if (heard.speaker == own_ || heard.speaker == Speaker::kUnknown || heard.speaker == Speaker::kPackets) return false;
+  if (isOwn(heard.speaker) || heard.speaker == Speaker::kUnknown || heard.speaker == Speaker::kPackets) return false;
   heard.baud = baud_;
   asked_ = true;
   describe(heard);
@@ -346,7 +382,7 @@ void WrongSpeaker::describe(const Heard& heard) {
   const char* name = nameOf(heard.speaker);
   const double baud = heard.baud;
   known_ = heard.speaker != Speaker::kUnknown;
-  if (heard.speaker == own_) {
+  if (isOwn(heard.speaker)) {
     known_ = heard.baud != baud_;  // else it is the right one, which has answered at last
     problem_ = {problem::kOtherBaud, {baud, static_cast<double>(baud_)}, {name, key}};
   } else if (theirs != nullptr && std::strcmp(theirs, key) != 0) {
@@ -361,6 +397,8 @@ void WrongSpeaker::describe(const Heard& heard) {
       problem_ = {problem::kForeignLidar, {baud}, {name, header, driversFor(heard.speaker)}};
     if (theirs != nullptr && expected_ == PortOf::kBoard)
       problem_ = {problem::kForeignBase, {baud}, {name, header, baseDriverFor(heard.speaker)}};
+    if (theirs != nullptr && expected_ == PortOf::kImu)
+      problem_ = {problem::kForeignImu, {baud}, {name, header, imuDriverFor(heard.speaker)}};
   }
 }
 

@@ -20,7 +20,10 @@ enum class Speaker : std::uint8_t {
   kArduino,  ///< ros_arduino_bridge
   kCreate,   ///< iRobot Create, Roomba
   kKobuki,
-  kImu,  ///< HandsFree, stand-alone
+  kImu,        ///< HandsFree, stand-alone
+  kBno08x,     ///< in UART-RVC mode
+  kWitmotion,  ///< or a HandsFree B6, B9, D6, which send the same frames
+  kXsens,
   kLdrobot,
   kYdlidar,
   kNeato,
@@ -107,6 +110,8 @@ class WrongSpeaker {
 
  private:
   void describe(const Heard& heard);
+  /// Some units of HandsFree send as WitMotion's do.
+  bool isOwn(Speaker heard) const { return heard == own_ || (own_ == Speaker::kImu && heard == Speaker::kWitmotion); }
 
   static Speaker usualOf(PortOf port) {
     return port == PortOf::kLidar ? Speaker::kRplidar : port == PortOf::kBoard ? Speaker::kBoard : Speaker::kImu;

@@ -96,9 +96,14 @@ CanBaseConfig canBaseConfig(const Config& config) {
           .limits = config.base_device.limits};
 }
 
+const ImuFacts* imuFacts(const Config& config) { return findImu(wordOf(config.imu_device.driver)); }
+
 SerialImuConfig serialImuConfig(const Config& config) {
-  return {.port = config.imu_device.port, .baud = config.imu_device.baud, .in_background = true};
+  return {
+      .facts = imuFacts(config), .port = config.imu_device.port, .baud = config.imu_device.baud, .in_background = true};
 }
+
+IioImuConfig iioImuConfig(const Config& config) { return {.device = config.imu_device.port}; }
 
 const LidarFacts* lidarFacts(const Config& config) { return findLidar(wordOf(config.lidar_device.driver)); }
 

@@ -6,9 +6,10 @@
 #include "core/samples.hpp"
 #include "drivers/base/serial_base.hpp"
 #include "drivers/board/handsfree_board.hpp"
-#include "drivers/board/serial_imu.hpp"
 #include "drivers/camera/openni_camera.hpp"
 #include "drivers/can/can_base.hpp"
+#include "drivers/imu/iio_imu.hpp"
+#include "drivers/imu/serial_imu.hpp"
 #include "drivers/lidar/packet_lidar.hpp"
 #include "drivers/lidar/rplidar_unit.hpp"
 #include "drivers/lidar/scip/scip_unit.hpp"
@@ -24,7 +25,10 @@ const BaseFacts* baseFacts(const Config& config);
 /// Of one that has a row.
 SerialBaseConfig serialBaseConfig(const Config& config);
 CanBaseConfig canBaseConfig(const Config& config);
+/// Row of imu.driver; nullptr: it is no IMU of its own at a serial port.
+const ImuFacts* imuFacts(const Config& config);
 SerialImuConfig serialImuConfig(const Config& config);
+IioImuConfig iioImuConfig(const Config& config);
 SerialLidarConfig serialLidarConfig(const Config& config);
 RplidarConfig rplidarConfig(const Config& config);
 ScipConfig scipConfig(const Config& config);

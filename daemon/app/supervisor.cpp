@@ -165,7 +165,7 @@ void Supervisor::start() {
 
 void Supervisor::logClaimants() const {
   const bool lidar = config_.lidar_device.isRead(), board = config_.base_device.isSerial();
-  const bool imu = config_.imu_device.driver == ImuDriver::kHfi;
+  const bool imu = config_.imu_device.isSerial();
   for (const auto& [used, key, port] : {std::tuple(lidar, "lidar", config_.lidar_device.port),
                                         {board, "base", config_.base_device.port},
                                         {imu, "imu", config_.imu_device.port}}) {

@@ -46,7 +46,7 @@ enum class LidarScanMode : std::uint8_t { kAuto, kExpress, kStandard };
 /// A base that slamd reads (drivers/base/base_facts.cpp has the rows of those at a serial port, but for the HandsFree
 /// board), or where else the wheels' angles come from.
 enum class BaseDriver : std::uint8_t { kHandsfree, kRosArduinoBridge, kCreate2, kKobuki, kCan, kLcm, kNone };
-enum class ImuDriver : std::uint8_t { kHandsfree, kBase, kHfi, kCan, kLcm, kNone };
+enum class ImuDriver : std::uint8_t { kHandsfree, kBase, kHfi, kBno08x, kWitmotion, kXsens, kIio, kCan, kLcm, kNone };
 enum class DepthDriver : std::uint8_t { kOpenni2, kLcm, kNone };
 enum class LogContent : std::uint8_t { kRaw, kAll };
 
@@ -69,7 +69,8 @@ inline constexpr std::array kWords<BaseType>{"differential", "omni3", "mecanum4"
 template <>
 inline constexpr std::array kWords<DriveOrder>{"first", "last"};
 template <>
-inline constexpr std::array kWords<ImuDriver>{"handsfree", "base", "hfi", "can", "lcm", "none"};
+inline constexpr std::array kWords<ImuDriver>{"handsfree", "base", "hfi", "bno08x", "witmotion",
+                                              "xsens",     "iio",  "can", "lcm",    "none"};
 template <>
 inline constexpr std::array kWords<DepthDriver>{"openni2", "lcm", "none"};
 template <>

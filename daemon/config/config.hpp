@@ -104,20 +104,29 @@ struct BaseDeviceConfig {
 
 struct ImuDeviceConfig {
   ImuDriver driver = ImuDriver::kHandsfree;   ///< kHandsfree: the base board's IMU
-  std::string port = "/dev/hfi";              ///< of "hfi"
-  int baud = 921600;                          ///< [bit/s] of "hfi"
+  std::string port = "/dev/hfi";              ///< of an IMU of its own; name or folder of a chip of "iio"
+  int baud = 0;                               ///< [bit/s] of the same; 0: its model's
   double roll = 0.0, pitch = 0.0, yaw = 0.0;  ///< [rad] of the IMU's axes in base
 
+  /// An IMU of its own at a serial port.
+  bool isSerial() const {
+    return driver == ImuDriver::kHfi || driver == ImuDriver::kBno08x || driver == ImuDriver::kWitmotion ||
+           driver == ImuDriver::kXsens;
+  }
+
   void visitSettings(auto& v) {
-    v.robot(
-        "driver", driver,
-        "The gyro is in the HandsFree board, another base (base), a unit of its own (hfi), on CAN, in another program "
-        "(lcm), or missing.",
-        "Set hfi for a HandsFree A9, B6, B9 or D6; set none if the robot has no gyro.");
-    v.site("port", port, "The HandsFree IMU of imu.driver = \"hfi\" is connected to this serial port.",
-           "Set it where the udev rule for /dev/hfi does not fit.");
-    v.expert("baud", baud, "bit/s", 9600, 4000000,
-             "The IMU's own serial port runs at this speed: 921600, or 9600 for a D6.");
+    v.robot("driver", driver,
+            "The gyro is the HandsFree board's, another base's (base), a separate unit (hfi, bno08x, witmotion, xsens, "
+            "iio), "
+            "on CAN, another program's (lcm), or missing.",
+            "Set hfi for a HandsFree A9, B6, B9 or D6, iio for a chip that the kernel reads; none if the robot has no "
+            "gyro.");
+    v.site("port", port,
+           "A separate IMU is connected to this serial port, or is the kernel's chip of this name or folder (iio).",
+           "Set it where the udev rule for /dev/hfi does not fit, and for each other make.");
+    v.expert("baud", baud, "bit/s", 0, 4000000,
+             "A separate IMU's serial port runs at this speed; 0: 921600 for a HandsFree (a D6 has 9600), that of any "
+             "other is found.");
     v.site("roll", roll, "rad", -std::numbers::pi, std::numbers::pi,
            "The IMU is mounted with this rotation about the forward axis, positive with its right side down.",
            "Set it when slamd reads an IMU that is not mounted level; 3.14159 is upside down.");

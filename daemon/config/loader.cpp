@@ -288,15 +288,14 @@ void checkTogether(const Config& config, const std::string& name, const Places& 
     complain({"lidar.range_min", "lidar.range_max"}, "is not below lidar.range_max; lower the one or raise the other");
   }
   if (config.imu_device.driver == ImuDriver::kHandsfree && config.base_device.driver != BaseDriver::kHandsfree) {
-    complain({"imu.driver", "base.driver"},
-             "\"handsfree\" means the base's board, but base.driver is \"" +
-                 std::string(wordOf(config.base_device.driver)) +
-                 "\"; set imu.driver to \"base\", \"hfi\", \"can\", \"lcm\" or \"none\"");
+    complain({"imu.driver", "base.driver"}, "\"handsfree\" means the base's board, but base.driver is \"" +
+                                                std::string(wordOf(config.base_device.driver)) +
+                                                "\"; set imu.driver to the gyro that there is, or to \"none\"");
   }
   if (config.imu_device.driver == ImuDriver::kBase && config.base_device.driver != BaseDriver::kKobuki) {
     complain({"imu.driver", "base.driver"}, "\"base\" means the gyro of a Kobuki, but base.driver is \"" +
                                                 std::string(wordOf(config.base_device.driver)) +
-                                                "\"; set imu.driver to \"hfi\", \"can\", \"lcm\" or \"none\"");
+                                                "\"; set imu.driver to the gyro that there is, or to \"none\"");
   }
   if (config.base_device.driver == BaseDriver::kRosArduinoBridge && !(config.base_device.counts_per_turn > 0.0)) {
     complain(

@@ -101,6 +101,11 @@ inline constexpr ProblemKind kForeignBase{"foreign_base", "{0} is on this port (
                                           "slamd is set for another base and goes on without",
                                           "set base.driver = \"{2}\" for it"};
 
+// Texts: its name, how its packets begin, the value of imu.driver for it.
+inline constexpr ProblemKind kForeignImu{"foreign_imu", "{0} is on this port ({#0} bit/s{1})",
+                                         "slamd is set for another IMU and goes on without",
+                                         "set imu.driver = \"{2}\" for it"};
+
 // Lidars.
 inline constexpr ProblemKind kLidarUnheard{"lidar_unheard", "port present, but nothing comes", "",
                                            "check the lidar's 5 V supply and its data line, and whether it turns"};
@@ -198,18 +203,32 @@ inline constexpr ProblemKind kBaseGeometry{
     "slamd goes by the configuration",
     "set base.wheel_radius = {#2.4} and base.half_track = {#3.4}, or to what slam-calibrate measures"};
 
-// HandsFree IMU.
-inline constexpr ProblemKind kImuUndecoded{"imu_undecoded", "port present, but what comes is no IMU's", "",
-                                           "check baud rate and port"};
+// IMUs of the table. Texts: name of the make, what to look at where it is silent besides its power, outputs to switch
+// on.
+inline constexpr ProblemKind kImuUndecoded{"imu_undecoded", "port present, but what comes is not of {0}", "",
+                                           "check imu.driver, imu.baud and the port"};
 inline constexpr ProblemKind kImuUnanswered{"imu_unanswered", "port present, but the IMU is silent", "",
-                                            "check its power"};
+                                            "check its power{1}"};
 inline constexpr ProblemKind kImuGarbage{"imu_garbage", "the IMU's frames cannot be read", "",
                                          "check baud rate and cable"};
-inline constexpr ProblemKind kImuSilent{"imu_silent", "the IMU sends nothing", "", "check its power"};
+inline constexpr ProblemKind kImuSilent{"imu_silent", "the IMU sends nothing", "", "check its power{1}"};
+inline constexpr ProblemKind kImuNoRate{"imu_no_rate", "{0} sends frames, but no turn rates among them", "",
+                                        "set its output with its maker's program: {2}"};
+inline constexpr ProblemKind kImuSenseless{"imu_senseless",
+                                           "the IMU's frames have values that no sensor measures, or none", "",
+                                           "restart it, see the rejects"};
 inline constexpr ProblemKind kImuFrozen{"imu_frozen", "the IMU sends frames, but its values never change", "",
                                         "restart it"};
 inline constexpr ProblemKind kImuNoAcceleration{"imu_no_acceleration", "the IMU sends acceleration seldom or never",
                                                 "slamd goes on with its turn rate alone", "set its output"};
+// IMUs that the kernel reads. Texts: what imu.port wants; name of the chip.
+inline constexpr ProblemKind kIioMissing{
+    "iio_missing", "the kernel has no IMU {0}", "",
+    "set imu.port to its name or folder, grep . /sys/bus/iio/devices/*/name lists them; else load its kernel driver"};
+inline constexpr ProblemKind kIioNoGyro{"iio_no_gyro", "{0} has no gyro of three axes", "",
+                                        "set imu.port to another device: grep . /sys/bus/iio/devices/*/name"};
+inline constexpr ProblemKind kIioUnread{"iio_unread", "the kernel cannot read {0}", "",
+                                        "check its wires and its bus: sudo dmesg"};
 
 // CAN. Texts: interface.
 inline constexpr ProblemKind kCanGone{"can_gone", "interface {0} is gone: adapter unplugged?"};

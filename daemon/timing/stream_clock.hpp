@@ -41,6 +41,7 @@ class StreamClock {
     return last_;
   }
   bool learned() const { return envelope_.has_value(); }
+  double period() const { return 1e-9 * envelope_->period(); }  ///< [s] once it is learned
 
  private:
   static constexpr std::int64_t kLearn = 64;  // samples

@@ -194,6 +194,21 @@ TEST(RuntimeKeys, GiveEachThreadItsOwnRateAndPriority) {
     EXPECT_EQ(worker.priority, 0) << worker.name;
 }
 
+TEST(DeviceKeys, ChooseTheRowOfAnImu) {
+  for (const ImuFacts& facts : imuTable()) {
+    const Config config =
+        parseConfig("", "given", {std::string("imu.driver='") + facts.driver + "'", "imu.port='/dev/i'"});
+    EXPECT_TRUE(config.imu_device.isSerial()) << facts.driver;
+    EXPECT_EQ(serialImuConfig(config).facts, &facts);
+    EXPECT_EQ(serialImuConfig(config).port, "/dev/i");
+    EXPECT_EQ(serialImuConfig(config).baud, 0) << "its family's";
+  }
+  const Config chip = parseConfig("", "given", {"imu.driver='iio'", "imu.port='mpu6050'"});
+  EXPECT_FALSE(chip.imu_device.isSerial());
+  EXPECT_EQ(imuFacts(chip), nullptr);
+  EXPECT_EQ(iioImuConfig(chip).device, "mpu6050");
+}
+
 TEST(DeviceKeys, ReachTheirDriversEachInItsPlace) {
   const Config config =
       parseConfig("", "given",

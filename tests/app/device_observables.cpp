@@ -47,7 +47,7 @@ std::string canSettings(const Config& config) {
 
 std::string imuSettings(const Config& config) {
   const SerialImuConfig c = serialImuConfig(config);
-  return words(c.port, c.baud, imuRotation(config.imu_device));
+  return words(c.facts == nullptr ? "" : c.facts->driver, c.port, c.baud, imuRotation(config.imu_device));
 }
 
 std::string lidarSettings(const Config& config) {

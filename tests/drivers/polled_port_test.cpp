@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "drivers/pseudo_terminal.hpp"
+#include "support/wait_until.hpp"
 
 namespace slam {
 namespace {
@@ -68,6 +69,29 @@ TEST_F(PolledPortTest, IsTriedAtOnceWhenItIsThereAgain) {
   line_.unplug();
   EXPECT_TRUE(port_.open(kNow + 10s + 5ms));
   EXPECT_FALSE(port_.due(kNow + 10s + 10ms));
+}
+
+TEST_F(PolledPortTest, IsOpenedAnewAtOnceAtAnotherBaudRate) {
+  for (const bool in_background : {false, true}) {
+    std::vector<int> opened;
+    PolledPort port("x", 115200, in_background, [&](const std::string& path, int baud) {
+      EXPECT_EQ(path, "x");
+      opened.push_back(baud);
+      return openPort(line_.path(), baud);
+    });
+    const auto open = [&] {
+      const bool due = test::waitUntil([&] { return port.due(kNow); });
+      return due && !port.open(kNow);
+    };
+    ASSERT_TRUE(open());
+    port.reopen(9600);
+    EXPECT_FALSE(port.isOpen());
+    ASSERT_TRUE(open()) << "no time has passed";
+    EXPECT_EQ(opened, (std::vector{115200, 9600}));
+    port.fail(kNow);
+    EXPECT_FALSE(port.due(kNow + 199ms));
+    EXPECT_FALSE(port.due(kNow + 1ms)) << "a failure waits as before";
+  }
 }
 
 TEST_F(PolledPortTest, WaitsForTheFirstBytesWhereItMay) {

@@ -12,6 +12,7 @@
 #include "firmware_if/kobuki.hpp"
 #include "firmware_if/robolink.hpp"
 #include "support/problems.hpp"
+#include "tools/sim/imu/emulated_imu.hpp"
 #include "tools/sim/lidar/other_lidar.hpp"
 
 namespace slam {
@@ -48,6 +49,14 @@ Bytes imuStream() {
   return bytes;
 }
 
+Bytes streamOf(std::string_view imu) {
+  const auto unit = sim::makeImu(imu);
+  Bytes bytes;
+  for (int i = 0; i < 5; ++i) unit->sample({0.01 * i, 0.0, 0.2}, {0.0, 0.0, 9.8}, bytes);
+  bytes.erase(bytes.begin(), bytes.begin() + 5);  // one listens from any byte on
+  return bytes;
+}
+
 TEST(Speaker, IsNobodyInNoise) {
   std::mt19937 random(9);
   for (int i = 0; i < 300; ++i) {
@@ -64,6 +73,9 @@ TEST(Speaker, IsKnownByItsFrames) {
   EXPECT_EQ(speakerOf(Bytes{0x00, 0xA5, 0x5A, 0x14, 0, 0, 0, 0x04, 24, 1, 2}).speaker, Speaker::kRplidar);
   EXPECT_EQ(speakerOf(boardAnswer()).speaker, Speaker::kBoard);
   EXPECT_EQ(speakerOf(imuStream()).speaker, Speaker::kImu) << "AA 55 too, but not YDLIDAR's";
+  EXPECT_EQ(speakerOf(streamOf("bno08x")).speaker, Speaker::kBno08x) << "AA AA, and no packet of a lidar";
+  EXPECT_EQ(speakerOf(streamOf("witmotion")).speaker, Speaker::kWitmotion);
+  EXPECT_EQ(speakerOf(streamOf("xsens")).speaker, Speaker::kXsens) << "FA, and not Neato's";
   EXPECT_EQ(speakerOf(otherLidar(sim::OtherLidar::kLdrobot)).speaker, Speaker::kLdrobot);
   EXPECT_EQ(speakerOf(otherLidar(sim::OtherLidar::kYdlidar)).speaker, Speaker::kYdlidar);
   EXPECT_EQ(speakerOf(otherLidar(sim::OtherLidar::kNeato)).speaker, Speaker::kNeato);

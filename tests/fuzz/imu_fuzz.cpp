@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The input is what a stand-alone IMU sends; both framings listen to it, as long as it is not known which one it is.
+// The input is what a stand-alone IMU sends; each protocol of the table takes it, and so do HandsFree's two decoders.
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <vector>
 
+#include "core/plausibility.hpp"
+#include "drivers/imu/imu_facts.hpp"
 #include "firmware_if/hfi_imu.hpp"
 #include "fuzz/fuzzing.hpp"
+#include "tools/sim/imu/emulated_imu.hpp"
 
 namespace slam::hfi {
 namespace {
@@ -81,6 +85,48 @@ void checkDecoder(Bytes input, const Frame& good, std::size_t longest) {
 }  // namespace
 }  // namespace slam::hfi
 
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+
+void checkProtocol(const ImuFacts& facts, fuzz::Bytes input) {
+  const auto protocol = facts.make();
+  protocol->begin(facts.bauds.front());
+  Timestamp now{1000s};
+  std::size_t samples = 0, plausible = 0;
+  const ImuProtocol::Take take = [&](const ImuSample& sample) {
+    ++samples;
+    plausible += isPlausible(sample) ? 1 : 0;
+    FUZZ_CHECK(sample.stamp <= now);
+  };
+  const auto push = [&](std::uint8_t byte) {
+    const std::uint32_t damage = protocol->damage(), frames = protocol->frames();
+    protocol->push(byte, now, take);
+    FUZZ_CHECK(protocol->damage() >= damage && protocol->frames() >= frames);
+  };
+  for (std::size_t i = 0; i < input.size(); ++i) {
+    push(input[i]);
+    if (i % 16 == 15) now += 1ms;
+  }
+  FUZZ_CHECK(samples <= input.size());
+  FUZZ_CHECK(protocol->wakeUp().size() <= Outgoing::kMost);
+  // Whatever came before: the unit itself is read behind it. HandsFree's framing is chosen once for each opening.
+  if (std::string_view(facts.driver) == "hfi") protocol->begin(facts.bauds.front());
+  const auto unit = sim::makeImu(facts.driver);
+  plausible = 0;
+  for (int i = 0; i < 400 && plausible < 3; ++i) {
+    now += sim::EmulatedImu::kPeriod;
+    sim::EmulatedImu::Bytes bytes;
+    unit->sample({0.0, 0.0, 0.5}, {0.0, 0.0, 9.81}, bytes);
+    for (const std::uint8_t byte : bytes) push(byte);
+  }
+  FUZZ_CHECK(plausible >= 3);
+}
+
+}  // namespace
+}  // namespace slam
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace slam::hfi;
   static const Frame motion =
@@ -90,5 +136,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Bytes input{data, size};
   checkDecoder<A9Decoder>(input, size % 2 == 0 ? motion : attitude, kA9MaxFrame);
   checkDecoder<B6Decoder>(input, gyro, kB6Frame);
+  for (const slam::ImuFacts& facts : slam::imuTable()) slam::checkProtocol(facts, input);
   return 0;
 }

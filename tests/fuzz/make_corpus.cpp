@@ -34,6 +34,7 @@
 #include "tools/sim/board/board_emulator.hpp"
 #include "tools/sim/board/imu_emulator.hpp"
 #include "tools/sim/can/can_emulator.hpp"
+#include "tools/sim/imu/emulated_imu.hpp"
 #include "tools/sim/lidar/cola_emulator.hpp"
 #include "tools/sim/lidar/lidar_emulator.hpp"
 #include "tools/sim/lidar/packet_emulator.hpp"
@@ -217,6 +218,12 @@ void imuSeeds(const Corpus& corpus) {
     Bytes bytes;
     for (int i = 0; i < 3; ++i) imu.sample({0.01 * i, 0.02, 0.5}, {0.1, 0.0, 9.81}, bytes);
     corpus.add("imu", framing == sim::ImuEmulator::Framing::kA9 ? "a9" : "b6", textOf(bytes));
+  }
+  for (const std::string& name : sim::imuNames()) {
+    const auto imu = sim::makeImu(name);
+    Bytes bytes;
+    for (int i = 0; i < 80; ++i) imu->sample({0.01 * i, 0.02, 0.5}, {0.1, 0.0, 9.81}, bytes);
+    corpus.add("imu", name, textOf(bytes));
   }
 }
 

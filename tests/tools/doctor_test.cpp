@@ -15,6 +15,7 @@
 #include "bus/problem_message.hpp"
 #include "drivers/camera/fake_usb.hpp"
 #include "drivers/can/fake_can_port.hpp"
+#include "drivers/imu/iio_folder.hpp"
 #include "problems/daemon.hpp"
 #include "problems/devices.hpp"
 
@@ -47,6 +48,16 @@ Account slamdOf(uid_t user, gid_t group) {
                   .groups = {},
                   .unit = {}};
   return account;
+}
+
+TEST_F(Doctor, NamesAnImuThatTheKernelReadsOrTheWayToOne) {
+  const test::IioFolder folder;
+  EXPECT_EQ(checkIio("mpu6050", folder.root()).level, Finding::kGood);
+  EXPECT_THAT(checkIio("mpu6050", folder.root()).what, HasSubstr("imu: mpu6050"));
+  const Finding finding = checkIio("bmi160", folder.root());
+  EXPECT_EQ(finding.level, Finding::kFault);
+  EXPECT_THAT(finding.what, HasSubstr("imu: the kernel has no IMU bmi160"));
+  EXPECT_THAT(finding.fix, HasSubstr("set imu.port"));
 }
 
 TEST_F(Doctor, NamesThePortsToChooseFromWhereOneIsMissing) {

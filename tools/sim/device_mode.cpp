@@ -15,11 +15,11 @@
 #include "runtime/worker.hpp"
 #include "tools/common/program.hpp"
 #include "tools/sim/base/emulated_base.hpp"
-#include "tools/sim/board/imu_emulator.hpp"
 #include "tools/sim/can/can_bus.hpp"
 #include "tools/sim/depth/depth_server.hpp"
 #include "tools/sim/faults/fault_script.hpp"
 #include "tools/sim/faults/faulty_line.hpp"
+#include "tools/sim/imu/emulated_imu.hpp"
 #include "tools/sim/lidar/cola_emulator.hpp"
 #include "tools/sim/lidar/lidar_emulator.hpp"
 #include "tools/sim/lidar/lidar_model.hpp"
@@ -32,7 +32,6 @@ namespace slam::sim {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr Duration kImuPeriod = 10ms;
 constexpr std::size_t kImuBuffer = 4096;  // [bytes] of the line
 constexpr Duration kCanPeriod = 10ms;     // of the frames of wheels and IMU
 constexpr Duration kAfterwards = 1s;      // standing at the end, so that the last pose is published
@@ -49,6 +48,7 @@ class DeviceSession {
         seen_(scene_.world, options.seed),
         lidar_(makeLidar(std::string(lidarModel(options.lidar)))),
         board_(makeBase(options.base)),
+        imu_(makeImu(options.imu)),
         lidar_line_(options.lidar_tcp > 0 ? FaultyLine(options.lidar_tcp) : FaultyLine(directory / "lidar")),
         board_line_(directory / "board"),
         imu_line_(directory / "imu"),
@@ -141,9 +141,9 @@ class DeviceSession {
 
   void stepImu() {
     if (simulation_.now() < next_imu_) return;
-    next_imu_ += kImuPeriod;
+    next_imu_ += EmulatedImu::kPeriod;
     const ImuReading reading = simulation_.robot().readImu();
-    if (imu_out_.size() < kImuBuffer) imu_.sample(reading.gyro, reading.accel, imu_out_);
+    if (imu_out_.size() < kImuBuffer) imu_->sample(reading.gyro, reading.accel, imu_out_);
   }
 
   double measure(Timestamp stamp, double bearing) {
@@ -181,12 +181,13 @@ class DeviceSession {
     injectInto("imu", [this](const Fault& fault) {
       if (imu_line_.inject(fault.kind, fault.value)) return true;
       const std::lock_guard lock(mutex_);
-      return imu_.inject(fault.kind, fault.value);
+      return imu_->inject(fault.kind, fault.value);
     });
-    imu_line_.receive(2ms);  // it listens to nobody
+    const std::vector<std::uint8_t> in = imu_line_.receive(2ms);
     std::vector<std::uint8_t> out;
     {
       const std::lock_guard lock(mutex_);
+      imu_->receive(in, imu_out_);
       out.swap(imu_out_);
     }
     imu_line_.send(std::move(out), monotonicNow());
@@ -304,7 +305,7 @@ class DeviceSession {
   TruthRecorder seen_;
   std::unique_ptr<EmulatedLidar> lidar_;
   std::unique_ptr<EmulatedBase> board_;
-  ImuEmulator imu_{ImuEmulator::Framing::kA9};
+  std::unique_ptr<EmulatedImu> imu_;
   std::vector<std::uint8_t> imu_out_;
   FaultyLine lidar_line_, board_line_, imu_line_;  // of their threads alone
   DepthServer depth_server_;                       // of its thread alone

@@ -7,6 +7,7 @@
 #include "tools/sim/base/emulated_base.hpp"
 #include "tools/sim/can/can_emulator.hpp"
 #include "tools/sim/device_mode.hpp"
+#include "tools/sim/imu/emulated_imu.hpp"
 #include "tools/sim/lidar/packet_encoders.hpp"
 #include "tools/sim/log_mode.hpp"
 
@@ -38,6 +39,10 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--base", options.base, "with --devices: the base to be played at DIR/board, as base.driver names it")
       ->check(CLI::IsMember(slam::sim::baseNames()))
+      ->needs(devices_option)
+      ->capture_default_str();
+  app.add_option("--imu", options.imu, "with --devices: the IMU to be played at DIR/imu, as imu.driver names it")
+      ->check(CLI::IsMember(slam::sim::imuNames()))
       ->needs(devices_option)
       ->capture_default_str();
   app.add_flag("--obey", options.obey,

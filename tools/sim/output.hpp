@@ -17,6 +17,7 @@ struct SimOptions {
   Situation situation = {};                    ///< of a log
   bool depth = false;                          ///< render the depth camera for a log: half of the work
   std::string base = "handsfree";              ///< word of base.driver: which one is played
+  std::string imu = "hfi";                     ///< word of imu.driver: which one is played
   bool obey = false;                           ///< the robot drives as its base is commanded, not along the route
   std::string lidar = "rplidar";               ///< word of lidar.driver: which one is played
   std::uint16_t lidar_tcp = 0;                 ///< TCP port at which it is played; 0: at a serial port

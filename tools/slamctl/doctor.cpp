@@ -9,6 +9,7 @@
 #include "bus/udpm/udpm_url.hpp"
 #include "config/service_reach.hpp"
 #include "drivers/can/can_socket.hpp"
+#include "drivers/imu/iio_device.hpp"
 #include "drivers/tcp_port.hpp"
 #include "runtime/clock.hpp"
 #include "runtime/process_usage.hpp"
@@ -41,7 +42,7 @@ Findings diagnosePorts(const Config& config, const Account& slamd) {
   };
   const Used all[] = {{"lidar", "lidar.port", config.lidar_device.isRead(), config.lidar_device.port},
                       {"base", "base.port", config.base_device.isSerial(), config.base_device.port},
-                      {"imu", "imu.port", config.imu_device.driver == ImuDriver::kHfi, config.imu_device.port}};
+                      {"imu", "imu.port", config.imu_device.isSerial(), config.imu_device.port}};
   Findings findings;
   const auto ports = serialPorts();
   for (const auto& [device, key, used, path] : all) {
@@ -138,6 +139,8 @@ Findings diagnose(const Config& config, const std::string& socket) {
                         "service: there is no user " + service.account().user + ", as whom slamd.service runs",
                         "sudo systemd-sysusers, or set User= (sudo systemctl edit slamd)"});
   append(findings, diagnosePorts(config, slamd));
+  if (config.imu_device.driver == ImuDriver::kIio)
+    findings.push_back(checkIio(config.imu_device.port, IioDevice::kRoot));
   append(findings, checkSecondSlamd());
   append(findings, checkAdapters());
   append(findings, diagnoseCan(config));

@@ -29,6 +29,8 @@ using Findings = std::vector<Finding>;
 /// @param key of the configuration, for the fix @param others ports of this machine, to choose from
 Finding checkPort(const std::string& device, const std::string& path, const std::string& key,
                   const std::vector<SerialPortInfo>& others, const Account& slamd = callerAccount());
+/// An IMU that the kernel reads. @param wanted imu.port @param root of sysfs' IIO devices
+Finding checkIio(const std::string& wanted, const std::filesystem::path& root);
 /// Does another device claim the same name? @return std::nullopt: none does
 std::optional<Finding> checkClaimants(const std::string& device, const std::string& path, const std::string& key,
                                       const std::filesystem::path& root = "/");

@@ -54,9 +54,10 @@ BaseThread::BaseThread(const Config& config, const BaseEnds& ends)
   if (base.driver == BaseDriver::kCan || imu.driver == ImuDriver::kCan) {
     can_.emplace(canBaseConfig(config), &monotonicNow, CanBase::Sinks{wheels_in, imu_in});
   }
-  if (imu.driver == ImuDriver::kHfi) {
+  if (imuFacts(config) != nullptr) {
     imu_.emplace(serialImuConfig(config), &monotonicNow, imu_in);
   }
+  if (imu.driver == ImuDriver::kIio) iio_.emplace(iioImuConfig(config), &monotonicNow, imu_in);
 }
 
 BaseThread::~BaseThread() { stop(); }
@@ -67,6 +68,7 @@ void BaseThread::stop() {
   if (serial_) serial_->stop();
   if (can_) can_->stop();
   if (imu_) imu_->stop();
+  if (iio_) iio_->stop();
 }
 
 void BaseThread::tick() {
@@ -76,6 +78,7 @@ void BaseThread::tick() {
   if (can_) can_->tick();
   if (can_) ends_.can_counters.store(can_->linkCounters());
   if (imu_) imu_->tick();
+  if (iio_) iio_->tick();
 }
 
 void BaseThread::drive() {
@@ -109,6 +112,7 @@ DeviceStatus* BaseThread::imuStatus() {
   if (driver == ImuDriver::kHandsfree) return &board_->imuStatus();
   if (driver == ImuDriver::kBase) return &serial_->imuStatus();
   if (driver == ImuDriver::kCan) return &can_->imuStatus();
+  if (iio_) return &iio_->status();
   return imu_ ? &imu_->status() : nullptr;
 }
 
@@ -121,6 +125,7 @@ double BaseThread::wheelRate() const {
 double BaseThread::imuRate() const {
   if (config_.imu_device.driver == ImuDriver::kCan) return kCanRate;
   if (config_.imu_device.driver == ImuDriver::kBase) return baseFacts(config_)->rate;
+  if (const ImuFacts* facts = imuFacts(config_)) return facts->rate;
   return config_.imu_device.driver == ImuDriver::kHandsfree ? std::min(config_.base_device.imu_rate, kBoardImuRate)
                                                             : 0.0;
 }

@@ -6,8 +6,9 @@
 #include "config/config.hpp"
 #include "drivers/base/serial_base.hpp"
 #include "drivers/board/handsfree_board.hpp"
-#include "drivers/board/serial_imu.hpp"
 #include "drivers/can/can_base.hpp"
+#include "drivers/imu/iio_imu.hpp"
+#include "drivers/imu/serial_imu.hpp"
 #include "estimation/wheel_odometry.hpp"
 #include "runtime/worker.hpp"
 
@@ -57,6 +58,7 @@ class BaseThread {
   std::optional<SerialBase> serial_;
   std::optional<CanBase> can_;
   std::optional<SerialImu> imu_;
+  std::optional<IioImu> iio_;
   Worker worker_;
 };
 

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <unistd.h>
 
+#include "drivers/imu/iio_device.hpp"
 #include "drivers/open_problem.hpp"
 #include "drivers/udev_links.hpp"
 #include "tools/slamctl/doctor.hpp"
@@ -160,6 +161,13 @@ Findings checkAdapters(const std::filesystem::path& root) {
     }
   }
   return findings;
+}
+
+Finding checkIio(const std::string& wanted, const std::filesystem::path& root) {
+  Problem problem;
+  const auto device = IioDevice::find(wanted, problem, root);
+  if (!device) return {Finding::kFault, "imu: " + problem.cause(), problem.fix()};
+  return {Finding::kGood, "imu: " + device->name() + ", which the kernel reads", ""};
 }
 
 }  // namespace slam

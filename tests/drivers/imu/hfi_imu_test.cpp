@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/board/serial_imu.hpp"
+// HandsFree's IMUs at their emulators, over a pseudo-terminal.
+#include "drivers/imu/hfi_imu.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,8 +13,10 @@
 #include <utility>
 #include <vector>
 
+#include "drivers/imu/serial_imu.hpp"
 #include "drivers/pseudo_terminal.hpp"
 #include "drivers/virtual_time.hpp"
+#include "firmware_if/hfi_imu.hpp"
 #include "firmware_if/robolink.hpp"
 #include "tools/sim/board/imu_emulator.hpp"
 
@@ -24,16 +27,17 @@ using std::chrono::milliseconds;
 using test::Bytes;
 using test::virtual_now;
 using test::virtualNow;
-using Framing = SerialImu::Framing;
+using Framing = sim::ImuEmulator::Framing;
 
 constexpr double kGravity = 9.80665;  // [m/s^2]
+
+SerialImuConfig configOf(const std::string& port) { return {.facts = findImu("hfi"), .port = port}; }
 
 /// An emulated unit on a line in virtual time; the rate about x is a ramp, so that each value shows when it was taken.
 class UnitOnALine {
  public:
   explicit UnitOnALine(Framing framing)
-      : unit_(framing == Framing::kA9 ? sim::ImuEmulator::Framing::kA9 : sim::ImuEmulator::Framing::kB6),
-        ramp_(framing == Framing::kA9 ? 1.0 : static_cast<double>(hfi::kB6Gyro)) {}
+      : unit_(framing), ramp_(framing == Framing::kA9 ? 0.001 : static_cast<double>(hfi::kB6Gyro)) {}
 
   const std::string& path() const { return line_.path(); }
   /// Sends what was taken until now and has found its way through the line.
@@ -68,7 +72,7 @@ class UnitOnALine {
   std::int64_t taken_ = 0;
 };
 
-class SerialImuTest : public testing::TestWithParam<Framing> {
+class HfiImuTest : public testing::TestWithParam<Framing> {
  protected:
   template <typename Condition>
   [[nodiscard]] bool runUntil(Condition&& condition) {
@@ -87,18 +91,19 @@ class SerialImuTest : public testing::TestWithParam<Framing> {
 
   UnitOnALine unit_{GetParam()};
   std::vector<ImuSample> samples_;
-  SerialImu driver_{{.port = unit_.path()}, virtualNow, [this](const ImuSample& s) { samples_.push_back(s); }};
+  SerialImu driver_{configOf(unit_.path()), virtualNow, [this](const ImuSample& s) { samples_.push_back(s); }};
 };
 
-TEST_P(SerialImuTest, RecognisesTheUnitByItself) {
-  EXPECT_EQ(driver_.framing(), Framing::kUnknown);
+TEST_P(HfiImuTest, RecognisesTheUnitByItself) {
+  EXPECT_STREQ(driver_.status().identity.load(), "");
   ASSERT_TRUE(runUntil([&] { return samples_.size() >= 20; }));
-  EXPECT_EQ(driver_.framing(), GetParam());
+  EXPECT_STREQ(driver_.status().identity.load(),
+               GetParam() == Framing::kA9 ? "HandsFree A9" : "HandsFree B6, B9 or D6");
   EXPECT_TRUE(streaming());
   EXPECT_EQ(driver_.status().rejects, 0);
 }
 
-TEST_P(SerialImuTest, TurnsGravityIntoSpecificForceAndKeepsTheGyro) {
+TEST_P(HfiImuTest, TurnsGravityIntoSpecificForceAndKeepsTheGyro) {
   ASSERT_TRUE(runUntil([&] { return samples_.size() >= 20; }));
   const ImuSample& sample = samples_.back();
   EXPECT_NEAR(sample.accel.z(), kGravity, 1e-6) << "at rest";
@@ -109,7 +114,7 @@ TEST_P(SerialImuTest, TurnsGravityIntoSpecificForceAndKeepsTheGyro) {
   EXPECT_NEAR(sample.gyro.z(), -0.5, step);
 }
 
-TEST_P(SerialImuTest, StampsRightToAMillisecondUnderJitteredArrival) {
+TEST_P(HfiImuTest, StampsRightToAMillisecondUnderJitteredArrival) {
   std::mt19937 random(6);
   std::exponential_distribution<double> jitter(1.0 / 0.002);
   unit_.delay = [&] { return fromSeconds(std::min(0.02, jitter(random))); };
@@ -126,7 +131,7 @@ TEST_P(SerialImuTest, StampsRightToAMillisecondUnderJitteredArrival) {
   RecordProperty("p95_us", static_cast<int>(1e6 * errors[errors.size() * 95 / 100]));
 }
 
-TEST_P(SerialImuTest, CountsDamageAndUsesTheNextGoodFrame) {
+TEST_P(HfiImuTest, CountsDamageAndUsesTheNextGoodFrame) {
   ASSERT_TRUE(runUntil([&] { return samples_.size() >= 100; }));
   ASSERT_TRUE(unit_.inject("checksum", 1e6));
   runFor(milliseconds(100));
@@ -137,7 +142,7 @@ TEST_P(SerialImuTest, CountsDamageAndUsesTheNextGoodFrame) {
   EXPECT_GE(samples_.size(), before + 15);
 }
 
-TEST_P(SerialImuTest, DropsSamplesThatAreNotNumbers) {
+TEST_P(HfiImuTest, DropsSamplesThatAreNotNumbers) {
   if (GetParam() == Framing::kB6) return;  // integers always are
   ASSERT_TRUE(runUntil([&] { return samples_.size() >= 10; }));
   unit_.gyro_y = std::numeric_limits<double>::quiet_NaN();
@@ -146,7 +151,7 @@ TEST_P(SerialImuTest, DropsSamplesThatAreNotNumbers) {
   EXPECT_GT(driver_.status().rejects.load(), 10);
 }
 
-TEST_P(SerialImuTest, ReportsWhatIsWrongWithinASecondAndStreamsAgainWithinThree) {
+TEST_P(HfiImuTest, ReportsWhatIsWrongWithinASecondAndStreamsAgainWithinThree) {
   const std::pair<const char*, const char*> troubles[] = {
       {"silent", "the IMU sends nothing: check its power"},
       {"garbage", "the IMU's frames cannot be read: check baud rate and cable"},
@@ -170,23 +175,23 @@ TEST_P(SerialImuTest, ReportsWhatIsWrongWithinASecondAndStreamsAgainWithinThree)
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, SerialImuTest, testing::Values(Framing::kA9, Framing::kB6),
+INSTANTIATE_TEST_SUITE_P(Of, HfiImuTest, testing::Values(Framing::kA9, Framing::kB6),
                          [](const auto& instance) { return instance.param == Framing::kA9 ? "A9" : "B6"; });
 
-TEST(SerialImu, NeverWaitsInATick) {
+TEST(HfiImu, NeverWaitsInATick) {
   test::PseudoTerminal line;
-  SerialImu driver({.port = line.path()}, monotonicNow, [](const ImuSample&) {});
+  SerialImu driver(configOf(line.path()), monotonicNow, [](const ImuSample&) {});
   driver.tick();  // opens
   const Timestamp begin = monotonicNow();
   for (int i = 0; i < 1000; ++i) driver.tick();
   EXPECT_LT(monotonicNow() - begin, std::chrono::seconds(1));
 }
 
-TEST(SerialImu, UsesTheTurnRatesOfAB6ThatSendsNoAcceleration) {
+TEST(HfiImu, UsesTheTurnRatesOfAB6ThatSendsNoAcceleration) {
   UnitOnALine unit(Framing::kB6);
   ASSERT_TRUE(unit.inject("no_accel", 1));
   std::vector<ImuSample> samples;
-  SerialImu driver({.port = unit.path()}, virtualNow, [&](const ImuSample& sample) { samples.push_back(sample); });
+  SerialImu driver(configOf(unit.path()), virtualNow, [&](const ImuSample& sample) { samples.push_back(sample); });
   ASSERT_TRUE(test::tickUntil([&] { unit.serve(), driver.tick(); }, [&] { return samples.size() > 300; }));
   EXPECT_EQ(driver.status().state.load(), DeviceState::kStreaming);
   EXPECT_NE(driver.status().problem().words().find("slamd goes on with its turn rate alone"), std::string::npos);
@@ -199,9 +204,9 @@ TEST(SerialImu, UsesTheTurnRatesOfAB6ThatSendsNoAcceleration) {
   EXPECT_EQ(driver.status().problem().words(), "");
 }
 
-TEST(SerialImu, NamesTheLidarThatIsOnItsPortInstead) {
+TEST(HfiImu, NamesTheLidarThatIsOnItsPortInstead) {
   test::PseudoTerminal line;
-  SerialImu driver({.port = line.path()}, virtualNow, [](const ImuSample&) {});
+  SerialImu driver(configOf(line.path()), virtualNow, [](const ImuSample&) {});
   const auto step = [&] {
     const Bytes in = line.read(Duration(0)), question{0xA5, 0x50};
     if (std::search(in.begin(), in.end(), question.begin(), question.end()) != in.end()) {
@@ -225,9 +230,11 @@ TEST(SerialImu, NamesTheLidarThatIsOnItsPortInstead) {
       << "it is said as long as it is so";
 }
 
-TEST(SerialImu, NamesTheBoardOnItsPortAlsoWhereAnotherThreadClosesThePort) {
+TEST(HfiImu, NamesTheBoardOnItsPortAlsoWhereAnotherThreadClosesThePort) {
   test::PseudoTerminal line;
-  SerialImu driver({.port = line.path(), .in_background = true}, virtualNow, [](const ImuSample&) {});
+  SerialImuConfig config = configOf(line.path());
+  config.in_background = true;
+  SerialImu driver(config, virtualNow, [](const ImuSample&) {});
   const auto step = [&] {
     const Bytes in = line.read(Duration(0));
     if (in.size() > 6 && in[0] == 0xFF) {  // a frame of RoboLink
@@ -247,8 +254,8 @@ TEST(SerialImu, NamesTheBoardOnItsPortAlsoWhereAnotherThreadClosesThePort) {
   EXPECT_TRUE(is_said) << driver.status().problem().words();
 }
 
-TEST(SerialImu, IsAbsentWithoutAPort) {
-  SerialImu driver({.port = "/dev/none"}, virtualNow, [](const ImuSample&) {});
+TEST(HfiImu, IsAbsentWithoutAPort) {
+  SerialImu driver(configOf("/dev/none"), virtualNow, [](const ImuSample&) {});
   driver.tick();
   EXPECT_EQ(driver.status().state.load(), DeviceState::kAbsent);
   EXPECT_NE(driver.status().problem().words(), "");

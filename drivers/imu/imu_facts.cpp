@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/imu/imu_facts.hpp"
+
+#include <algorithm>
+
+#include "drivers/imu/bno08x_imu.hpp"
+#include "drivers/imu/hfi_imu.hpp"
+#include "drivers/imu/witmotion_imu.hpp"
+#include "drivers/imu/xsens_imu.hpp"
+
+namespace slam {
+namespace {
+
+constexpr std::array kTable = {
+    ImuFacts{.driver = "hfi",
+             .name = "a HandsFree IMU",
+             .speaker = Speaker::kImu,
+             .make = makeHfiProtocol,
+             .bauds = {921600}},
+    ImuFacts{.driver = "bno08x",
+             .name = "a BNO08x in UART-RVC mode",
+             .speaker = Speaker::kBno08x,
+             .make = makeBno08xProtocol,
+             .bauds = {115200},
+             .rate = 100.0,
+             .silence = ", and that its pin PS0 is high and PS1 low: UART-RVC mode"},
+    ImuFacts{.driver = "witmotion",
+             .name = "a WitMotion IMU",
+             .speaker = Speaker::kWitmotion,
+             .make = makeWitmotionProtocol,
+             .bauds = {115200, 9600, 230400, 921600, 57600, 38400, 19200, 460800},
+             .output = "acceleration (0x51) and angular velocity (0x52), at 100 Hz and 115200 bit/s"},
+    ImuFacts{.driver = "xsens",
+             .name = "an Xsens MTi",
+             .speaker = Speaker::kXsens,
+             .make = makeXsensProtocol,
+             .bauds = {115200, 921600, 460800, 230400},
+             .output = "rate of turn (8020), acceleration (4020) and sample time (1060) as floats, at 100 Hz"},
+};
+
+}  // namespace
+
+std::span<const ImuFacts> imuTable() { return kTable; }
+
+const ImuFacts* findImu(std::string_view driver) {
+  const auto found = std::find_if(kTable.begin(), kTable.end(), [&](const auto& row) { return row.driver == driver; });
+  return found == kTable.end() ? nullptr : &*found;
+}
+
+}  // namespace slam
