@@ -105,6 +105,8 @@ class PlaceSearch {
   bool same(const Pose2& a, const Pose2& b) const;
   /// Where the best places of the newest search put the session's frame in the map, likeliest first.
   std::span<const Pose2> contenders() const { return T_map_sessions_; }
+  /// The map that begin() was given, as beams see it. @pre hasMap()
+  const DecayRateMap& field() const { return *field_; }
 
  private:
   /// What a search compared places by.

@@ -9,10 +9,7 @@ namespace slam {
 
 MapRegistration::MapRegistration(const KeyframeGraph& keyframes, std::span<const int> map, std::span<const int> second,
                                  const MapRegistrationConfig& config)
-    : keyframes_(keyframes),
-      config_(config),
-      field_(keyframes, map, config.places.model.beams, config.places.model.kind),
-      places_(config.places) {
+    : keyframes_(keyframes), config_(config), places_(config.places) {
   places_.begin(keyframes, map);
   divide(second);
 }
@@ -40,22 +37,24 @@ void MapRegistration::divide(std::span<const int> second) {
 
 PlaceAgreement MapRegistration::agreement(const Stretch& stretch, const Pose2& T_map_newest) const {
   QueryCloud view;
+  const DecayRateMap& field = places_.field();
   const double whole = std::numeric_limits<double>::max();
   view.gather(keyframes_, stretch.oldest, stretch.newest, whole, whole, 0.0);
-  const PlaceFit fit = fitPlace(field_, view, T_map_newest, config_.places.fit);
+  const PlaceFit fit = fitPlace(field, view, T_map_newest, config_.places.fit);
   PlaceAgreement result{.T_map_newest = fit.T_map_newest};
-  const BeamModel& model = field_.model();
-  result.log_likelihood = fit.log_likelihood - view.weight(model) * view.rays * field_.logRateUnknown();
-  const double free_below = 0.5 * (field_.logRateUnknown() + std::log(model.rate_free));
+  const BeamModel& model = field.model();
+  result.log_likelihood = fit.log_likelihood - view.weight(model) * view.rays * field.logRateUnknown();
+  const double free_below = 0.5 * (field.logRateUnknown() + std::log(model.rate_free));
   const PointTransform T(fit.T_map_newest);
   std::vector<DecayRateMap::Passed> passed;
   for (const QueryCloud::Part& part : view.parts) {
     for (const QueryCloud::Ray& ray : part.rays) {
-      const double log_rate = field_.logRate(T * ray.to, ray.range);
+      const double log_rate = field.logRate(T * ray.to, ray.range);
+      passed.clear();
       const bool through =
-          field_.pass(T * ray.from, T * ray.to, passed) < config_.places.fit.through * model.logThrough();
+          field.pass(T * ray.from, T * ray.to, passed) < config_.places.fit.through * model.logThrough();
       ++(through || log_rate < free_below ? result.contradicted
-         : field_.atWall(log_rate)        ? result.walls
+         : field.atWall(log_rate)         ? result.walls
                                           : result.unknown);
     }
   }
@@ -64,8 +63,9 @@ PlaceAgreement MapRegistration::agreement(const Stretch& stretch, const Pose2& T
 
 /// Log-likelihood over that of unmapped space of what lies in known space, where it was mapped: see PlaceSearch.
 double MapRegistration::expected(const PlaceAgreement& all) const {
-  const double weight = QueryCloud{}.weight(field_.model());
-  return weight * all.known() * config_.places.model.unchanged * (field_.logRateWalls() - field_.logRateUnknown());
+  const DecayRateMap& field = places_.field();
+  const double weight = QueryCloud{}.weight(field.model());
+  return weight * all.known() * config_.places.model.unchanged * (field.logRateWalls() - field.logRateUnknown());
 }
 
 /// @param way [m] between what either place is known by

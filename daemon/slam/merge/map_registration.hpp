@@ -100,7 +100,6 @@ class MapRegistration {
 
   const KeyframeGraph& keyframes_;
   MapRegistrationConfig config_;
-  DecayRateMap field_;
   PlaceSearch places_;
   std::vector<Stretch> stretches_;
   std::vector<RegisteredMap::Found> found_;  // wherever
