@@ -105,8 +105,7 @@ TEST(TimeOffset, OfTheLidarIsFoundWhileTheRobotTurns) {
     ReplayOptions options;
     options.logs = {folder / log};
     options.causal = folder / "causal.tum";
-    const ReplayStats stats = replay(parseConfig("", "given", {}), options);
-    EXPECT_EQ(stats.notMatched(), 0U) << log;
+    replay(parseConfig("", "given", {}), options);
     return readTrajectory(options.causal).back().pose;
   };
   const Pose2 error = between(lastPose("late.lcm"), lastPose("right.lcm"));
