@@ -112,9 +112,8 @@ void MotionProbe::take(const LaserScan& scan, ScanPoints& points) {
   deskew(scan, lidar_.limitsFor(scan), scan.stamp, lidar_.mounting(), at_rest_, points);
 }
 
-void MotionProbe::add(const LaserScan& scan) {
+void MotionProbe::add(const LaserScan& scan, Timestamp stamp) {
   if (checkStream(scan)) return;
-  const Timestamp stamp = scan.stamp + fromSeconds(lidar_.time_offset);
   if (stage_ == Stage::kMatched) settle();
   const bool clock_set = newest_ - stamp > config_.clock_step;
   if (stamp <= newest_ && !clock_set) return;  // misdated: no motion can be told by it
@@ -193,6 +192,9 @@ SensorFindings findingsOf(const MotionProbe& probe, const FrontEnd& front_end, c
   if (const auto ahead = front_end.counters().far_ahead; ahead >= static_cast<std::uint32_t>(config.least_count))
     findings.add(SensorFault::kStampsAlone, static_cast<double>(ahead));
   if (front_end.wheelsDead()) findings.add(SensorFault::kWheelsDead);
+  const LidarDelay& delay = front_end.lidarDelay();
+  if (const auto off = delay.estimate(); off && delay.used() != Duration(0))
+    findings.add(SensorFault::kLidarDelay, toSeconds(delay.used()), off->sigma);
   return findings;
 }
 

@@ -41,8 +41,9 @@ enum class SensorFault : std::uint8_t {
   kBeamTimesMissing,    ///< beams carry no times, and the robot turns while they are measured
   kStampsAlone,         ///< value: samples stamped far ahead of all others, alone
   kWheelsDead,          ///< the wheels report that they stand, while scans show that the robot moves
+  kLidarDelay,          ///< values: [s] to add to the lidar's stamps, which slamd does, and its standard deviation
 };
-constexpr std::size_t kSensorFaults = 25;
+constexpr std::size_t kSensorFaults = 26;
 
 struct SensorFinding {
   SensorFault fault = SensorFault::kLidarUpsideDown;

@@ -14,7 +14,7 @@ constexpr std::array<const ProblemKind*, kSensorFaults> kFaults = {
     &problem::kLidarMountOff,   &problem::kGyroDegrees,      &problem::kGyroTurnOff,        &problem::kGyroOffset,
     &problem::kGyroFarOff,      &problem::kGyroClipped,      &problem::kGyroContradicts,    &problem::kMovesWithRobot,
     &problem::kNoReturnCodes,   &problem::kRangesScatter,    &problem::kBeamTimesMissing,   &problem::kStampsAlone,
-    &problem::kWheelsDead};
+    &problem::kWheelsDead,      &problem::kLidarDelay};
 
 bool isShare(SensorFault fault) {
   return fault == SensorFault::kWheelDistanceOff || fault == SensorFault::kWheelTurnOff ||

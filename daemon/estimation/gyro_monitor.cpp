@@ -32,6 +32,13 @@ void GyroMonitor::begin(bool rejected) {
   ++rejections_;
 }
 
+void GyroMonitor::forget() {
+  begin(false);
+  interrupt();
+  information_.setZero();
+  gradient_.setZero();
+}
+
 ImuSample GyroMonitor::hear(const ImuSample& sample) {
   heard_ = true;
   ImuSample judged = sample;

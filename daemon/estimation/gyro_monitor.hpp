@@ -76,6 +76,8 @@ class GyroMonitor {
   std::optional<GyroBias> compare(Timestamp stamp, double theta, double bias);
   /// The interval has no end: the scans did not tell it, or the map moved.
   void interrupt() { begin_.reset(); }
+  /// The scans were stamped wrongly so far: what they told of the gyro is nothing.
+  void forget();
 
   /// Turn by the gyro as it reads, bias and all [rad]; none where it did not tell, or is not to be believed.
   std::optional<double> turned(Timestamp from, Timestamp to) const;

@@ -2,6 +2,7 @@
 #pragma once
 #include "estimation/gyro_monitor.hpp"
 #include "estimation/heading_monitor.hpp"
+#include "estimation/lidar_delay.hpp"
 #include "estimation/mount_monitor.hpp"
 #include "estimation/scan_monitor.hpp"
 #include "estimation/wheel_monitor.hpp"
@@ -15,6 +16,7 @@ struct OdometryMonitor {
   ScanMonitor scans;
   HeadingMonitor heading;
   MountMonitor mount = MountMonitor();
+  LidarDelay delay = LidarDelay();
 
   /// The interval has no end: the scans did not tell it, or the map moved, with which the mount's interval moves.
   void interrupt() {
@@ -22,6 +24,7 @@ struct OdometryMonitor {
     gyro.interrupt();
     scans.interrupt();
     heading.interrupt();
+    delay.interrupt();
   }
   /// The robot is somewhere else: what scans told before is nothing to compare with.
   void reset() {

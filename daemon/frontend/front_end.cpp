@@ -66,6 +66,7 @@ void FrontEnd::add(const WheelSample& recorded) {
 void FrontEnd::add(const ImuSample& recorded) {
   const auto sample = intake_.accept(recorded, pose_.newestStamp());
   if (!sample) return;
+  monitor_.delay.addGyro(sample->stamp, sample->gyro.z());
   const ImuSample judged = monitor_.gyro.hear(*sample);
   odometry_.add(judged);
   pose_.add(judged);
@@ -122,7 +123,7 @@ ScanOutcome FrontEnd::track(const LaserScan& recorded, bool may_keep) {
   outcome.fused = validator_.acceptTracking(match, cloud, local_map_, predicted.pose, tracking_) &&
                   fuse(cloud, predicted, match, false);            // (15)-(17)
   if (!outcome.fused) recoverBySearch(cloud, predicted, outcome);  // correlative [Olson 2009], stricter test
-  judgeGyro(cloud.stamp, match);
+  compareTurns(cloud.stamp, match);
   outcome.keyframe =
       outcome.fused ? follow(cloud, predicted, match, may_keep) : coast(cloud, predicted, match, may_keep);
   return outcome;
@@ -180,13 +181,24 @@ void FrontEnd::endDoubt() {
 }
 
 /// By what the scan says itself: the filter's pose is the gyro's, too.
-void FrontEnd::judgeGyro(Timestamp stamp, const MatchResult& match) {
-  if (!match.usable() || match.observable < 3 || match.overlap < config_.validator.trusted_overlap)
+void FrontEnd::compareTurns(Timestamp stamp, const MatchResult& match) {
+  if (!match.usable() || match.observable < 3 || match.overlap < config_.validator.trusted_overlap) {
+    monitor_.delay.interrupt();
     return monitor_.gyro.interrupt();
-  if (const auto bias = monitor_.gyro.compare(stamp, match.T_ref_base.theta, gyroBias())) {
-    odometry_.add(*bias);
-    pose_.add(*bias);
   }
+  if (monitor_.delay.addScan(stamp, match.T_ref_base.theta)) {
+    intake_.setLidarDelay(monitor_.delay.used());
+    monitor_.interrupt();
+    monitor_.gyro.forget();
+    correctGyroBias(monitor_.delay.estimate()->gyro_bias);
+    return;
+  }
+  if (const auto bias = monitor_.gyro.compare(stamp, match.T_ref_base.theta, gyroBias())) correctGyroBias(*bias);
+}
+
+void FrontEnd::correctGyroBias(const GyroBias& bias) {
+  odometry_.add(bias);
+  pose_.add(bias);
 }
 
 /// The scans have told more of the bias than standstill alone can.

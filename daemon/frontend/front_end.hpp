@@ -91,6 +91,8 @@ class FrontEnd {
   const WheelScale& wheelScale() const { return monitor_.wheels.scale(); }
   /// By how much the lidar's mount is off, as the whole drive tells it.
   const MountError& mountError() const { return monitor_.mount.error(); }
+  /// By how much the lidar's stamps are off, as the gyro shows it.
+  const LidarDelay& lidarDelay() const { return monitor_.delay; }
   /// The wheels report that they stand, while scans show that the robot moves.
   bool wheelsDead() const { return pose_.newest().wheelsDead(); }
   GyroVerdict gyroVerdict() const { return monitor_.gyro.verdict(gyroBias()); }
@@ -105,7 +107,8 @@ class FrontEnd {
   const Keyframe* follow(const Cloud& cloud, const Prediction& predicted, const MatchResult& match, bool may_keep);
   const Keyframe* coast(const Cloud& cloud, const Prediction& predicted, const MatchResult& match, bool may_keep);
   double gyroBias() const { return pose_.newest().gyroBias(); }
-  void judgeGyro(Timestamp stamp, const MatchResult& match);
+  void correctGyroBias(const GyroBias& bias);
+  void compareTurns(Timestamp stamp, const MatchResult& match);
   void endDoubt();
   void shareGyroBias();
   bool saysMuch(const Cloud& cloud) const;

@@ -90,6 +90,29 @@ TEST(TimeOffset, IsAddedToTheStampsOfItsSensor) {
   expectMadeGood("imu.time_offset", [](RecordedDrive& drive) { drive.imu_error = 40'000; });
 }
 
+TEST(TimeOffset, OfTheLidarIsFoundWhileTheRobotTurns) {
+  const auto swerving = [](std::int64_t late) {
+    RecordedDrive drive(test::furnishedRoom(), kStart);
+    drive.lidar_error = late;
+    drive.run(2.0, {0, 0, 0});
+    for (int i = 0; i < 6; ++i) drive.run(1.5, {0.2, 0, i % 2 == 0 ? 0.9 : -0.9});
+    return drive;
+  };
+  const Folder folder;
+  swerving(180'000).save(folder / "late.lcm");
+  swerving(0).save(folder / "right.lcm");
+  const auto lastPose = [&](const char* log) {
+    ReplayOptions options;
+    options.logs = {folder / log};
+    options.causal = folder / "causal.tum";
+    replay(parseConfig("", "given", {}), options);
+    return readTrajectory(options.causal).back().pose;
+  };
+  const Pose2 error = between(lastPose("late.lcm"), lastPose("right.lcm"));
+  EXPECT_LT(error.translation().norm(), 0.03);
+  EXPECT_LT(std::abs(error.theta), 0.02);
+}
+
 TEST(TimeOffset, OfTheCameraPutsWhatItSawWhereTheRobotWas) {
   const Drive::Result right = Drive([](RecordedDrive&) {}).replayed({});
   const Drive drive([](RecordedDrive& late) { late.depth_error = 150'000; });

@@ -70,7 +70,7 @@ struct Drive {
         stuck += outcome.stuck;
         probe->add(outcome);
       } else {
-        probe->add(scan);
+        probe->add(scan, scan.stamp);
       }
       probe->work();
       scan.stamp += copied_after;
@@ -139,7 +139,7 @@ TEST(MotionProbe, TakesEqualScansOfARobotAtRestForWhatTheyAre) {
     scan.stamp = drive.robot.now += 100ms;
     drive.probe->add(WheelSample{scan.stamp, drive.robot.wheels.pose});
     drive.probe->add(ImuSample{scan.stamp, {0, 0, 0.001}, {0, 0, 9.81}});
-    drive.probe->add(scan);
+    drive.probe->add(scan, scan.stamp);
   }
   EXPECT_EQ(drive.probe->findings().size, 0U);
 }

@@ -17,7 +17,7 @@ namespace {
 void printOffset(const slam::ReplayStats& stats, double configured) {
   constexpr double kNoticed = 0.002;  // [s]
   if (!stats.lidar_gyro_offset) return;
-  const auto& [offset, sigma, turns] = *stats.lidar_gyro_offset;
+  const auto& [offset, sigma, turns, gyro_bias] = *stats.lidar_gyro_offset;
   std::printf("lidar to gyro: %+.1f ms (sigma %.1f ms, %d turns)", 1e3 * offset, 1e3 * sigma, turns);
   if (std::abs(offset) > std::max(3.0 * sigma, kNoticed) && !stats.turns_differ)
     std::printf("; set lidar.time_offset = %.4f", configured + offset);

@@ -56,6 +56,7 @@ bool turnsDiffer(SensorFault fault) {
     case SensorFault::kRangesScatter:
     case SensorFault::kBeamTimesMissing:
     case SensorFault::kStampsAlone:
+    case SensorFault::kLidarDelay:
     case SensorFault::kWheelsDead:
       return false;
     default:
@@ -95,7 +96,7 @@ class Run {
     } else if (event.channel == channel::kWheels && use_wheels_) {
       if (const auto wheels = take<wheels_t>(event, wheels_seen_)) addWheels(*wheels.sample, wheels.message->utime);
     } else if (event.channel == channel::kImu && use_imu_) {
-      if (const auto imu = take<imu_t>(event, imus_)) addImu(*imu.sample);
+      if (const auto imu = take<imu_t>(event, imus_)) pipeline_.add(*imu.sample);
     } else if (event.channel == channel::kDepth && use_depth_) {
       if (const auto depth = take<depth_t>(event, depths_)) pipeline_.add(*depth.sample);
     }
@@ -126,7 +127,7 @@ class Run {
     stats_.front_end = pipeline_.frontEnd().counters();
     stats_.filter = pipeline_.frontEnd().filterCounters();
     stats_.back_end = pipeline_.backEnd().counters();
-    stats_.lidar_gyro_offset = offset_.estimate();
+    stats_.lidar_gyro_offset = pipeline_.frontEnd().lidarDelay().estimate();
     for (const RefusedMessages* refused : {&scans_, &wheels_seen_, &imus_, &depths_})
       if (const std::string words = refused->words(); !words.empty()) stats_.refusals.push_back(words);
     bool explained = false;
@@ -179,11 +180,6 @@ class Run {
     return received;
   }
 
-  void addImu(const ImuSample& sample) {
-    pipeline_.add(sample);
-    offset_.addGyro(sample.stamp + fromSeconds(pipeline_.frontEnd().config().intake.imu_time_offset), sample.gyro.z());
-  }
-
   void addWheels(const WheelSample& sample, std::int64_t utime) {
     pipeline_.add(sample);
     if (wheels_) wheels_->write(utime, sample.T_wheels_base);
@@ -209,7 +205,6 @@ class Run {
     stats_.scan_us.push_back(microsecondsSince(begin_));
     scans_stuck_ += outcome.stuck;
     stats_.wheels_died |= pipeline_.frontEnd().wheelsDead();
-    if (outcome.fused && outcome.match.observable == 3) offset_.addScan(outcome.stamp, outcome.match.T_ref_base.theta);
     if (outcome.match.iterations > 0) stats_.match_us.push_back(1e6 * toSeconds(outcome.match_time));
     // Before a correction moves the keyframes; in a given map, whose keyframes stay, the pose is its own anchor.
     const AnchoredPose pose = localise_only_ ? AnchoredPose{-1, known.T_map_base} : front_end.anchor(known.T_map_base);
@@ -284,7 +279,6 @@ class Run {
   RefusedMessages scans_{channel::kScan}, wheels_seen_{channel::kWheels}, imus_{channel::kImu},
       depths_{channel::kDepth};
   Pipeline pipeline_;
-  LidarGyroOffset offset_;
   std::optional<TrajectoryWriter> final_, causal_, odometry_, wheels_;
   std::optional<EstimateWriter> estimates_;
   std::optional<Destination> store_;

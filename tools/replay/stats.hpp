@@ -8,7 +8,7 @@
 #include "estimation/ekf.hpp"
 #include "frontend/front_end_state.hpp"
 #include "slam/back_end.hpp"
-#include "tools/replay/time_offset.hpp"
+#include "estimation/lidar_delay.hpp"
 
 namespace slam {
 
@@ -30,7 +30,7 @@ struct ReplayStats {
   std::uint64_t thinned_beams = 0;      ///< left out evenly of scans that have more than are used
   std::uint64_t skipped_bytes = 0;      ///< of the log that belong to no record
   bool truncated = false;
-  std::optional<LidarGyroOffset::Estimate> lidar_gyro_offset;  ///< what is left of it with the configured one
+  std::optional<LidarDelay::Estimate> lidar_gyro_offset;  ///< what is left of it with the configured one
   bool turns_differ = false;          ///< by a warning, so that the offset is none that could be set
   bool wheels_died = false;           ///< they reported that they stand while scans showed that the robot moves
   std::vector<std::string> warnings;  ///< of sensors that contradict each other, one line each

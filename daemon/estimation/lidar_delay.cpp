@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "estimation/lidar_delay.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/pose2.hpp"
+
+namespace slam {
+
+void LidarDelay::Sums::add(double difference, double interval, double angle) {
+  ++used;
+  dd += difference * difference;
+  di += difference * interval;
+  ii += interval * interval;
+  turned += angle * angle;
+}
+
+void LidarDelay::addGyro(Timestamp stamp, double rate) {
+  if (!std::isfinite(rate)) return;
+  double angle = 0.0;
+  if (gyro_count_ > 0) {
+    const GyroSample& last = gyro(gyro_count_ - 1);
+    if (stamp <= last.stamp) return;
+    angle = last.angle + 0.5 * (rate + last.rate) * toSeconds(stamp - last.stamp);
+  }
+  if (gyro_count_ == gyro_.size()) gyro_begin_ = (gyro_begin_ + 1) % gyro_.size(), --gyro_count_;
+  gyro_[(gyro_begin_ + gyro_count_++) % gyro_.size()] = {stamp, rate, angle};
+  const Timestamp complete = stamp - fromSeconds(kMaxOffset);
+  const auto end = waiting_.begin() + static_cast<std::ptrdiff_t>(waiting_count_);
+  const auto later = std::find_if(waiting_.begin(), end, [&](const Turn& turn) { return turn.to >= complete; });
+  std::for_each(waiting_.begin(), later, [this](const Turn& turn) { add(turn); });
+  waiting_count_ = static_cast<std::size_t>(std::move(later, end, waiting_.begin()) - waiting_.begin());
+}
+
+bool LidarDelay::addScan(Timestamp stamp, double heading) {
+  stamp -= used_;
+  const bool follows = last_scan_ && stamp > *last_scan_ && toSeconds(stamp - *last_scan_) < config_.longest;
+  if (follows && waiting_count_ < waiting_.size())
+    waiting_[waiting_count_++] = {*last_scan_, stamp, wrapAngle(heading - last_heading_)};
+  last_scan_ = stamp;
+  last_heading_ = heading;
+  const auto estimated = estimate();
+  return estimated && use(*estimated);
+}
+
+std::optional<double> LidarDelay::angleAt(Timestamp stamp) const {
+  std::size_t before = 0, after = gyro_count_;  // the first sample at or behind the stamp
+  while (before < after) {
+    const std::size_t middle = (before + after) / 2;
+    (gyro(middle).stamp < stamp ? before : after) = gyro(middle).stamp < stamp ? middle + 1 : middle;
+  }
+  if (after == 0 || after == gyro_count_) return std::nullopt;
+  const GyroSample &a = gyro(after - 1), &b = gyro(after);
+  const double interval = toSeconds(b.stamp - a.stamp);
+  if (interval > config_.longest) return std::nullopt;
+  return a.angle + toSeconds(stamp - a.stamp) / interval * (b.angle - a.angle);
+}
+
+std::optional<double> LidarDelay::gyroTurn(const Turn& turn, int step) const {
+  const auto from = angleAt(turn.from + fromSeconds(step * kStep)), to = angleAt(turn.to + fromSeconds(step * kStep));
+  return from && to ? std::optional(*to - *from) : std::nullopt;
+}
+
+void LidarDelay::add(const Turn& turn) {
+  const double interval = toSeconds(turn.to - turn.from);
+  const auto earliest = gyroTurn(turn, -kSteps), latest = gyroTurn(turn, kSteps), whole = gyroTurn(turn, 0);
+  if (!earliest || !latest || !whole) return;
+  // At rest, or in an even turn, all shifts are alike.
+  const bool even = std::max(std::abs(*earliest - *whole), std::abs(*latest - *whole)) < config_.small_turn;
+  std::array<std::optional<double>, 2 * kSteps + 1> differences;  // [rad]
+  bool possible = false;
+  for (int step = -kSteps; step <= kSteps; ++step) {
+    const auto by_gyro = even ? whole : gyroTurn(turn, step);
+    if (by_gyro) differences[index(step)] = turn.angle - *by_gyro;
+    possible |= by_gyro && std::abs(turn.angle - *by_gyro) < config_.outlier;
+  }
+  if (!possible) return;  // the match was wrong
+  for (std::size_t i = 0; i < raster_.size(); ++i)
+    if (const auto& difference = differences[i])
+      raster_[i].add(std::clamp(*difference, -config_.outlier, config_.outlier), interval, turn.angle);
+}
+
+/// [rad^2] mean square of what a shift leaves unexplained.
+double LidarDelay::error(int step) const {
+  const Sums& sums = at(step);
+  if (sums.used < config_.fewest_turns) return std::numeric_limits<double>::infinity();
+  return sums.left() / sums.used;
+}
+
+std::optional<LidarDelay::Estimate> LidarDelay::estimate() const {
+  std::array<double, 2 * kSteps + 1> errors{};
+  for (int step = -kSteps; step <= kSteps; ++step) errors[index(step)] = error(step);
+  const int best = static_cast<int>(std::min_element(errors.begin(), errors.end()) - errors.begin()) - kSteps;
+  if (std::abs(best) == kSteps) return std::nullopt;
+  std::nth_element(errors.begin(), errors.begin() + kSteps, errors.end());
+  if (error(best) > config_.distinct * errors[kSteps]) return std::nullopt;  // the robot hardly turned
+  if (at(best).left() > config_.unexplained * at(best).turned) return std::nullopt;  // the gyro shows other turns
+  const double slope = 0.5 * (error(best + 1) - error(best - 1)) / kStep;
+  const double curvature = (error(best + 1) - 2.0 * error(best) + error(best - 1)) / (kStep * kStep);
+  if (!(curvature > 0.0) || !std::isfinite(curvature)) return std::nullopt;
+  // Of a least-squares sum S with the residuals' variance s^2, the minimum's variance is 2 s^2 / S''.
+  const Sums& sums = at(best);
+  Estimate estimate{.offset = best * kStep - slope / curvature,
+                    .sigma = std::sqrt(2.0 * error(best) / (curvature * sums.used)),
+                    .turns = sums.used,
+                    .gyro_bias = {-sums.di / sums.ii, error(best) / sums.ii}};
+  if (!(estimate.sigma < config_.largest_sigma)) return std::nullopt;
+  return estimate;
+}
+
+/// Uses an estimate that explains the turns so much better than what is used.
+bool LidarDelay::use(const Estimate& estimate) {
+  if (std::abs(estimate.offset - toSeconds(used_)) < config_.least_error) return false;
+  const auto nearest = [](double offset) { return static_cast<int>(std::lround(offset / kStep)); };
+  const double gain = 0.5 * estimate.turns * std::log(error(nearest(toSeconds(used_))) / error(nearest(estimate.offset)));
+  if (!(gain > config_.likelihood_gain)) return false;
+  used_ = fromSeconds(estimate.offset);
+  return true;
+}
+
+}  // namespace slam
