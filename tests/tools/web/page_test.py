@@ -18,56 +18,13 @@ import time
 
 sys.dont_write_bytecode = True  # into the sources
 
-from browser import ARROW_LEFT, TAB, Browser, wait_until
+from browser import Browser, wait_until
+from page_access import check_contrast, check_keys, check_targets
 from page_drive import PAGE, TOKEN, Drives, check_drive, check_drive_by_keys, check_drive_rights
+from page_robot import Robot
+from page_words import ENGLISH_LINES, GERMAN_LINES, check_lines
 
 SIZES = {"desktop": (1280, 800, 1), "phone": (390, 844, 2)}
-
-
-class Robot:
-    """slam-sim, slamd and slam-web."""
-
-    def __init__(self, programs, source, folder):
-        self.programs, self.folder = programs, folder
-        self.devices = folder / "devices"
-        os.environ["SLAM_SIM_DEVICES"] = str(self.devices)
-        os.environ["LD_LIBRARY_PATH"] = str(programs / "../lib/openni2")
-        self.config = ["--config", str(source / "config/sim.toml")]
-        (folder / "logs/run").mkdir(parents=True)
-        (folder / "logs/run/0001.lcm").write_bytes(b"a log")
-        self.sim = self.start("slam-sim", "--scene", "meeting-room", "--speed", "0.3", "--seconds", "600",
-                              "--devices", self.devices)
-        wait_until("the simulator's devices", (self.devices / "board").exists)
-        self.start_slamd()
-        self.start_web()
-
-    def start(self, program, *arguments):
-        with open(self.folder / f"{program}.txt", "a") as log:
-            return subprocess.Popen([self.programs / program, *map(str, arguments)], stdout=log, stderr=log)
-
-    def start_slamd(self):
-        settings = {"lidar.port": self.devices / "lidar", "base.port": self.devices / "board",
-                    "output.map": self.folder / "map", "store.directory": self.folder / "maps"}
-        pairs = [f"{key}='{value}'" for key, value in settings.items()] + ["lcm.commands=true", "base.speed_commands=true"]
-        self.slamd = self.start("slamd", *self.config, *(word for pair in pairs for word in ("--set", pair)))
-
-    def start_web(self):
-        self.web = self.start("slam-web", *self.config, "--set", "web.commands=true", "--set", f"web.token='{TOKEN}'",
-                              "--set", "base.speed_commands=true", "--logs", self.folder / "logs")
-
-    def start_locked_web(self):
-        """A second one, which is read with the token alone."""
-        return self.start("slam-web", *self.config, "--port", 8081, "--set", "web.read='token'",
-                          "--set", f"web.token='{TOKEN}'")
-
-    def inject(self, fault):
-        with open(self.devices / "faults", "w") as faults:
-            faults.write(fault + "\n")
-
-    def stop(self):
-        for process in (self.web, self.slamd, self.sim):
-            process.kill()
-            process.wait()
 
 
 # Whether walls (dark) and free space (light) are drawn.
@@ -124,8 +81,10 @@ LINE = "return document.getElementById('headline').textContent"
 
 def check_line(browser, robot, out):
     """The line over the map names a pulled plug while the robot goes on, and says afterwards how well it knows its place."""
-    wait_until("line and badge are good", lambda: browser.run(LINE).startswith("Localised to ") and
-               browser.run("return document.querySelector('.badge.good') !== null"))
+    wait_until("the line says how it is", lambda: browser.run(LINE).startswith("Localised to "))
+    line, badge = browser.run("return [document.getElementById('headline').textContent, document.getElementById('badge').className]")
+    if ("good" in badge) == ("\u00b7" in line):  # a busy machine has warnings
+        sys.exit(f"the badge of \"{line}\" is: {badge}")
     began = time.monotonic()
     robot.inject("lidar unplug 1")
     line = wait_until("the line names the lidar", lambda: (lambda text: "lidar" in text and text)(browser.run(LINE)))
@@ -137,110 +96,6 @@ def check_line(browser, robot, out):
         sys.exit("the lidar's details are folded away")
     robot.inject("lidar unplug 0")
     wait_until("the line is good again", lambda: browser.run(LINE).startswith("Localised to "))
-
-
-# Lines made of data, whatever the robot does meanwhile; each problem's words fit.
-LINES = """
-const kept = { ...robot }, lines = {};
-const line = (state, cov, problems, since) => {
-  Object.assign(robot, { pose: { ...kept.pose, state, cov: [cov, 0, cov, 0.01] }, problems, since: since ? new Date(2026, 0, 1, 14, 2) : null });
-  return shortened(headline()[0], kLongestLine);
-};
-const problem = (device, id, cause, more) => ({ device, id, cause, fix: "", meanwhile: "", level: "fault", numbers: [1, 2, 3, 4], texts: [], ...more });
-lines.good = line("localised", 0.0004, []);
-lines.metres = line("degraded", 0.9999, []);
-lines.lost = line("lost", 1, [problem("base", "slow", "slow", { level: "warning" }), problem("pose", "lost", "no pose", { level: "warning" })], true);
-lines.order = line("localised", 0.0004, [problem("pose", "next_scan", "waits", { level: "warning" }), problem("base", "port_gone", "gone"),
-  problem("lidar", "port_in_use", "the port is in use by another program")]);
-lines.warned = line("localised", 0.0004, [problem("memory", "memory_refused", "memory is not locked: a limit", { level: "warning" })]);
-lines.secret = line("localised", 0.0004, [problem("depth", "camera_name_missing", "there is no camera 1d27/0601@1/4 (depth.uri)",
-  { texts: ["1d27/0601@1/4"] })]);
-lines.longest = "";
-for (const id of Object.keys(window.kGerman || {})) {
-  const made = line("initialising", 0.01, [problem("depth", id, "", { texts: ["a name of a device", "another name", "a third"] })]);
-  if (made.length > lines.longest.length) lines.longest = made;
-}
-Object.assign(robot, kept);
-return lines;
-"""
-
-
-def check_lines(browser, wanted):
-    lines = browser.run(LINES)
-    wrong = {name: lines[name] for name, line in wanted.items() if lines[name] != line}
-    if wrong or len(lines["longest"]) > 80:
-        sys.exit(f"wrong lines: {wrong}; longest: {lines['longest']}")
-
-
-ENGLISH_LINES = {
-    "good": "Localised to 2 cm", "metres": "Degraded to 1.0 m",
-    "lost": "Lost since 14:02: waits to recognise something; drive slowly where it has been",
-    "order": "No lidar: the port is in use by another program", "warned": "Localised to 2 cm \u00b7 memory: memory is not locked: a limit",
-    "secret": "No depth camera: there is no camera (depth.uri)",
-}
-GERMAN_LINES = {
-    "good": "Lokalisiert auf 2 cm", "metres": "Unsicher auf 1,0 m",
-    "lost": "Verloren seit 14:02: sucht Bekanntes; langsam fahren, wo er schon war",
-    "order": "Lidar fehlt: ein anderes Programm benutzt den Anschluss", "secret": "Tiefenkamera fehlt: keine Kamera (depth.uri)",
-}
-
-
-def check_keys(browser):
-    view = "const v = window.slam.view; return [v.x, v.y, v.scale, v.follow]"
-    browser.run("document.getElementById('map').focus()")
-    before = browser.run(view)
-    browser.keys(ARROW_LEFT + "+")
-    moved = browser.run(view)
-    if not (moved[0] < before[0] and moved[2] > before[2]):
-        sys.exit(f"arrow and plus changed the view from {before} to {moved}")
-    browser.keys("f")
-    if not browser.run(view)[3] or browser.run("return document.getElementById('follow').ariaPressed") != "true":
-        sys.exit("F does not follow the robot")
-    browser.keys("0")
-    names = "const e = document.activeElement; return e.id || e.getAttribute('aria-label') || e.textContent"
-    reached, wanted = set(), {"zoom-in", "zoom-out", "fit", "follow", "stick", "stop", "language", "save",
-                               "set-pose", "localise", "slam", "mark-text"}
-    for _ in range(60):
-        browser.keys(TAB)
-        reached.add(browser.run(names))
-    if wanted - reached:
-        sys.exit(f"the Tab key does not reach {sorted(wanted - reached)}")
-    unnamed = browser.run("""return [...document.querySelectorAll("button, input, select, canvas, a, [tabindex], [role=application]")].filter(
-        (e) => !(e.ariaLabel || e.getAttribute("aria-label") || e.textContent.trim())).map((e) => e.outerHTML)""")
-    if unnamed:
-        sys.exit(f"without a name for a screen reader: {unnamed}")
-
-
-# Least contrast of the texts that are shown, by the formula of WCAG 2.1.
-CONTRAST = """
-const parse = (c) => c.match(/[\\d.]+/g).map(Number);
-const level = (c) => { const f = (v) => (v /= 255) <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
-  return 0.2126 * f(c[0]) + 0.7152 * f(c[1]) + 0.0722 * f(c[2]); };
-const ground = (e) => { for (; e; e = e.parentElement) { const c = parse(getComputedStyle(e).backgroundColor);
-  if (c.length === 3 || c[3] > 0.9) return c; } return [255, 255, 255]; };
-let worst = [21, ""];
-for (const e of document.querySelectorAll("body *")) {
-  if (e.disabled || !e.checkVisibility() || ![...e.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim())) continue;
-  const a = level(parse(getComputedStyle(e).color)), b = level(ground(e));
-  const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
-  if (ratio < worst[0]) worst = [ratio, e.outerHTML.slice(0, 100)];
-}
-return worst;
-"""
-
-
-def check_contrast(name, browser):
-    ratio, where = browser.run(CONTRAST)
-    print(f"{name}: contrast {ratio:.1f} at least")
-    if ratio < 4.5:
-        sys.exit(f"{name}: too little contrast: {where}")
-
-
-def check_targets(browser):
-    small = browser.run("""return [...document.querySelectorAll("button, input, select, summary, .links a")].filter((e) =>
-        e.checkVisibility() && e.getBoundingClientRect().height < 44).map((e) => e.outerHTML)""")
-    if small:
-        sys.exit(f"lower than a finger: {small}")
 
 
 UNLOCK = "document.getElementById('token').value = '%s'; document.querySelector('#login button').click()"
@@ -393,6 +248,10 @@ def main():
             phone.screenshot(out / "web-phone-drive.png")
             check_contrast("dark", phone)
             check_targets(phone)
+            for name, dark in (("desktop", True), ("phone", False)):
+                other = check_size(name, chromium, out, dark)
+                check_contrast(f"{name}, {'dark' if dark else 'light'}", other)
+                other.close()
             check_locked(browser, robot)
             problems = [words for b in (browser, phone) for words in b.complaints()
                         if "net::ERR" not in words and "409" not in words]  # a press that a busy machine has ended
