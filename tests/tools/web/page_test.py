@@ -220,7 +220,7 @@ def main():
                 browser = check_size("desktop", chromium, out)
                 browser.run(UNLOCK % TOKEN)
                 wait_until("the stick is shown", lambda: browser.run("return !document.getElementById('stick').hidden"))
-                browser.run("document.activeElement.blur()")
+                wait_until("the robot is well", lambda: browser.run("return document.querySelector('.badge.good') !== null"), 120)
                 browser.screenshot(source / "docs/web.png")
                 browser.close()
                 return 0

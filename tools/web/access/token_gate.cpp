@@ -35,7 +35,8 @@ std::string drawnSecret() {
 std::string tokenOf(const WebConfig& web) {
   if (!web.needsToken() || !web.token.empty()) return web.token;
   constexpr std::streamsize kLongest = 1024;  // [bytes]
-  const std::string fix = "; write one there: openssl rand -hex 16 | sudo tee " + web.token_file +
+  const std::string fix = "; make one: sudo install -m 640 -g slamd /dev/null " + web.token_file +
+                          " && openssl rand -hex 16 | sudo tee " + web.token_file +
                           ", or set web.commands = false and web.read = \"anybody\"";
   errno = 0;
   std::ifstream file(web.token_file);
