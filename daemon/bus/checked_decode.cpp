@@ -155,6 +155,7 @@ std::optional<problems_t> decodeChecked(Bytes data) {
     fields.string();
     fields.skip(1);
     fields.list([&] { fields.skip(8); });
+    fields.list([&] { fields.string(); });
     for (int i = 0; i < 3; ++i) fields.string();
   });
   return fields.areAll() ? decode<problems_t>(data) : std::nullopt;

@@ -15,6 +15,8 @@ inline problem_t toMessage(const std::string& device, const Problem& problem, bo
   message.level = fault ? 2 : 1;
   message.numbers.assign(problem.numbers().begin(), problem.numbers().end());
   message.nnumbers = static_cast<std::int32_t>(message.numbers.size());
+  message.texts = problem.texts();
+  message.ntexts = static_cast<std::int32_t>(message.texts.size());
   message.cause = problem.cause();
   message.meanwhile = problem.meanwhile();
   message.fix = problem.fix();

@@ -49,6 +49,8 @@ enum class BaseDriver : std::uint8_t { kHandsfree, kRosArduinoBridge, kCreate2, 
 enum class ImuDriver : std::uint8_t { kHandsfree, kBase, kHfi, kBno08x, kWitmotion, kXsens, kIio, kCan, kLcm, kNone };
 enum class DepthDriver : std::uint8_t { kOpenni2, kLcm, kNone };
 enum class LogContent : std::uint8_t { kRaw, kAll };
+/// Who may look at the page: anybody, or who has the token.
+enum class WebReaders : std::uint8_t { kAnybody, kToken };
 
 /// The words of an enum that a key takes, by enumerator.
 template <typename Enum>
@@ -68,6 +70,8 @@ template <>
 inline constexpr std::array kWords<BaseType>{"differential", "omni3", "mecanum4"};
 template <>
 inline constexpr std::array kWords<DriveOrder>{"first", "last"};
+template <>
+inline constexpr std::array kWords<WebReaders>{"anybody", "token"};
 template <>
 inline constexpr std::array kWords<ImuDriver>{"handsfree", "base", "hfi", "bno08x", "witmotion",
                                               "xsens",     "iio",  "can", "lcm",    "none"};

@@ -317,20 +317,30 @@ struct WebConfig {
 
   std::string address = "127.0.0.1";
   int port = 8080;
+  WebReaders read = WebReaders::kAnybody;
   bool commands = false;
   std::string token = "";
+  std::string token_file = "/etc/slamd/web.token";
+
+  /// Something is for those alone who have the token.
+  bool needsToken() const { return commands || read == WebReaders::kToken; }
 
   void visitSettings(auto& v) {
     v.site("address", address,
            "slam-web listens on this address: 127.0.0.1 for this computer alone, 0.0.0.0 for all networks.",
            "Set 0.0.0.0 when the page is to be opened from other computers; anybody there may look.");
     v.expert("port", port, "", 1, 65535, "slam-web listens on this TCP port.");
+    v.site("read", read, "The page can be read by anybody who reaches it, or only with the token.",
+           "Set token when the map and the place of the robot are nobody else's business.");
     v.site("commands", commands,
-           "The page can save the map, set the pose and mark the log, for those who know web.token.",
-           "Set true, together with web.token, when the robot is operated from the page.");
+           "The page can save the map, set the pose, mark the log and, with base.speed_commands, drive, for those who "
+           "have the token.",
+           "Set true when the robot is operated from the page.");
     v.secret("token", token,
-             "This is the password for commands from the page; it has 12 characters or more and is never printed.",
-             "Set it when web.commands is true, e.g. to what openssl rand -hex 16 prints.");
+             "This is the password of the page, of 12 characters or more, and is never printed; empty: the one in "
+             "web.token_file.");
+    v.expert("token_file", token_file,
+             "The password of the page stands in this file, alone; who may read the file may operate the robot.");
   }
 };
 

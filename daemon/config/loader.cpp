@@ -332,11 +332,11 @@ void checkTogether(const Config& config, const std::string& name, const Places& 
     complain({"runtime.socket"}, "is longer than the " + std::to_string(LocalSocket::kLongestPath) +
                                      " bytes of a socket's path; shorten it");
   }
-  if (config.web.commands && config.web.token.size() < WebConfig::kShortestToken) {
-    complain({"web.token", "web.commands"},
+  if (config.web.needsToken() && !config.web.token.empty() && config.web.token.size() < WebConfig::kShortestToken) {
+    complain({"web.token", "web.commands", "web.read"},
              "is shorter than " + std::to_string(WebConfig::kShortestToken) +
-                 " characters, so that anybody could command the robot; set it, e.g. to what openssl rand -hex 16 "
-                 "prints, or set web.commands = false");
+                 " characters, so that it could be guessed; set it, e.g. to what openssl rand -hex 16 prints, or "
+                 "leave it empty for the one in web.token_file");
   }
   if (config.lcm.pose_rate > config.runtime.estimator_rate) {
     complain({"lcm.pose_rate", "runtime.estimator_rate"},

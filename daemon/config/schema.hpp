@@ -61,9 +61,9 @@ class ConfigVisitor {
   void expert(const char* key, Value& value, About... about) {
     declare(Tier::kExpert, key, value, about...);
   }
-  /// As site(), of a text that is never printed.
-  void secret(const char* key, std::string& value, const char* meaning, const char* when) {
-    field({key, "", meaning, Tier::kSite, when, true}, value);
+  /// As expert(), of a text that is never printed.
+  void secret(const char* key, std::string& value, const char* meaning) {
+    field({key, "", meaning, Tier::kExpert, "", true}, value);
   }
 
  private:

@@ -68,6 +68,15 @@ bool Problem::isSame(const Problem& other) const {
   return kind_ == other.kind_ && names(*this) == names(other);
 }
 
+std::vector<std::string> Problem::texts() const {
+  constexpr char kMostPlaces = 3;  // {0} to {2}
+  std::vector<std::string> texts;
+  for (char i = 0; i < kMostPlaces; ++i)
+    texts.push_back(textAs(static_cast<char>('0' + i), {texts_.data(), kTextSize}));
+  while (!texts.empty() && texts.back().empty()) texts.pop_back();
+  return texts;
+}
+
 std::string Problem::cause() const {
   return kind_ == nullptr ? "" : filled(kind_->cause, numbers_, {texts_.data(), kTextSize});
 }

@@ -7,6 +7,7 @@
 #include <initializer_list>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace slam {
 
@@ -39,6 +40,8 @@ class Problem {
   bool isSame(const Problem& other) const;
   bool operator==(const Problem&) const = default;
   const std::array<double, kNumbers>& numbers() const { return numbers_; }
+  /// What its words need beside its numbers, without empty ones at the end.
+  std::vector<std::string> texts() const;
 
   std::string cause() const;
   std::string meanwhile() const;

@@ -99,6 +99,8 @@ problems_t sample() {
   message.problems[1].fix = "check its cable";
   message.problems[1].nnumbers = 1;
   message.problems[1].numbers = {2.5};
+  message.problems[1].ntexts = 2;
+  message.problems[1].texts = {"left", ""};
   return message;
 }
 

@@ -188,10 +188,11 @@ TEST(ParseConfig, RefusesAPathThatIsTooLongForASocket) {
       ElementsAre(AllOf(StartsWith("robot.toml:2:"), HasSubstr("runtime.socket: is longer than the 107 bytes"))));
 }
 
-TEST(ParseConfig, RefusesCommandsOverTheWebWithoutAToken) {
-  for (const char* token : {"", "short"}) {
-    EXPECT_THAT(problemsOf("[web]\ncommands = true\ntoken = \"" + std::string(token) + "\"\n"),
+TEST(ParseConfig, RefusesATokenOfTheWebThatCanBeGuessed) {
+  for (const char* what : {"commands = true", "read = \"token\""}) {
+    EXPECT_THAT(problemsOf("[web]\n" + std::string(what) + "\ntoken = \"short\"\n"),
                 ElementsAre(AllOf(HasSubstr("web.token"), HasSubstr("openssl rand"))));
+    EXPECT_THAT(problemsOf("[web]\n" + std::string(what) + "\n"), IsEmpty()) << "it is in web.token_file";
   }
   EXPECT_THAT(problemsOf("[web]\ncommands = true\ntoken = \"0123456789ab\"\n"), IsEmpty());
   EXPECT_THAT(problemsOf("[web]\ntoken = \"short\"\n"), IsEmpty());

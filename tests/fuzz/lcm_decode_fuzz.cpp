@@ -69,7 +69,7 @@ void checkContent(const problems_t& problems) {
   const auto size = static_cast<std::size_t>(problems.getEncodedSize());
   FUZZ_CHECK(problems.problems.size() <= size);
   for (const problem_t& problem : problems.problems)
-    FUZZ_CHECK(problem.numbers.size() + problem.cause.size() + problem.fix.size() <= size);
+    FUZZ_CHECK(problem.numbers.size() + problem.texts.size() + problem.cause.size() + problem.fix.size() <= size);
 }
 
 void checkContent(const pose_estimate_t&) {}

@@ -296,6 +296,8 @@ void messageSeeds(const Corpus& corpus) {
   problems.problems[0].id = "port_gone";
   problems.problems[0].nnumbers = 4;
   problems.problems[0].numbers.resize(4);
+  problems.problems[0].ntexts = 1;
+  problems.problems[0].texts = {"minicom"};
   config_t config{};
   config.host = "robot";
   config.configuration = "[log]\n";
@@ -353,6 +355,11 @@ void webSeeds(const Corpus& corpus) {
   const std::string command =
       "POST /api/command" + host + "Content-Type: application/json\r\nAuthorization: Bearer x\r\n";
   corpus.add("web_request", "command", command + "Content-Length: 15\r\n\r\n{\"verb\":\"save\"}");
+  const std::string speed = R"({"vx":0.3,"omega":-0.1,"hold":7})";
+  corpus.add("web_request", "drive",
+             "POST /api/v1/drive" + host +
+                 "Content-Type: application/json\r\nAuthorization: Bearer secret-of-the-robot\r\nContent-Length: " +
+                 std::to_string(speed.size()) + "\r\n\r\n" + speed);
   corpus.add("web_request", "chunked", command + "Transfer-Encoding: chunked\r\n\r\n2\r\n{}\r\n0\r\n\r\n");
   corpus.add("web_request", "range", "HEAD /page.js" + host + "Range: bytes=0-10,-5\r\nExpect: 100-continue\r\n\r\n");
 }

@@ -2,6 +2,7 @@
 // The input is what a browser, or anybody, sends to slam-web.
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstring>
 #include <string>
 
@@ -70,6 +71,7 @@ class Site : public httplib::Server {
                     WebPages::Settings settings;
                     settings.web.commands = true;
                     settings.web.token = kToken;
+                    settings.drives = true;
                     settings.logs = "/nonexistent";
                     return settings;
                   }(),
@@ -77,6 +79,11 @@ class Site : public httplib::Server {
                   [this](const WebCommand&) {
                     commanded_ = true;
                     return std::optional<ack_t>();
+                  },
+                  [this](const DriveRequest& request) {
+                    commanded_ = true;
+                    FUZZ_CHECK(std::abs(request.twist.vx) <= 10.0 && std::abs(request.twist.omega) <= 20.0);
+                    return std::string();
                   }};
 };
 

@@ -23,6 +23,9 @@ TEST(Problem, FillsTheWordsOfItsRow) {
   EXPECT_EQ(Problem(kGone).words(), "it is gone: plug it in");
   EXPECT_EQ(Problem(kGone).words("slamd waits"), "it is gone; slamd waits; fix: plug it in");
   EXPECT_STREQ(slow.id(), "slow");
+  EXPECT_EQ(slow.texts(), (std::vector<std::string>{"left", "can0", "!"}));
+  EXPECT_EQ(Problem(kSlow, {}, {"left"}).texts(), std::vector<std::string>{"left"});
+  EXPECT_TRUE(Problem(kGone).texts().empty());
 }
 
 TEST(Problem, IsNoneWithoutARow) {

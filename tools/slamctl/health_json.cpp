@@ -60,6 +60,8 @@ json healthJson(const health_t& health, const problems_t& problems) {
     wrong.push_back({{"device", p.device},
                      {"id", p.id},
                      {"level", p.level > 1 ? "fault" : "warning"},
+                     {"numbers", p.numbers},
+                     {"texts", p.texts},
                      {"cause", p.cause},
                      {"meanwhile", p.meanwhile},
                      {"fix", p.fix}});

@@ -41,8 +41,20 @@ class Listener {
 
   int descriptor() const { return link_.descriptor(); }
   void receive() {
+    const std::lock_guard lock(linking_);
     link_.receive();
     link_.tend(monotonicNow());
+  }
+  /// SLAM_DRIVE, once; from any thread. @return false: it could not be sent
+  bool drive(const Twist2& twist) {
+    const std::lock_guard lock(linking_);
+    const Timestamp now = monotonicNow();
+    drive_t message{};
+    message.utime = toMicroseconds(now + wallClockOffset());
+    message.vx = twist.vx, message.vy = twist.vy, message.omega = twist.omega;
+    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
+    message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+    return link_.publish(channel::kDrive, bytes, now);
   }
 
  private:
@@ -62,6 +74,7 @@ class Listener {
     });
   }
 
+  std::mutex linking_;  // of the link: requests send, too
   LcmLink link_;
   SharedState& shared_;
 };
@@ -87,27 +100,33 @@ int serve(const Config& config, const std::string& socket, const std::string& lo
   std::signal(SIGPIPE, SIG_IGN);
   SharedState shared(config);
   const std::int64_t session = toMicroseconds(monotonicNow() + wallClockOffset());
-  EventFeed feed(session, config.web.commands, SLAMD_VERSION);
+  const bool drives = config.base_device.speed_commands;
+  EventFeed feed(session, config.web.commands, SLAMD_VERSION,
+                 drives ? std::optional(config.base_device.limits) : std::nullopt);
+  Listener listener(config.lcm.url, shared);
+  DriveRelay relay([&listener](const Twist2& twist) { return listener.drive(twist); });
+  const auto drive = [&relay](const DriveRequest& request) { return relay.take(request, monotonicNow()); };
   const auto command = [&config, &socket](const WebCommand& c) {
     return Remote(socket, config.lcm.url).ask(c.verb, c.argument, c.pose, kAnswerLimit);
   };
-  const WebPages pages(
-      {config.web, folderOf(config.store.directory, kServiceMaps), folderOf(logs, kServiceLog), SLAMD_VERSION, session},
-      shared, command);
+  const WebPages pages({config.web, folderOf(config.store.directory, kServiceMaps), folderOf(logs, kServiceLog),
+                        SLAMD_VERSION, session, drives},
+                       shared, command, drive);
   EventHub hub;
   WebServer server(pages, shared, feed, hub);
-  Listener listener(config.lcm.url, shared);
   std::thread http([&server] { server.run(); });
   std::cerr << "slam-web: http://" << config.web.address << ":" << server.port() << "/\n";
 
   Timestamp next = monotonicNow();
   for (;;) {
-    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(next - monotonicNow()).count();
+    const Timestamp due = std::min(next, relay.deadline().value_or(next));
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(due - monotonicNow()).count();
     pollfd waiting[] = {{listener.descriptor(), POLLIN, 0}, {signals, POLLIN, 0}};
     ::poll(waiting, 2, static_cast<int>(std::clamp<std::int64_t>(left + 1, 0, 100)));
     if (waiting[1].revents != 0) break;
     listener.receive();
     const Timestamp now = monotonicNow();
+    relay.tend(now);
     if (now < next) continue;
     next = now + kEventPeriod;
     std::string news;
@@ -117,6 +136,7 @@ int serve(const Config& config, const std::string& socket, const std::string& lo
     }
     hub.send(news, now);
   }
+  relay.end(monotonicNow());  // first: requests may take their time
   server.stop();
   http.join();
   ::close(signals);
@@ -144,6 +164,7 @@ int main(int argc, char** argv) {
     auto config = given ? slam::loadConfig(config_file, overrides) : slam::parseConfig("", "defaults", overrides);
     if (!address.empty()) config.web.address = address;
     if (port >= 0) config.web.port = port;
+    config.web.token = tokenOf(config.web);
     return serve(config, slam::socketOf(config, config_file), logs.empty() ? config.log.directory : logs);
   });
 }

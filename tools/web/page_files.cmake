@@ -2,13 +2,21 @@
 # cmake -D PAGE=folder -D OUT=file.cpp -P page_files.cmake: the files of the page as a C++ source.
 set(text "// Written by page_files.cmake.\n#include \"tools/web/page_files.hpp\"\n\nnamespace slam {\nnamespace {\n\n")
 set(rows "")
-foreach(row "/|index.html|text/html" "/page.js|page.js|text/javascript" "/page.css|page.css|text/css"
+foreach(row "/|index.html|text/html" "/words.js|words.js|text/javascript" "/german.js|german.js|text/javascript"
+        "/page.js|page.js|text/javascript" "/state.js|state.js|text/javascript" "/draw.js|draw.js|text/javascript"
+        "/hands.js|hands.js|text/javascript" "/commands.js|commands.js|text/javascript"
+        "/worker.js|worker.js|text/javascript" "/page.css|page.css|text/css"
         "/manifest.webmanifest|manifest.webmanifest|application/manifest+json" "/icon.svg|icon.svg|image/svg+xml")
   string(REGEX MATCH "^(.*)[|](.*)[|](.*)$" matched "${row}")
   set(path ${CMAKE_MATCH_1})
   set(file ${CMAKE_MATCH_2})
   set(type "${CMAKE_MATCH_3}; charset=utf-8")
-  file(READ ${PAGE}/${file} hex HEX)
+  # Indentation and lines of comment are for who reads the sources.
+  file(READ ${PAGE}/${file} source)
+  string(REGEX REPLACE "\n[ ]+" "\n" source "${source}")
+  string(REGEX REPLACE "\n//[^\n]*" "" source "${source}")
+  file(WRITE ${OUT}.part "${source}")
+  file(READ ${OUT}.part hex HEX)
   string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${hex}")
   string(REGEX REPLACE "[^a-z]" "_" name ${file})
   string(APPEND text "constexpr unsigned char ${name}[] = {${bytes}};\n")

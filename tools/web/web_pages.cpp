@@ -23,13 +23,7 @@ using namespace std::chrono_literals;
 using httplib::Request;
 using httplib::Response;
 constexpr Duration kNamesAge = 5s, kPictureAge = 10s;
-constexpr const char* kJson = "application/json";
-constexpr const char* kText = "text/plain; charset=utf-8";
-
-void refuse(Response& response, int status, const std::string& words) {
-  response.status = status;
-  response.set_content(words + "\n", kText);
-}
+constexpr const char *kJson = "application/json", *kAllowed = "/api/v1/allowed";
 
 void answerWith(Response& response, const std::string& content, const char* type) {
   response.status = 200;
@@ -42,17 +36,19 @@ void download(Response& response, const std::string& name) {
 
 }  // namespace
 
-WebPages::WebPages(Settings settings, const SharedState& shared, Commander commander)
+WebPages::WebPages(Settings settings, const SharedState& shared, Commander commander, Driver driver)
     : settings_(std::move(settings)),
       shared_(shared),
+      gate_(settings_.web),
       commander_(std::move(commander)),
+      driver_(std::move(driver)),
       maps_(settings_.maps, mapsJson),
       logs_(settings_.logs, logsJson) {}
 
 httplib::Headers WebPages::headers() {
   return {{"Content-Security-Policy",
            "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
-           "manifest-src 'self'; "
+           "manifest-src 'self'; worker-src 'self'; "
            "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"},
           {"X-Content-Type-Options", "nosniff"},
           {"X-Frame-Options", "DENY"},
@@ -82,21 +78,27 @@ bool WebPages::mayEnter(const Request& request, Response& response) const {
   return false;
 }
 
+bool WebPages::mayRead(const Request& request, Response& response) const {
+  const bool itself = findPageFile(request.path) != nullptr || apiPathOf(request.path) == kAllowed;
+  return itself || gate_.mayRead(request, response, monotonicNow());
+}
+
 void WebPages::answer(const Request& request, Response& response) const {
   const std::string& path = request.path;
   const std::string api = apiPathOf(path);
   if (request.method != "GET" && request.method != "HEAD") {
-    response.set_header("Allow", api == kCommand ? "POST" : "GET, HEAD");
+    response.set_header("Allow", api == kCommand || api == kDrive ? "POST" : "GET, HEAD");
     return refuse(response, 405, "this method is not for this path");
   }
+  if (!mayRead(request, response)) return;
   if (const PageFile* page = findPageFile(path)) return answerWith(response, std::string(page->content), page->type);
   if (path == "/metrics") return metrics(response);
   if (api == "/api/v1/status") return status(response);
   if (api == "/api/v1/map") return tiles(request, response);
   if (api == "/api/v1/maps") return list(maps_, "stores no maps here; set store.directory", response);
   if (api == "/api/v1/logs") return list(logs_, "keeps no logs here; set log.directory", response);
-  if (api == "/api/v1/allowed") {
-    if (mayCommand(request, response)) answerWith(response, "{\"allowed\":true}", kJson);
+  if (api == kAllowed) {
+    if (gate_.unlock(request, response, monotonicNow())) answerWith(response, "{\"allowed\":true}", kJson);
     return;
   }
   const std::string file = api.substr(api.starts_with(kApi) ? kApi.size() - 1 : 0);
@@ -124,6 +126,7 @@ void WebPages::status(Response& response) const {
   json body = {{"api", 1},
                {"version", settings_.version},
                {"commands", settings_.web.commands},
+               {"drives", settings_.web.commands && settings_.drives},
                {"logs", !settings_.logs.empty()}};
   const Timestamp now = monotonicNow();
   {
@@ -209,34 +212,31 @@ void WebPages::logs(const std::string& path, Response& response) const {
                                 });
 }
 
-bool WebPages::mayCommand(const Request& request, Response& response) const {
-  if (!settings_.web.commands) {
-    refuse(response, 403, "commands are off; set web.commands = true and web.token, and restart slam-web");
-    return false;
-  }
-  const bool given = request.get_header_value_count("Authorization") == 1;
-  const Timestamp now = monotonicNow();
-  const std::lock_guard lock(guessing_);
-  if (const Duration wait = throttle_.wait(request.remote_addr, now); given && wait > Duration(0)) {
-    const std::string seconds = std::to_string(static_cast<int>(std::ceil(toSeconds(wait))));
-    response.set_header("Retry-After", seconds);
-    refuse(response, 429, "too many wrong tokens came from this address; try again in " + seconds + " s");
-    return false;
-  }
-  if (given && isSameSecret(bearerOf(request.get_header_value("Authorization")), settings_.web.token)) {
-    throttle_.right(request.remote_addr);
-    return true;
-  }
-  if (given) throttle_.wrong(request.remote_addr, now);
-  response.set_header("WWW-Authenticate", "Bearer");
-  refuse(response, 401, "the token is not web.token of the robot's configuration");
+bool WebPages::mayChange(const Request& request, Response& response) const {
+  if (!gate_.mayCommand(request, response, monotonicNow())) return false;
+  if (request.get_header_value("Content-Type").starts_with(kJson)) return true;
+  refuse(response, 415, "a command is application/json");
   return false;
 }
 
+void WebPages::drive(const Request& request, Response& response) const {
+  if (!settings_.drives) return refuse(response, 403, "speeds are off; set base.speed_commands = true, and restart");
+  if (!mayChange(request, response)) return;
+  std::string problem;
+  const auto drive = driveRequestOf(request.body, problem);
+  if (!drive) return refuse(response, 400, problem);
+  try {
+    const std::string refusal = driver_(*drive);
+    answerWith(response, textOf({{"accepted", refusal.empty()}, {"message", refusal.empty() ? "sent" : refusal}}),
+               kJson);
+    if (!refusal.empty()) response.status = 409;
+  } catch (const std::runtime_error& error) {
+    refuse(response, 502, error.what());
+  }
+}
+
 void WebPages::command(const Request& request, Response& response) const {
-  if (!mayCommand(request, response)) return;
-  if (!request.get_header_value("Content-Type").starts_with(kJson))
-    return refuse(response, 415, "a command is application/json");
+  if (!mayChange(request, response)) return;
   std::string problem;
   const auto command = commandOf(request.body, problem);
   if (!command) return refuse(response, 400, problem);

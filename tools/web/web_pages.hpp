@@ -11,11 +11,12 @@
 
 #include "config/config.hpp"
 #include "mapping/map_image.hpp"
+#include "tools/web/access/token_gate.hpp"
+#include "tools/web/drive/drive_relay.hpp"
 #include "tools/web/http_library.hpp"
 #include "tools/web/log_folder.hpp"
 #include "tools/web/request_guard.hpp"
 #include "tools/web/stored_list.hpp"
-#include "tools/web/token_throttle.hpp"
 #include "tools/web/web_state.hpp"
 
 namespace slam {
@@ -29,6 +30,8 @@ struct SharedState {
 
 /// Has slamd do something. @return nothing where no answer came @throws std::runtime_error where nothing was sent
 using Commander = std::function<std::optional<ack_t>(const WebCommand& command)>;
+/// Drives the base. @return empty, or why not @throws std::runtime_error where nothing was sent
+using Driver = std::function<std::string(const DriveRequest& request)>;
 
 /// The answers to requests, without sockets. Safe from several threads.
 class WebPages {
@@ -38,19 +41,25 @@ class WebPages {
     std::filesystem::path maps, logs;  ///< folders; empty: none
     std::string version;
     std::int64_t session = 0;  ///< another number for each start of the program
+    bool drives = false;       ///< base.speed_commands
   };
   static constexpr std::string_view kApi = "/api/v1/";
-  static constexpr const char *kEvents = "/api/v1/events", *kCommand = "/api/v1/command";
+  static constexpr const char *kEvents = "/api/v1/events", *kCommand = "/api/v1/command", *kDrive = "/api/v1/drive";
 
-  WebPages(Settings settings, const SharedState& shared, Commander commander);
+  WebPages(Settings settings, const SharedState& shared, Commander commander, Driver driver = nullptr);
 
   /// Who asks for another host's page by this address was led here by a trick (DNS rebinding), and is refused.
   /// @return false, with the refusal in `response`
   bool mayEnter(const httplib::Request& request, httplib::Response& response) const;
-  /// All but the stream of events and commands.
+  /// Whether this is for anybody: the page itself, which asks for the token, or for who has the token where one is
+  /// needed.
+  /// @return false, with the refusal in `response`
+  bool mayRead(const httplib::Request& request, httplib::Response& response) const;
+  /// All but the stream of events, commands and speeds.
   void answer(const httplib::Request& request, httplib::Response& response) const;
   /// @param request with its body
   void command(const httplib::Request& request, httplib::Response& response) const;
+  void drive(const httplib::Request& request, httplib::Response& response) const;
 
   const Settings& settings() const { return settings_; }
   /// The path with its version, which those of before there were versions lack: /api/status is /api/v1/status.
@@ -59,7 +68,7 @@ class WebPages {
   static httplib::Headers headers();
 
  private:
-  bool mayCommand(const httplib::Request& request, httplib::Response& response) const;
+  bool mayChange(const httplib::Request& request, httplib::Response& response) const;
   void list(const StoredList& stored, const char* otherwise, httplib::Response& response) const;
   void status(httplib::Response& response) const;
   void metrics(httplib::Response& response) const;
@@ -75,9 +84,9 @@ class WebPages {
 
   Settings settings_;
   const SharedState& shared_;
-  mutable std::mutex guessing_;  // of the one below
-  mutable TokenThrottle throttle_{TokenThrottle::Limits{}};
+  const TokenGate gate_;
   Commander commander_;
+  Driver driver_;
   StoredList maps_, logs_;
   mutable std::mutex naming_;  // of the two below
   mutable std::vector<std::string> names_;

@@ -116,10 +116,11 @@ void setRoutes(httplib::Server& server, const WebPages& pages, std::function<voi
   server.set_pre_routing_handler([&pages, takeReader](const httplib::Request& request, httplib::Response& response) {
     if (!pages.mayEnter(request, response)) return Handling::Handled;
     const std::string path = WebPages::apiPathOf(request.path);
-    if (request.method == "POST" && path == WebPages::kCommand) return Handling::Unhandled;
+    if (request.method == "POST" && (path == WebPages::kCommand || path == WebPages::kDrive))
+      return Handling::Unhandled;
     if (request.method != "GET" || path != WebPages::kEvents) {
       pages.answer(request, response);
-    } else {
+    } else if (pages.mayRead(request, response)) {
       response.status = 200;
       response.set_content_provider("text/event-stream", [takeReader](std::size_t, httplib::DataSink&) {
         takeReader();
@@ -130,6 +131,9 @@ void setRoutes(httplib::Server& server, const WebPages& pages, std::function<voi
   });
   server.Post("/api/(?:v1/)?command", [&pages](const httplib::Request& request, httplib::Response& response) {
     pages.command(request, response);
+  });
+  server.Post("/api/(?:v1/)?drive", [&pages](const httplib::Request& request, httplib::Response& response) {
+    pages.drive(request, response);
   });
   server.set_exception_handler([](const httplib::Request&, httplib::Response& response, std::exception_ptr) {
     response.status = 500;

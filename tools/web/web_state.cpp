@@ -31,13 +31,14 @@ WebState::WebState(const Config& config)
 void WebState::take(const pose_estimate_t& pose, Timestamp now) {
   if (!isSound(pose)) return countBadMessage();
   heard_ = now;
-  if (!pose_ || pose.map_id != pose_->map_id) beginMap(pose.map_id);
+  if (!pose_.newest || pose.map_id != pose_.newest->map_id) beginMap(pose.map_id);
   const Timestamp stamp = fromMicroseconds(pose.utime);
   // Another slamd, or a clock that was set: what was before joins to nothing.
   if (!history_.empty() && (stamp < history_.newest().stamp - kGap || stamp > history_.newest().stamp + kGap))
     history_.clear();
   history_.push(stamp, {pose.x, pose.y, pose.theta});
-  pose_ = pose;
+  if (pose_.newest && pose_.newest->state != pose.state) pose_.since = pose.utime;
+  pose_.newest = pose;
   ++serials_.pose;
   const auto state = static_cast<LocalisationState>(static_cast<std::uint8_t>(pose.state));
   if (state == LocalisationState::kLocalised || state == LocalisationState::kDegraded) extendTrail({pose.x, pose.y});
@@ -59,8 +60,8 @@ void WebState::take(const health_t& health, Timestamp now) {
   const bool restarted = health_ && health.uptime < health_->uptime;
   for (const counter_t& counter : health.counters) {
     if (counter.name != "loop_closures") continue;
-    if (closures_counted_ && !restarted && counter.value > *closures_counted_ && pose_) {
-      closures_.push_back({{pose_->x, pose_->y}, counter.value});
+    if (closures_counted_ && !restarted && counter.value > *closures_counted_ && pose_.newest) {
+      closures_.push_back({{pose_.newest->x, pose_.newest->y}, counter.value});
       if (closures_.size() > kMostClosures) closures_.pop_front();
       ++serials_.closure;
     }

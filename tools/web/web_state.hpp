@@ -48,7 +48,8 @@ class WebState {
   void take(MapLayer layer, const map_tile_t& tile, Timestamp now);
 
   const Serials& serials() const { return serials_; }
-  const std::optional<pose_estimate_t>& pose() const { return pose_; }
+  const std::optional<pose_estimate_t>& pose() const { return pose_.newest; }
+  std::int64_t sinceState() const { return pose_.since; }  ///< [us since the epoch] the pose has its state; 0: unknown
   const std::optional<health_t>& health() const { return health_; }
   const problems_t& problems() const { return problems_; }  ///< that came before it
   const std::optional<map_meta_t>& meta() const { return meta_; }
@@ -75,7 +76,10 @@ class WebState {
   } depth_mount_;
   Serials serials_;
   Timestamp heard_{};
-  std::optional<pose_estimate_t> pose_;
+  struct {
+    std::optional<pose_estimate_t> newest;
+    std::int64_t since = 0;  // [us since the epoch] when its state changed last
+  } pose_;
   std::optional<health_t> health_;
   problems_t problems_{};
   std::optional<map_meta_t> meta_;

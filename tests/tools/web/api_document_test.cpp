@@ -190,12 +190,12 @@ class ApiDocument : public testing::Test {
     EXPECT_EQ(response.status, 200) << path << ": " << response.body;
     return response.body;
   }
-  json post(const std::string& body) {
+  json post(const std::string& body, void (WebPages::*answer)(const httplib::Request&, httplib::Response&) const) {
     httplib::Request request;
     request.headers = {{"Authorization", "Bearer correct horse battery"}, {"Content-Type", "application/json"}};
     request.body = body;
     httplib::Response response;
-    pages_->command(request, response);
+    (*pages_.*answer)(request, response);
     return json::parse(response.body, nullptr, false);
   }
 
@@ -208,7 +208,10 @@ class ApiDocument : public testing::Test {
 };
 
 TEST_F(ApiDocument, HasEachFieldOfTheAnswersAndNoOther) {
-  pages_.emplace(settings_, shared_, [](const WebCommand&) { return std::optional(ack_t{}); });
+  settings_.drives = true;
+  pages_.emplace(
+      settings_, shared_, [](const WebCommand&) { return std::optional(ack_t{}); },
+      [](const DriveRequest&) { return std::string(); });
   std::set<std::string> paths;
   for (int filled = 0; filled < 2; ++filled) {  // before the robot sends anything, and behind it
     for (const auto& [path, type] : document_.answers) {
@@ -221,7 +224,10 @@ TEST_F(ApiDocument, HasEachFieldOfTheAnswersAndNoOther) {
     fill(shared_.state, Timestamp(100s));
   }
   EXPECT_GE(paths.size(), 9U);
-  comparison_.check(post(R"({"verb": "save"})"), document_.answers.at("POST /api/v1/command").substr(0, 5), "command");
+  comparison_.check(post(R"({"verb": "save"})", &WebPages::command),
+                    document_.answers.at("POST /api/v1/command").substr(0, 5), "command");
+  comparison_.check(post(R"({"vx": 0.2, "omega": 0.0, "hold": 1})", &WebPages::drive),
+                    document_.answers.at("POST /api/v1/drive").substr(0, 5), "drive");
   comparison_.check(findingsJson({{Finding::kGood, "clock: set", ""}}), document_.answers.at("doctor"), "doctor");
 
   WebState state{Config{}};

@@ -5,133 +5,26 @@
 Usage: page_test.py BIN SOURCE OUT: programs, the repository, and a folder for screenshots. Exit 77: no Chromium here.
 With SLAMD_WRITE_DOCS=1 it makes docs/web.png and no more.
 """
-import json
 import os
 import pathlib
 import shutil
 import signal
+import socket
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
-import urllib.error
-import urllib.request
 
-TOKEN = "a-token-for-tests"
-PAGE = "http://127.0.0.1:8080/"
-DRIVER = "http://127.0.0.1:9515"
-# What a busy machine may take; the figures are printed, and are far below.
-PATIENCE = 30  # [s]
+sys.dont_write_bytecode = True  # into the sources
+
+from browser import Browser, wait_until
+from page_access import check_contrast, check_keys, check_targets
+from page_drive import PAGE, TOKEN, Drives, check_drive, check_drive_by_keys, check_drive_rights
+from page_robot import Robot
+from page_words import ENGLISH_LINES, GERMAN_LINES, check_lines
+
 SIZES = {"desktop": (1280, 800, 1), "phone": (390, 844, 2)}
-
-
-def wait_until(what, condition, limit=PATIENCE):
-    """@return what the condition gave"""
-    end = time.monotonic() + limit
-    while True:
-        value = condition()
-        if value:
-            return value
-        if time.monotonic() > end:
-            sys.exit(f"not so within {limit} s: {what}")
-        time.sleep(0.1)
-
-
-def call(method, url, body=None):
-    data = None if body is None else json.dumps(body).encode()
-    request = urllib.request.Request(url, data, {"Content-Type": "application/json"}, method=method)
-    try:
-        with urllib.request.urlopen(request, timeout=60) as answer:
-            return json.load(answer)["value"]
-    except urllib.error.HTTPError as error:
-        sys.exit(f"WebDriver: {method} {url}: {error.read().decode()[:500]}")
-
-
-class Browser:
-    """A window of Chromium, by the WebDriver protocol."""
-
-    def __init__(self, chromium, width, height, ratio, dark=False):
-        options = {
-            "binary": chromium,
-            "args": ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
-                     f"--window-size={width},{height}", *(["--force-dark-mode"] if dark else [])],
-        }
-        if ratio > 1:
-            options["mobileEmulation"] = {"deviceMetrics": {"width": width, "height": height, "pixelRatio": ratio,
-                                                            "touch": True}}
-        wanted = {"browserName": "chrome", "goog:chromeOptions": options, "goog:loggingPrefs": {"browser": "ALL"}}
-        session = call("POST", DRIVER + "/session", {"capabilities": {"alwaysMatch": wanted}})
-        self.session = DRIVER + "/session/" + session["sessionId"]
-        if ratio == 1:  # the inside of the window, not the window
-            inner = self.run("return [window.innerWidth, window.innerHeight]")
-            call("POST", self.session + "/window/rect", {"width": 2 * width - inner[0], "height": 2 * height - inner[1]})
-
-    def open(self, url):
-        call("POST", self.session + "/url", {"url": url})
-
-    def reload(self):
-        call("POST", self.session + "/refresh", {})
-
-    def run(self, script):
-        return call("POST", self.session + "/execute/sync", {"script": script, "args": []})
-
-    def keys(self, text):
-        """Presses keys, wherever the focus is."""
-        actions = [{"type": kind, "value": key} for key in text for kind in ("keyDown", "keyUp")]
-        call("POST", self.session + "/actions", {"actions": [{"type": "key", "id": "keyboard", "actions": actions}]})
-
-    def screenshot(self, file):
-        import base64
-        file.write_bytes(base64.b64decode(call("GET", self.session + "/screenshot")))
-
-    def complaints(self):
-        return [entry["message"] for entry in call("POST", self.session + "/se/log", {"type": "browser"})
-                if entry["level"] == "SEVERE"]
-
-    def close(self):
-        call("DELETE", self.session)
-
-
-class Robot:
-    """slam-sim, slamd and slam-web."""
-
-    def __init__(self, programs, source, folder):
-        self.programs, self.folder = programs, folder
-        self.devices = folder / "devices"
-        os.environ["SLAM_SIM_DEVICES"] = str(self.devices)
-        os.environ["LD_LIBRARY_PATH"] = str(programs / "../lib/openni2")
-        self.config = ["--config", str(source / "config/sim.toml")]
-        (folder / "logs/run").mkdir(parents=True)
-        (folder / "logs/run/0001.lcm").write_bytes(b"a log")
-        self.sim = self.start("slam-sim", "--scene", "meeting-room", "--speed", "0.3", "--seconds", "600",
-                              "--devices", self.devices)
-        wait_until("the simulator's devices", (self.devices / "board").exists)
-        self.start_slamd()
-        self.start_web()
-
-    def start(self, program, *arguments):
-        with open(self.folder / f"{program}.txt", "a") as log:
-            return subprocess.Popen([self.programs / program, *map(str, arguments)], stdout=log, stderr=log)
-
-    def start_slamd(self):
-        settings = {"lidar.port": self.devices / "lidar", "base.port": self.devices / "board",
-                    "output.map": self.folder / "map", "store.directory": self.folder / "maps"}
-        pairs = [f"{key}='{value}'" for key, value in settings.items()] + ["lcm.commands=true"]
-        self.slamd = self.start("slamd", *self.config, *(word for pair in pairs for word in ("--set", pair)))
-
-    def start_web(self):
-        self.web = self.start("slam-web", *self.config, "--set", "web.commands=true", "--set", f"web.token='{TOKEN}'",
-                              "--logs", self.folder / "logs")
-
-    def inject(self, fault):
-        with open(self.devices / "faults", "w") as faults:
-            faults.write(fault + "\n")
-
-    def stop(self):
-        for process in (self.web, self.slamd, self.sim):
-            process.kill()
-            process.wait()
 
 
 # Whether walls (dark) and free space (light) are drawn.
@@ -148,9 +41,9 @@ HAS_A_POSE = "return window.slam.robot.pose !== null"  # whether it is localised
 WORDS = "return document.getElementById('banner').hidden ? '' : document.getElementById('banner').textContent"
 
 
-def check_size(name, chromium, out, dark=False):
+def check_size(name, chromium, out, dark=False, language="en"):
     width, height, ratio = SIZES[name]
-    browser = Browser(chromium, width, height, ratio, dark)
+    browser = Browser(chromium, width, height, ratio, dark, language)
     name += "-dark" if dark else ""
     browser.open(PAGE)
     wait_until(f"{name}: the map is drawn", lambda: browser.run(SHOWS_A_MAP))
@@ -184,18 +77,19 @@ def check_layers(browser):
 
 
 LINE = "return document.getElementById('headline').textContent"
-ARROW_LEFT, TAB, ENTER, ESCAPE = "\ue012", "\ue004", "\ue007", "\ue00c"
 
 
-def check_line(browser, robot):
+def check_line(browser, robot, out):
     """The line over the map names a pulled plug while the robot goes on, and says afterwards how well it knows its place."""
     wait_until("the line says how it is", lambda: browser.run(LINE).startswith("Localised to "))
-    if browser.run("return document.querySelector('.badge.good') === null"):
-        sys.exit("the badge of a localised robot is not good")
+    line, badge = browser.run("return [document.getElementById('headline').textContent, document.getElementById('badge').className]")
+    if ("good" in badge) == ("\u00b7" in line):  # a busy machine has warnings
+        sys.exit(f"the badge of \"{line}\" is: {badge}")
     began = time.monotonic()
     robot.inject("lidar unplug 1")
     line = wait_until("the line names the lidar", lambda: (lambda text: "lidar" in text and text)(browser.run(LINE)))
     print(f"a pulled plug: \"{line}\" after {time.monotonic() - began:.1f} s")
+    browser.screenshot(out / "web-unplugged.png")
     if len(line) > 80:
         sys.exit("the line is longer than 80 characters: " + line)
     if not browser.run("return [...document.querySelectorAll('.device.fault')].some((d) => d.open)"):
@@ -204,69 +98,14 @@ def check_line(browser, robot):
     wait_until("the line is good again", lambda: browser.run(LINE).startswith("Localised to "))
 
 
-def check_keys(browser):
-    view = "const v = window.slam.view; return [v.x, v.y, v.scale, v.follow]"
-    browser.run("document.getElementById('map').focus()")
-    before = browser.run(view)
-    browser.keys(ARROW_LEFT + "+")
-    moved = browser.run(view)
-    if not (moved[0] < before[0] and moved[2] > before[2]):
-        sys.exit(f"arrow and plus changed the view from {before} to {moved}")
-    browser.keys("f")
-    if not browser.run(view)[3] or browser.run("return document.getElementById('follow').ariaPressed") != "true":
-        sys.exit("F does not follow the robot")
-    browser.keys("0")
-    names = "const e = document.activeElement; return e.id || e.getAttribute('aria-label') || e.textContent"
-    reached, wanted = set(), {"zoom-in", "zoom-out", "fit", "follow", "save", "set-pose", "localise", "slam", "mark-text"}
-    for _ in range(60):
-        browser.keys(TAB)
-        reached.add(browser.run(names))
-    if wanted - reached:
-        sys.exit(f"the Tab key does not reach {sorted(wanted - reached)}")
-    unnamed = browser.run("""return [...document.querySelectorAll("button, input, canvas, a")].filter(
-        (e) => !(e.ariaLabel || e.getAttribute("aria-label") || e.textContent.trim())).map((e) => e.outerHTML)""")
-    if unnamed:
-        sys.exit(f"without a name for a screen reader: {unnamed}")
-
-
-# Least contrast of the texts that are shown, by the formula of WCAG 2.1.
-CONTRAST = """
-const parse = (c) => c.match(/[\\d.]+/g).map(Number);
-const level = (c) => { const f = (v) => (v /= 255) <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
-  return 0.2126 * f(c[0]) + 0.7152 * f(c[1]) + 0.0722 * f(c[2]); };
-const ground = (e) => { for (; e; e = e.parentElement) { const c = parse(getComputedStyle(e).backgroundColor);
-  if (c.length === 3 || c[3] > 0.9) return c; } return [255, 255, 255]; };
-let worst = [21, ""];
-for (const e of document.querySelectorAll("body *")) {
-  if (e.disabled || !e.checkVisibility() || ![...e.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim())) continue;
-  const a = level(parse(getComputedStyle(e).color)), b = level(ground(e));
-  const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
-  if (ratio < worst[0]) worst = [ratio, e.outerHTML.slice(0, 100)];
-}
-return worst;
-"""
-
-
-def check_contrast(name, browser):
-    ratio, where = browser.run(CONTRAST)
-    print(f"{name}: contrast {ratio:.1f} at least")
-    if ratio < 4.5:
-        sys.exit(f"{name}: too little contrast: {where}")
-
-
-def check_targets(browser):
-    small = browser.run("""return [...document.querySelectorAll("button, input, summary, .links a")].filter((e) =>
-        e.checkVisibility() && e.getBoundingClientRect().height < 44).map((e) => e.outerHTML)""")
-    if small:
-        sys.exit(f"lower than a finger: {small}")
+UNLOCK = "document.getElementById('token').value = '%s'; document.querySelector('#login button').click()"
 
 
 def check_commands(browser, robot):
     shown = "return document.getElementById('result').textContent"
-    unlock = "document.getElementById('token').value = '%s'; document.querySelector('#login button').click()"
-    browser.run(unlock % "a wrong token")
+    browser.run(UNLOCK % "a wrong token")
     wait_until("a wrong token is refused", lambda: "web.token" in browser.run(shown))
-    browser.run(unlock % TOKEN)
+    browser.run(UNLOCK % TOKEN)
     wait_until("the token opens the commands",
                lambda: browser.run("return !document.getElementById('actions').hidden"))
     browser.run("document.getElementById('save').click()")
@@ -286,6 +125,57 @@ send("pointermove", x + 50 * Math.cos(p.theta), y - 50 * Math.sin(p.theta));
 send("pointerup", x + 50 * Math.cos(p.theta), y - 50 * Math.sin(p.theta));
 """)
     wait_until("the pose is set", lambda: browser.run(shown) == "pose set")
+
+
+def check_german(browser, robot, out):
+    """The phone speaks German by its own; the switch and a problem's words are in the language, too."""
+    wait_until("the line is German", lambda: browser.run(LINE).startswith("Lokalisiert auf "))
+    robot.inject("lidar unplug 1")
+    line = wait_until("a problem is in German", lambda: (lambda text: text.startswith("Lidar fehlt: ") and text)(browser.run(LINE)))
+    print(f"in German: \"{line}\"")
+    if "Anschluss" not in browser.run("return document.getElementById('devices').textContent"):
+        sys.exit("the device's details are not German")
+    browser.screenshot(out / "web-phone-unplugged.png")
+    robot.inject("lidar unplug 0")
+    wait_until("the German line is good again", lambda: browser.run(LINE).startswith("Lokalisiert auf "))
+    switch = "const s = document.getElementById('language'); s.value = '%s'; s.dispatchEvent(new Event('change'));"
+    browser.run(switch % "en")
+    if browser.run("return document.documentElement.lang") != "en" or not browser.run(LINE).startswith("Localised to "):
+        sys.exit("the switch does not change the language")
+    browser.run(switch % "de")
+
+
+def check_locked(browser, robot):
+    """A page that is read with the token alone."""
+    locked = robot.start_locked_web()
+    try:
+        wait_until("the locked slam-web answers", lambda: socket.socket().connect_ex(("127.0.0.1", 8081)) == 0)
+        browser.open("http://127.0.0.1:8081/")
+        browser.run("sessionStorage.clear()")
+        browser.reload()
+        wait_until("the page is locked", lambda: "token" in browser.run(LINE))
+        if browser.run(HAS_A_POSE):
+            sys.exit("a locked page has a pose")
+        browser.run(f"document.getElementById('token').value = '{TOKEN}'; document.querySelector('#login button').click()")
+        wait_until("the token opens the map", lambda: browser.run(SHOWS_A_MAP))
+        browser.complaints()  # of the refusals
+    finally:
+        locked.terminate()
+        locked.wait()
+
+
+def check_shell(browser, robot):
+    """The page opens where slam-web is not reached."""
+    wait_until("the page is kept", lambda: browser.run("return navigator.serviceWorker.controller !== null"))
+    robot.web.send_signal(signal.SIGTERM)
+    robot.web.wait()
+    browser.reload()
+    words = wait_until("it opens without slam-web", lambda: browser.run(WORDS))
+    if "slam-web" not in words:
+        sys.exit("without slam-web it shows: " + words)
+    browser.complaints()
+    robot.start_web()
+    wait_until("it is live again", lambda: browser.run(WORDS) == "")
 
 
 def check_restarts(browser, robot, out):
@@ -327,21 +217,44 @@ def main():
         try:
             if os.environ.get("SLAMD_WRITE_DOCS"):  # the picture in docs/robot.md: most of a lap
                 time.sleep(88)
-                check_size("desktop", chromium, out).close()
-                shutil.copy(out / "web-desktop.png", source / "docs/web.png")
+                browser = check_size("desktop", chromium, out)
+                browser.run(UNLOCK % TOKEN)
+                wait_until("the stick is shown", lambda: browser.run("return !document.getElementById('stick').hidden"))
+                wait_until("the robot is well", lambda: browser.run("return document.querySelector('.badge.good') !== null"), 120)
+                browser.screenshot(source / "docs/web.png")
+                browser.close()
                 return 0
             time.sleep(8)  # something to look at
             browser = check_size("desktop", chromium, out)
             check_layers(browser)
-            check_line(browser, robot)
+            check_line(browser, robot, out)
+            check_lines(browser, ENGLISH_LINES)
             check_commands(browser, robot)
+            drives = Drives()
+            check_drive_rights(drives)
+            check_drive(browser, drives)
+            check_drive_by_keys(browser, drives)
+            browser.screenshot(out / "web-desktop-drive.png")
             check_keys(browser)
             check_contrast("light", browser)
             check_restarts(browser, robot, out)
-            phone = check_size("phone", chromium, out, dark=True)
+            check_shell(browser, robot)
+            phone = check_size("phone", chromium, out, dark=True, language="de")
+            phone.run(UNLOCK % TOKEN)
+            wait_until("the token opens the stick", lambda: phone.run("return !document.getElementById('stick').hidden"))
+            check_drive(phone, drives)
+            check_german(phone, robot, out)
+            check_lines(phone, GERMAN_LINES)
+            phone.screenshot(out / "web-phone-drive.png")
             check_contrast("dark", phone)
             check_targets(phone)
-            problems = [words for b in (browser, phone) for words in b.complaints() if "net::ERR" not in words]
+            for name, dark in (("desktop", True), ("phone", False)):
+                other = check_size(name, chromium, out, dark)
+                check_contrast(f"{name}, {'dark' if dark else 'light'}", other)
+                other.close()
+            check_locked(browser, robot)
+            problems = [words for b in (browser, phone) for words in b.complaints()
+                        if "net::ERR" not in words and "409" not in words]  # a press that a busy machine has ended
             if problems:
                 sys.exit("the browser complains: " + "\n".join(problems))
             browser.close()

@@ -56,6 +56,14 @@ class Pages : public testing::Test {
     pages().command(request, response);
     return response;
   }
+  Response drive(const std::string& body) {
+    Request request;
+    request.headers = headers_;
+    request.body = body;
+    Response response;
+    pages().drive(request, response);
+    return response;
+  }
   int statusOfHost(const std::vector<std::string>& hosts) {
     Request request;
     for (const std::string& host : hosts) request.headers.emplace("Host", host);
@@ -63,7 +71,11 @@ class Pages : public testing::Test {
     return pages().mayEnter(request, response) ? 200 : response.status;
   }
   WebPages& pages() {
-    if (!pages_) pages_.emplace(settings_, shared_, [this](const WebCommand& command) { return obey(command); });
+    if (!pages_) {
+      pages_.emplace(
+          settings_, shared_, [this](const WebCommand& command) { return obey(command); },
+          [this](const DriveRequest& request) { return follow(request); });
+    }
     return *pages_;
   }
   std::optional<ack_t> obey(const WebCommand& command) {
@@ -72,12 +84,20 @@ class Pages : public testing::Test {
     return ack_;
   }
 
+  std::string follow(const DriveRequest& request) {
+    drives_.push_back(request);
+    if (fails_) throw std::runtime_error("no route");
+    return refusal_;
+  }
+
   test::Folder files_;
   WebPages::Settings settings_;
   SharedState shared_{Config{}};
   httplib::Headers headers_;
   std::string address_;  // whom requests come from
   std::vector<WebCommand> commands_;
+  std::vector<DriveRequest> drives_;
+  std::string refusal_;
   std::optional<ack_t> ack_;
   bool fails_ = false;
   std::optional<WebPages> pages_;
@@ -251,6 +271,48 @@ TEST_F(Pages, ObeyNobodyWhereCommandsAreOff) {
   EXPECT_EQ(response.status, 403);
   EXPECT_THAT(response.body, HasSubstr("web.commands"));
   EXPECT_TRUE(commands_.empty());
+}
+
+TEST_F(Pages, DriveWhereBothSettingsAllowIt) {
+  const std::string ahead = R"({"vx":0.3,"omega":-0.1,"hold":7})";
+  headers_ = {{"Authorization", "Bearer correct horse battery"}, {"Content-Type", "application/json"}};
+  EXPECT_EQ(drive(ahead).status, 403);
+  EXPECT_THAT(drive(ahead).body, HasSubstr("base.speed_commands"));
+  pages_.reset();
+  settings_.drives = true;
+  EXPECT_EQ(drive(ahead).status, 200);
+  ASSERT_EQ(drives_.size(), 1U);
+  EXPECT_EQ(drives_[0].twist.omega, -0.1);
+  EXPECT_EQ(drives_[0].hold, 7U);
+  pages_.reset();
+  settings_.web.commands = false;
+  EXPECT_EQ(drive(ahead).status, 403);
+  EXPECT_EQ(drives_.size(), 1U);
+}
+
+TEST_F(Pages, DriveForNobodyElse) {
+  settings_.drives = true;
+  const std::string ahead = R"({"vx":0.3,"omega":0,"hold":7})";
+  EXPECT_EQ(drive(ahead).status, 401);
+  headers_ = {{"Authorization", "Bearer a guess"}, {"Content-Type", "application/json"}};
+  EXPECT_EQ(drive(ahead).status, 401);
+  headers_ = {{"Authorization", "Bearer correct horse battery"}, {"Content-Type", "text/plain"}};
+  EXPECT_EQ(drive(ahead).status, 415) << "what a form of another page can send";
+  EXPECT_TRUE(drives_.empty());
+}
+
+TEST_F(Pages, ReportWhyASpeedIsNotDriven) {
+  settings_.drives = true;
+  headers_ = {{"Authorization", "Bearer correct horse battery"}, {"Content-Type", "application/json"}};
+  EXPECT_EQ(drive(R"({"vx":1e300,"omega":0,"hold":7})").status, 400);
+  EXPECT_EQ(drive("{").status, 400);
+  EXPECT_TRUE(drives_.empty());
+  refusal_ = "another page drives the robot";
+  const Response busy = drive(R"({"vx":0.3,"omega":0,"hold":7})");
+  EXPECT_EQ(busy.status, 409);
+  EXPECT_EQ(nlohmann::json::parse(busy.body)["message"], refusal_);
+  fails_ = true;
+  EXPECT_EQ(drive(R"({"vx":0,"omega":0})").status, 502);
 }
 
 TEST_F(Pages, ReportWhatWasWrongWithACommand) {

@@ -83,13 +83,19 @@ class Server : public testing::Test {
   }
   ~Server() override { stop(); }
   void start() {
-    pages_.emplace(settings_, shared_, [this](const WebCommand& command) {
-      commands_.push_back(command);
-      ack_t ack{};
-      ack.accepted = true;
-      ack.message = "done";
-      return std::optional(ack);
-    });
+    pages_.emplace(
+        settings_, shared_,
+        [this](const WebCommand& command) {
+          commands_.push_back(command);
+          ack_t ack{};
+          ack.accepted = true;
+          ack.message = "done";
+          return std::optional(ack);
+        },
+        [this](const DriveRequest& request) {
+          drives_.push_back(request);
+          return std::string();
+        });
     server_.emplace(*pages_, shared_, feed_, hub_, limits_);
     thread_ = std::thread([this] { server_->run(); });
   }
@@ -109,8 +115,8 @@ class Server : public testing::Test {
   std::string get(const std::string& path, const std::string& headers = "Host: localhost\r\n") {
     return answerTo("GET " + path + " HTTP/1.1\r\n" + headers + "\r\n");
   }
-  std::string post(const std::string& body, const std::string& token) {
-    return answerTo("POST /api/command HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n" +
+  std::string post(const std::string& body, const std::string& token, const std::string& path = "/api/command") {
+    return answerTo("POST " + path + " HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n" +
                     (token.empty() ? "" : "Authorization: Bearer " + token + "\r\n") +
                     "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body);
   }
@@ -123,6 +129,7 @@ class Server : public testing::Test {
   EventFeed feed_{1, false, "1.2.3"};
   EventHub hub_;
   std::vector<WebCommand> commands_;
+  std::vector<DriveRequest> drives_;
   std::optional<WebPages> pages_;
   std::optional<WebServer> server_;
   std::thread thread_;
@@ -185,6 +192,43 @@ TEST_F(Server, ObeysOnlyWhoHasTheToken) {
   EXPECT_THAT(post(R"({"verb":"save"})", kToken), StartsWith("HTTP/1.1 200"));
   ASSERT_EQ(commands_.size(), 1U);
   EXPECT_EQ(commands_[0].verb, "save");
+}
+
+TEST_F(Server, DrivesForWhoHasTheToken) {
+  const std::string ahead = R"({"vx":0.3,"omega":0.1,"hold":7})";
+  settings_.web.commands = settings_.drives = true;
+  start();
+  for (const char* path : {"/api/drive", "/api/v1/drive"}) {
+    EXPECT_THAT(post(ahead, "", path), StartsWith("HTTP/1.1 401"));
+    EXPECT_THAT(post(ahead, "a-guess", path), StartsWith("HTTP/1.1 401"));
+    EXPECT_TRUE(drives_.empty());
+    EXPECT_THAT(post(ahead, kToken, path), StartsWith("HTTP/1.1 200"));
+    ASSERT_EQ(drives_.size(), 1U);
+    EXPECT_EQ(drives_[0].twist.vx, 0.3);
+    drives_.clear();
+  }
+  EXPECT_THAT(post(R"({"vx":1e300,"omega":0,"hold":7})", kToken, "/api/drive"), StartsWith("HTTP/1.1 400"));
+  EXPECT_TRUE(drives_.empty());
+}
+
+TEST_F(Server, IsReadWithTheTokenAlone) {
+  settings_.web.read = WebReaders::kToken;
+  start();
+  for (const char* path : {"/", "/page.js", "/page.css", "/manifest.webmanifest"})
+    EXPECT_THAT(get(path), StartsWith("HTTP/1.1 200")) << path << " asks for the token";
+  for (const char* path :
+       {"/api/status", "/api/v1/status", "/api/events", "/api/map", "/api/maps", "/api/logs", "/logs/",
+        "/logs/run/0001.lcm", "/map.png", "/api/v1/map.png", "/map.yaml", "/metrics", "/nothing"})
+    EXPECT_THAT(get(path), StartsWith("HTTP/1.1 401")) << path;
+  const std::string with = "Host: localhost\r\nAuthorization: Bearer " + std::string(kToken) + "\r\n";
+  EXPECT_THAT(get("/api/status", with), StartsWith("HTTP/1.1 200"));
+  const std::string unlocked = get("/api/allowed", with);
+  EXPECT_THAT(unlocked, StartsWith("HTTP/1.1 200"));
+  const auto cookie = unlocked.find("slamd-read=");
+  ASSERT_NE(cookie, std::string::npos);
+  EXPECT_THAT(get("/metrics", "Host: localhost\r\nCookie: " +
+                                  unlocked.substr(cookie, unlocked.find(';', cookie) - cookie) + "\r\n"),
+              StartsWith("HTTP/1.1 200"));
 }
 
 TEST_F(Server, SlowsDownWhoGuessesTheToken) {

@@ -167,6 +167,15 @@ TEST_F(State, ReportsSinceWhenSlamdIsSilent) {
   EXPECT_EQ(state_->silence(kNow + 2s), 2s);
 }
 
+TEST_F(State, KeepsSinceWhenThePoseHasItsState) {
+  pose(0.0, 0.0, 0.0);
+  EXPECT_EQ(state_->sinceState(), 0) << "it may have it for hours";
+  pose(0.0, 0.0, 0.0, 1, LocalisationState::kLost);
+  const std::int64_t lost = utime_;
+  pose(0.0, 0.0, 0.0, 1, LocalisationState::kLost);
+  EXPECT_EQ(state_->sinceState(), lost);
+}
+
 TEST_F(State, GoesOnAfterTheClockWasSet) {
   drive(0.0, 0.5);
   utime_ -= 3'600'000'000;

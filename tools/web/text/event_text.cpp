@@ -84,6 +84,10 @@ std::string EventFeed::greeting(const WebState& state, Timestamp now) const {
   text += eventText("hello", {{"session", session_},
                               {"version", version_},
                               {"commands", commands_},
+                              {"drives", commands_ && limits_},
+                              {"max_speed", limits_ ? limits_->max_speed : 0.0},
+                              {"max_turn_rate", limits_ ? limits_->max_turn_rate : 0.0},
+                              {"since", state.sinceState()},
                               {"silence", rounded(toSeconds(state.silence(now)), 10)}});
   text += eventText("trail", trailJson(state));
   if (state.health()) text += eventText("health", healthJson(*state.health(), state.problems()));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 
 #include "tools/web/web_state.hpp"
@@ -20,8 +21,9 @@ std::string eventText(const char* name, const nlohmann::json& data);
 class EventFeed {
  public:
   /// @param session another number for each start of the program: the page then forgets what it has
-  EventFeed(std::int64_t session, bool commands, std::string version)
-      : session_(session), commands_(commands), version_(std::move(version)) {}
+  /// @param limits of the speeds that may be asked for; std::nullopt: none may
+  EventFeed(std::int64_t session, bool commands, std::string version, std::optional<SpeedLimits> limits = std::nullopt)
+      : session_(session), commands_(commands), version_(std::move(version)), limits_(limits) {}
 
   /// For one who comes in now.
   std::string greeting(const WebState& state, Timestamp now) const;
@@ -34,6 +36,7 @@ class EventFeed {
   std::int64_t session_;
   bool commands_;
   std::string version_;
+  std::optional<SpeedLimits> limits_;
   WebState::Serials sent_;
   std::uint64_t map_version_ = 0;
   Timestamp scan_{}, depth_{}, map_{}, beat_{};

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/web/access/token_gate.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "config/loader.hpp"
+#include "tools/files.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+
+constexpr const char* kToken = "correct horse battery";
+
+class Gate : public testing::Test {
+ protected:
+  Gate() {
+    web_.read = WebReaders::kToken;
+    web_.commands = true;
+    web_.token = kToken;
+  }
+  int read(const httplib::Headers& headers) {
+    httplib::Request request;
+    request.headers = headers;
+    httplib::Response response;
+    return gate_.mayRead(request, response, now_) ? 200 : response.status;
+  }
+  int command(const httplib::Headers& headers) {
+    httplib::Request request;
+    request.headers = headers;
+    httplib::Response response;
+    return gate_.mayCommand(request, response, now_) ? 200 : response.status;
+  }
+  /// What a browser keeps and sends.
+  std::string cookieFor(const std::string& token) {
+    httplib::Request request;
+    request.headers = {{"Authorization", "Bearer " + token}};
+    httplib::Response response;
+    if (!gate_.unlock(request, response, now_)) return "";
+    const std::string cookie = response.get_header_value("Set-Cookie");
+    EXPECT_THAT(cookie, HasSubstr("; HttpOnly; SameSite=Strict"));
+    return cookie.substr(0, cookie.find(';'));
+  }
+
+  Timestamp now_{100s};
+  WebConfig web_;
+  TokenGate gate_{web_};
+};
+
+TEST_F(Gate, IsReadByAnybodyUnlessConfigured) {
+  EXPECT_EQ(read({}), 401);
+  web_.read = WebReaders::kAnybody;
+  EXPECT_EQ(read({}), 200);
+  EXPECT_EQ(command({}), 401);
+}
+
+TEST_F(Gate, IsReadWithTheTokenOrTheCookieForIt) {
+  EXPECT_EQ(read({{"Authorization", std::string("Bearer ") + kToken}}), 200);
+  const std::string cookie = cookieFor(kToken);
+  EXPECT_EQ(read({{"Cookie", cookie}}), 200);
+  EXPECT_EQ(read({{"Cookie", "other=1; " + cookie + "; more=2"}}), 200);
+  EXPECT_THAT(cookie, testing::Not(HasSubstr(kToken)));
+  EXPECT_EQ(command({{"Cookie", cookie}}), 401) << "a browser sends it by itself";
+  for (const char* wrong : {"", "slamd-read", "slamd-read=", "slamd-read=0123456789abcdef0123456789abcdef", ";;; ;"})
+    EXPECT_EQ(read({{"Cookie", wrong}}), 401) << wrong;
+  EXPECT_EQ(read({{"Cookie", "x" + cookie}}), 401);
+  EXPECT_EQ(read({{"Cookie", cookie.substr(0, cookie.size() - 1)}}), 401);
+}
+
+TEST_F(Gate, GivesNoCookieForAWrongToken) { EXPECT_EQ(cookieFor("wrong horse battery"), ""); }
+
+TEST_F(Gate, HasAnotherCookieForEachStart) {
+  const TokenGate next(web_);
+  httplib::Request request;
+  request.headers = {{"Cookie", cookieFor(kToken)}};
+  httplib::Response response;
+  EXPECT_FALSE(next.mayRead(request, response, now_));
+}
+
+TEST_F(Gate, SlowsDownWhoGuessesToRead) {
+  for (int i = 0; i < 6; ++i) EXPECT_EQ(read({{"Authorization", "Bearer guess"}}), 401) << i;
+  EXPECT_EQ(read({{"Authorization", std::string("Bearer ") + kToken}}), 429);
+  now_ += 2s;
+  EXPECT_EQ(read({{"Authorization", std::string("Bearer ") + kToken}}), 200);
+}
+
+TEST_F(Gate, ObeysNobodyWhereCommandsAreOff) {
+  web_.commands = false;
+  EXPECT_EQ(command({{"Authorization", std::string("Bearer ") + kToken}}), 403);
+  EXPECT_NE(cookieFor(kToken), "") << "it may be read";
+  web_.read = WebReaders::kAnybody;
+  EXPECT_EQ(cookieFor(kToken), "");
+}
+
+TEST(TokenFile, IsReadFromItsFile) {
+  const test::Folder files;
+  files.write("token", "correct horse battery\n");
+  WebConfig web;
+  web.token_file = (files / "token").string();
+  EXPECT_EQ(tokenOf(web), "") << "nothing needs it";
+  web.commands = true;
+  EXPECT_EQ(tokenOf(web), kToken);
+  web.token = "of the configuration";
+  EXPECT_EQ(tokenOf(web), "of the configuration");
+}
+
+TEST(TokenFile, IsRefusedWithTheFix) {
+  const test::Folder files;
+  WebConfig web;
+  web.read = WebReaders::kToken;
+  web.token_file = (files / "token").string();
+  EXPECT_THAT([&] { tokenOf(web); }, testing::ThrowsMessage<ConfigError>(HasSubstr("No such file")));
+  for (const std::string& text :
+       {std::string(), std::string("short\n"), std::string("two lines of\nwords in it\n"), std::string(5000, '\n')}) {
+    files.write("token", text);
+    EXPECT_THAT([&] { tokenOf(web); }, testing::ThrowsMessage<ConfigError>(HasSubstr("openssl rand -hex 16")));
+  }
+}
+
+}  // namespace
+}  // namespace slam

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/web/access/token_gate.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <random>
+#include <string_view>
+
+#include "config/loader.hpp"
+#include "tools/web/request_guard.hpp"
+
+namespace slam {
+namespace {
+
+constexpr const char* kCookie = "slamd-read";
+
+/// 128 bits that nobody can guess, in hexadecimal digits.
+std::string drawnSecret() {
+  std::random_device source;  // the kernel's
+  std::string secret;
+  for (int i = 0; i < 4; ++i) {
+    char digits[9];
+    std::snprintf(digits, sizeof digits, "%08x", static_cast<unsigned>(source()));
+    secret += digits;
+  }
+  return secret;
+}
+
+}  // namespace
+
+std::string tokenOf(const WebConfig& web) {
+  if (!web.needsToken() || !web.token.empty()) return web.token;
+  constexpr std::streamsize kLongest = 1024;  // [bytes]
+  const std::string fix = "; make one: sudo install -m 640 -g slamd /dev/null " + web.token_file +
+                          " && openssl rand -hex 16 | sudo tee " + web.token_file +
+                          ", or set web.commands = false and web.read = \"anybody\"";
+  errno = 0;
+  std::ifstream file(web.token_file);
+  char text[kLongest];
+  file.read(text, kLongest);
+  if (!file.is_open() || file.bad()) {
+    throw ConfigError({"web.token_file: cannot read " + web.token_file + ": " + std::strerror(errno) + fix});
+  }
+  std::string token(text, static_cast<std::size_t>(file.gcount()));
+  token.erase(token.find_last_not_of(" \t\r\n") + 1);
+  if (token.size() >= WebConfig::kShortestToken && token.find_first_of("\r\n") == std::string::npos) return token;
+  throw ConfigError({"web.token_file: " + web.token_file + " holds no line of " +
+                     std::to_string(WebConfig::kShortestToken) + " characters or more" + fix});
+}
+
+TokenGate::TokenGate(const WebConfig& web) : web_(web), cookie_(drawnSecret()) {}
+
+bool TokenGate::mayRead(const httplib::Request& request, httplib::Response& response, Timestamp now) const {
+  return web_.read == WebReaders::kAnybody || hasCookie(request) || hasToken(request, response, now);
+}
+
+bool TokenGate::mayCommand(const httplib::Request& request, httplib::Response& response, Timestamp now) const {
+  if (web_.commands) return hasToken(request, response, now);
+  refuse(response, 403, "commands are off; set web.commands = true, and restart slam-web");
+  return false;
+}
+
+bool TokenGate::unlock(const httplib::Request& request, httplib::Response& response, Timestamp now) const {
+  if (!web_.needsToken()) return mayCommand(request, response, now);
+  if (!hasToken(request, response, now)) return false;
+  response.set_header("Set-Cookie", kCookie + ("=" + cookie_) + "; Path=/; HttpOnly; SameSite=Strict");
+  return true;
+}
+
+bool TokenGate::hasCookie(const httplib::Request& request) const {
+  const std::string name = kCookie + std::string("=");
+  const std::string cookies = request.get_header_value("Cookie");
+  for (std::size_t begin = 0; begin < cookies.size();) {
+    const std::size_t end = std::min(cookies.find(';', begin), cookies.size());
+    const std::string_view cookie(cookies.data() + begin, end - begin);
+    if (cookie.starts_with(name) && isSameSecret(cookie.substr(name.size()), cookie_)) return true;
+    begin = std::min(cookies.find_first_not_of("; ", end), cookies.size());
+  }
+  return false;
+}
+
+bool TokenGate::hasToken(const httplib::Request& request, httplib::Response& response, Timestamp now) const {
+  const bool given = request.get_header_value_count("Authorization") == 1;
+  const std::lock_guard lock(guessing_);
+  if (const Duration wait = throttle_.wait(request.remote_addr, now); given && wait > Duration(0)) {
+    const std::string seconds = std::to_string(static_cast<int>(std::ceil(toSeconds(wait))));
+    response.set_header("Retry-After", seconds);
+    refuse(response, 429, "too many wrong tokens came from this address; try again in " + seconds + " s");
+    return false;
+  }
+  if (given && isSameSecret(bearerOf(request.get_header_value("Authorization")), web_.token)) {
+    throttle_.right(request.remote_addr);
+    return true;
+  }
+  if (given) throttle_.wrong(request.remote_addr, now);
+  response.set_header("WWW-Authenticate", "Bearer");
+  refuse(response, 401, given ? "the token is not web.token of the robot's configuration" : "this needs the token");
+  return false;
+}
+
+void refuse(httplib::Response& response, int status, const std::string& words) {
+  response.status = status;
+  response.set_content(words + "\n", "text/plain; charset=utf-8");
+}
+
+}  // namespace slam

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+#include <mutex>
+#include <string>
+
+#include "config/config.hpp"
+#include "core/timestamp.hpp"
+#include "tools/web/http_library.hpp"
+#include "tools/web/token_throttle.hpp"
+
+namespace slam {
+
+/// The token of the page: web.token, or else what web.token_file holds. Empty where nothing needs one.
+/// @throws ConfigError, with the fix, where one is needed, and there is none or one that could be guessed
+std::string tokenOf(const WebConfig& web);
+
+/// Who may read and who may command: who sends the token, and for reading also who has the cookie that a browser got
+/// for it, because links and streams of events carry no token. Safe from several threads.
+class TokenGate {
+ public:
+  /// @param web with its token
+  explicit TokenGate(const WebConfig& web);
+
+  /// @return false, with the refusal in `response`
+  bool mayRead(const httplib::Request& request, httplib::Response& response, Timestamp now) const;
+  /// The same for what changes something; a cookie is not enough, because a browser sends it by itself.
+  bool mayCommand(const httplib::Request& request, httplib::Response& response, Timestamp now) const;
+  /// Whether the token is right; then the browser gets the cookie. @return, as mayRead()
+  bool unlock(const httplib::Request& request, httplib::Response& response, Timestamp now) const;
+
+ private:
+  bool hasToken(const httplib::Request& request, httplib::Response& response, Timestamp now) const;
+  bool hasCookie(const httplib::Request& request) const;
+
+  const WebConfig& web_;
+  const std::string cookie_;  // another one for each start of the program
+  mutable std::mutex guessing_;
+  mutable TokenThrottle throttle_{TokenThrottle::Limits{}};
+};
+
+/// Ends a request. @param words what is wrong, for people
+void refuse(httplib::Response& response, int status, const std::string& words);
+
+}  // namespace slam
