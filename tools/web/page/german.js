@@ -175,6 +175,7 @@ ranges_scatter|Weiten streuen {#0.2} m in Ruhe|Fenster putzen, Sonne fernhalten,
 beam_times_missing|Scans ohne Zeiten der Strahlen|Zeiten senden
 stamps_alone|{#0} Messungen weit voraus gestempelt|Uhr des Senders prüfen
 wheels_dead|Räder melden Stand, Scans Bewegung|geschoben? sonst Encoderstecker prüfen
+lidar_delay|Stempel des Lidars um {#0.3} s falsch (Sigma {#1.3} s)|um so viel lidar.time_offset ändern
 no_echo|kein Echo: nichts in Reichweite, oder verdeckt|zu Wänden fahren, Abdeckung weg, putzen
 echoes_near|nur Echos unter range_min: verdeckt?|frei machen, oder lidar.range_min in m
 echoes_far|nur Echos über range_max: Millimeter?|Meter senden, oder lidar.range_max
