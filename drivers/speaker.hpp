@@ -20,6 +20,7 @@ enum class Speaker : std::uint8_t {
   kArduino,  ///< ros_arduino_bridge
   kCreate,   ///< iRobot Create, Roomba
   kKobuki,
+  kFrameBase,  ///< the reference firmware
   kImu,        ///< HandsFree, stand-alone
   kBno08x,     ///< in UART-RVC mode
   kWitmotion,  ///< or a HandsFree B6, B9, D6, which send the same frames

@@ -66,6 +66,11 @@ struct BaseDeviceConfig {
     return driver != BaseDriver::kCan && driver != BaseDriver::kLcm && driver != BaseDriver::kNone;
   }
 
+  /// It sends the turn rate of a gyro of its own along with its wheels.
+  bool hasGyro() const { return driver == BaseDriver::kKobuki || driver == BaseDriver::kFrame; }
+  /// What its encoders count in a turn is each robot's own.
+  bool needsCounts() const { return driver == BaseDriver::kRosArduinoBridge || driver == BaseDriver::kFrame; }
+
   void visitSettings(auto& v) {
     v.robot("driver", driver,
             "The wheel angles come from a base of this make that slamd reads, from another program over LCM "

@@ -197,6 +197,9 @@ inline constexpr ProblemKind kBaseLifted{"base_lifted",
 inline constexpr ProblemKind kBaseLeftSafeMode{
     "base_left_safe_mode", "the base has stopped by itself: a wheel dropped, an edge or its charger came, or a button",
     "slamd drives it by a new SLAM_DRIVE only", "clear its way, and drive on"};
+inline constexpr ProblemKind kBaseNoGyro{"base_no_gyro", "{0} sends wheels, but no turn rate",
+                                         "slamd goes on without a gyro",
+                                         "check the gyro's cable, or set imu.driver to the gyro that there is"};
 inline constexpr ProblemKind kBaseGeometry{
     "base_geometry",
     "base: base.wheel_radius is {#0.4} m and base.half_track {#1.4} m, but {0} has {#2.4} m and {#3.4} m",

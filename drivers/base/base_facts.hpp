@@ -32,6 +32,8 @@ struct BaseFacts {
   double wheel_radius = 0.0;     ///< [m] by its maker; 0: each robot's own
   double half_track = 0.0;       ///< [m] the same
   bool gyro = false;             ///< it sends the turn rate of its gyro
+  double stops_after = 0.0;      ///< [s] without a speed it stops by itself; 0: never
+  const char* at_hand = "";      ///< where it never does: what stops it while slamd is down
 };
 
 std::span<const BaseFacts> baseTable();

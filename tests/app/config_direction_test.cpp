@@ -251,6 +251,8 @@ TEST(BaseKeys, NameEachRowOfTheDriversTable) {
     if (facts == nullptr) continue;
     EXPECT_EQ(serialBaseConfig(config).baud, facts->baud) << word;
     EXPECT_EQ(serialBaseConfig(config).robot.counts_per_turn, 900.0) << word;
+    EXPECT_EQ(config.base_device.hasGyro(), facts->gyro) << word;
+    EXPECT_EQ(config.base_device.needsCounts(), facts->counts_per_turn == 0.0) << word;
     EXPECT_FALSE(serialBaseConfig(config).robot.may_drive) << word << ": only where it is allowed";
   }
   EXPECT_EQ(rows, baseTable().size());

@@ -260,11 +260,12 @@ TEST_F(Doctor, ExplainsTheDrivesWatchdogsWhereSpeedsAreSent) {
   base.driver = BaseDriver::kHandsfree;
   ASSERT_TRUE(checkWatchdog(base, {}, port));
   EXPECT_EQ(checkWatchdog(base, {}, port)->level, Finding::kGood);
-  for (const auto driver : {BaseDriver::kRosArduinoBridge, BaseDriver::kKobuki}) {
+  for (const auto driver : {BaseDriver::kRosArduinoBridge, BaseDriver::kKobuki, BaseDriver::kFrame}) {
     base.driver = driver;
     ASSERT_TRUE(checkWatchdog(base, {}, port));
     EXPECT_EQ(checkWatchdog(base, {}, port)->level, Finding::kGood);
   }
+  EXPECT_THAT(checkWatchdog(base, {}, port)->what, HasSubstr("0.2 s after the last command"));
   base.driver = BaseDriver::kCreate2;
   ASSERT_TRUE(checkWatchdog(base, {}, port));
   EXPECT_EQ(checkWatchdog(base, {}, port)->level, Finding::kWarning) << "it has none";

@@ -65,6 +65,7 @@ class CountingBase : public EmulatedBase {
 
 std::unique_ptr<EmulatedBase> makeArduino();
 std::unique_ptr<EmulatedBase> makeCreate();
+std::unique_ptr<EmulatedBase> makeFrameBase();
 std::unique_ptr<EmulatedBase> makeKobuki();
 
 }  // namespace slam::sim

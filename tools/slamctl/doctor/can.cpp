@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <map>
 #include <net/if.h>
 #include <thread>
 
+#include "drivers/base/base_facts.hpp"
 #include "drivers/can/can_axis.hpp"
 #include "runtime/clock.hpp"
 #include "tools/slamctl/doctor.hpp"
@@ -80,19 +82,20 @@ std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base, const CanConf
                    "drives: the board's own watchdog stops the motors 0.7 s after the last command; it is always on",
                    ""};
   }
-  if (base.driver == BaseDriver::kRosArduinoBridge || base.driver == BaseDriver::kKobuki) {
-    const bool arduino = base.driver == BaseDriver::kRosArduinoBridge;
-    return Finding{Finding::kGood,
-                   std::string("drives: the base's own watchdog stops the motors ") + (arduino ? "2 s" : "0.6 s") +
-                       " after the last command; it is always on",
-                   ""};
-  }
-  if (base.driver == BaseDriver::kCreate2) {
-    return Finding{
-        Finding::kWarning,
-        "drives: a Create or Roomba has no watchdog: it keeps its last speed while slamd, the computer or the "
-        "cable is down, until it meets an edge",
-        "keep its CLEAN button within reach: pressed, it stops the robot"};
+  if (const BaseFacts* facts = findBase(wordOf(base.driver))) {
+    if (facts->stops_after > 0.0) {
+      char after[32];
+      std::snprintf(after, sizeof after, "%g s", facts->stops_after);
+      return Finding{Finding::kGood,
+                     std::string("drives: the base's own watchdog stops the motors ") + after +
+                         " after the last command; it is always on",
+                     ""};
+    }
+    return Finding{Finding::kWarning,
+                   std::string("drives: ") + facts->name +
+                       " has no watchdog that is always on: it may keep its last speed while slamd, the computer or "
+                       "the cable is down",
+                   facts->at_hand};
   }
   if (base.driver != BaseDriver::kCan) return std::nullopt;
   return checkDriveWatchdogs(can, port);
