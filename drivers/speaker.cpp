@@ -16,6 +16,8 @@
 #include "firmware_if/create_oi.hpp"
 #include "firmware_if/hfi_imu.hpp"
 #include "firmware_if/kobuki.hpp"
+#include "firmware_if/opencr.hpp"
+#include "firmware_if/roboclaw.hpp"
 #include "firmware_if/robolink.hpp"
 #include "firmware_if/slamd_base/base_frame.hpp"
 
@@ -103,6 +105,26 @@ bool isFrameBase(Bytes bytes) {
   return frames >= kFrames;
 }
 
+/// It answers with its version.
+bool isRoboclaw(Bytes bytes) {
+  for (std::size_t size = 1; size <= bytes.size(); ++size) {
+    if (roboclaw::endsWithVersion(roboclaw::kFirstAddress, bytes.first(size))) return true;
+  }
+  return false;
+}
+
+bool isOpencr(Bytes bytes) {
+  opencr::Decoder decoder;
+  bool found = false;
+  for (const std::uint8_t byte : bytes) {
+    decoder.push(byte, [&](Bytes frame) {
+      const auto packet = opencr::parse(frame);
+      found = found || (packet && opencr::isPong(*packet));
+    });
+  }
+  return found;
+}
+
 bool isKobuki(Bytes bytes) {
   kobuki::Decoder decoder;
   std::uint32_t frames = 0;
@@ -186,6 +208,8 @@ constexpr std::array kRows = {
     SpeakerRow{Speaker::kCreate, "an iRobot Create 2 or Roomba", kBase, "create"},
     SpeakerRow{Speaker::kKobuki, "a Kobuki", kBase, "kobuki"},
     SpeakerRow{Speaker::kFrameBase, "a base with the reference firmware", kBase, "frame"},
+    SpeakerRow{Speaker::kRoboclaw, "a RoboClaw", kBase, "roboclaw"},
+    SpeakerRow{Speaker::kOpencr, "a TurtleBot3 with OpenCR", kBase, "opencr"},
     SpeakerRow{Speaker::kImu, "a HandsFree IMU", kImu, "hfi"},
     SpeakerRow{Speaker::kBno08x, "a BNO08x in UART-RVC mode", kImu, "bno08x"},
     SpeakerRow{Speaker::kWitmotion, "a WitMotion IMU", kImu, "witmotion"},
@@ -220,6 +244,8 @@ Heard speakerOf(Bytes bytes) {
   if (hasFrames<xsens::Decoder>(bytes)) return {Speaker::kXsens};
   if (isRplidar(bytes)) return {Speaker::kRplidar};
   if (isFrameBase(bytes)) return {Speaker::kFrameBase};
+  if (isOpencr(bytes)) return {Speaker::kOpencr};
+  if (isRoboclaw(bytes)) return {Speaker::kRoboclaw};
   if (isKobuki(bytes)) return {Speaker::kKobuki};
   if (isCreate(bytes)) return {Speaker::kCreate};
   if (isArduino(bytes)) return {Speaker::kArduino};
@@ -242,7 +268,8 @@ void SpeakerSearch::begin(const std::string& path, int baud, Timestamp now, Spea
   bauds_ = {baud, kBoardBaud};
   std::copy(kLidarBauds.begin(), kLidarBauds.end(), bauds_.begin() + 2);
   std::copy(kOtherBauds.begin(), kOtherBauds.end(), bauds_.begin() + 6);
-  bauds_.back() = arduino_bridge::kBaud;
+  bauds_[8] = arduino_bridge::kBaud;
+  bauds_.back() = roboclaw::kBaud;
   next_ = 0;
   listen(now);
 }
@@ -266,6 +293,8 @@ void SpeakerSearch::listen(Timestamp now) {
   if (expected_ == Speaker::kCreate) return;
   if (expected_ == Speaker::kArduino || baud == arduino_bridge::kBaud) {
     stream_->write(arduino_bridge::askBaudRate().bytes());
+  } else if (expected_ == Speaker::kRoboclaw || baud == roboclaw::kBaud) {
+    stream_->write(roboclaw::askVersion(roboclaw::kFirstAddress).bytes());
   } else if (baud == kBoardBaud) {
     std::array<std::uint8_t, robolink::kMaxFrame> frame;
     const std::size_t size =
@@ -274,6 +303,7 @@ void SpeakerSearch::listen(Timestamp now) {
   } else if (std::find(kOtherBauds.begin(), kOtherBauds.end(), baud) == kOtherBauds.end()) {
     stream_->write(rplidar::encodeRequest(rplidar::Request::kGetInfo));
     stream_->write(std::array<std::uint8_t, 4>{'\n', 'V', 'V', '\n'});  // of SCIP
+    if (baud == opencr::kBaud) stream_->write(opencr::ping().bytes());
   }
 }
 

@@ -8,9 +8,13 @@
 #include "drivers/base/create_base.hpp"
 #include "drivers/base/frame_base.hpp"
 #include "drivers/base/kobuki_base.hpp"
+#include "drivers/base/opencr_base.hpp"
+#include "drivers/base/roboclaw_base.hpp"
 #include "firmware_if/arduino_bridge.hpp"
 #include "firmware_if/create_oi.hpp"
 #include "firmware_if/kobuki.hpp"
+#include "firmware_if/opencr.hpp"
+#include "firmware_if/roboclaw.hpp"
 #include "firmware_if/slamd_base/base_frame.hpp"
 
 namespace slam {
@@ -59,6 +63,24 @@ constexpr std::array kTable = {
               .rate = slamd_base::kStateRate,
               .gyro = true,
               .stops_after = 1e-3 * slamd_base::kCommandLasts},
+    BaseFacts{.driver = "roboclaw",
+              .name = "a RoboClaw",
+              .speaker = Speaker::kRoboclaw,
+              .make = makeRoboclawProtocol,
+              .baud = roboclaw::kBaud,
+              .counter_bits = 32,
+              .rate = 50.0,
+              .at_hand = "set its serial timeout in Motion Studio to 0.5 s, and keep its switch within reach"},
+    BaseFacts{.driver = "opencr",
+              .name = "a TurtleBot3 with OpenCR",
+              .speaker = Speaker::kOpencr,
+              .make = makeOpencrProtocol,
+              .baud = opencr::kBaud,
+              .counter_bits = 32,
+              .rate = 50.0,
+              .counts_per_turn = opencr::kCountsPerTurn,
+              .gyro = true,
+              .stops_after = opencr::kHeartbeatLasts},
 };
 
 }  // namespace

@@ -15,6 +15,7 @@ struct BaseProtocolConfig {
   double half_track = 0.0;       ///< [m]
   double counts_per_turn = 0.0;  ///< of a wheel
   double loop_rate = 0.0;        ///< [Hz] of the speed control of a base that takes counts per loop
+  std::uint8_t address = 0x80;   ///< of a RoboClaw
   bool may_drive = false;
 };
 

@@ -4,7 +4,7 @@
 namespace slamd_base {
 namespace {
 
-const uint16_t kPolynomial = 0x1021, kStart = 0xFFFF;
+const uint16_t kStart = 0xFFFF;
 enum : uint8_t { kTypeAt = 2, kLengthAt = 3, kStateSize = 20, kSpeedsSize = 9, kCrcSize = 2 };
 
 class Writer {
@@ -41,14 +41,14 @@ bool isOf(const uint8_t* frame, uint8_t type, uint8_t size) {
 
 }  // namespace
 
-uint16_t crc16(const uint8_t* bytes, size_t size, uint16_t start) {
+uint16_t crc16(const uint8_t* bytes, size_t size, uint16_t start, uint16_t polynomial) {
   uint16_t crc = start;
   for (; size > 0; --size, ++bytes) {
     crc = static_cast<uint16_t>(crc ^ (static_cast<uint16_t>(*bytes) << 8));
     for (uint8_t bit = 0; bit < 8; ++bit) {
       const bool top = (crc & 0x8000) != 0;
       crc = static_cast<uint16_t>(crc << 1);
-      if (top) crc = static_cast<uint16_t>(crc ^ kPolynomial);
+      if (top) crc = static_cast<uint16_t>(crc ^ polynomial);
     }
   }
   return crc;

@@ -39,8 +39,8 @@ struct Speeds {
   int32_t speeds[2];  ///< [counts/s] of the wheels: left, right; forward up
 };
 
-/// CRC-16 of polynomial 1021h, highest bit first, neither reflected nor inverted. @param start of the register
-uint16_t crc16(const uint8_t* bytes, size_t size, uint16_t start);
+/// CRC-16, highest bit first, neither reflected nor inverted. @param start of the register
+uint16_t crc16(const uint8_t* bytes, size_t size, uint16_t start, uint16_t polynomial = 0x1021);
 
 /// @param out of kLongestFrame bytes @return its size [bytes]
 uint8_t encodeState(const State& state, uint8_t* out);

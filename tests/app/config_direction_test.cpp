@@ -278,6 +278,12 @@ TEST(BaseKeys, AreRefusedWhereTheyDoNotFitTogether) {
   refused({"base.driver='create'", "imu.driver='base'"}, "imu.driver");
   refused({"base.driver='kobuki'", "imu.driver='base'", "base.type='omni3'"}, "base.type");
   refused({"base.driver='kobuki'"}, "imu.driver");
+  refused({"base.driver='roboclaw'", "imu.driver='none'"}, "base.counts_per_turn");
+  refused({"base.driver='can'", "imu.driver='none'", "can.protocol='vesc'"}, "can.pole_pairs");
+  refused({"base.driver='can'", "imu.driver='none'", "can.left_node=64"}, "can.left_node");
+  parseConfig(
+      "", "given",
+      {"base.driver='can'", "imu.driver='none'", "can.protocol='vesc'", "can.pole_pairs=7", "can.left_node=64"});
 }
 
 TEST(LidarKeys, NameEachRowOfTheDriversTable) {
