@@ -313,12 +313,13 @@ void checkTogether(const Config& config, const std::string& name, const Places& 
   if (config.base_device.driver == BaseDriver::kCan && config.can.left_node == config.can.right_node) {
     complain({"can.right_node", "can.left_node"}, "is the left wheel's, too; give each its own");
   }
-  if (config.base_device.driver == BaseDriver::kCan && config.can.protocol == can::Protocol::kVesc) {
-    if (config.can.pole_pairs == 0)
-      complain({"can.pole_pairs", "can.protocol"}, "is not set; set it to half the magnets of the motor's rotor");
-  } else if (config.can.left_node > can::odrive::kMaxNode || config.can.right_node > can::odrive::kMaxNode) {
-    complain({config.can.left_node > can::odrive::kMaxNode ? "can.left_node" : "can.right_node", "can.protocol"},
-             "is above 63, the greatest node of an ODrive");
+  const bool is_vesc = config.can.protocol == can::Protocol::kVesc;
+  if (config.base_device.driver == BaseDriver::kCan && is_vesc && config.can.pole_pairs == 0)
+    complain({"can.pole_pairs", "can.protocol"}, "is not set; set it to half the magnets of the motor's rotor");
+  for (const auto& [key, node] :
+       {std::pair{"can.left_node", config.can.left_node}, {"can.right_node", config.can.right_node}}) {
+    if (config.base_device.driver == BaseDriver::kCan && !is_vesc && node > can::odrive::kMaxNode)
+      complain({key, "can.protocol"}, "is above 63, the greatest node of an ODrive");
   }
   const DepthProjectionConfig& depth = config.depth_device.projection;
   const bool below = config.depth_device.isMounted() && depth.floor_clearance >= depth.extrinsics.z;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "drivers/base/device_time.hpp"
 #include "firmware_if/slamd_base/base_frame.hpp"
@@ -24,6 +25,7 @@ class FrameProtocol : public BaseProtocol {
   void begin(Timestamp) override {
     receiver_.reset();
     time_ = DeviceTime(1us);
+    received_ = sent_ = false;
   }
   Outgoing question(Timestamp) override { return {}; }
 
@@ -37,6 +39,7 @@ class FrameProtocol : public BaseProtocol {
 
   Outgoing speeds(const SideSpeeds& wanted, Timestamp) override {
     number_ = static_cast<std::uint8_t>(number_ % 255 + 1);
+    sent_ = true;
     std::array<std::uint8_t, slamd_base::kLongestFrame> frame{};
     const std::size_t size =
         slamd_base::encodeSpeeds({number_, {countsOf(wanted.left), countsOf(wanted.right)}}, frame.data());
@@ -52,13 +55,18 @@ class FrameProtocol : public BaseProtocol {
   }
 
   void handle(const State& state, Timestamp now, const Take& take) {
+    // A number that the base has of a slamd before this one must not pass for this one's: it goes on from there.
+    if (!std::exchange(received_, true)) {
+      number_ = state.speeds;
+      sent_ = false;
+    }
     const DeviceTime::Stamp at = time_.add(state.stamp, now);
     BaseReading reading{
         .stamp = at.stamp,
         .restarted = at.restarted,
         .counts = std::array{static_cast<std::uint32_t>(state.counts[0]), static_cast<std::uint32_t>(state.counts[1])},
         .lifted = (state.flags & slamd_base::kLifted) != 0,
-        .has_speed = number_ != 0 && state.speeds == number_};
+        .has_speed = sent_ && state.speeds == number_};
     if ((state.flags & slamd_base::kHasGyro) != 0) reading.turn_rate = 1e-6 * state.turn_rate;
     if (state.battery != 0) reading.battery = static_cast<float>(1e-3 * state.battery);
     take(reading);
@@ -68,6 +76,8 @@ class FrameProtocol : public BaseProtocol {
   slamd_base::Receiver receiver_;
   DeviceTime time_{1us};
   std::uint8_t number_ = 0;  // of the SPEEDS sent last
+  bool received_ = false;    // a STATE, since the port was opened
+  bool sent_ = false;        // SPEEDS, since then
   std::uint32_t other_ = 0;
 };
 

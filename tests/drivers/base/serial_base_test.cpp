@@ -334,6 +334,29 @@ TEST(SerialBase, HandsOnTheTurnRateOfTheReferenceFirmwareAndNamesAGyroThatIsGone
   EXPECT_FALSE(rig.base->imuStatus().problem());
 }
 
+TEST(SerialBase, DoesNotTakeTheNumberOfASpeedBeforeItForItsOwn) {
+  BaseRig rig("frame");
+  ASSERT_TRUE(rig.connect());
+  std::uint8_t frame[slamd_base::kLongestFrame];
+  for (const int number : {1, 2, 255}) {
+    rig.base.reset();
+    // Of a slamd that was killed: the base has its speed, and its number.
+    BaseRig::Bytes out;
+    const std::size_t size = slamd_base::encodeSpeeds({static_cast<std::uint8_t>(number), {500, 500}}, frame);
+    rig.emulator->exchange({frame, size}, virtual_now, out);
+    rig.emulator->inject("deaf", 1.0);
+    rig.start();
+    const std::size_t before = rig.written.size();
+    rig.runFor(1s);
+    EXPECT_GT(rig.written.size(), before + 10 * size) << "its zero is sent again and again";
+    rig.emulator->inject("deaf", 0.0);
+    rig.runFor(500ms);
+    const std::size_t known = rig.written.size();
+    rig.runFor(1s);
+    EXPECT_EQ(rig.written.size(), known);
+  }
+}
+
 TEST(SerialBase, StopsByItselfWhereTheReferenceFirmwareGetsNothing) {
   BaseRig rig("frame");
   ASSERT_TRUE(rig.connect());
