@@ -16,7 +16,10 @@
 #include "firmware_if/create_oi.hpp"
 #include "firmware_if/hfi_imu.hpp"
 #include "firmware_if/kobuki.hpp"
+#include "firmware_if/opencr.hpp"
+#include "firmware_if/roboclaw.hpp"
 #include "firmware_if/robolink.hpp"
+#include "firmware_if/slamd_base/base_frame.hpp"
 
 namespace slam {
 namespace {
@@ -90,6 +93,38 @@ bool isCreate(Bytes bytes) {
   return frames >= kFrames;
 }
 
+bool isFrameBase(Bytes bytes) {
+  slamd_base::Receiver receiver;
+  std::uint32_t frames = 0;
+  for (const std::uint8_t byte : bytes) {
+    receiver.push(byte, [&](const std::uint8_t* frame) {
+      slamd_base::State state;
+      frames += slamd_base::parseState(frame, &state) ? 1 : 0;
+    });
+  }
+  return frames >= kFrames;
+}
+
+/// It answers with its version.
+bool isRoboclaw(Bytes bytes) {
+  for (std::size_t size = 1; size <= bytes.size(); ++size) {
+    if (roboclaw::endsWithVersion(roboclaw::kFirstAddress, bytes.first(size))) return true;
+  }
+  return false;
+}
+
+bool isOpencr(Bytes bytes) {
+  opencr::Decoder decoder;
+  bool found = false;
+  for (const std::uint8_t byte : bytes) {
+    decoder.push(byte, [&](Bytes frame) {
+      const auto packet = opencr::parse(frame);
+      found = found || (packet && opencr::isPong(*packet));
+    });
+  }
+  return found;
+}
+
 bool isKobuki(Bytes bytes) {
   kobuki::Decoder decoder;
   std::uint32_t frames = 0;
@@ -156,120 +191,49 @@ std::optional<std::array<std::uint8_t, 2>> repeatedHeader(Bytes bytes) {
 
 const char* const kKeys[] = {"lidar", "base", "imu"};
 
-/// The device that belongs to a port of the configuration; nullptr: to none.
-const char* keyOf(Speaker speaker) {
-  switch (speaker) {
-    case Speaker::kRplidar:
-      return "lidar";
-    case Speaker::kBoard:
-    case Speaker::kArduino:
-    case Speaker::kCreate:
-    case Speaker::kKobuki:
-      return "base";
-    case Speaker::kImu:
-    case Speaker::kBno08x:
-    case Speaker::kWitmotion:
-    case Speaker::kXsens:
-      return "imu";
-    default:
-      return nullptr;
-  }
-}
+/// What is known of a speaker besides its bytes.
+struct SpeakerRow {
+  Speaker speaker;
+  const char* name;
+  const char* key;      ///< the device that belongs to a port of the configuration; nullptr: to none
+  const char* drivers;  ///< words of lidar.driver, base.driver or imu.driver for it
+  bool lidar = false;
+};
+constexpr const char* kBase = "base";
+constexpr const char* kImu = "imu";
+constexpr std::array kRows = {
+    SpeakerRow{Speaker::kRplidar, "an RPLidar", "lidar", "rplidar", true},
+    SpeakerRow{Speaker::kBoard, "the HandsFree board", kBase, "handsfree"},
+    SpeakerRow{Speaker::kArduino, "an Arduino with ros_arduino_bridge", kBase, "text"},
+    SpeakerRow{Speaker::kCreate, "an iRobot Create 2 or Roomba", kBase, "create"},
+    SpeakerRow{Speaker::kKobuki, "a Kobuki", kBase, "kobuki"},
+    SpeakerRow{Speaker::kFrameBase, "a base with the reference firmware", kBase, "frame"},
+    SpeakerRow{Speaker::kRoboclaw, "a RoboClaw", kBase, "roboclaw"},
+    SpeakerRow{Speaker::kOpencr, "a TurtleBot3 with OpenCR", kBase, "opencr"},
+    SpeakerRow{Speaker::kImu, "a HandsFree IMU", kImu, "hfi"},
+    SpeakerRow{Speaker::kBno08x, "a BNO08x in UART-RVC mode", kImu, "bno08x"},
+    SpeakerRow{Speaker::kWitmotion, "a WitMotion IMU", kImu, "witmotion"},
+    SpeakerRow{Speaker::kXsens, "an Xsens MTi", kImu, "xsens"},
+    SpeakerRow{Speaker::kLdrobot, "a lidar of LDROBOT (LD06, LD19, STL)", nullptr,
+               "ld06, ld19, stl19p, stl27l, ms200 or lds02", true},
+    SpeakerRow{Speaker::kYdlidar, "a lidar as of YDLIDAR", nullptr,
+               "ydlidar-x2, -x4, -x4-pro, -g2, -g4, -t-mini or coin-d4", true},
+    SpeakerRow{Speaker::kNeato, "a lidar as of Neato (XV-11, LDS-01)", nullptr, "xv11 or lds01", true},
+    SpeakerRow{Speaker::kCamsense, "a lidar of Camsense", nullptr, "camsense-x1", true},
+    SpeakerRow{Speaker::kHokuyo, "a lidar of Hokuyo", nullptr, "hokuyo", true},
+    SpeakerRow{Speaker::kGps, "a GPS receiver", nullptr, nullptr},
+};
 
-const char* nameOf(Speaker speaker) {
-  switch (speaker) {
-    case Speaker::kRplidar:
-      return "an RPLidar";
-    case Speaker::kBoard:
-      return "the HandsFree board";
-    case Speaker::kArduino:
-      return "an Arduino with ros_arduino_bridge";
-    case Speaker::kCreate:
-      return "an iRobot Create 2 or Roomba";
-    case Speaker::kKobuki:
-      return "a Kobuki";
-    case Speaker::kImu:
-      return "a HandsFree IMU";
-    case Speaker::kBno08x:
-      return "a BNO08x in UART-RVC mode";
-    case Speaker::kWitmotion:
-      return "a WitMotion IMU";
-    case Speaker::kXsens:
-      return "an Xsens MTi";
-    case Speaker::kLdrobot:
-      return "a lidar of LDROBOT (LD06, LD19, STL)";
-    case Speaker::kYdlidar:
-      return "a lidar as of YDLIDAR";
-    case Speaker::kNeato:
-      return "a lidar as of Neato (XV-11, LDS-01)";
-    case Speaker::kCamsense:
-      return "a lidar of Camsense";
-    case Speaker::kHokuyo:
-      return "a lidar of Hokuyo";
-    case Speaker::kGps:
-      return "a GPS receiver";
-    default:
-      return "a device of unknown make";
-  }
-}
-
-/// Words of lidar.driver for a lidar.
-const char* driversFor(Speaker speaker) {
-  switch (speaker) {
-    case Speaker::kRplidar:
-      return "rplidar";
-    case Speaker::kLdrobot:
-      return "ld06, ld19, stl19p, stl27l, ms200 or lds02";
-    case Speaker::kYdlidar:
-      return "ydlidar-x2, -x4, -x4-pro, -g2, -g4, -t-mini or coin-d4";
-    case Speaker::kNeato:
-      return "xv11 or lds01";
-    case Speaker::kCamsense:
-      return "camsense-x1";
-    case Speaker::kHokuyo:
-      return "hokuyo";
-    default:
-      return "lcm, with the maker's program sending SLAM_SCAN,";
-  }
-}
-
-/// The word of base.driver for a base.
-const char* baseDriverFor(Speaker speaker) {
-  switch (speaker) {
-    case Speaker::kArduino:
-      return "text";
-    case Speaker::kCreate:
-      return "create";
-    case Speaker::kKobuki:
-      return "kobuki";
-    default:
-      return "handsfree";
-  }
-}
-
-/// The word of imu.driver for an IMU.
-const char* imuDriverFor(Speaker speaker) {
-  switch (speaker) {
-    case Speaker::kBno08x:
-      return "bno08x";
-    case Speaker::kWitmotion:
-      return "witmotion";
-    case Speaker::kXsens:
-      return "xsens";
-    default:
-      return "hfi";
-  }
-}
-
-bool isLidar(Speaker speaker) {
-  return speaker == Speaker::kRplidar || speaker == Speaker::kLdrobot || speaker == Speaker::kYdlidar ||
-         speaker == Speaker::kNeato || speaker == Speaker::kCamsense || speaker == Speaker::kHokuyo;
+const SpeakerRow& rowOf(Speaker speaker) {
+  static constexpr SpeakerRow kNobody{Speaker::kUnknown, "a device of unknown make", nullptr, nullptr};
+  const auto row = std::find_if(kRows.begin(), kRows.end(), [&](const auto& one) { return one.speaker == speaker; });
+  return row == kRows.end() ? kNobody : *row;
 }
 
 }  // namespace
 
 bool isOtherDevice(Speaker speaker) {
-  return !isLidar(speaker) && speaker != Speaker::kUnknown && speaker != Speaker::kPackets;
+  return !rowOf(speaker).lidar && speaker != Speaker::kUnknown && speaker != Speaker::kPackets;
 }
 
 Heard speakerOf(Bytes bytes) {
@@ -279,6 +243,9 @@ Heard speakerOf(Bytes bytes) {
   if (hasFrames<bno08x::Decoder>(bytes)) return {Speaker::kBno08x};
   if (hasFrames<xsens::Decoder>(bytes)) return {Speaker::kXsens};
   if (isRplidar(bytes)) return {Speaker::kRplidar};
+  if (isFrameBase(bytes)) return {Speaker::kFrameBase};
+  if (isOpencr(bytes)) return {Speaker::kOpencr};
+  if (isRoboclaw(bytes)) return {Speaker::kRoboclaw};
   if (isKobuki(bytes)) return {Speaker::kKobuki};
   if (isCreate(bytes)) return {Speaker::kCreate};
   if (isArduino(bytes)) return {Speaker::kArduino};
@@ -301,7 +268,8 @@ void SpeakerSearch::begin(const std::string& path, int baud, Timestamp now, Spea
   bauds_ = {baud, kBoardBaud};
   std::copy(kLidarBauds.begin(), kLidarBauds.end(), bauds_.begin() + 2);
   std::copy(kOtherBauds.begin(), kOtherBauds.end(), bauds_.begin() + 6);
-  bauds_.back() = arduino_bridge::kBaud;
+  bauds_[8] = arduino_bridge::kBaud;
+  bauds_.back() = roboclaw::kBaud;
   next_ = 0;
   listen(now);
 }
@@ -325,6 +293,8 @@ void SpeakerSearch::listen(Timestamp now) {
   if (expected_ == Speaker::kCreate) return;
   if (expected_ == Speaker::kArduino || baud == arduino_bridge::kBaud) {
     stream_->write(arduino_bridge::askBaudRate().bytes());
+  } else if (expected_ == Speaker::kRoboclaw || baud == roboclaw::kBaud) {
+    stream_->write(roboclaw::askVersion(roboclaw::kFirstAddress).bytes());
   } else if (baud == kBoardBaud) {
     std::array<std::uint8_t, robolink::kMaxFrame> frame;
     const std::size_t size =
@@ -333,6 +303,7 @@ void SpeakerSearch::listen(Timestamp now) {
   } else if (std::find(kOtherBauds.begin(), kOtherBauds.end(), baud) == kOtherBauds.end()) {
     stream_->write(rplidar::encodeRequest(rplidar::Request::kGetInfo));
     stream_->write(std::array<std::uint8_t, 4>{'\n', 'V', 'V', '\n'});  // of SCIP
+    if (baud == opencr::kBaud) stream_->write(opencr::ping().bytes());
   }
 }
 
@@ -378,8 +349,9 @@ bool WrongSpeaker::tick(Timestamp now) {
 
 void WrongSpeaker::describe(const Heard& heard) {
   const char* key = kKeys[static_cast<std::size_t>(expected_)];
-  const char* theirs = keyOf(heard.speaker);
-  const char* name = nameOf(heard.speaker);
+  const SpeakerRow& row = rowOf(heard.speaker);
+  const char* theirs = row.key;
+  const char* name = row.name;
   const double baud = heard.baud;
   known_ = heard.speaker != Speaker::kUnknown;
   if (isOwn(heard.speaker)) {
@@ -393,12 +365,12 @@ void WrongSpeaker::describe(const Heard& heard) {
       std::snprintf(header, sizeof header, ", header %02X %02X", static_cast<unsigned>(heard.header[0]),
                     static_cast<unsigned>(heard.header[1]));
     problem_ = {problem::kForeignDevice, {baud}, {name, header}};
-    if (isLidar(heard.speaker) && expected_ == PortOf::kLidar)
-      problem_ = {problem::kForeignLidar, {baud}, {name, header, driversFor(heard.speaker)}};
+    if (row.lidar && expected_ == PortOf::kLidar)
+      problem_ = {problem::kForeignLidar, {baud}, {name, header, row.drivers}};
     if (theirs != nullptr && expected_ == PortOf::kBoard)
-      problem_ = {problem::kForeignBase, {baud}, {name, header, baseDriverFor(heard.speaker)}};
+      problem_ = {problem::kForeignBase, {baud}, {name, header, row.drivers}};
     if (theirs != nullptr && expected_ == PortOf::kImu)
-      problem_ = {problem::kForeignImu, {baud}, {name, header, imuDriverFor(heard.speaker)}};
+      problem_ = {problem::kForeignImu, {baud}, {name, header, row.drivers}};
   }
 }
 

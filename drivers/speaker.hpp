@@ -20,6 +20,9 @@ enum class Speaker : std::uint8_t {
   kArduino,  ///< ros_arduino_bridge
   kCreate,   ///< iRobot Create, Roomba
   kKobuki,
+  kFrameBase,  ///< the reference firmware
+  kRoboclaw,
+  kOpencr,     ///< TurtleBot3
   kImu,        ///< HandsFree, stand-alone
   kBno08x,     ///< in UART-RVC mode
   kWitmotion,  ///< or a HandsFree B6, B9, D6, which send the same frames
@@ -71,7 +74,7 @@ class SpeakerSearch {
   PortOpener open_;
   std::string path_;
   Speaker expected_ = Speaker::kUnknown;
-  std::array<int, 9> bauds_{};
+  std::array<int, 10> bauds_{};
   std::size_t next_ = bauds_.size();
   std::unique_ptr<ByteStream> stream_;
   Timestamp until_{};

@@ -7,6 +7,9 @@
 
 namespace slam::can {
 
+/// What the drives of the wheels send and take.
+enum class Protocol : std::uint8_t { kOdrive, kVesc };
+
 /// One classic CAN frame.
 struct Frame {
   std::uint32_t id = 0;   ///< 11 or 29 bits; of an error frame: its classes

@@ -12,7 +12,7 @@ namespace slam {
 /// command.
 class Outgoing {
  public:
-  static constexpr std::size_t kMost = 64;
+  static constexpr std::size_t kMost = 160;
 
   Outgoing() = default;
   Outgoing(std::initializer_list<std::uint8_t> bytes) { add(std::span(bytes.begin(), bytes.size())); }

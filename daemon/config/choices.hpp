@@ -7,6 +7,7 @@
 
 #include "bus/drive_senders.hpp"
 #include "estimation/base_kinematics.hpp"
+#include "firmware_if/can_frame.hpp"
 #include "mapping/occupancy_grid.hpp"
 #include "matching/match_result.hpp"
 
@@ -45,7 +46,18 @@ enum class LidarDriver : std::uint8_t {
 enum class LidarScanMode : std::uint8_t { kAuto, kExpress, kStandard };
 /// A base that slamd reads (drivers/base/base_facts.cpp has the rows of those at a serial port, but for the HandsFree
 /// board), or where else the wheels' angles come from.
-enum class BaseDriver : std::uint8_t { kHandsfree, kRosArduinoBridge, kCreate2, kKobuki, kCan, kLcm, kNone };
+enum class BaseDriver : std::uint8_t {
+  kHandsfree,
+  kRosArduinoBridge,
+  kCreate2,
+  kKobuki,
+  kFrame,
+  kRoboclaw,
+  kOpencr,
+  kCan,
+  kLcm,
+  kNone
+};
 enum class ImuDriver : std::uint8_t { kHandsfree, kBase, kHfi, kBno08x, kWitmotion, kXsens, kIio, kCan, kLcm, kNone };
 enum class DepthDriver : std::uint8_t { kOpenni2, kLcm, kNone };
 enum class LogContent : std::uint8_t { kRaw, kAll };
@@ -65,7 +77,10 @@ inline constexpr std::array kWords<LidarDriver>{
 template <>
 inline constexpr std::array kWords<LidarScanMode>{"auto", "express", "standard"};
 template <>
-inline constexpr std::array kWords<BaseDriver>{"handsfree", "text", "create", "kobuki", "can", "lcm", "none"};
+inline constexpr std::array kWords<BaseDriver>{"handsfree", "text",   "create", "kobuki", "frame",
+                                               "roboclaw",  "opencr", "can",    "lcm",    "none"};
+template <>
+inline constexpr std::array kWords<can::Protocol>{"odrive", "vesc"};
 template <>
 inline constexpr std::array kWords<BaseType>{"differential", "omni3", "mecanum4"};
 template <>

@@ -54,6 +54,7 @@ struct BaseDeviceConfig {
   DifferentialBase geometry;
   double counts_per_turn = 0.0;  ///< [1] of a wheel; 0: the model's own
   double loop_rate = 30.0;       ///< [Hz] of an Arduino's speed control
+  int address = 128;             ///< of a RoboClaw
   bool speed_commands = false;   ///< drive as SLAM_DRIVE says
   DriveOrder drive_order = DriveOrder::kFirst;
   SpeedLimits limits;          ///< whatever SLAM_DRIVE asks for
@@ -64,6 +65,15 @@ struct BaseDeviceConfig {
   /// slamd reads it at a serial port.
   bool isSerial() const {
     return driver != BaseDriver::kCan && driver != BaseDriver::kLcm && driver != BaseDriver::kNone;
+  }
+
+  /// It sends the turn rate of a gyro of its own along with its wheels.
+  bool hasGyro() const {
+    return driver == BaseDriver::kKobuki || driver == BaseDriver::kFrame || driver == BaseDriver::kOpencr;
+  }
+  /// What its encoders count in a turn is each robot's own.
+  bool needsCounts() const {
+    return driver == BaseDriver::kRosArduinoBridge || driver == BaseDriver::kFrame || driver == BaseDriver::kRoboclaw;
   }
 
   void visitSettings(auto& v) {
@@ -86,6 +96,7 @@ struct BaseDeviceConfig {
     v.expert("loop_rate", loop_rate, "Hz", 1.0, 1000.0,
              "The speed control of an Arduino with ros_arduino_bridge runs at this rate: a speed is sent as counts per "
              "run.");
+    v.expert("address", address, "", 128, 135, "A RoboClaw has this address, 80h to 87h as a decimal number.");
     v.expert("mileage_rate", mileage_rate, "Hz", 1.0, 200.0,
              "The HandsFree board is asked for its wheel angles at this rate.");
     v.expert("imu_rate", imu_rate, "Hz", 1.0, 200.0, "The HandsFree board is asked for its IMU's values at this rate.");
@@ -140,19 +151,23 @@ struct ImuDeviceConfig {
 /// The CAN bus of wheels (ODrive CANSimple) and IMU (Xsens frames).
 struct CanConfig {
   std::string interface = "can0";
+  can::Protocol protocol = can::Protocol::kOdrive;
   int left_node = can::odrive::kLeftNode, right_node = can::odrive::kRightNode;
   bool left_reversed = false, right_reversed = false;  ///< the encoder counts down driving forward
   double gear_ratio = 1.0;                             ///< [1] turns of the encoder per turn of the wheel
+  int pole_pairs = 0;                                  ///< of a VESC's motor; 0: not set
   int watchdog_endpoint = 0;                           ///< of axis0.config.enable_watchdog in 0.6; 0: not known
 
   void visitSettings(auto& v) {
     v.site("interface", interface,
            "Wheels and IMU are on this SocketCAN interface, whose bit rate is set by the system, not by slamd.",
            "Set it when the robot has several CAN interfaces.");
-    v.site("left_node", left_node, "", 0, 63, "The ODrive axis of the left wheel has this CANSimple node number.",
-           "Set it to the node number that is stored in the left wheel's axis; ODrives come with 0 and 1.");
-    v.site("right_node", right_node, "", 0, 63, "The ODrive axis of the right wheel has this CANSimple node number.",
-           "Set it to the node number that is stored in the right wheel's axis.");
+    v.expert("protocol", protocol, "The drives of the wheels are two ODrives (CANSimple), or two VESCs.");
+    v.site("left_node", left_node, "", 0, 254,
+           "The drive of the left wheel has this number: its CANSimple node (0 to 63), or the VESC's id.",
+           "Set it to the number that is stored in the left wheel's drive; ODrives come with 0 and 1.");
+    v.site("right_node", right_node, "", 0, 254, "The drive of the right wheel has this number.",
+           "Set it to the number that is stored in the right wheel's drive.");
     v.site("left_reversed", left_reversed, "The encoder of the left wheel counts down when the robot drives forward.",
            "Set true when the left wheel is reported to turn backwards.");
     v.site("right_reversed", right_reversed,
@@ -160,6 +175,8 @@ struct CanConfig {
            "Set true when the right wheel is reported to turn backwards.");
     v.site("gear_ratio", gear_ratio, "1", 0.001, 1000.0, "The encoder makes this many turns for one turn of the wheel.",
            "Set it when there is a gear between motor and wheel.");
+    v.expert("pole_pairs", pole_pairs, "1", 0, 100,
+             "The motor of a VESC has this many pairs of poles; 0: not set, and a VESC cannot be read.");
     v.expert("watchdog_endpoint", watchdog_endpoint, "", 0, 65535,
              "ODrives of firmware 0.6 tell slamctl doctor under this number whether axis0.config.enable_watchdog "
              "is on; 0: they are not asked.");

@@ -292,16 +292,16 @@ void checkTogether(const Config& config, const std::string& name, const Places& 
                                                 std::string(wordOf(config.base_device.driver)) +
                                                 "\"; set imu.driver to the gyro that there is, or to \"none\"");
   }
-  if (config.imu_device.driver == ImuDriver::kBase && config.base_device.driver != BaseDriver::kKobuki) {
-    complain({"imu.driver", "base.driver"}, "\"base\" means the gyro of a Kobuki, but base.driver is \"" +
-                                                std::string(wordOf(config.base_device.driver)) +
-                                                "\"; set imu.driver to the gyro that there is, or to \"none\"");
+  if (config.imu_device.driver == ImuDriver::kBase && !config.base_device.hasGyro()) {
+    complain({"imu.driver", "base.driver"},
+             "\"base\" means the gyro of the base, but a base of base.driver = \"" +
+                 std::string(wordOf(config.base_device.driver)) +
+                 "\" has none; set imu.driver to the gyro that there is, or to \"none\"");
   }
-  if (config.base_device.driver == BaseDriver::kRosArduinoBridge && !(config.base_device.counts_per_turn > 0.0)) {
-    complain(
-        {"base.counts_per_turn", "base.driver"},
-        "is not set, but an Arduino has no model that says it; set it to what the encoder counts in one turn of the "
-        "wheel (enc_counts_per_rev of diffdrive_arduino)");
+  if (config.base_device.needsCounts() && !(config.base_device.counts_per_turn > 0.0)) {
+    complain({"base.counts_per_turn", "base.driver"},
+             "is not set, but such a base has no model that says it; set it to what the encoder counts in one turn of "
+             "the wheel (enc_counts_per_rev of diffdrive_arduino)");
   }
   const bool any_type = config.base_device.driver == BaseDriver::kHandsfree ||
                         config.base_device.driver == BaseDriver::kLcm || config.base_device.driver == BaseDriver::kNone;
@@ -312,6 +312,14 @@ void checkTogether(const Config& config, const std::string& name, const Places& 
   }
   if (config.base_device.driver == BaseDriver::kCan && config.can.left_node == config.can.right_node) {
     complain({"can.right_node", "can.left_node"}, "is the left wheel's, too; give each its own");
+  }
+  const bool is_vesc = config.can.protocol == can::Protocol::kVesc;
+  if (config.base_device.driver == BaseDriver::kCan && is_vesc && config.can.pole_pairs == 0)
+    complain({"can.pole_pairs", "can.protocol"}, "is not set; set it to half the magnets of the motor's rotor");
+  for (const auto& [key, node] :
+       {std::pair{"can.left_node", config.can.left_node}, {"can.right_node", config.can.right_node}}) {
+    if (config.base_device.driver == BaseDriver::kCan && !is_vesc && node > can::odrive::kMaxNode)
+      complain({key, "can.protocol"}, "is above 63, the greatest node of an ODrive");
   }
   const DepthProjectionConfig& depth = config.depth_device.projection;
   const bool below = config.depth_device.isMounted() && depth.floor_clearance >= depth.extrinsics.z;

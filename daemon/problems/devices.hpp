@@ -197,6 +197,9 @@ inline constexpr ProblemKind kBaseLifted{"base_lifted",
 inline constexpr ProblemKind kBaseLeftSafeMode{
     "base_left_safe_mode", "the base has stopped by itself: a wheel dropped, an edge or its charger came, or a button",
     "slamd drives it by a new SLAM_DRIVE only", "clear its way, and drive on"};
+inline constexpr ProblemKind kBaseNoGyro{"base_no_gyro", "{0} sends wheels, but no turn rate",
+                                         "slamd goes on without a gyro",
+                                         "check the gyro's cable, or set imu.driver to the gyro that there is"};
 inline constexpr ProblemKind kBaseGeometry{
     "base_geometry",
     "base: base.wheel_radius is {#0.4} m and base.half_track {#1.4} m, but {0} has {#2.4} m and {#3.4} m",
@@ -305,6 +308,23 @@ inline constexpr ProblemKind kSlowEstimates{"slow_estimates", "{0} wheel: encode
 inline constexpr ProblemKind kAxisError{"axis_error", "{0} wheel: axis error {1}", "",
                                         "remove the cause, then cansend {2} {#2x3}# and cansend {2} {#1x3}#08000000"};
 inline constexpr ProblemKind kAxisErrorStops{"axis_error_stops", kAxisError.cause, kStops, kAxisError.fix};
+
+// Of one wheel's VESC. Texts: its side. Numbers: its id, temperature of its transistors [deg C]; or the period [ms].
+inline constexpr ProblemKind kVescNoEstimates{
+    "vesc_no_estimates", "the {0} wheel (VESC {#0}) does not send both STATUS and STATUS_5", "",
+    "in VESC Tool: App Settings, General, CAN status messages: 1, 4 and 5 at 50 Hz"};
+inline constexpr ProblemKind kVescNotFollowing{
+    "vesc_not_following",
+    "the {0} wheel (VESC {#0}) does not turn while the other one does as it is asked to: it is blocked, or its "
+    "controller has a fault",
+    "slamd stops both wheels until SLAM_DRIVE has paused for 2 s",
+    "free the wheel; in VESC Tool: Terminal, faults, and Motor Settings, PID Controllers, Minimum ERPM"};
+inline constexpr ProblemKind kVescSlow{"vesc_slow", "{0} wheel: STATUS_5 comes every {#0} ms",
+                                       "slamd goes on with those that agree, the pose is coarser",
+                                       "in VESC Tool: App Settings, General, CAN status rate: 50 Hz"};
+inline constexpr ProblemKind kVescHot{"vesc_hot", "the transistors of the {0} wheel's VESC have {#1} degrees",
+                                      "as delivered it limits its current from 85 on: the wheel may become slow",
+                                      "let it cool, and cool it better"};
 
 // Depth camera. Texts: what is named in the configuration, what there is.
 inline constexpr ProblemKind kNoOpenni{"no_openni", "OpenNI2 does not start", "",

@@ -6,10 +6,16 @@
 
 #include "drivers/base/arduino_base.hpp"
 #include "drivers/base/create_base.hpp"
+#include "drivers/base/frame_base.hpp"
 #include "drivers/base/kobuki_base.hpp"
+#include "drivers/base/opencr_base.hpp"
+#include "drivers/base/roboclaw_base.hpp"
 #include "firmware_if/arduino_bridge.hpp"
 #include "firmware_if/create_oi.hpp"
 #include "firmware_if/kobuki.hpp"
+#include "firmware_if/opencr.hpp"
+#include "firmware_if/roboclaw.hpp"
+#include "firmware_if/slamd_base/base_frame.hpp"
 
 namespace slam {
 namespace {
@@ -21,7 +27,8 @@ constexpr std::array kTable = {
               .make = makeArduinoProtocol,
               .baud = arduino_bridge::kBaud,
               .counter_bits = 32,
-              .rate = 50.0},
+              .rate = 50.0,
+              .stops_after = arduino_bridge::kAutoStop},
     BaseFacts{.driver = "create",
               .name = "an iRobot Create 2 or Roomba",
               .speaker = Speaker::kCreate,
@@ -32,7 +39,8 @@ constexpr std::array kTable = {
               .fastest = create_oi::kFastest,
               .counts_per_turn = create_oi::kCountsPerTurn,
               .wheel_radius = create_oi::kWheelRadius,
-              .half_track = create_oi::kHalfTrack},
+              .half_track = create_oi::kHalfTrack,
+              .at_hand = "keep its CLEAN button within reach: pressed, it stops the robot"},
     BaseFacts{.driver = "kobuki",
               .name = "a Kobuki",
               .speaker = Speaker::kKobuki,
@@ -44,7 +52,35 @@ constexpr std::array kTable = {
               .counts_per_turn = kobuki::kCountsPerTurn,
               .wheel_radius = kobuki::kWheelRadius,
               .half_track = kobuki::kHalfTrack,
-              .gyro = true},
+              .gyro = true,
+              .stops_after = kobuki::kWatchdog},
+    BaseFacts{.driver = "frame",
+              .name = "a base with the reference firmware",
+              .speaker = Speaker::kFrameBase,
+              .make = makeFrameProtocol,
+              .baud = slamd_base::kBaud,
+              .counter_bits = 32,
+              .rate = slamd_base::kStateRate,
+              .gyro = true,
+              .stops_after = 1e-3 * slamd_base::kCommandLasts},
+    BaseFacts{.driver = "roboclaw",
+              .name = "a RoboClaw",
+              .speaker = Speaker::kRoboclaw,
+              .make = makeRoboclawProtocol,
+              .baud = roboclaw::kBaud,
+              .counter_bits = 32,
+              .rate = 50.0,
+              .at_hand = "set its serial timeout in Motion Studio to 0.5 s, and keep its switch within reach"},
+    BaseFacts{.driver = "opencr",
+              .name = "a TurtleBot3 with OpenCR",
+              .speaker = Speaker::kOpencr,
+              .make = makeOpencrProtocol,
+              .baud = opencr::kBaud,
+              .counter_bits = 32,
+              .rate = 50.0,
+              .counts_per_turn = opencr::kCountsPerTurn,
+              .gyro = true,
+              .stops_after = opencr::kHeartbeatLasts},
 };
 
 }  // namespace

@@ -15,6 +15,7 @@ struct BaseProtocolConfig {
   double half_track = 0.0;       ///< [m]
   double counts_per_turn = 0.0;  ///< of a wheel
   double loop_rate = 0.0;        ///< [Hz] of the speed control of a base that takes counts per loop
+  std::uint8_t address = 0x80;   ///< of a RoboClaw
   bool may_drive = false;
 };
 
@@ -32,6 +33,8 @@ struct BaseFacts {
   double wheel_radius = 0.0;     ///< [m] by its maker; 0: each robot's own
   double half_track = 0.0;       ///< [m] the same
   bool gyro = false;             ///< it sends the turn rate of its gyro
+  double stops_after = 0.0;      ///< [s] without a speed it stops by itself; 0: never
+  const char* at_hand = "";      ///< where it never does: what stops it while slamd is down
 };
 
 std::span<const BaseFacts> baseTable();

@@ -12,7 +12,8 @@ namespace slam {
 
 /// What a base has sent, as far as one frame or answer tells it.
 struct BaseReading {
-  Timestamp stamp;  ///< when it was measured
+  Timestamp stamp;         ///< when it was measured
+  bool restarted = false;  ///< the base was reset since the reading before: it counts anew
   std::optional<std::array<std::uint32_t, 2>>
       counts{};                       ///< of the wheels' encoders: left, right, forward up; they wrap
   std::optional<double> turn_rate{};  ///< [rad/s] counter-clockwise, of its gyro

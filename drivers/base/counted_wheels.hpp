@@ -21,6 +21,9 @@ class CountedWheels {
   CountedWheels(double counts_per_turn, int bits, double fastest)
       : per_count_(2.0 * std::numbers::pi / counts_per_turn), unused_(32 - bits), fastest_(fastest) {}
 
+  /// The next counts are no difference to those before.
+  void restart() { last_.reset(); }
+
   WheelAngles add(Timestamp stamp, const std::array<std::uint32_t, 2>& counts, bool lifted) {
     WheelAngles angles{.stamp = stamp, .restarted = !last_, .lifted = lifted};
     if (last_) {

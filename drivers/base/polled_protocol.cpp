@@ -28,6 +28,7 @@ Outgoing PolledProtocol::question(Timestamp now) {
     synced_ = false;
   }
   if (!synced_) return ask(Request::kSync, encode(Request::kSync), now);
+  if (const Outgoing other = encodeOther(now); !other.empty()) return ask(Request::kOther, other, now);
   if (now < next_counts_) return {};
   next_counts_ = std::max(next_counts_ + period_, now);
   return ask(Request::kCounts, encode(Request::kCounts), now);

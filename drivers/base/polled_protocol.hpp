@@ -22,12 +22,15 @@ class PolledProtocol : public BaseProtocol {
     kSync,    ///< of a kind of its own, and harmless
     kCounts,  ///< the wheels'
     kSpeeds,
+    kOther,  ///< of encodeOther()
   };
   /// @param period of the counts
   explicit PolledProtocol(Duration period) : period_(period) {}
 
   virtual Outgoing encode(Request question) = 0;
   virtual Outgoing encodeSpeeds(const SideSpeeds& wanted) = 0;
+  /// What else is due; empty: nothing.
+  virtual Outgoing encodeOther(Timestamp) { return {}; }
   /// What half an answer has left behind is void.
   virtual void forget() = 0;
 

@@ -72,7 +72,7 @@ void SerialBase::open(Timestamp now) {
     return setBoth(DeviceState::kAbsent, problem);
   }
   protocol_->begin(now);
-  heard_ = {.at = now, .byte = now};
+  heard_ = {.at = now, .byte = now, .turn_rate = now};
   speeds_.owe();
   for (DeviceStatus* status : {&wheels_, &imu_}) status->setOpening(problem::kBoardOpening);
 }
@@ -116,8 +116,12 @@ void SerialBase::emit(const BaseReading& reading) {
     sinks_.imu({reading.stamp, {0.0, 0.0, *reading.turn_rate}, Eigen::Vector3d::Zero()});
     imu_.countSample(reading.stamp);
     imu_.set(DeviceState::kStreaming);
+    heard_.turn_rate = heard_.at;
+  } else if (config_.gyro && reading.counts && heard_.at - heard_.turn_rate > kStale) {
+    imu_.set(DeviceState::kAbsent, {problem::kBaseNoGyro, {}, {config_.facts->name}});
   }
   if (!reading.counts) return;
+  if (reading.restarted) counted_.restart();
   sinks_.wheels(counted_.add(reading.stamp, *reading.counts, isLifted()));
   wheels_.countSample(reading.stamp);
   wheels_.set(DeviceState::kStreaming, isLifted()      ? Problem(problem::kBaseLifted)

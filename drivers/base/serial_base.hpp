@@ -84,6 +84,7 @@ class SerialBase {
     Timestamp at{};            // any reading
     Timestamp lifted_until{};  // it counts as put down when no wheel has hung for a while
     Timestamp byte{};          // a byte of any sense
+    Timestamp turn_rate{};
     bool isNoise() const { return byte - at > std::chrono::milliseconds(100); }
     bool obeys = true;
   } heard_;

@@ -46,8 +46,11 @@ class CanAxis {
     version_ = version;
     dialect_ = version.dialect();
   }
+  /// @param step [turns] of its position: slower than two of them in the time in which it is taken for frozen, it may
+  /// stay the same
+  void setStep(double step) { turning_ = std::max(turning_, static_cast<float>(2.0 * step / toSeconds(kFrozen))); }
   void addEstimates(Timestamp stamp, const can::odrive::EncoderEstimates& estimates) {
-    const bool moved = estimates.position != position_ || std::abs(estimates.velocity) < kTurning;
+    const bool moved = estimates.position != position_ || std::abs(estimates.velocity) < turning_;
     if (moved || stamp - estimates_ > kFrozen) moved_ = stamp;
     position_ = estimates.position;
     velocity_ = estimates.velocity;
@@ -88,7 +91,6 @@ class CanAxis {
   }
 
  private:
-  static constexpr float kTurning = 0.05F;  // [turns/s]
   static constexpr Duration kFrozen = std::chrono::milliseconds(300);
   static constexpr Duration kForgotten = std::chrono::seconds(3);
 
@@ -120,6 +122,7 @@ class CanAxis {
   Timestamp heartbeat_{}, estimates_{}, moved_{};
   Pace heartbeats_;
   float position_ = 0.0F, velocity_ = 0.0F;  // [turns, turns/s]
+  float turning_ = 0.05F;                    // [turns/s] a wheel that is faster changes its position
 };
 
 }  // namespace slam

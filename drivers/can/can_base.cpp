@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <numbers>
 #include <thread>
 
@@ -14,6 +15,7 @@ namespace {
 
 using namespace std::chrono_literals;
 namespace odrive = can::odrive;
+namespace vesc = can::vesc;
 namespace xsens = can::xsens;
 
 constexpr Duration kSilent = 500ms;        // estimates and IMU come every 10 ms
@@ -28,14 +30,22 @@ constexpr Duration kCrowded = 25ms;        // between two frames of a heartbeat'
 constexpr int kMostCrowded = 20;           // in a row
 constexpr Duration kAskPeriod = 1s;        // for a drive's version
 constexpr int kAskTries = 3;
+constexpr double kHot = 85.0;     // [deg C] of transistors: from here on a VESC as delivered limits its current
 constexpr int kMostFrames = 200;  // a tick: ten times what the bus carries in that time
 
 constexpr std::array<const char*, 2> kSides = {"left", "right"};
+
+bool isVesc(const CanBaseConfig& config) { return config.protocol == can::Protocol::kVesc; }
 
 std::vector<std::uint32_t> idsOf(const CanBaseConfig& config) {
   std::vector<std::uint32_t> ids;
   for (const int node : config.nodes) {
     if (!config.wheels) break;
+    if (isVesc(config)) {
+      for (const auto packet : {vesc::Packet::kStatus, vesc::Packet::kStatus4, vesc::Packet::kStatus5})
+        ids.push_back(vesc::idOf(node, packet) | CanPort::kExtended);
+      continue;
+    }
     ids.push_back(odrive::idOf(node, odrive::Command::kHeartbeat));
     ids.push_back(odrive::idOf(node, odrive::Command::kEncoderEstimates));
     if (config.commands) ids.push_back(odrive::idOf(node, odrive::Command::kVersion));
@@ -65,6 +75,13 @@ Problem problemOf(CanLinkState state, const std::string& interface) {
   return {};
 }
 
+/// What an ODrive's problem is with a VESC, whose settings are others.
+const ProblemKind& vescKind(const ProblemKind& kind) {
+  if (std::strcmp(kind.id, problem::kNoEstimates.id) == 0) return problem::kVescNoEstimates;
+  if (std::strcmp(kind.id, problem::kNotFollowing.id) == 0) return problem::kVescNotFollowing;
+  return kind;
+}
+
 }  // namespace
 
 CanBase::CanBase(const CanBaseConfig& config, Clock now, Sinks sinks)
@@ -75,10 +92,12 @@ CanBase::CanBase(const CanBaseConfig& config, Clock now, Sinks sinks, std::uniqu
       now_(now),
       sinks_(std::move(sinks)),
       link_(std::move(port), config.interface, idsOf(config), config.commands ? kReopen : Duration(1s)),
+      vescs_{VescDrive(config.nodes[0], config.pole_pairs), VescDrive(config.nodes[1], config.pole_pairs)},
       wheels_(config.wheel),
       imu_(config.R_base_imu),
       command_(config.limits) {
   config_.commands = config.commands && config.wheels;
+  for (std::size_t side = 0; side < 2 && isVesc(config); ++side) axes_[side].setStep(vescs_[side].step());
   if (!config_.wheels) wheel_status_.set(DeviceState::kAbsent, problem::kNotWanted);
   if (!config_.imu) imu_status_.set(DeviceState::kAbsent, problem::kNotWanted);
 }
@@ -100,6 +119,8 @@ void CanBase::tick() {
 
 void CanBase::handle(const StampedCanFrame& received) {
   if (!config_.wheels) return handleImu(received);
+  if (received.frame.extended) return handleVesc(received);
+  if (isVesc(config_)) return handleImu(received);
   for (std::size_t side = 0; side < 2; ++side) {
     const auto is = [&](odrive::Command command) {
       return received.frame.id == odrive::idOf(config_.nodes[side], command);
@@ -116,7 +137,7 @@ void CanBase::handle(const StampedCanFrame& received) {
 
 void CanBase::handleHeartbeat(std::size_t side, const StampedCanFrame& received) {
   CanAxis& axis = axes_[side];
-  int& crowded = crowded_[side];
+  int& crowded = doubts_[side].crowded;
   if (received.frame.id == xsens::kQuaternion) {
     crowded = received.stamp - axis.heartbeat() < kCrowded ? std::min(crowded + 1, kMostCrowded) : crowded / 2;
     if (crowded >= kMostCrowded) return axis.forgetHeartbeats(received.stamp);
@@ -126,16 +147,34 @@ void CanBase::handleHeartbeat(std::size_t side, const StampedCanFrame& received)
 
 void CanBase::handleEstimates(std::size_t side, const StampedCanFrame& received) {
   const auto estimates = odrive::parseEncoderEstimates(config_.nodes[side], received.frame);
-  if (!estimates) {
-    ++damaged_;
-    bad_estimates_[side] = received.stamp;
-  } else {
-    axes_[side].addEstimates(received.stamp, *estimates);
-    const auto pair = wheels_.add(side, received.stamp, *estimates);
-    const bool lie = axes_[0].lies() || axes_[1].lies();
-    if (pair && !lie) emit(*pair);
-    if (pair && lie && pair->restarted) wheels_.beginAnew();
+  if (estimates) return addEstimates(side, received.stamp, *estimates);
+  ++damaged_;
+  doubts_[side].bad_estimates = received.stamp;
+  wheel_status_.rejects.store(damaged_ + wheels_.rejects(), std::memory_order_relaxed);
+}
+
+/// A VESC tells on CAN neither its state nor its faults: as long as it sends it is taken for one that obeys, and a
+/// wheel that does not is seen by how it turns.
+void CanBase::handleVesc(const StampedCanFrame& received) {
+  bool known = false;
+  for (std::size_t side = 0; side < 2; ++side) {
+    const VescDrive::News news = vescs_[side].take(received.stamp, received.frame);
+    known = known || news.is_status;
+    if (news.is_status)
+      axes_[side].addHeartbeat(received.stamp, {.state = static_cast<std::uint8_t>(odrive::AxisState::kClosedLoop)});
+    if (news.estimates) addEstimates(side, received.stamp, *news.estimates);
   }
+  if (known) return;
+  ++damaged_;
+  wheel_status_.rejects.store(damaged_ + wheels_.rejects(), std::memory_order_relaxed);
+}
+
+void CanBase::addEstimates(std::size_t side, Timestamp stamp, const odrive::EncoderEstimates& estimates) {
+  axes_[side].addEstimates(stamp, estimates);
+  const auto pair = wheels_.add(side, stamp, estimates);
+  const bool lie = axes_[0].lies() || axes_[1].lies();
+  if (pair && !lie) emit(*pair);
+  if (pair && lie && pair->restarted) wheels_.beginAnew();
   wheel_status_.rejects.store(damaged_ + wheels_.rejects(), std::memory_order_relaxed);
 }
 
@@ -184,7 +223,7 @@ void CanBase::watchWheels(Timestamp now) {
   for (std::size_t side = 0; side < 2; ++side) {
     if (dead[side]) return stale(ofWheel(config_.commands ? problem::kNoFramesStops : problem::kNoFrames, side));
     if (!silent[side]) continue;
-    const bool bad = bad_estimates_[side] != Timestamp{} && now - bad_estimates_[side] <= patience(side);
+    const bool bad = doubts_[side].bad_estimates != Timestamp{} && now - doubts_[side].bad_estimates <= patience(side);
     return stale(ofWheel(bad ? problem::kBadEstimates : problem::kNoEstimates, side));
   }
   for (std::size_t side = 0; side < 2; ++side) {
@@ -214,7 +253,8 @@ Problem CanBase::warning(Timestamp now) const {
   Problem slow, other;
   for (std::size_t side = 0; side < 2; ++side) {
     if (wheels_.period(side) >= kSlowEstimates) slow = slowEstimates(side);
-    if (crowded_[side] >= kMostCrowded) {
+    if (vescs_[side].transistors() >= kHot) other = ofWheel(problem::kVescHot, side);
+    if (doubts_[side].crowded >= kMostCrowded) {
       other = ofWheel(problem::kSharedId, side);
     } else if (since(axes_[side].heartbeat(), now, kHeartbeatSilent)) {
       other = noHeartbeat(side);
@@ -231,6 +271,8 @@ void CanBase::setStale(DeviceStatus& status, const Problem& why) const {
 }
 
 Problem CanBase::ofWheel(const ProblemKind& kind, std::size_t side, std::string_view report) const {
+  if (isVesc(config_))
+    return {vescKind(kind), {static_cast<double>(config_.nodes[side]), vescs_[side].transistors()}, {kSides[side]}};
   const int node = config_.nodes[side];
   const auto id = [&](odrive::Command command) { return static_cast<double>(odrive::idOf(node, command)); };
   return {kind,
@@ -249,7 +291,7 @@ Problem CanBase::notArmed(std::size_t side) const {
 
 Problem CanBase::slowEstimates(std::size_t side) const {
   const double period = 10.0 * std::round(100.0 * toSeconds(wheels_.period(side)));  // [ms]
-  return {problem::kSlowEstimates, {period}, {kSides[side]}};
+  return {isVesc(config_) ? problem::kVescSlow : problem::kSlowEstimates, {period}, {kSides[side]}};
 }
 
 Problem CanBase::axisError(std::size_t side) const {
@@ -270,13 +312,13 @@ bool CanBase::obeys(std::size_t side, Timestamp now) const {
   const bool silent = period > Duration(0) &&
                       now - std::max(axis.heartbeat(), axis.estimates()) > patienceFor(period, CanAxis::kFramesLost);
   // Where its heartbeats cannot be told from others, how its wheel turns is all that is known.
-  const bool says = !silent && (crowded_[side] >= kMostCrowded || (heartbeats && axis.obeys()));
+  const bool says = !silent && (doubts_[side].crowded >= kMostCrowded || (heartbeats && axis.obeys()));
   return says && follow_.idle() != side;
 }
 
 Problem CanBase::hindrance(std::size_t side) const {
   const CanAxis& axis = axes_[side];
-  if (crowded_[side] < kMostCrowded) {
+  if (doubts_[side].crowded < kMostCrowded) {
     // Overdue when the last estimates came: a drive that is silent altogether is another matter.
     if (since(axis.heartbeat(), axis.estimates(), axis.heartbeatPatience())) return noHeartbeat(side);
     if (axis.said() && !axis.inClosedLoop()) return notArmed(side);
@@ -371,7 +413,10 @@ bool CanBase::sendSpeeds(Timestamp now, const Twist2& twist) {
     const double turns = factor * wheels[side] / (2.0 * std::numbers::pi);
     const double velocity = turns * config_.wheel.gear_ratio * config_.wheel.sign[side] + 0.0;  // a zero without sign
     asked_speeds_[side] = velocity;
-    taken = link_.send(odrive::encodeInputVelocity(config_.nodes[side], {static_cast<float>(velocity), 0.0F}), now);
+    taken = link_.send(isVesc(config_)
+                           ? vescs_[side].encodeSpeed(velocity)
+                           : odrive::encodeInputVelocity(config_.nodes[side], {static_cast<float>(velocity), 0.0F}),
+                       now);
   }
   return taken;
 }

@@ -14,6 +14,7 @@
 #include "drivers/can/can_link.hpp"
 #include "drivers/can/can_wheels.hpp"
 #include "drivers/can/follow_watch.hpp"
+#include "drivers/can/vesc_drive.hpp"
 #include "drivers/device_status.hpp"
 #include "drivers/speed_command.hpp"
 
@@ -23,7 +24,10 @@ struct CanBaseConfig {
   std::string interface = "can0";
   bool wheels = true;  ///< taken from this bus
   bool imu = true;     ///< the same; both can be told apart, e.g. wheels here and the IMU on a serial line
-  std::array<int, 2> nodes{can::odrive::kLeftNode, can::odrive::kRightNode};  ///< left, right; 0..63
+  can::Protocol protocol = can::Protocol::kOdrive;  ///< of the wheels' drives
+  std::array<int, 2> nodes{can::odrive::kLeftNode,
+                           can::odrive::kRightNode};  ///< left, right; 0..63, ids of VESCs 0..254
+  int pole_pairs = 0;                                 ///< of a VESC's motor
   CanWheelsConfig wheel{};
   Eigen::Matrix3d R_base_imu = Eigen::Matrix3d::Identity();  ///< takes the IMU's axes to the base's
   bool commands = false;  ///< command the drives, see command(); nothing is ever sent otherwise
@@ -31,7 +35,7 @@ struct CanBaseConfig {
   SpeedLimits limits{};                                ///< of what it commands
 };
 
-/// Owns a CAN bus with the drives of two wheels (ODrive CANSimple) and an IMU (Xsens frames).
+/// Owns a CAN bus with the drives of two wheels (ODrive CANSimple or VESC) and an IMU (Xsens frames).
 ///
 /// To be ticked at a fixed rate, faster than the frames come, by one thread; a tick never waits, but for opening the
 /// interface when there is none. It does not set the bit rate, nor bring the interface up: that is the system's.
@@ -71,6 +75,8 @@ class CanBase {
   void handle(const StampedCanFrame& received);
   void handleHeartbeat(std::size_t side, const StampedCanFrame& received);
   void handleEstimates(std::size_t side, const StampedCanFrame& received);
+  void handleVesc(const StampedCanFrame& received);
+  void addEstimates(std::size_t side, Timestamp stamp, const can::odrive::EncoderEstimates& estimates);
   void handleImu(const StampedCanFrame& received);
   void emit(const CanWheels::Pair& pair);
   void takeCommand(Timestamp now);
@@ -105,6 +111,7 @@ class CanBase {
   DeviceStatus wheel_status_, imu_status_;
   CanLink link_;
   std::array<CanAxis, 2> axes_;
+  std::array<VescDrive, 2> vescs_;
   CanWheels wheels_;
   CanImu imu_;
   Timestamp usable_since_{};  // the link; silence is counted from here at the earliest
@@ -112,7 +119,11 @@ class CanBase {
   Timestamp last_pair_{}, last_sample_{};                      // when they were handed on
   Timestamp last_time_{}, last_rate_{}, last_acceleration_{};  // frames of the IMU
   std::int64_t damaged_ = 0;                                   // frames of the wheels
-  std::array<Timestamp, 2> bad_estimates_{};                   // when the last estimates came that are no numbers
+  struct Doubts {
+    Timestamp bad_estimates{};  // when the last estimates came that are no numbers
+    int crowded = 0;            // heartbeats in a row that came too fast to be some
+  };
+  std::array<Doubts, 2> doubts_{};
   SpeedCommand command_;
   std::optional<Twist2> twist_;  // of this tick; none: both wheels stand
   FollowWatch follow_;
@@ -122,8 +133,7 @@ class CanBase {
     int times = 0;
     Timestamp next{};
   };
-  std::array<Asked, 2> asked_;    // for the drives' versions
-  std::array<int, 2> crowded_{};  // heartbeats in a row that came too fast to be some
+  std::array<Asked, 2> asked_;  // for the drives' versions
 };
 
 }  // namespace slam

@@ -18,10 +18,13 @@ struct StampedCanFrame {
 /// Nothing waits. Errors are values of errno, 0 is none.
 class CanPort {
  public:
+  /// Of an id of open(): one of 29 bits.
+  static constexpr std::uint32_t kExtended = 0x80000000U;
   virtual ~CanPort() = default;
 
-  /// Opens and binds to an interface; closes what was open before. Frames with one of `ids` (11 bits, data; with
-  /// CAN_RTR_FLAG: remote) are received, and error frames about the state of controller and bus.
+  /// Opens and binds to an interface; closes what was open before. Frames with one of `ids` (11 bits, or 29 with
+  /// kExtended; data, or remote with CAN_RTR_FLAG) are received, and error frames about the state of controller and
+  /// bus.
   virtual int open(const std::string& interface, std::span<const std::uint32_t> ids) = 0;
   virtual void close() = 0;
   /// Takes the next frame. @return EAGAIN when there is none; frames that this port sent are not given back

@@ -86,7 +86,11 @@ int SocketCanPort::open(const std::string& interface, std::span<const std::uint3
   index_ = interface_.ifr_ifindex;
 
   std::array<can_filter, kMaxFilters> filters{};
-  for (std::size_t i = 0; i < ids.size(); ++i) filters[i] = {ids[i], CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG};
+  static_assert(kExtended == CAN_EFF_FLAG);
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const canid_t bits = (ids[i] & kExtended) != 0 ? CAN_EFF_MASK : CAN_SFF_MASK;
+    filters[i] = {ids[i], bits | CAN_EFF_FLAG | CAN_RTR_FLAG};
+  }
   const auto set = [this](int level, int option, const void* value, std::size_t size) {
     return setsockopt(socket_, level, option, value, static_cast<socklen_t>(size)) == 0;
   };

@@ -274,6 +274,8 @@ TEST(BaseKeys, NameEachRowOfTheDriversTable) {
     if (facts == nullptr) continue;
     EXPECT_EQ(serialBaseConfig(config).baud, facts->baud) << word;
     EXPECT_EQ(serialBaseConfig(config).robot.counts_per_turn, 900.0) << word;
+    EXPECT_EQ(config.base_device.hasGyro(), facts->gyro) << word;
+    EXPECT_EQ(config.base_device.needsCounts(), facts->counts_per_turn == 0.0) << word;
     EXPECT_FALSE(serialBaseConfig(config).robot.may_drive) << word << ": only where it is allowed";
   }
   EXPECT_EQ(rows, baseTable().size());
@@ -299,6 +301,12 @@ TEST(BaseKeys, AreRefusedWhereTheyDoNotFitTogether) {
   refused({"base.driver='create'", "imu.driver='base'"}, "imu.driver");
   refused({"base.driver='kobuki'", "imu.driver='base'", "base.type='omni3'"}, "base.type");
   refused({"base.driver='kobuki'"}, "imu.driver");
+  refused({"base.driver='roboclaw'", "imu.driver='none'"}, "base.counts_per_turn");
+  refused({"base.driver='can'", "imu.driver='none'", "can.protocol='vesc'"}, "can.pole_pairs");
+  refused({"base.driver='can'", "imu.driver='none'", "can.left_node=64"}, "can.left_node");
+  parseConfig(
+      "", "given",
+      {"base.driver='can'", "imu.driver='none'", "can.protocol='vesc'", "can.pole_pairs=7", "can.left_node=64"});
 }
 
 TEST(LidarKeys, NameEachRowOfTheDriversTable) {

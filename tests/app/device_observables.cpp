@@ -36,13 +36,14 @@ std::string boardSettings(const Config& config) {
 std::string baseSettings(const Config& config) {
   const SerialBaseConfig c = serialBaseConfig(config);
   return words(c.facts->driver, c.port, c.baud, c.robot.wheel_radius, c.robot.half_track, c.robot.counts_per_turn,
-               c.robot.loop_rate, c.robot.may_drive, c.gyro, c.limits.max_speed, c.limits.max_turn_rate);
+               c.robot.loop_rate, static_cast<int>(c.robot.address), c.robot.may_drive, c.gyro, c.limits.max_speed,
+               c.limits.max_turn_rate);
 }
 
 std::string canSettings(const Config& config) {
   const CanBaseConfig c = canBaseConfig(config);
   return words(c.interface, c.wheels, c.imu, c.nodes[0], c.nodes[1], c.wheel.sign[0], c.wheel.sign[1],
-               c.wheel.gear_ratio, c.commands);
+               c.wheel.gear_ratio, static_cast<int>(c.protocol), c.pole_pairs, c.commands);
 }
 
 std::string imuSettings(const Config& config) {

@@ -13,7 +13,7 @@ template <typename Enum>
 class Choices : public testing::Test {};
 
 using Enums = testing::Types<RunMode, LidarDriver, LidarScanMode, BaseDriver, BaseType, DriveOrder, ImuDriver,
-                             DepthDriver, Fusion, MatchMethod, LogContent>;
+                             DepthDriver, Fusion, MatchMethod, LogContent, can::Protocol>;
 TYPED_TEST_SUITE(Choices, Enums);
 
 TYPED_TEST(Choices, NameEachEnumeratorOnce) {

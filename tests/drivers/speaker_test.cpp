@@ -167,7 +167,7 @@ TEST(WrongSpeaker, AsksOnceUntilItIsToForget) {
     return nobody.openings;
   };
   const int once = ask();
-  EXPECT_EQ(once, 8) << "each baud rate once";
+  EXPECT_EQ(once, 9) << "each baud rate once";
   EXPECT_EQ(ask(), once);
   EXPECT_EQ(wrong.found(test::problemOf("not known")).words(), "not known");
   wrong.forget();

@@ -7,6 +7,7 @@
 #include <slam/drive_t.hpp>
 #include <thread>
 
+#include "drivers/base/base_facts.hpp"
 #include "drivers/speed_command.hpp"
 #include "integration/live_faults.hpp"
 #include "tools/sim/base/emulated_base.hpp"
@@ -74,7 +75,7 @@ TEST_F(LiveBases, DriveAsCommandedAndStopAndNameTheirFaults) {
     startDaemon({"base.driver='" + base + "'", "base.counts_per_turn=" + std::to_string(geometry.counts_per_turn),
                  "base.wheel_radius=" + std::to_string(geometry.base.wheel_radius),
                  "base.half_track=" + std::to_string(geometry.base.half_track), "base.speed_commands=true",
-                 std::string("imu.driver='") + (base == "kobuki" ? "base" : "hfi") + "'", "depth.driver='none'"});
+                 std::string("imu.driver='") + (findBase(base)->gyro ? "base" : "hfi") + "'", "depth.driver='none'"});
     ASSERT_TRUE(listener_.until([&] { return poseState() == kLocalised && isWell("base"); }, kPatience * 20s))
         << daemonLog();
     const std::int64_t idle = now();
@@ -89,7 +90,7 @@ TEST_F(LiveBases, DriveAsCommandedAndStopAndNameTheirFaults) {
     const std::int64_t stood = now();
     const std::size_t calm = poses_.size();
     for (const Cell& cell : kCells) {
-      const bool no_sensor = base == "text" || base == "roboclaw";
+      const bool no_sensor = base == "text" || base == "roboclaw" || base == "opencr";
       if (std::string_view(cell.name) == "lifted" && no_sensor) continue;
       inject("board", cell.fault);
       EXPECT_TRUE(

@@ -16,6 +16,7 @@
 #include "drivers/camera/fake_usb.hpp"
 #include "drivers/can/fake_can_port.hpp"
 #include "drivers/imu/iio_folder.hpp"
+#include "firmware_if/can_vesc.hpp"
 #include "problems/daemon.hpp"
 #include "problems/devices.hpp"
 
@@ -244,6 +245,25 @@ TEST_F(Doctor, NamesTheNodesOfDrivesThatAreHeard) {
   EXPECT_TRUE(bus.sent.empty());
 }
 
+TEST_F(Doctor, NamesTheFramesThatAVescDoesNotSend) {
+  namespace vesc = can::vesc;
+  test::FakeCanBus bus;
+  test::FakeCanPort port(bus);
+  const auto heard = [&](std::vector<can::Frame> frames) {
+    bus.incoming.clear();
+    for (const can::Frame& frame : frames) bus.put(frame);
+    return checkDrives({.protocol = can::Protocol::kVesc, .left_node = 10, .right_node = 200}, port,
+                       std::chrono::milliseconds(20));
+  };
+  const can::Frame left = vesc::encode(10, vesc::Status{}), right = vesc::encode(200, vesc::Status{});
+  const can::Frame left5 = vesc::encode(10, vesc::Status5{}), right5 = vesc::encode(200, vesc::Status5{});
+  EXPECT_EQ(heard({left, left5, right, right5}).level, Finding::kGood);
+  EXPECT_THAT(heard({left, right, right5}).what, HasSubstr("no STATUS_5 of the left"));
+  EXPECT_THAT(heard({left, left5, right5}).what, HasSubstr("no STATUS of the right"));
+  EXPECT_THAT(heard({left, left5}).what, HasSubstr("no frame of the right wheel's VESC (can.right_node = 200)"));
+  EXPECT_FALSE(bus.open);
+}
+
 TEST_F(Doctor, ExplainsTheDrivesWatchdogsWhereSpeedsAreSent) {
   test::FakeCanBus bus;
   bus.open_error = ENODEV;
@@ -257,17 +277,22 @@ TEST_F(Doctor, ExplainsTheDrivesWatchdogsWhereSpeedsAreSent) {
   base.driver = BaseDriver::kCan;
   ASSERT_TRUE(checkWatchdog(base, {}, port));
   EXPECT_EQ(checkWatchdog(base, {}, port)->level, Finding::kWarning);
+  EXPECT_THAT(checkWatchdog(base, {.protocol = can::Protocol::kVesc}, port)->what, HasSubstr("VESC"));
   base.driver = BaseDriver::kHandsfree;
   ASSERT_TRUE(checkWatchdog(base, {}, port));
   EXPECT_EQ(checkWatchdog(base, {}, port)->level, Finding::kGood);
-  for (const auto driver : {BaseDriver::kRosArduinoBridge, BaseDriver::kKobuki}) {
+  for (const auto driver : {BaseDriver::kRosArduinoBridge, BaseDriver::kKobuki, BaseDriver::kFrame}) {
     base.driver = driver;
     ASSERT_TRUE(checkWatchdog(base, {}, port));
     EXPECT_EQ(checkWatchdog(base, {}, port)->level, Finding::kGood);
   }
-  base.driver = BaseDriver::kCreate2;
-  ASSERT_TRUE(checkWatchdog(base, {}, port));
-  EXPECT_EQ(checkWatchdog(base, {}, port)->level, Finding::kWarning) << "it has none";
+  EXPECT_THAT(checkWatchdog(base, {}, port)->what, HasSubstr("0.2 s after the last command"));
+  for (const auto driver : {BaseDriver::kCreate2, BaseDriver::kRoboclaw}) {
+    base.driver = driver;
+    ASSERT_TRUE(checkWatchdog(base, {}, port));
+    EXPECT_EQ(checkWatchdog(base, {}, port)->level, Finding::kWarning) << "it has none";
+    EXPECT_FALSE(checkWatchdog(base, {}, port)->fix.empty());
+  }
   base.driver = BaseDriver::kLcm;
   EXPECT_FALSE(checkWatchdog(base, {}, port)) << "who drives the base is not slamd";
 }

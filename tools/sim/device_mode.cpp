@@ -59,7 +59,8 @@ class DeviceSession {
         started_(simulation_.now()),
         next_can_(simulation_.now()),
         next_imu_(simulation_.now()) {
-    if (!can.empty()) can_.emplace(can, options.seed, nodes);
+    if (!can.empty())
+      can_.emplace(can, options.seed, nodes, options.vesc ? can::Protocol::kVesc : can::Protocol::kOdrive);
   }
 
   void run() {

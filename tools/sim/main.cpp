@@ -56,10 +56,12 @@ int main(int argc, char** argv) {
       app.add_option("--can", can, "with --devices: put wheels and IMU on this CAN interface too, e.g. vcan0")
           ->needs(devices_option);
   std::array<int, 2> nodes = slam::sim::CanEmulator::kNodes;
-  app.add_option("--can-nodes", nodes, "with --can: CANSimple nodes of the left and the right wheel")
-      ->check(slam::inRange(0, 63))
+  app.add_option("--can-nodes", nodes, "with --can: CANSimple nodes of the left and the right wheel, or the VESCs' ids")
+      ->check(slam::inRange(0, 254))
       ->needs(can_option)
       ->capture_default_str();
+  app.add_flag("--can-vesc", options.vesc, "with --can: two VESCs drive the wheels, not two ODrives")
+      ->needs(can_option);
   app.add_option("--with", kinds,
                  "with --log: a KIND=VALUE of situation; may be repeated. KIND and VALUE are of\n" +
                      slam::sim::situationKinds())

@@ -19,6 +19,7 @@ struct SimOptions {
   std::string base = "handsfree";              ///< word of base.driver: which one is played
   std::string imu = "hfi";                     ///< word of imu.driver: which one is played
   bool obey = false;                           ///< the robot drives as its base is commanded, not along the route
+  bool vesc = false;                           ///< two VESCs drive the wheels on CAN, not two ODrives
   std::string lidar = "rplidar";               ///< word of lidar.driver: which one is played
   std::uint16_t lidar_tcp = 0;                 ///< TCP port at which it is played; 0: at a serial port
   std::filesystem::path faults = {};           ///< script of what goes wrong with the devices; empty: nothing

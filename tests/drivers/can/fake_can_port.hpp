@@ -54,8 +54,9 @@ class FakeCanPort : public CanPort {
     while (bus_.open && !bus_.incoming.empty()) {
       out = bus_.incoming.front();
       bus_.incoming.pop_front();
-      const bool wanted = std::find(bus_.ids.begin(), bus_.ids.end(), out.frame.id) != bus_.ids.end();
-      if (out.frame.error || (wanted && !out.frame.extended && !out.frame.remote)) return 0;
+      const std::uint32_t id = out.frame.id | (out.frame.extended ? kExtended : 0);
+      const bool wanted = std::find(bus_.ids.begin(), bus_.ids.end(), id) != bus_.ids.end();
+      if (out.frame.error || (wanted && !out.frame.remote)) return 0;
     }
     return EAGAIN;
   }

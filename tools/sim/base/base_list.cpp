@@ -53,7 +53,12 @@ struct Row {
 };
 constexpr std::array kRows = {
     Row{"handsfree", []() -> std::unique_ptr<EmulatedBase> { return std::make_unique<HandsfreeBase>(); }},
-    Row{"text", makeArduino}, Row{"create", makeCreate}, Row{"kobuki", makeKobuki}};
+    Row{"text", makeArduino},
+    Row{"create", makeCreate},
+    Row{"kobuki", makeKobuki},
+    Row{"frame", makeFrameBase},
+    Row{"roboclaw", makeRoboclaw},
+    Row{"opencr", makeOpencr}};
 
 }  // namespace
 

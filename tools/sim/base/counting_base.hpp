@@ -65,6 +65,9 @@ class CountingBase : public EmulatedBase {
 
 std::unique_ptr<EmulatedBase> makeArduino();
 std::unique_ptr<EmulatedBase> makeCreate();
+std::unique_ptr<EmulatedBase> makeFrameBase();
 std::unique_ptr<EmulatedBase> makeKobuki();
+std::unique_ptr<EmulatedBase> makeOpencr();
+std::unique_ptr<EmulatedBase> makeRoboclaw();
 
 }  // namespace slam::sim

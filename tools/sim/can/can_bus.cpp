@@ -15,9 +15,13 @@ namespace {
 namespace odrive = can::odrive;
 constexpr Duration kOpenPeriod = std::chrono::milliseconds(100);  // between attempts
 
-std::vector<std::uint32_t> commandIds(const std::array<int, 2>& nodes) {
+std::vector<std::uint32_t> commandIds(const std::array<int, 2>& nodes, can::Protocol protocol) {
   std::vector<std::uint32_t> ids;
   for (const int node : nodes) {
+    if (protocol == can::Protocol::kVesc) {
+      ids.push_back(can::vesc::idOf(node, can::vesc::Packet::kSetRpm) | CanPort::kExtended);
+      continue;
+    }
     for (const auto command : {odrive::Command::kInputVelocity, odrive::Command::kSetAxisState,
                                odrive::Command::kClearErrors, odrive::Command::kReadParameter})
       ids.push_back(odrive::idOf(node, command));
@@ -28,8 +32,12 @@ std::vector<std::uint32_t> commandIds(const std::array<int, 2>& nodes) {
 
 }  // namespace
 
-CanBus::CanBus(const std::string& interface, std::uint64_t seed, const std::array<int, 2>& nodes)
-    : interface_(interface), ids_(commandIds(nodes)), port_(makeSocketCanPort(monotonicNow)), emulator_(seed, nodes) {
+CanBus::CanBus(const std::string& interface, std::uint64_t seed, const std::array<int, 2>& nodes,
+               can::Protocol protocol)
+    : interface_(interface),
+      ids_(commandIds(nodes, protocol)),
+      port_(makeSocketCanPort(monotonicNow)),
+      emulator_(seed, nodes, protocol) {
   int error = port_->open(interface, ids_);
   if (error == 0) error = port_->interfaceError();
   if (error == EAFNOSUPPORT || error == EPROTONOSUPPORT)

@@ -15,7 +15,8 @@ namespace slam::sim {
 class CanBus {
  public:
   /// @throws std::runtime_error, with the fix, when the kernel has no CAN or the interface is not there or down
-  CanBus(const std::string& interface, std::uint64_t seed, const std::array<int, 2>& nodes = CanEmulator::kNodes);
+  CanBus(const std::string& interface, std::uint64_t seed, const std::array<int, 2>& nodes = CanEmulator::kNodes,
+         can::Protocol protocol = can::Protocol::kOdrive);
 
   /// To be called every few milliseconds. Frames that the interface does not take are lost, as on a real bus; one that
   /// was removed is used again when there is one of its name.

@@ -2,6 +2,7 @@
 #include "tools/sim/can/can_emulator.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <linux/can/error.h>
 #include <numbers>
@@ -14,6 +15,7 @@ namespace {
 
 using namespace std::chrono_literals;
 namespace odrive = can::odrive;
+namespace vesc = can::vesc;
 namespace xsens = can::xsens;
 
 constexpr Duration kHeartbeat = 100ms, kImu = 10ms;
@@ -36,21 +38,10 @@ void CanEmulator::step(Timestamp now, const CanReadings& readings, std::vector<c
     next = std::max(next + period, now - period);  // after a long gap what was missed stays missed
     return true;
   };
-  for (std::size_t side = 0; side < 2; ++side) {
-    const bool asked = std::exchange(asked_version_[side], false);
-    if (asked && dialect_ == odrive::Dialect::k06) send(now, odrive::encodeVersion(nodes_[side], kVersion06));
-    const bool asked_watchdog = std::exchange(asked_watchdog_[side], false);
-    if (asked_watchdog && dialect_ == odrive::Dialect::k06)
-      send(now, odrive::encodeParameter(nodes_[side], {kWatchdogEndpoint, watchdog_ > 0.0 ? 1U : 0U}));
-  }
-  while (due(next_estimates_, estimates_)) {
-    for (std::size_t side = 0; side < 2; ++side) {
-      const Drive& drive = drives_[side];
-      send(now, odrive::encodeEncoderEstimates(
-                    nodes_[side], {static_cast<float>(factor_ * drive.position), static_cast<float>(drive.velocity)}));
-    }
-  }
-  while (due(next_heartbeat_, kHeartbeat)) {
+  const bool is_vesc = protocol_ == can::Protocol::kVesc;
+  if (!is_vesc) sendAnswers(now);
+  while (due(next_estimates_, is_vesc ? 2 * estimates_ : estimates_)) is_vesc ? sendStatus(now) : sendEstimates(now);
+  while (!is_vesc && due(next_heartbeat_, kHeartbeat)) {
     for (std::size_t side = 0; side < 2; ++side) {
       odrive::Heartbeat heartbeat = drives_[side].heartbeat;
       const bool busy = drives_[side].armed(), disarmed = heartbeat.axis_error != 0;
@@ -64,6 +55,38 @@ void CanEmulator::step(Timestamp now, const CanReadings& readings, std::vector<c
     sendImu(now);
   }
   for (; !line_.empty() && line_.front().due <= now; line_.pop_front()) out.push_back(line_.front().frame);
+}
+
+void CanEmulator::sendAnswers(Timestamp now) {
+  for (std::size_t side = 0; side < 2; ++side) {
+    const bool asked = std::exchange(drives_[side].asked_version, false);
+    if (asked && dialect_ == odrive::Dialect::k06) send(now, odrive::encodeVersion(nodes_[side], kVersion06));
+    const bool asked_watchdog = std::exchange(drives_[side].asked_watchdog, false);
+    if (asked_watchdog && dialect_ == odrive::Dialect::k06)
+      send(now, odrive::encodeParameter(nodes_[side], {kWatchdogEndpoint, watchdog_ > 0.0 ? 1U : 0U}));
+  }
+}
+
+void CanEmulator::sendEstimates(Timestamp now) {
+  for (std::size_t side = 0; side < 2; ++side) {
+    const Drive& drive = drives_[side];
+    send(now, odrive::encodeEncoderEstimates(
+                  nodes_[side], {static_cast<float>(factor_ * drive.position), static_cast<float>(drive.velocity)}));
+  }
+}
+
+void CanEmulator::sendStatus(Timestamp now) {
+  constexpr double kSeconds = 60.0;  // in a minute
+  constexpr double kSteps = vesc::kStepsPerElectricTurn * kPolePairs;
+  constexpr vesc::Status4 kTemperatures{.transistors = 312, .motor = 350};
+  for (std::size_t side = 0; side < 2; ++side) {
+    const Drive& drive = drives_[side];
+    const double erpm = kSeconds * kPolePairs * drive.velocity, steps = std::floor(kSteps * factor_ * drive.position);
+    send(now, vesc::encode(nodes_[side], vesc::Status{.erpm = static_cast<std::int32_t>(std::lround(erpm))}));
+    send(now, vesc::encode(nodes_[side], kTemperatures));
+    send(now,
+         vesc::encode(nodes_[side], vesc::Status5{.tachometer = static_cast<std::int32_t>(steps), .voltage = 240}));
+  }
 }
 
 void CanEmulator::sendImu(Timestamp now) {
@@ -88,6 +111,11 @@ void CanEmulator::turn(Timestamp now, const CanReadings& readings) {
 void CanEmulator::watch(Timestamp now) {
   for (Drive& drive : drives_) {
     if (std::exchange(drive.fed, false)) drive.fed_at = now;
+    if (protocol_ == can::Protocol::kVesc) {
+      if (toSeconds(now - drive.fed_at) > vesc::kTimeout)
+        asked_[static_cast<std::size_t>(&drive - drives_.data())] = 0.0F;
+      continue;
+    }
     if (watchdog_ == 0.0 || toSeconds(now - drive.fed_at) <= watchdog_) continue;
     drive.heartbeat.axis_error |=
         dialect_ == odrive::Dialect::k06 ? odrive::kWatchdogExpired06 : odrive::kWatchdogExpired05;
@@ -115,9 +143,17 @@ void CanEmulator::spoil(can::Frame& frame) {
 
 void CanEmulator::receive(const can::Frame& frame) {
   for (std::size_t side = 0; side < 2; ++side) {
+    const auto erpm = protocol_ == can::Protocol::kVesc ? vesc::parseSetRpm(nodes_[side], frame) : std::nullopt;
+    if (erpm) {
+      constexpr float kErpm = 60.0F * kPolePairs;  // [1/min] of one turn in a second
+      asked_[side] = deaf_ && side == 0 ? 0.0F : static_cast<float>(*erpm) / kErpm;
+      drives_[side].fed = true;
+      ++commands_;
+    }
+    if (protocol_ == can::Protocol::kVesc) continue;
     if (static_cast<int>(frame.id >> 5) == nodes_[side]) drives_[side].fed = true;
-    if (frame == odrive::requestVersion(nodes_[side])) asked_version_[side] = true;
-    if (frame == odrive::requestParameter(nodes_[side], kWatchdogEndpoint)) asked_watchdog_[side] = true;
+    if (frame == odrive::requestVersion(nodes_[side])) drives_[side].asked_version = true;
+    if (frame == odrive::requestParameter(nodes_[side], kWatchdogEndpoint)) drives_[side].asked_watchdog = true;
     if (const auto velocity = odrive::parseInputVelocity(nodes_[side], frame)) {
       asked_[side] = deaf_ && side == 0 ? 0.0F : velocity->velocity;
       ++commands_;

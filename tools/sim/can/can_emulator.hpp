@@ -9,6 +9,7 @@
 
 #include "core/timestamp.hpp"
 #include "firmware_if/can_odrive.hpp"
+#include "firmware_if/can_vesc.hpp"
 #include "firmware_if/can_xsens.hpp"
 
 namespace slam::sim {
@@ -29,9 +30,12 @@ class CanEmulator {
   static constexpr std::uint16_t kWatchdogEndpoint = 201;
   static constexpr std::array<int, 2> kNodes{can::odrive::kLeftNode, can::odrive::kRightNode};
 
-  /// @param nodes left, right
-  explicit CanEmulator(std::uint64_t seed = 1, const std::array<int, 2>& nodes = kNodes)
-      : random_(seed), nodes_(nodes) {}
+  static constexpr int kPolePairs = 7;  ///< of the VESCs' motors
+
+  /// @param nodes left, right @param protocol of the drives
+  explicit CanEmulator(std::uint64_t seed = 1, const std::array<int, 2>& nodes = kNodes,
+                       can::Protocol protocol = can::Protocol::kOdrive)
+      : random_(seed), nodes_(nodes), protocol_(protocol) {}
 
   /// Makes the frames that are due up to `now`; to be called every few milliseconds, time going on.
   /// @param out frames in the order of the bus are appended; error frames are for the host's controller
@@ -53,6 +57,7 @@ class CanEmulator {
   struct Drive {
     double position = 0.0, velocity = 0.0;  // [turns, turns/s]
     bool fed = true;                        // by a frame from the host, since the last step
+    bool asked_version = false, asked_watchdog = false;
     Timestamp fed_at{};
     can::odrive::Heartbeat heartbeat{.state = static_cast<std::uint8_t>(can::odrive::AxisState::kClosedLoop)};
 
@@ -63,9 +68,13 @@ class CanEmulator {
   void send(Timestamp now, can::Frame frame);
   void spoil(can::Frame& frame);
   void sendImu(Timestamp now);
+  void sendEstimates(Timestamp now);
+  void sendStatus(Timestamp now);
+  void sendAnswers(Timestamp now);
 
   std::mt19937_64 random_;
   std::array<int, 2> nodes_;
+  can::Protocol protocol_;
   std::array<Drive, 2> drives_;
   CanReadings imu_;
   std::optional<Timestamp> started_, turned_;
@@ -82,7 +91,6 @@ class CanEmulator {
   double factor_ = 1.0;
   int slow_ = 1;
   can::odrive::Dialect dialect_ = can::odrive::Dialect::k05;
-  std::array<bool, 2> asked_version_{}, asked_watchdog_{};
   Duration estimates_ = std::chrono::milliseconds(10);
   int time_every_ = 1, acceleration_every_ = 1, imu_samples_ = 0;
   bool quaternion_ = true;

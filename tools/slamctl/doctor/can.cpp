@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <map>
 #include <net/if.h>
 #include <thread>
 
+#include "drivers/base/base_facts.hpp"
 #include "drivers/can/can_axis.hpp"
+#include "firmware_if/can_vesc.hpp"
 #include "runtime/clock.hpp"
 #include "tools/slamctl/doctor.hpp"
 #include "tools/slamctl/drive_watchdogs.hpp"
@@ -16,6 +20,45 @@ namespace slam {
 namespace {
 
 using namespace std::chrono_literals;
+
+/// Whether both VESCs send the two frames that are needed of each.
+Finding checkVescs(const CanConfig& can, CanPort& port, Duration patience) {
+  namespace vesc = can::vesc;
+  constexpr std::array kSides = {"left", "right"};
+  const std::array<int, 2> nodes = {can.left_node, can.right_node};
+  std::vector<std::uint32_t> ids;
+  for (const int node : nodes) {
+    for (const auto packet : {vesc::Packet::kStatus, vesc::Packet::kStatus5})
+      ids.push_back(vesc::idOf(node, packet) | CanPort::kExtended);
+  }
+  if (const int error = port.open(can.interface, ids); error != 0)
+    return {Finding::kWarning, "CAN: it cannot be listened to on " + can.interface + ": " + std::strerror(error),
+            "sudo slamctl doctor"};
+  std::array<bool, 2> speeds{}, positions{};
+  StampedCanFrame received;
+  for (const Timestamp end = monotonicNow() + patience; monotonicNow() < end;) {
+    if (port.receive(received) != 0) {
+      std::this_thread::sleep_for(5ms);
+      continue;
+    }
+    for (std::size_t side = 0; side < 2; ++side) {
+      speeds[side] = speeds[side] || vesc::parseStatus(nodes[side], received.frame).has_value();
+      positions[side] = positions[side] || vesc::parseStatus5(nodes[side], received.frame).has_value();
+    }
+  }
+  port.close();
+  for (std::size_t side = 0; side < 2; ++side) {
+    if (speeds[side] && positions[side]) continue;
+    const char* missing = speeds[side] ? "STATUS_5" : positions[side] ? "STATUS" : "frame";
+    return {Finding::kFault,
+            std::string("CAN: no ") + missing + " of the " + kSides[side] + " wheel's VESC (can." + kSides[side] +
+                "_node = " + std::to_string(nodes[side]) + ")",
+            "in VESC Tool: App Settings, General: CAN mode VESC, CAN status messages 1, 4 and 5 at 50 Hz, and the id; "
+            "check the bit rate: ip -details link show " +
+                can.interface};
+  }
+  return {Finding::kGood, "CAN: the VESCs of both wheels send STATUS and STATUS_5", ""};
+}
 
 }  // namespace
 
@@ -40,6 +83,7 @@ Finding checkCan(const std::string& interface, const std::filesystem::path& net)
 
 Finding checkDrives(const CanConfig& can, CanPort& port, Duration patience) {
   namespace odrive = can::odrive;
+  if (can.protocol == can::Protocol::kVesc) return checkVescs(can, port, patience);
   // Of all nodes there are more ids than a socket filters by: those that people use, and the first ones.
   std::vector<int> nodes{can.left_node, can.right_node};
   for (int node = 0; nodes.size() < 32; ++node) {
@@ -80,21 +124,28 @@ std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base, const CanConf
                    "drives: the board's own watchdog stops the motors 0.7 s after the last command; it is always on",
                    ""};
   }
-  if (base.driver == BaseDriver::kRosArduinoBridge || base.driver == BaseDriver::kKobuki) {
-    const bool arduino = base.driver == BaseDriver::kRosArduinoBridge;
-    return Finding{Finding::kGood,
-                   std::string("drives: the base's own watchdog stops the motors ") + (arduino ? "2 s" : "0.6 s") +
-                       " after the last command; it is always on",
-                   ""};
-  }
-  if (base.driver == BaseDriver::kCreate2) {
-    return Finding{
-        Finding::kWarning,
-        "drives: a Create or Roomba has no watchdog: it keeps its last speed while slamd, the computer or the "
-        "cable is down, until it meets an edge",
-        "keep its CLEAN button within reach: pressed, it stops the robot"};
+  if (const BaseFacts* facts = findBase(wordOf(base.driver))) {
+    if (facts->stops_after > 0.0) {
+      char after[32];
+      std::snprintf(after, sizeof after, "%g s", facts->stops_after);
+      return Finding{Finding::kGood,
+                     std::string("drives: the base's own watchdog stops the motors ") + after +
+                         " after the last command; it is always on",
+                     ""};
+    }
+    return Finding{Finding::kWarning,
+                   std::string("drives: ") + facts->name +
+                       " has no watchdog that is always on: it may keep its last speed while slamd, the computer or "
+                       "the cable is down",
+                   facts->at_hand};
   }
   if (base.driver != BaseDriver::kCan) return std::nullopt;
+  if (can.protocol == can::Protocol::kVesc)
+    return Finding{
+        Finding::kWarning,
+        "drives: a VESC as delivered releases its motor 1 s after the last command; whether it does cannot be "
+        "asked over CAN",
+        "in VESC Tool: App Settings, General, Timeout: 500 ms, not 0"};
   return checkDriveWatchdogs(can, port);
 }
 
