@@ -8,10 +8,13 @@
 #include <string_view>
 #include <utility>
 
+#include "drivers/base/base_facts.hpp"
 #include "drivers/imu/codec/bno08x_frames.hpp"
 #include "drivers/imu/codec/witmotion_frames.hpp"
 #include "drivers/imu/codec/xsens_messages.hpp"
+#include "drivers/imu/imu_facts.hpp"
 #include "drivers/lidar/codec/rplidar_codec.hpp"
+#include "drivers/search/driver_row.hpp"
 #include "firmware_if/arduino_bridge.hpp"
 #include "firmware_if/create_oi.hpp"
 #include "firmware_if/hfi_imu.hpp"
@@ -176,6 +179,45 @@ const char* keyOf(Speaker speaker) {
   }
 }
 
+/// Words of lidar.driver for a lidar.
+const char* driversFor(Speaker speaker) {
+  switch (speaker) {
+    case Speaker::kRplidar:
+      return "rplidar";
+    case Speaker::kLdrobot:
+      return "ld06, ld19, stl19p, stl27l, ms200 or lds02";
+    case Speaker::kYdlidar:
+      return "ydlidar-x2, -x4, -x4-pro, -g2, -g4, -t-mini or coin-d4";
+    case Speaker::kNeato:
+      return "xv11 or lds01";
+    case Speaker::kCamsense:
+      return "camsense-x1";
+    case Speaker::kHokuyo:
+      return "hokuyo";
+    default:
+      return "lcm, with the maker's program sending SLAM_SCAN,";
+  }
+}
+
+/// The word of base.driver for a base.
+const char* baseDriverFor(Speaker speaker) {
+  const BaseFacts* row = rowOfSpeaker(baseTable(), speaker);
+  return row == nullptr ? "handsfree" : row->driver;
+}
+
+/// The word of imu.driver for an IMU.
+const char* imuDriverFor(Speaker speaker) {
+  const ImuFacts* row = rowOfSpeaker(imuTable(), speaker);
+  return row == nullptr ? "hfi" : row->driver;
+}
+
+bool isLidar(Speaker speaker) {
+  return speaker == Speaker::kRplidar || speaker == Speaker::kLdrobot || speaker == Speaker::kYdlidar ||
+         speaker == Speaker::kNeato || speaker == Speaker::kCamsense || speaker == Speaker::kHokuyo;
+}
+
+}  // namespace
+
 const char* nameOf(Speaker speaker) {
   switch (speaker) {
     case Speaker::kRplidar:
@@ -212,61 +254,6 @@ const char* nameOf(Speaker speaker) {
       return "a device of unknown make";
   }
 }
-
-/// Words of lidar.driver for a lidar.
-const char* driversFor(Speaker speaker) {
-  switch (speaker) {
-    case Speaker::kRplidar:
-      return "rplidar";
-    case Speaker::kLdrobot:
-      return "ld06, ld19, stl19p, stl27l, ms200 or lds02";
-    case Speaker::kYdlidar:
-      return "ydlidar-x2, -x4, -x4-pro, -g2, -g4, -t-mini or coin-d4";
-    case Speaker::kNeato:
-      return "xv11 or lds01";
-    case Speaker::kCamsense:
-      return "camsense-x1";
-    case Speaker::kHokuyo:
-      return "hokuyo";
-    default:
-      return "lcm, with the maker's program sending SLAM_SCAN,";
-  }
-}
-
-/// The word of base.driver for a base.
-const char* baseDriverFor(Speaker speaker) {
-  switch (speaker) {
-    case Speaker::kArduino:
-      return "text";
-    case Speaker::kCreate:
-      return "create";
-    case Speaker::kKobuki:
-      return "kobuki";
-    default:
-      return "handsfree";
-  }
-}
-
-/// The word of imu.driver for an IMU.
-const char* imuDriverFor(Speaker speaker) {
-  switch (speaker) {
-    case Speaker::kBno08x:
-      return "bno08x";
-    case Speaker::kWitmotion:
-      return "witmotion";
-    case Speaker::kXsens:
-      return "xsens";
-    default:
-      return "hfi";
-  }
-}
-
-bool isLidar(Speaker speaker) {
-  return speaker == Speaker::kRplidar || speaker == Speaker::kLdrobot || speaker == Speaker::kYdlidar ||
-         speaker == Speaker::kNeato || speaker == Speaker::kCamsense || speaker == Speaker::kHokuyo;
-}
-
-}  // namespace
 
 bool isOtherDevice(Speaker speaker) {
   return !isLidar(speaker) && speaker != Speaker::kUnknown && speaker != Speaker::kPackets;
