@@ -387,6 +387,17 @@ Config parseConfig(const std::string& text, const std::string& name, const std::
   return config;
 }
 
+std::vector<std::string> setFrom(const std::string& text, const std::string& name, Config& config) {
+  Config changed = config;
+  std::vector<std::string> problems, keys;
+  Places places;
+  load(text, name, changed, places, problems);
+  if (!problems.empty()) throw ConfigError(problems);
+  config = changed;
+  for (const auto& [key, place] : places) keys.push_back(key);
+  return keys;
+}
+
 Config loadConfig(const std::filesystem::path& file, const std::vector<std::string>& overrides,
                   const ServiceReach* reach) {
   errno = 0;

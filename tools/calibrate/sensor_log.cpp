@@ -24,7 +24,7 @@ class WheelCollector {
     const Timestamp stamp = stamps_.next(sample.stamp);
     if (message.nwheels >= 2) recorded_.push_back({stamp, message.angles[0], message.angles[1]});
 
-    WheelAngles angles = reckoned_.empty() ? WheelAngles{} : reckoned_.back();
+    AccumulatedAngles angles = reckoned_.empty() ? AccumulatedAngles{} : reckoned_.back();
     if (last_) {
       const Eigen::Vector3d xi = log(between(*last_, sample.T_wheels_base));
       angles.left += (xi.x() - base_.half_track * xi.z()) / base_.wheel_radius;
@@ -45,7 +45,7 @@ class WheelCollector {
   ForwardJumpGuard guard_;
   StampSequencer stamps_;
   std::optional<Pose2> last_;
-  std::vector<WheelAngles> recorded_, reckoned_;
+  std::vector<AccumulatedAngles> recorded_, reckoned_;
 };
 
 class LogFeeder {

@@ -13,7 +13,7 @@
 namespace slam {
 
 /// Accumulated angles of the two wheels [rad], positive driving forward.
-struct WheelAngles {
+struct AccumulatedAngles {
   Timestamp stamp;
   double left = 0.0, right = 0.0;
 };
@@ -27,7 +27,7 @@ struct MatchedScan {
 
 /// What calibration needs of a log, each in stamp order.
 struct SensorLog {
-  std::vector<WheelAngles> wheels;
+  std::vector<AccumulatedAngles> wheels;
   std::vector<MatchedScan> scans;
   int scans_read = 0;
   bool angles_recorded = true;  ///< false: taken back from the dead reckoning by the configured geometry
