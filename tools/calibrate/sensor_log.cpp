@@ -61,7 +61,7 @@ class LogFeeder {
     } else if (event.channel == channel::kWheels) {
       if (const auto wheels = take<wheels_t>(event, wheels_seen_)) add(*wheels.message, *wheels.sample);
     } else if (event.channel == channel::kImu && use_imu_) {
-      if (const auto imu = take<imu_t>(event, imus_)) pipeline_.add(*imu.sample);
+      if (const auto imu = take<imu_t>(event, imus_)) add(*imu.sample);
     }
   }
 
@@ -99,6 +99,12 @@ class LogFeeder {
     }
     pipeline_.add(sample);
     wheels_.add(message, sample);
+  }
+
+  void add(const ImuSample& sample) {
+    pipeline_.add(sample);
+    const bool later = log_.turn_rates.empty() || sample.stamp > log_.turn_rates.back().stamp;
+    if (sample.rate_known && later) log_.turn_rates.push_back({sample.stamp, sample.gyro.z()});
   }
 
   void add(const LaserScan& scan) {

@@ -18,6 +18,12 @@ struct AccumulatedAngles {
   double left = 0.0, right = 0.0;
 };
 
+/// The gyro's turn rate about the base's upward axis [rad/s].
+struct TurnRate {
+  Timestamp stamp;
+  double rate = 0.0;
+};
+
 /// A scan that the front end matched in all directions: the match itself, before wheels and gyro are blended in.
 struct MatchedScan {
   Timestamp stamp;
@@ -29,6 +35,7 @@ struct MatchedScan {
 struct SensorLog {
   std::vector<AccumulatedAngles> wheels;
   std::vector<MatchedScan> scans;
+  std::vector<TurnRate> turn_rates;
   int scans_read = 0;
   bool angles_recorded = true;  ///< false: taken back from the dead reckoning by the configured geometry
   std::uint64_t rejected_messages = 0, skipped_bytes = 0;
