@@ -30,12 +30,15 @@ bool isToml(const std::string& value) {
          std::string_view("+-.\"'[").find(value[0]) != std::string_view::npos;
 }
 
-/// A number as people write it: TOML has none that begins or ends with its point.
-std::string numberOf(std::string value) {
-  const std::size_t first = value.find_first_of(".0123456789");
-  if (first == std::string::npos || value.find_first_not_of("+-.0123456789") != std::string::npos) return value;
-  if (value[first] == '.') value.insert(first, 1, '0');
-  return value.back() == '.' ? value + "0" : value;
+/// A number as people write it: TOML has none that begins or ends with its point. What follows it stays.
+std::string numberOf(const std::string& value) {
+  const std::size_t end = std::min(value.find_first_of(" \t#"), value.size());
+  std::string number = value.substr(0, end);
+  const std::size_t first = number.find_first_of(".0123456789");
+  if (first == std::string::npos || number.find_first_not_of("+-.0123456789") != std::string::npos) return value;
+  if (number[first] == '.') number.insert(first, 1, '0');
+  if (number.back() == '.') number += '0';
+  return number + value.substr(end);
 }
 
 }  // namespace
