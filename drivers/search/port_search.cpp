@@ -72,7 +72,7 @@ PortFinding PortSearch::find(const std::atomic<bool>& cancel) {
   const bool serial = !isTcp(path_);
   if (serial) {
     const LidarFinding heard = lidars.listen(cancel);
-    if (take(heard) || (heard.hears && listen(kRarely, cancel))) return found_;
+    if (take(heard) || (heard.has_bytes && listen(kRarely, cancel))) return found_;
     if (ask({Speaker::kCreate, kCreateBauds, askCreate(), dismissCreate()}, cancel) ||
         ask({Speaker::kBoard, kBoardBauds, askBoard()}, cancel))
       return found_;

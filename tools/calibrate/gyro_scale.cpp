@@ -21,7 +21,7 @@ struct Span {
 };
 
 /// Trapezes between the readings. @return std::nullopt: some are missing
-std::optional<double> turnOf(const std::vector<TurnRate>& rates, Timestamp begin, Timestamp end) {
+std::optional<double> gyroTurn(const std::vector<TurnRate>& rates, Timestamp begin, Timestamp end) {
   auto at = std::lower_bound(rates.begin(), rates.end(), begin,
                              [](const TurnRate& reading, Timestamp stamp) { return reading.stamp < stamp; });
   if (at == rates.begin()) return std::nullopt;
@@ -52,7 +52,7 @@ std::vector<Span> spansOf(const SensorLog& log) {
     const double time = begin == nullptr ? 0.0 : toSeconds(scan.stamp - begin->stamp);
     if (begin != nullptr && time < kSpan) continue;
     const auto gyro =
-        begin != nullptr && time < kMostSpan ? turnOf(log.turn_rates, begin->stamp, scan.stamp) : std::nullopt;
+        begin != nullptr && time < kMostSpan ? gyroTurn(log.turn_rates, begin->stamp, scan.stamp) : std::nullopt;
     if (gyro) spans.push_back({*gyro, turned, time});
     begin = &scan;
     turned = 0.0;

@@ -52,12 +52,12 @@ Finding checkMounting(const DepthDeviceConfig& depth);
 /// @param net the system's list of network interfaces (/sys/class/net)
 Finding checkCan(const std::string& interface, const std::filesystem::path& net = "/sys/class/net");
 /// The nodes whose ODrives send heartbeats on a CAN interface. Nothing is sent.
-struct HeardDrives {
+struct FoundDrives {
   int error = 0;           ///< errno: it cannot be listened to
   std::vector<int> nodes;  ///< in their order
 };
 /// @param first nodes that are looked for besides the usual ones
-HeardDrives listenForDrives(const std::string& interface, std::vector<int> first, CanPort& port, Duration patience);
+FoundDrives listenForDrives(const std::string& interface, std::vector<int> first, CanPort& port, Duration patience);
 /// Listens for the heartbeats of drives. @param port of the interface; nothing is sent
 Finding checkDrives(const CanConfig& can, CanPort& port, Duration patience = std::chrono::milliseconds(500));
 /// What stops the wheels when slamd cannot. @param port of the interface, if the wheels are on CAN

@@ -76,7 +76,7 @@ LidarFinding LidarSearch::find(const std::atomic<bool>& cancel) {
 LidarFinding LidarSearch::listen(const std::atomic<bool>& cancel) {
   found_ = {};
   hears_ = false;
-  const auto packets = [this](auto& dialogue, int baud) { return hearPackets(dialogue, baud); };
+  const auto packets = [this](auto& dialogue, int baud) { return receivePackets(dialogue, baud); };
   if (!isTcp(path_)) tryEach(kSending, cancel, packets);
   return finish(cancel);
 }
@@ -98,13 +98,13 @@ LidarFinding LidarSearch::ask(const std::atomic<bool>& cancel) {
 }
 
 LidarFinding LidarSearch::finish(const std::atomic<bool>& cancel) {
-  found_.hears = hears_;
+  found_.has_bytes = hears_;
   if (found_.family == LidarFinding::kNone && !found_.problem)
     found_.problem = cancel ? problem::kStoppedOpening : hears_ ? problem::kLidarNotFound : problem::kLidarUnheard;
   return found_;
 }
 
-LidarFinding LidarSearch::hearPackets(rplidar::Dialogue& dialogue, int baud) {
+LidarFinding LidarSearch::receivePackets(rplidar::Dialogue& dialogue, int baud) {
   struct Candidate {
     const LidarFacts* row;
     PacketDecoder decoder;

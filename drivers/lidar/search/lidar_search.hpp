@@ -22,7 +22,7 @@ struct LidarFinding {
   Problem problem{};                  ///< of kNone: why
   bool is_open = true;                ///< the port could be opened
   Heard other{};                      ///< of kNone: who is there that is no lidar, if that is known
-  bool hears = false;                 ///< of kNone: bytes came
+  bool has_bytes = false;             ///< of kNone: bytes came
 
   /// There is nothing more to be found out: a lidar or another device is known, or the port is gone.
   bool isDecided() const { return family != kNone || !is_open || isOtherDevice(other.speaker); }
@@ -49,7 +49,7 @@ class LidarSearch {
  private:
   template <typename Look>
   bool tryEach(std::span<const int> bauds, const std::atomic<bool>& cancel, const Look& look);
-  LidarFinding hearPackets(rplidar::Dialogue& dialogue, int baud);
+  LidarFinding receivePackets(rplidar::Dialogue& dialogue, int baud);
   LidarFinding finish(const std::atomic<bool>& cancel);
   LidarFinding askRplidar(rplidar::Dialogue& dialogue, int baud) const;
   LidarFinding askYdlidar(rplidar::Dialogue& dialogue, int baud) const;

@@ -123,7 +123,7 @@ TEST(Proposal, TakesODrivesByTheirHeartbeats) {
   EXPECT_EQ(usual.can.left_node, 16) << "as ODrives of this kind of robot have it";
 }
 
-TEST(Proposal, SaysWhatIsMissingAndKeepsAnotherProgramsSensors) {
+TEST(Proposal, ReportsWhatIsMissingAndKeepsAnotherProgramsSensors) {
   const Config none = propose({}, nullptr).config;
   EXPECT_EQ(none.base_device.driver, BaseDriver::kNone);
   EXPECT_EQ(none.imu_device.driver, ImuDriver::kNone);

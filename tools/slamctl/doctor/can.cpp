@@ -37,7 +37,7 @@ Finding checkCan(const std::string& interface, const std::filesystem::path& net)
   return {Finding::kGood, "CAN: " + interface + " is up", ""};
 }
 
-HeardDrives listenForDrives(const std::string& interface, std::vector<int> first, CanPort& port, Duration patience) {
+FoundDrives listenForDrives(const std::string& interface, std::vector<int> first, CanPort& port, Duration patience) {
   namespace odrive = can::odrive;
   // Of all nodes there are more ids than a socket filters by: those that people use, and the first ones.
   for (int node = 0; first.size() < 32; ++node) {
@@ -45,7 +45,7 @@ HeardDrives listenForDrives(const std::string& interface, std::vector<int> first
   }
   std::vector<std::uint32_t> ids;
   for (const int node : first) ids.push_back(odrive::idOf(node, odrive::Command::kHeartbeat));
-  HeardDrives heard{.error = port.open(interface, ids), .nodes = {}};
+  FoundDrives heard{.error = port.open(interface, ids), .nodes = {}};
   if (heard.error != 0) return heard;
   StampedCanFrame received;
   for (const Timestamp end = monotonicNow() + patience; monotonicNow() < end;) {
@@ -62,7 +62,7 @@ HeardDrives listenForDrives(const std::string& interface, std::vector<int> first
 }
 
 Finding checkDrives(const CanConfig& can, CanPort& port, Duration patience) {
-  const HeardDrives heard = listenForDrives(can.interface, {can.left_node, can.right_node}, port, patience);
+  const FoundDrives heard = listenForDrives(can.interface, {can.left_node, can.right_node}, port, patience);
   if (heard.error != 0)
     return {Finding::kWarning, "CAN: it cannot be listened to on " + can.interface + ": " + std::strerror(heard.error),
             "sudo slamctl doctor"};
