@@ -21,7 +21,8 @@ constexpr int kRplidarBaud = 115200;                                 // [bit/s] 
 constexpr std::array kRarely = {9600, 57600, 38400, 19200, 460800};  // [bit/s] that IMUs can be set to
 constexpr Duration kListen = 400ms;
 constexpr Duration kAnswer = 300ms;
-constexpr int kTimes = 3;  // a question is repeated: a byte of the first may be lost
+constexpr int kRounds = 2;  // of all questions: opening the port may have reset a device, which boots for 2 s
+constexpr int kTimes = 3;   // a question is repeated: a byte of the first may be lost
 
 /// An answer that only an Arduino with ros_arduino_bridge gives: two numbers to each question, and nothing unasked.
 bool answersCounts(std::span<const std::uint8_t> bytes) {
@@ -37,12 +38,6 @@ bool answersCounts(std::span<const std::uint8_t> bytes) {
 Outgoing askCreate() {
   Outgoing bytes = create_oi::start();
   bytes.add(create_oi::askForStream().bytes());
-  return bytes;
-}
-/// As it is left by the driver.
-Outgoing dismissCreate() {
-  Outgoing bytes = create_oi::pauseStream();
-  bytes.add(create_oi::start().bytes());
   return bytes;
 }
 Outgoing askBoard() {
@@ -73,12 +68,14 @@ PortFinding PortSearch::find(const std::atomic<bool>& cancel) {
   if (serial) {
     const LidarFinding heard = lidars.listen(cancel);
     if (take(heard) || (heard.has_bytes && listen(kRarely, cancel))) return found_;
-    if (ask({Speaker::kCreate, kCreateBauds, askCreate(), dismissCreate()}, cancel) ||
-        ask({Speaker::kBoard, kBoardBauds, askBoard()}, cancel))
-      return found_;
   }
-  if (!cancel && !take(lidars.ask(cancel)) && serial)
-    ask({Speaker::kArduino, kArduinoBauds, arduino_bridge::askCounts()}, cancel);
+  for (int round = 0; round < kRounds && !cancel; ++round) {
+    const bool known = (serial && ask({Speaker::kCreate, kCreateBauds, askCreate(), create_oi::stop()}, cancel)) ||
+                       (serial && ask({Speaker::kBoard, kBoardBauds, askBoard()}, cancel)) ||
+                       take(lidars.ask(cancel)) ||
+                       (serial && ask({Speaker::kArduino, kArduinoBauds, arduino_bridge::askCounts()}, cancel));
+    if (known || !found_.is_open) break;
+  }
   return found_;
 }
 
@@ -162,7 +159,8 @@ bool PortSearch::ask(const Question& question, const std::atomic<bool>& cancel) 
       const bool counts = question.speaker == Speaker::kArduino && answersCounts(dialogue.recent());
       answered = counts || speakerOf(dialogue.recent()).speaker == question.speaker;
     }
-    if (answered && !question.farewell.empty()) dialogue.send(question.farewell.bytes());
+    // Also of one whose answer was lost: else it took the next question for pressed buttons.
+    if (!question.farewell.empty()) dialogue.send(question.farewell.bytes());
     if (answered) return take(Heard{.speaker = question.speaker, .baud = baud});
   }
   return false;

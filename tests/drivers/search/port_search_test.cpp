@@ -57,12 +57,16 @@ class Port {
   test::VirtualLine line_;
 };
 
-PortFinding findBaseOf(const std::string& driver, int baud) {
+/// @param deaf to what comes within that time: it boots
+PortFinding findBaseOf(const std::string& driver, int baud, Duration deaf = Duration(0)) {
   const auto emulator = sim::makeBase(driver);
   sim::RobotModel robot({}, 1, sim::geometryOf(driver).base);
   Bytes answers;
   Port port(
-      baud, [&](std::span<const std::uint8_t> bytes) { emulator->exchange(bytes, virtual_now, answers); },
+      baud,
+      [&, end = virtual_now + deaf](std::span<const std::uint8_t> bytes) {
+        if (virtual_now >= end) emulator->exchange(bytes, virtual_now, answers);
+      },
       [&](Bytes& out) {
         emulator->renew(robot, virtual_now);
         emulator->exchange({}, virtual_now, answers);
@@ -87,6 +91,7 @@ TEST(PortSearch, FindsEachBase) {
   EXPECT_EQ(faster.driver, "text");
   EXPECT_EQ(faster.baud, 115200);
   EXPECT_FALSE(faster.is_usual_baud) << "base.baud is to be set";
+  EXPECT_EQ(findBaseOf("handsfree", 921600, std::chrono::seconds(5)).driver, "handsfree") << "asked again";
 }
 
 TEST(PortSearch, FindsEachImuAtEachBaudRate) {
@@ -146,6 +151,7 @@ TEST(PortSearch, AsksASilentPortForACreateBeforeALidarAndNothingThatMovesOrStart
   EXPECT_TRUE(found.problem.is(problem::kLidarUnheard));
   const auto lidars = std::find(port.sent.begin(), port.sent.end(), 0xA5);
   EXPECT_NE(std::find(port.sent.begin(), lidars, 0x80), lidars) << "a Create is asked first";
+  EXPECT_NE(std::find(port.sent.begin(), lidars, 0xAD), lidars) << "and is off again, should its answer be lost";
   for (std::size_t i = 0; i + 1 < port.sent.size(); ++i) {
     const int byte = port.sent[i], next = port.sent[i + 1];
     if (byte == 0xA5) {
