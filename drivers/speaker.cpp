@@ -189,7 +189,7 @@ const char* driversFor(Speaker speaker) {
     case Speaker::kYdlidar:
       return "ydlidar-x2, -x4, -x4-pro, -g2, -g4, -t-mini or coin-d4";
     case Speaker::kNeato:
-      return "xv11 or lds01";
+      return "xv11, roborock or lds01";
     case Speaker::kCamsense:
       return "camsense-x1";
     case Speaker::kHokuyo:

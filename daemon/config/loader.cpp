@@ -287,6 +287,11 @@ void checkTogether(const Config& config, const std::string& name, const Places& 
   if (lidar.range_min >= lidar.range_max) {
     complain({"lidar.range_min", "lidar.range_max"}, "is not below lidar.range_max; lower the one or raise the other");
   }
+  if (config.lidar_device.model != LdsModel::kAuto && config.lidar_device.driver != LidarDriver::kLds) {
+    complain({"lidar.model", "lidar.driver"}, "is of lidar.driver = \"lds\", but that is \"" +
+                                                  std::string(wordOf(config.lidar_device.driver)) +
+                                                  "\"; remove the one or change the other");
+  }
   if (config.imu_device.driver == ImuDriver::kHandsfree && config.base_device.driver != BaseDriver::kHandsfree) {
     complain({"imu.driver", "base.driver"}, "\"handsfree\" means the base's board, but base.driver is \"" +
                                                 std::string(wordOf(config.base_device.driver)) +

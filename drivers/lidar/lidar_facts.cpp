@@ -157,6 +157,7 @@ constexpr std::array kTable = {
                false,
                kLds01Talk},
     LidarFacts{"xv11", "Neato XV-11", Speaker::kNeato, &neato::kXv11Packets, 115200, 1800.0, {0.15F, 6.0F}, false},
+    LidarFacts{"roborock", "Roborock LDS02RR", Speaker::kNeato, &neato::kXv11Packets, 115200, 1800.0, {0.15F, 6.0F}},
     LidarFacts{
         "camsense-x1", "Camsense X1", Speaker::kCamsense, &neato::kCamsensePackets, 115200, 2080.0, {0.1F, 8.0F}},
 };

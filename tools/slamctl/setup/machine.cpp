@@ -49,7 +49,9 @@ void describe(const FoundPort& port, std::ostream& out) {
   out << "  " << port.path << (port.description.empty() ? "" : " (" + port.description + ")") << ": ";
   if (found.kind == PortFinding::kNothing) {
     out << found.problem.cause() << holderWords(port) << "\n";
-    if (!found.is_open && port.holder.empty()) out << "    fix: " << found.problem.fix() << "\n";
+    const bool by_slamd = port.holder.starts_with("slamd (");
+    if (!found.is_open && (by_slamd || port.holder.empty()))
+      out << "    fix: " << (by_slamd ? "sudo systemctl stop slamd" : found.problem.fix()) << "\n";
     return;
   }
   out << found.name << (found.baud > 0 ? ", at " + std::to_string(found.baud) + " bit/s" : "") << "\n";
@@ -113,7 +115,7 @@ Machine surveyMachine(const std::vector<std::string>& named, bool only, std::ost
   std::vector<std::future<FoundPort>> searches;
   for (const SerialPortInfo& port : ports)
     searches.push_back(std::async(std::launch::async, [&port, &open] { return surveyPort(port, open); }));
-  Machine machine{.ports = {}, .buses = only ? std::vector<FoundBus>{} : surveyBuses()};
+  Machine machine{.ports = {}, .buses = surveyBuses()};
   for (auto& search : searches) describe(machine.ports.emplace_back(search.get()), out);
   for (const FoundBus& bus : machine.buses) {
     out << "  " << bus.interface << ": "
@@ -121,7 +123,6 @@ Machine surveyMachine(const std::vector<std::string>& named, bool only, std::ost
     for (const int node : bus.nodes) out << " " << node;
     out << "\n";
   }
-  if (only) return machine;
   for (const std::string& name : namesIn(IioDevice::kRoot)) {
     Problem none;
     const auto chip = IioDevice::find((fs::path(IioDevice::kRoot) / name).string(), none);

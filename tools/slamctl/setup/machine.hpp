@@ -37,8 +37,8 @@ std::string lastingName(const std::string& port, const std::filesystem::path& ro
 bool isSamePort(const std::string& one, const std::string& other);
 
 /// Looks at each port, all at the same time, some 15 s at most: PortSearch has what is sent. CAN buses are only
-/// listened to. @param named ports that the system does not list @param only look at these alone @param out gets a line
-/// for each
+/// listened to. @param named ports that the system does not list @param only no other port is looked at @param out gets
+/// a line for each
 Machine surveyMachine(const std::vector<std::string>& named, bool only, std::ostream& out,
                       const PortOpener& open = openPort);
 

@@ -62,7 +62,12 @@ class Proposal {
     const auto port = choose(kLidar);
     if (!port)
       return askForDriver(kLidar, "No lidar was found. What sends the scans? A word of man slamd.toml, or none");
-    if (!isSameLidar(driverOf(kLidar), port->finding.driver)) interview_.take("lidar.driver", port->finding.driver);
+    const std::string driver = driverOf(kLidar), model = unquoted(interview_.valueOf("lidar.model"));
+    const bool is_model = driver == "lds" && model != "auto";
+    if (!isSameLidar(is_model ? model : driver, port->finding.driver)) {
+      interview_.take("lidar.driver", port->finding.driver);
+      if (is_model) interview_.take("lidar.model", "auto");
+    }
     takePort(kLidar, *port);
   }
 
@@ -115,10 +120,8 @@ class Proposal {
 
   void proposeCamera() {
     if (!machine_.camera) {
-      // A camera that is named, or played from a file, is not looked for on the USB.
-      const bool named = !interview_.config().depth_device.uri.empty();
-      if (interview_.config().depth_device.driver == DepthDriver::kOpenni2 && !named)
-        interview_.take("depth.driver", "none");
+      // One that the file asks for is unplugged perhaps: doctor names it.
+      if (!interview_.isSet("depth.driver")) interview_.take("depth.driver", "none");
       return;
     }
     interview_.take("depth.driver", "openni2");
