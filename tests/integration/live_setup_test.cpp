@@ -41,7 +41,8 @@ class LiveSetup : public test::Live {
     const BaseFacts* facts = findBase(base);
     std::ofstream(folder_ / "faults") << "0 lidar baud " << lidarOf(lidar).baud << "\n0 board baud "
                                       << (facts == nullptr ? 921600 : facts->baud) << "\n";
-    startSimulator("600", "meeting-room", {"--lidar", lidar, "--base", base, "--faults", folder_ / "faults"});
+    // Through doors and both ways around corners: what a calibration wants to see.
+    startSimulator("600", "home", {"--speed", "0.4", "--lidar", lidar, "--base", base, "--faults", folder_ / "faults"});
   }
   fs::path file() const { return folder_ / "slamd.toml"; }
   /// @return exit code
@@ -108,7 +109,7 @@ TEST_F(LiveSetup, CalibratesWhatIsOffAndKeepsItTheSecondTime) {
                           "  # by ruler\nhalf_track = " + std::to_string(0.95 * truth.half_track) +
                           "\n[lidar]\nx = " + std::to_string(mount.x + 0.06) + "\ny = 0.0\nyaw = 0.07\n";
   std::ofstream(file()) << off;
-  const std::vector<std::string> options{"--yes",         "--drive", "50",           "--port",
+  const std::vector<std::string> options{"--yes",         "--drive", "60",           "--port",
                                          device("lidar"), "--port",  device("board")};
   ASSERT_EQ(setUp("", options), 0) << words();
   std::printf("%s\n", words().c_str());
