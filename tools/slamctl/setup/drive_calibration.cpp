@@ -133,9 +133,10 @@ void takeGyro(const Config& config, const SensorLog& log, DriveCalibration& resu
   if (!scale) return;
   result.gyro_scale = scale->value;
   result.gyro_interval = kInterval * scale->sigma;
-  if (scale->value > kReversed) return;
+  // A program that sends it over LCM has to turn it itself.
+  if (scale->value > kReversed || config.imu_device.driver == ImuDriver::kLcm) return;
   const double roll = config.imu_device.roll;
-  result.values.push_back({"imu.roll", "rad", roll, roll > 0.0 ? 0.0 : 3.14159, 0.0, true});
+  result.values.push_back({"imu.roll", "rad", roll, roll > 0.0 ? 0.0 : std::numbers::pi, 0.0, true});
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "drivers/imu/iio_device.hpp"
 #include "drivers/tcp_port.hpp"
 #include "drivers/udev_links.hpp"
+#include "firmware_if/can_odrive.hpp"
 #include "runtime/clock.hpp"
 #include "tools/slamctl/doctor.hpp"
 
@@ -81,7 +82,9 @@ std::vector<FoundBus> surveyBuses() {
     std::ifstream(net / name / "type") >> type;
     std::ifstream(net / name / "flags") >> std::hex >> flags;
     if (type != kCanInterface || (flags & IFF_UP) == 0) continue;
-    buses.push_back({name, listenForDrives(name, {16, 24}, *makeSocketCanPort(monotonicNow), kHeartbeats).nodes});
+    buses.push_back({name, listenForDrives(name, {can::odrive::kLeftNode, can::odrive::kRightNode},
+                                           *makeSocketCanPort(monotonicNow), kHeartbeats)
+                               .nodes});
   }
   return buses;
 }

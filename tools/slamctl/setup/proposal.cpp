@@ -152,13 +152,15 @@ class Proposal {
 
   /// @return std::nullopt: one was unplugged, or the answer was none
   std::optional<FoundPort> chooseOf(const std::vector<FoundPort>& ports, const Role& role, const std::string& key) {
-    std::string list;
+    std::string list, names;
+    for (const FoundPort& port : ports)
+      names += (names.empty() ? "" : ", ") + port.path + " (" + port.finding.name + ")";
     for (std::size_t i = 0; i < ports.size(); ++i)
       list += "  " + std::to_string(i + 1) + ": " + ports[i].path + ", " + ports[i].finding.name + "\n";
     const std::string count = std::to_string(ports.size());
     if (!interview_.hasPerson())
-      throw std::runtime_error(count + " devices could be the " + role.name + "; set " + key + " in the answers:\n" +
-                               list);
+      throw std::runtime_error(count + " devices could be the " + role.name + "; set " + key +
+                               " in the answers to one of: " + names);
     const std::string typed = interview_.line(count + " devices could be the " + role.name + ":\n" + list +
                                               "Which one? Its number; or unplug the other and press Enter ");
     if (!interview_.hasPerson()) return chooseOf(ports, role, key);
