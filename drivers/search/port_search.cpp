@@ -67,7 +67,12 @@ PortFinding PortSearch::find(const std::atomic<bool>& cancel) {
   const bool serial = !isTcp(path_);
   if (serial) {
     const LidarFinding heard = lidars.listen(cancel);
-    if (take(heard) || (heard.has_bytes && listen(kRarely, cancel))) return found_;
+    if (take(heard) || (heard.has_bytes && listen(kRarely, cancel))) {
+      // A port of USB's own carries any rate: then the usual one is to be written down.
+      const BaseFacts* base = findBase(found_.driver);
+      if (base != nullptr && !found_.is_usual_baud) listen(std::array{base->baud}, cancel);
+      return found_;
+    }
   }
   for (int round = 0; round < kRounds && !cancel; ++round) {
     const bool known = (serial && ask({Speaker::kCreate, kCreateBauds, askCreate(), create_oi::stop()}, cancel)) ||

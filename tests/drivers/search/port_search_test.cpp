@@ -91,6 +91,7 @@ TEST(PortSearch, FindsEachBase) {
   EXPECT_EQ(faster.driver, "text");
   EXPECT_EQ(faster.baud, 115200);
   EXPECT_FALSE(faster.is_usual_baud) << "base.baud is to be set";
+  EXPECT_TRUE(findBaseOf("kobuki", 0).is_usual_baud) << "on a line that carries any rate";
   EXPECT_EQ(findBaseOf("handsfree", 921600, std::chrono::seconds(5)).driver, "handsfree") << "asked again";
 }
 
