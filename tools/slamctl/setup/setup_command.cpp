@@ -50,7 +50,8 @@ class TemporaryFolder {
 /// The configuration in use: its text, its values, and what it sets.
 struct Present {
   std::string text;
-  Config config;
+  Config config;  // as the file has it
+  Config start;   // with the command line's --set over it
   std::vector<std::string> set;
 };
 
@@ -58,9 +59,8 @@ Present presentConfig(const std::string& file, const std::vector<std::string>& o
   Present present;
   std::error_code error;
   if (fs::exists(file, error)) present.text = readFile(file, kMostConfig);
-  present.config = parseConfig(present.text, file, overrides);
-  Config scratch;
-  present.set = setFrom(present.text, file, scratch);
+  present.start = parseConfig(present.text, file, overrides);
+  present.set = setFrom(present.text, file, present.config);
   return present;
 }
 
@@ -135,7 +135,7 @@ bool SetupCommand::run(const std::string& config_file, const std::vector<std::st
       access(fs::absolute(target).parent_path().c_str(), W_OK) != 0)
     throw std::runtime_error(target.string() +
                              ": you may not write there; run sudo slamctl setup, or give --write FILE");
-  Interview interview(present.config, present.set, yes_ ? nullptr : &std::cin, std::cout);
+  Interview interview(present.start, present.set, yes_ ? nullptr : &std::cin, std::cout);
   if (!answers_.empty()) interview.readAnswers(answers_);
 
   const bool only = !ports_.empty();
