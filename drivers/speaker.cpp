@@ -8,10 +8,13 @@
 #include <string_view>
 #include <utility>
 
+#include "drivers/base/base_facts.hpp"
 #include "drivers/imu/codec/bno08x_frames.hpp"
 #include "drivers/imu/codec/witmotion_frames.hpp"
 #include "drivers/imu/codec/xsens_messages.hpp"
+#include "drivers/imu/imu_facts.hpp"
 #include "drivers/lidar/codec/rplidar_codec.hpp"
+#include "drivers/search/driver_row.hpp"
 #include "firmware_if/arduino_bridge.hpp"
 #include "firmware_if/create_oi.hpp"
 #include "firmware_if/hfi_imu.hpp"
@@ -218,7 +221,7 @@ constexpr std::array kRows = {
                "ld06, ld19, stl19p, stl27l, ms200 or lds02", true},
     SpeakerRow{Speaker::kYdlidar, "a lidar as of YDLIDAR", nullptr,
                "ydlidar-x2, -x4, -x4-pro, -g2, -g4, -t-mini or coin-d4", true},
-    SpeakerRow{Speaker::kNeato, "a lidar as of Neato (XV-11, LDS-01)", nullptr, "xv11 or lds01", true},
+    SpeakerRow{Speaker::kNeato, "a lidar as of Neato (XV-11, LDS-01)", nullptr, "xv11, roborock or lds01", true},
     SpeakerRow{Speaker::kCamsense, "a lidar of Camsense", nullptr, "camsense-x1", true},
     SpeakerRow{Speaker::kHokuyo, "a lidar of Hokuyo", nullptr, "hokuyo", true},
     SpeakerRow{Speaker::kGps, "a GPS receiver", nullptr, nullptr},
@@ -231,6 +234,8 @@ const SpeakerRow& rowOf(Speaker speaker) {
 }
 
 }  // namespace
+
+const char* nameOf(Speaker speaker) { return rowOf(speaker).name; }
 
 bool isOtherDevice(Speaker speaker) {
   return !rowOf(speaker).lidar && speaker != Speaker::kUnknown && speaker != Speaker::kPackets;

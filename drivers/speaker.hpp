@@ -36,6 +36,8 @@ enum class Speaker : std::uint8_t {
   kPackets,  ///< of one length that begin alike, of nobody who is known
 };
 
+/// With its article: "a Kobuki".
+const char* nameOf(Speaker speaker);
 /// A base, an IMU or a GPS: one that is known, and no lidar.
 bool isOtherDevice(Speaker speaker);
 

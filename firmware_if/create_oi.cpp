@@ -9,7 +9,7 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-constexpr std::uint8_t kStart = 128, kSafe = 131, kDriveDirect = 145, kStream = 148, kPauseStream = 150;
+constexpr std::uint8_t kStart = 128, kSafe = 131, kDriveDirect = 145, kStream = 148, kPauseStream = 150, kStop = 173;
 constexpr std::uint8_t kHeader = 0x13;
 
 constexpr std::uint8_t kBumpsAndDrops = 7, kVoltage = 22, kChargers = 34, kMode = 35, kRequestedRight = 41,
@@ -107,6 +107,7 @@ Outgoing encodeStream(const Sensors& sensors) {
 }
 
 Outgoing start() { return {kStart}; }
+Outgoing stop() { return {kStop}; }
 Outgoing enterSafe() { return {kSafe}; }
 
 Outgoing askForStream() {

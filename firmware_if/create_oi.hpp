@@ -47,6 +47,7 @@ std::optional<Sensors> parseStream(std::span<const std::uint8_t> frame);
 Outgoing encodeStream(const Sensors& sensors);
 
 Outgoing start();         ///< begins the interface, in passive mode: motors off
+Outgoing stop();          ///< ends it: nothing is obeyed until start(), and no stream comes
 Outgoing enterSafe();     ///< motors obey until a wheel drops, a cliff comes, or the charger
 Outgoing askForStream();  ///< of what Sensors has
 Outgoing pauseStream();

@@ -108,7 +108,10 @@ SerialImuConfig serialImuConfig(const Config& config) {
 
 IioImuConfig iioImuConfig(const Config& config) { return {.device = config.imu_device.port}; }
 
-const LidarFacts* lidarFacts(const Config& config) { return findLidar(wordOf(config.lidar_device.driver)); }
+const LidarFacts* lidarFacts(const Config& config) {
+  const LidarDeviceConfig& lidar = config.lidar_device;
+  return findLidar(lidar.driver == LidarDriver::kLds ? wordOf(lidar.model) : wordOf(lidar.driver));
+}
 
 SerialLidarConfig serialLidarConfig(const Config& config) {
   const LidarFacts* facts = lidarFacts(config);

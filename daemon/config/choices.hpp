@@ -34,15 +34,19 @@ enum class LidarDriver : std::uint8_t {
   kCoinD4,
   kLds01,
   kXv11,
+  kRoborock,
   kCamsenseX1,
   kHokuyo,
   kSick,
   kAuto,
   kYdlidar,  ///< as kAuto: which one of the family answers
-  kLds,      ///< the same of LDS-02 and XV-11
+  kLds,      ///< that of LdsModel, or the same
   kLcm,
   kNone
 };
+/// Which of the family of lidar.driver = "lds". No search tells an XV-11 from a Roborock, and an LDS-01 waits for its
+/// start.
+enum class LdsModel : std::uint8_t { kAuto, kLds01, kLds02, kXv11, kRoborock };
 enum class LidarScanMode : std::uint8_t { kAuto, kExpress, kStandard };
 /// A base that slamd reads (drivers/base/base_facts.cpp has the rows of those at a serial port, but for the HandsFree
 /// board), or where else the wheels' angles come from.
@@ -71,9 +75,12 @@ template <>
 inline constexpr std::array kWords<RunMode>{"slam", "localise"};
 template <>
 inline constexpr std::array kWords<LidarDriver>{
-    "rplidar",     "ld06",           "ld19",       "stl19p",     "stl27l",         "ms200",   "lds02", "ydlidar-x2",
-    "ydlidar-x4",  "ydlidar-x4-pro", "ydlidar-g2", "ydlidar-g4", "ydlidar-t-mini", "coin-d4", "lds01", "xv11",
-    "camsense-x1", "hokuyo",         "sick",       "auto",       "ydlidar",        "lds",     "lcm",   "none"};
+    "rplidar",    "ld06",           "ld19",       "stl19p",     "stl27l",         "ms200",   "lds02", "ydlidar-x2",
+    "ydlidar-x4", "ydlidar-x4-pro", "ydlidar-g2", "ydlidar-g4", "ydlidar-t-mini", "coin-d4", "lds01", "xv11",
+    "roborock",   "camsense-x1",    "hokuyo",     "sick",       "auto",           "ydlidar", "lds",   "lcm",
+    "none"};
+template <>
+inline constexpr std::array kWords<LdsModel>{"auto", "lds01", "lds02", "xv11", "roborock"};
 template <>
 inline constexpr std::array kWords<LidarScanMode>{"auto", "express", "standard"};
 template <>

@@ -20,12 +20,14 @@ struct LidarDeviceConfig {
   std::string port = "/dev/rplidar";
   int baud = 0;  ///< [bit/s] 0: the model's own
   LidarScanMode scan_mode = LidarScanMode::kAuto;
+  LdsModel model = LdsModel::kAuto;  ///< of kLds
 
   /// slamd reads it at a serial port.
   bool isRead() const { return driver != LidarDriver::kLcm && driver != LidarDriver::kNone; }
   /// Its model is found when the port is opened.
   bool isSearched() const {
-    return driver == LidarDriver::kAuto || driver == LidarDriver::kYdlidar || driver == LidarDriver::kLds;
+    return driver == LidarDriver::kAuto || driver == LidarDriver::kYdlidar ||
+           (driver == LidarDriver::kLds && model == LdsModel::kAuto);
   }
 
   void visitSettings(auto& v) {
@@ -40,6 +42,8 @@ struct LidarDeviceConfig {
     v.site("baud", baud, "bit/s", 0, 4000000,
            "The lidar's serial port runs at this speed; 0: at the one of its model, 115200 for an RPLidar.",
            "Set 256000 for an A2M7, A2M12, A3 or S1, 460800 for a C1, 1000000 for an S2 or S3.");
+    v.expert("model", model,
+             "The lidar of lidar.driver = \"lds\" is this one; auto: the LDS-02 or XV-11 that is found on the port.");
     v.expert(
         "scan_mode", scan_mode,
         "An RPLidar scans in its densest mode that slamd reads (auto), in legacy express mode or in standard mode.");

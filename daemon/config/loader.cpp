@@ -287,6 +287,11 @@ void checkTogether(const Config& config, const std::string& name, const Places& 
   if (lidar.range_min >= lidar.range_max) {
     complain({"lidar.range_min", "lidar.range_max"}, "is not below lidar.range_max; lower the one or raise the other");
   }
+  if (config.lidar_device.model != LdsModel::kAuto && config.lidar_device.driver != LidarDriver::kLds) {
+    complain({"lidar.model", "lidar.driver"}, "is of lidar.driver = \"lds\", but that is \"" +
+                                                  std::string(wordOf(config.lidar_device.driver)) +
+                                                  "\"; remove the one or change the other");
+  }
   if (config.imu_device.driver == ImuDriver::kHandsfree && config.base_device.driver != BaseDriver::kHandsfree) {
     complain({"imu.driver", "base.driver"}, "\"handsfree\" means the base's board, but base.driver is \"" +
                                                 std::string(wordOf(config.base_device.driver)) +
@@ -393,6 +398,17 @@ Config parseConfig(const std::string& text, const std::string& name, const std::
   checkTogether(config, name, places, reach, problems);
   if (!problems.empty()) throw ConfigError(problems);
   return config;
+}
+
+std::vector<std::string> setFrom(const std::string& text, const std::string& name, Config& config) {
+  Config changed = config;
+  std::vector<std::string> problems, keys;
+  Places places;
+  load(text, name, changed, places, problems);
+  if (!problems.empty()) throw ConfigError(problems);
+  config = changed;
+  for (const auto& [key, place] : places) keys.push_back(key);
+  return keys;
 }
 
 Config loadConfig(const std::filesystem::path& file, const std::vector<std::string>& overrides,

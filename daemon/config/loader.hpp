@@ -27,4 +27,9 @@ Config loadConfig(const std::filesystem::path& file, const std::vector<std::stri
 Config parseConfig(const std::string& text, const std::string& name, const std::vector<std::string>& overrides = {},
                    const ServiceReach* reach = nullptr);
 
+/// Sets over `config` what a text has. What no single key can be asked for is not looked at.
+/// @return the keys that it sets, as section.key
+/// @throws ConfigError, with `config` as it was
+std::vector<std::string> setFrom(const std::string& text, const std::string& name, Config& config);
+
 }  // namespace slam

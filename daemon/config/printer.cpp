@@ -48,7 +48,7 @@ class TextVisitor : public ConfigVisitor {
   }
   void field(const FieldInfo& info, bool& value) override { line(info, value ? "true" : "false", "true or false"); }
   void field(const FieldInfo& info, std::string& value) override {
-    line(info, quoted(info.secret && !value.empty() ? kHidden : value), "text");
+    line(info, quoted(info.secret && hides_ && !value.empty() ? kHidden : value), "text");
   }
   void field(const FieldInfo& info, std::vector<BearingRange>& value) override {
     std::string list;
@@ -65,6 +65,24 @@ class TextVisitor : public ConfigVisitor {
  protected:
   /// @param range of the values that are allowed
   virtual void line(const FieldInfo& info, const std::string& value, const std::string& range) = 0;
+
+  bool hides_ = true;  // a password
+};
+
+class SettingList : public TextVisitor {
+ public:
+  SettingList() { hides_ = false; }
+  void section(const char* name, const char*) override { section_ = name; }
+  const std::vector<Setting>& finish() const { return settings_; }
+
+ protected:
+  void line(const FieldInfo& info, const std::string& value, const std::string&) override {
+    settings_.push_back({(section_.empty() ? "" : section_ + ".") + info.key, value});
+  }
+
+ private:
+  std::string section_;
+  std::vector<Setting> settings_;
 };
 
 /// Sections with their keys; a section without any is left out.
@@ -150,14 +168,17 @@ class TuningPrinter : public SectionPrinter {
 };
 
 template <typename Printer>
-std::string print(Config config, Printer printer) {
+auto print(Config config, Printer printer) {
   visitConfig(config, printer);
-  return printer.finish();
+  auto text = printer.finish();
+  return text;
 }
 
 }  // namespace
 
 std::string printConfig(const Config& config) { return print(config, TomlPrinter()); }
+
+std::vector<Setting> settingsOf(const Config& config) { return print(config, SettingList()); }
 
 std::string printTemplate(TemplateKeys keys) {
   const bool all = keys == TemplateKeys::kAll;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/base/base_facts.hpp"
 
-#include <algorithm>
 #include <array>
 
 #include "drivers/base/arduino_base.hpp"
@@ -10,6 +9,7 @@
 #include "drivers/base/kobuki_base.hpp"
 #include "drivers/base/opencr_base.hpp"
 #include "drivers/base/roboclaw_base.hpp"
+#include "drivers/search/driver_row.hpp"
 #include "firmware_if/arduino_bridge.hpp"
 #include "firmware_if/create_oi.hpp"
 #include "firmware_if/kobuki.hpp"
@@ -87,9 +87,6 @@ constexpr std::array kTable = {
 
 std::span<const BaseFacts> baseTable() { return kTable; }
 
-const BaseFacts* findBase(std::string_view driver) {
-  const auto found = std::find_if(kTable.begin(), kTable.end(), [&](const auto& row) { return row.driver == driver; });
-  return found == kTable.end() ? nullptr : &*found;
-}
+const BaseFacts* findBase(std::string_view driver) { return rowOfDriver(baseTable(), driver); }
 
 }  // namespace slam

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/imu/imu_facts.hpp"
 
-#include <algorithm>
-
 #include "drivers/imu/bno08x_imu.hpp"
 #include "drivers/imu/hfi_imu.hpp"
 #include "drivers/imu/witmotion_imu.hpp"
 #include "drivers/imu/xsens_imu.hpp"
+#include "drivers/search/driver_row.hpp"
 
 namespace slam {
 namespace {
@@ -42,9 +41,6 @@ constexpr std::array kTable = {
 
 std::span<const ImuFacts> imuTable() { return kTable; }
 
-const ImuFacts* findImu(std::string_view driver) {
-  const auto found = std::find_if(kTable.begin(), kTable.end(), [&](const auto& row) { return row.driver == driver; });
-  return found == kTable.end() ? nullptr : &*found;
-}
+const ImuFacts* findImu(std::string_view driver) { return rowOfDriver(imuTable(), driver); }
 
 }  // namespace slam

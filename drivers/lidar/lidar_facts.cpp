@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drivers/lidar/lidar_facts.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
 
 #include "drivers/lidar/codec/ldrobot_packets.hpp"
 #include "drivers/lidar/codec/neato_packets.hpp"
 #include "drivers/lidar/codec/ydlidar_packets.hpp"
+#include "drivers/search/driver_row.hpp"
 
 namespace slam {
 namespace {
@@ -157,6 +157,7 @@ constexpr std::array kTable = {
                false,
                kLds01Talk},
     LidarFacts{"xv11", "Neato XV-11", Speaker::kNeato, &neato::kXv11Packets, 115200, 1800.0, {0.15F, 6.0F}, false},
+    LidarFacts{"roborock", "Roborock LDS02RR", Speaker::kNeato, &neato::kXv11Packets, 115200, 1800.0, {0.15F, 6.0F}},
     LidarFacts{
         "camsense-x1", "Camsense X1", Speaker::kCamsense, &neato::kCamsensePackets, 115200, 2080.0, {0.1F, 8.0F}},
 };
@@ -165,9 +166,6 @@ constexpr std::array kTable = {
 
 std::span<const LidarFacts> lidarTable() { return kTable; }
 
-const LidarFacts* findLidar(std::string_view driver) {
-  const auto found = std::find_if(kTable.begin(), kTable.end(), [&](const auto& row) { return row.driver == driver; });
-  return found == kTable.end() ? nullptr : &*found;
-}
+const LidarFacts* findLidar(std::string_view driver) { return rowOfDriver(lidarTable(), driver); }
 
 }  // namespace slam

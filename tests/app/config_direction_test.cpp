@@ -326,6 +326,16 @@ TEST(LidarKeys, NameEachRowOfTheDriversTable) {
     EXPECT_EQ(serialLidarConfig(config).speaker, facts->speaker) << word;
   }
   EXPECT_EQ(rows, lidarTable().size());
+  for (const char* model : kWords<LdsModel>) {
+    const Config config = parseConfig("", "given", {"lidar.driver='lds'", std::string("lidar.model='") + model + "'"});
+    const bool is_auto = config.lidar_device.model == LdsModel::kAuto;
+    EXPECT_EQ(config.lidar_device.isSearched(), is_auto) << model;
+    ASSERT_EQ(lidarFacts(config) == nullptr, is_auto) << model;
+    if (!is_auto) {
+      EXPECT_STREQ(lidarFacts(config)->driver, model);
+    }
+  }
+  EXPECT_THROW(parseConfig("", "given", {"lidar.driver='ld19'", "lidar.model='xv11'"}), ConfigError);
   EXPECT_EQ(serialLidarConfig(parseConfig("", "given", {})).baud, 115200) << "an RPLidar A1";
   const Config faster = parseConfig("", "given", {"lidar.driver='ld19'", "lidar.baud=115200"});
   EXPECT_EQ(packetLidarConfig(faster).baud, 115200) << "what is set goes before the model's own";

@@ -20,6 +20,7 @@ std::vector<Effect> effectsOfDevices() {
       {"lidar.driver", "'none'", drive},
       {"lidar.port", "'/dev/other'", lidarSettings},
       {"lidar.baud", "256000", lidarSettings},
+      {"lidar.model", "'lds01'", lidarSettings, {"lidar.driver='lds'"}},
       {"lidar.scan_mode", "'standard'", lidarSettings},
       {"lidar.x", "0.2", drive},
       {"lidar.y", "0.2", drive},

@@ -38,6 +38,7 @@ class Change : public ConfigVisitor {
 /// What no single key can be asked for, and every configuration must keep.
 void keepTogether(Config& config) {
   config.lcm.url = "udpm://239.255.76.68:7668?ttl=1";
+  config.lidar_device.model = LdsModel::kAuto;  // the driver is not "lds"
   config.lcm.pose_rate = std::min(config.lcm.pose_rate, config.runtime.estimator_rate);
   config.base_device.mileage_rate = config.base_device.imu_rate = std::min(200.0, config.runtime.base_rate / 4.0);
 }

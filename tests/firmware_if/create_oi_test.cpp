@@ -35,6 +35,7 @@ TEST(CreateCommands, AreThoseOfTheManual) {
   EXPECT_EQ(bytesOf(driveDirect(-100, 200)), (Bytes{0x91, 0x00, 0xC8, 0xFF, 0x9C}));
   EXPECT_EQ(bytesOf(driveDirect(9999, -9999)), (Bytes{0x91, 0xFE, 0x0C, 0x01, 0xF4})) << "500 mm/s at most";
   EXPECT_EQ(bytesOf(start()), Bytes{128});
+  EXPECT_EQ(bytesOf(stop()), Bytes{173});
   EXPECT_EQ(bytesOf(enterSafe()), Bytes{131});
   EXPECT_EQ(bytesOf(askForStream()), (Bytes{148, 8, 7, 22, 34, 35, 41, 42, 43, 44}));
   EXPECT_EQ(bytesOf(pauseStream()), (Bytes{150, 0}));

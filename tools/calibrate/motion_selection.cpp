@@ -9,19 +9,19 @@
 namespace slam {
 namespace {
 
-WheelAngles interpolate(const WheelAngles& from, const WheelAngles& to, Timestamp stamp) {
+AccumulatedAngles interpolate(const AccumulatedAngles& from, const AccumulatedAngles& to, Timestamp stamp) {
   const double fraction = toSeconds(stamp - from.stamp) / toSeconds(to.stamp - from.stamp);
   return {stamp, from.left + fraction * (to.left - from.left), from.right + fraction * (to.right - from.right)};
 }
 
 /// The wheels' steps from one stamp to the other.
 /// @return std::nullopt where readings are missing or the counters began anew
-std::optional<std::vector<WheelStep>> wheelsBetween(const std::vector<WheelAngles>& wheels, Timestamp begin,
+std::optional<std::vector<WheelStep>> wheelsBetween(const std::vector<AccumulatedAngles>& wheels, Timestamp begin,
                                                     Timestamp end, const RobotGeometry& configured,
                                                     const MotionConfig& config) {
   const auto after = [&](Timestamp stamp) {
     return std::lower_bound(wheels.begin(), wheels.end(), stamp,
-                            [](const WheelAngles& reading, Timestamp t) { return reading.stamp < t; });
+                            [](const AccumulatedAngles& reading, Timestamp t) { return reading.stamp < t; });
   };
   const auto first = after(begin), last = after(end);
   if (first == wheels.begin() || last == wheels.end()) return std::nullopt;
@@ -33,7 +33,7 @@ std::optional<std::vector<WheelStep>> wheelsBetween(const std::vector<WheelAngle
     if (std::max(std::abs(left), std::abs(right)) > config.max_wheel_speed * interval) return std::nullopt;
   }
 
-  std::vector<WheelAngles> path{interpolate(*std::prev(first), *first, begin)};
+  std::vector<AccumulatedAngles> path{interpolate(*std::prev(first), *first, begin)};
   path.insert(path.end(), first, last);
   path.push_back(interpolate(*std::prev(last), *last, end));
   std::vector<WheelStep> steps;

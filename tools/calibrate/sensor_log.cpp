@@ -24,7 +24,7 @@ class WheelCollector {
     const Timestamp stamp = stamps_.next(sample.stamp);
     if (message.nwheels >= 2) recorded_.push_back({stamp, message.angles[0], message.angles[1]});
 
-    WheelAngles angles = reckoned_.empty() ? WheelAngles{} : reckoned_.back();
+    AccumulatedAngles angles = reckoned_.empty() ? AccumulatedAngles{} : reckoned_.back();
     if (last_) {
       const Eigen::Vector3d xi = log(between(*last_, sample.T_wheels_base));
       angles.left += (xi.x() - base_.half_track * xi.z()) / base_.wheel_radius;
@@ -45,7 +45,7 @@ class WheelCollector {
   ForwardJumpGuard guard_;
   StampSequencer stamps_;
   std::optional<Pose2> last_;
-  std::vector<WheelAngles> recorded_, reckoned_;
+  std::vector<AccumulatedAngles> recorded_, reckoned_;
 };
 
 class LogFeeder {
@@ -61,7 +61,7 @@ class LogFeeder {
     } else if (event.channel == channel::kWheels) {
       if (const auto wheels = take<wheels_t>(event, wheels_seen_)) add(*wheels.message, *wheels.sample);
     } else if (event.channel == channel::kImu && use_imu_) {
-      if (const auto imu = take<imu_t>(event, imus_)) pipeline_.add(*imu.sample);
+      if (const auto imu = take<imu_t>(event, imus_)) add(*imu.sample);
     }
   }
 
@@ -99,6 +99,12 @@ class LogFeeder {
     }
     pipeline_.add(sample);
     wheels_.add(message, sample);
+  }
+
+  void add(const ImuSample& sample) {
+    pipeline_.add(sample);
+    const bool later = log_.turn_rates.empty() || sample.stamp > log_.turn_rates.back().stamp;
+    if (sample.rate_known && later) log_.turn_rates.push_back({sample.stamp, sample.gyro.z()});
   }
 
   void add(const LaserScan& scan) {

@@ -13,9 +13,15 @@
 namespace slam {
 
 /// Accumulated angles of the two wheels [rad], positive driving forward.
-struct WheelAngles {
+struct AccumulatedAngles {
   Timestamp stamp;
   double left = 0.0, right = 0.0;
+};
+
+/// The gyro's turn rate about the base's upward axis [rad/s].
+struct TurnRate {
+  Timestamp stamp;
+  double rate = 0.0;
 };
 
 /// A scan that the front end matched in all directions: the match itself, before wheels and gyro are blended in.
@@ -27,8 +33,9 @@ struct MatchedScan {
 
 /// What calibration needs of a log, each in stamp order.
 struct SensorLog {
-  std::vector<WheelAngles> wheels;
+  std::vector<AccumulatedAngles> wheels;
   std::vector<MatchedScan> scans;
+  std::vector<TurnRate> turn_rates;
   int scans_read = 0;
   bool angles_recorded = true;  ///< false: taken back from the dead reckoning by the configured geometry
   std::uint64_t rejected_messages = 0, skipped_bytes = 0;

@@ -64,6 +64,7 @@ class DeviceSession {
   }
 
   void run() {
+    collectFaults();  // what is wrong from the begin is so with the first byte
     Worker world({.name = "world", .rate = 1.0 / toSeconds(Simulation::kStep)}, [this] { stepWorld(); });
     Worker lidar({.name = "lidar"}, [this] { serveLidar(); });
     Worker board({.name = "board"}, [this] { serveBoard(); });

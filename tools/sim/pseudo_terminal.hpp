@@ -18,6 +18,8 @@ class PseudoTerminal {
   PseudoTerminal& operator=(const PseudoTerminal&) = delete;
 
   ByteStream& stream();
+  /// Of the side that a driver opens.
+  int descriptor() const { return slave_; }
   /// Writes what fits: like a line without flow control, a reader that is away loses bytes.
   void send(std::span<const std::uint8_t> bytes);
 

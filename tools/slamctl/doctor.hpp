@@ -37,6 +37,8 @@ std::optional<Finding> checkClaimants(const std::string& device, const std::stri
 /// Has another program opened the port? @param port as the kernel names it
 std::optional<Finding> checkHolders(const std::string& device, const std::string& port,
                                     const std::filesystem::path& root = "/");
+/// The program that has a port open, slamd too, as "slamd (812)"; empty: none that can be seen.
+std::string holderOf(const std::string& port, const std::filesystem::path& root = "/");
 /// Do several slamd run here?
 std::optional<Finding> checkSecondSlamd(const std::filesystem::path& root = "/");
 /// USB-serial adapters without a port: their kernel driver is missing, or a program has taken them from it.
@@ -49,6 +51,13 @@ Finding checkCameraName(const std::string& uri, const std::vector<CameraInfo>& c
 Finding checkMounting(const DepthDeviceConfig& depth);
 /// @param net the system's list of network interfaces (/sys/class/net)
 Finding checkCan(const std::string& interface, const std::filesystem::path& net = "/sys/class/net");
+/// The nodes whose ODrives send heartbeats on a CAN interface. Nothing is sent.
+struct FoundDrives {
+  int error = 0;           ///< errno: it cannot be listened to
+  std::vector<int> nodes;  ///< in their order
+};
+/// @param first nodes that are looked for besides the usual ones
+FoundDrives listenForDrives(const std::string& interface, std::vector<int> first, CanPort& port, Duration patience);
 /// Listens for the heartbeats of drives. @param port of the interface; nothing is sent
 Finding checkDrives(const CanConfig& can, CanPort& port, Duration patience = std::chrono::milliseconds(500));
 /// What stops the wheels when slamd cannot. @param port of the interface, if the wheels are on CAN

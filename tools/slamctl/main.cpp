@@ -22,6 +22,7 @@
 #include "tools/slamctl/map_list.hpp"
 #include "tools/slamctl/remote.hpp"
 #include "tools/slamctl/report_command.hpp"
+#include "tools/slamctl/setup/setup_command.hpp"
 #include "tools/slamctl/stored_map_commands.hpp"
 
 namespace {
@@ -181,12 +182,14 @@ int main(int argc, char** argv) {
   const slam::MapEditing editing(app);
   const slam::StoredMapCommands stored(app);
   const slam::ReportCommand report(app);
+  const slam::SetupCommand setup(app);
   const Commands commands = addCommands(app, arguments);
   return slam::runProgram(app, argc, argv, SLAMD_VERSION, "slamctl save kitchen", [&] {
     if (report.parsed()) {
       report.run({arguments.config_file, arguments.url, SLAMD_VERSION, arguments.overrides, app.count("--config") > 0});
       return slam::kDone;
     }
+    if (setup.parsed()) return setup.run(arguments.config_file, arguments.overrides) ? slam::kDone : slam::kFailed;
     const bool given = app.count("--config") > 0 || std::filesystem::exists(arguments.config_file);
     auto config = given ? slam::loadConfig(arguments.config_file, arguments.overrides)
                         : slam::parseConfig("", "defaults", arguments.overrides);

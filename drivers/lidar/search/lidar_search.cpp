@@ -11,7 +11,6 @@
 #include "drivers/lidar/packet_decoder.hpp"
 #include "drivers/lidar/packet_lidar.hpp"
 #include "drivers/lidar/text/text_answer.hpp"
-#include "drivers/speaker.hpp"
 #include "drivers/tcp_port.hpp"
 
 namespace slam {
@@ -62,14 +61,28 @@ bool LidarSearch::tryEach(std::span<const int> bauds, const std::atomic<bool>& c
     hears_ = hears_ || dialogue.heardBytes();
     if (dialogue.hungUp()) found_ = {.problem = problem::kPortGone, .is_open = false};
     if (dialogue.hungUp()) return false;
-    if (isOtherDevice(speakerOf(dialogue.recent()).speaker)) return false;  // which is to be asked nothing
+    found_.other = speakerOf(dialogue.recent());
+    found_.other.baud = baud;
+    if (isOtherDevice(found_.other.speaker)) return false;  // which is to be asked nothing
   }
   return !cancel;
 }
 
 LidarFinding LidarSearch::find(const std::atomic<bool>& cancel) {
+  const LidarFinding heard = listen(cancel);
+  return heard.isDecided() || cancel ? heard : ask(cancel);
+}
+
+LidarFinding LidarSearch::listen(const std::atomic<bool>& cancel) {
   found_ = {};
   hears_ = false;
+  const auto packets = [this](auto& dialogue, int baud) { return receivePackets(dialogue, baud); };
+  if (!isTcp(path_)) tryEach(kSending, cancel, packets);
+  return finish(cancel);
+}
+
+LidarFinding LidarSearch::ask(const std::atomic<bool>& cancel) {
+  found_ = {};
   const auto text = [this](auto& dialogue, int baud) { return askText(dialogue, baud); };
   if (isTcp(path_)) {
     tryEach(std::array{baud_}, cancel, text);
@@ -77,17 +90,21 @@ LidarFinding LidarSearch::find(const std::atomic<bool>& cancel) {
     const std::array one = {baud_};
     const bool other_baud = baud_ > 0 && std::find(kSending.begin(), kSending.end(), baud_) == kSending.end();
     const auto rplidars = [this](auto& dialogue, int baud) { return askRplidar(dialogue, baud); };
-    tryEach(kSending, cancel, [this](auto& dialogue, int baud) { return listen(dialogue, baud); }) &&
-        tryEach(other_baud ? std::span<const int>(one) : kRplidars, cancel, rplidars) &&
+    tryEach(other_baud ? std::span<const int>(one) : kRplidars, cancel, rplidars) &&
         tryEach(kYdlidars, cancel, [this](auto& dialogue, int baud) { return askYdlidar(dialogue, baud); }) &&
         tryEach(std::span<const int>(kRplidars).first(1), cancel, text);
   }
+  return finish(cancel);
+}
+
+LidarFinding LidarSearch::finish(const std::atomic<bool>& cancel) {
+  found_.has_bytes = hears_;
   if (found_.family == LidarFinding::kNone && !found_.problem)
     found_.problem = cancel ? problem::kStoppedOpening : hears_ ? problem::kLidarNotFound : problem::kLidarUnheard;
   return found_;
 }
 
-LidarFinding LidarSearch::listen(rplidar::Dialogue& dialogue, int baud) {
+LidarFinding LidarSearch::receivePackets(rplidar::Dialogue& dialogue, int baud) {
   struct Candidate {
     const LidarFacts* row;
     PacketDecoder decoder;

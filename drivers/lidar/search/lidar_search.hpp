@@ -10,6 +10,7 @@
 #include "drivers/byte_stream.hpp"
 #include "drivers/lidar/lidar_facts.hpp"
 #include "drivers/lidar/rplidar_dialogue.hpp"
+#include "drivers/speaker.hpp"
 
 namespace slam {
 
@@ -20,6 +21,11 @@ struct LidarFinding {
   int baud = 0;                       ///< [bit/s] at which it was understood
   Problem problem{};                  ///< of kNone: why
   bool is_open = true;                ///< the port could be opened
+  Heard other{};                      ///< of kNone: who is there that is no lidar, if that is known
+  bool has_bytes = false;             ///< of kNone: bytes came
+
+  /// There is nothing more to be found out: a lidar or another device is known, or the port is gone.
+  bool isDecided() const { return family != kNone || !is_open || isOtherDevice(other.speaker); }
 };
 
 /// Finds out which lidar is on a port. It listens first at the baud rates of those that send unasked: three good
@@ -35,11 +41,16 @@ class LidarSearch {
       : path_(std::move(path)), baud_(baud), open_(std::move(open)), now_(now) {}
 
   LidarFinding find(const std::atomic<bool>& cancel);
+  /// The first half of find(), which sends nothing to a silent port: at the baud rates of those that send unasked.
+  LidarFinding listen(const std::atomic<bool>& cancel);
+  /// The second half.
+  LidarFinding ask(const std::atomic<bool>& cancel);
 
  private:
   template <typename Look>
   bool tryEach(std::span<const int> bauds, const std::atomic<bool>& cancel, const Look& look);
-  LidarFinding listen(rplidar::Dialogue& dialogue, int baud);
+  LidarFinding receivePackets(rplidar::Dialogue& dialogue, int baud);
+  LidarFinding finish(const std::atomic<bool>& cancel);
   LidarFinding askRplidar(rplidar::Dialogue& dialogue, int baud) const;
   LidarFinding askYdlidar(rplidar::Dialogue& dialogue, int baud) const;
   LidarFinding askText(rplidar::Dialogue& dialogue, int baud) const;

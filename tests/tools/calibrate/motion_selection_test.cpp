@@ -65,7 +65,7 @@ TEST(MotionSelection, LeavesOutWhereScansOrReadingsAreMissing) {
   SensorLog no_scans = arc(20.0);
   std::erase_if(no_scans.scans, [](const MatchedScan& s) { return s.stamp > at(5.0) && s.stamp < at(15.0); });
   SensorLog no_wheels = arc(20.0);
-  std::erase_if(no_wheels.wheels, [](const WheelAngles& w) { return w.stamp > at(5.0) && w.stamp < at(15.0); });
+  std::erase_if(no_wheels.wheels, [](const AccumulatedAngles& w) { return w.stamp > at(5.0) && w.stamp < at(15.0); });
   for (const SensorLog& log : {no_scans, no_wheels}) {
     const auto motions = selectMotions(log, kRobot);
     EXPECT_LT(motions.size(), 0.6 * static_cast<double>(all));
@@ -76,7 +76,7 @@ TEST(MotionSelection, LeavesOutWhereScansOrReadingsAreMissing) {
 
 TEST(MotionSelection, LeavesOutWhereTheCountersBeganAnew) {
   SensorLog log = arc(20.0);
-  for (WheelAngles& reading : log.wheels) {
+  for (AccumulatedAngles& reading : log.wheels) {
     if (reading.stamp > at(10.0)) reading.left -= 70.0, reading.right -= 90.0;
   }
   const auto motions = selectMotions(log, kRobot);
@@ -86,10 +86,10 @@ TEST(MotionSelection, LeavesOutWhereTheCountersBeganAnew) {
 
 TEST(MotionSelection, LeavesOutStandingAndWhatTheWheelsDoNotCover) {
   SensorLog standing = arc(20.0);
-  for (WheelAngles& reading : standing.wheels) reading.left = reading.right = 0.0;
+  for (AccumulatedAngles& reading : standing.wheels) reading.left = reading.right = 0.0;
   EXPECT_TRUE(selectMotions(standing, kRobot).empty());
   SensorLog late = arc(20.0);
-  std::erase_if(late.wheels, [](const WheelAngles& w) { return w.stamp > at(3.0); });
+  std::erase_if(late.wheels, [](const AccumulatedAngles& w) { return w.stamp > at(3.0); });
   EXPECT_LE(selectMotions(late, kRobot).size(), 3U);
   EXPECT_TRUE(selectMotions({}, kRobot).empty());
 }
@@ -140,7 +140,7 @@ TEST(MotionSelection, EndsAMotionWhereItHasGoneFarEnoughAndGivesUpSlowOnes) {
     EXPECT_LT(moved.translation().norm(), config.translation + 1.5 * step);
   }
   // At a tenth of the speed a motion takes longer than it may.
-  for (WheelAngles& reading : log.wheels) reading.left /= 10.0, reading.right /= 10.0;
+  for (AccumulatedAngles& reading : log.wheels) reading.left /= 10.0, reading.right /= 10.0;
   EXPECT_TRUE(selectMotions(log, kRobot).empty());
 }
 

@@ -74,6 +74,8 @@ class CreateEmulator : public CountingBase {
   std::int16_t word(std::size_t at) const { return static_cast<std::int16_t>(command_[at] << 8 | command_[at + 1]); }
   void obey() {
     if (command_[0] == 128) return enter(Mode::kPassive);
+    if (command_[0] == 173) streams_ = false;
+    if (command_[0] == 173) return enter(Mode::kOff);
     if (mode_ == Mode::kOff) return;
     switch (command_[0]) {
       case 131:

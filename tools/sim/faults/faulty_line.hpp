@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <random>
 #include <vector>
 
 #include "tools/sim/faults/line_faults.hpp"
@@ -22,7 +23,8 @@ class FaultyLine {
 
   std::uint16_t tcpPort() const { return tcp_port_.value_or(0); }  ///< 0: it is a serial line
 
-  /// @return false for a fault that LineFaults does not know
+  /// Faults of LineFaults; and "baud", the only rate [bit/s] at which the device is understood and understands, 0: any.
+  /// @return false for another one
   bool inject(std::string_view kind, double value);
 
   /// Bytes from the host; waits for them up to `timeout`. None while unplugged.
@@ -31,12 +33,15 @@ class FaultyLine {
 
  private:
   void plugIn();
+  bool isUnderstood() const;
 
   std::filesystem::path link_;
   std::optional<std::uint16_t> tcp_port_;
   std::optional<PseudoTerminal> port_;
   std::optional<TcpServer> server_;
   LineFaults faults_;
+  int baud_ = 0;  // [bit/s] of the device; 0: a pseudo-terminal carries any
+  std::mt19937 random_{1};
 };
 
 }  // namespace slam::sim

@@ -139,6 +139,7 @@ constexpr std::array kFormats = {
     PacketFormat{.driver = "coin-d4", .encode = coin, .samples = 25, .turn_rate = 7.7},
     PacketFormat{.driver = "lds01", .encode = lds01, .samples = 6, .turn_rate = 5.0, .fixed = true},
     PacketFormat{.driver = "xv11", .encode = xv11, .samples = 4, .turn_rate = 5.0, .fixed = true},
+    PacketFormat{.driver = "roborock", .encode = xv11, .samples = 4, .turn_rate = 5.0, .fixed = true},
     PacketFormat{.driver = "camsense-x1", .encode = camsense, .samples = 8, .turn_rate = 5.2},
 };
 

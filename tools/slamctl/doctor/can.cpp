@@ -5,12 +5,12 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
-#include <map>
 #include <net/if.h>
 #include <thread>
 
 #include "drivers/base/base_facts.hpp"
 #include "drivers/can/can_axis.hpp"
+#include "firmware_if/can_odrive.hpp"
 #include "firmware_if/can_vesc.hpp"
 #include "runtime/clock.hpp"
 #include "tools/slamctl/doctor.hpp"
@@ -81,35 +81,42 @@ Finding checkCan(const std::string& interface, const std::filesystem::path& net)
   return {Finding::kGood, "CAN: " + interface + " is up", ""};
 }
 
-Finding checkDrives(const CanConfig& can, CanPort& port, Duration patience) {
+FoundDrives listenForDrives(const std::string& interface, std::vector<int> first, CanPort& port, Duration patience) {
   namespace odrive = can::odrive;
-  if (can.protocol == can::Protocol::kVesc) return checkVescs(can, port, patience);
   // Of all nodes there are more ids than a socket filters by: those that people use, and the first ones.
-  std::vector<int> nodes{can.left_node, can.right_node};
-  for (int node = 0; nodes.size() < 32; ++node) {
-    if (std::find(nodes.begin(), nodes.end(), node) == nodes.end()) nodes.push_back(node);
+  for (int node = 0; first.size() < 32; ++node) {
+    if (std::find(first.begin(), first.end(), node) == first.end()) first.push_back(node);
   }
   std::vector<std::uint32_t> ids;
-  for (const int node : nodes) ids.push_back(odrive::idOf(node, odrive::Command::kHeartbeat));
-  if (const int error = port.open(can.interface, ids); error != 0)
-    return {Finding::kWarning, "CAN: it cannot be listened to on " + can.interface + ": " + std::strerror(error),
-            "sudo slamctl doctor"};
-  std::map<int, CanAxis> heard;
+  for (const int node : first) ids.push_back(odrive::idOf(node, odrive::Command::kHeartbeat));
+  FoundDrives heard{.error = port.open(interface, ids), .nodes = {}};
+  if (heard.error != 0) return heard;
   StampedCanFrame received;
   for (const Timestamp end = monotonicNow() + patience; monotonicNow() < end;) {
     if (port.receive(received) != 0) {
       std::this_thread::sleep_for(5ms);
       continue;
     }
-    const int node = static_cast<int>(received.frame.id >> 5);
-    if (!received.frame.error) heard[node].addHeartbeat(received.stamp, node, received.frame);
+    if (!received.frame.error) heard.nodes.push_back(static_cast<int>(received.frame.id >> 5));
   }
   port.close();
+  std::sort(heard.nodes.begin(), heard.nodes.end());
+  heard.nodes.erase(std::unique(heard.nodes.begin(), heard.nodes.end()), heard.nodes.end());
+  return heard;
+}
+
+Finding checkDrives(const CanConfig& can, CanPort& port, Duration patience) {
+  if (can.protocol == can::Protocol::kVesc) return checkVescs(can, port, patience);
+  const FoundDrives heard = listenForDrives(can.interface, {can.left_node, can.right_node}, port, patience);
+  if (heard.error != 0)
+    return {Finding::kWarning, "CAN: it cannot be listened to on " + can.interface + ": " + std::strerror(heard.error),
+            "sudo slamctl doctor"};
+  const auto isHeard = [&](int node) { return std::binary_search(heard.nodes.begin(), heard.nodes.end(), node); };
   std::string list;
-  for (const auto& [node, axis] : heard) list += (list.empty() ? "" : ", ") + std::to_string(node);
-  const bool both = heard.contains(can.left_node) && heard.contains(can.right_node);
+  for (const int node : heard.nodes) list += (list.empty() ? "" : ", ") + std::to_string(node);
+  const bool both = isHeard(can.left_node) && isHeard(can.right_node);
   if (both) return {Finding::kGood, "CAN: the drives of both wheels send heartbeats", ""};
-  const std::string missing = !heard.contains(can.left_node)
+  const std::string missing = !isHeard(can.left_node)
                                   ? "left wheel (can.left_node = " + std::to_string(can.left_node) + ")"
                                   : "right wheel (can.right_node = " + std::to_string(can.right_node) + ")";
   return {Finding::kFault, "CAN: no heartbeat of the " + missing,

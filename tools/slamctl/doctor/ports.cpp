@@ -48,6 +48,21 @@ std::vector<Process> processesIn(const std::filesystem::path& root) {
   return processes;
 }
 
+/// One that has a port open. @param but the name of one that may
+std::optional<Process> processWith(const std::string& port, const std::filesystem::path& root, std::string_view but) {
+  if (port.starts_with("/dev/pts/")) return std::nullopt;  // whoever made a pseudo-terminal has it open by right
+  for (const Process& process : processesIn(root)) {
+    if (process.name == but) continue;
+    std::error_code error;
+    for (std::filesystem::directory_iterator at(process.folder / "fd", error), end; !error && at != end;
+         at.increment(error)) {
+      std::error_code ignored;
+      if (std::filesystem::read_symlink(at->path(), ignored) == port) return process;
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 Finding checkPort(const std::string& device, const std::string& path, const std::string& key,
@@ -87,28 +102,23 @@ std::optional<Finding> checkClaimants(const std::string& device, const std::stri
   return Finding{Finding::kFault, device + ": " + describeClaimants(path, claimants), fix};
 }
 
+std::string holderOf(const std::string& port, const std::filesystem::path& root) {
+  const auto holder = processWith(port, root, "");
+  return holder ? holder->name + " (" + holder->id + ")" : "";
+}
+
 std::optional<Finding> checkHolders(const std::string& device, const std::string& port,
                                     const std::filesystem::path& root) {
-  for (const Process& process : processesIn(root)) {
-    if (process.name == "slamd") continue;
-    std::error_code error;
-    for (std::filesystem::directory_iterator at(process.folder / "fd", error), end; !error && at != end;
-         at.increment(error)) {
-      std::error_code ignored;
-      if (std::filesystem::read_symlink(at->path(), ignored) != port) continue;
-      std::string fix = "sudo kill " + process.id;
-      if (process.name == "ModemManager")
-        fix = "sudo systemctl disable --now ModemManager, or install slamd's udev rules";
-      if (process.name == "brltty") fix = "sudo apt remove brltty, or install slamd's udev rules";
-      if (process.name == "agetty")
-        fix = "sudo systemctl disable --now serial-getty@" + std::filesystem::path(port).filename().string();
-      return Finding{Finding::kFault,
-                     device + ": " + process.name + " (" + process.id + ") has " + port +
-                         " open: it takes bytes that slamd misses",
-                     fix};
-    }
-  }
-  return std::nullopt;
+  const auto holder = processWith(port, root, "slamd");
+  if (!holder) return std::nullopt;
+  const auto& [id, name, folder] = *holder;
+  std::string fix = "sudo kill " + id;
+  if (name == "ModemManager") fix = "sudo systemctl disable --now ModemManager, or install slamd's udev rules";
+  if (name == "brltty") fix = "sudo apt remove brltty, or install slamd's udev rules";
+  if (name == "agetty")
+    fix = "sudo systemctl disable --now serial-getty@" + std::filesystem::path(port).filename().string();
+  return Finding{Finding::kFault,
+                 device + ": " + name + " (" + id + ") has " + port + " open: it takes bytes that slamd misses", fix};
 }
 
 std::optional<Finding> checkSecondSlamd(const std::filesystem::path& root) {

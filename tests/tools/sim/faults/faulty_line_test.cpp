@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/sim/faults/faulty_line.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <gmock/gmock.h>
 #include <unistd.h>
@@ -29,6 +30,28 @@ TEST(FaultyLine, CarriesBytesBothWays) {
   const std::vector<std::uint8_t> request{0xA5, 0x50};
   ASSERT_TRUE(host.stream->write(request));
   EXPECT_EQ(line.receive(2s), request);
+}
+
+TEST(FaultyLine, IsUnderstoodAtItsBaudRateAlone) {
+  FaultyLine line(kLink);
+  ASSERT_TRUE(line.inject("baud", 460800));
+  EXPECT_FALSE(line.inject("baud", -1));
+  const std::vector<std::uint8_t> sent(64, 0x54), request{0xA5, 0x50};
+  {
+    OpenedPort wrong = openPort(kLink, 115200);
+    ASSERT_TRUE(wrong.stream) << wrong.problem.words();
+    line.send(sent, kNow);
+    std::vector<std::uint8_t> bytes(64);
+    bytes.resize(wrong.stream->read(bytes, 2s).size);
+    EXPECT_GT(bytes.size(), 10U);
+    EXPECT_LT(std::count(bytes.begin(), bytes.end(), 0x54), 5);
+    ASSERT_TRUE(wrong.stream->write(request));
+    EXPECT_TRUE(line.receive(2s).empty());
+  }
+  OpenedPort right = openPort(kLink, 460800);
+  ASSERT_TRUE(right.stream) << right.problem.words();
+  line.send({1, 2}, kNow);
+  EXPECT_THAT(readFrom(*right.stream), testing::ElementsAre(1, 2));
 }
 
 TEST(FaultyLine, HangsUpWhenUnpluggedAndIsAnotherPortWhenPluggedAgain) {

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "drivers/search/port_search.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "drivers/base/base_facts.hpp"
+#include "drivers/imu/imu_facts.hpp"
+#include "drivers/search/driver_row.hpp"
+#include "drivers/tcp_port.hpp"
+#include "firmware_if/arduino_bridge.hpp"
+#include "firmware_if/create_oi.hpp"
+#include "firmware_if/robolink.hpp"
+
+namespace slam {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kRplidarBaud = 115200;                                 // [bit/s] of lidar.driver = "rplidar" by itself
+constexpr std::array kRarely = {9600, 57600, 38400, 19200, 460800};  // [bit/s] that IMUs can be set to
+constexpr Duration kListen = 400ms;
+constexpr Duration kAnswer = 300ms;
+constexpr int kRounds = 2;  // of all questions: opening the port may have reset a device, which boots for 2 s
+constexpr int kTimes = 3;   // a question is repeated: a byte of the first may be lost
+
+/// An answer that only an Arduino with ros_arduino_bridge gives: two numbers to each question, and nothing unasked.
+bool answersCounts(std::span<const std::uint8_t> bytes) {
+  arduino_bridge::LineDecoder lines;
+  int counts = 0;
+  for (const std::uint8_t byte : bytes) {
+    const auto answer = lines.push(byte);
+    counts += answer && answer->kind == arduino_bridge::Answer::kCounts ? 1 : 0;
+  }
+  return counts >= 2 && counts <= kTimes && lines.damaged() == 0;
+}
+
+Outgoing askCreate() {
+  Outgoing bytes = create_oi::start();
+  bytes.add(create_oi::askForStream().bytes());
+  return bytes;
+}
+Outgoing askBoard() {
+  std::array<std::uint8_t, robolink::kMaxFrame> frame;
+  const std::size_t size =
+      robolink::encodeFrame(robolink::kMaster, robolink::kSlave, robolink::Command::kGetSystemInfo, {}, frame);
+  Outgoing bytes;
+  bytes.add({frame.data(), size});
+  return bytes;
+}
+
+constexpr std::array kCreateBauds = {create_oi::kBaud};
+constexpr std::array kBoardBauds = {921600};
+constexpr std::array kArduinoBauds = {arduino_bridge::kBaud, 115200};
+
+}  // namespace
+
+struct PortSearch::Question {
+  Speaker speaker;  // who answers it
+  std::span<const int> bauds;
+  Outgoing question, farewell{};
+};
+
+PortFinding PortSearch::find(const std::atomic<bool>& cancel) {
+  found_ = {};
+  LidarSearch lidars(path_, 0, open_, now_);
+  const bool serial = !isTcp(path_);
+  if (serial) {
+    const LidarFinding heard = lidars.listen(cancel);
+    if (take(heard) || (heard.has_bytes && listen(kRarely, cancel))) {
+      // A port of USB's own carries any rate: then the usual one is to be written down.
+      const BaseFacts* base = findBase(found_.driver);
+      if (base != nullptr && !found_.is_usual_baud) listen(std::array{base->baud}, cancel);
+      return found_;
+    }
+  }
+  for (int round = 0; round < kRounds && !cancel; ++round) {
+    const bool known = (serial && ask({Speaker::kCreate, kCreateBauds, askCreate(), create_oi::stop()}, cancel)) ||
+                       (serial && ask({Speaker::kBoard, kBoardBauds, askBoard()}, cancel)) ||
+                       take(lidars.ask(cancel)) ||
+                       (serial && ask({Speaker::kArduino, kArduinoBauds, arduino_bridge::askCounts()}, cancel));
+    if (known || !found_.is_open) break;
+  }
+  return found_;
+}
+
+/// @return whether it is known what is there, or that nothing can be
+bool PortSearch::take(const LidarFinding& lidar) {
+  found_.problem = lidar.problem;
+  found_.is_open = lidar.is_open;
+  if (lidar.family == LidarFinding::kNone) return take(lidar.other) || !lidar.is_open;
+  found_.kind = PortFinding::kLidar;
+  found_.baud = lidar.baud;
+  switch (lidar.family) {
+    case LidarFinding::kPackets:
+      found_.driver = lidar.facts->driver;
+      found_.name = "a lidar as the " + std::string(lidar.facts->name);
+      found_.is_usual_baud = lidar.baud == lidar.facts->baud;
+      break;
+    case LidarFinding::kRplidar:
+      found_.driver = "rplidar";
+      found_.name = nameOf(Speaker::kRplidar);
+      found_.is_usual_baud = lidar.baud == kRplidarBaud;
+      break;
+    case LidarFinding::kHokuyo:
+      found_.driver = "hokuyo";
+      found_.name = nameOf(Speaker::kHokuyo);
+      break;
+    default:
+      found_.driver = "sick";
+      found_.name = "a lidar of SICK";
+  }
+  return true;
+}
+
+bool PortSearch::take(const Heard& heard) {
+  if (!isOtherDevice(heard.speaker)) return false;
+  found_.kind = PortFinding::kForeign;
+  found_.name = nameOf(heard.speaker);
+  found_.baud = heard.baud;
+  if (const BaseFacts* base = rowOfSpeaker(baseTable(), heard.speaker)) {
+    found_.kind = PortFinding::kBase;
+    found_.driver = base->driver;
+    found_.is_usual_baud = heard.baud == base->baud;
+  } else if (heard.speaker == Speaker::kBoard) {
+    found_.kind = PortFinding::kBase;
+    found_.driver = "handsfree";
+    found_.is_usual_baud = heard.baud == kBoardBauds.front();
+  } else if (const ImuFacts* imu = rowOfSpeaker(imuTable(), heard.speaker)) {
+    found_.kind = PortFinding::kImu;
+    found_.driver = imu->driver;
+    const auto bauds = std::span(imu->bauds).first(imu->baudCount());
+    found_.is_usual_baud = std::find(bauds.begin(), bauds.end(), heard.baud) != bauds.end();
+  }
+  return true;
+}
+
+bool PortSearch::listen(std::span<const int> bauds, const std::atomic<bool>& cancel) {
+  for (const int baud : bauds) {
+    OpenedPort port = open_(path_, baud);
+    if (cancel || !port.stream) return false;
+    port.stream->discardInput();
+    rplidar::Dialogue dialogue(*port.stream, now_, &cancel);
+    for (const Timestamp end = now_() + kListen; now_() < end && !dialogue.hungUp() && !cancel;)
+      dialogue.readOn(end - now_());
+    Heard heard = speakerOf(dialogue.recent());
+    heard.baud = baud;
+    if (take(heard)) return true;
+  }
+  return false;
+}
+
+/// @return whether it was answered
+bool PortSearch::ask(const Question& question, const std::atomic<bool>& cancel) {
+  for (const int baud : question.bauds) {
+    OpenedPort port = open_(path_, baud);
+    if (cancel || !port.stream) return false;
+    port.stream->discardInput();
+    rplidar::Dialogue dialogue(*port.stream, now_, &cancel);
+    bool answered = false;
+    for (int time = 0; time < kTimes && !answered && !cancel && !dialogue.hungUp(); ++time) {
+      dialogue.send(question.question.bytes());
+      for (const Timestamp end = now_() + kAnswer; now_() < end && !dialogue.hungUp();) dialogue.readOn(end - now_());
+      const bool counts = question.speaker == Speaker::kArduino && answersCounts(dialogue.recent());
+      answered = counts || speakerOf(dialogue.recent()).speaker == question.speaker;
+    }
+    // Also of one whose answer was lost: else it took the next question for pressed buttons.
+    if (!question.farewell.empty()) dialogue.send(question.farewell.bytes());
+    if (answered) return take(Heard{.speaker = question.speaker, .baud = baud});
+  }
+  return false;
+}
+
+}  // namespace slam

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/slamctl/setup/config_writer.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "config/loader.hpp"
+#include "config/printer.hpp"
+#include "store/durable_file.hpp"
+#include "tools/common/output_file.hpp"
+
+namespace slam {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path freeName(const fs::path& file) {
+  fs::path old = file.string() + ".old";
+  for (int number = 2; fs::exists(old); ++number) old = file.string() + ".old" + std::to_string(number);
+  return old;
+}
+
+/// Owner and rights of a file for another one: a configuration may hold a password. @return false: not permitted
+bool takeRights(const fs::path& from, const fs::path& to) {
+  struct stat status {};
+  if (stat(from.c_str(), &status) != 0) return false;
+  if (chown(to.c_str(), status.st_uid, status.st_gid) != 0) return false;
+  return chmod(to.c_str(), status.st_mode & 07777) == 0;
+}
+
+/// Removes what is left of a write that came to nothing.
+class Leftover {
+ public:
+  explicit Leftover(fs::path file) : file_(std::move(file)) {}
+  ~Leftover() {
+    std::error_code ignored;
+    fs::remove(file_, ignored);
+  }
+  Leftover(const Leftover&) = delete;
+  Leftover& operator=(const Leftover&) = delete;
+
+ private:
+  fs::path file_;
+};
+
+}  // namespace
+
+std::vector<std::string> changedSettings(const Config& before, const Config& after) {
+  const auto old = settingsOf(before), now = settingsOf(after);
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    if (old[i] == now[i]) continue;
+    const bool secret = now[i].key == "web.token";
+    lines.push_back(now[i].key + (secret ? " is another one" : " = " + now[i].value + ", was " + old[i].value));
+  }
+  return lines;
+}
+
+fs::path writeConfig(const fs::path& target, const std::string& text, const Config& wanted) {
+  std::error_code error;
+  const bool there = fs::exists(target, error);
+  const fs::path file = there ? fs::canonical(target) : fs::absolute(target);  // a link stays one
+  prepareOutput(file);
+  const fs::path temporary = file.string() + ".new";
+  const Leftover leftover(temporary);
+  fs::remove(temporary, error);
+  const mode_t before = umask(077);  // until it has its rights
+  try {
+    writeDurably(temporary, text);
+  } catch (...) {
+    umask(before);
+    throw;
+  }
+  umask(before);
+  if (there ? !takeRights(file, temporary) : chmod(temporary.c_str(), 0666 & ~before) != 0)
+    throw std::runtime_error(temporary.string() + ": it cannot get the owner and rights of " + file.string() + ": " +
+                             std::strerror(errno) + "; run slamctl setup with sudo");
+  if (settingsOf(loadConfig(temporary)) != settingsOf(wanted))
+    throw std::runtime_error(temporary.string() + ": it is not read back to what was written");
+  fs::path old;
+  if (there) {
+    old = freeName(file);
+    fs::create_hard_link(file, old, error);
+    if (error) fs::copy_file(file, old);
+  }
+  fs::rename(temporary, file);
+  syncFolder(file.parent_path());
+  return old;
+}
+
+}  // namespace slam
