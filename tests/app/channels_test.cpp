@@ -7,7 +7,7 @@
 
 #include "frontend/front_end.hpp"
 
-namespace slam {
+namespace slam::channels_test {
 namespace {
 
 template <typename End, typename T>
@@ -72,4 +72,4 @@ TEST(Channels, FreeWhatIsOnItsWayAtTheEnd) {  // seen by AddressSanitizer
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::channels_test

@@ -17,7 +17,7 @@
 #include "tools/files.hpp"
 #include "tools/replay/replay.hpp"
 
-namespace slam {
+namespace slam::config_direction_test {
 namespace {
 
 using test::Folder;
@@ -352,4 +352,4 @@ TEST(BaseKeys, NameTheChassisThatTheBoardKnows) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::config_direction_test

@@ -17,7 +17,7 @@
 #include "config/loader.hpp"
 #include "config/printer.hpp"
 
-namespace slam {
+namespace slam::config_effect_test {
 namespace {
 
 using test::Effect;
@@ -86,4 +86,4 @@ TEST(ConfigEffects, OfTheFilterAndTheFrontEnd) { expectEffects(test::effectsOfEs
 TEST(ConfigEffects, OfTheMapAndTheBackEnd) { expectEffects(test::effectsOfMap()); }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::config_effect_test

@@ -11,7 +11,7 @@
 #include "build_paths.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::counters_test {
 namespace {
 
 /// One more element than a queue has room for, and so many more.
@@ -153,4 +153,4 @@ TEST(Stages, CarryEachItsOwnTimes) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::counters_test

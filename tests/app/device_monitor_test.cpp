@@ -11,7 +11,7 @@
 #include "problems/devices.hpp"
 #include "support/problems.hpp"
 
-namespace slam {
+namespace slam::device_monitor_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -351,4 +351,4 @@ TEST_F(Monitor, CountsNoSampleOfBeforeItsBeginningForARate) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::device_monitor_test

@@ -8,7 +8,7 @@
 #include "support/wait_until.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::health_reporter_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -109,4 +109,4 @@ TEST_F(Reporter, KnowsTheRoomOnTheDisk) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::health_reporter_test

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace slam {
+namespace slam::pose_problem_test {
 namespace {
 
 using enum LocalisationState;
@@ -86,4 +86,4 @@ TEST(PoseProblem, ReportWhatHelpsARobotThatIsLookedFor) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::pose_problem_test

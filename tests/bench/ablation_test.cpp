@@ -9,7 +9,7 @@
 #include <set>
 #include <stdexcept>
 
-namespace slam {
+namespace slam::ablation_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -39,4 +39,4 @@ TEST(Ablation, AListThatCannotBeReadIsRefusedWithItsLine) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::ablation_test

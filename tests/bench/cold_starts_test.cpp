@@ -7,7 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 
-namespace slam {
+namespace slam::cold_starts_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -50,4 +50,4 @@ TEST(ColdStarts, ReportWhichFileCannotBeWritten) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::cold_starts_test

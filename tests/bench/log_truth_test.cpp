@@ -16,7 +16,7 @@
 #include "tools/replay/replay.hpp"
 #include "tools/sim/log_mode.hpp"
 
-namespace slam {
+namespace slam::log_truth_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -92,4 +92,4 @@ TEST_F(LogTruthTest, BendsIntoAMapThatIsLongerOrShorterThanTheLog) {
 TEST_F(LogTruthTest, RefusesALogWithoutScans) { EXPECT_THROW(fitLog({}, config, map()), std::runtime_error); }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::log_truth_test

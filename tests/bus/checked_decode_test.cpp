@@ -10,7 +10,7 @@
 #include "bus/encoding.hpp"
 #include "core/pseudo_laser.hpp"
 
-namespace slam {
+namespace slam::checked_decode_test {
 namespace {
 
 using test::encoded;
@@ -300,4 +300,4 @@ TEST(DecodeCheckedHealth, RefusesLessThanNothing) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::checked_decode_test

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace slam {
+namespace slam::drive_senders_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -115,4 +115,4 @@ TEST_F(DriveSendersTest, HaveAClockEach) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::drive_senders_test

@@ -16,7 +16,7 @@
 #include <vector>
 #include <zlib.h>
 
-namespace slam {
+namespace slam::event_log_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -327,4 +327,4 @@ TEST(EventLogWriter, ReportsWhenItCannotWrite) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::event_log_test

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace slam {
+namespace slam::freshness_test {
 namespace {
 
 using testing::StartsWith;
@@ -54,4 +54,4 @@ TEST(StampProblem, StaysTheSameWhileSamplesAreLateByTurns) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::freshness_test

@@ -30,7 +30,7 @@
 
 #include "build_paths.hpp"
 
-namespace slam {
+namespace slam::lcmtypes_test {
 namespace {
 
 template <typename... Messages>
@@ -65,4 +65,4 @@ TEST(LcmTypes, EveryFileIsInTheFingerprintTest) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::lcmtypes_test

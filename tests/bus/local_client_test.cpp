@@ -11,7 +11,7 @@
 #include "bus/local_socket.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::local_client_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -74,4 +74,4 @@ TEST_F(LocalClientTest, SeesTheEndOfTheServer) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::local_client_test

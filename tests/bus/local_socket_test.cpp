@@ -20,7 +20,7 @@
 #include "bus/packets.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::local_socket_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -335,4 +335,4 @@ TEST_F(LocalSocketTest, DoesNothingWithoutAPath) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::local_socket_test

@@ -17,7 +17,7 @@
 #include "core/plausibility.hpp"
 #include "support/absurd.hpp"
 
-namespace slam {
+namespace slam::message_limits_test {
 namespace {
 
 constexpr std::int64_t kUtime = 1'700'000'000'123'456;
@@ -270,4 +270,4 @@ TEST(MapMessages, KeepColumnsAndRowsApart) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::message_limits_test

@@ -16,7 +16,7 @@
 #include "bus/checked_decode.hpp"
 #include "bus/encoding.hpp"
 
-namespace slam {
+namespace slam::messages_test {
 namespace {
 
 using test::encoded;
@@ -337,4 +337,4 @@ TEST(LaserMessage, HasTheIntensityOfTheReturnThatItShows) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::messages_test

@@ -8,7 +8,7 @@
 #include "bus/encoding.hpp"
 #include "bus/received.hpp"
 
-namespace slam {
+namespace slam::refusal_test {
 namespace {
 
 using testing::HasSubstr;
@@ -137,4 +137,4 @@ TEST(Refusal, HasANameACauseAndAFixForEachReason) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::refusal_test

@@ -7,7 +7,7 @@
 #include "bus/messages.hpp"
 #include "bus/received.hpp"
 
-namespace slam {
+namespace slam::restamp_test {
 namespace {
 
 template <typename Message>
@@ -44,4 +44,4 @@ TEST(Restamp, LeavesWhatIsTooShort) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::restamp_test

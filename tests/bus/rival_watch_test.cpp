@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <vector>
 
-namespace slam {
+namespace slam::rival_watch_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -72,4 +72,4 @@ TEST_F(RivalWatchTest, GoesOnWithOneThatPublishesSeldom) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::rival_watch_test

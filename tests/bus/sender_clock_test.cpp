@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-namespace slam {
+namespace slam::sender_clock_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -149,4 +149,4 @@ TEST_F(Sender, ForgetsTheDelayOfAStreamThatFellSilent) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::sender_clock_test

@@ -6,7 +6,7 @@
 #include <set>
 #include <string>
 
-namespace slam {
+namespace slam::choices_test {
 namespace {
 
 template <typename Enum>
@@ -27,4 +27,4 @@ TYPED_TEST(Choices, NameEachEnumeratorOnce) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::choices_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace slam {
+namespace slam::closest_word_test {
 namespace {
 
 TEST(ClosestWord, IsTheKnownOneWithTheFewestEdits) {
@@ -18,4 +18,4 @@ TEST(ClosestWord, IsNoneWhereNoWordIsLikeIt) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::closest_word_test

@@ -8,7 +8,7 @@
 #include "config/loader.hpp"
 #include "config/printer.hpp"
 
-namespace slam {
+namespace slam::file_edit_test {
 namespace {
 
 using test::differences;
@@ -73,4 +73,4 @@ TEST(SetFrom, SetsWhatATextHasAndNamesItsKeys) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::file_edit_test

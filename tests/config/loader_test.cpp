@@ -16,7 +16,7 @@
 #include "build_paths.hpp"
 #include "config/config_values.hpp"
 
-namespace slam {
+namespace slam::loader_test {
 namespace {
 
 using test::differences;
@@ -313,4 +313,4 @@ TEST(LoadConfig, RefusesAMissingFileByName) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::loader_test

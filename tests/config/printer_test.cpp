@@ -14,7 +14,7 @@
 #include "config/config_values.hpp"
 #include "config/loader.hpp"
 
-namespace slam {
+namespace slam::printer_test {
 namespace {
 
 using test::differences;
@@ -153,4 +153,4 @@ TEST(PrintTuning, NamesTheKeysOfTheTemplateAndNoOthers) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::printer_test

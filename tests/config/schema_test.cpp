@@ -12,7 +12,7 @@
 
 #include "config/config_values.hpp"
 
-namespace slam {
+namespace slam::schema_test {
 namespace {
 
 /// One sentence: begins with a capital, a name (POSE, slam-web) or a number, ends with its only full stop, 25 words at
@@ -90,4 +90,4 @@ TEST(ConfigSchema, NamesEachKeyOnce) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::schema_test

@@ -7,7 +7,7 @@
 #include "config/loader.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::service_reach_test {
 namespace {
 
 using testing::AllOf;
@@ -159,4 +159,4 @@ TEST(IsServiceConfig, WhateverItIsCalled) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::service_reach_test

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-namespace slam {
+namespace slam::depth_image_test {
 namespace {
 
 TEST(DepthIntrinsics, AFieldOfViewReachesToTheImagesBorders) {
@@ -19,4 +19,4 @@ TEST(DepthIntrinsics, AFieldOfViewReachesToTheImagesBorders) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::depth_image_test

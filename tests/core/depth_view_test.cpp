@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <memory>
 
-namespace slam {
+namespace slam::depth_view_test {
 namespace {
 
 std::unique_ptr<PseudoLaser> laser() {
@@ -57,4 +57,4 @@ TEST(PseudoLaser, TakesSurfacesUntilItIsFull) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::depth_view_test

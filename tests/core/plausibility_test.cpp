@@ -6,7 +6,7 @@
 
 #include "support/absurd.hpp"
 
-namespace slam {
+namespace slam::plausibility_test {
 namespace {
 
 using test::absurdNumbers;
@@ -111,4 +111,4 @@ TEST(Plausibility, APictureLiesNearItsMapsOriginAndHasRoomInMemory) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::plausibility_test

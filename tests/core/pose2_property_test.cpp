@@ -8,7 +8,7 @@
 #include "core/pose_history.hpp"
 #include "support/property.hpp"
 
-namespace slam {
+namespace slam::pose2_property_test {
 namespace {
 
 using test::draw;
@@ -43,4 +43,4 @@ RC_GTEST_PROP(Pose2Property, AWayAtOneTwistIsAsLongInTwoParts, ()) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::pose2_property_test

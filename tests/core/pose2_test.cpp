@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace slam {
+namespace slam::pose2_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -191,4 +191,4 @@ TEST(Pose2, LogRightJacobianEqualsTheNumericOneAndInvertsTheOther) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::pose2_test

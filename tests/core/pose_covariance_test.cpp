@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <numbers>
 
-namespace slam {
+namespace slam::pose_covariance_test {
 namespace {
 
 const Pose2 kStep{3.0, -1.0, 0.7};
@@ -46,4 +46,4 @@ TEST(PoseCovariance, TurnsWithItsAxes) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::pose_covariance_test

@@ -6,7 +6,7 @@
 
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::pose_history_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -119,4 +119,4 @@ TEST(PoseHistory, DoesNotAllocateAfterConstruction) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::pose_history_test

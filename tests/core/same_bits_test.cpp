@@ -9,7 +9,7 @@
 #include <limits>
 #include <random>
 
-namespace slam {
+namespace slam::same_bits_test {
 namespace {
 
 constexpr int kDraws = 200'000;
@@ -119,4 +119,4 @@ TEST_F(SameBits, OfMatrices) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::same_bits_test

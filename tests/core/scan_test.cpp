@@ -8,7 +8,7 @@
 #include <numbers>
 #include <type_traits>
 
-namespace slam {
+namespace slam::scan_test {
 namespace {
 
 static_assert(std::is_trivially_copyable_v<Beam> && std::is_nothrow_destructible_v<LaserScan>);
@@ -103,4 +103,4 @@ TEST(BodyShape, TellsWhatIsNewInIt) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::scan_test

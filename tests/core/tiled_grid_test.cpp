@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace slam {
+namespace slam::tiled_grid_test {
 namespace {
 
 using Grid = TiledGrid<int, 8>;
@@ -144,4 +144,4 @@ TEST(TiledGrid, ClearForgetsEverything) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::tiled_grid_test

@@ -5,7 +5,7 @@
 #include <limits>
 #include <random>
 
-namespace slam {
+namespace slam::timestamp_test {
 namespace {
 
 using std::chrono::microseconds;
@@ -49,4 +49,4 @@ TEST(Timestamp, MicrosecondsAreRoundedDownAlsoBeforeTheEpoch) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::timestamp_test

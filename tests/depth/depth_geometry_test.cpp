@@ -18,7 +18,7 @@
 #include "tools/sim/depth/depth_renderer.hpp"
 #include "tools/sim/world/world.hpp"
 
-namespace slam {
+namespace slam::depth_geometry_test {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
@@ -301,4 +301,4 @@ TEST(DepthProjectionBeside, StairsDownAreNoFaultButAHoleWhereTheFloorShouldBeIs)
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::depth_geometry_test

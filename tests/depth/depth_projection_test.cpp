@@ -15,7 +15,7 @@
 #include "tools/sim/depth/depth_camera.hpp"
 #include "tools/sim/world/furniture.hpp"
 
-namespace slam {
+namespace slam::depth_projection_test {
 namespace {
 
 using sim::DepthCamera;
@@ -292,4 +292,4 @@ TEST_F(KinectStills, OfOnePlaceAgreeInTheirHits) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::depth_projection_test

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-namespace slam {
+namespace slam::depth_rays_test {
 namespace {
 
 constexpr double kStep = 0.0087;
@@ -53,4 +53,4 @@ TEST(DepthRays, MakeNoMoreBeamsThanThereIsRoomFor) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::depth_rays_test

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-namespace slam {
+namespace slam::floor_tracker_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -236,4 +236,4 @@ TEST(FloorTracker, TellsAFloorThatLiesHigherOrLowerThanItCan) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::floor_tracker_test

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <vector>
 
-namespace slam {
+namespace slam::visible_ranges_test {
 namespace {
 
 constexpr HeightWindow kWindow{.down = 0.35, .up = 0.40, .lift = 0.0, .range_min = 0.5};
@@ -59,4 +59,4 @@ TEST(VisibleRanges, ABandWithoutPixelsIsNotBlind) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::visible_ranges_test

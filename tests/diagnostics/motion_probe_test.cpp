@@ -9,7 +9,7 @@
 #include "support/allocations.hpp"
 #include "support/simulated/robot.hpp"
 
-namespace slam {
+namespace slam::motion_probe_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -158,4 +158,4 @@ TEST(MotionProbe, DoesNotAllocateAfterStartUp) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::motion_probe_test

@@ -12,7 +12,7 @@
 #include "diagnostics/sensor_problems.hpp"
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::sensor_check_test {
 namespace {
 
 using testing::ElementsAre;
@@ -281,4 +281,4 @@ TEST(SensorCheck, ASharpBendHidesTheDirection) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::sensor_check_test

@@ -9,7 +9,7 @@
 #include "support/allocations.hpp"
 #include "support/wait_until.hpp"
 
-namespace slam {
+namespace slam::background_opener_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -69,4 +69,4 @@ TEST(BackgroundOpener, LetsWhoAsksNeitherWaitNorAllocate) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::background_opener_test

@@ -12,7 +12,7 @@
 #include "drivers/pseudo_terminal.hpp"
 #include "support/modem_lines.hpp"
 
-namespace slam {
+namespace slam::byte_stream_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -223,4 +223,4 @@ TEST(OpenPort, RefusesAPlainFile) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::byte_stream_test

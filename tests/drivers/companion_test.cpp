@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-namespace slam {
+namespace slam::companion_test {
 namespace {
 
 TEST(Companion, IsExpectedThroughLosses) {
@@ -31,4 +31,4 @@ TEST(Companion, IsNotExpectedWhereItIsNeverOrSeldomThere) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::companion_test

@@ -5,7 +5,7 @@
 
 #include "support/problems.hpp"
 
-namespace slam {
+namespace slam::device_status_test {
 namespace {
 
 using test::problemOf;
@@ -37,4 +37,4 @@ TEST(DeviceStatus, KeepsSayingWhatIsWrongUntilItStreamsAgain) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::device_status_test

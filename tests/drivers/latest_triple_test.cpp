@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <thread>
 
-namespace slam {
+namespace slam::latest_triple_test {
 namespace {
 
 TEST(LatestTriple, IsNothingUntilWritten) {
@@ -60,4 +60,4 @@ TEST(LatestTriple, IsNeverTornNorOlderThanBefore) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::latest_triple_test

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace slam {
+namespace slam::open_problem_test {
 namespace {
 
 using testing::AllOf;
@@ -54,4 +54,4 @@ TEST(OpenProblem, KnowTheRightsOfANode) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::open_problem_test

@@ -6,7 +6,7 @@
 #include "drivers/pseudo_terminal.hpp"
 #include "support/wait_until.hpp"
 
-namespace slam {
+namespace slam::polled_port_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -103,4 +103,4 @@ TEST_F(PolledPortTest, WaitsForTheFirstBytesWhereItMay) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::polled_port_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace slam {
+namespace slam::retry_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -38,4 +38,4 @@ TEST(Retry, BeginsWithTheFirstWaitAgainAfterASuccess) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::retry_test

@@ -10,7 +10,7 @@
 #include "drivers/pseudo_terminal.hpp"
 #include "support/modem_lines.hpp"
 
-namespace slam {
+namespace slam::serial_port_test {
 namespace {
 
 using test::PseudoTerminal;
@@ -172,4 +172,4 @@ TEST(SerialPort, IsAtTheBaudRateThatLibserialportReads) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::serial_port_test

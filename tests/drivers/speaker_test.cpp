@@ -15,7 +15,7 @@
 #include "tools/sim/imu/emulated_imu.hpp"
 #include "tools/sim/lidar/other_lidar.hpp"
 
-namespace slam {
+namespace slam::speaker_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -209,4 +209,4 @@ TEST(RplidarWrongPort, NamesAnotherMakesLidarAndGoesOnWhenItsOwnIsThere) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::speaker_test

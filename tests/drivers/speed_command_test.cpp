@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <limits>
 
-namespace slam {
+namespace slam::speed_command_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -129,4 +129,4 @@ TEST(SpeedDuty, OwesNothingWhereTheBaseMayNotBeDriven) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::speed_command_test

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <utility>
 
-namespace slam {
+namespace slam::stuck_sample_detector_test {
 namespace {
 
 TEST(StuckSampleDetector, CallsASensorStuckAfterAsManyRepeatsAsAreNoChance) {
@@ -39,4 +39,4 @@ TEST(DigestOf, DiffersForEachBitAndForTheOrder) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::stuck_sample_detector_test

@@ -7,7 +7,7 @@
 
 #include "tools/sim/tcp_server.hpp"
 
-namespace slam {
+namespace slam::tcp_port_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -78,4 +78,4 @@ TEST(TcpPort, NamesAnAddressToWhichNoWayLeads) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::tcp_port_test

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <numbers>
 
-namespace slam {
+namespace slam::abrupt_stop_test {
 namespace {
 
 constexpr double kBraking = 9.81, kStep = 0.02, kSpeed = 0.5;  // [m/s^2, s, m/s]
@@ -89,4 +89,4 @@ TEST(AbruptStop, MovesWithTheMap) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::abrupt_stop_test

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <random>
 
-namespace slam {
+namespace slam::base_kinematics_test {
 namespace {
 
 constexpr BaseKinematics kDifferential{BaseType::kDifferential, 0.0325, 0.10075};
@@ -64,4 +64,4 @@ TEST(BaseKinematics, SeesOneSlippingWheelOfFour) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::base_kinematics_test

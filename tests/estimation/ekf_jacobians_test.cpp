@@ -11,7 +11,7 @@
 #include "estimation/ekf.hpp"
 #include "support/property.hpp"
 
-namespace slam {
+namespace slam::ekf_jacobians_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -355,4 +355,4 @@ RC_GTEST_PROP(EkfTransform, TurnsTheWholeCovarianceWithTheMap, ()) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::ekf_jacobians_test

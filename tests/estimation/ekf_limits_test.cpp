@@ -7,7 +7,7 @@
 
 #include "estimation/ekf.hpp"
 
-namespace slam {
+namespace slam::ekf_limits_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -337,4 +337,4 @@ TEST(EkfLimits, APredictionThatIsDoubtedLosesThePoseFasterByAsMuch) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::ekf_limits_test

@@ -12,7 +12,7 @@
 #include "support/allocations.hpp"
 #include "support/simulated/robot.hpp"
 
-namespace slam {
+namespace slam::ekf_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -793,4 +793,4 @@ TEST(Ekf, DoesNotAllocate) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::ekf_test

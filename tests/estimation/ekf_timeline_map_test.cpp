@@ -7,7 +7,7 @@
 
 #include "estimation/ekf_timeline.hpp"
 
-namespace slam {
+namespace slam::ekf_timeline_map_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -142,4 +142,4 @@ TEST(EkfTimeline, MatchesComeBeforeWheelsAndThoseBeforeTheGyroOfOneStamp) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::ekf_timeline_map_test

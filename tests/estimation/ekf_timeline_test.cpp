@@ -8,7 +8,7 @@
 
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::ekf_timeline_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -527,4 +527,4 @@ TEST(EkfTimeline, LearnsTheGyroBiasAtStandstillWhenGyroAndWheelsNeverComeTogethe
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::ekf_timeline_test

@@ -11,7 +11,7 @@
 #include "support/allocations.hpp"
 #include "support/simulated/robot.hpp"
 
-namespace slam {
+namespace slam::gyro_monitor_test {
 namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
@@ -271,4 +271,4 @@ TEST(GyroMonitor, ABiasThatIsKnownIsTakenOffBeforeItIsComparedWithTheWheels) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::gyro_monitor_test

@@ -5,7 +5,7 @@
 
 #include "support/simulated/robot.hpp"
 
-namespace slam {
+namespace slam::heading_monitor_test {
 namespace {
 
 constexpr double kDrift = 0.004;  // [rad/s]
@@ -150,4 +150,4 @@ TEST(HeadingMonitor, AsksNoGyroThatIsRejected) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::heading_monitor_test

@@ -7,7 +7,7 @@
 
 #include "core/pose2.hpp"
 
-namespace slam {
+namespace slam::lidar_delay_test {
 namespace {
 
 struct Log {
@@ -33,7 +33,8 @@ LidarDelay listenedTo(const Log& log) {
     offset.addGyro(Timestamp(fromSeconds(t)), log.scale * rate + log.bias + normal(random));
     if (t < scan) continue;
     const double wrong = uniform(random) < log.wrong_share ? 1.0 : 0.0;
-    offset.addScan(Timestamp(fromSeconds(scan + log.late)) + offset.used(), wrapAngle(heading(scan) + 3.0 + wrong + normal(random)));
+    offset.addScan(Timestamp(fromSeconds(scan + log.late)) + offset.used(),
+                   wrapAngle(heading(scan) + 3.0 + wrong + normal(random)));
     scan += 1.0 / 5.5;
   }
   return offset;
@@ -86,4 +87,4 @@ TEST(LidarDelay, TakesSamplesOutOfOrderAsNone) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::lidar_delay_test

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-namespace slam {
+namespace slam::mount_monitor_test {
 namespace {
 
 constexpr double kDegree = 0.017453292519943295;
@@ -160,4 +160,4 @@ TEST(MountMonitor, AnErrorThatIsLeftCountsWhole) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::mount_monitor_test

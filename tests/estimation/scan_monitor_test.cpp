@@ -8,7 +8,7 @@
 #include "estimation/ekf_timeline.hpp"
 #include "support/simulated/robot.hpp"
 
-namespace slam {
+namespace slam::scan_monitor_test {
 namespace {
 
 constexpr double kSpeed = 0.5;  // [m/s]
@@ -192,4 +192,4 @@ TEST(ScanMonitor, AMatchThatIsUnsureAlongTheWayContradictsNoWheelsThere) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::scan_monitor_test

@@ -7,7 +7,7 @@
 
 #include "support/simulated/robot.hpp"
 
-namespace slam {
+namespace slam::standstill_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -101,4 +101,4 @@ TEST(Standstill, ReadingsThatAreNoNumberAreNotQuiet) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::standstill_test

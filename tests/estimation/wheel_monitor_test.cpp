@@ -8,7 +8,7 @@
 
 #include "support/simulated/robot.hpp"
 
-namespace slam {
+namespace slam::wheel_monitor_test {
 namespace {
 
 WheelReliability reliability(WheelMonitor monitor) {
@@ -272,4 +272,4 @@ TEST(WheelMonitor, EvaluatesByScansThatToldTheWholePoseOnly) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::wheel_monitor_test

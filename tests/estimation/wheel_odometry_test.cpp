@@ -10,7 +10,7 @@
 #include "core/plausibility.hpp"
 #include "support/absurd.hpp"
 
-namespace slam {
+namespace slam::wheel_odometry_test {
 namespace {
 
 constexpr DifferentialBase kBase{.wheel_radius = 0.04, .half_track = 0.1};
@@ -173,4 +173,4 @@ INSTANTIATE_TEST_SUITE_P(Of, LongRun,
                                          FloatCounter{65536, 2e-1}));
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::wheel_odometry_test

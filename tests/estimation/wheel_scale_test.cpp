@@ -6,7 +6,7 @@
 #include <random>
 #include <utility>
 
-namespace slam {
+namespace slam::wheel_scale_test {
 namespace {
 
 constexpr double kStretch = 0.06;  // [m]
@@ -177,4 +177,4 @@ TEST(WheelScale, CorrectsTheWayAndNotTheTurn) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::wheel_scale_test

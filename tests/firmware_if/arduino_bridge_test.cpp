@@ -5,7 +5,7 @@
 #include <limits>
 #include <string>
 
-namespace slam::arduino_bridge {
+namespace slam::arduino_bridge::arduino_bridge_test {
 namespace {
 
 std::string text(const Outgoing& out) { return {out.bytes().begin(), out.bytes().end()}; }
@@ -61,4 +61,4 @@ TEST(ArduinoBridge, LimitsSpeeds) {
 }
 
 }  // namespace
-}  // namespace slam::arduino_bridge
+}  // namespace slam::arduino_bridge::arduino_bridge_test

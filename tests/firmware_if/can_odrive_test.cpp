@@ -7,7 +7,7 @@
 
 #include "support/allocations.hpp"
 
-namespace slam::can::odrive {
+namespace slam::can::odrive::can_odrive_test {
 namespace {
 
 constexpr Frame kEstimates{.id = 0x209, .size = 8, .data = {0x00, 0x00, 0xC0, 0x3F, 0x00, 0x00, 0x10, 0xC0}};
@@ -142,4 +142,4 @@ TEST(CanOdrive, SurvivesAnyPayloadWithoutAllocating) {
 }
 
 }  // namespace
-}  // namespace slam::can::odrive
+}  // namespace slam::can::odrive::can_odrive_test

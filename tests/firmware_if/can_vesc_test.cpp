@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-namespace slam::can::vesc {
+namespace slam::can::vesc::can_vesc_test {
 namespace {
 
 // Computed by the public description: 3000 ERPM, 12.5 A, duty 0.5 of id 10.
@@ -53,4 +53,4 @@ TEST(CanVesc, GoesThereAndBack) {
 }
 
 }  // namespace
-}  // namespace slam::can::vesc
+}  // namespace slam::can::vesc::can_vesc_test

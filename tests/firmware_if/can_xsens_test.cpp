@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace slam::can::xsens {
+namespace slam::can::xsens::can_xsens_test {
 namespace {
 
 using testing::Optional;
@@ -77,4 +77,4 @@ TEST(CanXsensTicks, BeginAnewWithTheUnit) {
 }
 
 }  // namespace
-}  // namespace slam::can::xsens
+}  // namespace slam::can::xsens::can_xsens_test

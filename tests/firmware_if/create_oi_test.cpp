@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <vector>
 
-namespace slam::create_oi {
+namespace slam::create_oi::create_oi_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -79,4 +79,4 @@ TEST(CreateStream, RefusesAModeThatThereIsNot) {
 }
 
 }  // namespace
-}  // namespace slam::create_oi
+}  // namespace slam::create_oi::create_oi_test

@@ -7,7 +7,7 @@
 
 #include "firmware_if/outgoing.hpp"
 
-namespace slam {
+namespace slam::frame_decoder_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -57,4 +57,4 @@ TEST(Outgoing, HoldsBytesInBothOrdersAndNoMoreThanItCan) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::frame_decoder_test

@@ -10,7 +10,7 @@
 #include "firmware_if/bytes.hpp"
 #include "support/allocations.hpp"
 
-namespace slam::hfi {
+namespace slam::hfi::hfi_imu_test {
 namespace {
 
 using test::Bytes;
@@ -153,4 +153,4 @@ TEST(HfiDecoders, SurviveNoiseWithoutAllocating) {
 }
 
 }  // namespace
-}  // namespace slam::hfi
+}  // namespace slam::hfi::hfi_imu_test

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-namespace slam::kobuki {
+namespace slam::kobuki::kobuki_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -109,4 +109,4 @@ TEST(KobukiCommands, MeanTheTwistThatTheyWereMadeOf) {
 }
 
 }  // namespace
-}  // namespace slam::kobuki
+}  // namespace slam::kobuki::kobuki_test

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <limits>
 
-namespace slam::little_endian {
+namespace slam::little_endian::little_endian_test {
 namespace {
 
 using testing::ElementsAre;
@@ -31,4 +31,4 @@ TEST(LittleEndian, ReportsWhetherAllAreFinite) {
 }
 
 }  // namespace
-}  // namespace slam::little_endian
+}  // namespace slam::little_endian::little_endian_test

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-namespace slam::opencr {
+namespace slam::opencr::opencr_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -95,4 +95,4 @@ TEST(Opencr, IsReadBehindDamage) {
 }
 
 }  // namespace
-}  // namespace slam::opencr
+}  // namespace slam::opencr::opencr_test

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace slam::roboclaw {
+namespace slam::roboclaw::roboclaw_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -73,4 +73,4 @@ TEST(Roboclaw, KnowsTheSizeOfAPacketByItsHead) {
 }
 
 }  // namespace
-}  // namespace slam::roboclaw
+}  // namespace slam::roboclaw::roboclaw_test

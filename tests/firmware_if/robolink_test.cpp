@@ -12,7 +12,7 @@
 #include "firmware_if/bytes.hpp"
 #include "support/allocations.hpp"
 
-namespace slam::robolink {
+namespace slam::robolink::robolink_test {
 namespace {
 
 using test::Bytes;
@@ -356,4 +356,4 @@ TEST(RoboLinkTime, CountsWeekdaysFromMondayToSunday) {
 }
 
 }  // namespace
-}  // namespace slam::robolink
+}  // namespace slam::robolink::robolink_test

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <memory>
 
-namespace slam {
+namespace slam::depth_view_selector_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -52,4 +52,4 @@ TEST_F(DepthViewSelection, HoldWhereTheyWereSeenFrom) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::depth_view_selector_test

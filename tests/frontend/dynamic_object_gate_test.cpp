@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <utility>
 
-namespace slam {
+namespace slam::dynamic_object_gate_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -92,4 +92,4 @@ TEST(DynamicObjectGate, ThePatienceIsThatOfTheConfiguration) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::dynamic_object_gate_test

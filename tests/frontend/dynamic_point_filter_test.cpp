@@ -12,7 +12,7 @@
 #include "support/allocations.hpp"
 #include "support/simulated/robot.hpp"
 
-namespace slam {
+namespace slam::dynamic_point_filter_test {
 namespace {
 
 constexpr double kLegRadius = 0.06;  // [m]
@@ -193,4 +193,4 @@ TEST(DynamicPointFilter, LeavesAllInWhereItIsTheMotionThatIsWrong) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::dynamic_point_filter_test

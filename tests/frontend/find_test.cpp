@@ -8,7 +8,7 @@
 
 #include "frontend/place_drive.hpp"
 
-namespace slam {
+namespace slam::find_test {
 namespace {
 
 using test::Place;
@@ -269,4 +269,4 @@ TEST(Lifted, IsCarriedAwayWhereItsScansFitNoLonger) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::find_test

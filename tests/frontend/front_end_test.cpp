@@ -17,7 +17,7 @@
 #include "matching/places.hpp"
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::front_end_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -304,4 +304,4 @@ TEST(FrontEnd, PlacesAnImageWhereTheRobotWasAtItsStampAndItsTimeOffset) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::front_end_test

@@ -9,7 +9,7 @@
 
 #include "frontend/place_drive.hpp"
 
-namespace slam {
+namespace slam::keyframe_limits_test {
 namespace {
 
 using test::PlaceDrive;
@@ -217,4 +217,4 @@ TEST(Drift, OfScansThatMatchIsTheirOwnInAllDirections) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::keyframe_limits_test

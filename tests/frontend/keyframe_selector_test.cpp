@@ -13,7 +13,7 @@
 #include "frontend/drive.hpp"
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::keyframe_selector_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -203,4 +203,4 @@ TEST(KeyframeSelector, HandsOverWhatMovesWithTheRobotAsSeenFromAbove) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::keyframe_selector_test

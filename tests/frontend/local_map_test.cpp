@@ -12,7 +12,7 @@
 #include "frontend/drive.hpp"
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::local_map_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -259,4 +259,4 @@ TEST_F(CorrectedMap, AnchorsAPoseToTheNearestKeyframe) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::local_map_test

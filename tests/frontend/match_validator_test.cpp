@@ -13,7 +13,7 @@
 #include "frontend/drive.hpp"
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::match_validator_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -180,4 +180,4 @@ TEST(MatchValidator, AcceptsATurnOfThreeStandardDeviationsBeyondTheGyrosError) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::match_validator_test

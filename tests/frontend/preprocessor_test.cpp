@@ -12,7 +12,7 @@
 #include "frontend/drive.hpp"
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::preprocessor_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -103,4 +103,4 @@ TEST(Preprocessor, StampsBeforeAndBehindTheBeamsAreOne) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::preprocessor_test

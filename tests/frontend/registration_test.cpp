@@ -12,7 +12,7 @@
 #include "frontend/drive.hpp"
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::registration_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -76,4 +76,4 @@ TEST(Registration, AFailedMatchNeverMovesThePose) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::registration_test

@@ -12,7 +12,7 @@
 #include "frontend/drive.hpp"
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::tracking_state_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -172,4 +172,4 @@ TEST(TrackingState, IsLostOnlyOnceItHadBeenPlaced) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::tracking_state_test

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-namespace slam {
+namespace slam::align_map_test {
 namespace {
 
 std::vector<Pose2> randomNodes(int count, std::mt19937& random) {
@@ -173,4 +173,4 @@ TEST(AlignMap, WhatHardlyMovesAtAllWeighsNoMore) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::align_map_test

@@ -11,7 +11,7 @@
 
 #include "support/simulated/keyframes.hpp"
 
-namespace slam {
+namespace slam::keyframe_graph_test {
 namespace {
 
 using test::KeyframeDrive;
@@ -182,4 +182,4 @@ TEST(KeyframeGraph, AScanLosesThePointsThatLieOnTheRobot) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::keyframe_graph_test

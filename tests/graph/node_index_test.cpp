@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-namespace slam {
+namespace slam::node_index_test {
 namespace {
 
 using testing::ElementsAre;
@@ -58,4 +58,4 @@ TEST(NodeIndex, KeepsPlacesThatAreNoNumbers) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::node_index_test

@@ -5,7 +5,7 @@
 #include <random>
 #include <set>
 
-namespace slam {
+namespace slam::node_set_test {
 namespace {
 
 TEST(NodeSet, HoldsWhatWasInsertedSinceItWasCleared) {
@@ -27,4 +27,4 @@ TEST(NodeSet, HoldsWhatWasInsertedSinceItWasCleared) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::node_set_test

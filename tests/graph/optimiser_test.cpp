@@ -13,7 +13,7 @@
 
 #include "support/simulated/campus.hpp"
 
-namespace slam {
+namespace slam::optimiser_test {
 namespace {
 
 using test::Campus;
@@ -491,4 +491,4 @@ TEST(Optimiser, AMapThatIsMovedHasAnOptimumThatIsMoved) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::optimiser_test

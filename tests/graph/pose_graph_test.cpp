@@ -12,7 +12,7 @@
 #include <optional>
 #include <random>
 
-namespace slam {
+namespace slam::pose_graph_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -256,4 +256,4 @@ TEST_F(ChiSquare, CountsNothingAlongABlindDirection) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::pose_graph_test

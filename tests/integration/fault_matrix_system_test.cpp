@@ -14,7 +14,7 @@
 #include "store/map_store.hpp"
 #include "support/network.hpp"
 
-namespace slam {
+namespace slam::fault_matrix_system_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -156,4 +156,4 @@ TEST_F(FaultMatrixSystem, EachCell) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::fault_matrix_system_test

@@ -13,7 +13,7 @@
 #include "drivers/can/fake_can_port.hpp"
 #include "tools/sim/can/can_emulator.hpp"
 
-namespace slam {
+namespace slam::fault_matrix_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -127,4 +127,4 @@ TEST(FaultMatrixTable, IsTheOneInTheDocs) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::fault_matrix_test

@@ -12,7 +12,7 @@
 #include "integration/live_faults.hpp"
 #include "tools/sim/base/emulated_base.hpp"
 
-namespace slam {
+namespace slam::live_bases_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -132,4 +132,4 @@ TEST_F(LiveBases, DriveAsCommandedAndStopAndNameTheirFaults) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::live_bases_test

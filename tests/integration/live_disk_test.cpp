@@ -15,7 +15,7 @@
 #include "integration/live.hpp"
 #include "store/map_store.hpp"
 
-namespace slam {
+namespace slam::live_disk_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -210,4 +210,4 @@ TEST_F(LiveDisk, WaitsForAMapToLocaliseIn) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::live_disk_test

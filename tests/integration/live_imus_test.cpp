@@ -10,7 +10,7 @@
 #include "drivers/imu/imu_facts.hpp"
 #include "integration/live_faults.hpp"
 
-namespace slam {
+namespace slam::live_imus_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -110,4 +110,4 @@ TEST_F(LiveImus, TurnWithTheRobotAndNameTheirFaults) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::live_imus_test

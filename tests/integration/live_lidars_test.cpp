@@ -6,7 +6,7 @@
 
 #include "integration/live_faults.hpp"
 
-namespace slam {
+namespace slam::live_lidars_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -69,4 +69,4 @@ TEST_F(LiveLidars, DriveAndNameTheirFaults) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::live_lidars_test

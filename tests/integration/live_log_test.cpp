@@ -17,7 +17,7 @@
 #include "store/log_folder.hpp"
 #include "tools/common/trajectory.hpp"
 
-namespace slam {
+namespace slam::live_log_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -221,4 +221,4 @@ TEST_F(LiveLog, NamesTheAgeOfALogThatIsPlayed) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::live_log_test

@@ -15,7 +15,7 @@
 #include "tools/sim/lidar/packet_encoders.hpp"
 #include "tools/sim/robot/robot_model.hpp"
 
-namespace slam {
+namespace slam::live_setup_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -141,4 +141,4 @@ TEST_F(LiveSetup, RefusesAnUnknownAnswerAndNamesALidarThatIsMissing) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::live_setup_test

@@ -31,7 +31,7 @@
 #include "store/map_store.hpp"
 #include "support/network.hpp"
 
-namespace slam {
+namespace slam::live_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -638,4 +638,4 @@ TEST_F(LiveNetwork, KeepsItsMessagesOnThisMachine) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::live_test

@@ -4,7 +4,7 @@
 
 #include "integration/live_faults.hpp"
 
-namespace slam {
+namespace slam::plugs_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -121,4 +121,4 @@ TEST_F(Plugs, AnyTwoMayBePulledAtOnceAndReturnInAnyOrder) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::plugs_test

@@ -15,7 +15,7 @@
 #include "integration/live_faults.hpp"
 #include "support/thread_work.hpp"
 
-namespace slam {
+namespace slam::real_time_work_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -128,4 +128,4 @@ TEST_F(RealTimeWork, IsNoneThatWaitsWhileEveryPlugIsPulledOnce) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::real_time_work_test

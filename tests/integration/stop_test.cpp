@@ -8,7 +8,7 @@
 #include "drivers/board/handsfree_fixture.hpp"
 #include "integration/live.hpp"
 
-namespace slam {
+namespace slam::stop_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -77,4 +77,4 @@ TEST_F(Stop, IsSentAtEachSignalThatEndsSlamdInOrder) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::stop_test

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <png.h>
 
-namespace slam {
+namespace slam::colour_image_test {
 namespace {
 
 constexpr Rgb kBlack{0, 0, 0}, kWhite{254, 254, 254}, kGrey{205, 205, 205};
@@ -54,4 +54,4 @@ TEST(EncodePng, KeepsEveryPixelAndGivesTheSameBytesAgain) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::colour_image_test

@@ -8,7 +8,7 @@
 
 #include "mapping/mapper.hpp"
 
-namespace slam {
+namespace slam::edited_drawing_test {
 namespace {
 
 const OccupancyGridConfig kConfig;  // 5 cm
@@ -148,4 +148,4 @@ TEST(EditedDrawing, FindsTheTilesUnderAnOutline) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::edited_drawing_test

@@ -13,7 +13,7 @@
 
 #include "mapping/picture_files.hpp"
 
-namespace slam {
+namespace slam::grey_picture_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -141,4 +141,4 @@ TEST_F(GreyPictures, ThatAreNoFilesAreNotWaitedFor) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::grey_picture_test

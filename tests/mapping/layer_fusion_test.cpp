@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <initializer_list>
 
-namespace slam {
+namespace slam::layer_fusion_test {
 namespace {
 
 const LogOdds kOccupied = toLogOdds(0.9), kEmpty = toLogOdds(0.1), kUncertain = 0;
@@ -80,4 +80,4 @@ TEST(LayerFusion, CertaintySurvivesTheWayToProbabilityAndBack) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::layer_fusion_test

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace slam {
+namespace slam::map_description_test {
 namespace {
 
 using testing::AllOf;
@@ -177,4 +177,4 @@ TEST(CellsOfGreys, OfRawPicturesArePercent) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::map_description_test

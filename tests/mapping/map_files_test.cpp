@@ -18,7 +18,7 @@
 #include "mapping/picture_files.hpp"
 #include "support/absurd.hpp"
 
-namespace slam {
+namespace slam::map_files_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -277,4 +277,4 @@ TEST_F(MapFiles, AFileThatCannotBeWrittenIsNamed) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::map_files_test

@@ -12,7 +12,7 @@
 
 #include "core/pose2.hpp"
 
-namespace slam {
+namespace slam::map_image_test {
 namespace {
 
 /// Looks from the middle of one cell at that of another, `times` times.
@@ -165,4 +165,4 @@ TEST(ToGrid, ShowsTheImageAgain) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::map_image_test

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace slam {
+namespace slam::mapper_test {
 namespace {
 
 /// Cells never come near their limits, so that the order of scans does not matter.
@@ -458,4 +458,4 @@ TEST_F(MapperTest, AKeyframeThatLostPointsIsDrawnAnew) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::mapper_test

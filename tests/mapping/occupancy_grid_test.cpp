@@ -12,7 +12,7 @@
 
 #include "mapping/map_image.hpp"
 
-namespace slam {
+namespace slam::occupancy_grid_test {
 namespace {
 
 const OccupancyGridConfig kConfig{.resolution = 0.1, .lidar = {}};
@@ -234,4 +234,4 @@ TEST(OccupancyGrid, APatchBringsBothLayersAndWhatWasSeen) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::occupancy_grid_test

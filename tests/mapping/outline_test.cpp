@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-namespace slam {
+namespace slam::outline_test {
 namespace {
 
 const Outline kL{{0.0, 0.0}, {4.0, 0.0}, {4.0, 1.0}, {1.0, 1.0}, {1.0, 3.0}, {0.0, 3.0}};  // [m]
@@ -55,4 +55,4 @@ TEST(Outline, BoundsHoldAllCorners) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::outline_test

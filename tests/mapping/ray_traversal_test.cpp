@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-namespace slam {
+namespace slam::ray_traversal_test {
 namespace {
 
 std::vector<CellIndex> ray(CellIndex from, CellIndex to) {
@@ -50,4 +50,4 @@ TEST(TraverseRay, IsTheSameWhereverItLies) {
 TEST(TraverseRay, VisitsNothingWithinOneCell) { EXPECT_TRUE(ray({3, -4}, {3, -4}).empty()); }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::ray_traversal_test

@@ -8,7 +8,7 @@
 #include "matching/scanning.hpp"
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::correlative_test {
 namespace {
 
 using test::Room;
@@ -213,4 +213,4 @@ TEST_F(CorrelativeSearch, SlidesForAClearGainAlone) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::correlative_test

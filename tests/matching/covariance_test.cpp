@@ -6,7 +6,7 @@
 #include "matching/plicp.hpp"
 #include "support/consistency.hpp"
 
-namespace slam {
+namespace slam::covariance_test {
 namespace {
 
 using test::Consistency;
@@ -96,4 +96,4 @@ TEST_P(EndlessCorridor, IsNotClaimedAlongItsWalls) {
 INSTANTIATE_TEST_SUITE_P(RangeNoise, EndlessCorridor, testing::Values(0.005, 0.015, 0.030));
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::covariance_test

@@ -6,7 +6,7 @@
 #include "support/allocations.hpp"
 #include "support/simulated/room.hpp"
 
-namespace slam {
+namespace slam::deskew_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -112,4 +112,4 @@ TEST(Deskew, FollowsATurnByMoreThanHalfARoundWithinOneScan) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::deskew_test

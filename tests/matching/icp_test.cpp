@@ -6,7 +6,7 @@
 #include "matching/plicp.hpp"
 #include "matching/scanning.hpp"
 
-namespace slam {
+namespace slam::icp_test {
 namespace {
 
 using test::Room;
@@ -73,4 +73,4 @@ TEST(PointToPoint, ClaimsWhatItsPairsTell) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::icp_test

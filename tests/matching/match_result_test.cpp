@@ -5,7 +5,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-namespace slam {
+namespace slam::match_result_test {
 namespace {
 
 MatchResult matchedAt(const Pose2& pose, int observable, double blind_bearing = 0.0) {
@@ -53,4 +53,4 @@ TEST(HeldAlong, AMatchThatSawOneDirectionOnlyReportsNothing) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::match_result_test

@@ -8,7 +8,7 @@
 
 #include "support/property.hpp"
 
-namespace slam {
+namespace slam::normal_equations_test {
 namespace {
 
 using test::draw;
@@ -124,4 +124,4 @@ TEST(SolveObservable, LeavesOutTheWeakestFirst) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::normal_equations_test

@@ -8,7 +8,7 @@
 
 #include "matching/scanning.hpp"
 
-namespace slam {
+namespace slam::normals_test {
 namespace {
 
 using test::Room;
@@ -121,4 +121,4 @@ TEST(Normals, WhatStandsAloneOrBeforeAWallDoesNotSlide) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::normals_test

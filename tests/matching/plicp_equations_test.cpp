@@ -12,7 +12,7 @@
 
 #include "matching/plicp.hpp"
 
-namespace slam {
+namespace slam::plicp_equations_test {
 namespace {
 
 constexpr double kSpacing = 0.8;  // [m] between surfels: no point has another one near
@@ -287,4 +287,4 @@ TEST(PlIcpEquations, WhatNoisyNormalsFeignAlongAWallIsTakenOffHoweverItLies) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::plicp_equations_test

@@ -8,7 +8,7 @@
 #include "matching/scanning.hpp"
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::plicp_test {
 namespace {
 
 using test::Room;
@@ -219,4 +219,4 @@ TEST(PlIcp, AScanAgreesWhereItWasTakenAndNotBesideIt) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::plicp_test

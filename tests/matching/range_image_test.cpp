@@ -8,7 +8,7 @@
 
 #include "matching/scanning.hpp"
 
-namespace slam {
+namespace slam::range_image_test {
 namespace {
 
 using enum RangeImage::Visibility;
@@ -137,4 +137,4 @@ TEST(RangeImage, BetweenTwoBeamsTheNearerTells) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::range_image_test

@@ -10,7 +10,7 @@
 #include "matching/scanning.hpp"
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::reference_test {
 namespace {
 
 using test::Room;
@@ -338,4 +338,4 @@ TEST(Reference, WaitsForNoPageAfterItTookItsMemory) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::reference_test

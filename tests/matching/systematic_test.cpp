@@ -7,7 +7,7 @@
 #include "matching/plicp.hpp"
 #include "matching/scanning.hpp"
 
-namespace slam {
+namespace slam::systematic_test {
 namespace {
 
 using test::Room;
@@ -129,4 +129,4 @@ TEST(Systematic, AMapThatIsDrawnAtAMovedPoseMovesWithIt) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::systematic_test

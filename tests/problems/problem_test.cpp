@@ -8,7 +8,7 @@
 
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::problem_test {
 namespace {
 
 constexpr ProblemKind kSlow{"slow", "{0} sends {#0.1} Hz of {#1}, node 0x{#2x3} of {1}", "slamd goes on",
@@ -81,4 +81,4 @@ TEST(SharedProblem, IsNeverReadHalfWritten) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::problem_test

@@ -9,7 +9,7 @@
 
 #include "build_paths.hpp"
 
-namespace slam {
+namespace slam::table_test {
 namespace {
 
 std::string table() {
@@ -42,4 +42,4 @@ TEST(ProblemTable, HasPlaceHoldersThatAProblemCanFill) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::table_test

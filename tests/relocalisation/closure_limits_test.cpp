@@ -15,7 +15,7 @@
 #include "support/property.hpp"
 #include "support/simulated/keyframes.hpp"
 
-namespace slam {
+namespace slam::closure_limits_test {
 namespace {
 
 using test::draw;
@@ -214,4 +214,4 @@ TEST(LoopClosureLimits, LooksNoFurtherThanTheDriftAndALookAroundTheCorner) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::closure_limits_test

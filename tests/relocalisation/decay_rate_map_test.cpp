@@ -5,7 +5,7 @@
 #include <memory>
 #include <numbers>
 
-namespace slam::test {
+namespace slam::test::decay_rate_map_test {
 namespace {
 
 constexpr double kCell = 0.1;  // [m]
@@ -208,4 +208,4 @@ TEST(DecayRateMap, ABeamPassesAWallThatItEndsBehindByMoreThanItsNoise) {
 }
 
 }  // namespace
-}  // namespace slam::test
+}  // namespace slam::test::decay_rate_map_test

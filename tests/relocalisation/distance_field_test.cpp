@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-namespace slam {
+namespace slam::distance_field_test {
 namespace {
 
 using Known = DistanceField::Known;
@@ -133,4 +133,4 @@ TEST(DistanceField, OutsideNothingIsKnown) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::distance_field_test

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-namespace slam::test {
+namespace slam::test::global_search_test {
 namespace {
 
 using Points = std::vector<Eigen::Vector2d>;
@@ -163,4 +163,4 @@ TEST(GlobalSearch, TakesAnotherHeadingForAnotherPlace) {
 }
 
 }  // namespace
-}  // namespace slam::test
+}  // namespace slam::test::global_search_test

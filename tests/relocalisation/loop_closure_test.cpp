@@ -11,7 +11,7 @@
 
 #include "support/simulated/keyframes.hpp"
 
-namespace slam {
+namespace slam::loop_closure_test {
 namespace {
 
 using test::KeyframeDrive;
@@ -273,4 +273,4 @@ TEST(LoopClosureSearch, ClosuresThatContradictEachOtherDoNotCount) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::loop_closure_test

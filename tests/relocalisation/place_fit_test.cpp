@@ -8,7 +8,7 @@
 
 #include "support/simulated/keyframes.hpp"
 
-namespace slam::test {
+namespace slam::test::place_fit_test {
 namespace {
 
 /// A map of keyframes along the x axis, and what a robot sees that drives there.
@@ -198,4 +198,4 @@ TEST(PlaceFit, OfASegmentThatSawNothingIsNone) {
 }
 
 }  // namespace
-}  // namespace slam::test
+}  // namespace slam::test::place_fit_test

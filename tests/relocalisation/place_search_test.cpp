@@ -8,7 +8,7 @@
 
 #include "support/simulated/keyframes.hpp"
 
-namespace slam::test {
+namespace slam::test::place_search_test {
 namespace {
 
 using Outcome = PlaceSearch::Outcome;
@@ -177,4 +177,4 @@ TEST(PlaceSearch, PlacesAreOneWithinADistanceAndATurn) {
 }
 
 }  // namespace
-}  // namespace slam::test
+}  // namespace slam::test::place_search_test

@@ -7,7 +7,7 @@
 #include "support/simulated/keyframes.hpp"
 #include "tools/sim/world/scenes.hpp"
 
-namespace slam::test {
+namespace slam::test::relocalisation_test {
 namespace {
 
 constexpr double kRight = 0.1;  // [m]
@@ -186,4 +186,4 @@ TEST(Relocalisation, ReportsNothingInAnotherBuilding) {
 }
 
 }  // namespace
-}  // namespace slam::test
+}  // namespace slam::test::relocalisation_test

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-namespace slam::test {
+namespace slam::test::wall_extrapolation_test {
 namespace {
 
 using Known = DistanceField::Known;
@@ -136,4 +136,4 @@ TEST(WallExtrapolation, WhatIsNotStraightGoesNobodyKnowsWhere) {
 }
 
 }  // namespace
-}  // namespace slam::test
+}  // namespace slam::test::wall_extrapolation_test

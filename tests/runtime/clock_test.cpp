@@ -4,7 +4,7 @@
 #include <ctime>
 #include <gtest/gtest.h>
 
-namespace slam {
+namespace slam::clock_test {
 namespace {
 
 Timestamp systemClock(clockid_t clock) {
@@ -49,4 +49,4 @@ TEST(WallClock, FollowsAStepWithStampsThatGrow) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::clock_test

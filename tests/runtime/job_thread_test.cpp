@@ -9,7 +9,7 @@
 #include "runtime/clock.hpp"
 #include "support/wait_until.hpp"
 
-namespace slam {
+namespace slam::job_thread_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -92,4 +92,4 @@ TEST(JobThread, IsBusySinceItsFirstJobHoweverManyFollow) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::job_thread_test

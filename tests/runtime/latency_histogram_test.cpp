@@ -10,7 +10,7 @@
 
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::latency_histogram_test {
 namespace {
 
 constexpr double kWidth = 0.09;  // of a bucket, relative
@@ -111,4 +111,4 @@ TEST(LatencyHistogram, NoPercentileIsAboveTheLongest) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::latency_histogram_test

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <thread>
 
-namespace slam {
+namespace slam::latest_value_test {
 namespace {
 
 TEST(LatestValue, IsNotThereBeforeTheFirstStore) {
@@ -51,4 +51,4 @@ TEST(LatestValue, IsNeverTornAndNeverOlderThanTheOneBefore) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::latest_value_test

@@ -20,7 +20,7 @@
 
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::realtime_test {
 namespace {
 
 using testing::HasSubstr;
@@ -191,4 +191,4 @@ TEST(Heap, IsOneForAllThreads) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::realtime_test

@@ -5,7 +5,7 @@
 #include <string>
 #include <thread>
 
-namespace slam {
+namespace slam::shared_value_test {
 namespace {
 
 TEST(SharedValue, IsReadAsItWasWrittenLast) {
@@ -25,4 +25,4 @@ TEST(SharedValue, IsReadAsItWasWrittenLast) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::shared_value_test

@@ -9,7 +9,7 @@
 
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::spsc_queue_test {
 namespace {
 
 TEST(SpscQueue, DropsAndCountsWhatDoesNotFit) {
@@ -93,4 +93,4 @@ TEST(SpscQueue, LosesNoMoreThanItCounts) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::spsc_queue_test

@@ -11,7 +11,7 @@
 #include "runtime/clock.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::thread_use_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -67,4 +67,4 @@ TEST(BlockedTimeTest, CountsWaitsForAnythingButTheCpu) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::thread_use_test

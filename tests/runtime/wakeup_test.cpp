@@ -5,7 +5,7 @@
 #include <poll.h>
 #include <thread>
 
-namespace slam {
+namespace slam::wakeup_test {
 namespace {
 
 bool readable(const Wakeup& wakeup, int timeout_ms = 0) {
@@ -47,4 +47,4 @@ TEST(Wakeup, WakesAnotherThreadThatPolls) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::wakeup_test

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace slam {
+namespace slam::watchdog_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -184,4 +184,4 @@ TEST_F(Watching, ExcusesAThreadThatHasReasonToBeSilent) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::watchdog_test

@@ -9,7 +9,7 @@
 #include "runtime/clock.hpp"
 #include "support/wait_until.hpp"
 
-namespace slam {
+namespace slam::worker_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -241,4 +241,4 @@ TEST(Worker, GoesOnAtTheNextDeadlineNotAtOnce) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::worker_test

@@ -10,7 +10,7 @@
 #include "slam/back_end.hpp"
 #include "support/simulated/keyframes.hpp"
 
-namespace slam {
+namespace slam::back_end_limits_test {
 namespace {
 
 const Eigen::Vector3d kSharp(0.004, 0.004, 0.001);  // [m, m, rad]
@@ -136,4 +136,4 @@ TEST(BackEndLimits, OnlyAMapOfFewKeyframesIsForgotten) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::back_end_limits_test

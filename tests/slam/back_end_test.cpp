@@ -15,7 +15,7 @@
 
 #include "support/simulated/keyframes.hpp"
 
-namespace slam {
+namespace slam::back_end_test {
 namespace {
 
 using test::KeyframeDrive;
@@ -389,4 +389,4 @@ TEST(BackEnd, WhatTurnsOutToBeTheRobotWhileNothingIsDrawnLeavesTheMapLater) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::back_end_test

@@ -7,7 +7,7 @@
 
 #include "slam/robot.hpp"
 
-namespace slam {
+namespace slam::fast_turn_test {
 namespace {
 
 using test::Robot;
@@ -121,4 +121,4 @@ INSTANTIATE_TEST_SUITE_P(With, FastTurn,
                          [](const auto& wheels) { return wheels.param.name; });
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::fast_turn_test

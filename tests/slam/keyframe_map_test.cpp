@@ -5,7 +5,7 @@
 
 #include "support/simulated/keyframes.hpp"
 
-namespace slam {
+namespace slam::keyframe_map_test {
 namespace {
 
 using testing::ElementsAre;
@@ -187,4 +187,4 @@ TEST_F(CasedRobotTest, AStoredMapStaysAsItIs) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::keyframe_map_test

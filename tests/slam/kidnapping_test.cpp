@@ -10,7 +10,7 @@
 #include "slam/robot.hpp"
 #include "support/stored_map.hpp"
 
-namespace slam {
+namespace slam::kidnapping_test {
 namespace {
 
 using test::Robot;
@@ -324,4 +324,4 @@ TEST(GivenMap, StaysAsItIsWhateverTheRobotMeets) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::kidnapping_test

@@ -10,7 +10,7 @@
 #include "matching/places.hpp"
 #include "slam/pipeline.hpp"
 
-namespace slam {
+namespace slam::long_life_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -118,4 +118,4 @@ TEST(LongLife, AKnownRoomCostsNothing) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::long_life_test

@@ -6,7 +6,7 @@
 
 #include "support/simulated/keyframes.hpp"
 
-namespace slam {
+namespace slam::loop_closer_test {
 namespace {
 
 const Eigen::Vector3d kDrift(0.01, 0.01, 0.002);  // [m, m, rad] a step
@@ -53,4 +53,4 @@ TEST(LoopCloser, MeetsNoKeyframeThatIsNoPartOfTheMap) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::loop_closer_test

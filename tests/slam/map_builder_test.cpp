@@ -12,7 +12,7 @@
 #include "support/simulated/keyframes.hpp"
 #include "support/stored_map.hpp"
 
-namespace slam {
+namespace slam::map_builder_test {
 namespace {
 
 using test::onRing;
@@ -184,4 +184,4 @@ TEST_F(EditsInMap, WithoutAMapNothingIsEdited) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::map_builder_test

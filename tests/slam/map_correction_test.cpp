@@ -12,7 +12,7 @@
 #include "slam/robot.hpp"
 #include "support/simulated/keyframes.hpp"
 
-namespace slam {
+namespace slam::map_correction_test {
 namespace {
 
 using test::Robot;
@@ -90,4 +90,4 @@ TEST_P(LateCorrections, LeaveFrontEndAndBackEndWithTheSameKeyframesInTheSamePlac
 INSTANTIATE_TEST_SUITE_P(AtRandom, LateCorrections, testing::Values(1U, 2U, 3U));
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::map_correction_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace slam {
+namespace slam::map_import_test {
 namespace {
 
 /// A room of 40 x 30 free cells of 0.1 m amid walls 4 cells thick, unknown around.
@@ -50,4 +50,4 @@ TEST(MapImport, KnowsWhatIsFreeAndWhatLiesWithinWalls) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::map_import_test

@@ -8,7 +8,7 @@
 
 #include "support/simulated/keyframes.hpp"
 
-namespace slam {
+namespace slam::map_policy_test {
 namespace {
 
 const Eigen::Vector3d kStep(0.002, 0.002, 0.0005);  // [m, m, rad]
@@ -202,4 +202,4 @@ TEST(FixedMap, ItsReferenceFollowsTheRobotInSteps) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::map_policy_test

@@ -9,7 +9,7 @@
 
 #include "support/simulated/robot.hpp"
 
-namespace slam {
+namespace slam::pipeline_test {
 namespace {
 
 /// The same samples for whoever wants them: a curve through a room, with wheels and gyro.
@@ -166,4 +166,4 @@ TEST(Pipeline, ADriveWithTheLidarUpsideDownIsTheSameDriveUpright) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::pipeline_test

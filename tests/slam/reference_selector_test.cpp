@@ -7,7 +7,7 @@
 
 #include "support/simulated/keyframes.hpp"
 
-namespace slam {
+namespace slam::reference_selector_test {
 namespace {
 
 constexpr std::int32_t kSession = 4;
@@ -98,4 +98,4 @@ TEST_F(ReferenceSelectorTest, BuildsTheNextOneInTheMemoryOfAUsedOneFromNothing) 
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::reference_selector_test

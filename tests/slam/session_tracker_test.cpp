@@ -6,7 +6,7 @@
 
 #include "support/simulated/keyframes.hpp"
 
-namespace slam {
+namespace slam::session_tracker_test {
 namespace {
 
 using test::onRing;
@@ -113,4 +113,4 @@ TEST(SessionTracker, WhereTheMapIsEmptyThePersonIsAccepted) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::session_tracker_test

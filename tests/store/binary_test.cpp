@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <limits>
 
-namespace slam {
+namespace slam::binary_test {
 namespace {
 
 TEST(Binary, ReadsBackWhatItWrote) {
@@ -59,4 +59,4 @@ TEST(Binary, AcceptsNoCountOfMoreThanThereIs) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::binary_test

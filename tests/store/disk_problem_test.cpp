@@ -10,7 +10,7 @@
 #include "store/durable_file.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::disk_problem_test {
 namespace {
 
 using testing::HasSubstr;
@@ -46,4 +46,4 @@ TEST(DiskProblem, KnowErrorsOfTheLibraryAndAlwaysHaveAFix) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::disk_problem_test

@@ -13,7 +13,7 @@
 #include "support/file_size_limit.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::durable_file_test {
 namespace {
 
 using test::contentOf;
@@ -168,4 +168,4 @@ TEST(AppendFile, TakesAPipeThatIsRead) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::durable_file_test

@@ -8,7 +8,7 @@
 #include "support/stored_map.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::edit_codec_test {
 namespace {
 
 using test::refusalOf;
@@ -93,4 +93,4 @@ TEST(EditCodec, RefusesWhatCannotBe) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::edit_codec_test

@@ -11,7 +11,7 @@
 #include "support/stored_map.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::edited_map_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -144,4 +144,4 @@ TEST(EditedMap, StoresWholeScansSoThatAnEraseCanBeUndoneAnotherDay) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::edited_map_test

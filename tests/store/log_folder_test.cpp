@@ -14,7 +14,7 @@
 #include "support/file_size_limit.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::log_folder_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -157,4 +157,4 @@ TEST_F(LogFolder, TidiesWhatAPowerCutLeft) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::log_folder_test

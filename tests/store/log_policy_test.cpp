@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-namespace slam {
+namespace slam::log_policy_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -97,4 +97,4 @@ TEST(LogPolicy, KeepsTheQuotaWhateverComes) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::log_policy_test

@@ -16,7 +16,7 @@
 #include "support/stored_map.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::map_codec_test {
 namespace {
 
 using test::ChangingMap;
@@ -459,4 +459,4 @@ TEST(MapCodec, LeavesTheLidarsLayerWhereTheCameraSawSomethingToo) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::map_codec_test

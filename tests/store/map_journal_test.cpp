@@ -11,7 +11,7 @@
 #include "support/stored_map.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::map_journal_test {
 namespace {
 
 using test::ChangingMap;
@@ -286,4 +286,4 @@ TEST(MapJournal, WritesNothingThatItWouldNotRead) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::map_journal_test

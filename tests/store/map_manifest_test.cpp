@@ -7,7 +7,7 @@
 #include "store/durable_file.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::map_manifest_test {
 namespace {
 
 using test::refusalOf;
@@ -73,4 +73,4 @@ TEST(MapManifest, RefusesIntactLinesThatReportNothing) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::map_manifest_test

@@ -20,7 +20,7 @@
 #include "support/stored_map.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::map_store_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -897,4 +897,4 @@ TEST(OpenMap, TakesAFolderOrAPicture) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::map_store_test

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace slam {
+namespace slam::device_clock_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -55,4 +55,4 @@ TEST(DeviceClock, LeavesOutOneLateSample) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::device_clock_test

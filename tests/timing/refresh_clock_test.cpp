@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-namespace slam {
+namespace slam::refresh_clock_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -166,4 +166,4 @@ TEST(RefreshClock, ForgetsThePhaseOfWheelsThatStoodForAMinute) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::refresh_clock_test

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-namespace slam {
+namespace slam::sample_clock_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -68,4 +68,4 @@ TEST(SampleClock, FindsBackAfterALossThatNothingTellsOf) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::sample_clock_test

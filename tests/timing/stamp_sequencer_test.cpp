@@ -5,7 +5,7 @@
 #include <random>
 #include <utility>
 
-namespace slam {
+namespace slam::stamp_sequencer_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -241,4 +241,4 @@ TEST(ForwardJumpGuard, AStreamAsSlowAsTwiceItsIntervalPasses) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::stamp_sequencer_test

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-namespace slam {
+namespace slam::stream_clock_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -113,4 +113,4 @@ TEST(StreamClock, CountsTheSamplesThatAreLostIntoItsRate) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::stream_clock_test

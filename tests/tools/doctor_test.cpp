@@ -20,7 +20,7 @@
 #include "problems/daemon.hpp"
 #include "problems/devices.hpp"
 
-namespace slam {
+namespace slam::doctor_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -562,4 +562,4 @@ TEST_F(Doctor, CountsFaults) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::doctor_test

@@ -7,7 +7,7 @@
 
 #include "drivers/can/fake_can_port.hpp"
 
-namespace slam {
+namespace slam::drive_watchdogs_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -104,4 +104,4 @@ TEST_F(DriveWatchdogs, AreToldByFirmware06WhenItIsAsked) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::drive_watchdogs_test

@@ -10,7 +10,7 @@
 #include "frontend/drive.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::estimates_test {
 namespace {
 
 using test::contentOf;
@@ -133,4 +133,4 @@ TEST(EstimateOf, TakesPoseAndCovarianceToTheScansOwnStamp) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::estimates_test

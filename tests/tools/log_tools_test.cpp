@@ -11,7 +11,7 @@
 #include "tools/files.hpp"
 #include "tools/slamctl/log.hpp"
 
-namespace slam {
+namespace slam::log_tools_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -111,4 +111,4 @@ TEST_F(LogTools, NeverOverwriteAnExport) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::log_tools_test

@@ -10,7 +10,7 @@
 #include "support/stored_map.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::map_list_test {
 namespace {
 
 TEST(MapList, HasEachMapWithItsStateAndTheOneThatIsContinued) {
@@ -34,4 +34,4 @@ TEST(MapList, HasEachMapWithItsStateAndTheOneThatIsContinued) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::map_list_test

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <string>
 
-namespace slam {
+namespace slam::map_metrics_test {
 namespace {
 
 /// '#' occupied, '.' free, '?' unknown; rows from the top.
@@ -135,4 +135,4 @@ TEST(CompareMaps, AFreeCellIsRightWhereTheTruthIsFree) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::map_metrics_test

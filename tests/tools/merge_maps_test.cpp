@@ -11,7 +11,7 @@
 #include "support/simulated/mapped_drive.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::merge_maps_test {
 namespace {
 
 using testing::HasSubstr;
@@ -92,4 +92,4 @@ TEST_F(StoredMaps, AreMergedWhileAnotherProgramHasThemOpen) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::merge_maps_test

@@ -9,7 +9,7 @@
 
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::metrics_test {
 namespace {
 
 using test::Folder;
@@ -196,4 +196,4 @@ TEST(WaypointErrors, AreThoseOfEachWaypointInTheFilesOwnFrames) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::metrics_test

@@ -7,7 +7,7 @@
 #include "support/file_size_limit.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::output_file_test {
 namespace {
 
 TEST(OutputFile, HoldsWhatWasWritten) {
@@ -56,4 +56,4 @@ TEST(OutputFile, IsPreparedBeforeTheWorkOrRefused) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::output_file_test

@@ -10,7 +10,7 @@
 #include "support/simulated/room.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::overlay_test {
 namespace {
 
 using test::Folder;
@@ -89,4 +89,4 @@ TEST_F(Overlay, RefusesATrajectoryOfAnotherTime) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::overlay_test

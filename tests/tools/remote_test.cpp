@@ -17,7 +17,7 @@
 #include "runtime/clock.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::remote_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -126,4 +126,4 @@ TEST(SocketOf, IsTheConfiguredOneOrTheServicesForItsOwnFile) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::remote_test

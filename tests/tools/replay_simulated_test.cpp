@@ -17,7 +17,7 @@
 #include "tools/replay/replay.hpp"
 #include "tools/sim/log_mode.hpp"
 
-namespace slam {
+namespace slam::replay_simulated_test {
 namespace {
 
 Config simulated(std::vector<std::string> settings = {}) {
@@ -133,4 +133,4 @@ TEST_F(SimulatedReplay, IsNotLedAstrayByVeryNoisyWheels) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::replay_simulated_test

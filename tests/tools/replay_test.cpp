@@ -27,7 +27,7 @@
 #include "tools/eval/metrics.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::replay_test {
 namespace {
 
 using test::contentOf;
@@ -630,4 +630,4 @@ TEST(ReplayOfRecordedData, IsNotLedAstrayByVeryNoisyWheels) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::replay_test

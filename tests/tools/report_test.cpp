@@ -12,7 +12,7 @@
 #include "tools/files.hpp"
 #include "tools/unzip.hpp"
 
-namespace slam {
+namespace slam::report_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -115,4 +115,4 @@ TEST_F(Report, HasTheLastTwoMinutesOfTheLogHoweverOldItIs) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::report_test

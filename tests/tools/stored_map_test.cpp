@@ -10,7 +10,7 @@
 #include "support/stored_map.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::stored_map_test {
 namespace {
 
 using testing::HasSubstr;
@@ -90,4 +90,4 @@ TEST(EditsIn, TakesAListOrOneAndSaysWhoseTheyAre) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::stored_map_test

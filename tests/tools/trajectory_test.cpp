@@ -11,7 +11,7 @@
 
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::trajectory_test {
 namespace {
 
 using test::Folder;
@@ -140,4 +140,4 @@ TEST(PoseAt, KnowsNothingOutside) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::trajectory_test

@@ -10,7 +10,7 @@
 #include "tools/files.hpp"
 #include "tools/replay/estimates.hpp"
 
-namespace slam {
+namespace slam::trust_test {
 namespace {
 
 using test::Folder;
@@ -148,4 +148,4 @@ TEST(ReadEstimates, RefusesWhatIsNone) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::trust_test

@@ -10,7 +10,7 @@
 
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::viewer_frames_test {
 namespace {
 
 using test::contentOf;
@@ -104,4 +104,4 @@ TEST(ViewerFrames, ReportWhichFolderTheyCannotWrite) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::viewer_frames_test

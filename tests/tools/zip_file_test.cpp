@@ -10,7 +10,7 @@
 #include "tools/files.hpp"
 #include "tools/unzip.hpp"
 
-namespace slam {
+namespace slam::zip_file_test {
 namespace {
 
 using testing::HasSubstr;
@@ -49,4 +49,4 @@ TEST(ZipFile, OverwritesNothingAndNamesWhatItCannotWrite) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::zip_file_test

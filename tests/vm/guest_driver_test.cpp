@@ -14,7 +14,7 @@
 #include "tools/sim/can/can_bus.hpp"
 #include "vm/virtual_can.hpp"
 
-namespace slam {
+namespace slam::guest_driver_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -172,4 +172,4 @@ TEST(EmulatedController, IsMissedWhenItIsTakenDownAndUsedAgain) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::guest_driver_test

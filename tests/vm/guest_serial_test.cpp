@@ -14,7 +14,7 @@
 #include "firmware_if/robolink.hpp"
 #include "runtime/clock.hpp"
 
-namespace slam {
+namespace slam::guest_serial_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -64,4 +64,4 @@ TEST(UsbSerial, IsSetUpUnderAnyName) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::guest_serial_test

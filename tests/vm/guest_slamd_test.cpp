@@ -12,7 +12,7 @@
 #include "integration/fault_matrix.hpp"
 #include "vm/virtual_can.hpp"
 
-namespace slam {
+namespace slam::guest_slamd_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -205,4 +205,4 @@ TEST_F(SlamdOnController, GoesOnByTheLidarWhileTheInterfaceIsDownOrGone) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::guest_slamd_test

@@ -10,7 +10,7 @@
 #include "runtime/clock.hpp"
 #include "vm/virtual_can.hpp"
 
-namespace slam {
+namespace slam::guest_socket_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -114,4 +114,4 @@ TEST_F(VirtualCanSocket, WorksOnAfterDownAndUpWithTheSameSocket) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::guest_socket_test

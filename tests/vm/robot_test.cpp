@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <regex>
 
-namespace slam {
+namespace slam::robot_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -46,4 +46,4 @@ TEST(VirtualRobot, IsInstalledDrivesAndComesBackWhateverHappensToTheService) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::robot_test

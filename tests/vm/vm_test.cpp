@@ -11,7 +11,7 @@
 #include "tools/sim/board/board_emulator.hpp"
 #include "vm/machine.hpp"
 
-namespace slam {
+namespace slam::vm_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -119,4 +119,4 @@ TEST_F(Vm, SlamdNoticesAPulledUsbCableAndStreamsAgain) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::vm_test

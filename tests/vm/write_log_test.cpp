@@ -7,7 +7,7 @@
 #include <set>
 #include <unistd.h>
 
-namespace slam::test {
+namespace slam::test::write_log_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -133,4 +133,4 @@ TEST_F(WriteLogTest, RefusesWhatIsNoLog) {
 }
 
 }  // namespace
-}  // namespace slam::test
+}  // namespace slam::test::write_log_test

@@ -21,7 +21,7 @@
 #include "support/wait_until.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::field_log_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -351,4 +351,4 @@ TEST_F(FieldLogs, LetsNobodyWaitForADiskThatStalls) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::field_log_test

@@ -19,7 +19,7 @@
 #include "support/wait_until.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::recorder_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -192,4 +192,4 @@ TEST_F(Recording, CountsWhatItCouldNotWriteAtTheEnd) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::recorder_test

@@ -6,7 +6,7 @@
 
 #include "support/problems.hpp"
 
-namespace slam {
+namespace slam::storage_watch_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -52,4 +52,4 @@ TEST_F(Disk, IsNamedWithWhatIsNotStoredAndWhatIsLost) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::storage_watch_test

@@ -12,7 +12,7 @@
 #include "problems/daemon.hpp"
 #include "support/problems.hpp"
 
-namespace slam {
+namespace slam::trouble_log_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -201,4 +201,4 @@ INSTANTIATE_TEST_SUITE_P(
                     Course{"each hour and a minute", 1s, [](Duration at) { return alternating(at, 30s, 3630s); }}));
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::trouble_log_test

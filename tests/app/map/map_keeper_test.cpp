@@ -15,7 +15,7 @@
 #include "support/stored_map.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::map_keeper_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -567,4 +567,4 @@ TEST_F(MapKeeping, GoesOnInItsMapWhenTheDiskIsBack) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::map_keeper_test

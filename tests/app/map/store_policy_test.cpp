@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace slam {
+namespace slam::store_policy_test {
 namespace {
 
 /// Views of keyframes 0, 1, ..., one each.
@@ -109,4 +109,4 @@ TEST(StorePolicy, KeepsViewsOfAMapThatIsWritten) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::store_policy_test

@@ -10,7 +10,7 @@
 #include "runtime/clock.hpp"
 #include "support/wait_until.hpp"
 
-namespace slam {
+namespace slam::base_thread_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -126,4 +126,4 @@ TEST(BaseRates, AreThoseAtWhichValuesAreNew) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::base_thread_test

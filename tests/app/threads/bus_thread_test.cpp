@@ -28,7 +28,7 @@
 #include "support/wait_until.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::bus_thread_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -455,4 +455,4 @@ TEST_F(Bus, TalksToTheGroupThatIsConfigured) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::bus_thread_test

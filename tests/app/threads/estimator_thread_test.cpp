@@ -9,7 +9,7 @@
 #include "support/simulated/room.hpp"
 #include "support/wait_until.hpp"
 
-namespace slam {
+namespace slam::estimator_thread_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -142,4 +142,4 @@ TEST_F(Estimator, PutsTheRobotWhereAPersonSaysAndGoesOnInAnotherMap) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::estimator_thread_test

@@ -11,7 +11,7 @@
 #include "support/wait_until.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::graph_thread_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -312,4 +312,4 @@ TEST_F(GraphKeeping, BeginsWithoutAMapThatTheDiskDoesNotGiveInTime) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::graph_thread_test

@@ -9,7 +9,7 @@
 #include "support/wait_until.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::mapper_thread_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -211,4 +211,4 @@ TEST_F(MapTiles, ComeAFewAtATime) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::mapper_thread_test

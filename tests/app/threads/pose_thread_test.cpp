@@ -16,7 +16,7 @@
 #include "support/allocations.hpp"
 #include "support/wait_until.hpp"
 
-namespace slam {
+namespace slam::pose_thread_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -111,4 +111,4 @@ TEST_F(Pose, GoesToTheRecordsWithoutANetwork) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::pose_thread_test

@@ -12,7 +12,7 @@
 
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::thread_watchdog_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -86,4 +86,4 @@ TEST_F(Threads, AreNotLateWhileTheirDeviceConnects) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::thread_watchdog_test

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-namespace slam {
+namespace slam::fragment_assembler_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -111,4 +111,4 @@ TEST(FragmentAssembler, TakesNoPartThatBelongsElsewhere) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::fragment_assembler_test

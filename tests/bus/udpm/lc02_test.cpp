@@ -6,7 +6,7 @@
 
 #include "bus/packets.hpp"
 
-namespace slam {
+namespace slam::lc02_test {
 namespace {
 
 using test::deadlyFragment;
@@ -106,4 +106,4 @@ TEST(Lc02, OtherMagicIsNoPacket) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::lc02_test

@@ -6,7 +6,7 @@
 
 #include "support/network.hpp"
 
-namespace slam {
+namespace slam::lcm_link_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -139,4 +139,4 @@ TEST_F(Link, RecoversAMembershipThatTheKernelForgot) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::lcm_link_test

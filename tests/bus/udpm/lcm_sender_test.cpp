@@ -9,7 +9,7 @@
 #include "bus/udpm/lcm_link.hpp"
 #include "support/wait_until.hpp"
 
-namespace slam {
+namespace slam::lcm_sender_test {
 namespace {
 
 constexpr char kUrl[] = "udpm://239.255.76.67:7673?ttl=0";
@@ -68,4 +68,4 @@ TEST(LcmSender, IsOpenedByItsLinkAndKnownToItsWatch) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::lcm_sender_test

@@ -4,7 +4,7 @@
 #include <cerrno>
 #include <gmock/gmock.h>
 
-namespace slam {
+namespace slam::link_watch_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -127,4 +127,4 @@ TEST(LinkProblem, RecommendsTheRouteOnLoOnlyToWhatStaysOnThisMachine) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::link_watch_test

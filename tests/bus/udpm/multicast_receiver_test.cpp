@@ -9,7 +9,7 @@
 #include "bus/packets.hpp"
 #include "support/network.hpp"
 
-namespace slam {
+namespace slam::multicast_receiver_test {
 namespace {
 
 using test::OtherMachine;
@@ -132,4 +132,4 @@ TEST_F(MulticastReceiving, KnowsThatThePortIsAnotherPrograms) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::multicast_receiver_test

@@ -6,7 +6,7 @@
 
 #include "support/network.hpp"
 
-namespace slam {
+namespace slam::multicast_route_test {
 namespace {
 
 using test::OtherMachine;
@@ -44,4 +44,4 @@ TEST(MulticastRoute, IsNotThereWhereItIsProhibited) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::multicast_route_test

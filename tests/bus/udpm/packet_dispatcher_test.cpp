@@ -6,7 +6,7 @@
 
 #include "bus/packets.hpp"
 
-namespace slam {
+namespace slam::packet_dispatcher_test {
 namespace {
 
 using test::deadlyFragment;
@@ -60,4 +60,4 @@ TEST(PacketDispatcher, PutsTogetherWhatMayBeLarge) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::packet_dispatcher_test

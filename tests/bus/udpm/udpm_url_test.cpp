@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <stdexcept>
 
-namespace slam {
+namespace slam::udpm_url_test {
 namespace {
 
 std::string problemOf(const std::string& url) {
@@ -61,4 +61,4 @@ TEST(UdpmUrl, RefusesInWordsWhatCannotWork) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::udpm_url_test

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-namespace slam {
+namespace slam::counted_wheels_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -62,4 +62,4 @@ TEST(CountedWheels, StandWhileAWheelHangsInTheAir) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::counted_wheels_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace slam {
+namespace slam::device_time_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -34,4 +34,4 @@ TEST(DeviceTime, BeginsAnewBehindAResetAndBehindALongSilence) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::device_time_test

@@ -10,7 +10,7 @@
 #include "drivers/base/base_rig.hpp"
 #include "firmware_if/slamd_base/base_frame.hpp"
 
-namespace slam {
+namespace slam::serial_base_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -411,4 +411,4 @@ TEST(SerialBase, DoesNotTakeALateAnswerForThatToTheZero) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::serial_base_test

@@ -9,7 +9,7 @@
 
 #include "drivers/board/handsfree_fixture.hpp"
 
-namespace slam {
+namespace slam::handsfree_board_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -316,4 +316,4 @@ TEST_F(HandsfreeBoardTest, DrivesNothingUnlessAllowed) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::handsfree_board_test

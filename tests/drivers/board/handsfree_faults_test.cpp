@@ -6,7 +6,7 @@
 
 #include "drivers/board/handsfree_fixture.hpp"
 
-namespace slam {
+namespace slam::handsfree_faults_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -216,4 +216,4 @@ TEST_F(HandsfreeBoardTest, TakesABoardWhoseClockIsCoarseAfterLongForARunningOne)
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::handsfree_faults_test

@@ -5,7 +5,7 @@
 
 #include "drivers/board/handsfree_fixture.hpp"
 
-namespace slam {
+namespace slam::handsfree_stop_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -143,4 +143,4 @@ TEST_F(HandsfreeStop, AtTheEndIsSentAgainUntilItIsAcknowledged) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::handsfree_stop_test

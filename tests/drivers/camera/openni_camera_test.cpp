@@ -15,7 +15,7 @@
 extern "C" const char* __asan_default_options() { return "detect_leaks=0"; }
 extern "C" const char* __tsan_default_options() { return "ignore_noninstrumented_modules=1"; }
 
-namespace slam {
+namespace slam::openni_camera_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -202,4 +202,4 @@ TEST_F(OpenniCameraTest, ResumesAtOnceWhenTheBusReportsAnArrival) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::openni_camera_test

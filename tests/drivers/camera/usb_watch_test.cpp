@@ -8,7 +8,7 @@
 
 #include "build_paths.hpp"
 
-namespace slam {
+namespace slam::usb_watch_test {
 namespace {
 
 // Of no maker: what is asked of the real bus here must be true on every machine.
@@ -45,4 +45,4 @@ TEST(UsbWatch, CanBeAskedForLong) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::usb_watch_test

@@ -5,7 +5,7 @@
 #include <array>
 #include <gtest/gtest.h>
 
-namespace slam {
+namespace slam::can_axis_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -138,4 +138,4 @@ TEST(CanAxis, IsFrozenWhenItTurnsWithoutMoving) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::can_axis_test

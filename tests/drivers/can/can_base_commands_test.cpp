@@ -10,7 +10,7 @@
 #include "drivers/can/can_base_fixture.hpp"
 #include "runtime/clock.hpp"
 
-namespace slam {
+namespace slam::can_base_commands_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -319,4 +319,4 @@ TEST_F(CanBaseCommands, NeverMixesTheSpeedsOfTwoCommands) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::can_base_commands_test

@@ -10,7 +10,7 @@
 #include "drivers/can/fake_can_port.hpp"
 #include "tools/sim/can/can_emulator.hpp"
 
-namespace slam {
+namespace slam::can_base_stop_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -482,4 +482,4 @@ TEST_P(CanBaseStopAlways, LeavesNoWheelTurning) {
 INSTANTIATE_TEST_SUITE_P(Seeds, CanBaseStopAlways, testing::Range(1U, 41U));
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::can_base_stop_test

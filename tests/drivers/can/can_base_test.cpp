@@ -13,7 +13,7 @@
 #include "drivers/can/can_base_fixture.hpp"
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::can_base_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -421,4 +421,4 @@ TEST_F(CanBaseTest, DoesNotAllocateInATick) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::can_base_test

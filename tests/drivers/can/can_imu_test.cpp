@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-namespace slam {
+namespace slam::can_imu_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -270,4 +270,4 @@ TEST(CanImu, FollowsASampleTimeThatIsHalfASecondOffAtMost) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::can_imu_test

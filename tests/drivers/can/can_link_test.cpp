@@ -7,7 +7,7 @@
 #include "drivers/can/fake_can_port.hpp"
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::can_link_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -344,4 +344,4 @@ TEST_F(CanLinkTest, DoesNotAllocate) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::can_link_test

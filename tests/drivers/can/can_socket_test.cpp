@@ -8,7 +8,7 @@
 
 #include "runtime/clock.hpp"
 
-namespace slam {
+namespace slam::can_socket_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -41,4 +41,4 @@ TEST(CanSocket, RefusesANameThatNoInterfaceCanHave) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::can_socket_test

@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-namespace slam {
+namespace slam::can_wheels_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -263,4 +263,4 @@ TEST(CanWheel, RefusesASpeedThatNoWheelHas) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::can_wheels_test

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <gtest/gtest.h>
 
-namespace slam {
+namespace slam::follow_watch_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -86,4 +86,4 @@ TEST_F(FollowWatchTest, WaitsForSeveralMeasurements) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::follow_watch_test

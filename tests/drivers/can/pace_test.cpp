@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace slam {
+namespace slam::pace_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -38,4 +38,4 @@ TEST_F(PaceTest, OutlivesABusThatFailsAgainAndAgain) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::pace_test

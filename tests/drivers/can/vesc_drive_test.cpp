@@ -11,7 +11,7 @@
 #include "drivers/can/fake_can_port.hpp"
 #include "tools/sim/can/can_emulator.hpp"
 
-namespace slam {
+namespace slam::vesc_drive_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -201,4 +201,4 @@ TEST_F(Vescs, CountDamageAndNeverJump) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::vesc_drive_test

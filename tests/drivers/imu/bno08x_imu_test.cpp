@@ -11,7 +11,7 @@
 
 #include "drivers/imu/codec/bno08x_frames.hpp"
 
-namespace slam {
+namespace slam::bno08x_imu_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -160,4 +160,4 @@ TEST(Bno08xImu, CountsJumpsOfItsHeading) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::bno08x_imu_test

@@ -20,7 +20,7 @@
 #include "firmware_if/robolink.hpp"
 #include "tools/sim/board/imu_emulator.hpp"
 
-namespace slam {
+namespace slam::hfi_imu_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -262,4 +262,4 @@ TEST(HfiImu, IsAbsentWithoutAPort) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::hfi_imu_test

@@ -7,7 +7,7 @@
 #include "drivers/imu/iio_folder.hpp"
 #include "problems/devices.hpp"
 
-namespace slam {
+namespace slam::iio_device_test {
 namespace {
 
 using test::IioFolder;
@@ -98,4 +98,4 @@ TEST(IioDevice, RefusesWhatIsNoNumber) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::iio_device_test

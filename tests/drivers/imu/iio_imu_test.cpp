@@ -10,7 +10,7 @@
 #include "support/allocations.hpp"
 #include "support/wait_until.hpp"
 
-namespace slam {
+namespace slam::iio_imu_test {
 namespace {
 
 class IioImuTest : public testing::Test {
@@ -79,4 +79,4 @@ TEST_F(IioImuTest, DoesNotAllocateInATick) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::iio_imu_test

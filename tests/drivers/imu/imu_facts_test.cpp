@@ -6,7 +6,7 @@
 
 #include "tools/sim/imu/emulated_imu.hpp"
 
-namespace slam {
+namespace slam::imu_facts_test {
 namespace {
 
 TEST(ImuFacts, AreOneRowForEachDriverThatIsSimulated) {
@@ -24,4 +24,4 @@ TEST(ImuFacts, AreOneRowForEachDriverThatIsSimulated) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::imu_facts_test

@@ -14,7 +14,7 @@
 #include "drivers/imu/imu_rig.hpp"
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::serial_imu_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -292,4 +292,4 @@ TEST(SerialImu, NamesNobodyInNoise) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::serial_imu_test

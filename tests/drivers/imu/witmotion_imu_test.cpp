@@ -6,7 +6,7 @@
 
 #include "drivers/imu/codec/witmotion_frames.hpp"
 
-namespace slam {
+namespace slam::witmotion_imu_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -73,4 +73,4 @@ TEST(WitmotionImu, MarksTheEndOfItsRange) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::witmotion_imu_test

@@ -6,7 +6,7 @@
 
 #include "drivers/imu/codec/xsens_messages.hpp"
 
-namespace slam {
+namespace slam::xsens_imu_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -68,4 +68,4 @@ TEST(XsensImu, IsAskedForNothingButToMeasure) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::xsens_imu_test

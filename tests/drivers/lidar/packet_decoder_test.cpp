@@ -7,7 +7,7 @@
 #include "drivers/lidar/lidar_facts.hpp"
 #include "tools/sim/lidar/packet_emulator.hpp"
 
-namespace slam {
+namespace slam::packet_decoder_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -107,4 +107,4 @@ INSTANTIATE_TEST_SUITE_P(Of, PacketDecoders, testing::ValuesIn([] {
                          });
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::packet_decoder_test

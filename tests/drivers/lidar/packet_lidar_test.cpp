@@ -9,7 +9,7 @@
 #include "drivers/lidar/packet_line.hpp"
 #include "drivers/lidar/rplidar_unit.hpp"
 
-namespace slam {
+namespace slam::packet_lidar_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -165,4 +165,4 @@ TEST(PacketLidar, IsNamedWhereAnRplidarIsConfigured) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::packet_lidar_test

@@ -6,7 +6,7 @@
 #include "drivers/lidar/lidar_line.hpp"
 #include "drivers/lidar/rplidar.hpp"
 
-namespace slam {
+namespace slam::rplidar_driver_test {
 namespace {
 
 using namespace rplidar;
@@ -259,4 +259,4 @@ TEST_F(RplidarDriverTest, NoticesThatTheMotorStoppedAndRecovers) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::rplidar_driver_test

@@ -12,7 +12,7 @@
 #include "drivers/lidar/lidar_line.hpp"
 #include "drivers/lidar/rplidar.hpp"
 
-namespace slam {
+namespace slam::rplidar_recovery_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -404,4 +404,4 @@ TEST(RplidarFault, WrongAndStuckRangesComeThroughAsTheyAre) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::rplidar_recovery_test

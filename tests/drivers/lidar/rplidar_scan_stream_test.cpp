@@ -8,7 +8,7 @@
 
 #include "tools/sim/lidar/lidar_emulator.hpp"
 
-namespace slam {
+namespace slam::rplidar_scan_stream_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -182,4 +182,4 @@ TEST(ScanStream, KnowsWhenEachByteOfAChunkCame) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::rplidar_scan_stream_test

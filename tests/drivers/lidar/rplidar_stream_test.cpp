@@ -11,7 +11,7 @@
 
 #include "support/allocations.hpp"
 
-namespace slam::rplidar {
+namespace slam::rplidar::rplidar_stream_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -252,4 +252,4 @@ TEST(PacketFormats, AreThoseOfTheTypesItReads) {
 }
 
 }  // namespace
-}  // namespace slam::rplidar
+}  // namespace slam::rplidar::rplidar_stream_test

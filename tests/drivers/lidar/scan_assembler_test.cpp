@@ -9,7 +9,7 @@
 
 #include "core/pose2.hpp"
 
-namespace slam {
+namespace slam::scan_assembler_test {
 namespace {
 
 using Node = LidarNode;
@@ -251,4 +251,4 @@ TEST(ScanAssembler, AllowsATurnOfThirtyDegreesMoreAndNoMore) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::scan_assembler_test

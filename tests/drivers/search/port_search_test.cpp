@@ -13,7 +13,7 @@
 #include "tools/sim/lidar/lidar_model.hpp"
 #include "tools/sim/lidar/packet_emulator.hpp"
 
-namespace slam {
+namespace slam::port_search_test {
 namespace {
 
 using test::Bytes;
@@ -181,4 +181,4 @@ TEST(DriverRow, IsFoundByWordAndBySpeaker) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::port_search_test

@@ -15,7 +15,7 @@
 #include "support/absurd.hpp"
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::sensor_intake_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -174,4 +174,4 @@ TEST(SensorIntake, LeavesOutAScanThatIsOlderThanTheFiltersWindow) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::sensor_intake_test

@@ -7,7 +7,7 @@
 
 #include "support/simulated/room.hpp"
 
-namespace slam {
+namespace slam::stuck_scan_detector_test {
 namespace {
 
 using test::Room;
@@ -145,4 +145,4 @@ TEST(StuckScanDetector, TakesAnyBearing) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::stuck_scan_detector_test

@@ -9,7 +9,7 @@
 
 #include "support/simulated/room.hpp"
 
-namespace slam::test {
+namespace slam::test::body_watch_test {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
@@ -140,4 +140,4 @@ TEST(BodyWatch, GoesOnWithWhatAnotherRunKnew) {
 }
 
 }  // namespace
-}  // namespace slam::test
+}  // namespace slam::test::body_watch_test

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-namespace slam {
+namespace slam::echo_watch_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -69,4 +69,4 @@ TEST(EchoWatch, DistinguishesRangesBeyondTheLimitsFromNone) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::echo_watch_test

@@ -8,7 +8,7 @@
 
 #include "support/simulated/room.hpp"
 
-namespace slam::test {
+namespace slam::test::no_return_watch_test {
 namespace {
 
 constexpr RangeLimits kLimits{0.05F, 30.0F};
@@ -65,4 +65,4 @@ TEST(NoReturnWatch, WithoutMotionNothingIsAddedToTheFirstScan) {
 }
 
 }  // namespace
-}  // namespace slam::test
+}  // namespace slam::test::no_return_watch_test

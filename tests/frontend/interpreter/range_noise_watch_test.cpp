@@ -9,7 +9,7 @@
 
 #include "support/simulated/room.hpp"
 
-namespace slam::test {
+namespace slam::test::range_noise_watch_test {
 namespace {
 
 constexpr RangeLimits kLimits{0.15F, 30.0F};
@@ -93,4 +93,4 @@ TEST_F(RangeNoiseWatchTest, TooFewBearingsAndBadOnesTellNothing) {
 }
 
 }  // namespace
-}  // namespace slam::test
+}  // namespace slam::test::range_noise_watch_test

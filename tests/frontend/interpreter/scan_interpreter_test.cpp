@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-namespace slam {
+namespace slam::scan_interpreter_test {
 namespace {
 
 TEST(ScanInterpreter, DistinguishesABeamThatSawNothingFromOneThatIsBlocked) {
@@ -30,4 +30,4 @@ TEST(ScanInterpreter, DistinguishesABeamThatSawNothingFromOneThatIsBlocked) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::scan_interpreter_test

@@ -9,7 +9,7 @@
 
 #include "support/simulated/room.hpp"
 
-namespace slam::test {
+namespace slam::test::sweep_watch_test {
 namespace {
 
 constexpr RangeLimits kLimits{0.05F, 12.0F};
@@ -68,4 +68,4 @@ TEST(SweepWatch, ASlowTurnTellsNothing) {
 }
 
 }  // namespace
-}  // namespace slam::test
+}  // namespace slam::test::sweep_watch_test

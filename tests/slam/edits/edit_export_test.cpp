@@ -7,7 +7,7 @@
 
 #include "support/stored_map.hpp"
 
-namespace slam {
+namespace slam::edit_export_test {
 namespace {
 
 MapImage image() {
@@ -70,4 +70,4 @@ TEST(EditExport, GeoJsonHasAFeatureForEachEditInEffect) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::edit_export_test

@@ -7,7 +7,7 @@
 #include "support/stored_map.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::edit_json_test {
 namespace {
 
 using testing::HasSubstr;
@@ -61,4 +61,4 @@ TEST(EditJson, WritesWhatIsInEffect) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::edit_json_test

@@ -9,7 +9,7 @@
 
 #include "support/stored_map.hpp"
 
-namespace slam {
+namespace slam::map_edit_test {
 namespace {
 
 using testing::HasSubstr;
@@ -141,4 +141,4 @@ TEST(MapEdit, IsTiedToKeyframesOfTheMapAlone) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::map_edit_test

@@ -8,7 +8,7 @@
 
 #include "support/stored_map.hpp"
 
-namespace slam {
+namespace slam::map_edits_test {
 namespace {
 
 using testing::ElementsAre;
@@ -157,4 +157,4 @@ TEST_F(MapEditsTest, ReportsWhatAnEraseWouldLeaveAroundTheRobot) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::map_edits_test

@@ -10,7 +10,7 @@
 #include "support/stored_map.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::straighten_test {
 namespace {
 
 using testing::HasSubstr;
@@ -91,4 +91,4 @@ TEST(Straighten, RefusesWithoutWallsOrPlace) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::straighten_test

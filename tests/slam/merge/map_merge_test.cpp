@@ -7,7 +7,7 @@
 
 #include "support/simulated/mapped_drive.hpp"
 
-namespace slam {
+namespace slam::map_merge_test {
 namespace {
 
 using Outcome = MergeReport::Outcome;
@@ -122,4 +122,4 @@ TEST(MapMerge, FindsTheHomeAfterItsFurnitureWasMoved) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::map_merge_test

@@ -7,7 +7,7 @@
 
 #include "support/simulated/mapped_drive.hpp"
 
-namespace slam {
+namespace slam::map_registration_test {
 namespace {
 
 /// Two drives along a ring corridor in one graph, each in a frame of its own.
@@ -76,4 +76,4 @@ TEST(MapRegistration, FindsNothingOfADriveElsewhere) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::map_registration_test

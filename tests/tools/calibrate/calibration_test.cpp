@@ -9,7 +9,7 @@
 
 #include "tools/calibrate/motions.hpp"
 
-namespace slam {
+namespace slam::calibration_test {
 namespace {
 
 using test::Drive;
@@ -160,4 +160,4 @@ TEST(Calibration, RejectsWhatLiesBeyondItsGateAndNothingElse) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::calibration_test

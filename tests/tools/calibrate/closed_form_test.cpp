@@ -5,7 +5,7 @@
 
 #include "tools/calibrate/motions.hpp"
 
-namespace slam {
+namespace slam::closed_form_test {
 namespace {
 
 using test::Drive;
@@ -60,4 +60,4 @@ TEST(ClosedForm, WeighsMotionsByTheirCovariances) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::closed_form_test

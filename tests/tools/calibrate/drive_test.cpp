@@ -12,7 +12,7 @@
 #include "tools/sim/log_mode.hpp"
 #include "tools/sim/robot/robot_model.hpp"
 
-namespace slam {
+namespace slam::drive_test {
 namespace {
 
 using test::Folder;
@@ -63,4 +63,4 @@ TEST(CalibratedDrive, FindsALidarThatWasConfiguredWrong) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::drive_test

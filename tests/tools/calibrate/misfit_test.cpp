@@ -5,7 +5,7 @@
 
 #include "tools/calibrate/motions.hpp"
 
-namespace slam {
+namespace slam::misfit_test {
 namespace {
 
 using test::Drive;
@@ -56,4 +56,4 @@ TEST(Residual, IsZeroForTheTruthAndWrapsTheTurn) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::misfit_test

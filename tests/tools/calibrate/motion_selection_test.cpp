@@ -6,7 +6,7 @@
 
 #include "tools/calibrate/motions.hpp"
 
-namespace slam {
+namespace slam::motion_selection_test {
 namespace {
 
 using test::kRobot;
@@ -171,4 +171,4 @@ TEST(MotionSelection, GoesOverNoGapOfMoreThanASecond) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::motion_selection_test

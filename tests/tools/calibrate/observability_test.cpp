@@ -7,7 +7,7 @@
 
 #include "tools/calibrate/motions.hpp"
 
-namespace slam {
+namespace slam::observability_test {
 namespace {
 
 using test::Drive;
@@ -92,4 +92,4 @@ TEST(DriveKind, ShowsHowToMendIt) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::observability_test

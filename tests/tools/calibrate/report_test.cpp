@@ -7,7 +7,7 @@
 #include "config/loader.hpp"
 #include "tools/calibrate/motions.hpp"
 
-namespace slam {
+namespace slam::report_test {
 namespace {
 
 using test::Drive;
@@ -85,4 +85,4 @@ TEST(CalibrationReport, HasEveryFieldInJson) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::report_test

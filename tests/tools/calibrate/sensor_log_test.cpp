@@ -12,7 +12,7 @@
 #include "tools/sim/lidar/lidar_model.hpp"
 #include "tools/sim/world/scenes.hpp"
 
-namespace slam {
+namespace slam::sensor_log_test {
 namespace {
 
 using test::Folder;
@@ -119,4 +119,4 @@ TEST(SensorLog, CountsWhatDoesNotDecode) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::sensor_log_test

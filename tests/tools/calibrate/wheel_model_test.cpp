@@ -6,7 +6,7 @@
 
 #include "tools/calibrate/motions.hpp"
 
-namespace slam {
+namespace slam::wheel_model_test {
 namespace {
 
 TEST(WheelModel, DerivativesMeetDifferences) {
@@ -41,4 +41,4 @@ TEST(WheelModel, VectorHoldsAllParameters) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::wheel_model_test

@@ -7,7 +7,7 @@
 #include "tools/files.hpp"
 #include "tools/recorded_log.hpp"
 
-namespace slam {
+namespace slam::assembler_test {
 namespace {
 
 using testing::ElementsAre;
@@ -62,4 +62,4 @@ TEST(Assembler, WritesAndCountsInTheSecondPassAlone) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::assembler_test

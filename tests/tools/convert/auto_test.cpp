@@ -11,7 +11,7 @@
 #include "tools/convert/formats.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::auto_test {
 namespace {
 
 using namespace test;
@@ -277,4 +277,4 @@ TEST(RecordingsOfOtherFormats, AreNotRecognisedAndWhatIsReadIsReported) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::auto_test

@@ -9,7 +9,7 @@
 #include "tools/files.hpp"
 #include "tools/recorded_log.hpp"
 
-namespace slam {
+namespace slam::carmen_test {
 namespace {
 
 using test::configOf;
@@ -230,4 +230,4 @@ TEST_F(CarmenLog, NamesLinesThatItDoesNotRead) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::carmen_test

@@ -11,7 +11,7 @@
 #include "tools/files.hpp"
 #include "tools/recorded_log.hpp"
 
-namespace slam {
+namespace slam::csv_test {
 namespace {
 
 using test::Log;
@@ -356,4 +356,4 @@ TEST(CsvEncoders, KeepTheirTicksAsAnglesAndTurnByTheTrack) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::csv_test

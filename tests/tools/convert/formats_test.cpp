@@ -24,7 +24,7 @@
 #include "tools/files.hpp"
 #include "tools/recorded_log.hpp"
 
-namespace slam {
+namespace slam::formats_test {
 namespace {
 
 using test::Folder;
@@ -460,4 +460,4 @@ TEST(RecordedData, OfTheMaebotHas459Scans) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::formats_test

@@ -7,7 +7,7 @@
 #include "tools/files.hpp"
 #include "tools/recorded_log.hpp"
 
-namespace slam {
+namespace slam::log_output_test {
 namespace {
 
 TEST(LogOutput, IsTheSameWithLittleMemory) {
@@ -58,4 +58,4 @@ TEST(LogOutput, RefusesToWriteNothing) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::log_output_test

@@ -10,7 +10,7 @@
 #include "tools/files.hpp"
 #include "tools/recorded_log.hpp"
 
-namespace slam {
+namespace slam::mbot_test {
 namespace {
 
 using test::Log;
@@ -214,4 +214,4 @@ TEST(Mbot2017, RefusesTimesThatAreNone) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::mbot_test

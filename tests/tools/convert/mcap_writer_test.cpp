@@ -9,7 +9,7 @@
 #include "tools/convert/wire_reader.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::mcap_writer_test {
 namespace {
 
 constexpr int kMessages = 3000;
@@ -100,4 +100,4 @@ TEST(McapWriter, HasASummaryByWhichEveryChunkAndMessageIsFound) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::mcap_writer_test

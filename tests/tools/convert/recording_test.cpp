@@ -6,7 +6,7 @@
 
 #include "tools/recorded_log.hpp"
 
-namespace slam {
+namespace slam::recording_test {
 namespace {
 
 using testing::HasSubstr;
@@ -88,4 +88,4 @@ TEST(RecordingReport, ReportsWhatOfEachSensorWasUsed) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::recording_test

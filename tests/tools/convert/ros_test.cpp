@@ -10,7 +10,7 @@
 #include "tools/files.hpp"
 #include "tools/recorded_log.hpp"
 
-namespace slam {
+namespace slam::ros_test {
 namespace {
 
 using namespace test;
@@ -342,4 +342,4 @@ TEST_F(Ros, RefusesWhatIsNoBag) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::ros_test

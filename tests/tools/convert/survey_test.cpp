@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-namespace slam {
+namespace slam::survey_test {
 namespace {
 
 using testing::DoubleNear;
@@ -59,4 +59,4 @@ TEST(RangeCensus, PassesOverWhatIsNoRange) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::survey_test

@@ -11,7 +11,7 @@
 #include "core/timestamp.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::text_file_test {
 namespace {
 
 using testing::ElementsAre;
@@ -116,4 +116,4 @@ TEST(TextFile, EndsAtDamageOfCompressedDataAndReportsIt) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::text_file_test

@@ -12,7 +12,7 @@
 #include "tools/files.hpp"
 #include "tools/recorded_log.hpp"
 
-namespace slam {
+namespace slam::to_mcap_test {
 namespace {
 
 using nlohmann::json;
@@ -172,4 +172,4 @@ TEST_F(ToMcap, RefusesALogWithoutAMessageOfSlamd) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::to_mcap_test

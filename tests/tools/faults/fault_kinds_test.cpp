@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <limits>
 
-namespace slam {
+namespace slam::fault_kinds_test {
 namespace {
 
 struct Device {
@@ -52,4 +52,4 @@ TEST(FaultKinds, RefuseWhatIsNoKindAndNoValueOfIt) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::fault_kinds_test

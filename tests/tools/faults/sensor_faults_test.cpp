@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <numbers>
 
-namespace slam {
+namespace slam::sensor_faults_test {
 namespace {
 
 const ImuSample kSample{.stamp = {}, .gyro = {0.1, -0.2, 0.5}, .accel = {0.3, 0.4, 9.8}};
@@ -38,4 +38,4 @@ TEST(ImuFault, GoesInStepsBeforeTheUnitIsWrong) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::sensor_faults_test

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace slam {
+namespace slam::stream_fault_test {
 namespace {
 
 /// A second of each stream: scans at 10 Hz of one beam each, wheels at 50 Hz, IMU at 100 Hz.
@@ -103,4 +103,4 @@ TEST(StreamFault, AnUnknownFaultIsRefusedWithTheKnownOnes) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::stream_fault_test

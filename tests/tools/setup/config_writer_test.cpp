@@ -9,7 +9,7 @@
 #include "config/loader.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::config_writer_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -69,4 +69,4 @@ TEST(ChangedSettings, NamesKeyAndBothValuesButNoPassword) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::config_writer_test

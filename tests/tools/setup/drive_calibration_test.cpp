@@ -13,7 +13,7 @@
 #include "tools/sim/log_mode.hpp"
 #include "tools/sim/robot/robot_model.hpp"
 
-namespace slam {
+namespace slam::drive_calibration_test {
 namespace {
 
 using testing::HasSubstr;
@@ -76,4 +76,4 @@ TEST_F(CalibratedSetUp, RefusesADriveThatIsTooShort) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::drive_calibration_test

@@ -7,7 +7,7 @@
 
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::interview_test {
 namespace {
 
 using testing::HasSubstr;
@@ -96,4 +96,4 @@ TEST(Interview, TakesDefaultsWhereNobodyCanBeAsked) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::interview_test

@@ -10,7 +10,7 @@
 #include "tools/sim/pseudo_terminal.hpp"
 #include "tools/slamctl/doctor.hpp"
 
-namespace slam {
+namespace slam::machine_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -64,4 +64,4 @@ TEST(SurveyMachine, NamesWhyAPortIsNotLookedAt) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::machine_test

@@ -10,7 +10,7 @@
 #include "config/loader.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::proposal_test {
 namespace {
 
 using testing::HasSubstr;
@@ -136,4 +136,4 @@ TEST(Proposal, ReportsWhatIsMissingAndKeepsAnotherProgramsSensors) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::proposal_test

@@ -14,7 +14,7 @@
 #include "tools/common/trajectory.hpp"
 #include "tools/sim/log_mode.hpp"
 
-namespace slam::sim {
+namespace slam::sim::covariance_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -136,4 +136,4 @@ TEST(FilterCovarianceOfALidarThatIsOff, CoversThePoseSinceTheMapBegan) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::covariance_test

@@ -13,7 +13,7 @@
 #include "tools/sim/log_mode.hpp"
 #include "tools/sim/robot/robot_model.hpp"
 
-namespace slam::sim {
+namespace slam::sim::drives_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -123,4 +123,4 @@ TEST(RobotModel, CountsEncoderTicksAndSlips) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::drives_test

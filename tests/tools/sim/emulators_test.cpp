@@ -10,7 +10,7 @@
 #include "tools/sim/board/board_emulator.hpp"
 #include "tools/sim/lidar/lidar_emulator.hpp"
 
-namespace slam::sim {
+namespace slam::sim::emulators_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -96,4 +96,4 @@ TEST(BoardEmulator, AsksForTheHandshakeAndThenAnswers) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::emulators_test

@@ -11,7 +11,7 @@
 #include "bus/event_log.hpp"
 #include "tools/common/trajectory.hpp"
 
-namespace slam::sim {
+namespace slam::sim::log_mode_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -123,4 +123,4 @@ TEST(LogMode, AGyroFaultIsInTheImuMessages) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::log_mode_test

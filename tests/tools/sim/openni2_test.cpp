@@ -20,7 +20,7 @@
 extern "C" const char* __asan_default_options() { return "detect_leaks=0"; }
 extern "C" const char* __tsan_default_options() { return "ignore_noninstrumented_modules=1"; }
 
-namespace slam::sim {
+namespace slam::sim::openni2_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -324,4 +324,4 @@ TEST_F(SimulatedXtion, ClosesASocketThatSendsRubbish) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::openni2_test

@@ -14,7 +14,7 @@
 #include "tools/replay/replay.hpp"
 #include "tools/sim/log_mode.hpp"
 
-namespace slam {
+namespace slam::paper_maps_test {
 namespace {
 
 /// Bounds of one map: less than twice what is measured with seed 1. All in [1].
@@ -82,4 +82,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& figure) { return std::string(figure.param.scene) == "gazebo" ? "Fig8" : "Fig12"; });
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::paper_maps_test

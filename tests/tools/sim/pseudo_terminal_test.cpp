@@ -10,7 +10,7 @@
 
 #include "tools/files.hpp"
 
-namespace slam::sim {
+namespace slam::sim::pseudo_terminal_test {
 namespace {
 
 /// As somebody who is not root, for whom alone the kernel looks at it. @return whether the port could be opened
@@ -41,4 +41,4 @@ TEST(PseudoTerminal, CanBeOpenedAgainAfterADriverThatWasKilled) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::pseudo_terminal_test

@@ -21,7 +21,7 @@
 #include "tools/web/text/event_text.hpp"
 #include "tools/web/web_pages.hpp"
 
-namespace slam {
+namespace slam::api_document_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -261,4 +261,4 @@ TEST_F(ApiDocument, HasPathsThatAreTheSameWithoutTheirVersion) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::api_document_test

@@ -8,7 +8,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-namespace slam {
+namespace slam::connection_room_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -109,4 +109,4 @@ TEST_F(Room, TakesThePlaceOfTheOldestOfWhoHasMost) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::connection_room_test

@@ -8,7 +8,7 @@
 #include <unistd.h>
 #include <utility>
 
-namespace slam {
+namespace slam::event_hub_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -142,4 +142,4 @@ TEST(EventHub, ThrowsAwayWhatAReaderSends) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::event_hub_test

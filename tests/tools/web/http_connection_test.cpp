@@ -9,7 +9,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-namespace slam {
+namespace slam::http_connection_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -77,4 +77,4 @@ TEST_F(Pair, FailsQuietlyWhereNobodyIsLeft) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::http_connection_test

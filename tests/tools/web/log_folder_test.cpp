@@ -7,7 +7,7 @@
 
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::log_folder_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -76,4 +76,4 @@ TEST(LogFolder, MayBeMissing) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::log_folder_test

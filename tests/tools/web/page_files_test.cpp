@@ -12,7 +12,7 @@
 
 #include "build_paths.hpp"
 
-namespace slam {
+namespace slam::page_files_test {
 namespace {
 
 constexpr const char* kPaths[] = {"/",          "/words.js", "/german.js", "/page.js",
@@ -128,4 +128,4 @@ TEST(PageFiles, HaveGermanWordsForEachProblem) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::page_files_test

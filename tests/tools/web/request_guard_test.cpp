@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-namespace slam {
+namespace slam::request_guard_test {
 namespace {
 
 using testing::Contains;
@@ -123,4 +123,4 @@ TEST(CommandOf, ReportsWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::request_guard_test

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-namespace slam {
+namespace slam::stored_list_test {
 namespace {
 
 TEST(StoredList, IsReadNoMoreOftenThanItsAge) {
@@ -32,4 +32,4 @@ TEST(StoredList, IsReadAgainWhereItCouldNotBe) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::stored_list_test

@@ -6,7 +6,7 @@
 
 #include "tools/web/map_tiles.hpp"
 
-namespace slam {
+namespace slam::tile_store_test {
 namespace {
 
 using test::gunzipped;
@@ -158,4 +158,4 @@ TEST(BlockDeflater, JoinsBlocksInAnyOrder) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::tile_store_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace slam {
+namespace slam::token_throttle_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -56,4 +56,4 @@ TEST_F(Throttled, RemembersSoManyAddressesAndNoMore) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::token_throttle_test

@@ -10,7 +10,7 @@
 #include "tools/files.hpp"
 #include "tools/web/map_tiles.hpp"
 
-namespace slam {
+namespace slam::web_pages_test {
 namespace {
 
 using httplib::Request;
@@ -327,4 +327,4 @@ TEST_F(Pages, ReportWhatWasWrongWithACommand) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::web_pages_test

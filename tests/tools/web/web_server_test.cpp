@@ -19,7 +19,7 @@
 #include "tools/files.hpp"
 #include "tools/web/map_tiles.hpp"
 
-namespace slam {
+namespace slam::web_server_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -440,4 +440,4 @@ TEST_F(Server, AnswersOrEndsEveryByteSequence) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::web_server_test

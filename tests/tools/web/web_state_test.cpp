@@ -10,7 +10,7 @@
 #include "bus/messages.hpp"
 #include "tools/web/map_tiles.hpp"
 
-namespace slam {
+namespace slam::web_state_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -187,4 +187,4 @@ TEST_F(State, GoesOnAfterTheClockWasSet) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::web_state_test

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-namespace slam::bno08x {
+namespace slam::bno08x::bno08x_frames_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -84,4 +84,4 @@ TEST(Bno08xFrames, MayHaveAnIndexLikeTheirHead) {
 }
 
 }  // namespace
-}  // namespace slam::bno08x
+}  // namespace slam::bno08x::bno08x_frames_test

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <vector>
 
-namespace slam::witmotion {
+namespace slam::witmotion::witmotion_frames_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -64,4 +64,4 @@ TEST(WitmotionFrames, AreFoundBehindALostByte) {
 }
 
 }  // namespace
-}  // namespace slam::witmotion
+}  // namespace slam::witmotion::witmotion_frames_test

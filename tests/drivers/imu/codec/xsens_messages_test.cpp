@@ -5,7 +5,7 @@
 #include <sstream>
 #include <string>
 
-namespace slam::xsens {
+namespace slam::xsens::xsens_messages_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -120,4 +120,4 @@ TEST(XsensMessages, AreRefusedWhereTheirBlocksDoNotFit) {
 }
 
 }  // namespace
-}  // namespace slam::xsens
+}  // namespace slam::xsens::xsens_messages_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace slam::cola {
+namespace slam::cola::cola_codec_test {
 namespace {
 
 constexpr int kTurn = 360 * 64;  // [deg/64]
@@ -103,4 +103,4 @@ TEST(ColaCodec, FindsATelegramAmongOthers) {
 }
 
 }  // namespace
-}  // namespace slam::cola
+}  // namespace slam::cola::cola_codec_test

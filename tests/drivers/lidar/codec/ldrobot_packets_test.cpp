@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace slam::ldrobot {
+namespace slam::ldrobot::ldrobot_packets_test {
 namespace {
 
 using Packet = std::vector<std::uint8_t>;
@@ -71,4 +71,4 @@ TEST(LdrobotPackets, OfAnLd08HaveTheShiftOfTheirDistance) {
 }
 
 }  // namespace
-}  // namespace slam::ldrobot
+}  // namespace slam::ldrobot::ldrobot_packets_test

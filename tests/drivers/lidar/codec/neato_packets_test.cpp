@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace slam::neato {
+namespace slam::neato::neato_packets_test {
 namespace {
 
 using Packet = std::vector<std::uint8_t>;
@@ -79,4 +79,4 @@ TEST(NeatoPackets, RefuseDamage) {
 }
 
 }  // namespace
-}  // namespace slam::neato
+}  // namespace slam::neato::neato_packets_test

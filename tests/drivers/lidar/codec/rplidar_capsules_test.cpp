@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-namespace slam::rplidar {
+namespace slam::rplidar::rplidar_capsules_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -287,4 +287,4 @@ TEST(CapsuleSpan, NeitherMissesNorDoublesATurnBetweenUnevenCapsules) {
 }
 
 }  // namespace
-}  // namespace slam::rplidar
+}  // namespace slam::rplidar::rplidar_capsules_test

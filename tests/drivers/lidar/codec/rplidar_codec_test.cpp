@@ -12,7 +12,7 @@
 #include "drivers/lidar/codec/rplidar_capsules.hpp"
 #include "drivers/lidar/rplidar_stream.hpp"
 
-namespace slam::rplidar {
+namespace slam::rplidar::rplidar_codec_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -523,4 +523,4 @@ TEST(NoiseStream, NeverCrashesAndTheScanBehindItIsUsed) {
 }
 
 }  // namespace
-}  // namespace slam::rplidar
+}  // namespace slam::rplidar::rplidar_codec_test

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <string>
 
-namespace slam::rplidar {
+namespace slam::rplidar::rplidar_modes_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -132,4 +132,4 @@ TEST(RplidarModes, NamesTheModel) {
 }
 
 }  // namespace
-}  // namespace slam::rplidar
+}  // namespace slam::rplidar::rplidar_modes_test

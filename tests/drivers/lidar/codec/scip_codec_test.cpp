@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace slam::scip {
+namespace slam::scip::scip_codec_test {
 namespace {
 
 constexpr int kTurn = 360 * 64;  // [deg/64]
@@ -91,4 +91,4 @@ TEST(ScipCodec, FindsAnAnswerBehindWhatAnOldScanLeft) {
 }
 
 }  // namespace
-}  // namespace slam::scip
+}  // namespace slam::scip::scip_codec_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace slam::ydlidar {
+namespace slam::ydlidar::ydlidar_packets_test {
 namespace {
 
 using Packet = std::vector<std::uint8_t>;
@@ -86,4 +86,4 @@ TEST(YdlidarPackets, RefuseEachDamagedByte) {
 }
 
 }  // namespace
-}  // namespace slam::ydlidar
+}  // namespace slam::ydlidar::ydlidar_packets_test

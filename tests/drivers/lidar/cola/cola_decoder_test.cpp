@@ -7,7 +7,7 @@
 
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::cola_decoder_test {
 namespace {
 
 std::string scanText(std::uint32_t us, int beams = 5, const std::string& scale = "3F800000") {
@@ -88,4 +88,4 @@ TEST(ColaDecoder, BoundsWhatItKeeps) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::cola_decoder_test

@@ -9,7 +9,7 @@
 #include "tools/sim/lidar/cola_emulator.hpp"
 #include "tools/sim/lidar/scip_emulator.hpp"
 
-namespace slam {
+namespace slam::cola_unit_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -105,4 +105,4 @@ TEST(ColaUnit, DoesNotTakeAnotherLidarForItsOwn) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::cola_unit_test

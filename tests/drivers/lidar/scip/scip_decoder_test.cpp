@@ -9,7 +9,7 @@
 
 #include "support/allocations.hpp"
 
-namespace slam {
+namespace slam::scip_decoder_test {
 namespace {
 
 const scip::Parameters kUnit{.model = "URG-04LX",
@@ -126,4 +126,4 @@ TEST(ScipDecoder, BoundsWhatItKeeps) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::scip_decoder_test

@@ -11,7 +11,7 @@
 #include "tools/sim/lidar/packet_emulator.hpp"
 #include "tools/sim/lidar/scip_emulator.hpp"
 
-namespace slam {
+namespace slam::scip_unit_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -171,4 +171,4 @@ TEST(ScipUnit, GivesUpEarlyWhenCancelled) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::scip_unit_test

@@ -15,7 +15,7 @@
 #include "tools/sim/lidar/packet_encoders.hpp"
 #include "tools/sim/lidar/scip_emulator.hpp"
 
-namespace slam {
+namespace slam::lidar_search_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -224,4 +224,4 @@ TEST(SerialLidar, NamesWhoIsThereWhereNoLidarIsFound) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::lidar_search_test

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <limits>
 
-namespace slam::sim {
+namespace slam::sim::board_emulator_test {
 namespace {
 
 using robolink::Command;
@@ -238,4 +238,4 @@ TEST_F(BoardEmulatorTest, RefusesFaultsItDoesNotKnow) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::board_emulator_test

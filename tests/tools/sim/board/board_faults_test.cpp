@@ -8,7 +8,7 @@
 #include "drivers/pseudo_terminal.hpp"
 #include "tools/sim/board/board_emulator.hpp"
 
-namespace slam::sim {
+namespace slam::sim::board_faults_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -122,4 +122,4 @@ TEST_F(DrivenBoard, IsMovedByCommandsAndStoppedWithoutThem) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::board_faults_test

@@ -5,7 +5,7 @@
 
 #include "firmware_if/hfi_imu.hpp"
 
-namespace slam::sim {
+namespace slam::sim::imu_emulator_test {
 namespace {
 
 using Framing = ImuEmulator::Framing;
@@ -87,4 +87,4 @@ TEST_P(ImuEmulatorTest, RefusesFaultsItDoesNotKnow) {
 INSTANTIATE_TEST_SUITE_P(Of, ImuEmulatorTest, testing::Values(Framing::kA9, Framing::kB6));
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::imu_emulator_test

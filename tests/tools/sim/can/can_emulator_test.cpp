@@ -13,7 +13,7 @@
 #include "drivers/can/can_base.hpp"
 #include "drivers/can/fake_can_port.hpp"
 
-namespace slam::sim {
+namespace slam::sim::can_emulator_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -332,4 +332,4 @@ TEST_F(CanFaults, GarbageIsCountedAndLeavesNoTrace) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::can_emulator_test

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <gtest/gtest.h>
 
-namespace slam::sim {
+namespace slam::sim::depth_camera_test {
 namespace {
 
 std::uint16_t median(std::vector<std::uint16_t> values) {
@@ -66,4 +66,4 @@ TEST(OpticalPose, LooksForwardAndPitchedDown) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::depth_camera_test

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <set>
 
-namespace slam::sim {
+namespace slam::sim::depth_errors_test {
 namespace {
 
 const DepthIntrinsics kIntrinsics = DepthIntrinsics::fromFieldOfView(640, 480, 1.0226, 0.7966);
@@ -113,4 +113,4 @@ TEST(DepthErrors, AreThoseOfTheirSeedAndFrame) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::depth_errors_test

@@ -6,7 +6,7 @@
 
 #include "tools/sim/depth/depth_wire.hpp"
 
-namespace slam::sim {
+namespace slam::sim::depth_faults_test {
 namespace {
 
 constexpr std::size_t kPixels = 64;
@@ -79,4 +79,4 @@ TEST(DepthFaults, KnowNoOthers) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::depth_faults_test

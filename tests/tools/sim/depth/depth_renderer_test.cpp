@@ -6,7 +6,7 @@
 #include "tools/sim/depth/depth_camera.hpp"
 #include "tools/sim/world/scenes.hpp"
 
-namespace slam::sim {
+namespace slam::sim::depth_renderer_test {
 namespace {
 
 /// Depth along the optical axis, by casting the ray through a pixel. @return [m]
@@ -66,4 +66,4 @@ INSTANTIATE_TEST_SUITE_P(Scenes, DepthRendererView,
                          [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::depth_renderer_test

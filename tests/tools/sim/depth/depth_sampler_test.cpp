@@ -8,7 +8,7 @@
 
 #include "tools/sim/log_mode.hpp"
 
-namespace slam::sim {
+namespace slam::sim::depth_sampler_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -29,4 +29,4 @@ TEST(DepthSampler, GivesTenImagesASecondOfADriveInLogMode) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::depth_sampler_test

@@ -9,7 +9,7 @@
 #include "runtime/worker.hpp"
 #include "tools/sim/openni2/frame_source.hpp"
 
-namespace slam::sim {
+namespace slam::sim::depth_server_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -100,4 +100,4 @@ TEST(DepthServer, LeavesNoSocketBehindAndTakesTheOneThatWasLeft) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::depth_server_test

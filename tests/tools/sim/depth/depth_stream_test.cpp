@@ -4,7 +4,7 @@
 #include <cstring>
 #include <gtest/gtest.h>
 
-namespace slam::sim {
+namespace slam::sim::depth_stream_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -117,4 +117,4 @@ TEST(DepthStream, WaitsForTheSimulationAndLosesWhatIsMissed) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::depth_stream_test

@@ -6,7 +6,7 @@
 #include <sstream>
 #include <unistd.h>
 
-namespace slam::sim {
+namespace slam::sim::fault_script_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -77,4 +77,4 @@ TEST_F(FaultPipeTest, LeavesNothingBehind) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::fault_script_test

@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
-namespace slam::sim {
+namespace slam::sim::faulty_line_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -73,4 +73,4 @@ TEST(FaultyLine, HangsUpWhenUnpluggedAndIsAnotherPortWhenPluggedAgain) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::faulty_line_test

@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-namespace slam::sim {
+namespace slam::sim::line_faults_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -52,4 +52,4 @@ TEST(LineFaults, DelayKeepsTheOrderAndLosesNothing) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::line_faults_test

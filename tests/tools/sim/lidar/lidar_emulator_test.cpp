@@ -12,7 +12,7 @@
 #include "drivers/lidar/codec/rplidar_modes.hpp"
 #include "drivers/lidar/rplidar_scan_stream.hpp"
 
-namespace slam::sim {
+namespace slam::sim::lidar_emulator_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -366,4 +366,4 @@ TEST(LidarEmulator, AnA2ScansOnceItsMotorIsAtSpeed) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::lidar_emulator_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace slam::sim {
+namespace slam::sim::simulation_test {
 namespace {
 
 TEST(Simulation, ACarriedRobotComesToItsPlaceWithStillWheelsAndDrivesOnFromThere) {
@@ -39,4 +39,4 @@ TEST(Simulation, ACarriedRobotComesToItsPlaceWithStillWheelsAndDrivesOnFromThere
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::simulation_test

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-namespace slam::sim {
+namespace slam::sim::company_test {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -109,4 +109,4 @@ TEST(Company, TheCartComesAfterOnItsPole) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::company_test

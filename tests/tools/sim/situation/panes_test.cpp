@@ -7,7 +7,7 @@
 #include "tools/sim/world/furniture.hpp"
 #include "tools/sim/world/scenes.hpp"
 
-namespace slam::sim {
+namespace slam::sim::panes_test {
 namespace {
 
 /// A room of 4 x 4 m about the origin, whose east wall, inner face at x = 2, has a pane over all of it.
@@ -64,4 +64,4 @@ TEST(Panes, AreDrawnOnWallsBySeed) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::panes_test

@@ -6,7 +6,7 @@
 
 #include "tools/sim/world/furniture.hpp"
 
-namespace slam::sim {
+namespace slam::sim::situated_lidar_test {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -146,4 +146,4 @@ TEST(SituatedLidar, NoiseIsAsGiven) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::situated_lidar_test

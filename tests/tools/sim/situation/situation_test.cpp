@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <sstream>
 
-namespace slam::sim {
+namespace slam::sim::situation_test {
 namespace {
 
 constexpr double kDegree = 3.14159265358979323846 / 180.0;
@@ -147,4 +147,4 @@ TEST(Situation, EveryKindHasItsLine) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::situation_test

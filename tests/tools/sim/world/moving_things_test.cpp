@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace slam::sim {
+namespace slam::sim::moving_things_test {
 namespace {
 
 const Person kWalker{.path = {{2.0, -1.0}, {2.0, 1.0}, {3.0, 1.0}}, .speed = 0.5, .begin = 10.0, .end = 40.0};
@@ -41,4 +41,4 @@ TEST(Person, HasTwoLegsApartAndATorsoAboveThem) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::moving_things_test

@@ -5,7 +5,7 @@
 
 #include "tools/sim/robot/simulation.hpp"
 
-namespace slam::sim {
+namespace slam::sim::scenes_test {
 namespace {
 
 constexpr double kRobotRadius = 0.2, kRobotHeight = 0.8, kFloorClearance = 0.05;  // [m]
@@ -128,4 +128,4 @@ TEST(Scenes, TheMeetingRoomsTopsAreAboveTheLidar) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::scenes_test

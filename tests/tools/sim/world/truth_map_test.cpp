@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace slam::sim {
+namespace slam::sim::truth_map_test {
 namespace {
 
 constexpr HeightBand kBand{0.05, 0.80}, kPlane{0.16, 0.20};
@@ -61,4 +61,4 @@ TEST(TruthMap, OfTheScannedPlaneAloneHasTheTableFree) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::truth_map_test

@@ -8,7 +8,7 @@
 #include "tools/sim/robot/simulation.hpp"
 #include "tools/sim/world/scenes.hpp"
 
-namespace slam::sim {
+namespace slam::sim::truth_recorder_test {
 namespace {
 
 struct Cells {
@@ -64,4 +64,4 @@ TEST(TruthRecorder, TheGazeboDriveSeesEveryObstacleFromNear) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::truth_recorder_test

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-namespace slam::sim {
+namespace slam::sim::world_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -115,4 +115,4 @@ TEST(World, CountsAMovedThingAtItsLastPlaceAndShowsItWhereItIs) {
 }
 
 }  // namespace
-}  // namespace slam::sim
+}  // namespace slam::sim::world_test

@@ -7,7 +7,7 @@
 #include "config/loader.hpp"
 #include "tools/files.hpp"
 
-namespace slam {
+namespace slam::token_gate_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -121,4 +121,4 @@ TEST(TokenFile, IsRefusedWithTheFix) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::token_gate_test

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace slam {
+namespace slam::drive_relay_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -152,4 +152,4 @@ TEST(DriveRequest, IsRefusedWithHostileNumbers) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::drive_relay_test

@@ -11,7 +11,7 @@
 #include "tools/slamctl/health_json.hpp"
 #include "tools/web/map_tiles.hpp"
 
-namespace slam {
+namespace slam::event_text_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -152,4 +152,4 @@ TEST(EventText, PacksPointsIntoBase64OfCentimetres) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::event_text_test

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace slam {
+namespace slam::log_page_test {
 namespace {
 
 using testing::HasSubstr;
@@ -25,4 +25,4 @@ TEST(LogPage, OfAnEmptyFolderHasWordsInPlaceOfLinks) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::log_page_test

@@ -9,7 +9,7 @@
 #include "bus/problem_message.hpp"
 #include "problems/devices.hpp"
 
-namespace slam {
+namespace slam::metrics_text_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -81,4 +81,4 @@ TEST(MetricsText, HasTheSilenceAloneBeforeSlamdHasSentAnything) {
 }
 
 }  // namespace
-}  // namespace slam
+}  // namespace slam::metrics_text_test
