@@ -15,6 +15,7 @@
 #include "matching/deskew.hpp"
 #include "runtime/process_usage.hpp"
 #include "slam/pipeline.hpp"
+#include "slam/refine/map_refinement.hpp"
 #include "store/edit_files.hpp"
 #include "store/map_store.hpp"
 #include "tools/common/output_file.hpp"
@@ -40,7 +41,7 @@ std::optional<TrajectoryWriter> writerFor(const std::filesystem::path& file) {
 }
 
 bool drawsMap(const ReplayOptions& options) {
-  return !options.map.empty() || !options.save_map.empty() || !options.viewer_frames.empty();
+  return !options.map.empty() || !options.save_map.empty() || !options.viewer_frames.empty() || options.refine;
 }
 
 /// Lidar and gyro do not see the same turns, or one of them sees too few: their offset in time is none.
@@ -72,6 +73,8 @@ class Run {
         use_imu_(config.imu_device.driver != ImuDriver::kNone),
         use_depth_(config.depth_device.driver != DepthDriver::kNone),
         localise_only_(config.mode == RunMode::kLocalise),
+        back_end_(backEndConfig(config)),
+        grid_(config.map),
         pipeline_({frontEndConfig(config), backEndConfig(config), config.map, drawsMap(options)}, map, &stopwatch),
         final_(writerFor(options.trajectory)),
         causal_(writerFor(options.causal)),
@@ -108,21 +111,18 @@ class Run {
   std::string refusedScans() const { return scans_.words(); }
 
   ReplayStats finish(const ReplayOptions& options) {
+    if (options.refine) refine();
+    const KeyframeGraph& keyframes = refined_ ? refined_->keyframes : pipeline_.backEnd().keyframes();
     for (const Row& row : poses_) {
-      const Pose2 T_map_keyframe = row.keyframe < 0 ? Pose2{} : pipeline_.backEnd().keyframes().pose(row.keyframe);
+      const Pose2 T_map_keyframe = row.keyframe < 0 ? Pose2{} : keyframes.pose(row.keyframe);
       if (final_) final_->write(row.utime, T_map_keyframe * row.T_keyframe_base);
     }
     for (auto* writer : {&final_, &causal_, &odometry_, &wheels_}) {
       if (*writer) (*writer)->close();
     }
     if (estimates_) estimates_->close();
+    if (!options.map.empty()) writeMap(options.map);
     if (!options.save_map.empty()) saveMap();
-    if (!options.map.empty()) {
-      const Mapper& mapper = pipeline_.drawn();
-      const MapImage image = renderMap(mapper.grid());
-      writeMapFiles(options.map, image, mapper.path());
-      if (!pipeline_.backEnd().map().edits.empty()) writeEditFiles(options.map, pipeline_.state(), image);
-    }
     stats_.front_end = pipeline_.frontEnd().counters();
     stats_.filter = pipeline_.frontEnd().filterCounters();
     stats_.back_end = pipeline_.backEnd().counters();
@@ -248,8 +248,26 @@ class Run {
                     .edges = graph.edges()});
   }
 
+  void refine() {
+    RefinedMap refined = refineMap(pipeline_.state(), back_end_, grid_);
+    stats_.refinement = refined.report;
+    refined_ = std::move(refined.map);
+  }
+
+  void writeMap(const std::filesystem::path& prefix) {
+    Mapper again(grid_);
+    if (refined_)
+      again.load(scansOf(*refined_), viewsOf(*refined_), refined_->grid.clone(), refined_->grid_keyframes,
+                 drawingOf(*refined_));
+    const Mapper& mapper = refined_ ? again : pipeline_.drawn();
+    const MapImage image = renderMap(mapper.grid());
+    writeMapFiles(prefix, image, mapper.path());
+    if (pipeline_.backEnd().map().edits.empty()) return;
+    refined_ ? writeEditFiles(prefix, *refined_, image) : writeEditFiles(prefix, pipeline_.state(), image);
+  }
+
   void saveMap() {
-    MapState map = pipeline_.state();
+    MapState map = refined_ ? std::move(*refined_) : pipeline_.state();
     map.utime = poses_.empty() ? 0 : poses_.back().utime;
     store_->store.checkpoint(map);
   }
@@ -281,6 +299,9 @@ class Run {
 
   bool use_lidar_, use_wheels_, use_imu_, use_depth_;  // a driver of "none" is left out of the log, too
   bool localise_only_;
+  BackEndConfig back_end_;
+  OccupancyGridConfig grid_;
+  std::optional<MapState> refined_;  // where that made the map better
   RefusedMessages scans_{channel::kScan}, wheels_seen_{channel::kWheels}, imus_{channel::kImu},
       depths_{channel::kDepth};
   Pipeline pipeline_;
