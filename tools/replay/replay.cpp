@@ -73,8 +73,6 @@ class Run {
         use_imu_(config.imu_device.driver != ImuDriver::kNone),
         use_depth_(config.depth_device.driver != DepthDriver::kNone),
         localise_only_(config.mode == RunMode::kLocalise),
-        back_end_(backEndConfig(config)),
-        grid_(config.map),
         pipeline_({frontEndConfig(config), backEndConfig(config), config.map, drawsMap(options)}, map, &stopwatch),
         final_(writerFor(options.trajectory)),
         causal_(writerFor(options.causal)),
@@ -110,9 +108,10 @@ class Run {
   /// How many scans were refused and why; empty: none.
   std::string refusedScans() const { return scans_.words(); }
 
-  ReplayStats finish(const ReplayOptions& options) {
-    if (options.refine) refine();
-    const KeyframeGraph& keyframes = refined_ ? refined_->keyframes : pipeline_.backEnd().keyframes();
+  ReplayStats finish(const Config& config, const ReplayOptions& options) {
+    std::optional<MapState> refined;  // where that made the map better
+    if (options.refine) refined = refine(config);
+    const KeyframeGraph& keyframes = refined ? refined->keyframes : pipeline_.backEnd().keyframes();
     for (const Row& row : poses_) {
       const Pose2 T_map_keyframe = row.keyframe < 0 ? Pose2{} : keyframes.pose(row.keyframe);
       if (final_) final_->write(row.utime, T_map_keyframe * row.T_keyframe_base);
@@ -121,8 +120,8 @@ class Run {
       if (*writer) (*writer)->close();
     }
     if (estimates_) estimates_->close();
-    if (!options.map.empty()) writeMap(options.map);
-    if (!options.save_map.empty()) saveMap();
+    if (!options.map.empty()) writeMap(options.map, config.map, refined);
+    if (!options.save_map.empty()) saveMap(refined ? std::move(*refined) : pipeline_.state());
     stats_.front_end = pipeline_.frontEnd().counters();
     stats_.filter = pipeline_.frontEnd().filterCounters();
     stats_.back_end = pipeline_.backEnd().counters();
@@ -248,26 +247,26 @@ class Run {
                     .edges = graph.edges()});
   }
 
-  void refine() {
-    RefinedMap refined = refineMap(pipeline_.state(), back_end_, grid_);
+  std::optional<MapState> refine(const Config& config) {
+    RefinedMap refined = refineMap(pipeline_.state(), backEndConfig(config), config.map);
     stats_.refinement = refined.report;
-    refined_ = std::move(refined.map);
+    return std::move(refined.map);
   }
 
-  void writeMap(const std::filesystem::path& prefix) {
-    Mapper again(grid_);
-    if (refined_)
-      again.load(scansOf(*refined_), viewsOf(*refined_), refined_->grid.clone(), refined_->grid_keyframes,
-                 drawingOf(*refined_));
-    const Mapper& mapper = refined_ ? again : pipeline_.drawn();
+  void writeMap(const std::filesystem::path& prefix, const OccupancyGridConfig& grid,
+                const std::optional<MapState>& refined) {
+    Mapper again(grid);
+    if (refined)
+      again.load(scansOf(*refined), viewsOf(*refined), refined->grid.clone(), refined->grid_keyframes,
+                 drawingOf(*refined));
+    const Mapper& mapper = refined ? again : pipeline_.drawn();
     const MapImage image = renderMap(mapper.grid());
     writeMapFiles(prefix, image, mapper.path());
     if (pipeline_.backEnd().map().edits.empty()) return;
-    refined_ ? writeEditFiles(prefix, *refined_, image) : writeEditFiles(prefix, pipeline_.state(), image);
+    refined ? writeEditFiles(prefix, *refined, image) : writeEditFiles(prefix, pipeline_.state(), image);
   }
 
-  void saveMap() {
-    MapState map = refined_ ? std::move(*refined_) : pipeline_.state();
+  void saveMap(MapState map) {
     map.utime = poses_.empty() ? 0 : poses_.back().utime;
     store_->store.checkpoint(map);
   }
@@ -299,9 +298,6 @@ class Run {
 
   bool use_lidar_, use_wheels_, use_imu_, use_depth_;  // a driver of "none" is left out of the log, too
   bool localise_only_;
-  BackEndConfig back_end_;
-  OccupancyGridConfig grid_;
-  std::optional<MapState> refined_;  // where that made the map better
   RefusedMessages scans_{channel::kScan}, wheels_seen_{channel::kWheels}, imus_{channel::kImu},
       depths_{channel::kDepth};
   Pipeline pipeline_;
@@ -359,7 +355,7 @@ ReplayStats replay(const Config& config, const ReplayOptions& options,
     run.feed(event, log_s);
     if (progress) progress(log_s, run.lost());
   }
-  ReplayStats stats = run.finish(options);
+  ReplayStats stats = run.finish(config, options);
   if (stats.front_end.scans == 0) {
     const std::string refused = run.refusedScans(), log_name = options.logs.front().string() + ": ";
     throw std::runtime_error(log_name + (!refused.empty()

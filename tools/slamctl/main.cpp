@@ -20,9 +20,9 @@
 #include "tools/slamctl/log.hpp"
 #include "tools/slamctl/map_edits.hpp"
 #include "tools/slamctl/map_list.hpp"
+#include "tools/slamctl/maps/stored_map_commands.hpp"
 #include "tools/slamctl/remote.hpp"
 #include "tools/slamctl/report_command.hpp"
-#include "tools/slamctl/stored_map_commands.hpp"
 
 namespace {
 

@@ -33,12 +33,11 @@ struct Wall {
 }  // namespace
 
 double wallThickness(const KeyframeGraph& keyframes, std::span<const char> in_map, const WallThicknessConfig& config) {
-  const auto cellOf = [](double column, double row, double direction) {
-    constexpr int kBits = 28;  // of a column or row: walls of several thousand kilometres
+  const auto cellOf = [](double column, double row, double direction) {  // in 28, 28 and 8 bits
     const auto cut = [](double number) {
-      return static_cast<std::uint64_t>(static_cast<std::int64_t>(number)) & ((1ULL << kBits) - 1);
+      return static_cast<std::uint64_t>(static_cast<std::int64_t>(number)) & ((1ULL << 28) - 1);
     };
-    return cut(column) << (kBits + 8) | cut(row) << 8 | static_cast<std::uint64_t>(direction);
+    return cut(column) << 36 | cut(row) << 8 | static_cast<std::uint64_t>(direction);
   };
   std::unordered_map<std::uint64_t, Wall> walls;
   for (int id = 0; id < keyframes.size(); ++id) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/slamctl/stored_map_commands.hpp"
+#include "tools/slamctl/maps/stored_map_commands.hpp"
 
 #include <cstdio>
 #include <fstream>
@@ -12,9 +12,9 @@
 #include "store/durable_file.hpp"
 #include "tools/common/program.hpp"
 #include "tools/slamctl/map_edits.hpp"
-#include "tools/slamctl/merge_maps.hpp"
-#include "tools/slamctl/refine_map.hpp"
-#include "tools/slamctl/stored_map.hpp"
+#include "tools/slamctl/maps/merge_maps.hpp"
+#include "tools/slamctl/maps/refine_map.hpp"
+#include "tools/slamctl/maps/stored_map.hpp"
 
 namespace slam {
 namespace {

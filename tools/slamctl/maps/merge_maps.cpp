@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/slamctl/merge_maps.hpp"
+#include "tools/slamctl/maps/merge_maps.hpp"
 
 #include <cstdio>
 #include <numbers>
@@ -7,7 +7,7 @@
 
 #include "mapping/map_files.hpp"
 #include "store/map_store.hpp"
-#include "tools/slamctl/stored_map.hpp"
+#include "tools/slamctl/maps/stored_map.hpp"
 
 namespace slam {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/slamctl/refine_map.hpp"
+#include "tools/slamctl/maps/refine_map.hpp"
 
 #include <cmath>
 #include <cstdio>
@@ -10,7 +10,7 @@
 
 #include "store/durable_file.hpp"
 #include "tools/common/refinement_words.hpp"
-#include "tools/slamctl/stored_map.hpp"
+#include "tools/slamctl/maps/stored_map.hpp"
 
 namespace slam {
 namespace {
