@@ -64,9 +64,9 @@ EvenScan evenScan(const LaserScan& scan, std::int64_t utime) {
   return even;
 }
 
-class Export {
+class BagExport {
  public:
-  explicit Export(const std::filesystem::path& out) : bag_(makeRos2Bag(out)) {}
+  explicit BagExport(const std::filesystem::path& out) : bag_(makeRos2Bag(out)) {}
 
   Recording run(const std::filesystem::path& in) {
     recording_.format = "slamd's log";
@@ -235,7 +235,7 @@ class Export {
 }  // namespace
 
 Recording convertToBag(const std::filesystem::path& in, const std::filesystem::path& out) {
-  return Export(out).run(in);
+  return BagExport(out).run(in);
 }
 
 }  // namespace slam
