@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # For tools/benchmark, which sources it: maps merged by slamctl. Homes in two drives of different days, each through a part of
-# the rooms, furniture moved between them; maps of different homes; the halves of a log; three maps in any order. $bin, $data,
+# the rooms, furniture moved between them; maps of different homes; the halves of a log; three maps in any order; drives that are refined. $bin, $data,
 # $short and $work are its own.
 # shellcheck shell=bash disable=SC2154,SC2015 # set by tools/benchmark; "failed" is printed whichever step failed
 
@@ -93,6 +93,34 @@ maps_intel() {
   row "intel, two halves" "off the whole log's trajectory, RMSE" "$(maps_error intel "$work/whole.tum" || true)" "<=" 0.1 m
 }
 
+# Logs mapped with and without --refine; what is measured against a truth is their final poses.
+maps_replay() { # maps_replay LOG [OPTION...]: trajectory in $work/refined.tum
+  local log=$1
+  shift
+  "$bin/slam-replay" --log "$log" --trajectory "$work/refined.tum" --refine "$@" >/dev/null 2>&1
+}
+maps_simulated() { # maps_simulated SCENE SEED OPTION...: ATE of one drive [m]
+  "$bin/slam-sim" --no-depth --scene "$1" --seed "$2" "${@:3}" --log "$work/refine.lcm" --truth "$work/refine.true" >/dev/null
+  maps_replay "$work/refine.lcm" --config config/sim.toml --set lidar.driver="'lcm'" --set base.driver="'lcm'" --set imu.driver="'lcm'"
+  "$bin/slam-eval" ate "$work/refined.tum" "$work/refine.true" --json >"$work/ate.json"
+  maps_value rmse_m "$work/ate.json"
+}
+maps_refined() {
+  local seeds=10 seed errors=()
+  [ -z "$short" ] || seeds=2
+  if ! missing "$data/intel/intel.relations" "intel, refined"; then
+    intel_log
+    maps_replay "$work/intel.lcm" --config config/carmen.toml
+    row "intel, refined" "final poses, translation" "$(relations "$work/refined.tum" translation_m)" "<=" 0.0140 m
+  fi
+  for seed in $(seq "$seeds"); do errors+=("$(maps_simulated corridor-loop "$seed")"); done
+  row "corridor-loop, refined, seeds 1-$seeds" "ATE, mean" \
+    "$(printf '%s\n' "${errors[@]}" | awk '{s += $1} END {printf "%.4f", s / NR}')" "<=" 0.015 m
+  [ -z "$short" ] || return 0
+  row "streets, two hours, refined" ATE \
+    "$(maps_simulated streets 1 --with blocks=24 --with beams=180 --with turn-rate=5 --seconds 7200)" "<=" 0.4 m
+}
+
 maps() {
   mkdir -p "$work/maps"
   echo "| case | figure | value | target | |"
@@ -101,4 +129,5 @@ maps() {
   maps_others
   maps_orders
   maps_intel
+  maps_refined
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/slamctl/merge_maps.hpp"
+#include "tools/slamctl/maps/merge_maps.hpp"
 
 #include <fstream>
 #include <gmock/gmock.h>

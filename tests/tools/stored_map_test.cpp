@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/slamctl/stored_map.hpp"
+#include "tools/slamctl/maps/stored_map.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

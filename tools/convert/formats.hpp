@@ -93,6 +93,10 @@ Recording convertToCarmen(const std::filesystem::path& in, const std::filesystem
 Recording convertToMcap(const std::filesystem::path& in, const std::filesystem::path& out,
                         const std::filesystem::path& trajectory);
 
+/// Our log to a bag of ROS 2, SQLite (.db3) or MCAP (.mcap) by the name of `out`: LaserScan, Imu, JointState, Odometry,
+/// PoseWithCovarianceStamped, OccupancyGrid and transforms.
+Recording convertToBag(const std::filesystem::path& in, const std::filesystem::path& out);
+
 /// Mines ParisTech rover (.dat): wheel ticks and a Hokuyo URG-04LX of 682 beams.
 Recording convertMines(const std::filesystem::path& in, const std::filesystem::path& out);
 

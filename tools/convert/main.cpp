@@ -209,6 +209,8 @@ int main(int argc, char** argv) {
   CLI::App* to_mcap = app.add_subcommand("to-mcap", "our LCM log to MCAP, for Foxglove");
   to_mcap->add_option("--trajectory", trajectory, "poses of the robot in place of the log's own (TUM, of slam-replay)");
   addPair(to_mcap, files);
+  CLI::App* to_bag = app.add_subcommand("to-bag", "our LCM log to a bag of ROS 2: .db3 or .mcap, by OUT's name");
+  addPair(to_bag, files);
   conversions.addWithFiles("mines", "Mines ParisTech rover .dat to LCM log", slam::convertMines);
   conversions.addWithFiles("wean", "CMU Wean Hall robotdata .log to LCM log", slam::convertWean);
   conversions.addMbot();
@@ -227,6 +229,7 @@ int main(int argc, char** argv) {
         if (to_carmen->parsed()) std::cout << reportText(slam::convertToCarmen(files.in, files.out), files.out, false);
         if (to_mcap->parsed())
           std::cout << reportText(slam::convertToMcap(files.in, files.out, trajectory), files.out, true);
+        if (to_bag->parsed()) std::cout << reportText(slam::convertToBag(files.in, files.out), files.out, true);
         if (disturb->parsed()) {
           std::cout << reportText(slam::disturbLog(files.in, files.out, disturbance), files.out, false);
         }

@@ -9,6 +9,7 @@
 #include "store/log_folder.hpp"
 #include "tools/common/output_file.hpp"
 #include "tools/common/program.hpp"
+#include "tools/common/refinement_words.hpp"
 #include "tools/replay/replay.hpp"
 
 namespace {
@@ -96,6 +97,9 @@ void addOptions(CLI::App& app, Arguments& arguments, slam::ReplayOptions& option
   app.add_option("--load-map", options.load_map,
                  "begin in this map: DIR/NAME of a store; with mode = \"localise\" also a map_server .yaml");
   app.add_option("--save-map", options.save_map, "write the map with its graph, to go on in it: DIR/NAME");
+  app.add_flag("--refine", options.refine,
+               "at the end compute the map once more from all that its keyframes hold, as slamctl refine does; final "
+               "poses and map are the better ones");
   app.add_option("--map", options.map, "write map files with this prefix (.yaml .pgm .png)");
   app.add_option("--viewer-frames", options.viewer_frames,
                  "write pictures of map, robot, scan, path and loop closures into this folder, which is made");
@@ -120,6 +124,8 @@ int main(int argc, char** argv) {
                                         ? ownConfig(options.logs, arguments.overrides)
                                         : slam::loadConfig(arguments.config_file, arguments.overrides);
         for (const std::string& line : config.notices) std::cerr << line << "\n";
+        if (config.mode == slam::RunMode::kLocalise && options.refine)
+          throw CLI::ValidationError("--refine", "mode \"localise\" changes no map; there is nothing to refine");
         if (config.mode == slam::RunMode::kLocalise && !options.save_map.empty()) {
           throw CLI::ValidationError("--save-map", "mode \"localise\" changes no map; there is nothing to save");
         }
@@ -140,6 +146,7 @@ int main(int argc, char** argv) {
         }
         warnOfDamage(options.logs.front().string() + (options.logs.size() > 1 ? " and following" : ""), stats);
         printSummary(stats);
+        if (stats.refinement) std::printf("%s\n", slam::wordsOf(*stats.refinement, "of this log").c_str());
         printOffset(stats, config.front_end.lidar.time_offset);
         return slam::kDone;
       });

@@ -15,6 +15,7 @@
 #include "matching/deskew.hpp"
 #include "runtime/process_usage.hpp"
 #include "slam/pipeline.hpp"
+#include "slam/refine/map_refinement.hpp"
 #include "store/edit_files.hpp"
 #include "store/map_store.hpp"
 #include "tools/common/output_file.hpp"
@@ -40,7 +41,7 @@ std::optional<TrajectoryWriter> writerFor(const std::filesystem::path& file) {
 }
 
 bool drawsMap(const ReplayOptions& options) {
-  return !options.map.empty() || !options.save_map.empty() || !options.viewer_frames.empty();
+  return !options.map.empty() || !options.save_map.empty() || !options.viewer_frames.empty() || options.refine;
 }
 
 /// Lidar and gyro do not see the same turns, or one of them sees too few: their offset in time is none.
@@ -108,22 +109,20 @@ class Run {
   /// How many scans were refused and why; empty: none.
   std::string refusedScans() const { return scans_.words(); }
 
-  ReplayStats finish(const ReplayOptions& options) {
+  ReplayStats finish(const Config& config, const ReplayOptions& options) {
+    std::optional<MapState> refined;  // where that made the map better
+    if (options.refine) refined = refine(config);
+    const KeyframeGraph& keyframes = refined ? refined->keyframes : pipeline_.backEnd().keyframes();
     for (const Row& row : poses_) {
-      const Pose2 T_map_keyframe = row.keyframe < 0 ? Pose2{} : pipeline_.backEnd().keyframes().pose(row.keyframe);
+      const Pose2 T_map_keyframe = row.keyframe < 0 ? Pose2{} : keyframes.pose(row.keyframe);
       if (final_) final_->write(row.utime, T_map_keyframe * row.T_keyframe_base);
     }
     for (auto* writer : {&final_, &causal_, &odometry_, &wheels_}) {
       if (*writer) (*writer)->close();
     }
     if (estimates_) estimates_->close();
-    if (!options.save_map.empty()) saveMap();
-    if (!options.map.empty()) {
-      const Mapper& mapper = pipeline_.drawn();
-      const MapImage image = renderMap(mapper.grid());
-      writeMapFiles(options.map, image, mapper.path());
-      if (!pipeline_.backEnd().map().edits.empty()) writeEditFiles(options.map, pipeline_.state(), image);
-    }
+    if (!options.map.empty()) writeMap(options.map, config.map, refined);
+    if (!options.save_map.empty()) saveMap(refined ? std::move(*refined) : pipeline_.state());
     stats_.front_end = pipeline_.frontEnd().counters();
     stats_.filter = pipeline_.frontEnd().filterCounters();
     stats_.back_end = pipeline_.backEnd().counters();
@@ -243,8 +242,26 @@ class Run {
                     .edges = graph.edges()});
   }
 
-  void saveMap() {
-    MapState map = pipeline_.state();
+  std::optional<MapState> refine(const Config& config) {
+    RefinedMap refined = refineMap(pipeline_.state(), backEndConfig(config), config.map);
+    stats_.refinement = refined.report;
+    return std::move(refined.map);
+  }
+
+  void writeMap(const std::filesystem::path& prefix, const OccupancyGridConfig& grid,
+                const std::optional<MapState>& refined) {
+    Mapper again(grid);
+    if (refined)
+      again.load(scansOf(*refined), viewsOf(*refined), refined->grid.clone(), refined->grid_keyframes,
+                 drawingOf(*refined));
+    const Mapper& mapper = refined ? again : pipeline_.drawn();
+    const MapImage image = renderMap(mapper.grid());
+    writeMapFiles(prefix, image, mapper.path());
+    if (pipeline_.backEnd().map().edits.empty()) return;
+    refined ? writeEditFiles(prefix, *refined, image) : writeEditFiles(prefix, pipeline_.state(), image);
+  }
+
+  void saveMap(MapState map) {
     map.utime = poses_.empty() ? 0 : poses_.back().utime;
     store_->store.checkpoint(map);
   }
@@ -332,7 +349,7 @@ ReplayStats replay(const Config& config, const ReplayOptions& options,
     run.feed(event, log_s);
     if (progress) progress(log_s, run.lost());
   }
-  ReplayStats stats = run.finish(options);
+  ReplayStats stats = run.finish(config, options);
   if (stats.front_end.scans == 0) {
     const std::string refused = run.refusedScans(), log_name = options.logs.front().string() + ": ";
     throw std::runtime_error(log_name + (!refused.empty()

@@ -21,6 +21,7 @@ struct ReplayOptions {
   std::filesystem::path estimates = {};                ///< CSV file to write: what was known at each scan
   std::filesystem::path load_map = {};                 ///< map to begin in; empty: an unknown place
   std::filesystem::path save_map = {};                 ///< map to write: DIR/NAME of a store; empty: not
+  bool refine = false;                                 ///< at the end, the map is computed once more (refineMap)
   std::filesystem::path map = {};                      ///< prefix of map files to write; empty: not
   std::filesystem::path viewer_frames = {};            ///< folder for pictures of the run; empty: none
   double viewer_period = 5.0;                          ///< [s] of log time between them

@@ -6,9 +6,10 @@
 #include <vector>
 
 #include "estimation/ekf.hpp"
+#include "estimation/lidar_delay.hpp"
 #include "frontend/front_end_state.hpp"
 #include "slam/back_end.hpp"
-#include "estimation/lidar_delay.hpp"
+#include "slam/refine/map_refinement.hpp"
 
 namespace slam {
 
@@ -31,9 +32,10 @@ struct ReplayStats {
   std::uint64_t skipped_bytes = 0;      ///< of the log that belong to no record
   bool truncated = false;
   std::optional<LidarDelay::Estimate> lidar_gyro_offset;  ///< what is left of it with the configured one
-  bool turns_differ = false;          ///< by a warning, so that the offset is none that could be set
-  bool wheels_died = false;           ///< they reported that they stand while scans showed that the robot moves
-  std::vector<std::string> warnings;  ///< of sensors that contradict each other, one line each
+  bool turns_differ = false;               ///< by a warning, so that the offset is none that could be set
+  bool wheels_died = false;                ///< they reported that they stand while scans showed that the robot moves
+  std::optional<RefineReport> refinement;  ///< if it was asked for
+  std::vector<std::string> warnings;       ///< of sensors that contradict each other, one line each
 
   /// Scans that could have been matched.
   std::uint32_t notMatched() const { return front_end.unmatched + front_end.gated + front_end.scans_too_late; }

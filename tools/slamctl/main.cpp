@@ -9,21 +9,19 @@
 #include "config/loader.hpp"
 #include "config/service_reach.hpp"
 #include "drivers/device_status.hpp"
-#include "mapping/map_files.hpp"
-#include "store/edit_files.hpp"
 #include "store/log_policy.hpp"
 #include "store/map_store.hpp"
-#include "tools/common/output_file.hpp"
 #include "tools/common/program.hpp"
 #include "tools/slamctl/doctor.hpp"
 #include "tools/slamctl/health_json.hpp"
 #include "tools/slamctl/log.hpp"
 #include "tools/slamctl/map_edits.hpp"
 #include "tools/slamctl/map_list.hpp"
+#include "tools/slamctl/maps/map_export.hpp"
+#include "tools/slamctl/maps/stored_map_commands.hpp"
 #include "tools/slamctl/remote.hpp"
 #include "tools/slamctl/report_command.hpp"
 #include "tools/slamctl/setup/setup_command.hpp"
-#include "tools/slamctl/stored_map_commands.hpp"
 
 namespace {
 
@@ -41,17 +39,11 @@ int printFindings(const slam::Findings& findings, bool json) {
   }));
 }
 
-void exportMap(const std::filesystem::path& map, const std::string& prefix, const slam::Config& config, bool zones) {
-  const slam::LoadedMap loaded = slam::openMap(map, config.map);
-  for (const std::string& remark : loaded.remarks) std::cerr << "slamctl: " << remark << "\n";
-  slam::Mapper mapper(config.map);
-  mapper.load(slam::scansOf(loaded.state), slam::viewsOf(loaded.state), loaded.state.grid.clone(),
-              loaded.state.grid_keyframes, slam::drawingOf(loaded.state));
-  const slam::MapImage image = slam::renderMap(mapper.grid());
-  slam::writeMapFiles(prefix, image, mapper.path());
-  std::printf("%s.yaml, .pgm and .png: map of %d keyframes\n", prefix.c_str(), loaded.state.keyframes.size());
-  if (slam::writeEditFiles(prefix, loaded.state, image, zones))
-    std::printf("%s.geojson, -keepout.yaml and .pgm: what was drawn into it\n", prefix.c_str());
+void exportMap(const slam::MapExport& map, bool all) {
+  std::vector<std::string> remarks;
+  const std::vector<std::string> lines = all ? map.writeAll(&remarks) : map.write(&remarks);
+  for (const std::string& remark : remarks) std::cerr << "slamctl: " << remark << "\n";
+  for (const std::string& line : lines) std::printf("%s\n", line.c_str());
 }
 
 void printStatus(const slam::health_t& health) {
@@ -108,7 +100,7 @@ struct Arguments {
   std::string config_file = slam::kServiceConfig, maps, name, prefix, url, what, since, out;
   std::vector<std::string> overrides;
   std::array<double, 3> pose{};
-  bool json = false, zones = false;
+  bool json = false, zones = false, all = false;
 };
 
 /// The subcommands that are looked at by themselves; the others are sent to slamd.
@@ -143,6 +135,8 @@ Commands addCommands(CLI::App& app, Arguments& arguments) {
       ->check(slam::namesFile());
   export_map->add_flag("--zones", arguments.zones,
                        "the keep-out mask and .geojson also where nothing is drawn into it");
+  export_map->add_flag("--all", arguments.all,
+                       "all of it in one PREFIX.zip, also as SVG, PLY (all points) and TUM (the path)");
   auto* set_pose = app.add_subcommand("set-pose", "say where the robot is in the map");
   set_pose->add_option("X", arguments.pose[0], "[m]")->required();
   set_pose->add_option("Y", arguments.pose[1], "[m]")->required();
@@ -214,8 +208,11 @@ int main(int argc, char** argv) {
       if (commands.export_map->parsed()) {
         if (!slam::MapStore::isName(arguments.name))
           throw std::runtime_error("\"" + arguments.name + "\" is no name of a map");
-        slam::prepareMapFiles(arguments.prefix);
-        exportMap(std::filesystem::path(directory) / arguments.name, arguments.prefix, config, arguments.zones);
+        exportMap({.map = std::filesystem::path(directory) / arguments.name,
+                   .prefix = arguments.prefix,
+                   .grid = config.map,
+                   .zones = arguments.zones},
+                  arguments.all);
       }
       return slam::kDone;
     }

@@ -11,7 +11,7 @@ namespace slam {
 
 ZipFile::ZipFile(std::filesystem::path file) : file_(std::move(file)) {
   if (std::filesystem::exists(file_))
-    throw std::runtime_error(file_.string() + ": is there already; give another --out");
+    throw std::runtime_error(file_.string() + ": is there already; give another name");
   zip_ = zipOpen64(file_.c_str(), APPEND_STATUS_CREATE);
   if (zip_ == nullptr)
     throw std::runtime_error(file_.string() + ": cannot write it; is there such a folder, and may you?");

@@ -36,8 +36,9 @@ std::uint64_t nanoseconds(std::int64_t utime) {
 
 }  // namespace
 
-McapWriter::McapWriter(const std::filesystem::path& file) : file_(file) {
-  put(std::string(mcap::kMagic) + record(mcap::kHeader, sized("") + sized("slamd")));
+McapWriter::McapWriter(const std::filesystem::path& file, Messages encoding) : file_(file), encoding_(encoding) {
+  const char* const profile = encoding_ == Messages::kRos2 ? "ros2" : "";
+  put(std::string(mcap::kMagic) + record(mcap::kHeader, sized(profile) + sized("slamd")));
 }
 
 void McapWriter::put(const std::string& bytes) {
@@ -46,27 +47,28 @@ void McapWriter::put(const std::string& bytes) {
 }
 
 std::uint16_t McapWriter::addChannel(const std::string& topic, const std::string& schema,
-                                     const std::string& json_schema) {
+                                     const std::string& description) {
+  const bool ros2 = encoding_ == Messages::kRos2;
   Channel channel;
   const auto [at, added] = schemas_.emplace(schema, static_cast<std::uint16_t>(schemas_.size() + 1));
   if (added) {
-    channel.schema_record =
-        record(mcap::kSchema, number(at->second) + sized(schema) + sized("jsonschema") + sized(json_schema));
+    channel.schema_record = record(mcap::kSchema, number(at->second) + sized(schema) +
+                                                      sized(ros2 ? "ros2msg" : "jsonschema") + sized(description));
   }
   const auto id = static_cast<std::uint16_t>(channels_.size());
   channel.channel_record =
-      record(mcap::kChannel, number(id) + number(at->second) + sized(topic) + sized("json") + sized(""));
+      record(mcap::kChannel, number(id) + number(at->second) + sized(topic) + sized(ros2 ? "cdr" : "json") + sized(""));
   put(channel.schema_record + channel.channel_record);
   channels_.push_back(std::move(channel));
   return id;
 }
 
-void McapWriter::write(std::uint16_t channel, std::int64_t received, std::int64_t utime, std::string_view json) {
+void McapWriter::write(std::uint16_t channel, std::int64_t received, std::int64_t utime, std::string_view message) {
   const std::uint64_t time = nanoseconds(received);
   Channel& of = channels_.at(channel);
   of.in_chunk.emplace_back(time, chunk_.size());
   chunk_ += record(mcap::kMessage, number(channel) + number(static_cast<std::uint32_t>(of.messages++)) + number(time) +
-                                       number(nanoseconds(utime)) + std::string(json));
+                                       number(nanoseconds(utime)) + std::string(message));
   ++messages_;
   chunk_first_ = std::min(chunk_first_, time);
   chunk_last_ = std::max(chunk_last_, time);

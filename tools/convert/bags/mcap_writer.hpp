@@ -11,19 +11,21 @@
 
 namespace slam {
 
-/// Writes an MCAP file of JSON messages (mcap.dev/spec): chunks packed by zstd, with the indexes and the summary by
-/// which a viewer jumps to any time.
+/// Writes an MCAP file of JSON messages, or of ROS 2's (mcap.dev/spec): chunks packed by zstd, with the indexes and the
+/// summary by which a viewer jumps to any time.
 class McapWriter {
  public:
+  enum class Messages : std::uint8_t { kJson, kRos2 };  ///< how they and their schemas are encoded
   /// @throws std::runtime_error when the file cannot be written
-  explicit McapWriter(const std::filesystem::path& file);
+  explicit McapWriter(const std::filesystem::path& file, Messages encoding = Messages::kJson);
 
-  /// @param schema name of the messages' type, as viewers know it @param json_schema its description (JSON Schema)
+  /// @param schema name of the messages' type, as viewers know it @param description of it: JSON Schema, or
+  /// the text of ROS 2's definition
   /// @return the channel, for write()
-  std::uint16_t addChannel(const std::string& topic, const std::string& schema, const std::string& json_schema);
+  std::uint16_t addChannel(const std::string& topic, const std::string& schema, const std::string& description);
 
   /// @param received [us since the epoch] @param utime [us since the epoch] of the message itself
-  void write(std::uint16_t channel, std::int64_t received, std::int64_t utime, std::string_view json);
+  void write(std::uint16_t channel, std::int64_t received, std::int64_t utime, std::string_view message);
 
   /// Writes what is left, the summary and the end. @throws std::runtime_error when the disk did not take all
   void close();
@@ -45,6 +47,7 @@ class McapWriter {
   void endChunk();
 
   OutputFile file_;
+  Messages encoding_;
   std::uint64_t at_ = 0;
   std::map<std::string, std::uint16_t> schemas_;
   std::vector<Channel> channels_;  // channel n is at n

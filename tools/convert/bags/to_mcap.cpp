@@ -15,6 +15,7 @@
 #include "bus/messages.hpp"
 #include "config/loader.hpp"
 #include "tools/common/trajectory.hpp"
+#include "tools/convert/bags/map_picture.hpp"
 #include "tools/convert/bags/mcap_writer.hpp"
 #include "tools/convert/formats.hpp"
 
@@ -23,8 +24,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::int64_t kMapPeriod = 2'000'000;    // [us] between pictures of the whole map
-constexpr std::int64_t kMostCells = 1 << 26;      // of such a picture
 constexpr std::int64_t kMountPeriod = 1'000'000;  // [us]
 
 std::string base64(std::string_view bytes) {
@@ -72,67 +71,18 @@ std::string schemaOf(const std::string& name, const json& message) {
   return json{{"title", name}, {"type", "object"}, {"properties", properties}}.dump();
 }
 
-/// The newest tiles of a map, as one picture.
-class MapPicture {
- public:
-  void add(const map_meta_t& meta) {
-    if (meta.map_id != meta_.map_id) tiles_.clear();
-    meta_ = meta;
-    known_ = true;
-  }
-  void add(const map_tile_t& tile) {
-    if (known_ && tile.map_id != meta_.map_id) return;
-    tiles_[{tile.column, tile.row}] = tile;
-    changed_ = true;
-  }
-  bool due(std::int64_t now) const { return changed_ && known_ && now - drawn_ >= kMapPeriod; }
-
-  /// foxglove.Grid with one byte a cell: 0 free to 100 occupied, 255 unknown. @return nullopt: there is nothing to draw
-  std::optional<json> draw(std::int64_t now) {
-    drawn_ = now;
-    changed_ = false;
-    const std::int64_t side = meta_.tile_side;
-    std::int64_t first_column = INT32_MAX, last_column = INT32_MIN, first_row = INT32_MAX, last_row = INT32_MIN;
-    for (const auto& [place, tile] : tiles_) {
-      first_column = std::min<std::int64_t>(first_column, place.first);
-      last_column = std::max<std::int64_t>(last_column, place.first);
-      first_row = std::min<std::int64_t>(first_row, place.second);
-      last_row = std::max<std::int64_t>(last_row, place.second);
-    }
-    if (tiles_.empty() || side < 1 || !(meta_.resolution > 0.0)) return std::nullopt;
-    const double wide = static_cast<double>(last_column - first_column + 1) * static_cast<double>(side);
-    const double high = static_cast<double>(last_row - first_row + 1) * static_cast<double>(side);
-    if (wide * high > static_cast<double>(kMostCells)) return std::nullopt;
-    const std::int64_t columns = (last_column - first_column + 1) * side, rows = (last_row - first_row + 1) * side;
-    std::string cells(static_cast<std::size_t>(columns * rows), '\xFF');
-    for (const auto& [place, tile] : tiles_) {
-      if (tile.side != side) continue;
-      const std::int64_t column = (place.first - first_column) * side, row = (place.second - first_row) * side;
-      for (std::int64_t r = 0; r < side; ++r) {
-        std::memcpy(&cells[static_cast<std::size_t>((row + r) * columns + column)],
-                    &tile.cells[static_cast<std::size_t>(r * side)], static_cast<std::size_t>(side));
-      }
-    }
-    const double metres = meta_.resolution * static_cast<double>(side);
-    const Pose2 corner{meta_.origin[0] + metres * static_cast<double>(first_column),
-                       meta_.origin[1] + metres * static_cast<double>(first_row), 0.0};
-    return json{{"timestamp", timeOf(meta_.utime)},
-                {"frame_id", "map"},
-                {"pose", poseOf(corner)},
-                {"column_count", columns},
-                {"cell_size", {{"x", meta_.resolution}, {"y", meta_.resolution}}},
-                {"row_stride", columns},
-                {"cell_stride", 1},
-                {"fields", json::array({{{"name", "occupied"}, {"offset", 0}, {"type", 1}}})},
-                {"data", base64(cells)}};
-  }
-
- private:
-  map_meta_t meta_{};
-  bool known_ = false, changed_ = false;
-  std::int64_t drawn_ = 0;  // [us]
-  std::map<std::pair<std::int32_t, std::int32_t>, map_tile_t> tiles_;
-};
+/// foxglove.Grid with one byte a cell: 0 free to 100 occupied, 255 unknown.
+json gridOf(const MapPicture::Picture& map) {
+  return {{"timestamp", timeOf(map.utime)},
+          {"frame_id", "map"},
+          {"pose", poseOf(map.corner)},
+          {"column_count", map.columns},
+          {"cell_size", {{"x", map.resolution}, {"y", map.resolution}}},
+          {"row_stride", map.columns},
+          {"cell_stride", 1},
+          {"fields", json::array({{{"name", "occupied"}, {"offset", 0}, {"type", 1}}})},
+          {"data", base64(map.cells)}};
+}
 
 class Export {
  public:
@@ -307,9 +257,7 @@ class Export {
     recording_.sensor(channel).use(message.utime);
     map_.add(message);
     if (!map_.due(received_)) return;
-    if (const auto grid = map_.draw(received_)) {
-      send("/map", "foxglove.Grid", message.utime, *grid);
-    }
+    if (const auto picture = map_.draw(received_)) send("/map", "foxglove.Grid", message.utime, gridOf(*picture));
   }
 
   static void put(std::string& points, float x, float y, float intensity) {

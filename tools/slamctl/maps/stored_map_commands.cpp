@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/slamctl/stored_map_commands.hpp"
+#include "tools/slamctl/maps/stored_map_commands.hpp"
 
 #include <cstdio>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <stdexcept>
 #include <utility>
@@ -11,8 +12,9 @@
 #include "store/durable_file.hpp"
 #include "tools/common/program.hpp"
 #include "tools/slamctl/map_edits.hpp"
-#include "tools/slamctl/merge_maps.hpp"
-#include "tools/slamctl/stored_map.hpp"
+#include "tools/slamctl/maps/merge_maps.hpp"
+#include "tools/slamctl/maps/refine_map.hpp"
+#include "tools/slamctl/maps/stored_map.hpp"
 
 namespace slam {
 namespace {
@@ -27,6 +29,14 @@ std::string contentOf(const std::string& file) {
   content.resize(static_cast<std::size_t>(in.gcount()));
   if (content.size() > kLargestFile) throw std::runtime_error(file + " is larger than 4 MiB: no file of edits");
   return content;
+}
+
+/// Shows the share [1] of a long work that is done.
+std::function<void(double)> percentShown(const std::string& work) {
+  return [work, shown = -1](double share) mutable {
+    const int percent = static_cast<int>(100.0 * share);
+    if (std::exchange(shown, percent) != percent) showProgress(work + ": " + std::to_string(percent) + " %");
+  };
 }
 
 }  // namespace
@@ -53,10 +63,14 @@ StoredMapCommands::StoredMapCommands(CLI::App& app) {
   merge->add_option("--pictures", pictures_, "where two places fit, draw both: PREFIX-1.png and PREFIX-2.png");
   merge->footer("Example: slamctl merge house east-wing --as home");
   merge_ = merge;
+  CLI::App* const refine = add("refine", "compute a map once more, offline; it stays where that makes it no better");
+  refine->add_option("--as", to_, "name of the result; NAME stays");
+  refine->footer("Example: slamctl refine house --as house-refined");
+  refine_ = refine;
 }
 
 bool StoredMapCommands::parsed() const {
-  for (const CLI::App* command : {edit_, undo_, straighten_, delete_, rename_, merge_})
+  for (const CLI::App* command : {edit_, undo_, straighten_, delete_, rename_, merge_, refine_})
     if (command->parsed()) return true;
   return false;
 }
@@ -65,6 +79,10 @@ StoredMapCommands::Sent StoredMapCommands::carryOut(const std::string& directory
                                                     std::int64_t utime) const {
   if (merge_->parsed()) {
     merge(directory, config);
+    return {};
+  }
+  if (refine_->parsed()) {
+    refine(directory, config);
     return {};
   }
   const StoredMap map{directory, name_, config.map};
@@ -108,11 +126,16 @@ void StoredMapCommands::merge(const std::string& directory, const Config& config
                           .back_end = backEndConfig(config),
                           .grid = config.map,
                           .pictures = pictures_};
-  int shown = -1;
-  const std::string done = merge.carryOut([&](double share) {
-    const int percent = static_cast<int>(100.0 * share);
-    if (std::exchange(shown, percent) != percent) showProgress("merging: " + std::to_string(percent) + " %");
-  });
+  const std::string done = merge.carryOut(percentShown("merging"));
+  endProgress();
+  std::printf("%s\n", done.c_str());
+}
+
+void StoredMapCommands::refine(const std::string& directory, const Config& config) const {
+  const StoredRefinement refinement{
+      .directory = directory, .name = name_, .refined = to_, .back_end = backEndConfig(config), .grid = config.map};
+  const auto announce = [](const std::string& words) { std::printf("%s\n", words.c_str()), std::fflush(stdout); };
+  const std::string done = refinement.carryOut(announce, percentShown("refining"));
   endProgress();
   std::printf("%s\n", done.c_str());
 }

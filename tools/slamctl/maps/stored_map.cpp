@@ -1,22 +1,25 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/slamctl/stored_map.hpp"
+#include "tools/slamctl/maps/stored_map.hpp"
 
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 
 #include "slam/edits/straighten.hpp"
 #include "slam/keyframe_map.hpp"
 #include "store/durable_file.hpp"
-#include "store/map_store.hpp"
 
 namespace slam {
 namespace {
 
-constexpr std::size_t kMostEdits = 1000;  // of a file
+constexpr std::size_t kMostEdits = 1000;                 // of a file
+constexpr int kAttempts = 3;                             // to read a map that slamd writes at that moment
+constexpr std::chrono::milliseconds kBetweenWrites(50);  // its journal is written within less
 
 /// @throws std::runtime_error where there is no such map
 std::filesystem::path folderOf(const StoredMap& map) {
@@ -26,20 +29,72 @@ std::filesystem::path folderOf(const StoredMap& map) {
   return map.directory / map.name;
 }
 
+/// @throws std::runtime_error where some of it is damaged
+LoadedMap undamaged(const StoredMap& map) {
+  LoadedMap loaded = MapStore::load(map.directory, map.name, map.grid);
+  if (loaded.remarks.empty()) return loaded;
+  throw std::runtime_error(loaded.remarks.front() + "; let slamd load and save the map before it is changed");
+}
+
+void write(const StoredMap& map, const MapState& changed) {
+  MapStore store(map.directory, map.name);
+  MapStore::newest(map.directory) == map.name ? store.checkpoint(changed) : store.writeCopy(changed);
+}
+
 /// Locks the map, and gives what change() makes of it to the store.
 template <typename Change>
 void replace(const StoredMap& map, const Change& change) {
   const std::filesystem::path folder = folderOf(map);
   const FolderLock lock(folder);
-  LoadedMap loaded = MapStore::load(map.directory, map.name, map.grid);
-  if (!loaded.remarks.empty())
-    throw std::runtime_error(loaded.remarks.front() + "; let slamd load and save the map before it is changed");
-  const MapState changed = change(loaded.state);
-  MapStore store(map.directory, map.name);
-  MapStore::newest(map.directory) == map.name ? store.checkpoint(changed) : store.writeCopy(changed);
+  LoadedMap loaded = undamaged(map);
+  write(map, change(loaded.state));
 }
 
 }  // namespace
+
+LoadedMap loadWhole(const std::filesystem::path& directory, const std::string& name, const OccupancyGridConfig& grid) {
+  const StoredMap map{directory, name, grid};
+  folderOf(map);
+  for (int attempt = 1;; ++attempt) {
+    try {
+      return undamaged(map);
+    } catch (const std::runtime_error&) {
+      if (attempt == kAttempts) throw;
+    }
+    std::this_thread::sleep_for(kBetweenWrites);
+  }
+}
+
+void requireFree(const std::filesystem::path& directory, const std::string& name) {
+  if (!MapStore::isName(name))
+    throw std::runtime_error("\"" + name + "\" is no name of a map; use letters, digits, - and _");
+  if (std::filesystem::exists(std::filesystem::symlink_status(directory / name)))
+    throw std::runtime_error("there is a map \"" + name + "\" already");
+}
+
+void storeNew(const std::filesystem::path& directory, const std::string& name, const MapState& map) {
+  requireFree(directory, name);
+  try {
+    MapStore(directory, name).writeCopy(map);
+    syncFolder(directory);
+  } catch (const std::runtime_error&) {
+    std::error_code ignored;
+    std::filesystem::remove_all(directory / name, ignored);
+    throw;
+  }
+}
+
+void StoredMap::replaceBy(const LoadedMap& before, const MapState& after) const {
+  const FolderLock lock(folderOf(*this));
+  const LoadedMap now = undamaged(*this);
+  const bool same = now.generation == before.generation && now.state.utime == before.state.utime &&
+                    now.state.keyframes.size() == before.state.keyframes.size() &&
+                    now.state.edits.revision == before.state.edits.revision;
+  if (!same) throw std::runtime_error("map " + name + " was changed meanwhile, and stays as it is; do it again");
+  write(*this, after);
+}
+
+void StoredMap::requireUnused() const { const FolderLock lock(folderOf(*this)); }
 
 std::string StoredMap::edit(std::span<const EditCommand> commands) const {
   replace(*this, [&](MapState& map) {
@@ -83,10 +138,7 @@ void StoredMap::remove() const {
 
 void StoredMap::rename(const std::string& to) const {
   const std::filesystem::path folder = folderOf(*this);
-  if (!MapStore::isName(to))
-    throw std::runtime_error("\"" + to + "\" is no name of a map; use letters, digits, - and _");
-  if (std::filesystem::exists(std::filesystem::symlink_status(directory / to)))
-    throw std::runtime_error("there is a map \"" + to + "\" already");
+  requireFree(directory, to);
   const FolderLock lock(folder);
   std::filesystem::rename(folder, directory / to);
   syncFolder(directory);

@@ -1,37 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/slamctl/merge_maps.hpp"
+#include "tools/slamctl/maps/merge_maps.hpp"
 
-#include <chrono>
 #include <cstdio>
 #include <numbers>
 #include <stdexcept>
-#include <thread>
 
 #include "mapping/map_files.hpp"
-#include "store/durable_file.hpp"
 #include "store/map_store.hpp"
+#include "tools/slamctl/maps/stored_map.hpp"
 
 namespace slam {
 namespace {
 
 using Outcome = MergeReport::Outcome;
-constexpr int kAttempts = 3;                             // to read a map that slamd writes at that moment
-constexpr std::chrono::milliseconds kBetweenWrites(50);  // its journal is written within less
-
-/// @throws std::runtime_error where there is none, or some of it is damaged
-MapState load(const StoredMerge& merge, const std::string& name) {
-  if (!MapStore::isName(name)) throw std::runtime_error("\"" + name + "\" is no name of a map");
-  if (!std::filesystem::is_directory(merge.directory / name))
-    throw std::runtime_error("there is no map \"" + name + "\"; slamctl maps lists them");
-  for (int attempt = 1;; ++attempt) {
-    LoadedMap loaded = MapStore::load(merge.directory, name, merge.grid);
-    if (loaded.remarks.empty()) return std::move(loaded.state);
-    if (attempt == kAttempts)
-      throw std::runtime_error(loaded.remarks.front() + "; let slamd load and save the map before it is merged");
-    std::this_thread::sleep_for(kBetweenWrites);
-  }
-}
-
 std::string placeText(const Pose2& T_first_second) {
   char text[80];
   std::snprintf(text, sizeof text, "x %.2f m, y %.2f m, turned by %.1f deg", T_first_second.x, T_first_second.y,
@@ -104,26 +85,15 @@ std::string summaryOf(const StoredMerge& merge, const MergeReport& report, int f
 
 std::string StoredMerge::carryOut(const std::function<void(double)>& progress) const {
   if (first == second) throw std::runtime_error("map " + first + " cannot be merged with itself");
-  if (!MapStore::isName(merged))
-    throw std::runtime_error("\"" + merged + "\" is no name of a map; use letters, digits, - and _");
-  const std::filesystem::path folder = directory / merged;
-  if (std::filesystem::exists(std::filesystem::symlink_status(folder)))
-    throw std::runtime_error("there is a map \"" + merged + "\" already");
-  const MapState one = load(*this, first), other = load(*this, second);
+  requireFree(directory, merged);
+  const MapState one = loadWhole(directory, first, grid).state, other = loadWhole(directory, second, grid).state;
   const MergedMap result = mergeMaps(one, other, back_end, grid, {}, progress);
   if (!result.map) {
     if (result.report.outcome == Outcome::kAmbiguous && !pictures.empty())
       writePictures(*this, one, other, result.report.registration);
     throw std::runtime_error(refusalOf(*this, result.report));
   }
-  try {
-    MapStore(directory, merged).writeCopy(*result.map);
-    syncFolder(directory);
-  } catch (const std::runtime_error&) {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder, ignored);
-    throw;
-  }
+  storeNew(directory, merged, *result.map);
   return summaryOf(*this, result.report, one.keyframes.size(), other.keyframes.size());
 }
 

@@ -8,6 +8,7 @@
 
 #include "mapping/occupancy_grid.hpp"
 #include "slam/edits/map_edits.hpp"
+#include "store/map_store.hpp"
 
 namespace slam {
 
@@ -27,7 +28,20 @@ struct StoredMap {
   /// @throws FolderLocked where slamd writes the map, std::runtime_error where it is none, or the new name is taken
   void remove() const;
   void rename(const std::string& to) const;
+  /// @throws FolderLocked where slamd writes the map, std::runtime_error where it is none
+  void requireUnused() const;
+  /// @param before as it was loaded, when the work on it began @throws as edit(), also where it was changed since
+  void replaceBy(const LoadedMap& before, const MapState& after) const;
 };
+
+/// A map as merge and refine read it, also while slamd writes it.
+/// @throws std::runtime_error where there is none, or some of it is damaged
+LoadedMap loadWhole(const std::filesystem::path& directory, const std::string& name, const OccupancyGridConfig& grid);
+/// @throws std::runtime_error where it is no name of a map, or is taken
+void requireFree(const std::filesystem::path& directory, const std::string& name);
+/// Stores a map under a name that is free; what a start continues stays what it was.
+/// @throws std::runtime_error with the reason why not; then nothing was stored
+void storeNew(const std::filesystem::path& directory, const std::string& name, const MapState& map);
 
 /// Edits as a JSON list, or one as an object (docs/api.md). @return each as the argument of the command map_edit
 /// @param author of those that name none @throws std::runtime_error with one sentence where it is none

@@ -10,8 +10,8 @@
 
 namespace slam {
 
-/// `slamctl edit`, `undo`, `straighten`, `delete`, `rename` and `merge`: of maps by their names, whether slamd has them
-/// open or not.
+/// `slamctl edit`, `undo`, `straighten`, `delete`, `rename`, `merge` and `refine`: of maps by their names, whether
+/// slamd has them open or not.
 class StoredMapCommands {
  public:
   /// Adds the subcommands.
@@ -28,8 +28,9 @@ class StoredMapCommands {
 
  private:
   void merge(const std::string& directory, const Config& config) const;
+  void refine(const std::string& directory, const Config& config) const;
 
-  const CLI::App *edit_, *undo_, *straighten_, *delete_, *rename_, *merge_;
+  const CLI::App *edit_, *undo_, *straighten_, *delete_, *rename_, *merge_, *refine_;
   std::string name_, second_, file_, to_, origin_, pictures_;
 };
 
