@@ -95,7 +95,7 @@ std::optional<LidarDelay::Estimate> LidarDelay::estimate() const {
   const int best = static_cast<int>(std::min_element(errors.begin(), errors.end()) - errors.begin()) - kSteps;
   if (std::abs(best) == kSteps) return std::nullopt;
   std::nth_element(errors.begin(), errors.begin() + kSteps, errors.end());
-  if (error(best) > config_.distinct * errors[kSteps]) return std::nullopt;  // the robot hardly turned
+  if (error(best) > config_.distinct * errors[kSteps]) return std::nullopt;          // the robot hardly turned
   if (at(best).left() > config_.unexplained * at(best).turned) return std::nullopt;  // the gyro shows other turns
   const double slope = 0.5 * (error(best + 1) - error(best - 1)) / kStep;
   const double curvature = (error(best + 1) - 2.0 * error(best) + error(best - 1)) / (kStep * kStep);
@@ -114,7 +114,8 @@ std::optional<LidarDelay::Estimate> LidarDelay::estimate() const {
 bool LidarDelay::use(const Estimate& estimate) {
   if (std::abs(estimate.offset - toSeconds(used_)) < config_.least_error) return false;
   const auto nearest = [](double offset) { return static_cast<int>(std::lround(offset / kStep)); };
-  const double gain = 0.5 * estimate.turns * std::log(error(nearest(toSeconds(used_))) / error(nearest(estimate.offset)));
+  const double gain =
+      0.5 * estimate.turns * std::log(error(nearest(toSeconds(used_))) / error(nearest(estimate.offset)));
   if (!(gain > config_.likelihood_gain)) return false;
   used_ = fromSeconds(estimate.offset);
   return true;

@@ -78,8 +78,8 @@ inline constexpr ProblemKind kWheelsDead{
     "the pose goes by lidar and gyro", "was it pushed or carried? else check the plugs of the encoders"};
 
 inline constexpr ProblemKind kLidarDelay{
-    "lidar_delay", "the lidar's stamps are off the gyro's by {#0.3} s (sigma {#1.3} s)",
-    "slamd adds that to them", "add it to lidar.time_offset, or let its driver stamp the first beam"};
+    "lidar_delay", "the lidar's stamps are off the gyro's by {#0.3} s (sigma {#1.3} s)", "slamd adds that to them",
+    "add it to lidar.time_offset, or let its driver stamp the first beam"};
 
 inline constexpr const char* kWithoutScans = "slamd goes on without scans";
 inline constexpr ProblemKind kNoEcho{
