@@ -9,6 +9,12 @@
 
 namespace slam {
 
+LidarDelay::LidarDelay(const LidarDelayConfig& config)
+    : config_(config),
+      steps_(static_cast<int>(std::lround(config.reach / config.step))),
+      raster_(static_cast<std::size_t>(2 * steps_ + 1)),
+      differences_(raster_.size()) {}
+
 void LidarDelay::Sums::add(double difference, double interval, double angle) {
   ++used;
   dd += difference * difference;
@@ -27,7 +33,7 @@ void LidarDelay::addGyro(Timestamp stamp, double rate) {
   }
   if (gyro_count_ == gyro_.size()) gyro_begin_ = (gyro_begin_ + 1) % gyro_.size(), --gyro_count_;
   gyro_[(gyro_begin_ + gyro_count_++) % gyro_.size()] = {stamp, rate, angle};
-  const Timestamp complete = stamp - fromSeconds(kMaxOffset);
+  const Timestamp complete = stamp - fromSeconds(config_.reach);
   const auto end = waiting_.begin() + static_cast<std::ptrdiff_t>(waiting_count_);
   const auto later = std::find_if(waiting_.begin(), end, [&](const Turn& turn) { return turn.to >= complete; });
   std::for_each(waiting_.begin(), later, [this](const Turn& turn) { add(turn); });
@@ -59,26 +65,26 @@ std::optional<double> LidarDelay::angleAt(Timestamp stamp) const {
 }
 
 std::optional<double> LidarDelay::gyroTurn(const Turn& turn, int step) const {
-  const auto from = angleAt(turn.from + fromSeconds(step * kStep)), to = angleAt(turn.to + fromSeconds(step * kStep));
+  const auto from = angleAt(turn.from + fromSeconds(step * config_.step)),
+             to = angleAt(turn.to + fromSeconds(step * config_.step));
   return from && to ? std::optional(*to - *from) : std::nullopt;
 }
 
 void LidarDelay::add(const Turn& turn) {
   const double interval = toSeconds(turn.to - turn.from);
-  const auto earliest = gyroTurn(turn, -kSteps), latest = gyroTurn(turn, kSteps), whole = gyroTurn(turn, 0);
+  const auto earliest = gyroTurn(turn, -steps_), latest = gyroTurn(turn, steps_), whole = gyroTurn(turn, 0);
   if (!earliest || !latest || !whole) return;
   // At rest, or in an even turn, all shifts are alike.
   const bool even = std::max(std::abs(*earliest - *whole), std::abs(*latest - *whole)) < config_.small_turn;
-  std::array<std::optional<double>, 2 * kSteps + 1> differences;  // [rad]
   bool possible = false;
-  for (int step = -kSteps; step <= kSteps; ++step) {
+  for (int step = -steps_; step <= steps_; ++step) {
     const auto by_gyro = even ? whole : gyroTurn(turn, step);
-    if (by_gyro) differences[index(step)] = turn.angle - *by_gyro;
+    differences_[index(step)] = by_gyro ? std::optional(turn.angle - *by_gyro) : std::nullopt;
     possible |= by_gyro && std::abs(turn.angle - *by_gyro) < config_.outlier;
   }
   if (!possible) return;  // the match was wrong
   for (std::size_t i = 0; i < raster_.size(); ++i)
-    if (const auto& difference = differences[i])
+    if (const auto& difference = differences_[i])
       raster_[i].add(std::clamp(*difference, -config_.outlier, config_.outlier), interval, turn.angle);
 }
 
@@ -89,23 +95,33 @@ double LidarDelay::error(int step) const {
   return sums.left() / sums.used;
 }
 
-std::optional<LidarDelay::Estimate> LidarDelay::estimate() const {
-  std::array<double, 2 * kSteps + 1> errors{};
-  for (int step = -kSteps; step <= kSteps; ++step) errors[index(step)] = error(step);
-  const int best = static_cast<int>(std::min_element(errors.begin(), errors.end()) - errors.begin()) - kSteps;
-  if (std::abs(best) == kSteps) return std::nullopt;
-  std::nth_element(errors.begin(), errors.begin() + kSteps, errors.end());
-  if (error(best) > config_.distinct * errors[kSteps]) return std::nullopt;          // the robot hardly turned
+/// The shift that explains the turns; nothing where it lies at an end, or hardly any turn shows it.
+std::optional<int> LidarDelay::best() const {
+  int best = 0;
+  double sum = 0.0;
+  for (int step = -steps_; step <= steps_; ++step) {
+    sum += error(step);
+    if (error(step) < error(best)) best = step;
+  }
+  if (std::abs(best) == steps_) return std::nullopt;
+  if (!(error(best) < config_.distinct * sum / static_cast<double>(raster_.size()))) return std::nullopt;
   if (at(best).left() > config_.unexplained * at(best).turned) return std::nullopt;  // the gyro shows other turns
-  const double slope = 0.5 * (error(best + 1) - error(best - 1)) / kStep;
-  const double curvature = (error(best + 1) - 2.0 * error(best) + error(best - 1)) / (kStep * kStep);
+  return best;
+}
+
+std::optional<LidarDelay::Estimate> LidarDelay::estimate() const {
+  const auto shift = best();
+  if (!shift) return std::nullopt;
+  const double left = error(*shift - 1), middle = error(*shift), right = error(*shift + 1);
+  const double slope = 0.5 * (right - left) / config_.step;
+  const double curvature = (right - 2.0 * middle + left) / (config_.step * config_.step);
   if (!(curvature > 0.0) || !std::isfinite(curvature)) return std::nullopt;
   // Of a least-squares sum S with the residuals' variance s^2, the minimum's variance is 2 s^2 / S''.
-  const Sums& sums = at(best);
-  Estimate estimate{.offset = best * kStep - slope / curvature,
-                    .sigma = std::sqrt(2.0 * error(best) / (curvature * sums.used)),
+  const Sums& sums = at(*shift);
+  Estimate estimate{.offset = *shift * config_.step - slope / curvature,
+                    .sigma = std::sqrt(2.0 * middle / (curvature * sums.used)),
                     .turns = sums.used,
-                    .gyro_bias = {-sums.di / sums.ii, error(best) / sums.ii}};
+                    .gyro_bias = {-sums.di / sums.ii, middle / sums.ii}};
   if (!(estimate.sigma < config_.largest_sigma)) return std::nullopt;
   return estimate;
 }
@@ -113,7 +129,7 @@ std::optional<LidarDelay::Estimate> LidarDelay::estimate() const {
 /// Uses an estimate that explains the turns so much better than what is used.
 bool LidarDelay::use(const Estimate& estimate) {
   if (std::abs(estimate.offset - toSeconds(used_)) < config_.least_error) return false;
-  const auto nearest = [](double offset) { return static_cast<int>(std::lround(offset / kStep)); };
+  const auto nearest = [this](double offset) { return static_cast<int>(std::lround(offset / config_.step)); };
   const double gain =
       0.5 * estimate.turns * std::log(error(nearest(toSeconds(used_))) / error(nearest(estimate.offset)));
   if (!(gain > config_.likelihood_gain)) return false;

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <vector>
 
 #include "core/samples.hpp"
 #include "core/timestamp.hpp"
@@ -10,9 +11,11 @@
 namespace slam {
 
 struct LidarDelayConfig {
+  double reach = 0.25;           ///< [s] of the raster, on either side ...
+  double step = 0.005;           ///< [s] ... and between its shifts
   double least_error = 0.02;     ///< [s] of the lidar's stamps: less does little harm
   double largest_sigma = 0.01;   ///< [s] a worse estimate is none
-  double distinct = 0.7;         ///< [1] of the raster's median error that the best shift may have
+  double distinct = 0.7;         ///< [1] of the raster's mean error that the best shift may have
   double unexplained = 0.1;      ///< [1] of the turns' squares that it may leave
   double likelihood_gain = 9.2;  ///< [1] logarithm by which a shift must be likelier than the one in use: 10,000 times
   double outlier = 0.1;          ///< [rad] a match that is off by more at any shift is no measurement of a turn
@@ -29,7 +32,7 @@ struct LidarDelayConfig {
 /// No allocation after construction.
 class LidarDelay {
  public:
-  explicit LidarDelay(const LidarDelayConfig& config = {}) : config_(config) {}
+  explicit LidarDelay(const LidarDelayConfig& config = {});
 
   /// @param rate [rad/s] about z
   void addGyro(Timestamp stamp, double rate);
@@ -50,11 +53,7 @@ class LidarDelay {
   /// What of it is to be added to the lidar's stamps.
   Duration used() const { return used_; }
 
-  static constexpr double kMaxOffset = 0.25;  ///< [s] of the raster, on either side
-
  private:
-  static constexpr int kSteps = 50;                     // of the raster, to either side of 0
-  static constexpr double kStep = kMaxOffset / kSteps;  // [s]
   struct GyroSample {
     Timestamp stamp;
     double rate = 0.0, angle = 0.0;  // [rad/s], [rad] turned since the first sample
@@ -76,9 +75,10 @@ class LidarDelay {
   std::optional<double> angleAt(Timestamp stamp) const;
   std::optional<double> gyroTurn(const Turn& turn, int step) const;
   void add(const Turn& turn);
-  static std::size_t index(int step) { return static_cast<std::size_t>(step + kSteps); }
+  std::size_t index(int step) const { return static_cast<std::size_t>(step + steps_); }
   const Sums& at(int step) const { return raster_[index(step)]; }
   double error(int step) const;
+  std::optional<int> best() const;
   bool use(const Estimate& estimate);
 
   LidarDelayConfig config_;
@@ -86,7 +86,9 @@ class LidarDelay {
   std::size_t gyro_begin_ = 0, gyro_count_ = 0;
   std::array<Turn, 32> waiting_{};  // until the gyro has come so far that the largest shift can be compared
   std::size_t waiting_count_ = 0;
-  std::array<Sums, 2 * kSteps + 1> raster_{};
+  int steps_;  // of the raster, to either side of 0
+  std::vector<Sums> raster_;
+  std::vector<std::optional<double>> differences_;  // [rad] of a turn at each shift
   std::optional<Timestamp> last_scan_;
   double last_heading_ = 0.0;
   Duration used_{0};

@@ -187,7 +187,7 @@ void FrontEnd::compareTurns(Timestamp stamp, const MatchResult& match) {
     return monitor_.gyro.interrupt();
   }
   if (monitor_.delay.addScan(stamp, match.T_ref_base.theta)) {
-    intake_.setLidarDelay(monitor_.delay.used());
+    intake_.setLidarOffset(fromSeconds(config_.lidar.time_offset) + monitor_.delay.used());
     monitor_.interrupt();
     monitor_.gyro.forget();
     correctGyroBias(monitor_.delay.estimate()->gyro_bias);

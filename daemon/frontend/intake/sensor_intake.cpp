@@ -59,7 +59,7 @@ SensorIntake::Scan SensorIntake::accept(const LaserScan& scan, const EkfTimeline
     ++repeated_;
     return {last_first_ + std::max(Duration(0), scan.stamp - last_scan_)};
   }
-  const Timestamp first = scan_stamps_.next(scan.stamp) + lidar_offset_ + lidar_delay_;
+  const Timestamp first = scan_stamps_.next(scan.stamp) + lidar_offset_;
   last_scan_ = scan.stamp;
   last_first_ = first;
   if (pose.started() && first < pose.oldestStamp()) {

@@ -50,8 +50,8 @@ class SensorIntake {
   Scan accept(const LaserScan& scan, const EkfTimeline& pose, const EkfTimeline& odometry,
               std::span<const float> codes = {});
 
-  /// @param delay of the lidar beyond the configured one, added to its stamps
-  void setLidarDelay(Duration delay) { lidar_delay_ = delay; }
+  /// @param offset added to the lidar's stamps instead of the configured one
+  void setLidarOffset(Duration offset) { lidar_offset_ = offset; }
 
   void addTo(FrontEndCounters& counters) const;
 
@@ -60,7 +60,7 @@ class SensorIntake {
   bool isStuck(Timestamp first, const EkfTimeline& odometry);
 
   IntakeConfig config_;
-  Duration wheel_offset_, imu_offset_, lidar_offset_, lidar_delay_{0};
+  Duration wheel_offset_, imu_offset_, lidar_offset_;
   ForwardJumpGuard wheel_guard_, imu_guard_, scan_guard_;
   StampSequencer wheel_stamps_, scan_stamps_;
   ClockStepBridge imu_clock_;
