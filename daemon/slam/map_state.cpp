@@ -45,12 +45,14 @@ const StoredScan& wholeScan(const MapState& map, int id) {
   return whole == map.edits.whole.end() ? *map.keyframes.scan(id) : *whole->second;
 }
 
-OccupancyGrid drawGrid(const MapState& map, const OccupancyGridConfig& config) {
+OccupancyGrid drawGrid(const MapState& map, const OccupancyGridConfig& config,
+                       const std::function<void(double)>& progress) {
   OccupancyGrid grid(config);
   const EditedDrawing edits = drawingOf(map);
   for (int id = 0; id < map.keyframes.size(); ++id) {
     const StoredScan& scan = *map.keyframes.scan(id);
     if (map.in_map[static_cast<std::size_t>(id)] != 0) grid.add(map.keyframes.pose(id), scan.T_base_lidar, scan.points);
+    if (progress) progress((id + 1.0) / map.keyframes.size());
   }
   for (const MapView& view : viewsOf(map))
     grid.add(view.T_map_base() * view.view->T_base_depth, *shownOf(view, edits.erased));

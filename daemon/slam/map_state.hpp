@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -46,7 +47,9 @@ EditedDrawing drawingOf(const MapState& map);
 /// A keyframe's scan before anything was erased of it.
 const StoredScan& wholeScan(const MapState& map, int id);
 /// A grid in which all keyframes and views of a map are drawn, as its edits ask.
-OccupancyGrid drawGrid(const MapState& map, const OccupancyGridConfig& config);
+/// @param progress is called with the share [1] of the keyframes that is drawn
+OccupancyGrid drawGrid(const MapState& map, const OccupancyGridConfig& config,
+                       const std::function<void(double)>& progress = {});
 
 /// Why a robot cannot go on in a map, in words: its lidar is elsewhere than when the map was made, or the map cannot be
 /// extended. Empty: it can.

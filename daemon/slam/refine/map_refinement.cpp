@@ -11,7 +11,6 @@
 
 #include "graph/align_map.hpp"
 #include "matching/plicp.hpp"
-#include "slam/edits/straighten.hpp"
 
 namespace slam {
 namespace {
@@ -200,7 +199,8 @@ bool isBetter(const MapFigures& before, const MapFigures& after, double least_ga
 }
 
 /// The map with other poses, drawn anew. The robot stays where it was relative to the keyframe nearest to it.
-MapState laidOut(const MapState& map, KeyframeGraph keyframes, OccupancyGridConfig grid) {
+MapState laidOut(const MapState& map, KeyframeGraph keyframes, OccupancyGridConfig grid,
+                 const std::function<void(double)>& progress) {
   int nearest = -1;
   double shortest = std::numeric_limits<double>::infinity();
   for (int id = 0; id < map.keyframes.size(); ++id) {
@@ -221,8 +221,10 @@ MapState laidOut(const MapState& map, KeyframeGraph keyframes, OccupancyGridConf
   refined.range_max = map.range_max;
   refined.utime = map.utime;
   grid.resolution = map.grid.resolution();
-  refined.grid = OccupancyGrid(grid);
-  return transformed(refined, Pose2{}, grid);
+  ++refined.edits.revision;
+  refined.grid = drawGrid(refined, grid, progress);
+  refined.grid_keyframes = refined.keyframes.size();
+  return refined;
 }
 
 }  // namespace
@@ -236,11 +238,14 @@ RefinedMap refineMap(const MapState& map, const BackEndConfig& config, const Occ
     report.outcome = map.kind != MapKind::kScans ? Outcome::kFloorPlan : Outcome::kNoKeyframes;
     return result;
   }
+  const auto part = [&progress](double begin, double end) -> std::function<void(double)> {
+    if (!progress) return {};
+    return [&progress, begin, end](double share) { progress(begin + (end - begin) * share); };
+  };
   Refinement refinement(map, config, refine);
   for (int round = 0;; ++round) {
-    refinement.tieAll([&](double share) {
-      if (progress) progress((round + share) / (1.0 + refine.rounds));
-    });
+    const double each = refine.matching / (1.0 + refine.rounds);
+    refinement.tieAll(part(each * round, each * (round + 1)));
     report.compared = refinement.compared;
     report.verified = static_cast<int>(refinement.ties.size() + refinement.checks.size());
     if (refinement.ties.empty() || refinement.checks.empty()) return result;
@@ -251,7 +256,8 @@ RefinedMap refineMap(const MapState& map, const BackEndConfig& config, const Occ
   report.after = refinement.figures();
   report.revoked = refinement.revoked;
   report.outcome = isBetter(report.before, report.after, refine.least_gain) ? Outcome::kRefined : Outcome::kNoBetter;
-  if (report.outcome == Outcome::kRefined) result.map = laidOut(map, std::move(refinement.keyframes), grid);
+  if (report.outcome == Outcome::kRefined)
+    result.map = laidOut(map, std::move(refinement.keyframes), grid, part(refine.matching, 1.0));
   return result;
 }
 

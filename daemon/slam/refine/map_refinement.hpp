@@ -24,6 +24,7 @@ struct RefineConfig {
   double rotation_sigma = 0.003;    ///< [rad]
   int held_back = 10;  ///< of every so-manyth keyframe the ties count for nothing but the figures, which they check
   double least_gain = 0.01;  ///< [1] by which what visits differ by has to fall; walls may not get thicker
+  double matching = 0.7;     ///< [1] of the time goes into the rounds, the rest into the drawing of the result
   WallThicknessConfig walls = {};
 };
 
