@@ -112,8 +112,9 @@ void MotionProbe::take(const LaserScan& scan, ScanPoints& points) {
   deskew(scan, lidar_.limitsFor(scan), scan.stamp, lidar_.mounting(), at_rest_, points);
 }
 
-void MotionProbe::add(const LaserScan& scan, Timestamp stamp) {
+void MotionProbe::add(const LaserScan& scan, Duration delay) {
   if (checkStream(scan)) return;
+  const Timestamp stamp = scan.stamp + fromSeconds(lidar_.time_offset) + delay;
   if (stage_ == Stage::kMatched) settle();
   const bool clock_set = newest_ - stamp > config_.clock_step;
   if (stamp <= newest_ && !clock_set) return;  // misdated: no motion can be told by it

@@ -46,13 +46,13 @@ class MotionProbe {
 
   void add(const WheelSample& sample);
   void add(const ImuSample& sample);
-  /// Cheap, also for a scan that is taken; the work on it is left to work(). @param stamp of its first beam, in the
-  /// time of wheels and gyro
-  void add(const LaserScan& scan, Timestamp stamp);
+  /// Cheap, also for a scan that is taken; the work on it is left to work(). @param delay of the lidar beyond the
+  /// configured one
+  void add(const LaserScan& scan, Duration delay = Duration(0));
   /// The scan as the front end has interpreted it, but none of a stuck lidar or of no moment of this drive: it is no
   /// measurement.
-  void add(const ScanOutcome& outcome) {
-    if (!outcome.stuck && !outcome.misdated) add(*outcome.scan, outcome.first);
+  void add(const ScanOutcome& outcome, Duration delay) {
+    if (!outcome.stuck && !outcome.misdated) add(*outcome.scan, delay);
   }
   /// Matches the pair that add() has completed, some tenths of a millisecond; otherwise does nothing.
   void work();

@@ -75,7 +75,7 @@ void LidarDelay::add(const Turn& turn) {
   const auto earliest = gyroTurn(turn, -steps_), latest = gyroTurn(turn, steps_), whole = gyroTurn(turn, 0);
   if (!earliest || !latest || !whole) return;
   // At rest, or in an even turn, all shifts are alike.
-  const bool even = std::max(std::abs(*earliest - *whole), std::abs(*latest - *whole)) < config_.small_turn;
+  const bool even = std::max(std::abs(*earliest - *whole), std::abs(*latest - *whole)) < config_.small_turn * interval;
   bool possible = false;
   for (int step = -steps_; step <= steps_; ++step) {
     const auto by_gyro = even ? whole : gyroTurn(turn, step);
@@ -105,7 +105,6 @@ std::optional<int> LidarDelay::best() const {
   }
   if (std::abs(best) == steps_) return std::nullopt;
   if (!(error(best) < config_.distinct * sum / static_cast<double>(raster_.size()))) return std::nullopt;
-  if (at(best).left() > config_.unexplained * at(best).turned) return std::nullopt;  // the gyro shows other turns
   return best;
 }
 
@@ -126,14 +125,16 @@ std::optional<LidarDelay::Estimate> LidarDelay::estimate() const {
   return estimate;
 }
 
-/// Uses an estimate that explains the turns so much better than what is used.
+/// Uses an estimate that explains the turns so much better than what is used. One that would do little harm is as none.
 bool LidarDelay::use(const Estimate& estimate) {
-  if (std::abs(estimate.offset - toSeconds(used_)) < config_.least_error) return false;
-  const auto nearest = [this](double offset) { return static_cast<int>(std::lround(offset / config_.step)); };
-  const double gain =
-      0.5 * estimate.turns * std::log(error(nearest(toSeconds(used_))) / error(nearest(estimate.offset)));
+  const double offset = std::abs(estimate.offset) < config_.least_error ? 0.0 : estimate.offset;
+  if (std::abs(offset - toSeconds(used_)) < config_.least_change) return false;
+  const auto nearest = [this](double shift) { return static_cast<int>(std::lround(shift / config_.step)); };
+  const Sums& sums = at(nearest(offset));
+  if (sums.turned < config_.least_turned || sums.left() > config_.unexplained * sums.turned) return false;
+  const double gain = 0.5 * estimate.turns * std::log(error(nearest(toSeconds(used_))) / error(nearest(offset)));
   if (!(gain > config_.likelihood_gain)) return false;
-  used_ = fromSeconds(estimate.offset);
+  used_ = fromSeconds(offset);
   return true;
 }
 

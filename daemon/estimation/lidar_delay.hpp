@@ -11,16 +11,19 @@
 namespace slam {
 
 struct LidarDelayConfig {
-  double reach = 0.25;           ///< [s] of the raster, on either side ...
-  double step = 0.005;           ///< [s] ... and between its shifts
-  double least_error = 0.02;     ///< [s] of the lidar's stamps: less does little harm
-  double largest_sigma = 0.01;   ///< [s] a worse estimate is none
-  double distinct = 0.7;         ///< [1] of the raster's mean error that the best shift may have
-  double unexplained = 0.1;      ///< [1] of the turns' squares that it may leave
-  double likelihood_gain = 9.2;  ///< [1] logarithm by which a shift must be likelier than the one in use: 10,000 times
-  double outlier = 0.1;          ///< [rad] a match that is off by more at any shift is no measurement of a turn
-  double longest = 1.0;          ///< [s] between two matched scans, and between two gyro samples
-  double small_turn = 0.005;     ///< [rad] of a turn that shows no shift
+  double reach = 0.25;       ///< [s] of the raster, on either side ...
+  double step = 0.005;       ///< [s] ... and between its shifts
+  double least_error = 0.1;  ///< [s] of the lidar's stamps: less does little harm, and scans that are bent show as much
+  double least_change = 0.02;   ///< [s] of what is used
+  double least_turned = 0.3;    ///< [rad^2] of all turns' squares before anything is used
+  double largest_sigma = 0.01;  ///< [s] a worse estimate is none
+  double distinct = 0.7;        ///< [1] of the raster's mean error that the best shift may have
+  double unexplained = 0.1;     ///< [1] of the turns' squares that it may leave
+  double likelihood_gain =
+      14.0;                   ///< [1] logarithm by which a shift must be likelier than the one in use: a million times
+  double outlier = 0.1;       ///< [rad] a match that is off by more at any shift is no measurement of a turn
+  double longest = 1.0;       ///< [s] between two matched scans, and between two gyro samples
+  double small_turn = 0.005;  ///< [rad/s] by which the rate of a turn that shows no shift changes
   int fewest_turns = 20;
 };
 

@@ -123,7 +123,7 @@ ScanOutcome FrontEnd::track(const LaserScan& recorded, bool may_keep) {
   outcome.fused = validator_.acceptTracking(match, cloud, local_map_, predicted.pose, tracking_) &&
                   fuse(cloud, predicted, match, false);            // (15)-(17)
   if (!outcome.fused) recoverBySearch(cloud, predicted, outcome);  // correlative [Olson 2009], stricter test
-  compareTurns(cloud.stamp, match);
+  compareTurns(cloud.stamp, match, !taken.retimed);
   outcome.keyframe =
       outcome.fused ? follow(cloud, predicted, match, may_keep) : coast(cloud, predicted, match, may_keep);
   return outcome;
@@ -181,12 +181,16 @@ void FrontEnd::endDoubt() {
 }
 
 /// By what the scan says itself: the filter's pose is the gyro's, too.
-void FrontEnd::compareTurns(Timestamp stamp, const MatchResult& match) {
+/// @param stamped as the lidar was: else the turn says nothing of its delay
+void FrontEnd::compareTurns(Timestamp stamp, const MatchResult& match, bool stamped) {
   if (!match.usable() || match.observable < 3 || match.overlap < config_.validator.trusted_overlap) {
     monitor_.delay.interrupt();
     return monitor_.gyro.interrupt();
   }
-  if (monitor_.delay.addScan(stamp, match.T_ref_base.theta)) {
+  // Wheels that are wrong bend the scans.
+  if (!stamped || monitor_.wheels.reliability() == WheelReliability::kRejected) {
+    monitor_.delay.interrupt();
+  } else if (monitor_.delay.addScan(stamp, match.T_ref_base.theta)) {
     intake_.setLidarOffset(fromSeconds(config_.lidar.time_offset) + monitor_.delay.used());
     monitor_.interrupt();
     monitor_.gyro.forget();

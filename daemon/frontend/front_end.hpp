@@ -108,7 +108,7 @@ class FrontEnd {
   const Keyframe* coast(const Cloud& cloud, const Prediction& predicted, const MatchResult& match, bool may_keep);
   double gyroBias() const { return pose_.newest().gyroBias(); }
   void correctGyroBias(const GyroBias& bias);
-  void compareTurns(Timestamp stamp, const MatchResult& match);
+  void compareTurns(Timestamp stamp, const MatchResult& match, bool stamped);
   void endDoubt();
   void shareGyroBias();
   bool saysMuch(const Cloud& cloud) const;

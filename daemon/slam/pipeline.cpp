@@ -49,7 +49,7 @@ ScanOutcome Pipeline::add(const LaserScan& scan) {
 
 ScanOutcome Pipeline::match(const LaserScan& scan) {
   const ScanOutcome outcome = front_end_->add(scan);
-  probe_.add(outcome);
+  probe_.add(outcome, front_end_->lidarDelay().used());
   builder_.allowFor(1);
   if (on_scan) on_scan(outcome);
   probe_.work();

@@ -10,6 +10,8 @@
 #include "drivers/tcp_port.hpp"
 #include "firmware_if/arduino_bridge.hpp"
 #include "firmware_if/create_oi.hpp"
+#include "firmware_if/opencr.hpp"
+#include "firmware_if/roboclaw.hpp"
 #include "firmware_if/robolink.hpp"
 
 namespace slam {
@@ -51,6 +53,8 @@ Outgoing askBoard() {
 
 constexpr std::array kCreateBauds = {create_oi::kBaud};
 constexpr std::array kBoardBauds = {921600};
+constexpr std::array kRoboclawBauds = {roboclaw::kBaud};
+constexpr std::array kOpencrBauds = {opencr::kBaud};
 constexpr std::array kArduinoBauds = {arduino_bridge::kBaud, 115200};
 
 }  // namespace
@@ -75,10 +79,12 @@ PortFinding PortSearch::find(const std::atomic<bool>& cancel) {
     }
   }
   for (int round = 0; round < kRounds && !cancel; ++round) {
-    const bool known = (serial && ask({Speaker::kCreate, kCreateBauds, askCreate(), create_oi::stop()}, cancel)) ||
-                       (serial && ask({Speaker::kBoard, kBoardBauds, askBoard()}, cancel)) ||
-                       take(lidars.ask(cancel)) ||
-                       (serial && ask({Speaker::kArduino, kArduinoBauds, arduino_bridge::askCounts()}, cancel));
+    const bool known =
+        (serial && ask({Speaker::kCreate, kCreateBauds, askCreate(), create_oi::stop()}, cancel)) ||
+        (serial && ask({Speaker::kBoard, kBoardBauds, askBoard()}, cancel)) || take(lidars.ask(cancel)) ||
+        (serial && ask({Speaker::kRoboclaw, kRoboclawBauds, roboclaw::askVersion(roboclaw::kFirstAddress)}, cancel)) ||
+        (serial && ask({Speaker::kOpencr, kOpencrBauds, opencr::ping()}, cancel)) ||
+        (serial && ask({Speaker::kArduino, kArduinoBauds, arduino_bridge::askCounts()}, cancel));
     if (known || !found_.is_open) break;
   }
   return found_;

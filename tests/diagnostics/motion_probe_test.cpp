@@ -68,9 +68,9 @@ struct Drive {
       if (front_end) {
         const ScanOutcome outcome = front_end->add(scan);
         stuck += outcome.stuck;
-        probe->add(outcome);
+        probe->add(outcome, Duration(0));
       } else {
-        probe->add(scan, scan.stamp);
+        probe->add(scan);
       }
       probe->work();
       scan.stamp += copied_after;
@@ -139,7 +139,7 @@ TEST(MotionProbe, TakesEqualScansOfARobotAtRestForWhatTheyAre) {
     scan.stamp = drive.robot.now += 100ms;
     drive.probe->add(WheelSample{scan.stamp, drive.robot.wheels.pose});
     drive.probe->add(ImuSample{scan.stamp, {0, 0, 0.001}, {0, 0, 9.81}});
-    drive.probe->add(scan, scan.stamp);
+    drive.probe->add(scan);
   }
   EXPECT_EQ(drive.probe->findings().size, 0U);
 }

@@ -82,7 +82,7 @@ bool EstimatorThread::addScan(const ReceivedScan& received) {
   echoes_.add(received.scan, {static_cast<float>(lidar.range_min), static_cast<float>(lidar.range_max)},
               received.received);
   const ScanOutcome outcome = front_end_->add(received.scan, ends_.graph.keyframes.hasRoom());
-  probe_.add(outcome);
+  probe_.add(outcome, front_end_->lidarDelay().used());
   ends_.lidar_stuck = outcome.stuck;
   if (outcome.stuck) return false;
   ends_.scan_work.add(monotonicNow() - begin);

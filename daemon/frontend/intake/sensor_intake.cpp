@@ -59,6 +59,7 @@ SensorIntake::Scan SensorIntake::accept(const LaserScan& scan, const EkfTimeline
     ++repeated_;
     return {last_first_ + std::max(Duration(0), scan.stamp - last_scan_)};
   }
+  const std::uint32_t retimed = scan_stamps_.retimed();
   const Timestamp first = scan_stamps_.next(scan.stamp) + lidar_offset_;
   last_scan_ = scan.stamp;
   last_first_ = first;
@@ -68,7 +69,7 @@ SensorIntake::Scan SensorIntake::accept(const LaserScan& scan, const EkfTimeline
   }
   const bool stuck = isStuck(first, odometry);
   repeated_ += stuck;
-  return {first, !stuck, scan_stamps_.interval(), stuck};
+  return {first, !stuck, scan_stamps_.interval(), stuck, false, scan_stamps_.retimed() > retimed};
 }
 
 /// Whether the scan was sent twice: a lidar needs its time for the next one.

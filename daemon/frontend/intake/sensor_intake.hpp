@@ -45,6 +45,7 @@ class SensorIntake {
     double interval = 0.0;  ///< [s] usual time between two scans; 0: not known yet
     bool stuck = false;     ///< because the lidar repeats a turn although the robot moves
     bool misdated = false;  ///< because its stamp is far ahead of all others
+    bool retimed = false;   ///< its stamp was no later than the last one: it is a guess
   };
   /// @param codes ranges that mean "no return" [m]
   Scan accept(const LaserScan& scan, const EkfTimeline& pose, const EkfTimeline& odometry,

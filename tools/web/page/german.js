@@ -175,6 +175,11 @@ ranges_scatter|Weiten streuen {#0.2} m in Ruhe|Fenster putzen, Sonne fernhalten,
 beam_times_missing|Scans ohne Zeiten der Strahlen|Zeiten senden
 stamps_alone|{#0} Messungen weit voraus gestempelt|Uhr des Senders prüfen
 wheels_dead|Räder melden Stand, Scans Bewegung|geschoben? sonst Encoderstecker prüfen
+base_no_gyro|{0} sendet Räder, aber keine Drehrate|Kabel des Gyros prüfen, oder imu.driver
+vesc_no_estimates|Rad {0} (VESC {#0}): STATUS oder STATUS_5 fehlt|VESC Tool: CAN status 1, 4, 5 mit 50 Hz
+vesc_not_following|Rad {0} (VESC {#0}) dreht nicht mit|Rad frei machen; VESC Tool: Terminal, faults|slamd hält beide Räder an
+vesc_slow|Rad {0}: STATUS_5 nur alle {#0} ms|VESC Tool: CAN status rate 50 Hz
+vesc_hot|VESC von Rad {0} hat {#1} Grad|abkühlen lassen, besser kühlen
 lidar_delay|Stempel des Lidars um {#0.3} s falsch (Sigma {#1.3} s)|um so viel lidar.time_offset ändern
 no_echo|kein Echo: nichts in Reichweite, oder verdeckt|zu Wänden fahren, Abdeckung weg, putzen
 echoes_near|nur Echos unter range_min: verdeckt?|frei machen, oder lidar.range_min in m
