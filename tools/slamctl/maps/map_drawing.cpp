@@ -5,31 +5,12 @@
 #include <cstdio>
 #include <cstring>
 
+#include "tools/common/escaped.hpp"
+
 namespace slam {
 namespace {
 
 constexpr double kPaper = 10.0;  // [mm] a metre: 1:100
-
-/// Text that stands for itself in XML.
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
-}
 
 /// The sheet that shows an image: y goes down.
 class Sheet {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstdio>
 
+#include "tools/common/escaped.hpp"
 #include "tools/web/request_guard.hpp"
 
 namespace slam {
@@ -13,29 +14,6 @@ std::string sizeText(std::uint64_t bytes) {
   char text[32];
   std::snprintf(text, sizeof text, "%.1f MB", 1e-6 * static_cast<double>(bytes));
   return text;
-}
-
-std::string escaped(const std::string& text) {
-  std::string html;
-  for (const char c : text) {
-    switch (c) {
-      case '<':
-        html += "&lt;";
-        break;
-      case '>':
-        html += "&gt;";
-        break;
-      case '&':
-        html += "&amp;";
-        break;
-      case '"':
-        html += "&quot;";
-        break;
-      default:
-        html += c;
-    }
-  }
-  return html;
 }
 
 }  // namespace
