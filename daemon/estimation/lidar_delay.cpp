@@ -40,7 +40,7 @@ void LidarDelay::addGyro(Timestamp stamp, double rate) {
   waiting_count_ = static_cast<std::size_t>(std::move(later, end, waiting_.begin()) - waiting_.begin());
 }
 
-bool LidarDelay::addScan(Timestamp stamp, double heading) {
+std::optional<GyroBias> LidarDelay::addScan(Timestamp stamp, double heading) {
   stamp -= used_;
   const bool follows = last_scan_ && stamp > *last_scan_ && toSeconds(stamp - *last_scan_) < config_.longest;
   if (follows && waiting_count_ < waiting_.size())
@@ -48,7 +48,7 @@ bool LidarDelay::addScan(Timestamp stamp, double heading) {
   last_scan_ = stamp;
   last_heading_ = heading;
   const auto estimated = estimate();
-  return estimated && use(*estimated);
+  return estimated && use(*estimated) ? std::optional(estimated->gyro_bias) : std::nullopt;
 }
 
 std::optional<double> LidarDelay::angleAt(Timestamp stamp) const {

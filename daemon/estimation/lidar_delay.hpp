@@ -40,8 +40,8 @@ class LidarDelay {
   /// @param rate [rad/s] about z
   void addGyro(Timestamp stamp, double rate);
   /// A matched scan, up to 2 s after the gyro's newest sample. @param stamp with used() added
-  /// @param heading [rad] by the match @return whether used() has changed
-  bool addScan(Timestamp stamp, double heading);
+  /// @param heading [rad] by the match @return the gyro's bias by the same turns, where used() has changed
+  std::optional<GyroBias> addScan(Timestamp stamp, double heading);
   /// The next scan's turn is unknown: a scan between was not matched, or the map moved.
   void interrupt() { last_scan_.reset(); }
 

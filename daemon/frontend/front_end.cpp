@@ -190,12 +190,11 @@ void FrontEnd::compareTurns(Timestamp stamp, const MatchResult& match, bool stam
   // Wheels that are wrong bend the scans.
   if (!stamped || monitor_.wheels.reliability() == WheelReliability::kRejected) {
     monitor_.delay.interrupt();
-  } else if (monitor_.delay.addScan(stamp, match.T_ref_base.theta)) {
+  } else if (const auto bias = monitor_.delay.addScan(stamp, match.T_ref_base.theta)) {
     intake_.setLidarOffset(fromSeconds(config_.lidar.time_offset) + monitor_.delay.used());
     monitor_.interrupt();
     monitor_.gyro.forget();
-    correctGyroBias(monitor_.delay.estimate()->gyro_bias);
-    return;
+    return correctGyroBias(*bias);
   }
   if (const auto bias = monitor_.gyro.compare(stamp, match.T_ref_base.theta, gyroBias())) correctGyroBias(*bias);
 }
