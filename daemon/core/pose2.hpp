@@ -6,6 +6,8 @@
 
 namespace slam {
 
+inline double square(double value) { return value * value; }
+
 /// @return angle [rad] in [-pi, pi]
 inline double wrapAngle(double angle) {
   if (std::abs(angle) <= std::numbers::pi) return angle;  // as nearly all are, and a remainder takes a call

@@ -24,8 +24,6 @@ double normalQuantile(double p) {
   return t - (2.515517 + t * (0.802853 + t * 0.010328)) / (1.0 + t * (1.432788 + t * (0.189269 + t * 0.001308)));
 }
 
-double square(double value) { return value * value; }
-
 }  // namespace
 
 Ekf::Ekf(const EkfConfig& config, Timestamp stamp, const Pose2& pose) : config_(&config), stamp_(stamp) {

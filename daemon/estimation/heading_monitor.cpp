@@ -8,11 +8,7 @@
 #include "core/pose2.hpp"
 
 namespace slam {
-namespace {
-
-double square(double x) { return x * x; }
-
-}  // namespace
+namespace {}  // namespace
 
 void HeadingMonitor::compare(const GyroMonitor& gyro, Timestamp stamp, bool standstill, double theta, double variance) {
   const std::optional<Last> last = std::exchange(last_, Last{stamp, theta, standstill, 0.0});

@@ -5,11 +5,7 @@
 #include <utility>
 
 namespace slam {
-namespace {
-
-double square(double x) { return x * x; }
-
-}  // namespace
+namespace {}  // namespace
 
 std::optional<WheelSample> WheelMonitor::hear(const WheelSample& sample, bool unmatched) {
   heard_ = true;

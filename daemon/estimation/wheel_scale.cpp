@@ -4,11 +4,7 @@
 #include <cmath>
 
 namespace slam {
-namespace {
-
-double square(double x) { return x * x; }
-
-}  // namespace
+namespace {}  // namespace
 
 void WheelScale::add(const Pose2& wheels, const Pose2& scans, double variance, double excess) {
   const double path_length = std::hypot(scans.x, scans.y);

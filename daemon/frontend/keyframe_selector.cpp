@@ -12,8 +12,6 @@ namespace {
 
 constexpr double kMinStepSigma = 1e-4;  // [m, rad] keeps a step's covariance regular
 
-double square(double value) { return value * value; }
-
 }  // namespace
 
 KeyframeSelector::KeyframeSelector(const KeyframeConfig& config, const LidarModel& lidar, bool localise_only,

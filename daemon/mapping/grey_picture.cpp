@@ -17,15 +17,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void fail(const fs::path& file, const std::string& what) {
-  throw std::runtime_error(file.string() + ": " + what);
-}
-
 /// @param least [bytes] that so many pixels take in the file
 std::size_t pixelsOf(const fs::path& file, const GreyPicture& picture, double least, std::uintmax_t size) {
   if (const std::string words = implausibilityOfSize(picture.width, picture.height); !words.empty())
-    fail(file, words + "; the map is not read; cut off what is not known around it");
-  if (least > static_cast<double>(size)) fail(file, "shorter than its header says");
+    refuseFile(file, words + "; the map is not read; cut off what is not known around it");
+  if (least > static_cast<double>(size)) refuseFile(file, "shorter than its header says");
   return static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height);
 }
 
@@ -52,9 +48,9 @@ void readText(const fs::path& file, std::streambuf& in, int greatest, GreyPictur
   std::size_t left = 16 * picture.greys.size() + static_cast<std::size_t>(kPlausible.text_bytes);
   for (std::uint8_t& grey : picture.greys) {
     const int value = nextNumber(in, left);
-    if (value < 0 && left == 0) fail(file, "has more blanks and comments than a picture needs");
-    if (value < 0 && in.sgetc() == std::streambuf::traits_type::eof()) fail(file, "shorter than its header says");
-    if (value < 0 || value > greatest) fail(file, "has a value that is no number from 0 to its greatest value");
+    if (value < 0 && left == 0) refuseFile(file, "has more blanks and comments than a picture needs");
+    if (value < 0 && in.sgetc() == std::streambuf::traits_type::eof()) refuseFile(file, "shorter than its header says");
+    if (value < 0 || value > greatest) refuseFile(file, "has a value that is no number from 0 to its greatest value");
     grey = static_cast<std::uint8_t>((value * 255 + greatest / 2) / greatest);
   }
 }
@@ -65,9 +61,9 @@ void readBinary(const fs::path& file, std::istream& in, int greatest, GreyPictur
   for (std::size_t at = 0; at < picture.greys.size(); ++at) {
     const std::size_t column = at % width;
     if (column == 0 && !in.read(reinterpret_cast<char*>(row.data()), static_cast<std::streamsize>(row.size())))
-      fail(file, "shorter than its header says");
+      refuseFile(file, "shorter than its header says");
     const int value = bytes == 1 ? row[column] : row[2 * column] << 8 | row[2 * column + 1];
-    if (value > greatest) fail(file, "has a value above the greatest one of its header");
+    if (value > greatest) refuseFile(file, "has a value above the greatest one of its header");
     picture.greys[at] = static_cast<std::uint8_t>((value * 255 + greatest / 2) / greatest);
   }
 }
@@ -80,7 +76,7 @@ GreyPicture readPgm(const fs::path& file, std::ifstream& in, bool binary, std::u
   picture.height = nextNumber(bytes, left);
   const int greatest = nextNumber(bytes, left);
   if (greatest <= 0 || greatest > 65535)
-    fail(file, "its header is not that of a PGM: width, height, and the greatest value, of 1 to 65535");
+    refuseFile(file, "its header is not that of a PGM: width, height, and the greatest value, of 1 to 65535");
   bytes.sbumpc();  // one blank
   const double least = static_cast<double>(picture.width) * picture.height * (binary && greatest < 256 ? 1.0 : 2.0);
   picture.greys.resize(pixelsOf(file, picture, binary ? least : least - 1.0, size));
@@ -141,7 +137,7 @@ bool readRows(PngReader& reader, std::size_t row_bytes, png_bytepp rows) {
 GreyPicture readPng(const fs::path& file, std::ifstream& in, std::uintmax_t size) {
   PngReader reader(in);
   if (reader.info == nullptr) throw std::bad_alloc();
-  if (!readHeader(reader)) fail(file, std::string("damaged PNG: ") + reader.error);
+  if (!readHeader(reader)) refuseFile(file, std::string("damaged PNG: ") + reader.error);
   GreyPicture picture;
   picture.width = static_cast<int>(png_get_image_width(reader.png, reader.info));
   picture.height = static_cast<int>(png_get_image_height(reader.png, reader.info));
@@ -154,7 +150,7 @@ GreyPicture readPng(const fs::path& file, std::ifstream& in, std::uintmax_t size
   picture.greys.resize(pixels * (opaque ? 1 : 2));
   std::vector<png_bytep> rows;
   for (int i = 0; i < picture.height; ++i) rows.push_back(picture.greys.data() + row * static_cast<std::size_t>(i));
-  if (!readRows(reader, row, rows.data())) fail(file, std::string("damaged PNG: ") + reader.error);
+  if (!readRows(reader, row, rows.data())) refuseFile(file, std::string("damaged PNG: ") + reader.error);
   if (opaque) return picture;
   picture.see_through.resize(pixels);
   for (std::size_t i = 0; i < pixels; ++i) {
@@ -170,10 +166,14 @@ GreyPicture readPng(const fs::path& file, std::ifstream& in, std::uintmax_t size
 std::uintmax_t openToRead(const fs::path& file, std::ifstream& in) {
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
-  if (fs::exists(status) && !fs::is_regular_file(status)) fail(file, "cannot read: it is no file");
+  if (fs::exists(status) && !fs::is_regular_file(status)) refuseFile(file, "cannot read: it is no file");
   in.open(file, std::ios::binary);
-  if (!in) fail(file, std::string("cannot read: ") + std::strerror(errno));
+  if (!in) refuseFile(file, std::string("cannot read: ") + std::strerror(errno));
   return fs::file_size(file);
+}
+
+void refuseFile(const fs::path& file, const std::string& what) {
+  throw std::runtime_error(file.string() + ": " + what);
 }
 
 GreyPicture readGreyPicture(const fs::path& file) {
@@ -187,7 +187,7 @@ GreyPicture readGreyPicture(const fs::path& file) {
   in.seekg(0);
   in.read(begin, sizeof begin);
   if (std::memcmp(begin, "\x89PNG\r\n\x1A\n", sizeof begin) != 0)
-    fail(file, "neither PNG nor PGM (P5, P2), the only pictures of a map that slamd reads; convert it to PNG");
+    refuseFile(file, "neither PNG nor PGM (P5, P2), the only pictures of a map that slamd reads; convert it to PNG");
   in.seekg(0);
   return readPng(file, in, size);
 }

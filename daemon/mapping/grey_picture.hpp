@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <string>
 #include <vector>
 
 namespace slam {
@@ -18,6 +19,9 @@ struct GreyPicture {
 /// the file no more is read than its header says, and not more pixels than PlausibilityLimits allow.
 /// @throws std::runtime_error with file and reason
 GreyPicture readGreyPicture(const std::filesystem::path& file);
+
+/// @throws std::runtime_error with file and reason
+[[noreturn]] void refuseFile(const std::filesystem::path& file, const std::string& what);
 
 /// Opens a file for reading. What is no file, as a pipe, is refused and not waited for.
 /// @return its size [bytes] @throws std::runtime_error with file and reason

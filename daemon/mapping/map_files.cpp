@@ -18,10 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void fail(const fs::path& file, const std::string& what) {
-  throw std::runtime_error(file.string() + ": " + what);
-}
-
 /// The map with the path in blue.
 ColourImage picture(const MapImage& map, std::span<const Eigen::Vector2d> path) {
   ColourImage image = colourMap(map);
@@ -38,7 +34,8 @@ std::string readText(const fs::path& file, std::int64_t most) {
   std::ifstream in;
   const std::uintmax_t size = openToRead(file, in);
   if (size > static_cast<std::uintmax_t>(most))
-    fail(file, "has " + std::to_string(size) + " bytes, more than the " + std::to_string(most) + " that it may have");
+    refuseFile(file,
+               "has " + std::to_string(size) + " bytes, more than the " + std::to_string(most) + " that it may have");
   std::ostringstream content;
   content << in.rdbuf();
   return content.str();
@@ -48,7 +45,7 @@ void requirePlausible(const fs::path& yaml, const MapImage& image) {
   const std::string words =
       implausibilityOfPicture(image.resolution, image.origin_x, image.origin_y, image.width, image.height);
   if (!words.empty())
-    fail(yaml, words + "; the map is not read; give resolution and origin in metres, near the map's own origin");
+    refuseFile(yaml, words + "; the map is not read; give resolution and origin in metres, near the map's own origin");
 }
 
 }  // namespace
@@ -59,11 +56,11 @@ void replaceFile(const fs::path& file, const std::string& content) {
     std::ofstream out(temporary, std::ios::binary);
     out.write(content.data(), static_cast<std::streamsize>(content.size()));
     out.flush();
-    if (!out) fail(temporary, std::string("cannot write: ") + std::strerror(errno));
+    if (!out) refuseFile(temporary, std::string("cannot write: ") + std::strerror(errno));
   }
   std::error_code error;
   fs::rename(temporary, file, error);
-  if (error) fail(file, "cannot replace: " + error.message());
+  if (error) refuseFile(file, "cannot replace: " + error.message());
 }
 
 std::string encodePgm(const MapImage& image) {
@@ -84,7 +81,7 @@ MapImage readMapFiles(const fs::path& yaml) {
   try {
     description = parseMapDescription(text);
   } catch (const std::runtime_error& error) {
-    fail(yaml, error.what());
+    refuseFile(yaml, error.what());
   }
   GreyPicture picture = readGreyPicture(yaml.parent_path() / description.image);
   const Pose2& corner = description.T_map_picture;
@@ -96,7 +93,7 @@ MapImage readMapFiles(const fs::path& yaml) {
                  .cells = std::move(picture.greys)};
   requirePlausible(yaml, image);
   if (!isWithin(corner.theta, kPlausible.turn))
-    fail(yaml, "origin: " + implausibilityOf(corner) + "; the map is not read; give its yaw in radians");
+    refuseFile(yaml, "origin: " + implausibilityOf(corner) + "; the map is not read; give its yaw in radians");
   const auto cells = cellsOfGreys(description);
   const bool raw = description.mode == MapDescription::Mode::kRaw;
   for (std::size_t i = 0; i < image.cells.size(); ++i) {
@@ -107,7 +104,7 @@ MapImage readMapFiles(const fs::path& yaml) {
   try {
     image = alongAxes(image, corner.theta);
   } catch (const std::runtime_error& error) {
-    fail(yaml, error.what());
+    refuseFile(yaml, error.what());
   }
   requirePlausible(yaml, image);
   return image;

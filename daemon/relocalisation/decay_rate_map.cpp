@@ -13,9 +13,9 @@ namespace slam {
 namespace {
 
 constexpr int kLevels = 3;
-constexpr double kLowest = -6.0;  // log of [1/m]
-constexpr double kStep = 0.04;    // of a level's value: log rates from -6 to 4.2
-constexpr int kDirections = 8;    // that a wall with a door in it may have
+constexpr double kLowest = -6.0;    // log of [1/m]
+constexpr double kStep = 0.04;      // of a level's value: log rates from -6 to 4.2
+constexpr int kWallDirections = 8;  // that a wall with a door in it may have
 
 }  // namespace
 
@@ -55,9 +55,9 @@ std::optional<double> DecayRateMap::toWall(int column, int row, const Eigen::Vec
 /// and behind it.
 bool DecayRateMap::isDoorway(int column, int row) const {
   static const auto kAlong = [] {
-    std::array<Eigen::Vector2d, kDirections> along;
-    for (int i = 0; i < kDirections; ++i) {
-      const double angle = i * std::numbers::pi / kDirections;
+    std::array<Eigen::Vector2d, kWallDirections> along;
+    for (int i = 0; i < kWallDirections; ++i) {
+      const double angle = i * std::numbers::pi / kWallDirections;
       along[static_cast<std::size_t>(i)] = {std::cos(angle), std::sin(angle)};
     }
     return along;

@@ -13,8 +13,6 @@ namespace {
 
 constexpr double kFull = 255.0;  // of a level's value
 
-double square(double x) { return x * x; }
-
 int floorDivide(int value, int by) { return value >= 0 ? value / by : -((by - 1 - value) / by); }
 
 }  // namespace

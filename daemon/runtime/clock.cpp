@@ -6,7 +6,7 @@
 namespace slam {
 namespace {
 
-Duration read(clockid_t clock) {
+Duration timeOf(clockid_t clock) {
   timespec t{};
   clock_gettime(clock, &t);
   return std::chrono::seconds(t.tv_sec) + std::chrono::nanoseconds(t.tv_nsec);
@@ -14,10 +14,10 @@ Duration read(clockid_t clock) {
 
 }  // namespace
 
-Timestamp monotonicNow() { return Timestamp(read(CLOCK_MONOTONIC)); }
+Timestamp monotonicNow() { return Timestamp(timeOf(CLOCK_MONOTONIC)); }
 
 Duration wallClockOffset() {
-  const Duration before = read(CLOCK_MONOTONIC), wall = read(CLOCK_REALTIME), after = read(CLOCK_MONOTONIC);
+  const Duration before = timeOf(CLOCK_MONOTONIC), wall = timeOf(CLOCK_REALTIME), after = timeOf(CLOCK_MONOTONIC);
   return wall - (before + (after - before) / 2);
 }
 

@@ -11,10 +11,10 @@
 namespace slam {
 namespace {
 
-constexpr std::size_t kEditBytes = 86, kCornerBytes = 20, kPointBytes = 16, kAnchorBytes = 28,
+constexpr std::size_t kEditBytes = 86, kCornerBytes = 20, kOutlineBytes = 16, kAnchorBytes = 28,
                       kStepBytes = 5;  // at least
 
-void require(bool plausible, const char* words) {
+void requireEdit(bool plausible, const char* words) {
   if (!plausible) throw std::runtime_error(words);
 }
 
@@ -39,22 +39,22 @@ Eigen::Vector2d getPoint(BinaryReader& in) {
 void check(const MapEdit& edit, int keyframes) {
   constexpr double kFarthest = 2.0 * kPlausible.stored_farthest;
   const auto isNear = [](const Eigen::Vector2d& p) { return isWithin(p.x(), kFarthest) && isWithin(p.y(), kFarthest); };
-  require(edit.kind <= EditKind::kPlace, "holds an edit of an unknown kind");
-  require(edit.name.size() <= kEditLimits.name_bytes && edit.author.size() <= kEditLimits.name_bytes,
-          "holds an edit whose name is too long");
-  require(!edit.corners.empty() && edit.corners.size() <= kEditLimits.corners, "holds an edit without a place");
+  requireEdit(edit.kind <= EditKind::kPlace, "holds an edit of an unknown kind");
+  requireEdit(edit.name.size() <= kEditLimits.name_bytes && edit.author.size() <= kEditLimits.name_bytes,
+              "holds an edit whose name is too long");
+  requireEdit(!edit.corners.empty() && edit.corners.size() <= kEditLimits.corners, "holds an edit without a place");
   for (const MapEdit::Corner& corner : edit.corners)
-    require(corner.keyframe >= 0 && corner.keyframe < keyframes && isNear(corner.p_keyframe),
-            "holds an edit of a keyframe that is not there, or too far from it");
-  require(edit.outline.empty() == (edit.kind != EditKind::kErase) && edit.outline.size() <= kEditLimits.corners &&
-              std::all_of(edit.outline.begin(), edit.outline.end(), isNear),
-          "holds an edit with an outline that cannot be");
+    requireEdit(corner.keyframe >= 0 && corner.keyframe < keyframes && isNear(corner.p_keyframe),
+                "holds an edit of a keyframe that is not there, or too far from it");
+  requireEdit(edit.outline.empty() == (edit.kind != EditKind::kErase) && edit.outline.size() <= kEditLimits.corners &&
+                  std::all_of(edit.outline.begin(), edit.outline.end(), isNear),
+              "holds an edit with an outline that cannot be");
   for (const auto& [keyframe, T_keyframe_map] : edit.T_keyframe_map)
-    require(keyframe >= 0 && keyframe < keyframes && isPlausible(T_keyframe_map, kFarthest),
-            "holds an edit that erases of a keyframe that is not there");
-  require(isWithin(edit.theta, kPlausible.turn) && (edit.sigma.array() >= 0.0).all() &&
-              (edit.sigma.array() <= kEditLimits.widest_sigma).all(),
-          "holds a place whose heading or sigma cannot be");
+    requireEdit(keyframe >= 0 && keyframe < keyframes && isPlausible(T_keyframe_map, kFarthest),
+                "holds an edit that erases of a keyframe that is not there");
+  requireEdit(isWithin(edit.theta, kPlausible.turn) && (edit.sigma.array() >= 0.0).all() &&
+                  (edit.sigma.array() <= kEditLimits.widest_sigma).all(),
+              "holds a place whose heading or sigma cannot be");
 }
 
 void put(BinaryWriter& out, const MapEdit& edit) {
@@ -94,7 +94,7 @@ MapEdit getEdit(BinaryReader& in) {
     corner.keyframe = in.get<std::int32_t>();
     corner.p_keyframe = getPoint(in);
   }
-  edit.outline.resize(in.getCount(kPointBytes));
+  edit.outline.resize(in.getCount(kOutlineBytes));
   for (Eigen::Vector2d& p : edit.outline) p = getPoint(in);
   for (std::size_t left = in.getCount(kAnchorBytes); left > 0; --left) {
     const auto keyframe = in.get<std::int32_t>();
@@ -106,18 +106,18 @@ MapEdit getEdit(BinaryReader& in) {
 
 void check(const MapEdits& edits, int keyframes) {
   constexpr int kMost = 1'000'000'000;  // an edit a second for 30 years
-  require(edits.made >= 0 && edits.made < kMost && edits.revision >= 0 && edits.revision < kMost,
-          "counts more edits than anybody makes");
+  requireEdit(edits.made >= 0 && edits.made < kMost && edits.revision >= 0 && edits.revision < kMost,
+              "counts more edits than anybody makes");
   int before = 0;
   for (const MapEdit& edit : edits.edits) {
-    require(edit.id > before && edit.id <= edits.made, "holds edits that are not in their order");
+    requireEdit(edit.id > before && edit.id <= edits.made, "holds edits that are not in their order");
     check(edit, keyframes);
     before = edit.id;
   }
-  require(edits.done <= edits.steps.size() && edits.steps.size() <= kEditLimits.steps,
-          "undoes more steps than there are");
+  requireEdit(edits.done <= edits.steps.size() && edits.steps.size() <= kEditLimits.steps,
+              "undoes more steps than there are");
   for (const MapEdits::Step& step : edits.steps)
-    require(
+    requireEdit(
         std::any_of(edits.edits.begin(), edits.edits.end(), [&](const MapEdit& edit) { return edit.id == step.id; }),
         "holds a step of an edit that is not there");
 }

@@ -26,8 +26,6 @@ constexpr Duration kLong = std::chrono::seconds(1);  // interval of the wheels, 
 /// changes with the turn rate, by up to a third of half the angle turned.
 constexpr double kChord = 1e-3;
 
-double square(double x) { return x * x; }
-
 /// Each noise differs from all others, so that none can stand for another.
 EkfConfig uneven(bool holonomic) {
   EkfConfig config;

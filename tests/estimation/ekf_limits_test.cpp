@@ -15,7 +15,6 @@ using std::chrono::milliseconds;
 constexpr Timestamp kBegin{std::chrono::seconds(1000)};
 const EkfConfig kConfig;
 
-double square(double x) { return x * x; }
 double variance(const Ekf& ekf, Ekf::Index i) { return ekf.covariance()(i, i); }
 
 PoseMeasurement measured(const Pose2& pose, double sigma = 0.01) {

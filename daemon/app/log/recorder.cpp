@@ -10,7 +10,7 @@
 namespace slam {
 namespace {
 
-constexpr double kRate = 10.0;  // [Hz] so much is lost when slamd is killed
+constexpr double kFlushRate = 10.0;  // [Hz] so much is lost when slamd is killed
 
 }  // namespace
 
@@ -18,7 +18,7 @@ Recorder::Recorder(std::string name, std::unique_ptr<RecordSink> sink, std::size
     : name_(std::move(name)),
       sink_(std::move(sink)),
       capacity_(capacity),
-      worker_({.name = name_, .rate = kRate}, [this] { tick(); }) {
+      worker_({.name = name_, .rate = kFlushRate}, [this] { tick(); }) {
   worker_.start();
 }
 

@@ -4,7 +4,7 @@
 namespace slam {
 namespace {
 
-constexpr double kRate = 20.0;  // [Hz] keyframes come at a few per second
+constexpr double kGraphRate = 20.0;  // [Hz] keyframes come at a few per second
 
 }  // namespace
 
@@ -13,7 +13,7 @@ GraphThread::GraphThread(const Config& config, const GraphEnds& ends, const Wall
       policy_(config.store),
       work_(config, ends_, clock, policy_),
       jobs_(config, ends_, work_, policy_),
-      worker_({.name = "graph", .rate = kRate}, [this] { tick(); }) {}
+      worker_({.name = "graph", .rate = kGraphRate}, [this] { tick(); }) {}
 
 void GraphThread::tick() {
   work_.tick();

@@ -10,7 +10,7 @@ namespace {
 using namespace std::chrono_literals;
 using Joined = MulticastReceiver::Joined;
 constexpr Duration kLongestPatience = 8s;
-constexpr int kMostAtOnce = 64;
+constexpr int kMostPackets = 64;
 
 }  // namespace
 
@@ -52,7 +52,7 @@ void LcmLink::open(Timestamp now) {
 void LcmLink::receive() {
   const auto dropped = receiver_.dropped();
   bool is_drained = false;
-  for (int i = 0; i < kMostAtOnce && !is_drained; ++i) {
+  for (int i = 0; i < kMostPackets && !is_drained; ++i) {
     const auto datagram = receiver_.next();
     if (datagram) watch_.heard(dispatcher_.take(*datagram));
     is_drained = !datagram;

@@ -9,7 +9,7 @@ namespace {
 
 using create_oi::Mode;
 
-constexpr Duration kPeriod = std::chrono::milliseconds(15);
+constexpr Duration kStreamPeriod = std::chrono::milliseconds(15);
 
 /// A Create 2: it keeps the last speed for ever, but in safe mode a wheel that drops makes it passive, and stops it.
 class CreateEmulator : public CountingBase {
@@ -33,8 +33,8 @@ class CreateEmulator : public CountingBase {
   void send(Bytes& out) override {
     const bool obeys = mode_ == Mode::kSafe || mode_ == Mode::kFull;
     if (mode_ == Mode::kSafe && lifted()) enter(Mode::kPassive);
-    next_ = std::max(next_, now() - kPeriod);
-    for (; streams_ && mode_ != Mode::kOff && next_ <= now(); next_ += kPeriod) {
+    next_ = std::max(next_, now() - kStreamPeriod);
+    for (; streams_ && mode_ != Mode::kOff && next_ <= now(); next_ += kStreamPeriod) {
       const auto all = counts();
       deliver(
           create_oi::encodeStream({.dropped = lifted(),

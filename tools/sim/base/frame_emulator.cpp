@@ -12,7 +12,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kPeriod = Duration(1s) / slamd_base::kStateRate;
+constexpr Duration kStatePeriod = Duration(1s) / slamd_base::kStateRate;
 constexpr slamd_base::ControlGains kGains{.most = 3000.0F, .proportional = 0.8F, .integral = 4.0F};  // as delivered
 
 /// A base with the reference firmware, whose own code decides here what is driven and sent. Its motors have at once the
@@ -44,7 +44,7 @@ class FrameEmulator : public CountingBase {
     if (started_ == Timestamp{}) started_ = now();
     const auto all = counts();
     const std::int32_t words[2] = {static_cast<std::int32_t>(all[0]), static_cast<std::int32_t>(all[1])};
-    for (next_ = std::max(next_, now() - kPeriod); next_ <= now(); next_ += kPeriod) {
+    for (next_ = std::max(next_, now() - kStatePeriod); next_ <= now(); next_ += kStatePeriod) {
       control_.step(micros(now()), words);
       unsigned flags = 0;
       if (has_gyro_) flags |= slamd_base::kHasGyro;

@@ -9,7 +9,7 @@
 namespace slam::sim {
 namespace {
 
-constexpr Duration kPeriod = std::chrono::milliseconds(20);
+constexpr Duration kFeedbackPeriod = std::chrono::milliseconds(20);
 
 /// A Kobuki: it sends unasked as soon as it has power, and stops by itself 0.6 s after a base command.
 class KobukiEmulator : public CountingBase {
@@ -38,7 +38,7 @@ class KobukiEmulator : public CountingBase {
     constexpr double kCentidegree = 0.01 * std::numbers::pi / 180.0;
     constexpr std::int64_t kFirstStamp = 64500;  // [ms] so that it soon wraps
     if (started_ == Timestamp{}) started_ = now();
-    for (next_ = std::max(next_, now() - kPeriod); next_ <= now(); next_ += kPeriod) {
+    for (next_ = std::max(next_, now() - kFeedbackPeriod); next_ <= now(); next_ += kFeedbackPeriod) {
       const auto all = counts();
       const std::int64_t stamp = kFirstStamp + (next_ - started_) / std::chrono::milliseconds(1);
       deliver(

@@ -17,7 +17,7 @@ namespace {
 constexpr std::array<std::string_view, 5> kDevices = {"lidar", "board", "imu", "depth", "can"};
 constexpr std::size_t kLongestLine = 1000;
 
-[[noreturn]] void fail(const std::filesystem::path& path) {
+[[noreturn]] void failToRead(const std::filesystem::path& path) {
   throw std::system_error(errno, std::generic_category(), path.string());
 }
 
@@ -68,9 +68,9 @@ std::vector<ScheduledFault> readFaultScript(std::istream& in, const std::string&
 FaultPipe::FaultPipe(const std::filesystem::path& path) : path_(path) {
   std::filesystem::create_directories(path.parent_path());
   unlink(path.c_str());
-  if (mkfifo(path.c_str(), 0600) != 0) fail(path);
+  if (mkfifo(path.c_str(), 0600) != 0) failToRead(path);
   descriptor_ = open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);  // O_RDWR: never at its end without a writer
-  if (descriptor_ < 0) fail(path);
+  if (descriptor_ < 0) failToRead(path);
 }
 
 FaultPipe::~FaultPipe() {

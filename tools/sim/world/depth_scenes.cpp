@@ -6,12 +6,6 @@
 #include "tools/sim/world/scene_list.hpp"
 
 namespace slam::sim {
-namespace {
-
-constexpr double kPi = std::numbers::pi;
-
-}  // namespace
-
 Scene gazebo() {
   Scene scene{.name = "gazebo", .speed = 0.3};
   World& world = scene.world;

@@ -12,8 +12,6 @@
 namespace slam::sim {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kDegree = kPi / 180.0;
 constexpr double kStart = 0.8;       // [m] from the corridor's end to the origin
 constexpr double kDoor = 0.9;        // [m]
 constexpr double kClearance = 0.40;  // [m] from the route's middle to furniture

@@ -9,9 +9,6 @@
 namespace slam::sim {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kDegree = kPi / 180.0;
-
 Waypoint passing(double x, double y) { return {.pose = {x, y, 0.0}, .stop = false, .pause = 0.0}; }
 
 // Of the streets [m].

@@ -10,9 +10,6 @@
 namespace slam::sim {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kDegree = kPi / 180.0;
-
 /// Builds the wall of a corridor, office by office.
 class OfficeFront {
  public:

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <cstdint>
+#include <numbers>
 
 #include "tools/sim/world/scenes.hpp"
 
 namespace slam::sim {
+
+inline constexpr double kPi = std::numbers::pi;
+inline constexpr double kDegree = kPi / 180.0;
 
 /// The paper's Table I: a rectangle of 1.3 m x 3.25 m along floor tiles, in a room with some furniture.
 Scene tileRectangle();
