@@ -14,11 +14,10 @@ namespace slam {
 /// holds the first LaserScan::kCapacity.
 class ScanRows {
  public:
-  /// @param step 1 for all points, 2 for every second one ...
-  explicit ScanRows(std::span<const ScanPoint> points, std::size_t step = 1) {
-    points = points.first(std::min<std::size_t>(points.size(), LaserScan::kCapacity));
-    for (std::size_t i = 0; i < points.size(); i += step, ++points_) {
-      const std::size_t row = points_ / kLanes, lane = points_ % kLanes;
+  explicit ScanRows(std::span<const ScanPoint> points)
+      : points_(std::min<std::size_t>(points.size(), LaserScan::kCapacity)) {
+    for (std::size_t i = 0; i < points_; ++i) {
+      const std::size_t row = i / kLanes, lane = i % kLanes;
       const auto put = [&](Row& to, double value) {
         if (lane == 0) to = Row{};
         to[lane] = static_cast<float>(value);
@@ -46,7 +45,7 @@ class ScanRows {
   using Column = std::array<Row, LaserScan::kCapacity / kLanes>;
   static_assert(LaserScan::kCapacity % kLanes == 0);
   Column x_, y_, nx_, ny_;  // a cache line short of four pages, so that they do not compete for one set of a cache
-  std::size_t points_ = 0;
+  std::size_t points_;
 };
 
 }  // namespace slam
