@@ -37,13 +37,14 @@ void DynamicPointFilter::apply(ScanPoints& points, Timestamp stamp, const EkfTim
       const Eigen::Vector2d place = T_earlier_base * points[i].position;
       const Eigen::Vector2d normal = T_earlier_base.turned(points[i].normal);
       const auto sight = earlier.image.visibilityOf(place, normal);
+      const bool consistent = sight == RangeImage::Visibility::kConsistent;
+      if (!consistent && sight != RangeImage::Visibility::kViolated) continue;
       tally.add(sight);
       // Glass sends back what meets it squarely, and is looked through at any other angle.
-      const bool as_squarely =
-          squareness(place, normal, lidar) >= squareness(points[i].position, points[i].normal, lidar);
-      if (points[i].hasNormal() && as_squarely) walls_.add(sight);
-      const bool violated = sight == RangeImage::Visibility::kViolated && (place - lidar).norm() < earlier.sharp;
-      const bool consistent = sight == RangeImage::Visibility::kConsistent;
+      const bool is_wall = points[i].hasNormal() &&
+                           squareness(place, normal, lidar) >= squareness(points[i].position, points[i].normal, lidar);
+      if (is_wall) walls_.add(sight);
+      const bool violated = !consistent && (place - lidar).norm() < earlier.sharp;
       if (violated) through_.set(i);
       votes_[i] = static_cast<std::int8_t>(votes_[i] + violated - consistent);
     }

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "matching/linearisation.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace slam {
+namespace {
+
+constexpr std::size_t kRowsAtOnce = 8;  // looked up before the first is used: the reference is larger than the caches
+
+struct Kernel {
+  double gate;                                            // [m]
+  Row gate_squared, inverse_scale_squared, near_squared;  // [m^2, 1/m^2, m^2]
+  Row often, grazing_observations, point_weight, same_face;
+
+  Kernel(double gate_, double scale, const MatchConfig& config)
+      : gate(gate_),
+        gate_squared(rowOf(gate_ * gate_)),
+        inverse_scale_squared(rowOf(1.0 / (scale * scale))),
+        near_squared(rowOf(config.overlap_distance * config.overlap_distance)),
+        often(rowOf(config.known_observations)),
+        grazing_observations(rowOf(config.grazing_observations)),
+        point_weight(rowOf(config.point_weight)),
+        same_face(rowOf(config.same_face)) {}
+};
+
+/// Points whose partners are looked up: in the reference's axes, about the scan's own pose.
+struct TurnedRow {
+  Row rx, ry, nx, ny;  // [m] R p, and R n
+  IntRow partners;     // by Reference::nearest()
+};
+
+/// Four pairs. Where there is none, or it is refused, both weights are 0.
+struct PairRow {
+  IntRow valid;
+  Row line_weight, point_weight;  // of pairs with a line, and of those with a point
+  Row nx, ny;                     // of the line
+  Row rx, ry, dx, dy;             // [m] R p, and from the surfel to the point
+  Row across, squared;            // [m] from the line, and [m^2] residual
+  Row lever;                      // [m] n . R' p
+  Row observations, normal_variance;
+};
+
+/// Where along the beam a sliding point was hit says nothing: it is a line along it, give or take the lidar's place in
+/// base.
+void turnAlongBeam(IntRow sliding, PairRow& pair) {
+  Row inverse{};
+  for (std::size_t i = 0; i < kLanes; ++i)
+    inverse[i] = 1.0F / std::max(1e-3F, std::sqrt(pair.rx[i] * pair.rx[i] + pair.ry[i] * pair.ry[i]));
+  pair.nx = choose(sliding, -pair.ry * inverse, pair.nx);
+  pair.ny = choose(sliding, pair.rx * inverse, pair.ny);
+}
+
+PairRow pairOf(const TurnedRow& point, const Surfels& surfel, Row x, Row y, const Kernel& kernel) {
+  const Row zero{}, one = rowOf(1.0);
+  PairRow pair;
+  pair.nx = surfel.nx, pair.ny = surfel.ny;
+  pair.rx = point.rx, pair.ry = point.ry;
+  pair.observations = surfel.observations;
+  pair.normal_variance = surfel.normal_variance;
+  pair.dx = x - surfel.x + pair.rx;
+  pair.dy = y - surfel.y + pair.ry;
+  pair.squared = pair.dx * pair.dx + pair.dy * pair.dy;
+  const IntRow line = surfel.nx * surfel.nx + surfel.ny * surfel.ny > zero;
+  const IntRow sliding = surfel.grazing & (surfel.observations < kernel.grazing_observations);
+  if (any(sliding)) turnAlongBeam(sliding, pair);
+  const IntRow has_normal = point.nx * point.nx + point.ny * point.ny > zero;
+  const IntRow other_face = pair.nx * point.nx + pair.ny * point.ny < kernel.same_face;
+  pair.valid = (point.partners != 0) & (pair.squared <= kernel.gate_squared) & ~(line & has_normal & other_face);
+  pair.across = pair.nx * pair.dx + pair.ny * pair.dy;
+  pair.lever = pair.ny * pair.rx - pair.nx * pair.ry;
+  const IntRow along_line = line | sliding;
+  pair.squared = choose(along_line, pair.across * pair.across, pair.squared);
+  const Row share = choose(line & ~sliding, one, kernel.point_weight);
+  const Row weight =
+      surfel.observations * share / ((one + surfel.observations) * (one + pair.squared * kernel.inverse_scale_squared));
+  pair.line_weight = where(pair.valid & along_line, weight);
+  pair.point_weight = where(pair.valid & ~along_line, weight);
+  return pair;
+}
+
+/// Calls add(row, pairs) for each row of the scan, and endBlock() after every kRowsAtOnce of them.
+/// @return points in the reference's window
+int forEachPairs(const Reference& reference, const ScanRows& scan, const Pose2& T, const Kernel& kernel,
+                 auto& consumer) {
+  const Row x = rowOf(T.x), y = rowOf(T.y), c = rowOf(std::cos(T.theta)), s = rowOf(std::sin(T.theta));
+  IntRow covered{};
+  std::array<TurnedRow, kRowsAtOnce> turned;
+  for (std::size_t first = 0; first < scan.size(); first += kRowsAtOnce) {
+    const std::size_t rows = std::min(kRowsAtOnce, scan.size() - first);
+    for (std::size_t i = 0; i < rows; ++i) {
+      TurnedRow& point = turned[i];
+      const Row px = scan.x(first + i), py = scan.y(first + i), nx = scan.nx(first + i), ny = scan.ny(first + i);
+      point.rx = c * px - s * py, point.ry = s * px + c * py;
+      point.nx = c * nx - s * ny, point.ny = s * nx + c * ny;
+      const IntRow there = scan.present(first + i) & reference.covers(x + point.rx, y + point.ry);
+      covered += there;
+      point.partners = reference.nearest(x + point.rx, y + point.ry, there, kernel.gate);
+    }
+    for (std::size_t i = 0; i < rows; ++i)
+      consumer.add(first + i, pairOf(turned[i], reference.surfels(turned[i].partners), x, y, kernel));
+    consumer.endBlock();
+  }
+  return countOf(covered);
+}
+
+/// Sums of w r r^T over rows r of three, with what else a linearisation counts: in single precision, so of few pairs.
+class RowSums {
+ public:
+  explicit RowSums(const Kernel& kernel) : kernel_(kernel) {}
+
+  void add(std::size_t /*row*/, const PairRow& pair) {
+    const Row w = pair.line_weight, nx = w * pair.nx, ny = w * pair.ny, lever = w * pair.lever, e = pair.across;
+    xx_ += nx * pair.nx, xy_ += nx * pair.ny, yy_ += ny * pair.ny;
+    xt_ += nx * pair.lever, yt_ += ny * pair.lever, tt_ += lever * pair.lever;
+    gx_ += nx * e, gy_ += ny * e, gt_ += lever * e, ee_ += w * e * e;
+    // [t, t . R' p] with t along the line, and the variance of the normal.
+    const Row along = pair.nx * pair.rx + pair.ny * pair.ry, v = w * pair.normal_variance;
+    const Row vx = v * pair.nx, vy = v * pair.ny;
+    sxx_ += vy * pair.ny, sxy_ -= vy * pair.nx, syy_ += vx * pair.nx;
+    sxt_ -= vy * along, syt_ += vx * along, stt_ += v * along * along;
+    if (any(pair.point_weight > Row{})) addPoints(pair);
+    weight_ += w + pair.point_weight;
+    const IntRow agreeing = pair.valid & (pair.squared < kernel_.near_squared);
+    agreeing_error_ += where(agreeing, pair.squared);
+    observations_ += where(agreeing, pair.observations);
+    pairs_ += pair.valid, agreeing_ += agreeing, known_ += agreeing & (pair.observations >= kernel_.often);
+  }
+
+  void endBlock() {
+    const auto take = [](Row& row) { return sumOf(std::exchange(row, Row{})); };
+    const auto addSymmetric = [&](Eigen::Matrix3d& H, Row& xx, Row& xy, Row& xt, Row& yy, Row& yt, Row& tt) {
+      H(0, 0) += take(xx), H(0, 1) += take(xy), H(0, 2) += take(xt);
+      H(1, 1) += take(yy), H(1, 2) += take(yt), H(2, 2) += take(tt);
+    };
+    NormalEquations& equations = sums_.equations;
+    addSymmetric(equations.H, xx_, xy_, xt_, yy_, yt_, tt_);
+    addSymmetric(equations.spurious, sxx_, sxy_, sxt_, syy_, syt_, stt_);
+    equations.g += Eigen::Vector3d(take(gx_), take(gy_), take(gt_));
+    equations.squared_error += take(ee_);
+    equations.weight += take(weight_);
+    sums_.agreeing_error += take(agreeing_error_);
+    sums_.observations += take(observations_);
+  }
+
+  Linearisation of(int covered) {
+    for (Eigen::Matrix3d* H : {&sums_.equations.H, &sums_.equations.spurious})
+      *H = H->selfadjointView<Eigen::Upper>().toDenseMatrix();
+    sums_.equations.pairs = countOf(pairs_);
+    sums_.agreeing = countOf(agreeing_);
+    sums_.known = countOf(known_);
+    sums_.covered = covered;
+    return sums_;
+  }
+
+ private:
+  void addPoints(const PairRow& pair) {  // rows [1, 0, -ry] and [0, 1, rx]
+    const Row w = pair.point_weight, rx = w * pair.rx, ry = w * pair.ry, dx = w * pair.dx, dy = w * pair.dy;
+    xx_ += w, yy_ += w, xt_ -= ry, yt_ += rx, tt_ += rx * pair.rx + ry * pair.ry;
+    gx_ += dx, gy_ += dy, gt_ += rx * pair.dy - ry * pair.dx, ee_ += w * pair.squared;
+  }
+
+  Kernel kernel_;
+  Row xx_{}, xy_{}, xt_{}, yy_{}, yt_{}, tt_{}, gx_{}, gy_{}, gt_{}, ee_{};
+  Row sxx_{}, sxy_{}, sxt_{}, syy_{}, syt_{}, stt_{};
+  Row weight_{}, agreeing_error_{}, observations_{};
+  IntRow pairs_{}, agreeing_{}, known_{};
+  Linearisation sums_;
+};
+
+/// Points in a row that one wall or body gives. @return whether point i begins another part than that of `first`
+bool beginsPart(std::span<const ScanPoint> points, std::size_t first, std::size_t i, const MatchConfig& config) {
+  if ((points[i].position - points[i - 1].position).squaredNorm() > config.part_gap * config.part_gap) return true;
+  const bool lines = points[i].hasNormal() && points[first].hasNormal();
+  return lines && points[i].normal.dot(points[first].normal) <= config.part_bend;
+}
+
+}  // namespace
+
+Linearisation linearise(const Reference& reference, const ScanRows& scan, const Pose2& T_ref_base, double gate,
+                        double kernel_scale, const MatchConfig& config) {
+  const Kernel kernel(gate, kernel_scale, config);
+  RowSums sums(kernel);
+  const int covered = forEachPairs(reference, scan, T_ref_base, kernel, sums);
+  return sums.of(covered);
+}
+
+Eigen::Matrix3d pullsOfParts(const Reference& reference, const ScanRows& scan, std::span<const ScanPoint> points,
+                             const Pose2& T_ref_base, const MatchConfig& config) {
+  struct Parts {
+    std::span<const ScanPoint> points;
+    const MatchConfig& config;
+    std::size_t first = 0;
+    Eigen::Vector3d pull = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d pulls = Eigen::Matrix3d::Zero();
+
+    void end() { pulls += pull * pull.transpose(), pull.setZero(); }
+    void add(std::size_t row, const PairRow& pair) {
+      const Row line = pair.line_weight * pair.across, dx = pair.point_weight * pair.dx,
+                dy = pair.point_weight * pair.dy;
+      const Row x = line * pair.nx + dx, y = line * pair.ny + dy,
+                theta = line * pair.lever + pair.rx * dy - pair.ry * dx;
+      for (std::size_t lane = 0, i = row * kLanes; lane < kLanes && i < points.size(); ++lane, ++i) {
+        if (i > 0 && beginsPart(points, first, i, config)) end(), first = i;
+        pull += Eigen::Vector3f(x[lane], y[lane], theta[lane]).cast<double>();
+      }
+    }
+    void endBlock() {}
+  } parts{points.first(scan.points()), config};
+  forEachPairs(reference, scan, T_ref_base, {config.final_pair_distance, config.kernel_scale, config}, parts);
+  parts.end();
+  return parts.pulls;
+}
+
+}  // namespace slam

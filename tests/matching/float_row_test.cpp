@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "matching/float_row.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "support/property.hpp"
+
+namespace slam::float_row_test {
+namespace {
+
+Row drawRow(double most) {
+  Row row{};
+  for (std::size_t i = 0; i < kLanes; ++i) row[i] = static_cast<float>(test::draw(-most, most));
+  return row;
+}
+
+RC_GTEST_PROP(FloatRow, FloorsAndChoosesAsEachNumberAlone, ()) {
+  const Row a = drawRow(1e6), b = drawRow(1e6);
+  const IntRow floor = floorOf(a), less = a < b;
+  const Row chosen = choose(less, a, b), masked = where(less, a);
+  int count = 0;
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    RC_ASSERT(floor[i] == static_cast<int>(std::floor(a[i])));
+    RC_ASSERT(chosen[i] == std::min(a[i], b[i]));
+    RC_ASSERT(masked[i] == (a[i] < b[i] ? a[i] : 0.0F));
+    count += a[i] < b[i];
+  }
+  RC_ASSERT(countOf(less) == count);
+  RC_ASSERT(any(less) == (count > 0));
+}
+
+TEST(FloatRow, FloorsWholeNumbersToThemselves) {
+  const IntRow floor = floorOf(Row{-2.0F, -0.0F, 3.0F, -1e-7F});
+  EXPECT_EQ(floor[0], -2);
+  EXPECT_EQ(floor[1], 0);
+  EXPECT_EQ(floor[2], 3);
+  EXPECT_EQ(floor[3], -1);
+}
+
+TEST(FloatRow, TransposesRowsToColumns) {
+  Row rows[kLanes];
+  for (std::size_t i = 0; i < kLanes; ++i)
+    for (std::size_t k = 0; k < kLanes; ++k) rows[i][k] = static_cast<float>(10 * i + k);
+  transpose(rows[0], rows[1], rows[2], rows[3]);
+  for (std::size_t i = 0; i < kLanes; ++i)
+    for (std::size_t k = 0; k < kLanes; ++k) EXPECT_EQ(rows[i][k], static_cast<float>(10 * k + i));
+}
+
+TEST(FloatRow, WhatIsMaskedOutIsNeitherAddedNorCounted) {
+  const Row not_finite{INFINITY, NAN, 1.0F, 2.0F};
+  EXPECT_EQ(sumOf(where(IntRow{0, 0, -1, -1}, not_finite)), 3.0);
+}
+
+}  // namespace
+}  // namespace slam::float_row_test
