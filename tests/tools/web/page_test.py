@@ -5,6 +5,7 @@
 Usage: page_test.py BIN SOURCE OUT: programs, the repository, and a folder for screenshots. Exit 77: no Chromium here.
 With SLAMD_WRITE_DOCS=1 it makes docs/web.png and no more.
 """
+import json
 import os
 import signal
 import socket
@@ -20,6 +21,10 @@ from page_drive import PAGE, TOKEN, Drives, check_drive, check_drive_by_keys, ch
 from page_session import UNLOCK, session
 from page_words import ENGLISH_LINES, GERMAN_LINES, check_lines
 
+# For the picture in docs/robot.md [m].
+DRAWN = [{"kind": "room", "name": "Meeting room", "points": [[-1.5, -6.8], [7.5, -6.8], [7.5, 0.8], [-1.5, 0.8]]},
+         {"kind": "zone", "points": [[5, -6.2], [7.4, -6.2], [7.4, -6.8], [5, -6.8]]},
+         {"kind": "place", "name": "Dock", "points": [[0, 0]], "theta": 0}]
 SIZES = {"desktop": (1280, 800, 1), "phone": (390, 844, 2)}
 
 
@@ -202,6 +207,9 @@ def main():
             browser = check_size("desktop", chromium, out)
             browser.run(UNLOCK % TOKEN)
             wait_until("the stick is shown", lambda: browser.run("return !document.getElementById('stick').hidden"))
+            for edit in DRAWN:
+                browser.run(f"return ask({{verb: 'map_edit', edit: {json.dumps(edit)}}})")
+            wait_until("what is drawn is shown", lambda: browser.run("return window.slam.robot.edits.length") == len(DRAWN))
             wait_until("the robot is well", lambda: browser.run("return document.querySelector('.badge.good') !== null"), 120)
             browser.screenshot(source / "docs/web.png")
             browser.close()
