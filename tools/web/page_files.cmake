@@ -37,6 +37,7 @@ foreach(row "/|index.html|text/html" "/words.js|words.js|text/javascript" "/germ
     string(REGEX REPLACE "\", ([a-zA-Z({[])" "\",\\1" source "${source}")
     if(NOT file STREQUAL words.js)  # whose texts have such blanks
       string(REGEX REPLACE "[)] ([a-z$])" ")\\1" source "${source}")
+      string(REGEX REPLACE "(return|const|let|of|async) ([[{(])" "\\1\\2" source "${source}")
       string(REGEX REPLACE "([a-zA-Z]): ([({[a-z0-9])" "\\1:\\2" source "${source}")
       string(REGEX REPLACE "([]a-zA-Z0-9_)]), ([a-zA-Z0-9_({[])" "\\1,\\2" source "${source}")
     endif()

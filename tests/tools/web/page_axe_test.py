@@ -13,6 +13,7 @@ from browser import wait_until
 from page_access import check_contrast, check_targets
 from page_maps_test import opened
 from page_session import SKIPPED, session
+from page_test import SHOWS_A_MAP
 
 AUDIT = """return axe.run(document, {rules: {"target-size": {enabled: true}}}).then((r) => r.violations.flatMap((v) =>
   v.nodes.map((n) => v.id + " (" + v.impact + "): " + n.html.slice(0, 140) + " | " + n.failureSummary.replace(/\\s+/g, " ").slice(0, 220))))"""
@@ -62,6 +63,12 @@ def main():
                     if browser.touch:
                         check_targets(browser)
                     browser.screenshot(out / f"{name.replace(', ', '-').replace(' ', '_')}.png")
+                browser.run("sessionStorage.clear()")
+                browser.reload()
+                wait_until("the map is drawn without the token", lambda: browser.run(SHOWS_A_MAP))
+                browser.run(source.read_text())
+                findings += audit(f"{size}, {'dark' if dark else 'light'}, without the token", browser)
+                looks += 1
                 browser.close()
     print(f"axe-core: {len(findings)} findings in {looks} looks")
     if findings:

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -13,9 +14,10 @@ namespace slam {
 namespace {
 
 const char *const kState = "state", *const kDrive = "drive", *const kDevice = "device";
-constexpr std::size_t kMostOpen = 16;      // devices of a robot, its pose and its drive
-constexpr std::size_t kLongestName = 200;  // [bytes]
-constexpr double kLongestStep = 0.5;       // [m] between two poses; more is a jump, and no way
+constexpr std::size_t kMostOpen = 16;          // devices of a robot, its pose and its drive
+constexpr std::size_t kLongestName = 200;      // [bytes]
+constexpr std::size_t kLongestProblem = 2000;  // [bytes] slamd's own have some hundreds
+constexpr double kLongestStep = 0.5;           // [m] between two poses; more is a jump, and no way
 
 const problem_t* problemOf(const problems_t& problems, const std::string& device) {
   const auto at = std::find_if(problems.problems.begin(), problems.problems.end(),
@@ -23,9 +25,18 @@ const problem_t* problemOf(const problems_t& problems, const std::string& device
   return at == problems.problems.end() ? nullptr : &*at;
 }
 
+bool isTime(std::int64_t utime) { return utime > 0 && utime < std::numeric_limits<std::int64_t>::max() / 4000; }
+
+bool isShort(const problem_t& problem) {
+  std::size_t size = problem.device.size() + problem.id.size() + problem.cause.size() + problem.meanwhile.size() +
+                     problem.fix.size() + sizeof(double) * problem.numbers.size();
+  for (const std::string& text : problem.texts) size += sizeof text + text.size();
+  return size <= kLongestProblem;
+}
+
 /// The first one of the highest level is what it began with; later ones are steps of the way back.
 void blame(DayHistory::Happening& happening, const problem_t* problem) {
-  if (problem != nullptr && (!happening.problem || problem->level > happening.problem->level))
+  if (problem != nullptr && isShort(*problem) && (!happening.problem || problem->level > happening.problem->level))
     happening.problem = *problem;
 }
 
@@ -68,7 +79,7 @@ void DayHistory::keep(Happening happening) {
 }
 
 void DayHistory::take(const pose_estimate_t& pose) {
-  if (!advance(pose.utime)) return;
+  if (!isTime(pose.utime) || !advance(pose.utime)) return;
   if (pose_ && pose.utime - pose_->utime > kSilence) {
     end(kState, pose_->utime), end(kDrive, pose_->utime);
     begin(kState, kState, "silent", pose_->utime);
@@ -88,6 +99,7 @@ void DayHistory::take(const pose_estimate_t& pose) {
 }
 
 void DayHistory::take(const health_t& health, const problems_t& problems) {
+  if (!isTime(health.utime)) return;
   advance(health.utime);
   for (const device_health_t& device : health.devices) {
     const std::string key = std::string(kDevice) + " " + device.name;
@@ -104,6 +116,7 @@ void DayHistory::take(const health_t& health, const problems_t& problems) {
 }
 
 void DayHistory::mark(const std::string& words) {
+  if (since_ == 0) return;  // nothing came yet: it has no time
   const std::string key = "mark";
   begin(key, key, words, utime_);
   end(key, utime_);

@@ -3,8 +3,9 @@
 
 // ---- what happened over the last day ------------------------------------------------------------------------------
 
-const kDayPeriod = 30000, kHour = 3.6e9;  // [ms] between looks at it; [us]
+const kDayPeriod = 30000, kLogLooks = 10, kHour = 3.6e9;  // [ms] between looks at it; looks for one at the logs; [us]
 const kLanes = { state: 0, device: 1, drive: 2, mark: 2 };
+const kHollow = ["initialising", "silent"];  // else as high as degraded and lost
 const kStates = { localised: 0.3, degraded: 0.65, initialising: 0.65, lost: 1, silent: 1 };  // [1] height in its lane
 const day = { list: [], since: 0, now: 0, hours: 0, chosen: null };
 window.slam.day = day;
@@ -18,13 +19,19 @@ function marksOf(logs) {
   })).filter(Boolean);
 }
 
+let marks = [], looks = 0;
+
 async function showDay() {
-  if (document.hidden) return;
+  if (document.hidden || robot.locked) return;
   try {
-    const [answer, logs] = await Promise.all([fetch("/api/v1/history"), fetch("/api/v1/logs")]);
+    const answer = await fetch("/api/v1/history");
     if (!answer.ok) return;
     const { since, now, happenings } = await answer.json();
-    const marks = logs.ok ? marksOf(await logs.json()) : [];
+    if (looks++ % kLogLooks === 0) {
+      const logs = await fetch("/api/v1/logs");
+      marks = logs.ok ? marksOf(await logs.json()) : [];
+      if (logs.status === 404) looks = NaN;  // there are none
+    }
     const own = happenings.filter((one) => one.kind === "mark");
     for (const mark of marks) if (!own.some((one) => one.name === mark.name && Math.abs(one.begin - mark.begin) < 5e6)) own.push({ ...mark, end: mark.begin });
     Object.assign(day, { since, now, list: happenings.filter((one) => one.kind !== "mark").concat(own).sort((a, b) => a.begin - b.begin) });
@@ -57,7 +64,6 @@ function drawDay() {
   for (const one of day.list) {
     if (one.end < begins()) continue;
     const left = x(one.begin), width = Math.max(2 * ratio, x(one.end) - left), top = kLanes[one.kind] * lane;
-    const bad = one.kind === "state" && one.name !== "localised";
     const height = (one.kind === "state" ? kStates[one.name] || 1 : one.kind === "drive" ? 0.3 : 0.8) * (lane - 3 * ratio);
     to.fillStyle = colour(one.kind === "drive" ? "accent" : one.kind === "mark" ? "ink" : one.kind === "device" ? "fault" : one.name === "localised" ? "good" : one.name === "silent" ? "soft" : one.name === "lost" ? "fault" : "warning");
     if (one.kind === "mark") {
@@ -66,6 +72,10 @@ function drawDay() {
       to.lineTo(left - 5 * ratio, top + lane - ratio);
       to.lineTo(left + 5 * ratio, top + lane - ratio);
       to.fill();
+    } else if (kHollow.includes(one.name)) {
+      to.lineWidth = 1.5 * ratio;
+      to.strokeStyle = to.fillStyle;
+      to.strokeRect(left, top + lane - height, width, height);
     } else to.fillRect(left, top + lane - height, width, height);
     if (isChosen(one)) {
       to.strokeStyle = colour("ink");

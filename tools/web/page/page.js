@@ -121,7 +121,7 @@ const takers = {
     $("version").textContent = data.version;
     robot.locked = false;
     robot.since = data.since > 0 ? new Date(data.since / 1000) : null;
-    $("commands").hidden = !data.commands;
+    $("commands").hidden = $("edit-map").hidden = $("keep").hidden = !data.commands;
     $("drive").hidden = !data.drives;
     $("view").classList.toggle("drives", data.drives);
     limits.speed = data.max_speed;

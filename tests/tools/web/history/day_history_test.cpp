@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 namespace slam::day_history_test {
@@ -123,6 +124,25 @@ TEST_F(History, IsOfOneDayAndBounded) {
     history_.take(health, problems_t{});
   }
   EXPECT_LE(history_.all().size(), DayHistory::kMost + 16);
+}
+
+TEST_F(History, IgnoresWhatNoSlamdSends) {
+  poses(5, 1);
+  for (const std::int64_t utime : {std::numeric_limits<std::int64_t>::min(), std::int64_t{-1}, std::int64_t{0},
+                                   std::numeric_limits<std::int64_t>::max()}) {
+    health_t health{};
+    health.utime = utime;
+    history_.take(health, problems_t{});
+    pose_estimate_t pose{};
+    pose.utime = utime;
+    history_.take(pose);
+  }
+  EXPECT_THAT(words(), ElementsAre("state localised 4"));
+  health(0, std::string(60'000, 'x').c_str());
+  for (const auto& one : history_.all()) EXPECT_FALSE(one.problem) << "too long to be kept 3000 times";
+  DayHistory empty;
+  empty.mark("before anything");
+  EXPECT_THAT(empty.all(), IsEmpty());
 }
 
 TEST_F(History, BeginsAnewWhereTheClockWasSetBack) {
