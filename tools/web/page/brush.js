@@ -24,14 +24,14 @@ function fewCorners(line, most) {
   return few;
 }
 
-/// What a brush has touched, as outlines without holes: cells, parted into pieces, and the border of each.
-function outlinesOf(strokes) {
+/// What a brush has touched, as cells: 1, and 0 for the others.
+function cellsOf(strokes) {
   const touched = strokes.flatMap((stroke) => stroke.path), radius = Math.min(...strokes.map((stroke) => stroke.radius));
   const reach = Math.max(...strokes.map((stroke) => stroke.radius)) + radius;
   const [left, bottom] = [0, 1].map((i) => Math.min(...touched.map((p) => p[i])) - reach);
   const [wide, high] = [0, 1].map((i) => Math.max(...touched.map((p) => p[i])) + reach - [left, bottom][i]);
   const cell = Math.max(radius / 4, wide / 800, high / 800), columns = Math.ceil(wide / cell) + 2, rows = Math.ceil(high / cell) + 2;
-  const mask = new Int32Array(columns * rows);  // 0: untouched
+  const mask = new Int32Array(columns * rows);
   for (const { path, radius } of strokes) for (let i = 0; i < path.length; i++) {
     const a = path[Math.max(0, i - 1)], b = path[i], steps = Math.ceil(2 * Math.hypot(b[0] - a[0], b[1] - a[1]) / cell) + 1, n = Math.ceil(radius / cell);
     for (let s = 0; s <= steps; s++) {
@@ -49,7 +49,12 @@ function outlinesOf(strokes) {
       mask[a ? i + 1 : i] = 1;
     }
   }
-  const outlines = [];
+  return { mask, columns, left, bottom, cell };
+}
+
+/// The same as outlines without holes: the cells are parted into pieces, and each has a border.
+function outlinesOf(strokes) {
+  const { mask, columns, left, bottom, cell } = cellsOf(strokes), outlines = [];
   let pieces = 1;
   const pieceFrom = (first, within, from, to) => {  // of cells of a piece, between two columns
     const piece = ++pieces, due = [first];

@@ -5,6 +5,7 @@
 
 const kDayPeriod = 30000, kLogLooks = 10, kHour = 3.6e9;  // [ms] between looks at it; looks for one at the logs; [us]
 const kLanes = { state: 0, device: 1, drive: 2, mark: 2 };
+const kInks = { drive: "accent", mark: "ink", device: "fault", localised: "good", silent: "soft", lost: "fault" };
 const kHollow = ["initialising", "silent"];  // else as high as degraded and lost
 const kStates = { localised: 0.3, degraded: 0.65, initialising: 0.65, lost: 1, silent: 1 };  // [1] height in its lane
 const day = { list: [], since: 0, now: 0, hours: 0, chosen: null };
@@ -65,7 +66,7 @@ function drawDay() {
     if (one.end < begins()) continue;
     const left = x(one.begin), width = Math.max(2 * ratio, x(one.end) - left), top = kLanes[one.kind] * lane;
     const height = (one.kind === "state" ? kStates[one.name] || 1 : one.kind === "drive" ? 0.3 : 0.8) * (lane - 3 * ratio);
-    to.fillStyle = colour(one.kind === "drive" ? "accent" : one.kind === "mark" ? "ink" : one.kind === "device" ? "fault" : one.name === "localised" ? "good" : one.name === "silent" ? "soft" : one.name === "lost" ? "fault" : "warning");
+    to.fillStyle = colour(kInks[one.kind] || kInks[one.name] || "warning");
     if (one.kind === "mark") {
       to.beginPath();
       to.moveTo(left, top + 2 * ratio);

@@ -41,7 +41,6 @@ const isPresent = (map) => loaded ? map.name === loaded : map.continued_at_start
 function rename(map, row) {
   const form = element("form"), name = element("input"), done = element("button", t("rename"));
   name.value = map.name;
-  name.pattern = "[A-Za-z0-9_\\-][A-Za-z0-9_.\\-]*";
   name.required = true;
   name.setAttribute("aria-label", t("name"));
   form.append(name, done);
