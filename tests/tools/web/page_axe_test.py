@@ -59,6 +59,8 @@ def main():
                     name = f"{size}, {'dark' if dark else 'light'}, {state}"
                     findings += audit(name, browser)
                     looks += 1
+                    if not browser.run("return [...document.querySelectorAll('dialog[open]')].every((d) => d.scrollWidth <= d.clientWidth)"):
+                        sys.exit(f"{name}: wider than its dialog")
                     check_contrast(name, browser)
                     if browser.touch:
                         check_targets(browser)

@@ -39,7 +39,7 @@ const isPresent = (map) => loaded ? map.name === loaded : map.continued_at_start
 
 /// The row asks for another name.
 function rename(map, row) {
-  const form = element("form"), name = element("input"), done = element("button", t("rename"));
+  const form = element("form"), name = element("input"), done = element("button", "OK");
   name.value = map.name;
   name.required = true;
   name.setAttribute("aria-label", t("name"));
