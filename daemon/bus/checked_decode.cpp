@@ -167,6 +167,17 @@ std::optional<pose_estimate_t> decodeChecked(Bytes data) {
 }
 
 template <>
+std::optional<map_edit_t> decodeChecked(Bytes data) {
+  constexpr std::size_t kHead = kFingerprint + 8 + 5 * 4;
+  if (data.size() < kHead) return std::nullopt;
+  Fields fields(data, kHead);
+  for (int i = 0; i < 3; ++i) fields.string();
+  fields.list([&] { fields.skip(2 * 8); });  // x and y, one list behind the other
+  fields.skip(4 * 8);
+  return fields.areAll() ? decode<map_edit_t>(data) : std::nullopt;
+}
+
+template <>
 std::optional<map_meta_t> decodeChecked(Bytes data) {
   return data.size() == kFingerprint + 8 + 4 + 3 * 8 + 7 * 4 ? decode<map_meta_t>(data) : std::nullopt;
 }

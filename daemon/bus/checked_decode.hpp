@@ -10,6 +10,7 @@
 #include <slam/drive_t.hpp>
 #include <slam/health_t.hpp>
 #include <slam/imu_t.hpp>
+#include <slam/map_edit_t.hpp>
 #include <slam/map_meta_t.hpp>
 #include <slam/map_tile_t.hpp>
 #include <slam/pose_estimate_t.hpp>
@@ -48,6 +49,8 @@ template <>
 std::optional<problems_t> decodeChecked(std::span<const std::uint8_t> data);
 template <>
 std::optional<pose_estimate_t> decodeChecked(std::span<const std::uint8_t> data);
+template <>
+std::optional<map_edit_t> decodeChecked(std::span<const std::uint8_t> data);
 template <>
 std::optional<map_meta_t> decodeChecked(std::span<const std::uint8_t> data);
 template <>

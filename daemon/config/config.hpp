@@ -354,8 +354,8 @@ struct WebConfig {
     v.site("read", read, "The page can be read by anybody who reaches it, or only with the token.",
            "Set token when the map and the place of the robot are nobody else's business.");
     v.site("commands", commands,
-           "The page can save the map, set the pose, mark the log and, with base.speed_commands, drive, for those who "
-           "have the token.",
+           "The page can save, edit, load and delete maps, set the pose, mark the log and, with base.speed_commands, "
+           "drive, for those who have the token.",
            "Set true when the robot is operated from the page.");
     v.secret("token", token,
              "This is the password of the page, of 12 characters or more, and is never printed; empty: the one in "

@@ -114,6 +114,19 @@ pose_estimate_t sample() {
 }
 
 template <>
+map_edit_t sample() {
+  map_edit_t message{};
+  message.map_id = 3;
+  message.edits = 1;
+  message.kind = "zone";
+  message.name = "stairs";
+  message.npoints = 3;
+  message.x = {0.0, 1.0, 1.0};
+  message.y = {0.0, 0.0, 1.0};
+  return message;
+}
+
+template <>
 map_meta_t sample() {
   map_meta_t message{};
   message.map_id = 3;
@@ -144,7 +157,7 @@ Bytes patched(Bytes data, std::size_t offset, std::uint32_t word, std::size_t si
 template <typename Message>
 class DecodeChecked : public testing::Test {};
 using Subscribed = testing::Types<scan_t, wheels_t, imu_t, command_t, ack_t, config_t, health_t, problems_t,
-                                  pose_estimate_t, map_meta_t, map_tile_t>;
+                                  pose_estimate_t, map_edit_t, map_meta_t, map_tile_t>;
 TYPED_TEST_SUITE(DecodeChecked, Subscribed);
 
 TYPED_TEST(DecodeChecked, ReadsWhatWasWritten) {

@@ -37,7 +37,7 @@ class Page {
 
  private:
   void take(std::uint8_t channel, fuzz::Bytes body) {
-    switch (channel % 9) {
+    switch (channel % 10) {
       case 0:
         return takeAs<pose_estimate_t>(body);
       case 1:
@@ -50,9 +50,11 @@ class Page {
         return takeAs<map_meta_t>(body);
       case 8:
         return takeAs<problems_t>(body);
+      case 9:
+        return takeAs<map_edit_t>(body);
       default:
         if (const auto tile = decode<map_tile_t>(body))
-          state_.take(static_cast<MapLayer>(channel % 9 - 5), *tile, now_);
+          state_.take(static_cast<MapLayer>(channel % 10 - 5), *tile, now_);
     }
   }
   template <typename Message>

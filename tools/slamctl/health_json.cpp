@@ -14,13 +14,19 @@ namespace {
 using nlohmann::json;
 constexpr const char* kLevels[] = {"good", "warning", "fault"};  // of a finding
 
+}  // namespace
+
 std::string stateName(std::int8_t state) {
   const auto index = static_cast<std::uint8_t>(state);
   return index <= static_cast<std::uint8_t>(LocalisationState::kLost) ? nameOf(static_cast<LocalisationState>(index))
                                                                       : "unknown";
 }
 
-}  // namespace
+json problemJson(const problem_t& p) {
+  return {{"device", p.device},       {"id", p.id},       {"level", p.level > 1 ? "fault" : "warning"},
+          {"numbers", p.numbers},     {"texts", p.texts}, {"cause", p.cause},
+          {"meanwhile", p.meanwhile}, {"fix", p.fix}};
+}
 
 double rounded(double value, double scale) { return std::round(value * scale) / scale; }
 
@@ -56,15 +62,7 @@ json healthJson(const health_t& health, const problems_t& problems) {
                        {"rejects", d.rejects}});
   }
   json wrong = json::array();
-  for (const problem_t& p : problems.problems)
-    wrong.push_back({{"device", p.device},
-                     {"id", p.id},
-                     {"level", p.level > 1 ? "fault" : "warning"},
-                     {"numbers", p.numbers},
-                     {"texts", p.texts},
-                     {"cause", p.cause},
-                     {"meanwhile", p.meanwhile},
-                     {"fix", p.fix}});
+  for (const problem_t& p : problems.problems) wrong.push_back(problemJson(p));
   for (const stage_health_t& s : health.stages)
     stages.push_back(
         {{"name", s.name}, {"count", s.count}, {"p50_us", s.p50_us}, {"p99_us", s.p99_us}, {"max_us", s.max_us}});

@@ -13,6 +13,9 @@ namespace slam {
 struct Finding;
 
 nlohmann::json poseJson(const pose_estimate_t& pose);
+nlohmann::json problemJson(const problem_t& problem);
+/// Of a pose; "unknown" where slamd has no such state.
+std::string stateName(std::int8_t state);
 /// With words and advice for each device.
 nlohmann::json healthJson(const health_t& health, const problems_t& problems);
 

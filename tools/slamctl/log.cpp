@@ -7,6 +7,7 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <sys/stat.h>
 #include <utility>
 #include <vector>
 
@@ -43,6 +44,12 @@ std::optional<std::int64_t> firstTime(const LogFile& file) {
   }
 }
 
+/// [us since the epoch] when it was written last; 0: it is gone.
+std::int64_t modifiedTime(const std::filesystem::path& file) {
+  struct stat status {};
+  return ::stat(file.c_str(), &status) == 0 ? status.st_mtim.tv_sec * kSecond + status.st_mtim.tv_nsec / 1000 : 0;
+}
+
 std::vector<LogFile> logsIn(const std::filesystem::path& folder) {
   std::vector<LogFile> files = logFilesIn(folder);
   std::erase_if(files, [](const LogFile& file) { return !file.isLog(); });
@@ -67,6 +74,7 @@ nlohmann::json logsJson(const std::filesystem::path& folder) {
                     {"file", file.path.filename().string()},
                     {"bytes", file.bytes},
                     {"utime", first ? nlohmann::json(*first) : nlohmann::json()},
+                    {"modified", modifiedTime(file.path)},
                     {"marks", marksOf(file)}});
   }
   return list;

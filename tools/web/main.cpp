@@ -34,6 +34,7 @@ class Listener {
     subscribe<scan_t>(channel::kScan);
     subscribe<depth_t>(channel::kDepth);
     subscribe<map_meta_t>(channel::kMapMeta);
+    subscribe<map_edit_t>(channel::kMapEdits);
     subscribeTiles(channel::kMapTile, MapLayer::kBoth);
     subscribeTiles(channel::kMapLidar, MapLayer::kLidar);
     subscribeTiles(channel::kMapDepth, MapLayer::kDepth);
@@ -106,11 +107,16 @@ int serve(const Config& config, const std::string& socket, const std::string& lo
   Listener listener(config.lcm.url, shared);
   DriveRelay relay([&listener](const Twist2& twist) { return listener.drive(twist); });
   const auto drive = [&relay](const DriveRequest& request) { return relay.take(request, monotonicNow()); };
-  const auto command = [&config, &socket](const WebCommand& c) {
-    return Remote(socket, config.lcm.url).ask(c.verb, c.argument, c.pose, kAnswerLimit);
+  const auto command = [&config, &socket, &shared](const WebCommand& c) {
+    auto ack = Remote(socket, config.lcm.url).ask(c.verb, c.argument, c.pose, kAnswerLimit);
+    if (c.verb == "log_mark" && ack && ack->accepted != 0) {
+      const std::lock_guard lock(shared.mutex);
+      shared.state.mark(c.argument);
+    }
+    return ack;
   };
   const WebPages pages({config.web, folderOf(config.store.directory, kServiceMaps), folderOf(logs, kServiceLog),
-                        SLAMD_VERSION, session, drives},
+                        SLAMD_VERSION, session, drives, config.map},
                        shared, command, drive);
   EventHub hub;
   WebServer server(pages, shared, feed, hub);

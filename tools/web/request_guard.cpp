@@ -14,6 +14,7 @@
 
 #include "core/plausibility.hpp"
 #include "store/map_store.hpp"
+#include "tools/web/maps/map_request.hpp"
 
 namespace slam {
 namespace {
@@ -159,8 +160,10 @@ std::optional<WebCommand> commandOf(const std::string& body, std::string& proble
                                     [](char c) { return static_cast<unsigned char>(c) < 0x20; });
     if (sound) return command;
     problem = "\"text\" is not one line of 1 to 200 bytes";
+  } else if (const auto of_maps = mapRequestOf(request, command.verb, problem); of_maps || !problem.empty()) {
+    return of_maps;
   } else {
-    problem = "unknown verb; known are save, set_pose, mode, log_mark";
+    problem = "unknown verb; known are save, set_pose, mode, log_mark, and those of maps and edits (docs/api.md)";
   }
   return std::nullopt;
 }

@@ -16,4 +16,9 @@ std::string StoredList::text(Timestamp now) const {
   return text_;
 }
 
+void StoredList::forget() const {
+  const std::lock_guard lock(reading_);
+  text_.clear();
+}
+
 }  // namespace slam

@@ -23,6 +23,8 @@ class StoredList {
   bool isThere() const { return !folder_.empty(); }
   /// @throws std::runtime_error where the folder cannot be read
   std::string text(Timestamp now) const;
+  /// What lies there has changed: the next one who asks gets it.
+  void forget() const;
 
  private:
   std::filesystem::path folder_;

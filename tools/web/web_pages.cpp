@@ -43,7 +43,8 @@ WebPages::WebPages(Settings settings, const SharedState& shared, Commander comma
       commander_(std::move(commander)),
       driver_(std::move(driver)),
       maps_(settings_.maps, mapsJson),
-      logs_(settings_.logs, logsJson) {}
+      logs_(settings_.logs, logsJson),
+      pictures_(settings_.maps, settings_.grid) {}
 
 httplib::Headers WebPages::headers() {
   return {{"Content-Security-Policy",
@@ -94,8 +95,10 @@ void WebPages::answer(const Request& request, Response& response) const {
   if (const PageFile* page = findPageFile(path)) return answerWith(response, std::string(page->content), page->type);
   if (path == "/metrics") return metrics(response);
   if (api == "/api/v1/status") return status(response);
+  if (api == "/api/v1/history") return history(response);
   if (api == "/api/v1/map") return tiles(request, response);
   if (api == "/api/v1/maps") return list(maps_, "stores no maps here; set store.directory", response);
+  if (const auto name = MapPictures::nameIn(api)) return mapPicture(*name, response);
   if (api == "/api/v1/logs") return list(logs_, "keeps no logs here; set log.directory", response);
   if (api == kAllowed) {
     if (gate_.unlock(request, response, monotonicNow())) answerWith(response, "{\"allowed\":true}", kJson);
@@ -142,6 +145,15 @@ void WebPages::status(Response& response) const {
   answerWith(response, textOf(body), kJson);
 }
 
+void WebPages::history(Response& response) const {
+  nlohmann::json body;
+  {
+    const std::lock_guard lock(shared_.mutex);
+    body = historyJson(shared_.state.day());
+  }
+  answerWith(response, textOf(body), kJson);
+}
+
 void WebPages::metrics(Response& response) const {
   std::string text;
   const Timestamp now = monotonicNow();
@@ -182,6 +194,14 @@ std::shared_ptr<const WebPages::Picture> WebPages::picture() const {
   picture_ = std::make_shared<const Picture>(Picture{*std::move(map), std::move(png)});
   drawn_ = now;
   return picture_;
+}
+
+void WebPages::mapPicture(const std::string& name, Response& response) const {
+  try {
+    answerWith(response, pictures_.png(name, monotonicNow()), "image/png");
+  } catch (const std::runtime_error& error) {
+    refuse(response, 404, error.what());
+  }
 }
 
 void WebPages::mapFile(const std::string& path, Response& response) const {
@@ -248,6 +268,7 @@ void WebPages::command(const Request& request, Response& response) const {
       return refuse(response, 504, "slamd gave no answer; is it running, with lcm.commands = true or its socket?");
     answerWith(response, textOf({{"accepted", ack->accepted != 0}, {"message", ack->message}}), kJson);
     if (!ack->accepted) response.status = 409;
+    maps_.forget(), logs_.forget();
   } catch (const std::runtime_error& error) {
     refuse(response, 502, error.what());
   }

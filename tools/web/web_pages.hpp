@@ -15,6 +15,7 @@
 #include "tools/web/drive/drive_relay.hpp"
 #include "tools/web/http_library.hpp"
 #include "tools/web/log_folder.hpp"
+#include "tools/web/maps/map_pictures.hpp"
 #include "tools/web/request_guard.hpp"
 #include "tools/web/stored_list.hpp"
 #include "tools/web/web_state.hpp"
@@ -42,6 +43,7 @@ class WebPages {
     std::string version;
     std::int64_t session = 0;  ///< another number for each start of the program
     bool drives = false;       ///< base.speed_commands
+    OccupancyGridConfig grid = {};
   };
   static constexpr std::string_view kApi = "/api/v1/";
   static constexpr const char *kEvents = "/api/v1/events", *kCommand = "/api/v1/command", *kDrive = "/api/v1/drive";
@@ -71,8 +73,10 @@ class WebPages {
   bool mayChange(const httplib::Request& request, httplib::Response& response) const;
   void list(const StoredList& stored, const char* otherwise, httplib::Response& response) const;
   void status(httplib::Response& response) const;
+  void history(httplib::Response& response) const;
   void metrics(httplib::Response& response) const;
   void tiles(const httplib::Request& request, httplib::Response& response) const;
+  void mapPicture(const std::string& name, httplib::Response& response) const;
   void mapFile(const std::string& path, httplib::Response& response) const;
   void logs(const std::string& path, httplib::Response& response) const;
   struct Picture {
@@ -88,6 +92,7 @@ class WebPages {
   Commander commander_;
   Driver driver_;
   StoredList maps_, logs_;
+  MapPictures pictures_;
   mutable std::mutex naming_;  // of the two below
   mutable std::vector<std::string> names_;
   mutable Timestamp names_read_{};

@@ -40,6 +40,7 @@ void WebState::take(const pose_estimate_t& pose, Timestamp now) {
   if (pose_.newest && pose_.newest->state != pose.state) pose_.since = pose.utime;
   pose_.newest = pose;
   ++serials_.pose;
+  day_.take(pose);
   const auto state = static_cast<LocalisationState>(static_cast<std::uint8_t>(pose.state));
   if (state == LocalisationState::kLocalised || state == LocalisationState::kDegraded) extendTrail({pose.x, pose.y});
 }
@@ -60,14 +61,15 @@ void WebState::take(const health_t& health, Timestamp now) {
   const bool restarted = health_ && health.uptime < health_->uptime;
   for (const counter_t& counter : health.counters) {
     if (counter.name != "loop_closures") continue;
-    if (closures_counted_ && !restarted && counter.value > *closures_counted_ && pose_.newest) {
-      closures_.push_back({{pose_.newest->x, pose_.newest->y}, counter.value});
-      if (closures_.size() > kMostClosures) closures_.pop_front();
+    if (closures_.counted && !restarted && counter.value > *closures_.counted && pose_.newest) {
+      closures_.all.push_back({{pose_.newest->x, pose_.newest->y}, counter.value});
+      if (closures_.all.size() > kMostClosures) closures_.all.pop_front();
       ++serials_.closure;
     }
-    closures_counted_ = counter.value;
+    closures_.counted = counter.value;
   }
   health_ = health;
+  day_.take(health, problems_);
   ++serials_.health;
 }
 
@@ -91,9 +93,9 @@ void WebState::take(const scan_t& message, Timestamp now) {
   const RangeLimits limits{std::max(scan->range_min, static_cast<float>(lidar_.range_min)),
                            std::min(scan->range_max, static_cast<float>(lidar_.range_max))};
   deskew(*scan, limits, stamp, lidar_.mounting(), history_, points);
-  scan_.clear();
+  seen_.scan.clear();
   const std::size_t step = points.size() / kMostPoints + 1;
-  for (std::size_t i = 0; i < points.size(); i += step) add(scan_, *T_map_base * points[i].position);
+  for (std::size_t i = 0; i < points.size(); i += step) add(seen_.scan, *T_map_base * points[i].position);
   ++serials_.scan;
 }
 
@@ -104,23 +106,24 @@ void WebState::take(const depth_t& message, Timestamp now) {
   const auto T_map_base = history_.at(laser->stamp + fromSeconds(depth_mount_.time_offset), kExtrapolate);
   if (!T_map_base) return;
   const Pose2 T_map_depth = *T_map_base * depth_mount_.T_base_camera;
-  depth_.clear();
+  seen_.depth.clear();
   for (int i = 0; i < laser->size; ++i) {
     const PseudoBeam& beam = laser->beams()[static_cast<std::size_t>(i)];
     if (beam.kind != PseudoBeam::Kind::kHit) continue;
     const double bearing = laser->bearing(i), range = beam.range;
-    add(depth_, T_map_depth * Eigen::Vector2d(range * std::cos(bearing), range * std::sin(bearing)));
+    add(seen_.depth, T_map_depth * Eigen::Vector2d(range * std::cos(bearing), range * std::sin(bearing)));
   }
   ++serials_.depth;
 }
 
 void WebState::beginMap(std::int32_t map_id) {
   tiles_.begin(map_id);
+  edits_.begin(map_id);
   trail_.clear();
-  closures_.clear();
+  closures_.all.clear();
   history_.clear();
-  scan_.clear();
-  depth_.clear();
+  seen_.scan.clear();
+  seen_.depth.clear();
   ++serials_.map;
 }
 
@@ -134,6 +137,11 @@ void WebState::take(const map_meta_t& meta, Timestamp now) {
 void WebState::take(MapLayer layer, const map_tile_t& tile, Timestamp now) {
   heard_ = now;
   tiles_.put(layer, tile);
+}
+
+void WebState::take(const map_edit_t& edit, Timestamp now) {
+  if (!edits_.take(edit)) return countBadMessage();
+  heard_ = now;
 }
 
 }  // namespace slam

@@ -6,6 +6,7 @@
 #include <optional>
 #include <slam/depth_t.hpp>
 #include <slam/health_t.hpp>
+#include <slam/map_edit_t.hpp>
 #include <slam/map_meta_t.hpp>
 #include <slam/pose_estimate_t.hpp>
 #include <slam/problems_t.hpp>
@@ -15,6 +16,8 @@
 #include "config/config.hpp"
 #include "core/pose_history.hpp"
 #include "core/timestamp.hpp"
+#include "tools/web/history/day_history.hpp"
+#include "tools/web/maps/edit_board.hpp"
 #include "tools/web/tile_store.hpp"
 
 namespace slam {
@@ -46,6 +49,7 @@ class WebState {
   void take(const depth_t& depth, Timestamp now);
   void take(const map_meta_t& meta, Timestamp now);
   void take(MapLayer layer, const map_tile_t& tile, Timestamp now);
+  void take(const map_edit_t& edit, Timestamp now);
 
   const Serials& serials() const { return serials_; }
   const std::optional<pose_estimate_t>& pose() const { return pose_.newest; }
@@ -53,11 +57,15 @@ class WebState {
   const std::optional<health_t>& health() const { return health_; }
   const problems_t& problems() const { return problems_; }  ///< that came before it
   const std::optional<map_meta_t>& meta() const { return meta_; }
-  const Points& scan() const { return scan_; }    ///< [m] returns of the newest scan in map, of each beam's own time
-  const Points& depth() const { return depth_; }  ///< [m] obstacles of the newest depth view in map
+  const Points& scan() const { return seen_.scan; }  ///< [m] returns of the newest scan in map, of each beam's own time
+  const Points& depth() const { return seen_.depth; }  ///< [m] obstacles of the newest depth view in map
   const std::deque<Eigen::Vector2d>& trail() const { return trail_; }  ///< [m] in map, oldest first
-  const std::deque<Closure>& closures() const { return closures_; }
+  const std::deque<Closure>& closures() const { return closures_.all; }
   const TileStore& tiles() const { return tiles_; }
+  const EditBoard& edits() const { return edits_; }
+  const DayHistory& day() const { return day_; }
+  /// A person marks the log now.
+  void mark(const std::string& words) { day_.mark(words); }
   std::uint64_t badMessages() const { return bad_messages_; }
   void countBadMessage() { ++bad_messages_; }
   /// Since slamd was heard last; since the start where it never was.
@@ -84,11 +92,17 @@ class WebState {
   problems_t problems_{};
   std::optional<map_meta_t> meta_;
   PoseHistory history_{300};  // of base in map, 3 s
-  Points scan_, depth_;
+  struct {
+    Points scan, depth;
+  } seen_;
   std::deque<Eigen::Vector2d> trail_;
-  std::deque<Closure> closures_;
-  std::optional<std::int64_t> closures_counted_;
+  struct {
+    std::deque<Closure> all;
+    std::optional<std::int64_t> counted;
+  } closures_;
   TileStore tiles_;
+  EditBoard edits_;
+  DayHistory day_;
   std::uint64_t bad_messages_ = 0;
 };
 

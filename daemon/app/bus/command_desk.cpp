@@ -20,6 +20,9 @@ std::optional<MapCommand> mapCommandOf(const command_t& command) {
   if (verb == "save") return MapCommand{MapCommand::kSave, command.id, argument};
   if (verb == "load") return MapCommand{MapCommand::kLoad, command.id, argument};
   if (verb == "reset") return MapCommand{MapCommand::kReset, command.id, argument};
+  if (verb == "rename") return MapCommand{MapCommand::kRename, command.id, argument};
+  if (verb == "delete") return MapCommand{MapCommand::kDelete, command.id, argument};
+  if (verb == "restore") return MapCommand{MapCommand::kRestore, command.id, ""};
   if (verb == "mode" && argument == "slam") return MapCommand{MapCommand::kSlam, command.id, ""};
   if (verb == "mode" && argument == "localise") return MapCommand{MapCommand::kLocalise, command.id, ""};
   return std::nullopt;
@@ -149,9 +152,10 @@ void CommandDesk::onCommand(Publisher::Bytes data, std::optional<LocalSocket::Cl
   } else if (command->verb.starts_with("log_")) {
     onLogCommand(*command);
   } else {
-    acknowledge(command->id, false,
-                "unknown verb; known are save, load, set_pose, reset, mode, save_map, log_start, log_stop, log_mark, "
-                "map_edit, map_undo, map_redo, map_remove, map_straighten");
+    acknowledge(
+        command->id, false,
+        "unknown verb; known are save, load, rename, delete, restore, set_pose, reset, mode, save_map, log_start, "
+        "log_stop, log_mark, map_edit, map_undo, map_redo, map_remove, map_straighten");
   }
 }
 

@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 constexpr Duration kSyncPeriod = 2s;  // and the recorder's tenth of a second: so much is lost when the power is cut
 constexpr Duration kLookPeriod = 1s;
-constexpr Duration kBeforeMark = 60s;  // what a mark is about may be this old
+constexpr Duration kBeforeMark = 600s;  // what a mark is about may be this old
 constexpr std::size_t kMostWords = 500;
 constexpr double kMegabyte = 1e6;
 constexpr int kLeastPriority = 19;

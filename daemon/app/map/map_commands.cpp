@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/map/map_commands.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <numbers>
@@ -8,11 +9,38 @@
 
 #include "runtime/clock.hpp"
 #include "slam/edits/straighten.hpp"
+#include "store/map_folders.hpp"
 
 namespace slam {
 namespace {
 
 const char* const kNoAnswer = "the disk does not answer; try again when it does";
+
+bool isOfTheFolder(const MapCommand& command) {
+  return command.kind == MapCommand::kRename || command.kind == MapCommand::kDelete ||
+         command.kind == MapCommand::kRestore;
+}
+
+/// Another name for a map that is not the present one, or none. @return what was done, in words
+/// @throws std::runtime_error with one sentence; then all maps are as they were
+std::string carryOutInFolder(const MapCommand& command, const MapKeeper& keeper) {
+  if (keeper.directory().empty()) throw std::runtime_error("store.directory is not set in the configuration");
+  if (command.kind == MapCommand::kRestore) return "map " + restoreMap(keeper.directory()) + " is back";
+  const auto blank = std::min(command.name.find(' '), command.name.size());
+  const std::string name = command.name.substr(0, blank);
+  if (name == keeper.name()) throw std::runtime_error("slamd has map " + name + " open; load another one first");
+  try {
+    if (command.kind == MapCommand::kDelete) {
+      putMapAside(keeper.directory(), name);
+      return "map " + name + " is deleted; until the next one is, it can be restored";
+    }
+    const std::string to = command.name.substr(std::min(blank + 1, command.name.size()));
+    renameMap(keeper.directory(), name, to);
+    return "map " + name + " is now " + to;
+  } catch (const FolderLocked&) {
+    throw std::runtime_error("another program has map " + name + " open");
+  }
+}
 
 }  // namespace
 
@@ -89,6 +117,7 @@ void MapCommands::carryOut(Command& command, const MapState& map, bool saved) {
       keeper_.saveAs(asked.name, map);
       return answer(true, "saved as " + asked.name);
     }
+    if (isOfTheFolder(asked)) return answer(true, carryOutInFolder(asked, keeper_));
     if (asked.kind == MapCommand::kEdit) {
       return answer(true, saved              ? asked.name + " and stored in " + keeper_.name()
                           : keeper_.writes() ? asked.name + ", but " + loss

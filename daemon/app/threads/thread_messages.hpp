@@ -90,9 +90,13 @@ struct MapChange {
 
 /// A command about the map, for the graph thread.
 struct MapCommand {
-  enum Kind : std::uint8_t { kSave, kLoad, kReset, kLocalise, kSlam, kEdit, kStraighten } kind = kSave;
+  // clang-format off
+  enum Kind : std::uint8_t { kSave, kLoad, kReset, kLocalise, kSlam, kEdit, kStraighten, kRename, kDelete, kRestore };
+  // clang-format on
+  Kind kind = kSave;
   std::int32_t id = 0;  ///< of the message
-  std::string name;     ///< of a map; empty: the present one; of kStraighten: of the place at the origin
+  std::string name;     ///< of a map; empty: the present one; of kStraighten: of the place at the origin;
+                        ///< of kRename: the old one, a blank, and the new one
   std::shared_ptr<const EditCommand> edit = nullptr;  ///< of kEdit
 };
 

@@ -140,6 +140,32 @@ TEST_F(GraphKeeping, SavesThePresentMapUnderItsOwnNameAndGoesOn) {
   EXPECT_EQ(stored(), 4);
 }
 
+TEST_F(GraphKeeping, RenamesDeletesAndRestoresOtherMapsThanThePresentOne) {
+  start();
+  keyframe->map_id = graph->firstFrontEnd()->mapId();
+  drive();
+  ASSERT_TRUE(waitUntil([&] { return stored() == 1; }));
+  const std::string present = *MapStore::newest(folder / "maps");
+  const auto ask = [&](MapCommand::Kind kind, const std::string& name) {
+    EXPECT_TRUE(channels->commands.map.tryPush({kind, 5, name}));
+    const auto given = answer();
+    return given ? (given->accepted ? "" : "refused: ") + given->message : "none";
+  };
+  EXPECT_EQ(ask(MapCommand::kSave, "copy"), "saved as copy");
+  EXPECT_EQ(ask(MapCommand::kRename, "copy house"), "map copy is now house");
+  EXPECT_THAT(ask(MapCommand::kRename, "house ../house"), HasSubstr("refused: "));
+  EXPECT_THAT(ask(MapCommand::kRename, "house"), HasSubstr("refused: "));
+  EXPECT_THAT(ask(MapCommand::kDelete, present), HasSubstr("refused: slamd has map " + present + " open"));
+  EXPECT_THAT(ask(MapCommand::kRename, present + " other"), HasSubstr("refused: slamd has map"));
+  EXPECT_THAT(ask(MapCommand::kRestore, ""), HasSubstr("refused: no deleted map"));
+  EXPECT_THAT(ask(MapCommand::kDelete, "house"), HasSubstr("map house is deleted"));
+  EXPECT_FALSE(fs::exists(folder / "maps/house"));
+  EXPECT_EQ(ask(MapCommand::kRestore, ""), "map house is back");
+  EXPECT_TRUE(fs::exists(folder / "maps/house"));
+  drive();
+  EXPECT_TRUE(waitUntil([&] { return stored() == 2; })) << "the present map goes on";
+}
+
 TEST_F(GraphKeeping, RefusesCommandsThatADiskWouldKeepWaiting) {
   start();
   keyframe->map_id = graph->firstFrontEnd()->mapId();

@@ -169,6 +169,13 @@ class ApiDocument : public testing::Test {
     state.take(problems, now);
     state.take(health, now);
     state.take(MapLayer::kBoth, test::noisyTile(4, 0, 0, 1), now);
+    map_edit_t edit{};
+    edit.map_id = 4;
+    edit.edits = 1;
+    edit.kind = "zone";
+    edit.npoints = 3;
+    edit.x = {0.0, 1.0, 1.0}, edit.y = {0.0, 0.0, 1.0};
+    state.take(edit, now);
     scan_t scan{};
     scan.utime = 1'700'000'000'000'000;
     scan.nbeams = 1;

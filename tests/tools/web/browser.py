@@ -10,7 +10,8 @@ import urllib.request
 DRIVER = "http://127.0.0.1:9515"
 # What a busy machine may take; the figures are printed, and are far below.
 PATIENCE = 30  # [s]
-ARROW_LEFT, ARROW_UP, TAB, ENTER = "\ue012", "\ue013", "\ue004", "\ue007"
+ARROW_LEFT, ARROW_UP, ARROW_RIGHT, ARROW_DOWN = "\ue012", "\ue013", "\ue014", "\ue015"
+TAB, ENTER, BACKSPACE, HOME = "\ue004", "\ue007", "\ue003", "\ue011"
 
 
 def wait_until(what, condition, limit=PATIENCE):

@@ -26,7 +26,7 @@ def check_keys(browser):
     if wanted - reached:
         sys.exit(f"the Tab key does not reach {sorted(wanted - reached)}")
     unnamed = browser.run("""return [...document.querySelectorAll("button, input, select, canvas, a, [tabindex], [role=application]")].filter(
-        (e) => !(e.ariaLabel || e.getAttribute("aria-label") || e.textContent.trim())).map((e) => e.outerHTML)""")
+        (e) => !(e.ariaLabel || e.ariaHidden || e.getAttribute("aria-labelledby") || e.getAttribute("aria-label") || e.textContent.trim())).map((e) => e.outerHTML)""")
     if unnamed:
         sys.exit(f"without a name for a screen reader: {unnamed}")
 

@@ -15,9 +15,9 @@
 namespace slam::page_files_test {
 namespace {
 
-constexpr const char* kPaths[] = {"/",          "/words.js", "/german.js", "/page.js",
-                                  "/state.js",  "/draw.js",  "/hands.js",  "/commands.js",
-                                  "/worker.js", "/page.css", "/icon.svg",  "/manifest.webmanifest"};
+constexpr const char* kPaths[] = {
+    "/",        "/words.js", "/german.js", "/page.js", "/state.js",  "/draw.js",  "/hands.js", "/commands.js",
+    "/maps.js", "/brush.js", "/edit.js",   "/day.js",  "/worker.js", "/page.css", "/icon.svg", "/manifest.webmanifest"};
 
 std::string contentOf(const char* path) {
   const PageFile* file = findPageFile(path);
@@ -67,11 +67,13 @@ std::map<std::string, std::string> germanRows() {
 }
 
 TEST(PageFiles, AreSmall) {
-  constexpr std::size_t kMost = 80'000;  // [bytes]
+  constexpr std::size_t kMost = 80'000, kMostGerman = 20'000;  // [bytes]
+  const std::size_t german = contentOf("/german.js").size();   // the problems' words, which a German page loads alone
   std::size_t size = 0;
   for (const char* path : kPaths) size += contentOf(path).size();
   EXPECT_GT(size, 10'000U);
-  EXPECT_LT(size, kMost);
+  EXPECT_LT(size - german, kMost);
+  EXPECT_LT(german, kMostGerman);
 }
 
 TEST(PageFiles, NeedNoOtherHost) {
@@ -90,8 +92,9 @@ TEST(PageFiles, AreAllKeptForAStartWithoutTheRobot) {
 }
 
 TEST(PageFiles, HaveEachTextInBothLanguages) {
-  const std::string text = contentOf("/words.js");
-  const std::size_t german = text.find("\nde: {"), end = text.find("\n};", german);
+  std::ifstream in(SLAMD_SOURCE_DIR "/tools/web/page/words.js");  // with its lines
+  const std::string text((std::istreambuf_iterator<char>(in)), {});
+  const std::size_t german = text.find("\n  de: {"), end = text.find("\n};", german);
   ASSERT_NE(end, std::string::npos);
   const char* const key = R"x((?:^|[\n ,])(\w+): ")x";
   const auto english_keys = matchesIn(text.substr(0, german), key);
@@ -103,8 +106,19 @@ TEST(PageFiles, HaveEachTextInBothLanguages) {
   for (const std::string& used : matchesIn(contentOf("/"), R"x(data-(?:text|label|title|placeholder)="(\w+)")x"))
     EXPECT_TRUE(known.contains(used)) << used;
   for (const char* path : kPaths) {
-    for (const std::string& used : matchesIn(contentOf(path), R"x(\bt\("(\w+)"[,)])x"))
+    for (const std::string& used : matchesIn(contentOf(path), R"x(\b(?:t|button)\("(\w+)"[,)])x"))
       EXPECT_TRUE(known.contains(used)) << used << " in " << path;
+  }
+}
+
+TEST(PageFiles, KeepTheWordsOfTheirSources) {
+  std::ifstream in(SLAMD_SOURCE_DIR "/tools/web/page/words.js");
+  const std::string text((std::istreambuf_iterator<char>(in)), {}), served = contentOf("/words.js");
+  const auto words = matchesIn(text, R"x((\w+: "[^"\n]*"))x");
+  EXPECT_GT(words.size(), 200U);
+  for (std::string word : words) {
+    word.erase(word.find(": ") + 1, 1);  // a blank of the code
+    EXPECT_THAT(served, testing::HasSubstr(word));
   }
 }
 

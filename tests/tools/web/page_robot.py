@@ -30,13 +30,15 @@ class Robot:
 
     def start_slamd(self):
         settings = {"lidar.port": self.devices / "lidar", "base.port": self.devices / "board",
-                    "output.map": self.folder / "map", "store.directory": self.folder / "maps"}
+                    "output.map": self.folder / "map", "store.directory": self.folder / "maps",
+                    "log.directory": self.folder / "logs"}
         pairs = [f"{key}='{value}'" for key, value in settings.items()] + ["lcm.commands=true", "base.speed_commands=true"]
         self.slamd = self.start("slamd", *self.config, *(word for pair in pairs for word in ("--set", pair)))
 
     def start_web(self):
         self.web = self.start("slam-web", *self.config, "--set", "web.commands=true", "--set", f"web.token='{TOKEN}'",
-                              "--set", "base.speed_commands=true", "--logs", self.folder / "logs")
+                              "--set", "base.speed_commands=true", "--set", f"store.directory='{self.folder / 'maps'}'",
+                              "--logs", self.folder / "logs")
 
     def start_locked_web(self):
         """A second one, which is read with the token alone."""

@@ -5,15 +5,12 @@
 Usage: page_test.py BIN SOURCE OUT: programs, the repository, and a folder for screenshots. Exit 77: no Chromium here.
 With SLAMD_WRITE_DOCS=1 it makes docs/web.png and no more.
 """
+import json
 import os
-import pathlib
-import shutil
 import signal
 import socket
 import statistics
-import subprocess
 import sys
-import tempfile
 import time
 
 sys.dont_write_bytecode = True  # into the sources
@@ -21,9 +18,13 @@ sys.dont_write_bytecode = True  # into the sources
 from browser import Browser, wait_until
 from page_access import check_contrast, check_keys, check_targets
 from page_drive import PAGE, TOKEN, Drives, check_drive, check_drive_by_keys, check_drive_rights
-from page_robot import Robot
+from page_session import UNLOCK, session
 from page_words import ENGLISH_LINES, GERMAN_LINES, check_lines
 
+# For the picture in docs/robot.md [m].
+DRAWN = [{"kind": "room", "name": "Meeting room", "points": [[-1.5, -6.8], [7.5, -6.8], [7.5, 0.8], [-1.5, 0.8]]},
+         {"kind": "zone", "points": [[5, -6.2], [7.4, -6.2], [7.4, -6.8], [5, -6.8]]},
+         {"kind": "place", "name": "Dock", "points": [[0, 0]], "theta": 0}]
 SIZES = {"desktop": (1280, 800, 1), "phone": (390, 844, 2)}
 
 
@@ -96,9 +97,6 @@ def check_line(browser, robot, out):
         sys.exit("the lidar's details are folded away")
     robot.inject("lidar unplug 0")
     wait_until("the line is good again", lambda: browser.run(LINE).startswith("Localised to "))
-
-
-UNLOCK = "document.getElementById('token').value = '%s'; document.querySelector('#login button').click()"
 
 
 def check_commands(browser, robot):
@@ -203,68 +201,54 @@ def check_restarts(browser, robot, out):
 
 
 def main():
-    programs, source, out = (pathlib.Path(word).resolve() for word in sys.argv[1:4])
-    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if not chromium or not driver:
-        print("skipped: install chromium and chromium-driver")
-        return 77
-    out.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as folder:
-        folder = pathlib.Path(folder)
-        with open(folder / "driver.txt", "w") as log:
-            webdriver = subprocess.Popen([driver, "--port=9515"], stdout=log, stderr=log)
-        robot = Robot(programs, source, folder)
-        try:
-            if os.environ.get("SLAMD_WRITE_DOCS"):  # the picture in docs/robot.md: most of a lap
-                time.sleep(88)
-                browser = check_size("desktop", chromium, out)
-                browser.run(UNLOCK % TOKEN)
-                wait_until("the stick is shown", lambda: browser.run("return !document.getElementById('stick').hidden"))
-                wait_until("the robot is well", lambda: browser.run("return document.querySelector('.badge.good') !== null"), 120)
-                browser.screenshot(source / "docs/web.png")
-                browser.close()
-                return 0
-            time.sleep(8)  # something to look at
+    with session() as (chromium, robot, source, out):
+        if os.environ.get("SLAMD_WRITE_DOCS"):  # the picture in docs/robot.md: most of a lap
+            time.sleep(88)
             browser = check_size("desktop", chromium, out)
-            check_layers(browser)
-            check_line(browser, robot, out)
-            check_lines(browser, ENGLISH_LINES)
-            check_commands(browser, robot)
-            drives = Drives()
-            check_drive_rights(drives)
-            check_drive(browser, drives)
-            check_drive_by_keys(browser, drives)
-            browser.screenshot(out / "web-desktop-drive.png")
-            check_keys(browser)
-            check_contrast("light", browser)
-            check_restarts(browser, robot, out)
-            check_shell(browser, robot)
-            phone = check_size("phone", chromium, out, dark=True, language="de")
-            phone.run(UNLOCK % TOKEN)
-            wait_until("the token opens the stick", lambda: phone.run("return !document.getElementById('stick').hidden"))
-            check_drive(phone, drives)
-            check_german(phone, robot, out)
-            check_lines(phone, GERMAN_LINES)
-            phone.screenshot(out / "web-phone-drive.png")
-            check_contrast("dark", phone)
-            check_targets(phone)
-            for name, dark in (("desktop", True), ("phone", False)):
-                other = check_size(name, chromium, out, dark)
-                check_contrast(f"{name}, {'dark' if dark else 'light'}", other)
-                other.close()
-            check_locked(browser, robot)
-            problems = [words for b in (browser, phone) for words in b.complaints()
-                        if "net::ERR" not in words and "409" not in words]  # a press that a busy machine has ended
-            if problems:
-                sys.exit("the browser complains: " + "\n".join(problems))
+            browser.run(UNLOCK % TOKEN)
+            wait_until("the stick is shown", lambda: browser.run("return !document.getElementById('stick').hidden"))
+            for edit in DRAWN:
+                browser.run(f"return ask({{verb: 'map_edit', edit: {json.dumps(edit)}}})")
+            wait_until("what is drawn is shown", lambda: browser.run("return window.slam.robot.edits.length") == len(DRAWN))
+            wait_until("the robot is well", lambda: browser.run("return document.querySelector('.badge.good') !== null"), 120)
+            browser.screenshot(source / "docs/web.png")
             browser.close()
-            phone.close()
-        finally:
-            robot.stop()
-            webdriver.terminate()
-            webdriver.wait()
-            for log in folder.glob("*.txt"):
-                shutil.copy(log, out / log.name)
+            return 0
+        time.sleep(8)  # something to look at
+        browser = check_size("desktop", chromium, out)
+        check_layers(browser)
+        check_line(browser, robot, out)
+        check_lines(browser, ENGLISH_LINES)
+        check_commands(browser, robot)
+        drives = Drives()
+        check_drive_rights(drives)
+        check_drive(browser, drives)
+        check_drive_by_keys(browser, drives)
+        browser.screenshot(out / "web-desktop-drive.png")
+        check_keys(browser)
+        check_contrast("light", browser)
+        check_restarts(browser, robot, out)
+        check_shell(browser, robot)
+        phone = check_size("phone", chromium, out, dark=True, language="de")
+        phone.run(UNLOCK % TOKEN)
+        wait_until("the token opens the stick", lambda: phone.run("return !document.getElementById('stick').hidden"))
+        check_drive(phone, drives)
+        check_german(phone, robot, out)
+        check_lines(phone, GERMAN_LINES)
+        phone.screenshot(out / "web-phone-drive.png")
+        check_contrast("dark", phone)
+        check_targets(phone)
+        for name, dark in (("desktop", True), ("phone", False)):
+            other = check_size(name, chromium, out, dark)
+            check_contrast(f"{name}, {'dark' if dark else 'light'}", other)
+            other.close()
+        check_locked(browser, robot)
+        problems = [words for b in (browser, phone) for words in b.complaints()
+                    if "net::ERR" not in words and "409" not in words]  # a press that a busy machine has ended
+        if problems:
+            sys.exit("the browser complains: " + "\n".join(problems))
+        browser.close()
+        phone.close()
     return 0
 
 

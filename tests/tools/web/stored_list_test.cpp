@@ -17,6 +17,8 @@ TEST(StoredList, IsReadNoMoreOftenThanItsAge) {
   EXPECT_EQ(list.text(kStart), R"(["/maps",1])");
   EXPECT_EQ(list.text(kStart + StoredList::kAge - Duration(1)), R"(["/maps",1])");
   EXPECT_EQ(list.text(kStart + StoredList::kAge), R"(["/maps",2])");
+  list.forget();
+  EXPECT_EQ(list.text(kStart + StoredList::kAge), R"(["/maps",3])");
 }
 
 TEST(StoredList, IsReadAgainWhereItCouldNotBe) {

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "mapping/map_files.hpp"
+#include "store/map_folders.hpp"
 #include "store/map_store.hpp"
 #include "tools/slamctl/maps/stored_map.hpp"
 
@@ -85,7 +86,7 @@ std::string summaryOf(const StoredMerge& merge, const MergeReport& report, int f
 
 std::string StoredMerge::carryOut(const std::function<void(double)>& progress) const {
   if (first == second) throw std::runtime_error("map " + first + " cannot be merged with itself");
-  requireFree(directory, merged);
+  requireFreeName(directory, merged);
   const MapState one = loadWhole(directory, first, grid).state, other = loadWhole(directory, second, grid).state;
   const MergedMap result = mergeMaps(one, other, back_end, grid, {}, progress);
   if (!result.map) {

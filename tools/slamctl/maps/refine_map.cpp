@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "store/durable_file.hpp"
+#include "store/map_folders.hpp"
 #include "tools/common/refinement_words.hpp"
 #include "tools/slamctl/maps/stored_map.hpp"
 
@@ -45,7 +46,7 @@ std::string expectationOf(const std::string& name, const KeyframeGraph& keyframe
 std::string StoredRefinement::carryOut(const std::function<void(const std::string&)>& announce,
                                        const std::function<void(double)>& progress) const {
   const StoredMap map{directory, name, grid};
-  if (!refined.empty()) requireFree(directory, refined);
+  if (!refined.empty()) requireFreeName(directory, refined);
   const LoadedMap before = loadWhole(directory, name, grid);
   try {
     if (refined.empty()) map.requireUnused();

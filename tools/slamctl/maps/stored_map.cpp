@@ -13,6 +13,7 @@
 #include "slam/edits/straighten.hpp"
 #include "slam/keyframe_map.hpp"
 #include "store/durable_file.hpp"
+#include "store/map_folders.hpp"
 
 namespace slam {
 namespace {
@@ -20,14 +21,6 @@ namespace {
 constexpr std::size_t kMostEdits = 1000;                 // of a file
 constexpr int kAttempts = 3;                             // to read a map that slamd writes at that moment
 constexpr std::chrono::milliseconds kBetweenWrites(50);  // its journal is written within less
-
-/// @throws std::runtime_error where there is no such map
-std::filesystem::path folderOf(const StoredMap& map) {
-  if (!MapStore::isName(map.name)) throw std::runtime_error("\"" + map.name + "\" is no name of a map");
-  if (!std::filesystem::is_directory(map.directory / map.name))
-    throw std::runtime_error("there is no map \"" + map.name + "\"; slamctl maps lists them");
-  return map.directory / map.name;
-}
 
 /// @throws std::runtime_error where some of it is damaged
 LoadedMap undamaged(const StoredMap& map) {
@@ -44,7 +37,7 @@ void write(const StoredMap& map, const MapState& changed) {
 /// Locks the map, and gives what change() makes of it to the store.
 template <typename Change>
 void replace(const StoredMap& map, const Change& change) {
-  const std::filesystem::path folder = folderOf(map);
+  const std::filesystem::path folder = mapFolder(map.directory, map.name);
   const FolderLock lock(folder);
   LoadedMap loaded = undamaged(map);
   write(map, change(loaded.state));
@@ -54,7 +47,7 @@ void replace(const StoredMap& map, const Change& change) {
 
 LoadedMap loadWhole(const std::filesystem::path& directory, const std::string& name, const OccupancyGridConfig& grid) {
   const StoredMap map{directory, name, grid};
-  folderOf(map);
+  mapFolder(map.directory, map.name);
   for (int attempt = 1;; ++attempt) {
     try {
       return undamaged(map);
@@ -65,15 +58,8 @@ LoadedMap loadWhole(const std::filesystem::path& directory, const std::string& n
   }
 }
 
-void requireFree(const std::filesystem::path& directory, const std::string& name) {
-  if (!MapStore::isName(name))
-    throw std::runtime_error("\"" + name + "\" is no name of a map; use letters, digits, - and _");
-  if (std::filesystem::exists(std::filesystem::symlink_status(directory / name)))
-    throw std::runtime_error("there is a map \"" + name + "\" already");
-}
-
 void storeNew(const std::filesystem::path& directory, const std::string& name, const MapState& map) {
-  requireFree(directory, name);
+  requireFreeName(directory, name);
   try {
     MapStore(directory, name).writeCopy(map);
     syncFolder(directory);
@@ -85,7 +71,7 @@ void storeNew(const std::filesystem::path& directory, const std::string& name, c
 }
 
 void StoredMap::replaceBy(const LoadedMap& before, const MapState& after) const {
-  const FolderLock lock(folderOf(*this));
+  const FolderLock lock(mapFolder(directory, name));
   const LoadedMap now = undamaged(*this);
   const bool same = now.generation == before.generation && now.state.utime == before.state.utime &&
                     now.state.keyframes.size() == before.state.keyframes.size() &&
@@ -94,7 +80,7 @@ void StoredMap::replaceBy(const LoadedMap& before, const MapState& after) const 
   write(*this, after);
 }
 
-void StoredMap::requireUnused() const { const FolderLock lock(folderOf(*this)); }
+void StoredMap::requireUnused() const { const FolderLock lock(mapFolder(directory, name)); }
 
 std::string StoredMap::edit(std::span<const EditCommand> commands) const {
   replace(*this, [&](MapState& map) {
@@ -129,20 +115,9 @@ std::string StoredMap::straighten(const std::string& origin) const {
   return "map " + name + " is " + text;
 }
 
-void StoredMap::remove() const {
-  const std::filesystem::path folder = folderOf(*this);
-  const FolderLock lock(folder);
-  std::filesystem::remove_all(folder);
-  syncFolder(directory);
-}
+void StoredMap::remove() const { removeMap(directory, name); }
 
-void StoredMap::rename(const std::string& to) const {
-  const std::filesystem::path folder = folderOf(*this);
-  requireFree(directory, to);
-  const FolderLock lock(folder);
-  std::filesystem::rename(folder, directory / to);
-  syncFolder(directory);
-}
+void StoredMap::rename(const std::string& to) const { renameMap(directory, name, to); }
 
 std::vector<std::string> editsIn(std::string_view json, const std::string& author) {
   nlohmann::json list = nlohmann::json::parse(json, nullptr, false);

@@ -37,8 +37,6 @@ struct StoredMap {
 /// A map as merge and refine read it, also while slamd writes it.
 /// @throws std::runtime_error where there is none, or some of it is damaged
 LoadedMap loadWhole(const std::filesystem::path& directory, const std::string& name, const OccupancyGridConfig& grid);
-/// @throws std::runtime_error where it is no name of a map, or is taken
-void requireFree(const std::filesystem::path& directory, const std::string& name);
 /// Stores a map under a name that is free; what a start continues stays what it was.
 /// @throws std::runtime_error with the reason why not; then nothing was stored
 void storeNew(const std::filesystem::path& directory, const std::string& name, const MapState& map);

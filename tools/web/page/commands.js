@@ -43,17 +43,28 @@ function showUnlocked(is) {
 /// The message of an answer, whether it is JSON or a refusal in plain text.
 async function messageOf(answer) {
   const text = await answer.text();
-  try { return JSON.parse(text).message; } catch (error) { return text; }
+  try { return JSON.parse(text).message; } catch (error) { return text.trim(); }
+}
+
+/// Has slamd do something. @return whether it did, the status of HTTP, and what it answers
+async function ask(request) {
+  try {
+    const answer = await fetch("/api/v1/command", { method: "POST", body: JSON.stringify(request), headers: authorized() });
+    return { ok: answer.ok, status: answer.status, words: await messageOf(answer) };
+  } catch (error) { return { ok: false, words: t("noWeb") }; }
 }
 
 async function command(request) {
   showResult("\u2026");
   for (const button of $("actions").querySelectorAll("button")) button.disabled = true;
-  try {
-    const answer = await fetch("/api/v1/command", { method: "POST", body: JSON.stringify(request), headers: authorized() });
-    showResult(await messageOf(answer), !answer.ok);
-  } catch (error) { showResult(t("noWeb"), true); }
+  const { ok, words } = await ask(request);
+  showResult(words, !ok);
   for (const button of $("actions").querySelectorAll("button")) button.disabled = false;
+}
+
+function askForToken() {
+  $("token").scrollIntoView({ block: "center" });
+  $("token").focus();
 }
 
 /// The next drag draws a pose.
@@ -233,9 +244,7 @@ function showStop() {
 }
 $("stop").onclick = () => {
   letGoOfStick();
-  if (unlocked) return stop(0);
-  $("token").scrollIntoView({ block: "center" });
-  $("token").focus();
+  unlocked ? stop(0) : askForToken();
 };
 
 // ---- start --------------------------------------------------------------------------------------------------------
@@ -247,5 +256,7 @@ new ResizeObserver(resize).observe(canvas);
 resize();
 setInterval(showState, 500);
 connect();
+showDay();
+setInterval(showDay, kDayPeriod);
 if (token) unlock(token);
 if ("serviceWorker" in navigator) navigator.serviceWorker.register("/worker.js").catch(() => {});  // for a start without the robot

@@ -80,11 +80,11 @@ const kMarks = {  // colour, and how it is filled: never by colour alone
   localised: { colour: "#1a8f5a", fill: "solid" }, degraded: { colour: "#b26a00", fill: "hatched" },
   lost: { colour: "#66717c", fill: "dashed" }, initialising: { colour: "#66717c", fill: "dashed" },
 };
-let hatch = null;
+const hatches = new Map();
 
 function hatchOf(colour) {
-  if (hatch) return hatch;
-  const tile = document.createElement("canvas");
+  if (hatches.has(colour)) return hatches.get(colour);
+  const tile = element("canvas");
   tile.width = tile.height = 8;
   const context = tile.getContext("2d");
   context.fillStyle = "#fff";
@@ -94,7 +94,8 @@ function hatchOf(colour) {
   context.beginPath();
   for (const x of [-8, 0, 8]) context.moveTo(x, 8), context.lineTo(x + 8, 0);
   context.stroke();
-  return hatch = paint.createPattern(tile, "repeat");
+  hatches.set(colour, paint.createPattern(tile, "repeat"));
+  return hatches.get(colour);
 }
 
 function drawRobot(ratio) {
@@ -149,7 +150,7 @@ function drawScale(ratio) {
 
 function draw() {
   due = false;
-  const ratio = window.devicePixelRatio || 1;
+  const ratio = ratioOf();
   if (view.follow && robot.pose && !place.armed) {
     view.x = robot.pose.x;
     view.y = robot.pose.y;
@@ -162,10 +163,12 @@ function draw() {
   if (view.layer === 1) drawTiles(both, lidar);  // what the depth camera has not seen is the lidar's alone
   drawTiles(robot.map.tiles[view.layer]);
   drawTrail(ratio);
+  drawEdits(ratio);
   if (view.layer !== 2) drawPoints(robot.scan, "rgba(229, 62, 68, .9)", 2.5 * ratio);
   if (view.layer !== 1) drawPoints(robot.depth, "rgba(217, 115, 13, .9)", 2.5 * ratio);
   drawClosures(ratio);
   if (robot.pose) drawRobot(ratio);
+  drawHappening(ratio);
   if (place.from) {
     const theta = Math.atan2(place.to.y - place.from.y, place.to.x - place.from.x);
     paint.strokeStyle = "#1f6feb";
@@ -180,7 +183,7 @@ function draw() {
 }
 
 function resize() {
-  const ratio = window.devicePixelRatio || 1, box = canvas.getBoundingClientRect();
+  const ratio = ratioOf(), box = canvas.getBoundingClientRect();
   canvas.width = Math.max(1, Math.round(box.width * ratio));
   canvas.height = Math.max(1, Math.round(box.height * ratio));
   if (!view.moved && !view.follow) fit();
@@ -189,14 +192,14 @@ function resize() {
 
 /// Shows the whole map.
 function fit() {
-  const side = robot.map.side, ratio = window.devicePixelRatio || 1;
+  const side = robot.map.side, ratio = ratioOf();
   let left = Infinity, right = -Infinity, bottom = Infinity, top = -Infinity;  // [cells]
   for (const tile of robot.map.tiles[0].values()) {
     left = Math.min(left, tile.column * side + tile.left), right = Math.max(right, tile.column * side + tile.right);
     bottom = Math.min(bottom, tile.row * side + tile.bottom), top = Math.max(top, tile.row * side + tile.top);
   }
   if (left >= right) return;
-  const cell = robot.map.resolution, above = ($("top").offsetHeight + 22) * ratio, below = 48 * ratio, beside = 16 * ratio;  // for what lies over it
+  const cell = robot.map.resolution, above = ($("top").offsetHeight + 22) * ratio, below = (edit.on ? $("edit").offsetHeight + 16 : 48) * ratio, beside = 16 * ratio;  // for what lies over it
   view.scale = Math.min((canvas.width - 2 * beside) / ((right - left) * cell),
     (canvas.height - above - below) / ((top - bottom) * cell));
   view.x = (left + right) / 2 * cell;

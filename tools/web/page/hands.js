@@ -5,7 +5,7 @@
 
 const fingers = new Map();
 const at = (event) => {
-  const ratio = window.devicePixelRatio || 1;
+  const ratio = ratioOf();
   return { x: event.offsetX * ratio, y: event.offsetY * ratio };
 };
 
@@ -15,6 +15,8 @@ canvas.addEventListener("pointerdown", (event) => {
   if (place.armed && fingers.size === 1) {
     const p = at(event);
     place.from = place.to = { x: mx(p.x), y: my(p.y) };
+  } else if (edit.on && event.button === 0 && !edit.busy) {
+    fingers.size === 1 ? beginDrawing(at(event)) : endDrawing();
   } else {
     canvas.classList.add("dragging");
   }
@@ -25,6 +27,8 @@ canvas.addEventListener("pointermove", (event) => {
   if (!before) return;
   if (place.from) {
     place.to = { x: mx(now.x), y: my(now.y) };
+  } else if (edit.on && fingers.size === 1 && !canvas.classList.contains("dragging")) {
+    goOnDrawing(now);
   } else if (fingers.size === 1) {
     view.x -= (now.x - before.x) / view.scale;
     view.y += (now.y - before.y) / view.scale;
@@ -44,7 +48,9 @@ canvas.addEventListener("pointermove", (event) => {
 });
 
 function letGo(event) {
+  const last = fingers.size === 1;
   fingers.delete(event.pointerId);
+  if (edit.on && last) endDrawing(event.type === "pointerup" ? at(event) : null);
   if (fingers.size === 0) canvas.classList.remove("dragging");
   if (!place.from) return;
   const { from, to } = place;
@@ -52,6 +58,8 @@ function letGo(event) {
   if (event.type === "pointerup")
     command({ verb: "set_pose", x: from.x, y: from.y, theta: Math.atan2(to.y - from.y, to.x - from.x) });
 }
+// Else the browser takes a fast drag for a fling, and loses the tap behind it.
+canvas.addEventListener("touchstart", (event) => event.preventDefault(), { passive: false });
 canvas.addEventListener("pointerup", letGo);
 canvas.addEventListener("pointercancel", letGo);
 canvas.addEventListener("wheel", (event) => {
@@ -77,7 +85,11 @@ function placeByKey(event, arrow) {
 }
 
 canvas.addEventListener("keydown", (event) => {
-  const arrow = kArrows[event.key], ratio = window.devicePixelRatio || 1;
+  const arrow = kArrows[event.key], ratio = ratioOf();
+  if (edit.on && editByKey(event)) {
+    event.preventDefault();
+    return redraw();
+  }
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   if (arrow && !(place.armed && event.shiftKey)) {
     view.x += arrow[0] * kKeyStep * ratio / view.scale;
@@ -105,10 +117,10 @@ $("zoom-in").onclick = () => zoom(1.4);
 $("zoom-out").onclick = () => zoom(1 / 1.4);
 $("fit").onclick = fit;
 $("follow").onclick = () => setFollow(!view.follow);
-for (const button of document.querySelectorAll("[data-layer]")) {
+for (const button of all("[data-layer]")) {
   button.onclick = () => {
     view.layer = Number(button.dataset.layer);
-    for (const other of document.querySelectorAll("[data-layer]")) other.setAttribute("aria-pressed", other === button);
+    for (const other of all("[data-layer]")) other.setAttribute("aria-pressed", other === button);
     if (view.layer > 0 && !robot.map.layers) {
       robot.map.layers = true;
       robot.map.version = 0;  // the layers of all tiles, once

@@ -23,6 +23,7 @@ window.slam = { robot, view, firstTile: null, lag: [] };
 const $ = (id) => document.getElementById(id);
 const canvas = $("map");
 const paint = canvas.getContext("2d");
+const ratioOf = () => window.devicePixelRatio || 1;
 
 // ---- tiles --------------------------------------------------------------------------------------------------------
 
@@ -55,7 +56,7 @@ function takeTiles(buffer) {
     const key = column + "," + row;
     let tile = robot.map.tiles[layer].get(key);
     if (!tile) {
-      const picture = document.createElement("canvas");
+      const picture = element("canvas");
       picture.width = picture.height = side;
       tile = { column, row, picture };
       robot.map.tiles[layer].set(key, tile);
@@ -120,7 +121,7 @@ const takers = {
     $("version").textContent = data.version;
     robot.locked = false;
     robot.since = data.since > 0 ? new Date(data.since / 1000) : null;
-    $("commands").hidden = !data.commands;
+    $("commands").hidden = $("edit-map").hidden = $("keep").hidden = !data.commands;
     $("drive").hidden = !data.drives;
     $("view").classList.toggle("drives", data.drives);
     limits.speed = data.max_speed;
@@ -133,7 +134,7 @@ const takers = {
   },
   pose(data) {
     if (robot.pose && robot.pose.map !== data.map) robot.trail = [], robot.closures = [], robot.scan = [], robot.depth = [];
-    if (robot.pose && robot.pose.state !== data.state) robot.since = new Date();
+    if (robot.pose && robot.pose.state !== data.state) robot.since = new Date(), showDay();
     robot.pose = data;
     link.silence = 0;
     const lag = Date.now() - data.utime / 1000;

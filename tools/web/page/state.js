@@ -11,7 +11,7 @@ function showFacts(list, facts) {
   list.replaceChildren(...facts.flatMap(([name, value]) => [element("dt", name), element("dd", value)]));
 }
 
-function element(tag, text, className) {
+function element(tag, text = "", className) {
   const made = document.createElement(tag);
   made.textContent = text;
   if (className) made.className = className;
@@ -33,7 +33,7 @@ function showPose() {
   const p = robot.pose;
   if (!p) return;
   showFacts($("pose"), [
-    ["x, y", number(p.x, 2) + "; " + number(p.y, 2) + " m"], [t("heading"), degrees(p.theta)],
+    ["x,\u00a0y", number(p.x, 2) + "; " + number(p.y, 2) + " m"], [t("heading"), degrees(p.theta)],
     [t("sigma"), length(sigma(p)) + "; " + degrees(Math.sqrt(Math.max(0, p.cov[3])))],
     [t("speed"), number(p.speed, 2) + " m/s; " + degrees(p.turn) + "/s"],
     [t("quality"), Math.round(100 * p.quality) + " %"],
@@ -105,8 +105,8 @@ function wordsIn(problems) {
 function showDevice(device) {
   let pane = panes.get(device.name);
   if (!pane) {
-    pane = document.createElement("details");
-    pane.append(document.createElement("summary"));
+    pane = element("details");
+    pane.append(element("summary"));
     panes.set(device.name, pane);
   }
   if (pane.dataset.level !== device.level) pane.open = device.level !== "good";
@@ -138,12 +138,12 @@ function showHealth(health) {
 }
 
 function showStages(stages) {
-  const rows = [["", "p50", "p99", "max"]];
+  const rows = [[t("stage"), "p50", "p99", "max"]];
   for (const s of stages)
     if (s.count > 0 && !s.name.endsWith(".work") && !s.name.endsWith(".late"))
       rows.push([s.name.replace(/_/g, " "), ...[s.p50_us, s.p99_us, s.max_us].map((us) => number(us / 1000, 2))]);
   $("stages").replaceChildren(...rows.map((row, i) => {
-    const tr = document.createElement("tr");
+    const tr = element("tr");
     tr.append(...row.map((cell) => element(i === 0 ? "th" : "td", cell)));
     return tr;
   }));
@@ -176,5 +176,6 @@ function showAll() {
   if (robot.health) showHealth(robot.health);
   showState();
   showStop();
-  redraw();
+  showEdit();
+  showDay();
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 "use strict";
 
+const all = (selector) => document.querySelectorAll(selector);
+
 // ---- texts: one table for each language ---------------------------------------------------------------------------
 
 const kTexts = {
@@ -11,7 +13,7 @@ const kTexts = {
     language: "Language", pose: "Pose", devices: "Devices", problems: "Further problems", commands: "Commands", token: "Token",
     unlock: "Unlock", save: "Save the map", setPose: "Set the pose", localise: "Localise only", localiseTitle: "The map stays as it is",
     slam: "Extend the map", slamTitle: "The map grows again", what: "What happened?", mark: "Mark the log", mapCard: "Map", logs: "Logs",
-    developers: "For developers", latencies: "Latencies [ms]", computer: "Computer, disk and log", stop: "Stop",
+    developers: "For developers", latencies: "Latencies [ms]", stage: "Stage", computer: "Computer, disk and log", stop: "Stop",
     stopLocked: "Unlock to stop", stick: "Hold to drive: drag it, or hold arrow keys. Letting go stops.", drive: "hold to drive",
     connecting: "Connecting", waiting: "Waiting for the robot’s first pose", locked: "Locked: the page needs the token",
     noWeb: "No answer from slam-web",
@@ -30,6 +32,16 @@ const kTexts = {
     linkLost: "The link was lost: the robot stops", notDriven: "The robot stops: {0}",
     devicelidar: "lidar", devicebase: "base", deviceimu: "gyro", devicedepth: "depth camera",
     devicesensors: "sensors", devicethreads: "computer", devicememory: "memory", devicemap: "map", devicerecord: "record",
+    editMap: "Edit the map", maps: "Maps", tools: "What to draw", name: "Name", undo: "Undo", redo: "Redo", drop: "Discard", apply: "Apply", force: "Erase all the same", leave: "Done",
+    toolerase: "Erase", toolbrush: "Brush", toolzone: "No-go", toolwall: "Wall", toolfree: "Keep free", toolroom: "Room", toolplace: "Place", toolremove: "Remove",
+    hintoutline: "Circle it with one finger, or tap its corners. Two fingers move and zoom",
+    hintbrush: "Wipe with one finger what is to go", hintwall: "Drag from end to end, or tap each corner of the wall",
+    hintremove: "Tap what is to go", hintplace: "Press where the place is, drag where the robot looks, and name it", sending: "Sent; waits until the map is stored",
+    ofKeyframes: "{0} keyframes", present: "open", straighten: "Straighten", load: "Load", rename: "Rename", delete: "Delete", close: "Close",
+    day: "The last day", period: "Period", dayNow: "now", dayLanes: "Top: state, the higher the worse. Middle: devices away. Bottom: drives, marks (triangles)",
+    dayBegins: "slam-web watches since {0}; it has not seen what was before", happenings: "{0} happenings", silent: "slamd was silent", drove: "Drove {0} m", marked: "Mark: {0}",
+    noPlace: "Its place is not of this map", keep: "Keep the 10 minutes before", keepTitle: "Marks the log: it is deleted last", keepWords: "keep what was before",
+    download: "Download", time: "Time", lasts: "Duration", size: "Size", marks: "Marks", file: "File",
     linelost: "waits to recognise something; drive slowly where it has been",
     linenot_found_yet: "waits to be found in its map; drive slowly on",
   },
@@ -40,7 +52,7 @@ const kTexts = {
     language: "Sprache", pose: "Pose", devices: "Geräte", problems: "Weitere Störungen", commands: "Befehle", token: "Token",
     unlock: "Entsperren", save: "Karte speichern", setPose: "Pose setzen", localise: "Nur lokalisieren", localiseTitle: "Die Karte bleibt, wie sie ist",
     slam: "Karte erweitern", slamTitle: "Die Karte wächst wieder", what: "Was ist passiert?", mark: "Log markieren", mapCard: "Karte", logs: "Logs",
-    developers: "Für Entwickler", latencies: "Latenzen [ms]", computer: "Rechner, Platte und Log", stop: "Stopp",
+    developers: "Für Entwickler", latencies: "Latenzen [ms]", stage: "Stufe", computer: "Rechner, Platte und Log", stop: "Stopp",
     stopLocked: "Entsperren für Stopp", stick: "Zum Fahren halten: ziehen, oder Pfeiltasten halten. Loslassen hält an.", drive: "zum Fahren halten",
     connecting: "Verbinde", waiting: "Wartet auf die erste Pose des Roboters", locked: "Gesperrt: die Seite braucht das Token",
     noWeb: "Keine Antwort von slam-web",
@@ -59,6 +71,16 @@ const kTexts = {
     linkLost: "Die Verbindung ist weg: der Roboter hält an", notDriven: "Der Roboter hält an: loslassen und neu drücken",
     devicelidar: "Lidar", devicebase: "Antrieb", deviceimu: "Gyro", devicedepth: "Tiefenkamera",
     devicesensors: "Sensoren", devicethreads: "Rechner", devicememory: "Speicher", devicemap: "Karte", devicerecord: "Aufzeichnung",
+    editMap: "Karte bearbeiten", maps: "Karten", tools: "Was gezeichnet wird", name: "Name", undo: "Rückgängig", redo: "Wiederholen", drop: "Verwerfen", apply: "Anwenden", force: "Trotzdem löschen", leave: "Fertig",
+    toolerase: "Radieren", toolbrush: "Pinsel", toolzone: "Sperrzone", toolwall: "Wand", toolfree: "Freihalten", toolroom: "Raum", toolplace: "Ort", toolremove: "Entfernen",
+    hintoutline: "Mit einem Finger umkreisen oder Ecken antippen. Zwei Finger schieben und zoomen",
+    hintbrush: "Mit einem Finger wischen, was weg soll", hintwall: "Von Ende zu Ende ziehen oder jede Ecke der Wand antippen",
+    hintremove: "Antippen, was gezeichnet wurde", hintplace: "Drücken, wo der Ort ist, ziehen, wohin der Roboter blickt, und benennen", sending: "Gesendet; wartet, bis die Karte gespeichert ist",
+    ofKeyframes: "{0} Keyframes", present: "geöffnet", straighten: "Ausrichten", load: "Laden", rename: "Umbenennen", delete: "Löschen", close: "Schließen",
+    day: "Der letzte Tag", period: "Zeitraum", dayNow: "jetzt", dayLanes: "Oben: Zustand, je höher, desto schlechter. Mitte: Geräte weg. Unten: Fahrten, Marken (Dreiecke)",
+    dayBegins: "slam-web sieht seit {0} zu; was vorher war, fehlt", happenings: "{0} Ereignisse", silent: "slamd schwieg", drove: "{0} m gefahren", marked: "Marke: {0}",
+    noPlace: "Der Ort ist nicht auf dieser Karte", keep: "Letzte 10 Minuten behalten", keepTitle: "Markiert das Log: es wird zuletzt gelöscht", keepWords: "behalten, was vorher war",
+    download: "Laden", time: "Zeit", lasts: "Dauer", size: "Größe", marks: "Marken", file: "Datei",
     linelost: "sucht Bekanntes; langsam fahren, wo er schon war",
     linenot_found_yet: "sucht sich in seiner Karte; langsam weiterfahren",
   },
@@ -76,10 +98,10 @@ const fixed = (value, digits) => value.toFixed(digits).replace(/^-(0\.?0*)$/, "$
 /// Puts the texts of the language where index.html names them.
 function translate() {
   document.documentElement.lang = language;
-  for (const e of document.querySelectorAll("[data-text]")) e.textContent = t(e.dataset.text);
-  for (const e of document.querySelectorAll("[data-label]")) e.setAttribute("aria-label", t(e.dataset.label));
-  for (const e of document.querySelectorAll("[data-title]")) e.title = t(e.dataset.title);
-  for (const e of document.querySelectorAll("[data-placeholder]")) e.placeholder = t(e.dataset.placeholder);
+  for (const e of all("[data-text]")) e.textContent = t(e.dataset.text);
+  for (const e of all("[data-label]")) e.setAttribute("aria-label", t(e.dataset.label));
+  for (const e of all("[data-title]")) e.title = t(e.dataset.title);
+  for (const e of all("[data-placeholder]")) e.placeholder = t(e.dataset.placeholder);
   document.getElementById("language").value = language;
   if (language === "de" && !document.getElementById("german")) {  // large, and only some need it
     const script = document.createElement("script");

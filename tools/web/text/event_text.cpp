@@ -92,7 +92,7 @@ std::string EventFeed::greeting(const WebState& state, Timestamp now) const {
   text += eventText("trail", trailJson(state));
   if (state.health()) text += eventText("health", healthJson(*state.health(), state.problems()));
   if (state.pose()) text += eventText("pose", poseJson(*state.pose()));
-  return text + eventText("map", mapJson(state));
+  return text + eventText("map", mapJson(state)) + eventText("edits", editsJson(state.edits()));
 }
 
 bool EventFeed::isDue(Timestamp& last, Duration period, Timestamp now) const {
@@ -121,6 +121,10 @@ std::string EventFeed::news(const WebState& state, Timestamp now) {
   if (state.tiles().version() != map_version_ && isDue(map_, kMapPeriod, now)) {
     text += eventText("map", mapJson(state));
     map_version_ = state.tiles().version();
+  }
+  if (state.edits().serial() != edits_serial_) {
+    text += eventText("edits", editsJson(state.edits()));
+    edits_serial_ = state.edits().serial();
   }
   if (isDue(beat_, kBeatPeriod, now))
     text += eventText("beat", {{"silence", rounded(toSeconds(state.silence(now)), 10)}});

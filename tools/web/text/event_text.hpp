@@ -38,7 +38,7 @@ class EventFeed {
   std::string version_;
   std::optional<SpeedLimits> limits_;
   WebState::Serials sent_;
-  std::uint64_t map_version_ = 0;
+  std::uint64_t map_version_ = 0, edits_serial_ = 0;
   Timestamp scan_{}, depth_{}, map_{}, beat_{};
 };
 

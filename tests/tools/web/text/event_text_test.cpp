@@ -70,7 +70,7 @@ TEST_F(Feed, GreetsWithAllThatIsKnown) {
   state_.take(somePose(), kNow);
   state_.take(someHealth("unplugged"), kNow);
   const std::string text = feed_.greeting(state_, kNow + 3s);
-  EXPECT_THAT(namesIn(text), testing::ElementsAre("hello", "trail", "health", "pose", "map"));
+  EXPECT_THAT(namesIn(text), testing::ElementsAre("hello", "trail", "health", "pose", "map", "edits"));
   EXPECT_EQ(dataOf(text, "hello")["session"], 42);
   EXPECT_EQ(dataOf(text, "hello")["commands"], true);
   EXPECT_EQ(dataOf(text, "hello")["silence"], 3.0);

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "store/map_folders.hpp"
+
+#include <stdexcept>
+
+#include "store/durable_file.hpp"
+#include "store/map_store.hpp"
+
+namespace slam {
+namespace {
+
+namespace fs = std::filesystem;
+const char* const kAside = ".deleted";  // no name of a map: all who list maps pass it over
+
+}  // namespace
+
+fs::path mapFolder(const fs::path& directory, const std::string& name) {
+  if (!MapStore::isName(name)) throw std::runtime_error("\"" + name + "\" is no name of a map");
+  if (!fs::is_directory(directory / name))
+    throw std::runtime_error("there is no map \"" + name + "\"; slamctl maps lists them");
+  return directory / name;
+}
+
+void requireFreeName(const fs::path& directory, const std::string& name) {
+  if (!MapStore::isName(name))
+    throw std::runtime_error("\"" + name + "\" is no name of a map; use letters, digits, - and _");
+  if (fs::exists(fs::symlink_status(directory / name)))
+    throw std::runtime_error("there is a map \"" + name + "\" already");
+}
+
+void renameMap(const fs::path& directory, const std::string& from, const std::string& to) {
+  const fs::path folder = mapFolder(directory, from);
+  requireFreeName(directory, to);
+  const FolderLock lock(folder);
+  fs::rename(folder, directory / to);
+  syncFolder(directory);
+}
+
+void removeMap(const fs::path& directory, const std::string& name) {
+  const fs::path folder = mapFolder(directory, name);
+  const FolderLock lock(folder);
+  fs::remove_all(folder);
+  syncFolder(directory);
+}
+
+void putMapAside(const fs::path& directory, const std::string& name) {
+  const fs::path folder = mapFolder(directory, name), aside = directory / kAside;
+  const FolderLock lock(folder);
+  fs::remove_all(aside);
+  fs::create_directory(aside);
+  fs::rename(folder, aside / name);
+  syncFolder(aside);
+  syncFolder(directory);
+}
+
+std::string restoreMap(const fs::path& directory) {
+  std::error_code error;  // of no such folder: then there is none
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory / kAside, error)) {
+    const std::string name = entry.path().filename();
+    if (!MapStore::isName(name) || !entry.is_directory()) continue;
+    requireFreeName(directory, name);
+    fs::rename(entry.path(), directory / name);
+    syncFolder(directory);
+    return name;
+  }
+  throw std::runtime_error("no deleted map is kept; only the one deleted last is");
+}
+
+}  // namespace slam
