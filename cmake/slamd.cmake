@@ -43,12 +43,10 @@ function(slam_parsed_once name)
   endif()
 endfunction()
 
-# Whole builds, as those with sanitizers are: what eight sources include and instantiate alike is compiled once. Names in
+# For whole builds: what eight sources include and instantiate alike is compiled once. Names in
 # their anonymous namespaces differ; each test has a namespace of its own.
 function(slam_compiled_in_eights name)
-  if(SLAMD_SANITIZE)
-    set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
-  endif()
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
 endfunction()
 
 # slam_library(NAME SOURCES a.cpp ... LINKS lib ...): a static library of the current folder.
@@ -57,7 +55,9 @@ function(slam_library name)
   add_library(${name} STATIC ${ARG_SOURCES})
   target_link_libraries(${name} PUBLIC slamd_options ${ARG_LINKS})
   slam_parsed_once(${name})
-  slam_compiled_in_eights(${name})
+  if(SLAMD_SANITIZE)
+    slam_compiled_in_eights(${name})
+  endif()
 endfunction()
 
 # For what runs once or is a test: -O3 would cost more than it gains. A packager's flags stay as they are.
