@@ -85,7 +85,7 @@ void LidarEmulator::handle(Timestamp now, Bytes& out) {
     return;
   }
   // Any request ends a scan; what is on the line already comes before the answer.
-  endScan();
+  sampler_.end();
   out.insert(out.end(), line_.begin(), line_.end());
   line_.clear();
   const bool answers = request != Request::kStop && request != Request::kReset;
