@@ -55,16 +55,6 @@ bool isBoard(Bytes bytes) {
   return found || decoder.flush().has_value();
 }
 
-/// A HandsFree A9.
-bool isImu(Bytes bytes) {
-  hfi::A9Decoder decoder;
-  for (const std::uint8_t byte : bytes) {
-    for (auto data = decoder.push(byte); data; data = decoder.flush()) {
-    }
-  }
-  return decoder.counters().frames >= kFrames;
-}
-
 /// @tparam Decoder a FrameDecoder
 template <typename Decoder>
 bool hasFrames(Bytes bytes) {
@@ -243,7 +233,7 @@ bool isOtherDevice(Speaker speaker) {
 
 Heard speakerOf(Bytes bytes) {
   if (isBoard(bytes)) return {Speaker::kBoard};
-  if (isImu(bytes)) return {Speaker::kImu};
+  if (hasFrames<hfi::A9Decoder>(bytes)) return {Speaker::kImu};  // an A9
   if (hasFrames<witmotion::Decoder>(bytes)) return {Speaker::kWitmotion};
   if (hasFrames<bno08x::Decoder>(bytes)) return {Speaker::kBno08x};
   if (hasFrames<xsens::Decoder>(bytes)) return {Speaker::kXsens};
