@@ -102,7 +102,7 @@ HandsfreeBoard::HandsfreeBoard(const HandsfreeConfig& config, Clock now, Sinks s
       now_(now),
       sinks_(std::move(sinks)),
       port_(config.port, config.baud, config.in_background, open),
-      wrong_speaker_(PortOf::kBoard, config.port, config.baud, open),
+      wrong_device_(PortOf::kBoard, config.port, config.baud, open),
       schedule_(config),
       mileage_(config.chassis),
       speeds_(config.may_drive, config.limits, kDrivePeriod) {}
@@ -110,9 +110,9 @@ HandsfreeBoard::HandsfreeBoard(const HandsfreeConfig& config, Clock now, Sinks s
 void HandsfreeBoard::tick() {
   const Timestamp now = now_();
   if (!port_.isOpen()) {
-    if (wrong_speaker_.running()) {
-      if (port_.isReleased() && !wrong_speaker_.tick(now))
-        setBoth(DeviceState::kFault, wrong_speaker_.found(wheels_.problem()));
+    if (wrong_device_.running()) {
+      if (port_.isReleased() && !wrong_device_.tick(now))
+        setBoth(DeviceState::kFault, wrong_device_.found(wheels_.problem()));
     } else if (port_.due(now)) {
       open(now);
     }
@@ -139,7 +139,7 @@ bool HandsfreeBoard::command(double vx, double vy, double omega, Timestamp given
 
 void HandsfreeBoard::open(Timestamp now) {
   if (const Problem problem = port_.open(now)) {
-    wrong_speaker_.forget();
+    wrong_device_.forget();
     return setBoth(DeviceState::kAbsent, problem);
   }
   // A board that kept its power goes on counting where it was: one that did not asks for the handshake first.
@@ -151,7 +151,7 @@ void HandsfreeBoard::open(Timestamp now) {
 
 void HandsfreeBoard::close(Timestamp now, DeviceState state, const Problem& why) {
   port_.fail(now);
-  if (state == DeviceState::kAbsent) wrong_speaker_.forget();
+  if (state == DeviceState::kAbsent) wrong_device_.forget();
   setBoth(state, why);
 }
 
@@ -173,7 +173,7 @@ bool HandsfreeBoard::receive(Duration wait) {
 void HandsfreeBoard::handle(const robolink::Frame& frame) {
   request_.noteFrame(now_());
   port_.succeeded();
-  wrong_speaker_.forget();
+  wrong_device_.forget();
   const auto command = static_cast<Command>(frame.command);
   if (command == Command::kShakingHands) return greet();
   if (!request_.take(command)) return;
@@ -207,12 +207,12 @@ void HandsfreeBoard::watch(Timestamp now) {
   const Duration silence = now - request_.answered();
   if (silence > kDead) {
     const Problem unknown = request_.bytesCame() ? problem::kBoardUndecoded : problem::kBoardUnanswered;
-    close(now, DeviceState::kFault, wrong_speaker_.found(unknown));
-    return wrong_speaker_.ask();
+    close(now, DeviceState::kFault, wrong_device_.found(unknown));
+    return wrong_device_.ask();
   }
   if (silence > kStale) {
     const Problem unknown = request_.bytesCame() ? problem::kBoardGarbage : problem::kBoardSilent;
-    return setBoth(DeviceState::kStale, wrong_speaker_.found(unknown));
+    return setBoth(DeviceState::kStale, wrong_device_.found(unknown));
   }
   if (silence > kAnswer) return;  // it may be the board that has just fallen silent
   // Now and then one that is late passes for the answer to the same question asked anew.

@@ -12,8 +12,8 @@
 #include "drivers/base/wheel_angles.hpp"
 #include "drivers/device_status.hpp"
 #include "drivers/latest_triple.hpp"
+#include "drivers/line_device.hpp"
 #include "drivers/polled_port.hpp"
-#include "drivers/speaker.hpp"
 #include "drivers/speed_command.hpp"
 #include "firmware_if/robolink.hpp"
 #include "timing/refresh_clock.hpp"
@@ -22,7 +22,7 @@ namespace slam {
 
 struct HandsfreeConfig {
   std::string port = {};
-  int baud = 921600;           ///< [bit/s]
+  int baud = robolink::kBaud;  ///< [bit/s]
   double mileage_rate = 50.0;  ///< [Hz] the mean; below the board's own rate the stamps cannot be sharp
   double imu_rate = 100.0;     ///< [Hz] the same
   double sample_age = 0.010;   ///< [s] of the board's values when it answers, until their true age has been found out
@@ -77,8 +77,7 @@ class HandsfreeBoard {
 
   DeviceStatus& wheelStatus() { return wheels_; }
   DeviceStatus& imuStatus() { return imu_; }
-  float battery() const { return report_.battery(); }  ///< [V]; 0: not known yet
-  float boardTime() const { return report_.time(); }   ///< [s] since the board's start, coarse; 0: not known yet
+  float battery() const { return report_.battery(); }          ///< [V]; 0: not known yet
   float wheelRadius() const { return report_.wheelRadius(); }  ///< [m] that the board believes in; 0: not known yet
   float bodyRadius() const { return report_.bodyRadius(); }    ///< [m] the same
   std::uint64_t limitedSpeeds() const { return speeds_.limited(); }  ///< that were asked for above the limits
@@ -219,13 +218,12 @@ class HandsfreeBoard {
     void take(const robolink::SystemInfo& info);
     void take(const robolink::ChassisParameters& chassis, const HandsfreeConfig& config);
     float battery() const { return battery_; }
-    float time() const { return time_; }
     float wheelRadius() const { return wheel_radius_; }
     float bodyRadius() const { return body_radius_; }
     Problem finding() const { return finding_.load(); }
 
    private:
-    std::atomic<float> battery_{0.0F}, time_{0.0F}, wheel_radius_{0.0F}, body_radius_{0.0F};
+    std::atomic<float> battery_{0.0F}, wheel_radius_{0.0F}, body_radius_{0.0F};
     SharedProblem finding_;
   };
 
@@ -277,7 +275,7 @@ class HandsfreeBoard {
   Sinks sinks_;
   DeviceStatus wheels_, imu_;
   PolledPort port_;
-  WrongSpeaker wrong_speaker_;
+  WrongDevice wrong_device_;
   Schedule schedule_;
   Request request_;
   Mileage mileage_;

@@ -156,10 +156,7 @@ void HandsfreeBoard::handleInfo(const robolink::SystemInfo& info) {
   if (time_.look(info.system_time, request_.requested())) setBoth(DeviceState::kStale, problem::kBoardFrozen);
 }
 
-void HandsfreeBoard::Report::take(const robolink::SystemInfo& info) {
-  battery_ = info.battery;
-  time_ = info.system_time * 1e-6F;
-}
+void HandsfreeBoard::Report::take(const robolink::SystemInfo& info) { battery_ = info.battery; }
 
 robolink::SystemInfo HandsfreeBoard::Host::infoAt(Timestamp now) const {
   robolink::SystemInfo info;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/imu/hfi_imu.hpp"
+#include "firmware_if/hfi_imu.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 
 #include "drivers/companion.hpp"
 #include "drivers/imu/codec/witmotion_frames.hpp"
-#include "firmware_if/hfi_imu.hpp"
+#include "drivers/imu/imu_protocols.hpp"
 #include "problems/devices.hpp"
 #include "timing/stream_clock.hpp"
 

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // HandsFree's IMUs at their emulators, over a pseudo-terminal.
-#include "drivers/imu/hfi_imu.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -14,6 +12,7 @@
 #include <vector>
 
 #include "drivers/imu/codec/witmotion_frames.hpp"
+#include "drivers/imu/imu_protocols.hpp"
 #include "drivers/imu/serial_imu.hpp"
 #include "drivers/pseudo_terminal.hpp"
 #include "drivers/virtual_time.hpp"
