@@ -70,6 +70,8 @@ class LidarEmulator : public EmulatedLidar {
     bool repeating_ = false;
   };
 
+  /// @return false: the request is not for the motor
+  bool setMotor(rplidar::Request request, std::span<const std::uint8_t> payload, Timestamp now);
   void handle(Timestamp now, std::vector<std::uint8_t>& out);
   void answer(rplidar::AnswerType type, const std::vector<std::uint8_t>& data, std::vector<std::uint8_t>& out);
   void answerConfiguration(std::span<const std::uint8_t> payload, std::vector<std::uint8_t>& out);
