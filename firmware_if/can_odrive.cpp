@@ -140,20 +140,6 @@ std::optional<EncoderEstimates> parseEncoderEstimates(int node, const Frame& fra
   return EncoderEstimates{(*values)[0], (*values)[1]};
 }
 
-Frame encodeEncoderCounts(int node, const EncoderCounts& value) {
-  Frame frame = makeFrame(node, Command::kEncoderCounts, 8);
-  putWord(frame, 0, static_cast<std::uint32_t>(value.shadow));
-  putWord(frame, 4, static_cast<std::uint32_t>(value.in_turn));
-  return frame;
-}
-
-std::optional<EncoderCounts> parseEncoderCounts(int node, const Frame& frame) {
-  if (!isData(frame, idOf(node, Command::kEncoderCounts), 8)) return std::nullopt;
-  return EncoderCounts{static_cast<std::int32_t>(wordAt(frame, 0)), static_cast<std::int32_t>(wordAt(frame, 4))};
-}
-
-Frame requestEncoderCounts(int node) { return {.id = idOf(node, Command::kEncoderCounts), .size = 8, .remote = true}; }
-
 Frame encodeInputVelocity(int node, const InputVelocity& value) {
   return makeFloats(node, Command::kInputVelocity, value.velocity, value.torque);
 }
@@ -162,13 +148,6 @@ std::optional<InputVelocity> parseInputVelocity(int node, const Frame& frame) {
   const auto values = parseFloats(node, Command::kInputVelocity, frame);
   if (!values) return std::nullopt;
   return InputVelocity{(*values)[0], (*values)[1]};
-}
-
-Frame encodeControllerMode(int node, ControlMode control, InputMode input) {
-  Frame frame = makeFrame(node, Command::kControllerMode, 8);
-  putWord(frame, 0, static_cast<std::uint32_t>(control));
-  putWord(frame, 4, static_cast<std::uint32_t>(input));
-  return frame;
 }
 
 Frame encodeAxisState(int node, AxisState state) {

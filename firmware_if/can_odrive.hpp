@@ -21,7 +21,6 @@ enum class Command : std::uint8_t {
   kParameter = 0x05,      ///< firmware 0.6: TxSdo
   kSetAxisState = 0x07,
   kEncoderEstimates = 0x09,
-  kEncoderCounts = 0x0A,
   kControllerMode = 0x0B,
   kInputVelocity = 0x0D,
   kClearErrors = 0x18,
@@ -85,16 +84,6 @@ struct EncoderEstimates {
 Frame encodeEncoderEstimates(int node, const EncoderEstimates& value);
 std::optional<EncoderEstimates> parseEncoderEstimates(int node, const Frame& frame);
 
-struct EncoderCounts {
-  std::int32_t shadow = 0;   ///< [counts] since the controller's start
-  std::int32_t in_turn = 0;  ///< [counts] within one turn
-  friend bool operator==(const EncoderCounts&, const EncoderCounts&) = default;
-};
-Frame encodeEncoderCounts(int node, const EncoderCounts& value);
-std::optional<EncoderCounts> parseEncoderCounts(int node, const Frame& frame);
-/// The counts are sent when asked for with this remote frame.
-Frame requestEncoderCounts(int node);
-
 struct InputVelocity {
   float velocity = 0.0F;  ///< [turns/s]
   float torque = 0.0F;    ///< [Nm] fed forward
@@ -102,10 +91,6 @@ struct InputVelocity {
 };
 Frame encodeInputVelocity(int node, const InputVelocity& value);
 std::optional<InputVelocity> parseInputVelocity(int node, const Frame& frame);
-
-enum class ControlMode : std::uint8_t { kTorque = 1, kVelocity = 2, kPosition = 3 };
-enum class InputMode : std::uint8_t { kPassThrough = 1, kVelocityRamp = 2 };
-Frame encodeControllerMode(int node, ControlMode control, InputMode input);
 
 Frame encodeAxisState(int node, AxisState state);
 std::optional<std::uint32_t> parseAxisState(int node, const Frame& frame);

@@ -61,9 +61,6 @@ std::int64_t TickCounter::count(std::uint32_t ticks) {
 }
 
 Frame encodeQuaternion(const Quaternion& value) { return encodeShorts(kQuaternion, value, kQuaternionScale); }
-std::optional<Quaternion> parseQuaternion(const Frame& frame) {
-  return parseShorts<4>(kQuaternion, frame, kQuaternionScale);
-}
 
 Frame encodeRateOfTurn(const Vector3& value) { return encodeShorts(kRateOfTurn, value, kRateScale); }
 std::optional<Vector3> parseRateOfTurn(const Frame& frame) { return parseShorts<3>(kRateOfTurn, frame, kRateScale); }

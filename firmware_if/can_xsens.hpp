@@ -35,7 +35,6 @@ using Vector3 = std::array<float, 3>;
 /// w, x, y, z; each -1..1.
 using Quaternion = std::array<float, 4>;
 Frame encodeQuaternion(const Quaternion& value);
-std::optional<Quaternion> parseQuaternion(const Frame& frame);
 
 /// [rad/s], steps of 2^-9, at most 64.
 Frame encodeRateOfTurn(const Vector3& value);

@@ -45,6 +45,12 @@ std::size_t encodeFrame(std::uint8_t sender, std::uint8_t receiver, Command comm
   return size;
 }
 
+std::array<std::uint8_t, kQuestionSize> question(Command command) {
+  std::array<std::uint8_t, kQuestionSize> frame{};
+  encodeFrame(kMaster, kSlave, command, {}, frame);
+  return frame;
+}
+
 void Decoder::drop(std::size_t bytes) {
   std::copy(buffer_.begin() + static_cast<std::ptrdiff_t>(bytes), buffer_.begin() + static_cast<std::ptrdiff_t>(size_),
             buffer_.begin());

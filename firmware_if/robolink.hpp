@@ -10,6 +10,7 @@
 /// and back: std only, no heap, no I/O.
 namespace slam::robolink {
 
+inline constexpr int kBaud = 921600;           ///< [bit/s]
 inline constexpr std::uint8_t kMaster = 0x01;  ///< id of the computer
 inline constexpr std::uint8_t kSlave = 0x11;   ///< id of the board
 
@@ -35,6 +36,10 @@ std::uint8_t checksum(std::span<const std::uint8_t> bytes);
 /// Writes a frame into `out`. @return its size, or 0 when the payload is too long or `out` too small
 std::size_t encodeFrame(std::uint8_t sender, std::uint8_t receiver, Command command,
                         std::span<const std::uint8_t> payload, std::span<std::uint8_t> out);
+
+/// A question of the computer's, whole.
+inline constexpr std::size_t kQuestionSize = kOverhead;
+std::array<std::uint8_t, kQuestionSize> question(Command command);
 
 /// One received frame; the payload lives in the decoder until the next push().
 struct Frame {

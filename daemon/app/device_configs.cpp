@@ -67,11 +67,10 @@ SerialBaseConfig serialBaseConfig(const Config& config) {
 }
 
 HandsfreeConfig handsfreeConfig(const Config& config) {
-  constexpr int kBaud = 921600;  // [bit/s] of the board
   const BaseDeviceConfig& base = config.base_device;
   const BaseKinematics kinematics = kinematicsOf(base);
   return {.port = base.port,
-          .baud = base.baud > 0 ? base.baud : kBaud,
+          .baud = base.baud > 0 ? base.baud : robolink::kBaud,
           .mileage_rate = base.mileage_rate,
           .imu_rate = base.imu_rate,
           .sample_age = base.sample_age,
@@ -116,12 +115,12 @@ const LidarFacts* lidarFacts(const Config& config) {
 SerialLidarConfig serialLidarConfig(const Config& config) {
   const LidarFacts* facts = lidarFacts(config);
   const LidarDriver driver = config.lidar_device.driver;
-  const Speaker other = driver == LidarDriver::kRplidar  ? Speaker::kRplidar
-                        : driver == LidarDriver::kHokuyo ? Speaker::kHokuyo
-                                                         : Speaker::kUnknown;
+  const LineDevice other = driver == LidarDriver::kRplidar  ? LineDevice::kRplidar
+                           : driver == LidarDriver::kHokuyo ? LineDevice::kHokuyo
+                                                            : LineDevice::kUnknown;
   return {.port = config.lidar_device.port,
           .baud = lidarBaud(config),
-          .speaker = facts != nullptr ? facts->speaker : other};
+          .line_device = facts != nullptr ? facts->line_device : other};
 }
 
 PacketLidarConfig packetLidarConfig(const Config& config) {

@@ -57,7 +57,7 @@ LidarFinder lidarFinder(const Config& config) {
         return unit;
       case LidarFinding::kPackets:
         unit.unit = std::make_unique<PacketLidar>(*found.facts, packetLidarConfig(as_found), &monotonicNow);
-        unit.speaker = found.facts->speaker;
+        unit.line_device = found.facts->line_device;
         return unit;
       case LidarFinding::kRplidar:
         as_found.lidar_device.driver = LidarDriver::kRplidar;
@@ -71,7 +71,7 @@ LidarFinder lidarFinder(const Config& config) {
         break;
     }
     unit.unit = makeLidarUnit(as_found);
-    unit.speaker = serialLidarConfig(as_found).speaker;
+    unit.line_device = serialLidarConfig(as_found).line_device;
     return unit;
   };
 }

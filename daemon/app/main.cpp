@@ -42,6 +42,17 @@ void useServiceFolders(slam::Config& config, const char* state, const char* runt
   if (config.log.directory.empty() && state != nullptr) config.log.directory = std::string(state) + "/log";
 }
 
+/// What needs no configuration. @return whether it was wanted
+bool printReference(const std::string& print_template, bool counters) {
+  const auto keys = print_template == "all" ? slam::TemplateKeys::kAll : slam::TemplateKeys::kShown;
+  if (!print_template.empty()) {
+    std::cout << (print_template == "tuning" ? slam::printTuning() : slam::printTemplate(keys));
+  } else if (counters) {
+    std::cout << slam::printCounters();
+  }
+  return !print_template.empty() || counters;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -69,15 +80,7 @@ int main(int argc, char** argv) {
     std::cerr << "slamd: " << error.what() << "; see slamd --help\n";
     return kBadUsage;
   }
-  if (!print_template.empty()) {
-    const auto keys = print_template == "all" ? slam::TemplateKeys::kAll : slam::TemplateKeys::kShown;
-    std::cout << (print_template == "tuning" ? slam::printTuning() : slam::printTemplate(keys));
-    return 0;
-  }
-  if (counters) {
-    std::cout << slam::printCounters();
-    return 0;
-  }
+  if (printReference(print_template, counters)) return 0;
   if (config_file.empty()) {
     std::cerr << "slamd: --config is required; see slamd --help\n";
     return kBadUsage;

@@ -46,4 +46,14 @@ Trouble poseTrouble(const PoseSnapshot& pose, bool has_scans) {
   return trouble;
 }
 
+std::vector<Trouble> PoseWatch::troubles(const PoseSnapshot& pose, bool has_scans, Timestamp now) {
+  constexpr Duration kPoseWaits = std::chrono::seconds(4);  // without a pose, before it is logged
+  const LocalisationState state = pose.pose.state;
+  if (state == LocalisationState::kLocalised) return unlocalised_since_.reset(), std::vector<Trouble>{};
+  if (!unlocalised_since_) unlocalised_since_ = now;
+  Trouble trouble = poseTrouble(pose, has_scans);
+  if (state != LocalisationState::kLost && now - *unlocalised_since_ < kPoseWaits) trouble.problem = {};
+  return {trouble};
+}
+
 }  // namespace slam

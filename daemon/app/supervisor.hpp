@@ -1,30 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <csignal>
-#include <memory>
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "app/channels.hpp"
 #include "app/counters.hpp"
 #include "app/device_monitor.hpp"
-#include "app/devices.hpp"
 #include "app/health_reporter.hpp"
 #include "app/log/storage_watch.hpp"
 #include "app/log/trouble_log.hpp"
-#include "app/threads/base_thread.hpp"
-#include "app/threads/bus_thread.hpp"
-#include "app/threads/estimator_thread.hpp"
-#include "app/threads/graph_thread.hpp"
-#include "app/threads/mapper_thread.hpp"
-#include "app/threads/pose_thread.hpp"
-#include "app/threads/thread_watchdog.hpp"
+#include "app/pose_problem.hpp"
+#include "app/threads/daemon_threads.hpp"
 #include "config/config.hpp"
 
 namespace slam {
 
-/// Owns all threads of the daemon, and who looks after them. Logs what the real-time threads may not, and stops all on
+/// Looks after the daemon's threads and devices. Logs what the real-time threads may not, and stops all on
 /// SIGINT, SIGTERM or SIGHUP, the wheels first.
 class Supervisor {
  public:
@@ -39,12 +30,8 @@ class Supervisor {
 
  private:
   void watchDevices();
-  void watchThreads();
   void start();
   void logClaimants() const;  ///< names that udev may give to the wrong device
-  bool end(Worker& worker, Timestamp deadline);
-  bool stop();  ///< false: the map was not saved
-  std::vector<Trouble> poseTroubles(Timestamp now);
   std::vector<Trouble> otherTroubles(Timestamp now) const;
   void log(const std::vector<Trouble>& others, Timestamp now);
   void followClock(Timestamp now);
@@ -54,16 +41,8 @@ class Supervisor {
   const Config config_;
   WallClock clock_;
   Channels channels_;
-  std::unique_ptr<BaseThread> base_;
-  std::unique_ptr<LidarThread> lidar_;
-  std::unique_ptr<DepthThread> depth_;
-  GraphThread graph_;  // before the estimator: it loads the map
-  EstimatorThread estimator_;
-  MapperThread mapper_;
-  BusThread bus_;
-  PoseThread pose_;
+  DaemonThreads threads_;
   DeviceMonitor devices_;
-  ThreadWatchdog watchdog_;
   StorageWatch storage_;
   HealthReporter health_;
   Problem not_locked_;  // memory
@@ -71,8 +50,8 @@ class Supervisor {
   BackEndCounters graph_counters_;
   CanLinkCounters can_counters_;
   TroubleLog log_;
-  bool recorder_hangs_ = false, thread_hangs_ = false, localised_ = false, link_worked_ = false;
-  std::optional<Timestamp> unlocalised_since_;
+  PoseWatch pose_watch_;
+  bool link_worked_ = false;
   LinkState link_seen_ = LinkState::kOpening;
 };
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <grp.h>
 #include <initializer_list>
 #include <iterator>
@@ -266,27 +267,10 @@ void load(const std::string& text, const std::string& name, Config& config, Plac
   }
 }
 
-/// What no single key can be asked for. What has been refused by itself is not compared with anything.
-void checkTogether(const Config& config, const std::string& name, const Places& places, const ServiceReach* reach,
-                   std::vector<std::string>& problems) {
-  const LidarModel& lidar = config.front_end.lidar;
-  const std::string refused = join(problems, "\n");
-  // Placed at the first of the keys that was set; left out where one of them has been refused.
-  const auto complain = [&](std::initializer_list<std::string> keys, const std::string& what) {
-    std::string place = name + ":1:1";
-    for (auto key = std::rbegin(keys); key != std::rend(keys); ++key) {
-      if (refused.find(": " + *key + ": ") != std::string::npos) return;
-      if (const auto at = places.find(*key); at != places.end()) place = at->second;
-    }
-    problems.push_back(place + ": " + *keys.begin() + ": " + what);
-  };
-  if (reach != nullptr) {
-    for (const ServiceReach::Problem& problem : reach->problemsOf(config))
-      complain({problem.key}, problem.what + "; " + problem.fix);
-  }
-  if (lidar.range_min >= lidar.range_max) {
-    complain({"lidar.range_min", "lidar.range_max"}, "is not below lidar.range_max; lower the one or raise the other");
-  }
+/// Takes the keys that do not go together, and why; the problem is placed at the first of them that was set.
+using Complain = std::function<void(std::initializer_list<std::string> keys, const std::string& what)>;
+
+void checkDevices(const Config& config, const Complain& complain) {
   if (config.lidar_device.model != LdsModel::kAuto && config.lidar_device.driver != LidarDriver::kLds) {
     complain({"lidar.model", "lidar.driver"}, "is of lidar.driver = \"lds\", but that is \"" +
                                                   std::string(wordOf(config.lidar_device.driver)) +
@@ -326,6 +310,30 @@ void checkTogether(const Config& config, const std::string& name, const Places& 
     if (config.base_device.driver == BaseDriver::kCan && !is_vesc && node > can::odrive::kMaxNode)
       complain({key, "can.protocol"}, "is above 63, the greatest node of an ODrive");
   }
+}
+
+/// What no single key can be asked for. What has been refused by itself is not compared with anything.
+void checkTogether(const Config& config, const std::string& name, const Places& places, const ServiceReach* reach,
+                   std::vector<std::string>& problems) {
+  const LidarModel& lidar = config.front_end.lidar;
+  const std::string refused = join(problems, "\n");
+  // Left out where one of the keys has been refused.
+  const Complain complain = [&](std::initializer_list<std::string> keys, const std::string& what) {
+    std::string place = name + ":1:1";
+    for (auto key = std::rbegin(keys); key != std::rend(keys); ++key) {
+      if (refused.find(": " + *key + ": ") != std::string::npos) return;
+      if (const auto at = places.find(*key); at != places.end()) place = at->second;
+    }
+    problems.push_back(place + ": " + *keys.begin() + ": " + what);
+  };
+  if (reach != nullptr) {
+    for (const ServiceReach::Problem& problem : reach->problemsOf(config))
+      complain({problem.key}, problem.what + "; " + problem.fix);
+  }
+  if (lidar.range_min >= lidar.range_max) {
+    complain({"lidar.range_min", "lidar.range_max"}, "is not below lidar.range_max; lower the one or raise the other");
+  }
+  checkDevices(config, complain);
   const DepthProjectionConfig& depth = config.depth_device.projection;
   const bool below = config.depth_device.isMounted() && depth.floor_clearance >= depth.extrinsics.z;
   if (depth.floor_clearance >= depth.robot_height || below) {

@@ -28,21 +28,6 @@ enum class Fusion : std::uint8_t {
   kPaper,   ///< [Paper]: a cell once more likely occupied than not is occupied for good
 };
 
-/// Bayes: a cell's probability after one more look. [Paper eq. 18]
-/// @param sensor what the look alone says, in 0..1 @param map what was known before, in 0..1; not one 0 and the other 1
-inline double updated(double sensor, double map) {
-  const double occupied = sensor * map, empty = (1.0 - sensor) * (1.0 - map);
-  return occupied / (occupied + empty);
-}
-
-/// [Paper eq. 19] with T0 = 0.5.
-inline double certainIfLikely(double probability) { return probability > 0.5 ? 1.0 : probability; }
-
-/// [Paper eq. 20] on layers that eq. 19 was applied to; it obeys Table II as long as no layer is as low as 0.
-inline double fusedAsInPaper(double lidar, double depth) {
-  return updated(certainIfLikely(lidar), certainIfLikely(depth));
-}
-
 /// Ours: the rules of Table II, but graded, so that later looks can take back what earlier ones said. The layers look
 /// at different heights: free at the lidar's height does not contradict an obstacle above it, so the surer obstacle
 /// counts; where neither sees one, the surer emptiness.

@@ -36,55 +36,9 @@ GlobalSearch::GlobalSearch(const Walls& walls, const GlobalSearchConfig& config)
   rows_ = static_cast<int>(std::ceil(size.y() / cell_)) + 1 + 2 * margin_;
   origin_ = low - Eigen::Vector2d::Constant(margin_ * cell_);
 
-  const auto index = [&](int column, int row) {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column);
-  };
-  // A cell's value is that of the nearest point, so the kernel is computed once for a cell and not for each point.
-  const auto cells = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
-  const auto smoothed = [&] {
-    const int disc = static_cast<int>(std::ceil(config.kernel_sigmas * config.kernel_sigma / cell_));
-    std::vector<double> nearest(cells, std::numeric_limits<double>::infinity());  // squared, in cells
-    std::vector<double> across(static_cast<std::size_t>(2 * disc + 1));
-    walls([&](const Eigen::Vector2d& p) {
-      const Eigen::Vector2d at = (p - origin_) / cell_;
-      const int left = static_cast<int>(at.x()) - disc, bottom = static_cast<int>(at.y()) - disc;
-      for (std::size_t i = 0; i < across.size(); ++i) across[i] = square(left + static_cast<int>(i) + 0.5 - at.x());
-      for (int r = bottom; r <= bottom + 2 * disc; ++r) {
-        const double along = square(r + 0.5 - at.y());
-        double* row = &nearest[index(left, r)];
-        for (std::size_t i = 0; i < across.size(); ++i) row[i] = std::min(row[i], across[i] + along);
-      }
-    });
-    std::vector<std::uint8_t> values(cells, 0);
-    for (std::size_t i = 0; i < cells; ++i) {
-      if (std::isinf(nearest[i])) continue;
-      const double distance = cell_ * std::sqrt(nearest[i]) / config.kernel_sigma;
-      if (distance > config.kernel_sigmas) continue;
-      values[i] = static_cast<std::uint8_t>(kFull * std::exp(-0.5 * distance * distance));
-    }
-    return values;
-  };
   levels_.resize(static_cast<std::size_t>(config.levels));
-  levels_[0] = {.reach = 1, .values = smoothed()};
-  // Each level is the maximum of four of the level below: of two beside each other, and then of two of those.
-  const auto width = static_cast<std::size_t>(columns_);
-  for (std::size_t l = 1; l < levels_.size(); ++l) {
-    const Level& below = levels_[l - 1];
-    const auto reach = static_cast<std::size_t>(below.reach);
-    levels_[l].reach = 2 * below.reach;
-    levels_[l].values.resize(cells);
-    for (int r = 0; r < rows_; ++r) {
-      const std::uint8_t* from = &below.values[index(0, r)];
-      std::uint8_t* to = &levels_[l].values[index(0, r)];
-      for (std::size_t c = 0; c + reach < width; ++c) to[c] = std::max(from[c], from[c + reach]);
-      for (std::size_t c = width - reach; c < width; ++c) to[c] = std::max(from[c], from[width - 1]);
-    }
-    for (int r = 0; r < rows_; ++r) {
-      const std::uint8_t* from = &levels_[l].values[index(0, std::min(r + below.reach, rows_ - 1))];
-      std::uint8_t* to = &levels_[l].values[index(0, r)];
-      for (std::size_t c = 0; c < width; ++c) to[c] = std::max(to[c], from[c]);
-    }
-  }
+  levels_[0] = {.reach = 1, .values = smoothed(walls)};
+  for (std::size_t level = 1; level < levels_.size(); ++level) addLevel(level);
   const std::vector<std::uint8_t> coarsest = std::move(levels_.back().values);
   const int step = coarsest_.step = levels_.back().reach;
   coarsest_.columns = (columns_ + step - 1) / step;
@@ -95,6 +49,51 @@ GlobalSearch::GlobalSearch(const Walls& walls, const GlobalSearchConfig& config)
       const auto at = static_cast<std::size_t>(r / step * coarsest_.columns + c / step);
       coarsest_.values[coarsest_.begin(c % step, r % step) + at] = coarsest[index(c, r)];
     }
+  }
+}
+
+std::vector<std::uint8_t> GlobalSearch::smoothed(const Walls& walls) const {
+  const auto cells = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
+  const int disc = static_cast<int>(std::ceil(config_.kernel_sigmas * config_.kernel_sigma / cell_));
+  std::vector<double> nearest(cells, std::numeric_limits<double>::infinity());  // squared, in cells
+  std::vector<double> across(static_cast<std::size_t>(2 * disc + 1));
+  walls([&](const Eigen::Vector2d& p) {
+    const Eigen::Vector2d at = (p - origin_) / cell_;
+    const int left = static_cast<int>(at.x()) - disc, bottom = static_cast<int>(at.y()) - disc;
+    for (std::size_t i = 0; i < across.size(); ++i) across[i] = square(left + static_cast<int>(i) + 0.5 - at.x());
+    for (int r = bottom; r <= bottom + 2 * disc; ++r) {
+      const double along = square(r + 0.5 - at.y());
+      double* row = &nearest[index(left, r)];
+      for (std::size_t i = 0; i < across.size(); ++i) row[i] = std::min(row[i], across[i] + along);
+    }
+  });
+  std::vector<std::uint8_t> values(cells, 0);
+  for (std::size_t i = 0; i < cells; ++i) {
+    if (std::isinf(nearest[i])) continue;
+    const double distance = cell_ * std::sqrt(nearest[i]) / config_.kernel_sigma;
+    if (distance > config_.kernel_sigmas) continue;
+    values[i] = static_cast<std::uint8_t>(kFull * std::exp(-0.5 * distance * distance));
+  }
+  return values;
+}
+
+/// The maximum of four of the level below: of two beside each other, and then of two of those.
+void GlobalSearch::addLevel(std::size_t level) {
+  const auto width = static_cast<std::size_t>(columns_);
+  const Level& below = levels_[level - 1];
+  const auto reach = static_cast<std::size_t>(below.reach);
+  levels_[level].reach = 2 * below.reach;
+  levels_[level].values.resize(below.values.size());
+  for (int r = 0; r < rows_; ++r) {
+    const std::uint8_t* from = &below.values[index(0, r)];
+    std::uint8_t* to = &levels_[level].values[index(0, r)];
+    for (std::size_t c = 0; c + reach < width; ++c) to[c] = std::max(from[c], from[c + reach]);
+    for (std::size_t c = width - reach; c < width; ++c) to[c] = std::max(from[c], from[width - 1]);
+  }
+  for (int r = 0; r < rows_; ++r) {
+    const std::uint8_t* from = &levels_[level].values[index(0, std::min(r + below.reach, rows_ - 1))];
+    std::uint8_t* to = &levels_[level].values[index(0, r)];
+    for (std::size_t c = 0; c < width; ++c) to[c] = std::max(to[c], from[c]);
   }
 }
 

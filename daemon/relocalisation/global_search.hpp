@@ -135,6 +135,13 @@ class GlobalSearch {
     std::size_t begin(int column, int row) const { return static_cast<std::size_t>(row * step + column) * planeSize(); }
   };
 
+  std::size_t index(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column);
+  }
+  /// The finest level: a cell's value is that of the nearest point, so the kernel is computed once for a cell and not
+  /// for each point.
+  std::vector<std::uint8_t> smoothed(const Walls& walls) const;
+  void addLevel(std::size_t level);
   void addCoarseBlocks(Search& search, std::int64_t& work) const;
   std::array<int, 4> scoreQuarters(const Query& query, const Block& block, int threshold, std::int64_t& work) const;
   /// 0 beyond the border, on the coarsest level neither: the margin is as wide as that one reaches.

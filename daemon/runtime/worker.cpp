@@ -50,7 +50,7 @@ void Worker::start() {
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
   pthread_attr_setstacksize(&attributes, kThreadStack);
-  ended_ = false;
+  end_.reset();
   // Signals belong to the supervisor.
   sigset_t all, before;
   sigfillset(&all);
@@ -71,10 +71,7 @@ void Worker::stop() {
 
 bool Worker::stop(Timestamp deadline) {
   stopping_ = true;
-  if (running_) {
-    std::unique_lock lock(end_mutex_);
-    if (!end_.wait_for(lock, deadline - monotonicNow(), [this] { return ended_; })) return false;
-  }
+  if (running_ && !end_.waitFor(deadline - monotonicNow())) return false;
   stop();
   return true;
 }
@@ -94,9 +91,7 @@ std::optional<ThreadUse> Worker::use() const {
 void* Worker::entry(void* self) {
   auto& worker = *static_cast<Worker*>(self);
   worker.run();
-  const std::lock_guard lock(worker.end_mutex_);
-  worker.ended_ = true;
-  worker.end_.notify_all();  // within the lock: who waits may destroy the worker
+  worker.end_.set();
   return nullptr;
 }
 

@@ -22,6 +22,27 @@ struct WorkerConfig {
   int priority = 0;   ///< SCHED_FIFO; 0: normal scheduling
 };
 
+/// The end of a thread, for which another one waits no longer than it wants to.
+class EndSignal {
+ public:
+  void reset() { ended_ = false; }
+  void set() {
+    const std::lock_guard lock(mutex_);
+    ended_ = true;
+    changed_.notify_all();  // within the lock: who waits may destroy it
+  }
+  /// @return whether it has come
+  bool waitFor(Duration time) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, time, [this] { return ended_; });
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool ended_ = false;
+};
+
 /// A thread that calls its body until it is told to stop: at a fixed rate by absolute deadlines, or as often as the
 /// body returns. A tick that ends after the next one's deadline is an overrun; the deadlines it missed are skipped, not
 /// caught up, so that a hiccup does not become a burst.
@@ -74,9 +95,7 @@ class Worker {
   std::atomic<pid_t> id_{0};  // of the thread, once it has begun
   bool running_ = false;
   std::atomic<bool> stopping_{false};
-  std::mutex end_mutex_;
-  std::condition_variable end_;
-  bool ended_ = false;  // under end_mutex_
+  EndSignal end_;
   std::atomic<std::uint64_t> ticks_{0}, overruns_{0};
   std::atomic<std::int64_t> worst_delay_ns_{0};
   LatencyHistogram lateness_, duration_;

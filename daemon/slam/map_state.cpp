@@ -12,6 +12,11 @@ constexpr double kMaxTurn = 0.03;   // [rad]
 
 }  // namespace
 
+MapState MapState::clone() const {
+  return {keyframes, in_map,       grid.clone(), views, grid_keyframes, T_map_base, gyro_bias,
+          body,      T_base_lidar, range_max,    utime, edits,          kind};
+}
+
 FrontEndStart startIn(const MapState& map, std::int32_t map_id) {
   return {.map_id = map_id,
           .first_keyframe = map.keyframes.size(),

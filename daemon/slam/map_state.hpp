@@ -32,6 +32,9 @@ struct MapState {
   std::int64_t utime = 0;          ///< [us] of the last keyframe
   MapEdits edits;                  ///< what they erase is not in the scans of `keyframes`
   MapKind kind = MapKind::kScans;  ///< a floor plan serves localisation alone
+
+  /// The keyframes' scans are shared.
+  MapState clone() const;
 };
 
 /// Where a FrontEnd begins in a stored map; in one without keyframes, at a new map's origin.

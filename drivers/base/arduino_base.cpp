@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/base/arduino_base.hpp"
-
 #include <cmath>
 #include <numbers>
 
+#include "drivers/base/base_protocols.hpp"
 #include "drivers/base/polled_protocol.hpp"
 #include "firmware_if/arduino_bridge.hpp"
 

@@ -3,12 +3,7 @@
 
 #include <array>
 
-#include "drivers/base/arduino_base.hpp"
-#include "drivers/base/create_base.hpp"
-#include "drivers/base/frame_base.hpp"
-#include "drivers/base/kobuki_base.hpp"
-#include "drivers/base/opencr_base.hpp"
-#include "drivers/base/roboclaw_base.hpp"
+#include "drivers/base/base_protocols.hpp"
 #include "drivers/search/driver_row.hpp"
 #include "firmware_if/arduino_bridge.hpp"
 #include "firmware_if/create_oi.hpp"
@@ -23,7 +18,7 @@ namespace {
 constexpr std::array kTable = {
     BaseFacts{.driver = "text",
               .name = "an Arduino with ros_arduino_bridge",
-              .speaker = Speaker::kArduino,
+              .line_device = LineDevice::kArduino,
               .make = makeArduinoProtocol,
               .baud = arduino_bridge::kBaud,
               .counter_bits = 32,
@@ -31,7 +26,7 @@ constexpr std::array kTable = {
               .stops_after = arduino_bridge::kAutoStop},
     BaseFacts{.driver = "create",
               .name = "an iRobot Create 2 or Roomba",
-              .speaker = Speaker::kCreate,
+              .line_device = LineDevice::kCreate,
               .make = makeCreateProtocol,
               .baud = create_oi::kBaud,
               .counter_bits = 16,
@@ -43,7 +38,7 @@ constexpr std::array kTable = {
               .at_hand = "keep its CLEAN button within reach: pressed, it stops the robot"},
     BaseFacts{.driver = "kobuki",
               .name = "a Kobuki",
-              .speaker = Speaker::kKobuki,
+              .line_device = LineDevice::kKobuki,
               .make = makeKobukiProtocol,
               .baud = kobuki::kBaud,
               .counter_bits = 16,
@@ -56,7 +51,7 @@ constexpr std::array kTable = {
               .stops_after = kobuki::kWatchdog},
     BaseFacts{.driver = "frame",
               .name = "a base with the reference firmware",
-              .speaker = Speaker::kFrameBase,
+              .line_device = LineDevice::kFrameBase,
               .make = makeFrameProtocol,
               .baud = slamd_base::kBaud,
               .counter_bits = 32,
@@ -65,7 +60,7 @@ constexpr std::array kTable = {
               .stops_after = 1e-3 * slamd_base::kCommandLasts},
     BaseFacts{.driver = "roboclaw",
               .name = "a RoboClaw",
-              .speaker = Speaker::kRoboclaw,
+              .line_device = LineDevice::kRoboclaw,
               .make = makeRoboclawProtocol,
               .baud = roboclaw::kBaud,
               .counter_bits = 32,
@@ -73,7 +68,7 @@ constexpr std::array kTable = {
               .at_hand = "set its serial timeout in Motion Studio to 0.5 s, and keep its switch within reach"},
     BaseFacts{.driver = "opencr",
               .name = "a TurtleBot3 with OpenCR",
-              .speaker = Speaker::kOpencr,
+              .line_device = LineDevice::kOpencr,
               .make = makeOpencrProtocol,
               .baud = opencr::kBaud,
               .counter_bits = 32,

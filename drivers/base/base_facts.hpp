@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "drivers/base/base_protocol.hpp"
-#include "drivers/speaker.hpp"
+#include "drivers/line_device.hpp"
 
 namespace slam {
 
@@ -21,9 +21,9 @@ struct BaseProtocolConfig {
 
 /// A base at a serial port, as a row of the table.
 struct BaseFacts {
-  const char* driver;  ///< word of base.driver
-  const char* name;    ///< in words
-  Speaker speaker;     ///< as others on the port know it
+  const char* driver;      ///< word of base.driver
+  const char* name;        ///< in words
+  LineDevice line_device;  ///< as others on the port know it
   std::unique_ptr<BaseProtocol> (*make)(const BaseProtocolConfig&);
   int baud;                      ///< [bit/s]
   int counter_bits;              ///< 16 or 32

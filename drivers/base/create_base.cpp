@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/base/create_base.hpp"
-
 #include <cmath>
 
+#include "drivers/base/base_protocols.hpp"
 #include "firmware_if/create_oi.hpp"
 #include "timing/stream_clock.hpp"
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/base/frame_base.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
+#include "drivers/base/base_protocols.hpp"
 #include "drivers/base/device_time.hpp"
 #include "firmware_if/slamd_base/base_frame.hpp"
 

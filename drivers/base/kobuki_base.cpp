@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/base/kobuki_base.hpp"
-
 #include <numbers>
 
+#include "drivers/base/base_protocols.hpp"
 #include "firmware_if/kobuki.hpp"
 #include "timing/device_clock.hpp"
 

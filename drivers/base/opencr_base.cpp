@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/base/opencr_base.hpp"
-
+#include "drivers/base/base_protocols.hpp"
 #include "drivers/base/device_time.hpp"
 #include "drivers/base/polled_protocol.hpp"
 #include "firmware_if/opencr.hpp"

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/base/roboclaw_base.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "drivers/base/base_protocols.hpp"
 #include "drivers/base/polled_protocol.hpp"
 #include "firmware_if/roboclaw.hpp"
 

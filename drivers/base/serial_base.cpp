@@ -32,7 +32,7 @@ SerialBase::SerialBase(const SerialBaseConfig& config, Clock now, Sinks sinks, c
       now_(now),
       sinks_(std::move(sinks)),
       port_(config.port, config.baud, config.in_background, open),
-      wrong_speaker_(PortOf::kBoard, config.port, config.baud, open, config.facts->speaker),
+      wrong_device_(PortOf::kBoard, config.port, config.baud, open, config.facts->line_device),
       protocol_(config.facts->make(config.robot)),
       take_([this](const BaseReading& reading) { take(reading); }),
       counted_(config.robot.counts_per_turn, config.facts->counter_bits, fastestWheel(*config.facts)),
@@ -41,9 +41,9 @@ SerialBase::SerialBase(const SerialBaseConfig& config, Clock now, Sinks sinks, c
 void SerialBase::tick() {
   const Timestamp now = now_();
   if (!port_.isOpen()) {
-    if (wrong_speaker_.running()) {
-      if (port_.isReleased() && !wrong_speaker_.tick(now))
-        setBoth(DeviceState::kFault, wrong_speaker_.found(wheels_.problem()));
+    if (wrong_device_.running()) {
+      if (port_.isReleased() && !wrong_device_.tick(now))
+        setBoth(DeviceState::kFault, wrong_device_.found(wheels_.problem()));
     } else if (port_.due(now)) {
       open(now);
     }
@@ -68,18 +68,18 @@ void SerialBase::stop() {
 
 void SerialBase::open(Timestamp now) {
   if (const Problem problem = port_.open(now)) {
-    wrong_speaker_.forget();
+    wrong_device_.forget();
     return setBoth(DeviceState::kAbsent, problem);
   }
   protocol_->begin(now);
-  heard_ = {.at = now, .byte = now, .turn_rate = now};
+  received_ = {.at = now, .byte = now, .turn_rate = now};
   speeds_.owe();
   for (DeviceStatus* status : {&wheels_, &imu_}) status->setOpening(problem::kBoardOpening);
 }
 
 void SerialBase::close(Timestamp now, DeviceState state, const Problem& why) {
   port_.fail(now);
-  if (state == DeviceState::kAbsent) wrong_speaker_.forget();
+  if (state == DeviceState::kAbsent) wrong_device_.forget();
   setBoth(state, why);
 }
 
@@ -91,7 +91,7 @@ void SerialBase::setBoth(DeviceState state, const Problem& why) {
 bool SerialBase::receive(Timestamp now, Duration wait) {
   const bool open = port_.drain(
       [&](std::uint8_t byte) {
-        heard_.byte = now;
+        received_.byte = now;
         protocol_->push(byte, now, take_);
       },
       wait);
@@ -100,13 +100,13 @@ bool SerialBase::receive(Timestamp now, Duration wait) {
 }
 
 void SerialBase::take(const BaseReading& reading) {
-  heard_.at = now_();
+  received_.at = now_();
   port_.succeeded();
-  wrong_speaker_.forget();
+  wrong_device_.forget();
   if (reading.battery) battery_ = *reading.battery;
-  if (reading.lifted.value_or(false)) heard_.lifted_until = heard_.at + kPutDown;
-  const bool obeyed = std::exchange(heard_.obeys, reading.obeys.value_or(heard_.obeys));
-  if (obeyed && !heard_.obeys) speeds_.revoke(heard_.at);
+  if (reading.lifted.value_or(false)) received_.lifted_until = received_.at + kPutDown;
+  const bool obeyed = std::exchange(received_.obeys, reading.obeys.value_or(received_.obeys));
+  if (obeyed && !received_.obeys) speeds_.revoke(received_.at);
   if (reading.has_speed) speeds_.acknowledge();
   if (reading.counts || reading.turn_rate) emit(reading);
 }
@@ -116,29 +116,30 @@ void SerialBase::emit(const BaseReading& reading) {
     sinks_.imu({reading.stamp, {0.0, 0.0, *reading.turn_rate}, Eigen::Vector3d::Zero()});
     imu_.countSample(reading.stamp);
     imu_.set(DeviceState::kStreaming);
-    heard_.turn_rate = heard_.at;
-  } else if (config_.gyro && reading.counts && heard_.at - heard_.turn_rate > kStale) {
+    received_.turn_rate = received_.at;
+  } else if (config_.gyro && reading.counts && received_.at - received_.turn_rate > kStale) {
     imu_.set(DeviceState::kAbsent, {problem::kBaseNoGyro, {}, {config_.facts->name}});
   }
   if (!reading.counts) return;
   if (reading.restarted) counted_.restart();
   sinks_.wheels(counted_.add(reading.stamp, *reading.counts, isLifted()));
   wheels_.countSample(reading.stamp);
-  wheels_.set(DeviceState::kStreaming, isLifted()      ? Problem(problem::kBaseLifted)
-                                       : !heard_.obeys ? Problem(problem::kBaseLeftSafeMode)
-                                                       : Problem());
+  wheels_.set(DeviceState::kStreaming, isLifted()         ? Problem(problem::kBaseLifted)
+                                       : !received_.obeys ? Problem(problem::kBaseLeftSafeMode)
+                                                          : Problem());
 }
 
 void SerialBase::watch(Timestamp now) {
-  const Duration silence = now - heard_.at;
+  const Duration silence = now - received_.at;
   if (silence > kUnanswered) speeds_.owe();
   if (silence > kDead) {
     const Problem undecoded(problem::kBaseUndecoded, {}, {config_.facts->name});
-    close(now, DeviceState::kFault, wrong_speaker_.found(heard_.isNoise() ? undecoded : problem::kBoardUnanswered));
-    return wrong_speaker_.ask();
+    close(now, DeviceState::kFault, wrong_device_.found(received_.isNoise() ? undecoded : problem::kBoardUnanswered));
+    return wrong_device_.ask();
   }
   if (silence <= kStale || wheels_.state == DeviceState::kOpening) return;
-  setBoth(DeviceState::kStale, wrong_speaker_.found(heard_.isNoise() ? problem::kBoardGarbage : problem::kBoardSilent));
+  setBoth(DeviceState::kStale,
+          wrong_device_.found(received_.isNoise() ? problem::kBoardGarbage : problem::kBoardSilent));
 }
 
 void SerialBase::send(Timestamp now) {

@@ -64,7 +64,7 @@ class SerialBase {
   void take(const BaseReading& reading);
   void emit(const BaseReading& reading);
   void setBoth(DeviceState state, const Problem& why);
-  bool isLifted() const { return heard_.at < heard_.lifted_until; }
+  bool isLifted() const { return received_.at < received_.lifted_until; }
   void watch(Timestamp now);
   void send(Timestamp now);
   SideSpeeds sidesOf(const Twist2& twist) const;
@@ -74,20 +74,20 @@ class SerialBase {
   Sinks sinks_;
   DeviceStatus wheels_, imu_;
   PolledPort port_;
-  WrongSpeaker wrong_speaker_;
+  WrongDevice wrong_device_;
   std::unique_ptr<BaseProtocol> protocol_;
   BaseProtocol::Take take_;  // made once: no allocation later
   CountedWheels counted_;
   SpeedDuty speeds_;
   /// What was received last, and when.
-  struct Heard {
+  struct Received {
     Timestamp at{};            // any reading
     Timestamp lifted_until{};  // it counts as put down when no wheel has hung for a while
     Timestamp byte{};          // a byte of any sense
     Timestamp turn_rate{};
     bool isNoise() const { return byte - at > std::chrono::milliseconds(100); }
     bool obeys = true;
-  } heard_;
+  } received_;
   std::atomic<float> battery_{0.0F};
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "drivers/board/handsfree_board.hpp"
 
@@ -13,13 +14,27 @@ using namespace std::chrono_literals;
 using robolink::ChassisType;
 using robolink::Command;
 
-constexpr Duration kStanding = 120ms;        // the board renews its values every 20 to 50 ms
+constexpr Duration kStanding = 120ms;       // the board renews its values every 20 to 50 ms
+constexpr float kLongRun = 2048.0F;         // [rad] above, single precision begins to cost: 0.04 % of the way
+constexpr Duration kStandingForClear = 1s;  // before the counters are set back
+constexpr std::int64_t kNanoseconds = 1'000'000'000;
 constexpr double kFastestWheel = 100.0;      // [rad/s] above what any of these motors can do
 constexpr Duration kReadingJitter = 100ms;   // of the age of a reading
 constexpr Duration kTimeStep = 180ms;        // between looks at the board's time, which it renews every 50 ms
 constexpr int kStillLooks = 2;               // one may be a hiccup of the board
 constexpr float kFinestStep = 1e5F;          // [us] of the board's time that can still tell whether it runs
 constexpr double kGeometryTolerance = 0.05;  // [1] a calibration may differ from the model's figures by less
+
+int wheelsOf(ChassisType type) {
+  switch (type) {
+    case ChassisType::kDifferential2:
+      return 2;
+    case ChassisType::kOmni3:
+      return 3;
+    default:
+      return 4;
+  }
+}
 
 bool differential(ChassisType type) {
   return type == ChassisType::kDifferential2 || type == ChassisType::kDifferential4;
@@ -57,45 +72,60 @@ bool HandsfreeBoard::handleAnswer(Command command, std::span<const std::uint8_t>
   }
 }
 
-std::array<double, 4> HandsfreeBoard::forward(const robolink::MotorVector& motors) const {
+HandsfreeBoard::Mileage::Mileage(ChassisType chassis) : chassis_(chassis), count_(wheelsOf(chassis)) {}
+
+std::array<double, 4> HandsfreeBoard::Mileage::forward(const robolink::MotorVector& motors) const {
   std::array<double, 4> values{};
-  for (std::size_t i = 0; i < static_cast<std::size_t>(wheel_count_); ++i) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count_); ++i) {
     // The left motors of a differential base count negative when it drives forward.
-    const bool left = differential(config_.chassis) && i % 2 == 0;
+    const bool left = differential(chassis_) && i % 2 == 0;
     values[i] = left ? -static_cast<double>(motors[i]) : static_cast<double>(motors[i]);
   }
   return values;
 }
 
-bool HandsfreeBoard::impossible(const robolink::MotorVector& mileage) const {
-  if (!mileage_.values) return false;
-  const Timestamp since = frozen_ ? mileage_.changed : mileage_.asked;
-  const double limit = kFastestWheel * toSeconds(requested_ - since + kReadingJitter);  // [rad]
-  for (std::size_t i = 0; i < static_cast<std::size_t>(wheel_count_); ++i) {
-    if (std::abs(static_cast<double>(mileage[i]) - static_cast<double>((*mileage_.values)[i])) > limit) return true;
+bool HandsfreeBoard::Mileage::impossible(const robolink::MotorVector& mileage, Timestamp requested, bool frozen) const {
+  if (!last_.values) return false;
+  const Timestamp since = frozen ? last_.changed : last_.asked;
+  const double limit = kFastestWheel * toSeconds(requested - since + kReadingJitter);  // [rad]
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count_); ++i) {
+    if (std::abs(static_cast<double>(mileage[i]) - static_cast<double>((*last_.values)[i])) > limit) return true;
   }
   return false;
 }
 
-void HandsfreeBoard::handleMileage(const robolink::MotorVector& mileage) {
-  const bool same = mileage_.values && mileage == *mileage_.values;
-  restarted_ = restarted_ || impossible(mileage);
-  auto stamp = std::optional(requested_ - fromSeconds(config_.sample_age));
+std::optional<WheelAngles> HandsfreeBoard::Mileage::take(const robolink::MotorVector& mileage, const Request& request,
+                                                         bool frozen, double age) {
+  const Timestamp requested = request.requested();
+  const bool same = last_.values && mileage == *last_.values;
+  restarted_ = restarted_ || impossible(mileage, requested, frozen);
+  auto stamp = std::optional(requested - fromSeconds(age));
   if (same) {
-    mileage_.asked = requested_;
-    // The same value again is stale while the wheels turn: leave it out, the next difference spans it.
-    if (frozen_ || requested_ - mileage_.changed < kStanding) return;
+    last_.asked = requested;
+    // The same value again is stale while the wheels turn.
+    if (frozen || requested - last_.changed < kStanding) return std::nullopt;
   } else {
-    stamp = mileage_.taken(requested_, answered_);
-    mileage_.values = mileage;
-    mileage_.asked = mileage_.changed = requested_;
-    if (!stamp) return;  // a speed from it would be wrong: the next difference spans it
+    stamp = last_.taken(requested, request.answered());
+    last_.values = mileage;
+    last_.asked = last_.changed = requested;
+    if (!stamp) return std::nullopt;
   }
-  mileage_.used = requested_;
-  sinks_.wheels({*stamp, forward(mileage), wheel_count_, restarted_});
-  restarted_ = false;
-  wheels_.countSample(requested_);
-  if (!frozen_) wheels_.set(DeviceState::kStreaming);
+  last_.used = requested;
+  return WheelAngles{*stamp, forward(mileage), count_, std::exchange(restarted_, false)};
+}
+
+bool HandsfreeBoard::Mileage::isCoarse(Timestamp now) const {
+  const auto coarse = [](float angle) { return std::abs(angle) > kLongRun; };
+  return last_.values && now - last_.changed >= kStandingForClear &&
+         std::any_of(last_.values->begin(), last_.values->end(), coarse);
+}
+
+void HandsfreeBoard::handleMileage(const robolink::MotorVector& mileage) {
+  const auto angles = mileage_.take(mileage, request_, time_.isFrozen(), config_.sample_age);
+  if (!angles) return;
+  sinks_.wheels(*angles);
+  wheels_.countSample(request_.requested());
+  if (!time_.isFrozen()) wheels_.set(DeviceState::kStreaming);
 }
 
 void HandsfreeBoard::handleImu(const robolink::Imu& imu) {
@@ -103,56 +133,77 @@ void HandsfreeBoard::handleImu(const robolink::Imu& imu) {
     imu_.set(DeviceState::kFault, problem::kBoardImuOffline);
     return;
   }
+  const Timestamp requested = request_.requested();
   if (last_imu_.values && last_imu_.values->gyro == imu.gyro && last_imu_.values->accel == imu.accel) {
-    last_imu_.asked = requested_;  // not renewed yet
+    last_imu_.asked = requested;  // not renewed yet
     return;
   }
   ImuSample sample;
-  sample.stamp = last_imu_.taken(requested_, answered_).value_or(requested_ - fromSeconds(config_.sample_age));
+  sample.stamp = last_imu_.taken(requested, request_.answered()).value_or(requested - fromSeconds(config_.sample_age));
   last_imu_.values = imu;
-  last_imu_.asked = last_imu_.used = requested_;
+  last_imu_.asked = last_imu_.used = requested;
   for (int i = 0; i < 3; ++i) {
     sample.gyro[i] = static_cast<double>(imu.gyro[static_cast<std::size_t>(i)]);
     sample.accel[i] = static_cast<double>(imu.accel[static_cast<std::size_t>(i)]);
   }
   sinks_.imu(sample);
-  imu_.countSample(requested_);
+  imu_.countSample(requested);
   imu_.set(DeviceState::kStreaming);
 }
 
 void HandsfreeBoard::handleInfo(const robolink::SystemInfo& info) {
-  battery_ = info.battery;
-  board_time_ = info.system_time * 1e-6F;
-  if (requested_ - time_asked_ < kTimeStep) return;
-  time_asked_ = requested_;
-  const bool runs = info.system_time != last_system_time_;
-  last_system_time_ = info.system_time;
+  report_.take(info);
+  if (time_.look(info.system_time, request_.requested())) setBoth(DeviceState::kStale, problem::kBoardFrozen);
+}
+
+void HandsfreeBoard::Report::take(const robolink::SystemInfo& info) { battery_ = info.battery; }
+
+robolink::SystemInfo HandsfreeBoard::Host::infoAt(Timestamp now) const {
+  robolink::SystemInfo info;
+  if (const std::int64_t offset = local_time_offset_; offset != 0)
+    info.local_time = robolink::localTimeAt((now.time_since_epoch().count() + offset) / kNanoseconds);
+  return info;
+}
+
+void HandsfreeBoard::BoardTime::restart() {
+  ran_ = frozen_ = false;
+  still_looks_ = 0;
+}
+
+bool HandsfreeBoard::BoardTime::look(float time, Timestamp asked) {
+  if (asked - asked_ < kTimeStep) return false;
+  asked_ = asked;
+  const bool runs = time != last_;
+  last_ = time;
   // A board whose time stands still, but did not always, takes no more readings: wheels that stand are then no news.
   // The board's time is a float: after some weeks its steps are longer than the interval between two looks.
-  const bool fine =
-      std::nextafter(info.system_time, std::numeric_limits<float>::infinity()) - info.system_time < kFinestStep;
+  const bool fine = std::nextafter(time, std::numeric_limits<float>::infinity()) - time < kFinestStep;
   still_looks_ = runs ? 0 : still_looks_ + 1;
-  frozen_ = fine && time_ran_ && still_looks_ >= kStillLooks;
-  time_ran_ = time_ran_ || runs;
-  if (frozen_) setBoth(DeviceState::kStale, problem::kBoardFrozen);
+  frozen_ = fine && ran_ && still_looks_ >= kStillLooks;
+  ran_ = ran_ || runs;
+  return frozen_;
 }
 
 void HandsfreeBoard::handleChassis(const robolink::ChassisParameters& chassis) {
-  chassis_tries_left_ = 0;
+  schedule_.noteChassis();
+  report_.take(chassis, config_);
+}
+
+void HandsfreeBoard::Report::take(const robolink::ChassisParameters& chassis, const HandsfreeConfig& config) {
   wheel_radius_ = chassis.wheel_radius;
   body_radius_ = chassis.body_radius;
   Problem finding;
   // The first axle of four driven wheels does for a base that is configured as two-wheeled.
-  const bool suits = chassis.type == config_.chassis ||
-                     (config_.chassis == ChassisType::kDifferential2 && chassis.type == ChassisType::kDifferential4);
-  if (differs(config_.body_radius, chassis.body_radius)) finding = problem::kBoardBodyRadius;
-  if (differs(config_.wheel_radius, chassis.wheel_radius)) finding = problem::kBoardWheelRadius;
+  const bool suits = chassis.type == config.chassis ||
+                     (config.chassis == ChassisType::kDifferential2 && chassis.type == ChassisType::kDifferential4);
+  if (differs(config.body_radius, chassis.body_radius)) finding = problem::kBoardBodyRadius;
+  if (differs(config.wheel_radius, chassis.wheel_radius)) finding = problem::kBoardWheelRadius;
   if (!suits) finding = problem::kBoardOtherBase;
   finding_.store(finding);
 }
 
 void HandsfreeBoard::handleSpeeds(const robolink::MotorVector& speeds) {
-  if (sinks_.speeds) sinks_.speeds({requested_, forward(speeds), wheel_count_});
+  if (sinks_.speeds) sinks_.speeds(mileage_.speeds(speeds, request_.requested()));
 }
 
 }  // namespace slam

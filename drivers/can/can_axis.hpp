@@ -36,12 +36,25 @@ class CanAxis {
     heartbeat_ = stamp;
     heartbeats_.add(stamp);
   }
-  /// What comes as heartbeats is of somebody else.
-  void forgetHeartbeats(Timestamp stamp) {
+  /// A frame with the id of its heartbeat that another device may have sent. @return whether one does: frames of that
+  /// id come too fast to be heartbeats, and count as none
+  bool sharesHeartbeat(Timestamp stamp) {
+    crowded_ = stamp - heartbeat_ < kCrowded ? std::min(crowded_ + 1, kMostCrowded) : crowded_ / 2;
+    if (!isShared()) return false;
     last_.reset();
     said_.reset();
     heartbeat_ = stamp;
+    return true;
   }
+  bool isShared() const { return crowded_ >= kMostCrowded; }
+  /// Whether to ask for its version now: a few times, as long as that would settle what it says.
+  bool wantsVersion(Timestamp now) {
+    if (!isAmbiguous() || version_request_.times >= kAskTries || now < version_request_.next) return false;
+    version_request_ = {version_request_.times + 1, now + kAskPeriod};
+    return true;
+  }
+  /// It is gone, and may come back as another.
+  void askAnew() { version_request_ = {}; }
   void addVersion(const can::odrive::Version& version) {
     version_ = version;
     dialect_ = version.dialect();
@@ -56,9 +69,14 @@ class CanAxis {
     velocity_ = estimates.velocity;
     estimates_ = stamp;
   }
+  void addBadEstimates(Timestamp stamp) { bad_estimates_ = stamp; }
 
-  Timestamp heartbeat() const { return heartbeat_; }                  ///< when the last one came
-  Timestamp estimates() const { return estimates_; }                  ///< the same
+  Timestamp heartbeat() const { return heartbeat_; }  ///< when the last one came
+  Timestamp estimates() const { return estimates_; }  ///< the same
+  /// Some that are no numbers came within this time.
+  bool hasBadEstimates(Timestamp now, Duration within) const {
+    return bad_estimates_ != Timestamp{} && now - bad_estimates_ <= within;
+  }
   double velocity() const { return static_cast<double>(velocity_); }  ///< [turns/s] in the last of them
   const std::optional<can::odrive::Heartbeat>& said() const { return said_; }
   Dialect dialect() const { return dialect_; }
@@ -93,6 +111,10 @@ class CanAxis {
  private:
   static constexpr Duration kFrozen = std::chrono::milliseconds(300);
   static constexpr Duration kForgotten = std::chrono::seconds(3);
+  static constexpr Duration kCrowded = std::chrono::milliseconds(25);  // between two frames of a heartbeat's id
+  static constexpr int kMostCrowded = 20;                              // in a row
+  static constexpr Duration kAskPeriod = std::chrono::seconds(1);      // for its version
+  static constexpr int kAskTries = 3;
 
   /// @param flagged the heartbeat has what is a flag in one of them
   void noteDialect(Dialect evidence, bool flagged) {
@@ -119,10 +141,16 @@ class CanAxis {
   std::optional<can::odrive::Heartbeat> last_, said_;
   std::optional<can::odrive::Version> version_;
   Dialect dialect_ = Dialect::kUnknown, evidence_ = Dialect::kUnknown;
-  Timestamp heartbeat_{}, estimates_{}, moved_{};
+  Timestamp heartbeat_{}, estimates_{}, bad_estimates_{}, moved_{};
   Pace heartbeats_;
   float position_ = 0.0F, velocity_ = 0.0F;  // [turns, turns/s]
   float turning_ = 0.05F;                    // [turns/s] a wheel that is faster changes its position
+  int crowded_ = 0;                          // frames of its heartbeat's id in a row that came too fast to be some
+  struct VersionRequest {
+    int times = 0;
+    Timestamp next{};
+  };
+  VersionRequest version_request_;
 };
 
 }  // namespace slam

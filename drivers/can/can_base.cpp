@@ -18,18 +18,13 @@ namespace odrive = can::odrive;
 namespace vesc = can::vesc;
 namespace xsens = can::xsens;
 
-constexpr Duration kSilent = 500ms;        // estimates and IMU come every 10 ms
+constexpr Duration kSilent = 500ms;        // estimates come every 10 ms
 constexpr Duration kHeartbeatSilent = 1s;  // heartbeats every 100 ms
-constexpr Duration kFrozenImu = 1s;        // its noise changes the values every few samples
 constexpr Duration kCommandPeriod = 20ms;  // 50 Hz
 constexpr Duration kLetGo = 2s;            // without a command, until a wheel that did not follow is tried again
 constexpr Duration kReopen = 50ms;         // between attempts, where wheels may turn until the interface is there again
 constexpr int kStopTries = 100;            // at the end, a millisecond apart
 constexpr Duration kSlowEstimates = 95ms;  // from here on the pose between them suffers
-constexpr Duration kCrowded = 25ms;        // between two frames of a heartbeat's id: there are others among them
-constexpr int kMostCrowded = 20;           // in a row
-constexpr Duration kAskPeriod = 1s;        // for a drive's version
-constexpr int kAskTries = 3;
 constexpr double kHot = 85.0;     // [deg C] of transistors: from here on a VESC as delivered limits its current
 constexpr int kMostFrames = 200;  // a tick: ten times what the bus carries in that time
 
@@ -99,7 +94,7 @@ CanBase::CanBase(const CanBaseConfig& config, Clock now, Sinks sinks, std::uniqu
   config_.commands = config.commands && config.wheels;
   for (std::size_t side = 0; side < 2 && isVesc(config); ++side) axes_[side].setStep(vescs_[side].step());
   if (!config_.wheels) wheel_status_.set(DeviceState::kAbsent, problem::kNotWanted);
-  if (!config_.imu) imu_status_.set(DeviceState::kAbsent, problem::kNotWanted);
+  if (!config_.imu) imu_.status().set(DeviceState::kAbsent, problem::kNotWanted);
 }
 
 void CanBase::tick() {
@@ -108,8 +103,7 @@ void CanBase::tick() {
   link_.tick(now);
   StampedCanFrame received;
   for (int i = 0; i < kMostFrames && link_.receive(received); ++i) handle(received);
-  if (link_.usable() && !was_usable_) usable_since_ = now;
-  was_usable_ = link_.usable();
+  silence_.look(link_.usable(), now);
   if (config_.commands) watchObedience(now);
   if (config_.wheels) watchWheels(now);
   if (config_.imu) watchImu(now);
@@ -137,20 +131,16 @@ void CanBase::handle(const StampedCanFrame& received) {
 
 void CanBase::handleHeartbeat(std::size_t side, const StampedCanFrame& received) {
   CanAxis& axis = axes_[side];
-  int& crowded = doubts_[side].crowded;
-  if (received.frame.id == xsens::kQuaternion) {
-    crowded = received.stamp - axis.heartbeat() < kCrowded ? std::min(crowded + 1, kMostCrowded) : crowded / 2;
-    if (crowded >= kMostCrowded) return axis.forgetHeartbeats(received.stamp);
-  }
-  if (!axis.addHeartbeat(received.stamp, config_.nodes[side], received.frame)) ++damaged_;
+  if (received.frame.id == xsens::kQuaternion && axis.sharesHeartbeat(received.stamp)) return;
+  if (!axis.addHeartbeat(received.stamp, config_.nodes[side], received.frame)) wheels_.reject();
 }
 
 void CanBase::handleEstimates(std::size_t side, const StampedCanFrame& received) {
   const auto estimates = odrive::parseEncoderEstimates(config_.nodes[side], received.frame);
   if (estimates) return addEstimates(side, received.stamp, *estimates);
-  ++damaged_;
-  doubts_[side].bad_estimates = received.stamp;
-  wheel_status_.rejects.store(damaged_ + wheels_.rejects(), std::memory_order_relaxed);
+  wheels_.reject();
+  axes_[side].addBadEstimates(received.stamp);
+  storeRejects();
 }
 
 /// A VESC tells on CAN neither its state nor its faults: as long as it sends it is taken for one that obeys, and a
@@ -165,8 +155,8 @@ void CanBase::handleVesc(const StampedCanFrame& received) {
     if (news.estimates) addEstimates(side, received.stamp, *news.estimates);
   }
   if (known) return;
-  ++damaged_;
-  wheel_status_.rejects.store(damaged_ + wheels_.rejects(), std::memory_order_relaxed);
+  wheels_.reject();
+  storeRejects();
 }
 
 void CanBase::addEstimates(std::size_t side, Timestamp stamp, const odrive::EncoderEstimates& estimates) {
@@ -175,7 +165,7 @@ void CanBase::addEstimates(std::size_t side, Timestamp stamp, const odrive::Enco
   const bool lie = axes_[0].lies() || axes_[1].lies();
   if (pair && !lie) emit(*pair);
   if (pair && lie && pair->restarted) wheels_.beginAnew();
-  wheel_status_.rejects.store(damaged_ + wheels_.rejects(), std::memory_order_relaxed);
+  storeRejects();
 }
 
 void CanBase::emit(const CanWheels::Pair& pair) {
@@ -185,19 +175,7 @@ void CanBase::emit(const CanWheels::Pair& pair) {
 }
 
 void CanBase::handleImu(const StampedCanFrame& received) {
-  if (received.frame.id == xsens::kSampleTime) last_time_ = received.stamp;
-  if (received.frame.id == xsens::kRateOfTurn) last_rate_ = received.stamp;
-  if (received.frame.id == xsens::kAcceleration) last_acceleration_ = received.stamp;
-  const auto sample = imu_.add(received.frame, received.stamp);
-  imu_status_.rejects.store(imu_.rejects(), std::memory_order_relaxed);
-  if (!sample || received.stamp - imu_.changed() > kFrozenImu) return;
-  last_sample_ = now_();
-  sinks_.imu(*sample);
-  imu_status_.countSample(sample->stamp);
-}
-
-bool CanBase::since(Timestamp event, Timestamp now, Duration limit) const {
-  return now - std::max(event, usable_since_) > limit;
+  if (const auto sample = imu_.add(received, now_())) sinks_.imu(*sample);
 }
 
 bool CanBase::watchLink(DeviceStatus& status) {
@@ -214,8 +192,8 @@ void CanBase::watchWheels(Timestamp now) {
   const auto stale = [&](const Problem& why) { setStale(wheel_status_, why); };
   std::array<bool, 2> silent{}, dead{};
   for (std::size_t side = 0; side < 2; ++side) {
-    silent[side] = since(axes_[side].estimates(), now, patience(side));
-    dead[side] = silent[side] && since(axes_[side].heartbeat(), now, kSilent);
+    silent[side] = silence_.since(axes_[side].estimates(), now, patience(side));
+    dead[side] = silent[side] && silence_.since(axes_[side].heartbeat(), now, kSilent);
   }
   if (dead[0] && dead[1])
     return stale({problem::kNoWheels, {static_cast<double>(config_.nodes[0]), static_cast<double>(config_.nodes[1])}});
@@ -223,7 +201,7 @@ void CanBase::watchWheels(Timestamp now) {
   for (std::size_t side = 0; side < 2; ++side) {
     if (dead[side]) return stale(ofWheel(config_.commands ? problem::kNoFramesStops : problem::kNoFrames, side));
     if (!silent[side]) continue;
-    const bool bad = doubts_[side].bad_estimates != Timestamp{} && now - doubts_[side].bad_estimates <= patience(side);
+    const bool bad = axes_[side].hasBadEstimates(now, patience(side));
     return stale(ofWheel(bad ? problem::kBadEstimates : problem::kNoEstimates, side));
   }
   for (std::size_t side = 0; side < 2; ++side) {
@@ -240,12 +218,12 @@ void CanBase::watchWheels(Timestamp now) {
     stale(problem::kWheelsSenseless);
   };
   const Duration patient = std::max(patience(0), patience(1));
-  if (last_pair_ < usable_since_ || last_pair_ == Timestamp{}) {
-    if (!since({}, now, patient))
+  if (!silence_.isFresh(last_pair_)) {
+    if (!silence_.since({}, now, patient))
       return wheel_status_.set(DeviceState::kOpening, {problem::kWaitsForFrames, {}, {"the wheels'"}});
     return senseless();
   }
-  if (since(last_pair_, now, patient)) return senseless();
+  if (silence_.since(last_pair_, now, patient)) return senseless();
   wheel_status_.set(DeviceState::kStreaming, warning(now));
 }
 
@@ -254,9 +232,9 @@ Problem CanBase::warning(Timestamp now) const {
   for (std::size_t side = 0; side < 2; ++side) {
     if (wheels_.period(side) >= kSlowEstimates) slow = slowEstimates(side);
     if (vescs_[side].transistors() >= kHot) other = ofWheel(problem::kVescHot, side);
-    if (doubts_[side].crowded >= kMostCrowded) {
+    if (axes_[side].isShared()) {
       other = ofWheel(problem::kSharedId, side);
-    } else if (since(axes_[side].heartbeat(), now, kHeartbeatSilent)) {
+    } else if (silence_.since(axes_[side].heartbeat(), now, kHeartbeatSilent)) {
       other = noHeartbeat(side);
     } else if (axes_[side].said() && !axes_[side].inClosedLoop()) {
       other = notArmed(side);
@@ -306,32 +284,31 @@ Problem CanBase::axisError(std::size_t side) const {
 
 bool CanBase::obeys(std::size_t side, Timestamp now) const {
   const CanAxis& axis = axes_[side];
-  const bool heartbeats = axis.heartbeat() > usable_since_ && now - axis.heartbeat() <= axis.heartbeatPatience();
+  const bool heartbeats = axis.heartbeat() > silence_.begin() && now - axis.heartbeat() <= axis.heartbeatPatience();
   // A drive that is gone is seen earliest by what it sends most often.
   const Duration period = wheels_.period(side);
   const bool silent = period > Duration(0) &&
                       now - std::max(axis.heartbeat(), axis.estimates()) > patienceFor(period, CanAxis::kFramesLost);
   // Where its heartbeats cannot be told from others, how its wheel turns is all that is known.
-  const bool says = !silent && (doubts_[side].crowded >= kMostCrowded || (heartbeats && axis.obeys()));
+  const bool says = !silent && (axis.isShared() || (heartbeats && axis.obeys()));
   return says && follow_.idle() != side;
 }
 
 Problem CanBase::hindrance(std::size_t side) const {
   const CanAxis& axis = axes_[side];
-  if (doubts_[side].crowded < kMostCrowded) {
+  if (!axis.isShared()) {
     // Overdue when the last estimates came: a drive that is silent altogether is another matter.
-    if (since(axis.heartbeat(), axis.estimates(), axis.heartbeatPatience())) return noHeartbeat(side);
+    if (silence_.since(axis.heartbeat(), axis.estimates(), axis.heartbeatPatience())) return noHeartbeat(side);
     if (axis.said() && !axis.inClosedLoop()) return notArmed(side);
   }
   return follow_.idle() == side ? ofWheel(problem::kNotFollowing, side) : Problem();
 }
 
 void CanBase::watchObedience(Timestamp now) {
-  const bool measured =
-      !since(axes_[0].estimates(), now, patience(0)) && !since(axes_[1].estimates(), now, patience(1));
+  const bool measured = !silence_.since(axes_[0].estimates(), now, patience(0)) &&
+                        !silence_.since(axes_[1].estimates(), now, patience(1));
   if (twist_ && measured)
-    follow_.add(now, asked_speeds_, {axes_[0].velocity(), axes_[1].velocity()},
-                std::max(wheels_.period(0), wheels_.period(1)));
+    follow_.add(now, {axes_[0].velocity(), axes_[1].velocity()}, std::max(wheels_.period(0), wheels_.period(1)));
   else
     follow_.rest();
   const bool armed_anew = follow_.idle() && axes_[*follow_.idle()].said() && !axes_[*follow_.idle()].inClosedLoop();
@@ -345,24 +322,9 @@ void CanBase::watchObedience(Timestamp now) {
 }
 
 void CanBase::watchImu(Timestamp now) {
-  if (watchLink(imu_status_)) return;
-  const auto stale = [&](const Problem& why) { setStale(imu_status_, why); };
-  const bool no_time = since(last_time_, now, kSilent), no_rate = since(last_rate_, now, kSilent);
-  const bool no_acceleration = since(last_acceleration_, now, kSilent);
-  if (no_time && no_rate && no_acceleration) return stale(problem::kCanNoImu);
-  if (no_rate) return stale(problem::kCanNoRate);
-  const bool first = last_sample_ < usable_since_ || last_sample_ == Timestamp{};
-  if (first && !since({}, now, kSilent))
-    return imu_status_.set(DeviceState::kOpening, {problem::kWaitsForFrames, {}, {"the IMU's"}});
-  if (!first && !since(last_sample_, now, kSilent)) {
-    return imu_status_.set(DeviceState::kStreaming, no_time                    ? problem::kCanNoTime
-                                                    : no_acceleration          ? problem::kCanNoAcceleration
-                                                    : !imu_.usesTime()         ? problem::kCanRareTime
-                                                    : !imu_.usesAcceleration() ? problem::kCanRareAcceleration
-                                                                               : Problem());
-  }
-  if (now - imu_.changed() > kFrozenImu) return stale(problem::kCanImuFrozen);
-  stale(problem::kCanImuSenseless);
+  if (watchLink(imu_.status())) return;
+  const auto [state, problem] = imu_.look(silence_, now);
+  state == DeviceState::kStale ? setStale(imu_.status(), problem) : imu_.status().set(state, problem);
 }
 
 bool CanBase::command(const Twist2& twist, Timestamp given) { return config_.commands && command_.give(twist, given); }
@@ -384,13 +346,9 @@ void CanBase::sendCommand(Timestamp now) {
 void CanBase::askVersions(Timestamp now) {
   if (!config_.commands || !link_.usable()) return;
   for (std::size_t side = 0; side < 2; ++side) {
-    const CanAxis& axis = axes_[side];
-    Asked& asked = asked_[side];
-    if (since(axis.heartbeat(), now, kHeartbeatSilent)) asked = {};  // it may come back as another
-    if (!axis.isAmbiguous() || asked.times >= kAskTries || now < asked.next) continue;
-    ++asked.times;
-    asked.next = now + kAskPeriod;
-    link_.send(odrive::requestVersion(config_.nodes[side]), now);
+    CanAxis& axis = axes_[side];
+    if (silence_.since(axis.heartbeat(), now, kHeartbeatSilent)) axis.askAnew();
+    if (axis.wantsVersion(now)) link_.send(odrive::requestVersion(config_.nodes[side]), now);
   }
 }
 
@@ -412,7 +370,7 @@ bool CanBase::sendSpeeds(Timestamp now, const Twist2& twist) {
   for (std::size_t side = 0; side < 2; ++side) {
     const double turns = factor * wheels[side] / (2.0 * std::numbers::pi);
     const double velocity = turns * config_.wheel.gear_ratio * config_.wheel.sign[side] + 0.0;  // a zero without sign
-    asked_speeds_[side] = velocity;
+    follow_.ask(side, velocity);
     taken = link_.send(isVesc(config_)
                            ? vescs_[side].encodeSpeed(velocity)
                            : odrive::encodeInputVelocity(config_.nodes[side], {static_cast<float>(velocity), 0.0F}),

@@ -67,7 +67,7 @@ class CanBase {
   bool command(const Twist2& twist) { return command(twist, now_()); }
 
   DeviceStatus& wheelStatus() { return wheel_status_; }
-  DeviceStatus& imuStatus() { return imu_status_; }
+  DeviceStatus& imuStatus() { return imu_.status(); }
   const CanLinkCounters& linkCounters() const { return link_.counters(); }  ///< of the ticking thread
   std::uint64_t limitedSpeeds() const { return command_.limited(); }        ///< that were asked for above the limits
 
@@ -79,6 +79,7 @@ class CanBase {
   void addEstimates(std::size_t side, Timestamp stamp, const can::odrive::EncoderEstimates& estimates);
   void handleImu(const StampedCanFrame& received);
   void emit(const CanWheels::Pair& pair);
+  void storeRejects() { wheel_status_.rejects.store(wheels_.rejects(), std::memory_order_relaxed); }
   void takeCommand(Timestamp now);
   void sendCommand(Timestamp now);
   void askVersions(Timestamp now);
@@ -93,7 +94,6 @@ class CanBase {
   void watchImu(Timestamp now);
   /// What the link itself has to say. @return false: the bus can be used
   bool watchLink(DeviceStatus& status);
-  bool since(Timestamp event, Timestamp now, Duration limit) const;
   /// How long a wheel may be silent, by the period at which its drive sends.
   Duration patience(std::size_t side) const;
   Problem warning(Timestamp now) const;
@@ -108,32 +108,18 @@ class CanBase {
   CanBaseConfig config_;
   Clock now_;
   Sinks sinks_;
-  DeviceStatus wheel_status_, imu_status_;
+  DeviceStatus wheel_status_;
   CanLink link_;
   std::array<CanAxis, 2> axes_;
   std::array<VescDrive, 2> vescs_;
   CanWheels wheels_;
-  CanImu imu_;
-  Timestamp usable_since_{};  // the link; silence is counted from here at the earliest
-  bool was_usable_ = false;
-  Timestamp last_pair_{}, last_sample_{};                      // when they were handed on
-  Timestamp last_time_{}, last_rate_{}, last_acceleration_{};  // frames of the IMU
-  std::int64_t damaged_ = 0;                                   // frames of the wheels
-  struct Doubts {
-    Timestamp bad_estimates{};  // when the last estimates came that are no numbers
-    int crowded = 0;            // heartbeats in a row that came too fast to be some
-  };
-  std::array<Doubts, 2> doubts_{};
+  CanImuUnit imu_;
+  LinkSilence silence_;
+  Timestamp last_pair_{};  // when it was handed on
   SpeedCommand command_;
   std::optional<Twist2> twist_;  // of this tick; none: both wheels stand
   FollowWatch follow_;
-  FollowWatch::Speeds asked_speeds_{};  // sent last
   Timestamp next_command_{};
-  struct Asked {
-    int times = 0;
-    Timestamp next{};
-  };
-  std::array<Asked, 2> asked_;  // for the drives' versions
 };
 
 }  // namespace slam

@@ -10,6 +10,8 @@ using namespace std::chrono_literals;
 using can::xsens::Vector3;
 
 constexpr Duration kTogether = 8ms;  // frames of one sample come right behind each other, the next sample 10 ms later
+constexpr Duration kSilent = 500ms;  // frames come every 10 ms
+constexpr Duration kFrozen = 1s;     // noise changes the values every few samples
 constexpr Duration kLate = 500ms;    // a sample time that differs more from what the arrival says is damage or a reset
 
 Eigen::Vector3d toVector(const Vector3& v) {
@@ -36,7 +38,12 @@ bool CanImu::addTime(std::uint32_t ticks, Timestamp arrival) {
   const bool unfinished = group_ && group_->rate.has_value() != group_->acceleration.has_value();
   if (unfinished && usesTime() && usesAcceleration()) ++rejects_;  // a sample that was never completed
   group_.reset();
-  // One damaged sample time must not bend the clock: what does not follow has to come twice.
+  const std::optional<Timestamp> stamp = times_.stamp(ticks, arrival);
+  if (stamp) group_ = Group{*stamp, arrival, {}, {}};
+  return stamp.has_value();
+}
+
+std::optional<Timestamp> CanImu::SampleTimes::stamp(std::uint32_t ticks, Timestamp arrival) {
   auto ticks_then = ticks_;
   const Duration device = ticks_then.count(ticks) * Duration(can::xsens::kTickNanoseconds);
   const Duration offset = arrival.time_since_epoch() - device;
@@ -44,14 +51,13 @@ bool CanImu::addTime(std::uint32_t ticks, Timestamp arrival) {
   const bool confirmed = candidate_ && std::chrono::abs(offset - *candidate_) < kLate;
   if (device_ && !follows && !confirmed) {
     candidate_ = offset;
-    return false;
+    return std::nullopt;
   }
   candidate_.reset();
   ticks_ = ticks_then;
   device_ = device;
   arrival_ = arrival;
-  group_ = Group{clock_.stamp(device, arrival), arrival, {}, {}};
-  return true;
+  return clock_.stamp(device, arrival);
 }
 
 std::optional<ImuSample> CanImu::addRate(const std::optional<Vector3>& rate, Timestamp arrival) {
@@ -97,6 +103,35 @@ std::optional<ImuSample> CanImu::make(const Group& group) {
   sample.gyro = R_base_imu_ * toVector(*group.rate);
   if (group.acceleration) sample.accel = R_base_imu_ * toVector(*group.acceleration);
   return sample;
+}
+
+std::optional<ImuSample> CanImuUnit::add(const StampedCanFrame& received, Timestamp now) {
+  if (received.frame.id == can::xsens::kSampleTime) last_time_ = received.stamp;
+  if (received.frame.id == can::xsens::kRateOfTurn) last_rate_ = received.stamp;
+  if (received.frame.id == can::xsens::kAcceleration) last_acceleration_ = received.stamp;
+  const auto sample = imu_.add(received.frame, received.stamp);
+  status_.rejects.store(imu_.rejects(), std::memory_order_relaxed);
+  if (!sample || received.stamp - imu_.changed() > kFrozen) return std::nullopt;
+  last_sample_ = now;
+  status_.countSample(sample->stamp);
+  return sample;
+}
+
+CanImuUnit::Finding CanImuUnit::look(const LinkSilence& silence, Timestamp now) const {
+  const auto silent = [&](Timestamp frame) { return silence.since(frame, now, kSilent); };
+  const bool no_time = silent(last_time_), no_rate = silent(last_rate_), no_acceleration = silent(last_acceleration_);
+  if (no_time && no_rate && no_acceleration) return {DeviceState::kStale, problem::kCanNoImu};
+  if (no_rate) return {DeviceState::kStale, problem::kCanNoRate};
+  const bool some = silence.isFresh(last_sample_);
+  if (!some && !silent({})) return {DeviceState::kOpening, {problem::kWaitsForFrames, {}, {"the IMU's"}}};
+  if (some && !silent(last_sample_)) {
+    return {DeviceState::kStreaming, no_time                    ? problem::kCanNoTime
+                                     : no_acceleration          ? problem::kCanNoAcceleration
+                                     : !imu_.usesTime()         ? problem::kCanRareTime
+                                     : !imu_.usesAcceleration() ? problem::kCanRareAcceleration
+                                                                : Problem()};
+  }
+  return {DeviceState::kStale, now - imu_.changed() > kFrozen ? problem::kCanImuFrozen : problem::kCanImuSenseless};
 }
 
 }  // namespace slam

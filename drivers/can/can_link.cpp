@@ -126,36 +126,35 @@ void CanLink::digest(const can::Frame& frame) {
 
 bool CanLink::send(const can::Frame& frame, Timestamp now) {
   if (!usable()) return false;
-  const auto end = waiting_.begin() + static_cast<std::ptrdiff_t>(waiting_count_);
-  const auto older = std::find_if(waiting_.begin(), end, [&](const can::Frame& f) { return f.id == frame.id; });
-  const bool full = waiting_count_ == waiting_.size();
-  if (older != end || full) {
-    ++counters_.replaced;
-    std::move((older != end ? older : waiting_.begin()) + 1, end, older != end ? older : waiting_.begin());
-    --waiting_count_;
-  }
-  waiting_[waiting_count_++] = frame;
+  counters_.replaced += waiting_.put(frame);
   flush(now);
-  return waiting_count_ == 0 && usable();
+  return waiting_.empty() && usable();
+}
+
+bool CanLink::Waiting::put(const can::Frame& frame) {
+  const auto older = std::find_if(frames_.begin(), end(), [&](const can::Frame& f) { return f.id == frame.id; });
+  const bool known = older != end(), replaces = known || count_ == frames_.size();
+  if (replaces) erase(known ? older : frames_.begin());
+  frames_[count_++] = frame;
+  return replaces;
+}
+
+void CanLink::Waiting::erase(Frames::iterator frame) {
+  std::move(frame + 1, end(), frame);
+  --count_;
 }
 
 void CanLink::flush(Timestamp now) {
-  if (waiting_count_ == 0 && !blocked_) taken_ = now;
-  std::size_t done = 0;
-  while (done < waiting_count_ && now >= next_send_ && usable()) {
-    const int error = port_->send(waiting_[done]);
+  if (waiting_.empty() && !blocked_) taken_ = now;
+  while (waiting_.due(now) && usable()) {
+    const int error = port_->send(waiting_.front());
     noteSent(error, now);
     if (error == 0) {
-      ++done;
-      continue;
+      waiting_.pop();
+    } else if (!waiting_.empty()) {  // else the interface is down or gone, and took all with it
+      waiting_.holdUntil(now + kFrameTime);
     }
-    if (waiting_count_ == 0) return;  // the interface is down or gone, and took all with it
-    next_send_ = now + kFrameTime;
-    break;
   }
-  std::move(waiting_.begin() + static_cast<std::ptrdiff_t>(done),
-            waiting_.begin() + static_cast<std::ptrdiff_t>(waiting_count_), waiting_.begin());
-  waiting_count_ -= done;
 }
 
 void CanLink::noteSent(int error, Timestamp now) {

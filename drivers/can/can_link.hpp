@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -58,7 +59,7 @@ class CanLink {
   /// @return whether the interface has taken it, and all that waited
   bool send(const can::Frame& frame, Timestamp now);
   /// Forgets what waits to be sent.
-  void dropWaiting() { waiting_count_ = 0; }
+  void dropWaiting() { waiting_.clear(); }
   void close();
 
   CanLinkState state() const { return state_; }
@@ -68,6 +69,27 @@ class CanLink {
   const CanLinkCounters& counters() const { return counters_; }
 
  private:
+  /// Frames that wait for room, oldest first: one of each id, the newest.
+  class Waiting {
+   public:
+    /// @return whether it puts another one out: the older one of its id, or the oldest where there is no room
+    bool put(const can::Frame& frame);
+    bool empty() const { return count_ == 0; }
+    const can::Frame& front() const { return frames_[0]; }
+    void pop() { erase(frames_.begin()); }
+    void clear() { count_ = 0; }
+    void holdUntil(Timestamp time) { next_ = time; }
+    bool due(Timestamp now) const { return !empty() && now >= next_; }
+
+   private:
+    using Frames = std::array<can::Frame, 8>;
+    Frames::iterator end() { return frames_.begin() + static_cast<std::ptrdiff_t>(count_); }
+    void erase(Frames::iterator frame);
+
+    Frames frames_{};
+    std::size_t count_ = 0;
+    Timestamp next_{};
+  };
   void open(Timestamp now);
   void noteError(int error);
   void digest(const can::Frame& frame);
@@ -82,14 +104,30 @@ class CanLink {
   CanLinkState state_ = CanLinkState::kGone;
   CanLinkCounters counters_;
   bool open_ = false;
-  Timestamp next_open_{}, next_look_{}, next_send_{};
+  Timestamp next_open_{}, next_look_{};
   Timestamp taken_{};  // when a frame was taken last, or none was there to be sent
   Timestamp next_reopen_{};
   bool blocked_ = false;
   int send_error_ = 0;  // of the last frame
   Duration back_off_{0};
-  std::array<can::Frame, 8> waiting_{};  // oldest first
-  std::size_t waiting_count_ = 0;
+  Waiting waiting_;
+};
+
+/// How long something has been silent on a link, counted from when the link became usable at the earliest.
+class LinkSilence {
+ public:
+  void look(bool usable, Timestamp now) {
+    if (usable && !was_usable_) begin_ = now;
+    was_usable_ = usable;
+  }
+  bool since(Timestamp event, Timestamp now, Duration limit) const { return now - std::max(event, begin_) > limit; }
+  /// It has come since then.
+  bool isFresh(Timestamp event) const { return event >= begin_ && event != Timestamp{}; }
+  Timestamp begin() const { return begin_; }
+
+ private:
+  Timestamp begin_{};
+  bool was_usable_ = false;
 };
 
 }  // namespace slam

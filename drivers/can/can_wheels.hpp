@@ -80,9 +80,13 @@ class CanWheels {
 
   /// @param side 0 left, 1 right @return a pair when both wheels have a reading newer than the pair before
   std::optional<Pair> add(std::size_t side, Timestamp stamp, const can::odrive::EncoderEstimates& estimates);
+  /// Frames of a wheel that cannot be read.
+  void reject() { ++rejects_; }
   /// The next pair is not to be compared with the one before.
   void beginAnew() { restarted_ = true; }
-  std::int64_t rejects() const { return rejects_; }  ///< estimates that no wheel can have turned
+  std::int64_t rejects() const {
+    return rejects_;
+  }  ///< estimates that no wheel can have turned, and what reject() counts
   Duration period(std::size_t side) const { return wheels_[side].period(); }
 
  private:

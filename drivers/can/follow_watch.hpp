@@ -17,13 +17,15 @@ class FollowWatch {
  public:
   using Speeds = std::array<double, 2>;  ///< [turns/s] left, right
 
+  /// @param velocity [turns/s] that was sent to a wheel last
+  void ask(std::size_t side, double velocity) { asked_[side] = velocity; }
   /// At each look while somebody drives. @param period at which the speeds are measured
-  void add(Timestamp now, const Speeds& asked, const Speeds& measured, Duration period) {
+  void add(Timestamp now, const Speeds& measured, Duration period) {
     for (std::size_t side = 0; side < 2; ++side) {
       const std::size_t other = 1 - side;
-      const double wanted = std::abs(asked[side]), got = asked[side] < 0.0 ? -measured[side] : measured[side];
+      const double wanted = std::abs(asked_[side]), got = asked_[side] < 0.0 ? -measured[side] : measured[side];
       const bool other_follows = std::abs(measured[other]) >= kSlowest &&
-                                 std::abs(measured[other] - asked[other]) <= kFollows * std::abs(asked[other]);
+                                 std::abs(measured[other] - asked_[other]) <= kFollows * std::abs(asked_[other]);
       const bool idles = wanted >= kSlowest && got < kIdles * wanted && other_follows;
       Idling& idling = idling_[side];
       if (!idles) {
@@ -54,6 +56,7 @@ class FollowWatch {
     std::optional<Timestamp> since;  // without progress
     double best = 0.0;               // [turns/s] then, the way it is asked to turn
   };
+  Speeds asked_{};
   std::array<Idling, 2> idling_{};
   std::optional<std::size_t> idle_;
 };

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/imu/bno08x_imu.hpp"
-
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 #include <optional>
 
 #include "drivers/imu/codec/bno08x_frames.hpp"
+#include "drivers/imu/imu_protocols.hpp"
 #include "timing/stream_clock.hpp"
 
 namespace slam {

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "drivers/imu/imu_protocol.hpp"
-#include "drivers/speaker.hpp"
+#include "drivers/line_device.hpp"
 
 namespace slam {
 
@@ -14,9 +14,9 @@ namespace slam {
 struct ImuFacts {
   static constexpr std::size_t kMostBauds = 8;
 
-  const char* driver;  ///< word of imu.driver
-  const char* name;    ///< in words
-  Speaker speaker;     ///< as others on the port know it
+  const char* driver;      ///< word of imu.driver
+  const char* name;        ///< in words
+  LineDevice line_device;  ///< as others on the port know it
   std::unique_ptr<ImuProtocol> (*make)();
   std::array<int, kMostBauds> bauds;  ///< [bit/s] that units of it are set to, the usual ones first; 0s behind them
   double rate = 0.0;                  ///< [Hz] of its samples; 0: as each unit is set

@@ -25,8 +25,8 @@ SerialImu::SerialImu(const SerialImuConfig& config, Clock now, Sink sink, const 
       now_(now),
       sink_(std::move(sink)),
       port_(config.port, config.baud > 0 ? config.baud : config.facts->bauds.front(), config.in_background, open),
-      wrong_speaker_(PortOf::kImu, config.port, config.baud > 0 ? config.baud : config.facts->bauds.front(), open,
-                     config.facts->speaker),
+      wrong_device_(PortOf::kImu, config.port, config.baud > 0 ? config.baud : config.facts->bauds.front(), open,
+                    config.facts->line_device),
       protocol_(config.facts->make()),
       take_([this](const ImuSample& sample) { take(sample); }) {
   bauds_.all = facts_.bauds;
@@ -37,9 +37,9 @@ SerialImu::SerialImu(const SerialImuConfig& config, Clock now, Sink sink, const 
 void SerialImu::tick() {
   const Timestamp now = now_();
   if (!port_.isOpen()) {
-    if (wrong_speaker_.running()) {
-      if (port_.isReleased() && !wrong_speaker_.tick(now))
-        status_.set(DeviceState::kFault, wrong_speaker_.found(status_.problem()));
+    if (wrong_device_.running()) {
+      if (port_.isReleased() && !wrong_device_.tick(now))
+        status_.set(DeviceState::kFault, wrong_device_.found(status_.problem()));
     } else if (port_.due(now)) {
       open(now);
     }
@@ -51,7 +51,7 @@ void SerialImu::tick() {
 
 void SerialImu::open(Timestamp now) {
   if (const Problem problem = port_.open(now)) {
-    wrong_speaker_.forget();
+    wrong_device_.forget();
     bauds_.tried = 0;
     return status_.set(DeviceState::kAbsent, problem);
   }
@@ -66,7 +66,7 @@ void SerialImu::open(Timestamp now) {
 void SerialImu::close(Timestamp now, DeviceState state, const Problem& why) {
   port_.fail(now);
   bauds_.tried = 0;
-  if (state == DeviceState::kAbsent) wrong_speaker_.forget();
+  if (state == DeviceState::kAbsent) wrong_device_.forget();
   status_.set(state, why);
 }
 
@@ -112,7 +112,7 @@ void SerialImu::take(const ImuSample& sample) {
   status_.countSample(now);
   status_.set(DeviceState::kStreaming, protocol_->finding());
   port_.succeeded();
-  wrong_speaker_.forget();
+  wrong_device_.forget();
 }
 
 void SerialImu::countRejects() {
@@ -144,8 +144,8 @@ bool SerialImu::tryNextBaud(Timestamp now) {
 /// For a while; meanwhile somebody else is looked for on the port.
 void SerialImu::giveUp(Timestamp now) {
   const Problem unknown = about(received_.noise ? problem::kImuUndecoded : problem::kImuUnanswered);
-  close(now, DeviceState::kFault, wrong_speaker_.found(unknown));
-  wrong_speaker_.ask();
+  close(now, DeviceState::kFault, wrong_device_.found(unknown));
+  wrong_device_.ask();
 }
 
 void SerialImu::watch(Timestamp now) {
@@ -159,7 +159,7 @@ void SerialImu::watch(Timestamp now) {
   if (silence <= kStale) return watchSamples(now);
   if (bauds_.count > 1 && !isRecognised()) return;  // it is still looked for
   status_.set(DeviceState::kStale,
-              wrong_speaker_.found(received_.noise ? Problem(problem::kImuGarbage) : about(problem::kImuSilent)));
+              wrong_device_.found(received_.noise ? Problem(problem::kImuGarbage) : about(problem::kImuSilent)));
 }
 
 /// Frames come, but do they make samples?

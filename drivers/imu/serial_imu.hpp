@@ -9,8 +9,8 @@
 #include "core/samples.hpp"
 #include "drivers/device_status.hpp"
 #include "drivers/imu/imu_facts.hpp"
+#include "drivers/line_device.hpp"
 #include "drivers/polled_port.hpp"
-#include "drivers/speaker.hpp"
 
 namespace slam {
 
@@ -72,7 +72,7 @@ class SerialImu {
   Sink sink_;
   DeviceStatus status_;
   PolledPort port_;
-  WrongSpeaker wrong_speaker_;
+  WrongDevice wrong_device_;
   std::unique_ptr<ImuProtocol> protocol_;
   ImuProtocol::Take take_;  // made once: no allocation later
   /// What was received last, and when.

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/imu/witmotion_imu.hpp"
-
 #include <algorithm>
 #include <limits>
 #include <optional>
@@ -8,6 +6,7 @@
 
 #include "drivers/companion.hpp"
 #include "drivers/imu/codec/witmotion_frames.hpp"
+#include "drivers/imu/imu_protocols.hpp"
 #include "problems/devices.hpp"
 #include "timing/stream_clock.hpp"
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/imu/xsens_imu.hpp"
-
 #include <optional>
 #include <utility>
 
 #include "drivers/companion.hpp"
 #include "drivers/imu/codec/xsens_messages.hpp"
+#include "drivers/imu/imu_protocols.hpp"
 #include "firmware_if/can_xsens.hpp"
 #include "problems/devices.hpp"
 #include "timing/device_clock.hpp"

@@ -30,13 +30,18 @@ class LidarDecoder {
   virtual void push(std::uint8_t byte, std::vector<TimedNode>& nodes) = 0;
   virtual void reset() = 0;
   /// Samples missing before the first node of the last push(), found by the bytes skipped.
-  virtual int lost() const = 0;
+  int lost() const { return lost_; }
   /// The turn has ended with the last node of the last push(): the next one need not be waited for.
-  virtual bool endsTurn() const { return false; }
+  bool endsTurn() const { return ends_turn_; }
   virtual std::size_t mostNodes() const = 0;
-  virtual std::int64_t rejects() const = 0;  ///< packets or nodes refused
+  virtual std::int64_t rejects() const { return rejects_; }  ///< packets or nodes refused
   /// How often the unit's angle began to count from another zero.
   virtual std::uint32_t zeroShifts() const { return 0; }
+
+ protected:
+  int lost_ = 0;
+  bool ends_turn_ = false;
+  std::int64_t rejects_ = 0;
 };
 
 }  // namespace slam

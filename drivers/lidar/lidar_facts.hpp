@@ -9,7 +9,7 @@
 #include "drivers/device_status.hpp"
 #include "drivers/lidar/codec/lidar_packets.hpp"
 #include "drivers/lidar/rplidar_dialogue.hpp"
-#include "drivers/speaker.hpp"
+#include "drivers/line_device.hpp"
 
 namespace slam {
 
@@ -26,9 +26,9 @@ struct LidarTalk {
 
 /// A lidar that sends packets, as a row of the table.
 struct LidarFacts {
-  const char* driver;  ///< word of lidar.driver
-  const char* name;    ///< in words
-  Speaker speaker;     ///< as others on the port know it
+  const char* driver;      ///< word of lidar.driver
+  const char* name;        ///< in words
+  LineDevice line_device;  ///< as others on the port know it
   const LidarPackets* packets;
   int baud;                   ///< [bit/s]
   double sample_rate;         ///< [1/s]

@@ -7,7 +7,7 @@
 #include "drivers/byte_stream.hpp"
 #include "drivers/device_status.hpp"
 #include "drivers/lidar/lidar_reader.hpp"
-#include "drivers/speaker.hpp"
+#include "drivers/line_device.hpp"
 
 namespace slam {
 
@@ -28,7 +28,7 @@ class LidarUnit {
   /// Identifies the unit and begins its scan.
   /// @param port   opened; stays until end()
   /// @param others who else may be there: is to forget them once the unit is known
-  virtual Begun begin(ByteStream& port, const std::atomic<bool>& cancel, WrongSpeaker& others) = 0;
+  virtual Begun begin(ByteStream& port, const std::atomic<bool>& cancel, WrongDevice& others) = 0;
 
   /// A scan has ended in silence, or in bytes without nodes: why.
   virtual Problem silence(const LidarReader& scan) = 0;

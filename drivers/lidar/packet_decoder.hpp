@@ -19,9 +19,7 @@ class PacketDecoder : public LidarDecoder {
 
   void push(std::uint8_t byte, std::vector<TimedNode>& nodes) override;
   void reset() override;
-  int lost() const override { return lost_; }
   std::size_t mostNodes() const override { return packets_.longest; }
-  std::int64_t rejects() const override { return rejects_; }
   /// Packets that came one behind the other up to now.
   int inARow() const { return in_a_row_; }
 
@@ -37,8 +35,7 @@ class PacketDecoder : public LidarDecoder {
   std::size_t skipped_ = 0;  // [bytes] since the last packet
   std::size_t size_ = 0;     // [bytes] of that
   int samples_ = 0;          // of that
-  int lost_ = 0, in_a_row_ = 0;
-  std::int64_t rejects_ = 0;
+  int in_a_row_ = 0;
   std::optional<std::uint16_t> angle_q6_;  // of the last node
   int turned_q6_ = 0;                      // [deg * 64] since the turn's start
 };

@@ -17,7 +17,7 @@ constexpr Duration kWake = 3s;  // from power-on to the first packet at its moto
 
 }  // namespace
 
-PacketLidar::Begun PacketLidar::begin(ByteStream& port, const std::atomic<bool>& cancel, WrongSpeaker& others) {
+PacketLidar::Begun PacketLidar::begin(ByteStream& port, const std::atomic<bool>& cancel, WrongDevice& others) {
   port_ = &port;
   if (facts_.motor_by_dtr) port.setDtr(true);
   rplidar::Dialogue dialogue(port, now_, &cancel);
@@ -41,7 +41,7 @@ PacketLidar::Begun PacketLidar::begin(ByteStream& port, const std::atomic<bool>&
 }
 
 /// Reads until it is this lidar, or has not been for long.
-PacketLidar::Begun PacketLidar::listen(rplidar::Dialogue& dialogue, WrongSpeaker& others) const {
+PacketLidar::Begun PacketLidar::listen(rplidar::Dialogue& dialogue, WrongDevice& others) const {
   PacketDecoder decoder(*facts_.packets, 1.0 / facts_.sample_rate, 10.0 / config_.baud);
   std::vector<TimedNode> nodes;
   int best = 0;
@@ -55,7 +55,7 @@ PacketLidar::Begun PacketLidar::listen(rplidar::Dialogue& dialogue, WrongSpeaker
     }
   }
   if (best >= kEnough) return {};
-  if (others.hears(dialogue.recent())) return {DeviceState::kFault, problem::kLidarNoPackets, true};
+  if (others.recognises(dialogue.recent())) return {DeviceState::kFault, problem::kLidarNoPackets, true};
   if (dialogue.heardBytes()) return {DeviceState::kFault, problem::kLidarNoPackets, true};
   return {DeviceState::kFault, facts_.talk.start != nullptr ? problem::kLidarUnanswered : problem::kLidarUnheard, true};
 }

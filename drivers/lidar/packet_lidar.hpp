@@ -18,12 +18,12 @@ class PacketLidar : public LidarUnit {
   PacketLidar(const LidarFacts& facts, const PacketLidarConfig& config, Clock now)
       : facts_(facts), config_(config), now_(now) {}
 
-  Begun begin(ByteStream& port, const std::atomic<bool>& cancel, WrongSpeaker& others) override;
+  Begun begin(ByteStream& port, const std::atomic<bool>& cancel, WrongDevice& others) override;
   Problem silence(const LidarReader& scan) override;
   void end() override;
 
  private:
-  Begun listen(rplidar::Dialogue& dialogue, WrongSpeaker& others) const;
+  Begun listen(rplidar::Dialogue& dialogue, WrongDevice& others) const;
 
   const LidarFacts& facts_;
   PacketLidarConfig config_;

@@ -50,7 +50,7 @@ std::optional<rplidar::Health> RplidarUnit::askHealth(Duration timeout) {
       dialogue_->ask(rplidar::encodeRequest(Request::kGetHealth), AnswerType::kHealth, 3, timeout));
 }
 
-RplidarUnit::Begun RplidarUnit::begin(ByteStream& port, const std::atomic<bool>& cancel, WrongSpeaker& others) {
+RplidarUnit::Begun RplidarUnit::begin(ByteStream& port, const std::atomic<bool>& cancel, WrongDevice& others) {
   port_ = &port;
   dialogue_ = std::make_unique<rplidar::Dialogue>(port, now_, &cancel);
   quiet();
@@ -67,7 +67,7 @@ void RplidarUnit::quiet() {
   dialogue_->drain(kAfterStop, 1s);
 }
 
-RplidarUnit::Begun RplidarUnit::identify(WrongSpeaker& others) {
+RplidarUnit::Begun RplidarUnit::identify(WrongDevice& others) {
   for (int attempt = 0; attempt <= kResets && !dialogue_->cancelled(); ++attempt) {
     const auto health = askHealth(kAnswer);
     const bool error = health && health->status == HealthStatus::kError;
@@ -81,7 +81,7 @@ RplidarUnit::Begun RplidarUnit::identify(WrongSpeaker& others) {
       askMotor();
       return {};
     }
-    if (dialogue_->hungUp() || attempt == kResets || others.hears(dialogue_->recent())) return noAnswer(health);
+    if (dialogue_->hungUp() || attempt == kResets || others.recognises(dialogue_->recent())) return noAnswer(health);
     if (dialogue_->cancelled()) break;
     if (attempt > 0 || error) {
       dialogue_->send(rplidar::encodeRequest(Request::kReset));

@@ -27,7 +27,7 @@ bool Dialogue::read(Duration timeout) {
     saw_boot_end_ = boot_end_text_.push(chunk[i]) || saw_boot_end_;
     input_.push_back(chunk[i]);
   }
-  heard_bytes_ = heard_bytes_ || result.size > 0;
+  bytes_ = bytes_ || result.size > 0;
   recent_.insert(recent_.end(), chunk.begin(), chunk.begin() + static_cast<std::ptrdiff_t>(result.size));
   if (std::ssize(recent_) > kMostRecent) recent_.erase(recent_.begin(), recent_.end() - kMostRecent);
   return result.size > 0;

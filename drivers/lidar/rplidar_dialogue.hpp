@@ -42,7 +42,7 @@ class Dialogue {
   }
 
   bool hungUp() const { return hung_up_; }
-  bool heardBytes() const { return heard_bytes_; }                  ///< any, since construction
+  bool heardBytes() const { return bytes_; }                        ///< any, since construction
   std::span<const std::uint8_t> recent() const { return recent_; }  ///< the last bytes that came, up to 2 kB
   bool sawBoot() const { return saw_boot_; }                        ///< a boot banner, since construction
   bool cancelled() const { return cancel_ != nullptr && *cancel_; }
@@ -59,7 +59,7 @@ class Dialogue {
   std::vector<std::uint8_t> input_;  // read ahead of a descriptor or answer
   std::vector<std::uint8_t> recent_;
   TextWatch boot_text_{kBootText}, boot_end_text_{kBootEndText};
-  bool hung_up_ = false, heard_bytes_ = false, saw_boot_ = false, saw_boot_end_ = false;
+  bool hung_up_ = false, bytes_ = false, saw_boot_ = false, saw_boot_end_ = false;
 };
 
 }  // namespace slam::rplidar

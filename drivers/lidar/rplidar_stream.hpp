@@ -47,7 +47,6 @@ class StreamDecoder final : public LidarDecoder {
 
   void push(std::uint8_t byte, std::vector<TimedNode>& nodes) override;
   void reset() override;
-  int lost() const override { return lost_; }
   std::size_t mostNodes() const override { return kMostNodes; }
   std::int64_t rejects() const override {
     return static_cast<std::int64_t>(counters_.bad_check_bits) + counters_.bad_checksums + counters_.wild_angles;
@@ -70,9 +69,8 @@ class StreamDecoder final : public LidarDecoder {
   std::vector<std::uint8_t> buffer_;
   std::uint64_t buffer_begin_ = 0;              // [bytes] of the stream before the buffer
   std::optional<std::uint64_t> next_expected_;  // [bytes] where the packet after the one decoded last begins
-  int lost_ = 0;
-  bool aligned_ = false;                  // standard nodes
-  std::optional<CapsuleHead> held_head_;  // a capsule waits for the start angle of the next one
+  bool aligned_ = false;                        // standard nodes
+  std::optional<CapsuleHead> held_head_;        // a capsule waits for the start angle of the next one
   std::array<std::uint8_t, kLongestPacket> held_{};
   std::uint64_t held_begin_ = 0;  // [bytes]
   bool first_capsule_ = true;

@@ -22,7 +22,7 @@ class RplidarUnit : public LidarUnit {
  public:
   RplidarUnit(const RplidarConfig& config, Clock now) : config_(config), now_(now) {}
 
-  Begun begin(ByteStream& port, const std::atomic<bool>& cancel, WrongSpeaker& others) override;
+  Begun begin(ByteStream& port, const std::atomic<bool>& cancel, WrongDevice& others) override;
   Problem silence(const LidarReader& scan) override;
   void end() override;
 
@@ -35,7 +35,7 @@ class RplidarUnit : public LidarUnit {
       std::chrono::milliseconds(50);  // it needs 1 ms, its last packets a little more
 
   void quiet();
-  Begun identify(WrongSpeaker& others);
+  Begun identify(WrongDevice& others);
   Begun noAnswer(const std::optional<rplidar::Health>& health) const;
   void askRate();
   void askModes();

@@ -33,7 +33,7 @@ SerialLidar::SerialLidar(const SerialLidarConfig& config, std::unique_ptr<LidarU
       now_(now),
       sink_(std::move(sink)),
       open_(std::move(open)),
-      wrong_speaker_(PortOf::kLidar, config.port, config.baud, open_, config.speaker) {
+      wrong_device_(PortOf::kLidar, config.port, config.baud, open_, config.line_device) {
   report_scan_ = [this](const LaserScan& scan) { report(scan); };
 }
 
@@ -56,14 +56,14 @@ bool SerialLidar::connect(const std::atomic<bool>& cancel) {
   if (!unit_ && !findUnit(cancel)) return false;
   OpenedPort port = open_(config_.port, config_.baud);
   if (!port.stream) {
-    wrong_speaker_.forget();
+    wrong_device_.forget();
     return fail(DeviceState::kAbsent, port.problem);
   }
   stream_ = std::move(port.stream);
-  LidarUnit::Begun begun = unit_->begin(*stream_, cancel, wrong_speaker_);
+  LidarUnit::Begun begun = unit_->begin(*stream_, cancel, wrong_device_);
   if (begun.state != DeviceState::kStreaming) {
-    fail(begun.state, begun.unanswered ? wrong_speaker_.found(begun.problem) : begun.problem);
-    if (begun.unanswered && !isTcp(config_.port)) findSpeaker(cancel, begun.problem);
+    fail(begun.state, begun.unanswered ? wrong_device_.found(begun.problem) : begun.problem);
+    if (begun.unanswered && !isTcp(config_.port)) findOtherDevice(cancel, begun.problem);
     if (begun.unanswered && config_.find) unit_.reset();  // another one may be there now
     return false;
   }
@@ -81,23 +81,23 @@ bool SerialLidar::findUnit(const std::atomic<bool>& cancel) {
   FoundUnit found = config_.find(open_, cancel);
   if (!found.unit) {
     const bool other = found.is_open && !cancel;
-    if (!other) wrong_speaker_.forget();
-    fail(other ? DeviceState::kFault : DeviceState::kAbsent, wrong_speaker_.found(found.problem));
-    if (other && !isTcp(config_.port)) findSpeaker(cancel, found.problem);
+    if (!other) wrong_device_.forget();
+    fail(other ? DeviceState::kFault : DeviceState::kAbsent, wrong_device_.found(found.problem));
+    if (other && !isTcp(config_.port)) findOtherDevice(cancel, found.problem);
     return false;
   }
   unit_ = std::move(found.unit);
   config_.baud = found.baud;
-  wrong_speaker_ = WrongSpeaker(PortOf::kLidar, config_.port, found.baud, open_, found.speaker);
+  wrong_device_ = WrongDevice(PortOf::kLidar, config_.port, found.baud, open_, found.line_device);
   return true;
 }
 
 /// Once for a port: what was found is remembered until the lidar answers, or the port has gone.
-void SerialLidar::findSpeaker(const std::atomic<bool>& cancel, const Problem& unanswered) {
+void SerialLidar::findOtherDevice(const std::atomic<bool>& cancel, const Problem& unanswered) {
   constexpr Duration kLook = std::chrono::milliseconds(10);
-  wrong_speaker_.ask();
-  while (wrong_speaker_.tick(now_()) && !cancel) wrong_speaker_.rest(kLook);
-  status_.set(DeviceState::kFault, wrong_speaker_.found(unanswered));
+  wrong_device_.ask();
+  while (wrong_device_.tick(now_()) && !cancel) wrong_device_.rest(kLook);
+  status_.set(DeviceState::kFault, wrong_device_.found(unanswered));
 }
 
 bool SerialLidar::poll(Duration timeout) {

@@ -11,7 +11,7 @@
 #include "drivers/device_status.hpp"
 #include "drivers/lidar/lidar_reader.hpp"
 #include "drivers/lidar/lidar_unit.hpp"
-#include "drivers/speaker.hpp"
+#include "drivers/line_device.hpp"
 
 namespace slam {
 
@@ -19,7 +19,7 @@ namespace slam {
 struct FoundUnit {
   std::unique_ptr<LidarUnit> unit{};  ///< nullptr: none
   int baud = 0;                       ///< [bit/s]
-  Speaker speaker = Speaker::kUnknown;
+  LineDevice line_device = LineDevice::kUnknown;
   Problem problem{};    ///< why there is none
   bool is_open = true;  ///< the port could be opened
 };
@@ -28,8 +28,8 @@ using LidarFinder = std::function<FoundUnit(const PortOpener& open, const std::a
 
 struct SerialLidarConfig {
   std::string port;
-  int baud = 115200;                    ///< [bit/s]
-  Speaker speaker = Speaker::kRplidar;  ///< who is to be there
+  int baud = 115200;                              ///< [bit/s]
+  LineDevice line_device = LineDevice::kRplidar;  ///< who is to be there
   LidarFinder find{};  ///< of a unit that is not known; until it has been found, and again once nobody answers
 };
 
@@ -65,7 +65,7 @@ class SerialLidar {
  private:
   bool fail(DeviceState state, const Problem& why);
   bool findUnit(const std::atomic<bool>& cancel);
-  void findSpeaker(const std::atomic<bool>& cancel, const Problem& unanswered);
+  void findOtherDevice(const std::atomic<bool>& cancel, const Problem& unanswered);
   void report(const LaserScan& scan);
 
   SerialLidarConfig config_;
@@ -76,7 +76,7 @@ class SerialLidar {
   PortOpener open_;
   std::int64_t rejects_before_ = 0, thinned_before_ = 0;  // of the connections before
   DeviceStatus status_;
-  WrongSpeaker wrong_speaker_;
+  WrongDevice wrong_device_;
   std::unique_ptr<ByteStream> stream_;
   std::optional<LidarReader> reader_;
   Problem warning_;  // although it streams

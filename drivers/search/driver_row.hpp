@@ -13,10 +13,11 @@ const Row* rowOfDriver(std::span<const Row> table, std::string_view driver) {
   return found == table.end() ? nullptr : &*found;
 }
 
-/// The first row of a table of drivers whose device sends as this speaker does; nullptr: none does.
-template <typename Row, typename Speaker>
-const Row* rowOfSpeaker(std::span<const Row> table, Speaker speaker) {
-  const auto found = std::find_if(table.begin(), table.end(), [&](const Row& row) { return row.speaker == speaker; });
+/// The first row of a table of drivers whose device sends as this one does; nullptr: none does.
+template <typename Row, typename LineDevice>
+const Row* rowOfLineDevice(std::span<const Row> table, LineDevice line_device) {
+  const auto found =
+      std::find_if(table.begin(), table.end(), [&](const Row& row) { return row.line_device == line_device; });
   return found == table.end() ? nullptr : &*found;
 }
 

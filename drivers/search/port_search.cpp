@@ -43,16 +43,13 @@ Outgoing askCreate() {
   return bytes;
 }
 Outgoing askBoard() {
-  std::array<std::uint8_t, robolink::kMaxFrame> frame;
-  const std::size_t size =
-      robolink::encodeFrame(robolink::kMaster, robolink::kSlave, robolink::Command::kGetSystemInfo, {}, frame);
   Outgoing bytes;
-  bytes.add({frame.data(), size});
+  bytes.add(robolink::question(robolink::Command::kGetSystemInfo));
   return bytes;
 }
 
 constexpr std::array kCreateBauds = {create_oi::kBaud};
-constexpr std::array kBoardBauds = {921600};
+constexpr std::array kBoardBauds = {robolink::kBaud};
 constexpr std::array kRoboclawBauds = {roboclaw::kBaud};
 constexpr std::array kOpencrBauds = {opencr::kBaud};
 constexpr std::array kArduinoBauds = {arduino_bridge::kBaud, 115200};
@@ -60,7 +57,7 @@ constexpr std::array kArduinoBauds = {arduino_bridge::kBaud, 115200};
 }  // namespace
 
 struct PortSearch::Question {
-  Speaker speaker;  // who answers it
+  LineDevice line_device;  // who answers it
   std::span<const int> bauds;
   Outgoing question, farewell{};
 };
@@ -70,8 +67,8 @@ PortFinding PortSearch::find(const std::atomic<bool>& cancel) {
   LidarSearch lidars(path_, 0, open_, now_);
   const bool serial = !isTcp(path_);
   if (serial) {
-    const LidarFinding heard = lidars.listen(cancel);
-    if (take(heard) || (heard.has_bytes && listen(kRarely, cancel))) {
+    const LidarFinding lidar = lidars.listen(cancel);
+    if (take(lidar) || (lidar.has_bytes && listen(kRarely, cancel))) {
       // A port of USB's own carries any rate: then the usual one is to be written down.
       const BaseFacts* base = findBase(found_.driver);
       if (base != nullptr && !found_.is_usual_baud) listen(std::array{base->baud}, cancel);
@@ -80,11 +77,12 @@ PortFinding PortSearch::find(const std::atomic<bool>& cancel) {
   }
   for (int round = 0; round < kRounds && !cancel; ++round) {
     const bool known =
-        (serial && ask({Speaker::kCreate, kCreateBauds, askCreate(), create_oi::stop()}, cancel)) ||
-        (serial && ask({Speaker::kBoard, kBoardBauds, askBoard()}, cancel)) || take(lidars.ask(cancel)) ||
-        (serial && ask({Speaker::kRoboclaw, kRoboclawBauds, roboclaw::askVersion(roboclaw::kFirstAddress)}, cancel)) ||
-        (serial && ask({Speaker::kOpencr, kOpencrBauds, opencr::ping()}, cancel)) ||
-        (serial && ask({Speaker::kArduino, kArduinoBauds, arduino_bridge::askCounts()}, cancel));
+        (serial && ask({LineDevice::kCreate, kCreateBauds, askCreate(), create_oi::stop()}, cancel)) ||
+        (serial && ask({LineDevice::kBoard, kBoardBauds, askBoard()}, cancel)) || take(lidars.ask(cancel)) ||
+        (serial &&
+         ask({LineDevice::kRoboclaw, kRoboclawBauds, roboclaw::askVersion(roboclaw::kFirstAddress)}, cancel)) ||
+        (serial && ask({LineDevice::kOpencr, kOpencrBauds, opencr::ping()}, cancel)) ||
+        (serial && ask({LineDevice::kArduino, kArduinoBauds, arduino_bridge::askCounts()}, cancel));
     if (known || !found_.is_open) break;
   }
   return found_;
@@ -105,12 +103,12 @@ bool PortSearch::take(const LidarFinding& lidar) {
       break;
     case LidarFinding::kRplidar:
       found_.driver = "rplidar";
-      found_.name = nameOf(Speaker::kRplidar);
+      found_.name = nameOf(LineDevice::kRplidar);
       found_.is_usual_baud = lidar.baud == kRplidarBaud;
       break;
     case LidarFinding::kHokuyo:
       found_.driver = "hokuyo";
-      found_.name = nameOf(Speaker::kHokuyo);
+      found_.name = nameOf(LineDevice::kHokuyo);
       break;
     default:
       found_.driver = "sick";
@@ -119,24 +117,24 @@ bool PortSearch::take(const LidarFinding& lidar) {
   return true;
 }
 
-bool PortSearch::take(const Heard& heard) {
-  if (!isOtherDevice(heard.speaker)) return false;
+bool PortSearch::take(const RecognisedDevice& sender) {
+  if (!isOtherDevice(sender.line_device)) return false;
   found_.kind = PortFinding::kForeign;
-  found_.name = nameOf(heard.speaker);
-  found_.baud = heard.baud;
-  if (const BaseFacts* base = rowOfSpeaker(baseTable(), heard.speaker)) {
+  found_.name = nameOf(sender.line_device);
+  found_.baud = sender.baud;
+  if (const BaseFacts* base = rowOfLineDevice(baseTable(), sender.line_device)) {
     found_.kind = PortFinding::kBase;
     found_.driver = base->driver;
-    found_.is_usual_baud = heard.baud == base->baud;
-  } else if (heard.speaker == Speaker::kBoard) {
+    found_.is_usual_baud = sender.baud == base->baud;
+  } else if (sender.line_device == LineDevice::kBoard) {
     found_.kind = PortFinding::kBase;
     found_.driver = "handsfree";
-    found_.is_usual_baud = heard.baud == kBoardBauds.front();
-  } else if (const ImuFacts* imu = rowOfSpeaker(imuTable(), heard.speaker)) {
+    found_.is_usual_baud = sender.baud == kBoardBauds.front();
+  } else if (const ImuFacts* imu = rowOfLineDevice(imuTable(), sender.line_device)) {
     found_.kind = PortFinding::kImu;
     found_.driver = imu->driver;
     const auto bauds = std::span(imu->bauds).first(imu->baudCount());
-    found_.is_usual_baud = std::find(bauds.begin(), bauds.end(), heard.baud) != bauds.end();
+    found_.is_usual_baud = std::find(bauds.begin(), bauds.end(), sender.baud) != bauds.end();
   }
   return true;
 }
@@ -149,9 +147,9 @@ bool PortSearch::listen(std::span<const int> bauds, const std::atomic<bool>& can
     rplidar::Dialogue dialogue(*port.stream, now_, &cancel);
     for (const Timestamp end = now_() + kListen; now_() < end && !dialogue.hungUp() && !cancel;)
       dialogue.readOn(end - now_());
-    Heard heard = speakerOf(dialogue.recent());
-    heard.baud = baud;
-    if (take(heard)) return true;
+    RecognisedDevice sender = lineDeviceOf(dialogue.recent());
+    sender.baud = baud;
+    if (take(sender)) return true;
   }
   return false;
 }
@@ -167,12 +165,12 @@ bool PortSearch::ask(const Question& question, const std::atomic<bool>& cancel) 
     for (int time = 0; time < kTimes && !answered && !cancel && !dialogue.hungUp(); ++time) {
       dialogue.send(question.question.bytes());
       for (const Timestamp end = now_() + kAnswer; now_() < end && !dialogue.hungUp();) dialogue.readOn(end - now_());
-      const bool counts = question.speaker == Speaker::kArduino && answersCounts(dialogue.recent());
-      answered = counts || speakerOf(dialogue.recent()).speaker == question.speaker;
+      const bool counts = question.line_device == LineDevice::kArduino && answersCounts(dialogue.recent());
+      answered = counts || lineDeviceOf(dialogue.recent()).line_device == question.line_device;
     }
     // Also of one whose answer was lost: else it took the next question for pressed buttons.
     if (!question.farewell.empty()) dialogue.send(question.farewell.bytes());
-    if (answered) return take(Heard{.speaker = question.speaker, .baud = baud});
+    if (answered) return take(RecognisedDevice{.line_device = question.line_device, .baud = baud});
   }
   return false;
 }

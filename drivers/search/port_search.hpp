@@ -41,7 +41,7 @@ class PortSearch {
   bool ask(const Question& question, const std::atomic<bool>& cancel);
   bool listen(std::span<const int> bauds, const std::atomic<bool>& cancel);
   bool take(const LidarFinding& lidar);
-  bool take(const Heard& heard);
+  bool take(const RecognisedDevice& sender);
 
   std::string path_;
   PortOpener open_;

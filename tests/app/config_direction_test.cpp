@@ -323,7 +323,7 @@ TEST(LidarKeys, NameEachRowOfTheDriversTable) {
     if (facts == nullptr) continue;
     EXPECT_EQ(serialLidarConfig(config).baud, facts->baud) << word;
     EXPECT_EQ(packetLidarConfig(config).baud, facts->baud) << word;
-    EXPECT_EQ(serialLidarConfig(config).speaker, facts->speaker) << word;
+    EXPECT_EQ(serialLidarConfig(config).line_device, facts->line_device) << word;
   }
   EXPECT_EQ(rows, lidarTable().size());
   for (const char* model : kWords<LdsModel>) {

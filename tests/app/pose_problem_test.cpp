@@ -85,5 +85,27 @@ TEST(PoseProblem, ReportWhatHelpsARobotThatIsLookedFor) {
   EXPECT_THAT(wordsOf(pose, true), HasSubstr("the first scan"));
 }
 
+TEST(PoseWatch, LeavesAPoseThatIsAwayForAMomentAlone) {
+  using namespace std::chrono_literals;
+  PoseWatch watch;
+  const auto problemAfter = [&](LocalisationState state, Duration time) {
+    const auto troubles = watch.troubles(poseOf(state), true, Timestamp(100s) + time);
+    return !troubles.empty() && troubles.front().problem;
+  };
+  EXPECT_FALSE(problemAfter(kInitialising, 0s));
+  EXPECT_FALSE(problemAfter(kDegraded, 3900ms));
+  EXPECT_TRUE(problemAfter(kDegraded, 4s));
+  EXPECT_TRUE(watch.troubles(poseOf(kLocalised), true, Timestamp(105s)).empty());
+  EXPECT_FALSE(problemAfter(kDegraded, 6s)) << "it was there meanwhile";
+  EXPECT_TRUE(problemAfter(kLost, 6s)) << "which is never a matter of a moment";
+}
+
+TEST(PoseWatch, NotesTheFirstPoseOnce) {
+  PoseWatch watch;
+  EXPECT_FALSE(watch.isFirst(poseOf(kInitialising)));
+  EXPECT_TRUE(watch.isFirst(poseOf(kLocalised)));
+  EXPECT_FALSE(watch.isFirst(poseOf(kLocalised)));
+}
+
 }  // namespace
 }  // namespace slam::pose_problem_test

@@ -79,15 +79,6 @@ TEST(CanOdrive, VersionsAreAskedForWithARemoteFrame) {
   EXPECT_FALSE(parseVersion(kLeftNode, requestVersion(kLeftNode)));
 }
 
-TEST(CanOdrive, CountsAreSigned) {
-  const Frame frame{.id = 0x20A, .size = 8, .data = {0xFE, 0xFF, 0xFF, 0xFF, 0x00, 0x10, 0x00, 0x00}};
-  EXPECT_EQ(parseEncoderCounts(kLeftNode, frame), (EncoderCounts{-2, 4096}));
-  EXPECT_EQ(encodeEncoderCounts(kLeftNode, {-2, 4096}), frame);
-  EXPECT_TRUE(requestEncoderCounts(kLeftNode).remote);
-  EXPECT_EQ(requestEncoderCounts(kLeftNode).id, 0x20AU);
-  EXPECT_FALSE(parseEncoderCounts(kLeftNode, requestEncoderCounts(kLeftNode))) << "a question is no answer";
-}
-
 TEST(CanOdrive, CommandsAreTheBytesOfTheProtocol) {
   const Frame velocity{.id = 0x20D, .size = 8, .data = {0, 0, 0xC0, 0x3F, 0, 0, 0, 0}};
   EXPECT_EQ(encodeInputVelocity(kLeftNode, {1.5F, 0.0F}), velocity);
@@ -95,8 +86,6 @@ TEST(CanOdrive, CommandsAreTheBytesOfTheProtocol) {
   const Frame state{.id = 0x307, .size = 4, .data = {8, 0, 0, 0}};
   EXPECT_EQ(encodeAxisState(kRightNode, AxisState::kClosedLoop), state);
   EXPECT_EQ(parseAxisState(kRightNode, state), 8U);
-  EXPECT_EQ(encodeControllerMode(kLeftNode, ControlMode::kVelocity, InputMode::kVelocityRamp),
-            (Frame{.id = 0x20B, .size = 8, .data = {2, 0, 0, 0, 2, 0, 0, 0}}));
   EXPECT_EQ(encodeClearErrors(kLeftNode), (Frame{.id = 0x218, .size = 0}));
 }
 
@@ -134,7 +123,7 @@ TEST(CanOdrive, SurvivesAnyPayloadWithoutAllocating) {
                   .size = static_cast<std::uint8_t>(random() % 9)};
       for (auto& byte : frame.data) byte = static_cast<std::uint8_t>(random());
       parsed += parseHeartbeat(kLeftNode, frame).has_value() + parseEncoderEstimates(kLeftNode, frame).has_value() +
-                parseEncoderCounts(kLeftNode, frame).has_value() + parseAxisState(kLeftNode, frame).has_value();
+                parseAxisState(kLeftNode, frame).has_value();
     }
   });
   EXPECT_EQ(allocations, 0U);

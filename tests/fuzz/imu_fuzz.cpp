@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/plausibility.hpp"
+#include "drivers/imu/codec/witmotion_frames.hpp"
 #include "drivers/imu/imu_facts.hpp"
 #include "firmware_if/hfi_imu.hpp"
 #include "fuzz/fuzzing.hpp"
@@ -22,61 +23,45 @@ Frame frameOf(const Array& bytes) {
   return {bytes.begin(), bytes.end()};
 }
 
-/// What is in a frame of the A9, from the values it says; the eight bytes of unknown meaning are not kept.
-Frame encodedAgain(A9Decoder::Data data) {
-  if (const auto motion = parseA9Motion(data)) {
-    FUZZ_CHECK(std::isfinite(motion->gyro[0]) && std::isfinite(motion->accel[2]) && std::isfinite(motion->magnetic[1]));
-    return frameOf(encodeA9(*motion));
-  }
-  const auto attitude = parseA9Attitude(data);
-  return attitude ? frameOf(encodeA9(*attitude)) : Frame{};
+/// A frame's values, encoded again: a frame of the A9 keeps eight bytes of unknown meaning.
+void checkA9(Bytes frame) {
+  const auto motion = parseA9Motion(frame);
+  if (!motion) return;  // attitude, or not finite
+  FUZZ_CHECK(std::isfinite(motion->gyro[0]) && std::isfinite(motion->accel[2]) && std::isfinite(motion->magnetic[1]));
+  const Frame again = frameOf(encodeA9(*motion));
+  FUZZ_CHECK(again.size() == frame.size());
+  FUZZ_CHECK(std::equal(frame.begin() + 11, frame.end() - 2, again.begin() + 11));
 }
 
-Frame encodedAgain(const B6Frame& frame) { return frameOf(encodeB6(frame)); }
-
-void checkAgain(A9Decoder::Data data, Bytes) {
-  const Frame frame = encodedAgain(data);
-  if (frame.empty()) return;  // not finite
-  FUZZ_CHECK(frame.size() == data.size() + kA9Overhead);
-  FUZZ_CHECK(std::equal(data.begin() + 8, data.end(), frame.begin() + 11));
+void checkB6(Bytes frame) {
+  const Frame again = frameOf(witmotion::encode(witmotion::parse(frame)));
+  FUZZ_CHECK(std::equal(frame.begin(), frame.end(), again.begin(), again.end()));
 }
 
-void checkAgain(const B6Frame& frame, Bytes pushed) {
-  const Frame bytes = encodedAgain(frame);
-  FUZZ_CHECK(std::search(pushed.begin(), pushed.end(), bytes.begin(), bytes.end()) != pushed.end());
-}
-
-std::size_t sizeOf(A9Decoder::Data data) { return data.size() + kA9Overhead; }
-std::size_t sizeOf(const B6Frame&) { return kB6Frame; }
-
-template <typename Decoder>
-void checkDecoder(Bytes input, const Frame& good, std::size_t longest) {
+template <typename Decoder, typename Check>
+void checkDecoder(Bytes input, const Frame& good, std::size_t longest, Check&& check) {
   Decoder decoder;
-  std::size_t framed = 0, frames = 0;
+  std::size_t framed = 0;
   for (const std::uint8_t byte : input) {
-    const DecoderCounters before = decoder.counters();
-    for (auto frame = decoder.push(byte); frame; frame = decoder.flush()) {
-      checkAgain(*frame, input);
-      framed += sizeOf(*frame);
-      ++frames;
-    }
-    const DecoderCounters& after = decoder.counters();
-    FUZZ_CHECK(after.frames >= before.frames && after.bad_checksums >= before.bad_checksums &&
-               after.skipped_bytes >= before.skipped_bytes);
+    const std::uint32_t damaged = decoder.damaged(), skipped = decoder.skipped();
+    decoder.push(byte, [&](Bytes frame) {
+      check(frame);
+      framed += frame.size();
+    });
+    FUZZ_CHECK(decoder.damaged() >= damaged && decoder.skipped() >= skipped);
   }
-  FUZZ_CHECK(frames == decoder.counters().frames);
-  FUZZ_CHECK(framed + decoder.counters().skipped_bytes <= input.size());
-  FUZZ_CHECK(input.size() - framed - decoder.counters().skipped_bytes < longest);  // held back
+  const std::size_t lost_bytes = decoder.damaged() + decoder.skipped();
+  FUZZ_CHECK(framed + lost_bytes <= input.size());
+  FUZZ_CHECK(input.size() - framed - lost_bytes < longest);  // held back
 
   // Whatever came before: a false frame that is whole can swallow so many bytes of good ones, and not one more.
   const std::size_t lost = (longest - 1 + good.size() - 1) / good.size(), sent = lost + 3;
   std::size_t received = 0, others = 0;
   for (std::size_t i = 0; i < sent; ++i) {
-    for (const std::uint8_t byte : good) {
-      for (auto frame = decoder.push(byte); frame; frame = decoder.flush()) {
-        ++(encodedAgain(*frame) == good ? received : others);
-      }
-    }
+    for (const std::uint8_t byte : good)
+      decoder.push(byte, [&](Bytes frame) {
+        ++(std::equal(frame.begin(), frame.end(), good.begin(), good.end()) ? received : others);
+      });
   }
   FUZZ_CHECK(received >= sent - lost);
   FUZZ_CHECK(others > 0 || received >= sent);  // one that is not whole loses none
@@ -132,10 +117,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const Frame motion =
       frameOf(encodeA9(A9Motion{{0.5F, -0.25F, 1.5F}, {0.0F, 0.125F, -1.0F}, {1.0F, 2.0F, 3.0F}}));
   static const Frame attitude = frameOf(encodeA9(A9Attitude{1.0F, -2.0F, 90.0F}));
-  static const Frame gyro = frameOf(encodeB6({B6Type::kGyro, {100, -200, 300, 0}}));
+  static const Frame gyro = frameOf(slam::witmotion::encode({slam::witmotion::Type::kTurnRate, {100, -200, 300, 0}}));
   const Bytes input{data, size};
-  checkDecoder<A9Decoder>(input, size % 2 == 0 ? motion : attitude, kA9MaxFrame);
-  checkDecoder<B6Decoder>(input, gyro, kB6Frame);
+  checkDecoder<A9Decoder>(input, size % 2 == 0 ? motion : attitude, kA9MaxFrame, checkA9);
+  checkDecoder<slam::witmotion::Decoder>(input, gyro, slam::witmotion::kFrameSize, checkB6);
   for (const slam::ImuFacts& facts : slam::imuTable()) slam::checkProtocol(facts, input);
   return 0;
 }

@@ -10,23 +10,13 @@ namespace {
 
 const LogOdds kOccupied = toLogOdds(0.9), kEmpty = toLogOdds(0.1), kUncertain = 0;
 
-TEST(LayerFusion, Equation18IsBayesWithAnEvenPrior) {
-  EXPECT_NEAR(updated(0.7, 0.6), 0.42 / (0.42 + 0.3 * 0.4), 1e-12);
-  EXPECT_NEAR(updated(0.7, 0.5), 0.7, 1e-12) << "nothing was known before";
-  EXPECT_NEAR(updated(0.5, 0.2), 0.2, 1e-12) << "the look says nothing";
-  EXPECT_EQ(updated(0.3, 1.0), 1.0) << "what is certain stays";
-}
-
-TEST(LayerFusion, Equation19MakesTheLikelyCertainAndLeavesTheRest) {
-  for (const double p : {0.501, 0.7, 0.999, 1.0}) EXPECT_EQ(certainIfLikely(p), 1.0) << p;
-  for (const double p : {0.0, 0.05, 0.3, 0.5}) EXPECT_EQ(certainIfLikely(p), p) << p;
-}
-
-TEST(LayerFusion, Equation20CombinesTheLayersAfterEquation19) {
-  EXPECT_NEAR(fusedAsInPaper(0.3, 0.4), 0.12 / (0.12 + 0.42), 1e-12);
-  EXPECT_EQ(fusedAsInPaper(0.6, 0.05), 1.0);
-  EXPECT_EQ(fusedAsInPaper(0.05, 0.6), 1.0);
-  EXPECT_NEAR(fusedAsInPaper(0.5, 0.2), 0.2, 1e-12);
+/// The paper's eq. 20, by 18, on layers that eq. 19 was applied to; it obeys Table II as long as no layer is as low as
+/// 0.
+double fusedAsInPaper(double lidar, double depth) {
+  const auto certainIfLikely = [](double probability) { return probability > 0.5 ? 1.0 : probability; };  // eq. 19
+  const double sensor = certainIfLikely(lidar), map = certainIfLikely(depth);
+  const double occupied = sensor * map, empty = (1.0 - sensor) * (1.0 - map);
+  return occupied / (occupied + empty);
 }
 
 /// One cell of the paper's Table II.

@@ -196,7 +196,7 @@ class LineTimes {
       utime = stamp;
     } else if (before_) {  // a stamp of 0 is none: the logger's step from the line before, or from the first
       const bool known =
-          tells(logger) && tells(before_->logger) && std::abs(*logger - *before_->logger) < kFarthestStep;
+          isSet(logger) && isSet(before_->logger) && std::abs(*logger - *before_->logger) < kFarthestStep;
       utime = std::max<std::int64_t>(1, before_->own + (known ? *logger - *before_->logger : 0));
     }
     if (!utime || *utime <= 0) return std::nullopt;
@@ -207,7 +207,7 @@ class LineTimes {
 
  private:
   /// A logger's time of 0 is none, either.
-  static bool tells(const std::optional<std::int64_t>& logger) { return logger && *logger > 0; }
+  static bool isSet(const std::optional<std::int64_t>& logger) { return logger && *logger > 0; }
 
   Clock clock_;
   static constexpr std::int64_t kFarthestStep = 3600000000;  // [us] the logger's clock is another by then

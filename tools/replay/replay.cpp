@@ -3,42 +3,33 @@
 
 #include <algorithm>
 #include <chrono>
-#include <deque>
 #include <iostream>
 #include <optional>
 
 #include "bus/channels.hpp"
 #include "bus/event_log.hpp"
-#include "bus/received.hpp"
 #include "diagnostics/sensor_problems.hpp"
 #include "mapping/map_files.hpp"
-#include "matching/deskew.hpp"
 #include "runtime/process_usage.hpp"
 #include "slam/pipeline.hpp"
 #include "slam/refine/map_refinement.hpp"
 #include "store/edit_files.hpp"
 #include "store/map_store.hpp"
 #include "tools/common/output_file.hpp"
-#include "tools/common/trajectory.hpp"
 #include "tools/replay/estimates.hpp"
-#include "tools/replay/viewer_frames.hpp"
+#include "tools/replay/run_parts.hpp"
 
 namespace slam {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr std::uint32_t kFewMatched = 3;                // times as many scans that were not matched are too many
-constexpr double kFewStuck = 5, kFewStuckShare = 0.01;  // scans of a stuck lidar, [1] of all: no more is no fault
+constexpr std::uint32_t kFewMatched = 3;  // times as many scans that were not matched are too many
 
 double microsecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
 }
 
 Timestamp stopwatch() { return Timestamp(std::chrono::duration_cast<Duration>(Clock::now().time_since_epoch())); }
-
-std::optional<TrajectoryWriter> writerFor(const std::filesystem::path& file) {
-  return file.empty() ? std::nullopt : std::optional<TrajectoryWriter>(file);
-}
 
 bool drawsMap(const ReplayOptions& options) {
   return !options.map.empty() || !options.save_map.empty() || !options.viewer_frames.empty() || options.refine;
@@ -69,19 +60,15 @@ bool turnsDiffer(SensorFault fault) {
 class Run {
  public:
   Run(const Config& config, const ReplayOptions& options, const MapState& map)
-      : use_lidar_(config.lidar_device.driver != LidarDriver::kNone),
-        use_wheels_(config.base_device.driver != BaseDriver::kNone),
-        use_imu_(config.imu_device.driver != ImuDriver::kNone),
-        use_depth_(config.depth_device.driver != DepthDriver::kNone),
-        localise_only_(config.mode == RunMode::kLocalise),
+      : scans_(channel::kScan, config.lidar_device.driver != LidarDriver::kNone),
+        wheels_(channel::kWheels, config.base_device.driver != BaseDriver::kNone),
+        imus_(channel::kImu, config.imu_device.driver != ImuDriver::kNone),
+        depths_(channel::kDepth, config.depth_device.driver != DepthDriver::kNone),
         pipeline_({frontEndConfig(config), backEndConfig(config), config.map, drawsMap(options)}, map, &stopwatch),
-        final_(writerFor(options.trajectory)),
-        causal_(writerFor(options.causal)),
-        odometry_(writerFor(options.odometry)),
-        wheels_(writerFor(options.wheels)) {
+        poses_(options, config.mode == RunMode::kLocalise) {
     if (!options.save_map.empty()) store_.emplace(options.save_map);
     if (!options.estimates.empty()) estimates_.emplace(options.estimates);
-    if (!options.viewer_frames.empty()) viewer_.emplace(options.viewer_frames, options.viewer_period);
+    if (!options.viewer_frames.empty()) frames_.emplace(options.viewer_frames, options.viewer_period);
     pipeline_.on_scan = [this](const ScanOutcome& outcome) { write(outcome); };
     pipeline_.on_update = [this](const MapUpdate& update) { note(update); };
   }
@@ -89,46 +76,56 @@ class Run {
   /// @param log_s [s] of the event since the log's begin
   void feed(const LogEvent& event, double log_s) {
     log_s_ = log_s;
-    if (event.channel == channel::kScan && use_lidar_) {
-      if (const auto scan = take<scan_t>(event, scans_)) {
-        stats_.thinned_beams += static_cast<std::uint64_t>(thinnedBeams(*scan.message));
-        addScan(*scan.sample, scan.message->utime);
-      }
-    } else if (event.channel == channel::kWheels && use_wheels_) {
-      if (const auto wheels = take<wheels_t>(event, wheels_seen_)) addWheels(*wheels.sample, wheels.message->utime);
-    } else if (event.channel == channel::kImu && use_imu_) {
-      if (const auto imu = take<imu_t>(event, imus_)) pipeline_.add(*imu.sample);
-    } else if (event.channel == channel::kDepth && use_depth_) {
-      if (const auto depth = take<depth_t>(event, depths_)) pipeline_.add(*depth.sample);
-    }
+    scans_.take(event, [&](const scan_t& message, const LaserScan& scan) {
+      stats_.thinned_beams += static_cast<std::uint64_t>(thinnedBeams(message));
+      addScan(scan, message.utime);
+    });
+    wheels_.take(event, [&](const wheels_t& message, const WheelSample& sample) {
+      pipeline_.add(sample);
+      poses_.addWheels(message.utime, sample.T_wheels_base);
+    });
+    imus_.take(event, [&](const imu_t&, const ImuSample& sample) { pipeline_.add(sample); });
+    depths_.take(event, [&](const depth_t&, const auto& view) { pipeline_.add(view); });
   }
 
   /// Whether the robot is being looked for in the map.
   bool lost() const { return !pipeline_.frontEnd().placed(); }
 
   /// How many scans were refused and why; empty: none.
-  std::string refusedScans() const { return scans_.words(); }
+  std::string refusedScans() const { return scans_.refusals(); }
 
   ReplayStats finish(const Config& config, const ReplayOptions& options) {
     std::optional<MapState> refined;  // where that made the map better
     if (options.refine) refined = refine(config);
     const KeyframeGraph& keyframes = refined ? refined->keyframes : pipeline_.backEnd().keyframes();
-    for (const Row& row : poses_) {
-      const Pose2 T_map_keyframe = row.keyframe < 0 ? Pose2{} : keyframes.pose(row.keyframe);
-      if (final_) final_->write(row.utime, T_map_keyframe * row.T_keyframe_base);
-    }
-    for (auto* writer : {&final_, &causal_, &odometry_, &wheels_}) {
-      if (*writer) (*writer)->close();
-    }
+    poses_.finish(keyframes);
     if (estimates_) estimates_->close();
     if (!options.map.empty()) writeMap(options.map, config.map, refined);
     if (!options.save_map.empty()) saveMap(refined ? std::move(*refined) : pipeline_.state());
+    countInputs();
     stats_.front_end = pipeline_.frontEnd().counters();
     stats_.filter = pipeline_.frontEnd().filterCounters();
     stats_.back_end = pipeline_.backEnd().counters();
     stats_.lidar_gyro_offset = pipeline_.frontEnd().lidarDelay().estimate();
-    for (const RefusedMessages* refused : {&scans_, &wheels_seen_, &imus_, &depths_})
-      if (const std::string words = refused->words(); !words.empty()) stats_.refusals.push_back(words);
+    warn();
+    if (frames_) frames_->finish(log_s_, pipeline_);
+    return std::move(stats_);
+  }
+
+ private:
+  void countInputs() {
+    const auto count = [this](const auto& input) {
+      stats_.rejected_messages += input.rejected();
+      if (const std::string words = input.refusals(); !words.empty()) stats_.refusals.push_back(words);
+    };
+    count(scans_);
+    count(wheels_);
+    count(imus_);
+    count(depths_);
+  }
+
+  /// Of sensors that contradict each other.
+  void warn() {
     bool explained = false;
     const SensorFindings findings = pipeline_.findings();
     for (const SensorFinding& finding : findings.all()) {
@@ -139,15 +136,7 @@ class Run {
     }
     if (stats_.wheels_died && !pipeline_.frontEnd().wheelsDead())
       stats_.warnings.push_back(Problem(problem::kWheelsDead).words());
-    if (scans_stuck_ > std::max(kFewStuck, kFewStuckShare * stats_.front_end.scans)) {
-      stats_.warnings.push_back(
-          "the lidar was stuck: " + std::to_string(scans_stuck_) +
-          " scans show the ranges of the turn before although the robot moves; they were left out; "
-          "look after its cable and power");
-    }
-    if (scans_blind_ > 0)
-      stats_.warnings.push_back("lidar: " + std::to_string(scans_blind_) + " scans with " +
-                                problemOf(echo_finding_).words());
+    lidar_.warn(stats_);
     if (const auto times = stats_.front_end.wheels_rejected; times > 0 && !explained) {
       stats_.warnings.push_back("the wheels contradicted the scans and were not heard, " + std::to_string(times) +
                                 " times: do they slip, lag behind, or have a wrong radius or sign?");
@@ -163,38 +152,14 @@ class Run {
           "range_min and range_max, the beams' bearings right, and the stamps near those of "
           "wheels and IMU?");
     }
-    if (viewer_) {
-      drawFrame();
-      viewer_->close();
-    }
-    return std::move(stats_);
-  }
-
- private:
-  template <typename Message>
-  Received<Message> take(const LogEvent& event, RefusedMessages& refused) {
-    Received<Message> received(event.data);
-    refused.count(received.refusal);
-    stats_.rejected_messages += received.refusal != Refusal::kNone;
-    return received;
-  }
-
-  void addWheels(const WheelSample& sample, std::int64_t utime) {
-    pipeline_.add(sample);
-    if (wheels_) wheels_->write(utime, sample.T_wheels_base);
   }
 
   void addScan(const LaserScan& scan, std::int64_t utime) {
     utime_ = utime;
-    const LidarModel& lidar = pipeline_.frontEnd().config().lidar;
-    echoes_.add(scan, {static_cast<float>(lidar.range_min), static_cast<float>(lidar.range_max)}, scan.stamp);
-    if (echoes_.finding() != EchoWatch::Finding::kNone) echo_finding_ = echoes_.finding();
-    scans_blind_ += echoes_.finding() != EchoWatch::Finding::kNone;
+    lidar_.add(scan, pipeline_.frontEnd().config().lidar);
     begin_ = Clock::now();
     const ScanOutcome outcome = pipeline_.add(scan);
-    if (!viewer_) return;
-    see(scan, outcome.first);
-    if (viewer_->due(log_s_)) drawFrame();
+    if (frames_) frames_->add(scan, outcome.first, log_s_, pipeline_);
   }
 
   void write(const ScanOutcome& outcome) {
@@ -202,44 +167,17 @@ class Run {
     const FrontEnd& front_end = pipeline_.frontEnd();
     const ScanEstimate known = estimateOf(front_end, outcome, utime_);
     stats_.scan_us.push_back(microsecondsSince(begin_));
-    scans_stuck_ += outcome.stuck;
+    lidar_.noteStuck(outcome.stuck);
     stats_.wheels_died |= pipeline_.frontEnd().wheelsDead();
     if (outcome.match.iterations > 0) stats_.match_us.push_back(1e6 * toSeconds(outcome.match_time));
-    // Before a correction moves the keyframes; in a given map, whose keyframes stay, the pose is its own anchor.
-    const AnchoredPose pose = localise_only_ ? AnchoredPose{-1, known.T_map_base} : front_end.anchor(known.T_map_base);
-    poses_.push_back({utime_, front_end.session(), pose.keyframe, pose.T_keyframe_base});
-    if (causal_) causal_->write(utime_, known.T_map_base);
-    if (odometry_) odometry_->write(utime_, known.T_odom_base);
+    poses_.add(utime_, known, front_end);
     if (estimates_) estimates_->write(known);
   }
 
   void note(const MapUpdate& update) {
     if (!update.poses.empty()) stats_.optimise_ms.push_back(1e3 * toSeconds(update.work));
-    if (localise_only_ && update.correction && update.correction->T_map_session)
-      placeRows(*update.correction->T_map_session);
-  }
-
-  /// Keeps the scan for the next frame.
-  void see(const LaserScan& scan, Timestamp stamp) {
-    const LidarModel& lidar = pipeline_.frontEnd().config().lidar;
-    PoseHistory motion(2);
-    const Timestamp end = stamp + (scan.size > 0 ? fromSeconds(scan.beams().back().time_offset) : Duration(0));
-    for (const Timestamp t : {stamp, end}) motion.push(t, pipeline_.frontEnd().odometry(t).T_odom_base);
-    deskew(scan, {static_cast<float>(lidar.range_min), static_cast<float>(lidar.range_max)}, stamp, lidar.mounting(),
-           motion, points_);
-    seen_.clear();
-    for (const ScanPoint& point : points_) seen_.push_back(point.position);
-    seen_stamp_ = stamp;
-  }
-
-  void drawFrame() {
-    const PoseGraph& graph = pipeline_.backEnd().keyframes().graph();
-    viewer_->write(renderMap(pipeline_.drawn().grid()),
-                   {.log_s = log_s_,
-                    .T_map_base = pipeline_.frontEnd().estimate(seen_stamp_).T_map_base,
-                    .scan = seen_,
-                    .keyframes = graph.poses(),
-                    .edges = graph.edges()});
+    if (update.correction && update.correction->T_map_session)
+      poses_.place(*update.correction->T_map_session, pipeline_.frontEnd().session());
   }
 
   std::optional<MapState> refine(const Config& config) {
@@ -262,15 +200,8 @@ class Run {
   }
 
   void saveMap(MapState map) {
-    map.utime = poses_.empty() ? 0 : poses_.back().utime;
+    map.utime = poses_.lastUtime();
     store_->store.checkpoint(map);
-  }
-
-  /// The session was found: where the robot was since it got lost is known now.
-  void placeRows(const Pose2& T_map_session) {
-    for (auto row = poses_.rbegin(); row != poses_.rend() && row->session == pipeline_.frontEnd().session(); ++row) {
-      row->T_keyframe_base = T_map_session * row->T_keyframe_base;
-    }
   }
 
   /// Where the map will be stored: nobody else's from the begin.
@@ -284,32 +215,19 @@ class Run {
     FolderLock lock;
   };
 
-  struct Row {
-    std::int64_t utime;
-    std::int32_t session;
-    std::int32_t keyframe;  // -1: the pose is that in map
-    Pose2 T_keyframe_base;
-  };
-
-  bool use_lidar_, use_wheels_, use_imu_, use_depth_;  // a driver of "none" is left out of the log, too
-  bool localise_only_;
-  RefusedMessages scans_{channel::kScan}, wheels_seen_{channel::kWheels}, imus_{channel::kImu},
-      depths_{channel::kDepth};
+  SensorInput<scan_t> scans_;  // a driver of "none" is left out of the log, too
+  SensorInput<wheels_t> wheels_;
+  SensorInput<imu_t> imus_;
+  SensorInput<depth_t> depths_;
   Pipeline pipeline_;
-  std::optional<TrajectoryWriter> final_, causal_, odometry_, wheels_;
+  RunPoses poses_;
+  std::optional<RunFrames> frames_;
   std::optional<EstimateWriter> estimates_;
   std::optional<Destination> store_;
-  int scans_stuck_ = 0, scans_blind_ = 0;
-  EchoWatch echoes_;
-  EchoWatch::Finding echo_finding_ = EchoWatch::Finding::kNone;
-  std::deque<Row> poses_;
+  LidarWatch lidar_;
   std::int64_t utime_ = 0;   // [us] of the scan being used ...
   Clock::time_point begin_;  // ... and when that began
-  std::optional<ViewerFrames> viewer_;
   double log_s_ = 0.0;
-  ScanPoints points_;
-  std::vector<Eigen::Vector2d> seen_;  // points of the newest scan in base
-  Timestamp seen_stamp_;
   ReplayStats stats_;
 };
 

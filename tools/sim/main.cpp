@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/App.hpp>
+#include <array>
 #include <iostream>
 
 #include "tools/common/output_file.hpp"
@@ -11,22 +12,10 @@
 #include "tools/sim/lidar/packet_encoders.hpp"
 #include "tools/sim/log_mode.hpp"
 
-int main(int argc, char** argv) {
-  CLI::App app("Simulated robot: a sensor log faster than real time, or its devices at byte level in real time",
-               "slam-sim");
-  slam::sim::SimOptions options;
-  std::string log, devices, can;
-  const auto names = slam::sim::sceneNames();
-  app.add_option("--scene", options.scene, "world and drive")->check(CLI::IsMember(names))->capture_default_str();
-  app.add_option("--seed", options.seed, "of all that is left to chance")->capture_default_str();
-  app.add_option("--speed", options.speed, "[m/s] instead of the scene's")->check(slam::inRange(0.05, 2.0));
-  app.add_option("--seconds", options.seconds, "[s] of the drive at most")->check(slam::inRange(1.0, 1e6));
-  std::vector<std::string> kinds;
-  bool no_depth = false;
-  CLI::Option* log_option = app.add_option("--log", log, "write an LCM event log");
-  CLI::Option* devices_option =
-      app.add_option("--devices", devices, "play DIR/lidar, DIR/board and DIR/depth in real time");
-  app.add_flag("--no-depth", no_depth, "leave the depth camera out of the log: twice as fast")->needs(log_option);
+namespace {
+
+void addDeviceOptions(CLI::App& app, CLI::Option* devices_option, slam::sim::SimOptions& options, std::string& can,
+                      std::array<int, 2>& nodes) {
   app.add_option("--faults", options.faults,
                  "with --devices: a script of SECONDS DEVICE KIND [VALUE], e.g. 12.5 lidar unplug 1; while it plays,\n"
                  "lines of DEVICE KIND [VALUE] can be written to DIR/faults")
@@ -55,13 +44,34 @@ int main(int argc, char** argv) {
   CLI::Option* can_option =
       app.add_option("--can", can, "with --devices: put wheels and IMU on this CAN interface too, e.g. vcan0")
           ->needs(devices_option);
-  std::array<int, 2> nodes = slam::sim::CanEmulator::kNodes;
   app.add_option("--can-nodes", nodes, "with --can: CANSimple nodes of the left and the right wheel, or the VESCs' ids")
       ->check(slam::inRange(0, 254))
       ->needs(can_option)
       ->capture_default_str();
   app.add_flag("--can-vesc", options.vesc, "with --can: two VESCs drive the wheels, not two ODrives")
       ->needs(can_option);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Simulated robot: a sensor log faster than real time, or its devices at byte level in real time",
+               "slam-sim");
+  slam::sim::SimOptions options;
+  std::string log, devices, can;
+  std::array<int, 2> nodes = slam::sim::CanEmulator::kNodes;
+  const auto names = slam::sim::sceneNames();
+  app.add_option("--scene", options.scene, "world and drive")->check(CLI::IsMember(names))->capture_default_str();
+  app.add_option("--seed", options.seed, "of all that is left to chance")->capture_default_str();
+  app.add_option("--speed", options.speed, "[m/s] instead of the scene's")->check(slam::inRange(0.05, 2.0));
+  app.add_option("--seconds", options.seconds, "[s] of the drive at most")->check(slam::inRange(1.0, 1e6));
+  std::vector<std::string> kinds;
+  bool no_depth = false;
+  CLI::Option* log_option = app.add_option("--log", log, "write an LCM event log");
+  CLI::Option* devices_option =
+      app.add_option("--devices", devices, "play DIR/lidar, DIR/board and DIR/depth in real time");
+  app.add_flag("--no-depth", no_depth, "leave the depth camera out of the log: twice as fast")->needs(log_option);
+  addDeviceOptions(app, devices_option, options, can, nodes);
   app.add_option("--with", kinds,
                  "with --log: a KIND=VALUE of situation; may be repeated. KIND and VALUE are of\n" +
                      slam::sim::situationKinds())

@@ -27,7 +27,7 @@ constexpr const char* kFix =
     "then <odrive>.save_configuration()";
 
 /// A drive, as far as its watchdog shows.
-struct Heard {
+struct ObservedDrive {
   CanAxis axis;
   bool fed = false;           // a speed was sent to it meanwhile
   bool armed = true;          // whenever it told
@@ -77,13 +77,13 @@ class Listener {
     }
     listenFor(kAnswer);
   }
-  const std::array<Heard, 2>& drives() const { return drives_; }
+  const std::array<ObservedDrive, 2>& drives() const { return drives_; }
 
  private:
   void take(const StampedCanFrame& received) {
     for (std::size_t side = 0; side < 2; ++side) {
       const int node = nodes_[side];
-      Heard& drive = drives_[side];
+      ObservedDrive& drive = drives_[side];
       if (odrive::parseInputVelocity(node, received.frame)) drive.fed = true;
       if (drive.axis.addHeartbeat(received.stamp, node, received.frame) && drive.axis.said())
         drive.armed = drive.armed && drive.axis.obeys();
@@ -97,11 +97,11 @@ class Listener {
   std::array<int, 2> nodes_;
   CanPort& port_;
   std::uint16_t endpoint_ = 0;
-  std::array<Heard, 2> drives_;
+  std::array<ObservedDrive, 2> drives_;
 };
 
 /// Why it cannot be said, and how it can.
-std::string howToKnow(const std::array<Heard, 2>& drives) {
+std::string howToKnow(const std::array<ObservedDrive, 2>& drives) {
   const auto is = [&](odrive::Dialect dialect) {
     return drives[0].axis.dialect() == dialect || drives[1].axis.dialect() == dialect;
   };

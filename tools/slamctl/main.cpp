@@ -167,6 +167,51 @@ Commands addCommands(CLI::App& app, Arguments& arguments) {
   return commands;
 }
 
+std::string folderOfMaps(const slam::Config& config) {
+  return folderOf(config.store.directory, slam::kServiceMaps, "maps",
+                  "store.directory in the configuration or give --maps");
+}
+
+/// What is looked up in the folders of maps and logs, whether slamd runs or not.
+/// @param editing whose edits are listed; nullptr: none @return whether the command line asks for any of it
+bool readFolders(const Commands& commands, const Arguments& arguments, const slam::Config& config,
+                 const slam::MapEditing* editing) {
+  const bool lists_maps = commands.list->parsed() || commands.maps->parsed();
+  if (lists_maps || commands.export_map->parsed() || editing != nullptr) {
+    const std::string directory = folderOfMaps(config);
+    if (editing != nullptr) editing->list(directory, config, arguments.json);
+    if (lists_maps) arguments.json ? printJson(slam::mapsJson(directory)) : slam::printMaps(directory);
+    if (!commands.export_map->parsed()) return true;
+    if (!slam::MapStore::isName(arguments.name))
+      throw std::runtime_error("\"" + arguments.name + "\" is no name of a map");
+    exportMap({.map = std::filesystem::path(directory) / arguments.name,
+               .prefix = arguments.prefix,
+               .grid = config.map,
+               .zones = arguments.zones},
+              arguments.all);
+    return true;
+  }
+  if (!commands.log_list->parsed() && !commands.log_export->parsed()) return false;
+  const std::string folder =
+      folderOf(config.log.directory, slam::kServiceLog, "logs", "log.directory in the configuration");
+  if (commands.log_export->parsed()) exportLog(folder, arguments.since, arguments.out);
+  if (commands.log_list->parsed()) arguments.json ? printJson(slam::logsJson(folder)) : slam::printLogs(folder);
+  return true;
+}
+
+/// @return false: slamd has refused one, and that is printed
+bool sendAll(slam::Remote& remote, const slam::StoredMapCommands::Sent& sent, const Arguments& arguments) {
+  for (const auto& [verb, argument] : sent) {
+    const auto ack = remote.ask(verb, argument, arguments.pose, kAnswerLimit);
+    if (!ack) throw std::runtime_error(remote.silence());
+    if (arguments.json) printJson({{"accepted", ack->accepted != 0}, {"message", ack->message}});
+    if (!ack->accepted && arguments.json) return false;
+    if (!ack->accepted) throw std::runtime_error(ack->message);
+    if (!arguments.json) std::printf("%s\n", ack->message.c_str());
+  }
+  return true;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -194,35 +239,10 @@ int main(int argc, char** argv) {
     slam::StoredMapCommands::Sent sent;
     if (edit) sent.push_back(*edit);
     if (stored.parsed()) {
-      const std::string directory = folderOf(config.store.directory, slam::kServiceMaps, "maps",
-                                             "store.directory in the configuration or give --maps");
-      sent = stored.carryOut(directory, config, utimeNow());
+      sent = stored.carryOut(folderOfMaps(config), config, utimeNow());
       if (sent.empty()) return slam::kDone;
     }
-    const bool lists_maps = commands.list->parsed() || commands.maps->parsed();
-    if (lists_maps || commands.export_map->parsed() || lists_edits) {
-      const std::string directory = folderOf(config.store.directory, slam::kServiceMaps, "maps",
-                                             "store.directory in the configuration or give --maps");
-      if (lists_edits) editing.list(directory, config, arguments.json);
-      if (lists_maps) arguments.json ? printJson(slam::mapsJson(directory)) : slam::printMaps(directory);
-      if (commands.export_map->parsed()) {
-        if (!slam::MapStore::isName(arguments.name))
-          throw std::runtime_error("\"" + arguments.name + "\" is no name of a map");
-        exportMap({.map = std::filesystem::path(directory) / arguments.name,
-                   .prefix = arguments.prefix,
-                   .grid = config.map,
-                   .zones = arguments.zones},
-                  arguments.all);
-      }
-      return slam::kDone;
-    }
-    if (commands.log_list->parsed() || commands.log_export->parsed()) {
-      const std::string folder =
-          folderOf(config.log.directory, slam::kServiceLog, "logs", "log.directory in the configuration");
-      if (commands.log_export->parsed()) exportLog(folder, arguments.since, arguments.out);
-      if (commands.log_list->parsed()) arguments.json ? printJson(slam::logsJson(folder)) : slam::printLogs(folder);
-      return slam::kDone;
-    }
+    if (readFolders(commands, arguments, config, lists_edits ? &editing : nullptr)) return slam::kDone;
     const std::string socket = arguments.url.empty() ? slam::socketOf(config, arguments.config_file) : "";
     if (commands.doctor->parsed())
       return printFindings(slam::diagnose(config, socket), arguments.json) == 0 ? slam::kDone : slam::kFailed;
@@ -236,14 +256,6 @@ int main(int argc, char** argv) {
     if (commands.log_mark->parsed()) arguments.name = arguments.what;
     for (const auto& [command, verb] : commands.sent)
       if (command->parsed()) sent.emplace_back(verb, arguments.name);
-    for (const auto& [verb, argument] : sent) {
-      const auto ack = remote.ask(verb, argument, arguments.pose, kAnswerLimit);
-      if (!ack) throw std::runtime_error(remote.silence());
-      if (arguments.json) printJson({{"accepted", ack->accepted != 0}, {"message", ack->message}});
-      if (!ack->accepted && arguments.json) return slam::kFailed;
-      if (!ack->accepted) throw std::runtime_error(ack->message);
-      if (!arguments.json) std::printf("%s\n", ack->message.c_str());
-    }
-    return slam::kDone;
+    return sendAll(remote, sent, arguments) ? slam::kDone : slam::kFailed;
   });
 }

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "app/bus/command_desk.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <slam/ack_t.hpp>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "bus/channels.hpp"
@@ -14,49 +16,24 @@
 namespace slam {
 namespace {
 
-/// @return std::nullopt for what is no command about the map, or no mode
-std::optional<MapCommand> mapCommandOf(const command_t& command) {
-  const std::string &verb = command.verb, &argument = command.argument;
-  if (verb == "save") return MapCommand{MapCommand::kSave, command.id, argument};
-  if (verb == "load") return MapCommand{MapCommand::kLoad, command.id, argument};
-  if (verb == "reset") return MapCommand{MapCommand::kReset, command.id, argument};
-  if (verb == "rename") return MapCommand{MapCommand::kRename, command.id, argument};
-  if (verb == "delete") return MapCommand{MapCommand::kDelete, command.id, argument};
-  if (verb == "restore") return MapCommand{MapCommand::kRestore, command.id, ""};
-  if (verb == "mode" && argument == "slam") return MapCommand{MapCommand::kSlam, command.id, ""};
-  if (verb == "mode" && argument == "localise") return MapCommand{MapCommand::kLocalise, command.id, ""};
-  return std::nullopt;
-}
+constexpr const char* kTooMany = "too many commands at once";
 
-/// @return std::nullopt for what is no command about edits
-/// @throws std::runtime_error with one sentence where its argument cannot be
-std::optional<MapCommand> editCommandOf(const command_t& command) {
-  const std::string &verb = command.verb, &argument = command.argument;
-  EditCommand edit;
-  if (verb == "map_straighten") return MapCommand{MapCommand::kStraighten, command.id, argument};
-  if (verb == "map_edit") {
-    edit.request = editRequestOf(argument);
-  } else if (verb == "map_remove") {
-    edit.kind = EditCommand::kRemove;
-    const char* const end = argument.data() + argument.size();
-    const auto [rest, error] = std::from_chars(argument.data(), end, edit.id);
-    if (error != std::errc{} || rest != end) throw std::runtime_error("\"" + argument + "\" is no number of an edit");
-  } else if (verb == "map_undo" || verb == "map_redo") {
-    edit.kind = verb == "map_undo" ? EditCommand::kUndo : EditCommand::kRedo;
-  } else {
-    return std::nullopt;
-  }
-  return MapCommand{MapCommand::kEdit, command.id, "", std::make_shared<const EditCommand>(std::move(edit))};
-}
-
-std::optional<LogCommand> logCommandOf(const command_t& command) {
-  if (command.verb == "log_start") return LogCommand{LogCommand::kStart, command.id, command.argument};
-  if (command.verb == "log_stop") return LogCommand{LogCommand::kStop, command.id, command.argument};
-  if (command.verb == "log_mark") return LogCommand{LogCommand::kMark, command.id, command.argument};
-  return std::nullopt;
+/// @throws std::runtime_error with one sentence where it is none
+std::int32_t editIdOf(const std::string& text) {
+  std::int32_t id = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, id);
+  if (error != std::errc{} || rest != end) throw std::runtime_error("\"" + text + "\" is no number of an edit");
+  return id;
 }
 
 }  // namespace
+
+struct CommandDesk::Verb {
+  std::string_view name;
+  /// @throws std::runtime_error with one sentence where the command's argument cannot be
+  void (*take)(CommandDesk& desk, const command_t& command);
+};
 
 CommandDesk::CommandDesk(const Config& config, const BusEnds& ends, const WallClock& clock, Publisher& publisher)
     : ends_(ends),
@@ -127,60 +104,104 @@ void CommandDesk::onCommand(Publisher::Bytes data, std::optional<LocalSocket::Cl
   }
   publisher_.record(channel::kCommand, data);
   command->id = ticketFor({from, command->id});
-  const Pose2 pose{command->pose[0], command->pose[1], command->pose[2]};
-  if (command->verb == "save_map") {
-    if (output_map_.empty()) return acknowledge(command->id, false, "output.map is not set in the configuration");
-    if (!command->argument.empty()) return acknowledge(command->id, false, "the place is output.map; give no argument");
-    if (saving_) return acknowledge(command->id, false, "a map is being saved already");
-    ends_.requests.saved = SaveOutcome::kNone;
-    saving_ = command->id;
-    ends_.requests.save = true;
-  } else if (command->verb == "set_pose") {
-    if (const std::string words = implausibilityOf(pose); !words.empty())
-      return acknowledge(
-          command->id, false,
-          words + "; the pose stays as it was; give x and y in metres from the map's origin, theta in radians");
-    const bool taken = ends_.commands.set_poses.tryPush({pose});
-    acknowledge(command->id, taken, taken ? "pose set" : "too many commands at once");
-  } else if (command->verb.starts_with("map_")) {
-    onEdit(*command);
-  } else if (const auto map_command = mapCommandOf(*command)) {
-    const bool taken = ends_.commands.map.tryPush(*map_command);
-    if (!taken) acknowledge(command->id, false, "too many commands at once");  // otherwise the graph thread answers
-  } else if (command->verb == "mode") {
-    acknowledge(command->id, false, "a mode is slam or localise");
-  } else if (command->verb.starts_with("log_")) {
-    onLogCommand(*command);
-  } else {
-    acknowledge(
-        command->id, false,
-        "unknown verb; known are save, load, rename, delete, restore, set_pose, reset, mode, save_map, log_start, "
-        "log_stop, log_mark, map_edit, map_undo, map_redo, map_remove, map_straighten");
-  }
-}
-
-void CommandDesk::onEdit(const command_t& command) {
+  const auto known = verbs();
+  const auto verb = std::find_if(known.begin(), known.end(), [&](const Verb& v) { return v.name == command->verb; });
+  const bool of_log = command->verb.starts_with("log_");
+  if (of_log && publisher_.fieldLog() == nullptr)
+    return acknowledge(command->id, false, "log.directory is not set in the configuration");
+  if (verb == known.end())
+    return refuseVerb(*command, of_log ? "log_" : command->verb.starts_with("map_") ? "map_" : "");
   try {
-    const auto wanted = editCommandOf(command);
-    if (!wanted)
-      return acknowledge(command.id, false,
-                         "unknown verb; known are map_edit, map_undo, map_redo, map_remove, "
-                         "map_straighten");
-    const bool taken = ends_.commands.map.tryPush(*wanted);
-    if (!taken) acknowledge(command.id, false, "too many commands at once");  // otherwise the graph thread answers
+    verb->take(*this, *command);
   } catch (const std::runtime_error& error) {
-    acknowledge(command.id, false, error.what());
+    acknowledge(command->id, false, error.what());
   }
 }
 
-void CommandDesk::onLogCommand(const command_t& command) {
-  FieldLog* const log = publisher_.fieldLog();
-  if (log == nullptr) return acknowledge(command.id, false, "log.directory is not set in the configuration");
-  const auto wanted = logCommandOf(command);
-  if (!wanted) return acknowledge(command.id, false, "unknown verb; known are log_start, log_stop, log_mark");
-  if (wanted->kind == LogCommand::kMark && wanted->what.empty())
-    return acknowledge(command.id, false, "say what has happened: log_mark needs an argument");
-  if (!log->command(*wanted)) acknowledge(command.id, false, "too many commands at once");
+template <MapCommand::Kind kind>
+void CommandDesk::takeMap(CommandDesk& desk, const command_t& command) {
+  desk.changeMap({kind, command.id, command.argument});
+}
+
+std::span<const CommandDesk::Verb> CommandDesk::verbs() {
+  using Desk = CommandDesk;
+  using Command = command_t;
+  static constexpr Verb kVerbs[] = {
+      {"save", takeMap<MapCommand::kSave>},
+      {"load", takeMap<MapCommand::kLoad>},
+      {"rename", takeMap<MapCommand::kRename>},
+      {"delete", takeMap<MapCommand::kDelete>},
+      {"restore", takeMap<MapCommand::kRestore>},
+      {"set_pose", [](Desk& desk, const Command& c) { desk.setPose(c); }},
+      {"reset", takeMap<MapCommand::kReset>},
+      {"mode",
+       [](Desk& desk, const Command& c) {
+         const bool slam = c.argument == "slam";
+         if (!slam && c.argument != "localise") throw std::runtime_error("a mode is slam or localise");
+         desk.changeMap({slam ? MapCommand::kSlam : MapCommand::kLocalise, c.id, ""});
+       }},
+      {"save_map", [](Desk& desk, const Command& c) { desk.saveFiles(c); }},
+      {"log_start",
+       [](Desk& desk, const Command& c) {
+         desk.changeLog({LogCommand::kStart, c.id, c.argument});
+       }},
+      {"log_stop",
+       [](Desk& desk, const Command& c) {
+         desk.changeLog({LogCommand::kStop, c.id, c.argument});
+       }},
+      {"log_mark",
+       [](Desk& desk, const Command& c) {
+         if (c.argument.empty()) throw std::runtime_error("say what has happened: log_mark needs an argument");
+         desk.changeLog({LogCommand::kMark, c.id, c.argument});
+       }},
+      {"map_edit", [](Desk& desk, const Command& c) { desk.edit(c, {.request = editRequestOf(c.argument)}); }},
+      {"map_undo", [](Desk& desk, const Command& c) { desk.edit(c, {.kind = EditCommand::kUndo, .request = {}}); }},
+      {"map_redo", [](Desk& desk, const Command& c) { desk.edit(c, {.kind = EditCommand::kRedo, .request = {}}); }},
+      {"map_remove",
+       [](Desk& desk, const Command& c) {
+         desk.edit(c, {.kind = EditCommand::kRemove, .request = {}, .id = editIdOf(c.argument)});
+       }},
+      {"map_straighten", takeMap<MapCommand::kStraighten>},
+  };
+  return kVerbs;
+}
+
+void CommandDesk::refuseVerb(const command_t& command, std::string_view prefix) {
+  std::string known;
+  for (const Verb& verb : verbs())
+    if (verb.name.starts_with(prefix)) known.append(known.empty() ? "" : ", ").append(verb.name);
+  acknowledge(command.id, false, "unknown verb; known are " + known);
+}
+
+void CommandDesk::setPose(const command_t& command) {
+  const Pose2 pose{command.pose[0], command.pose[1], command.pose[2]};
+  if (const std::string words = implausibilityOf(pose); !words.empty())
+    throw std::runtime_error(
+        words + "; the pose stays as it was; give x and y in metres from the map's origin, theta in radians");
+  const bool taken = ends_.commands.set_poses.tryPush({pose});
+  acknowledge(command.id, taken, taken ? "pose set" : kTooMany);
+}
+
+void CommandDesk::saveFiles(const command_t& command) {
+  if (output_map_.empty()) throw std::runtime_error("output.map is not set in the configuration");
+  if (!command.argument.empty()) throw std::runtime_error("the place is output.map; give no argument");
+  if (saving_) throw std::runtime_error("a map is being saved already");
+  ends_.requests.saved = SaveOutcome::kNone;
+  saving_ = command.id;
+  ends_.requests.save = true;
+}
+
+/// The graph thread answers, unless it has no room.
+void CommandDesk::changeMap(const MapCommand& command) {
+  if (!ends_.commands.map.tryPush(command)) acknowledge(command.id, false, kTooMany);
+}
+
+void CommandDesk::edit(const command_t& command, EditCommand edit) {
+  changeMap({MapCommand::kEdit, command.id, "", std::make_shared<const EditCommand>(std::move(edit))});
+}
+
+void CommandDesk::changeLog(const LogCommand& command) {
+  if (!publisher_.fieldLog()->command(command)) acknowledge(command.id, false, kTooMany);
 }
 
 }  // namespace slam

@@ -4,7 +4,9 @@
 #include <map>
 #include <optional>
 #include <slam/command_t.hpp>
+#include <span>
 #include <string>
+#include <string_view>
 
 #include "app/bus/publisher.hpp"
 #include "bus/local_socket.hpp"
@@ -29,9 +31,19 @@ class CommandDesk {
     std::optional<LocalSocket::Client> client;  ///< none: it came over LCM
     std::int32_t id = 0;
   };
+  struct Verb;
+  static std::span<const Verb> verbs();
+
   void onCommand(Publisher::Bytes data, std::optional<LocalSocket::Client> from);
-  void onEdit(const command_t& command);
-  void onLogCommand(const command_t& command);
+  /// @param prefix of the verbs that are named
+  void refuseVerb(const command_t& command, std::string_view prefix);
+  void setPose(const command_t& command);
+  void saveFiles(const command_t& command);
+  template <MapCommand::Kind kind>
+  static void takeMap(CommandDesk& desk, const command_t& command);
+  void changeMap(const MapCommand& command);
+  void edit(const command_t& command, EditCommand edit);
+  void changeLog(const LogCommand& command);
   void acknowledgeSave();
   /// @param ticket of the command, as ticketFor() gave it
   void acknowledge(std::int32_t ticket, bool accepted, const std::string& message);

@@ -15,10 +15,9 @@ constexpr double kFlushRate = 10.0;  // [Hz] so much is lost when slamd is kille
 }  // namespace
 
 Recorder::Recorder(std::string name, std::unique_ptr<RecordSink> sink, std::size_t capacity)
-    : name_(std::move(name)),
-      sink_(std::move(sink)),
+    : sink_(std::move(sink)),
       capacity_(capacity),
-      worker_({.name = name_, .rate = kFlushRate}, [this] { tick(); }) {
+      worker_({.name = std::move(name), .rate = kFlushRate}, [this] { tick(); }) {
   worker_.start();
 }
 
@@ -70,19 +69,20 @@ void Recorder::tick() {
     problem_.set(sink_->problemOf(error));
   }
   waits_.end();
-  const std::scoped_lock lock(mutex_);
-  counters_.dropped += block_.messages + pending_.messages;
-  ended_ = true;
+  {
+    const std::scoped_lock lock(mutex_);
+    counters_.dropped += block_.messages + pending_.messages;
+  }
   worker_.requestStop();
-  changed_.notify_all();
+  end_.set();
 }
 
 bool Recorder::finish(Timestamp deadline) {
   {
-    std::unique_lock lock(mutex_);
+    const std::scoped_lock lock(mutex_);
     ending_ = true;
-    if (!changed_.wait_for(lock, deadline - monotonicNow(), [this] { return ended_; })) return false;
   }
+  if (!end_.waitFor(deadline - monotonicNow())) return false;
   worker_.stop();
   return !problem_.get();
 }

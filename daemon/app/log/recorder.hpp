@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -44,7 +43,7 @@ class Recorder {
   /// Writes what is left and ends the thread. @return false when the disk has not taken all of it by the deadline
   bool finish(Timestamp deadline);
 
-  const std::string& name() const { return name_; }
+  const std::string& name() const { return worker_.name(); }
   const RecorderCounters& counters() const { return counters_; }
   StorageReport report(Timestamp now) const;
 
@@ -57,14 +56,13 @@ class Recorder {
 
   void tick();
 
-  const std::string name_;
   const std::unique_ptr<RecordSink> sink_;
   const std::size_t capacity_;  // [bytes] of pending_
   std::mutex mutex_;
-  std::condition_variable changed_;
   Block pending_;            // not yet taken by the thread
   std::int64_t number_ = 0;  // of the next record
-  bool ending_ = false, ended_ = false;
+  bool ending_ = false;
+  EndSignal end_;
   RecorderCounters counters_;
   BlockedTime waits_;                      // for the disk
   std::atomic<std::uint64_t> starved_{0};  // of those dropped: this thread had too little of the CPU to take them

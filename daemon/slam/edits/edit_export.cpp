@@ -5,6 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "slam/edits/edit_json.hpp"
+
 namespace slam {
 namespace {
 
@@ -36,22 +38,16 @@ void mark(MapImage& mask, const Outline& points, bool zone) {
   }
 }
 
-Json list(const Outline& points) {
-  Json out = Json::array();
-  for (const Eigen::Vector2d& p : points) out.push_back({p.x(), p.y()});
-  return out;
-}
-
 Json geometryOf(const MapEdit& edit, Outline points) {
   if (points.size() == 1) return {{"type", "Point"}, {"coordinates", {points[0].x(), points[0].y()}}};
-  if (edit.kind == EditKind::kWall) return {{"type", "LineString"}, {"coordinates", list(points)}};
+  if (edit.kind == EditKind::kWall) return {{"type", "LineString"}, {"coordinates", listOf(points)}};
   double area = 0.0;  // twice; a ring of GeoJSON goes counterclockwise and ends where it began
   for (std::size_t i = 0, before = points.size() - 1; i < points.size(); before = i++)
     area += points[before].x() * points[i].y() - points[i].x() * points[before].y();
   if (area < 0.0) std::reverse(points.begin(), points.end());
   points.push_back(points.front());
   Json rings = Json::array();
-  rings.push_back(list(points));
+  rings.push_back(listOf(points));
   return {{"type", "Polygon"}, {"coordinates", rings}};
 }
 
@@ -74,13 +70,9 @@ std::string editsGeoJson(const MapState& map) {
   for (const MapEdit& edit : map.edits.edits) {
     const Outline points = pointsOf(edit, map.keyframes, map.in_map);
     if (!edit.active || points.empty()) continue;
-    Json properties = {{"id", edit.id}, {"kind", nameOf(edit.kind)}, {"by", edit.author}, {"utime", edit.utime}};
-    if (!edit.name.empty()) properties["name"] = edit.name;
-    if (edit.kind == EditKind::kPlace) {
-      properties["theta"] = poseOf(edit, map.keyframes).theta;
-      properties["sigma"] = {edit.sigma.x(), edit.sigma.y(), edit.sigma.z()};
-    }
-    features.push_back({{"type", "Feature"}, {"properties", properties}, {"geometry", geometryOf(edit, points)}});
+    features.push_back({{"type", "Feature"},
+                        {"properties", propertiesOf(edit, map.keyframes)},
+                        {"geometry", geometryOf(edit, points)}});
   }
   const Json all = {{"type", "FeatureCollection"}, {"features", features}};
   return all.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";

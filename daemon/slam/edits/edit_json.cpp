@@ -65,20 +65,29 @@ EditRequest editRequestOf(std::string_view json) {
   return request;
 }
 
+Json propertiesOf(const MapEdit& edit, const KeyframeGraph& keyframes) {
+  Json one = {{"id", edit.id}, {"kind", nameOf(edit.kind)}, {"by", edit.author}, {"utime", edit.utime}};
+  if (!edit.name.empty()) one["name"] = edit.name;
+  if (edit.kind == EditKind::kPlace) {
+    one["theta"] = poseOf(edit, keyframes).theta;
+    one["sigma"] = {edit.sigma.x(), edit.sigma.y(), edit.sigma.z()};
+  }
+  return one;
+}
+
+Json listOf(const Outline& points) {
+  Json list = Json::array();
+  for (const Eigen::Vector2d& p : points) list.push_back({p.x(), p.y()});
+  return list;
+}
+
 std::string editsJson(const MapEdits& edits, const KeyframeGraph& keyframes, std::span<const char> in_map) {
   Json list = Json::array();
   for (const MapEdit& edit : edits.edits) {
     const Outline points = pointsOf(edit, keyframes, in_map);
     if (!edit.active || points.empty()) continue;
-    Json one = {{"id", edit.id}, {"kind", nameOf(edit.kind)}, {"by", edit.author}, {"utime", edit.utime}};
-    one["points"] = Json::array();
-    for (const Eigen::Vector2d& p : points) one["points"].push_back({p.x(), p.y()});
-    if (!edit.name.empty()) one["name"] = edit.name;
-    if (edit.kind == EditKind::kPlace) {
-      one["theta"] = poseOf(edit, keyframes).theta;
-      one["sigma"] = {edit.sigma.x(), edit.sigma.y(), edit.sigma.z()};
-    }
-    list.push_back(std::move(one));
+    list.push_back(propertiesOf(edit, keyframes));
+    list.back()["points"] = listOf(points);
   }
   return list.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,5 +14,9 @@ namespace slam {
 EditRequest editRequestOf(std::string_view json);
 /// The edits of a map that are in effect, as a JSON list; also for other programs.
 std::string editsJson(const MapEdits& edits, const KeyframeGraph& keyframes, std::span<const char> in_map);
+/// What an edit is, without its points.
+nlohmann::json propertiesOf(const MapEdit& edit, const KeyframeGraph& keyframes);
+/// Points as a list of [x, y].
+nlohmann::json listOf(const Outline& points);
 
 }  // namespace slam

@@ -72,22 +72,12 @@ std::optional<double> headingOfWalls(const MapState& map, const StraightenConfig
 }
 
 MapState transformed(const MapState& map, const Pose2& T_new_map, const OccupancyGridConfig& config) {
-  MapState moved;
-  moved.keyframes = map.keyframes;  // scans are shared
+  MapState moved = map.clone();
   for (int id = 0; id < map.keyframes.size(); ++id)
     moved.keyframes.graph().setPose(id, T_new_map * map.keyframes.pose(id));
-  moved.in_map = map.in_map;
-  moved.views = map.views;
-  moved.edits = map.edits;  // tied to keyframes
   for (MapEdit& edit : moved.edits.edits) edit.sigma = turnedSigma(edit.sigma, T_new_map.theta);
   ++moved.edits.revision;
   moved.T_map_base = T_new_map * map.T_map_base;
-  moved.gyro_bias = map.gyro_bias;
-  moved.body = map.body;
-  moved.T_base_lidar = map.T_base_lidar;
-  moved.range_max = map.range_max;
-  moved.utime = map.utime;
-  moved.kind = map.kind;
   OccupancyGridConfig same = config;
   same.resolution = map.grid.resolution();
   moved.grid = drawGrid(moved, same);

@@ -206,24 +206,17 @@ class Joining {
 /// Both maps with these poses and edges. @param turn [rad] of the second one's axes
 MapState joined(const MapState& first, const MapState& second, KeyframeGraph keyframes, double turn,
                 OccupancyGridConfig grid) {
-  MapState map;
+  MapState map = first.clone();
   const int offset = first.keyframes.size();
   map.keyframes = std::move(keyframes);
-  map.in_map = first.in_map;
   map.in_map.insert(map.in_map.end(), second.in_map.begin(), second.in_map.end());
-  map.views = first.views;
   for (MapView view : second.views) {
     view.keyframe += offset;
     view.edit += first.edits.made;
     map.views.push_back(view);
   }
-  map.edits = first.edits;
   map.edits.append(second.edits, offset, turn);
   eraseFrom(map.keyframes, map.edits);
-  map.T_map_base = first.T_map_base;
-  map.gyro_bias = first.gyro_bias;
-  map.body = first.body;
-  map.T_base_lidar = first.T_base_lidar;
   map.range_max = std::max(first.range_max, second.range_max);
   map.utime = std::max(first.utime, second.utime);
   grid.resolution = first.grid.resolution();

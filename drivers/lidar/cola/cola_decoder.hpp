@@ -19,10 +19,7 @@ class ColaDecoder final : public LidarDecoder {
 
   void push(std::uint8_t byte, std::vector<TimedNode>& nodes) override;
   void reset() override;
-  int lost() const override { return lost_; }
-  bool endsTurn() const override { return ends_turn_; }
   std::size_t mostNodes() const override { return static_cast<std::size_t>(scan_.beams); }
-  std::int64_t rejects() const override { return rejects_; }
 
  private:
   bool takeScan(std::vector<TimedNode>& nodes);
@@ -33,9 +30,6 @@ class ColaDecoder final : public LidarDecoder {
   bool inside_ = false;  // a telegram
   std::vector<std::uint32_t> distances_q2_;
   std::optional<std::uint32_t> last_began_;  // [us] of the last scan given
-  int lost_ = 0;
-  bool ends_turn_ = false;
-  std::int64_t rejects_ = 0;
 };
 
 }  // namespace slam

@@ -28,7 +28,7 @@ std::optional<std::string> ColaUnit::ask(std::string_view request, std::string_v
   return found && found->starts_with(kError) ? std::nullopt : found;
 }
 
-ColaUnit::Begun ColaUnit::begin(ByteStream& port, const std::atomic<bool>& cancel, WrongSpeaker& others) {
+ColaUnit::Begun ColaUnit::begin(ByteStream& port, const std::atomic<bool>& cancel, WrongDevice& others) {
   port_ = &port;
   dialogue_ = std::make_unique<rplidar::Dialogue>(port, now_, &cancel);
   sendText(port, cola::telegram(kStop));
@@ -38,7 +38,7 @@ ColaUnit::Begun ColaUnit::begin(ByteStream& port, const std::atomic<bool>& cance
   if (dialogue_->hungUp()) return {DeviceState::kAbsent, problem::kPortGone};
   if (dialogue_->cancelled()) return {DeviceState::kAbsent, problem::kStoppedOpening};
   if (!identity) {
-    others.hears(dialogue_->recent());
+    others.recognises(dialogue_->recent());
     return {DeviceState::kFault, dialogue_->heardBytes() ? problem::kLidarUndecoded : problem::kLidarUnanswered, true};
   }
   others.forget();

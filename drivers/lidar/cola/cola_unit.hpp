@@ -17,7 +17,7 @@ class ColaUnit : public LidarUnit {
   /// @param limits written into the scans
   ColaUnit(const RangeLimits& limits, Clock now) : limits_(limits), now_(now) {}
 
-  Begun begin(ByteStream& port, const std::atomic<bool>& cancel, WrongSpeaker& others) override;
+  Begun begin(ByteStream& port, const std::atomic<bool>& cancel, WrongDevice& others) override;
   Problem silence(const LidarReader& scan) override;
   void end() override;
 

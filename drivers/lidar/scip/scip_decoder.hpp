@@ -20,10 +20,7 @@ class ScipDecoder final : public LidarDecoder {
 
   void push(std::uint8_t byte, std::vector<TimedNode>& nodes) override;
   void reset() override;
-  int lost() const override { return lost_; }
-  bool endsTurn() const override { return ends_turn_; }
   std::size_t mostNodes() const override { return static_cast<std::size_t>(unit_.steps()); }
-  std::int64_t rejects() const override { return rejects_; }
 
  private:
   static constexpr std::size_t kLongestLine = scip::kLineData + 1;  // [characters]
@@ -43,9 +40,6 @@ class ScipDecoder final : public LidarDecoder {
   std::size_t bytes_ = 0;  // of the scan
   std::uint32_t stamp_ = 0;
   std::optional<std::uint32_t> last_stamp_;  // [ms] of the last scan given
-  int lost_ = 0;
-  bool ends_turn_ = false;
-  std::int64_t rejects_ = 0;
 };
 
 }  // namespace slam

@@ -41,7 +41,7 @@ std::optional<scip::Answer> ScipUnit::identify() {
   return ask("VV", kAnswer);
 }
 
-ScipUnit::Begun ScipUnit::begin(ByteStream& port, const std::atomic<bool>& cancel, WrongSpeaker& others) {
+ScipUnit::Begun ScipUnit::begin(ByteStream& port, const std::atomic<bool>& cancel, WrongDevice& others) {
   port_ = &port;
   dialogue_ = std::make_unique<rplidar::Dialogue>(port, now_, &cancel);
   const auto version = identify();
@@ -59,10 +59,10 @@ ScipUnit::Begun ScipUnit::begin(ByteStream& port, const std::atomic<bool>& cance
   return begun;
 }
 
-ScipUnit::Begun ScipUnit::noAnswer(WrongSpeaker& others) const {
+ScipUnit::Begun ScipUnit::noAnswer(WrongDevice& others) const {
   if (dialogue_->hungUp()) return {DeviceState::kAbsent, problem::kPortGone};
   if (dialogue_->cancelled()) return {DeviceState::kAbsent, problem::kStoppedOpening};
-  others.hears(dialogue_->recent());
+  others.recognises(dialogue_->recent());
   return {DeviceState::kFault, dialogue_->heardBytes() ? problem::kLidarUndecoded : problem::kLidarUnanswered, true};
 }
 

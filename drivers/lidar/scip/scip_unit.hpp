@@ -21,7 +21,7 @@ class ScipUnit : public LidarUnit {
  public:
   ScipUnit(const ScipConfig& config, Clock now) : config_(config), now_(now) {}
 
-  Begun begin(ByteStream& port, const std::atomic<bool>& cancel, WrongSpeaker& others) override;
+  Begun begin(ByteStream& port, const std::atomic<bool>& cancel, WrongDevice& others) override;
   Problem silence(const LidarReader& scan) override;
   void end() override;
 
@@ -29,7 +29,7 @@ class ScipUnit : public LidarUnit {
   void send(const std::string& command);
   std::optional<scip::Answer> ask(const std::string& command, Duration limit);
   std::optional<scip::Answer> identify();
-  Begun noAnswer(WrongSpeaker& others) const;
+  Begun noAnswer(WrongDevice& others) const;
   Begun startScan(const scip::Parameters& unit);
 
   ScipConfig config_;

@@ -61,9 +61,9 @@ bool LidarSearch::tryEach(std::span<const int> bauds, const std::atomic<bool>& c
     hears_ = hears_ || dialogue.heardBytes();
     if (dialogue.hungUp()) found_ = {.problem = problem::kPortGone, .is_open = false};
     if (dialogue.hungUp()) return false;
-    found_.other = speakerOf(dialogue.recent());
+    found_.other = lineDeviceOf(dialogue.recent());
     found_.other.baud = baud;
-    if (isOtherDevice(found_.other.speaker)) return false;  // which is to be asked nothing
+    if (isOtherDevice(found_.other.line_device)) return false;  // which is to be asked nothing
   }
   return !cancel;
 }
@@ -136,7 +136,7 @@ LidarFinding LidarSearch::receivePackets(rplidar::Dialogue& dialogue, int baud) 
     if (candidate.best >= PacketLidar::kEnough && (best == nullptr || off(candidate) < off(*best))) best = &candidate;
   }
   if (best == nullptr) return {};
-  if (best->row->speaker == Speaker::kYdlidar) {  // it may say who it is
+  if (best->row->line_device == LineDevice::kYdlidar) {  // it may say who it is
     const LidarFinding answer = askYdlidar(dialogue, baud);
     if (answer.facts != nullptr && answer.facts->packets == best->row->packets) return answer;
   }

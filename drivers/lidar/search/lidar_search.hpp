@@ -10,7 +10,7 @@
 #include "drivers/byte_stream.hpp"
 #include "drivers/lidar/lidar_facts.hpp"
 #include "drivers/lidar/rplidar_dialogue.hpp"
-#include "drivers/speaker.hpp"
+#include "drivers/line_device.hpp"
 
 namespace slam {
 
@@ -21,11 +21,11 @@ struct LidarFinding {
   int baud = 0;                       ///< [bit/s] at which it was understood
   Problem problem{};                  ///< of kNone: why
   bool is_open = true;                ///< the port could be opened
-  Heard other{};                      ///< of kNone: who is there that is no lidar, if that is known
+  RecognisedDevice other{};           ///< of kNone: who is there that is no lidar, if that is known
   bool has_bytes = false;             ///< of kNone: bytes came
 
   /// There is nothing more to be found out: a lidar or another device is known, or the port is gone.
-  bool isDecided() const { return family != kNone || !is_open || isOtherDevice(other.speaker); }
+  bool isDecided() const { return family != kNone || !is_open || isOtherDevice(other.line_device); }
 };
 
 /// Finds out which lidar is on a port. It listens first at the baud rates of those that send unasked: three good

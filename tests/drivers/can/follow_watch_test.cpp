@@ -13,14 +13,16 @@ using Speeds = FollowWatch::Speeds;
 class FollowWatchTest : public testing::Test {
  protected:
   void run(Duration time, const Speeds& asked, const Speeds& measured, Duration period = 10ms) {
-    for (const Timestamp end = now_ + time; now_ < end; now_ += 5ms) watch_.add(now_, asked, measured, period);
+    for (std::size_t side = 0; side < 2; ++side) watch_.ask(side, asked[side]);
+    for (const Timestamp end = now_ + time; now_ < end; now_ += 5ms) watch_.add(now_, measured, period);
   }
   /// Drives whose ramps gain so much [turns/s^2].
   void ramp(Duration time, const Speeds& asked, double gain) {
     for (const Timestamp end = now_ + time; now_ < end; now_ += 5ms) {
       for (std::size_t side = 0; side < 2; ++side)
         measured_[side] += std::clamp(asked[side] - measured_[side], -0.005 * gain, 0.005 * gain);
-      watch_.add(now_, asked, measured_, 10ms);
+      for (std::size_t side = 0; side < 2; ++side) watch_.ask(side, asked[side]);
+      watch_.add(now_, measured_, 10ms);
     }
   }
   FollowWatch watch_;

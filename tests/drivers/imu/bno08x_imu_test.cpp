@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/imu/bno08x_imu.hpp"
-
 #include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
@@ -10,6 +8,7 @@
 #include <vector>
 
 #include "drivers/imu/codec/bno08x_frames.hpp"
+#include "drivers/imu/imu_protocols.hpp"
 
 namespace slam::bno08x_imu_test {
 namespace {

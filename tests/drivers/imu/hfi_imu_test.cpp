@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // HandsFree's IMUs at their emulators, over a pseudo-terminal.
-#include "drivers/imu/hfi_imu.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -13,10 +11,11 @@
 #include <utility>
 #include <vector>
 
+#include "drivers/imu/codec/witmotion_frames.hpp"
+#include "drivers/imu/imu_protocols.hpp"
 #include "drivers/imu/serial_imu.hpp"
 #include "drivers/pseudo_terminal.hpp"
 #include "drivers/virtual_time.hpp"
-#include "firmware_if/hfi_imu.hpp"
 #include "firmware_if/robolink.hpp"
 #include "tools/sim/board/imu_emulator.hpp"
 
@@ -37,7 +36,7 @@ SerialImuConfig configOf(const std::string& port) { return {.facts = findImu("hf
 class UnitOnALine {
  public:
   explicit UnitOnALine(Framing framing)
-      : unit_(framing), ramp_(framing == Framing::kA9 ? 0.001 : static_cast<double>(hfi::kB6Gyro)) {}
+      : unit_(framing), ramp_(framing == Framing::kA9 ? 0.001 : witmotion::kRadiansPerSecondPerCount) {}
 
   const std::string& path() const { return line_.path(); }
   /// Sends what was taken until now and has found its way through the line.
@@ -109,7 +108,8 @@ TEST_P(HfiImuTest, TurnsGravityIntoSpecificForceAndKeepsTheGyro) {
   EXPECT_NEAR(sample.accel.z(), kGravity, 1e-6) << "at rest";
   EXPECT_NEAR(sample.accel.x(), -0.125 * kGravity, 1e-6);
   EXPECT_NEAR(sample.accel.y(), 0.0625 * kGravity, 1e-6);
-  const double step = GetParam() == Framing::kA9 ? 1e-6 : static_cast<double>(hfi::kB6Gyro);  // [rad/s] of the values
+  const double step =
+      GetParam() == Framing::kA9 ? 1e-6 : witmotion::kRadiansPerSecondPerCount;  // [rad/s] of the values
   EXPECT_NEAR(sample.gyro.y(), 0.25, step);
   EXPECT_NEAR(sample.gyro.z(), -0.5, step);
 }
@@ -195,7 +195,7 @@ TEST(HfiImu, UsesTheTurnRatesOfAB6ThatSendsNoAcceleration) {
   ASSERT_TRUE(test::tickUntil([&] { unit.serve(), driver.tick(); }, [&] { return samples.size() > 300; }));
   EXPECT_EQ(driver.status().state.load(), DeviceState::kStreaming);
   EXPECT_NE(driver.status().problem().words().find("slamd goes on with its turn rate alone"), std::string::npos);
-  EXPECT_NEAR(samples.back().gyro.y(), unit.gyro_y, static_cast<double>(hfi::kB6Gyro));
+  EXPECT_NEAR(samples.back().gyro.y(), unit.gyro_y, witmotion::kRadiansPerSecondPerCount);
   EXPECT_TRUE(samples.back().accel.isZero());
   ASSERT_TRUE(unit.inject("no_accel", 0));
   samples.clear();

@@ -16,7 +16,7 @@ TEST(ImuFacts, AreOneRowForEachDriverThatIsSimulated) {
     EXPECT_EQ(findImu(facts.driver), &facts);
     EXPECT_GE(facts.baudCount(), 1U);
     EXPECT_NE(facts.make(), nullptr);
-    EXPECT_NE(facts.speaker, Speaker::kUnknown);
+    EXPECT_NE(facts.line_device, LineDevice::kUnknown);
   }
   const auto names = sim::imuNames();
   EXPECT_EQ(drivers, std::set<std::string>(names.begin(), names.end()));

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/imu/witmotion_imu.hpp"
-
 #include <gtest/gtest.h>
 #include <vector>
 
 #include "drivers/imu/codec/witmotion_frames.hpp"
+#include "drivers/imu/imu_protocols.hpp"
 
 namespace slam::witmotion_imu_test {
 namespace {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/imu/xsens_imu.hpp"
-
 #include <gtest/gtest.h>
 #include <vector>
 
 #include "drivers/imu/codec/xsens_messages.hpp"
+#include "drivers/imu/imu_protocols.hpp"
 
 namespace slam::xsens_imu_test {
 namespace {

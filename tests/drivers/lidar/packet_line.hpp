@@ -37,7 +37,7 @@ class PacketRig {
               }
             }),
         lidar(
-            {.port = "x", .baud = baud > 0 ? baud : facts.baud, .speaker = facts.speaker},
+            {.port = "x", .baud = baud > 0 ? baud : facts.baud, .line_device = facts.line_device},
             std::make_unique<PacketLidar>(facts, PacketLidarConfig{.baud = baud > 0 ? baud : facts.baud},
                                           test::virtualNow),
             test::virtualNow, [this](const LaserScan& scan) { scans.push_back(scan); },

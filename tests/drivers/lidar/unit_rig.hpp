@@ -16,7 +16,7 @@ namespace slam::test {
 /// Any emulated lidar and what drives it, in virtual time.
 class UnitRig {
  public:
-  UnitRig(std::unique_ptr<sim::EmulatedLidar> unit, std::unique_ptr<LidarUnit> driver, Speaker speaker,
+  UnitRig(std::unique_ptr<sim::EmulatedLidar> unit, std::unique_ptr<LidarUnit> driver, LineDevice line_device,
           const std::string& port = "/dev/lidar")
       : emulator(std::move(unit)),
         line([this](std::span<const std::uint8_t> bytes) { emulator->receive(bytes, virtual_now, answers_); },
@@ -26,7 +26,7 @@ class UnitRig {
                  out.push_back(garbled ? static_cast<std::uint8_t>(byte << 1 | 1) : byte);
              }),
         lidar(
-            {.port = port, .speaker = speaker}, std::move(driver), test::virtualNow,
+            {.port = port, .line_device = line_device}, std::move(driver), test::virtualNow,
             [this](const LaserScan& scan) { scans.push_back(scan); }, line.opener()) {}
 
   bool connect() { return lidar.connect(cancel); }

@@ -173,11 +173,11 @@ TEST(PortSearch, AsksAnUnknownSenderNothingThatItsFramesForbid) {
   EXPECT_TRUE(port.sent.empty());
 }
 
-TEST(DriverRow, IsFoundByWordAndBySpeaker) {
+TEST(DriverRow, IsFoundByWordAndByLineDevice) {
   EXPECT_EQ(rowOfDriver(baseTable(), "none"), nullptr);
   EXPECT_STREQ(rowOfDriver(baseTable(), "kobuki")->name, "a Kobuki");
-  EXPECT_STREQ(rowOfSpeaker(imuTable(), Speaker::kXsens)->driver, "xsens");
-  EXPECT_EQ(rowOfSpeaker(imuTable(), Speaker::kGps), nullptr);
+  EXPECT_STREQ(rowOfLineDevice(imuTable(), LineDevice::kXsens)->driver, "xsens");
+  EXPECT_EQ(rowOfLineDevice(imuTable(), LineDevice::kGps), nullptr);
 }
 
 }  // namespace

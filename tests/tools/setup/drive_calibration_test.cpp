@@ -16,6 +16,10 @@
 namespace slam::drive_calibration_test {
 namespace {
 
+bool isAnyWrong(const DriveCalibration& drive) {
+  return std::any_of(drive.values.begin(), drive.values.end(), [](const auto& value) { return value.is_wrong; });
+}
+
 using testing::HasSubstr;
 
 class CalibratedSetUp : public testing::Test {
@@ -42,7 +46,7 @@ TEST_F(CalibratedSetUp, CorrectsAMountAndWheelsThatAreOff) {
   EXPECT_LT(std::abs(off.theta), std::numbers::pi / 180.0);
   EXPECT_NEAR(config.base_device.geometry.wheel_radius, radius, 0.005 * radius);
   EXPECT_NEAR(config.base_device.geometry.half_track, truth.half_track, 0.005 * truth.half_track);
-  EXPECT_TRUE(drive.isAnyWrong());
+  EXPECT_TRUE(isAnyWrong(drive));
   EXPECT_LT(drive.translation_after, 0.25 * drive.translation_before);
   EXPECT_NEAR(drive.gyro_scale, 1.0, 0.02) << "0.5 % in the simulator";
   std::ostringstream out;
@@ -51,7 +55,7 @@ TEST_F(CalibratedSetUp, CorrectsAMountAndWheelsThatAreOff) {
 
   const Config right = config;
   const DriveCalibration again = calibrateDrive(config, *folder_ / "drive.lcm");
-  EXPECT_FALSE(again.isAnyWrong()) << "what is right stays";
+  EXPECT_FALSE(isAnyWrong(again)) << "what is right stays";
   EXPECT_EQ(config.base_device.geometry.wheel_radius, right.base_device.geometry.wheel_radius);
 }
 

@@ -3,19 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
-#include <optional>
-#include <slam/odometry_t.hpp>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "bus/channels.hpp"
-#include "bus/checked_decode.hpp"
-#include "bus/event_log.hpp"
-#include "bus/messages.hpp"
 #include "config/loader.hpp"
-#include "tools/convert/bags/map_picture.hpp"
+#include "tools/convert/bags/log_export.hpp"
 #include "tools/convert/bags/ros2_bag.hpp"
 #include "tools/convert/formats.hpp"
 
@@ -64,57 +56,19 @@ EvenScan evenScan(const LaserScan& scan, std::int64_t utime) {
   return even;
 }
 
-class BagExport {
+class BagExport : public LogExport<BagExport> {
  public:
   explicit BagExport(const std::filesystem::path& out) : bag_(makeRos2Bag(out)) {}
 
-  Recording run(const std::filesystem::path& in) {
-    recording_.format = "slamd's log";
-    EventLogReader reader(in);
-    std::map<std::string, int> others;
-    for (LogEvent event; reader.next(event);) {
-      if (!add(event)) ++others[event.channel];
-    }
-    if (messages_ == 0) throw std::runtime_error(in.string() + ": no message of slamd in it");
-    for (const auto& [channel, count] : others)
-      recording_.unused.push_back(channel + ", " + std::to_string(count) + " messages");
+  std::uint64_t written() const { return messages_; }
+  void finish() {
     if (!mounted_)
       recording_.notes.push_back("no SLAM_CONFIG in it: where the lidar sits is not in the bag (base_link to laser)");
     bag_->close();
-    return recording_;
   }
 
  private:
-  /// @return false: a channel that is not written
-  bool add(const LogEvent& event) {
-    received_ = event.utime;
-    const auto& name = event.channel;
-    if (name == channel::kConfig) return take<config_t>(event);
-    if (name == channel::kScan) return take<scan_t>(event);
-    if (name == channel::kWheels) return take<wheels_t>(event);
-    if (name == channel::kImu) return take<imu_t>(event);
-    if (name == channel::kSlamPose) return take<pose_estimate_t>(event);
-    if (name == channel::kMapMeta) return take<map_meta_t>(event);
-    if (name == channel::kMapTile) return take<map_tile_t>(event);
-    if (name != channel::kOdometry) return false;
-    odometry_t message;  // of one size: its decoder reads no lengths
-    if (message.decode(event.data.data(), 0, static_cast<int>(event.data.size())) < 0) return refuse(event, kUndecoded);
-    write(message);
-    return true;
-  }
-
-  template <typename Message>
-  bool take(const LogEvent& event) {
-    const auto message = decodeChecked<Message>(event.data);
-    if (!message) return refuse(event, kUndecoded);
-    write(*message);
-    return true;
-  }
-
-  bool refuse(const LogEvent& event, const char* why) {
-    recording_.reject(recording_.sensor(event.channel), event.channel, why);
-    return true;
-  }
+  friend LogExport;
 
   void send(const char* topic, const char* type, std::int64_t utime, const CdrMessage& message) {
     bag_->write(topic, type, received_, utime, message.bytes());
@@ -148,8 +102,7 @@ class BagExport {
 
   void write(const scan_t& message) {
     const auto scan = fromMessage(message);
-    if (!scan || scan->size == 0)
-      return recording_.reject(recording_.sensor(channel::kScan), channel::kScan, "no measurement");
+    if (!scan || scan->size == 0) return rejectMeasurement(channel::kScan);
     recording_.use(recording_.sensor(channel::kScan), &Recording::scans, message.utime);
     const EvenScan even = evenScan(*scan, message.utime);
     const auto last = static_cast<float>(even.ranges.size() - 1);
@@ -160,8 +113,7 @@ class BagExport {
   }
 
   void write(const wheels_t& message) {
-    if (!fromMessage(message))
-      return recording_.reject(recording_.sensor(channel::kWheels), channel::kWheels, "no measurement");
+    if (!fromMessage(message)) return rejectMeasurement(channel::kWheels);
     recording_.use(recording_.sensor(channel::kWheels), &Recording::wheels, message.utime);
     CdrMessage odometry;
     odometry.header(message.utime, kOdom).text(kBase).pose({message.x, message.y, message.theta});
@@ -178,8 +130,7 @@ class BagExport {
   }
 
   void write(const imu_t& message) {
-    if (!fromMessage(message))
-      return recording_.reject(recording_.sensor(channel::kImu), channel::kImu, "no measurement");
+    if (!fromMessage(message)) return rejectMeasurement(channel::kImu);
     recording_.use(recording_.sensor(channel::kImu), &Recording::imu, message.utime);
     CdrMessage out;
     out.header(message.utime, kBase).zeros(3).put(1.0).put(-1.0).zeros(8);  // -1: no orientation
@@ -207,27 +158,14 @@ class BagExport {
     transform("/tf", message.utime, kMap, kOdom, {message.map_odom[0], message.map_odom[1], message.map_odom[2]});
   }
 
-  void write(const map_meta_t& message) { drawMap(channel::kMapMeta, message); }
-  void write(const map_tile_t& message) { drawMap(channel::kMapTile, message); }
-
-  template <typename Message>
-  void drawMap(const char* channel, const Message& message) {
-    recording_.sensor(channel).use(message.utime);
-    map_.add(message);
-    if (!map_.due(received_)) return;
-    const auto map = map_.draw(received_);
-    if (!map) return;
+  void draw(const MapPicture::Picture& map, std::int64_t) {
     CdrMessage out;
-    out.header(map->utime, kMap).time(map->utime).put(static_cast<float>(map->resolution));
-    out.put(static_cast<std::uint32_t>(map->columns)).put(static_cast<std::uint32_t>(map->rows)).pose(map->corner);
-    send("/map", "nav_msgs/msg/OccupancyGrid", map->utime, out.list(map->cells));  // 255 unknown is -1 of int8
+    out.header(map.utime, kMap).time(map.utime).put(static_cast<float>(map.resolution));
+    out.put(static_cast<std::uint32_t>(map.columns)).put(static_cast<std::uint32_t>(map.rows)).pose(map.corner);
+    send("/map", "nav_msgs/msg/OccupancyGrid", map.utime, out.list(map.cells));  // 255 unknown is -1 of int8
   }
 
-  static constexpr const char* kUndecoded = "a message that does not decode";
   std::unique_ptr<Ros2Bag> bag_;
-  Recording recording_;
-  MapPicture map_;
-  std::int64_t received_ = 0;  // [us]
   std::uint64_t messages_ = 0;
   bool mounted_ = false;
 };

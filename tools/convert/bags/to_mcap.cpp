@@ -5,17 +5,10 @@
 #include <cstring>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <slam/odometry_t.hpp>
-#include <stdexcept>
 
-#include "bus/channels.hpp"
-#include "bus/checked_decode.hpp"
-#include "bus/event_log.hpp"
-#include "bus/messages.hpp"
 #include "config/loader.hpp"
 #include "tools/common/trajectory.hpp"
-#include "tools/convert/bags/map_picture.hpp"
+#include "tools/convert/bags/log_export.hpp"
 #include "tools/convert/bags/mcap_writer.hpp"
 #include "tools/convert/formats.hpp"
 
@@ -84,63 +77,23 @@ json gridOf(const MapPicture::Picture& map) {
           {"data", base64(map.cells)}};
 }
 
-class Export {
+class McapExport : public LogExport<McapExport> {
  public:
-  Export(const std::filesystem::path& out, const std::filesystem::path& trajectory) : writer_(out) {
+  McapExport(const std::filesystem::path& out, const std::filesystem::path& trajectory) : writer_(out) {
     if (!trajectory.empty()) trajectory_ = readTrajectory(trajectory);
   }
 
-  Recording run(const std::filesystem::path& in) {
-    recording_.format = "slamd's log";
-    EventLogReader reader(in);
-    std::map<std::string, int> others;
-    for (LogEvent event; reader.next(event);) {
-      if (!add(event)) ++others[event.channel];
-    }
-    if (writer_.messages() == 0) throw std::runtime_error(in.string() + ": no message of slamd in it");
-    for (const auto& [channel, count] : others)
-      recording_.unused.push_back(channel + ", " + std::to_string(count) + " messages");
+  std::uint64_t written() const { return writer_.messages(); }
+  void finish() {
     if (!placed_)
       recording_.notes.push_back("no pose in it: slam-replay --trajectory FILE makes one, --trajectory FILE takes it");
     writer_.close();
-    return recording_;
   }
 
  private:
-  /// @return false: a channel that is not shown
-  bool add(const LogEvent& event) {
-    received_ = event.utime;
-    const auto& name = event.channel;
-    if (name == channel::kConfig) return take<config_t>(event);
-    if (name == channel::kScan) return take<scan_t>(event);
-    if (name == channel::kDepth) return take<depth_t>(event);
-    if (name == channel::kWheels) return take<wheels_t>(event);
-    if (name == channel::kImu) return take<imu_t>(event);
-    if (name == channel::kSlamPose) return take<pose_estimate_t>(event);
-    if (name == channel::kHealth) return take<health_t>(event);
-    if (name == channel::kMapMeta) return take<map_meta_t>(event);
-    if (name == channel::kMapTile) return take<map_tile_t>(event);
-    if (name != channel::kOdometry) return false;
-    odometry_t message;  // of one size: its decoder reads no lengths
-    if (message.decode(event.data.data(), 0, static_cast<int>(event.data.size())) < 0) return refuse(event);
-    show(message);
-    return true;
-  }
+  friend LogExport;
 
-  template <typename Message>
-  bool take(const LogEvent& event) {
-    const auto message = decodeChecked<Message>(event.data);
-    if (!message) return refuse(event);
-    show(*message);
-    return true;
-  }
-
-  bool refuse(const LogEvent& event) {
-    recording_.reject(recording_.sensor(event.channel), event.channel, "a message that does not decode");
-    return true;
-  }
-
-  void show(const config_t& message) {
+  void write(const config_t& message) {
     try {
       const Config config = parseConfig(message.configuration, channel::kConfig);
       const auto& camera = config.depth_device.projection.extrinsics;
@@ -157,9 +110,9 @@ class Export {
     }
   }
 
-  void show(const scan_t& message) {
+  void write(const scan_t& message) {
     const auto scan = fromMessage(message);
-    if (!scan) return recording_.reject(recording_.sensor(channel::kScan), channel::kScan, "no measurement");
+    if (!scan) return rejectMeasurement(channel::kScan);
     recording_.use(recording_.sensor(channel::kScan), &Recording::scans, message.utime);
     if (!trajectory_.empty()) {
       if (const auto pose = poseAt(trajectory_, scan->stamp)) place(message.utime, "map", "base", *pose);
@@ -180,9 +133,9 @@ class Export {
     cloud("/scan", "lidar", message.utime, points);
   }
 
-  void show(const depth_t& message) {
+  void write(const depth_t& message) {
     const auto laser = fromMessage(message);
-    if (!laser) return recording_.reject(recording_.sensor(channel::kDepth), channel::kDepth, "no measurement");
+    if (!laser) return rejectMeasurement(channel::kDepth);
     recording_.sensor(channel::kDepth).use(message.utime);
     std::string points;
     for (int i = 0; i < message.nbeams; ++i) {
@@ -194,7 +147,7 @@ class Export {
     cloud("/depth", "camera", message.utime, points);
   }
 
-  void show(const wheels_t& message) {
+  void write(const wheels_t& message) {
     recording_.use(recording_.sensor(channel::kWheels), &Recording::wheels, message.utime);
     send("/wheels", "slam.wheels", message.utime,
          {{"x", message.x},
@@ -204,12 +157,12 @@ class Export {
           {"angles", message.angles}});
   }
 
-  void show(const imu_t& message) {
+  void write(const imu_t& message) {
     recording_.use(recording_.sensor(channel::kImu), &Recording::imu, message.utime);
     send("/imu", "slam.imu", message.utime, {{"gyro", message.gyro}, {"accel", message.accel}});
   }
 
-  void show(const pose_estimate_t& message) {
+  void write(const pose_estimate_t& message) {
     recording_.sensor(channel::kSlamPose).use(message.utime);
     const Pose2 pose{message.x, message.y, message.theta};
     if (trajectory_.empty()) place(message.utime, "map", "base", pose);
@@ -226,7 +179,7 @@ class Export {
           {"map_id", message.map_id}});
   }
 
-  void show(const odometry_t& message) {
+  void write(const odometry_t& message) {
     recording_.sensor(channel::kOdometry).use(message.utime);
     send("/odometry", "foxglove.PoseInFrame", message.utime,
          {{"timestamp", timeOf(message.utime)},
@@ -234,7 +187,7 @@ class Export {
           {"pose", poseOf({message.x, message.y, message.theta})}});
   }
 
-  void show(const health_t& message) {
+  void write(const health_t& message) {
     recording_.sensor(channel::kHealth).use(message.utime);
     json devices = json::array(), counters = json::object();
     for (const auto& device : message.devices)
@@ -249,16 +202,7 @@ class Export {
           {"counters", counters}});
   }
 
-  void show(const map_meta_t& message) { drawMap(channel::kMapMeta, message); }
-  void show(const map_tile_t& message) { drawMap(channel::kMapTile, message); }
-
-  template <typename Message>
-  void drawMap(const char* channel, const Message& message) {
-    recording_.sensor(channel).use(message.utime);
-    map_.add(message);
-    if (!map_.due(received_)) return;
-    if (const auto picture = map_.draw(received_)) send("/map", "foxglove.Grid", message.utime, gridOf(*picture));
-  }
+  void draw(const MapPicture::Picture& map, std::int64_t utime) { send("/map", "foxglove.Grid", utime, gridOf(map)); }
 
   static void put(std::string& points, float x, float y, float intensity) {
     for (const float value : {x, y, 0.0F, intensity}) {
@@ -306,11 +250,9 @@ class Export {
   McapWriter writer_;
   std::map<std::string, std::uint16_t> channels_;  // by topic
   Trajectory trajectory_;
-  Recording recording_;
-  MapPicture map_;
   Pose2 T_base_lidar_, T_base_camera_;
   bool upside_down_ = false;
-  std::int64_t received_ = 0, mounted_ = 0;  // [us]
+  std::int64_t mounted_ = 0;  // [us]
   bool placed_ = false;
 };
 
@@ -318,7 +260,7 @@ class Export {
 
 Recording convertToMcap(const std::filesystem::path& in, const std::filesystem::path& out,
                         const std::filesystem::path& trajectory) {
-  return Export(out, trajectory).run(in);
+  return McapExport(out, trajectory).run(in);
 }
 
 }  // namespace slam

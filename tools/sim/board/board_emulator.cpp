@@ -45,18 +45,11 @@ robolink::ChassisParameters BoardEmulator::chassis() const {
 
 void BoardEmulator::renew(std::span<const double> angles, const robolink::Imu& imu, double uptime) {
   pass(uptime);
-  if (stuck_) return;
-  const double elapsed = uptime - renewed_;  // [s]
-  for (std::size_t i = 0; i < std::min(angles.size(), angles_.size()); ++i) {
-    const double turned = factor_ * (angles[i] - angles_[i]);
-    mileage_[i] += turned;
-    speeds_[i] = elapsed > 0.0 ? turned / elapsed : 0.0;
-    angles_[i] = angles[i];
-  }
-  renewed_ = uptime;
+  if (faults_.stuck) return;
+  wheels_.renew(angles, faults_.factor, uptime);
   imu_ = imu;
-  imu_.online = imu_offline_ ? 0 : 1;
-  imu_.gyro[2] += static_cast<float>(gyro_bias_);
+  imu_.online = faults_.imu_offline ? 0 : 1;
+  imu_.gyro[2] += static_cast<float>(faults_.gyro_bias);
   info_ = {.system_time = static_cast<float>(uptime * 1e6),
            .cpu_temperature = 41.0F,
            .cpu_usage = 23.0F,
@@ -64,9 +57,31 @@ void BoardEmulator::renew(std::span<const double> angles, const robolink::Imu& i
            .power_remain = 80.0F};
 }
 
+void BoardEmulator::Wheels::renew(std::span<const double> angles, double factor, double uptime) {
+  const double elapsed = uptime - renewed_;  // [s]
+  for (std::size_t i = 0; i < std::min(angles.size(), angles_.size()); ++i) {
+    const double turned = factor * (angles[i] - angles_[i]);
+    mileage_[i] += turned;
+    speeds_[i] = elapsed > 0.0 ? turned / elapsed : 0.0;
+    angles_[i] = angles[i];
+  }
+  renewed_ = uptime;
+}
+
 void BoardEmulator::pass(double uptime) {
   uptime_ = std::max(uptime_, uptime);
-  for (; next_check_ <= uptime_; next_check_ += kCheckPeriod) {
+  watchdog_.pass(uptime_);
+}
+
+void BoardEmulator::Watchdog::command() { quality_ += kQualityOfACommand; }
+
+void BoardEmulator::Watchdog::restart() {
+  quality_ = kWorst;
+  motors_on_ = false;
+}
+
+void BoardEmulator::Watchdog::pass(double uptime) {
+  for (; next_check_ <= uptime; next_check_ += kCheckPeriod) {
     quality_ = std::clamp(quality_ - kQualityLost, kWorst, kBest);
     if (quality_ <= kMotorsOff) motors_on_ = false;
     if (quality_ >= kMotorsOn) motors_on_ = true;
@@ -75,42 +90,47 @@ void BoardEmulator::pass(double uptime) {
 
 void BoardEmulator::restart() {
   decoder_.reset();
-  mileage_ = {};
+  wheels_.clear();
   greeted_ = false;
-  quality_ = kWorst;
-  motors_on_ = false;
+  watchdog_.restart();
   wanted_.setZero();
   late_.clear();
 }
 
 bool BoardEmulator::inject(std::string_view kind, double value) {
-  using E = BoardEmulator;
+  // A cold start: it counts from 0.
+  if (kind == "reset" && std::isfinite(value)) return restart(), true;
+  return faults_.inject(kind, value);
+}
+
+bool BoardFaults::inject(std::string_view kind, double value) {
+  using E = BoardFaults;
   constexpr double kAny = std::numeric_limits<double>::max();
   static constexpr FaultKind<E> kKinds[] = {
-      {"reset", [](E& board, double) { return board.restart(), true; }, -kAny, kAny},  // cold start: counts from 0
-      {"silent", &E::silent_},                                                         // answers nothing
-      {"garbage", &E::garbage_},                     // answers random bytes, as many as the answer has
-      {"checksum", &E::wrong_checksums_, 0.0, 1e6},  // so many answers have a wrong checksum
-      {"stuck", &E::stuck_},  // answers, but renews nothing; the wheels are counted on, and seen afterwards
-      {"wrong", &E::factor_, -kAny, kAny},          // what the wheels turn is multiplied by it
-      {"gyro_wrong", &E::gyro_bias_, -kAny, kAny},  // [rad/s] is added to the turn rate about z
-      {"imu_offline", &E::imu_offline_},            // reports that its IMU is offline
-      {"slow", &E::delay_, 0.0, 10000.0},           // [ms] that answers come later
+      {"silent", &E::silent},                       // answers nothing
+      {"garbage", &E::garbage},                     // answers random bytes, as many as the answer has
+      {"checksum", &E::wrong_checksums, 0.0, 1e6},  // so many answers have a wrong checksum
+      {"stuck", &E::stuck},  // answers, but renews nothing; the wheels are counted on, and seen afterwards
+      {"wrong", &E::factor, -kAny, kAny},          // what the wheels turn is multiplied by it
+      {"gyro_wrong", &E::gyro_bias, -kAny, kAny},  // [rad/s] is added to the turn rate about z
+      {"imu_offline", &E::imu_offline},            // reports that its IMU is offline
+      {"slow", &E::delay, 0.0, 10000.0},           // [ms] that answers come later
   };
   return injectFault(kKinds, *this, kind, value);
 }
 
 void BoardEmulator::answer(Command command, std::span<const std::uint8_t> payload, std::vector<std::uint8_t>& out) {
-  if (silent_) return;
+  if (faults_.silent) return;
   std::array<std::uint8_t, robolink::kMaxFrame> frame;
   const std::size_t size = robolink::encodeFrame(robolink::kSlave, robolink::kMaster, command, payload, frame);
-  if (wrong_checksums_ > 0) {
-    --wrong_checksums_;
+  if (faults_.wrong_checksums > 0) {
+    --faults_.wrong_checksums;
     ++frame[size - 1];
   }
-  if (garbage_) std::generate_n(frame.begin(), size, [this] { return static_cast<std::uint8_t>(random_()); });
-  if (delay_ > Duration(0) || !late_.empty()) {  // never before one that is under way
-    late_.push_back({uptime_ + toSeconds(delay_), {frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(size)}});
+  if (faults_.garbage) std::generate_n(frame.begin(), size, [this] { return static_cast<std::uint8_t>(random_()); });
+  if (faults_.delay > Duration(0) || !late_.empty()) {  // never before one that is under way
+    late_.push_back(
+        {uptime_ + toSeconds(faults_.delay), {frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(size)}});
   } else {
     out.insert(out.end(), frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(size));
   }
@@ -121,7 +141,7 @@ void BoardEmulator::receive(std::span<const std::uint8_t> bytes, std::vector<std
     for (auto frame = decoder_.push(byte); frame; frame = decoder_.flush()) handle(*frame, out);
   }
   for (; !late_.empty() && late_.front().due <= uptime_; late_.pop_front()) {
-    if (!silent_) out.insert(out.end(), late_.front().bytes.begin(), late_.front().bytes.end());
+    if (!faults_.silent) out.insert(out.end(), late_.front().bytes.begin(), late_.front().bytes.end());
   }
 }
 
@@ -137,9 +157,9 @@ void BoardEmulator::handle(const robolink::Frame& frame, std::vector<std::uint8_
   if (!greeted_) return answer(Command::kShakingHands, {}, out);
   switch (command) {
     case Command::kGetMotorMileage:
-      return answer(command, robolink::encodeMotorVector(servos(mileage_)), out);
+      return answer(command, robolink::encodeMotorVector(servos(wheels_.mileage())), out);
     case Command::kGetMotorSpeed:
-      return answer(command, robolink::encodeMotorVector(servos(speeds_)), out);
+      return answer(command, robolink::encodeMotorVector(servos(wheels_.speeds())), out);
     case Command::kGetImu:
       return answer(command, robolink::encodeImu(imu_), out);
     case Command::kGetSystemInfo:
@@ -149,7 +169,7 @@ void BoardEmulator::handle(const robolink::Frame& frame, std::vector<std::uint8_
     case Command::kSetRobotSpeed:  // what is set with a wrong size is ignored
       if (const auto speed = robolink::parseCoordinate(frame.payload)) {
         wanted_ = Eigen::Vector3f(speed->x, speed->y, speed->z).cast<double>();
-        quality_ += kQualityOfACommand;
+        watchdog_.command();
         answer(command, {}, out);
       }
       return;
@@ -160,7 +180,7 @@ void BoardEmulator::handle(const robolink::Frame& frame, std::vector<std::uint8_
       }
       return;
     case Command::kClearCoordinateData:
-      mileage_ = {};
+      wheels_.clear();
       return answer(command, {}, out);
     default:
       return;

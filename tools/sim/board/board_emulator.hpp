@@ -16,6 +16,17 @@
 
 namespace slam::sim {
 
+/// What can go wrong with an emulated board.
+struct BoardFaults {
+  bool silent = false, garbage = false, stuck = false, imu_offline = false;
+  int wrong_checksums = 0;
+  double factor = 1.0, gyro_bias = 0.0;  ///< [1] of the wheels, [rad/s]
+  Duration delay{0};
+
+  /// @return false for an unknown kind or a value out of its range
+  bool inject(std::string_view kind, double value);
+};
+
 /// A HandsFree board at byte level: handshake after start, then answers with the values it renewed last, as the open
 /// firmware does.
 class BoardEmulator {
@@ -44,7 +55,7 @@ class BoardEmulator {
   bool greeted() const { return greeted_; }
   /// The twist (vx [m/s], vy [m/s], omega [rad/s]) that the motors were told; zero when the firmware's watchdog has
   /// stopped them for want of commands.
-  Eigen::Vector3d drive() const { return motors_on_ ? wanted_ : Eigen::Vector3d::Zero(); }
+  Eigen::Vector3d drive() const { return watchdog_.motorsOn() ? wanted_ : Eigen::Vector3d::Zero(); }
   /// What the host said with its handshakes and SET_SYSTEM_INFO.
   const std::optional<robolink::Coordinate>& coordinate() const { return coordinate_; }
   const std::optional<robolink::SystemInfo>& told() const { return told_; }
@@ -53,6 +64,32 @@ class BoardEmulator {
   struct Late {
     double due;  // [s] uptime
     std::vector<std::uint8_t> bytes;
+  };
+  /// What the wheels have turned, as the board counts it.
+  class Wheels {
+   public:
+    /// @param angles [rad] true ones @param factor of what they turn @param uptime [s]
+    void renew(std::span<const double> angles, double factor, double uptime);
+    void clear() { mileage_ = {}; }
+    const WheelVector& mileage() const { return mileage_; }  ///< [rad]
+    const WheelVector& speeds() const { return speeds_; }    ///< [rad/s]
+
+   private:
+    WheelVector angles_{}, mileage_{}, speeds_{};
+    double renewed_ = 0.0;  // [s]
+  };
+  /// The firmware's watchdog: the motors are on as long as commands come.
+  class Watchdog {
+   public:
+    void pass(double uptime);
+    void command();
+    void restart();
+    bool motorsOn() const { return motors_on_; }
+
+   private:
+    double next_check_ = 0.0;  // [s] uptime
+    int quality_ = 5;          // of control, 5..100
+    bool motors_on_ = false;
   };
 
   void pass(double uptime);
@@ -65,23 +102,17 @@ class BoardEmulator {
   BaseKinematics base_;
   std::mt19937_64 random_;
   robolink::Decoder decoder_{robolink::kSlave, robolink::kMaster};
-  WheelVector angles_{}, mileage_{}, speeds_{};  // [rad] turned, [rad] counted, [rad/s]
+  Wheels wheels_;
   robolink::Imu imu_;
   robolink::SystemInfo info_;
   bool greeted_ = false;
   std::optional<robolink::Coordinate> coordinate_;
   std::optional<robolink::SystemInfo> told_;
 
-  double uptime_ = 0.0, renewed_ = 0.0;  // [s]
-  double next_check_ = 0.0;              // [s] uptime of the watchdog's next look
-  int quality_ = 5;                      // of control, 5..100
-  bool motors_on_ = false;
+  double uptime_ = 0.0;  // [s]
+  Watchdog watchdog_;
   Eigen::Vector3d wanted_ = Eigen::Vector3d::Zero();
-
-  bool silent_ = false, garbage_ = false, stuck_ = false, imu_offline_ = false;
-  int wrong_checksums_ = 0;
-  double factor_ = 1.0, gyro_bias_ = 0.0;  // [1], [rad/s]
-  Duration delay_{0};
+  BoardFaults faults_;
   std::deque<Late> late_;
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/imu/codec/witmotion_frames.hpp"
 #include "firmware_if/hfi_imu.hpp"
 
 namespace slam::sim {
@@ -12,8 +13,8 @@ namespace {
 constexpr double kStandardGravity = 9.80665;  // [m/s^2] of one g
 
 /// @param unit what one count means, in the unit of `values`
-hfi::B6Frame counts(hfi::B6Type type, const std::array<double, 3>& values, double unit) {
-  hfi::B6Frame frame{type};
+witmotion::Frame counts(witmotion::Type type, const std::array<double, 3>& values, double unit) {
+  witmotion::Frame frame{type};
   for (std::size_t i = 0; i < 3; ++i) {
     frame.raw[i] = static_cast<std::int16_t>(std::clamp(std::round(values[i] / unit), -32768.0, 32767.0));
   }
@@ -35,11 +36,12 @@ void ImuEmulator::encode(const Vector& gyro, const Vector& accel, Bytes& out) {
     send(hfi::encodeA9(hfi::A9Attitude{}), out);
     return;
   }
+  using witmotion::Type;
   if (sendsAcceleration())
-    send(hfi::encodeB6(counts(hfi::B6Type::kAccel, gravity, static_cast<double>(hfi::kB6Accel))), out);
-  if (sendsTurnRate()) send(hfi::encodeB6(counts(hfi::B6Type::kGyro, gyro, static_cast<double>(hfi::kB6Gyro))), out);
-  for (const hfi::B6Type type : {hfi::B6Type::kAngle, hfi::B6Type::kMagnetic})
-    send(hfi::encodeB6(hfi::B6Frame{type}), out);
+    send(witmotion::encode(counts(Type::kAcceleration, gravity, witmotion::kGravitiesPerCount)), out);
+  if (sendsTurnRate())
+    send(witmotion::encode(counts(Type::kTurnRate, gyro, witmotion::kRadiansPerSecondPerCount)), out);
+  for (const Type type : {Type::kAngle, Type::kMagnetic}) send(witmotion::encode({type}), out);
 }
 
 }  // namespace slam::sim

@@ -22,6 +22,21 @@ struct CanReadings {
   can::xsens::Quaternion attitude{1, 0, 0, 0};
 };
 
+/// What can go wrong with the devices on the bus.
+struct CanFaults {
+  bool silent = false, garbage = false, stuck = false, deaf = false;
+  double factor = 1.0;  ///< of the positions
+  int slow = 1;         ///< factor of the periods
+  Duration delay{0};
+  double watchdog = 0.0;  ///< [s] 0: off
+  can::odrive::Dialect dialect = can::odrive::Dialect::k05;
+  int time_every = 1, acceleration_every = 1;  ///< sent with every so many'th turn rate, 0 never
+  bool quaternion = true;
+
+  /// @return false for an unknown kind or a value out of its range
+  bool inject(std::string_view kind, double value);
+};
+
 /// The drives of two wheels and an IMU on one CAN bus, frame by frame at the rates of firmware_if/README.md. Knows no
 /// clock: time and truth come from outside.
 class CanEmulator {
@@ -35,7 +50,9 @@ class CanEmulator {
   /// @param nodes left, right @param protocol of the drives
   explicit CanEmulator(std::uint64_t seed = 1, const std::array<int, 2>& nodes = kNodes,
                        can::Protocol protocol = can::Protocol::kOdrive)
-      : random_(seed), nodes_(nodes), protocol_(protocol) {}
+      : random_(seed), protocol_(protocol) {
+    for (std::size_t side = 0; side < 2; ++side) drives_[side].node = nodes[side];
+  }
 
   /// Makes the frames that are due up to `now`; to be called every few milliseconds, time going on.
   /// @param out frames in the order of the bus are appended; error frames are for the host's controller
@@ -44,7 +61,7 @@ class CanEmulator {
   /// A frame from the host. What a drive answers comes with the next step.
   void receive(const can::Frame& frame);
   /// Speeds asked for last [turns/s], as sent to each drive.
-  const std::array<float, 2>& asked() const { return asked_; }
+  std::array<float, 2> asked() const { return {drives_[0].asked, drives_[1].asked}; }
   int commands() const { return commands_; }  ///< speeds received
   bool armed() const { return drives_[0].armed() && drives_[1].armed(); }
   /// Speeds at which the motors turn the wheels [turns/s]: those asked for last, for ever, while the drive is armed.
@@ -55,6 +72,9 @@ class CanEmulator {
 
  private:
   struct Drive {
+    int node = 0;
+    double angle = 0.0;                     // [rad] of its wheel, at turned_
+    float asked = 0.0F;                     // [turns/s]
     double position = 0.0, velocity = 0.0;  // [turns, turns/s]
     bool fed = true;                        // by a frame from the host, since the last step
     bool asked_version = false, asked_watchdog = false;
@@ -73,29 +93,21 @@ class CanEmulator {
   void sendAnswers(Timestamp now);
 
   std::mt19937_64 random_;
-  std::array<int, 2> nodes_;
   can::Protocol protocol_;
   std::array<Drive, 2> drives_;
   CanReadings imu_;
   std::optional<Timestamp> started_, turned_;
-  std::array<double, 2> angles_{};  // [rad] at turned_
   Timestamp next_estimates_{}, next_heartbeat_{}, next_imu_{};
   struct Delayed {
     Timestamp due;
     can::Frame frame;
   };
   std::deque<Delayed> line_;
-  std::array<float, 2> asked_{};
   int commands_ = 0;
-  bool silent_ = false, garbage_ = false, stuck_ = false, bus_off_ = false, deaf_ = false;
-  double factor_ = 1.0;
-  int slow_ = 1;
-  can::odrive::Dialect dialect_ = can::odrive::Dialect::k05;
+  CanFaults faults_;
+  bool bus_off_ = false;
   Duration estimates_ = std::chrono::milliseconds(10);
-  int time_every_ = 1, acceleration_every_ = 1, imu_samples_ = 0;
-  bool quaternion_ = true;
-  Duration delay_{0};
-  double watchdog_ = 0.0;  // [s] 0: off
+  int imu_samples_ = 0;
 };
 
 }  // namespace slam::sim

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdio>
 #include <fcntl.h>
+#include <fstream>
 #include <sstream>
 #include <stdexcept>
 #include <sys/stat.h>
@@ -89,6 +91,41 @@ std::vector<std::string> FaultPipe::read() {
     lines.push_back(rest_.substr(0, end));
   }
   return lines;
+}
+
+FaultQueue::FaultQueue(const std::filesystem::path& script, const std::filesystem::path& pipe) : pipe_(pipe) {
+  if (script.empty()) return;
+  std::ifstream in(script);
+  if (!in) throw std::runtime_error(script.string() + ": cannot be read");
+  script_ = readFaultScript(in, script.string());
+}
+
+void FaultQueue::collect(Duration elapsed) {
+  const std::lock_guard lock(mutex_);
+  for (; next_ < script_.size() && script_[next_].at <= elapsed; ++next_) due_.push_back(script_[next_].fault);
+  for (const std::string& line : pipe_.read()) {
+    if (const auto fault = parseFault(line)) {
+      due_.push_back(*fault);
+    } else {
+      std::fprintf(stderr, "slam-sim: no fault: %s; write DEVICE KIND [VALUE]\n", line.c_str());
+    }
+  }
+}
+
+void FaultQueue::deliver(std::string_view device, const std::function<bool(const Fault&)>& inject) {
+  std::vector<Fault> taken;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto others =
+        std::stable_partition(due_.begin(), due_.end(), [&](const Fault& fault) { return fault.device == device; });
+    taken.assign(due_.begin(), others);
+    due_.erase(due_.begin(), others);
+  }
+  for (const Fault& fault : taken) {
+    if (inject(fault)) continue;
+    std::fprintf(stderr, "slam-sim: the %s knows no fault \"%s\" of %g\n", fault.device.c_str(), fault.kind.c_str(),
+                 fault.value);
+  }
 }
 
 }  // namespace slam::sim

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <filesystem>
+#include <functional>
 #include <istream>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -47,6 +49,25 @@ class FaultPipe {
   std::filesystem::path path_;
   int descriptor_ = -1;
   std::string rest_;  // of an unfinished line
+};
+
+/// Faults that are due, by a script or by a pipe, until their devices take them. Safe from any thread.
+class FaultQueue {
+ public:
+  /// @param script a file; empty: none @throws std::runtime_error, std::system_error as the above
+  FaultQueue(const std::filesystem::path& script, const std::filesystem::path& pipe);
+
+  /// @param elapsed since the devices began to play
+  void collect(Duration elapsed);
+  /// Hands a device its faults that are due. @param inject returns false for one that it does not know
+  void deliver(std::string_view device, const std::function<bool(const Fault&)>& inject);
+
+ private:
+  std::mutex mutex_;
+  std::vector<ScheduledFault> script_;
+  std::size_t next_ = 0;  // of the script
+  FaultPipe pipe_;
+  std::vector<Fault> due_;
 };
 
 }  // namespace slam::sim

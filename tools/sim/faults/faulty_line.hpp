@@ -21,8 +21,6 @@ class FaultyLine {
   /// @param port 0: any that is free
   explicit FaultyLine(std::uint16_t port) : tcp_port_(port) { plugIn(); }
 
-  std::uint16_t tcpPort() const { return tcp_port_.value_or(0); }  ///< 0: it is a serial line
-
   /// Faults of LineFaults; and "baud", the only rate [bit/s] at which the device is understood and understands, 0: any.
   /// @return false for another one
   bool inject(std::string_view kind, double value);

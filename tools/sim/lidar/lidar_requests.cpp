@@ -69,23 +69,22 @@ void LidarEmulator::answer(AnswerType type, const Bytes& data, Bytes& out) {
   out.insert(out.end(), data.begin(), data.end());
 }
 
+bool LidarEmulator::setMotor(Request request, std::span<const std::uint8_t> payload, Timestamp now) {
+  const bool pwm = request == Request::kSetMotorPwm;
+  if (!pwm && request != Request::kSetMotorSpeed) return false;
+  if (!(pwm ? identity_.accessory_board : hasSpeedControl()) || payload.size() != 2) return true;
+  std::uint16_t& motor = pwm ? pwm_ : speed_;
+  if (motor == 0) stable_at_ = now + kSpinUp;
+  motor = pwm ? std::min<std::uint16_t>(u16(payload, 0), 1023) : u16(payload, 0);
+  return true;
+}
+
 void LidarEmulator::handle(Timestamp now, Bytes& out) {
   const auto request = static_cast<Request>(request_[1]);
   const Bytes payload(request_.begin() + (request_.size() > 3 ? 3 : 2), request_.end() - (request_.size() > 3 ? 1 : 0));
-  if (request == Request::kSetMotorPwm) {
-    if (!identity_.accessory_board || payload.size() != 2) return;
-    if (pwm_ == 0) stable_at_ = now + kSpinUp;
-    pwm_ = std::min<std::uint16_t>(u16(payload, 0), 1023);
-    return;
-  }
-  if (request == Request::kSetMotorSpeed) {
-    if (!hasSpeedControl() || payload.size() != 2) return;
-    if (speed_ == 0) stable_at_ = now + kSpinUp;
-    speed_ = u16(payload, 0);
-    return;
-  }
+  if (setMotor(request, payload, now)) return;
   // Any request ends a scan; what is on the line already comes before the answer.
-  endScan();
+  sampler_.end();
   out.insert(out.end(), line_.begin(), line_.end());
   line_.clear();
   const bool answers = request != Request::kStop && request != Request::kReset;

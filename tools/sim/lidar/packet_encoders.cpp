@@ -111,6 +111,10 @@ Bytes camsense(const PacketContents& packet) {
   return bytes;
 }
 
+constexpr PacketFormat slowYdlidar(const char* driver) {
+  return {.driver = driver, .encode = ydlidarPlain, .shift = slam::ydlidar::shiftOf, .samples = 40, .turn_rate = 7.0};
+}
+
 constexpr std::array kFormats = {
     PacketFormat{.driver = "ld06", .encode = ldrobot},
     PacketFormat{.driver = "ld19", .encode = ldrobot},
@@ -118,21 +122,9 @@ constexpr std::array kFormats = {
     PacketFormat{.driver = "stl27l", .encode = ldrobot},
     PacketFormat{.driver = "ms200", .encode = ldrobot},
     PacketFormat{.driver = "lds02", .encode = ldrobot, .shift = slam::ldrobot::ld08Shift, .turn_rate = 5.0},
-    PacketFormat{.driver = "ydlidar-x2",
-                 .encode = ydlidarPlain,
-                 .shift = slam::ydlidar::shiftOf,
-                 .samples = 40,
-                 .turn_rate = 7.0},
-    PacketFormat{.driver = "ydlidar-x4",
-                 .encode = ydlidarPlain,
-                 .shift = slam::ydlidar::shiftOf,
-                 .samples = 40,
-                 .turn_rate = 7.0},
-    PacketFormat{.driver = "ydlidar-x4-pro",
-                 .encode = ydlidarPlain,
-                 .shift = slam::ydlidar::shiftOf,
-                 .samples = 40,
-                 .turn_rate = 7.0},
+    slowYdlidar("ydlidar-x2"),
+    slowYdlidar("ydlidar-x4"),
+    slowYdlidar("ydlidar-x4-pro"),
     PacketFormat{.driver = "ydlidar-g2", .encode = ydlidarBright, .shift = slam::ydlidar::shiftOf, .samples = 40},
     PacketFormat{.driver = "ydlidar-g4", .encode = ydlidarPlain, .shift = slam::ydlidar::shiftOf, .samples = 80},
     PacketFormat{.driver = "ydlidar-t-mini", .encode = ydlidarBright, .samples = 40},

@@ -111,12 +111,12 @@ Finding checkDrives(const CanConfig& can, CanPort& port, Duration patience) {
   if (heard.error != 0)
     return {Finding::kWarning, "CAN: it cannot be listened to on " + can.interface + ": " + std::strerror(heard.error),
             "sudo slamctl doctor"};
-  const auto isHeard = [&](int node) { return std::binary_search(heard.nodes.begin(), heard.nodes.end(), node); };
+  const auto isOnBus = [&](int node) { return std::binary_search(heard.nodes.begin(), heard.nodes.end(), node); };
   std::string list;
   for (const int node : heard.nodes) list += (list.empty() ? "" : ", ") + std::to_string(node);
-  const bool both = isHeard(can.left_node) && isHeard(can.right_node);
+  const bool both = isOnBus(can.left_node) && isOnBus(can.right_node);
   if (both) return {Finding::kGood, "CAN: the drives of both wheels send heartbeats", ""};
-  const std::string missing = !isHeard(can.left_node)
+  const std::string missing = !isOnBus(can.left_node)
                                   ? "left wheel (can.left_node = " + std::to_string(can.left_node) + ")"
                                   : "right wheel (can.right_node = " + std::to_string(can.right_node) + ")";
   return {Finding::kFault, "CAN: no heartbeat of the " + missing,

@@ -141,10 +141,6 @@ void takeGyro(const Config& config, const SensorLog& log, DriveCalibration& resu
 
 }  // namespace
 
-bool DriveCalibration::isAnyWrong() const {
-  return std::any_of(values.begin(), values.end(), [](const CalibratedValue& value) { return value.is_wrong; });
-}
-
 DriveCalibration calibrateDrive(Config& config, const std::filesystem::path& log) {
   Config working = config;
   Calibration result;

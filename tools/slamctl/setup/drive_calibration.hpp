@@ -24,8 +24,6 @@ struct DriveCalibration {
   double rotation_before = 0.0, rotation_after = 0.0;        ///< [rad]
   double gyro_scale = 0.0, gyro_interval = 0.0;              ///< [1] gyro's turns over the scans'; 0: no gyro
   int used = 0, rejected = 0;                                ///< motions
-
-  bool isAnyWrong() const;
 };
 
 /// slam-calibrate's estimate from a recorded drive, with `config` before it. What is significantly wrong is set in

@@ -192,9 +192,9 @@ class Proposal {
   void proposeCan(const FoundBus& bus) {
     interview_.take("base.driver", "can");
     interview_.take("can.interface", bus.interface);
-    const auto hears = [&](int node) { return std::binary_search(bus.nodes.begin(), bus.nodes.end(), node); };
+    const auto isOnBus = [&](int node) { return std::binary_search(bus.nodes.begin(), bus.nodes.end(), node); };
     const CanConfig& can = interview_.config().can;
-    if (hears(can.left_node) && hears(can.right_node)) return;
+    if (isOnBus(can.left_node) && isOnBus(can.right_node)) return;
     interview_.takeDefault("can.left_node", std::to_string(bus.nodes[0]));
     interview_.takeDefault("can.right_node", std::to_string(bus.nodes[1]));
     interview_.ask("can.left_node", "Node of the left wheel's ODrive");

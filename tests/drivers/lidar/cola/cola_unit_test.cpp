@@ -28,7 +28,7 @@ const sim::ColaModel& modelOf(std::string_view name) {
 class Sick : public testing::TestWithParam<const char*> {
  protected:
   UnitRig rig_{std::make_unique<sim::ColaEmulator>(test::lidarRoom, modelOf(GetParam())),
-               std::make_unique<ColaUnit>(RangeLimits{0.05F, 25.0F}, test::virtualNow), Speaker::kUnknown, kAddress};
+               std::make_unique<ColaUnit>(RangeLimits{0.05F, 25.0F}, test::virtualNow), LineDevice::kUnknown, kAddress};
 };
 
 TEST_P(Sick, GivesWholeScansOfTheRoom) {
@@ -98,7 +98,7 @@ INSTANTIATE_TEST_SUITE_P(Of, Sick, testing::Values("sick-tim", "sick-lms"),
 
 TEST(ColaUnit, DoesNotTakeAnotherLidarForItsOwn) {
   UnitRig rig(std::make_unique<sim::ScipEmulator>(test::lidarRoom, sim::scipModels()[1]),
-              std::make_unique<ColaUnit>(RangeLimits{}, test::virtualNow), Speaker::kUnknown, kAddress);
+              std::make_unique<ColaUnit>(RangeLimits{}, test::virtualNow), LineDevice::kUnknown, kAddress);
   EXPECT_FALSE(rig.connect());
   EXPECT_EQ(rig.state(), DeviceState::kFault);
   EXPECT_THAT(rig.words(), HasSubstr("check lidar.driver and lidar.port"));

@@ -30,7 +30,7 @@ const sim::ScipModel& modelOf(std::string_view name) {
 class Hokuyo : public testing::TestWithParam<const char*> {
  protected:
   UnitRig rig_{std::make_unique<sim::ScipEmulator>(test::lidarRoom, modelOf(GetParam())),
-               std::make_unique<ScipUnit>(ScipConfig{.limits = {0.05F, 60.0F}}, test::virtualNow), Speaker::kHokuyo};
+               std::make_unique<ScipUnit>(ScipConfig{.limits = {0.05F, 60.0F}}, test::virtualNow), LineDevice::kHokuyo};
 };
 
 TEST_P(Hokuyo, GivesWholeScansOfTheRoomAsSoonAsTheyAreMeasured) {
@@ -135,14 +135,15 @@ class Scripted : public sim::EmulatedLidar {
 TEST(ScipUnit, RefusesAUnitWhoseParametersCannotBe) {
   UnitRig rig(std::make_unique<Scripted>(std::map<std::string, std::string>{
                   {"VV", "VV\n00P\nVEND:Hokuyo Automatic Co.,Ltd.;[\n\n"}, {"PP", "PP\n00P\nARES:0;O\n\n"}}),
-              std::make_unique<ScipUnit>(ScipConfig{}, test::virtualNow), Speaker::kHokuyo);
+              std::make_unique<ScipUnit>(ScipConfig{}, test::virtualNow), LineDevice::kHokuyo);
   EXPECT_FALSE(rig.connect());
   EXPECT_TRUE(rig.lidar.status().problem().is(problem::kLidarUnknown)) << rig.words();
 }
 
 TEST(ScipUnit, SpeaksOfTheNetworkWhereItIsThere) {
   UnitRig rig(std::make_unique<Scripted>(std::map<std::string, std::string>{}),
-              std::make_unique<ScipUnit>(ScipConfig{}, test::virtualNow), Speaker::kHokuyo, "tcp://192.168.0.10:10940");
+              std::make_unique<ScipUnit>(ScipConfig{}, test::virtualNow), LineDevice::kHokuyo,
+              "tcp://192.168.0.10:10940");
   EXPECT_FALSE(rig.connect());
   EXPECT_THAT(rig.words(), AllOf(HasSubstr("tcp://192.168.0.10:10940 takes the connection"),
                                  HasSubstr("check lidar.driver and lidar.port")));
@@ -153,14 +154,14 @@ TEST(ScipUnit, SpeaksOfTheNetworkWhereItIsThere) {
 
 TEST(ScipUnit, NamesAnotherLidarInItsPlace) {
   UnitRig rig(std::make_unique<sim::PacketEmulator>(test::lidarRoom, "ld19"),
-              std::make_unique<ScipUnit>(ScipConfig{}, test::virtualNow), Speaker::kHokuyo);
+              std::make_unique<ScipUnit>(ScipConfig{}, test::virtualNow), LineDevice::kHokuyo);
   EXPECT_FALSE(rig.connect());
   EXPECT_THAT(rig.words(), AllOf(HasSubstr("LDROBOT"), HasSubstr("set lidar.driver")));
 }
 
 TEST(ScipUnit, GivesUpEarlyWhenCancelled) {
   UnitRig rig(std::make_unique<Scripted>(std::map<std::string, std::string>{}),
-              std::make_unique<ScipUnit>(ScipConfig{}, test::virtualNow), Speaker::kHokuyo);
+              std::make_unique<ScipUnit>(ScipConfig{}, test::virtualNow), LineDevice::kHokuyo);
   rig.line.meanwhile = [&, at = virtual_now + 150ms] {
     if (virtual_now > at) rig.cancel = true;
   };

@@ -178,10 +178,10 @@ TEST(SerialLidar, ReadsTheLidarThatWasFoundAndLooksAgainWhenItIsAnother) {
     const LidarFinding found = LidarSearch("/dev/lidar", 0, open, test::virtualNow).find(cancel);
     if (found.facts == nullptr) return {.problem = found.problem, .is_open = found.is_open};
     return {std::make_unique<PacketLidar>(*found.facts, PacketLidarConfig{.baud = found.baud}, test::virtualNow),
-            found.baud, found.facts->speaker};
+            found.baud, found.facts->line_device};
   };
   SerialLidar lidar(
-      {.port = "/dev/lidar", .speaker = Speaker::kUnknown, .find = find}, nullptr, test::virtualNow,
+      {.port = "/dev/lidar", .line_device = LineDevice::kUnknown, .find = find}, nullptr, test::virtualNow,
       [&](const LaserScan&) { ++scans; },
       [&](const std::string& path, int baud) { return unit->opener()(path, baud); });
   std::atomic<bool> cancel{false};
@@ -212,7 +212,7 @@ TEST(SerialLidar, NamesWhoIsThereWhereNoLidarIsFound) {
   gps.always = "$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47\r\n";
   SerialLidar lidar(
       {.port = "/dev/lidar",
-       .speaker = Speaker::kUnknown,
+       .line_device = LineDevice::kUnknown,
        .find = [](const PortOpener& open, const std::atomic<bool>& cancel) -> FoundUnit {
          const auto found = LidarSearch("/dev/lidar", 0, open, test::virtualNow).find(cancel);
          return {.problem = found.problem, .is_open = found.is_open};

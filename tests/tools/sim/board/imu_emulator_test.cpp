@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "drivers/imu/codec/witmotion_frames.hpp"
 #include "firmware_if/hfi_imu.hpp"
 
 namespace slam::sim::imu_emulator_test {
@@ -29,20 +30,23 @@ class ImuEmulatorTest : public testing::TestWithParam<Framing> {
   Reading read() {
     Reading reading;
     hfi::A9Decoder a9;
-    hfi::B6Decoder b6;
+    witmotion::Decoder b6;
     for (const std::uint8_t byte : bytes()) {
-      for (auto data = a9.push(byte); data; data = a9.flush()) {
+      a9.push(byte, [&](std::span<const std::uint8_t> frame) {
         ++reading.frames;
-        if (const auto motion = hfi::parseA9Motion(*data)) {
+        if (const auto motion = hfi::parseA9Motion(frame)) {
           reading.turn_rate = static_cast<double>(motion->gyro[2]);
           reading.gravity = static_cast<double>(motion->accel[2]);
         }
-      }
-      for (auto frame = b6.push(byte); frame; frame = b6.flush()) {
+      });
+      b6.push(byte, [&](std::span<const std::uint8_t> bytes) {
         ++reading.frames;
-        if (frame->type == hfi::B6Type::kGyro) reading.turn_rate = frame->raw[2] * static_cast<double>(hfi::kB6Gyro);
-        if (frame->type == hfi::B6Type::kAccel) reading.gravity = frame->raw[2] * static_cast<double>(hfi::kB6Accel);
-      }
+        const witmotion::Frame frame = witmotion::parse(bytes);
+        if (frame.type == witmotion::Type::kTurnRate)
+          reading.turn_rate = frame.raw[2] * witmotion::kRadiansPerSecondPerCount;
+        if (frame.type == witmotion::Type::kAcceleration)
+          reading.gravity = frame.raw[2] * witmotion::kGravitiesPerCount;
+      });
     }
     return reading;
   }

@@ -2,6 +2,7 @@
 #include "tools/sim/faults/fault_script.hpp"
 
 #include <fcntl.h>
+#include <fstream>
 #include <gmock/gmock.h>
 #include <sstream>
 #include <unistd.h>
@@ -74,6 +75,27 @@ TEST_F(FaultPipeTest, LeavesNothingBehind) {
   { const FaultPipe pipe(path_); }
   EXPECT_FALSE(fs::exists(path_));
   EXPECT_THROW(FaultPipe("/proc/faults"), std::system_error);
+}
+
+TEST_F(FaultPipeTest, AndAScriptFillAQueueFromWhichEachDeviceTakesItsOwn) {
+  const fs::path script = path_.string() + ".txt";
+  std::ofstream(script) << "1 lidar unplug\n2 lidar silent\n2 board silent\n";
+  FaultQueue queue(script, path_);
+  std::vector<std::string> taken;
+  const auto deliver = [&](std::string_view device) {
+    taken.clear();
+    queue.deliver(device, [&](const Fault& fault) { return taken.push_back(fault.kind), true; });
+    return taken;
+  };
+  EXPECT_THAT(deliver("lidar"), ElementsAre()) << "nothing is due";
+  queue.collect(fromSeconds(1.5));
+  write("lidar stuck 1\nno fault at all\n");
+  queue.collect(fromSeconds(2.0));
+  EXPECT_THAT(deliver("lidar"), ElementsAre("unplug", "silent", "stuck"));
+  EXPECT_THAT(deliver("lidar"), ElementsAre()) << "each is delivered once";
+  EXPECT_THAT(deliver("board"), ElementsAre("silent"));
+  fs::remove(script);
+  EXPECT_THROW(FaultQueue(script, path_), std::runtime_error);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/speaker.hpp"
+#include "drivers/line_device.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 #include "tools/sim/imu/emulated_imu.hpp"
 #include "tools/sim/lidar/other_lidar.hpp"
 
-namespace slam::speaker_test {
+namespace slam::line_device_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -57,51 +57,52 @@ Bytes streamOf(std::string_view imu) {
   return bytes;
 }
 
-TEST(Speaker, IsNobodyInNoise) {
+TEST(LineDevice, IsNobodyInNoise) {
   std::mt19937 random(9);
   for (int i = 0; i < 300; ++i) {
     Bytes bytes(1 + random() % 2000);
     for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random());
-    EXPECT_EQ(speakerOf(bytes).speaker, Speaker::kUnknown);
+    EXPECT_EQ(lineDeviceOf(bytes).line_device, LineDevice::kUnknown);
   }
-  EXPECT_EQ(speakerOf({}).speaker, Speaker::kUnknown);
-  EXPECT_EQ(speakerOf(Bytes(2000, 0x55)).speaker, Speaker::kUnknown) << "a line that is held";
-  EXPECT_EQ(speakerOf(Bytes(2000, 0)).speaker, Speaker::kUnknown);
+  EXPECT_EQ(lineDeviceOf({}).line_device, LineDevice::kUnknown);
+  EXPECT_EQ(lineDeviceOf(Bytes(2000, 0x55)).line_device, LineDevice::kUnknown) << "a line that is held";
+  EXPECT_EQ(lineDeviceOf(Bytes(2000, 0)).line_device, LineDevice::kUnknown);
 }
 
-TEST(Speaker, IsKnownByItsFrames) {
-  EXPECT_EQ(speakerOf(Bytes{0x00, 0xA5, 0x5A, 0x14, 0, 0, 0, 0x04, 24, 1, 2}).speaker, Speaker::kRplidar);
-  EXPECT_EQ(speakerOf(boardAnswer()).speaker, Speaker::kBoard);
-  EXPECT_EQ(speakerOf(imuStream()).speaker, Speaker::kImu) << "AA 55 too, but not YDLIDAR's";
-  EXPECT_EQ(speakerOf(streamOf("bno08x")).speaker, Speaker::kBno08x) << "AA AA, and no packet of a lidar";
-  EXPECT_EQ(speakerOf(streamOf("witmotion")).speaker, Speaker::kWitmotion);
-  EXPECT_EQ(speakerOf(streamOf("xsens")).speaker, Speaker::kXsens) << "FA, and not Neato's";
-  EXPECT_EQ(speakerOf(otherLidar(sim::OtherLidar::kLdrobot)).speaker, Speaker::kLdrobot);
-  EXPECT_EQ(speakerOf(otherLidar(sim::OtherLidar::kYdlidar)).speaker, Speaker::kYdlidar);
-  EXPECT_EQ(speakerOf(otherLidar(sim::OtherLidar::kNeato)).speaker, Speaker::kNeato);
+TEST(LineDevice, IsKnownByItsFrames) {
+  EXPECT_EQ(lineDeviceOf(Bytes{0x00, 0xA5, 0x5A, 0x14, 0, 0, 0, 0x04, 24, 1, 2}).line_device, LineDevice::kRplidar);
+  EXPECT_EQ(lineDeviceOf(boardAnswer()).line_device, LineDevice::kBoard);
+  EXPECT_EQ(lineDeviceOf(imuStream()).line_device, LineDevice::kImu) << "AA 55 too, but not YDLIDAR's";
+  EXPECT_EQ(lineDeviceOf(streamOf("bno08x")).line_device, LineDevice::kBno08x) << "AA AA, and no packet of a lidar";
+  EXPECT_EQ(lineDeviceOf(streamOf("witmotion")).line_device, LineDevice::kWitmotion);
+  EXPECT_EQ(lineDeviceOf(streamOf("xsens")).line_device, LineDevice::kXsens) << "FA, and not Neato's";
+  EXPECT_EQ(lineDeviceOf(otherLidar(sim::OtherLidar::kLdrobot)).line_device, LineDevice::kLdrobot);
+  EXPECT_EQ(lineDeviceOf(otherLidar(sim::OtherLidar::kYdlidar)).line_device, LineDevice::kYdlidar);
+  EXPECT_EQ(lineDeviceOf(otherLidar(sim::OtherLidar::kNeato)).line_device, LineDevice::kNeato);
   const auto repeated = [](const Outgoing& frame) {
     Bytes bytes{0xAA, 0x13};
     for (int i = 0; i < 5; ++i) bytes.insert(bytes.end(), frame.bytes().begin(), frame.bytes().end());
     return bytes;
   };
-  EXPECT_EQ(speakerOf(repeated(kobuki::encodeFeedback({.stamp = 7}))).speaker, Speaker::kKobuki) << "AA 55 as well";
-  EXPECT_EQ(speakerOf(repeated(create_oi::encodeStream({.voltage = 14000}))).speaker, Speaker::kCreate);
+  EXPECT_EQ(lineDeviceOf(repeated(kobuki::encodeFeedback({.stamp = 7}))).line_device, LineDevice::kKobuki)
+      << "AA 55 as well";
+  EXPECT_EQ(lineDeviceOf(repeated(create_oi::encodeStream({.voltage = 14000}))).line_device, LineDevice::kCreate);
   for (const std::string line : {"57600\r\n", "Invalid Command\r\n"})
-    EXPECT_EQ(speakerOf(Bytes(line.begin(), line.end())).speaker, Speaker::kArduino) << line;
+    EXPECT_EQ(lineDeviceOf(Bytes(line.begin(), line.end())).line_device, LineDevice::kArduino) << line;
   const std::string gps = "$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47\r\n";
-  EXPECT_EQ(speakerOf(Bytes(gps.begin(), gps.end())).speaker, Speaker::kGps);
+  EXPECT_EQ(lineDeviceOf(Bytes(gps.begin(), gps.end())).line_device, LineDevice::kGps);
 }
 
-TEST(Speaker, OfUnknownMakeIsKnownByItsHeader) {
+TEST(LineDevice, OfUnknownMakeIsKnownByItsHeader) {
   std::mt19937 random(2);
   Bytes bytes(17);
   for (int i = 0; i < 30; ++i) {
     bytes.insert(bytes.end(), {0xC3, 0x51});
     for (int k = 0; k < 29; ++k) bytes.push_back(static_cast<std::uint8_t>(random()));
   }
-  const Heard heard = speakerOf(bytes);
-  EXPECT_EQ(heard.speaker, Speaker::kPackets);
-  EXPECT_THAT(heard.header, testing::ElementsAre(0xC3, 0x51));
+  const RecognisedDevice found = lineDeviceOf(bytes);
+  EXPECT_EQ(found.line_device, LineDevice::kPackets);
+  EXPECT_THAT(found.header, testing::ElementsAre(0xC3, 0x51));
 }
 
 /// A device on a line at a baud rate of its own: at another it is not understood.
@@ -130,13 +131,13 @@ struct Device {
 };
 
 std::string wordsOf(Device& device, PortOf expected, int baud) {
-  WrongSpeaker wrong(expected, "/dev/x", baud, device.opener());
+  WrongDevice wrong(expected, "/dev/x", baud, device.opener());
   wrong.ask();
   while (wrong.tick(virtual_now)) wrong.rest(10ms);
   return wrong.found(test::problemOf("not known")).words();
 }
 
-TEST(WrongSpeaker, NamesSwappedPorts) {
+TEST(WrongDevice, NamesSwappedPorts) {
   Device board{921600, [](const Bytes& question) {
                  return question.size() > 6 && question[0] == 0xFF && question[6] == 1 ? boardAnswer() : Bytes{};
                }};
@@ -150,7 +151,7 @@ TEST(WrongSpeaker, NamesSwappedPorts) {
   EXPECT_THAT(wordsOf(lidar, PortOf::kImu, 921600), HasSubstr("exchange imu.port and lidar.port"));
 }
 
-TEST(WrongSpeaker, NamesTheRightBaudRate) {
+TEST(WrongDevice, NamesTheRightBaudRate) {
   Device lidar{460800, [](const Bytes& question) {
                  return question == Bytes{0xA5, 0x50} ? Bytes{0xA5, 0x5A, 0x14, 0, 0, 0, 4, 24} : Bytes{};
                }};
@@ -158,9 +159,9 @@ TEST(WrongSpeaker, NamesTheRightBaudRate) {
   EXPECT_EQ(wordsOf(lidar, PortOf::kLidar, 460800), "not known") << "it is the right one";
 }
 
-TEST(WrongSpeaker, AsksOnceUntilItIsToForget) {
+TEST(WrongDevice, AsksOnceUntilItIsToForget) {
   Device nobody{115200, [](const Bytes&) { return Bytes{}; }};
-  WrongSpeaker wrong(PortOf::kLidar, "/dev/x", 115200, nobody.opener());
+  WrongDevice wrong(PortOf::kLidar, "/dev/x", 115200, nobody.opener());
   const auto ask = [&] {
     wrong.ask();
     while (wrong.tick(virtual_now)) wrong.rest(10ms);
@@ -174,9 +175,9 @@ TEST(WrongSpeaker, AsksOnceUntilItIsToForget) {
   EXPECT_EQ(ask(), 2 * once);
 }
 
-TEST(WrongSpeaker, EndsWhenThePortGoes) {
+TEST(WrongDevice, EndsWhenThePortGoes) {
   Device nobody{115200, [](const Bytes&) { return Bytes{}; }};
-  WrongSpeaker wrong(PortOf::kLidar, "/dev/x", 115200, nobody.opener());
+  WrongDevice wrong(PortOf::kLidar, "/dev/x", 115200, nobody.opener());
   wrong.ask();
   nobody.line.unplug();
   EXPECT_FALSE(wrong.tick(virtual_now));
@@ -209,4 +210,4 @@ TEST(RplidarWrongPort, NamesAnotherMakesLidarAndGoesOnWhenItsOwnIsThere) {
 }
 
 }  // namespace
-}  // namespace slam::speaker_test
+}  // namespace slam::line_device_test

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drivers/speaker.hpp"
+#include "drivers/line_device.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -30,7 +30,6 @@ namespace {
 using namespace std::chrono_literals;
 using Bytes = std::span<const std::uint8_t>;
 
-constexpr int kBoardBaud = 921600;
 constexpr std::array kLidarBauds = {115200, 256000, 460800, 1000000};
 constexpr std::array kOtherBauds = {230400, 128000};
 constexpr Duration kListen = 200ms;
@@ -53,16 +52,6 @@ bool isBoard(Bytes bytes) {
   bool found = false;
   for (const std::uint8_t byte : bytes) found = decoder.push(byte).has_value() || found;
   return found || decoder.flush().has_value();
-}
-
-/// A HandsFree A9.
-bool isImu(Bytes bytes) {
-  hfi::A9Decoder decoder;
-  for (const std::uint8_t byte : bytes) {
-    for (auto data = decoder.push(byte); data; data = decoder.flush()) {
-    }
-  }
-  return decoder.counters().frames >= kFrames;
 }
 
 /// @tparam Decoder a FrameDecoder
@@ -194,9 +183,9 @@ std::optional<std::array<std::uint8_t, 2>> repeatedHeader(Bytes bytes) {
 
 const char* const kKeys[] = {"lidar", "base", "imu"};
 
-/// What is known of a speaker besides its bytes.
-struct SpeakerRow {
-  Speaker speaker;
+/// What is known of a line_device besides its bytes.
+struct LineDeviceRow {
+  LineDevice line_device;
   const char* name;
   const char* key;      ///< the device that belongs to a port of the configuration; nullptr: to none
   const char* drivers;  ///< words of lidar.driver, base.driver or imu.driver for it
@@ -205,72 +194,73 @@ struct SpeakerRow {
 constexpr const char* kBase = "base";
 constexpr const char* kImu = "imu";
 constexpr std::array kRows = {
-    SpeakerRow{Speaker::kRplidar, "an RPLidar", "lidar", "rplidar", true},
-    SpeakerRow{Speaker::kBoard, "the HandsFree board", kBase, "handsfree"},
-    SpeakerRow{Speaker::kArduino, "an Arduino with ros_arduino_bridge", kBase, "text"},
-    SpeakerRow{Speaker::kCreate, "an iRobot Create 2 or Roomba", kBase, "create"},
-    SpeakerRow{Speaker::kKobuki, "a Kobuki", kBase, "kobuki"},
-    SpeakerRow{Speaker::kFrameBase, "a base with the reference firmware", kBase, "frame"},
-    SpeakerRow{Speaker::kRoboclaw, "a RoboClaw", kBase, "roboclaw"},
-    SpeakerRow{Speaker::kOpencr, "a TurtleBot3 with OpenCR", kBase, "opencr"},
-    SpeakerRow{Speaker::kImu, "a HandsFree IMU", kImu, "hfi"},
-    SpeakerRow{Speaker::kBno08x, "a BNO08x in UART-RVC mode", kImu, "bno08x"},
-    SpeakerRow{Speaker::kWitmotion, "a WitMotion IMU", kImu, "witmotion"},
-    SpeakerRow{Speaker::kXsens, "an Xsens MTi", kImu, "xsens"},
-    SpeakerRow{Speaker::kLdrobot, "a lidar of LDROBOT (LD06, LD19, STL)", nullptr,
-               "ld06, ld19, stl19p, stl27l, ms200 or lds02", true},
-    SpeakerRow{Speaker::kYdlidar, "a lidar as of YDLIDAR", nullptr,
-               "ydlidar-x2, -x4, -x4-pro, -g2, -g4, -t-mini or coin-d4", true},
-    SpeakerRow{Speaker::kNeato, "a lidar as of Neato (XV-11, LDS-01)", nullptr, "xv11, roborock or lds01", true},
-    SpeakerRow{Speaker::kCamsense, "a lidar of Camsense", nullptr, "camsense-x1", true},
-    SpeakerRow{Speaker::kHokuyo, "a lidar of Hokuyo", nullptr, "hokuyo", true},
-    SpeakerRow{Speaker::kGps, "a GPS receiver", nullptr, nullptr},
+    LineDeviceRow{LineDevice::kRplidar, "an RPLidar", "lidar", "rplidar", true},
+    LineDeviceRow{LineDevice::kBoard, "the HandsFree board", kBase, "handsfree"},
+    LineDeviceRow{LineDevice::kArduino, "an Arduino with ros_arduino_bridge", kBase, "text"},
+    LineDeviceRow{LineDevice::kCreate, "an iRobot Create 2 or Roomba", kBase, "create"},
+    LineDeviceRow{LineDevice::kKobuki, "a Kobuki", kBase, "kobuki"},
+    LineDeviceRow{LineDevice::kFrameBase, "a base with the reference firmware", kBase, "frame"},
+    LineDeviceRow{LineDevice::kRoboclaw, "a RoboClaw", kBase, "roboclaw"},
+    LineDeviceRow{LineDevice::kOpencr, "a TurtleBot3 with OpenCR", kBase, "opencr"},
+    LineDeviceRow{LineDevice::kImu, "a HandsFree IMU", kImu, "hfi"},
+    LineDeviceRow{LineDevice::kBno08x, "a BNO08x in UART-RVC mode", kImu, "bno08x"},
+    LineDeviceRow{LineDevice::kWitmotion, "a WitMotion IMU", kImu, "witmotion"},
+    LineDeviceRow{LineDevice::kXsens, "an Xsens MTi", kImu, "xsens"},
+    LineDeviceRow{LineDevice::kLdrobot, "a lidar of LDROBOT (LD06, LD19, STL)", nullptr,
+                  "ld06, ld19, stl19p, stl27l, ms200 or lds02", true},
+    LineDeviceRow{LineDevice::kYdlidar, "a lidar as of YDLIDAR", nullptr,
+                  "ydlidar-x2, -x4, -x4-pro, -g2, -g4, -t-mini or coin-d4", true},
+    LineDeviceRow{LineDevice::kNeato, "a lidar as of Neato (XV-11, LDS-01)", nullptr, "xv11, roborock or lds01", true},
+    LineDeviceRow{LineDevice::kCamsense, "a lidar of Camsense", nullptr, "camsense-x1", true},
+    LineDeviceRow{LineDevice::kHokuyo, "a lidar of Hokuyo", nullptr, "hokuyo", true},
+    LineDeviceRow{LineDevice::kGps, "a GPS receiver", nullptr, nullptr},
 };
 
-const SpeakerRow& rowOf(Speaker speaker) {
-  static constexpr SpeakerRow kNobody{Speaker::kUnknown, "a device of unknown make", nullptr, nullptr};
-  const auto row = std::find_if(kRows.begin(), kRows.end(), [&](const auto& one) { return one.speaker == speaker; });
+const LineDeviceRow& rowOf(LineDevice line_device) {
+  static constexpr LineDeviceRow kNobody{LineDevice::kUnknown, "a device of unknown make", nullptr, nullptr};
+  const auto row =
+      std::find_if(kRows.begin(), kRows.end(), [&](const auto& one) { return one.line_device == line_device; });
   return row == kRows.end() ? kNobody : *row;
 }
 
 }  // namespace
 
-const char* nameOf(Speaker speaker) { return rowOf(speaker).name; }
+const char* nameOf(LineDevice line_device) { return rowOf(line_device).name; }
 
-bool isOtherDevice(Speaker speaker) {
-  return !rowOf(speaker).lidar && speaker != Speaker::kUnknown && speaker != Speaker::kPackets;
+bool isOtherDevice(LineDevice line_device) {
+  return !rowOf(line_device).lidar && line_device != LineDevice::kUnknown && line_device != LineDevice::kPackets;
 }
 
-Heard speakerOf(Bytes bytes) {
-  if (isBoard(bytes)) return {Speaker::kBoard};
-  if (isImu(bytes)) return {Speaker::kImu};
-  if (hasFrames<witmotion::Decoder>(bytes)) return {Speaker::kWitmotion};
-  if (hasFrames<bno08x::Decoder>(bytes)) return {Speaker::kBno08x};
-  if (hasFrames<xsens::Decoder>(bytes)) return {Speaker::kXsens};
-  if (isRplidar(bytes)) return {Speaker::kRplidar};
-  if (isFrameBase(bytes)) return {Speaker::kFrameBase};
-  if (isOpencr(bytes)) return {Speaker::kOpencr};
-  if (isRoboclaw(bytes)) return {Speaker::kRoboclaw};
-  if (isKobuki(bytes)) return {Speaker::kKobuki};
-  if (isCreate(bytes)) return {Speaker::kCreate};
-  if (isArduino(bytes)) return {Speaker::kArduino};
-  if (const auto header = packetsIn(bytes, ldrobotLength)) return {Speaker::kLdrobot, *header};
-  if (const auto header = packetsIn(bytes, ydlidarLength<2>)) return {Speaker::kYdlidar, *header};
-  if (const auto header = packetsIn(bytes, ydlidarLength<3>)) return {Speaker::kYdlidar, *header};
-  if (const auto header = packetsIn(bytes, neatoLength<22>)) return {Speaker::kNeato, *header};
-  if (const auto header = packetsIn(bytes, neatoLength<42>)) return {Speaker::kNeato, *header};
-  if (const auto header = packetsIn(bytes, camsenseLength)) return {Speaker::kCamsense, *header};
-  if (isHokuyo(bytes)) return {Speaker::kHokuyo};
-  if (isGps(bytes)) return {Speaker::kGps};
-  if (const auto header = repeatedHeader(bytes)) return {Speaker::kPackets, *header};
+RecognisedDevice lineDeviceOf(Bytes bytes) {
+  if (isBoard(bytes)) return {LineDevice::kBoard};
+  if (hasFrames<hfi::A9Decoder>(bytes)) return {LineDevice::kImu};  // an A9
+  if (hasFrames<witmotion::Decoder>(bytes)) return {LineDevice::kWitmotion};
+  if (hasFrames<bno08x::Decoder>(bytes)) return {LineDevice::kBno08x};
+  if (hasFrames<xsens::Decoder>(bytes)) return {LineDevice::kXsens};
+  if (isRplidar(bytes)) return {LineDevice::kRplidar};
+  if (isFrameBase(bytes)) return {LineDevice::kFrameBase};
+  if (isOpencr(bytes)) return {LineDevice::kOpencr};
+  if (isRoboclaw(bytes)) return {LineDevice::kRoboclaw};
+  if (isKobuki(bytes)) return {LineDevice::kKobuki};
+  if (isCreate(bytes)) return {LineDevice::kCreate};
+  if (isArduino(bytes)) return {LineDevice::kArduino};
+  if (const auto header = packetsIn(bytes, ldrobotLength)) return {LineDevice::kLdrobot, *header};
+  if (const auto header = packetsIn(bytes, ydlidarLength<2>)) return {LineDevice::kYdlidar, *header};
+  if (const auto header = packetsIn(bytes, ydlidarLength<3>)) return {LineDevice::kYdlidar, *header};
+  if (const auto header = packetsIn(bytes, neatoLength<22>)) return {LineDevice::kNeato, *header};
+  if (const auto header = packetsIn(bytes, neatoLength<42>)) return {LineDevice::kNeato, *header};
+  if (const auto header = packetsIn(bytes, camsenseLength)) return {LineDevice::kCamsense, *header};
+  if (isHokuyo(bytes)) return {LineDevice::kHokuyo};
+  if (isGps(bytes)) return {LineDevice::kGps};
+  if (const auto header = repeatedHeader(bytes)) return {LineDevice::kPackets, *header};
   return {};
 }
 
-void SpeakerSearch::begin(const std::string& path, int baud, Timestamp now, Speaker expected) {
+void LineDeviceSearch::begin(const std::string& path, int baud, Timestamp now, LineDevice expected) {
   path_ = path;
   expected_ = expected;
   found_ = {};
-  bauds_ = {baud, kBoardBaud};
+  bauds_ = {baud, robolink::kBaud};
   std::copy(kLidarBauds.begin(), kLidarBauds.end(), bauds_.begin() + 2);
   std::copy(kOtherBauds.begin(), kOtherBauds.end(), bauds_.begin() + 6);
   bauds_[8] = arduino_bridge::kBaud;
@@ -279,9 +269,9 @@ void SpeakerSearch::begin(const std::string& path, int baud, Timestamp now, Spea
   listen(now);
 }
 
-void SpeakerSearch::listen(Timestamp now) {
+void LineDeviceSearch::listen(Timestamp now) {
   stream_.reset();
-  heard_bytes_.clear();
+  bytes_.clear();
   while (next_ < bauds_.size() && std::find(bauds_.begin(), bauds_.begin() + static_cast<std::ptrdiff_t>(next_),
                                             bauds_[next_]) != bauds_.begin() + static_cast<std::ptrdiff_t>(next_))
     ++next_;
@@ -295,16 +285,13 @@ void SpeakerSearch::listen(Timestamp now) {
   stream_ = std::move(port.stream);
   stream_->discardInput();
   until_ = now + kListen;
-  if (expected_ == Speaker::kCreate) return;
-  if (expected_ == Speaker::kArduino || baud == arduino_bridge::kBaud) {
+  if (expected_ == LineDevice::kCreate) return;
+  if (expected_ == LineDevice::kArduino || baud == arduino_bridge::kBaud) {
     stream_->write(arduino_bridge::askBaudRate().bytes());
-  } else if (expected_ == Speaker::kRoboclaw || baud == roboclaw::kBaud) {
+  } else if (expected_ == LineDevice::kRoboclaw || baud == roboclaw::kBaud) {
     stream_->write(roboclaw::askVersion(roboclaw::kFirstAddress).bytes());
-  } else if (baud == kBoardBaud) {
-    std::array<std::uint8_t, robolink::kMaxFrame> frame;
-    const std::size_t size =
-        robolink::encodeFrame(robolink::kMaster, robolink::kSlave, robolink::Command::kGetSystemInfo, {}, frame);
-    stream_->write({frame.data(), size});
+  } else if (baud == robolink::kBaud) {
+    stream_->write(robolink::question(robolink::Command::kGetSystemInfo));
   } else if (std::find(kOtherBauds.begin(), kOtherBauds.end(), baud) == kOtherBauds.end()) {
     stream_->write(rplidar::encodeRequest(rplidar::Request::kGetInfo));
     stream_->write(std::array<std::uint8_t, 4>{'\n', 'V', 'V', '\n'});  // of SCIP
@@ -312,7 +299,7 @@ void SpeakerSearch::listen(Timestamp now) {
   }
 }
 
-bool SpeakerSearch::tick(Timestamp now) {
+bool LineDeviceSearch::tick(Timestamp now) {
   if (!stream_) return false;
   std::array<std::uint8_t, 512> chunk;
   const ReadResult result = stream_->read(chunk, Duration(0));
@@ -321,27 +308,29 @@ bool SpeakerSearch::tick(Timestamp now) {
     next_ = bauds_.size();
     return false;
   }
-  const std::size_t size = std::min(result.size, kMostBytes - heard_bytes_.size());
-  heard_bytes_.insert(heard_bytes_.end(), chunk.begin(), chunk.begin() + static_cast<std::ptrdiff_t>(size));
-  if (now < until_ && heard_bytes_.size() < kMostBytes) return true;
-  found_ = speakerOf(heard_bytes_);
+  const std::size_t size = std::min(result.size, kMostBytes - bytes_.size());
+  bytes_.insert(bytes_.end(), chunk.begin(), chunk.begin() + static_cast<std::ptrdiff_t>(size));
+  if (now < until_ && bytes_.size() < kMostBytes) return true;
+  found_ = lineDeviceOf(bytes_);
   found_.baud = bauds_[next_ - 1];
-  if (found_.speaker != Speaker::kUnknown) next_ = bauds_.size();
+  if (found_.line_device != LineDevice::kUnknown) next_ = bauds_.size();
   listen(now);
   return running();
 }
 
-bool WrongSpeaker::hears(std::span<const std::uint8_t> bytes) {
-  Heard heard = speakerOf(bytes);
+bool WrongDevice::recognises(std::span<const std::uint8_t> bytes) {
+  RecognisedDevice found = lineDeviceOf(bytes);
   // A header alone may be chance, or of the device that is expected.
-  if (isOwn(heard.speaker) || heard.speaker == Speaker::kUnknown || heard.speaker == Speaker::kPackets) return false;
-  heard.baud = baud_;
+  if (isOwn(found.line_device) || found.line_device == LineDevice::kUnknown ||
+      found.line_device == LineDevice::kPackets)
+    return false;
+  found.baud = baud_;
   asked_ = true;
-  describe(heard);
+  describe(found);
   return true;
 }
 
-bool WrongSpeaker::tick(Timestamp now) {
+bool WrongDevice::tick(Timestamp now) {
   if (std::exchange(wanted_, false)) {
     search_.begin(path_, baud_, now, own_);
     if (!search_.running()) asked_ = false;  // somebody has the port still: asked anew at the next occasion
@@ -352,23 +341,23 @@ bool WrongSpeaker::tick(Timestamp now) {
   return false;
 }
 
-void WrongSpeaker::describe(const Heard& heard) {
+void WrongDevice::describe(const RecognisedDevice& found) {
   const char* key = kKeys[static_cast<std::size_t>(expected_)];
-  const SpeakerRow& row = rowOf(heard.speaker);
+  const LineDeviceRow& row = rowOf(found.line_device);
   const char* theirs = row.key;
   const char* name = row.name;
-  const double baud = heard.baud;
-  known_ = heard.speaker != Speaker::kUnknown;
-  if (isOwn(heard.speaker)) {
-    known_ = heard.baud != baud_;  // else it is the right one, which has answered at last
+  const double baud = found.baud;
+  known_ = found.line_device != LineDevice::kUnknown;
+  if (isOwn(found.line_device)) {
+    known_ = found.baud != baud_;  // else it is the right one, which has answered at last
     problem_ = {problem::kOtherBaud, {baud, static_cast<double>(baud_)}, {name, key}};
   } else if (theirs != nullptr && std::strcmp(theirs, key) != 0) {
     problem_ = {problem::kOtherDevice, {}, {name, key, theirs}};
   } else {
     char header[24] = "";
-    if (heard.header != std::array<std::uint8_t, 2>{})
-      std::snprintf(header, sizeof header, ", header %02X %02X", static_cast<unsigned>(heard.header[0]),
-                    static_cast<unsigned>(heard.header[1]));
+    if (found.header != std::array<std::uint8_t, 2>{})
+      std::snprintf(header, sizeof header, ", header %02X %02X", static_cast<unsigned>(found.header[0]),
+                    static_cast<unsigned>(found.header[1]));
     problem_ = {problem::kForeignDevice, {baud}, {name, header}};
     if (row.lidar && expected_ == PortOf::kLidar)
       problem_ = {problem::kForeignLidar, {baud}, {name, header, row.drivers}};

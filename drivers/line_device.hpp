@@ -13,7 +13,7 @@
 namespace slam {
 
 /// Who sends bytes on a serial line.
-enum class Speaker : std::uint8_t {
+enum class LineDevice : std::uint8_t {
   kUnknown,
   kRplidar,
   kBoard,    ///< HandsFree, RoboLink
@@ -37,29 +37,29 @@ enum class Speaker : std::uint8_t {
 };
 
 /// With its article: "a Kobuki".
-const char* nameOf(Speaker speaker);
+const char* nameOf(LineDevice line_device);
 /// A base, an IMU or a GPS: one that is known, and no lidar.
-bool isOtherDevice(Speaker speaker);
+bool isOtherDevice(LineDevice line_device);
 
-struct Heard {
-  Speaker speaker = Speaker::kUnknown;
+struct RecognisedDevice {
+  LineDevice line_device = LineDevice::kUnknown;
   std::array<std::uint8_t, 2> header{};  ///< that its packets begin with, where they have one
   int baud = 0;                          ///< [bit/s] at which it was understood
 };
 
 /// Judges by frames that no other sender makes: checksums where the sender is one of ours, headers at the distance that
 /// its packets have where it is another's.
-Heard speakerOf(std::span<const std::uint8_t> bytes);
+RecognisedDevice lineDeviceOf(std::span<const std::uint8_t> bytes);
 
 /// Finds out who is at the other end of a port where the expected device does not answer: at each baud rate that these
 /// devices use it asks what the others answer to, and listens. Its port must be closed meanwhile. No call waits.
-class SpeakerSearch {
+class LineDeviceSearch {
  public:
-  explicit SpeakerSearch(PortOpener open = openPort) : open_(std::move(open)) { heard_bytes_.reserve(kMostBytes); }
+  explicit LineDeviceSearch(PortOpener open = openPort) : open_(std::move(open)) { bytes_.reserve(kMostBytes); }
 
   /// @param baud of the device that is expected: tried first @param expected it: a Create is asked nothing, because it
   /// takes the questions for pressed buttons
-  void begin(const std::string& path, int baud, Timestamp now, Speaker expected = Speaker::kUnknown);
+  void begin(const std::string& path, int baud, Timestamp now, LineDevice expected = LineDevice::kUnknown);
   /// @return whether it goes on
   bool tick(Timestamp now);
   bool running() const { return stream_ != nullptr || next_ < bauds_.size(); }
@@ -67,7 +67,7 @@ class SpeakerSearch {
     if (stream_) stream_->rest(time);
   }
   /// Once it has ended.
-  const Heard& found() const { return found_; }
+  const RecognisedDevice& found() const { return found_; }
 
  private:
   static constexpr std::size_t kMostBytes = 2048;
@@ -75,25 +75,26 @@ class SpeakerSearch {
 
   PortOpener open_;
   std::string path_;
-  Speaker expected_ = Speaker::kUnknown;
+  LineDevice expected_ = LineDevice::kUnknown;
   std::array<int, 10> bauds_{};
   std::size_t next_ = bauds_.size();
   std::unique_ptr<ByteStream> stream_;
   Timestamp until_{};
-  std::vector<std::uint8_t> heard_bytes_;
-  Heard found_;
+  std::vector<std::uint8_t> bytes_;
+  RecognisedDevice found_;
 };
 
 /// The device that a port is for.
 enum class PortOf : std::uint8_t { kLidar, kBoard, kImu };
 
 /// The search for one port, made once and then remembered.
-class WrongSpeaker {
+class WrongDevice {
  public:
   /// @param own which device it is; without: the RPLidar, the HandsFree board or IMU
-  WrongSpeaker(PortOf expected, std::string path, int baud, PortOpener open = openPort, Speaker own = Speaker::kUnknown)
+  WrongDevice(PortOf expected, std::string path, int baud, PortOpener open = openPort,
+              LineDevice own = LineDevice::kUnknown)
       : expected_(expected),
-        own_(own == Speaker::kUnknown ? usualOf(expected) : own),
+        own_(own == LineDevice::kUnknown ? usualOf(expected) : own),
         path_(std::move(path)),
         baud_(baud),
         search_(std::move(open)) {}
@@ -102,7 +103,7 @@ class WrongSpeaker {
   /// which the port must have been closed.
   void ask() { wanted_ = wanted_ || !std::exchange(asked_, true); }
   /// Bytes that came at the right baud rate. @return whether somebody is known by them who is not expected here
-  bool hears(std::span<const std::uint8_t> bytes);
+  bool recognises(std::span<const std::uint8_t> bytes);
   /// @return whether the search goes on
   bool tick(Timestamp now);
   bool running() const { return wanted_ || search_.running(); }
@@ -114,19 +115,23 @@ class WrongSpeaker {
   Problem found(const Problem& otherwise) const { return known_ ? problem_ : otherwise; }
 
  private:
-  void describe(const Heard& heard);
+  void describe(const RecognisedDevice& found);
   /// Some units of HandsFree send as WitMotion's do.
-  bool isOwn(Speaker heard) const { return heard == own_ || (own_ == Speaker::kImu && heard == Speaker::kWitmotion); }
+  bool isOwn(LineDevice found) const {
+    return found == own_ || (own_ == LineDevice::kImu && found == LineDevice::kWitmotion);
+  }
 
-  static Speaker usualOf(PortOf port) {
-    return port == PortOf::kLidar ? Speaker::kRplidar : port == PortOf::kBoard ? Speaker::kBoard : Speaker::kImu;
+  static LineDevice usualOf(PortOf port) {
+    return port == PortOf::kLidar   ? LineDevice::kRplidar
+           : port == PortOf::kBoard ? LineDevice::kBoard
+                                    : LineDevice::kImu;
   }
 
   PortOf expected_;
-  Speaker own_;  // the device that it is for, and which uses another baud rate perhaps
+  LineDevice own_;  // the device that it is for, and which uses another baud rate perhaps
   std::string path_;
   int baud_;
-  SpeakerSearch search_;
+  LineDeviceSearch search_;
   bool asked_ = false, known_ = false;
   bool wanted_ = false;  // the search, which has not begun
   Problem problem_;      // where it is known
