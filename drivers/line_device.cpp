@@ -32,7 +32,7 @@ using Bytes = std::span<const std::uint8_t>;
 
 constexpr std::array kLidarBauds = {115200, 256000, 460800, 1000000};
 constexpr std::array kOtherBauds = {230400, 128000};
-constexpr Duration kListen = 200ms;
+constexpr Duration kDeviceListen = 200ms;
 constexpr std::uint32_t kFrames = 3;  // of a weak checksum
 
 bool isRplidar(Bytes bytes) {
@@ -284,7 +284,7 @@ void LineDeviceSearch::listen(Timestamp now) {
   }
   stream_ = std::move(port.stream);
   stream_->discardInput();
-  until_ = now + kListen;
+  until_ = now + kDeviceListen;
   if (expected_ == LineDevice::kCreate) return;
   if (expected_ == LineDevice::kArduino || baud == arduino_bridge::kBaud) {
     stream_->write(arduino_bridge::askBaudRate().bytes());

@@ -8,6 +8,8 @@
 
 namespace slam {
 
+constexpr double kStandardGravity = 9.80665;  ///< [m/s^2] of one g
+
 /// What the wheels alone say: the pose they have dead-reckoned so far. Only differences between samples are used, so a
 /// lost sample loses nothing, and the origin is arbitrary. Any base (differential, omni, mecanum) can give it.
 struct WheelSample {

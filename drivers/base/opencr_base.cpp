@@ -10,12 +10,13 @@ namespace {
 using namespace std::chrono_literals;
 using opencr::Packet;
 
-constexpr Duration kPeriod = 20ms;    // of reading the table, which the board renews about as often
-constexpr Duration kBeating = 100ms;  // of the heartbeats, a fifth of what the board waits for one
+constexpr Duration kOpencrPeriod = 20ms;  // of reading the table, which the board renews about as often
+constexpr Duration kBeating = 100ms;      // of the heartbeats, a fifth of what the board waits for one
 
 class OpencrProtocol : public PolledProtocol {
  public:
-  explicit OpencrProtocol(const BaseProtocolConfig& config) : PolledProtocol(kPeriod), half_track_(config.half_track) {}
+  explicit OpencrProtocol(const BaseProtocolConfig& config)
+      : PolledProtocol(kOpencrPeriod), half_track_(config.half_track) {}
 
   void begin(Timestamp now) override {
     PolledProtocol::begin(now);

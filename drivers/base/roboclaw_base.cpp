@@ -12,14 +12,14 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kPeriod = 20ms;           // of asking for the counts: an answer takes 3 ms at 38400 bit/s
-constexpr double kMostSpeed = 2147483647.0;  // [counts/s] of a 32-bit number
+constexpr Duration kRoboclawPeriod = 20ms;           // of asking for the counts: an answer takes 3 ms at 38400 bit/s
+constexpr double kMostRoboclawSpeed = 2147483647.0;  // [counts/s] of a 32-bit number
 
 /// An answer says neither what it answers nor how long it is: both follow from what was asked.
 class RoboclawProtocol : public PolledProtocol {
  public:
   explicit RoboclawProtocol(const BaseProtocolConfig& config)
-      : PolledProtocol(kPeriod),
+      : PolledProtocol(kRoboclawPeriod),
         counts_per_metre_(config.counts_per_turn / (2.0 * std::numbers::pi * config.wheel_radius)),
         address_(config.address) {}
 
@@ -70,7 +70,8 @@ class RoboclawProtocol : public PolledProtocol {
     return settle(request);
   }
   std::int32_t countsOf(double speed) const {
-    return static_cast<std::int32_t>(std::lround(std::clamp(counts_per_metre_ * speed, -kMostSpeed, kMostSpeed)));
+    return static_cast<std::int32_t>(
+        std::lround(std::clamp(counts_per_metre_ * speed, -kMostRoboclawSpeed, kMostRoboclawSpeed)));
   }
 
   double counts_per_metre_;

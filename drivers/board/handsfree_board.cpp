@@ -10,16 +10,16 @@ namespace {
 using namespace std::chrono_literals;
 using robolink::Command;
 
-constexpr Duration kInfo = 200ms;        // between looks at the board's time, which tell one that renews nothing
-constexpr Duration kAnswer = 100ms;      // a request not answered by then is lost
-constexpr Duration kStale = 500ms;       // no answer at all
-constexpr Duration kDead = 3s;           // then the port is opened anew
-constexpr Duration kDrivePeriod = 50ms;  // the board's own control loop
-constexpr Duration kChassisPeriod = 1s;  // between attempts
-constexpr int kStopTries = 10;           // at the end
-constexpr Duration kStopAnswer = 10ms;   // to each
-constexpr int kChassisTries = 3;         // an old firmware may not know the command
-constexpr Duration kClearPeriod = 60s;   // between attempts
+constexpr Duration kInfo = 200ms;             // between looks at the board's time, which tell one that renews nothing
+constexpr Duration kAnswer = 100ms;           // a request not answered by then is lost
+constexpr Duration kBoardStale = 500ms;       // no answer at all
+constexpr Duration kBoardDead = 3s;           // then the port is opened anew
+constexpr Duration kBoardDrivePeriod = 50ms;  // the board's own control loop
+constexpr Duration kChassisPeriod = 1s;       // between attempts
+constexpr int kStopTries = 10;                // at the end
+constexpr Duration kStopAnswer = 10ms;        // to each
+constexpr int kChassisTries = 3;              // an old firmware may not know the command
+constexpr Duration kClearPeriod = 60s;        // between attempts
 
 std::array<std::uint8_t, robolink::kCoordinateSize> encodeTriple(const std::array<double, 3>& numbers) {
   return robolink::encodeCoordinate(
@@ -55,7 +55,7 @@ bool HandsfreeBoard::Request::giveUp(Timestamp now) {
   return true;
 }
 
-bool HandsfreeBoard::Request::wasLate(Timestamp now) const { return late_ && now - *late_ < kStale; }
+bool HandsfreeBoard::Request::wasLate(Timestamp now) const { return late_ && now - *late_ < kBoardStale; }
 
 std::uint32_t HandsfreeBoard::Request::rejects() const {
   const auto& counters = decoder_.counters();
@@ -105,7 +105,7 @@ HandsfreeBoard::HandsfreeBoard(const HandsfreeConfig& config, Clock now, Sinks s
       wrong_device_(PortOf::kBoard, config.port, config.baud, open),
       schedule_(config),
       mileage_(config.chassis),
-      speeds_(config.may_drive, config.limits, kDrivePeriod) {}
+      speeds_(config.may_drive, config.limits, kBoardDrivePeriod) {}
 
 void HandsfreeBoard::tick() {
   const Timestamp now = now_();
@@ -202,15 +202,15 @@ void HandsfreeBoard::greet() {
 void HandsfreeBoard::watch(Timestamp now) {
   const auto silent = [&](const DeviceStatus& status) {
     const std::int64_t last = status.last_sample_ns.load(std::memory_order_relaxed);
-    return status.state == DeviceState::kStreaming && now.time_since_epoch().count() - last > kStale.count();
+    return status.state == DeviceState::kStreaming && now.time_since_epoch().count() - last > kBoardStale.count();
   };
   const Duration silence = now - request_.answered();
-  if (silence > kDead) {
+  if (silence > kBoardDead) {
     const Problem unknown = request_.bytesCame() ? problem::kBoardUndecoded : problem::kBoardUnanswered;
     close(now, DeviceState::kFault, wrong_device_.found(unknown));
     return wrong_device_.ask();
   }
-  if (silence > kStale) {
+  if (silence > kBoardStale) {
     const Problem unknown = request_.bytesCame() ? problem::kBoardGarbage : problem::kBoardSilent;
     return setBoth(DeviceState::kStale, wrong_device_.found(unknown));
   }

@@ -18,12 +18,12 @@ constexpr Duration kStanding = 120ms;       // the board renews its values every
 constexpr float kLongRun = 2048.0F;         // [rad] above, single precision begins to cost: 0.04 % of the way
 constexpr Duration kStandingForClear = 1s;  // before the counters are set back
 constexpr std::int64_t kNanoseconds = 1'000'000'000;
-constexpr double kFastestWheel = 100.0;      // [rad/s] above what any of these motors can do
-constexpr Duration kReadingJitter = 100ms;   // of the age of a reading
-constexpr Duration kTimeStep = 180ms;        // between looks at the board's time, which it renews every 50 ms
-constexpr int kStillLooks = 2;               // one may be a hiccup of the board
-constexpr float kFinestStep = 1e5F;          // [us] of the board's time that can still tell whether it runs
-constexpr double kGeometryTolerance = 0.05;  // [1] a calibration may differ from the model's figures by less
+constexpr double kFastestBoardWheel = 100.0;  // [rad/s] above what any of these motors can do
+constexpr Duration kReadingJitter = 100ms;    // of the age of a reading
+constexpr Duration kTimeStep = 180ms;         // between looks at the board's time, which it renews every 50 ms
+constexpr int kStillLooks = 2;                // one may be a hiccup of the board
+constexpr float kFinestStep = 1e5F;           // [us] of the board's time that can still tell whether it runs
+constexpr double kModelTolerance = 0.05;      // [1] a calibration may differ from the model's figures by less
 
 int wheelsOf(ChassisType type) {
   switch (type) {
@@ -41,7 +41,7 @@ bool differential(ChassisType type) {
 }
 
 bool differs(double believed, float said) {
-  return believed > 0.0 && std::abs(static_cast<double>(said) - believed) > kGeometryTolerance * believed;
+  return believed > 0.0 && std::abs(static_cast<double>(said) - believed) > kModelTolerance * believed;
 }
 
 }  // namespace
@@ -87,7 +87,7 @@ std::array<double, 4> HandsfreeBoard::Mileage::forward(const robolink::MotorVect
 bool HandsfreeBoard::Mileage::impossible(const robolink::MotorVector& mileage, Timestamp requested, bool frozen) const {
   if (!last_.values) return false;
   const Timestamp since = frozen ? last_.changed : last_.asked;
-  const double limit = kFastestWheel * toSeconds(requested - since + kReadingJitter);  // [rad]
+  const double limit = kFastestBoardWheel * toSeconds(requested - since + kReadingJitter);  // [rad]
   for (std::size_t i = 0; i < static_cast<std::size_t>(count_); ++i) {
     if (std::abs(static_cast<double>(mileage[i]) - static_cast<double>((*last_.values)[i])) > limit) return true;
   }

@@ -10,9 +10,9 @@ using namespace std::chrono_literals;
 using can::xsens::Vector3;
 
 constexpr Duration kTogether = 8ms;  // frames of one sample come right behind each other, the next sample 10 ms later
-constexpr Duration kSilent = 500ms;  // frames come every 10 ms
-constexpr Duration kFrozen = 1s;     // noise changes the values every few samples
-constexpr Duration kLate = 500ms;    // a sample time that differs more from what the arrival says is damage or a reset
+constexpr Duration kImuSilent = 500ms;  // frames come every 10 ms
+constexpr Duration kFrozen = 1s;        // noise changes the values every few samples
+constexpr Duration kLate = 500ms;  // a sample time that differs more from what the arrival says is damage or a reset
 
 Eigen::Vector3d toVector(const Vector3& v) {
   return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
@@ -118,7 +118,7 @@ std::optional<ImuSample> CanImuUnit::add(const StampedCanFrame& received, Timest
 }
 
 CanImuUnit::Finding CanImuUnit::look(const LinkSilence& silence, Timestamp now) const {
-  const auto silent = [&](Timestamp frame) { return silence.since(frame, now, kSilent); };
+  const auto silent = [&](Timestamp frame) { return silence.since(frame, now, kImuSilent); };
   const bool no_time = silent(last_time_), no_rate = silent(last_rate_), no_acceleration = silent(last_acceleration_);
   if (no_time && no_rate && no_acceleration) return {DeviceState::kStale, problem::kCanNoImu};
   if (no_rate) return {DeviceState::kStale, problem::kCanNoRate};

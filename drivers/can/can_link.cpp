@@ -17,7 +17,7 @@ constexpr Duration kFrameTime = 300us;  // of 8 bytes at 500 kbit/s: the queue h
 // 200 frames of the bus: no queue is busy for so long. With 20 ms to the first speed that is refused, and 100 ms to the
 // next look of who tells it, it is told within 0.2 s.
 constexpr Duration kBlocked = 75ms;
-constexpr Duration kReopen = 1s;  // between sockets of an interface that refuses frames
+constexpr Duration kLinkReopen = 1s;  // between sockets of an interface that refuses frames
 
 bool isLoss(int error) { return error == ENODEV || error == ENXIO || error == EBADF || error == ENETDOWN; }
 bool isQueueFull(int error) { return error == ENOBUFS || error == EAGAIN; }
@@ -174,7 +174,7 @@ void CanLink::noteSent(int error, Timestamp now) {
 /// A new socket helps where the old one is at fault; a queue that stays full is the interface's, and outlives it.
 void CanLink::reopenBlocked(Timestamp now) {
   if (!blocked_ || !open_ || isQueueFull(send_error_) || now < next_reopen_) return;
-  next_reopen_ = now + kReopen;
+  next_reopen_ = now + kLinkReopen;
   const bool passive = state_ == CanLinkState::kErrorPassive;
   open_ = false;
   open(now);

@@ -13,10 +13,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kStandardGravity = 9.80665;  // [m/s^2] of one g
-constexpr double kFastest = 35.0;             // [rad/s] 2000 deg/s, where its gyro ends: more is a jump of the attitude
-constexpr int kMostFrames = 10;               // between attitudes whose difference is a turn rate
-constexpr Duration kSilence = 1s;             // then the index, which wraps in 2.56 s, counts nothing
+constexpr double kFastest = 35.0;  // [rad/s] 2000 deg/s, where its gyro ends: more is a jump of the attitude
+constexpr int kMostFrames = 10;    // between attitudes whose difference is a turn rate
+constexpr Duration kSilence = 1s;  // then the index, which wraps in 2.56 s, counts nothing
 
 /// [BNO08X] applies yaw, pitch and roll in this order, and calls pitch a rotation about y, roll one about x. The
 /// accelerations of its own example contradict: by them pitch is about x and roll about y, as with Android. With the

@@ -15,15 +15,9 @@
 namespace slam {
 namespace {
 
-constexpr std::uint32_t kRecognised = 3;      // good frames of a framing
-constexpr double kStandardGravity = 9.80665;  // [m/s^2] of one g
-
+constexpr std::uint32_t kRecognisedFraming = 3;  // good frames of a framing
 Eigen::Vector3d vector(const std::array<float, 3>& values) {
   return {static_cast<double>(values[0]), static_cast<double>(values[1]), static_cast<double>(values[2])};
-}
-
-Eigen::Vector3d scaled(const witmotion::Frame& frame, double unit) {
-  return unit * Eigen::Vector3d(frame.raw[0], frame.raw[1], frame.raw[2]);
 }
 
 /// The unit gives acceleration in g with the sign of gravity; that is turned to specific force. (The vendor's own
@@ -45,11 +39,11 @@ class HfiProtocol : public ImuProtocol {
   void push(std::uint8_t byte, Timestamp now, const Take& take) override {
     if (framing_ != Framing::kB6) {
       a9_.push(byte, [&](std::span<const std::uint8_t> frame) { handleA9(frame, now, take); });
-      if (framing_ == Framing::kUnknown && a9_frames_ >= kRecognised) recognise(Framing::kA9);
+      if (framing_ == Framing::kUnknown && a9_frames_ >= kRecognisedFraming) recognise(Framing::kA9);
     }
     if (framing_ != Framing::kA9) {
       b6_.push(byte, [&](std::span<const std::uint8_t> frame) { handleB6(witmotion::parse(frame), now, take); });
-      if (framing_ == Framing::kUnknown && b6_frames_ >= kRecognised) recognise(Framing::kB6);
+      if (framing_ == Framing::kUnknown && b6_frames_ >= kRecognisedFraming) recognise(Framing::kB6);
     }
   }
 
@@ -95,13 +89,12 @@ class HfiProtocol : public ImuProtocol {
     ++b6_frames_;
     if (framing_ != Framing::kB6) return;
     if (frame.type == witmotion::Type::kAcceleration) {
-      gravity_ = scaled(frame, witmotion::kGravitiesPerCount);
+      gravity_ = frame.scaled(witmotion::kGravitiesPerCount);
     } else if (frame.type == witmotion::Type::kTurnRate) {
       // A set begins with acceleration: without it the gyro's would be paired with that of the set before.
       with_gravity_.note(gravity_.has_value());
       if (gravity_ || !with_gravity_.expected())
-        emit(scaled(frame, witmotion::kRadiansPerSecondPerCount), gravity_.value_or(Eigen::Vector3d::Zero()), now,
-             take);
+        emit(frame.scaled(witmotion::kRadiansPerSecondPerCount), gravity_.value_or(Eigen::Vector3d::Zero()), now, take);
       gravity_.reset();
     }
   }

@@ -12,9 +12,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kStale = 500ms;  // nothing that can be used
-constexpr Duration kRetry = 200ms;  // between two looks for a device that is not there
-constexpr int kFailures = 10;       // readings in a row: then it is looked for anew
+constexpr Duration kIioStale = 500ms;  // nothing that can be used
+constexpr Duration kRetry = 200ms;     // between two looks for a device that is not there
+constexpr int kFailures = 10;          // readings in a row: then it is looked for anew
 
 void sleep(Duration time) {
   const timespec period{time.count() / 1'000'000'000, time.count() % 1'000'000'000};
@@ -69,7 +69,7 @@ void IioImu::work() {
 void IioImu::tick() {
   const Timestamp now = now_();
   events_.drain([&](const Event& event) { take(event, now); });
-  if (now - event_ > kStale && status_.state == DeviceState::kStreaming)
+  if (now - event_ > kIioStale && status_.state == DeviceState::kStreaming)
     status_.set(DeviceState::kStale, Problem(problem::kImuSilent, {}, {"", ", and its bus"}));
 }
 
@@ -84,7 +84,7 @@ void IioImu::take(const Event& event, Timestamp now) {
   // The chip measures at a rate of its own: what is as before is no new sample.
   const bool is_new = sample.gyro != last_.gyro || sample.accel != last_.accel;
   if (!is_new) {
-    if (now - changed_ > kStale) status_.set(DeviceState::kStale, problem::kImuFrozen);
+    if (now - changed_ > kIioStale) status_.set(DeviceState::kStale, problem::kImuFrozen);
     return;
   }
   changed_ = now;

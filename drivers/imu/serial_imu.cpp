@@ -11,12 +11,12 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kStale = 500ms;        // nothing that can be used
-constexpr Duration kDead = 3s;            // then the port is opened anew
-constexpr Duration kListen = 700ms;       // at one of several baud rates: two sets of a unit that sends at 10 Hz
-constexpr Duration kWake = 300ms;         // a unit that sends nothing for so long is asked to ...
-constexpr Duration kWakeAgain = 1s;       // ... and again
-constexpr std::uint32_t kRecognised = 3;  // good frames: a checksum may be right by chance, but not three
+constexpr Duration kImuStale = 500ms;        // nothing that can be used
+constexpr Duration kImuDead = 3s;            // then the port is opened anew
+constexpr Duration kListen = 700ms;          // at one of several baud rates: two sets of a unit that sends at 10 Hz
+constexpr Duration kWake = 300ms;            // a unit that sends nothing for so long is asked to ...
+constexpr Duration kWakeAgain = 1s;          // ... and again
+constexpr std::uint32_t kRecognisedImu = 3;  // good frames: a checksum may be right by chance, but not three
 
 }  // namespace
 
@@ -70,7 +70,7 @@ void SerialImu::close(Timestamp now, DeviceState state, const Problem& why) {
   status_.set(state, why);
 }
 
-bool SerialImu::isRecognised() const { return protocol_->frames() - received_.frames >= kRecognised; }
+bool SerialImu::isRecognised() const { return protocol_->frames() - received_.frames >= kRecognisedImu; }
 
 bool SerialImu::receive(Timestamp now) {
   const bool open = port_.drain([&](std::uint8_t byte) {
@@ -94,7 +94,7 @@ void SerialImu::take(const ImuSample& sample) {
   // A unit without acceleration may calibrate its gyro to nothing at rest.
   const bool rests = sample.gyro.isZero() && sample.accel.isZero();
   if (!received_.has_sample || rests || sample.gyro != last.gyro || sample.accel != last.accel) received_.changed = now;
-  if (now - received_.changed > kStale) {  // a real sensor never repeats itself for long
+  if (now - received_.changed > kImuStale) {  // a real sensor never repeats itself for long
     received_.sample = now;
     return status_.set(DeviceState::kStale, problem::kImuFrozen);
   }
@@ -155,8 +155,8 @@ void SerialImu::watch(Timestamp now) {
     if (const Outgoing question = protocol_->wakeUp(); !question.empty()) port_.write(question.bytes());
   }
   if (tryNextBaud(now)) return;
-  if (silence > kDead) return giveUp(now);
-  if (silence <= kStale) return watchSamples(now);
+  if (silence > kImuDead) return giveUp(now);
+  if (silence <= kImuStale) return watchSamples(now);
   if (bauds_.count > 1 && !isRecognised()) return;  // it is still looked for
   status_.set(DeviceState::kStale,
               wrong_device_.found(received_.noise ? Problem(problem::kImuGarbage) : about(problem::kImuSilent)));
@@ -164,7 +164,7 @@ void SerialImu::watch(Timestamp now) {
 
 /// Frames come, but do they make samples?
 void SerialImu::watchSamples(Timestamp now) {
-  if (!isRecognised() || now - received_.sample <= kDead / 2) return;
+  if (!isRecognised() || now - received_.sample <= kImuDead / 2) return;
   status_.set(DeviceState::kStale, received_.senseless ? Problem(problem::kImuSenseless) : about(problem::kImuNoRate));
 }
 

@@ -16,12 +16,6 @@ namespace {
 using witmotion::Frame;
 using witmotion::Type;
 
-constexpr double kStandardGravity = 9.80665;  // [m/s^2] of one g
-
-Eigen::Vector3d scaled(const Frame& frame, double unit) {
-  return unit * Eigen::Vector3d(frame.raw[0], frame.raw[1], frame.raw[2]);
-}
-
 bool isAtTheEndOfItsRange(const Frame& frame) {
   const auto [least, most] = std::minmax({frame.raw[0], frame.raw[1], frame.raw[2]});
   return least == std::numeric_limits<std::int16_t>::min() || most == std::numeric_limits<std::int16_t>::max();
@@ -62,7 +56,7 @@ class WitmotionProtocol : public ImuProtocol {
     ++good_;
     const Timestamp begin = now - transfer_;
     if (frame.type == Type::kAcceleration)
-      set_ = Set{begin, scaled(frame, kStandardGravity * witmotion::kGravitiesPerCount)};
+      set_ = Set{begin, frame.scaled(kStandardGravity * witmotion::kGravitiesPerCount)};
     if (frame.type != Type::kTurnRate) return;
     // Without its acceleration the turn rate would be paired with that of the set before.
     with_acceleration_.note(set_.has_value());
@@ -70,7 +64,7 @@ class WitmotionProtocol : public ImuProtocol {
       const bool lost = std::exchange(damage_, damage()) != damage();
       const Timestamp stamp = clock_.stamp(set_ ? set_->begin : begin, lost);
       take({.stamp = stamp,
-            .gyro = scaled(frame, witmotion::kRadiansPerSecondPerCount),
+            .gyro = frame.scaled(witmotion::kRadiansPerSecondPerCount),
             .accel = set_ ? set_->acceleration : Eigen::Vector3d::Zero(),
             .rate_known = !isAtTheEndOfItsRange(frame)});
     }

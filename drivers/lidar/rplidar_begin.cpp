@@ -17,12 +17,12 @@ using rplidar::ConfigurationEntry;
 using rplidar::HealthStatus;
 using rplidar::Request;
 
-constexpr Duration kQuiet = 100ms;       // after an answer that did not come
-constexpr Duration kAnswer = 500ms;      // to a request
-constexpr Duration kBoot = 1s;           // after a reset; 0.67 s were measured
-constexpr double kBusyLine = 0.8;        // share of the time that it carries bytes
-constexpr int kResets = 3;               // then the unit is at fault
-constexpr int kFirstWithMotorSpeed = 6;  // of the series: the S units have a speed control of their own
+constexpr Duration kRplidarQuiet = 100ms;   // after an answer that did not come
+constexpr Duration kRplidarAnswer = 500ms;  // to a request
+constexpr Duration kBoot = 1s;              // after a reset; 0.67 s were measured
+constexpr double kBusyLine = 0.8;           // share of the time that it carries bytes
+constexpr int kResets = 3;                  // then the unit is at fault
+constexpr int kFirstWithMotorSpeed = 6;     // of the series: the S units have a speed control of their own
 
 std::string identityOf(const rplidar::DeviceInfo& info, const rplidar::ScanMode& mode) {
   std::array<char, 160> text{};
@@ -42,7 +42,7 @@ std::string identityOf(const rplidar::DeviceInfo& info, const rplidar::ScanMode&
 }  // namespace
 
 std::vector<std::uint8_t> RplidarUnit::ask(Request request, AnswerType type, std::size_t size) {
-  return dialogue_->ask(rplidar::encodeRequest(request), type, size, kAnswer);
+  return dialogue_->ask(rplidar::encodeRequest(request), type, size, kRplidarAnswer);
 }
 
 std::optional<rplidar::Health> RplidarUnit::askHealth(Duration timeout) {
@@ -69,7 +69,7 @@ void RplidarUnit::quiet() {
 
 RplidarUnit::Begun RplidarUnit::identify(WrongDevice& others) {
   for (int attempt = 0; attempt <= kResets && !dialogue_->cancelled(); ++attempt) {
-    const auto health = askHealth(kAnswer);
+    const auto health = askHealth(kRplidarAnswer);
     const bool error = health && health->status == HealthStatus::kError;
     const auto info = health ? rplidar::parseInfo(ask(Request::kGetInfo, AnswerType::kInfo, 20)) : std::nullopt;
     if (info && !error) {
@@ -87,7 +87,7 @@ RplidarUnit::Begun RplidarUnit::identify(WrongDevice& others) {
       dialogue_->send(rplidar::encodeRequest(Request::kReset));
       dialogue_->awaitBoot(kBoot);
     }
-    dialogue_->drain(error ? kAfterStop : kQuiet, kBoot);
+    dialogue_->drain(error ? kAfterStop : kRplidarQuiet, kBoot);
   }
   return {DeviceState::kAbsent, problem::kStoppedOpening};
 }
@@ -112,7 +112,8 @@ void RplidarUnit::askModes() {
   if (rplidar::comparableFirmware(info_) < rplidar::kFirmwareWithModes) return;
   std::vector<std::uint8_t> answer;
   const auto entry = [&](ConfigurationEntry which, std::optional<std::uint16_t> mode = {}) {
-    answer = dialogue_->ask(rplidar::encodeConfigurationRequest(which, mode), AnswerType::kConfiguration, 0, kAnswer);
+    answer =
+        dialogue_->ask(rplidar::encodeConfigurationRequest(which, mode), AnswerType::kConfiguration, 0, kRplidarAnswer);
     return rplidar::parseConfiguration(which, answer).value_or(std::span<const std::uint8_t>{});
   };
   const std::uint16_t count = rplidar::parseModeNumber(entry(ConfigurationEntry::kModeCount)).value_or(0);
@@ -140,7 +141,7 @@ void RplidarUnit::askMotor() {
   if (info_.model >> 4 < 2 || motor_by_speed_) return;
   const std::array<std::uint8_t, 4> zero{};
   const auto flags = dialogue_->ask(rplidar::encodeRequest(Request::kGetAccessoryBoardFlag, zero),
-                                    AnswerType::kAccessoryBoardFlag, 4, kAnswer);
+                                    AnswerType::kAccessoryBoardFlag, 4, kRplidarAnswer);
   motor_by_pwm_ = !flags.empty() && (flags[0] & 1) != 0;
 }
 
@@ -160,11 +161,11 @@ RplidarUnit::Begun RplidarUnit::startScan() {
 std::optional<LidarScanStart> RplidarUnit::startMode(const rplidar::ScanMode& mode) {
   dialogue_->send(mode.by_express ? rplidar::encodeExpressScan(static_cast<std::uint8_t>(mode.id))
                                   : rplidar::encodeRequest(Request::kScan));
-  const auto descriptor = dialogue_->awaitStream(kAnswer);
+  const auto descriptor = dialogue_->awaitStream(kRplidarAnswer);
   const auto format = descriptor ? rplidar::packetFormat(descriptor->type) : std::nullopt;
   if (!format || format->size != descriptor->length) {
     dialogue_->send(rplidar::encodeRequest(Request::kStop));
-    dialogue_->drain(kAfterStop, kAnswer);
+    dialogue_->drain(kAfterStop, kRplidarAnswer);
     return std::nullopt;
   }
   mode_ = mode;

@@ -20,7 +20,6 @@
 namespace slam {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kNoReturn = 81.83;  // [m] as CARMEN's drivers write it
 constexpr double kOff = 0.05;        // [1] of a step, [rad]: bearings that differ by less are one
 
@@ -66,11 +65,12 @@ Bins wideScan(const LaserScan& scan) {
                           [](const Beam& a, const Beam& b) { return bearingOf(a) < bearingOf(b); });
   const double first = bearingOf(*lowest), span = bearingOf(*highest) - first;
   const auto size = static_cast<std::size_t>(scan.size);
-  const bool turn = span < kOff || (size > 8 && 2.0 * kPi - span < 1.5 * span / static_cast<double>(size - 1));
+  const bool turn =
+      span < kOff || (size > 8 && 2.0 * std::numbers::pi - span < 1.5 * span / static_cast<double>(size - 1));
   for (const std::size_t finer : {1, 4}) {
     const std::size_t steps = finer * (turn ? size : size - 1), count = turn ? steps : steps + 1;
     const bool last = finer > 1 || 4 * count > LaserScan::kCapacity;
-    const double step = (turn ? 2.0 * kPi : span) / static_cast<double>(steps);
+    const double step = (turn ? 2.0 * std::numbers::pi : span) / static_cast<double>(steps);
     if (auto bins = binned(scan, first, step, count, turn, !last)) return *std::move(bins);
   }
   throw std::logic_error("the last bins take every beam");
@@ -79,7 +79,7 @@ Bins wideScan(const LaserScan& scan) {
 void printLaser(std::FILE* file, const LaserScan& scan, const Pose2& odom) {
   double widest = 0.0;
   for (const Beam& beam : scan.beams()) widest = std::max(widest, std::abs(bearingOf(beam)));
-  const bool half = scan.size == 1 || widest <= kPi / 2.0 + 1e-3;
+  const bool half = scan.size == 1 || widest <= std::numbers::pi / 2.0 + 1e-3;
   const Bins bins = half ? halfTurn(scan) : wideScan(scan);
   if (half) {
     std::fprintf(file, "FLASER %zu", bins.ranges.size());

@@ -13,18 +13,16 @@
 namespace slam {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 class Mines : public Reader {
  public:
   explicit Mines(const std::filesystem::path& in) : Reader(in, 0.06F, 4.1F) {}
 
   void read(Assembler& to) override {
-    constexpr double kRadiansPerTick = 2.0 * kPi / 2000.0;
+    constexpr double kRadiansPerTick = 2.0 * std::numbers::pi / 2000.0;
     constexpr double kLatest = 2.3e15, kMostTicks = 1e15;  // [us] slamd's messages carry no later times; [1]
     constexpr std::size_t kFirstRange = 24, kBeams = 682, kMargin = 70;
-    constexpr double kFirstBearing = -2.0 * kPi / 3.0,
-                     kStep = (4.0 * kPi / 3.0) / (kBeams - 1);  // [rad] 240 deg in all
+    constexpr double kFirstBearing = -2.0 * std::numbers::pi / 3.0,
+                     kStep = (4.0 * std::numbers::pi / 3.0) / (kBeams - 1);  // [rad] 240 deg in all
     Pose2 pose;
     std::optional<std::array<double, 2>> last;  // [1] ticks
     forEachLine(in_, to, [&](const auto& words, Origin at) {
@@ -35,7 +33,7 @@ class Mines : public Reader {
       if (!timed || std::max(std::abs(ticks[0]), std::abs(ticks[1])) > kMostTicks) {
         return to.refuse(at, "not 24 values and 682 ranges");
       }
-      constexpr double kMetresPerTick = 2.0 * kPi * kWheelRadius / 2000.0;
+      constexpr double kMetresPerTick = 2.0 * std::numbers::pi * kWheelRadius / 2000.0;
       if (last) {
         pose = pose * travelled((ticks[0] - (*last)[0]) * kMetresPerTick, (ticks[1] - (*last)[1]) * kMetresPerTick,
                                 kHalfTrack);
@@ -97,7 +95,7 @@ class Wean : public Reader {
       scan_->size = 0;
       for (std::size_t i = 0; i < kBeams; ++i) {
         const double range = (*numbers)[6 + i] * kMetresPerUnit;
-        const double bearing = -kPi / 2.0 + kPi / kBeams * static_cast<double>(i);
+        const double bearing = -std::numbers::pi / 2.0 + std::numbers::pi / kBeams * static_cast<double>(i);
         scan_->push(
             {.range = range >= kNoReturn ? 0.0F : returnedRange(range), .bearing = static_cast<float>(bearing)});
       }

@@ -17,8 +17,7 @@
 namespace slam {
 namespace {
 
-constexpr double kStandardGravity = 9.80665;  // [m/s^2]
-constexpr std::int64_t kEpoch = 1000000;      // [us] added to stamps: a recording that begins at 0 has no stamp of 0
+constexpr std::int64_t kCsvEpoch = 1000000;  // [us] added to stamps: a recording that begins at 0 has no stamp of 0
 
 /// [us] per unit of stamps whose usual step is that of a lidar.
 double microsecondsPer(double step, const std::string& name) {
@@ -71,7 +70,7 @@ class ScanTable {
     constexpr double kPeriod = 0.1;  // [s] where nothing is said
     if (cells.size() != columns_.count) return "not as many columns as in most rows";
     if (!columns_.stamp) {
-      at.stamp = kEpoch + std::llround(1e6 * in_.period.value_or(kPeriod) * rows_);
+      at.stamp = kCsvEpoch + std::llround(1e6 * in_.period.value_or(kPeriod) * rows_);
     } else {
       const std::string_view cell = cells[*columns_.stamp];
       const auto number = cellNumber(cell);
@@ -79,7 +78,7 @@ class ScanTable {
       const double microseconds = *number * stamp_unit_;
       if (!(std::abs(microseconds) < 2.3e15)) return kNoTime;
       const auto exact = stamp_unit_ == 1e6 ? toMicroseconds(cell) : std::nullopt;
-      at.stamp = exact.value_or(std::llround(microseconds)) + kEpoch;
+      at.stamp = exact.value_or(std::llround(microseconds)) + kCsvEpoch;
       if (columns_.nanoseconds) at.stamp += std::llround(1e-3 * numberIn(cells, columns_.nanoseconds).value_or(0.0));
       if (at.stamp <= 0) return kNoTime;
     }
@@ -282,7 +281,7 @@ class Csv : public Reader {
       if (words[0].front() == '#' || (std::exchange(first, false) && !toNumber(words[0]))) return;
       at.sensor = name;
       const auto time = toMicroseconds(words[0]);
-      at.stamp = at.received = time.value_or(0) + kEpoch;
+      at.stamp = at.received = time.value_or(0) + kCsvEpoch;
       if (!time || words.size() < columns || !row(words, at)) to.refuse(at, "not a row of numbers");
     });
   }

@@ -37,10 +37,8 @@ struct Wheels {
 };
 constexpr Wheels kMaebot2014{2.09e-4, 0.083}, kMaebot2016{8.2e-5, 0.083}, kMbot{1.540e-4, 0.210};
 
-constexpr double kGyroCounts = 131.0;         // per deg/s
-constexpr double kAccelCounts = 16384.0;      // per g
-constexpr double kStandardGravity = 9.80665;  // [m/s^2]
-
+constexpr double kGyroCounts = 131.0;                          // per deg/s
+constexpr double kAccelCounts = 16384.0;                       // per g
 constexpr std::int64_t kFarthestTime = std::int64_t{1} << 60;  // [us] beyond, a time is none and sums may overflow
 
 bool isTime(std::int64_t utime) { return utime > -kFarthestTime && utime < kFarthestTime; }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <Eigen/Core>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -29,6 +30,7 @@ enum class Type : std::uint8_t {
 struct Frame {
   Type type = Type::kAcceleration;
   std::array<std::int16_t, 4> raw{};  ///< three axes, and temperature, voltage or version
+  Eigen::Vector3d scaled(double unit) const { return unit * Eigen::Vector3d(raw[0], raw[1], raw[2]); }
   bool operator==(const Frame&) const = default;
 };
 

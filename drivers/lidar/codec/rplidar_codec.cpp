@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::uint8_t kRequestSync = 0xA5, kAnswerSync = 0x5A;
 constexpr std::uint32_t kLengthMask = 0x3FFFFFFF;
-constexpr std::uint16_t kTurnQ6 = 360 * 64;
+constexpr std::uint16_t kNodeTurnQ6 = 360 * 64;
 
 using Bytes = std::span<const std::uint8_t>;
 
@@ -95,7 +95,7 @@ std::optional<Node> parseStandardNode(Bytes bytes) {
   Node node;
   node.start = start;
   node.quality = static_cast<std::uint8_t>(bytes[0] >> 2);
-  node.angle_q6 = static_cast<std::uint16_t>((bytes[1] >> 1 | bytes[2] << 7) % kTurnQ6);
+  node.angle_q6 = static_cast<std::uint16_t>((bytes[1] >> 1 | bytes[2] << 7) % kNodeTurnQ6);
   node.distance_q2 = u16(bytes, 3);
   return node;
 }

@@ -8,8 +8,8 @@
 namespace slam::rplidar {
 namespace {
 
-constexpr std::size_t kCabinSize = 4;
-constexpr int kTurnQ6 = 360 * 64;
+constexpr std::size_t kUltraCabinSize = 4;
+constexpr int kUltraTurnQ6 = 360 * 64;
 constexpr int kPredictMax = 510;  // +511 says no echo, too
 
 /// Bands of the major scale: from `major` on, `mm` + (value - major) * 2^level.
@@ -28,7 +28,7 @@ bool isEcho(int predict) { return predict != kNoPrediction && predict != 511; }
 Node node(const RawAngle& raw, int distance_mm) {
   const std::uint32_t distance_q2 = distance_mm > 0 ? static_cast<std::uint32_t>(distance_mm) << 2 : 0;
   const int angle_q6 = (raw.q16 - ultraAngleOffsetQ16(distance_q2)) >> 10;
-  return {.angle_q6 = static_cast<std::uint16_t>((angle_q6 + kTurnQ6) % kTurnQ6),
+  return {.angle_q6 = static_cast<std::uint16_t>((angle_q6 + kUltraTurnQ6) % kUltraTurnQ6),
           .distance_q2 = distance_q2,
           .quality = distance_q2 > 0 ? kCapsuleQuality : std::uint8_t{0},
           .start = raw.start};
@@ -85,8 +85,8 @@ std::array<std::uint8_t, kUltraCapsuleSize> encodeUltraCapsule(const UltraCapsul
     const UltraCapsule::Cabin& cabin = capsule.cabins[i];
     const std::uint32_t word = (cabin.major & 0xFFFU) | (static_cast<std::uint32_t>(cabin.predict1) & 0x3FFU) << 12 |
                                (static_cast<std::uint32_t>(cabin.predict2) & 0x3FFU) << 22;
-    for (std::size_t b = 0; b < kCabinSize; ++b) {
-      bytes[kCapsuleHeadSize + i * kCabinSize + b] = static_cast<std::uint8_t>(word >> 8 * b);
+    for (std::size_t b = 0; b < kUltraCabinSize; ++b) {
+      bytes[kCapsuleHeadSize + i * kUltraCabinSize + b] = static_cast<std::uint8_t>(word >> 8 * b);
     }
   }
   sealCapsule({capsule.start_angle_q6, capsule.start}, bytes);
@@ -99,7 +99,7 @@ std::optional<UltraCapsule> parseUltraCapsule(std::span<const std::uint8_t> byte
   if (!head) return std::nullopt;
   UltraCapsule capsule{.start_angle_q6 = head->start_angle_q6, .start = head->start};
   for (std::size_t i = 0; i < kUltraCabins; ++i) {
-    const std::uint8_t* in = bytes.data() + kCapsuleHeadSize + i * kCabinSize;
+    const std::uint8_t* in = bytes.data() + kCapsuleHeadSize + i * kUltraCabinSize;
     const std::uint32_t word = in[0] | static_cast<std::uint32_t>(in[1]) << 8 |
                                static_cast<std::uint32_t>(in[2]) << 16 | static_cast<std::uint32_t>(in[3]) << 24;
     capsule.cabins[i] = {static_cast<std::uint16_t>(word & 0xFFF), signed10(word >> 12), signed10(word >> 22)};

@@ -8,7 +8,7 @@
 namespace slam::rplidar {
 namespace {
 
-constexpr std::size_t kHeadSize = 10, kCabinSize = 5;  // [bytes]
+constexpr std::size_t kHeadSize = 10, kDenseCabinSize = 5;  // [bytes]
 constexpr int kMostQuality = 255;
 
 /// How the low two bits of a sample let the others be read: distance [mm * 4] = base + step * (bits below `quality`).
@@ -45,7 +45,7 @@ std::array<std::uint8_t, kUltraDenseCapsuleSize> encodeUltraDenseCapsule(const U
   for (std::size_t cabin = 0; cabin < kUltraDenseSamples / 2; ++cabin) {
     const std::uint32_t first = encodeUltraDenseSample(capsule.samples[2 * cabin]),
                         second = encodeUltraDenseSample(capsule.samples[2 * cabin + 1]);
-    std::uint8_t* out = bytes.data() + kHeadSize + cabin * kCabinSize;
+    std::uint8_t* out = bytes.data() + kHeadSize + cabin * kDenseCabinSize;
     out[0] = static_cast<std::uint8_t>(first);
     out[1] = static_cast<std::uint8_t>(first >> 8);
     out[2] = static_cast<std::uint8_t>(second);
@@ -62,7 +62,7 @@ std::optional<UltraDenseCapsule> parseUltraDenseCapsule(std::span<const std::uin
   if (!head) return std::nullopt;
   UltraDenseCapsule capsule{.start_angle_q6 = head->start_angle_q6, .start = head->start};
   for (std::size_t cabin = 0; cabin < kUltraDenseSamples / 2; ++cabin) {
-    const std::uint8_t* in = bytes.data() + kHeadSize + cabin * kCabinSize;
+    const std::uint8_t* in = bytes.data() + kHeadSize + cabin * kDenseCabinSize;
     const auto sample = [in](int low, int high) {
       return decodeUltraDenseSample(static_cast<std::uint32_t>(in[low] | in[low + 1] << 8 | high << 16));
     };

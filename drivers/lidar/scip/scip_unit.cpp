@@ -12,9 +12,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kAnswer = 500ms;        // to a command
-constexpr Duration kLastQuestion = 250ms;  // to a silent unit: the thread that reads it waits meanwhile
-constexpr Duration kQuiet = 100ms;         // after the end of an old scan
+constexpr Duration kScipAnswer = 500ms;        // to a command
+constexpr Duration kLastScipQuestion = 250ms;  // to a silent unit: the thread that reads it waits meanwhile
+constexpr Duration kScipQuiet = 100ms;         // after the end of an old scan
 
 bool isAny(const std::string& status, std::initializer_list<const char*> values) {
   return std::find(values.begin(), values.end(), status) != values.end();
@@ -34,11 +34,11 @@ std::optional<scip::Answer> ScipUnit::ask(const std::string& command, Duration l
 /// Ends an old scan, and asks who it is.
 std::optional<scip::Answer> ScipUnit::identify() {
   send("QT");
-  dialogue_->drain(kQuiet, 10 * kQuiet);
-  if (auto version = ask("VV", kAnswer)) return version;
+  dialogue_->drain(kScipQuiet, 10 * kScipQuiet);
+  if (auto version = ask("VV", kScipAnswer)) return version;
   send("SCIP2.0");  // an old URG-04LX begins with SCIP 1.1
-  dialogue_->drain(kQuiet, 10 * kQuiet);
-  return ask("VV", kAnswer);
+  dialogue_->drain(kScipQuiet, 10 * kScipQuiet);
+  return ask("VV", kScipAnswer);
 }
 
 ScipUnit::Begun ScipUnit::begin(ByteStream& port, const std::atomic<bool>& cancel, WrongDevice& others) {
@@ -47,10 +47,10 @@ ScipUnit::Begun ScipUnit::begin(ByteStream& port, const std::atomic<bool>& cance
   const auto version = identify();
   if (!version) return noAnswer(others);
   others.forget();
-  const auto parameters = ask("PP", kAnswer);
+  const auto parameters = ask("PP", kScipAnswer);
   const auto unit = parameters ? scip::parseParameters(*parameters) : std::nullopt;
   if (!unit) return dialogue_->hungUp() ? noAnswer(others) : Begun{DeviceState::kFault, problem::kLidarUnknown};
-  const auto laser = ask("BM", kAnswer);
+  const auto laser = ask("BM", kScipAnswer);
   if (!laser || !isAny(laser->status, {"00", "02"})) return {DeviceState::kFault, problem::kLidarNoScan};
   Begun begun = startScan(*unit);
   begun.identity = "Hokuyo " + unit->model + ", firmware " + scip::valueOf(*version, "FIRM") + ", serial number " +
@@ -68,7 +68,7 @@ ScipUnit::Begun ScipUnit::noAnswer(WrongDevice& others) const {
 
 ScipUnit::Begun ScipUnit::startScan(const scip::Parameters& unit) {
   const std::string command = scip::scanCommand(unit);
-  const auto answer = ask(command, kAnswer);
+  const auto answer = ask(command, kScipAnswer);
   if (!answer || answer->status != "00") return {DeviceState::kFault, problem::kLidarNoScan};
   constexpr double kFastLine = 1e-6;  // [s] of a byte on USB at full speed; on Ethernet it is less
   const double byte_time = config_.baud > 0 ? 10.0 / config_.baud : kFastLine;
@@ -89,7 +89,7 @@ ScipUnit::Begun ScipUnit::startScan(const scip::Parameters& unit) {
 
 /// The port is there, so ask the unit how it is before giving up.
 Problem ScipUnit::silence(const LidarReader& scan) {
-  const auto state = ask("II", kLastQuestion);
+  const auto state = ask("II", kLastScipQuestion);
   if (dialogue_->hungUp()) return problem::kPortGone;
   if (!state) return problem::kLidarSilent;
   if (scan.nodes() == 0 && scan.bytes() > 0) return problem::kLidarGarbage;

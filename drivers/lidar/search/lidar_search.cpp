@@ -24,7 +24,7 @@ constexpr std::array kSending = {230400, 115200, 921600, 128000};    // [bit/s] 
 constexpr std::array kRplidars = {115200, 460800, 1000000, 256000};  // [bit/s] these are asked
 constexpr std::array kYdlidars = {128000, 230400};                   // [bit/s] of those that wait for a command
 constexpr Duration kListen = 400ms;                                  // at each: two turns and more
-constexpr Duration kAnswer = 300ms;                                  // to a question
+constexpr Duration kProbeAnswer = 300ms;                             // to a question
 constexpr double kSameRate = 0.06;  // [1] of the samples' rate: the models of one family are 10 % apart
 
 LidarFinding foundRow(const LidarFacts* row, int baud) {
@@ -144,13 +144,14 @@ LidarFinding LidarSearch::receivePackets(rplidar::Dialogue& dialogue, int baud) 
 }
 
 LidarFinding LidarSearch::askRplidar(rplidar::Dialogue& dialogue, int baud) const {
-  const auto info = dialogue.ask(rplidar::encodeRequest(rplidar::Request::kGetInfo), AnswerType::kInfo, 20, kAnswer);
+  const auto info =
+      dialogue.ask(rplidar::encodeRequest(rplidar::Request::kGetInfo), AnswerType::kInfo, 20, kProbeAnswer);
   return info.empty() ? LidarFinding{} : LidarFinding{LidarFinding::kRplidar, nullptr, baud};
 }
 
 LidarFinding LidarSearch::askYdlidar(rplidar::Dialogue& dialogue, int baud) const {
   constexpr std::array<std::uint8_t, 2> kWho = {0xA5, 0x90};
-  const auto info = dialogue.ask(kWho, AnswerType::kInfo, 20, kAnswer);
+  const auto info = dialogue.ask(kWho, AnswerType::kInfo, 20, kProbeAnswer);
   return info.empty() ? LidarFinding{} : foundRow(ydlidarOf(info[0]), baud);
 }
 
@@ -159,14 +160,14 @@ LidarFinding LidarSearch::askText(rplidar::Dialogue& dialogue, int baud) const {
   constexpr std::string_view kVersion = "\nVV\n";
   dialogue.send({reinterpret_cast<const std::uint8_t*>(kVersion.data()), kVersion.size()});
   const auto scip = awaitText(
-      dialogue, now_, kAnswer,
+      dialogue, now_, kProbeAnswer,
       [](std::string_view text, std::size_t& size) { return scip::findAnswer(text, "VV", size); }, behind);
   if (scip && !scip::valueOf(*scip, "VEND").empty()) return {LidarFinding::kHokuyo, nullptr, baud};
   if (!isTcp(path_)) return {};
   const std::string who = cola::telegram("sRN DeviceIdent");
   dialogue.send({reinterpret_cast<const std::uint8_t*>(who.data()), who.size()});
   const auto sick = awaitText(
-      dialogue, now_, kAnswer,
+      dialogue, now_, kProbeAnswer,
       [](std::string_view text, std::size_t& size) { return cola::findTelegram(text, "sRA DeviceIdent", "sFA", size); },
       behind);
   return sick ? LidarFinding{LidarFinding::kSick, nullptr, baud} : LidarFinding{};

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kStep = std::size_t{1} << 16;  // [bytes] that out grows by
 
-using Bytes = std::vector<std::uint8_t>;
+using Unpacked = std::vector<std::uint8_t>;
 
 /// What a decoder made of its input in one step.
 struct Step {
@@ -24,7 +24,7 @@ struct Step {
 /// Calls step(room) for kStep bytes of room each until the data ends. @return false: it is damaged, cut off or too
 /// large
 template <typename Decode>
-bool unpack(Bytes& out, const Decode& decode) {
+bool unpack(Unpacked& out, const Decode& decode) {
   Step step{0, false, false};
   std::size_t used = 0;
   while (!step.ended && !step.stuck && used + kStep <= kLargestChunk) {
@@ -36,7 +36,7 @@ bool unpack(Bytes& out, const Decode& decode) {
   return step.ended;
 }
 
-bool unpackBz2(std::span<const std::uint8_t> data, Bytes& out) {
+bool unpackBz2(std::span<const std::uint8_t> data, Unpacked& out) {
   bz_stream stream{};
   if (data.size() > std::numeric_limits<unsigned>::max() || BZ2_bzDecompressInit(&stream, 0, 0) != BZ_OK) return false;
   const std::unique_ptr<bz_stream, decltype(&BZ2_bzDecompressEnd)> owner(&stream, &BZ2_bzDecompressEnd);
@@ -51,7 +51,7 @@ bool unpackBz2(std::span<const std::uint8_t> data, Bytes& out) {
   });
 }
 
-bool unpackLz4(std::span<const std::uint8_t> data, Bytes& out) {
+bool unpackLz4(std::span<const std::uint8_t> data, Unpacked& out) {
   LZ4F_dctx* context = nullptr;
   if (LZ4F_isError(LZ4F_createDecompressionContext(&context, LZ4F_VERSION))) return false;
   const std::unique_ptr<LZ4F_dctx, decltype(&LZ4F_freeDecompressionContext)> owner(context,
@@ -65,7 +65,7 @@ bool unpackLz4(std::span<const std::uint8_t> data, Bytes& out) {
   });
 }
 
-bool unpackZstd(std::span<const std::uint8_t> data, Bytes& out) {
+bool unpackZstd(std::span<const std::uint8_t> data, Unpacked& out) {
   constexpr int kLargestWindow = 26;  // [bits] as large as a chunk may be
   const std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context(ZSTD_createDCtx(), &ZSTD_freeDCtx);
   if (!context) return false;

@@ -12,7 +12,7 @@
 namespace slam {
 namespace {
 
-constexpr std::size_t kChunk = 1U << 20;  // [bytes] unpacked, from which a chunk is full
+constexpr std::size_t kFullChunk = 1U << 20;  // [bytes] unpacked, from which a chunk is full
 
 template <typename Integer>
 std::string number(Integer value) {
@@ -72,7 +72,7 @@ void McapWriter::write(std::uint16_t channel, std::int64_t received, std::int64_
   ++messages_;
   chunk_first_ = std::min(chunk_first_, time);
   chunk_last_ = std::max(chunk_last_, time);
-  if (chunk_.size() >= kChunk) endChunk();
+  if (chunk_.size() >= kFullChunk) endChunk();
 }
 
 void McapWriter::endChunk() {
