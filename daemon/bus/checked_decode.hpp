@@ -12,6 +12,7 @@
 #include <slam/imu_t.hpp>
 #include <slam/map_meta_t.hpp>
 #include <slam/map_tile_t.hpp>
+#include <slam/odometry_t.hpp>
 #include <slam/pose_estimate_t.hpp>
 #include <slam/problems_t.hpp>
 #include <slam/scan_t.hpp>
@@ -48,6 +49,8 @@ template <>
 std::optional<problems_t> decodeChecked(std::span<const std::uint8_t> data);
 template <>
 std::optional<pose_estimate_t> decodeChecked(std::span<const std::uint8_t> data);
+template <>
+std::optional<odometry_t> decodeChecked(std::span<const std::uint8_t> data);
 template <>
 std::optional<map_meta_t> decodeChecked(std::span<const std::uint8_t> data);
 template <>

@@ -73,6 +73,7 @@ void checkContent(const problems_t& problems) {
 }
 
 void checkContent(const pose_estimate_t&) {}
+void checkContent(const odometry_t&) {}
 void checkContent(const map_meta_t&) {}
 void checkContent(const map_tile_t& tile) {
   FUZZ_CHECK(tile.cells.size() == static_cast<std::size_t>(tile.side) * static_cast<std::size_t>(tile.side));
@@ -141,6 +142,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       break;
     case 7:
       checkMessage<health_t>(datagram, with_fingerprint);
+      break;
+    case 13:
+      checkMessage<odometry_t>(datagram, with_fingerprint);
       break;
     case 12:
       checkMessage<problems_t>(datagram, with_fingerprint);

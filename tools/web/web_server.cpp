@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "runtime/clock.hpp"
+#include "tools/web/foxglove/upgrade.hpp"
 
 namespace slam {
 namespace {
@@ -21,7 +22,7 @@ namespace {
 constexpr std::size_t kLongestBody = 4096;  // [bytes] of a command
 constexpr int kSendBuffer = 128 * 1024;     // [bytes] a reader that sleeps holds no more of the kernel's memory
 
-thread_local bool hands_over = false;  // the request of this thread was for the stream of events
+thread_local Successor successor = Successor::kNone;  // of the request of this thread
 
 }  // namespace
 
@@ -88,11 +89,11 @@ class WebServer::Requests : public httplib::TaskQueue {
   std::thread watcher_;
 };
 
-WebServer::WebServer(const WebPages& pages, const SharedState& shared, const EventFeed& feed, EventHub& hub,
+WebServer::WebServer(const WebPages& pages, const SharedState& shared, const EventFeed& feed, const Hubs& hubs,
                      const HttpConnection::Limits& limits)
-    : shared_(shared), feed_(feed), hub_(hub), limits_(limits) {
+    : shared_(shared), feed_(feed), hubs_(hubs), limits_(limits) {
   new_task_queue = [this] { return requests_ = new Requests(*this); };  // cpp-httplib deletes it
-  setRoutes(*this, pages, [] { hands_over = true; });
+  setRoutes(*this, pages, [](Successor of) { successor = of; });
   set_tcp_nodelay(true);
   // Without SO_REUSEPORT, which cpp-httplib sets: a second program on the port is refused, not mixed in.
   set_socket_options([](socket_t socket) {
@@ -109,12 +110,16 @@ WebServer::WebServer(const WebPages& pages, const SharedState& shared, const Eve
                            "; change web.address or web.port, or stop the program that listens there");
 }
 
-void setRoutes(httplib::Server& server, const WebPages& pages, std::function<void()> takeReader) {
+void setRoutes(httplib::Server& server, const WebPages& pages, std::function<void(Successor)> handOver) {
   using Handling = httplib::Server::HandlerResponse;
   server.set_payload_max_length(kLongestBody);
   server.set_default_headers(WebPages::headers());
-  server.set_pre_routing_handler([&pages, takeReader](const httplib::Request& request, httplib::Response& response) {
+  server.set_pre_routing_handler([&pages, handOver](const httplib::Request& request, httplib::Response& response) {
     if (!pages.mayEnter(request, response)) return Handling::Handled;
+    if (isUpgrade(request)) {
+      if (pages.mayStream(request, response)) handOver(Successor::kFoxglove);
+      return Handling::Handled;
+    }
     const std::string path = WebPages::apiPathOf(request.path);
     if (request.method == "POST" && (path == WebPages::kCommand || path == WebPages::kDrive))
       return Handling::Unhandled;
@@ -122,8 +127,8 @@ void setRoutes(httplib::Server& server, const WebPages& pages, std::function<voi
       pages.answer(request, response);
     } else if (pages.mayRead(request, response)) {
       response.status = 200;
-      response.set_content_provider("text/event-stream", [takeReader](std::size_t, httplib::DataSink&) {
-        takeReader();
+      response.set_content_provider("text/event-stream", [handOver](std::size_t, httplib::DataSink&) {
+        handOver(Successor::kEvents);
         return false;  // somebody else writes what comes behind the head
       });
     }
@@ -135,6 +140,8 @@ void setRoutes(httplib::Server& server, const WebPages& pages, std::function<voi
   server.Post("/api/(?:v1/)?drive", [&pages](const httplib::Request& request, httplib::Response& response) {
     pages.drive(request, response);
   });
+  server.set_post_routing_handler(
+      [](const httplib::Request&, httplib::Response& response) { finishUpgrade(response); });
   server.set_exception_handler([](const httplib::Request&, httplib::Response& response, std::exception_ptr) {
     response.status = 500;
     response.set_content("slam-web could not answer this\n", "text/plain");
@@ -156,13 +163,14 @@ void WebServer::answer(const ConnectionRoom::Connection& from) {
   const int socket = from.socket;
   setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
   HttpConnection connection(socket, limits_, from.address, [this] { return requests_->isCrowded(); });
-  hands_over = false;
+  successor = Successor::kNone;
   bool closed = false;
   try {
     process_request(connection, true, closed, prepareRequest);
   } catch (const std::exception&) {  // cpp-httplib's parser: the connection ends
   }
-  if (hands_over) return handOver(from);
+  if (successor == Successor::kEvents) return handOver(from);
+  if (successor == Successor::kFoxglove) return hubs_.foxglove.add(socket, from.address, connection.rest());
   ::shutdown(socket, SHUT_WR);
   ::close(socket);
 }
@@ -174,7 +182,7 @@ void WebServer::handOver(const ConnectionRoom::Connection& from) {
     const std::lock_guard lock(shared_.mutex);
     greeting = feed_.greeting(shared_.state, now);
   }
-  hub_.add(from.socket, std::move(greeting), now, from.address);
+  hubs_.events.add(from.socket, std::move(greeting), now, from.address);
 }
 
 void WebServer::run() {

@@ -96,7 +96,7 @@ class Server : public testing::Test {
           drives_.push_back(request);
           return std::string();
         });
-    server_.emplace(*pages_, shared_, feed_, hub_, limits_);
+    server_.emplace(*pages_, shared_, feed_, Hubs{hub_, foxglove_}, limits_);
     thread_ = std::thread([this] { server_->run(); });
   }
   void stop() {
@@ -128,6 +128,7 @@ class Server : public testing::Test {
   SharedState shared_{Config{}};
   EventFeed feed_{1, false, "1.2.3"};
   EventHub hub_;
+  FoxgloveHub foxglove_{shared_, Config{}, "1"};
   std::vector<WebCommand> commands_;
   std::vector<DriveRequest> drives_;
   std::optional<WebPages> pages_;
@@ -152,14 +153,14 @@ TEST_F(Server, ListensWhereItIsConfigured) {
   WebPages::Settings taken = settings_;
   taken.web.port = server_->port();
   const WebPages pages(taken, shared_, nullptr);
-  const std::string words = test::refusalOf([&] { WebServer(pages, shared_, feed_, hub_); });
+  const std::string words = test::refusalOf([&] { WebServer(pages, shared_, feed_, {hub_, foxglove_}); });
   EXPECT_THAT(words, HasSubstr("127.0.0.2:" + std::to_string(server_->port())));
   EXPECT_THAT(words, HasSubstr("web.port"));
 }
 
 TEST_F(Server, TakesConnectionsOfManyAtTheSameMoment) {
   pages_.emplace(settings_, shared_, nullptr);
-  server_.emplace(*pages_, shared_, feed_, hub_, limits_);
+  server_.emplace(*pages_, shared_, feed_, Hubs{hub_, foxglove_}, limits_);
   std::vector<std::unique_ptr<Client>> clients;  // as ten pages that ask for the tile that has just changed
   for (std::size_t i = 0; i < WebServer::kMostWaiting; ++i) {
     clients.push_back(std::make_unique<Client>(server_->port()));

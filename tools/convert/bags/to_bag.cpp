@@ -15,9 +15,9 @@
 #include "bus/event_log.hpp"
 #include "bus/messages.hpp"
 #include "config/loader.hpp"
-#include "tools/convert/bags/map_picture.hpp"
 #include "tools/convert/bags/ros2_bag.hpp"
 #include "tools/convert/formats.hpp"
+#include "tools/foxglove/map_picture.hpp"
 
 namespace slam {
 namespace {
