@@ -132,9 +132,14 @@ int serve(const Config& config, const std::string& socket, const std::string& lo
                         SLAMD_VERSION, session, drives},
                        shared, command, drive);
   EventHub hub;
-  WebServer server(pages, shared, feed, {hub, foxglove});
+  TlsContext tls =
+      config.web.tls ? tlsContextOf(config.web, stateFolder(), ownNames(config.web.address)) : TlsContext();
+  const std::string fingerprint = tls.fingerprint;
+  WebServer server(pages, shared, feed, {hub, foxglove}, {}, std::move(tls));
   std::thread http([&server] { server.run(); });
-  std::cerr << "slam-web: http://" << config.web.address << ":" << server.port() << "/\n";
+  std::cerr << "slam-web: http" << (config.web.tls ? "s" : "") << "://" << config.web.address << ":" << server.port()
+            << "/\n";
+  if (config.web.tls) std::cerr << "slam-web: its certificate has the SHA-256 fingerprint " << fingerprint << "\n";
 
   Timestamp next = monotonicNow();
   for (;;) {

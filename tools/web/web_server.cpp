@@ -20,8 +20,10 @@ namespace slam {
 namespace {
 
 constexpr std::size_t kLongestBody = 4096;  // [bytes] of a command
+constexpr int kPermanentRedirect = 308;     // with the same method and body
 constexpr int kSendBuffer = 128 * 1024;     // [bytes] a reader that sleeps holds no more of the kernel's memory
 
+thread_local bool redirects = false;                  // the request of this thread came by http, not https
 thread_local Successor successor = Successor::kNone;  // of the request of this thread
 
 }  // namespace
@@ -30,20 +32,28 @@ thread_local Successor successor = Successor::kNone;  // of the request of this 
 /// and keeps any number of them.
 class WebServer::Requests : public httplib::TaskQueue {
  public:
-  explicit Requests(WebServer& server)
+  Requests(WebServer& server, TlsContext tls)
       : server_(server),
         room_({.request = server.limits_.request, .request_size = server.limits_.request_size}),
-        watcher_([this] { watch(); }) {}
+        watcher_([this] { watch(); }) {
+    if (!tls.context) return;
+    tls_ = std::make_unique<TlsFront>(std::move(tls), [this](int socket, std::string address, bool is_tls) {
+      room_.add(socket, std::move(address), monotonicNow(), !is_tls);
+    });
+  }
 
   /// In the thread that accepts.
   void enqueue(std::function<void()> connection) override { connection(); }
   void shutdown() override {
     ending_ = true;
+    tls_.reset();
     watcher_.join();
     pool_.shutdown();
   }
 
-  void take(int socket) { room_.add(socket, addressOf(socket), monotonicNow()); }
+  void take(int socket) {
+    tls_ ? tls_->add(socket, addressOf(socket)) : room_.add(socket, addressOf(socket), monotonicNow());
+  }
   /// Whether requests wait for a thread.
   bool isCrowded() const { return waiting_ > 0; }
 
@@ -81,6 +91,7 @@ class WebServer::Requests : public httplib::TaskQueue {
 
   WebServer& server_;
   ConnectionRoom room_;
+  std::unique_ptr<TlsFront> tls_;
   std::atomic<std::size_t> waiting_{0};
   std::mutex mutex_;
   std::map<std::string, std::size_t> passed_;  // requests of each address that wait for a thread or have one
@@ -90,9 +101,17 @@ class WebServer::Requests : public httplib::TaskQueue {
 };
 
 WebServer::WebServer(const WebPages& pages, const SharedState& shared, const EventFeed& feed, const Hubs& hubs,
-                     const HttpConnection::Limits& limits)
-    : shared_(shared), feed_(feed), hubs_(hubs), limits_(limits) {
-  new_task_queue = [this] { return requests_ = new Requests(*this); };  // cpp-httplib deletes it
+                     const HttpConnection::Limits& limits, TlsContext tls)
+    : greeting_([&shared, &feed](Timestamp now) {
+        const std::lock_guard lock(shared.mutex);
+        return feed.greeting(shared.state, now);
+      }),
+      hubs_(hubs),
+      limits_(limits) {
+  const auto context = std::make_shared<TlsContext>(std::move(tls));
+  new_task_queue = [this, context] {
+    return requests_ = new Requests(*this, std::move(*context));
+  };  // cpp-httplib deletes it
   setRoutes(*this, pages, [](Successor of) { successor = of; });
   set_tcp_nodelay(true);
   // Without SO_REUSEPORT, which cpp-httplib sets: a second program on the port is refused, not mixed in.
@@ -116,6 +135,10 @@ void setRoutes(httplib::Server& server, const WebPages& pages, std::function<voi
   server.set_default_headers(WebPages::headers());
   server.set_pre_routing_handler([&pages, handOver](const httplib::Request& request, httplib::Response& response) {
     if (!pages.mayEnter(request, response)) return Handling::Handled;
+    if (redirects) {
+      response.set_redirect("https://" + request.get_header_value("Host") + request.target, kPermanentRedirect);
+      return Handling::Handled;
+    }
     if (isUpgrade(request)) {
       if (pages.mayStream(request, response)) handOver(Successor::kFoxglove);
       return Handling::Handled;
@@ -164,6 +187,7 @@ void WebServer::answer(const ConnectionRoom::Connection& from) {
   setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
   HttpConnection connection(socket, limits_, from.address, [this] { return requests_->isCrowded(); });
   successor = Successor::kNone;
+  redirects = from.redirects;
   bool closed = false;
   try {
     process_request(connection, true, closed, prepareRequest);
@@ -177,12 +201,7 @@ void WebServer::answer(const ConnectionRoom::Connection& from) {
 
 void WebServer::handOver(const ConnectionRoom::Connection& from) {
   const Timestamp now = monotonicNow();
-  std::string greeting;
-  {
-    const std::lock_guard lock(shared_.mutex);
-    greeting = feed_.greeting(shared_.state, now);
-  }
-  hubs_.events.add(from.socket, std::move(greeting), now, from.address);
+  hubs_.events.add(from.socket, greeting_(now), now, from.address);
 }
 
 void WebServer::run() {

@@ -4,6 +4,7 @@
 #include <functional>
 #include <string>
 
+#include "tools/web/access/tls_front.hpp"
 #include "tools/web/connection_room.hpp"
 #include "tools/web/event_hub.hpp"
 #include "tools/web/foxglove/foxglove_hub.hpp"
@@ -36,9 +37,9 @@ class WebServer : private httplib::Server {
  public:
   static constexpr std::size_t kThreads = 16, kMostWaiting = 32;
 
-  /// @throws std::runtime_error where it cannot listen @param port 0: any that is free
+  /// @throws std::runtime_error where it cannot listen @param tls empty: plain http
   WebServer(const WebPages& pages, const SharedState& shared, const EventFeed& feed, const Hubs& hubs,
-            const HttpConnection::Limits& limits = {});
+            const HttpConnection::Limits& limits = {}, TlsContext tls = {});
 
   int port() const { return port_; }
   /// Returns after stop().
@@ -52,8 +53,7 @@ class WebServer : private httplib::Server {
   void answer(const ConnectionRoom::Connection& from);
   void handOver(const ConnectionRoom::Connection& from);
 
-  const SharedState& shared_;
-  const EventFeed& feed_;
+  const std::function<std::string(Timestamp now)> greeting_;  // of who listens to events
   const Hubs hubs_;
   const HttpConnection::Limits limits_;
   Requests* requests_ = nullptr;  // of cpp-httplib, while run() runs
