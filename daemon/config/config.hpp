@@ -365,10 +365,9 @@ struct WebConfig {
              "web.token_file.");
     v.expert("token_file", token_file,
              "The password of the page stands in this file, alone; who may read the file may operate the robot.");
-    v.site("tls", tls,
-           "The page is served by https; a browser that asks by http is sent there, and slamctl web prints the "
-           "certificate's fingerprint.",
-           "Set true when others of the network shall not read the token and the map.");
+    v.expert("tls", tls,
+             "The page is served by https; a browser that asks by http is sent there, and slamctl web prints the "
+             "certificate's fingerprint.");
     v.expert("certificate", certificate,
              "The certificate for https stands in this file, in PEM, with those that vouch for it behind it; empty: "
              "one that slam-web makes.");
