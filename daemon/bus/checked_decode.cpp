@@ -178,6 +178,11 @@ std::optional<map_edit_t> decodeChecked(Bytes data) {
 }
 
 template <>
+std::optional<odometry_t> decodeChecked(Bytes data) {
+  return decode<odometry_t>(data);  // of one size: its decoder reads no lengths
+}
+
+template <>
 std::optional<map_meta_t> decodeChecked(Bytes data) {
   return data.size() == kFingerprint + 8 + 4 + 3 * 8 + 7 * 4 ? decode<map_meta_t>(data) : std::nullopt;
 }

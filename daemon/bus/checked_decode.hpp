@@ -13,6 +13,7 @@
 #include <slam/map_edit_t.hpp>
 #include <slam/map_meta_t.hpp>
 #include <slam/map_tile_t.hpp>
+#include <slam/odometry_t.hpp>
 #include <slam/pose_estimate_t.hpp>
 #include <slam/problems_t.hpp>
 #include <slam/scan_t.hpp>
@@ -51,6 +52,8 @@ template <>
 std::optional<pose_estimate_t> decodeChecked(std::span<const std::uint8_t> data);
 template <>
 std::optional<map_edit_t> decodeChecked(std::span<const std::uint8_t> data);
+template <>
+std::optional<odometry_t> decodeChecked(std::span<const std::uint8_t> data);
 template <>
 std::optional<map_meta_t> decodeChecked(std::span<const std::uint8_t> data);
 template <>

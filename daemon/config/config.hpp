@@ -342,6 +342,9 @@ struct WebConfig {
   bool commands = false;
   std::string token = "";
   std::string token_file = "/etc/slamd/web.token";
+  bool tls = false;
+  std::string certificate = "";
+  std::string key = "";
 
   /// Something is for those alone who have the token.
   bool needsToken() const { return commands || read == WebReaders::kToken; }
@@ -362,6 +365,13 @@ struct WebConfig {
              "web.token_file.");
     v.expert("token_file", token_file,
              "The password of the page stands in this file, alone; who may read the file may operate the robot.");
+    v.expert("tls", tls,
+             "The page is served by https; a browser that asks by http is sent there, and slamctl web prints the "
+             "certificate's fingerprint.");
+    v.expert("certificate", certificate,
+             "The certificate for https stands in this file, in PEM, with those that vouch for it behind it; empty: "
+             "one that slam-web makes.");
+    v.expert("key", key, "The key of web.certificate stands in this file, in PEM, and the user slamd-web can read it.");
   }
 };
 

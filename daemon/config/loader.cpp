@@ -359,6 +359,9 @@ void checkTogether(const Config& config, const std::string& name, const Places& 
                  " characters, so that it could be guessed; set it, e.g. to what openssl rand -hex 16 prints, or "
                  "leave it empty for the one in web.token_file");
   }
+  if (config.web.certificate.empty() != config.web.key.empty()) {
+    complain({"web.certificate", "web.key"}, "belong together; set both, or none for one that slam-web makes");
+  }
   if (config.lcm.pose_rate > config.runtime.estimator_rate) {
     complain({"lcm.pose_rate", "runtime.estimator_rate"},
              "is above runtime.estimator_rate; lower the one or raise the other");

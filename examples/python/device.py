@@ -3,12 +3,13 @@
 """A device of your own for slamd: sends scans, wheels and a gyro, each with its own stamps.
 
 The readings come from a simulated robot that drives a circle in an L-shaped room; put your device's in their place. slamd
-runs beside it with lidar.driver, base.driver and imu.driver = "lcm". Usage: device.py [SECONDS]"""
+runs beside it with lidar.driver, base.driver and imu.driver = "lcm".
+Usage: device.py [SECONDS]; needs python3-slamd, or its folder python/ in PYTHONPATH"""
 import math
 import sys
 import time
 
-from slam_lcm import Sender
+import slamd
 
 # Corners of the room [m]; the robot starts at (0, 0) and looks along x.
 ROOM = [(-2.5, -1.0), (3.0, -1.0), (3.0, 3.5), (0.8, 3.5), (0.8, 2.7), (-2.5, 2.7)]
@@ -42,7 +43,7 @@ def range_from(x, y, angle):
 
 def main():
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else math.inf
-    send = Sender()
+    send = slamd.Sender()
     start = time.time()
     turn = []  # beams of the turn under way: range, bearing, time offset
     turn_began = t = 0.0

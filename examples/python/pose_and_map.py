@@ -2,13 +2,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Prints slamd's pose twice a second, and keeps its map as a picture (PGM: dark walls, light free space, grey unknown).
 
-Usage: pose_and_map.py [MAP.pgm]"""
+Usage: pose_and_map.py [MAP.pgm]; needs python3-slamd, or its folder python/ in PYTHONPATH"""
 import os
 import sys
 
-from slam_lcm import Map, MapMeta, MapTile, Pose, Receiver
+import slamd
 
-STATES = ("initialising", "localised", "degraded", "lost")
 PERIOD = 500_000  # [us] between printed poses
 UNKNOWN = 128     # grey
 
@@ -28,21 +27,20 @@ def write_map(path, width, height, cells):
 
 def main():
     path = sys.argv[1] if len(sys.argv) > 1 else None
-    known, printed = Map(), 0
-    for message in Receiver().messages():
-        if isinstance(message, Pose):
+    known, printed = slamd.MapBuilder(), 0
+    for message in slamd.Receiver().messages():
+        if isinstance(message, slamd.PoseEstimate):
             if abs(message.utime - printed) < PERIOD:
                 continue
             printed = message.utime
-            state = STATES[message.state] if message.state < len(STATES) else "unknown"
             sigma = max(message.covariance[0], message.covariance[4]) ** 0.5
-            print(f"{state}: x {message.x:.3f} m, y {message.y:.3f} m, theta {message.theta:.3f} rad, "
+            print(f"{slamd.state_of(message)}: x {message.x:.3f} m, y {message.y:.3f} m, theta {message.theta:.3f} rad, "
                   f"sigma {sigma:.3f} m", flush=True)
-        elif isinstance(message, (MapTile, MapMeta)):
+        elif isinstance(message, (slamd.MapTile, slamd.MapMeta)):
             known.take(message)
-            joined = known.joined(message) if path and isinstance(message, MapMeta) else None
+            joined = known.joined(message) if path and isinstance(message, slamd.MapMeta) else None
             if joined:
-                write_map(path, *joined)
+                write_map(path, joined.width, joined.height, joined.cells)
 
 
 if __name__ == "__main__":

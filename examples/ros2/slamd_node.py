@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""slamd for ROS 2: one node, which needs rclpy and ROS's own messages, and no LCM.
+"""slamd for ROS 2: one node, which needs rclpy, ROS's own messages and python3-slamd, and no LCM.
 
 Publishes   /tf            map -> odom -> base_link, at the rate of slamd's odometry
             slamd/pose     geometry_msgs/PoseWithCovarianceStamped, while slamd is localised or degraded
@@ -13,8 +13,6 @@ Parameters  interface      address of the network card on which slamd is, 127.0.
             lidar_x, lidar_y, lidar_yaw   mount of the lidar, as in slamd's configuration, for the frame "laser"
 """
 import math
-import pathlib
-import sys
 import threading
 import time
 
@@ -26,10 +24,9 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profi
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "python"))
-import slam_lcm
+import slamd
 
-LOCALISED, DEGRADED = 1, 2
+KINDS = slamd.PoseEstimate, slamd.Odometry, slamd.Scan, slamd.MapTile, slamd.MapMeta
 MAP_PERIOD = 1.0  # [s] between two maps: one holds all cells
 KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL, reliability=ReliabilityPolicy.RELIABLE)
 
@@ -83,10 +80,10 @@ def even_scan(scan):
 class Slamd(Node):
     def __init__(self):
         super().__init__("slamd")
-        interface = self.declare_parameter("interface", slam_lcm.LOCALHOST).value
+        interface = self.declare_parameter("interface", slamd.LOCALHOST).value
         mount = [self.declare_parameter(f"lidar_{name}", 0.0).value for name in ("x", "y", "yaw")]
         self.mount = mount
-        self.receiver, self.sender = slam_lcm.Receiver(interface), slam_lcm.Sender(interface)
+        self.receiver, self.sender = slamd.Receiver(interface, KINDS), slamd.Sender(interface)
         self.tf = self.create_publisher(TFMessage, "/tf", 10)
         self.pose = self.create_publisher(PoseWithCovarianceStamped, "slamd/pose", 10)
         self.odometry = self.create_publisher(Odometry, "odom", 10)
@@ -94,10 +91,9 @@ class Slamd(Node):
         self.scan = self.create_publisher(LaserScan, "scan", qos_profile_sensor_data)
         self.create_subscription(PoseWithCovarianceStamped, "initialpose", self.set_pose, 1)
         self.create_subscription(Twist, "cmd_vel", self.drive, 1)
-        self.known, self.changed, self.published = slam_lcm.Map(), False, 0.0
+        self.known, self.changed, self.published = slamd.MapBuilder(), False, 0.0
         self.commands = 0
-        self.takers = {slam_lcm.Pose: self.take_pose, slam_lcm.Odometry: self.take_odometry, slam_lcm.Scan: self.take_scan,
-                       slam_lcm.MapTile: self.take_tile, slam_lcm.MapMeta: self.take_meta}
+        self.takers = dict(zip(KINDS, (self.take_pose, self.take_odometry, self.take_scan, self.take_tile, self.take_meta)))
 
     def read(self):
         """Takes slamd's messages, for ever."""
@@ -105,8 +101,8 @@ class Slamd(Node):
             self.takers[type(message)](message)
 
     def take_pose(self, pose):
-        if pose.state not in (LOCALISED, DEGRADED):
-            return  # not valid
+        if not slamd.is_valid(pose):
+            return
         message = PoseWithCovarianceStamped()
         set_stamp(message.header, pose.utime, "map")
         message.pose.pose.position.x, message.pose.pose.position.y = pose.x, pose.y
@@ -143,16 +139,13 @@ class Slamd(Node):
         joined = self.known.joined(meta)
         if joined is None:
             return
-        width, height, cells = joined
-        side = meta.tile_side
         message = OccupancyGrid()
         set_stamp(message.header, meta.utime, "map")
-        message.info.resolution = meta.resolution
-        message.info.width, message.info.height = width, height
-        message.info.origin.position.x = meta.origin_x + meta.column_min * side * meta.resolution
-        message.info.origin.position.y = meta.origin_y + meta.row_min * side * meta.resolution
+        message.info.resolution = joined.resolution
+        message.info.width, message.info.height = joined.width, joined.height
+        message.info.origin.position.x, message.info.origin.position.y = joined.x, joined.y
         message.info.origin.orientation.w = 1.0
-        message.data = [cell - 256 if cell > 127 else cell for cell in cells]
+        message.data = [cell - 256 if cell > 127 else cell for cell in joined.cells]
         self.map.publish(message)
         self.changed, self.published = False, time.monotonic()
 

@@ -127,6 +127,14 @@ map_edit_t sample() {
 }
 
 template <>
+odometry_t sample() {
+  odometry_t message{};
+  message.x = 1.5;
+  message.theta = -0.5;
+  return message;
+}
+
+template <>
 map_meta_t sample() {
   map_meta_t message{};
   message.map_id = 3;
@@ -157,7 +165,7 @@ Bytes patched(Bytes data, std::size_t offset, std::uint32_t word, std::size_t si
 template <typename Message>
 class DecodeChecked : public testing::Test {};
 using Subscribed = testing::Types<scan_t, wheels_t, imu_t, command_t, ack_t, config_t, health_t, problems_t,
-                                  pose_estimate_t, map_edit_t, map_meta_t, map_tile_t>;
+                                  pose_estimate_t, odometry_t, map_edit_t, map_meta_t, map_tile_t>;
 TYPED_TEST_SUITE(DecodeChecked, Subscribed);
 
 TYPED_TEST(DecodeChecked, ReadsWhatWasWritten) {

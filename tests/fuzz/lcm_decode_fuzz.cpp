@@ -76,6 +76,7 @@ void checkContent(const pose_estimate_t&) {}
 void checkContent(const map_edit_t& edit) {
   FUZZ_CHECK(edit.x.size() == edit.y.size() && edit.x.size() == static_cast<std::size_t>(edit.npoints));
 }
+void checkContent(const odometry_t&) {}
 void checkContent(const map_meta_t&) {}
 void checkContent(const map_tile_t& tile) {
   FUZZ_CHECK(tile.cells.size() == static_cast<std::size_t>(tile.side) * static_cast<std::size_t>(tile.side));
@@ -147,6 +148,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       break;
     case 11:
       checkMessage<map_edit_t>(datagram, with_fingerprint);
+      break;
+    case 13:
+      checkMessage<odometry_t>(datagram, with_fingerprint);
       break;
     case 12:
       checkMessage<problems_t>(datagram, with_fingerprint);

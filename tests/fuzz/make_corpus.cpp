@@ -39,6 +39,7 @@
 #include "tools/sim/lidar/lidar_emulator.hpp"
 #include "tools/sim/lidar/packet_emulator.hpp"
 #include "tools/sim/lidar/scip_emulator.hpp"
+#include "tools/web/foxglove/client_frames.hpp"
 
 namespace slam {
 namespace {
@@ -364,6 +365,20 @@ void webSeeds(const Corpus& corpus) {
   corpus.add("web_request", "range", "HEAD /page.js" + host + "Range: bytes=0-10,-5\r\nExpect: 100-continue\r\n\r\n");
 }
 
+void foxgloveSeeds(const Corpus& corpus) {
+  const std::string subscribe = R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":0},{"id":2,"channelId":6}]})";
+  const std::string unsubscribe = R"({"op":"unsubscribe","subscriptionIds":[1,2]})";
+  corpus.add("foxglove", "text", "T" + subscribe);
+  corpus.add("foxglove", "frames",
+             test::clientFrame(test::kText, subscribe) + test::clientFrame(test::kPing, "p") +
+                 test::clientFrame(test::kText, unsubscribe.substr(0, 20), false) +
+                 test::clientFrame(test::kContinuation, unsubscribe.substr(20)) +
+                 test::clientFrame(test::kClose, "\x03\xE8"));
+  std::string wrong;
+  for (int i = 0; i < 20; ++i) wrong += test::clientFrame(test::kText, "?");
+  corpus.add("foxglove", "wrong", wrong);
+}
+
 void textSeeds(const Corpus& corpus, const std::filesystem::path& source) {
   corpus.add("config", "defaults", printConfig(Config{}));
   for (const auto& entry : std::filesystem::directory_iterator(source / "config")) {
@@ -589,6 +604,7 @@ int main(int argc, char** argv) {
     slam::canSeeds(corpus);
     slam::messageSeeds(corpus);
     slam::webSeeds(corpus);
+    slam::foxgloveSeeds(corpus);
     slam::textSeeds(corpus, SLAMD_SOURCE_DIR);
     slam::mapSeeds(corpus);
     slam::floorPlanSeeds(corpus);

@@ -42,7 +42,7 @@ class Recorded : public httplib::Stream {
 class Site : public httplib::Server {
  public:
   Site() {
-    setRoutes(*this, pages_, [] {});
+    setRoutes(*this, pages_, [](Successor) {});
   }
 
   void check(fuzz::Bytes request) {

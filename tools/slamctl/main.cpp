@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/App.hpp>
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <unistd.h>
 
 #include "config/loader.hpp"
 #include "config/service_reach.hpp"
@@ -22,6 +24,7 @@
 #include "tools/slamctl/remote.hpp"
 #include "tools/slamctl/report_command.hpp"
 #include "tools/slamctl/setup/setup_command.hpp"
+#include "tools/web/access/certificate.hpp"
 
 namespace {
 
@@ -95,6 +98,21 @@ void exportLog(const std::string& folder, const std::string& since, std::string 
               slam::timeText(done.first).c_str(), slam::timeText(done.last).c_str());
 }
 
+/// Where slam-web is, as configured.
+void printWeb(const slam::WebConfig& web) {
+  const std::string file = slam::certificateFileOf(web, slam::stateFolder());
+  const bool is_there = web.tls && std::filesystem::exists(file);
+  const bool is_any = web.address == "0.0.0.0" || web.address == "::";
+  std::array<char, 256> name{};
+  if (is_any) ::gethostname(name.data(), name.size() - 1);
+  const std::string url = std::string(web.tls ? "https://" : "http://") +
+                          (is_any ? name.data() + std::string(".local") : web.address) + ":" +
+                          std::to_string(web.port) + "/";
+  std::printf("%s\n", url.c_str());
+  if (is_there) std::printf("SHA-256 fingerprint of its certificate: %s\n", slam::fingerprintOf(file).c_str());
+  if (web.tls && !is_there) std::printf("its certificate is made when slam-web starts first\n");
+}
+
 /// What the command line asks for.
 struct Arguments {
   std::string config_file = slam::kServiceConfig, maps, name, prefix, url, what, since, out;
@@ -105,7 +123,7 @@ struct Arguments {
 
 /// The subcommands that are looked at by themselves; the others are sent to slamd.
 struct Commands {
-  const CLI::App *status, *doctor, *list, *maps, *export_map, *log_mark, *log_list, *log_export;
+  const CLI::App *status, *doctor, *web, *list, *maps, *export_map, *log_mark, *log_list, *log_export;
   std::vector<std::pair<const CLI::App*, const char*>> sent;  ///< with the command's verb
 };
 
@@ -121,6 +139,7 @@ Commands addCommands(CLI::App& app, Arguments& arguments) {
   commands.doctor = app.add_subcommand(
       "doctor",
       "check devices, rights, rates, socket, LCM, real time, disk and clock, and print the fix for each fault");
+  commands.web = app.add_subcommand("web", "address of the page, and the fingerprint of its certificate");
   auto* save = app.add_subcommand("save", "store the map now; with a NAME, a copy under that name");
   save->add_option("NAME", arguments.name, "letters, digits, - and _");
   auto* load = app.add_subcommand("load", "store the present map and go on in another one");
@@ -243,6 +262,10 @@ int main(int argc, char** argv) {
       if (sent.empty()) return slam::kDone;
     }
     if (readFolders(commands, arguments, config, lists_edits ? &editing : nullptr)) return slam::kDone;
+    if (commands.web->parsed()) {
+      printWeb(config.web);
+      return slam::kDone;
+    }
     const std::string socket = arguments.url.empty() ? slam::socketOf(config, arguments.config_file) : "";
     if (commands.doctor->parsed())
       return printFindings(slam::diagnose(config, socket), arguments.json) == 0 ? slam::kDone : slam::kFailed;

@@ -69,9 +69,9 @@ ConnectionRoom::~ConnectionRoom() {
   if (poll_ >= 0) ::close(poll_);
 }
 
-void ConnectionRoom::add(int socket, std::string address, Timestamp now) {
+void ConnectionRoom::add(int socket, std::string address, Timestamp now, bool redirects) {
   const std::lock_guard lock(mutex_);
-  waiting_.push_back({socket, std::move(address), now});
+  waiting_.push_back({.socket = socket, .address = std::move(address), .since = now, .redirects = redirects});
   epoll_event event{.events = EPOLLIN | EPOLLRDHUP | EPOLLET, .data = {.fd = socket}};
   epoll_ctl(poll_, EPOLL_CTL_ADD, socket, &event);
   if (waiting_.size() <= limits_.most) return;

@@ -27,7 +27,8 @@ class ConnectionRoom {
     int socket;
     std::string address;  ///< whom it comes from
     Timestamp since;
-    bool ended = false;  ///< the other side sends no more
+    bool ended = false;      ///< the other side sends no more
+    bool redirects = false;  ///< it came by http where https is spoken
   };
 
   explicit ConnectionRoom(const Limits& limits);
@@ -36,7 +37,7 @@ class ConnectionRoom {
   ConnectionRoom& operator=(const ConnectionRoom&) = delete;
 
   /// Owns the socket from now on.
-  void add(int socket, std::string address, Timestamp now);
+  void add(int socket, std::string address, Timestamp now, bool redirects = false);
   /// Returns when something has come of any, or after a while.
   void wait(std::chrono::milliseconds limit);
   /// Those whose request is whole, or whose other side will send no more, for the caller to own. Who has had too much

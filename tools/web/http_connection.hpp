@@ -3,6 +3,7 @@
 #include <array>
 #include <functional>
 #include <string>
+#include <string_view>
 
 #include "core/timestamp.hpp"
 #include "tools/web/http_library.hpp"
@@ -30,6 +31,8 @@ class HttpConnection : public httplib::Stream {
   ssize_t write(const char* bytes, std::size_t size) override;
   void get_remote_ip_and_port(std::string& ip, int&) const override { ip = address_; }
   void get_local_ip_and_port(std::string&, int&) const override {}
+  /// What came behind the request.
+  std::string_view rest() const { return {buffer_.data() + begin_, end_ - begin_}; }
   socket_t socket() const override { return socket_; }
 
  private:

@@ -26,7 +26,8 @@ constexpr Duration kEventPeriod = 100ms;  // 10 Hz
 /// What the state follows: the newest messages on LCM, each checked before it is decoded.
 class Listener {
  public:
-  Listener(const std::string& url, SharedState& shared) : link_(url), shared_(shared) {
+  Listener(const std::string& url, SharedState& shared, FoxgloveHub& foxglove)
+      : link_(url), shared_(shared), foxglove_(foxglove) {
     shared_.state.begin(monotonicNow());
     subscribe<pose_estimate_t>(channel::kSlamPose);
     subscribe<problems_t>(channel::kProblems);
@@ -38,6 +39,9 @@ class Listener {
     subscribeTiles(channel::kMapTile, MapLayer::kBoth);
     subscribeTiles(channel::kMapLidar, MapLayer::kLidar);
     subscribeTiles(channel::kMapDepth, MapLayer::kDepth);
+    subscribeWatched<wheels_t>(channel::kWheels);
+    subscribeWatched<imu_t>(channel::kImu);
+    subscribeWatched<odometry_t>(channel::kOdometry);
   }
 
   int descriptor() const { return link_.descriptor(); }
@@ -63,8 +67,21 @@ class Listener {
   void subscribe(const char* channel) {
     link_.subscribe(channel, [this](std::span<const std::uint8_t> data) {
       const auto message = decodeChecked<Message>(data);
+      if constexpr (!std::is_same_v<Message, map_meta_t>) {
+        if (message) foxglove_.take(*message);
+      }
       const std::lock_guard lock(shared_.mutex);
       message ? shared_.state.take(*message, monotonicNow()) : shared_.state.countBadMessage();
+    });
+  }
+  /// What Foxglove's clients alone see.
+  template <typename Message>
+  void subscribeWatched(const char* channel) {
+    link_.subscribe(channel, [this](std::span<const std::uint8_t> data) {
+      if (!foxglove_.isWatched()) return;
+      if (const auto message = decodeChecked<Message>(data)) return foxglove_.take(*message);
+      const std::lock_guard lock(shared_.mutex);
+      shared_.state.countBadMessage();
     });
   }
   void subscribeTiles(const char* channel, MapLayer layer) {
@@ -78,6 +95,7 @@ class Listener {
   std::mutex linking_;  // of the link: requests send, too
   LcmLink link_;
   SharedState& shared_;
+  FoxgloveHub& foxglove_;
 };
 
 /// Where slamd keeps its maps or field logs; empty: nowhere.
@@ -104,7 +122,8 @@ int serve(const Config& config, const std::string& socket, const std::string& lo
   const bool drives = config.base_device.speed_commands;
   EventFeed feed(session, config.web.commands, SLAMD_VERSION,
                  drives ? std::optional(config.base_device.limits) : std::nullopt);
-  Listener listener(config.lcm.url, shared);
+  FoxgloveHub foxglove(shared, config, std::to_string(session));
+  Listener listener(config.lcm.url, shared, foxglove);
   DriveRelay relay([&listener](const Twist2& twist) { return listener.drive(twist); });
   const auto drive = [&relay](const DriveRequest& request) { return relay.take(request, monotonicNow()); };
   const auto command = [&config, &socket, &shared](const WebCommand& c) {
@@ -119,9 +138,14 @@ int serve(const Config& config, const std::string& socket, const std::string& lo
                         SLAMD_VERSION, session, drives, config.map},
                        shared, command, drive);
   EventHub hub;
-  WebServer server(pages, shared, feed, hub);
+  TlsContext tls =
+      config.web.tls ? tlsContextOf(config.web, stateFolder(), ownNames(config.web.address)) : TlsContext();
+  const std::string fingerprint = tls.fingerprint;
+  WebServer server(pages, shared, feed, {hub, foxglove}, {}, std::move(tls));
   std::thread http([&server] { server.run(); });
-  std::cerr << "slam-web: http://" << config.web.address << ":" << server.port() << "/\n";
+  std::cerr << "slam-web: http" << (config.web.tls ? "s" : "") << "://" << config.web.address << ":" << server.port()
+            << "/\n";
+  if (config.web.tls) std::cerr << "slam-web: its certificate has the SHA-256 fingerprint " << fingerprint << "\n";
 
   Timestamp next = monotonicNow();
   for (;;) {

@@ -11,10 +11,10 @@
 #include "tools/slamctl/health_json.hpp"
 #include "tools/slamctl/log.hpp"
 #include "tools/slamctl/map_list.hpp"
+#include "tools/web/foxglove/upgrade.hpp"
 #include "tools/web/page_files.hpp"
 #include "tools/web/text/event_text.hpp"
 #include "tools/web/text/log_page.hpp"
-#include "tools/web/text/metrics_text.hpp"
 
 namespace slam {
 namespace {
@@ -66,17 +66,29 @@ bool WebPages::mayEnter(const Request& request, Response& response) const {
     refuse(response, 400, "one Host header is needed, with a name or an address");
     return false;
   }
+  if (isOwnHost(*host)) return true;
+  refuse(response, 421, "this is not that host; use the robot's address or name, or set web.address to the name");
+  return false;
+}
+
+bool WebPages::isOwnHost(const std::string& host) const {
   const std::lock_guard lock(naming_);
-  const auto isOwn = [&] { return std::find(names_.begin(), names_.end(), *host) != names_.end(); };
+  const auto isOwn = [&] { return std::find(names_.begin(), names_.end(), host) != names_.end(); };
   if (isOwn()) return true;
   const Timestamp now = monotonicNow();
   if (names_.empty() || now > names_read_ + kNamesAge) {  // addresses come and go with networks
     names_ = ownNames(settings_.web.address);
     names_read_ = now;
   }
-  if (isOwn()) return true;
-  refuse(response, 421, "this is not that host; use the robot's address or name, or set web.address to the name");
-  return false;
+  return isOwn();
+}
+
+bool WebPages::mayStream(const Request& request, Response& response) const {
+  Request asked = request;
+  if (asked.has_param("token") && !asked.has_header("Authorization"))
+    asked.headers.emplace("Authorization", "Bearer " + asked.get_param_value("token"));
+  return gate_.mayRead(asked, response, monotonicNow()) &&
+         upgrade(request, response, [this](const std::string& host) { return isOwnHost(host); });
 }
 
 bool WebPages::mayRead(const Request& request, Response& response) const {
@@ -159,7 +171,7 @@ void WebPages::metrics(Response& response) const {
   const Timestamp now = monotonicNow();
   {
     const std::lock_guard lock(shared_.mutex);
-    text = metricsText(shared_.state, settings_.version, now);
+    text = metricsText(shared_.state, shared_.foxglove, settings_.version, now);
   }
   answerWith(response, text, "text/plain; version=0.0.4; charset=utf-8");
 }

@@ -18,6 +18,7 @@
 #include "tools/web/maps/map_pictures.hpp"
 #include "tools/web/request_guard.hpp"
 #include "tools/web/stored_list.hpp"
+#include "tools/web/text/metrics_text.hpp"
 #include "tools/web/web_state.hpp"
 
 namespace slam {
@@ -27,6 +28,7 @@ struct SharedState {
   explicit SharedState(const Config& config) : state(config) {}
   mutable std::mutex mutex;
   WebState state;
+  FoxgloveCounts foxglove;  ///< needs no lock
 };
 
 /// Has slamd do something. @return nothing where no answer came @throws std::runtime_error where nothing was sent
@@ -57,6 +59,9 @@ class WebPages {
   /// needed.
   /// @return false, with the refusal in `response`
   bool mayRead(const httplib::Request& request, httplib::Response& response) const;
+  /// The same for Foxglove's connection, with the answer to its handshake. Programs that know an address alone send the
+  /// token in it: ws://robot:8080/?token=TOKEN.
+  bool mayStream(const httplib::Request& request, httplib::Response& response) const;
   /// All but the stream of events, commands and speeds.
   void answer(const httplib::Request& request, httplib::Response& response) const;
   /// @param request with its body
@@ -70,6 +75,7 @@ class WebPages {
   static httplib::Headers headers();
 
  private:
+  bool isOwnHost(const std::string& host) const;
   bool mayChange(const httplib::Request& request, httplib::Response& response) const;
   void list(const StoredList& stored, const char* otherwise, httplib::Response& response) const;
   void status(httplib::Response& response) const;

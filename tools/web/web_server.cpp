@@ -14,14 +14,17 @@
 #include <utility>
 
 #include "runtime/clock.hpp"
+#include "tools/web/foxglove/upgrade.hpp"
 
 namespace slam {
 namespace {
 
 constexpr std::size_t kLongestBody = 4096;  // [bytes] of a command
+constexpr int kPermanentRedirect = 308;     // with the same method and body
 constexpr int kSendBuffer = 128 * 1024;     // [bytes] a reader that sleeps holds no more of the kernel's memory
 
-thread_local bool hands_over = false;  // the request of this thread was for the stream of events
+thread_local bool redirects = false;                  // the request of this thread came by http, not https
+thread_local Successor successor = Successor::kNone;  // of the request of this thread
 
 }  // namespace
 
@@ -29,20 +32,28 @@ thread_local bool hands_over = false;  // the request of this thread was for the
 /// and keeps any number of them.
 class WebServer::Requests : public httplib::TaskQueue {
  public:
-  explicit Requests(WebServer& server)
+  Requests(WebServer& server, TlsContext tls)
       : server_(server),
         room_({.request = server.limits_.request, .request_size = server.limits_.request_size}),
-        watcher_([this] { watch(); }) {}
+        watcher_([this] { watch(); }) {
+    if (!tls.context) return;
+    tls_ = std::make_unique<TlsFront>(std::move(tls), [this](int socket, std::string address, bool is_tls) {
+      room_.add(socket, std::move(address), monotonicNow(), !is_tls);
+    });
+  }
 
   /// In the thread that accepts.
   void enqueue(std::function<void()> connection) override { connection(); }
   void shutdown() override {
     ending_ = true;
+    tls_.reset();
     watcher_.join();
     pool_.shutdown();
   }
 
-  void take(int socket) { room_.add(socket, addressOf(socket), monotonicNow()); }
+  void take(int socket) {
+    tls_ ? tls_->add(socket, addressOf(socket)) : room_.add(socket, addressOf(socket), monotonicNow());
+  }
   /// Whether requests wait for a thread.
   bool isCrowded() const { return waiting_ > 0; }
 
@@ -80,6 +91,7 @@ class WebServer::Requests : public httplib::TaskQueue {
 
   WebServer& server_;
   ConnectionRoom room_;
+  std::unique_ptr<TlsFront> tls_;
   std::atomic<std::size_t> waiting_{0};
   std::mutex mutex_;
   std::map<std::string, std::size_t> passed_;  // requests of each address that wait for a thread or have one
@@ -88,11 +100,19 @@ class WebServer::Requests : public httplib::TaskQueue {
   std::thread watcher_;
 };
 
-WebServer::WebServer(const WebPages& pages, const SharedState& shared, const EventFeed& feed, EventHub& hub,
-                     const HttpConnection::Limits& limits)
-    : shared_(shared), feed_(feed), hub_(hub), limits_(limits) {
-  new_task_queue = [this] { return requests_ = new Requests(*this); };  // cpp-httplib deletes it
-  setRoutes(*this, pages, [] { hands_over = true; });
+WebServer::WebServer(const WebPages& pages, const SharedState& shared, const EventFeed& feed, const Hubs& hubs,
+                     const HttpConnection::Limits& limits, TlsContext tls)
+    : greeting_([&shared, &feed](Timestamp now) {
+        const std::lock_guard lock(shared.mutex);
+        return feed.greeting(shared.state, now);
+      }),
+      hubs_(hubs),
+      limits_(limits) {
+  const auto context = std::make_shared<TlsContext>(std::move(tls));
+  new_task_queue = [this, context] {
+    return requests_ = new Requests(*this, std::move(*context));
+  };  // cpp-httplib deletes it
+  setRoutes(*this, pages, [](Successor of) { successor = of; });
   set_tcp_nodelay(true);
   // Without SO_REUSEPORT, which cpp-httplib sets: a second program on the port is refused, not mixed in.
   set_socket_options([](socket_t socket) {
@@ -109,12 +129,20 @@ WebServer::WebServer(const WebPages& pages, const SharedState& shared, const Eve
                            "; change web.address or web.port, or stop the program that listens there");
 }
 
-void setRoutes(httplib::Server& server, const WebPages& pages, std::function<void()> takeReader) {
+void setRoutes(httplib::Server& server, const WebPages& pages, std::function<void(Successor)> handOver) {
   using Handling = httplib::Server::HandlerResponse;
   server.set_payload_max_length(kLongestBody);
   server.set_default_headers(WebPages::headers());
-  server.set_pre_routing_handler([&pages, takeReader](const httplib::Request& request, httplib::Response& response) {
+  server.set_pre_routing_handler([&pages, handOver](const httplib::Request& request, httplib::Response& response) {
     if (!pages.mayEnter(request, response)) return Handling::Handled;
+    if (redirects) {
+      response.set_redirect("https://" + request.get_header_value("Host") + request.target, kPermanentRedirect);
+      return Handling::Handled;
+    }
+    if (isUpgrade(request)) {
+      if (pages.mayStream(request, response)) handOver(Successor::kFoxglove);
+      return Handling::Handled;
+    }
     const std::string path = WebPages::apiPathOf(request.path);
     if (request.method == "POST" && (path == WebPages::kCommand || path == WebPages::kDrive))
       return Handling::Unhandled;
@@ -122,8 +150,8 @@ void setRoutes(httplib::Server& server, const WebPages& pages, std::function<voi
       pages.answer(request, response);
     } else if (pages.mayRead(request, response)) {
       response.status = 200;
-      response.set_content_provider("text/event-stream", [takeReader](std::size_t, httplib::DataSink&) {
-        takeReader();
+      response.set_content_provider("text/event-stream", [handOver](std::size_t, httplib::DataSink&) {
+        handOver(Successor::kEvents);
         return false;  // somebody else writes what comes behind the head
       });
     }
@@ -135,6 +163,8 @@ void setRoutes(httplib::Server& server, const WebPages& pages, std::function<voi
   server.Post("/api/(?:v1/)?drive", [&pages](const httplib::Request& request, httplib::Response& response) {
     pages.drive(request, response);
   });
+  server.set_post_routing_handler(
+      [](const httplib::Request&, httplib::Response& response) { finishUpgrade(response); });
   server.set_exception_handler([](const httplib::Request&, httplib::Response& response, std::exception_ptr) {
     response.status = 500;
     response.set_content("slam-web could not answer this\n", "text/plain");
@@ -156,25 +186,22 @@ void WebServer::answer(const ConnectionRoom::Connection& from) {
   const int socket = from.socket;
   setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
   HttpConnection connection(socket, limits_, from.address, [this] { return requests_->isCrowded(); });
-  hands_over = false;
+  successor = Successor::kNone;
+  redirects = from.redirects;
   bool closed = false;
   try {
     process_request(connection, true, closed, prepareRequest);
   } catch (const std::exception&) {  // cpp-httplib's parser: the connection ends
   }
-  if (hands_over) return handOver(from);
+  if (successor == Successor::kEvents) return handOver(from);
+  if (successor == Successor::kFoxglove) return hubs_.foxglove.add(socket, from.address, connection.rest());
   ::shutdown(socket, SHUT_WR);
   ::close(socket);
 }
 
 void WebServer::handOver(const ConnectionRoom::Connection& from) {
   const Timestamp now = monotonicNow();
-  std::string greeting;
-  {
-    const std::lock_guard lock(shared_.mutex);
-    greeting = feed_.greeting(shared_.state, now);
-  }
-  hub_.add(from.socket, std::move(greeting), now, from.address);
+  hubs_.events.add(from.socket, greeting_(now), now, from.address);
 }
 
 void WebServer::run() {

@@ -96,7 +96,7 @@ class Server : public testing::Test {
           drives_.push_back(request);
           return std::string();
         });
-    server_.emplace(*pages_, shared_, feed_, hub_, limits_);
+    server_.emplace(*pages_, shared_, feed_, Hubs{hub_, foxglove_}, limits_, std::move(tls_));
     thread_ = std::thread([this] { server_->run(); });
   }
   void stop() {
@@ -128,6 +128,8 @@ class Server : public testing::Test {
   SharedState shared_{Config{}};
   EventFeed feed_{1, false, "1.2.3"};
   EventHub hub_;
+  TlsContext tls_;
+  FoxgloveHub foxglove_{shared_, Config{}, "1"};
   std::vector<WebCommand> commands_;
   std::vector<DriveRequest> drives_;
   std::optional<WebPages> pages_;
@@ -144,6 +146,26 @@ TEST_F(Server, AnswersWithThePageAndItsHeaders) {
   EXPECT_THAT(answerTo("HEAD / HTTP/1.1\r\nHost: localhost\r\n\r\n"), testing::Not(HasSubstr("<canvas")));
 }
 
+TEST_F(Server, IsServedByTls) {
+  settings_.web.tls = true;
+  settings_.web.commands = true;
+  tls_ = tlsContextOf(settings_.web, files_ / "state", {"localhost"});
+  start();
+  httplib::SSLClient client("localhost", server_->port());
+  client.set_ca_cert_path((files_ / "state/certificate.pem").c_str());
+  const auto page = client.Get("/");
+  ASSERT_TRUE(page) << httplib::to_string(page.error());
+  EXPECT_EQ(page->status, 200);
+  EXPECT_THAT(page->body, HasSubstr("<canvas"));
+  const auto allowed = client.Get("/api/v1/allowed", {{"Authorization", std::string("Bearer ") + kToken}});
+  ASSERT_TRUE(allowed);
+  EXPECT_THAT(allowed->get_header_value("Set-Cookie"), HasSubstr("; Secure"));
+  const std::string plain = get("/api/v1/status?x=1");
+  EXPECT_THAT(plain, StartsWith("HTTP/1.1 308"));
+  EXPECT_THAT(plain, HasSubstr("Location: https://localhost/api/v1/status?x=1\r\n"));
+  EXPECT_THAT(get("/", "Host: stranger.example\r\n"), StartsWith("HTTP/1.1 421"));
+}
+
 TEST_F(Server, ListensWhereItIsConfigured) {
   settings_.web.address = "127.0.0.2";
   start();
@@ -152,14 +174,14 @@ TEST_F(Server, ListensWhereItIsConfigured) {
   WebPages::Settings taken = settings_;
   taken.web.port = server_->port();
   const WebPages pages(taken, shared_, nullptr);
-  const std::string words = test::refusalOf([&] { WebServer(pages, shared_, feed_, hub_); });
+  const std::string words = test::refusalOf([&] { WebServer(pages, shared_, feed_, {hub_, foxglove_}); });
   EXPECT_THAT(words, HasSubstr("127.0.0.2:" + std::to_string(server_->port())));
   EXPECT_THAT(words, HasSubstr("web.port"));
 }
 
 TEST_F(Server, TakesConnectionsOfManyAtTheSameMoment) {
   pages_.emplace(settings_, shared_, nullptr);
-  server_.emplace(*pages_, shared_, feed_, hub_, limits_);
+  server_.emplace(*pages_, shared_, feed_, Hubs{hub_, foxglove_}, limits_, std::move(tls_));
   std::vector<std::unique_ptr<Client>> clients;  // as ten pages that ask for the tile that has just changed
   for (std::size_t i = 0; i < WebServer::kMostWaiting; ++i) {
     clients.push_back(std::make_unique<Client>(server_->port()));

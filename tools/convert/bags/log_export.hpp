@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
-#include <slam/odometry_t.hpp>
 #include <stdexcept>
 #include <string>
 
@@ -11,8 +10,8 @@
 #include "bus/checked_decode.hpp"
 #include "bus/event_log.hpp"
 #include "bus/messages.hpp"
-#include "tools/convert/bags/map_picture.hpp"
 #include "tools/convert/recording.hpp"
+#include "tools/foxglove/map_picture.hpp"
 
 namespace slam {
 
@@ -58,13 +57,10 @@ class LogExport {
     if (name == channel::kImu) return take<imu_t>(event);
     if (name == channel::kSlamPose) return take<pose_estimate_t>(event);
     if (name == channel::kHealth) return take<health_t>(event);
+    if (name == channel::kProblems) return take<problems_t>(event);
     if (name == channel::kMapMeta) return take<map_meta_t>(event);
     if (name == channel::kMapTile) return take<map_tile_t>(event);
-    if (name != channel::kOdometry) return false;
-    odometry_t message;  // of one size: its decoder reads no lengths
-    if (message.decode(event.data.data(), 0, static_cast<int>(event.data.size())) < 0) return refuse(event);
-    format().write(message);
-    return true;
+    return name == channel::kOdometry && take<odometry_t>(event);
   }
 
   template <typename Message>

@@ -67,7 +67,8 @@ bool TokenGate::mayCommand(const httplib::Request& request, httplib::Response& r
 bool TokenGate::unlock(const httplib::Request& request, httplib::Response& response, Timestamp now) const {
   if (!web_.needsToken()) return mayCommand(request, response, now);
   if (!hasToken(request, response, now)) return false;
-  response.set_header("Set-Cookie", kCookie + ("=" + cookie_) + "; Path=/; HttpOnly; SameSite=Strict");
+  response.set_header("Set-Cookie",
+                      kCookie + ("=" + cookie_) + "; Path=/; HttpOnly; SameSite=Strict" + (web_.tls ? "; Secure" : ""));
   return true;
 }
 

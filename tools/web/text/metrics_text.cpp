@@ -100,11 +100,19 @@ void addHealth(Metrics& metrics, const health_t& health) {
 
 }  // namespace
 
-std::string metricsText(const WebState& state, const std::string& version, Timestamp now) {
+std::string metricsText(const WebState& state, const FoxgloveCounts& foxglove, const std::string& version,
+                        Timestamp now) {
   Metrics metrics;
   metrics.begin("slamd_build_info", "gauge", "Always 1; the version is in its label.");
   metrics.add(1.0, {{"version", version}});
   metrics.addOne("slamd_silence_seconds", "Since slamd's last message came.", toSeconds(state.silence(now)));
+  metrics.addOne("slamd_foxglove_clients", "Connections by Foxglove's protocol.",
+                 static_cast<double>(foxglove.clients));
+  metrics.begin("slamd_foxglove_dropped_messages_total", "counter", "Of clients that read too slowly.");
+  metrics.add(static_cast<double>(foxglove.dropped_messages));
+  metrics.begin("slamd_foxglove_ended_clients_total", "counter",
+                "Clients that took nothing, sent too much that is wrong, or made place.");
+  metrics.add(static_cast<double>(foxglove.ended_clients));
   if (state.pose()) addPose(metrics, *state.pose());
   if (!state.health()) return metrics.take();
   addHealth(metrics, *state.health());

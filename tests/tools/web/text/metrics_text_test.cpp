@@ -51,7 +51,7 @@ void fill(WebState& state) {
 TEST(MetricsText, HasPoseDevicesStagesCountersAndProblems) {
   WebState state{Config{}};
   fill(state);
-  const std::string text = metricsText(state, "1.2.3", kNow + 2s);
+  const std::string text = metricsText(state, FoxgloveCounts{}, "1.2.3", kNow + 2s);
   for (const char* line :
        {"slamd_build_info{version=\"1.2.3\"} 1\n", "slamd_silence_seconds 2\n", "slamd_state{state=\"degraded\"} 1\n",
         "slamd_state{state=\"localised\"} 0\n", "slamd_pose_x_metres -1.5\n", "slamd_pose_sigma_metres 0.02\n",
@@ -64,7 +64,7 @@ TEST(MetricsText, HasPoseDevicesStagesCountersAndProblems) {
 TEST(MetricsText, KeepsTheFormatWhateverANameHolds) {
   WebState state{Config{}};
   fill(state);
-  std::istringstream lines(metricsText(state, "1.2.3", kNow));
+  std::istringstream lines(metricsText(state, FoxgloveCounts{}, "1.2.3", kNow));
   const std::regex comment(R"(# (HELP|TYPE) [a-z_]+ .+)");
   const std::regex sample(
       R"re([a-z_]+(\{[a-z]+="([^"\\]|\\["\\n])*"(,[a-z]+="([^"\\]|\\["\\n])*")*\})? -?[0-9.e+-]+)re");
@@ -75,7 +75,7 @@ TEST(MetricsText, KeepsTheFormatWhateverANameHolds) {
 TEST(MetricsText, HasTheSilenceAloneBeforeSlamdHasSentAnything) {
   WebState state{Config{}};
   state.begin(kNow);
-  const std::string text = metricsText(state, "1.2.3", kNow + 5s);
+  const std::string text = metricsText(state, FoxgloveCounts{}, "1.2.3", kNow + 5s);
   EXPECT_THAT(text, HasSubstr("slamd_silence_seconds 5\n"));
   EXPECT_THAT(text, Not(HasSubstr("slamd_pose")));
 }

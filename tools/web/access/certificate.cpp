@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/web/access/certificate.hpp"
+
+#include <arpa/inet.h>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fcntl.h>
+#include <filesystem>
+#include <functional>
+#include <openssl/err.h>
+#include <openssl/evp.h>
+#include <openssl/pem.h>
+#include <openssl/ssl.h>
+#include <openssl/x509v3.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "config/loader.hpp"
+
+namespace slam {
+namespace {
+
+constexpr long kLifetime = 10L * 365 * 24 * 3600;  // [s]
+constexpr long kBefore = 24L * 3600;               // [s] for a clock that is behind
+
+template <typename T, auto Free>
+struct Freed {
+  void operator()(T* of) const { Free(of); }
+};
+using Key = std::unique_ptr<EVP_PKEY, Freed<EVP_PKEY, EVP_PKEY_free>>;
+using Certificate = std::unique_ptr<X509, Freed<X509, X509_free>>;
+using File = std::unique_ptr<std::FILE, Freed<std::FILE, std::fclose>>;
+
+[[noreturn]] void refuse(const std::string& key, const std::string& words) { throw ConfigError({key + ": " + words}); }
+
+/// What OpenSSL has found last.
+std::string opensslWords() {
+  const char* words = ERR_reason_error_string(ERR_get_error());
+  ERR_clear_error();
+  return words != nullptr ? words : "unknown";
+}
+
+Certificate makeCertificate(EVP_PKEY* key, const std::vector<std::string>& names) {
+  Certificate made(X509_new());
+  X509* certificate = made.get();
+  std::array<unsigned char, 4> serial{};
+  std::FILE* random = std::fopen("/dev/urandom", "rb");
+  if (random != nullptr) {
+    if (std::fread(serial.data(), 1, serial.size(), random) != serial.size()) serial[0] = 1;
+    std::fclose(random);
+  }
+  ASN1_INTEGER_set(X509_get_serialNumber(certificate),
+                   1 + (serial[0] | serial[1] << 8 | serial[2] << 16 | (serial[3] & 0x7F) << 24));
+  X509_set_version(certificate, X509_VERSION_3);
+  X509_gmtime_adj(X509_getm_notBefore(certificate), -kBefore);
+  X509_gmtime_adj(X509_getm_notAfter(certificate), kLifetime);
+  X509_set_pubkey(certificate, key);
+  X509_NAME* name = X509_get_subject_name(certificate);
+  X509_NAME_add_entry_by_txt(name, "CN", MBSTRING_UTF8, reinterpret_cast<const unsigned char*>("slamd"), -1, -1, 0);
+  X509_set_issuer_name(certificate, name);
+  std::string list;
+  for (const std::string& one : names) {
+    std::array<unsigned char, 16> address{};
+    const bool is_address =
+        inet_pton(AF_INET, one.c_str(), address.data()) == 1 || inet_pton(AF_INET6, one.c_str(), address.data()) == 1;
+    if (!list.empty()) list += ',';
+    list += is_address ? "IP:" : "DNS:";
+    list += one;
+  }
+  if (!list.empty()) {
+    X509_EXTENSION* extension = X509V3_EXT_conf_nid(nullptr, nullptr, NID_subject_alt_name, list.c_str());
+    if (extension != nullptr) X509_add_ext(certificate, extension, -1);
+    X509_EXTENSION_free(extension);
+  }
+  X509_sign(certificate, key, EVP_sha256());
+  return made;
+}
+
+/// Whole, or not at all.
+void writeFile(const std::string& key, const std::string& path, mode_t mode,
+               const std::function<int(std::FILE*)>& write) {
+  const std::string part = path + ".part";
+  const int descriptor = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, mode);
+  const File file(descriptor >= 0 ? ::fdopen(descriptor, "w") : nullptr);
+  const bool is_written = file && ::fchmod(descriptor, mode) == 0 && write(file.get()) == 1 &&
+                          std::fflush(file.get()) == 0 && ::fsync(descriptor) == 0;
+  if (is_written && std::rename(part.c_str(), path.c_str()) == 0) return;
+  const std::string why = std::strerror(errno);
+  std::remove(part.c_str());
+  refuse(key, "cannot write " + path + ": " + why + "; set web.certificate and web.key to files of your own");
+}
+
+void makeOwn(const std::string& certificate_file, const std::string& key_file, const std::vector<std::string>& names) {
+  const Key key(EVP_EC_gen("P-256"));
+  const Certificate certificate = makeCertificate(key.get(), names);
+  std::error_code error;
+  std::filesystem::create_directories(std::filesystem::path(key_file).parent_path(), error);  // the next call finds it
+  writeFile("web.key", key_file, 0600, [&](std::FILE* file) {
+    return PEM_write_PrivateKey(file, key.get(), nullptr, nullptr, 0, nullptr, nullptr);
+  });
+  writeFile("web.certificate", certificate_file, 0644,
+            [&](std::FILE* file) { return PEM_write_X509(file, certificate.get()); });
+}
+
+}  // namespace
+
+void SslContextDeleter::operator()(SSL_CTX* context) const { SSL_CTX_free(context); }
+
+std::string fingerprintOf(const std::string& path) {
+  const File file(std::fopen(path.c_str(), "re"));
+  if (!file) refuse("web.certificate", "cannot read " + path + ": " + std::strerror(errno));
+  const Certificate certificate(PEM_read_X509(file.get(), nullptr, nullptr, nullptr));
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned size = 0;
+  if (!certificate || X509_digest(certificate.get(), EVP_sha256(), digest.data(), &size) != 1)
+    refuse("web.certificate", path + " is no certificate in PEM: " + opensslWords());
+  std::string text;
+  for (unsigned i = 0; i < size; ++i) {
+    std::array<char, 4> digits{};
+    std::snprintf(digits.data(), digits.size(), i > 0 ? ":%02X" : "%02X", static_cast<unsigned>(digest[i]));
+    text += digits.data();
+  }
+  return text;
+}
+
+std::string stateFolder() {
+  const char* given = std::getenv("STATE_DIRECTORY");  // of systemd
+  return given != nullptr && *given != '\0' ? given : "/var/lib/slamd-web";
+}
+
+std::string certificateFileOf(const WebConfig& web, const std::string& folder) {
+  return web.certificate.empty() ? folder + "/certificate.pem" : web.certificate;
+}
+
+TlsContext tlsContextOf(const WebConfig& web, const std::string& folder, const std::vector<std::string>& names) {
+  TlsContext made;
+  const std::string certificate_file = certificateFileOf(web, folder);
+  const std::string key_file = web.key.empty() ? folder + "/key.pem" : web.key;
+  const bool is_own = web.certificate.empty() && web.key.empty();
+  if (is_own && !std::filesystem::exists(certificate_file)) {
+    makeOwn(certificate_file, key_file, names);
+    made.is_new = true;
+  }
+  made.fingerprint = fingerprintOf(certificate_file);
+  made.context.reset(SSL_CTX_new(TLS_server_method()));
+  SSL_CTX* context = made.context.get();
+  if (context == nullptr) throw std::bad_alloc();
+  SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION);
+  SSL_CTX_set_mode(context, SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER);
+  SSL_CTX_set_options(context, SSL_OP_NO_RENEGOTIATION);
+  if (SSL_CTX_use_certificate_chain_file(context, certificate_file.c_str()) != 1)
+    refuse("web.certificate", certificate_file + ": " + opensslWords());
+  if (SSL_CTX_use_PrivateKey_file(context, key_file.c_str(), SSL_FILETYPE_PEM) != 1)
+    refuse("web.key", "cannot read " + key_file + " as a key in PEM: " + opensslWords() +
+                          "; slam-web runs as slamd-web, which must be able to read it");
+  if (SSL_CTX_check_private_key(context) != 1) refuse("web.key", key_file + " is not the key of web.certificate");
+  return made;
+}
+
+}  // namespace slam
