@@ -9,12 +9,12 @@
 namespace slam {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 /// Folded to (-pi/2, pi/2]: the two may change their signs together.
 double angleOf(double scans, double other) {
   const double angle = std::atan2(scans, other);
-  return angle > kPi / 2 ? angle - kPi : angle <= -kPi / 2 ? angle + kPi : angle;
+  return angle > std::numbers::pi / 2     ? angle - std::numbers::pi
+         : angle <= -std::numbers::pi / 2 ? angle + std::numbers::pi
+                                          : angle;
 }
 
 /// Direction of travel at the middle of a bend.
@@ -115,7 +115,11 @@ int AngleCounts::between(double low, double high) const {
 }
 
 SensorCheck::SensorCheck(const SensorCheckConfig& config)
-    : config_(config), gyro_turn_(kPi), wheel_turn_(kPi), wheel_distance_(kPi), wheel_direction_(2.0 * kPi) {}
+    : config_(config),
+      gyro_turn_(std::numbers::pi),
+      wheel_turn_(std::numbers::pi),
+      wheel_distance_(std::numbers::pi),
+      wheel_direction_(2.0 * std::numbers::pi) {}
 
 void SensorCheck::add(const MotionEvidence& evidence) {
   ++pairs_;
@@ -150,13 +154,13 @@ SensorCheck::Relation SensorCheck::relation(const AngleCounts& angles, double sa
   const AngleCounts::Peak peak = angles.peak();
   const double size = std::abs(peak.angle);
   const bool alike = peak.share >= config_.most && peak.share * angles.count() >= config_.least_alike;
-  if (alike && peak.angle > config_.both_move && size < kPi / 2 - config_.both_move &&
-      std::abs(size - kPi / 4) > same_size) {
+  if (alike && peak.angle > config_.both_move && size < std::numbers::pi / 2 - config_.both_move &&
+      std::abs(size - std::numbers::pi / 4) > same_size) {
     return Relation::kScaled;
   }
   const double least = std::max(static_cast<double>(config_.least_alike), config_.most * angles.count());
-  if (angles.between(config_.both_move, kPi / 2 - config_.both_move) >= least) return Relation::kAgrees;
-  if (angles.between(config_.both_move - kPi / 2, -config_.both_move) >= least) return Relation::kOpposite;
+  if (angles.between(config_.both_move, std::numbers::pi / 2 - config_.both_move) >= least) return Relation::kAgrees;
+  if (angles.between(config_.both_move - std::numbers::pi / 2, -config_.both_move) >= least) return Relation::kOpposite;
   const bool usual = angles.count() >= config_.many_pairs && angles.count() > config_.usual * pairs_;  // slips are few
   return usual ? Relation::kUnrelated : Relation::kUnknown;
 }
@@ -177,7 +181,7 @@ void SensorCheck::judgeDirections(SensorFindings& findings) const {
   const AngleCounts::Peak travel = wheel_direction_.peak();
   const bool travel_known =
       travel.share >= config_.most && travel.share * wheel_direction_.count() >= config_.least_alike;
-  const bool reversed = travel_known && std::abs(travel.angle) > kPi - config_.yaw_tolerance;
+  const bool reversed = travel_known && std::abs(travel.angle) > std::numbers::pi - config_.yaw_tolerance;
   const auto undecided = [this](Relation relation, const AngleCounts& angles) {
     return relation == Relation::kUnknown && angles.count() > 0 && angles.count() < config_.many_pairs;
   };

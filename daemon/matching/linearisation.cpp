@@ -107,6 +107,18 @@ int forEachPairs(const Reference& reference, const ScanRows& scan, const Pose2& 
   return countOf(covered);
 }
 
+double taken(Row& row) { return sumOf(std::exchange(row, Row{})); }
+
+/// The upper half of a symmetric sum over (x, y, theta), in single precision: so of few pairs.
+struct SymmetricRows {
+  Row xx{}, xy{}, xt{}, yy{}, yt{}, tt{};
+
+  void moveTo(Eigen::Matrix3d& H) {
+    H(0, 0) += taken(xx), H(0, 1) += taken(xy), H(0, 2) += taken(xt);
+    H(1, 1) += taken(yy), H(1, 2) += taken(yt), H(2, 2) += taken(tt);
+  }
+};
+
 /// Sums of w r r^T over rows r of three, with what else a linearisation counts: in single precision, so of few pairs.
 class RowSums {
  public:
@@ -114,14 +126,14 @@ class RowSums {
 
   void add(std::size_t /*row*/, const PairRow& pair) {
     const Row w = pair.line_weight, nx = w * pair.nx, ny = w * pair.ny, lever = w * pair.lever, e = pair.across;
-    xx_ += nx * pair.nx, xy_ += nx * pair.ny, yy_ += ny * pair.ny;
-    xt_ += nx * pair.lever, yt_ += ny * pair.lever, tt_ += lever * pair.lever;
+    information_.xx += nx * pair.nx, information_.xy += nx * pair.ny, information_.yy += ny * pair.ny;
+    information_.xt += nx * pair.lever, information_.yt += ny * pair.lever, information_.tt += lever * pair.lever;
     gx_ += nx * e, gy_ += ny * e, gt_ += lever * e, ee_ += w * e * e;
     // [t, t . R' p] with t along the line, and the variance of the normal.
     const Row along = pair.nx * pair.rx + pair.ny * pair.ry, v = w * pair.normal_variance;
     const Row vx = v * pair.nx, vy = v * pair.ny;
-    sxx_ += vy * pair.ny, sxy_ -= vy * pair.nx, syy_ += vx * pair.nx;
-    sxt_ -= vy * along, syt_ += vx * along, stt_ += v * along * along;
+    spurious_.xx += vy * pair.ny, spurious_.xy -= vy * pair.nx, spurious_.yy += vx * pair.nx;
+    spurious_.xt -= vy * along, spurious_.yt += vx * along, spurious_.tt += v * along * along;
     if (any(pair.point_weight > Row{})) addPoints(pair);
     weight_ += w + pair.point_weight;
     const IntRow agreeing = pair.valid & (pair.squared < kernel_.near_squared);
@@ -131,19 +143,14 @@ class RowSums {
   }
 
   void endBlock() {
-    const auto take = [](Row& row) { return sumOf(std::exchange(row, Row{})); };
-    const auto addSymmetric = [&](Eigen::Matrix3d& H, Row& xx, Row& xy, Row& xt, Row& yy, Row& yt, Row& tt) {
-      H(0, 0) += take(xx), H(0, 1) += take(xy), H(0, 2) += take(xt);
-      H(1, 1) += take(yy), H(1, 2) += take(yt), H(2, 2) += take(tt);
-    };
     NormalEquations& equations = sums_.equations;
-    addSymmetric(equations.H, xx_, xy_, xt_, yy_, yt_, tt_);
-    addSymmetric(equations.spurious, sxx_, sxy_, sxt_, syy_, syt_, stt_);
-    equations.g += Eigen::Vector3d(take(gx_), take(gy_), take(gt_));
-    equations.squared_error += take(ee_);
-    equations.weight += take(weight_);
-    sums_.agreeing_error += take(agreeing_error_);
-    sums_.observations += take(observations_);
+    information_.moveTo(equations.H);
+    spurious_.moveTo(equations.spurious);
+    equations.g += Eigen::Vector3d(taken(gx_), taken(gy_), taken(gt_));
+    equations.squared_error += taken(ee_);
+    equations.weight += taken(weight_);
+    sums_.agreeing_error += taken(agreeing_error_);
+    sums_.observations += taken(observations_);
   }
 
   Linearisation of(int covered) {
@@ -159,13 +166,14 @@ class RowSums {
  private:
   void addPoints(const PairRow& pair) {  // rows [1, 0, -ry] and [0, 1, rx]
     const Row w = pair.point_weight, rx = w * pair.rx, ry = w * pair.ry, dx = w * pair.dx, dy = w * pair.dy;
-    xx_ += w, yy_ += w, xt_ -= ry, yt_ += rx, tt_ += rx * pair.rx + ry * pair.ry;
+    information_.xx += w, information_.yy += w, information_.xt -= ry, information_.yt += rx,
+        information_.tt += rx * pair.rx + ry * pair.ry;
     gx_ += dx, gy_ += dy, gt_ += rx * pair.dy - ry * pair.dx, ee_ += w * pair.squared;
   }
 
   Kernel kernel_;
-  Row xx_{}, xy_{}, xt_{}, yy_{}, yt_{}, tt_{}, gx_{}, gy_{}, gt_{}, ee_{};
-  Row sxx_{}, sxy_{}, sxt_{}, syy_{}, syt_{}, stt_{};
+  SymmetricRows information_, spurious_;
+  Row gx_{}, gy_{}, gt_{}, ee_{};
   Row weight_{}, agreeing_error_{}, observations_{};
   IntRow pairs_{}, agreeing_{}, known_{};
   Linearisation sums_;

@@ -37,6 +37,29 @@ double confirmedShare(const Reference& reference, const ScanRows& scan, const Po
   return promised > 0.0 ? std::clamp(found / promised, 0.0, 1.0) : 0.0;
 }
 
+/// What a match that has settled is worth. @param confirmed share of the information along the weakest direction
+void conclude(MatchResult& result, const Linearisation& sums, const ObservableStep& solution, double confirmed,
+              const Pose2& guess, const MatchConfig& config) {
+  result.residual = std::sqrt(sums.agreeing_error / std::max(1, sums.agreeing));
+  const double variance =
+      std::max(config.range_sigma * config.range_sigma, sums.equations.squared_error / sums.equations.weight);
+  const Eigen::Vector3d& weakest = solution.weakest;
+  // An error is the gradient's noise by its slope, and of the slope only the confirmed share is there.
+  const double excess = (1.0 / (confirmed * confirmed) - 1.0) / weakest.dot(sums.equations.H * weakest);
+  result.covariance = variance * (solution.inverse + excess * weakest * weakest.transpose()) + result.tension;
+  result.directions = solution.directions;
+  // Earlier iterations may have taken a direction that is degenerate for a visible one: take their steps back.
+  const auto degenerate = result.directions.rightCols(3 - result.observable);
+  Pose2& T = result.T_ref_base;
+  const Eigen::Vector3d moved(T.x - guess.x, T.y - guess.y, wrapAngle(T.theta - guess.theta));
+  T = Pose2::fromVector(T.vector() - degenerate * (degenerate.transpose() * moved));
+  if (result.overlap < config.min_overlap) {
+    result.status = MatchStatus::kLowOverlap;
+  } else {
+    result.status = solution.observable == 3 ? MatchStatus::kConverged : MatchStatus::kUnobservable;
+  }
+}
+
 }  // namespace
 
 MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoint> points, const Pose2& guess,
@@ -85,30 +108,14 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
       continue;
     }
 
-    const Eigen::Vector3d weakest = solution.weakest;
-    const double confirmed = confirmedShare(reference, scan, T, gate, weakest, config);
+    const double confirmed = confirmedShare(reference, scan, T, gate, solution.weakest, config);
     if (confirmed < config.min_confirmed) {  // degenerate: settle once more without it
       most = solution.observable - 1;
       continue;
     }
 
-    result.residual = std::sqrt(sums.agreeing_error / std::max(1, sums.agreeing));
-    const double variance =
-        std::max(config.range_sigma * config.range_sigma, equations.squared_error / equations.weight);
-    // An error is the gradient's noise by its slope, and of the slope only the confirmed share is there.
-    const double excess = (1.0 / (confirmed * confirmed) - 1.0) / weakest.dot(equations.H * weakest);
     result.tension = tensionAt(reference, scan, points, T, solution.inverse, config);
-    result.covariance = variance * (solution.inverse + excess * weakest * weakest.transpose()) + result.tension;
-    result.directions = solution.directions;
-    // Earlier iterations may have taken a direction that is degenerate for a visible one: take their steps back.
-    const auto degenerate = result.directions.rightCols(3 - result.observable);
-    const Eigen::Vector3d moved(T.x - guess.x, T.y - guess.y, wrapAngle(T.theta - guess.theta));
-    T = Pose2::fromVector(T.vector() - degenerate * (degenerate.transpose() * moved));
-    if (result.overlap < config.min_overlap) {
-      result.status = MatchStatus::kLowOverlap;
-    } else {
-      result.status = solution.observable == 3 ? MatchStatus::kConverged : MatchStatus::kUnobservable;
-    }
+    conclude(result, sums, solution, confirmed, guess, config);
     return result;
   }
   result.status = MatchStatus::kIterationLimit;

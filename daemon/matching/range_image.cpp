@@ -12,9 +12,9 @@ namespace slam {
 /// The bins from one bearing to another [rad].
 template <typename Visit>
 void RangeImage::forBins(double from, double to, Visit visit) const {
-  constexpr double kPerBin = kBins / (2.0 * std::numbers::pi);
+  const double per_bin = kBins / (2.0 * std::numbers::pi);
   const int turns = 2 * kBins;  // added, so that truncation rounds down
-  const int first = static_cast<int>(from * kPerBin + turns), last = static_cast<int>(to * kPerBin + turns);
+  const int first = static_cast<int>(from * per_bin + turns), last = static_cast<int>(to * per_bin + turns);
   for (int bin = first, place = first % kBins; bin <= last; ++bin, place = place + 1 < kBins ? place + 1 : 0) {
     if (!visit(static_cast<std::size_t>(place))) return;
   }
