@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 
 #include "config/loader.hpp"
 #include "config/service_reach.hpp"
@@ -24,7 +23,7 @@
 #include "tools/slamctl/remote.hpp"
 #include "tools/slamctl/report_command.hpp"
 #include "tools/slamctl/setup/setup_command.hpp"
-#include "tools/web/access/certificate.hpp"
+#include "tools/slamctl/web_address.hpp"
 
 namespace {
 
@@ -98,27 +97,12 @@ void exportLog(const std::string& folder, const std::string& since, std::string 
               slam::timeText(done.first).c_str(), slam::timeText(done.last).c_str());
 }
 
-/// Where slam-web is, as configured.
-void printWeb(const slam::WebConfig& web) {
-  const std::string file = slam::certificateFileOf(web, slam::stateFolder());
-  const bool is_there = web.tls && std::filesystem::exists(file);
-  const bool is_any = web.address == "0.0.0.0" || web.address == "::";
-  std::array<char, 256> name{};
-  if (is_any) ::gethostname(name.data(), name.size() - 1);
-  const std::string url = std::string(web.tls ? "https://" : "http://") +
-                          (is_any ? name.data() + std::string(".local") : web.address) + ":" +
-                          std::to_string(web.port) + "/";
-  std::printf("%s\n", url.c_str());
-  if (is_there) std::printf("SHA-256 fingerprint of its certificate: %s\n", slam::fingerprintOf(file).c_str());
-  if (web.tls && !is_there) std::printf("its certificate is made when slam-web starts first\n");
-}
-
 /// What the command line asks for.
 struct Arguments {
   std::string config_file = slam::kServiceConfig, maps, name, prefix, url, what, since, out;
   std::vector<std::string> overrides;
   std::array<double, 3> pose{};
-  bool json = false, zones = false, all = false;
+  bool json = false, zones = false, all = false, qr = false;
 };
 
 /// The subcommands that are looked at by themselves; the others are sent to slamd.
@@ -139,7 +123,9 @@ Commands addCommands(CLI::App& app, Arguments& arguments) {
   commands.doctor = app.add_subcommand(
       "doctor",
       "check devices, rights, rates, socket, LCM, real time, disk and clock, and print the fix for each fault");
-  commands.web = app.add_subcommand("web", "address of the page, and the fingerprint of its certificate");
+  CLI::App* web = app.add_subcommand("web", "address of the page, and the fingerprint of its certificate");
+  web->add_flag("--qr", arguments.qr, "print the address with its token as a QR code, for a phone's camera");
+  commands.web = web;
   auto* save = app.add_subcommand("save", "store the map now; with a NAME, a copy under that name");
   save->add_option("NAME", arguments.name, "letters, digits, - and _");
   auto* load = app.add_subcommand("load", "store the present map and go on in another one");
@@ -263,7 +249,7 @@ int main(int argc, char** argv) {
     }
     if (readFolders(commands, arguments, config, lists_edits ? &editing : nullptr)) return slam::kDone;
     if (commands.web->parsed()) {
-      printWeb(config.web);
+      slam::printWebAddress(config.web, arguments.qr);
       return slam::kDone;
     }
     const std::string socket = arguments.url.empty() ? slam::socketOf(config, arguments.config_file) : "";

@@ -15,6 +15,7 @@
 
 #include "runtime/clock.hpp"
 #include "tools/web/foxglove/upgrade.hpp"
+#include "tools/web/page_files.hpp"
 
 namespace slam {
 namespace {
@@ -174,7 +175,9 @@ void setRoutes(httplib::Server& server, const WebPages& pages, std::function<voi
 void prepareRequest(httplib::Request& request) {
   request.ranges.clear();
   request.headers.erase("Range");
+  const bool gzip = request.get_header_value("Accept-Encoding").find("gzip") != std::string::npos;
   request.headers.erase("Accept-Encoding");
+  if (gzip && findPageFile(request.path) != nullptr) request.headers.emplace("Accept-Encoding", "gzip");
 }
 
 bool WebServer::process_and_close_socket(socket_t socket) {

@@ -26,7 +26,8 @@ enum class Successor : std::uint8_t { kNone, kEvents, kFoxglove };
 /// Has a server answer with these pages. @param handOver has the connection of the request being answered handed over
 void setRoutes(httplib::Server& server, const WebPages& pages, std::function<void(Successor)> handOver);
 
-/// Takes from a request what is not offered: parts of a file, and compression of what is small or compressed already.
+/// Takes from a request what is not offered: parts of a file, and compression but of the page's files by gzip. What
+/// else there is is small, or compressed already.
 void prepareRequest(httplib::Request& request);
 
 /// Listens, and answers with WebPages; who listens to events is handed to the EventHub, and a WebSocket to the

@@ -156,6 +156,11 @@ def check_locked(browser, robot):
             sys.exit("a locked page has a pose")
         browser.run(f"document.getElementById('token').value = '{TOKEN}'; document.querySelector('#login button').click()")
         wait_until("the token opens the map", lambda: browser.run(SHOWS_A_MAP))
+        browser.run("sessionStorage.clear()")
+        browser.open(f"http://127.0.0.1:8081/?again#token={TOKEN}")  # as a QR code has it
+        wait_until("the address opens the map", lambda: browser.run(SHOWS_A_MAP))
+        if browser.run("return location.href") != "http://127.0.0.1:8081/":
+            sys.exit("the address shows the token")
         browser.complaints()  # of the refusals
     finally:
         locked.terminate()

@@ -146,6 +146,16 @@ TEST_F(Server, AnswersWithThePageAndItsHeaders) {
   EXPECT_THAT(answerTo("HEAD / HTTP/1.1\r\nHost: localhost\r\n\r\n"), testing::Not(HasSubstr("<canvas")));
 }
 
+TEST_F(Server, CompressesThePageForWhoTakesGzip) {
+  start();
+  const std::string plain = get("/page.js"), gzip = get("/page.js", "Host: localhost\r\nAccept-Encoding: br, gzip\r\n");
+  EXPECT_THAT(gzip, HasSubstr("Content-Encoding: gzip"));
+  EXPECT_LT(gzip.size(), plain.size() / 2);
+  EXPECT_THAT(plain, testing::Not(HasSubstr("Content-Encoding")));
+  const std::string status = get("/api/v1/status", "Host: localhost\r\nAccept-Encoding: gzip\r\n");
+  EXPECT_THAT(status, testing::Not(HasSubstr("Content-Encoding")));
+}
+
 TEST_F(Server, IsServedByTls) {
   settings_.web.tls = true;
   settings_.web.commands = true;

@@ -10,10 +10,6 @@
 
 namespace slam {
 
-/// The token of the page: web.token, or else what web.token_file holds. Empty where nothing needs one.
-/// @throws ConfigError, with the fix, where one is needed, and there is none or one that could be guessed
-std::string tokenOf(const WebConfig& web);
-
 /// Who may read and who may command: who sends the token, and for reading also who has the cookie that a browser got
 /// for it, because links and streams of events carry no token. Safe from several threads.
 class TokenGate {

@@ -3,7 +3,10 @@
 
 // ---- the token, and commands --------------------------------------------------------------------------------------
 
-let token = sessionStorage.getItem("slamd-token") || "", unlocked = false;
+// The address of `slamctl web --qr` has it behind #, which browsers send to nobody.
+const brought = new URLSearchParams(location.hash.slice(1)).get("token");
+if (brought) history.replaceState(null, "", location.pathname);
+let token = brought || sessionStorage.getItem("slamd-token") || "", unlocked = false;
 
 function showResult(words, bad) {
   $("result").textContent = words;
