@@ -12,9 +12,9 @@ namespace {
 constexpr std::size_t kRowsAtOnce = 8;  // looked up before the first is used: the reference is larger than the caches
 
 struct Kernel {
-  double gate;                                            // [m]
-  Row gate_squared, inverse_scale_squared, near_squared;  // [m^2, 1/m^2, m^2]
-  Row often, grazing_observations, point_weight, same_face;
+  double gate;                                                 // [m]
+  FloatRow gate_squared, inverse_scale_squared, near_squared;  // [m^2, 1/m^2, m^2]
+  FloatRow often, grazing_observations, point_weight, same_face;
 
   Kernel(double gate_, double scale, const MatchConfig& config)
       : gate(gate_),
@@ -29,33 +29,33 @@ struct Kernel {
 
 /// Points whose partners are looked up: in the reference's axes, about the scan's own pose.
 struct TurnedRow {
-  Row rx, ry, nx, ny;  // [m] R p, and R n
-  IntRow partners;     // by Reference::nearest()
+  FloatRow rx, ry, nx, ny;  // [m] R p, and R n
+  IntRow partners;          // by Reference::nearest()
 };
 
 /// Four pairs. Where there is none, or it is refused, both weights are 0.
 struct PairRow {
   IntRow valid;
-  Row line_weight, point_weight;  // of pairs with a line, and of those with a point
-  Row nx, ny;                     // of the line
-  Row rx, ry, dx, dy;             // [m] R p, and from the surfel to the point
-  Row across, squared;            // [m] from the line, and [m^2] residual
-  Row lever;                      // [m] n . R' p
-  Row observations, normal_variance;
+  FloatRow line_weight, point_weight;  // of pairs with a line, and of those with a point
+  FloatRow nx, ny;                     // of the line
+  FloatRow rx, ry, dx, dy;             // [m] R p, and from the surfel to the point
+  FloatRow across, squared;            // [m] from the line, and [m^2] residual
+  FloatRow lever;                      // [m] n . R' p
+  FloatRow observations, normal_variance;
 };
 
 /// Where along the beam a sliding point was hit says nothing: it is a line along it, give or take the lidar's place in
 /// base.
 void turnAlongBeam(IntRow sliding, PairRow& pair) {
-  Row inverse{};
+  FloatRow inverse{};
   for (std::size_t i = 0; i < kLanes; ++i)
     inverse[i] = 1.0F / std::max(1e-3F, std::sqrt(pair.rx[i] * pair.rx[i] + pair.ry[i] * pair.ry[i]));
   pair.nx = choose(sliding, -pair.ry * inverse, pair.nx);
   pair.ny = choose(sliding, pair.rx * inverse, pair.ny);
 }
 
-PairRow pairOf(const TurnedRow& point, const Surfels& surfel, Row x, Row y, const Kernel& kernel) {
-  const Row zero{}, one = rowOf(1.0);
+PairRow pairOf(const TurnedRow& point, const Surfels& surfel, FloatRow x, FloatRow y, const Kernel& kernel) {
+  const FloatRow zero{}, one = rowOf(1.0);
   PairRow pair;
   pair.nx = surfel.nx, pair.ny = surfel.ny;
   pair.rx = point.rx, pair.ry = point.ry;
@@ -74,8 +74,8 @@ PairRow pairOf(const TurnedRow& point, const Surfels& surfel, Row x, Row y, cons
   pair.lever = pair.ny * pair.rx - pair.nx * pair.ry;
   const IntRow along_line = line | sliding;
   pair.squared = choose(along_line, pair.across * pair.across, pair.squared);
-  const Row share = choose(line & ~sliding, one, kernel.point_weight);
-  const Row weight =
+  const FloatRow share = choose(line & ~sliding, one, kernel.point_weight);
+  const FloatRow weight =
       surfel.observations * share / ((one + surfel.observations) * (one + pair.squared * kernel.inverse_scale_squared));
   pair.line_weight = where(pair.valid & along_line, weight);
   pair.point_weight = where(pair.valid & ~along_line, weight);
@@ -86,14 +86,14 @@ PairRow pairOf(const TurnedRow& point, const Surfels& surfel, Row x, Row y, cons
 /// @return points in the reference's window
 int forEachPairs(const Reference& reference, const ScanRows& scan, const Pose2& T, const Kernel& kernel,
                  auto& consumer) {
-  const Row x = rowOf(T.x), y = rowOf(T.y), c = rowOf(std::cos(T.theta)), s = rowOf(std::sin(T.theta));
+  const FloatRow x = rowOf(T.x), y = rowOf(T.y), c = rowOf(std::cos(T.theta)), s = rowOf(std::sin(T.theta));
   IntRow covered{};
   std::array<TurnedRow, kRowsAtOnce> turned;
   for (std::size_t first = 0; first < scan.size(); first += kRowsAtOnce) {
     const std::size_t rows = std::min(kRowsAtOnce, scan.size() - first);
     for (std::size_t i = 0; i < rows; ++i) {
       TurnedRow& point = turned[i];
-      const Row px = scan.x(first + i), py = scan.y(first + i), nx = scan.nx(first + i), ny = scan.ny(first + i);
+      const FloatRow px = scan.x(first + i), py = scan.y(first + i), nx = scan.nx(first + i), ny = scan.ny(first + i);
       point.rx = c * px - s * py, point.ry = s * px + c * py;
       point.nx = c * nx - s * ny, point.ny = s * nx + c * ny;
       const IntRow there = scan.present(first + i) & reference.covers(x + point.rx, y + point.ry);
@@ -107,11 +107,11 @@ int forEachPairs(const Reference& reference, const ScanRows& scan, const Pose2& 
   return countOf(covered);
 }
 
-double taken(Row& row) { return sumOf(std::exchange(row, Row{})); }
+double taken(FloatRow& row) { return sumOf(std::exchange(row, FloatRow{})); }
 
 /// The upper half of a symmetric sum over (x, y, theta), in single precision: so of few pairs.
 struct SymmetricRows {
-  Row xx{}, xy{}, xt{}, yy{}, yt{}, tt{};
+  FloatRow xx{}, xy{}, xt{}, yy{}, yt{}, tt{};
 
   void moveTo(Eigen::Matrix3d& H) {
     H(0, 0) += taken(xx), H(0, 1) += taken(xy), H(0, 2) += taken(xt);
@@ -125,16 +125,16 @@ class RowSums {
   explicit RowSums(const Kernel& kernel) : kernel_(kernel) {}
 
   void add(std::size_t /*row*/, const PairRow& pair) {
-    const Row w = pair.line_weight, nx = w * pair.nx, ny = w * pair.ny, lever = w * pair.lever, e = pair.across;
+    const FloatRow w = pair.line_weight, nx = w * pair.nx, ny = w * pair.ny, lever = w * pair.lever, e = pair.across;
     information_.xx += nx * pair.nx, information_.xy += nx * pair.ny, information_.yy += ny * pair.ny;
     information_.xt += nx * pair.lever, information_.yt += ny * pair.lever, information_.tt += lever * pair.lever;
     gx_ += nx * e, gy_ += ny * e, gt_ += lever * e, ee_ += w * e * e;
     // [t, t . R' p] with t along the line, and the variance of the normal.
-    const Row along = pair.nx * pair.rx + pair.ny * pair.ry, v = w * pair.normal_variance;
-    const Row vx = v * pair.nx, vy = v * pair.ny;
+    const FloatRow along = pair.nx * pair.rx + pair.ny * pair.ry, v = w * pair.normal_variance;
+    const FloatRow vx = v * pair.nx, vy = v * pair.ny;
     spurious_.xx += vy * pair.ny, spurious_.xy -= vy * pair.nx, spurious_.yy += vx * pair.nx;
     spurious_.xt -= vy * along, spurious_.yt += vx * along, spurious_.tt += v * along * along;
-    if (any(pair.point_weight > Row{})) addPoints(pair);
+    if (any(pair.point_weight > FloatRow{})) addPoints(pair);
     weight_ += w + pair.point_weight;
     const IntRow agreeing = pair.valid & (pair.squared < kernel_.near_squared);
     agreeing_error_ += where(agreeing, pair.squared);
@@ -165,7 +165,7 @@ class RowSums {
 
  private:
   void addPoints(const PairRow& pair) {  // rows [1, 0, -ry] and [0, 1, rx]
-    const Row w = pair.point_weight, rx = w * pair.rx, ry = w * pair.ry, dx = w * pair.dx, dy = w * pair.dy;
+    const FloatRow w = pair.point_weight, rx = w * pair.rx, ry = w * pair.ry, dx = w * pair.dx, dy = w * pair.dy;
     information_.xx += w, information_.yy += w, information_.xt -= ry, information_.yt += rx,
         information_.tt += rx * pair.rx + ry * pair.ry;
     gx_ += dx, gy_ += dy, gt_ += rx * pair.dy - ry * pair.dx, ee_ += w * pair.squared;
@@ -173,8 +173,8 @@ class RowSums {
 
   Kernel kernel_;
   SymmetricRows information_, spurious_;
-  Row gx_{}, gy_{}, gt_{}, ee_{};
-  Row weight_{}, agreeing_error_{}, observations_{};
+  FloatRow gx_{}, gy_{}, gt_{}, ee_{};
+  FloatRow weight_{}, agreeing_error_{}, observations_{};
   IntRow pairs_{}, agreeing_{}, known_{};
   Linearisation sums_;
 };
@@ -207,10 +207,10 @@ Eigen::Matrix3d pullsOfParts(const Reference& reference, const ScanRows& scan, s
 
     void end() { pulls += pull * pull.transpose(), pull.setZero(); }
     void add(std::size_t row, const PairRow& pair) {
-      const Row line = pair.line_weight * pair.across, dx = pair.point_weight * pair.dx,
-                dy = pair.point_weight * pair.dy;
-      const Row x = line * pair.nx + dx, y = line * pair.ny + dy,
-                theta = line * pair.lever + pair.rx * dy - pair.ry * dx;
+      const FloatRow line = pair.line_weight * pair.across, dx = pair.point_weight * pair.dx,
+                     dy = pair.point_weight * pair.dy;
+      const FloatRow x = line * pair.nx + dx, y = line * pair.ny + dy,
+                     theta = line * pair.lever + pair.rx * dy - pair.ry * dx;
       for (std::size_t lane = 0, i = row * kLanes; lane < kLanes && i < points.size(); ++lane, ++i) {
         if (i > 0 && beginsPart(points, first, i, config)) end(), first = i;
         pull += Eigen::Vector3f(x[lane], y[lane], theta[lane]).cast<double>();

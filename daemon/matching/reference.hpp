@@ -53,7 +53,7 @@ struct Surfel {
 
 /// What a match asks of four surfels.
 struct Surfels {
-  Row x, y, nx, ny, normal_variance, observations;  ///< as in Surfel
+  FloatRow x, y, nx, ny, normal_variance, observations;  ///< as in Surfel
   IntRow grazing;
 };
 
@@ -89,7 +89,7 @@ class Reference {
   }
 
   /// The same for four points [m]. @param within of which points  @return ids for surfels(), 0 where there is none
-  IntRow nearest(Row x, Row y, IntRow within, double reach) const {
+  IntRow nearest(FloatRow x, FloatRow y, IntRow within, double reach) const {
     IntRow ids = fine_.at(x, y) & within;
     const IntRow missing = within & (ids == 0);
     if (reach > config_.fine_radius && any(missing)) ids |= coarse_.at(x, y) & missing;
@@ -106,8 +106,8 @@ class Reference {
   bool covers(const Eigen::Vector2d& p) const {
     return std::abs(p.x() - centre_.x()) < half_extent_ && std::abs(p.y() - centre_.y()) < half_extent_;
   }
-  IntRow covers(Row x, Row y) const {
-    const Row dx = x - rowOf(centre_.x()), dy = y - rowOf(centre_.y()), half = rowOf(half_extent_);
+  IntRow covers(FloatRow x, FloatRow y) const {
+    const FloatRow dx = x - rowOf(centre_.x()), dy = y - rowOf(centre_.y()), half = rowOf(half_extent_);
     return (dx < half) & (-dx < half) & (dy < half) & (-dy < half);
   }
   /// Includes forgotten ones: observations == 0.
@@ -136,8 +136,8 @@ class Reference {
     }
     Id& at(int column, int row) { return cells_[index(column, row)]; }
     Id at(const Eigen::Vector2d& p) const { return cells_[index(coordinate(p.x()), coordinate(p.y()))]; }
-    IntRow at(Row x, Row y) const {
-      const Row scale = rowOf(inverse_cell);
+    IntRow at(FloatRow x, FloatRow y) const {
+      const FloatRow scale = rowOf(inverse_cell);
       const IntRow index = ((floorOf(y * scale) & mask) << shift) | (floorOf(x * scale) & mask);
       return IntRow{cells_[static_cast<std::size_t>(index[0])], cells_[static_cast<std::size_t>(index[1])],
                     cells_[static_cast<std::size_t>(index[2])], cells_[static_cast<std::size_t>(index[3])]};
@@ -177,12 +177,12 @@ class Reference {
 };
 
 inline Surfels Reference::surfels(IntRow ids) const {
-  std::array<Row, kLanes> lines, rest;  // x, y, nx, ny, and what is behind them
+  std::array<FloatRow, kLanes> lines, rest;  // x, y, nx, ny, and what is behind them
   IntRow grazing;
   for (std::size_t i = 0; i < kLanes; ++i) {
     const Surfel& surfel = surfels_[static_cast<std::size_t>(ids[i])];
-    lines[i] = Row{surfel.x, surfel.y, surfel.nx, surfel.ny};
-    rest[i] = Row{surfel.normal_variance, surfel.observations, 0.0F, 0.0F};
+    lines[i] = FloatRow{surfel.x, surfel.y, surfel.nx, surfel.ny};
+    rest[i] = FloatRow{surfel.normal_variance, surfel.observations, 0.0F, 0.0F};
     grazing[i] = -static_cast<int>(surfel.grazing);
   }
   transpose(lines[0], lines[1], lines[2], lines[3]);

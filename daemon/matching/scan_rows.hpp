@@ -18,8 +18,8 @@ class ScanRows {
       : points_(std::min<std::size_t>(points.size(), LaserScan::kCapacity)) {
     for (std::size_t i = 0; i < points_; ++i) {
       const std::size_t row = i / kLanes, lane = i % kLanes;
-      const auto put = [&](Row& to, double value) {
-        if (lane == 0) to = Row{};
+      const auto put = [&](FloatRow& to, double value) {
+        if (lane == 0) to = FloatRow{};
         to[lane] = static_cast<float>(value);
       };
       put(x_[row], points[i].position.x());
@@ -31,10 +31,10 @@ class ScanRows {
 
   std::size_t points() const { return points_; }
   std::size_t size() const { return (points_ + kLanes - 1) / kLanes; }
-  Row x(std::size_t row) const { return x_[row]; }    ///< [m] in base
-  Row y(std::size_t row) const { return y_[row]; }    ///< [m]
-  Row nx(std::size_t row) const { return nx_[row]; }  ///< of the normal, 0 where there is none
-  Row ny(std::size_t row) const { return ny_[row]; }
+  FloatRow x(std::size_t row) const { return x_[row]; }    ///< [m] in base
+  FloatRow y(std::size_t row) const { return y_[row]; }    ///< [m]
+  FloatRow nx(std::size_t row) const { return nx_[row]; }  ///< of the normal, 0 where there is none
+  FloatRow ny(std::size_t row) const { return ny_[row]; }
   /// In which lanes of a row there are points.
   IntRow present(std::size_t row) const {
     const auto left = static_cast<std::int32_t>(points_ - row * kLanes);
@@ -42,7 +42,7 @@ class ScanRows {
   }
 
  private:
-  using Column = std::array<Row, LaserScan::kCapacity / kLanes>;
+  using Column = std::array<FloatRow, LaserScan::kCapacity / kLanes>;
   static_assert(LaserScan::kCapacity % kLanes == 0);
   Column x_, y_, nx_, ny_;  // a cache line short of four pages, so that they do not compete for one set of a cache
   std::size_t points_;

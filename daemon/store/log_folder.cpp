@@ -161,6 +161,7 @@ void compressLog(const fs::path& file, const std::atomic<bool>& cancel) {
         throw std::runtime_error(part.string() + ": cannot write: " + std::strerror(errno));
     }
     AppendFile(part, AppendFile::kAll).sync();
+    fs::last_write_time(part, fs::last_write_time(file));  // when the log ended
     fs::rename(part, whole);
     syncFolder(file.parent_path());
     fs::remove(file);

@@ -2,6 +2,7 @@
 #include "store/map_folders.hpp"
 
 #include <stdexcept>
+#include <vector>
 
 #include "store/durable_file.hpp"
 #include "store/map_store.hpp"
@@ -10,6 +11,7 @@ namespace slam {
 namespace {
 
 namespace fs = std::filesystem;
+const char* const kBefore = ".before";  // no name of a map
 const char* const kAside = ".deleted";  // no name of a map: all who list maps pass it over
 
 }  // namespace
@@ -24,6 +26,7 @@ fs::path mapFolder(const fs::path& directory, const std::string& name) {
 void requireFreeName(const fs::path& directory, const std::string& name) {
   if (!MapStore::isName(name))
     throw std::runtime_error("\"" + name + "\" is no name of a map; use letters, digits, - and _");
+  if (name.ends_with(".yaml")) throw std::runtime_error("\"" + name + "\" would be taken for a floor plan's file");
   if (fs::exists(fs::symlink_status(directory / name)))
     throw std::runtime_error("there is a map \"" + name + "\" already");
 }
@@ -46,11 +49,14 @@ void removeMap(const fs::path& directory, const std::string& name) {
 void putMapAside(const fs::path& directory, const std::string& name) {
   const fs::path folder = mapFolder(directory, name), aside = directory / kAside;
   const FolderLock lock(folder);
-  fs::remove_all(aside);
-  fs::create_directory(aside);
+  fs::create_directories(aside);
+  // The one before goes when this one is safe.
+  if (fs::exists(aside / name)) fs::rename(aside / name, aside / kBefore);
   fs::rename(folder, aside / name);
   syncFolder(aside);
   syncFolder(directory);
+  for (const fs::directory_entry& entry : std::vector<fs::directory_entry>(fs::directory_iterator(aside), {}))
+    if (entry.path().filename() != name) fs::remove_all(entry.path());
 }
 
 std::string restoreMap(const fs::path& directory) {

@@ -9,16 +9,16 @@
 namespace slam::float_row_test {
 namespace {
 
-Row drawRow(double most) {
-  Row row{};
+FloatRow drawRow(double most) {
+  FloatRow row{};
   for (std::size_t i = 0; i < kLanes; ++i) row[i] = static_cast<float>(test::draw(-most, most));
   return row;
 }
 
 RC_GTEST_PROP(FloatRow, FloorsAndChoosesAsEachNumberAlone, ()) {
-  const Row a = drawRow(1e6), b = drawRow(1e6);
+  const FloatRow a = drawRow(1e6), b = drawRow(1e6);
   const IntRow floor = floorOf(a), less = a < b;
-  const Row chosen = choose(less, a, b), masked = where(less, a);
+  const FloatRow chosen = choose(less, a, b), masked = where(less, a);
   int count = 0;
   for (std::size_t i = 0; i < kLanes; ++i) {
     RC_ASSERT(floor[i] == static_cast<int>(std::floor(a[i])));
@@ -31,7 +31,7 @@ RC_GTEST_PROP(FloatRow, FloorsAndChoosesAsEachNumberAlone, ()) {
 }
 
 TEST(FloatRow, FloorsWholeNumbersToThemselves) {
-  const IntRow floor = floorOf(Row{-2.0F, -0.0F, 3.0F, -1e-7F});
+  const IntRow floor = floorOf(FloatRow{-2.0F, -0.0F, 3.0F, -1e-7F});
   EXPECT_EQ(floor[0], -2);
   EXPECT_EQ(floor[1], 0);
   EXPECT_EQ(floor[2], 3);
@@ -39,7 +39,7 @@ TEST(FloatRow, FloorsWholeNumbersToThemselves) {
 }
 
 TEST(FloatRow, TransposesRowsToColumns) {
-  Row rows[kLanes];
+  FloatRow rows[kLanes];
   for (std::size_t i = 0; i < kLanes; ++i)
     for (std::size_t k = 0; k < kLanes; ++k) rows[i][k] = static_cast<float>(10 * i + k);
   transpose(rows[0], rows[1], rows[2], rows[3]);
@@ -48,7 +48,7 @@ TEST(FloatRow, TransposesRowsToColumns) {
 }
 
 TEST(FloatRow, WhatIsMaskedOutIsNeitherAddedNorCounted) {
-  const Row not_finite{INFINITY, NAN, 1.0F, 2.0F};
+  const FloatRow not_finite{INFINITY, NAN, 1.0F, 2.0F};
   EXPECT_EQ(sumOf(where(IntRow{0, 0, -1, -1}, not_finite)), 3.0);
 }
 

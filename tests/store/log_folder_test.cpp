@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "store/log_folder.hpp"
 
+#include <chrono>
 #include <csignal>
 #include <fstream>
 #include <gmock/gmock.h>
@@ -95,7 +96,11 @@ TEST_F(LogFolder, CountsImagesToo) {
 
 TEST_F(LogFolder, CompressesWithoutLosingAByte) {
   const std::string text = content(3'000'000);
-  compressLog(put("run/0000.lcm", text), go_on);
+  const fs::path file = put("run/0000.lcm", text);
+  fs::last_write_time(file, fs::last_write_time(file) - std::chrono::minutes(11));
+  const auto ended = fs::last_write_time(file);
+  compressLog(file, go_on);
+  EXPECT_EQ(fs::last_write_time(folder / "run/0000.lcm.gz"), ended);
   EXPECT_FALSE(fs::exists(folder / "run/0000.lcm"));
   EXPECT_LT(fs::file_size(folder / "run/0000.lcm.gz"), text.size());
   EXPECT_EQ(unpacked(folder / "run/0000.lcm.gz"), text);

@@ -46,6 +46,12 @@ TEST_F(MapFolders, KeepOneMapAsideAndNoMore) {
   EXPECT_EQ(restoreMap(directory), "b");
   EXPECT_THAT(test::refusalOf([&] { restoreMap(directory); }), HasSubstr("no deleted map"));
   EXPECT_THAT(names(), ElementsAre("b", "c"));
+  putMapAside(directory, "b");
+  renameMap(directory, "c", "b");
+  putMapAside(directory, "b");  // another one of that name
+  EXPECT_EQ(restoreMap(directory), "b");
+  EXPECT_THAT(test::refusalOf([&] { restoreMap(directory); }), HasSubstr("no deleted map"));
+  EXPECT_THAT(names(), ElementsAre("b"));
 }
 
 TEST_F(MapFolders, BringNoMapBackOverAnother) {
@@ -70,7 +76,7 @@ TEST_F(MapFolders, RefuseNamesThatArePathsOrTakenOrOfNoMap) {
     EXPECT_NE(test::refusalOf([&] { removeMap(directory, name); }), "") << name;
     EXPECT_NE(test::refusalOf([&] { renameMap(directory, name, "e"); }), "") << name;
   }
-  for (const char* name : {"..", "", "b", "a b", "x/y", ".deleted"})
+  for (const char* name : {"..", "", "b", "a b", "x/y", ".deleted", "floor.yaml"})
     EXPECT_NE(test::refusalOf([&] { renameMap(directory, "a", name); }), "") << name;
   EXPECT_THAT(names(), ElementsAre("a", "b", "c"));
   removeMap(directory, "a");

@@ -21,6 +21,8 @@ TEST(WebAddress, IsThatOfTheConfiguration) {
   EXPECT_EQ(webAddressOf(web), "http://192.168.1.5:8081/");
   web.tls = true;
   EXPECT_EQ(webAddressOf(web), "https://192.168.1.5:8081/");
+  web.address = "fd00::1";
+  EXPECT_EQ(webAddressOf(web), "https://[fd00::1]:8081/");
   web.address = "0.0.0.0";
   EXPECT_THAT(webAddressOf(web), HasSubstr(".local:8081/"));
 }

@@ -22,9 +22,13 @@ bool isThisComputerAlone(const std::string& address) { return address == "::1" |
 
 std::string webAddressOf(const WebConfig& web) {
   const bool is_any = web.address == "0.0.0.0" || web.address == "::";
+  const bool is_v6 = !is_any && web.address.find(':') != std::string::npos;
   std::array<char, 256> name{};
   if (is_any) ::gethostname(name.data(), name.size() - 1);
-  return std::string(web.tls ? "https://" : "http://") + (is_any ? name.data() + std::string(".local") : web.address) +
+  return std::string(web.tls ? "https://" : "http://") +
+         (is_any  ? name.data() + std::string(".local")
+          : is_v6 ? "[" + web.address + "]"
+                  : web.address) +
          ":" + std::to_string(web.port) + "/";
 }
 

@@ -19,6 +19,8 @@
 namespace slam {
 namespace {
 
+constexpr Duration kHistoryAge = std::chrono::seconds(1);  // however many ask
+
 using namespace std::chrono_literals;
 using httplib::Request;
 using httplib::Response;
@@ -72,13 +74,13 @@ bool WebPages::mayEnter(const Request& request, Response& response) const {
 }
 
 bool WebPages::isOwnHost(const std::string& host) const {
-  const std::lock_guard lock(naming_);
-  const auto isOwn = [&] { return std::find(names_.begin(), names_.end(), host) != names_.end(); };
+  const std::lock_guard lock(own_.mutex);
+  const auto isOwn = [&] { return std::find(own_.names.begin(), own_.names.end(), host) != own_.names.end(); };
   if (isOwn()) return true;
   const Timestamp now = monotonicNow();
-  if (names_.empty() || now > names_read_ + kNamesAge) {  // addresses come and go with networks
-    names_ = ownNames(settings_.web.address);
-    names_read_ = now;
+  if (own_.names.empty() || now > own_.at + kNamesAge) {  // addresses come and go with networks
+    own_.names = ownNames(settings_.web.address);
+    own_.at = now;
   }
   return isOwn();
 }
@@ -158,12 +160,18 @@ void WebPages::status(Response& response) const {
 }
 
 void WebPages::history(Response& response) const {
-  nlohmann::json body;
-  {
-    const std::lock_guard lock(shared_.mutex);
-    body = historyJson(shared_.state.day());
+  const std::lock_guard one(history_.mutex);
+  const Timestamp now = monotonicNow();
+  if (history_.text.empty() || now >= history_.at + kHistoryAge) {
+    std::optional<DayHistory> day;
+    {
+      const std::lock_guard lock(shared_.mutex);
+      day = shared_.state.day();
+    }
+    history_.text = textOf(historyJson(*day));
+    history_.at = now;
   }
-  answerWith(response, textOf(body), kJson);
+  answerWith(response, history_.text, kJson);
 }
 
 void WebPages::metrics(Response& response) const {
@@ -280,7 +288,7 @@ void WebPages::command(const Request& request, Response& response) const {
       return refuse(response, 504, "slamd gave no answer; is it running, with lcm.commands = true or its socket?");
     answerWith(response, textOf({{"accepted", ack->accepted != 0}, {"message", ack->message}}), kJson);
     if (!ack->accepted) response.status = 409;
-    maps_.forget(), logs_.forget();
+    maps_.forget(), logs_.forget(), pictures_.forget();
   } catch (const std::runtime_error& error) {
     refuse(response, 502, error.what());
   }

@@ -99,9 +99,16 @@ class WebPages {
   Driver driver_;
   StoredList maps_, logs_;
   MapPictures pictures_;
-  mutable std::mutex naming_;  // of the two below
-  mutable std::vector<std::string> names_;
-  mutable Timestamp names_read_{};
+  mutable struct {
+    std::mutex mutex;
+    std::string text;
+    Timestamp at{};
+  } history_;
+  mutable struct {
+    std::mutex mutex;
+    std::vector<std::string> names;
+    Timestamp at{};
+  } own_;
   mutable std::mutex drawing_;                      // of the two below
   mutable std::shared_ptr<const Picture> picture_;  // kept for a while: .yaml and .pgm belong together
   mutable Timestamp drawn_{};

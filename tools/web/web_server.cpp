@@ -137,7 +137,8 @@ void setRoutes(httplib::Server& server, const WebPages& pages, std::function<voi
   server.set_pre_routing_handler([&pages, handOver](const httplib::Request& request, httplib::Response& response) {
     if (!pages.mayEnter(request, response)) return Handling::Handled;
     if (redirects) {
-      response.set_redirect("https://" + request.get_header_value("Host") + request.target, kPermanentRedirect);
+      const std::string target = request.target.starts_with('/') ? request.target : "/";
+      response.set_redirect("https://" + request.get_header_value("Host") + target, kPermanentRedirect);
       return Handling::Handled;
     }
     if (isUpgrade(request)) {

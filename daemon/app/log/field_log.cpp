@@ -33,6 +33,14 @@ constexpr std::size_t kMostWords = 500;
 constexpr double kMegabyte = 1e6;
 constexpr int kLeastPriority = 19;
 
+/// @param log a closed file, which may be compressed by now
+bool wasWrittenSince(const fs::path& log, Duration age) {
+  std::error_code error;
+  auto written = fs::last_write_time(log, error);
+  if (error) written = fs::last_write_time(log.string() + ".gz", error);
+  return !error && fs::file_time_type::clock::now() - written < age;
+}
+
 LogLimits limitsOf(const LogConfig& config) {
   return {.quota = static_cast<std::uint64_t>(config.quota * kMegabyte),
           .floor = static_cast<std::uint64_t>(config.floor * kMegabyte),
@@ -195,9 +203,9 @@ std::string FieldLog::mark(const std::string& what) {
   };
   open_->file.sync();
   keep_last(number_);
-  const bool before = now - open_->begun < kBeforeMark && (fs::exists(logPath(run_, number_ - 1)) ||
-                                                           fs::exists(logPath(run_, number_ - 1).string() + ".gz"));
-  if (before) keep_last(number_ - 1);
+  // Files end by size, too: as many before it as were written since.
+  for (std::int64_t number = number_ - 1; number >= 0 && wasWrittenSince(logPath(run_, number), kBeforeMark); --number)
+    keep_last(number);
   syncFolder(run_);
   return "marked " + open_->file.path().string();
 }

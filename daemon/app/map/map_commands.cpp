@@ -29,6 +29,8 @@ std::string carryOutInFolder(const MapCommand& command, const MapKeeper& keeper)
   const auto blank = std::min(command.name.find(' '), command.name.size());
   const std::string name = command.name.substr(0, blank);
   if (name == keeper.name()) throw std::runtime_error("slamd has map " + name + " open; load another one first");
+  if (name == keeper.configuredName())
+    throw std::runtime_error("store.map names map " + name + ", with which slamd begins; set another one first");
   try {
     if (command.kind == MapCommand::kDelete) {
       putMapAside(keeper.directory(), name);

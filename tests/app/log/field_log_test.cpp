@@ -204,10 +204,14 @@ TEST_F(FieldLogs, BeginsAndEndsAsCommanded) {
   EXPECT_EQ(logging.recorder.counters().dropped, 0U);
 }
 
-TEST_F(FieldLogs, MarksThePresentFileAndTheOneJustBefore) {
+TEST_F(FieldLogs, MarksThePresentFileAndThoseOfTheTenMinutesBefore) {
   config.log.file_length = 1.0;
   Logging logging(config);
-  ASSERT_TRUE(waitUntil([&] { return logging.write(1) && files().size() >= 3; }));
+  const auto isCompressed = [&](std::size_t i) { return files()[i].path.extension() == ".gz"; };
+  ASSERT_TRUE(waitUntil([&] { return logging.write(1) && files().size() >= 4 && isCompressed(0) && isCompressed(1); }));
+  const auto now = std::filesystem::file_time_type::clock::now();
+  std::filesystem::last_write_time(files()[0].path, now - 11min);
+  std::filesystem::last_write_time(files()[1].path, now - 9min);
   const MapAnswer answer = logging.ask(LogCommand::kMark, "hit\nthe wall");
   EXPECT_TRUE(answer.accepted) << answer.message;
   ASSERT_TRUE(logging.finish());
@@ -217,7 +221,7 @@ TEST_F(FieldLogs, MarksThePresentFileAndTheOneJustBefore) {
   for (const LogFile& file : all) {
     if (file.marked) words.push_back(markOf(file));
   }
-  ASSERT_EQ(words.size(), 2U);
+  ASSERT_EQ(words.size(), 3U);
   for (const std::string& line : words) {
     EXPECT_THAT(line, HasSubstr("hit the wall\n"));
     EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1);

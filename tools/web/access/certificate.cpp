@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <fcntl.h>
 #include <filesystem>
 #include <functional>
@@ -23,8 +24,9 @@
 namespace slam {
 namespace {
 
-constexpr long kLifetime = 10L * 365 * 24 * 3600;  // [s]
-constexpr long kBefore = 24L * 3600;               // [s] for a clock that is behind
+constexpr long kLifetime = 820L * 24 * 3600;  // [s] Apple's devices trust none for longer than 825 days
+constexpr long kRenewed = 30L * 24 * 3600;    // [s] before its end
+constexpr long kBefore = 24L * 3600;          // [s] for a clock that is behind
 
 template <typename T, auto Free>
 struct Freed {
@@ -32,6 +34,7 @@ struct Freed {
 };
 using Key = std::unique_ptr<EVP_PKEY, Freed<EVP_PKEY, EVP_PKEY_free>>;
 using Certificate = std::unique_ptr<X509, Freed<X509, X509_free>>;
+using Extension = std::unique_ptr<X509_EXTENSION, Freed<X509_EXTENSION, X509_EXTENSION_free>>;
 using File = std::unique_ptr<std::FILE, Freed<std::FILE, std::fclose>>;
 
 [[noreturn]] void refuse(const std::string& key, const std::string& words) { throw ConfigError({key + ": " + words}); }
@@ -41,6 +44,13 @@ std::string opensslWords() {
   const char* words = ERR_reason_error_string(ERR_get_error());
   ERR_clear_error();
   return words != nullptr ? words : "unknown";
+}
+
+/// @return nullptr where OpenSSL cannot read the value
+Extension extensionOf(int id, const std::string& value) {
+  Extension made(X509V3_EXT_conf_nid(nullptr, nullptr, id, value.c_str()));
+  ERR_clear_error();
+  return made;
 }
 
 Certificate makeCertificate(EVP_PKEY* key, const std::vector<std::string>& names) {
@@ -66,15 +76,12 @@ Certificate makeCertificate(EVP_PKEY* key, const std::vector<std::string>& names
     std::array<unsigned char, 16> address{};
     const bool is_address =
         inet_pton(AF_INET, one.c_str(), address.data()) == 1 || inet_pton(AF_INET6, one.c_str(), address.data()) == 1;
-    if (!list.empty()) list += ',';
-    list += is_address ? "IP:" : "DNS:";
-    list += one;
+    const std::string entry = (is_address ? "IP:" : "DNS:") + one;
+    if (extensionOf(NID_subject_alt_name, entry)) list += (list.empty() ? "" : ",") + entry;
   }
-  if (!list.empty()) {
-    X509_EXTENSION* extension = X509V3_EXT_conf_nid(nullptr, nullptr, NID_subject_alt_name, list.c_str());
-    if (extension != nullptr) X509_add_ext(certificate, extension, -1);
-    X509_EXTENSION_free(extension);
-  }
+  if (!list.empty()) X509_add_ext(certificate, extensionOf(NID_subject_alt_name, list).get(), -1);
+  X509_add_ext(certificate, extensionOf(NID_basic_constraints, "critical,CA:FALSE").get(), -1);
+  X509_add_ext(certificate, extensionOf(NID_ext_key_usage, "serverAuth").get(), -1);
   X509_sign(certificate, key, EVP_sha256());
   return made;
 }
@@ -105,14 +112,27 @@ void makeOwn(const std::string& certificate_file, const std::string& key_file, c
             [&](std::FILE* file) { return PEM_write_X509(file, certificate.get()); });
 }
 
+/// @return nullptr where there is none in the file
+Certificate certificateIn(const std::string& path) {
+  const File file(std::fopen(path.c_str(), "re"));
+  if (!file) refuse("web.certificate", "cannot read " + path + ": " + std::strerror(errno));
+  return Certificate(PEM_read_X509(file.get(), nullptr, nullptr, nullptr));
+}
+
+/// Whether it is there, and valid for a while yet.
+bool isGood(const std::string& path) {
+  if (!std::filesystem::exists(path)) return false;
+  const Certificate certificate = certificateIn(path);
+  std::time_t then = std::time(nullptr) + kRenewed;
+  return certificate && X509_cmp_time(X509_get0_notAfter(certificate.get()), &then) > 0;
+}
+
 }  // namespace
 
 void SslContextDeleter::operator()(SSL_CTX* context) const { SSL_CTX_free(context); }
 
 std::string fingerprintOf(const std::string& path) {
-  const File file(std::fopen(path.c_str(), "re"));
-  if (!file) refuse("web.certificate", "cannot read " + path + ": " + std::strerror(errno));
-  const Certificate certificate(PEM_read_X509(file.get(), nullptr, nullptr, nullptr));
+  const Certificate certificate = certificateIn(path);
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
   unsigned size = 0;
   if (!certificate || X509_digest(certificate.get(), EVP_sha256(), digest.data(), &size) != 1)
@@ -140,7 +160,7 @@ TlsContext tlsContextOf(const WebConfig& web, const std::string& folder, const s
   const std::string certificate_file = certificateFileOf(web, folder);
   const std::string key_file = web.key.empty() ? folder + "/key.pem" : web.key;
   const bool is_own = web.certificate.empty() && web.key.empty();
-  if (is_own && !std::filesystem::exists(certificate_file)) {
+  if (is_own && !isGood(certificate_file)) {
     makeOwn(certificate_file, key_file, names);
     made.is_new = true;
   }
@@ -151,6 +171,7 @@ TlsContext tlsContextOf(const WebConfig& web, const std::string& folder, const s
   SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION);
   SSL_CTX_set_mode(context, SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER);
   SSL_CTX_set_options(context, SSL_OP_NO_RENEGOTIATION);
+  SSL_CTX_set_session_cache_mode(context, SSL_SESS_CACHE_OFF);
   if (SSL_CTX_use_certificate_chain_file(context, certificate_file.c_str()) != 1)
     refuse("web.certificate", certificate_file + ": " + opensslWords());
   if (SSL_CTX_use_PrivateKey_file(context, key_file.c_str(), SSL_FILETYPE_PEM) != 1)

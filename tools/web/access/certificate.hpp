@@ -27,7 +27,7 @@ std::string certificateFileOf(const WebConfig& web, const std::string& folder);
 std::string stateFolder();
 
 /// The certificate of web.certificate with the key of web.key. Where both are empty, one of this computer's own, which
-/// is made where it is not there yet: for ten years, with its key for nobody else to read.
+/// is made where it is not there yet, or ends within 30 days: for 820 days, with its key for nobody else to read.
 /// @param names that the page is opened by @throws ConfigError, with the fix
 TlsContext tlsContextOf(const WebConfig& web, const std::string& folder, const std::vector<std::string>& names);
 

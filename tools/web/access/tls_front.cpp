@@ -95,7 +95,8 @@ void TlsFront::wait() {
     for (const auto& one : connections_) {
       const bool reads = !one->outer_ended && one->to_inner.size() < limits_.buffer;
       const bool writes = one->wants_write || !one->to_outer.empty();
-      waiting.push_back({one->outer, static_cast<short>((reads ? POLLIN : 0) | (writes ? POLLOUT : 0)), 0});
+      waiting.push_back({reads || writes ? one->outer : -1,  // whose end poll() would name again and again
+                         static_cast<short>((reads ? POLLIN : 0) | (writes ? POLLOUT : 0)), 0});
       if (one->inner < 0) continue;
       const bool takes = !one->inner_ended && one->to_outer.size() < limits_.buffer;
       waiting.push_back({takes || !one->to_inner.empty() ? one->inner : -1,

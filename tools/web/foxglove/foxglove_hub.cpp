@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "runtime/clock.hpp"
+#include "tools/foxglove/foxglove_json.hpp"
 #include "tools/web/foxglove/foxglove_session.hpp"
 #include "tools/web/foxglove/web_socket.hpp"
 #include "tools/web/oldest_of_most.hpp"
@@ -36,6 +37,25 @@ MapPicture::Picture pictureOf(const MapImage& image, std::int64_t utime) {
     }
   }
   return picture;
+}
+
+std::shared_ptr<const std::string> bodyOf(const nlohmann::json& message) {
+  return std::make_shared<const std::string>(message.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
+/// A picture of half the resolution: of four cells the one most likely occupied, if any is known.
+MapPicture::Picture halved(const MapPicture::Picture& map) {
+  constexpr char kUnknown = '\xFF';
+  MapPicture::Picture half{map.utime, map.corner, 2.0 * map.resolution, (map.columns + 1) / 2, (map.rows + 1) / 2, {}};
+  half.cells.assign(static_cast<std::size_t>(half.columns * half.rows), kUnknown);
+  for (std::int64_t row = 0; row < map.rows; ++row) {
+    for (std::int64_t column = 0; column < map.columns; ++column) {
+      const char cell = map.cells[static_cast<std::size_t>(row * map.columns + column)];
+      char& into = half.cells[static_cast<std::size_t>(row / 2 * half.columns + column / 2)];
+      if (cell != kUnknown) into = into == kUnknown ? cell : std::max(into, cell);  // in percent: no sign
+    }
+  }
+  return half;
 }
 
 }  // namespace
@@ -65,7 +85,7 @@ FoxgloveHub::FoxgloveHub(SharedState& shared, const Config& config, std::string 
       limits_(limits),
       session_(std::move(session)),
       wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
-      feed_([this](FoxgloveTopic topic, std::int64_t, const nlohmann::json& message) { send(topic, message); },
+      feed_([this](FoxgloveTopic topic, std::int64_t, const nlohmann::json& message) { send(topic, bodyOf(message)); },
             [this](FoxgloveTopic topic) { return (wanted_ >> static_cast<unsigned>(topic) & 1U) != 0; }),
       thread_([this] { run(); }) {
   const std::lock_guard lock(mutex_);
@@ -109,9 +129,7 @@ void FoxgloveHub::answer(Client& client, std::string_view text) {
   }
 }
 
-void FoxgloveHub::send(FoxgloveTopic topic, const nlohmann::json& message) {
-  const auto body =
-      std::make_shared<const std::string>(message.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+void FoxgloveHub::send(FoxgloveTopic topic, const std::shared_ptr<const std::string>& body) {
   const std::int64_t received = toMicroseconds(monotonicNow() + wallClockOffset());
   for (const auto& client : clients_) {
     const auto subscription = client->session.subscriptionTo(topic);
@@ -209,9 +227,11 @@ void FoxgloveHub::drawMap() {
     utime = shared_.state.meta() ? shared_.state.meta()->utime : 0;
   }
   if (image) {
-    const MapPicture::Picture picture = pictureOf(*image, utime);
+    MapPicture::Picture picture = pictureOf(*image, utime);
+    while (picture.columns * picture.rows > limits_.most_cells) picture = halved(picture);
+    const auto body = bodyOf(foxglove::grid(picture));  // which others need not wait for
     const std::lock_guard lock(mutex_);
-    feed_.take(picture);
+    send(FoxgloveTopic::kMap, body);
   }
   const Timestamp end = monotonicNow();
   map_.due = std::max(end + limits_.map_period, begin + kDrawingShare * (end - begin));

@@ -18,6 +18,7 @@ namespace slam {
 struct FoxgloveLimits {
   std::size_t most = 16;                          ///< clients; then the oldest one of the address that has most goes
   std::size_t most_unsent = 4 << 20;              ///< [bytes] that wait for one; one message alone may be longer
+  std::int64_t most_cells = 4 << 20;              ///< of a picture of the map; a larger one is sent coarser
   Duration patience = std::chrono::seconds(10);   ///< with one who takes nothing
   Duration map_period = std::chrono::seconds(2);  ///< between pictures of a map that changes
 };
@@ -54,7 +55,7 @@ class FoxgloveHub {
   bool serve(Client& client, bool readable, Timestamp now);
   void answer(Client& client, std::string_view text);
   void makePlace();
-  void send(FoxgloveTopic topic, const nlohmann::json& message);
+  void send(FoxgloveTopic topic, const std::shared_ptr<const std::string>& body);
   void drawMap();
   void wake() const;
 

@@ -54,7 +54,7 @@ bool mayOpen(const std::string& origin, const std::function<bool(const std::stri
 
 }  // namespace
 
-bool isUpgrade(const httplib::Request& request) { return request.has_header("Upgrade"); }
+bool isUpgrade(const httplib::Request& request) { return isMeant(listOf(request, "Upgrade"), "websocket"); }
 
 std::string acceptOf(std::string_view key) {
   const std::string text = std::string(key) + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11";  // RFC 6455, section 1.3

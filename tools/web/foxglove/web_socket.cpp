@@ -95,6 +95,7 @@ void WebSocket::close(std::uint16_t status, std::string_view reason) {
 
 /// Gives libwslay one message after another, so that those behind can still make place.
 void WebSocket::fill() {
+  if (wslay_event_get_close_sent(context_) != 0) waiting_.clear(), unsent_ = 0;
   while (out_.size() < limits_.out_buffer && !broken_) {
     if (wslay_event_get_queued_msg_count(context_) == 0 && !waiting_.empty()) {
       sending_ = std::move(waiting_.front());

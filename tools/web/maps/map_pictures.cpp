@@ -78,19 +78,39 @@ std::optional<std::string> MapPictures::nameIn(std::string_view path) {
 }
 
 std::string MapPictures::png(const std::string& name, Timestamp now) const {
+  if (folder_.empty()) throw std::runtime_error("slamd stores no maps here; set store.directory");
+  struct Asking {
+    std::atomic<int>& count;
+    ~Asking() { --count; }
+  } asking{asking_};
+  if (++asking_ > kMostAsking) throw std::runtime_error("too many pictures at once; ask again");
   const std::lock_guard lock(drawing_);
   const OnDisk map = onDisk(mapFolder(folder_, name));
-  if (const auto kept = drawn_.find(name);
-      kept != drawn_.end() && (kept->second.written == map.written || now < kept->second.at + kAge))
-    return kept->second.png;
-  if (map.bytes > kLargestMap) throw std::runtime_error("map \"" + name + "\" is too large for a small picture");
-  std::string png = encodePng(smallPicture(MapStore::load(folder_, name, grid_).state.grid, kSide));
-  if (drawn_.size() >= kMost) {
-    drawn_.erase(std::min_element(drawn_.begin(), drawn_.end(),
-                                  [](const auto& a, const auto& b) { return a.second.at < b.second.at; }));
+  auto kept = drawn_.find(name);
+  if (kept == drawn_.end() || (kept->second.written != map.written && now >= kept->second.at + kAge)) {
+    if (kept == drawn_.end() && drawn_.size() >= kMost) {
+      drawn_.erase(std::min_element(drawn_.begin(), drawn_.end(),
+                                    [](const auto& a, const auto& b) { return a.second.at < b.second.at; }));
+    }
+    kept = drawn_.insert_or_assign(name, Drawn{{}, {}, now, map.written}).first;
+    try {
+      kept->second.png = draw(name, map.bytes);
+    } catch (const std::runtime_error& error) {
+      kept->second.why_not = error.what();
+    }
   }
-  drawn_[name] = {png, now, map.written};
-  return png;
+  if (!kept->second.why_not.empty()) throw std::runtime_error(kept->second.why_not);
+  return kept->second.png;
+}
+
+std::string MapPictures::draw(const std::string& name, std::uintmax_t bytes) const {
+  if (bytes > kLargestMap) throw std::runtime_error("map \"" + name + "\" is too large for a small picture");
+  return encodePng(smallPicture(MapStore::load(folder_, name, grid_).state.grid, kSide));
+}
+
+void MapPictures::forget() const {
+  const std::lock_guard lock(drawing_);
+  drawn_.clear();
 }
 
 }  // namespace slam

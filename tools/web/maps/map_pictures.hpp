@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <atomic>
 #include <filesystem>
 #include <map>
 #include <mutex>
@@ -24,6 +25,7 @@ class MapPictures {
   static constexpr int kSide = 240;                           ///< [pixels]
   static constexpr std::size_t kMost = 64;                    ///< that are kept: some MB
   static constexpr Duration kAge = std::chrono::seconds(10);  ///< of one whose map slamd writes
+  static constexpr int kMostAsking = 8;                       ///< threads that may wait for the one that draws
   static constexpr std::uintmax_t kLargestMap = 200'000'000;  ///< [bytes] of its files: it is loaded whole
 
   /// @param folder of all maps; empty: there is none
@@ -34,15 +36,20 @@ class MapPictures {
   static std::optional<std::string> nameIn(std::string_view path);
   /// @return a PNG file @throws std::runtime_error where there is no such map, or it cannot be drawn
   std::string png(const std::string& name, Timestamp now) const;
+  /// Maps have other names now.
+  void forget() const;
 
  private:
   struct Drawn {
-    std::string png;
+    std::string png, why_not;  // one of them is empty
     Timestamp at;
     std::filesystem::file_time_type written;
   };
   std::filesystem::path folder_;
   OccupancyGridConfig grid_;
+  std::string draw(const std::string& name, std::uintmax_t bytes) const;
+
+  mutable std::atomic<int> asking_{0};
   mutable std::mutex drawing_;
   mutable std::map<std::string, Drawn> drawn_;
 };

@@ -54,6 +54,7 @@ function rename(map, row) {
 
 function mapRow(map) {
   const row = element("li"), picture = element("img"), facts = element("div"), acts = element("div");
+  picture.loading = "lazy";
   picture.src = `/api/v1/maps/${map.name}.png?v=${map.generation}-${map.utime}`;
   picture.alt = "";
   picture.onerror = () => picture.removeAttribute("src");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/web/access/certificate.hpp"
 
+#include <cstdio>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -32,6 +33,26 @@ TEST_F(CertificateTest, IsMadeOnceWithAKeyForNobodyElse) {
   EXPECT_FALSE(second.is_new);
   EXPECT_EQ(second.fingerprint, first.fingerprint);
   EXPECT_EQ(fingerprintOf(certificateFileOf(web_, state_)), first.fingerprint);
+}
+
+TEST_F(CertificateTest, NamesTheComputerAndIsForServersAlone) {
+  tlsContextOf(web_, state_, {"robot", "192.168.0.7", "no name, but words", "fe80::1"});
+  std::FILE* pipe = ::popen(("openssl x509 -noout -text -in " + certificateFileOf(web_, state_)).c_str(), "r");
+  ASSERT_NE(pipe, nullptr);
+  std::string text(16'384, '\0');
+  text.resize(std::fread(text.data(), 1, text.size(), pipe));
+  ASSERT_EQ(::pclose(pipe), 0);
+  EXPECT_THAT(text, HasSubstr("DNS:robot, IP Address:192.168.0.7, IP Address:FE80"));
+  EXPECT_THAT(text, HasSubstr("TLS Web Server Authentication"));
+  EXPECT_THAT(text, HasSubstr("CA:FALSE"));
+}
+
+TEST_F(CertificateTest, IsMadeAnewWhereItIsDamaged) {
+  const TlsContext first = tlsContextOf(web_, state_, {"robot"});
+  folder_.write("state/certificate.pem", "");
+  const TlsContext second = tlsContextOf(web_, state_, {"robot"});
+  EXPECT_TRUE(second.is_new);
+  EXPECT_NE(second.fingerprint, first.fingerprint);
 }
 
 TEST_F(CertificateTest, IsTheOneThatIsConfigured) {

@@ -46,6 +46,8 @@ TEST(Upgrade, AnswersWithTheKeyOfTheSpecification) {  // RFC 6455, section 1.3
 
 TEST(Upgrade, RefusesWhatIsNoHandshake) {
   EXPECT_EQ(statusOf(with("Upgrade", "h2c")), 426);
+  EXPECT_FALSE(isUpgrade(with("Upgrade", "h2c"))) << "an offer of HTTP/2, which may be passed over";
+  EXPECT_TRUE(isUpgrade(with("Upgrade", "WebSocket")));
   EXPECT_EQ(statusOf(with("Connection", "close")), 426);
   EXPECT_EQ(statusOf(with("Sec-WebSocket-Key", "short")), 426);
   EXPECT_EQ(statusOf(with("Sec-WebSocket-Key", nullptr)), 426);
