@@ -27,8 +27,7 @@ ObservableStep solveObservable(const NormalEquations& equations, double lever, d
   if (n == 0) return result;
 
   const auto U = kept.leftCols(n);
-  const Eigen::Matrix3d inverse =
-      n == 3 ? Eigen::Matrix3d(H.inverse()) : U * (U.transpose() * H * U).inverse() * U.transpose();
+  const Eigen::Matrix3d inverse = U * (U.transpose() * H * U).inverse() * U.transpose();
   result.inverse = S * inverse * S;
   result.step = -result.inverse * equations.g;
   result.weakest = S * kept.col(n - 1);

@@ -14,6 +14,7 @@
 #include "runtime/clock.hpp"
 #include "tools/common/program.hpp"
 #include "tools/slamctl/remote.hpp"
+#include "tools/web/access/token_file.hpp"
 #include "tools/web/web_server.hpp"
 
 namespace {
@@ -67,7 +68,7 @@ class Listener {
   void subscribe(const char* channel) {
     link_.subscribe(channel, [this](std::span<const std::uint8_t> data) {
       const auto message = decodeChecked<Message>(data);
-      if constexpr (!std::is_same_v<Message, map_meta_t>) {
+      if constexpr (!std::is_same_v<Message, map_meta_t> && !std::is_same_v<Message, map_edit_t>) {
         if (message) foxglove_.take(*message);
       }
       const std::lock_guard lock(shared_.mutex);

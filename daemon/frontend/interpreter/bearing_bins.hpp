@@ -14,7 +14,7 @@ namespace slam {
 /// Bin whose middle a bearing is nearest to. @param bearing [rad], finite @param bins of a full turn
 inline std::size_t bearingBin(double bearing, std::size_t bins) {
   const double turns = bearing / (2.0 * std::numbers::pi);
-  return static_cast<std::size_t>(static_cast<double>(bins) * (turns - std::floor(turns)) + 0.5) % bins;
+  return static_cast<std::size_t>(std::lround(static_cast<double>(bins) * (turns - std::floor(turns)))) % bins;
 }
 
 /// The shortest range within the limits in each bin of the bearings [m]; 0: none.

@@ -141,6 +141,7 @@ TEST_F(GraphKeeping, SavesThePresentMapUnderItsOwnNameAndGoesOn) {
 }
 
 TEST_F(GraphKeeping, RenamesDeletesAndRestoresOtherMapsThanThePresentOne) {
+  config.store.map = "home";
   start();
   keyframe->map_id = graph->firstFrontEnd()->mapId();
   drive();
@@ -164,6 +165,8 @@ TEST_F(GraphKeeping, RenamesDeletesAndRestoresOtherMapsThanThePresentOne) {
   EXPECT_TRUE(fs::exists(folder / "maps/house"));
   drive();
   EXPECT_TRUE(waitUntil([&] { return stored() == 2; })) << "the present map goes on";
+  EXPECT_THAT(ask(MapCommand::kLoad, "house"), testing::Not(HasSubstr("refused")));
+  EXPECT_THAT(ask(MapCommand::kDelete, "home"), HasSubstr("refused: store.map names map home"));
 }
 
 TEST_F(GraphKeeping, RefusesCommandsThatADiskWouldKeepWaiting) {
