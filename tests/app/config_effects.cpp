@@ -121,7 +121,7 @@ std::vector<Effect> effectsOfDevices() {
       {"web.commands", "", nullptr, {}, "tests/tools/web/web_server_test.cpp: ObeysOnlyWhereCommandsAreAllowed"},
       {"web.read", "", nullptr, {}, "tests/tools/web/web_server_test.cpp: IsReadWithTheTokenAlone"},
       {"web.token", "", nullptr, {}, "tests/tools/web/web_server_test.cpp: ObeysOnlyWhoHasTheToken"},
-      {"web.token_file", "", nullptr, {}, "tests/tools/web/access/token_gate_test.cpp: IsReadFromItsFile"},
+      {"web.token_file", "", nullptr, {}, "tests/tools/web/access/token_file_test.cpp: IsReadFromItsFile"},
       {"web.tls", "", nullptr, {}, "tests/tools/web/web_server_test.cpp: IsServedByTls"},
       {"web.certificate", "", nullptr, {}, "tests/tools/web/access/certificate_test.cpp: IsTheOneThatIsConfigured"},
       {"web.key", "", nullptr, {}, "tests/tools/web/access/certificate_test.cpp: IsTheOneThatIsConfigured"},

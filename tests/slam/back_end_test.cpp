@@ -382,7 +382,7 @@ TEST(BackEnd, WhatTurnsOutToBeTheRobotWhileNothingIsDrawnLeavesTheMapLater) {
     }
   }
   ASSERT_EQ(drawn[2], 0U) << "the place that was given is not part of the map yet";
-  ASSERT_EQ(drawn.back(), 1U);
+  ASSERT_GE(drawn.back(), 1U) << "the map is drawn again";
   EXPECT_TRUE(since_given.contains(0));
   EXPECT_TRUE(since_given.contains(1));
   EXPECT_EQ(since_given.size(), static_cast<std::size_t>(kVisit + 1));

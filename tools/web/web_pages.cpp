@@ -19,8 +19,6 @@
 namespace slam {
 namespace {
 
-constexpr Duration kHistoryAge = std::chrono::seconds(1);  // however many ask
-
 using namespace std::chrono_literals;
 using httplib::Request;
 using httplib::Response;
@@ -160,18 +158,12 @@ void WebPages::status(Response& response) const {
 }
 
 void WebPages::history(Response& response) const {
-  const std::lock_guard one(history_.mutex);
-  const Timestamp now = monotonicNow();
-  if (history_.text.empty() || now >= history_.at + kHistoryAge) {
-    std::optional<DayHistory> day;
-    {
-      const std::lock_guard lock(shared_.mutex);
-      day = shared_.state.day();
-    }
-    history_.text = textOf(historyJson(*day));
-    history_.at = now;
+  std::optional<DayHistory> day;  // a copy: nobody waits for its text
+  {
+    const std::lock_guard lock(shared_.mutex);
+    day = shared_.state.day();
   }
-  answerWith(response, history_.text, kJson);
+  answerWith(response, textOf(historyJson(*day)), kJson);
 }
 
 void WebPages::metrics(Response& response) const {

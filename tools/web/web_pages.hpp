@@ -101,11 +101,6 @@ class WebPages {
   MapPictures pictures_;
   mutable struct {
     std::mutex mutex;
-    std::string text;
-    Timestamp at{};
-  } history_;
-  mutable struct {
-    std::mutex mutex;
     std::vector<std::string> names;
     Timestamp at{};
   } own_;

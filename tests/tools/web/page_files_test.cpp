@@ -120,17 +120,6 @@ TEST(PageFiles, HaveEachTextInBothLanguages) {
   }
 }
 
-TEST(PageFiles, KeepTheWordsOfTheirSources) {
-  std::ifstream in(SLAMD_SOURCE_DIR "/tools/web/page/words.js");
-  const std::string text((std::istreambuf_iterator<char>(in)), {}), served = contentOf("/words.js");
-  const auto words = matchesIn(text, R"x((\w+: "[^"\n]*"))x");
-  EXPECT_GT(words.size(), 200U);
-  for (std::string word : words) {
-    word.erase(word.find(": ") + 1, 1);  // a blank of the code
-    EXPECT_THAT(served, testing::HasSubstr(word));
-  }
-}
-
 TEST(PageFiles, HaveGermanWordsForEachProblem) {
   const auto english = problemRows();
   auto german = germanRows();
