@@ -8,8 +8,6 @@
 #include "core/pose2.hpp"
 
 namespace slam {
-namespace {}  // namespace
-
 void HeadingMonitor::compare(const GyroMonitor& gyro, Timestamp stamp, bool standstill, double theta, double variance) {
   const std::optional<Last> last = std::exchange(last_, Last{stamp, theta, standstill, 0.0});
   if (!last || stamp <= last->stamp) return;

@@ -8,8 +8,6 @@
 #include "core/pose_covariance.hpp"
 
 namespace slam {
-namespace {}  // namespace
-
 double ScanMonitor::kept(const Pose2& moved) const {
   return std::exp(-std::hypot(moved.x, moved.y) / config_.memory - std::abs(moved.theta) / config_.memory_turn);
 }

@@ -5,8 +5,6 @@
 #include <utility>
 
 namespace slam {
-namespace {}  // namespace
-
 std::optional<WheelSample> WheelMonitor::hear(const WheelSample& sample, bool unmatched) {
   heard_ = true;
   WheelSample corrected = sample;

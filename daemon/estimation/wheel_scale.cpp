@@ -4,8 +4,6 @@
 #include <cmath>
 
 namespace slam {
-namespace {}  // namespace
-
 void WheelScale::add(const Pose2& wheels, const Pose2& scans, double variance, double excess) {
   const double path_length = std::hypot(scans.x, scans.y);
   if (!(path_length > 0.0) || !(excess * variance > 0.0)) return;

@@ -362,10 +362,11 @@ TEST(BackEnd, WhatTurnsOutToBeTheRobotWhileNothingIsDrawnLeavesTheMapLater) {
   Session session(test::furnishedRoom());
   BodyShape casing;
   casing.millimetres[180] = 300;
-  std::vector<std::size_t> drawn;  // scans a keyframe
-  std::set<int> since_given;       // ids
+  constexpr double kSpacing = 0.26;  // [m] no whole number of them is the way after which a map is extended
+  std::vector<std::size_t> drawn;    // scans a keyframe
+  std::set<int> since_given;         // ids
   for (int i = 0; i <= kVisit; ++i) {
-    Keyframe keyframe = session.drive.at(kStart * Pose2{0.25 * i, 0.0, 0.0}, {}, kSharp);
+    Keyframe keyframe = session.drive.at(kStart * Pose2{kSpacing * i, 0.0, 0.0}, {}, kSharp);
     keyframe.body_margin = 0.1;
     if (i < 2) {
       keyframe.storage[static_cast<std::size_t>(keyframe.size++)] = {.x = -0.3F, .y = 0.0F};
@@ -382,7 +383,7 @@ TEST(BackEnd, WhatTurnsOutToBeTheRobotWhileNothingIsDrawnLeavesTheMapLater) {
     }
   }
   ASSERT_EQ(drawn[2], 0U) << "the place that was given is not part of the map yet";
-  ASSERT_GE(drawn.back(), 1U) << "the map is drawn again";
+  ASSERT_EQ(drawn.back(), 1U);
   EXPECT_TRUE(since_given.contains(0));
   EXPECT_TRUE(since_given.contains(1));
   EXPECT_EQ(since_given.size(), static_cast<std::size_t>(kVisit + 1));

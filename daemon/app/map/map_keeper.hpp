@@ -54,9 +54,8 @@ class MapKeeper {
   bool writes() const { return !localises_ && !config_.store.directory.empty(); }
   const std::string& name() const { return name_; }
   const std::string& directory() const { return config_.store.directory; }  ///< of all maps; empty: none are stored
-  const std::string& configuredName() const {
-    return config_.store.map;
-  }  ///< that slamd begins with; empty: the newest
+  /// The one that slamd begins with; empty: the newest.
+  const std::string& configuredName() const { return config_.store.map; }
   const OccupancyGridConfig& gridConfig() const { return config_.map; }
   /// Keyframes of the present map that are on the disk. From any thread.
   int stored() const { return stored_; }

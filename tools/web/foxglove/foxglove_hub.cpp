@@ -12,6 +12,7 @@
 
 #include "runtime/clock.hpp"
 #include "tools/foxglove/foxglove_json.hpp"
+#include "tools/slamctl/health_json.hpp"
 #include "tools/web/foxglove/foxglove_session.hpp"
 #include "tools/web/foxglove/web_socket.hpp"
 #include "tools/web/oldest_of_most.hpp"
@@ -40,7 +41,7 @@ MapPicture::Picture pictureOf(const MapImage& image, std::int64_t utime) {
 }
 
 std::shared_ptr<const std::string> bodyOf(const nlohmann::json& message) {
-  return std::make_shared<const std::string>(message.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  return std::make_shared<const std::string>(textOf(message));
 }
 
 /// A picture of half the resolution: of four cells the one most likely occupied, if any is known.

@@ -5,6 +5,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "tools/slamctl/health_json.hpp"
+
 namespace slam {
 namespace {
 
@@ -13,8 +15,7 @@ using nlohmann::json;
 constexpr int kWarning = 1, kError = 2;  // levels of a status
 
 std::string statusText(int level, const std::string& words) {
-  return json{{"op", "status"}, {"level", level}, {"message", words}}.dump(-1, ' ', false,
-                                                                           json::error_handler_t::replace);
+  return textOf({{"op", "status"}, {"level", level}, {"message", words}});
 }
 
 std::optional<std::uint32_t> numberOf(const json& value) {

@@ -7,6 +7,7 @@
 
 #include "slam/edits/edit_json.hpp"
 #include "store/map_store.hpp"
+#include "tools/slamctl/health_json.hpp"
 
 namespace slam {
 namespace {
@@ -23,7 +24,7 @@ std::string mapNameAt(const json& request, const char* key) {
 /// @throws std::runtime_error with what is wrong with it
 std::string editAt(const json& request) {
   const auto at = request.find("edit");
-  const std::string edit = at == request.end() ? "" : at->dump(-1, ' ', false, json::error_handler_t::replace);
+  const std::string edit = at == request.end() ? "" : textOf(*at);
   if (const std::string problem = problemWith(editRequestOf(edit)); !problem.empty()) throw std::runtime_error(problem);
   return edit;
 }

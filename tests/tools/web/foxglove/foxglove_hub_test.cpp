@@ -119,6 +119,25 @@ TEST_F(FoxgloveHubTest, DrawsTheMapForEachWhoSubscribes) {
   }
 }
 
+TEST_F(FoxgloveHubTest, SendsALargeMapCoarser) {
+  build({.most_cells = TileStore::kSide * TileStore::kSide / 4});
+  map_meta_t meta{};
+  meta.map_id = 1;
+  meta.resolution = 0.05;
+  shared_.state.take(meta, monotonicNow());
+  map_tile_t tile = test::tileAt(1, 0, 0);
+  std::fill(tile.cells.begin(), tile.cells.end(), 0);
+  tile.cells[1] = 95;  // one wall among four free cells
+  shared_.state.take(MapLayer::kBoth, tile, monotonicNow());
+  Client client(*hub_, "a");
+  client.subscribe(FoxgloveTopic::kMap);
+  ASSERT_TRUE(waitUntil([&] { return client.messages().size() == 3; }));
+  const json grid = json::parse(client.messages()[2].payload.substr(13));
+  EXPECT_EQ(grid["column_count"], TileStore::kSide / 2);
+  EXPECT_DOUBLE_EQ(grid["cell_size"]["x"], 0.1);
+  EXPECT_EQ(grid["data"].get<std::string>().substr(0, 4), "ZAAA");  // occupied, free, free
+}
+
 TEST_F(FoxgloveHubTest, DropsForWhoDoesNotReadAndLetsGo) {
   build({.most_unsent = 20'000, .patience = 200ms});
   Client client(*hub_, "a");
