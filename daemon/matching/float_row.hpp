@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
-#include <algorithm>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 
 namespace slam {
@@ -27,12 +27,6 @@ inline bool any(IntRow mask) { return ((mask[0] | mask[1]) | (mask[2] | mask[3])
 inline double sumOf(FloatRow row) { return static_cast<double>((row[0] + row[1]) + (row[2] + row[3])); }
 /// @return in how many lanes these are true, where each element of the sum had 1 taken off for a true lane
 inline int countOf(IntRow sum) { return -((sum[0] + sum[1]) + (sum[2] + sum[3])); }
-
-/// The largest whole numbers that are no larger, of numbers below 2^31.
-inline IntRow floorOf(FloatRow value) {
-  const IntRow truncated = __builtin_convertvector(value, IntRow);
-  return truncated + (__builtin_convertvector(truncated, FloatRow) > value);
-}
 
 /// Four rows as columns: what was the first element of each becomes the first row.
 inline void transpose(FloatRow& a, FloatRow& b, FloatRow& c, FloatRow& d) {

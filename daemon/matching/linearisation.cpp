@@ -6,10 +6,18 @@
 #include <cmath>
 #include <utility>
 
+#include "matching/float_row.hpp"
+
 namespace slam {
 namespace {
 
 constexpr std::size_t kRowsAtOnce = 8;  // looked up before the first is used: the reference is larger than the caches
+
+struct PoseRow {
+  FloatRow x, y, cosine, sine;
+  explicit PoseRow(const Pose2& T)
+      : x(rowOf(T.x)), y(rowOf(T.y)), cosine(rowOf(std::cos(T.theta))), sine(rowOf(std::sin(T.theta))) {}
+};
 
 struct Kernel {
   double gate;                                                 // [m]
@@ -27,11 +35,36 @@ struct Kernel {
         same_face(rowOf(config.same_face)) {}
 };
 
-/// Points whose partners are looked up: in the reference's axes, about the scan's own pose.
-struct TurnedRow {
-  FloatRow rx, ry, nx, ny;  // [m] R p, and R n
-  IntRow partners;          // by Reference::nearest()
+/// Four points and their partners, about the scan's own pose in the reference's axes.
+struct PartnerRow {
+  FloatRow rx{}, ry{}, nx{}, ny{};              // [m] R p, and the normal in base
+  std::array<const Surfel*, kLanes> surfels{};  // nullptr: none
 };
+
+/// What a match asks of four surfels.
+struct SurfelRow {
+  IntRow there;
+  FloatRow x, y, nx, ny, normal_variance, observations;
+  IntRow grazing;
+};
+
+SurfelRow surfelsOf(const PartnerRow& partners) {
+  static const Surfel kNone;
+  std::array<FloatRow, kLanes> lines, rest;  // x, y, nx, ny, and what is behind them
+  SurfelRow row;
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    const Surfel& surfel = partners.surfels[i] == nullptr ? kNone : *partners.surfels[i];
+    lines[i] = FloatRow{surfel.x, surfel.y, surfel.nx, surfel.ny};
+    rest[i] = FloatRow{surfel.normal_variance, surfel.observations, 0.0F, 0.0F};
+    row.there[i] = -static_cast<int>(partners.surfels[i] != nullptr);
+    row.grazing[i] = -static_cast<int>(surfel.grazing);
+  }
+  transpose(lines[0], lines[1], lines[2], lines[3]);
+  transpose(rest[0], rest[1], rest[2], rest[3]);
+  row.x = lines[0], row.y = lines[1], row.nx = lines[2], row.ny = lines[3];
+  row.normal_variance = rest[0], row.observations = rest[1];
+  return row;
+}
 
 /// Four pairs. Where there is none, or it is refused, both weights are 0.
 struct PairRow {
@@ -54,22 +87,24 @@ void turnAlongBeam(IntRow sliding, PairRow& pair) {
   pair.ny = choose(sliding, pair.rx * inverse, pair.ny);
 }
 
-PairRow pairOf(const TurnedRow& point, const Surfels& surfel, FloatRow x, FloatRow y, const Kernel& kernel) {
+PairRow pairOf(const PartnerRow& point, const SurfelRow& surfel, const PoseRow& T, const Kernel& kernel) {
   const FloatRow zero{}, one = rowOf(1.0);
   PairRow pair;
   pair.nx = surfel.nx, pair.ny = surfel.ny;
   pair.rx = point.rx, pair.ry = point.ry;
   pair.observations = surfel.observations;
   pair.normal_variance = surfel.normal_variance;
-  pair.dx = x - surfel.x + pair.rx;
-  pair.dy = y - surfel.y + pair.ry;
+  pair.dx = T.x - surfel.x + pair.rx;
+  pair.dy = T.y - surfel.y + pair.ry;
   pair.squared = pair.dx * pair.dx + pair.dy * pair.dy;
   const IntRow line = surfel.nx * surfel.nx + surfel.ny * surfel.ny > zero;
   const IntRow sliding = surfel.grazing & (surfel.observations < kernel.grazing_observations);
   if (any(sliding)) turnAlongBeam(sliding, pair);
   const IntRow has_normal = point.nx * point.nx + point.ny * point.ny > zero;
-  const IntRow other_face = pair.nx * point.nx + pair.ny * point.ny < kernel.same_face;
-  pair.valid = (point.partners != 0) & (pair.squared <= kernel.gate_squared) & ~(line & has_normal & other_face);
+  const FloatRow facing =
+      pair.nx * (T.cosine * point.nx - T.sine * point.ny) + pair.ny * (T.sine * point.nx + T.cosine * point.ny);
+  const IntRow other_face = facing < kernel.same_face;
+  pair.valid = surfel.there & (pair.squared <= kernel.gate_squared) & ~(line & has_normal & other_face);
   pair.across = pair.nx * pair.dx + pair.ny * pair.dy;
   pair.lever = pair.ny * pair.rx - pair.nx * pair.ry;
   const IntRow along_line = line | sliding;
@@ -82,29 +117,37 @@ PairRow pairOf(const TurnedRow& point, const Surfels& surfel, FloatRow x, FloatR
   return pair;
 }
 
-/// Calls add(row, pairs) for each row of the scan, and endBlock() after every kRowsAtOnce of them.
+/// Calls add(first point, pairs) for each row of the scan, and endBlock() after every kRowsAtOnce of them.
 /// @return points in the reference's window
-int forEachPairs(const Reference& reference, const ScanRows& scan, const Pose2& T, const Kernel& kernel,
+int forEachPairs(const Reference& reference, std::span<const ScanPoint> points, const Pose2& T, const Kernel& kernel,
                  auto& consumer) {
-  const FloatRow x = rowOf(T.x), y = rowOf(T.y), c = rowOf(std::cos(T.theta)), s = rowOf(std::sin(T.theta));
-  IntRow covered{};
-  std::array<TurnedRow, kRowsAtOnce> turned;
-  for (std::size_t first = 0; first < scan.size(); first += kRowsAtOnce) {
-    const std::size_t rows = std::min(kRowsAtOnce, scan.size() - first);
-    for (std::size_t i = 0; i < rows; ++i) {
-      TurnedRow& point = turned[i];
-      const FloatRow px = scan.x(first + i), py = scan.y(first + i), nx = scan.nx(first + i), ny = scan.ny(first + i);
-      point.rx = c * px - s * py, point.ry = s * px + c * py;
-      point.nx = c * nx - s * ny, point.ny = s * nx + c * ny;
-      const IntRow there = scan.present(first + i) & reference.covers(x + point.rx, y + point.ry);
-      covered += there;
-      point.partners = reference.nearest(x + point.rx, y + point.ry, there, kernel.gate);
+  const PoseRow pose(T);
+  const double c = std::cos(T.theta), s = std::sin(T.theta);
+  int covered = 0;
+  for (std::size_t begin = 0; begin < points.size(); begin += kRowsAtOnce * kLanes) {
+    const auto block = points.subspan(begin, std::min(kRowsAtOnce * kLanes, points.size() - begin));
+    std::array<PartnerRow, kRowsAtOnce> partners;
+    for (std::size_t i = 0; i < block.size(); ++i) {
+      const ScanPoint& point = block[i];
+      PartnerRow& row = partners[i / kLanes];
+      const std::size_t lane = i % kLanes;
+      const double rx = c * point.position.x() - s * point.position.y();
+      const double ry = s * point.position.x() + c * point.position.y();
+      row.rx[lane] = static_cast<float>(rx), row.ry[lane] = static_cast<float>(ry);
+      row.nx[lane] = static_cast<float>(point.normal.x()), row.ny[lane] = static_cast<float>(point.normal.y());
+      const Eigen::Vector2d p(T.x + rx, T.y + ry);
+      if (!reference.covers(p)) continue;
+      ++covered;
+      row.surfels[lane] = reference.nearest(p, kernel.gate);
+      __builtin_prefetch(row.surfels[lane]);
     }
-    for (std::size_t i = 0; i < rows; ++i)
-      consumer.add(first + i, pairOf(turned[i], reference.surfels(turned[i].partners), x, y, kernel));
+    for (std::size_t i = 0; i < block.size(); i += kLanes) {
+      const PartnerRow& row = partners[i / kLanes];
+      consumer.add(begin + i, pairOf(row, surfelsOf(row), pose, kernel));
+    }
     consumer.endBlock();
   }
-  return countOf(covered);
+  return covered;
 }
 
 double taken(FloatRow& row) { return sumOf(std::exchange(row, FloatRow{})); }
@@ -124,7 +167,7 @@ class RowSums {
  public:
   explicit RowSums(const Kernel& kernel) : kernel_(kernel) {}
 
-  void add(std::size_t /*row*/, const PairRow& pair) {
+  void add(std::size_t /*first*/, const PairRow& pair) {
     const FloatRow w = pair.line_weight, nx = w * pair.nx, ny = w * pair.ny, lever = w * pair.lever, e = pair.across;
     information_.xx += nx * pair.nx, information_.xy += nx * pair.ny, information_.yy += ny * pair.ny;
     information_.xt += nx * pair.lever, information_.yt += ny * pair.lever, information_.tt += lever * pair.lever;
@@ -188,16 +231,16 @@ bool beginsPart(std::span<const ScanPoint> points, std::size_t first, std::size_
 
 }  // namespace
 
-Linearisation linearise(const Reference& reference, const ScanRows& scan, const Pose2& T_ref_base, double gate,
-                        double kernel_scale, const MatchConfig& config) {
+Linearisation linearise(const Reference& reference, std::span<const ScanPoint> points, const Pose2& T_ref_base,
+                        double gate, double kernel_scale, const MatchConfig& config) {
   const Kernel kernel(gate, kernel_scale, config);
   RowSums sums(kernel);
-  const int covered = forEachPairs(reference, scan, T_ref_base, kernel, sums);
+  const int covered = forEachPairs(reference, points, T_ref_base, kernel, sums);
   return sums.of(covered);
 }
 
-Eigen::Matrix3d pullsOfParts(const Reference& reference, const ScanRows& scan, std::span<const ScanPoint> points,
-                             const Pose2& T_ref_base, const MatchConfig& config) {
+Eigen::Matrix3d pullsOfParts(const Reference& reference, std::span<const ScanPoint> points, const Pose2& T_ref_base,
+                             const MatchConfig& config) {
   struct Parts {
     std::span<const ScanPoint> points;
     const MatchConfig& config;
@@ -206,19 +249,19 @@ Eigen::Matrix3d pullsOfParts(const Reference& reference, const ScanRows& scan, s
     Eigen::Matrix3d pulls = Eigen::Matrix3d::Zero();
 
     void end() { pulls += pull * pull.transpose(), pull.setZero(); }
-    void add(std::size_t row, const PairRow& pair) {
+    void add(std::size_t begin, const PairRow& pair) {
       const FloatRow line = pair.line_weight * pair.across, dx = pair.point_weight * pair.dx,
                      dy = pair.point_weight * pair.dy;
       const FloatRow x = line * pair.nx + dx, y = line * pair.ny + dy,
                      theta = line * pair.lever + pair.rx * dy - pair.ry * dx;
-      for (std::size_t lane = 0, i = row * kLanes; lane < kLanes && i < points.size(); ++lane, ++i) {
+      for (std::size_t lane = 0, i = begin; lane < kLanes && i < points.size(); ++lane, ++i) {
         if (i > 0 && beginsPart(points, first, i, config)) end(), first = i;
         pull += Eigen::Vector3f(x[lane], y[lane], theta[lane]).cast<double>();
       }
     }
     void endBlock() {}
-  } parts{points.first(scan.points()), config};
-  forEachPairs(reference, scan, T_ref_base, {config.final_pair_distance, config.kernel_scale, config}, parts);
+  } parts{points, config};
+  forEachPairs(reference, points, T_ref_base, {config.final_pair_distance, config.kernel_scale, config}, parts);
   parts.end();
   return parts.pulls;
 }

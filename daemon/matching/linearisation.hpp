@@ -6,7 +6,7 @@
 #include "matching/match_result.hpp"
 #include "matching/normal_equations.hpp"
 #include "matching/reference.hpp"
-#include "matching/scan_rows.hpp"
+#include "matching/scan_points.hpp"
 
 namespace slam {
 
@@ -22,13 +22,12 @@ struct Linearisation {
 
 /// @param gate         [m] on the distance of a pair
 /// @param kernel_scale [m] residual at which a pair has lost half its weight
-Linearisation linearise(const Reference& reference, const ScanRows& scan, const Pose2& T_ref_base, double gate,
-                        double kernel_scale, const MatchConfig& config);
+Linearisation linearise(const Reference& reference, std::span<const ScanPoint> points, const Pose2& T_ref_base,
+                        double gate, double kernel_scale, const MatchConfig& config);
 
 /// Sum over the parts of a scan, points in a row that one wall or body gives, of g g^T, where g is a part's gradient
 /// sum w J^T e: the middle of a cluster-robust ("sandwich") covariance [Liang 1986].
-/// @param points of which `scan` holds all
-Eigen::Matrix3d pullsOfParts(const Reference& reference, const ScanRows& scan, std::span<const ScanPoint> points,
-                             const Pose2& T_ref_base, const MatchConfig& config);
+Eigen::Matrix3d pullsOfParts(const Reference& reference, std::span<const ScanPoint> points, const Pose2& T_ref_base,
+                             const MatchConfig& config);
 
 }  // namespace slam

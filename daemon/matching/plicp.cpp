@@ -6,7 +6,6 @@
 
 #include "matching/linearisation.hpp"
 #include "matching/normal_equations.hpp"
-#include "matching/scan_rows.hpp"
 
 namespace slam {
 namespace {
@@ -16,20 +15,20 @@ namespace {
 /// map that is bent, does not. [Liang 1986] K.-Y. Liang and S. Zeger, "Longitudinal data analysis using generalized
 /// linear models", Biometrika 73(1).
 /// @param inverse of the equations, in the directions that they determine
-Eigen::Matrix3d tensionAt(const Reference& reference, const ScanRows& scan, std::span<const ScanPoint> points,
-                          const Pose2& T, const Eigen::Matrix3d& inverse, const MatchConfig& config) {
-  return inverse * pullsOfParts(reference, scan, points, T, config) * inverse;
+Eigen::Matrix3d tensionAt(const Reference& reference, std::span<const ScanPoint> points, const Pose2& T,
+                          const Eigen::Matrix3d& inverse, const MatchConfig& config) {
+  return inverse * pullsOfParts(reference, points, T, config) * inverse;
 }
 
 /// Share of the promised information along `direction` that the gradient shows when the scan is displaced by a surfel
 /// either way and the pairs are searched anew, 0..1. Points in a row find a partner wherever they are moved to: what
 /// they seem to know of the direction along the row is not there.
-double confirmedShare(const Reference& reference, const ScanRows& scan, const Pose2& T, double gate,
+double confirmedShare(const Reference& reference, std::span<const ScanPoint> points, const Pose2& T, double gate,
                       const Eigen::Vector3d& direction, const MatchConfig& config) {
   const double distance = std::min(reference.config().surfel_spacing, config.overlap_distance);
   const auto displaced = [&](double metres) {
     const Pose2 moved = Pose2::fromVector(T.vector() + metres * direction);
-    return linearise(reference, scan, moved, gate, config.kernel_scale, config).equations;
+    return linearise(reference, points, moved, gate, config.kernel_scale, config).equations;
   };
   const NormalEquations ahead = displaced(distance), behind = displaced(-distance);
   const double found = direction.dot(ahead.g - behind.g);
@@ -66,7 +65,6 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
                              const MatchConfig& config) noexcept {
   MatchResult result{.T_ref_base = guess};
   Pose2& T = result.T_ref_base;
-  const ScanRows scan(points);
   const double lever = meanRange(points);
   const double reach = config.initial_pair_distance + config.search_translation + config.search_rotation * lever;
   double gate = std::max(reach, config.final_pair_distance);
@@ -78,7 +76,7 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
     // A far guess makes large residuals of good pairs: the kernel narrows with the gate.
     const double widening = std::max(1.0, gate / config.final_pair_distance);
     const double kernel_scale = config.kernel_scale * widening * widening;
-    const Linearisation sums = linearise(reference, scan, T, gate, kernel_scale, config);
+    const Linearisation sums = linearise(reference, points, T, gate, kernel_scale, config);
     const NormalEquations& equations = sums.equations;
     result.pairs = equations.pairs;
     // Of the points that the reference can have: a wall beyond its window contradicts nothing.
@@ -108,13 +106,13 @@ MatchResult matchPointToLine(const Reference& reference, std::span<const ScanPoi
       continue;
     }
 
-    const double confirmed = confirmedShare(reference, scan, T, gate, solution.weakest, config);
+    const double confirmed = confirmedShare(reference, points, T, gate, solution.weakest, config);
     if (confirmed < config.min_confirmed) {  // degenerate: settle once more without it
       most = solution.observable - 1;
       continue;
     }
 
-    result.tension = tensionAt(reference, scan, points, T, solution.inverse, config);
+    result.tension = tensionAt(reference, points, T, solution.inverse, config);
     conclude(result, sums, solution, confirmed, guess, config);
     return result;
   }
@@ -127,7 +125,7 @@ double overlapAt(const Reference& reference, std::span<const ScanPoint> points, 
   MatchConfig near = config;
   near.overlap_distance = distance;
   const Linearisation sums =
-      linearise(reference, ScanRows(points), T_ref_base, config.final_pair_distance, config.kernel_scale, near);
+      linearise(reference, points, T_ref_base, config.final_pair_distance, config.kernel_scale, near);
   return static_cast<double>(sums.agreeing) / std::max(1, sums.covered);
 }
 

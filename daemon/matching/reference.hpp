@@ -11,7 +11,6 @@
 
 #include "core/pose2.hpp"
 #include "core/pose_covariance.hpp"
-#include "matching/float_row.hpp"
 #include "matching/range_image.hpp"
 #include "matching/scan_points.hpp"
 
@@ -51,12 +50,6 @@ struct Surfel {
   bool isLine() const { return nx * nx + ny * ny > 0.0F; }
 };
 
-/// What a match asks of four surfels.
-struct Surfels {
-  FloatRow x, y, nx, ny, normal_variance, observations;  ///< as in Surfel
-  IntRow grazing;
-};
-
 /// The fixed set that scans are matched against: surfels of the keyframes around the robot, with two look-up tables
 /// that hold, for each cell, the surfel nearest to the cell's centre. A look-up costs one table access whatever the
 /// size.
@@ -88,16 +81,6 @@ class Reference {
     return id == kNone ? nullptr : &surfels_[static_cast<std::size_t>(id)];
   }
 
-  /// The same for four points [m]. @param within of which points  @return ids for surfels(), 0 where there is none
-  IntRow nearest(FloatRow x, FloatRow y, IntRow within, double reach) const {
-    IntRow ids = fine_.at(x, y) & within;
-    const IntRow missing = within & (ids == 0);
-    if (reach > config_.fine_radius && any(missing)) ids |= coarse_.at(x, y) & missing;
-    for (std::size_t i = 0; i < kLanes; ++i) __builtin_prefetch(&surfels_[static_cast<std::size_t>(ids[i])]);
-    return ids;
-  }
-  Surfels surfels(IntRow ids) const;
-
   /// Share of the surfels in sight that a scan sees through instead of meeting them [1]; 0 where few are in sight.
   /// @param known surfels that were observed so often
   double freeSpaceViolation(const Pose2& T_ref_base, const RangeImage& scan, double known) const;
@@ -105,10 +88,6 @@ class Reference {
   /// Whether a point is in the window: elsewhere nothing is known, or can be.
   bool covers(const Eigen::Vector2d& p) const {
     return std::abs(p.x() - centre_.x()) < half_extent_ && std::abs(p.y() - centre_.y()) < half_extent_;
-  }
-  IntRow covers(FloatRow x, FloatRow y) const {
-    const FloatRow dx = x - rowOf(centre_.x()), dy = y - rowOf(centre_.y()), half = rowOf(half_extent_);
-    return (dx < half) & (-dx < half) & (dy < half) & (-dy < half);
   }
   /// Includes forgotten ones: observations == 0.
   std::span<const Surfel> surfels() const { return std::span(surfels_).subspan(1); }
@@ -136,12 +115,6 @@ class Reference {
     }
     Id& at(int column, int row) { return cells_[index(column, row)]; }
     Id at(const Eigen::Vector2d& p) const { return cells_[index(coordinate(p.x()), coordinate(p.y()))]; }
-    IntRow at(FloatRow x, FloatRow y) const {
-      const FloatRow scale = rowOf(inverse_cell);
-      const IntRow index = ((floorOf(y * scale) & mask) << shift) | (floorOf(x * scale) & mask);
-      return IntRow{cells_[static_cast<std::size_t>(index[0])], cells_[static_cast<std::size_t>(index[1])],
-                    cells_[static_cast<std::size_t>(index[2])], cells_[static_cast<std::size_t>(index[3])]};
-    }
     /// Before a disc is written around a cell.
     void touch(int column, int row);
     void clear();
@@ -175,19 +148,5 @@ class Reference {
   int count_ = 0;
   bool has_memory_ = false;  // all of it, from the system
 };
-
-inline Surfels Reference::surfels(IntRow ids) const {
-  std::array<FloatRow, kLanes> lines, rest;  // x, y, nx, ny, and what is behind them
-  IntRow grazing;
-  for (std::size_t i = 0; i < kLanes; ++i) {
-    const Surfel& surfel = surfels_[static_cast<std::size_t>(ids[i])];
-    lines[i] = FloatRow{surfel.x, surfel.y, surfel.nx, surfel.ny};
-    rest[i] = FloatRow{surfel.normal_variance, surfel.observations, 0.0F, 0.0F};
-    grazing[i] = -static_cast<int>(surfel.grazing);
-  }
-  transpose(lines[0], lines[1], lines[2], lines[3]);
-  transpose(rest[0], rest[1], rest[2], rest[3]);
-  return {lines[0], lines[1], lines[2], lines[3], rest[0], rest[1], grazing};
-}
 
 }  // namespace slam

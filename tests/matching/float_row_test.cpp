@@ -15,27 +15,18 @@ FloatRow drawRow(double most) {
   return row;
 }
 
-RC_GTEST_PROP(FloatRow, FloorsAndChoosesAsEachNumberAlone, ()) {
+RC_GTEST_PROP(FloatRow, ChoosesAndCountsAsEachNumberAlone, ()) {
   const FloatRow a = drawRow(1e6), b = drawRow(1e6);
-  const IntRow floor = floorOf(a), less = a < b;
+  const IntRow less = a < b;
   const FloatRow chosen = choose(less, a, b), masked = where(less, a);
   int count = 0;
   for (std::size_t i = 0; i < kLanes; ++i) {
-    RC_ASSERT(floor[i] == static_cast<int>(std::floor(a[i])));
     RC_ASSERT(chosen[i] == std::min(a[i], b[i]));
     RC_ASSERT(masked[i] == (a[i] < b[i] ? a[i] : 0.0F));
     count += a[i] < b[i];
   }
   RC_ASSERT(countOf(less) == count);
   RC_ASSERT(any(less) == (count > 0));
-}
-
-TEST(FloatRow, FloorsWholeNumbersToThemselves) {
-  const IntRow floor = floorOf(FloatRow{-2.0F, -0.0F, 3.0F, -1e-7F});
-  EXPECT_EQ(floor[0], -2);
-  EXPECT_EQ(floor[1], 0);
-  EXPECT_EQ(floor[2], 3);
-  EXPECT_EQ(floor[3], -1);
 }
 
 TEST(FloatRow, TransposesRowsToColumns) {

@@ -87,8 +87,7 @@ TEST(Linearisation, SumsAreThoseOfEachPairAlone) {
   const MatchConfig config{.known_observations = 3.0};
   for (const unsigned seed : {1U, 2U, 3U, 4U, 5U}) {
     const Met met(seed);
-    const Linearisation found =
-        linearise(met.reference, ScanRows(met.points), kPose, kGate, config.kernel_scale, config);
+    const Linearisation found = linearise(met.reference, met.points, kPose, kGate, config.kernel_scale, config);
     const Linearisation wanted = byDefinition(met, config);
     ASSERT_GT(wanted.equations.pairs, 100);
     ASSERT_LT(wanted.covered, static_cast<int>(met.points.size()));
@@ -121,13 +120,13 @@ TEST(Linearisation, APartsPullIsItsGradientAlone) {
       return !lines || met.points[i].normal.dot(met.points[first].normal) > config.part_bend;
     };
     for (end = first + 1; end < met.points.size() && belongs(end);) ++end;
-    const ScanRows part(std::span(met.points).subspan(first, end - first));
+    const std::span<const ScanPoint> part = std::span(met.points).subspan(first, end - first);
     const Eigen::Vector3d g =
         linearise(met.reference, part, kPose, config.final_pair_distance, config.kernel_scale, config).equations.g;
     wanted += g * g.transpose();
   }
   ASSERT_GT(parts, 4);
-  const Eigen::Matrix3d found = pullsOfParts(met.reference, ScanRows(met.points), met.points, kPose, config);
+  const Eigen::Matrix3d found = pullsOfParts(met.reference, met.points, kPose, config);
   EXPECT_TRUE(found.isApprox(wanted, 1e-4)) << found << "\n" << wanted;
 }
 
