@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <string_view>
+
+#include "tools/common/zip_writer.hpp"
 
 namespace slam {
 
@@ -23,13 +26,12 @@ class ZipFile {
   void close();
 
  private:
-  void begin(const std::string& name);
-  void write(std::string_view content);
-  void end();
   [[noreturn]] void fail() const;
 
   std::filesystem::path file_;
-  void* zip_;
+  std::ofstream out_;
+  ZipWriter zip_;
+  bool closed_ = false;
 };
 
 }  // namespace slam
