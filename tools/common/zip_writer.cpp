@@ -19,6 +19,7 @@ ZipWriter::ZipWriter(Sink sink, Method method)
   check(archive_write_set_format_zip(archive_.get()));
   check(method == Method::kStore ? archive_write_zip_set_compression_store(archive_.get())
                                  : archive_write_zip_set_compression_deflate(archive_.get()));
+  check(archive_write_set_bytes_per_block(archive_.get(), 1 << 16));
   check(archive_write_set_bytes_in_last_block(archive_.get(), 1));  // no padding
   check(archive_write_open(archive_.get(), this, nullptr, take, nullptr));
 }

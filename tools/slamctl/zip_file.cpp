@@ -8,8 +8,7 @@ namespace slam {
 namespace {
 
 std::ofstream created(const std::filesystem::path& file) {
-  if (std::filesystem::exists(file))
-    throw std::runtime_error(file.string() + ": is there already; give another name");
+  if (std::filesystem::exists(file)) throw std::runtime_error(file.string() + ": is there already; give another name");
   std::ofstream out(file, std::ios::binary);
   if (!out) throw std::runtime_error(file.string() + ": cannot write it; is there such a folder, and may you?");
   return out;

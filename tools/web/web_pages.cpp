@@ -12,6 +12,7 @@
 #include "tools/slamctl/log.hpp"
 #include "tools/slamctl/map_list.hpp"
 #include "tools/web/foxglove/upgrade.hpp"
+#include "tools/web/logs/log_archive.hpp"
 #include "tools/web/page_files.hpp"
 #include "tools/web/text/event_text.hpp"
 #include "tools/web/text/log_page.hpp"
@@ -112,6 +113,7 @@ void WebPages::answer(const Request& request, Response& response) const {
   if (api == "/api/v1/maps") return list(maps_, "stores no maps here; set store.directory", response);
   if (const auto name = MapPictures::nameIn(api)) return mapPicture(*name, response);
   if (api == "/api/v1/logs") return list(logs_, "keeps no logs here; set log.directory", response);
+  if (api == "/api/v1/logs.zip") return logArchive(response);
   if (api == kAllowed) {
     if (gate_.unlock(request, response, monotonicNow())) answerWith(response, "{\"allowed\":true}", kJson);
     return;
@@ -242,6 +244,21 @@ void WebPages::logs(const std::string& path, Response& response) const {
                                   const std::size_t got = file->read(offset, part.data(), part.size());
                                   return got > 0 && sink.write(part.data(), got);
                                 });
+}
+
+void WebPages::logArchive(Response& response) const {
+  if (settings_.logs.empty()) return refuse(response, 404, "slamd keeps no logs here; set log.directory");
+  const auto archive = std::make_shared<LogArchive>(LogFolder(settings_.logs));
+  download(response, "logs.zip");
+  response.status = 200;
+  response.set_chunked_content_provider("application/zip", [archive](std::size_t, httplib::DataSink& sink) {
+    try {
+      if (!archive->next([&](std::string_view bytes) { return sink.write(bytes.data(), bytes.size()); })) sink.done();
+      return true;
+    } catch (const std::runtime_error&) {
+      return false;  // who asked is gone
+    }
+  });
 }
 
 bool WebPages::mayChange(const Request& request, Response& response) const {

@@ -14,7 +14,7 @@
 #include "tools/web/access/token_gate.hpp"
 #include "tools/web/drive/drive_relay.hpp"
 #include "tools/web/http_library.hpp"
-#include "tools/web/log_folder.hpp"
+#include "tools/web/logs/log_folder.hpp"
 #include "tools/web/maps/map_pictures.hpp"
 #include "tools/web/request_guard.hpp"
 #include "tools/web/stored_list.hpp"
@@ -85,6 +85,7 @@ class WebPages {
   void mapPicture(const std::string& name, httplib::Response& response) const;
   void mapFile(const std::string& path, httplib::Response& response) const;
   void logs(const std::string& path, httplib::Response& response) const;
+  void logArchive(httplib::Response& response) const;
   struct Picture {
     MapImage map;
     std::string png;

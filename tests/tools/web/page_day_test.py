@@ -76,6 +76,9 @@ def check_logs(browser, out):
     print(f"logs: {table}")
     if len(table[1]) != 5 or "MB" not in table[1][2] or "keep" not in table[1][3]:
         sys.exit("a log has no size or mark")
+    begin = browser.run("return fetch(document.getElementById('all-logs').href).then((a) => a.arrayBuffer()).then((b) => new TextDecoder().decode(b.slice(0, 4)))")
+    if begin != "PK\x03\x04":
+        sys.exit(f"one zip of all logs begins with {begin!r}")
     size = browser.run("return fetch(document.querySelector('#log-table a').href).then((a) => a.arrayBuffer()).then((b) => b.byteLength)")
     if size < 1000:
         sys.exit(f"a log of {size} bytes was downloaded")

@@ -205,11 +205,15 @@ TEST_F(Pages, ListLogsAndGiveThem) {
   for (const char* path : {"/logs/../secret", "/logs/run/../../secret", "/logs/none", "/logs/run/none", "/logsx"})
     EXPECT_EQ(get(path).status, 404) << path;
   EXPECT_EQ(get("/logs").status, 301);
+  const Response all = get("/api/v1/logs.zip");
+  EXPECT_EQ(all.status, 200);
+  EXPECT_THAT(all.get_header_value("Content-Disposition"), HasSubstr("logs.zip"));
 }
 
 TEST_F(Pages, ReportWhereNoLogsAre) {
   settings_.logs.clear();
   EXPECT_EQ(get("/logs/").status, 404);
+  EXPECT_EQ(get("/api/v1/logs.zip").status, 404);
   EXPECT_THAT(get("/logs/").body, HasSubstr("log.directory"));
 }
 

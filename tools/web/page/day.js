@@ -163,6 +163,8 @@ async function showLogs() {
   for (const name of ["time", "lasts", "size", "marks", "file"]) head.append(element("th", t(name)));
   for (const cell of head.children) cell.scope = "col";
   $("log-table").replaceChildren(head, ...rows.reverse());
+  $("all-logs").hidden = logs.length === 0;
+  $("all-logs").textContent = t("allLogs", number(logs.reduce((sum, log) => sum + log.bytes, 0) / 1e6, 1));
 }
 
 $("show-logs").onclick = () => openDialog($("logs"), showLogs);

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/web/log_folder.hpp"
+#include "tools/web/logs/log_folder.hpp"
 
 namespace slam {
 

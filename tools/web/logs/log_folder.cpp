@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/web/log_folder.hpp"
+#include "tools/web/logs/log_folder.hpp"
 
 #include <algorithm>
 #include <dirent.h>
@@ -63,7 +63,7 @@ std::shared_ptr<OpenFile> LogFolder::open(const std::vector<std::string>& parts)
     ::close(file);
     return nullptr;
   }
-  return std::make_shared<OpenFile>(file, static_cast<std::uint64_t>(status.st_size));
+  return std::make_shared<OpenFile>(file, static_cast<std::uint64_t>(status.st_size), status.st_mtime);
 }
 
 }  // namespace slam

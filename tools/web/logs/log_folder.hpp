@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <cstdint>
+#include <ctime>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -12,18 +13,21 @@ namespace slam {
 /// An open file, closed with its last holder.
 class OpenFile {
  public:
-  explicit OpenFile(int descriptor, std::uint64_t size) : descriptor_(descriptor), size_(size) {}
+  OpenFile(int descriptor, std::uint64_t size, std::time_t modified)
+      : descriptor_(descriptor), size_(size), modified_(modified) {}
   ~OpenFile();
   OpenFile(const OpenFile&) = delete;
   OpenFile& operator=(const OpenFile&) = delete;
 
   std::uint64_t size() const { return size_; }
+  std::time_t modified() const { return modified_; }  ///< [s since the epoch]
   /// @return the number of bytes read, fewer at the file's end; 0 also where it cannot be read
   std::size_t read(std::uint64_t offset, char* bytes, std::size_t size) const;
 
  private:
   int descriptor_;
   std::uint64_t size_;
+  std::time_t modified_;
 };
 
 /// The folder of field logs, as strangers may see it: what is below it, and no symbolic link, device or pipe.

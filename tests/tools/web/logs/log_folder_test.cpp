@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/web/log_folder.hpp"
+#include "tools/web/logs/log_folder.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
