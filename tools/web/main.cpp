@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/App.hpp>
 #include <csignal>
+#include <cstdlib>
 #include <iostream>
 #include <poll.h>
 #include <sys/signalfd.h>
 #include <thread>
 #include <unistd.h>
+#include <utility>
 
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
@@ -15,6 +17,7 @@
 #include "tools/common/program.hpp"
 #include "tools/slamctl/remote.hpp"
 #include "tools/web/access/token_file.hpp"
+#include "tools/web/history/history_file.hpp"
 #include "tools/web/web_server.hpp"
 
 namespace {
@@ -23,6 +26,7 @@ using namespace std::chrono_literals;
 using namespace slam;
 constexpr auto kAnswerLimit = 20s;        // a large map on a slow disk
 constexpr Duration kEventPeriod = 100ms;  // 10 Hz
+constexpr Duration kKeepPeriod = 5min;    // the last day is written to the disk
 
 /// What the state follows: the newest messages on LCM, each checked before it is decoded.
 class Listener {
@@ -105,6 +109,49 @@ std::filesystem::path folderOf(const std::string& given, const char* service) {
   return given.empty() && std::filesystem::is_directory(service, error) ? service : given;
 }
 
+/// Keeps the last day over the ends of slam-web, where it is the service; a reason why not is printed once.
+class DayKeeper {
+ public:
+  explicit DayKeeper(SharedState& shared) : shared_(shared), file_(folder()) {
+    attempt([this] {
+      auto day = file_.read();
+      if (!day) return;
+      const std::lock_guard lock(shared_.mutex);
+      shared_.state.begin(*std::move(day));
+    });
+  }
+  void tend(Timestamp now) {
+    if (now < next_) return;
+    next_ = now + kKeepPeriod;
+    keep();
+  }
+  void keep() {
+    attempt([this] {
+      const DayHistory day = [this] {
+        const std::lock_guard lock(shared_.mutex);
+        return shared_.state.day();
+      }();
+      file_.write(day);
+    });
+  }
+
+ private:
+  static std::filesystem::path folder() { return std::getenv("STATE_DIRECTORY") != nullptr ? stateFolder() : ""; }
+  template <typename Step>
+  void attempt(const Step& step) {
+    try {
+      step();
+    } catch (const std::runtime_error& error) {
+      if (std::exchange(last_error_, error.what()) != error.what()) std::cerr << "slam-web: " << error.what() << "\n";
+    }
+  }
+
+  SharedState& shared_;
+  HistoryFile file_;
+  Timestamp next_ = monotonicNow() + kKeepPeriod;
+  std::string last_error_;
+};
+
 int signalDescriptor() {
   sigset_t signals;
   sigemptyset(&signals);
@@ -120,6 +167,7 @@ int serve(const Config& config, const std::string& socket, const std::string& lo
   std::signal(SIGPIPE, SIG_IGN);
   SharedState shared(config);
   const std::int64_t session = toMicroseconds(monotonicNow() + wallClockOffset());
+  DayKeeper keeper(shared);
   const bool drives = config.base_device.speed_commands;
   EventFeed feed(session, config.web.commands, SLAMD_VERSION,
                  drives ? std::optional(config.base_device.limits) : std::nullopt);
@@ -166,10 +214,12 @@ int serve(const Config& config, const std::string& socket, const std::string& lo
       news = feed.news(shared.state, now);
     }
     hub.send(news, now);
+    keeper.tend(now);
   }
   relay.end(monotonicNow());  // first: requests may take their time
   server.stop();
   http.join();
+  keeper.keep();
   ::close(signals);
   return kDone;
 }

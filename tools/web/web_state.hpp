@@ -64,6 +64,8 @@ class WebState {
   const TileStore& tiles() const { return tiles_; }
   const EditBoard& edits() const { return edits_; }
   const DayHistory& day() const { return day_; }
+  /// What was kept before slam-web ended.
+  void begin(DayHistory day) { day_ = std::move(day); }
   /// A person marks the log now.
   void mark(const std::string& words) { day_.mark(words); }
   std::uint64_t badMessages() const { return bad_messages_; }

@@ -2,10 +2,12 @@
 #include "tools/web/history/day_history.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
+#include <vector>
 
 #include "drivers/device_status.hpp"
 #include "tools/slamctl/health_json.hpp"
@@ -13,7 +15,7 @@
 namespace slam {
 namespace {
 
-const char *const kState = "state", *const kDrive = "drive", *const kDevice = "device";
+const char *const kState = "state", *const kDrive = "drive", *const kDevice = "device", *const kMark = "mark";
 constexpr std::size_t kMostOpen = 16;          // devices of a robot, its pose and its drive
 constexpr std::size_t kLongestName = 200;      // [bytes]
 constexpr std::size_t kLongestProblem = 2000;  // [bytes] slamd's own have some hundreds
@@ -38,6 +40,41 @@ bool isShort(const problem_t& problem) {
 void blame(DayHistory::Happening& happening, const problem_t* problem) {
   if (problem != nullptr && isShort(*problem) && (!happening.problem || problem->level > happening.problem->level))
     happening.problem = *problem;
+}
+
+/// @return 0 for what is no integer
+std::int64_t integerOf(const nlohmann::json& json) { return json.is_number_integer() ? json.get<std::int64_t>() : 0; }
+
+problem_t problemOf(const nlohmann::json& json) {
+  problem_t problem{};
+  problem.device = json.at("device"), problem.id = json.at("id");
+  problem.level = json.at("level") == "fault" ? 2 : 1;
+  problem.numbers = json.at("numbers").get<std::vector<double>>(), problem.texts = json.at("texts");
+  problem.nnumbers = static_cast<std::int32_t>(problem.numbers.size());
+  problem.ntexts = static_cast<std::int32_t>(problem.texts.size());
+  problem.cause = json.at("cause"), problem.meanwhile = json.at("meanwhile"), problem.fix = json.at("fix");
+  return problem;
+}
+
+DayHistory::Happening happeningOf(const nlohmann::json& json) {
+  DayHistory::Happening one{.kind = json.at("kind"),
+                            .begin = integerOf(json.at("begin")),
+                            .end = integerOf(json.at("end")),
+                            .name = json.at("name"),
+                            .map_id = static_cast<std::int32_t>(integerOf(json.at("map"))),
+                            .x = json.at("x"),
+                            .y = json.at("y"),
+                            .metres = json.at("metres"),
+                            .problem = std::nullopt};
+  if (!json.at("problem").is_null()) one.problem = problemOf(json.at("problem"));
+  return one;
+}
+
+bool canBe(const DayHistory::Happening& one, std::int64_t newest) {
+  constexpr std::array kKinds{kState, kDevice, kDrive, kMark};
+  return std::find(kKinds.begin(), kKinds.end(), one.kind) != kKinds.end() && isTime(one.begin) &&
+         one.begin <= one.end && one.end <= newest && one.name.size() <= kLongestName &&
+         (!one.problem || isShort(*one.problem));
 }
 
 }  // namespace
@@ -117,9 +154,8 @@ void DayHistory::take(const health_t& health, const problems_t& problems) {
 
 void DayHistory::mark(const std::string& words) {
   if (since_ == 0) return;  // nothing came yet: it has no time
-  const std::string key = "mark";
-  begin(key, key, words, utime_);
-  end(key, utime_);
+  begin(kMark, kMark, words, utime_);
+  end(kMark, utime_);
 }
 
 std::deque<DayHistory::Happening> DayHistory::all() const {
@@ -144,6 +180,22 @@ nlohmann::json historyJson(const DayHistory& history) {
                     {"metres", rounded(one.metres, 10)},
                     {"problem", one.problem ? problemJson(*one.problem) : nlohmann::json()}});
   return {{"since", history.since()}, {"now", history.newest()}, {"happenings", std::move(list)}};
+}
+
+std::optional<DayHistory> historyOf(const nlohmann::json& json) try {
+  const std::int64_t since = integerOf(json.at("since")), newest = integerOf(json.at("now"));
+  const auto& list = json.at("happenings");
+  if (!isTime(since) || !isTime(newest) || since > newest || !list.is_array() ||
+      list.size() > DayHistory::kMost + kMostOpen)
+    return std::nullopt;
+  std::deque<DayHistory::Happening> happenings;
+  for (const auto& one : list) {
+    happenings.push_back(happeningOf(one));
+    if (!canBe(happenings.back(), newest)) return std::nullopt;
+  }
+  return DayHistory(since, newest, std::move(happenings));
+} catch (const nlohmann::json::exception&) {
+  return std::nullopt;
 }
 
 }  // namespace slam

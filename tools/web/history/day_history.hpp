@@ -9,6 +9,7 @@
 #include <slam/pose_estimate_t.hpp>
 #include <slam/problems_t.hpp>
 #include <string>
+#include <utility>
 
 namespace slam {
 
@@ -31,6 +32,11 @@ class DayHistory {
     double metres = 0.0;               ///< [m] of a drive
     std::optional<problem_t> problem;  ///< what was wrong
   };
+
+  DayHistory() = default;
+  /// What was kept before slam-web ended. @param since, newest [us since the epoch] as the functions of these names
+  DayHistory(std::int64_t since, std::int64_t newest, std::deque<Happening> ended)
+      : ended_(std::move(ended)), since_(since), utime_(newest) {}
 
   void take(const pose_estimate_t& pose);
   void take(const health_t& health, const problems_t& problems);
@@ -58,5 +64,7 @@ class DayHistory {
 
 /// As docs/api.md has it.
 nlohmann::json historyJson(const DayHistory& history);
+/// The same back. @return std::nullopt where something in it cannot be
+std::optional<DayHistory> historyOf(const nlohmann::json& json);
 
 }  // namespace slam
