@@ -3,18 +3,16 @@
 
 #include <archive.h>
 #include <archive_entry.h>
-#include <cerrno>
 #include <stdexcept>
 
 namespace slam {
 
 ZipWriter::ZipWriter(Sink sink, Method method)
     : sink_(std::move(sink)), archive_(archive_write_new(), &archive_write_free) {
-  const auto take = [](archive* zip, void* self, const void* bytes, std::size_t size) -> la_ssize_t {
-    if (static_cast<ZipWriter*>(self)->sink_({static_cast<const char*>(bytes), size}))
-      return static_cast<la_ssize_t>(size);
-    archive_set_error(zip, ENOSPC, "it cannot be written");
-    return -1;
+  const auto take = [](archive*, void* self, const void* bytes, std::size_t size) -> la_ssize_t {
+    auto& zip = *static_cast<ZipWriter*>(self);
+    zip.is_full_ = zip.is_full_ || !zip.sink_({static_cast<const char*>(bytes), size});
+    return static_cast<la_ssize_t>(size);  // after an error libarchive does not free what it has
   };
   check(archive_write_set_format_zip(archive_.get()));
   check(method == Method::kStore ? archive_write_zip_set_compression_store(archive_.get())
@@ -24,7 +22,7 @@ ZipWriter::ZipWriter(Sink sink, Method method)
   check(archive_write_open(archive_.get(), this, nullptr, take, nullptr));
 }
 
-ZipWriter::~ZipWriter() { archive_write_fail(archive_.get()); }  // what was not closed is not written to its end
+ZipWriter::~ZipWriter() { is_full_ = true; }  // what was not closed is not written to its end
 
 void ZipWriter::begin(const std::string& name, std::time_t modified) {
   const std::unique_ptr<archive_entry, void (*)(archive_entry*)> entry(archive_entry_new(), &archive_entry_free);
@@ -42,9 +40,8 @@ void ZipWriter::write(std::string_view content) {
 void ZipWriter::close() { check(archive_write_close(archive_.get())); }
 
 void ZipWriter::check(std::ptrdiff_t result) const {
-  if (result >= ARCHIVE_OK) return;
-  const char* reason = archive_error_string(archive_.get());
-  throw std::runtime_error(reason != nullptr ? reason : "the zip file cannot be written");
+  if (is_full_) throw std::runtime_error("the zip file cannot be written");
+  if (result < ARCHIVE_OK) throw std::runtime_error(archive_error_string(archive_.get()));
 }
 
 }  // namespace slam

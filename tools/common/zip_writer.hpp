@@ -34,6 +34,7 @@ class ZipWriter {
   void check(std::ptrdiff_t result) const;
 
   Sink sink_;
+  bool is_full_ = false;  // the sink takes no more
   std::unique_ptr<archive, int (*)(archive*)> archive_;
 };
 
