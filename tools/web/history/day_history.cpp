@@ -15,7 +15,7 @@
 namespace slam {
 namespace {
 
-const char *const kState = "state", *const kDrive = "drive", *const kDevice = "device", *const kMark = "mark";
+constexpr const char *kState = "state", *kDrive = "drive", *kDevice = "device", *kMark = "mark";
 constexpr std::size_t kMostOpen = 16;          // devices of a robot, its pose and its drive
 constexpr std::size_t kLongestName = 200;      // [bytes]
 constexpr std::size_t kLongestProblem = 2000;  // [bytes] slamd's own have some hundreds
