@@ -2,7 +2,6 @@
 #include "tools/web/logs/log_archive.hpp"
 
 #include <algorithm>
-#include <ranges>
 #include <vector>
 
 namespace slam {
@@ -10,13 +9,12 @@ namespace slam {
 LogArchive::LogArchive(LogFolder folder)
     : folder_(std::move(folder)),
       zip_([this](std::string_view bytes) { return (*sink_)(bytes); }, ZipWriter::Method::kStore) {
-  const auto runs = folder_.list({});
-  if (!runs) return;
-  for (const LogFolder::Entry& run : *runs | std::views::reverse) {
-    const auto files = run.is_folder ? folder_.list({run.name}) : std::nullopt;
-    if (!files) continue;
-    for (const LogFolder::Entry& file : *files | std::views::reverse)
-      if (!file.is_folder) files_.push_back({run.name, file.name});
+  const auto runs = folder_.list({}).value_or(std::vector<LogFolder::Entry>());
+  for (auto run = runs.rbegin(); run != runs.rend(); ++run) {
+    if (!run->is_folder) continue;
+    const auto files = folder_.list({run->name}).value_or(std::vector<LogFolder::Entry>());
+    for (auto file = files.rbegin(); file != files.rend(); ++file)
+      if (!file->is_folder) files_.push_back({run->name, file->name});
   }
 }
 
