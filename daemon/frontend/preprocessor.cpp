@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "matching/deskew.hpp"
-
 namespace slam {
 namespace {
 
@@ -50,7 +48,7 @@ const Cloud& Preprocessor::process(const LaserScan& recorded, Timestamp first, d
   const Sweep sweep = sweepOf(scan, first);
   cloud_.stamp = sweep.begin + std::chrono::duration_cast<Duration>(scan_moment_ * (sweep.end - sweep.begin));
   filter.fillHistory(sweep.begin, sweep.end, history_);
-  deskew(scan, lidar_.limitsFor(scan), first, lidar_.mounting(), history_, cloud_.points);
+  deskew(scan, lidar_.limitsFor(scan), first, lidar_.mounting(), history_, cloud_.points, &bearings_);
   cloud_.T_base_first = {};
   if (sweep.end > sweep.begin) {
     const auto at = [this](Timestamp stamp) { return history_.at(stamp, Duration::max()).value_or(Pose2{}); };

@@ -6,6 +6,7 @@
 #include "frontend/dynamic_point_filter.hpp"
 #include "frontend/interpreter/scan_interpreter.hpp"
 #include "frontend/lidar_model.hpp"
+#include "matching/deskew.hpp"
 #include "matching/match_result.hpp"
 #include "matching/normals.hpp"
 #include "matching/scan_points.hpp"
@@ -61,6 +62,7 @@ class Preprocessor {
   double point_weight_;  // [1] at usual distances between beams
   DynamicPointFilter dynamic_points_;
   PoseHistory history_;
+  BearingTable bearings_;
   Cloud cloud_;
 };
 

@@ -40,15 +40,18 @@ class MotionSince {
 }  // namespace
 
 void deskew(const LaserScan& scan, const RangeLimits& limits, Timestamp stamp, const LidarMounting& mounting,
-            const PoseHistory& history, ScanPoints& points) {
+            const PoseHistory& history, ScanPoints& points, BearingTable* bearings) {
   points.clear();
   MotionSince motion(history, stamp);
   const PointTransform T_base_lidar(mounting.T_base_lidar);
   const double side = mounting.upside_down ? -1.0 : 1.0;
+  std::size_t index = 0;
   for (const Beam& beam : scan.beams()) {
+    const std::size_t i = index++;
     if (!limits.contains(beam.range) || !std::isfinite(beam.bearing)) continue;
-    const Eigen::Vector2d p_lidar(beam.range * std::cos(static_cast<double>(beam.bearing)),
-                                  side * beam.range * std::sin(static_cast<double>(beam.bearing)));
+    const Eigen::Vector2d direction =
+        bearings != nullptr ? bearings->direction(i, beam.bearing) : BearingTable::computed(beam.bearing);
+    const Eigen::Vector2d p_lidar(beam.range * direction.x(), side * beam.range * direction.y());
     Eigen::Vector2d p_base = T_base_lidar * p_lidar;
     if (beam.time_offset != 0.0F) p_base = motion.at(stamp + fromSeconds(beam.time_offset)) * p_base;
     points.push_back({.position = p_base, .bearing = wrapAngle(side * beam.bearing), .range = beam.range});

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <numbers>
 #include <span>
 
 #include "matching/scan_points.hpp"
@@ -16,6 +17,10 @@ struct RangeImageConfig {
   double place_error = 0.05;     ///< [m] ... and of the place
   double grazing = 0.3;          ///< cosine of the angle between beam and normal
 };
+
+/// @return [rad] atan2(y, x) off by less than kRoughBearingError, at a third of its cost; NaN at the origin
+float roughBearing(float x, float y);
+constexpr double kRoughBearingError = 3e-5;  ///< [rad]
 
 /// How far a scan saw in each direction. A wall that it saw through is not there, or the scan was taken elsewhere:
 /// points that match say nothing of that. After the range images of Kim and Kim (Removert, IROS 2020).
@@ -47,8 +52,15 @@ class RangeImage {
 
  private:
   static constexpr int kBins = 720;
+  static constexpr int kTurns = 2 * kBins;  // added, so that truncation rounds down
+  static constexpr double kPerRadian = kBins / (2.0 * std::numbers::pi);
+  struct Bins {
+    int first, last;
+  };
+  static Bins binsOf(double from, double to);
+  static Bins binsAround(const Eigen::Vector2d& way, float error);
   template <typename Visit>
-  void forBins(double from, double to, Visit visit) const;
+  void forBins(const Bins& bins, Visit visit) const;
 
   RangeImageConfig config_;
   std::array<float, kBins> ranges_{};  // [m] the shortest in the bin; 0: nothing is known

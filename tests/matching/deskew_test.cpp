@@ -87,6 +87,19 @@ TEST(Deskew, LeavesOutWhatIsNoReturn) {
   EXPECT_EQ(points.size(), 1U);
 }
 
+TEST(Deskew, GivesTheSameBitsWithATableOfBearings) {
+  Turn turn = turnAt({0.5, 0.0, 1.0}, Pose2{}, Pose2{});
+  BearingTable bearings;
+  for (const float moved : {0.0F, 0.0F, 0.01F, 0.0F, -3.0F}) {  // from turn to turn, the second has them all
+    for (int i = 0; i < turn.scan.size; ++i) turn.scan.storage[static_cast<std::size_t>(i)].bearing += moved;
+    ScanPoints with, without;
+    deskew(turn.scan, {0.1F, 12.0F}, kStart, Pose2{}, turn.history, with, &bearings);
+    deskew(turn.scan, {0.1F, 12.0F}, kStart, Pose2{}, turn.history, without);
+    ASSERT_EQ(with.size(), without.size());
+    for (std::size_t i = 0; i < with.size(); ++i) EXPECT_EQ(with[i].position, without[i].position) << moved << " " << i;
+  }
+}
+
 TEST(Deskew, DoesNotAllocateOnceItsOutputHasRoom) {
   const Turn turn = turnAt({0.5, 0, 1.0}, Pose2{}, Pose2{});
   ScanPoints points;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
+#include <utility>
 
 #include "matching/scanning.hpp"
 
@@ -38,6 +39,20 @@ TEST(RangeImage, TellsWhatTheScanSawThroughMetAndDidNotSee) {
     EXPECT_EQ(image.visibilityOf({1.5, 0.0}, {0.0, 1.0}), kUnknown) << "beams pass along such a wall";
     EXPECT_EQ(image.visibilityOf({0.0, 0.0}, kNoNormal), kViolated) << "the lidar is there";
   }
+}
+
+// Bins are the arc tangent's as long as this holds.
+TEST(RangeImage, ARoughBearingIsNearTheArcTangent) {
+  const int directions = 1000003;
+  for (int i = 0; i < directions; ++i) {
+    const double angle = 2.0 * M_PI * i / directions, range = 0.01 + i % 1000;
+    const auto x = static_cast<float>(range * std::cos(angle)), y = static_cast<float>(range * std::sin(angle));
+    ASSERT_NEAR(roughBearing(x, y), std::atan2(y, x), kRoughBearingError) << angle;
+  }
+  for (const auto& [x, y] :
+       {std::pair(1.0F, 0.0F), {1.0F, -0.0F}, {0.0F, 1.0F}, {-0.0F, -1.0F}, {-1.0F, 0.0F}, {-1.0F, -0.0F}})
+    EXPECT_NEAR(roughBearing(x, y), std::atan2(y, x), kRoughBearingError) << x << " " << y;
+  EXPECT_TRUE(std::isnan(roughBearing(0.0F, 0.0F)));
 }
 
 TEST(RangeImage, KnowsNothingWhereNoBeamReturned) {
