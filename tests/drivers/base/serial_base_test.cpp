@@ -366,6 +366,34 @@ TEST(SerialBase, StopsByItselfWhereTheReferenceFirmwareGetsNothing) {
   EXPECT_LE(rig.timeToStop(), 1ms * slamd_base::kCommandLasts + 20ms);
 }
 
+TEST(SerialBase, SetsTheTimeoutThatARoboclawHasNotAsDelivered) {
+  BaseRig rig("roboclaw");
+  ASSERT_TRUE(rig.connect());
+  rig.driveFor(1s, {.vx = 0.3});
+  rig.kill();
+  ASSERT_FALSE(rig.stands()) << "nobody has stopped it yet";
+  const Timestamp killed = virtual_now;
+  while (!rig.stands() && virtual_now < killed + 2s) rig.line.pass(10ms);
+  EXPECT_LE(virtual_now - killed, 500ms);
+  rig.start();
+  ASSERT_TRUE(rig.connect());
+  rig.emulator->inject("reset", 1.0);  // its timeout is off again, as nothing shows
+  rig.runFor(1500ms);
+  rig.driveFor(1s, {.vx = 0.3});
+  rig.kill();
+  for (const Timestamp end = virtual_now + 500ms; virtual_now < end;) rig.line.pass(10ms);
+  EXPECT_TRUE(rig.stands());
+}
+
+TEST(SerialBase, LeavesTheTimeoutOfARoboclawThatItMayNotDrive) {
+  BaseRig rig("roboclaw");
+  rig.start(false);
+  ASSERT_TRUE(rig.connect());
+  rig.written.clear();
+  rig.runFor(3s);
+  EXPECT_THAT(rig.written, testing::Not(testing::Contains(14)));
+}
+
 TEST(SerialBase, EntersACreatesSafeModeForACommandAlone) {
   BaseRig rig("create");
   ASSERT_TRUE(rig.connect());
