@@ -197,6 +197,9 @@ inline constexpr ProblemKind kBaseLifted{"base_lifted",
 inline constexpr ProblemKind kBaseLeftSafeMode{
     "base_left_safe_mode", "the base has stopped by itself: a wheel dropped, an edge or its charger came, or a button",
     "slamd drives it by a new SLAM_DRIVE only", "clear its way, and drive on"};
+inline constexpr ProblemKind kBaseBumped{"base_bumped", "a bumper of the base is pressed",
+                                         "slamd drives on as SLAM_DRIVE asks",
+                                         "drive back, or free what it has run into"};
 inline constexpr ProblemKind kBaseNoGyro{"base_no_gyro", "{0} sends wheels, but no turn rate",
                                          "slamd goes on without a gyro",
                                          "check the gyro's cable, or set imu.driver to the gyro that there is"};

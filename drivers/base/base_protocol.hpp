@@ -18,6 +18,7 @@ struct BaseReading {
       counts{};                       ///< of the wheels' encoders: left, right, forward up; they wrap
   std::optional<double> turn_rate{};  ///< [rad/s] counter-clockwise, of its gyro
   std::optional<bool> lifted{};       ///< a wheel hangs in the air
+  std::optional<bool> bumped{};       ///< a bumper is pressed
   std::optional<bool>
       obeys{};  ///< false: it has left the mode in which it drives, and no command has asked for it again
   std::optional<float> battery{};  ///< [V]

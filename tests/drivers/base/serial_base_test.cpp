@@ -295,6 +295,24 @@ TEST_P(EachBase, ThatIsLiftedIsReportedAndItsWheelsAreNoMotion) {
   EXPECT_GT(rig.wheels.back().angles[0], at);
 }
 
+TEST_P(EachBase, ReportsABumperAndDrivesOn) {
+  BaseRig rig(word());
+  const std::string_view base(word());
+  if (isPolled() && base != "opencr") GTEST_SKIP() << "it has no such sensor";
+  ASSERT_TRUE(rig.connect());
+  rig.driveFor(1s, {.vx = 0.3});
+  EXPECT_FALSE(rig.base->wheelStatus().problem()) << rig.words();
+  rig.emulator->inject("bumped", 1.0);
+  rig.driveFor(300ms, {.vx = -0.2});
+  EXPECT_TRUE(rig.has(problem::kBaseBumped)) << rig.words();
+  EXPECT_EQ(rig.state(), DeviceState::kStreaming);
+  EXPECT_FALSE(rig.wheels.back().lifted);
+  EXPECT_LT(rig.emulator->drive().vx, -0.1) << "it may drive back";
+  rig.emulator->inject("bumped", 0.0);
+  rig.runFor(300ms);
+  EXPECT_FALSE(rig.has(problem::kBaseBumped));
+}
+
 INSTANTIATE_TEST_SUITE_P(, EachBase, testing::ValuesIn(words()),
                          [](const auto& test) { return std::string(test.param); });
 
