@@ -11,6 +11,7 @@
 #include "firmware_if/opencr.hpp"
 #include "firmware_if/roboclaw.hpp"
 #include "firmware_if/slamd_base/base_frame.hpp"
+#include "firmware_if/vesc/vesc_packets.hpp"
 
 namespace slam {
 namespace {
@@ -76,6 +77,14 @@ constexpr std::array kTable = {
               .counts_per_turn = opencr::kCountsPerTurn,
               .gyro = true,
               .stops_after = opencr::kHeartbeatLasts},
+    BaseFacts{.driver = "vesc",
+              .name = "two VESCs",
+              .line_device = LineDevice::kVesc,
+              .make = makeVescProtocol,
+              .baud = vesc::kBaud,
+              .counter_bits = 32,
+              .rate = 50.0,
+              .stops_after = vesc::kTimeout},
 };
 
 }  // namespace

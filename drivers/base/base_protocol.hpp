@@ -7,6 +7,7 @@
 
 #include "core/timestamp.hpp"
 #include "firmware_if/outgoing.hpp"
+#include "problems/devices.hpp"
 
 namespace slam {
 
@@ -22,6 +23,7 @@ struct BaseReading {
   std::optional<bool>
       obeys{};  ///< false: it has left the mode in which it drives, and no command has asked for it again
   std::optional<float> battery{};  ///< [V]
+  Problem fault{};                 ///< a part of the base does not do its work; nothing: all do
   bool has_speed = false;          ///< the base is known to have the speed that was sent last
 };
 

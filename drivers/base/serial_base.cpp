@@ -110,6 +110,9 @@ void SerialBase::take(const BaseReading& reading) {
   received_.bumped = reading.bumped.value_or(received_.bumped);
   if (reading.has_speed) speeds_.acknowledge();
   if (reading.counts || reading.turn_rate) emit(reading);
+  if (!reading.fault) return;
+  wheels_.set(DeviceState::kFault, reading.fault);
+  speeds_.owe();
 }
 
 void SerialBase::emit(const BaseReading& reading) {

@@ -13,6 +13,7 @@
 #include "firmware_if/opencr.hpp"
 #include "firmware_if/roboclaw.hpp"
 #include "firmware_if/robolink.hpp"
+#include "firmware_if/vesc/vesc_packets.hpp"
 
 namespace slam {
 namespace {
@@ -51,6 +52,7 @@ Outgoing askBoard() {
 constexpr std::array kCreateBauds = {create_oi::kBaud};
 constexpr std::array kBoardBauds = {robolink::kBaud};
 constexpr std::array kRoboclawBauds = {roboclaw::kBaud};
+constexpr std::array kVescBauds = {vesc::kBaud};
 constexpr std::array kOpencrBauds = {opencr::kBaud};
 constexpr std::array kArduinoBauds = {arduino_bridge::kBaud, 115200};
 
@@ -78,7 +80,8 @@ PortFinding PortSearch::find(const std::atomic<bool>& cancel) {
   for (int round = 0; round < kRounds && !cancel; ++round) {
     const bool known =
         (serial && ask({LineDevice::kCreate, kCreateBauds, askCreate(), create_oi::stop()}, cancel)) ||
-        (serial && ask({LineDevice::kBoard, kBoardBauds, askBoard()}, cancel)) || take(lidars.ask(cancel)) ||
+        (serial && ask({LineDevice::kBoard, kBoardBauds, askBoard()}, cancel)) ||
+        (serial && ask({LineDevice::kVesc, kVescBauds, vesc::askVersion()}, cancel)) || take(lidars.ask(cancel)) ||
         (serial &&
          ask({LineDevice::kRoboclaw, kRoboclawBauds, roboclaw::askVersion(roboclaw::kFirstAddress)}, cancel)) ||
         (serial && ask({LineDevice::kOpencr, kOpencrBauds, opencr::ping()}, cancel)) ||

@@ -27,7 +27,7 @@ class EachBase : public testing::TestWithParam<const char*> {
  protected:
   const char* word() const { return GetParam(); }
   bool isPolled() const {
-    constexpr std::array<std::string_view, 3> kPolled{"text", "roboclaw", "opencr"};
+    constexpr std::array<std::string_view, 4> kPolled{"text", "roboclaw", "opencr", "vesc"};
     return std::find(kPolled.begin(), kPolled.end(), word()) != kPolled.end();
   }
   /// A base whose own watchdog stops it may stand before slamd has stopped it.
@@ -410,6 +410,54 @@ TEST(SerialBase, LeavesTheTimeoutOfARoboclawThatItMayNotDrive) {
   rig.written.clear();
   rig.runFor(3s);
   EXPECT_THAT(rig.written, testing::Not(testing::Contains(14)));
+}
+
+TEST(SerialBase, StopsBothWheelsWhereTheSecondVescIsGone) {
+  BaseRig rig("vesc");
+  ASSERT_TRUE(rig.connect());
+  rig.driveFor(2s, {.vx = 0.3});
+  EXPECT_GT(rig.base->battery(), 24.0F);
+  rig.emulator->inject("cut", 1.0);
+  rig.driveFor(500ms, {.vx = 0.3});
+  EXPECT_TRUE(rig.has(problem::kVescAway)) << rig.words();
+  EXPECT_EQ(rig.state(), DeviceState::kFault);
+  EXPECT_NEAR(rig.emulator->drive().omega, 0.15 / rig.geometry.base.half_track, 0.01)
+      << "the left wheel stands, the other one's own time is not up yet";
+  rig.driveFor(1s, {.vx = 0.3});
+  EXPECT_TRUE(rig.stands()) << "whatever is asked for";
+  rig.emulator->inject("cut", 0.0);
+  rig.runFor(1s);
+  EXPECT_EQ(rig.state(), DeviceState::kStreaming) << rig.words();
+  EXPECT_TRUE(rig.stands());
+  rig.driveFor(500ms, {.vx = 0.3});
+  EXPECT_FALSE(rig.stands());
+  EXPECT_FALSE(rig.base->wheelStatus().problem()) << rig.words();
+}
+
+TEST(SerialBase, StopsBothWheelsAtTheFaultOfAVesc) {
+  BaseRig rig("vesc");
+  ASSERT_TRUE(rig.connect());
+  rig.driveFor(2s, {.vx = 0.3});
+  rig.emulator->inject("fault", 2.0);
+  rig.driveFor(300ms, {.vx = 0.3});
+  EXPECT_TRUE(rig.has(problem::kVescFault)) << rig.words();
+  EXPECT_TRUE(rig.stands()) << "the one without a fault, too";
+  rig.emulator->inject("fault", 0.0);
+  rig.driveFor(300ms, {.vx = 0.3});
+  EXPECT_FALSE(rig.stands());
+  EXPECT_FALSE(rig.base->wheelStatus().problem()) << rig.words();
+}
+
+TEST(SerialBase, SendsAVescNothingButZerosUntilBothAreKnown) {
+  BaseRig rig("vesc");
+  rig.emulator->inject("cut", 1.0);
+  rig.driveFor(2s, {.vx = 0.3});
+  EXPECT_TRUE(rig.stands());
+  EXPECT_TRUE(rig.has(problem::kVescAway)) << rig.words();
+  rig.emulator->inject("silent", 1.0);
+  rig.driveFor(2s, {.vx = 0.3});
+  rig.emulator->inject("silent", 0.0);
+  EXPECT_TRUE(rig.stands());
 }
 
 TEST(SerialBase, EntersACreatesSafeModeForACommandAlone) {

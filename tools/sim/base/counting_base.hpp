@@ -70,5 +70,6 @@ std::unique_ptr<EmulatedBase> makeFrameBase();
 std::unique_ptr<EmulatedBase> makeKobuki();
 std::unique_ptr<EmulatedBase> makeOpencr();
 std::unique_ptr<EmulatedBase> makeRoboclaw();
+std::unique_ptr<EmulatedBase> makeVesc();
 
 }  // namespace slam::sim

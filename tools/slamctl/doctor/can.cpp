@@ -131,6 +131,12 @@ std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base, const CanConf
                    "drives: the board's own watchdog stops the motors 0.7 s after the last command; it is always on",
                    ""};
   }
+  const bool on_can = base.driver == BaseDriver::kCan && can.protocol == can::Protocol::kVesc;
+  if (on_can || base.driver == BaseDriver::kVesc)
+    return Finding{
+        Finding::kWarning,
+        "drives: a VESC as delivered releases its motor 1 s after the last command; whether it does cannot be asked",
+        "in VESC Tool: App Settings, General, Timeout: 500 ms, not 0"};
   if (const BaseFacts* facts = findBase(wordOf(base.driver))) {
     if (facts->stops_after > 0.0) {
       char after[32];
@@ -147,12 +153,6 @@ std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base, const CanConf
                    facts->at_hand};
   }
   if (base.driver != BaseDriver::kCan) return std::nullopt;
-  if (can.protocol == can::Protocol::kVesc)
-    return Finding{
-        Finding::kWarning,
-        "drives: a VESC as delivered releases its motor 1 s after the last command; whether it does cannot be "
-        "asked over CAN",
-        "in VESC Tool: App Settings, General, Timeout: 500 ms, not 0"};
   return checkDriveWatchdogs(can, port);
 }
 

@@ -210,7 +210,8 @@ class Proposal {
         interview_.take("base.wheel_radius", std::to_string(facts->wheel_radius));
       if (!interview_.isSet("base.half_track")) interview_.take("base.half_track", std::to_string(facts->half_track));
     }
-    if (driver == "text") interview_.ask("base.counts_per_turn", "Counts of the encoder in one turn of a wheel");
+    if (interview_.config().base_device.needsCounts())
+      interview_.ask("base.counts_per_turn", "Counts of the encoder in one turn of a wheel");
     if (driver == "handsfree")
       interview_.ask("base.type", "Wheels: differential, omni3 (three omni wheels) or mecanum4");
     interview_.ask("base.wheel_radius", "Radius of a driven wheel [m]");

@@ -83,6 +83,8 @@ imu_no_rate|{0} sendet keine Drehraten|im Programm des Herstellers einschalten: 
 imu_senseless|die IMU sendet unmögliche Werte|neu starten
 imu_frozen|die IMU-Werte ändern sich nie|neu starten
 imu_no_acceleration|kaum Beschleunigung von der IMU|Ausgabe einschalten
+vesc_away|VESC {#0} ({0}) antwortet nicht über CAN|CAN-Kabel, Strom, can.{0}_node prüfen
+vesc_fault|VESC {#0} ({0}): Fehler {#1}
 iio_missing|der Kernel hat keine IMU {0}|imu.port setzen (grep . /sys/bus/iio/devices/*/name), Treiber laden
 iio_no_gyro|{0} hat kein Gyro mit drei Achsen|anderen imu.port setzen
 iio_unread|der Kernel kann {0} nicht lesen|Leitungen und Bus prüfen: dmesg
