@@ -105,6 +105,31 @@ FoundDrives listenForDrives(const std::string& interface, std::vector<int> first
   return heard;
 }
 
+std::vector<int> listenForVescs(const std::string& interface, CanPort& port, Duration patience) {
+  namespace vesc = can::vesc;
+  constexpr int kAtOnce = 32;
+  std::vector<int> found;
+  for (int first = 0; first <= vesc::kMostId; first += kAtOnce) {
+    std::vector<std::uint32_t> ids;
+    for (int id = first; id < first + kAtOnce && id <= vesc::kMostId; ++id)
+      ids.push_back(vesc::idOf(id, vesc::Packet::kStatus) | CanPort::kExtended);
+    if (port.open(interface, ids) != 0) return {};
+    StampedCanFrame received;
+    for (const Timestamp end = monotonicNow() + patience; monotonicNow() < end;) {
+      if (port.receive(received) != 0) {
+        std::this_thread::sleep_for(5ms);
+        continue;
+      }
+      const auto id = static_cast<int>(received.frame.id & 0xFF);
+      if (vesc::parseStatus(id, received.frame) && std::find(found.begin(), found.end(), id) == found.end())
+        found.push_back(id);
+    }
+    port.close();
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
 Finding checkDrives(const CanConfig& can, CanPort& port, Duration patience) {
   if (can.protocol == can::Protocol::kVesc) return checkVescs(can, port, patience);
   const FoundDrives heard = listenForDrives(can.interface, {can.left_node, can.right_node}, port, patience);
