@@ -61,14 +61,13 @@ class LiveSetup : public test::Live {
 
 /// A few pairs, or with SLAMD_ALL_PAIRS=1 all of them.
 TEST_F(LiveSetup, FindsPairsOfLidarAndBaseInAnyOrder) {
-  std::vector<std::pair<std::string, std::string>> pairs = {
-      {"c1", "text"}, {"ld19", "create"}, {"ydlidar-x4", "kobuki"}, {"hokuyo-urg", "handsfree"}};
+  std::vector<std::pair<std::string, std::string>> pairs = {{"c1", "text"},           {"ld19", "create"},
+                                                            {"ydlidar-x4", "kobuki"}, {"hokuyo-urg", "handsfree"},
+                                                            {"coin-d4", "vesc"},      {"lds01", "roboclaw"}};
   if (std::getenv("SLAMD_ALL_PAIRS") != nullptr) {
     pairs.clear();
     for (const std::string& lidar : sim::lidarNames()) {
-      // Two wait for the command that starts them, and a SICK is on the network.
-      const std::string model(sim::lidarModel(lidar));
-      if (model == "lds01" || model == "coin-d4" || model.starts_with("sick")) continue;
+      if (std::string(sim::lidarModel(lidar)).starts_with("sick")) continue;  // it is on the network
       for (const std::string& base : sim::baseNames()) pairs.emplace_back(lidar, base);
     }
   }

@@ -27,14 +27,17 @@ class VirtualCanDriver : public test::VirtualCan {};
 /// The driver on one interface and the emulator on another, in real time.
 class Pair {
  public:
-  Pair(const std::string& driver, const std::string& emulator)
-      : driver_({.interface = driver, .commands = true}, monotonicNow,
-                {.wheels = [this](const WheelAngles& angles) { wheels_.push_back(angles); },
-                 .imu = [this](const ImuSample& sample) { imu_.push_back(sample); }}),
+  Pair(const std::string& driver, const std::string& emulator, can::Protocol protocol = can::Protocol::kOdrive)
+      : protocol_(protocol),
+        driver_(
+            {.interface = driver, .protocol = protocol, .pole_pairs = sim::CanEmulator::kPolePairs, .commands = true},
+            monotonicNow,
+            {.wheels = [this](const WheelAngles& angles) { wheels_.push_back(angles); },
+             .imu = [this](const ImuSample& sample) { imu_.push_back(sample); }}),
         interface_(emulator) {
     plug();
   }
-  void plug() { bus_.emplace(interface_, 1); }
+  void plug() { bus_.emplace(interface_, 1, sim::CanEmulator::kNodes, protocol_); }
   void unplug() { bus_.reset(); }
 
   void runFor(Duration time) {
@@ -60,6 +63,7 @@ class Pair {
   }
   std::string reason() { return driver_.wheelStatus().problem().words(); }
 
+  can::Protocol protocol_;
   std::vector<WheelAngles> wheels_;
   std::vector<ImuSample> imu_;
   CanBase driver_;
@@ -92,6 +96,15 @@ void expectSamples(Pair& pair) {
 TEST_F(VirtualCanDriver, CarriesWheelsImuAndCommands) {
   Pair pair("vcan0", "vcan0");
   expectSamples(pair);
+}
+
+TEST_F(VirtualCanDriver, CarriesTwoVescs) {
+  Pair pair("vcan0", "vcan0", can::Protocol::kVesc);
+  expectSamples(pair);
+  ip("set vcan0 down");
+  EXPECT_LT(pair.runUntil([&] { return !pair.streaming(); }, 5s), 1.0);
+  ip("set vcan0 up");
+  EXPECT_LT(pair.runUntil([&] { return pair.streaming(); }, 5s), 2.0);
 }
 
 TEST_F(VirtualCanDriver, IsMissedWithinASecondAndUsedAgain) {
