@@ -74,10 +74,11 @@ class Pair {
   Timestamp origin_ = monotonicNow();
 };
 
-void expectSamples(Pair& pair) {
+/// @param wheels that come in 3 s at the least, where the machine does not keep up
+void expectSamples(Pair& pair, std::size_t wheels = 200) {
   pair.runFor(3s);
   EXPECT_TRUE(pair.streaming()) << pair.reason();
-  EXPECT_GT(pair.wheels_.size(), 200U);  // 300 where the machine keeps up
+  EXPECT_GT(pair.wheels_.size(), wheels);  // half as many again where it does
   EXPECT_GT(pair.imu_.size(), 200U);
   EXPECT_EQ(pair.driver_.wheelStatus().rejects.load(), 0);
   const WheelAngles& first = pair.wheels_[10];
@@ -100,7 +101,7 @@ TEST_F(VirtualCanDriver, CarriesWheelsImuAndCommands) {
 
 TEST_F(VirtualCanDriver, CarriesTwoVescs) {
   Pair pair("vcan0", "vcan0", can::Protocol::kVesc);
-  expectSamples(pair);
+  expectSamples(pair, 100);  // as delivered they send at 50 Hz
   ip("set vcan0 down");
   EXPECT_LT(pair.runUntil([&] { return !pair.streaming(); }, 5s), 1.0);
   ip("set vcan0 up");
