@@ -23,6 +23,7 @@
 #include "firmware_if/roboclaw.hpp"
 #include "firmware_if/robolink.hpp"
 #include "firmware_if/slamd_base/base_frame.hpp"
+#include "firmware_if/vesc/vesc_packets.hpp"
 
 namespace slam {
 namespace {
@@ -117,6 +118,15 @@ bool isOpencr(Bytes bytes) {
   return found;
 }
 
+/// It answers with its version, or with values that were asked for before.
+bool isVesc(Bytes bytes) {
+  vesc::Decoder decoder;
+  bool found = false;
+  for (const std::uint8_t byte : bytes)
+    decoder.push(byte, [&](Bytes frame) { found = found || vesc::isVersion(frame) || vesc::parseValues(frame); });
+  return found;
+}
+
 bool isKobuki(Bytes bytes) {
   kobuki::Decoder decoder;
   std::uint32_t frames = 0;
@@ -202,6 +212,7 @@ constexpr std::array kRows = {
     LineDeviceRow{LineDevice::kFrameBase, "a base with the reference firmware", kBase, "frame"},
     LineDeviceRow{LineDevice::kRoboclaw, "a RoboClaw", kBase, "roboclaw"},
     LineDeviceRow{LineDevice::kOpencr, "a TurtleBot3 with OpenCR", kBase, "opencr"},
+    LineDeviceRow{LineDevice::kVesc, "a VESC", kBase, "vesc"},
     LineDeviceRow{LineDevice::kImu, "a HandsFree IMU", kImu, "hfi"},
     LineDeviceRow{LineDevice::kBno08x, "a BNO08x in UART-RVC mode", kImu, "bno08x"},
     LineDeviceRow{LineDevice::kWitmotion, "a WitMotion IMU", kImu, "witmotion"},
@@ -241,6 +252,7 @@ RecognisedDevice lineDeviceOf(Bytes bytes) {
   if (isFrameBase(bytes)) return {LineDevice::kFrameBase};
   if (isOpencr(bytes)) return {LineDevice::kOpencr};
   if (isRoboclaw(bytes)) return {LineDevice::kRoboclaw};
+  if (isVesc(bytes)) return {LineDevice::kVesc};
   if (isKobuki(bytes)) return {LineDevice::kKobuki};
   if (isCreate(bytes)) return {LineDevice::kCreate};
   if (isArduino(bytes)) return {LineDevice::kArduino};
@@ -296,6 +308,7 @@ void LineDeviceSearch::listen(Timestamp now) {
     stream_->write(rplidar::encodeRequest(rplidar::Request::kGetInfo));
     stream_->write(std::array<std::uint8_t, 4>{'\n', 'V', 'V', '\n'});  // of SCIP
     if (baud == opencr::kBaud) stream_->write(opencr::ping().bytes());
+    if (baud == vesc::kBaud) stream_->write(vesc::askVersion().bytes());
   }
 }
 

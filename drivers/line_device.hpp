@@ -22,7 +22,8 @@ enum class LineDevice : std::uint8_t {
   kKobuki,
   kFrameBase,  ///< the reference firmware
   kRoboclaw,
-  kOpencr,     ///< TurtleBot3
+  kOpencr,  ///< TurtleBot3
+  kVesc,
   kImu,        ///< HandsFree, stand-alone
   kBno08x,     ///< in UART-RVC mode
   kWitmotion,  ///< or a HandsFree B6, B9, D6, which send the same frames

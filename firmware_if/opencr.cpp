@@ -118,6 +118,7 @@ std::optional<Table> parseTable(const Packet& packet) {
   const auto at = [&](std::size_t address) { return longAt(packet.parameters(), address - kMillis); };
   const Table table{.millis = at(kMillis),
                     .battery = kVolts * at(kBattery),
+                    .bumped = wordAt(packet.parameters(), kBumpers - kMillis) != 0,
                     .turn_rate = std::bit_cast<float>(at(kGyroZ)),
                     .counts = {at(kPositions), at(kPositions + 4)}};
   return std::isfinite(table.turn_rate) ? std::optional(table) : std::nullopt;
@@ -133,6 +134,7 @@ Outgoing encodeTable(const Table& table) {
     little_endian::putWord(bytes, address - kMillis + 2, static_cast<std::uint16_t>(value >> 16));
   };
   put(kMillis, table.millis);
+  bytes[kBumpers - kMillis] = table.bumped ? 1 : 0;
   put(kBattery, static_cast<std::uint32_t>(std::lround(table.battery / kVolts)));
   put(kGyroZ, std::bit_cast<std::uint32_t>(table.turn_rate));
   put(kPositions, table.counts[0]);

@@ -22,6 +22,7 @@ enum class Instruction : std::uint8_t { kPing = 1, kRead = 2, kWrite = 3, kStatu
 enum Address : std::uint16_t {
   kMillis = 10,  ///< first of those that are read
   kHeartbeat = 19,
+  kBumpers = 28,  ///< two bytes, not 0 where one is pressed
   kBattery = 42,
   kGyroZ = 68,
   kPositions = 136,
@@ -60,6 +61,7 @@ Outgoing encodeSpeeds(double speed, double turn_rate);
 struct Table {
   std::uint32_t millis = 0;               ///< [ms] since its start
   double battery = 0.0;                   ///< [V]
+  bool bumped = false;                    ///< a bumper is pressed
   float turn_rate = 0.0F;                 ///< [rad/s] counter-clockwise, of its gyro
   std::array<std::uint32_t, 2> counts{};  ///< left, right, forward up
 };

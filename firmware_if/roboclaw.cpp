@@ -11,7 +11,7 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-constexpr std::size_t kHead = 2, kCrc = 2, kSpeedsSize = 8;  // [bytes]
+constexpr std::size_t kHead = 2, kCrc = 2, kSpeedsSize = 8, kTimeoutSize = 1;  // [bytes]
 
 std::uint16_t crcOf(Bytes bytes, std::uint16_t start = 0) {
   return slamd_base::crc16(bytes.data(), bytes.size(), start);
@@ -26,6 +26,15 @@ std::uint32_t wordAt(Bytes bytes, std::size_t offset, std::size_t size) {
   for (std::size_t i = 0; i < size; ++i) value = value << 8 | bytes[offset + i];
   return value;
 }
+Outgoing withCrc(Outgoing packet) {
+  packet.addBig<2>(crcOf(packet.bytes()));
+  return packet;
+}
+/// Whether this is a whole packet of that command, with its checksum.
+bool isPacket(Bytes packet, Command command, std::size_t data) {
+  return packet.size() == kHead + data + kCrc && packet[1] == static_cast<std::uint8_t>(command) &&
+         wordAt(packet, kHead + data, kCrc) == crcOf(packet.first(kHead + data));
+}
 Outgoing answer(std::uint8_t address, Command command, Outgoing data) {
   data.addBig<2>(answerCrc(address, command, data.bytes()));
   return data;
@@ -39,8 +48,13 @@ Outgoing askCounts(std::uint8_t address) { return headOf(address, Command::kCoun
 Outgoing encodeSpeeds(std::uint8_t address, const std::array<std::int32_t, 2>& speeds) {
   Outgoing out = headOf(address, Command::kSpeeds);
   for (const std::int32_t speed : speeds) out.addBig<4>(static_cast<std::uint32_t>(speed));
-  out.addBig<2>(crcOf(out.bytes()));
-  return out;
+  return withCrc(out);
+}
+
+Outgoing encodeTimeout(std::uint8_t address, std::uint8_t tenths) {
+  Outgoing out = headOf(address, Command::kTimeout);
+  out.addByte(tenths);
+  return withCrc(out);
 }
 
 std::optional<std::array<std::uint32_t, 2>> parseCounts(std::uint8_t address, Bytes bytes) {
@@ -87,16 +101,21 @@ std::size_t sizeOf(Bytes packet) {
       return kHead;
     case Command::kSpeeds:
       return kHead + kSpeedsSize + kCrc;
+    case Command::kTimeout:
+      return kHead + kTimeoutSize + kCrc;
   }
   return 0;
 }
 
 std::optional<std::array<std::int32_t, 2>> parseSpeeds(Bytes packet) {
-  constexpr std::size_t kSize = kHead + kSpeedsSize + kCrc;
-  if (packet.size() != kSize || packet[1] != static_cast<std::uint8_t>(Command::kSpeeds)) return std::nullopt;
-  if (wordAt(packet, kHead + kSpeedsSize, kCrc) != crcOf(packet.first(kSize - kCrc))) return std::nullopt;
+  if (!isPacket(packet, Command::kSpeeds, kSpeedsSize)) return std::nullopt;
   return std::array{static_cast<std::int32_t>(wordAt(packet, kHead, 4)),
                     static_cast<std::int32_t>(wordAt(packet, kHead + 4, 4))};
+}
+
+std::optional<std::uint8_t> parseTimeout(Bytes packet) {
+  if (!isPacket(packet, Command::kTimeout, kTimeoutSize)) return std::nullopt;
+  return packet[kHead];
 }
 
 }  // namespace slam::roboclaw

@@ -60,6 +60,8 @@ SerialBaseConfig serialBaseConfig(const Config& config) {
                     .counts_per_turn = base.counts_per_turn > 0.0 ? base.counts_per_turn : facts.counts_per_turn,
                     .loop_rate = base.loop_rate,
                     .address = static_cast<std::uint8_t>(base.address),
+                    .nodes = {static_cast<std::uint8_t>(config.can.left_node),
+                              static_cast<std::uint8_t>(config.can.right_node)},
                     .may_drive = base.speed_commands},
           .gyro = config.imu_device.driver == ImuDriver::kBase,
           .limits = base.limits,

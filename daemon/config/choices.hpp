@@ -58,6 +58,7 @@ enum class BaseDriver : std::uint8_t {
   kFrame,
   kRoboclaw,
   kOpencr,
+  kVesc,
   kCan,
   kLcm,
   kNone
@@ -84,8 +85,8 @@ inline constexpr std::array kWords<LdsModel>{"auto", "lds01", "lds02", "xv11", "
 template <>
 inline constexpr std::array kWords<LidarScanMode>{"auto", "express", "standard"};
 template <>
-inline constexpr std::array kWords<BaseDriver>{"handsfree", "text",   "create", "kobuki", "frame",
-                                               "roboclaw",  "opencr", "can",    "lcm",    "none"};
+inline constexpr std::array kWords<BaseDriver>{"handsfree", "text", "create", "kobuki", "frame", "roboclaw",
+                                               "opencr",    "vesc", "can",    "lcm",    "none"};
 template <>
 inline constexpr std::array kWords<can::Protocol>{"odrive", "vesc"};
 template <>

@@ -77,7 +77,8 @@ struct BaseDeviceConfig {
   }
   /// What its encoders count in a turn is each robot's own.
   bool needsCounts() const {
-    return driver == BaseDriver::kRosArduinoBridge || driver == BaseDriver::kFrame || driver == BaseDriver::kRoboclaw;
+    return driver == BaseDriver::kRosArduinoBridge || driver == BaseDriver::kFrame || driver == BaseDriver::kRoboclaw ||
+           driver == BaseDriver::kVesc;
   }
 
   void visitSettings(auto& v) {

@@ -290,7 +290,7 @@ void checkDevices(const Config& config, const Complain& complain) {
   if (config.base_device.needsCounts() && !(config.base_device.counts_per_turn > 0.0)) {
     complain({"base.counts_per_turn", "base.driver"},
              "is not set, but such a base has no model that says it; set it to what the encoder counts in one turn of "
-             "the wheel (enc_counts_per_rev of diffdrive_arduino)");
+             "the wheel (enc_counts_per_rev of diffdrive_arduino; of a VESC 6 * pole pairs * gear)");
   }
   const bool any_type = config.base_device.driver == BaseDriver::kHandsfree ||
                         config.base_device.driver == BaseDriver::kLcm || config.base_device.driver == BaseDriver::kNone;
@@ -299,7 +299,9 @@ void checkDevices(const Config& config, const Complain& complain) {
                                                "\" has more wheels than the two of such a base; set it to "
                                                "\"differential\"");
   }
-  if (config.base_device.driver == BaseDriver::kCan && config.can.left_node == config.can.right_node) {
+  const bool has_nodes =
+      config.base_device.driver == BaseDriver::kCan || config.base_device.driver == BaseDriver::kVesc;
+  if (has_nodes && config.can.left_node == config.can.right_node) {
     complain({"can.right_node", "can.left_node"}, "is the left wheel's, too; give each its own");
   }
   const bool is_vesc = config.can.protocol == can::Protocol::kVesc;

@@ -197,6 +197,9 @@ inline constexpr ProblemKind kBaseLifted{"base_lifted",
 inline constexpr ProblemKind kBaseLeftSafeMode{
     "base_left_safe_mode", "the base has stopped by itself: a wheel dropped, an edge or its charger came, or a button",
     "slamd drives it by a new SLAM_DRIVE only", "clear its way, and drive on"};
+inline constexpr ProblemKind kBaseBumped{"base_bumped", "a bumper of the base is pressed",
+                                         "slamd drives on as SLAM_DRIVE asks",
+                                         "drive back, or free what it has run into"};
 inline constexpr ProblemKind kBaseNoGyro{"base_no_gyro", "{0} sends wheels, but no turn rate",
                                          "slamd goes on without a gyro",
                                          "check the gyro's cable, or set imu.driver to the gyro that there is"};
@@ -322,6 +325,13 @@ inline constexpr ProblemKind kVescNotFollowing{
 inline constexpr ProblemKind kVescSlow{"vesc_slow", "{0} wheel: STATUS_5 comes every {#0} ms",
                                        "slamd goes on with those that agree, the pose is coarser",
                                        "in VESC Tool: App Settings, General, CAN status rate: 50 Hz"};
+inline constexpr ProblemKind kVescAway{"vesc_away",
+                                       "the {0} wheel's VESC ({#0}) does not answer over the CAN of the other one",
+                                       "slamd stops both wheels, and has no motion of them",
+                                       "check the CAN cable between them, its power, and its id against can.{0}_node"};
+inline constexpr ProblemKind kVescFault{"vesc_fault", "the {0} wheel's VESC ({#0}) has the fault {#1}",
+                                        "slamd stops both wheels until it has gone",
+                                        "in VESC Tool: Terminal, faults; remove the cause"};
 inline constexpr ProblemKind kVescHot{"vesc_hot", "the transistors of the {0} wheel's VESC have {#1} degrees",
                                       "as delivered it limits its current from 85 on: the wheel may become slow",
                                       "let it cool, and cool it better"};

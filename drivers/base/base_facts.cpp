@@ -11,6 +11,7 @@
 #include "firmware_if/opencr.hpp"
 #include "firmware_if/roboclaw.hpp"
 #include "firmware_if/slamd_base/base_frame.hpp"
+#include "firmware_if/vesc/vesc_packets.hpp"
 
 namespace slam {
 namespace {
@@ -65,7 +66,7 @@ constexpr std::array kTable = {
               .baud = roboclaw::kBaud,
               .counter_bits = 32,
               .rate = 50.0,
-              .at_hand = "set its serial timeout in Motion Studio to 0.5 s, and keep its switch within reach"},
+              .stops_after = 0.1 * roboclaw::kTenths},
     BaseFacts{.driver = "opencr",
               .name = "a TurtleBot3 with OpenCR",
               .line_device = LineDevice::kOpencr,
@@ -76,6 +77,14 @@ constexpr std::array kTable = {
               .counts_per_turn = opencr::kCountsPerTurn,
               .gyro = true,
               .stops_after = opencr::kHeartbeatLasts},
+    BaseFacts{.driver = "vesc",
+              .name = "two VESCs",
+              .line_device = LineDevice::kVesc,
+              .make = makeVescProtocol,
+              .baud = vesc::kBaud,
+              .counter_bits = 32,
+              .rate = 50.0,
+              .stops_after = vesc::kTimeout},
 };
 
 }  // namespace

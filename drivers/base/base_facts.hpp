@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -11,11 +13,12 @@ namespace slam {
 
 /// What a protocol needs to know of the robot.
 struct BaseProtocolConfig {
-  double wheel_radius = 0.0;     ///< [m]
-  double half_track = 0.0;       ///< [m]
-  double counts_per_turn = 0.0;  ///< of a wheel
-  double loop_rate = 0.0;        ///< [Hz] of the speed control of a base that takes counts per loop
-  std::uint8_t address = 0x80;   ///< of a RoboClaw
+  double wheel_radius = 0.0;                      ///< [m]
+  double half_track = 0.0;                        ///< [m]
+  double counts_per_turn = 0.0;                   ///< of a wheel
+  double loop_rate = 0.0;                         ///< [Hz] of the speed control of a base that takes counts per loop
+  std::uint8_t address = 0x80;                    ///< of a RoboClaw
+  std::array<std::uint8_t, 2> nodes{0x10, 0x18};  ///< ids on CAN of two VESCs: left, right
   bool may_drive = false;
 };
 

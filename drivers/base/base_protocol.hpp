@@ -7,6 +7,7 @@
 
 #include "core/timestamp.hpp"
 #include "firmware_if/outgoing.hpp"
+#include "problems/devices.hpp"
 
 namespace slam {
 
@@ -18,9 +19,11 @@ struct BaseReading {
       counts{};                       ///< of the wheels' encoders: left, right, forward up; they wrap
   std::optional<double> turn_rate{};  ///< [rad/s] counter-clockwise, of its gyro
   std::optional<bool> lifted{};       ///< a wheel hangs in the air
+  std::optional<bool> bumped{};       ///< a bumper is pressed
   std::optional<bool>
       obeys{};  ///< false: it has left the mode in which it drives, and no command has asked for it again
   std::optional<float> battery{};  ///< [V]
+  Problem fault{};                 ///< a part of the base does not do its work; nothing: all do
   bool has_speed = false;          ///< the base is known to have the speed that was sent last
 };
 

@@ -17,5 +17,7 @@ std::unique_ptr<BaseProtocol> makeKobukiProtocol(const BaseProtocolConfig& confi
 std::unique_ptr<BaseProtocol> makeOpencrProtocol(const BaseProtocolConfig& config);
 /// RoboClaw, motor 1 left: both counters at 50 Hz, both speeds in between.
 std::unique_ptr<BaseProtocol> makeRoboclawProtocol(const BaseProtocolConfig& config);
+/// Two VESCs, one at the port and one behind it on CAN: both tachometers at 50 Hz, both speeds in between.
+std::unique_ptr<BaseProtocol> makeVescProtocol(const BaseProtocolConfig& config);
 
 }  // namespace slam

@@ -75,6 +75,7 @@ class CreateProtocol : public BaseProtocol {
     take({.stamp = clock_.stamp(now, lost),
           .counts = std::array<std::uint32_t, 2>{sensors.counts[0], sensors.counts[1]},
           .lifted = sensors.dropped,
+          .bumped = sensors.bumped,
           .obeys = !left_safe_,
           .battery = static_cast<float>(1e-3 * sensors.voltage),
           .has_speed = zero_sent_ && now - *zero_sent_ >= kObeyed && has_zero});

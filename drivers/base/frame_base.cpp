@@ -65,6 +65,7 @@ class FrameProtocol : public BaseProtocol {
         .restarted = at.restarted,
         .counts = std::array{static_cast<std::uint32_t>(state.counts[0]), static_cast<std::uint32_t>(state.counts[1])},
         .lifted = (state.flags & slamd_base::kLifted) != 0,
+        .bumped = (state.flags & slamd_base::kBumped) != 0,
         .has_speed = sent_ && state.speeds == number_};
     if ((state.flags & slamd_base::kHasGyro) != 0) reading.turn_rate = 1e-6 * state.turn_rate;
     if (state.battery != 0) reading.battery = static_cast<float>(1e-3 * state.battery);

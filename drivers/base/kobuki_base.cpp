@@ -49,6 +49,7 @@ class KobukiProtocol : public BaseProtocol {
     BaseReading reading{.stamp = clock_.stamp(time_, now),
                         .counts = std::array<std::uint32_t, 2>{feedback.counts[0], feedback.counts[1]},
                         .lifted = feedback.dropped,
+                        .bumped = feedback.bumped,
                         .battery = static_cast<float>(feedback.battery),
                         .has_speed = zeros_ >= kZeros};
     if (feedback.turn_rate) reading.turn_rate = kTurnRateUnit * *feedback.turn_rate;

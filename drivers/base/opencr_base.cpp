@@ -59,6 +59,7 @@ class OpencrProtocol : public PolledProtocol {
           .restarted = time_.add(table->millis, now).restarted,
           .counts = table->counts,
           .turn_rate = table->turn_rate,
+          .bumped = table->bumped,
           .battery = static_cast<float>(table->battery)});
   }
 

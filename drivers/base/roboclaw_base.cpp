@@ -13,6 +13,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration kRoboclawPeriod = 20ms;           // of asking for the counts: an answer takes 3 ms at 38400 bit/s
+constexpr Duration kTimeoutPeriod = 1s;              // of setting its serial timeout
 constexpr double kMostRoboclawSpeed = 2147483647.0;  // [counts/s] of a 32-bit number
 
 /// An answer says neither what it answers nor how long it is: both follow from what was asked.
@@ -20,9 +21,14 @@ class RoboclawProtocol : public PolledProtocol {
  public:
   explicit RoboclawProtocol(const BaseProtocolConfig& config)
       : PolledProtocol(kRoboclawPeriod),
+        may_drive_(config.may_drive),
         counts_per_metre_(config.counts_per_turn / (2.0 * std::numbers::pi * config.wheel_radius)),
         address_(config.address) {}
 
+  void begin(Timestamp now) override {
+    PolledProtocol::begin(now);
+    next_timeout_ = now;
+  }
   void push(std::uint8_t byte, Timestamp, const Take& take) override {
     if (!pending()) {
       ++unasked_;
@@ -49,6 +55,7 @@ class RoboclawProtocol : public PolledProtocol {
         if (size_ == 1 && byte == roboclaw::kDone && end(Request::kSpeeds)) take({.stamp = taken(), .has_speed = true});
         return;
       case Request::kOther:
+        if (size_ == 1 && byte == roboclaw::kDone) end(Request::kOther);
         return;
     }
   }
@@ -60,6 +67,13 @@ class RoboclawProtocol : public PolledProtocol {
   }
   Outgoing encodeSpeeds(const SideSpeeds& wanted) override {
     return roboclaw::encodeSpeeds(address_, {countsOf(wanted.left), countsOf(wanted.right)});
+  }
+  /// Its own watchdog, which it has not as delivered: set again and again, since nothing shows that its power was away.
+  /// One that somebody else drives keeps what it has.
+  Outgoing encodeOther(Timestamp now) override {
+    if (!may_drive_ || now < next_timeout_) return {};
+    next_timeout_ = now + kTimeoutPeriod;
+    return roboclaw::encodeTimeout(address_, roboclaw::kTenths);
   }
   void forget() override { size_ = 0; }
 
@@ -74,6 +88,8 @@ class RoboclawProtocol : public PolledProtocol {
         std::lround(std::clamp(counts_per_metre_ * speed, -kMostRoboclawSpeed, kMostRoboclawSpeed)));
   }
 
+  bool may_drive_;
+  Timestamp next_timeout_{};
   double counts_per_metre_;
   std::uint8_t address_;
   std::array<std::uint8_t, roboclaw::kLongestVersion> held_{};  // of the answer

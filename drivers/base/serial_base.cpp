@@ -107,8 +107,12 @@ void SerialBase::take(const BaseReading& reading) {
   if (reading.lifted.value_or(false)) received_.lifted_until = received_.at + kPutDown;
   const bool obeyed = std::exchange(received_.obeys, reading.obeys.value_or(received_.obeys));
   if (obeyed && !received_.obeys) speeds_.revoke(received_.at);
+  received_.bumped = reading.bumped.value_or(received_.bumped);
   if (reading.has_speed) speeds_.acknowledge();
   if (reading.counts || reading.turn_rate) emit(reading);
+  if (!reading.fault) return;
+  wheels_.set(DeviceState::kFault, reading.fault);
+  speeds_.owe();
 }
 
 void SerialBase::emit(const BaseReading& reading) {
@@ -126,6 +130,7 @@ void SerialBase::emit(const BaseReading& reading) {
   wheels_.countSample(reading.stamp);
   wheels_.set(DeviceState::kStreaming, isLifted()         ? Problem(problem::kBaseLifted)
                                        : !received_.obeys ? Problem(problem::kBaseLeftSafeMode)
+                                       : received_.bumped ? Problem(problem::kBaseBumped)
                                                           : Problem());
 }
 

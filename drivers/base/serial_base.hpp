@@ -86,7 +86,7 @@ class SerialBase {
     Timestamp byte{};          // a byte of any sense
     Timestamp turn_rate{};
     bool isNoise() const { return byte - at > std::chrono::milliseconds(100); }
-    bool obeys = true;
+    bool obeys = true, bumped = false;
   } received_;
   std::atomic<float> battery_{0.0F};
 };

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "drivers/base/base_facts.hpp"
+#include "drivers/imu/codec/xsens_messages.hpp"
 #include "drivers/imu/imu_facts.hpp"
 #include "drivers/search/driver_row.hpp"
 #include "drivers/tcp_port.hpp"
@@ -13,6 +14,7 @@
 #include "firmware_if/opencr.hpp"
 #include "firmware_if/roboclaw.hpp"
 #include "firmware_if/robolink.hpp"
+#include "firmware_if/vesc/vesc_packets.hpp"
 
 namespace slam {
 namespace {
@@ -51,6 +53,8 @@ Outgoing askBoard() {
 constexpr std::array kCreateBauds = {create_oi::kBaud};
 constexpr std::array kBoardBauds = {robolink::kBaud};
 constexpr std::array kRoboclawBauds = {roboclaw::kBaud};
+constexpr std::array kVescBauds = {vesc::kBaud};
+constexpr std::array kXsensBauds = {115200};
 constexpr std::array kOpencrBauds = {opencr::kBaud};
 constexpr std::array kArduinoBauds = {arduino_bridge::kBaud, 115200};
 
@@ -66,8 +70,10 @@ PortFinding PortSearch::find(const std::atomic<bool>& cancel) {
   found_ = {};
   LidarSearch lidars(path_, 0, open_, now_);
   const bool serial = !isTcp(path_);
+  bool has_bytes = false;  // unasked: no lidar that waits for its start
   if (serial) {
     const LidarFinding lidar = lidars.listen(cancel);
+    has_bytes = lidar.has_bytes;
     if (take(lidar) || (lidar.has_bytes && listen(kRarely, cancel))) {
       // A port of USB's own carries any rate: then the usual one is to be written down.
       const BaseFacts* base = findBase(found_.driver);
@@ -78,13 +84,17 @@ PortFinding PortSearch::find(const std::atomic<bool>& cancel) {
   for (int round = 0; round < kRounds && !cancel; ++round) {
     const bool known =
         (serial && ask({LineDevice::kCreate, kCreateBauds, askCreate(), create_oi::stop()}, cancel)) ||
-        (serial && ask({LineDevice::kBoard, kBoardBauds, askBoard()}, cancel)) || take(lidars.ask(cancel)) ||
+        (serial && ask({LineDevice::kBoard, kBoardBauds, askBoard()}, cancel)) ||
+        (serial && ask({LineDevice::kVesc, kVescBauds, vesc::askVersion()}, cancel)) ||
+        (serial && ask({LineDevice::kXsens, kXsensBauds, xsens::encode(xsens::kAskId)}, cancel)) ||
+        take(lidars.ask(cancel)) ||
         (serial &&
          ask({LineDevice::kRoboclaw, kRoboclawBauds, roboclaw::askVersion(roboclaw::kFirstAddress)}, cancel)) ||
         (serial && ask({LineDevice::kOpencr, kOpencrBauds, opencr::ping()}, cancel)) ||
         (serial && ask({LineDevice::kArduino, kArduinoBauds, arduino_bridge::askCounts()}, cancel));
-    if (known || !found_.is_open) break;
+    if (known || !found_.is_open) return found_;
   }
+  if (serial && !cancel && !has_bytes) take(lidars.wake(cancel));
   return found_;
 }
 

@@ -24,9 +24,9 @@ struct PortFinding {
 /// Finds out which lidar, base or IMU is on a port. It listens first, at each baud rate that devices send at unasked.
 /// A port that stays silent is asked, in an order in which no question moves a motor or presses a button of any device
 /// that slamd knows: a Create first, which would take a lidar's question for buttons, and whose interface is off
-/// afterwards; then the HandsFree board; then the lidars, as LidarSearch does; last an Arduino for its counters. A
-/// lidar that waits for the command that starts it (LDS-01, COIN-D4) is not found. It may wait and allocate, some 14 s
-/// for a port where nobody is; the port must be closed meanwhile.
+/// afterwards; then the HandsFree board, a VESC and an Xsens; then the lidars, as LidarSearch does; an Arduino for its
+/// counters. Last, on a port from which nothing has come, it starts the lidars that wait for it (COIN-D4, LDS-01), and
+/// stops them. It may wait and allocate, some 25 s for a port where nobody is; the port must be closed meanwhile.
 class PortSearch {
  public:
   using Clock = LidarSearch::Clock;

@@ -36,7 +36,8 @@ std::string boardSettings(const Config& config) {
 std::string baseSettings(const Config& config) {
   const SerialBaseConfig c = serialBaseConfig(config);
   return words(c.facts->driver, c.port, c.baud, c.robot.wheel_radius, c.robot.half_track, c.robot.counts_per_turn,
-               c.robot.loop_rate, static_cast<int>(c.robot.address), c.robot.may_drive, c.gyro, c.limits.max_speed,
+               c.robot.loop_rate, static_cast<int>(c.robot.address), static_cast<int>(c.robot.nodes[0]),
+               static_cast<int>(c.robot.nodes[1]), c.robot.may_drive, c.gyro, c.limits.max_speed,
                c.limits.max_turn_rate);
 }
 

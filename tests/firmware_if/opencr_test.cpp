@@ -54,7 +54,8 @@ TEST(Opencr, WritesItsQuestionsAsTheyAreDescribed) {
 }
 
 TEST(Opencr, ReadsWhatItsBoardAnswers) {
-  const Table table{.millis = 4000000000U, .battery = 11.84, .turn_rate = -0.25F, .counts = {0xFFFFFF00U, 12345}};
+  const Table table{
+      .millis = 4000000000U, .battery = 11.84, .bumped = true, .turn_rate = -0.25F, .counts = {0xFFFFFF00U, 12345}};
   const auto packets = packetsIn(encodeTable(table));
   ASSERT_EQ(packets.size(), 1U);
   const auto read = parseTable(packets[0]);
@@ -63,6 +64,8 @@ TEST(Opencr, ReadsWhatItsBoardAnswers) {
   EXPECT_NEAR(read->battery, table.battery, 1e-9);
   EXPECT_EQ(read->turn_rate, table.turn_rate);
   EXPECT_EQ(read->counts, table.counts);
+  EXPECT_TRUE(read->bumped);
+  EXPECT_FALSE(parseTable(packetsIn(encodeTable({}))[0])->bumped);
   EXPECT_TRUE(isPong(packetsIn(encodePong())[0]));
   EXPECT_TRUE(isDone(packetsIn(encodeDone())[0]));
   EXPECT_FALSE(isDone(packets[0]));

@@ -26,6 +26,19 @@ TEST(Roboclaw, AsksAndReadsAsThePublishedLibraryDoes) {
   EXPECT_EQ(bytesOf(encodeCounts(0x80, {1000, static_cast<std::uint32_t>(-100)})), kCounts);
 }
 
+TEST(Roboclaw, SetsItsTimeoutByAPacketWithAChecksum) {
+  const Bytes packet = bytesOf(encodeTimeout(0x80, 5));
+  EXPECT_EQ(Bytes(packet.begin(), packet.begin() + 3), (Bytes{0x80, 14, 5}));
+  EXPECT_EQ(sizeOf(Bytes{0x80, 14}), packet.size());
+  EXPECT_EQ(parseTimeout(packet), 5);
+  EXPECT_FALSE(parseTimeout(kSpeeds));
+  for (std::size_t i = 1; i < packet.size(); ++i) {
+    Bytes damaged = packet;
+    damaged[i] ^= 0x01;
+    EXPECT_FALSE(parseTimeout(damaged)) << i;
+  }
+}
+
 TEST(Roboclaw, RefusesEachDamagedByteAndTheAnswerOfAnotherAddress) {
   EXPECT_FALSE(parseCounts(0x81, kCounts));
   for (std::size_t i = 0; i < kCounts.size(); ++i) {

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <gtest/gtest.h>
 #include <slam/drive_t.hpp>
 #include <thread>
@@ -33,6 +34,13 @@ class LiveBases : public test::LiveFaults {
     }
     return last;
   }
+  void startDaemonFor(const std::string& base) {
+    const sim::SimulatedGeometry geometry = sim::geometryOf(base);
+    startDaemon({"base.driver='" + base + "'", "base.counts_per_turn=" + std::to_string(geometry.counts_per_turn),
+                 "base.wheel_radius=" + std::to_string(geometry.base.wheel_radius),
+                 "base.half_track=" + std::to_string(geometry.base.half_track), "base.speed_commands=true",
+                 std::string("imu.driver='") + (findBase(base)->gyro ? "base" : "hfi") + "'", "depth.driver='none'"});
+  }
   static std::int64_t now() {
     return std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch())
         .count();
@@ -51,6 +59,12 @@ class LiveBases : public test::LiveFaults {
   }
 };
 
+/// All of them, or the one of SLAMD_BASE.
+bool isWanted(const std::string& base) {
+  const char* only = std::getenv("SLAMD_BASE");
+  return only == nullptr || base == only;
+}
+
 struct Cell {
   const char* name;
   const char* fault;
@@ -65,17 +79,13 @@ constexpr Cell kCells[] = {{"pulled", "unplug 1", "unplug 0", "no such port"},
 TEST_F(LiveBases, DriveAsCommandedAndStopAndNameTheirFaults) {
   ASSERT_TRUE(listener_.good());
   for (const std::string& base : sim::baseNames()) {
-    if (base == "handsfree") continue;  // FaultMatrix.Board, Stop
+    if (base == "handsfree" || !isWanted(base)) continue;  // FaultMatrix.Board, Stop
     SCOPED_TRACE(base);
     listener_.listenFor(300ms);  // what the slamd before it has sent
     listener_.clear();
     poses_.clear();
-    const sim::SimulatedGeometry geometry = sim::geometryOf(base);
     startSimulator("600", "meeting-room", {"--base", base, "--obey"});
-    startDaemon({"base.driver='" + base + "'", "base.counts_per_turn=" + std::to_string(geometry.counts_per_turn),
-                 "base.wheel_radius=" + std::to_string(geometry.base.wheel_radius),
-                 "base.half_track=" + std::to_string(geometry.base.half_track), "base.speed_commands=true",
-                 std::string("imu.driver='") + (findBase(base)->gyro ? "base" : "hfi") + "'", "depth.driver='none'"});
+    startDaemonFor(base);
     ASSERT_TRUE(listener_.until([&] { return poseState() == kLocalised && isWell("base"); }, kPatience * 20s))
         << daemonLog();
     const std::int64_t idle = now();
@@ -90,7 +100,7 @@ TEST_F(LiveBases, DriveAsCommandedAndStopAndNameTheirFaults) {
     const std::int64_t stood = now();
     const std::size_t calm = poses_.size();
     for (const Cell& cell : kCells) {
-      const bool no_sensor = base == "text" || base == "roboclaw" || base == "opencr";
+      const bool no_sensor = base == "text" || base == "roboclaw" || base == "opencr" || base == "vesc";
       if (std::string_view(cell.name) == "lifted" && no_sensor) continue;
       inject("board", cell.fault);
       EXPECT_TRUE(
@@ -127,6 +137,33 @@ TEST_F(LiveBases, DriveAsCommandedAndStopAndNameTheirFaults) {
     EXPECT_LT(moved(truth, end + runs_out + 300000, stood), kStands)
         << "it stands within 0.3 s of the end of its command";
     EXPECT_LT(moved(truth, over, last), kStands) << "and when slamd has ended";
+    std::filesystem::remove_all(folder_ / "devices");
+  }
+}
+
+/// Those whose own time-out slamd sets, or relies upon.
+TEST_F(LiveBases, StandByThemselvesWhenSlamdIsKilled) {
+  ASSERT_TRUE(listener_.good());
+  for (const std::string base : {"roboclaw", "vesc"}) {
+    SCOPED_TRACE(base);
+    listener_.listenFor(300ms);
+    listener_.clear();
+    poses_.clear();
+    startSimulator("600", "meeting-room", {"--base", base, "--obey"});
+    startDaemonFor(base);
+    ASSERT_TRUE(listener_.until([&] { return poseState() == kLocalised && isWell("base"); }, kPatience * 20s))
+        << daemonLog();
+    const std::int64_t begun = now(), driven = drive({.omega = 0.5}, 2s);
+    slamd_->signal(SIGKILL);
+    ASSERT_TRUE(slamd_->wait(5s));
+    const std::int64_t stands = now() + static_cast<std::int64_t>(1e6 * (findBase(base)->stops_after + 0.3));
+    listener_.listenFor(3s);
+    const std::int64_t last = now() - 100000;
+    const Trajectory truth = endDrive();
+    constexpr double kStands = 1e-9;  // [m], [rad] of rounding
+    EXPECT_GT(moved(truth, begun, driven), 0.3);
+    EXPECT_GT(moved(truth, driven + 100000, stands), 0.02) << "nobody has stopped it at once";
+    EXPECT_LT(moved(truth, stands, last), kStands);
     std::filesystem::remove_all(folder_ / "devices");
   }
 }

@@ -59,17 +59,18 @@ class LiveSetup : public test::Live {
   std::string device(const char* name) const { return folder_ / "devices" / name; }
 };
 
-/// A few pairs, or with SLAMD_ALL_PAIRS=1 all of them.
+/// A few pairs, or with SLAMD_ALL_PAIRS=1 all of them, or with the word of a lidar or a base all of its own.
 TEST_F(LiveSetup, FindsPairsOfLidarAndBaseInAnyOrder) {
-  std::vector<std::pair<std::string, std::string>> pairs = {
-      {"c1", "text"}, {"ld19", "create"}, {"ydlidar-x4", "kobuki"}, {"hokuyo-urg", "handsfree"}};
-  if (std::getenv("SLAMD_ALL_PAIRS") != nullptr) {
+  std::vector<std::pair<std::string, std::string>> pairs = {{"c1", "text"},           {"ld19", "create"},
+                                                            {"ydlidar-x4", "kobuki"}, {"hokuyo-urg", "handsfree"},
+                                                            {"coin-d4", "vesc"},      {"lds01", "roboclaw"}};
+  if (const char* wanted = std::getenv("SLAMD_ALL_PAIRS")) {
+    const std::string_view word(wanted);
     pairs.clear();
     for (const std::string& lidar : sim::lidarNames()) {
-      // Two wait for the command that starts them, and a SICK is on the network.
-      const std::string model(sim::lidarModel(lidar));
-      if (model == "lds01" || model == "coin-d4" || model.starts_with("sick")) continue;
-      for (const std::string& base : sim::baseNames()) pairs.emplace_back(lidar, base);
+      if (std::string(sim::lidarModel(lidar)).starts_with("sick")) continue;  // it is on the network
+      for (const std::string& base : sim::baseNames())
+        if (word == "1" || word == lidar || word == base) pairs.emplace_back(lidar, base);
     }
   }
   int right = 0;

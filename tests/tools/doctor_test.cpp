@@ -16,9 +16,12 @@
 #include "drivers/camera/fake_usb.hpp"
 #include "drivers/can/fake_can_port.hpp"
 #include "drivers/imu/iio_folder.hpp"
+#include "drivers/virtual_line.hpp"
 #include "firmware_if/can_vesc.hpp"
 #include "problems/daemon.hpp"
 #include "problems/devices.hpp"
+#include "tools/sim/lidar/scip_emulator.hpp"
+#include "tools/sim/tcp_server.hpp"
 
 namespace slam::doctor_test {
 namespace {
@@ -262,6 +265,11 @@ TEST_F(Doctor, NamesTheFramesThatAVescDoesNotSend) {
   EXPECT_THAT(heard({left, left5, right5}).what, HasSubstr("no STATUS of the right"));
   EXPECT_THAT(heard({left, left5}).what, HasSubstr("no frame of the right wheel's VESC (can.right_node = 200)"));
   EXPECT_FALSE(bus.open);
+  bus.incoming.clear();
+  const can::Frame other = vesc::encode(3, vesc::Status{});
+  for (const can::Frame& frame : {left, other, left5, left}) bus.put(frame);
+  EXPECT_EQ(listenForVescs("can0", port, std::chrono::milliseconds(5)), (std::vector{3, 10}));
+  EXPECT_FALSE(bus.open);
 }
 
 TEST_F(Doctor, ExplainsTheDrivesWatchdogsWhereSpeedsAreSent) {
@@ -281,20 +289,62 @@ TEST_F(Doctor, ExplainsTheDrivesWatchdogsWhereSpeedsAreSent) {
   base.driver = BaseDriver::kHandsfree;
   ASSERT_TRUE(checkWatchdog(base, {}, port));
   EXPECT_EQ(checkWatchdog(base, {}, port)->level, Finding::kGood);
-  for (const auto driver : {BaseDriver::kRosArduinoBridge, BaseDriver::kKobuki, BaseDriver::kFrame}) {
+  for (const auto driver :
+       {BaseDriver::kRosArduinoBridge, BaseDriver::kKobuki, BaseDriver::kRoboclaw, BaseDriver::kFrame}) {
     base.driver = driver;
     ASSERT_TRUE(checkWatchdog(base, {}, port));
     EXPECT_EQ(checkWatchdog(base, {}, port)->level, Finding::kGood);
   }
   EXPECT_THAT(checkWatchdog(base, {}, port)->what, HasSubstr("0.2 s after the last command"));
-  for (const auto driver : {BaseDriver::kCreate2, BaseDriver::kRoboclaw}) {
-    base.driver = driver;
-    ASSERT_TRUE(checkWatchdog(base, {}, port));
-    EXPECT_EQ(checkWatchdog(base, {}, port)->level, Finding::kWarning) << "it has none";
-    EXPECT_FALSE(checkWatchdog(base, {}, port)->fix.empty());
-  }
+  base.driver = BaseDriver::kVesc;
+  EXPECT_EQ(checkWatchdog(base, {}, port)->level, Finding::kWarning) << "it is a setting";
+  base.driver = BaseDriver::kCreate2;
+  ASSERT_TRUE(checkWatchdog(base, {}, port));
+  EXPECT_EQ(checkWatchdog(base, {}, port)->level, Finding::kWarning) << "it has none";
+  EXPECT_FALSE(checkWatchdog(base, {}, port)->fix.empty());
   base.driver = BaseDriver::kLcm;
   EXPECT_FALSE(checkWatchdog(base, {}, port)) << "who drives the base is not slamd";
+}
+
+/// What doctor finds where connecting ends so.
+Finding checkWhere(const ProblemKind& kind) {
+  const std::string path = "tcp://192.168.0.10:10940";
+  return checkTcpLidar("hokuyo", path, [&](const std::string&, int) {
+    return OpenedPort{nullptr, {kind, {}, {path}}};
+  });
+}
+
+TEST_F(Doctor, TellsLidarsOnTheNetworkApartByWhatIsWrong) {
+  EXPECT_THAT(checkWhere(problem::kTcpNoWay).what, HasSubstr("no way leads to tcp://192.168.0.10:10940"));
+  EXPECT_THAT(checkWhere(problem::kTcpNoReply).what, HasSubstr("does not reply"));
+  EXPECT_EQ(checkWhere(problem::kTcpRefused).level, Finding::kFault);
+  EXPECT_FALSE(checkWhere(problem::kTcpRefused).fix.empty());
+
+  sim::TcpServer server(0);
+  const std::string path = "tcp://127.0.0.1:" + std::to_string(server.port());
+  const Finding silent = checkTcpLidar("sick", path);
+  EXPECT_EQ(silent.level, Finding::kFault);
+  EXPECT_THAT(silent.what, HasSubstr("takes the connection, but sends nothing"));
+  EXPECT_THAT(checkTcpLidar("sick", "tcp://lidar:2112").what, HasSubstr("is no address"));
+}
+
+TEST_F(Doctor, AsksALidarOnTheNetworkWhoItIs) {
+  sim::ScipEmulator device([](Timestamp, double) { return 2.0; }, sim::scipModels().front());
+  std::vector<std::uint8_t> answers;
+  test::VirtualLine line(
+      [&](std::span<const std::uint8_t> bytes) { device.receive(bytes, test::virtual_now, answers); },
+      [&](std::vector<std::uint8_t>& out) {
+        device.stream(test::virtual_now, answers);
+        out = std::exchange(answers, {});
+      });
+  const std::string path = "tcp://192.168.0.10:10940";
+  for (const char* driver : {"hokuyo", "auto"}) {
+    const Finding found = checkTcpLidar(driver, path, line.opener(), test::virtualNow);
+    EXPECT_EQ(found.level, Finding::kGood) << found.what;
+  }
+  const Finding other = checkTcpLidar("sick", path, line.opener(), test::virtualNow);
+  EXPECT_EQ(other.level, Finding::kFault);
+  EXPECT_THAT(other.fix, HasSubstr("hokuyo"));
 }
 
 TEST_F(Doctor, KnowsWhetherThisUserMayCommandOverTheSocket) {

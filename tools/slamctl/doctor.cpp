@@ -34,7 +34,7 @@ void append(Findings& findings, std::optional<Finding> finding) {
 void append(Findings& findings, Findings more) { std::move(more.begin(), more.end(), std::back_inserter(findings)); }
 
 /// Ports that the configuration names, as their owner would open them.
-Findings diagnosePorts(const Config& config, const Account& slamd) {
+Findings diagnosePorts(const Config& config, const Account& slamd, bool running) {
   struct Used {
     const char *device, *key;
     bool used;
@@ -46,7 +46,13 @@ Findings diagnosePorts(const Config& config, const Account& slamd) {
   Findings findings;
   const auto ports = serialPorts();
   for (const auto& [device, key, used, path] : all) {
-    if (!used || isTcp(path)) continue;
+    if (!used) continue;
+    if (isTcp(path)) {
+      // A Hokuyo has one connection: while slamd has it, slamd says how it is.
+      if (running) continue;
+      findings.push_back(checkTcpLidar(wordOf(config.lidar_device.driver), path));
+      continue;
+    }
     findings.push_back(checkPort(device, path, key, ports, slamd));
     append(findings, checkClaimants(device, path, key));
   }
@@ -138,7 +144,7 @@ Findings diagnose(const Config& config, const std::string& socket) {
     findings.push_back({Finding::kFault,
                         "service: there is no user " + service.account().user + ", as whom slamd.service runs",
                         "sudo systemd-sysusers, or set User= (sudo systemctl edit slamd)"});
-  append(findings, diagnosePorts(config, slamd));
+  append(findings, diagnosePorts(config, slamd, running.has_value()));
   if (config.imu_device.driver == ImuDriver::kIio)
     findings.push_back(checkIio(config.imu_device.port, IioDevice::kRoot));
   append(findings, checkSecondSlamd());

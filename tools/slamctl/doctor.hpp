@@ -9,10 +9,12 @@
 #include <vector>
 
 #include "config/config.hpp"
+#include "drivers/byte_stream.hpp"
 #include "drivers/camera/openni_camera.hpp"
 #include "drivers/camera/usb_watch.hpp"
 #include "drivers/can/can_port.hpp"
 #include "drivers/serial_port.hpp"
+#include "runtime/clock.hpp"
 #include "tools/slamctl/account.hpp"
 
 namespace slam {
@@ -49,6 +51,10 @@ Finding checkCamera(UsbWatch& usb, const Account& slamd = callerAccount(), const
 Finding checkCameraName(const std::string& uri, const std::vector<CameraInfo>& cameras);
 /// Is it known where the camera sits?
 Finding checkMounting(const DepthDeviceConfig& depth);
+/// What is at the address of a lidar on the network: nothing answers, it refuses, it is silent, it is another make.
+/// Asks who it is, which starts nothing. @param driver that is configured @param open, now for a test
+Finding checkTcpLidar(const std::string& driver, const std::string& path, const PortOpener& open = openPort,
+                      Timestamp (*now)() = monotonicNow);
 /// @param net the system's list of network interfaces (/sys/class/net)
 Finding checkCan(const std::string& interface, const std::filesystem::path& net = "/sys/class/net");
 /// The nodes whose ODrives send heartbeats on a CAN interface. Nothing is sent.
@@ -58,6 +64,9 @@ struct FoundDrives {
 };
 /// @param first nodes that are looked for besides the usual ones
 FoundDrives listenForDrives(const std::string& interface, std::vector<int> first, CanPort& port, Duration patience);
+/// The ids of the VESCs that send STATUS on a CAN interface, in their order; none where it cannot be listened to.
+/// Nothing is sent. @param patience for each 32 of the ids, of which a socket filters no more
+std::vector<int> listenForVescs(const std::string& interface, CanPort& port, Duration patience);
 /// Listens for the heartbeats of drives. @param port of the interface; nothing is sent
 Finding checkDrives(const CanConfig& can, CanPort& port, Duration patience = std::chrono::milliseconds(500));
 /// What stops the wheels when slamd cannot. @param port of the interface, if the wheels are on CAN

@@ -16,6 +16,7 @@
 namespace slam::xsens {
 
 /// Identifiers of messages.
+inline constexpr std::uint8_t kAskId = 0x00;  ///< answered in the mode for configuration alone
 inline constexpr std::uint8_t kGoToMeasurement = 0x10, kGoToConfig = 0x30, kData2 = 0x36, kWakeUp = 0x3E, kError = 0x42;
 inline constexpr std::size_t kOverhead = 5;                ///< [bytes] around the data of a short message
 inline constexpr std::size_t kMostData = 512;              ///< [bytes] with all outputs on it is 300

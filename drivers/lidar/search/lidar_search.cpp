@@ -25,6 +25,7 @@ constexpr std::array kRplidars = {115200, 460800, 1000000, 256000};  // [bit/s] 
 constexpr std::array kYdlidars = {128000, 230400};                   // [bit/s] of those that wait for a command
 constexpr Duration kListen = 400ms;                                  // at each: two turns and more
 constexpr Duration kProbeAnswer = 300ms;                             // to a question
+constexpr Duration kSpinUp = 3s;    // from its command to the packets of a lidar that is started
 constexpr double kSameRate = 0.06;  // [1] of the samples' rate: the models of one family are 10 % apart
 
 LidarFinding foundRow(const LidarFacts* row, int baud) {
@@ -97,6 +98,28 @@ LidarFinding LidarSearch::ask(const std::atomic<bool>& cancel) {
   return finish(cancel);
 }
 
+LidarFinding LidarSearch::wake(const std::atomic<bool>& cancel) {
+  // By its command that is the more harmless: a single letter means something to many a device.
+  constexpr std::array kSleepers = {"coin-d4", "lds01"};
+  found_ = {};
+  for (const char* driver : kSleepers) {
+    const LidarFacts& row = *findLidar(driver);
+    OpenedPort port = open_(path_, row.baud);
+    if (!port.stream) {
+      found_ = {.problem = port.problem, .is_open = false};
+      break;
+    }
+    rplidar::Dialogue dialogue(*port.stream, now_, &cancel);
+    row.talk.start(dialogue);
+    found_ = listenTo(dialogue, row.baud, kSpinUp);
+    row.talk.stop(*port.stream);
+    // Others of its family send alike, but do not begin by this command.
+    if (found_.facts != nullptr && found_.facts->line_device == row.line_device) found_.facts = &row;
+    if (found_.family != LidarFinding::kNone || dialogue.hungUp() || cancel) break;
+  }
+  return finish(cancel);
+}
+
 LidarFinding LidarSearch::finish(const std::atomic<bool>& cancel) {
   found_.has_bytes = hears_;
   if (found_.family == LidarFinding::kNone && !found_.problem)
@@ -105,6 +128,11 @@ LidarFinding LidarSearch::finish(const std::atomic<bool>& cancel) {
 }
 
 LidarFinding LidarSearch::receivePackets(rplidar::Dialogue& dialogue, int baud) {
+  return listenTo(dialogue, baud, kListen);
+}
+
+/// @param limit a lidar that has begun is known kListen after its first byte
+LidarFinding LidarSearch::listenTo(rplidar::Dialogue& dialogue, int baud, Duration limit) {
   struct Candidate {
     const LidarFacts* row;
     PacketDecoder decoder;
@@ -116,13 +144,16 @@ LidarFinding LidarSearch::receivePackets(rplidar::Dialogue& dialogue, int baud) 
     if (row.baud == baud) candidates.push_back({&row, PacketDecoder(*row.packets, 1.0 / row.sample_rate, 10.0 / baud)});
   }
   std::vector<TimedNode> nodes;
-  for (const Timestamp end = now_() + kListen; now_() < end && !dialogue.hungUp() && !dialogue.cancelled();) {
+  Timestamp end = now_() + limit, begun{};
+  while (now_() < end && !dialogue.hungUp() && !dialogue.cancelled()) {
     for (const std::uint8_t byte : dialogue.readOn(end - now_())) {
       for (Candidate& candidate : candidates) {
         nodes.clear();
         candidate.decoder.push(byte, nodes);
         candidate.nodes += nodes.size();
         candidate.best = std::max(candidate.best, candidate.decoder.inARow());
+        // The rate of its samples is measured from its first packet on.
+        if (begun == Timestamp{} && candidate.best > 0) end = std::min(end, (begun = now_()) + kListen);
       }
     }
   }

@@ -31,7 +31,8 @@ struct LidarFinding {
 /// Finds out which lidar is on a port. It listens first at the baud rates of those that send unasked: three good
 /// packets in a row name the family, their rate the model. Then it asks what no device is harmed by: RPLidars and
 /// YDLIDARs who they are, Hokuyos and SICKs the same. A lidar that must be started before it can be known (LDS-01,
-/// COIN-D4) is not found. It may wait and allocate, some seconds in all; the port must be closed meanwhile.
+/// COIN-D4) is not found, but by wake(). It may wait and allocate, some seconds in all; the port must be closed
+/// meanwhile.
 class LidarSearch {
  public:
   using Clock = rplidar::Dialogue::Clock;
@@ -45,11 +46,15 @@ class LidarSearch {
   LidarFinding listen(const std::atomic<bool>& cancel);
   /// The second half.
   LidarFinding ask(const std::atomic<bool>& cancel);
+  /// Starts those that neither send nor answer before, and stops them: a motor turns meanwhile. For a port on which
+  /// nobody else is known to be.
+  LidarFinding wake(const std::atomic<bool>& cancel);
 
  private:
   template <typename Look>
   bool tryEach(std::span<const int> bauds, const std::atomic<bool>& cancel, const Look& look);
   LidarFinding receivePackets(rplidar::Dialogue& dialogue, int baud);
+  LidarFinding listenTo(rplidar::Dialogue& dialogue, int baud, Duration limit);
   LidarFinding finish(const std::atomic<bool>& cancel);
   LidarFinding askRplidar(rplidar::Dialogue& dialogue, int baud) const;
   LidarFinding askYdlidar(rplidar::Dialogue& dialogue, int baud) const;

@@ -27,7 +27,7 @@ class EachBase : public testing::TestWithParam<const char*> {
  protected:
   const char* word() const { return GetParam(); }
   bool isPolled() const {
-    constexpr std::array<std::string_view, 3> kPolled{"text", "roboclaw", "opencr"};
+    constexpr std::array<std::string_view, 4> kPolled{"text", "roboclaw", "opencr", "vesc"};
     return std::find(kPolled.begin(), kPolled.end(), word()) != kPolled.end();
   }
   /// A base whose own watchdog stops it may stand before slamd has stopped it.
@@ -295,6 +295,24 @@ TEST_P(EachBase, ThatIsLiftedIsReportedAndItsWheelsAreNoMotion) {
   EXPECT_GT(rig.wheels.back().angles[0], at);
 }
 
+TEST_P(EachBase, ReportsABumperAndDrivesOn) {
+  BaseRig rig(word());
+  const std::string_view base(word());
+  if (isPolled() && base != "opencr") GTEST_SKIP() << "it has no such sensor";
+  ASSERT_TRUE(rig.connect());
+  rig.driveFor(1s, {.vx = 0.3});
+  EXPECT_FALSE(rig.base->wheelStatus().problem()) << rig.words();
+  rig.emulator->inject("bumped", 1.0);
+  rig.driveFor(300ms, {.vx = -0.2});
+  EXPECT_TRUE(rig.has(problem::kBaseBumped)) << rig.words();
+  EXPECT_EQ(rig.state(), DeviceState::kStreaming);
+  EXPECT_FALSE(rig.wheels.back().lifted);
+  EXPECT_LT(rig.emulator->drive().vx, -0.1) << "it may drive back";
+  rig.emulator->inject("bumped", 0.0);
+  rig.runFor(300ms);
+  EXPECT_FALSE(rig.has(problem::kBaseBumped));
+}
+
 INSTANTIATE_TEST_SUITE_P(, EachBase, testing::ValuesIn(words()),
                          [](const auto& test) { return std::string(test.param); });
 
@@ -364,6 +382,82 @@ TEST(SerialBase, StopsByItselfWhereTheReferenceFirmwareGetsNothing) {
   ASSERT_FALSE(rig.stands());
   rig.emulator->inject("deaf", 1.0);
   EXPECT_LE(rig.timeToStop(), 1ms * slamd_base::kCommandLasts + 20ms);
+}
+
+TEST(SerialBase, SetsTheTimeoutThatARoboclawHasNotAsDelivered) {
+  BaseRig rig("roboclaw");
+  ASSERT_TRUE(rig.connect());
+  rig.driveFor(1s, {.vx = 0.3});
+  rig.kill();
+  ASSERT_FALSE(rig.stands()) << "nobody has stopped it yet";
+  const Timestamp killed = virtual_now;
+  while (!rig.stands() && virtual_now < killed + 2s) rig.line.pass(10ms);
+  EXPECT_LE(virtual_now - killed, 500ms);
+  rig.start();
+  ASSERT_TRUE(rig.connect());
+  rig.emulator->inject("reset", 1.0);  // its timeout is off again, as nothing shows
+  rig.runFor(1500ms);
+  rig.driveFor(1s, {.vx = 0.3});
+  rig.kill();
+  for (const Timestamp end = virtual_now + 500ms; virtual_now < end;) rig.line.pass(10ms);
+  EXPECT_TRUE(rig.stands());
+}
+
+TEST(SerialBase, LeavesTheTimeoutOfARoboclawThatItMayNotDrive) {
+  BaseRig rig("roboclaw");
+  rig.start(false);
+  ASSERT_TRUE(rig.connect());
+  rig.written.clear();
+  rig.runFor(3s);
+  EXPECT_THAT(rig.written, testing::Not(testing::Contains(14)));
+}
+
+TEST(SerialBase, StopsBothWheelsWhereTheSecondVescIsGone) {
+  BaseRig rig("vesc");
+  ASSERT_TRUE(rig.connect());
+  rig.driveFor(2s, {.vx = 0.3});
+  EXPECT_GT(rig.base->battery(), 24.0F);
+  rig.emulator->inject("cut", 1.0);
+  rig.driveFor(500ms, {.vx = 0.3});
+  EXPECT_TRUE(rig.has(problem::kVescAway)) << rig.words();
+  EXPECT_EQ(rig.state(), DeviceState::kFault);
+  EXPECT_NEAR(rig.emulator->drive().omega, 0.15 / rig.geometry.base.half_track, 0.01)
+      << "the left wheel stands, the other one's own time is not up yet";
+  rig.driveFor(1s, {.vx = 0.3});
+  EXPECT_TRUE(rig.stands()) << "whatever is asked for";
+  rig.emulator->inject("cut", 0.0);
+  rig.runFor(1s);
+  EXPECT_EQ(rig.state(), DeviceState::kStreaming) << rig.words();
+  EXPECT_TRUE(rig.stands());
+  rig.driveFor(500ms, {.vx = 0.3});
+  EXPECT_FALSE(rig.stands());
+  EXPECT_FALSE(rig.base->wheelStatus().problem()) << rig.words();
+}
+
+TEST(SerialBase, StopsBothWheelsAtTheFaultOfAVesc) {
+  BaseRig rig("vesc");
+  ASSERT_TRUE(rig.connect());
+  rig.driveFor(2s, {.vx = 0.3});
+  rig.emulator->inject("fault", 2.0);
+  rig.driveFor(300ms, {.vx = 0.3});
+  EXPECT_TRUE(rig.has(problem::kVescFault)) << rig.words();
+  EXPECT_TRUE(rig.stands()) << "the one without a fault, too";
+  rig.emulator->inject("fault", 0.0);
+  rig.driveFor(300ms, {.vx = 0.3});
+  EXPECT_FALSE(rig.stands());
+  EXPECT_FALSE(rig.base->wheelStatus().problem()) << rig.words();
+}
+
+TEST(SerialBase, SendsAVescNothingButZerosUntilBothAreKnown) {
+  BaseRig rig("vesc");
+  rig.emulator->inject("cut", 1.0);
+  rig.driveFor(2s, {.vx = 0.3});
+  EXPECT_TRUE(rig.stands());
+  EXPECT_TRUE(rig.has(problem::kVescAway)) << rig.words();
+  rig.emulator->inject("silent", 1.0);
+  rig.driveFor(2s, {.vx = 0.3});
+  rig.emulator->inject("silent", 0.0);
+  EXPECT_TRUE(rig.stands());
 }
 
 TEST(SerialBase, EntersACreatesSafeModeForACommandAlone) {

@@ -127,7 +127,6 @@ TEST(PortSearch, FindsEachLidarThatSendsOrAnswers) {
     return port.find();
   };
   for (const LidarFacts& row : lidarTable()) {
-    if (std::string_view(row.driver) == "lds01" || std::string_view(row.driver) == "coin-d4") continue;
     sim::PacketEmulator device(test::lidarRoom, row.driver);
     const PortFinding found = find(device, row.baud);
     EXPECT_EQ(found.kind, PortFinding::kLidar) << row.driver << ": " << found.problem.words();
@@ -141,6 +140,42 @@ TEST(PortSearch, FindsEachLidarThatSendsOrAnswers) {
     const PortFinding found = find(device, unit.make().baud);
     EXPECT_EQ(found.driver, "rplidar") << unit.name << ": " << found.problem.words();
     EXPECT_EQ(found.is_usual_baud, unit.make().baud == 115200);
+  }
+}
+
+TEST(PortSearch, FindsAnXsensThatIsBeingConfigured) {
+  const auto emulator = sim::makeImu("xsens");
+  emulator->inject("config", 1.0);
+  Bytes answers;
+  Port port(
+      115200, [&](std::span<const std::uint8_t> bytes) { emulator->receive(bytes, answers); },
+      [&](Bytes& out) { out = std::exchange(answers, {}); });
+  const PortFinding found = port.find();
+  EXPECT_EQ(found.kind, PortFinding::kImu) << found.name << found.problem.words();
+  EXPECT_EQ(found.driver, "xsens");
+  EXPECT_EQ(std::find(port.sent.begin(), port.sent.end(), 0xA5), port.sent.end()) << "no lidar is asked before it";
+}
+
+TEST(PortSearch, StartsTheLidarsThatWaitForItLastAndStopsThem) {
+  for (const char* driver : {"coin-d4", "lds01"}) {
+    sim::PacketEmulator device(test::lidarRoom, driver);
+    Bytes answers;
+    const auto receive = [&](std::span<const std::uint8_t> bytes) { device.receive(bytes, virtual_now, answers); };
+    const auto send = [&](Bytes& out) {
+      device.stream(virtual_now, answers);
+      out = std::exchange(answers, {});
+    };
+    Port port(230400, receive, send);
+    EXPECT_EQ(port.find().driver, driver);
+    Bytes after;
+    send(after);
+    after.clear();
+    virtual_now += std::chrono::seconds(1);
+    send(after);
+    EXPECT_TRUE(after.empty()) << driver << " turns no more";
+    const auto start = std::find(port.sent.begin(), port.sent.end(), driver == std::string_view("lds01") ? 'b' : 0xF0);
+    const auto arduino = std::find(port.sent.begin(), port.sent.end(), 'e');
+    EXPECT_LT(arduino, start) << "it is asked first";
   }
 }
 
@@ -158,7 +193,8 @@ TEST(PortSearch, AsksASilentPortForACreateBeforeALidarAndNothingThatMovesOrStart
     if (byte == 0xA5) {
       EXPECT_TRUE(next == 0x50 || next == 0x90) << "neither reset, nor stop, nor start";
     }
-    EXPECT_FALSE(byte == 'b' || byte == 'm') << "starts an LDS-01, or an Arduino's wheels";
+    EXPECT_FALSE(byte == 'm') << "an Arduino's wheels";
+    EXPECT_FALSE(byte == 'b' && i + 2 < port.sent.size()) << "starts an LDS-01: last of all, but for its stop";
     EXPECT_FALSE(byte == 137 || byte == 145 || byte == 135) << "drives or cleans";
   }
 }

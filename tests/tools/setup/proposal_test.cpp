@@ -123,6 +123,22 @@ TEST(Proposal, TakesODrivesByTheirHeartbeats) {
   EXPECT_EQ(usual.can.left_node, 16) << "as ODrives of this kind of robot have it";
 }
 
+TEST(Proposal, TakesVescsByTheirStatusAndByTheirPort) {
+  const Machine machine{.ports = {kA1}, .buses = {{.interface = "can1", .vescs = {3, 120}}}};
+  const Config config = propose(machine, "7\n120\n3\n0.05\n0.2\n").config;
+  EXPECT_EQ(config.base_device.driver, BaseDriver::kCan);
+  EXPECT_EQ(config.can.protocol, can::Protocol::kVesc);
+  EXPECT_EQ(config.can.pole_pairs, 7);
+  EXPECT_EQ(config.can.left_node, 120);
+  EXPECT_EQ(config.can.right_node, 3);
+  const FoundPort port{.path = "/x/vesc", .finding = {.kind = PortFinding::kBase, .driver = "vesc", .baud = 115200}};
+  const Config serial = propose({.ports = {kA1, port}}, "42\n5\n6\n0.05\n0.2\n").config;
+  EXPECT_EQ(serial.base_device.driver, BaseDriver::kVesc);
+  EXPECT_EQ(serial.base_device.counts_per_turn, 42.0);
+  EXPECT_EQ(serial.can.left_node, 5);
+  EXPECT_EQ(serial.can.right_node, 6);
+}
+
 TEST(Proposal, ReportsWhatIsMissingAndKeepsAnotherProgramsSensors) {
   const Config none = propose({}, nullptr).config;
   EXPECT_EQ(none.base_device.driver, BaseDriver::kNone);

@@ -58,7 +58,8 @@ constexpr std::array kRows = {
     Row{"kobuki", makeKobuki},
     Row{"frame", makeFrameBase},
     Row{"roboclaw", makeRoboclaw},
-    Row{"opencr", makeOpencr}};
+    Row{"opencr", makeOpencr},
+    Row{"vesc", makeVesc}};
 
 }  // namespace
 

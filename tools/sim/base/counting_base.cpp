@@ -22,6 +22,7 @@ bool BaseFaults::inject(std::string_view kind, double value) {
       {"deaf", &F::deaf},                      // takes nothing: what is sent to it is lost
       {"stuck", &F::stuck},                    // counts no further; what was turned meanwhile is never counted
       {"lifted", &F::lifted},                  // a wheel hangs in the air: the motors turn, the robot does not move
+      {"bumped", &F::bumped},                  // a bumper is pressed
       {"lose", &F::lose, 0.0, kMany},          // bytes missing from the next frames, one from each
       {"insert", &F::insert, 0.0, kMany},      // foreign bytes in the next frames, one in each
       {"flip", &F::flip, 0.0, kMany},          // bytes damaged in the next frame

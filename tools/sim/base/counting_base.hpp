@@ -11,7 +11,7 @@ namespace slam::sim {
 
 /// What can go wrong with a base, whatever its make.
 struct BaseFaults {
-  bool silent = false, deaf = false, stuck = false, lifted = false;
+  bool silent = false, deaf = false, stuck = false, lifted = false, bumped = false;
   int lose = 0, insert = 0, flip = 0, checksum = 0;  ///< still to be done
   bool reset = false;                                ///< to be done once
   double factor = 1.0;                               ///< [1] of what the wheels turn
@@ -49,6 +49,7 @@ class CountingBase : public EmulatedBase {
   void setCountsBack();
   void use() { in_use_ = true; }
   bool lifted() const { return faults_.lifted; }
+  bool bumped() const { return faults_.bumped; }
   double turnRate() const { return turn_rate_; }  ///< [rad/s] of its gyro
   Timestamp now() const { return now_; }
   const SimulatedGeometry& geometry() const { return geometry_; }
@@ -69,5 +70,6 @@ std::unique_ptr<EmulatedBase> makeFrameBase();
 std::unique_ptr<EmulatedBase> makeKobuki();
 std::unique_ptr<EmulatedBase> makeOpencr();
 std::unique_ptr<EmulatedBase> makeRoboclaw();
+std::unique_ptr<EmulatedBase> makeVesc();
 
 }  // namespace slam::sim

@@ -38,6 +38,7 @@ class CreateEmulator : public CountingBase {
       const auto all = counts();
       deliver(
           create_oi::encodeStream({.dropped = lifted(),
+                                   .bumped = bumped(),
                                    .voltage = 14400,
                                    .mode = mode_,
                                    .requested = obeys ? requested_ : std::array<std::int16_t, 2>{},

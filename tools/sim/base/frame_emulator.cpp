@@ -49,6 +49,7 @@ class FrameEmulator : public CountingBase {
       unsigned flags = 0;
       if (has_gyro_) flags |= slamd_base::kHasGyro;
       if (lifted()) flags |= slamd_base::kLifted;
+      if (bumped()) flags |= slamd_base::kBumped;
       if (control_.driven()) flags |= slamd_base::kDriven;
       std::uint8_t frame[slamd_base::kLongestFrame];
       const std::size_t size = slamd_base::encodeState(

@@ -43,6 +43,7 @@ class KobukiEmulator : public CountingBase {
       const std::int64_t stamp = kFirstStamp + (next_ - started_) / std::chrono::milliseconds(1);
       deliver(
           kobuki::encodeFeedback({.stamp = static_cast<std::uint16_t>(stamp),
+                                  .bumped = bumped(),
                                   .dropped = lifted(),
                                   .counts = {static_cast<std::uint16_t>(all[0]), static_cast<std::uint16_t>(all[1])},
                                   .battery = 16.0,

@@ -39,6 +39,7 @@ class OpencrEmulator : public CountingBase {
       case opencr::Instruction::kRead:
         return deliver(opencr::encodeTable({.millis = static_cast<std::uint32_t>((now() - started_) / 1ms),
                                             .battery = 11.8,
+                                            .bumped = bumped(),
                                             .turn_rate = static_cast<float>(turnRate()),
                                             .counts = {static_cast<std::uint32_t>(counts()[0]),
                                                        static_cast<std::uint32_t>(counts()[1])}}),

@@ -10,7 +10,8 @@ namespace {
 
 constexpr std::uint8_t kAddress = roboclaw::kFirstAddress;
 
-/// A RoboClaw as delivered: it keeps the last speed for ever. It has a battery of its own.
+/// A RoboClaw as delivered: it keeps the last speed for ever, unless its serial timeout is set. It has a battery of its
+/// own.
 class RoboclawEmulator : public CountingBase {
  public:
   RoboclawEmulator() : CountingBase(geometryOf("roboclaw"), {4294967200, 40}) {}  // both soon wrap
@@ -20,8 +21,10 @@ class RoboclawEmulator : public CountingBase {
     setCountsBack();
     packet_.clear();
     wanted_ = {};
+    tenths_ = 0;
   }
   void take(std::uint8_t byte, Bytes& out) override {
+    if (isTimedOut()) wanted_ = {};
     if (toSeconds(now() - last_byte_) > roboclaw::kPacketGap) packet_.clear();
     last_byte_ = now();
     packet_.push_back(byte);
@@ -30,11 +33,13 @@ class RoboclawEmulator : public CountingBase {
     if (size > 0 && packet_[0] == kAddress) obey(out);
     packet_.clear();
   }
-  SideSpeeds sides() const override { return wanted_; }
+  SideSpeeds sides() const override { return isTimedOut() ? SideSpeeds{} : wanted_; }
 
  private:
+  bool isTimedOut() const { return tenths_ > 0 && toSeconds(now() - obeyed_) > 0.1 * tenths_; }
   void obey(Bytes& out) {
     use();
+    obeyed_ = now();
     switch (static_cast<roboclaw::Command>(packet_[1])) {
       case roboclaw::Command::kVersion:
         return deliver(roboclaw::encodeVersion(kAddress), out);
@@ -47,13 +52,20 @@ class RoboclawEmulator : public CountingBase {
         if (!speeds) return;  // a damaged packet gets no answer
         const double count = 2.0 * std::numbers::pi * geometry().base.wheel_radius / geometry().counts_per_turn;  // [m]
         wanted_ = {count * (*speeds)[0], count * (*speeds)[1]};
-        deliver({roboclaw::kDone}, out);
+        return deliver({roboclaw::kDone}, out);
+      }
+      case roboclaw::Command::kTimeout: {
+        const auto tenths = roboclaw::parseTimeout(packet_);
+        if (!tenths) return;
+        tenths_ = *tenths;
+        return deliver({roboclaw::kDone}, out);
       }
     }
   }
 
   Bytes packet_;  // that is not whole yet
-  Timestamp last_byte_{};
+  Timestamp last_byte_{}, obeyed_{};
+  int tenths_ = 0;  // [0.1 s] its serial timeout; 0: none
   SideSpeeds wanted_;
 };
 

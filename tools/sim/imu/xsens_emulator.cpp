@@ -25,6 +25,7 @@ class XsensEmulator : public FaultyImu {
     for (const std::uint8_t byte : in) {
       decoder_.push(byte, [&](std::span<const std::uint8_t> bytes) {
         const std::uint8_t id = xsens::parse(bytes).id;
+        if (id == xsens::kAskId && !measures_) send(xsens::encode(xsens::kAskId + 1).bytes(), out);
         if (id != xsens::kGoToMeasurement && id != xsens::kGoToConfig) return;
         measures_ = id == xsens::kGoToMeasurement;
         send(xsens::encode(static_cast<std::uint8_t>(id + 1)).bytes(), out);

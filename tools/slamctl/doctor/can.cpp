@@ -105,6 +105,31 @@ FoundDrives listenForDrives(const std::string& interface, std::vector<int> first
   return heard;
 }
 
+std::vector<int> listenForVescs(const std::string& interface, CanPort& port, Duration patience) {
+  namespace vesc = can::vesc;
+  constexpr int kAtOnce = 32;
+  std::vector<int> found;
+  for (int first = 0; first <= vesc::kMostId; first += kAtOnce) {
+    std::vector<std::uint32_t> ids;
+    for (int id = first; id < first + kAtOnce && id <= vesc::kMostId; ++id)
+      ids.push_back(vesc::idOf(id, vesc::Packet::kStatus) | CanPort::kExtended);
+    if (port.open(interface, ids) != 0) return {};
+    StampedCanFrame received;
+    for (const Timestamp end = monotonicNow() + patience; monotonicNow() < end;) {
+      if (port.receive(received) != 0) {
+        std::this_thread::sleep_for(5ms);
+        continue;
+      }
+      const auto id = static_cast<int>(received.frame.id & 0xFF);
+      if (vesc::parseStatus(id, received.frame) && std::find(found.begin(), found.end(), id) == found.end())
+        found.push_back(id);
+    }
+    port.close();
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
 Finding checkDrives(const CanConfig& can, CanPort& port, Duration patience) {
   if (can.protocol == can::Protocol::kVesc) return checkVescs(can, port, patience);
   const FoundDrives heard = listenForDrives(can.interface, {can.left_node, can.right_node}, port, patience);
@@ -131,6 +156,12 @@ std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base, const CanConf
                    "drives: the board's own watchdog stops the motors 0.7 s after the last command; it is always on",
                    ""};
   }
+  const bool on_can = base.driver == BaseDriver::kCan && can.protocol == can::Protocol::kVesc;
+  if (on_can || base.driver == BaseDriver::kVesc)
+    return Finding{
+        Finding::kWarning,
+        "drives: a VESC as delivered releases its motor 1 s after the last command; whether it does cannot be asked",
+        "in VESC Tool: App Settings, General, Timeout: 500 ms, not 0"};
   if (const BaseFacts* facts = findBase(wordOf(base.driver))) {
     if (facts->stops_after > 0.0) {
       char after[32];
@@ -147,12 +178,6 @@ std::optional<Finding> checkWatchdog(const BaseDeviceConfig& base, const CanConf
                    facts->at_hand};
   }
   if (base.driver != BaseDriver::kCan) return std::nullopt;
-  if (can.protocol == can::Protocol::kVesc)
-    return Finding{
-        Finding::kWarning,
-        "drives: a VESC as delivered releases its motor 1 s after the last command; whether it does cannot be "
-        "asked over CAN",
-        "in VESC Tool: App Settings, General, Timeout: 500 ms, not 0"};
   return checkDriveWatchdogs(can, port);
 }
 

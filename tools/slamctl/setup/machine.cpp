@@ -23,6 +23,7 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
 constexpr int kCanInterface = 280;    // ARPHRD_CAN of /sys/class/net/NAME/type
+constexpr Duration kStatus = 250ms;   // a VESC sends STATUS at 50 Hz, or at 5 Hz by its slower rate
 constexpr Duration kHeartbeats = 1s;  // an ODrive sends one each 100 ms
 
 std::vector<std::string> namesIn(const fs::path& folder) {
@@ -82,9 +83,10 @@ std::vector<FoundBus> surveyBuses() {
     std::ifstream(net / name / "type") >> type;
     std::ifstream(net / name / "flags") >> std::hex >> flags;
     if (type != kCanInterface || (flags & IFF_UP) == 0) continue;
-    buses.push_back({name, listenForDrives(name, {can::odrive::kLeftNode, can::odrive::kRightNode},
-                                           *makeSocketCanPort(monotonicNow), kHeartbeats)
-                               .nodes});
+    const auto port = makeSocketCanPort(monotonicNow);
+    buses.push_back({name,
+                     listenForDrives(name, {can::odrive::kLeftNode, can::odrive::kRightNode}, *port, kHeartbeats).nodes,
+                     listenForVescs(name, *port, kStatus)});
   }
   return buses;
 }
@@ -122,8 +124,10 @@ Machine surveyMachine(const std::vector<std::string>& named, bool only, std::ost
   for (auto& search : searches) describe(machine.ports.emplace_back(search.get()), out);
   for (const FoundBus& bus : machine.buses) {
     out << "  " << bus.interface << ": "
-        << (bus.nodes.empty() ? "no ODrive sends heartbeats" : "ODrives with the nodes");
-    for (const int node : bus.nodes) out << " " << node;
+        << (!bus.nodes.empty()   ? "ODrives with the nodes"
+            : !bus.vescs.empty() ? "VESCs with the ids"
+                                 : "no ODrive sends heartbeats, no VESC its status");
+    for (const int node : bus.nodes.empty() ? bus.vescs : bus.nodes) out << " " << node;
     out << "\n";
   }
   for (const std::string& name : namesIn(IioDevice::kRoot)) {

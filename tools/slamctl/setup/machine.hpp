@@ -20,6 +20,7 @@ struct FoundPort {
 struct FoundBus {
   std::string interface;
   std::vector<int> nodes = {};  ///< whose ODrives send heartbeats
+  std::vector<int> vescs = {};  ///< ids of VESCs that send their status
 };
 
 /// What is plugged into this computer.
@@ -36,7 +37,7 @@ std::string lastingName(const std::string& port, const std::filesystem::path& ro
 /// Whether two names lead to one device.
 bool isSamePort(const std::string& one, const std::string& other);
 
-/// Looks at each port, all at the same time, some 15 s at most: PortSearch has what is sent. CAN buses are only
+/// Looks at each port, all at the same time, some 25 s at most: PortSearch has what is sent. CAN buses are only
 /// listened to. @param named ports that the system does not list @param only no other port is looked at @param out gets
 /// a line for each
 Machine surveyMachine(const std::vector<std::string>& named, bool only, std::ostream& out,

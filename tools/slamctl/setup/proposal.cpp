@@ -73,8 +73,9 @@ class Proposal {
 
   void proposeBase() {
     const auto port = choose(kBase);
-    const auto bus = std::find_if(machine_.buses.begin(), machine_.buses.end(),
-                                  [](const FoundBus& found) { return found.nodes.size() >= 2; });
+    const auto bus = std::find_if(machine_.buses.begin(), machine_.buses.end(), [](const FoundBus& found) {
+      return found.nodes.size() >= 2 || found.vescs.size() >= 2;
+    });
     if (port) {
       interview_.take("base.driver", port->finding.driver);
       takePort(kBase, *port);
@@ -192,13 +193,18 @@ class Proposal {
   void proposeCan(const FoundBus& bus) {
     interview_.take("base.driver", "can");
     interview_.take("can.interface", bus.interface);
-    const auto isOnBus = [&](int node) { return std::binary_search(bus.nodes.begin(), bus.nodes.end(), node); };
+    const bool vesc = bus.nodes.size() < 2;
+    const std::vector<int>& nodes = vesc ? bus.vescs : bus.nodes;
+    const std::string protocol = vesc ? "vesc" : "odrive";
+    if (unquoted(interview_.valueOf("can.protocol")) != protocol) interview_.take("can.protocol", protocol);
+    if (vesc) interview_.ask("can.pole_pairs", "Pairs of poles of a motor: half the magnets of its rotor");
+    const auto isOnBus = [&](int node) { return std::binary_search(nodes.begin(), nodes.end(), node); };
     const CanConfig& can = interview_.config().can;
     if (isOnBus(can.left_node) && isOnBus(can.right_node)) return;
-    interview_.takeDefault("can.left_node", std::to_string(bus.nodes[0]));
-    interview_.takeDefault("can.right_node", std::to_string(bus.nodes[1]));
-    interview_.ask("can.left_node", "Node of the left wheel's ODrive");
-    interview_.ask("can.right_node", "Node of the right wheel's ODrive");
+    interview_.takeDefault("can.left_node", std::to_string(nodes[0]));
+    interview_.takeDefault("can.right_node", std::to_string(nodes[1]));
+    interview_.ask("can.left_node", vesc ? "Id of the left wheel's VESC" : "Node of the left wheel's ODrive");
+    interview_.ask("can.right_node", vesc ? "Id of the right wheel's VESC" : "Node of the right wheel's ODrive");
   }
 
   void askForWheels() {
@@ -210,7 +216,14 @@ class Proposal {
         interview_.take("base.wheel_radius", std::to_string(facts->wheel_radius));
       if (!interview_.isSet("base.half_track")) interview_.take("base.half_track", std::to_string(facts->half_track));
     }
-    if (driver == "text") interview_.ask("base.counts_per_turn", "Counts of the encoder in one turn of a wheel");
+    if (interview_.config().base_device.needsCounts())
+      interview_.ask("base.counts_per_turn",
+                     driver == "vesc" ? "Counts of a tachometer in one turn of a wheel: 6 x pole pairs x gear"
+                                      : "Counts of the encoder in one turn of a wheel");
+    if (driver == "vesc") {
+      interview_.ask("can.left_node", "Id of the left wheel's VESC on CAN");
+      interview_.ask("can.right_node", "Id of the right wheel's VESC on CAN");
+    }
     if (driver == "handsfree")
       interview_.ask("base.type", "Wheels: differential, omni3 (three omni wheels) or mecanum4");
     interview_.ask("base.wheel_radius", "Radius of a driven wheel [m]");

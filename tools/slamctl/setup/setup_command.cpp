@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <stdexcept>
 #include <unistd.h>
 
@@ -17,6 +18,7 @@
 #include "tools/slamctl/setup/config_writer.hpp"
 #include "tools/slamctl/setup/drive_calibration.hpp"
 #include "tools/slamctl/setup/drive_recording.hpp"
+#include "tools/slamctl/setup/paused_service.hpp"
 #include "tools/slamctl/setup/proposal.hpp"
 
 namespace slam {
@@ -123,6 +125,9 @@ SetupCommand::SetupCommand(CLI::App& app)
   command_->add_option("--write", write_, "write to this file; default: the configuration in use")->check(namesFile());
   command_->add_option("--port", ports_, "look at this port alone; may be repeated")->allow_extra_args(false);
   command_->add_flag("--calibrate", calibrate_, "calibrate by a drive without being asked");
+  command_->add_flag("--stop-service", stop_service_,
+                     "stop a slamd service that runs, which has the ports, without being asked; it is started again at "
+                     "the end");
   command_->add_option("--drive", seconds_, "[s] of the drive that is recorded for the calibration; 0: none")
       ->check(inRange(0.0, 3600.0))
       ->capture_default_str();
@@ -138,6 +143,13 @@ bool SetupCommand::run(const std::string& config_file, const std::vector<std::st
   Interview interview(present.start, present.set, yes_ ? nullptr : &std::cin, std::cout);
   if (!answers_.empty()) interview.readAnswers(answers_);
 
+  std::optional<PausedService> paused;
+  if (PausedService::runs() &&
+      (stop_service_ ||
+       interview.agrees("The slamd service runs, and has the ports. Stop it until the set-up ends? The "
+                        "robot stands then.",
+                        false)))
+    paused.emplace();
   const bool only = !ports_.empty();
   const std::vector<std::string> named = only ? ports_ : namedPorts(interview);
   const auto survey = [&] { return surveyMachine(named, only, std::cout); };
@@ -160,6 +172,12 @@ bool SetupCommand::run(const std::string& config_file, const std::vector<std::st
   const bool written = write(target, present, wanted, interview, yes_);
   std::cout << "\n" << std::flush;
   const int faults = print(diagnose(wanted, socketOf(wanted, target)));
+  if (paused) {
+    const bool starts = paused->resume();
+    std::cout << (starts ? "The slamd service is started again.\n"
+                         : "The slamd service does not start: journalctl -u slamd -n 50\n");
+    return written && faults == 0 && starts;
+  }
   if (written && faults == 0)
     std::cout << "Next: sudo systemctl enable --now slamd, or restart it; then slamctl status\n";
   return written && faults == 0;

@@ -22,7 +22,7 @@ class SetupCommand {
   CLI::App* command_;
   std::string answers_, write_;
   std::vector<std::string> ports_;
-  bool yes_ = false, calibrate_ = false;
+  bool yes_ = false, calibrate_ = false, stop_service_ = false;
   double seconds_;  // of the drive
 };
 

@@ -73,6 +73,7 @@ board_other_base|die Platine treibt eine andere Bauart|base.kinematics setzen
 base_undecoded|was kommt, ist nicht von {0}|base.driver, base.baud und Kabel prüfen
 base_lifted|ein Rad hängt in der Luft: angehoben, oder an einer Kante|auf den Boden stellen
 base_left_safe_mode|von selbst angehalten: Rad, Kante, Ladestation oder Knopf|Weg frei machen, weiterfahren
+base_bumped|Stoßfänger gedrückt|zurückfahren
 base_geometry|base.wheel_radius ist {#0.4} m, base.half_track {#1.4} m, aber {0} hat {#2.4} m und {#3.4} m|diese Werte setzen, oder slam-calibrate
 imu_undecoded|was kommt, ist nicht von {0}|imu.driver, imu.baud und Anschluss prüfen
 imu_unanswered|die IMU schweigt|Strom prüfen{1}
@@ -82,6 +83,8 @@ imu_no_rate|{0} sendet keine Drehraten|im Programm des Herstellers einschalten: 
 imu_senseless|die IMU sendet unmögliche Werte|neu starten
 imu_frozen|die IMU-Werte ändern sich nie|neu starten
 imu_no_acceleration|kaum Beschleunigung von der IMU|Ausgabe einschalten
+vesc_away|VESC {#0} ({0}) antwortet nicht über CAN|CAN-Kabel, Strom, can.{0}_node prüfen
+vesc_fault|VESC {#0} ({0}): Fehler {#1}
 iio_missing|der Kernel hat keine IMU {0}|imu.port setzen (grep . /sys/bus/iio/devices/*/name), Treiber laden
 iio_no_gyro|{0} hat kein Gyro mit drei Achsen|anderen imu.port setzen
 iio_unread|der Kernel kann {0} nicht lesen|Leitungen und Bus prüfen: dmesg
