@@ -121,6 +121,29 @@ maps_refined() {
     "$(maps_simulated streets 1 --with blocks=24 --with beams=180 --with turn-rate=5 --seconds 7200)" "<=" 0.4 m
 }
 
+# Which of five floors of a home, one above the other: the same walls, other furniture. slamd goes on in the map of the
+# first one; each floor is driven again, with other noise.
+maps_floors() {
+  local floors=5 places=20 floor right=0 wrong=0 out=$work/floors r w
+  local sensors=(--config config/sim.toml --set lidar.driver="'lcm'" --set base.driver="'lcm'" --set imu.driver="'lcm'")
+  [ -z "$short" ] || places=4
+  mkdir -p "$out"
+  for floor in $(seq "$floors"); do
+    "$bin/slam-sim" --no-depth --scene homes --seed 1 --with "floor=$floor" --log "$work/floor.lcm" >/dev/null
+    "$bin/slam-replay" "${sensors[@]}" --log "$work/floor.lcm" --save-map "$out/floor-$floor" >/dev/null 2>&1
+  done
+  for floor in $(seq "$floors"); do
+    "$bin/slam-sim" --no-depth --scene homes --seed 9 --with "floor=$floor" --log "$work/floor.lcm" >/dev/null
+    "$bin/slam-benchmark" floors "${sensors[@]}" --floor "floor-$floor" --begin-in floor-1 --places "$places" --seconds 20 \
+      "$work/floor.lcm" "$out" >"$work/floor.txt"
+    echo "floor $floor: $(tail -1 "$work/floor.txt")" >&2
+    read -r r w <<<"$(sed -nE 's/.*: ([0-9]+) right, ([0-9]+) wrong.*/\1 \2/p' "$work/floor.txt")"
+    right=$((right + r)) wrong=$((wrong + w))
+  done
+  row "which of 5 floors, other furniture" "right within 20 s, of $((floors * places))" "$right" ">=" "$((floors * places * 95 / 100))"
+  row "which of 5 floors, other furniture" wrong "$wrong" "<=" 0
+}
+
 maps() {
   mkdir -p "$work/maps"
   echo "| case | figure | value | target | |"
@@ -130,4 +153,5 @@ maps() {
   maps_orders
   maps_intel
   maps_refined
+  maps_floors
 }

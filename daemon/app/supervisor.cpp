@@ -166,6 +166,8 @@ void Supervisor::followClock(Timestamp now) {
 /// All but devices, sensors and pose, which health shows in its own words.
 std::vector<Trouble> Supervisor::otherTroubles(Timestamp now) const {
   std::vector<Trouble> troubles = storage_.troubles(now);
+  if (const Problem doubt = threads_.graph().jobs().floorDoubt())
+    troubles.push_back({.device = "map", .problem = doubt, .begin = "map: ", .besides = true});
   if (const Problem settings = threads_.base() ? threads_.base()->finding() : Problem())
     troubles.push_back({.device = "base", .problem = settings, .besides = true});
   if (const Problem link = problemOf(threads_.bus().publisher().linkState(), threads_.bus().url()))

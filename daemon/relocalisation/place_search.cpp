@@ -122,6 +122,11 @@ PlaceSearch::Result PlaceSearch::leader(std::span<const PlaceFit> places, bool i
     result.T_map_newest = places[static_cast<std::size_t>(best - contenders.begin())].T_map_newest *
                           Pose2{moved.x(), moved.y(), moved.z()};
     result.margin = margin;
+    result.T_map_rivals.clear();
+    for (std::size_t i = 0; i < contenders.size(); ++i) {
+      const bool behind = best->sum - contenders[i].sum >= config_.min_margin * (n + 1.0);
+      if (&contenders[i] != &*best && !behind) result.T_map_rivals.push_back(places[i].T_map_newest);
+    }
     result.outcome = margin < 0.0 ? Outcome::kElsewhere : Outcome::kAmbiguous;
     if (margin < config_.min_margin) continue;
     result.outcome = Outcome::kFound;

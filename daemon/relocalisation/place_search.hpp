@@ -91,7 +91,8 @@ class PlaceSearch {
     Pose2 T_map_newest;                     ///< best place, if any is found
     double margin =
         0.0;  ///< of its log-likelihood over any other's and that of none, as if in the mean of many searches
-    double needed = 0.0;  ///< margin from which on it is believed
+    double needed = 0.0;                   ///< margin from which on it is believed
+    std::vector<Pose2> T_map_rivals = {};  ///< other places of which it does not lead by as much
   };
   /// @param oldest first keyframe of the session
   /// @param around the robot is in this window; none: anywhere, in the map or not

@@ -2,6 +2,8 @@
 #include "relocalisation/relocalisation.hpp"
 
 #include <algorithm>
+#include <numeric>
+#include <utility>
 
 #include "matching/plicp.hpp"
 
@@ -27,6 +29,18 @@ Relocalisation::Relocalisation(const RelocalisationConfig& config, const Referen
 }
 
 void Relocalisation::begin(const KeyframeGraph& keyframes, std::span<const int> map) {
+  atlas_.reset();
+  beginIn(keyframes, map);
+}
+
+void Relocalisation::begin(std::shared_ptr<const FloorAtlas> atlas) {
+  atlas_ = std::move(atlas);
+  std::vector<int> all(static_cast<std::size_t>(atlas_->keyframes().size()));
+  std::iota(all.begin(), all.end(), 0);
+  beginIn(atlas_->keyframes(), all);
+}
+
+void Relocalisation::beginIn(const KeyframeGraph& keyframes, std::span<const int> map) {
   begin();
   in_map_.assign(static_cast<std::size_t>(keyframes.size()), 0);
   for (const int id : map) in_map_[static_cast<std::size_t>(id)] = 1;
@@ -89,13 +103,14 @@ std::optional<Relocalisation::Found> Relocalisation::searchNear(const KeyframeGr
 }
 
 void Relocalisation::buildSubmap(const KeyframeGraph& keyframes, const Eigen::Vector2d& centre) {
-  std::vector<int> members = keyframes.near(centre, config_.submap_radius);
+  const KeyframeGraph& map = atlas_ ? atlas_->keyframes() : keyframes;
+  std::vector<int> members = map.near(centre, config_.submap_radius);
   std::erase_if(members, [&](int id) {
     return id >= static_cast<int>(in_map_.size()) || in_map_[static_cast<std::size_t>(id)] == 0;
   });
   if (!submap_) submap_.emplace(submap_config_);
   submap_->clear(centre);
-  keyframes.addTo(*submap_, members);
+  map.addTo(*submap_, members);
 }
 
 }  // namespace slam

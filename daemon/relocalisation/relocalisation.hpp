@@ -2,6 +2,7 @@
 #pragma once
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -10,6 +11,7 @@
 #include "graph/keyframe_graph.hpp"
 #include "matching/correlative.hpp"
 #include "matching/reference.hpp"
+#include "relocalisation/floor_atlas.hpp"
 #include "relocalisation/place_search.hpp"
 
 namespace slam {
@@ -26,6 +28,7 @@ struct RelocalisationConfig {
   double submap_radius = 40.0;            ///< [m] of the map around a place are matched against
   double min_overlap = 0.55;  ///< [1] of the points agree with the map where they were found, or a person placed them
   int max_iterations = 200;   ///< of the match: to blurred walls it creeps, and no pose waits for it
+  double floor_gap = 40.0;    ///< [m] between maps that are searched together: no scan reaches from one to the other
   double submap_extent = 102.4;  ///< [m] side of the square that is matched against
 
   void visitSettings(auto& v) {
@@ -43,6 +46,8 @@ class Relocalisation {
 
   /// Begins a new session, to be looked for among the keyframes `map`.
   void begin(const KeyframeGraph& keyframes, std::span<const int> map);
+  /// ... among the keyframes of several maps.
+  void begin(std::shared_ptr<const FloorAtlas> atlas);
   /// The map stays, the session is another one.
   void begin();
 
@@ -67,12 +72,15 @@ class Relocalisation {
     int searches = 0, found = 0, ambiguous = 0, refused = 0, interrupted = 0;
   };
   const Counters& counters() const { return counters_; }
+  /// Whether two poses are one place.
+  bool same(const Pose2& a, const Pose2& b) const { return places_.same(a, b); }
   /// What the newest search over the whole map found.
   const PlaceSearch::Result& newest() const { return newest_; }
 
  private:
   void gather(const KeyframeGraph& keyframes, int oldest, int newest);
   void buildSubmap(const KeyframeGraph& keyframes, const Eigen::Vector2d& centre);
+  void beginIn(const KeyframeGraph& keyframes, std::span<const int> map);
 
   RelocalisationConfig config_;
   MatchConfig match_;
@@ -80,8 +88,9 @@ class Relocalisation {
   ReferenceConfig submap_config_;
   std::optional<Reference> submap_;  // from the first use on
   CorrelativeMatcher matcher_;
-  std::int64_t work_;         // [points] that may be compared now
-  std::vector<char> in_map_;  // by keyframe
+  std::int64_t work_;                        // [points] that may be compared now
+  std::shared_ptr<const FloorAtlas> atlas_;  // whose keyframes are the map's; nullptr: those that a search is given
+  std::vector<char> in_map_;                 // by keyframe
   ScanPoints query_;
   double path_ = 0.0, searched_at_ = -1e9;  // [m]
   int seen_ = -1;                           // keyframe that path_ ends at

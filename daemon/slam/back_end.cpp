@@ -12,13 +12,14 @@ BackEnd::BackEnd(const BackEndConfig& config)
       session_(config),
       policy_(mapPolicy(config, map_, reference_)) {}
 
-void BackEnd::load(KeyframeGraph map, const std::vector<char>& in_map, const MapEdits& edits) {
+void BackEnd::load(KeyframeGraph map, const std::vector<char>& in_map, const MapEdits& edits, const Floors& floors) {
   map_.load(std::move(map), in_map);
   map_.edits = edits;
-  session_.load(map_);
+  session_.load(map_, floors);
 }
 
 void BackEnd::add(const Keyframe& keyframe, bool may_correct) {
+  elsewhere_.reset();
   const bool shown = draws(session_.number());
   cleared_ = map_.leaveOut(keyframe) || (cleared_ && !shown);
   first_placed_ = map_.keyframes.size();
@@ -46,6 +47,7 @@ void BackEnd::add(const Keyframe& keyframe, bool may_correct) {
 void BackEnd::findSession() {
   const Pose2 T_map_newest = map_.keyframes.pose(map_.newest());
   const auto finding = session_.find(map_, policy_->knows(T_map_newest.translation()));
+  elsewhere_ = finding.elsewhere;
   if (finding.refuted) reference_.refute(session_.number());
   if (finding.found) {
     place(*finding.found);

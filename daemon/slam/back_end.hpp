@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/keyframe.hpp"
@@ -22,8 +23,8 @@ class BackEnd {
   BackEnd(const BackEnd&) = delete;
   BackEnd& operator=(const BackEnd&) = delete;
 
-  /// Goes on in a stored map: the robot has to be found in it. Before the first add().
-  void load(KeyframeGraph map, const std::vector<char>& in_map, const MapEdits& edits = {});
+  /// Goes on in a stored map: the robot has to be found in it, or in one of the others. Before the first add().
+  void load(KeyframeGraph map, const std::vector<char>& in_map, const MapEdits& edits = {}, const Floors& floors = {});
 
   /// Takes a keyframe (ids count from 0, or from the size of the map loaded, without gaps) or a refresh.
   /// @param may_correct false: no correction is made, because the last one is still on its way
@@ -56,6 +57,11 @@ class BackEnd {
   /// Whether the front end's reference holds a keyframe, once all corrections have reached it.
   bool inReference(int id) const { return map_.inReference(id); }
   BackEndCounters counters() const;
+  /// The other map that the last add() has found the robot in, if it has. Its keyframes come into neither map.
+  const std::optional<FloorFound>& elsewhere() const { return elsewhere_; }
+  std::int32_t session() const { return session_.number(); }
+  /// Names of the maps of which the robot may be in any; empty: nothing speaks for several.
+  std::vector<std::string> floorDoubt() const { return session_.floorDoubt(); }
   /// What the newest search for a lost robot found. @pre counters().relocalisation.searches > 0
   const PlaceSearch::Result& newestSearch() const { return session_.newestSearch(); }
 
@@ -69,8 +75,9 @@ class BackEnd {
   ReferenceSelector reference_;
   SessionTracker session_;
   std::unique_ptr<MapPolicy> policy_;
-  int first_placed_ = 0;  // keyframe that the last add() put into the map; those behind it, too
-  bool cleared_ = false;  // the keyframes of this run have lost points since they were drawn
+  std::optional<FloorFound> elsewhere_;  // by the last add()
+  int first_placed_ = 0;                 // keyframe that the last add() put into the map; those behind it, too
+  bool cleared_ = false;                 // the keyframes of this run have lost points since they were drawn
   int keyframes_ = 0, placed_ = 0, begun_anew_ = 0;
 };
 

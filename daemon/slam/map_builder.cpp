@@ -7,7 +7,7 @@ namespace slam {
 
 MapBuilder::MapBuilder(const BackEndConfig& config, const MapState& map, Stopwatch stopwatch)
     : back_end_(config), stopwatch_(stopwatch) {
-  if (map.keyframes.size() > 0) back_end_.load(map.keyframes, map.in_map, map.edits);
+  if (map.keyframes.size() > 0) back_end_.load(map.keyframes, map.in_map, map.edits, map.floors);
 }
 
 MapUpdate MapBuilder::add(const Keyframe& keyframe) {
@@ -19,6 +19,7 @@ MapUpdate MapBuilder::add(const Keyframe& keyframe) {
   MapUpdate update;
   update.first_in_map = back_end_.map().first_in_map;
   update.scans = back_end_.mapScans(keyframe);
+  update.elsewhere = back_end_.elsewhere();
   update.relocalised = now.placed > before.placed;
   update.taken_back = now.taken_back > before.taken_back;
   update.begun_anew = now.begun_anew > before.begun_anew;

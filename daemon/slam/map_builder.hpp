@@ -17,6 +17,7 @@ struct MapUpdate {
   std::vector<Pose2> poses;                   ///< of keyframes 0, 1, ..., where known ones moved; empty: none did
   std::unique_ptr<MapCorrection> correction;  ///< for the front end, if one is due
   std::optional<EditedDrawing> edits;         ///< what they ask, where the keyframes that they are tied to moved
+  std::optional<FloorFound> elsewhere;        ///< the other map that a lost robot was found in
   bool relocalised = false;                   ///< a lost robot was found in the map
   bool taken_back = false;                    ///< the session before was found, and lost before the map had it
   bool begun_anew = false;                    ///< a map of a few keyframes was forgotten

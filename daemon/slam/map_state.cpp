@@ -14,7 +14,7 @@ constexpr double kMaxTurn = 0.03;   // [rad]
 
 MapState MapState::clone() const {
   return {keyframes, in_map,       grid.clone(), views, grid_keyframes, T_map_base, gyro_bias,
-          body,      T_base_lidar, range_max,    utime, edits,          kind};
+          body,      T_base_lidar, range_max,    utime, edits,          kind,       floors};
 }
 
 FrontEndStart startIn(const MapState& map, std::int32_t map_id) {

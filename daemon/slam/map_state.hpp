@@ -13,6 +13,7 @@
 #include "mapping/mapper.hpp"
 #include "mapping/occupancy_grid.hpp"
 #include "relocalisation/distance_field.hpp"
+#include "relocalisation/floor_atlas.hpp"
 #include "slam/edits/map_edits.hpp"
 
 namespace slam {
@@ -32,6 +33,7 @@ struct MapState {
   std::int64_t utime = 0;          ///< [us] of the last keyframe
   MapEdits edits;                  ///< what they erase is not in the scans of `keyframes`
   MapKind kind = MapKind::kScans;  ///< a floor plan serves localisation alone
+  Floors floors;                   ///< that a lost robot is searched in as well; no part of the stored map
 
   /// The keyframes' scans are shared.
   MapState clone() const;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "slam/session_tracker.hpp"
 
+#include <algorithm>
+
 namespace slam {
 namespace {
 
@@ -18,8 +20,9 @@ Relocalisation::Found asGiven(const Pose2& T_map_newest) {
 
 }  // namespace
 
-void SessionTracker::load(const KeyframeMap& map) {
+void SessionTracker::load(const KeyframeMap& map, Floors floors) {
   first_ = map.given;
+  floors_ = FloorDecision(std::move(floors));
   if (map.given > 0) state_ = State::kLost;
 }
 
@@ -30,11 +33,15 @@ void SessionTracker::begin(const Keyframe& first, const KeyframeMap& map, bool m
   state_ = first.origin == KeyframeOrigin::kGiven ? State::kGiven : State::kLost;
   const bool ready = relocalisation_ && map_stays;  // the search's pyramid stays good
   if (!relocalisation_) relocalisation_.emplace(config_.relocalisation, config_.reference, config_.match);
-  ready ? relocalisation_->begin() : relocalisation_->begin(map.keyframes, map.idsInMap());
+  floors_.begin();
+  if (ready) return relocalisation_->begin();
+  if (!floors_.hasOthers()) return relocalisation_->begin(map.keyframes, map.idsInMap());
+  relocalisation_->begin(floors_.atlas(map.keyframes, map.idsInMap(), config_.relocalisation.floor_gap));
 }
 
 SessionTracker::Finding SessionTracker::find(const KeyframeMap& map, bool map_knows) {
   const int newest = map.newest();
+  if (state_ == State::kLost && floors_.hasOthers()) return findFloor(map);
   if (state_ == State::kLost)
     return {.found = relocalisation_->search(map.keyframes, first_, newest, heading_tolerance_)};
   Finding finding{.found = relocalisation_->searchNear(map.keyframes, first_, newest, kGivenWindow)};
@@ -46,6 +53,28 @@ SessionTracker::Finding SessionTracker::find(const KeyframeMap& map, bool map_kn
     finding.found = asGiven(map.keyframes.pose(newest));
   }
   return finding;
+}
+
+/// Nothing is known of the session's heading in another map.
+SessionTracker::Finding SessionTracker::findFloor(const KeyframeMap& map) {
+  const int searches = relocalisation_->counters().searches;
+  const Pose2& T_session_newest = map.keyframes.pose(map.newest());
+  const auto found = relocalisation_->search(map.keyframes, first_, map.newest());
+  if (relocalisation_->counters().searches == searches) return {};
+  const auto place = floors_.decide(*relocalisation_, found, T_session_newest);
+  if (!place) return {};
+  if (place->floor == 0) return {.found = found};
+  return {.found = {},
+          .elsewhere = FloorFound{floors_.floors().name(place->floor), number_,
+                                  place->T_floor_base * T_session_newest.inverse()}};
+}
+
+std::vector<std::string> SessionTracker::floorDoubt() const {
+  std::vector<std::string> names;
+  if (state_ != State::kLost) return names;
+  for (const int floor : floors_.doubt()) names.push_back(floors_.floors().name(floor));
+  std::sort(names.begin(), names.end());
+  return names;
 }
 
 void SessionTracker::addTo(BackEndCounters& counters) const {

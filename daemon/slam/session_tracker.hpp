@@ -3,8 +3,12 @@
 #include <cstdint>
 #include <numbers>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "slam/back_end_config.hpp"
+#include "slam/floor_decision.hpp"
 #include "slam/keyframe_map.hpp"
 
 namespace slam {
@@ -15,15 +19,16 @@ class SessionTracker {
  public:
   explicit SessionTracker(const BackEndConfig& config) : config_(config) {}
 
-  /// A robot begins in a stored map: it has to be found there.
-  void load(const KeyframeMap& map);
+  /// A robot begins in a stored map: it has to be found there, or in one of the others.
+  void load(const KeyframeMap& map, Floors floors = {});
   /// @param first keyframe of the session, which is in the map's keyframes already
   /// @param map_stays no keyframe was put into the map since the session before
   void begin(const Keyframe& first, const KeyframeMap& map, bool map_stays);
 
   struct Finding {
     std::optional<Relocalisation::Found> found;
-    bool refuted = false;  ///< the map contradicts the pose that a person gave
+    bool refuted = false;                      ///< the map contradicts the pose that a person gave
+    std::optional<FloorFound> elsewhere = {};  ///< it is in another map
   };
   /// Looks for the newest keyframe. @pre !placed()
   /// @param map_knows the map holds what is seen from there, so that it may contradict a person
@@ -40,6 +45,8 @@ class SessionTracker {
   int first() const { return first_; }  ///< keyframe
   std::int32_t number() const { return number_; }
   bool placed() const { return state_ == State::kPlaced; }
+  /// Names of the maps of which it may be in any, in rising order; empty: nothing speaks for several.
+  std::vector<std::string> floorDoubt() const;
   /// What the newest search over the whole map found. @pre there was one
   const PlaceSearch::Result& newestSearch() const { return relocalisation_->newest(); }
   void addTo(BackEndCounters& counters) const;
@@ -47,7 +54,10 @@ class SessionTracker {
  private:
   enum class State : std::uint8_t { kPlaced, kGiven, kLost };
 
+  Finding findFloor(const KeyframeMap& map);
+
   BackEndConfig config_;
+  FloorDecision floors_{Floors{}};
   std::optional<Relocalisation> relocalisation_;  // made when needed: its tables are large
   int first_ = 0;
   double heading_tolerance_ = std::numbers::pi;  // [rad] of it in the map

@@ -15,6 +15,7 @@ std::vector<Effect> effectsOfDevices() {
       {"mode", "'localise'", drive},
       {"store.directory", "'given'", keeping},
       {"store.map", "'kitchen'", keeping, kStored},
+      {"store.floors", "", nullptr, {}, "tests/app/map/map_keeper_test.cpp: GivesTheOtherFloorsWithAMap"},
       {"store.journal_period", "10.0", keeping, kStored},
       {"store.checkpoint_period", "60.0", keeping, kStored},
       {"lidar.driver", "'none'", drive},

@@ -18,16 +18,16 @@
 namespace slam {
 namespace {
 
-PlaceError errorOf(const Pose2& found, const Pose2& truth) {
-  const Pose2 error = between(truth, found);
-  return {std::hypot(error.x, error.y), std::abs(error.theta) * 180.0 / std::numbers::pi};
-}
-
 Timestamp stopwatch() {
   return Timestamp(std::chrono::duration_cast<Duration>(std::chrono::steady_clock::now().time_since_epoch()));
 }
 
 }  // namespace
+
+PlaceError errorOf(const Pose2& found, const Pose2& truth) {
+  const Pose2 error = between(truth, found);
+  return {std::hypot(error.x, error.y), std::abs(error.theta) * 180.0 / std::numbers::pi};
+}
 
 ColdStartReport coldStarts(const std::filesystem::path& log, const Config& config, const MapState& map, int places,
                            double seconds, bool believe_none, const std::function<void(int done)>& progress) {

@@ -17,6 +17,8 @@ struct PlaceError {
   bool right() const { return translation < 0.5 && rotation < 10.0; }
 };
 
+PlaceError errorOf(const Pose2& found, const Pose2& truth);
+
 /// What a search over the whole map found.
 struct ColdSearch {
   double after = 0.0;   ///< [s] from the start

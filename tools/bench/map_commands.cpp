@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/bench/map_commands.hpp"
 
+#include <cstdio>
 #include <stdexcept>
 
 #include "bus/event_log.hpp"
 #include "bus/restamp.hpp"
+#include "config/loader.hpp"
 #include "store/map_store.hpp"
 #include "tools/common/program.hpp"
 #include "tools/common/trajectory.hpp"
+#include "tools/replay/stats.hpp"
 
 namespace slam {
 
@@ -21,10 +24,46 @@ MapCommands::MapCommands(CLI::App& app) {
   CLI::App* const keyframes = app.add_subcommand("keyframes", "the poses of a stored map's keyframes (TUM)");
   keyframes->add_option("MAP", in_, "DIR/NAME of a store")->required();
   keyframes->add_option("OUT", out_, "trajectory to write")->required();
-  cut_ = cut, keyframes_ = keyframes;
+  CLI::App* const floors = app.add_subcommand("floors", "starts all over a log, in one of several maps");
+  floors->add_option("--config", config_, "slamd configuration (TOML)")->required();
+  floors->add_option("--set", overrides_, "section.key=value over the file; may be repeated");
+  floors->add_option("--floor", which_.truth, "name of the map that the log was driven in")->required();
+  floors->add_option("--begin-in", which_.begin_in, "name of the map that slamd goes on in")->required();
+  floors->add_option("--floors", which_.floors, "names of the maps that it is searched in")->capture_default_str();
+  floors->add_option("--places", which_.places, "number of starts")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100000));
+  floors->add_option("--seconds", which_.seconds, "[s] that each drives at most")->capture_default_str();
+  floors->add_flag("--verbose", verbose_, "a line for each start");
+  floors->add_option("LOG", in_, "LCM event log")->required();
+  floors->add_option("MAPS", out_, "folder of the maps")->required();
+  cut_ = cut, keyframes_ = keyframes, floors_ = floors;
 }
 
-void MapCommands::carryOut() const { cut_->parsed() ? cut() : writeKeyframes(); }
+void MapCommands::carryOut() const { cut_->parsed() ? cut() : keyframes_->parsed() ? writeKeyframes() : findFloors(); }
+
+void MapCommands::findFloors() const {
+  Config config = loadConfig(config_, overrides_);
+  config.mode = RunMode::kLocalise;
+  const WhichFloorReport report = whichFloor(in_, out_, config, which_, [&](int done) {
+    showProgress(std::to_string(done) + " of " + std::to_string(which_.places) + " starts");
+  });
+  endProgress();
+  std::vector<double> seconds;
+  for (const FloorStart& start : report.starts) {
+    if (!start.found.empty()) seconds.push_back(start.after);
+    if (!verbose_) continue;
+    if (start.found.empty()) {
+      std::printf("at %6.1f s: undecided%s\n", start.begin, start.doubt.c_str());
+    } else {
+      std::printf("at %6.1f s: %s after %4.1f s, %.2f m %.1f deg off\n", start.begin, start.found.c_str(), start.after,
+                  start.error.translation, start.error.rotation);
+    }
+  }
+  const auto after = quantiles(seconds);
+  std::printf("%zu starts: %d right, %d wrong, %d undecided; median %.1f s, p99 %.1f s\n", report.starts.size(),
+              report.right, report.wrong, report.undecided, after.p50, after.p99);
+}
 
 void MapCommands::cut() const {
   LogEvent event;

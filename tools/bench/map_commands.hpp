@@ -2,26 +2,34 @@
 #pragma once
 #include <CLI/App.hpp>
 #include <string>
+#include <vector>
+
+#include "tools/bench/which_floor.hpp"
 
 namespace slam {
 
-/// `slam-benchmark cut` and `keyframes`: drives and maps for tools/benchmark maps.
+/// `slam-benchmark cut`, `keyframes` and `floors`: drives and maps for tools/benchmark maps.
 class MapCommands {
  public:
   /// Adds the subcommands.
   explicit MapCommands(CLI::App& app);
-  bool parsed() const { return cut_->parsed() || keyframes_->parsed(); }
+  bool parsed() const { return cut_->parsed() || keyframes_->parsed() || floors_->parsed(); }
   /// @throws std::runtime_error where a file cannot be read or written
   void carryOut() const;
 
  private:
   void cut() const;
   void writeKeyframes() const;
+  void findFloors() const;
 
-  const CLI::App *cut_, *keyframes_;
+  const CLI::App *cut_, *keyframes_, *floors_;
   std::string in_, out_;
   double from_ = 0.0, to_ = 1.0;  // [1] of the log
   double later_ = 0.0;            // [s]
+  std::string config_;
+  std::vector<std::string> overrides_;
+  WhichFloorOptions which_;
+  bool verbose_ = false;
 };
 
 }  // namespace slam

@@ -2,11 +2,13 @@
 #include "app/map/graph_work.hpp"
 
 #include <random>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "app/log/log.hpp"
 #include "app/map/edit_messages.hpp"
+#include "problems/daemon.hpp"
 #include "slam/pipeline.hpp"
 
 namespace slam {
@@ -23,8 +25,8 @@ GraphWork::GraphWork(const Config& config, const GraphEnds& ends, const WallCloc
 
 void GraphWork::beginIn(MapState map, bool localise) {
   start_ = startIn(map, start_.map_id + 1);
-  without_map_ = localise && map.keyframes.size() == 0;
-  if (without_map_) start_.in_known_map = true;  // the robot is not found in it
+  search_.without_map = localise && map.keyframes.size() == 0;
+  if (search_.without_map) start_.in_known_map = true;  // the robot is not found in it
   Config config = config_;
   config.mode = localise ? RunMode::kLocalise : RunMode::kSlam;
   const PipelineConfig fitting = fitted({frontEndConfig(config), backEndConfig(config), config.map}, map);
@@ -39,6 +41,8 @@ void GraphWork::beginIn(MapState map, bool localise) {
   }
   builder_ = std::make_unique<MapBuilder>(fitting.back_end, map, &monotonicNow);
   addChange(monotonicNow()).begin_in = std::make_shared<const MapState>(std::move(map));
+  search_.floor.reset();
+  search_.doubt.store({});
   showEdits();
 }
 
@@ -96,10 +100,11 @@ void GraphWork::add(const DepthObservation& sight) {
 }
 
 void GraphWork::add(const Keyframe& keyframe) {
-  if (keyframe.map_id != start_.map_id || without_map_) return;  // of the map before, or nothing to find it in
+  if (keyframe.map_id != start_.map_id || search_.without_map) return;  // of the map before, or nothing to find it in
   MapUpdate update = builder_->add(keyframe);
   BackEndCounters counters = backEnd().counters();
   logEvents(update, counters);
+  followFloor(update);
   if (!update.poses.empty()) ends_.loop_closure.add(update.work);
   counters.placed += earlier_.placed;
   counters.begun_anew += earlier_.begun_anew;
@@ -112,6 +117,19 @@ void GraphWork::add(const Keyframe& keyframe) {
   if (change.edits) showEdits();
   if (update.begun_anew) policy_.requireCheckpoint();
   if (update.correction) send(std::move(update.correction));
+}
+
+void GraphWork::followFloor(const MapUpdate& update) {
+  if (update.elsewhere) search_.floor = std::make_shared<const FloorFound>(*update.elsewhere);
+  const std::vector<std::string> names = backEnd().floorDoubt();
+  std::string others;
+  for (std::size_t i = 2; i < names.size(); ++i) others += ", " + names[i];
+  search_.doubt.store(names.size() < 2 ? Problem() : Problem(problem::kFloorsAlike, {}, {names[0], names[1], others}));
+}
+
+std::shared_ptr<const FloorFound> GraphWork::takeFloor() {
+  auto floor = std::exchange(search_.floor, nullptr);
+  return floor && isInSession(*floor) ? floor : nullptr;
 }
 
 void GraphWork::logEvents(const MapUpdate& update, const BackEndCounters& counters) {

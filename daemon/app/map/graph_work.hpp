@@ -8,6 +8,7 @@
 #include "app/map/store_policy.hpp"
 #include "config/config.hpp"
 #include "frontend/front_end.hpp"
+#include "problems/problem.hpp"
 #include "runtime/clock.hpp"
 #include "slam/map_builder.hpp"
 
@@ -38,6 +39,14 @@ class GraphWork {
 
   const auto& backEnd() const { return builder_->backEnd(); }
   const Pose2& lastPose() const { return robot_.T_map_base; }
+  /// Where the front end has the robot, in its session's frame while it is lost.
+  const Pose2& trackedPose() const { return snapshot_.pose.T_map_base; }
+  /// The other map that the robot was found in, once; none where it is in another session by now.
+  std::shared_ptr<const FloorFound> takeFloor();
+  /// Whether that holds still.
+  bool isInSession(const FloorFound& floor) const { return backEnd().session() == floor.session; }
+  /// The maps of which the robot may be in any. From any thread.
+  Problem floorDoubt() const { return search_.doubt.load(); }
   bool isLocalised() const { return snapshot_.pose.state == LocalisationState::kLocalised; }
   /// Counts up with whatever the stored map should show.
   std::int64_t changes() const;
@@ -49,6 +58,7 @@ class GraphWork {
   void showEdits();
   void add(const Keyframe& keyframe);
   void add(const DepthObservation& sight);
+  void followFloor(const MapUpdate& update);
   void logEvents(const MapUpdate& update, const BackEndCounters& counters);
   void send(std::unique_ptr<MapCorrection> correction);
   MapChange& addChange(Timestamp stamp);
@@ -59,7 +69,11 @@ class GraphWork {
   StorePolicy& policy_;
   FrontEndConfig front_end_config_;  // fitted to the map
   FrontEndStart start_;
-  bool without_map_ = false;  // to localise in
+  struct Search {
+    bool without_map = false;                 // to localise in
+    std::shared_ptr<const FloorFound> floor;  // another map that the robot is in
+    SharedProblem doubt;                      // between maps
+  } search_;
   std::unique_ptr<MapBuilder> builder_;
   BackEndCounters earlier_;  // counted in the maps before
   PoseSnapshot snapshot_;

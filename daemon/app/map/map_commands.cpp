@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "app/log/log.hpp"
 #include "runtime/clock.hpp"
 #include "slam/edits/straighten.hpp"
 #include "store/map_folders.hpp"
@@ -79,8 +80,11 @@ std::string MapCommands::problemWith(const MapCommand& command, bool disk_hangs)
   return waiting_ || under_way_ ? "another command about the map is being carried out" : "";
 }
 
-void MapCommands::refuse(const MapCommand& command, const std::string& problem) {
-  answers_.tryPush({command.id, false, problem});
+void MapCommands::refuse(const MapCommand& command, const std::string& problem) { answer(command, false, problem); }
+
+void MapCommands::answer(const MapCommand& command, bool accepted, const std::string& message) {
+  if (!command.floor) return static_cast<void>(answers_.tryPush({command.id, accepted, message}));
+  accepted ? logInfo(message) : logWarning("the robot is in map " + command.name + ", which is not loaded: " + message);
 }
 
 void MapCommands::refuseAll() {
@@ -91,7 +95,7 @@ void MapCommands::refuseAll() {
 /// What was to be stored before the answer is not, as yet.
 void MapCommands::giveUp(const MapCommand& command) {
   if (command.kind != MapCommand::kEdit) return refuse(command, kNoAnswer);
-  answers_.tryPush({command.id, true, command.name + ", but not stored yet: the disk does not answer"});
+  answer(command, true, command.name + ", but not stored yet: the disk does not answer");
 }
 
 std::shared_ptr<MapCommands::Command> MapCommands::begin() {
@@ -101,7 +105,7 @@ std::shared_ptr<MapCommands::Command> MapCommands::begin() {
 
 std::shared_ptr<MapCommands::Command> MapCommands::end() {
   auto ended = std::exchange(under_way_, nullptr);
-  if (ended && ended->answer) answers_.tryPush(*ended->answer);
+  if (ended && ended->answer) answer(ended->asked, ended->answer->accepted, ended->answer->message);
   return ended;
 }
 
@@ -142,7 +146,8 @@ void MapCommands::carryOut(Command& command, const MapState& map, bool saved) {
     }
     if (asked.kind == MapCommand::kLoad) {
       command.next = keeper_.load(asked.name, monotonicNow());
-      answer(true, "loaded " + asked.name + "; looking for the robot in it" + before);
+      answer(true, asked.floor ? "the robot was found in map " + asked.name + ", which is loaded" + before
+                               : "loaded " + asked.name + "; looking for the robot in it" + before);
     } else if (asked.kind == MapCommand::kLocalise || asked.kind == MapCommand::kSlam) {
       const bool localise = asked.kind == MapCommand::kLocalise;
       if (lost) return answer(false, "the map is " + loss);  // the stored one lacks what is new

@@ -44,6 +44,7 @@ class MapCommands {
   std::string problemWith(const MapCommand& command, bool disk_hangs) const;
   void refuse(const MapCommand& command, const std::string& problem);
   void giveUp(const MapCommand& command);
+  void answer(const MapCommand& command, bool accepted, const std::string& message);
 
   MapKeeper& keeper_;
   GraphWork& work_;

@@ -35,13 +35,21 @@ void MapJobs::beginIn(MapState map) {
   work_.beginIn(std::move(map), keeper_.localises());
 }
 
-void MapJobs::changeTo(MapState next, const std::optional<Pose2>& T_next_map) {
-  if (T_next_map) next.T_map_base = *T_next_map * work_.lastPose();
-  const Pose2 T_map_base = next.T_map_base;
+void MapJobs::changeTo(MapState next, const std::optional<Pose2>& T_next_base) {
+  if (T_next_base) next.T_map_base = *T_next_base;
   beginIn(std::move(next));
   auto front_end = work_.newFrontEnd();
-  if (T_next_map) front_end->setPose(T_map_base, kMovedSigma);
+  if (T_next_base) front_end->setPose(*T_next_base, kMovedSigma);
   if (ends_.front_end.front_ends.tryPush(front_end.get())) front_end.release();
+}
+
+/// Where the robot is in the map that a command changes to: in the present one in another frame it goes on where it is,
+/// and in another one where it was found. A session that has begun since is somewhere else.
+std::optional<Pose2> MapJobs::poseAfter(const MapCommands::Command& command) const {
+  if (command.T_next_map) return *command.T_next_map * work_.lastPose();
+  const auto& floor = command.asked.floor;
+  if (!floor || !work_.isInSession(*floor)) return std::nullopt;
+  return floor->T_floor_session * work_.trackedPose();
 }
 
 bool MapJobs::hangs() const { return disk_.blockedFor(monotonicNow()) > kDiskHangs; }
@@ -60,6 +68,8 @@ void MapJobs::tick() {
 
 void MapJobs::beginDue(Timestamp now) {
   if (keeper_.retryDue(now)) return retry(now);
+  if (auto floor = work_.takeFloor(); floor && !commands_.isWaiting())
+    commands_.take({.kind = MapCommand::kLoad, .id = 0, .name = floor->name, .floor = floor}, hangs());
   if (commands_.isWaiting()) return requestGrid();
   if (!keeper_.mayWrite(now) || work_.backEnd().keyframes().size() == 0) return;
   switch (policy_.due(now, work_.changes(), work_.lastPose(), keeper_.hasJournal())) {
@@ -104,7 +114,7 @@ void MapJobs::writeCheckpoint(DrawnMap drawn) {
       [this, written, now, extent = shown.extent] {
         policy_.endAttempt(StorePolicy::Due::kCheckpoint, extent, now, *written);
         if (const auto command = commands_.end(); command && command->next)
-          changeTo(std::move(*command->next), command->T_next_map);
+          changeTo(std::move(*command->next), poseAfter(*command));
       });
 }
 

@@ -34,13 +34,16 @@ class MapJobs {
   /// What is not stored and why, when waitUntilStored() has been in vain.
   std::string loss() const;
 
+  /// The maps of which the robot may be in any. From any thread.
+  Problem floorDoubt() const { return work_.floorDoubt(); }
   StorageReport report(Timestamp now) const { return {keeper_.problem(), {}, disk_.blockedFor(now)}; }
 
  private:
   bool hangs() const;
   void beginIn(MapState map);
-  /// @param T_next_map where that is the present map in another frame: the robot goes on where it is
-  void changeTo(MapState next, const std::optional<Pose2>& T_next_map = std::nullopt);
+  /// @param T_next_base where the robot is in it; none: it has to be found there
+  void changeTo(MapState next, const std::optional<Pose2>& T_next_base = std::nullopt);
+  std::optional<Pose2> poseAfter(const MapCommands::Command& command) const;
   void beginDue(Timestamp now);
   void requestGrid();
   void writeCheckpoint(DrawnMap drawn);

@@ -9,6 +9,7 @@
 
 #include "app/log/log.hpp"
 #include "store/disk_problem.hpp"
+#include "store/floor_maps.hpp"
 
 namespace slam {
 namespace {
@@ -44,6 +45,9 @@ std::string MapKeeper::misconfiguration(const Config& config) {
   const bool localise = config.mode == RunMode::kLocalise;
   if (localise && !isPicture(store.map) && store.directory.empty()) {
     return "mode: \"localise\" needs a map; set store.map, or store.directory to a folder with maps";
+  }
+  if (!store.floors.empty() && (isPicture(store.map) || store.directory.empty())) {
+    return "store.floors: a robot is searched in stored maps; set store.directory, and store.map to a name";
   }
   if (localise || store.map.empty()) return "";
   if (isPicture(store.map)) {
@@ -170,6 +174,10 @@ std::unique_ptr<FolderLock> MapKeeper::lockOf(const std::string& name) const {
 
 MapState MapKeeper::open(const std::string& path) {
   LoadedMap loaded = openMap(path, config_.map);
+  if (!config_.store.floors.empty()) {
+    loaded.state.floors = loadFloors(config_.store.directory, config_.store.floors,
+                                     std::filesystem::path(path).filename(), config_.front_end.lidar, &loaded.remarks);
+  }
   for (const std::string& remark : loaded.remarks) logWarning(remark);
   const std::string misfit = misfitOf(loaded.state, config_.front_end.lidar, localises_);
   if (!misfit.empty()) throw std::runtime_error(path + ": " + misfit);

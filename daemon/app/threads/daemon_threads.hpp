@@ -38,6 +38,7 @@ class DaemonThreads {
   LidarThread* lidar() const { return lidar_.get(); }  ///< the same
   DepthThread* depth() const { return depth_.get(); }  ///< the same
   GraphThread& graph() { return graph_; }
+  const GraphThread& graph() const { return graph_; }
   MapperThread& mapper() { return mapper_; }
   BusThread& bus() { return bus_; }
   const BusThread& bus() const { return bus_; }

@@ -20,6 +20,7 @@ class GraphThread {
   ~GraphThread() { worker_.stop(); }
   Worker& worker() { return worker_; }
   MapJobs& jobs() { return jobs_; }
+  const MapJobs& jobs() const { return jobs_; }
 
   /// The front end for the map to begin with.
   std::unique_ptr<FrontEnd> firstFrontEnd() const { return work_.newFrontEnd(); }

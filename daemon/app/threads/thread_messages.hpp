@@ -98,6 +98,7 @@ struct MapCommand {
   std::string name;     ///< of a map; empty: the present one; of kStraighten: of the place at the origin;
                         ///< of kRename: the old one, a blank, and the new one
   std::shared_ptr<const EditCommand> edit = nullptr;  ///< of kEdit
+  std::shared_ptr<const FloorFound> floor = nullptr;  ///< of kLoad: slamd has found the robot there, and nobody asked
 };
 
 /// The answer to one.

@@ -69,6 +69,19 @@ class MapKeeping : public testing::Test {
   Config config;
 };
 
+TEST_F(MapKeeping, GivesTheOtherFloorsWithAMap) {
+  store("ground", 3h, 3);
+  store("first", 1h, 5);
+  EXPECT_TRUE(MapKeeper(config).begin(kNow).floors.others.empty()) << "unless they are asked for";
+  config.store.floors = "*";
+  MapKeeper keeper(config);
+  const MapState map = keeper.begin(kNow);
+  EXPECT_EQ(map.floors.present, "first");
+  ASSERT_EQ(map.floors.others.size(), 1U);
+  EXPECT_EQ(map.floors.others[0]->name, "ground");
+  EXPECT_EQ(keeper.load("ground", kNow).floors.others.at(0)->name, "first");
+}
+
 TEST_F(MapKeeping, BeginsInTheNewestMap) {
   store("old", 3h, 3);
   store("new", 1h, 5);

@@ -191,6 +191,8 @@ constexpr Kind kKinds[] = {
      "the robot is carried to another place of its route, within 3 s, with its lidar open or covered", setKidnapping},
     {"furniture-moved", "N", "furniture of a home stands 0.5 to 1 m from where it stood; another N, elsewhere",
      [](S& s, V v) { return setCount(s.scene.furniture_moved, v, 0, 1000000); }},
+    {"floor", "N", "of a home: the same walls, other furniture",
+     [](S& s, V v) { return setCount(s.scene.floor, v, 0, 1000); }},
     {"blocks", "N", "of the scene streets, along each of its sides",
      [](S& s, V v) { return setCount(s.scene.blocks, v, 1, 40); }},
     {"laps", "N", "of the route, where it ends at its start",

@@ -32,7 +32,7 @@ struct Item {
 /// Builds a home along a corridor that goes east from the origin.
 class HomeBuilder {
  public:
-  HomeBuilder(Scene& scene, const HomePlan& plan, std::uint64_t seed, int furniture_moved)
+  HomeBuilder(Scene& scene, const HomePlan& plan, std::uint64_t seed, int furniture_moved, int floor = 0)
       : scene_(scene),
         half_(plan.corridor / 2),
         random_(seed),
@@ -43,6 +43,7 @@ class HomeBuilder {
     addSide(plan.rooms_above, plan.above, 1.0);
     addSide(plan.rooms_below, plan.below, -1.0);
     addRoute();
+    if (floor != 0) random_.seed(seed * 104729 + static_cast<std::uint64_t>(floor));
     for (const Room& room : rooms_) furnish(room);
   }
 
@@ -192,7 +193,7 @@ Scene home(int furniture_moved) {
   return scene;
 }
 
-Scene homes(std::uint64_t seed, int furniture_moved) {
+Scene homes(std::uint64_t seed, int furniture_moved, int floor) {
   Scene scene{.name = "homes", .speed = 0.4, .turn_rate = 45 * kDegree};
   const std::uint64_t number = (seed + kHomes - 1) % kHomes;
   std::mt19937_64 random(1000 + number);
@@ -210,7 +211,7 @@ Scene homes(std::uint64_t seed, int furniture_moved) {
   HomePlan plan{.corridor = uniform(1.2, 1.8), .below = uniform(2.8, 4.2), .above = uniform(2.8, 4.2)};
   plan.rooms_below = rooms();
   plan.rooms_above = rooms();
-  HomeBuilder(scene, plan, 2000 + number, furniture_moved);
+  HomeBuilder(scene, plan, 2000 + number, furniture_moved, floor);
   return scene;
 }
 

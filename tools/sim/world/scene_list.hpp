@@ -36,7 +36,8 @@ Scene people();
 Scene home(int furniture_moved);
 
 /// One of eight homes of various sizes: seeds 1 to 8, again 9 to 16, and so on.
-Scene homes(std::uint64_t seed, int furniture_moved);
+/// @param floor see SceneVariant
+Scene homes(std::uint64_t seed, int furniture_moved, int floor = 0);
 
 /// A hall of 40 x 30 m with pillars and some shelves.
 Scene hall(std::uint64_t seed);

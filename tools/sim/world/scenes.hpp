@@ -30,6 +30,7 @@ struct Scene {
 /// What can be asked of a scene besides its seed.
 struct SceneVariant {
   int furniture_moved = 0;  ///< of homes: 0 where it first stood; any other number, 0.5 to 1 m from there
+  int floor = 0;            ///< of homes: the same walls with other furniture, one above the other
   int blocks = 4;           ///< of streets, along each side of the grid
   int laps = 1;             ///< of a route that ends where it starts
 

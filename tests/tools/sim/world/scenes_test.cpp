@@ -117,6 +117,7 @@ TEST(Scenes, ARouteIsDrivenInLapsAndVariantsThatASceneHasNotAreRefused) {
   EXPECT_EQ(makeScene("home", 1, {.laps = 3}).route.size(), 3 * makeScene("home", 1).route.size());
   EXPECT_THROW(makeScene("office-floor", 1, {.laps = 2}), std::invalid_argument);
   EXPECT_THROW(makeScene("hall", 1, {.furniture_moved = 1}), std::invalid_argument);
+  EXPECT_THROW(makeScene("hall", 1, {.floor = 1}), std::invalid_argument);
   EXPECT_THROW(makeScene("home", 1, {.blocks = 5}), std::invalid_argument);
 }
 
