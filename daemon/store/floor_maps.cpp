@@ -7,27 +7,20 @@
 #include <stdexcept>
 #include <utility>
 
-#include "slam/map_state.hpp"
 #include "store/map_folders.hpp"
 #include "store/map_store.hpp"
 
 namespace slam {
-namespace {
-
-constexpr const char* kAll = "*";
-
-}  // namespace
-
 std::vector<std::string> floorNames(const std::filesystem::path& directory, const std::string& list) {
   std::string blanks = list;
   for (char& c : blanks) c = c == ',' ? ' ' : c;
   std::set<std::string> names;
   std::istringstream words(blanks);
   for (std::string word; words >> word;) {
-    if (word != kAll) names.insert(word);
+    if (word != "*") names.insert(word);
     std::error_code unreadable;  // then it holds none
     for (auto entry = std::filesystem::directory_iterator(directory, unreadable);
-         word == kAll && !unreadable && entry != std::filesystem::directory_iterator(); entry.increment(unreadable)) {
+         word == "*" && !unreadable && entry != std::filesystem::directory_iterator(); entry.increment(unreadable)) {
       const std::string name = entry->path().filename();
       std::error_code gone;
       if (MapStore::isName(name) && entry->is_directory(gone)) names.insert(name);

@@ -4,8 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "frontend/lidar_model.hpp"
-#include "relocalisation/floor_atlas.hpp"
+#include "slam/map_state.hpp"
 
 namespace slam {
 

@@ -25,16 +25,17 @@ MapCommands::MapCommands(CLI::App& app) {
   keyframes->add_option("MAP", in_, "DIR/NAME of a store")->required();
   keyframes->add_option("OUT", out_, "trajectory to write")->required();
   CLI::App* const floors = app.add_subcommand("floors", "starts all over a log, in one of several maps");
-  floors->add_option("--config", config_, "slamd configuration (TOML)")->required();
-  floors->add_option("--set", overrides_, "section.key=value over the file; may be repeated");
-  floors->add_option("--floor", which_.truth, "name of the map that the log was driven in")->required();
-  floors->add_option("--begin-in", which_.begin_in, "name of the map that slamd goes on in")->required();
-  floors->add_option("--floors", which_.floors, "names of the maps that it is searched in")->capture_default_str();
-  floors->add_option("--places", which_.places, "number of starts")
+  floors->add_option("--config", of_floors_.config, "slamd configuration (TOML)")->required();
+  floors->add_option("--set", of_floors_.overrides, "section.key=value over the file; may be repeated");
+  floors->add_option("--floor", of_floors_.which.truth, "name of the map that the log was driven in")->required();
+  floors->add_option("--begin-in", of_floors_.which.begin_in, "name of the map that slamd goes on in")->required();
+  floors->add_option("--floors", of_floors_.which.floors, "names of the maps that it is searched in")
+      ->capture_default_str();
+  floors->add_option("--places", of_floors_.which.places, "number of starts")
       ->capture_default_str()
       ->check(CLI::Range(1, 100000));
-  floors->add_option("--seconds", which_.seconds, "[s] that each drives at most")->capture_default_str();
-  floors->add_flag("--verbose", verbose_, "a line for each start");
+  floors->add_option("--seconds", of_floors_.which.seconds, "[s] that each drives at most")->capture_default_str();
+  floors->add_flag("--verbose", of_floors_.verbose, "a line for each start");
   floors->add_option("LOG", in_, "LCM event log")->required();
   floors->add_option("MAPS", out_, "folder of the maps")->required();
   cut_ = cut, keyframes_ = keyframes, floors_ = floors;
@@ -43,16 +44,16 @@ MapCommands::MapCommands(CLI::App& app) {
 void MapCommands::carryOut() const { cut_->parsed() ? cut() : keyframes_->parsed() ? writeKeyframes() : findFloors(); }
 
 void MapCommands::findFloors() const {
-  Config config = loadConfig(config_, overrides_);
+  Config config = loadConfig(of_floors_.config, of_floors_.overrides);
   config.mode = RunMode::kLocalise;
-  const WhichFloorReport report = whichFloor(in_, out_, config, which_, [&](int done) {
-    showProgress(std::to_string(done) + " of " + std::to_string(which_.places) + " starts");
+  const WhichFloorReport report = whichFloor(in_, out_, config, of_floors_.which, [&](int done) {
+    showProgress(std::to_string(done) + " of " + std::to_string(of_floors_.which.places) + " starts");
   });
   endProgress();
   std::vector<double> seconds;
   for (const FloorStart& start : report.starts) {
     if (!start.found.empty()) seconds.push_back(start.after);
-    if (!verbose_) continue;
+    if (!of_floors_.verbose) continue;
     if (start.found.empty()) {
       std::printf("at %6.1f s: undecided%s\n", start.begin, start.doubt.c_str());
     } else {

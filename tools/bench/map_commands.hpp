@@ -26,10 +26,12 @@ class MapCommands {
   std::string in_, out_;
   double from_ = 0.0, to_ = 1.0;  // [1] of the log
   double later_ = 0.0;            // [s]
-  std::string config_;
-  std::vector<std::string> overrides_;
-  WhichFloorOptions which_;
-  bool verbose_ = false;
+  struct FloorSettings {
+    std::string config;
+    std::vector<std::string> overrides;
+    WhichFloorOptions which;
+    bool verbose = false;
+  } of_floors_;
 };
 
 }  // namespace slam
