@@ -20,8 +20,8 @@ FloorAtlas::FloorAtlas(const KeyframeGraph& present, std::span<const int> ids, c
 }
 
 void FloorAtlas::add(const KeyframeGraph& map, std::span<const int> ids) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  Eigen::Vector2d low(kInfinity, kInfinity), high = -low;
+  const double infinity = std::numeric_limits<double>::infinity();
+  Eigen::Vector2d low(infinity, infinity), high = -low;
   const auto extend = [&](const Eigen::Vector2d& p) {
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
@@ -29,7 +29,7 @@ void FloorAtlas::add(const KeyframeGraph& map, std::span<const int> ids) {
   forEachWallPoint(map, ids, extend);
   for (const int id : ids) extend(map.pose(id).translation());
   if (ids.empty()) low = high = Eigen::Vector2d::Zero();
-  Floor floor{.begin = -kInfinity, .origin = Eigen::Vector2d::Zero()};
+  Floor floor{.begin = -infinity, .origin = Eigen::Vector2d::Zero()};
   if (floors_.empty()) {
     corner_ = {high.x(), low.y()};
   } else {
