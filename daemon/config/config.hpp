@@ -284,11 +284,10 @@ struct StoreConfig {
            "The run begins with this map: a name in store.directory, a map_server .yaml file, or, if it is empty, "
            "the newest.",
            "Set it to choose among several maps; a .yaml file needs mode = \"localise\".");
-    v.site(
+    v.expert(
         "floors", floors,
-        "A lost robot is searched in these maps of store.directory, too: names with blanks between them, or * for all "
-        "maps.",
-        "Set it where a lift or a restart may bring the robot to the floor of another map.");
+        "A lost robot is searched in these maps of store.directory, too, where a lift or a restart may bring it to the "
+        "floor of another map: names with blanks between them, or * for all maps.");
     v.expert("journal_period", journal_period, "s", 0.1, 60.0,
              "New keyframes are written to the disk this often; a power cut loses what is newer.");
     v.expert("checkpoint_period", checkpoint_period, "s", 1.0, 86400.0,

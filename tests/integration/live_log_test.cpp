@@ -115,8 +115,8 @@ TEST_F(LiveLog, KeepsTheLogOfARunThatWasKilled) {
   std::int64_t recorded = 0;
   for (std::size_t run = 1; run <= 2; ++run) {
     startLogging({record});
-    ASSERT_TRUE(listener.until([&] { return logsAre(run); }, 20s)) << daemonLog();
-    listener.listenFor(kPatience * 3s);
+    const auto hasScans = [&] { return logsAre(run) && scansIn(logFilesIn(logs()).back().path) > 5; };
+    ASSERT_TRUE(listener.until(hasScans, 20s)) << daemonLog();
     slamd_->signal(SIGKILL);
     slamd_->wait(5s);
     const auto size = static_cast<std::int64_t>(fs::file_size(folder_ / "record.lcm"));
