@@ -286,8 +286,8 @@ struct StoreConfig {
            "Set it to choose among several maps; a .yaml file needs mode = \"localise\".");
     v.expert(
         "floors", floors,
-        "A lost robot is searched in these maps of store.directory, too, where a lift or a restart may bring it to the "
-        "floor of another map: names with blanks between them, or * for all maps.");
+        "A lost robot is searched in these maps of store.directory, too, of other floors: names with blanks between, "
+        "or * for all.");
     v.expert("journal_period", journal_period, "s", 0.1, 60.0,
              "New keyframes are written to the disk this often; a power cut loses what is newer.");
     v.expert("checkpoint_period", checkpoint_period, "s", 1.0, 86400.0,
