@@ -16,6 +16,7 @@ using vesc::Values;
 constexpr Duration kVescPeriod = 20ms;   // of asking both: 44 bytes of answers, 4 ms at 115200 bit/s
 constexpr Duration kVescAnswer = 100ms;  // a question that is not answered by then is lost
 constexpr Duration kVescAway = 300ms;    // one that has not answered for so long is gone: the other one must not drive
+constexpr Duration kVescForgotten = 1s;  // the one at the port, silent for so long, may be another one by now
 constexpr Duration kVescTravel = 1ms;    // of a question: bytes, and a frame of the USB
 constexpr int kSameId = 3;               // answers in a row, and the VESC at the port is known by its id
 constexpr int kVescZeros = 3;            // sent one behind the other: one of them has arrived at both
@@ -44,6 +45,10 @@ class VescProtocol : public BaseProtocol {
     const bool is_open = requested_ != Timestamp{} && !isAnswered();
     if (now < next_ || (is_open && now - requested_ < kVescAnswer)) return {};
     unanswered_ += is_open ? 1 : 0;
+    if (at_port_ && now - sides_[*at_port_].answered > kVescForgotten) {
+      at_port_.reset();
+      same_id_ = 0;
+    }
     turn_ = turn_ == Turn::kEven ? Turn::kOdd : Turn::kEven;
     requested_ = now;
     next_ = std::max(next_ + kVescPeriod, now);
