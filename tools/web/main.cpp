@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/App.hpp>
+#include <condition_variable>
 #include <csignal>
 #include <cstdlib>
 #include <iostream>
+#include <mutex>
 #include <poll.h>
 #include <sys/signalfd.h>
 #include <thread>
@@ -26,7 +28,7 @@ using namespace std::chrono_literals;
 using namespace slam;
 constexpr auto kAnswerLimit = 20s;        // a large map on a slow disk
 constexpr Duration kEventPeriod = 100ms;  // 10 Hz
-constexpr Duration kKeepPeriod = 5min;    // the last day is written to the disk
+constexpr auto kKeepPeriod = 5min;        // the last day is written to the disk
 
 /// What the state follows: the newest messages on LCM, each checked before it is decoded.
 class Listener {
@@ -109,7 +111,8 @@ std::filesystem::path folderOf(const std::string& given, const char* service) {
   return given.empty() && std::filesystem::is_directory(service, error) ? service : given;
 }
 
-/// Keeps the last day over the ends of slam-web, where it is the service; a reason why not is printed once.
+/// Keeps the last day over the ends of slam-web, where it is the service; a reason why not is printed once. In a thread
+/// of its own: whoever waits for a disk must not hold up the end of a drive.
 class DayKeeper {
  public:
   explicit DayKeeper(SharedState& shared) : shared_(shared), file_(folder()) {
@@ -119,11 +122,28 @@ class DayKeeper {
       const std::lock_guard lock(shared_.mutex);
       shared_.state.begin(*std::move(day));
     });
+    thread_ = std::thread([this] { run(); });
   }
-  void tend(Timestamp now) {
-    if (now < next_) return;
-    next_ = now + kKeepPeriod;
-    keep();
+  ~DayKeeper() {
+    {
+      const std::lock_guard lock(ending_);
+      ends_ = true;
+    }
+    woken_.notify_one();
+    thread_.join();
+  }
+  DayKeeper(const DayKeeper&) = delete;
+  DayKeeper& operator=(const DayKeeper&) = delete;
+
+ private:
+  static std::filesystem::path folder() { return std::getenv("STATE_DIRECTORY") != nullptr ? stateFolder() : ""; }
+  /// Writes each five minutes, and at the end.
+  void run() {
+    std::unique_lock lock(ending_);
+    for (bool ends = false; !ends;) {
+      ends = woken_.wait_for(lock, kKeepPeriod, [this] { return ends_; });
+      keep();
+    }
   }
   void keep() {
     attempt([this] {
@@ -134,9 +154,6 @@ class DayKeeper {
       file_.write(day);
     });
   }
-
- private:
-  static std::filesystem::path folder() { return std::getenv("STATE_DIRECTORY") != nullptr ? stateFolder() : ""; }
   template <typename Step>
   void attempt(const Step& step) {
     try {
@@ -148,8 +165,11 @@ class DayKeeper {
 
   SharedState& shared_;
   HistoryFile file_;
-  Timestamp next_ = monotonicNow() + kKeepPeriod;
   std::string last_error_;
+  std::mutex ending_;
+  std::condition_variable woken_;
+  bool ends_ = false;
+  std::thread thread_;
 };
 
 int signalDescriptor() {
@@ -167,7 +187,7 @@ int serve(const Config& config, const std::string& socket, const std::string& lo
   std::signal(SIGPIPE, SIG_IGN);
   SharedState shared(config);
   const std::int64_t session = toMicroseconds(monotonicNow() + wallClockOffset());
-  DayKeeper keeper(shared);
+  const DayKeeper keeper(shared);
   const bool drives = config.base_device.speed_commands;
   EventFeed feed(session, config.web.commands, SLAMD_VERSION,
                  drives ? std::optional(config.base_device.limits) : std::nullopt);
@@ -214,12 +234,10 @@ int serve(const Config& config, const std::string& socket, const std::string& lo
       news = feed.news(shared.state, now);
     }
     hub.send(news, now);
-    keeper.tend(now);
   }
   relay.end(monotonicNow());  // first: requests may take their time
   server.stop();
   http.join();
-  keeper.keep();
   ::close(signals);
   return kDone;
 }
