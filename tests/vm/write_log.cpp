@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vm/write_log.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <fcntl.h>
@@ -12,6 +13,10 @@ namespace slam::test {
 namespace {
 
 constexpr std::uint64_t kMagic = 0x6a736677736872, kVersion = 1;
+/// [bytes] What a disk writes whole or not at all. SD cards, eMMC, SSDs and today's hard disks write pages of this size
+/// or larger. ext4 rests on it: a journal's commit block of which half is there has a wrong checksum, and the kernel
+/// refuses the file system ("journal transaction is corrupt").
+constexpr std::uint64_t kPhysicalBlock = 4096;
 
 /// A file that is closed with the block.
 class File {
@@ -92,8 +97,9 @@ WriteLog::Cut WriteLog::apply(const std::filesystem::path& image, std::size_t co
       if (!durable) ++cut.kept;
     } else if (happens(0.3)) {
       ++cut.torn;
-      for (std::uint64_t at = 0; at < bytes.size(); at += sector_size_) {
-        if (happens(0.5)) disk.write(bytes.data() + at, sector_size_, begin + at);
+      for (std::uint64_t at = 0, end = 0; at < bytes.size(); at = end) {
+        end = std::min<std::uint64_t>(bytes.size(), at + kPhysicalBlock - (begin + at) % kPhysicalBlock);
+        if (happens(0.5)) disk.write(bytes.data() + at, end - at, begin + at);
       }
     }
   }

@@ -34,7 +34,7 @@ class WriteLog {
     int torn = 0;       ///< so many in part
   };
   /// Does to a disk as it was before the log what a power cut behind `count` entries does: all before the last flush is
-  /// there; of each sector behind it nobody knows, and a disk writes in any order.
+  /// there; of each physical block of 4 KiB behind it nobody knows, and a disk writes them in any order.
   /// @throws std::runtime_error where the image cannot be written
   Cut apply(const std::filesystem::path& image, std::size_t count, std::mt19937_64& random) const;
 

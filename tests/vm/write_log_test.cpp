@@ -3,9 +3,11 @@
 
 #include <fstream>
 #include <gtest/gtest.h>
+#include <initializer_list>
 #include <iterator>
 #include <set>
 #include <unistd.h>
+#include <utility>
 
 namespace slam::test::write_log_test {
 namespace {
@@ -90,13 +92,20 @@ TEST_F(WriteLogTest, LosesAnyPartOfWhatWasNotFlushed) {
   EXPECT_EQ(seen, (std::set<std::string>{".a..", ".ab.", ".a.c", ".abc"}));
 }
 
-TEST_F(WriteLogTest, TearsAWriteOfSeveralSectorsAnywhere) {
-  flush(), put(4, 4, 0, "x");
+TEST_F(WriteLogTest, TearsAWriteBetweenPhysicalBlocksAndNowhereElse) {
+  // Four blocks of 4 KiB are touched: the last three sectors of one, two whole ones, the first sector of another.
+  flush(), put(5, 20, 0, "x");
+  const std::string none(64, '.');
   std::set<std::string> seen;
   for (int trial = 0; trial < 500; ++trial) {
-    std::ofstream(folder_ / "disk", std::ios::binary) << std::string(16 * kSector, '.');
+    std::ofstream(folder_ / "disk", std::ios::binary) << std::string(64 * kSector, '.');
     read().apply(folder_ / "disk", 99, random_);
-    seen.insert(disk().substr(4, 4));
+    const std::string left = disk();
+    EXPECT_EQ(left.substr(0, 5) + left.substr(25), none.substr(20));
+    for (const auto& [begin, size] : std::initializer_list<std::pair<int, int>>{{5, 3}, {8, 8}, {16, 8}, {24, 1}}) {
+      EXPECT_EQ(left.substr(begin, size), std::string(size, left[begin]));
+    }
+    seen.insert(left);
   }
   EXPECT_EQ(seen.size(), 16U);
 }
