@@ -43,6 +43,7 @@ void DepthProjection::prepare(const DepthIntrinsics& intrinsics) {
   min_points_ = std::max(config_.fewest_points,
                          static_cast<int>(config_.points_per_pixel * static_cast<double>(intrinsics.pixels())));
   points_.reserve(intrinsics.pixels() / (kThinning * kThinning) + 1);
+  kinds_.resize(static_cast<std::size_t>(intrinsics.width));
   older_.clear();
   oldest_.clear();
   median_.resize(config_.median == 3 ? intrinsics.pixels() : 0);
@@ -130,7 +131,28 @@ DepthProjection::Status DepthProjection::trackFloor(const DepthImage& image, con
   return Status::kOk;
 }
 
+/// The depths at which a pixel of a row can show an obstacle, a little wide: what lies outside is floor, above the
+/// robot or too far, and is not looked at one by one.
+DepthProjection::DepthInterval DepthProjection::obstaclesOf(const DepthRays::Row& row, float lift_low,
+                                                            float lift_high) const {
+  constexpr double kRounding = 1e-4;  // [m] of heights in float
+  const double z = config_.extrinsics.z - floor_.plane().offset;
+  const double to_low = config_.floor_clearance - kRounding - z, to_high = config_.robot_height + kRounding - z;
+  // Height gained per depth, over the floor as it lies: the least and the most of the row.
+  const double least = row.up_low - std::max(row.across_low * lift_high, row.across_high * lift_high);
+  const double most = row.up_high - std::min(row.across_low * lift_low, row.across_high * lift_low);
+  double from = config_.range_min, to = config_.range_max / row.across_low;
+  if (most < 0.0) to = std::min(to, to_low / most);
+  if (least > 0.0) to = std::min(to, to_high / least);
+  if (most > 0.0) from = std::max(from, to_low / most);
+  if (least < 0.0) from = std::max(from, to_high / least);
+  from = 1e3 * from - 1.0, to = std::min(1e3 * to + 1.0, double{kFarthest});
+  if (!(from <= to)) return {};
+  return {static_cast<std::uint16_t>(from), static_cast<std::uint16_t>(to)};
+}
+
 void DepthProjection::sortPixels(const std::vector<std::uint16_t>& depth) {
+  enum : std::uint16_t { kValid = 1, kNear = 2 };  // holds a depth; may be an obstacle
   std::fill(slot_of_.begin(), slot_of_.end(), Slot{});
   std::fill(valid_.begin(), valid_.end(), 0);
   const auto nearest = static_cast<std::uint16_t>(1e3 * config_.range_min);
@@ -138,18 +160,37 @@ void DepthProjection::sortPixels(const std::vector<std::uint16_t>& depth) {
   const auto low = static_cast<float>(config_.floor_clearance), high = static_cast<float>(config_.robot_height);
   const auto longest = static_cast<float>(config_.range_max);
   const auto width = static_cast<std::size_t>(rays_.intrinsics().width);
-  const auto rows = static_cast<std::size_t>(rays_.intrinsics().height);
+  const auto height = static_cast<std::size_t>(rays_.intrinsics().height);
   const auto slots_per_metre = static_cast<float>(1.0 / config_.slot);
-  for (std::size_t v = 0, i = 0; v < rows; ++v) {
+  const auto valid_span = static_cast<std::uint16_t>(kFarthest - nearest);
+  const auto [lift_low, lift_high] = std::ranges::minmax(lift_);
+  std::uint16_t* const kinds = kinds_.data();
+  for (std::size_t v = 0; v < height; ++v) {
+    const std::uint16_t* row = &depth[v * width];
+    const DepthInterval near = obstaclesOf(rays_.row(v), lift_low, lift_high);
+    std::uint16_t any = 0;
+    const auto near_span = static_cast<std::uint16_t>(near.to - near.from);
+    for (std::size_t u = 0; u < width; ++u) {  // compilers make it eight at a time
+      const std::uint16_t d = row[u];
+      const std::uint16_t is_valid = static_cast<std::uint16_t>(d - nearest) <= valid_span;
+      const std::uint16_t is_near = static_cast<std::uint16_t>(d - near.from) <= near_span;
+      kinds[u] = static_cast<std::uint16_t>(is_valid + is_near + is_near);
+      any |= kinds[u];
+    }
     int* valid = &valid_[rays_.bandOfRow(v)];
-    for (std::size_t u = 0; u < width; ++u, ++i) {
-      const std::uint16_t d = depth[i];
-      if (d < nearest || d > kFarthest) continue;
-      const DepthRays::Pixel& pixel = rays_.pixel(i);
-      const float z = 1e-3F * static_cast<float>(d), range = z * pixel.across;
-      const float height = camera_height + z * pixel.up - range * lift_[pixel.beam];
-      ++valid[pixel.beam * DepthRays::kBands];
-      if (height < low || height > high || range > longest) continue;
+    std::size_t u = 0;
+    for (const DepthRays::Run& run : rays_.runs(rays_.row(v))) {
+      int count = 0;
+      for (; u < run.end; ++u) count += kinds[u] & kValid;
+      valid[run.beam * DepthRays::kBands] += count;
+    }
+    if ((any & kNear) == 0) continue;
+    for (u = 0; u < width; ++u) {
+      if (kinds[u] != kValid + kNear) continue;
+      const DepthRays::Pixel& pixel = rays_.pixel(v * width + u);
+      const float z = 1e-3F * static_cast<float>(row[u]), range = z * pixel.across;
+      const float above = camera_height + z * pixel.up - range * lift_[pixel.beam];
+      if (above < low || above > high || range > longest) continue;
       Slot& slot = slot_of_[static_cast<std::size_t>(pixel.beam) * static_cast<std::size_t>(slots_) +
                             static_cast<std::size_t>(range * slots_per_metre)];
       ++slot.points;

@@ -82,6 +82,10 @@ class DepthProjection {
   void prepare(const DepthIntrinsics& intrinsics);
   const std::vector<std::uint16_t>& smoothed(const std::vector<std::uint16_t>& depth);
   Status trackFloor(const DepthImage& image, const std::vector<std::uint16_t>& depth);
+  struct DepthInterval {
+    std::uint16_t from = UINT16_MAX, to = UINT16_MAX;  // [mm]; by default no pixel's
+  };
+  DepthInterval obstaclesOf(const DepthRays::Row& row, float lift_low, float lift_high) const;
   void sortPixels(const std::vector<std::uint16_t>& depth);
   int firstObstacle(int beam) const;
   float rangeAround(int beam, int slot) const;
@@ -93,9 +97,10 @@ class DepthProjection {
   FloorTracker floor_;
   DepthRays rays_;
   int slots_, min_points_ = 1;
-  std::vector<Slot> slot_of_;  // obstacle points by beam and range
-  std::vector<int> valid_;     // pixels with depth, by beam and band
-  std::vector<float> lift_;    // [1] by beam: height per distance that the floor's tilt adds
+  std::vector<Slot> slot_of_;         // obstacle points by beam and range
+  std::vector<int> valid_;            // pixels with depth, by beam and band
+  std::vector<float> lift_;           // [1] by beam: height per distance that the floor's tilt adds
+  std::vector<std::uint16_t> kinds_;  // of a row's pixels
   std::vector<Eigen::Vector3f> points_;
   std::vector<std::uint16_t> older_, oldest_, median_;
   PseudoLaser laser_;

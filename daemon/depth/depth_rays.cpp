@@ -52,6 +52,25 @@ void DepthRays::prepare(const DepthExtrinsics& extrinsics, const DepthIntrinsics
       ++band.pixels;
     }
   }
+  boundRows();
+}
+
+void DepthRays::boundRows() {
+  runs_.clear();
+  rows_.clear();
+  const auto width = static_cast<std::size_t>(intrinsics_.width);
+  for (std::size_t first = 0; first < pixels_.size(); first += width) {
+    const auto row = std::span(pixels_).subspan(first, width);
+    const auto [across_low, across_high] = std::ranges::minmax(row, {}, &Pixel::across);
+    const auto [up_low, up_high] = std::ranges::minmax(row, {}, &Pixel::up);
+    const auto first_run = static_cast<std::uint32_t>(runs_.size());
+    for (std::size_t u = 0; u < width; ++u) {
+      if (u == 0 || row[u].beam != runs_.back().beam) runs_.push_back({row[u].beam, 0});
+      runs_.back().end = static_cast<std::uint16_t>(u + 1);
+    }
+    rows_.push_back({across_low.across, across_high.across, up_low.up, up_high.up, first_run,
+                     static_cast<std::uint32_t>(runs_.size())});
+  }
 }
 
 }  // namespace slam

@@ -49,6 +49,15 @@ class DepthRays {
     float up;            ///< [1] height gained per depth
     std::uint16_t beam;  ///< of its bearing
   };
+  /// Pixels of one row and beam, side by side.
+  struct Run {
+    std::uint16_t beam, end;  ///< end: column behind the last one; the first is where the run before ends
+  };
+  /// Bounds of a row's pixels.
+  struct Row {
+    float across_low, across_high, up_low, up_high;  ///< [1] per depth
+    std::uint32_t first_run, end_run;                ///< of runs()
+  };
   /// Pixels of one beam that look up or down alike.
   struct Band {
     float slope_low = 0.0F, slope_high = 0.0F;  ///< [1] height gained per distance along the floor
@@ -66,6 +75,10 @@ class DepthRays {
   float sine(std::size_t beam) const { return sin_[beam]; }
 
   const Pixel& pixel(std::size_t i) const { return pixels_[i]; }  ///< by row, then column
+  const Row& row(std::size_t v) const { return rows_[v]; }
+  std::span<const Run> runs(const Row& row) const {
+    return std::span(runs_).subspan(row.first_run, row.end_run - row.first_run);
+  }
   /// Index of the first beam's band that holds row v; band k of beam b is at b * kBands + k.
   std::size_t bandOfRow(std::size_t v) const { return v * kBands / static_cast<std::size_t>(intrinsics_.height); }
   std::span<const Band> bands(int beam) const {
@@ -73,10 +86,14 @@ class DepthRays {
   }
 
  private:
+  void boundRows();
+
   DepthIntrinsics intrinsics_;
   float bearing_min_ = 0.0F, bearing_step_ = 0.0F;
   std::vector<float> cos_, sin_;
   std::vector<Pixel> pixels_;
+  std::vector<Run> runs_;
+  std::vector<Row> rows_;
   std::vector<Band> bands_;
 };
 

@@ -46,6 +46,27 @@ TEST(DepthRays, APitchedCameraIsLevelled) {
   EXPECT_NEAR(middle.up / middle.across, slope, 1e-3) << "a positive pitch looks down";
 }
 
+TEST(DepthRays, RowsAreBoundedAndCutIntoRunsOfOneBeam) {
+  for (const DepthExtrinsics& extrinsics :
+       {DepthExtrinsics{.z = 0.4}, DepthExtrinsics{.z = 0.4, .roll = 0.3, .pitch = 0.4}}) {
+    const DepthRays rays = raysOf(extrinsics);
+    for (int v = 0; v < kXtion.height; ++v) {
+      const DepthRays::Row& row = rays.row(static_cast<std::size_t>(v));
+      int u = 0;
+      for (const DepthRays::Run& run : rays.runs(row)) {
+        ASSERT_GT(run.end, u);
+        for (; u < run.end; ++u) {
+          const DepthRays::Pixel& pixel = rays.pixel(index(u, v));
+          ASSERT_EQ(pixel.beam, run.beam) << u << ", " << v;
+          ASSERT_TRUE(pixel.across >= row.across_low && pixel.across <= row.across_high) << u << ", " << v;
+          ASSERT_TRUE(pixel.up >= row.up_low && pixel.up <= row.up_high) << u << ", " << v;
+        }
+      }
+      ASSERT_EQ(u, kXtion.width);
+    }
+  }
+}
+
 TEST(DepthRays, MakeNoMoreBeamsThanThereIsRoomFor) {
   DepthRays rays;
   rays.prepare({.z = 0.4}, kXtion, kStep, 20);

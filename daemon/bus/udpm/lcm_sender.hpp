@@ -43,7 +43,7 @@ class LcmSender {
   void take();
 
   const UdpmUrl url_;
-  const MulticastRoute route_;
+  MulticastRoute route_;
   std::unique_ptr<Socket> socket_;      // sends
   std::atomic<Socket*> next_{nullptr};  // to the sending thread
   std::atomic<Socket*> used_{nullptr};  // back

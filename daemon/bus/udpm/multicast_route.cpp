@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bus/udpm/multicast_route.hpp"
 
+#include <cerrno>
 #include <cstring>
 #include <linux/rtnetlink.h>
 #include <sys/socket.h>
@@ -30,17 +31,54 @@ std::optional<int> interfaceIn(nlmsghdr* answer) {
   return std::nullopt;
 }
 
+int openNetlink() { return socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, NETLINK_ROUTE); }
+
+/// A socket that gets a message for each change that can move a route; -1 where one may not listen for all of them.
+int openChanges() {
+  const int descriptor = openNetlink();
+  const sockaddr_nl any{.nl_family = AF_NETLINK, .nl_pad = 0, .nl_pid = 0, .nl_groups = 0};
+  // Without an address of its own it would get nothing.
+  bool listens = bind(descriptor, reinterpret_cast<const sockaddr*>(&any), sizeof any) == 0;
+  for (const int group : {RTNLGRP_LINK, RTNLGRP_IPV4_IFADDR, RTNLGRP_IPV4_ROUTE, RTNLGRP_IPV4_RULE,
+                          RTNLGRP_IPV4_NETCONF, RTNLGRP_NEXTHOP}) {
+    listens = listens && setsockopt(descriptor, SOL_NETLINK, NETLINK_ADD_MEMBERSHIP, &group, sizeof group) == 0;
+  }
+  if (!listens && descriptor >= 0) close(descriptor);
+  return listens ? descriptor : -1;
+}
+
 }  // namespace
 
 MulticastRoute::MulticastRoute(const UdpmUrl& url)
-    : group_(url.group.sin_addr), socket_(socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, NETLINK_ROUTE)) {}
+    : group_(url.group.sin_addr), questions_(openNetlink()), changes_(openChanges()) {}
 
 MulticastRoute::~MulticastRoute() {
-  if (socket_ >= 0) close(socket_);
+  if (questions_ >= 0) close(questions_);
+  if (changes_ >= 0) close(changes_);
 }
 
-std::optional<int> MulticastRoute::interface() const {
-  if (socket_ < 0) return 0;
+std::optional<int> MulticastRoute::interface() {
+  if (questions_ < 0) return 0;
+  if (mayHaveChanged() || !is_known_) {
+    interface_ = ask();
+    is_known_ = changes_ >= 0;
+  }
+  return interface_;
+}
+
+/// Reads the reports of changes away; a loss of some (ENOBUFS) is a report, too.
+bool MulticastRoute::mayHaveChanged() const {
+  constexpr int kMostReports = 64;  // at a time: what is left counts the next time
+  bool changed = false;
+  char first = 0;  // what has changed is not of interest
+  for (int i = 0; i < kMostReports; ++i) {
+    if (recv(changes_, &first, sizeof first, MSG_TRUNC) < 0 && errno != ENOBUFS) break;
+    changed = true;
+  }
+  return changed;
+}
+
+std::optional<int> MulticastRoute::ask() const {
   Question question{};
   question.head.nlmsg_len = sizeof question;
   question.head.nlmsg_type = RTM_GETROUTE;
@@ -50,9 +88,9 @@ std::optional<int> MulticastRoute::interface() const {
   question.attribute.rta_len = RTA_LENGTH(sizeof(in_addr));
   question.attribute.rta_type = RTA_DST;
   question.destination = group_;
-  if (send(socket_, &question, sizeof question, 0) != sizeof question) return std::nullopt;
+  if (send(questions_, &question, sizeof question, 0) != sizeof question) return std::nullopt;
   alignas(nlmsghdr) char buffer[4096];
-  const ssize_t size = recv(socket_, buffer, sizeof buffer, 0);
+  const ssize_t size = recv(questions_, buffer, sizeof buffer, 0);
   auto* answer = reinterpret_cast<nlmsghdr*>(buffer);
   return size > 0 && NLMSG_OK(answer, static_cast<std::size_t>(size)) ? interfaceIn(answer) : std::nullopt;
 }

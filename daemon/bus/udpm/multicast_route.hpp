@@ -6,7 +6,8 @@
 
 namespace slam {
 
-/// The way that the kernel would send to a group now; asks by rtnetlink, which answers at once.
+/// The way that the kernel would send to a group now. rtnetlink is asked at the start and again when it has reported a
+/// change of routes, rules, addresses or interfaces; it answers at once. Belongs to one thread.
 class MulticastRoute {
  public:
   explicit MulticastRoute(const UdpmUrl& url);
@@ -15,11 +16,16 @@ class MulticastRoute {
   MulticastRoute& operator=(const MulticastRoute&) = delete;
 
   /// @return index of the network interface; 0 where one may not ask, std::nullopt without a route
-  std::optional<int> interface() const;
+  std::optional<int> interface();
 
  private:
+  bool mayHaveChanged() const;
+  std::optional<int> ask() const;
+
   const in_addr group_;
-  const int socket_;
+  const int questions_, changes_;  // sockets; -1: not permitted
+  std::optional<int> interface_;
+  bool is_known_ = false;
 };
 
 }  // namespace slam

@@ -25,7 +25,7 @@ TEST(LcmSender, SendsNothingWhileClosed) {
 }
 
 TEST(LcmSender, SendsNoPacketThatWouldLeaveTheMachine) {
-  const MulticastRoute route(parseUdpmUrl(kUrl));
+  MulticastRoute route(parseUdpmUrl(kUrl));
   const auto interface = route.interface();
   if (!interface) GTEST_SKIP() << "this machine has no multicast";
   LcmSender sender(parseUdpmUrl(kUrl));
