@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "frontend/interpreter/cabin_watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace slam {
+
+CabinWatch::View CabinWatch::viewOf(std::span<const Beam> beams, const RangeLimits& limits) const {
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  View view;
+  if (beams.size() < 2) return view;
+  for (std::size_t i = 1; i < beams.size(); ++i)
+    view.field += std::abs(wrapAngle(beams[i].bearing - beams[i - 1].bearing));
+  const double step = view.field / static_cast<double>(beams.size() - 1);
+  if (kTurn - view.field < 2.0 * step) view.field = kTurn;  // from the last beam to the first, too
+  const Beam *first = nullptr, *last = nullptr;
+  const auto join = [&](const Beam& a, const Beam& b) {
+    const double gap = std::abs(wrapAngle(b.bearing - a.bearing));
+    if (gap > config_.widest_gap) return;
+    view.seen += gap;
+    view.area += 0.5 * a.range * b.range * std::sin(gap);
+  };
+  for (const Beam& beam : beams) {
+    if (!(beam.range > limits.min) || beam.range > limits.max) continue;
+    last != nullptr ? join(*last, beam) : void(first = &beam);
+    last = &beam;
+  }
+  if (first != nullptr && view.field == kTurn) join(*last, *first);
+  if (view.seen > 0.0) view.area *= kTurn / view.seen;
+  return view;
+}
+
+void CabinWatch::add(std::span<const Beam> beams, const RangeLimits& limits, const Pose2& T_odom_base, Timestamp now) {
+  opened_ = false;
+  const View view = viewOf(beams, limits);
+  const bool known = view.field > 0.0 && view.seen >= config_.seen * view.field;
+  const double area = known ? view.area : std::numeric_limits<double>::infinity();
+  if (shut_) {
+    opened_ = known && config_.shut * area > cabin_;
+    if (!opened_) return;
+    shut_ = false;
+    widest_ = 0.0;
+  }
+  const Pose2 moved = between(at_, T_odom_base);
+  const bool turned = std::abs(moved.theta) > config_.turned && view.field < config_.all_around;
+  if (turned || moved.translation().norm() > config_.moved) widest_ = 0.0;
+  if (widest_ == 0.0) {
+    at_ = T_odom_base;
+    shut_since_.reset();
+  }
+  widest_ = std::max(widest_, area);
+  if (area > std::min(config_.largest, config_.shut * widest_)) return shut_since_.reset();
+  if (!shut_since_) shut_since_ = now, cabin_ = 0.0;
+  cabin_ = std::max(cabin_, area);
+  shut_ = now - *shut_since_ >= config_.shut_for;
+}
+
+}  // namespace slam
