@@ -9,13 +9,13 @@
 namespace slam {
 
 CabinWatch::View CabinWatch::viewOf(std::span<const Beam> beams, const RangeLimits& limits) const {
-  constexpr double kTurn = 2.0 * std::numbers::pi;
+  const double whole = 2.0 * std::numbers::pi;  // [rad] turn
   View view;
   if (beams.size() < 2) return view;
   for (std::size_t i = 1; i < beams.size(); ++i)
     view.field += std::abs(wrapAngle(beams[i].bearing - beams[i - 1].bearing));
   const double step = view.field / static_cast<double>(beams.size() - 1);
-  if (kTurn - view.field < 2.0 * step) view.field = kTurn;  // from the last beam to the first, too
+  if (whole - view.field < 2.0 * step) view.field = whole;  // from the last beam to the first, too
   const Beam *first = nullptr, *last = nullptr;
   const auto join = [&](const Beam& a, const Beam& b) {
     const double gap = std::abs(wrapAngle(b.bearing - a.bearing));
@@ -28,8 +28,8 @@ CabinWatch::View CabinWatch::viewOf(std::span<const Beam> beams, const RangeLimi
     last != nullptr ? join(*last, beam) : void(first = &beam);
     last = &beam;
   }
-  if (first != nullptr && view.field == kTurn) join(*last, *first);
-  if (view.seen > 0.0) view.area *= kTurn / view.seen;
+  if (first != nullptr && view.field == whole) join(*last, *first);
+  if (view.seen > 0.0) view.area *= whole / view.seen;
   return view;
 }
 
