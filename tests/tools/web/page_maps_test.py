@@ -11,6 +11,7 @@ sys.dont_write_bytecode = True  # into the sources
 
 from browser import ARROW_DOWN, ARROW_RIGHT, BACKSPACE, ENTER, Browser, wait_until
 from page_drive import PAGE, TOKEN
+from page_floors import check_floors
 from page_session import UNLOCK, session
 from page_test import HAS_A_POSE, SHOWS_A_MAP, SIZES
 
@@ -239,30 +240,6 @@ def check_maps(phone, robot, out):
     phone.run("document.querySelector('#maps .close').click()")
 
 
-# The daemon's next message takes the problem away again, and its buttons with it.
-FLOORS = """
-showHealth({ ...robot.health, problems: [{ device: "map", id: "floors_alike", level: "warning", cause: "two maps look alike", fix: "", meanwhile: "",
-  numbers: [], texts: ["%s", "%s", ""] }] });
-const made = [...document.querySelectorAll("#floors button")], words = document.getElementById("floors").textContent;
-showUnlocked(false);
-made[0].click();
-const focused = document.activeElement.id;
-showUnlocked(true);
-made[0].click();
-return [words, focused];
-"""
-
-
-def check_floors(phone):
-    """Maps that look alike are asked for by name, of who may load one."""
-    present, other = phone.run(ROW)[:2]
-    words, focused = phone.run(FLOORS % (other, present))
-    if not all(name in words for name in ("Welche Etage?", other, present)) or focused != "token":
-        sys.exit(f"which floor: {words}, without a token: {focused}")
-    wait_until("the named map is loaded", lambda: phone.run("return document.getElementById('result').textContent").startswith("loaded " + other))
-    wait_until("nothing is asked any more", lambda: phone.run("return document.getElementById('floors').childElementCount") == 0)
-
-
 def check_keys(chromium, out):
     """An edit by keys alone, on a desktop."""
     desktop = opened(chromium, "desktop", dark=True)
@@ -307,7 +284,7 @@ def main():
         check_brush(phone, out)
         check_refusals(phone, out)
         check_maps(phone, robot, out)
-        check_floors(phone)
+        check_floors(phone, phone.run(ROW)[:2])
         desktop = check_keys(chromium, out)
         check_rights(desktop)
         problems = [words for b in (phone, desktop) for words in b.complaints() if not any(code in words for code in ("400", "409", "401", "429"))]
