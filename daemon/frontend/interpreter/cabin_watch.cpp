@@ -9,25 +9,29 @@
 namespace slam {
 
 CabinWatch::View CabinWatch::viewOf(std::span<const Beam> beams, const RangeLimits& limits) const {
-  const double whole = 2.0 * std::numbers::pi;  // [rad] turn
+  const double whole = 2.0 * std::numbers::pi;                // [rad] turn
+  const auto gapOf = [whole](const Beam& a, const Beam& b) {  // less than a turn is between two bearings
+    const double gap = std::abs(static_cast<double>(b.bearing) - a.bearing);
+    return gap > 0.5 * whole ? whole - gap : gap;
+  };
   View view;
   if (beams.size() < 2) return view;
-  for (std::size_t i = 1; i < beams.size(); ++i)
-    view.field += std::abs(wrapAngle(beams[i].bearing - beams[i - 1].bearing));
-  const double step = view.field / static_cast<double>(beams.size() - 1);
-  if (whole - view.field < 2.0 * step) view.field = whole;  // from the last beam to the first, too
   const Beam *first = nullptr, *last = nullptr;
   const auto join = [&](const Beam& a, const Beam& b) {
-    const double gap = std::abs(wrapAngle(b.bearing - a.bearing));
+    const double gap = gapOf(a, b);
     if (gap > config_.widest_gap) return;
     view.seen += gap;
-    view.area += 0.5 * a.range * b.range * std::sin(gap);
+    view.area += 0.5 * a.range * b.range * gap;  // a triangle: the sine of so small an angle is the angle
   };
-  for (const Beam& beam : beams) {
+  for (std::size_t i = 0; i < beams.size(); ++i) {
+    const Beam& beam = beams[i];
+    if (i > 0) view.field += gapOf(beams[i - 1], beam);
     if (!(beam.range > limits.min) || beam.range > limits.max) continue;
     last != nullptr ? join(*last, beam) : void(first = &beam);
     last = &beam;
   }
+  const double step = view.field / static_cast<double>(beams.size() - 1);
+  if (whole - view.field < 2.0 * step) view.field = whole;  // from the last beam to the first, too
   if (first != nullptr && view.field == whole) join(*last, *first);
   if (view.seen > 0.0) view.area *= whole / view.seen;
   return view;
