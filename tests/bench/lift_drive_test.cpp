@@ -73,7 +73,7 @@ TEST_F(LiftDrive, IsNoticedAndEndsInTheOtherFloorsMapWithoutBeingSureOfAWrongOne
 
 TEST_F(LiftDrive, HasNoneWhereTheRobotLooksIntoALiftThatStaysOpen) {
   simulate(17, 1, 0);
-  const auto report = driveWithLift(log(), folder(), Config{}, {.begin_in = name(1)});
+  const auto report = driveWithLift(log(), folder(), Config{}, {.begin_in = name(1), .arrive_in = {}});
   EXPECT_TRUE(report.was_sure);
   EXPECT_EQ(report.doubts, 0);
   EXPECT_EQ(report.wrong_and_sure, 0.0);
@@ -82,8 +82,8 @@ TEST_F(LiftDrive, HasNoneWhereTheRobotLooksIntoALiftThatStaysOpen) {
 
 TEST_F(LiftDrive, NeedsALogWithScansAndMaps) {
   std::ofstream(log()).close();
-  EXPECT_THROW(driveWithLift(log(), folder(), Config{}, {.begin_in = name(1)}), std::runtime_error);
-  EXPECT_THROW(driveWithLift(log(), folder(), Config{}, {.begin_in = "attic"}), std::runtime_error);
+  EXPECT_THROW(driveWithLift(log(), folder(), Config{}, {.begin_in = name(1), .arrive_in = {}}), std::runtime_error);
+  EXPECT_THROW(driveWithLift(log(), folder(), Config{}, {.begin_in = "attic", .arrive_in = {}}), std::runtime_error);
 }
 
 }  // namespace
