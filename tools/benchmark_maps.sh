@@ -144,6 +144,70 @@ maps_floors() {
   row "which of 5 floors, other furniture" wrong "$wrong" "<=" 0
 }
 
+# Drives with a lift between these floors, whose landings look alike, and without one. slamd goes on in the map of the floor
+# where the drive begins.
+maps_lifts() {
+  local floors=5 drives=20 seed from to departs out=$work/lifts right=0 wrong=0 seconds=()
+  local sensors=(--config config/sim.toml --set lidar.driver="'lcm'" --set base.driver="'lcm'" --set imu.driver="'lcm'")
+  [ -z "$short" ] || drives=4
+  mkdir -p "$out"
+  for from in $(seq "$floors"); do
+    "$bin/slam-sim" --no-depth --scene homes --seed 1 --with "floor=$from" --with lift=0 --log "$work/lift.lcm" >/dev/null
+    "$bin/slam-replay" "${sensors[@]}" --log "$work/lift.lcm" --save-map "$out/floor-$from" >/dev/null 2>&1
+  done
+  for seed in $(seq "$drives"); do
+    from=$((1 + seed % floors)) to=$((1 + (seed + 1 + seed / floors) % floors)) # every fifth comes back to where it was
+    "$bin/slam-sim" --no-depth --scene homes --seed $((1 + 8 * seed)) --with "floor=$from" --with "lift=$to" \
+      --log "$work/lift.lcm" --waypoints "$work/lift.tum" >/dev/null
+    departs=$(awk 'NR == 3 {print $1 - 1700000000}' "$work/lift.tum")
+    "$bin/slam-benchmark" lift "${sensors[@]}" --begin-in "floor-$from" --to "floor-$to" --departs "$departs" \
+      "$work/lift.lcm" "$out" | tee "$work/lift.txt" >&2
+    grep -q "known_s=inf" "$work/lift.txt" || {
+      right=$((right + 1))
+      seconds+=("$(sed -nE 's/.*known_s=([0-9.]+).*/\1/p' "$work/lift.txt")")
+    }
+    awk -F'[ =]' '{for (i = 1; i < NF; i += 2) if ($i == "wrong_and_sure_s") exit $(i + 1) == 0}' "$work/lift.txt" &&
+      wrong=$((wrong + 1)) || true
+  done
+  row "a lift between 5 floors with one landing" "right floor, of $drives" "$right" ">=" "$((drives * 95 / 100))"
+  row "a lift between 5 floors with one landing" "wrong and sure" "$wrong" "<=" 0
+  row "a lift between 5 floors with one landing" "known after the departure, mean" \
+    "$(printf '%s\n' "${seconds[@]}" | awk '{s += $1} END {printf "%.1f", s / NR}')" "<=" 15 s
+}
+
+# Drives without a lift, in maps of several floors: robots that stand among people, and what else the trust situations have.
+maps_lift_alarms() { # after maps_lifts
+  local seeds=5 scene with seed alarms=0 drives=0 out=$work/lifts
+  local sensors=(--config config/sim.toml --set lidar.driver="'lcm'" --set base.driver="'lcm'" --set imu.driver="'lcm'")
+  [ -z "$short" ] || seeds=1
+  while IFS='|' read -r scene with; do
+    [ -d "$out/$scene" ] || {
+      "$bin/slam-sim" --no-depth --scene "$scene" --seed 1 --log "$work/lift.lcm" >/dev/null
+      "$bin/slam-replay" "${sensors[@]}" --log "$work/lift.lcm" --save-map "$out/$scene" >/dev/null 2>&1
+    }
+    for seed in $(seq 9 8 $((8 * seeds + 1))); do # of homes: the same one
+      # shellcheck disable=SC2086 # words of --with
+      "$bin/slam-sim" --no-depth --scene "$scene" --seed "$seed" ${with:+$(printf -- '--with %s ' $with)} --log "$work/lift.lcm" >/dev/null
+      "$bin/slam-benchmark" lift "${sensors[@]}" --begin-in "$scene" --floors "$scene floor-1" "$work/lift.lcm" "$out" >"$work/lift.txt"
+      echo "$scene $with, seed $seed: $(cat "$work/lift.txt")" >&2
+      alarms=$((alarms + $(sed -nE 's/.*doubts=([0-9]+).*/\1/p' "$work/lift.txt"))) drives=$((drives + 1))
+    done
+  done <<'END'
+people|
+open-door|
+home|walkers=4
+home|follower=swaying
+home|cart=towed
+home|casing=165,195,0.25
+home|field-of-view=58 range-max=4
+hall|walkers=4
+hall|range-max=8 no-return=max
+homes|walkers=4
+homes|lift=0 walkers=2
+END
+  row "$drives drives without a lift, people and others about" "taken for one" "$alarms" "<=" 0
+}
+
 maps() {
   mkdir -p "$work/maps"
   echo "| case | figure | value | target | |"
@@ -154,4 +218,6 @@ maps() {
   maps_intel
   maps_refined
   maps_floors
+  maps_lifts
+  maps_lift_alarms
 }

@@ -26,6 +26,7 @@ Problem problemOf(const TrackingReport& tracking, LocalisationState state) {
   if (state == LocalisationState::kInitialising) return tracking.begun ? problem::kNotFoundYet : problem::kNoScanPlaced;
   if (tracking.scan_drift != 0.0) return {problem::kScansTurn, {tracking.scan_drift * 60.0 * 180.0 / std::numbers::pi}};
   if (tracking.failures > 0) return {problem::kNoMatch, {static_cast<double>(tracking.failures)}};
+  if (tracking.assumed) return problem::kFloorOpen;
   if (tracking.contradiction > 0.0) return {problem::kWaysDiffer, {tracking.contradiction}};
   return problem::kNextScan;
 }

@@ -14,7 +14,8 @@ namespace slam {
 enum class LocalisationState : std::uint8_t {
   kInitialising,  ///< no scan has been placed yet
   kLocalised,     ///< the newest scan was matched
-  kDegraded,      ///< the pose is carried on by wheels and IMU, or by the scans without them
+  kDegraded,      ///< the pose is carried on by wheels and IMU, or by the scans without them,
+                  ///< or may be one in another of several maps
   kLost,          ///< the pose is not valid
 };
 inline const char* nameOf(LocalisationState state) {

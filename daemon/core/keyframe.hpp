@@ -19,6 +19,7 @@ enum class KeyframeOrigin : std::uint8_t {
   kContinued,  ///< by the motion between them
   kLost,       ///< not at all: a new session begins, whose poses are relative to its own beginning
   kGiven,      ///< a new session begins, whose place a person gave
+  kAssumed,    ///< a new session begins where the one before was, or in another map: a lift may have come between
 };
 
 /// A scan handed to the map: deskewed returns and where they were taken. Fixed capacity, so that it crosses queues

@@ -101,6 +101,9 @@ ScanOutcome FrontEnd::track(const LaserScan& recorded, bool may_keep) {
     leaveFarPlace();
     return outcome;
   }
+  // Neither wheels nor gyro show a lift's way, and its next floor may look like the one before.
+  if (config_.several_floors && tracking_.begun() && interpreter().cabin().opened())
+    beginSession(tracking_.placed() ? KeyframeOrigin::kAssumed : KeyframeOrigin::kLost);
   if (local_map_.empty()) {
     outcome.keyframe = may_keep ? beginMap(cloud, predicted) : nullptr;
     return outcome;
@@ -286,7 +289,10 @@ void FrontEnd::beginSession(KeyframeOrigin origin) {
   carried_ = false;
   preprocessor_.forgetPlace();
   validator_.begin();
-  tracking_.beginSession(origin == KeyframeOrigin::kGiven);
+  using Place = TrackingState::Place;
+  tracking_.beginSession(origin == KeyframeOrigin::kGiven     ? Place::kKnown
+                         : origin == KeyframeOrigin::kAssumed ? Place::kAssumed
+                                                              : Place::kNoMore);
   keyframes_.beginSession(origin, heading_tolerance);
   local_map_.clear(newest.pose().translation());
   monitor_.reset();
@@ -346,6 +352,7 @@ TrackingReport FrontEnd::trackingReport(Timestamp stamp) const {
   const RangeNoiseWatch& noise = interpreter().rangeNoise();
   return {.begun = tracking_.begun(),
           .placed = tracking_.placed(),
+          .assumed = tracking_.assumed(),
           .silent = tracking_.silent(stamp, pose_.newestStamp()),
           .failures = tracking_.failures(),
           .points = preprocessor_.points(),

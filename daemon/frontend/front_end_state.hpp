@@ -65,6 +65,7 @@ struct FrontEndCounters {
 struct TrackingReport {
   bool begun = false;          ///< a scan was placed, by definition or by a match
   bool placed = false;         ///< the pose is one in the map
+  bool assumed = false;        ///< ... if the robot has not taken a lift to where another map begins
   bool silent = false;         ///< no sensor tells the motion: wheels, gyro and scans are away
   int failures = 0;            ///< scans in a row that were not matched
   int points = 0;              ///< of the newest scan that was used

@@ -7,7 +7,7 @@
 namespace slam {
 
 TrackingState::TrackingState(const TrackingConfig& config, bool localise_only, bool in_known_map)
-    : config_(config), localise_only_(localise_only), placed_(!in_known_map) {}
+    : config_(config), localise_only_(localise_only), place_(in_known_map ? Place::kNever : Place::kKnown) {}
 
 void TrackingState::begin(Timestamp stamp, const Pose2& T_map_base, const Pose2& T_odom_base) {
   last_match_ = stamp;
@@ -39,32 +39,27 @@ bool TrackingState::fail(const MatchResult& match, Timestamp stamp, bool says_mu
 }
 
 bool TrackingState::lost(const Eigen::Matrix3d& covariance) const {
-  return localise_only_ || !placed_ || unplaced(covariance);
+  return localise_only_ || !placed() || unplaced(covariance);
 }
 
 bool TrackingState::unplaced(const Eigen::Matrix3d& covariance) const {
   return std::sqrt(std::max(covariance(0, 0), covariance(1, 1))) > config_.lost_position_sigma;
 }
 
-void TrackingState::beginSession(bool placed) {
-  was_placed_ |= placed_;
-  placed_ = placed;
+void TrackingState::beginSession(Place place) {
+  if (place != Place::kNoMore || place_ != Place::kNever) place_ = place;
   tension_.setZero();
   failures_ = 0;
-}
-
-void TrackingState::refute() {
-  placed_ = false;
-  was_placed_ = true;
 }
 
 LocalisationState TrackingState::state(Timestamp stamp, Timestamp last_source, const Eigen::Matrix3d& covariance,
                                        bool contradicted) const {
   if (!last_match_) return LocalisationState::kInitialising;
-  if (!placed_) return was_placed_ ? LocalisationState::kLost : LocalisationState::kInitialising;
+  if (place_ == Place::kNever) return LocalisationState::kInitialising;
+  if (place_ == Place::kNoMore) return LocalisationState::kLost;
   if (unplaced(covariance) || silent(stamp, last_source)) return LocalisationState::kLost;
-  return unmatched(stamp) || failures_ > 0 || contradicted ? LocalisationState::kDegraded
-                                                           : LocalisationState::kLocalised;
+  return unmatched(stamp) || failures_ > 0 || contradicted || assumed() ? LocalisationState::kDegraded
+                                                                        : LocalisationState::kLocalised;
 }
 
 bool TrackingState::unmatched(Timestamp stamp) const {

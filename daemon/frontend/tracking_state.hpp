@@ -44,11 +44,18 @@ class TrackingState {
   bool lost(const Eigen::Matrix3d& covariance) const;
   /// Whether the place is known too badly to go on from it. @param covariance as for lost()
   bool unplaced(const Eigen::Matrix3d& covariance) const;
-  /// @param placed its place is known, by a person
-  void beginSession(bool placed);
-  /// The robot was found in the map, or is not where a person said.
-  void place() { placed_ = true; }
-  void refute();
+  /// What is known of the robot's place in the map.
+  enum class Place : std::uint8_t {
+    kNever,    ///< not found yet
+    kNoMore,   ///< not found again
+    kAssumed,  ///< where it was, if the map is the right one
+    kKnown
+  };
+  /// @param place kNoMore where the robot has to be found
+  void beginSession(Place place);
+  /// The robot was found in the map, or is not where it was assumed, or a person said.
+  void place() { place_ = Place::kKnown; }
+  void refute() { place_ = Place::kNoMore; }
   void transform(const Pose2& T_new_old) {
     last_pose_ = T_new_old * last_pose_;
     tension_ = rotated(tension_, T_new_old.theta);
@@ -65,7 +72,9 @@ class TrackingState {
   }
   /// Whether any scan was placed yet.
   bool begun() const { return last_match_.has_value(); }
-  bool placed() const { return placed_; }
+  bool placed() const { return place_ >= Place::kAssumed; }
+  /// It may be in another map.
+  bool assumed() const { return place_ == Place::kAssumed; }
   /// Whether no scan was fused for so long that the odometry leads.
   bool unmatched(Timestamp stamp) const;
 
@@ -88,7 +97,7 @@ class TrackingState {
   double overlap_ = 0.0, fused_overlap_ = 0.0;
   Eigen::Matrix3d tension_ = Eigen::Matrix3d::Zero();
   int failures_ = 0;
-  bool placed_, was_placed_ = false;
+  Place place_;
   std::uint32_t matched_ = 0, partly_observable_ = 0, unmatched_ = 0, gated_ = 0;
 };
 

@@ -70,10 +70,13 @@ inline constexpr ProblemKind kLost{"lost", "no pose is published until the robot
 inline constexpr ProblemKind kNotFoundYet{"not_found_yet", "waits to be found in the map", "",
                                           "drive slowly on, or give its place: slamctl set-pose"};
 // Names: two maps; the others, each behind a comma.
-inline constexpr ProblemKind kFloorsAlike{
-    "floors_alike", "the robot is in one of the maps {0}, {1}{2}, which look alike from here",
-    "no pose is published until it sees what tells them apart",
-    "drive slowly on to where they differ, or slamctl load its map and give its place: slamctl set-pose"};
+inline constexpr ProblemKind kFloorsAlike{"floors_alike",
+                                          "the robot is in one of the maps {0}, {1}{2}, which look alike from here",
+                                          "the pose is not valid, or degraded, until it sees what tells them apart",
+                                          "drive slowly on to where they differ, or load the right one: slamctl load"};
+inline constexpr ProblemKind kFloorOpen{
+    "floor_open", "nothing of the floor was in view while it stood, as in a lift: it may be on another one",
+    "the pose goes on in the present map", "drive slowly on: it is compared with the maps of store.floors"};
 inline constexpr ProblemKind kNoScanPlaced{"no_scan_placed", "waits for a scan that can be placed"};
 inline constexpr ProblemKind kScansTurn{"scans_turn",
                                         "scans turn by {#0.1} deg per minute against a gyro that was right at rest",

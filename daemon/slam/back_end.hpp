@@ -60,8 +60,8 @@ class BackEnd {
   /// The other map that the last add() has found the robot in, if it has. Its keyframes come into neither map.
   const std::optional<FloorFound>& elsewhere() const { return elsewhere_; }
   std::int32_t session() const { return session_.number(); }
-  /// Names of the maps of which the robot may be in any; empty: nothing speaks for several.
-  std::vector<std::string> floorDoubt() const { return session_.floorDoubt(); }
+  /// See SessionTracker.
+  std::vector<FloorFound> floorDoubt() const { return session_.floorDoubt(); }
   /// What the newest search for a lost robot found. @pre counters().relocalisation.searches > 0
   const PlaceSearch::Result& newestSearch() const { return session_.newestSearch(); }
 

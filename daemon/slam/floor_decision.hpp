@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
-#include <algorithm>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -24,10 +24,12 @@ class FloorDecision {
   std::shared_ptr<const FloorAtlas> atlas(const KeyframeGraph& present, std::span<const int> ids, double gap) {
     return atlas_ = std::make_shared<const FloorAtlas>(present, ids, floors_, gap);
   }
-  /// A session begins.
-  void begin() {
+  /// A session begins. @param session its number
+  void begin(std::int32_t session) {
+    session_ = session;
     candidate_.reset();
     doubt_.clear();
+    nowhere_ = 0;
   }
 
   /// Takes a search that has ended. @param found by it, in the atlas @param T_session_newest the newest keyframe
@@ -35,7 +37,8 @@ class FloorDecision {
   std::optional<FloorAtlas::Place> decide(const Relocalisation& search,
                                           const std::optional<Relocalisation::Found>& found,
                                           const Pose2& T_session_newest) {
-    doubt_ = doubtOf(search.newest());
+    doubt_ = doubtOf(search.newest(), T_session_newest);
+    nowhere_ = search.newest().outcome == PlaceSearch::Outcome::kElsewhere ? nowhere_ + 1 : 0;
     if (!found) return candidate_.reset(), std::nullopt;
     FloorAtlas::Place place = atlas_->placeOf(found->T_map_newest);
     const Pose2 T_floor_session = place.T_floor_base * T_session_newest.inverse();
@@ -46,25 +49,35 @@ class FloorDecision {
     return agree ? std::optional(place) : std::nullopt;
   }
 
-  /// The maps that explain the scans alike, as far as the newest search shows, likeliest first; empty: there are not
-  /// two.
-  const std::vector<int>& doubt() const { return doubt_; }
+  /// Where the session is in each of the maps that explain the scans alike, as far as the newest search shows,
+  /// likeliest first; empty: there are not two.
+  const std::vector<FloorFound>& doubt() const { return doubt_; }
+  /// Searches in a row by which it is in none of the maps.
+  int nowhere() const { return nowhere_; }
 
  private:
-  std::vector<int> doubtOf(const PlaceSearch::Result& newest) const {
+  std::vector<FloorFound> doubtOf(const PlaceSearch::Result& newest, const Pose2& T_session_newest) const {
     if (newest.outcome != PlaceSearch::Outcome::kAmbiguous) return {};
-    std::vector<int> floors{atlas_->placeOf(newest.T_map_newest).floor};
-    for (const Pose2& rival : newest.T_map_rivals) {
-      const int floor = atlas_->placeOf(rival).floor;
-      if (std::find(floors.begin(), floors.end(), floor) == floors.end()) floors.push_back(floor);
-    }
-    return floors.size() > 1 ? floors : std::vector<int>{};
+    std::vector<FloorFound> floors;
+    std::vector<char> seen(floors_.others.size() + 1);
+    const auto take = [&](const Pose2& T_atlas_newest) {
+      const FloorAtlas::Place place = atlas_->placeOf(T_atlas_newest);
+      if (std::exchange(seen[static_cast<std::size_t>(place.floor)], 1)) return;
+      floors.push_back({.name = floors_.name(place.floor),
+                        .session = session_,
+                        .T_floor_session = place.T_floor_base * T_session_newest.inverse()});
+    };
+    take(newest.T_map_newest);
+    for (const Pose2& rival : newest.T_map_rivals) take(rival);
+    return floors.size() > 1 ? floors : std::vector<FloorFound>{};
   }
 
   Floors floors_;
   std::shared_ptr<const FloorAtlas> atlas_;
   std::optional<FloorAtlas::Place> candidate_;  // of the session's frame, by the search before
-  std::vector<int> doubt_;
+  std::vector<FloorFound> doubt_;
+  int nowhere_ = 0;
+  std::int32_t session_ = 0;
 };
 
 }  // namespace slam

@@ -30,10 +30,12 @@ void SessionTracker::begin(const Keyframe& first, const KeyframeMap& map, bool m
   first_ = first.id;
   number_ = first.session;
   heading_tolerance_ = first.heading_tolerance;
-  state_ = first.origin == KeyframeOrigin::kGiven ? State::kGiven : State::kLost;
+  state_ = first.origin == KeyframeOrigin::kGiven     ? State::kGiven
+           : first.origin == KeyframeOrigin::kAssumed ? State::kAssumed
+                                                      : State::kLost;
   const bool ready = relocalisation_ && map_stays;  // the search's pyramid stays good
   if (!relocalisation_) relocalisation_.emplace(config_.relocalisation, config_.reference, config_.match);
-  floors_.begin();
+  floors_.begin(number_);
   if (ready) return relocalisation_->begin();
   if (!floors_.hasOthers()) return relocalisation_->begin(map.keyframes, map.idsInMap());
   relocalisation_->begin(floors_.atlas(map.keyframes, map.idsInMap(), config_.relocalisation.floor_gap));
@@ -41,9 +43,8 @@ void SessionTracker::begin(const Keyframe& first, const KeyframeMap& map, bool m
 
 SessionTracker::Finding SessionTracker::find(const KeyframeMap& map, bool map_knows) {
   const int newest = map.newest();
-  if (state_ == State::kLost && floors_.hasOthers()) return findFloor(map);
-  if (state_ == State::kLost)
-    return {.found = relocalisation_->search(map.keyframes, first_, newest, heading_tolerance_)};
+  if (searchesAllOver() && floors_.hasOthers()) return findFloor(map, map_knows);
+  if (searchesAllOver()) return {.found = relocalisation_->search(map.keyframes, first_, newest, heading_tolerance_)};
   Finding finding{.found = relocalisation_->searchNear(map.keyframes, first_, newest, kGivenWindow)};
   if (finding.found || newest - first_ + 1 < config_.given_attempts) return finding;
   if (map_knows) {  // it does not look as it should: the robot may be anywhere
@@ -56,12 +57,16 @@ SessionTracker::Finding SessionTracker::find(const KeyframeMap& map, bool map_kn
 }
 
 /// Nothing is known of the session's heading in another map.
-SessionTracker::Finding SessionTracker::findFloor(const KeyframeMap& map) {
+SessionTracker::Finding SessionTracker::findFloor(const KeyframeMap& map, bool map_knows) {
   const int searches = relocalisation_->counters().searches;
   const Pose2& T_session_newest = map.keyframes.pose(map.newest());
   const auto found = relocalisation_->search(map.keyframes, first_, map.newest());
   if (relocalisation_->counters().searches == searches) return {};
   const auto place = floors_.decide(*relocalisation_, found, T_session_newest);
+  if (!place && state_ == State::kAssumed && map_knows && floors_.nowhere() >= config_.given_attempts) {
+    state_ = State::kLost;  // what it sees is in none of the maps
+    return {.found = {}, .refuted = true};
+  }
   if (!place) return {};
   if (place->floor == 0) return {.found = found};
   return {.found = {},
@@ -69,12 +74,11 @@ SessionTracker::Finding SessionTracker::findFloor(const KeyframeMap& map) {
                                   place->T_floor_base * T_session_newest.inverse()}};
 }
 
-std::vector<std::string> SessionTracker::floorDoubt() const {
-  std::vector<std::string> names;
-  if (state_ != State::kLost) return names;
-  for (const int floor : floors_.doubt()) names.push_back(floors_.floors().name(floor));
-  std::sort(names.begin(), names.end());
-  return names;
+std::vector<FloorFound> SessionTracker::floorDoubt() const {
+  if (!searchesAllOver()) return {};
+  std::vector<FloorFound> floors = floors_.doubt();
+  std::sort(floors.begin(), floors.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  return floors;
 }
 
 void SessionTracker::addTo(BackEndCounters& counters) const {

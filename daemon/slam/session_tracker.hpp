@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <numbers>
 #include <optional>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -27,7 +26,7 @@ class SessionTracker {
 
   struct Finding {
     std::optional<Relocalisation::Found> found;
-    bool refuted = false;                      ///< the map contradicts the pose that a person gave
+    bool refuted = false;                      ///< it is not where a person said, or where it was assumed
     std::optional<FloorFound> elsewhere = {};  ///< it is in another map
   };
   /// Looks for the newest keyframe. @pre !placed()
@@ -38,23 +37,24 @@ class SessionTracker {
     if (relocalisation_) relocalisation_->allowFor(scans);
   }
   /// Whether a search waits to go on.
-  bool searchUnderWay() const { return state_ == State::kLost && relocalisation_ && relocalisation_->underWay(); }
+  bool searchUnderWay() const { return searchesAllOver() && relocalisation_ && relocalisation_->underWay(); }
   /// Its keyframes lie where they are in the map.
   void place() { state_ = State::kPlaced; }
 
   int first() const { return first_; }  ///< keyframe
   std::int32_t number() const { return number_; }
   bool placed() const { return state_ == State::kPlaced; }
-  /// Names of the maps of which it may be in any, in rising order; empty: nothing speaks for several.
-  std::vector<std::string> floorDoubt() const;
+  /// Where it is in each of the maps of which it may be in any, by rising names; empty: nothing speaks for several.
+  std::vector<FloorFound> floorDoubt() const;
   /// What the newest search over the whole map found. @pre there was one
   const PlaceSearch::Result& newestSearch() const { return relocalisation_->newest(); }
   void addTo(BackEndCounters& counters) const;
 
  private:
-  enum class State : std::uint8_t { kPlaced, kGiven, kLost };
+  enum class State : std::uint8_t { kPlaced, kGiven, kAssumed, kLost };
 
-  Finding findFloor(const KeyframeMap& map);
+  Finding findFloor(const KeyframeMap& map, bool map_knows);
+  bool searchesAllOver() const { return state_ == State::kAssumed || state_ == State::kLost; }
 
   BackEndConfig config_;
   FloorDecision floors_{Floors{}};

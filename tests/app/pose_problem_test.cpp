@@ -64,6 +64,13 @@ TEST(PoseProblem, TellHowFarScansAndWheelsDiffer) {
   EXPECT_THAT(wordsOf(pose, true), HasSubstr("was the robot pushed"));
 }
 
+TEST(PoseProblem, SayThatTheFloorIsNotCertain) {
+  PoseSnapshot pose = poseOf(kDegraded);
+  pose.tracking.assumed = true;
+  EXPECT_THAT(wordsOf(pose, true), HasSubstr("as in a lift"));
+  EXPECT_THAT(wordsOf(pose, true), HasSubstr("store.floors"));
+}
+
 TEST(PoseProblem, NameScansThatTurnAsTheGyroDoesNot) {
   PoseSnapshot pose = poseOf(kDegraded);
   pose.tracking.contradiction = 0.424;

@@ -163,10 +163,15 @@ TEST(TrackingState, IsLostOnlyOnceItHadBeenPlaced) {
   EXPECT_EQ(tracking.state(now, now, 1.1 * Eigen::Matrix3d::Identity()), LocalisationState::kLost);
   EXPECT_EQ(tracking.state(now, now - 900ms, sure), LocalisationState::kLocalised);
   EXPECT_EQ(tracking.state(now, now - 1100ms, sure), LocalisationState::kLost) << "no sensor tells the motion";
-  tracking.beginSession(false);
+  tracking.beginSession(TrackingState::Place::kNoMore);
   EXPECT_EQ(tracking.state(now, now, sure), LocalisationState::kLost);
-  tracking.beginSession(true);
+  tracking.beginSession(TrackingState::Place::kKnown);
   EXPECT_EQ(tracking.state(now, now, sure), LocalisationState::kLocalised) << "a person said where it is";
+  tracking.beginSession(TrackingState::Place::kAssumed);
+  EXPECT_EQ(tracking.state(now, now, sure), LocalisationState::kDegraded) << "it may be on another floor";
+  EXPECT_TRUE(tracking.placed() && tracking.assumed());
+  tracking.place();
+  EXPECT_EQ(tracking.state(now, now, sure), LocalisationState::kLocalised);
   tracking.refute();
   EXPECT_EQ(tracking.state(now, now, sure), LocalisationState::kLost);
 }

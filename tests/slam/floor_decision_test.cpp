@@ -59,7 +59,7 @@ class Robot {
     auto keyframe = std::make_unique<Keyframe>(drive_.at(truth, {0.002, 0.002, 0.0005}));
     keyframe->id += given_;
     keyframe->session = 1;
-    keyframe->origin = driven_++ == 0 ? KeyframeOrigin::kLost : KeyframeOrigin::kContinued;
+    keyframe->origin = driven_++ == 0 ? origin : KeyframeOrigin::kContinued;
     builder_->allowFor(1000);
     return builder_->add(*keyframe);
   }
@@ -67,6 +67,7 @@ class Robot {
   std::string drive(const std::vector<Pose2>& poses, std::size_t begin) {
     for (std::size_t i = begin; i < poses.size(); ++i) {
       const MapUpdate update = at(poses[i]);
+      refuted |= update.correction && update.correction->refuted;
       if (update.relocalised) return "present";
       if (!update.elsewhere) continue;
       T_truth = poses[i];
@@ -75,10 +76,23 @@ class Robot {
     }
     return "";
   }
-  std::vector<std::string> doubt() const { return builder_->backEnd().floorDoubt(); }
+  std::vector<std::string> doubt() const {
+    std::vector<std::string> names;
+    for (const FloorFound& floor : builder_->backEnd().floorDoubt()) names.push_back(floor.name);
+    return names;
+  }
+  /// Where the newest keyframe is in each map of which it may be.
+  std::vector<Pose2> doubtfulPlaces() const {
+    std::vector<Pose2> places;
+    for (const FloorFound& floor : builder_->backEnd().floorDoubt())
+      places.push_back(floor.T_floor_session * builder_->backEnd().keyframes().pose(given_ + driven_ - 1));
+    return places;
+  }
   int driven() const { return driven_; }
 
   Pose2 T_truth, T_found;
+  KeyframeOrigin origin = KeyframeOrigin::kLost;  // of the session
+  bool refuted = false;
 
  private:
   KeyframeDrive drive_;
@@ -109,6 +123,30 @@ TEST(FloorDecision, NamesTheMapsThatAreAlikeAndDecidesForNone) {
   way.resize(way.size() / 2);
   EXPECT_EQ(robot.drive(way, 0), "");
   EXPECT_EQ(robot.doubt(), (std::vector<std::string>{"floor-1", "floor-1"}));
+}
+
+TEST(FloorDecision, SearchesAllMapsForASessionBehindALift) {
+  const std::vector<Pose2> way = throughAllRooms();
+  Robot up(1, {2, 3}, 3), back(1, {2, 3}, 1), nowhere(1, {2}, 4);
+  for (Robot* robot : {&up, &back, &nowhere}) robot->origin = KeyframeOrigin::kAssumed;
+  EXPECT_EQ(up.drive(way, 0), "floor-3");
+  EXPECT_FALSE(up.refuted) << "where it was assumed, until another map is loaded";
+  EXPECT_EQ(back.drive(way, 0), "present");
+  EXPECT_FALSE(back.refuted);
+  EXPECT_EQ(nowhere.drive(way, 0), "");
+  EXPECT_TRUE(nowhere.refuted) << "it is lost on a floor that none of the maps shows";
+}
+
+TEST(FloorDecision, GivesThePlaceInEachMapThatIsAlike) {
+  Robot robot(1, {1}, 1);
+  robot.origin = KeyframeOrigin::kAssumed;
+  std::vector<Pose2> way = throughAllRooms();
+  way.resize(way.size() / 2);
+  EXPECT_EQ(robot.drive(way, 0), "");
+  EXPECT_FALSE(robot.refuted);
+  const std::vector<Pose2> places = robot.doubtfulPlaces();
+  ASSERT_EQ(places.size(), 2U);
+  for (const Pose2& place : places) EXPECT_LT((place.translation() - way.back().translation()).norm(), 0.3);
 }
 
 TEST(FloorDecision, FindsNoFloorOnOneThatIsNotAmongTheMaps) {

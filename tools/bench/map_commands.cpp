@@ -38,10 +38,38 @@ MapCommands::MapCommands(CLI::App& app) {
   floors->add_flag("--verbose", of_floors_.verbose, "a line for each start");
   floors->add_option("LOG", in_, "LCM event log")->required();
   floors->add_option("MAPS", out_, "folder of the maps")->required();
-  cut_ = cut, keyframes_ = keyframes, floors_ = floors;
+  cut_ = cut, keyframes_ = keyframes, floors_ = floors, lift_ = addLift(app);
 }
 
-void MapCommands::carryOut() const { cut_->parsed() ? cut() : keyframes_->parsed() ? writeKeyframes() : findFloors(); }
+CLI::App* MapCommands::addLift(CLI::App& app) {
+  CLI::App* const lift = app.add_subcommand("lift", "a drive in one of several maps, and with a lift to another");
+  LiftDriveOptions& of_lift = of_floors_.lift;
+  lift->add_option("--config", of_floors_.config, "slamd configuration (TOML)")->required();
+  lift->add_option("--set", of_floors_.overrides, "section.key=value over the file; may be repeated");
+  lift->add_option("--begin-in", of_lift.begin_in, "name of the map that slamd goes on in")->required();
+  lift->add_option("--floors", of_lift.floors, "names of the maps that it is searched in")->capture_default_str();
+  CLI::Option* const to =
+      lift->add_option("--to", of_lift.arrive_in, "name of the map of the floor that the lift goes to");
+  lift->add_option("--departs", of_lift.departs, "[s] since the log's begin, when the robot leaves the lift")
+      ->needs(to);
+  lift->add_option("LOG", in_, "LCM event log")->required();
+  lift->add_option("MAPS", out_, "folder of the maps")->required();
+  return lift;
+}
+
+void MapCommands::takeLift() const {
+  const Config config = loadConfig(of_floors_.config, of_floors_.overrides);
+  const LiftDriveReport report = driveWithLift(in_, out_, config, of_floors_.lift);
+  std::printf(
+      "sure_before=%d doubts=%d lost=%d doubt_s=%.1f unknown_s=%.1f known_s=%.1f known_m=%.1f "
+      "wrong_and_sure_s=%.1f ends_in=%s ends_sure=%d\n",
+      report.was_sure, report.doubts, report.lost, report.in_doubt, report.unknown, report.known, report.driven,
+      report.wrong_and_sure, report.ends_in.c_str(), report.ends_sure);
+}
+
+void MapCommands::carryOut() const {
+  cut_->parsed() ? cut() : keyframes_->parsed() ? writeKeyframes() : lift_->parsed() ? takeLift() : findFloors();
+}
 
 void MapCommands::findFloors() const {
   Config config = loadConfig(of_floors_.config, of_floors_.overrides);

@@ -37,7 +37,7 @@ FloorStart startAt(const std::vector<LogSample>& samples, const LogTruth& truth,
     }
     ++row;
   }
-  for (const std::string& name : pipeline.backEnd().floorDoubt()) start.doubt += " " + name;
+  for (const FloorFound& floor : pipeline.backEnd().floorDoubt()) start.doubt += " " + floor.name;
   return start;
 }
 

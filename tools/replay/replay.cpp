@@ -107,6 +107,9 @@ class Run {
     stats_.filter = pipeline_.frontEnd().filterCounters();
     stats_.back_end = pipeline_.backEnd().counters();
     stats_.lidar_gyro_offset = pipeline_.frontEnd().lidarDelay().estimate();
+    if (!config.store.floors.empty())
+      stats_.warnings.push_back(
+          "store.floors is not used: a log is replayed in one map; slam-benchmark lift changes maps");
     warn();
     if (frames_) frames_->finish(log_s_, pipeline_);
     return std::move(stats_);

@@ -121,10 +121,18 @@ void GraphWork::add(const Keyframe& keyframe) {
 
 void GraphWork::followFloor(const MapUpdate& update) {
   if (update.elsewhere) search_.floor = std::make_shared<const FloorFound>(*update.elsewhere);
-  const std::vector<std::string> names = backEnd().floorDoubt();
+  const std::vector<FloorFound> floors = backEnd().floorDoubt();
   std::string others;
-  for (std::size_t i = 2; i < names.size(); ++i) others += ", " + names[i];
-  search_.doubt.store(names.size() < 2 ? Problem() : Problem(problem::kFloorsAlike, {}, {names[0], names[1], others}));
+  for (std::size_t i = 2; i < floors.size(); ++i) others += ", " + floors[i].name;
+  search_.doubt.store(floors.size() < 2 ? Problem()
+                                        : Problem(problem::kFloorsAlike, {}, {floors[0].name, floors[1].name, others}));
+}
+
+std::optional<Pose2> GraphWork::placeIn(const std::string& map) const {
+  for (const FloorFound& floor : backEnd().floorDoubt()) {
+    if (floor.name == map && isInSession(floor)) return floor.T_floor_session * trackedPose();
+  }
+  return std::nullopt;
 }
 
 std::shared_ptr<const FloorFound> GraphWork::takeFloor() {

@@ -2,6 +2,8 @@
 #pragma once
 #include <deque>
 #include <memory>
+#include <optional>
+#include <string>
 
 #include "app/channels.hpp"
 #include "app/log/trouble_log.hpp"
@@ -43,6 +45,8 @@ class GraphWork {
   const Pose2& trackedPose() const { return snapshot_.pose.T_map_base; }
   /// The other map that the robot was found in, once; none where it is in another session by now.
   std::shared_ptr<const FloorFound> takeFloor();
+  /// Where the robot is in a map of which it is not known whether it is in that one; none where it is not in doubt.
+  std::optional<Pose2> placeIn(const std::string& map) const;
   /// Whether that holds still.
   bool isInSession(const FloorFound& floor) const { return backEnd().session() == floor.session; }
   /// The maps of which the robot may be in any. From any thread.

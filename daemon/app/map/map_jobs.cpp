@@ -44,11 +44,13 @@ void MapJobs::changeTo(MapState next, const std::optional<Pose2>& T_next_base) {
 }
 
 /// Where the robot is in the map that a command changes to: in the present one in another frame it goes on where it is,
-/// and in another one where it was found. A session that has begun since is somewhere else.
+/// and in another one where it was found. A session that has begun since is somewhere else. Of maps that look alike the
+/// one that a person loads is the right one.
 std::optional<Pose2> MapJobs::poseAfter(const MapCommands::Command& command) const {
   if (command.T_next_map) return *command.T_next_map * work_.lastPose();
   const auto& floor = command.asked.floor;
-  if (!floor || !work_.isInSession(*floor)) return std::nullopt;
+  if (!floor) return command.asked.kind == MapCommand::kLoad ? work_.placeIn(command.asked.name) : std::nullopt;
+  if (!work_.isInSession(*floor)) return std::nullopt;
   return floor->T_floor_session * work_.trackedPose();
 }
 

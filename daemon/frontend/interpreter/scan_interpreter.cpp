@@ -19,7 +19,8 @@ ScanInterpreter::ScanInterpreter(const InterpreterConfig& config, const LidarMod
       sweep_(lidar_.upside_down, config.sweep),
       codes_(config.no_return),
       body_(lidar_.T_base_lidar, lidar_.upside_down, withRangeSigma(config.body, lidar_.range_sigma)),
-      noise_(config.range_noise) {
+      noise_(config.range_noise),
+      cabin_(config.cabin) {
   body_.begin(body);
 }
 
@@ -54,6 +55,7 @@ const LaserScan& ScanInterpreter::interpret(const LaserScan& recorded, Timestamp
       if (body_.isBody(beam)) beam.range = 0.0F;
     }
   }
+  cabin_.add(beams, limits, middle->pose(), first);
   noise_.add(beams, limits, middle->standstill());
   if (noise_.tooNoisy()) {
     for (Beam& beam : beams) beam.range = 0.0F;

@@ -6,6 +6,7 @@
 #include "core/scan.hpp"
 #include "estimation/ekf_timeline.hpp"
 #include "frontend/interpreter/body_watch.hpp"
+#include "frontend/interpreter/cabin_watch.hpp"
 #include "frontend/interpreter/no_return_watch.hpp"
 #include "frontend/interpreter/range_noise_watch.hpp"
 #include "frontend/interpreter/sweep_watch.hpp"
@@ -19,6 +20,7 @@ struct InterpreterConfig {
   NoReturnConfig no_return;
   RangeNoiseConfig range_noise;
   SweepWatchConfig sweep;
+  CabinWatchConfig cabin;
 };
 
 /// Decides what a scan's beams mean before they are matched. A beam that says nothing about the world becomes one
@@ -44,6 +46,7 @@ class ScanInterpreter {
   const BodyShape& leftOut() const { return body_.leftOut(); }
   std::span<const float> noReturnCodes() const { return codes_.codes(); }
   const RangeNoiseWatch& rangeNoise() const { return noise_; }
+  const CabinWatch& cabin() const { return cabin_; }
   /// The beams carry no times though the lidar measures them one after the other.
   bool timesMissing() const { return sweep_.order() != SweepWatch::Order::kAtOnce; }
 
@@ -56,6 +59,7 @@ class ScanInterpreter {
   NoReturnWatch codes_;
   BodyWatch body_;
   RangeNoiseWatch noise_;
+  CabinWatch cabin_;
   LaserScan scan_;
   std::array<bool, LaserScan::kCapacity> open_{};
 };

@@ -11,6 +11,7 @@ sys.dont_write_bytecode = True  # into the sources
 
 from browser import ARROW_DOWN, ARROW_RIGHT, BACKSPACE, ENTER, Browser, wait_until
 from page_drive import PAGE, TOKEN
+from page_floors import check_floors
 from page_session import UNLOCK, session
 from page_test import HAS_A_POSE, SHOWS_A_MAP, SIZES
 
@@ -283,6 +284,7 @@ def main():
         check_brush(phone, out)
         check_refusals(phone, out)
         check_maps(phone, robot, out)
+        check_floors(phone, phone.run(ROW)[:2])
         desktop = check_keys(chromium, out)
         check_rights(desktop)
         problems = [words for b in (phone, desktop) for words in b.complaints() if not any(code in words for code in ("400", "409", "401", "429"))]

@@ -193,6 +193,8 @@ constexpr Kind kKinds[] = {
      [](S& s, V v) { return setCount(s.scene.furniture_moved, v, 0, 1000000); }},
     {"floor", "N", "of a home: the same walls, other furniture",
      [](S& s, V v) { return setCount(s.scene.floor, v, 0, 1000); }},
+    {"lift", "N", "of a home: a lift takes the robot to floor N; 0: the robot looks into it, and it stays open",
+     [](S& s, V v) { return setCount(s.scene.lift.emplace(), v, 0, 1000); }},
     {"blocks", "N", "of the scene streets, along each of its sides",
      [](S& s, V v) { return setCount(s.scene.blocks, v, 1, 40); }},
     {"laps", "N", "of the route, where it ends at its start",

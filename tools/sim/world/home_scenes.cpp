@@ -17,6 +17,14 @@ constexpr double kDoor = 0.9;        // [m]
 constexpr double kClearance = 0.40;  // [m] from the route's middle to furniture
 constexpr int kHomes = 8;
 
+/// A lift for 8 persons behind the corridor's end.
+struct Lift {
+  static constexpr double kDepth = 1.5, kWidth = 1.2;  // [m] of the cabin
+  static constexpr double kWait = 3.0;                 // [s] with open doors, at least, before and after
+  static constexpr double kRide = 10.0;                // [s] with closed doors
+  static constexpr double kHurry = 10.0;  // [s] by which the robot may be there earlier than is reckoned with
+};
+
 struct HomePlan {
   double corridor = 1.3;                                   // [m] wide
   double below = 3.3, above = 3.4;                         // [m] depth of the rooms on either side
@@ -32,19 +40,28 @@ struct Item {
 /// Builds a home along a corridor that goes east from the origin.
 class HomeBuilder {
  public:
-  HomeBuilder(Scene& scene, const HomePlan& plan, std::uint64_t seed, int furniture_moved, int floor = 0)
+  HomeBuilder(Scene& scene, const HomePlan& plan, std::uint64_t seed, const SceneVariant& variant)
       : scene_(scene),
         half_(plan.corridor / 2),
         random_(seed),
-        moves_(seed * 7919 + static_cast<std::uint64_t>(furniture_moved)),
-        moved_(furniture_moved != 0) {
+        moves_(seed * 7919 + static_cast<std::uint64_t>(variant.furniture_moved)),
+        moved_(variant.furniture_moved != 0) {
     const double length = std::accumulate(plan.rooms_above.begin(), plan.rooms_above.end(), 0.0);
-    addRoom(scene.world, -kStart, -half_ - plan.below, length - kStart, half_ + plan.above);
+    const double bottom = -half_ - plan.below, top = half_ + plan.above;
+    variant.lift ? addRoomWithDoor(length - kStart, bottom, top)
+                 : addRoom(scene.world, -kStart, bottom, length - kStart, top);
     addSide(plan.rooms_above, plan.above, 1.0);
     addSide(plan.rooms_below, plan.below, -1.0);
     addRoute();
-    if (floor != 0) random_.seed(seed * 104729 + static_cast<std::uint64_t>(floor));
-    for (const Room& room : rooms_) furnish(room);
+    const Solids furniture = furnitureOf(seed, variant.floor);
+    const int upstairs = variant.lift.value_or(SceneVariant::kOpenLift);
+    if (upstairs == SceneVariant::kOpenLift) {
+      scene.world.add(furniture);
+      if (variant.lift) addLift(0, Lift::kWait);
+    } else {
+      const double ride = takeLift();
+      scene.world.add(MovedThing{.before = furniture, .after = furnitureOf(seed, upstairs), .time = ride});
+    }
   }
 
  private:
@@ -54,6 +71,61 @@ class HomeBuilder {
 
     double middle() const { return (left + right) / 2; }
   };
+
+  /// Four walls around the home, with the lift's door in the one at the corridor's end, and the cabin behind it.
+  void addRoomWithDoor(double right, double bottom, double top) {
+    World& world = scene_.world;
+    const double back = -kStart - Lift::kDepth, side = Lift::kWidth / 2;
+    world.addWall({-kStart, bottom}, {right, bottom});
+    world.addWall({right, bottom}, {right, top});
+    world.addWall({right, top}, {-kStart, top});
+    world.addWall({-kStart, top}, {-kStart, kDoor / 2});
+    world.addWall({-kStart, -kDoor / 2}, {-kStart, bottom});
+    world.addWall({-kStart, side}, {back, side});
+    world.addWall({back, side}, {back, -side});
+    world.addWall({back, -side}, {-kStart, -side});
+  }
+
+  /// The robot drives into the cabin, turns to the door and stands there.
+  /// @param at waypoint of the route before which it does
+  void addLift(std::size_t at, double pause) {
+    const Pose2 cabin{-kStart - Lift::kDepth / 2, 0.0, 0.0};
+    scene_.route.insert(scene_.route.begin() + static_cast<std::ptrdiff_t>(at),
+                        {{.pose = cabin, .pause = pause, .measured = true},
+                         {.pose = cabin, .pause = 0.0, .measured = true}});
+  }
+
+  /// It visits the first room, takes the lift, and makes the whole round then. Its second visit of the cabin is its
+  /// departure. @return [s] since the drive began, of the ride
+  double takeLift() {
+    constexpr std::size_t kVisit = 5;  // waypoints of a room
+    const std::vector<Waypoint> round = scene_.route;
+    scene_.route.insert(scene_.route.begin(), round.begin(), round.begin() + kVisit);
+    addLift(kVisit, 2.0 * Lift::kWait + Lift::kRide + Lift::kHurry);
+    const double close = latestArrival(kVisit) + Lift::kWait, open = close + Lift::kRide;
+    Solids door;
+    door.boxes.push_back({-kStart, 0.0, 0.0, 0.06, kDoor, 0.0, World::kCeiling});
+    scene_.world.add(MovedThing{.before = {}, .after = door, .time = close, .back = open});
+    return (close + open) / 2;
+  }
+
+  /// @return [s] since the drive began, until which the robot is at a waypoint of the route
+  double latestArrival(std::size_t waypoint) const {
+    constexpr double kSpeedUp = 1.5, kTurnUp = 1.0;  // [s] that a way and a turn take beyond those at full speed
+    double time = scene_.settle;
+    Pose2 at;
+    for (std::size_t i = 0; i <= waypoint; ++i) {
+      const Waypoint& next = scene_.route[i];
+      const Eigen::Vector2d way = next.pose.translation() - at.translation();
+      const double heading = std::atan2(way.y(), way.x());
+      const double turn = std::abs(wrapAngle(heading - at.theta)) +
+                          (next.stop ? std::abs(wrapAngle(next.pose.theta - heading)) : 0.0);
+      time += way.norm() / scene_.speed + turn / scene_.turn_rate + kSpeedUp + 2.0 * kTurnUp;
+      if (i < waypoint) time += next.pause;
+      at = {next.pose.x, next.pose.y, next.stop ? next.pose.theta : heading};
+    }
+    return time;
+  }
 
   void addSide(const std::vector<double>& widths, double depth, double side) {
     World& world = scene_.world;
@@ -95,7 +167,14 @@ class HomeBuilder {
     scene_.route.push_back({.pose = {0.0, 0.0, 0.0}, .measured = true});
   }
 
-  void furnish(const Room& room) {
+  Solids furnitureOf(std::uint64_t seed, int floor) {
+    if (floor != 0) random_.seed(seed * 104729 + static_cast<std::uint64_t>(floor));
+    Solids furniture;
+    for (const Room& room : rooms_) furniture.append(furnish(room));
+    return furniture;
+  }
+
+  Solids furnish(const Room& room) {
     std::vector<Item> items;
     const int pieces = std::uniform_int_distribution<int>(3, 5)(random_);
     for (int i = 0; i < pieces; ++i) {
@@ -116,7 +195,9 @@ class HomeBuilder {
         break;
       }
     }
-    for (const Item& item : items) scene_.world.add(item.solids);
+    Solids furniture;
+    for (const Item& item : items) furniture.append(item.solids);
+    return furniture;
   }
 
   Item make(int kind, const Room& room) {
@@ -189,11 +270,12 @@ class HomeBuilder {
 
 Scene home(int furniture_moved) {
   Scene scene{.name = "home", .speed = 0.4, .turn_rate = 45 * kDegree};
-  HomeBuilder(scene, {.rooms_below = {3.0, 5.2, 3.8}, .rooms_above = {4.6, 3.2, 4.2}}, 2024, furniture_moved);
+  HomeBuilder(scene, {.rooms_below = {3.0, 5.2, 3.8}, .rooms_above = {4.6, 3.2, 4.2}}, 2024,
+              {.furniture_moved = furniture_moved});
   return scene;
 }
 
-Scene homes(std::uint64_t seed, int furniture_moved, int floor) {
+Scene homes(std::uint64_t seed, int furniture_moved, int floor, const std::optional<int>& lift) {
   Scene scene{.name = "homes", .speed = 0.4, .turn_rate = 45 * kDegree};
   const std::uint64_t number = (seed + kHomes - 1) % kHomes;
   std::mt19937_64 random(1000 + number);
@@ -211,7 +293,7 @@ Scene homes(std::uint64_t seed, int furniture_moved, int floor) {
   HomePlan plan{.corridor = uniform(1.2, 1.8), .below = uniform(2.8, 4.2), .above = uniform(2.8, 4.2)};
   plan.rooms_below = rooms();
   plan.rooms_above = rooms();
-  HomeBuilder(scene, plan, 2000 + number, furniture_moved, floor);
+  HomeBuilder(scene, plan, 2000 + number, {.furniture_moved = furniture_moved, .floor = floor, .lift = lift});
   return scene;
 }
 

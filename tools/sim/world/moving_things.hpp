@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <cmath>
+#include <limits>
 #include <vector>
 
 #include "tools/sim/world/solids.hpp"
@@ -24,10 +26,14 @@ struct Person {
   void addTo(Solids& solids, double time) const;
 };
 
-/// Something that stands at one place and, from a time on, at another.
+/// Something that stands at one place and, from a time on, at another; a door also goes back.
 struct MovedThing {
   Solids before, after;
-  double time = 0.0;  ///< [s] since the drive began
+  double time = 0.0;                                      ///< [s] since the drive began
+  double back = std::numeric_limits<double>::infinity();  ///< [s] from then on it stands as before
+
+  const Solids& at(double now) const { return now >= time && now < back ? after : before; }
+  const Solids& lasting() const { return std::isinf(back) ? after : before; }
 };
 
 }  // namespace slam::sim

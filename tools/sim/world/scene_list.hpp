@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <numbers>
+#include <optional>
 
 #include "tools/sim/world/scenes.hpp"
 
@@ -36,8 +37,8 @@ Scene people();
 Scene home(int furniture_moved);
 
 /// One of eight homes of various sizes: seeds 1 to 8, again 9 to 16, and so on.
-/// @param floor see SceneVariant
-Scene homes(std::uint64_t seed, int furniture_moved, int floor = 0);
+/// @param floor, lift see SceneVariant
+Scene homes(std::uint64_t seed, int furniture_moved, int floor = 0, const std::optional<int>& lift = {});
 
 /// A hall of 40 x 30 m with pillars and some shelves.
 Scene hall(std::uint64_t seed);

@@ -18,7 +18,7 @@ Scene originalScene(const std::string& name, std::uint64_t seed, const SceneVari
   if (name == "people") return people();
   if (name == "open-door") return openDoor();
   if (name == "home") return home(variant.furniture_moved);
-  if (name == "homes") return homes(seed, variant.furniture_moved, variant.floor);
+  if (name == "homes") return homes(seed, variant.furniture_moved, variant.floor, variant.lift);
   if (name == "hall") return hall(seed);
   if (name == "corridor-30") return bareCorridor(30.0);
   if (name == "corridor-60") return bareCorridor(60.0);
@@ -40,8 +40,8 @@ Scene makeScene(const std::string& name, std::uint64_t seed, const SceneVariant&
   if (variant.furniture_moved != 0 && name != "home" && name != "homes") {
     throw std::invalid_argument("the scene " + name + " has no furniture to move; home and homes have");
   }
-  if (variant.floor != 0 && name != "homes") {
-    throw std::invalid_argument("the scene " + name + " has no other floors; homes has");
+  if ((variant.floor != 0 || variant.lift) && name != "homes") {
+    throw std::invalid_argument("the scene " + name + " has no other floors and no lift; homes has");
   }
   if (variant.blocks != SceneVariant{}.blocks && name != "streets") {
     throw std::invalid_argument("the scene " + name + " has no blocks; streets has");

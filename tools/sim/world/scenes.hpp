@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,9 @@ struct Scene {
 struct SceneVariant {
   int furniture_moved = 0;  ///< of homes: 0 where it first stood; any other number, 0.5 to 1 m from there
   int floor = 0;            ///< of homes: the same walls with other furniture, one above the other
+  /// Of homes: a lift at the corridor's end takes the robot to this floor; kOpenLift: it stands there and stays open.
+  std::optional<int> lift = {};
+  static constexpr int kOpenLift = 0;
   int blocks = 4;           ///< of streets, along each side of the grid
   int laps = 1;             ///< of a route that ends where it starts
 

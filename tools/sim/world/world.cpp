@@ -40,7 +40,7 @@ void World::add(const Person& person) {
 
 void World::add(const MovedThing& thing) {
   moved_.push_back(thing);
-  lasting_.append(thing.after);
+  lasting_.append(thing.lasting());
   setTime(time_);
 }
 
@@ -53,7 +53,7 @@ void World::setTime(double time) {
   time_ = time;
   moving_.clear();
   for (const Person& person : persons_) person.addTo(moving_, time);
-  for (const MovedThing& thing : moved_) moving_.append(time < thing.time ? thing.before : thing.after);
+  for (const MovedThing& thing : moved_) moving_.append(thing.at(time));
 }
 
 std::optional<double> World::castRay(const Eigen::Vector3d& from, const Eigen::Vector3d& direction,

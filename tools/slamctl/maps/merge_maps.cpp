@@ -14,6 +14,10 @@ namespace slam {
 namespace {
 
 using Outcome = MergeReport::Outcome;
+/// [1] of what the second map shows agrees, at least, where nothing was moved: 0.74 to 0.86 in simulated homes. Below
+/// it are two floors of one building (0.56 to 0.69), and homes in which all furniture was moved (0.59 to 0.79).
+constexpr double kSameFurniture = 0.72;
+
 std::string placeText(const Pose2& T_first_second) {
   char text[80];
   std::snprintf(text, sizeof text, "x %.2f m, y %.2f m, turned by %.1f deg", T_first_second.x, T_first_second.y,
@@ -79,7 +83,10 @@ std::string summaryOf(const StoredMerge& merge, const MergeReport& report, int f
       placeText(registration.T_map_second).c_str(), 100.0 * registration.overlap, merge.second.c_str(),
       100.0 * registration.agreement, report.residual, registration.found.size(), registration.stretches,
       registration.elsewhere, report.verified, report.near, report.revoked, registration.margin, registration.needed);
-  return text;
+  if (registration.agreement >= kSameFurniture) return text;
+  return std::string(text) +
+         "\nthe walls are the same, but much of the furniture is elsewhere: if these are two floors, delete map " +
+         merge.merged;
 }
 
 }  // namespace

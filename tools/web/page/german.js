@@ -211,7 +211,8 @@ no_source|Räder, Gyro und Lidar schweigen alle|Gemeinsames prüfen: Strom, USB-
 no_scan_yet|wartet auf den ersten Scan
 few_points|wartet auf mehr: {#0} von {#1} Punkten|Wände müssen in Reichweite sein (lidar.range_max)
 lost|keine Pose, bis er in der Karte gefunden ist|langsam fahren, wo er war, oder slamctl set-pose
-floors_alike|in einer der Karten {0}, {1}{2}, die sich von hier aus gleichen|langsam dorthin fahren, wo sie sich unterscheiden, oder slamctl load und set-pose
+floors_alike|in einer der Karten {0}, {1}{2}, die sich von hier aus gleichen|langsam weiterfahren, oder die richtige laden
+floor_open|vielleicht in einem Lift auf eine andere Etage gefahren|langsam weiterfahren: Karten werden verglichen
 not_found_yet|sucht sich in der Karte|langsam weiterfahren, oder slamctl set-pose
 no_scan_placed|wartet auf einen Scan, der passt
 scans_turn|Scans drehen {#0.1} Grad je Minute gegen das Gyro|zwei Lidars zusammengelegt, Lidar lose, oder sieht es wenig?

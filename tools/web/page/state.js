@@ -121,6 +121,19 @@ function showDevice(device) {
   return pane;
 }
 
+/// Maps that look alike: who knows in which the robot is says so. They stay as they are while the maps are the same.
+function showFloors(alike) {
+  const names = alike ? [alike.texts[0], alike.texts[1], ...alike.texts[2].split(", ").slice(1)] : [], key = [language, ...names].join(" ");
+  if ($("floors").dataset.names === key) return;
+  $("floors").dataset.names = key;
+  $("floors").replaceChildren(...(alike ? [element("span", t("whichFloor"))] : []), ...names.map((name) => {
+    const made = element("button", name);
+    made.type = "button";
+    made.onclick = () => unlocked ? command({ verb: "load", name }) : askForToken();
+    return made;
+  }));
+}
+
 function showHealth(health) {
   robot.health = health;
   robot.problems = health.problems;
@@ -132,6 +145,7 @@ function showHealth(health) {
   const others = health.problems.filter((problem) => !panes.has(problem.device));
   $("problems-card").hidden = others.length === 0;
   $("problems").replaceChildren(...others.flatMap((problem) => wordsIn([problem])));
+  showFloors(others.find((problem) => problem.id === "floors_alike"));
   showState();
   showStages(health.stages);
   showComputer(health);

@@ -38,13 +38,13 @@ TEST(Situation, CasingsAndPostsAddUp) {
 }
 
 TEST(Situation, ReadsNumbersInTheirUnits) {
-  const Situation s = with({"field-of-view=58",     "range-max=4",      "beams=1080",
-                            "turn-rate=5",          "range-noise=0.3",  "range-noise-per-metre=0.02",
-                            "claimed-range-max=80", "second-lidar=5",   "gyro-step=1",
-                            "gyro-clip=1",          "gyro-offset=-0.1", "wheels-away=20,32",
-                            "wheels-dead=20,32",    "floor-line=1.5",   "walkers=4",
-                            "range-bias=-0.03",     "range-scale=0.01", "bearing-scale=0.02",
-                            "lidar-turned=4",       "lidar-ahead=-0.06"});
+  const Situation s = with({"field-of-view=58",     "range-max=4",       "beams=1080",
+                            "turn-rate=5",          "range-noise=0.3",   "range-noise-per-metre=0.02",
+                            "claimed-range-max=80", "second-lidar=5",    "gyro-step=1",
+                            "gyro-clip=1",          "gyro-offset=-0.1",  "wheels-away=20,32",
+                            "wheels-dead=20,32",    "floor-line=1.5",    "walkers=4",
+                            "range-bias=-0.03",     "range-scale=0.01",  "bearing-scale=0.02",
+                            "lidar-turned=4",       "lidar-ahead=-0.06", "lift=3"});
   EXPECT_NEAR(s.field_of_view, 58 * kDegree, 1e-12);
   EXPECT_EQ(s.lidar.range_max, 4.0);
   EXPECT_EQ(s.beams, 1080);
@@ -66,6 +66,7 @@ TEST(Situation, ReadsNumbersInTheirUnits) {
   EXPECT_EQ(s.bearing_scale, 0.02);
   EXPECT_NEAR(s.mount_error.theta, 4 * kDegree, 1e-12);
   EXPECT_EQ(s.mount_error.x, -0.06);
+  EXPECT_EQ(s.scene.lift, 3);
 }
 
 TEST(Situation, ReadsWords) {

@@ -118,7 +118,47 @@ TEST(Scenes, ARouteIsDrivenInLapsAndVariantsThatASceneHasNotAreRefused) {
   EXPECT_THROW(makeScene("office-floor", 1, {.laps = 2}), std::invalid_argument);
   EXPECT_THROW(makeScene("hall", 1, {.furniture_moved = 1}), std::invalid_argument);
   EXPECT_THROW(makeScene("hall", 1, {.floor = 1}), std::invalid_argument);
+  EXPECT_THROW(makeScene("home", 1, {.lift = 1}), std::invalid_argument);
   EXPECT_THROW(makeScene("home", 1, {.blocks = 5}), std::invalid_argument);
+}
+
+/// In the homes' lift the robot is there before the door shuts, sees nothing of the floor while it rides, and comes out on
+/// another one, with the same walls.
+TEST(Scenes, ALiftTakesTheRobotToAnotherFloor) {
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    Scene scene = makeScene("homes", seed, {.floor = 1, .lift = 2});
+    const World below = makeScene("homes", seed, {.floor = 1, .lift = SceneVariant::kOpenLift}).world,
+                above = makeScene("homes", seed, {.floor = 2, .lift = SceneVariant::kOpenLift}).world;
+    Simulation simulation(scene, seed, Timestamp{});
+    simulation.release();
+    const auto blocked = [&] {  // from the cabin's middle to the corridor
+      scene.world.setTime(simulation.driveTime());
+      return !!scene.world.castRay({-1.55, 0.0, 0.1}, {1.0, 0.0, 0.0}, 3.0);
+    };
+    const auto sameAs = [&](const World& floor) {
+      for (double x = -0.7; x < 8.0; x += 0.05) {
+        for (double y = -6.0; y < 6.0; y += 0.05) {
+          const Eigen::Vector2d p(x, y);
+          const bool here = scene.world.still().occupied(p, 0.1, 0.3, 0.0) || scene.world.moving().occupied(p, 0.1, 0.3, 0.0);
+          if (here != floor.occupied(p, 0.1, 0.3)) return false;
+        }
+      }
+      return true;
+    };
+    EXPECT_FALSE(blocked());
+    EXPECT_TRUE(sameAs(below));
+    while (!blocked()) simulation.step();
+    const double shut = simulation.driveTime();
+    EXPECT_LT((simulation.robot().pose().translation() - Eigen::Vector2d(-1.55, 0.0)).norm(), 0.02) << seed;
+    while (blocked()) {
+      simulation.step();
+      ASSERT_LT((simulation.robot().pose().translation() - Eigen::Vector2d(-1.55, 0.0)).norm(), 0.02) << seed;
+    }
+    EXPECT_NEAR(simulation.driveTime() - shut, 10.0, 0.1);
+    EXPECT_TRUE(sameAs(above));
+    while (simulation.visits().size() < 3) simulation.step();
+    EXPECT_GT(simulation.driveTime() - shut, 13.0) << "its second visit of the cabin is its departure";
+  }
 }
 
 TEST(Scenes, TheMeetingRoomsTopsAreAboveTheLidar) {

@@ -114,5 +114,19 @@ TEST(World, CountsAMovedThingAtItsLastPlaceAndShowsItWhereItIs) {
   EXPECT_NEAR(world.bounds().high.x(), 5.5, 1e-12);
 }
 
+TEST(World, OpensADoorAgain) {
+  World world;
+  world.add(MovedThing{.before = {}, .after = {.boxes = {{2.0, 0.0, 0.0, 1.0, 1.0}}}, .time = 10.0, .back = 20.0});
+  const auto range = [&](double time) {
+    world.setTime(time);
+    return world.castRay({0.0, 0.0, 0.5}, {1.0, 0.0, 0.0}, 20.0);
+  };
+  EXPECT_FALSE(range(9.9));
+  EXPECT_TRUE(range(10.0));
+  EXPECT_TRUE(range(19.9));
+  EXPECT_FALSE(range(20.0));
+  EXPECT_FALSE(world.occupied({2.0, 0.0}, 0.0, 1.0)) << "what lasts is the open door";
+}
+
 }  // namespace
 }  // namespace slam::sim::world_test
