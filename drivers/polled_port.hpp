@@ -6,9 +6,12 @@
 #include <string>
 #include <unistd.h>
 #include <utility>
+#include <vector>
 
 #include "drivers/background_opener.hpp"
 #include "drivers/byte_stream.hpp"
+#include "drivers/device_status.hpp"
+#include "drivers/line_device.hpp"
 #include "drivers/retry.hpp"
 
 namespace slam {
@@ -100,6 +103,56 @@ class PolledPort {
   std::unique_ptr<ByteStream> stream_;
   Retry retry_{std::chrono::milliseconds(200)};
   bool missing_ = false, at_once_ = false;
+};
+
+/// A port for one device. What is wrong with it goes into the states of what the device measures; where the device does
+/// not answer, the port is searched for who is there instead.
+class DevicePort : public PolledPort {
+ public:
+  /// @param own as of WrongDevice @param states of what the device measures; they outlive this
+  DevicePort(PortOf expected, const std::string& path, int baud, bool in_background, const PortOpener& open,
+             LineDevice own, std::vector<DeviceStatus*> states)
+      : PolledPort(path, baud, in_background, open),
+        wrong_device_(expected, path, baud, open, own),
+        states_(std::move(states)) {}
+
+  /// While it is closed: goes on with the search, or opens the port when that is due. @return whether it is open now
+  bool openWhenDue(Timestamp now) {
+    if (wrong_device_.running()) {
+      if (isReleased() && !wrong_device_.tick(now)) report(DeviceState::kFault, states_.front()->problem());
+    } else if (due(now)) {
+      const Problem problem = open(now);
+      if (!problem) return true;
+      wrong_device_.forget();
+      report(DeviceState::kAbsent, problem);
+    }
+    return false;
+  }
+  /// @param otherwise where nobody else is known to be there
+  void report(DeviceState state, const Problem& otherwise) {
+    for (DeviceStatus* const status : states_) status->set(state, wrong_device_.found(otherwise));
+  }
+  /// It has hung up.
+  void lose(Timestamp now) {
+    fail(now);
+    wrong_device_.forget();
+    report(DeviceState::kAbsent, problem::kPortGone);
+  }
+  /// The device does not answer: the search begins. @param unknown where it finds nobody
+  void giveUp(Timestamp now, const Problem& unknown) {
+    fail(now);
+    report(DeviceState::kFault, unknown);
+    wrong_device_.ask();
+  }
+  /// The device answers.
+  void succeeded() {
+    PolledPort::succeeded();
+    wrong_device_.forget();
+  }
+
+ private:
+  WrongDevice wrong_device_;
+  std::vector<DeviceStatus*> states_;
 };
 
 }  // namespace slam

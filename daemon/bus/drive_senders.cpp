@@ -21,8 +21,8 @@ DriveSenders::Entry& DriveSenders::entryOf(Sender sender, Timestamp now) {
   const auto known = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.sender == sender; });
   if (known != entries_.end()) return *known;
   const auto oldest = std::min_element(entries_.begin(), entries_.end(),
-                                       [](const Entry& a, const Entry& b) { return a.heard < b.heard; });
-  *oldest = {.sender = sender, .heard = now};
+                                       [](const Entry& a, const Entry& b) { return a.received < b.received; });
+  *oldest = {.sender = sender, .received = now};
   oldest->clock.begin(ahead_);
   return *oldest;
 }
@@ -45,7 +45,7 @@ const DriveSenders::Entry* DriveSenders::followed(Timestamp now) const {
 
 bool DriveSenders::take(Sender from, bool zero, Timestamp now) {
   Entry& entry = entryOf(from, now);
-  entry.heard = now;
+  entry.received = now;
   if (zero) {
     for (Entry& other : entries_) other.stopped = other.stopped || (&other != &entry && drives(other, now));
     entry.began = {};
@@ -65,7 +65,7 @@ Problem DriveSenders::problem(Timestamp now) const {
   std::string names;
   int count = 0;
   for (const Entry& entry : entries_) {
-    if (entry.heard == Timestamp{} || now - entry.heard > kTold) continue;
+    if (entry.received == Timestamp{} || now - entry.received > kReported) continue;
     const bool drives_on = entry.began != Timestamp{} && now - entry.drove <= kEnded;
     const char* does = &entry == driven             ? " is driven"
                        : drives_on && entry.stopped ? " was stopped by another one's zero"

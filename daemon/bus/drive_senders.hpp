@@ -37,7 +37,7 @@ class DriveSenders {
  private:
   struct Entry {
     Sender sender = 0;
-    Timestamp heard{};     // its last message
+    Timestamp received{};  // its last message
     Timestamp drove{};     // its last speed that was none of zero
     Timestamp began{};     // to drive; Timestamp{}: it does not
     bool stopped = false;  // by another one's zero, since it began
@@ -45,7 +45,7 @@ class DriveSenders {
   };
   static constexpr std::size_t kMost = 8;                             // the one that was silent longest goes
   static constexpr Duration kEnded = std::chrono::milliseconds(500);  // as a speed lasts
-  static constexpr Duration kTold = std::chrono::seconds(2);          // after the last message
+  static constexpr Duration kReported = std::chrono::seconds(2);      // after the last message
 
   Entry& entryOf(Sender sender, Timestamp now);
   bool drives(const Entry& entry, Timestamp now) const {

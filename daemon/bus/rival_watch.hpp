@@ -16,7 +16,7 @@ namespace slam {
 class RivalWatch {
  public:
   void sent(std::span<const std::uint8_t> message) { own_[next_++ % own_.size()] = digestOf(message); }
-  void heard(std::span<const std::uint8_t> message, Timestamp now) {
+  void received(std::span<const std::uint8_t> message, Timestamp now) {
     if (std::find(own_.begin(), own_.end(), digestOf(message)) != own_.end()) return;
     before_ = last_;
     last_ = now;

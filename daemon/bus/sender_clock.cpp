@@ -43,8 +43,8 @@ std::optional<Duration> LeastDelay::least() const {
   return std::min(*present_, *before_);
 }
 
-Refusal LeastDelay::hear(Duration age, Timestamp now) {
-  heard_ = now;
+Refusal LeastDelay::add(Duration age, Timestamp now) {
+  last_received_ = now;
   const auto known = least();
   if (!known) {
     if (!isOneClock(age) && !confirms(age, now, confirmed_after_))
@@ -87,13 +87,13 @@ void SenderClocks::begin(Duration ahead) {
 SenderClocks::Mapped SenderClocks::map(Stream stream, Timestamp stamp, Duration lasted, Timestamp now) {
   LeastDelay& own = streams_[stream];
   const Duration age = now - stamp, by_wall = age - ahead_;
-  Mapped mapped{.refusal = own.hear(age - lasted, now),
+  Mapped mapped{.refusal = own.add(age - lasted, now),
                 .age = std::chrono::abs(age) < std::chrono::abs(by_wall) ? age : by_wall};
   if (mapped.refusal != Refusal::kNone) return mapped;
   Duration least = *own.least();
   for (const LeastDelay& other : streams_) {
     const auto its = other.least();
-    if (its && now - other.heard() < kForgotten && std::chrono::abs(*its - *own.least()) < kAlike)
+    if (its && now - other.lastReceived() < kForgotten && std::chrono::abs(*its - *own.least()) < kAlike)
       least = std::min(least, *its);
   }
   bool& differs = differs_[stream];

@@ -18,10 +18,10 @@ class LeastDelay {
   explicit LeastDelay(Duration confirmed_after) : confirmed_after_(confirmed_after) {}
 
   /// @param age of the message by its stamp, below zero: it comes from the future
-  Refusal hear(Duration age, Timestamp now);
+  Refusal add(Duration age, Timestamp now);
   /// Least age of a message within the last seconds, with both clocks' difference in it; std::nullopt: not known.
   std::optional<Duration> least() const;
-  Timestamp heard() const { return heard_; }
+  Timestamp lastReceived() const { return last_received_; }
 
  private:
   void begin(Duration age, Timestamp now);
@@ -29,7 +29,7 @@ class LeastDelay {
 
   Duration confirmed_after_;
   std::optional<Duration> present_, before_;  // least ages of this part of the window, and of the one before
-  Timestamp part_began_{}, heard_{};
+  Timestamp part_began_{}, last_received_{};
   std::optional<Duration> doubted_;  // age of messages that do not fit
   Timestamp doubted_since_{}, doubted_last_{};
 };

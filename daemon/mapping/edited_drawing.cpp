@@ -11,14 +11,6 @@ Bounds boundsOf(TileIndex tile, double resolution) {
   return {low, low.array() + side};
 }
 
-bool touches(const Outline& outline, const Eigen::Vector2d& centre, double half) {
-  for (std::size_t i = 0, before = outline.size() - 1; i < outline.size(); before = i++) {
-    const bool near = Bounds::of(std::array{outline[before], outline[i]}).grown(half).holds(centre);
-    if (near && distanceTo(outline[before], outline[i], centre) <= half) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 FreeCells::FreeCells(std::vector<Outline> outlines, double resolution)
@@ -41,7 +33,7 @@ const FreeCells::Mask* FreeCells::maskOf(TileIndex tile) {
       const Eigen::Vector2d centre =
           bounds.low + resolution_ * Eigen::Vector2d(static_cast<double>(column) + 0.5, static_cast<double>(row) + 0.5);
       if (!reached.holds(centre) || mask->test(cell)) continue;
-      if (holds(outlines_[i], centre) || touches(outlines_[i], centre, half)) mask->set(cell);
+      if (holds(outlines_[i], centre) || touches(outlines_[i], true, centre, half)) mask->set(cell);
     }
   }
   return mask ? &*mask : nullptr;

@@ -2,6 +2,7 @@
 #include "mapping/outline.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace slam {
 namespace {
@@ -44,6 +45,15 @@ double distanceTo(const Point& a, const Point& b, const Point& point) {
   const double squared = along.squaredNorm();
   const double share = squared > 0.0 ? std::clamp((point - a).dot(along) / squared, 0.0, 1.0) : 0.0;
   return (point - a - share * along).norm();
+}
+
+bool touches(std::span<const Point> outline, bool closed, const Point& point, double reach) {
+  for (std::size_t i = closed ? 0 : 1; i < outline.size(); ++i) {
+    const Point &before = outline[i > 0 ? i - 1 : outline.size() - 1], &here = outline[i];
+    const bool near = Bounds::of(std::array{before, here}).grown(reach).holds(point);
+    if (near && distanceTo(before, here, point) <= reach) return true;
+  }
+  return false;
 }
 
 bool crossesItself(std::span<const Point> outline) {

@@ -13,6 +13,8 @@ using Outline = std::vector<Eigen::Vector2d>;
 bool holds(std::span<const Eigen::Vector2d> outline, const Eigen::Vector2d& point);
 /// [m] from a point to the line from a to b
 double distanceTo(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& point);
+/// Whether a point is no further than `reach` [m] from an edge. @param closed the last point is joined to the first
+bool touches(std::span<const Eigen::Vector2d> outline, bool closed, const Eigen::Vector2d& point, double reach);
 /// Whether edges of a polygon touch or cross each other elsewhere than in the corner that they share.
 bool crossesItself(std::span<const Eigen::Vector2d> outline);
 

@@ -20,7 +20,7 @@ float roughBearing(float x, float y) {
 
 /// The bins from one bearing to another [rad].
 RangeImage::Bins RangeImage::binsOf(double from, double to) {
-  return {static_cast<int>(from * perRadian() + turns()), static_cast<int>(to * perRadian() + turns())};
+  return {static_cast<int>(from * kPerRadian + kTurns), static_cast<int>(to * kPerRadian + kTurns)};
 }
 
 /// The bins within `error` [rad] of where a point lies. @param way [m] from the lidar
@@ -29,9 +29,9 @@ RangeImage::Bins RangeImage::binsAround(const Eigen::Vector2d& way, float error)
   const auto x = static_cast<float>(way.x()), y = static_cast<float>(way.y());
   // The rough bearing is enough where no bin's border is near: of what is added to it, rounding is a tenth.
   const float rough = roughBearing(x, y);
-  constexpr auto border = static_cast<float>(2.0 * roughBearingError() * perRadian());  // [bins]
-  const float from = (rough - error) * static_cast<float>(perRadian()) + turns(),
-              to = (rough + error) * static_cast<float>(perRadian()) + turns();
+  constexpr auto border = static_cast<float>(2.0 * kRoughBearingError * kPerRadian);  // [bins]
+  const float from = (rough - error) * static_cast<float>(kPerRadian) + kTurns,
+              to = (rough + error) * static_cast<float>(kPerRadian) + kTurns;
   const Bins bins{static_cast<int>(from - border), static_cast<int>(to - border)};
   if (std::isfinite(rough) && bins.first == static_cast<int>(from + border) &&
       bins.last == static_cast<int>(to + border))

@@ -18,9 +18,9 @@ struct RangeImageConfig {
   double grazing = 0.3;          ///< cosine of the angle between beam and normal
 };
 
-/// @return [rad] atan2(y, x) off by less than roughBearingError(), at a third of its cost; NaN at the origin
+/// @return [rad] atan2(y, x) off by less than kRoughBearingError, at a third of its cost; NaN at the origin
 float roughBearing(float x, float y);
-constexpr double roughBearingError() { return 3e-5; }  ///< [rad] of its polynomial and rounding
+inline constexpr double kRoughBearingError = 3e-5;  ///< [rad] of its polynomial and rounding
 
 /// How far a scan saw in each direction. A wall that it saw through is not there, or the scan was taken elsewhere:
 /// points that match say nothing of that. After the range images of Kim and Kim (Removert, IROS 2020).
@@ -52,8 +52,8 @@ class RangeImage {
 
  private:
   static constexpr int kBins = 720;
-  static constexpr int turns() { return 2 * kBins; }  // added, so that truncation rounds down
-  static constexpr double perRadian() { return kBins / (2.0 * std::numbers::pi); }  // bins
+  static constexpr int kTurns = 2 * kBins;                                // added, so that truncation rounds down
+  static constexpr double kPerRadian = kBins / (2.0 * std::numbers::pi);  // bins
   struct Bins {
     int first, last;
   };

@@ -74,7 +74,7 @@ std::vector<Edge> LoopClosureSearch::search(const KeyframeGraph& keyframes, std:
   }
   accepted.push_back(*edge);
   pending_.clear();
-  places_.reset();
+  places_.search.reset();
   counters_.accepted += static_cast<int>(accepted.size());
   return accepted;
 }
@@ -128,27 +128,27 @@ std::optional<LoopClosureSearch::Candidate> LoopClosureSearch::narrow(const Keyf
   known_.clear();
   for (const auto& reached : keyframes.graph().reach(newest, piece)) known_.insert(reached.node);
   const Eigen::Vector2d centre = keyframes.pose(wide.id).translation();
-  if (path_ - places_at_ > config_.pending_distance) places_.reset();
-  places_at_ = path_;
-  if (!places_ || (centre - places_centre_).norm() > 0.5 * config_.map_radius) {
-    places_map_.clear();
+  if (path_ - places_.searched_at > config_.pending_distance) places_.search.reset();
+  places_.searched_at = path_;
+  if (!places_.search || (centre - places_.centre).norm() > 0.5 * config_.map_radius) {
+    places_.keyframes.clear();
     for (const auto& reached : keyframes.graph().reach(wide.id, piece)) {
       const auto id = static_cast<std::size_t>(reached.node);
       const bool near = (keyframes.pose(reached.node).translation() - centre).norm() < config_.map_radius;
-      if (near && in_map[id] != 0 && !known_.contains(reached.node)) places_map_.push_back(reached.node);
+      if (near && in_map[id] != 0 && !known_.contains(reached.node)) places_.keyframes.push_back(reached.node);
     }
-    std::sort(places_map_.begin(), places_map_.end());
-    places_.emplace(places_config_).begin(keyframes, places_map_);
-    places_centre_ = centre;
+    std::sort(places_.keyframes.begin(), places_.keyframes.end());
+    places_.search.emplace(places_config_).begin(keyframes, places_.keyframes);
+    places_.centre = centre;
   }
   int oldest = newest;
   while (oldest > 0 && known_.contains(oldest - 1)) --oldest;
   std::int64_t work = config_.work_at_once;
   const PlaceWindow window{wide.T_map_newest, wide.window.translation, wide.window.rotation};
-  const auto found = places_->search(keyframes, oldest, newest, window, std::numbers::pi, &work);
+  const auto found = places_.search->search(keyframes, oldest, newest, window, std::numbers::pi, &work);
   counters_.ambiguous += found.outcome == PlaceSearch::Outcome::kAmbiguous ? 1 : 0;
   if (found.outcome != PlaceSearch::Outcome::kFound) return std::nullopt;
-  const auto likest = std::min_element(places_map_.begin(), places_map_.end(), [&](int a, int b) {
+  const auto likest = std::min_element(places_.keyframes.begin(), places_.keyframes.end(), [&](int a, int b) {
     return unlikeness(keyframes.pose(a), found.T_map_newest) < unlikeness(keyframes.pose(b), found.T_map_newest);
   });
   return Candidate{*likest, found.T_map_newest, {config_.min_search, config_.min_turn}};

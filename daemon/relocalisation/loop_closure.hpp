@@ -112,14 +112,17 @@ class LoopClosureSearch {
   std::optional<Reference> submap_;  // from the first use on
   CorrelativeMatcher matcher_;
   ScanPoints query_;
-  NodeSet known_;                      // relative to the newest keyframe, each function as it needs it
-  std::optional<PlaceSearch> places_;  // among the keyframes places_map_ around places_centre_, while the robot is near
-  std::vector<int> places_map_;
-  Eigen::Vector2d places_centre_ = Eigen::Vector2d::Zero();
+  NodeSet known_;  // relative to the newest keyframe, each function as it needs it
+  struct {
+    std::optional<PlaceSearch> search;                 // while the robot is near
+    std::vector<int> keyframes;                        // in which it searches, ...
+    Eigen::Vector2d centre = Eigen::Vector2d::Zero();  // ... around here
+    double searched_at = -1e9;                         // [m] of path_
+  } places_;
   std::vector<Pending> pending_;
-  double last_overlap_ = 0.0;                                  // [1] of the last closure found
-  double path_ = 0.0, searched_at_ = -1e9, places_at_ = -1e9;  // [m] driven, and at the last searches
-  int seen_ = 0;                                               // keyframes whose motion is in path_
+  double last_overlap_ = 0.0;               // [1] of the last closure found
+  double path_ = 0.0, searched_at_ = -1e9;  // [m] driven, and at the last search
+  int seen_ = 0;                            // keyframes whose motion is in path_
   Counters counters_;
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <fcntl.h>
 #include <stdexcept>
@@ -34,8 +35,8 @@ const char* kindOf(mode_t mode) {
                   S_ISDIR(mode) ? EISDIR : EEXIST);
 }
 
-int openOrFail(const std::filesystem::path& file, int flags, const char* what = "cannot open") {
-  const int descriptor = ::open(file.c_str(), flags | O_CLOEXEC, 0644);
+int openOrFail(const std::filesystem::path& file, int flags, const char* what = "cannot open", mode_t rights = 0644) {
+  const int descriptor = ::open(file.c_str(), flags | O_CLOEXEC, rights);
   if (descriptor >= 0) return descriptor;
   struct stat status {};
   const int error = errno;
@@ -71,10 +72,26 @@ struct Closer {
 
 }  // namespace
 
-void writeDurably(const std::filesystem::path& file, std::string_view content) {
-  const Closer out{openOrFail(file, O_WRONLY | O_CREAT | O_TRUNC)};
+void writeDurably(const std::filesystem::path& file, std::string_view content, mode_t rights) {
+  const Closer out{openOrFail(file, O_WRONLY | O_CREAT | O_TRUNC, "cannot open", rights)};
   writeAll(file, out.descriptor, content);
   if (::fsync(out.descriptor) != 0) fail(file, "cannot sync");
+}
+
+Replacement::Replacement(std::filesystem::path file, const std::string& ending)
+    : file_(std::move(file)), draft_(file_.string() + ending) {
+  std::error_code ignored;  // whoever writes the draft names what is in the way
+  std::filesystem::remove(draft_, ignored);
+}
+
+Replacement::~Replacement() {
+  std::error_code ignored;
+  std::filesystem::remove(draft_, ignored);
+}
+
+void Replacement::putInPlace() {
+  if (::rename(draft_.c_str(), file_.c_str()) != 0) fail(file_, "cannot replace");
+  syncFolder(file_.parent_path());
 }
 
 FolderLock::FolderLock(const std::filesystem::path& folder)

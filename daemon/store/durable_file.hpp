@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <sys/types.h>
 
 namespace slam {
 
@@ -15,11 +16,29 @@ struct DiskError : std::runtime_error {
 };
 
 /// Writes a new file and waits until it is on the disk.
+/// @param rights of a file that is not there yet, less what the umask takes
 /// @throws std::runtime_error naming file and reason
-void writeDurably(const std::filesystem::path& file, std::string_view content);
+void writeDurably(const std::filesystem::path& file, std::string_view content, mode_t rights = 0644);
 
 /// Waits until a folder's entries are on the disk. @throws std::runtime_error
 void syncFolder(const std::filesystem::path& folder);
+
+/// Takes the place of a file whole or not at all: it is written beside it, as draft(), and then renamed.
+class Replacement {
+ public:
+  /// @param ending of the draft, behind the file's name; what has that name is removed
+  explicit Replacement(std::filesystem::path file, const std::string& ending = ".new");
+  ~Replacement();  ///< removes a draft that was not put in place
+  Replacement(const Replacement&) = delete;
+  Replacement& operator=(const Replacement&) = delete;
+
+  const std::filesystem::path& draft() const { return draft_; }
+  /// Waits until the folder has it. @pre the draft is on the disk @throws DiskError
+  void putInPlace();
+
+ private:
+  std::filesystem::path file_, draft_;
+};
 
 /// A file that is read once, from its begin to its end. Whatever has its name, opening and reading it waits for nobody.
 class InputFile {

@@ -11,19 +11,20 @@
 #include "store/map_store.hpp"
 
 namespace slam {
+
 std::vector<std::string> floorNames(const std::filesystem::path& directory, const std::string& list) {
   std::string blanks = list;
   for (char& c : blanks) c = c == ',' ? ' ' : c;
   std::set<std::string> names;
   std::istringstream words(blanks);
   for (std::string word; words >> word;) {
-    if (word != "*") names.insert(word);
-    std::error_code unreadable;  // then it holds none
-    for (auto entry = std::filesystem::directory_iterator(directory, unreadable);
-         word == "*" && !unreadable && entry != std::filesystem::directory_iterator(); entry.increment(unreadable)) {
-      const std::string name = entry->path().filename();
-      std::error_code gone;
-      if (MapStore::isName(name) && entry->is_directory(gone)) names.insert(name);
+    if (word != "*") {
+      names.insert(word);
+      continue;
+    }
+    try {
+      for (const std::string& name : MapStore::names(directory)) names.insert(name);
+    } catch (const DiskError&) {  // it holds none
     }
   }
   return {names.begin(), names.end()};

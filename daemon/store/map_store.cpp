@@ -320,8 +320,8 @@ std::int64_t MapStore::orderOfLast() const {
   };
   std::int64_t others = 0;
   const fs::path store = directory_.parent_path();
-  for (const std::string& name : namesIn(store)) {
-    if (name != name_ && isName(name) && isFolder(store / name)) others = std::max(others, orderOf(store / name));
+  for (const std::string& name : names(store)) {
+    if (name != name_) others = std::max(others, orderOf(store / name));
   }
   constexpr auto kHighest = std::numeric_limits<std::int64_t>::max() - 1;
   return std::max(orderOf(directory_), std::min(others, kHighest) + 1);
@@ -426,10 +426,16 @@ LoadedMap MapStore::load(const fs::path& directory, const std::string& name, con
   return std::move(read.loaded);
 }
 
+std::vector<std::string> MapStore::names(const fs::path& directory) {
+  std::vector<std::string> maps = namesIn(directory);
+  std::erase_if(maps, [&](const std::string& name) { return !isName(name) || !isFolder(directory / name); });
+  std::sort(maps.begin(), maps.end());
+  return maps;
+}
+
 std::vector<MapSummary> MapStore::list(const fs::path& directory) {
   std::vector<MapSummary> maps;
-  for (const std::string& name : namesIn(directory)) {
-    if (!isName(name) || !isFolder(directory / name)) continue;
+  for (const std::string& name : names(directory)) {
     MapSummary summary;
     summary.name = name;
     try {
@@ -451,7 +457,6 @@ std::vector<MapSummary> MapStore::list(const fs::path& directory) {
     }
     maps.push_back(std::move(summary));
   }
-  std::sort(maps.begin(), maps.end(), [](const MapSummary& a, const MapSummary& b) { return a.name < b.name; });
   return maps;
 }
 
@@ -461,9 +466,8 @@ std::optional<std::string> MapStore::newest(const fs::path& directory, std::vect
   const auto passOver = [&](const std::string& why) {
     if (passed_over != nullptr) passed_over->push_back(why);
   };
-  for (const std::string& name : namesIn(directory)) {
+  for (const std::string& name : names(directory)) {
     const fs::path map = directory / name;
-    if (!isName(name) || !isFolder(map)) continue;
     try {
       if (const auto standing = standingOf(map)) {
         highest = std::max(highest, std::optional(Rank(standing->order, standing->written, name)));

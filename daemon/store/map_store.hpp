@@ -70,6 +70,8 @@ class MapStore {
   static LoadedMap load(const std::filesystem::path& directory, const std::string& name,
                         const OccupancyGridConfig& grid);
 
+  /// Of all folders that can hold a map, by name. @throws DiskError where the folder cannot be looked into
+  static std::vector<std::string> names(const std::filesystem::path& directory);
   /// All maps of a folder, by name. Reads each as load() does, but draws nothing.
   static std::vector<MapSummary> list(const std::filesystem::path& directory);
   /// The map that was gone on in last, by the order of the manifests and not by a clock, if there is one; among those

@@ -31,8 +31,8 @@ SerialBase::SerialBase(const SerialBaseConfig& config, Clock now, Sinks sinks, c
     : config_(config),
       now_(now),
       sinks_(std::move(sinks)),
-      port_(config.port, config.baud, config.in_background, open),
-      wrong_device_(PortOf::kBoard, config.port, config.baud, open, config.facts->line_device),
+      port_(PortOf::kBoard, config.port, config.baud, config.in_background, open, config.facts->line_device,
+            {&wheels_, &imu_}),
       protocol_(config.facts->make(config.robot)),
       take_([this](const BaseReading& reading) { take(reading); }),
       counted_(config.robot.counts_per_turn, config.facts->counter_bits, fastestWheel(*config.facts)),
@@ -41,15 +41,10 @@ SerialBase::SerialBase(const SerialBaseConfig& config, Clock now, Sinks sinks, c
 void SerialBase::tick() {
   const Timestamp now = now_();
   if (!port_.isOpen()) {
-    if (wrong_device_.running()) {
-      if (port_.isReleased() && !wrong_device_.tick(now))
-        setBoth(DeviceState::kFault, wrong_device_.found(wheels_.problem()));
-    } else if (port_.due(now)) {
-      open(now);
-    }
+    if (port_.openWhenDue(now)) begin(now);
     return;
   }
-  if (!receive(now)) return close(now, DeviceState::kAbsent, problem::kPortGone);
+  if (!receive(now)) return port_.lose(now);
   watch(now);
   if (port_.isOpen()) send(now);
 }
@@ -66,26 +61,11 @@ void SerialBase::stop() {
   port_.close();
 }
 
-void SerialBase::open(Timestamp now) {
-  if (const Problem problem = port_.open(now)) {
-    wrong_device_.forget();
-    return setBoth(DeviceState::kAbsent, problem);
-  }
+void SerialBase::begin(Timestamp now) {
   protocol_->begin(now);
   received_ = {.at = now, .byte = now, .turn_rate = now};
   speeds_.owe();
   for (DeviceStatus* status : {&wheels_, &imu_}) status->setOpening(problem::kBoardOpening);
-}
-
-void SerialBase::close(Timestamp now, DeviceState state, const Problem& why) {
-  port_.fail(now);
-  if (state == DeviceState::kAbsent) wrong_device_.forget();
-  setBoth(state, why);
-}
-
-void SerialBase::setBoth(DeviceState state, const Problem& why) {
-  wheels_.set(state, why);
-  imu_.set(state, why);
 }
 
 bool SerialBase::receive(Timestamp now, Duration wait) {
@@ -102,7 +82,6 @@ bool SerialBase::receive(Timestamp now, Duration wait) {
 void SerialBase::take(const BaseReading& reading) {
   received_.at = now_();
   port_.succeeded();
-  wrong_device_.forget();
   if (reading.battery) battery_ = *reading.battery;
   if (reading.lifted.value_or(false)) received_.lifted_until = received_.at + kPutDown;
   const bool obeyed = std::exchange(received_.obeys, reading.obeys.value_or(received_.obeys));
@@ -139,12 +118,10 @@ void SerialBase::watch(Timestamp now) {
   if (silence > kUnanswered) speeds_.owe();
   if (silence > kDead) {
     const Problem undecoded(problem::kBaseUndecoded, {}, {config_.facts->name});
-    close(now, DeviceState::kFault, wrong_device_.found(received_.isNoise() ? undecoded : problem::kBoardUnanswered));
-    return wrong_device_.ask();
+    return port_.giveUp(now, received_.isNoise() ? undecoded : problem::kBoardUnanswered);
   }
   if (silence <= kStale || wheels_.state == DeviceState::kOpening) return;
-  setBoth(DeviceState::kStale,
-          wrong_device_.found(received_.isNoise() ? problem::kBoardGarbage : problem::kBoardSilent));
+  port_.report(DeviceState::kStale, received_.isNoise() ? problem::kBoardGarbage : problem::kBoardSilent);
 }
 
 void SerialBase::send(Timestamp now) {

@@ -58,12 +58,10 @@ class SerialBase {
   Problem finding() const;
 
  private:
-  void open(Timestamp now);
-  void close(Timestamp now, DeviceState state, const Problem& why);
+  void begin(Timestamp now);
   bool receive(Timestamp now, Duration wait = Duration(0));
   void take(const BaseReading& reading);
   void emit(const BaseReading& reading);
-  void setBoth(DeviceState state, const Problem& why);
   bool isLifted() const { return received_.at < received_.lifted_until; }
   void watch(Timestamp now);
   void send(Timestamp now);
@@ -73,8 +71,7 @@ class SerialBase {
   Clock now_;
   Sinks sinks_;
   DeviceStatus wheels_, imu_;
-  PolledPort port_;
-  WrongDevice wrong_device_;
+  DevicePort port_;
   std::unique_ptr<BaseProtocol> protocol_;
   BaseProtocol::Take take_;  // made once: no allocation later
   CountedWheels counted_;

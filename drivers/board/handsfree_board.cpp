@@ -101,8 +101,8 @@ HandsfreeBoard::HandsfreeBoard(const HandsfreeConfig& config, Clock now, Sinks s
     : config_(config),
       now_(now),
       sinks_(std::move(sinks)),
-      port_(config.port, config.baud, config.in_background, open),
-      wrong_device_(PortOf::kBoard, config.port, config.baud, open),
+      port_(PortOf::kBoard, config.port, config.baud, config.in_background, open, LineDevice::kBoard,
+            {&wheels_, &imu_}),
       schedule_(config),
       mileage_(config.chassis),
       speeds_(config.may_drive, config.limits, kBoardDrivePeriod) {}
@@ -110,15 +110,10 @@ HandsfreeBoard::HandsfreeBoard(const HandsfreeConfig& config, Clock now, Sinks s
 void HandsfreeBoard::tick() {
   const Timestamp now = now_();
   if (!port_.isOpen()) {
-    if (wrong_device_.running()) {
-      if (port_.isReleased() && !wrong_device_.tick(now))
-        setBoth(DeviceState::kFault, wrong_device_.found(wheels_.problem()));
-    } else if (port_.due(now)) {
-      open(now);
-    }
+    if (port_.openWhenDue(now)) begin(now);
     return;
   }
-  if (!receive()) return close(now, DeviceState::kAbsent, problem::kPortGone);
+  if (!receive()) return port_.lose(now);
   watch(now);
   if (port_.isOpen()) request(now);
 }
@@ -137,27 +132,12 @@ bool HandsfreeBoard::command(double vx, double vy, double omega, Timestamp given
   return speeds_.give({vx, vy, omega}, given);
 }
 
-void HandsfreeBoard::open(Timestamp now) {
-  if (const Problem problem = port_.open(now)) {
-    wrong_device_.forget();
-    return setBoth(DeviceState::kAbsent, problem);
-  }
+void HandsfreeBoard::begin(Timestamp now) {
   // A board that kept its power goes on counting where it was: one that did not asks for the handshake first.
   request_.begin(now);
   schedule_.begin(now);
   speeds_.owe();
   for (DeviceStatus* status : {&wheels_, &imu_}) status->setOpening(problem::kBoardOpening);
-}
-
-void HandsfreeBoard::close(Timestamp now, DeviceState state, const Problem& why) {
-  port_.fail(now);
-  if (state == DeviceState::kAbsent) wrong_device_.forget();
-  setBoth(state, why);
-}
-
-void HandsfreeBoard::setBoth(DeviceState state, const Problem& why) {
-  wheels_.set(state, why);
-  imu_.set(state, why);
 }
 
 bool HandsfreeBoard::receive(Duration wait) {
@@ -173,7 +153,6 @@ bool HandsfreeBoard::receive(Duration wait) {
 void HandsfreeBoard::handle(const robolink::Frame& frame) {
   request_.noteFrame(now_());
   port_.succeeded();
-  wrong_device_.forget();
   const auto command = static_cast<Command>(frame.command);
   if (command == Command::kShakingHands) return greet();
   if (!request_.take(command)) return;
@@ -207,12 +186,11 @@ void HandsfreeBoard::watch(Timestamp now) {
   const Duration silence = now - request_.answered();
   if (silence > kBoardDead) {
     const Problem unknown = request_.bytesCame() ? problem::kBoardUndecoded : problem::kBoardUnanswered;
-    close(now, DeviceState::kFault, wrong_device_.found(unknown));
-    return wrong_device_.ask();
+    return port_.giveUp(now, unknown);
   }
   if (silence > kBoardStale) {
     const Problem unknown = request_.bytesCame() ? problem::kBoardGarbage : problem::kBoardSilent;
-    return setBoth(DeviceState::kStale, wrong_device_.found(unknown));
+    return port_.report(DeviceState::kStale, unknown);
   }
   if (silence > kAnswer) return;  // it may be the board that has just fallen silent
   // Now and then one that is late passes for the answer to the same question asked anew.

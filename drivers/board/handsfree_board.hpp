@@ -248,8 +248,7 @@ class HandsfreeBoard {
     Timestamp next_chassis_{}, next_clear_{};
   };
 
-  void open(Timestamp now);
-  void close(Timestamp now, DeviceState state, const Problem& why);
+  void begin(Timestamp now);
   bool receive(Duration wait = Duration(0));
   void handle(const robolink::Frame& frame);
   bool handleAnswer(robolink::Command command, std::span<const std::uint8_t> payload);
@@ -267,15 +266,13 @@ class HandsfreeBoard {
   bool requestOnce(Timestamp now);
   void ask(Timestamp now, robolink::Command command, std::span<const std::uint8_t> payload = {});
   void send(robolink::Command command, std::span<const std::uint8_t> payload = {});
-  void setBoth(DeviceState state, const Problem& why);
   void watch(Timestamp now);
 
   HandsfreeConfig config_;
   Clock now_;
   Sinks sinks_;
   DeviceStatus wheels_, imu_;
-  PolledPort port_;
-  WrongDevice wrong_device_;
+  DevicePort port_;
   Schedule schedule_;
   Request request_;
   Mileage mileage_;

@@ -153,7 +153,7 @@ void HandsfreeBoard::handleImu(const robolink::Imu& imu) {
 
 void HandsfreeBoard::handleInfo(const robolink::SystemInfo& info) {
   report_.take(info);
-  if (time_.look(info.system_time, request_.requested())) setBoth(DeviceState::kStale, problem::kBoardFrozen);
+  if (time_.look(info.system_time, request_.requested())) port_.report(DeviceState::kStale, problem::kBoardFrozen);
 }
 
 void HandsfreeBoard::Report::take(const robolink::SystemInfo& info) { battery_ = info.battery; }

@@ -31,7 +31,7 @@ class CanAxis {
   }
   void addHeartbeat(Timestamp stamp, const can::odrive::Heartbeat& heartbeat) {
     // A damaged frame is not an error of the drive: what it says has to come twice.
-    if (last_ && last_->axis_error == heartbeat.axis_error && last_->state == heartbeat.state) said_ = heartbeat;
+    if (last_ && last_->axis_error == heartbeat.axis_error && last_->state == heartbeat.state) newest_ = heartbeat;
     last_ = heartbeat;
     heartbeat_ = stamp;
     heartbeats_.add(stamp);
@@ -42,7 +42,7 @@ class CanAxis {
     crowded_ = stamp - heartbeat_ < kCrowded ? std::min(crowded_ + 1, kMostCrowded) : crowded_ / 2;
     if (!isShared()) return false;
     last_.reset();
-    said_.reset();
+    newest_.reset();
     heartbeat_ = stamp;
     return true;
   }
@@ -78,30 +78,30 @@ class CanAxis {
     return bad_estimates_ != Timestamp{} && now - bad_estimates_ <= within;
   }
   double velocity() const { return static_cast<double>(velocity_); }  ///< [turns/s] in the last of them
-  const std::optional<can::odrive::Heartbeat>& said() const { return said_; }
+  const std::optional<can::odrive::Heartbeat>& lastHeartbeat() const { return newest_; }
   Dialect dialect() const { return dialect_; }
   const std::optional<can::odrive::Version>& version() const { return version_; }  ///< that it has told
   /// What it says means one thing in one dialect and another in the other.
   bool isAmbiguous() const {
-    return dialect_ == Dialect::kUnknown && said_ && (said_->motor_error || said_->encoder_error);
+    return dialect_ == Dialect::kUnknown && newest_ && (newest_->motor_error || newest_->encoder_error);
   }
-  bool faulty() const { return said_ && isFaulty(*said_); }
-  bool inClosedLoop() const { return said_ && isClosedLoop(*said_); }
+  bool faulty() const { return newest_ && isFaulty(*newest_); }
+  bool inClosedLoop() const { return newest_ && isClosedLoop(*newest_); }
   /// It does what it is asked for, by what it says. One heartbeat is enough that it does not, two in a row that it
   /// does.
   bool obeys() const {
     const auto well = [this](const auto& h) { return h && isClosedLoop(*h) && !isFaulty(*h); };
-    return well(last_) && well(said_);
+    return well(last_) && well(newest_);
   }
   /// How long there may be no heartbeat, by the period at which the drive sends them.
   Duration heartbeatPatience() const { return patienceFor(heartbeats_.period(), kFramesLost); }
   /// Its position stays the same although it says that the wheel turns.
   bool frozen() const { return estimates_ - moved_ > kFrozen; }
   /// Its position is no measurement.
-  bool lies() const { return frozen() || encoderFailed(); }
+  bool positionInvalid() const { return frozen() || encoderFailed(); }
   /// What its heartbeat says, without the flags that may be none.
-  std::optional<can::odrive::Heartbeat> believed() const {
-    auto heartbeat = said_;
+  std::optional<can::odrive::Heartbeat> usableHeartbeat() const {
+    auto heartbeat = newest_;
     if (!heartbeat || dialect_ == Dialect::k05) return heartbeat;
     heartbeat->motor_error = heartbeat->controller_error = false;
     heartbeat->encoder_error = encoderFailed();
@@ -133,12 +133,12 @@ class CanAxis {
     return h.axis_error != 0 || flagged;
   }
   bool encoderFailed() const {
-    if (!said_ || !said_->encoder_error) return false;
+    if (!newest_ || !newest_->encoder_error) return false;
     // Where the dialect is not known: error word and flag agree in that it failed.
-    return dialect_ == Dialect::k05 || (said_->axis_error & can::odrive::kEncoderFailed05) != 0;
+    return dialect_ == Dialect::k05 || (newest_->axis_error & can::odrive::kEncoderFailed05) != 0;
   }
 
-  std::optional<can::odrive::Heartbeat> last_, said_;
+  std::optional<can::odrive::Heartbeat> last_, newest_;
   std::optional<can::odrive::Version> version_;
   Dialect dialect_ = Dialect::kUnknown, evidence_ = Dialect::kUnknown;
   Timestamp heartbeat_{}, estimates_{}, bad_estimates_{}, moved_{};

@@ -162,9 +162,9 @@ void CanBase::handleVesc(const StampedCanFrame& received) {
 void CanBase::addEstimates(std::size_t side, Timestamp stamp, const odrive::EncoderEstimates& estimates) {
   axes_[side].addEstimates(stamp, estimates);
   const auto pair = wheels_.add(side, stamp, estimates);
-  const bool lie = axes_[0].lies() || axes_[1].lies();
-  if (pair && !lie) emit(*pair);
-  if (pair && lie && pair->restarted) wheels_.beginAnew();
+  const bool invalid = axes_[0].positionInvalid() || axes_[1].positionInvalid();
+  if (pair && !invalid) emit(*pair);
+  if (pair && invalid && pair->restarted) wheels_.beginAnew();
   storeRejects();
 }
 
@@ -236,7 +236,7 @@ Problem CanBase::warning(Timestamp now) const {
       other = ofWheel(problem::kSharedId, side);
     } else if (silence_.since(axes_[side].heartbeat(), now, kHeartbeatSilent)) {
       other = noHeartbeat(side);
-    } else if (axes_[side].said() && !axes_[side].inClosedLoop()) {
+    } else if (axes_[side].lastHeartbeat() && !axes_[side].inClosedLoop()) {
       other = notArmed(side);
     }
   }
@@ -273,7 +273,7 @@ Problem CanBase::slowEstimates(std::size_t side) const {
 }
 
 Problem CanBase::axisError(std::size_t side) const {
-  const odrive::Heartbeat axis = *axes_[side].believed();
+  const odrive::Heartbeat axis = *axes_[side].usableHeartbeat();
   const bool armed = axis.state == static_cast<std::uint8_t>(odrive::AxisState::kClosedLoop);
   std::array<char, 64> report{};
   std::snprintf(report.data(), report.size(), "0x%x%s%s%s, %s", static_cast<unsigned>(axis.axis_error),
@@ -299,7 +299,7 @@ Problem CanBase::hindrance(std::size_t side) const {
   if (!axis.isShared()) {
     // Overdue when the last estimates came: a drive that is silent altogether is another matter.
     if (silence_.since(axis.heartbeat(), axis.estimates(), axis.heartbeatPatience())) return noHeartbeat(side);
-    if (axis.said() && !axis.inClosedLoop()) return notArmed(side);
+    if (axis.lastHeartbeat() && !axis.inClosedLoop()) return notArmed(side);
   }
   return follow_.idle() == side ? ofWheel(problem::kNotFollowing, side) : Problem();
 }
@@ -311,7 +311,8 @@ void CanBase::watchObedience(Timestamp now) {
     follow_.add(now, {axes_[0].velocity(), axes_[1].velocity()}, std::max(wheels_.period(0), wheels_.period(1)));
   else
     follow_.rest();
-  const bool armed_anew = follow_.idle() && axes_[*follow_.idle()].said() && !axes_[*follow_.idle()].inClosedLoop();
+  const bool armed_anew =
+      follow_.idle() && axes_[*follow_.idle()].lastHeartbeat() && !axes_[*follow_.idle()].inClosedLoop();
   if (armed_anew || now - command_.given() > kLetGo) follow_.forget();
   if (link_.usable() && obeys(0, now) && obeys(1, now)) return;
   command_.revoke(now);

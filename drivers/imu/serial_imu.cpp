@@ -24,9 +24,8 @@ SerialImu::SerialImu(const SerialImuConfig& config, Clock now, Sink sink, const 
     : facts_(*config.facts),
       now_(now),
       sink_(std::move(sink)),
-      port_(config.port, config.baud > 0 ? config.baud : config.facts->bauds.front(), config.in_background, open),
-      wrong_device_(PortOf::kImu, config.port, config.baud > 0 ? config.baud : config.facts->bauds.front(), open,
-                    config.facts->line_device),
+      port_(PortOf::kImu, config.port, config.baud > 0 ? config.baud : config.facts->bauds.front(),
+            config.in_background, open, config.facts->line_device, {&status_}),
       protocol_(config.facts->make()),
       take_([this](const ImuSample& sample) { take(sample); }) {
   bauds_.all = facts_.bauds;
@@ -37,37 +36,24 @@ SerialImu::SerialImu(const SerialImuConfig& config, Clock now, Sink sink, const 
 void SerialImu::tick() {
   const Timestamp now = now_();
   if (!port_.isOpen()) {
-    if (wrong_device_.running()) {
-      if (port_.isReleased() && !wrong_device_.tick(now))
-        status_.set(DeviceState::kFault, wrong_device_.found(status_.problem()));
-    } else if (port_.due(now)) {
-      open(now);
-    }
+    if (port_.openWhenDue(now)) begin(now);
+    if (status_.state == DeviceState::kAbsent) bauds_.tried = 0;
     return;
   }
-  if (!receive(now)) return close(now, DeviceState::kAbsent, problem::kPortGone);
+  if (!receive(now)) {
+    bauds_.tried = 0;
+    return port_.lose(now);
+  }
   watch(now);
 }
 
-void SerialImu::open(Timestamp now) {
-  if (const Problem problem = port_.open(now)) {
-    wrong_device_.forget();
-    bauds_.tried = 0;
-    return status_.set(DeviceState::kAbsent, problem);
-  }
+void SerialImu::begin(Timestamp now) {
   protocol_->begin(baud());
   const bool noise = bauds_.tried > 0 && received_.noise;  // at a baud rate before
   received_ = {.opened = now, .frame = now, .sample = now, .changed = now, .noise = noise};
   received_.frames = received_.last = protocol_->frames();
   received_.damage = protocol_->damage();
   status_.setOpening(Problem(problem::kWaitsForFrames, {}, {"the IMU's"}));
-}
-
-void SerialImu::close(Timestamp now, DeviceState state, const Problem& why) {
-  port_.fail(now);
-  bauds_.tried = 0;
-  if (state == DeviceState::kAbsent) wrong_device_.forget();
-  status_.set(state, why);
 }
 
 bool SerialImu::isRecognised() const { return protocol_->frames() - received_.frames >= kRecognisedImu; }
@@ -112,7 +98,6 @@ void SerialImu::take(const ImuSample& sample) {
   status_.countSample(now);
   status_.set(DeviceState::kStreaming, protocol_->finding());
   port_.succeeded();
-  wrong_device_.forget();
 }
 
 void SerialImu::countRejects() {
@@ -143,9 +128,8 @@ bool SerialImu::tryNextBaud(Timestamp now) {
 
 /// For a while; meanwhile somebody else is looked for on the port.
 void SerialImu::giveUp(Timestamp now) {
-  const Problem unknown = about(received_.noise ? problem::kImuUndecoded : problem::kImuUnanswered);
-  close(now, DeviceState::kFault, wrong_device_.found(unknown));
-  wrong_device_.ask();
+  bauds_.tried = 0;
+  port_.giveUp(now, about(received_.noise ? problem::kImuUndecoded : problem::kImuUnanswered));
 }
 
 void SerialImu::watch(Timestamp now) {
@@ -158,8 +142,7 @@ void SerialImu::watch(Timestamp now) {
   if (silence > kImuDead) return giveUp(now);
   if (silence <= kImuStale) return watchSamples(now);
   if (bauds_.count > 1 && !isRecognised()) return;  // it is still looked for
-  status_.set(DeviceState::kStale,
-              wrong_device_.found(received_.noise ? Problem(problem::kImuGarbage) : about(problem::kImuSilent)));
+  port_.report(DeviceState::kStale, received_.noise ? Problem(problem::kImuGarbage) : about(problem::kImuSilent));
 }
 
 /// Frames come, but do they make samples?

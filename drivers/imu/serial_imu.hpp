@@ -9,7 +9,6 @@
 #include "core/samples.hpp"
 #include "drivers/device_status.hpp"
 #include "drivers/imu/imu_facts.hpp"
-#include "drivers/line_device.hpp"
 #include "drivers/polled_port.hpp"
 
 namespace slam {
@@ -40,8 +39,7 @@ class SerialImu {
   int baud() const { return bauds_.all[bauds_.at]; }  ///< [bit/s] of the owner's thread: where it is or is looked for
 
  private:
-  void open(Timestamp now);
-  void close(Timestamp now, DeviceState state, const Problem& why);
+  void begin(Timestamp now);
   bool receive(Timestamp now);
   void take(const ImuSample& sample);
   void countRejects();
@@ -71,8 +69,7 @@ class SerialImu {
   Clock now_;
   Sink sink_;
   DeviceStatus status_;
-  PolledPort port_;
-  WrongDevice wrong_device_;
+  DevicePort port_;
   std::unique_ptr<ImuProtocol> protocol_;
   ImuProtocol::Take take_;  // made once: no allocation later
   /// What was received last, and when.

@@ -56,7 +56,7 @@ PacketLidar::Begun PacketLidar::listen(rplidar::Dialogue& dialogue, WrongDevice&
   }
   if (best >= kEnough) return {};
   if (others.recognises(dialogue.recent())) return {DeviceState::kFault, problem::kLidarNoPackets, true};
-  if (dialogue.heardBytes()) return {DeviceState::kFault, problem::kLidarNoPackets, true};
+  if (dialogue.receivedBytes()) return {DeviceState::kFault, problem::kLidarNoPackets, true};
   return {DeviceState::kFault, facts_.talk.start != nullptr ? problem::kLidarUnanswered : problem::kLidarUnheard, true};
 }
 

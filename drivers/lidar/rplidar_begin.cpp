@@ -96,7 +96,7 @@ RplidarUnit::Begun RplidarUnit::noAnswer(const std::optional<rplidar::Health>& h
   if (dialogue_->hungUp()) return {DeviceState::kAbsent, problem::kPortGone};
   if (health && health->status == HealthStatus::kError) return {DeviceState::kFault, problem::kLidarErrorStays};
   if (health) return {DeviceState::kFault, problem::kLidarUnknown};
-  return {DeviceState::kFault, dialogue_->heardBytes() ? problem::kLidarUndecoded : problem::kLidarUnanswered, true};
+  return {DeviceState::kFault, dialogue_->receivedBytes() ? problem::kLidarUndecoded : problem::kLidarUnanswered, true};
 }
 
 void RplidarUnit::askRate() {

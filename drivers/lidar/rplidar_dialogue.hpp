@@ -42,7 +42,7 @@ class Dialogue {
   }
 
   bool hungUp() const { return hung_up_; }
-  bool heardBytes() const { return bytes_; }                        ///< any, since construction
+  bool receivedBytes() const { return bytes_; }                     ///< any, since construction
   std::span<const std::uint8_t> recent() const { return recent_; }  ///< the last bytes that came, up to 2 kB
   bool sawBoot() const { return saw_boot_; }                        ///< a boot banner, since construction
   bool cancelled() const { return cancel_ != nullptr && *cancel_; }

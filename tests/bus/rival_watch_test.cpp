@@ -18,10 +18,10 @@ class RivalWatchTest : public testing::Test {
       watch_.sent(message);
       waiting_.push_back(message);
       if (waiting_.size() > 10) {
-        watch_.heard(waiting_.front(), now_);
+        watch_.received(waiting_.front(), now_);
         waiting_.erase(waiting_.begin());
       }
-      if (others > 0 && i % (50 / others) == 0) watch_.heard(messageOf(1), now_);
+      if (others > 0 && i % (50 / others) == 0) watch_.received(messageOf(1), now_);
     }
   }
   std::vector<std::uint8_t> messageOf(std::uint8_t who) {

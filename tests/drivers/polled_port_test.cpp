@@ -102,5 +102,26 @@ TEST_F(PolledPortTest, WaitsForTheFirstBytesWhereItMay) {
   EXPECT_EQ(bytes, Bytes{1});
 }
 
+TEST_F(PolledPortTest, ReportsWhatIsWrongWithADeviceInAllItsStates) {
+  DeviceStatus wheels, gyro;
+  DevicePort port(PortOf::kBoard, line_.path(), 115200, false, openPort, LineDevice::kBoard, {&wheels, &gyro});
+  ASSERT_TRUE(port.openWhenDue(kNow));
+  port.report(DeviceState::kStale, problem::kBoardSilent);
+  EXPECT_TRUE(gyro.problem().is(problem::kBoardSilent));
+  port.lose(kNow);
+  for (const DeviceStatus* status : {&wheels, &gyro}) {
+    EXPECT_EQ(status->state, DeviceState::kAbsent);
+    EXPECT_TRUE(status->problem().is(problem::kPortGone));
+  }
+  EXPECT_FALSE(port.openWhenDue(kNow)) << "the next attempt waits";
+  ASSERT_TRUE(port.openWhenDue(kNow + 1s));
+  port.giveUp(kNow + 1s, problem::kBoardUnanswered);
+  EXPECT_EQ(wheels.state, DeviceState::kFault);
+  EXPECT_TRUE(wheels.problem().is(problem::kBoardUnanswered));
+  for (Timestamp now = kNow + 1s; now < kNow + 2s; now += 100ms) {
+    EXPECT_FALSE(port.openWhenDue(now)) << "it is searched for who is there instead";
+  }
+}
+
 }  // namespace
 }  // namespace slam::polled_port_test

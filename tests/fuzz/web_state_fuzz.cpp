@@ -23,7 +23,7 @@ class Page {
       take(channel, input.takeBytes(input.take<std::uint16_t>()));
       const std::string news = feed_.news(state_, now_);
       FUZZ_CHECK(news.empty() || news.ends_with("\n\n"));
-      FUZZ_CHECK(state_.trail().size() <= WebState::kLongestTrail);
+      FUZZ_CHECK(state_.trail().size() <= DrivenPath::kLongestTrail);
       FUZZ_CHECK(state_.closures().size() <= WebState::kMostClosures);
       FUZZ_CHECK(state_.scan().size() <= WebState::kMostPoints && state_.depth().size() <= WebState::kMostPoints);
       FUZZ_CHECK(state_.tiles().size() <= TileStore::kMostTiles && state_.tiles().bytes() <= TileStore::kMostBytes);

@@ -34,12 +34,18 @@ class LiveBases : public test::LiveFaults {
     }
     return last;
   }
-  void startDaemonFor(const std::string& base) {
+  /// Starts a robot with that base, and slamd. @return whether slamd localises it
+  bool begin(const std::string& base) {
+    listener_.listenFor(300ms);  // what the slamd before it has sent
+    listener_.clear();
+    poses_.clear();
+    startSimulator("600", "meeting-room", {"--base", base, "--obey"});
     const sim::SimulatedGeometry geometry = sim::geometryOf(base);
     startDaemon({"base.driver='" + base + "'", "base.counts_per_turn=" + std::to_string(geometry.counts_per_turn),
                  "base.wheel_radius=" + std::to_string(geometry.base.wheel_radius),
                  "base.half_track=" + std::to_string(geometry.base.half_track), "base.speed_commands=true",
                  std::string("imu.driver='") + (findBase(base)->gyro ? "base" : "hfi") + "'", "depth.driver='none'"});
+    return listener_.until([&] { return poseState() == kLocalised && isWell("base"); }, kPatience * 20s);
   }
   static std::int64_t now() {
     return std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch())
@@ -81,13 +87,7 @@ TEST_F(LiveBases, DriveAsCommandedAndStopAndNameTheirFaults) {
   for (const std::string& base : sim::baseNames()) {
     if (base == "handsfree" || !isWanted(base)) continue;  // FaultMatrix.Board, Stop
     SCOPED_TRACE(base);
-    listener_.listenFor(300ms);  // what the slamd before it has sent
-    listener_.clear();
-    poses_.clear();
-    startSimulator("600", "meeting-room", {"--base", base, "--obey"});
-    startDaemonFor(base);
-    ASSERT_TRUE(listener_.until([&] { return poseState() == kLocalised && isWell("base"); }, kPatience * 20s))
-        << daemonLog();
+    ASSERT_TRUE(begin(base)) << daemonLog();
     const std::int64_t idle = now();
     worstStateFor(3s);
     const std::int64_t driven = now();
@@ -146,13 +146,7 @@ TEST_F(LiveBases, StandByThemselvesWhenSlamdIsKilled) {
   ASSERT_TRUE(listener_.good());
   for (const std::string base : {"roboclaw", "vesc"}) {
     SCOPED_TRACE(base);
-    listener_.listenFor(300ms);
-    listener_.clear();
-    poses_.clear();
-    startSimulator("600", "meeting-room", {"--base", base, "--obey"});
-    startDaemonFor(base);
-    ASSERT_TRUE(listener_.until([&] { return poseState() == kLocalised && isWell("base"); }, kPatience * 20s))
-        << daemonLog();
+    ASSERT_TRUE(begin(base)) << daemonLog();
     const std::int64_t begun = now(), driven = drive({.omega = 0.5}, 2s);
     slamd_->signal(SIGKILL);
     ASSERT_TRUE(slamd_->wait(5s));

@@ -45,6 +45,16 @@ TEST(Outline, DistanceIsToTheNearestPointOfALine) {
   EXPECT_DOUBLE_EQ(distanceTo({1.0, 1.0}, {1.0, 1.0}, {4.0, 5.0}), 5.0);
 }
 
+TEST(Outline, IsTouchedByWhatIsNearOneOfItsEdges) {
+  const Outline corner{{0.0, 0.0}, {2.0, 0.0}, {2.0, 2.0}};
+  for (const bool closed : {false, true}) {
+    EXPECT_TRUE(touches(corner, closed, {1.0, -0.1}, 0.11));
+    EXPECT_FALSE(touches(corner, closed, {1.0, -0.1}, 0.09));
+    EXPECT_FALSE(touches(corner, closed, {2.09, 2.09}, 0.1)) << "by its distance, not by a box around the edge";
+    EXPECT_EQ(touches(corner, closed, {1.0, 1.0}, 0.1), closed) << "the edge from the last corner to the first";
+  }
+}
+
 TEST(Outline, BoundsHoldAllCorners) {
   const Bounds bounds = Bounds::of(kL);
   EXPECT_EQ(bounds.low, Eigen::Vector2d(0.0, 0.0));

@@ -47,11 +47,11 @@ TEST(RangeImage, ARoughBearingIsNearTheArcTangent) {
   for (int i = 0; i < directions; ++i) {
     const double angle = 2.0 * M_PI * i / directions, range = 0.01 + i % 1000;
     const auto x = static_cast<float>(range * std::cos(angle)), y = static_cast<float>(range * std::sin(angle));
-    ASSERT_NEAR(roughBearing(x, y), std::atan2(y, x), roughBearingError()) << angle;
+    ASSERT_NEAR(roughBearing(x, y), std::atan2(y, x), kRoughBearingError) << angle;
   }
   for (const auto& [x, y] :
        {std::pair(1.0F, 0.0F), {1.0F, -0.0F}, {0.0F, 1.0F}, {-0.0F, -1.0F}, {-1.0F, 0.0F}, {-1.0F, -0.0F}})
-    EXPECT_NEAR(roughBearing(x, y), std::atan2(y, x), roughBearingError()) << x << " " << y;
+    EXPECT_NEAR(roughBearing(x, y), std::atan2(y, x), kRoughBearingError) << x << " " << y;
   EXPECT_TRUE(std::isnan(roughBearing(0.0F, 0.0F)));
 }
 

@@ -100,6 +100,28 @@ TEST(DurableFile, WaitsForTheDiskAndReportsWhenItDoesNotTakeIt) {
   EXPECT_THAT(refusalOf([] { AppendFile("/dev/null", 0).sync(); }), HasSubstr("/dev/null: cannot sync"));
 }
 
+TEST(Replacement, TakesAFilesPlaceWholeOrNotAtAll) {
+  const Folder folder;
+  folder.write("file", "before");
+  std::filesystem::create_symlink("elsewhere", folder / "file.new");
+  {
+    Replacement next(folder / "file");
+    writeDurably(next.draft(), "ha");
+    EXPECT_EQ(contentOf(folder / "file"), "before");
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "file.new"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "elsewhere")) << "a link in the draft's place is not followed";
+  Replacement next(folder / "file", ".part");
+  writeDurably(next.draft(), "after", 0600);
+  test::syncLog().clear();
+  next.putInPlace();
+  EXPECT_THAT(test::syncLog(), testing::ElementsAre((folder / "").parent_path().string()));
+  EXPECT_EQ(contentOf(folder / "file"), "after");
+  EXPECT_EQ(std::filesystem::status(folder / "file").permissions(), std::filesystem::perms(0600));
+  EXPECT_THAT(refusalOf([&] { Replacement(folder / "other").putInPlace(); }),
+              testing::HasSubstr("other: cannot replace: No such file"));
+}
+
 TEST(DurableFile, ChecksumsAsZlibDoes) {
   EXPECT_EQ(crc32Of(""), 0U);
   EXPECT_EQ(crc32Of("123456789"), 0xCBF43926U);

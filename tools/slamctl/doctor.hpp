@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <slam/health_t.hpp>
 #include <slam/problems_t.hpp>
@@ -57,6 +58,8 @@ Finding checkTcpLidar(const std::string& driver, const std::string& path, const 
                       Timestamp (*now)() = monotonicNow);
 /// @param net the system's list of network interfaces (/sys/class/net)
 Finding checkCan(const std::string& interface, const std::filesystem::path& net = "/sys/class/net");
+/// Hands on the frames that an open interface receives within a time.
+void receiveFor(Duration time, CanPort& port, const std::function<void(const StampedCanFrame&)>& take);
 /// The nodes whose ODrives send heartbeats on a CAN interface. Nothing is sent.
 struct FoundDrives {
   int error = 0;           ///< errno: it cannot be listened to

@@ -6,7 +6,6 @@
 #include <cstring>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "drivers/can/can_axis.hpp"
@@ -35,8 +34,8 @@ struct ObservedDrive {
 
   Watchdog watchdog() const {
     if (asked) return *asked ? Watchdog::kOn : Watchdog::kOff;
-    if (!axis.said()) return Watchdog::kUnknown;
-    const std::uint32_t error = axis.said()->axis_error;
+    if (!axis.lastHeartbeat()) return Watchdog::kUnknown;
+    const std::uint32_t error = axis.lastHeartbeat()->axis_error;
     const bool tripped = axis.dialect() == odrive::Dialect::k05   ? (error & odrive::kWatchdogExpired05) != 0
                          : axis.dialect() == odrive::Dialect::k06 ? (error & odrive::kWatchdogExpired06) != 0
                                                                   : error == odrive::kWatchdogExpired06;
@@ -59,14 +58,9 @@ class Listener {
     return ids;
   }
   void listenFor(Duration time) {
-    StampedCanFrame received;
-    for (const Timestamp end = monotonicNow() + time; monotonicNow() < end;) {
-      if (port_.receive(received) != 0) {
-        std::this_thread::sleep_for(1ms);
-      } else if (!received.frame.error) {
-        take(received);
-      }
-    }
+    receiveFor(time, port_, [this](const StampedCanFrame& received) {
+      if (!received.frame.error) take(received);
+    });
   }
   /// Firmware 0.6 alone answers.
   void ask(std::uint16_t endpoint) {
@@ -85,7 +79,7 @@ class Listener {
       const int node = nodes_[side];
       ObservedDrive& drive = drives_[side];
       if (odrive::parseInputVelocity(node, received.frame)) drive.fed = true;
-      if (drive.axis.addHeartbeat(received.stamp, node, received.frame) && drive.axis.said())
+      if (drive.axis.addHeartbeat(received.stamp, node, received.frame) && drive.axis.lastHeartbeat())
         drive.armed = drive.armed && drive.axis.obeys();
       if (const auto version = odrive::parseVersion(node, received.frame)) drive.axis.addVersion(*version);
       const auto parameter = odrive::parseParameter(node, received.frame);

@@ -9,6 +9,7 @@
 
 #include "slam/edits/edit_json.hpp"
 #include "store/map_store.hpp"
+#include "tools/slamctl/health_json.hpp"
 
 namespace slam {
 
@@ -70,7 +71,7 @@ std::optional<std::pair<std::string, std::string>> MapEditing::command() const {
   }
   if (numbers.size() % 2 != 0) throw std::runtime_error("map " + what + ": a Y is missing; give X and Y of each point");
   for (std::size_t i = 0; i < numbers.size(); i += 2) edit["points"].push_back({numbers[i], numbers[i + 1]});
-  return std::pair{std::string("map_edit"), edit.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)};
+  return std::pair{std::string("map_edit"), textOf(edit)};
 }
 
 void MapEditing::list(const std::string& directory, const Config& config, bool json) const {

@@ -24,28 +24,12 @@ bool isSound(const pose_estimate_t& pose) {
 
 }  // namespace
 
-WebState::WebState(const Config& config)
-    : lidar_(config.front_end.lidar),
-      depth_mount_{config.depth_device.projection.extrinsics.levelled(), config.front_end.depth.time_offset} {}
-
-void WebState::take(const pose_estimate_t& pose, Timestamp now) {
-  if (!isSound(pose)) return countBadMessage();
-  heard_ = now;
-  if (!pose_.newest || pose.map_id != pose_.newest->map_id) beginMap(pose.map_id);
-  const Timestamp stamp = fromMicroseconds(pose.utime);
-  // Another slamd, or a clock that was set: what was before joins to nothing.
-  if (!history_.empty() && (stamp < history_.newest().stamp - kGap || stamp > history_.newest().stamp + kGap))
-    history_.clear();
-  history_.push(stamp, {pose.x, pose.y, pose.theta});
-  if (pose_.newest && pose_.newest->state != pose.state) pose_.since = pose.utime;
-  pose_.newest = pose;
-  ++serials_.pose;
-  day_.take(pose);
-  const auto state = static_cast<LocalisationState>(static_cast<std::uint8_t>(pose.state));
-  if (state == LocalisationState::kLocalised || state == LocalisationState::kDegraded) extendTrail({pose.x, pose.y});
+void DrivenPath::add(Timestamp stamp, const Pose2& T_map_base) {
+  if (!poses_.empty() && (stamp < poses_.newest().stamp - kGap || stamp > poses_.newest().stamp + kGap)) poses_.clear();
+  poses_.push(stamp, T_map_base);
 }
 
-void WebState::extendTrail(const Eigen::Vector2d& at) {
+void DrivenPath::extendTrail(const Eigen::Vector2d& at) {
   if (!trail_.empty() && (at - trail_.back()).norm() < kTrailStep) return;
   trail_.push_back(at);
   if (trail_.size() <= kLongestTrail) return;
@@ -56,8 +40,32 @@ void WebState::extendTrail(const Eigen::Vector2d& at) {
   trail_ = std::move(coarser);
 }
 
+void DrivenPath::clear() {
+  poses_.clear();
+  trail_.clear();
+}
+
+WebState::WebState(const Config& config)
+    : lidar_(config.front_end.lidar),
+      depth_mount_{config.depth_device.projection.extrinsics.levelled(), config.front_end.depth.time_offset} {}
+
+void WebState::take(const pose_estimate_t& pose, Timestamp now) {
+  if (!isSound(pose)) return countBadMessage();
+  last_received_ = now;
+  if (!pose_.newest || pose.map_id != pose_.newest->map_id) beginMap(pose.map_id);
+  const Timestamp stamp = fromMicroseconds(pose.utime);
+  path_.add(stamp, {pose.x, pose.y, pose.theta});
+  if (pose_.newest && pose_.newest->state != pose.state) pose_.since = pose.utime;
+  pose_.newest = pose;
+  ++serials_.pose;
+  day_.take(pose);
+  const auto state = static_cast<LocalisationState>(static_cast<std::uint8_t>(pose.state));
+  if (state == LocalisationState::kLocalised || state == LocalisationState::kDegraded)
+    path_.extendTrail({pose.x, pose.y});
+}
+
 void WebState::take(const health_t& health, Timestamp now) {
-  heard_ = now;
+  last_received_ = now;
   const bool restarted = health_ && health.uptime < health_->uptime;
   for (const counter_t& counter : health.counters) {
     if (counter.name != "loop_closures") continue;
@@ -74,7 +82,7 @@ void WebState::take(const health_t& health, Timestamp now) {
 }
 
 void WebState::take(const problems_t& problems, Timestamp now) {
-  heard_ = now;
+  last_received_ = now;
   problems_ = problems;
 }
 
@@ -85,14 +93,14 @@ void WebState::add(Points& points, const Eigen::Vector2d& p_map) {
 void WebState::take(const scan_t& message, Timestamp now) {
   const auto scan = fromMessage(message);
   if (!scan) return countBadMessage();
-  heard_ = now;
+  last_received_ = now;
   const Timestamp stamp = scan->stamp + fromSeconds(lidar_.time_offset);
-  const auto T_map_base = history_.at(stamp, kExtrapolate);
+  const auto T_map_base = path_.poses().at(stamp, kExtrapolate);
   if (!T_map_base) return;
   ScanPoints points;
   const RangeLimits limits{std::max(scan->range_min, static_cast<float>(lidar_.range_min)),
                            std::min(scan->range_max, static_cast<float>(lidar_.range_max))};
-  deskew(*scan, limits, stamp, lidar_.mounting(), history_, points);
+  deskew(*scan, limits, stamp, lidar_.mounting(), path_.poses(), points);
   seen_.scan.clear();
   const std::size_t step = points.size() / kMostPoints + 1;
   for (std::size_t i = 0; i < points.size(); i += step) add(seen_.scan, *T_map_base * points[i].position);
@@ -102,8 +110,8 @@ void WebState::take(const scan_t& message, Timestamp now) {
 void WebState::take(const depth_t& message, Timestamp now) {
   const auto laser = fromMessage(message);
   if (!laser) return countBadMessage();
-  heard_ = now;
-  const auto T_map_base = history_.at(laser->stamp + fromSeconds(depth_mount_.time_offset), kExtrapolate);
+  last_received_ = now;
+  const auto T_map_base = path_.poses().at(laser->stamp + fromSeconds(depth_mount_.time_offset), kExtrapolate);
   if (!T_map_base) return;
   const Pose2 T_map_depth = *T_map_base * depth_mount_.T_base_camera;
   seen_.depth.clear();
@@ -119,29 +127,28 @@ void WebState::take(const depth_t& message, Timestamp now) {
 void WebState::beginMap(std::int32_t map_id) {
   tiles_.begin(map_id);
   edits_.begin(map_id);
-  trail_.clear();
+  path_.clear();
   closures_.all.clear();
-  history_.clear();
   seen_.scan.clear();
   seen_.depth.clear();
   ++serials_.map;
 }
 
 void WebState::take(const map_meta_t& meta, Timestamp now) {
-  heard_ = now;
+  last_received_ = now;
   if (meta.map_id != tiles_.mapId()) beginMap(meta.map_id);
   tiles_.setResolution(meta.resolution);
   meta_ = meta;
 }
 
 void WebState::take(MapLayer layer, const map_tile_t& tile, Timestamp now) {
-  heard_ = now;
+  last_received_ = now;
   tiles_.put(layer, tile);
 }
 
 void WebState::take(const map_edit_t& edit, Timestamp now) {
   if (!edits_.take(edit)) return countBadMessage();
-  heard_ = now;
+  last_received_ = now;
 }
 
 }  // namespace slam

@@ -22,10 +22,26 @@
 
 namespace slam {
 
+/// Where the robot drove in map.
+class DrivenPath {
+ public:
+  static constexpr std::size_t kLongestTrail = 4000;  ///< [points] 200 m; then its older half gets coarser
+
+  /// Begins the poses anew where they do not follow those before: another slamd, or a clock that was set.
+  void add(Timestamp stamp, const Pose2& T_map_base);
+  void extendTrail(const Eigen::Vector2d& at);
+  void clear();
+  const PoseHistory& poses() const { return poses_; }
+  const std::deque<Eigen::Vector2d>& trail() const { return trail_; }  ///< [m] in map, oldest first
+
+ private:
+  PoseHistory poses_{300};  // of base in map, 3 s
+  std::deque<Eigen::Vector2d> trail_;
+};
+
 /// What the page shows, from slamd's messages. Pure: time is given. Its memory is bounded whatever comes.
 class WebState {
  public:
-  static constexpr std::size_t kLongestTrail = 4000;  ///< [points] 200 m; then its older half gets coarser
   static constexpr std::size_t kMostClosures = 100;
   static constexpr std::size_t kMostPoints = 720;  ///< of a scan or depth view
 
@@ -59,7 +75,7 @@ class WebState {
   const std::optional<map_meta_t>& meta() const { return meta_; }
   const Points& scan() const { return seen_.scan; }  ///< [m] returns of the newest scan in map, of each beam's own time
   const Points& depth() const { return seen_.depth; }  ///< [m] obstacles of the newest depth view in map
-  const std::deque<Eigen::Vector2d>& trail() const { return trail_; }  ///< [m] in map, oldest first
+  const std::deque<Eigen::Vector2d>& trail() const { return path_.trail(); }  ///< [m] in map, oldest first
   const std::deque<Closure>& closures() const { return closures_.all; }
   const TileStore& tiles() const { return tiles_; }
   const EditBoard& edits() const { return edits_; }
@@ -71,12 +87,11 @@ class WebState {
   std::uint64_t badMessages() const { return bad_messages_; }
   void countBadMessage() { ++bad_messages_; }
   /// Since slamd was heard last; since the start where it never was.
-  Duration silence(Timestamp now) const { return now - heard_; }
-  void begin(Timestamp now) { heard_ = now; }
+  Duration silence(Timestamp now) const { return now - last_received_; }
+  void begin(Timestamp now) { last_received_ = now; }
 
  private:
   void beginMap(std::int32_t map_id);
-  void extendTrail(const Eigen::Vector2d& at);
   void add(Points& points, const Eigen::Vector2d& p_map);
 
   LidarModel lidar_;
@@ -85,7 +100,7 @@ class WebState {
     double time_offset;  // [s]
   } depth_mount_;
   Serials serials_;
-  Timestamp heard_{};
+  Timestamp last_received_{};
   struct {
     std::optional<pose_estimate_t> newest;
     std::int64_t since = 0;  // [us since the epoch] when its state changed last
@@ -93,11 +108,10 @@ class WebState {
   std::optional<health_t> health_;
   problems_t problems_{};
   std::optional<map_meta_t> meta_;
-  PoseHistory history_{300};  // of base in map, 3 s
+  DrivenPath path_;
   struct {
     Points scan, depth;
   } seen_;
-  std::deque<Eigen::Vector2d> trail_;
   struct {
     std::deque<Closure> all;
     std::optional<std::int64_t> counted;

@@ -23,7 +23,7 @@ Publisher::Publisher(const Config& config, const BusEnds& ends, const WallClock&
   }
   link_.subscribe(channel::kSlamPose, [this](Bytes message) {
     takePoses();
-    rivals_.heard(message, monotonicNow());
+    rivals_.received(message, monotonicNow());
   });
 }
 

@@ -22,14 +22,14 @@ EstimatorThread::EstimatorThread(const Config& config, const EstimatorEnds& ends
           estimatorWorker(config), [this] { tick(); }, ends.wakeup,
           [this] {
             takeIn();
-            if (scanned_) tellPose();
+            if (scanned_) handOverPose();
           }) {
   snapshot_.map_id = front_end_->mapId();
 }
 
 void EstimatorThread::tick() {
   takeIn();
-  if (ticks_++ % ticks_per_pose_ == 0 || scanned_) tellPose();
+  if (ticks_++ % ticks_per_pose_ == 0 || scanned_) handOverPose();
 }
 
 void EstimatorThread::takeIn() {
@@ -57,7 +57,7 @@ void EstimatorThread::takeIn() {
   ends_.samples.scans.popOne([this](const ReceivedScan& received) { scanned_ = addScan(received); });
 }
 
-void EstimatorThread::tellPose() {
+void EstimatorThread::handOverPose() {
   const Timestamp now = monotonicNow();
   snapshot_.pose = front_end_->estimate(now);
   snapshot_.odometry = front_end_->odometry(now);

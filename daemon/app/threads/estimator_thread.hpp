@@ -20,7 +20,7 @@ class EstimatorThread {
 
  private:
   void tick();
-  void tellPose();
+  void handOverPose();
   void takeIn();  ///< all that has come
   bool addScan(const ReceivedScan& received);
 

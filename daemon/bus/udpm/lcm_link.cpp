@@ -54,7 +54,7 @@ void LcmLink::receive() {
   bool is_drained = false;
   for (int i = 0; i < kMostPackets && !is_drained; ++i) {
     const auto datagram = receiver_.next();
-    if (datagram) watch_.heard(dispatcher_.take(*datagram));
+    if (datagram) watch_.received(dispatcher_.take(*datagram));
     is_drained = !datagram;
   }
   // Who gets too little of the CPU to read all has no reason to doubt the network.

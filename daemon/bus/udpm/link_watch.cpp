@@ -32,11 +32,11 @@ void LinkWatch::failed(int error, Timestamp now) {
   if (!failing_since_) failing_since_ = now;
 }
 
-void LinkWatch::heard(const Packet& packet) {
+void LinkWatch::received(const Packet& packet) {
   if (!awaited_ || packet.kind != Packet::kMessage || packet.channel != channel_) return;
   if (!std::equal(packet.data.begin(), packet.data.end(), data_.begin(), data_.end())) return;
   awaited_ = false;
-  heard_ = true;
+  ever_received_ = true;
   unheard_since_.reset();
 }
 
@@ -45,7 +45,7 @@ void LinkWatch::missed() { unheard_since_.reset(); }
 LinkState LinkWatch::state(Timestamp now) const {
   if (isFailing(now)) return failure_;
   if (unheard_since_ && now - *unheard_since_ >= kUnheard) return LinkState::kUnheard;
-  return heard_ ? LinkState::kConnected : LinkState::kOpening;
+  return ever_received_ ? LinkState::kConnected : LinkState::kOpening;
 }
 
 Problem problemOf(LinkState state, const UdpmUrl& url) {

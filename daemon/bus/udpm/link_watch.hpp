@@ -34,7 +34,7 @@ class LinkWatch {
  public:
   void sent(std::string_view channel, std::span<const std::uint8_t> data, Timestamp now);
   void failed(int error, Timestamp now);  ///< @param error errno of the attempt to send
-  void heard(const Packet& packet);
+  void received(const Packet& packet);
   /// Packets were dropped here for want of room, or wait still: those that are awaited may be among them.
   void missed();
 
@@ -46,7 +46,7 @@ class LinkWatch {
   std::string channel_;             // of the message that was kept ...
   std::vector<std::uint8_t> data_;  // ... and its bytes
   bool awaited_ = false;            // its copy is
-  bool heard_ = false;              // one was, ever
+  bool ever_received_ = false;      // one was, ever
   std::optional<Timestamp> kept_;   // when the last one was
   std::optional<Timestamp> unheard_since_, failing_since_;
   LinkState failure_ = LinkState::kNoRoute;  // the last one's kind

@@ -21,46 +21,40 @@ bool isMoving(const Twist2& twist, const IntakeConfig& config) {
 
 SensorIntake::SensorIntake(const IntakeConfig& config, const LidarModel& lidar)
     : config_(config),
-      wheel_offset_(fromSeconds(config.wheel_time_offset)),
-      imu_offset_(fromSeconds(config.imu_time_offset)),
-      lidar_offset_(fromSeconds(lidar.time_offset)),
-      wheel_guard_(config.stamps),
-      imu_guard_(config.stamps),
-      scan_guard_(config.stamps),
-      wheel_stamps_(config.stamps),
-      scan_stamps_(config.stamps),
-      imu_clock_(config.stamps),
+      wheels_(config.stamps, config.wheel_time_offset),
+      lidar_(config.stamps, lidar.time_offset),
+      imu_(config.stamps, config.imu_time_offset),
       T_base_lidar_(lidar.T_base_lidar),
       repeats_(config.repeats, lidar.upside_down ? -1.0 : 1.0) {}
 
 std::optional<WheelSample> SensorIntake::accept(const WheelSample& sample) {
   if (!isPlausible(sample)) return ++implausible_, std::nullopt;
-  if (!wheel_guard_.passes(sample.stamp, newestOf(imu_guard_, scan_guard_))) return std::nullopt;
+  if (!wheels_.guard.passes(sample.stamp, newestOf(imu_.guard, lidar_.guard))) return std::nullopt;
   WheelSample accepted = sample;
-  accepted.stamp = wheel_stamps_.next(sample.stamp) + wheel_offset_;
+  accepted.stamp = wheels_.order.next(sample.stamp) + wheels_.offset;
   return accepted;
 }
 
 std::optional<ImuSample> SensorIntake::accept(const ImuSample& sample, Timestamp newest) {
   if (!isPlausible(sample)) return ++implausible_, std::nullopt;
-  if (!imu_guard_.passes(sample.stamp, newestOf(wheel_guard_, scan_guard_))) return std::nullopt;
+  if (!imu_.guard.passes(sample.stamp, newestOf(wheels_.guard, lidar_.guard))) return std::nullopt;
   ImuSample accepted = sample;
-  accepted.stamp = imu_clock_.next(sample.stamp, newest) + imu_offset_;
+  accepted.stamp = imu_.order.next(sample.stamp, newest) + imu_.offset;
   return accepted;
 }
 
 SensorIntake::Scan SensorIntake::accept(const LaserScan& scan, const EkfTimeline& pose, const EkfTimeline& odometry,
                                         std::span<const float> codes) {
   ++scans_;
-  if (!scan_guard_.passes(scan.stamp, newestOf(wheel_guard_, imu_guard_)))
+  if (!lidar_.guard.passes(scan.stamp, newestOf(wheels_.guard, imu_.guard)))
     return {.first = pose.newestStamp(), .misdated = true};
   repeats_.add(scan, codes);
   if (isRepeat(scan)) {
     ++repeated_;
     return {last_first_ + std::max(Duration(0), scan.stamp - last_scan_)};
   }
-  const std::uint32_t retimed = scan_stamps_.retimed();
-  const Timestamp first = scan_stamps_.next(scan.stamp) + lidar_offset_;
+  const std::uint32_t retimed = lidar_.order.retimed();
+  const Timestamp first = lidar_.order.next(scan.stamp) + lidar_.offset;
   last_scan_ = scan.stamp;
   last_first_ = first;
   if (pose.started() && first < pose.oldestStamp()) {
@@ -69,12 +63,12 @@ SensorIntake::Scan SensorIntake::accept(const LaserScan& scan, const EkfTimeline
   }
   const bool stuck = isStuck(first, odometry);
   repeated_ += stuck;
-  return {first, !stuck, scan_stamps_.interval(), stuck, false, scan_stamps_.retimed() > retimed};
+  return {first, !stuck, lidar_.order.interval(), stuck, false, lidar_.order.retimed() > retimed};
 }
 
 /// Whether the scan was sent twice: a lidar needs its time for the next one.
 bool SensorIntake::isRepeat(const LaserScan& scan) const {
-  const double soonest = std::max(config_.fastest_turn, config_.soonest_scan * scan_stamps_.interval());
+  const double soonest = std::max(config_.fastest_turn, config_.soonest_scan * lidar_.order.interval());
   return repeats_.isRepeat() && toSeconds(scan.stamp - last_scan_) < soonest;
 }
 
@@ -88,10 +82,10 @@ void SensorIntake::addTo(FrontEndCounters& counters) const {
   counters.scans = scans_;
   counters.scans_repeated = repeated_;
   counters.scans_too_late = too_late_;
-  counters.scans_retimed = scan_stamps_.retimed();
-  counters.clock_resets = scan_stamps_.clockResets() + wheel_stamps_.clockResets();
+  counters.scans_retimed = lidar_.order.retimed();
+  counters.clock_resets = lidar_.order.clockResets() + wheels_.order.clockResets();
   counters.implausible = implausible_;
-  counters.far_ahead = wheel_guard_.held() + imu_guard_.held() + scan_guard_.held();
+  counters.far_ahead = wheels_.guard.held() + imu_.guard.held() + lidar_.guard.held();
 }
 
 }  // namespace slam

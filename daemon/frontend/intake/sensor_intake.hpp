@@ -52,7 +52,7 @@ class SensorIntake {
               std::span<const float> codes = {});
 
   /// @param offset added to the lidar's stamps instead of the configured one
-  void setLidarOffset(Duration offset) { lidar_offset_ = offset; }
+  void setLidarOffset(Duration offset) { lidar_.offset = offset; }
 
   void addTo(FrontEndCounters& counters) const;
 
@@ -60,11 +60,18 @@ class SensorIntake {
   bool isRepeat(const LaserScan& scan) const;
   bool isStuck(Timestamp first, const EkfTimeline& odometry);
 
+  /// How the stamps of a sensor become those of the filters.
+  template <typename Order>
+  struct Stream {
+    Stream(const StampConfig& config, double seconds) : offset(fromSeconds(seconds)), guard(config), order(config) {}
+    Duration offset;
+    ForwardJumpGuard guard;
+    Order order;
+  };
+
   IntakeConfig config_;
-  Duration wheel_offset_, imu_offset_, lidar_offset_;
-  ForwardJumpGuard wheel_guard_, imu_guard_, scan_guard_;
-  StampSequencer wheel_stamps_, scan_stamps_;
-  ClockStepBridge imu_clock_;
+  Stream<StampSequencer> wheels_, lidar_;
+  Stream<ClockStepBridge> imu_;
   Pose2 T_base_lidar_;
   StuckScanDetector repeats_;
   Timestamp last_scan_, last_first_;  // as recorded, and in the filters' time

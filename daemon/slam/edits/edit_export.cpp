@@ -19,21 +19,14 @@ void mark(MapImage& mask, const Outline& points, bool zone) {
   const auto cell = [&](double p, double origin, int count) {
     return static_cast<int>(std::clamp(std::floor((p - origin) / mask.resolution), 0.0, count - 1.0));
   };
-  const auto touches = [&](const Eigen::Vector2d& centre) {
-    if (zone && holds(points, centre)) return true;
-    for (std::size_t i = zone ? 0 : 1; i < points.size(); ++i) {
-      const Eigen::Vector2d& before = points[(i + points.size() - 1) % points.size()];
-      if (distanceTo(before, points[i], centre) <= half) return true;
-    }
-    return false;
-  };
   for (int row = cell(bounds.low.y(), mask.origin_y, mask.height);
        row <= cell(bounds.high.y(), mask.origin_y, mask.height); ++row) {
     for (int column = cell(bounds.low.x(), mask.origin_x, mask.width);
          column <= cell(bounds.high.x(), mask.origin_x, mask.width); ++column) {
       const Eigen::Vector2d centre(mask.origin_x + (column + 0.5) * mask.resolution,
                                    mask.origin_y + (row + 0.5) * mask.resolution);
-      if (touches(centre)) mask.at(column, row) = MapImage::kOccupied;
+      if ((zone && holds(points, centre)) || touches(points, zone, centre, half))
+        mask.at(column, row) = MapImage::kOccupied;
     }
   }
 }

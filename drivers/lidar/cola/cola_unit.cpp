@@ -35,12 +35,7 @@ ColaUnit::Begun ColaUnit::begin(ByteStream& port, const std::atomic<bool>& cance
   dialogue_->drain(kQuiet, 10 * kQuiet);
   const auto identity = ask("sRN DeviceIdent", kIdentity, kAnswer);
   const auto scan = identity ? ask("sRN LMDscandata", "sRA LMDscandata", kAnswer) : std::nullopt;
-  if (dialogue_->hungUp()) return {DeviceState::kAbsent, problem::kPortGone};
-  if (dialogue_->cancelled()) return {DeviceState::kAbsent, problem::kStoppedOpening};
-  if (!identity) {
-    others.recognises(dialogue_->recent());
-    return {DeviceState::kFault, dialogue_->heardBytes() ? problem::kLidarUndecoded : problem::kLidarUnanswered, true};
-  }
+  if (!identity || dialogue_->hungUp() || dialogue_->cancelled()) return unanswered(*dialogue_, others);
   others.forget();
   if (!scan) return {DeviceState::kFault, problem::kLidarNoScan};
   Begun begun = startScan(*scan);

@@ -45,11 +45,12 @@ ScipUnit::Begun ScipUnit::begin(ByteStream& port, const std::atomic<bool>& cance
   port_ = &port;
   dialogue_ = std::make_unique<rplidar::Dialogue>(port, now_, &cancel);
   const auto version = identify();
-  if (!version) return noAnswer(others);
+  if (!version) return unanswered(*dialogue_, others);
   others.forget();
   const auto parameters = ask("PP", kScipAnswer);
   const auto unit = parameters ? scip::parseParameters(*parameters) : std::nullopt;
-  if (!unit) return dialogue_->hungUp() ? noAnswer(others) : Begun{DeviceState::kFault, problem::kLidarUnknown};
+  if (!unit)
+    return dialogue_->hungUp() ? unanswered(*dialogue_, others) : Begun{DeviceState::kFault, problem::kLidarUnknown};
   const auto laser = ask("BM", kScipAnswer);
   if (!laser || !isAny(laser->status, {"00", "02"})) return {DeviceState::kFault, problem::kLidarNoScan};
   Begun begun = startScan(*unit);
@@ -57,13 +58,6 @@ ScipUnit::Begun ScipUnit::begin(ByteStream& port, const std::atomic<bool>& cance
                    scip::valueOf(*version, "SERI");
   dialogue_ = std::make_unique<rplidar::Dialogue>(port, now_, nullptr);  // `cancel` may not live longer
   return begun;
-}
-
-ScipUnit::Begun ScipUnit::noAnswer(WrongDevice& others) const {
-  if (dialogue_->hungUp()) return {DeviceState::kAbsent, problem::kPortGone};
-  if (dialogue_->cancelled()) return {DeviceState::kAbsent, problem::kStoppedOpening};
-  others.recognises(dialogue_->recent());
-  return {DeviceState::kFault, dialogue_->heardBytes() ? problem::kLidarUndecoded : problem::kLidarUnanswered, true};
 }
 
 ScipUnit::Begun ScipUnit::startScan(const scip::Parameters& unit) {

@@ -29,7 +29,6 @@ class ScipUnit : public LidarUnit {
   void send(const std::string& command);
   std::optional<scip::Answer> ask(const std::string& command, Duration limit);
   std::optional<scip::Answer> identify();
-  Begun noAnswer(WrongDevice& others) const;
   Begun startScan(const scip::Parameters& unit);
 
   ScipConfig config_;

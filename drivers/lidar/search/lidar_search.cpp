@@ -59,7 +59,7 @@ bool LidarSearch::tryEach(std::span<const int> bauds, const std::atomic<bool>& c
     rplidar::Dialogue dialogue(*port.stream, now_, &cancel);
     found_ = look(dialogue, baud);
     if (found_.family != LidarFinding::kNone) return false;
-    hears_ = hears_ || dialogue.heardBytes();
+    has_bytes_ = has_bytes_ || dialogue.receivedBytes();
     if (dialogue.hungUp()) found_ = {.problem = problem::kPortGone, .is_open = false};
     if (dialogue.hungUp()) return false;
     found_.other = lineDeviceOf(dialogue.recent());
@@ -76,7 +76,7 @@ LidarFinding LidarSearch::find(const std::atomic<bool>& cancel) {
 
 LidarFinding LidarSearch::listen(const std::atomic<bool>& cancel) {
   found_ = {};
-  hears_ = false;
+  has_bytes_ = false;
   const auto packets = [this](auto& dialogue, int baud) { return receivePackets(dialogue, baud); };
   if (!isTcp(path_)) tryEach(kSending, cancel, packets);
   return finish(cancel);
@@ -121,9 +121,9 @@ LidarFinding LidarSearch::wake(const std::atomic<bool>& cancel) {
 }
 
 LidarFinding LidarSearch::finish(const std::atomic<bool>& cancel) {
-  found_.has_bytes = hears_;
+  found_.has_bytes = has_bytes_;
   if (found_.family == LidarFinding::kNone && !found_.problem)
-    found_.problem = cancel ? problem::kStoppedOpening : hears_ ? problem::kLidarNotFound : problem::kLidarUnheard;
+    found_.problem = cancel ? problem::kStoppedOpening : has_bytes_ ? problem::kLidarNotFound : problem::kLidarUnheard;
   return found_;
 }
 

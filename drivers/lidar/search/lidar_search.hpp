@@ -65,7 +65,7 @@ class LidarSearch {
   PortOpener open_;
   Clock now_;
   LidarFinding found_;
-  bool hears_ = false;  // bytes that are no lidar's
+  bool has_bytes_ = false;  // bytes that are no lidar's
 };
 
 /// The row for a YDLIDAR that answers with this model number; nullptr: none is known.

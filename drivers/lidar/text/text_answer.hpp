@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/lidar/lidar_unit.hpp"
 #include "drivers/lidar/rplidar_dialogue.hpp"
 
 namespace slam {
@@ -33,6 +34,14 @@ auto awaitText(rplidar::Dialogue& dialogue, rplidar::Dialogue::Clock now, Durati
 /// @return false when it could not be sent
 inline bool sendText(ByteStream& port, std::string_view text) {
   return port.write({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+}
+
+/// What a unit that has not answered comes to. @param others who may be there instead, by what came
+inline LidarUnit::Begun unanswered(const rplidar::Dialogue& dialogue, WrongDevice& others) {
+  if (dialogue.hungUp()) return {DeviceState::kAbsent, problem::kPortGone};
+  if (dialogue.cancelled()) return {DeviceState::kAbsent, problem::kStoppedOpening};
+  others.recognises(dialogue.recent());
+  return {DeviceState::kFault, dialogue.receivedBytes() ? problem::kLidarUndecoded : problem::kLidarUnanswered, true};
 }
 
 }  // namespace slam

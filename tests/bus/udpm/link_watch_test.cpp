@@ -19,9 +19,9 @@ class LinkWatched : public testing::Test {
       const auto n = static_cast<std::uint8_t>(count_ % 251), m = static_cast<std::uint8_t>(count_ / 251);
       const Bytes message = {n, m, 3};
       watch_.sent("POSE", message, now_);
-      watch_.heard({Packet::kMessage, "POSE", Bytes{n, m, 4}});  // another slamd's
-      watch_.heard({Packet::kMessage, "POSE2", message});        // on another channel
-      if (returned(count_)) watch_.heard({Packet::kMessage, "POSE", message});
+      watch_.received({Packet::kMessage, "POSE", Bytes{n, m, 4}});  // another slamd's
+      watch_.received({Packet::kMessage, "POSE2", message});        // on another channel
+      if (returned(count_)) watch_.received({Packet::kMessage, "POSE", message});
       ++count_;
     }
   }

@@ -13,9 +13,9 @@ constexpr Timestamp kStart{1000s};
 
 TEST(CanAxis, AcceptsAHeartbeatThatCameTwice) {
   CanAxis axis;
-  EXPECT_FALSE(axis.said());
+  EXPECT_FALSE(axis.lastHeartbeat());
   axis.addHeartbeat(kStart, {.state = 8});
-  EXPECT_FALSE(axis.said());
+  EXPECT_FALSE(axis.lastHeartbeat());
   axis.addHeartbeat(kStart + 100ms, {.state = 8});
   EXPECT_TRUE(axis.inClosedLoop());
   axis.addHeartbeat(kStart + 200ms, {.axis_error = 1, .state = 1});
@@ -60,7 +60,7 @@ TEST(CanAxis, EachFlagIsAFaultAndOnlyTheEncoderMakesItLie) {
     axis.addHeartbeat(kStart, heartbeat);
     axis.addHeartbeat(kStart + 100ms, heartbeat);
     EXPECT_TRUE(axis.faulty());
-    return axis.lies();
+    return axis.positionInvalid();
   };
   EXPECT_FALSE(lies({.axis_error = 1}));
   EXPECT_FALSE(lies({.motor_error = true}));
@@ -88,11 +88,11 @@ TEST_F(CanAxisDialect, LeavesItToTheAxisErrorWhereItIsNotKnown) {
   EXPECT_EQ(axis_.dialect(), CanAxis::Dialect::kUnknown);
   EXPECT_TRUE(axis_.isAmbiguous());
   EXPECT_FALSE(axis_.faulty()) << "0.6 in closed loop";
-  EXPECT_FALSE(axis_.lies());
+  EXPECT_FALSE(axis_.positionInvalid());
   add(5, 0x200, 1, {1, 1, 0});
   EXPECT_TRUE(axis_.faulty());
-  EXPECT_FALSE(axis_.lies()) << "a disarmed wheel is measured";
-  EXPECT_FALSE(axis_.believed()->motor_error);
+  EXPECT_FALSE(axis_.positionInvalid()) << "a disarmed wheel is measured";
+  EXPECT_FALSE(axis_.usableHeartbeat()->motor_error);
 }
 
 TEST_F(CanAxisDialect, IsLearnedFromWhatOnlyOneOfThemSends) {
@@ -118,7 +118,7 @@ TEST_F(CanAxisDialect, IsToldByTheVersion) {
   axis_.addVersion({.firmware = {0, 6, 9}});
   add(3, 0x100, 1, {1, 1, 0});
   EXPECT_TRUE(axis_.faulty());
-  EXPECT_FALSE(axis_.lies()) << "0x100 is the bus's voltage, byte 6 the trajectory";
+  EXPECT_FALSE(axis_.positionInvalid()) << "0x100 is the bus's voltage, byte 6 the trajectory";
 }
 
 TEST(CanAxis, IsFrozenWhenItTurnsWithoutMoving) {

@@ -100,7 +100,7 @@ TEST_F(State, LeavesOutAScanOfATimeWithoutPoses) {
 
 TEST_F(State, KeepsATrailOfBoundedLengthFromItsBeginning) {
   for (int i = 0; i < 20'000; ++i) pose(0.06 * i, 0.0, 0.0);
-  EXPECT_LE(state_->trail().size(), WebState::kLongestTrail);
+  EXPECT_LE(state_->trail().size(), DrivenPath::kLongestTrail);
   EXPECT_NEAR(state_->trail().front().x(), 0.0, 1e-9);
   EXPECT_NEAR(state_->trail().back().x(), 0.06 * 19'999, 1e-6);
 }

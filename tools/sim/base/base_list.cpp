@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <algorithm>
 #include <array>
 #include <stdexcept>
 
 #include "drivers/base/base_facts.hpp"
+#include "drivers/search/driver_row.hpp"
 #include "tools/sim/base/counting_base.hpp"
 #include "tools/sim/board/board_emulator.hpp"
 
@@ -64,8 +64,8 @@ constexpr std::array kRows = {
 }  // namespace
 
 std::unique_ptr<EmulatedBase> makeBase(std::string_view driver) {
-  const auto row = std::find_if(kRows.begin(), kRows.end(), [&](const Row& one) { return one.driver == driver; });
-  if (row == kRows.end()) throw std::invalid_argument("no base " + std::string(driver) + " is simulated");
+  const Row* row = rowOfDriver<Row>(kRows, driver);
+  if (row == nullptr) throw std::invalid_argument("no base " + std::string(driver) + " is simulated");
   return row->make();
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <algorithm>
+#include <array>
 #include <stdexcept>
 
+#include "drivers/search/driver_row.hpp"
 #include "tools/sim/board/imu_emulator.hpp"
 #include "tools/sim/imu/emulated_imu.hpp"
 #include "tools/sim/imu/imu_emulators.hpp"
@@ -21,8 +22,8 @@ constexpr std::array kRows = {Row{"hfi", makeA9}, Row{"bno08x", makeBno08x}, Row
 }  // namespace
 
 std::unique_ptr<EmulatedImu> makeImu(std::string_view driver) {
-  const auto row = std::find_if(kRows.begin(), kRows.end(), [&](const Row& one) { return one.driver == driver; });
-  if (row == kRows.end()) throw std::invalid_argument("no IMU " + std::string(driver) + " is simulated");
+  const Row* row = rowOfDriver<Row>(kRows, driver);
+  if (row == nullptr) throw std::invalid_argument("no IMU " + std::string(driver) + " is simulated");
   return row->make();
 }
 

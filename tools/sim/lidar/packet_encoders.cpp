@@ -8,6 +8,7 @@
 #include "drivers/lidar/codec/ldrobot_packets.hpp"
 #include "drivers/lidar/codec/neato_packets.hpp"
 #include "drivers/lidar/codec/ydlidar_packets.hpp"
+#include "drivers/search/driver_row.hpp"
 #include "tools/sim/lidar/cola_emulator.hpp"
 #include "tools/sim/lidar/lidar_identity.hpp"
 #include "tools/sim/lidar/scip_emulator.hpp"
@@ -142,11 +143,7 @@ constexpr std::array kFamilies = {Family{"ydlidar", "ydlidar-x4"}, Family{"lds",
 
 }  // namespace
 
-const PacketFormat* findPacketFormat(std::string_view driver) {
-  const auto found =
-      std::find_if(kFormats.begin(), kFormats.end(), [&](const PacketFormat& row) { return row.driver == driver; });
-  return found == kFormats.end() ? nullptr : &*found;
-}
+const PacketFormat* findPacketFormat(std::string_view driver) { return rowOfDriver<PacketFormat>(kFormats, driver); }
 
 std::string_view lidarModel(std::string_view word) {
   const auto found = std::ranges::find(kFamilies, word, &Family::first);

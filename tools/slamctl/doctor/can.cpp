@@ -35,17 +35,12 @@ Finding checkVescs(const CanConfig& can, CanPort& port, Duration patience) {
     return {Finding::kWarning, "CAN: it cannot be listened to on " + can.interface + ": " + std::strerror(error),
             "sudo slamctl doctor"};
   std::array<bool, 2> speeds{}, positions{};
-  StampedCanFrame received;
-  for (const Timestamp end = monotonicNow() + patience; monotonicNow() < end;) {
-    if (port.receive(received) != 0) {
-      std::this_thread::sleep_for(5ms);
-      continue;
-    }
+  receiveFor(patience, port, [&](const StampedCanFrame& received) {
     for (std::size_t side = 0; side < 2; ++side) {
       speeds[side] = speeds[side] || vesc::parseStatus(nodes[side], received.frame).has_value();
       positions[side] = positions[side] || vesc::parseStatus5(nodes[side], received.frame).has_value();
     }
-  }
+  });
   port.close();
   for (std::size_t side = 0; side < 2; ++side) {
     if (speeds[side] && positions[side]) continue;
@@ -81,6 +76,13 @@ Finding checkCan(const std::string& interface, const std::filesystem::path& net)
   return {Finding::kGood, "CAN: " + interface + " is up", ""};
 }
 
+void receiveFor(Duration time, CanPort& port, const std::function<void(const StampedCanFrame&)>& take) {
+  StampedCanFrame received;
+  for (const Timestamp end = monotonicNow() + time; monotonicNow() < end;) {
+    port.receive(received) == 0 ? take(received) : std::this_thread::sleep_for(1ms);
+  }
+}
+
 FoundDrives listenForDrives(const std::string& interface, std::vector<int> first, CanPort& port, Duration patience) {
   namespace odrive = can::odrive;
   // Of all nodes there are more ids than a socket filters by: those that people use, and the first ones.
@@ -89,20 +91,15 @@ FoundDrives listenForDrives(const std::string& interface, std::vector<int> first
   }
   std::vector<std::uint32_t> ids;
   for (const int node : first) ids.push_back(odrive::idOf(node, odrive::Command::kHeartbeat));
-  FoundDrives heard{.error = port.open(interface, ids), .nodes = {}};
-  if (heard.error != 0) return heard;
-  StampedCanFrame received;
-  for (const Timestamp end = monotonicNow() + patience; monotonicNow() < end;) {
-    if (port.receive(received) != 0) {
-      std::this_thread::sleep_for(5ms);
-      continue;
-    }
-    if (!received.frame.error) heard.nodes.push_back(static_cast<int>(received.frame.id >> 5));
-  }
+  FoundDrives found{.error = port.open(interface, ids), .nodes = {}};
+  if (found.error != 0) return found;
+  receiveFor(patience, port, [&](const StampedCanFrame& received) {
+    if (!received.frame.error) found.nodes.push_back(static_cast<int>(received.frame.id >> 5));
+  });
   port.close();
-  std::sort(heard.nodes.begin(), heard.nodes.end());
-  heard.nodes.erase(std::unique(heard.nodes.begin(), heard.nodes.end()), heard.nodes.end());
-  return heard;
+  std::sort(found.nodes.begin(), found.nodes.end());
+  found.nodes.erase(std::unique(found.nodes.begin(), found.nodes.end()), found.nodes.end());
+  return found;
 }
 
 std::vector<int> listenForVescs(const std::string& interface, CanPort& port, Duration patience) {
@@ -114,16 +111,11 @@ std::vector<int> listenForVescs(const std::string& interface, CanPort& port, Dur
     for (int id = first; id < first + kAtOnce && id <= vesc::kMostId; ++id)
       ids.push_back(vesc::idOf(id, vesc::Packet::kStatus) | CanPort::kExtended);
     if (port.open(interface, ids) != 0) return {};
-    StampedCanFrame received;
-    for (const Timestamp end = monotonicNow() + patience; monotonicNow() < end;) {
-      if (port.receive(received) != 0) {
-        std::this_thread::sleep_for(5ms);
-        continue;
-      }
+    receiveFor(patience, port, [&](const StampedCanFrame& received) {
       const auto id = static_cast<int>(received.frame.id & 0xFF);
       if (vesc::parseStatus(id, received.frame) && std::find(found.begin(), found.end(), id) == found.end())
         found.push_back(id);
-    }
+    });
     port.close();
   }
   std::sort(found.begin(), found.end());
@@ -132,13 +124,13 @@ std::vector<int> listenForVescs(const std::string& interface, CanPort& port, Dur
 
 Finding checkDrives(const CanConfig& can, CanPort& port, Duration patience) {
   if (can.protocol == can::Protocol::kVesc) return checkVescs(can, port, patience);
-  const FoundDrives heard = listenForDrives(can.interface, {can.left_node, can.right_node}, port, patience);
-  if (heard.error != 0)
-    return {Finding::kWarning, "CAN: it cannot be listened to on " + can.interface + ": " + std::strerror(heard.error),
+  const FoundDrives found = listenForDrives(can.interface, {can.left_node, can.right_node}, port, patience);
+  if (found.error != 0)
+    return {Finding::kWarning, "CAN: it cannot be listened to on " + can.interface + ": " + std::strerror(found.error),
             "sudo slamctl doctor"};
-  const auto isOnBus = [&](int node) { return std::binary_search(heard.nodes.begin(), heard.nodes.end(), node); };
+  const auto isOnBus = [&](int node) { return std::binary_search(found.nodes.begin(), found.nodes.end(), node); };
   std::string list;
-  for (const int node : heard.nodes) list += (list.empty() ? "" : ", ") + std::to_string(node);
+  for (const int node : found.nodes) list += (list.empty() ? "" : ", ") + std::to_string(node);
   const bool both = isOnBus(can.left_node) && isOnBus(can.right_node);
   if (both) return {Finding::kGood, "CAN: the drives of both wheels send heartbeats", ""};
   const std::string missing = !isOnBus(can.left_node)

@@ -14,6 +14,7 @@
 #include "slam/keyframe_map.hpp"
 #include "store/durable_file.hpp"
 #include "store/map_folders.hpp"
+#include "tools/slamctl/health_json.hpp"
 
 namespace slam {
 namespace {
@@ -128,7 +129,7 @@ std::vector<std::string> editsIn(std::string_view json, const std::string& autho
   std::vector<std::string> edits;
   for (nlohmann::json& edit : list) {
     if (edit.is_object() && !edit.contains("by")) edit["by"] = author;
-    edits.push_back(edit.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+    edits.push_back(textOf(edit));
   }
   return edits;
 }

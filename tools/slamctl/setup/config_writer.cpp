@@ -31,21 +31,6 @@ bool takeRights(const fs::path& from, const fs::path& to) {
   return chmod(to.c_str(), status.st_mode & 07777) == 0;
 }
 
-/// Removes what is left of a write that came to nothing.
-class Leftover {
- public:
-  explicit Leftover(fs::path file) : file_(std::move(file)) {}
-  ~Leftover() {
-    std::error_code ignored;
-    fs::remove(file_, ignored);
-  }
-  Leftover(const Leftover&) = delete;
-  Leftover& operator=(const Leftover&) = delete;
-
- private:
-  fs::path file_;
-};
-
 }  // namespace
 
 std::vector<std::string> changedSettings(const Config& before, const Config& after) {
@@ -64,30 +49,21 @@ fs::path writeConfig(const fs::path& target, const std::string& text, const Conf
   const bool there = fs::exists(target, error);
   const fs::path file = there ? fs::canonical(target) : fs::absolute(target);  // a link stays one
   prepareOutput(file);
-  const fs::path temporary = file.string() + ".new";
-  const Leftover leftover(temporary);
-  fs::remove(temporary, error);
-  const mode_t before = umask(077);  // until it has its rights
-  try {
-    writeDurably(temporary, text);
-  } catch (...) {
-    umask(before);
-    throw;
-  }
-  umask(before);
-  if (there ? !takeRights(file, temporary) : chmod(temporary.c_str(), 0666 & ~before) != 0)
-    throw std::runtime_error(temporary.string() + ": it cannot get the owner and rights of " + file.string() + ": " +
+  Replacement next(file);
+  const fs::path& draft = next.draft();
+  writeDurably(draft, text, there ? 0600 : 0666);  // until it has the rights of the one before
+  if (there && !takeRights(file, draft))
+    throw std::runtime_error(draft.string() + ": it cannot get the owner and rights of " + file.string() + ": " +
                              std::strerror(errno) + "; run slamctl setup with sudo");
-  if (settingsOf(loadConfig(temporary)) != settingsOf(wanted))
-    throw std::runtime_error(temporary.string() + ": it is not read back to what was written");
+  if (settingsOf(loadConfig(draft)) != settingsOf(wanted))
+    throw std::runtime_error(draft.string() + ": it is not read back to what was written");
   fs::path old;
   if (there) {
     old = freeName(file);
     fs::create_hard_link(file, old, error);
     if (error) fs::copy_file(file, old);
   }
-  fs::rename(temporary, file);
-  syncFolder(file.parent_path());
+  next.putInPlace();
   return old;
 }
 

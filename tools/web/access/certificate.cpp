@@ -8,18 +8,17 @@
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
-#include <fcntl.h>
 #include <filesystem>
-#include <functional>
+#include <openssl/bio.h>
 #include <openssl/err.h>
 #include <openssl/evp.h>
 #include <openssl/pem.h>
 #include <openssl/ssl.h>
 #include <openssl/x509v3.h>
-#include <sys/stat.h>
-#include <unistd.h>
+#include <stdexcept>
 
 #include "config/loader.hpp"
+#include "store/durable_file.hpp"
 
 namespace slam {
 namespace {
@@ -35,6 +34,7 @@ struct Freed {
 using Key = std::unique_ptr<EVP_PKEY, Freed<EVP_PKEY, EVP_PKEY_free>>;
 using Certificate = std::unique_ptr<X509, Freed<X509, X509_free>>;
 using Extension = std::unique_ptr<X509_EXTENSION, Freed<X509_EXTENSION, X509_EXTENSION_free>>;
+using Memory = std::unique_ptr<BIO, Freed<BIO, BIO_free_all>>;
 using File = std::unique_ptr<std::FILE, Freed<std::FILE, std::fclose>>;
 
 [[noreturn]] void refuse(const std::string& key, const std::string& words) { throw ConfigError({key + ": " + words}); }
@@ -86,18 +86,21 @@ Certificate makeCertificate(EVP_PKEY* key, const std::vector<std::string>& names
   return made;
 }
 
-/// Whole, or not at all.
-void writeFile(const std::string& key, const std::string& path, mode_t mode,
-               const std::function<int(std::FILE*)>& write) {
-  const std::string part = path + ".part";
-  const int descriptor = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, mode);
-  const File file(descriptor >= 0 ? ::fdopen(descriptor, "w") : nullptr);
-  const bool is_written = file && ::fchmod(descriptor, mode) == 0 && write(file.get()) == 1 &&
-                          std::fflush(file.get()) == 0 && ::fsync(descriptor) == 0;
-  if (is_written && std::rename(part.c_str(), path.c_str()) == 0) return;
-  const std::string why = std::strerror(errno);
-  std::remove(part.c_str());
-  refuse(key, "cannot write " + path + ": " + why + "; set web.certificate and web.key to files of your own");
+/// @param write in PEM; returns 1 where it could
+void writeFile(const std::string& key, const std::string& path, mode_t rights, const auto& write) {
+  try {
+    Replacement next(path, ".part");
+    const Memory text(BIO_new(BIO_s_mem()));
+    if (!text || write(text.get()) != 1) throw std::runtime_error(opensslWords());
+    char* begin = nullptr;
+    const auto size = static_cast<std::size_t>(BIO_get_mem_data(text.get(), &begin));
+    writeDurably(next.draft(), {begin, size}, rights);
+    std::filesystem::permissions(next.draft(), std::filesystem::perms(rights));  // whatever the umask is
+    next.putInPlace();
+  } catch (const std::runtime_error& error) {
+    refuse(key,
+           std::string("cannot write: ") + error.what() + "; set web.certificate and web.key to files of your own");
+  }
 }
 
 void makeOwn(const std::string& certificate_file, const std::string& key_file, const std::vector<std::string>& names) {
@@ -105,11 +108,10 @@ void makeOwn(const std::string& certificate_file, const std::string& key_file, c
   const Certificate certificate = makeCertificate(key.get(), names);
   std::error_code error;
   std::filesystem::create_directories(std::filesystem::path(key_file).parent_path(), error);  // the next call finds it
-  writeFile("web.key", key_file, 0600, [&](std::FILE* file) {
-    return PEM_write_PrivateKey(file, key.get(), nullptr, nullptr, 0, nullptr, nullptr);
-  });
+  writeFile("web.key", key_file, 0600,
+            [&](BIO* out) { return PEM_write_bio_PrivateKey(out, key.get(), nullptr, nullptr, 0, nullptr, nullptr); });
   writeFile("web.certificate", certificate_file, 0644,
-            [&](std::FILE* file) { return PEM_write_X509(file, certificate.get()); });
+            [&](BIO* out) { return PEM_write_bio_X509(out, certificate.get()); });
 }
 
 /// @return nullptr where there is none in the file

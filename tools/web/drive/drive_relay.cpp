@@ -67,7 +67,7 @@ bool DriveRelay::hasEnded(std::uint64_t hold, Timestamp now) {
 }
 
 void DriveRelay::stopIfSilent(Timestamp now) {
-  if (hold_ != 0 && now - heard_ >= kLongestGap) {
+  if (hold_ != 0 && now - last_received_ >= kLongestGap) {
     endHold(std::exchange(hold_, 0), now);
     owes_stop_ = true;
   }
@@ -90,7 +90,7 @@ std::string DriveRelay::take(const DriveRequest& request, Timestamp now) {
   if (hasEnded(request.hold, now)) return kOver;
   if (hold_ != 0 && hold_ != request.hold) return "another page drives the robot";
   hold_ = request.hold;
-  heard_ = now;
+  last_received_ = now;
   if (send_(request.twist)) return "";
   endHold(std::exchange(hold_, 0), now);
   owes_stop_ = true;
@@ -104,13 +104,13 @@ void DriveRelay::tend(Timestamp now) {
 
 std::optional<Timestamp> DriveRelay::deadline() const {
   const std::lock_guard lock(mutex_);
-  return hold_ == 0 ? std::nullopt : std::optional(heard_ + kLongestGap);
+  return hold_ == 0 ? std::nullopt : std::optional(last_received_ + kLongestGap);
 }
 
 void DriveRelay::end(Timestamp now) {
   const std::lock_guard lock(mutex_);
   ends_ = true;
-  if (hold_ != 0) heard_ = now - kLongestGap;
+  if (hold_ != 0) last_received_ = now - kLongestGap;
   stopIfSilent(now);
 }
 

@@ -53,8 +53,8 @@ class DriveRelay {
 
   const Send send_;
   mutable std::mutex mutex_;
-  std::uint64_t hold_ = 0;  // that drives; 0: none
-  Timestamp heard_{};       // of it
+  std::uint64_t hold_ = 0;     // that drives; 0: none
+  Timestamp last_received_{};  // of it
   bool owes_stop_ = false, ends_ = false;
   std::deque<Ended> ended_;
 };

@@ -27,11 +27,9 @@ std::optional<DayHistory> HistoryFile::read() const {
 
 void HistoryFile::write(const DayHistory& history) const {
   if (file_.empty() || history.since() == 0) return;
-  const std::filesystem::path next = file_.string() + ".new";
-  std::filesystem::remove(next);
-  writeDurably(next, textOf(historyJson(history)));
-  std::filesystem::rename(next, file_);
-  syncFolder(file_.parent_path());
+  Replacement next(file_);
+  writeDurably(next.draft(), textOf(historyJson(history)));
+  next.putInPlace();
 }
 
 }  // namespace slam
