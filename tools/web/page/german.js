@@ -9,6 +9,7 @@ stopped_opening|beim Öffnen angehalten
 port_missing|kein solcher Anschluss|Kabel und udev-Regel prüfen
 port_gone|der Anschluss ist weg: ausgesteckt?
 port_in_use|ein anderes Programm benutzt den Anschluss
+port_held|ein anderes Programm benutzt den Anschluss ({0}, {1})|Beende es; einen Dienst mit sudo systemctl stop {0}
 port_is_none|kein serieller Anschluss|Pfad prüfen
 port_hidden|kein Recht auf {0} (EACCES)|Rechte des Ordners prüfen
 port_of_no_group|kein Recht auf den Anschluss (EACCES): Gruppe {0} ist nicht für Anschlüsse|slamds udev-Regeln installieren, sudo udevadm trigger
