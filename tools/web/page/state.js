@@ -176,6 +176,6 @@ function showAll() {
   if (robot.health) showHealth(robot.health);
   showState();
   showStop();
-  showEdit();
+  if (edit.on) showEdit();
   showDay();
 }
