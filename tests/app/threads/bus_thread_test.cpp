@@ -218,6 +218,7 @@ class Asking {
   std::optional<Message> next(const std::string& channel, std::chrono::milliseconds wait = 10s) {
     const auto datagram = client_.next(wait);
     const Packet packet = datagram ? parsePacket(*datagram) : Packet{};
+    if (packet.channel == channel::kAnswer && channel != channel::kAnswer) return next<Message>(channel, wait);
     return packet.channel == channel ? decodeChecked<Message>(packet.data) : std::nullopt;
   }
 
