@@ -16,9 +16,9 @@
 #include <unistd.h>
 
 #include "drivers/open_problem.hpp"
+#include "drivers/search/port_holder.hpp"
 
 namespace slam {
-namespace {}  // namespace
 
 std::vector<SerialPortInfo> serialPorts() {
   std::vector<SerialPortInfo> found;
@@ -63,10 +63,10 @@ Problem SerialPort::open(const std::string& path, int baud) {
   node_ = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (node_ < 0) {
     const int error = errno;
-    return openProblem(error, rightsOf(path));
+    return error == EBUSY ? portInUse(path) : openProblem(error, rightsOf(path));
   }
   if (isatty(node_) == 0) return problem::kPortIsNone;
-  if (flock(node_, LOCK_EX | LOCK_NB) != 0) return problem::kPortInUse;
+  if (flock(node_, LOCK_EX | LOCK_NB) != 0) return portInUse(path);
   handle_ = node_;
   int lines = 0;
   if (ioctl(node_, TIOCMGET, &lines) == 0) {

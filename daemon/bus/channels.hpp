@@ -22,6 +22,7 @@ inline constexpr char kProblems[] = "SLAM_PROBLEMS";
 inline constexpr char kCommand[] = "SLAM_COMMAND";
 inline constexpr char kDrive[] = "SLAM_DRIVE";
 inline constexpr char kAck[] = "SLAM_ACK";
+inline constexpr char kAnswer[] = "SLAM_ANSWER";  ///< problems_t: rows of SLAM_ACK's words, before it, with its utime
 inline constexpr char kConfig[] = "SLAM_CONFIG";  ///< in field logs only
 
 }  // namespace slam::channel

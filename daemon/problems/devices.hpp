@@ -15,6 +15,9 @@ inline constexpr ProblemKind kStoppedOpening{"stopped_opening", "stopped while o
 inline constexpr ProblemKind kPortMissing{"port_missing", "no such port", "", "check cable and udev rule"};
 inline constexpr ProblemKind kPortGone{"port_gone", "the port is gone: unplugged?"};
 inline constexpr ProblemKind kPortInUse{"port_in_use", "the port is in use by another program"};
+// Texts: name and process id of the program.
+inline constexpr ProblemKind kPortHeld{"port_held", "the port is in use by another program ({0}, {1})", "",
+                                       "end that program, a service by sudo systemctl stop {0}"};
 inline constexpr ProblemKind kPortIsNone{"port_is_none", "not a serial port", "", "check the path"};
 inline constexpr ProblemKind kPortHidden{"port_hidden", "no right to look at {0} (EACCES)", "",
                                          "check its folder's rights"};

@@ -96,7 +96,7 @@ struct KeyframeMap {
   }
   /// Makes or undoes an edit. @param robot [m] in map @param changed out: keyframes whose points changed
   /// @param concerned out: id of the edit that came or went @return why not, in words; empty: it is done
-  std::string edit(const EditCommand& command, const Eigen::Vector2d& robot, std::vector<int>* changed, int* concerned);
+  Problem edit(const EditCommand& command, const Eigen::Vector2d& robot, std::vector<int>* changed, int* concerned);
   /// Forgets all but the map that was loaded.
   void truncate() {
     keyframes.truncate(given);

@@ -40,7 +40,7 @@ EditOutcome MapBuilder::edit(const EditCommand& command, const Eigen::Vector2d& 
   EditOutcome outcome;
   std::vector<int> changed;
   outcome.problem = back_end_.edit(command, robot, &changed, &outcome.edit);
-  if (!outcome.problem.empty()) return outcome;
+  if (outcome.problem) return outcome;
   const KeyframeMap& map = back_end_.map();
   for (const int id : changed) outcome.scans.push_back({id, map.keyframes.pose(id), map.keyframes.scan(id)});
   outcome.drawing = drawingOf(map.edits, map.keyframes, map.in_map);

@@ -27,7 +27,7 @@ struct MapUpdate {
 
 /// What an edit changed.
 struct EditOutcome {
-  std::string problem;         ///< why it was not made, in words; empty: it was
+  Problem problem;             ///< why it was not made; none: it was
   int edit = 0;                ///< id of the one that came or went
   std::vector<MapScan> scans;  ///< to draw in the place of those before
   EditedDrawing drawing;

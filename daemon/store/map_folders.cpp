@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "problems/answer.hpp"
+#include "problems/answers.hpp"
 #include "store/durable_file.hpp"
 #include "store/map_store.hpp"
 
@@ -17,18 +19,15 @@ const char* const kAside = ".deleted";  // no name of a map: all who list maps p
 }  // namespace
 
 fs::path mapFolder(const fs::path& directory, const std::string& name) {
-  if (!MapStore::isName(name)) throw std::runtime_error("\"" + name + "\" is no name of a map");
-  if (!fs::is_directory(directory / name))
-    throw std::runtime_error("there is no map \"" + name + "\"; slamctl maps lists them");
+  if (!MapStore::isName(name)) throw CommandRefused({answer::kNoMapName, {}, {name}});
+  if (!fs::is_directory(directory / name)) throw CommandRefused({answer::kNoSuchMap, {}, {name}});
   return directory / name;
 }
 
 void requireFreeName(const fs::path& directory, const std::string& name) {
-  if (!MapStore::isName(name))
-    throw std::runtime_error("\"" + name + "\" is no name of a map; use letters, digits, - and _");
-  if (name.ends_with(".yaml")) throw std::runtime_error("\"" + name + "\" would be taken for a floor plan's file");
-  if (fs::exists(fs::symlink_status(directory / name)))
-    throw std::runtime_error("there is a map \"" + name + "\" already");
+  if (!MapStore::isName(name)) throw CommandRefused({answer::kNoMapName, {}, {name}});
+  if (name.ends_with(".yaml")) throw CommandRefused({answer::kPlanName, {}, {name}});
+  if (fs::exists(fs::symlink_status(directory / name))) throw CommandRefused({answer::kMapExists, {}, {name}});
 }
 
 void renameMap(const fs::path& directory, const std::string& from, const std::string& to) {
@@ -69,7 +68,7 @@ std::string restoreMap(const fs::path& directory) {
     syncFolder(directory);
     return name;
   }
-  throw std::runtime_error("no deleted map is kept; only the one deleted last is");
+  throw CommandRefused(answer::kNoneDeleted);
 }
 
 }  // namespace slam

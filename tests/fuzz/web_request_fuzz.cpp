@@ -83,7 +83,7 @@ class Site : public httplib::Server {
                   [this](const DriveRequest& request) {
                     commanded_ = true;
                     FUZZ_CHECK(std::abs(request.twist.vx) <= 10.0 && std::abs(request.twist.omega) <= 20.0);
-                    return std::string();
+                    return Problem();
                   }};
 };
 

@@ -14,7 +14,7 @@ namespace {
 
 std::string table() {
   std::string text;
-  for (const char* file : {"devices", "sensors", "daemon"}) {
+  for (const char* file : {"devices", "sensors", "daemon", "answers"}) {
     std::ifstream in(std::string(SLAMD_SOURCE_DIR "/daemon/problems/") + file + ".hpp");
     text.append(std::istreambuf_iterator<char>(in), {});
   }

@@ -94,7 +94,7 @@ class EditsInMap : public testing::Test {
     const auto& keyframes = builder.backEnd().keyframes();
     EditOutcome outcome = builder.edit(command, keyframes.pose(keyframes.size() - 1).translation());
     for (const MapScan& scan : outcome.scans) mapper.add(scan);
-    if (outcome.problem.empty()) mapper.apply(outcome.drawing, outcome.anew);
+    if (!outcome.problem) mapper.apply(outcome.drawing, outcome.anew);
     mapper.work(std::numeric_limits<int>::max());
     return outcome;
   }
@@ -134,7 +134,7 @@ TEST_F(EditsInMap, AnEraseLeavesKeyframesDrawingAndReferenceUntilItIsSeenAgain) 
   const EditCommand erase = aboutAWall(EditKind::kErase);
   ASSERT_GT(occupiedIn(erase.request.points), 0);
   const EditOutcome outcome = edit(erase);
-  ASSERT_EQ(outcome.problem, "");
+  ASSERT_EQ(outcome.problem.words(), "");
   EXPECT_FALSE(outcome.scans.empty());
   EXPECT_EQ(occupiedIn(erase.request.points), 0);
   const int before = corrections;
@@ -142,14 +142,14 @@ TEST_F(EditsInMap, AnEraseLeavesKeyframesDrawingAndReferenceUntilItIsSeenAgain) 
   EXPECT_GT(corrections, before) << "the reference follows";
   EditCommand undo;
   undo.kind = EditCommand::kUndo;
-  ASSERT_EQ(edit(undo).problem, "");
+  ASSERT_EQ(edit(undo).problem.words(), "");
   EXPECT_GT(occupiedIn(erase.request.points), 0);
 }
 
 TEST_F(EditsInMap, FreeStaysFreeWhateverIsSeenAndHoweverTheMapMoves) {
   drive(0.0, 6.0);
   const EditOutcome outcome = edit(aboutAWall(EditKind::kFree));
-  ASSERT_EQ(outcome.problem, "");
+  ASSERT_EQ(outcome.problem.words(), "");
   EXPECT_EQ(occupiedIn(whereIs(1)), 0);
   drive(6.0, 1.3 * kRound);
   ASSERT_GT(closed, 0);
@@ -160,27 +160,27 @@ TEST_F(EditsInMap, RefusesWhatWouldLoseTheRobotUnlessItIsForced) {
   drive(0.0, 6.0);
   EditCommand all = test::squareEdit(EditKind::kErase, 0.0, 0.0);
   all.request.points = {{-40.0, -40.0}, {40.0, -40.0}, {40.0, 40.0}, {-40.0, 40.0}};
-  EXPECT_THAT(edit(all).problem, HasSubstr("would get lost"));
+  EXPECT_THAT(edit(all).problem.words(), HasSubstr("would get lost"));
   all.request.force = true;
-  EXPECT_EQ(edit(all).problem, "");
+  EXPECT_EQ(edit(all).problem.words(), "");
 }
 
 TEST_F(EditsInMap, AreThereTheNextDay) {
   drive(0.0, 6.0);
-  ASSERT_EQ(edit(aboutAWall(EditKind::kErase)).problem, "");
-  ASSERT_EQ(edit(aboutAWall(EditKind::kFree)).problem, "");
+  ASSERT_EQ(edit(aboutAWall(EditKind::kErase)).problem.words(), "");
+  ASSERT_EQ(edit(aboutAWall(EditKind::kFree)).problem.words(), "");
   const MapState state = builder.state({mapper.grid().clone(), {}}, builder.backEnd().keyframes().size());
   EXPECT_EQ(state.edits.edits.size(), 2U);
   MapBuilder next({}, state);
   EditCommand undo;
   undo.kind = EditCommand::kUndo;
-  EXPECT_EQ(next.edit(undo, {}).problem, "");
+  EXPECT_EQ(next.edit(undo, {}).problem.words(), "");
   const EditOutcome outcome = next.edit(undo, {});
   EXPECT_FALSE(outcome.scans.empty()) << "the points come back";
 }
 
 TEST_F(EditsInMap, WithoutAMapNothingIsEdited) {
-  EXPECT_THAT(builder.edit(test::squareEdit(EditKind::kFree, 0.0, 0.0), {}).problem, HasSubstr("no map yet"));
+  EXPECT_THAT(builder.edit(test::squareEdit(EditKind::kFree, 0.0, 0.0), {}).problem.words(), HasSubstr("no map yet"));
 }
 
 }  // namespace

@@ -89,9 +89,9 @@ inline MapView viewFrom(int keyframe, const Pose2& T_map_keyframe) {
 /// Makes an edit of a map, as the back end does.
 inline std::string edit(MapState& map, EditCommand command) {
   int concerned = 0;
-  const std::string problem = map.edits.carryOut(command, map.keyframes, map.in_map, &concerned);
-  if (problem.empty()) eraseFrom(map.keyframes, map.edits);
-  return problem;
+  const Problem problem = map.edits.carryOut(command, map.keyframes, map.in_map, &concerned);
+  if (!problem) eraseFrom(map.keyframes, map.edits);
+  return problem.words();
 }
 
 /// A square of 1 m.

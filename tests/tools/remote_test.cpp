@@ -13,7 +13,9 @@
 #include "bus/checked_decode.hpp"
 #include "bus/encoding.hpp"
 #include "bus/local_socket.hpp"
+#include "bus/problem_message.hpp"
 #include "config/service_reach.hpp"
+#include "problems/answers.hpp"
 #include "runtime/clock.hpp"
 #include "tools/files.hpp"
 
@@ -36,6 +38,12 @@ class Daemon {
       socket_.send(from, channel::kAck, test::encoded(ack));
       ack.id = command->id;
       ack.accepted = true;
+      ack.utime = 5;
+      problems_t parts{};
+      parts.utime = command->verb == "save" ? ack.utime : ack.utime - 1;  // else another answer's
+      parts.problems = {toMessage("command", {answer::kSaved, {}, {command->argument}}, false)};
+      parts.nproblems = 1;
+      socket_.send(from, channel::kAnswer, test::encoded(parts));
       ack.message = command->verb + " " + command->argument + " " + std::to_string(command->pose[1]);
       socket_.send(from, channel::kAck, test::encoded(ack));
     });
@@ -85,6 +93,12 @@ TEST_F(RemoteTest, AsksOverTheSocket) {
   ASSERT_TRUE(ack);
   EXPECT_TRUE(ack->accepted);
   EXPECT_EQ(ack->message, "save kitchen 2.000000");
+  ASSERT_EQ(ack->parts.size(), 1U);
+  EXPECT_EQ(ack->parts[0].id, "saved");
+  EXPECT_THAT(ack->parts[0].texts, testing::ElementsAre("kitchen"));
+  const auto other = remote.ask("load", "kitchen", {}, 10s);
+  ASSERT_TRUE(other);
+  EXPECT_THAT(other->parts, testing::IsEmpty()) << "they are of another answer";
   ASSERT_TRUE(remote.health(10s));
   EXPECT_THAT(remote.health(10s)->summary, HasSubstr("message"));
 }

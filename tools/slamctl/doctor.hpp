@@ -40,8 +40,6 @@ std::optional<Finding> checkClaimants(const std::string& device, const std::stri
 /// Has another program opened the port? @param port as the kernel names it
 std::optional<Finding> checkHolders(const std::string& device, const std::string& port,
                                     const std::filesystem::path& root = "/");
-/// The program that has a port open, slamd too, as "slamd (812)"; empty: none that can be seen.
-std::string holderOf(const std::string& port, const std::filesystem::path& root = "/");
 /// Do several slamd run here?
 std::optional<Finding> checkSecondSlamd(const std::filesystem::path& root = "/");
 /// USB-serial adapters without a port: their kernel driver is missing, or a program has taken them from it.

@@ -43,6 +43,7 @@ class Call {
   /// @throws std::runtime_error where neither way is
   Call(const std::string& socket, const std::string& url) : socket_(socket), link_(url) {
     subscribe<ack_t>(channel::kAck, ack);
+    subscribe<problems_t>(channel::kAnswer, parts);
     subscribe<health_t>(channel::kHealth, health);
     subscribe<problems_t>(channel::kProblems, problems);
     const int error = socket.empty() ? 0 : local_.open(socket);
@@ -72,7 +73,7 @@ class Call {
 
   std::optional<ack_t> ack;
   std::optional<health_t> health;
-  std::optional<problems_t> problems;
+  std::optional<problems_t> problems, parts;
 
  private:
   static constexpr std::chrono::milliseconds kLongestWait{100};  // after it, the link is tended
@@ -117,8 +118,8 @@ std::string socketOf(const Config& config, const std::filesystem::path& file) {
   return isServiceConfig(file) ? kServiceSocket : "";
 }
 
-std::optional<ack_t> Remote::ask(const std::string& verb, const std::string& argument,
-                                 const std::array<double, 3>& pose, std::chrono::milliseconds limit) {
+std::optional<Acknowledged> Remote::ask(const std::string& verb, const std::string& argument,
+                                        const std::array<double, 3>& pose, std::chrono::milliseconds limit) {
   Call call(socket_, url_);
   command_t command{};
   const auto now = std::chrono::system_clock::now().time_since_epoch();
@@ -135,7 +136,9 @@ std::optional<ack_t> Remote::ask(const std::string& verb, const std::string& arg
   const auto answered = [&] { return call.ack && call.ack->id == command.id; };
   call.handleUntil(limit, answered);
   silence_ = call.silence();
-  return answered() ? call.ack : std::nullopt;
+  if (!answered()) return std::nullopt;
+  const bool has_parts = call.parts && call.parts->utime == call.ack->utime;
+  return Acknowledged(*call.ack, has_parts ? call.parts->problems : std::vector<problem_t>());
 }
 
 std::optional<health_t> Remote::health(std::chrono::milliseconds limit) {

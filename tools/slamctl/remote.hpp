@@ -9,6 +9,7 @@
 #include <slam/problems_t.hpp>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "config/config.hpp"
 
@@ -17,6 +18,12 @@ namespace slam {
 // Where the service has what its configuration does not place.
 inline constexpr const char *kServiceSocket = "/run/slamd/socket", *kServiceMaps = "/var/lib/slamd/maps",
                             *kServiceLog = "/var/lib/slamd/log";
+
+/// slamd's answer to a command.
+struct Acknowledged : ack_t {
+  Acknowledged(ack_t ack = {}, std::vector<problem_t> rows = {}) : ack_t(std::move(ack)), parts(std::move(rows)) {}
+  std::vector<problem_t> parts;  ///< rows of slamd's tables that its message is made of; empty: of none
+};
 
 /// Where slamd listens that runs with this configuration; empty: nowhere.
 /// @param file that it was read from
@@ -32,8 +39,8 @@ class Remote {
   /// Sends a command and waits for its answer. @param pose [m, m, rad] of set_pose
   /// @return nothing when none came in time; silence() says what to look at
   /// @throws std::runtime_error where neither way is open
-  std::optional<ack_t> ask(const std::string& verb, const std::string& argument, const std::array<double, 3>& pose,
-                           std::chrono::milliseconds limit);
+  std::optional<Acknowledged> ask(const std::string& verb, const std::string& argument,
+                                  const std::array<double, 3>& pose, std::chrono::milliseconds limit);
   /// The next health message. @return, @throws as ask()
   std::optional<health_t> health(std::chrono::milliseconds limit);
   /// What came with it.

@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "core/plausibility.hpp"
+#include "problems/answers.hpp"
 #include "store/map_store.hpp"
 #include "tools/web/maps/map_request.hpp"
 
@@ -119,7 +120,7 @@ std::optional<std::vector<std::string>> logPathOf(std::string_view path) {
   return parts;
 }
 
-std::optional<WebCommand> commandOf(const std::string& body, std::string& problem) {
+std::optional<WebCommand> commandOf(const std::string& body, Answer& problem) {
   using nlohmann::json;
   constexpr std::size_t kLongestMark = 200;
   const json request = json::parse(body, nullptr, false);
@@ -128,14 +129,14 @@ std::optional<WebCommand> commandOf(const std::string& body, std::string& proble
     return at != request.end() && at->is_string() ? at->get<std::string>() : std::string();
   };
   if (!request.is_object()) {
-    problem = "the body is not a JSON object";
+    problem = {"the body is not a JSON object"};
     return std::nullopt;
   }
   WebCommand command{.verb = textAt("verb"), .argument = ""};
   if (command.verb == "save") {
     command.argument = textAt("name");
     if (command.argument.empty() || MapStore::isName(command.argument)) return command;
-    problem = "\"name\" is no name of a map; use letters, digits, - and _";
+    problem = answerOf({{answer::kNoMapName, {}, {command.argument}}});
   } else if (command.verb == "set_pose") {
     const char* const keys[] = {"x", "y", "theta"};
     for (std::size_t i = 0; i < 3; ++i) {
@@ -143,27 +144,27 @@ std::optional<WebCommand> commandOf(const std::string& body, std::string& proble
       command.pose[i] = at != request.end() && at->is_number() ? at->get<double>() : std::nan("");
     }
     if (std::any_of(command.pose.begin(), command.pose.end(), [](double value) { return std::isnan(value); })) {
-      problem = "\"x\", \"y\" [m] and \"theta\" [rad] are not three numbers";
+      problem = {"\"x\", \"y\" [m] and \"theta\" [rad] are not three numbers"};
       return std::nullopt;
     }
-    problem = implausibilityOf({command.pose[0], command.pose[1], command.pose[2]});
-    if (problem.empty()) return command;
-    problem += "; the pose stays as it was; \"x\" and \"y\" are in metres from the map's origin, \"theta\" in radians";
+    const std::string words = implausibilityOf({command.pose[0], command.pose[1], command.pose[2]});
+    if (words.empty()) return command;
+    problem = answerOf({{answer::kPoseAbsurd, {}, {words}}});
   } else if (command.verb == "mode") {
     command.argument = textAt("mode");
     if (command.argument == "localise" || command.argument == "slam") return command;
-    problem = "\"mode\" is not localise or slam";
+    problem = {"\"mode\" is not localise or slam"};
   } else if (command.verb == "log_mark") {
     command.argument = textAt("text");
     const bool sound = !command.argument.empty() && command.argument.size() <= kLongestMark &&
                        std::none_of(command.argument.begin(), command.argument.end(),
                                     [](char c) { return static_cast<unsigned char>(c) < 0x20; });
     if (sound) return command;
-    problem = "\"text\" is not one line of 1 to 200 bytes";
-  } else if (const auto of_maps = mapRequestOf(request, command.verb, problem); of_maps || !problem.empty()) {
+    problem = {"\"text\" is not one line of 1 to 200 bytes"};
+  } else if (const auto of_maps = mapRequestOf(request, command.verb, problem); of_maps || !problem.words.empty()) {
     return of_maps;
   } else {
-    problem = "unknown verb; known are save, set_pose, mode, log_mark, and those of maps and edits (docs/api.md)";
+    problem = {"unknown verb; known are save, set_pose, mode, log_mark, and those of maps and edits (docs/api.md)"};
   }
   return std::nullopt;
 }

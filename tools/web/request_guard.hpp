@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "problems/answer.hpp"
+
 /// Judges what a request brings, before anything is done about it. Pure.
 namespace slam {
 
@@ -36,6 +38,6 @@ struct WebCommand {
   std::array<double, 3> pose = {};  ///< [m, m, rad] of set_pose
 };
 /// @return std::nullopt, and why not, for a body that is no such command
-std::optional<WebCommand> commandOf(const std::string& body, std::string& problem);
+std::optional<WebCommand> commandOf(const std::string& body, Answer& problem);
 
 }  // namespace slam

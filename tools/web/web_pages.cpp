@@ -5,8 +5,11 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "bus/problem_message.hpp"
 #include "mapping/colour_image.hpp"
 #include "mapping/map_files.hpp"
+#include "problems/answer.hpp"
+#include "problems/answers.hpp"
 #include "runtime/clock.hpp"
 #include "tools/slamctl/health_json.hpp"
 #include "tools/slamctl/log.hpp"
@@ -29,6 +32,14 @@ constexpr const char *kJson = "application/json", *kAllowed = "/api/v1/allowed";
 void answerWith(Response& response, const std::string& content, const char* type) {
   response.status = 200;
   response.set_content(content, type);
+}
+
+/// What was done, or why not, in words and as the rows that they are made of.
+void answerWith(Response& response, bool accepted, const std::string& message, const std::vector<problem_t>& parts) {
+  auto rows = nlohmann::json::array();
+  for (const problem_t& part : parts) rows.push_back(problemJson(part));
+  answerWith(response, textOf({{"accepted", accepted}, {"message", message}, {"parts", std::move(rows)}}), kJson);
+  if (!accepted) response.status = 409;
 }
 
 void download(Response& response, const std::string& name) {
@@ -269,16 +280,17 @@ bool WebPages::mayChange(const Request& request, Response& response) const {
 }
 
 void WebPages::drive(const Request& request, Response& response) const {
-  if (!settings_.drives) return refuse(response, 403, "speeds are off; set base.speed_commands = true, and restart");
+  if (!settings_.drives) return refuse(response, 403, answerOf({answer::kSpeedsOff}));
   if (!mayChange(request, response)) return;
   std::string problem;
   const auto drive = driveRequestOf(request.body, problem);
   if (!drive) return refuse(response, 400, problem);
   try {
-    const std::string refusal = driver_(*drive);
-    answerWith(response, textOf({{"accepted", refusal.empty()}, {"message", refusal.empty() ? "sent" : refusal}}),
-               kJson);
-    if (!refusal.empty()) response.status = 409;
+    const Problem refusal = driver_(*drive);
+    if (!refusal) return answerWith(response, true, "sent", {});
+    answerWith(response, false, refusal.words(), {toMessage("drive", refusal, false)});
+  } catch (const CommandRefused& refused) {
+    refuse(response, 502, answerOf(refused));
   } catch (const std::runtime_error& error) {
     refuse(response, 502, error.what());
   }
@@ -286,17 +298,15 @@ void WebPages::drive(const Request& request, Response& response) const {
 
 void WebPages::command(const Request& request, Response& response) const {
   if (!mayChange(request, response)) return;
-  std::string problem;
+  Answer problem;
   const auto command = commandOf(request.body, problem);
   if (!command) return refuse(response, 400, problem);
   const std::unique_lock one(commanding_, std::try_to_lock);
-  if (!one) return refuse(response, 409, "another command is being carried out; try again when it is done");
+  if (!one) return refuse(response, 409, answerOf({answer::kWebBusy}));
   try {
     const auto ack = commander_(*command);
-    if (!ack)
-      return refuse(response, 504, "slamd gave no answer; is it running, with lcm.commands = true or its socket?");
-    answerWith(response, textOf({{"accepted", ack->accepted != 0}, {"message", ack->message}}), kJson);
-    if (!ack->accepted) response.status = 409;
+    if (!ack) return refuse(response, 504, answerOf({answer::kWebSilent}));
+    answerWith(response, ack->accepted != 0, ack->message, ack->parts);
     maps_.forget(), logs_.forget(), pictures_.forget();
   } catch (const std::runtime_error& error) {
     refuse(response, 502, error.what());

@@ -4,13 +4,13 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <slam/ack_t.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "config/config.hpp"
 #include "mapping/map_image.hpp"
+#include "tools/slamctl/remote.hpp"
 #include "tools/web/access/token_gate.hpp"
 #include "tools/web/drive/drive_relay.hpp"
 #include "tools/web/http_library.hpp"
@@ -32,9 +32,9 @@ struct SharedState {
 };
 
 /// Has slamd do something. @return nothing where no answer came @throws std::runtime_error where nothing was sent
-using Commander = std::function<std::optional<ack_t>(const WebCommand& command)>;
-/// Drives the base. @return empty, or why not @throws std::runtime_error where nothing was sent
-using Driver = std::function<std::string(const DriveRequest& request)>;
+using Commander = std::function<std::optional<Acknowledged>(const WebCommand& command)>;
+/// Drives the base. @return none, or why not @throws std::runtime_error where nothing was sent
+using Driver = std::function<Problem(const DriveRequest& request)>;
 
 /// The answers to requests, without sockets. Safe from several threads.
 class WebPages {

@@ -4,26 +4,27 @@
 #include <algorithm>
 #include <charconv>
 #include <slam/ack_t.hpp>
+#include <slam/problems_t.hpp>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "bus/channels.hpp"
 #include "bus/checked_decode.hpp"
+#include "bus/problem_message.hpp"
 #include "core/plausibility.hpp"
+#include "problems/answers.hpp"
 #include "slam/edits/edit_json.hpp"
 
 namespace slam {
 namespace {
-
-constexpr const char* kTooMany = "too many commands at once";
 
 /// @throws std::runtime_error with one sentence where it is none
 std::int32_t editIdOf(const std::string& text) {
   std::int32_t id = 0;
   const char* const end = text.data() + text.size();
   const auto [rest, error] = std::from_chars(text.data(), end, id);
-  if (error != std::errc{} || rest != end) throw std::runtime_error("\"" + text + "\" is no number of an edit");
+  if (error != std::errc{} || rest != end) throw CommandRefused({answer::kNoEditNumber, {}, {text}});
   return id;
 }
 
@@ -51,7 +52,7 @@ CommandDesk::CommandDesk(const Config& config, const BusEnds& ends, const WallCl
 void CommandDesk::answer() {
   acknowledgeSave();
   const auto acknowledge_all = [this](const MapAnswer& answer) {
-    acknowledge(answer.id, answer.accepted, answer.message);
+    acknowledge(answer.id, answer.accepted, answer.answer);
   };
   ends_.answers.drain(acknowledge_all);
   if (FieldLog* const log = publisher_.fieldLog()) log->answers().drain(acknowledge_all);
@@ -69,7 +70,7 @@ void CommandDesk::acknowledgeSave() {
   const SaveOutcome outcome = ends_.requests.saved;
   if (!saving_ || outcome == SaveOutcome::kNone) return;
   const bool saved = outcome == SaveOutcome::kSaved;
-  acknowledge(*saving_, saved, saved ? "saved to " + output_map_ + ".yaml" : "not saved; the log says why");
+  acknowledge(*saving_, saved, answerOf({{saved ? answer::kFilesSaved : answer::kFilesNotSaved, {}, {output_map_}}}));
   saving_.reset();
 }
 
@@ -81,7 +82,7 @@ std::int32_t CommandDesk::ticketFor(const Asker& asker) {
   return ticket;
 }
 
-void CommandDesk::acknowledge(std::int32_t ticket, bool accepted, const std::string& message) {
+void CommandDesk::acknowledge(std::int32_t ticket, bool accepted, const Answer& answer) {
   if (!accepted) ++ends_.counters.refused_commands;
   const auto asked = asked_.extract(ticket);
   const Asker asker = asked ? asked.mapped() : Asker{std::nullopt, ticket};
@@ -89,11 +90,19 @@ void CommandDesk::acknowledge(std::int32_t ticket, bool accepted, const std::str
   ack.utime = clock_.utime(monotonicNow());
   ack.id = asker.id;
   ack.accepted = accepted;
-  ack.message = message;
-  if (!asker.client) return publisher_.publish(channel::kAck, ack);
-  std::vector<std::uint8_t> encoded;
-  encode(ack, encoded);
-  socket_.send(*asker.client, channel::kAck, encoded);
+  ack.message = answer.words;
+  problems_t parts{};  // the same as data, found by its stamp
+  parts.utime = ack.utime;
+  for (const Problem& part : answer.parts) parts.problems.push_back(toMessage("command", part, false));
+  parts.nproblems = static_cast<std::int32_t>(parts.problems.size());
+  const auto send = [&](const char* channel, const auto& message) {
+    if (!asker.client) return publisher_.publish(channel, message);
+    std::vector<std::uint8_t> encoded;
+    encode(message, encoded);
+    socket_.send(*asker.client, channel, encoded);
+  };
+  if (parts.nproblems > 0) send(channel::kAnswer, parts);
+  send(channel::kAck, ack);
 }
 
 void CommandDesk::onCommand(Publisher::Bytes data, std::optional<LocalSocket::Client> from) {
@@ -108,13 +117,13 @@ void CommandDesk::onCommand(Publisher::Bytes data, std::optional<LocalSocket::Cl
   const auto verb = std::find_if(known.begin(), known.end(), [&](const Verb& v) { return v.name == command->verb; });
   const bool of_log = command->verb.starts_with("log_");
   if (of_log && publisher_.fieldLog() == nullptr)
-    return acknowledge(command->id, false, "log.directory is not set in the configuration");
+    return acknowledge(command->id, false, answerOf({answer::kLogNotSet}));
   if (verb == known.end())
     return refuseVerb(*command, of_log ? "log_" : command->verb.starts_with("map_") ? "map_" : "");
   try {
     verb->take(*this, *command);
   } catch (const std::runtime_error& error) {
-    acknowledge(command->id, false, error.what());
+    acknowledge(command->id, false, answerOf(error));
   }
 }
 
@@ -137,7 +146,7 @@ std::span<const CommandDesk::Verb> CommandDesk::verbs() {
       {"mode",
        [](Desk& desk, const Command& c) {
          const bool slam = c.argument == "slam";
-         if (!slam && c.argument != "localise") throw std::runtime_error("a mode is slam or localise");
+         if (!slam && c.argument != "localise") throw CommandRefused(answer::kNoMode);
          desk.changeMap({slam ? MapCommand::kSlam : MapCommand::kLocalise, c.id, ""});
        }},
       {"save_map", [](Desk& desk, const Command& c) { desk.saveFiles(c); }},
@@ -151,7 +160,7 @@ std::span<const CommandDesk::Verb> CommandDesk::verbs() {
        }},
       {"log_mark",
        [](Desk& desk, const Command& c) {
-         if (c.argument.empty()) throw std::runtime_error("say what has happened: log_mark needs an argument");
+         if (c.argument.empty()) throw CommandRefused(answer::kMarkNoWords);
          desk.changeLog({LogCommand::kMark, c.id, c.argument});
        }},
       {"map_edit", [](Desk& desk, const Command& c) { desk.edit(c, {.request = editRequestOf(c.argument)}); }},
@@ -170,22 +179,21 @@ void CommandDesk::refuseVerb(const command_t& command, std::string_view prefix) 
   std::string known;
   for (const Verb& verb : verbs())
     if (verb.name.starts_with(prefix)) known.append(known.empty() ? "" : ", ").append(verb.name);
-  acknowledge(command.id, false, "unknown verb; known are " + known);
+  acknowledge(command.id, false, answerOf({{answer::kUnknownVerb, {}, {known}}}));
 }
 
 void CommandDesk::setPose(const command_t& command) {
   const Pose2 pose{command.pose[0], command.pose[1], command.pose[2]};
   if (const std::string words = implausibilityOf(pose); !words.empty())
-    throw std::runtime_error(
-        words + "; the pose stays as it was; give x and y in metres from the map's origin, theta in radians");
+    throw CommandRefused({answer::kPoseAbsurd, {}, {words}});
   const bool taken = ends_.commands.set_poses.tryPush({pose});
-  acknowledge(command.id, taken, taken ? "pose set" : kTooMany);
+  acknowledge(command.id, taken, answerOf({taken ? answer::kPoseSet : answer::kTooMany}));
 }
 
 void CommandDesk::saveFiles(const command_t& command) {
-  if (output_map_.empty()) throw std::runtime_error("output.map is not set in the configuration");
-  if (!command.argument.empty()) throw std::runtime_error("the place is output.map; give no argument");
-  if (saving_) throw std::runtime_error("a map is being saved already");
+  if (output_map_.empty()) throw CommandRefused(answer::kFilesNowhere);
+  if (!command.argument.empty()) throw CommandRefused(answer::kFilesHavePlace);
+  if (saving_) throw CommandRefused(answer::kFilesUnderWay);
   ends_.requests.saved = SaveOutcome::kNone;
   saving_ = command.id;
   ends_.requests.save = true;
@@ -193,7 +201,7 @@ void CommandDesk::saveFiles(const command_t& command) {
 
 /// The graph thread answers, unless it has no room.
 void CommandDesk::changeMap(const MapCommand& command) {
-  if (!ends_.commands.map.tryPush(command)) acknowledge(command.id, false, kTooMany);
+  if (!ends_.commands.map.tryPush(command)) acknowledge(command.id, false, answerOf({answer::kTooMany}));
 }
 
 void CommandDesk::edit(const command_t& command, EditCommand edit) {
@@ -201,7 +209,7 @@ void CommandDesk::edit(const command_t& command, EditCommand edit) {
 }
 
 void CommandDesk::changeLog(const LogCommand& command) {
-  if (!publisher_.fieldLog()->command(command)) acknowledge(command.id, false, kTooMany);
+  if (!publisher_.fieldLog()->command(command)) acknowledge(command.id, false, answerOf({answer::kTooMany}));
 }
 
 }  // namespace slam

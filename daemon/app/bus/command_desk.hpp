@@ -46,7 +46,7 @@ class CommandDesk {
   void changeLog(const LogCommand& command);
   void acknowledgeSave();
   /// @param ticket of the command, as ticketFor() gave it
-  void acknowledge(std::int32_t ticket, bool accepted, const std::string& message);
+  void acknowledge(std::int32_t ticket, bool accepted, const Answer& answer);
   std::int32_t ticketFor(const Asker& asker);
 
   const BusEnds& ends_;

@@ -20,6 +20,7 @@
 #include "bus/channels.hpp"
 #include "bus/event_log.hpp"
 #include "config/printer.hpp"
+#include "problems/answers.hpp"
 
 namespace slam {
 namespace {
@@ -164,33 +165,31 @@ void FieldLog::tend() {
 }
 
 void FieldLog::obey(const LogCommand& command) {
-  MapAnswer answer{.id = command.id, .accepted = true, .message = ""};
+  const auto answer = [&](bool accepted, const Answer& given) {
+    commands_.answers.tryPush({command.id, accepted, given});
+  };
+  const auto done = [&](const ProblemKind& kind) { answer(true, answerOf({{kind, {}, {config_.directory}}})); };
   switch (command.kind) {
     case LogCommand::kStart:
-      answer.message = running_.exchange(true) ? "it is being logged already, into " + config_.directory
-                                               : "logging into " + config_.directory;
+      done(running_.exchange(true) ? answer::kLoggingAlready : answer::kLogging);
       break;
     case LogCommand::kStop:
-      answer.message = running_.exchange(false) ? "logging stopped" : "nothing was being logged";
+      done(running_.exchange(false) ? answer::kLogStopped : answer::kLogWasStopped);
       break;
     case LogCommand::kMark:
       try {
-        answer.message = mark(command.what);
+        answer(true, answerOf({{answer::kMarked, {}, {mark(command.what)}}}));
       } catch (const std::exception& error) {
-        answer.accepted = false;
-        answer.message = std::string("not marked: ") + error.what();
+        answer(false, answerOf(error, answer::kNotMarked));
       }
   }
-  commands_.answers.tryPush(answer);
   commands_.wake();
 }
 
 std::string FieldLog::mark(const std::string& what) {
-  if (!running_)
-    throw std::runtime_error(
-        "nothing is being logged: the log is stopped; begin it with slamctl log start, and mark again");
-  if (!open_ && why_not_) throw std::runtime_error(why_not_.words());
-  if (!open_) throw std::runtime_error("nothing has come yet that could be logged; mark again in a second");
+  if (!running_) throw CommandRefused(answer::kMarkStopped);
+  if (!open_ && why_not_) throw CommandRefused(why_not_);
+  if (!open_) throw CommandRefused(answer::kMarkEmpty);
   const Timestamp now = monotonicNow();
   std::string line = what.substr(0, kMostWords);
   std::replace_if(
@@ -207,7 +206,7 @@ std::string FieldLog::mark(const std::string& what) {
   for (std::int64_t number = number_ - 1; number >= 0 && wasWrittenSince(logPath(run_, number), kBeforeMark); --number)
     keep_last(number);
   syncFolder(run_);
-  return "marked " + open_->file.path().string();
+  return open_->file.path().string();
 }
 
 void FieldLog::write(std::string_view records, std::int64_t utime) {

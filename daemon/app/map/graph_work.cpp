@@ -178,7 +178,7 @@ void GraphWork::sendChanges() {
   if (edits_ && ends_.edits.hasRoom()) ends_.edits.tryPush(std::exchange(edits_, nullptr));
 }
 
-std::string GraphWork::edit(EditCommand command, int* done) {
+Problem GraphWork::edit(EditCommand command, int* done) {
   const Timestamp now = monotonicNow();
   command.utime = clock_.utime(now);
   EditRequest& request = command.request;
@@ -187,14 +187,14 @@ std::string GraphWork::edit(EditCommand command, int* done) {
     request.theta = robot_.T_map_base.theta;
   }
   EditOutcome outcome = builder_->edit(command, robot_.T_map_base.translation());
-  if (!outcome.problem.empty()) return outcome.problem;
+  if (outcome.problem) return outcome.problem;
   MapChange& change = addChange(now);
   change.scans = std::move(outcome.scans);
   change.edits = std::move(outcome.drawing);
   change.anew = std::move(outcome.anew);
   showEdits();
   *done = outcome.edit;
-  return "";
+  return {};
 }
 
 std::int64_t GraphWork::changes() const {

@@ -37,7 +37,7 @@ class GraphWork {
   void requestGrid();
   /// Makes or undoes an edit. A place without a pose is where the robot is.
   /// @param done out: id of the edit @return why not, in words; empty: it is done
-  std::string edit(EditCommand command, int* done);
+  Problem edit(EditCommand command, int* done);
 
   const auto& backEnd() const { return builder_->backEnd(); }
   const Pose2& lastPose() const { return robot_.T_map_base; }

@@ -41,10 +41,11 @@ class MapCommands {
   std::shared_ptr<Command> end();
 
  private:
-  std::string problemWith(const MapCommand& command, bool disk_hangs) const;
-  void refuse(const MapCommand& command, const std::string& problem);
+  Problem problemWith(const MapCommand& command, bool disk_hangs) const;
+  void refuse(const MapCommand& command, const Problem& why);
   void giveUp(const MapCommand& command);
-  void answer(const MapCommand& command, bool accepted, const std::string& message);
+  void answer(const MapCommand& command, bool accepted, const Answer& answer);
+  void straighten(Command& command, const MapState& map);
 
   MapKeeper& keeper_;
   GraphWork& work_;

@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "app/log/log.hpp"
+#include "problems/answer.hpp"
+#include "problems/answers.hpp"
 #include "store/disk_problem.hpp"
 #include "store/floor_maps.hpp"
 
@@ -186,8 +188,8 @@ MapState MapKeeper::open(const std::string& path) {
 }
 
 MapState MapKeeper::load(const std::string& name, Timestamp now) {
-  if (config_.store.directory.empty()) throw std::runtime_error("store.directory is not set in the configuration");
-  if (!MapStore::isName(name)) throw std::runtime_error("\"" + name + "\" is no name of a map");
+  if (config_.store.directory.empty()) throw CommandRefused(answer::kNoStore);
+  if (!MapStore::isName(name)) throw CommandRefused({answer::kNoMapName, {}, {name}});
   MapState map = open(config_.store.directory + "/" + name);
   if (writes()) keep(name, now);
   stored_ = known_ = map.keyframes.size();
@@ -198,11 +200,11 @@ MapState MapKeeper::load(const std::string& name, Timestamp now) {
 }
 
 MapState MapKeeper::changeMode(bool localise, Timestamp now) {
-  if (isPicture(config_.store.map)) throw std::runtime_error("a picture of a map cannot be extended");
-  if (config_.store.directory.empty()) throw std::runtime_error("store.directory is not set in the configuration");
+  if (isPicture(config_.store.map)) throw CommandRefused(answer::kPictureStays);
+  if (config_.store.directory.empty()) throw CommandRefused(answer::kNoStore);
   const std::string path = config_.store.directory + "/" + name_;
   const bool exists = !name_.empty() && std::filesystem::exists(path);
-  if (!exists && localise) throw std::runtime_error("there is no stored map to localise in");
+  if (!exists && localise) throw CommandRefused(answer::kNoMapToLocalise);
   const bool before = localises_.exchange(localise);
   try {
     MapState map = exists ? open(path) : MapState();
@@ -250,7 +252,7 @@ bool MapKeeper::checkpoint(Timestamp now, const MapState& map, std::span<const M
 }
 
 void MapKeeper::saveAs(const std::string& name, const MapState& map) const {
-  if (config_.store.directory.empty()) throw std::runtime_error("store.directory is not set in the configuration");
+  if (config_.store.directory.empty()) throw CommandRefused(answer::kNoStore);
   MapStore copy(config_.store.directory, name);
   const auto lock = lockOf(name);
   copy.writeCopy(map);

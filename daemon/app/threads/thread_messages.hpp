@@ -18,6 +18,7 @@
 #include "frontend/front_end_state.hpp"
 #include "frontend/interpreter/echo_watch.hpp"
 #include "mapping/mapper.hpp"
+#include "problems/answer.hpp"
 #include "slam/map_state.hpp"
 
 /// What the threads hand to each other, beside the samples and maps themselves.
@@ -99,13 +100,14 @@ struct MapCommand {
                         ///< of kRename: the old one, a blank, and the new one
   std::shared_ptr<const EditCommand> edit = nullptr;  ///< of kEdit
   std::shared_ptr<const FloorFound> floor = nullptr;  ///< of kLoad: slamd has found the robot there, and nobody asked
+  Problem done = {};                                  ///< what an edit has done, once it has
 };
 
 /// The answer to one.
 struct MapAnswer {
   std::int32_t id = 0;
   bool accepted = false;
-  std::string message;
+  Answer answer;
 };
 
 /// A pose that a person gives.

@@ -7,19 +7,19 @@
 #include <limits>
 
 #include "core/plausibility.hpp"
+#include "problems/answers.hpp"
 
 namespace slam {
 namespace {
 
 constexpr std::array<const char*, 6> kNames{"erase", "free", "wall", "zone", "room", "place"};  // by EditKind
 
-std::string problemWithName(const std::string& name) {
-  if (name.empty()) return "a room or place needs a name";
+Problem problemWithName(const std::string& name) {
+  if (name.empty()) return answer::kNameMissing;
   if (name.size() > kEditLimits.name_bytes)
-    return "the name has " + std::to_string(name.size()) + " bytes; at most " + std::to_string(kEditLimits.name_bytes) +
-           " are allowed";
+    return {answer::kNameLong, {static_cast<double>(name.size()), static_cast<double>(kEditLimits.name_bytes)}};
   const bool controls = std::any_of(name.begin(), name.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; });
-  return controls ? "the name holds a control character" : "";
+  return controls ? Problem(answer::kNameControls) : Problem();
 }
 
 int nearestTo(const Eigen::Vector2d& point, const KeyframeGraph& keyframes, std::span<const char> in_map) {
@@ -43,36 +43,36 @@ std::optional<EditKind> editKindOf(std::string_view name) {
   return known == kNames.end() ? std::nullopt : std::optional(static_cast<EditKind>(known - kNames.begin()));
 }
 
-std::string problemWith(const EditRequest& request) {
+Problem problemWith(const EditRequest& request) {
   const std::size_t corners = request.points.size();
   const EditKind kind = request.kind;
   const bool named = kind == EditKind::kRoom || kind == EditKind::kPlace;
   if (named || !request.name.empty()) {
-    if (std::string words = problemWithName(request.name); !words.empty()) return words;
+    if (const Problem problem = problemWithName(request.name)) return problem;
   }
   if (!request.author.empty()) {
-    if (const std::string words = problemWithName(request.author); !words.empty()) return "author: " + words;
+    if (const Problem problem = problemWithName(request.author)) return {answer::kAuthorBad, {}, {problem.words()}};
   }
   if (corners > kEditLimits.corners)
-    return std::to_string(corners) + " corners; at most " + std::to_string(kEditLimits.corners) + " are allowed";
+    return {answer::kManyCorners, {static_cast<double>(corners), static_cast<double>(kEditLimits.corners)}};
   for (const Eigen::Vector2d& p : request.points) {
-    if (const std::string words = implausibilityOf(Pose2{p.x(), p.y(), 0.0}); !words.empty()) return words;
+    if (const std::string words = implausibilityOf(Pose2{p.x(), p.y(), 0.0}); !words.empty())
+      return {answer::kPointAbsurd, {}, {words}};
   }
   if (kind == EditKind::kPlace) {
-    if (corners != 1) return "a place has one point and a heading";
-    if (!isWithin(request.theta, kPlausible.turn)) return "the heading is no angle in radians";
+    if (corners != 1) return answer::kPlaceNoPoint;
+    if (!isWithin(request.theta, kPlausible.turn)) return answer::kPlaceHeading;
     const bool fits = (request.sigma.array() >= 0.0).all() && (request.sigma.array() <= kEditLimits.widest_sigma).all();
-    return fits ? "" : "the sigma of a place is no length";
+    return fits ? Problem() : answer::kPlaceSigma;
   }
   if (kind == EditKind::kWall) {
-    if (corners < 2) return "a wall needs two points";
+    if (corners < 2) return answer::kWallShort;
     const auto same = std::adjacent_find(request.points.begin(), request.points.end());
-    return same == request.points.end() ? "" : "two points of the wall are the same";
+    return same == request.points.end() ? Problem() : answer::kWallSame;
   }
-  if (kind == EditKind::kRoom && corners == 1) return "";
-  if (corners < 3) return "an outline needs three corners, " + std::to_string(corners) + " are given";
-  return crossesItself(request.points) ? "the outline crosses or touches itself; give its corners one after the other"
-                                       : "";
+  if (kind == EditKind::kRoom && corners == 1) return {};
+  if (corners < 3) return {answer::kFewCorners, {static_cast<double>(corners)}};
+  return crossesItself(request.points) ? Problem(answer::kOutlineCrosses) : Problem();
 }
 
 std::optional<MapEdit> anchored(const EditRequest& request, const KeyframeGraph& keyframes,

@@ -12,6 +12,7 @@
 #include "graph/keyframe_graph.hpp"
 #include "mapping/edited_drawing.hpp"
 #include "mapping/outline.hpp"
+#include "problems/problem.hpp"
 
 namespace slam {
 
@@ -52,8 +53,8 @@ struct EditRequest {
   bool force = false;                       ///< also where the robot loses its reference
 };
 
-/// Why it cannot be an edit, whatever the map, in words with the fix; empty: it can.
-std::string problemWith(const EditRequest& request);
+/// Why it cannot be an edit, whatever the map, with the fix; none: it can.
+Problem problemWith(const EditRequest& request);
 
 /// An edit as a map keeps it: it moves with the keyframes, as the map does.
 struct MapEdit {

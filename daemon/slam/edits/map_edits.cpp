@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <set>
 #include <utility>
+
+#include "problems/answers.hpp"
 
 namespace slam {
 namespace {
@@ -27,58 +28,52 @@ MapEdit* MapEdits::find(int id) {
   return known == edits.end() ? nullptr : &*known;
 }
 
-std::string MapEdits::carryOut(const EditCommand& command, const KeyframeGraph& keyframes, std::span<const char> in_map,
-                               int* concerned) {
+Problem MapEdits::carryOut(const EditCommand& command, const KeyframeGraph& keyframes, std::span<const char> in_map,
+                           int* concerned) {
   switch (command.kind) {
     case EditCommand::kAdd:
-      if (std::string words = add(command, keyframes, in_map); !words.empty()) return words;
+      if (const Problem problem = add(command, keyframes, in_map)) return problem;
       *concerned = made;
       break;
     case EditCommand::kRemove: {
       if (const MapEdit* const edit = find(command.id); edit == nullptr || !edit->active)
-        return "there is no edit " + std::to_string(command.id) + "; slamctl map edits lists them";
+        return {answer::kNoEdit, {static_cast<double>(command.id)}};
       take({command.id, true});
       find(command.id)->active = false;
       *concerned = command.id;
       break;
     }
     case EditCommand::kUndo:
-      if (done == 0) return "nothing is left to undo";
+      if (done == 0) return answer::kNothingToUndo;
       --done;
       *concerned = steps[done].id;
       find(*concerned)->active = steps[done].removes;
       break;
     case EditCommand::kRedo:
-      if (done == steps.size()) return "nothing was undone";
+      if (done == steps.size()) return answer::kNothingUndone;
       *concerned = steps[done].id;
       find(*concerned)->active = !steps[done].removes;
       ++done;
       break;
   }
   ++revision;
-  return "";
+  return {};
 }
 
-std::string MapEdits::add(const EditCommand& command, const KeyframeGraph& keyframes, std::span<const char> in_map) {
-  if (std::string words = problemWith(command.request); !words.empty()) return words;
+Problem MapEdits::add(const EditCommand& command, const KeyframeGraph& keyframes, std::span<const char> in_map) {
+  if (const Problem problem = problemWith(command.request)) return problem;
   const auto active = std::count_if(edits.begin(), edits.end(), [](const MapEdit& edit) { return edit.active; });
   if (active >= static_cast<std::ptrdiff_t>(kEditLimits.edits))
-    return "the map has " + std::to_string(active) + " edits, which is the most; remove some";
-  if (std::find(in_map.begin(), in_map.end(), 1) == in_map.end()) return "there is no map yet to edit";
+    return {answer::kMostEdits, {static_cast<double>(active)}};
+  if (std::find(in_map.begin(), in_map.end(), 1) == in_map.end()) return answer::kNoMapYet;
   auto edit = anchored(command.request, keyframes, in_map);
-  if (!edit) {
-    char text[160];
-    std::snprintf(text, sizeof text,
-                  "a point lies more than %.0f m from all that the map knows; give x and y in metres",
-                  kEditLimits.farthest);
-    return text;
-  }
+  if (!edit) return {answer::kPointFar, {kEditLimits.farthest}};
   edit->id = ++made;
   edit->active = true;
   edit->utime = command.utime;
   edits.push_back(std::move(*edit));
   take({made, false});
-  return "";
+  return {};
 }
 
 /// What was undone cannot come back behind a new step, and the oldest steps cannot be undone for ever.

@@ -34,15 +34,15 @@ struct MapEdits {
   bool empty() const { return made == 0; }
   MapEdit* find(int id);
   /// Makes an edit, or takes a step. @param concerned out: the edit that came or went; 0: none
-  /// @return why not, in words; empty: it is done
-  std::string carryOut(const EditCommand& command, const KeyframeGraph& keyframes, std::span<const char> in_map,
+  /// @return why not; none: it is done
+  Problem carryOut(const EditCommand& command, const KeyframeGraph& keyframes, std::span<const char> in_map,
                        int* concerned);
   /// Takes over the edits of another map, whose keyframes count from `first` on in this one and whose axes are turned
   /// by `turn` [rad] in it. What was undone in either is forgotten.
   void append(const MapEdits& other, int first, double turn);
 
  private:
-  std::string add(const EditCommand& command, const KeyframeGraph& keyframes, std::span<const char> in_map);
+  Problem add(const EditCommand& command, const KeyframeGraph& keyframes, std::span<const char> in_map);
   void take(Step step);
   void forgetUndone();
 };

@@ -7,6 +7,9 @@
 #include <stdexcept>
 #include <vector>
 
+#include "problems/answer.hpp"
+#include "problems/answers.hpp"
+
 namespace slam {
 namespace {
 
@@ -87,7 +90,7 @@ MapState transformed(const MapState& map, const Pose2& T_new_map, const Occupanc
 
 Pose2 straightFrame(const MapState& map, const std::string& origin) {
   const auto heading = headingOfWalls(map);
-  if (!heading) throw std::runtime_error("the map has too few walls to be straightened by; drive on");
+  if (!heading) throw CommandRefused(answer::kFewWalls);
   Pose2 T_map_new{0.0, 0.0, *heading};
   if (!origin.empty()) {
     const auto& edits = map.edits.edits;
@@ -95,8 +98,7 @@ Pose2 straightFrame(const MapState& map, const std::string& origin) {
       return edit.active && edit.kind == EditKind::kPlace && edit.name == origin &&
              !pointsOf(edit, map.keyframes, map.in_map).empty();
     });
-    if (place == edits.rend())
-      throw std::runtime_error("there is no place \"" + origin + "\"; slamctl map place makes one");
+    if (place == edits.rend()) throw CommandRefused({answer::kNoPlace, {}, {origin}});
     const Pose2 T_map_place = poseOf(*place, map.keyframes);
     T_map_new.x = T_map_place.x;
     T_map_new.y = T_map_place.y;

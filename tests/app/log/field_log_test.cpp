@@ -191,7 +191,7 @@ TEST_F(FieldLogs, BeginsAndEndsAsCommanded) {
   logging.add(1);
   const MapAnswer unmarked = logging.ask(LogCommand::kMark, "crash");
   EXPECT_FALSE(unmarked.accepted) << "there is nothing to mark";
-  EXPECT_THAT(unmarked.message, HasSubstr("the log is stopped; begin it with slamctl log start"));
+  EXPECT_THAT(unmarked.answer.words, HasSubstr("the log is stopped; begin it with slamctl log start"));
   EXPECT_TRUE(logging.ask(LogCommand::kStart).accepted);
   ASSERT_TRUE(logging.write(2));
   EXPECT_TRUE(logging.ask(LogCommand::kStop).accepted);
@@ -213,7 +213,7 @@ TEST_F(FieldLogs, MarksThePresentFileAndThoseOfTheTenMinutesBefore) {
   std::filesystem::last_write_time(files()[0].path, now - 11min);
   std::filesystem::last_write_time(files()[1].path, now - 9min);
   const MapAnswer answer = logging.ask(LogCommand::kMark, "hit\nthe wall");
-  EXPECT_TRUE(answer.accepted) << answer.message;
+  EXPECT_TRUE(answer.accepted) << answer.answer.words;
   ASSERT_TRUE(logging.finish());
   const auto all = files();
   EXPECT_FALSE(all[0].marked);
@@ -277,7 +277,7 @@ TEST_F(FieldLogs, StopsAtTheFloorAndReportsIt) {
                                        HasSubstr("nothing is logged"), HasSubstr("make room")));
   const MapAnswer unmarked = logging.ask(LogCommand::kMark, "crash");
   EXPECT_FALSE(unmarked.accepted);
-  EXPECT_THAT(unmarked.message, AllOf(HasSubstr("log.floor keeps 1000000 MB"), HasSubstr("make room")));
+  EXPECT_THAT(unmarked.answer.words, AllOf(HasSubstr("log.floor keeps 1000000 MB"), HasSubstr("make room")));
   EXPECT_FALSE(logging.finish());
   EXPECT_THAT(files(), IsEmpty());
 }

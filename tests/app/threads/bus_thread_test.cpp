@@ -24,6 +24,7 @@
 #include "bus/event_log.hpp"
 #include "bus/local_client.hpp"
 #include "core/plausibility.hpp"
+#include "problems/answers.hpp"
 #include "support/absurd.hpp"
 #include "support/wait_until.hpp"
 #include "tools/files.hpp"
@@ -136,7 +137,7 @@ TEST_F(Bus, SendsWhatTheOtherThreadsHandItEachOnItsChannel) {
   HealthReport report{};
   report.health.summary = "well";
   channels->health.tryPush(report);
-  channels->answers.tryPush({.id = 13, .accepted = true, .message = "saved"});
+  channels->answers.tryPush({.id = 13, .accepted = true, .answer = {"saved"}});
   BusThread bus(config, channels->bus(), clock);
   std::map<std::string, LogEvent> record;
   for (const LogEvent& event : recordOf(bus, 12)) EXPECT_TRUE(record.emplace(event.channel, event).second);
@@ -217,6 +218,7 @@ class Asking {
   std::optional<Message> next(const std::string& channel, std::chrono::milliseconds wait = 10s) {
     const auto datagram = client_.next(wait);
     const Packet packet = datagram ? parsePacket(*datagram) : Packet{};
+    if (packet.channel == channel::kAnswer && channel != channel::kAnswer) return next<Message>(channel, wait);
     return packet.channel == channel ? decodeChecked<Message>(packet.data) : std::nullopt;
   }
 
@@ -243,17 +245,21 @@ TEST_F(Bus, AnswersWhoAskedOverTheSocket) {
   ASSERT_TRUE(taken(2));
   EXPECT_EQ(commands[0].kind, MapCommand::kSave);
   EXPECT_EQ(commands[1].kind, MapCommand::kReset);
-  channels->answers.tryPush({commands[1].id, true, "a new map"});
-  channels->answers.tryPush({commands[0].id, false, "the disk is full"});
+  channels->answers.tryPush({commands[1].id, true, {"a new map"}});
+  channels->answers.tryPush({commands[0].id, false, answerOf({answer::kDiskSilent})});
   channels->bus_wakeup.notify();
+  const auto parts = first.next<problems_t>(channel::kAnswer);
   const auto of_second = second.next<ack_t>(channel::kAck), of_first = first.next<ack_t>(channel::kAck);
-  ASSERT_TRUE(of_first && of_second);
+  ASSERT_TRUE(of_first && of_second && parts);
+  ASSERT_EQ(parts->problems.size(), 1U);
+  EXPECT_EQ(parts->problems[0].id, "disk_silent");
+  EXPECT_EQ(parts->utime, of_first->utime);
   EXPECT_EQ(of_second->id, 7);
   EXPECT_TRUE(of_second->accepted);
   EXPECT_EQ(of_second->message, "a new map");
   EXPECT_EQ(of_first->id, 7);
   EXPECT_FALSE(of_first->accepted);
-  EXPECT_EQ(of_first->message, "the disk is full");
+  EXPECT_EQ(of_first->message, "the disk does not answer; try again when it does");
 
   EXPECT_TRUE(first.ask(-8, "make_coffee"));
   const auto unknown = first.next<ack_t>(channel::kAck);

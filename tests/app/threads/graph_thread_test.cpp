@@ -114,11 +114,11 @@ TEST_F(GraphKeeping, CallsAMapSavedWhenItIsOnTheDisk) {
   HangingDisk disk;
   ASSERT_TRUE(channels->commands.map.tryPush({MapCommand::kSave, 7, ""}));
   ASSERT_TRUE(waitUntil([&] { return waiting() > 200ms; }));
-  EXPECT_FALSE(channels->answers.popOne([](const MapAnswer& early) { ADD_FAILURE() << early.message; }));
+  EXPECT_FALSE(channels->answers.popOne([](const MapAnswer& early) { ADD_FAILURE() << early.answer.words; }));
   disk.release();
   const auto saved = answer();
   ASSERT_TRUE(saved);
-  EXPECT_TRUE(saved->accepted) << saved->message;
+  EXPECT_TRUE(saved->accepted) << saved->answer.words;
   EXPECT_EQ(saved->id, 7);
   EXPECT_EQ(stored(), 2);
 }
@@ -134,7 +134,7 @@ TEST_F(GraphKeeping, SavesThePresentMapUnderItsOwnNameAndGoesOn) {
     ASSERT_TRUE(channels->commands.map.tryPush({MapCommand::kSave, i, name}));
     const auto saved = answer();
     ASSERT_TRUE(saved);
-    EXPECT_EQ(saved->message, "saved as " + name);
+    EXPECT_EQ(saved->answer.words, "saved as " + name);
     EXPECT_EQ(graph->jobs().report(monotonicNow()).problem.words(), "");
   }
   EXPECT_EQ(stored(), 4);
@@ -150,7 +150,7 @@ TEST_F(GraphKeeping, RenamesDeletesAndRestoresOtherMapsThanThePresentOne) {
   const auto ask = [&](MapCommand::Kind kind, const std::string& name) {
     EXPECT_TRUE(channels->commands.map.tryPush({kind, 5, name}));
     const auto given = answer();
-    return given ? (given->accepted ? "" : "refused: ") + given->message : "none";
+    return given ? (given->accepted ? "" : "refused: ") + given->answer.words : "none";
   };
   EXPECT_EQ(ask(MapCommand::kSave, "copy"), "saved as copy");
   EXPECT_EQ(ask(MapCommand::kRename, "copy house"), "map copy is now house");
@@ -181,7 +181,7 @@ TEST_F(GraphKeeping, RefusesCommandsThatADiskWouldKeepWaiting) {
   const auto refused = answer();  // before the one who asked has given up
   ASSERT_TRUE(refused);
   EXPECT_FALSE(refused->accepted);
-  EXPECT_THAT(refused->message, HasSubstr("disk does not answer"));
+  EXPECT_THAT(refused->answer.words, HasSubstr("disk does not answer"));
   disk.release();
   ASSERT_TRUE(waitUntil([&] { return stored() == 2; }));
   ASSERT_TRUE(waitUntil([&] { return waiting() < 1s; })) << "the job that hung has ended, too";
@@ -199,7 +199,7 @@ TEST_F(GraphKeeping, RefusesACommandWhoseCheckpointHangs) {
   const auto refused = answer();
   ASSERT_TRUE(refused);
   EXPECT_FALSE(refused->accepted);
-  EXPECT_THAT(refused->message, HasSubstr("disk does not answer"));
+  EXPECT_THAT(refused->answer.words, HasSubstr("disk does not answer"));
   disk.release();
   ASSERT_TRUE(waitUntil([&] {  // the next one is taken as soon as the job has ended
     EXPECT_TRUE(channels->commands.map.tryPush({MapCommand::kSave, 9, ""}));
@@ -277,7 +277,7 @@ TEST_F(GraphKeeping, LocalisesInTheMapAndExtendsItAgainByCommand) {
   const auto changeTo = [&](MapCommand::Kind kind) {
     EXPECT_TRUE(channels->commands.map.tryPush({kind, 7, ""}));
     const auto done = answer();
-    EXPECT_TRUE(done && done->accepted) << (done ? done->message : "");
+    EXPECT_TRUE(done && done->accepted) << (done ? done->answer.words : "");
     FrontEnd* fresh = nullptr;
     EXPECT_TRUE(waitUntil(
         [&] { return channels->front_end.front_ends.popOne([&](FrontEnd* next_one) { fresh = next_one; }); }));
@@ -287,7 +287,7 @@ TEST_F(GraphKeeping, LocalisesInTheMapAndExtendsItAgainByCommand) {
   changeTo(MapCommand::kLocalise);
   EXPECT_EQ(stored(), 2);
   ASSERT_TRUE(channels->commands.map.tryPush({MapCommand::kLocalise, 8, ""}));
-  EXPECT_THAT(answer()->message, HasSubstr("already"));
+  EXPECT_THAT(answer()->answer.words, HasSubstr("already"));
   ASSERT_TRUE(channels->commands.map.tryPush({MapCommand::kSave, 9, ""}));
   EXPECT_FALSE(answer()->accepted);
   changeTo(MapCommand::kSlam);

@@ -51,12 +51,12 @@ TEST(EditJson, WritesWhatIsInEffect) {
       .request = editRequestOf(R"({"kind": "place", "name": "dock", "points": [[1, 2]], "theta": 0.5})"),
       .id = 0,
       .utime = 7};
-  ASSERT_EQ(edits.carryOut(command, changing.map.keyframes, changing.map.in_map, &edit), "");
+  ASSERT_FALSE(edits.carryOut(command, changing.map.keyframes, changing.map.in_map, &edit));
   const std::string json = editsJson(edits, changing.map.keyframes, changing.map.in_map);
   EXPECT_THAT(json, HasSubstr(R"("name":"dock")"));
   EXPECT_THAT(json, HasSubstr(R"("utime":7)"));
   command.kind = EditCommand::kUndo;
-  ASSERT_EQ(edits.carryOut(command, changing.map.keyframes, changing.map.in_map, &edit), "");
+  ASSERT_FALSE(edits.carryOut(command, changing.map.keyframes, changing.map.in_map, &edit));
   EXPECT_EQ(editsJson(edits, changing.map.keyframes, changing.map.in_map), "[]");
 }
 

@@ -38,60 +38,60 @@ TEST(MapEdit, EveryKindHasAName) {
 }
 
 TEST(MapEdit, RefusesOutlinesThatAreNone) {
-  EXPECT_EQ(problemWith(square(EditKind::kErase)), "");
-  EXPECT_EQ(problemWith(circle(3)), "");
-  EXPECT_EQ(problemWith(circle(1000)), "");
-  EXPECT_THAT(problemWith(circle(1001)), HasSubstr("at most 1000"));
-  EXPECT_THAT(problemWith(circle(2)), HasSubstr("three corners"));
+  EXPECT_EQ(problemWith(square(EditKind::kErase)).words(), "");
+  EXPECT_EQ(problemWith(circle(3)).words(), "");
+  EXPECT_EQ(problemWith(circle(1000)).words(), "");
+  EXPECT_THAT(problemWith(circle(1001)).words(), HasSubstr("at most 1000"));
+  EXPECT_THAT(problemWith(circle(2)).words(), HasSubstr("three corners"));
   EditRequest bow = square(EditKind::kNoGo);
   std::swap(bow.points[1], bow.points[2]);
-  EXPECT_THAT(problemWith(bow), HasSubstr("crosses or touches itself"));
+  EXPECT_THAT(problemWith(bow).words(), HasSubstr("crosses or touches itself"));
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(), 1e7}) {
     EditRequest request = square(EditKind::kFree);
     request.points[2].y() = bad;
-    EXPECT_NE(problemWith(request), "") << bad;
+    EXPECT_NE(problemWith(request).words(), "") << bad;
   }
 }
 
 TEST(MapEdit, RefusesNamesThatAreNone) {
   EditRequest room = square(EditKind::kRoom);
-  EXPECT_THAT(problemWith(room), HasSubstr("needs a name"));
+  EXPECT_THAT(problemWith(room).words(), HasSubstr("needs a name"));
   room.name = std::string(64, 'k');
-  EXPECT_EQ(problemWith(room), "");
+  EXPECT_EQ(problemWith(room).words(), "");
   room.name += 'k';
-  EXPECT_THAT(problemWith(room), HasSubstr("65 bytes"));
+  EXPECT_THAT(problemWith(room).words(), HasSubstr("65 bytes"));
   for (const char control : {'\n', '\0', '\x1b', '\x7f'}) {
     room.name = std::string("kit") + control;
-    EXPECT_THAT(problemWith(room), HasSubstr("control character"));
+    EXPECT_THAT(problemWith(room).words(), HasSubstr("control character"));
   }
   room.name =
       "K\xC3\xBC"
       "che";
-  EXPECT_EQ(problemWith(room), "");
+  EXPECT_EQ(problemWith(room).words(), "");
 }
 
 TEST(MapEdit, APlaceIsAPoseWithASigma) {
   EditRequest place{.kind = EditKind::kPlace, .name = "dock", .author = "", .points = {{1.0, 2.0}}};
   place.theta = 1.0;
-  EXPECT_EQ(problemWith(place), "");
+  EXPECT_EQ(problemWith(place).words(), "");
   place.theta = 90.0;
-  EXPECT_THAT(problemWith(place), HasSubstr("radians"));
+  EXPECT_THAT(problemWith(place).words(), HasSubstr("radians"));
   place.theta = 0.0;
   place.sigma.x() = -0.1;
-  EXPECT_THAT(problemWith(place), HasSubstr("sigma"));
+  EXPECT_THAT(problemWith(place).words(), HasSubstr("sigma"));
   place.sigma.x() = std::nan("");
-  EXPECT_THAT(problemWith(place), HasSubstr("sigma"));
+  EXPECT_THAT(problemWith(place).words(), HasSubstr("sigma"));
   place.points.emplace_back(0.0, 0.0);
-  EXPECT_THAT(problemWith(place), HasSubstr("one point"));
+  EXPECT_THAT(problemWith(place).words(), HasSubstr("one point"));
 }
 
 TEST(MapEdit, AWallIsALineOfTwoPointsOrMore) {
   EditRequest wall{.kind = EditKind::kWall, .name = "", .author = "", .points = {{0.0, 0.0}, {1.0, 0.0}}};
-  EXPECT_EQ(problemWith(wall), "");
+  EXPECT_EQ(problemWith(wall).words(), "");
   wall.points.emplace_back(1.0, 0.0);
-  EXPECT_THAT(problemWith(wall), HasSubstr("the same"));
+  EXPECT_THAT(problemWith(wall).words(), HasSubstr("the same"));
   wall.points.resize(1);
-  EXPECT_THAT(problemWith(wall), HasSubstr("two points"));
+  EXPECT_THAT(problemWith(wall).words(), HasSubstr("two points"));
 }
 
 TEST(MapEdit, LiesWhereItWasGivenAndMovesWithItsKeyframes) {

@@ -19,10 +19,10 @@ using testing::IsEmpty;
 class MapEditsTest : public testing::Test {
  protected:
   std::string take(EditCommand::Kind kind, EditRequest request = {}, int id = 0) {
-    const std::string problem = edits.carryOut({.kind = kind, .request = std::move(request), .id = id, .utime = 5},
+    const Problem problem = edits.carryOut({.kind = kind, .request = std::move(request), .id = id, .utime = 5},
                                                keyframes(), in_map(), &edit);
-    if (problem.empty()) changed = eraseFrom(keyframes(), edits);
-    return problem;
+    if (!problem) changed = eraseFrom(keyframes(), edits);
+    return problem.words();
   }
   std::string erase(double x, double y, double side) {
     return take(EditCommand::kAdd, {.kind = EditKind::kErase,

@@ -39,15 +39,6 @@ TEST(LastingName, IsByTheNumberOfTheAdapterOrByItsSocket) {
   EXPECT_FALSE(isSamePort(root / "none", two));
 }
 
-TEST(HolderOf, NamesAProgramThatHasThePortOpen) {
-  const test::Folder root;
-  link(root / "proc/812/fd/5", "/dev/ttyUSB0");
-  root.write("proc/812/comm", "slamd\n");
-  EXPECT_EQ(holderOf("/dev/ttyUSB0", root / ""), "slamd (812)");
-  EXPECT_EQ(holderOf("/dev/ttyUSB1", root / ""), "");
-  EXPECT_FALSE(checkHolders("lidar", "/dev/ttyUSB0", root / "")) << "doctor: slamd may";
-}
-
 TEST(SurveyMachine, NamesWhyAPortIsNotLookedAt) {
   const test::Folder folder;
   sim::PseudoTerminal locked(folder / "locked");

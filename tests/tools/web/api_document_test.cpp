@@ -217,8 +217,8 @@ class ApiDocument : public testing::Test {
 TEST_F(ApiDocument, HasEachFieldOfTheAnswersAndNoOther) {
   settings_.drives = true;
   pages_.emplace(
-      settings_, shared_, [](const WebCommand&) { return std::optional(ack_t{}); },
-      [](const DriveRequest&) { return std::string(); });
+      settings_, shared_, [](const WebCommand&) { return std::optional(Acknowledged(ack_t{}, {problem_t{}})); },
+      [](const DriveRequest&) { return Problem(); });
   std::set<std::string> paths;
   for (int filled = 0; filled < 2; ++filled) {  // before the robot sends anything, and behind it
     for (const auto& [path, type] : document_.answers) {
@@ -255,7 +255,7 @@ TEST_F(ApiDocument, HasEachFieldOfTheAnswersAndNoOther) {
 }
 
 TEST_F(ApiDocument, HasPathsThatAreTheSameWithoutTheirVersion) {
-  pages_.emplace(settings_, shared_, [](const WebCommand&) { return std::optional(ack_t{}); });
+  pages_.emplace(settings_, shared_, [](const WebCommand&) { return std::optional(Acknowledged(ack_t{}, {problem_t{}})); });
   for (const auto& [path, type] : document_.answers) {
     const auto at = path.find("/api/v1/");
     if (!path.starts_with("GET ") || at == std::string::npos) continue;

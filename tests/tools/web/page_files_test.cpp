@@ -17,8 +17,9 @@ namespace slam::page_files_test {
 namespace {
 
 constexpr const char* kPaths[] = {
-    "/",        "/words.js", "/german.js", "/page.js", "/state.js",  "/draw.js",  "/hands.js", "/commands.js",
-    "/maps.js", "/brush.js", "/edit.js",   "/day.js",  "/worker.js", "/page.css", "/icon.svg", "/manifest.webmanifest"};
+    "/",         "/words.js",    "/german.js", "/page.js",  "/state.js", "/draw.js",
+    "/hands.js", "/commands.js", "/maps.js",   "/brush.js", "/edit.js",  "/day.js",
+    "/tools.js", "/logs.js",     "/worker.js", "/page.css", "/icon.svg", "/manifest.webmanifest"};
 
 std::string contentOf(const char* path) {
   const PageFile* file = findPageFile(path);
@@ -36,7 +37,7 @@ std::vector<std::string> matchesIn(const std::string& text, const char* pattern)
 /// Rows of slamd's table of problems as they stand in its headers, by id, with the words that several rows share.
 std::map<std::string, std::string> problemRows() {
   std::string text;
-  for (const char* file : {"devices", "sensors", "daemon"}) {
+  for (const char* file : {"devices", "sensors", "daemon", "answers"}) {
     std::ifstream in(std::string(SLAMD_SOURCE_DIR "/daemon/problems/") + file + ".hpp");
     text.append(std::istreambuf_iterator<char>(in), {});
   }
@@ -82,6 +83,19 @@ TEST(PageFiles, AreSmall) {
   std::size_t size = 0;
   for (const char* path : kPaths) size += compressed(contentOf(path));
   EXPECT_GT(size, kMost / 2);
+  EXPECT_LT(size, kMost);
+}
+
+TEST(PageFiles, AreLightAtAFirstLook) {
+  constexpr std::size_t kMost = 80'000;  // [bytes]
+  const std::string page = contentOf("/");
+  std::size_t size = page.size(), files = 1;
+  for (const std::string& path : matchesIn(page, R"x(<(?:script|link)[^>]* (?:src|href)="([^"]+)")x")) {
+    EXPECT_NE(contentOf(path.c_str()), "") << path;
+    size += contentOf(path.c_str()).size();
+    ++files;
+  }
+  EXPECT_GT(files, 8U);
   EXPECT_LT(size, kMost);
 }
 

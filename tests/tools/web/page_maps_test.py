@@ -187,7 +187,7 @@ def check_refusals(phone, out):
     for corner in ((x - 0.5, y - 0.5), (x + 0.5, y + 0.5), (x + 0.5, y - 0.5), (x - 0.5, y + 0.5)):
         tap(phone, *corner)
     press(phone, "apply")
-    words = wait_until("the reason is shown", lambda: (lambda w: "cross" in w and w)(phone.run(HINT)))
+    words = wait_until("the reason is shown", lambda: (lambda w: "kreuzt" in w and w)(phone.run(HINT)))
     if phone.run("return window.slam.edit.points.length") != 4:
         sys.exit("what was refused is gone")
     phone.screenshot(out / "edit-phone-refused.png")
@@ -222,7 +222,7 @@ def check_maps(phone, robot, out):
     phone.screenshot(out / "maps-phone.png")
     present = names[0]
     phone.run(PUSH % ("#map-list button", "Ausrichten: " + present))
-    wait_until("it is straightened", lambda: "turned" in phone.run(result))
+    wait_until("it is straightened", lambda: "gedreht" in phone.run(result))
     phone.run(PUSH % ("#map-list button", "Umbenennen: copy"))
     phone.run("const f = document.querySelector('#map-list form'); f.elements[0].value = 'house'; f.requestSubmit()")
     wait_until("it is renamed", lambda: "house" in phone.run(ROW))
@@ -235,7 +235,7 @@ def check_maps(phone, robot, out):
     wait_until("it is loaded", lambda: "house" in phone.run(result) and phone.run(ROW)[0] == "house")
     wait_until("its edits are shown", lambda: len(phone.run(EDITS)) == 5)
     refused = phone.run("return ask({verb: 'delete', name: 'house'})")
-    if refused["ok"] or "open" not in refused["words"]:
+    if refused["ok"] or "offen" not in refused["words"]:
         sys.exit(f"the map that slamd has open: {refused}")
     phone.run("document.querySelector('#maps .close').click()")
 
@@ -244,6 +244,7 @@ def check_keys(chromium, out):
     """An edit by keys alone, on a desktop."""
     desktop = opened(chromium, "desktop", dark=True)
     desktop.run("document.getElementById('edit-map').click()")
+    wait_until("the desktop's map may be edited", lambda: desktop.run("return document.body.classList.contains('editing')"))
     choose(desktop, "zone")
     desktop.run("document.getElementById('map').focus({focusVisible: true})")
     count = len(desktop.run(EDITS))

@@ -61,6 +61,18 @@ def check_size(name, chromium, out, dark=False, language="en"):
     return browser
 
 
+def check_weight(browser):
+    """What a first look loads, without the robot's data."""
+    files = browser.run("""
+const own = (e) => !new URL(e.name).pathname.startsWith("/api/");
+return [...performance.getEntriesByType("navigation"), ...performance.getEntriesByType("resource")].filter(own)
+  .map((e) => [new URL(e.name).pathname, e.decodedBodySize]);""")
+    weight = sum(size for _, size in files)
+    print(f"a first look loads {weight} bytes in {len(files)} files")
+    if len(files) < 8 or not 40_000 < weight < 80_000:
+        sys.exit(f"a first look is to load less than 80 000 bytes, and loads {weight}: {files}")
+
+
 def check_layers(browser):
     sizes = "return window.slam.robot.map.tiles.map((t) => t.size)"
     if browser.run(sizes)[1:] != [0, 0]:
@@ -221,6 +233,7 @@ def main():
             return 0
         time.sleep(8)  # something to look at
         browser = check_size("desktop", chromium, out)
+        check_weight(browser)
         check_layers(browser)
         check_line(browser, robot, out)
         check_lines(browser, ENGLISH_LINES)

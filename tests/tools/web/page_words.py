@@ -15,6 +15,7 @@ lines.metres = line("degraded", 0.9999, []);
 lines.lost = line("lost", 1, [problem("base", "slow", "slow", { level: "warning" }), problem("pose", "lost", "no pose", { level: "warning" })], true);
 lines.order = line("localised", 0.0004, [problem("pose", "next_scan", "waits", { level: "warning" }), problem("base", "port_gone", "gone"),
   problem("lidar", "port_in_use", "the port is in use by another program")]);
+lines.held = line("localised", 0.0004, [problem("lidar", "port_held", "the port is in use by another program (minicom, 1234)", { texts: ["minicom", "1234"] })]);
 lines.warned = line("localised", 0.0004, [problem("memory", "memory_refused", "memory is not locked: a limit", { level: "warning" })]);
 lines.secret = line("localised", 0.0004, [problem("depth", "camera_name_missing", "there is no camera 1d27/0601@1/4 (depth.uri)",
   { texts: ["1d27/0601@1/4"] })]);
@@ -38,11 +39,13 @@ def check_lines(browser, wanted):
 ENGLISH_LINES = {
     "good": "Localised to 2 cm", "metres": "Degraded to 1.0 m",
     "lost": "Lost since 14:02: waits to recognise something; drive slowly where it has been",
-    "order": "No lidar: the port is in use by another program", "warned": "Localised to 2 cm \u00b7 memory: memory is not locked: a limit",
+    "order": "No lidar: the port is in use by another program",
+    "held": "No lidar: the port is in use by another program (minicom, 1234)", "warned": "Localised to 2 cm \u00b7 memory: memory is not locked: a limit",
     "secret": "No depth camera: there is no camera (depth.uri)",
 }
 GERMAN_LINES = {
     "good": "Lokalisiert auf 2 cm", "metres": "Unsicher auf 1,0 m",
     "lost": "Verloren seit 14:02: sucht Bekanntes; langsam fahren, wo er schon war",
-    "order": "Lidar fehlt: ein anderes Programm benutzt den Anschluss", "secret": "Tiefenkamera fehlt: keine Kamera (depth.uri)",
+    "order": "Lidar fehlt: ein anderes Programm benutzt den Anschluss",
+    "held": "Lidar fehlt: ein anderes Programm benutzt den Anschluss (minicom, 1234)", "secret": "Tiefenkamera fehlt: keine Kamera (depth.uri)",
 }

@@ -81,19 +81,19 @@ TEST(LogPathOf, LeadsNowhereElse) {
 }
 
 TEST(CommandOf, TakesThoseOfThePage) {
-  std::string problem;
+  Answer problem;
   const auto save = commandOf(R"({"verb":"save","name":"kitchen"})", problem);
-  ASSERT_TRUE(save) << problem;
+  ASSERT_TRUE(save) << problem.words;
   EXPECT_EQ(save->argument, "kitchen");
   EXPECT_TRUE(commandOf(R"({"verb":"save"})", problem));
   const auto pose = commandOf(R"({"verb":"set_pose","x":1.5,"y":-2,"theta":0.25})", problem);
-  ASSERT_TRUE(pose) << problem;
+  ASSERT_TRUE(pose) << problem.words;
   EXPECT_THAT(pose->pose, ElementsAre(1.5, -2.0, 0.25));
   const auto mark = commandOf(R"({"verb":"log_mark","text":"hit the door"})", problem);
-  ASSERT_TRUE(mark) << problem;
+  ASSERT_TRUE(mark) << problem.words;
   EXPECT_EQ(mark->argument, "hit the door");
   const auto mode = commandOf(R"({"verb":"mode","mode":"localise"})", problem);
-  ASSERT_TRUE(mode) << problem;
+  ASSERT_TRUE(mode) << problem.words;
   EXPECT_EQ(mode->argument, "localise");
 }
 
@@ -116,9 +116,9 @@ TEST(CommandOf, ReportsWhatIsWrong) {
       {R"({"verb":"log_mark","text":"a\nb"})", "one line"},
       {R"({"verb":"log_mark","text":"a\u0000b"})", "one line"}};
   for (const auto& [body, words] : cases) {
-    std::string problem;
+    Answer problem;
     EXPECT_FALSE(commandOf(body, problem)) << body;
-    EXPECT_THAT(problem, HasSubstr(words)) << body;
+    EXPECT_THAT(problem.words, HasSubstr(words)) << body;
   }
 }
 

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "mapping/map_files.hpp"
+#include "problems/answers.hpp"
 #include "tools/files.hpp"
 #include "tools/web/map_tiles.hpp"
 
@@ -78,13 +79,13 @@ class Pages : public testing::Test {
     }
     return *pages_;
   }
-  std::optional<ack_t> obey(const WebCommand& command) {
+  std::optional<Acknowledged> obey(const WebCommand& command) {
     commands_.push_back(command);
     if (fails_) throw std::runtime_error("no route");
     return ack_;
   }
 
-  std::string follow(const DriveRequest& request) {
+  Problem follow(const DriveRequest& request) {
     drives_.push_back(request);
     if (fails_) throw std::runtime_error("no route");
     return refusal_;
@@ -97,8 +98,8 @@ class Pages : public testing::Test {
   std::string address_;  // whom requests come from
   std::vector<WebCommand> commands_;
   std::vector<DriveRequest> drives_;
-  std::string refusal_;
-  std::optional<ack_t> ack_;
+  Problem refusal_;
+  std::optional<Acknowledged> ack_;
   bool fails_ = false;
   std::optional<WebPages> pages_;
 };
@@ -311,10 +312,11 @@ TEST_F(Pages, ReportWhyASpeedIsNotDriven) {
   EXPECT_EQ(drive(R"({"vx":1e300,"omega":0,"hold":7})").status, 400);
   EXPECT_EQ(drive("{").status, 400);
   EXPECT_TRUE(drives_.empty());
-  refusal_ = "another page drives the robot";
+  refusal_ = answer::kOtherDrives;
   const Response busy = drive(R"({"vx":0.3,"omega":0,"hold":7})");
   EXPECT_EQ(busy.status, 409);
-  EXPECT_EQ(nlohmann::json::parse(busy.body)["message"], refusal_);
+  EXPECT_EQ(nlohmann::json::parse(busy.body)["message"], refusal_.words());
+  EXPECT_EQ(nlohmann::json::parse(busy.body)["parts"][0]["id"], "other_drives");
   fails_ = true;
   EXPECT_EQ(drive(R"({"vx":0,"omega":0})").status, 502);
 }

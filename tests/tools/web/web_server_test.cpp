@@ -94,7 +94,7 @@ class Server : public testing::Test {
         },
         [this](const DriveRequest& request) {
           drives_.push_back(request);
-          return std::string();
+          return Problem();
         });
     server_.emplace(*pages_, shared_, feed_, Hubs{hub_, foxglove_}, limits_, std::move(tls_));
     thread_ = std::thread([this] { server_->run(); });

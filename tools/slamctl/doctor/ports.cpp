@@ -7,6 +7,7 @@
 
 #include "drivers/imu/iio_device.hpp"
 #include "drivers/open_problem.hpp"
+#include "drivers/search/port_holder.hpp"
 #include "drivers/udev_links.hpp"
 #include "tools/slamctl/doctor.hpp"
 
@@ -29,38 +30,6 @@ std::string groupFix(const std::string& group, const Account& slamd) {
          (slamd.is_service ? " && sudo systemctl restart slamd"
           : is_caller      ? ", and log in again; the service has the right by its unit"
                            : ", log in again, and start slamd again");
-}
-
-struct Process {
-  std::string id, name;
-  std::filesystem::path folder;  // below /proc
-};
-
-std::vector<Process> processesIn(const std::filesystem::path& root) {
-  std::vector<Process> processes;
-  std::error_code error;
-  for (std::filesystem::directory_iterator at(root / "proc", error), end; !error && at != end; at.increment(error)) {
-    const std::string id = at->path().filename().string();
-    if (id.find_first_not_of("0123456789") != std::string::npos) continue;
-    Process& process = processes.emplace_back(Process{id, "", at->path()});
-    std::ifstream(at->path() / "comm") >> process.name;
-  }
-  return processes;
-}
-
-/// One that has a port open. @param but the name of one that may
-std::optional<Process> processWith(const std::string& port, const std::filesystem::path& root, std::string_view but) {
-  if (port.starts_with("/dev/pts/")) return std::nullopt;  // whoever made a pseudo-terminal has it open by right
-  for (const Process& process : processesIn(root)) {
-    if (process.name == but) continue;
-    std::error_code error;
-    for (std::filesystem::directory_iterator at(process.folder / "fd", error), end; !error && at != end;
-         at.increment(error)) {
-      std::error_code ignored;
-      if (std::filesystem::read_symlink(at->path(), ignored) == port) return process;
-    }
-  }
-  return std::nullopt;
 }
 
 }  // namespace
@@ -102,14 +71,9 @@ std::optional<Finding> checkClaimants(const std::string& device, const std::stri
   return Finding{Finding::kFault, device + ": " + describeClaimants(path, claimants), fix};
 }
 
-std::string holderOf(const std::string& port, const std::filesystem::path& root) {
-  const auto holder = processWith(port, root, "");
-  return holder ? holder->name + " (" + holder->id + ")" : "";
-}
-
 std::optional<Finding> checkHolders(const std::string& device, const std::string& port,
                                     const std::filesystem::path& root) {
-  const auto holder = processWith(port, root, "slamd");
+  const auto holder = holderOf(port, root, "slamd");
   if (!holder) return std::nullopt;
   const auto& [id, name, folder] = *holder;
   std::string fix = "sudo kill " + id;
@@ -124,9 +88,9 @@ std::optional<Finding> checkHolders(const std::string& device, const std::string
 std::optional<Finding> checkSecondSlamd(const std::filesystem::path& root) {
   std::string ids;
   int count = 0;
-  for (const Process& process : processesIn(root)) {
-    if (process.name != "slamd") continue;
-    ids += " " + process.id;
+  for (const RunningProgram& program : runningPrograms(root)) {
+    if (program.name != "slamd") continue;
+    ids += " " + program.id;
     ++count;
   }
   if (count < 2) return std::nullopt;

@@ -91,10 +91,10 @@ std::string StoredMap::edit(std::span<const EditCommand> commands) const {
     for (const EditCommand& command : commands) {
       std::vector<int> changed;
       int id = 0;
-      const std::string problem = edited.edit(command, map.T_map_base.translation(), &changed, &id);
-      if (!problem.empty())
+      const Problem problem = edited.edit(command, map.T_map_base.translation(), &changed, &id);
+      if (problem)
         throw std::runtime_error("edit " + std::to_string(&command - commands.data() + 1) + " of " +
-                                 std::to_string(commands.size()) + ": " + problem + "; none was made");
+                                 std::to_string(commands.size()) + ": " + problem.words() + "; none was made");
     }
     map.keyframes = std::move(edited.keyframes);
     map.in_map = std::move(edited.in_map);

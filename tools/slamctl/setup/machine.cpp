@@ -10,6 +10,7 @@
 #include "drivers/camera/usb_watch.hpp"
 #include "drivers/can/can_socket.hpp"
 #include "drivers/imu/iio_device.hpp"
+#include "drivers/search/port_holder.hpp"
 #include "drivers/tcp_port.hpp"
 #include "drivers/udev_links.hpp"
 #include "firmware_if/can_odrive.hpp"
@@ -42,18 +43,12 @@ std::string linkTo(const fs::path& port, const fs::path& folder) {
   return "";
 }
 
-std::string holderWords(const FoundPort& port) {
-  return port.holder.empty() ? "" : "; " + port.holder + " has it open";
-}
-
 void describe(const FoundPort& port, std::ostream& out) {
   const PortFinding& found = port.finding;
   out << "  " << port.path << (port.description.empty() ? "" : " (" + port.description + ")") << ": ";
   if (found.kind == PortFinding::kNothing) {
-    out << found.problem.cause() << holderWords(port) << "\n";
-    const bool by_slamd = port.holder.starts_with("slamd (");
-    if (!found.is_open && (by_slamd || port.holder.empty()))
-      out << "    fix: " << (by_slamd ? "sudo systemctl stop slamd" : found.problem.fix()) << "\n";
+    out << found.problem.cause() << "\n";
+    if (!found.is_open && !found.problem.fix().empty()) out << "    fix: " << found.problem.fix() << "\n";
     return;
   }
   out << found.name << (found.baud > 0 ? ", at " + std::to_string(found.baud) + " bit/s" : "") << "\n";
@@ -65,9 +60,8 @@ FoundPort surveyPort(const SerialPortInfo& port, const PortOpener& open) {
   std::error_code error;
   const fs::path device = fs::canonical(port.path, error);
   // What another program reads is not looked at: it would lose bytes, and a getty or a modem's manager sends.
-  if (!error) found.holder = holderOf(device.string());
-  if (!found.holder.empty()) {
-    found.finding = {.problem = problem::kPortInUse, .is_open = false};
+  if (const auto holder = error ? std::nullopt : holderOf(device.string())) {
+    found.finding = {.problem = heldBy(*holder), .is_open = false};
     return found;
   }
   found.finding = PortSearch(port.path, open, &monotonicNow).find(cancel);

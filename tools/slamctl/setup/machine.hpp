@@ -14,7 +14,6 @@ struct FoundPort {
   std::string path;              ///< that stays with the device, or with its USB socket
   std::string description = {};  ///< of a USB adapter
   PortFinding finding = {};
-  std::string holder = {};  ///< the program that has it open; empty: none that can be seen
 };
 
 struct FoundBus {

@@ -4,9 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <string_view>
 
+#include "bus/problem_message.hpp"
+#include "problems/answers.hpp"
+#include "tools/slamctl/health_json.hpp"
 #include "tools/web/request_guard.hpp"
 
 namespace slam {
@@ -36,7 +40,7 @@ bool TokenGate::mayRead(const httplib::Request& request, httplib::Response& resp
 
 bool TokenGate::mayCommand(const httplib::Request& request, httplib::Response& response, Timestamp now) const {
   if (web_.commands) return hasToken(request, response, now);
-  refuse(response, 403, "commands are off; set web.commands = true, and restart slam-web");
+  refuse(response, 403, answerOf({answer::kWebOff}));
   return false;
 }
 
@@ -64,9 +68,9 @@ bool TokenGate::hasToken(const httplib::Request& request, httplib::Response& res
   const bool given = request.get_header_value_count("Authorization") == 1;
   const std::lock_guard lock(guessing_);
   if (const Duration wait = throttle_.wait(request.remote_addr, now); given && wait > Duration(0)) {
-    const std::string seconds = std::to_string(static_cast<int>(std::ceil(toSeconds(wait))));
-    response.set_header("Retry-After", seconds);
-    refuse(response, 429, "too many wrong tokens came from this address; try again in " + seconds + " s");
+    const double seconds = std::ceil(toSeconds(wait));
+    response.set_header("Retry-After", std::to_string(static_cast<int>(seconds)));
+    refuse(response, 429, answerOf({{answer::kManyTokens, {seconds}}}));
     return false;
   }
   if (given && isSameSecret(bearerOf(request.get_header_value("Authorization")), web_.token)) {
@@ -75,13 +79,21 @@ bool TokenGate::hasToken(const httplib::Request& request, httplib::Response& res
   }
   if (given) throttle_.wrong(request.remote_addr, now);
   response.set_header("WWW-Authenticate", "Bearer");
-  refuse(response, 401, given ? "the token is not web.token of the robot's configuration" : "this needs the token");
+  refuse(response, 401, answerOf({given ? answer::kWrongToken : answer::kNeedsToken}));
   return false;
 }
 
 void refuse(httplib::Response& response, int status, const std::string& words) {
   response.status = status;
   response.set_content(words + "\n", "text/plain; charset=utf-8");
+}
+
+void refuse(httplib::Response& response, int status, const Answer& why) {
+  refuse(response, status, why.words);
+  auto parts = nlohmann::json::array();
+  for (const Problem& part : why.parts) parts.push_back(problemJson(toMessage("page", part, false)));
+  response.set_header(kPartsHeader,
+                      parts.dump(-1, ' ', /*ensure_ascii=*/true, nlohmann::json::error_handler_t::replace));
 }
 
 }  // namespace slam

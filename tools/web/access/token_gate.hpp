@@ -5,6 +5,7 @@
 
 #include "config/config.hpp"
 #include "core/timestamp.hpp"
+#include "problems/answer.hpp"
 #include "tools/web/http_library.hpp"
 #include "tools/web/token_throttle.hpp"
 
@@ -36,5 +37,8 @@ class TokenGate {
 
 /// Ends a request. @param words what is wrong, for people
 void refuse(httplib::Response& response, int status, const std::string& words);
+/// As well with the rows that the words are made of, in the header kPartsHeader: a list of `problem` (docs/api.md).
+void refuse(httplib::Response& response, int status, const Answer& why);
+inline constexpr const char* kPartsHeader = "Slamd-Parts";
 
 }  // namespace slam

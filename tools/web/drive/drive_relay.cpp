@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <utility>
+
+#include "problems/answer.hpp"
+#include "problems/answers.hpp"
 
 namespace slam {
 namespace {
@@ -17,7 +19,6 @@ constexpr double kFastestTurn = 20.0;  // [rad/s]
 constexpr Duration kRemembered = 30s;  // an ended press: longer than a request is on its way, and waits for a thread
 constexpr std::size_t kMostEnded = 64;
 constexpr std::uint64_t kMostHold = std::uint64_t{1} << 53;  // what a page counts to
-constexpr const char* kOver = "this press has ended; let go, and press again";
 
 bool isZero(const Twist2& twist) { return twist.vx == 0.0 && twist.vy == 0.0 && twist.omega == 0.0; }
 
@@ -74,27 +75,26 @@ void DriveRelay::stopIfSilent(Timestamp now) {
   if (owes_stop_) owes_stop_ = !send_({});
 }
 
-std::string DriveRelay::take(const DriveRequest& request, Timestamp now) {
+Problem DriveRelay::take(const DriveRequest& request, Timestamp now) {
   const std::lock_guard lock(mutex_);
   if (isZero(request.twist)) {
     endHold(std::exchange(hold_, 0), now);
     endHold(request.hold, now);
     owes_stop_ = !send_({});
-    if (owes_stop_)
-      throw std::runtime_error("the stop cannot be sent over LCM; slamd stops by itself in half a second");
-    return "";
+    if (owes_stop_) throw CommandRefused(answer::kStopNotSent);
+    return {};
   }
   stopIfSilent(now);
-  if (ends_) return "slam-web ends";
-  if (owes_stop_) throw std::runtime_error("the speed cannot be sent over LCM; slamctl doctor looks for the cause");
-  if (hasEnded(request.hold, now)) return kOver;
-  if (hold_ != 0 && hold_ != request.hold) return "another page drives the robot";
+  if (ends_) return answer::kWebEnds;
+  if (owes_stop_) throw CommandRefused(answer::kSpeedNotSent);
+  if (hasEnded(request.hold, now)) return answer::kPressOver;
+  if (hold_ != 0 && hold_ != request.hold) return answer::kOtherDrives;
   hold_ = request.hold;
   last_received_ = now;
-  if (send_(request.twist)) return "";
+  if (send_(request.twist)) return {};
   endHold(std::exchange(hold_, 0), now);
   owes_stop_ = true;
-  throw std::runtime_error("the speed cannot be sent over LCM; slamctl doctor looks for the cause");
+  throw CommandRefused(answer::kSpeedNotSent);
 }
 
 void DriveRelay::tend(Timestamp now) {

@@ -10,6 +10,7 @@
 
 #include "core/estimates.hpp"
 #include "core/timestamp.hpp"
+#include "problems/problem.hpp"
 
 namespace slam {
 
@@ -33,8 +34,8 @@ class DriveRelay {
 
   explicit DriveRelay(Send send) : send_(std::move(send)) {}
 
-  /// @return empty, or why it is not driven @throws std::runtime_error where it cannot be sent
-  std::string take(const DriveRequest& request, Timestamp now);
+  /// @return none, or why it is not driven @throws std::runtime_error where it cannot be sent
+  Problem take(const DriveRequest& request, Timestamp now);
   /// Sends the zero that is due; belongs into each turn of a loop.
   void tend(Timestamp now);
   /// When tend() is due; std::nullopt: nothing is driven.

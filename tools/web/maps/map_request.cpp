@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "problems/answers.hpp"
 #include "slam/edits/edit_json.hpp"
 #include "store/map_store.hpp"
 #include "tools/slamctl/health_json.hpp"
@@ -18,14 +19,15 @@ using nlohmann::json;
 std::string mapNameAt(const json& request, const char* key) {
   const auto at = request.find(key);
   if (at != request.end() && at->is_string() && MapStore::isName(at->get<std::string>())) return at->get<std::string>();
-  throw std::runtime_error(std::string("\"") + key + "\" is no name of a map; use letters, digits, - and _");
+  throw CommandRefused(
+      {answer::kNoMapName, {}, {at != request.end() && at->is_string() ? at->get<std::string>() : key}});
 }
 
 /// @throws std::runtime_error with what is wrong with it
 std::string editAt(const json& request) {
   const auto at = request.find("edit");
   const std::string edit = at == request.end() ? "" : textOf(*at);
-  if (const std::string problem = problemWith(editRequestOf(edit)); !problem.empty()) throw std::runtime_error(problem);
+  if (const Problem problem = problemWith(editRequestOf(edit))) throw CommandRefused(problem);
   return edit;
 }
 
@@ -38,16 +40,16 @@ std::optional<std::string> argumentOf(const json& request, const std::string& ve
   if (verb != "map_remove") return std::nullopt;
   const auto id = request.find("id");
   if (id != request.end() && id->is_number_unsigned()) return std::to_string(id->get<std::uint64_t>());
-  throw std::runtime_error("\"id\" is no number of an edit");
+  throw CommandRefused({answer::kNoEditNumber, {}, {"id"}});
 }
 
 }  // namespace
 
-std::optional<WebCommand> mapRequestOf(const json& request, const std::string& verb, std::string& problem) {
+std::optional<WebCommand> mapRequestOf(const json& request, const std::string& verb, Answer& problem) {
   try {
     if (auto argument = argumentOf(request, verb)) return WebCommand{.verb = verb, .argument = *std::move(argument)};
   } catch (const std::runtime_error& error) {
-    problem = error.what();
+    problem = answerOf(error);
   }
   return std::nullopt;
 }

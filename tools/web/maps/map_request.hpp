@@ -11,6 +11,6 @@ namespace slam {
 /// Commands about maps and what is drawn into them (docs/api.md), as slamctl sends them. Pure.
 /// @param request a JSON object @param verb of it
 /// @return std::nullopt for what is none of them, with `problem` empty, or for a wrong one, with what is wrong
-std::optional<WebCommand> mapRequestOf(const nlohmann::json& request, const std::string& verb, std::string& problem);
+std::optional<WebCommand> mapRequestOf(const nlohmann::json& request, const std::string& verb, Answer& problem);
 
 }  // namespace slam

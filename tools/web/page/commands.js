@@ -21,7 +21,7 @@ async function unlock(given) {
     if (!answer.ok) {
       sessionStorage.removeItem("slamd-token");
       showUnlocked(false);
-      showResult(await answer.text(), true);
+      showResult(await messageOf(answer), true);
       return false;
     }
   } catch (error) {
@@ -43,10 +43,12 @@ function showUnlocked(is) {
   showStop();
 }
 
-/// The message of an answer, whether it is JSON or a refusal in plain text.
+/// The message of an answer, whether it is JSON or a refusal in plain text: in German by the rows that it is made of.
 async function messageOf(answer) {
   const text = await answer.text();
-  try { return JSON.parse(text).message; } catch (error) { return text.trim(); }
+  let message = text.trim(), parts = JSON.parse(answer.headers.get("Slamd-Parts") || "[]");
+  try { ({ message, parts = [] } = JSON.parse(text)); } catch (error) { /* plain text */ }
+  return sentenceOf(message, parts);
 }
 
 /// Has slamd do something. @return whether it did, the status of HTTP, and what it answers

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 "use strict";
-// The problems of daemon/problems/ in German: id, cause, fix, and what slamd does meanwhile where that matters.
+// Problems and answers of daemon/problems/ in German: id, cause, fix, and what slamd does meanwhile where that matters.
 window.kGerman = Object.fromEntries(`not_opened|noch nicht geöffnet
 not_wanted|nicht vom CAN genommen
 opening|wird geöffnet
@@ -9,6 +9,7 @@ stopped_opening|beim Öffnen angehalten
 port_missing|kein solcher Anschluss|Kabel und udev-Regel prüfen
 port_gone|der Anschluss ist weg: ausgesteckt?
 port_in_use|ein anderes Programm benutzt den Anschluss
+port_held|ein anderes Programm benutzt den Anschluss ({0}, {1})|Beende es; einen Dienst mit sudo systemctl stop {0}
 port_is_none|kein serieller Anschluss|Pfad prüfen
 port_hidden|kein Recht auf {0} (EACCES)|Rechte des Ordners prüfen
 port_of_no_group|kein Recht auf den Anschluss (EACCES): Gruppe {0} ist nicht für Anschlüsse|slamds udev-Regeln installieren, sudo udevadm trigger
@@ -248,7 +249,101 @@ no_fifo_of_group|kein SCHED_FIFO: cpu.rt_runtime_us ist 0|950000 nach {0} schrei
 no_fifo_by_filter|kein SCHED_FIFO: Filter oder CONFIG_RT_GROUP_SCHED|sysctl -w kernel.sched_rt_runtime_us=-1, im Container --cap-add=SYS_NICE
 no_fifo_by_kernel|kein SCHED_FIFO: CONFIG_RT_GROUP_SCHED|sysctl -w kernel.sched_rt_runtime_us=-1
 clock_set_ahead|die Uhr wurde {#0} s vorgestellt
-clock_set_back|die Uhr wurde {#0} s zurückgestellt|im Stand: sudo systemctl restart slamd`.split("\n").map((row) => row.split("|")).map(([id, ...words]) => [id, words]));
+clock_set_back|die Uhr wurde {#0} s zurückgestellt|im Stand: sudo systemctl restart slamd
+too_many_commands|zu viele Befehle auf einmal
+unknown_verb|unbekannter Befehl; bekannt sind {0}
+no_mode|der Modus ist slam oder localise
+pose_set|Pose gesetzt
+pose_absurd|{0}; die Pose bleibt: x und y in Metern, theta in Radiant
+saved|gespeichert als {0}
+files_saved|gespeichert in {0}.yaml
+files_not_saved|nicht gespeichert; das Log nennt den Grund
+files_nowhere|output.map ist nicht gesetzt
+files_have_place|der Ort ist output.map
+files_under_way|eine Karte wird schon gespeichert
+loaded|{0} ist geladen; der Roboter wird darin gesucht
+floor_loaded|der Roboter wurde in Karte {0} gefunden, sie ist geladen
+new_map|eine neue Karte beginnt
+localises|lokalisiert in {0}, die bleibt, wie sie ist; der nächste Start nimmt mode aus der Konfiguration
+extends|erweitert {0}; der nächste Start nimmt mode aus der Konfiguration
+straightened|die Karte ist um {#0.2}° gedreht; ihr Ursprung war bei x {#1.3} m, y {#2.3} m
+renamed|Karte {0} heißt jetzt {1}
+deleted|Karte {0} ist gelöscht; bis zur nächsten lässt sie sich zurückholen
+restored|Karte {0} ist wieder da
+not_stored|nicht gespeichert:
+map_not_stored|die Karte ist nicht gespeichert:
+old_map_not_stored|die vorige ist nicht gespeichert:
+straight_not_stored|die Karte bleibt, denn die ausgerichtete ist nicht gespeichert:
+disk_silent|die Platte antwortet nicht; später noch einmal
+map_busy|ein anderer Befehl zur Karte ist noch nicht fertig
+no_store|store.directory ist nicht gesetzt
+no_map_name|„{0}“ ist kein Name einer Karte; erlaubt sind Buchstaben, Ziffern, - und _
+no_such_map|es gibt keine Karte „{0}“
+plan_name|„{0}“ würde für einen Grundriss gehalten
+map_exists|es gibt schon eine Karte „{0}“
+none_deleted|keine gelöschte Karte ist aufgehoben; nur die letzte ist es
+map_open|slamd hat Karte {0} offen; zuerst eine andere laden
+map_begins|store.map nennt Karte {0}, mit der slamd beginnt; zuerst eine andere nennen
+map_of_others|ein anderes Programm hat Karte {0} offen
+mode_already|der Modus ist schon „{0}“
+picture_stays|ein Bild einer Karte lässt sich nicht erweitern
+no_map_to_localise|keine gespeicherte Karte zum Lokalisieren
+map_stays|im Modus „localise“ bleibt die Karte: erst erweitern, dann bearbeiten, dann wieder lokalisieren
+no_reset|im Modus „localise“ bleibt die Karte; stattdessen die Pose setzen
+map_same|im Modus „localise“ ändert sich die Karte nicht
+not_localised|der Roboter ist nicht lokalisiert und ginge in der gedrehten Karte verloren; später noch einmal
+few_walls|zu wenige Wände zum Ausrichten; weiterfahren
+no_place|es gibt keinen Ort „{0}“
+edit_made|Bearbeitung {#0} ist gemacht
+edit_undone|Bearbeitung {#0}: letzter Schritt rückgängig
+edit_redone|Bearbeitung {#0}: letzter Schritt wiederholt
+edit_removed|Bearbeitung {#0} ist entfernt
+stored_in|gespeichert in {0}
+not_stored_yet|noch nicht gespeichert: die Platte antwortet nicht
+lost_at_end|am Ende verloren: store.directory ist nicht gesetzt
+no_edit|es gibt keine Bearbeitung {#0}
+no_edit_number|„{0}“ ist keine Nummer einer Bearbeitung
+nothing_to_undo|nichts ist mehr rückgängig zu machen
+nothing_undone|nichts wurde rückgängig gemacht
+most_edits|mehr als {#0} Bearbeitungen hat keine Karte; einige entfernen
+no_map_yet|es gibt noch keine Karte
+point_far|ein Punkt liegt mehr als {#0} m neben der Karte
+robot_lost|der Roboter ginge verloren: die Karte behielte {#0} % dessen, was er um sich sieht; wegfahren, weniger löschen, oder trotzdem löschen
+name_missing|ein Raum oder Ort braucht einen Namen
+name_long|der Name hat {#0} Bytes, höchstens {#1} sind erlaubt
+name_controls|der Name enthält ein Steuerzeichen
+author_bad|Urheber: {0}
+many_corners|{#0} Ecken, höchstens {#1} sind erlaubt
+point_absurd|{0}
+place_no_point|ein Ort hat einen Punkt und eine Richtung
+place_heading|die Richtung ist kein Winkel in Radiant
+place_sigma|das Sigma des Orts ist keine Länge
+wall_short|eine Wand braucht zwei Punkte
+wall_same|zwei Punkte der Wand sind gleich
+few_corners|ein Umriss braucht drei Ecken, es sind {#0}
+outline_crosses|der Umriss kreuzt oder berührt sich; Ecke für Ecke der Reihe nach zeichnen
+log_not_set|log.directory ist nicht gesetzt
+logging|das Log wird geschrieben: {0}
+logging_already|das Log wird schon geschrieben: {0}
+log_stopped|Log angehalten
+log_was_stopped|es lief kein Log
+marked|markiert: {0}
+not_marked|nicht markiert:
+mark_stopped|das Log ist angehalten; slamctl log start, dann noch einmal
+mark_empty|noch nichts im Log; gleich noch einmal
+mark_no_words|was ist passiert?
+web_busy|ein anderer Befehl läuft noch; danach noch einmal
+web_silent|slamd antwortet nicht; läuft es, mit lcm.commands = true oder seinem Socket?
+web_off|Befehle sind aus; web.commands = true setzen, slam-web neu starten
+needs_token|das braucht das Token
+wrong_token|das ist nicht das Token (web.token) des Roboters
+many_tokens|zu viele falsche Token von hier; in {#0} s noch einmal
+press_over|dieser Druck ist vorbei; loslassen und neu drücken
+other_drives|eine andere Seite fährt den Roboter
+web_ends|slam-web endet
+stop_not_sent|Stopp nicht gesendet; slamd hält in einer halben Sekunde selbst an
+speed_not_sent|Tempo nicht gesendet; slamctl doctor sucht die Ursache
+speeds_off|Fahren ist aus; base.speed_commands = true setzen, neu starten`.split("\n").map((row) => row.split("|")).map(([id, ...words]) => [id, words]));
 // The same faults of a drive, for which slamd stops the wheels.
 for (const id of ["no_frames", "no_heartbeat", "not_armed", "axis_error"])
   window.kGerman[id + "_stops"] = [...window.kGerman[id], "slamd hält beide Räder an, bis beide Antriebe gehorchen und ein neues SLAM_DRIVE kommt"];

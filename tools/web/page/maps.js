@@ -11,8 +11,6 @@ function button(what, act) {
   return made;
 }
 
-const localTime = (utime, style) => new Date(utime / 1000).toLocaleString(language, style || { dateStyle: "medium", timeStyle: "short" });
-
 /// The answer to a request for a list, or null, with the reason in the dialog's last line.
 async function listOf(path, line) {
   try {
@@ -86,7 +84,6 @@ function openDialog(dialog, show) {
   show();
 }
 
-$("show-maps").onclick = () => openDialog($("maps"), showMaps);
 for (const dialog of all("dialog")) {
   dialog.querySelector(".close").onclick = () => dialog.close();
   dialog.onclick = (event) => { if (event.target === dialog) dialog.close(); };  // beside it

@@ -190,6 +190,6 @@ function showAll() {
   if (robot.health) showHealth(robot.health);
   showState();
   showStop();
-  showEdit();
+  if (edit.on) showEdit();
   showDay();
 }

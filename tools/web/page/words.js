@@ -95,6 +95,30 @@ const named = (kind, name) => kTexts[language][kind + name] || name;
 const number = (value, digits) => fixed(value, digits).replace(".", language === "de" ? "," : ".");
 const fixed = (value, digits) => value.toFixed(digits).replace(/^-(0\.?0*)$/, "$1");  // no -0.00
 
+const localTime = (utime, style) => new Date(utime / 1000).toLocaleString(language, style || { dateStyle: "medium", timeStyle: "short" });
+
+const kMore = ["/maps.js", "/logs.js", "/brush.js", "/tools.js"];
+const loading = new Map();
+
+/// Loads a script, once. Scripts run in the order of their loading.
+function load(path) {
+  if (!loading.has(path)) loading.set(path, new Promise((done, fail) => {
+    const script = document.createElement("script");
+    script.src = path;
+    script.async = false;
+    script.onload = done;
+    script.onerror = () => { loading.delete(path); fail(new Error(path)); };
+    document.head.append(script);
+  }));
+  return loading.get(path);
+}
+
+/// Does what only some open: its scripts come when it is first asked for.
+async function withMore(act) {
+  try { await Promise.all(kMore.map(load)); } catch (error) { return showNote(t("noWeb")); }
+  act();
+}
+
 /// Puts the texts of the language where index.html names them.
 function translate() {
   document.documentElement.lang = language;
@@ -103,13 +127,7 @@ function translate() {
   for (const e of all("[data-title]")) e.title = t(e.dataset.title);
   for (const e of all("[data-placeholder]")) e.placeholder = t(e.dataset.placeholder);
   document.getElementById("language").value = language;
-  if (language === "de" && !document.getElementById("german")) {  // large, and only some need it
-    const script = document.createElement("script");
-    script.id = "german";
-    script.src = "/german.js";
-    script.onload = showAll;
-    document.head.append(script);
-  }
+  if (language === "de") load("/german.js").then(showAll, () => {});  // large, and only some need it
 }
 
 function choose(chosen) {
@@ -135,6 +153,15 @@ function wordsOf(problem) {
   const filled = (words) => (words || "").replace(/\{(#?)(\d)([^}]*)\}/g, (_, hash, i, rest) =>
     hash ? placed(i + rest, problem.numbers[i]) : problem.texts[i] || "");
   return { cause: filled(row[0]), fix: filled(row[1]), meanwhile: filled(row[2]) };
+}
+
+/// An answer's rows as one sentence, as answer.cpp joins them. @param message the same as slamd words it
+function sentenceOf(message, parts) {
+  if (language === "en" || parts.length === 0) return message;
+  return parts.map((part) => {
+    const { cause, meanwhile, fix } = wordsOf(part);
+    return [cause, meanwhile, fix].filter(Boolean).join("; ");
+  }).reduce((all, one) => all + (all.endsWith(":") ? " " : "; ") + one);
 }
 
 /// The cause without what identifies a device: that is for the device's details.

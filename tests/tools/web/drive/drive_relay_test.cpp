@@ -15,7 +15,7 @@ using testing::IsEmpty;
 
 class Relay : public testing::Test {
  protected:
-  std::string press(std::uint64_t hold, double vx) { return relay_.take({{vx, 0.0, 0.0}, hold}, now_); }
+  std::string press(std::uint64_t hold, double vx) { return relay_.take({{vx, 0.0, 0.0}, hold}, now_).words(); }
   std::string stop(std::uint64_t hold = 0) { return press(hold, 0.0); }
   /// Time goes on as in the loop that calls tend().
   void pass(Duration time) {

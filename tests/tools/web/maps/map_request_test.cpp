@@ -23,19 +23,19 @@ TEST(MapRequest, IsSentAsSlamctlSendsIt) {
       {R"({"verb":"map_straighten"})", {"map_straighten", ""}},
       {R"({"verb":"map_remove","id":7})", {"map_remove", "7"}}};
   for (const auto& [body, wanted] : cases) {
-    std::string problem;
+    Answer problem;
     const auto command = commandOf(body, problem);
-    ASSERT_TRUE(command) << body << ": " << problem;
+    ASSERT_TRUE(command) << body << ": " << problem.words;
     EXPECT_EQ(command->verb, wanted.first);
     EXPECT_EQ(command->argument, wanted.second);
   }
 }
 
 TEST(MapRequest, HasAnEditThatSlamdReads) {
-  std::string problem;
+  Answer problem;
   const auto command = commandOf(
       R"({"verb":"map_edit","edit":{"kind":"room","name":"Küche","points":[[0,0],[1,0],[1,1]],"by":"page"}})", problem);
-  ASSERT_TRUE(command) << problem;
+  ASSERT_TRUE(command) << problem.words;
   EXPECT_EQ(command->verb, "map_edit");
   const EditRequest edit = editRequestOf(command->argument);
   EXPECT_EQ(edit.kind, EditKind::kRoom);
@@ -50,7 +50,7 @@ TEST(MapRequest, ReportsWhatIsWrong) {
       {R"({"verb":"load","name":"../etc"})", "no name of a map"},
       {R"({"verb":"delete","name":"a b"})", "no name of a map"},
       {R"({"verb":"rename","name":"a"})", "\"to\" is no name"},
-      {R"({"verb":"rename","name":"a","to":".deleted"})", "\"to\" is no name"},
+      {R"({"verb":"rename","name":"a","to":".deleted"})", "\".deleted\" is no name"},
       {R"({"verb":"map_remove","id":-1})", "no number of an edit"},
       {R"({"verb":"map_remove","id":"1"})", "no number of an edit"},
       {R"({"verb":"map_edit"})", "no JSON object"},
@@ -59,9 +59,9 @@ TEST(MapRequest, ReportsWhatIsWrong) {
       {R"({"verb":"map_edit","edit":{"kind":"zone","points":[[0,0],[1,1]]}})", "three corners"},
       {R"({"verb":"map_save"})", "unknown verb"}};
   for (const auto& [body, words] : cases) {
-    std::string problem;
+    Answer problem;
     EXPECT_FALSE(commandOf(body, problem)) << body;
-    EXPECT_THAT(problem, HasSubstr(words)) << body;
+    EXPECT_THAT(problem.words, HasSubstr(words)) << body;
   }
 }
 
