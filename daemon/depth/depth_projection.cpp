@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <stdexcept>
 
@@ -135,9 +136,9 @@ DepthProjection::Status DepthProjection::trackFloor(const DepthImage& image, con
 /// robot or too far, and is not looked at one by one.
 DepthProjection::DepthInterval DepthProjection::obstaclesOf(const DepthRays::Row& row, float lift_low,
                                                             float lift_high) const {
-  constexpr double kRounding = 1e-4;  // [m] of heights in float
+  const double rounding = 1e3 * std::numeric_limits<float>::epsilon();  // [m] of heights of some metres, with room
   const double z = config_.extrinsics.z - floor_.plane().offset;
-  const double to_low = config_.floor_clearance - kRounding - z, to_high = config_.robot_height + kRounding - z;
+  const double to_low = config_.floor_clearance - rounding - z, to_high = config_.robot_height + rounding - z;
   // Height gained per depth, over the floor as it lies: the least and the most of the row.
   const double least = row.up_low - std::max(row.across_low * lift_high, row.across_high * lift_high);
   const double most = row.up_high - std::min(row.across_low * lift_low, row.across_high * lift_low);

@@ -31,8 +31,7 @@ class BackEnd {
   void add(const Keyframe& keyframe, bool may_correct = true);
 
   /// Makes or undoes an edit; see KeyframeMap. The front end's reference follows with the next correction.
-  Problem edit(const EditCommand& command, const Eigen::Vector2d& robot, std::vector<int>* changed,
-                   int* concerned) {
+  Problem edit(const EditCommand& command, const Eigen::Vector2d& robot, std::vector<int>* changed, int* concerned) {
     return map_.edit(command, robot, changed, concerned);
   }
 

@@ -36,7 +36,7 @@ struct MapEdits {
   /// Makes an edit, or takes a step. @param concerned out: the edit that came or went; 0: none
   /// @return why not; none: it is done
   Problem carryOut(const EditCommand& command, const KeyframeGraph& keyframes, std::span<const char> in_map,
-                       int* concerned);
+                   int* concerned);
   /// Takes over the edits of another map, whose keyframes count from `first` on in this one and whose axes are turned
   /// by `turn` [rad] in it. What was undone in either is forgotten.
   void append(const MapEdits& other, int first, double turn);

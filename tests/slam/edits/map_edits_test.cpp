@@ -20,7 +20,7 @@ class MapEditsTest : public testing::Test {
  protected:
   std::string take(EditCommand::Kind kind, EditRequest request = {}, int id = 0) {
     const Problem problem = edits.carryOut({.kind = kind, .request = std::move(request), .id = id, .utime = 5},
-                                               keyframes(), in_map(), &edit);
+                                           keyframes(), in_map(), &edit);
     if (!problem) changed = eraseFrom(keyframes(), edits);
     return problem.words();
   }

@@ -255,7 +255,8 @@ TEST_F(ApiDocument, HasEachFieldOfTheAnswersAndNoOther) {
 }
 
 TEST_F(ApiDocument, HasPathsThatAreTheSameWithoutTheirVersion) {
-  pages_.emplace(settings_, shared_, [](const WebCommand&) { return std::optional(Acknowledged(ack_t{}, {problem_t{}})); });
+  pages_.emplace(settings_, shared_,
+                 [](const WebCommand&) { return std::optional(Acknowledged(ack_t{}, {problem_t{}})); });
   for (const auto& [path, type] : document_.answers) {
     const auto at = path.find("/api/v1/");
     if (!path.starts_with("GET ") || at == std::string::npos) continue;

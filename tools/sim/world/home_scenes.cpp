@@ -90,9 +90,9 @@ class HomeBuilder {
   /// @param at waypoint of the route before which it does
   void addLift(std::size_t at, double pause) {
     const Pose2 cabin{-kStart - Lift::kDepth / 2, 0.0, 0.0};
-    scene_.route.insert(scene_.route.begin() + static_cast<std::ptrdiff_t>(at),
-                        {{.pose = cabin, .pause = pause, .measured = true},
-                         {.pose = cabin, .pause = 0.0, .measured = true}});
+    scene_.route.insert(
+        scene_.route.begin() + static_cast<std::ptrdiff_t>(at),
+        {{.pose = cabin, .pause = pause, .measured = true}, {.pose = cabin, .pause = 0.0, .measured = true}});
   }
 
   /// It visits the first room, takes the lift, and makes the whole round then. Its second visit of the cabin is its
@@ -118,8 +118,8 @@ class HomeBuilder {
       const Waypoint& next = scene_.route[i];
       const Eigen::Vector2d way = next.pose.translation() - at.translation();
       const double heading = std::atan2(way.y(), way.x());
-      const double turn = std::abs(wrapAngle(heading - at.theta)) +
-                          (next.stop ? std::abs(wrapAngle(next.pose.theta - heading)) : 0.0);
+      const double turn =
+          std::abs(wrapAngle(heading - at.theta)) + (next.stop ? std::abs(wrapAngle(next.pose.theta - heading)) : 0.0);
       time += way.norm() / scene_.speed + turn / scene_.turn_rate + kSpeedUp + 2.0 * kTurnUp;
       if (i < waypoint) time += next.pause;
       at = {next.pose.x, next.pose.y, next.stop ? next.pose.theta : heading};

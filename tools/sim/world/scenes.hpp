@@ -35,8 +35,8 @@ struct SceneVariant {
   /// Of homes: a lift at the corridor's end takes the robot to this floor; kOpenLift: it stands there and stays open.
   std::optional<int> lift = {};
   static constexpr int kOpenLift = 0;
-  int blocks = 4;           ///< of streets, along each side of the grid
-  int laps = 1;             ///< of a route that ends where it starts
+  int blocks = 4;  ///< of streets, along each side of the grid
+  int laps = 1;    ///< of a route that ends where it starts
 
   friend bool operator==(const SceneVariant&, const SceneVariant&) = default;
 };

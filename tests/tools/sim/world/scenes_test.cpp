@@ -122,8 +122,8 @@ TEST(Scenes, ARouteIsDrivenInLapsAndVariantsThatASceneHasNotAreRefused) {
   EXPECT_THROW(makeScene("home", 1, {.blocks = 5}), std::invalid_argument);
 }
 
-/// In the homes' lift the robot is there before the door shuts, sees nothing of the floor while it rides, and comes out on
-/// another one, with the same walls.
+/// In the homes' lift the robot is there before the door shuts, sees nothing of the floor while it rides, and comes out
+/// on another one, with the same walls.
 TEST(Scenes, ALiftTakesTheRobotToAnotherFloor) {
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     Scene scene = makeScene("homes", seed, {.floor = 1, .lift = 2});
@@ -139,7 +139,8 @@ TEST(Scenes, ALiftTakesTheRobotToAnotherFloor) {
       for (double x = -0.7; x < 8.0; x += 0.05) {
         for (double y = -6.0; y < 6.0; y += 0.05) {
           const Eigen::Vector2d p(x, y);
-          const bool here = scene.world.still().occupied(p, 0.1, 0.3, 0.0) || scene.world.moving().occupied(p, 0.1, 0.3, 0.0);
+          const bool here =
+              scene.world.still().occupied(p, 0.1, 0.3, 0.0) || scene.world.moving().occupied(p, 0.1, 0.3, 0.0);
           if (here != floor.occupied(p, 0.1, 0.3)) return false;
         }
       }
