@@ -53,6 +53,11 @@ trust_situations() {
 13|gyro offset of 1 rad/s|home|gyro-offset=1|
 13|gyro in steps of 1 deg/s|home|gyro-step=1|
 14|20 beams|home|beams=20|
+14|60 beams|corridor-60|beams=60|
+14|view of 58 deg to 4 m, noise of 1 %|home|field-of-view=58 range-max=4 range-noise-per-metre=0.01|
+14|3.5 m at 5 Hz|home|range-max=3.5 turn-rate=5|
+14|range noise of 0.05 m|home|range-noise=0.05|
+14|range noise of 0.1 m|home|range-noise=0.1|
 14|range noise of 0.3 m|home|range-noise=0.3|
 14|two lidars, one turned by 5 deg|home|second-lidar=5|
 15|$laps laps|home|laps=$laps|
