@@ -24,5 +24,6 @@ def check_floors(phone, names):
     words, focused = phone.run(FLOORS % (other, present))
     if not all(name in words for name in ("Welche Etage?", other, present)) or focused != "token":
         sys.exit(f"which floor: {words}, without a token: {focused}")
-    wait_until("the named map is loaded", lambda: phone.run("return document.getElementById('result').textContent").startswith("loaded " + other))
+    wait_until("the named map is loaded",
+               lambda: phone.run("return document.getElementById('result').textContent").startswith(other + " ist geladen"))
     wait_until("nothing is asked any more", lambda: phone.run("return document.getElementById('floors').childElementCount") == 0)
