@@ -26,7 +26,7 @@ std::optional<RunningProgram> holderOf(const std::string& port, const std::files
 
 Problem heldBy(const RunningProgram& holder);
 /// Why a port cannot be opened that another program has, a pseudo-terminal too, with that program's name where it can
-/// be seen.
+/// be seen, or where a lock file in /run/lock has it.
 /// @param path of the port, or of a link to it
 Problem portInUse(const std::string& path, const std::filesystem::path& root = "/");
 

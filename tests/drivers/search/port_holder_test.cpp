@@ -99,5 +99,33 @@ TEST(PortHolder, IsFoundByItsDescriptors) {
   EXPECT_EQ(runningPrograms(root / "").size(), 3U);
 }
 
+/// slamd's user under systemd sees no other user's programs, but their lock files.
+TEST(PortHolder, IsNamedByALockFileWhereItsProgramCannotBeSeen) {
+  const test::Folder root;
+  const test::PseudoTerminal line;
+  fs::create_directories(root / "run/lock");
+  const std::string lock = "run/lock/LCK.." + fs::canonical(line.path()).filename().string();
+  std::string ended;
+  {
+    const Holder holder(line.path(), "minicom");
+    ended = holder.id();
+    root.write(lock, "      " + holder.id() + " minicom robot\n");
+    EXPECT_EQ(portInUse(line.path(), root / "").cause(),
+              "the port is in use by another program (minicom, " + holder.id() + ")");
+    root.write(lock, holder.id() + "\n");
+    EXPECT_EQ(portInUse(line.path(), root / "").cause(),
+              "the port is in use by another program (?, " + holder.id() + ")");
+    root.write(lock, holder.id() + " \x1b[2J" + std::string(5000, 'm'));
+    EXPECT_LT(portInUse(line.path(), root / "").cause().size(), 100U);
+  }
+  const std::string own = std::to_string(getpid());
+  for (const std::string& useless :
+       {ended + " minicom robot\n", own + " slamd\n", std::string("minicom 12\n"), std::string("-5 minicom\n"),
+        std::string("99999999999999 minicom\n"), std::string()}) {
+    root.write(lock, useless);
+    EXPECT_TRUE(portInUse(line.path(), root / "").is(problem::kPortInUse)) << useless;
+  }
+}
+
 }  // namespace
 }  // namespace slam::port_holder_test
