@@ -79,13 +79,12 @@ class WheelMonitor {
   double shownVariance(double distance) const {
     return std::max(config_.least_noise, distance_error_) * noise_.wheelTranslationVariance(distance);
   }
-  /// Variance of their way as measured [m^2], over `distance` [m].
+  /// Variances of their way as measured [m^2], [rad^2], over `distance` [m] and `turn` [rad].
   double translationVariance(double distance) const {
     return distanceFactor() * noise_.wheelTranslationVariance(distance);
   }
-  /// Variance of the heading as measured [rad^2]. @param by_gyro which tells it, and not they
-  double headingVariance(double distance, double turn, bool by_gyro) const {
-    return (by_gyro ? 1.0 : turnFactor()) * noise_.headingVariance(0.0, distance, turn, by_gyro);
+  double rotationVariance(double distance, double turn) const {
+    return turnFactor() * noise_.wheelRotationVariance(distance, turn);
   }
 
  private:

@@ -7,8 +7,6 @@
 #include <limits>
 #include <numbers>
 
-#include "matching/normals.hpp"
-
 namespace slam {
 namespace {
 
@@ -21,19 +19,6 @@ CorrelativeConfig offlineSearch() {
   CorrelativeConfig config;
   config.max_hypotheses = 1 << 17;  // not in the pose path: it may take its time
   return config;
-}
-
-/// How well the keyframes of a piece are known relative to its anchor: mean variances.
-struct Spread {
-  double position = 0.0, heading = 0.0;  // [m^2], [rad^2]
-};
-Spread spreadOf(std::span<const PoseGraph::Reached> piece) {
-  Spread mean;
-  for (const auto& reached : piece) {
-    mean.position += reached.position_variance / static_cast<double>(piece.size());
-    mean.heading += reached.heading_variance / static_cast<double>(piece.size());
-  }
-  return mean;
 }
 
 }  // namespace
@@ -172,19 +157,22 @@ std::optional<LoopClosureSearch::Candidate> LoopClosureSearch::narrow(const Keyf
 std::optional<Edge> LoopClosureSearch::verify(const KeyframeGraph& keyframes, int newest, const Candidate& place) {
   // The submap: keyframes around the candidate that are one map with it, but not with the robot.
   const double active = config_.active_sigma * config_.active_sigma;
-  std::vector<PoseGraph::Reached> one_with_newest = keyframes.graph().reach(newest, active);
-  known_.clear();
-  for (const auto& reached : one_with_newest) known_.insert(reached.node);
-  const auto fromPlace = [&](const PoseGraph::Reached& reached) {
-    return distance(keyframes.pose(reached.node), keyframes.pose(place.id));
-  };
-  std::vector<PoseGraph::Reached> around = keyframes.graph().reach(place.id, active);
-  std::erase_if(around,
-                [&](const auto& r) { return fromPlace(r) >= config_.submap_radius || known_.contains(r.node); });
-  std::sort(around.begin(), around.end(), [&](const auto& a, const auto& b) { return fromPlace(a) < fromPlace(b); });
-  if (static_cast<int>(around.size()) > config_.max_submap) around.resize(static_cast<std::size_t>(config_.max_submap));
   std::vector<int> members;
-  for (const auto& reached : around) members.push_back(reached.node);
+  for (const auto& reached : keyframes.graph().reach(place.id, active)) {
+    if (distance(keyframes.pose(reached.node), keyframes.pose(place.id)) < config_.submap_radius) {
+      members.push_back(reached.node);
+    }
+  }
+  known_.clear();
+  for (const auto& reached : keyframes.graph().reach(newest, active)) known_.insert(reached.node);
+  std::erase_if(members, [&](int id) { return known_.contains(id); });
+  const auto nearer = [&](int a, int b) {
+    return distance(keyframes.pose(a), keyframes.pose(place.id)) <
+           distance(keyframes.pose(b), keyframes.pose(place.id));
+  };
+  std::sort(members.begin(), members.end(), nearer);
+  if (static_cast<int>(members.size()) > config_.max_submap)
+    members.resize(static_cast<std::size_t>(config_.max_submap));
   std::sort(members.begin(), members.end());
   if (!submap_) submap_.emplace(submap_config_);
   submap_->clear(keyframes.pose(place.id).translation());
@@ -192,27 +180,17 @@ std::optional<Edge> LoopClosureSearch::verify(const KeyframeGraph& keyframes, in
   // One scan only as far as it is one piece; beyond, keyframes of the submap would match themselves.
   int oldest = newest;
   while (oldest > 0 && known_.contains(oldest - 1)) --oldest;
-  keyframes.points(newest, query_);
-  const Eigen::Vector2d lidar = keyframes.scan(newest)->T_base_lidar.translation();
-  MatchConfig match = match_;  // as tracking has it
-  match.point_weight /= relativeSpacing(query_, lidar);
   keyframes.gather(newest, oldest, config_.query_length, config_.max_query_points, query_);
 
-  const SearchResult found = matcher_.match(*submap_, query_, place.T_map_newest, place.window, match);
+  const SearchResult found = matcher_.match(*submap_, query_, place.T_map_newest, place.window, match_);
   if (found.match.status == MatchStatus::kAmbiguous) ++counters_.ambiguous;
   if (!found.match.usable() || found.match.overlap < config_.min_overlap) return std::nullopt;
   last_overlap_ = found.match.overlap;
 
-  // The two pieces were matched, but one keyframe of each is tied.
-  std::erase_if(one_with_newest, [&](const auto& reached) { return reached.node < oldest; });
-  const Spread place_spread = spreadOf(around), query_spread = spreadOf(one_with_newest);
-  const double position = place_spread.position + query_spread.position,
-               heading = place_spread.heading + query_spread.heading;
   return Edge{.from = place.id,
               .to = newest,
               .T_from_to = between(keyframes.pose(place.id), found.match.T_ref_base),
-              .information = closureInformation(found.match, std::max(config_.translation_sigma, std::sqrt(position)),
-                                                std::max(config_.rotation_sigma, std::sqrt(heading))),
+              .information = closureInformation(found.match, config_.translation_sigma, config_.rotation_sigma),
               .kind = EdgeKind::kLoopClosure};
 }
 

@@ -82,23 +82,6 @@ TEST(LoopClosureSearch, ClosesASecondVisitThatDrifted) {
   }
 }
 
-/// The scans of a piece are matched, one keyframe of it is tied: its heading is known no better than theirs to it.
-TEST(LoopClosureSearch, IsNoSurerThanThePiecesAreInThemselves) {
-  std::vector<double> heading_sigmas;  // [rad] of the first closure
-  for (const double step : {0.0001, 0.01}) {
-    Visits visits(test::furnishedRoom());
-    Pose2 truth = kStart;
-    const Eigen::Vector3d sigma(0.001, 0.001, step);
-    visits.goOn(truth, {}, sigma);
-    for (int i = 1; i < kVisit; ++i) visits.goOn(truth = truth * Pose2{kStep, 0.0, 0.0}, {}, sigma);
-    visits.visit(kStart * Pose2{0.1, 0.15, 0.1}, {0.25, -0.2, 0.05}, {0.12, 0.12, 0.03});
-    ASSERT_FALSE(visits.accepted.empty());
-    heading_sigmas.push_back(std::sqrt(visits.accepted.front().information.inverse()(2, 2)));
-  }
-  EXPECT_LT(heading_sigmas[0], 0.006);
-  EXPECT_GT(heading_sigmas[1], 0.01);
-}
-
 TEST(LoopClosureSearch, PassesOverWhatIsNotPartOfTheMap) {
   Visits visits(test::furnishedRoom(), {}, kVisit);
   visits.visit(kStart, {}, kSharp);
