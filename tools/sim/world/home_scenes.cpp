@@ -22,7 +22,7 @@ struct Lift {
   static constexpr double kDepth = 1.5, kWidth = 1.2;  // [m] of the cabin
   static constexpr double kWait = 3.0;                 // [s] with open doors, at least, before and after
   static constexpr double kRide = 10.0;                // [s] with closed doors
-  static constexpr double kHurry = 10.0;  // [s] by which the robot may be there earlier than is reckoned with
+  static constexpr double kHurry = 12.0;  // [s] by which the robot may be there earlier than is reckoned with
 };
 
 struct HomePlan {
