@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <stdexcept>
 #include <string>
+#include <unistd.h>
 
 #include "store/map_store.hpp"
 #include "tools/bench/log_truth.hpp"
@@ -35,7 +36,7 @@ class LiftDrive : public testing::Test {
   }
   static void TearDownTestSuite() { fs::remove_all(folder()); }
 
-  static fs::path folder() { return fs::path(testing::TempDir()) / "lift_drive_test"; }
+  static fs::path folder() { return fs::path(testing::TempDir()) / ("lift_drive_test_" + std::to_string(getpid())); }
   static fs::path log() { return folder() / "drive.lcm"; }
   static std::string name(int floor) { return "floor-" + std::to_string(floor); }
   static void simulate(std::uint64_t seed, int floor, int lift) {
