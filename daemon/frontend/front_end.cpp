@@ -102,7 +102,7 @@ ScanOutcome FrontEnd::track(const LaserScan& recorded, bool may_keep) {
     return outcome;
   }
   // Neither wheels nor gyro show a lift's way, and its next floor may look like the one before.
-  if (config_.several_floors && tracking_.begun() && interpreter().cabin().opened())
+  if (tracking_.begun() && interpreter().cabin().opened())
     beginSession(tracking_.placed() ? KeyframeOrigin::kAssumed : KeyframeOrigin::kLost);
   if (local_map_.empty()) {
     outcome.keyframe = may_keep ? beginMap(cloud, predicted) : nullptr;

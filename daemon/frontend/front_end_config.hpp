@@ -35,7 +35,6 @@ struct FrontEndConfig {
   DepthViewConfig depth;
   bool follows_nearest = true;  ///< a correction moves the pose as the nearest keyframe; false: as the newest
   bool localise_only = false;   ///< the map is given: scans do not extend it
-  bool several_floors = false;  ///< there are maps of other floors, to which a lift may take the robot
 
   void visitSettings(auto& v) {
     v.section("ekf", "Kalman filter of wheels and IMU");

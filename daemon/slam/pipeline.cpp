@@ -7,7 +7,7 @@
 namespace slam {
 
 PipelineConfig fitted(PipelineConfig config, const MapState& map) {
-  config.front_end.several_floors = !map.floors.others.empty();
+  config.front_end.preprocessor.interpreter.several_floors = !map.floors.others.empty();
   if (map.kind == MapKind::kScans) return config;
   for (MatchConfig* match : {&config.front_end.match, &config.back_end.match})
     match->overlap_distance += 0.5 * map.grid.resolution();  // a wall may lie so far beside its cell's centre

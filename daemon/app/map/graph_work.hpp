@@ -36,7 +36,7 @@ class GraphWork {
   void sendChanges();
   void requestGrid();
   /// Makes or undoes an edit. A place without a pose is where the robot is.
-  /// @param done out: id of the edit @return why not, in words; empty: it is done
+  /// @param done out: id of the edit @return why not; none: it is done
   Problem edit(EditCommand command, int* done);
 
   const auto& backEnd() const { return builder_->backEnd(); }

@@ -59,10 +59,8 @@ MulticastRoute::~MulticastRoute() {
 
 std::optional<int> MulticastRoute::interface() {
   if (questions_ < 0) return 0;
-  if (mayHaveChanged() || !is_known_) {
-    interface_ = ask();
-    is_known_ = changes_ >= 0;
-  }
+  // Without a route, or without an answer, it is asked for each time.
+  if (mayHaveChanged() || !interface_ || changes_ < 0) interface_ = ask();
   return interface_;
 }
 

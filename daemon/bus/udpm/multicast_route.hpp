@@ -25,7 +25,6 @@ class MulticastRoute {
   const in_addr group_;
   const int questions_, changes_;  // sockets; -1: not permitted
   std::optional<int> interface_;
-  bool is_known_ = false;
 };
 
 }  // namespace slam

@@ -20,7 +20,8 @@ ScanInterpreter::ScanInterpreter(const InterpreterConfig& config, const LidarMod
       codes_(config.no_return),
       body_(lidar_.T_base_lidar, lidar_.upside_down, withRangeSigma(config.body, lidar_.range_sigma)),
       noise_(config.range_noise),
-      cabin_(config.cabin) {
+      cabin_(config.cabin),
+      several_floors_(config.several_floors) {
   body_.begin(body);
 }
 
@@ -55,7 +56,7 @@ const LaserScan& ScanInterpreter::interpret(const LaserScan& recorded, Timestamp
       if (body_.isBody(beam)) beam.range = 0.0F;
     }
   }
-  cabin_.add(beams, limits, middle->pose(), first);
+  if (several_floors_) cabin_.add(beams, limits, middle->pose(), first);
   noise_.add(beams, limits, middle->standstill());
   if (noise_.tooNoisy()) {
     for (Beam& beam : beams) beam.range = 0.0F;

@@ -21,6 +21,7 @@ struct InterpreterConfig {
   RangeNoiseConfig range_noise;
   SweepWatchConfig sweep;
   CabinWatchConfig cabin;
+  bool several_floors = false;  ///< there are maps of other floors, to which a lift may take the robot
 };
 
 /// Decides what a scan's beams mean before they are matched. A beam that says nothing about the world becomes one
@@ -60,6 +61,7 @@ class ScanInterpreter {
   BodyWatch body_;
   RangeNoiseWatch noise_;
   CabinWatch cabin_;
+  bool several_floors_;
   LaserScan scan_;
   std::array<bool, LaserScan::kCapacity> open_{};
 };
