@@ -92,10 +92,10 @@ TEST_F(LiveBases, DriveAsCommandedAndStopAndNameTheirFaults) {
     worstStateFor(3s);
     const std::int64_t driven = now();
     drive({.vx = 0.2}, 3s);
-    drive({.omega = 0.8}, 4s);
-    drive({.vx = 0.2, .omega = -0.5}, 5s);
+    drive({.omega = -0.8}, 4s);  // away from the wall, so that the robot has room
+    drive({.vx = 0.2, .omega = 0.5}, 5s);
     drive({.vx = -0.2}, 2s);
-    const std::int64_t end = drive({.vx = 0.2, .omega = 0.5}, 3s);
+    const std::int64_t end = drive({.vx = 0.2, .omega = -0.5}, 3s);
     worstStateFor(3s);
     const std::int64_t stood = now();
     const std::size_t calm = poses_.size();
@@ -128,7 +128,7 @@ TEST_F(LiveBases, DriveAsCommandedAndStopAndNameTheirFaults) {
     std::printf("%s: off by at most %.3f m in %d poses, with the faults %.3f m in %d\n", base.c_str(), before.worst,
                 before.poses, all.worst, all.poses);
     EXPECT_GT(before.poses, 100);
-    constexpr double kOff = 0.15;  // [m] 0.01 to 0.05 on an idle computer, up to 0.11 on one with a load of 9
+    constexpr double kOff = 0.15;  // [m] 0.01, and up to 0.06 where the gyro is pulled out with the wheels
     EXPECT_LT(before.worst, kOff);
     EXPECT_LT(all.worst, kOff);
     constexpr double kStands = 1e-9;  // [m], [rad] of rounding

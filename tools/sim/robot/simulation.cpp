@@ -2,8 +2,14 @@
 #include "tools/sim/robot/simulation.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace slam::sim {
+namespace {
+constexpr double kReach = 0.2;                 // [m] of the robot's hull before and behind the middle of its axle
+constexpr double kClearance = 0.02;            // [m]
+constexpr double kBottom = 0.02, kTop = 0.35;  // [m] above the floor: what the hull can run into
+}  // namespace
 
 Simulation::Simulation(const Scene& scene, std::uint64_t seed, Timestamp start, const RobotErrors& errors,
                        const DifferentialBase& nominal)
@@ -28,13 +34,19 @@ void Simulation::carry(double dt) {
   carrying_.reset();
 }
 
+Twist2 Simulation::told() const {
+  if (told_->vx == 0.0) return *told_;
+  const Eigen::Vector2d end = robot_.pose() * Eigen::Vector2d(std::copysign(kReach, told_->vx), 0.0);
+  return scene_.world.occupied(end, kBottom, kTop, kClearance) ? Twist2{} : *told_;
+}
+
 void Simulation::step() {
   const double dt = toSeconds(kStep);
   if (released_) ++driven_;
   if (carrying_) {
     carry(dt);
   } else {
-    robot_.step(told_ ? *told_ : released_ ? driver_.command(robot_.pose(), dt) : Twist2{}, dt);
+    robot_.step(told_ ? told() : released_ ? driver_.command(robot_.pose(), dt) : Twist2{}, dt);
   }
   now_ += kStep;
   history_.push(now_, robot_.pose());

@@ -30,7 +30,7 @@ class Simulation {
   /// The robot stands until this is called.
   void release() { released_ = true; }
 
-  /// From now on it drives as its base is told, not along the route.
+  /// From now on it drives as its base is told, not along the route; its motors stall where something is in the way.
   void obey(const Twist2& twist) { told_ = twist; }
 
   /// Someone takes the robot to a waypoint of the route, with that heading [rad], and leaves it to drive on from there.
@@ -52,6 +52,8 @@ class Simulation {
     double seconds, done;
   };
   void carry(double dt);
+  /// @return the twist that its base is told, without what would drive it into something
+  Twist2 told() const;
 
   const Scene& scene_;
   DriverModel driver_;

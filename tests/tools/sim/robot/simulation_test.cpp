@@ -38,5 +38,24 @@ TEST(Simulation, ACarriedRobotComesToItsPlaceWithStillWheelsAndDrivesOnFromThere
   EXPECT_TRUE(simulation.finished());
 }
 
+TEST(Simulation, TheMotorsStallWhereSomethingIsInTheWay) {
+  const Scene scene = makeScene("meeting-room", 1);
+  Simulation simulation(scene, 1, Timestamp{});
+  const auto drive = [&](const Twist2& twist, double seconds) {
+    simulation.obey(twist);
+    for (double t = 0.0; t < seconds; t += toSeconds(Simulation::kStep)) simulation.step();
+    return simulation.robot().pose();
+  };
+  drive({.omega = 0.8}, 2.0);
+  drive({.vx = 0.3}, 20.0);
+  const auto wheels = simulation.robot().encoderAngles();
+  const Pose2 stuck = drive({.vx = 0.3}, 2.0);
+  EXPECT_FALSE(scene.world.occupied(stuck.translation(), 0.05, 0.3, 0.1));
+  EXPECT_GT(stuck.y, 0.5) << "the wall is 0.9 m away";
+  EXPECT_EQ(simulation.robot().encoderAngles(), wheels);
+  const Pose2 freed = drive({.vx = -0.3}, 1.0);
+  EXPECT_GT((freed.translation() - stuck.translation()).norm(), 0.2);
+}
+
 }  // namespace
 }  // namespace slam::sim::simulation_test
