@@ -3,7 +3,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <gtest/gtest.h>
 #include <slam/drive_t.hpp>
 #include <thread>
@@ -65,12 +64,6 @@ class LiveBases : public test::LiveFaults {
   }
 };
 
-/// All of them, or the one of SLAMD_BASE.
-bool isWanted(const std::string& base) {
-  const char* only = std::getenv("SLAMD_BASE");
-  return only == nullptr || base == only;
-}
-
 struct Cell {
   const char* name;
   const char* fault;
@@ -82,63 +75,67 @@ constexpr Cell kCells[] = {{"pulled", "unplug 1", "unplug 0", "no such port"},
                            {"half a frame", "lose 3;insert 3;flip 3", "lose 0", ""},
                            {"lifted", "lifted 1", "lifted 0", "base: a wheel hangs in the air"}};
 
-TEST_F(LiveBases, DriveAsCommandedAndStopAndNameTheirFaults) {
+class EachLiveBase : public LiveBases, public testing::WithParamInterface<std::string> {};
+INSTANTIATE_TEST_SUITE_P(OfTheTable, EachLiveBase, testing::ValuesIn([] {
+                           std::vector<std::string> names = sim::baseNames();
+                           std::erase(names, "handsfree");  // FaultMatrix.Board, Stop
+                           return names;
+                         }()),
+                         [](const auto& device) { return device.param; });
+
+TEST_P(EachLiveBase, DrivesAsCommandedAndStopsAndItsFaultsAreNamed) {
   ASSERT_TRUE(listener_.good());
-  for (const std::string& base : sim::baseNames()) {
-    if (base == "handsfree" || !isWanted(base)) continue;  // FaultMatrix.Board, Stop
-    SCOPED_TRACE(base);
-    ASSERT_TRUE(begin(base)) << daemonLog();
-    const std::int64_t idle = now();
-    worstStateFor(3s);
-    const std::int64_t driven = now();
-    drive({.vx = 0.2}, 3s);
-    drive({.omega = -0.8}, 4s);  // away from the wall, so that the robot has room
-    drive({.vx = 0.2, .omega = 0.5}, 5s);
-    drive({.vx = -0.2}, 2s);
-    const std::int64_t end = drive({.vx = 0.2, .omega = -0.5}, 3s);
-    worstStateFor(3s);
-    const std::int64_t stood = now();
-    const std::size_t calm = poses_.size();
-    for (const Cell& cell : kCells) {
-      const bool no_sensor = base == "text" || base == "roboclaw" || base == "opencr" || base == "vesc";
-      if (std::string_view(cell.name) == "lifted" && no_sensor) continue;
-      inject("board", cell.fault);
-      EXPECT_TRUE(
-          listener_.until([&] { return poseState(), summary().find(cell.words) != std::string::npos; }, kPatience * 5s))
-          << cell.name << ": " << summary();
-      std::printf("%s, %s: %s\n", base.c_str(), cell.name, summary().c_str());
-      drive({.omega = 0.5}, 500ms);
-      inject("board", cell.end);
-      EXPECT_TRUE(listener_.until([&] { return poseState() == kLocalised && streams("base"); }, kPatience * 12s))
-          << cell.name << ": " << summary();
-      worstStateFor(700ms);           // it counts as put down
-      drive({.omega = -0.5}, 500ms);  // a Create that was lifted drives by a new command
-      EXPECT_TRUE(listener_.until([&] { return poseState() == kLocalised && isWell("base"); }, kPatience * 8s))
-          << cell.name << ": " << summary();
-    }
-    drive({.vx = 0.2}, 1s);
-    slamd_->signal(SIGTERM);
-    EXPECT_EQ(slamd_->wait(5s), 0) << daemonLog();
-    const std::int64_t over = now() + 300000;
-    std::this_thread::sleep_for(1500ms);
-    const std::int64_t last = now() - 100000;
-    const Trajectory truth = endDrive();
-    const Compared before = compare(truth, 0, calm, kLocalised), all = compare(truth, 0, poses_.size(), kLocalised);
-    const auto runs_out = std::chrono::duration_cast<std::chrono::microseconds>(SpeedCommand::kLasts).count();
-    std::printf("%s: off by at most %.3f m in %d poses, with the faults %.3f m in %d\n", base.c_str(), before.worst,
-                before.poses, all.worst, all.poses);
-    EXPECT_GT(before.poses, 100);
-    constexpr double kOff = 0.15;  // [m] 0.01, and up to 0.06 where the gyro is pulled out with the wheels
-    EXPECT_LT(before.worst, kOff);
-    EXPECT_LT(all.worst, kOff);
-    constexpr double kStands = 1e-9;  // [m], [rad] of rounding
-    EXPECT_LT(moved(truth, idle, driven), kStands) << "nothing moves without a command";
-    EXPECT_GT(moved(truth, driven, end), 0.3);
-    EXPECT_LT(moved(truth, end + runs_out + 300000, stood), kStands)
-        << "it stands within 0.3 s of the end of its command";
-    EXPECT_LT(moved(truth, over, last), kStands) << "and when slamd has ended";
-    std::filesystem::remove_all(folder_ / "devices");
+  const std::string& base = GetParam();
+  ASSERT_TRUE(begin(base)) << daemonLog();
+  const std::int64_t idle = now();
+  worstStateFor(3s);
+  const std::int64_t driven = now();
+  drive({.vx = 0.2}, 3s);
+  drive({.omega = -0.8}, 4s);  // away from the wall, so that the robot has room
+  drive({.vx = 0.2, .omega = 0.5}, 5s);
+  drive({.vx = -0.2}, 2s);
+  const std::int64_t end = drive({.vx = 0.2, .omega = -0.5}, 3s);
+  worstStateFor(3s);
+  const std::int64_t stood = now();
+  const std::size_t calm = poses_.size();
+  for (const Cell& cell : kCells) {
+    const bool no_sensor = base == "text" || base == "roboclaw" || base == "opencr" || base == "vesc";
+    if (std::string_view(cell.name) == "lifted" && no_sensor) continue;
+    inject("board", cell.fault);
+    EXPECT_TRUE(
+        listener_.until([&] { return poseState(), summary().find(cell.words) != std::string::npos; }, kPatience * 5s))
+        << cell.name << ": " << summary();
+    std::printf("%s, %s: %s\n", base.c_str(), cell.name, summary().c_str());
+    drive({.omega = 0.5}, 500ms);
+    inject("board", cell.end);
+    EXPECT_TRUE(listener_.until([&] { return poseState() == kLocalised && streams("base"); }, kPatience * 12s))
+        << cell.name << ": " << summary();
+    worstStateFor(700ms);           // it counts as put down
+    drive({.omega = -0.5}, 500ms);  // a Create that was lifted drives by a new command
+    EXPECT_TRUE(listener_.until([&] { return poseState() == kLocalised && isWell("base"); }, kPatience * 8s))
+        << cell.name << ": " << summary();
   }
+  drive({.vx = 0.2}, 1s);
+  slamd_->signal(SIGTERM);
+  EXPECT_EQ(slamd_->wait(5s), 0) << daemonLog();
+  const std::int64_t over = now() + 300000;
+  std::this_thread::sleep_for(1500ms);
+  const std::int64_t last = now() - 100000;
+  const Trajectory truth = endDrive();
+  const Compared before = compare(truth, 0, calm, kLocalised), all = compare(truth, 0, poses_.size(), kLocalised);
+  const auto runs_out = std::chrono::duration_cast<std::chrono::microseconds>(SpeedCommand::kLasts).count();
+  std::printf("%s: off by at most %.3f m in %d poses, with the faults %.3f m in %d\n", base.c_str(), before.worst,
+              before.poses, all.worst, all.poses);
+  EXPECT_GT(before.poses, 100);
+  constexpr double kOff = 0.15;  // [m] 0.01, and up to 0.06 where the gyro is pulled out with the wheels
+  EXPECT_LT(before.worst, kOff);
+  EXPECT_LT(all.worst, kOff);
+  constexpr double kStands = 1e-9;  // [m], [rad] of rounding
+  EXPECT_LT(moved(truth, idle, driven), kStands) << "nothing moves without a command";
+  EXPECT_GT(moved(truth, driven, end), 0.3);
+  EXPECT_LT(moved(truth, end + runs_out + 300000, stood), kStands)
+      << "it stands within 0.3 s of the end of its command";
+  EXPECT_LT(moved(truth, over, last), kStands) << "and when slamd has ended";
 }
 
 /// Those whose own time-out slamd sets, or relies upon.

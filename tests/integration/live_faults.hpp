@@ -15,6 +15,12 @@
 
 namespace slam::test {
 
+/// Of a device, as part of a test's name.
+inline std::string nameOf(std::string device) {
+  std::erase(device, '-');
+  return device;
+}
+
 /// slamd as a user runs it, whose devices fail when a test says so.
 class LiveFaults : public Live {
  protected:

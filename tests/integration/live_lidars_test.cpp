@@ -25,47 +25,49 @@ constexpr Cell kCells[] = {{"pulled", "unplug 1", "unplug 0", "no such port"},
                            {"noise", "garbage 1", "garbage 0", "lidar: bytes come, but no packet", "no answer"},
                            {"half a packet", "lose 3;insert 3;flip 3", "pause 1", ""}};
 
-class LiveLidars : public test::LiveFaults {};
+struct Lidar {
+  const char* name;
+  const char* driver;  ///< what lidar.driver is set to
+};
+void PrintTo(const Lidar& lidar, std::ostream* os) { *os << lidar.name; }
 
-TEST_F(LiveLidars, DriveAndNameTheirFaults) {
+class LiveLidar : public test::LiveFaults, public testing::WithParamInterface<Lidar> {};
+INSTANTIATE_TEST_SUITE_P(OfEachFamily, LiveLidar,
+                         testing::Values(Lidar{"ld19", "ld19"}, Lidar{"ydlidar-x4", "ydlidar-x4"},
+                                         Lidar{"hokuyo-urg", "hokuyo"}, Lidar{"stl19p", "auto"}),
+                         [](const auto& device) { return test::nameOf(device.param.name); });
+
+TEST_P(LiveLidar, DrivesAndItsFaultsAreNamed) {
   ASSERT_TRUE(listener_.good());
-  // Each with what lidar.driver is set to.
-  for (const auto& [lidar, driver] :
-       {std::pair("ld19", "ld19"), {"ydlidar-x4", "ydlidar-x4"}, {"hokuyo-urg", "hokuyo"}, {"stl19p", "auto"}}) {
-    SCOPED_TRACE(lidar);
-    listener_.listenFor(300ms);  // what the slamd before it has sent
-    listener_.clear();
-    poses_.clear();
-    startSimulator("600", "meeting-room", {"--speed", "0.3", "--lidar", lidar});
-    startDaemon({std::string("lidar.driver='") + driver + "'", "imu.driver='hfi'", "depth.driver='none'"});
-    ASSERT_TRUE(listener_.until([&] { return poseState() == kLocalised; }, kPatience * 20s)) << daemonLog();
-    worstStateFor(12s);
-    const std::size_t driven = poses_.size();
-    for (const Cell& cell : kCells) {
-      const auto begin = Clock::now();
-      const std::string words = std::string_view(driver) == "hokuyo" ? cell.of_asked : cell.words;
-      inject("lidar", cell.fault);
-      EXPECT_TRUE(
-          listener_.until([&] { return poseState(), summary().find(words) != std::string::npos; }, kPatience * 5s))
-          << cell.name << ": " << summary();
-      std::printf("%s, %s: named after %.2f s: %s\n", lidar, cell.name,
-                  std::chrono::duration<double>(Clock::now() - begin).count(), summary().c_str());
-      inject("lidar", cell.end);
-      EXPECT_TRUE(listener_.until([&] { return poseState() == kLocalised && isWell("lidar"); }, kPatience * 8s))
-          << cell.name << ": " << summary();
-    }
-    worstStateFor(2s);
-    const Trajectory truth = endDrive();
-    const Compared calm = compare(truth, 0, driven, kLocalised), all = compare(truth, 0, poses_.size(), kLocalised);
-    std::printf("%s: off by at most %.3f m in %d poses, with the faults %.3f m in %d\n", lidar, calm.worst, calm.poses,
-                all.worst, all.poses);
-    EXPECT_GT(calm.poses, 100);
-    EXPECT_LT(calm.worst, 0.1) << "[m]";
-    EXPECT_LT(all.worst, 0.1) << "[m]";
-    slamd_->signal(SIGTERM);
-    EXPECT_EQ(slamd_->wait(5s), 0) << daemonLog();
-    std::filesystem::remove_all(folder_ / "devices");
+  const auto& [lidar, driver] = GetParam();
+  startSimulator("600", "meeting-room", {"--speed", "0.3", "--lidar", lidar});
+  startDaemon({std::string("lidar.driver='") + driver + "'", "imu.driver='hfi'", "depth.driver='none'"});
+  ASSERT_TRUE(listener_.until([&] { return poseState() == kLocalised; }, kPatience * 20s)) << daemonLog();
+  worstStateFor(12s);
+  const std::size_t driven = poses_.size();
+  for (const Cell& cell : kCells) {
+    const auto begin = Clock::now();
+    const std::string words = std::string_view(driver) == "hokuyo" ? cell.of_asked : cell.words;
+    inject("lidar", cell.fault);
+    EXPECT_TRUE(
+        listener_.until([&] { return poseState(), summary().find(words) != std::string::npos; }, kPatience * 5s))
+        << cell.name << ": " << summary();
+    std::printf("%s, %s: named after %.2f s: %s\n", lidar, cell.name,
+                std::chrono::duration<double>(Clock::now() - begin).count(), summary().c_str());
+    inject("lidar", cell.end);
+    EXPECT_TRUE(listener_.until([&] { return poseState() == kLocalised && isWell("lidar"); }, kPatience * 8s))
+        << cell.name << ": " << summary();
   }
+  worstStateFor(2s);
+  const Trajectory truth = endDrive();
+  const Compared calm = compare(truth, 0, driven, kLocalised), all = compare(truth, 0, poses_.size(), kLocalised);
+  std::printf("%s: off by at most %.3f m in %d poses, with the faults %.3f m in %d\n", lidar, calm.worst, calm.poses,
+              all.worst, all.poses);
+  EXPECT_GT(calm.poses, 100);
+  EXPECT_LT(calm.worst, 0.1) << "[m]";
+  EXPECT_LT(all.worst, 0.1) << "[m]";
+  slamd_->signal(SIGTERM);
+  EXPECT_EQ(slamd_->wait(5s), 0) << daemonLog();
 }
 
 }  // namespace
