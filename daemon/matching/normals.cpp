@@ -44,7 +44,7 @@ void addSide(const ScanPoints& points, std::size_t centre, int step, double max_
 }
 
 /// [rad] Median angle between the beams of neighbouring points, give or take a bin; 0 without neighbours.
-double beamSpacing(const ScanPoints& points, const Eigen::Vector2d& lidar) {
+double beamSpacing(std::span<const ScanPoint> points, const Eigen::Vector2d& lidar) {
   std::array<int, kSpacingBins> counts{};
   int count = 0;
   for (std::size_t i = 1; i < points.size(); ++i) {
@@ -92,8 +92,12 @@ bool continues(const ScanPoints& points, std::size_t index, int step, double max
 
 }  // namespace
 
+double relativeSpacing(std::span<const ScanPoint> points, const Eigen::Vector2d& lidar, const NormalConfig& config) {
+  return std::max(1.0, beamSpacing(points, lidar) / config.fine_spacing);
+}
+
 double estimateNormals(ScanPoints& points, const Eigen::Vector2d& lidar, const NormalConfig& config) {
-  const double relative_spacing = std::max(1.0, beamSpacing(points, lidar) / config.fine_spacing);
+  const double relative_spacing = relativeSpacing(points, lidar, config);
   for (std::size_t i = 0; i < points.size(); ++i) {
     ScanPoint& point = points[i];
     point.normal.setZero();

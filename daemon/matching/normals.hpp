@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <Eigen/Core>
+#include <span>
 
 #include "matching/scan_points.hpp"
 
@@ -20,13 +21,18 @@ struct NormalConfig {
   double in_a_row = 3.0;  ///< [1] standard deviations of ranges and bearings: points this near to one line are in a row
 };
 
+/// [1] Median angle between the beams of a scan by NormalConfig::fine_spacing, at least 1.
+/// @param points in acquisition order  @param lidar [m] its position in the points' frame
+double relativeSpacing(std::span<const ScanPoint> points, const Eigen::Vector2d& lidar,
+                       const NormalConfig& config = {});
+
 /// Fits a line through each point's neighbours in acquisition order and stores its normal and the normal's variance
 /// range_sigma^2 / sum (s - mean s)^2, s the position along the line. Points where no line fits keep a zero normal;
 /// those of them that go on a row of nearer points, further off than max_gap, may slide.
 ///
 /// @param points   in acquisition order
 /// @param lidar    [m] position of the lidar in the points' frame; normals look towards it
-/// @return relative_spacing [1] of the scan: the median angle between its beams in degrees, at least 1
+/// @return relativeSpacing() of the scan
 double estimateNormals(ScanPoints& points, const Eigen::Vector2d& lidar, const NormalConfig& config = {});
 
 }  // namespace slam

@@ -7,6 +7,8 @@
 #include <limits>
 #include <numbers>
 
+#include "matching/normals.hpp"
+
 namespace slam {
 namespace {
 
@@ -180,9 +182,13 @@ std::optional<Edge> LoopClosureSearch::verify(const KeyframeGraph& keyframes, in
   // One scan only as far as it is one piece; beyond, keyframes of the submap would match themselves.
   int oldest = newest;
   while (oldest > 0 && known_.contains(oldest - 1)) --oldest;
+  keyframes.points(newest, query_);
+  const Eigen::Vector2d lidar = keyframes.scan(newest)->T_base_lidar.translation();
+  MatchConfig match = match_;  // as tracking has it
+  match.point_weight /= relativeSpacing(query_, lidar);
   keyframes.gather(newest, oldest, config_.query_length, config_.max_query_points, query_);
 
-  const SearchResult found = matcher_.match(*submap_, query_, place.T_map_newest, place.window, match_);
+  const SearchResult found = matcher_.match(*submap_, query_, place.T_map_newest, place.window, match);
   if (found.match.status == MatchStatus::kAmbiguous) ++counters_.ambiguous;
   if (!found.match.usable() || found.match.overlap < config_.min_overlap) return std::nullopt;
   last_overlap_ = found.match.overlap;

@@ -47,6 +47,7 @@ TEST(Normals, StandOnTheWallsOfASparseScan) {
     const Room room{.range_sigma = 0.01, .beams = beams};
     ScanPoints points = test::scanPoints(room, Pose2{}, random);
     EXPECT_NEAR(estimateNormals(points, Eigen::Vector2d::Zero()), 360.0 / beams, 0.1);
+    EXPECT_NEAR(relativeSpacing(points, Eigen::Vector2d::Zero()), 360.0 / beams, 0.1);
     const auto lines = std::count_if(points.begin(), points.end(), [](const auto& p) { return p.hasNormal(); });
     EXPECT_GE(lines, beams - 4 * 3) << beams << ": all but the corners";
   }
