@@ -87,12 +87,7 @@ void Ekf::predict(Timestamp stamp) {
 
   const double distance = std::hypot(arc.v, arc.vy) * arc.seconds, turned = std::abs(arc.omega) * arc.seconds;
   const double translation = c.wheelTranslationVariance(distance) + square(c.translation_drift) * dt;
-  double rotation = square(c.rotation_drift) * dt;
-  if (gyroActive()) {
-    rotation += square(c.rotation_noise_gyro) * turned;
-  } else {
-    rotation += c.wheelRotationVariance(distance, turned);
-  }
+  const double rotation = c.headingVariance(dt, distance, turned, gyroActive());
   P_ = A * P_ * A.transpose();  // (14)
   systematic_ = (A * systematic_).eval();
   P_.diagonal().head<3>() += nisRatio() * Eigen::Vector3d(translation, translation, rotation);

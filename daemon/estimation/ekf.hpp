@@ -70,6 +70,12 @@ struct EkfConfig {
            rotation_noise_per_metre * rotation_noise_per_metre * distance;
   }
 
+  /// Variance of the heading [rad^2] over `seconds` [s], `distance` [m] and `turn` [rad], by the gyro or by the wheels.
+  double headingVariance(double seconds, double distance, double turn, bool by_gyro) const {
+    return rotation_drift * rotation_drift * seconds +
+           (by_gyro ? rotation_noise_gyro * rotation_noise_gyro * turn : wheelRotationVariance(distance, turn));
+  }
+
   void visitSettings(auto& v) {
     v.expert("acceleration_noise", acceleration_noise, "m/s per sqrt(s)", 0.01, 100.0,
              "The speed changes as a random walk with this standard deviation.");

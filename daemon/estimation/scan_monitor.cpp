@@ -35,9 +35,7 @@ void ScanMonitor::compare(const Ekf& odometry, const Pose2& T_map_base, const Ei
   const double drift =
       square(noise_.translation_drift) * seconds + (odometry.slip() ? square(noise_.slip_speed_sigma * seconds) : 0.0);
   const double across = wheels.shownVariance(distance) + drift;
-  const double heading_noise =
-      square(noise_.rotation_drift) * seconds + (odometry.gyroActive() ? square(noise_.rotation_noise_gyro) * turn
-                                                                       : noise_.wheelRotationVariance(distance, turn));
+  const double heading_noise = noise_.headingVariance(seconds, distance, turn, odometry.gyroActive());
   noise_sum_.diagonal() += Eigen::Vector3d(across, across, heading_noise);
 
   const GyroBias bias = odometry.gyroBiasEstimate();

@@ -79,12 +79,13 @@ class WheelMonitor {
   double shownVariance(double distance) const {
     return std::max(config_.least_noise, distance_error_) * noise_.wheelTranslationVariance(distance);
   }
-  /// Variances of their way as measured [m^2], [rad^2], over `distance` [m] and `turn` [rad].
+  /// Variance of their way as measured [m^2], over `distance` [m].
   double translationVariance(double distance) const {
     return distanceFactor() * noise_.wheelTranslationVariance(distance);
   }
-  double rotationVariance(double distance, double turn) const {
-    return turnFactor() * noise_.wheelRotationVariance(distance, turn);
+  /// Variance of the heading as measured [rad^2]. @param by_gyro which tells it, and not they
+  double headingVariance(double distance, double turn, bool by_gyro) const {
+    return (by_gyro ? 1.0 : turnFactor()) * noise_.headingVariance(0.0, distance, turn, by_gyro);
   }
 
  private:

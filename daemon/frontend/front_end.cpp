@@ -169,7 +169,7 @@ const Keyframe* FrontEnd::follow(const Cloud& cloud, const Prediction& predicted
   monitor_.scans.compare(predicted.odometry, T_map_base, match.covariance, monitor_.wheels, monitor_.heading);
   monitor_.heading.compare(monitor_.gyro, cloud.stamp, predicted.odometry.standstill(), T_map_base.theta,
                            ekf.covariance()(2, 2));
-  keyframes_.addDrift(T_map_base, &match, monitor_);
+  keyframes_.addDrift(T_map_base, &match, monitor_, predicted.odometry.gyroActive());
   // Counters that died are no wrong radius.
   monitor_.wheels.compare(predicted.odometry, T_map_base, match.observable == 3 && !ekf.wheelsDead());
   monitor_.mount.compare(predicted.odometry.pose(), T_map_base, match.observable == 3);
@@ -225,7 +225,7 @@ const Keyframe* FrontEnd::coast(const Cloud& cloud, const Prediction& predicted,
     beginSession(KeyframeOrigin::kLost);
     return nullptr;
   }
-  keyframes_.addDrift(T_map_base, nullptr, monitor_);
+  keyframes_.addDrift(T_map_base, nullptr, monitor_, predicted.odometry.gyroActive());
   return keyframes_.keep(cloud, T_map_base, {}, predicted.pose.sensitivity(), local_map_);
 }
 

@@ -105,7 +105,8 @@ void KeyframeSelector::describe(const Cloud& cloud, const Pose2& T_map_base) {
   }
 }
 
-void KeyframeSelector::addDrift(const Pose2& T_map_base, const MatchResult* match, const OdometryMonitor& monitor) {
+void KeyframeSelector::addDrift(const Pose2& T_map_base, const MatchResult* match, const OdometryMonitor& monitor,
+                                bool by_gyro) {
   const Pose2 moved = between(drift_pose_, T_map_base);
   drift_pose_ = T_map_base;
   const double distance = std::hypot(moved.x, moved.y), turned = std::abs(moved.theta);
@@ -116,15 +117,16 @@ void KeyframeSelector::addDrift(const Pose2& T_map_base, const MatchResult* matc
   unseen_ += rotated(monitor.scans.covarianceOf(moved), T_map_base.theta);
   if (match != nullptr && match->observable == 3) return;
   const double position = monitor.wheels.translationVariance(distance);
-  const double heading = monitor.wheels.rotationVariance(distance, turned);
-  const Eigen::Matrix3d unmatched = Eigen::Vector3d(position, position, heading).asDiagonal();
+  const double heading = monitor.wheels.headingVariance(distance, turned, by_gyro);
+  const Eigen::Vector3d unmatched(position, position, heading);
   Eigen::Matrix3d degenerate = Eigen::Matrix3d::Identity();
   if (match != nullptr) {
     const auto unseen = match->directions.rightCols(3 - match->observable);
     degenerate = unseen * unseen.transpose();
   }
-  drift_ += degenerate * unmatched * degenerate.transpose();
-  unseen_ += degenerate * unmatched * degenerate.transpose();
+  degenerate = (degenerate * unmatched.asDiagonal() * degenerate.transpose()).eval();
+  drift_ += degenerate;
+  unseen_ += degenerate;
 }
 
 void KeyframeSelector::transform(const Pose2& T_new_old) {

@@ -73,8 +73,8 @@ class KeyframeSelector {
   void begin(const Pose2& T_map_base) { drift_pose_ = T_map_base; }
   void transform(const Pose2& T_new_old);
 
-  /// The robot moved on. @param match that told where to; nullptr: none did
-  void addDrift(const Pose2& T_map_base, const MatchResult* match, const OdometryMonitor& monitor);
+  /// The robot moved on. @param match that told where to; nullptr: none did @param by_gyro odometry turned by a gyro
+  void addDrift(const Pose2& T_map_base, const MatchResult* match, const OdometryMonitor& monitor, bool by_gyro);
 
   /// @return the keyframe or refresh that a matched scan becomes; nullptr: none. Valid until the next call. A keyframe
   /// is added to the local map

@@ -75,7 +75,7 @@ class Selected {
   const Keyframe* keep(const Pose2& T_map_base, int observable = 3) {
     MatchResult match;
     match.observable = observable;
-    selector.addDrift(T_map_base, observable == 0 ? nullptr : &match, monitor);
+    selector.addDrift(T_map_base, observable == 0 ? nullptr : &match, monitor, by_gyro);
     return selector.keep(cloud, T_map_base, match, sensitivity, local_map);
   }
 
@@ -83,6 +83,7 @@ class Selected {
   LocalMap local_map;
   OdometryMonitor monitor{WheelMonitor(EkfConfig{}), GyroMonitor(EkfConfig{}), ScanMonitor(EkfConfig{}),
                           HeadingMonitor()};
+  bool by_gyro = false;
   KeyframeSelector selector;
   Cloud cloud;
   Sensitivity sensitivity = Sensitivity::Zero();
@@ -147,10 +148,25 @@ TEST(KeyframeSelector, AKeyframesCovarianceGrowsByTheWheelsWayWhereNoMatchTellsI
   EXPECT_NEAR(keyframe->covariance(0, 0), EkfConfig{}.wheelTranslationVariance(1.0), 1e-12);
 }
 
+TEST(KeyframeSelector, AKeyframesHeadingIsAsSureAsWhatToldTheTurnWhereNoMatchDid) {
+  const auto varianceOf = [](bool by_gyro) {
+    Selected selected;
+    selected.keep({}, 0);
+    selected.by_gyro = by_gyro;
+    const Keyframe* keyframe = selected.keep({0.0, 0.0, 1.0}, 0);
+    return std::pair(keyframe->step_covariance(2, 2), keyframe->covariance(2, 2));
+  };
+  const auto [wheels_step, wheels] = varianceOf(false);
+  EXPECT_NEAR(wheels, EkfConfig{}.headingVariance(0.0, 0.0, 1.0, false), 1e-12);
+  const auto [gyro_step, gyro] = varianceOf(true);
+  EXPECT_NEAR(gyro, EkfConfig{}.headingVariance(0.0, 0.0, 1.0, true), 1e-12);
+  EXPECT_LT(gyro_step, 0.01 * wheels_step) << "the graph would let the turn go by degrees";
+}
+
 TEST(KeyframeSelector, WhatNoMatchToldCountsNoMoreWhereTheMapIsKnown) {
   Selected selected;
   selected.keep({}, 0);
-  selected.selector.addDrift({3.0, 0.0, 0.0}, nullptr, selected.monitor);
+  selected.selector.addDrift({3.0, 0.0, 0.0}, nullptr, selected.monitor, false);
   MatchResult known = matchWith(9.0);
   known.overlap = known.known_ratio = 1.0;
   ASSERT_TRUE(
