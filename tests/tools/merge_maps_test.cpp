@@ -88,7 +88,7 @@ TEST_F(StoredMaps, WithoutCommonGroundAreRefused) {
   EXPECT_FALSE(fs::exists(folder / "c"));
 }
 
-TEST_F(StoredMaps, OfTwoFloorsAreRefusedUnlessTheirFurnitureIsSaidToBeMoved) {
+TEST_F(StoredMaps, OfTwoFloorsNeedTheFlagForMovedFurniture) {
   store("ground", test::home(1, 1).map);
   store("upper", test::home(1, 2, 0, 2).map);
   StoredMerge floors = merge("ground", "upper");
