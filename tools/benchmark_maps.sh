@@ -7,9 +7,9 @@
 maps_value() { sed -nE "s/.*\"$1\": ([0-9.]+).*/\1/p" "$2"; } # maps_value KEY FILE
 
 # The drive of a day: part of it mapped as $work/maps/NAME, with its truth.
-maps_drive() { # maps_drive NAME HOME DAY FROM TO
+maps_drive() { # maps_drive NAME HOME DAY FROM TO [WITH]: WITH: what differs from the first day
   local name=$1 out=$work/maps-$1
-  "$bin/slam-sim" --no-depth --scene homes --seed $(($2 + 8 * $3)) --with "furniture-moved=$3" \
+  "$bin/slam-sim" --no-depth --scene homes --seed $(($2 + 8 * $3)) --with "${6:-furniture-moved=$3}" \
     --log "$out.whole" --truth "$out.true" >/dev/null
   "$bin/slam-benchmark" cut "$out.whole" "$out.lcm" --from "$4" --to "$5" --later $((10000 * $3))
   awk -v later=$((10000 * $3)) '{printf "%.6f", $1 + later; for (i = 2; i <= NF; ++i) printf " %s", $i; print ""}' \
@@ -18,8 +18,8 @@ maps_drive() { # maps_drive NAME HOME DAY FROM TO
     --log "$out.lcm" --save-map "$work/maps/$name" >/dev/null 2>&1
   rm -f "$out.whole" "$out.lcm" "$out.true"
 }
-maps_merge() { # maps_merge A B C: what slamctl prints goes to $work/merge.txt
-  "$bin/slamctl" --maps "$work/maps" --config "${maps_config:-config/sim.toml}" merge "$1" "$2" --as "$3" \
+maps_merge() { # maps_merge A B C [--moved]: what slamctl prints goes to $work/merge.txt
+  "$bin/slamctl" --maps "$work/maps" --config "${maps_config:-config/sim.toml}" merge "$1" "$2" --as "$3" "${@:4}" \
     >"$work/merge.txt" 2>&1
 }
 maps_error() { # maps_error MAP TRUTH [KEY]: of its keyframes after alignment [m]
@@ -29,12 +29,13 @@ maps_error() { # maps_error MAP TRUTH [KEY]: of its keyframes after alignment [m
 }
 
 maps_homes() {
-  local homes=8 home right=0 wrong=0 ratios=() one
+  local homes=8 home right=0 wrong=0 unasked=0 ratios=() one
   [ -z "$short" ] || homes=2
   for home in $(seq "$homes"); do
     maps_drive "west-$home" "$home" 0 0 0.65
     maps_drive "east-$home" "$home" 1 0.35 1
-    maps_merge "west-$home" "east-$home" "home-$home" || { echo "home $home: $(cat "$work/merge.txt")" >&2; continue; }
+    maps_merge "west-$home" "east-$home" "unasked-$home" && unasked=$((unasked + 1)) || true
+    maps_merge "west-$home" "east-$home" "home-$home" --moved || { echo "home $home: $(cat "$work/merge.txt")" >&2; continue; }
     cat "$work/maps-west-$home.tum" "$work/maps-east-$home.tum" >"$work/both.tum"
     one=$(printf '%s\n' "$(maps_error "west-$home" "$work/maps-west-$home.tum")" \
       "$(maps_error "east-$home" "$work/maps-east-$home.tum")" | awk '{s += $1} END {print s / NR}')
@@ -42,10 +43,30 @@ maps_homes() {
     echo "home $home: ${ratios[-1]}; $(tr '\n' ';' <"$work/merge.txt")" >&2
     awk '{exit $1 > 0.1}' <<<"${ratios[-1]}" && right=$((right + 1)) || wrong=$((wrong + 1))
   done
+  row "homes in two drives, furniture moved" "merged without --moved" "$unasked" "<=" 0
   row "homes in two drives, furniture moved" "merged and right, of $homes" "$right" ">=" "$homes"
   row "homes in two drives, furniture moved" "merged and wrong" "$wrong" "<=" 0
   row "homes in two drives, furniture moved" "ATE by that of one drive, mean" \
     "$(printf '%s\n' "${ratios[@]}" | awk '{s += $1; o += $2} END {printf "%.2f", s / o}')" "<=" 1.2
+}
+
+# The same drives where nothing was moved, and on another floor with the same walls and other furniture.
+maps_lookalikes() { # after maps_homes
+  local homes=8 home right=0 floors=0
+  [ -z "$short" ] || homes=2
+  for home in $(seq "$homes"); do
+    maps_drive "still-$home" "$home" 1 0.35 1 furniture-moved=0
+    maps_drive "upper-$home" "$home" 1 0.35 1 floor=2
+    maps_merge "west-$home" "still-$home" "day-$home" && {
+      cat "$work/maps-west-$home.tum" "$work/maps-still-$home.tum" >"$work/both.tum"
+      awk '{exit $1 > 0.1}' <<<"$(maps_error "day-$home" "$work/both.tum")" && right=$((right + 1))
+    } || true
+    echo "home $home, nothing moved: $(tr '\n' ';' <"$work/merge.txt")" >&2
+    maps_merge "west-$home" "upper-$home" "floors-$home" && floors=$((floors + 1)) || true
+    echo "home $home, two floors: $(tr '\n' ';' <"$work/merge.txt")" >&2
+  done
+  row "homes in two drives, nothing moved" "merged and right without --moved, of $homes" "$right" ">=" "$homes"
+  row "two floors with the same walls, $homes pairs" "merged without --moved" "$floors" "<=" 0
 }
 
 maps_others() { # after maps_homes
@@ -54,11 +75,11 @@ maps_others() { # after maps_homes
   for here in $(seq "$homes"); do
     for there in $(seq "$homes"); do
       [ "$here" -ne "$there" ] || continue
-      maps_merge "west-$here" "east-$there" "other-$here-$there" && merged=$((merged + 1)) || true
+      maps_merge "west-$here" "east-$there" "other-$here-$there" --moved && merged=$((merged + 1)) || true
       echo "$here in $there: $(head -1 "$work/merge.txt")" >&2
     done
   done
-  row "different homes, $((homes * (homes - 1))) pairs" merged "$merged" "<=" 0
+  row "different homes, $((homes * (homes - 1))) pairs" "merged with --moved" "$merged" "<=" 0
 }
 
 maps_orders() {
@@ -68,7 +89,7 @@ maps_orders() {
   maps_drive third 3 2 0.45 1
   for order in "first second third" "second first third" "second third first" "third second first"; do
     read -r a b c <<<"$order"
-    maps_merge "$a" "$b" "$a-$b" && maps_merge "$a-$b" "$c" "$a-$b-$c" || { echo "$order: $(cat "$work/merge.txt")" >&2; worst=; break; }
+    maps_merge "$a" "$b" "$a-$b" --moved && maps_merge "$a-$b" "$c" "$a-$b-$c" --moved || { echo "$order: $(cat "$work/merge.txt")" >&2; worst=; break; }
     if [ "$order" = "first second third" ]; then
       "$bin/slam-benchmark" keyframes "$work/maps/$a-$b-$c" "$work/in-order.tum"
       continue
@@ -213,6 +234,7 @@ maps() {
   echo "| case | figure | value | target | |"
   echo "|---|---|---|---|---|"
   maps_homes
+  maps_lookalikes
   maps_others
   maps_orders
   maps_intel

@@ -61,6 +61,12 @@ inline constexpr ProblemKind kMapSame{"map_same", "mode is \"localise\": the map
 inline constexpr ProblemKind kNotLocalised{
     "not_localised", "the robot is not localised: it would be lost in the turned map; try again when it is"};
 inline constexpr ProblemKind kFewWalls{"few_walls", "the map has too few walls to be straightened by; drive on"};
+// Numbers: cells that agree, and what is needed [%].
+inline constexpr ProblemKind kOtherFurniture{
+    "other_furniture",
+    "{0} and {1} have the same walls, but {#0.1} % of the obstacles where both have been are the same, and {#1} % are "
+    "needed: another floor that looks alike, or a home whose furniture was moved",
+    "nothing is stored", "if the furniture was moved, give --moved; of two floors keep both maps"};
 inline constexpr ProblemKind kNoPlace{"no_place", "there is no place \"{0}\"; slamctl map place makes one"};
 
 // Edits. Numbers: the edit; or as the words have them. Text: a map.

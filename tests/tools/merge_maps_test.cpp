@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 #include <map>
 
+#include "problems/answer.hpp"
+#include "problems/answers.hpp"
 #include "store/durable_file.hpp"
 #include "store/map_store.hpp"
 #include "support/simulated/mapped_drive.hpp"
@@ -84,6 +86,25 @@ TEST_F(StoredMaps, WithoutCommonGroundAreRefused) {
   store("room", test::mapped(test::furnishedRoom(), test::alongX(-1.5, 1.5, 0.1), 3).map);
   EXPECT_THAT(refusal(merge("a", "room")), HasSubstr("was not found in a"));
   EXPECT_FALSE(fs::exists(folder / "c"));
+}
+
+TEST_F(StoredMaps, OfTwoFloorsNeedTheFlagForMovedFurniture) {
+  store("ground", test::home(1, 1).map);
+  store("upper", test::home(1, 2, 0, 2).map);
+  StoredMerge floors = merge("ground", "upper");
+  try {
+    floors.carryOut();
+    ADD_FAILURE() << "two floors are one map";
+  } catch (const CommandRefused& refused) {
+    EXPECT_TRUE(refused.why().is(answer::kOtherFurniture)) << refused.what();
+    EXPECT_THAT(refused.why().texts(), testing::ElementsAre("ground", "upper"));
+    EXPECT_THAT(refused.what(), HasSubstr("another floor that looks alike, or a home whose furniture was moved"));
+    EXPECT_THAT(refused.what(), HasSubstr("--moved"));
+  }
+  EXPECT_FALSE(fs::exists(folder / "c"));
+  floors.furniture_moved = true;
+  EXPECT_THAT(floors.carryOut(), HasSubstr("map c"));
+  EXPECT_TRUE(fs::exists(folder / "c"));
 }
 
 TEST_F(StoredMaps, AreMergedWhileAnotherProgramHasThemOpen) {

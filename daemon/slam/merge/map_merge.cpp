@@ -203,6 +203,12 @@ class Joining {
   LoopClosureSearch closures_;
 };
 
+OccupancyGrid drawnFrom(const KeyframeGraph& keyframes, std::span<const int> ids, const OccupancyGridConfig& config) {
+  OccupancyGrid grid(config);
+  for (const int id : ids) grid.add(keyframes.pose(id), keyframes.scan(id)->T_base_lidar, keyframes.scan(id)->points);
+  return grid;
+}
+
 /// Both maps with these poses and edges. @param turn [rad] of the second one's axes
 MapState joined(const MapState& first, const MapState& second, KeyframeGraph keyframes, double turn,
                 OccupancyGridConfig grid) {
@@ -273,6 +279,12 @@ MergedMap mergeMaps(const MapState& first, const MapState& second, const BackEnd
   if (report.verified - report.revoked < merge.min_verified * report.near ||
       report.revoked > merge.max_revoked * report.verified)
     return merged;
+  OccupancyGridConfig compared = grid;
+  compared.resolution = merge.compared_cell;
+  report.cells = compareCells(drawnFrom(keyframes, in_first, compared), drawnFrom(keyframes, in_second, compared),
+                              merge.cell_tolerance);
+  report.outcome = Outcome::kOtherFurniture;
+  if (!merge.furniture_moved && report.cells.share() < merge.min_same_cells) return merged;
   report.outcome = Outcome::kMerged;
   merged.map = joined(first, second, std::move(keyframes), T_map_second.theta, grid);
   return merged;

@@ -116,9 +116,27 @@ TEST(MapMerge, RefusesAnotherHome) {
 
 TEST(MapMerge, FindsTheHomeAfterItsFurnitureWasMoved) {
   const MappedDrive one = test::home(1, 1), later = test::home(1, 2, 1);
-  const MergedMap result = test::merged(one.map, later.map);
+  const MergedMap unasked = test::merged(one.map, later.map);
+  EXPECT_EQ(unasked.report.outcome, Outcome::kOtherFurniture);
+  EXPECT_FALSE(unasked.map);
+  const MergedMap result = test::merged(one.map, later.map, true);
   ASSERT_EQ(result.report.outcome, Outcome::kMerged);
   EXPECT_LT(worst(*result.map, one, later), 0.08);
+}
+
+TEST(MapMerge, FindsTheHomeInWhichAllStayed) {
+  const MappedDrive one = test::home(1, 1), later = test::home(1, 2);
+  const MergedMap result = test::merged(one.map, later.map);
+  ASSERT_EQ(result.report.outcome, Outcome::kMerged);
+  EXPECT_GT(result.report.cells.share(), 0.99);
+}
+
+TEST(MapMerge, RefusesAnotherFloorThatLooksAlike) {
+  const MappedDrive one = test::home(1, 1), upstairs = test::home(1, 2, 0, 2);
+  const MergedMap result = test::merged(one.map, upstairs.map);
+  EXPECT_EQ(result.report.outcome, Outcome::kOtherFurniture);
+  EXPECT_LT(result.report.cells.share(), 0.95);
+  EXPECT_FALSE(result.map);
 }
 
 }  // namespace

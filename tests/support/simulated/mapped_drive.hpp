@@ -41,9 +41,9 @@ inline std::vector<Pose2> alongRing(double from, double to) {
   return poses;
 }
 
-/// A simulated home, and a drive through all of it.
-inline MappedDrive home(std::uint64_t number, unsigned seed, int furniture_moved = 0) {
-  const sim::Scene scene = sim::makeScene("homes", number, {.furniture_moved = furniture_moved});
+/// A simulated home, or another floor of it, and a drive through all of it.
+inline MappedDrive home(std::uint64_t number, unsigned seed, int furniture_moved = 0, int floor = 0) {
+  const sim::Scene scene = sim::makeScene("homes", number, {.furniture_moved = furniture_moved, .floor = floor});
   const Place place{.name = "Home", .low = {}, .high = {}, .reach = 12.0, .world = scene.world};
   std::vector<Pose2> poses{Pose2{}};
   for (const sim::Waypoint& waypoint : scene.route) {
@@ -56,8 +56,10 @@ inline MappedDrive home(std::uint64_t number, unsigned seed, int furniture_moved
   return mapped(place, std::move(poses), seed);
 }
 
-inline MergedMap merged(const MapState& first, const MapState& second) {
-  return mergeMaps(first, second, BackEndConfig{}, smallGrid());
+inline MergedMap merged(const MapState& first, const MapState& second, bool furniture_moved = false) {
+  MergeConfig config;
+  config.furniture_moved = furniture_moved;
+  return mergeMaps(first, second, BackEndConfig{}, smallGrid(), config);
 }
 
 }  // namespace slam::test

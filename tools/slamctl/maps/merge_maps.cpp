@@ -6,6 +6,8 @@
 #include <stdexcept>
 
 #include "mapping/map_files.hpp"
+#include "problems/answer.hpp"
+#include "problems/answers.hpp"
 #include "store/map_folders.hpp"
 #include "store/map_store.hpp"
 #include "tools/slamctl/maps/stored_map.hpp"
@@ -14,9 +16,6 @@ namespace slam {
 namespace {
 
 using Outcome = MergeReport::Outcome;
-/// [1] of what the second map shows agrees, at least, where nothing was moved: 0.74 to 0.86 in simulated homes. Below
-/// it are two floors of one building (0.56 to 0.69), and homes in which all furniture was moved (0.59 to 0.79).
-constexpr double kSameFurniture = 0.72;
 
 std::string placeText(const Pose2& T_first_second) {
   char text[80];
@@ -44,6 +43,7 @@ std::string refusalOf(const StoredMerge& merge, const MergeReport& report) {
   const auto number = [](std::size_t n) { return std::to_string(n); };
   switch (report.outcome) {
     case Outcome::kMerged:
+    case Outcome::kOtherFurniture:  // a row of the table
       break;
     case Outcome::kNoKeyframes:
       return "one of the maps has no keyframes: it is a floor plan, or empty";
@@ -76,17 +76,16 @@ std::string summaryOf(const StoredMerge& merge, const MergeReport& report, int f
       text, sizeof text,
       "map %s: %d keyframes of %s and %d of %s, which lies at %s\n"
       "overlap %.0f %% of what %s shows, of which %.0f %% agrees; residual %.3f m\n"
+      "%.1f %% of the occupied cells that both maps have seen are the same\n"
       "found: %zu of %d stretches of its path by themselves, %d elsewhere; %d of %d keyframes match, %d of them "
       "revoked\n"
       "log-likelihood over any other place %.0f, of which %.0f would do",
       merge.merged.c_str(), first, merge.first.c_str(), second, merge.second.c_str(),
       placeText(registration.T_map_second).c_str(), 100.0 * registration.overlap, merge.second.c_str(),
-      100.0 * registration.agreement, report.residual, registration.found.size(), registration.stretches,
-      registration.elsewhere, report.verified, report.near, report.revoked, registration.margin, registration.needed);
-  if (registration.agreement >= kSameFurniture) return text;
-  return std::string(text) +
-         "\nthe walls are the same, but much of the furniture is elsewhere: if these are two floors, delete map " +
-         merge.merged;
+      100.0 * registration.agreement, report.residual, 100.0 * report.cells.share(), registration.found.size(),
+      registration.stretches, registration.elsewhere, report.verified, report.near, report.revoked, registration.margin,
+      registration.needed);
+  return text;
 }
 
 }  // namespace
@@ -95,7 +94,13 @@ std::string StoredMerge::carryOut(const std::function<void(double)>& progress) c
   if (first == second) throw std::runtime_error("map " + first + " cannot be merged with itself");
   requireFreeName(directory, merged);
   const MapState one = loadWhole(directory, first, grid).state, other = loadWhole(directory, second, grid).state;
-  const MergedMap result = mergeMaps(one, other, back_end, grid, {}, progress);
+  MergeConfig config;
+  config.furniture_moved = furniture_moved;
+  const MergedMap result = mergeMaps(one, other, back_end, grid, config, progress);
+  if (result.report.outcome == Outcome::kOtherFurniture)
+    throw CommandRefused({answer::kOtherFurniture,
+                          {100.0 * result.report.cells.share(), 100.0 * config.min_same_cells},
+                          {first, second}});
   if (!result.map) {
     if (result.report.outcome == Outcome::kAmbiguous && !pictures.empty())
       writePictures(*this, one, other, result.report.registration);

@@ -15,11 +15,13 @@ struct StoredMerge {
   std::string first, second, merged;  ///< names
   BackEndConfig back_end = {};
   OccupancyGridConfig grid = {};  ///< whose cells are as large as the first map's
+  bool furniture_moved = false;   ///< between the two: less of it agrees than on two floors that look alike
   std::string pictures = {};      ///< prefix of the pictures of two places that both fit; empty: none are written
 
   /// Stores the merged map; what a start continues stays what it was. @return what was done, in words
   /// @param progress is called with the share [1] that is done
-  /// @throws std::runtime_error with the reason why not; then nothing was stored
+  /// @throws std::runtime_error with the reason why not; then nothing was stored. Where the furniture differs, it is a
+  /// CommandRefused
   std::string carryOut(const std::function<void(double)>& progress = {}) const;
 };
 

@@ -60,6 +60,8 @@ StoredMapCommands::StoredMapCommands(CLI::App& app) {
   merge->add_option("A", name_, "a map, whose frame the new one has")->required();
   merge->add_option("B", second_, "a map that is looked for in A")->required();
   merge->add_option("--as", to_, "name of the new map; A and B stay")->required();
+  merge->add_flag("--moved", furniture_moved_,
+                  "furniture was moved in between; without it, floors that look alike stay apart");
   merge->add_option("--pictures", pictures_, "where two places fit, draw both: PREFIX-1.png and PREFIX-2.png");
   merge->footer("Example: slamctl merge house east-wing --as home");
   merge_ = merge;
@@ -125,6 +127,7 @@ void StoredMapCommands::merge(const std::string& directory, const Config& config
                           .merged = to_,
                           .back_end = backEndConfig(config),
                           .grid = config.map,
+                          .furniture_moved = furniture_moved_,
                           .pictures = pictures_};
   const std::string done = merge.carryOut(percentShown("merging"));
   endProgress();

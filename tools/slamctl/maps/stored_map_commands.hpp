@@ -32,6 +32,7 @@ class StoredMapCommands {
 
   const CLI::App *edit_, *undo_, *straighten_, *delete_, *rename_, *merge_, *refine_;
   std::string name_, second_, file_, to_, origin_, pictures_;
+  bool furniture_moved_ = false;
 };
 
 }  // namespace slam
