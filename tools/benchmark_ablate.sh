@@ -69,9 +69,9 @@ ablate_floors() {
 # settings. RULES: first words of the names of those that it is a drive for; - none.
 ablate_situations() {
   cat <<END
-28 26|kidnapped=60|home|120|known|-|
-24b, 27|kidnapped=60,covered|homes|150|known|-|
-24b, 24d 28|kidnapped=60,covered|hall|150|known|-|
+26|kidnapped=60|home|120|known|-|
+24b,|kidnapped=60,covered|homes|150|known|-|
+24d|kidnapped=60,covered|hall|150|known|-|
 10a|walkers=4|hall|120|truth|-|
 10a 22|walkers=4|corridor-60|150|truth|-|
 -|follower=swaying|home|120|truth|-|
@@ -105,18 +105,16 @@ ablate_situations() {
 6c|range-max=8 claimed-range-max=30 no-return=10|hall|120|truth|-|
 6d|turn-rate=5 beam-times=none|home|100|truth|-|
 6e|lift=2|homes||lift|-|
-14c|wheels-dead=40,70|home|100|truth|-|
 14c|wheels-dead=40,70|hall|120|truth|-|
 14c 32|wheels-dead=40,70|corridor-60|150|truth|-|
-25|gyro-unit=deg|home|100|truth|-|
-25|gyro-axis=down|home|100|truth|-|
-25|gyro-offset=1|home|100|truth|-|
+33|gyro-unit=deg|home|100|truth|-|
+33|gyro-axis=down|home|100|truth|-|
+33|gyro-offset=1|home|100|truth|-|
 30 30a|lidar-turned=4|home|100|truth|-|
 30 30a|lidar-turned=4|hall|120|truth|-|
 30 30a|lidar-ahead=0.05|home|100|truth|-|
 30a|lidar-turned=0.5|hall|120|truth|-|
 31|range-bias=0.03|hall|120|truth|-|
-31|range-bias=0.03|home|100|truth|-|
 31|bearing-scale=0.004|hall|120|truth|-|
 END
 }

@@ -22,6 +22,8 @@ const std::array kRules = std::to_array<Rule>({
     {"6 stuck counts only while moving",
      [](FrontEndConfig& c) { c.intake.moving_speed = c.intake.moving_turn = -1.0; }},
     {"6a what moves with the robot", [](FrontEndConfig& c) { c.preprocessor.interpreter.body.enough = kOften; }},
+    {"6f one step where all around stays",
+     [](FrontEndConfig& c) { c.preprocessor.interpreter.body.most_around = kNever; }},
     {"6b ranges that scatter at rest", [](FrontEndConfig& c) { c.preprocessor.interpreter.range_noise.most = kNever; }},
     {"6c codes of no return", [](FrontEndConfig& c) { c.preprocessor.interpreter.no_return.fewest = kOften; }},
     {"6d times of the beams", [](FrontEndConfig& c) { c.preprocessor.interpreter.sweep.enough = kOften; }},
@@ -31,6 +33,7 @@ const std::array kRules = std::to_array<Rule>({
     {"10 grazing points slide", [](FrontEndConfig& c) { c.preprocessor.normals.in_a_row = 0.0; }},
     {"10a points seen through", [](FrontEndConfig& c) { c.preprocessor.dynamic_points.most = 0.0; }},
     {"10b the bearings' error", [](FrontEndConfig& c) { c.preprocessor.normals.bearing_sigma = 0.0; }},
+    {"10c grazing points met often", [](FrontEndConfig& c) { c.match.grazing_observations = kNever; }},
     {"11 wheels judged", [](FrontEndConfig& c) { c.wheel_monitor.memory = kNever; }},
     {"11a wheels withdrawn", [](FrontEndConfig& c) { c.wheel_monitor.contradiction = kNever; }},
     {"11c wheels consistent", [](FrontEndConfig& c) { c.wheel_monitor.consistency = kNever; }},
@@ -59,6 +62,7 @@ const std::array kRules = std::to_array<Rule>({
     {"21 low overlap", [](FrontEndConfig& c) { c.match.min_overlap = 0.0; }},
     {"21a few pairs", [](FrontEndConfig& c) { c.match.min_pairs = 3; }},
     {"22 something moving pulls", [](FrontEndConfig& c) { c.dynamic_object_gate.noticeable = kNever; }},
+    {"22b walls that fit at once", [](FrontEndConfig& c) { c.dynamic_object_gate.support = kNever; }},
     {"22a wheels slipped", [](FrontEndConfig& c) { c.wheel_monitor.slip = kNever; }},
     {"27b two places", [](FrontEndConfig& c) { c.search.distinct_distance = c.search.distinct_rotation = kNever; }},
     {"23 fits as before", [](FrontEndConfig& c) { c.validator.same_overlap = -2.0; }},
@@ -66,7 +70,6 @@ const std::array kRules = std::to_array<Rule>({
     {"24b, 28a sees through walls", [](FrontEndConfig& c) { c.validator.free_space_violation = kNever; }},
     {"24c a find much worse", [](FrontEndConfig& c) { c.validator.much_worse = kNever; }},
     {"24d a find the gyro contradicts", [](FrontEndConfig& c) { c.validator.gyro_error = kNever; }},
-    {"25 gyro judged", [](FrontEndConfig& c) { c.gyro_monitor.rejected = kNever, c.gyro_monitor.least = 0; }},
     {"26 innovation gate", [](FrontEndConfig& c) { c.ekf.max_rejected_poses = -1; }},
     {"26a third refusal believed", [](FrontEndConfig& c) { c.ekf.max_rejected_poses = kOften; }},
     {"26d rejections that agree", [](FrontEndConfig& c) { c.ekf.same_error = kNever; }},
@@ -86,6 +89,8 @@ const std::array kRules = std::to_array<Rule>({
     {"31 errors of all ranges and bearings considered",
      [](FrontEndConfig& c) { c.lidar.systematic.range_bias = c.lidar.systematic.bearing_scale = 0.0; }},
     {"32 a place that is not known", [](FrontEndConfig& c) { c.tracking.lost_position_sigma = kNever; }},
+    {"33 gyro judged", [](FrontEndConfig& c) { c.gyro_monitor.rejected = kNever, c.gyro_monitor.least = 0; }},
+    {"34 keyframes where little fits", [](FrontEndConfig& c) { c.keyframe.overlap = 0.0; }},
 });
 
 }  // namespace
