@@ -30,6 +30,8 @@ struct FrontEndConfig {
   GyroMonitorConfig gyro_monitor;
   ScanMonitorConfig scan_monitor;
   HeadingMonitorConfig heading_monitor;
+  MountMonitorConfig mount_monitor;
+  LidarDelayConfig lidar_delay;
   TrackingConfig tracking;
   KeyframeConfig keyframe;
   DepthViewConfig depth;

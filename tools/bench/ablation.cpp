@@ -26,70 +26,6 @@ namespace slam {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-constexpr int kOften = std::numeric_limits<int>::max() / 2;
-constexpr double kLongSilence = 1e6;  // [s]
-
-const std::array kRules = std::to_array<Rule>({
-    {"1 stamp far ahead waits", [](FrontEndConfig& c) { c.intake.stamps.far_ahead = kNever; }},
-    {"2 stamps grow by a quarter interval", [](FrontEndConfig& c) { c.intake.stamps.least_step = 0.0; }},
-    {"2, 3 clock set back", [](FrontEndConfig& c) { c.intake.stamps.set_back = kNever; }},
-    {"4 lidar stuck", [](FrontEndConfig& c) { c.intake.repeats.stuck_turns = kOften; }},
-    {"5 scan is a copy", [](FrontEndConfig& c) { c.intake.fastest_turn = c.intake.soonest_scan = 0.0; }},
-    {"6 stuck counts only while moving",
-     [](FrontEndConfig& c) { c.intake.moving_speed = c.intake.moving_turn = -1.0; }},
-    {"6b ranges that scatter at rest", [](FrontEndConfig& c) { c.preprocessor.interpreter.range_noise.most = kNever; }},
-    {"8 points to mid-sweep", [](FrontEndConfig& c) { c.preprocessor.scan_moment = 0.0; }},
-    {"9 beam spacing", [](FrontEndConfig& c) { c.preprocessor.normals.fine_spacing = kNever; }},
-    {"10 grazing points slide", [](FrontEndConfig& c) { c.preprocessor.normals.in_a_row = 0.0; }},
-    {"10a points seen through", [](FrontEndConfig& c) { c.preprocessor.dynamic_points.most = 0.0; }},
-    {"10b the bearings' error", [](FrontEndConfig& c) { c.preprocessor.normals.bearing_sigma = 0.0; }},
-    {"11 wheels judged", [](FrontEndConfig& c) { c.wheel_monitor.memory = kNever; }},
-    {"11a wheels withdrawn", [](FrontEndConfig& c) { c.wheel_monitor.contradiction = kNever; }},
-    {"11c wheels consistent", [](FrontEndConfig& c) { c.wheel_monitor.consistency = kNever; }},
-    {"12 wheels' scale", [](FrontEndConfig& c) { c.wheel_monitor.scale.significance = kNever; }},
-    {"13 slip", [](FrontEndConfig& c) { c.ekf.slip_angle = kNever; }},
-    {"14 standstill",
-     [](FrontEndConfig& c) { c.ekf.standstill.min_time = c.ekf.standstill.min_time_unbiased = kNever; }},
-    {"14a sooner without bias",
-     [](FrontEndConfig& c) { c.ekf.standstill.min_time_unbiased = c.ekf.standstill.min_time; }},
-    {"14b never with silent wheels",
-     [](FrontEndConfig& c) { c.ekf.short_silence = c.ekf.long_silence = kLongSilence; }},
-    {"15 sudden speeds believed", [](FrontEndConfig& c) { c.ekf.believes_sudden_speeds = false; }},
-    {"16a short intervals joined", [](FrontEndConfig& c) { c.timeline.too_soon = 0.0; }},
-    {"16b mean of 0.1 s holds", [](FrontEndConfig& c) { c.timeline.recent = 0.0; }},
-    {"17 doubt", [](FrontEndConfig& c) { c.ekf.max_contradiction = 1.0; }},
-    {"18 other starting poses", [](FrontEndConfig& c) { c.registration.starts = 1; }},
-    {"18a none after a loss of overlap", [](FrontEndConfig& c) { c.registration.sudden_loss = kNever; }},
-    {"18c the wheels' turn", [](FrontEndConfig& c) { c.registration.starts = 3; }},
-    {"19a gate narrows", [](FrontEndConfig& c) { c.match.initial_pair_distance = c.match.final_pair_distance; }},
-    {"19b oscillation damped", [](FrontEndConfig& c) { c.match.damping = 1.0; }},
-    {"20a least share of information", [](FrontEndConfig& c) { c.match.min_information = 0.0; }},
-    {"20b confirmed share", [](FrontEndConfig& c) { c.match.min_confirmed = 0.0; }},
-    {"20c tension between a scan's parts",
-     [](FrontEndConfig& c) { c.match.part_gap = kNever, c.match.part_bend = -2.0; }},
-    {"21 low overlap", [](FrontEndConfig& c) { c.match.min_overlap = 0.0; }},
-    {"21a few pairs", [](FrontEndConfig& c) { c.match.min_pairs = 3; }},
-    {"22 something moving pulls", [](FrontEndConfig& c) { c.dynamic_object_gate.noticeable = kNever; }},
-    {"22a wheels slipped", [](FrontEndConfig& c) { c.wheel_monitor.slip = kNever; }},
-    {"27b two places", [](FrontEndConfig& c) { c.search.distinct_distance = c.search.distinct_rotation = kNever; }},
-    {"24a a find's overlap", [](FrontEndConfig& c) { c.validator.trusted_overlap = 0.0; }},
-    {"24b, 28a sees through walls", [](FrontEndConfig& c) { c.validator.free_space_violation = kNever; }},
-    {"24c a find much worse", [](FrontEndConfig& c) { c.validator.much_worse = kNever; }},
-    {"24d a find the gyro contradicts", [](FrontEndConfig& c) { c.validator.gyro_error = kNever; }},
-    {"26 innovation gate", [](FrontEndConfig& c) { c.ekf.max_rejected_poses = -1; }},
-    {"26a third refusal believed", [](FrontEndConfig& c) { c.ekf.max_rejected_poses = kOften; }},
-    {"26d rejections that agree", [](FrontEndConfig& c) { c.ekf.same_error = kNever; }},
-    {"26b no farther than 1 km", [](FrontEndConfig& c) { c.ekf.farthest_pose = kNever; }},
-    {"27 search", [](FrontEndConfig& c) { c.validator.trusted_overlap = 2.0; }},
-    {"27a window grows", [](FrontEndConfig& c) { c.registration.widening = 0.0; }},
-    {"27b ambiguous", [](FrontEndConfig& c) { c.search.ambiguity = kNever; }},
-    {"27d slide", [](FrontEndConfig& c) { c.search.clear_gain = 2.0F; }},
-    {"28 failures make a keyframe", [](FrontEndConfig& c) { c.tracking.degraded_after = kLongSilence; }},
-    {"28b scans against odometry", [](FrontEndConfig& c) { c.scan_monitor.contradiction = kNever; }},
-    {"28c scans against a gyro that rested", [](FrontEndConfig& c) { c.heading_monitor.contradiction = kNever; }},
-    {"28d walls in the open", [](FrontEndConfig& c) { c.validator.walls_in_the_open = kNever; }},
-    {"29 moves as the nearest", [](FrontEndConfig& c) { c.follows_nearest = false; }},
-});
 
 using Measure = AblationCase::Measure;
 struct MeasureName {
@@ -102,6 +38,7 @@ constexpr std::array kMeasures = std::to_array<MeasureName>({{"relations", Measu
                                                              {"known", Measure::kKnown},
                                                              {"overlay", Measure::kOverlay},
                                                              {"cold-starts", Measure::kColdStarts},
+                                                             {"lift", Measure::kLift},
                                                              {"none", Measure::kNone}});
 
 template <typename Named>
@@ -151,6 +88,13 @@ AblationCase readCase(const std::string& line) {
     one.map = importMap(readMapFiles(cells[4]));
     one.places = fitLog(one.samples, one.config, one.map);
   }
+  if (one.measure == Measure::kLift) {
+    std::istringstream truth(cells[4]);
+    std::string folder;
+    if (!(truth >> folder >> one.lift.begin_in >> one.lift.arrive_in >> one.lift.departs))
+      throw std::invalid_argument("TRUTH of a lift is not FOLDER MAP MAP SECONDS");
+    one.maps = folder;
+  }
   const StreamFault& fault = streamFault(cells[5]);
   for (const LogSample& sample : one.samples) {
     if (isScan(sample)) one.stamps.push_back(std::get<std::unique_ptr<LaserScan>>(sample)->stamp);
@@ -171,6 +115,12 @@ AblationFigures startCold(const AblationCase& which, const Config& config) {
   return {{1.0 - report.right / all}, report.not_yet / all, report.wrong / all};
 }
 
+AblationFigures takeLift(const AblationCase& which, const Config& config) {
+  const LiftDriveReport report = driveWithLift(which.log, which.maps, config, which.lift);
+  const double behind = report.lasted - which.lift.departs;
+  return {{}, std::min(1.0, report.known / behind), report.wrong_and_sure / report.lasted};
+}
+
 struct Row {
   Timestamp stamp;
   AnchoredPose anchored;
@@ -185,8 +135,6 @@ double rmseOfKnown(const std::vector<KnownPose>& known, const Trajectory& truth)
 }
 
 }  // namespace
-
-std::span<const Rule> frontEndRules() { return kRules; }
 
 std::vector<AblationCase> readCases(const std::filesystem::path& list) {
   std::ifstream in(list);
@@ -210,13 +158,17 @@ AblationFigures runCase(const AblationCase& which, const Rule* without) {
   Config config = which.config;
   if (without != nullptr) without->leave_out(config.front_end);
   if (which.measure == Measure::kColdStarts) return startCold(which, config);
+  if (which.measure == Measure::kLift) return takeLift(which, config);
   Pipeline pipeline({frontEndConfig(config), backEndConfig(config), config.map, false}, which.map);
   std::vector<Row> rows;
   std::vector<KnownPose> known;
   std::size_t scan = 0;
   pipeline.on_scan = [&](const ScanOutcome& outcome) {
-    const ScanEstimate estimate = estimateOf(pipeline.frontEnd(), outcome, 0);
     const Timestamp stamp = which.stamps[scan++];
+    ScanOutcome dated = outcome;
+    if (outcome.misdated)
+      dated.stamp = dated.first = stamp;  // the scan is left out: what counts is where the robot was
+    const ScanEstimate estimate = estimateOf(pipeline.frontEnd(), dated, 0);
     rows.push_back({stamp, pipeline.frontEnd().anchor(estimate.T_map_base)});
     known.push_back({stamp, estimate.state, estimate.T_map_base, estimate.covariance});
   };
@@ -261,6 +213,7 @@ AblationFigures runCase(const AblationCase& which, const Rule* without) {
       break;
     case Measure::kNone:
     case Measure::kColdStarts:
+    case Measure::kLift:
       break;
   }
   if (which.measure == Measure::kTruth || which.measure == Measure::kKnown) {

@@ -4,22 +4,16 @@
 #include <functional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "config/config.hpp"
+#include "tools/bench/front_end_rules.hpp"
+#include "tools/bench/lift_drive.hpp"
 #include "tools/bench/log_truth.hpp"
 #include "tools/common/trajectory.hpp"
 #include "tools/eval/metrics.hpp"
 
 namespace slam {
-
-/// A rule of the front end that can be left out alone. docs/algorithms.md explains them; no key of a file does this.
-struct Rule {
-  std::string_view name;
-  std::function<void(FrontEndConfig&)> leave_out;
-};
-std::span<const Rule> frontEndRules();
 
 /// A drive on which rules are judged.
 struct AblationCase {
@@ -30,6 +24,7 @@ struct AblationCase {
     kKnown,       ///< the same, of the scans alone at which the robot says that it is localised
     kOverlay,     ///< the last visit's scans on the first one's walls
     kColdStarts,  ///< in a given map
+    kLift,        ///< between floors that have maps
     kNone,        ///< nothing is known of where it went
   };
   std::string name;
@@ -42,18 +37,22 @@ struct AblationCase {
   std::vector<Relation> relations = {};
   MapState map;
   LogTruth places = {};
+  std::filesystem::path maps = {};  ///< folder, of a drive with a lift
+  LiftDriveOptions lift = {};
 };
 
 /// Reads a list of cases, a line each: NAME | MEASURE | CONFIG | LOG | TRUTH | FAULT | KEY=VALUE ...
-/// TRUTH is a file, or for cold starts a map; - is none. An empty line and one that begins with # are left out.
+/// TRUTH is a file, or for cold starts a map, or for a lift FOLDER-OF-MAPS MAP MAP-OF-ITS-FLOOR
+/// SECONDS-UNTIL-THE-ROBOT- LEAVES-IT; - is none. An empty line and one that begins with # are left out.
 /// @throws std::runtime_error with file and line
 std::vector<AblationCase> readCases(const std::filesystem::path& list);
 
 /// What came out of a case.
 struct AblationFigures {
-  std::vector<double> errors;   ///< [m] smaller is better; of cold starts the share that is not right [1]
-  double lost = 0.0;            ///< [1] scans at which the robot does not say that it is localised; starts not found
-  double sure_and_wrong = 0.0;  ///< [1] of the others; starts found elsewhere
+  std::vector<double> errors;  ///< [m] smaller is better; of cold starts the share that is not right [1]
+  double lost = 0.0;  ///< [1] scans at which the robot does not say that it is localised; starts not found; time
+                      ///< behind a lift until the robot is sure of the right floor
+  double sure_and_wrong = 0.0;  ///< [1] of the others; starts found elsewhere; time sure of a wrong floor
 };
 AblationFigures runCase(const AblationCase& which, const Rule* without);
 

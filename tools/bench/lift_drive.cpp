@@ -69,6 +69,7 @@ LiftDriveReport driveWithLift(const std::filesystem::path& log, const std::files
     if (!begin) begin = outcome->stamp;
     const double time = toSeconds(outcome->stamp - *begin), step = last ? toSeconds(outcome->stamp - *last) : 0.0;
     last = outcome->stamp;
+    report.lasted = time;
     const FrontEnd& front_end = robot.frontEnd();
     const PoseEstimate estimate = front_end.estimate(outcome->stamp);
     const bool sure = estimate.state == LocalisationState::kLocalised;

@@ -19,6 +19,7 @@ struct LiftDriveOptions {
 struct LiftDriveReport {
   int doubts = 0;         ///< times that the floor became uncertain
   int lost = 0;           ///< times that the place in the map was given up, the beginning included
+  double lasted = 0.0;    ///< [s] the whole drive
   double in_doubt = 0.0;  ///< [s]
   double unknown = 0.0;   ///< [s] initialising or lost
   bool was_sure = false;  ///< localised in `begin_in` until then

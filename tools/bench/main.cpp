@@ -12,6 +12,7 @@
 #include "tools/bench/cold_starts.hpp"
 #include "tools/bench/map_commands.hpp"
 #include "tools/bench/scan_pairs.hpp"
+#include "tools/bench/situation_means.hpp"
 #include "tools/common/program.hpp"
 #include "tools/replay/stats.hpp"
 
@@ -160,6 +161,31 @@ void printAblation(const std::vector<slam::AblationCase>& cases, const std::vect
   });
 }
 
+/// A row for each rule and situation.
+void printMeans(const std::vector<slam::AblationCase>& cases, const std::vector<std::string>& asked, int jobs) {
+  std::vector<slam::AblationFigures> with;
+  const auto rules = rulesOf(asked);
+  std::printf(
+      "| without | situation | drives | error, with it [m] | without | not localised, with it | without | "
+      "sure and wrong, with it | without |\n|---|---|---|---|---|---|---|---|---|\n");
+  slam::ablate(cases, rules, jobs, [&](const slam::Rule* without, const std::vector<slam::AblationFigures>& of_cases) {
+    if (without == nullptr) {
+      with = of_cases;
+      return;
+    }
+    for (const slam::SituationMeans& means : slam::situationMeans(cases, with, of_cases)) {
+      std::printf("| %s | %s | %d |", std::string(without->name).c_str(), means.situation.c_str(), means.drives);
+      for (const double error : {means.with.error, means.without.error})
+        std::isnan(error) ? std::printf(" - |") : std::printf(" %.4f |", error);
+      for (const double share :
+           {means.with.lost, means.without.lost, means.with.sure_and_wrong, means.without.sure_and_wrong})
+        std::printf(" %.1f %% |", 100.0 * share);
+      std::printf("\n");
+    }
+    std::fflush(stdout);
+  });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -194,6 +220,8 @@ int main(int argc, char** argv) {
   int jobs = 2;
   ablate->add_option("--rule", rules, "without this rule alone; may be repeated");
   ablate->add_option("--jobs", jobs, "runs at a time")->capture_default_str()->check(CLI::Range(1, 64));
+  bool means = false;
+  ablate->add_flag("--means", means, "a row for each rule and situation: the means over its seeds");
   ablate->add_option("CASES", log, "list of drives, see tools/bench/ablation.hpp")->required();
   const slam::MapCommands maps(app);
   return slam::runProgram(
@@ -204,7 +232,7 @@ int main(int argc, char** argv) {
           return slam::kDone;
         }
         if (ablate->parsed()) {
-          printAblation(slam::readCases(log), rules, jobs);
+          (means ? printMeans : printAblation)(slam::readCases(log), rules, jobs);
           return slam::kDone;
         }
         slam::Config config = slam::loadConfig(config_file, overrides);

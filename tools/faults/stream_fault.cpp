@@ -18,6 +18,14 @@ void setFarAhead(std::vector<LogSample>& samples) {
   if (wheels != samples.end()) stampIn(*wheels) += std::chrono::seconds(100);
 }
 
+template <typename Kind>
+void setAhead(std::vector<LogSample>& samples, int every) {
+  int count = 0;
+  for (LogSample& sample : samples) {
+    if (std::holds_alternative<Kind>(sample) && ++count % every == 0) stampIn(sample) += std::chrono::seconds(1);
+  }
+}
+
 void setBack(std::vector<LogSample>& samples, bool imu_alone) {
   for (std::size_t i = samples.size() / 2; i < samples.size(); ++i) {
     if (!imu_alone || std::holds_alternative<ImuSample>(samples[i])) stampIn(samples[i]) -= std::chrono::seconds(30);
@@ -91,8 +99,10 @@ void delayWheels(std::vector<LogSample>& samples) {
 using Samples = std::vector<LogSample>;
 constexpr std::array kFaults = std::to_array<StreamFault>({
     {"-", [](Samples&) {}},
-    {"far-ahead", setFarAhead},                                       // the stamp of one wheel sample lies 100 s ahead
-    {"set-back", [](Samples& samples) { setBack(samples, false); }},  // all clocks, by 30 s in the middle
+    {"far-ahead", setFarAhead},  // the stamp of one wheel sample lies 100 s ahead
+    {"scans-ahead", [](Samples& samples) { setAhead<std::unique_ptr<LaserScan>>(samples, 20); }},  // one in 20, by 1 s
+    {"wheels-ahead", [](Samples& samples) { setAhead<WheelSample>(samples, 100); }},               // one in 100, by 1 s
+    {"set-back", [](Samples& samples) { setBack(samples, false); }},     // all clocks, by 30 s in the middle
     {"imu-set-back", [](Samples& samples) { setBack(samples, true); }},  // that of the IMU alone
     {"out-of-order", disorder},     // every tenth scan is stamped 0.3 s early, every tenth one almost as the one before
     {"copies", copyScans},          // every scan is sent twice, the second time 10 ms later

@@ -50,6 +50,8 @@ std::array<int, 3> moved(const char* fault, double seconds) {
 TEST(StreamFault, StampsSufferAsTheFaultSays) {
   EXPECT_EQ(moved("-", 4.0), (std::array{0, 0, 0}));
   EXPECT_EQ(moved("far-ahead", 4.0), (std::array{0, 1, 0}));
+  EXPECT_EQ(moved("scans-ahead", 4.0), (std::array{2, 0, 0}));
+  EXPECT_EQ(moved("wheels-ahead", 4.0), (std::array{0, 2, 0}));
   EXPECT_EQ(moved("set-back", 4.0), (std::array{20, 100, 200}));
   EXPECT_EQ(moved("imu-set-back", 4.0), (std::array{0, 0, 200}));
   EXPECT_EQ(moved("out-of-order", 4.0), (std::array{8, 0, 0}));
