@@ -46,7 +46,7 @@ Problem problemOf(const WatchedDevice& device, const Problem& found, Timestamp n
     if (device.starved) return problem::kStarved;
     return device.over_lcm ? problem::kLcmSilent : problem::kSilent;
   }
-  if (!device.judged || device.rate >= kSlow * device.expected) return {};
+  if (!device.rate_valid || device.rate >= kSlow * device.expected) return {};
   const bool damaged = device.refused >= kDamaged * device.expected;
   return {damaged ? problem::kDamaged : problem::kSlow, {device.rate, device.expected, device.refused}};
 }
@@ -65,9 +65,9 @@ void measureRate(WatchedDevice& device, double interval, bool settled, Timestamp
   const std::int64_t rejects = device.status->rejects.load(std::memory_order_relaxed);
   device.refused = static_cast<double>(rejects - device.rejects) / interval;
   device.rejects = rejects;
-  // A second in which the device came or went says nothing of its rate.
+  // A second in which the device came or went does not show its rate.
   const bool streams = stateOf(device, now) == DeviceState::kStreaming;
-  device.judged = streams && device.streamed && settled && !device.starved;
+  device.rate_valid = streams && device.streamed && settled && !device.starved;
   device.streamed = streams;
 }
 

@@ -36,8 +36,8 @@ struct WatchedDevice {
   std::int64_t rejects = 0;                       ///< the same as samples, of what was refused
   double refused = 0.0;                           ///< [1/s] then
   bool streamed = false;                          ///< then
-  bool judged = false;                            ///< the rate is worth a word
-  bool starved = false;                           ///< slamd has too little of the CPU to hear it
+  bool rate_valid = false;                        ///< the rate can be compared with the expected one
+  bool starved = false;                           ///< slamd has too little of the CPU to receive it
 };
 
 /// Of its last sample; std::nullopt: none came yet.
@@ -47,7 +47,7 @@ DeviceState stateOf(const WatchedDevice& device, Timestamp now);
 Problem problemOf(const WatchedDevice& device, const Problem& found, Timestamp now);
 /// What the words about its problem begin with: for how long it has sent nothing; empty: it sends.
 std::string silenceOf(const WatchedDevice& device, Timestamp now);
-/// @param interval [s] since it was measured last @param settled slamd has run for long enough to judge a rate
+/// @param interval [s] since it was measured last @param settled slamd has run for long enough for a valid rate
 void measureRate(WatchedDevice& device, double interval, bool settled, Timestamp now);
 
 /// What the devices do, for SLAM_HEALTH and the log.
@@ -65,7 +65,7 @@ class DeviceMonitor {
   void measureRates(double interval, bool settled, Timestamp now);
   /// What the front end has found out about the lidar's echoes.
   void setEchoes(EchoWatch::Finding finding) { echoes_ = finding; }
-  /// The computer gives slamd too little time: neither rate nor silence says anything about a device.
+  /// The computer gives slamd too little time: neither rate nor silence shows anything about a device.
   void setOverloaded(bool overloaded) {
     for (WatchedDevice& device : devices_) device.starved = overloaded;
   }

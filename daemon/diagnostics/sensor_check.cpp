@@ -24,25 +24,25 @@ double directionOf(const Pose2& motion) { return std::atan2(motion.y, motion.x) 
 
 SensorFindings withDistances(const SensorFindings& findings, const WheelScale& scale, const SensorCheckConfig& config) {
   if (scale.sigma() > config.known_scale) return findings;
-  SensorFindings judged;
+  SensorFindings assessed;
   bool explained = false;  // wheels or scans are wrong in another way
   for (const SensorFinding& finding : findings.all()) {
     if (finding.fault == SensorFault::kWheelDistanceOff) continue;
-    judged.add(finding.fault, finding.value, finding.second);
+    assessed.add(finding.fault, finding.value, finding.second);
     explained |= finding.fault != SensorFault::kScansRepeated && finding.fault != SensorFault::kTimeBackwards &&
                  finding.fault != SensorFault::kWheelTurnOff && finding.fault != SensorFault::kLidarMountOff;
   }
   if (!explained && std::abs(scale.value() - 1.0) > config.off_scale) {
-    judged.add(SensorFault::kWheelDistanceOff, scale.value());
+    assessed.add(SensorFault::kWheelDistanceOff, scale.value());
   }
-  return judged;
+  return assessed;
 }
 
 SensorFindings withGyro(const SensorFindings& findings, const GyroVerdict& gyro) {
-  SensorFindings judged;
+  SensorFindings assessed;
   for (const SensorFinding& finding : findings.all())
-    if (finding.fault != SensorFault::kGyroReversed) judged.add(finding.fault, finding.value, finding.second);
-  const auto add = [&](SensorFault fault) { judged.add(fault, gyro.value); };
+    if (finding.fault != SensorFault::kGyroReversed) assessed.add(finding.fault, finding.value, finding.second);
+  const auto add = [&](SensorFault fault) { assessed.add(fault, gyro.value); };
   switch (gyro.fault) {
     case GyroFault::kNone:
       break;
@@ -65,20 +65,20 @@ SensorFindings withGyro(const SensorFindings& findings, const GyroVerdict& gyro)
       add(SensorFault::kGyroContradicts);
       break;
   }
-  return judged;
+  return assessed;
 }
 
 SensorFindings withMount(const SensorFindings& findings, const MountError& mount, const SensorCheckConfig& config) {
-  SensorFindings judged = findings;
+  SensorFindings assessed = findings;
   for (const SensorFinding& finding : findings.all())
-    if (finding.fault <= SensorFault::kLidarYawOff) return judged;
+    if (finding.fault <= SensorFault::kLidarYawOff) return assessed;
   const Eigen::Vector3d sigma = mount.covariance.diagonal().cwiseSqrt();
   if (const double yaw = mount.mean.z(); std::abs(yaw) > std::max(config.off_yaw, config.sure * sigma.z()))
-    judged.add(SensorFault::kLidarYawOff, yaw);
+    assessed.add(SensorFault::kLidarYawOff, yaw);
   const Eigen::Vector2d offset = mount.mean.head<2>();
   if (offset.norm() > std::max(config.off_offset, config.sure * sigma.head<2>().maxCoeff()))
-    judged.add(SensorFault::kLidarMountOff, offset.x(), offset.y());
-  return judged;
+    assessed.add(SensorFault::kLidarMountOff, offset.x(), offset.y());
+  return assessed;
 }
 
 void AngleCounts::add(double angle) {
@@ -131,10 +131,10 @@ void SensorCheck::add(const MotionEvidence& evidence) {
   if (!evidence.wheels) return;
   if (evidence.turn_seen && evidence.wheels_turn_known) addTurn(wheel_turn_, evidence.wheels->theta);
   if (!evidence.travel_seen || std::abs(evidence.scans.theta) > config_.straight) return;
-  const double seen = evidence.scans.translation().norm(), told = evidence.wheels->translation().norm();
-  if (std::max(seen, told) < config_.least_travel) return;
-  wheel_distance_.add(angleOf(seen, told));
-  if (std::min(seen, told) < 0.5 * config_.least_travel) return;
+  const double by_scans = evidence.scans.translation().norm(), by_wheels = evidence.wheels->translation().norm();
+  if (std::max(by_scans, by_wheels) < config_.least_travel) return;
+  wheel_distance_.add(angleOf(by_scans, by_wheels));
+  if (std::min(by_scans, by_wheels) < 0.5 * config_.least_travel) return;
   wheel_direction_.add(directionOf(evidence.scans) - directionOf(*evidence.wheels));
 }
 
@@ -167,8 +167,8 @@ SensorCheck::Relation SensorCheck::relation(const AngleCounts& angles, double sa
 
 SensorFindings SensorCheck::findings() const {
   SensorFindings findings;
-  judgeDirections(findings);
-  judgeWheels(findings);
+  checkDirections(findings);
+  checkWheels(findings);
   const auto many = [&](int count, double share) { return count >= config_.least_count && count >= share * scans_; };
   if (many(repeated_, config_.repeated_share)) findings.add(SensorFault::kScansRepeated, repeated_);
   if (clock_steps_ > 0 || many(backwards_, config_.backwards_share))
@@ -176,7 +176,7 @@ SensorFindings SensorCheck::findings() const {
   return findings;
 }
 
-void SensorCheck::judgeDirections(SensorFindings& findings) const {
+void SensorCheck::checkDirections(SensorFindings& findings) const {
   const Relation gyro = relation(gyro_turn_, config_.same_size), wheels = relation(wheel_turn_, config_.same_size);
   const AngleCounts::Peak travel = wheel_direction_.peak();
   const bool travel_known =
@@ -185,7 +185,7 @@ void SensorCheck::judgeDirections(SensorFindings& findings) const {
   const auto undecided = [this](Relation relation, const AngleCounts& angles) {
     return relation == Relation::kUnknown && angles.count() > 0 && angles.count() < config_.many_pairs;
   };
-  if (undecided(gyro, gyro_turn_) || undecided(wheels, wheel_turn_)) return;  // it may say who of the others is right
+  if (undecided(gyro, gyro_turn_) || undecided(wheels, wheel_turn_)) return;  // it may show which other is right
   if (gyro == Relation::kOpposite) {
     findings.add(wheels == Relation::kOpposite  ? SensorFault::kLidarUpsideDown
                  : wheels == Relation::kUnknown ? SensorFault::kLidarAgainstGyro
@@ -200,7 +200,7 @@ void SensorCheck::judgeDirections(SensorFindings& findings) const {
     findings.add(SensorFault::kLidarYawOff, -travel.angle);
 }
 
-void SensorCheck::judgeWheels(SensorFindings& findings) const {
+void SensorCheck::checkWheels(SensorFindings& findings) const {
   // In turns most wheels slip by some share.
   const bool many = wheel_distance_.count() >= config_.wanted;
   const Relation distance = relation(wheel_distance_, many ? config_.nearly_same : config_.same_size);

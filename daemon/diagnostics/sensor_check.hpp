@@ -86,15 +86,15 @@ struct SensorCheckConfig {
   double backwards_share = 0.10;  ///< [1] many recordings hold a few, by tenths of a second; they do no harm
 };
 
-/// The findings with what matched scans and wheels say of the gyro: it is judged there turn by turn.
+/// The findings with what matched scans and wheels show of the gyro: it is assessed there turn by turn.
 SensorFindings withGyro(const SensorFindings& findings, const GyroVerdict& gyro);
 
-/// The findings with the wheels' distances judged by the whole way that was matched, once it tells them: pairs of
-/// scans that know nothing of each other's neighbours take a corridor for a shorter way.
+/// The findings with the wheels' distances assessed by the whole way that was matched, once it shows them: pairs of
+/// scans that have no part in each other's neighbours take a corridor for a shorter way.
 SensorFindings withDistances(const SensorFindings& findings, const WheelScale& scale,
                              const SensorCheckConfig& config = {});
 
-/// The findings with where the lidar sits, as the ways of the whole drive tell it. A lidar or wheels that are reversed
+/// The findings with where the lidar sits, as the ways of the whole drive show it. A lidar or wheels that are reversed
 /// explain it, too.
 SensorFindings withMount(const SensorFindings& findings, const MountError& mount, const SensorCheckConfig& config = {});
 
@@ -155,8 +155,8 @@ class SensorCheck {
   enum class Relation : std::uint8_t { kUnknown, kAgrees, kScaled, kOpposite, kUnrelated };
   /// @param same_size [rad] from 45 degrees: the two are of one scale
   Relation relation(const AngleCounts& angles, double same_size) const;
-  void judgeDirections(SensorFindings& findings) const;
-  void judgeWheels(SensorFindings& findings) const;
+  void checkDirections(SensorFindings& findings) const;
+  void checkWheels(SensorFindings& findings) const;
 
   SensorCheckConfig config_;
   AngleCounts gyro_turn_, wheel_turn_, wheel_distance_, wheel_direction_;

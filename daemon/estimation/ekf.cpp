@@ -38,11 +38,11 @@ Ekf::Arc Ekf::arcTo(Timestamp stamp) const {
   const EkfConfig& c = *config_;
   const double dt = toSeconds(stamp - stamp_);
   const double moved_time = std::min(dt, std::max(c.max_coast, toSeconds(known_until_ - stamp_)));
-  // Wheels that have told no speed for long: the robot may have stopped, and no scan tells where it is.
-  const Timestamp told_until = std::max(silent_from_, known_until_ + fromSeconds(c.max_coast));
-  const double told = c.smooth ? std::clamp(toSeconds(told_until - stamp_) / moved_time, 0.0, 1.0) : 1.0;
-  const double v = told * x_[kSpeed], vy = told * x_[kLateralSpeed];
-  const double omega = (gyroActiveAt(stamp) ? 1.0 : told) * x_[kTurnRate];
+  // Wheels that have reported no speed for long: the robot may have stopped, and no scan shows where it is.
+  const Timestamp reported_until = std::max(silent_from_, known_until_ + fromSeconds(c.max_coast));
+  const double reported_share = c.smooth ? std::clamp(toSeconds(reported_until - stamp_) / moved_time, 0.0, 1.0) : 1.0;
+  const double v = reported_share * x_[kSpeed], vy = reported_share * x_[kLateralSpeed];
+  const double omega = (gyroActiveAt(stamp) ? 1.0 : reported_share) * x_[kTurnRate];
   const double half_turn = 0.5 * omega * moved_time;
   const double sinc = std::abs(half_turn) < 1e-6 ? 1.0 : std::sin(half_turn) / half_turn;
   const double heading = x_[kTheta] + half_turn;
@@ -207,7 +207,7 @@ UpdateResult Ekf::updateWheels(const Twist2& twist, bool turn_rate_known, Durati
 
   // The wheels' mean over an interval is the only word on what was driven in it: coasting through it at the old speed
   // would be worse than any sample that the robot can have driven. One outside the gate is a sudden change of speed.
-  const bool possible = c.believes_sudden_speeds && isPossible({twist.vx, vy, twist.omega});
+  const bool possible = c.accepts_sudden_speeds && isPossible({twist.vx, vy, twist.omega});
   // From one mean to the next the speed walks at once, not within an interval: that would let the next one's mean
   // correct the way that was driven in it.
   const double walked = std::min(seconds, config_->longest_walk);
@@ -347,10 +347,10 @@ UpdateResult Ekf::updatePose(const PoseMeasurement& measurement) {
   // A wrong filter is refuted by the same error each time, a wrong match by another one from scan to scan.
   const Eigen::Vector3d seen_error = U * innovation.head(n);
   if (!differsAsBefore(seen_error)) rejected_in_a_row_ = 0;
-  const bool believe = result == UpdateResult::kRejected &&
-                       (measurement.bypass_gate || ++rejected_in_a_row_ > config_->max_rejected_poses) &&
-                       error.norm() < config_->farthest_pose;
-  if (believe) {  // the robot was moved or the wheels slipped, as far as the scan sees it
+  const bool override_gate = result == UpdateResult::kRejected &&
+                             (measurement.bypass_gate || ++rejected_in_a_row_ > config_->max_rejected_poses) &&
+                             error.norm() < config_->farthest_pose;
+  if (override_gate) {  // the robot was moved or the wheels slipped, as far as the scan sees it
     P_.topLeftCorner<3, 3>() += (2.0 * seen_error * seen_error.transpose()).eval();
     result = correct<3>(innovation, H, R, kNone, 0, nullptr, &seen, sensitivity);
   }

@@ -48,8 +48,8 @@ struct EkfConfig {
   double max_speed = 5.0;                      ///< [m/s] no indoor robot drives faster: such a wheel sample is a fault
   double max_turn_rate = 10.0;                 ///< [rad/s] nor turns faster
   int nis_memory = 10;                         ///< matched scans over which the prediction is judged
-  double max_coast = 0.5;  ///< [s] the pose is moved on for no longer beyond what the wheels have told
-  SpeedLimits limits;      ///< of a motion that no sensor tells: the pose becomes uncertain by it
+  double max_coast = 0.5;  ///< [s] the pose is moved on for no longer beyond what the wheels have reported
+  SpeedLimits limits;      ///< of a motion that no sensor measures: the pose becomes uncertain by it
   bool holonomic = false;  ///< the base can move sideways (omni, mecanum)
   StandstillConfig standstill;
   int max_rejected_poses = 2;        ///< consecutive matched scans outside the gate: then the filter is wrong, not they
@@ -60,8 +60,8 @@ struct EkfConfig {
   double longest_walk = 2.0;         ///< [s] from mean to mean: no robot's speed is further from one, however long
   double silent_intervals = 3.0;     ///< [1] usual intervals of the wheels, beyond which they were silent
   bool smooth = false;               ///< the pose drifts, but never jumps: see Ekf
-  bool believes_sudden_speeds = true;  ///< of the wheels, outside the gate, if the robot can have driven them
-  double farthest_pose = 1e3;          ///< [m] from the prediction: no robot is carried further between two scans
+  bool accepts_sudden_speeds = true;  ///< of the wheels, outside the gate, if the robot can have driven them
+  double farthest_pose = 1e3;         ///< [m] from the prediction: no robot is carried further between two scans
 
   /// Variances of wheel odometry without gyro [m^2], [rad^2], over `distance` [m] and `turn` [rad], both at least zero.
   double wheelTranslationVariance(double distance) const { return translation_noise * translation_noise * distance; }

@@ -39,11 +39,11 @@ void GyroMonitor::forget() {
   gradient_.setZero();
 }
 
-ImuSample GyroMonitor::hear(const ImuSample& sample) {
-  heard_ = true;
-  ImuSample judged = sample;
+ImuSample GyroMonitor::add(const ImuSample& sample) {
+  has_samples_ = true;
+  ImuSample assessed = sample;
   const double rate = sample.gyro.z(), size = std::abs(rate);
-  if (!std::isfinite(rate)) return judged;
+  if (!std::isfinite(rate)) return assessed;
   const bool repeats = size == largest_;
   if (size > largest_) {
     largest_ = size;
@@ -51,7 +51,7 @@ ImuSample GyroMonitor::hear(const ImuSample& sample) {
     clipped_ = false;
   }
   repeated_ += repeats;
-  judged.rate_known = !rejected_ && !(clipped_ && repeats);
+  assessed.rate_known = !rejected_ && !(clipped_ && repeats);
 
   Pose2 turned;
   if (!gyro_.empty()) {
@@ -66,10 +66,10 @@ ImuSample GyroMonitor::hear(const ImuSample& sample) {
     }
   }
   if (gyro_.push(sample.stamp, turned)) last_rate_ = rate;
-  return judged;
+  return assessed;
 }
 
-bool GyroMonitor::hear(const WheelSample& sample, double bias) {
+bool GyroMonitor::add(const WheelSample& sample, double bias) {
   const double theta = sample.T_wheels_base.theta;
   if (!sample.turn_rate_known || !std::isfinite(theta)) return false;
   const bool set_back = !wheels_.empty() && sample.stamp < wheels_.newest().stamp - fromSeconds(noise_.long_silence);
@@ -89,9 +89,9 @@ bool GyroMonitor::hear(const WheelSample& sample, double bias) {
     std::array<double, 2> turn{};
     for (std::size_t i = 0; i < 2; ++i) {
       const Timestamp end = sample.stamp - static_cast<int>(i) * lag;
-      const auto told = turned(sensor, end - window, end);
-      if (!told) return std::nullopt;
-      turn[i] = *told - offset * noise_.slip_window;
+      const auto measured = turned(sensor, end - window, end);
+      if (!measured) return std::nullopt;
+      turn[i] = *measured - offset * noise_.slip_window;
     }
     return Range{std::min(turn[0], turn[1]), std::max(turn[0], turn[1])};
   };
@@ -147,7 +147,7 @@ void GyroMonitor::learnRange(const Turn& turn, double bias) {
   const double wheels = turn.wheels.value_or(turn.scans), by_gyro = turn.gyro - bias * turn.seconds;
   if (std::abs(wheels - turn.scans) > std::abs(by_gyro - turn.scans)) return;
   clipped_ = std::abs(turn.scans) > std::abs(by_gyro) + config_.scan_turn;
-  if (clipped_) begin(false);  // what it said at the end of its range is no reason any more
+  if (clipped_) begin(false);  // what it read at the end of its range is no reason any more
 }
 
 void GyroMonitor::learnRelation(const Turn& turn) {
@@ -188,7 +188,7 @@ double GyroMonitor::offset() const {
 }
 
 GyroVerdict GyroMonitor::verdict(double bias) const {
-  if (!heard_) return {};
+  if (!has_samples_) return {};
   GyroVerdict verdict{rejected_                 ? GyroReliability::kRejected
                       : proofs_ < config_.least ? GyroReliability::kUnproven
                                                 : GyroReliability::kReliable};

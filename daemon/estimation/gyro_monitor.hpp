@@ -10,7 +10,7 @@
 
 namespace slam {
 
-/// What matched scans and wheels say of the gyro, from the worst up.
+/// What matched scans and wheels show of the gyro, from the worst up.
 enum class GyroReliability : std::uint8_t {
   kNone,      ///< there is none
   kRejected,  ///< it is further from the scans' turns than the wheels are: none is better
@@ -18,7 +18,7 @@ enum class GyroReliability : std::uint8_t {
   kReliable,
 };
 
-/// Why a gyro is rejected, as far as its turns tell; the value beside it.
+/// Why a gyro is rejected, as far as its turns show; the value beside it.
 enum class GyroFault : std::uint8_t {
   kNone,
   kReversed,  ///< it turns the other way
@@ -32,7 +32,7 @@ enum class GyroFault : std::uint8_t {
 struct GyroVerdict {
   GyroReliability reliability = GyroReliability::kNone;
   GyroFault fault = GyroFault::kNone;
-  double value = 0.0;  ///< as the fault says
+  double value = 0.0;  ///< by the fault
 };
 
 struct GyroMonitorConfig {
@@ -50,14 +50,14 @@ struct GyroMonitorConfig {
   double beyond = 0.06;        ///< [s] that a sensor lags behind another, seldom more
 };
 
-/// Judges the gyro by the turn from one matched scan to another, beside the wheels: where scans and wheels agree and
+/// Assesses the gyro by the turn from one matched scan to another, beside the wheels: where scans and wheels agree and
 /// the gyro does not, it is wrong, and it is better to have none. Wheels that slip, or scans that are wrong, are no
 /// reason: there the gyro is no further from the scans than the wheels are. Before a turn has shown that it is right,
-/// wheels that contradict it are believed until the scans have decided.
+/// wheels that contradict it are trusted until the scans have decided.
 ///
 ///     turn_gyro = scale * turn_scans + offset * time      (least squares, old intervals fade)
 ///
-/// tells why it is wrong, and the offset with which it is heard again. A sensor with noise repeats its
+/// shows why it is wrong, and the offset with which it is used again. A sensor with noise repeats its
 /// largest reading only at the end of its range: where scans turn faster meanwhile, that reading is no measurement.
 ///
 /// No allocation after construction.
@@ -65,21 +65,21 @@ class GyroMonitor {
  public:
   explicit GyroMonitor(const EkfConfig& noise, const GyroMonitorConfig& config = {});
 
-  /// @param bias [rad/s] as the filter knows it
+  /// @param bias [rad/s] of the filter
   /// @return whether these wheels have just shown that an unproven gyro may be wrong
-  bool hear(const WheelSample& sample, double bias);
-  /// @return the sample for the filters, with what it says of the rate taken back where that is not to be believed
-  ImuSample hear(const ImuSample& sample);
+  bool add(const WheelSample& sample, double bias);
+  /// @return the sample for the filters, with its rate marked as unknown where that is not to be trusted
+  ImuSample add(const ImuSample& sample);
 
-  /// Compares with a matched scan. @param theta [rad] heading that it tells @param bias [rad/s] of the filter
-  /// @return the bias with which the gyro is to be heard again, where it has just been found to agree
+  /// Compares with a matched scan. @param theta [rad] heading that it shows @param bias [rad/s] of the filter
+  /// @return the bias with which the gyro is to be used again, where it has just been found to agree
   std::optional<GyroBias> compare(Timestamp stamp, double theta, double bias);
-  /// The interval has no end: the scans did not tell it, or the map moved.
+  /// The interval has no end: the scans did not show it, or the map moved.
   void interrupt() { begin_.reset(); }
-  /// The scans were stamped wrongly so far: what they told of the gyro is nothing.
+  /// The scans were stamped wrongly so far: what they showed of the gyro is nothing.
   void forget();
 
-  /// Turn by the gyro as it reads, bias and all [rad]; none where it did not tell, or is not to be believed.
+  /// Turn by the gyro as it reads, bias and all [rad]; none where it has no samples, or is not to be trusted.
   std::optional<double> turned(Timestamp from, Timestamp to) const;
 
   bool reliable() const { return !rejected_; }
@@ -117,7 +117,7 @@ class GyroMonitor {
   Eigen::Vector2d gradient_ = Eigen::Vector2d::Zero();
   double against_ = 0.0;  // [1] share of votes
   int votes_ = 0, proofs_ = 0, rejections_ = 0;
-  bool heard_ = false, rejected_ = false;
+  bool has_samples_ = false, rejected_ = false;
   double largest_ = 0.0;  // [rad/s] reading
   int repeated_ = 0;      // of it
   bool clipped_ = false;

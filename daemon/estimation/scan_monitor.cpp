@@ -21,16 +21,16 @@ void ScanMonitor::compare(const Ekf& odometry, const Pose2& T_map_base, const Ei
   const Last now{odometry.stamp(), odometry.pose(), T_map_base};
   const std::optional<Last> last = std::exchange(last_, now);
   if (!last) return;
-  const Pose2 told = wheels.scale().corrected(between(last->T_odom_base, now.T_odom_base));
+  const Pose2 moved = wheels.scale().corrected(between(last->T_odom_base, now.T_odom_base));
   const double seconds = toSeconds(now.stamp - last->stamp);
-  const double distance = std::hypot(told.x, told.y), turn = std::abs(told.theta);
-  const double keep = kept(told);
+  const double distance = std::hypot(moved.x, moved.y), turn = std::abs(moved.theta);
+  const double keep = kept(moved);
 
-  const Eigen::Matrix3d Ad = carrying(told);
-  difference_ = keep * Ad * difference_ + between(told, between(last->T_map_base, now.T_map_base)).vector();
+  const Eigen::Matrix3d Ad = carrying(moved);
+  difference_ = keep * Ad * difference_ + between(moved, between(last->T_map_base, now.T_map_base)).vector();
   by_bias_ = keep * Ad * by_bias_ + Eigen::Vector3d(0.0, 0.0, seconds);
-  by_turn_ = keep * Ad * by_turn_ + Eigen::Vector3d(0.0, 0.0, told.theta);
-  by_scale_ = keep * Ad * by_scale_ + Eigen::Vector3d(told.x, told.y, 0.0);
+  by_turn_ = keep * Ad * by_turn_ + Eigen::Vector3d(0.0, 0.0, moved.theta);
+  by_scale_ = keep * Ad * by_scale_ + Eigen::Vector3d(moved.x, moved.y, 0.0);
   noise_sum_ = (square(keep) * Ad * noise_sum_ * Ad.transpose()).eval();
   const double drift =
       square(noise_.translation_drift) * seconds + (odometry.slip() ? square(noise_.slip_speed_sigma * seconds) : 0.0);

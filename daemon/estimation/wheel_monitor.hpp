@@ -11,12 +11,12 @@
 
 namespace slam {
 
-/// What matched scans say of the wheels, from the worst up.
+/// What matched scans show of the wheels, from the worst up.
 enum class WheelReliability : std::uint8_t {
   kNone,        ///< there are none
   kRejected,    ///< they contradict the scans too much to be used
   kReliable,    ///< their noise model is not far off
-  kConsistent,  ///< as good as their noise model says, or nothing is known of them yet
+  kConsistent,  ///< as good as their noise model, or nothing is known of them yet
 };
 
 struct WheelMonitorConfig {
@@ -40,7 +40,7 @@ struct WheelMonitorConfig {
   }
 };
 
-/// Judges the wheels by the way from one matched scan to another, and corrects their scale. The filter's noise model
+/// Assesses the wheels by the way from one matched scan to another, and corrects their scale. The filter's noise model
 /// takes slip, a radius that is a little wrong and a lag of part of a scan; wheels that are wrong by almost two
 /// standard deviations in the mean are worse than none: along a corridor, which a lidar cannot see, they would lead the
 /// filter astray, and a turning lidar's scans are bent by the turns that they make up.
@@ -49,22 +49,22 @@ class WheelMonitor {
   explicit WheelMonitor(const EkfConfig& noise, const WheelMonitorConfig& config = {})
       : noise_(noise), config_(config), scale_(config.scale) {}
 
-  /// @param unmatched no scan tells the motion: without wheels the filter would go on as fast as it last was
+  /// @param unmatched no scan shows the motion: without wheels the filter would go on as fast as it last was
   /// @return the sample for the pose filter, its scale corrected; nothing while they are rejected and scans match
-  std::optional<WheelSample> hear(const WheelSample& sample, bool unmatched = false);
+  std::optional<WheelSample> add(const WheelSample& sample, bool unmatched = false);
 
   /// Compares them with a matched scan. @param odometry filter without scans, at the scan's stamp
-  /// @param complete the scan told the whole pose
+  /// @param complete the scan showed the whole pose
   void compare(const Ekf& odometry, const Pose2& T_map_base, bool complete);
   /// Where wheels and scans put the robot at one time, each in its own frame.
-  /// @param turn_known the wheels tell the turn, and no gyro does
+  /// @param turn_known the wheels measure the turn, and no gyro does
   void compare(const Pose2& T_odom_base, const Pose2& T_map_base, bool turn_known);
-  /// The interval has no end: the scans did not tell it, or the map moved.
+  /// The interval has no end: the scans did not show it, or the map moved.
   void interrupt() { begin_.reset(); }
 
   WheelReliability reliability() const;
   bool reliable() const { return reliable_; }
-  /// Whether they slipped since the scan before. The walls tell the heading whoever walks between them.
+  /// Whether they slipped since the scan before. The walls show the heading whoever walks between them.
   /// @param turn [rad] from the heading that the wheels predicted to the match's
   bool slipped(double turn) const { return std::abs(turn) > config_.slip; }
   /// Times that they were rejected.
@@ -100,7 +100,7 @@ class WheelMonitor {
   double distance_error_ = 1.0, turn_error_ = 1.0;  // [1] normalised, squared, in the mean
   WheelScale scale_;
   RescaledWheels rescaled_;
-  bool heard_ = false;  // a sample came
+  bool has_samples_ = false;  // a sample came
   bool reliable_ = true, held_back_ = false;
   int rejections_ = 0;
 };

@@ -61,18 +61,18 @@ void FrontEnd::add(const WheelSample& recorded) {
   const auto sample = intake_.accept(recorded);
   if (!sample) return;
   if (!std::exchange(lifted_, sample->lifted) && lifted_) leaveTheFloor(sample->stamp);
-  if (monitor_.gyro.hear(*sample, gyroBias())) pose_.loseGyro();  // the odometry would jump
+  if (monitor_.gyro.add(*sample, gyroBias())) pose_.loseGyro();  // the odometry would jump
   odometry_.add(*sample);
-  if (const auto heard = monitor_.wheels.hear(*sample, tracking_.unmatched(sample->stamp))) pose_.add(*heard);
+  if (const auto corrected = monitor_.wheels.add(*sample, tracking_.unmatched(sample->stamp))) pose_.add(*corrected);
 }
 
 void FrontEnd::add(const ImuSample& recorded) {
   const auto sample = intake_.accept(recorded, pose_.newestStamp());
   if (!sample) return;
   monitor_.delay.addGyro(sample->stamp, sample->gyro.z());
-  const ImuSample judged = monitor_.gyro.hear(*sample);
-  odometry_.add(judged);
-  pose_.add(judged);
+  const ImuSample assessed = monitor_.gyro.add(*sample);
+  odometry_.add(assessed);
+  pose_.add(assessed);
 }
 
 ScanOutcome FrontEnd::add(const LaserScan& recorded, bool may_keep) {
@@ -137,7 +137,7 @@ ScanOutcome FrontEnd::track(const LaserScan& recorded, bool may_keep) {
 
 /// The first scan lies where the filter is, by definition.
 const Keyframe* FrontEnd::beginMap(const Cloud& cloud, const Prediction& predicted) {
-  if (!saysMuch(cloud)) return nullptr;
+  if (!isInformative(cloud)) return nullptr;
   const Pose2 T_map_base = predicted.pose.pose();
   pose_.add(PoseMeasurement{cloud.stamp, T_map_base, 1e-8 * Eigen::Matrix3d::Identity()});
   tracking_.begin(cloud.stamp, T_map_base, predicted.odometry.pose());
@@ -220,7 +220,7 @@ void FrontEnd::shareGyroBias() {
 /// sees through the walls around. Else it has left what the reference knows, and the scan extends it from there.
 const Keyframe* FrontEnd::coast(const Cloud& cloud, const Prediction& predicted, const MatchResult& match,
                                 bool may_keep) {
-  if (!tracking_.fail(match, cloud.stamp, saysMuch(cloud), may_keep)) return nullptr;
+  if (!tracking_.fail(match, cloud.stamp, isInformative(cloud), may_keep)) return nullptr;
   const Pose2 T_map_base = predicted.pose.pose();
   // A scan that contradicts itself sees through walls wherever it is.
   const bool kidnapped = !monitor_.heading.contradicts() && validator_.kidnapped(T_map_base, cloud, local_map_);
@@ -232,7 +232,7 @@ const Keyframe* FrontEnd::coast(const Cloud& cloud, const Prediction& predicted,
   return keyframes_.keep(cloud, T_map_base, {}, predicted.pose.sensitivity(), local_map_);
 }
 
-bool FrontEnd::saysMuch(const Cloud& cloud) const {
+bool FrontEnd::isInformative(const Cloud& cloud) const {
   return static_cast<int>(cloud.points.size()) >= config_.match.min_pairs;
 }
 

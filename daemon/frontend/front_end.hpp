@@ -111,7 +111,7 @@ class FrontEnd {
   void compareTurns(Timestamp stamp, const MatchResult& match, bool stamped);
   void endDoubt();
   void shareGyroBias();
-  bool saysMuch(const Cloud& cloud) const;
+  bool isInformative(const Cloud& cloud) const;
   bool fuse(const Cloud& cloud, const Prediction& predicted, const MatchResult& match, bool bypass_gate);
   void leaveFarPlace();
   void leaveTheFloor(Timestamp stamp);

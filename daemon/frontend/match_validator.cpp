@@ -68,7 +68,7 @@ bool MatchValidator::seesThroughWalls(const Pose2& T_map_base, const Cloud& clou
 
 bool MatchValidator::wallsInTheOpen(const Cloud& cloud) {
   const bool many =
-      cloud.walls.judged() >= cloud.match.min_pairs && cloud.walls.freeSpaceViolation() > config_.walls_in_the_open;
+      cloud.walls.visible() >= cloud.match.min_pairs && cloud.walls.freeSpaceViolation() > config_.walls_in_the_open;
   if (!many) in_the_open_since_.reset();
   if (many && !in_the_open_since_) in_the_open_since_ = cloud.stamp;
   return many && toSeconds(cloud.stamp - *in_the_open_since_) >= config_.in_the_open_for;

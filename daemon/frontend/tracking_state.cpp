@@ -28,10 +28,10 @@ void TrackingState::follow(const MatchResult& match, Timestamp stamp, const Pose
   last_odometry_ = T_odom_base;
 }
 
-bool TrackingState::fail(const MatchResult& match, Timestamp stamp, bool says_much, bool may_act) {
+bool TrackingState::fail(const MatchResult& match, Timestamp stamp, bool informative, bool may_act) {
   ++(match.usable() ? gated_ : unmatched_);
   overlap_ = match.overlap;
-  if (!says_much) return false;
+  if (!informative) return false;
   const bool lately = toSeconds(stamp - *last_match_) < config_.degraded_after;  // a fast lidar fails often
   if (++failures_ <= config_.max_failures || lately || !may_act) return false;
   failures_ = 0;

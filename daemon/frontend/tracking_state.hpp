@@ -34,9 +34,9 @@ class TrackingState {
   void begin(Timestamp stamp, const Pose2& T_map_base, const Pose2& T_odom_base);
   /// A match was fused.
   void follow(const MatchResult& match, Timestamp stamp, const Pose2& T_map_base, const Pose2& T_odom_base);
-  /// No match was fused. @param says_much the scan has enough points @param may_act something can be done about it
+  /// No match was fused. @param informative the scan has enough points @param may_act something can be done about it
   /// @return whether that has lasted so long that something must be done
-  bool fail(const MatchResult& match, Timestamp stamp, bool says_much, bool may_act);
+  bool fail(const MatchResult& match, Timestamp stamp, bool informative, bool may_act);
 
   /// Whether a robot that scans match no longer can be anywhere: in a given map there is nothing else to know, and of a
   /// session whose place is not known yet nothing is worth going on with.

@@ -23,10 +23,10 @@ float roughBearing(float x, float y);
 inline constexpr double kRoughBearingError = 3e-5;  ///< [rad] of its polynomial and rounding
 
 /// How far a scan saw in each direction. A wall that it saw through is not there, or the scan was taken elsewhere:
-/// points that match say nothing of that. After the range images of Kim and Kim (Removert, IROS 2020).
+/// points that match show nothing of that. After the range images of Kim and Kim (Removert, IROS 2020).
 class RangeImage {
  public:
-  /// What a scan says of a place.
+  /// What a scan shows of a place.
   enum class Visibility : std::uint8_t {
     kUnknown,     ///< no beam went there, or it passed along the wall
     kOccluded,    ///< something stands before it
@@ -68,7 +68,7 @@ class RangeImage {
   float farthest_ = 0.0F;  // [m]
 };
 
-/// What a scan says of many places.
+/// What a scan shows of many places.
 struct VisibilityTally {
   int consistent = 0, violated = 0;  ///< places
 
@@ -76,9 +76,9 @@ struct VisibilityTally {
     consistent += sight == RangeImage::Visibility::kConsistent;
     violated += sight == RangeImage::Visibility::kViolated;
   }
-  int judged() const { return consistent + violated; }
-  /// [1] share of the places told of that the scan saw through; 0 where it told of none.
-  double freeSpaceViolation() const { return judged() == 0 ? 0.0 : static_cast<double>(violated) / judged(); }
+  int visible() const { return consistent + violated; }
+  /// [1] share of the visible places that the scan saw through; 0 where none was visible.
+  double freeSpaceViolation() const { return visible() == 0 ? 0.0 : static_cast<double>(violated) / visible(); }
 };
 
 }  // namespace slam

@@ -150,7 +150,7 @@ double Reference::freeSpaceViolation(const Pose2& T_ref_base, const RangeImage& 
     const Eigen::Vector2d p = T_base_ref * Eigen::Vector2d(surfel.x, surfel.y);
     tally.add(scan.visibilityOf(p, T_base_ref.turned({surfel.nx, surfel.ny})));
   }
-  return tally.judged() < config_.fewest_in_sight ? 0.0 : tally.freeSpaceViolation();
+  return tally.visible() < config_.fewest_in_sight ? 0.0 : tally.freeSpaceViolation();
 }
 
 bool Reference::merge(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, const ScanPoint& point,

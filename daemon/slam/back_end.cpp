@@ -46,7 +46,7 @@ void BackEnd::add(const Keyframe& keyframe, bool may_correct) {
 
 void BackEnd::findSession() {
   const Pose2 T_map_newest = map_.keyframes.pose(map_.newest());
-  const auto finding = session_.find(map_, policy_->knows(T_map_newest.translation()));
+  const auto finding = session_.find(map_, policy_->isMapped(T_map_newest.translation()));
   elsewhere_ = finding.elsewhere;
   if (finding.refuted) reference_.refute(session_.number());
   if (finding.found) {

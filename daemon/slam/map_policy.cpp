@@ -9,7 +9,7 @@ namespace slam {
 namespace {
 
 constexpr double kNoInformation = 1e-6;  // [1/m^2, 1/rad^2]
-constexpr double kSeenFrom = 5.0;        // [m] a map knows what lies this near to its keyframes
+constexpr double kSeenFrom = 5.0;        // [m] a map holds what lies this near to its keyframes
 
 }  // namespace
 
@@ -21,7 +21,7 @@ std::unique_ptr<MapPolicy> mapPolicy(const BackEndConfig& config, KeyframeMap& m
 void GrowingMap::begin(const Keyframe& first, SessionTracker& session) {
   if (map_.undoJoin()) ++taken_back_;
   map_.begin(first);
-  if (first.id > 0) {  // an edge that knows nothing keeps the graph in one piece
+  if (first.id > 0) {  // an edge without information keeps the graph in one piece
     map_.keyframes.graph().addEdge({.from = first.id - 1,
                                     .to = first.id,
                                     .T_from_to = between(map_.keyframes.pose(first.id - 1), first.T_map_base),
@@ -31,7 +31,7 @@ void GrowingMap::begin(const Keyframe& first, SessionTracker& session) {
   session.begin(first, map_, false);
 }
 
-bool GrowingMap::knows(const Eigen::Vector2d& p_map) const {
+bool GrowingMap::isMapped(const Eigen::Vector2d& p_map) const {
   const auto near = map_.keyframes.near(p_map, kSeenFrom);
   return std::any_of(near.begin(), near.end(), [&](int id) { return map_.inMap(id); });
 }

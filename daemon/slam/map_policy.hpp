@@ -18,8 +18,8 @@ class MapPolicy {
 
   /// Takes the first keyframe of a session, whose place in the map is not known.
   virtual void begin(const Keyframe& first, SessionTracker& session) = 0;
-  /// Whether the map says what is seen from a place [m], as far as it can.
-  virtual bool knows(const Eigen::Vector2d& p_map) const = 0;
+  /// Whether the map holds what is seen from a place [m], as far as it can.
+  virtual bool isMapped(const Eigen::Vector2d& p_map) const = 0;
   /// Whether the session, which is not found in the map, shall be the map.
   virtual bool outgrownBy(const SessionTracker& session) const = 0;
   /// The session was found, and its keyframes lie where they are in the map. A correction becomes due.
@@ -46,7 +46,7 @@ class GrowingMap : public MapPolicy {
  public:
   using MapPolicy::MapPolicy;
   void begin(const Keyframe& first, SessionTracker& session) override;
-  bool knows(const Eigen::Vector2d& p_map) const override;
+  bool isMapped(const Eigen::Vector2d& p_map) const override;
   bool outgrownBy(const SessionTracker& session) const override;
   void place(const Relocalisation::Found& found, const SessionTracker& session) override;
   void extend(const Keyframe& keyframe) override;
@@ -69,7 +69,7 @@ class FixedMap : public MapPolicy {
  public:
   using MapPolicy::MapPolicy;
   void begin(const Keyframe& first, SessionTracker& session) override;
-  bool knows(const Eigen::Vector2d&) const override { return true; }
+  bool isMapped(const Eigen::Vector2d&) const override { return true; }
   bool outgrownBy(const SessionTracker&) const override { return false; }
   void place(const Relocalisation::Found& found, const SessionTracker& session) override;
   void extend(const Keyframe&) override {}

@@ -41,29 +41,29 @@ void SessionTracker::begin(const Keyframe& first, const KeyframeMap& map, bool m
   relocalisation_->begin(floors_.atlas(map.keyframes, map.idsInMap(), config_.relocalisation.floor_gap));
 }
 
-SessionTracker::Finding SessionTracker::find(const KeyframeMap& map, bool map_knows) {
+SessionTracker::Finding SessionTracker::find(const KeyframeMap& map, bool mapped) {
   const int newest = map.newest();
-  if (searchesAllOver() && floors_.hasOthers()) return findFloor(map, map_knows);
+  if (searchesAllOver() && floors_.hasOthers()) return findFloor(map, mapped);
   if (searchesAllOver()) return {.found = relocalisation_->search(map.keyframes, first_, newest, heading_tolerance_)};
   Finding finding{.found = relocalisation_->searchNear(map.keyframes, first_, newest, kGivenWindow)};
   if (finding.found || newest - first_ + 1 < config_.given_attempts) return finding;
-  if (map_knows) {  // it does not look as it should: the robot may be anywhere
+  if (mapped) {  // it does not look as it should: the robot may be anywhere
     state_ = State::kLost;
     finding.refuted = true;
-  } else {  // the map says nothing about the place: the person's word counts
+  } else {  // the map does not hold the place: the person's word counts
     finding.found = asGiven(map.keyframes.pose(newest));
   }
   return finding;
 }
 
 /// Nothing is known of the session's heading in another map.
-SessionTracker::Finding SessionTracker::findFloor(const KeyframeMap& map, bool map_knows) {
+SessionTracker::Finding SessionTracker::findFloor(const KeyframeMap& map, bool mapped) {
   const int searches = relocalisation_->counters().searches;
   const Pose2& T_session_newest = map.keyframes.pose(map.newest());
   const auto found = relocalisation_->search(map.keyframes, first_, map.newest());
   if (relocalisation_->counters().searches == searches) return {};
   const auto place = floors_.decide(*relocalisation_, found, T_session_newest);
-  if (!place && state_ == State::kAssumed && map_knows && floors_.nowhere() >= config_.given_attempts) {
+  if (!place && state_ == State::kAssumed && mapped && floors_.nowhere() >= config_.given_attempts) {
     state_ = State::kLost;  // what it sees is in none of the maps
     return {.found = {}, .refuted = true};
   }

@@ -30,8 +30,8 @@ class SessionTracker {
     std::optional<FloorFound> elsewhere = {};  ///< it is in another map
   };
   /// Looks for the newest keyframe. @pre !placed()
-  /// @param map_knows the map holds what is seen from there, so that it may contradict a person
-  Finding find(const KeyframeMap& map, bool map_knows);
+  /// @param mapped the map holds what is seen from there, so that it may contradict a person
+  Finding find(const KeyframeMap& map, bool mapped);
   /// So many scans were used since this was called the last time.
   void allowFor(std::int64_t scans) {
     if (relocalisation_) relocalisation_->allowFor(scans);
@@ -53,7 +53,7 @@ class SessionTracker {
  private:
   enum class State : std::uint8_t { kPlaced, kGiven, kAssumed, kLost };
 
-  Finding findFloor(const KeyframeMap& map, bool map_knows);
+  Finding findFloor(const KeyframeMap& map, bool mapped);
   bool searchesAllOver() const { return state_ == State::kAssumed || state_ == State::kLost; }
 
   BackEndConfig config_;

@@ -40,8 +40,8 @@ bool differential(ChassisType type) {
   return type == ChassisType::kDifferential2 || type == ChassisType::kDifferential4;
 }
 
-bool differs(double believed, float said) {
-  return believed > 0.0 && std::abs(static_cast<double>(said) - believed) > kModelTolerance * believed;
+bool differs(double configured, float reported) {
+  return configured > 0.0 && std::abs(static_cast<double>(reported) - configured) > kModelTolerance * configured;
 }
 
 }  // namespace

@@ -290,8 +290,8 @@ bool CanBase::obeys(std::size_t side, Timestamp now) const {
   const bool silent = period > Duration(0) &&
                       now - std::max(axis.heartbeat(), axis.estimates()) > patienceFor(period, CanAxis::kFramesLost);
   // Where its heartbeats cannot be told from others, how its wheel turns is all that is known.
-  const bool says = !silent && (axis.isShared() || (heartbeats && axis.obeys()));
-  return says && follow_.idle() != side;
+  const bool ready = !silent && (axis.isShared() || (heartbeats && axis.obeys()));
+  return ready && follow_.idle() != side;
 }
 
 Problem CanBase::hindrance(std::size_t side) const {

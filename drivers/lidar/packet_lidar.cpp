@@ -62,8 +62,8 @@ PacketLidar::Begun PacketLidar::listen(rplidar::Dialogue& dialogue, WrongDevice&
 
 Problem PacketLidar::silence(const LidarReader& scan) {
   constexpr Duration kStillComing = 100ms;  // since the last byte
-  const bool hears = scan.bytes() > 0 && now_() - scan.lastArrival() < kStillComing;
-  return hears ? problem::kLidarNoPackets : problem::kLidarUnheard;
+  const bool receiving = scan.bytes() > 0 && now_() - scan.lastArrival() < kStillComing;
+  return receiving ? problem::kLidarNoPackets : problem::kLidarUnheard;
 }
 
 void PacketLidar::end() {

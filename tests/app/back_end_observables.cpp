@@ -79,7 +79,7 @@ std::string lostBackEnd(const Config& config) {
 std::string wheelTrust(const Config& config) {
   const FrontEndConfig front_end = frontEndConfig(config);
   WheelMonitor monitor(front_end.ekf, front_end.wheel_monitor);
-  monitor.hear({});
+  monitor.add({});
   std::string text;
   Pose2 wheels, scans;
   for (int i = 0; i < 200; ++i) {

@@ -111,23 +111,23 @@ TEST(DeviceHealth, ReportsThatALineLosesBytes) {
 TEST(DeviceHealth, EvaluatesNoRateOfASecondInWhichTheDeviceCameOrWent) {
   Lidar lidar;
   lidar.measure(3);
-  EXPECT_FALSE(lidar.device.judged) << "it came";
+  EXPECT_FALSE(lidar.device.rate_valid) << "it came";
   lidar.measure(3);
-  EXPECT_TRUE(lidar.device.judged);
+  EXPECT_TRUE(lidar.device.rate_valid);
   lidar.measure(3, kNow, /*settled=*/false);
-  EXPECT_FALSE(lidar.device.judged) << "slamd has just begun";
+  EXPECT_FALSE(lidar.device.rate_valid) << "slamd has just begun";
   lidar.measure(3);
   lidar.status.set(DeviceState::kOpening, problemOf("looking for it"));
   lidar.measure(3);
-  EXPECT_FALSE(lidar.device.judged) << "it went";
+  EXPECT_FALSE(lidar.device.rate_valid) << "it went";
   EXPECT_EQ(lidar.reason(), "looking for it");
   lidar.status.set(DeviceState::kStreaming);
   lidar.measure(3);
-  EXPECT_FALSE(lidar.device.judged);
+  EXPECT_FALSE(lidar.device.rate_valid);
   lidar.measure(3);
-  EXPECT_TRUE(lidar.device.judged);
+  EXPECT_TRUE(lidar.device.rate_valid);
   lidar.measure(0, kNow + 901ms);
-  EXPECT_FALSE(lidar.device.judged) << "silent";
+  EXPECT_FALSE(lidar.device.rate_valid) << "silent";
 }
 
 TEST(DeviceHealth, MeasuresRatesOverTheTimeThatPassed) {

@@ -15,7 +15,7 @@ namespace slam::gyro_monitor_test {
 namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
-constexpr double kTold = 0.04;  // [rad/s] twice the sigma of a bias that is handed on
+constexpr double kBiasError = 0.04;  // [rad/s] twice the sigma of a bias that is handed on
 
 /// A robot that turns to and fro and rests between; gyro and wheels at 50 Hz, matched scans at 5 Hz.
 struct Drive : test::SimulatedRobot {
@@ -28,9 +28,9 @@ struct Drive : test::SimulatedRobot {
   }
 
   double time = 0.0;  // [s]
-  double bias = 0.0;  // [rad/s] that the filter knows
+  double bias = 0.0;  // [rad/s] of the filter
   GyroMonitor monitor{EkfConfig{}};
-  int distrusted = 0, heard_again = 0, withdrawn = 0;  // times
+  int distrusted = 0, used_again = 0, withdrawn = 0;  // times
   ImuSample newest;
 
   /// @param fastest [rad/s] of the turns
@@ -40,15 +40,15 @@ struct Drive : test::SimulatedRobot {
     }
     return *this;
   }
-  void add(const WheelSample& sample) { distrusted += monitor.hear(sample, bias); }
-  void add(const ImuSample& sample) { newest = monitor.hear(sample); }
+  void add(const WheelSample& sample) { distrusted += monitor.add(sample, bias); }
+  void add(const ImuSample& sample) { newest = monitor.add(sample); }
   void add(const PoseMeasurement& match) {
-    const bool believed = monitor.reliable();
+    const bool reliable = monitor.reliable();
     if (const auto learned = monitor.compare(now, match.T_map_base.theta, bias)) {
       bias = learned->value;
-      ++heard_again;
+      ++used_again;
     }
-    withdrawn += believed && !monitor.reliable();
+    withdrawn += reliable && !monitor.reliable();
   }
   GyroVerdict verdict() const { return monitor.verdict(bias); }
   void expect(GyroReliability reliability, GyroFault fault) const {
@@ -58,7 +58,7 @@ struct Drive : test::SimulatedRobot {
   }
 };
 
-TEST(GyroMonitor, KnowsNothingBeforeAnythingTurns) {
+TEST(GyroMonitor, IsUnprovenBeforeAnythingTurns) {
   EXPECT_EQ(GyroMonitor(EkfConfig{}).verdict(0.0).reliability, GyroReliability::kNone);
   Drive drive;
   drive.go(20.0, 0.0);
@@ -115,7 +115,7 @@ TEST(GyroMonitor, WheelsThatAreWrongFromTheBeginningAreFoundOutByScans) {
     drive.wheels.turn_scale = scale;
     drive.go(20.0);
     drive.expect(GyroReliability::kReliable, GyroFault::kNone);
-    EXPECT_EQ(drive.withdrawn, 0) << "scans never speak against it";
+    EXPECT_EQ(drive.withdrawn, 0) << "scans never contradict it";
   }
 }
 
@@ -128,7 +128,7 @@ TEST(GyroMonitor, FindsDegreesForRadiansBeforeTheFirstScanThatTurns) {
   drive.go(20.0);
   drive.expect(GyroReliability::kRejected, GyroFault::kDegrees);
   EXPECT_NEAR(drive.verdict().value, kDegrees, 0.05 * kDegrees);
-  EXPECT_EQ(drive.heard_again, 0);
+  EXPECT_EQ(drive.used_again, 0);
 }
 
 TEST(GyroMonitor, FindsAnAxisThatPointsDown) {
@@ -136,7 +136,7 @@ TEST(GyroMonitor, FindsAnAxisThatPointsDown) {
   drive.gyro.fault.down = true;
   drive.go(20.0);
   drive.expect(GyroReliability::kRejected, GyroFault::kReversed);
-  EXPECT_EQ(drive.heard_again, 0);
+  EXPECT_EQ(drive.used_again, 0);
 }
 
 TEST(GyroMonitor, FindsAWrongScale) {
@@ -147,7 +147,7 @@ TEST(GyroMonitor, FindsAWrongScale) {
   EXPECT_NEAR(drive.verdict().value, 0.5, 0.05);
 }
 
-TEST(GyroMonitor, FindsAGyroThatTellsNothingOfTurns) {
+TEST(GyroMonitor, FindsAGyroThatMeasuresNoTurns) {
   Drive drive;
   drive.gyro.reads = [&drive](double rate) { return rate + 0.8 * std::sin(5.0 * drive.time); };
   drive.go(60.0);
@@ -174,8 +174,8 @@ TEST(GyroMonitor, LearnsAnOffsetAndUsesTheGyroAgain) {
     drive.gyro.fault.offset = offset;
     drive.go(20.0);
     drive.expect(GyroReliability::kReliable, GyroFault::kOffset);
-    EXPECT_NEAR(drive.bias, offset, kTold);
-    EXPECT_EQ(drive.heard_again, 1);
+    EXPECT_NEAR(drive.bias, offset, kBiasError);
+    EXPECT_EQ(drive.used_again, 1);
     EXPECT_EQ(drive.verdict().value, drive.bias);
     EXPECT_TRUE(drive.newest.rate_known);
   }
@@ -230,8 +230,8 @@ TEST(GyroMonitor, AGyroThatIsRightAgainIsUsedAgain) {
   drive.gyro.fault.offset = 0.03;
   drive.go(30.0);
   drive.expect(GyroReliability::kReliable, GyroFault::kNone);
-  EXPECT_EQ(drive.heard_again, 1);
-  EXPECT_NEAR(drive.bias, 0.03, kTold);
+  EXPECT_EQ(drive.used_again, 1);
+  EXPECT_NEAR(drive.bias, 0.03, kBiasError);
 }
 
 TEST(GyroMonitor, ARestIsNoProofThatAReversedGyroIsRight) {
@@ -246,8 +246,8 @@ TEST(GyroMonitor, ReadingsThatAreNoNumberAreNotEvaluated) {
   Drive drive;
   drive.go(20.0);
   for (const double none : {std::nan(""), std::numeric_limits<double>::infinity()}) {
-    drive.monitor.hear(ImuSample{.stamp = drive.newest.stamp, .gyro = {0.0, 0.0, none}});
-    drive.monitor.hear(WheelSample{.stamp = drive.newest.stamp, .T_wheels_base = {0.0, 0.0, none}}, 0.0);
+    drive.monitor.add(ImuSample{.stamp = drive.newest.stamp, .gyro = {0.0, 0.0, none}});
+    drive.monitor.add(WheelSample{.stamp = drive.newest.stamp, .T_wheels_base = {0.0, 0.0, none}}, 0.0);
   }
   drive.go(20.0);
   drive.expect(GyroReliability::kReliable, GyroFault::kNone);

@@ -25,8 +25,8 @@ class Drive : public test::SimulatedRobot {
     stands_ = twist.isZero();
     run(seconds, twist, *this);
   }
-  void add(const WheelSample& sample) { gyro_monitor.hear(sample, gyro.bias); }
-  void add(const ImuSample& sample) { gyro_monitor.hear(sample); }
+  void add(const WheelSample& sample) { gyro_monitor.add(sample, gyro.bias); }
+  void add(const ImuSample& sample) { gyro_monitor.add(sample); }
   void add(const PoseMeasurement& match) {
     gyro_monitor.compare(match.stamp, match.T_map_base.theta, gyro.bias);
     monitor.compare(gyro_monitor, match.stamp - late, stands_, match.T_map_base.theta, 1e-6);
@@ -67,14 +67,14 @@ TEST(HeadingMonitor, NoticesScansThatTurnWithinSecondsAndAcceptsThemLittle) {
   }
 }
 
-TEST(HeadingMonitor, KnowsNothingOfAGyroThatHasNeverRested) {
+TEST(HeadingMonitor, NeedsAGyroThatHasRested) {
   Drive drive;
   drive.matches.drift = kDrift;
   drive.go(20.0, kStraight);
   EXPECT_FALSE(drive.monitor.contradicts());
 }
 
-TEST(HeadingMonitor, TheNextRestTellsWhetherItWasTheGyro) {
+TEST(HeadingMonitor, TheNextRestShowsWhetherItWasTheGyro) {
   for (const bool gyro_is_wrong : {true, false}) {
     Drive drive;
     drive.go(2.0, kStand);

@@ -42,12 +42,12 @@ class Drive : public test::SimulatedRobot {
 
   void add(const WheelSample& sample) {
     odometry_.add(sample);
-    wheel_monitor_.hear(sample);
-    gyro_monitor_.hear(sample, gyro.bias);
+    wheel_monitor_.add(sample);
+    gyro_monitor_.add(sample, gyro.bias);
   }
   void add(const ImuSample& sample) {
     odometry_.add(sample);
-    gyro_monitor_.hear(sample);
+    gyro_monitor_.add(sample);
   }
   void add(const PoseMeasurement& match) {
     const Ekf odometry = odometry_.at(now);
@@ -66,7 +66,7 @@ class Drive : public test::SimulatedRobot {
   HeadingMonitor heading_monitor_;
 };
 
-TEST(ScanMonitor, IsQuietWhereScansAndWheelsTellOneWay) {
+TEST(ScanMonitor, IsQuietWhereScansAndWheelsMeasureOneWay) {
   for (const double turn_rate : {0.0, 0.3}) {
     Drive drive;
     drive.go(40.0, 1.0, turn_rate);

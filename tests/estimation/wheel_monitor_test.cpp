@@ -12,12 +12,12 @@ namespace slam::wheel_monitor_test {
 namespace {
 
 WheelReliability reliability(WheelMonitor monitor) {
-  monitor.hear({});
+  monitor.add({});
   return monitor.reliability();
 }
 bool consistent(const WheelMonitor& monitor) { return reliability(monitor) == WheelReliability::kConsistent; }
 
-/// A winding way, which wheels and matched scans both tell, each with its own errors.
+/// A winding way, which wheels and matched scans both measure, each with its own errors.
 class Drive : public test::SimulatedRobot {
  public:
   explicit Drive(unsigned seed) : SimulatedRobot(test::Room{}, {}, seed) {
@@ -26,7 +26,7 @@ class Drive : public test::SimulatedRobot {
     wheels.pose = {3.0, -1.0, 2.0};
   }
 
-  /// @param noise of the wheels [m per sqrt(m), rad per sqrt(m)]  @param scale what they tell of a way of 1
+  /// @param noise of the wheels [m per sqrt(m), rad per sqrt(m)]  @param scale what they measure of a way of 1
   /// @param step [m] from scan to scan @param turn_share noise of the turn beside that of the way
   void go(double metres, double noise, double scale = 1.0, double step = 0.06, double turn_share = 0.3) {
     wheels.scale = scale;
@@ -59,7 +59,7 @@ TEST(WheelMonitor, WithdrawsFromWheelsThatAreWorseThanNoneAndComesBack) {
   for (const unsigned seed : {1U, 2U, 3U}) {
     Drive drive(seed);
     drive.go(30.0, 0.05);
-    drive.go(8.0, 0.05, -1.0);  // they tell the opposite
+    drive.go(8.0, 0.05, -1.0);  // they report the opposite
     EXPECT_FALSE(drive.monitor.reliable()) << seed;
     drive.go(8.0, 0.6);
     EXPECT_FALSE(drive.monitor.reliable()) << seed;
@@ -83,13 +83,13 @@ TEST(WheelMonitor, RejectedWheelsAreUsedWhileNoScanShowsTheMotion) {
   Drive drive(1);
   drive.go(30.0, 0.01, -1.0);
   ASSERT_EQ(reliability(drive.monitor), WheelReliability::kRejected);
-  ASSERT_FALSE(drive.monitor.hear({}));
-  const auto heard = drive.monitor.hear({}, true);
-  ASSERT_TRUE(heard);
-  EXPECT_TRUE(heard->restarted) << "what they told before is not made up for";
-  EXPECT_FALSE(drive.monitor.hear({}, true)->restarted);
+  ASSERT_FALSE(drive.monitor.add({}));
+  const auto corrected = drive.monitor.add({}, true);
+  ASSERT_TRUE(corrected);
+  EXPECT_TRUE(corrected->restarted) << "what they reported before is not made up for";
+  EXPECT_FALSE(drive.monitor.add({}, true)->restarted);
   EXPECT_EQ(reliability(drive.monitor), WheelReliability::kRejected) << "the verdict stays";
-  EXPECT_FALSE(drive.monitor.hear({})) << "a scan matches again";
+  EXPECT_FALSE(drive.monitor.add({})) << "a scan matches again";
 }
 
 TEST(WheelMonitor, OneSlipIsForgiven) {
@@ -120,7 +120,7 @@ TEST(WheelMonitor, TurnsThatTheWheelsMakeUpAreNoExcuseForThemselves) {
   }
 }
 
-TEST(WheelMonitor, TellsHowMuchWorseTheWheelsAreThanTheModel) {
+TEST(WheelMonitor, MeasuresHowMuchWorseTheWheelsAreThanTheModel) {
   for (const unsigned seed : {1U, 2U, 3U}) {
     Drive drive(seed);
     drive.go(60.0, 0.05);
@@ -150,7 +150,7 @@ TEST(WheelMonitor, AnInterruptedStretchIsNotEvaluated) {
   EXPECT_TRUE(monitor.reliable());
 }
 
-/// Stretches straight ahead of which the wheels tell so much more than the scans, exactly.
+/// Stretches straight ahead of which the wheels report so much more than the scans, exactly.
 WheelMonitor after(int intervals, const Pose2& scans, const Pose2& wheels, bool turn_known,
                    const WheelMonitorConfig& config = {}) {
   WheelMonitor monitor(EkfConfig{}, config);
@@ -160,7 +160,7 @@ WheelMonitor after(int intervals, const Pose2& scans, const Pose2& wheels, bool 
   return monitor;
 }
 
-TEST(WheelMonitor, OneStretchCountsAsItsErrorAndTheMemorySay) {
+TEST(WheelMonitor, OneStretchCountsByItsErrorAndTheMemory) {
   const EkfConfig noise;
   for (const double memory : {50.0, 20.0}) {
     WheelMonitorConfig config;
@@ -174,20 +174,21 @@ TEST(WheelMonitor, OneStretchCountsAsItsErrorAndTheMemorySay) {
     EXPECT_NEAR(turned.turnFactor(), 1.0 + (0.1 * 0.1 / turn_variance - 1.0) / memory, 1e-9);
     const WheelMonitor jump = after(1, {0.06, 0, 0}, {5.0, 0, 2.0}, true, config);
     EXPECT_NEAR(jump.turnFactor(), 1.0 + 9.0 / memory, 1e-9) << "one interval counts for no more than ten";
-    EXPECT_EQ(after(1, {0.06, 0, 0.02}, {0.06, 0, 0.12}, false, config).turnFactor(), 1.0) << "a gyro tells the turn";
+    EXPECT_EQ(after(1, {0.06, 0, 0.02}, {0.06, 0, 0.12}, false, config).turnFactor(), 1.0)
+        << "a gyro measures the turn";
   }
 }
 
 TEST(WheelMonitor, AStretchIsEvaluatedFromItsLengthOrItsTurnOn) {
-  const auto judged = [](const Pose2& scans, const Pose2& wheels) {
+  const auto evaluated = [](const Pose2& scans, const Pose2& wheels) {
     const WheelMonitor monitor = after(1, scans, wheels, true);
     return std::max(monitor.distanceFactor(), monitor.turnFactor()) > 1.0;
   };
-  EXPECT_FALSE(judged({0, 0, 0}, {0.049, 0, 0}));
-  EXPECT_TRUE(judged({0, 0, 0}, {0.051, 0, 0.04}));
-  EXPECT_FALSE(judged({0, 0, 0.0}, {0, 0, 0.049}));
-  EXPECT_TRUE(judged({0, 0, 0.0}, {0, 0, 0.051}));
-  EXPECT_TRUE(judged({0, 0, 0.3}, {0, 0, 0.0}));
+  EXPECT_FALSE(evaluated({0, 0, 0}, {0.049, 0, 0}));
+  EXPECT_TRUE(evaluated({0, 0, 0}, {0.051, 0, 0.04}));
+  EXPECT_FALSE(evaluated({0, 0, 0.0}, {0, 0, 0.049}));
+  EXPECT_TRUE(evaluated({0, 0, 0.0}, {0, 0, 0.051}));
+  EXPECT_TRUE(evaluated({0, 0, 0.3}, {0, 0, 0.0}));
 }
 
 TEST(WheelMonitor, IsWithdrawnGivenBackAndGuidesAtItsLimits) {
@@ -233,8 +234,8 @@ TEST(WheelMonitor, WheelsThatAreOffTheWallsHeadingHaveSlipped) {
 TEST(WheelMonitor, HandsOnWhatItReceivesUntilTheWheelsAreRejectedAndBeginsAnewBehindThat) {
   WheelMonitor monitor(EkfConfig{});
   EXPECT_EQ(monitor.reliability(), WheelReliability::kNone);
-  const auto hear = [&](double x) { return monitor.hear({Timestamp{}, {x, 0.0, 0.0}}); };
-  EXPECT_TRUE(hear(0.0));
+  const auto add = [&](double x) { return monitor.add({Timestamp{}, {x, 0.0, 0.0}}); };
+  EXPECT_TRUE(add(0.0));
   EXPECT_EQ(monitor.reliability(), WheelReliability::kConsistent);
   Pose2 odom, map;
   const auto go = [&](double turned, int intervals) {
@@ -243,21 +244,21 @@ TEST(WheelMonitor, HandsOnWhatItReceivesUntilTheWheelsAreRejectedAndBeginsAnewBe
   };
   go(0.3, 100);
   EXPECT_EQ(monitor.reliability(), WheelReliability::kRejected);
-  EXPECT_FALSE(hear(1.0));
-  EXPECT_FALSE(hear(2.0));
+  EXPECT_FALSE(add(1.0));
+  EXPECT_FALSE(add(2.0));
   go(0.0, 500);
   ASSERT_EQ(monitor.reliability(), WheelReliability::kConsistent);
-  auto sample = hear(3.0);
+  auto sample = add(3.0);
   ASSERT_TRUE(sample);
-  EXPECT_TRUE(sample->restarted) << "what they told meanwhile is not made up for";
-  sample = hear(3.5);
+  EXPECT_TRUE(sample->restarted) << "what they reported meanwhile is not made up for";
+  sample = add(3.5);
   EXPECT_FALSE(sample->restarted);
 }
 
-TEST(WheelMonitor, EvaluatesByScansThatToldTheWholePoseOnly) {
-  const auto rejected = [](bool complete, bool heard) {
+TEST(WheelMonitor, EvaluatesByScansThatShowedTheWholePoseOnly) {
+  const auto rejected = [](bool complete, bool has_samples) {
     WheelMonitor monitor(EkfConfig{});
-    if (heard) monitor.hear({});
+    if (has_samples) monitor.add({});
     const EkfConfig config;
     Pose2 odom, map;
     for (int i = 0; i < 200; ++i) {

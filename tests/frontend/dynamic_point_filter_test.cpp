@@ -57,16 +57,16 @@ class Walk {
     walls_out = all - seen - (static_cast<int>(points.size()) - legs_left);
     worst_walls_out = std::max(worst_walls_out, walls_out);
   }
-  /// The filter of the pose knows nothing of the last seconds.
+  /// The filter of the pose has nothing of the last seconds.
   void forget() { timeline = EkfTimeline({}, {}); }
   void carry(const Pose2& T_robot_carried) { robot_.truth = robot_.truth * T_robot_carried; }
-  void tellATurnThatIsNone() { robot_.wheels.spin = {0.0, 0.0, 3.0}; }
-  void tellAWayThatIsNone() { robot_.wheels.spin = {0.5, 0.0, 0.0}; }
+  void reportATurnThatIsNone() { robot_.wheels.spin = {0.0, 0.0, 3.0}; }
+  void reportAWayThatIsNone() { robot_.wheels.spin = {0.5, 0.0, 0.0}; }
 
   std::vector<Eigen::Vector2d> legs;     // [m] in base
   std::vector<Eigen::Vector2d> pillars;  // [m] in the world, as thick
   bool glass = false;                    // the walls beside are
-  bool blocked = false;                  // beams without return say nothing
+  bool blocked = false;                  // beams without return show nothing
   ScanPoints points;
   EkfTimeline timeline{{}, {}};
   DynamicPointFilter filter;
@@ -146,7 +146,7 @@ TEST(DynamicPointFilter, BeginsAnewWhereTheFilterDoesNotReachBack) {
   EXPECT_LE(walk.legs_left, 2);
 }
 
-TEST(DynamicPointFilter, TellsOfWallsInTheOpenOnceTheRobotWasCarried) {
+TEST(DynamicPointFilter, FindsWallsInTheOpenOnceTheRobotWasCarried) {
   Walk walk({.length = 12.0, .width = 8.0});
   walk.legs = kBeside;
   walk.run(5.0, kAhead);
@@ -157,7 +157,7 @@ TEST(DynamicPointFilter, TellsOfWallsInTheOpenOnceTheRobotWasCarried) {
   EXPECT_GT(walk.filter.walls().freeSpaceViolation(), 0.4);
   walk.filter.forget();
   walk.run(0.2, kStand);
-  EXPECT_EQ(walk.filter.walls().judged(), 0);
+  EXPECT_EQ(walk.filter.walls().visible(), 0);
 }
 
 TEST(DynamicPointFilter, GlassThatEarlierScansMetAtAnotherAngleIsNoWallInTheOpen) {
@@ -173,21 +173,21 @@ TEST(DynamicPointFilter, GlassThatEarlierScansMetAtAnotherAngleIsNoWallInTheOpen
       walls.consistent += walk.filter.walls().consistent;
       walls.violated += walk.filter.walls().violated;
     }
-    EXPECT_GT(walls.judged(), 100);
+    EXPECT_GT(walls.visible(), 100);
     EXPECT_LT(walls.freeSpaceViolation(), 0.2) << side;
   }
 }
 
 TEST(DynamicPointFilter, LeavesAllInWhereItIsTheMotionThatIsWrong) {
   Walk walk({.length = 5.0, .width = 4.0});
-  walk.tellAWayThatIsNone();
+  walk.reportAWayThatIsNone();
   walk.run(8.0, kStand);
   EXPECT_LT(walk.walls_out, 120) << "of 360: those behind, which an earlier scan seems to see through";
   EXPECT_GT(walk.points.size(), 200U);
 
   Walk turned({.length = 12.0, .width = 8.0});
   turned.run(4.0, kAhead);
-  turned.tellATurnThatIsNone();
+  turned.reportATurnThatIsNone();
   turned.run(0.2, kAhead);
   EXPECT_EQ(turned.walls_out, 0) << "of a room that seems to be turned";
 }

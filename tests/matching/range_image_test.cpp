@@ -24,7 +24,7 @@ RangeImage imageOf(const Room& room, const Pose2& pose) {
   return image;
 }
 
-TEST(RangeImage, TellsWhatTheScanSawThroughMetAndDidNotSee) {
+TEST(RangeImage, ShowsWhatTheScanSawThroughMetAndDidNotSee) {
   for (const int beams : {180, 360, 1440}) {
     const RangeImage image = imageOf({.length = 6.0, .width = 4.0, .range_sigma = 0.01, .beams = beams}, {});
     for (double angle = -3.1; angle < 3.1; angle += 0.1) {
@@ -55,18 +55,18 @@ TEST(RangeImage, ARoughBearingIsNearTheArcTangent) {
   EXPECT_TRUE(std::isnan(roughBearing(0.0F, 0.0F)));
 }
 
-TEST(RangeImage, KnowsNothingWhereNoBeamReturned) {
+TEST(RangeImage, IsUnknownWhereNoBeamReturned) {
   const RangeImage image = imageOf({.length = 40.0, .width = 2.0, .reach = 5.0, .range_sigma = 0.01}, {});
   EXPECT_EQ(image.visibilityOf({3.0, 0.0}, kNoNormal), kUnknown) << "along the corridor";
   EXPECT_EQ(image.visibilityOf({0.3, 0.5}, kNoNormal), kViolated);
   EXPECT_EQ(RangeImage().visibilityOf({1.0, 0.0}, kNoNormal), kUnknown);
 }
 
-TEST(RangeImage, ATallyLeavesOutWhatTheScanDoesNotTell) {
+TEST(RangeImage, ATallyLeavesOutWhatTheScanDoesNotShow) {
   VisibilityTally tally;
   EXPECT_EQ(tally.freeSpaceViolation(), 0.0);
   for (const auto sight : {kConsistent, kUnknown, kViolated, kOccluded, kConsistent, kConsistent}) tally.add(sight);
-  EXPECT_EQ(tally.judged(), 4);
+  EXPECT_EQ(tally.visible(), 4);
   EXPECT_EQ(tally.consistent, 3);
   EXPECT_EQ(tally.freeSpaceViolation(), 0.25);
 }
@@ -119,24 +119,24 @@ TEST(RangeImage, EachLimitHoldsFromBothSides) {
       << "what lies between beams so far apart was not seen";
 }
 
-TEST(RangeImage, ABeamWithoutReturnTellsOfFreeSpaceWhereNothingElseIsKnown) {
+TEST(RangeImage, ABeamWithoutReturnShowsFreeSpaceWhereNothingElseIsKnown) {
   RangeImage image;
   ScanPoints wall;
   for (double bearing = -0.5; bearing < 0.5; bearing += 0.02)
     wall.push_back({.position = 4.0 * Eigen::Vector2d(std::cos(bearing), std::sin(bearing))});
   image.set(wall, Eigen::Vector2d::Zero());
   for (double bearing = -1.5; bearing < 1.5; bearing += 0.02) image.setOpen(bearing, 0.02, 6.0);
-  image.setOpen(2.5, 0.2, 6.0);  // beams too far apart to tell
+  image.setOpen(2.5, 0.2, 6.0);  // beams too far apart to show it
   const auto sight = [&](double bearing, double range) {
     return image.visibilityOf(range * Eigen::Vector2d(std::cos(bearing), std::sin(bearing)), kNoNormal);
   };
   EXPECT_EQ(sight(1.0, 5.0), kViolated);
-  EXPECT_EQ(sight(1.0, 7.0), kUnknown) << "farther than it tells";
+  EXPECT_EQ(sight(1.0, 7.0), kUnknown) << "farther than it shows";
   EXPECT_EQ(sight(0.0, 4.0), kConsistent) << "the wall stays";
   EXPECT_EQ(sight(2.5, 2.0), kUnknown);
 }
 
-TEST(RangeImage, BetweenTwoBeamsTheNearerTells) {
+TEST(RangeImage, BetweenTwoBeamsTheNearerCounts) {
   ScanPoints points;
   for (int i = 0; i < 40; ++i) {
     const double bearing = 0.05 * i, range = i % 2 == 0 ? 2.0 : 4.0;

@@ -73,7 +73,7 @@ TEST(MapPolicy, OnlyAGrowingMapIsDrawn) {
   EXPECT_FALSE(Parts(true).policy->draws());
 }
 
-TEST(GrowingMap, KeepsItsGraphInOnePieceByAnEdgeThatKnowsNothing) {
+TEST(GrowingMap, KeepsItsGraphInOnePieceByAnEdgeWithoutInformation) {
   Parts parts(false);
   parts.beginSession(1);
   ASSERT_EQ(parts.map.keyframes.size(), 9);
@@ -85,12 +85,12 @@ TEST(GrowingMap, KeepsItsGraphInOnePieceByAnEdgeThatKnowsNothing) {
   EXPECT_EQ(parts.session.first(), 8);
 }
 
-TEST(GrowingMap, KnowsWhatIsNearToItsKeyframes) {
+TEST(GrowingMap, HasMappedWhatIsNearToItsKeyframes) {
   Parts parts(false);
-  EXPECT_TRUE(parts.policy->knows({0.0, 4.9}));
-  EXPECT_FALSE(parts.policy->knows({0.0, 5.1}));
+  EXPECT_TRUE(parts.policy->isMapped({0.0, 4.9}));
+  EXPECT_FALSE(parts.policy->isMapped({0.0, 5.1}));
   for (char& known : parts.map.in_map) known = 0;
-  EXPECT_FALSE(parts.policy->knows({0.0, 0.0}));
+  EXPECT_FALSE(parts.policy->isMapped({0.0, 0.0}));
 }
 
 TEST(GrowingMap, TiesAFoundSessionToTheMapWhereItIs) {
@@ -128,7 +128,7 @@ TEST(GrowingMap, AFoundSessionIsAsUncertainAsTheMapWhereItWasJoined) {
   const auto correction = parts.reference.take();
   ASSERT_TRUE(correction);
   EXPECT_EQ(correction->keyframes.back().id, 8);
-  EXPECT_EQ(correction->keyframes.back().covariance, in_map) << "the front end is told";
+  EXPECT_EQ(correction->keyframes.back().covariance, in_map) << "the front end takes it over";
 }
 
 TEST(GrowingMap, ARobotLostSoonLeavesTheMapAsItWas) {

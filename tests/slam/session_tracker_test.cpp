@@ -34,11 +34,11 @@ class Session {
     map.begin(*first);
     tracker.begin(*first, map, false);
   }
-  SessionTracker::Finding at(const Pose2& truth, bool map_knows = true) {
+  SessionTracker::Finding at(const Pose2& truth, bool mapped = true) {
     const Keyframe& keyframe = drive_.at(truth, kStep);
     map.keyframes.add(std::make_shared<const StoredScan>(keyframe), T_given_ * between(start_, truth));
     map.in_map.push_back(0);
-    return tracker.find(map, map_knows);
+    return tracker.find(map, mapped);
   }
 
   KeyframeMap map;
@@ -91,7 +91,7 @@ TEST(SessionTracker, CorrectsAGivenPoseByTheMap) {
   EXPECT_LT(apart(finding.found->T_map_newest, onRing(3.2)), 0.05);
 }
 
-TEST(SessionTracker, AMapThatKnowsThePlaceRefutesAWrongPose) {
+TEST(SessionTracker, AMapThatHoldsThePlaceRefutesAWrongPose) {
   Session session;
   session.begin(onRing(3.0), KeyframeOrigin::kGiven, Pose2{0.0, 0.0, 1.0});  // within the block
   EXPECT_FALSE(session.at(onRing(3.1)).refuted) << "on the second keyframe";

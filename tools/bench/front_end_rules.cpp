@@ -46,7 +46,7 @@ const std::array kRules = std::to_array<Rule>({
     {"14b never with silent wheels",
      [](FrontEndConfig& c) { c.ekf.short_silence = c.ekf.long_silence = kLongSilence; }},
     {"14c wheels that died", [](FrontEndConfig& c) { c.ekf.hardest_braking = kNever; }},
-    {"15 sudden speeds believed", [](FrontEndConfig& c) { c.ekf.believes_sudden_speeds = false; }},
+    {"15 sudden speeds believed", [](FrontEndConfig& c) { c.ekf.accepts_sudden_speeds = false; }},
     {"16a short intervals joined", [](FrontEndConfig& c) { c.timeline.too_soon = 0.0; }},
     {"16b mean of 0.1 s holds", [](FrontEndConfig& c) { c.timeline.recent = 0.0; }},
     {"17 doubt", [](FrontEndConfig& c) { c.ekf.max_contradiction = 1.0; }},

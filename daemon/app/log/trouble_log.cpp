@@ -39,8 +39,8 @@ void TroubleLog::note(Cause& cause, const Problem& reason, Timestamp now) {
     cause.interval = std::min(2 * cause.interval, config_.longest);
   }
   cause.repeated = now;
-  cause.said_wrong = true;
-  cause.unsaid = 0;
+  cause.reported_wrong = true;
+  cause.unreported = 0;
   cause.lines.push_back(now);
 }
 
@@ -55,7 +55,7 @@ std::optional<LogLine> TroubleLog::wrong(Cause& cause, const Trouble& trouble, T
   const Problem& reason = trouble.problem;
   const Duration lasted = now - *cause.wrong_since;
   const bool untrue =
-      !cause.said_wrong && lasted >= config_.untrue && hasRoom(cause, config_.most - config_.recoveries, now);
+      !cause.reported_wrong && lasted >= config_.untrue && hasRoom(cause, config_.most - config_.recoveries, now);
   if (!untrue && !isDue(cause, reason, now)) return std::nullopt;
   std::string text = trouble.text();
   if (cause.times > 1) text += " (" + std::to_string(cause.times) + " times)";
@@ -69,8 +69,8 @@ std::optional<LogLine> TroubleLog::well(Cause& cause, Timestamp now) {
   const Duration lasted = now - *cause.well_since;
   if (lasted < config_.settled) return std::nullopt;
   cause.wrong_since.reset();
-  if (!cause.said_wrong || !hasRoom(cause, config_.most, now)) return std::nullopt;
-  cause.said_wrong = false;
+  if (!cause.reported_wrong || !hasRoom(cause, config_.most, now)) return std::nullopt;
+  cause.reported_wrong = false;
   if (cause.recovery.empty()) return std::nullopt;
   cause.lines.push_back(now);
   return LogLine{LogLine::kInfo, cause.recovery};
@@ -97,7 +97,7 @@ std::vector<LogLine> TroubleLog::look(const std::vector<Trouble>& present, Times
 
 bool TroubleLog::isOpen(const std::string& cause) const {
   const auto at = causes_.find(cause);
-  return at != causes_.end() && at->second.said_wrong;
+  return at != causes_.end() && at->second.reported_wrong;
 }
 
 std::optional<LogLine> TroubleLog::happened(const std::string& name, const Problem& reason, const std::string& text,
@@ -106,12 +106,12 @@ std::optional<LogLine> TroubleLog::happened(const std::string& name, const Probl
   if (cause.well_since && now - *cause.well_since >= config_.forgotten) cause = {};
   cause.well_since = now;  // the last time
   if (!isDue(cause, reason, now)) {
-    ++cause.unsaid;
+    ++cause.unreported;
     return std::nullopt;
   }
   const bool known = isKnown(cause.reasons, reason);
   const std::string further =
-      known && cause.unsaid > 0 ? " (and " + std::to_string(cause.unsaid) + " times before)" : "";
+      known && cause.unreported > 0 ? " (and " + std::to_string(cause.unreported) + " times before)" : "";
   note(cause, reason, now);
   return LogLine{level, text + further};
 }

@@ -52,11 +52,11 @@ class TroubleLog {
   /// All that is wrong now, at most one trouble of each cause. Every other cause is well. @return what is to be written
   std::vector<LogLine> look(const std::vector<Trouble>& present, Timestamp now);
   /// Something happened that is over at once, such as a late thread. @return the line, if it is to be written
-  /// @param reason tells it from others of its cause; none: it is all that happens of it
+  /// @param reason distinguishes it from others of its cause; none: it is all that happens of it
   std::optional<LogLine> happened(const std::string& cause, const Problem& reason, const std::string& text,
                                   LogLine::Level level, Timestamp now);
 
-  /// Whether the last line about a cause says that it is wrong.
+  /// Whether the last line about a cause reports that it is wrong.
   bool isOpen(const std::string& cause) const;
 
  private:
@@ -66,9 +66,9 @@ class TroubleLog {
     std::optional<Timestamp> wrong_since, well_since;  // without the other between them for long
     std::optional<Timestamp> repeated;                 // the last line that is no recovery
     Duration interval{0};                              // to the next one of a known reason
-    bool said_wrong = false;                           // by the last line
+    bool reported_wrong = false;                       // by the last line
     int times = 0;                                     // it went wrong since it was forgotten
-    int unsaid = 0;                                    // of them since the last line
+    int unreported = 0;                                // of them since the last line
     std::deque<Timestamp> lines;                       // within the window
   };
 

@@ -141,25 +141,25 @@ std::shared_ptr<const FloorFound> GraphWork::takeFloor() {
 }
 
 void GraphWork::logEvents(const MapUpdate& update, const BackEndCounters& counters) {
-  const auto tell = [&](const char* cause, const std::string& text, LogLine::Level level) {
+  const auto report = [&](const char* cause, const std::string& text, LogLine::Level level) {
     if (const auto line = log_.happened(cause, {}, text, level, monotonicNow())) logLine(*line);
   };
-  if (update.relocalised) tell("found", "found in the map", LogLine::kInfo);
+  if (update.relocalised) report("found", "found in the map", LogLine::kInfo);
   if (update.taken_back) {
-    tell(
+    report(
         "taken back",
         "the robot got lost soon after it was found: what it saw on the way is left out of the map, which is as before",
         LogLine::kWarning);
   }
   if (update.begun_anew) {
-    tell("anew", "the map begins anew: what came before the robot was lost is too little to be found in",
-         LogLine::kWarning);
+    report("anew", "the map begins anew: what came before the robot was lost is too little to be found in",
+           LogLine::kWarning);
   }
   if (update.loop_closed) {
-    tell("loop",
-         "loop closed: " + std::to_string(counters.loop_closures) + " closures join " +
-             std::to_string(counters.keyframes) + " keyframes",
-         LogLine::kInfo);
+    report("loop",
+           "loop closed: " + std::to_string(counters.loop_closures) + " closures join " +
+               std::to_string(counters.keyframes) + " keyframes",
+           LogLine::kInfo);
   }
 }
 

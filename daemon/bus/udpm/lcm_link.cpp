@@ -20,7 +20,7 @@ void LcmLink::tend(Timestamp now) {
   sender_.collect();
   if (state(now) == LinkState::kConnected) patience_ = kLook;
   // The kernel may have forgotten a membership whose interface went and came again under the same number.
-  if (state(now) == LinkState::kUnheard && now >= next_try_) receiver_.close();
+  if (state(now) == LinkState::kNoLoopback && now >= next_try_) receiver_.close();
   const Joined joined = receiver_.join();
   interface_ = route_.interface();
   if (joined != Joined::kAsBefore && lcm_) {  // its socket is a member of the group, too, on the interface before

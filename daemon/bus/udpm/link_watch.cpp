@@ -9,7 +9,7 @@ namespace {
 
 using namespace std::chrono_literals;
 constexpr Duration kKeep = 200ms;     // between two messages whose copies are awaited
-constexpr Duration kUnheard = 2s;     // ten of them in a row do not get lost under load
+constexpr Duration kNoLoopback = 2s;  // ten of them in a row do not get lost under load
 constexpr Duration kNotSent = 500ms;  // without one message that was sent
 
 }  // namespace
@@ -17,14 +17,14 @@ constexpr Duration kNotSent = 500ms;  // without one message that was sent
 bool LinkWatch::isFailing(Timestamp now) const { return failing_since_ && now - *failing_since_ >= kNotSent; }
 
 void LinkWatch::sent(std::string_view channel, std::span<const std::uint8_t> data, Timestamp now) {
-  if (isFailing(now)) unheard_since_.reset();  // nothing that could have come back
+  if (isFailing(now)) no_loopback_since_.reset();  // nothing that could have come back
   failing_since_.reset();
   if (kept_ && now - *kept_ < kKeep) return;
   channel_ = channel;
   data_.assign(data.begin(), data.end());
   awaited_ = true;
   kept_ = now;
-  if (!unheard_since_) unheard_since_ = now;
+  if (!no_loopback_since_) no_loopback_since_ = now;
 }
 
 void LinkWatch::failed(int error, Timestamp now) {
@@ -37,14 +37,14 @@ void LinkWatch::received(const Packet& packet) {
   if (!std::equal(packet.data.begin(), packet.data.end(), data_.begin(), data_.end())) return;
   awaited_ = false;
   ever_received_ = true;
-  unheard_since_.reset();
+  no_loopback_since_.reset();
 }
 
-void LinkWatch::missed() { unheard_since_.reset(); }
+void LinkWatch::missed() { no_loopback_since_.reset(); }
 
 LinkState LinkWatch::state(Timestamp now) const {
   if (isFailing(now)) return failure_;
-  if (unheard_since_ && now - *unheard_since_ >= kUnheard) return LinkState::kUnheard;
+  if (no_loopback_since_ && now - *no_loopback_since_ >= kNoLoopback) return LinkState::kNoLoopback;
   return ever_received_ ? LinkState::kConnected : LinkState::kOpening;
 }
 
@@ -56,7 +56,7 @@ Problem problemOf(LinkState state, const UdpmUrl& url) {
       return of(url.ttl == 0 ? problem::kNoLocalRoute : problem::kNoRoute);
     case LinkState::kBlocked:
       return of(problem::kLinkBlocked);
-    case LinkState::kUnheard:
+    case LinkState::kNoLoopback:
       return of(problem::kLinkUnheard);
     case LinkState::kNoSocket:
       return of(problem::kNoLcmSocket);

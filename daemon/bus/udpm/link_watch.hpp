@@ -15,12 +15,12 @@
 namespace slam {
 
 enum class LinkState : std::uint8_t {
-  kOpening,    ///< nothing is known yet
-  kConnected,  ///< what is sent comes back
-  kNoRoute,    ///< the kernel knows no way to the group
-  kBlocked,    ///< the kernel may not send: a firewall, or the unit's IPAddressDeny
-  kUnheard,    ///< it sends, but nothing comes back
-  kNoSocket    ///< none can be opened
+  kOpening,     ///< nothing is known yet
+  kConnected,   ///< what is sent comes back
+  kNoRoute,     ///< the kernel has no way to the group
+  kBlocked,     ///< the kernel may not send: a firewall, or the unit's IPAddressDeny
+  kNoLoopback,  ///< it sends, but nothing comes back
+  kNoSocket     ///< none can be opened
 };
 
 /// Whether a state is one that a person has to do something about.
@@ -28,8 +28,8 @@ constexpr bool isFault(LinkState state) { return state != LinkState::kOpening &&
 /// None where nothing is wrong.
 Problem problemOf(LinkState state, const UdpmUrl& url);
 
-/// Judges a link by what is sent and what comes back: a group's packets return to their sender's machine. Five times a
-/// second a message is kept, for its copy to be known among those of other programs: their bytes differ by the stamps.
+/// Assesses a link by what is sent and what comes back: a group's packets return to their sender's machine. Each 200 ms
+/// a message is kept, for its copy to be known among those of other programs: their bytes differ by the stamps.
 class LinkWatch {
  public:
   void sent(std::string_view channel, std::span<const std::uint8_t> data, Timestamp now);
@@ -48,7 +48,7 @@ class LinkWatch {
   bool awaited_ = false;            // its copy is
   bool ever_received_ = false;      // one was, ever
   std::optional<Timestamp> kept_;   // when the last one was
-  std::optional<Timestamp> unheard_since_, failing_since_;
+  std::optional<Timestamp> no_loopback_since_, failing_since_;
   LinkState failure_ = LinkState::kNoRoute;  // the last one's kind
 };
 

@@ -71,7 +71,7 @@ void BodyWatch::add(std::span<const Beam> beams, const RangeLimits& limits, cons
   spacing_ = std::max(2, bins() / std::max(1, static_cast<int>(beams.size())) + 1);
   shortestRanges(beams, limits, now_);
   if (seen_from_)
-    judge(compare(PointTransform(between(*seen_from_, lidar)), PointTransform(between(lidar, *seen_from_))));
+    update(compare(PointTransform(between(*seen_from_, lidar)), PointTransform(between(lidar, *seen_from_))));
   seen_from_ = lidar;
   seen_ = now_;
 }
@@ -95,7 +95,7 @@ bool BodyWatch::compare(const PointTransform& T_seen_now, const PointTransform& 
   return moved > config_.few_moved * stayed && moved > config_.explained * changed;
 }
 
-void BodyWatch::judge(bool moved) {
+void BodyWatch::update(bool moved) {
   shape_ = left_out_ = {};
   for (int bin = 0; bin < bins(); ++bin) {
     const auto i = static_cast<std::size_t>(bin);

@@ -30,9 +30,9 @@ struct BodyWatchConfig {
 /// range that stays as it was, though the one scan looked past where the other one has it, belongs to the robot. A wall
 /// beside a robot that drives along it keeps its range, too, but no scan looks past it.
 ///
-/// Bearings are judged one by one. A step in which a beam goes past the place of a body takes evidence back. A step in
-/// which nearly all ranges stay, or in which those that change are not where the motion has them, says that it is the
-/// motion that is wrong: of sound wheels it explains 0.8 or more of them, of a lidar upside down 0.3 or less.
+/// Bearings are assessed one by one. A step in which a beam goes past the place of a body takes evidence back. A step
+/// in which nearly all ranges stay, or in which those that change are not where the motion has them, shows that it is
+/// the motion that is wrong: of sound wheels it explains 0.8 or more of them, of a lidar upside down 0.3 or less.
 ///
 /// No thread, clock or I/O; after construction no allocation.
 class BodyWatch {
@@ -69,7 +69,7 @@ class BodyWatch {
   bool allStayedAround(int bin) const;
   /// @return whether most of what moves at all moved as wheels and gyro report
   bool compare(const PointTransform& T_seen_now, const PointTransform& T_now_seen);
-  void judge(bool moved);
+  void update(bool moved);
 
   BodyWatchConfig config_;
   Pose2 T_base_lidar_;

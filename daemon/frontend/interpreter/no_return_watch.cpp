@@ -28,11 +28,11 @@ void NoReturnWatch::add(std::span<const Beam> beams, const RangeLimits& limits,
   }
   std::sort(samples_.begin(), samples_.begin() + static_cast<std::ptrdiff_t>(size),
             [](const Sample& a, const Sample& b) { return a.range > b.range; });
-  judge({samples_.data(), size});
+  countCandidates({samples_.data(), size});
 }
 
 /// From the largest range down, as long as it is the rim.
-void NoReturnWatch::judge(std::span<const Sample> samples) {
+void NoReturnWatch::countCandidates(std::span<const Sample> samples) {
   const auto all = static_cast<double>(samples.size());
   std::size_t above = 0;
   for (std::size_t begin = 0, end = 0; begin < samples.size() && static_cast<double>(above) <= config_.above * all;

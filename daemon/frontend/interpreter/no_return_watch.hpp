@@ -47,7 +47,7 @@ class NoReturnWatch {
     std::int8_t direction;
   };
 
-  void judge(std::span<const Sample> samples);
+  void countCandidates(std::span<const Sample> samples);
   void count(float value, int places);
 
   NoReturnConfig config_;

@@ -70,8 +70,8 @@ bool LidarSearch::tryEach(std::span<const int> bauds, const std::atomic<bool>& c
 }
 
 LidarFinding LidarSearch::find(const std::atomic<bool>& cancel) {
-  const LidarFinding heard = listen(cancel);
-  return heard.isDecided() || cancel ? heard : ask(cancel);
+  const LidarFinding passive = listen(cancel);
+  return passive.isDecided() || cancel ? passive : ask(cancel);
 }
 
 LidarFinding LidarSearch::listen(const std::atomic<bool>& cancel) {

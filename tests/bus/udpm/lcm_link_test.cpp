@@ -24,7 +24,7 @@ std::ptrdiff_t entriesOf(const char* folder) {
 class Link : public testing::Test {
  protected:
   Link() {
-    link_.subscribe("POSE", [this](auto data) { heard_.emplace_back(data.begin(), data.end()); });
+    link_.subscribe("POSE", [this](auto data) { received_.emplace_back(data.begin(), data.end()); });
   }
   ~Link() override { EXPECT_TRUE(shell("ip route replace 224.0.0.0/4 dev lo")); }
 
@@ -42,19 +42,19 @@ class Link : public testing::Test {
   LcmLink link_{"udpm://239.255.76.67:7667?ttl=1"};
   Timestamp now_{1000s};
   int sent_ = 0;
-  std::vector<Bytes> heard_;
+  std::vector<Bytes> received_;
 };
 
 TEST_F(Link, ReceivesWhatItSends) {
   runFor(1s);
   EXPECT_EQ(state(), LinkState::kConnected);
-  EXPECT_EQ(heard_.size(), 100U);
+  EXPECT_EQ(received_.size(), 100U);
   EXPECT_EQ(entriesOf("/proc/self/task"), 1) << "liblcm's receiver has a thread";
 }
 
 TEST_F(Link, KeepsNoDescriptorsBehindAFirewall) {
   if (!Firewall::isThere()) GTEST_SKIP() << "without nftables";
-  for (const auto& [hook, expected] : {std::pair("input", LinkState::kUnheard), {"output", LinkState::kBlocked}}) {
+  for (const auto& [hook, expected] : {std::pair("input", LinkState::kNoLoopback), {"output", LinkState::kBlocked}}) {
     const auto before = entriesOf("/proc/self/fd");
     {
       const Firewall firewall(hook);
@@ -65,10 +65,10 @@ TEST_F(Link, KeepsNoDescriptorsBehindAFirewall) {
     }
     EXPECT_LE(entriesOf("/proc/self/fd"), before + kOpen);
     EXPECT_EQ(entriesOf("/proc/self/task"), 1);
-    heard_.clear();
+    received_.clear();
     runFor(10s);
     EXPECT_EQ(state(), LinkState::kConnected) << hook;
-    EXPECT_GT(heard_.size(), 900U);
+    EXPECT_GT(received_.size(), 900U);
   }
 }
 
@@ -92,9 +92,9 @@ TEST_F(Link, FollowsTheRouteWithinSeconds) {
   for (const char* name : {"cable", "wlan", "cable"}) {
     other.route(name);
     runFor(2s);
-    heard_.clear();
+    received_.clear();
     runFor(1s);
-    EXPECT_EQ(heard_.size(), 100U) << name;
+    EXPECT_EQ(received_.size(), 100U) << name;
     EXPECT_EQ(state(), LinkState::kConnected) << name;
   }
 }
@@ -108,8 +108,8 @@ TEST_F(Link, OfTtlZeroNeverSendsWhereItIsNoMember) {
   ASSERT_TRUE(shell(other.inside("nft add chain inet lcm seen '{ type filter hook prerouting priority 0; }'")));
   ASSERT_TRUE(shell(other.inside("nft add rule inet lcm seen udp dport 7667 counter")));
   LcmLink link("udpm://239.255.76.67:7667?ttl=0");
-  int heard = 0;
-  link.subscribe("POSE", [&](auto) { ++heard; });
+  int received = 0;
+  link.subscribe("POSE", [&](auto) { ++received; });
   for (const char* name : {"cable", "wlan", "cable", "lo", "cable", "lo", "wlan"}) {
     ASSERT_TRUE(shell(std::string("ip route replace 224.0.0.0/4 dev ") + name));
     for (const Timestamp end = now_ + 1500ms; now_ < end; now_ += 10ms) {
@@ -118,7 +118,7 @@ TEST_F(Link, OfTtlZeroNeverSendsWhereItIsNoMember) {
       link.tend(now_);
     }
   }
-  EXPECT_GT(heard, 900);
+  EXPECT_GT(received, 900);
   EXPECT_TRUE(shell(other.inside("nft list ruleset | grep -q 'counter packets 0 '")));
 }
 
@@ -128,13 +128,13 @@ TEST_F(Link, RecoversAMembershipThatTheKernelForgot) {
   ASSERT_TRUE(shell("ip link set lo mtu 60 && ip link set lo mtu 65536 && ip addr add 127.0.0.1/8 dev lo"));
   ASSERT_TRUE(shell("ip route replace 224.0.0.0/4 dev lo"));
   runFor(1s);
-  heard_.clear();
+  received_.clear();
   runFor(1s);
-  EXPECT_TRUE(heard_.empty()) << "the kernel remembers: there is nothing to recover from";
+  EXPECT_TRUE(received_.empty()) << "the kernel remembers: there is nothing to recover from";
   runFor(5s);
-  heard_.clear();
+  received_.clear();
   runFor(1s);
-  EXPECT_EQ(heard_.size(), 100U);
+  EXPECT_EQ(received_.size(), 100U);
   EXPECT_EQ(state(), LinkState::kConnected);
 }
 

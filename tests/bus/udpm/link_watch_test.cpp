@@ -51,14 +51,14 @@ TEST_F(LinkWatched, ForgivesThatMostPacketsGetLostUnderLoad) {
   }
 }
 
-TEST_F(LinkWatched, IsUnheardWhenNothingComesBack) {
+TEST_F(LinkWatched, HasNoLoopbackWhenNothingComesBack) {
   sendFor(1s, kAll);
   sendFor(1500ms, kNone);
   EXPECT_EQ(state(), LinkState::kConnected);
   sendFor(1s, kNone);
-  EXPECT_EQ(state(), LinkState::kUnheard);
+  EXPECT_EQ(state(), LinkState::kNoLoopback);
   sendFor(60s, kNone);
-  EXPECT_EQ(state(), LinkState::kUnheard);
+  EXPECT_EQ(state(), LinkState::kNoLoopback);
   sendFor(500ms, kAll);
   EXPECT_EQ(state(), LinkState::kConnected);
 }
@@ -71,15 +71,15 @@ TEST_F(LinkWatched, DoesNotDoubtTheNetworkWhileItReadsTooLittleItself) {
     EXPECT_EQ(state(), LinkState::kConnected) << i;
   }
   sendFor(3s, kNone);
-  EXPECT_EQ(state(), LinkState::kUnheard) << "it reads all, and nothing comes";
+  EXPECT_EQ(state(), LinkState::kNoLoopback) << "it reads all, and nothing comes";
 }
 
-TEST_F(LinkWatched, IsUnheardFromTheStartWhereAFirewallIs) {
+TEST_F(LinkWatched, HasNoLoopbackFromTheStartWhereAFirewallIs) {
   sendFor(3s, kNone);
-  EXPECT_EQ(state(), LinkState::kUnheard);
+  EXPECT_EQ(state(), LinkState::kNoLoopback);
 }
 
-TEST_F(LinkWatched, KnowsAMissingRouteFromAProhibition) {
+TEST_F(LinkWatched, DistinguishesAMissingRouteFromAProhibition) {
   sendFor(1s, kAll);
   failFor(300ms, ENETUNREACH);
   EXPECT_EQ(state(), LinkState::kConnected) << "one that is renewed";
@@ -95,9 +95,9 @@ TEST_F(LinkWatched, DoesNotCountTimeWithoutARouteAsSilence) {
   sendFor(1s, kNone);
   failFor(10s, ENETUNREACH);
   sendFor(10ms, kNone);
-  EXPECT_NE(state(), LinkState::kUnheard);
+  EXPECT_NE(state(), LinkState::kNoLoopback);
   sendFor(2s, kNone);
-  EXPECT_EQ(state(), LinkState::kUnheard);
+  EXPECT_EQ(state(), LinkState::kNoLoopback);
 }
 
 TEST_F(LinkWatched, HasNothingToReportWhereNothingIsSent) {
@@ -107,7 +107,8 @@ TEST_F(LinkWatched, HasNothingToReportWhereNothingIsSent) {
 
 TEST(LinkProblem, NamesCauseAndFix) {
   UdpmUrl url = parseUdpmUrl("udpm://239.255.76.67:7668?ttl=0");
-  for (const LinkState state : {LinkState::kNoRoute, LinkState::kBlocked, LinkState::kUnheard, LinkState::kNoSocket}) {
+  for (const LinkState state :
+       {LinkState::kNoRoute, LinkState::kBlocked, LinkState::kNoLoopback, LinkState::kNoSocket}) {
     EXPECT_TRUE(isFault(state));
     EXPECT_FALSE(problemOf(state, url).fix().empty());
   }
@@ -115,7 +116,7 @@ TEST(LinkProblem, NamesCauseAndFix) {
     EXPECT_FALSE(isFault(state));
     EXPECT_FALSE(problemOf(state, url));
   }
-  EXPECT_EQ(problemOf(LinkState::kUnheard, url).cause(), "sent packets do not come back; is udp 7668 blocked?");
+  EXPECT_EQ(problemOf(LinkState::kNoLoopback, url).cause(), "sent packets do not come back; is udp 7668 blocked?");
 }
 
 TEST(LinkProblem, RecommendsTheRouteOnLoOnlyToWhatStaysOnThisMachine) {

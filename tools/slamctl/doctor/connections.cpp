@@ -77,7 +77,7 @@ Finding checkLcm(const std::string& url) {
   }
   if (returned) return {Finding::kGood, "LCM: " + url + " carries messages", ""};
   const LinkState seen = link.state(monotonicNow());
-  const LinkState state = isFault(seen) ? seen : LinkState::kUnheard;
+  const LinkState state = isFault(seen) ? seen : LinkState::kNoLoopback;
   const Problem problem = problemOf(state, link.url());
   std::string fix = problem.fix();
   const bool has_unit = std::any_of(kRouteUnits.begin(), kRouteUnits.end(), [](const char* unit) {
