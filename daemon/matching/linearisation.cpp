@@ -53,7 +53,7 @@ struct SurfelRow {
 [[gnu::always_inline]] inline SurfelRow surfelsOf(const PartnerRow& partners) {
   static_assert(offsetof(Surfel, ny) == 3 * sizeof(float) && offsetof(Surfel, normal_variance) == sizeof(FloatRow));
   static_assert(offsetof(Surfel, grazing) == 6 * sizeof(float) && sizeof(bool) == 1);
-  constexpr int kFirstByte = std::endian::native == std::endian::little ? 1 : 1 << 24;
+  const int first_byte = std::endian::native == std::endian::little ? 1 : 1 << 24;
   std::array<FloatRow, kLanes> lines, rest;  // x, y, nx, ny; and normal_variance, observations, grazing, a shift
   for (std::size_t i = 0; i < kLanes; ++i) {
     lines[i] = loadRow(*partners.surfels[i], offsetof(Surfel, x));
@@ -68,7 +68,7 @@ struct SurfelRow {
           .ny = lines[3],
           .normal_variance = rest[0],
           .observations = rest[1],
-          .grazing = (std::bit_cast<IntRow>(rest[2]) & kFirstByte) != 0};
+          .grazing = (std::bit_cast<IntRow>(rest[2]) & first_byte) != 0};
 }
 
 /// Four pairs. Where there is none, or it is refused, both weights are 0.
