@@ -4,8 +4,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
-#include <queue>
 
 namespace slam {
 namespace {
@@ -50,6 +50,7 @@ std::vector<int> PoseGraph::near(const Eigen::Vector2d& p_map, double radius) co
 }
 
 int PoseGraph::addEdge(const Edge& edge) {
+  forgetSearch();
   const int id = static_cast<int>(edges_.size());
   edges_.push_back(edge);
   links_.push_back(linkOf(edge));
@@ -59,6 +60,7 @@ int PoseGraph::addEdge(const Edge& edge) {
 }
 
 void PoseGraph::truncate(int count) {
+  forgetSearch();
   const std::vector<Edge> edges = std::exchange(edges_, {});
   const auto size = static_cast<std::size_t>(count);
   poses_.resize(size);
@@ -86,24 +88,34 @@ std::vector<PoseGraph::Reached> PoseGraph::reach(int anchor, double max_position
 template <typename IsEnough>
 std::vector<PoseGraph::Reached> PoseGraph::reachUntil(int anchor, double max_position_variance,
                                                       IsEnough&& isEnough) const {
+  if (search_.anchor != anchor) {
+    forgetSearch();
+    search_.anchor = anchor;
+    best_[static_cast<std::size_t>(anchor)] = 0.0;
+    search_.touched.push_back(anchor);
+    search_.queue.push_back({0.0, 0.0, 0.0, anchor});
+  }
+  std::size_t count = 0;
+  for (bool enough = false; !enough; ++count) {
+    if (count == search_.done.size() && !reachNext(max_position_variance)) break;
+    const Reached& reached = search_.done[count];
+    if (reached.position_variance > max_position_variance) break;
+    enough = isEnough(reached.node);
+  }
+  return {search_.done.begin(), search_.done.begin() + static_cast<std::ptrdiff_t>(count)};
+}
+
+/// Goes on to the next node. @return false: none is left within the bound
+bool PoseGraph::reachNext(double max_position_variance) const {
   // Dijkstra's algorithm on the position's variance. A heading error swings all of the chain that follows, so its
   // covariance with the position is carried along; that bounds curved chains, too.
-  struct Step {
-    double position, cross, heading;  // [m^2, m rad, rad^2]
-    int node;
-    bool operator>(const Step& other) const { return position > other.position; }
-  };
-  std::priority_queue<Step, std::vector<Step>, std::greater<>> queue;
-  std::vector<Reached> reached;
-  std::vector<int> touched{anchor};
-  best_[static_cast<std::size_t>(anchor)] = 0.0;
-  queue.push({0.0, 0.0, 0.0, anchor});
-  while (!queue.empty()) {
-    const Step step = queue.top();
-    queue.pop();
+  auto& queue = search_.queue;
+  while (!queue.empty() && queue.front().position <= max_position_variance) {
+    const Search::Step step = queue.front();
+    std::pop_heap(queue.begin(), queue.end(), std::greater<>());
+    queue.pop_back();
     if (step.position > best_[static_cast<std::size_t>(step.node)]) continue;
-    reached.push_back({step.node, step.position, step.heading});
-    if (isEnough(step.node)) break;
+    search_.done.push_back({step.node, step.position, step.heading});
     for (const int id : edges_of_[static_cast<std::size_t>(step.node)]) {
       const Link& link = links_[static_cast<std::size_t>(id)];
       if (link.revoked) continue;
@@ -111,14 +123,23 @@ std::vector<PoseGraph::Reached> PoseGraph::reachUntil(int anchor, double max_pos
       // Against its direction an edge's own heading error swings it, too; along it that swings only what follows.
       const double swinging = step.heading + (link.to == step.node ? link.heading : 0.0);
       const double position = step.position + (2.0 * step.cross + swinging * link.length) * link.length + link.position;
-      if (position > max_position_variance || position >= best_[static_cast<std::size_t>(next)]) continue;
+      if (position >= best_[static_cast<std::size_t>(next)]) continue;
       best_[static_cast<std::size_t>(next)] = position;
-      touched.push_back(next);
-      queue.push({position, step.cross + swinging * link.length, step.heading + link.heading, next});
+      search_.touched.push_back(next);
+      queue.push_back({position, step.cross + swinging * link.length, step.heading + link.heading, next});
+      std::push_heap(queue.begin(), queue.end(), std::greater<>());
     }
+    return true;
   }
-  for (const int node : touched) best_[static_cast<std::size_t>(node)] = kUnknown;
-  return reached;
+  return false;
+}
+
+void PoseGraph::forgetSearch() const {
+  for (const int node : search_.touched) best_[static_cast<std::size_t>(node)] = kUnknown;
+  search_.anchor = -1;
+  search_.queue.clear();
+  search_.done.clear();
+  search_.touched.clear();
 }
 
 double chiSquare(const Edge& edge, const Pose2& T_map_from, const Pose2& T_map_to) {

@@ -69,9 +69,24 @@ class PoseGraph {
     double length;             // [m]
   };
   static Link linkOf(const Edge& edge);
+  /// What reach() has found from an anchor, and where it goes on. Void when an edge changes.
+  struct Search {
+    struct Step {
+      double position, cross, heading;  // [m^2, m rad, rad^2]
+      int node;
+      bool operator>(const Step& other) const { return position > other.position; }
+    };
+    int anchor = -1;            // -1: none
+    std::vector<Step> queue;    // a heap, the least position first
+    std::vector<Reached> done;  // in rising order of the position's variance
+    std::vector<int> touched;   // nodes whose best_ is set
+  };
   template <typename IsEnough>
   std::vector<Reached> reachUntil(int anchor, double max_position_variance, IsEnough&& isEnough) const;
+  bool reachNext(double max_position_variance) const;
+  void forgetSearch() const;
   void setRevoked(int edge, bool revoked) {
+    forgetSearch();
     edges_[static_cast<std::size_t>(edge)].revoked = links_[static_cast<std::size_t>(edge)].revoked = revoked;
   }
 
@@ -80,7 +95,8 @@ class PoseGraph {
   std::vector<Link> links_;                 // by edge
   std::vector<std::vector<int>> edges_of_;  // edges at each node
   NodeIndex index_;
-  mutable std::vector<double> best_;  // scratch of reach(): [m^2], infinite where not reached
+  mutable Search search_;             // the last one: a keyframe's questions have one anchor
+  mutable std::vector<double> best_;  // of search_: [m^2], infinite where not reached
   mutable NodeSet wanted_;            // scratch of reach()
 };
 

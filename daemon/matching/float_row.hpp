@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 namespace slam {
 
 /// Four numbers that a processor computes with at once: SSE2 and NEON have the same width, and every operation here
 /// rounds alike on both. A comparison gives an IntRow of 0 (false) and -1 (true).
 using FloatRow = float __attribute__((vector_size(16)));
+using FloatPair = float __attribute__((vector_size(8)));
+using DoublePair = double __attribute__((vector_size(16)));
 using IntRow = std::int32_t __attribute__((vector_size(16)));
 constexpr std::size_t kLanes = 4;
 
@@ -22,6 +26,19 @@ inline FloatRow where(IntRow mask, FloatRow value) {
 }
 inline FloatRow choose(IntRow mask, FloatRow yes, FloatRow no) {
   return std::bit_cast<FloatRow>((std::bit_cast<IntRow>(yes) & mask) | (std::bit_cast<IntRow>(no) & ~mask));
+}
+inline FloatPair singles(DoublePair pair) { return __builtin_convertvector(pair, FloatPair); }
+/// @param offset [bytes] into the object, where four numbers lie
+inline FloatRow loadRow(const auto& object, std::size_t offset = 0) {
+  FloatRow row;
+  std::memcpy(&row, reinterpret_cast<const char*>(&object) + offset, sizeof(row));
+  return row;
+}
+/// Four pairs as columns: the first of each becomes the first row.
+inline void pairsOf(const std::array<FloatPair, kLanes>& pairs, FloatRow& first, FloatRow& second) {
+  const FloatRow a = loadRow(pairs), b = loadRow(pairs, sizeof(FloatRow));
+  first = __builtin_shufflevector(a, b, 0, 2, 4, 6);
+  second = __builtin_shufflevector(a, b, 1, 3, 5, 7);
 }
 inline bool any(IntRow mask) { return ((mask[0] | mask[1]) | (mask[2] | mask[3])) != 0; }
 inline double sumOf(FloatRow row) { return static_cast<double>((row[0] + row[1]) + (row[2] + row[3])); }

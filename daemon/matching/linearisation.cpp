@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstddef>
 #include <utility>
 
 #include "matching/float_row.hpp"
@@ -37,8 +39,8 @@ struct Kernel {
 
 /// Four points and their partners, about the scan's own pose in the reference's axes.
 struct PartnerRow {
-  FloatRow rx{}, ry{}, nx{}, ny{};              // [m] R p, and the normal in base
-  std::array<const Surfel*, kLanes> surfels{};  // nullptr: none
+  std::array<FloatPair, kLanes> r, n;  // [m] R p, and the normal in base
+  std::array<const Surfel*, kLanes> surfels;
 };
 
 /// What a match asks of four surfels.
@@ -48,22 +50,25 @@ struct SurfelRow {
   IntRow grazing;
 };
 
-SurfelRow surfelsOf(const PartnerRow& partners) {
-  static const Surfel kNone;
-  std::array<FloatRow, kLanes> lines, rest;  // x, y, nx, ny, and what is behind them
-  SurfelRow row;
+[[gnu::always_inline]] inline SurfelRow surfelsOf(const PartnerRow& partners) {
+  static_assert(offsetof(Surfel, ny) == 3 * sizeof(float) && offsetof(Surfel, normal_variance) == sizeof(FloatRow));
+  static_assert(offsetof(Surfel, grazing) == 6 * sizeof(float) && sizeof(bool) == 1);
+  const int first_byte = std::endian::native == std::endian::little ? 1 : 1 << 24;
+  std::array<FloatRow, kLanes> lines, rest;  // x, y, nx, ny; and normal_variance, observations, grazing, a shift
   for (std::size_t i = 0; i < kLanes; ++i) {
-    const Surfel& surfel = partners.surfels[i] == nullptr ? kNone : *partners.surfels[i];
-    lines[i] = FloatRow{surfel.x, surfel.y, surfel.nx, surfel.ny};
-    rest[i] = FloatRow{surfel.normal_variance, surfel.observations, 0.0F, 0.0F};
-    row.there[i] = -static_cast<int>(partners.surfels[i] != nullptr);
-    row.grazing[i] = -static_cast<int>(surfel.grazing);
+    lines[i] = loadRow(*partners.surfels[i], offsetof(Surfel, x));
+    rest[i] = loadRow(*partners.surfels[i], offsetof(Surfel, normal_variance));
   }
   transpose(lines[0], lines[1], lines[2], lines[3]);
   transpose(rest[0], rest[1], rest[2], rest[3]);
-  row.x = lines[0], row.y = lines[1], row.nx = lines[2], row.ny = lines[3];
-  row.normal_variance = rest[0], row.observations = rest[1];
-  return row;
+  return {.there = rest[1] > FloatRow{},
+          .x = lines[0],
+          .y = lines[1],
+          .nx = lines[2],
+          .ny = lines[3],
+          .normal_variance = rest[0],
+          .observations = rest[1],
+          .grazing = (std::bit_cast<IntRow>(rest[2]) & first_byte) != 0};
 }
 
 /// Four pairs. Where there is none, or it is refused, both weights are 0.
@@ -87,11 +92,14 @@ void turnAlongBeam(IntRow sliding, PairRow& pair) {
   pair.ny = choose(sliding, pair.rx * inverse, pair.ny);
 }
 
-PairRow pairOf(const PartnerRow& point, const SurfelRow& surfel, const PoseRow& T, const Kernel& kernel) {
+[[gnu::always_inline]] inline PairRow pairOf(const PartnerRow& point, const SurfelRow& surfel, const PoseRow& T,
+                                             const Kernel& kernel) {
   const FloatRow zero{}, one = rowOf(1.0);
   PairRow pair;
   pair.nx = surfel.nx, pair.ny = surfel.ny;
-  pair.rx = point.rx, pair.ry = point.ry;
+  pairsOf(point.r, pair.rx, pair.ry);
+  FloatRow point_nx, point_ny;  // in base
+  pairsOf(point.n, point_nx, point_ny);
   pair.observations = surfel.observations;
   pair.normal_variance = surfel.normal_variance;
   pair.dx = T.x - surfel.x + pair.rx;
@@ -100,9 +108,9 @@ PairRow pairOf(const PartnerRow& point, const SurfelRow& surfel, const PoseRow& 
   const IntRow line = surfel.nx * surfel.nx + surfel.ny * surfel.ny > zero;
   const IntRow sliding = surfel.grazing & (surfel.observations < kernel.grazing_observations);
   if (any(sliding)) turnAlongBeam(sliding, pair);
-  const IntRow has_normal = point.nx * point.nx + point.ny * point.ny > zero;
+  const IntRow has_normal = point_nx * point_nx + point_ny * point_ny > zero;
   const FloatRow facing =
-      pair.nx * (T.cosine * point.nx - T.sine * point.ny) + pair.ny * (T.sine * point.nx + T.cosine * point.ny);
+      pair.nx * (T.cosine * point_nx - T.sine * point_ny) + pair.ny * (T.sine * point_nx + T.cosine * point_ny);
   const IntRow other_face = facing < kernel.same_face;
   pair.valid = surfel.there & (pair.squared <= kernel.gate_squared) & ~(line & has_normal & other_face);
   pair.across = pair.nx * pair.dx + pair.ny * pair.dy;
@@ -117,109 +125,96 @@ PairRow pairOf(const PartnerRow& point, const SurfelRow& surfel, const PoseRow& 
   return pair;
 }
 
-/// Calls add(first point, pairs) for each row of the scan, and endBlock() after every kRowsAtOnce of them.
+/// Calls consume(first point, rows, pairs of row i) for every kRowsAtOnce rows of the scan.
 /// @return points in the reference's window
 int forEachPairs(const Reference& reference, std::span<const ScanPoint> points, const Pose2& T, const Kernel& kernel,
-                 auto& consumer) {
+                 auto&& consume) {
   const PoseRow pose(T);
   const double c = std::cos(T.theta), s = std::sin(T.theta);
+  const DoublePair x_axis{c, s}, y_axis{-s, c};
+  static const Surfel kNone;  // which nobody has observed
   int covered = 0;
   for (std::size_t begin = 0; begin < points.size(); begin += kRowsAtOnce * kLanes) {
     const auto block = points.subspan(begin, std::min(kRowsAtOnce * kLanes, points.size() - begin));
     std::array<PartnerRow, kRowsAtOnce> partners;
-    for (std::size_t i = 0; i < block.size(); ++i) {
-      const ScanPoint& point = block[i];
-      PartnerRow& row = partners[i / kLanes];
-      const std::size_t lane = i % kLanes;
-      const double rx = c * point.position.x() - s * point.position.y();
-      const double ry = s * point.position.x() + c * point.position.y();
-      row.rx[lane] = static_cast<float>(rx), row.ry[lane] = static_cast<float>(ry);
-      row.nx[lane] = static_cast<float>(point.normal.x()), row.ny[lane] = static_cast<float>(point.normal.y());
-      const Eigen::Vector2d p(T.x + rx, T.y + ry);
-      if (!reference.covers(p)) continue;
-      ++covered;
-      row.surfels[lane] = reference.nearest(p, kernel.gate);
-      __builtin_prefetch(row.surfels[lane]);
-    }
     for (std::size_t i = 0; i < block.size(); i += kLanes) {
-      const PartnerRow& row = partners[i / kLanes];
-      consumer.add(begin + i, pairOf(row, surfelsOf(row), pose, kernel));
+      PartnerRow& row = partners[i / kLanes];
+      const std::size_t lanes = std::min(kLanes, block.size() - i);
+      if (lanes < kLanes) row = {.r = {}, .n = {}, .surfels = {&kNone, &kNone, &kNone, &kNone}};
+      for (std::size_t lane = 0; lane < lanes; ++lane) {
+        const ScanPoint& point = block[i + lane];
+        const DoublePair r = x_axis * point.position.x() + y_axis * point.position.y();
+        row.r[lane] = singles(r);
+        row.n[lane] = singles(DoublePair{point.normal.x(), point.normal.y()});
+        const Eigen::Vector2d p(T.x + r[0], T.y + r[1]);
+        const bool is_covered = reference.covers(p);
+        covered += is_covered ? 1 : 0;
+        const Surfel* surfel = is_covered ? reference.nearest(p, kernel.gate) : nullptr;
+        row.surfels[lane] = surfel == nullptr ? &kNone : surfel;
+        __builtin_prefetch(row.surfels[lane]);
+      }
     }
-    consumer.endBlock();
+    const std::size_t rows = (block.size() + kLanes - 1) / kLanes;
+    consume(begin, rows, [&](std::size_t i) { return pairOf(partners[i], surfelsOf(partners[i]), pose, kernel); });
   }
   return covered;
 }
-
-double taken(FloatRow& row) { return sumOf(std::exchange(row, FloatRow{})); }
 
 /// The upper half of a symmetric sum over (x, y, theta), in single precision: so of few pairs.
 struct SymmetricRows {
   FloatRow xx{}, xy{}, xt{}, yy{}, yt{}, tt{};
 
-  void moveTo(Eigen::Matrix3d& H) {
-    H(0, 0) += taken(xx), H(0, 1) += taken(xy), H(0, 2) += taken(xt);
-    H(1, 1) += taken(yy), H(1, 2) += taken(yt), H(2, 2) += taken(tt);
+  void addTo(Eigen::Matrix3d& H) const {
+    H(0, 0) += sumOf(xx), H(0, 1) += sumOf(xy), H(0, 2) += sumOf(xt);
+    H(1, 1) += sumOf(yy), H(1, 2) += sumOf(yt), H(2, 2) += sumOf(tt);
   }
 };
 
 /// Sums of w r r^T over rows r of three, with what else a linearisation counts: in single precision, so of few pairs.
-class RowSums {
- public:
-  explicit RowSums(const Kernel& kernel) : kernel_(kernel) {}
+struct RowSums {
+  SymmetricRows information, spurious;
+  FloatRow gx{}, gy{}, gt{}, ee{};
+  FloatRow weight{}, agreeing_error{}, observations{};
+  IntRow pairs{}, agreeing{}, known{};
 
-  void add(std::size_t /*first*/, const PairRow& pair) {
+  void add(const PairRow& pair, const Kernel& kernel) {
     const FloatRow w = pair.line_weight, nx = w * pair.nx, ny = w * pair.ny, lever = w * pair.lever, e = pair.across;
-    information_.xx += nx * pair.nx, information_.xy += nx * pair.ny, information_.yy += ny * pair.ny;
-    information_.xt += nx * pair.lever, information_.yt += ny * pair.lever, information_.tt += lever * pair.lever;
-    gx_ += nx * e, gy_ += ny * e, gt_ += lever * e, ee_ += w * e * e;
+    information.xx += nx * pair.nx, information.xy += nx * pair.ny, information.yy += ny * pair.ny;
+    information.xt += nx * pair.lever, information.yt += ny * pair.lever, information.tt += lever * pair.lever;
+    gx += nx * e, gy += ny * e, gt += lever * e, ee += w * e * e;
     // [t, t . R' p] with t along the line, and the variance of the normal.
     const FloatRow along = pair.nx * pair.rx + pair.ny * pair.ry, v = w * pair.normal_variance;
     const FloatRow vx = v * pair.nx, vy = v * pair.ny;
-    spurious_.xx += vy * pair.ny, spurious_.xy -= vy * pair.nx, spurious_.yy += vx * pair.nx;
-    spurious_.xt -= vy * along, spurious_.yt += vx * along, spurious_.tt += v * along * along;
+    spurious.xx += vy * pair.ny, spurious.xy -= vy * pair.nx, spurious.yy += vx * pair.nx;
+    spurious.xt -= vy * along, spurious.yt += vx * along, spurious.tt += v * along * along;
     if (any(pair.point_weight > FloatRow{})) addPoints(pair);
-    weight_ += w + pair.point_weight;
-    const IntRow agreeing = pair.valid & (pair.squared < kernel_.near_squared);
-    agreeing_error_ += where(agreeing, pair.squared);
-    observations_ += where(agreeing, pair.observations);
-    pairs_ += pair.valid, agreeing_ += agreeing, known_ += agreeing & (pair.observations >= kernel_.often);
+    weight += w + pair.point_weight;
+    const IntRow agrees = pair.valid & (pair.squared < kernel.near_squared);
+    agreeing_error += where(agrees, pair.squared);
+    observations += where(agrees, pair.observations);
+    pairs += pair.valid, agreeing += agrees, known += agrees & (pair.observations >= kernel.often);
   }
 
-  void endBlock() {
-    NormalEquations& equations = sums_.equations;
-    information_.moveTo(equations.H);
-    spurious_.moveTo(equations.spurious);
-    equations.g += Eigen::Vector3d(taken(gx_), taken(gy_), taken(gt_));
-    equations.squared_error += taken(ee_);
-    equations.weight += taken(weight_);
-    sums_.agreeing_error += taken(agreeing_error_);
-    sums_.observations += taken(observations_);
-  }
-
-  Linearisation of(int covered) {
-    for (Eigen::Matrix3d* H : {&sums_.equations.H, &sums_.equations.spurious})
-      *H = H->selfadjointView<Eigen::Upper>().toDenseMatrix();
-    sums_.equations.pairs = countOf(pairs_);
-    sums_.agreeing = countOf(agreeing_);
-    sums_.known = countOf(known_);
-    sums_.covered = covered;
-    return sums_;
-  }
-
- private:
   void addPoints(const PairRow& pair) {  // rows [1, 0, -ry] and [0, 1, rx]
     const FloatRow w = pair.point_weight, rx = w * pair.rx, ry = w * pair.ry, dx = w * pair.dx, dy = w * pair.dy;
-    information_.xx += w, information_.yy += w, information_.xt -= ry, information_.yt += rx,
-        information_.tt += rx * pair.rx + ry * pair.ry;
-    gx_ += dx, gy_ += dy, gt_ += rx * pair.dy - ry * pair.dx, ee_ += w * pair.squared;
+    information.xx += w, information.yy += w, information.xt -= ry, information.yt += rx,
+        information.tt += rx * pair.rx + ry * pair.ry;
+    gx += dx, gy += dy, gt += rx * pair.dy - ry * pair.dx, ee += w * pair.squared;
   }
 
-  Kernel kernel_;
-  SymmetricRows information_, spurious_;
-  FloatRow gx_{}, gy_{}, gt_{}, ee_{};
-  FloatRow weight_{}, agreeing_error_{}, observations_{};
-  IntRow pairs_{}, agreeing_{}, known_{};
-  Linearisation sums_;
+  void addTo(Linearisation& sums) const {
+    NormalEquations& equations = sums.equations;
+    information.addTo(equations.H);
+    spurious.addTo(equations.spurious);
+    equations.g += Eigen::Vector3d(sumOf(gx), sumOf(gy), sumOf(gt));
+    equations.squared_error += sumOf(ee);
+    equations.weight += sumOf(weight);
+    equations.pairs += countOf(pairs);
+    sums.agreeing_error += sumOf(agreeing_error);
+    sums.observations += sumOf(observations);
+    sums.agreeing += countOf(agreeing);
+    sums.known += countOf(known);
+  }
 };
 
 /// Points in a row that one wall or body gives. @return whether point i begins another part than that of `first`
@@ -234,9 +229,16 @@ bool beginsPart(std::span<const ScanPoint> points, std::size_t first, std::size_
 Linearisation linearise(const Reference& reference, std::span<const ScanPoint> points, const Pose2& T_ref_base,
                         double gate, double kernel_scale, const MatchConfig& config) {
   const Kernel kernel(gate, kernel_scale, config);
-  RowSums sums(kernel);
-  const int covered = forEachPairs(reference, points, T_ref_base, kernel, sums);
-  return sums.of(covered);
+  Linearisation sums;
+  sums.covered =
+      forEachPairs(reference, points, T_ref_base, kernel, [&](std::size_t, std::size_t rows, auto&& pairsAt) {
+        RowSums block;
+        for (std::size_t i = 0; i < rows; ++i) block.add(pairsAt(i), kernel);
+        block.addTo(sums);
+      });
+  for (Eigen::Matrix3d* H : {&sums.equations.H, &sums.equations.spurious})
+    *H = H->selfadjointView<Eigen::Upper>().toDenseMatrix();
+  return sums;
 }
 
 Eigen::Matrix3d pullsOfParts(const Reference& reference, std::span<const ScanPoint> points, const Pose2& T_ref_base,
@@ -259,9 +261,11 @@ Eigen::Matrix3d pullsOfParts(const Reference& reference, std::span<const ScanPoi
         pull += Eigen::Vector3f(x[lane], y[lane], theta[lane]).cast<double>();
       }
     }
-    void endBlock() {}
   } parts{points, config};
-  forEachPairs(reference, points, T_ref_base, {config.final_pair_distance, config.kernel_scale, config}, parts);
+  forEachPairs(reference, points, T_ref_base, {config.final_pair_distance, config.kernel_scale, config},
+               [&](std::size_t begin, std::size_t rows, auto&& pairsAt) {
+                 for (std::size_t i = 0; i < rows; ++i) parts.add(begin + i * kLanes, pairsAt(i));
+               });
   parts.end();
   return parts.pulls;
 }

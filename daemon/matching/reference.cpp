@@ -242,15 +242,18 @@ void Reference::enter(Grid& grid, Id id) {
     const double y = (row + i + 0.5) * cell, across = (surfel.y - y) * (surfel.y - y);
     const int half = grid.half_rows[static_cast<std::size_t>(i + reach)];
     Id* const cells = &grid.at(0, row + i);
-    for (int k = -half; k <= half; ++k) {
-      Id& occupant = cells[(column + k) & mask];
-      if (occupant != kNone) {
-        const Surfel& other = surfels[occupant];
+    for (int k = -half; k <= half;) {  // once, or twice where the torus closes
+      Id* occupant = &cells[(column + k) & mask];
+      const int end = std::min(half + 1, k + static_cast<int>(&cells[mask] - occupant) + 1);
+      for (; k < end; ++k, ++occupant) {
         const auto& [x, along] = columns[k];
-        const double theirs = (other.x - x) * (other.x - x) + (other.y - y) * (other.y - y);
-        if (theirs <= along + across) continue;
+        if (*occupant != kNone) {
+          const Surfel& other = surfels[*occupant];
+          const double theirs = (other.x - x) * (other.x - x) + (other.y - y) * (other.y - y);
+          if (theirs <= along + across) continue;
+        }
+        *occupant = id;
       }
-      occupant = id;
     }
   }
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "matching/normals.hpp"
 
@@ -176,9 +177,7 @@ std::optional<Edge> LoopClosureSearch::verify(const KeyframeGraph& keyframes, in
   if (static_cast<int>(members.size()) > config_.max_submap)
     members.resize(static_cast<std::size_t>(config_.max_submap));
   std::sort(members.begin(), members.end());
-  if (!submap_) submap_.emplace(submap_config_);
-  submap_->clear(keyframes.pose(place.id).translation());
-  keyframes.addTo(*submap_, members);
+  draw(keyframes, members, keyframes.pose(place.id).translation());
   // One scan only as far as it is one piece; beyond, keyframes of the submap would match themselves.
   int oldest = newest;
   while (oldest > 0 && known_.contains(oldest - 1)) --oldest;
@@ -188,7 +187,7 @@ std::optional<Edge> LoopClosureSearch::verify(const KeyframeGraph& keyframes, in
   match.point_weight /= relativeSpacing(query_, lidar);
   keyframes.gather(newest, oldest, config_.query_length, config_.max_query_points, query_);
 
-  const SearchResult found = matcher_.match(*submap_, query_, place.T_map_newest, place.window, match);
+  const SearchResult found = matcher_.match(*submap_.reference, query_, place.T_map_newest, place.window, match);
   if (found.match.status == MatchStatus::kAmbiguous) ++counters_.ambiguous;
   if (!found.match.usable() || found.match.overlap < config_.min_overlap) return std::nullopt;
   last_overlap_ = found.match.overlap;
@@ -198,6 +197,18 @@ std::optional<Edge> LoopClosureSearch::verify(const KeyframeGraph& keyframes, in
               .T_from_to = between(keyframes.pose(place.id), found.match.T_ref_base),
               .information = closureInformation(found.match, config_.translation_sigma, config_.rotation_sigma),
               .kind = EdgeKind::kLoopClosure};
+}
+
+void LoopClosureSearch::draw(const KeyframeGraph& keyframes, std::span<const int> ids, const Eigen::Vector2d& centre) {
+  std::vector<Submap::Member> members;
+  members.reserve(ids.size());
+  for (const int id : ids) members.push_back({keyframes.pose(id), keyframes.scan(id)});
+  if (submap_.reference && submap_.centre == centre && submap_.members == members) return;
+  if (!submap_.reference) submap_.reference.emplace(submap_config_);
+  submap_.reference->clear(centre);
+  keyframes.addTo(*submap_.reference, ids);
+  submap_.members = std::move(members);
+  submap_.centre = centre;
 }
 
 bool LoopClosureSearch::agree(const KeyframeGraph& keyframes, const Edge& a, const Edge& b) const {

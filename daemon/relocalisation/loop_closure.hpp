@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -100,6 +101,19 @@ class LoopClosureSearch {
     Edge edge;
     double path;  // [m] driven when it was found
   };
+  /// The keyframes that are matched against, and what they are drawn from: the next candidate is often the same.
+  struct Submap {
+    struct Member {
+      Pose2 T_map_base;
+      std::shared_ptr<const StoredScan> scan;
+      friend bool operator==(const Member&, const Member&) = default;
+    };
+    std::optional<Reference> reference;  // from the first use on
+    std::vector<Member> members;
+    Eigen::Vector2d centre = Eigen::Vector2d::Zero();  // [m] in map
+  };
+  /// Draws the submap anew where one of its members has moved, or is another.
+  void draw(const KeyframeGraph& keyframes, std::span<const int> ids, const Eigen::Vector2d& centre);
   std::optional<Candidate> candidate(const KeyframeGraph& keyframes, int newest, std::span<const char> in_map);
   std::optional<Candidate> narrow(const KeyframeGraph& keyframes, int newest, const Candidate& wide,
                                   std::span<const char> in_map);
@@ -109,7 +123,7 @@ class LoopClosureSearch {
   PlaceSearchConfig places_config_;
   MatchConfig match_;
   ReferenceConfig submap_config_;
-  std::optional<Reference> submap_;  // from the first use on
+  Submap submap_;
   CorrelativeMatcher matcher_;
   ScanPoints query_;
   NodeSet known_;  // relative to the newest keyframe, each function as it needs it

@@ -11,6 +11,7 @@
 #include <numbers>
 #include <optional>
 #include <random>
+#include <utility>
 
 namespace slam::pose_graph_test {
 namespace {
@@ -150,6 +151,19 @@ TEST(PoseGraphReach, StopsBehindTheLastThatIsWanted) {
     const std::vector<int> expected(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(last));
     EXPECT_EQ(nodes(graph.reach(5, kNoBound, wanted)), expected);
     EXPECT_EQ(nodes(graph.reach(5, kNoBound)), all) << "and leaves nothing behind";
+  }
+}
+
+TEST(PoseGraphReach, HasNoMemoryOfOtherBoundsAndAnchors) {
+  const auto make = [] { return chain(10, {0.4, 0.0, 0.1}, diagonal(0.01, 0.001)); };
+  const PoseGraph graph = make();
+  for (const auto& [anchor, bound] :
+       {std::pair(5, 1.5e-4), std::pair(5, 3.5e-4), std::pair(5, 2.5e-4), std::pair(2, 3.5e-4)}) {
+    const auto expected = make().reach(anchor, bound), reached = graph.reach(anchor, bound);
+    ASSERT_EQ(nodes(reached), nodes(expected)) << anchor << " " << bound;
+    EXPECT_GT(reached.size(), 1U);
+    EXPECT_LT(reached.size(), 11U) << "what lies behind the bound was found before, or not yet";
+    EXPECT_EQ(reached.back().position_variance, expected.back().position_variance);
   }
 }
 

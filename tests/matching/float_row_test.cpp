@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "matching/float_row.hpp"
 
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 
@@ -36,6 +37,27 @@ TEST(FloatRow, TransposesRowsToColumns) {
   transpose(rows[0], rows[1], rows[2], rows[3]);
   for (std::size_t i = 0; i < kLanes; ++i)
     for (std::size_t k = 0; k < kLanes; ++k) EXPECT_EQ(rows[i][k], static_cast<float>(10 * k + i));
+}
+
+TEST(FloatRow, PairsBecomeColumns) {
+  std::array<FloatPair, kLanes> pairs;
+  for (std::size_t i = 0; i < kLanes; ++i)
+    pairs[i] = singles(DoublePair{static_cast<double>(i), 0.1 + static_cast<double>(i)});
+  FloatRow first, second;
+  pairsOf(pairs, first, second);
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    EXPECT_EQ(first[i], static_cast<float>(i));
+    EXPECT_EQ(second[i], static_cast<float>(0.1 + static_cast<double>(i)));
+  }
+}
+
+TEST(FloatRow, IsReadFromTheMiddleOfAnObject) {
+  const struct {
+    float before;
+    std::array<float, kLanes> row;
+  } object{0.5F, {1.0F, 2.0F, 3.0F, 4.0F}};
+  const FloatRow row = loadRow(object, sizeof(object.before));
+  for (std::size_t i = 0; i < kLanes; ++i) EXPECT_EQ(row[i], object.row[i]);
 }
 
 TEST(FloatRow, WhatIsMaskedOutIsNeitherAddedNorCounted) {

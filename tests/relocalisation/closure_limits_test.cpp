@@ -213,5 +213,38 @@ TEST(LoopClosureLimits, LooksNoFurtherThanTheDriftAndALookAroundTheCorner) {
   }
 }
 
+TEST(LoopClosureSubmap, IsDrawnAnewWhereAKeyframeHasMovedOrChanged) {
+  constexpr int kMet = 7;
+  Visits visits;
+  visits.straightOn(kStart, kVisit);
+  visits.straightOn(kStart * Pose2{0.1, 0.15, 0.1}, kVisit, {0.25, -0.2, 0.05}, {0.12, 0.12, 0.03});
+  const int newest = visits.keyframes.size() - 1;
+  const LoopClosureSearch::Candidate candidate{kMet, visits.keyframes.pose(newest), {0.5, 0.1}};
+  const auto verified = [&](LoopClosureSearch& search) {
+    const auto edge = search.verify(visits.keyframes, newest, candidate);
+    return edge ? edge->T_from_to : Pose2{};
+  };
+  const auto anew = [&] {
+    LoopClosureSearch search(LoopClosureConfig{}, PlaceSearchConfig{}, ReferenceConfig{}, MatchConfig{});
+    return verified(search);
+  };
+  LoopClosureSearch search(LoopClosureConfig{}, PlaceSearchConfig{}, ReferenceConfig{}, MatchConfig{});
+  const Pose2 first = verified(search);
+  ASSERT_NE(first, Pose2{});
+  EXPECT_EQ(verified(search), first) << "nothing has changed";
+
+  PoseGraph& graph = visits.keyframes.graph();
+  for (int id = 0; id < kVisit; ++id)
+    if (id != kMet) graph.setPose(id, graph.pose(id) * Pose2{0.02, 0.01, 0.0});
+  const Pose2 moved = verified(search);
+  EXPECT_NE(moved, first);
+  EXPECT_EQ(moved, anew());
+
+  for (int id = 0; id < kMet; ++id) visits.keyframes.setScan(id, std::make_shared<const StoredScan>());
+  const Pose2 changed = verified(search);
+  EXPECT_NE(changed, moved);
+  EXPECT_EQ(changed, anew());
+}
+
 }  // namespace
 }  // namespace slam::closure_limits_test
