@@ -42,8 +42,9 @@ struct AblationCase {
 };
 
 /// Reads a list of cases, a line each: NAME | MEASURE | CONFIG | LOG | TRUTH | FAULT | KEY=VALUE ...
-/// TRUTH is a file, or for cold starts a map, or for a lift FOLDER-OF-MAPS MAP MAP-OF-ITS-FLOOR
-/// SECONDS-UNTIL-THE-ROBOT- LEAVES-IT; - is none. An empty line and one that begins with # are left out.
+/// TRUTH is a file, or for cold starts a map, or for a lift FOLDER MAP MAP SECONDS: the folder of the
+/// maps, where the robot begins and arrives, and when it leaves the lift; - is none. An empty line and one that begins
+/// with # are left out.
 /// @throws std::runtime_error with file and line
 std::vector<AblationCase> readCases(const std::filesystem::path& list);
 

@@ -36,8 +36,7 @@ void addDeviceOptions(CLI::App& app, CLI::Option* devices_option, slam::sim::Sim
       ->capture_default_str();
   app.add_flag("--obey", options.obey,
                "with --devices: the robot drives as its base is commanded, not along the scene's route; it stalls "
-               "where something "
-               "is in its way")
+               "where something is in its way")
       ->needs(devices_option);
   app.add_option("--lidar-tcp", options.lidar_tcp,
                  "with --devices: play the lidar at tcp://127.0.0.1:PORT instead of DIR/lidar")

@@ -9,16 +9,16 @@ namespace {
 /// @param reach [cells] around each occupied one of `seen` that are looked at in `other`
 void count(const OccupancyGrid& seen, const OccupancyGrid& other, int reach, CellAgreement& agreement) {
   constexpr int kSide = OccupancyGrid::kTileSide;
-  const auto isFree = [&](CellIndex cell) { return other.logOdds(cell) < 0; };
   const auto countCell = [&](CellIndex cell) {
     bool all_free = true;
     for (int row = cell.row - reach; row <= cell.row + reach; ++row) {
       for (int column = cell.column - reach; column <= cell.column + reach; ++column) {
-        if (other.logOdds({column, row}) > 0) {
+        const LogOdds log_odds = other.logOdds({column, row});
+        if (log_odds > 0) {
           ++agreement.same;
           return;
         }
-        all_free = all_free && isFree({column, row});
+        all_free = all_free && log_odds < 0;
       }
     }
     agreement.different += all_free ? 1 : 0;

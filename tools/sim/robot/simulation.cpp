@@ -34,7 +34,7 @@ void Simulation::carry(double dt) {
   carrying_.reset();
 }
 
-Twist2 Simulation::told() const {
+Twist2 Simulation::unobstructed() const {
   if (told_->vx == 0.0) return *told_;
   const Eigen::Vector2d end = robot_.pose() * Eigen::Vector2d(std::copysign(kReach, told_->vx), 0.0);
   return scene_.world.occupied(end, kBottom, kTop, kClearance) ? Twist2{} : *told_;
@@ -46,7 +46,7 @@ void Simulation::step() {
   if (carrying_) {
     carry(dt);
   } else {
-    robot_.step(told_ ? told() : released_ ? driver_.command(robot_.pose(), dt) : Twist2{}, dt);
+    robot_.step(told_ ? unobstructed() : released_ ? driver_.command(robot_.pose(), dt) : Twist2{}, dt);
   }
   now_ += kStep;
   history_.push(now_, robot_.pose());

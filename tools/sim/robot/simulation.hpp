@@ -53,7 +53,7 @@ class Simulation {
   };
   void carry(double dt);
   /// @return the twist that its base is told, without what would drive it into something
-  Twist2 told() const;
+  Twist2 unobstructed() const;
 
   const Scene& scene_;
   DriverModel driver_;
