@@ -122,18 +122,10 @@ END
 
 # ablate_lift SEED FLOOR: a drive that takes a lift to that floor of a home, in the maps of three floors with one landing
 ablate_lift() {
-  local seed=$1 to=$2 from=1 floor maps=$work/lift-maps log=$work/lift-$1
-  if [ ! -d "$maps" ]; then
-    for floor in 1 2 3; do
-      "$bin/slam-sim" --no-depth --scene homes --seed 1 --with "floor=$floor" --with lift=0 --log "$work/floor.lcm" >/dev/null
-      "$bin/slam-replay" --config config/sim.toml --set lidar.driver="'lcm'" --set base.driver="'lcm'" --set imu.driver="'lcm'" \
-        --log "$work/floor.lcm" --save-map "$maps/floor-$floor" >/dev/null 2>&1
-    done
-  fi
-  "$bin/slam-sim" --no-depth --scene homes --seed $((1 + 8 * seed)) --with "floor=$from" --with "lift=$to" \
-    --log "$log.lcm" --waypoints "$log.tum" >/dev/null
-  ablate_case "homes $seed, lift" lift sim "$log.lcm" \
-    "$maps floor-$from floor-$to $(awk 'NR == 3 {print $1 - 1700000000}' "$log.tum")" - "$ablate_sim_settings"
+  local seed=$1 to=$2 from=1 departs maps=$work/lift-maps log=$work/lift-$1.lcm
+  [ -d "$maps" ] || lift_maps "$maps" 3
+  departs=$(lift_drive "$log" "$seed" "$from" "$to")
+  ablate_case "homes $seed, lift" lift sim "$log" "$maps floor-$from floor-$to $departs" - "$ablate_sim_settings"
 }
 ablate_situation() { # ablate_situation SEED KINDS SCENE SECONDS MEASURE FAULT SETTINGS
   local seed=$1 kinds=$2 scene=$3 seconds=$4 measure=$5 fault=$6 settings=$7 kind log words with=()

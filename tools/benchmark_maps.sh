@@ -165,23 +165,34 @@ maps_floors() {
   row "which of 5 floors, other furniture" wrong "$wrong" "<=" 0
 }
 
+# lift_maps FOLDER FLOORS: maps of so many floors of one home, whose landings look alike
+lift_maps() {
+  local floor
+  for floor in $(seq "$2"); do
+    "$bin/slam-sim" --no-depth --scene homes --seed 1 --with "floor=$floor" --with lift=0 --log "$work/lift.lcm" >/dev/null
+    "$bin/slam-replay" "${lift_sensors[@]}" --log "$work/lift.lcm" --save-map "$1/floor-$floor" >/dev/null 2>&1
+  done
+}
+
+# lift_drive LOG SEED FROM TO: a drive in that home that takes a lift. Prints when it leaves it [s]
+lift_drive() {
+  "$bin/slam-sim" --no-depth --scene homes --seed $((1 + 8 * $2)) --with "floor=$3" --with "lift=$4" \
+    --log "$1" --waypoints "$work/lift.tum" >/dev/null
+  awk 'NR == 3 {print $1 - 1700000000}' "$work/lift.tum"
+}
+lift_sensors=(--config config/sim.toml --set "lidar.driver='lcm'" --set "base.driver='lcm'" --set "imu.driver='lcm'")
+
 # Drives with a lift between these floors, whose landings look alike, and without one. slamd goes on in the map of the floor
 # where the drive begins.
 maps_lifts() {
   local floors=5 drives=20 seed from to departs out=$work/lifts right=0 wrong=0 seconds=()
-  local sensors=(--config config/sim.toml --set lidar.driver="'lcm'" --set base.driver="'lcm'" --set imu.driver="'lcm'")
   [ -z "$short" ] || drives=4
   mkdir -p "$out"
-  for from in $(seq "$floors"); do
-    "$bin/slam-sim" --no-depth --scene homes --seed 1 --with "floor=$from" --with lift=0 --log "$work/lift.lcm" >/dev/null
-    "$bin/slam-replay" "${sensors[@]}" --log "$work/lift.lcm" --save-map "$out/floor-$from" >/dev/null 2>&1
-  done
+  lift_maps "$out" "$floors"
   for seed in $(seq "$drives"); do
     from=$((1 + seed % floors)) to=$((1 + (seed + 1 + seed / floors) % floors)) # every fifth comes back to where it was
-    "$bin/slam-sim" --no-depth --scene homes --seed $((1 + 8 * seed)) --with "floor=$from" --with "lift=$to" \
-      --log "$work/lift.lcm" --waypoints "$work/lift.tum" >/dev/null
-    departs=$(awk 'NR == 3 {print $1 - 1700000000}' "$work/lift.tum")
-    "$bin/slam-benchmark" lift "${sensors[@]}" --begin-in "floor-$from" --to "floor-$to" --departs "$departs" \
+    departs=$(lift_drive "$work/lift.lcm" "$seed" "$from" "$to")
+    "$bin/slam-benchmark" lift "${lift_sensors[@]}" --begin-in "floor-$from" --to "floor-$to" --departs "$departs" \
       "$work/lift.lcm" "$out" | tee "$work/lift.txt" >&2
     grep -q "known_s=inf" "$work/lift.txt" || {
       right=$((right + 1))
@@ -199,17 +210,16 @@ maps_lifts() {
 # Drives without a lift, in maps of several floors: robots that stand among people, and what else the trust situations have.
 maps_lift_alarms() { # after maps_lifts
   local seeds=5 scene with seed alarms=0 drives=0 out=$work/lifts
-  local sensors=(--config config/sim.toml --set lidar.driver="'lcm'" --set base.driver="'lcm'" --set imu.driver="'lcm'")
   [ -z "$short" ] || seeds=1
   while IFS='|' read -r scene with; do
     [ -d "$out/$scene" ] || {
       "$bin/slam-sim" --no-depth --scene "$scene" --seed 1 --log "$work/lift.lcm" >/dev/null
-      "$bin/slam-replay" "${sensors[@]}" --log "$work/lift.lcm" --save-map "$out/$scene" >/dev/null 2>&1
+      "$bin/slam-replay" "${lift_sensors[@]}" --log "$work/lift.lcm" --save-map "$out/$scene" >/dev/null 2>&1
     }
     for seed in $(seq 9 8 $((8 * seeds + 1))); do # of homes: the same one
       # shellcheck disable=SC2086 # words of --with
       "$bin/slam-sim" --no-depth --scene "$scene" --seed "$seed" ${with:+$(printf -- '--with %s ' $with)} --log "$work/lift.lcm" >/dev/null
-      "$bin/slam-benchmark" lift "${sensors[@]}" --begin-in "$scene" --floors "$scene floor-1" "$work/lift.lcm" "$out" >"$work/lift.txt"
+      "$bin/slam-benchmark" lift "${lift_sensors[@]}" --begin-in "$scene" --floors "$scene floor-1" "$work/lift.lcm" "$out" >"$work/lift.txt"
       echo "$scene $with, seed $seed: $(cat "$work/lift.txt")" >&2
       alarms=$((alarms + $(sed -nE 's/.*doubts=([0-9]+).*/\1/p' "$work/lift.txt"))) drives=$((drives + 1))
     done
