@@ -35,9 +35,6 @@ class LiveBases : public test::LiveFaults {
   }
   /// Starts a robot with that base, and slamd. @return whether slamd localises it
   bool begin(const std::string& base) {
-    listener_.listenFor(300ms);  // what the slamd before it has sent
-    listener_.clear();
-    poses_.clear();
     startSimulator("600", "meeting-room", {"--base", base, "--obey"});
     const sim::SimulatedGeometry geometry = sim::geometryOf(base);
     startDaemon({"base.driver='" + base + "'", "base.counts_per_turn=" + std::to_string(geometry.counts_per_turn),
@@ -139,24 +136,25 @@ TEST_P(EachLiveBase, DrivesAsCommandedAndStopsAndItsFaultsAreNamed) {
 }
 
 /// Those whose own time-out slamd sets, or relies upon.
-TEST_F(LiveBases, StandByThemselvesWhenSlamdIsKilled) {
+class LiveBaseWithTimeOut : public LiveBases, public testing::WithParamInterface<std::string> {};
+INSTANTIATE_TEST_SUITE_P(OfTheTable, LiveBaseWithTimeOut, testing::Values("roboclaw", "vesc"),
+                         [](const auto& device) { return device.param; });
+
+TEST_P(LiveBaseWithTimeOut, StandsByItselfWhenSlamdIsKilled) {
   ASSERT_TRUE(listener_.good());
-  for (const std::string base : {"roboclaw", "vesc"}) {
-    SCOPED_TRACE(base);
-    ASSERT_TRUE(begin(base)) << daemonLog();
-    const std::int64_t begun = now(), driven = drive({.omega = 0.5}, 2s);
-    slamd_->signal(SIGKILL);
-    ASSERT_TRUE(slamd_->wait(5s));
-    const std::int64_t stands = now() + static_cast<std::int64_t>(1e6 * (findBase(base)->stops_after + 0.3));
-    listener_.listenFor(3s);
-    const std::int64_t last = now() - 100000;
-    const Trajectory truth = endDrive();
-    constexpr double kStands = 1e-9;  // [m], [rad] of rounding
-    EXPECT_GT(moved(truth, begun, driven), 0.3);
-    EXPECT_GT(moved(truth, driven + 100000, stands), 0.02) << "nobody has stopped it at once";
-    EXPECT_LT(moved(truth, stands, last), kStands);
-    std::filesystem::remove_all(folder_ / "devices");
-  }
+  const std::string& base = GetParam();
+  ASSERT_TRUE(begin(base)) << daemonLog();
+  const std::int64_t begun = now(), driven = drive({.omega = 0.5}, 2s);
+  slamd_->signal(SIGKILL);
+  ASSERT_TRUE(slamd_->wait(5s));
+  const std::int64_t stands = now() + static_cast<std::int64_t>(1e6 * (findBase(base)->stops_after + 0.3));
+  listener_.listenFor(3s);
+  const std::int64_t last = now() - 100000;
+  const Trajectory truth = endDrive();
+  constexpr double kStands = 1e-9;  // [m], [rad] of rounding
+  EXPECT_GT(moved(truth, begun, driven), 0.3);
+  EXPECT_GT(moved(truth, driven + 100000, stands), 0.02) << "nobody has stopped it at once";
+  EXPECT_LT(moved(truth, stands, last), kStands);
 }
 
 }  // namespace
