@@ -253,6 +253,8 @@ bool MapKeeper::checkpoint(Timestamp now, const MapState& map, std::span<const M
 
 void MapKeeper::saveAs(const std::string& name, const MapState& map) const {
   if (config_.store.directory.empty()) throw CommandRefused(answer::kNoStore);
+  // A generation behind the back of store_ would end the journal that store_ goes on with.
+  if (store_ && store_->name() == name) throw CommandRefused({answer::kMapOpen, {}, {name}});
   MapStore copy(config_.store.directory, name);
   const auto lock = lockOf(name);
   copy.writeCopy(map);

@@ -71,7 +71,8 @@ class MapKeeper {
   bool journal(Timestamp now, const MapState& map, std::span<const MapView> seen = {});
   /// Writes a new generation. @param seen as in journal() @return false when it could not be written
   bool checkpoint(Timestamp now, const MapState& map, std::span<const MapView> seen = {});
-  /// Writes the map under another name; the present one stays. @throws std::runtime_error
+  /// Writes the map under another name than its own, which checkpoint() writes; the present one stays.
+  /// @throws std::runtime_error
   void saveAs(const std::string& name, const MapState& map) const;
 
  private:

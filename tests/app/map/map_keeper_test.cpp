@@ -478,6 +478,8 @@ TEST_F(MapKeeping, SavesACopyUnderAnotherName) {
   EXPECT_EQ(keeper.name(), "home");
   EXPECT_EQ(newestKeyframes("copy"), 5);
   EXPECT_THROW(keeper.saveAs("../copy", map), std::runtime_error);
+  EXPECT_THAT(refusalOf([&] { keeper.saveAs("home", map); }), HasSubstr("home open"))
+      << "what the journal held afterwards would be lost";
   EXPECT_TRUE(keeper.checkpoint(Timestamp(1h), map));
   keeper.saveAs("later", map);
   EXPECT_EQ(MapStore::newest(config.store.directory), "home") << "a copy is not what a start continues";
